@@ -1,0 +1,41 @@
+# Everything comes from Debian packages (scripts/install_dependencies.sh lists them).
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+set(THREADS_PREFER_PTHREAD_FLAG ON)
+find_package(Threads REQUIRED)
+
+if(PLANAR_MAPPING_BUILD_PCL OR PLANAR_MAPPING_BUILD_TOOLS)
+  # pcl_io and pcl_surface are left out on purpose: packaged builds of those bring VTK along.
+  set(PCL_FIND_QUIETLY ON)
+  find_package(PCL 1.12 REQUIRED COMPONENTS common kdtree octree search sample_consensus filters)
+endif()
+if(PLANAR_MAPPING_BUILD_TOOLS)
+  find_package(yaml-cpp REQUIRED)
+  find_package(CLI11 REQUIRED)
+  find_package(nlohmann_json REQUIRED)
+  find_package(PNG REQUIRED)
+  find_path(PLANAR_MAPPING_LZF_INCLUDE_DIR lzf.h PATH_SUFFIXES liblzf REQUIRED)
+  find_library(PLANAR_MAPPING_LZF_LIBRARY lzf REQUIRED)
+endif()
+if(PLANAR_MAPPING_BUILD_VIEWER)
+  find_package(VTK 9.1 COMPONENTS ChartsCore CommonCore CommonDataModel FiltersCore FiltersGeneral FiltersSources
+               IOImage InteractionStyle InteractionWidgets RenderingAnnotation RenderingContextOpenGL2 RenderingCore
+               RenderingFreeType RenderingOpenGL2 ViewsContext2D QUIET)
+  find_package(OpenGL COMPONENTS EGL QUIET)
+  find_package(GLEW QUIET)
+  find_package(X11 QUIET)
+  if(NOT VTK_FOUND OR NOT OpenGL_EGL_FOUND OR NOT GLEW_FOUND OR NOT X11_FOUND)
+    message(WARNING "VTK 9.1, EGL, GLEW or X11 is missing: the viewer is left out (install libvtk9-dev libegl-dev libglew-dev)")
+    set(PLANAR_MAPPING_BUILD_VIEWER OFF)
+  endif()
+endif()
+if(PLANAR_MAPPING_BUILD_TESTS)
+  find_package(GTest REQUIRED)
+endif()
+if(PLANAR_MAPPING_BUILD_BENCHMARKS)
+  find_package(benchmark REQUIRED)
+endif()
+
+# PCL's own imported targets, as one name; the includes are system headers, so that our warning level stays ours.
+if(PLANAR_MAPPING_BUILD_PCL OR PLANAR_MAPPING_BUILD_TOOLS)
+  set(PLANAR_MAPPING_PCL_TARGETS pcl_common pcl_kdtree pcl_octree pcl_search pcl_sample_consensus pcl_filters)
+endif()

@@ -1,0 +1,61 @@
+# One call makes a module: its library, its alias, its flags and what is installed of it.
+#
+#   planar_mapping_module(NAME core SOURCES src/a.cpp ... PUBLIC Eigen3::Eigen PRIVATE Threads::Threads)
+#
+# Headers are taken from include/. Modules are exported as planar_mapping::NAME.
+set_property(GLOBAL PROPERTY PLANAR_MAPPING_MODULES "")
+
+function(planar_mapping_set_flags target)
+  target_compile_features(${target} PUBLIC cxx_std_17)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual)
+  if(PLANAR_MAPPING_WARNINGS_AS_ERRORS)
+    target_compile_options(${target} PRIVATE -Werror)
+  endif()
+  if(PLANAR_MAPPING_SANITIZE STREQUAL "address")
+    target_compile_options(${target} PRIVATE -fsanitize=address,undefined -fno-sanitize-recover=undefined
+                           -fno-omit-frame-pointer)
+    target_link_options(${target} PRIVATE -fsanitize=address,undefined)
+  elseif(PLANAR_MAPPING_SANITIZE STREQUAL "thread")
+    target_compile_options(${target} PRIVATE -fsanitize=thread -fno-omit-frame-pointer)
+    target_link_options(${target} PRIVATE -fsanitize=thread)
+  elseif(PLANAR_MAPPING_SANITIZE)
+    message(FATAL_ERROR "PLANAR_MAPPING_SANITIZE must be empty, address or thread")
+  endif()
+endfunction()
+
+function(planar_mapping_module)
+  cmake_parse_arguments(ARG "" "NAME" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  set(target planar_mapping_${ARG_NAME})
+  add_library(${target} ${ARG_SOURCES})
+  add_library(planar_mapping::${ARG_NAME} ALIAS ${target})
+  set_target_properties(${target} PROPERTIES
+    EXPORT_NAME ${ARG_NAME}
+    VERSION ${PROJECT_VERSION}
+    SOVERSION ${PROJECT_VERSION_MAJOR}
+    CXX_VISIBILITY_PRESET hidden
+    VISIBILITY_INLINES_HIDDEN ON
+    POSITION_INDEPENDENT_CODE ON
+    CXX_EXTENSIONS OFF)
+  planar_mapping_set_flags(${target})
+  target_include_directories(${target} PUBLIC
+    $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>
+    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  target_link_libraries(${target} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
+  install(TARGETS ${target} EXPORT planar_mapping_${ARG_NAME}_targets
+    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT runtime NAMELINK_COMPONENT development
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
+    RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT runtime)
+  install(DIRECTORY include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
+  install(EXPORT planar_mapping_${ARG_NAME}_targets NAMESPACE planar_mapping::
+    DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/planar_mapping COMPONENT development)
+  set_property(GLOBAL APPEND PROPERTY PLANAR_MAPPING_MODULES ${ARG_NAME})
+endfunction()
+
+# An executable of ours: a tool, an example, a test or a benchmark.
+function(planar_mapping_executable target)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  add_executable(${target} ${ARG_SOURCES})
+  set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF)
+  planar_mapping_set_flags(${target})
+  target_link_libraries(${target} PRIVATE ${ARG_LINK})
+endfunction()

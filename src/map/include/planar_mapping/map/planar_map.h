@@ -1,0 +1,135 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "planar_mapping/core/cuboid.h"
+#include "planar_mapping/core/cuboid_approximation.h"
+#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/multi_plane.h"
+#include "planar_mapping/core/plane_moments.h"
+#include "planar_mapping/core/types.h"
+
+namespace planar_mapping {
+
+/// Pinhole model of an organized cloud: column = fx x / z + cx, row = fy y / z + cy (pixels).
+struct PinholeCamera {
+  double fx = 0.0;
+  double fy = 0.0;
+  double cx = 0.0;
+  double cy = 0.0;
+  int width = 0;
+  int height = 0;
+};
+
+/// Parameters of PlanarMap. Lengths in metres, angles in radians.
+struct PLANAR_MAPPING_EXPORT PlanarMapParams {
+  CuboidApproximationParams approximation;  ///< resolution s, profile, thickness, ...; up = world z
+  double association_angle = 0.087;   ///< [ours] largest angle between a new plane and its map plane
+  double association_offset = 0.10;   ///< [ours] largest offset between them at the new points
+  double association_gap = 0.5;       ///< [ours] largest gap between their patches
+  bool unknown_space = true;          ///< keep track of unknown space (METHOD: III-F, Fig. 5c)
+  double unknown_resolution = 0.0;    ///< side of an unknown cell; 0 = resolution
+  double max_range = 10.0;            ///< space beyond this depth is not judged
+  double min_probability = 0.5;       ///< [ours] cells whose belief falls below this are removed
+
+  /// \throws ParameterError
+  void validate() const;
+};
+
+/// A plane of the map, world frame.
+struct MapPlane {
+  std::int32_t id = 0;  ///< never reused; Cuboid::plane_id refers to it
+  Plane plane;
+  PlaneMoments moments;
+  std::uint32_t frames = 0;  ///< in how many frames it was seen
+  double rms() const { return moments.fit().rms; }
+};
+
+/// What one frame brings to the map. Everything is in the sensor's frame but the pose.
+struct FrameObservation {
+  Pose T_world_sensor = Pose::Identity();
+  double timestamp = 0.0;                             ///< seconds
+  PointsView points;                                  ///< the whole cloud, as measured
+  const Indices* indices = nullptr;                   ///< the points to be mapped; null = all
+  const Indices* ground = nullptr;                    ///< removed ground: clears space, makes no cell
+  const std::vector<PlaneSegment>* planes = nullptr;  ///< null = none
+  const std::vector<float>* probability = nullptr;    ///< belief per point; null = 1
+  /// Known intrinsics of an organized cloud; absent = estimated from it, or a spherical image.
+  std::optional<PinholeCamera> camera;
+};
+
+/// What an insertion did.
+struct FrameUpdate {
+  std::size_t planes_new = 0;
+  std::size_t planes_matched = 0;
+  std::size_t cells_added = 0;
+  std::size_t cells_removed = 0;
+  std::size_t patches_rebuilt = 0;
+  std::size_t absorbed_points = 0;
+};
+
+/// The map of planar cuboids: planes with their patches, non-planar cells, unknown space
+/// (the paper, III-F and IV).
+///
+/// World frame, z up, metres. Exactly one of isOccupied(), isFree() and isUnknown() holds anywhere.
+/// Copyable. Const functions may be called from several threads at once.
+class PLANAR_MAPPING_EXPORT PlanarMap {
+ public:
+  explicit PlanarMap(const PlanarMapParams& params = PlanarMapParams());
+  ~PlanarMap();
+  PlanarMap(const PlanarMap& other);
+  PlanarMap(PlanarMap&& other) noexcept;
+  PlanarMap& operator=(const PlanarMap& other);
+  PlanarMap& operator=(PlanarMap&& other) noexcept;
+
+  const PlanarMapParams& params() const;
+
+  /// Associates the planes of the frame with those of the map, refits, extends patches, updates
+  /// probabilities and unknown space, rebuilds the cuboids of what was touched.
+  /// \throws InputError if indices or sizes do not fit the cloud, or the pose is not finite
+  FrameUpdate insert(const FrameObservation& frame);
+  /// Forgets everything but the parameters.
+  void clear();
+
+  /// Occupied cuboids: planar ones by plane id, then non-planar ones.
+  const std::vector<Cuboid>& cuboids() const;
+  /// Unknown space as axis-aligned cuboids (state Unknown, plane_id -1), merged.
+  std::vector<Cuboid> unknownCuboids() const;
+  const std::vector<MapPlane>& planes() const;
+  /// The sensor poses of the frames in order, with their time stamps.
+  const std::vector<std::pair<double, Pose>>& trajectory() const;
+
+  CellState stateAt(const Vector3& point) const;
+  bool isOccupied(const Vector3& point) const { return stateAt(point) == CellState::Occupied; }
+  bool isFree(const Vector3& point) const { return stateAt(point) == CellState::Free; }
+  bool isUnknown(const Vector3& point) const { return stateAt(point) == CellState::Unknown; }
+  /// Belief that the point is occupied: the cuboid's probability, 0 where free, 0.5 where unknown.
+  double occupancyAt(const Vector3& point) const;
+  /// Indices into cuboids() of those that contain the point (within margin, metres), ascending.
+  Indices cuboidsAt(const Vector3& point, double margin = 0.0) const;
+
+  std::size_t unknownCells() const;
+  std::size_t frames() const;
+  bool empty() const;
+  /// Axis-aligned bounds of the occupied cuboids; false if there are none.
+  bool bounds(Vector3& low, Vector3& high) const;
+  /// Bytes of the live structure, counted.
+  std::size_t memoryBytes() const;
+
+  /// The .pmap bytes (docs/file_format.md); the same map always gives the same bytes.
+  std::vector<std::uint8_t> serialize() const;
+  /// \throws Error naming what is wrong, with memory and recursion bounded by the size given
+  static PlanarMap deserialize(const std::uint8_t* data, std::size_t size);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace planar_mapping
