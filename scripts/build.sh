@@ -1,0 +1,14 @@
+#!/usr/bin/env bash
+# Configures and builds one preset: scripts/build.sh [release|dev|asan|tsan|core-only]. Quick when nothing changed.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+preset=${1:-release}
+scripts/install_dependencies.sh
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+if ! cmake --preset "$preset" >"$log" 2>&1; then
+  cat "$log" >&2
+  echo "Configuring the preset '$preset' failed; the reason is above." >&2
+  exit 1
+fi
+cmake --build --preset "$preset"

@@ -1,0 +1,69 @@
+#!/usr/bin/env bash
+# From nothing to a map you can look at: installs packages, builds, maps, draws.
+#   scripts/demo.sh                 a generated room seen by a stereo camera
+#   scripts/demo.sh FILE.pcd...     your own clouds (or a sequence folder)
+# PLANAR_MAPPING_DEMO_DIR chooses where the results go (default: out/demo below the project).
+set -euo pipefail
+if [[ ${1:-} == -h || ${1:-} == --help ]]; then
+  sed -n '2,5s/^# \{0,1\}//p' "$0"
+  exit 0
+fi
+inputs=()
+for input in "$@"; do
+  if [[ ! -e $input ]]; then
+    echo "scripts/demo.sh: '$input' does not exist; give PCD files or a sequence folder" >&2
+    exit 4
+  fi
+  inputs+=("$(realpath "$input")")
+done
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+out=$(realpath -m "${PLANAR_MAPPING_DEMO_DIR:-out/demo}")
+
+scripts/build.sh release
+planar_map=build/bin/planar_map
+mkdir -p "$out"
+
+if [[ ${#inputs[@]} -eq 0 ]]; then
+  echo "== simulating a room seen by a stereo camera"
+  "$planar_map" simulate room --frames 12 --seed 7 -o "$out/scene" --force
+  inputs=("$out/scene")
+  config=config/pcd_sequence.yaml
+elif [[ ${#inputs[@]} -eq 1 && -f ${inputs[0]} ]]; then
+  config=config/single_pcd.yaml
+elif [[ ${#inputs[@]} -eq 1 && -d ${inputs[0]}/rgb ]]; then
+  config=config/rgbd_indoor.yaml
+else
+  config=config/pcd_sequence.yaml
+fi
+
+arguments=()
+for input in "${inputs[@]}"; do arguments+=(-i "$input"); done
+echo "== mapping with $config"
+"$planar_map" run "$config" "${arguments[@]}" -o "$out/map" --force
+
+echo "== drawing"
+map=$out/map/map.pmap
+snapshot() { "$planar_map" snapshot "$map" -o "$out/$1" --force "${@:2}"; }
+snapshot by_plane.png --color plane --size 1280x720
+snapshot by_probability.png --color probability --show occupied,edges,trajectory,axes,legend --size 1280x720
+snapshot top_view.png --projection-2d --size 1000x800
+
+figure() { grep -m1 "\"$1\"" "$out/map/metrics.json" | sed 's/.*: *//; s/,$//'; }
+json() { "$planar_map" info "$map" --json >/dev/null; }
+json
+cat <<TEXT
+
+Map:      $map
+          (readable: $out/map/map.json, figures: $out/map/metrics.json)
+Pictures: $out/by_plane.png
+          $out/by_probability.png
+          $out/top_view.png
+
+  planes                  $(figure planes)
+  cuboids                 $(figure total)
+  standard cells          $(figure standard_cells)
+  combination efficiency  $(figure combination_efficiency)
+  file, bytes             $(figure file_bytes)
+
+Look at it in a window:   $planar_map view $map
+TEXT

@@ -1,0 +1,44 @@
+#!/usr/bin/env bash
+# Installs the Debian packages the project builds with; does nothing when all are there.
+# Works as root or with sudo. PLANAR_MAPPING_NO_APT=1 forbids installing: then it only checks.
+set -euo pipefail
+
+packages=(
+  build-essential cmake ninja-build
+  libeigen3-dev libpcl-dev libyaml-cpp-dev libcli11-dev nlohmann-json3-dev libpng-dev liblzf-dev
+  libvtk9-dev libglew-dev libegl-dev libx11-dev
+  libegl1 libgl1-mesa-dri
+  libgtest-dev libbenchmark-dev
+  xvfb xauth
+)
+
+missing=()
+for package in "${packages[@]}"; do
+  status=$(dpkg-query -W -f='${Status}' "$package" 2>/dev/null || true)
+  [[ $status == "install ok installed" ]] || missing+=("$package")
+done
+if [[ ${#missing[@]} -eq 0 ]]; then
+  exit 0
+fi
+
+explain() {
+  echo "These Debian packages are missing: ${missing[*]}" >&2
+  echo "$1 Install them with: apt-get install --no-install-recommends ${missing[*]}" >&2
+  exit 1
+}
+command -v apt-get >/dev/null || explain "There is no apt-get on this machine."
+[[ -z ${PLANAR_MAPPING_NO_APT:-} ]] || explain "PLANAR_MAPPING_NO_APT forbids installing."
+
+as_root=()
+if [[ $(id -u) -ne 0 ]]; then
+  command -v sudo >/dev/null || explain "You are not root and there is no sudo."
+  sudo -n true 2>/dev/null || [[ -t 0 ]] || explain "sudo wants a password and there is no terminal to ask at."
+  as_root=(sudo)
+fi
+
+echo "Installing ${#missing[@]} Debian packages: ${missing[*]}"
+export DEBIAN_FRONTEND=noninteractive
+"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get update -qq ||
+  explain "apt-get update failed (no network, or apt is not allowed here)."
+"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null ||
+  explain "apt-get install failed."
