@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/types.h"
+#include "planar_mapping/io/atomic_file.h"
+
+namespace planar_mapping {
+namespace io {
+
+struct StampedPose {
+  double timestamp = 0.0;  ///< seconds
+  Pose pose = Pose::Identity();
+};
+
+/// Reads a trajectory in TUM format: `timestamp tx ty tz qx qy qz qw` a line, metres; empty lines
+/// and what follows a `#` are skipped. Quaternions may be off unit length by the rounding of text
+/// (\p norm_tolerance [ours]) and are normalised.
+/// \throws IoError with the line number: wrong count, no number, not finite, no unit quaternion
+PLANAR_MAPPING_EXPORT std::vector<StampedPose> readTumPoses(const std::string& path,
+                                                            double norm_tolerance = 1e-2);
+
+/// The same text for every locale; doubles survive writing and reading.
+PLANAR_MAPPING_EXPORT std::string toTum(const std::vector<StampedPose>& poses);
+/// \throws IoError
+PLANAR_MAPPING_EXPORT void writeTumPoses(const std::string& path,
+                                         const std::vector<StampedPose>& poses,
+                                         Overwrite overwrite = Overwrite::Refuse);
+
+}  // namespace io
+}  // namespace planar_mapping
