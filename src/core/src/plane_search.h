@@ -5,6 +5,7 @@
 #include "planar_mapping/core/multi_plane.h"
 
 // The searches behind findPlanes(), which checks parameters and indices before it calls them.
+// Indices are then null or ascending without repetitions.
 namespace planar_mapping::detail {
 
 PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
@@ -14,11 +15,16 @@ PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
 PlaneSet findPlanesMultiRansac(const PointsView& points, const Indices* indices,
                                const MultiPlaneParams& params, const Vector3& sensor);
 
+enum class InlierRule : std::uint8_t {
+  AsLabelled,       ///< every labelled point is an inlier, whatever its distance
+  WithinThreshold,  ///< points farther than d_T(z) from the refitted plane are let go
+};
+
 /// Labels and planes to the result all searches share: inliers, moments, covariance, patches,
 /// orientation towards the sensor, largest first. Planes below min_inliers are dropped.
-/// \param labels plane per point of the cloud, -1 = none
+/// \param labels plane per point of the cloud, -1 = none; only finite points may have one
 PlaneSet assemblePlaneSet(const PointsView& points, const std::vector<std::int32_t>& labels,
                           const std::vector<Plane>& planes, const MultiPlaneParams& params,
-                          const Vector3& sensor);
+                          const Vector3& sensor, InlierRule rule = InlierRule::AsLabelled);
 
 }  // namespace planar_mapping::detail

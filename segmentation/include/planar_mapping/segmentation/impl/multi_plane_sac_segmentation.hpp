@@ -1,0 +1,66 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <pcl/impl/pcl_base.hpp>
+#include <utility>
+
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/pcl/points_view.h"
+#include "planar_mapping/segmentation/multi_plane_sac_segmentation.h"
+
+namespace planar_mapping {
+
+template <typename PointT>
+void MultiPlaneSACSegmentation<PointT>::segment(std::vector<pcl::PointIndices>& inliers,
+                                                std::vector<pcl::ModelCoefficients>& planes) {
+  inliers.clear();
+  planes.clear();
+  result_ = PlaneSet();
+  if (!this->input_) throw InputError("MultiPlaneSACSegmentation has no input cloud");
+  const PointCloud& cloud = *this->input_;
+  const Indices* indices = this->use_indices_ && this->indices_ ? this->indices_.get() : nullptr;
+  const Vector3 sensor = cloud.sensor_origin_.template head<3>().template cast<double>();
+  result_ = findPlanes(viewOf(cloud), indices, params_, sensor);
+
+  inliers.resize(result_.planes.size());
+  planes.resize(result_.planes.size());
+  for (std::size_t i = 0; i < result_.planes.size(); ++i) {
+    const Vector4 coefficients = result_.planes[i].plane.coefficients();
+    inliers[i].header = planes[i].header = cloud.header;
+    inliers[i].indices = result_.planes[i].inliers;
+    planes[i].values.assign(coefficients.data(), coefficients.data() + 4);
+  }
+}
+
+template <typename PointT>
+void MultiPlaneSACSegmentation<PointT>::setParams(const MultiPlaneParams& params) {
+  params.validate();
+  params_ = params;
+}
+
+// One setter = one field changed in a copy that must still be valid.
+#define PLANAR_MAPPING_SETTER(name, type, field)             \
+  template <typename PointT>                                 \
+  void MultiPlaneSACSegmentation<PointT>::name(type value) { \
+    MultiPlaneParams changed = params_;                      \
+    changed.field = value;                                   \
+    setParams(changed);                                      \
+  }
+PLANAR_MAPPING_SETTER(setDistanceThreshold, double, distance_threshold)
+PLANAR_MAPPING_SETTER(setMinInliers, int, min_inliers)
+PLANAR_MAPPING_SETTER(setMaxPlanes, int, max_planes)
+PLANAR_MAPPING_SETTER(setMethod, PlaneSearchMethod, method)
+PLANAR_MAPPING_SETTER(setNoiseModel, const std::optional<StereoNoise>&, noise)
+PLANAR_MAPPING_SETTER(setNoiseFactor, double, noise_factor)
+PLANAR_MAPPING_SETTER(setPatchGap, double, patch_gap)
+PLANAR_MAPPING_SETTER(setNumberOfModels, int, number_of_models)
+PLANAR_MAPPING_SETTER(setMaxIterations, int, max_iterations)
+PLANAR_MAPPING_SETTER(setMissProbability, double, miss_probability)
+PLANAR_MAPPING_SETTER(setSignificance, double, significance)
+PLANAR_MAPPING_SETTER(setMaxNormalDeviation, double, max_normal_deviation)
+PLANAR_MAPPING_SETTER(setSeed, std::uint64_t, seed)
+PLANAR_MAPPING_SETTER(setNumberOfThreads, int, threads)
+#undef PLANAR_MAPPING_SETTER
+
+}  // namespace planar_mapping

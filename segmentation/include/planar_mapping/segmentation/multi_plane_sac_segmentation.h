@@ -1,0 +1,124 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <pcl/ModelCoefficients.h>
+#include <pcl/PointIndices.h>
+#include <pcl/memory.h>
+#include <pcl/pcl_base.h>
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/multi_plane.h"
+
+namespace planar_mapping {
+
+/// Finds all planes of a cloud in one call (the paper, III-C): sparse feature clouds, unorganized
+/// clouds and organized ones, each by the search that suits it.
+///
+/// \code
+/// planar_mapping::MultiPlaneSACSegmentation<pcl::PointXYZ> segmentation;
+/// segmentation.setDistanceThreshold(0.05);  // d_T, metres
+/// segmentation.setMinInliers(1000);
+/// segmentation.setInputCloud(cloud);
+/// std::vector<pcl::PointIndices> inliers;
+/// std::vector<pcl::ModelCoefficients> planes;
+/// segmentation.segment(inliers, planes);
+/// \endcode
+///
+/// Planes come largest first, their inlier sets are disjoint, ascending and refer to the input
+/// cloud, and every inlier lies within the threshold of its plane. Normals point towards the
+/// sensor (the cloud's sensor_origin_). Points that are not finite are skipped and counted. The
+/// same input and parameters give the same result on any number of threads. The class prints
+/// nothing and keeps nothing between runs but the last result.
+template <typename PointT>
+class PLANAR_MAPPING_EXPORT MultiPlaneSACSegmentation : public pcl::PCLBase<PointT> {
+ public:
+  using Ptr = pcl::shared_ptr<MultiPlaneSACSegmentation<PointT>>;
+  using ConstPtr = pcl::shared_ptr<const MultiPlaneSACSegmentation<PointT>>;
+  using PointCloud = typename pcl::PCLBase<PointT>::PointCloud;
+  using PointCloudPtr = typename pcl::PCLBase<PointT>::PointCloudPtr;
+  using PointCloudConstPtr = typename pcl::PCLBase<PointT>::PointCloudConstPtr;
+
+  /// Segments the input cloud, or the points of setIndices().
+  /// \param[out] inliers indices into the input cloud, one set per plane; header of the cloud
+  /// \param[out] planes  (a, b, c, d) of a x + b y + c z + d = 0, unit normal towards the sensor
+  /// \throws InputError without an input cloud or for an index outside it
+  void segment(std::vector<pcl::PointIndices>& inliers,
+               std::vector<pcl::ModelCoefficients>& planes);
+
+  /// The planes of the last segment(), with covariance, residual, tilt and patches.
+  const std::vector<PlaneSegment>& getPlanes() const { return result_.planes; }
+  /// What the last segment() did.
+  const PlaneSearchDiagnostics& getDiagnostics() const { return result_.diagnostics; }
+
+  // Every setter throws ParameterError, and changes nothing, if the value is out of range.
+
+  /// All parameters at once.
+  void setParams(const MultiPlaneParams& params);
+  const MultiPlaneParams& getParams() const { return params_; }
+
+  /// d_T, metres, > 0 (the paper, Eq. 11).
+  void setDistanceThreshold(double metres);
+  double getDistanceThreshold() const { return params_.distance_threshold; }
+  /// Smallest plane that counts, points, >= 3.
+  void setMinInliers(int points);
+  int getMinInliers() const { return params_.min_inliers; }
+  /// 0 = as many as there are.
+  void setMaxPlanes(int planes);
+  int getMaxPlanes() const { return params_.max_planes; }
+  void setMethod(PlaneSearchMethod method);
+  PlaneSearchMethod getMethod() const { return params_.method; }
+  /// Lets the threshold follow the noise of a stereo camera, d_T(z) = max(d_T, k dz(z)), z along
+  /// the third axis of the cloud; std::nullopt keeps it constant.
+  void setNoiseModel(const std::optional<StereoNoise>& noise);
+  const std::optional<StereoNoise>& getNoiseModel() const { return params_.noise; }
+  /// k of the threshold that follows the noise, >= 0.
+  void setNoiseFactor(double factor);
+  double getNoiseFactor() const { return params_.noise_factor; }
+  /// Gap between separate patches of a plane, metres, >= 0; 0 = from the density.
+  void setPatchGap(double metres);
+  double getPatchGap() const { return params_.patch_gap; }
+  /// W of multi-RANSAC, >= 0; 0 = by significance.
+  void setNumberOfModels(int models);
+  int getNumberOfModels() const { return params_.number_of_models; }
+  /// Hypotheses of the random search, >= 0; 0 = from the miss probability.
+  void setMaxIterations(int iterations);
+  int getMaxIterations() const { return params_.max_iterations; }
+  /// Probability to miss a plane that is there, in (0, 1).
+  void setMissProbability(double probability);
+  double getMissProbability() const { return params_.miss_probability; }
+  /// Standard deviations by which a plane must exceed clutter, >= 0.
+  void setSignificance(double deviations);
+  double getSignificance() const { return params_.significance; }
+  /// Largest angle between a plane and the surface where its points lie, radians in (0, pi / 2].
+  void setMaxNormalDeviation(double radians);
+  double getMaxNormalDeviation() const { return params_.max_normal_deviation; }
+  void setSeed(std::uint64_t seed);
+  std::uint64_t getSeed() const { return params_.seed; }
+  /// 0 = all cores; never changes the result.
+  void setNumberOfThreads(int threads);
+  int getNumberOfThreads() const { return params_.threads; }
+
+ private:
+  MultiPlaneParams params_;
+  PlaneSet result_;
+};
+
+extern template class MultiPlaneSACSegmentation<pcl::PointXYZ>;
+extern template class MultiPlaneSACSegmentation<pcl::PointXYZI>;
+extern template class MultiPlaneSACSegmentation<pcl::PointXYZL>;
+extern template class MultiPlaneSACSegmentation<pcl::PointXYZRGB>;
+extern template class MultiPlaneSACSegmentation<pcl::PointXYZRGBA>;
+extern template class MultiPlaneSACSegmentation<pcl::PointNormal>;
+extern template class MultiPlaneSACSegmentation<pcl::PointXYZRGBNormal>;
+extern template class MultiPlaneSACSegmentation<pcl::PointXYZINormal>;
+
+}  // namespace planar_mapping
+
+#include "planar_mapping/segmentation/impl/multi_plane_sac_segmentation.hpp"

@@ -1,0 +1,119 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/core/multi_plane.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "planar_mapping/core/error.h"
+#include "plane_search.h"
+
+namespace planar_mapping {
+
+namespace {
+
+constexpr double kMaxInt = std::numeric_limits<int>::max();
+/// [ours] Automatic: up to this many points a cloud is features, not a surface.
+constexpr std::size_t kMostSparsePoints = 5000;
+/// [ours] Automatic: an image smaller than this, or used to a smaller share, has too few cells.
+constexpr std::uint32_t kLeastImageSide = 32;
+constexpr std::size_t kLeastImageShare = 4;
+
+void checkView(const PointsView& points, const Vector3& sensor) {
+  if (points.size > 0 && points.data == nullptr) throw InputError("the cloud has no data");
+  if (points.stride < 3) throw InputError("points must be at least three floats apart");
+  if (static_cast<double>(points.size) > kMaxInt) {
+    throw InputError("a cloud of " + std::to_string(points.size) +
+                     " points is more than an index can count");
+  }
+  if (points.isOrganized() &&
+      static_cast<std::size_t>(points.width) * points.height != points.size) {
+    throw InputError("width times height of the cloud is not its number of points");
+  }
+  if (!sensor.allFinite()) throw InputError("the position of the sensor is not finite");
+}
+
+/// Checks the indices and returns them ascending without repetitions; \p storage holds the copy
+/// if one is needed.
+const Indices* checkedIndices(const Indices& indices, std::size_t size, Indices& storage) {
+  bool ascending = true;
+  for (std::size_t i = 0; i < indices.size(); ++i) {
+    if (indices[i] < 0 || static_cast<std::size_t>(indices[i]) >= size) {
+      throw InputError("index " + std::to_string(indices[i]) + " is outside the cloud of " +
+                       std::to_string(size) + " points");
+    }
+    if (i > 0 && indices[i] <= indices[i - 1]) ascending = false;
+  }
+  if (ascending) return &indices;
+  storage = indices;
+  std::sort(storage.begin(), storage.end());
+  storage.erase(std::unique(storage.begin(), storage.end()), storage.end());
+  return &storage;
+}
+
+PlaneSearchMethod chooseMethod(const PointsView& points, std::size_t considered) {
+  if (considered <= kMostSparsePoints) return PlaneSearchMethod::MultiRansac;
+  if (points.width >= kLeastImageSide && points.height >= kLeastImageSide &&
+      considered * kLeastImageShare >= points.size) {
+    return PlaneSearchMethod::Organized;
+  }
+  return PlaneSearchMethod::Sequential;
+}
+
+}  // namespace
+
+void MultiPlaneParams::validate() const {
+  if (method != PlaneSearchMethod::Automatic && method != PlaneSearchMethod::MultiRansac &&
+      method != PlaneSearchMethod::Sequential && method != PlaneSearchMethod::Organized) {
+    throw ParameterError("method", static_cast<double>(method), "one of PlaneSearchMethod");
+  }
+  requirePositive("distance_threshold", distance_threshold, "m");
+  requireInRange("min_inliers", min_inliers, 3, kMaxInt, "points");
+  requireInRange("max_planes", max_planes, 0, kMaxInt);
+  if (noise) noise->validate();
+  requireInRange("noise_factor", noise_factor, 0.0, std::numeric_limits<double>::max());
+  requireInRange("patch_gap", patch_gap, 0.0, std::numeric_limits<double>::max(), "m");
+  requireInRange("number_of_models", number_of_models, 0, kMaxInt);
+  requireInRange("max_iterations", max_iterations, 0, kMaxInt);
+  if (!(miss_probability > 0.0 && miss_probability < 1.0)) {
+    throw ParameterError("miss_probability", miss_probability, "(0, 1)");
+  }
+  requireInRange("significance", significance, 0.0, std::numeric_limits<double>::max());
+  if (!(max_normal_deviation > 0.0 && max_normal_deviation <= M_PI_2)) {
+    throw ParameterError("max_normal_deviation", max_normal_deviation, "(0, pi/2]", "rad");
+  }
+  requireInRange("threads", threads, 0, kMaxInt);
+}
+
+PlaneSet findPlanes(const PointsView& points, const Indices* indices,
+                    const MultiPlaneParams& params, const Vector3& sensor) {
+  params.validate();
+  checkView(points, sensor);
+  Indices storage;
+  if (indices != nullptr) indices = checkedIndices(*indices, points.size, storage);
+  const std::size_t considered = indices != nullptr ? indices->size() : points.size;
+
+  const PlaneSearchMethod method = params.method == PlaneSearchMethod::Automatic
+                                       ? chooseMethod(points, considered)
+                                       : params.method;
+  PlaneSet set;
+  switch (method) {
+    case PlaneSearchMethod::MultiRansac:
+      set = detail::findPlanesMultiRansac(points, indices, params, sensor);
+      break;
+    default:
+      set = detail::findPlanesSequential(points, indices, params, sensor);
+      break;
+  }
+  set.diagnostics.method = method;
+  set.diagnostics.points_considered = considered;
+  if (params.max_planes > 0 && set.planes.size() > static_cast<std::size_t>(params.max_planes)) {
+    set.planes.resize(static_cast<std::size_t>(params.max_planes));
+    set.diagnostics.stopped_by_itself = false;
+  }
+  return set;
+}
+
+}  // namespace planar_mapping

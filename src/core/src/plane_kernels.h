@@ -1,0 +1,19 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+// Plain loops over coordinates that exist for several instruction sets. Coordinates are relative
+// to an origin near the points, so that float is enough; planes are (a, b, c, d) about the same
+// origin; z of the band is the depth itself, hence the separate array.
+namespace planar_mapping::detail {
+
+/// Gives each point the nearest of \p planes within max(constant, per_square_depth * depth^2).
+/// \p best holds scratch of \p n floats; \p label gets the plane or -1.
+void nearestPlane(const float* x, const float* y, const float* z, const float* depth, std::size_t n,
+                  const float* planes, std::size_t number_of_planes, float constant,
+                  float per_square_depth, float* best, std::int32_t* label);
+
+}  // namespace planar_mapping::detail
