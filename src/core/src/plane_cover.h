@@ -1,0 +1,20 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "planar_mapping/core/cuboid_approximation.h"
+
+namespace planar_mapping::detail {
+
+/// Length in cells of a threshold that stands for the resolution when it is 0; at least 1.
+int lengthInCells(double length, double resolution);
+
+/// The rectangles that params.profile makes of a patch.
+std::vector<CellRectangle> rectanglesOfPlane(const CellMask& mask,
+                                             const CuboidApproximationParams& params);
+
+/// Fills empty cells enclosed by occupied ones (in the sense of 4-connected holes) where the
+/// hole's bounding rectangle is at most \p side cells wide and high.
+void fillHoles(CellMask& mask, int side);
+
+}  // namespace planar_mapping::detail

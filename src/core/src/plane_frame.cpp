@@ -1,0 +1,41 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/plane_raster.h"
+
+namespace planar_mapping {
+namespace {
+
+/// Below this sine between normal and vertical, "horizontal within the plane" means nothing.
+constexpr double kHorizontalSine = 1e-6;
+
+}  // namespace
+
+PlaneFrame makePlaneFrame(const Plane& plane, const Vector3& near, const Vector3& up) {
+  const double length = plane.normal.norm();
+  if (!(length > 0.0) || !std::isfinite(length) || !std::isfinite(plane.offset)) {
+    throw InputError("plane frame: the plane's normal is zero or not finite");
+  }
+  if (!near.allFinite()) throw InputError("plane frame: the near point is not finite");
+  const double up_length = up.norm();
+  if (!(up_length > 0.0) || !std::isfinite(up_length)) {
+    throw ParameterError("up", up_length, "a finite vector of length > 0");
+  }
+  PlaneFrame frame;
+  frame.n = plane.normal / length;
+  frame.origin = near - (frame.n.dot(near) + plane.offset / length) * frame.n;
+  frame.u = (up / up_length).cross(frame.n);
+  if (frame.u.norm() < kHorizontalSine) {
+    // The axis of the cloud that is least along the normal; the lowest of equals.
+    Vector3::Index axis = 0;
+    frame.n.cwiseAbs().minCoeff(&axis);
+    frame.u = Vector3::Unit(axis) - frame.n[axis] * frame.n;
+  }
+  frame.u.normalize();
+  frame.v = frame.n.cross(frame.u);
+  return frame;
+}
+
+}  // namespace planar_mapping
