@@ -1,0 +1,364 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cloud_layout.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "planar_mapping/core/error.h"
+
+namespace planar_mapping {
+namespace io {
+namespace {
+
+constexpr std::uint64_t kLargestRecord = std::uint64_t{1} << 28;
+constexpr std::uint64_t kMostPoints = std::numeric_limits<int>::max();
+constexpr std::size_t kBlock = std::size_t{1} << 20;
+
+template <typename T>
+T load(const std::uint8_t* bytes, bool big_endian) {
+  std::array<std::uint8_t, sizeof(T)> raw;
+  std::memcpy(raw.data(), bytes, sizeof(T));
+  if (big_endian) std::reverse(raw.begin(), raw.end());
+  T value;
+  std::memcpy(&value, raw.data(), sizeof(T));
+  return value;
+}
+
+double loadNumber(const std::uint8_t* bytes, ScalarType type, bool big_endian) {
+  switch (type) {
+    case ScalarType::I8:
+      return load<std::int8_t>(bytes, big_endian);
+    case ScalarType::U8:
+      return load<std::uint8_t>(bytes, big_endian);
+    case ScalarType::I16:
+      return load<std::int16_t>(bytes, big_endian);
+    case ScalarType::U16:
+      return load<std::uint16_t>(bytes, big_endian);
+    case ScalarType::I32:
+      return load<std::int32_t>(bytes, big_endian);
+    case ScalarType::U32:
+      return load<std::uint32_t>(bytes, big_endian);
+    case ScalarType::I64:
+      return static_cast<double>(load<std::int64_t>(bytes, big_endian));
+    case ScalarType::U64:
+      return static_cast<double>(load<std::uint64_t>(bytes, big_endian));
+    case ScalarType::F32:
+      return load<float>(bytes, big_endian);
+    case ScalarType::F64:
+      return load<double>(bytes, big_endian);
+  }
+  return 0.0;
+}
+
+/// The cast alone is undefined beyond the range of float.
+float toFloat(double value) {
+  constexpr double kLargest = std::numeric_limits<float>::max();
+  if (value > kLargest) return std::numeric_limits<float>::infinity();
+  if (value < -kLargest) return -std::numeric_limits<float>::infinity();
+  return static_cast<float>(value);
+}
+
+std::uint32_t toLabel(double value) {
+  return value >= 0.0 && value < 4294967296.0 ? static_cast<std::uint32_t>(value) : 0u;
+}
+
+/// Colours in text: PCL has written them as the float whose bits they are, as that number's
+/// integer value, and as an integer.
+std::uint32_t colorOfNumber(double value, bool is_float) {
+  if (!is_float || value >= 1.0) return toLabel(value) & 0xFFFFFFu;
+  const float narrow = toFloat(value);
+  std::uint32_t bits;
+  std::memcpy(&bits, &narrow, sizeof bits);
+  return bits & 0xFFFFFFu;
+}
+
+bool isFloat(ScalarType type) {
+  return type == ScalarType::F32 || type == ScalarType::F64;
+}
+
+}  // namespace
+
+std::size_t sizeOf(ScalarType type) {
+  switch (type) {
+    case ScalarType::I8:
+    case ScalarType::U8:
+      return 1;
+    case ScalarType::I16:
+    case ScalarType::U16:
+      return 2;
+    case ScalarType::I32:
+    case ScalarType::U32:
+    case ScalarType::F32:
+      return 4;
+    case ScalarType::I64:
+    case ScalarType::U64:
+    case ScalarType::F64:
+      return 8;
+  }
+  return 0;
+}
+
+std::string nameOf(ScalarType type) {
+  const bool is_signed = type == ScalarType::I8 || type == ScalarType::I16 ||
+                         type == ScalarType::I32 || type == ScalarType::I64;
+  return (isFloat(type) ? "F" : is_signed ? "I" : "U") + std::to_string(sizeOf(type));
+}
+
+void placeFields(const std::string& path, std::vector<CloudField>& fields) {
+  std::uint64_t offset = 0;
+  std::uint64_t word = 0;
+  for (CloudField& field : fields) {
+    field.offset = offset;
+    field.word = word;
+    if (field.count > kLargestRecord) throw IoError(path, "a point has too many values");
+    offset += field.count * sizeOf(field.type);
+    word += field.count;
+    if (offset > kLargestRecord) throw IoError(path, "a point has too many values");
+  }
+}
+
+CloudFiller::CloudFiller(const std::string& path, const std::vector<CloudField>& fields,
+                         const CloudChannels& channels)
+    : path_(path) {
+  for (const CloudField& field : fields) {
+    record_size_ += field.count * sizeOf(field.type);
+    words_ += field.count;
+    addColumn(field, channels);
+  }
+  const auto countOf = [this](Target target) {
+    return std::count_if(columns_.begin(), columns_.end(),
+                         [target](const Column& column) { return column.target == target; });
+  };
+  for (const auto& [target, name] :
+       {std::pair(Target::X, "x"), std::pair(Target::Y, "y"), std::pair(Target::Z, "z")}) {
+    if (countOf(target) == 0) throw IoError(path, std::string("has no field '") + name + "'");
+    if (countOf(target) > 1) throw IoError(path, std::string("has the field '") + name + "' twice");
+  }
+  // A lone channel of three makes no colour.
+  if (countOf(Target::Red) != 1 || countOf(Target::Green) != 1 || countOf(Target::Blue) != 1 ||
+      countOf(Target::PackedColor) > 0) {
+    columns_.erase(std::remove_if(columns_.begin(), columns_.end(),
+                                  [](const Column& c) {
+                                    return c.target == Target::Red || c.target == Target::Green ||
+                                           c.target == Target::Blue;
+                                  }),
+                   columns_.end());
+  }
+}
+
+void CloudFiller::addColumn(const CloudField& field, const CloudChannels& channels) {
+  struct Name {
+    const char* name;
+    Target target;
+  };
+  static constexpr Name kNames[] = {
+      {"x", Target::X},
+      {"y", Target::Y},
+      {"z", Target::Z},
+      {"rgb", Target::PackedColor},
+      {"rgba", Target::PackedColor},
+      {"red", Target::Red},
+      {"green", Target::Green},
+      {"blue", Target::Blue},
+      {"diffuse_red", Target::Red},
+      {"diffuse_green", Target::Green},
+      {"diffuse_blue", Target::Blue},
+      {"label", Target::Label},
+      {"scalar_label", Target::Label},
+      {"intensity", Target::Intensity},
+      {"scalar_intensity", Target::Intensity},
+  };
+  const auto* const known =
+      std::find_if(std::begin(kNames), std::end(kNames),
+                   [&field](const Name& name) { return field.name == name.name; });
+  if (known == std::end(kNames) || field.count == 0) return;
+  const Target target = known->target;
+  if (target == Target::X || target == Target::Y || target == Target::Z) {
+    if (!isFloat(field.type) || field.count != 1)
+      throw IoError(path_, "field '" + field.name + "' is of type " + nameOf(field.type) +
+                               (field.count != 1 ? " x " + std::to_string(field.count) : "") +
+                               "; x, y and z must be single F4 or F8 values");
+  } else {
+    const bool wanted = target == Target::Label       ? channels.labels
+                        : target == Target::Intensity ? channels.intensities
+                                                      : channels.colors;
+    const bool usable = target == Target::PackedColor ? sizeOf(field.type) == 4
+                        : target == Target::Label || target == Target::Intensity
+                            ? true
+                            : field.type == ScalarType::U8;
+    const bool known_already = std::any_of(
+        columns_.begin(), columns_.end(), [target](const Column& c) { return c.target == target; });
+    if (!wanted || !usable || field.count != 1 || known_already) return;
+  }
+  columns_.push_back({target, field});
+}
+
+void CloudFiller::checkSize(std::uint64_t width, std::uint64_t height, std::uint64_t bytes_left,
+                            bool ascii) const {
+  if (width == 0 || height == 0) throw IoError(path_, "holds no points");
+  if (width > kMostPoints || height > kMostPoints / width)
+    throw IoError(path_, "announces " + std::to_string(width) + " x " + std::to_string(height) +
+                             " points, more than can be handled");
+  const std::uint64_t points = width * height;
+  // In text a value takes a character and a separator at least; the last separator may be missing.
+  const std::uint64_t smallest = ascii ? 2 * static_cast<std::uint64_t>(words_) : record_size_;
+  if (points > (bytes_left + (ascii ? 1 : 0)) / smallest)
+    throw IoError(path_, "is cut short or its header lies: it announces " + std::to_string(points) +
+                             " points, but only " + std::to_string(bytes_left) +
+                             " bytes of data follow");
+}
+
+void CloudFiller::allocate(CloudData& cloud, std::uint64_t width, std::uint64_t height,
+                           std::uint64_t bytes_left, bool ascii) const {
+  checkSize(width, height, bytes_left, ascii);
+  const auto has = [this](Target target) {
+    return std::any_of(columns_.begin(), columns_.end(),
+                       [target](const Column& column) { return column.target == target; });
+  };
+  cloud.width = static_cast<std::uint32_t>(width);
+  cloud.height = static_cast<std::uint32_t>(height);
+  const auto count = static_cast<std::size_t>(width * height);
+  cloud.xyz.resize(3 * count);
+  if (has(Target::PackedColor) || has(Target::Red)) cloud.colors.resize(count);
+  if (has(Target::Label)) cloud.labels.resize(count);
+  if (has(Target::Intensity)) cloud.intensities.resize(count);
+}
+
+void CloudFiller::fillColumn(CloudData& cloud, const Column& column, const std::uint8_t* data,
+                             std::size_t stride, std::size_t first, std::size_t count,
+                             bool big_endian) const {
+  const ScalarType type = column.field.type;
+  switch (column.target) {
+    case Target::X:
+    case Target::Y:
+    case Target::Z: {
+      float* out = cloud.xyz.data() + 3 * first +
+                   (static_cast<std::size_t>(column.target) - static_cast<std::size_t>(Target::X));
+      if (type == ScalarType::F32 && !big_endian) {
+        for (std::size_t i = 0; i < count; ++i) std::memcpy(out + 3 * i, data + i * stride, 4);
+      } else {
+        for (std::size_t i = 0; i < count; ++i)
+          out[3 * i] = toFloat(loadNumber(data + i * stride, type, big_endian));
+      }
+      break;
+    }
+    case Target::PackedColor:
+      for (std::size_t i = 0; i < count; ++i)
+        cloud.colors[first + i] = load<std::uint32_t>(data + i * stride, big_endian) & 0xFFFFFFu;
+      break;
+    case Target::Red:
+    case Target::Green:
+    case Target::Blue: {
+      const unsigned shift = column.target == Target::Red     ? 16u
+                             : column.target == Target::Green ? 8u
+                                                              : 0u;
+      for (std::size_t i = 0; i < count; ++i)
+        cloud.colors[first + i] |= static_cast<std::uint32_t>(data[i * stride]) << shift;
+      break;
+    }
+    case Target::Label:
+      for (std::size_t i = 0; i < count; ++i)
+        cloud.labels[first + i] = toLabel(loadNumber(data + i * stride, type, big_endian));
+      break;
+    case Target::Intensity:
+      for (std::size_t i = 0; i < count; ++i)
+        cloud.intensities[first + i] = toFloat(loadNumber(data + i * stride, type, big_endian));
+      break;
+  }
+}
+
+void CloudFiller::fillRecords(CloudData& cloud, const std::uint8_t* records, std::size_t first,
+                              std::size_t count, bool big_endian) const {
+  for (const Column& column : columns_)
+    fillColumn(cloud, column, records + column.field.offset, record_size_, first, count,
+               big_endian);
+}
+
+void CloudFiller::fillTransposed(CloudData& cloud, const std::uint8_t* data) const {
+  const std::size_t count = cloud.size();
+  for (const Column& column : columns_)
+    fillColumn(cloud, column, data + column.field.offset * count, sizeOf(column.field.type), 0,
+               count, false);
+}
+
+void CloudFiller::fillFromFile(CloudData& cloud, InputFile& file, bool big_endian) const {
+  const std::size_t count = cloud.size();
+  const bool bare = columns_.size() == 3 && record_size_ == 12 && !big_endian &&
+                    columns_[0].target == Target::X && columns_[1].target == Target::Y;
+  if (bare) {
+    file.readExactly(cloud.xyz.data(), 12 * count);
+    return;
+  }
+  const std::size_t records_a_block = std::max<std::size_t>(1, kBlock / record_size_);
+  std::vector<std::uint8_t> block(std::min(records_a_block, count) * record_size_);
+  for (std::size_t first = 0; first < count; first += records_a_block) {
+    const std::size_t records = std::min(records_a_block, count - first);
+    file.readExactly(block.data(), records * record_size_);
+    fillRecords(cloud, block.data(), first, records, big_endian);
+  }
+}
+
+void CloudFiller::parseWord(CloudData& cloud, const Column& column, std::size_t point,
+                            std::string_view word, std::size_t line) const {
+  const auto fail = [&]() {
+    throw IoError(path_, "line " + std::to_string(line) + ": " + quoted(word) + " is no number");
+  };
+  if (column.target <= Target::Z) {
+    float& out = cloud.xyz[3 * point + static_cast<std::size_t>(column.target)];
+    if (!parseNumber(word, out)) fail();
+    return;
+  }
+  double value = 0.0;
+  if (!parseNumber(word, value)) fail();
+  switch (column.target) {
+    case Target::PackedColor:
+      cloud.colors[point] = colorOfNumber(value, isFloat(column.field.type));
+      break;
+    case Target::Red:
+      cloud.colors[point] |= (toLabel(value) & 0xFFu) << 16u;
+      break;
+    case Target::Green:
+      cloud.colors[point] |= (toLabel(value) & 0xFFu) << 8u;
+      break;
+    case Target::Blue:
+      cloud.colors[point] |= toLabel(value) & 0xFFu;
+      break;
+    case Target::Label:
+      cloud.labels[point] = toLabel(value);
+      break;
+    default:
+      cloud.intensities[point] = toFloat(value);
+  }
+}
+
+void CloudFiller::fillLines(CloudData& cloud, LineReader& lines) const {
+  const std::size_t count = cloud.size();
+  std::string_view line;
+  std::size_t point = 0;
+  while (point < count && lines.next(line)) {
+    std::string_view rest = line;
+    std::string_view word = takeWord(rest);
+    if (word.empty()) continue;
+    std::size_t words = 0;
+    for (const Column& column : columns_) {
+      for (; words < column.field.word && !word.empty(); ++words) word = takeWord(rest);
+      if (word.empty()) break;
+      parseWord(cloud, column, point, word, lines.number());
+    }
+    for (; !word.empty(); ++words) word = takeWord(rest);
+    if (words != words_)
+      throw IoError(path_, "line " + std::to_string(lines.number()) + ": " + std::to_string(words) +
+                               " values instead of " + std::to_string(words_));
+    ++point;
+  }
+  if (point < count)
+    throw IoError(path_, "is cut short: it announces " + std::to_string(count) +
+                             " points, but holds " + std::to_string(point));
+}
+
+}  // namespace io
+}  // namespace planar_mapping

@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/io/depth_image.h"
+
+#include <limits>
+
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/simd.h"
+
+namespace planar_mapping {
+namespace io {
+namespace {
+
+PLANAR_MAPPING_MULTIVERSION
+void projectRow(const std::uint16_t* values, const float* column_slope, float row_slope,
+                float metres_per_unit, std::uint32_t width, float* xyz) {
+  constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+  for (std::uint32_t column = 0; column < width; ++column) {
+    const float z =
+        values[column] == 0 ? kNaN : static_cast<float>(values[column]) * metres_per_unit;
+    xyz[3 * column + 0] = column_slope[column] * z;
+    xyz[3 * column + 1] = row_slope * z;
+    xyz[3 * column + 2] = z;
+  }
+}
+
+}  // namespace
+
+DepthProjector::DepthProjector(const PinholeCamera& camera, double depth_scale) {
+  requireInRange("image_width", camera.width, 1, std::numeric_limits<int>::max(), "px");
+  requireInRange("image_height", camera.height, 1, std::numeric_limits<int>::max(), "px");
+  requirePositive("fx", camera.fx, "px");
+  requirePositive("fy", camera.fy, "px");
+  requirePositive("depth_scale", depth_scale);
+  width_ = static_cast<std::uint32_t>(camera.width);
+  height_ = static_cast<std::uint32_t>(camera.height);
+  metres_per_unit_ = static_cast<float>(1.0 / depth_scale);
+  for (std::uint32_t column = 0; column < width_; ++column)
+    column_slope_.push_back(static_cast<float>((column - camera.cx) / camera.fx));
+  for (std::uint32_t row = 0; row < height_; ++row)
+    row_slope_.push_back(static_cast<float>((row - camera.cy) / camera.fy));
+}
+
+void DepthProjector::project(const DepthImage& image, CloudData& cloud) const {
+  if (image.width != width_ || image.height != height_ ||
+      image.values.size() != std::size_t{width_} * height_)
+    throw InputError("the depth image is " + std::to_string(image.width) + " x " +
+                     std::to_string(image.height) + " pixels, its camera " +
+                     std::to_string(width_) + " x " + std::to_string(height_));
+  cloud.width = width_;
+  cloud.height = height_;
+  cloud.xyz.resize(3 * image.values.size());
+  cloud.colors.clear();
+  cloud.labels.clear();
+  cloud.intensities.clear();
+  for (std::size_t row = 0; row < height_; ++row)
+    projectRow(image.values.data() + row * width_, column_slope_.data(), row_slope_[row],
+               metres_per_unit_, width_, cloud.xyz.data() + 3 * row * width_);
+}
+
+}  // namespace io
+}  // namespace planar_mapping

@@ -1,0 +1,118 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/io/cloud_file.h"
+#include "text_out.h"
+
+namespace planar_mapping {
+namespace io {
+namespace {
+
+constexpr std::size_t kRecordsABlock = 8192;
+
+std::string headerOf(const CloudData& cloud, PcdEncoding encoding) {
+  struct Field {
+    bool present;
+    const char* name;
+    const char* type;
+  };
+  const Field fields[] = {{true, "x", "F"},
+                          {true, "y", "F"},
+                          {true, "z", "F"},
+                          {!cloud.colors.empty(), "rgb", "U"},
+                          {!cloud.labels.empty(), "label", "U"},
+                          {!cloud.intensities.empty(), "intensity", "F"}};
+  std::string names, sizes, types, counts;
+  for (const Field& field : fields) {
+    if (!field.present) continue;
+    names += std::string(" ") + field.name;
+    sizes += " 4";
+    types += std::string(" ") + field.type;
+    counts += " 1";
+  }
+  std::string text = "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS" + names +
+                     "\nSIZE" + sizes + "\nTYPE" + types + "\nCOUNT" + counts + "\nWIDTH " +
+                     std::to_string(cloud.width) + "\nHEIGHT " + std::to_string(cloud.height) +
+                     "\nVIEWPOINT";
+  const Eigen::Quaterniond q(Eigen::Matrix3d(cloud.T_world_sensor.linear()));
+  const Vector3 t = cloud.T_world_sensor.translation();
+  for (const double value : {t.x(), t.y(), t.z(), q.w(), q.x(), q.y(), q.z()}) {
+    text += ' ';
+    appendNumber(text, value);
+  }
+  text += "\nPOINTS " + std::to_string(cloud.size()) + "\nDATA ";
+  text += encoding == PcdEncoding::Ascii ? "ascii\n" : "binary\n";
+  return text;
+}
+
+void writeAscii(AtomicFile& file, const CloudData& cloud) {
+  std::string text;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      if (c > 0) text += ' ';
+      appendNumber(text, cloud.xyz[3 * i + c]);
+    }
+    if (!cloud.colors.empty()) text += ' ' + std::to_string(cloud.colors[i]);
+    if (!cloud.labels.empty()) text += ' ' + std::to_string(cloud.labels[i]);
+    if (!cloud.intensities.empty()) {
+      text += ' ';
+      appendNumber(text, cloud.intensities[i]);
+    }
+    text += '\n';
+    if (text.size() > (std::size_t{1} << 16)) {
+      file.write(text);
+      text.clear();
+    }
+  }
+  file.write(text);
+}
+
+void writeBinary(AtomicFile& file, const CloudData& cloud) {
+  const std::size_t words = 3 + (cloud.colors.empty() ? 0u : 1u) +
+                            (cloud.labels.empty() ? 0u : 1u) +
+                            (cloud.intensities.empty() ? 0u : 1u);
+  if (words == 3) {
+    file.write(cloud.xyz.data(), cloud.xyz.size() * sizeof(float));
+    return;
+  }
+  std::vector<std::uint32_t> block(words * std::min(kRecordsABlock, cloud.size()));
+  for (std::size_t first = 0; first < cloud.size(); first += kRecordsABlock) {
+    const std::size_t count = std::min(kRecordsABlock, cloud.size() - first);
+    std::uint32_t* out = block.data();
+    for (std::size_t i = first; i < first + count; ++i) {
+      std::memcpy(out, &cloud.xyz[3 * i], 3 * sizeof(float));
+      out += 3;
+      if (!cloud.colors.empty()) *out++ = cloud.colors[i];
+      if (!cloud.labels.empty()) *out++ = cloud.labels[i];
+      if (!cloud.intensities.empty()) std::memcpy(out++, &cloud.intensities[i], sizeof(float));
+    }
+    file.write(block.data(), count * words * sizeof(std::uint32_t));
+  }
+}
+
+}  // namespace
+
+void writePcd(const std::string& path, const CloudData& cloud, PcdEncoding encoding,
+              Overwrite overwrite) {
+  const std::size_t count = cloud.size();
+  const auto fits = [count](std::size_t channel) { return channel == 0 || channel == count; };
+  if (cloud.xyz.size() != 3 * count || count != std::size_t{cloud.width} * cloud.height ||
+      !fits(cloud.colors.size()) || !fits(cloud.labels.size()) || !fits(cloud.intensities.size()))
+    throw InputError("a cloud whose channels differ in length cannot be written to " + path);
+  AtomicFile file(path, overwrite);
+  file.write(headerOf(cloud, encoding));
+  if (encoding == PcdEncoding::Ascii) {
+    writeAscii(file, cloud);
+  } else {
+    writeBinary(file, cloud);
+  }
+  file.commit();
+}
+
+}  // namespace io
+}  // namespace planar_mapping

@@ -1,0 +1,109 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "text_lines.h"
+
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <string>
+
+#include "planar_mapping/core/error.h"
+
+namespace planar_mapping {
+namespace io {
+namespace {
+
+constexpr std::size_t kBlock = std::size_t{1} << 18;
+constexpr std::size_t kLongestQuote = 40;
+
+template <typename T>
+std::errc parse(std::string_view word, T& value) {
+  if (!word.empty() && word.front() == '+') word.remove_prefix(1);
+  const char* const end = word.data() + word.size();
+  const std::from_chars_result result = std::from_chars(word.data(), end, value);
+  if (result.ec == std::errc() && result.ptr != end) return std::errc::invalid_argument;
+  return result.ec;
+}
+
+}  // namespace
+
+LineReader::LineReader(InputFile& file, std::size_t longest_line)
+    : file_(file), longest_line_(longest_line), buffer_(kBlock) {}
+
+bool LineReader::fill() {
+  if (begin_ > 0) {
+    std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
+    end_ -= begin_;
+    begin_ = 0;
+  }
+  if (end_ == buffer_.size()) buffer_.resize(2 * buffer_.size());
+  const std::size_t count = file_.read(buffer_.data() + end_, buffer_.size() - end_);
+  end_ += count;
+  return count > 0;
+}
+
+bool LineReader::next(std::string_view& line) {
+  std::size_t searched = 0;
+  for (;;) {
+    const char* const first = buffer_.data() + begin_;
+    const std::size_t available = end_ - begin_;
+    const void* newline = std::memchr(first + searched, '\n', available - searched);
+    std::size_t length = available;
+    if (newline != nullptr)
+      length = static_cast<std::size_t>(static_cast<const char*>(newline) - first);
+    if (length > longest_line_)
+      throw IoError(file_.path(), "line " + std::to_string(number_ + 1) + " is longer than " +
+                                      std::to_string(longest_line_) + " bytes");
+    if (newline == nullptr) {
+      searched = available;
+      if (fill()) continue;
+      if (available == 0) return false;
+    }
+    // fill() may have moved what was found before it.
+    line = std::string_view(buffer_.data() + begin_, length);
+    if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+    begin_ += length + (newline != nullptr ? 1 : 0);
+    ++number_;
+    return true;
+  }
+}
+
+std::vector<std::string_view> splitWords(std::string_view text) {
+  std::vector<std::string_view> words;
+  for (std::string_view word = takeWord(text); !word.empty(); word = takeWord(text))
+    words.push_back(word);
+  return words;
+}
+
+bool parseNumber(std::string_view word, double& value) {
+  return parse(word, value) == std::errc();
+}
+
+bool parseNumber(std::string_view word, float& value) {
+  const std::errc problem = parse(word, value);
+  if (problem == std::errc()) return true;
+  if (problem != std::errc::result_out_of_range) return false;
+  // Too small or too large for a float is still a number.
+  double wide = 0.0;
+  if (!parseNumber(word, wide)) return false;
+  const bool overflow = std::abs(wide) > std::numeric_limits<float>::max();
+  value = overflow ? std::copysign(std::numeric_limits<float>::infinity(),
+                                   static_cast<float>(wide > 0 ? 1 : -1))
+                   : static_cast<float>(wide);
+  return true;
+}
+
+bool parseNumber(std::string_view word, std::uint64_t& value) {
+  return parse(word, value) == std::errc();
+}
+
+std::string quoted(std::string_view word) {
+  std::string text = "'";
+  for (const char c : word.substr(0, kLongestQuote)) text += c >= ' ' && c <= '~' ? c : '?';
+  if (word.size() > kLongestQuote) text += "...";
+  return text + "'";
+}
+
+}  // namespace io
+}  // namespace planar_mapping

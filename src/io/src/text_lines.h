@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "input_file.h"
+
+namespace planar_mapping {
+namespace io {
+
+/// Lines of a file, read in blocks: an ascii cloud of gigabytes never lies in memory as text.
+class LineReader {
+ public:
+  /// \param longest_line  bytes; a longer one is an IoError (a binary file taken for text)
+  LineReader(InputFile& file, std::size_t longest_line);
+
+  /// The next line without its end (\n or \r\n), valid until the next call; false at the end.
+  bool next(std::string_view& line);
+  /// Number of the last line, counted from 1.
+  std::size_t number() const { return number_; }
+  /// Where in the file the next line begins.
+  std::uint64_t position() const { return file_.position() - (end_ - begin_); }
+  void setLongestLine(std::size_t bytes) { longest_line_ = bytes; }
+
+ private:
+  bool fill();
+
+  InputFile& file_;
+  std::size_t longest_line_;
+  std::vector<char> buffer_;
+  std::size_t begin_ = 0;
+  std::size_t end_ = 0;
+  std::size_t number_ = 0;
+};
+
+/// Takes the next word (separated by blanks and tabs) from the front of \p text; empty at its end.
+inline std::string_view takeWord(std::string_view& text) {
+  const char* p = text.data();
+  const char* const end = p + text.size();
+  while (p != end && (*p == ' ' || *p == '\t' || *p == '\r')) ++p;
+  const char* const word = p;
+  while (p != end && *p != ' ' && *p != '\t' && *p != '\r') ++p;
+  text = std::string_view(p, static_cast<std::size_t>(end - p));
+  return {word, static_cast<std::size_t>(p - word)};
+}
+
+std::vector<std::string_view> splitWords(std::string_view text);
+
+/// Numbers as text, whatever the locale; the whole word must be the number. "nan" and "inf" are.
+bool parseNumber(std::string_view word, float& value);
+bool parseNumber(std::string_view word, double& value);
+bool parseNumber(std::string_view word, std::uint64_t& value);
+
+/// \p word fit for an error message: printable and not long.
+std::string quoted(std::string_view word);
+
+}  // namespace io
+}  // namespace planar_mapping
