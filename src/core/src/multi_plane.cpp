@@ -103,6 +103,9 @@ PlaneSet findPlanes(const PointsView& points, const Indices* indices,
     case PlaneSearchMethod::MultiRansac:
       set = detail::findPlanesMultiRansac(points, indices, params, sensor);
       break;
+    case PlaneSearchMethod::Organized:
+      set = detail::findPlanesOrganized(points, indices, params, sensor);
+      break;
     default:
       set = detail::findPlanesSequential(points, indices, params, sensor);
       break;

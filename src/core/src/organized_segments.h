@@ -1,0 +1,14 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "organized_refinement.h"
+
+namespace planar_mapping::detail {
+
+/// Writes planes and the pixels they hold to \p set, largest first.
+void writeSegments(const PointsView& points, const TiledCloud& cloud,
+                   const std::vector<PlaneCandidate>& planes, const PixelAssigner& pixels,
+                   const MultiPlaneParams& params, const Vector3& sensor, PlaneSet& set);
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,237 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "organized_tiles.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "planar_mapping/core/parallel.h"
+#include "planar_mapping/core/simd.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+
+// Copies `count` neighbouring pixels. A coordinate minus itself is 0, or NaN if it is not finite;
+// added to all three it marks the pixel without a branch.
+template <std::size_t kStride>
+inline void copyPixels(const float* from, std::size_t stride, int count, const float* origin,
+                       float* x, float* y, float* z) {
+  const std::size_t step = kStride > 0 ? kStride : stride;
+  for (int i = 0; i < count; ++i) {
+    const float px = from[i * step] - origin[0];
+    const float py = from[i * step + 1] - origin[1];
+    const float pz = from[i * step + 2] - origin[2];
+    const float mark = (px - px) + (py - py) + (pz - pz);
+    x[i] = px + mark;
+    y[i] = py + mark;
+    z[i] = pz + mark;
+  }
+}
+
+template <std::size_t kStride>
+void copyTileRow(const PointsView& points, const float* origin, int tile_row, int columns,
+                 float* tiles) {
+  const int width = static_cast<int>(points.width);
+  const int height = static_cast<int>(points.height);
+  const int rows = std::min(kTileSide, height - tile_row * kTileSide);
+  if (rows < kTileSide || width < columns * kTileSide) {
+    std::fill(tiles, tiles + std::size_t{3} * kTileArea * columns, kNaN);
+  }
+  for (int row = 0; row < rows; ++row) {
+    const float* line = points[static_cast<std::size_t>(tile_row * kTileSide + row) * points.width];
+    for (int column = 0; column < width; column += kQuarterSide) {
+      float* tile = tiles + std::size_t{3} * kTileArea * (column / kTileSide) +
+                    pixelInTile(row, column % kTileSide);
+      const float* from = line + static_cast<std::size_t>(column) * points.stride;
+      if (column + kQuarterSide <= width) {
+        copyPixels<kStride>(from, points.stride, kQuarterSide, origin, tile, tile + kTileArea,
+                            tile + 2 * kTileArea);
+      } else {
+        copyPixels<kStride>(from, points.stride, width - column, origin, tile, tile + kTileArea,
+                            tile + 2 * kTileArea);
+      }
+    }
+  }
+}
+
+void copyIndexed(const PointsView& points, const Indices& indices, const float* origin,
+                 TiledCloud& cloud) {
+  std::fill(cloud.xyz.get(), cloud.xyz.get() + std::size_t{3} * kTileArea * cloud.tiles(), kNaN);
+  for (const int index : indices) {
+    const int row = index / cloud.width;
+    const int column = index % cloud.width;
+    const int tile = (row / kTileSide) * cloud.columns + column / kTileSide;
+    float* x = cloud.xyz.get() + std::size_t{3} * kTileArea * tile +
+               pixelInTile(row % kTileSide, column % kTileSide);
+    copyPixels<0>(points[static_cast<std::size_t>(index)], points.stride, 1, origin, x,
+                  x + kTileArea, x + 2 * kTileArea);
+  }
+}
+
+bool findOrigin(const PointsView& points, const Indices* indices, std::size_t& origin) {
+  if (!indices) {
+    for (origin = 0; origin < points.size; ++origin) {
+      if (points.isFinite(origin)) return true;
+    }
+    return false;
+  }
+  // The first in the image, not in the list: the order of indices must not matter.
+  origin = points.size;
+  for (const int index : *indices) {
+    const auto i = static_cast<std::size_t>(index);
+    if (i < origin && points.isFinite(i)) origin = i;
+  }
+  return origin < points.size;
+}
+
+constexpr int kLanes = 16;
+
+// Sums about the first point; a pixel counts if it is finite and carries the label (labels may be
+// null). Lanes are kept apart so that the loops vectorise without reordering floating point sums.
+inline __attribute__((always_inline)) void sumPixels(const float* x, const float* y, const float* z,
+                                                     const std::int16_t* labels, std::int16_t label,
+                                                     int pixels, double* out,
+                                                     std::size_t out_stride) {
+  int first = 0;
+  while (first < pixels && !(x[first] == x[first] && (!labels || labels[first] == label))) ++first;
+  if (first == pixels) {
+    for (int m = 0; m < kMoments; ++m) out[m * out_stride] = 0.0;
+    return;
+  }
+  const float ox = x[first];
+  const float oy = y[first];
+  const float oz = z[first];
+  float sums[kMoments][kLanes] = {};
+  for (int k = 0; k < pixels; k += kLanes) {
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const bool counts =
+          x[k + lane] == x[k + lane] && (labels == nullptr || labels[k + lane] == label);
+      const float dx = counts ? x[k + lane] - ox : 0.0F;
+      const float dy = counts ? y[k + lane] - oy : 0.0F;
+      const float dz = counts ? z[k + lane] - oz : 0.0F;
+      sums[kN][lane] += counts ? 1.0F : 0.0F;
+      sums[kX][lane] += dx;
+      sums[kY][lane] += dy;
+      sums[kZ][lane] += dz;
+      sums[kXX][lane] += dx * dx;
+      sums[kXY][lane] += dx * dy;
+      sums[kXZ][lane] += dx * dz;
+      sums[kYY][lane] += dy * dy;
+      sums[kYZ][lane] += dy * dz;
+      sums[kZZ][lane] += dz * dz;
+    }
+  }
+  for (int half = kLanes / 2; half > 0; half /= 2) {
+    for (int m = 0; m < kMoments; ++m) {
+      for (int lane = 0; lane < half; ++lane) sums[m][lane] += sums[m][lane + half];
+    }
+  }
+  const double n = sums[kN][0];
+  const double cx = ox;
+  const double cy = oy;
+  const double cz = oz;
+  const double sx = sums[kX][0];
+  const double sy = sums[kY][0];
+  const double sz = sums[kZ][0];
+  out[kN * out_stride] = n;
+  out[kX * out_stride] = sx + n * cx;
+  out[kY * out_stride] = sy + n * cy;
+  out[kZ * out_stride] = sz + n * cz;
+  out[kXX * out_stride] = sums[kXX][0] + 2.0 * cx * sx + n * cx * cx;
+  out[kXY * out_stride] = sums[kXY][0] + cx * sy + cy * sx + n * cx * cy;
+  out[kXZ * out_stride] = sums[kXZ][0] + cx * sz + cz * sx + n * cx * cz;
+  out[kYY * out_stride] = sums[kYY][0] + 2.0 * cy * sy + n * cy * cy;
+  out[kYZ * out_stride] = sums[kYZ][0] + cy * sz + cz * sy + n * cy * cz;
+  out[kZZ * out_stride] = sums[kZZ][0] + 2.0 * cz * sz + n * cz * cz;
+}
+
+PLANAR_MAPPING_MULTIVERSION
+void sumTileRange(const float* xyz, int first_tile, int last_tile, std::size_t out_stride,
+                  double* out) {
+  for (int tile = first_tile; tile < last_tile; ++tile) {
+    const float* x = xyz + std::size_t{3} * kTileArea * tile;
+    sumPixels(x, x + kTileArea, x + 2 * kTileArea, nullptr, 0, kTileArea, out + tile, out_stride);
+  }
+}
+
+PLANAR_MAPPING_MULTIVERSION
+void sumQuarterRows(const float* xyz, const std::int16_t* labels, int columns, int first_row,
+                    int last_row, std::size_t out_stride, double* out) {
+  for (int row = first_row; row < last_row; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      const std::size_t tile = static_cast<std::size_t>(row) * columns + column;
+      const float* x = xyz + 3 * kTileArea * tile;
+      const std::int16_t* tile_labels = labels + kTileArea * tile;
+      for (int quarter = 0; quarter < 4; ++quarter) {
+        const int at = quarter * kQuarterArea;
+        const std::size_t cell =
+            (static_cast<std::size_t>(2 * row + quarter / 2) * columns + column) * 2 + quarter % 2;
+        sumPixels(x + at, x + kTileArea + at, x + 2 * kTileArea + at, tile_labels + at, -1,
+                  kQuarterArea, out + cell, out_stride);
+      }
+    }
+  }
+}
+
+PLANAR_MAPPING_MULTIVERSION
+void sumLabelled(const float* x, const std::int16_t* labels, std::int16_t label, double* out) {
+  sumPixels(x, x + kTileArea, x + 2 * kTileArea, labels, label, kTileArea, out, 1);
+}
+
+}  // namespace
+
+TiledCloud tileCloud(const PointsView& points, const Indices* indices, const Vector3& sensor,
+                     int threads) {
+  TiledCloud cloud;
+  std::size_t first = 0;
+  if (!findOrigin(points, indices, first)) return cloud;
+  cloud.width = static_cast<int>(points.width);
+  cloud.height = static_cast<int>(points.height);
+  cloud.columns = (cloud.width + kTileSide - 1) / kTileSide;
+  cloud.rows = (cloud.height + kTileSide - 1) / kTileSide;
+  cloud.origin = points.point(first);
+  cloud.sensor = sensor - cloud.origin;
+  cloud.xyz.reset(new float[std::size_t{3} * kTileArea * cloud.tiles()]);
+  const float* origin = points[first];
+  if (indices) {
+    copyIndexed(points, *indices, origin, cloud);
+    return cloud;
+  }
+  parallelFor(static_cast<std::size_t>(cloud.rows), threads, [&](std::size_t row) {
+    float* tiles = cloud.xyz.get() + std::size_t{3} * kTileArea * cloud.columns * row;
+    const int tile_row = static_cast<int>(row);
+    switch (points.stride) {
+      case 3:
+        return copyTileRow<3>(points, origin, tile_row, cloud.columns, tiles);
+      case 4:
+        return copyTileRow<4>(points, origin, tile_row, cloud.columns, tiles);
+      case 8:
+        return copyTileRow<8>(points, origin, tile_row, cloud.columns, tiles);
+      default:
+        return copyTileRow<0>(points, origin, tile_row, cloud.columns, tiles);
+    }
+  });
+  return cloud;
+}
+
+void sumTiles(const TiledCloud& cloud, int first_tile, int last_tile, double* out) {
+  sumTileRange(cloud.xyz.get(), first_tile, last_tile, static_cast<std::size_t>(cloud.tiles()),
+               out);
+}
+
+void sumFreeQuarters(const TiledCloud& cloud, const std::int16_t* labels, int first_row,
+                     int last_row, double* out) {
+  sumQuarterRows(cloud.xyz.get(), labels, cloud.columns, first_row, last_row,
+                 static_cast<std::size_t>(4) * cloud.tiles(), out);
+}
+
+void sumLabelledPixels(const TiledCloud& cloud, int tile, const std::int16_t* labels,
+                       std::int16_t label, double* out) {
+  sumLabelled(cloud.x(tile), labels, label, out);
+}
+
+}  // namespace planar_mapping::detail
