@@ -1,0 +1,13 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/surface/planar_cuboid_approximation.h"
+
+namespace planar_mapping {
+
+template class PlanarCuboidApproximation<pcl::PointXYZ>;
+template class PlanarCuboidApproximation<pcl::PointXYZI>;
+template class PlanarCuboidApproximation<pcl::PointXYZL>;
+template class PlanarCuboidApproximation<pcl::PointXYZRGB>;
+template class PlanarCuboidApproximation<pcl::PointXYZRGBA>;
+
+}  // namespace planar_mapping
