@@ -72,9 +72,4 @@ PlaneSet findPlanesMultiRansac(const PointsView& points, const Indices* indices,
   return set;
 }
 
-PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
-                              const MultiPlaneParams& params, const Vector3& sensor) {
-  return findPlanesMultiRansac(points, indices, params, sensor);
-}
-
 }  // namespace planar_mapping::detail

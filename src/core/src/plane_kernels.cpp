@@ -31,4 +31,40 @@ void nearestPlane(const float* x, const float* y, const float* z, const float* d
   }
 }
 
+namespace {
+
+// Integer weights: a float sum would not be vectorised without reordering it. A block of 2^15
+// pieces of at most 2^15 each cannot overflow; larger pieces count as that much.
+constexpr std::size_t kScoreBlock = 1u << 15u;
+
+PLANAR_MAPPING_MULTIVERSION
+std::int32_t scoreBlock(const float* x, const float* y, const float* z, const float* nx,
+                        const float* ny, const float* nz, const float* band,
+                        const std::int32_t* weight, std::size_t n, float a, float b, float c,
+                        float d, float cosine) {
+  std::int32_t score = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const float distance = a * x[i] + b * y[i] + c * z[i] + d;
+    const float agreement = a * nx[i] + b * ny[i] + c * nz[i];
+    const bool near = (distance < 0.0f ? -distance : distance) <= band[i];
+    const bool agrees = (agreement < 0.0f ? -agreement : agreement) >= cosine;
+    score += near & agrees ? weight[i] : 0;
+  }
+  return score;
+}
+
+}  // namespace
+
+std::int64_t scorePlane(const LeafColumns& leaves, float a, float b, float c, float d,
+                        float cosine) {
+  std::int64_t score = 0;
+  for (std::size_t begin = 0; begin < leaves.n; begin += kScoreBlock) {
+    const std::size_t n = leaves.n - begin < kScoreBlock ? leaves.n - begin : kScoreBlock;
+    score += scoreBlock(leaves.x + begin, leaves.y + begin, leaves.z + begin, leaves.nx + begin,
+                        leaves.ny + begin, leaves.nz + begin, leaves.band + begin,
+                        leaves.weight + begin, n, a, b, c, d, cosine);
+  }
+  return score;
+}
+
 }  // namespace planar_mapping::detail

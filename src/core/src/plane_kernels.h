@@ -16,4 +16,21 @@ void nearestPlane(const float* x, const float* y, const float* z, const float* d
                   const float* planes, std::size_t number_of_planes, float constant,
                   float per_square_depth, float* best, std::int32_t* label);
 
+/// Pieces of surface as columns: mean, unit normal, half width of the band and weight.
+struct LeafColumns {
+  const float* x;
+  const float* y;
+  const float* z;
+  const float* nx;
+  const float* ny;
+  const float* nz;
+  const float* band;
+  const std::int32_t* weight;
+  std::size_t n;
+};
+
+/// Weight of the pieces within their band of the plane whose normals agree with it to \p cosine.
+std::int64_t scorePlane(const LeafColumns& leaves, float a, float b, float c, float d,
+                        float cosine);
+
 }  // namespace planar_mapping::detail

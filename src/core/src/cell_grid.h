@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "cell_table.h"
+#include "planar_mapping/core/plane_moments.h"
+#include "planar_mapping/core/types.h"
+
+namespace planar_mapping::detail {
+
+/// Number, sum and outer products of the points of a cell, about the centre of the cell.
+struct CellSums {
+  double n = 0;
+  std::array<double, 3> sum{};
+  std::array<double, 6> outer{};  ///< xx, xy, xz, yy, yz, zz
+
+  /// Adds sums that are about a point which lies at \p shift as seen from ours.
+  void add(const CellSums& other, const std::array<double, 3>& shift);
+};
+
+/// Points of a cloud in cubic cells. Cells lie on absolute multiples of their side, so a cell
+/// depends on no other point; coordinates beyond 2^30 cells belong to none.
+struct CellGrid {
+  double side = 0.0;
+  CellTable table;
+  std::vector<CellSums> sums;         ///< per cell
+  std::vector<std::int32_t> cell_of;  ///< per point considered, -1 = none
+  std::size_t points_not_finite = 0;
+
+  Vector3 centre(std::size_t cell) const {
+    const CellKey& key = table.key(cell);
+    return Vector3(key.x + 0.5, key.y + 0.5, key.z + 0.5) * side;
+  }
+};
+
+/// Side of the cells for which most points share their cell with some others, at least
+/// \p smallest; doubled from there.
+double chooseCellSide(const PointsView& points, const Indices* indices, double smallest);
+
+CellGrid buildCellGrid(const PointsView& points, const Indices* indices, double side);
+
+}  // namespace planar_mapping::detail

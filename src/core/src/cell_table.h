@@ -1,0 +1,85 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace planar_mapping::detail {
+
+/// Integer coordinates of a cubic cell.
+struct CellKey {
+  std::int32_t x = 0;
+  std::int32_t y = 0;
+  std::int32_t z = 0;
+  bool operator==(const CellKey& other) const {
+    return x == other.x && y == other.y && z == other.z;
+  }
+  bool operator<(const CellKey& other) const {
+    if (z != other.z) return z < other.z;
+    if (y != other.y) return y < other.y;
+    return x < other.x;
+  }
+  /// The cell of twice the side that holds this one.
+  CellKey parent() const { return {x >> 1, y >> 1, z >> 1}; }
+};
+
+/// Hash table from cells to consecutive numbers in order of insertion.
+class CellTable {
+ public:
+  explicit CellTable(std::size_t expected = 1024) { grow(expected); }
+
+  /// Number of the cell, or -1.
+  std::int32_t find(const CellKey& key) const {
+    for (std::size_t slot = start(key);; slot = (slot + 1) & mask_) {
+      if (slots_[slot].number < 0 || slots_[slot].key == key) return slots_[slot].number;
+    }
+  }
+  /// Number of the cell, a new one if it was not there.
+  std::int32_t insert(const CellKey& key) {
+    std::size_t slot = start(key);
+    for (; slots_[slot].number >= 0; slot = (slot + 1) & mask_) {
+      if (slots_[slot].key == key) return slots_[slot].number;
+    }
+    const auto number = static_cast<std::int32_t>(keys_.size());
+    slots_[slot] = {key, number};
+    keys_.push_back(key);
+    if (2 * keys_.size() > mask_) grow(2 * keys_.size());
+    return number;
+  }
+  std::size_t size() const { return keys_.size(); }
+  const CellKey& key(std::size_t number) const { return keys_[number]; }
+
+ private:
+  struct Slot {
+    CellKey key;
+    std::int32_t number = -1;
+  };
+
+  std::size_t start(const CellKey& key) const {
+    std::uint64_t h = static_cast<std::uint32_t>(key.x) * 0x9E3779B97F4A7C15ULL +
+                      static_cast<std::uint32_t>(key.y) * 0xC2B2AE3D27D4EB4FULL +
+                      static_cast<std::uint32_t>(key.z) * 0x165667B19E3779F9ULL;
+    h ^= h >> 32u;
+    h *= 0xD6E8FEB86659FD93ULL;
+    return static_cast<std::size_t>(h >> 32u) & mask_;
+  }
+  void grow(std::size_t cells) {
+    std::size_t slots = 1024;
+    while (slots < 2 * cells) slots *= 2;
+    slots_.assign(slots, Slot());
+    mask_ = slots - 1;
+    for (std::size_t i = 0; i < keys_.size(); ++i) {
+      std::size_t slot = start(keys_[i]);
+      while (slots_[slot].number >= 0) slot = (slot + 1) & mask_;
+      slots_[slot] = {keys_[i], static_cast<std::int32_t>(i)};
+    }
+  }
+
+  std::vector<Slot> slots_;
+  std::vector<CellKey> keys_;
+  std::size_t mask_ = 0;
+};
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,359 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "leaf_planes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <queue>
+#include <utility>
+
+#include "cell_table.h"
+#include "planar_mapping/core/random.h"
+#include "plane_kernels.h"
+
+namespace planar_mapping::detail {
+
+namespace {
+
+// Blocks of 4, 2 and 1 cells a side propose planes, in this order: the larger, the surer.
+constexpr int kLargestBlockLevel = 2;
+// Beyond these numbers proposals and voters are drawn at random.
+constexpr std::size_t kMostProposals = 4096;
+constexpr std::size_t kMostVoters = 16384;
+constexpr int kLocalRefits = 4;
+constexpr int kRefits = 10;
+// Leaves at the border of a plane are mixed and do not vote: half the points must.
+constexpr double kShareThatVotes = 0.5;
+
+struct Proposal {
+  Plane plane;
+  Vector3 mean = Vector3::Zero();
+  double reach = 0.0;  ///< metres around the mean in which it is trusted at first
+  std::int64_t score = 0;
+  std::size_t age = 0;  ///< planes accepted when the score was taken
+};
+
+/// The leaves that no plane has yet, as columns about a common origin.
+class Voters {
+ public:
+  Voters(const SurfaceLeaves& surface, const Vector3& origin) : origin_(origin) {
+    for (std::size_t i = 0; i < surface.leaves.size(); ++i) {
+      const SurfaceLeaf& leaf = surface.leaves[i];
+      if (!leaf.planar) continue;
+      name_.push_back(static_cast<std::int32_t>(i));
+      const Vector3 p = leaf.mean - origin;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        position_[axis].push_back(static_cast<float>(p[static_cast<Eigen::Index>(axis)]));
+        normal_[axis].push_back(static_cast<float>(leaf.normal[static_cast<Eigen::Index>(axis)]));
+      }
+      band_.push_back(static_cast<float>(leaf.band));
+      weight_.push_back(static_cast<std::int32_t>(std::min(leaf.sums.n, 32768.0)));
+    }
+  }
+  std::size_t size() const { return name_.size(); }
+  std::int32_t name(std::size_t i) const { return name_[i]; }
+
+  LeafColumns columns() const {
+    return {position_[0].data(), position_[1].data(), position_[2].data(),
+            normal_[0].data(),   normal_[1].data(),   normal_[2].data(),
+            band_.data(),        weight_.data(),      size()};
+  }
+  /// Votes for \p plane, numbers of voters, among those at most \p reach from \p middle.
+  void agreeing(const Plane& plane, const Vector3& middle, double reach, double cosine,
+                std::vector<std::int32_t>& voters) const {
+    voters.clear();
+    const Vector3 m = middle - origin_;
+    const double d = plane.signedDistance(origin_);
+    const Vector3& n = plane.normal;
+    for (std::size_t i = 0; i < size(); ++i) {
+      const double x = position_[0][i], y = position_[1][i], z = position_[2][i];
+      if (std::abs(n[0] * x + n[1] * y + n[2] * z + d) > band_[i]) continue;
+      if (std::abs(n[0] * normal_[0][i] + n[1] * normal_[1][i] + n[2] * normal_[2][i]) < cosine) {
+        continue;
+      }
+      const double dx = x - m[0], dy = y - m[1], dz = z - m[2];
+      if (dx * dx + dy * dy + dz * dz > reach * reach) continue;
+      voters.push_back(static_cast<std::int32_t>(i));
+    }
+  }
+  std::int64_t weightOf(const std::vector<std::int32_t>& voters) const {
+    std::int64_t weight = 0;
+    for (const std::int32_t i : voters) weight += weight_[static_cast<std::size_t>(i)];
+    return weight;
+  }
+  /// Keeps the voters with keep[i] != 0.
+  void select(const std::vector<char>& keep) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < size(); ++i) {
+      if (keep[i] == 0) continue;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        position_[axis][kept] = position_[axis][i];
+        normal_[axis][kept] = normal_[axis][i];
+      }
+      band_[kept] = band_[i];
+      weight_[kept] = weight_[i];
+      name_[kept++] = name_[i];
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      position_[axis].resize(kept);
+      normal_[axis].resize(kept);
+    }
+    band_.resize(kept);
+    weight_.resize(kept);
+    name_.resize(kept);
+  }
+  /// A random part of them whose weights stand for all.
+  Voters sample(std::size_t wanted, Random& random) const {
+    Voters part = *this;
+    std::vector<char> keep(size(), 0);
+    std::size_t missing = wanted;
+    for (std::size_t i = 0; i < size(); ++i) {
+      if (random.below(static_cast<std::uint32_t>(size() - i)) >= missing) continue;
+      keep[i] = 1;
+      --missing;
+    }
+    part.select(keep);
+    const double scale = static_cast<double>(size()) / static_cast<double>(wanted);
+    for (std::int32_t& weight : part.weight_) {
+      weight = static_cast<std::int32_t>(std::min(weight * scale, 32768.0));
+    }
+    return part;
+  }
+
+ private:
+  Vector3 origin_;
+  std::vector<std::int32_t> name_;
+  std::array<std::vector<float>, 3> position_;
+  std::array<std::vector<float>, 3> normal_;
+  std::vector<float> band_;
+  std::vector<std::int32_t> weight_;
+};
+
+/// Middle of the planar leaves by medians, so that a far point cannot take the precision away.
+Vector3 medianOfMeans(const SurfaceLeaves& surface) {
+  Vector3 middle = Vector3::Zero();
+  std::vector<double> values;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    values.clear();
+    for (const SurfaceLeaf& leaf : surface.leaves) {
+      if (leaf.planar) values.push_back(leaf.mean[axis]);
+    }
+    if (values.empty()) return middle;
+    const auto half = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), half, values.end());
+    middle[axis] = *half;
+  }
+  return middle;
+}
+
+class LeafPlaneSearch {
+ public:
+  LeafPlaneSearch(const SurfaceLeaves& surface, double side, const MultiPlaneParams& params,
+                  PlaneSearchDiagnostics& diagnostics)
+      : surface_(surface),
+        side_(side),
+        params_(params),
+        diagnostics_(diagnostics),
+        origin_(medianOfMeans(surface)),
+        voters_(surface, origin_),
+        random_(params.seed),
+        cosine_(std::cos(params.max_normal_deviation)),
+        least_(kShareThatVotes * params.min_inliers) {}
+
+  std::vector<LeafPlane> run() {
+    for (int level = kLargestBlockLevel; level >= 0 && !stopped_; --level) {
+      while (!stopped_ && voters_.size() > 0) {
+        const std::size_t before = planes_.size();
+        const bool all = searchAt(level);
+        if (all || planes_.size() == before) break;
+      }
+    }
+    return std::move(planes_);
+  }
+
+ private:
+  /// Takes planes proposed by blocks of the level. \return whether no proposal was left out
+  bool searchAt(int level) {
+    bool all = true;
+    std::vector<Proposal> proposals = propose(level);
+    if (proposals.size() > kMostProposals) {
+      all = false;
+      for (std::size_t i = 0; i < kMostProposals; ++i) {
+        const auto rest = static_cast<std::uint32_t>(proposals.size() - i);
+        std::swap(proposals[i], proposals[i + random_.below(rest)]);
+      }
+      proposals.resize(kMostProposals);
+    }
+    sampleVoters();
+    // Votes only get fewer as planes are taken: re-count the best until it stays the best.
+    const auto less = [](const Proposal& a, const Proposal& b) { return a.score < b.score; };
+    std::priority_queue<Proposal, std::vector<Proposal>, decltype(less)> queue(less);
+    for (Proposal& proposal : proposals) {
+      score(proposal);
+      if (static_cast<double>(proposal.score) >= least_) queue.push(proposal);
+    }
+    while (!queue.empty()) {
+      Proposal best = queue.top();
+      queue.pop();
+      if (best.age != planes_.size()) {
+        score(best);
+        if (static_cast<double>(best.score) >= least_) queue.push(best);
+        continue;
+      }
+      if (isOver()) {
+        stopped_ = true;
+        diagnostics_.stopped_by_itself = false;
+        break;
+      }
+      take(best);
+    }
+    return all;
+  }
+
+  bool isOver() const {
+    return (params_.max_planes > 0 &&
+            planes_.size() >= static_cast<std::size_t>(params_.max_planes)) ||
+           (params_.max_iterations > 0 &&
+            diagnostics_.hypotheses >= static_cast<std::size_t>(params_.max_iterations));
+  }
+
+  std::vector<Proposal> propose(int level) const {
+    const double block_side = side_ * (1 << level);
+    CellTable blocks(voters_.size());
+    std::vector<CellSums> sums;
+    std::vector<double> bands;
+    for (std::size_t i = 0; i < voters_.size(); ++i) {
+      const SurfaceLeaf& leaf = surface_.leaves[static_cast<std::size_t>(voters_.name(i))];
+      if (leaf.level > level) continue;
+      CellKey key = leaf.key;
+      for (int up = leaf.level; up < level; ++up) key = key.parent();
+      const auto block = static_cast<std::size_t>(blocks.insert(key));
+      if (block == sums.size()) {
+        sums.emplace_back();
+        bands.push_back(0.0);
+      }
+      const double leaf_side = side_ * (1 << leaf.level);
+      const auto shift = [&](std::int32_t fine, std::int32_t coarse) {
+        return (fine + 0.5) * leaf_side - (coarse + 0.5) * block_side;
+      };
+      sums[block].add(leaf.sums, {shift(leaf.key.x, key.x), shift(leaf.key.y, key.y),
+                                  shift(leaf.key.z, key.z)});
+      bands[block] = std::max(bands[block], leaf.band);
+    }
+    std::vector<Proposal> proposals;
+    const auto offer = [&](const CellSums& s, const CellKey& key, double side, double band) {
+      const LocalFit fit = fitLocally(s);
+      if (!isSurface(fit, side, band)) return;
+      Proposal proposal;
+      proposal.mean = Vector3(key.x + 0.5, key.y + 0.5, key.z + 0.5) * side + fit.mean;
+      proposal.plane = {fit.normal, -fit.normal.dot(proposal.mean)};
+      proposal.reach = 2.0 * side;
+      proposals.push_back(proposal);
+    };
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+      offer(sums[i], blocks.key(i), block_side, bands[i]);
+    }
+    if (level == 0) {  // the larger leaves speak for themselves
+      for (std::size_t i = 0; i < voters_.size(); ++i) {
+        const SurfaceLeaf& leaf = surface_.leaves[static_cast<std::size_t>(voters_.name(i))];
+        if (leaf.level > 0) offer(leaf.sums, leaf.key, side_ * (1 << leaf.level), leaf.band);
+      }
+    }
+    return proposals;
+  }
+
+  void sampleVoters() {
+    sampled_ = voters_.size() > kMostVoters;
+    if (sampled_) sample_ = voters_.sample(kMostVoters, random_);
+  }
+
+  void score(Proposal& proposal) {
+    ++diagnostics_.hypotheses;
+    const Vector3& n = proposal.plane.normal;
+    proposal.score = scorePlane((sampled_ ? sample_ : voters_).columns(), static_cast<float>(n[0]),
+                                static_cast<float>(n[1]), static_cast<float>(n[2]),
+                                static_cast<float>(proposal.plane.signedDistance(origin_)),
+                                static_cast<float>(cosine_));
+    proposal.age = planes_.size();
+  }
+
+  /// Local optimisation: refit to the voters in a reach that doubles until it covers them all.
+  bool optimize(Proposal& proposal, std::vector<std::int32_t>& voters) const {
+    std::vector<std::int32_t> next;
+    double reach = proposal.reach;
+    voters.clear();
+    for (int round = 0; round < kRefits; ++round, reach *= 2.0) {
+      if (round == kLocalRefits) reach = std::numeric_limits<double>::infinity();
+      voters_.agreeing(proposal.plane, proposal.mean, reach, cosine_, next);
+      const bool same = next == voters;
+      voters.swap(next);
+      if (voters.empty()) return false;
+      PlaneMoments moments = momentsOf(voters);
+      const PlaneMoments::Fit fit = moments.fit();
+      if (!fit.valid) return false;
+      proposal.plane = fit.plane;
+      if (same && round > kLocalRefits) break;
+    }
+    return true;
+  }
+
+  PlaneMoments momentsOf(const std::vector<std::int32_t>& voters) const {
+    CellSums all;
+    for (const std::int32_t i : voters) {
+      const SurfaceLeaf& leaf =
+          surface_.leaves[static_cast<std::size_t>(voters_.name(static_cast<std::size_t>(i)))];
+      const double leaf_side = side_ * (1 << leaf.level);
+      all.add(leaf.sums, {(leaf.key.x + 0.5) * leaf_side - origin_.x(),
+                          (leaf.key.y + 0.5) * leaf_side - origin_.y(),
+                          (leaf.key.z + 0.5) * leaf_side - origin_.z()});
+    }
+    Matrix3 outer;
+    const auto& o = all.outer;
+    outer << o[0], o[1], o[2], o[1], o[3], o[4], o[2], o[4], o[5];
+    return PlaneMoments::fromSums(all.n, {all.sum[0], all.sum[1], all.sum[2]}, outer, origin_);
+  }
+
+  void take(Proposal& proposal) {
+    std::vector<std::int32_t> voters;
+    if (!optimize(proposal, voters) || static_cast<double>(voters_.weightOf(voters)) < least_) {
+      ++diagnostics_.rejected_too_small;
+      return;
+    }
+    LeafPlane found;
+    found.plane = proposal.plane;
+    std::vector<char> keep(voters_.size(), 1);
+    for (const std::int32_t i : voters) {
+      keep[static_cast<std::size_t>(i)] = 0;
+      found.support.push_back(voters_.name(static_cast<std::size_t>(i)));
+    }
+    planes_.push_back(std::move(found));
+    voters_.select(keep);
+    sampleVoters();
+  }
+
+  const SurfaceLeaves& surface_;
+  const double side_;
+  const MultiPlaneParams& params_;
+  PlaneSearchDiagnostics& diagnostics_;
+  const Vector3 origin_;
+  Voters voters_;
+  Voters sample_ = voters_;
+  bool sampled_ = false;
+  bool stopped_ = false;
+  Random random_;
+  const double cosine_;
+  const double least_;
+  std::vector<LeafPlane> planes_;
+};
+
+}  // namespace
+
+std::vector<LeafPlane> findLeafPlanes(const SurfaceLeaves& surface, double side,
+                                      const MultiPlaneParams& params,
+                                      PlaneSearchDiagnostics& diagnostics) {
+  return LeafPlaneSearch(surface, side, params, diagnostics).run();
+}
+
+}  // namespace planar_mapping::detail

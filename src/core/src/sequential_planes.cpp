@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+#include <vector>
+
+#include "cell_assignment.h"
+#include "cell_grid.h"
+#include "distance_band.h"
+#include "leaf_planes.h"
+#include "plane_search.h"
+#include "surface_leaves.h"
+
+namespace planar_mapping::detail {
+
+namespace {
+
+// Cells are at least this many thresholds wide.
+constexpr double kCellSideInThresholds = 4.0;
+
+PlaneMoments momentsOf(const CellSums& s, const Vector3& origin) {
+  Matrix3 outer;
+  const auto& o = s.outer;
+  outer << o[0], o[1], o[2], o[1], o[3], o[4], o[2], o[4], o[5];
+  return PlaneMoments::fromSums(s.n, {s.sum[0], s.sum[1], s.sum[2]}, outer, origin);
+}
+
+/// Whether the points on the plane stand out from those beside it.
+bool isSignificant(const PlaneEvidence& evidence, double significance) {
+  const double on = evidence.sums.n;
+  return on - evidence.beside >= significance * std::sqrt(on + evidence.beside);
+}
+
+}  // namespace
+
+PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
+                              const MultiPlaneParams& params, const Vector3& sensor) {
+  PlaneSearchDiagnostics diagnostics;
+  const DistanceBand band(params);
+  const double side =
+      chooseCellSide(points, indices, kCellSideInThresholds * params.distance_threshold);
+  const CellGrid grid = buildCellGrid(points, indices, side);
+  diagnostics.points_not_finite = grid.points_not_finite;
+  const SurfaceLeaves surface = buildSurfaceLeaves(grid, band);
+  const std::vector<LeafPlane> found = findLeafPlanes(surface, side, params, diagnostics);
+
+  std::vector<Plane> planes;
+  Vector3 origin = Vector3::Zero();
+  for (const LeafPlane& plane : found) planes.push_back(plane.plane);
+  if (!found.empty()) {
+    origin = surface.leaves[static_cast<std::size_t>(found[0].support[0])].mean;
+  }
+  const CellCandidates candidates = candidatesOfCells(grid, surface, found, band);
+  const std::vector<PlaneEvidence> evidence =
+      gatherEvidence(points, indices, grid, candidates, planes, origin, params);
+  for (std::size_t k = 0; k < planes.size(); ++k) {
+    const PlaneMoments::Fit fit = momentsOf(evidence[k].sums, origin).fit();
+    const bool significant = isSignificant(evidence[k], params.significance);
+    if (!significant) ++diagnostics.rejected_not_significant;
+    planes[k] = fit.valid && significant
+                    ? fit.plane
+                    : Plane{Vector3::Zero(), std::numeric_limits<double>::infinity()};
+  }
+  const std::vector<std::int32_t> labels =
+      labelPoints(points, indices, grid, candidates, planes, params);
+  PlaneSet set =
+      assemblePlaneSet(points, labels, planes, params, sensor, InlierRule::WithinThreshold);
+  diagnostics.rejected_too_small += set.diagnostics.rejected_too_small;
+  set.diagnostics = diagnostics;
+  return set;
+}
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "cell_grid.h"
+#include "distance_band.h"
+#include "planar_mapping/core/types.h"
+
+namespace planar_mapping::detail {
+
+/// A piece of cloud just large enough for a normal: a cell, or where that is too sparse, narrow or
+/// thin against the noise, the pooled poor cells of one of 2, 4 or 8 times the side.
+struct SurfaceLeaf {
+  CellKey key;    ///< at its level
+  int level = 0;  ///< the side is that of the grid times 2^level
+  bool planar = false;
+  CellSums sums;  ///< about the centre of the leaf
+  Vector3 mean = Vector3::Zero();
+  Vector3 normal = Vector3::Zero();
+  double band = 0.0;  ///< d_T(z) at the mean
+};
+
+struct SurfaceLeaves {
+  std::vector<SurfaceLeaf> leaves;
+  std::vector<std::int32_t> leaf_of_cell;  ///< per cell of the grid
+};
+
+/// Smallest eigenvector of the scatter of \p sums and the eigenvalues, ascending.
+struct LocalFit {
+  Vector3 mean = Vector3::Zero();  ///< about the same point as the sums
+  Vector3 normal = Vector3::Zero();
+  double eigenvalues[3] = {0, 0, 0};
+};
+LocalFit fitLocally(const CellSums& sums);
+
+/// Whether a fit of the points of a cube of \p side is a surface rather than a blob or a line.
+bool isSurface(const LocalFit& fit, double side, double band);
+
+SurfaceLeaves buildSurfaceLeaves(const CellGrid& grid, const DistanceBand& band);
+
+}  // namespace planar_mapping::detail
