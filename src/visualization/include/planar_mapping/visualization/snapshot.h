@@ -1,0 +1,29 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+#include "planar_mapping/core/export.h"
+#include "planar_mapping/visualization/image.h"
+#include "planar_mapping/visualization/scene_content.h"
+#include "planar_mapping/visualization/view_options.h"
+
+namespace planar_mapping {
+
+/// Draws the content off screen. Needs no display: surfaceless EGL first, so that the same machine
+/// always gives the same pixels, then the X server if there is one.
+///
+/// Not thread-safe: one picture at a time in a process (VTK).
+/// \throws RenderError if nothing here can draw, or the picture came out blank; the message says
+///         which package to install
+/// \throws InputError, ParameterError for content or options that cannot be drawn
+PLANAR_MAPPING_EXPORT Image renderSnapshot(const SceneContent& content,
+                                           const ViewOptions& options = ViewOptions());
+
+/// renderSnapshot() into a PNG file.
+/// \throws IoError before anything is drawn if the file exists and \p overwrite is false
+PLANAR_MAPPING_EXPORT void saveSnapshot(const SceneContent& content, const ViewOptions& options,
+                                        const std::string& path, bool overwrite = false);
+
+}  // namespace planar_mapping

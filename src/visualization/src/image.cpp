@@ -1,0 +1,168 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/visualization/image.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <vtkImageData.h>
+#include <vtkNew.h>
+#include <vtkPNGReader.h>
+#include <vtkPNGWriter.h>
+#include <vtkUnsignedCharArray.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+
+#include "planar_mapping/core/error.h"
+#include "render_backend.h"
+
+namespace planar_mapping {
+
+namespace {
+
+void requireSide(const char* name, int side) {
+  requireInRange(name, side, 1, 16384, "px");
+}
+
+// Every byte or an errno.
+int writeAll(int file, const std::vector<std::uint8_t>& bytes) {
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t n = ::write(file, bytes.data() + done, bytes.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) return n < 0 ? errno : EIO;
+    done += static_cast<std::size_t>(n);
+  }
+  return ::fsync(file) == 0 ? 0 : errno;
+}
+
+}  // namespace
+
+Image::Image(int columns, int rows, Color fill) : width(columns), height(rows) {
+  requireSide("image width", columns);
+  requireSide("image height", rows);
+  rgb.resize(3 * static_cast<std::size_t>(columns) * rows);
+  for (std::size_t i = 0; i < rgb.size(); i += 3) {
+    rgb[i] = fill.red;
+    rgb[i + 1] = fill.green;
+    rgb[i + 2] = fill.blue;
+  }
+}
+
+Color Image::at(int column, int row) const {
+  const std::uint8_t* p = rgb.data() + 3 * (static_cast<std::size_t>(row) * width + column);
+  return {p[0], p[1], p[2]};
+}
+
+void Image::set(int column, int row, Color color) {
+  std::uint8_t* p = rgb.data() + 3 * (static_cast<std::size_t>(row) * width + column);
+  p[0] = color.red;
+  p[1] = color.green;
+  p[2] = color.blue;
+}
+
+bool isBlank(const Image& image, int tolerance) {
+  for (std::size_t i = 3; i < image.rgb.size(); ++i) {
+    if (std::abs(image.rgb[i] - image.rgb[i % 3]) > tolerance) return false;
+  }
+  return true;
+}
+
+ImageDifference compareImages(const Image& a, const Image& b) {
+  if (a.width != b.width || a.height != b.height) {
+    throw InputError("the pictures differ in size: " + std::to_string(a.width) + "x" +
+                     std::to_string(a.height) + " and " + std::to_string(b.width) + "x" +
+                     std::to_string(b.height));
+  }
+  ImageDifference difference;
+  if (a.rgb.empty()) return difference;
+  double sum = 0.0;
+  std::size_t changed = 0;
+  for (std::size_t i = 0; i < a.rgb.size(); i += 3) {
+    int largest = 0;
+    for (std::size_t k = i; k < i + 3; ++k) {
+      const int apart = std::abs(a.rgb[k] - b.rgb[k]);
+      sum += apart;
+      largest = std::max(largest, apart);
+    }
+    if (largest > 16) ++changed;
+  }
+  difference.mean = sum / (255.0 * static_cast<double>(a.rgb.size()));
+  difference.changed = static_cast<double>(changed) / (static_cast<double>(a.rgb.size()) / 3.0);
+  return difference;
+}
+
+std::vector<std::uint8_t> encodePng(const Image& image) {
+  requireSide("image width", image.width);
+  requireSide("image height", image.height);
+  vtkNew<vtkImageData> data;
+  data->SetDimensions(image.width, image.height, 1);
+  data->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
+  const std::size_t row_bytes = 3 * static_cast<std::size_t>(image.width);
+  for (int row = 0; row < image.height; ++row) {
+    std::memcpy(data->GetScalarPointer(0, image.height - 1 - row, 0),
+                image.rgb.data() + static_cast<std::size_t>(row) * row_bytes, row_bytes);
+  }
+  vtkNew<vtkPNGWriter> writer;
+  writer->SetInputData(data);
+  writer->WriteToMemoryOn();
+  writer->SetCompressionLevel(4);
+  writer->Write();
+  vtkUnsignedCharArray* bytes = writer->GetResult();
+  return {bytes->GetPointer(0), bytes->GetPointer(0) + bytes->GetNumberOfValues()};
+}
+
+Image readPng(const std::string& path) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0) throw IoError(path, std::strerror(errno));
+  if (!S_ISREG(status.st_mode)) throw IoError(path, "is not a file");
+  vtkNew<vtkPNGReader> reader;
+  const visualization::CapturedMessages messages;
+  if (reader->CanReadFile(path.c_str()) == 0) throw IoError(path, "is not a PNG picture");
+  reader->SetFileName(path.c_str());
+  reader->Update();
+  vtkImageData* data = reader->GetOutput();
+  const int* size = data->GetDimensions();
+  const int channels = data->GetNumberOfScalarComponents();
+  if (!messages.firstError().empty() || size[0] < 1 || size[1] < 1 || channels < 1 ||
+      data->GetScalarPointer() == nullptr) {
+    throw IoError(path, "cannot be read as a PNG picture");
+  }
+  const bool deep = data->GetScalarType() == VTK_UNSIGNED_SHORT;
+  Image image(size[0], size[1], Color{});
+  for (int row = 0; row < image.height; ++row) {
+    for (int column = 0; column < image.width; ++column) {
+      const auto value = [&](int channel) {
+        const double v = data->GetScalarComponentAsDouble(column, image.height - 1 - row, 0,
+                                                          channels >= 3 ? channel : 0);
+        return static_cast<std::uint8_t>(deep ? v / 257.0 : v);
+      };
+      image.set(column, row, {value(0), value(1), value(2)});
+    }
+  }
+  return image;
+}
+
+void writePng(const Image& image, const std::string& path, bool overwrite) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) == 0) {
+    if (S_ISDIR(status.st_mode)) throw IoError(path, "is a directory");
+    if (!overwrite) throw IoError(path, "exists already and is not overwritten");
+  }
+  const std::vector<std::uint8_t> bytes = encodePng(image);
+  const std::string temporary = path + ".tmp" + std::to_string(::getpid());
+  const int file = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (file < 0) throw IoError(path, std::string("cannot be written: ") + std::strerror(errno));
+  int problem = writeAll(file, bytes);
+  if (::close(file) != 0 && problem == 0) problem = errno;
+  if (problem == 0 && ::rename(temporary.c_str(), path.c_str()) != 0) problem = errno;
+  if (problem != 0) {
+    ::unlink(temporary.c_str());
+    throw IoError(path, std::string("cannot be written: ") + std::strerror(problem));
+  }
+}
+
+}  // namespace planar_mapping

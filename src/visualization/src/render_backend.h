@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vtkRenderWindow.h>
+#include <vtkSmartPointer.h>
+
+#include <memory>
+#include <string>
+
+namespace planar_mapping::visualization {
+
+/// A VTK window that draws without a screen, and what it needs to live.
+class OffscreenWindow {
+ public:
+  virtual ~OffscreenWindow() = default;
+  virtual vtkRenderWindow* window() = 0;
+  virtual std::string name() const = 0;
+
+  /// EGL without a surface, else the X server.
+  /// \throws RenderError with what to install where neither is there
+  static std::unique_ptr<OffscreenWindow> create(int width, int height);
+};
+
+/// Empty if a VTK window can be opened on the X server of DISPLAY, else what is missing. VTK calls
+/// abort() when it finds out by itself, so that this has to come first.
+std::string xServerProblem();
+
+/// Keeps VTK from printing; its messages are collected instead.
+class CapturedMessages {
+ public:
+  CapturedMessages();
+  ~CapturedMessages();
+  CapturedMessages(const CapturedMessages&) = delete;
+  CapturedMessages& operator=(const CapturedMessages&) = delete;
+  /// The first error since construction, one line, empty if there was none.
+  std::string firstError() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace planar_mapping::visualization

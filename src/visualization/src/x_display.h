@@ -1,0 +1,12 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+namespace planar_mapping::visualization {
+
+enum class XDisplayState { Usable, NoServer, NoOpenGl };
+
+/// Opens the display of DISPLAY, asks for a visual VTK can use, and closes it again.
+XDisplayState probeXDisplay();
+
+}  // namespace planar_mapping::visualization
