@@ -106,9 +106,9 @@ std::vector<float> cellProbabilities(const CellMask& mask, const std::vector<Cel
 }
 
 double denseSupportProbability(const PointsView& points, const Indices* indices, double resolution,
-                               const OccupancyParams& params) {
+                               const OccupancyParams& params, const Vector3& sensor) {
   const std::vector<std::int32_t> groups = gridGroups(points, indices, nullptr, resolution);
-  const std::vector<float> beliefs = featureProbabilities(points, indices, groups, params);
+  const std::vector<float> beliefs = featureProbabilities(points, indices, groups, params, sensor);
   double sum = 0.0;
   std::size_t count = 0;
   for (std::size_t k = 0; k < beliefs.size(); ++k) {

@@ -49,16 +49,15 @@ void requireValid(const std::vector<Observation>& frame) {
   }
 }
 
-void requireValid(const FrameMotion& motion) {
-  if (!motion.T_now_before.matrix().allFinite() ||
-      (motion.predicted && !motion.predicted->matrix().allFinite())) {
+}  // namespace
+
+void FrameMotion::validate() const {
+  if (!T_now_before.matrix().allFinite() || (predicted && !predicted->matrix().allFinite())) {
     throw InputError("motion: the pose is not finite");
   }
   // Throws for a covariance that is none.
-  motionFactor(Vector6(Vector6::Zero()), motion.covariance);
+  motionFactor(Vector6(Vector6::Zero()), covariance);
 }
-
-}  // namespace
 
 void FeatureBeliefParams::validate() const {
   occupancy.validate();
@@ -78,7 +77,7 @@ void FeatureBeliefs::setParams(const FeatureBeliefParams& params) {
 FeatureBeliefs::Summary FeatureBeliefs::update(const std::vector<Observation>& frame,
                                                const std::optional<FrameMotion>& motion) {
   requireValid(frame);
-  if (motion) requireValid(*motion);
+  if (motion) motion->validate();
 
   double pose_factor = 1.0;
   if (motion) {

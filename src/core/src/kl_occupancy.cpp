@@ -76,6 +76,7 @@ std::vector<float> KlOccupancy::process(const OccupancyFrame& frame,
                                         KlOccupancyDiagnostics* diagnostics) {
   const PointsView& points = frame.points;
   detail::requireIndices(points, frame.indices);
+  if (!frame.sensor.allFinite()) throw InputError("sensor: its position is not finite");
   requireOnePerPoint("tracks", frame.tracks, points.size);
   requireOnePerPoint("plane labels", frame.plane_labels, points.size);
   requireOnePerPoint("groups", frame.groups, points.size);
@@ -107,14 +108,14 @@ std::vector<float> KlOccupancy::process(const OccupancyFrame& frame,
 
   // Groups of Eq. 4 hold features among themselves; dense points judge where no feature does.
   const std::vector<float> of_features =
-      featureProbabilities(points, &tracked.indices, tracked.groups, occupancy);
+      featureProbabilities(points, &tracked.indices, tracked.groups, occupancy, frame.sensor);
   const std::vector<float> dense =
-      featureProbabilities(points, &untracked.indices, untracked.groups, occupancy);
+      featureProbabilities(points, &untracked.indices, untracked.groups, occupancy, frame.sensor);
 
   std::vector<FeatureBeliefs::Observation> seen(tracked.indices.size());
   for (std::size_t k = 0; k < seen.size(); ++k) {
     const auto i = static_cast<std::size_t>(tracked.indices[k]);
-    seen[k] = {(*frame.tracks)[i], points.point(i), of_features[k]};
+    seen[k] = {(*frame.tracks)[i], points.point(i) - frame.sensor, of_features[k]};
   }
   report.beliefs = beliefs_.update(seen, frame.motion);
 

@@ -33,12 +33,13 @@ PLANAR_MAPPING_EXPORT std::vector<float> cellProbabilities(const CellMask& mask,
 
 /// [ours] Probability of a plane's dense support: Eq. 4 over the plane's points, each in the group
 /// of its grid cell, and the mean of that. 0 if no point is finite.
-/// \param points     relative to the sensor, metres
 /// \param indices    the points on the plane, or null for all
 /// \param resolution side of a cell, metres, > 0
+/// \param sensor     position of the sensor, in the frame of the points
 PLANAR_MAPPING_EXPORT double denseSupportProbability(const PointsView& points,
                                                      const Indices* indices, double resolution,
-                                                     const OccupancyParams& params);
+                                                     const OccupancyParams& params,
+                                                     const Vector3& sensor = Vector3::Zero());
 
 /// The same rule for points that are not features themselves, on the cubic cells of gridGroups():
 /// every point takes the probability of its cell; 26 cells are adjacent, of the same label only.

@@ -33,12 +33,15 @@ struct PLANAR_MAPPING_EXPORT FeatureBeliefParams {
 };
 
 /// How the sensor moved between the frame before and this one (the paper, Eq. 8).
-struct FrameMotion {
+struct PLANAR_MAPPING_EXPORT FrameMotion {
   Pose T_now_before = Pose::Identity();  ///< measured: coordinates before to coordinates now
   Matrix6 covariance = Matrix6::Zero();  ///< of the motion error, see Matrix6
   /// MotionReading::RobotPose: the motion that was expected, e.g. from odometry; absent = as
   /// measured.
   std::optional<Pose> predicted;
+
+  /// \throws ParameterError if the covariance is none, InputError if a pose is not finite
+  void validate() const;
 };
 
 /// Beliefs of tracked features over frames (the paper, III-D and III-E, Eq. 4 to 10).

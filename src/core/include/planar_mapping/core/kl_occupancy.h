@@ -27,7 +27,8 @@ struct PLANAR_MAPPING_EXPORT KlOccupancyParams {
 
 /// A frame as KlOccupancy takes it. Vectors hold one value per point of the cloud.
 struct OccupancyFrame {
-  PointsView points;                 ///< relative to the sensor, metres
+  PointsView points;
+  Vector3 sensor = Vector3::Zero();  ///< position of the sensor, in the frame of the points
   const Indices* indices = nullptr;  ///< the points that count; null = all
   /// Identity of each feature, negative = untracked; null = all untracked.
   const std::vector<std::int64_t>* tracks = nullptr;
@@ -35,7 +36,8 @@ struct OccupancyFrame {
   const std::vector<std::int32_t>* plane_labels = nullptr;
   /// Group of each point, negative = its own: instead of the grid.
   const std::vector<std::int32_t>* groups = nullptr;
-  std::optional<FrameMotion> motion;  ///< since the frame before; absent = unknown
+  /// Since the frame before, for coordinates relative to the sensor; absent = unknown.
+  std::optional<FrameMotion> motion;
 };
 
 /// What KlOccupancy::process() did.

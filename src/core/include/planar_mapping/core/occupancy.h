@@ -47,16 +47,17 @@ PLANAR_MAPPING_EXPORT double featureProbability(double range, double mean_range,
                                                 double eta1 = 1.0);
 
 /// Eq. 4 for many features at once; O(n log n).
-/// \param points  features relative to the sensor, metres
+/// \param points  the features, metres
 /// \param indices the features that count, or null for all
 /// \param groups  group of each feature of \p indices, in its order (METHOD: the features in one
 ///                grid cell of one plane); any values, negative = a group of its own
+/// \param sensor  position of the sensor, in the frame of the points
 /// \return one belief per feature of \p indices, in its order; 0 for a non-finite one, which does
 ///         not count in its group either
 /// \throws ParameterError; InputError for an index outside the cloud or sizes that disagree
 PLANAR_MAPPING_EXPORT std::vector<float> featureProbabilities(
     const PointsView& points, const Indices* indices, const std::vector<std::int32_t>& groups,
-    const OccupancyParams& params);
+    const OccupancyParams& params, const Vector3& sensor = Vector3::Zero());
 
 /// Groups for featureProbabilities(): points in the same cubic cell and with the same label.
 /// \param labels     plane of each point of the *cloud*, negative = none, or null

@@ -1,0 +1,139 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <pcl/memory.h>
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/kl_occupancy.h"
+#include "planar_mapping/filters/detail/point_filter.h"
+
+namespace planar_mapping {
+
+/// Keeps the points of a frame that are believed to exist (the paper, III-D and III-E, Eq. 4 to
+/// 10): features seen again where they are expected gain belief, mismatches and noise lose it.
+///
+/// Every call of filter() is one frame and updates the beliefs, so call it once a frame; the
+/// indices of what was removed come from getRemovedIndices(). With setNegative(true) the doubtful
+/// points are returned instead.
+///
+/// The cloud may be the features themselves or a dense cloud with some tracked points; other
+/// points take the probability of the features around them, or of their own grid cell
+/// (KlOccupancy). Points are read relative to the cloud's sensor_origin_. Example:
+/// examples/kl_occupancy_filter.cpp.
+///
+/// The only class with state between runs: the beliefs. reset() clears them. Copies are
+/// independent. One object serves one thread at a time.
+///
+/// filter() throws InputError for an index outside the cloud or tracks, labels or groups that are
+/// not one per point of the cloud; beliefs are then unchanged.
+template <typename PointT>
+class PLANAR_MAPPING_EXPORT KLOccupancyFilter : public detail::PointFilter<PointT> {
+ public:
+  using Ptr = pcl::shared_ptr<KLOccupancyFilter<PointT>>;
+  using ConstPtr = pcl::shared_ptr<const KLOccupancyFilter<PointT>>;
+  using PointCloud = typename pcl::FilterIndices<PointT>::PointCloud;
+  using PointCloudPtr = typename PointCloud::Ptr;
+  using PointCloudConstPtr = typename PointCloud::ConstPtr;
+
+  /// \param extract_removed_indices true: getRemovedIndices() lists what was removed
+  explicit KLOccupancyFilter(bool extract_removed_indices = false);
+
+  // Inputs of a frame. Tracks, labels and groups hold one value per point of the input cloud
+  // (not per index) and stay until they are set again; empty = none.
+
+  /// Identity of each feature; negative = not tracked.
+  void setInputTracks(const std::vector<std::int64_t>& tracks) { tracks_ = tracks; }
+  const std::vector<std::int64_t>& getInputTracks() const { return tracks_; }
+  /// Plane of each point, negative = none. The group of Eq. 4 is the grid cell of one plane.
+  void setInputPlaneLabels(const std::vector<std::int32_t>& labels) { plane_labels_ = labels; }
+  const std::vector<std::int32_t>& getInputPlaneLabels() const { return plane_labels_; }
+  /// Group of each point (Eq. 4) instead of grid cells; negative = a group of its own.
+  void setGroups(const std::vector<std::int32_t>& groups) { groups_ = groups; }
+  const std::vector<std::int32_t>& getGroups() const { return groups_; }
+  /// How the sensor moved from the frame before to this one (Eq. 8, 9). Counts for the next
+  /// filter() only; without it the motion is unknown and its factor is 1.
+  void setMotion(const std::optional<FrameMotion>& motion);
+  const std::optional<FrameMotion>& getMotion() const { return motion_; }
+  /// As above, from the pose T_now_before (coordinates before to coordinates now) and its
+  /// covariance.
+  void setMotion(const Pose& T_now_before, const Matrix6& covariance);
+
+  /// Forgets all beliefs; parameters and inputs stay.
+  void reset() { occupancy_.reset(); }
+
+  // Results of the last filter().
+
+  /// One probability in [0, 1] per point of the input cloud; 0 for points that are not finite, NaN
+  /// for points outside the indices.
+  const std::vector<float>& getProbabilities() const { return probabilities_; }
+  const KlOccupancyDiagnostics& getDiagnostics() const { return diagnostics_; }
+  /// All features known.
+  const FeatureBeliefs& getBeliefs() const { return occupancy_.beliefs(); }
+
+  // Parameters. Every setter throws ParameterError, and changes nothing, if the value is out of
+  // range; units and ranges as in KlOccupancyParams.
+
+  void setParams(const KlOccupancyParams& params) { occupancy_.setParams(params); }
+  const KlOccupancyParams& getParams() const { return occupancy_.params(); }
+  /// Points believed less than this fail the filter, in [0, 1]; 0.5 by default.
+  void setMinProbability(double probability);
+  double getMinProbability() const { return getParams().min_probability; }
+  /// Side of the grid cell whose features make a group, metres.
+  void setResolution(double metres);
+  double getResolution() const { return getParams().resolution; }
+  /// [ours] Smallest range error of Eq. 4, in cells; 0 = the paper.
+  void setRangeFloor(double cells);
+  double getRangeFloor() const { return getParams().range_floor_cells; }
+  void setNoiseModel(const StereoNoise& noise);
+  const StereoNoise& getNoiseModel() const { return getParams().beliefs.occupancy.noise; }
+  /// [ours] Belief in a feature that is alone in its group, in [0, 1].
+  void setSingleFeatureProbability(double probability);
+  double getSingleFeatureProbability() const {
+    return getParams().beliefs.occupancy.single_feature_probability;
+  }
+  /// Direction of depth in the cloud's frame; zero = depth is the range (laser scanners).
+  void setOpticalAxis(const Vector3& axis);
+  const Vector3& getOpticalAxis() const { return getParams().beliefs.occupancy.optical_axis; }
+  /// A of Eq. 10, 1.07 in the paper.
+  void setBias(double bias);
+  double getBias() const { return getParams().beliefs.update.bias; }
+  void setMotionReading(MotionReading reading);
+  MotionReading getMotionReading() const { return getParams().beliefs.motion_reading; }
+  /// [ours] Features not seen for this many frames are forgotten; 0 = never.
+  void setMaxUnseenFrames(int frames);
+  int getMaxUnseenFrames() const { return getParams().beliefs.max_unseen_frames; }
+
+  PCL_MAKE_ALIGNED_OPERATOR_NEW
+
+ protected:
+  std::vector<detail::Verdict> judge(const PointCloud& cloud, const Indices* indices) override;
+
+ private:
+  KlOccupancy occupancy_;
+  std::vector<std::int64_t> tracks_;
+  std::vector<std::int32_t> plane_labels_;
+  std::vector<std::int32_t> groups_;
+  std::optional<FrameMotion> motion_;
+  std::vector<float> probabilities_;
+  KlOccupancyDiagnostics diagnostics_;
+};
+
+extern template class KLOccupancyFilter<pcl::PointXYZ>;
+extern template class KLOccupancyFilter<pcl::PointXYZI>;
+extern template class KLOccupancyFilter<pcl::PointXYZL>;
+extern template class KLOccupancyFilter<pcl::PointXYZRGB>;
+extern template class KLOccupancyFilter<pcl::PointXYZRGBA>;
+extern template class KLOccupancyFilter<pcl::PointNormal>;
+extern template class KLOccupancyFilter<pcl::PointXYZRGBNormal>;
+extern template class KLOccupancyFilter<pcl::PointXYZINormal>;
+
+}  // namespace planar_mapping
+
+#include "planar_mapping/filters/impl/kl_occupancy_filter.hpp"

@@ -1,0 +1,10 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/filters/ground_removal.h"
+
+namespace planar_mapping {
+
+template class GroundRemoval<pcl::PointXYZRGB>;
+template class GroundRemoval<pcl::PointXYZRGBA>;
+
+}  // namespace planar_mapping

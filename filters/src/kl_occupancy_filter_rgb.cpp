@@ -1,0 +1,10 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/filters/kl_occupancy_filter.h"
+
+namespace planar_mapping {
+
+template class KLOccupancyFilter<pcl::PointXYZRGB>;
+template class KLOccupancyFilter<pcl::PointXYZRGBA>;
+
+}  // namespace planar_mapping

@@ -1,0 +1,11 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/filters/kl_occupancy_filter.h"
+
+namespace planar_mapping {
+
+template class KLOccupancyFilter<pcl::PointXYZ>;
+template class KLOccupancyFilter<pcl::PointXYZI>;
+template class KLOccupancyFilter<pcl::PointXYZL>;
+
+}  // namespace planar_mapping

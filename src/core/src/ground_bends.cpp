@@ -1,0 +1,180 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "ground_model.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+constexpr int kCells = GroundBends::kCells;
+
+/// The local ground of a cell: w = c + a u + b v, u and v from the cell's centre.
+struct Piece {
+  double a = 0.0;
+  double b = 0.0;
+  double c = 0.0;
+  double at(double u, double v) const { return c + a * u + b * v; }
+};
+
+struct CellPoint {
+  float u, v, w, band;
+};
+
+int scoreOf(const CellPoint* points, std::size_t n, const Piece& piece) {
+  int score = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double d = points[i].w - piece.at(points[i].u, points[i].v);
+    // What lies below the band speaks against a surface as much as what lies in it speaks for it.
+    score += std::abs(d) <= points[i].band ? 1 : (d < 0.0 ? -1 : 0);
+  }
+  return score;
+}
+
+/// Least squares on the points within the window around \p prior, which also holds where there
+/// are too few of them.
+Piece fitAround(const CellPoint* points, std::size_t n, const Piece& prior, double extra_window,
+                double slope_deviation) {
+  Matrix3 information = Matrix3::Zero();
+  Vector3 right = Vector3::Zero();
+  const double band = n > 0 ? points[0].band : 1.0;
+  information.diagonal() << 1.0 / (slope_deviation * slope_deviation),
+      1.0 / (slope_deviation * slope_deviation), 1.0 / (band * band);
+  for (std::size_t i = 0; i < n; ++i) {
+    const double d = points[i].w - prior.at(points[i].u, points[i].v);
+    if (!(std::abs(d) <= points[i].band + extra_window)) continue;
+    const Vector3 row(points[i].u, points[i].v, 1.0);
+    const double weight = 1.0 / (double(points[i].band) * points[i].band);
+    information += weight * row * row.transpose();
+    right += weight * d * row;
+  }
+  const Vector3 change = information.ldlt().solve(right);
+  return {prior.a + change[0], prior.b + change[1], prior.c + change[2]};
+}
+
+}  // namespace
+
+GroundBends::GroundBends(const GroundSample& sample, const GroundEstimate& estimate,
+                         const GroundParams& params, const GroundFrame& frame) {
+  if (params.slope_cell == 0.0) return;
+  const double side = params.slope_cell;
+  const GroundPlane& plane = estimate.plane;
+  const double cosine = plane.cosine();
+  const double height = plane.height();
+  origin_x_ = origin_y_ = static_cast<float>(-0.5 * kCells * side);
+  per_cell_ = static_cast<float>(1.0 / side);
+
+  // Sample points by cell.
+  std::vector<std::int32_t> cell_of(sample.size(), -1);
+  std::vector<std::size_t> first(kCells * kCells + 1, 0);
+  for (std::size_t i = 0; i < sample.size(); ++i) {
+    const float a = (sample.x[i] - origin_x_) * per_cell_;
+    const float b = (sample.y[i] - origin_y_) * per_cell_;
+    if (!(a >= 0.0f && b >= 0.0f && a < kCells && b < kCells)) continue;
+    cell_of[i] = static_cast<int>(b) * kCells + static_cast<int>(a);
+    ++first[static_cast<std::size_t>(cell_of[i]) + 1];
+  }
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  std::vector<CellPoint> points(first.back());
+  std::vector<std::size_t> next(first.begin(), first.end() - 1);
+  const auto centerOf = [&](int index) { return (index + 0.5 - 0.5 * kCells) * side; };
+  for (std::size_t i = 0; i < sample.size(); ++i) {
+    if (cell_of[i] < 0) continue;
+    const double w =
+        (sample.z[i] - plane.slope_x * sample.x[i] - plane.slope_y * sample.y[i] - plane.offset) *
+        cosine;
+    points[next[cell_of[i]]++] = {static_cast<float>(sample.x[i] - centerOf(cell_of[i] % kCells)),
+                                  static_cast<float>(sample.y[i] - centerOf(cell_of[i] / kCells)),
+                                  static_cast<float>(w),
+                                  static_cast<float>(frame.band(sample.depth[i], height))};
+  }
+
+  // Outwards from the sensor, each cell starts from those before it.
+  std::vector<std::int32_t> order(kCells * kCells);
+  std::iota(order.begin(), order.end(), 0);
+  const auto squaredRange = [](std::int32_t cell) {
+    const int a = 2 * (cell % kCells) + 1 - kCells;
+    const int b = 2 * (cell / kCells) + 1 - kCells;
+    return a * a + b * b;
+  };
+  std::stable_sort(order.begin(), order.end(), [&](std::int32_t p, std::int32_t q) {
+    return squaredRange(p) < squaredRange(q);
+  });
+
+  const double steepest = std::tan(params.max_slope);
+  std::vector<Piece> pieces(order.size());
+  std::vector<std::uint8_t> done(order.size(), 0);
+  for (const std::int32_t cell : order) {
+    const int a = cell % kCells;
+    const int b = cell / kCells;
+    Piece predicted;
+    double towards_u = 0.0;
+    double towards_v = 0.0;
+    int neighbours = 0;
+    for (int db = -1; db <= 1; ++db) {
+      for (int da = -1; da <= 1; ++da) {
+        if (a + da < 0 || b + db < 0 || a + da >= kCells || b + db >= kCells) continue;
+        const std::int32_t other = cell + db * kCells + da;
+        if (!done[other]) continue;
+        const Piece& piece = pieces[other];
+        predicted.a += piece.a;
+        predicted.b += piece.b;
+        predicted.c += piece.at(-da * side, -db * side);
+        towards_u += 0.5 * da * side;
+        towards_v += 0.5 * db * side;
+        ++neighbours;
+      }
+    }
+    if (neighbours > 0) {
+      predicted = {predicted.a / neighbours, predicted.b / neighbours, predicted.c / neighbours};
+      towards_u /= neighbours;
+      towards_v /= neighbours;
+    }
+    done[cell] = 1;
+    Piece& piece = pieces[cell];
+    const CellPoint* own = points.data() + first[cell];
+    const std::size_t n = first[cell + 1] - first[cell];
+    if (n == 0) {
+      // Out of sight a slope is not carried on for long.
+      piece = {0.5 * predicted.a, 0.5 * predicted.b, predicted.c};
+      continue;
+    }
+    piece = predicted;
+    int best = scoreOf(own, n, predicted);
+    const Piece narrow = fitAround(own, n, predicted, 0.0, 0.25 * steepest);
+    Piece wide = fitAround(own, n, predicted, 0.5 * side * steepest, steepest);
+    wide = fitAround(own, n, wide, 0.0, steepest);
+    const auto tooSteep = [&](const Piece& p) { return std::hypot(p.a, p.b) > steepest; };
+    if (!tooSteep(narrow)) {
+      const int score = scoreOf(own, n, narrow);
+      if (score > 0 && score >= best) {
+        piece = narrow;
+        best = score;
+      }
+    }
+    // A slope joins what is before it without a step; a kerb does not.
+    const double step = wide.at(towards_u, towards_v) - predicted.at(towards_u, towards_v);
+    if (!tooSteep(wide) && std::abs(step) <= own[0].band) {
+      const int score = scoreOf(own, n, wide);
+      if (score > best + 2 + static_cast<int>(n) / 10) piece = wide;
+    }
+    ++followed_;
+  }
+
+  pieces_.resize(3 * order.size());
+  for (std::int32_t cell = 0; cell < kCells * kCells; ++cell) {
+    const Piece& piece = pieces[cell];
+    const double u = centerOf(cell % kCells);
+    const double v = centerOf(cell / kCells);
+    pieces_[3 * cell] = static_cast<float>(piece.at(-u, -v));
+    pieces_[3 * cell + 1] = static_cast<float>(piece.a);
+    pieces_[3 * cell + 2] = static_cast<float>(piece.b);
+    const double reach = std::abs(piece.c) + 0.5 * side * (std::abs(piece.a) + std::abs(piece.b));
+    largest_ = std::max(largest_, static_cast<float>(reach));
+  }
+}
+
+}  // namespace planar_mapping::detail

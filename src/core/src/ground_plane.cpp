@@ -1,0 +1,297 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+
+#include "ground_model.h"
+#include "labelled_cells.h"
+#include "planar_mapping/core/random.h"
+#include "planar_mapping/core/simd.h"
+#include "point_indices.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+constexpr int kMaxDraws = 3000;      // triples drawn
+constexpr int kMaxScored = 600;      // hypotheses scored on the small sample
+constexpr std::size_t kSmall = 512;  // points of the small sample
+constexpr int kFinalists = 8;        // hypotheses scored on the whole sample
+
+/// Points within the band minus points below it: nothing lies under the ground but noise.
+PLANAR_MAPPING_MULTIVERSION
+int score(const float* x, const float* y, const float* z, const float* band, std::size_t n,
+          float slope_x, float slope_y, float offset, float cosine, float below_weight_256,
+          int* inliers) {
+  int inside = 0;
+  int below = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const float d = (z[i] - slope_x * x[i] - slope_y * y[i] - offset) * cosine;
+    inside += (d <= band[i]) & (d >= -band[i]) ? 1 : 0;
+    below += d < -2.0f * band[i] ? 1 : 0;
+  }
+  *inliers = inside;
+  return 256 * inside - static_cast<int>(below_weight_256) * below;
+}
+
+struct Hypothesis {
+  GroundPlane plane;
+  int score = 0;
+};
+
+/// Points that may be ground by the priors alone, with their band.
+struct Candidates {
+  std::vector<float> x, y, z, band;
+  std::size_t size() const { return x.size(); }
+  void add(const GroundSample& s, std::size_t i, double width) {
+    x.push_back(s.x[i]);
+    y.push_back(s.y[i]);
+    z.push_back(s.z[i]);
+    band.push_back(static_cast<float>(width));
+  }
+};
+
+double scoreOf(const Candidates& c, std::size_t n, const GroundPlane& p, double below_weight,
+               int& inliers) {
+  return score(c.x.data(), c.y.data(), c.z.data(), c.band.data(), n, static_cast<float>(p.slope_x),
+               static_cast<float>(p.slope_y), static_cast<float>(p.offset),
+               static_cast<float>(p.cosine()), static_cast<float>(256.0 * below_weight), &inliers);
+}
+
+bool withinPriors(const GroundPlane& plane, const GroundParams& params) {
+  if (!(std::abs(std::atan(plane.slope_x)) <= params.pitch_tolerance)) return false;
+  if (!(std::abs(std::atan(plane.slope_y)) <= params.roll_tolerance)) return false;
+  const double height = plane.height();
+  if (params.camera_height == 0.0) return height > params.distance_threshold;
+  return std::abs(height - params.camera_height) <= params.height_tolerance;
+}
+
+bool throughPoints(const Candidates& c, std::uint32_t i, std::uint32_t j, std::uint32_t k,
+                   GroundPlane& plane) {
+  const double ax = double(c.x[j]) - c.x[i], ay = double(c.y[j]) - c.y[i];
+  const double bx = double(c.x[k]) - c.x[i], by = double(c.y[k]) - c.y[i];
+  const double area = ax * by - ay * bx;
+  // Seen from above the triangle must not be a needle.
+  if (!(std::abs(area) > 0.02 * std::max(ax * ax + ay * ay, bx * bx + by * by))) return false;
+  const double az = double(c.z[j]) - c.z[i], bz = double(c.z[k]) - c.z[i];
+  plane.slope_x = (az * by - bz * ay) / area;
+  plane.slope_y = (bz * ax - az * bx) / area;
+  plane.offset = c.z[i] - plane.slope_x * c.x[i] - plane.slope_y * c.y[i];
+  return std::isfinite(plane.offset);
+}
+
+std::vector<Hypothesis> drawHypotheses(const Candidates& c, const GroundParams& params,
+                                       double below_weight, GroundDiagnostics& diagnostics) {
+  std::vector<Hypothesis> best;
+  const auto n = static_cast<std::uint32_t>(c.size());
+  const std::size_t small = std::min<std::size_t>(kSmall, n);
+  const double steepest =
+      std::hypot(std::tan(params.pitch_tolerance), std::tan(params.roll_tolerance));
+  const auto couldBeOnePlane = [&](std::uint32_t i, std::uint32_t j) {
+    const double apart = std::hypot(double(c.x[i]) - c.x[j], double(c.y[i]) - c.y[j]);
+    return std::abs(double(c.z[i]) - c.z[j]) <= steepest * apart + c.band[i] + c.band[j];
+  };
+  Random random(params.seed, 1);
+  int scored = 0;
+  for (int draw = 0; draw < kMaxDraws && scored < kMaxScored; ++draw) {
+    const std::uint32_t i = random.below(n);
+    const std::uint32_t j = random.below(n);
+    const std::uint32_t k = random.below(n);
+    if (!couldBeOnePlane(i, j) || !couldBeOnePlane(i, k)) continue;
+    Hypothesis hypothesis;
+    if (!throughPoints(c, i, j, k, hypothesis.plane)) continue;
+    if (!withinPriors(hypothesis.plane, params)) continue;
+    int inliers = 0;
+    hypothesis.score = static_cast<int>(scoreOf(c, small, hypothesis.plane, below_weight, inliers));
+    ++scored;
+    best.push_back(hypothesis);
+  }
+  diagnostics.hypotheses = static_cast<std::size_t>(scored);
+  std::stable_sort(best.begin(), best.end(),
+                   [](const Hypothesis& a, const Hypothesis& b) { return a.score > b.score; });
+  if (best.size() > kFinalists) best.resize(kFinalists);
+  return best;
+}
+
+/// Least squares on the points within the band, weighted by 1 / band^2.
+bool refit(const Candidates& c, GroundPlane& plane, PlaneMoments& moments) {
+  const double cosine = plane.cosine();
+  PlaneMoments sums;
+  std::vector<std::size_t> inliers;
+  double narrowest = 1e300;
+  for (std::size_t i = 0; i < c.size(); ++i) {
+    const double d =
+        (c.z[i] - plane.slope_x * c.x[i] - plane.slope_y * c.y[i] - plane.offset) * cosine;
+    if (std::abs(d) > c.band[i]) continue;
+    inliers.push_back(i);
+    narrowest = std::min(narrowest, double(c.band[i]));
+  }
+  for (const std::size_t i : inliers) {
+    const double relative = narrowest / c.band[i];
+    sums.add(Vector3(c.x[i], c.y[i], c.z[i]), relative * relative);
+  }
+  const PlaneMoments::Fit fit = sums.fit();
+  if (!fit.valid) return false;
+  Vector3 n = fit.plane.normal;
+  double d = fit.plane.offset;
+  if (n.z() < 0.0) n = -n, d = -d;
+  if (!(n.z() > 0.1)) return false;
+  plane = {-n.x() / n.z(), -n.y() / n.z(), -d / n.z()};
+  moments = sums;
+  return true;
+}
+
+/// Inliers in columns that hold hardly anything else: a level cut through a wall is no ground.
+std::size_t flatSupport(const GroundSample& sample, const Candidates& c, const GroundPlane& plane,
+                        const GroundParams& params) {
+  // Columns coarse enough for the sparse sample.
+  const double column = 2.0 * params.wall_cell;
+  const double cosine = plane.cosine();
+  LabelledCells columns;
+  std::vector<std::int32_t> inside, outside;
+  std::vector<std::int32_t> column_of_inlier;
+  for (std::size_t i = 0; i < sample.size(); ++i) {
+    const double d =
+        (sample.z[i] - plane.slope_x * sample.x[i] - plane.slope_y * sample.y[i] - plane.offset) *
+        cosine;
+    const double band = c.band[i];
+    if (!(std::abs(d) <= 6.0 * band + params.wall_height)) continue;
+    const double a = std::floor(sample.x[i] / column), b = std::floor(sample.y[i] / column);
+    if (!(std::abs(a) < 1e9 && std::abs(b) < 1e9)) continue;
+    const std::int32_t cell =
+        columns.insert({0, static_cast<std::int32_t>(a), static_cast<std::int32_t>(b), 0});
+    if (static_cast<std::size_t>(cell) == inside.size()) {
+      inside.push_back(0);
+      outside.push_back(0);
+    }
+    if (std::abs(d) <= band) {
+      ++inside[cell];
+    } else if (std::abs(d) > 1.5 * band) {
+      ++outside[cell];
+    }
+  }
+  std::size_t support = 0;
+  for (std::size_t i = 0; i < inside.size(); ++i) {
+    if (inside[i] >= outside[i]) support += static_cast<std::size_t>(inside[i]);
+  }
+  return support;
+}
+
+}  // namespace
+
+double GroundPlane::cosine() const {
+  return 1.0 / std::sqrt(1.0 + slope_x * slope_x + slope_y * slope_y);
+}
+
+GroundFrame::GroundFrame(const GroundParams& params, const Vector3& sensor_position)
+    : sensor(sensor_position),
+      distance_threshold(params.distance_threshold),
+      noise_per_depth_and_height(0.0) {
+  const Vector3 up = params.up.normalized();
+  const Vector3 optical = params.optical_axis.normalized();
+  Vector3 forwards = optical - up.dot(optical) * up;
+  depth_axis = optical;
+  if (forwards.norm() < 0.05) {
+    // Looking straight up or down, or an axis that was never set: any level direction will do.
+    forwards = std::abs(up.x()) < 0.9 ? Vector3(Vector3::UnitX()) : Vector3(Vector3::UnitY());
+    forwards -= up.dot(forwards) * up;
+    depth_axis.setZero();
+  }
+  forwards.normalize();
+  axes.row(0) = forwards;
+  axes.row(1) = up.cross(forwards);
+  axes.row(2) = up;
+  if (params.noise) {
+    noise_per_depth_and_height = params.noise_factor * params.noise->disparity_error /
+                                 (params.noise->baseline * params.noise->focal_length);
+  }
+}
+
+double GroundFrame::depth(const Vector3& p) const {
+  return depth_axis.isZero(0.0) ? (p - sensor).norm() : std::abs(depth_axis.dot(p - sensor));
+}
+
+GroundSample drawGroundSample(const PointsView& points, const Indices* indices,
+                              const GroundParams& params, const GroundFrame& frame) {
+  GroundSample sample;
+  const std::size_t n = countOf(points, indices);
+  const std::size_t wanted = static_cast<std::size_t>(params.sample_size);
+  const std::size_t draws = std::min(n, wanted);
+  Random random(params.seed, 0);
+  for (auto* values : {&sample.x, &sample.y, &sample.z, &sample.depth}) values->reserve(draws);
+  for (std::size_t draw = 0; draw < draws; ++draw) {
+    // One point out of each of `draws` equal runs: even, but in step with no row of the image.
+    const std::size_t first = draw * n / draws;
+    const std::size_t length = (draw + 1) * n / draws - first;
+    const std::size_t k = first + random.below(static_cast<std::uint32_t>(length));
+    const std::size_t i = at(indices, k);
+    if (!points.isFinite(i)) continue;
+    const Vector3 p = points.point(i);
+    const Vector3 q = frame.local(p);
+    // Beyond this a float no longer resolves the ground.
+    if (!(q.cwiseAbs().maxCoeff() < 1e5)) continue;
+    sample.x.push_back(static_cast<float>(q.x()));
+    sample.y.push_back(static_cast<float>(q.y()));
+    sample.z.push_back(static_cast<float>(q.z()));
+    sample.depth.push_back(static_cast<float>(frame.depth(p)));
+  }
+  return sample;
+}
+
+GroundStatus estimateGround(const GroundSample& sample, const GroundParams& params,
+                            const GroundFrame& frame, double points_per_sample,
+                            GroundEstimate& estimate, GroundDiagnostics& diagnostics) {
+  const bool known_height = params.camera_height > 0.0;
+  const double slack =
+      std::hypot(std::tan(params.pitch_tolerance), std::tan(params.roll_tolerance));
+  // Height of a point below the sensor stands in for the camera's, which is only known roughly.
+  Candidates all;
+  Candidates candidates;
+  for (std::size_t i = 0; i < sample.size(); ++i) {
+    const double height = known_height ? params.camera_height : std::max(0.0, -double(sample.z[i]));
+    const double band = frame.band(sample.depth[i], height);
+    all.add(sample, i, band);
+    const double reach = slack * std::hypot(sample.x[i], sample.y[i]) + band;
+    const double off = known_height
+                           ? std::abs(sample.z[i] + params.camera_height) - params.height_tolerance
+                           : double(sample.z[i]);
+    if (off <= reach) candidates.add(sample, i, band);
+  }
+  const double needed = std::max(params.min_share * static_cast<double>(sample.size()),
+                                 params.min_points / points_per_sample);
+  if (static_cast<double>(candidates.size()) < std::max(3.0, needed)) return GroundStatus::NoPlane;
+
+  // With a known height points below (stairs down, an edge) only break ties.
+  const double below_weight = known_height ? 0.25 : 1.0;
+  Random shuffle(params.seed, 2);
+  for (std::size_t i = 0; i < std::min(kSmall, candidates.size()); ++i) {
+    const std::size_t j = i + shuffle.below(static_cast<std::uint32_t>(candidates.size() - i));
+    for (auto* values : {&candidates.x, &candidates.y, &candidates.z, &candidates.band}) {
+      std::swap((*values)[i], (*values)[j]);
+    }
+  }
+  std::vector<Hypothesis> finalists = drawHypotheses(candidates, params, below_weight, diagnostics);
+  if (finalists.empty()) return GroundStatus::NoPlane;
+
+  bool found = false;
+  double best_score = 0.0;
+  for (Hypothesis& hypothesis : finalists) {
+    GroundPlane plane = hypothesis.plane;
+    PlaneMoments moments;
+    bool good = true;
+    for (int round = 0; round < 3 && good; ++round) good = refit(candidates, plane, moments);
+    if (!good || !withinPriors(plane, params)) continue;
+    int inliers = 0;
+    const double score_all = scoreOf(all, all.size(), plane, below_weight, inliers);
+    if (found && score_all <= best_score) continue;
+    const std::size_t support = flatSupport(sample, all, plane, params);
+    if (static_cast<double>(support) < needed) continue;
+    found = true;
+    best_score = score_all;
+    estimate.plane = plane;
+    estimate.moments = moments;
+    estimate.support = support;
+  }
+  return found ? GroundStatus::Found : GroundStatus::TooLittleSupport;
+}
+
+}  // namespace planar_mapping::detail
