@@ -30,13 +30,19 @@ struct PinholeCamera {
 /// Parameters of PlanarMap. Lengths in metres, angles in radians.
 struct PLANAR_MAPPING_EXPORT PlanarMapParams {
   CuboidApproximationParams approximation;  ///< resolution s, profile, thickness, ...; up = world z
-  double association_angle = 0.087;   ///< [ours] largest angle between a new plane and its map plane
-  double association_offset = 0.10;   ///< [ours] largest offset between them at the new points
-  double association_gap = 0.5;       ///< [ours] largest gap between their patches
-  bool unknown_space = true;          ///< keep track of unknown space (METHOD: III-F, Fig. 5c)
-  double unknown_resolution = 0.0;    ///< side of an unknown cell; 0 = resolution
-  double max_range = 10.0;            ///< space beyond this depth is not judged
-  double min_probability = 0.5;       ///< [ours] cells whose belief falls below this are removed
+  double association_angle = 0.087;  ///< [ours] largest angle between a new plane and its map plane
+  double association_offset = 0.10;  ///< [ours] largest offset between them at the new points
+  double association_gap = 0.5;      ///< [ours] largest gap between their patches
+  bool unknown_space = true;         ///< keep track of unknown space (METHOD: III-F, Fig. 5c)
+  double unknown_resolution = 0.0;   ///< side of an unknown cell; 0 = resolution
+  double max_range = 10.0;           ///< space beyond this depth is not judged
+  double min_probability = 0.5;      ///< [ours] cells whose belief falls below this are removed
+  double belief_gain = 0.5;  ///< [ours] share of the newest frame in a cell's belief, in (0, 1]
+  double miss_factor = 0.7;  ///< [ours] belief is multiplied by it when looked through, in [0, 1]
+  double refit_tolerance =
+      0.1;  ///< [ours] cells follow a refit that moves them by more; resolutions
+  double range_image_step =
+      0.0087;  ///< [ours] pixel of the spherical image, for clouds of no camera
 
   /// \throws ParameterError
   void validate() const;
@@ -54,10 +60,10 @@ struct MapPlane {
 /// What one frame brings to the map. Everything is in the sensor's frame but the pose.
 struct FrameObservation {
   Pose T_world_sensor = Pose::Identity();
-  double timestamp = 0.0;                             ///< seconds
-  PointsView points;                                  ///< the whole cloud, as measured
-  const Indices* indices = nullptr;                   ///< the points to be mapped; null = all
-  const Indices* ground = nullptr;                    ///< removed ground: clears space, makes no cell
+  double timestamp = 0.0;            ///< seconds
+  PointsView points;                 ///< the whole cloud, as measured
+  const Indices* indices = nullptr;  ///< the points to be mapped; null = all
+  const Indices* ground = nullptr;   ///< removed ground: clears space, makes no cell
   const std::vector<PlaneSegment>* planes = nullptr;  ///< null = none
   const std::vector<float>* probability = nullptr;    ///< belief per point; null = 1
   /// Known intrinsics of an organized cloud; absent = estimated from it, or a spherical image.
@@ -68,17 +74,20 @@ struct FrameObservation {
 struct FrameUpdate {
   std::size_t planes_new = 0;
   std::size_t planes_matched = 0;
+  std::size_t planes_merged = 0;  ///< planes of the map that turned out to be another one
   std::size_t cells_added = 0;
   std::size_t cells_removed = 0;
   std::size_t patches_rebuilt = 0;
   std::size_t absorbed_points = 0;
+  std::size_t dropped_points = 0;  ///< not finite, beyond the world, or too few in their cell
 };
 
 /// The map of planar cuboids: planes with their patches, non-planar cells, unknown space
 /// (the paper, III-F and IV).
 ///
-/// World frame, z up, metres. Exactly one of isOccupied(), isFree() and isUnknown() holds anywhere.
-/// Copyable. Const functions may be called from several threads at once.
+/// World frame, z up, metres, up to 2^20 cells from the origin (100 km at 0.1 m). Exactly one of
+/// isOccupied(), isFree() and isUnknown() holds anywhere. Copyable. Const functions may be called
+/// from several threads at once.
 class PLANAR_MAPPING_EXPORT PlanarMap {
  public:
   explicit PlanarMap(const PlanarMapParams& params = PlanarMapParams());

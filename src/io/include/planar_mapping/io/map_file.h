@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+#include "planar_mapping/core/export.h"
+#include "planar_mapping/io/atomic_file.h"
+#include "planar_mapping/map/planar_map.h"
+
+namespace planar_mapping {
+namespace io {
+
+/// Writes a .pmap file (docs/file_format.md), whole or not at all.
+/// \throws IoError if the file exists and must not be overwritten, or cannot be written
+PLANAR_MAPPING_EXPORT void saveMap(const PlanarMap& map, const std::string& path,
+                                   Overwrite overwrite = Overwrite::Refuse);
+
+/// Reads a .pmap file. Memory stays below a small multiple of the size of the file, whatever the
+/// bytes are.
+/// \throws IoError if the file is missing, unreadable, cut short, damaged or no map
+PLANAR_MAPPING_EXPORT PlanarMap loadMap(const std::string& path);
+
+}  // namespace io
+}  // namespace planar_mapping

@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+#include "planar_mapping/core/export.h"
+#include "planar_mapping/io/atomic_file.h"
+#include "planar_mapping/map/planar_map.h"
+
+namespace planar_mapping {
+namespace io {
+
+/// The cuboids of a map as readable JSON, a cuboid a line; metres, world frame:
+/// `{"format", "version", "frame", "resolution_m", "planes": [...], "cuboids": [...]}`.
+/// A plane has `id`, `coefficients` [a, b, c, d], `tilt_rad` and `rms_m`; a cuboid has `center`,
+/// `size` (full lengths), `quaternion_xyzw`, `plane_id` (-1 = none), `probability` and `state`.
+/// Occupied cuboids come first, in the order of PlanarMap::cuboids(), then unknown space.
+/// Numbers read back as the same values, in any locale.
+PLANAR_MAPPING_EXPORT std::string mapToJson(const PlanarMap& map);
+
+/// Writes mapToJson() to a file, whole or not at all.
+/// \throws IoError if the file exists and must not be overwritten, or cannot be written
+PLANAR_MAPPING_EXPORT void saveMapJson(const PlanarMap& map, const std::string& path,
+                                       Overwrite overwrite = Overwrite::Refuse);
+
+}  // namespace io
+}  // namespace planar_mapping

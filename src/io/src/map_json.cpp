@@ -1,0 +1,99 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/io/map_json.h"
+
+#include <charconv>
+#include <cmath>
+#include <initializer_list>
+
+namespace planar_mapping {
+namespace io {
+namespace {
+
+/// Shortest text that reads back as the same value; std::to_chars knows no locale.
+template <typename Number>
+void append(std::string& out, Number value) {
+  char text[40];
+  const std::to_chars_result end = std::to_chars(text, text + sizeof text, value);
+  out.append(text, end.ptr);
+}
+
+void append(std::string& out, std::initializer_list<double> values) {
+  out += '[';
+  bool first = true;
+  for (const double value : values) {
+    if (!first) out += ", ";
+    first = false;
+    append(out, value);
+  }
+  out += ']';
+}
+
+void appendPlane(std::string& out, const MapPlane& plane) {
+  const Vector4 c = plane.plane.coefficients();
+  out += "{\"id\": ";
+  append(out, plane.id);
+  out += ", \"coefficients\": ";
+  append(out, {c[0], c[1], c[2], c[3]});
+  out += ", \"tilt_rad\": ";
+  append(out, normalizedTilt(plane.plane));
+  out += ", \"rms_m\": ";
+  append(out, plane.rms());
+  out += ", \"frames\": ";
+  append(out, plane.frames);
+  out += '}';
+}
+
+void appendCuboid(std::string& out, const Cuboid& cuboid) {
+  out += "{\"center\": ";
+  append(out, {cuboid.center.x(), cuboid.center.y(), cuboid.center.z()});
+  out += ", \"size\": ";
+  append(out, {cuboid.size.x(), cuboid.size.y(), cuboid.size.z()});
+  out += ", \"quaternion_xyzw\": ";
+  append(out, {cuboid.orientation.x(), cuboid.orientation.y(), cuboid.orientation.z(),
+               cuboid.orientation.w()});
+  out += ", \"plane_id\": ";
+  append(out, cuboid.plane_id);
+  out += ", \"probability\": ";
+  append(out, cuboid.probability);
+  out += ", \"state\": \"";
+  out += toString(cuboid.state);
+  out += "\"}";
+}
+
+/// One element a line.
+template <typename Items, typename Append>
+void appendLines(std::string& out, bool& first, const Items& items, Append&& append_item) {
+  for (const auto& item : items) {
+    out += first ? "\n    " : ",\n    ";
+    first = false;
+    append_item(out, item);
+  }
+}
+
+}  // namespace
+
+std::string mapToJson(const PlanarMap& map) {
+  std::string out =
+      "{\n  \"format\": \"planar_mapping map\",\n  \"version\": 1,\n"
+      "  \"frame\": \"world, z up, metres\",\n  \"resolution_m\": ";
+  append(out, map.params().approximation.resolution);
+  out += ",\n  \"frames\": ";
+  append(out, map.frames());
+  out += ",\n  \"planes\": [";
+  bool first = true;
+  appendLines(out, first, map.planes(), appendPlane);
+  out += first ? "],\n  \"cuboids\": [" : "\n  ],\n  \"cuboids\": [";
+  first = true;
+  appendLines(out, first, map.cuboids(), appendCuboid);
+  appendLines(out, first, map.unknownCuboids(), appendCuboid);
+  out += first ? "]\n}\n" : "\n  ]\n}\n";
+  return out;
+}
+
+void saveMapJson(const PlanarMap& map, const std::string& path, Overwrite overwrite) {
+  writeFileAtomically(path, mapToJson(map), overwrite);
+}
+
+}  // namespace io
+}  // namespace planar_mapping

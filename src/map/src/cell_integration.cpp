@@ -1,0 +1,293 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+
+#include "belief.h"
+#include "frame.h"
+#include "lattice.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+/// Points this close to a planar cuboid are absorbed, in cells; as in approximateCuboids().
+constexpr double kAbsorptionMargin = 0.5;
+
+/// A plane as the absorption test sees it: world coordinates in cells.
+struct Cover {
+  const PlaneLayer* layer = nullptr;
+  double u[4];
+  double v[4];
+  double n[4];
+  double thickness = 0.0;
+
+  Cover(const PlaneLayer& plane, double s, double depth) : layer(&plane), thickness(depth / s) {
+    const PlaneFrame& f = plane.frame;
+    const auto fill = [&](double* row, const Vector3& axis) {
+      for (int i = 0; i < 3; ++i) row[i] = axis[i];
+      row[3] = -axis.dot(f.origin) / s;
+    };
+    fill(u, f.u);
+    fill(v, f.v);
+    fill(n, f.n);
+  }
+  static double along(const double* row, const double* p) {
+    return row[0] * p[0] + row[1] * p[1] + row[2] * p[2] + row[3];
+  }
+  /// Does the point (in cells) lie within \p margin of the cuboid of an occupied cell?
+  /// \param margin in cells, at most 1/2
+  bool contains(const double* p, double margin) const {
+    const double height = along(n, p);
+    if (!(height <= margin && height >= -thickness - margin)) return false;
+    const double a = along(u, p);
+    const double b = along(v, p);
+    if (!(std::abs(a) < kLatticeLimit - 1) || !(std::abs(b) < kLatticeLimit - 1)) return false;
+    const auto low_a = static_cast<std::int32_t>(std::floor(a - margin));
+    const auto high_a = static_cast<std::int32_t>(std::floor(a + margin));
+    const auto low_b = static_cast<std::int32_t>(std::floor(b - margin));
+    const auto high_b = static_cast<std::int32_t>(std::floor(b + margin));
+    if (layer->at(low_a, low_b)) return true;
+    return (high_a != low_a && layer->at(high_a, low_b)) ||
+           (high_b != low_b &&
+            (layer->at(low_a, high_b) || (high_a != low_a && layer->at(high_a, high_b))));
+  }
+};
+
+/// World coordinates of the non-planar points, in cells.
+struct Points {
+  std::vector<double> xyz;
+  std::vector<std::int32_t> cells;  ///< x = kOutside: dropped
+  std::vector<std::uint32_t> block;
+};
+
+Points toCells(const MapData& map, const Frame& frame) {
+  const double per_cell = 1.0 / map.resolution();
+  double m[12];
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) m[4 * r + c] = frame.rotation(r, c) * per_cell;
+    m[4 * r + 3] = frame.sensor[r] * per_cell;
+  }
+  const PointsView& view = frame.observation->points;
+  Points points;
+  points.xyz.resize(3 * frame.non_planar.size());
+  points.cells.resize(3 * frame.non_planar.size());
+  points.block.resize(frame.non_planar.size());
+  for (std::size_t begin = 0; begin < frame.non_planar.size(); begin += kBatch) {
+    const std::size_t n = std::min(kBatch, frame.non_planar.size() - begin);
+    worldCells(view.data, view.stride, frame.non_planar.data() + begin, n, m,
+               points.xyz.data() + 3 * begin, points.cells.data() + 3 * begin);
+  }
+  return points;
+}
+
+/// Planes that may cover points of each block.
+std::vector<std::uint32_t> findCandidates(const std::vector<Cover>& covers,
+                                          KeyMap<BlockHits>& hits) {
+  std::vector<std::uint32_t> candidates;
+  const double reach = 2.0 * std::sqrt(3.0);
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    const Int3 block = unpackKey(hits.key(i));
+    const double middle[3] = {4.0 * block.x + 2.0, 4.0 * block.y + 2.0, 4.0 * block.z + 2.0};
+    BlockHits& hit = hits.value(i);
+    hit.first_candidate = static_cast<std::uint32_t>(candidates.size());
+    for (std::size_t c = 0; c < covers.size(); ++c) {
+      const double height = Cover::along(covers[c].n, middle);
+      if (height <= reach + kAbsorptionMargin &&
+          height >= -reach - kAbsorptionMargin - covers[c].thickness) {
+        candidates.push_back(static_cast<std::uint32_t>(c));
+      }
+    }
+    hit.last_candidate = static_cast<std::uint32_t>(candidates.size());
+  }
+  return candidates;
+}
+
+/// Planes whose cells come near the box, in cells.
+std::vector<Cover> coversNear(const MapData& map, const Vector3& low, const Vector3& high) {
+  std::vector<Cover> covers;
+  const double s = map.resolution();
+  for (const PlaneLayer& layer : map.planes) {
+    Vector3 plane_low, plane_high;
+    if (!layer.bounds(s, map.thickness(), plane_low, plane_high)) continue;
+    if ((plane_low.array() <= (high * s).array()).all() &&
+        (plane_high.array() >= (low * s).array()).all()) {
+      covers.emplace_back(layer, s, map.thickness());
+    }
+  }
+  return covers;
+}
+
+/// Cells that the planes touched in this frame cover now are no longer needed.
+void giveUpCovered(MapData& map, Frame& frame) {
+  if (map.cells.blocks.empty()) return;
+  const double s = map.resolution();
+  const auto frame_number = static_cast<std::uint32_t>(map.trajectory.size() - 1);
+  for (const PlaneHits& hits : frame.hits) {
+    const PlaneLayer& layer = map.planes[hits.layer];
+    const Cover cover(layer, s, map.thickness());
+    for (const std::uint64_t key : hits.tiles.keys()) {
+      std::int32_t ta = 0, tb = 0;
+      unpackKey(key, ta, tb);
+      const Vector3 middle =
+          layer.frame.fromPlane({(8 * ta + 4) * s, (8 * tb + 4) * s, -0.5 * map.thickness()}) / s;
+      const Vector3 half = 4.0 * layer.frame.u.cwiseAbs() + 4.0 * layer.frame.v.cwiseAbs() +
+                           0.5 * map.thickness() / s * layer.frame.n.cwiseAbs();
+      const Vector3 low = ((middle - half) / 4.0).array().floor();
+      const Vector3 high = ((middle + half) / 4.0).array().floor();
+      if (!(low.cwiseAbs().maxCoeff() < kLatticeLimit / 4) ||
+          !(high.cwiseAbs().maxCoeff() < kLatticeLimit / 4)) {
+        continue;
+      }
+      for (auto z = static_cast<std::int32_t>(low.z()); z <= high.z(); ++z) {
+        for (auto y = static_cast<std::int32_t>(low.y()); y <= high.y(); ++y) {
+          for (auto x = static_cast<std::int32_t>(low.x()); x <= high.x(); ++x) {
+            const Int3 at{x, y, z};
+            CellBlock* block = map.cells.blocks.find(packKey(at));
+            if (block == nullptr) continue;
+            for (std::uint64_t bits = block->occupied; bits != 0; bits &= bits - 1) {
+              const int bit = __builtin_ctzll(bits);
+              const Int3 c = CellLayer::cellOf(at, bit);
+              const double centre[3] = {c.x + 0.5, c.y + 0.5, c.z + 0.5};
+              if (!cover.contains(centre, 0.0)) continue;
+              block->occupied &= ~(std::uint64_t{1} << bit);
+              block->belief[static_cast<std::size_t>(bit)] = 0;
+              map.cells.markDirty(at, frame_number);
+              ++frame.update.cells_removed;
+            }
+          }
+        }
+      }
+    }
+  }
+}
+
+void applyHits(MapData& map, Frame& frame, const KeyMap<BlockHits>& hits) {
+  const PlanarMapParams& params = map.params;
+  const bool believed = frame.observation->probability != nullptr;
+  const bool with_mean = !map.isCompact();
+  const auto enough = static_cast<std::uint32_t>(params.approximation.min_points_per_cell);
+  const auto frame_number = static_cast<std::uint32_t>(map.trajectory.size() - 1);
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    const BlockHits& hit = hits.value(i);
+    const Int3 at = unpackKey(hits.key(i));
+    CellBlock* block = map.cells.blocks.find(hits.key(i));
+    bool changed = false;
+    std::uint64_t seen = 0;
+    for (std::size_t bit = 0; bit < 64; ++bit) {
+      const std::uint32_t count = hit.count[bit];
+      if (count == 0) continue;
+      const double q = believed ? static_cast<double>(hit.belief[bit]) / count : 1.0;
+      const std::uint64_t flag = std::uint64_t{1} << bit;
+      seen |= flag;
+      const bool known = block != nullptr && (block->occupied & flag) != 0;
+      const std::uint8_t before = known ? block->belief[bit] : 0;
+      const std::uint8_t after =
+          known ? afterHit(before, q, params.belief_gain) : quantiseBelief(q);
+      if (!known && (count < enough || !isKept(after, params.min_probability))) {
+        frame.update.dropped_points += count;
+        continue;
+      }
+      if (!known) {
+        if (block == nullptr) block = &map.cells.blockAt(at);
+        block->occupied |= flag;
+        ++frame.update.cells_added;
+      }
+      changed |= after != before;
+      block->belief[bit] = after;
+      if (!isKept(after, params.min_probability)) {
+        block->occupied &= ~flag;
+        block->belief[bit] = 0;
+        ++frame.update.cells_removed;
+      }
+      if (with_mean) {
+        if (block->mean.empty()) block->mean.resize(64);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          const double fresh = hit.mean[bit][axis] / count;
+          const double old = (block->mean[bit][axis] + 0.5) / 256.0;
+          const double mean = known ? old + params.belief_gain * (fresh - old) : fresh;
+          const auto k = static_cast<std::uint8_t>(std::clamp(256.0 * mean, 0.0, 255.0));
+          changed |= k != block->mean[bit][axis];
+          block->mean[bit][axis] = k;
+        }
+      }
+    }
+    frame.cell_hits[hits.key(i)] |= seen;
+    if (changed) map.cells.markDirty(at, frame_number);
+  }
+}
+
+}  // namespace
+
+void integrateCells(MapData& map, Frame& frame) {
+  giveUpCovered(map, frame);
+  if (frame.non_planar.empty()) return;
+  Points points = toCells(map, frame);
+  const std::size_t n = frame.non_planar.size();
+
+  KeyMap<BlockHits> hits;
+  Vector3 low = Vector3::Constant(INFINITY);
+  Vector3 high = -low;
+  Int3 last{INT32_MIN, 0, 0};
+  std::size_t index = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::int32_t* c = &points.cells[3 * i];
+    if (c[0] == kOutside) {
+      ++frame.update.dropped_points;
+      continue;
+    }
+    const Int3 block = CellLayer::blockOf({c[0], c[1], c[2]});
+    if (!(block == last)) {
+      index = hits.insert(packKey(block));
+      last = block;
+      low = low.cwiseMin(4.0 * Vector3(block.x, block.y, block.z));
+      high = high.cwiseMax(4.0 * Vector3(block.x + 1, block.y + 1, block.z + 1));
+    }
+    points.block[i] = static_cast<std::uint32_t>(index);
+  }
+  if (hits.empty()) return;
+  if (map.cells.blocks.empty() && map.cells.regions.empty()) {
+    const auto middle = [](double coordinate) {
+      return 4 * static_cast<std::int32_t>(std::floor(coordinate / 4.0)) - kRegionCells / 2;
+    };
+    const Vector3 sensor = (frame.sensor / map.resolution())
+                               .cwiseMax(-0.9 * kLatticeLimit)
+                               .cwiseMin(0.9 * kLatticeLimit);
+    map.cells.anchor = {middle(sensor.x()), middle(sensor.y()), middle(sensor.z())};
+  }
+
+  std::vector<Cover> covers;
+  std::vector<std::uint32_t> candidates;
+  if (map.isCompact()) {
+    covers = coversNear(map, low, high);
+    candidates = findCandidates(covers, hits);
+  }
+  const std::vector<float>* belief = frame.observation->probability;
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::int32_t* c = &points.cells[3 * i];
+    if (c[0] == kOutside) continue;
+    BlockHits& hit = hits.value(points.block[i]);
+    const double* p = &points.xyz[3 * i];
+    bool absorbed = false;
+    for (std::uint32_t k = hit.first_candidate; k < hit.last_candidate && !absorbed; ++k) {
+      absorbed = covers[candidates[k]].contains(p, kAbsorptionMargin);
+    }
+    if (absorbed) {
+      ++frame.update.absorbed_points;
+      continue;
+    }
+    const auto bit = static_cast<std::size_t>(CellLayer::bitOf({c[0], c[1], c[2]}));
+    ++hit.count[bit];
+    if (belief != nullptr) {
+      hit.belief[bit] += (*belief)[static_cast<std::size_t>(frame.non_planar[i])];
+    }
+    if (!map.isCompact()) {
+      if (hit.mean.empty()) hit.mean.resize(64);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        hit.mean[bit][axis] += static_cast<float>(p[axis] - c[axis]);
+      }
+    }
+  }
+  applyHits(map, frame, hits);
+}
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,66 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "key_map.h"
+#include "planar_mapping/core/cuboid_approximation.h"
+
+namespace planar_mapping::detail {
+
+/// 4 x 4 x 4 cells of the world grid.
+struct CellBlock {
+  std::uint64_t occupied = 0;  ///< bit 16 z + 4 y + x
+  std::array<std::uint8_t, 64> belief{};
+  /// Mean of the points within the cell, in 1/256 of its side; only the paper's profile, which
+  /// fits planes to it, keeps it.
+  std::vector<std::array<std::uint8_t, 3>> mean;
+};
+
+/// Points of one frame in a block.
+struct BlockHits {
+  std::array<std::uint32_t, 64> count{};
+  std::array<float, 64> belief{};          ///< sum over the points
+  std::vector<std::array<float, 3>> mean;  ///< sum of the offsets within the cell, cells
+  std::uint32_t first_candidate = 0;       ///< planes that may cover points of the block
+  std::uint32_t last_candidate = 0;
+};
+
+/// Cells of the world grid that hold what lies on no plane, and the cuboids made of them.
+class CellLayer {
+ public:
+  KeyMap<CellBlock> blocks;  ///< by cell >> 2
+
+  /// A cube of kRegionCells^3 cells is rebuilt as a whole; regions are laid out so that the sensor
+  /// of the first frame is in the middle of one.
+  struct Region {
+    std::vector<Cuboid> cuboids;
+    std::vector<std::uint64_t> blocks;  ///< keys, unordered, possibly stale or repeated
+    std::uint32_t frame = 0;  ///< the last one that changed it: leaves extend away from its sensor
+    bool dirty = true;
+  };
+  KeyMap<Region> regions;
+  Int3 anchor;  ///< first cell of region (0, 0, 0); multiples of 4
+
+  static int bitOf(const Int3& cell) { return 16 * (cell.z & 3) + 4 * (cell.y & 3) + (cell.x & 3); }
+  static Int3 blockOf(const Int3& cell) { return {cell.x >> 2, cell.y >> 2, cell.z >> 2}; }
+  static Int3 cellOf(const Int3& block, int bit) {
+    return {4 * block.x + (bit & 3), 4 * block.y + ((bit >> 2) & 3), 4 * block.z + (bit >> 4)};
+  }
+  bool at(const Int3& cell) const;
+  std::uint64_t regionKey(const Int3& block) const;
+  /// The block, which is added if it is new.
+  CellBlock& blockAt(const Int3& block);
+  void markDirty(const Int3& block, std::uint32_t frame);
+  /// Rebuilds the dirty regions. \param sensors position of the sensor per frame
+  std::size_t rebuild(const CuboidApproximationParams& params, const std::vector<Vector3>& sensors);
+  std::size_t occupiedCells() const;
+  std::size_t memoryBytes() const;
+};
+
+constexpr std::int32_t kRegionCells = 128;
+
+}  // namespace planar_mapping::detail

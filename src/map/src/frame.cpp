@@ -1,0 +1,147 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "frame.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "planar_mapping/core/error.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+/// How far a rotation may be from orthonormal: float poses of other libraries pass.
+constexpr double kRotationTolerance = 1e-3;
+
+void requireIndices(const Indices& indices, std::size_t size, const char* what) {
+  int low = 0;
+  int high = -1;
+  for (const int i : indices) {
+    low = std::min(low, i);
+    high = std::max(high, i);
+  }
+  if (low < 0 || (high >= 0 && static_cast<std::size_t>(high) >= size)) {
+    throw InputError(std::string(what) + ": index " + std::to_string(low < 0 ? low : high) +
+                     " is outside the cloud of " + std::to_string(size) + " points");
+  }
+}
+
+void requirePose(const Pose& pose) {
+  const Matrix3 r = pose.linear();
+  if (!r.allFinite() || !pose.translation().allFinite()) {
+    throw InputError("the pose of the frame is not finite");
+  }
+  if (!((r.transpose() * r - Matrix3::Identity()).cwiseAbs().maxCoeff() < kRotationTolerance) ||
+      !(r.determinant() > 0.0)) {
+    throw InputError("the pose of the frame is no rigid motion: its rotation is not orthonormal");
+  }
+}
+
+PlaneMoments momentsOf(const PointsView& points, const Indices& inliers) {
+  PlaneMoments moments;
+  for (const int i : inliers) {
+    if (points.isFinite(static_cast<std::size_t>(i))) {
+      moments.add(points.point(static_cast<std::size_t>(i)));
+    }
+  }
+  return moments;
+}
+
+}  // namespace
+
+void MapData::addPose(double timestamp, const Quaternion& orientation, const Vector3& position) {
+  Pose pose = Pose::Identity();
+  pose.linear() = orientation.toRotationMatrix();
+  pose.translation() = position;
+  trajectory.emplace_back(timestamp, pose);
+  orientations.push_back(orientation);
+  sensors.push_back(position);
+}
+
+Frame makeFrame(const FrameObservation& observation) {
+  const PointsView& points = observation.points;
+  const std::size_t n = points.size;
+  requirePose(observation.T_world_sensor);
+  if (!std::isfinite(observation.timestamp)) {
+    throw InputError("the time stamp of the frame is not finite");
+  }
+  if (n > 0 && (points.data == nullptr || points.stride < 3)) {
+    throw InputError("the cloud of the frame has no data or a stride below 3");
+  }
+  if (n > 0 && static_cast<std::uint64_t>(points.width) * points.height != n) {
+    throw InputError("the cloud of the frame has " + std::to_string(n) + " points, not " +
+                     std::to_string(points.width) + " x " + std::to_string(points.height));
+  }
+  if (observation.indices != nullptr) requireIndices(*observation.indices, n, "indices");
+  if (observation.ground != nullptr) requireIndices(*observation.ground, n, "ground");
+  if (observation.probability != nullptr) {
+    if (observation.probability->size() != n) {
+      throw InputError("the cloud of " + std::to_string(n) + " points comes with " +
+                       std::to_string(observation.probability->size()) + " beliefs");
+    }
+    for (const float p : *observation.probability) {
+      if (!(p >= 0.0f && p <= 1.0f)) throw InputError("a belief is outside [0, 1]");
+    }
+  }
+
+  Frame frame;
+  frame.observation = &observation;
+  frame.orientation = Quaternion(Matrix3(observation.T_world_sensor.linear())).normalized();
+  frame.rotation = frame.orientation.toRotationMatrix();
+  frame.sensor = observation.T_world_sensor.translation();
+  Pose T_world_sensor = Pose::Identity();
+  T_world_sensor.linear() = frame.rotation;
+  T_world_sensor.translation() = frame.sensor;
+
+  if (observation.indices != nullptr || observation.ground != nullptr) {
+    frame.use.assign(n, observation.indices == nullptr ? 1 : 0);
+    if (observation.indices != nullptr) {
+      for (const int i : *observation.indices) frame.use[static_cast<std::size_t>(i)] = 1;
+    }
+    if (observation.ground != nullptr) {
+      for (const int i : *observation.ground) frame.use[static_cast<std::size_t>(i)] = 0;
+    }
+  }
+
+  // What is left after the planes took their points is the non-planar part.
+  std::vector<std::uint8_t> rest = frame.use;
+  if (rest.empty()) rest.assign(n, 1);
+  if (observation.planes != nullptr) {
+    for (const PlaneSegment& segment : *observation.planes) {
+      requireIndices(segment.inliers, n, "inliers of a plane");
+      const Plane& plane = segment.plane;
+      if (!plane.normal.allFinite() || !std::isfinite(plane.offset) ||
+          !(std::abs(plane.normal.norm() - 1.0) < kRotationTolerance)) {
+        throw InputError("a plane of the frame is not finite or has no unit normal");
+      }
+      const PlaneMoments& m = segment.moments;
+      if (!std::isfinite(m.weight()) || !m.mean().allFinite() || !m.scatter().allFinite()) {
+        throw InputError("the moments of a plane of the frame are not finite");
+      }
+    }
+    for (const PlaneSegment& segment : *observation.planes) {
+      if (!frame.use.empty()) {
+        Indices kept;
+        kept.reserve(segment.inliers.size());
+        for (const int i : segment.inliers) {
+          if (rest[static_cast<std::size_t>(i)]) kept.push_back(i);
+        }
+        frame.inliers.push_back(std::move(kept));
+      }
+      for (const int i : segment.inliers) rest[static_cast<std::size_t>(i)] = 0;
+      const Indices& inliers = frame.inliersOf(frame.planes.size());
+      frame.planes.push_back(
+          orientedTowards(transformed(segment.plane, T_world_sensor), frame.sensor));
+      frame.moments.push_back(
+          (segment.moments.weight() >= 3.0 ? segment.moments : momentsOf(points, inliers))
+              .transformed(T_world_sensor));
+    }
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    if (rest[i]) frame.non_planar.push_back(static_cast<int>(i));
+  }
+  return frame;
+}
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "map_data.h"
+
+namespace planar_mapping::detail {
+
+/// What is seen again of a map plane in one frame.
+struct PlaneHits {
+  std::size_t layer = 0;  ///< position in MapData::planes
+  bool is_new = false;
+  std::vector<std::size_t> segments;  ///< of the frame
+  KeyMap<TileHits> tiles;             ///< points per cell
+};
+
+/// One frame on its way into the map: checked input, world-frame planes, working memory.
+struct Frame {
+  const FrameObservation* observation = nullptr;
+  Quaternion orientation = Quaternion::Identity();
+  Matrix3 rotation = Matrix3::Identity();
+  Vector3 sensor = Vector3::Zero();
+  std::vector<std::uint8_t> use;  ///< per point: mapped or not; empty = all are
+  std::vector<Plane> planes;      ///< world frame, towards the sensor
+  std::vector<PlaneMoments> moments;
+  std::vector<Indices> inliers;  ///< filtered by `use`; unused if that is empty
+  Indices non_planar;
+  std::vector<PlaneHits> hits;      ///< one per touched map plane
+  KeyMap<std::uint64_t> cell_hits;  ///< bits of the non-planar cells seen, by block
+  FrameUpdate update;
+
+  const Indices& inliersOf(std::size_t segment) const {
+    return inliers.empty() ? (*observation->planes)[segment].inliers : inliers[segment];
+  }
+};
+
+/// Checks everything before anything is changed. \throws InputError
+Frame makeFrame(const FrameObservation& observation);
+
+/// Finds the map plane of each segment or makes a new one; fills frame.hits.
+void associatePlanes(MapData& map, Frame& frame);
+/// Points of the segments into the rasters, moments merged, planes refitted.
+void integratePlanes(MapData& map, Frame& frame);
+/// Merges planes of the map that turned out to be one.
+void mergePlanes(MapData& map, Frame& frame);
+/// Non-planar points into cells; cells that planes cover now are given up.
+void integrateCells(MapData& map, Frame& frame);
+
+}  // namespace planar_mapping::detail

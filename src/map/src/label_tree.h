@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "bit_stream.h"
+#include "key_map.h"
+
+namespace planar_mapping::detail {
+
+/// Bundles of 64 cells and their trees in the file (docs/file_format.md, "Label trees").
+/// A quadtree holds tiles of 8 x 8 cells, an octree blocks of 4 x 4 x 4.
+struct CellBundle {
+  Int3 at;                  ///< tile or block coordinates; z = 0 for tiles
+  std::uint64_t cells = 0;  ///< bit 8 b + a, or 16 z + 4 y + x; not 0
+};
+
+enum class TreeKind { Quadtree, Octree };
+
+/// Order of the cells of a bundle in the tree, and so of everything listed per cell.
+const std::uint8_t* cellOrder(TreeKind kind);
+
+/// Sorts the bundles into the order of the tree, then writes it: corner, levels, labels.
+/// \param leaf label of a set cell
+void writeTree(TreeKind kind, std::vector<CellBundle>& bundles, Label leaf, ByteWriter& out);
+
+/// Reads what writeTree() wrote. \throws Error if the labels make no tree of such bundles
+std::vector<CellBundle> readTree(TreeKind kind, Label leaf, ByteReader& in);
+
+}  // namespace planar_mapping::detail

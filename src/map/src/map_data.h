@@ -1,0 +1,37 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "cell_layer.h"
+#include "planar_mapping/map/planar_map.h"
+#include "plane_layer.h"
+
+namespace planar_mapping::detail {
+
+/// All that a map knows: plain values, copied with it and written to its file.
+struct MapData {
+  PlanarMapParams params;
+  std::vector<PlaneLayer> planes;  ///< by id, ascending
+  std::int32_t next_plane_id = 0;
+  CellLayer cells;
+  std::vector<std::pair<double, Pose>> trajectory;
+  std::vector<Quaternion> orientations;  ///< of trajectory, as stored in the file
+  std::vector<Vector3> sensors;          ///< positions of trajectory
+
+  double resolution() const { return params.approximation.resolution; }
+  double thickness() const {
+    const CuboidApproximationParams& p = params.approximation;
+    return p.thickness > 0.0 ? p.thickness : p.resolution;
+  }
+  bool isCompact() const { return params.approximation.profile == Profile::Compact; }
+  void addPose(double timestamp, const Quaternion& orientation, const Vector3& position);
+};
+
+/// Rebuilds the cuboids of what was touched.
+void rebuildCuboids(MapData& map, FrameUpdate& update);
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,192 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/map/planar_map.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "frame.h"
+#include "planar_map_impl.h"
+#include "planar_mapping/core/error.h"
+#include "serialization.h"
+
+namespace planar_mapping {
+
+void PlanarMapParams::validate() const {
+  constexpr double kPi = 3.14159265358979323846;
+  approximation.validate();
+  requireInRange("association_angle", association_angle, 0.0, 0.5 * kPi, "rad");
+  requireInRange("association_offset", association_offset, 0.0, 1e6, "m");
+  requireInRange("association_gap", association_gap, 0.0, 1e6, "m");
+  requireInRange("unknown_resolution", unknown_resolution, 0.0, 1e6, "m");
+  requirePositive("max_range", max_range, "m");
+  requireInRange("min_probability", min_probability, 0.0, 1.0);
+  requirePositive("belief_gain", belief_gain);
+  requireInRange("belief_gain", belief_gain, 0.0, 1.0);
+  requireInRange("miss_factor", miss_factor, 0.0, 1.0);
+  requireInRange("refit_tolerance", refit_tolerance, 0.0, 1e6, "resolutions");
+  requireInRange("range_image_step", range_image_step, 1e-3, 0.5, "rad");
+}
+
+PlanarMap::PlanarMap(const PlanarMapParams& params) : impl_(std::make_unique<Impl>()) {
+  params.validate();
+  impl_->data.params = params;
+}
+PlanarMap::~PlanarMap() = default;
+PlanarMap::PlanarMap(const PlanarMap& other) : impl_(std::make_unique<Impl>(*other.impl_)) {}
+// A moved-from map is an empty one, not a trap.
+PlanarMap::PlanarMap(PlanarMap&& other) noexcept : impl_(std::make_unique<Impl>()) {
+  std::swap(impl_, other.impl_);
+}
+PlanarMap& PlanarMap::operator=(const PlanarMap& other) {
+  if (this != &other) impl_ = std::make_unique<Impl>(*other.impl_);
+  return *this;
+}
+PlanarMap& PlanarMap::operator=(PlanarMap&& other) noexcept {
+  std::swap(impl_, other.impl_);
+  return *this;
+}
+
+const PlanarMapParams& PlanarMap::params() const {
+  return impl_->data.params;
+}
+
+FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
+  detail::Frame frame = detail::makeFrame(observation);
+  detail::MapData& map = impl_->data;
+  impl_->changed();
+  map.addPose(observation.timestamp, frame.orientation, frame.sensor);
+  detail::associatePlanes(map, frame);
+  detail::integratePlanes(map, frame);
+  detail::integrateCells(map, frame);
+  detail::mergePlanes(map, frame);
+  detail::rebuildCuboids(map, frame.update);
+  return frame.update;
+}
+
+void PlanarMap::clear() {
+  const PlanarMapParams params = impl_->data.params;
+  impl_ = std::make_unique<Impl>();
+  impl_->data.params = params;
+}
+
+const PlanarMap::Impl::Cache& PlanarMap::Impl::derived() const {
+  if (cache.ready.load(std::memory_order_acquire)) return cache;
+  const std::lock_guard<std::mutex> lock(cache.mutex);
+  if (cache.ready.load(std::memory_order_relaxed)) return cache;
+  cache.cuboids.clear();
+  cache.planes.clear();
+  // Patches and regions by key: their order in the hash is that of insertion.
+  const auto append = [&](const auto& parts) {
+    std::vector<std::uint64_t> keys = parts.keys();
+    std::sort(keys.begin(), keys.end());
+    for (const std::uint64_t key : keys) {
+      const std::vector<Cuboid>& part = parts.find(key)->cuboids;
+      cache.cuboids.insert(cache.cuboids.end(), part.begin(), part.end());
+    }
+  };
+  for (const detail::PlaneLayer& layer : data.planes) {
+    cache.planes.push_back(layer.info);
+    append(layer.patches);
+  }
+  append(data.cells.regions);
+  cache.index.build(cache.cuboids);
+  cache.ready.store(true, std::memory_order_release);
+  return cache;
+}
+
+const std::vector<Cuboid>& PlanarMap::cuboids() const {
+  return impl_->derived().cuboids;
+}
+const std::vector<MapPlane>& PlanarMap::planes() const {
+  return impl_->derived().planes;
+}
+const std::vector<std::pair<double, Pose>>& PlanarMap::trajectory() const {
+  return impl_->data.trajectory;
+}
+
+CellState PlanarMap::stateAt(const Vector3& point) const {
+  const Impl::Cache& derived = impl_->derived();
+  bool occupied = false;
+  derived.index.visit(point, 0.0, [&](std::uint32_t i) {
+    occupied = contains(derived.cuboids[i], point);
+    return !occupied;
+  });
+  return occupied ? CellState::Occupied : CellState::Free;
+}
+
+double PlanarMap::occupancyAt(const Vector3& point) const {
+  const Impl::Cache& derived = impl_->derived();
+  double belief = -1.0;
+  derived.index.visit(point, 0.0, [&](std::uint32_t i) {
+    if (contains(derived.cuboids[i], point)) {
+      belief = std::max(belief, static_cast<double>(derived.cuboids[i].probability));
+    }
+    return true;
+  });
+  return belief >= 0.0 ? belief : 0.0;
+}
+
+Indices PlanarMap::cuboidsAt(const Vector3& point, double margin) const {
+  requireInRange("margin", margin, 0.0, 1e9, "m");
+  const Impl::Cache& derived = impl_->derived();
+  Indices found;
+  derived.index.visit(point, margin, [&](std::uint32_t i) {
+    if (contains(derived.cuboids[i], point, margin)) found.push_back(static_cast<int>(i));
+    return true;
+  });
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+std::size_t PlanarMap::unknownCells() const {
+  return 0;
+}
+std::vector<Cuboid> PlanarMap::unknownCuboids() const {
+  return {};
+}
+std::size_t PlanarMap::frames() const {
+  return impl_->data.trajectory.size();
+}
+bool PlanarMap::empty() const {
+  return cuboids().empty() && unknownCells() == 0;
+}
+
+bool PlanarMap::bounds(Vector3& low, Vector3& high) const {
+  const std::vector<Cuboid>& all = cuboids();
+  if (all.empty()) return false;
+  low = Vector3::Constant(INFINITY);
+  high = -low;
+  for (const Cuboid& cuboid : all) {
+    for (const Vector3& corner : corners(cuboid)) {
+      low = low.cwiseMin(corner);
+      high = high.cwiseMax(corner);
+    }
+  }
+  return true;
+}
+
+std::size_t PlanarMap::memoryBytes() const {
+  const detail::MapData& data = impl_->data;
+  std::size_t bytes = sizeof(PlanarMap) + sizeof(Impl) + data.cells.memoryBytes();
+  for (const detail::PlaneLayer& layer : data.planes) bytes += layer.memoryBytes();
+  bytes += data.trajectory.capacity() * sizeof(data.trajectory[0]) +
+           data.orientations.capacity() * sizeof(Quaternion) +
+           data.sensors.capacity() * sizeof(Vector3);
+  const std::lock_guard<std::mutex> lock(impl_->cache.mutex);
+  const Impl::Cache& cache = impl_->cache;
+  return bytes + cache.cuboids.capacity() * sizeof(Cuboid) +
+         cache.planes.capacity() * sizeof(MapPlane) + cache.index.memoryBytes();
+}
+
+std::vector<std::uint8_t> PlanarMap::serialize() const {
+  return detail::serializeMap(impl_->data);
+}
+
+PlanarMap PlanarMap::deserialize(const std::uint8_t* data, std::size_t size) {
+  PlanarMap map;
+  map.impl_->data = detail::deserializeMap(data, size);
+  return map;
+}
+
+}  // namespace planar_mapping

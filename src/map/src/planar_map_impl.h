@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <atomic>
+#include <mutex>
+#include <vector>
+
+#include "cuboid_index.h"
+#include "map_data.h"
+
+namespace planar_mapping {
+
+struct PlanarMap::Impl {
+  detail::MapData data;
+
+  /// What const functions derive from the data at the first call after a change. Not copied.
+  struct Cache {
+    std::mutex mutex;
+    std::atomic<bool> ready{false};
+    std::vector<Cuboid> cuboids;
+    std::vector<MapPlane> planes;
+    detail::CuboidIndex index;
+  };
+  mutable Cache cache;
+
+  Impl() = default;
+  Impl(const Impl& other) : data(other.data) {}
+
+  const Cache& derived() const;
+  void changed() { cache.ready.store(false, std::memory_order_release); }
+};
+
+}  // namespace planar_mapping

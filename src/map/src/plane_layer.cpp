@@ -1,0 +1,262 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "plane_layer.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "belief.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+constexpr std::int32_t kPatchTiles = kPatchCells / 8;
+
+/// Bits of the columns [low, high] and rows [low, high] of a tile.
+std::uint64_t tileRectangle(std::int32_t low_a, std::int32_t low_b, std::int32_t high_a,
+                            std::int32_t high_b) {
+  const std::uint64_t row = ((std::uint64_t{2} << high_a) - 1) & ~((std::uint64_t{1} << low_a) - 1);
+  std::uint64_t bits = 0;
+  for (std::int32_t b = low_b; b <= high_b; ++b) bits |= (row & 0xffu) << (8 * b);
+  return bits;
+}
+
+}  // namespace
+
+PlaneMoments symmetric(const PlaneMoments& moments) {
+  const Matrix3 scatter = 0.5 * (moments.scatter() + moments.scatter().transpose());
+  return PlaneMoments::fromSums(moments.weight(), Vector3::Zero(), scatter, moments.mean());
+}
+
+bool PlaneLayer::at(std::int32_t a, std::int32_t b) const {
+  const RasterTile* tile = tiles.find(packKey(a >> 3, b >> 3));
+  return tile != nullptr && ((tile->occupied >> (8 * (b & 7) + (a & 7))) & 1u) != 0;
+}
+
+bool PlaneLayer::anyWithin(std::int32_t a, std::int32_t b, std::int32_t radius) const {
+  const auto touches = [&](std::int32_t ta, std::int32_t tb, const RasterTile& tile) {
+    const std::int32_t low_a = std::max(a - radius - 8 * ta, 0);
+    const std::int32_t low_b = std::max(b - radius - 8 * tb, 0);
+    const std::int32_t high_a = std::min(a + radius - 8 * ta, 7);
+    const std::int32_t high_b = std::min(b + radius - 8 * tb, 7);
+    return low_a <= high_a && low_b <= high_b &&
+           (tile.occupied & tileRectangle(low_a, low_b, high_a, high_b)) != 0;
+  };
+  const std::int64_t side = 2 * static_cast<std::int64_t>(radius) / 8 + 2;
+  if (side * side > static_cast<std::int64_t>(tiles.size())) {
+    for (std::size_t i = 0; i < tiles.size(); ++i) {
+      std::int32_t ta = 0, tb = 0;
+      unpackKey(tiles.key(i), ta, tb);
+      if (touches(ta, tb, tiles.value(i))) return true;
+    }
+    return false;
+  }
+  for (std::int32_t tb = (b - radius) >> 3; tb <= (b + radius) >> 3; ++tb) {
+    for (std::int32_t ta = (a - radius) >> 3; ta <= (a + radius) >> 3; ++ta) {
+      const RasterTile* tile = tiles.find(packKey(ta, tb));
+      if (tile != nullptr && touches(ta, tb, *tile)) return true;
+    }
+  }
+  return false;
+}
+
+bool PlaneLayer::extent(std::int32_t& low_a, std::int32_t& low_b, std::int32_t& high_a,
+                        std::int32_t& high_b) const {
+  low_a = low_b = kLatticeLimit;
+  high_a = high_b = -kLatticeLimit;
+  for (std::size_t i = 0; i < tiles.size(); ++i) {
+    if (tiles.value(i).occupied == 0) continue;
+    std::int32_t ta = 0, tb = 0;
+    unpackKey(tiles.key(i), ta, tb);
+    low_a = std::min(low_a, 8 * ta);
+    low_b = std::min(low_b, 8 * tb);
+    high_a = std::max(high_a, 8 * ta + 7);
+    high_b = std::max(high_b, 8 * tb + 7);
+  }
+  return low_a <= high_a;
+}
+
+bool PlaneLayer::bounds(double s, double thickness, Vector3& low, Vector3& high) const {
+  std::int32_t low_a = 0, low_b = 0, high_a = 0, high_b = 0;
+  if (!extent(low_a, low_b, high_a, high_b)) return false;
+  const Vector3 middle = frame.fromPlane(
+      {0.5 * s * (low_a + high_a + 1), 0.5 * s * (low_b + high_b + 1), -0.5 * thickness});
+  const Vector3 half = 0.5 * s * (high_a - low_a + 1) * frame.u.cwiseAbs() +
+                       0.5 * s * (high_b - low_b + 1) * frame.v.cwiseAbs() +
+                       0.5 * thickness * frame.n.cwiseAbs();
+  low = middle - half;
+  high = middle + half;
+  return true;
+}
+
+bool PlaneLayer::cellOf(const Vector3& point, double s, std::int32_t& a, std::int32_t& b) const {
+  const Vector3 d = point - frame.origin;
+  const double u = std::floor(frame.u.dot(d) / s);
+  const double v = std::floor(frame.v.dot(d) / s);
+  if (!(std::abs(u) < kLatticeLimit) || !(std::abs(v) < kLatticeLimit)) return false;
+  a = static_cast<std::int32_t>(u);
+  b = static_cast<std::int32_t>(v);
+  return true;
+}
+
+std::uint64_t PlaneLayer::patchKey(std::int32_t tile_a, std::int32_t tile_b) const {
+  const auto part = [](std::int32_t tile, std::int32_t anchor) {
+    const std::int32_t d = tile - anchor / 8;
+    return d >= 0 ? d / kPatchTiles : -((kPatchTiles - 1 - d) / kPatchTiles);
+  };
+  return packKey(part(tile_a, anchor_a), part(tile_b, anchor_b));
+}
+
+void PlaneLayer::markDirty(std::int32_t tile_a, std::int32_t tile_b) {
+  patches[patchKey(tile_a, tile_b)].dirty = true;
+}
+
+void PlaneLayer::setCell(std::int32_t a, std::int32_t b, std::uint8_t belief) {
+  RasterTile& tile = tiles[packKey(a >> 3, b >> 3)];
+  const int bit = 8 * (b & 7) + (a & 7);
+  tile.occupied |= std::uint64_t{1} << bit;
+  tile.belief[bit] = belief;
+  markDirty(a >> 3, b >> 3);
+}
+
+std::size_t PlaneLayer::rebuild(const CuboidApproximationParams& params) {
+  std::size_t rebuilt = 0;
+  bool any_empty = false;
+  for (std::size_t p = 0; p < patches.size(); ++p) {
+    PlanePatch& patch = patches.value(p);
+    if (!patch.dirty) continue;
+    patch.dirty = false;
+    ++rebuilt;
+    std::int32_t pa = 0, pb = 0;
+    unpackKey(patches.key(p), pa, pb);
+    const std::int32_t first_a = anchor_a / 8 + pa * kPatchTiles;
+    const std::int32_t first_b = anchor_b / 8 + pb * kPatchTiles;
+
+    std::vector<std::pair<std::uint64_t, const RasterTile*>> members;
+    const auto take = [&](std::int32_t ta, std::int32_t tb, const RasterTile* tile) {
+      if (tile != nullptr && tile->occupied != 0) members.emplace_back(packKey(ta, tb), tile);
+    };
+    if (tiles.size() <= static_cast<std::size_t>(kPatchTiles) * kPatchTiles) {
+      for (std::size_t i = 0; i < tiles.size(); ++i) {
+        std::int32_t ta = 0, tb = 0;
+        unpackKey(tiles.key(i), ta, tb);
+        if (patchKey(ta, tb) == patches.key(p)) take(ta, tb, &tiles.value(i));
+      }
+    } else {
+      for (std::int32_t tb = first_b; tb < first_b + kPatchTiles; ++tb) {
+        for (std::int32_t ta = first_a; ta < first_a + kPatchTiles; ++ta) {
+          take(ta, tb, tiles.find(packKey(ta, tb)));
+        }
+      }
+    }
+    patch.cuboids.clear();
+    if (members.empty()) {
+      any_empty = true;
+      continue;
+    }
+
+    // The window is tight to the cells: the paper's first unit is the bounding rectangle.
+    std::int32_t low_a = kLatticeLimit, low_b = kLatticeLimit;
+    std::int32_t high_a = -kLatticeLimit, high_b = -kLatticeLimit;
+    for (const auto& [key, tile] : members) {
+      std::int32_t ta = 0, tb = 0;
+      unpackKey(key, ta, tb);
+      for (std::uint64_t bits = tile->occupied; bits != 0; bits &= bits - 1) {
+        const int bit = __builtin_ctzll(bits);
+        low_a = std::min(low_a, 8 * ta + (bit & 7));
+        high_a = std::max(high_a, 8 * ta + (bit & 7));
+        low_b = std::min(low_b, 8 * tb + (bit >> 3));
+        high_b = std::max(high_b, 8 * tb + (bit >> 3));
+      }
+    }
+    CellMask mask;
+    mask.a0 = low_a;
+    mask.b0 = low_b;
+    mask.width = high_a - low_a + 1;
+    mask.height = high_b - low_b + 1;
+    mask.cells.assign(static_cast<std::size_t>(mask.width) * mask.height, 0);
+    std::vector<float> probability(mask.cells.size(), 1.0f);
+    bool certain = true;
+    for (const auto& [key, tile] : members) {
+      std::int32_t ta = 0, tb = 0;
+      unpackKey(key, ta, tb);
+      for (std::uint64_t bits = tile->occupied; bits != 0; bits &= bits - 1) {
+        const int bit = __builtin_ctzll(bits);
+        const std::size_t cell =
+            static_cast<std::size_t>(8 * tb + (bit >> 3) - low_b) * mask.width +
+            static_cast<std::size_t>(8 * ta + (bit & 7) - low_a);
+        mask.cells[cell] = 1;
+        probability[cell] = beliefOf(tile->belief[bit]);
+        certain &= tile->belief[bit] == 255;
+      }
+    }
+    if (certain) probability.clear();
+    patch.cuboids = cuboidsOfPlane(frame, mask, probability, info.id, params);
+  }
+  if (any_empty) {
+    patches.removeIf([](std::uint64_t, const PlanePatch& patch) { return patch.cuboids.empty(); });
+    tiles.removeIf([](std::uint64_t, const RasterTile& tile) { return tile.occupied == 0; });
+  }
+  return rebuilt;
+}
+
+bool PlaneLayer::refit(double s, double tolerance) {
+  const PlaneMoments::Fit fit = info.moments.fit();
+  if (!fit.valid) return false;
+  const Plane plane = fit.plane.normal.dot(frame.n) < 0.0 ? fit.plane.flipped() : fit.plane;
+  std::int32_t low_a = 0, low_b = 0, high_a = 0, high_b = 0;
+  if (!extent(low_a, low_b, high_a, high_b)) return false;
+  double deviation = 0.0;
+  for (const std::int32_t a : {low_a, high_a + 1}) {
+    for (const std::int32_t b : {low_b, high_b + 1}) {
+      const Vector3 corner = frame.fromPlane({a * s, b * s, 0.0});
+      deviation = std::max(deviation, std::abs(plane.signedDistance(corner)));
+    }
+  }
+  if (!(deviation > tolerance)) return false;
+
+  // The new frame keeps the in-plane coordinates of the middle of the points.
+  const PlaneFrame before = frame;
+  const Vector3 middle = before.toPlane(info.moments.mean());
+  const Vector3 along = before.u - plane.normal.dot(before.u) * plane.normal;
+  if (!(along.norm() > 0.5)) return false;  // turned by more than any association allows
+  frame.n = plane.normal;
+  frame.u = along.normalized();
+  frame.v = frame.n.cross(frame.u);
+  const Vector3 mean = info.moments.mean();
+  const Vector3 foot = mean - plane.signedDistance(mean) * frame.n;
+  frame.origin = foot - middle.x() * frame.u - middle.y() * frame.v;
+  info.plane = {frame.n, -frame.n.dot(frame.origin)};
+  Matrix3 axes;
+  axes << frame.u, frame.v, frame.n;
+  const Quaternion orientation(axes);
+  for (std::size_t p = 0; p < patches.size(); ++p) {
+    for (Cuboid& cuboid : patches.value(p).cuboids) {
+      // Through whole half cells, so that the result is the one a rebuild would give.
+      const Vector3 local = before.toPlane(cuboid.center);
+      cuboid.center =
+          frame.fromPlane({0.5 * std::round(2.0 * local.x() / s) * s,
+                           0.5 * std::round(2.0 * local.y() / s) * s, -0.5 * cuboid.size.z()});
+      cuboid.orientation = orientation;
+    }
+  }
+  return true;
+}
+
+std::size_t PlaneLayer::occupiedCells() const {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < tiles.size(); ++i) {
+    count += static_cast<std::size_t>(__builtin_popcountll(tiles.value(i).occupied));
+  }
+  return count;
+}
+
+std::size_t PlaneLayer::memoryBytes() const {
+  std::size_t bytes = sizeof(PlaneLayer) + tiles.memoryBytes() + patches.memoryBytes();
+  for (std::size_t p = 0; p < patches.size(); ++p) {
+    bytes += patches.value(p).cuboids.capacity() * sizeof(Cuboid);
+  }
+  return bytes;
+}
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,75 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "key_map.h"
+#include "planar_mapping/map/planar_map.h"
+
+namespace planar_mapping::detail {
+
+/// 8 x 8 cells of a plane's raster.
+struct RasterTile {
+  std::uint64_t occupied = 0;  ///< bit 8 b + a
+  std::array<std::uint8_t, 64> belief{};
+};
+
+/// Points of one frame in a tile.
+struct TileHits {
+  std::array<std::uint32_t, 64> count{};
+  std::array<float, 64> belief{};  ///< sum over the points
+};
+
+/// A block of kPatchCells x kPatchCells cells: the unit in which cuboids are rebuilt, so that the
+/// cost of a frame does not grow with the plane. Patches start at the middle of what was seen
+/// first, and what one frame sees of a plane rarely reaches beyond one.
+struct PlanePatch {
+  std::vector<Cuboid> cuboids;
+  bool dirty = true;
+};
+constexpr std::int32_t kPatchCells = 256;
+
+/// The same moments with exactly symmetric scatter, as the file keeps them.
+PlaneMoments symmetric(const PlaneMoments& moments);
+
+/// Sparse raster of the occupied cells of one plane, and the cuboids made of it.
+///
+/// Cell (a, b) spans [a s, (a + 1) s) x [b s, (b + 1) s) along u and v of the frame. When the plane
+/// is refitted the frame follows it and the cells ride along with their indices: nothing is
+/// resampled, so nothing smears; within the plane a cell moves by the square of the small angle.
+class PlaneLayer {
+ public:
+  MapPlane info;
+  PlaneFrame frame;
+  std::int32_t anchor_a = 0;  ///< first cell of patch (0, 0); multiples of 8
+  std::int32_t anchor_b = 0;
+  KeyMap<RasterTile> tiles;  ///< by (a >> 3, b >> 3)
+  KeyMap<PlanePatch> patches;
+
+  bool at(std::int32_t a, std::int32_t b) const;
+  /// Is a cell occupied whose index differs by at most radius in a and in b?
+  bool anyWithin(std::int32_t a, std::int32_t b, std::int32_t radius) const;
+  /// Bounding cells [low_a, high_a] x [low_b, high_b] of the tiles; false if there are none.
+  bool extent(std::int32_t& low_a, std::int32_t& low_b, std::int32_t& high_a,
+              std::int32_t& high_b) const;
+  /// World bounds of the cells with their thickness; false if there are none.
+  bool bounds(double s, double thickness, Vector3& low, Vector3& high) const;
+  /// Cell of a world point; false beyond the lattice.
+  bool cellOf(const Vector3& point, double s, std::int32_t& a, std::int32_t& b) const;
+
+  void setCell(std::int32_t a, std::int32_t b, std::uint8_t belief);
+  void markDirty(std::int32_t tile_a, std::int32_t tile_b);
+  std::uint64_t patchKey(std::int32_t tile_a, std::int32_t tile_b) const;
+  /// Rebuilds the dirty patches. \return how many
+  std::size_t rebuild(const CuboidApproximationParams& params);
+  /// Follows the fit of info.moments if that leaves the frame by more than \p tolerance (metres)
+  /// anywhere on the raster. \return whether the frame moved
+  bool refit(double s, double tolerance);
+  std::size_t occupiedCells() const;
+  std::size_t memoryBytes() const;
+};
+
+}  // namespace planar_mapping::detail
