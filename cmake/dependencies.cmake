@@ -19,7 +19,7 @@ endif()
 if(PLANAR_MAPPING_BUILD_VIEWER)
   find_package(VTK 9.1 COMPONENTS ChartsCore CommonCore CommonDataModel FiltersCore FiltersGeneral FiltersSources
                IOImage InteractionStyle InteractionWidgets RenderingAnnotation RenderingContextOpenGL2 RenderingCore
-               RenderingFreeType RenderingOpenGL2 ViewsContext2D QUIET)
+               RenderingFreeType RenderingOpenGL2 RenderingUI ViewsContext2D QUIET)
   find_package(OpenGL COMPONENTS EGL QUIET)
   find_package(GLEW QUIET)
   find_package(X11 QUIET)
