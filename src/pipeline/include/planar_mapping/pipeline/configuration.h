@@ -1,0 +1,68 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "planar_mapping/core/export.h"
+#include "planar_mapping/pipeline/stage_table.h"
+
+namespace planar_mapping {
+
+/// A stage with its parameters set.
+struct ConfiguredStage {
+  std::string name;
+  StageKind kind = StageKind::Any;
+  std::unique_ptr<Stage> stage;
+  ParameterTable parameters;
+};
+
+/// Every N-th frame of [first, last); last < 0 = to the end.
+struct FrameSelection {
+  std::int64_t first = 0;
+  std::int64_t last = -1;
+  std::int64_t step = 1;
+  std::string text() const;
+};
+
+/// A configuration file, read and checked.
+struct Configuration {
+  static constexpr int kVersion = 1;
+
+  std::string path;  ///< of the file
+  RunSettings settings;
+  std::vector<std::string> inputs;  ///< absolute, or relative to the working directory
+  std::string poses;                ///< TUM file; empty = none
+  FrameSelection frames;
+  std::vector<std::string> plugins;  ///< shared libraries, absolute
+  std::vector<ConfiguredStage> stages;
+};
+
+/// What the command line says on top of the file.
+struct ConfigurationOverrides {
+  std::vector<std::string> assignments;  ///< "stage.key=value" or "key=value"
+  std::optional<std::string> profile;
+};
+
+/// Reads a configuration file and checks all of it.
+/// \param table the stages there are; those of plugins named in the file are added to it
+/// \throws ConfigError with every problem as `file:line:col: ...`
+PLANAR_MAPPING_EXPORT Configuration loadConfiguration(const std::string& path, StageTable& table,
+                                                      const ConfigurationOverrides& overrides = {});
+/// As above, from text; \p path is for messages and relative paths only.
+PLANAR_MAPPING_EXPORT Configuration
+parseConfiguration(const std::string& text, const std::string& path, StageTable& table,
+                   const ConfigurationOverrides& overrides = {});
+
+/// The whole configuration as YAML, every value written out; reading it gives the same run.
+PLANAR_MAPPING_EXPORT std::string effectiveYaml(const Configuration& configuration);
+
+/// "first:last:step" with any part left out, as in "10:", ":100:2", "5".
+/// \throws InputError
+PLANAR_MAPPING_EXPORT FrameSelection parseFrameSelection(const std::string& text);
+
+}  // namespace planar_mapping

@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/multi_plane.h"
+#include "planar_mapping/core/types.h"
+#include "planar_mapping/map/planar_map.h"
+
+namespace planar_mapping {
+
+using FrameCloud = pcl::PointCloud<pcl::PointXYZ>;
+
+/// One frame on its way through the stages. All geometry is in the sensor's frame but the pose.
+///
+/// Every index refers to `cloud`. A point is in at most one of `indices` (still to be mapped),
+/// `ground` and none of them (removed).
+struct Frame {
+  std::size_t number = 0;  ///< position in the input, from 0
+  std::string source;      ///< file it came from, for messages
+  double timestamp = 0.0;  ///< seconds
+  Pose T_world_sensor = Pose::Identity();
+  std::optional<PinholeCamera> camera;  ///< of an organized cloud, where known
+
+  FrameCloud::Ptr cloud;  ///< as measured; non-finite where nothing was
+  Indices indices;        ///< points that still count, ascending
+  Indices ground;         ///< removed as ground, ascending: it clears space but makes no cell
+  std::vector<PlaneSegment> planes;
+  std::vector<float> probability;  ///< belief per point of the cloud; empty = 1
+
+  std::size_t points_input = 0;       ///< in the file
+  std::size_t points_valid = 0;       ///< finite ones
+  std::size_t features = 0;           ///< followed by kl_occupancy
+  std::size_t matches = 0;            ///< of those, seen before
+  PlanarMap* map = nullptr;           ///< the map this frame goes to
+  bool inserted = false;              ///< into the map
+  FrameUpdate update;                 ///< what the insertion did
+  std::vector<std::string> notes;     ///< for run.log
+  std::vector<std::string> warnings;  ///< the result is degraded
+};
+
+/// The coordinates of a cloud, read in place.
+PLANAR_MAPPING_EXPORT PointsView viewOf(const FrameCloud& cloud);
+/// Size and density of a cloud, from which `auto` parameters follow (docs/parameters.md).
+struct CloudScale {
+  double extent = 0.0;     ///< diagonal of the box of the middle 98 % along each axis, metres
+  double spacing = 0.0;    ///< side of the square of surface that one point stands for, metres
+  double max_range = 0.0;  ///< 99 % of the points are nearer to the sensor, metres
+  std::size_t points = 0;  ///< finite ones
+  bool optical = false;    ///< all z > 0 and not rotated: a camera's frame, y downwards
+  Vector3 up = Vector3::UnitZ();  ///< of the world: -y in a camera's frame, else z
+};
+/// Over the given points of the cloud, which must be finite; O(n).
+PLANAR_MAPPING_EXPORT CloudScale scaleOf(const FrameCloud& cloud, const Indices& indices,
+                                         const Pose& T_world_sensor);
+
+}  // namespace planar_mapping

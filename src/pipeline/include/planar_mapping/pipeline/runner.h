@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "planar_mapping/core/export.h"
+#include "planar_mapping/pipeline/configuration.h"
+#include "planar_mapping/pipeline/pipeline.h"
+
+namespace planar_mapping {
+
+/// What a run is asked for beside its configuration.
+struct RunOptions {
+  std::string output;                       ///< directory
+  bool overwrite = false;                   ///< --force
+  bool resume = false;                      ///< continue an interrupted run in the same directory
+  const std::atomic<bool>* stop = nullptr;  ///< set by a signal: finish the frame, then save
+  /// Called after each frame: frames done, frames in all, the frame.
+  std::function<void(std::size_t, std::size_t, const FrameReport&)> progress;
+  /// Called for each line of run.log as it comes about.
+  std::function<void(const std::string&)> log;
+};
+
+/// What came out of a run.
+struct RunResult {
+  bool interrupted = false;
+  std::vector<std::string> warnings;  ///< not empty: the result is degraded
+  std::string metrics_json;           ///< what metrics.json says
+  std::string output;                 ///< directory with all files
+};
+
+/// The files of a run, in the order in which they are written.
+PLANAR_MAPPING_EXPORT const std::vector<std::string>& outputFileNames();
+
+/// Input to map, with every file of docs/command_line.md left in the output directory.
+/// Interrupted, or failing after some frames, it saves what was done so far.
+/// \throws ConfigError, InputError, IoError for the input, OutputError for the results
+PLANAR_MAPPING_EXPORT RunResult runPipeline(Configuration configuration, const RunOptions& options);
+
+}  // namespace planar_mapping

@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+
+#include "planar_mapping/core/cuboid_approximation.h"
+#include "planar_mapping/core/export.h"
+#include "planar_mapping/pipeline/frame.h"
+#include "planar_mapping/pipeline/parameter.h"
+
+namespace planar_mapping {
+
+/// What a stage does to a frame; stages of a chain must stand in this order, those of one kind in
+/// any order.
+enum class StageKind : std::uint8_t {
+  Points,   ///< removes or replaces points: filters, ground removal
+  Planes,   ///< finds planes
+  Beliefs,  ///< judges points
+  Map,      ///< puts the frame into the map
+  Any,      ///< anywhere
+};
+
+/// What holds for a whole run.
+struct RunSettings {
+  Profile profile = Profile::Compact;
+  std::uint64_t seed = 12345;
+  int threads = 1;
+};
+
+/// A step of the pipeline with its own parameters. To write one: derive, name it, declare the
+/// parameters, process frames, and `table.add<MyStage>()` (examples/own_stage).
+///
+///     class MyStage : public Stage {
+///      public:
+///       static constexpr const char* kName = "my_stage";
+///       static constexpr const char* kSummary = "what it does, in one line";
+///       static constexpr StageKind kKind = StageKind::Points;
+///       void declare(ParameterTable& table) override;
+///       void process(Frame& frame) override;
+///     };
+///
+/// A stage may keep state between frames: one object lives as long as the run. It is called from
+/// one thread at a time. What it throws (InputError, ParameterError, ...) ends the run.
+class PLANAR_MAPPING_EXPORT Stage {
+ public:
+  virtual ~Stage();
+
+  /// Sets the defaults of a profile; called before declare(). `paper` is nothing beyond the paper.
+  virtual void applyProfile(Profile profile);
+  /// Binds the parameters to members that live as long as the stage.
+  virtual void declare(ParameterTable& table) = 0;
+  /// Called once, after the parameters are set; for checks that involve several of them.
+  /// \throws ParameterError
+  virtual void configure(const RunSettings& settings);
+  /// Called once, with the first frame that has points: the place to resolve `auto`.
+  virtual void adapt(const CloudScale& scale);
+  /// Lets a stage set parameters of the map; called once, after adapt().
+  virtual void configureMap(PlanarMapParams& params) const;
+  /// Does the work on one frame.
+  virtual void process(Frame& frame) = 0;
+};
+
+}  // namespace planar_mapping

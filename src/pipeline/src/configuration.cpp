@@ -1,0 +1,116 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/pipeline/configuration.h"
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "configuration_reader.h"
+#include "planar_mapping/core/error.h"
+
+namespace planar_mapping {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uintmax_t kLargestFile = 1u << 20u;  // a configuration of a megabyte is a mistake
+
+std::string readText(const std::string& path) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (!fs::exists(status)) throw ConfigError({path + ":1:1: there is no such file"});
+  if (!fs::is_regular_file(status)) {
+    throw ConfigError({path + ":1:1: this is not a file; give a configuration file (*.yaml)"});
+  }
+  if (fs::file_size(path, error) > kLargestFile) {
+    throw ConfigError({path + ":1:1: larger than 1 MiB, so this is no configuration file"});
+  }
+  std::ifstream in(path, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  // An empty file sets failbit on the receiving stream, which is no reading error.
+  if (!in.is_open() || in.bad()) {
+    throw ConfigError({path + ":1:1: the file cannot be read; check its permissions"});
+  }
+  return text.str();
+}
+
+void appendList(std::string& yaml, const std::string& key, const std::vector<std::string>& items) {
+  if (items.empty()) return;
+  yaml += key + ":\n";
+  for (const std::string& item : items) yaml += "  - " + toYaml(ParameterValue(item)) + "\n";
+}
+
+}  // namespace
+
+std::string FrameSelection::text() const {
+  return std::to_string(first) + ":" + (last < 0 ? "" : std::to_string(last)) + ":" +
+         std::to_string(step);
+}
+
+FrameSelection parseFrameSelection(const std::string& text) {
+  const auto fail = [&text]() {
+    return InputError("frames '" + text +
+                      "' are not A:B:STEP with 0 <= A < B and STEP >= 1 (parts may be left out)");
+  };
+  std::vector<std::string> parts(1);
+  for (const char c : text) {
+    if (c == ':') {
+      parts.emplace_back();
+    } else {
+      parts.back() += c;
+    }
+  }
+  if (text.empty() || parts.size() > 3) throw fail();
+  FrameSelection selection;
+  std::int64_t* const targets[] = {&selection.first, &selection.last, &selection.step};
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (parts[i].empty()) continue;
+    const char* end = parts[i].data() + parts[i].size();
+    const auto result = std::from_chars(parts[i].data(), end, *targets[i]);
+    if (result.ec != std::errc() || result.ptr != end || *targets[i] < 0) throw fail();
+  }
+  if (parts.size() == 1) selection.last = selection.first + 1;
+  if (selection.step < 1 || (selection.last >= 0 && selection.last <= selection.first)) {
+    throw fail();
+  }
+  return selection;
+}
+
+Configuration parseConfiguration(const std::string& text, const std::string& path,
+                                 StageTable& table, const ConfigurationOverrides& overrides) {
+  return detail::ConfigurationReader(path, table, overrides).read(text);
+}
+
+Configuration loadConfiguration(const std::string& path, StageTable& table,
+                                const ConfigurationOverrides& overrides) {
+  return parseConfiguration(readText(path), path, table, overrides);
+}
+
+std::string effectiveYaml(const Configuration& configuration) {
+  const RunSettings& settings = configuration.settings;
+  std::string yaml = "version: " + std::to_string(Configuration::kVersion) + "\n";
+  yaml +=
+      std::string("profile: ") + (settings.profile == Profile::Paper ? "paper" : "compact") + "\n";
+  yaml += "seed: " + std::to_string(settings.seed) + "\n";
+  yaml += "threads: " + std::to_string(settings.threads) + "\n";
+  appendList(yaml, "inputs", configuration.inputs);
+  if (!configuration.poses.empty()) {
+    yaml += "poses: " + toYaml(ParameterValue(configuration.poses)) + "\n";
+  }
+  yaml += "frames: \"" + configuration.frames.text() + "\"\n";
+  appendList(yaml, "plugins", configuration.plugins);
+  yaml += configuration.stages.empty() ? "stages: []\n" : "stages:\n";
+  for (const ConfiguredStage& stage : configuration.stages) {
+    yaml += "  - stage: " + stage.name + "\n";
+    for (const Parameter& parameter : stage.parameters.parameters()) {
+      yaml += "    " + parameter.name + ": " + toYaml(parameter.get()) + "\n";
+    }
+  }
+  return yaml;
+}
+
+}  // namespace planar_mapping

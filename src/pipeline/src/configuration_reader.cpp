@@ -1,0 +1,374 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "configuration_reader.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/pipeline/plugin.h"
+#include "spelling.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+const std::vector<std::string> kTopKeys = {"version", "profile", "seed",    "threads", "inputs",
+                                           "poses",   "frames",  "plugins", "stages"};
+const std::vector<std::string> kProfiles = {"paper", "compact"};
+
+const char* placeOf(StageKind kind) {
+  switch (kind) {
+    case StageKind::Points:
+      return "works on points";
+    case StageKind::Planes:
+      return "finds planes";
+    case StageKind::Beliefs:
+      return "judges points";
+    case StageKind::Map:
+      return "puts the frame into the map";
+    case StageKind::Any:
+      break;
+  }
+  return "may stand anywhere";
+}
+
+/// An integer of the top level, checked like a stage's parameter.
+Parameter topInteger(const std::string& name, const Range& range, std::int64_t default_value) {
+  Parameter parameter;
+  parameter.name = name;
+  parameter.type = ParameterType::Integer;
+  parameter.range = range;
+  parameter.get = [default_value]() -> ParameterValue { return default_value; };
+  return parameter;
+}
+
+Parameter topWord(const std::string& name, const std::vector<std::string>& words,
+                  const std::string& default_value) {
+  Parameter parameter;
+  parameter.name = name;
+  parameter.type = ParameterType::Word;
+  parameter.words = words;
+  parameter.get = [default_value]() -> ParameterValue { return default_value; };
+  return parameter;
+}
+
+}  // namespace
+
+ConfigurationReader::ConfigurationReader(const std::string& path, StageTable& table,
+                                         const ConfigurationOverrides& overrides)
+    : path_(path), table_(table), overrides_(overrides), problems_(path) {
+  configuration_.path = path;
+}
+
+Configuration ConfigurationReader::read(const std::string& text) {
+  const YAML::Node root = loadDocument(text, problems_);
+  if (root.IsDefined()) {
+    if (root.IsMap()) {
+      readTop(root);
+    } else {
+      problems_.add(root.Mark(), "a configuration is a mapping of keys, not " + describe(root) +
+                                     "; it starts with 'version: 1'");
+    }
+  }
+  if (!problems_.empty()) throw ConfigError(problems_.sorted());
+  return std::move(configuration_);
+}
+
+void ConfigurationReader::readTop(const YAML::Node& root) {
+  const auto entries = entriesOf(root, "the configuration", problems_);
+  const auto find = [&entries](const std::string& key) {
+    for (const auto& entry : entries) {
+      if (entry.first.Scalar() == key) return entry.second;
+    }
+    return YAML::Node(YAML::NodeType::Undefined);
+  };
+  if (!find("version").IsDefined()) {
+    problems_.add(root.Mark(), "key 'version' is missing; write 'version: 1'");
+  }
+  if (!find("stages").IsDefined()) {
+    problems_.add(root.Mark(), "key 'stages' is missing: the list of what to do with each frame");
+  }
+  // The profile decides on the stages' defaults and plugins on their names: both come first.
+  readProfile(find("profile"));
+  for (const auto& entry : entries) {
+    const std::string& key = entry.first.Scalar();
+    if (key == "profile" || key == "stages") continue;
+    if (std::find(kTopKeys.begin(), kTopKeys.end(), key) == kTopKeys.end()) {
+      problems_.add(entry.first.Mark(),
+                    "there is no key '" + key + "' here" + didYouMean(key, kTopKeys));
+      continue;
+    }
+    const YAML::Mark mark = entry.second.Mark();
+    readTopEntry(key, entry.second,
+                 [this, mark](const std::string& text) { problems_.add(mark, text); });
+  }
+  if (find("stages").IsDefined()) readStages(find("stages"));
+  applyAssignments();
+  checkOrder(stage_marks_);
+  if (problems_.empty()) configureStages();
+}
+
+void ConfigurationReader::readProfile(const YAML::Node& value) {
+  const Parameter parameter = topWord("profile", kProfiles, "compact");
+  ParameterValue word = std::string("compact");
+  if (value.IsDefined()) {
+    readValue(parameter, value, word,
+              [this, &value](const std::string& text) { problems_.add(value.Mark(), text); });
+  }
+  for (const std::string& assignment : overrides_.assignments) {
+    if (assignment.compare(0, 8, "profile=") == 0) {
+      const YAML::Node node(assignment.substr(8));
+      readValue(parameter, node, word, [this, &assignment](const std::string& text) {
+        problems_.addElsewhere("--set " + assignment, text);
+      });
+    }
+  }
+  if (overrides_.profile) {
+    readValue(parameter, YAML::Node(*overrides_.profile), word, [this](const std::string& text) {
+      problems_.addElsewhere("--profile " + *overrides_.profile, text);
+    });
+  }
+  configuration_.settings.profile =
+      std::get<std::string>(word) == "paper" ? Profile::Paper : Profile::Compact;
+}
+
+void ConfigurationReader::readTopEntry(const std::string& key, const YAML::Node& value,
+                                       const Report& report) {
+  ParameterValue number;
+  if (key == "version") {
+    if (readValue(topInteger(key, Range::between(1, Configuration::kVersion), 1), value, number,
+                  [&report](const std::string& text) {
+                    report(text + "; this program reads version 1");
+                  })) {
+      return;
+    }
+  } else if (key == "seed") {
+    if (readValue(topInteger(key, Range::atLeast(0), 12345), value, number, report)) {
+      configuration_.settings.seed = static_cast<std::uint64_t>(std::get<std::int64_t>(number));
+    }
+  } else if (key == "threads") {
+    if (readValue(topInteger(key, Range::between(0, 1024), 1), value, number, report)) {
+      configuration_.settings.threads = static_cast<int>(std::get<std::int64_t>(number));
+    }
+  } else if (key == "inputs") {
+    readStringList(key, value, report, configuration_.inputs);
+  } else if (key == "poses") {
+    if (value.IsScalar() && !value.Scalar().empty()) {
+      configuration_.poses = absolutePath(value.Scalar());
+    } else {
+      report("poses must be the path of a trajectory in TUM format, not " + describe(value));
+    }
+  } else if (key == "frames") {
+    try {
+      configuration_.frames = parseFrameSelection(value.IsScalar() ? value.Scalar() : "");
+    } catch (const InputError& error) {
+      report(error.what());
+    }
+  } else if (key == "plugins") {
+    readPlugins(value);
+  }
+}
+
+void ConfigurationReader::readStringList(const std::string& key, const YAML::Node& value,
+                                         const Report& report,
+                                         std::vector<std::string>& list) const {
+  if (!value.IsSequence()) {
+    report(key + " must be a list of paths, not " + describe(value));
+    return;
+  }
+  for (const auto& item : value) {
+    if (item.IsScalar() && !item.Scalar().empty()) {
+      list.push_back(absolutePath(item.Scalar()));
+    } else {
+      report(key + " must be a list of paths; one of them is " + describe(item));
+    }
+  }
+}
+
+void ConfigurationReader::readPlugins(const YAML::Node& list) {
+  const YAML::Mark mark = list.Mark();
+  std::vector<std::string> paths;
+  readStringList(
+      "plugins", list, [this, mark](const std::string& text) { problems_.add(mark, text); }, paths);
+  std::size_t i = 0;
+  for (const auto& item : list) {
+    if (i >= paths.size()) break;
+    const std::string& path = paths[i++];
+    try {
+      loadPlugin(path, table_);
+      configuration_.plugins.push_back(path);
+    } catch (const Error& error) {
+      problems_.add(item.Mark(), std::string("plugin ") + error.what());
+    }
+  }
+}
+
+void ConfigurationReader::readStages(const YAML::Node& list) {
+  if (!list.IsSequence()) {
+    problems_.add(list.Mark(),
+                  "stages must be a list, each entry '- stage: NAME', not " + describe(list));
+    return;
+  }
+  if (list.size() == 0) {
+    problems_.add(list.Mark(), "the list of stages is empty; see planar_map stages");
+  }
+  for (const auto& entry : list) readStage(entry);
+}
+
+void ConfigurationReader::readStage(const YAML::Node& entry) {
+  if (!entry.IsMap()) {
+    problems_.add(entry.Mark(),
+                  "an entry of stages is written '- stage: NAME' with its keys below, not " +
+                      describe(entry));
+    return;
+  }
+  const auto entries = entriesOf(entry, "this stage", problems_);
+  const YAML::Node* name_node = nullptr;
+  for (const auto& item : entries) {
+    if (item.first.Scalar() == "stage") name_node = &item.second;
+  }
+  if (name_node == nullptr || !name_node->IsScalar()) {
+    problems_.add(entry.Mark(), "key 'stage', the name of the stage, is missing here");
+    return;
+  }
+  const std::string& name = name_node->Scalar();
+  const StageEntry* known = table_.find(name);
+  if (known == nullptr) {
+    problems_.add(
+        name_node->Mark(),
+        "there is no stage '" + name + "'" + didYouMean(name, stageNames()) +
+            (didYouMean(name, stageNames()).empty() ? "; planar_map stages lists them" : ""));
+    return;
+  }
+  ConfiguredStage stage;
+  stage.name = name;
+  stage.kind = known->kind;
+  stage.stage = known->make();
+  stage.stage->applyProfile(configuration_.settings.profile);
+  stage.stage->declare(stage.parameters);
+  readStageKeys(stage, entries);
+  configuration_.stages.push_back(std::move(stage));
+  stage_marks_.push_back(name_node->Mark());
+}
+
+void ConfigurationReader::readStageKeys(
+    ConfiguredStage& stage, const std::vector<std::pair<YAML::Node, YAML::Node>>& entries) {
+  std::vector<std::string> names;
+  for (const Parameter& parameter : stage.parameters.parameters()) names.push_back(parameter.name);
+  for (const auto& item : entries) {
+    const std::string& key = item.first.Scalar();
+    if (key == "stage") continue;
+    const Parameter* parameter = stage.parameters.find(key);
+    if (parameter == nullptr) {
+      problems_.add(item.first.Mark(),
+                    "stage '" + stage.name + "' has no key '" + key + "'" + didYouMean(key, names));
+      continue;
+    }
+    ParameterValue value;
+    const YAML::Mark mark = item.second.Mark();
+    const bool sound = readValue(*parameter, item.second, value, [&](const std::string& text) {
+      problems_.add(mark.is_null() ? item.first.Mark() : mark,
+                    "stage '" + stage.name + "': " + text);
+    });
+    if (sound) parameter->set(value);
+  }
+}
+
+void ConfigurationReader::applyAssignments() {
+  for (const std::string& assignment : overrides_.assignments) applyAssignment(assignment);
+}
+
+void ConfigurationReader::applyAssignment(const std::string& assignment) {
+  const std::string where = "--set " + assignment;
+  const auto report = [this, &where](const std::string& text) {
+    problems_.addElsewhere(where, text);
+  };
+  const std::size_t equals = assignment.find('=');
+  if (equals == std::string::npos || equals == 0) {
+    report("is not of the form stage.key=value");
+    return;
+  }
+  const std::string target = assignment.substr(0, equals);
+  YAML::Node value;
+  try {
+    value = YAML::Load(assignment.substr(equals + 1));
+  } catch (const YAML::Exception& error) {
+    report("the value is no YAML: " + error.msg);
+    return;
+  }
+  const std::size_t dot = target.find('.');
+  if (dot == std::string::npos) {
+    const bool settable = target == "seed" || target == "threads" || target == "frames";
+    if (settable) {
+      readTopEntry(target, value, report);
+    } else if (target != "profile") {
+      report("there is no such key" + didYouMean(target, {"seed", "threads", "frames", "profile"}) +
+             "; a stage's key is written stage.key=value");
+    }
+    return;
+  }
+  const std::string name = target.substr(0, dot);
+  const std::string key = target.substr(dot + 1);
+  bool found = false;
+  std::vector<std::string> chain;
+  for (ConfiguredStage& stage : configuration_.stages) {
+    chain.push_back(stage.name);
+    if (stage.name != name) continue;
+    found = true;
+    const Parameter* parameter = stage.parameters.find(key);
+    if (parameter == nullptr) {
+      std::vector<std::string> names;
+      for (const Parameter& other : stage.parameters.parameters()) names.push_back(other.name);
+      report("stage '" + name + "' has no key '" + key + "'" + didYouMean(key, names));
+      return;
+    }
+    ParameterValue parsed;
+    if (readValue(*parameter, value, parsed, report)) parameter->set(parsed);
+  }
+  if (!found) {
+    report("there is no stage '" + name + "' in " + path_ + didYouMean(name, chain));
+  }
+}
+
+void ConfigurationReader::checkOrder(const std::vector<YAML::Mark>& marks) {
+  const ConfiguredStage* last = nullptr;
+  for (std::size_t i = 0; i < configuration_.stages.size(); ++i) {
+    const ConfiguredStage& stage = configuration_.stages[i];
+    if (stage.kind == StageKind::Any) continue;
+    if (last != nullptr && stage.kind < last->kind) {
+      problems_.add(marks[i], "stage '" + stage.name + "' " + placeOf(stage.kind) +
+                                  " and so must stand before '" + last->name + "', which " +
+                                  placeOf(last->kind));
+    } else if (last != nullptr && stage.kind == last->kind && stage.kind != StageKind::Points) {
+      problems_.add(marks[i], "stage '" + stage.name + "' cannot follow '" + last->name +
+                                  "': one stage that " + placeOf(stage.kind) + " is enough");
+    } else {
+      last = &stage;
+    }
+  }
+}
+
+void ConfigurationReader::configureStages() {
+  for (std::size_t i = 0; i < configuration_.stages.size(); ++i) {
+    try {
+      configuration_.stages[i].stage->configure(configuration_.settings);
+    } catch (const ParameterError& error) {
+      problems_.add(stage_marks_[i],
+                    "stage '" + configuration_.stages[i].name + "': " + error.what());
+    }
+  }
+}
+
+std::string ConfigurationReader::absolutePath(const std::string& path) const {
+  namespace fs = std::filesystem;
+  if (fs::path(path).is_absolute()) return path;
+  return fs::absolute(fs::path(path_).parent_path() / path).lexically_normal().string();
+}
+
+std::vector<std::string> ConfigurationReader::stageNames() const {
+  std::vector<std::string> names;
+  for (const StageEntry& entry : table_.entries()) names.push_back(entry.name);
+  return names;
+}
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,47 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "planar_mapping/pipeline/configuration.h"
+#include "yaml_source.h"
+
+namespace planar_mapping::detail {
+
+/// Walks the YAML tree of one configuration and collects every problem before it gives up.
+class ConfigurationReader {
+ public:
+  ConfigurationReader(const std::string& path, StageTable& table,
+                      const ConfigurationOverrides& overrides);
+  /// \throws ConfigError
+  Configuration read(const std::string& text);
+
+ private:
+  void readTop(const YAML::Node& root);
+  void readTopEntry(const std::string& key, const YAML::Node& value, const Report& report);
+  void readProfile(const YAML::Node& root);
+  void readStringList(const std::string& key, const YAML::Node& value, const Report& report,
+                      std::vector<std::string>& list) const;
+  void readPlugins(const YAML::Node& list);
+  void readStages(const YAML::Node& list);
+  void readStage(const YAML::Node& entry);
+  void readStageKeys(ConfiguredStage& stage,
+                     const std::vector<std::pair<YAML::Node, YAML::Node>>& entries);
+  void applyAssignments();
+  void applyAssignment(const std::string& assignment);
+  void checkOrder(const std::vector<YAML::Mark>& marks);
+  void configureStages();
+  std::string absolutePath(const std::string& path) const;
+  std::vector<std::string> stageNames() const;
+
+  std::string path_;
+  StageTable& table_;
+  const ConfigurationOverrides& overrides_;
+  ProblemList problems_;
+  Configuration configuration_;
+  std::vector<YAML::Mark> stage_marks_;  ///< of configuration_.stages
+};
+
+}  // namespace planar_mapping::detail

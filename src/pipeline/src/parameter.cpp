@@ -1,0 +1,247 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/pipeline/parameter.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+
+namespace planar_mapping {
+namespace {
+
+constexpr double kRadiansPerDegree = 3.14159265358979323846 / 180.0;
+
+bool endsWith(const std::string& text, const std::string& end) {
+  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+/// Factor from the unit of the file to the unit in code.
+double toCode(const std::string& name) {
+  return endsWith(name, "_deg") ? kRadiansPerDegree : 1.0;
+}
+
+/// Radians of a default to degrees a person would write: 4.99999999999999 becomes 5.
+double toFile(double value, double factor) {
+  if (factor == 1.0) return value;
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.12g", value / factor);
+  return std::strtod(text.data(), nullptr);
+}
+
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    if (c == '\n') {
+      out += "\\n";
+    } else {
+      out += c;
+    }
+  }
+  return out + "\"";
+}
+
+/// Plain scalars need no quotes; anything that YAML could read otherwise gets them.
+std::string textToYaml(const std::string& text) {
+  for (const char c : text) {
+    const bool plain = (c >= 'a' && c <= 'z') || c == '_' || c == '-';
+    if (!plain) return quoted(text);
+  }
+  const bool reserved = text.empty() || text.front() == '-' || text == "auto" || text == "true" ||
+                        text == "false" || text == "yes" || text == "no" || text == "on" ||
+                        text == "off" || text == "null" || text == "y" || text == "n";
+  return reserved ? quoted(text) : text;
+}
+
+}  // namespace
+
+std::string formatNumber(double value) {
+  if (std::isnan(value)) return ".nan";
+  if (std::isinf(value)) return value > 0 ? ".inf" : "-.inf";
+  std::array<char, 64> text{};
+  const auto result = std::to_chars(text.data(), text.data() + text.size(), value);
+  return {text.data(), result.ptr};
+}
+
+std::string Range::text() const {
+  if (std::isinf(low) && std::isinf(high)) return "any number";
+  if (std::isinf(high)) return (low_open ? "> " : ">= ") + formatNumber(low);
+  if (std::isinf(low)) return "<= " + formatNumber(high);
+  return (low_open ? "(" : "[") + formatNumber(low) + ", " + formatNumber(high) + "]";
+}
+
+std::string Parameter::unit() const {
+  for (const char* unit : {"m", "deg", "s", "px"}) {
+    if (endsWith(name, std::string("_") + unit)) return unit;
+  }
+  return "";
+}
+
+std::string Parameter::allowed() const {
+  std::string out;
+  switch (type) {
+    case ParameterType::Flag:
+      out = "true or false";
+      break;
+    case ParameterType::Integer:
+      out = "an integer" + (std::isinf(range.low) ? std::string() : " " + range.text());
+      break;
+    case ParameterType::Number:
+      out = range.text() + (unit().empty() ? "" : " " + unit());
+      break;
+    case ParameterType::Word:
+      for (std::size_t i = 0; i < words.size(); ++i) {
+        if (i > 0) out += i + 1 == words.size() ? " or " : ", ";
+        out += words[i];
+      }
+      break;
+    case ParameterType::Text:
+      out = "text";
+      break;
+    case ParameterType::Vector:
+      out = "three numbers [x, y, z], not all zero";
+      break;
+  }
+  return automatic ? out + ", or auto" : out;
+}
+
+Parameter& ParameterTable::add(const std::string& name, ParameterType type, const Range& range,
+                               const std::string& meaning) {
+  Parameter parameter;
+  parameter.name = name;
+  parameter.type = type;
+  parameter.range = range;
+  parameter.meaning = meaning;
+  parameters_.push_back(std::move(parameter));
+  return parameters_.back();
+}
+
+void ParameterTable::flag(const std::string& name, bool& value, const std::string& meaning) {
+  Parameter& parameter = add(name, ParameterType::Flag, Range::any(), meaning);
+  parameter.get = [&value]() -> ParameterValue { return value; };
+  parameter.set = [&value](const ParameterValue& v) { value = std::get<bool>(v); };
+}
+
+void ParameterTable::integer(const std::string& name, int& value, const Range& range,
+                             const std::string& meaning) {
+  Parameter& parameter = add(name, ParameterType::Integer, range, meaning);
+  parameter.get = [&value]() -> ParameterValue { return std::int64_t{value}; };
+  parameter.set = [&value](const ParameterValue& v) {
+    value = static_cast<int>(std::get<std::int64_t>(v));
+  };
+}
+
+void ParameterTable::integer(const std::string& name, std::optional<int>& value, const Range& range,
+                             const std::string& meaning) {
+  Parameter& parameter = add(name, ParameterType::Integer, range, meaning);
+  parameter.automatic = true;
+  parameter.get = [&value]() -> ParameterValue {
+    if (!value) return std::monostate{};
+    return std::int64_t{*value};
+  };
+  parameter.set = [&value](const ParameterValue& v) {
+    value.reset();
+    if (const auto* number = std::get_if<std::int64_t>(&v)) value = static_cast<int>(*number);
+  };
+}
+
+void ParameterTable::number(const std::string& name, double& value, const Range& range,
+                            const std::string& meaning) {
+  const double factor = toCode(name);
+  // The default goes through the file's unit too, so that writing and reading it changes no bit.
+  value = toFile(value, factor) * factor;
+  Parameter& parameter = add(name, ParameterType::Number, range, meaning);
+  // What the file said is kept, for no rounding of value / factor gives it back for certain.
+  const auto written = std::make_shared<double>(toFile(value, factor));
+  parameter.get = [&value, factor, written]() -> ParameterValue {
+    return value == *written * factor ? *written : toFile(value, factor);
+  };
+  parameter.set = [&value, factor, written](const ParameterValue& v) {
+    *written = std::get<double>(v);
+    value = *written * factor;
+  };
+}
+
+void ParameterTable::number(const std::string& name, std::optional<double>& value,
+                            const Range& range, const std::string& meaning) {
+  Parameter& parameter = add(name, ParameterType::Number, range, meaning);
+  parameter.automatic = true;
+  const double factor = toCode(name);
+  const auto written = std::make_shared<double>(value ? toFile(*value, factor) : 0.0);
+  if (value) value = *written * factor;
+  parameter.get = [&value, factor, written]() -> ParameterValue {
+    if (!value) return std::monostate{};
+    return *value == *written * factor ? *written : toFile(*value, factor);
+  };
+  parameter.set = [&value, factor, written](const ParameterValue& v) {
+    value.reset();
+    if (const auto* number = std::get_if<double>(&v)) {
+      *written = *number;
+      value = *written * factor;
+    }
+  };
+}
+
+void ParameterTable::text(const std::string& name, std::string& value, const std::string& meaning) {
+  Parameter& parameter = add(name, ParameterType::Text, Range::any(), meaning);
+  parameter.get = [&value]() -> ParameterValue { return value; };
+  parameter.set = [&value](const ParameterValue& v) { value = std::get<std::string>(v); };
+}
+
+void ParameterTable::vector(const std::string& name, Vector3& value, const std::string& meaning) {
+  Parameter& parameter = add(name, ParameterType::Vector, Range::any(), meaning);
+  parameter.get = [&value]() -> ParameterValue { return value; };
+  parameter.set = [&value](const ParameterValue& v) { value = std::get<Vector3>(v); };
+}
+
+void ParameterTable::vector(const std::string& name, std::optional<Vector3>& value,
+                            const std::string& meaning) {
+  Parameter& parameter = add(name, ParameterType::Vector, Range::any(), meaning);
+  parameter.automatic = true;
+  parameter.get = [&value]() -> ParameterValue {
+    if (!value) return std::monostate{};
+    return *value;
+  };
+  parameter.set = [&value](const ParameterValue& v) {
+    value.reset();
+    if (const auto* vector = std::get_if<Vector3>(&v)) value = *vector;
+  };
+}
+
+void ParameterTable::addWord(const std::string& name, std::vector<std::string> words,
+                             const std::string& meaning, std::function<std::string()> get,
+                             std::function<void(const std::string&)> set) {
+  Parameter& parameter = add(name, ParameterType::Word, Range::any(), meaning);
+  parameter.words = std::move(words);
+  parameter.get = [get = std::move(get)]() -> ParameterValue { return get(); };
+  parameter.set = [set = std::move(set)](const ParameterValue& v) {
+    set(std::get<std::string>(v));
+  };
+}
+
+const Parameter* ParameterTable::find(const std::string& name) const {
+  for (const Parameter& parameter : parameters_) {
+    if (parameter.name == name) return &parameter;
+  }
+  return nullptr;
+}
+
+std::string toYaml(const ParameterValue& value) {
+  struct Writer {
+    std::string operator()(std::monostate) const { return "auto"; }
+    std::string operator()(bool flag) const { return flag ? "true" : "false"; }
+    std::string operator()(std::int64_t number) const { return std::to_string(number); }
+    std::string operator()(double number) const { return formatNumber(number); }
+    std::string operator()(const std::string& text) const { return textToYaml(text); }
+    std::string operator()(const Vector3& v) const {
+      return "[" + formatNumber(v.x()) + ", " + formatNumber(v.y()) + ", " + formatNumber(v.z()) +
+             "]";
+    }
+  };
+  return std::visit(Writer{}, value);
+}
+
+}  // namespace planar_mapping

@@ -1,0 +1,33 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "planar_mapping/pipeline/pipeline.h"
+#include "standard_cells.h"
+
+namespace planar_mapping::detail {
+
+/// The figures of a run: frames.csv and metrics.json.
+class RunStatistics {
+ public:
+  /// After the frame is in the map.
+  void add(const FrameReport& report, const Frame& frame, const PlanarMap& map);
+  std::string framesCsv(const Configuration& configuration) const;
+  std::string metricsJson(const Configuration& configuration, const PlanarMap& map,
+                          std::size_t file_bytes, bool interrupted) const;
+  std::size_t frames() const { return reports_.size(); }
+  std::size_t validPoints() const;
+
+ private:
+  void measureCoverage(const Frame& frame, const PlanarMap& map);
+
+  std::vector<FrameReport> reports_;
+  std::vector<StandardCells> standard_cells_;  ///< one, once the resolution is known
+  std::size_t coverage_points_ = 0;
+  std::size_t covered_points_ = 0;
+};
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,13 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace planar_mapping::detail {
+
+/// "; did you mean 'x'?" for the nearest of \p candidates, or "" if none is near.
+std::string didYouMean(const std::string& word, const std::vector<std::string>& candidates);
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,13 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/pipeline/stage.h"
+
+namespace planar_mapping {
+
+Stage::~Stage() = default;
+void Stage::applyProfile(Profile) {}
+void Stage::configure(const RunSettings&) {}
+void Stage::adapt(const CloudScale&) {}
+void Stage::configureMap(PlanarMapParams&) const {}
+
+}  // namespace planar_mapping

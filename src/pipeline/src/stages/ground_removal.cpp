@@ -1,0 +1,94 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "builtin.h"
+#include "planar_mapping/core/ground.h"
+
+namespace planar_mapping {
+namespace {
+
+class GroundRemovalStage : public Stage {
+ public:
+  static constexpr const char* kName = "ground_removal";
+  static constexpr const char* kSummary =
+      "removes the ground (the paper, III-F); its points still clear the space above them";
+  static constexpr StageKind kKind = StageKind::Points;
+
+  void declare(ParameterTable& table) override {
+    table.number("camera_height_m", params_.camera_height, Range::atLeast(0.0),
+                 "height of the sensor over the ground; 0 = unknown");
+    table.number("height_tolerance_m", params_.height_tolerance, Range::positive(),
+                 "[ours] of the height");
+    table.vector("up", up_, "vertical of the world; auto = -y in a camera's frame, else z");
+    table.vector("optical_axis", params_.optical_axis,
+                 "direction the camera looks in, sensor frame");
+    table.number("pitch_tolerance_deg", params_.pitch_tolerance, Range::above(0.0, 89.0),
+                 "[ours] about the lateral axis");
+    table.number("roll_tolerance_deg", params_.roll_tolerance, Range::above(0.0, 89.0),
+                 "[ours] about the axis forwards");
+    table.number("distance_threshold_m", params_.distance_threshold, Range::positive(),
+                 "[ours] points so close to the ground belong to it");
+    table.flag("noise_model", noise_model_, "[ours] the threshold follows the stereo noise");
+    table.number("baseline_m", noise_.baseline, Range::positive(), "B of the noise model");
+    table.number("focal_length_px", noise_.focal_length, Range::positive(), "f of the noise model");
+    table.number("disparity_error_px", noise_.disparity_error, Range::atLeast(0.0),
+                 "dd of the noise model");
+    table.number("noise_factor", params_.noise_factor, Range::atLeast(0.0),
+                 "[ours] of the noise model");
+    table.number("slope_cell_m", params_.slope_cell, Range::atLeast(0.0),
+                 "[ours] side of the cells in which the ground may bend; 0 = one plane only");
+    table.number("max_slope_deg", params_.max_slope, Range::between(0.0, 90.0),
+                 "[ours] steepest ground, against the plane at the sensor");
+    table.number("wall_height_m", params_.wall_height, Range::atLeast(0.0),
+                 "[ours] what goes up at least so far is no ground, nor is its foot; 0 = off");
+    table.number("wall_cell_m", params_.wall_cell, Range::positive(),
+                 "[ours] side of the column in which that is judged");
+    table.number("wall_foot_threshold_m", params_.wall_foot_threshold, Range::positive(),
+                 "[ours] the threshold in a column with a wall");
+    table.number("min_share", params_.min_share, Range::above(0.0, 1.0),
+                 "[ours] share of the points that must support the ground");
+    table.integer("min_points", params_.min_points, Range::atLeast(3),
+                  "[ours] points that must support the ground");
+    table.integer("sample_size", params_.sample_size, Range::atLeast(100),
+                  "[ours] points the estimate looks at");
+  }
+  void configure(const RunSettings& settings) override {
+    params_.seed = settings.seed;
+    if (noise_model_) params_.noise = noise_;
+    params_.validate();
+  }
+  void adapt(const CloudScale& scale) override {
+    if (!up_) up_ = scale.up;
+  }
+  void process(Frame& frame) override {
+    GroundParams params = params_;
+    params.up = frame.T_world_sensor.linear().transpose() * up_->normalized();
+    const Ground ground = findGround(viewOf(*frame.cloud), &frame.indices, params);
+    if (!ground.found) {
+      frame.notes.push_back(frame.source + ": no ground: " + toString(ground.diagnostics.status));
+      return;
+    }
+    Indices kept;
+    kept.reserve(frame.indices.size());
+    for (std::size_t i = 0; i < frame.indices.size(); ++i) {
+      (ground.is_ground[i] != 0 ? frame.ground : kept).push_back(frame.indices[i]);
+    }
+    frame.indices = std::move(kept);
+  }
+
+ private:
+  GroundParams params_;
+  std::optional<Vector3> up_;
+  bool noise_model_ = false;
+  StereoNoise noise_;
+};
+
+}  // namespace
+
+namespace detail {
+
+void addGroundRemoval(StageTable& table) {
+  table.add<GroundRemovalStage>();
+}
+
+}  // namespace detail
+}  // namespace planar_mapping

@@ -1,0 +1,103 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "builtin.h"
+#include "planar_mapping/core/error.h"
+
+namespace planar_mapping {
+namespace {
+
+class PlanarCuboidApproximationStage : public Stage {
+ public:
+  static constexpr const char* kName = "planar_cuboid_approximation";
+  static constexpr const char* kSummary =
+      "turns planes and the rest into oriented cuboids of the map (the paper, III-F and IV)";
+  static constexpr StageKind kKind = StageKind::Map;
+
+  void applyProfile(Profile profile) override { params_.approximation.profile = profile; }
+  void declare(ParameterTable& table) override {
+    CuboidApproximationParams& approximation = params_.approximation;
+    table.number("resolution_m", resolution_, Range::positive(),
+                 "s, side of the smallest cell; auto = a hundredth of the cloud's extent, at least "
+                 "four point spacings");
+    table.number("thickness_m", approximation.thickness, Range::atLeast(0.0),
+                 "extension behind the surface; 0 = resolution_m");
+    table.number("density_threshold", approximation.density_threshold, Range::above(0.0, 1.0),
+                 "D_T of the split");
+    table.number("min_width_m", approximation.min_width, Range::atLeast(0.0),
+                 "W_T of the split; 0 = resolution_m");
+    table.number("min_height_m", approximation.min_height, Range::atLeast(0.0),
+                 "H_T of the split; 0 = resolution_m");
+    table.integer("min_points_per_cell", approximation.min_points_per_cell, Range::atLeast(1),
+                  "cells with fewer points are empty");
+    table.number("hole_size_m", approximation.hole_size, Range::atLeast(0.0),
+                 "[ours] compact: holes up to this side are filled; 0 = none");
+    table.vector("up", up_,
+                 "vertical of the world, for horizontal edges; auto = -y in a camera's frame, "
+                 "else z");
+    table.number("association_angle_deg", params_.association_angle, Range::above(0.0, 90.0),
+                 "[ours] largest angle between a new plane and its plane in the map");
+    table.number("association_offset_m", association_offset_, Range::positive(),
+                 "[ours] largest offset between them; auto = resolution_m");
+    table.number("association_gap_m", association_gap_, Range::atLeast(0.0),
+                 "[ours] largest gap between their patches; auto = five times resolution_m");
+    table.flag("unknown_space", params_.unknown_space, "keep track of unknown space (Fig. 5c)");
+    table.number("unknown_resolution_m", params_.unknown_resolution, Range::atLeast(0.0),
+                 "side of an unknown cell; 0 = resolution_m");
+    table.number("max_range_m", max_range_, Range::positive(),
+                 "space farther from the sensor is not judged; auto = 99 % of the points are "
+                 "nearer");
+    table.number("min_probability", params_.min_probability, Range::between(0.0, 1.0),
+                 "[ours] cells believed less than this are removed");
+  }
+  void configure(const RunSettings& settings) override {
+    params_.approximation.threads = settings.threads;
+    if (resolution_) params_.approximation.resolution = *resolution_;
+    params_.validate();
+  }
+  void adapt(const CloudScale& scale) override {
+    if (!resolution_) resolution_ = detail::automaticResolution(scale);
+    if (!association_offset_) association_offset_ = *resolution_;
+    if (!association_gap_) association_gap_ = 5.0 * *resolution_;
+    if (!max_range_) max_range_ = scale.max_range > 0.0 ? scale.max_range : *resolution_;
+    if (!up_) up_ = scale.up;
+    params_.approximation.resolution = *resolution_;
+    params_.approximation.up = up_->normalized();
+    params_.association_offset = *association_offset_;
+    params_.association_gap = *association_gap_;
+    params_.max_range = *max_range_;
+    params_.validate();
+  }
+  void configureMap(PlanarMapParams& params) const override { params = params_; }
+  void process(Frame& frame) override {
+    FrameObservation observation;
+    observation.T_world_sensor = frame.T_world_sensor;
+    observation.timestamp = frame.timestamp;
+    observation.points = viewOf(*frame.cloud);
+    observation.indices = &frame.indices;
+    observation.ground = &frame.ground;
+    observation.planes = &frame.planes;
+    if (!frame.probability.empty()) observation.probability = &frame.probability;
+    observation.camera = frame.camera;
+    frame.update = frame.map->insert(observation);
+    frame.inserted = true;
+  }
+
+ private:
+  PlanarMapParams params_;
+  std::optional<double> resolution_ = 0.1;
+  std::optional<double> association_offset_ = 0.1;
+  std::optional<double> association_gap_ = 0.5;
+  std::optional<double> max_range_ = 10.0;
+  std::optional<Vector3> up_ = Vector3::UnitZ();
+};
+
+}  // namespace
+
+namespace detail {
+
+void addPlanarCuboidApproximation(StageTable& table) {
+  table.add<PlanarCuboidApproximationStage>();
+}
+
+}  // namespace detail
+}  // namespace planar_mapping

@@ -1,0 +1,221 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "yaml_source.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <map>
+
+#include "spelling.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+/// Decimal numbers only: from_chars also takes "nan", "inf" and so would we.
+bool parseNumber(const std::string& text, double& value) {
+  if (text.find_first_not_of("0123456789+-.eE") != std::string::npos) return false;
+  const char* first = text.data() + (!text.empty() && text.front() == '+' ? 1 : 0);
+  const char* last = text.data() + text.size();
+  const auto result = std::from_chars(first, last, value);
+  return result.ec == std::errc() && result.ptr == last && std::isfinite(value);
+}
+
+bool parseInteger(const std::string& text, std::int64_t& value) {
+  const char* first = text.data() + (!text.empty() && text.front() == '+' ? 1 : 0);
+  const char* last = text.data() + text.size();
+  const auto result = std::from_chars(first, last, value);
+  return result.ec == std::errc() && result.ptr == last;
+}
+
+std::string defaultOf(const Parameter& parameter) {
+  return "; default " + toYaml(parameter.get());
+}
+
+void reportType(const Parameter& parameter, const YAML::Node& node, const std::string& wanted,
+                const Report& report) {
+  report(parameter.name + " must be " + wanted + ", not " + describe(node) +
+         "; allowed: " + parameter.allowed() + defaultOf(parameter));
+}
+
+bool checkRange(const Parameter& parameter, double value, const std::string& text,
+                const Report& report) {
+  if (parameter.range.contains(value)) return true;
+  report(parameter.name + " = " + text + " is out of range; allowed: " + parameter.allowed() +
+         defaultOf(parameter));
+  return false;
+}
+
+bool readVector(const Parameter& parameter, const YAML::Node& node, ParameterValue& value,
+                const Report& report) {
+  Vector3 vector = Vector3::Zero();
+  bool sound = node.IsSequence() && node.size() == 3;
+  for (int i = 0; sound && i < 3; ++i) {
+    const YAML::Node item = node[static_cast<std::size_t>(i)];
+    sound = item.IsScalar() && isPlain(item) && parseNumber(item.Scalar(), vector[i]);
+  }
+  if (!sound || !(vector.norm() > 0.0)) {
+    reportType(parameter, node, "three numbers [x, y, z]", report);
+    return false;
+  }
+  value = vector;
+  return true;
+}
+
+bool readWord(const Parameter& parameter, const std::string& text, ParameterValue& value,
+              const Report& report) {
+  const auto& words = parameter.words;
+  if (std::find(words.begin(), words.end(), text) == words.end()) {
+    report(parameter.name + " cannot be '" + text + "'" + didYouMean(text, words) +
+           (didYouMean(text, words).empty() ? "; " : " ") + "allowed: " + parameter.allowed() +
+           defaultOf(parameter));
+    return false;
+  }
+  value = text;
+  return true;
+}
+
+}  // namespace
+
+void ProblemList::add(const YAML::Mark& mark, const std::string& text) {
+  const int line = std::max(mark.line, 0) + 1;
+  const int column = std::max(mark.column, 0) + 1;
+  problems_.push_back(
+      {line, column,
+       file_ + ":" + std::to_string(line) + ":" + std::to_string(column) + ": " + text});
+}
+
+void ProblemList::addElsewhere(const std::string& where, const std::string& text) {
+  problems_.push_back({std::numeric_limits<int>::max(), 0, where + ": " + text});
+}
+
+std::vector<std::string> ProblemList::sorted() const {
+  std::vector<Problem> ordered = problems_;
+  std::stable_sort(ordered.begin(), ordered.end(), [](const Problem& a, const Problem& b) {
+    return a.line != b.line ? a.line < b.line : a.column < b.column;
+  });
+  std::vector<std::string> lines;
+  for (const Problem& problem : ordered) lines.push_back(problem.text);
+  return lines;
+}
+
+YAML::Node loadDocument(const std::string& text, ProblemList& problems) {
+  std::vector<YAML::Node> documents;
+  try {
+    documents = YAML::LoadAll(text);
+  } catch (const YAML::Exception& error) {
+    problems.add(error.mark, "this is no YAML: " + error.msg);
+    return YAML::Node(YAML::NodeType::Undefined);
+  }
+  if (documents.empty() || documents.front().IsNull()) {
+    problems.add(YAML::Mark(), "the configuration is empty; it starts with 'version: 1'");
+    return YAML::Node(YAML::NodeType::Undefined);
+  }
+  if (documents.size() > 1) {
+    problems.add(documents[1].Mark(), "a configuration is one YAML document, here is a second");
+    return YAML::Node(YAML::NodeType::Undefined);
+  }
+  return documents.front();
+}
+
+std::vector<std::pair<YAML::Node, YAML::Node>> entriesOf(const YAML::Node& mapping,
+                                                         const std::string& what,
+                                                         ProblemList& problems) {
+  std::vector<std::pair<YAML::Node, YAML::Node>> entries;
+  std::map<std::string, int> first_line;
+  for (const auto& entry : mapping) {
+    if (!entry.first.IsScalar()) {
+      problems.add(entry.first.Mark(), what + ": a key must be a word");
+      continue;
+    }
+    const std::string& key = entry.first.Scalar();
+    const auto inserted = first_line.emplace(key, entry.first.Mark().line + 1);
+    if (!inserted.second) {
+      problems.add(entry.first.Mark(), what + ": key '" + key +
+                                           "' stands here a second time; the "
+                                           "first is in line " +
+                                           std::to_string(inserted.first->second));
+      continue;
+    }
+    entries.emplace_back(entry.first, entry.second);
+  }
+  return entries;
+}
+
+bool isPlain(const YAML::Node& node) {
+  return node.Tag() != "!";
+}
+
+std::string describe(const YAML::Node& node) {
+  if (node.IsMap()) return "a mapping";
+  if (node.IsSequence()) return "a list";
+  if (!node.IsDefined() || node.IsNull()) return "nothing";
+  constexpr std::size_t kLongest = 60;
+  const std::string& text = node.Scalar();
+  return "'" + (text.size() > kLongest ? text.substr(0, kLongest) + "..." : text) + "'";
+}
+
+bool readValue(const Parameter& parameter, const YAML::Node& node, ParameterValue& value,
+               const Report& report) {
+  if (parameter.automatic && node.IsScalar() && isPlain(node) && node.Scalar() == "auto") {
+    value = std::monostate{};
+    return true;
+  }
+  if (parameter.type == ParameterType::Vector) return readVector(parameter, node, value, report);
+  const bool is_text =
+      parameter.type == ParameterType::Text || parameter.type == ParameterType::Word;
+  const std::string text = node.IsScalar() ? node.Scalar() : "";
+  if (!node.IsScalar() || (!is_text && !isPlain(node))) {
+    const std::string wanted = is_text                                    ? "a word"
+                               : parameter.type == ParameterType::Flag    ? "true or false"
+                               : parameter.type == ParameterType::Integer ? "an integer"
+                                                                          : "a number";
+    reportType(parameter, node, wanted, report);
+    return false;
+  }
+  switch (parameter.type) {
+    case ParameterType::Text:
+      value = text;
+      return true;
+    case ParameterType::Word:
+      return readWord(parameter, text, value, report);
+    case ParameterType::Flag:
+      if (text != "true" && text != "false") {
+        reportType(parameter, node, "true or false", report);
+        return false;
+      }
+      value = text == "true";
+      return true;
+    case ParameterType::Integer: {
+      std::int64_t number = 0;
+      if (!parseInteger(text, number)) {
+        reportType(parameter, node, "an integer", report);
+        return false;
+      }
+      constexpr auto kLargest = std::numeric_limits<int>::max();
+      if (number > kLargest || number < -kLargest) {
+        report(parameter.name + " = " + text + " is out of range; allowed: " + parameter.allowed() +
+               defaultOf(parameter));
+        return false;
+      }
+      value = number;
+      return checkRange(parameter, static_cast<double>(number), text, report);
+    }
+    case ParameterType::Number: {
+      double number = 0.0;
+      if (!parseNumber(text, number)) {
+        reportType(parameter, node, "a finite number", report);
+        return false;
+      }
+      value = number;
+      return checkRange(parameter, number, text, report);
+    }
+    case ParameterType::Vector:
+      break;
+  }
+  return false;
+}
+
+}  // namespace planar_mapping::detail

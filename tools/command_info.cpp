@@ -1,0 +1,143 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "commands.h"
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/io/atomic_file.h"
+#include "planar_mapping/io/cloud_file.h"
+#include "planar_mapping/io/sequence.h"
+#include "planar_mapping/map/planar_map.h"
+
+namespace planar_mapping::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+Json toJson(const Vector3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+Json mapInfo(const std::string& path) {
+  const std::vector<std::uint8_t> bytes = io::readWholeFile(path);
+  PlanarMap map;
+  try {
+    map = PlanarMap::deserialize(bytes.data(), bytes.size());
+  } catch (const IoError&) {
+    throw;
+  } catch (const Error& error) {
+    throw IoError(path, error.what());
+  }
+  std::size_t planar = 0;
+  for (const Cuboid& cuboid : map.cuboids()) planar += cuboid.plane_id >= 0 ? 1 : 0;
+  const CuboidApproximationParams& approximation = map.params().approximation;
+  Json info = {{"type", "map"},
+               {"resolution_m", approximation.resolution},
+               {"profile", approximation.profile == Profile::Paper ? "paper" : "compact"},
+               {"frames", map.frames()},
+               {"planes", map.planes().size()},
+               {"cuboids",
+                {{"planar", planar},
+                 {"non_planar", map.cuboids().size() - planar},
+                 {"total", map.cuboids().size()}}},
+               {"unknown_cells", map.unknownCells()},
+               {"memory_bytes", map.memoryBytes()},
+               {"file_bytes", bytes.size()}};
+  Vector3 low;
+  Vector3 high;
+  if (map.bounds(low, high)) info["bounds_m"] = {{"low", toJson(low)}, {"high", toJson(high)}};
+  return info;
+}
+
+Json cloudInfo(const std::string& path) {
+  const io::CloudData cloud = io::readCloudFile(path, io::CloudChannels::none());
+  const io::CloudFileInfo header = io::readCloudFileInfo(path);
+  Vector3 low = Vector3::Zero();
+  Vector3 high = Vector3::Zero();
+  std::size_t finite = 0;
+  const PointsView points = cloud.view();
+  for (std::size_t i = 0; i < points.size; ++i) {
+    if (!points.isFinite(i)) continue;
+    const Vector3 p = points.point(i);
+    low = finite == 0 ? p : low.cwiseMin(p).eval();
+    high = finite == 0 ? p : high.cwiseMax(p).eval();
+    ++finite;
+  }
+  Json info = {{"type", header.format == io::CloudFormat::Pcd ? "pcd" : "ply"},
+               {"encoding", header.encoding},
+               {"width", cloud.width},
+               {"height", cloud.height},
+               {"fields", header.fields},
+               {"points", cloud.size()},
+               {"finite", finite},
+               {"viewpoint_m", toJson(cloud.T_world_sensor.translation())},
+               {"file_bytes", fs::file_size(path)}};
+  if (finite > 0) info["bounds_m"] = {{"low", toJson(low)}, {"high", toJson(high)}};
+  return info;
+}
+
+Json sequenceInfo(const std::string& path) {
+  const io::Sequence sequence({path});
+  const char* poses = sequence.poseSource() == io::PoseSource::None        ? "none"
+                      : sequence.poseSource() == io::PoseSource::Viewpoint ? "viewpoint"
+                                                                           : "file";
+  Json info = {{"type", "sequence"},
+               {"kind", sequence.kind() == io::SequenceKind::Rgbd ? "rgbd" : "clouds"},
+               {"frames", sequence.size()},
+               {"poses", poses}};
+  if (sequence.calibration()) {
+    const PinholeCamera& camera = sequence.calibration()->camera;
+    info["image"] = {{"width", camera.width}, {"height", camera.height}};
+  }
+  return info;
+}
+
+Json infoOf(const std::string& path) {
+  std::error_code ignored;
+  if (fs::is_directory(path, ignored)) return sequenceInfo(path);
+  if (io::recognizeCloudFile(path) != io::CloudFormat::None) return cloudInfo(path);
+  return mapInfo(path);
+}
+
+void printFlat(const Json& json, const std::string& prefix) {
+  for (const auto& item : json.items()) {
+    const std::string key = prefix.empty() ? item.key() : prefix + "." + item.key();
+    if (item.value().is_object()) {
+      printFlat(item.value(), key);
+    } else {
+      std::cout << key << ": "
+                << (item.value().is_string() ? item.value().get<std::string>()
+                                             : item.value().dump())
+                << '\n';
+    }
+  }
+}
+
+}  // namespace
+
+void addInfoCommand(CLI::App& app, int& exit_code) {
+  struct Arguments {
+    std::string file;
+    bool json = false;
+  };
+  auto* command = app.add_subcommand("info", "What a map, a cloud or a sequence folder holds");
+  const auto arguments = std::make_shared<Arguments>();
+  command->add_option("file", arguments->file, "Map, PCD or PLY file, or sequence folder")
+      ->required();
+  command->add_flag("--json", arguments->json, "For machines");
+  command->callback([arguments, &exit_code]() {
+    const Json info = infoOf(arguments->file);
+    if (arguments->json) {
+      std::cout << info.dump(2) << '\n';
+    } else {
+      printFlat(info, "");
+    }
+    exit_code = kDone;
+  });
+}
+
+}  // namespace planar_mapping::tools

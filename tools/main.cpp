@@ -1,0 +1,77 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <exception>
+#include <iostream>
+#include <new>
+#include <string>
+
+#include "commands.h"
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/pipeline/output.h"
+
+namespace planar_mapping::tools {
+namespace {
+
+int report(const std::string& sentence, int exit_code) {
+  std::cerr << "planar_map: " << sentence << '\n';
+  return exit_code;
+}
+
+int run(int argc, char** argv) {
+  CLI::App app("Planar surface-based 3D maps from point clouds");
+  app.name("planar_map");
+  app.set_version_flag("--version", std::string("planar_map ") + PLANAR_MAPPING_VERSION);
+  app.require_subcommand(0, 1);
+  app.failure_message(CLI::FailureMessage::simple);
+  int exit_code = kDone;
+  addRunCommand(app, exit_code);
+  addValidateCommand(app, exit_code);
+  addConfigCommand(app, exit_code);
+  addStagesCommand(app, exit_code);
+  addInfoCommand(app, exit_code);
+  addViewCommand(app, exit_code);
+  addSnapshotCommand(app, exit_code);
+  if (argc < 2) {
+    std::cerr << app.help();
+    return kUsage;
+  }
+  try {
+    app.parse(argc, argv);
+    return exit_code;
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) {  // --help, --version
+      app.exit(error);
+      return kDone;
+    }
+    return report(std::string(error.what()) + "; see planar_map --help", kUsage);
+  }
+}
+
+}  // namespace
+}  // namespace planar_mapping::tools
+
+int main(int argc, char** argv) {
+  using namespace planar_mapping;
+  using namespace planar_mapping::tools;
+  try {
+    return run(argc, argv);
+  } catch (const UsageError& error) {
+    return report(error.what(), kUsage);
+  } catch (const ConfigError& error) {
+    for (const std::string& problem : error.problems()) std::cerr << problem << '\n';
+    return kBadConfiguration;
+  } catch (const ParameterError& error) {
+    return report(error.what(), kBadConfiguration);
+  } catch (const OutputError& error) {
+    return report(error.what(), kInternalFailure);
+  } catch (const RenderError& error) {
+    return report(error.what(), kNoRenderer);
+  } catch (const Error& error) {
+    return report(error.what(), kInputUnreadable);
+  } catch (const std::bad_alloc&) {
+    return report("out of memory: use a smaller cloud, a voxel_grid stage, or more memory",
+                  kInternalFailure);
+  } catch (const std::exception& error) {
+    return report(std::string("internal failure: ") + error.what(), kInternalFailure);
+  }
+}
