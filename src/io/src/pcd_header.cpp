@@ -155,16 +155,18 @@ PcdHeader readPcdHeader(const std::string& path, LineReader& lines) {
   }
   placeFields(path, header.fields);
 
-  const std::optional<std::uint64_t> points =
-      entries.has("POINTS") ? std::optional(entries.number("POINTS")) : std::nullopt;
-  if (!entries.has("WIDTH") && !points) throw IoError(path, "has neither WIDTH nor POINTS line");
-  header.width = entries.has("WIDTH") ? entries.number("WIDTH") : *points;
+  if (!entries.has("WIDTH") && !entries.has("POINTS"))
+    throw IoError(path, "has neither WIDTH nor POINTS line");
+  header.width = entries.number(entries.has("WIDTH") ? "WIDTH" : "POINTS");
   header.height = entries.has("HEIGHT") ? entries.number("HEIGHT") : 1;
-  const bool product_fits = header.width == 0 || header.height <= UINT64_MAX / header.width;
-  if (points && (!product_fits || *points != header.width * header.height))
-    throw IoError(path, "contradicts itself: WIDTH " + std::to_string(header.width) +
-                            " times HEIGHT " + std::to_string(header.height) + " is not POINTS " +
-                            std::to_string(*points));
+  if (entries.has("POINTS")) {
+    const std::uint64_t points = entries.number("POINTS");
+    const bool product_fits = header.width == 0 || header.height <= UINT64_MAX / header.width;
+    if (!product_fits || points != header.width * header.height)
+      throw IoError(path, "contradicts itself: WIDTH " + std::to_string(header.width) +
+                              " times HEIGHT " + std::to_string(header.height) + " is not POINTS " +
+                              std::to_string(points));
+  }
 
   header.T_world_sensor = viewpoint(path, entries);
   const std::vector<std::string>& data = entries.words("DATA");

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "text_lines.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstring>
@@ -29,7 +30,9 @@ std::errc parse(std::string_view word, T& value) {
 }  // namespace
 
 LineReader::LineReader(InputFile& file, std::size_t longest_line)
-    : file_(file), longest_line_(longest_line), buffer_(kBlock) {}
+    : file_(file),
+      longest_line_(longest_line),
+      buffer_(static_cast<std::size_t>(std::clamp<std::uint64_t>(file.size(), 1, kBlock))) {}
 
 bool LineReader::fill() {
   if (begin_ > 0) {

@@ -1,0 +1,100 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/io/calibration.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/io/atomic_file.h"
+#include "temporary_directory.h"
+
+namespace planar_mapping {
+namespace io {
+namespace {
+
+const char* const kCamera =
+    "# a camera\nimage_width: 640\nimage_height: 480\nfx: 481.2\nfy: 480\ncx: 319.5\ncy: 239.5\n";
+
+class CalibrationFile : public ::testing::Test {
+ protected:
+  Calibration read(const std::string& text) {
+    writeFileAtomically(dir_ / "calib.yaml", text, Overwrite::Allow);
+    return readCalibration(dir_ / "calib.yaml");
+  }
+  void expectProblem(const std::string& text, const std::string& part) {
+    try {
+      read(text);
+      FAIL() << "no problem with: " << text;
+    } catch (const IoError& error) {
+      EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+    }
+  }
+
+  TemporaryDirectory dir_;
+};
+
+TEST_F(CalibrationFile, ReadsCameraStereoAndDepth) {
+  const Calibration plain = read(kCamera);
+  EXPECT_EQ(plain.camera.width, 640);
+  EXPECT_EQ(plain.camera.height, 480);
+  EXPECT_EQ(plain.camera.fx, 481.2);
+  EXPECT_EQ(plain.camera.fy, 480.0);
+  EXPECT_EQ(plain.camera.cx, 319.5);
+  EXPECT_EQ(plain.camera.cy, 239.5);
+  EXPECT_EQ(plain.cx_right, 319.5);
+  EXPECT_FALSE(plain.baseline || plain.depth_scale);
+  const Calibration all =
+      read(std::string(kCamera) + "baseline_m: 0.12\ncx_right: 350\ndepth_scale: 5000\n");
+  EXPECT_EQ(all.baseline, 0.12);
+  EXPECT_EQ(all.cx_right, 350.0);
+  EXPECT_EQ(all.depth_scale, 5000.0);
+}
+
+TEST_F(CalibrationFile, WritesWhatItReads) {
+  const std::string text = toYaml(read(
+      std::string(kCamera) + "baseline_m: 0.1200505839\ncx_right: 350.1\ndepth_scale: 5000\n"));
+  const Calibration back = read(text);
+  EXPECT_EQ(back.baseline, 0.1200505839);
+  EXPECT_EQ(back.cx_right, 350.1);
+  EXPECT_EQ(toYaml(back), text);
+}
+
+TEST_F(CalibrationFile, NamesWhatIsWrong) {
+  const std::string camera = kCamera;
+  expectProblem("", "no calibration");
+  expectProblem("- 1\n- 2\n", "no calibration");
+  expectProblem("fx: [1\n", "line ");
+  expectProblem("image_width: 640\n", "no key 'image_height'");
+  expectProblem(camera + "fz: 1\n", "line 8: unknown key 'fz'");
+  expectProblem(camera + "fx: 1\n", "line 8: key 'fx' twice");
+  expectProblem(camera + "depth_scale: 0\n", "depth_scale = '0' is not in");
+  expectProblem(camera + "depth_scale: .nan\n", "depth_scale is no number");
+  expectProblem(camera + "depth_scale: nan\n", "is not in");
+  expectProblem(camera + "baseline_m: 0.12 m\n", "baseline_m is no number");
+  expectProblem(camera + "baseline_m: [1]\n", "baseline_m is no number");
+  expectProblem("image_width: 640.5\nimage_height: 1\nfx: 1\nfy: 1\ncx: 1\ncy: 1\n",
+                "no whole number");
+  expectProblem("image_width: 1e9\nimage_height: 1\nfx: 1\nfy: 1\ncx: 1\ncy: 1\n", "is not in");
+  expectProblem("image_width: 64\nimage_height: 1\nfx: -1\nfy: 1\ncx: 1\ncy: 1\n", "is not in");
+  EXPECT_THROW(readCalibration(dir_ / "missing.yaml"), IoError);
+  EXPECT_THROW(readCalibration(dir_.path()), IoError);
+}
+
+TEST_F(CalibrationFile, ReadsRealCalibrations) {
+  const std::string data = std::string(PLANAR_MAPPING_SOURCE_DIR) + "/../shared/data/";
+  if (!std::filesystem::exists(data)) GTEST_SKIP() << "no real data beside the sources";
+  std::size_t count = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(data)) {
+    if (entry.path().filename() != "calib.yaml") continue;
+    EXPECT_NO_THROW(readCalibration(entry.path().string())) << entry.path();
+    ++count;
+  }
+  EXPECT_GT(count, 5u);
+}
+
+}  // namespace
+}  // namespace io
+}  // namespace planar_mapping

@@ -1,0 +1,526 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/io/cloud_file.h"
+
+#include <gtest/gtest.h>
+#include <lzf.h>
+
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <locale>
+#include <string>
+#include <vector>
+
+#include "planar_mapping/core/error.h"
+#include "temporary_directory.h"
+
+namespace planar_mapping {
+namespace io {
+namespace {
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+
+template <typename T>
+void append(std::string& bytes, T value) {
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+class CloudFile : public ::testing::Test {
+ protected:
+  std::string write(const std::string& bytes, const std::string& name = "cloud") {
+    // Not atomically: syncing thousands of small files to a disk takes minutes.
+    std::ofstream(dir_ / name, std::ios::binary) << bytes;
+    return dir_ / name;
+  }
+  CloudData read(const std::string& bytes) { return readCloudFile(write(bytes)); }
+  std::string problemOf(const std::string& bytes) {
+    const std::string path = write(bytes);
+    try {
+      readCloudFile(path);
+    } catch (const IoError& error) {
+      EXPECT_EQ(error.path(), path);
+      EXPECT_EQ(std::string(error.what()).rfind(path + ": ", 0), 0u) << error.what();
+      return error.what();
+    }
+    return "no problem";
+  }
+  void expectProblem(const std::string& bytes, const std::string& part) {
+    const std::string problem = problemOf(bytes);
+    EXPECT_NE(problem.find(part), std::string::npos) << problem;
+  }
+
+  TemporaryDirectory dir_;
+};
+
+std::string header(const std::string& fields, const std::string& sizes, const std::string& types,
+                   const std::string& counts, int width, int height, const std::string& data) {
+  return "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS " + fields + "\nSIZE " +
+         sizes + "\nTYPE " + types + "\nCOUNT " + counts + "\nWIDTH " + std::to_string(width) +
+         "\nHEIGHT " + std::to_string(height) + "\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " +
+         std::to_string(width * height) + "\nDATA " + data + "\n";
+}
+
+std::string xyzHeader(int width, int height, const std::string& data) {
+  return header("x y z", "4 4 4", "F F F", "1 1 1", width, height, data);
+}
+
+void expectPoint(const CloudData& cloud, std::size_t i, float x, float y, float z) {
+  ASSERT_LT(i, cloud.size());
+  EXPECT_FLOAT_EQ(cloud.xyz[3 * i], x);
+  EXPECT_FLOAT_EQ(cloud.xyz[3 * i + 1], y);
+  EXPECT_FLOAT_EQ(cloud.xyz[3 * i + 2], z);
+}
+
+TEST_F(CloudFile, ReadsAscii) {
+  const CloudData cloud = read(xyzHeader(2, 1, "ascii") + "1 2.5 -3e-1\n  +4\t5  6 \n");
+  EXPECT_EQ(cloud.width, 2u);
+  EXPECT_EQ(cloud.height, 1u);
+  expectPoint(cloud, 0, 1.0f, 2.5f, -0.3f);
+  expectPoint(cloud, 1, 4.0f, 5.0f, 6.0f);
+  EXPECT_TRUE(cloud.colors.empty());
+  EXPECT_TRUE(cloud.T_world_sensor.isApprox(Pose::Identity()));
+}
+
+TEST_F(CloudFile, ReadsAsciiWithWindowsLineEndsCommentsAndWithoutFinalNewline) {
+  std::string text =
+      "# one\n# two\nVERSION .7\nFIELDS x y z\n\nSIZE 4 4 4\nTYPE F F F\n"
+      "WIDTH 1\nHEIGHT 2\n# three\nPOINTS 2\nDATA ascii\n1 2 3\n4 5 6";
+  const CloudData plain = read(text);
+  expectPoint(plain, 1, 4.0f, 5.0f, 6.0f);
+  std::string windows;
+  for (const char c : text) windows += c == '\n' ? std::string("\r\n") : std::string(1, c);
+  const CloudData same = read(windows);
+  EXPECT_EQ(same.height, 2u);
+  EXPECT_EQ(same.xyz, plain.xyz);
+}
+
+TEST_F(CloudFile, ReadsOldVersions) {
+  const CloudData v5 = read("# .PCD v.5\nVERSION .5\nCOLUMNS x y z\nPOINTS 1\nDATA ascii\n1 2 3\n");
+  expectPoint(v5, 0, 1.0f, 2.0f, 3.0f);
+  const CloudData v6 = read(
+      "VERSION 0.6\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n"
+      "WIDTH 1\nHEIGHT 1\nPOINTS 1\nDATA ascii\n1 2 3\n");
+  expectPoint(v6, 0, 1.0f, 2.0f, 3.0f);
+}
+
+TEST_F(CloudFile, ReadsNonFiniteText) {
+  const CloudData cloud = read(xyzHeader(4, 1, "ascii") +
+                               "nan NaN -nan\ninf -inf +inf\n1e60 -1e60 1e-60\n-nan(ind) 0 0\n");
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_TRUE(std::isnan(cloud.xyz[i]));
+  for (std::size_t i = 3; i < 8; ++i) EXPECT_TRUE(std::isinf(cloud.xyz[i])) << i;
+  EXPECT_LT(cloud.xyz[7], 0.0f);
+  EXPECT_EQ(cloud.xyz[8], 0.0f);
+  EXPECT_TRUE(std::isnan(cloud.xyz[9]));
+}
+
+class CommaForPoint : public std::numpunct<char> {
+  char do_decimal_point() const override { return ','; }
+  char do_thousands_sep() const override { return '.'; }
+  std::string do_grouping() const override { return "\3"; }
+};
+
+TEST_F(CloudFile, ReadsAndWritesTheSameNumbersInEveryLocale) {
+  const std::locale before =
+      std::locale::global(std::locale(std::locale::classic(), new CommaForPoint));
+  CloudData cloud = read(xyzHeader(1, 1, "ascii") + "1.5 2.5 12345.5\n");
+  expectPoint(cloud, 0, 1.5f, 2.5f, 12345.5f);
+  writePcd(dir_ / "out.pcd", cloud, PcdEncoding::Ascii);
+  const CloudData back = readCloudFile(dir_ / "out.pcd");
+  std::locale::global(before);
+  EXPECT_EQ(back.xyz, cloud.xyz);
+}
+
+TEST_F(CloudFile, ReadsBinaryWithFieldsAtAnyPositionAndType) {
+  std::string bytes = header("_ label z normals x y intensity rgba _", "1 2 8 4 4 8 4 4 1",
+                             "U U F F F F F U U", "3 1 1 3 1 1 1 1 2", 2, 1, "binary");
+  for (int i = 0; i < 2; ++i) {
+    bytes += "pad";
+    append<std::uint16_t>(bytes, static_cast<std::uint16_t>(7 + i));
+    append(bytes, 3.25 + i);
+    for (int c = 0; c < 3; ++c) append(bytes, 9.0f);
+    append(bytes, 1.25f + static_cast<float>(i));
+    append(bytes, 2.25 + i);
+    append(bytes, 0.5f);
+    append<std::uint32_t>(bytes, 0xFF102030u + static_cast<std::uint32_t>(i));
+    bytes += "xx";
+  }
+  const CloudData cloud = read(bytes);
+  expectPoint(cloud, 0, 1.25f, 2.25f, 3.25f);
+  expectPoint(cloud, 1, 2.25f, 3.25f, 4.25f);
+  EXPECT_EQ(cloud.labels, (std::vector<std::uint32_t>{7, 8}));
+  EXPECT_EQ(cloud.colors, (std::vector<std::uint32_t>{0x102030, 0x102031}));
+  EXPECT_EQ(cloud.intensities, (std::vector<float>{0.5f, 0.5f}));
+}
+
+TEST_F(CloudFile, LeavesOutChannelsNotAskedFor) {
+  const std::string path = write(header("x y z rgb label intensity", "4 4 4 4 4 4", "F F F F U F",
+                                        "1 1 1 1 1 1", 1, 1, "ascii") +
+                                 "1 2 3 4.2108e+06 5 6\n");
+  const CloudData all = readCloudFile(path);
+  EXPECT_EQ(all.colors, std::vector<std::uint32_t>{4210800u});
+  EXPECT_EQ(all.labels, std::vector<std::uint32_t>{5});
+  EXPECT_EQ(all.intensities, std::vector<float>{6.0f});
+  const CloudData bare = readCloudFile(path, CloudChannels::none());
+  EXPECT_EQ(bare.xyz, all.xyz);
+  EXPECT_TRUE(bare.colors.empty() && bare.labels.empty() && bare.intensities.empty());
+}
+
+std::string compressed(const std::string& head, const std::string& plain) {
+  std::vector<char> packed(plain.size() + plain.size() / 8 + 64);
+  const unsigned size = lzf_compress(plain.data(), static_cast<unsigned>(plain.size()),
+                                     packed.data(), static_cast<unsigned>(packed.size()));
+  EXPECT_GT(size, 0u);
+  std::string bytes = head;
+  append(bytes, static_cast<std::uint32_t>(size));
+  append(bytes, static_cast<std::uint32_t>(plain.size()));
+  return bytes.append(packed.data(), size);
+}
+
+std::string compressedCloud(int points) {
+  std::string plain;
+  for (int field = 0; field < 3; ++field)
+    for (int i = 0; i < points; ++i) append(plain, static_cast<float>(10 * field + i / 8));
+  for (int i = 0; i < points; ++i) append(plain, 0x00FF8000u);
+  return compressed(
+      header("x y z rgb", "4 4 4 4", "F F F U", "1 1 1 1", points, 1, "binary_compressed"), plain);
+}
+
+TEST_F(CloudFile, ReadsCompressedFieldByField) {
+  const CloudData cloud = read(compressedCloud(40));
+  ASSERT_EQ(cloud.size(), 40u);
+  for (std::size_t i = 0; i < 40; ++i)
+    expectPoint(cloud, i, static_cast<float>(i / 8), 10.0f + static_cast<float>(i / 8),
+                20.0f + static_cast<float>(i / 8));
+  EXPECT_EQ(cloud.colors, std::vector<std::uint32_t>(40, 0xFF8000u));
+}
+
+TEST_F(CloudFile, ReadsTheViewpointAsSensorPose) {
+  std::string text = xyzHeader(1, 1, "ascii") + "0 0 1\n";
+  // Unnormalised on purpose: 90 degrees about z, as w x y z.
+  text.replace(text.find("0 0 0 1 0 0 0"), 13, "1 2 3 2 0 0 2");
+  const CloudData cloud = read(text);
+  EXPECT_TRUE((cloud.T_world_sensor * Vector3(1, 0, 0)).isApprox(Vector3(1, 3, 3), 1e-12));
+}
+
+TEST_F(CloudFile, ViewFollowsTheOrganization) {
+  const CloudData cloud = read(xyzHeader(2, 2, "ascii") + "1 1 1\n2 2 2\n3 3 3\n4 4 4\n");
+  const PointsView view = cloud.view();
+  EXPECT_TRUE(view.isOrganized());
+  EXPECT_EQ(view.width, 2u);
+  EXPECT_EQ(view.height, 2u);
+  EXPECT_EQ(view.point(2), Vector3(3, 3, 3));
+}
+
+TEST_F(CloudFile, WritesWhatItReads) {
+  CloudData cloud;
+  cloud.width = 3;
+  cloud.height = 2;
+  for (int i = 0; i < 18; ++i) cloud.xyz.push_back(0.1f * static_cast<float>(i) + 1e9f / 3.0f);
+  cloud.xyz[4] = kNaN;
+  cloud.xyz[5] = 1e-42f;
+  cloud.colors = {0, 1, 0xFFFFFF, 0x102030, 4, 5};
+  cloud.labels = {0, 1, 2, 0xFFFFFFFFu, 4, 5};
+  cloud.intensities = {0, 0.1f, 2, 3, 4, -1e-9f};
+  cloud.T_world_sensor.translation() = Vector3(0.1, -2, 1e5);
+  cloud.T_world_sensor.linear() =
+      Eigen::AngleAxisd(0.7, Vector3(1, 2, 3).normalized()).toRotationMatrix();
+  for (const PcdEncoding encoding : {PcdEncoding::Ascii, PcdEncoding::Binary}) {
+    for (const bool channels : {true, false}) {
+      CloudData out = cloud;
+      if (!channels) out.colors.clear(), out.labels.clear(), out.intensities.clear();
+      const std::string path = dir_ / "out.pcd";
+      writePcd(path, out, encoding, Overwrite::Allow);
+      const CloudData back = readCloudFile(path);
+      EXPECT_EQ(back.width, 3u);
+      EXPECT_EQ(back.height, 2u);
+      ASSERT_EQ(back.xyz.size(), out.xyz.size());
+      for (std::size_t i = 0; i < out.xyz.size(); ++i) {
+        if (i == 4) {
+          EXPECT_TRUE(std::isnan(back.xyz[i]));
+        } else {
+          EXPECT_EQ(back.xyz[i], out.xyz[i]);
+        }
+      }
+      EXPECT_EQ(back.colors, out.colors);
+      EXPECT_EQ(back.labels, out.labels);
+      EXPECT_EQ(back.intensities, out.intensities);
+      EXPECT_TRUE(back.T_world_sensor.isApprox(out.T_world_sensor, 1e-14));
+    }
+  }
+}
+
+TEST_F(CloudFile, RefusesToWriteChannelsThatDisagree) {
+  CloudData cloud;
+  cloud.width = 2;
+  cloud.height = 1;
+  cloud.xyz.resize(6);
+  cloud.colors.resize(1);
+  EXPECT_THROW(writePcd(dir_ / "out.pcd", cloud), InputError);
+  cloud.colors.clear();
+  cloud.width = 3;
+  EXPECT_THROW(writePcd(dir_ / "out.pcd", cloud), InputError);
+  EXPECT_FALSE(std::filesystem::exists(dir_ / "out.pcd"));
+}
+
+TEST_F(CloudFile, SaysWhatIsWrongWithThePath) {
+  EXPECT_THROW(readCloudFile(dir_ / "missing.pcd"), IoError);
+  EXPECT_THROW(readCloudFile(dir_.path()), IoError);
+  EXPECT_THROW(readCloudFile("/dev/zero"), IoError);
+  expectProblem("", "is empty");
+  expectProblem(
+      "\x7f"
+      "ELF and so on",
+      "neither a PCD nor a PLY file");
+  expectProblem(std::string(100000, 'x'), "neither a PCD nor a PLY file");
+  expectProblem("# only a comment\n", "neither a PCD nor a PLY file");
+}
+
+TEST_F(CloudFile, SaysWhatIsWrongWithTheHeader) {
+  const std::string points = "1 2 3\n";
+  const auto with = [&](const std::string& from, const std::string& to) {
+    std::string text = xyzHeader(1, 1, "ascii") + points;
+    const std::size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return text.replace(at, from.size(), to);
+  };
+  expectProblem(with("FIELDS x y z", "FIELDS x y w"), "no field 'z'");
+  expectProblem(with("FIELDS x y z", "FIELDS x w z"), "no field 'y'");
+  expectProblem(with("FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1",
+                     "FIELDS x y z x\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1"),
+                "the field 'x' twice");
+  expectProblem(with("TYPE F F F", "TYPE F F I"), "field 'z' is of type I4");
+  expectProblem(with("TYPE F F F", "TYPE F F Q"), "do not exist together");
+  expectProblem(with("SIZE 4 4 4", "SIZE 4 4 3"), "do not exist together");
+  expectProblem(with("SIZE 4 4 4", "SIZE 4 4"), "SIZE has 2 entries for 3 fields");
+  expectProblem(with("COUNT 1 1 1", "COUNT 1 1 2"), "must be single");
+  expectProblem(with("COUNT 1 1 1", "COUNT 1 1 99999999999999"), "too many values");
+  expectProblem(with("WIDTH 1", "WIDTH -1"), "no whole number");
+  expectProblem(with("WIDTH 1", "WIDTH 99999999999999999999"), "no whole number");
+  expectProblem(with("WIDTH 1", "WIDTH 2"), "is not POINTS 1");
+  expectProblem(with("WIDTH 1\nHEIGHT 1", "WIDTH 4294967296\nHEIGHT 4294967296"),
+                "contradicts itself");
+  expectProblem(with("WIDTH 1", "WIDTH 1\nWIDTH 1"), "WIDTH twice");
+  expectProblem(with("DATA ascii", "DATA zip"), "DATA must be");
+  expectProblem(with("DATA ascii\n1 2 3\n", ""), "before the DATA line");
+  expectProblem(with("VIEWPOINT 0 0 0 1 0 0 0", "VIEWPOINT 0 0 0 0 0 0 0"), "length 0");
+  expectProblem(with("VIEWPOINT 0 0 0 1 0 0 0", "VIEWPOINT nan 0 0 1 0 0 0"), "no finite");
+  expectProblem(with("VIEWPOINT 0 0 0 1 0 0 0", "VIEWPOINT 0 0 0"), "needs 7 numbers");
+  expectProblem(with("HEIGHT 1", "COLOUR 1"), "'COLOUR' does not belong");
+}
+
+TEST_F(CloudFile, SaysWhatIsWrongWithTheData) {
+  expectProblem(xyzHeader(0, 1, "ascii"), "holds no points");
+  expectProblem(xyzHeader(1, 0, "binary"), "holds no points");
+  expectProblem(xyzHeader(2, 1, "ascii") + "1.0 2.0 3.0\n", "announces 2 points, but holds 1");
+  expectProblem(xyzHeader(1, 1, "ascii") + "1 2 3\n4 5 6\n", "more points than the announced 1");
+  expectProblem(xyzHeader(1, 1, "ascii") + "1 2\n3 4\n", "2 values instead of 3");
+  expectProblem(xyzHeader(1, 1, "ascii") + "1 2 3 4\n", "4 values instead of 3");
+  expectProblem(xyzHeader(1, 1, "ascii") + "1 2 three\n", "line 12: 'three' is no number");
+  expectProblem(xyzHeader(1, 1, "ascii") + "1,5 2 3\n", "'1,5' is no number");
+  expectProblem(xyzHeader(2, 1, "binary") + std::string(23, 'x'), "23 bytes of data follow");
+  expectProblem(xyzHeader(1, 1, "binary") + std::string(24, 'x'), "12 more bytes follow");
+}
+
+TEST_F(CloudFile, TakesNoMemoryForWhatAHeaderOnlyClaims) {
+  const std::string huge =
+      "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 2000000000\n"
+      "HEIGHT 1\nPOINTS 2000000000\nDATA ";
+  expectProblem(huge + "ascii\n1 2 3\n", "announces 2000000000 points");
+  expectProblem(huge + "binary\n123456789012", "announces 2000000000 points");
+  std::string packed = huge + "binary_compressed\n";
+  append<std::uint32_t>(packed, 4);
+  append<std::uint32_t>(packed, 0xFFFFFFFFu);
+  expectProblem(packed + "abcd", "cannot hold");
+  std::string beyond = huge;
+  beyond.replace(beyond.find("WIDTH 2000000000\nHEIGHT 1"), 25, "WIDTH 4000000000\nHEIGHT 2");
+  beyond.replace(beyond.find("POINTS 2000000000"), 17, "POINTS 8000000000");
+  expectProblem(beyond + "binary\n123456789012", "more than can be handled");
+}
+
+TEST_F(CloudFile, RefusesCompressedSizesThatLie) {
+  const std::string sound = compressedCloud(40);
+  const std::size_t sizes = sound.find("binary_compressed\n") + 18;
+  const auto with = [&](std::size_t at, std::uint32_t value) {
+    std::string bytes = sound;
+    std::memcpy(&bytes[at], &value, sizeof value);
+    return bytes;
+  };
+  expectProblem(with(sizes, 1000000), "is cut short");
+  expectProblem(with(sizes, 1), "cannot hold");
+  expectProblem(with(sizes + 4, 641), "contradicts itself");
+  expectProblem(with(sizes + 4, 639), "only 639 bytes");
+  std::string garbled = sound;
+  garbled[sizes + 8] = '\xff';
+  EXPECT_NE(problemOf(garbled), "no problem");
+}
+
+// Ply.
+
+std::string plyHeader(const std::string& format, const std::string& properties,
+                      const std::string& before = "", const std::string& after = "") {
+  return "ply\nformat " + format + " 1.0\ncomment made by hand\nobj_info nothing\n" + before +
+         "element vertex 2\n" + properties + after + "end_header\n";
+}
+
+TEST_F(CloudFile, ReadsAsciiPly) {
+  const CloudData cloud =
+      read(plyHeader("ascii",
+                     "property float x\nproperty float y\nproperty double z\nproperty uchar red\n"
+                     "property uchar green\nproperty uchar blue\n",
+                     "element camera 1\nproperty list uchar int k\n",
+                     "element face 1\nproperty list uchar int vertex_indices\n") +
+           "3 1 2 3\n1 2 3 255 128 1\n4 5 6 0 0 0\n3 0 1 0\n");
+  ASSERT_EQ(cloud.size(), 2u);
+  expectPoint(cloud, 1, 4.0f, 5.0f, 6.0f);
+  EXPECT_EQ(cloud.colors, (std::vector<std::uint32_t>{0xFF8001, 0}));
+}
+
+template <typename T>
+void appendIn(std::string& bytes, T value, bool big_endian) {
+  std::string raw;
+  append(raw, value);
+  bytes += big_endian ? std::string(raw.rbegin(), raw.rend()) : raw;
+}
+
+TEST_F(CloudFile, ReadsBinaryPlyOfEitherByteOrderAndSkipsOtherElements) {
+  for (const bool big : {false, true}) {
+    std::string bytes = plyHeader(
+        big ? "binary_big_endian" : "binary_little_endian",
+        "property double x\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
+        "property float y\nproperty float z\nproperty float scalar_intensity\n",
+        "element camera 2\nproperty float f\nproperty list ushort double k\n"
+        "element fixed 3\nproperty short a\nproperty char b\n",
+        "element face 1\nproperty list uchar int vertex_indices\n");
+    for (int i = 0; i < 2; ++i) {
+      appendIn(bytes, 1.0f, big);
+      appendIn<std::uint16_t>(bytes, static_cast<std::uint16_t>(i + 1), big);
+      for (int k = 0; k <= i; ++k) appendIn(bytes, 2.0, big);
+    }
+    bytes += std::string(9, '\x55');
+    for (int i = 0; i < 2; ++i) {
+      appendIn(bytes, 1.5 + i, big);
+      bytes += "\x01\x02\x03";
+      appendIn(bytes, 2.5f, big);
+      appendIn(bytes, 3.5f, big);
+      appendIn(bytes, 0.25f, big);
+    }
+    const CloudData cloud = read(bytes);
+    ASSERT_EQ(cloud.size(), 2u);
+    expectPoint(cloud, 0, 1.5f, 2.5f, 3.5f);
+    expectPoint(cloud, 1, 2.5f, 2.5f, 3.5f);
+    EXPECT_EQ(cloud.colors, (std::vector<std::uint32_t>{0x010203, 0x010203}));
+    EXPECT_EQ(cloud.intensities, (std::vector<float>{0.25f, 0.25f}));
+  }
+}
+
+TEST_F(CloudFile, SaysWhatIsWrongWithAPly) {
+  const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
+  expectProblem(plyHeader("ascii", xyz) + "1 2 3\n", "cut short");
+  expectProblem(plyHeader("binary_little_endian", xyz) + "12345678901234567890123", "23 bytes");
+  expectProblem(plyHeader("ascii", "property float x\nproperty float y\n") + "1 2\n3 4\n",
+                "no field 'z'");
+  expectProblem(plyHeader("ascii", "property int x\nproperty float y\nproperty float z\n"),
+                "field 'x' is of type I4");
+  expectProblem(plyHeader("ascii", xyz + "property list uchar int n\n"), "lists among");
+  expectProblem(plyHeader("ascii", xyz + "property quux n\n"), "unknown type");
+  expectProblem(plyHeader("binary_middle_endian", xyz), "format must be");
+  expectProblem("ply\nformat ascii 1.0\nend_header\n", "no element 'vertex'");
+  expectProblem("ply\nelement vertex 1\nend_header\n", "no format line");
+  expectProblem("ply\nformat ascii 1.0\n", "before end_header");
+  std::string zero = plyHeader("ascii", xyz);
+  zero.replace(zero.find("vertex 2"), 8, "vertex 0");
+  expectProblem(zero, "holds no points");
+  std::string huge =
+      plyHeader("binary_little_endian", xyz, "element a 18446744073709551615\nproperty double b\n");
+  expectProblem(huge + std::string(24, 'x'), "cut short");
+}
+
+TEST_F(CloudFile, InfoReadsTheHeaderOnly) {
+  const CloudFileInfo pcd = readCloudFileInfo(write(compressedCloud(40)));
+  EXPECT_EQ(pcd.format, CloudFormat::Pcd);
+  EXPECT_EQ(pcd.encoding, "binary_compressed");
+  EXPECT_EQ(pcd.width, 40u);
+  EXPECT_EQ(pcd.height, 1u);
+  EXPECT_EQ(pcd.fields, (std::vector<std::string>{"x", "y", "z", "rgb"}));
+  const CloudFileInfo ply = readCloudFileInfo(
+      write(plyHeader("ascii", "property float x\nproperty float y\nproperty float z\n") +
+            "1 2 3\n4 5 6\n"));
+  EXPECT_EQ(ply.format, CloudFormat::Ply);
+  EXPECT_EQ(ply.width, 2u);
+  EXPECT_THROW(readCloudFileInfo(write(xyzHeader(2, 1, "binary") + "1")), IoError);
+}
+
+/// Whatever happens to a file, reading it ends in a cloud of sound shape or in an IoError.
+void expectSoundOrIoError(const std::string& path) {
+  try {
+    const CloudData cloud = readCloudFile(path);
+    EXPECT_EQ(cloud.size(), std::size_t{cloud.width} * cloud.height);
+    EXPECT_GT(cloud.size(), 0u);
+    EXPECT_LE(cloud.size(), 10000u);
+  } catch (const IoError&) {
+  }
+}
+
+std::vector<std::string> smallFiles() {
+  std::string binary = header("x y z rgb", "4 4 4 4", "F F F F", "1 1 1 1", 5, 2, "binary");
+  for (int i = 0; i < 40; ++i) append(binary, static_cast<float>(i));
+  std::string ascii = xyzHeader(3, 1, "ascii") + "1 2 3\n4.5 -5e3 nan\n7 8 9\n";
+  std::string ply =
+      plyHeader("binary_big_endian", "property float x\nproperty float y\nproperty float z\n",
+                "element camera 1\nproperty list uchar float k\n");
+  ply += '\x02' + std::string(8, 'a') + std::string(24, '\x41');
+  const std::string ply_ascii =
+      plyHeader("ascii", "property float x\nproperty float y\nproperty float z\n") +
+      "1 2 3\n4 5 6\n";
+  return {binary, ascii, compressedCloud(20), ply, ply_ascii};
+}
+
+TEST_F(CloudFile, SurvivesEveryTruncation) {
+  for (const std::string& sound : smallFiles()) {
+    const std::size_t points = read(sound).size();
+    for (std::size_t size = 0; size < sound.size(); ++size) {
+      const std::string path = write(sound.substr(0, size));
+      expectSoundOrIoError(path);
+      if (size + 4 < sound.size()) {
+        try {
+          EXPECT_EQ(readCloudFile(path).size(), points) << "lost points without a word";
+        } catch (const IoError&) {
+        }
+      }
+    }
+  }
+}
+
+TEST_F(CloudFile, SurvivesEveryFlippedBit) {
+  for (const std::string& sound : smallFiles()) {
+    for (std::size_t bit = 0; bit < 8 * sound.size(); bit += 5) {
+      std::string damaged = sound;
+      damaged[bit / 8] = static_cast<char>(damaged[bit / 8] ^ (1 << (bit % 8)));
+      expectSoundOrIoError(write(damaged));
+    }
+  }
+}
+
+TEST_F(CloudFile, ReadsRealClouds) {
+  const std::string data = std::string(PLANAR_MAPPING_SOURCE_DIR) + "/../shared/data/";
+  if (!std::filesystem::exists(data)) GTEST_SKIP() << "no real data beside the sources";
+  const CloudData office = readCloudFile(data + "clouds_pcl/office1.pcd");
+  EXPECT_EQ(office.width, 640u);
+  EXPECT_EQ(office.height, 480u);
+  EXPECT_EQ(office.colors.size(), office.size());
+  std::size_t invalid = 0;
+  for (std::size_t i = 0; i < office.size(); ++i) invalid += office.view().isFinite(i) ? 0 : 1;
+  EXPECT_EQ(invalid, 52744u);
+  EXPECT_EQ(readCloudFile(data + "clouds_pcl/sac_plane_test.pcd").size(), 3283u);
+  EXPECT_EQ(readCloudFile(data + "clouds_velodyne/street_scan.pcd").intensities.size(), 69088u);
+  const CloudData labelled = readCloudFile(data + "labelled_mosd_tabletop/learn0.pcd");
+  EXPECT_EQ(labelled.labels.size(), 307200u);
+  EXPECT_EQ(readCloudFile(data + "labelled_synpeb/small_clean.pcd").size(), 10000u);
+}
+
+}  // namespace
+}  // namespace io
+}  // namespace planar_mapping

@@ -1,0 +1,217 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/io/sequence.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/io/depth_image.h"
+#include "planar_mapping/io/pose_file.h"
+#include "temporary_directory.h"
+
+namespace planar_mapping {
+namespace io {
+namespace {
+
+namespace fs = std::filesystem;
+
+const char* const kCamera =
+    "image_width: 4\nimage_height: 3\nfx: 2\nfy: 2\ncx: 1.5\ncy: 1\ndepth_scale: 1000\n";
+
+CloudData cloudAt(float x) {
+  CloudData cloud;
+  cloud.width = 4;
+  cloud.height = 3;
+  cloud.xyz.assign(36, x);
+  cloud.colors.assign(12, 0x112233);
+  cloud.T_world_sensor.translation() = Vector3(x, 0, 0);
+  return cloud;
+}
+
+std::vector<StampedPose> posesOf(std::size_t count) {
+  std::vector<StampedPose> poses(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    poses[i].timestamp = 10.0 + static_cast<double>(i);
+    poses[i].pose.translation() = Vector3(0, 0, static_cast<double>(i));
+  }
+  return poses;
+}
+
+class SequenceInputs : public ::testing::Test {
+ protected:
+  std::string folder(const std::string& name) {
+    fs::create_directories(dir_ / name);
+    return dir_ / name;
+  }
+  void addClouds(const std::string& name) {
+    folder(name);
+    writePcd(dir_ / (name + "/b.pcd"), cloudAt(2.0f));
+    writePcd(dir_ / (name + "/a.pcd"), cloudAt(1.0f));
+    writePcd(dir_ / (name + "/c.pcd"), cloudAt(3.0f), PcdEncoding::Ascii);
+    writeFileAtomically(dir_ / (name + "/readme.txt"), "not a cloud");
+  }
+  void addRgbd(const std::string& name, std::uint32_t width = 4) {
+    folder(name + "/depth");
+    folder(name + "/rgb");
+    DepthImage depth;
+    depth.width = width;
+    depth.height = 3;
+    depth.values.assign(std::size_t{width} * 3, 1500);
+    ColorImage color;
+    color.width = 4;
+    color.height = 3;
+    color.pixels.assign(12, 0x445566);
+    for (const char* frame : {"/000001.png", "/000000.png"}) {
+      writeDepthPng(dir_ / (name + "/depth" + frame), depth);
+      writeColorPng(dir_ / (name + "/rgb" + frame), color);
+    }
+    writeFileAtomically(dir_ / (name + "/calib.yaml"), kCamera);
+  }
+  void expectProblem(const std::vector<std::string>& inputs, const std::string& part,
+                     const std::string& poses = "") {
+    try {
+      Sequence sequence(inputs, poses);
+      for (std::size_t i = 0; i < sequence.size(); ++i) sequence.read(i);
+      FAIL() << "no problem, expected: " << part;
+    } catch (const IoError& error) {
+      EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+    }
+  }
+
+  TemporaryDirectory dir_;
+};
+
+TEST_F(SequenceInputs, DirectoryOfCloudsIsReadInNameOrderWithViewpoints) {
+  addClouds("scans");
+  const Sequence sequence({dir_ / "scans"});
+  EXPECT_EQ(sequence.kind(), SequenceKind::Clouds);
+  EXPECT_EQ(sequence.poseSource(), PoseSource::Viewpoint);
+  ASSERT_EQ(sequence.size(), 3u);
+  const char* const names[] = {"a.pcd", "b.pcd", "c.pcd"};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Frame frame = sequence.read(i);
+    EXPECT_EQ(frame.index, i);
+    EXPECT_EQ(frame.name, names[i]);
+    EXPECT_EQ(frame.timestamp, static_cast<double>(i));
+    EXPECT_EQ(frame.cloud.xyz[0], static_cast<float>(i + 1));
+    ASSERT_TRUE(frame.T_world_sensor);
+    EXPECT_EQ(frame.T_world_sensor->translation().x(), static_cast<double>(i + 1));
+    EXPECT_FALSE(frame.camera);
+  }
+  EXPECT_THROW(sequence.read(3), InputError);
+  EXPECT_THROW(sequence.path(3), InputError);
+}
+
+TEST_F(SequenceInputs, FilesKeepTheOrderGivenAndTakePosesFromAFile) {
+  addClouds("scans");
+  writeTumPoses(dir_ / "poses.txt", posesOf(2));
+  const Sequence sequence({dir_ / "scans/c.pcd", dir_ / "scans/a.pcd"}, dir_ / "poses.txt");
+  EXPECT_EQ(sequence.poseSource(), PoseSource::File);
+  ASSERT_EQ(sequence.size(), 2u);
+  EXPECT_EQ(sequence.read(0).cloud.xyz[0], 3.0f);
+  EXPECT_EQ(sequence.read(1).timestamp, 11.0);
+  EXPECT_EQ(sequence.read(1).T_world_sensor->translation().z(), 1.0);
+  EXPECT_TRUE(sequence.read(0, CloudChannels::none()).cloud.colors.empty());
+}
+
+TEST_F(SequenceInputs, FolderOfCloudsTakesItsOwnPosesAndCalibration) {
+  addClouds("run/clouds");
+  writeTumPoses(dir_ / "run/poses.txt", posesOf(3));
+  writeFileAtomically(dir_ / "run/calib.yaml", kCamera);
+  const Sequence sequence({dir_ / "run"});
+  EXPECT_EQ(sequence.kind(), SequenceKind::Clouds);
+  EXPECT_EQ(sequence.poseSource(), PoseSource::File);
+  const Frame frame = sequence.read(2);
+  EXPECT_EQ(frame.timestamp, 12.0);
+  ASSERT_TRUE(frame.camera);
+  EXPECT_EQ(frame.camera->fx, 2.0);
+  EXPECT_EQ(sequence.calibration()->depth_scale, 1000.0);
+}
+
+TEST_F(SequenceInputs, CalibrationOfAnotherSizeIsNoCameraOfTheCloud) {
+  addClouds("run/clouds");
+  std::string calibration = kCamera;
+  calibration.replace(calibration.find("image_width: 4"), 14, "image_width: 8");
+  writeFileAtomically(dir_ / "run/calib.yaml", calibration);
+  EXPECT_FALSE(Sequence({dir_ / "run"}).read(0).camera);
+}
+
+TEST_F(SequenceInputs, RgbdFolderGivesOrganizedColouredClouds) {
+  addRgbd("rgbd");
+  const Sequence without({dir_ / "rgbd"});
+  EXPECT_EQ(without.kind(), SequenceKind::Rgbd);
+  EXPECT_EQ(without.poseSource(), PoseSource::None);
+  EXPECT_FALSE(without.read(0).T_world_sensor);
+  writeTumPoses(dir_ / "rgbd/poses.txt", posesOf(2));
+  const Sequence sequence({dir_ / "rgbd"});
+  ASSERT_EQ(sequence.size(), 2u);
+  const Frame frame = sequence.read(1);
+  EXPECT_EQ(frame.name, "000001.png");
+  EXPECT_TRUE(frame.cloud.view().isOrganized());
+  EXPECT_FLOAT_EQ(frame.cloud.xyz[2], 1.5f);
+  EXPECT_FLOAT_EQ(frame.cloud.xyz[0], -1.5f * 1.5f / 2.0f);
+  EXPECT_EQ(frame.cloud.colors, std::vector<std::uint32_t>(12, 0x445566));
+  EXPECT_EQ(frame.T_world_sensor->translation().z(), 1.0);
+}
+
+TEST_F(SequenceInputs, SaysWhatIsWrong) {
+  addClouds("scans");
+  EXPECT_THROW(Sequence(std::vector<std::string>{}), InputError);
+  expectProblem({dir_ / "missing"}, "no such file or directory");
+  expectProblem({dir_ / "scans/readme.txt"}, "neither a PCD nor a PLY file");
+  expectProblem({folder("empty")}, "holds neither PCD or PLY files nor a sequence");
+  writeTumPoses(dir_ / "poses.txt", posesOf(2));
+  expectProblem({dir_ / "scans"}, "2 poses for 3 frames", dir_ / "poses.txt");
+  expectProblem({dir_ / "scans"}, "no such file", dir_ / "nowhere.txt");
+
+  folder("stereo/left");
+  folder("stereo/right");
+  expectProblem({dir_ / "stereo"}, "no stereo front-end");
+  folder("bare");
+  writeFileAtomically(dir_ / "bare/calib.yaml", kCamera);
+  expectProblem({dir_ / "bare"}, "neither clouds/ nor depth/");
+  expectProblem({dir_ / "bare", dir_ / "scans"}, "must be the only input");
+  folder("no_clouds/clouds");
+  expectProblem({dir_ / "no_clouds"}, "holds no PCD or PLY files");
+  folder("no_calib/depth");
+  expectProblem({dir_ / "no_calib"}, "needs it");
+}
+
+TEST_F(SequenceInputs, SaysWhatIsWrongWithRgbd) {
+  addRgbd("wide", 5);
+  expectProblem({dir_ / "wide"}, "5 x 3");
+  addRgbd("odd");
+  fs::rename(dir_ / "odd/rgb/000001.png", dir_ / "odd/rgb/000007.png");
+  expectProblem({dir_ / "odd"}, "do not match by file name");
+  addRgbd("gray");
+  fs::copy_file(dir_ / "gray/rgb/000000.png", dir_ / "gray/depth/000000.png",
+                fs::copy_options::overwrite_existing);
+  expectProblem({dir_ / "gray"}, "not gray of 16 bits");
+  addRgbd("scale");
+  std::string calibration = kCamera;
+  calibration.resize(calibration.find("depth_scale"));
+  writeFileAtomically(dir_ / "scale/calib.yaml", calibration, Overwrite::Allow);
+  expectProblem({dir_ / "scale"}, "no key 'depth_scale'");
+}
+
+TEST_F(SequenceInputs, RealSequencesOpenAndRead) {
+  const std::string data = std::string(PLANAR_MAPPING_SOURCE_DIR) + "/../shared/data/";
+  if (!fs::exists(data)) GTEST_SKIP() << "no real data beside the sources";
+  const Sequence cabinet({data + "rgbd_tum_cabinet"});
+  EXPECT_EQ(cabinet.size(), 58u);
+  EXPECT_EQ(cabinet.poseSource(), PoseSource::File);
+  const Frame frame = cabinet.read(5);
+  std::size_t valid = 0;
+  for (std::size_t i = 0; i < frame.cloud.size(); ++i) valid += frame.cloud.view().isFinite(i);
+  EXPECT_GT(valid, 200000u);
+  EXPECT_FALSE(Sequence({data + "rgbd_icl_five"}).read(0).cloud.colors.empty());
+  EXPECT_EQ(Sequence({data + "clouds_steps"}).size(), 2u);
+  expectProblem({data + "stereo_kitti_street"}, "no stereo front-end");
+}
+
+}  // namespace
+}  // namespace io
+}  // namespace planar_mapping
