@@ -22,7 +22,16 @@ constexpr int kLargestBlockLevel = 2;
 // Beyond these numbers proposals and voters are drawn at random.
 constexpr std::size_t kMostProposals = 4096;
 constexpr std::size_t kMostVoters = 16384;
+// A plane cuts a leaf through its middle if it passes its centre within this share of the side.
+constexpr double kMiddle = 0.35;
+// Least share of the leaves around that agree, over the whole plane and for a single voter.
+constexpr double kLeastCoherence = 0.7;
+constexpr double kLeastLeafCoherence = 0.3;
+constexpr int kCoherenceRounds = 4;
+constexpr int kBlockRefits = 3;
 constexpr int kLocalRefits = 4;
+// A proposal this close to a rejected plane, radians, is not tried again.
+constexpr double kSameDirection = 0.1;
 constexpr int kRefits = 10;
 // Leaves at the border of a plane are mixed and do not vote: half the points must.
 constexpr double kShareThatVotes = 0.5;
@@ -150,10 +159,9 @@ Vector3 medianOfMeans(const SurfaceLeaves& surface) {
 
 class LeafPlaneSearch {
  public:
-  LeafPlaneSearch(const SurfaceLeaves& surface, double side, const MultiPlaneParams& params,
+  LeafPlaneSearch(const SurfaceLeaves& surface, const MultiPlaneParams& params,
                   PlaneSearchDiagnostics& diagnostics)
       : surface_(surface),
-        side_(side),
         params_(params),
         diagnostics_(diagnostics),
         origin_(medianOfMeans(surface)),
@@ -202,6 +210,7 @@ class LeafPlaneSearch {
         if (static_cast<double>(best.score) >= least_) queue.push(best);
         continue;
       }
+      if (wasRejected(best)) continue;
       if (isOver()) {
         stopped_ = true;
         diagnostics_.stopped_by_itself = false;
@@ -219,49 +228,62 @@ class LeafPlaneSearch {
             diagnostics_.hypotheses >= static_cast<std::size_t>(params_.max_iterations));
   }
 
+  /// One proposal per block of cells that holds a surface: fitted to its leaves, then to those of
+  /// them that agree.
   std::vector<Proposal> propose(int level) const {
-    const double block_side = side_ * (1 << level);
+    const double block_side = surface_.side * (1 << level);
     CellTable blocks(voters_.size());
-    std::vector<CellSums> sums;
-    std::vector<double> bands;
+    std::vector<std::vector<std::int32_t>> members;
     for (std::size_t i = 0; i < voters_.size(); ++i) {
       const SurfaceLeaf& leaf = surface_.leaves[static_cast<std::size_t>(voters_.name(i))];
       if (leaf.level > level) continue;
       CellKey key = leaf.key;
       for (int up = leaf.level; up < level; ++up) key = key.parent();
       const auto block = static_cast<std::size_t>(blocks.insert(key));
-      if (block == sums.size()) {
-        sums.emplace_back();
-        bands.push_back(0.0);
-      }
-      const double leaf_side = side_ * (1 << leaf.level);
-      const auto shift = [&](std::int32_t fine, std::int32_t coarse) {
-        return (fine + 0.5) * leaf_side - (coarse + 0.5) * block_side;
-      };
-      sums[block].add(leaf.sums, {shift(leaf.key.x, key.x), shift(leaf.key.y, key.y),
-                                  shift(leaf.key.z, key.z)});
-      bands[block] = std::max(bands[block], leaf.band);
+      if (block == members.size()) members.emplace_back();
+      members[block].push_back(voters_.name(i));
     }
     std::vector<Proposal> proposals;
-    const auto offer = [&](const CellSums& s, const CellKey& key, double side, double band) {
-      const LocalFit fit = fitLocally(s);
-      if (!isSurface(fit, side, band)) return;
-      Proposal proposal;
-      proposal.mean = Vector3(key.x + 0.5, key.y + 0.5, key.z + 0.5) * side + fit.mean;
-      proposal.plane = {fit.normal, -fit.normal.dot(proposal.mean)};
-      proposal.reach = 2.0 * side;
-      proposals.push_back(proposal);
-    };
-    for (std::size_t i = 0; i < sums.size(); ++i) {
-      offer(sums[i], blocks.key(i), block_side, bands[i]);
+    for (std::size_t b = 0; b < members.size(); ++b) {
+      const CellKey& key = blocks.key(b);
+      const Vector3 centre = Vector3(key.x + 0.5, key.y + 0.5, key.z + 0.5) * block_side;
+      offer(members[b], centre, block_side, proposals);
     }
     if (level == 0) {  // the larger leaves speak for themselves
       for (std::size_t i = 0; i < voters_.size(); ++i) {
         const SurfaceLeaf& leaf = surface_.leaves[static_cast<std::size_t>(voters_.name(i))];
-        if (leaf.level > 0) offer(leaf.sums, leaf.key, side_ * (1 << leaf.level), leaf.band);
+        if (leaf.level == 0) continue;
+        offer({voters_.name(i)}, surface_.centreOf(leaf), surface_.sideOf(leaf), proposals);
       }
     }
     return proposals;
+  }
+
+  void offer(const std::vector<std::int32_t>& members, const Vector3& centre, double side,
+             std::vector<Proposal>& proposals) const {
+    Proposal proposal;
+    for (int round = 0; round < kBlockRefits; ++round) {
+      CellSums sums;
+      double band = 0.0;
+      for (const std::int32_t member : members) {
+        const SurfaceLeaf& leaf = surface_.leaves[static_cast<std::size_t>(member)];
+        if (round > 0 && (std::abs(proposal.plane.signedDistance(leaf.mean)) > leaf.band ||
+                          std::abs(proposal.plane.normal.dot(leaf.normal)) < cosine_)) {
+          continue;
+        }
+        const Vector3 shift = surface_.centreOf(leaf) - centre;
+        sums.add(leaf.sums, {shift[0], shift[1], shift[2]});
+        band = std::max(band, leaf.band);
+      }
+      if (!(sums.n > 0.0)) return;
+      const LocalFit fit = fitLocally(sums);
+      if (round + 1 == kBlockRefits && !isSurface(fit, side, band)) return;
+      if (!(fit.normal.squaredNorm() > 0.5)) return;
+      proposal.mean = centre + fit.mean;
+      proposal.plane = {fit.normal, -fit.normal.dot(proposal.mean)};
+    }
+    proposal.reach = 2.0 * side;
+    proposals.push_back(proposal);
   }
 
   void sampleVoters() {
@@ -304,7 +326,7 @@ class LeafPlaneSearch {
     for (const std::int32_t i : voters) {
       const SurfaceLeaf& leaf =
           surface_.leaves[static_cast<std::size_t>(voters_.name(static_cast<std::size_t>(i)))];
-      const double leaf_side = side_ * (1 << leaf.level);
+      const double leaf_side = surface_.sideOf(leaf);
       all.add(leaf.sums, {(leaf.key.x + 0.5) * leaf_side - origin_.x(),
                           (leaf.key.y + 0.5) * leaf_side - origin_.y(),
                           (leaf.key.z + 0.5) * leaf_side - origin_.z()});
@@ -315,10 +337,79 @@ class LeafPlaneSearch {
     return PlaneMoments::fromSums(all.n, {all.sum[0], all.sum[1], all.sum[2]}, outer, origin_);
   }
 
+  /// Counts the leaves around \p leaf the plane runs through the middle of: those that vote for
+  /// it and those that do not.
+  void neighbourhood(const SurfaceLeaf& leaf, const Plane& plane, int& agree, int& oppose) const {
+    const double leaf_side = surface_.sideOf(leaf);
+    const Vector3 step = leaf_side * plane.normal;
+    const double here = plane.signedDistance(surface_.centreOf(leaf));
+    agree = oppose = 0;
+    for (int dz = -1; dz <= 1; ++dz) {
+      for (int dy = -1; dy <= 1; ++dy) {
+        for (int dx = -1; dx <= 1; ++dx) {
+          if (dx == 0 && dy == 0 && dz == 0) continue;
+          const double distance = here + dx * step[0] + dy * step[1] + dz * step[2];
+          if (std::abs(distance) > kMiddle * leaf_side) continue;
+          const std::int32_t other =
+              surface_.find(leaf.level, {leaf.key.x + dx, leaf.key.y + dy, leaf.key.z + dz});
+          if (other < 0) continue;
+          ++(votes_[static_cast<std::size_t>(other)] != 0 ? agree : oppose);
+        }
+      }
+    }
+  }
+
+  /// Drops voters that stand alone among leaves that disagree, until what is left agrees with
+  /// itself. \return whether it is one surface rather than a cut through unrelated things
+  bool keepCoherent(const Plane& plane, std::vector<std::int32_t>& voters) {
+    const auto nameOf = [&](std::int32_t voter) {
+      return static_cast<std::size_t>(voters_.name(static_cast<std::size_t>(voter)));
+    };
+    for (const std::int32_t voter : voters) votes_[nameOf(voter)] = 1;
+    bool coherent = false;
+    std::vector<std::int32_t> kept;
+    for (int round = 0; round < kCoherenceRounds && !coherent; ++round) {
+      std::int64_t agreeing = 0, opposing = 0;
+      kept.clear();
+      for (const std::int32_t voter : voters) {
+        int agree = 0, oppose = 0;
+        neighbourhood(surface_.leaves[nameOf(voter)], plane, agree, oppose);
+        agreeing += agree;
+        opposing += oppose;
+        if (agree >= kLeastLeafCoherence * (agree + oppose)) kept.push_back(voter);
+      }
+      coherent = static_cast<double>(agreeing) >=
+                 kLeastCoherence * static_cast<double>(agreeing + opposing);
+      for (const std::int32_t voter : voters) votes_[nameOf(voter)] = 0;
+      for (const std::int32_t voter : kept) votes_[nameOf(voter)] = 1;
+      voters.swap(kept);
+      if (static_cast<double>(voters_.weightOf(voters)) < least_) coherent = false;
+      if (voters.empty()) break;
+    }
+    for (const std::int32_t voter : voters) votes_[nameOf(voter)] = 0;
+    return coherent;
+  }
+
+  bool wasRejected(const Proposal& proposal) const {
+    const double cosine = std::cos(kSameDirection);
+    for (const Plane& plane : rejected_) {
+      if (std::abs(plane.normal.dot(proposal.plane.normal)) > cosine &&
+          std::abs(plane.signedDistance(proposal.mean)) < params_.distance_threshold) {
+        return true;
+      }
+    }
+    return false;
+  }
+
   void take(Proposal& proposal) {
     std::vector<std::int32_t> voters;
     if (!optimize(proposal, voters) || static_cast<double>(voters_.weightOf(voters)) < least_) {
       ++diagnostics_.rejected_too_small;
+      return;
+    }
+    if (!keepCoherent(proposal.plane, voters)) {
+      rejected_.push_back(proposal.plane);
+      ++diagnostics_.rejected_not_coherent;
       return;
     }
     LeafPlane found;
@@ -334,7 +425,6 @@ class LeafPlaneSearch {
   }
 
   const SurfaceLeaves& surface_;
-  const double side_;
   const MultiPlaneParams& params_;
   PlaneSearchDiagnostics& diagnostics_;
   const Vector3 origin_;
@@ -345,15 +435,16 @@ class LeafPlaneSearch {
   Random random_;
   const double cosine_;
   const double least_;
+  std::vector<char> votes_ = std::vector<char>(surface_.leaves.size(), 0);
+  std::vector<Plane> rejected_;
   std::vector<LeafPlane> planes_;
 };
 
 }  // namespace
 
-std::vector<LeafPlane> findLeafPlanes(const SurfaceLeaves& surface, double side,
-                                      const MultiPlaneParams& params,
+std::vector<LeafPlane> findLeafPlanes(const SurfaceLeaves& surface, const MultiPlaneParams& params,
                                       PlaneSearchDiagnostics& diagnostics) {
-  return LeafPlaneSearch(surface, side, params, diagnostics).run();
+  return LeafPlaneSearch(surface, params, diagnostics).run();
 }
 
 }  // namespace planar_mapping::detail

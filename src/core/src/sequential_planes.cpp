@@ -15,7 +15,7 @@ namespace planar_mapping::detail {
 namespace {
 
 // Cells are at least this many thresholds wide.
-constexpr double kCellSideInThresholds = 4.0;
+constexpr double kCellSideInThresholds = 3.0;
 
 PlaneMoments momentsOf(const CellSums& s, const Vector3& origin) {
   Matrix3 outer;
@@ -41,7 +41,7 @@ PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
   const CellGrid grid = buildCellGrid(points, indices, side);
   diagnostics.points_not_finite = grid.points_not_finite;
   const SurfaceLeaves surface = buildSurfaceLeaves(grid, band);
-  const std::vector<LeafPlane> found = findLeafPlanes(surface, side, params, diagnostics);
+  const std::vector<LeafPlane> found = findLeafPlanes(surface, params, diagnostics);
 
   std::vector<Plane> planes;
   Vector3 origin = Vector3::Zero();

@@ -9,7 +9,7 @@ namespace planar_mapping::detail {
 
 namespace {
 
-constexpr int kTopLevel = 3;
+constexpr int kTopLevel = kLeafLevels - 1;
 constexpr double kLeastPoints = 6.0;
 // A leaf must be this many thresholds wide, or the thickness of the surface hides its direction.
 constexpr double kLeastSideInBands = 3.0;
@@ -70,6 +70,7 @@ bool isSurface(const LocalFit& fit, double side, double band) {
 
 SurfaceLeaves buildSurfaceLeaves(const CellGrid& grid, const DistanceBand& band) {
   SurfaceLeaves result;
+  result.side = grid.side;
   const std::size_t cells = grid.sums.size();
   result.leaf_of_cell.assign(cells, -1);
 
@@ -104,6 +105,8 @@ SurfaceLeaves buildSurfaceLeaves(const CellGrid& grid, const DistanceBand& band)
       candidate.sums = sums[i];
       candidate.band = threshold;
       leaf[i] = static_cast<std::int32_t>(result.leaves.size());
+      result.tables[static_cast<std::size_t>(level)].insert(key);
+      result.names[static_cast<std::size_t>(level)].push_back(leaf[i]);
       result.leaves.push_back(candidate);
     }
     if (level == kTopLevel) {

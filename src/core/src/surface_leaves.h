@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -23,9 +24,25 @@ struct SurfaceLeaf {
   double band = 0.0;  ///< d_T(z) at the mean
 };
 
+constexpr int kLeafLevels = 4;
+
 struct SurfaceLeaves {
   std::vector<SurfaceLeaf> leaves;
-  std::vector<std::int32_t> leaf_of_cell;  ///< per cell of the grid
+  double side = 0.0;                          ///< of a leaf of level 0
+  std::array<CellTable, kLeafLevels> tables;  ///< leaves of each level by key ...
+  std::array<Indices, kLeafLevels> names;     ///< ... and their place in leaves
+  std::vector<std::int32_t> leaf_of_cell;     ///< per cell of the grid
+
+  double sideOf(const SurfaceLeaf& leaf) const { return side * (1 << leaf.level); }
+  Vector3 centreOf(const SurfaceLeaf& leaf) const {
+    return Vector3(leaf.key.x + 0.5, leaf.key.y + 0.5, leaf.key.z + 0.5) * sideOf(leaf);
+  }
+  /// The leaf of that level and key, or -1.
+  std::int32_t find(int level, const CellKey& key) const {
+    const auto l = static_cast<std::size_t>(level);
+    const std::int32_t place = tables[l].find(key);
+    return place < 0 ? -1 : names[l][static_cast<std::size_t>(place)];
+  }
 };
 
 /// Smallest eigenvector of the scatter of \p sums and the eigenvalues, ascending.
