@@ -5,41 +5,60 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace planar_mapping::detail {
 
 using CellKey = std::array<std::int32_t, 3>;  ///< x, y, z
 
-/// Position of each cell in a list, by open addressing. No allocation per cell and nothing depends
-/// on the order of insertion but the answer to at().
+/// Numbers cells in the order in which they come, by open addressing.
 class CellIndex {
  public:
-  /// \param cells distinct cells; not kept
-  explicit CellIndex(const std::vector<CellKey>& cells) {
-    std::size_t capacity = 16;
-    while (capacity < 2 * cells.size()) capacity *= 2;
-    mask_ = capacity - 1;
-    slots_.resize(capacity);
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-      std::size_t slot = hash(cells[i]) & mask_;
-      while (slots_[slot].position >= 0) slot = (slot + 1) & mask_;
-      slots_[slot] = {cells[i], static_cast<std::int32_t>(i)};
-    }
+  explicit CellIndex(std::size_t expected = 0) { rebuild(2 * expected); }
+  /// \param cells distinct; each gets its position as number
+  explicit CellIndex(const std::vector<CellKey>& cells) : CellIndex(cells.size()) {
+    for (const CellKey& cell : cells) insert(cell);
   }
 
-  /// -1 if the cell is not in the list.
-  std::int32_t at(const CellKey& cell) const {
-    std::size_t slot = hash(cell) & mask_;
-    while (slots_[slot].position >= 0 && slots_[slot].key != cell) slot = (slot + 1) & mask_;
-    return slots_[slot].position;
+  /// Number of the cell, -1 if it is not there.
+  std::int32_t at(const CellKey& cell) const { return slots_[slotOf(cell)].number; }
+
+  /// Number of the cell, a new one if it was not there.
+  std::int32_t insert(const CellKey& cell) {
+    std::size_t slot = slotOf(cell);
+    if (slots_[slot].number >= 0) return slots_[slot].number;
+    if (2 * (size_ + 1) > slots_.size()) {
+      rebuild(4 * size_);
+      slot = slotOf(cell);
+    }
+    slots_[slot] = {cell, static_cast<std::int32_t>(size_)};
+    return static_cast<std::int32_t>(size_++);
   }
+
+  std::size_t size() const { return size_; }
 
  private:
   struct Slot {
     CellKey key{};
-    std::int32_t position = -1;
+    std::int32_t number = -1;
   };
+
+  std::size_t slotOf(const CellKey& cell) const {
+    std::size_t slot = hash(cell) & mask_;
+    while (slots_[slot].number >= 0 && slots_[slot].key != cell) slot = (slot + 1) & mask_;
+    return slot;
+  }
+
+  void rebuild(std::size_t least) {
+    std::size_t capacity = 16;
+    while (capacity < least) capacity *= 2;
+    const std::vector<Slot> old = std::exchange(slots_, std::vector<Slot>(capacity));
+    mask_ = capacity - 1;
+    for (const Slot& slot : old) {
+      if (slot.number >= 0) slots_[slotOf(slot.key)] = slot;
+    }
+  }
 
   static std::size_t hash(const CellKey& cell) {
     std::uint64_t h = static_cast<std::uint32_t>(cell[0]) * 0x9E3779B97F4A7C15ULL;
@@ -48,6 +67,7 @@ class CellIndex {
     return static_cast<std::size_t>(h ^ (h >> 29u));
   }
 
+  std::size_t size_ = 0;
   std::size_t mask_ = 0;
   std::vector<Slot> slots_;
 };

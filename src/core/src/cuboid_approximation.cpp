@@ -2,55 +2,26 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/core/cuboid_approximation.h"
 
-#include <algorithm>
-#include <cmath>
+#include <cstring>
 #include <string>
 
 #include "cell_index.h"
 #include "planar_mapping/core/error.h"
 #include "plane_cells.h"
 #include "plane_cover.h"
+#include "rest_cells.h"
 
 namespace planar_mapping {
 namespace {
 
 constexpr double kLargestLength = 1e6;  ///< metres; more is a mistake of units
-
-/// The point is placed in a cell of the common grid unless floats are coarser than cells there.
-bool cellAt(const float* p, double inverse_resolution, detail::CellKey& cell) {
-  constexpr double limit = 1 << 30;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double value = std::floor(p[axis] * inverse_resolution);
-    if (!(std::abs(value) < limit)) return false;
-    cell[axis] = static_cast<std::int32_t>(value);
-  }
-  return true;
-}
-
-struct KeyedPoint {
-  detail::CellKey cell;
-  int index;
-};
-
-std::vector<KeyedPoint> sortedByCell(const PointsView& points, const std::vector<char>& wanted,
-                                     double resolution, std::size_t& dropped) {
-  std::vector<KeyedPoint> keyed;
-  for (std::size_t i = 0; i < points.size; ++i) {
-    if (!wanted[i]) continue;
-    KeyedPoint point{{}, static_cast<int>(i)};
-    if (cellAt(points[i], 1.0 / resolution, point.cell)) {
-      keyed.push_back(point);
-    } else {
-      ++dropped;
-    }
-  }
-  std::sort(keyed.begin(), keyed.end(), [](const KeyedPoint& l, const KeyedPoint& r) {
-    return l.cell != r.cell ? l.cell < r.cell : l.index < r.index;
-  });
-  return keyed;
-}
+/// [ours] a point within this many cells of a planar cuboid needs no cuboid of its own
+constexpr double kAbsorptionCells = 0.5;
 
 void requireIndices(const Indices& indices, std::size_t size, const char* what) {
+  bool outside = false;
+  for (const int i : indices) outside |= i < 0 || static_cast<std::size_t>(i) >= size;
+  if (!outside) return;
   for (const int i : indices) {
     if (i < 0 || static_cast<std::size_t>(i) >= size) {
       throw InputError(std::string(what) + " " + std::to_string(i) + " is outside the cloud of " +
@@ -58,6 +29,54 @@ void requireIndices(const Indices& indices, std::size_t size, const char* what) 
     }
   }
 }
+
+/// Which points are left: first those that count, in the end those on no plane.
+class RestFlags {
+ public:
+  RestFlags(std::size_t size, const Indices* indices) : flag_(size, indices ? kOut : kLeft) {
+    if (!indices) return;
+    for (const int i : *indices) flag_[static_cast<std::size_t>(i)] = kLeft;
+  }
+
+  /// Those of the inliers that count, kept in \p counted.
+  const Indices& among(const Indices& inliers, Indices& counted) const {
+    counted.clear();
+    for (const int i : inliers) {
+      if (flag_[static_cast<std::size_t>(i)] != kOut) counted.push_back(i);
+    }
+    return counted;
+  }
+
+  void remove(const Indices& inliers) {
+    for (const int i : inliers) flag_[static_cast<std::size_t>(i)] = kPlanar;
+  }
+
+  Indices indices() const {
+    Indices left;
+    std::size_t i = 0;
+    for (; i + 8 <= flag_.size(); i += 8) {
+      // Long stretches lie on planes: eight flags at a time.
+      std::uint64_t eight;
+      std::memcpy(&eight, &flag_[i], 8);
+      if ((eight & kLeftEight) == 0) continue;
+      for (std::size_t k = i; k < i + 8; ++k) {
+        if (flag_[k] == kLeft) left.push_back(static_cast<int>(k));
+      }
+    }
+    for (; i < flag_.size(); ++i) {
+      if (flag_[i] == kLeft) left.push_back(static_cast<int>(i));
+    }
+    return left;
+  }
+
+ private:
+  static constexpr std::uint8_t kOut = 0;
+  static constexpr std::uint8_t kLeft = 1;
+  static constexpr std::uint8_t kPlanar = 2;
+  static constexpr std::uint64_t kLeftEight = 0x0101010101010101ULL;
+
+  std::vector<std::uint8_t> flag_;
+};
 
 }  // namespace
 
@@ -89,80 +108,49 @@ std::vector<Cuboid> approximateCuboids(const PointsView& points, const Indices* 
                      std::to_string(point_probability->size()) + " probabilities");
   }
   CuboidApproximationDiagnostics counts;
-  std::vector<char> counted(points.size, indices ? 0 : 1);
-  if (indices) {
-    requireIndices(*indices, points.size, "index");
-    for (const int i : *indices) counted[static_cast<std::size_t>(i)] = 1;
-  }
-  std::size_t unplaced = 0;
+  if (indices) requireIndices(*indices, points.size, "index");
   if (diagnostics) {
-    const std::vector<KeyedPoint> all = sortedByCell(points, counted, params.resolution, unplaced);
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      counts.standard_cells += i == 0 || all[i].cell != all[i - 1].cell;
-    }
+    counts.standard_cells = detail::countCells(points, indices, params.resolution);
   }
 
-  std::vector<char> rest = counted;
+  RestFlags rest(points.size, indices);
+  const bool compact = params.profile == Profile::Compact;
+  detail::PlanarVolume volume(params.resolution, detail::thicknessOf(params),
+                              kAbsorptionCells * params.resolution);
   std::vector<Cuboid> cuboids;
+  Indices counted;
   for (std::size_t id = 0; id < planes.size(); ++id) {
     requireIndices(planes[id].inliers, points.size, "inlier");
-    Indices inliers;
-    inliers.reserve(planes[id].inliers.size());
-    for (const int i : planes[id].inliers) {
-      if (!counted[static_cast<std::size_t>(i)]) continue;
-      inliers.push_back(i);
-      rest[static_cast<std::size_t>(i)] = 0;
-    }
+    const Indices& inliers = indices ? rest.among(planes[id].inliers, counted) : planes[id].inliers;
+    rest.remove(inliers);
     counts.planar_points += inliers.size();
-    for (const detail::PlanePatch& patch :
-         detail::rasterizePlane(points, planes[id].plane, inliers, params, sensor,
-                                point_probability, counts.dropped_points)) {
-      const std::vector<Cuboid> of_patch = cuboidsOfPlane(
-          patch.frame, patch.mask, patch.probability, static_cast<std::int32_t>(id), params);
+    const PlaneFrame frame =
+        makePlaneFrame(orientedTowards(planes[id].plane, sensor), sensor, params.up);
+    for (const detail::PlanePatch& patch : detail::rasterizePlane(
+             {points, inliers, point_probability}, frame, params, counts.dropped_points)) {
+      const std::vector<CellRectangle> rectangles =
+          detail::rectanglesOfPlane(patch.mask, patch.quarters.data(), params);
+      const std::vector<Cuboid> of_patch =
+          detail::cuboidsOfRectangles(patch.frame, patch.mask, patch.probability, rectangles,
+                                      static_cast<std::int32_t>(id), params);
       cuboids.insert(cuboids.end(), of_patch.begin(), of_patch.end());
+      if (compact) volume.add(patch.frame, patch.mask, rectangles);
     }
   }
   counts.planar_cuboids = cuboids.size();
 
-  std::vector<NonPlanarCell> cells;
-  const std::vector<KeyedPoint> keyed =
-      sortedByCell(points, rest, params.resolution, counts.dropped_points);
-  for (const KeyedPoint& point : keyed) {
-    const Vector3 p = points.point(static_cast<std::size_t>(point.index));
-    ++counts.non_planar_points;
-    if (params.profile == Profile::Compact) {
-      const double margin = 0.5 * params.resolution;
-      if (std::any_of(cuboids.begin(), cuboids.end(),
-                      [&](const Cuboid& c) { return contains(c, p, margin); })) {
-        ++counts.absorbed_points;
-        continue;
-      }
-    }
-    const float probability =
-        point_probability ? (*point_probability)[static_cast<std::size_t>(point.index)] : 1.0f;
-    if (cells.empty() ||
-        detail::CellKey{cells.back().x, cells.back().y, cells.back().z} != point.cell) {
-      NonPlanarCell cell;
-      cell.x = point.cell[0];
-      cell.y = point.cell[1];
-      cell.z = point.cell[2];
-      cell.mean = p;
-      cell.weight = 1.0f;
-      cell.probability = probability;
-      cells.push_back(cell);
-      continue;
-    }
-    NonPlanarCell& cell = cells.back();
-    cell.weight += 1.0f;
-    cell.mean += (p - cell.mean) / static_cast<double>(cell.weight);
-    cell.probability += (probability - cell.probability) / cell.weight;
-  }
-  for (const NonPlanarCell& cell : cells) {
+  const Indices rest_indices = rest.indices();
+  const detail::RestCells cells = detail::collectRest(
+      points, &rest_indices, params.resolution, compact ? &volume : nullptr, point_probability);
+  counts.non_planar_points = cells.points;
+  counts.absorbed_points = cells.absorbed;
+  counts.dropped_points += cells.dropped;
+  for (const NonPlanarCell& cell : cells.cells) {
     if (cell.weight < static_cast<float>(params.min_points_per_cell)) {
       counts.dropped_points += static_cast<std::size_t>(cell.weight);
     }
   }
-  const std::vector<Cuboid> boxes = cuboidsOfCells(cells, params, sensor);
+  const std::vector<Cuboid> boxes = cuboidsOfCells(cells.cells, params, sensor);
   cuboids.insert(cuboids.end(), boxes.begin(), boxes.end());
   counts.non_planar_cuboids = boxes.size();
   if (diagnostics) *diagnostics = counts;

@@ -27,25 +27,22 @@ float meanProbability(const CellMask& mask, const std::vector<float>& probabilit
 
 }  // namespace
 
-std::vector<Cuboid> cuboidsOfPlane(const PlaneFrame& frame, const CellMask& mask,
-                                   const std::vector<float>& cell_probability,
-                                   std::int32_t plane_id, const CuboidApproximationParams& params) {
-  params.validate();
-  if (!cell_probability.empty() && cell_probability.size() != mask.cells.size()) {
-    throw InputError("cell mask of " + std::to_string(mask.cells.size()) + " cells comes with " +
-                     std::to_string(cell_probability.size()) + " probabilities");
-  }
-  const std::vector<CellRectangle> rectangles = detail::rectanglesOfPlane(mask, params);
+namespace detail {
 
+std::vector<Cuboid> cuboidsOfRectangles(const PlaneFrame& frame, const CellMask& mask,
+                                        const std::vector<float>& cell_probability,
+                                        const std::vector<CellRectangle>& rectangles,
+                                        std::int32_t plane_id,
+                                        const CuboidApproximationParams& params) {
   const double s = params.resolution;
-  const double thickness = params.thickness > 0.0 ? params.thickness : s;
+  const double thickness = thicknessOf(params);
   Matrix3 axes;
   axes << frame.u, frame.v, frame.n;
   const Quaternion orientation(axes);
-  std::vector<Cuboid> cuboids;
-  cuboids.reserve(rectangles.size());
-  for (const CellRectangle& r : rectangles) {
-    Cuboid cuboid;
+  std::vector<Cuboid> cuboids(rectangles.size());
+  for (std::size_t i = 0; i < rectangles.size(); ++i) {
+    const CellRectangle& r = rectangles[i];
+    Cuboid& cuboid = cuboids[i];
     cuboid.size = {r.width * s, r.height * s, thickness};
     cuboid.center =
         frame.fromPlane({(r.a + 0.5 * r.width) * s, (r.b + 0.5 * r.height) * s, -0.5 * thickness});
@@ -54,9 +51,22 @@ std::vector<Cuboid> cuboidsOfPlane(const PlaneFrame& frame, const CellMask& mask
     if (!cell_probability.empty()) {
       cuboid.probability = meanProbability(mask, cell_probability, r);
     }
-    cuboids.push_back(cuboid);
   }
   return cuboids;
+}
+
+}  // namespace detail
+
+std::vector<Cuboid> cuboidsOfPlane(const PlaneFrame& frame, const CellMask& mask,
+                                   const std::vector<float>& cell_probability,
+                                   std::int32_t plane_id, const CuboidApproximationParams& params) {
+  params.validate();
+  if (!cell_probability.empty() && cell_probability.size() != mask.cells.size()) {
+    throw InputError("cell mask of " + std::to_string(mask.cells.size()) + " cells comes with " +
+                     std::to_string(cell_probability.size()) + " probabilities");
+  }
+  const std::vector<CellRectangle> rectangles = detail::rectanglesOfPlane(mask, nullptr, params);
+  return detail::cuboidsOfRectangles(frame, mask, cell_probability, rectangles, plane_id, params);
 }
 
 }  // namespace planar_mapping

@@ -4,248 +4,183 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <numeric>
+
+#include "raster_kernels.h"
 
 namespace planar_mapping::detail {
 namespace {
 
-/// A window may have this many cells for each occupied one before it is held in pieces.
-constexpr double kWindowPerCell = 64.0;
+/// Points that are projected at a time; what they need stays in the cache.
+constexpr std::size_t kChunk = 8192;
+/// A raster may have this many cells for each point, beyond a small one that is always allowed.
+constexpr double kWindowPerPoint = 4.0;
 constexpr double kSmallWindow = 65536.0;
-/// Side of the pieces, in cells.
-constexpr std::int64_t kPieceSide = 128;
-/// Cell numbers are kept where doubles still count exactly.
-constexpr double kLargestCell = 4e15;
+constexpr double kLargestWindow = 1 << 27;
 
-struct CellSum {
-  std::int64_t a = 0;
-  std::int64_t b = 0;
-  std::int64_t count = 0;
-  double probability = 0.0;
-};
-
-struct Window {
-  std::int64_t low_a = std::numeric_limits<std::int64_t>::max();
-  std::int64_t low_b = std::numeric_limits<std::int64_t>::max();
-  std::int64_t high_a = std::numeric_limits<std::int64_t>::min();
-  std::int64_t high_b = std::numeric_limits<std::int64_t>::min();
-
-  void add(const CellSum& cell) {
-    low_a = std::min(low_a, cell.a);
-    low_b = std::min(low_b, cell.b);
-    high_a = std::max(high_a, cell.a);
-    high_b = std::max(high_b, cell.b);
-  }
-  double area() const {
-    return (static_cast<double>(high_a - low_a) + 1.0) *
-           (static_cast<double>(high_b - low_b) + 1.0);
-  }
-};
-
-bool isCompactWindow(double area, std::size_t cells) {
-  return area <= kSmallWindow + kWindowPerCell * static_cast<double>(cells);
-}
-
-/// Cells sorted by (b, a), each once.
-std::vector<CellSum> sumUp(std::vector<CellSum> cells) {
-  std::sort(cells.begin(), cells.end(),
-            [](const CellSum& l, const CellSum& r) { return l.b != r.b ? l.b < r.b : l.a < r.a; });
-  std::vector<CellSum> sums;
-  for (const CellSum& cell : cells) {
-    if (sums.empty() || sums.back().a != cell.a || sums.back().b != cell.b) {
-      sums.push_back(cell);
-    } else {
-      sums.back().count += cell.count;
-      sums.back().probability += cell.probability;
-    }
-  }
-  return sums;
-}
-
-/// Connected components (8 neighbours) of sorted cells, as a component number per cell.
-std::vector<std::size_t> componentsOf(const std::vector<CellSum>& cells) {
-  std::vector<std::size_t> parent(cells.size());
-  std::iota(parent.begin(), parent.end(), std::size_t{0});
-  const auto root = [&](std::size_t i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
-  const auto join = [&](std::size_t i, std::size_t j) {
-    const std::size_t r = root(i);
-    const std::size_t q = root(j);
-    parent[std::max(r, q)] = std::min(r, q);
-  };
-  std::size_t below = 0;  // first cell of the row below that may touch cell i
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const CellSum& cell = cells[i];
-    if (i > 0 && cells[i - 1].b == cell.b && cells[i - 1].a == cell.a - 1) join(i, i - 1);
-    while (cells[below].b < cell.b - 1 ||
-           (cells[below].b == cell.b - 1 && cells[below].a < cell.a - 1)) {
-      ++below;
-    }
-    for (std::size_t j = below; cells[j].b == cell.b - 1 && cells[j].a <= cell.a + 1; ++j) {
-      join(i, j);
-    }
-  }
-  for (std::size_t i = 0; i < parent.size(); ++i) parent[i] = root(i);
-  return parent;
-}
-
-class Rasterizer {
+/// Cells are counted by quarters: a raster of twice the columns and rows.
+class DenseRasterizer {
  public:
-  Rasterizer(const PointsView& points, const Indices& inliers, const PlaneFrame& frame,
-             const CuboidApproximationParams& params, const std::vector<float>* probability)
-      : points_(points),
-        inliers_(inliers),
-        frame_(frame),
-        params_(params),
-        probability_(probability) {}
-
-  std::vector<PlanePatch> run(std::size_t& points_dropped) {
-    if (!findCorner()) {
-      points_dropped += inliers_.size();
-      return {};
+  DenseRasterizer(const PlanePoints& input, const PlaneFrame& frame,
+                  const CuboidApproximationParams& params)
+      : input_(input), frame_(frame), params_(params), u_(kChunk), v_(kChunk), number_(kChunk) {
+    for (int k = 0; k < 3; ++k) {
+      axes_.u[k] = frame.u[k];
+      axes_.v[k] = frame.v[k];
     }
-    std::vector<CellSum> cells;
-    cells.reserve(inliers_.size());
-    for (const int i : inliers_) {
-      const auto index = static_cast<std::size_t>(i);
-      if (!points_.isFinite(index)) {
-        ++points_dropped;
-        continue;
-      }
-      const Vector3 q = frame_.toPlane(points_.point(index));
-      cells.push_back({cellOf(q.x() - low_.x(), high_.x() - low_.x()),
-                       cellOf(q.y() - low_.y(), high_.y() - low_.y()), 1,
-                       probability_ ? (*probability_)[index] : 1.0});
-    }
-    cells = sumUp(std::move(cells));
-    const auto too_few = [&](const CellSum& cell) {
-      if (cell.count >= params_.min_points_per_cell) return false;
-      points_dropped += static_cast<std::size_t>(cell.count);
-      return true;
-    };
-    cells.erase(std::remove_if(cells.begin(), cells.end(), too_few), cells.end());
-    return patchesOf(cells);
+    axes_.u_offset = -frame.u.dot(frame.origin);
+    axes_.v_offset = -frame.v.dot(frame.origin);
   }
 
- private:
-  bool findCorner() {
-    const double inf = std::numeric_limits<double>::infinity();
-    low_ = Vector2(inf, inf);
-    high_ = -low_;
-    for (const int i : inliers_) {
-      const auto index = static_cast<std::size_t>(i);
-      if (!points_.isFinite(index)) continue;
-      const Vector3 q = frame_.toPlane(points_.point(index));
-      low_ = low_.cwiseMin(q.head<2>());
-      high_ = high_.cwiseMax(q.head<2>());
+  /// \return false if the points are spread too far for one raster
+  bool fit() {
+    PlaneBounds all{1.0, 1.0, -1.0, -1.0};
+    for (std::size_t first = 0; first < input_.inliers.size(); first += kChunk) {
+      const PlaneBounds some = project(first);
+      if (some.low_u > some.high_u || some.low_v > some.high_v) continue;
+      if (all.low_u > all.high_u) all = some;
+      all = {std::min(all.low_u, some.low_u), std::min(all.low_v, some.low_v),
+             std::max(all.high_u, some.high_u), std::max(all.high_v, some.high_v)};
     }
-    if (!(low_.x() <= high_.x())) return false;
-    // As few cells as the extent needs, the slack shared by both sides.
-    for (int axis = 0; axis < 2; ++axis) {
-      const double extent = high_[axis] - low_[axis];
-      const double cells = std::max(1.0, std::ceil(extent / params_.resolution));
-      const double slack = 0.5 * (cells * params_.resolution - extent);
-      low_[axis] -= slack;
-      high_[axis] += slack;
-    }
+    if (all.low_u > all.high_u) return false;
+    const double s = params_.resolution;
+    const double extent_u = all.high_u - all.low_u;
+    const double extent_v = all.high_v - all.low_v;
+    const double columns = cellsAcross(extent_u, s);
+    const double rows = cellsAcross(extent_v, s);
+    const double most =
+        std::min(kLargestWindow,
+                 kSmallWindow + kWindowPerPoint * static_cast<double>(input_.inliers.size()));
+    if (!(columns * rows <= most)) return false;
+    columns_ = static_cast<std::int32_t>(columns);
+    rows_ = static_cast<std::int32_t>(rows);
+    grid_ = {all.low_u - 0.5 * (columns * s - extent_u), all.low_v - 0.5 * (rows * s - extent_v),
+             2.0 / s, 2 * columns_, 2 * rows_};
     return true;
   }
 
-  std::int64_t cellOf(double offset, double extent) const {
-    const double cells = std::round(extent / params_.resolution);
-    const double cell = std::floor(offset / params_.resolution);
-    return static_cast<std::int64_t>(std::clamp(cell, 0.0, std::min(cells - 1.0, kLargestCell)));
-  }
-
-  std::vector<PlanePatch> patchesOf(const std::vector<CellSum>& cells) const {
-    std::vector<PlanePatch> patches;
-    if (cells.empty()) return patches;
-    Window window;
-    for (const CellSum& cell : cells) window.add(cell);
-    if (isCompactWindow(window.area(), cells.size())) {
-      patches.push_back(patchOf(cells, window));
-      return patches;
-    }
-    const std::vector<std::size_t> component = componentsOf(cells);
-    std::vector<std::vector<CellSum>> groups(cells.size());
-    for (std::size_t i = 0; i < cells.size(); ++i) groups[component[i]].push_back(cells[i]);
-    for (const std::vector<CellSum>& group : groups) {
-      if (group.empty()) continue;
-      Window box;
-      for (const CellSum& cell : group) box.add(cell);
-      if (isCompactWindow(box.area(), group.size())) {
-        patches.push_back(patchOf(group, box));
-      } else {
-        addPieces(group, patches);
-      }
-    }
-    return patches;
-  }
-
-  void addPieces(std::vector<CellSum> cells, std::vector<PlanePatch>& patches) const {
-    const auto piece = [](const CellSum& cell) {
-      return std::make_pair(cell.b / kPieceSide, cell.a / kPieceSide);
-    };
-    std::stable_sort(cells.begin(), cells.end(),
-                     [&](const CellSum& l, const CellSum& r) { return piece(l) < piece(r); });
-    for (std::size_t first = 0; first < cells.size();) {
-      Window box;
-      std::size_t next = first;
-      while (next < cells.size() && piece(cells[next]) == piece(cells[first])) {
-        box.add(cells[next++]);
-      }
-      patches.push_back(patchOf({cells.begin() + static_cast<std::ptrdiff_t>(first),
-                                 cells.begin() + static_cast<std::ptrdiff_t>(next)},
-                                box));
-      first = next;
-    }
-  }
-
-  PlanePatch patchOf(const std::vector<CellSum>& cells, const Window& window) const {
+  PlanePatch run(std::size_t& points_dropped) {
     PlanePatch patch;
     patch.frame = frame_;
-    patch.frame.origin =
-        frame_.fromPlane({low_.x() + static_cast<double>(window.low_a) * params_.resolution,
-                          low_.y() + static_cast<double>(window.low_b) * params_.resolution, 0.0});
-    patch.mask.width = static_cast<std::int32_t>(window.high_a - window.low_a + 1);
-    patch.mask.height = static_cast<std::int32_t>(window.high_b - window.low_b + 1);
-    patch.mask.cells.assign(static_cast<std::size_t>(patch.mask.width) * patch.mask.height, 0);
-    if (probability_) patch.probability.assign(patch.mask.cells.size(), 0.0f);
-    for (const CellSum& cell : cells) {
-      const std::size_t i = static_cast<std::size_t>(cell.b - window.low_b) * patch.mask.width +
-                            static_cast<std::size_t>(cell.a - window.low_a);
-      patch.mask.cells[i] = 1;
-      if (probability_) {
-        patch.probability[i] =
-            static_cast<float>(cell.probability / static_cast<double>(cell.count));
-      }
+    patch.frame.origin = frame_.fromPlane({grid_.low_u, grid_.low_v, 0.0});
+    patch.mask.width = columns_;
+    patch.mask.height = rows_;
+    patch.mask.cells.assign(static_cast<std::size_t>(columns_) * rows_, 0);
+    patch.quarters.assign(patch.mask.cells.size(), 0);
+    if (params_.min_points_per_cell > 1 || input_.probability) {
+      sumUp(patch, points_dropped);
+    } else {
+      mark(patch, points_dropped);
     }
     return patch;
   }
 
-  const PointsView& points_;
-  const Indices& inliers_;
+ private:
+  std::size_t chunkSize(std::size_t first) const {
+    return std::min(kChunk, input_.inliers.size() - first);
+  }
+
+  PlaneBounds project(std::size_t first) {
+    const PointSelection some{input_.points.data, input_.points.stride,
+                              input_.inliers.data() + first, chunkSize(first)};
+    return projectToPlane(some, axes_, u_.data(), v_.data());
+  }
+
+  /// Quarter of each point from \p first on, -1 if it is not finite.
+  std::size_t number(std::size_t first) {
+    if (input_.inliers.size() > kChunk) project(first);  // else still there from fit()
+    const std::size_t size = chunkSize(first);
+    cellNumbers(u_.data(), v_.data(), size, grid_, number_.data());
+    return size;
+  }
+
+  void mark(PlanePatch& patch, std::size_t& points_dropped) {
+    // The first element takes what is not finite, so that the loop needs no branch.
+    std::vector<std::uint8_t> quarter(4 * patch.mask.cells.size() + 1, 0);
+    std::uint8_t* const marks = quarter.data() + 1;
+    for (std::size_t first = 0; first < input_.inliers.size(); first += kChunk) {
+      const std::size_t size = number(first);
+      for (std::size_t i = 0; i < size; ++i) marks[number_[i]] = 1;
+      if (quarter[0]) {
+        quarter[0] = 0;
+        points_dropped += static_cast<std::size_t>(
+            std::count(number_.begin(), number_.begin() + static_cast<std::ptrdiff_t>(size), -1));
+      }
+    }
+    for (std::int32_t b = 0; b < rows_; ++b) {
+      const std::uint8_t* low = marks + std::size_t{4} * static_cast<std::size_t>(b) * columns_;
+      const std::uint8_t* high = low + std::size_t{2} * columns_;
+      const std::size_t row = static_cast<std::size_t>(b) * columns_;
+      for (std::int32_t a = 0; a < columns_; ++a) {
+        const auto bits = static_cast<std::uint8_t>(low[2 * a] | low[2 * a + 1] << 1 |
+                                                    high[2 * a] << 2 | high[2 * a + 1] << 3);
+        patch.quarters[row + a] = bits;
+        patch.mask.cells[row + a] = bits != 0;
+      }
+    }
+  }
+
+  void sumUp(PlanePatch& patch, std::size_t& points_dropped) {
+    std::vector<std::uint32_t> count(patch.mask.cells.size(), 0);
+    std::vector<double> belief(input_.probability ? count.size() : 0, 0.0);
+    for (std::size_t first = 0; first < input_.inliers.size(); first += kChunk) {
+      const std::size_t size = number(first);
+      for (std::size_t i = 0; i < size; ++i) {
+        if (number_[i] < 0) {
+          ++points_dropped;
+          continue;
+        }
+        const std::int32_t column = number_[i] % grid_.columns;
+        const std::int32_t row = number_[i] / grid_.columns;
+        const std::size_t cell = static_cast<std::size_t>(row / 2) * columns_ + column / 2;
+        ++count[cell];
+        patch.quarters[cell] |= static_cast<std::uint8_t>(1u << (column % 2 + 2 * (row % 2)));
+        if (input_.probability) {
+          belief[cell] +=
+              (*input_.probability)[static_cast<std::size_t>(input_.inliers[first + i])];
+        }
+      }
+    }
+    if (input_.probability) patch.probability.assign(count.size(), 0.0f);
+    for (std::size_t i = 0; i < count.size(); ++i) {
+      if (count[i] == 0) continue;
+      if (count[i] < static_cast<std::uint32_t>(params_.min_points_per_cell)) {
+        points_dropped += count[i];
+        patch.quarters[i] = 0;
+        continue;
+      }
+      patch.mask.cells[i] = 1;
+      if (input_.probability) patch.probability[i] = static_cast<float>(belief[i] / count[i]);
+    }
+  }
+
+  const PlanePoints& input_;
   const PlaneFrame& frame_;
   const CuboidApproximationParams& params_;
-  const std::vector<float>* probability_;
-  Vector2 low_;
-  Vector2 high_;
+  PlaneAxes axes_{};
+  RasterGrid grid_{};
+  std::int32_t columns_ = 0;
+  std::int32_t rows_ = 0;
+  std::vector<double> u_;
+  std::vector<double> v_;
+  std::vector<std::int32_t> number_;
 };
 
 }  // namespace
 
-std::vector<PlanePatch> rasterizePlane(const PointsView& points, const Plane& plane,
-                                       const Indices& inliers,
+double cellsAcross(double extent, double resolution) {
+  constexpr double kRounding = 1e-6;
+  return std::max(1.0, std::ceil(extent / resolution - kRounding));
+}
+
+std::vector<PlanePatch> rasterizePlane(const PlanePoints& input, const PlaneFrame& frame,
                                        const CuboidApproximationParams& params,
-                                       const Vector3& sensor,
-                                       const std::vector<float>* point_probability,
                                        std::size_t& points_dropped) {
-  if (inliers.empty()) return {};
-  const PlaneFrame frame = makePlaneFrame(orientedTowards(plane, sensor), sensor, params.up);
-  return Rasterizer(points, inliers, frame, params, point_probability).run(points_dropped);
+  if (input.inliers.empty()) return {};
+  DenseRasterizer rasterizer(input, frame, params);
+  if (!rasterizer.fit()) return rasterizeSparsely(input, frame, params, points_dropped);
+  std::vector<PlanePatch> patches;
+  patches.push_back(rasterizer.run(points_dropped));
+  return patches;
 }
 
 }  // namespace planar_mapping::detail

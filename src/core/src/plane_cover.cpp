@@ -15,7 +15,11 @@ int lengthInCells(double length, double resolution) {
   return static_cast<int>(std::clamp(cells, 1.0, 2147483647.0));
 }
 
-std::vector<CellRectangle> rectanglesOfPlane(const CellMask& mask,
+double thicknessOf(const CuboidApproximationParams& params) {
+  return params.thickness > 0.0 ? params.thickness : params.resolution;
+}
+
+std::vector<CellRectangle> rectanglesOfPlane(const CellMask& mask, const std::uint8_t* /*quarters*/,
                                              const CuboidApproximationParams& params) {
   if (params.profile == Profile::Paper) {
     return splitAndMerge(mask, params.density_threshold,
@@ -23,7 +27,10 @@ std::vector<CellRectangle> rectanglesOfPlane(const CellMask& mask,
                          lengthInCells(params.min_height, params.resolution));
   }
   requireConsistent(mask);
-  if (params.hole_size < params.resolution) return minimumRectanglePartition(mask);
+  // [ours] 0 stands for one cell; a side below one cell leaves every hole open.
+  if (params.hole_size > 0.0 && params.hole_size < params.resolution) {
+    return minimumRectanglePartition(mask);
+  }
   CellMask filled = mask;
   fillHoles(filled, lengthInCells(params.hole_size, params.resolution));
   return minimumRectanglePartition(filled);

@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include "planar_mapping/core/cuboid_approximation.h"
 
 namespace planar_mapping::detail {
@@ -9,9 +12,20 @@ namespace planar_mapping::detail {
 /// Length in cells of a threshold that stands for the resolution when it is 0; at least 1.
 int lengthInCells(double length, double resolution);
 
+/// The thickness that 0 stands for.
+double thicknessOf(const CuboidApproximationParams& params);
+
 /// The rectangles that params.profile makes of a patch.
-std::vector<CellRectangle> rectanglesOfPlane(const CellMask& mask,
+/// \param quarters as in PlanePatch, or null if not known
+std::vector<CellRectangle> rectanglesOfPlane(const CellMask& mask, const std::uint8_t* quarters,
                                              const CuboidApproximationParams& params);
+
+/// Rectangles of a patch as cuboids; see cuboidsOfPlane().
+std::vector<Cuboid> cuboidsOfRectangles(const PlaneFrame& frame, const CellMask& mask,
+                                        const std::vector<float>& cell_probability,
+                                        const std::vector<CellRectangle>& rectangles,
+                                        std::int32_t plane_id,
+                                        const CuboidApproximationParams& params);
 
 /// Fills empty cells enclosed by occupied ones (in the sense of 4-connected holes) where the
 /// hole's bounding rectangle is at most \p side cells wide and high.

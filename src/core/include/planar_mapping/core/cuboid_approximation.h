@@ -20,14 +20,15 @@ enum class Profile : std::uint8_t {
 /// Parameters of approximateCuboids() and of the map. Lengths in metres.
 struct PLANAR_MAPPING_EXPORT CuboidApproximationParams {
   Profile profile = Profile::Compact;
-  double resolution = 0.1;          ///< s, side of the smallest cell, > 0
-  double thickness = 0.0;           ///< extension along -n; 0 = resolution
-  double density_threshold = 0.9;   ///< D_T of the split, in (0, 1]
-  double min_width = 0.0;           ///< W_T; 0 = resolution
-  double min_height = 0.0;          ///< H_T; 0 = resolution
-  int min_points_per_cell = 1;      ///< cells with fewer points are empty, >= 1
-  double hole_size = 0.0;           ///< [ours] compact: holes up to this side are filled; 0 = off
-  Vector3 up = Vector3::UnitZ();    ///< vertical of the cloud's frame, for "horizontal" u
+  double resolution = 0.1;         ///< s, side of the smallest cell, > 0
+  double thickness = 0.0;          ///< extension along -n; 0 = resolution
+  double density_threshold = 0.9;  ///< D_T of the split, in (0, 1]
+  double min_width = 0.0;          ///< W_T; 0 = resolution
+  double min_height = 0.0;         ///< H_T; 0 = resolution
+  int min_points_per_cell = 1;     ///< cells with fewer points are empty, >= 1
+  /// [ours] compact: holes of a patch up to this side are filled; 0 = resolution, less = off
+  double hole_size = 0.0;
+  Vector3 up = Vector3::UnitZ();  ///< vertical of the cloud's frame, for "horizontal" u
   int threads = 1;
 
   /// \throws ParameterError
@@ -37,11 +38,11 @@ struct PLANAR_MAPPING_EXPORT CuboidApproximationParams {
 struct CuboidApproximationDiagnostics {
   std::size_t planar_points = 0;
   std::size_t non_planar_points = 0;
-  std::size_t absorbed_points = 0;    ///< non-planar points already inside a planar cuboid
-  std::size_t dropped_points = 0;     ///< in cells with too few points, or not finite
+  std::size_t absorbed_points = 0;  ///< non-planar points already inside a planar cuboid
+  std::size_t dropped_points = 0;   ///< in cells with too few points, or not finite
   std::size_t planar_cuboids = 0;
   std::size_t non_planar_cuboids = 0;
-  std::size_t standard_cells = 0;     ///< A_S: occupied cells of a standard grid over the same points
+  std::size_t standard_cells = 0;  ///< A_S: occupied cells of a standard grid over the same points
 };
 
 /// Planar and non-planar points to oriented cuboids (the paper, III-F, Fig. 6-8).
@@ -76,6 +77,10 @@ struct NonPlanarCell {
   Vector3 mean = Vector3::Zero();  ///< of the points in it, metres
   float weight = 0.0f;             ///< number of points
   float probability = 1.0f;
+  /// Which eighths of the cell hold points: bit 0, 1, 2 of the bit's number = upper half along x,
+  /// y, z. [ours] Compact may leave a cell to a neighbour that is within half a cell of all its
+  /// points. All of them where it is not known.
+  std::uint8_t octants = 0xFF;
 };
 
 /// Cuboids of the non-planar part. Paper: connected clusters, each split in the plane fitted to it,
