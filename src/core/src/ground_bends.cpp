@@ -38,21 +38,49 @@ int scoreOf(const CellPoint* points, std::size_t n, const Piece& piece) {
 /// are too few of them.
 Piece fitAround(const CellPoint* points, std::size_t n, const Piece& prior, double extra_window,
                 double slope_deviation) {
-  Matrix3 information = Matrix3::Zero();
-  Vector3 right = Vector3::Zero();
   const double band = n > 0 ? points[0].band : 1.0;
-  information.diagonal() << 1.0 / (slope_deviation * slope_deviation),
-      1.0 / (slope_deviation * slope_deviation), 1.0 / (band * band);
+  const double stiffness = 1.0 / (slope_deviation * slope_deviation);
+  double uu = stiffness, uv = 0.0, vv = stiffness, u1 = 0.0, v1 = 0.0, one = 1.0 / (band * band);
+  double ud = 0.0, vd = 0.0, sum_d = 0.0;
   for (std::size_t i = 0; i < n; ++i) {
-    const double d = points[i].w - prior.at(points[i].u, points[i].v);
+    const double u = points[i].u;
+    const double v = points[i].v;
+    const double d = points[i].w - prior.at(u, v);
     if (!(std::abs(d) <= points[i].band + extra_window)) continue;
-    const Vector3 row(points[i].u, points[i].v, 1.0);
     const double weight = 1.0 / (double(points[i].band) * points[i].band);
-    information += weight * row * row.transpose();
-    right += weight * d * row;
+    uu += weight * u * u;
+    uv += weight * u * v;
+    vv += weight * v * v;
+    u1 += weight * u;
+    v1 += weight * v;
+    one += weight;
+    ud += weight * u * d;
+    vd += weight * v * d;
+    sum_d += weight * d;
   }
+  Matrix3 information;
+  information << uu, uv, u1, uv, vv, v1, u1, v1, one;
+  const Vector3 right(ud, vd, sum_d);
   const Vector3 change = information.ldlt().solve(right);
   return {prior.a + change[0], prior.b + change[1], prior.c + change[2]};
+}
+
+/// All cells by their distance from the sensor, in the middle of the grid.
+const std::vector<std::int32_t>& outwards() {
+  static const std::vector<std::int32_t> order = [] {
+    std::vector<std::int32_t> cells(kCells * kCells);
+    std::iota(cells.begin(), cells.end(), 0);
+    const auto squaredRange = [](std::int32_t cell) {
+      const int a = 2 * (cell % kCells) + 1 - kCells;
+      const int b = 2 * (cell / kCells) + 1 - kCells;
+      return a * a + b * b;
+    };
+    std::stable_sort(cells.begin(), cells.end(), [&](std::int32_t p, std::int32_t q) {
+      return squaredRange(p) < squaredRange(q);
+    });
+    return cells;
+  }();
+  return order;
 }
 
 }  // namespace
@@ -93,21 +121,10 @@ GroundBends::GroundBends(const GroundSample& sample, const GroundEstimate& estim
   }
 
   // Outwards from the sensor, each cell starts from those before it.
-  std::vector<std::int32_t> order(kCells * kCells);
-  std::iota(order.begin(), order.end(), 0);
-  const auto squaredRange = [](std::int32_t cell) {
-    const int a = 2 * (cell % kCells) + 1 - kCells;
-    const int b = 2 * (cell / kCells) + 1 - kCells;
-    return a * a + b * b;
-  };
-  std::stable_sort(order.begin(), order.end(), [&](std::int32_t p, std::int32_t q) {
-    return squaredRange(p) < squaredRange(q);
-  });
-
   const double steepest = std::tan(params.max_slope);
-  std::vector<Piece> pieces(order.size());
-  std::vector<std::uint8_t> done(order.size(), 0);
-  for (const std::int32_t cell : order) {
+  std::vector<Piece> pieces(kCells * kCells);
+  std::vector<std::uint8_t> done(pieces.size(), 0);
+  for (const std::int32_t cell : outwards()) {
     const int a = cell % kCells;
     const int b = cell / kCells;
     Piece predicted;
@@ -142,11 +159,10 @@ GroundBends::GroundBends(const GroundSample& sample, const GroundEstimate& estim
       piece = {0.5 * predicted.a, 0.5 * predicted.b, predicted.c};
       continue;
     }
+    ++followed_;
     piece = predicted;
     int best = scoreOf(own, n, predicted);
     const Piece narrow = fitAround(own, n, predicted, 0.0, 0.25 * steepest);
-    Piece wide = fitAround(own, n, predicted, 0.5 * side * steepest, steepest);
-    wide = fitAround(own, n, wide, 0.0, steepest);
     const auto tooSteep = [&](const Piece& p) { return std::hypot(p.a, p.b) > steepest; };
     if (!tooSteep(narrow)) {
       const int score = scoreOf(own, n, narrow);
@@ -155,16 +171,18 @@ GroundBends::GroundBends(const GroundSample& sample, const GroundEstimate& estim
         best = score;
       }
     }
+    if (10 * best >= 9 * static_cast<int>(n)) continue;
     // A slope joins what is before it without a step; a kerb does not.
+    Piece wide = fitAround(own, n, predicted, 0.5 * side * steepest, steepest);
+    wide = fitAround(own, n, wide, 0.0, steepest);
     const double step = wide.at(towards_u, towards_v) - predicted.at(towards_u, towards_v);
     if (!tooSteep(wide) && std::abs(step) <= own[0].band) {
       const int score = scoreOf(own, n, wide);
       if (score > best + 2 + static_cast<int>(n) / 10) piece = wide;
     }
-    ++followed_;
   }
 
-  pieces_.resize(3 * order.size());
+  pieces_.resize(3 * pieces.size());
   for (std::int32_t cell = 0; cell < kCells * kCells; ++cell) {
     const Piece& piece = pieces[cell];
     const double u = centerOf(cell % kCells);
@@ -172,8 +190,6 @@ GroundBends::GroundBends(const GroundSample& sample, const GroundEstimate& estim
     pieces_[3 * cell] = static_cast<float>(piece.at(-u, -v));
     pieces_[3 * cell + 1] = static_cast<float>(piece.a);
     pieces_[3 * cell + 2] = static_cast<float>(piece.b);
-    const double reach = std::abs(piece.c) + 0.5 * side * (std::abs(piece.a) + std::abs(piece.b));
-    largest_ = std::max(largest_, static_cast<float>(reach));
   }
 }
 

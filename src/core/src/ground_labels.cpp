@@ -11,180 +11,205 @@
 namespace planar_mapping::detail {
 namespace {
 
-/// All that the passes over the points need, as plain numbers.
+/// All that the pass over the points needs, as plain numbers.
 struct Kernel {
   float sensor[3];
   float normal[3];  ///< of the plane at the sensor, unit, upwards
-  float offset;
+  float height;
   float depth_axis[3];
+  float forwards[3];
+  float left[3];
   float threshold;
   float noise;  ///< band per metre of depth
-  float below;  ///< how far under the band points are looked at
-  float above;
-  bool depth_is_distance;
+  float foot;
+  float wall_height;
+  float columns_per_metre;
+  float origin_x, origin_y, cells_per_metre;  ///< of the bends
+  const float* pieces;                        ///< of the bends, null = flat
 };
 
-constexpr float kFarAway = 1e30f;
+// Points are dealt with in blocks whose results stay in the first cache.
+constexpr std::size_t kBlock = 1024;
+struct Block {
+  std::int32_t kind[kBlock];    ///< see Kind
+  std::int32_t column[kBlock];  ///< of what a wall may be made of
+};
 
-/// Distance to the plane of one point, kFarAway if it cannot matter. \p band is its threshold.
-inline __attribute__((always_inline)) float distanceOf(const float* p, const Kernel& k, float& band,
-                                                       int& finite) {
-  const float x = p[0] - k.sensor[0];
-  const float y = p[1] - k.sensor[1];
-  const float z = p[2] - k.sensor[2];
-  const float w = k.normal[0] * x + k.normal[1] * y + k.normal[2] * z + k.offset;
-  const float along = k.depth_axis[0] * x + k.depth_axis[1] * y + k.depth_axis[2] * z;
-  const float depth =
-      k.depth_is_distance ? __builtin_sqrtf(x * x + y * y + z * z) : __builtin_fabsf(along);
-  const float noisy = k.noise * depth;
-  band = noisy > k.threshold ? noisy : k.threshold;
-  // Zero times a number is zero unless the number is not finite.
-  finite = (x * 0.0f == 0.0f) & (y * 0.0f == 0.0f) & (z * 0.0f == 0.0f);
-  return (w >= -band - k.below) & (w <= band + k.above) ? w : kFarAway;
+enum Kind : std::int32_t {
+  kElsewhere = 0,
+  kGround = 1,     ///< in the band, and too low to be told from the ground
+  kLowInWall = 2,  ///< in the band, ground unless something stands in its column
+  kAboveLow = 3,   ///< over the band, in the lower half of wall_height
+  kAboveHigh = 4,  ///< over the band, in the upper half
+};
+
+/// Columns over the ground are wrapped around: a point shares its column only with points beside
+/// it and some that are kSide columns away.
+constexpr std::int32_t kSide = 128;
+
+inline __attribute__((always_inline)) float clamped(float value, float low, float high) {
+  const float raised = value > low ? value : low;  // low for NaN, too
+  return raised < high ? raised : high;
 }
 
-inline __attribute__((always_inline)) std::size_t distancesOf(const float* data, std::size_t stride,
-                                                              std::size_t n, const Kernel& kernel,
-                                                              float* out) {
+template <bool kBent, bool kNoisy>
+inline __attribute__((always_inline)) std::size_t classifyBlock(const float* data,
+                                                                std::size_t stride, std::size_t n,
+                                                                const Kernel& kernel,
+                                                                Block& block) {
   const Kernel k = kernel;
-  int finite_points = 0;
+  constexpr auto kCells = static_cast<float>(GroundBends::kCells);
+  std::int32_t finite = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    float band = 0.0f;
-    int finite = 0;
-    out[i] = distanceOf(data + i * stride, k, band, finite);
-    finite_points += finite;
+    const float* p = data + i * stride;
+    const float px = p[0] - k.sensor[0];
+    const float py = p[1] - k.sensor[1];
+    const float pz = p[2] - k.sensor[2];
+    const float x = k.forwards[0] * px + k.forwards[1] * py + k.forwards[2] * pz;
+    const float y = k.left[0] * px + k.left[1] * py + k.left[2] * pz;
+    float d = k.normal[0] * px + k.normal[1] * py + k.normal[2] * pz + k.height;
+    if (kBent) {
+      const float a = (x - k.origin_x) * k.cells_per_metre;
+      const float b = (y - k.origin_y) * k.cells_per_metre;
+      const auto column = static_cast<std::int32_t>(clamped(a, 0.0f, kCells - 1.0f));
+      const auto row = static_cast<std::int32_t>(clamped(b, 0.0f, kCells - 1.0f));
+      const std::int32_t cell = 3 * (row * GroundBends::kCells + column);
+      const float bend = k.pieces[cell] + k.pieces[cell + 1] * x + k.pieces[cell + 2] * y;
+      d -= (a >= 0.0f) & (b >= 0.0f) & (a < kCells) & (b < kCells) ? bend : 0.0f;
+    }
+    float band = k.threshold;
+    if (kNoisy) {
+      const float along = k.depth_axis[0] * px + k.depth_axis[1] * py + k.depth_axis[2] * pz;
+      const float noisy = k.noise * __builtin_fabsf(along);
+      band = noisy > band ? noisy : band;
+    }
+    const float foot = k.foot < band ? k.foot : band;
+    // Counting comparisons instead of choosing leaves no branch in the loop.
+    const std::int32_t under = (d <= foot ? 1 : 0) + (d <= band ? 1 : 0) +
+                               (d <= band + 0.5f * k.wall_height ? 1 : 0) +
+                               (d <= band + k.wall_height ? 1 : 0);
+    const std::int32_t within = (under > 0 ? 1 : 0) & (d >= -band ? 1 : 0);
+    block.kind[i] = within * (5 - under);
+    // Positive before the truncation, and small enough for a float to tell columns apart.
+    const float a = clamped(x * k.columns_per_metre, -16384.0f, 16384.0f);
+    const float b = clamped(y * k.columns_per_metre, -16384.0f, 16384.0f);
+    const auto column = static_cast<std::int32_t>(a + 32768.0f);
+    const auto row = static_cast<std::int32_t>(b + 32768.0f);
+    block.column[i] = (row & (kSide - 1)) * kSide + (column & (kSide - 1));
+    // Zero times a number is zero unless the number is not finite.
+    finite += (px * 0.0f == 0.0f) & (py * 0.0f == 0.0f) & (pz * 0.0f == 0.0f) ? 1 : 0;
   }
-  return static_cast<std::size_t>(finite_points);
+  return static_cast<std::size_t>(finite);
+}
+
+template <bool kBent, bool kNoisy>
+inline __attribute__((always_inline)) std::size_t classifyStride(const float* data,
+                                                                 std::size_t stride, std::size_t n,
+                                                                 const Kernel& kernel,
+                                                                 Block& block) {
+  // Strides known at compile time are loaded with shuffles.
+  if (stride == 4) return classifyBlock<kBent, kNoisy>(data, 4, n, kernel, block);
+  if (stride == 8) return classifyBlock<kBent, kNoisy>(data, 8, n, kernel, block);
+  return classifyBlock<kBent, kNoisy>(data, stride, n, kernel, block);
 }
 
 /// \return number of finite points
 PLANAR_MAPPING_MULTIVERSION
-std::size_t distances(const float* data, std::size_t stride, std::size_t n, const Kernel& kernel,
-                      float* out) {
-  if (stride == 4) return distancesOf(data, 4, n, kernel, out);
-  if (stride == 8) return distancesOf(data, 8, n, kernel, out);
-  return distancesOf(data, stride, n, kernel, out);
+std::size_t classify(const float* data, std::size_t stride, std::size_t n, const Kernel& kernel,
+                     Block& block) {
+  if (kernel.pieces) {
+    return kernel.noise > 0.0f ? classifyStride<true, true>(data, stride, n, kernel, block)
+                               : classifyStride<true, false>(data, stride, n, kernel, block);
+  }
+  return kernel.noise > 0.0f ? classifyStride<false, true>(data, stride, n, kernel, block)
+                             : classifyStride<false, false>(data, stride, n, kernel, block);
 }
 
-/// Columns over the ground, wrapped around: a point shares its column only with points beside it
-/// and some that are kSide columns away.
-class Columns {
- public:
-  explicit Columns(double side)
-      : per_cell_(static_cast<float>(1.0 / side)), counts_(kSide * kSide) {}
-  std::uint32_t of(float x, float y) const {
-    const auto a = static_cast<std::uint32_t>(static_cast<std::int64_t>(std::floor(x * per_cell_)));
-    const auto b = static_cast<std::uint32_t>(static_cast<std::int64_t>(std::floor(y * per_cell_)));
-    return (b % kSide) * kSide + a % kSide;
-  }
-  void addGround(std::uint32_t column) { ++counts_[column].ground; }
-  void addAbove(std::uint32_t column, float over_band, float wall_height) {
-    Count& count = counts_[column];
-    ++count.above;
-    if (over_band > 0.5f * wall_height) ++count.high;
-  }
-  /// Something stands in this column: not just noise over the band, and it reaches up.
-  bool hasWall(std::uint32_t column) const {
-    const Count& count = counts_[column];
-    return count.high >= 1 && count.above >= 3 && 4 * count.above >= count.ground;
-  }
+struct Column {
+  std::uint32_t low = 0;    ///< points in the band that may be a foot
+  std::uint32_t above = 0;  ///< points over the band
+  std::uint32_t high = 0;   ///< of these, in the upper half of wall_height
 
- private:
-  static constexpr std::uint32_t kSide = 256;
-  struct Count {
-    std::uint32_t ground = 0;
-    std::uint32_t above = 0;
-    std::uint32_t high = 0;
-  };
-  float per_cell_;
-  std::vector<Count> counts_;
+  /// Something stands here: not just noise over the band, and it reaches up.
+  bool hasWall() const { return high >= 1 && above >= 3 && 2 * above >= low; }
 };
+
+Kernel makeKernel(const GroundParams& params, const GroundFrame& frame, const GroundPlane& plane,
+                  const GroundBends& bends) {
+  const Vector3 normal =
+      plane.cosine() * (frame.axes.transpose() * Vector3(-plane.slope_x, -plane.slope_y, 1.0));
+  Kernel kernel;
+  for (int i = 0; i < 3; ++i) {
+    kernel.sensor[i] = static_cast<float>(frame.sensor[i]);
+    kernel.normal[i] = static_cast<float>(normal[i]);
+    kernel.depth_axis[i] = static_cast<float>(frame.depth_axis[i]);
+    kernel.forwards[i] = static_cast<float>(frame.axes(0, i));
+    kernel.left[i] = static_cast<float>(frame.axes(1, i));
+  }
+  kernel.height = static_cast<float>(plane.height());
+  kernel.threshold = static_cast<float>(frame.distance_threshold);
+  kernel.noise = static_cast<float>(frame.noise_per_depth_and_height * plane.height());
+  kernel.wall_height = static_cast<float>(params.wall_height);
+  // Without a search for walls nothing in the band is left to be judged.
+  kernel.foot = params.wall_height > 0.0 ? static_cast<float>(params.wall_foot_threshold) : 1e9f;
+  kernel.columns_per_metre = static_cast<float>(1.0 / params.wall_cell);
+  bends.describe(kernel.origin_x, kernel.origin_y, kernel.cells_per_metre, kernel.pieces);
+  return kernel;
+}
 
 }  // namespace
 
 void labelGround(const PointsView& points, const Indices* indices, const GroundParams& params,
                  const GroundFrame& frame, const GroundPlane& plane, const GroundBends& bends,
                  Ground& ground) {
+  const Kernel kernel = makeKernel(params, frame, plane, bends);
   const std::size_t n = countOf(points, indices);
-  const double cosine = plane.cosine();
-  const Vector3 normal =
-      cosine * (frame.axes.transpose() * Vector3(-plane.slope_x, -plane.slope_y, 1.0));
-  Kernel kernel;
-  for (int i = 0; i < 3; ++i) {
-    kernel.sensor[i] = static_cast<float>(frame.sensor[i]);
-    kernel.normal[i] = static_cast<float>(normal[i]);
-    kernel.depth_axis[i] = static_cast<float>(frame.depth_axis[i]);
-  }
-  kernel.offset = static_cast<float>(plane.height());
-  kernel.threshold = static_cast<float>(frame.distance_threshold);
-  kernel.noise = static_cast<float>(frame.noise_per_depth_and_height * plane.height());
-  kernel.depth_is_distance = frame.depth_axis.isZero(0.0) && kernel.noise > 0.0f;
-  kernel.below = bends.largest();
-  kernel.above = bends.largest() + static_cast<float>(params.wall_height);
-
-  std::vector<float> distance(n);
+  ground.is_ground.assign(n, 0);
+  std::vector<Column> columns(kSide * kSide);
+  struct Undecided {
+    std::size_t position;
+    std::int32_t column;
+  };
+  std::vector<Undecided> undecided;
+  std::vector<float> gathered(indices ? 3 * kBlock : 0);
+  Block block;
   std::size_t finite = 0;
-  if (indices) {
-    for (std::size_t k = 0; k < n; ++k) {
-      float band = 0.0f;
-      int is_finite = 0;
-      distance[k] = distanceOf(points[at(indices, k)], kernel, band, is_finite);
-      finite += static_cast<std::size_t>(is_finite);
+  std::size_t on_ground = 0;
+  for (std::size_t first = 0; first < n; first += kBlock) {
+    const std::size_t count = std::min(kBlock, n - first);
+    if (indices) {
+      for (std::size_t i = 0; i < count; ++i) {
+        std::copy_n(points[at(indices, first + i)], 3, gathered.data() + 3 * i);
+      }
+      finite += classify(gathered.data(), 3, count, kernel, block);
+    } else {
+      finite += classify(points[first], points.stride, count, kernel, block);
     }
-  } else {
-    finite = distances(points.data, points.stride, n, kernel, distance.data());
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::int32_t kind = block.kind[i];
+      ground.is_ground[first + i] = kind == kGround ? 1 : 0;
+      on_ground += kind == kGround ? 1 : 0;
+      if (kind <= kGround) continue;
+      Column& column = columns[block.column[i]];
+      if (kind == kLowInWall) {
+        ++column.low;
+        undecided.push_back({first + i, block.column[i]});
+      } else {
+        ++column.above;
+        column.high += kind == kAboveHigh ? 1 : 0;
+      }
+    }
+  }
+  for (const Undecided& point : undecided) {
+    if (columns[point.column].hasWall()) {
+      ++ground.diagnostics.wall_foot_points;
+    } else {
+      ground.is_ground[point.position] = 1;
+      ++on_ground;
+    }
   }
   ground.diagnostics.points_not_finite = n - finite;
-
-  // Now the few that can matter: the local ground, and what stands in their column.
-  ground.is_ground.assign(n, 0);
-  Columns columns(params.wall_cell);
-  std::vector<std::uint32_t> close;  // positions of ground points
-  std::vector<std::uint32_t> column_of;
-  std::vector<float> offset_of;
-  const bool look_for_walls = params.wall_height > 0.0;
-  float axis_x[3], axis_y[3];
-  for (int i = 0; i < 3; ++i) {
-    axis_x[i] = static_cast<float>(frame.axes(0, i));
-    axis_y[i] = static_cast<float>(frame.axes(1, i));
-  }
-  for (std::size_t k = 0; k < n; ++k) {
-    if (distance[k] == kFarAway) continue;
-    const float* p = points[at(indices, k)];
-    float band = 0.0f;
-    int is_finite = 0;
-    distanceOf(p, kernel, band, is_finite);
-    const float dx = p[0] - kernel.sensor[0];
-    const float dy = p[1] - kernel.sensor[1];
-    const float dz = p[2] - kernel.sensor[2];
-    const float x = axis_x[0] * dx + axis_x[1] * dy + axis_x[2] * dz;
-    const float y = axis_y[0] * dx + axis_y[1] * dy + axis_y[2] * dz;
-    float d = distance[k];
-    if (!bends.isFlat()) {
-      const float* c = bends.coefficients(x, y);
-      d -= c[0] + c[1] * x + c[2] * y;
-    }
-    if (d < -band) continue;
-    if (d <= band) {
-      ground.is_ground[k] = 1;
-      if (!look_for_walls) continue;
-      const std::uint32_t column = columns.of(x, y);
-      columns.addGround(column);
-      close.push_back(static_cast<std::uint32_t>(k));
-      column_of.push_back(column);
-      offset_of.push_back(d);
-    } else if (look_for_walls && d <= band + static_cast<float>(params.wall_height)) {
-      columns.addAbove(columns.of(x, y), d - band, static_cast<float>(params.wall_height));
-    }
-  }
-  const auto foot = static_cast<float>(params.wall_foot_threshold);
-  for (std::size_t i = 0; i < close.size(); ++i) {
-    if (offset_of[i] <= foot || !columns.hasWall(column_of[i])) continue;
-    ground.is_ground[close[i]] = 0;
-    ++ground.diagnostics.wall_foot_points;
-  }
-  ground.diagnostics.ground_points = static_cast<std::size_t>(
-      std::count(ground.is_ground.begin(), ground.is_ground.end(), std::uint8_t{1}));
+  ground.diagnostics.ground_points = on_ground;
 }
 
 }  // namespace planar_mapping::detail

@@ -51,44 +51,40 @@ struct GroundPlane {
 
 struct GroundEstimate {
   GroundPlane plane;
-  PlaneMoments moments;     ///< of the inliers, in the ground frame
-  std::size_t support = 0;  ///< inliers that lie flat
+  PlaneMoments moments;  ///< of the inliers, in the ground frame
 };
 
 /// The plane of the ground from the sample.
 GroundStatus estimateGround(const GroundSample& sample, const GroundParams& params,
-                            const GroundFrame& frame, double finite_share, GroundEstimate& estimate,
-                            GroundDiagnostics& diagnostics);
+                            const GroundFrame& frame, double points_per_sample,
+                            GroundEstimate& estimate, GroundDiagnostics& diagnostics);
 
-/// Height of the ground over its plane at the sensor, bilinear pieces on a square grid.
+/// Height of the ground over its plane at the sensor, in linear pieces on a square grid.
 class GroundBends {
  public:
   /// Follows the ground outwards from the sensor.
   GroundBends(const GroundSample& sample, const GroundEstimate& estimate,
               const GroundParams& params, const GroundFrame& frame);
 
-  /// w = c[0] + c[1] x + c[2] y, valid in the cell of (x, y): distance of the local ground from
-  /// the plane at the sensor, metres; x, y in the ground frame.
-  const float* coefficients(float x, float y) const {
-    const float a = (x - origin_x_) * per_cell_;
-    const float b = (y - origin_y_) * per_cell_;
-    if (!(a >= 0.0f && b >= 0.0f && a < kCells && b < kCells)) return kFlat;
-    const int cell = static_cast<int>(b) * kCells + static_cast<int>(a);
-    return &pieces_[static_cast<std::size_t>(3 * cell)];
+  /// For the pass over the points: cell = floor((x - origin_x) * cells_per_metre) and likewise,
+  /// row major; w = c[0] + c[1] x + c[2] y with c = pieces + 3 * cell is the distance of the local
+  /// ground from the plane at the sensor, metres. \p pieces is null where the ground is flat;
+  /// outside the grid it is.
+  void describe(float& origin_x, float& origin_y, float& cells_per_metre,
+                const float*& pieces) const {
+    origin_x = origin_x_;
+    origin_y = origin_y_;
+    cells_per_metre = per_cell_;
+    pieces = pieces_.empty() ? nullptr : pieces_.data();
   }
-  bool isFlat() const { return pieces_.empty(); }
-  /// Largest distance of the ground from the plane anywhere, metres.
-  float largest() const { return largest_; }
   std::size_t followed() const { return followed_; }
 
   static constexpr int kCells = 64;
 
  private:
-  static constexpr float kFlat[3] = {0.0f, 0.0f, 0.0f};
   float origin_x_ = 0.0f;
   float origin_y_ = 0.0f;
   float per_cell_ = 0.0f;
-  float largest_ = 0.0f;
   std::size_t followed_ = 0;
   std::vector<float> pieces_;  ///< three per cell; empty = flat
 };

@@ -16,12 +16,13 @@ constexpr int kMaxDraws = 3000;      // triples drawn
 constexpr int kMaxScored = 600;      // hypotheses scored on the small sample
 constexpr std::size_t kSmall = 512;  // points of the small sample
 constexpr int kFinalists = 8;        // hypotheses scored on the whole sample
+constexpr int kRefits = 3;           // rounds of least squares
 
-/// Points within the band minus points below it: nothing lies under the ground but noise.
+/// Points within the band minus points below it, times 256: nothing lies under the ground but
+/// noise.
 PLANAR_MAPPING_MULTIVERSION
 int score(const float* x, const float* y, const float* z, const float* band, std::size_t n,
-          float slope_x, float slope_y, float offset, float cosine, float below_weight_256,
-          int* inliers) {
+          float slope_x, float slope_y, float offset, float cosine, int below_weight_256) {
   int inside = 0;
   int below = 0;
   for (std::size_t i = 0; i < n; ++i) {
@@ -29,14 +30,17 @@ int score(const float* x, const float* y, const float* z, const float* band, std
     inside += (d <= band[i]) & (d >= -band[i]) ? 1 : 0;
     below += d < -2.0f * band[i] ? 1 : 0;
   }
-  *inliers = inside;
-  return 256 * inside - static_cast<int>(below_weight_256) * below;
+  return 256 * inside - below_weight_256 * below;
 }
 
 struct Hypothesis {
   GroundPlane plane;
   int score = 0;
 };
+
+bool byScore(const Hypothesis& a, const Hypothesis& b) {
+  return a.score > b.score;
+}
 
 /// Points that may be ground by the priors alone, with their band.
 struct Candidates {
@@ -50,11 +54,10 @@ struct Candidates {
   }
 };
 
-double scoreOf(const Candidates& c, std::size_t n, const GroundPlane& p, double below_weight,
-               int& inliers) {
+int scoreOf(const Candidates& c, std::size_t n, const GroundPlane& p, double below_weight) {
   return score(c.x.data(), c.y.data(), c.z.data(), c.band.data(), n, static_cast<float>(p.slope_x),
                static_cast<float>(p.slope_y), static_cast<float>(p.offset),
-               static_cast<float>(p.cosine()), static_cast<float>(256.0 * below_weight), &inliers);
+               static_cast<float>(p.cosine()), static_cast<int>(256.0 * below_weight));
 }
 
 bool withinPriors(const GroundPlane& plane, const GroundParams& params) {
@@ -100,42 +103,50 @@ std::vector<Hypothesis> drawHypotheses(const Candidates& c, const GroundParams& 
     Hypothesis hypothesis;
     if (!throughPoints(c, i, j, k, hypothesis.plane)) continue;
     if (!withinPriors(hypothesis.plane, params)) continue;
-    int inliers = 0;
-    hypothesis.score = static_cast<int>(scoreOf(c, small, hypothesis.plane, below_weight, inliers));
+    hypothesis.score = scoreOf(c, small, hypothesis.plane, below_weight);
     ++scored;
     best.push_back(hypothesis);
   }
   diagnostics.hypotheses = static_cast<std::size_t>(scored);
-  std::stable_sort(best.begin(), best.end(),
-                   [](const Hypothesis& a, const Hypothesis& b) { return a.score > b.score; });
+  std::stable_sort(best.begin(), best.end(), byScore);
   if (best.size() > kFinalists) best.resize(kFinalists);
   return best;
 }
 
 /// Least squares on the points within the band, weighted by 1 / band^2.
-bool refit(const Candidates& c, GroundPlane& plane, PlaneMoments& moments) {
+bool refit(const Candidates& c, double reference_band, GroundPlane& plane, PlaneMoments& moments) {
   const double cosine = plane.cosine();
-  PlaneMoments sums;
-  std::vector<std::size_t> inliers;
-  double narrowest = 1e300;
+  // About the foot of the sensor, so that the sums stay small.
+  double n = 0.0, x1 = 0.0, y1 = 0.0, z1 = 0.0;
+  double xx = 0.0, xy = 0.0, xz = 0.0, yy = 0.0, yz = 0.0, zz = 0.0;
   for (std::size_t i = 0; i < c.size(); ++i) {
-    const double d =
-        (c.z[i] - plane.slope_x * c.x[i] - plane.slope_y * c.y[i] - plane.offset) * cosine;
-    if (std::abs(d) > c.band[i]) continue;
-    inliers.push_back(i);
-    narrowest = std::min(narrowest, double(c.band[i]));
+    const double x = c.x[i];
+    const double y = c.y[i];
+    const double z = c.z[i] - plane.offset;
+    if (!(std::abs((z - plane.slope_x * x - plane.slope_y * y) * cosine) <= c.band[i])) continue;
+    const double relative = reference_band / c.band[i];
+    const double weight = relative * relative;
+    n += weight;
+    x1 += weight * x;
+    y1 += weight * y;
+    z1 += weight * z;
+    xx += weight * x * x;
+    xy += weight * x * y;
+    xz += weight * x * z;
+    yy += weight * y * y;
+    yz += weight * y * z;
+    zz += weight * z * z;
   }
-  for (const std::size_t i : inliers) {
-    const double relative = narrowest / c.band[i];
-    sums.add(Vector3(c.x[i], c.y[i], c.z[i]), relative * relative);
-  }
+  Matrix3 outer;
+  outer << xx, xy, xz, xy, yy, yz, xz, yz, zz;
+  const PlaneMoments sums =
+      PlaneMoments::fromSums(n, Vector3(x1, y1, z1), outer, Vector3(0.0, 0.0, plane.offset));
   const PlaneMoments::Fit fit = sums.fit();
   if (!fit.valid) return false;
-  Vector3 n = fit.plane.normal;
-  double d = fit.plane.offset;
-  if (n.z() < 0.0) n = -n, d = -d;
-  if (!(n.z() > 0.1)) return false;
-  plane = {-n.x() / n.z(), -n.y() / n.z(), -d / n.z()};
+  const Plane upwards = fit.plane.normal.z() < 0.0 ? fit.plane.flipped() : fit.plane;
+  const Vector3& normal = upwards.normal;
+  if (!(normal.z() > 0.1)) return false;
+  plane = {-normal.x() / normal.z(), -normal.y() / normal.z(), -upwards.offset / normal.z()};
   moments = sums;
   return true;
 }
@@ -272,26 +283,24 @@ GroundStatus estimateGround(const GroundSample& sample, const GroundParams& para
   std::vector<Hypothesis> finalists = drawHypotheses(candidates, params, below_weight, diagnostics);
   if (finalists.empty()) return GroundStatus::NoPlane;
 
-  bool found = false;
-  double best_score = 0.0;
   for (Hypothesis& hypothesis : finalists) {
+    hypothesis.score = scoreOf(all, all.size(), hypothesis.plane, below_weight);
+  }
+  std::stable_sort(finalists.begin(), finalists.end(), byScore);
+  for (const Hypothesis& hypothesis : finalists) {
     GroundPlane plane = hypothesis.plane;
     PlaneMoments moments;
     bool good = true;
-    for (int round = 0; round < 3 && good; ++round) good = refit(candidates, plane, moments);
+    for (int round = 0; round < kRefits && good; ++round) {
+      good = refit(candidates, frame.distance_threshold, plane, moments);
+    }
     if (!good || !withinPriors(plane, params)) continue;
-    int inliers = 0;
-    const double score_all = scoreOf(all, all.size(), plane, below_weight, inliers);
-    if (found && score_all <= best_score) continue;
-    const std::size_t support = flatSupport(sample, all, plane, params);
-    if (static_cast<double>(support) < needed) continue;
-    found = true;
-    best_score = score_all;
+    if (static_cast<double>(flatSupport(sample, all, plane, params)) < needed) continue;
     estimate.plane = plane;
     estimate.moments = moments;
-    estimate.support = support;
+    return GroundStatus::Found;
   }
-  return found ? GroundStatus::Found : GroundStatus::TooLittleSupport;
+  return GroundStatus::TooLittleSupport;
 }
 
 }  // namespace planar_mapping::detail
