@@ -25,8 +25,9 @@ constexpr std::size_t kMostVoters = 16384;
 // A plane cuts a leaf through its middle if it passes its centre within this share of the side.
 constexpr double kMiddle = 0.35;
 // Least share of the leaves around that agree, over the whole plane and for a single voter.
-constexpr double kLeastCoherence = 0.7;
+constexpr double kLeastCoherence = 0.6;
 constexpr double kLeastLeafCoherence = 0.3;
+constexpr double kLeastCompany = 0.25;
 constexpr int kCoherenceRounds = 4;
 constexpr int kBlockRefits = 3;
 constexpr int kLocalRefits = 4;
@@ -44,13 +45,48 @@ struct Proposal {
   std::size_t age = 0;  ///< planes accepted when the score was taken
 };
 
+/// Calls visit(leaf) for the leaves around \p leaf the plane runs through the middle of.
+template <typename Visit>
+void forEachNeighbour(const SurfaceLeaves& surface, const SurfaceLeaf& leaf, const Plane& plane,
+                      Visit visit) {
+  const double leaf_side = surface.sideOf(leaf);
+  const Vector3 step = leaf_side * plane.normal;
+  const double here = plane.signedDistance(surface.centreOf(leaf));
+  for (int dz = -1; dz <= 1; ++dz) {
+    for (int dy = -1; dy <= 1; ++dy) {
+      for (int dx = -1; dx <= 1; ++dx) {
+        if (dx == 0 && dy == 0 && dz == 0) continue;
+        const double distance = here + dx * step[0] + dy * step[1] + dz * step[2];
+        if (std::abs(distance) > kMiddle * leaf_side) continue;
+        const std::int32_t other =
+            surface.find(leaf.level, {leaf.key.x + dx, leaf.key.y + dy, leaf.key.z + dz});
+        if (other >= 0) visit(other);
+      }
+    }
+  }
+}
+
+/// Whether the surface goes on around the leaf: clutter that looks flat by chance stands alone.
+bool hasCompany(const SurfaceLeaves& surface, const SurfaceLeaf& leaf, double cosine) {
+  const Plane plane{leaf.normal, -leaf.normal.dot(leaf.mean)};
+  int agree = 0, oppose = 0;
+  forEachNeighbour(surface, leaf, plane, [&](std::int32_t other) {
+    const SurfaceLeaf& neighbour = surface.leaves[static_cast<std::size_t>(other)];
+    const bool agrees = neighbour.planar &&
+                        std::abs(neighbour.normal.dot(plane.normal)) >= cosine &&
+                        std::abs(plane.signedDistance(neighbour.mean)) <= neighbour.band;
+    ++(agrees ? agree : oppose);
+  });
+  return agree >= kLeastCompany * (agree + oppose);
+}
+
 /// The leaves that no plane has yet, as columns about a common origin.
 class Voters {
  public:
-  Voters(const SurfaceLeaves& surface, const Vector3& origin) : origin_(origin) {
+  Voters(const SurfaceLeaves& surface, const Vector3& origin, double cosine) : origin_(origin) {
     for (std::size_t i = 0; i < surface.leaves.size(); ++i) {
       const SurfaceLeaf& leaf = surface.leaves[i];
-      if (!leaf.planar) continue;
+      if (!leaf.planar || !hasCompany(surface, leaf, cosine)) continue;
       name_.push_back(static_cast<std::int32_t>(i));
       const Vector3 p = leaf.mean - origin;
       for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -165,9 +201,9 @@ class LeafPlaneSearch {
         params_(params),
         diagnostics_(diagnostics),
         origin_(medianOfMeans(surface)),
-        voters_(surface, origin_),
-        random_(params.seed),
         cosine_(std::cos(params.max_normal_deviation)),
+        voters_(surface, origin_, cosine_),
+        random_(params.seed),
         least_(kShareThatVotes * params.min_inliers) {}
 
   std::vector<LeafPlane> run() {
@@ -337,28 +373,6 @@ class LeafPlaneSearch {
     return PlaneMoments::fromSums(all.n, {all.sum[0], all.sum[1], all.sum[2]}, outer, origin_);
   }
 
-  /// Counts the leaves around \p leaf the plane runs through the middle of: those that vote for
-  /// it and those that do not.
-  void neighbourhood(const SurfaceLeaf& leaf, const Plane& plane, int& agree, int& oppose) const {
-    const double leaf_side = surface_.sideOf(leaf);
-    const Vector3 step = leaf_side * plane.normal;
-    const double here = plane.signedDistance(surface_.centreOf(leaf));
-    agree = oppose = 0;
-    for (int dz = -1; dz <= 1; ++dz) {
-      for (int dy = -1; dy <= 1; ++dy) {
-        for (int dx = -1; dx <= 1; ++dx) {
-          if (dx == 0 && dy == 0 && dz == 0) continue;
-          const double distance = here + dx * step[0] + dy * step[1] + dz * step[2];
-          if (std::abs(distance) > kMiddle * leaf_side) continue;
-          const std::int32_t other =
-              surface_.find(leaf.level, {leaf.key.x + dx, leaf.key.y + dy, leaf.key.z + dz});
-          if (other < 0) continue;
-          ++(votes_[static_cast<std::size_t>(other)] != 0 ? agree : oppose);
-        }
-      }
-    }
-  }
-
   /// Drops voters that stand alone among leaves that disagree, until what is left agrees with
   /// itself. \return whether it is one surface rather than a cut through unrelated things
   bool keepCoherent(const Plane& plane, std::vector<std::int32_t>& voters) {
@@ -373,7 +387,9 @@ class LeafPlaneSearch {
       kept.clear();
       for (const std::int32_t voter : voters) {
         int agree = 0, oppose = 0;
-        neighbourhood(surface_.leaves[nameOf(voter)], plane, agree, oppose);
+        forEachNeighbour(surface_, surface_.leaves[nameOf(voter)], plane, [&](std::int32_t other) {
+          ++(votes_[static_cast<std::size_t>(other)] != 0 ? agree : oppose);
+        });
         agreeing += agree;
         opposing += oppose;
         if (agree >= kLeastLeafCoherence * (agree + oppose)) kept.push_back(voter);
@@ -428,12 +444,12 @@ class LeafPlaneSearch {
   const MultiPlaneParams& params_;
   PlaneSearchDiagnostics& diagnostics_;
   const Vector3 origin_;
+  const double cosine_;
   Voters voters_;
   Voters sample_ = voters_;
   bool sampled_ = false;
   bool stopped_ = false;
   Random random_;
-  const double cosine_;
   const double least_;
   std::vector<char> votes_ = std::vector<char>(surface_.leaves.size(), 0);
   std::vector<Plane> rejected_;

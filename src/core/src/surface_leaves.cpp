@@ -22,6 +22,12 @@ bool isNarrow(const LocalFit& fit, double side) {
   return !(fit.eigenvalues[1] > kLeastWidth * kLeastWidth * side * side);
 }
 
+/// Too thick for its width, but not for a surface: a larger piece may show its direction.
+bool isThickAsWide(const LocalFit& fit, double band) {
+  return fit.eigenvalues[0] > kMostThickness * fit.eigenvalues[1] &&
+         fit.eigenvalues[0] <= band * band;
+}
+
 }  // namespace
 
 LocalFit fitLocally(const CellSums& s) {
@@ -95,7 +101,7 @@ SurfaceLeaves buildSurfaceLeaves(const CellGrid& grid, const DistanceBand& band)
       SurfaceLeaf candidate;
       if (sums[i].n >= kLeastPoints) {
         const LocalFit fit = fitLocally(sums[i]);
-        if (!last && isNarrow(fit, side)) continue;
+        if (!last && (isNarrow(fit, side) || isThickAsWide(fit, threshold))) continue;
         candidate.planar = isSurface(fit, side, threshold);
         candidate.mean = centre + fit.mean;
         candidate.normal = fit.normal;
