@@ -46,7 +46,7 @@ class CellIndex {
 
   std::size_t slotOf(const CellKey& cell) const {
     std::size_t slot = hash(cell) & mask_;
-    while (slots_[slot].number >= 0 && slots_[slot].key != cell) slot = (slot + 1) & mask_;
+    while (slots_[slot].number >= 0 && !isSame(slots_[slot].key, cell)) slot = (slot + 1) & mask_;
     return slot;
   }
 
@@ -58,6 +58,11 @@ class CellIndex {
     for (const Slot& slot : old) {
       if (slot.number >= 0) slots_[slotOf(slot.key)] = slot;
     }
+  }
+
+  // Not operator==, which calls memcmp.
+  static bool isSame(const CellKey& l, const CellKey& r) {
+    return ((l[0] ^ r[0]) | (l[1] ^ r[1]) | (l[2] ^ r[2])) == 0;
   }
 
   static std::size_t hash(const CellKey& cell) {

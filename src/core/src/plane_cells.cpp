@@ -12,6 +12,7 @@ namespace {
 
 /// Points that are projected at a time; what they need stays in the cache.
 constexpr std::size_t kChunk = 8192;
+static_assert(kChunk % kKernelBlock == 0);
 /// A raster may have this many cells for each point, beyond a small one that is always allowed.
 constexpr double kWindowPerPoint = 4.0;
 constexpr double kSmallWindow = 65536.0;

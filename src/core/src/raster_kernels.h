@@ -8,12 +8,16 @@
 // Plain loops over points, compiled for several instruction sets; no Eigen in here.
 namespace planar_mapping::detail {
 
+/// Kernels work on whole blocks of points: output arrays must have room for the next multiple of
+/// this, where the last point is repeated.
+constexpr std::size_t kKernelBlock = 16;
+
 /// A strided cloud and the points of it that count.
 struct PointSelection {
-  const float* data = nullptr;  ///< x y z
-  std::size_t stride = 3;       ///< floats from point to point
-  const int* indices = nullptr;
-  std::size_t size = 0;  ///< number of indices
+  const float* data = nullptr;   ///< x y z
+  std::size_t stride = 3;        ///< floats from point to point
+  const int* indices = nullptr;  ///< ascending; null = the first size points
+  std::size_t size = 0;
 };
 
 /// Coordinates in a plane: u . p + u_offset, v . p + v_offset.
@@ -51,8 +55,7 @@ void cellNumbers(const double* u, const double* v, std::size_t size, const Raste
                  std::int32_t* cell);
 
 /// Cells of the grid of all space: floor(p * cells_per_metre), INT32_MIN in all three where that
-/// is not a number or beyond +-limit.
-/// \param points indices may be null: then the first size points
+/// is not a number or beyond +-limit. In single precision, as the points are.
 void gridCells(const PointSelection& points, double cells_per_metre, std::int32_t limit,
                std::int32_t* x, std::int32_t* y, std::int32_t* z);
 

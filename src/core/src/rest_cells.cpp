@@ -13,17 +13,30 @@ namespace planar_mapping::detail {
 namespace {
 
 constexpr std::size_t kChunk = 4096;
+static_assert(kChunk % kKernelBlock == 0);
 /// Beyond this cell number floats are coarser than the grid for every resolution we accept.
 constexpr std::int32_t kLargestCell = 1 << 29;
 constexpr std::int32_t kNoCell = std::numeric_limits<std::int32_t>::min();
 
-/// Calls visit(position in the selection, half cell as key) for each point that has a cell, in
-/// order. Half cells, because which part of a cell is in use matters as well.
+/// Cells of a stretch of points of side 1 / cells_per_metre.
+struct ChunkOfCells {
+  std::vector<std::int32_t> x = std::vector<std::int32_t>(kChunk);
+  std::vector<std::int32_t> y = std::vector<std::int32_t>(kChunk);
+  std::vector<std::int32_t> z = std::vector<std::int32_t>(kChunk);
+
+  bool isPlaced(std::size_t i) const { return x[i] != kNoCell; }
+  CellKey operator[](std::size_t i) const { return {x[i], y[i], z[i]}; }
+  bool isLikePrevious(std::size_t i) const {
+    return x[i] == x[i - 1] && y[i] == y[i - 1] && z[i] == z[i - 1];
+  }
+};
+
+/// Calls visit(position of the first, number of points, their cells) for each stretch.
 template <typename Visit>
-void forEachHalfCell(const PointsView& points, const Indices* indices, double resolution,
-                     const Visit& visit) {
+void forEachChunk(const PointsView& points, const Indices* indices, double cells_per_metre,
+                  const Visit& visit) {
   const std::size_t size = indices ? indices->size() : points.size;
-  std::vector<std::int32_t> x(kChunk), y(kChunk), z(kChunk);
+  ChunkOfCells cells;
   for (std::size_t first = 0; first < size; first += kChunk) {
     const std::size_t some = std::min(kChunk, size - first);
     PointSelection selection{points.data, points.stride, nullptr, some};
@@ -32,33 +45,15 @@ void forEachHalfCell(const PointsView& points, const Indices* indices, double re
     } else {
       selection.data += first * points.stride;
     }
-    gridCells(selection, 2.0 / resolution, 2 * kLargestCell, x.data(), y.data(), z.data());
-    for (std::size_t i = 0; i < some; ++i) {
-      if (x[i] != kNoCell) visit(first + i, CellKey{x[i], y[i], z[i]});
-    }
+    gridCells(selection, cells_per_metre, kLargestCell, cells.x.data(), cells.y.data(),
+              cells.z.data());
+    visit(first, some, cells);
   }
 }
 
 CellKey cellOf(const CellKey& half) {
   return {half[0] >> 1, half[1] >> 1, half[2] >> 1};
 }
-
-/// Numbers cells; neighbours in the cloud mostly share one, so the last answer is kept.
-class CellNumbers {
- public:
-  std::int32_t operator()(const CellKey& cell) {
-    if (last_ >= 0 && cell == last_cell_) return last_;
-    last_cell_ = cell;
-    last_ = index_.insert(cell);
-    return last_;
-  }
-  std::size_t size() const { return index_.size(); }
-
- private:
-  CellIndex index_;
-  CellKey last_cell_{};
-  std::int32_t last_ = -1;
-};
 
 /// Sums over the points of a cell, about the cell's corner.
 struct CellSums {
@@ -74,23 +69,12 @@ struct CellSums {
 RestCells collectRest(const PointsView& points, const Indices* indices, double resolution,
                       const PlanarVolume* volume, const std::vector<float>* probability) {
   RestCells rest;
-  CellNumbers numbers;
+  CellIndex numbers;
   std::vector<CellSums> sums;
   std::vector<std::size_t> first_candidate;  // of cell i: candidates[first[i]] ...
   std::vector<std::int32_t> candidates;
   const double radius = 0.5 * std::sqrt(3.0) * resolution;
-  forEachHalfCell(points, indices, resolution, [&](std::size_t position, const CellKey& half) {
-    const CellKey cell = cellOf(half);
-    const auto number = static_cast<std::size_t>(numbers(cell));
-    const Vector3 corner = resolution * Vector3(cell[0], cell[1], cell[2]);
-    if (number == sums.size()) {
-      sums.emplace_back();
-      sums.back().cell = cell;
-      first_candidate.push_back(candidates.size());
-      if (volume) volume->candidates(corner.array() + 0.5 * resolution, radius, candidates);
-    }
-    ++rest.points;
-    const std::size_t index = indices ? static_cast<std::size_t>((*indices)[position]) : position;
+  const auto addPoint = [&](std::size_t index, const CellKey& half, std::size_t number) {
     const Vector3 p = points.point(index);
     const std::size_t last =
         number + 1 < first_candidate.size() ? first_candidate[number + 1] : candidates.size();
@@ -103,9 +87,31 @@ RestCells collectRest(const PointsView& points, const Indices* indices, double r
     ++sum.count;
     sum.octants |=
         static_cast<std::uint8_t>(1u << ((half[0] & 1) + 2 * (half[1] & 1) + 4 * (half[2] & 1)));
-    sum.sum += p - corner;
+    sum.sum += p - resolution * Vector3(sum.cell[0], sum.cell[1], sum.cell[2]);
     sum.probability += probability ? (*probability)[index] : 1.0f;
-  });
+  };
+  // Half cells, because it matters as well which part of a cell is in use.
+  const auto addChunk = [&](std::size_t first, std::size_t size, const ChunkOfCells& halves) {
+    std::size_t number = 0;
+    for (std::size_t i = 0; i < size; ++i) {
+      if (!halves.isPlaced(i)) continue;
+      ++rest.points;
+      const CellKey half = halves[i];
+      if (i == 0 || !halves.isLikePrevious(i)) {
+        const CellKey cell = cellOf(half);
+        number = static_cast<std::size_t>(numbers.insert(cell));
+        if (number == sums.size()) {
+          sums.emplace_back();
+          sums.back().cell = cell;
+          first_candidate.push_back(candidates.size());
+          const Vector3 center = resolution * (Vector3(cell[0], cell[1], cell[2]).array() + 0.5);
+          if (volume) volume->candidates(center, radius, candidates);
+        }
+      }
+      addPoint(indices ? static_cast<std::size_t>((*indices)[first + i]) : first + i, half, number);
+    }
+  };
+  forEachChunk(points, indices, 2.0 / resolution, addChunk);
   rest.dropped = (indices ? indices->size() : points.size) - rest.points;
   rest.cells.reserve(sums.size());
   for (const CellSums& sum : sums) {
@@ -124,9 +130,14 @@ RestCells collectRest(const PointsView& points, const Indices* indices, double r
 }
 
 std::size_t countCells(const PointsView& points, const Indices* indices, double resolution) {
-  CellNumbers numbers;
-  forEachHalfCell(points, indices, resolution,
-                  [&](std::size_t, const CellKey& half) { numbers(cellOf(half)); });
+  CellIndex numbers;
+  forEachChunk(points, indices, 1.0 / resolution,
+               [&](std::size_t, std::size_t size, const ChunkOfCells& cells) {
+                 for (std::size_t i = 0; i < size; ++i) {
+                   if (i > 0 && cells.isLikePrevious(i)) continue;
+                   if (cells.isPlaced(i)) numbers.insert(cells[i]);
+                 }
+               });
   return numbers.size();
 }
 
