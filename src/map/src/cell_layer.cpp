@@ -94,14 +94,6 @@ std::size_t CellLayer::rebuild(const CuboidApproximationParams& params,
   return rebuilt;
 }
 
-std::size_t CellLayer::occupiedCells() const {
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
-    count += static_cast<std::size_t>(__builtin_popcountll(blocks.value(i).occupied));
-  }
-  return count;
-}
-
 std::size_t CellLayer::memoryBytes() const {
   std::size_t bytes = blocks.memoryBytes() + regions.memoryBytes();
   for (std::size_t i = 0; i < blocks.size(); ++i) {

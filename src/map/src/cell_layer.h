@@ -57,7 +57,6 @@ class CellLayer {
   void markDirty(const Int3& block, std::uint32_t frame);
   /// Rebuilds the dirty regions. \param sensors position of the sensor per frame
   std::size_t rebuild(const CuboidApproximationParams& params, const std::vector<Vector3>& sensors);
-  std::size_t occupiedCells() const;
   std::size_t memoryBytes() const;
 };
 

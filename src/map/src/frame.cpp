@@ -38,6 +38,24 @@ void requirePose(const Pose& pose) {
   }
 }
 
+void requireCamera(const PinholeCamera& camera, const PointsView& points) {
+  constexpr int kLargestImage = 1 << 14;
+  const bool is_finite = std::isfinite(camera.fx) && std::isfinite(camera.fy) &&
+                         std::isfinite(camera.cx) && std::isfinite(camera.cy);
+  if (!is_finite || !(camera.fx > 0.0) || !(camera.fy > 0.0)) {
+    throw InputError("the camera of the frame has a focal length that is not positive");
+  }
+  const bool has_size = camera.width > 0 && camera.height > 0;
+  if (points.isOrganized()) {
+    if (has_size && (static_cast<std::uint32_t>(camera.width) != points.width ||
+                     static_cast<std::uint32_t>(camera.height) != points.height)) {
+      throw InputError("the camera of the frame has another size than its organized cloud");
+    }
+  } else if (!has_size || camera.width > kLargestImage || camera.height > kLargestImage) {
+    throw InputError("the camera of the frame has no usable image size");
+  }
+}
+
 PlaneMoments momentsOf(const PointsView& points, const Indices& inliers) {
   PlaneMoments moments;
   for (const int i : inliers) {
@@ -73,6 +91,7 @@ Frame makeFrame(const FrameObservation& observation) {
     throw InputError("the cloud of the frame has " + std::to_string(n) + " points, not " +
                      std::to_string(points.width) + " x " + std::to_string(points.height));
   }
+  if (observation.camera && n > 0) requireCamera(*observation.camera, points);
   if (observation.indices != nullptr) requireIndices(*observation.indices, n, "indices");
   if (observation.ground != nullptr) requireIndices(*observation.ground, n, "ground");
   if (observation.probability != nullptr) {

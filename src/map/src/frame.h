@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "depth_image.h"
 #include "map_data.h"
 
 namespace planar_mapping::detail {
@@ -46,6 +47,8 @@ void associatePlanes(MapData& map, Frame& frame);
 void integratePlanes(MapData& map, Frame& frame);
 /// Merges planes of the map that turned out to be one.
 void mergePlanes(MapData& map, Frame& frame);
+/// Lowers the belief of cells that the sensor looks through.
+void integrateMisses(MapData& map, Frame& frame, const std::vector<DepthImage>& images);
 /// Non-planar points into cells; cells that planes cover now are given up.
 void integrateCells(MapData& map, Frame& frame);
 

@@ -8,8 +8,8 @@
 namespace planar_mapping::detail {
 namespace {
 
-/// A leaf may stand for at most 4 x 4 cells of a plane or 2 x 2 x 2 of space: larger ones would
-/// save little and let a small file ask for much memory.
+/// Leaves may stand for few cells only: larger ones would save little and let a small file ask for
+/// much memory.
 struct Shape {
   int dimensions;
   int bundle_levels;   ///< of a bundle: its side is 2^levels cells
@@ -17,8 +17,8 @@ struct Shape {
   std::int32_t limit;  ///< of bundle coordinates, exclusive
 };
 Shape shapeOf(TreeKind kind) {
-  return kind == TreeKind::Quadtree ? Shape{2, 3, 2, kLatticeLimit / 8}
-                                    : Shape{3, 2, 1, kLatticeLimit / 4};
+  if (kind == TreeKind::Quadtree) return {2, 3, 2, kLatticeLimit / 8};
+  return {3, 2, kind == TreeKind::Octree ? 1 : 2, kLatticeLimit / 4};
 }
 
 /// cells[path] for a path of child numbers down a bundle.
@@ -59,6 +59,9 @@ class TreeWriter {
   /// Bundles [begin, end) are below a node `level` levels above bundles; depth <= 20.
   void node(int level, std::size_t begin, std::size_t end) {
     if (begin == end) return out_.label(Label::Free);
+    if (level == 0 && shape_.leaf_levels == shape_.bundle_levels && ~bundles_[begin].cells == 0) {
+      return out_.label(leaf_);
+    }
     out_.label(Label::Inner);
     if (level == 0) {
       const int children = 1 << shape_.dimensions;
@@ -104,17 +107,26 @@ class TreeWriter {
 
 class TreeReader {
  public:
-  TreeReader(TreeKind kind, Int3 corner, Label leaf, ByteReader& in)
-      : shape_(shapeOf(kind)), order_(cellOrder(kind)), corner_(corner), leaf_(leaf), in_(in) {}
+  using Take = std::function<void(const CellBundle&)>;
+  TreeReader(TreeKind kind, Int3 corner, Label leaf, ByteReader& in, const Take& take)
+      : shape_(shapeOf(kind)),
+        order_(cellOrder(kind)),
+        corner_(corner),
+        leaf_(leaf),
+        in_(in),
+        take_(take) {}
 
   /// Depth is bounded by the number of levels, which the caller has checked.
   void node(int level, const Int3& at) {
     const Label label = in_.label();
     if (label == Label::Free) return;
-    if (label != Label::Inner) in_.fail("has a leaf that is too large or of another kind");
+    const bool is_full = label == leaf_ && level == 0 && shape_.leaf_levels == shape_.bundle_levels;
+    if (label != Label::Inner && !is_full) {
+      in_.fail("has a leaf that is too large or of another kind");
+    }
     if (level == 0) {
-      std::uint64_t path_bits = 0;
-      for (int c = 0; c < 1 << shape_.dimensions; ++c) {
+      std::uint64_t path_bits = is_full ? ~std::uint64_t{0} : 0;
+      for (int c = 0; c < 1 << shape_.dimensions && !is_full; ++c) {
         cells(shape_.bundle_levels - 1, path_bits, c);
       }
       if (path_bits == 0) in_.fail("has an inner node without a set cell");
@@ -127,7 +139,7 @@ class TreeReader {
       for (unsigned path = 0; path < 64; ++path) {
         bundle.cells |= ((path_bits >> path) & 1u) << order_[path];
       }
-      bundles.push_back(bundle);
+      take_(bundle);
       return;
     }
     for (int c = 0; c < 1 << shape_.dimensions; ++c) {
@@ -136,8 +148,6 @@ class TreeReader {
                        at.z + ((c & 4) != 0 ? half : 0)});
     }
   }
-
-  std::vector<CellBundle> bundles;
 
  private:
   void cells(int level, std::uint64_t& path_bits, int index) {
@@ -161,6 +171,7 @@ class TreeReader {
   const Int3 corner_;
   const Label leaf_;
   ByteReader& in_;
+  const Take& take_;
 };
 
 }  // namespace
@@ -210,6 +221,13 @@ void writeTree(TreeKind kind, std::vector<CellBundle>& bundles, Label leaf, Byte
 }
 
 std::vector<CellBundle> readTree(TreeKind kind, Label leaf, ByteReader& in) {
+  std::vector<CellBundle> bundles;
+  readTree(kind, leaf, in, [&](const CellBundle& bundle) { bundles.push_back(bundle); });
+  return bundles;
+}
+
+void readTree(TreeKind kind, Label leaf, ByteReader& in,
+              const std::function<void(const CellBundle&)>& take) {
   const Shape shape = shapeOf(kind);
   Int3 corner;
   corner.x = in.within(-shape.limit, shape.limit - 1);
@@ -219,10 +237,8 @@ std::vector<CellBundle> readTree(TreeKind kind, Label leaf, ByteReader& in) {
   if ((std::int64_t{1} << std::min(levels, 62)) >= 4 * static_cast<std::int64_t>(shape.limit)) {
     in.fail("has a tree deeper than the world");
   }
-  TreeReader reader(kind, corner, leaf, in);
-  reader.node(levels, Int3());
+  TreeReader(kind, corner, leaf, in, take).node(levels, Int3());
   in.endLabels();
-  return std::move(reader.bundles);
 }
 
 }  // namespace planar_mapping::detail

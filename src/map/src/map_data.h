@@ -9,6 +9,7 @@
 #include "cell_layer.h"
 #include "planar_mapping/map/planar_map.h"
 #include "plane_layer.h"
+#include "unknown_space.h"
 
 namespace planar_mapping::detail {
 
@@ -18,11 +19,15 @@ struct MapData {
   std::vector<PlaneLayer> planes;  ///< by id, ascending
   std::int32_t next_plane_id = 0;
   CellLayer cells;
+  UnknownSpace unknown;
   std::vector<std::pair<double, Pose>> trajectory;
   std::vector<Quaternion> orientations;  ///< of trajectory, as stored in the file
   std::vector<Vector3> sensors;          ///< positions of trajectory
 
   double resolution() const { return params.approximation.resolution; }
+  double unknownResolution() const {
+    return params.unknown_resolution > 0.0 ? params.unknown_resolution : resolution();
+  }
   double thickness() const {
     const CuboidApproximationParams& p = params.approximation;
     return p.thickness > 0.0 ? p.thickness : p.resolution;

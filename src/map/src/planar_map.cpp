@@ -26,6 +26,11 @@ void PlanarMapParams::validate() const {
   requireInRange("miss_factor", miss_factor, 0.0, 1.0);
   requireInRange("refit_tolerance", refit_tolerance, 0.0, 1e6, "resolutions");
   requireInRange("range_image_step", range_image_step, 1e-3, 0.5, "rad");
+  if (unknown_space) {
+    // Beyond that one frame would ask for gigabytes of unknown space.
+    const double cell = unknown_resolution > 0.0 ? unknown_resolution : approximation.resolution;
+    requireInRange("max_range", max_range, 0.0, 2048.0 * cell, "m");
+  }
 }
 
 PlanarMap::PlanarMap(const PlanarMapParams& params) : impl_(std::make_unique<Impl>()) {
@@ -59,6 +64,15 @@ FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
   detail::associatePlanes(map, frame);
   detail::integratePlanes(map, frame);
   detail::integrateCells(map, frame);
+  if (map.params.unknown_space || map.params.miss_factor < 1.0) {
+    const std::vector<detail::DepthImage> images = detail::makeDepthImages(
+        observation, frame.rotation, frame.sensor, map.params.range_image_step);
+    detail::integrateMisses(map, frame, images);
+    for (const detail::DepthImage& image : images) {
+      if (!map.params.unknown_space) break;
+      map.unknown.integrate(image, map.unknownResolution(), map.params.max_range);
+    }
+  }
   detail::mergePlanes(map, frame);
   detail::rebuildCuboids(map, frame.update);
   return frame.update;
@@ -95,6 +109,23 @@ const PlanarMap::Impl::Cache& PlanarMap::Impl::derived() const {
   return cache;
 }
 
+const PlanarMap::Impl::Cache& PlanarMap::Impl::derivedUnknown() const {
+  const Cache& derived_cuboids = derived();
+  if (cache.unknown_ready.load(std::memory_order_acquire)) return cache;
+  const std::lock_guard<std::mutex> lock(cache.mutex);
+  if (cache.unknown_ready.load(std::memory_order_relaxed)) return cache;
+  cache.unknown =
+      detail::unknownCells(data.unknown, derived_cuboids.cuboids, data.unknownResolution());
+  cache.unknown_cells = 0;
+  for (std::size_t i = 0; i < cache.unknown.size(); ++i) {
+    for (const std::uint64_t word : cache.unknown.value(i)) {
+      cache.unknown_cells += static_cast<std::size_t>(__builtin_popcountll(word));
+    }
+  }
+  cache.unknown_ready.store(true, std::memory_order_release);
+  return cache;
+}
+
 const std::vector<Cuboid>& PlanarMap::cuboids() const {
   return impl_->derived().cuboids;
 }
@@ -112,7 +143,12 @@ CellState PlanarMap::stateAt(const Vector3& point) const {
     occupied = contains(derived.cuboids[i], point);
     return !occupied;
   });
-  return occupied ? CellState::Occupied : CellState::Free;
+  if (occupied) return CellState::Occupied;
+  const Vector3 cell = (point / impl_->data.unknownResolution()).array().floor();
+  if (!(cell.cwiseAbs().maxCoeff() < detail::kLatticeLimit)) return CellState::Free;
+  const detail::Int3 at{static_cast<std::int32_t>(cell.x()), static_cast<std::int32_t>(cell.y()),
+                        static_cast<std::int32_t>(cell.z())};
+  return impl_->data.unknown.isUnknown(at) ? CellState::Unknown : CellState::Free;
 }
 
 double PlanarMap::occupancyAt(const Vector3& point) const {
@@ -124,7 +160,8 @@ double PlanarMap::occupancyAt(const Vector3& point) const {
     }
     return true;
   });
-  return belief >= 0.0 ? belief : 0.0;
+  if (belief >= 0.0) return belief;
+  return stateAt(point) == CellState::Unknown ? 0.5 : 0.0;
 }
 
 Indices PlanarMap::cuboidsAt(const Vector3& point, double margin) const {
@@ -140,11 +177,25 @@ Indices PlanarMap::cuboidsAt(const Vector3& point, double margin) const {
 }
 
 std::size_t PlanarMap::unknownCells() const {
-  return 0;
+  return impl_->derivedUnknown().unknown_cells;
 }
+
 std::vector<Cuboid> PlanarMap::unknownCuboids() const {
-  return {};
+  const double s = impl_->data.unknownResolution();
+  std::vector<Cuboid> cuboids;
+  for (const detail::CellBlockBox& box : detail::mergeToBoxes(impl_->derivedUnknown().unknown)) {
+    const Vector3 low(box.low.x, box.low.y, box.low.z);
+    const Vector3 size(box.size.x, box.size.y, box.size.z);
+    Cuboid cuboid;
+    cuboid.center = s * (low + 0.5 * size);
+    cuboid.size = s * size;
+    cuboid.probability = 0.5f;
+    cuboid.state = CellState::Unknown;
+    cuboids.push_back(cuboid);
+  }
+  return cuboids;
 }
+
 std::size_t PlanarMap::frames() const {
   return impl_->data.trajectory.size();
 }
@@ -168,7 +219,8 @@ bool PlanarMap::bounds(Vector3& low, Vector3& high) const {
 
 std::size_t PlanarMap::memoryBytes() const {
   const detail::MapData& data = impl_->data;
-  std::size_t bytes = sizeof(PlanarMap) + sizeof(Impl) + data.cells.memoryBytes();
+  std::size_t bytes =
+      sizeof(PlanarMap) + sizeof(Impl) + data.cells.memoryBytes() + data.unknown.memoryBytes();
   for (const detail::PlaneLayer& layer : data.planes) bytes += layer.memoryBytes();
   bytes += data.trajectory.capacity() * sizeof(data.trajectory[0]) +
            data.orientations.capacity() * sizeof(Quaternion) +
@@ -176,7 +228,8 @@ std::size_t PlanarMap::memoryBytes() const {
   const std::lock_guard<std::mutex> lock(impl_->cache.mutex);
   const Impl::Cache& cache = impl_->cache;
   return bytes + cache.cuboids.capacity() * sizeof(Cuboid) +
-         cache.planes.capacity() * sizeof(MapPlane) + cache.index.memoryBytes();
+         cache.planes.capacity() * sizeof(MapPlane) + cache.index.memoryBytes() +
+         cache.unknown.memoryBytes();
 }
 
 std::vector<std::uint8_t> PlanarMap::serialize() const {

@@ -21,6 +21,10 @@ struct PlanarMap::Impl {
     std::vector<Cuboid> cuboids;
     std::vector<MapPlane> planes;
     detail::CuboidIndex index;
+
+    std::atomic<bool> unknown_ready{false};
+    detail::KeyMap<detail::CubeBits> unknown;  ///< cells that no cuboid occupies
+    std::size_t unknown_cells = 0;
   };
   mutable Cache cache;
 
@@ -28,7 +32,12 @@ struct PlanarMap::Impl {
   Impl(const Impl& other) : data(other.data) {}
 
   const Cache& derived() const;
-  void changed() { cache.ready.store(false, std::memory_order_release); }
+  /// derived() with the unknown cells.
+  const Cache& derivedUnknown() const;
+  void changed() {
+    cache.ready.store(false, std::memory_order_release);
+    cache.unknown_ready.store(false, std::memory_order_release);
+  }
 };
 
 }  // namespace planar_mapping

@@ -111,6 +111,8 @@ void applyHits(const MapData& map, Frame& frame, PlaneLayer& layer, const KeyMap
   for (std::size_t i = 0; i < hits.size(); ++i) {
     const TileHits& hit = hits.value(i);
     const std::uint64_t key = hits.key(i);
+    std::int32_t tile_a = 0, tile_b = 0;
+    unpackKey(key, tile_a, tile_b);
     RasterTile* tile = layer.tiles.find(key);
     bool changed = false;
     for (std::size_t bit = 0; bit < 64; ++bit) {
@@ -136,17 +138,13 @@ void applyHits(const MapData& map, Frame& frame, PlaneLayer& layer, const KeyMap
         frame.update.dropped_points += count;
         continue;
       }
-      if (tile == nullptr) tile = &layer.tiles[key];
+      if (tile == nullptr) tile = &layer.tileAt(tile_a, tile_b);
       tile->occupied |= flag;
       tile->belief[bit] = belief;
       changed = true;
       ++frame.update.cells_added;
     }
-    if (changed) {
-      std::int32_t ta = 0, tb = 0;
-      unpackKey(key, ta, tb);
-      layer.markDirty(ta, tb);
-    }
+    if (changed) layer.markDirty(tile_a, tile_b);
   }
 }
 

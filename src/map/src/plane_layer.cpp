@@ -60,20 +60,22 @@ bool PlaneLayer::anyWithin(std::int32_t a, std::int32_t b, std::int32_t radius) 
   return false;
 }
 
+RasterTile& PlaneLayer::tileAt(std::int32_t tile_a, std::int32_t tile_b) {
+  low_tile_a_ = std::min(low_tile_a_, tile_a);
+  low_tile_b_ = std::min(low_tile_b_, tile_b);
+  high_tile_a_ = std::max(high_tile_a_, tile_a);
+  high_tile_b_ = std::max(high_tile_b_, tile_b);
+  return tiles[packKey(tile_a, tile_b)];
+}
+
 bool PlaneLayer::extent(std::int32_t& low_a, std::int32_t& low_b, std::int32_t& high_a,
                         std::int32_t& high_b) const {
-  low_a = low_b = kLatticeLimit;
-  high_a = high_b = -kLatticeLimit;
-  for (std::size_t i = 0; i < tiles.size(); ++i) {
-    if (tiles.value(i).occupied == 0) continue;
-    std::int32_t ta = 0, tb = 0;
-    unpackKey(tiles.key(i), ta, tb);
-    low_a = std::min(low_a, 8 * ta);
-    low_b = std::min(low_b, 8 * tb);
-    high_a = std::max(high_a, 8 * ta + 7);
-    high_b = std::max(high_b, 8 * tb + 7);
-  }
-  return low_a <= high_a;
+  if (low_tile_a_ > high_tile_a_) return false;
+  low_a = 8 * low_tile_a_;
+  low_b = 8 * low_tile_b_;
+  high_a = 8 * high_tile_a_ + 7;
+  high_b = 8 * high_tile_b_ + 7;
+  return true;
 }
 
 bool PlaneLayer::bounds(double s, double thickness, Vector3& low, Vector3& high) const {
@@ -112,7 +114,7 @@ void PlaneLayer::markDirty(std::int32_t tile_a, std::int32_t tile_b) {
 }
 
 void PlaneLayer::setCell(std::int32_t a, std::int32_t b, std::uint8_t belief) {
-  RasterTile& tile = tiles[packKey(a >> 3, b >> 3)];
+  RasterTile& tile = tileAt(a >> 3, b >> 3);
   const int bit = 8 * (b & 7) + (a & 7);
   tile.occupied |= std::uint64_t{1} << bit;
   tile.belief[bit] = belief;
@@ -197,6 +199,16 @@ std::size_t PlaneLayer::rebuild(const CuboidApproximationParams& params) {
     patches.removeIf([](std::uint64_t, const PlanePatch& patch) { return patch.cuboids.empty(); });
     tiles.removeIf([](std::uint64_t, const RasterTile& tile) { return tile.occupied == 0; });
   }
+  if (rebuilt > 0) {
+    low_tile_a_ = low_tile_b_ = kLatticeLimit;
+    high_tile_a_ = high_tile_b_ = -kLatticeLimit;
+    for (std::size_t i = 0; i < tiles.size(); ++i) {
+      if (tiles.value(i).occupied == 0) continue;
+      std::int32_t ta = 0, tb = 0;
+      unpackKey(tiles.key(i), ta, tb);
+      tileAt(ta, tb);
+    }
+  }
   return rebuilt;
 }
 
@@ -241,14 +253,6 @@ bool PlaneLayer::refit(double s, double tolerance) {
     }
   }
   return true;
-}
-
-std::size_t PlaneLayer::occupiedCells() const {
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < tiles.size(); ++i) {
-    count += static_cast<std::size_t>(__builtin_popcountll(tiles.value(i).occupied));
-  }
-  return count;
 }
 
 std::size_t PlaneLayer::memoryBytes() const {

@@ -49,6 +49,8 @@ class PlaneLayer {
   KeyMap<RasterTile> tiles;  ///< by (a >> 3, b >> 3)
   KeyMap<PlanePatch> patches;
 
+  /// The tile, which is added if it is new.
+  RasterTile& tileAt(std::int32_t tile_a, std::int32_t tile_b);
   bool at(std::int32_t a, std::int32_t b) const;
   /// Is a cell occupied whose index differs by at most radius in a and in b?
   bool anyWithin(std::int32_t a, std::int32_t b, std::int32_t radius) const;
@@ -68,8 +70,14 @@ class PlaneLayer {
   /// Follows the fit of info.moments if that leaves the frame by more than \p tolerance (metres)
   /// anywhere on the raster. \return whether the frame moved
   bool refit(double s, double tolerance);
-  std::size_t occupiedCells() const;
   std::size_t memoryBytes() const;
+
+ private:
+  // Tiles [low, high]; grows as tiles are added and is exact after rebuild().
+  std::int32_t low_tile_a_ = kLatticeLimit;
+  std::int32_t low_tile_b_ = kLatticeLimit;
+  std::int32_t high_tile_a_ = -kLatticeLimit;
+  std::int32_t high_tile_b_ = -kLatticeLimit;
 };
 
 }  // namespace planar_mapping::detail

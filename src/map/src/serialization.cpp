@@ -208,7 +208,7 @@ PlaneLayer readPlane(ByteReader& in) {
 
   const std::vector<CellBundle> bundles = readTree(TreeKind::Quadtree, Label::Occupied, in);
   for (const CellBundle& b : bundles) {
-    layer.tiles[packKey(b.at.x, b.at.y)].occupied = b.cells;
+    layer.tileAt(b.at.x, b.at.y).occupied = b.cells;
     layer.markDirty(b.at.x, b.at.y);
   }
   // The tiles were added in the order of the tree, so cells come tile by tile.
@@ -316,6 +316,57 @@ void readCells(MapData& map, ByteReader& in) {
   in.end();
 }
 
+// Unknown and free space ------------------------------------------------------------------------
+
+/// The blocks of 4 x 4 x 4 cells of the cubes of 8 x 8 x 8.
+std::vector<CellBundle> toBundles(const UnknownSpace& space, bool free) {
+  std::vector<CellBundle> bundles;
+  for (std::size_t i = 0; i < space.cubes(); ++i) {
+    const UnknownSpace::Cube cube = space.cube(i);
+    const CubeBits& bits = free ? cube.free : cube.unknown;
+    const Int3 at = unpackKey(space.key(i));
+    for (int part = 0; part < 8; ++part) {
+      const int x = part & 1, y = (part >> 1) & 1, z = part >> 2;
+      CellBundle b{{2 * at.x + x, 2 * at.y + y, 2 * at.z + z}, 0};
+      for (int slice = 0; slice < 4; ++slice) {
+        const std::uint64_t rows =
+            bits[static_cast<std::size_t>(4 * z + slice)] >> (32 * y + 4 * x);
+        for (int row = 0; row < 4; ++row) {
+          b.cells |= ((rows >> (8 * row)) & 0xfu) << (16 * slice + 4 * row);
+        }
+      }
+      if (b.cells != 0) bundles.push_back(b);
+    }
+  }
+  return bundles;
+}
+
+void writeSpace(const MapData& map, bool free, ByteWriter& out) {
+  std::vector<CellBundle> bundles = toBundles(map.unknown, free);
+  writeTree(TreeKind::Space, bundles, free ? Label::Occupied : Label::Unknown, out);
+}
+
+void readSpace(MapData& map, bool free, ByteReader& in) {
+  readTree(TreeKind::Space, free ? Label::Occupied : Label::Unknown, in, [&](const CellBundle& b) {
+    CubeBits bits{};
+    const int x = b.at.x & 1, y = b.at.y & 1, z = b.at.z & 1;
+    for (int slice = 0; slice < 4; ++slice) {
+      std::uint64_t rows = 0;
+      for (int row = 0; row < 4; ++row) {
+        rows |= ((b.cells >> (16 * slice + 4 * row)) & 0xfu) << (8 * row);
+      }
+      bits[static_cast<std::size_t>(4 * z + slice)] = rows << (32 * y + 4 * x);
+    }
+    const Int3 cube{b.at.x >> 1, b.at.y >> 1, b.at.z >> 1};
+    if (free) {
+      map.unknown.addFree(cube, bits);
+    } else {
+      map.unknown.addUnknown(cube, bits);
+    }
+  });
+  in.end();
+}
+
 // Sections -----------------------------------------------------------------------------------
 
 void writeSection(const char* tag, const ByteWriter& section, ByteWriter& out) {
@@ -355,6 +406,8 @@ std::vector<std::uint8_t> serializeMap(const MapData& map) {
   add("TRAJ", [&](ByteWriter& w) { writeTrajectory(map, w); });
   add("PLAN", [&](ByteWriter& w) { writePlanes(map, w); });
   add("CELL", [&](ByteWriter& w) { writeCells(map, w); });
+  add("UNKN", [&](ByteWriter& w) { writeSpace(map, false, w); });
+  add("SEEN", [&](ByteWriter& w) { writeSpace(map, true, w); });
   return std::move(out.bytes);
 }
 
@@ -378,6 +431,10 @@ MapData deserializeMap(const std::uint8_t* data, std::size_t size) {
   readPlanes(map, planes);
   ByteReader cells = readSection("CELL", in);
   readCells(map, cells);
+  ByteReader unknown = readSection("UNKN", in);
+  readSpace(map, false, unknown);
+  ByteReader seen = readSection("SEEN", in);
+  readSpace(map, true, seen);
   in.end();
   FrameUpdate update;
   rebuildCuboids(map, update);
