@@ -67,4 +67,20 @@ std::int64_t scorePlane(const LeafColumns& leaves, float a, float b, float c, fl
   return score;
 }
 
+PLANAR_MAPPING_MULTIVERSION
+void classify(const float* x, const float* y, const float* z, const float* inverse_band,
+              const std::uint8_t* mask, std::size_t n, float a, float b, float c, float d, float cx,
+              float cy, float cz, float squared_reach, std::uint8_t* place) {
+  for (std::size_t i = 0; i < n; ++i) {
+    const float distance = (a * x[i] + b * y[i] + c * z[i] + d) * inverse_band[i];
+    const float dx = x[i] - cx, dy = y[i] - cy, dz = z[i] - cz;
+    const float away = dx * dx + dy * dy + dz * dz;
+    const int on = static_cast<int>(distance <= 1.0f) & static_cast<int>(distance >= -1.0f);
+    const int above = static_cast<int>(distance > 1.0f) & static_cast<int>(distance <= 3.0f);
+    const int below = static_cast<int>(distance < -1.0f) & static_cast<int>(distance >= -3.0f);
+    const int within = -static_cast<int>(away <= squared_reach);
+    place[i] = static_cast<std::uint8_t>((on + 2 * above + 3 * below) & within & mask[i]);
+  }
+}
+
 }  // namespace planar_mapping::detail

@@ -33,4 +33,11 @@ struct LeafColumns {
 std::int64_t scorePlane(const LeafColumns& leaves, float a, float b, float c, float d,
                         float cosine);
 
+/// Where each point is as seen from a plane: 1 on it (within its band), 2 and 3 in the slab of the
+/// same thickness above and below, 0 elsewhere, farther than the square of the reach from
+/// (cx, cy, cz), or where \p mask is 0 (else it is 255).
+void classify(const float* x, const float* y, const float* z, const float* inverse_band,
+              const std::uint8_t* mask, std::size_t n, float a, float b, float c, float d, float cx,
+              float cy, float cz, float squared_reach, std::uint8_t* place);
+
 }  // namespace planar_mapping::detail
