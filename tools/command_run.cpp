@@ -159,7 +159,8 @@ void addRunCommand(CLI::App& app, int& exit_code) {
       ->add_option("-i,--input", arguments->inputs,
                    "PCD or PLY files, a directory of them, or a sequence folder")
       ->allow_extra_args(true);
-  command->add_option("-o,--output", arguments->output, "Directory for the results", true);
+  command->add_option("-o,--output", arguments->output, "Directory for the results")
+      ->capture_default_str();
   command->add_option("--poses", arguments->poses,
                       "Trajectory (TUM: timestamp tx ty tz qx qy qz qw), a line a frame");
   command->add_option("--set", arguments->assignments, "stage.key=value, repeatable")
@@ -175,7 +176,8 @@ void addRunCommand(CLI::App& app, int& exit_code) {
   auto* force = command->add_flag("--force", arguments->force, "Overwrite earlier results");
   resume->excludes(force);
   command->add_flag("--strict", arguments->strict, "Exit code 5 if the result is degraded");
-  command->add_option("--progress", arguments->progress, "auto, none or jsonl, on stderr", true)
+  command->add_option("--progress", arguments->progress, "auto, none or jsonl, on stderr")
+      ->capture_default_str()
       ->check(CLI::IsMember({"auto", "none", "jsonl"}));
   command->add_flag("-q,--quiet", arguments->quiet, "Say nothing but errors");
   command->add_flag("-v,--verbose", arguments->verbose, "Show run.log as it comes about");
