@@ -44,13 +44,19 @@ void sumColumns(double* data, int columns, int rows, int radius, double* padded)
 PLANAR_MAPPING_MULTIVERSION
 void fitAll(const double* sums, std::size_t cells, float* out) {
   constexpr int kNewtonSteps = 8;
-  constexpr int kFields = 8;
+  constexpr int kFields = 9;
   constexpr std::size_t kBlock = 64;
-  static_assert(sizeof(CellFit) == kFields * sizeof(float), "CellFit is written as eight floats");
+  static_assert(sizeof(CellFit) == kFields * sizeof(float), "CellFit is written as nine floats");
   float block[kFields][kBlock];
   for (std::size_t begin = 0; begin < cells; begin += kBlock) {
     const std::size_t count = cells - begin < kBlock ? cells - begin : kBlock;
     const double* s = sums + begin;
+    double points = 0.0;
+    for (std::size_t i = 0; i < count; ++i) points += s[i];
+    if (!(points > 0.0)) {
+      for (std::size_t i = 0; i < count * kFields; ++i) out[begin * kFields + i] = 0.0F;
+      continue;
+    }
     for (std::size_t i = 0; i < count; ++i) {
       const double n = s[kN * cells + i];
       const double inverse = n > 2.5 ? 1.0 / n : 0.0;
@@ -117,6 +123,7 @@ void fitAll(const double* sums, std::size_t cells, float* out) {
       block[6][i] = static_cast<float>(__builtin_sqrt(root * (trace > 0.0 ? trace : 0.0)));
       block[7][i] = static_cast<float>(
           __builtin_sqrt((middle > 0.0 ? middle : 0.0) * (trace > 0.0 ? trace : 0.0)));
+      block[8][i] = static_cast<float>(n);
     }
     for (std::size_t i = 0; i < count; ++i) {
       for (int field = 0; field < kFields; ++field) {
@@ -155,8 +162,7 @@ CellGrid freeQuarterGrid(const TiledCloud& cloud, const std::vector<std::int16_t
   return grid;
 }
 
-CellGrid windowSums(const CellGrid& grid, int radius) {
-  CellGrid windows;
+void windowSums(const CellGrid& grid, int radius, CellGrid& windows) {
   windows.columns = grid.columns;
   windows.rows = grid.rows;
   windows.capacity = grid.capacity * (2 * radius + 1) * (2 * radius + 1);
@@ -166,7 +172,6 @@ CellGrid windowSums(const CellGrid& grid, int radius) {
     sumRows(grid.moment(m), grid.columns, grid.rows, radius, windows.moment(m));
     sumColumns(windows.moment(m), grid.columns, grid.rows, radius, padded.data());
   }
-  return windows;
 }
 
 std::vector<CellFit> fitCells(const CellGrid& grid) {
@@ -175,8 +180,8 @@ std::vector<CellFit> fitCells(const CellGrid& grid) {
   return fits;
 }
 
-RangeNoise estimateNoise(const CellGrid& windows, const std::vector<CellFit>& fits,
-                         const Vector3& sensor, const OrganizedParams& params) {
+RangeNoise estimateNoise(const std::vector<CellFit>& windows, int capacity, const Vector3& sensor,
+                         const OrganizedParams& params) {
   struct Sample {
     double squared_range;
     double noise;
@@ -185,9 +190,8 @@ RangeNoise estimateNoise(const CellGrid& windows, const std::vector<CellFit>& fi
   constexpr double kMinCosine = 0.2;  // more oblique windows tell little about the range
   constexpr std::size_t kBins = 8;
   std::vector<Sample> samples;
-  for (int cell = 0; cell < windows.cells(); ++cell) {
-    if (windows.count(cell) < kMinCount * windows.capacity) continue;
-    const CellFit& fit = fits[static_cast<std::size_t>(cell)];
+  for (const CellFit& fit : windows) {
+    if (fit.count < kMinCount * capacity) continue;
     const double ray[3] = {fit.mean[0] - sensor.x(), fit.mean[1] - sensor.y(),
                            fit.mean[2] - sensor.z()};
     const double squared_range = ray[0] * ray[0] + ray[1] * ray[1] + ray[2] * ray[2];

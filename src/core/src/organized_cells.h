@@ -27,6 +27,8 @@ struct OrganizedParams {
   double growing_share = 0.4;
   /// Sigmas by which the mean of a cell may lie off the plane it joins.
   double growing_factor = 2.5;
+  /// Share of max_normal_deviation between the normal of a cell and the plane it joins.
+  double growing_angle_share = 0.7;
   /// Sigmas of residual up to which the neighbourhood of a cell counts as planar.
   double planar_factor = 1.6;
   /// Quantile of the residuals of small windows that is taken for the noise of the sensor.
@@ -46,10 +48,31 @@ struct OrganizedParams {
   double min_seed_share = 0.4;
   /// Share of the growing tolerance within which two planes are one.
   double merging_factor = 0.5;
+  /// Radians between either plane and their common one.
+  double merging_angle = 0.15;
+  /// Share of d_T within which a pixel beside the grown cells joins their plane.
+  double border_share = 0.4;
+  /// Share of d_T that is added to the noise when planes compete for a pixel.
+  double competing_share = 0.05;
+  /// A plane at least this many residuals wide is not doubted.
+  double clear_flatness = 12.0;
+  /// Radians between the neighbourhood of a point and its plane.
+  double coherent_angle = 0.35;
+  /// Share of the points in the tiles of a doubtful plane that must be on it and have a
+  /// neighbourhood that lies as the plane does.
+  double min_agreement = 0.5;
+  /// A quadratic surface that is bent by this root mean square angle (radians), ...
+  double bent_angle = 0.1;
+  /// ... explains the points so much better (variance ratio) ...
+  double bent_advantage = 6.0;
+  /// ... and bows by this share of d_T is no plane.
+  double bow_share = 0.05;
+  /// Sine of the angle between rays and plane below which ranges say little about the plane.
+  double min_ray_sine = 0.05;
+  /// Growth of the residual across the plane that a fit along the rays may cost.
+  double max_residual_growth = 1.1;
   /// Rings of tiles around grown cells whose pixels are looked at.
   int assignment_rounds = 2;
-  /// Look for small and oblique planes on cells of half the size.
-  bool fine_pass = true;
   /// Cells of the smallest region.
   int min_cells = 3;
 };
@@ -62,6 +85,7 @@ struct CellFit {
   float mean[3];
   float residual;  ///< root mean square distance, metres
   float extent;    ///< root mean square extent along the shorter axis of the plane, metres
+  float count;     ///< points
 };
 
 /// A grid of cells, each the sums of its points, about the origin of the tiled cloud.
@@ -82,13 +106,14 @@ CellGrid freeQuarterGrid(const TiledCloud& cloud, const std::vector<std::int16_t
                          int threads);
 
 /// Sums over the (2 radius + 1)^2 cells around each cell.
-CellGrid windowSums(const CellGrid& grid, int radius);
+void windowSums(const CellGrid& grid, int radius, CellGrid& windows);
 
 /// Least-squares planes of all cells of a grid; a zero normal where there is none.
 std::vector<CellFit> fitCells(const CellGrid& grid);
 
 /// Estimates the noise of the sensor from the residuals of small windows.
-RangeNoise estimateNoise(const CellGrid& windows, const std::vector<CellFit>& fits,
-                         const Vector3& sensor, const OrganizedParams& params);
+/// \param capacity points of a full window
+RangeNoise estimateNoise(const std::vector<CellFit>& windows, int capacity, const Vector3& sensor,
+                         const OrganizedParams& params);
 
 }  // namespace planar_mapping::detail

@@ -28,6 +28,7 @@ void PlaneCandidate::fit() {
   for (int i = 0; i < 3; ++i) normal[i] = found.plane.normal[i];
   offset = found.plane.offset;
   residual = found.rms;
+  width = std::sqrt(found.eigenvalues[1]);
 }
 
 double PlaneCandidate::meanSquare(const MomentSums& other) const {
@@ -42,28 +43,35 @@ double PlaneCandidate::meanSquare(const MomentSums& other) const {
   return std::max(0.0, square);
 }
 
-CellGrower::CellGrower(const CellGrid& grid, const Vector3& sensor, const OrganizedParams& params)
+CellGrower::CellGrower(const CellGrid& grid, bool wide, const Vector3& sensor,
+                       const OrganizedParams& params)
     : grid_(grid),
       sensor_(sensor),
       params_(params),
-      windows_(windowSums(grid, 1)),
-      wide_windows_(windowSums(grid, 2)),
       fits_(fitCells(grid)),
-      window_fits_(fitCells(windows_)),
-      wide_fits_(fitCells(wide_windows_)),
-      visited_(static_cast<std::size_t>(grid.cells()), 0) {}
+      visited_(static_cast<std::size_t>(grid.cells()), 0) {
+  CellGrid windows;
+  windowSums(grid, 1, windows);
+  window_fits_ = fitCells(windows);
+  if (wide) {
+    windowSums(grid, 2, windows);
+    wide_fits_ = fitCells(windows);
+  }
+}
 
 void CellGrower::estimateNoise() {
-  noise_ = detail::estimateNoise(windows_, window_fits_, sensor_, params_);
+  constexpr int kWindowCells = 9;
+  noise_ = detail::estimateNoise(window_fits_, kWindowCells * grid_.capacity, sensor_, params_);
 }
 
 void CellGrower::classify() {
   constexpr double kMinShare = 0.5;  // of a full window
   const double floor = params_.smallest_noise_share * params_.distance_threshold;
   states_.assign(static_cast<std::size_t>(grid_.cells()), CellState{});
-  const auto planar = [&](const CellFit& fit, double count, int capacity, double noise_over_range,
+  const auto planar = [&](const CellFit& fit, int cells, double noise_over_range,
                           CellState& state) {
-    if (!(count >= kMinShare * capacity)) return false;
+    const double count = fit.count;
+    if (!(count >= kMinShare * cells * grid_.capacity)) return false;
     const double along = std::fabs(fit.normal[0] * (fit.mean[0] - sensor_.x()) +
                                    fit.normal[1] * (fit.mean[1] - sensor_.y()) +
                                    fit.normal[2] * (fit.mean[2] - sensor_.z()));
@@ -71,7 +79,10 @@ void CellGrower::classify() {
     if (!(fit.residual <= params_.planar_factor * noise) || !(fit.extent > 0.0F)) return false;
     std::copy(fit.normal, fit.normal + 3, state.normal);
     const double independent = std::max(1.0, count / params_.correlated_pixels);
-    state.normal_error = static_cast<float>(noise / (fit.extent * std::sqrt(independent)));
+    const double error = noise / (fit.extent * std::sqrt(independent));
+    const double allowed =
+        params_.growing_angle_share * params_.max_normal_deviation + params_.growing_factor * error;
+    state.min_cosine = static_cast<float>(allowed < M_PI_2 ? std::cos(allowed) : 0.0);
     return true;
   };
   for (int cell = 0; cell < grid_.cells(); ++cell) {
@@ -89,12 +100,11 @@ void CellGrower::classify() {
     state.squared_range = static_cast<float>(squared_range);
     const double noise_over_range = range > 0.0 ? noise_.at(squared_range) / range : 0.0;
     state.noise_over_range = static_cast<float>(noise_over_range);
-    if (planar(fits_[i], n, grid_.capacity, noise_over_range, state)) state.planarity = 1;
-    if (planar(window_fits_[i], windows_.count(cell), windows_.capacity, noise_over_range, state)) {
+    if (planar(fits_[i], 1, noise_over_range, state)) state.planarity = 1;
+    if (planar(window_fits_[i], 9, noise_over_range, state)) {
       state.planarity = 2;
       CellState wide = state;
-      if (planar(wide_fits_[i], wide_windows_.count(cell), wide_windows_.capacity, noise_over_range,
-                 wide)) {
+      if (!wide_fits_.empty() && planar(wide_fits_[i], 25, noise_over_range, wide)) {
         state.planarity = 3;
       }
     }
@@ -129,11 +139,16 @@ std::vector<int> CellGrower::seedOrder() const {
 }
 
 PlaneCandidate CellGrower::seedPlane(int cell) const {
-  const auto i = static_cast<std::size_t>(cell);
-  const int planarity = states_[i].planarity;
-  const CellGrid& grid = planarity == 3 ? wide_windows_ : (planarity == 2 ? windows_ : grid_);
+  const int radius = states_[static_cast<std::size_t>(cell)].planarity - 1;
+  const int row = cell / grid_.columns;
+  const int column = cell % grid_.columns;
   PlaneCandidate plane;
-  addSums(plane.sums, grid, cell);
+  for (int r = std::max(0, row - radius); r <= std::min(grid_.rows - 1, row + radius); ++r) {
+    for (int c = std::max(0, column - radius); c <= std::min(grid_.columns - 1, column + radius);
+         ++c) {
+      addSums(plane.sums, grid_, r * grid_.columns + c);
+    }
+  }
   plane.fit();
   return plane;
 }
@@ -158,9 +173,7 @@ bool CellGrower::accepts(const PlaneCandidate& plane, double sensor_distance, in
   const double cosine =
       std::fabs(plane.normal[0] * state.normal[0] + plane.normal[1] * state.normal[1] +
                 plane.normal[2] * state.normal[2]);
-  const double allowed_angle =
-      params_.max_normal_deviation + params_.growing_factor * state.normal_error;
-  return allowed_angle >= M_PI_2 || cosine >= std::cos(allowed_angle);
+  return cosine >= state.min_cosine;
 }
 
 void CellGrower::collect(int seed, PlaneCandidate plane, bool refit,
@@ -256,11 +269,18 @@ std::vector<std::int16_t> mergeCandidates(std::vector<PlaneCandidate>& planes,
     return params.merging_factor *
            std::max(params.growing_share * params.distance_threshold, sigma);
   };
+  const double min_cosine = std::cos(params.merging_angle);
+  const double min_cosine_between = std::cos(2.0 * params.merging_angle);
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t j = 0; j < i; ++j) {
       const std::size_t large = order[j];
       const std::size_t small = order[i];
+      if (!planes[large].valid || !planes[small].valid) continue;
       if (target[large] != static_cast<std::int16_t>(large)) continue;
+      const double between = std::fabs(planes[large].normal[0] * planes[small].normal[0] +
+                                       planes[large].normal[1] * planes[small].normal[1] +
+                                       planes[large].normal[2] * planes[small].normal[2]);
+      if (between < min_cosine_between) continue;
       PlaneCandidate joined;
       joined.sums = planes[large].sums;
       addSums(joined.sums, planes[small].sums);
@@ -268,6 +288,10 @@ std::vector<std::int16_t> mergeCandidates(std::vector<PlaneCandidate>& planes,
       if (!joined.valid) continue;
       // One plane if neither part fits it much worse than its own plane.
       const auto worse = [&](const PlaneCandidate& part) {
+        const double cosine =
+            std::fabs(joined.normal[0] * part.normal[0] + joined.normal[1] * part.normal[1] +
+                      joined.normal[2] * part.normal[2]);
+        if (cosine < min_cosine) return true;
         const double excess = joined.meanSquare(part.sums) - part.residual * part.residual;
         const double allowed = tolerance(part);
         return !(excess <= allowed * allowed);

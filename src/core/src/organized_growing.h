@@ -14,6 +14,7 @@ struct PlaneCandidate {
   double normal[3] = {0.0, 0.0, 0.0};
   double offset = 0.0;    ///< metres
   double residual = 0.0;  ///< root mean square, metres
+  double width = 0.0;     ///< root mean square extent along the shorter axis, metres
   bool valid = false;
 
   /// Fits the plane to the sums; valid is false if they are too few or collinear.
@@ -31,7 +32,7 @@ void addSums(MomentSums& sums, const MomentSums& other);
 /// What growing needs to know of a cell.
 struct CellState {
   float normal[3];         ///< of the window or the cell, zero if neither is planar
-  float normal_error;      ///< radians
+  float min_cosine;        ///< between the normal and that of a plane the cell may join
   float squared_range;     ///< of the mean, from the sensor, square metres
   float noise_over_range;  ///< sigma(r) / r
   std::uint8_t planarity;  ///< 0 none, 1 the cell, 2 its 3 x 3 and 3 its 5 x 5 window
@@ -48,7 +49,8 @@ struct GrownCells {
 /// \p planes. \p noise may be unset on the first call: it is then estimated.
 class CellGrower {
  public:
-  CellGrower(const CellGrid& grid, const Vector3& sensor, const OrganizedParams& params);
+  /// \param wide also look at 5 x 5 windows, which make better seeds
+  CellGrower(const CellGrid& grid, bool wide, const Vector3& sensor, const OrganizedParams& params);
 
   const RangeNoise& noise() const { return noise_; }
   void estimateNoise();
@@ -67,8 +69,6 @@ class CellGrower {
   Vector3 sensor_;
   OrganizedParams params_;
   RangeNoise noise_;
-  CellGrid windows_;
-  CellGrid wide_windows_;
   std::vector<CellFit> fits_;
   std::vector<CellFit> window_fits_;
   std::vector<CellFit> wide_fits_;

@@ -20,21 +20,57 @@ OrganizedParams organizedParams(const MultiPlaneParams& params) {
   return own;
 }
 
-/// Frees the pixels of planes that are too small and closes the gaps in their numbering.
-void dropSmall(std::vector<PlaneCandidate>& planes, PixelAssigner& pixels, double min_points,
-               std::size_t& dropped) {
-  std::vector<std::int16_t> target(planes.size(), -1);
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < planes.size(); ++i) {
-    if (!planes[i].valid || planes[i].sums[kN] < min_points) {
-      ++dropped;
-      continue;
-    }
-    target[i] = static_cast<std::int16_t>(kept);
-    planes[kept++] = planes[i];
+/// Sums and planes from the parts they hold.
+void refit(std::vector<PlaneCandidate>& planes, const std::vector<TilePart>& parts,
+           const TiledCloud& cloud, const RangeNoise& noise, const OrganizedParams& params) {
+  std::vector<std::vector<std::size_t>> lists(planes.size());
+  for (PlaneCandidate& plane : planes) plane.sums = {};
+  for (std::size_t part = 0; part < parts.size(); ++part) {
+    const auto label = static_cast<std::size_t>(parts[part].label);
+    addSums(planes[label].sums, parts[part].sums);
+    lists[label].push_back(part);
   }
-  if (kept == planes.size()) return;
-  planes.resize(kept);
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    planes[i].fit();
+    fitAlongRays(planes[i], parts, lists[i], noise, cloud.sensor, params);
+  }
+}
+
+/// Grown tiles as parts of planes.
+std::vector<TilePart> wholeTiles(const CellGrid& tiles, const std::vector<std::int16_t>& labels) {
+  std::vector<TilePart> parts;
+  parts.reserve(labels.size());
+  for (int tile = 0; tile < tiles.cells(); ++tile) {
+    const std::int16_t label = labels[static_cast<std::size_t>(tile)];
+    if (label < 0) continue;
+    parts.push_back({tile, label, static_cast<std::int16_t>(tiles.count(tile)), {}});
+    addSums(parts.back().sums, tiles, tile);
+  }
+  return parts;
+}
+
+/// Refits planes to their pixels and frees those of planes that are too small or none.
+void drop(std::vector<PlaneCandidate>& planes, PixelAssigner& pixels, double min_points,
+          const TiledCloud& cloud, const RangeNoise& noise, const OrganizedParams& params,
+          PlaneSearchDiagnostics& diagnostics) {
+  const std::vector<TilePart> parts = pixels.parts();
+  refit(planes, parts, cloud, noise, params);
+  const std::vector<char> coherent =
+      coherentPlanes(planes, parts, cloud.columns, cloud.tiles(), params);
+  std::vector<std::int16_t> target(planes.size());
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    target[i] = static_cast<std::int16_t>(i);
+    if (!(planes[i].sums[kN] > 0.0)) {
+      planes[i].valid = false;
+    } else if (!planes[i].valid || planes[i].sums[kN] < min_points) {
+      ++diagnostics.rejected_too_small;
+      planes[i].valid = false;
+    } else if (!coherent[i]) {
+      ++diagnostics.rejected_not_coherent;
+      planes[i].valid = false;
+    }
+    if (!planes[i].valid) target[i] = -1;
+  }
   pixels.relabel(target);
 }
 
@@ -45,6 +81,11 @@ std::vector<std::int16_t> renamed(const std::vector<std::int16_t>& labels,
     if (labels[i] >= 0) result[i] = target[static_cast<std::size_t>(labels[i])];
   }
   return result;
+}
+
+void count(const GrownCells& grown, PlaneSearchDiagnostics& diagnostics) {
+  diagnostics.hypotheses += grown.seeds;
+  diagnostics.rejected_too_small += grown.too_small;
 }
 
 }  // namespace
@@ -65,44 +106,47 @@ PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
   set.diagnostics.points_not_finite =
       set.diagnostics.points_considered - static_cast<std::size_t>(finite);
 
-  CellGrower grower(tiles, cloud.sensor, own);
   RangeNoise noise;
-  if (params.noise) {
-    noise.quadratic = params.noise->depthError(1.0);
-    grower.setNoise(noise);
-  } else {
-    grower.estimateNoise();
-    noise = grower.noise();
-  }
   std::vector<PlaneCandidate> planes;
+  GrownCells grown;
+  {
+    CellGrower grower(tiles, true, cloud.sensor, own);
+    if (params.noise) {
+      noise.quadratic = params.noise->depthError(1.0);
+      grower.setNoise(noise);
+    } else {
+      grower.estimateNoise();
+      noise = grower.noise();
+    }
+    grown = grower.grow(planes);
+    count(grown, set.diagnostics);
+  }
+  std::vector<std::int16_t> target = mergeCandidates(planes, noise, cloud.sensor, own);
   PixelAssigner pixels(cloud, tiles, noise, own, params.threads);
-  const GrownCells coarse = grower.grow(planes);
-  const std::vector<std::int16_t> coarse_target = mergeCandidates(planes, noise, cloud.sensor, own);
-  pixels.addCells(tiles, renamed(coarse.labels, coarse_target));
-  pixels.assign(planes);
-  pixels.refit(planes);
-  pixels.clearLabels();
+  const std::vector<std::int16_t> tile_labels = renamed(grown.labels, target);
+  refit(planes, wholeTiles(tiles, tile_labels), cloud, noise, own);
+  pixels.addCells(tiles, tile_labels);
   for (int round = 0; round < own.assignment_rounds; ++round) pixels.assign(planes);
-  pixels.refit(planes);
-  dropSmall(planes, pixels, params.min_inliers * own.min_seed_share,
-            set.diagnostics.rejected_too_small);
-
-  if (own.fine_pass) {
+  drop(planes, pixels, params.min_inliers * own.min_seed_share, cloud, noise, own, set.diagnostics);
+  {
     const CellGrid quarters = freeQuarterGrid(cloud, pixels.labels(), params.threads);
-    CellGrower fine(quarters, cloud.sensor, own);
-    fine.setNoise(noise);
-    const GrownCells grown = fine.grow(planes);
-    const std::vector<std::int16_t> target = mergeCandidates(planes, noise, cloud.sensor, own);
+    CellGrower grower(quarters, false, cloud.sensor, own);
+    grower.setNoise(noise);
+    grown = grower.grow(planes);
+    count(grown, set.diagnostics);
+    target = mergeCandidates(planes, noise, cloud.sensor, own);
     pixels.relabel(target);
     pixels.addCells(quarters, renamed(grown.labels, target));
-    for (int round = 0; round < own.assignment_rounds; ++round) pixels.assign(planes);
-    pixels.refit(planes);
-    set.diagnostics.hypotheses += grown.seeds;
-    set.diagnostics.rejected_too_small += grown.too_small;
+    pixels.reopen(quarters, grown.labels);
   }
-  dropSmall(planes, pixels, params.min_inliers, set.diagnostics.rejected_too_small);
-  set.diagnostics.hypotheses += coarse.seeds;
-  set.diagnostics.rejected_too_small += coarse.too_small;
+  for (int round = 0; round < own.assignment_rounds; ++round) pixels.assign(planes);
+  drop(planes, pixels, params.min_inliers, cloud, noise, own, set.diagnostics);
+  // The planes stand; what else lies within d_T of them where they are counts as theirs (Eq. 11).
+  pixels.fill(planes);
+  for (PlaneCandidate& plane : planes) plane.sums = {};
+  for (const TilePart& part : pixels.parts()) {
+    addSums(planes[static_cast<std::size_t>(part.label)].sums, part.sums);
+  }
   writeSegments(points, cloud, planes, pixels, params, sensor, set);
   return set;
 }

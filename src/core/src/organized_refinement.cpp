@@ -5,17 +5,21 @@
 #include <algorithm>
 #include <cmath>
 
+#include "organized_lanes.h"
 #include "planar_mapping/core/parallel.h"
 #include "planar_mapping/core/simd.h"
 
 namespace planar_mapping::detail {
 namespace {
 
+constexpr float kFar = 3e38F;
+
 /// A plane as the pixel loop wants it; squared band = max(constant, a / r^2 + b + c r^2).
 struct BandedPlane {
   float normal[3];
   float offset;
   float constant, a, b, c;
+  float least;  ///< added to the squared noise when planes compete, square metres
   std::int16_t label;
 };
 
@@ -23,47 +27,48 @@ struct BandedPlane {
 PLANAR_MAPPING_MULTIVERSION
 void nearestInBand(const float* x, const float* y, const float* z, const float* sensor,
                    const BandedPlane* planes, int count, std::int16_t* labels) {
-  constexpr int kLanes = 16;
+  const FloatLanes zero = {};
   for (int k = 0; k < kTileArea; k += kLanes) {
-    float best[kLanes];
-    float squared_range[kLanes];
-    std::int16_t label[kLanes];
-    for (int lane = 0; lane < kLanes; ++lane) {
-      const float rx = x[k + lane] - sensor[0];
-      const float ry = y[k + lane] - sensor[1];
-      const float rz = z[k + lane] - sensor[2];
-      squared_range[lane] = rx * rx + ry * ry + rz * rz;
-      best[lane] = labels[k + lane] < 0 ? 3e38F : -1.0F;
-      label[lane] = labels[k + lane];
-    }
+    FloatLanes px, py, pz;
+    IntLanes label;
+    load(x + k, px);
+    load(y + k, py);
+    load(z + k, pz);
+    load(labels + k, label);
+    const FloatLanes rx = px - sensor[0];
+    const FloatLanes ry = py - sensor[1];
+    const FloatLanes rz = pz - sensor[2];
+    const FloatLanes squared_range = rx * rx + ry * ry + rz * rz;
+    const FloatLanes inverse = 1.0F / squared_range;
+    FloatLanes best = label < 0 ? zero + kFar : zero - 1.0F;
     for (int plane = 0; plane < count; ++plane) {
       const BandedPlane& p = planes[plane];
-      for (int lane = 0; lane < kLanes; ++lane) {
-        const float distance = p.normal[0] * x[k + lane] + p.normal[1] * y[k + lane] +
-                               p.normal[2] * z[k + lane] + p.offset;
-        const float square = distance * distance;
-        const float noise = p.a / squared_range[lane] + p.b + p.c * squared_range[lane];
-        const float band = noise > p.constant ? noise : p.constant;
-        // Comparisons with NaN are false: pixels without a point stay free.
-        const bool nearer = (square <= band) & (square < best[lane]);
-        best[lane] = nearer ? square : best[lane];
-        label[lane] = nearer ? p.label : label[lane];
-      }
+      const FloatLanes distance = p.normal[0] * px + p.normal[1] * py + p.normal[2] * pz + p.offset;
+      const FloatLanes square = distance * distance;
+      const FloatLanes noise = p.a * inverse + p.b + p.c * squared_range;
+      const FloatLanes constant = zero + p.constant;
+      const FloatLanes band = noise > constant ? noise : constant;
+      // In units of the noise across each plane: rays that graze a plane leave it fast.
+      // Comparisons with NaN are false: pixels without a point stay free.
+      const FloatLanes score = square <= band ? square / (noise + p.least) : zero + kFar;
+      label = score < best ? IntLanes{} + p.label : label;
+      best = score < best ? score : best;
     }
-    for (int lane = 0; lane < kLanes; ++lane) labels[k + lane] = label[lane];
+    store(label, labels + k);
   }
 }
 
 }  // namespace
 
-void PixelAssigner::Presence::add(std::int16_t plane) {
-  for (std::int16_t& held : label) {
-    if (held == plane) return;
-    if (held < 0) {
-      held = plane;
-      return;
-    }
+bool PlaneList::holds(std::int16_t plane) const {
+  for (int k = 0; k < size; ++k) {
+    if (label[k] == plane) return true;
   }
+  return false;
+}
+
+void PlaneList::add(std::int16_t plane) {
+  if (size < kMost && !holds(plane)) label[size++] = plane;
 }
 
 PixelAssigner::PixelAssigner(const TiledCloud& cloud, const CellGrid& tiles,
@@ -74,13 +79,13 @@ PixelAssigner::PixelAssigner(const TiledCloud& cloud, const CellGrid& tiles,
       params_(params),
       threads_(threads),
       labels_(static_cast<std::size_t>(cloud.tiles()) * kTileArea, -1),
-      presence_(static_cast<std::size_t>(cloud.tiles())) {}
-
-int PixelAssigner::freePixels(int tile) const {
-  const std::int16_t* labels = labels_.data() + static_cast<std::size_t>(tile) * kTileArea;
-  int labelled = 0;
-  for (int i = 0; i < kTileArea; ++i) labelled += labels[i] >= 0;
-  return static_cast<int>(tiles_.count(tile)) - labelled;
+      summaries_(static_cast<std::size_t>(cloud.tiles())),
+      presence_(static_cast<std::size_t>(cloud.tiles())),
+      grown_(static_cast<std::size_t>(cloud.tiles())),
+      changed_(static_cast<std::size_t>(cloud.tiles()), 0) {
+  for (int tile = 0; tile < cloud.tiles(); ++tile) {
+    summaries_[static_cast<std::size_t>(tile)].free = static_cast<std::int16_t>(tiles.count(tile));
+  }
 }
 
 void PixelAssigner::addCells(const CellGrid& grid, const std::vector<std::int16_t>& cell_labels) {
@@ -89,32 +94,98 @@ void PixelAssigner::addCells(const CellGrid& grid, const std::vector<std::int16_
     for (int column = 0; column < grid.columns; ++column) {
       const std::int16_t label = cell_labels[static_cast<std::size_t>(row) * grid.columns + column];
       if (label < 0) continue;
-      const int tile = (row / cells_per_side) * cloud_.columns + column / cells_per_side;
-      presence_[static_cast<std::size_t>(tile)].add(label);
+      const auto tile =
+          static_cast<std::size_t>(row / cells_per_side) * cloud_.columns + column / cells_per_side;
+      presence_[tile].add(label);
+      grown_[tile].add(label);
+      changed_[tile] = 1;
     }
   }
 }
 
-void PixelAssigner::clearLabels() {
-  std::fill(labels_.begin(), labels_.end(), std::int16_t{-1});
+void PixelAssigner::reopen(const CellGrid& grid, const std::vector<std::int16_t>& cell_labels) {
+  const int cells_per_side = grid.columns / cloud_.columns;
+  std::vector<char> open(static_cast<std::size_t>(cloud_.tiles()), 0);
+  for (int row = 0; row < grid.rows; ++row) {
+    for (int column = 0; column < grid.columns; ++column) {
+      if (cell_labels[static_cast<std::size_t>(row) * grid.columns + column] < 0) continue;
+      const int r0 = row / cells_per_side;
+      const int c0 = column / cells_per_side;
+      for (int r = std::max(0, r0 - 1); r <= std::min(cloud_.rows - 1, r0 + 1); ++r) {
+        for (int c = std::max(0, c0 - 1); c <= std::min(cloud_.columns - 1, c0 + 1); ++c) {
+          open[static_cast<std::size_t>(r) * cloud_.columns + c] = 1;
+        }
+      }
+    }
+  }
+  for (std::size_t tile = 0; tile < open.size(); ++tile) {
+    if (!open[tile]) continue;
+    std::fill_n(labels_.begin() + static_cast<std::ptrdiff_t>(tile * kTileArea), kTileArea,
+                std::int16_t{-1});
+    summarize(static_cast<int>(tile));
+    changed_[tile] = 1;
+  }
 }
 
-void PixelAssigner::assignTile(int tile, const std::vector<PlaneCandidate>& planes,
-                               const std::vector<Presence>& before) {
+void PixelAssigner::summarize(int tile) {
+  const std::int16_t* labels = labels_.data() + static_cast<std::size_t>(tile) * kTileArea;
+  Summary& summary = summaries_[static_cast<std::size_t>(tile)];
+  summary = {};
+  int labelled = 0;
+  const std::int16_t first = labels[0];
+  int same = 0;
+  for (int i = 0; i < kTileArea; ++i) same += labels[i] == first;
+  if (same == kTileArea) {
+    if (first >= 0) {
+      summary.planes.add(first);
+      summary.count[0] = kTileArea;
+      labelled = kTileArea;
+    }
+  } else {
+    // Runs of equal labels, shortest work for the usual two or three planes of a tile.
+    for (int i = 0; i < kTileArea;) {
+      const std::int16_t label = labels[i];
+      const int begin = i;
+      while (i < kTileArea && labels[i] == label) ++i;
+      if (label < 0) continue;
+      labelled += i - begin;
+      int k = 0;
+      while (k < summary.planes.size && summary.planes.label[k] != label) ++k;
+      if (k == summary.planes.size) summary.planes.add(label);
+      if (k < PlaneList::kMost) {
+        summary.count[k] = static_cast<std::int16_t>(summary.count[k] + i - begin);
+      }
+    }
+  }
+  summary.free = static_cast<std::int16_t>(static_cast<int>(tiles_.count(tile)) - labelled);
+}
+
+bool PixelAssigner::changedAround(int tile) const {
+  const int row = tile / cloud_.columns;
+  const int column = tile % cloud_.columns;
+  for (int r = std::max(0, row - 1); r <= std::min(cloud_.rows - 1, row + 1); ++r) {
+    for (int c = std::max(0, column - 1); c <= std::min(cloud_.columns - 1, column + 1); ++c) {
+      if (changed_[static_cast<std::size_t>(r) * cloud_.columns + c]) return true;
+    }
+  }
+  return false;
+}
+
+void PixelAssigner::assignTile(int tile, const std::vector<PlaneCandidate>& planes, int reach) {
   constexpr int kMostCandidates = 12;
   const int row = tile / cloud_.columns;
   const int column = tile % cloud_.columns;
   std::int16_t candidates[kMostCandidates];
   int count = 0;
-  for (int r = std::max(0, row - 1); r <= std::min(cloud_.rows - 1, row + 1); ++r) {
-    for (int c = std::max(0, column - 1); c <= std::min(cloud_.columns - 1, column + 1); ++c) {
-      const Presence& held = before[static_cast<std::size_t>(r) * cloud_.columns + c];
-      for (const std::int16_t label : held.label) {
-        if (label < 0) break;
-        if (std::find(candidates, candidates + count, label) == candidates + count &&
-            count < kMostCandidates) {
-          candidates[count++] = label;
-        }
+  for (int r = std::max(0, row - reach); r <= std::min(cloud_.rows - 1, row + reach); ++r) {
+    for (int c = std::max(0, column - reach); c <= std::min(cloud_.columns - 1, column + reach);
+         ++c) {
+      const PlaneList& held = presence_[static_cast<std::size_t>(r) * cloud_.columns + c];
+      for (int k = 0; k < held.size; ++k) {
+        const std::int16_t label = held.label[k];
+        int at = 0;
+        while (at < count && candidates[at] != label) ++at;
+        if (at == count && count < kMostCandidates) candidates[count++] = label;
       }
     }
   }
@@ -128,10 +199,15 @@ void PixelAssigner::assignTile(int tile, const std::vector<PlaneCandidate>& plan
     // On the plane the noise along the ray counts by the cosine |sensor distance| / r.
     const double factor = params_.noise_factor * plane.distance(cloud_.sensor.data());
     const double squared_factor = factor * factor;
-    b.constant = static_cast<float>(params_.distance_threshold * params_.distance_threshold);
+    const bool inside = reach == 0 || grown_[static_cast<std::size_t>(tile)].holds(candidates[i]);
+    const double band = params_.distance_threshold * (inside ? 1.0 : params_.border_share);
+    b.constant = static_cast<float>(band * band);
     b.a = static_cast<float>(squared_factor * noise_.constant * noise_.constant);
     b.b = static_cast<float>(squared_factor * 2.0 * noise_.constant * noise_.quadratic);
     b.c = static_cast<float>(squared_factor * noise_.quadratic * noise_.quadratic);
+    const double least =
+        params_.noise_factor * params_.competing_share * params_.distance_threshold;
+    b.least = static_cast<float>(least * least);
     b.label = candidates[i];
   }
   const float sensor[3] = {static_cast<float>(cloud_.sensor.x()),
@@ -139,73 +215,91 @@ void PixelAssigner::assignTile(int tile, const std::vector<PlaneCandidate>& plan
                            static_cast<float>(cloud_.sensor.z())};
   nearestInBand(cloud_.x(tile), cloud_.y(tile), cloud_.z(tile), sensor, banded, count,
                 labels_.data() + static_cast<std::size_t>(tile) * kTileArea);
+  summarize(tile);
 }
 
 void PixelAssigner::assign(const std::vector<PlaneCandidate>& planes) {
-  constexpr int kMinPresent = kTileArea / 4;
-  const std::vector<Presence> before = presence_;
   parallelFor(static_cast<std::size_t>(cloud_.rows), threads_, [&](std::size_t row) {
     for (int column = 0; column < cloud_.columns; ++column) {
       const int tile = static_cast<int>(row) * cloud_.columns + column;
-      if (tiles_.count(tile) > 0.0) assignTile(tile, planes, before);
-    }
-  });
-  std::vector<int> counts(planes.size(), 0);
-  for (int tile = 0; tile < cloud_.tiles(); ++tile) {
-    const std::int16_t* labels = labels_.data() + static_cast<std::size_t>(tile) * kTileArea;
-    for (int i = 0; i < kTileArea; ++i) {
-      if (labels[i] >= 0 && ++counts[static_cast<std::size_t>(labels[i])] == kMinPresent) {
-        presence_[static_cast<std::size_t>(tile)].add(labels[i]);
+      if (summaries_[static_cast<std::size_t>(tile)].free > 0 && changedAround(tile)) {
+        assignTile(tile, planes, 1);
       }
     }
-    for (int i = 0; i < kTileArea; ++i) {
-      if (labels[i] >= 0) counts[static_cast<std::size_t>(labels[i])] = 0;
+  });
+  updatePresence();
+}
+
+void PixelAssigner::updatePresence() {
+  constexpr int kMinPresent = kTileArea / 4;
+  for (std::size_t tile = 0; tile < summaries_.size(); ++tile) {
+    const Summary& summary = summaries_[tile];
+    PlaneList& present = presence_[tile];
+    const std::int16_t before = present.size;
+    for (int k = 0; k < summary.planes.size; ++k) {
+      if (summary.count[k] >= kMinPresent) present.add(summary.planes.label[k]);
     }
+    changed_[tile] = present.size != before;
   }
 }
 
-void PixelAssigner::refit(std::vector<PlaneCandidate>& planes) const {
-  for (PlaneCandidate& plane : planes) plane.sums = {};
-  MomentSums sums;
+void PixelAssigner::fill(const std::vector<PlaneCandidate>& planes) {
+  parallelFor(static_cast<std::size_t>(cloud_.rows), threads_, [&](std::size_t row) {
+    for (int column = 0; column < cloud_.columns; ++column) {
+      const int tile = static_cast<int>(row) * cloud_.columns + column;
+      if (summaries_[static_cast<std::size_t>(tile)].free > 0) assignTile(tile, planes, 0);
+    }
+  });
+}
+
+std::vector<TilePart> PixelAssigner::parts() const {
+  std::vector<TilePart> parts;
+  parts.reserve(summaries_.size() + summaries_.size() / 2);
   for (int tile = 0; tile < cloud_.tiles(); ++tile) {
-    const double finite = tiles_.count(tile);
-    if (finite < 1.0) continue;
+    const Summary& summary = summaries_[static_cast<std::size_t>(tile)];
+    const auto finite = static_cast<std::int16_t>(tiles_.count(tile));
     const std::int16_t* labels = labels_.data() + static_cast<std::size_t>(tile) * kTileArea;
-    std::int16_t seen[kTileArea];
-    int distinct = 0;
-    int labelled = 0;
-    for (int i = 0; i < kTileArea; ++i) {
-      if (labels[i] < 0) continue;
-      ++labelled;
-      if (distinct > 0 && seen[distinct - 1] == labels[i]) continue;
-      if (std::find(seen, seen + distinct, labels[i]) == seen + distinct) {
-        seen[distinct++] = labels[i];
+    for (int k = 0; k < summary.planes.size; ++k) {
+      parts.emplace_back();
+      TilePart& part = parts.back();
+      part.tile = tile;
+      part.label = summary.planes.label[k];
+      part.finite = finite;
+      if (summary.count[k] == finite) {
+        addSums(part.sums, tiles_, tile);
+      } else {
+        sumLabelledPixels(cloud_, tile, labels, part.label, part.sums.data());
       }
     }
-    if (distinct == 1 && labelled == static_cast<int>(finite)) {
-      addSums(planes[static_cast<std::size_t>(seen[0])].sums, tiles_, tile);
-      continue;
-    }
-    for (int k = 0; k < distinct; ++k) {
-      sumLabelledPixels(cloud_, tile, labels, seen[k], sums.data());
-      addSums(planes[static_cast<std::size_t>(seen[k])].sums, sums);
-    }
   }
-  for (PlaneCandidate& plane : planes) plane.fit();
+  return parts;
 }
 
 void PixelAssigner::relabel(const std::vector<std::int16_t>& target) {
-  for (std::int16_t& label : labels_) {
-    if (label >= 0) label = target[static_cast<std::size_t>(label)];
-  }
-  for (Presence& held : presence_) {
-    Presence renamed;
-    for (const std::int16_t label : held.label) {
-      if (label >= 0 && target[static_cast<std::size_t>(label)] >= 0) {
-        renamed.add(target[static_cast<std::size_t>(label)]);
-      }
+  const auto moves = [&](const PlaneList& list) {
+    for (int k = 0; k < list.size; ++k) {
+      if (target[static_cast<std::size_t>(list.label[k])] != list.label[k]) return true;
     }
-    held = renamed;
+    return false;
+  };
+  const auto rename = [&](PlaneList& list) {
+    PlaneList renamed;
+    for (int k = 0; k < list.size; ++k) {
+      const std::int16_t label = target[static_cast<std::size_t>(list.label[k])];
+      if (label >= 0) renamed.add(label);
+    }
+    list = renamed;
+  };
+  for (std::size_t tile = 0; tile < summaries_.size(); ++tile) {
+    if (moves(presence_[tile])) rename(presence_[tile]);
+    if (moves(grown_[tile])) rename(grown_[tile]);
+    if (!moves(summaries_[tile].planes)) continue;
+    std::int16_t* labels = labels_.data() + tile * kTileArea;
+    for (int i = 0; i < kTileArea; ++i) {
+      if (labels[i] >= 0) labels[i] = target[static_cast<std::size_t>(labels[i])];
+    }
+    summarize(static_cast<int>(tile));
+    changed_[tile] = 1;
   }
 }
 

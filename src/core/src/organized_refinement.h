@@ -4,11 +4,22 @@
 
 #include <vector>
 
-#include "organized_growing.h"
+#include "organized_coherence.h"
 
 namespace planar_mapping::detail {
 
-/// Gives the pixels around grown cells to their nearest plane.
+/// A few planes, in the order they were added.
+struct PlaneList {
+  static constexpr int kMost = 6;
+  std::int16_t size = 0;
+  std::int16_t label[kMost] = {};
+
+  bool holds(std::int16_t plane) const;
+  void add(std::int16_t plane);
+};
+
+/// Gives the pixels of grown cells and around them to their nearest plane. Knows of each tile which
+/// planes its pixels have, so that what is settled is not looked at again.
 class PixelAssigner {
  public:
   PixelAssigner(const TiledCloud& cloud, const CellGrid& tiles, const RangeNoise& noise,
@@ -16,32 +27,32 @@ class PixelAssigner {
 
   /// Label per pixel in tile order, -1 = none.
   const std::vector<std::int16_t>& labels() const { return labels_; }
-  /// Finite pixels of a tile without a label.
-  int freePixels(int tile) const;
 
-  /// Tiles or quarters of tiles were found to be part of planes.
+  /// Cells of \p grid (tiles or quarters of them) are part of planes, -1 = of none.
   void addCells(const CellGrid& grid, const std::vector<std::int16_t>& cell_labels);
-  /// Assigns free pixels of the tiles beside those that hold a plane.
+  /// Frees the pixels of the tiles these cells lie in or beside.
+  void reopen(const CellGrid& grid, const std::vector<std::int16_t>& cell_labels);
+  /// Assigns free pixels of the tiles that hold a plane and of those beside them.
   void assign(const std::vector<PlaneCandidate>& planes);
-  /// Planes refitted to the pixels they got.
-  void refit(std::vector<PlaneCandidate>& planes) const;
+  /// Assigns what is free within d_T of the planes a tile holds.
+  void fill(const std::vector<PlaneCandidate>& planes);
   /// Renames labels; -1 frees the pixels.
   void relabel(const std::vector<std::int16_t>& target);
-  /// Forgets all pixels but not which tiles hold which plane.
-  void clearLabels();
-
-  /// Planes a tile holds.
-  struct Presence {
-    static constexpr int kMost = 4;
-    std::int16_t label[kMost] = {-1, -1, -1, -1};
-    void add(std::int16_t plane);
-    bool empty() const { return label[0] < 0; }
-  };
-  const std::vector<Presence>& presence() const { return presence_; }
+  /// The pixels of each plane in each tile, ascending by tile.
+  std::vector<TilePart> parts() const;
 
  private:
-  void assignTile(int tile, const std::vector<PlaneCandidate>& planes,
-                  const std::vector<Presence>& before);
+  /// What the pixels of a tile have.
+  struct Summary {
+    PlaneList planes;
+    std::int16_t count[PlaneList::kMost] = {};
+    std::int16_t free = 0;  ///< finite pixels without a plane
+  };
+
+  void assignTile(int tile, const std::vector<PlaneCandidate>& planes, int reach);
+  void summarize(int tile);
+  void updatePresence();
+  bool changedAround(int tile) const;
 
   const TiledCloud& cloud_;
   const CellGrid& tiles_;
@@ -49,7 +60,10 @@ class PixelAssigner {
   OrganizedParams params_;
   int threads_;
   std::vector<std::int16_t> labels_;
-  std::vector<Presence> presence_;
+  std::vector<Summary> summaries_;
+  std::vector<PlaneList> presence_;  ///< planes whose pixels or cells a tile holds
+  std::vector<PlaneList> grown_;     ///< planes whose whole cells a tile holds
+  std::vector<char> changed_;        ///< presence or labels changed since the last assignment
 };
 
 }  // namespace planar_mapping::detail

@@ -3,7 +3,7 @@
 #include "organized_segments.h"
 
 #include <algorithm>
-#include <numeric>
+#include <cmath>
 
 #include "plane_patches.h"
 
@@ -40,12 +40,14 @@ void listInliers(const TiledCloud& cloud, const std::vector<std::int16_t>& label
 void writeSegments(const PointsView& points, const TiledCloud& cloud,
                    const std::vector<PlaneCandidate>& planes, const PixelAssigner& pixels,
                    const MultiPlaneParams& params, const Vector3& sensor, PlaneSet& set) {
-  std::vector<std::size_t> order(planes.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    if (planes[i].valid) order.push_back(i);
+  }
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return planes[a].sums[kN] > planes[b].sums[kN];
   });
-  set.planes.resize(planes.size());
+  set.planes.resize(order.size());
   std::vector<int*> lists(planes.size());
   for (std::size_t i = 0; i < order.size(); ++i) {
     const PlaneCandidate& plane = planes[order[i]];
@@ -59,8 +61,9 @@ void writeSegments(const PointsView& points, const TiledCloud& cloud,
     shift.translation() = cloud.origin;
     segment.moments = segment.moments.transformed(shift);
     const PlaneMoments::Fit fit = segment.moments.fit();
-    segment.plane = orientedTowards(fit.plane, sensor);
-    segment.rms = fit.rms;
+    const Vector3 normal(plane.normal[0], plane.normal[1], plane.normal[2]);
+    segment.plane = orientedTowards({normal, plane.offset - normal.dot(cloud.origin)}, sensor);
+    segment.rms = std::sqrt(plane.meanSquare(plane.sums));
     segment.tilt = normalizedTilt(segment.plane);
     segment.covariance = segment.moments.planeCovariance(fit);
     segment.inliers.resize(static_cast<std::size_t>(plane.sums[kN]));

@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "organized_lanes.h"
 #include "planar_mapping/core/parallel.h"
 #include "planar_mapping/core/simd.h"
 
@@ -88,14 +89,11 @@ bool findOrigin(const PointsView& points, const Indices* indices, std::size_t& o
   return origin < points.size;
 }
 
-constexpr int kLanes = 16;
-
 // Sums about the first point; a pixel counts if it is finite and carries the label (labels may be
-// null). Lanes are kept apart so that the loops vectorise without reordering floating point sums.
-inline __attribute__((always_inline)) void sumPixels(const float* x, const float* y, const float* z,
-                                                     const std::int16_t* labels, std::int16_t label,
-                                                     int pixels, double* out,
-                                                     std::size_t out_stride) {
+// null).
+PLANAR_MAPPING_INLINE void sumPixels(const float* x, const float* y, const float* z,
+                                     const std::int16_t* labels, std::int16_t label, int pixels,
+                                     double* out, std::size_t out_stride) {
   int first = 0;
   while (first < pixels && !(x[first] == x[first] && (!labels || labels[first] == label))) ++first;
   if (first == pixels) {
@@ -105,48 +103,55 @@ inline __attribute__((always_inline)) void sumPixels(const float* x, const float
   const float ox = x[first];
   const float oy = y[first];
   const float oz = z[first];
-  float sums[kMoments][kLanes] = {};
+  FloatLanes sum_n = {}, sum_x = {}, sum_y = {}, sum_z = {};
+  FloatLanes sum_xx = {}, sum_xy = {}, sum_xz = {}, sum_yy = {}, sum_yz = {}, sum_zz = {};
+  const FloatLanes zero = {};
+  const FloatLanes one = zero + 1.0F;
   for (int k = 0; k < pixels; k += kLanes) {
-    for (int lane = 0; lane < kLanes; ++lane) {
-      const bool counts =
-          x[k + lane] == x[k + lane] && (labels == nullptr || labels[k + lane] == label);
-      const float dx = counts ? x[k + lane] - ox : 0.0F;
-      const float dy = counts ? y[k + lane] - oy : 0.0F;
-      const float dz = counts ? z[k + lane] - oz : 0.0F;
-      sums[kN][lane] += counts ? 1.0F : 0.0F;
-      sums[kX][lane] += dx;
-      sums[kY][lane] += dy;
-      sums[kZ][lane] += dz;
-      sums[kXX][lane] += dx * dx;
-      sums[kXY][lane] += dx * dy;
-      sums[kXZ][lane] += dx * dz;
-      sums[kYY][lane] += dy * dy;
-      sums[kYZ][lane] += dy * dz;
-      sums[kZZ][lane] += dz * dz;
+    FloatLanes dx, dy, dz;
+    load(x + k, dx);
+    load(y + k, dy);
+    load(z + k, dz);
+    FloatLanes counts = dx == dx ? one : zero;
+    dy = dx == dx ? dy - oy : zero;
+    dz = dx == dx ? dz - oz : zero;
+    dx = dx == dx ? dx - ox : zero;
+    if (labels != nullptr) {
+      IntLanes held;
+      load(labels + k, held);
+      counts = held == label ? counts : zero;
+      dx *= counts;
+      dy *= counts;
+      dz *= counts;
     }
+    sum_n += counts;
+    sum_x += dx;
+    sum_y += dy;
+    sum_z += dz;
+    sum_xx += dx * dx;
+    sum_xy += dx * dy;
+    sum_xz += dx * dz;
+    sum_yy += dy * dy;
+    sum_yz += dy * dz;
+    sum_zz += dz * dz;
   }
-  for (int half = kLanes / 2; half > 0; half /= 2) {
-    for (int m = 0; m < kMoments; ++m) {
-      for (int lane = 0; lane < half; ++lane) sums[m][lane] += sums[m][lane + half];
-    }
-  }
-  const double n = sums[kN][0];
+  const double n = sumOf(sum_n);
   const double cx = ox;
   const double cy = oy;
   const double cz = oz;
-  const double sx = sums[kX][0];
-  const double sy = sums[kY][0];
-  const double sz = sums[kZ][0];
+  const double sx = sumOf(sum_x);
+  const double sy = sumOf(sum_y);
+  const double sz = sumOf(sum_z);
   out[kN * out_stride] = n;
   out[kX * out_stride] = sx + n * cx;
   out[kY * out_stride] = sy + n * cy;
   out[kZ * out_stride] = sz + n * cz;
-  out[kXX * out_stride] = sums[kXX][0] + 2.0 * cx * sx + n * cx * cx;
-  out[kXY * out_stride] = sums[kXY][0] + cx * sy + cy * sx + n * cx * cy;
-  out[kXZ * out_stride] = sums[kXZ][0] + cx * sz + cz * sx + n * cx * cz;
-  out[kYY * out_stride] = sums[kYY][0] + 2.0 * cy * sy + n * cy * cy;
-  out[kYZ * out_stride] = sums[kYZ][0] + cy * sz + cz * sy + n * cy * cz;
-  out[kZZ * out_stride] = sums[kZZ][0] + 2.0 * cz * sz + n * cz * cz;
+  out[kXX * out_stride] = sumOf(sum_xx) + 2.0 * cx * sx + n * cx * cx;
+  out[kXY * out_stride] = sumOf(sum_xy) + cx * sy + cy * sx + n * cx * cy;
+  out[kXZ * out_stride] = sumOf(sum_xz) + cx * sz + cz * sx + n * cx * cz;
+  out[kYY * out_stride] = sumOf(sum_yy) + 2.0 * cy * sy + n * cy * cy;
+  out[kYZ * out_stride] = sumOf(sum_yz) + cy * sz + cz * sy + n * cy * cz;
+  out[kZZ * out_stride] = sumOf(sum_zz) + 2.0 * cz * sz + n * cz * cz;
 }
 
 PLANAR_MAPPING_MULTIVERSION
