@@ -15,8 +15,6 @@ namespace planar_mapping {
 namespace {
 
 constexpr double kLargestLength = 1e6;  ///< metres; more is a mistake of units
-/// [ours] a point within this many cells of a planar cuboid needs no cuboid of its own
-constexpr double kAbsorptionCells = 0.5;
 
 void requireIndices(const Indices& indices, std::size_t size, const char* what) {
   bool outside = false;
@@ -89,6 +87,7 @@ void CuboidApproximationParams::validate() const {
   requireInRange("min_height", min_height, 0.0, kLargestLength, "m");
   requireInRange("min_points_per_cell", min_points_per_cell, 1, 1e9);
   requireInRange("hole_size", hole_size, 0.0, kLargestLength, "m");
+  requireInRange("absorption", absorption, 0.0, 0.5, "cells");
   requireInRange("threads", threads, 0, 4096);
   if (!up.allFinite() || !(up.norm() > 0.0)) {
     throw ParameterError("up", up.norm(), "a finite vector of length > 0");
@@ -116,7 +115,7 @@ std::vector<Cuboid> approximateCuboids(const PointsView& points, const Indices* 
   RestFlags rest(points.size, indices);
   const bool compact = params.profile == Profile::Compact;
   detail::PlanarVolume volume(params.resolution, detail::thicknessOf(params),
-                              kAbsorptionCells * params.resolution);
+                              params.absorption * params.resolution);
   std::vector<Cuboid> cuboids;
   Indices counted;
   for (std::size_t id = 0; id < planes.size(); ++id) {
@@ -146,7 +145,7 @@ std::vector<Cuboid> approximateCuboids(const PointsView& points, const Indices* 
   counts.absorbed_points = cells.absorbed;
   counts.dropped_points += cells.dropped;
   for (const NonPlanarCell& cell : cells.cells) {
-    if (cell.weight < static_cast<float>(params.min_points_per_cell)) {
+    if (cell.octants != 0 && cell.weight < static_cast<float>(params.min_points_per_cell)) {
       counts.dropped_points += static_cast<std::size_t>(cell.weight);
     }
   }

@@ -29,6 +29,7 @@ std::vector<NonPlanarCell> distinctCells(std::vector<NonPlanarCell> cells, int m
       continue;
     }
     NonPlanarCell& last = distinct.back();
+    last.octants |= cell.octants;
     const double weight = static_cast<double>(last.weight) + cell.weight;
     if (weight <= 0.0) continue;
     const double share = cell.weight / weight;
@@ -45,6 +46,13 @@ std::vector<NonPlanarCell> distinctCells(std::vector<NonPlanarCell> cells, int m
   return distinct;
 }
 
+std::vector<NonPlanarCell> neededCells(std::vector<NonPlanarCell> cells) {
+  cells.erase(std::remove_if(cells.begin(), cells.end(),
+                             [](const NonPlanarCell& c) { return c.octants == 0; }),
+              cells.end());
+  return cells;
+}
+
 std::vector<CellKey> keysOf(const std::vector<NonPlanarCell>& cells) {
   std::vector<CellKey> keys;
   keys.reserve(cells.size());
@@ -52,23 +60,48 @@ std::vector<CellKey> keysOf(const std::vector<NonPlanarCell>& cells) {
   return keys;
 }
 
-std::vector<Cuboid> mergedBoxes(const std::vector<NonPlanarCell>& cells, double s) {
-  std::vector<std::int32_t> box_of_cell;
-  const std::vector<detail::CellBox> boxes = detail::coverWithBoxes(keysOf(cells), &box_of_cell);
-  std::vector<double> probability(boxes.size(), 0.0);
-  std::vector<int> count(boxes.size(), 0);
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const auto box = static_cast<std::size_t>(box_of_cell[i]);
-    probability[box] += cells[i].probability;
-    ++count[box];
+float meanProbability(const std::vector<NonPlanarCell>& cells, const detail::CellLookup& lookup,
+                      const detail::CellBox& box) {
+  double sum = 0.0;
+  int count = 0;
+  for (std::int32_t z = 0; z < box.size[2]; ++z) {
+    for (std::int32_t y = 0; y < box.size[1]; ++y) {
+      for (std::int32_t x = 0; x < box.size[0]; ++x) {
+        const std::int32_t i = lookup.at(box.low[0] + x, box.low[1] + y, box.low[2] + z);
+        if (cells[static_cast<std::size_t>(i)].octants == 0) continue;
+        sum += cells[static_cast<std::size_t>(i)].probability;
+        ++count;
+      }
+    }
   }
-  std::vector<Cuboid> cuboids(boxes.size());
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
-    const Vector3 low(boxes[i].low[0], boxes[i].low[1], boxes[i].low[2]);
-    const Vector3 size(boxes[i].size[0], boxes[i].size[1], boxes[i].size[2]);
-    cuboids[i].size = s * size;
-    cuboids[i].center = s * (low + 0.5 * size);
-    cuboids[i].probability = static_cast<float>(probability[i] / count[i]);
+  return static_cast<float>(sum / count);
+}
+
+std::vector<Cuboid> mergedBoxes(const std::vector<NonPlanarCell>& cells,
+                                const CuboidApproximationParams& params) {
+  const std::vector<CellKey> keys = keysOf(cells);
+  const detail::CellLookup lookup(keys);
+  std::vector<char> needed(cells.size());
+  std::vector<std::uint8_t> octants(cells.size());
+  std::vector<float> weight(cells.size());
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    needed[i] = cells[i].octants != 0;
+    octants[i] = cells[i].octants;
+    weight[i] = cells[i].weight;
+  }
+  if (params.absorption >= 0.5) {
+    detail::leaveFringeToNeighbours(keys, lookup, octants, weight, needed);
+  }
+  const double s = params.resolution;
+  std::vector<Cuboid> cuboids;
+  for (const detail::CellBox& box : detail::coverWithBoxes(keys, lookup, needed)) {
+    const Vector3 low(box.low[0], box.low[1], box.low[2]);
+    const Vector3 size(box.size[0], box.size[1], box.size[2]);
+    Cuboid cuboid;
+    cuboid.size = s * size;
+    cuboid.center = s * (low + 0.5 * size);
+    cuboid.probability = meanProbability(cells, lookup, box);
+    cuboids.push_back(cuboid);
   }
   return cuboids;
 }
@@ -229,7 +262,7 @@ std::vector<Cuboid> splitClusters(const std::vector<NonPlanarCell>& cells,
                                   const CuboidApproximationParams& params, const Vector3& sensor) {
   const std::vector<CellKey> keys = keysOf(cells);
   const std::vector<std::int32_t> component =
-      detail::connectedComponents(keys, detail::CellIndex(keys));
+      detail::connectedComponents(keys, detail::CellLookup(keys));
   std::vector<std::vector<const NonPlanarCell*>> clusters;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const auto c = static_cast<std::size_t>(component[i]);
@@ -250,8 +283,10 @@ std::vector<Cuboid> cuboidsOfCells(const std::vector<NonPlanarCell>& cells,
                                    const CuboidApproximationParams& params, const Vector3& sensor) {
   params.validate();
   const std::vector<NonPlanarCell> distinct = distinctCells(cells, params.min_points_per_cell);
-  if (params.profile == Profile::Paper) return splitClusters(distinct, params, sensor);
-  return mergedBoxes(distinct, params.resolution);
+  if (params.profile == Profile::Paper) {
+    return splitClusters(neededCells(distinct), params, sensor);
+  }
+  return mergedBoxes(distinct, params);
 }
 
 }  // namespace planar_mapping

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "cell_mask.h"
+#include "raster_cleanup.h"
 
 namespace planar_mapping::detail {
 
@@ -19,7 +20,7 @@ double thicknessOf(const CuboidApproximationParams& params) {
   return params.thickness > 0.0 ? params.thickness : params.resolution;
 }
 
-std::vector<CellRectangle> rectanglesOfPlane(const CellMask& mask, const std::uint8_t* /*quarters*/,
+std::vector<CellRectangle> rectanglesOfPlane(const CellMask& mask, const std::uint8_t* quarters,
                                              const CuboidApproximationParams& params) {
   if (params.profile == Profile::Paper) {
     return splitAndMerge(mask, params.density_threshold,
@@ -28,12 +29,16 @@ std::vector<CellRectangle> rectanglesOfPlane(const CellMask& mask, const std::ui
   }
   requireConsistent(mask);
   // [ours] 0 stands for one cell; a side below one cell leaves every hole open.
-  if (params.hole_size > 0.0 && params.hole_size < params.resolution) {
-    return minimumRectanglePartition(mask);
-  }
-  CellMask filled = mask;
-  fillHoles(filled, lengthInCells(params.hole_size, params.resolution));
-  return minimumRectanglePartition(filled);
+  const bool fill = !(params.hole_size > 0.0 && params.hole_size < params.resolution);
+  const bool absorb = quarters && params.absorption >= 0.5;
+  if (!fill && !absorb) return minimumRectanglePartition(mask);
+  CellMask plain = mask;
+  if (fill) fillHoles(plain, lengthInCells(params.hole_size, params.resolution));
+  CellMask simple = plain;
+  simplifyBorder(simple, absorb ? quarters : nullptr, fill);
+  std::vector<CellRectangle> of_plain = minimumRectanglePartition(plain);
+  std::vector<CellRectangle> of_simple = minimumRectanglePartition(simple);
+  return of_simple.size() < of_plain.size() ? of_simple : of_plain;
 }
 
 void fillHoles(CellMask& mask, int side) {

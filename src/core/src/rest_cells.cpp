@@ -115,14 +115,13 @@ RestCells collectRest(const PointsView& points, const Indices* indices, double r
   rest.dropped = (indices ? indices->size() : points.size) - rest.points;
   rest.cells.reserve(sums.size());
   for (const CellSums& sum : sums) {
-    if (sum.count == 0) continue;
-    NonPlanarCell cell;
+    NonPlanarCell cell;  // without octants where all points were absorbed: boxes may still use it
     cell.x = sum.cell[0];
     cell.y = sum.cell[1];
     cell.z = sum.cell[2];
-    cell.mean = resolution * Vector3(cell.x, cell.y, cell.z) + sum.sum / sum.count;
+    cell.mean = resolution * Vector3(cell.x, cell.y, cell.z) + sum.sum / std::max(1u, sum.count);
     cell.weight = static_cast<float>(sum.count);
-    cell.probability = static_cast<float>(sum.probability / sum.count);
+    cell.probability = static_cast<float>(sum.probability / std::max(1u, sum.count));
     cell.octants = sum.octants;
     rest.cells.push_back(cell);
   }

@@ -28,6 +28,8 @@ struct PLANAR_MAPPING_EXPORT CuboidApproximationParams {
   int min_points_per_cell = 1;     ///< cells with fewer points are empty, >= 1
   /// [ours] compact: holes of a patch up to this side are filled; 0 = resolution, less = off
   double hole_size = 0.0;
+  /// [ours] compact: points within this many cells of a cuboid need none of their own, in [0, 0.5]
+  double absorption = 0.5;
   Vector3 up = Vector3::UnitZ();  ///< vertical of the cloud's frame, for "horizontal" u
   int threads = 1;
 
@@ -79,7 +81,8 @@ struct NonPlanarCell {
   float probability = 1.0f;
   /// Which eighths of the cell hold points: bit 0, 1, 2 of the bit's number = upper half along x,
   /// y, z. [ours] Compact may leave a cell to a neighbour that is within half a cell of all its
-  /// points. All of them where it is not known.
+  /// points. All of them (the default) where it is not known; none for a cell that needs no cuboid
+  /// but may be part of one.
   std::uint8_t octants = 0xFF;
 };
 
