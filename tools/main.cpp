@@ -31,6 +31,7 @@ int run(int argc, char** argv) {
   addInfoCommand(app, exit_code);
   addViewCommand(app, exit_code);
   addSnapshotCommand(app, exit_code);
+  addSimulateCommand(app, exit_code);
   if (argc < 2) {
     std::cerr << app.help();
     return kUsage;

@@ -1,0 +1,77 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/plane.h"
+#include "planar_mapping/core/types.h"
+
+namespace planar_mapping {
+namespace evaluation {
+
+enum class Shape {
+  Box,       ///< size: full lengths
+  Cylinder,  ///< axis along local z; size: diameter, diameter, length
+  Sphere     ///< size: diameter three times
+};
+
+enum class Pattern { Plain, Speckles, Planks, Tiles, Bricks };
+
+struct Material {
+  std::uint32_t color = 0x808080;  ///< 0xRRGGBB
+  Pattern pattern = Pattern::Speckles;
+  /// How well stereo finds its way on it, in [0, 1]; plain surfaces (0) leave holes.
+  double texture = 1.0;
+};
+
+/// A solid of the scene. A box has faces 0 to 5: -x, +x, -y, +y, -z, +z of its own axes; a
+/// cylinder 4 and 5 for its ends and 6 for its side; a sphere 6.
+struct SceneObject {
+  std::string name;
+  Shape shape = Shape::Box;
+  Pose T_world_object = Pose::Identity();
+  Vector3 size = Vector3::Ones();  ///< metres
+  Material material;
+};
+
+constexpr int kCurvedFace = 6;
+
+/// A world of solids whose surface is known exactly, and a path to look at it from.
+/// World frame, z up, metres, ground z = 0.
+struct PLANAR_MAPPING_EXPORT Scene {
+  std::string name;
+  std::vector<SceneObject> objects;
+  std::vector<Pose> path;      ///< T_world_camera, camera optical frame
+  double camera_height = 0.0;  ///< above the ground, metres
+
+  /// Turns objects and path about the world's z axis (radians), so that walls no longer lie
+  /// along the axes a grid would favour.
+  void rotate(double yaw);
+};
+
+/// Planes of the flat faces of a scene; coplanar faces that look the same way share one.
+struct ScenePlanes {
+  std::vector<Plane> planes;  ///< world frame, normals point out of the solid
+  /// Index into planes of face f of object i; -1 where curved.
+  std::vector<std::vector<int>> plane_of_face;
+};
+
+PLANAR_MAPPING_EXPORT ScenePlanes planesOf(const Scene& scene);
+
+/// Names makeScene() knows: "room", "corridor", "outdoor".
+PLANAR_MAPPING_EXPORT const std::vector<std::string>& sceneNames();
+
+/// Builds a scene with a path of \p frames poses.
+/// - room: 6 x 4.8 m, furnished, camera 1.25 m above the floor turning once around;
+/// - corridor: 16 m with doors, niches, side rooms and boxes, camera at 0.37 m (the paper, IV);
+/// - outdoor: 30 x 10 m between walls, steps, trunks, columns and pillars, camera at 0.37 m.
+/// \throws ParameterError for frames < 1; InputError for an unknown name
+PLANAR_MAPPING_EXPORT Scene makeScene(const std::string& name, int frames);
+
+}  // namespace evaluation
+}  // namespace planar_mapping

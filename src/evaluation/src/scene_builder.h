@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+#include "planar_mapping/evaluation/scene.h"
+
+namespace planar_mapping {
+namespace evaluation {
+
+/// Puts solids into a scene. Places of furniture are given in a frame of their own (x to the
+/// right, y to the back, z up) that stands somewhere on the ground, turned by a yaw.
+struct SceneBuilder {
+  Scene scene;
+  Pose place = Pose::Identity();  ///< of what is added next
+
+  /// Adds what follows relative to a frame at (x, y, z), turned by \p yaw_deg.
+  void moveTo(double x, double y, double z = 0.0, double yaw_deg = 0.0);
+  /// A box by its lowest corner and its full lengths.
+  void box(const std::string& name, const Vector3& low, const Vector3& size,
+           const Material& material);
+  /// A box by its centre, full lengths and rotation.
+  void turnedBox(const std::string& name, const Vector3& center, const Vector3& size,
+                 const Eigen::AngleAxisd& rotation, const Material& material);
+  /// An upright cylinder standing at \p foot.
+  void cylinder(const std::string& name, const Vector3& foot, double diameter, double height,
+                const Material& material);
+  void sphere(const std::string& name, const Vector3& center, double diameter,
+              const Material& material);
+  /// A wall along local x from 0 to \p length with an opening: full height left and right of it,
+  /// a lintel above and a sill below.
+  void wallWithOpening(const std::string& name, double length, double height, double thickness,
+                       double opening_begin, double opening_end, double opening_low,
+                       double opening_high, const Material& material);
+  /// Camera at a world position, looking along \p yaw_deg (0 = +x) and \p pitch_deg (up > 0).
+  void lookFrom(const Vector3& position, double yaw_deg, double pitch_deg);
+};
+
+void buildRoom(SceneBuilder& builder, int frames);
+void buildCorridor(SceneBuilder& builder, int frames);
+void buildOutdoor(SceneBuilder& builder, int frames);
+
+}  // namespace evaluation
+}  // namespace planar_mapping

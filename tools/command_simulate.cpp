@@ -1,0 +1,88 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <unistd.h>
+
+#include <iostream>
+#include <memory>
+
+#include "commands.h"
+#include "planar_mapping/evaluation/simulation.h"
+
+namespace planar_mapping::tools {
+namespace {
+
+constexpr double kRadiansPerDegree = 0.017453292519943295;
+
+struct SimulateArguments {
+  evaluation::SimulationParams params;
+  std::string output;
+  double yaw_deg = 0.0;
+  bool perfect = false;
+  bool force = false;
+  bool quiet = false;
+};
+
+void addOptions(CLI::App& command, SimulateArguments& arguments) {
+  evaluation::SimulationParams& params = arguments.params;
+  std::string scenes;
+  for (const std::string& name : evaluation::sceneNames())
+    scenes += (scenes.empty() ? "" : ", ") + name;
+  command.add_option("scene", params.scene, "Scene: " + scenes)->required();
+  command.add_option("-o,--output", arguments.output, "Directory the sequence is written to")
+      ->required();
+  command.add_option("--frames", params.frames, "Frames along the path, >= 1")
+      ->capture_default_str();
+  command.add_option("--seed", params.seed, "Seed of the noise")->capture_default_str();
+  command.add_option("--yaw-deg", arguments.yaw_deg, "Turns the whole world about z, degrees")
+      ->capture_default_str();
+  command.add_option("--width", params.width, "Image width, pixels, 8 to 8192")
+      ->capture_default_str();
+  command.add_option("--height", params.height, "Image height, pixels, 8 to 8192")
+      ->capture_default_str();
+  command
+      .add_option("--focal-length", params.focal_length,
+                  "Focal length, pixels; 0 = 500 for a width of 640, in proportion")
+      ->capture_default_str();
+  command.add_option("--baseline", params.sensor.baseline, "Stereo baseline, metres, > 0")
+      ->capture_default_str();
+  command
+      .add_option("--noise-px", params.sensor.noise_px,
+                  "Standard deviation of the disparity, pixels, >= 0")
+      ->capture_default_str();
+  command.add_flag("--perfect", arguments.perfect, "No noise, holes or flying pixels");
+  command.add_flag("--force", arguments.force, "Overwrite files that exist");
+  command.add_flag("-q,--quiet", arguments.quiet, "No progress");
+}
+
+}  // namespace
+
+void addSimulateCommand(CLI::App& app, int& exit_code) {
+  auto* command =
+      app.add_subcommand("simulate", "A stereo sequence of a generated scene with exact truth");
+  const auto arguments = std::make_shared<SimulateArguments>();
+  addOptions(*command, *arguments);
+  command->callback([arguments, &exit_code]() {
+    evaluation::SimulationParams& params = arguments->params;
+    params.yaw = arguments->yaw_deg * kRadiansPerDegree;
+    if (arguments->perfect) {
+      const double baseline = params.sensor.baseline;
+      params.sensor = evaluation::StereoSensorParams::perfect();
+      params.sensor.baseline = baseline;
+    }
+    const evaluation::Simulation simulation(params);
+    const bool show = !arguments->quiet && ::isatty(STDERR_FILENO) == 1;
+    evaluation::writeSequence(simulation, arguments->output, arguments->force,
+                              [&](std::size_t done) {
+                                if (show)
+                                  std::cerr << "\rframe " << done << " of " << simulation.size()
+                                            << (done == simulation.size() ? "\n" : "");
+                              });
+    if (!arguments->quiet)
+      std::cout << arguments->output << ": " << simulation.size() << " frames of " << params.width
+                << " x " << params.height << ", " << simulation.scene().objects.size()
+                << " objects, " << simulation.planes().size() << " planes\n";
+    exit_code = kDone;
+  });
+}
+
+}  // namespace planar_mapping::tools
