@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "ground.h"
 #include "planar_mapping/core/error.h"
 
 namespace planar_mapping {
@@ -16,7 +17,7 @@ constexpr double kRadiansPerDegree = M_PI / 180.0;
 constexpr double kIsoElevation = 35.0 * kRadiansPerDegree;
 constexpr double kIsoViewAngle = 28.0 * kRadiansPerDegree;
 constexpr double kEyeViewAngle = 62.0 * kRadiansPerDegree;
-constexpr double kMargin = 1.06;  // of the content's extent, left around it
+constexpr double kMargin = 1.03;  // of the content's extent, left around it
 
 struct Frame {
   Vector3 right, up, back;  // of the picture, world frame; back points to the viewer
@@ -49,6 +50,15 @@ std::vector<Vector3> extremePoints(const SceneContent& content, const ViewOption
   if (points.empty() || content.cuboids.empty()) {
     for (const Cuboid& cuboid : content.unknown) {
       for (const Vector3& p : corners(cuboid)) points.push_back(p);
+    }
+  }
+  if (!points.empty() && options.show.ground_grid) {
+    const visualization::GroundFrame ground = visualization::groundFrame(content);
+    const double numbers = options.show.axes ? 0.05 * ground.longest() : 0.0;
+    for (const double x : {ground.low_right - numbers, ground.high_right + numbers}) {
+      for (const double y : {ground.low_forward - numbers, ground.high_forward + numbers}) {
+        points.push_back(ground.point(x, y));
+      }
     }
   }
   return points;
@@ -107,47 +117,61 @@ Vector3 presetDirection(const SceneContent& content, CameraPreset preset) {
   return isoDirection(content);
 }
 
-// Smallest distance (perspective) or scale (parallel) at which every point is in the picture.
-void fit(const std::vector<Vector3>& points, const Frame& frame, double aspect, CameraView& view) {
-  const double tan_up = std::tan(0.5 * view.view_angle);
-  const double tan_right = tan_up * aspect;
-  if (view.parallel) {
-    std::array<double, 4> limit = {INFINITY, -INFINITY, INFINITY, -INFINITY};
-    double nearest = -INFINITY;
-    for (const Vector3& p : points) {
-      limit[0] = std::min(limit[0], p.dot(frame.right));
-      limit[1] = std::max(limit[1], p.dot(frame.right));
-      limit[2] = std::min(limit[2], p.dot(frame.up));
-      limit[3] = std::max(limit[3], p.dot(frame.up));
-      nearest = std::max(nearest, p.dot(frame.back));
-    }
-    const double half_width = 0.5 * (limit[1] - limit[0]);
-    const double half_height = 0.5 * (limit[3] - limit[2]);
-    view.parallel_scale = kMargin * std::max({half_height, half_width / aspect, 0.05});
-    const Vector3 on_axis =
-        0.5 * (limit[0] + limit[1]) * frame.right + 0.5 * (limit[2] + limit[3]) * frame.up;
-    const double depth = nearest + 2.0 * view.parallel_scale;
-    view.position = on_axis + depth * frame.back;
-    view.focal_point = on_axis + nearest * frame.back;
-    return;
-  }
-  // Each side of the picture is a plane through the eye: the four tightest ones fix the eye.
-  double right = -INFINITY, left = -INFINITY, top = -INFINITY, bottom = -INFINITY;
+// The share of the picture's width that the scale of the legend takes at the right.
+double reservedWidth(const ViewOptions& options) {
+  const bool scale = options.show.legend && options.show.occupied &&
+                     options.color != ColorBy::Plane && options.color != ColorBy::State;
+  return scale ? 0.075 : 0.0;
+}
+
+void fitParallel(const std::vector<Vector3>& points, const Frame& frame, double aspect,
+                 double reserved, CameraView& view) {
+  std::array<double, 4> limit = {INFINITY, -INFINITY, INFINITY, -INFINITY};
   double nearest = -INFINITY;
+  for (const Vector3& p : points) {
+    limit[0] = std::min(limit[0], p.dot(frame.right));
+    limit[1] = std::max(limit[1], p.dot(frame.right));
+    limit[2] = std::min(limit[2], p.dot(frame.up));
+    limit[3] = std::max(limit[3], p.dot(frame.up));
+    nearest = std::max(nearest, p.dot(frame.back));
+  }
+  const double half_width = 0.5 * (limit[1] - limit[0]);
+  const double half_height = 0.5 * (limit[3] - limit[2]);
+  view.parallel_scale =
+      kMargin * std::max({half_height, half_width / (aspect * (1.0 - reserved)), 0.05});
+  const double shift = reserved * aspect * view.parallel_scale;
+  const Vector3 on_axis =
+      (0.5 * (limit[0] + limit[1]) + shift) * frame.right + 0.5 * (limit[2] + limit[3]) * frame.up;
+  const double depth = nearest + 2.0 * view.parallel_scale;
+  view.position = on_axis + depth * frame.back;
+  view.focal_point = on_axis + nearest * frame.back;
+}
+
+// Each side of the picture is a plane through the eye: the tightest of each kind fix the eye.
+void fitPerspective(const std::vector<Vector3>& points, const Frame& frame, double aspect,
+                    double reserved, CameraView& view) {
+  const double tan_up = std::tan(0.5 * view.view_angle);
+  const double tan_left = tan_up * aspect;
+  const double tan_right = tan_left * (1.0 - 2.0 * reserved);
+  double right = -INFINITY, left = -INFINITY, top = -INFINITY, bottom = -INFINITY;
+  double nearest = -INFINITY, farthest = INFINITY;
   for (const Vector3& p : points) {
     const double x = p.dot(frame.right), y = p.dot(frame.up), z = p.dot(frame.back);
     right = std::max(right, x + tan_right * z);
-    left = std::max(left, -x + tan_right * z);
+    left = std::max(left, -x + tan_left * z);
     top = std::max(top, y + tan_up * z);
     bottom = std::max(bottom, -y + tan_up * z);
     nearest = std::max(nearest, z);
+    farthest = std::min(farthest, z);
   }
-  const double eye_x = 0.5 * (right - left);
-  const double eye_y = 0.5 * (top - bottom);
-  const double depth = std::max((right - eye_x) / tan_right, (top - eye_y) / tan_up);
+  const double depth =
+      std::max((right + left) / (tan_right + tan_left), (top + bottom) / (2.0 * tan_up));
   const double eye_z = std::max(nearest + (depth - nearest) * kMargin, nearest + 0.1);
+  const double eye_x = 0.5 * ((right - tan_right * eye_z) + (tan_left * eye_z - left));
+  const double eye_y = 0.5 * (top - bottom);
   view.position = eye_x * frame.right + eye_y * frame.up + eye_z * frame.back;
-  view.focal_point = view.position - (eye_z - nearest + 1e-3) * frame.back;
+  // In the middle of it all, so that the window turns about it.
+  view.focal_point = view.position - (eye_z - 0.5 * (nearest + farthest)) * frame.back;
 }
 
 void lookAlong(const Pose& pose, bool optical, CameraView& view, Vector3& up) {
@@ -220,7 +244,8 @@ CameraView placeCamera(const SceneContent& content, const ViewOptions& options) 
     view.parallel = options.camera != CameraPreset::Iso;
     view.view_angle = kIsoViewAngle;
     const double aspect = static_cast<double>(options.width) / options.height;
-    fit(points, frameOf(direction, up), aspect, view);
+    (view.parallel ? fitParallel : fitPerspective)(points, frameOf(direction, up), aspect,
+                                                   reservedWidth(options), view);
     if (view.parallel) {
       view.parallel_scale /= options.zoom;
     } else {

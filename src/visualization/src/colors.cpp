@@ -30,6 +30,16 @@ constexpr std::array<Color, 9> kViridis = {{{68, 1, 84},
                                             {94, 201, 98},
                                             {173, 220, 48},
                                             {253, 231, 37}}};
+// Light enough to be shaded: the dark end of viridis swallows floors.
+constexpr std::array<Color, 9> kTerrain = {{{74, 104, 190},
+                                            {66, 145, 205},
+                                            {74, 178, 190},
+                                            {108, 198, 150},
+                                            {166, 212, 112},
+                                            {224, 216, 96},
+                                            {248, 190, 84},
+                                            {242, 148, 82},
+                                            {226, 100, 88}}};
 constexpr std::array<Color, 9> kPlasma = {{{13, 8, 135},
                                            {76, 2, 161},
                                            {126, 3, 168},
@@ -92,10 +102,10 @@ Color colorFromString(const std::string& text) {
 
 Color planeColor(std::int32_t plane_id) {
   if (plane_id < 0) return {158, 160, 164};
-  static constexpr std::array<double, 3> kLightness = {0.74, 0.66, 0.82};
+  static constexpr std::array<double, 3> kLightness = {0.77, 0.70, 0.84};
   constexpr double kGoldenAngle = 2.399963229728653;
   const double hue = std::fmod(4.4 + kGoldenAngle * plane_id, 2.0 * M_PI);
-  return fromOklch(kLightness[static_cast<std::size_t>(plane_id) % 3], 0.125, hue);
+  return fromOklch(kLightness[static_cast<std::size_t>(plane_id) % 3], 0.115, hue);
 }
 
 Color stateColor(CellState state) {
@@ -105,13 +115,15 @@ Color stateColor(CellState state) {
     case CellState::Occupied:
       return {72, 120, 176};
     case CellState::Unknown:
-      return {168, 168, 172};
+      return {128, 130, 138};
   }
   return {255, 0, 255};
 }
 
 Color scaleColor(ColorBy color, double value) {
-  const auto& table = color == ColorBy::Probability ? kPlasma : kViridis;
+  const auto& table = color == ColorBy::Probability ? kPlasma
+                      : color == ColorBy::Height    ? kTerrain
+                                                    : kViridis;
   const double position = std::isnan(value) ? 0.0 : std::clamp(value, 0.0, 1.0) * 8.0;
   const auto i = std::min<std::size_t>(static_cast<std::size_t>(position), 7);
   const double t = position - static_cast<double>(i);

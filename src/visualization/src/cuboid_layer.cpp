@@ -143,8 +143,8 @@ CuboidLayer::CuboidLayer(std::vector<Cuboid> cuboids, const Vector3& origin, con
   mapper->ScalarVisibilityOn();
   actor_->SetMapper(mapper);
   actor_->GetProperty()->SetInterpolationToPhong();
-  actor_->GetProperty()->SetAmbient(0.30);
-  actor_->GetProperty()->SetDiffuse(0.78);
+  actor_->GetProperty()->SetAmbient(0.52);
+  actor_->GetProperty()->SetDiffuse(0.62);
   actor_->GetProperty()->SetSpecular(0.0);
 
   vtkShaderProperty* shader = actor_->GetShaderProperty();

@@ -20,7 +20,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "legend.h"
 
@@ -46,6 +45,8 @@ vtkSmartPointer<vtkActor> actorOf(vtkPolyData* data, bool lit) {
   auto actor = vtkSmartPointer<vtkActor>::New();
   actor->SetMapper(mapper);
   actor->GetProperty()->SetLighting(lit);
+  actor->GetProperty()->SetAmbient(0.45);
+  actor->GetProperty()->SetDiffuse(0.75);
   return actor;
 }
 
@@ -79,77 +80,28 @@ vtkSmartPointer<vtkProp> billboard(const std::string& text, const Vector3& at, i
 
 }  // namespace
 
-double roundStep(double length, int parts) {
-  const double raw = std::max(length, 1e-9) / std::max(parts, 1);
-  const double power = std::pow(10.0, std::floor(std::log10(raw)));
-  for (const double factor : {1.0, 2.0, 5.0}) {
-    if (factor * power >= raw * (1.0 - 1e-9)) return factor * power;
-  }
-  return 10.0 * power;
-}
-
-std::string shortNumber(double value) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.6g", std::abs(value) < 1e-9 ? 0.0 : value);
-  return text;
-}
-
-GroundFrame groundFrame(const SceneContent& content) {
-  GroundFrame frame;
-  frame.up = content.up.normalized();
-  horizontalAxes(content.up, frame.right, frame.forward);
-  frame.height = groundHeight(content);
-  std::array<double, 4> limit = {INFINITY, -INFINITY, INFINITY, -INFINITY};
-  const auto add = [&](const Vector3& p) {
-    limit[0] = std::min(limit[0], p.dot(frame.right));
-    limit[1] = std::max(limit[1], p.dot(frame.right));
-    limit[2] = std::min(limit[2], p.dot(frame.forward));
-    limit[3] = std::max(limit[3], p.dot(frame.forward));
-  };
-  const std::vector<Cuboid>& cuboids = content.cuboids.empty() ? content.unknown : content.cuboids;
-  for (const Cuboid& cuboid : cuboids) {
-    for (const Vector3& corner : corners(cuboid)) add(corner);
-  }
-  for (const Pose& pose : content.trajectory) add(pose.translation());
-  if (cuboids.empty()) {
-    Vector3 low, high;
-    if (content.bounds(low, high)) {
-      add(low);
-      add(high);
-    }
-  }
-  if (!std::isfinite(limit[0])) limit = {-1.0, 1.0, -1.0, 1.0};
-  const double longest = std::max(limit[1] - limit[0], limit[3] - limit[2]);
-  frame.step = longest < 2.5 ? 0.1 : std::max(1.0, roundStep(longest, 100));
-  frame.low_right = std::floor(limit[0] / frame.step - 0.2) * frame.step;
-  frame.high_right = std::ceil(limit[1] / frame.step + 0.2) * frame.step;
-  frame.low_forward = std::floor(limit[2] / frame.step - 0.2) * frame.step;
-  frame.high_forward = std::ceil(limit[3] / frame.step + 0.2) * frame.step;
-  return frame;
-}
-
 Props makeGroundGrid(const GroundFrame& frame, const Vector3& origin, bool on_dark) {
   vtkNew<vtkPoints> points;
   vtkNew<vtkCellArray> lines;
   // A little below the ground: cuboids that lie on it hide it.
   const Vector3 shift = -origin - 0.004 * frame.up;
-  const auto along = [&](double low, double high, const auto& place) {
-    const auto count = std::lround((high - low) / frame.step);
-    for (long i = 0; i <= count; ++i) place(low + static_cast<double>(i) * frame.step);
-  };
-  along(frame.low_right, frame.high_right, [&](double x) {
+  for (const double x : multiples(frame.low_right, frame.high_right, frame.step)) {
     insertSegment(points, lines, frame.point(x, frame.low_forward) + shift,
                   frame.point(x, frame.high_forward) + shift);
-  });
-  along(frame.low_forward, frame.high_forward, [&](double y) {
+  }
+  for (const double y : multiples(frame.low_forward, frame.high_forward, frame.step)) {
     insertSegment(points, lines, frame.point(frame.low_right, y) + shift,
                   frame.point(frame.high_right, y) + shift);
-  });
+  }
   vtkNew<vtkPolyData> data;
   data->SetPoints(points);
   data->SetLines(lines);
   auto actor = actorOf(data, false);
-  const auto gray = static_cast<std::uint8_t>(on_dark ? 92 : 186);
+  // Behind faces that lie exactly on a line of the grid.
+  vtkMapper* mapper = actor->GetMapper();
+  mapper->SetResolveCoincidentTopologyToPolygonOffset();
+  mapper->SetRelativeCoincidentTopologyLineOffsetParameters(1.0, 8.0);
+  const auto gray = static_cast<std::uint8_t>(on_dark ? 92 : 176);
   paint(actor, {gray, gray, static_cast<std::uint8_t>(gray + 6)});
   return {actor};
 }
@@ -172,11 +124,7 @@ Props makeRuler(const GroundFrame& frame, const Vector3& origin, const CameraVie
   const double side_right = near_low_right ? frame.low_right - gap : frame.high_right + gap;
   const int pixels = std::max(9, static_cast<int>(std::lround(0.0165 * picture_height)));
   const auto numbers = [&](double low, double high, const std::string& name, const auto& place) {
-    std::vector<double> values;
-    for (double v = std::ceil(low / step - 1e-6) * step; v <= high + 1e-6 * step; v += step) {
-      values.push_back(v);
-    }
-    for (const double v : values) {
+    for (const double v : multiples(low, high, step)) {
       props.push_back(billboard(shortNumber(v), place(v, 1.0) - origin, pixels, on_dark));
     }
     const std::string unit = name.empty() ? "m" : name + " (m)";

@@ -146,12 +146,25 @@ Image readPng(const std::string& path) {
   return image;
 }
 
-void writePng(const Image& image, const std::string& path, bool overwrite) {
+void requireWritablePng(const std::string& path, bool overwrite) {
   struct stat status {};
   if (::stat(path.c_str(), &status) == 0) {
     if (S_ISDIR(status.st_mode)) throw IoError(path, "is a directory");
-    if (!overwrite) throw IoError(path, "exists already and is not overwritten");
+    if (!overwrite) {
+      throw IoError(path, "exists already and is not overwritten (--force overwrites)");
+    }
+    return;
   }
+  const std::size_t slash = path.rfind('/');
+  const std::string folder =
+      slash == std::string::npos ? "." : path.substr(0, std::max<std::size_t>(slash, 1));
+  if (::access(folder.c_str(), W_OK) != 0) {
+    throw IoError(path, "cannot be written: " + folder + ": " + std::strerror(errno));
+  }
+}
+
+void writePng(const Image& image, const std::string& path, bool overwrite) {
+  requireWritablePng(path, overwrite);
   const std::vector<std::uint8_t> bytes = encodePng(image);
   const std::string temporary = path + ".tmp" + std::to_string(::getpid());
   const int file = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);

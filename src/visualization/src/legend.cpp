@@ -97,8 +97,7 @@ void addScale(const SceneContent& content, const ViewOptions& options, double fo
                            bottom + height + 0.6 * font, font, on_dark));
   const double span = range.high - range.low;
   const double step = roundStep(span, 6);
-  for (double v = std::ceil(range.low / step - 1e-6) * step; v <= range.high + 1e-6 * step;
-       v += step) {
+  for (const double v : multiples(range.low, range.high, step)) {
     const double y = bottom + height * range.normalized(v);
     props.push_back(makeRectangle(left + width, y - 0.5, 0.3 * font, 1.0,
                                   on_dark ? Color{220, 220, 220} : Color{60, 60, 60}, 1.0));

@@ -9,7 +9,6 @@
 #include <dlfcn.h>
 #include <vtkGenericOpenGLRenderWindow.h>
 #include <vtkLogger.h>
-#include <vtkObjectFactory.h>
 #include <vtkOutputWindow.h>
 #include <vtkVersionMacros.h>
 
@@ -107,12 +106,16 @@ class EglContext {
 // VTK's window for a context that somebody else made.
 class EglRenderWindow : public vtkGenericOpenGLRenderWindow {
  public:
-  static EglRenderWindow* New();
-  vtkTypeMacro(EglRenderWindow, vtkGenericOpenGLRenderWindow)
+  static EglRenderWindow* New() {
+    auto* window = new EglRenderWindow;
+    window->InitializeObjectBase();
+    return window;
+  }
+
 #if VTK_VERSION_NUMBER < VTK_VERSION_CHECK(9, 4, 0)
-      // Debian's GLEW knows GLX only: it loads every function and then reports that it found no GLX
-      // display (4 = GLEW_ERROR_NO_GLX_DISPLAY), which VTK takes for a failure.
-      void OpenGLInitContext() override {
+  // Debian's GLEW knows GLX only: it loads every function and then reports that it found no GLX
+  // display (4 = GLEW_ERROR_NO_GLX_DISPLAY), which VTK takes for a failure.
+  void OpenGLInitContext() override {
     if (!this->Initialized) {
       const GLenum result = glewInit();
       if (result == GLEW_OK || result == 4u) {
@@ -128,9 +131,8 @@ class EglRenderWindow : public vtkGenericOpenGLRenderWindow {
  protected:
   EglRenderWindow() = default;
 };
-vtkStandardNewMacro(EglRenderWindow)
 
-    class EglOffscreen : public OffscreenWindow {
+class EglOffscreen : public OffscreenWindow {
  public:
   bool open(int width, int height) {
     if (!context_.open()) return false;
@@ -171,8 +173,12 @@ class XOffscreen : public OffscreenWindow {
 
 class MessageWindow : public vtkOutputWindow {
  public:
-  static MessageWindow* New();
-  vtkTypeMacro(MessageWindow, vtkOutputWindow) void DisplayText(const char* text) override {
+  static MessageWindow* New() {
+    auto* window = new MessageWindow;
+    window->InitializeObjectBase();
+    return window;
+  }
+  void DisplayText(const char* text) override {
     if (this->GetCurrentMessageType() != MESSAGE_TYPE_ERROR) return;
     const std::lock_guard<std::mutex> lock(mutex);
     if (first_error.empty() && text != nullptr) first_error = text;
@@ -183,7 +189,6 @@ class MessageWindow : public vtkOutputWindow {
  protected:
   MessageWindow() = default;
 };
-vtkStandardNewMacro(MessageWindow)
 
 }  // namespace
 

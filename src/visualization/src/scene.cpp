@@ -14,7 +14,7 @@ namespace planar_mapping::visualization {
 
 namespace {
 
-constexpr double kUnknownOpacity = 0.16;
+constexpr double kUnknownOpacity = 0.26;
 
 std::vector<Cuboid> select(const std::vector<Cuboid>& cuboids, bool planar) {
   std::vector<Cuboid> chosen;
@@ -55,12 +55,11 @@ Scene::Scene(const SceneContent& content)
       unknown_(content.unknown, origin_, content.up) {
   // Lamps that move with the camera, from three sides: no face is black, no two look alike.
   renderer_->AutomaticLightCreationOff();
-  addLight(renderer_, -0.35, 0.85, 0.75, 0.62);
-  addLight(renderer_, 0.9, 0.15, 0.55, 0.30);
-  addLight(renderer_, 0.0, 0.0, 1.0, 0.22);
+  addLight(renderer_, -0.45, 0.85, 0.6, 0.55);
+  addLight(renderer_, 0.95, 0.2, 0.5, 0.34);
+  addLight(renderer_, -0.5, 0.0, 0.85, 0.30);
   unknown_.setColors([](const Cuboid&) { return stateColor(CellState::Unknown); });
   unknown_.setOpacity(kUnknownOpacity);
-  unknown_.setEdges(false);
   for (CuboidLayer* layer : {&planar_, &non_planar_, &unknown_}) {
     if (layer->size() > 0) renderer_->AddActor(layer->actor());
   }
@@ -110,7 +109,10 @@ void Scene::show(const ViewOptions& options) {
     layer->setEdges(options.show.edges);
   }
   unknown_.actor()->SetVisibility(options.show.unknown);
-  for (const auto& prop : trajectory_) prop->SetVisibility(options.show.trajectory);
+  for (const auto& prop : trajectory_) {
+    // In first person one would look out of the middle of the path.
+    prop->SetVisibility(options.show.trajectory && options.camera != CameraPreset::FirstPerson);
+  }
   for (const auto& prop : clouds_) prop->SetVisibility(options.show.cloud);
   if (options.background) {
     const Color c = *options.background;

@@ -2,10 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/visualization/snapshot.h"
 
-#include <sys/stat.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
-#include <vtkUnsignedCharArray.h>
 
 #include "planar_mapping/core/error.h"
 #include "planar_mapping/visualization/camera.h"
@@ -43,10 +41,7 @@ Image renderSnapshot(const SceneContent& content, const ViewOptions& options) {
 
 void saveSnapshot(const SceneContent& content, const ViewOptions& options, const std::string& path,
                   bool overwrite) {
-  struct stat status {};
-  if (!overwrite && ::stat(path.c_str(), &status) == 0) {
-    throw IoError(path, "exists already and is not overwritten");
-  }
+  requireWritablePng(path, overwrite);
   writePng(renderSnapshot(content, options), path, overwrite);
 }
 

@@ -39,12 +39,12 @@ PLANAR_MAPPING_EXPORT Color planeColor(std::int32_t plane_id);
 /// Colour of a state in `--color state` and in the 2-D projection's legend.
 PLANAR_MAPPING_EXPORT Color stateColor(CellState state);
 
-/// Sequential scale (viridis for height and tilt, plasma for probability); the value is clamped
+/// Scale from blue to red for height, viridis for tilt, plasma for probability; the value is clamped
 /// to [0, 1], NaN counts as 0.
 PLANAR_MAPPING_EXPORT Color scaleColor(ColorBy color, double value);
 
 /// The range of values of a scalar colour mode.
-struct ScalarRange {
+struct PLANAR_MAPPING_EXPORT ScalarRange {
   double low = 0.0;
   double high = 1.0;
   /// Position of the value in the range, in [0, 1]; 0 for an empty range.

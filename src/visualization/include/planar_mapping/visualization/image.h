@@ -40,6 +40,9 @@ PLANAR_MAPPING_EXPORT std::vector<std::uint8_t> encodePng(const Image& image);
 /// Any 8- or 16-bit PNG as RGB; transparency is dropped.
 /// \throws IoError
 PLANAR_MAPPING_EXPORT Image readPng(const std::string& path);
+/// Can the picture be written there, as far as one can tell beforehand?
+/// \throws IoError if it exists and \p overwrite is false, is a directory, or its folder is missing
+PLANAR_MAPPING_EXPORT void requireWritablePng(const std::string& path, bool overwrite);
 /// Written under a temporary name in the same folder and renamed, so that the file is there whole
 /// or not at all.
 /// \throws IoError if it exists and \p overwrite is false, or cannot be written

@@ -1,0 +1,29 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "planar_mapping/core/export.h"
+#include "planar_mapping/visualization/image.h"
+#include "planar_mapping/visualization/scene_content.h"
+#include "planar_mapping/visualization/view_options.h"
+
+namespace planar_mapping {
+
+/// What counts in the 2-D projection. Heights in metres above groundHeight().
+struct PLANAR_MAPPING_EXPORT ProjectionOptions {
+  double lowest = 0.15;         ///< [ours] below it, it is floor
+  double highest = 2.0;         ///< [ours] above it, a robot passes under
+  double unknown_share = 0.25;  ///< [ours] unknown if at least this share of the column is
+  /// \throws ParameterError
+  void validate() const;
+};
+
+/// The map from above as a plan (the paper, Fig. 10b): occupied dark, free white, unknown gray,
+/// the path dashed with an arrow, a scale bar. Plain raster drawing that needs no graphics.
+/// options: width, height, zoom, show (occupied, unknown, trajectory, ground_grid, legend) apply.
+/// \throws InputError, ParameterError
+PLANAR_MAPPING_EXPORT Image drawProjection2d(const SceneContent& content,
+                                             const ViewOptions& options = ViewOptions(),
+                                             const ProjectionOptions& projection = {});
+
+}  // namespace planar_mapping
