@@ -186,7 +186,7 @@ RangeNoise estimateNoise(const std::vector<CellFit>& windows, int capacity, cons
     double squared_range;
     double noise;
   };
-  constexpr double kMinCount = 0.8;   // share of a full window
+  constexpr double kMinCount = 0.4;   // share of a full window
   constexpr double kMinCosine = 0.2;  // more oblique windows tell little about the range
   constexpr std::size_t kBins = 8;
   std::vector<Sample> samples;
@@ -202,7 +202,10 @@ RangeNoise estimateNoise(const std::vector<CellFit>& windows, int capacity, cons
     if (std::isfinite(deviation)) samples.push_back({squared_range, deviation});
   }
   RangeNoise noise;
-  if (samples.size() < kBins) return noise;
+  if (samples.size() < kBins) {
+    noise.constant = params.assumed_noise * params.distance_threshold;
+    return noise;
+  }
   std::sort(samples.begin(), samples.end(),
             [](const Sample& a, const Sample& b) { return a.squared_range < b.squared_range; });
   // Weighted least squares of quantile = constant + quadratic r^2 over bins of equal count.

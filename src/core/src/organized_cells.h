@@ -35,6 +35,8 @@ struct OrganizedParams {
   double noise_quantile = 0.35;
   /// Largest quadratic noise that is believed, 1/m: beyond it windows see clutter, not noise.
   double max_quadratic_noise = 0.004;
+  /// Share of d_T taken for noise where there are too few windows to estimate it from.
+  double assumed_noise = 0.1;
   /// Share of d_T up to which constant noise is believed.
   double max_constant_noise = 0.5;
   /// Noise is correlated between neighbouring pixels: this many count as one measurement.

@@ -65,7 +65,7 @@ void CellGrower::estimateNoise() {
 }
 
 void CellGrower::classify() {
-  constexpr double kMinShare = 0.5;  // of a full window
+  constexpr double kMinShare = 0.4;  // of a full window
   const double floor = params_.smallest_noise_share * params_.distance_threshold;
   states_.assign(static_cast<std::size_t>(grid_.cells()), CellState{});
   const auto planar = [&](const CellFit& fit, int cells, double noise_over_range,

@@ -144,10 +144,11 @@ PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
   // The planes stand; what else lies within d_T of them where they are counts as theirs (Eq. 11).
   pixels.fill(planes);
   for (PlaneCandidate& plane : planes) plane.sums = {};
-  for (const TilePart& part : pixels.parts()) {
+  const std::vector<TilePart> parts = pixels.parts();
+  for (const TilePart& part : parts) {
     addSums(planes[static_cast<std::size_t>(part.label)].sums, part.sums);
   }
-  writeSegments(points, cloud, planes, pixels, params, sensor, set);
+  writeSegments(points, cloud, planes, pixels, parts, params, sensor, set);
   return set;
 }
 

@@ -128,7 +128,7 @@ void PixelAssigner::reopen(const CellGrid& grid, const std::vector<std::int16_t>
 }
 
 void PixelAssigner::summarize(int tile) {
-  const std::int16_t* labels = labels_.data() + static_cast<std::size_t>(tile) * kTileArea;
+  std::int16_t* labels = labels_.data() + static_cast<std::size_t>(tile) * kTileArea;
   Summary& summary = summaries_[static_cast<std::size_t>(tile)];
   summary = {};
   int labelled = 0;
@@ -148,13 +148,16 @@ void PixelAssigner::summarize(int tile) {
       const int begin = i;
       while (i < kTileArea && labels[i] == label) ++i;
       if (label < 0) continue;
-      labelled += i - begin;
       int k = 0;
       while (k < summary.planes.size && summary.planes.label[k] != label) ++k;
-      if (k == summary.planes.size) summary.planes.add(label);
-      if (k < PlaneList::kMost) {
-        summary.count[k] = static_cast<std::int16_t>(summary.count[k] + i - begin);
+      if (k == PlaneList::kMost) {
+        // More planes than a tile can hold: their pixels stay free.
+        std::fill(labels + begin, labels + i, std::int16_t{-1});
+        continue;
       }
+      if (k == summary.planes.size) summary.planes.add(label);
+      summary.count[k] = static_cast<std::int16_t>(summary.count[k] + i - begin);
+      labelled += i - begin;
     }
   }
   summary.free = static_cast<std::int16_t>(static_cast<int>(tiles_.count(tile)) - labelled);

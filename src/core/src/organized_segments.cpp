@@ -4,32 +4,108 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "plane_patches.h"
 
 namespace planar_mapping::detail {
 namespace {
 
+/// Connected patches of all planes, over tiles that touch at a side or corner.
+struct Patches {
+  std::vector<std::int32_t> patch;       ///< of each part, within its plane, 0 = the largest
+  std::vector<std::int32_t> count;       ///< per plane
+  std::vector<std::int32_t> first_part;  ///< of each tile, and one past the last
+
+  std::int32_t of(const std::vector<TilePart>& parts, std::size_t tile, std::int16_t label) const {
+    std::int32_t part = first_part[tile];
+    while (parts[static_cast<std::size_t>(part)].label != label) ++part;
+    return patch[static_cast<std::size_t>(part)];
+  }
+};
+
+std::int32_t rootOf(std::vector<std::int32_t>& parent, std::int32_t i) {
+  while (parent[static_cast<std::size_t>(i)] != i) {
+    std::int32_t& up = parent[static_cast<std::size_t>(i)];
+    up = parent[static_cast<std::size_t>(up)];
+    i = up;
+  }
+  return i;
+}
+
+Patches connect(const std::vector<TilePart>& parts, const TiledCloud& cloud, std::size_t planes) {
+  Patches result;
+  result.first_part.assign(static_cast<std::size_t>(cloud.tiles()) + 1, 0);
+  for (const TilePart& part : parts) ++result.first_part[static_cast<std::size_t>(part.tile) + 1];
+  std::partial_sum(result.first_part.begin(), result.first_part.end(), result.first_part.begin());
+  std::vector<std::int32_t> parent(parts.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const int row = parts[i].tile / cloud.columns;
+    const int column = parts[i].tile % cloud.columns;
+    constexpr int kBefore[4][2] = {{-1, -1}, {-1, 0}, {-1, 1}, {0, -1}};
+    for (const auto& step : kBefore) {
+      const int c = column + step[1];
+      if (row + step[0] < 0 || c < 0 || c >= cloud.columns) continue;
+      const auto tile = static_cast<std::size_t>((row + step[0]) * cloud.columns + c);
+      for (std::int32_t k = result.first_part[tile]; k < result.first_part[tile + 1]; ++k) {
+        if (parts[static_cast<std::size_t>(k)].label != parts[i].label) continue;
+        const std::int32_t a = rootOf(parent, k);
+        const std::int32_t b = rootOf(parent, static_cast<std::int32_t>(i));
+        parent[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+      }
+    }
+  }
+  std::vector<double> points(parts.size(), 0.0);
+  std::vector<std::int32_t> roots;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const std::int32_t root = rootOf(parent, static_cast<std::int32_t>(i));
+    points[static_cast<std::size_t>(root)] += parts[i].sums[kN];
+    if (root == static_cast<std::int32_t>(i)) roots.push_back(root);
+  }
+  std::stable_sort(roots.begin(), roots.end(), [&](std::int32_t a, std::int32_t b) {
+    return points[static_cast<std::size_t>(a)] > points[static_cast<std::size_t>(b)];
+  });
+  result.count.assign(planes, 0);
+  result.patch.assign(parts.size(), 0);
+  for (const std::int32_t root : roots) {
+    const auto i = static_cast<std::size_t>(root);
+    result.patch[i] = result.count[static_cast<std::size_t>(parts[i].label)]++;
+  }
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const std::int32_t root = rootOf(parent, static_cast<std::int32_t>(i));
+    result.patch[i] = result.patch[static_cast<std::size_t>(root)];
+  }
+  return result;
+}
+
+/// Where the next inlier of a plane goes; patch is null for a plane of one patch.
+struct Cursor {
+  int* inlier = nullptr;
+  std::int32_t* patch = nullptr;
+};
+
 // Row by row, so that every list is ascending.
 void listInliers(const TiledCloud& cloud, const std::vector<std::int16_t>& labels,
-                 const std::vector<int*>& lists) {
-  std::vector<int*> end = lists;
+                 const std::vector<TilePart>& parts, const Patches& patches,
+                 std::vector<Cursor>& cursors) {
   for (int row = 0; row < cloud.height; ++row) {
     const std::size_t first_tile = static_cast<std::size_t>(row / kTileSide) * cloud.columns;
     for (int column = 0; column < cloud.width; column += kQuarterSide) {
-      const std::int16_t* four = labels.data() + (first_tile + column / kTileSide) * kTileArea +
-                                 pixelInTile(row % kTileSide, column % kTileSide);
+      const std::size_t tile = first_tile + column / kTileSide;
+      const std::int16_t* four =
+          labels.data() + tile * kTileArea + pixelInTile(row % kTileSide, column % kTileSide);
       const int index = row * cloud.width + column;
-      const std::int16_t label = four[0];
-      if (label == four[1] && label == four[2] && label == four[3]) {
+      for (int i = 0; i < kQuarterSide;) {
+        const std::int16_t label = four[i];
+        const int begin = i;
+        while (i < kQuarterSide && four[i] == label) ++i;
         if (label < 0) continue;
-        int*& list = end[static_cast<std::size_t>(label)];
-        for (int i = 0; i < kQuarterSide; ++i) list[i] = index + i;
-        list += kQuarterSide;
-        continue;
-      }
-      for (int i = 0; i < kQuarterSide; ++i) {
-        if (four[i] >= 0) *end[static_cast<std::size_t>(four[i])]++ = index + i;
+        Cursor& cursor = cursors[static_cast<std::size_t>(label)];
+        for (int k = begin; k < i; ++k) *cursor.inlier++ = index + k;
+        if (!cursor.patch) continue;
+        const std::int32_t patch = patches.of(parts, tile, label);
+        for (int k = begin; k < i; ++k) *cursor.patch++ = patch;
       }
     }
   }
@@ -39,7 +115,8 @@ void listInliers(const TiledCloud& cloud, const std::vector<std::int16_t>& label
 
 void writeSegments(const PointsView& points, const TiledCloud& cloud,
                    const std::vector<PlaneCandidate>& planes, const PixelAssigner& pixels,
-                   const MultiPlaneParams& params, const Vector3& sensor, PlaneSet& set) {
+                   const std::vector<TilePart>& parts, const MultiPlaneParams& params,
+                   const Vector3& sensor, PlaneSet& set) {
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < planes.size(); ++i) {
     if (planes[i].valid) order.push_back(i);
@@ -47,8 +124,12 @@ void writeSegments(const PointsView& points, const TiledCloud& cloud,
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return planes[a].sums[kN] > planes[b].sums[kN];
   });
+  const bool by_tiles = !(params.patch_gap > 0.0);
+  const Patches patches = connect(parts, cloud, planes.size());
   set.planes.resize(order.size());
-  std::vector<int*> lists(planes.size());
+  std::vector<Cursor> cursors(planes.size());
+  Pose shift = Pose::Identity();
+  shift.translation() = cloud.origin;
   for (std::size_t i = 0; i < order.size(); ++i) {
     const PlaneCandidate& plane = planes[order[i]];
     PlaneSegment& segment = set.planes[i];
@@ -57,22 +138,24 @@ void writeSegments(const PointsView& points, const TiledCloud& cloud,
         plane.sums[kYZ], plane.sums[kXZ], plane.sums[kYZ], plane.sums[kZZ];
     const Vector3 sum(plane.sums[kX], plane.sums[kY], plane.sums[kZ]);
     segment.moments = PlaneMoments::fromSums(plane.sums[kN], sum, outer, Vector3::Zero());
-    Pose shift = Pose::Identity();
-    shift.translation() = cloud.origin;
     segment.moments = segment.moments.transformed(shift);
-    const PlaneMoments::Fit fit = segment.moments.fit();
     const Vector3 normal(plane.normal[0], plane.normal[1], plane.normal[2]);
     segment.plane = orientedTowards({normal, plane.offset - normal.dot(cloud.origin)}, sensor);
     segment.rms = std::sqrt(plane.meanSquare(plane.sums));
     segment.tilt = normalizedTilt(segment.plane);
-    segment.covariance = segment.moments.planeCovariance(fit);
-    segment.inliers.resize(static_cast<std::size_t>(plane.sums[kN]));
-    lists[order[i]] = segment.inliers.data();
+    segment.covariance = segment.moments.planeCovariance(segment.moments.fit());
+    const auto inliers = static_cast<std::size_t>(plane.sums[kN]);
+    segment.inliers.resize(inliers);
+    cursors[order[i]].inlier = segment.inliers.data();
+    if (!by_tiles) continue;
+    segment.number_of_patches = patches.count[order[i]];
+    if (segment.number_of_patches < 2) continue;
+    segment.patches.resize(inliers);
+    cursors[order[i]].patch = segment.patches.data();
   }
-  listInliers(cloud, pixels.labels(), lists);
-  if (params.patch_gap > 0.0) {
-    for (PlaneSegment& segment : set.planes) findPatches(points, params.patch_gap, segment);
-  }
+  listInliers(cloud, pixels.labels(), parts, patches, cursors);
+  if (by_tiles) return;
+  for (PlaneSegment& segment : set.planes) findPatches(points, params.patch_gap, segment);
 }
 
 }  // namespace planar_mapping::detail
