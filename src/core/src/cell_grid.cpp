@@ -10,9 +10,7 @@ namespace planar_mapping::detail {
 namespace {
 
 constexpr double kFarthestCell = 1 << 30;
-// The side is chosen on every 8th point: with 16 points in a cell most of those meet another one.
 constexpr std::uint32_t kSampleShare = 8;
-constexpr double kShareInCompany = 0.75;
 
 /// Drawn by the bits of its coordinates, so that the order of the points does not matter.
 bool isSampled(const float* p) {
@@ -56,7 +54,8 @@ void CellSums::add(const CellSums& other, const std::array<double, 3>& shift) {
   n += m;
 }
 
-double chooseCellSide(const PointsView& points, const Indices* indices, double smallest) {
+double chooseCellSide(const PointsView& points, const Indices* indices, double smallest,
+                      double share_in_company) {
   std::vector<const float*> sample;
   const std::size_t considered = indices != nullptr ? indices->size() : points.size;
   sample.reserve(considered / kSampleShare + considered / 64 + 16);
@@ -81,7 +80,7 @@ double chooseCellSide(const PointsView& points, const Indices* indices, double s
     std::size_t alone = sample.size() - inside;
     for (const std::int32_t c : count) alone += c == 1 ? 1 : 0;
     if (static_cast<double>(alone) <=
-        (1.0 - kShareInCompany) * static_cast<double>(sample.size())) {
+        (1.0 - share_in_company) * static_cast<double>(sample.size())) {
       break;
     }
   }

@@ -37,9 +37,10 @@ struct CellGrid {
   }
 };
 
-/// Side of the cells for which most points share their cell with some others, at least
-/// \p smallest; doubled from there.
-double chooseCellSide(const PointsView& points, const Indices* indices, double smallest);
+/// Side of the cells, \p smallest or that doubled until the given share of a sample of every 8th
+/// point is not alone in its cell: 0.75 means about 11 points in a cell.
+double chooseCellSide(const PointsView& points, const Indices* indices, double smallest,
+                      double share_in_company);
 
 CellGrid buildCellGrid(const PointsView& points, const Indices* indices, double side);
 

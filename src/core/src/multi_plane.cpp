@@ -17,6 +17,8 @@ namespace {
 constexpr double kMaxInt = std::numeric_limits<int>::max();
 /// [ours] Automatic: up to this many points a cloud is features, not a surface.
 constexpr std::size_t kMostSparsePoints = 5000;
+/// [ours] Automatic: up to this many points it depends on their density.
+constexpr std::size_t kLeastDensePoints = 100000;
 /// [ours] Automatic: an image smaller than this, or used to a smaller share, has too few cells.
 constexpr std::uint32_t kLeastImageSide = 32;
 constexpr std::size_t kLeastImageShare = 4;
@@ -53,11 +55,15 @@ const Indices* checkedIndices(const Indices& indices, std::size_t size, Indices&
   return &storage;
 }
 
-PlaneSearchMethod chooseMethod(const PointsView& points, std::size_t considered) {
+PlaneSearchMethod chooseMethod(const PointsView& points, const Indices* indices,
+                               const MultiPlaneParams& params, std::size_t considered) {
   if (considered <= kMostSparsePoints) return PlaneSearchMethod::MultiRansac;
   if (points.width >= kLeastImageSide && points.height >= kLeastImageSide &&
       considered * kLeastImageShare >= points.size) {
     return PlaneSearchMethod::Organized;
+  }
+  if (considered < kLeastDensePoints && !detail::isDense(points, indices, params)) {
+    return PlaneSearchMethod::MultiRansac;
   }
   return PlaneSearchMethod::Sequential;
 }
@@ -96,7 +102,7 @@ PlaneSet findPlanes(const PointsView& points, const Indices* indices,
   const std::size_t considered = indices != nullptr ? indices->size() : points.size;
 
   const PlaneSearchMethod method = params.method == PlaneSearchMethod::Automatic
-                                       ? chooseMethod(points, considered)
+                                       ? chooseMethod(points, indices, params, considered)
                                        : params.method;
   PlaneSet set;
   switch (method) {

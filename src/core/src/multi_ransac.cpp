@@ -34,9 +34,13 @@ constexpr std::uint8_t kFree = 255, kTaken = 0;
 constexpr std::uint8_t kOn = 1, kAbove = 2, kBelow = 3;
 // A point of a plane has at least so many others of it among its neighbours.
 constexpr int kCompany = 3;
-// Clutter in company is never believed to be less than this, points: with none seen beside a plane
-// the best of many samples would still find some.
+// Clutter beside a plane is counted at least so high, points: with none seen there the best of many
+// samples would still find some on it ...
 constexpr double kLeastClutter = 4.0;
+// ... it comes in groups, so its variance is this many times its number ...
+constexpr double kClutterSpread = 2.0;
+// ... and the plane was chosen for having most: it must have this many times what is beside it.
+constexpr double kClutterDoubt = 3.0;
 // Seeds that fall on a plane and still miss it, because their samples are mixed.
 constexpr double kShareOfGoodSeeds = 0.5;
 constexpr int kAssignments = 2;
@@ -256,8 +260,8 @@ class MultiRansac {
     }
     const double beside = 0.5 * (in_company[kAbove] + in_company[kBelow]);
     model.support = in_company[kOn];
-    model.significant =
-        model.support - beside >= params_.significance * std::sqrt(beside + kLeastClutter);
+    model.significant = model.support - kClutterDoubt * beside >=
+                        params_.significance * std::sqrt(kClutterSpread * (beside + kLeastClutter));
     if (model.inliers.size() < static_cast<std::size_t>(params_.min_inliers)) {
       ++diagnostics_.rejected_too_small;
       return false;

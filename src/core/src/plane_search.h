@@ -15,6 +15,9 @@ PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
 PlaneSet findPlanesMultiRansac(const PointsView& points, const Indices* indices,
                                const MultiPlaneParams& params, const Vector3& sensor);
 
+/// Whether the surfaces of a cloud fill the small cells of the sequential search with points.
+bool isDense(const PointsView& points, const Indices* indices, const MultiPlaneParams& params);
+
 enum class InlierRule : std::uint8_t {
   AsLabelled,       ///< every labelled point is an inlier, whatever its distance
   WithinThreshold,  ///< points farther than d_T(z) from the refitted plane are let go

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "cell_assignment.h"
@@ -16,6 +17,9 @@ namespace {
 
 // Cells are at least this many thresholds wide.
 constexpr double kCellSideInThresholds = 3.0;
+// Share of the points that must not be alone in the cells used, and for a cloud to be dense.
+constexpr double kShareInCompany = 0.5;
+constexpr double kShareInCompanyIfDense = 0.75;
 
 PlaneMoments momentsOf(const CellSums& s, const Vector3& origin) {
   Matrix3 outer;
@@ -32,12 +36,17 @@ bool isSignificant(const PlaneEvidence& evidence, double significance) {
 
 }  // namespace
 
+bool isDense(const PointsView& points, const Indices* indices, const MultiPlaneParams& params) {
+  const double smallest = kCellSideInThresholds * params.distance_threshold;
+  return chooseCellSide(points, indices, smallest, kShareInCompanyIfDense) <= smallest;
+}
+
 PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
                               const MultiPlaneParams& params, const Vector3& sensor) {
   PlaneSearchDiagnostics diagnostics;
   const DistanceBand band(params);
-  const double side =
-      chooseCellSide(points, indices, kCellSideInThresholds * params.distance_threshold);
+  const double side = chooseCellSide(
+      points, indices, kCellSideInThresholds * params.distance_threshold, kShareInCompany);
   const CellGrid grid = buildCellGrid(points, indices, side);
   diagnostics.points_not_finite = grid.points_not_finite;
   const SurfaceLeaves surface = buildSurfaceLeaves(grid, band);
