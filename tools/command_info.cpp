@@ -6,9 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.h"
-#include "planar_mapping/core/error.h"
-#include "planar_mapping/io/atomic_file.h"
 #include "planar_mapping/io/cloud_file.h"
+#include "planar_mapping/io/map_file.h"
 #include "planar_mapping/io/sequence.h"
 #include "planar_mapping/map/planar_map.h"
 
@@ -23,15 +22,7 @@ Json toJson(const Vector3& v) {
 }
 
 Json mapInfo(const std::string& path) {
-  const std::vector<std::uint8_t> bytes = io::readWholeFile(path);
-  PlanarMap map;
-  try {
-    map = PlanarMap::deserialize(bytes.data(), bytes.size());
-  } catch (const IoError&) {
-    throw;
-  } catch (const Error& error) {
-    throw IoError(path, error.what());
-  }
+  const PlanarMap map = io::loadMap(path);
   std::size_t planar = 0;
   for (const Cuboid& cuboid : map.cuboids()) planar += cuboid.plane_id >= 0 ? 1 : 0;
   const CuboidApproximationParams& approximation = map.params().approximation;
@@ -46,7 +37,7 @@ Json mapInfo(const std::string& path) {
                  {"total", map.cuboids().size()}}},
                {"unknown_cells", map.unknownCells()},
                {"memory_bytes", map.memoryBytes()},
-               {"file_bytes", bytes.size()}};
+               {"file_bytes", fs::file_size(path)}};
   Vector3 low;
   Vector3 high;
   if (map.bounds(low, high)) info["bounds_m"] = {{"low", toJson(low)}, {"high", toJson(high)}};

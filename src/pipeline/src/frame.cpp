@@ -18,6 +18,19 @@ double quantile(std::vector<float>& values, double share) {
   return values[static_cast<std::size_t>(rank)];
 }
 
+/// In front of a camera that looks along z; a scan with its floor at z = 0 goes far to the sides.
+bool isInCameraView(const Vector3& p) {
+  constexpr double kWidestSlope = 2.0;  // 127 degrees
+  return p.z() > 0.0 && p.head<2>().norm() < kWidestSlope * p.z();
+}
+
+/// The coordinate axis, either way, next to a direction.
+Vector3 nearestAxis(const Vector3& direction) {
+  Eigen::Index axis = 0;
+  direction.cwiseAbs().maxCoeff(&axis);
+  return direction[axis] < 0.0 ? Vector3(-Vector3::Unit(axis)) : Vector3(Vector3::Unit(axis));
+}
+
 /// Square root of the area that one point stands for: the area is counted in coarse cells.
 double spacingOf(const std::vector<Vector3>& sample, const Vector3& low, double side,
                  std::size_t points) {
@@ -62,7 +75,7 @@ CloudScale scaleOf(const FrameCloud& cloud, const Indices& indices, const Pose& 
   std::vector<Vector3> sample;
   std::vector<float> axis_values[3];
   std::vector<float> ranges;
-  bool in_front = true;
+  std::size_t in_view = 0;
   for (std::size_t i = 0; i < indices.size(); i += step) {
     const pcl::PointXYZ& p = cloud[static_cast<std::size_t>(indices[i])];
     sample.emplace_back(p.x, p.y, p.z);
@@ -70,7 +83,7 @@ CloudScale scaleOf(const FrameCloud& cloud, const Indices& indices, const Pose& 
     axis_values[1].push_back(p.y);
     axis_values[2].push_back(p.z);
     ranges.push_back(static_cast<float>(sample.back().norm()));
-    in_front = in_front && p.z > 0.0f;
+    if (isInCameraView(sample.back())) ++in_view;
   }
   Vector3 low;
   Vector3 size;
@@ -81,8 +94,9 @@ CloudScale scaleOf(const FrameCloud& cloud, const Indices& indices, const Pose& 
   scale.extent = size.norm();
   scale.max_range = quantile(ranges, 1.0 - kOutlierShare);
   scale.spacing = spacingOf(sample, low, size.maxCoeff(), indices.size());
-  scale.optical = in_front && T_world_sensor.linear().isIdentity();
-  if (scale.optical) scale.up = -Vector3::UnitY();
+  scale.optical =
+      static_cast<double>(in_view) >= (1.0 - kOutlierShare) * static_cast<double>(sample.size());
+  if (scale.optical) scale.up = nearestAxis(T_world_sensor.linear() * -Vector3::UnitY());
   return scale;
 }
 

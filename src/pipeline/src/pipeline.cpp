@@ -26,6 +26,14 @@ bool isUsable(const pcl::PointXYZ& p) {
 Pipeline::Pipeline(Configuration configuration) : configuration_(std::move(configuration)) {}
 
 FrameReport Pipeline::process(Frame& frame) {
+  return runStages(frame, true);
+}
+
+FrameReport Pipeline::replay(Frame& frame) {
+  return runStages(frame, false);
+}
+
+FrameReport Pipeline::runStages(Frame& frame, bool insert) {
   const Clock::time_point start = Clock::now();
   findUsablePoints(frame);
   std::vector<double> stage_ms(configuration_.stages.size(), 0.0);
@@ -35,6 +43,7 @@ FrameReport Pipeline::process(Frame& frame) {
     adaptTo(frame);
     frame.map = &map_;
     for (std::size_t i = 0; i < configuration_.stages.size(); ++i) {
+      if (!insert && configuration_.stages[i].kind == StageKind::Map) continue;
       const Clock::time_point stage_start = Clock::now();
       configuration_.stages[i].stage->process(frame);
       stage_ms[i] = millisecondsSince(stage_start);

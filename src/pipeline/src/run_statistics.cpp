@@ -3,11 +3,15 @@
 #include "run_statistics.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <sstream>
 
 #include "coverage.h"
+#include "planar_mapping/core/error.h"
 #include "planar_mapping/core/parallel.h"
 
 namespace planar_mapping::detail {
@@ -48,6 +52,83 @@ std::vector<std::string> stageKeys(const Configuration& configuration) {
   return keys;
 }
 
+/// World coordinates of the finite points that are no ground.
+template <typename Visitor>
+void forEachMappable(const Frame& frame, const Visitor& visit) {
+  std::vector<std::uint8_t> is_ground(frame.cloud->size(), 0);
+  for (const int i : frame.ground) is_ground[static_cast<std::size_t>(i)] = 1;
+  for (std::size_t i = 0; i < frame.cloud->size(); ++i) {
+    const Vector3 p = (*frame.cloud)[i].getVector3fMap().cast<double>();
+    if (is_ground[i] == 0 && p.allFinite()) visit(frame.T_world_sensor * p);
+  }
+}
+
+/// The counts of a row, in the order of the columns.
+std::array<std::size_t FrameReport::*, 13> countFields() {
+  using R = FrameReport;
+  return {&R::points_input,  &R::points_valid,      &R::points_ground,
+          &R::points_planar, &R::points_non_planar, &R::points_rejected,
+          &R::features,      &R::matches,           &R::planes,
+          &R::planes_new,    &R::planes_matched,    &R::cuboids,
+          &R::map_bytes};
+}
+
+std::string csvHeader(const Configuration& configuration) {
+  std::string header = "frame,source,timestamp,read_ms";
+  for (const std::string& key : stageKeys(configuration)) header += "," + key + "_ms";
+  return header +
+         ",frame_ms,points_input,points_valid,points_ground,points_planar,points_non_planar,"
+         "points_rejected,features,matches,planes,planes_new,planes_matched,cuboids,map_bytes,"
+         "inliers";
+}
+
+std::vector<std::string> splitCsvLine(const std::string& line) {
+  std::vector<std::string> cells(1);
+  bool quoted = false;
+  for (const char c : line) {
+    if (c == '"') {
+      // A doubled quote inside quotes is one; the pair toggles twice.
+      if (!quoted && !cells.back().empty()) cells.back() += '"';
+      quoted = !quoted;
+    } else if (c == ',' && !quoted) {
+      cells.emplace_back();
+    } else {
+      cells.back() += c;
+    }
+  }
+  return cells;
+}
+
+std::vector<FrameReport> parseRows(const std::string& csv, const std::string& header,
+                                   std::size_t stages) {
+  std::istringstream lines(csv);
+  std::string line;
+  if (!std::getline(lines, line) || line != header) {
+    throw InputError("frames.csv is of another configuration");
+  }
+  std::vector<FrameReport> reports;
+  while (std::getline(lines, line)) {
+    const std::vector<std::string> cells = splitCsvLine(line);
+    const auto fields = countFields();
+    if (cells.size() != 5 + stages + fields.size() + 1) {
+      throw InputError("frames.csv is damaged in row " + std::to_string(reports.size() + 1));
+    }
+    const auto number = [&cells](std::size_t i) { return std::strtod(cells[i].c_str(), nullptr); };
+    FrameReport report;
+    report.number = static_cast<std::size_t>(number(0));
+    report.source = cells[1];
+    report.timestamp = number(2);
+    report.read_ms = number(3);
+    for (std::size_t i = 0; i < stages; ++i) report.stage_ms.push_back(number(4 + i));
+    report.frame_ms = number(4 + stages);
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+      report.*fields[i] = static_cast<std::size_t>(number(5 + stages + i));
+    }
+    reports.push_back(std::move(report));
+  }
+  return reports;
+}
+
 }  // namespace
 
 void RunStatistics::add(const FrameReport& report, const Frame& frame, const PlanarMap& map) {
@@ -55,21 +136,38 @@ void RunStatistics::add(const FrameReport& report, const Frame& frame, const Pla
   if (frame.inserted) measureCoverage(frame, map);
 }
 
+void RunStatistics::replay(const Frame& frame, const PlanarMap& map) {
+  StandardCells& cells = standardCells(map);
+  forEachMappable(frame, [&cells](const Vector3& world) { cells.add(world); });
+}
+
 void RunStatistics::measureCoverage(const Frame& frame, const PlanarMap& map) {
   const double resolution = map.params().approximation.resolution;
-  if (standard_cells_.empty()) standard_cells_.emplace_back(resolution);
   constexpr double kGridCells = 2.0;  // of the index, in cells of the map
   const CoverageIndex index(map.cuboids(), 0.5 * resolution, kGridCells * resolution);
-  std::vector<std::uint8_t> is_ground(frame.cloud->size(), 0);
-  for (const int i : frame.ground) is_ground[static_cast<std::size_t>(i)] = 1;
-  for (std::size_t i = 0; i < frame.cloud->size(); ++i) {
-    const Vector3 p = (*frame.cloud)[i].getVector3fMap().cast<double>();
-    if (is_ground[i] != 0 || !p.allFinite()) continue;
-    const Vector3 world = frame.T_world_sensor * p;
-    standard_cells_.front().add(world);
+  StandardCells& cells = standardCells(map);
+  forEachMappable(frame, [&](const Vector3& world) {
+    cells.add(world);
     ++coverage_points_;
     if (index.covers(world)) ++covered_points_;
-  }
+  });
+}
+
+StandardCells& RunStatistics::standardCells(const PlanarMap& map) {
+  if (standard_cells_.empty()) standard_cells_.emplace_back(map.params().approximation.resolution);
+  return standard_cells_.front();
+}
+
+void RunStatistics::restore(const Configuration& configuration, const std::string& frames_csv,
+                            const std::string& metrics_json) {
+  reports_ = parseRows(frames_csv, csvHeader(configuration), configuration.stages.size());
+  const Json metrics = Json::parse(metrics_json, nullptr, /*allow_exceptions=*/false);
+  const bool sound = metrics.is_object() &&
+                     metrics.value("frames", -1) == static_cast<int>(reports_.size()) &&
+                     metrics.contains("coverage_points");
+  if (!sound) throw InputError("metrics.json and frames.csv do not belong together");
+  coverage_points_ = metrics["coverage_points"].value("valid", std::size_t{0});
+  covered_points_ = metrics["coverage_points"].value("covered", std::size_t{0});
 }
 
 std::size_t RunStatistics::validPoints() const {
@@ -79,23 +177,14 @@ std::size_t RunStatistics::validPoints() const {
 }
 
 std::string RunStatistics::framesCsv(const Configuration& configuration) const {
-  std::string csv = "frame,source,timestamp,read_ms";
-  for (const std::string& key : stageKeys(configuration)) csv += "," + key + "_ms";
-  csv +=
-      ",frame_ms,points_input,points_valid,points_ground,points_planar,points_non_planar,"
-      "points_rejected,features,matches,inliers,planes,planes_new,planes_matched,cuboids,"
-      "map_bytes\n";
+  std::string csv = csvHeader(configuration) + "\n";
   for (const FrameReport& r : reports_) {
     csv += std::to_string(r.number) + "," + quotedForCsv(r.source) + "," +
            formatNumber(r.timestamp) + "," + formatNumber(r.read_ms);
     for (const double ms : r.stage_ms) csv += "," + formatNumber(ms);
     csv += "," + formatNumber(r.frame_ms);
-    for (const std::size_t count :
-         {r.points_input, r.points_valid, r.points_ground, r.points_planar, r.points_non_planar,
-          r.points_rejected, r.features, r.matches, r.points_planar, r.planes, r.planes_new,
-          r.planes_matched, r.cuboids, r.map_bytes}) {
-      csv += "," + std::to_string(count);
-    }
+    for (const auto field : countFields()) csv += "," + std::to_string(r.*field);
+    csv += "," + std::to_string(r.points_planar);  // inliers of planes
     csv += "\n";
   }
   return csv;
@@ -141,6 +230,7 @@ std::string RunStatistics::metricsJson(const Configuration& configuration, const
   if (coverage_points_ > 0) {
     json["coverage"] = static_cast<double>(covered_points_) / static_cast<double>(coverage_points_);
   }
+  json["coverage_points"] = {{"valid", coverage_points_}, {"covered", covered_points_}};
   json["unknown_cells"] = map.unknownCells();
   json["memory_bytes"] = map.memoryBytes();
   json["file_bytes"] = file_bytes;

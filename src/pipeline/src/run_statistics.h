@@ -15,6 +15,13 @@ class RunStatistics {
  public:
   /// After the frame is in the map.
   void add(const FrameReport& report, const Frame& frame, const PlanarMap& map);
+  /// Takes over the rows and counts of an interrupted run from its files; each of its frames then
+  /// has to be replayed.
+  /// \throws InputError if the texts are not what framesCsv() and metricsJson() write
+  void restore(const Configuration& configuration, const std::string& frames_csv,
+               const std::string& metrics_json);
+  /// Counts the cells of a frame that is in the map already.
+  void replay(const Frame& frame, const PlanarMap& map);
   std::string framesCsv(const Configuration& configuration) const;
   std::string metricsJson(const Configuration& configuration, const PlanarMap& map,
                           std::size_t file_bytes, bool interrupted) const;
@@ -23,6 +30,7 @@ class RunStatistics {
 
  private:
   void measureCoverage(const Frame& frame, const PlanarMap& map);
+  StandardCells& standardCells(const PlanarMap& map);
 
   std::vector<FrameReport> reports_;
   std::vector<StandardCells> standard_cells_;  ///< one, once the resolution is known

@@ -4,10 +4,12 @@
 
 #include <chrono>
 #include <filesystem>
+#include <sstream>
 
-#include "map_text.h"
 #include "planar_mapping/core/error.h"
 #include "planar_mapping/io/atomic_file.h"
+#include "planar_mapping/io/map_file.h"
+#include "planar_mapping/io/map_json.h"
 #include "planar_mapping/io/pose_file.h"
 #include "planar_mapping/io/sequence.h"
 #include "planar_mapping/pipeline/output.h"
@@ -17,6 +19,16 @@ namespace planar_mapping {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// A resolved configuration without what does not change the map.
+std::string comparable(const std::string& yaml) {
+  std::istringstream lines(yaml);
+  std::string out;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.compare(0, 8, "threads:") != 0) out += line + "\n";
+  }
+  return out;
+}
 
 /// One run from input to files.
 class Run {
@@ -31,7 +43,8 @@ class Run {
  private:
   static Configuration prepared(Configuration configuration);
   std::vector<std::size_t> selectedFrames() const;
-  std::size_t loadEarlierRun();
+  std::size_t loadEarlierRun(const std::vector<std::size_t>& frames);
+  void replayFrame(std::size_t index);
   void processFrames(const std::vector<std::size_t>& frames);
   void processFrame(std::size_t index);
   Frame readFrame(std::size_t index) const;
@@ -91,7 +104,7 @@ RunResult Run::execute() {
   const OutputDirectory directory(options_.output, outputFileNames(),
                                   options_.overwrite || options_.resume);
   result_.output = directory.path();
-  if (options_.resume) skipped_ = loadEarlierRun();
+  if (options_.resume) skipped_ = loadEarlierRun(frames);
   log("planar_map " PLANAR_MAPPING_VERSION ", configuration " + pipeline_.configuration().path);
   for (const std::string& input : pipeline_.configuration().inputs) log("input " + input);
   try {
@@ -108,20 +121,42 @@ RunResult Run::execute() {
   return std::move(result_);
 }
 
-std::size_t Run::loadEarlierRun() {
+/// \return how many of the frames an earlier run has done
+std::size_t Run::loadEarlierRun(const std::vector<std::size_t>& frames) {
   const OutputDirectory directory(options_.output, outputFileNames(), true);
-  const std::string path = directory.pathOf("map.pmap");
   std::error_code ignored;
+  const std::string path = directory.pathOf("map.pmap");
   if (!fs::exists(path, ignored)) return 0;
-  const std::vector<std::uint8_t> bytes = io::readWholeFile(path);
+  const auto text = [&directory](const std::string& name) {
+    const std::vector<std::uint8_t> bytes = io::readWholeFile(directory.pathOf(name));
+    return std::string(bytes.begin(), bytes.end());
+  };
   try {
-    PlanarMap map = PlanarMap::deserialize(bytes.data(), bytes.size());
-    const std::size_t frames = map.frames();
-    pipeline_.continueFrom(std::move(map));
-    return frames;
+    const std::string bytes = text("map.pmap");
+    pipeline_.continueFrom(
+        PlanarMap::deserialize(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()));
+    statistics_.restore(pipeline_.configuration(), text("frames.csv"), text("metrics.json"));
+    const std::size_t done = statistics_.frames();
+    if (done > frames.size()) throw InputError("it holds more frames than are asked for");
+    for (std::size_t i = 0; i < done; ++i) replayFrame(frames[i]);
+    if (comparable(effectiveYaml(pipeline_.configuration())) !=
+        comparable(text("config.resolved.yaml"))) {
+      throw InputError("it was made with another configuration or input");
+    }
+    log_text_ = text("run.log");
+    return done;
+  } catch (const IoError&) {
+    throw;
   } catch (const Error& error) {
-    throw IoError(path, std::string(error.what()) + "; remove it or start again with --force");
+    throw InputError(directory.path() + ": this run cannot be resumed: " + error.what() +
+                     "; start again with --force");
   }
+}
+
+void Run::replayFrame(std::size_t index) {
+  Frame frame = readFrame(index);
+  pipeline_.replay(frame);
+  if (!frame.indices.empty()) statistics_.replay(frame, pipeline_.map());
 }
 
 void Run::processFrames(const std::vector<std::size_t>& frames) {
@@ -150,7 +185,7 @@ void Run::processFrame(std::size_t index) {
       std::to_string(report.points_valid) + " points, " + std::to_string(report.planes) +
       " planes, " + std::to_string(report.cuboids) + " cuboids");
   if (options_.progress) {
-    options_.progress(skipped_ + statistics_.frames(), selectedFrames().size(), report);
+    options_.progress(statistics_.frames(), selectedFrames().size(), report);
   }
 }
 
@@ -208,7 +243,7 @@ void Run::save(bool interrupted) {
   directory.write("trajectory_tum.txt", io::toTum(trajectory));
   directory.write("frames.csv", statistics_.framesCsv(configuration));
   directory.write("run.log", log_text_);
-  directory.write("map.json", detail::mapToJson(map));
+  directory.write("map.json", io::mapToJson(map));
   result_.metrics_json = statistics_.metricsJson(configuration, map, bytes.size(), interrupted);
   directory.write("metrics.json", result_.metrics_json);
   directory.write("map.pmap", {reinterpret_cast<const char*>(bytes.data()), bytes.size()});

@@ -18,7 +18,10 @@ class GroundRemovalStage : public Stage {
                  "height of the sensor over the ground; 0 = unknown");
     table.number("height_tolerance_m", params_.height_tolerance, Range::positive(),
                  "[ours] of the height");
-    table.vector("up", up_, "vertical of the world; auto = -y in a camera's frame, else z");
+    table.vector(
+        "up", up_,
+        "vertical of the world; auto = the axis next to upwards in the first image of a camera, "
+        "else z");
     table.vector("optical_axis", params_.optical_axis,
                  "direction the camera looks in, sensor frame");
     table.number("pitch_tolerance_deg", params_.pitch_tolerance, Range::above(0.0, 89.0),

@@ -32,8 +32,9 @@ class PlanarCuboidApproximationStage : public Stage {
     table.number("hole_size_m", approximation.hole_size, Range::atLeast(0.0),
                  "[ours] compact: holes up to this side are filled; 0 = none");
     table.vector("up", up_,
-                 "vertical of the world, for horizontal edges; auto = -y in a camera's frame, "
-                 "else z");
+                 "vertical of the world, for horizontal edges; auto = the axis next to upwards in "
+                 "the first image "
+                 "of a camera, else z");
     table.number("association_angle_deg", params_.association_angle, Range::above(0.0, 90.0),
                  "[ours] largest angle between a new plane and its plane in the map");
     table.number("association_offset_m", association_offset_, Range::positive(),

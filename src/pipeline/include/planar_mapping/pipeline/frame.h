@@ -55,8 +55,9 @@ struct CloudScale {
   double spacing = 0.0;    ///< side of the square of surface that one point stands for, metres
   double max_range = 0.0;  ///< 99 % of the points are nearer to the sensor, metres
   std::size_t points = 0;  ///< finite ones
-  bool optical = false;    ///< all z > 0 and not rotated: a camera's frame, y downwards
-  Vector3 up = Vector3::UnitZ();  ///< of the world: -y in a camera's frame, else z
+  bool optical = false;    ///< a camera's frame, z forward: 99 % within 63 degrees of z
+  /// Of the world: the axis next to upwards in the image of a camera, else z.
+  Vector3 up = Vector3::UnitZ();
 };
 /// Over the given points of the cloud, which must be finite; O(n).
 PLANAR_MAPPING_EXPORT CloudScale scaleOf(const FrameCloud& cloud, const Indices& indices,

@@ -48,6 +48,10 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   /// \throws InputError, ParameterError; the map is then as the stage left it
   FrameReport process(Frame& frame);
 
+  /// The same without putting the frame into the map: what stages remember of it comes back when
+  /// an interrupted run continues with the map it has saved.
+  FrameReport replay(Frame& frame);
+
   const PlanarMap& map() const { return map_; }
   /// Continues an earlier map, whose parameters stay.
   void continueFrom(PlanarMap map);
@@ -55,6 +59,7 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   const Configuration& configuration() const { return configuration_; }
 
  private:
+  FrameReport runStages(Frame& frame, bool insert);
   void findUsablePoints(Frame& frame) const;
   void adaptTo(const Frame& frame);
   FrameReport report(const Frame& frame) const;

@@ -1,0 +1,190 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+// Every bad configuration: exit code 3, file:line:col, nothing run.
+#include "cli_fixture.h"
+
+namespace planar_mapping {
+namespace {
+
+class BadConfiguration : public CliTest {
+ protected:
+  /// validate and run must both report exactly these lines, without the file's name.
+  void expectProblems(const std::string& yaml, const std::vector<std::string>& problems) const {
+    const std::string path = write("bad.yaml", yaml);
+    std::string expected;
+    for (const std::string& problem : problems) expected += path + ":" + problem + "\n";
+    const ProgramResult validated = planarMap({"validate", path});
+    EXPECT_EQ(3, validated.exit_code);
+    EXPECT_EQ(expected, validated.err);
+    EXPECT_EQ("", validated.out);
+    const ProgramResult run =
+        planarMap({"run", path, "-i", directory_ / "x.pcd", "-o", directory_ / "out"});
+    EXPECT_EQ(3, run.exit_code);
+    EXPECT_EQ(expected, run.err);
+    EXPECT_FALSE(exists("out"));
+  }
+};
+
+constexpr const char* kHead = "version: 1\nstages:\n";
+
+TEST_F(BadConfiguration, UnknownStage) {
+  expectProblems(std::string(kHead) + "  - stage: multi_plane_segmentatoin\n",
+                 {"3:12: there is no stage 'multi_plane_segmentatoin'; did you mean "
+                  "'multi_plane_segmentation'?"});
+}
+
+TEST_F(BadConfiguration, UnknownKey) {
+  expectProblems(
+      std::string(kHead) + "  - stage: multi_plane_segmentation\n    distance_treshold_m: 0.1\n",
+      {"4:5: stage 'multi_plane_segmentation' has no key 'distance_treshold_m'; did you "
+       "mean 'distance_threshold_m'?"});
+}
+
+TEST_F(BadConfiguration, WrongType) {
+  expectProblems(std::string(kHead) + "  - stage: voxel_grid\n    leaf_size_m: 0.05 m\n",
+                 {"4:18: stage 'voxel_grid': leaf_size_m must be a finite number, not '0.05 m'; "
+                  "allowed: > 0 m; default 0.05"});
+}
+
+TEST_F(BadConfiguration, OutOfRange) {
+  expectProblems(std::string(kHead) + "  - stage: voxel_grid\n    leaf_size_m: -1\n",
+                 {"4:18: stage 'voxel_grid': leaf_size_m = -1 is out of range; allowed: > 0 m; "
+                  "default 0.05"});
+}
+
+TEST_F(BadConfiguration, NotANumber) {
+  expectProblems(std::string(kHead) + "  - stage: voxel_grid\n    leaf_size_m: .nan\n",
+                 {"4:18: stage 'voxel_grid': leaf_size_m must be a finite number, not '.nan'; "
+                  "allowed: > 0 m; default 0.05"});
+}
+
+TEST_F(BadConfiguration, DuplicateKeyInAStage) {
+  expectProblems(
+      std::string(kHead) + "  - stage: voxel_grid\n    leaf_size_m: 1\n    leaf_size_m: 2\n",
+      {"5:5: this stage: key 'leaf_size_m' stands here a second time; the first is in line 4"});
+}
+
+TEST_F(BadConfiguration, DuplicateKeyAtTheTop) {
+  expectProblems("version: 1\nseed: 1\nseed: 2\nstages: [{stage: voxel_grid}]\n",
+                 {"3:1: the configuration: key 'seed' stands here a second time; the first is in "
+                  "line 2"});
+}
+
+TEST_F(BadConfiguration, EmptyYaml) {
+  expectProblems("", {"1:1: the configuration is empty; it starts with 'version: 1'"});
+  expectProblems("# only a comment\n",
+                 {"1:1: the configuration is empty; it starts with 'version: 1'"});
+}
+
+TEST_F(BadConfiguration, NoMapping) {
+  expectProblems("- a\n- b\n",
+                 {"1:1: a configuration is a mapping of keys, not a list; it starts with "
+                  "'version: 1'"});
+}
+
+TEST_F(BadConfiguration, MissingVersion) {
+  expectProblems("stages:\n  - stage: voxel_grid\n",
+                 {"1:1: key 'version' is missing; write 'version: 1'"});
+}
+
+TEST_F(BadConfiguration, VersionOfTheFuture) {
+  expectProblems("version: 2\nstages:\n  - stage: voxel_grid\n",
+                 {"1:10: version = 2 is out of range; allowed: an integer [1, 1]; default 1; this "
+                  "program reads version 1"});
+}
+
+TEST_F(BadConfiguration, WordOfAnEnumeration) {
+  expectProblems(
+      std::string(kHead) + "  - stage: multi_plane_segmentation\n    method: organised\n",
+      {"4:13: stage 'multi_plane_segmentation': method cannot be 'organised'; did you "
+       "mean 'organized'? allowed: automatic, multi_ransac, sequential or organized; "
+       "default automatic"});
+}
+
+TEST_F(BadConfiguration, UnknownProfile) {
+  expectProblems("version: 1\nprofile: papr\nstages:\n  - stage: voxel_grid\n",
+                 {"2:10: profile cannot be 'papr'; did you mean 'paper'? allowed: paper or "
+                  "compact; default compact"});
+}
+
+TEST_F(BadConfiguration, StagesInTheWrongOrder) {
+  expectProblems(
+      std::string(kHead) + "  - stage: multi_plane_segmentation\n  - stage: voxel_grid\n",
+      {"4:12: stage 'voxel_grid' works on points and so must stand before "
+       "'multi_plane_segmentation', which finds planes"});
+}
+
+TEST_F(BadConfiguration, AllProblemsAtOnceInTheOrderOfTheFile) {
+  expectProblems(
+      "version: one\nsed: 3\nstages:\n  - stage: voxel_gird\n  - leaf: 3\n  - stage: "
+      "crop_box\n    negative: maybe\n",
+      {"1:10: version must be an integer, not 'one'; allowed: an integer [1, 1]; "
+       "default 1; this program reads version 1",
+       "2:1: there is no key 'sed' here; did you mean 'seed'?",
+       "4:12: there is no stage 'voxel_gird'; did you mean 'voxel_grid'?",
+       "5:5: key 'stage', the name of the stage, is missing here",
+       "7:15: stage 'crop_box': negative must be true or false, not 'maybe'; allowed: "
+       "true or false; default false"});
+}
+
+TEST_F(BadConfiguration, NoYaml) {
+  const ProgramResult result = planarMap({"validate", write("bad.yaml", "version: [1\n")});
+  EXPECT_EQ(3, result.exit_code);
+  EXPECT_NE(std::string::npos, result.err.find("bad.yaml:2:1: this is no YAML")) << result.err;
+}
+
+TEST_F(BadConfiguration, DeeplyNestedYamlIsRefused) {
+  const ProgramResult result =
+      planarMap({"validate", write("deep.yaml", std::string(100000, '['))});
+  EXPECT_EQ(3, result.exit_code) << result.signal;
+}
+
+TEST_F(BadConfiguration, MissingFileDirectoryAndHugeFile) {
+  std::filesystem::create_directory(directory_ / "folder.yaml");
+  for (const std::string& path : {directory_ / "nowhere.yaml", directory_ / "folder.yaml",
+                                  write("huge.yaml", std::string(2u << 20u, '#'))}) {
+    const ProgramResult result = planarMap({"validate", path});
+    EXPECT_EQ(3, result.exit_code) << path;
+    EXPECT_EQ(0u, result.err.find(path + ":1:1: ")) << result.err;
+  }
+}
+
+TEST_F(BadConfiguration, SetIsCheckedLikeTheFile) {
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"multi_plane_segmentation.distance_treshold_m=0.1",
+       "--set multi_plane_segmentation.distance_treshold_m=0.1: stage 'multi_plane_segmentation' "
+       "has no key 'distance_treshold_m'; did you mean 'distance_threshold_m'?\n"},
+      {"multi_plane_segmentation.min_inliers=2",
+       "--set multi_plane_segmentation.min_inliers=2: min_inliers = 2 is out of range; allowed: an "
+       "integer >= 3, or auto; default auto\n"},
+      {"voxel_grid.leaf_size_m=1",
+       "--set voxel_grid.leaf_size_m=1: there is no stage 'voxel_grid' "
+       "in " +
+           config("single_pcd.yaml") + "\n"},
+      {"nonsense", "--set nonsense: is not of the form stage.key=value\n"},
+      {"sed=4",
+       "--set sed=4: there is no such key; did you mean 'seed'?; a stage's key is written "
+       "stage.key=value\n"}};
+  for (const auto& [assignment, message] : cases) {
+    const ProgramResult result =
+        planarMap({"validate", config("single_pcd.yaml"), "--set", assignment});
+    EXPECT_EQ(3, result.exit_code);
+    EXPECT_EQ(message, result.err);
+  }
+}
+
+TEST_F(BadConfiguration, MissingPluginAndForeignLibrary) {
+  const std::string head = "version: 1\nplugins: [libmine.so]\nstages:\n  - stage: voxel_grid\n";
+  const std::string path = write("plugin.yaml", head);
+  const ProgramResult missing = planarMap({"validate", path});
+  EXPECT_EQ(3, missing.exit_code);
+  EXPECT_NE(std::string::npos, missing.err.find(path + ":2:11: plugin ")) << missing.err;
+  EXPECT_NE(std::string::npos, missing.err.find("there is no such shared library")) << missing.err;
+  write("libmine.so", "not a library");
+  const ProgramResult foreign = planarMap({"validate", path});
+  EXPECT_EQ(3, foreign.exit_code);
+  EXPECT_NE(std::string::npos, foreign.err.find("cannot be loaded as a plugin")) << foreign.err;
+}
+
+}  // namespace
+}  // namespace planar_mapping

@@ -1,0 +1,163 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <nlohmann/json.hpp>
+
+#include "cli_fixture.h"
+
+namespace planar_mapping {
+namespace {
+
+using Json = nlohmann::json;
+
+class Commands : public CliTest {
+ protected:
+  /// The program and its libraries copied or linked to a place without a viewer.
+  std::string programAlone() const {
+    std::filesystem::create_directory(directory_ / "bin");
+    const std::string copy = directory_ / "bin/planar_map";
+    std::filesystem::copy_file(program(), copy);
+    return copy;
+  }
+};
+
+TEST_F(Commands, ReadyConfigurationsAreValid) {
+  for (const char* name : {"single_pcd.yaml", "pcd_sequence.yaml", "rgbd_indoor.yaml"}) {
+    for (const char* profile : {"paper", "compact"}) {
+      const ProgramResult result =
+          planarMap({"config", "--effective", config(name), "--profile", profile});
+      EXPECT_EQ(0, result.exit_code) << name << result.err;
+    }
+    const ProgramResult result = planarMap({"validate", config(name)});
+    EXPECT_EQ(0, result.exit_code) << name << result.err;
+    EXPECT_EQ("", result.err);
+  }
+}
+
+TEST_F(Commands, DefaultsAreAConfigurationThatResolvesToItself) {
+  for (const char* profile : {"paper", "compact"}) {
+    const ProgramResult defaults = planarMap({"config", "--defaults", "--profile", profile});
+    ASSERT_EQ(0, defaults.exit_code);
+    const ProgramResult effective =
+        planarMap({"config", "--effective", write("defaults.yaml", defaults.out)});
+    ASSERT_EQ(0, effective.exit_code) << effective.err;
+    const ProgramResult again =
+        planarMap({"config", "--effective", write("effective.yaml", effective.out)});
+    EXPECT_EQ(effective.out, again.out);
+  }
+}
+
+TEST_F(Commands, ExplainShowsUnitRangeDefaultAndMeaning) {
+  const ProgramResult result =
+      planarMap({"config", "--explain", "multi_plane_segmentation.distance_threshold_m"});
+  EXPECT_EQ(0, result.exit_code);
+  for (const char* part : {"d_T", "> 0 m", "0.05 m"}) {
+    EXPECT_NE(std::string::npos, result.out.find(part)) << result.out;
+  }
+  EXPECT_EQ(2, planarMap({"config", "--explain", "nonsense"}).exit_code);
+  EXPECT_EQ(2, planarMap({"config"}).exit_code);
+}
+
+TEST_F(Commands, StagesAreListedAndDescribed) {
+  const ProgramResult stages = planarMap({"stages"});
+  EXPECT_EQ(0, stages.exit_code);
+  for (const char* stage : {"voxel_grid", "pass_through", "crop_box", "statistical_outlier_removal",
+                            "radius_outlier_removal", "ground_removal", "multi_plane_segmentation",
+                            "kl_occupancy", "planar_cuboid_approximation"}) {
+    EXPECT_NE(std::string::npos, stages.out.find(stage));
+    const ProgramResult described = planarMap({"stages", "--describe", stage});
+    EXPECT_EQ(0, described.exit_code);
+    EXPECT_NE(std::string::npos, described.out.find("default: "));
+  }
+  EXPECT_EQ(2, planarMap({"stages", "--describe", "nonsense"}).exit_code);
+}
+
+TEST_F(Commands, ReferencePageIsUpToDate) {
+  const ProgramResult page = planarMap({"stages", "--markdown"});
+  std::ifstream in(std::string(PLANAR_MAPPING_SOURCE_DIR) + "/docs/parameters.md");
+  const std::string stored{std::istreambuf_iterator<char>(in), {}};
+  EXPECT_EQ(stored, page.out)
+      << "write it again: planar_map stages --markdown > docs/parameters.md";
+}
+
+TEST_F(Commands, InfoOfACloud) {
+  const ProgramResult result = planarMap({"info", room(), "--json"});
+  ASSERT_EQ(0, result.exit_code) << result.err;
+  const Json info = Json::parse(result.out);
+  EXPECT_EQ("pcd", info["type"]);
+  EXPECT_EQ(20000, info["points"]);
+  EXPECT_NEAR(1.0, info["bounds_m"]["low"][0].get<double>(), 0.1);
+}
+
+TEST_F(Commands, InfoOfAMapAgreesWithTheRun) {
+  ASSERT_EQ(0, runOn(room()).exit_code);
+  const ProgramResult result = planarMap({"info", directory_ / "out/map.pmap", "--json"});
+  ASSERT_EQ(0, result.exit_code) << result.err;
+  const Json info = Json::parse(result.out);
+  const Json metrics = Json::parse(read("out/metrics.json"));
+  EXPECT_EQ(metrics["cuboids"], info["cuboids"]);
+  EXPECT_EQ(metrics["planes"], info["planes"]);
+  EXPECT_EQ(metrics["unknown_cells"], info["unknown_cells"]);
+  EXPECT_EQ(metrics["file_bytes"], info["file_bytes"]);
+}
+
+TEST_F(Commands, InfoOfASequence) {
+  room("seq/clouds/0.pcd");
+  room("seq/clouds/1.pcd");
+  const ProgramResult result = planarMap({"info", directory_ / "seq", "--json"});
+  ASSERT_EQ(0, result.exit_code) << result.err;
+  EXPECT_EQ(2, Json::parse(result.out)["frames"]);
+}
+
+TEST_F(Commands, ViewAndSnapshotWithoutViewerAreCodeSeven) {
+  const std::string alone = programAlone();
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{alone, "view", "map.pmap"},
+        std::vector<std::string>{alone, "snapshot", "map.pmap", "-o", "x.png"}}) {
+    const ProgramResult result = runProgram(arguments);
+    EXPECT_EQ(7, result.exit_code) << result.err;
+    expectOneSentence(result, "planar_map_viewer");
+  }
+}
+
+TEST_F(Commands, ViewerGetsTheArgumentsAndItsExitCodeIsPassedOn) {
+  const std::string alone = programAlone();
+  const std::string viewer = write("bin/planar_map_viewer", "#!/bin/sh\necho \"$@\"\nexit 6\n");
+  std::filesystem::permissions(viewer, std::filesystem::perms::owner_all);
+  const ProgramResult snapshot =
+      runProgram({alone, "snapshot", "map.pmap", "-o", "x.png", "--size", "64x48"});
+  EXPECT_EQ(6, snapshot.exit_code);
+  EXPECT_EQ("map.pmap --snapshot x.png --size 64x48\n", snapshot.out);
+  const ProgramResult view =
+      runProgram({alone, "view", "map.pmap", "cloud.pcd", "--color", "tilt"});
+  EXPECT_EQ(6, view.exit_code);
+  EXPECT_EQ("map.pmap cloud.pcd --color tilt\n", view.out);
+}
+
+TEST_F(Commands, SnapshotWithoutNameIsUsage) {
+  const ProgramResult result = planarMap({"snapshot", "map.pmap"});
+  EXPECT_EQ(2, result.exit_code);
+  expectOneSentence(result, "-o");
+}
+
+TEST_F(Commands, ProgramLinksNoVtkAndNoPclIo) {
+  const ProgramResult result = runProgram({"/usr/bin/ldd", program()});
+  ASSERT_EQ(0, result.exit_code) << result.err;
+  for (const char* library :
+       {"libvtk", "libpcl_io", "libpcl_surface", "libpcl_visualization", "libGL.", "libX11"}) {
+    EXPECT_EQ(std::string::npos, result.out.find(library)) << result.out;
+  }
+}
+
+TEST_F(Commands, HelpAndVersionGoToStdout) {
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"--help"}, std::vector<std::string>{"run", "--help"},
+        std::vector<std::string>{"--version"}}) {
+    const ProgramResult result = planarMap(arguments);
+    EXPECT_EQ(0, result.exit_code);
+    EXPECT_NE("", result.out);
+    EXPECT_EQ("", result.err);
+  }
+}
+
+}  // namespace
+}  // namespace planar_mapping

@@ -1,0 +1,74 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+// The example of a user's own stage, compiled in and from a shared library.
+#include "cli_fixture.h"
+
+namespace planar_mapping {
+namespace {
+
+class OwnStage : public CliTest {
+ protected:
+  std::string yamlWith(const std::string& plugin, const std::string& key) const {
+    return write("own.yaml", "version: 1\nplugins: [" + plugin + "]\nstages:\n" +
+                                 "  - stage: range_limit\n    " + key + "\n" +
+                                 "  - stage: multi_plane_segmentation\n" +
+                                 "  - stage: planar_cuboid_approximation\n");
+  }
+};
+
+TEST_F(OwnStage, RunsFromALibraryBesideTheConfiguration) {
+  std::filesystem::copy_file(OWN_STAGE_PLUGIN, directory_ / "libmine.so");
+  const std::string yaml = yamlWith("libmine.so", "max_range_m: 3.0");
+  const ProgramResult result =
+      planarMap({"run", yaml, "-i", room(), "-o", directory_ / "out", "-q"});
+  ASSERT_EQ(0, result.exit_code) << result.err;
+  const std::string resolved = read("out/config.resolved.yaml");
+  EXPECT_NE(std::string::npos, resolved.find("max_range_m: 3\n")) << resolved;
+  EXPECT_NE(std::string::npos, resolved.find(directory_ / "libmine.so")) << resolved;
+
+  const ProgramResult compiled_in = runProgram({OWN_STAGE_PROGRAM, room(), directory_ / "in"});
+  ASSERT_EQ(0, compiled_in.exit_code) << compiled_in.err;
+  EXPECT_EQ(read("out/map.pmap"), read("in/map.pmap"));
+}
+
+TEST_F(OwnStage, ItsParametersAreCheckedLikeOurs) {
+  const std::string yaml = yamlWith(OWN_STAGE_PLUGIN, "max_rang_m: 3.0");
+  const ProgramResult result = planarMap({"validate", yaml});
+  EXPECT_EQ(3, result.exit_code);
+  EXPECT_EQ(yaml +
+                ":5:5: stage 'range_limit' has no key 'max_rang_m'; did you mean "
+                "'max_range_m'?\n",
+            result.err);
+}
+
+TEST_F(OwnStage, IsDescribedLikeOurs) {
+  const ProgramResult result =
+      planarMap({"stages", "--plugin", OWN_STAGE_PLUGIN, "--describe", "range_limit"});
+  EXPECT_EQ(0, result.exit_code) << result.err;
+  EXPECT_NE(std::string::npos, result.out.find("max_range_m")) << result.out;
+}
+
+TEST_F(OwnStage, PluginForAnotherInterfaceIsRefused) {
+  const ProgramResult result = planarMap({"validate", yamlWith(OLD_PLUGIN, "max_range_m: 3.0")});
+  EXPECT_EQ(3, result.exit_code);
+  EXPECT_NE(std::string::npos, result.err.find("was built for plugin interface 0")) << result.err;
+}
+
+TEST_F(OwnStage, LibraryThatIsNoPluginIsRefused) {
+  const std::string core =
+      std::string(PLANAR_MAPPING_BIN_DIR) + "/../lib/libplanar_mapping_core.so";
+  if (!std::filesystem::exists(core)) GTEST_SKIP() << "the libraries are static";
+  const ProgramResult result = planarMap({"validate", yamlWith(core, "max_range_m: 3.0")});
+  EXPECT_EQ(3, result.exit_code);
+  EXPECT_NE(std::string::npos, result.err.find("no plugin of planar_mapping")) << result.err;
+}
+
+TEST_F(OwnStage, TheSamePluginTwiceIsRefused) {
+  const std::string both = std::string(OWN_STAGE_PLUGIN) + ", " + OWN_STAGE_PLUGIN;
+  const ProgramResult result = planarMap({"validate", yamlWith(both, "max_range_m: 3.0")});
+  EXPECT_EQ(3, result.exit_code);
+  EXPECT_NE(std::string::npos, result.err.find("a name that is already taken")) << result.err;
+}
+
+}  // namespace
+}  // namespace planar_mapping

@@ -1,0 +1,239 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <set>
+
+#include "cli_fixture.h"
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/pipeline/pipeline.h"
+
+namespace planar_mapping {
+namespace {
+
+Frame frameOf(const std::vector<float>& xyz) {
+  Frame frame;
+  frame.source = "test";
+  frame.cloud = pcl::make_shared<FrameCloud>();
+  for (std::size_t i = 0; i < xyz.size(); i += 3) {
+    frame.cloud->push_back({xyz[i], xyz[i + 1], xyz[i + 2]});
+  }
+  return frame;
+}
+
+Pipeline pipelineOf(const std::string& stages) {
+  StageTable table;
+  registerBuiltinStages(table);
+  return Pipeline(parseConfiguration("version: 1\nstages:\n" + stages, "test", table));
+}
+
+/// Every fifth point without a measurement.
+std::vector<float> roomWithGaps() {
+  std::vector<float> xyz = roomPoints(5000);
+  for (std::size_t i = 0; i < xyz.size(); i += 15) {
+    xyz[i] = std::numeric_limits<float>::quiet_NaN();
+  }
+  return xyz;
+}
+
+template <typename Keep>
+Indices expected(const Frame& frame, const Keep& keep) {
+  Indices indices;
+  for (std::size_t i = 0; i < frame.cloud->size(); ++i) {
+    const auto& p = (*frame.cloud)[i];
+    if (std::isfinite(p.x) && keep(p)) indices.push_back(static_cast<int>(i));
+  }
+  return indices;
+}
+
+TEST(Stages, PassThroughKeepsIndicesIntoTheCloud) {
+  Frame frame = frameOf(roomWithGaps());
+  pipelineOf("  - stage: pass_through\n    axis: x\n    min_m: 2\n    max_m: 3\n").process(frame);
+  EXPECT_EQ(expected(frame, [](const auto& p) { return p.x >= 2.0f && p.x <= 3.0f; }),
+            frame.indices);
+}
+
+TEST(Stages, FiltersInARowKeepTheCommonPoints) {
+  Frame frame = frameOf(roomWithGaps());
+  pipelineOf(
+      "  - stage: pass_through\n    axis: x\n    min_m: 2\n    max_m: 3\n"
+      "  - stage: pass_through\n    axis: y\n    min_m: -1\n    max_m: 1\n    negative: true\n")
+      .process(frame);
+  EXPECT_EQ(expected(frame,
+                     [](const auto& p) {
+                       return p.x >= 2.0f && p.x <= 3.0f && (p.y < -1.0f || p.y > 1.0f);
+                     }),
+            frame.indices);
+}
+
+TEST(Stages, CropBoxInTheWorldFollowsThePose) {
+  Frame frame = frameOf(roomWithGaps());
+  frame.T_world_sensor.translation() = Vector3(10.0, 0.0, 0.0);
+  pipelineOf("  - stage: crop_box\n    frame: world\n    min_x_m: 12\n    max_x_m: 13\n")
+      .process(frame);
+  EXPECT_EQ(expected(frame, [](const auto& p) { return p.x >= 2.0f && p.x <= 3.0f; }),
+            frame.indices);
+}
+
+TEST(Stages, RadiusOutlierRemovalDropsTheIsolatedPoint) {
+  std::vector<float> xyz = roomWithGaps();
+  xyz.insert(xyz.end(), {50.0f, 50.0f, 50.0f});
+  Frame frame = frameOf(xyz);
+  pipelineOf("  - stage: radius_outlier_removal\n    radius_m: 1\n    min_neighbors: 3\n")
+      .process(frame);
+  EXPECT_EQ(expected(frame, [](const auto& p) { return p.x < 40.0f; }), frame.indices);
+}
+
+TEST(Stages, StatisticalOutlierRemovalDropsTheFarPointOfAnImage) {
+  std::vector<float> xyz;
+  for (int row = 0; row < 20; ++row) {
+    for (int column = 0; column < 20; ++column) {
+      xyz.insert(xyz.end(), {0.1f * static_cast<float>(column), 0.1f * static_cast<float>(row),
+                             column == 7 && row == 3 ? 9.0f : 2.0f});
+    }
+  }
+  Frame frame = frameOf(xyz);
+  frame.cloud->width = 20;
+  frame.cloud->height = 20;
+  pipelineOf("  - stage: statistical_outlier_removal\n    neighbors: 8\n    deviations: 3\n")
+      .process(frame);
+  EXPECT_EQ(expected(frame, [](const auto& p) { return p.z < 5.0f; }), frame.indices);
+}
+
+TEST(Stages, VoxelGridGivesTheCentroidOfEachVoxel) {
+  Frame frame = frameOf(roomWithGaps());
+  const FrameCloud before = *frame.cloud;
+  std::map<std::array<int, 3>, std::pair<Vector3, int>> voxels;
+  for (const auto& p : before) {
+    if (!std::isfinite(p.x)) continue;
+    const auto cell = [](float v) { return static_cast<int>(std::floor(v / 0.25f)); };
+    auto& voxel = voxels
+                      .emplace(std::array<int, 3>{cell(p.x), cell(p.y), cell(p.z)},
+                               std::make_pair(Vector3(Vector3::Zero()), 0))
+                      .first->second;
+    voxel.first += p.getVector3fMap().cast<double>();
+    ++voxel.second;
+  }
+  pipelineOf("  - stage: voxel_grid\n    leaf_size_m: 0.25\n").process(frame);
+  ASSERT_EQ(voxels.size(), frame.indices.size());
+  for (const int i : frame.indices) {
+    const Vector3 p = (*frame.cloud)[static_cast<std::size_t>(i)].getVector3fMap().cast<double>();
+    double nearest = 1.0;
+    for (const auto& voxel : voxels) {
+      nearest = std::min(nearest, (voxel.second.first / voxel.second.second - p).norm());
+    }
+    EXPECT_LT(nearest, 1e-4);
+  }
+  EXPECT_EQ(5000u, frame.points_input);
+  EXPECT_EQ(4000u, frame.points_valid);
+}
+
+TEST(Stages, VoxelGridKeepsGroundPointsApart) {
+  Frame frame = frameOf(roomPoints(20000));
+  const FrameReport report =
+      pipelineOf(
+          "  - stage: ground_removal\n    camera_height_m: 0.5\n    up: [0, 0, 1]\n"
+          "    optical_axis: [1, 0, 0]\n"
+          "  - stage: voxel_grid\n    leaf_size_m: 0.1\n")
+          .process(frame);
+  EXPECT_GT(report.points_ground, 5000u);
+  for (const int i : frame.ground) {
+    EXPECT_LT((*frame.cloud)[static_cast<std::size_t>(i)].z, -0.4f);
+  }
+  std::set<int> seen(frame.indices.begin(), frame.indices.end());
+  seen.insert(frame.ground.begin(), frame.ground.end());
+  EXPECT_EQ(frame.cloud->size(), seen.size());
+}
+
+TEST(Stages, VoxelGridRefusesAnAbsurdLeafInsteadOfDoingNothing) {
+  Frame frame = frameOf({0, 0, 0, 1e6f, 1e6f, 1e6f});
+  EXPECT_THROW(pipelineOf("  - stage: voxel_grid\n    leaf_size_m: 0.001\n").process(frame),
+               InputError);
+}
+
+TEST(Stages, FiltersThatRemoveEverythingAreNoFailure) {
+  Frame frame = frameOf(roomPoints(1000));
+  const FrameReport report = pipelineOf(
+                                 "  - stage: pass_through\n    min_m: 100\n    max_m: 101\n"
+                                 "  - stage: voxel_grid\n  - stage: statistical_outlier_removal\n"
+                                 "  - stage: radius_outlier_removal\n  - stage: ground_removal\n"
+                                 "  - stage: multi_plane_segmentation\n  - stage: kl_occupancy\n"
+                                 "  - stage: planar_cuboid_approximation\n")
+                                 .process(frame);
+  EXPECT_EQ(0u, report.planes);
+  EXPECT_EQ(0u, report.cuboids);
+  EXPECT_EQ(1000u, report.points_rejected);
+}
+
+TEST(Stages, PlanesFromSampledFeaturesHoldAllTheirPoints) {
+  Frame frame = frameOf(roomPoints(20000));
+  pipelineOf(
+      "  - stage: multi_plane_segmentation\n    method: multi_ransac\n    features: 1000\n"
+      "    distance_threshold_m: 0.03\n    min_inliers: 500\n")
+      .process(frame);
+  ASSERT_GE(frame.planes.size(), 4u);
+  std::set<int> seen;
+  std::size_t total = 0;
+  for (const PlaneSegment& plane : frame.planes) {
+    EXPECT_GE(plane.inliers.size(), 500u);
+    EXPECT_TRUE(std::is_sorted(plane.inliers.begin(), plane.inliers.end()));
+    seen.insert(plane.inliers.begin(), plane.inliers.end());
+    total += plane.inliers.size();
+  }
+  EXPECT_EQ(total, seen.size());
+  EXPECT_GT(total, 18000u);
+}
+
+TEST(Stages, SeenAgainASurfaceGainsBeliefAndALonePointLosesIt) {
+  Pipeline pipeline = pipelineOf("  - stage: kl_occupancy\n    resolution_m: 0.1\n");
+  std::vector<float> xyz = roomPoints(20000);
+  xyz.insert(xyz.end(), {3.05f, 0.85f, 0.75f});  // in the air, alone in its cell
+  double surface_before = 0.0;
+  double lone_before = 0.0;
+  for (int seen = 0; seen < 4; ++seen) {
+    Frame frame = frameOf(xyz);
+    pipeline.process(frame);
+    double surface = 0.0;
+    for (std::size_t i = 0; i < 20000; ++i) surface += frame.probability[i] / 20000.0;
+    const double lone = frame.probability.back();
+    if (seen > 0) {
+      EXPECT_GE(surface, surface_before - 1e-6);
+      EXPECT_LT(lone, 0.5);
+      EXPECT_LE(lone, lone_before);
+    }
+    surface_before = surface;
+    lone_before = lone;
+  }
+  EXPECT_GT(surface_before, 0.9);
+}
+
+TEST(Stages, MapHasTheParametersOfItsStage) {
+  Frame frame = frameOf(roomPoints(20000));
+  Pipeline pipeline = pipelineOf(
+      "  - stage: multi_plane_segmentation\n"
+      "  - stage: planar_cuboid_approximation\n    resolution_m: 0.2\n    max_range_m: auto\n"
+      "    association_angle_deg: 7\n");
+  pipeline.process(frame);
+  EXPECT_EQ(0.2, pipeline.map().params().approximation.resolution);
+  EXPECT_NEAR(0.1221730, pipeline.map().params().association_angle, 1e-6);
+  EXPECT_NEAR(5.2, pipeline.map().params().max_range, 0.3);
+}
+
+TEST(Stages, ScaleIsThatOfTheCloudNotOfItsOutliers) {
+  std::vector<float> xyz = roomPoints(20000);
+  xyz.insert(xyz.end(), {1e9f, 1e9f, 1e9f});
+  const Frame frame = frameOf(xyz);
+  Indices all(frame.cloud->size());
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
+  const CloudScale scale = scaleOf(*frame.cloud, all, Pose::Identity());
+  EXPECT_NEAR(5.4, scale.extent, 0.2);  // diagonal of 4 x 3 x 2 metres
+  // 24.48 square metres (floor 12, walls 6 + 8, box 0.48, of which the floor has two fifths).
+  EXPECT_NEAR(0.036, scale.spacing, 0.012);
+  EXPECT_FALSE(scale.optical);
+}
+
+}  // namespace
+}  // namespace planar_mapping
