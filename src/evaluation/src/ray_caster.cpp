@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "planar_mapping/core/error.h"
 #include "surface_pattern.h"
@@ -166,6 +167,10 @@ void surfaceAt(const SceneObject& object, int face, const Vector3& local, Vector
     normal[axis] = face % 2 == 0 ? -1.0 : 1.0;
     u = axis == 0 ? local.y() : local.x();
     v = axis == 2 ? local.y() : local.z();
+    // Wood is cut along its longer side.
+    const double width = axis == 0 ? object.size.y() : object.size.x();
+    const double height = axis == 2 ? object.size.y() : object.size.z();
+    if (object.material.pattern == Pattern::Planks && height > width) std::swap(u, v);
     return;
   }
   normal = local;
@@ -207,7 +212,7 @@ void shadePixel(const Scene& scene, const Pose& T_world_camera, std::size_t i, c
   image.texture[i] = static_cast<float>(
       std::clamp(material.texture + (1.0 - material.texture) * (2.0 * stretch - 1.0), 0.0, 1.0));
   static const Vector3 kLight = Vector3(0.35, -0.5, 0.8).normalized();
-  const double light = 0.5 + 0.3 * std::max(0.0, world_normal.dot(kLight)) + 0.25 * incidence;
+  const double light = 0.58 + 0.3 * std::max(0.0, world_normal.dot(kLight)) + 0.25 * incidence;
   image.colors[i] = shaded(material.color, light * patternBrightness(material.pattern, u, v, seed));
 }
 

@@ -95,7 +95,7 @@ void buildCorridor(SceneBuilder& b, int frames) {
   b.box("bench_seat", Vector3(9.6, 1.03, 0.42), Vector3(1.1, 0.38, 0.05), kWood);
   b.box("bench_side", Vector3(9.6, 1.03, 0), Vector3(0.05, 0.38, 0.42), kWood);
   b.box("bench_side", Vector3(10.65, 1.03, 0), Vector3(0.05, 0.38, 0.42), kWood);
-  b.box("locker", Vector3(0.9, 0.62, 0), Vector3(0.5, 0.38, 1.5), kMetal);
+  b.box("locker", Vector3(7.6, 0.62, 0), Vector3(0.5, 0.38, 1.5), kMetal);
   b.moveTo(5.4, -0.68, 0.0, 14.0);
   b.box("carton", Vector3(-0.25, -0.2, 0), Vector3(0.5, 0.4, 0.35), kCardboard);
   b.moveTo(5.42, -0.69, 0.35, -6.0);

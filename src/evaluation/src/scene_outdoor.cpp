@@ -72,7 +72,7 @@ void buildOutdoor(SceneBuilder& b, int frames) {
   b.box("bench_back", Vector3(0, -0.05, 0.48), Vector3(1.8, 0.05, 0.45), kWood);
   b.box("bench_foot", Vector3(0.1, 0, 0), Vector3(0.12, 0.45, 0.42), kStone);
   b.box("bench_foot", Vector3(1.58, 0, 0), Vector3(0.12, 0.45, 0.42), kStone);
-  b.moveTo(10.8, 1.2, 0.0, 30.0);
+  b.moveTo(14.8, 1.7, 0.0, 30.0);
   b.box("planter", Vector3(-0.6, -0.3, 0), Vector3(1.2, 0.6, 0.5), kStone);
 
   for (int i = 0; i < frames; ++i) {

@@ -130,7 +130,7 @@ void addCornerThings(SceneBuilder& b) {
   b.turnedBox("leaning_board", Vector3(0, 0.315, 0.69), Vector3(0.55, 0.03, 1.4),
               Eigen::AngleAxisd(20.0 * kPi / 180.0, Vector3::UnitX()), kPaleWood);
   b.moveTo(0.0, 0.0);
-  b.sphere("ball", Vector3(-0.75, 1.75, 0.15), 0.3, kBall);
+  b.sphere("ball", Vector3(0.1, 1.75, 0.15), 0.3, kBall);
   b.cylinder("plant_pot", Vector3(-2.6, -1.95, 0), 0.34, 0.34, kClay);
   b.sphere("plant", Vector3(-2.6, -1.95, 0.72), 0.62, kLeaf);
 }

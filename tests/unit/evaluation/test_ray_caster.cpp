@@ -1,0 +1,151 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/evaluation/ray_caster.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/random.h"
+
+namespace planar_mapping {
+namespace evaluation {
+namespace {
+
+SceneObject objectAt(Shape shape, const Vector3& center, const Vector3& size) {
+  SceneObject object;
+  object.shape = shape;
+  object.T_world_object.translation() = center;
+  object.size = size;
+  return object;
+}
+
+PinholeCamera smallCamera() {
+  PinholeCamera camera;
+  camera.fx = 40.0;
+  camera.fy = 50.0;
+  camera.cx = 31.5;
+  camera.cy = 23.5;
+  camera.width = 64;
+  camera.height = 48;
+  return camera;
+}
+
+TEST(Intersect, HitsTheFacesOfABox) {
+  const SceneObject box = objectAt(Shape::Box, Vector3(5, 0, 0), Vector3(2, 4, 6));
+  double t = 0.0;
+  int face = -1;
+  ASSERT_TRUE(intersect(box, Vector3(0, 0, 0), Vector3(1, 0, 0), t, face));
+  EXPECT_DOUBLE_EQ(t, 4.0);
+  EXPECT_EQ(face, 0);
+  ASSERT_TRUE(intersect(box, Vector3(10, 0, 0), Vector3(-2, 0, 0), t, face));
+  EXPECT_DOUBLE_EQ(t, 2.0);
+  EXPECT_EQ(face, 1);
+  ASSERT_TRUE(intersect(box, Vector3(5, -10, 1), Vector3(0, 1, 0), t, face));
+  EXPECT_DOUBLE_EQ(t, 8.0);
+  EXPECT_EQ(face, 2);
+  ASSERT_TRUE(intersect(box, Vector3(5, 0, 10), Vector3(0, 0, -1), t, face));
+  EXPECT_DOUBLE_EQ(t, 7.0);
+  EXPECT_EQ(face, 5);
+  EXPECT_FALSE(intersect(box, Vector3(0, 3, 0), Vector3(1, 0, 0), t, face));
+  EXPECT_FALSE(intersect(box, Vector3(0, 0, 0), Vector3(-1, 0, 0), t, face)) << "behind";
+  EXPECT_FALSE(intersect(box, Vector3(5, 0, 0), Vector3(1, 0, 0), t, face)) << "inside";
+}
+
+TEST(Intersect, HitsCylinderAndSphere) {
+  const SceneObject cylinder = objectAt(Shape::Cylinder, Vector3(0, 0, 1), Vector3(2, 2, 2));
+  double t = 0.0;
+  int face = -1;
+  ASSERT_TRUE(intersect(cylinder, Vector3(-5, 0, 1), Vector3(1, 0, 0), t, face));
+  EXPECT_DOUBLE_EQ(t, 4.0);
+  EXPECT_EQ(face, kCurvedFace);
+  ASSERT_TRUE(intersect(cylinder, Vector3(0.5, 0.5, 5), Vector3(0, 0, -1), t, face));
+  EXPECT_DOUBLE_EQ(t, 3.0);
+  EXPECT_EQ(face, 5);
+  EXPECT_FALSE(intersect(cylinder, Vector3(0.8, 0.8, 5), Vector3(0, 0, -1), t, face));
+  EXPECT_FALSE(intersect(cylinder, Vector3(-5, 0, 2.5), Vector3(1, 0, 0), t, face));
+  const SceneObject sphere = objectAt(Shape::Sphere, Vector3(0, 0, 0), Vector3(2, 2, 2));
+  ASSERT_TRUE(intersect(sphere, Vector3(0, 0, -3), Vector3(0, 0, 0.5), t, face));
+  EXPECT_DOUBLE_EQ(t, 4.0);
+  EXPECT_FALSE(intersect(sphere, Vector3(0, 1.1, -3), Vector3(0, 0, 1), t, face));
+}
+
+TEST(Intersect, FollowsRigidMotion) {
+  Random random(5);
+  const SceneObject still = objectAt(Shape::Box, Vector3(1, 2, 3), Vector3(1, 2, 0.5));
+  for (int i = 0; i < 200; ++i) {
+    Pose T = Pose::Identity();
+    T.linear() = Eigen::Quaterniond(random.normal(), random.normal(), random.normal(), 1.0)
+                     .normalized()
+                     .toRotationMatrix();
+    T.translation() = Vector3(random.normal(), random.normal(), random.normal());
+    SceneObject moved = still;
+    moved.T_world_object = T * still.T_world_object;
+    const Vector3 origin(-4.0, 1.0 + random.normal(), 3.0 + random.normal());
+    const Vector3 direction(1.0, 0.3 * random.normal(), 0.3 * random.normal());
+    double t = 0.0, t_moved = 0.0;
+    int face = 0, face_moved = 0;
+    const bool hit = intersect(still, origin, direction, t, face);
+    ASSERT_EQ(intersect(moved, T * origin, T.linear() * direction, t_moved, face_moved), hit);
+    if (!hit) continue;
+    EXPECT_NEAR(t_moved, t, 1e-9);
+    EXPECT_EQ(face_moved, face);
+  }
+}
+
+TEST(Render, AgreesWithTestingEveryObjectForEveryPixel) {
+  const Scene scene = makeScene("room", 5);
+  const PinholeCamera camera = smallCamera();
+  for (const Pose& pose : scene.path) {
+    const Rendering view = render(scene, camera, pose);
+    for (int row = 0; row < camera.height; row += 3) {
+      for (int column = 0; column < camera.width; column += 3) {
+        const Vector3 ray((column - camera.cx) / camera.fx, (row - camera.cy) / camera.fy, 1.0);
+        double nearest = 1e9;
+        for (const SceneObject& object : scene.objects) {
+          double t = 0.0;
+          int face = 0;
+          if (intersect(object, pose.translation(), pose.linear() * ray, t, face))
+            nearest = std::min(nearest, t);
+        }
+        const std::size_t i = static_cast<std::size_t>(row * camera.width + column);
+        if (nearest < 1e9) {
+          ASSERT_GE(view.object[i], 0);
+          EXPECT_NEAR(view.depth[i], nearest, 1e-5 * nearest);
+        } else {
+          EXPECT_EQ(view.object[i], -1);
+          EXPECT_EQ(view.depth[i], 0.0f);
+        }
+      }
+    }
+  }
+}
+
+TEST(Render, LooksAlongTheOpticalAxis) {
+  Scene scene;
+  scene.objects.push_back(objectAt(Shape::Box, Vector3(0, 0, 5.5), Vector3(100, 100, 1)));
+  scene.objects.push_back(objectAt(Shape::Box, Vector3(2.05, 0, 3), Vector3(4, 100, 0.5)));
+  const Rendering view = render(scene, smallCamera(), Pose::Identity());
+  // Right of the axis (x > 0.05) the nearer box, else the wall, its face towards the camera.
+  const std::size_t row = 24 * 64;
+  EXPECT_FLOAT_EQ(view.depth[row + 10], 5.0f);
+  EXPECT_EQ(view.object[row + 10], 0);
+  EXPECT_EQ(view.face[row + 10], 4);
+  EXPECT_FLOAT_EQ(view.depth[row + 50], 2.75f);
+  EXPECT_EQ(view.object[row + 50], 1);
+  EXPECT_NEAR(view.incidence[row + 31], 1.0, 1e-3);
+}
+
+TEST(Render, RefusesBadCameras) {
+  PinholeCamera camera = smallCamera();
+  camera.fx = 0.0;
+  EXPECT_THROW(render(Scene(), camera, Pose::Identity()), ParameterError);
+  camera = smallCamera();
+  camera.width = 0;
+  EXPECT_THROW(render(Scene(), camera, Pose::Identity()), ParameterError);
+}
+
+}  // namespace
+}  // namespace evaluation
+}  // namespace planar_mapping

@@ -1,0 +1,159 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/evaluation/stereo_sensor.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "planar_mapping/core/error.h"
+
+namespace planar_mapping {
+namespace evaluation {
+namespace {
+
+/// A wall across the view at \p depth, well textured, seen straight on.
+Rendering wall(float depth, int width = 320, int height = 200) {
+  Rendering view;
+  view.camera.fx = view.camera.fy = 250.0;
+  view.camera.cx = 0.5 * (width - 1);
+  view.camera.cy = 0.5 * (height - 1);
+  view.camera.width = width;
+  view.camera.height = height;
+  const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  view.depth.assign(pixels, depth);
+  view.object.assign(pixels, 0);
+  view.face.assign(pixels, 0);
+  view.incidence.assign(pixels, 1.0f);
+  view.texture.assign(pixels, 1.0f);
+  view.colors.assign(pixels, 0);
+  return view;
+}
+
+TEST(StereoSensor, WithoutErrorsGivesTheExactDepth) {
+  const Rendering view = wall(3.0f);
+  Random random(1);
+  const std::vector<float> disparity =
+      measureDisparity(view, StereoSensorParams::perfect(), random);
+  const std::vector<float> xyz = pointsOf(disparity, view.camera, 0.12);
+  for (std::size_t i = 0; i < view.size(); ++i) {
+    EXPECT_NEAR(disparity[i], 0.12 * 250.0 / 3.0, 1e-5);
+    EXPECT_NEAR(xyz[3 * i + 2], 3.0, 1e-5);
+  }
+  EXPECT_NEAR(xyz[0], -159.5 / 250.0 * 3.0, 1e-5);
+  EXPECT_NEAR(xyz[1], -99.5 / 250.0 * 3.0, 1e-5);
+}
+
+TEST(StereoSensor, NoiseHasTheSpreadAndTheLikenessOfNeighboursAskedFor) {
+  const Rendering view = wall(3.0f, 640, 480);
+  StereoSensorParams params;
+  params.noise_px = 0.4;
+  params.disparity_step_px = 0.0;
+  Random random(2);
+  const std::vector<float> disparity = measureDisparity(view, params, random);
+  double sum = 0.0, squares = 0.0, products = 0.0;
+  std::size_t count = 0, pairs = 0;
+  for (std::size_t i = 0; i + 1 < disparity.size(); ++i) {
+    if (disparity[i] <= 0.0f) continue;
+    const double error = disparity[i] - 10.0;
+    sum += error;
+    squares += error * error;
+    ++count;
+    if (disparity[i + 1] <= 0.0f || (i + 1) % 640 == 0) continue;
+    products += error * (disparity[i + 1] - 10.0);
+    ++pairs;
+  }
+  const double n = static_cast<double>(count);
+  EXPECT_NEAR(sum / n, 0.0, 0.02);
+  EXPECT_NEAR(std::sqrt(squares / n), 0.4, 0.02);
+  // Neighbours share 70 % of the variance, less a little for being one of eight pixels apart.
+  EXPECT_NEAR(products / static_cast<double>(pairs) / (squares / n), 0.69, 0.05);
+}
+
+TEST(StereoSensor, ResultsComeInSteps) {
+  StereoSensorParams params;
+  params.disparity_step_px = 0.25;
+  Random random(3);
+  for (const float d : measureDisparity(wall(2.3f), params, random))
+    EXPECT_EQ(4.0f * d, std::round(4.0f * d));
+}
+
+TEST(StereoSensor, WhatTheSecondCameraDoesNotSeeIsMissing) {
+  Rendering view = wall(6.0f);
+  // A near square in front of the wall: disparity 30 px against 5 px.
+  for (std::size_t row = 50; row < 150; ++row)
+    for (std::size_t column = 150; column < 200; ++column) view.depth[row * 320 + column] = 1.0f;
+  StereoSensorParams params;
+  params.flying_share = params.edge_hole_share = 0.0;
+  Random random(4);
+  const std::vector<float> disparity = measureDisparity(view, params, random);
+  const auto at = [&](std::size_t row, std::size_t column) {
+    return disparity[row * 320 + column];
+  };
+  // The square covers columns 120 to 169 of the right image, the wall there is that of 125 to 174.
+  EXPECT_EQ(at(100, 130), 0.0f);
+  EXPECT_EQ(at(100, 145), 0.0f);
+  EXPECT_GT(at(100, 120), 0.0f);
+  EXPECT_GT(at(100, 170), 20.0f);
+  EXPECT_GT(at(100, 205), 0.0f);
+  EXPECT_EQ(at(10, 2), 0.0f) << "left of the right image";
+}
+
+TEST(StereoSensor, EdgesHaveHolesAndFlyingPixels) {
+  Rendering view = wall(6.0f);
+  for (std::size_t row = 0; row < 200; ++row)
+    for (std::size_t column = 0; column < 160; ++column) view.depth[row * 320 + column] = 2.0f;
+  StereoSensorParams params;
+  params.noise_px = 0.0;
+  params.disparity_step_px = 0.0;
+  Random random(5);
+  const std::vector<float> disparity = measureDisparity(view, params, random);
+  int flying = 0, holes = 0, edge = 0;
+  for (std::size_t row = 0; row < 200; ++row) {
+    for (const std::size_t column : {159u, 160u}) {
+      const float d = disparity[row * 320 + column];
+      ++edge;
+      holes += d == 0.0f ? 1 : 0;
+      flying += d > 5.001f && d < 14.999f ? 1 : 0;
+    }
+  }
+  EXPECT_NEAR(holes, 0.25 * edge, 0.08 * edge);
+  EXPECT_NEAR(flying, 0.25 * edge, 0.08 * edge);
+}
+
+TEST(StereoSensor, NothingToMatchGivesNothing) {
+  StereoSensorParams params;
+  Random random(6);
+  Rendering plain = wall(3.0f);
+  plain.texture.assign(plain.size(), 0.0f);
+  for (const float d : measureDisparity(plain, params, random)) EXPECT_EQ(d, 0.0f);
+  Rendering oblique = wall(3.0f);
+  oblique.incidence.assign(oblique.size(), 0.01f);
+  for (const float d : measureDisparity(oblique, params, random)) EXPECT_EQ(d, 0.0f);
+  for (const float d : measureDisparity(wall(100.0f), params, random)) EXPECT_EQ(d, 0.0f);
+  Rendering sky = wall(3.0f);
+  sky.object.assign(sky.size(), -1);
+  const std::vector<float> none = measureDisparity(sky, params, random);
+  for (const float x : pointsOf(none, sky.camera, 0.12)) EXPECT_TRUE(std::isnan(x));
+}
+
+TEST(StereoSensor, RefusesParametersOutOfRange) {
+  const auto refused = [](void (*change)(StereoSensorParams&)) {
+    StereoSensorParams params;
+    change(params);
+    EXPECT_THROW(params.validate(), ParameterError);
+  };
+  refused([](StereoSensorParams& p) { p.baseline = 0.0; });
+  refused([](StereoSensorParams& p) { p.noise_px = -1.0; });
+  refused([](StereoSensorParams& p) { p.noise_px = std::numeric_limits<double>::quiet_NaN(); });
+  refused([](StereoSensorParams& p) { p.correlation_px = 0.5; });
+  refused([](StereoSensorParams& p) { p.flying_share = 0.9; });
+  refused([](StereoSensorParams& p) { p.edge_px = 0.0; });
+  EXPECT_NO_THROW(StereoSensorParams().validate());
+  EXPECT_NO_THROW(StereoSensorParams::perfect().validate());
+}
+
+}  // namespace
+}  // namespace evaluation
+}  // namespace planar_mapping
