@@ -44,7 +44,7 @@ void insertCandidate(std::array<std::int32_t, kPlanesPerCell>& cell, std::int32_
 
 }  // namespace
 
-CellCandidates candidatesOfCells(const CellGrid& grid, const SurfaceLeaves& surface,
+CellCandidates candidatesOfCells(const PointCells& grid, const SurfaceLeaves& surface,
                                  const std::vector<LeafPlane>& planes, const DistanceBand& band) {
   std::array<std::int32_t, kPlanesPerCell> none;
   none.fill(-1);
@@ -82,7 +82,7 @@ CellCandidates candidatesOfCells(const CellGrid& grid, const SurfaceLeaves& surf
 }
 
 std::vector<PlaneEvidence> gatherEvidence(const PointsView& points, const Indices* indices,
-                                          const CellGrid& grid, const CellCandidates& candidates,
+                                          const PointCells& grid, const CellCandidates& candidates,
                                           const std::vector<Plane>& planes, const Vector3& origin,
                                           const MultiPlaneParams& params) {
   const DistanceBand band(params);
@@ -107,7 +107,7 @@ std::vector<PlaneEvidence> gatherEvidence(const PointsView& points, const Indice
         continue;
       }
       const double x = p[0] - origin[0], y = p[1] - origin[1], z = p[2] - origin[2];
-      CellSums& s = evidence.sums;
+      PointSums& s = evidence.sums;
       s.n += 1.0;
       s.sum[0] += x;
       s.sum[1] += y;
@@ -131,7 +131,7 @@ std::vector<PlaneEvidence> gatherEvidence(const PointsView& points, const Indice
 }
 
 std::vector<std::int32_t> labelPoints(const PointsView& points, const Indices* indices,
-                                      const CellGrid& grid, const CellCandidates& candidates,
+                                      const PointCells& grid, const CellCandidates& candidates,
                                       const std::vector<Plane>& planes,
                                       const MultiPlaneParams& params) {
   const DistanceBand band(params);

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "cell_grid.h"
 #include "leaf_planes.h"
+#include "point_cells.h"
 
 namespace planar_mapping::detail {
 
@@ -17,25 +17,25 @@ using CellCandidates = std::vector<std::array<std::int32_t, kPlanesPerCell>>;
 
 /// The planes each cell of the grid may hold points of: those its leaf or a neighbour's voted for
 /// and that pass through it.
-CellCandidates candidatesOfCells(const CellGrid& grid, const SurfaceLeaves& surface,
+CellCandidates candidatesOfCells(const PointCells& grid, const SurfaceLeaves& surface,
                                  const std::vector<LeafPlane>& planes, const DistanceBand& band);
 
 /// What the points say about each plane.
 struct PlaneEvidence {
-  CellSums sums;        ///< of the points on it, about the origin given
+  PointSums sums;       ///< of the points on it, about the origin given
   double beside = 0.0;  ///< points between one and two thresholds from it that no other plane has
 };
 
 /// Evidence from all points, each given to the nearest of the candidates of its cell.
 std::vector<PlaneEvidence> gatherEvidence(const PointsView& points, const Indices* indices,
-                                          const CellGrid& grid, const CellCandidates& candidates,
+                                          const PointCells& grid, const CellCandidates& candidates,
                                           const std::vector<Plane>& planes, const Vector3& origin,
                                           const MultiPlaneParams& params);
 
 /// Labels every point of the cloud with the nearest candidate of its cell within the threshold.
 /// Planes with a zero normal take no points.
 std::vector<std::int32_t> labelPoints(const PointsView& points, const Indices* indices,
-                                      const CellGrid& grid, const CellCandidates& candidates,
+                                      const PointCells& grid, const CellCandidates& candidates,
                                       const std::vector<Plane>& planes,
                                       const MultiPlaneParams& params);
 

@@ -299,7 +299,7 @@ class LeafPlaneSearch {
              std::vector<Proposal>& proposals) const {
     Proposal proposal;
     for (int round = 0; round < kBlockRefits; ++round) {
-      CellSums sums;
+      PointSums sums;
       double band = 0.0;
       for (const std::int32_t member : members) {
         const SurfaceLeaf& leaf = surface_.leaves[static_cast<std::size_t>(member)];
@@ -358,7 +358,7 @@ class LeafPlaneSearch {
   }
 
   PlaneMoments momentsOf(const std::vector<std::int32_t>& voters) const {
-    CellSums all;
+    PointSums all;
     for (const std::int32_t i : voters) {
       const SurfaceLeaf& leaf =
           surface_.leaves[static_cast<std::size_t>(voters_.name(static_cast<std::size_t>(i)))];

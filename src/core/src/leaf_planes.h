@@ -17,8 +17,7 @@ struct LeafPlane {
 
 /// Planes of the leaves, one after the other, the one with most points first: blocks of leaves
 /// propose planes, all leaves vote, the winner is refitted to its voters until they stay the same.
-std::vector<LeafPlane> findLeafPlanes(const SurfaceLeaves& surface,
-                                      const MultiPlaneParams& params,
+std::vector<LeafPlane> findLeafPlanes(const SurfaceLeaves& surface, const MultiPlaneParams& params,
                                       PlaneSearchDiagnostics& diagnostics);
 
 }  // namespace planar_mapping::detail

@@ -8,11 +8,11 @@
 #include <utility>
 #include <vector>
 
-#include "cell_grid.h"
 #include "distance_band.h"
 #include "planar_mapping/core/random.h"
 #include "plane_kernels.h"
 #include "plane_search.h"
+#include "point_cells.h"
 #include "sparse_points.h"
 #include "surface_leaves.h"
 
@@ -208,7 +208,7 @@ class MultiRansac {
   /// Refits the plane to its free points in a reach around the seed that widens until it is all.
   bool grow(std::size_t seed, Plane& plane) {
     for (const double radii : kReachInRadii) {
-      CellSums sums;
+      PointSums sums;
       forEachNear(plane, at(seed), radii * points_.radius, [&](std::size_t i, std::uint8_t place) {
         if (place == kOn) addPoint(i, sums);
       });
@@ -217,7 +217,7 @@ class MultiRansac {
     return true;
   }
 
-  void addPoint(std::size_t i, CellSums& s) const {
+  void addPoint(std::size_t i, PointSums& s) const {
     const double x = points_.x[i], y = points_.y[i], z = points_.z[i];
     s.n += 1.0;
     s.sum[0] += x;
@@ -231,7 +231,7 @@ class MultiRansac {
     s.outer[5] += z * z;
   }
 
-  static bool refit(const CellSums& sums, Plane& plane) {
+  static bool refit(const PointSums& sums, Plane& plane) {
     if (sums.n < 3.0) return false;
     const LocalFit fit = fitLocally(sums);
     if (!(fit.normal.squaredNorm() > 0.5) || !fit.normal.allFinite()) return false;
@@ -334,7 +334,7 @@ class MultiRansac {
                       label[i] = static_cast<std::int32_t>(k);
                     });
       }
-      std::vector<CellSums> sums(planes.size());
+      std::vector<PointSums> sums(planes.size());
       for (std::size_t i = 0; i < points_.size(); ++i) {
         if (label[i] >= 0) addPoint(i, sums[static_cast<std::size_t>(label[i])]);
       }

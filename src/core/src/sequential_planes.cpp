@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "cell_assignment.h"
-#include "cell_grid.h"
 #include "distance_band.h"
 #include "leaf_planes.h"
 #include "plane_search.h"
+#include "point_cells.h"
 #include "surface_leaves.h"
 
 namespace planar_mapping::detail {
@@ -21,7 +21,7 @@ constexpr double kCellSideInThresholds = 3.0;
 constexpr double kShareInCompany = 0.5;
 constexpr double kShareInCompanyIfDense = 0.75;
 
-PlaneMoments momentsOf(const CellSums& s, const Vector3& origin) {
+PlaneMoments momentsOf(const PointSums& s, const Vector3& origin) {
   Matrix3 outer;
   const auto& o = s.outer;
   outer << o[0], o[1], o[2], o[1], o[3], o[4], o[2], o[4], o[5];
@@ -47,7 +47,7 @@ PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
   const DistanceBand band(params);
   const double side = chooseCellSide(
       points, indices, kCellSideInThresholds * params.distance_threshold, kShareInCompany);
-  const CellGrid grid = buildCellGrid(points, indices, side);
+  const PointCells grid = buildPointCells(points, indices, side);
   diagnostics.points_not_finite = grid.points_not_finite;
   const SurfaceLeaves surface = buildSurfaceLeaves(grid, band);
   const std::vector<LeafPlane> found = findLeafPlanes(surface, params, diagnostics);

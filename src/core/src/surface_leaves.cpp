@@ -30,7 +30,7 @@ bool isThickAsWide(const LocalFit& fit, double band) {
 
 }  // namespace
 
-LocalFit fitLocally(const CellSums& s) {
+LocalFit fitLocally(const PointSums& s) {
   LocalFit fit;
   const double w = 1.0 / s.n;
   const double mx = s.sum[0] * w, my = s.sum[1] * w, mz = s.sum[2] * w;
@@ -74,7 +74,7 @@ bool isSurface(const LocalFit& fit, double side, double band) {
          fit.eigenvalues[0] <= kMostThickness * fit.eigenvalues[1] && !isNarrow(fit, side);
 }
 
-SurfaceLeaves buildSurfaceLeaves(const CellGrid& grid, const DistanceBand& band) {
+SurfaceLeaves buildSurfaceLeaves(const PointCells& grid, const DistanceBand& band) {
   SurfaceLeaves result;
   result.side = grid.side;
   const std::size_t cells = grid.sums.size();
@@ -82,7 +82,7 @@ SurfaceLeaves buildSurfaceLeaves(const CellGrid& grid, const DistanceBand& band)
 
   // Cells of the level that wait for a leaf, and for each cell of the grid the one it went to.
   std::vector<CellKey> keys(cells);
-  std::vector<CellSums> sums = grid.sums;
+  std::vector<PointSums> sums = grid.sums;
   std::vector<std::int32_t> waiting(cells);
   for (std::size_t i = 0; i < cells; ++i) {
     keys[i] = grid.table.key(i);
@@ -124,7 +124,7 @@ SurfaceLeaves buildSurfaceLeaves(const CellGrid& grid, const DistanceBand& band)
     // What has no leaf yet is pooled by parent.
     CellTable parents(keys.size() / 4);
     std::vector<CellKey> next_keys;
-    std::vector<CellSums> next_sums;
+    std::vector<PointSums> next_sums;
     std::vector<std::int32_t> next_of(keys.size(), -1);
     for (std::size_t i = 0; i < keys.size(); ++i) {
       if (leaf[i] >= 0) continue;

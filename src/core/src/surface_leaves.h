@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "cell_grid.h"
 #include "distance_band.h"
 #include "planar_mapping/core/types.h"
+#include "point_cells.h"
 
 namespace planar_mapping::detail {
 
@@ -18,7 +18,7 @@ struct SurfaceLeaf {
   CellKey key;    ///< at its level
   int level = 0;  ///< the side is that of the grid times 2^level
   bool planar = false;
-  CellSums sums;  ///< about the centre of the leaf
+  PointSums sums;  ///< about the centre of the leaf
   Vector3 mean = Vector3::Zero();
   Vector3 normal = Vector3::Zero();
   double band = 0.0;  ///< d_T(z) at the mean
@@ -51,11 +51,11 @@ struct LocalFit {
   Vector3 normal = Vector3::Zero();
   double eigenvalues[3] = {0, 0, 0};
 };
-LocalFit fitLocally(const CellSums& sums);
+LocalFit fitLocally(const PointSums& sums);
 
 /// Whether a fit of the points of a cube of \p side is a surface rather than a blob or a line.
 bool isSurface(const LocalFit& fit, double side, double band);
 
-SurfaceLeaves buildSurfaceLeaves(const CellGrid& grid, const DistanceBand& band);
+SurfaceLeaves buildSurfaceLeaves(const PointCells& grid, const DistanceBand& band);
 
 }  // namespace planar_mapping::detail

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cell_grid.h"
+#include "point_cells.h"
 
 #include <cmath>
 #include <cstring>
@@ -39,7 +39,7 @@ bool cellOf(const float* p, double inverse_side, CellKey& key) {
 
 }  // namespace
 
-void CellSums::add(const CellSums& other, const std::array<double, 3>& shift) {
+void PointSums::add(const PointSums& other, const std::array<double, 3>& shift) {
   const auto& s = other.sum;
   const double m = other.n;
   int k = 0;
@@ -87,8 +87,8 @@ double chooseCellSide(const PointsView& points, const Indices* indices, double s
   return side;
 }
 
-CellGrid buildCellGrid(const PointsView& points, const Indices* indices, double side) {
-  CellGrid grid;
+PointCells buildPointCells(const PointsView& points, const Indices* indices, double side) {
+  PointCells grid;
   grid.side = side;
   const double inverse_side = 1.0 / side;
   const std::size_t considered = indices != nullptr ? indices->size() : points.size;
@@ -106,7 +106,7 @@ CellGrid buildCellGrid(const PointsView& points, const Indices* indices, double 
     const std::int32_t cell = grid.table.insert(key);
     grid.cell_of[k] = cell;
     if (static_cast<std::size_t>(cell) == grid.sums.size()) grid.sums.emplace_back();
-    CellSums& s = grid.sums[static_cast<std::size_t>(cell)];
+    PointSums& s = grid.sums[static_cast<std::size_t>(cell)];
     const double x = p[0] - (key.x + 0.5) * side;
     const double y = p[1] - (key.y + 0.5) * side;
     const double z = p[2] - (key.z + 0.5) * side;

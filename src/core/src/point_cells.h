@@ -13,21 +13,21 @@
 namespace planar_mapping::detail {
 
 /// Number, sum and outer products of the points of a cell, about the centre of the cell.
-struct CellSums {
+struct PointSums {
   double n = 0;
   std::array<double, 3> sum{};
   std::array<double, 6> outer{};  ///< xx, xy, xz, yy, yz, zz
 
   /// Adds sums that are about a point which lies at \p shift as seen from ours.
-  void add(const CellSums& other, const std::array<double, 3>& shift);
+  void add(const PointSums& other, const std::array<double, 3>& shift);
 };
 
 /// Points of a cloud in cubic cells. Cells lie on absolute multiples of their side, so a cell
 /// depends on no other point; coordinates beyond 2^30 cells belong to none.
-struct CellGrid {
+struct PointCells {
   double side = 0.0;
   CellTable table;
-  std::vector<CellSums> sums;         ///< per cell
+  std::vector<PointSums> sums;        ///< per cell
   std::vector<std::int32_t> cell_of;  ///< per point considered, -1 = none
   std::size_t points_not_finite = 0;
 
@@ -42,6 +42,6 @@ struct CellGrid {
 double chooseCellSide(const PointsView& points, const Indices* indices, double smallest,
                       double share_in_company);
 
-CellGrid buildCellGrid(const PointsView& points, const Indices* indices, double side);
+PointCells buildPointCells(const PointsView& points, const Indices* indices, double side);
 
 }  // namespace planar_mapping::detail
