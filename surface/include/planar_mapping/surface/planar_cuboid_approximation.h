@@ -102,9 +102,13 @@ class PLANAR_MAPPING_EXPORT PlanarCuboidApproximation : public pcl::PCLSurfaceBa
   /// Cells with fewer points are empty, >= 1.
   void setMinPointsPerCell(int points);
   int getMinPointsPerCell() const { return params_.min_points_per_cell; }
-  /// Holes in a plane up to this side are filled (Compact), metres, >= 0.
+  /// Holes in a plane up to this side are filled (Compact), metres, >= 0; 0 = the resolution, less
+  /// than the resolution = none.
   void setHoleSize(double metres);
   double getHoleSize() const { return params_.hole_size; }
+  /// Points within this many cells of a cuboid need none of their own (Compact), in [0, 0.5].
+  void setAbsorption(double cells);
+  double getAbsorption() const { return params_.absorption; }
   /// Vertical direction in the frame of the cloud, of any length > 0; (0, -1, 0) for a camera's
   /// optical frame. The first axis of a planar cuboid is horizontal with respect to it.
   void setUpDirection(const Vector3& up);
@@ -125,14 +129,14 @@ class PLANAR_MAPPING_EXPORT PlanarCuboidApproximation : public pcl::PCLSurfaceBa
   CuboidApproximationDiagnostics diagnostics_;
 };
 
-extern template class PlanarCuboidApproximation<pcl::PointXYZ>;
-extern template class PlanarCuboidApproximation<pcl::PointXYZI>;
-extern template class PlanarCuboidApproximation<pcl::PointXYZL>;
-extern template class PlanarCuboidApproximation<pcl::PointXYZRGB>;
-extern template class PlanarCuboidApproximation<pcl::PointXYZRGBA>;
-extern template class PlanarCuboidApproximation<pcl::PointNormal>;
-extern template class PlanarCuboidApproximation<pcl::PointXYZRGBNormal>;
-extern template class PlanarCuboidApproximation<pcl::PointXYZINormal>;
+extern template class PLANAR_MAPPING_EXPORT PlanarCuboidApproximation<pcl::PointXYZ>;
+extern template class PLANAR_MAPPING_EXPORT PlanarCuboidApproximation<pcl::PointXYZI>;
+extern template class PLANAR_MAPPING_EXPORT PlanarCuboidApproximation<pcl::PointXYZL>;
+extern template class PLANAR_MAPPING_EXPORT PlanarCuboidApproximation<pcl::PointXYZRGB>;
+extern template class PLANAR_MAPPING_EXPORT PlanarCuboidApproximation<pcl::PointXYZRGBA>;
+extern template class PLANAR_MAPPING_EXPORT PlanarCuboidApproximation<pcl::PointNormal>;
+extern template class PLANAR_MAPPING_EXPORT PlanarCuboidApproximation<pcl::PointXYZRGBNormal>;
+extern template class PLANAR_MAPPING_EXPORT PlanarCuboidApproximation<pcl::PointXYZINormal>;
 
 }  // namespace planar_mapping
 

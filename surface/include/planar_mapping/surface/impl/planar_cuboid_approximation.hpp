@@ -77,6 +77,7 @@ PLANAR_MAPPING_SETTER(setMinWidth, double, min_width)
 PLANAR_MAPPING_SETTER(setMinHeight, double, min_height)
 PLANAR_MAPPING_SETTER(setMinPointsPerCell, int, min_points_per_cell)
 PLANAR_MAPPING_SETTER(setHoleSize, double, hole_size)
+PLANAR_MAPPING_SETTER(setAbsorption, double, absorption)
 PLANAR_MAPPING_SETTER(setUpDirection, const Vector3&, up)
 PLANAR_MAPPING_SETTER(setNumberOfThreads, int, threads)
 #undef PLANAR_MAPPING_SETTER

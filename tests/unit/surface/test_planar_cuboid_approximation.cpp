@@ -1,0 +1,232 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/surface/planar_cuboid_approximation.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <type_traits>
+#include <vector>
+
+#include "planar_mapping/core/error.h"
+
+namespace {
+
+/// A caller's own point type: nothing but x, y, z in an order of its own.
+struct OwnPoint {
+  double tag = 0.0;
+  float z = 0.0f;
+  float y = 0.0f;
+  float x = 0.0f;
+};
+
+}  // namespace
+
+namespace planar_mapping {
+namespace {
+
+template <typename PointT>
+struct Input {
+  typename pcl::PointCloud<PointT>::Ptr cloud{new pcl::PointCloud<PointT>};
+  std::vector<pcl::PointIndices> inliers;
+  std::vector<pcl::ModelCoefficients> planes;
+
+  int add(float x, float y, float z) {
+    PointT p;
+    p.x = x;
+    p.y = y;
+    p.z = z;
+    cloud->push_back(p);
+    return static_cast<int>(cloud->size()) - 1;
+  }
+};
+
+/// A wall of 2 m x 1 m at x = 2 and a block of loose points.
+template <typename PointT>
+Input<PointT> wallAndBlock() {
+  Input<PointT> input;
+  input.inliers.resize(1);
+  input.planes.resize(1);
+  input.planes[0].values = {2.0f, 0.0f, 0.0f, -4.0f};  // any length, either side
+  for (int y = 0; y <= 40; ++y) {
+    for (int z = 0; z <= 20; ++z) {
+      input.inliers[0].indices.push_back(input.add(2.0f, 0.05f * y, 0.05f * z));
+    }
+  }
+  for (int i = 0; i < 27; ++i) {
+    input.add(1.01f + 0.04f * (i % 3), 0.41f + 0.04f * (i / 3 % 3), 0.21f + 0.04f * (i / 9));
+  }
+  return input;
+}
+
+template <typename PointT>
+class PlanarCuboidApproximationTest : public ::testing::Test {};
+using PointTypes = ::testing::Types<pcl::PointXYZ, pcl::PointXYZI, pcl::PointXYZL, pcl::PointXYZRGB,
+                                    pcl::PointXYZRGBA, pcl::PointNormal, pcl::PointXYZRGBNormal,
+                                    pcl::PointXYZINormal, OwnPoint>;
+TYPED_TEST_SUITE(PlanarCuboidApproximationTest, PointTypes, );
+
+TYPED_TEST(PlanarCuboidApproximationTest, CallsAsAPclUserWouldGuessThem) {
+  const Input<TypeParam> input = wallAndBlock<TypeParam>();
+  PlanarCuboidApproximation<TypeParam> approximation;
+  approximation.setInputCloud(input.cloud);
+  approximation.setPlanes(input.inliers, input.planes);
+  approximation.setResolution(0.1);
+  std::vector<Cuboid> cuboids(5);
+  approximation.approximate(cuboids);
+  ASSERT_GE(cuboids.size(), 2u);
+  EXPECT_EQ(cuboids[0].plane_id, 0);
+  EXPECT_NEAR((cuboids[0].size - Vector3(2, 1, 0.1)).norm(), 0.0, 1e-5);
+  EXPECT_NEAR((cuboids[0].center - Vector3(2.05, 1, 0.5)).norm(), 0.0, 1e-5);
+  for (std::size_t i = 1; i < cuboids.size(); ++i) EXPECT_EQ(cuboids[i].plane_id, -1);
+  EXPECT_EQ(approximation.getDiagnostics().planar_points, 41u * 21u);
+  EXPECT_EQ(approximation.getDiagnostics().non_planar_points, 27u);
+}
+
+TEST(PlanarCuboidApproximation, IndicesRestrictTheCloud) {
+  const auto input = wallAndBlock<pcl::PointXYZ>();
+  PlanarCuboidApproximation<pcl::PointXYZ> approximation;
+  approximation.setInputCloud(input.cloud);
+  approximation.setPlanes(input.inliers, input.planes);
+  pcl::IndicesPtr lower(new pcl::Indices);
+  for (int i = 0; i < static_cast<int>(input.cloud->size()); ++i) {
+    if ((*input.cloud)[static_cast<std::size_t>(i)].z < 0.1f) lower->push_back(i);
+  }
+  approximation.setIndices(lower);
+  std::vector<Cuboid> cuboids;
+  approximation.approximate(cuboids);
+  ASSERT_EQ(cuboids.size(), 1u);
+  EXPECT_NEAR(cuboids[0].size.y(), 0.1, 1e-6);
+}
+
+TEST(PlanarCuboidApproximation, CuboidsExtendAwayFromTheSensor) {
+  auto input = wallAndBlock<pcl::PointXYZ>();
+  input.cloud->sensor_origin_ = Eigen::Vector4f(9, 0, 0, 0);
+  PlanarCuboidApproximation<pcl::PointXYZ> approximation;
+  approximation.setInputCloud(input.cloud);
+  approximation.setPlanes(input.inliers, input.planes);
+  approximation.setThickness(0.3);
+  std::vector<Cuboid> cuboids;
+  approximation.approximate(cuboids);
+  EXPECT_NEAR(cuboids[0].center.x(), 1.85, 1e-6);
+}
+
+TEST(PlanarCuboidApproximation, SettersHaveGettersAndRefuseBadValues) {
+  PlanarCuboidApproximation<pcl::PointXYZ> a;
+  EXPECT_EQ(a.getProfile(), Profile::Compact);
+  a.setProfile(Profile::Paper);
+  EXPECT_EQ(a.getProfile(), Profile::Paper);
+  a.setResolution(0.2);
+  EXPECT_EQ(a.getResolution(), 0.2);
+  a.setThickness(0.3);
+  EXPECT_EQ(a.getThickness(), 0.3);
+  a.setDensityThreshold(0.7);
+  EXPECT_EQ(a.getDensityThreshold(), 0.7);
+  a.setMinWidth(0.4);
+  EXPECT_EQ(a.getMinWidth(), 0.4);
+  a.setMinHeight(0.5);
+  EXPECT_EQ(a.getMinHeight(), 0.5);
+  a.setMinPointsPerCell(3);
+  EXPECT_EQ(a.getMinPointsPerCell(), 3);
+  a.setHoleSize(0.6);
+  EXPECT_EQ(a.getHoleSize(), 0.6);
+  a.setAbsorption(0.25);
+  EXPECT_EQ(a.getAbsorption(), 0.25);
+  a.setUpDirection(Vector3(0, -1, 0));
+  EXPECT_EQ(a.getUpDirection(), Vector3(0, -1, 0));
+  a.setNumberOfThreads(2);
+  EXPECT_EQ(a.getNumberOfThreads(), 2);
+  a.setPointProbabilities({0.5f});
+  EXPECT_EQ(a.getPointProbabilities().size(), 1u);
+
+  EXPECT_THROW(a.setResolution(0), ParameterError);
+  EXPECT_THROW(a.setResolution(std::nan("")), ParameterError);
+  EXPECT_THROW(a.setMinPointsPerCell(0), ParameterError);
+  EXPECT_THROW(a.setUpDirection(Vector3::Zero()), ParameterError);
+  EXPECT_EQ(a.getResolution(), 0.2);
+
+  PlanarCuboidApproximation<pcl::PointXYZ> b;
+  b.setParams(a.getParams());
+  EXPECT_EQ(b.getParams().min_width, 0.4);
+  const PlanarCuboidApproximation<pcl::PointXYZ> copy = a;
+  EXPECT_EQ(copy.getHoleSize(), 0.6);
+  static_assert(std::is_same_v<PlanarCuboidApproximation<pcl::PointXYZ>::Ptr::element_type,
+                               PlanarCuboidApproximation<pcl::PointXYZ>>);
+}
+
+TEST(PlanarCuboidApproximation, WhatCannotBeUsedIsRefused) {
+  const auto input = wallAndBlock<pcl::PointXYZ>();
+  PlanarCuboidApproximation<pcl::PointXYZ> a;
+  std::vector<Cuboid> cuboids(3);
+  EXPECT_THROW(a.approximate(cuboids), InputError);
+  EXPECT_TRUE(cuboids.empty());
+  pcl::PolygonMesh mesh;
+  EXPECT_THROW(a.reconstruct(mesh), InputError);
+
+  a.setInputCloud(input.cloud);
+  EXPECT_THROW(a.setPlanes(input.inliers, {}), InputError);
+  auto planes = input.planes;
+  planes[0].values.pop_back();
+  EXPECT_THROW(a.setPlanes(input.inliers, planes), InputError);
+  planes[0].values = {0, 0, 0, 1};
+  EXPECT_THROW(a.setPlanes(input.inliers, planes), ParameterError);
+  EXPECT_TRUE(a.getPlanes().empty());
+
+  auto inliers = input.inliers;
+  inliers[0].indices.push_back(1 << 20);
+  a.setPlanes(inliers, input.planes);
+  EXPECT_THROW(a.approximate(cuboids), InputError);
+  a.setPlanes(input.inliers, input.planes);
+  a.setPointProbabilities({0.5f, 0.5f});
+  EXPECT_THROW(a.approximate(cuboids), InputError);
+}
+
+TEST(PlanarCuboidApproximation, NonFinitePointsAreCountedAndTheInputStaysAsItWas) {
+  auto input = wallAndBlock<pcl::PointXYZ>();
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  input.inliers[0].indices.push_back(input.add(nan, 1, 1));
+  input.add(1, std::numeric_limits<float>::infinity(), 1);
+  input.cloud->is_dense = false;
+  const pcl::PointCloud<pcl::PointXYZ> before = *input.cloud;
+  PlanarCuboidApproximation<pcl::PointXYZ> a;
+  a.setInputCloud(input.cloud);
+  a.setPlanes(input.inliers, input.planes);
+  std::vector<Cuboid> cuboids;
+  a.approximate(cuboids);
+  EXPECT_EQ(a.getDiagnostics().dropped_points, 2u);
+  ASSERT_EQ(input.cloud->size(), before.size());
+  for (std::size_t i = 0; i + 2 < before.size(); ++i) {
+    EXPECT_EQ((*input.cloud)[i].getVector3fMap(), before[i].getVector3fMap());
+  }
+  std::vector<Cuboid> again;
+  a.approximate(again);
+  EXPECT_EQ(again.size(), cuboids.size());
+}
+
+TEST(PlanarCuboidApproximation, EmptyCloudGivesNothing) {
+  PlanarCuboidApproximation<pcl::PointXYZ> a;
+  a.setInputCloud(pcl::PointCloud<pcl::PointXYZ>::Ptr(new pcl::PointCloud<pcl::PointXYZ>));
+  std::vector<Cuboid> cuboids(2);
+  a.approximate(cuboids);
+  EXPECT_TRUE(cuboids.empty());
+}
+
+TEST(PlanarCuboidApproximation, ReconstructGivesTheBoxesAsAMesh) {
+  auto input = wallAndBlock<pcl::PointXYZ>();
+  input.cloud->header.frame_id = "map";
+  PlanarCuboidApproximation<pcl::PointXYZ> a;
+  a.setInputCloud(input.cloud);
+  a.setPlanes(input.inliers, input.planes);
+  std::vector<Cuboid> cuboids;
+  a.approximate(cuboids);
+  pcl::PolygonMesh mesh;
+  pcl::PCLSurfaceBase<pcl::PointXYZ>& base = a;
+  base.reconstruct(mesh);
+  EXPECT_EQ(mesh.header.frame_id, "map");
+  EXPECT_EQ(mesh.polygons.size(), 6 * cuboids.size());
+  EXPECT_EQ(mesh.cloud.width, 8 * cuboids.size());
+}
+
+}  // namespace
+}  // namespace planar_mapping

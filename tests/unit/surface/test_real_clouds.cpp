@@ -1,0 +1,135 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "planar_mapping/core/cuboid_approximation.h"
+#include "planar_mapping/core/multi_plane.h"
+#include "planar_mapping/io/sequence.h"
+
+namespace planar_mapping {
+namespace {
+
+using Cell = std::tuple<int, int, int>;
+
+Cell cellOf(const Vector3& p, double side) {
+  return {static_cast<int>(std::floor(p.x() / side)), static_cast<int>(std::floor(p.y() / side)),
+          static_cast<int>(std::floor(p.z() / side))};
+}
+
+/// Axis-aligned boxes that cover the cells exactly: first free cell, grown along x, y, z.
+std::size_t greedyBoxes(std::set<Cell> left) {
+  std::size_t boxes = 0;
+  while (!left.empty()) {
+    const auto [x0, y0, z0] = *left.begin();
+    std::array<int, 3> size = {1, 1, 1};
+    const auto layerFree = [&](int axis) {
+      std::array<int, 3> low = {x0, y0, z0};
+      std::array<int, 3> extent = size;
+      low[static_cast<std::size_t>(axis)] += size[static_cast<std::size_t>(axis)];
+      extent[static_cast<std::size_t>(axis)] = 1;
+      for (int x = 0; x < extent[0]; ++x) {
+        for (int y = 0; y < extent[1]; ++y) {
+          for (int z = 0; z < extent[2]; ++z) {
+            if (!left.count({low[0] + x, low[1] + y, low[2] + z})) return false;
+          }
+        }
+      }
+      return true;
+    };
+    for (int axis = 0; axis < 3; ++axis) {
+      while (layerFree(axis)) ++size[static_cast<std::size_t>(axis)];
+    }
+    for (int x = 0; x < size[0]; ++x) {
+      for (int y = 0; y < size[1]; ++y) {
+        for (int z = 0; z < size[2]; ++z) left.erase({x0 + x, y0 + y, z0 + z});
+      }
+    }
+    ++boxes;
+  }
+  return boxes;
+}
+
+double shareWithin(const PointsView& points, const std::vector<Cuboid>& cuboids, double margin) {
+  constexpr double kBin = 0.5;
+  std::map<Cell, std::vector<std::size_t>> bins;
+  for (std::size_t i = 0; i < cuboids.size(); ++i) {
+    const auto corner = corners(cuboids[i]);
+    Vector3 low = corner[0], high = corner[0];
+    for (const Vector3& c : corner) {
+      low = low.cwiseMin(c);
+      high = high.cwiseMax(c);
+    }
+    const auto [x0, y0, z0] = cellOf(low.array() - margin, kBin);
+    const auto [x1, y1, z1] = cellOf(high.array() + margin, kBin);
+    for (int x = x0; x <= x1; ++x) {
+      for (int y = y0; y <= y1; ++y) {
+        for (int z = z0; z <= z1; ++z) bins[{x, y, z}].push_back(i);
+      }
+    }
+  }
+  std::size_t inside = 0, all = 0;
+  for (std::size_t i = 0; i < points.size; i += 11) {
+    if (!points.isFinite(i)) continue;
+    ++all;
+    const auto bin = bins.find(cellOf(points.point(i), kBin));
+    if (bin == bins.end()) continue;
+    inside += std::any_of(bin->second.begin(), bin->second.end(), [&](std::size_t c) {
+      return contains(cuboids[c], points.point(i), margin);
+    });
+  }
+  return static_cast<double>(inside) / static_cast<double>(all);
+}
+
+struct RealCloud {
+  const char* path;
+  Vector3 up;
+};
+
+class RealClouds : public ::testing::TestWithParam<RealCloud> {};
+
+TEST_P(RealClouds, FewerCuboidsThanGreedyBoxesAndNoPointLeftOut) {
+  const std::string path =
+      std::string(PLANAR_MAPPING_SOURCE_DIR) + "/../shared/data/" + GetParam().path;
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
+  const io::Frame frame = io::Sequence({path}).read(0, io::CloudChannels::none());
+  const PointsView points = frame.cloud.view();
+  MultiPlaneParams plane_params;
+  plane_params.min_inliers = 1000;
+  const PlaneSet found = findPlanes(points, nullptr, plane_params);
+
+  CuboidApproximationParams params;
+  params.up = GetParam().up;
+  const auto compact = approximateCuboids(points, nullptr, found.planes, params);
+  params.profile = Profile::Paper;
+  const auto paper = approximateCuboids(points, nullptr, found.planes, params);
+  std::set<Cell> cells;
+  for (std::size_t i = 0; i < points.size; ++i) {
+    if (points.isFinite(i)) cells.insert(cellOf(points.point(i), params.resolution));
+  }
+  EXPECT_LT(compact.size(), greedyBoxes(cells));
+  EXPECT_LT(compact.size(), paper.size());
+  EXPECT_GT(shareWithin(points, compact, 0.5 * params.resolution + 1e-6), 0.98);
+  EXPECT_GT(shareWithin(points, paper, 0.5 * params.resolution + 1e-6), 0.98);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    AtTenCentimetres, RealClouds,
+    ::testing::Values(RealCloud{"rgbd_icl_five", {0, -1, 0}},
+                      RealCloud{"rgbd_tum_cabinet", {0, -1, 0}},
+                      RealCloud{"clouds_pcl/office1.pcd", {0, -1, 0}},
+                      RealCloud{"clouds_pcl/room_scan1.pcd", {0, 0, 1}},
+                      RealCloud{"clouds_pcl/table_scene_mug_stereo_textured.pcd", {0, -1, 0}},
+                      RealCloud{"labelled_mosd_tabletop/test16.pcd", {0, -1, 0}}));
+
+}  // namespace
+}  // namespace planar_mapping
