@@ -3,28 +3,26 @@
 #include "planar_mapping/visualization/image.h"
 
 #include <fcntl.h>
+#include <png.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include <vtkImageData.h>
-#include <vtkNew.h>
-#include <vtkPNGReader.h>
-#include <vtkPNGWriter.h>
-#include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <memory>
 
 #include "planar_mapping/core/error.h"
-#include "render_backend.h"
 
 namespace planar_mapping {
 
 namespace {
 
+constexpr int kLargestSide = 16384;
+
 void requireSide(const char* name, int side) {
-  requireInRange(name, side, 1, 16384, "px");
+  requireInRange(name, side, 1, kLargestSide, "px");
 }
 
 // Every byte or an errno.
@@ -98,50 +96,40 @@ ImageDifference compareImages(const Image& a, const Image& b) {
 std::vector<std::uint8_t> encodePng(const Image& image) {
   requireSide("image width", image.width);
   requireSide("image height", image.height);
-  vtkNew<vtkImageData> data;
-  data->SetDimensions(image.width, image.height, 1);
-  data->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
-  const std::size_t row_bytes = 3 * static_cast<std::size_t>(image.width);
-  for (int row = 0; row < image.height; ++row) {
-    std::memcpy(data->GetScalarPointer(0, image.height - 1 - row, 0),
-                image.rgb.data() + static_cast<std::size_t>(row) * row_bytes, row_bytes);
+  png_image header{};
+  header.version = PNG_IMAGE_VERSION;
+  header.width = static_cast<png_uint_32>(image.width);
+  header.height = static_cast<png_uint_32>(image.height);
+  header.format = PNG_FORMAT_RGB;
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(header);
+  std::vector<std::uint8_t> bytes(size);
+  if (png_image_write_to_memory(&header, bytes.data(), &size, 0, image.rgb.data(), 0, nullptr) ==
+      0) {
+    throw RenderError(std::string("the picture cannot be written as PNG: ") + header.message);
   }
-  vtkNew<vtkPNGWriter> writer;
-  writer->SetInputData(data);
-  writer->WriteToMemoryOn();
-  writer->SetCompressionLevel(4);
-  writer->Write();
-  vtkUnsignedCharArray* bytes = writer->GetResult();
-  return {bytes->GetPointer(0), bytes->GetPointer(0) + bytes->GetNumberOfValues()};
+  bytes.resize(size);
+  return bytes;
 }
 
 Image readPng(const std::string& path) {
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0) throw IoError(path, std::strerror(errno));
   if (!S_ISREG(status.st_mode)) throw IoError(path, "is not a file");
-  vtkNew<vtkPNGReader> reader;
-  const visualization::CapturedMessages messages;
-  if (reader->CanReadFile(path.c_str()) == 0) throw IoError(path, "is not a PNG picture");
-  reader->SetFileName(path.c_str());
-  reader->Update();
-  vtkImageData* data = reader->GetOutput();
-  const int* size = data->GetDimensions();
-  const int channels = data->GetNumberOfScalarComponents();
-  if (!messages.firstError().empty() || size[0] < 1 || size[1] < 1 || channels < 1 ||
-      data->GetScalarPointer() == nullptr) {
-    throw IoError(path, "cannot be read as a PNG picture");
+  png_image header{};
+  header.version = PNG_IMAGE_VERSION;
+  // png_image_free() by itself: every way out has to pass it.
+  const std::unique_ptr<png_image, decltype(&png_image_free)> guard(&header, png_image_free);
+  if (png_image_begin_read_from_file(&header, path.c_str()) == 0) {
+    throw IoError(path, std::string("cannot be read as a PNG picture: ") + header.message);
   }
-  const bool deep = data->GetScalarType() == VTK_UNSIGNED_SHORT;
-  Image image(size[0], size[1], Color{});
-  for (int row = 0; row < image.height; ++row) {
-    for (int column = 0; column < image.width; ++column) {
-      const auto value = [&](int channel) {
-        const double v = data->GetScalarComponentAsDouble(column, image.height - 1 - row, 0,
-                                                          channels >= 3 ? channel : 0);
-        return static_cast<std::uint8_t>(deep ? v / 257.0 : v);
-      };
-      image.set(column, row, {value(0), value(1), value(2)});
-    }
+  if (header.width > kLargestSide || header.height > kLargestSide) {
+    throw IoError(path, "is larger than 16384 x 16384 pixels");
+  }
+  header.format = PNG_FORMAT_RGB;
+  Image image(static_cast<int>(header.width), static_cast<int>(header.height), Color{});
+  const png_color white = {255, 255, 255};
+  if (png_image_finish_read(&header, &white, image.rgb.data(), 0, nullptr) == 0) {
+    throw IoError(path, std::string("cannot be read as a PNG picture: ") + header.message);
   }
   return image;
 }

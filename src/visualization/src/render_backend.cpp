@@ -13,6 +13,7 @@
 #include <vtkVersionMacros.h>
 
 #include <array>
+#include <atomic>
 #include <cstdlib>
 #include <mutex>
 
@@ -33,6 +34,7 @@ struct EglFunctions {
   PFNEGLCREATECONTEXTPROC createContext = nullptr;
   PFNEGLDESTROYCONTEXTPROC destroyContext = nullptr;
   PFNEGLMAKECURRENTPROC makeCurrent = nullptr;
+  PFNEGLGETCURRENTCONTEXTPROC getCurrentContext = nullptr;
   PFNEGLGETPLATFORMDISPLAYEXTPROC getPlatformDisplay = nullptr;
 
   bool load() {
@@ -45,7 +47,8 @@ struct EglFunctions {
     if (!find(getProcAddress, "eglGetProcAddress") || !find(initialize, "eglInitialize") ||
         !find(terminate, "eglTerminate") || !find(bindApi, "eglBindAPI") ||
         !find(chooseConfig, "eglChooseConfig") || !find(createContext, "eglCreateContext") ||
-        !find(destroyContext, "eglDestroyContext") || !find(makeCurrent, "eglMakeCurrent")) {
+        !find(destroyContext, "eglDestroyContext") ||
+        !find(getCurrentContext, "eglGetCurrentContext") || !find(makeCurrent, "eglMakeCurrent")) {
       return false;
     }
     getPlatformDisplay = reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(
@@ -63,7 +66,8 @@ class EglContext {
     if (display_ == EGL_NO_DISPLAY) return;
     egl_.makeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
     if (context_ != EGL_NO_CONTEXT) egl_.destroyContext(display_, context_);
-    egl_.terminate(display_);
+    // The display belongs to the process: terminating it would end the others' contexts, too.
+    if (--users() == 0) egl_.terminate(display_);
   }
 
   bool open() {
@@ -75,6 +79,7 @@ class EglContext {
       display_ = EGL_NO_DISPLAY;
       return false;
     }
+    ++users();
     if (egl_.bindApi(EGL_OPENGL_API) != EGL_TRUE) return false;
     const std::array<EGLint, 5> wanted = {EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_SURFACE_TYPE, 0,
                                           EGL_NONE};
@@ -96,8 +101,14 @@ class EglContext {
   bool makeCurrent() {
     return egl_.makeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_) == EGL_TRUE;
   }
+  bool isCurrent() const { return egl_.getCurrentContext() == context_; }
 
  private:
+  static std::atomic<int>& users() {
+    static std::atomic<int> count{0};
+    return count;
+  }
+
   EglFunctions egl_;
   EGLDisplay display_ = EGL_NO_DISPLAY;
   EGLContext context_ = EGL_NO_CONTEXT;
@@ -111,6 +122,13 @@ class EglRenderWindow : public vtkGenericOpenGLRenderWindow {
     window->InitializeObjectBase();
     return window;
   }
+  EglContext* context = nullptr;
+
+  // Several of them may be alive: a window off screen and a snapshot.
+  void MakeCurrent() override {
+    if (context != nullptr) context->makeCurrent();
+  }
+  bool IsCurrent() override { return context != nullptr && context->isCurrent(); }
 
 #if VTK_VERSION_NUMBER < VTK_VERSION_CHECK(9, 4, 0)
   // Debian's GLEW knows GLX only: it loads every function and then reports that it found no GLX
@@ -137,6 +155,7 @@ class EglOffscreen : public OffscreenWindow {
   bool open(int width, int height) {
     if (!context_.open()) return false;
     window_ = vtkSmartPointer<EglRenderWindow>::New();
+    window_->context = &context_;
     window_->SetOffScreenRendering(1);
     window_->SetReadyForRendering(true);
     window_->SetIsCurrent(true);
@@ -148,6 +167,7 @@ class EglOffscreen : public OffscreenWindow {
     if (!window_) return;
     context_.makeCurrent();
     window_->Finalize();
+    window_->context = nullptr;  // VTK may hold the window a little longer
     window_ = nullptr;
   }
   vtkRenderWindow* window() override { return window_; }

@@ -37,7 +37,7 @@ PLANAR_MAPPING_EXPORT ImageDifference compareImages(const Image& a, const Image&
 
 /// PNG bytes. The same picture gives the same bytes.
 PLANAR_MAPPING_EXPORT std::vector<std::uint8_t> encodePng(const Image& image);
-/// Any 8- or 16-bit PNG as RGB; transparency is dropped.
+/// Any PNG as 8-bit RGB; what is transparent lies on white.
 /// \throws IoError
 PLANAR_MAPPING_EXPORT Image readPng(const std::string& path);
 /// Can the picture be written there, as far as one can tell beforehand?

@@ -1,0 +1,38 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <iostream>
+
+#include "planar_mapping/visualization/snapshot.h"
+#include "sanitizer_options.h"
+#include "scenes.h"
+
+namespace planar_mapping {
+namespace {
+
+TEST(SnapshotSpeed, DrawsTwentyThousandCuboids) {
+  const SceneContent content = testing::field(20000);
+  double fastest = 1e9;
+  for (int run = 0; run < 3; ++run) {
+    const auto start = std::chrono::steady_clock::now();
+    renderSnapshot(content, ViewOptions());
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+    fastest = std::min(fastest, taken.count());
+  }
+  std::cout << "20,000 cuboids at 1280 x 720: " << fastest << " s\n";
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  EXPECT_LT(fastest, 1.5);
+#endif
+}
+
+TEST(SnapshotSpeed, CopesWithTwoHundredThousand) {
+  ViewOptions options;
+  options.width = 640;
+  options.height = 480;
+  EXPECT_FALSE(isBlank(renderSnapshot(testing::field(200000), options)));
+}
+
+}  // namespace
+}  // namespace planar_mapping

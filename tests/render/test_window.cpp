@@ -1,0 +1,168 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/visualization/picking.h"
+#include "planar_mapping/visualization/snapshot.h"
+#include "planar_mapping/visualization/window.h"
+#include "sanitizer_options.h"
+#include "scenes.h"
+#include "x_server.h"
+
+namespace planar_mapping {
+namespace {
+
+namespace fs = std::filesystem;
+
+ViewOptions small() {
+  ViewOptions options;
+  options.width = 400;
+  options.height = 300;
+  return options;
+}
+
+// A pixel at which the picked cuboid is the wanted one.
+bool findPixel(const SceneContent& content, const Window& window, int wanted, int& x, int& y) {
+  const ViewOptions& o = window.options();
+  for (y = 0; y < o.height; y += 3) {
+    for (x = 0; x < o.width; x += 3) {
+      const Ray ray = sightLine(window.camera(), o.width, o.height, x + 0.5, y + 0.5);
+      if (pickCuboid(content, ray, window.camera(), o) == wanted) return true;
+    }
+  }
+  return false;
+}
+
+int tableTop(const SceneContent& content) {
+  for (std::size_t i = 0; i < content.cuboids.size(); ++i) {
+    if (content.cuboids[i].plane_id == 6) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+// The same session for both kinds of screen: keys and clicks through VTK's events.
+void useWindow(Window::Screen screen) {
+  const SceneContent content = testing::room();
+  Window window(content, small(), screen);
+  const Image first = window.image();
+  EXPECT_FALSE(isBlank(first));
+
+  window.sendKey("h");
+  EXPECT_EQ(window.overlayText(), Window::keyHelp());
+  EXPECT_GT(compareImages(window.image(), first).changed, 0.05) << "the help is on the picture";
+  window.sendKey("h");
+  EXPECT_EQ(window.overlayText(), "");
+
+  for (const ColorBy color :
+       {ColorBy::Height, ColorBy::Probability, ColorBy::State, ColorBy::Tilt, ColorBy::Plane}) {
+    window.sendKey("c");
+    EXPECT_EQ(window.options().color, color);
+    EXPECT_EQ(window.overlayText(), std::string("colour by ") + toString(color));
+  }
+
+  window.sendKey("2");
+  EXPECT_TRUE(window.camera().parallel);
+  EXPECT_NEAR(window.camera().direction().z(), -1.0, 1e-6);
+  window.sendKey("1");
+  EXPECT_FALSE(window.camera().parallel);
+
+  window.sendKey("u");
+  EXPECT_TRUE(window.options().show.unknown);
+  EXPECT_EQ(window.overlayText(), "unknown space shown");
+  window.sendKey("u");
+
+  const int table = tableTop(content);
+  int x = 0, y = 0;
+  ASSERT_TRUE(findPixel(content, window, table, x, y));
+  window.sendClick(x, y);
+  EXPECT_EQ(window.overlayText(), describeCuboid(content, table));
+  EXPECT_NE(window.overlayText().find("plane 6"), std::string::npos);
+  EXPECT_NE(window.overlayText().find("1.600 x 0.800 x 0.050 m"), std::string::npos);
+  window.sendClick(2, 2);
+  EXPECT_EQ(window.overlayText(), "nothing there");
+  window.sendKey("Escape");
+  EXPECT_EQ(window.overlayText(), "");
+  EXPECT_FALSE(window.press("F7")) << "means nothing";
+}
+
+TEST(Window, AnswersKeysAndClicksOffScreen) {
+  useWindow(Window::Screen::Offscreen);
+}
+
+TEST(Window, AnswersKeysAndClicksOnAnXServer) {
+  const testing::XServer server;
+  if (!server.running()) GTEST_SKIP() << "no Xvfb (package xvfb)";
+  ::setenv("DISPLAY", server.display().c_str(), 1);
+  useWindow(Window::Screen::Display);
+  ::unsetenv("DISPLAY");
+}
+
+TEST(Window, ShowsWhatTheSnapshotShows) {
+  ViewOptions options = small();
+  options.show = Layers::fromString("occupied,edges,ground-grid,trajectory");
+  Window window(testing::room(), options, Window::Screen::Offscreen);
+  window.press("Escape");
+  EXPECT_LT(compareImages(window.image(), renderSnapshot(testing::room(), options)).changed, 0.005);
+}
+
+TEST(Window, RefusesToOpenWithoutADisplay) {
+  for (const char* display : {"", ":77"}) {
+    ::setenv("DISPLAY", display, 1);
+    try {
+      Window window(testing::room(), small());
+      FAIL() << "opened a window on '" << display << "'";
+    } catch (const RenderError& error) {
+      EXPECT_NE(std::string(error.what()).find("--snapshot"), std::string::npos) << error.what();
+      EXPECT_NE(std::string(error.what()).find("DISPLAY"), std::string::npos) << error.what();
+    }
+  }
+  ::unsetenv("DISPLAY");
+}
+
+TEST(Window, RefusesAnXServerWithoutOpenGl) {
+  const testing::XServer server({"-extension", "GLX"});
+  if (!server.running()) GTEST_SKIP() << "no Xvfb (package xvfb)";
+  ::setenv("DISPLAY", server.display().c_str(), 1);
+  EXPECT_THROW(Window(testing::room(), small()), RenderError);
+  ::unsetenv("DISPLAY");
+}
+
+TEST(Window, WritesScreenshotsUnderFreshNames) {
+  const fs::path folder = fs::temp_directory_path() / ("window_" + std::to_string(::getpid()));
+  fs::create_directories(folder);
+  Window window(testing::room(), small(), Window::Screen::Offscreen);
+  window.setScreenshotPrefix((folder / "shot").string());
+  window.sendKey("s");
+  EXPECT_EQ(window.overlayText(), "written: " + (folder / "shot_001.png").string());
+  window.sendKey("s");
+  const Image shot = readPng((folder / "shot_002.png").string());
+  EXPECT_EQ(shot.width, 400);
+  EXPECT_FALSE(isBlank(shot));
+  window.setScreenshotPrefix((folder / "missing" / "shot").string());
+  window.sendKey("s");
+  EXPECT_NE(window.overlayText().find("cannot be written"), std::string::npos)
+      << "an error is shown, not thrown through VTK";
+  fs::remove_all(folder);
+}
+
+TEST(Window, ShowsAnErrorInsteadOfThrowingFromAKey) {
+  SceneContent content = testing::room();
+  content.trajectory.clear();
+  Window window(content, small(), Window::Screen::Offscreen);
+  window.sendKey("7");
+  EXPECT_NE(window.overlayText().find("no trajectory"), std::string::npos);
+}
+
+TEST(Window, ListsEveryKeyInTheHelp) {
+  const std::string help = Window::keyHelp();
+  for (const char* word : {"screenshot", "first-person", "cutaway", "colour", "quit", "help"}) {
+    EXPECT_NE(help.find(word), std::string::npos) << word;
+  }
+}
+
+}  // namespace
+}  // namespace planar_mapping

@@ -1,0 +1,158 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/visualization/camera.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "../../render/scenes.h"
+#include "planar_mapping/core/error.h"
+
+namespace planar_mapping {
+namespace {
+
+// Where a point is in the picture: (-1, -1) lower left to (1, 1) upper right.
+Vector2 project(const CameraView& view, double aspect, const Vector3& p) {
+  const Vector3 d = view.direction();
+  const Vector3 right = d.cross(view.view_up);
+  const Vector3 offset = p - view.position;
+  const double half =
+      view.parallel ? view.parallel_scale : offset.dot(d) * std::tan(0.5 * view.view_angle);
+  return {offset.dot(right) / (half * aspect), offset.dot(view.view_up) / half};
+}
+
+TEST(PlaceCamera, ShowsEveryCornerInEveryPreset) {
+  const SceneContent content = testing::room();
+  for (const CameraPreset preset : {CameraPreset::Iso, CameraPreset::Top, CameraPreset::Front,
+                                    CameraPreset::Back, CameraPreset::Left, CameraPreset::Right}) {
+    for (const ColorBy color : {ColorBy::Plane, ColorBy::Height}) {
+      ViewOptions options;
+      options.camera = preset;
+      options.color = color;
+      const CameraView view = placeCamera(content, options);
+      const double aspect = static_cast<double>(options.width) / options.height;
+      double largest = 0.0;
+      for (const Cuboid& cuboid : content.cuboids) {
+        for (const Vector3& corner : corners(cuboid)) {
+          const Vector2 at = project(view, aspect, corner);
+          ASSERT_LE(at.cwiseAbs().maxCoeff(), 1.0) << toString(preset);
+          largest = std::max(largest, at.cwiseAbs().maxCoeff());
+        }
+      }
+      EXPECT_GT(largest, 0.5) << toString(preset) << ": the picture is nearly empty";
+      EXPECT_NEAR(view.view_up.norm(), 1.0, 1e-9);
+      EXPECT_NEAR(view.view_up.dot(view.direction()), 0.0, 1e-9);
+    }
+  }
+}
+
+TEST(PlaceCamera, LooksWhereThePresetSays) {
+  const SceneContent content = testing::room();
+  const auto direction = [&](CameraPreset preset) {
+    ViewOptions options;
+    options.camera = preset;
+    return placeCamera(content, options).direction();
+  };
+  EXPECT_TRUE(direction(CameraPreset::Top).isApprox(Vector3(0, 0, -1)));
+  EXPECT_TRUE(direction(CameraPreset::Front).isApprox(Vector3(0, 1, 0)));
+  EXPECT_TRUE(direction(CameraPreset::Back).isApprox(Vector3(0, -1, 0)));
+  EXPECT_TRUE(direction(CameraPreset::Left).isApprox(Vector3(1, 0, 0)));
+  EXPECT_TRUE(direction(CameraPreset::Right).isApprox(Vector3(-1, 0, 0)));
+  EXPECT_NEAR(direction(CameraPreset::Iso).z(), -std::sin(35.0 * M_PI / 180.0), 1e-9);
+  ViewOptions top;
+  top.camera = CameraPreset::Top;
+  EXPECT_TRUE(placeCamera(content, top).view_up.isApprox(Vector3(0, 1, 0))) << "north is up";
+}
+
+TEST(PlaceCamera, TakesTheIsoViewFromWhereSurfacesWereSeen) {
+  SceneContent content;
+  content.cuboids.push_back(testing::plate({0, 0, 1}, {-1, -1, 0}, 4, 2, 0));
+  const Vector3 to_viewer = -placeCamera(content, ViewOptions()).direction();
+  EXPECT_GT(to_viewer.dot(Vector3(-1, -1, 0).normalized()), 0.7);
+}
+
+TEST(PlaceCamera, FirstPersonIsTheLastPose) {
+  const SceneContent content = testing::room();
+  ViewOptions options;
+  options.camera = CameraPreset::FirstPerson;
+  const CameraView view = placeCamera(content, options);
+  const Pose& pose = content.trajectory.back();
+  EXPECT_TRUE(view.position.isApprox(pose.translation()));
+  EXPECT_TRUE(view.direction().isApprox(pose.linear().col(2), 1e-9)) << "optical axis";
+  EXPECT_TRUE(view.view_up.isApprox(-pose.linear().col(1), 1e-9));
+  SceneContent still = content;
+  still.trajectory.clear();
+  EXPECT_THROW(placeCamera(still, options), InputError);
+}
+
+TEST(PlaceCamera, ObeysPositionFocalPointAndViewUp) {
+  ViewOptions options;
+  options.camera_position = Vector3(10, 0, 1);
+  options.focal_point = Vector3(0, 0, 1);
+  options.view_up = Vector3(0, 1, 0);
+  const CameraView view = placeCamera(testing::room(), options);
+  EXPECT_EQ(view.position, *options.camera_position);
+  EXPECT_TRUE(view.direction().isApprox(Vector3(-1, 0, 0)));
+  EXPECT_TRUE(view.view_up.isApprox(Vector3(0, 1, 0)));
+  options.view_up = Vector3(1, 0, 0);
+  EXPECT_THROW(placeCamera(testing::room(), options), ParameterError);
+  options.view_up.reset();
+  options.focal_point = options.camera_position;
+  EXPECT_THROW(placeCamera(testing::room(), options), ParameterError);
+}
+
+TEST(PlaceCamera, LooksStraightDownWithoutBeingTold) {
+  ViewOptions options;
+  options.camera_position = Vector3(3, 2, 10);
+  options.focal_point = Vector3(3, 2, 0);
+  const CameraView view = placeCamera(testing::room(), options);
+  EXPECT_TRUE(view.view_up.allFinite());
+  EXPECT_NEAR(view.view_up.z(), 0.0, 1e-9);
+}
+
+TEST(PlaceCamera, ZoomHalvesWhatIsSeen) {
+  ViewOptions options;
+  options.camera = CameraPreset::Top;
+  const double whole = placeCamera(testing::room(), options).parallel_scale;
+  options.zoom = 2.0;
+  EXPECT_NEAR(placeCamera(testing::room(), options).parallel_scale, 0.5 * whole, 1e-12);
+}
+
+TEST(PlaceCamera, RefusesAnEmptyScene) {
+  EXPECT_THROW(placeCamera(SceneContent(), ViewOptions()), InputError);
+}
+
+TEST(PlaceCamera, CopesWithOnePointAndHugeCoordinates) {
+  SceneContent content;
+  content.clouds.push_back({{1e9f, -1e9f, 5.0f}, {}});
+  const CameraView view = placeCamera(content, ViewOptions());
+  EXPECT_TRUE(view.position.allFinite());
+  EXPECT_GT((view.position - view.focal_point).norm(), 0.0);
+}
+
+TEST(HorizontalAxes, MakeARightHandedFrame) {
+  Vector3 right, forward;
+  horizontalAxes(Vector3::UnitZ(), right, forward);
+  EXPECT_EQ(right, Vector3(1, 0, 0));
+  EXPECT_EQ(forward, Vector3(0, 1, 0));
+  horizontalAxes(-Vector3::UnitY(), right, forward);  // a camera's frame
+  EXPECT_TRUE(right.isApprox(Vector3(1, 0, 0)));
+  EXPECT_TRUE(forward.isApprox(Vector3(0, 0, 1)));
+  for (const Vector3& up : {Vector3(1, 0, 0), Vector3(-1, 0, 0), Vector3(0.3, -0.9, 0.2)}) {
+    horizontalAxes(up, right, forward);
+    EXPECT_NEAR(right.dot(up), 0.0, 1e-12);
+    EXPECT_TRUE(right.cross(forward).isApprox(up.normalized(), 1e-9));
+  }
+}
+
+TEST(GroundHeight, IsZeroWhereTheMapStandsOnIt) {
+  EXPECT_EQ(groundHeight(testing::room()), 0.0);
+  SceneContent high;
+  high.cuboids.push_back(testing::plate({0, 0, 5.8}, {0, 0, 1}, 1, 1, 0, 0.2));
+  EXPECT_NEAR(groundHeight(high), 5.6, 1e-12);
+  EXPECT_EQ(groundHeight(SceneContent()), 0.0);
+}
+
+}  // namespace
+}  // namespace planar_mapping

@@ -1,0 +1,124 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/visualization/scene_content.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "../../render/scenes.h"
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/map/planar_map.h"
+
+namespace planar_mapping {
+namespace {
+
+using testing::plate;
+
+TEST(SceneContent, BoundsUseFullLengths) {
+  SceneContent content;
+  Cuboid cuboid;
+  cuboid.center = {1.0, 2.0, 3.0};
+  cuboid.size = {2.0, 4.0, 6.0};
+  content.cuboids.push_back(cuboid);
+  Vector3 low, high;
+  ASSERT_TRUE(content.bounds(low, high));
+  EXPECT_TRUE(low.isApprox(Vector3(0.0, 0.0, 0.0)) || low.norm() < 1e-12);
+  EXPECT_TRUE(high.isApprox(Vector3(2.0, 4.0, 6.0)));
+}
+
+TEST(SceneContent, BoundsTurnWithTheCuboid) {
+  SceneContent content;
+  Cuboid cuboid;
+  cuboid.size = {4.0, 2.0, 1.0};
+  cuboid.orientation = Quaternion(Eigen::AngleAxisd(M_PI_2, Vector3::UnitZ()));
+  content.cuboids.push_back(cuboid);
+  Vector3 low, high;
+  ASSERT_TRUE(content.bounds(low, high));
+  EXPECT_NEAR(high.x(), 1.0, 1e-12);
+  EXPECT_NEAR(high.y(), 2.0, 1e-12);
+}
+
+TEST(SceneContent, BoundsIgnoreWhatIsNotFinite) {
+  SceneContent content;
+  Vector3 low, high;
+  EXPECT_FALSE(content.bounds(low, high));
+  content.clouds.push_back({{NAN, 0.0f, 0.0f, 1.0f, 2.0f, 3.0f}, {}});
+  ASSERT_TRUE(content.bounds(low, high));
+  EXPECT_EQ(low, Vector3(1.0, 2.0, 3.0));
+  EXPECT_EQ(high, low);
+}
+
+TEST(SceneContent, ValidateNamesWhatCannotBeDrawn) {
+  const auto broken = [](auto change) {
+    SceneContent content = testing::room();
+    change(content);
+    EXPECT_THROW(content.validate(), InputError);
+  };
+  EXPECT_NO_THROW(testing::room().validate());
+  broken([](SceneContent& c) { c.cuboids[3].center.x() = NAN; });
+  broken([](SceneContent& c) { c.cuboids[3].size.z() = -0.1; });
+  broken([](SceneContent& c) { c.cuboids[3].size.z() = INFINITY; });
+  broken([](SceneContent& c) { c.cuboids[3].orientation.coeffs().setZero(); });
+  broken([](SceneContent& c) { c.cuboids[3].probability = NAN; });
+  broken([](SceneContent& c) { c.unknown[0].center.y() = INFINITY; });
+  broken([](SceneContent& c) { c.trajectory[0].translation().x() = NAN; });
+  broken([](SceneContent& c) { c.clouds.push_back({{1.0f, 2.0f}, {}}); });
+  broken([](SceneContent& c) { c.clouds.push_back({{1.0f, 2.0f, 3.0f}, {1, 2}}); });
+  broken([](SceneContent& c) { c.up.setZero(); });
+}
+
+TEST(TiltOf, IsTheAngleBetweenPlaneAndGround) {
+  const Vector3 z = Vector3::UnitZ();
+  EXPECT_NEAR(tiltOf(plate({0, 0, 0}, z, 1, 1, 0), z), 0.0, 1e-7);
+  EXPECT_NEAR(tiltOf(plate({0, 0, 0}, -z, 1, 1, 0), z), 0.0, 1e-7) << "a ceiling is level";
+  EXPECT_NEAR(tiltOf(plate({0, 0, 0}, {1, 0, 0}, 1, 1, 0), z), M_PI_2, 1e-7);
+  EXPECT_NEAR(tiltOf(plate({0, 0, 0}, {-1, 0, 1}, 1, 1, 0), z), M_PI_4, 1e-7);
+  EXPECT_NEAR(tiltOf(plate({0, 0, 0}, {0, -1, 0}, 1, 1, 0), -Vector3::UnitY()), 0.0, 1e-7);
+}
+
+// A camera that sees floor and wall, all in its own optical frame (x right, y down, z forward).
+SceneContent cameraCloud(double pitch) {
+  SceneContent content;
+  content.trajectory.push_back(Pose::Identity());
+  const Matrix3 turn = Eigen::AngleAxisd(pitch, Vector3::UnitX()).toRotationMatrix();
+  for (int i = 0; i < 5; ++i) {
+    content.cuboids.push_back(
+        plate(turn * Vector3(0.2 * i - 0.4, 0.6, 2.0), turn * Vector3(0, -1, 0), 0.2, 1.0, 0));
+    content.cuboids.push_back(
+        plate(turn * Vector3(0.2 * i - 0.4, 0.2, 3.0), turn * Vector3(0, 0, -1), 0.2, 0.4, 1));
+  }
+  return content;
+}
+
+TEST(EstimateUp, FindsTheFloorUnderACamera) {
+  for (const double pitch : {0.0, 0.3, -0.2}) {
+    const SceneContent content = cameraCloud(pitch);
+    EXPECT_TRUE(looksAlongZ(content));
+    const Vector3 expected = Eigen::AngleAxisd(pitch, Vector3::UnitX()) * Vector3(0.0, -1.0, 0.0);
+    EXPECT_GT(estimateUp(content).dot(expected), 0.9999) << pitch;
+  }
+}
+
+TEST(EstimateUp, KeepsZUpForMapsWithTheirOwnGround) {
+  EXPECT_EQ(estimateUp(testing::room()), Vector3(Vector3::UnitZ()));
+  EXPECT_EQ(estimateUp(testing::field(50)), Vector3(Vector3::UnitZ()));
+  EXPECT_EQ(estimateUp(SceneContent()), Vector3(Vector3::UnitZ()));
+}
+
+TEST(EstimateUp, KeepsZUpForAScannerThatSeesAllAround) {
+  SceneContent content = testing::room();
+  content.trajectory.assign(1, Pose::Identity());
+  content.trajectory[0].translation() = Vector3(3.0, 2.0, 1.2);
+  EXPECT_FALSE(looksAlongZ(content));
+  EXPECT_EQ(estimateUp(content), Vector3(Vector3::UnitZ()));
+}
+
+TEST(SceneContent, OfAnEmptyMapIsEmpty) {
+  const SceneContent content = sceneContent(PlanarMap());
+  EXPECT_TRUE(content.empty());
+  EXPECT_EQ(content.up, Vector3(Vector3::UnitZ()));
+}
+
+}  // namespace
+}  // namespace planar_mapping
