@@ -107,14 +107,14 @@ class PLANAR_MAPPING_EXPORT GroundRemoval : public detail::PointFilter<PointT> {
   Ground ground_;
 };
 
-extern template class GroundRemoval<pcl::PointXYZ>;
-extern template class GroundRemoval<pcl::PointXYZI>;
-extern template class GroundRemoval<pcl::PointXYZL>;
-extern template class GroundRemoval<pcl::PointXYZRGB>;
-extern template class GroundRemoval<pcl::PointXYZRGBA>;
-extern template class GroundRemoval<pcl::PointNormal>;
-extern template class GroundRemoval<pcl::PointXYZRGBNormal>;
-extern template class GroundRemoval<pcl::PointXYZINormal>;
+extern template class PLANAR_MAPPING_EXPORT GroundRemoval<pcl::PointXYZ>;
+extern template class PLANAR_MAPPING_EXPORT GroundRemoval<pcl::PointXYZI>;
+extern template class PLANAR_MAPPING_EXPORT GroundRemoval<pcl::PointXYZL>;
+extern template class PLANAR_MAPPING_EXPORT GroundRemoval<pcl::PointXYZRGB>;
+extern template class PLANAR_MAPPING_EXPORT GroundRemoval<pcl::PointXYZRGBA>;
+extern template class PLANAR_MAPPING_EXPORT GroundRemoval<pcl::PointNormal>;
+extern template class PLANAR_MAPPING_EXPORT GroundRemoval<pcl::PointXYZRGBNormal>;
+extern template class PLANAR_MAPPING_EXPORT GroundRemoval<pcl::PointXYZINormal>;
 
 }  // namespace planar_mapping
 

@@ -125,14 +125,14 @@ class PLANAR_MAPPING_EXPORT KLOccupancyFilter : public detail::PointFilter<Point
   KlOccupancyDiagnostics diagnostics_;
 };
 
-extern template class KLOccupancyFilter<pcl::PointXYZ>;
-extern template class KLOccupancyFilter<pcl::PointXYZI>;
-extern template class KLOccupancyFilter<pcl::PointXYZL>;
-extern template class KLOccupancyFilter<pcl::PointXYZRGB>;
-extern template class KLOccupancyFilter<pcl::PointXYZRGBA>;
-extern template class KLOccupancyFilter<pcl::PointNormal>;
-extern template class KLOccupancyFilter<pcl::PointXYZRGBNormal>;
-extern template class KLOccupancyFilter<pcl::PointXYZINormal>;
+extern template class PLANAR_MAPPING_EXPORT KLOccupancyFilter<pcl::PointXYZ>;
+extern template class PLANAR_MAPPING_EXPORT KLOccupancyFilter<pcl::PointXYZI>;
+extern template class PLANAR_MAPPING_EXPORT KLOccupancyFilter<pcl::PointXYZL>;
+extern template class PLANAR_MAPPING_EXPORT KLOccupancyFilter<pcl::PointXYZRGB>;
+extern template class PLANAR_MAPPING_EXPORT KLOccupancyFilter<pcl::PointXYZRGBA>;
+extern template class PLANAR_MAPPING_EXPORT KLOccupancyFilter<pcl::PointNormal>;
+extern template class PLANAR_MAPPING_EXPORT KLOccupancyFilter<pcl::PointXYZRGBNormal>;
+extern template class PLANAR_MAPPING_EXPORT KLOccupancyFilter<pcl::PointXYZINormal>;
 
 }  // namespace planar_mapping
 

@@ -110,14 +110,14 @@ class PLANAR_MAPPING_EXPORT MultiPlaneSACSegmentation : public pcl::PCLBase<Poin
   PlaneSet result_;
 };
 
-extern template class MultiPlaneSACSegmentation<pcl::PointXYZ>;
-extern template class MultiPlaneSACSegmentation<pcl::PointXYZI>;
-extern template class MultiPlaneSACSegmentation<pcl::PointXYZL>;
-extern template class MultiPlaneSACSegmentation<pcl::PointXYZRGB>;
-extern template class MultiPlaneSACSegmentation<pcl::PointXYZRGBA>;
-extern template class MultiPlaneSACSegmentation<pcl::PointNormal>;
-extern template class MultiPlaneSACSegmentation<pcl::PointXYZRGBNormal>;
-extern template class MultiPlaneSACSegmentation<pcl::PointXYZINormal>;
+extern template class PLANAR_MAPPING_EXPORT MultiPlaneSACSegmentation<pcl::PointXYZ>;
+extern template class PLANAR_MAPPING_EXPORT MultiPlaneSACSegmentation<pcl::PointXYZI>;
+extern template class PLANAR_MAPPING_EXPORT MultiPlaneSACSegmentation<pcl::PointXYZL>;
+extern template class PLANAR_MAPPING_EXPORT MultiPlaneSACSegmentation<pcl::PointXYZRGB>;
+extern template class PLANAR_MAPPING_EXPORT MultiPlaneSACSegmentation<pcl::PointXYZRGBA>;
+extern template class PLANAR_MAPPING_EXPORT MultiPlaneSACSegmentation<pcl::PointNormal>;
+extern template class PLANAR_MAPPING_EXPORT MultiPlaneSACSegmentation<pcl::PointXYZRGBNormal>;
+extern template class PLANAR_MAPPING_EXPORT MultiPlaneSACSegmentation<pcl::PointXYZINormal>;
 
 }  // namespace planar_mapping
 

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "planar_mapping/core/export.h"
 #include "planar_mapping/core/types.h"
 
 namespace planar_mapping::detail {
@@ -21,7 +22,7 @@ enum class Verdict : std::uint8_t {
 /// What pcl::FilterIndices leaves to its derived classes, done once: indices, negative, removed
 /// indices, organized output, without a word on the console; and copies that share no state.
 template <typename PointT>
-class PointFilter : public pcl::FilterIndices<PointT> {
+class PLANAR_MAPPING_EXPORT PointFilter : public pcl::FilterIndices<PointT> {
  public:
   using PointCloud = typename pcl::FilterIndices<PointT>::PointCloud;
 
