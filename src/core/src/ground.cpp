@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/core/ground.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -85,16 +86,20 @@ Ground findGround(const PointsView& points, const Indices* indices, const Ground
   const std::size_t n = detail::countOf(points, indices);
   ground.diagnostics.points_considered = n;
   const detail::GroundFrame frame(params, sensor);
-  const detail::GroundSample sample = detail::drawGroundSample(points, indices, params, frame);
+  detail::GroundSample sample = detail::drawGroundSample(points, indices, params, frame);
+  const auto sampled = static_cast<double>(sample.size());
   ground.diagnostics.points_sampled = sample.size();
-  detail::GroundEstimate estimate;
   const double points_per_draw =
       static_cast<double>(n) / std::max<double>(1.0, std::min<double>(n, params.sample_size));
-  ground.diagnostics.status =
-      static_cast<double>(sample.size()) * points_per_draw < params.min_points
-          ? GroundStatus::TooFewPoints
-          : detail::estimateGround(sample, params, frame, points_per_draw, estimate,
-                                   ground.diagnostics);
+  detail::GroundEstimate estimate;
+  if (sampled * points_per_draw < params.min_points) {
+    ground.diagnostics.status = GroundStatus::TooFewPoints;
+  } else {
+    const double needed = std::max(params.min_share * sampled, params.min_points / points_per_draw);
+    if (params.wall_height > 0.0) detail::dropUprights(sample, params, frame);
+    ground.diagnostics.status =
+        detail::estimateGround(sample, params, frame, needed, estimate, ground.diagnostics);
+  }
   if (ground.diagnostics.status != GroundStatus::Found) {
     ground.is_ground.assign(n, 0);
     ground.diagnostics.points_not_finite = n - countFinite(points, indices);

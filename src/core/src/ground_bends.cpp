@@ -11,6 +11,7 @@ namespace planar_mapping::detail {
 namespace {
 
 constexpr int kCells = GroundBends::kCells;
+constexpr double kWeightUnseen = 0.05;
 
 /// The local ground of a cell: w = c + a u + b v, u and v from the cell's centre.
 struct Piece {
@@ -130,25 +131,27 @@ GroundBends::GroundBends(const GroundSample& sample, const GroundEstimate& estim
     Piece predicted;
     double towards_u = 0.0;
     double towards_v = 0.0;
-    int neighbours = 0;
+    double weights = 0.0;
     for (int db = -1; db <= 1; ++db) {
       for (int da = -1; da <= 1; ++da) {
         if (a + da < 0 || b + db < 0 || a + da >= kCells || b + db >= kCells) continue;
         const std::int32_t other = cell + db * kCells + da;
         if (!done[other]) continue;
         const Piece& piece = pieces[other];
-        predicted.a += piece.a;
-        predicted.b += piece.b;
-        predicted.c += piece.at(-da * side, -db * side);
-        towards_u += 0.5 * da * side;
-        towards_v += 0.5 * db * side;
-        ++neighbours;
+        // Cells without points only carry on what they were given.
+        const double weight = first[other + 1] > first[other] ? 1.0 : kWeightUnseen;
+        predicted.a += weight * piece.a;
+        predicted.b += weight * piece.b;
+        predicted.c += weight * piece.at(-da * side, -db * side);
+        towards_u += weight * 0.5 * da * side;
+        towards_v += weight * 0.5 * db * side;
+        weights += weight;
       }
     }
-    if (neighbours > 0) {
-      predicted = {predicted.a / neighbours, predicted.b / neighbours, predicted.c / neighbours};
-      towards_u /= neighbours;
-      towards_v /= neighbours;
+    if (weights > 0.0) {
+      predicted = {predicted.a / weights, predicted.b / weights, predicted.c / weights};
+      towards_u /= weights;
+      towards_v /= weights;
     }
     done[cell] = 1;
     Piece& piece = pieces[cell];
@@ -172,11 +175,19 @@ GroundBends::GroundBends(const GroundSample& sample, const GroundEstimate& estim
       }
     }
     if (10 * best >= 9 * static_cast<int>(n)) continue;
-    // A slope joins what is before it without a step; a kerb does not.
     Piece wide = fitAround(own, n, predicted, 0.5 * side * steepest, steepest);
     wide = fitAround(own, n, wide, 0.0, steepest);
-    const double step = wide.at(towards_u, towards_v) - predicted.at(towards_u, towards_v);
-    if (!tooSteep(wide) && std::abs(step) <= own[0].band) {
+    // A slope meets what is before it, at the border or somewhere in the cell before; a kerb does
+    // not.
+    const auto stepAt = [&](double share) {
+      return wide.at(share * towards_u, share * towards_v) -
+             predicted.at(share * towards_u, share * towards_v);
+    };
+    const double at_border = stepAt(1.0);
+    const double beyond = stepAt(3.0);
+    const bool meets = std::min(std::abs(at_border), std::abs(beyond)) <= own[0].band ||
+                       (at_border < 0.0) != (beyond < 0.0);
+    if (meets && !tooSteep(wide)) {
       const int score = scoreOf(own, n, wide);
       if (score > best + 2 + static_cast<int>(n) / 10) piece = wide;
     }

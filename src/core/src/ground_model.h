@@ -39,6 +39,10 @@ struct GroundSample {
 GroundSample drawGroundSample(const PointsView& points, const Indices* indices,
                               const GroundParams& params, const GroundFrame& frame);
 
+/// Takes out what belongs to upright surfaces: a level cut through walls is no ground, and their
+/// feet would lift the ground.
+void dropUprights(GroundSample& sample, const GroundParams& params, const GroundFrame& frame);
+
 /// z = slope_x * x + slope_y * y + offset in the ground frame.
 struct GroundPlane {
   double slope_x = 0.0;
@@ -55,9 +59,10 @@ struct GroundEstimate {
 };
 
 /// The plane of the ground from the sample.
+/// \param needed points of the sample that must support it
 GroundStatus estimateGround(const GroundSample& sample, const GroundParams& params,
-                            const GroundFrame& frame, double points_per_sample,
-                            GroundEstimate& estimate, GroundDiagnostics& diagnostics);
+                            const GroundFrame& frame, double needed, GroundEstimate& estimate,
+                            GroundDiagnostics& diagnostics);
 
 /// Height of the ground over its plane at the sensor, in linear pieces on a square grid.
 class GroundBends {

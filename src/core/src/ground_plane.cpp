@@ -12,11 +12,12 @@
 namespace planar_mapping::detail {
 namespace {
 
-constexpr int kMaxDraws = 3000;      // triples drawn
-constexpr int kMaxScored = 600;      // hypotheses scored on the small sample
-constexpr std::size_t kSmall = 512;  // points of the small sample
-constexpr int kFinalists = 8;        // hypotheses scored on the whole sample
-constexpr int kRefits = 3;           // rounds of least squares
+constexpr int kMaxDraws = 3000;       // triples drawn
+constexpr int kMaxScored = 600;       // hypotheses scored on the small sample
+constexpr std::size_t kSmall = 512;   // points of the small sample
+constexpr int kFinalists = 8;         // hypotheses scored on the whole sample
+constexpr int kRefits = 3;            // rounds of least squares
+constexpr double kNarrowShare = 0.4;  // of the band, in the last of them
 
 /// Points within the band minus points below it, times 256: nothing lies under the ground but
 /// noise.
@@ -113,8 +114,9 @@ std::vector<Hypothesis> drawHypotheses(const Candidates& c, const GroundParams& 
   return best;
 }
 
-/// Least squares on the points within the band, weighted by 1 / band^2.
-bool refit(const Candidates& c, double reference_band, GroundPlane& plane, PlaneMoments& moments) {
+/// Least squares on the points within a share of the band, weighted by 1 / band^2.
+bool refit(const Candidates& c, double reference_band, double share_of_band, GroundPlane& plane,
+           PlaneMoments& moments) {
   const double cosine = plane.cosine();
   // About the foot of the sensor, so that the sums stay small.
   double n = 0.0, x1 = 0.0, y1 = 0.0, z1 = 0.0;
@@ -123,7 +125,8 @@ bool refit(const Candidates& c, double reference_band, GroundPlane& plane, Plane
     const double x = c.x[i];
     const double y = c.y[i];
     const double z = c.z[i] - plane.offset;
-    if (!(std::abs((z - plane.slope_x * x - plane.slope_y * y) * cosine) <= c.band[i])) continue;
+    const double d = (z - plane.slope_x * x - plane.slope_y * y) * cosine;
+    if (!(std::abs(d) <= share_of_band * c.band[i])) continue;
     const double relative = reference_band / c.band[i];
     const double weight = relative * relative;
     n += weight;
@@ -151,40 +154,8 @@ bool refit(const Candidates& c, double reference_band, GroundPlane& plane, Plane
   return true;
 }
 
-/// Inliers in columns that hold hardly anything else: a level cut through a wall is no ground.
-std::size_t flatSupport(const GroundSample& sample, const Candidates& c, const GroundPlane& plane,
-                        const GroundParams& params) {
-  // Columns coarse enough for the sparse sample.
-  const double column = 2.0 * params.wall_cell;
-  const double cosine = plane.cosine();
-  LabelledCells columns;
-  std::vector<std::int32_t> inside, outside;
-  std::vector<std::int32_t> column_of_inlier;
-  for (std::size_t i = 0; i < sample.size(); ++i) {
-    const double d =
-        (sample.z[i] - plane.slope_x * sample.x[i] - plane.slope_y * sample.y[i] - plane.offset) *
-        cosine;
-    const double band = c.band[i];
-    if (!(std::abs(d) <= 6.0 * band + params.wall_height)) continue;
-    const double a = std::floor(sample.x[i] / column), b = std::floor(sample.y[i] / column);
-    if (!(std::abs(a) < 1e9 && std::abs(b) < 1e9)) continue;
-    const std::int32_t cell =
-        columns.insert({0, static_cast<std::int32_t>(a), static_cast<std::int32_t>(b), 0});
-    if (static_cast<std::size_t>(cell) == inside.size()) {
-      inside.push_back(0);
-      outside.push_back(0);
-    }
-    if (std::abs(d) <= band) {
-      ++inside[cell];
-    } else if (std::abs(d) > 1.5 * band) {
-      ++outside[cell];
-    }
-  }
-  std::size_t support = 0;
-  for (std::size_t i = 0; i < inside.size(); ++i) {
-    if (inside[i] >= outside[i]) support += static_cast<std::size_t>(inside[i]);
-  }
-  return support;
+std::size_t countInliers(const Candidates& c, const GroundPlane& plane) {
+  return static_cast<std::size_t>(scoreOf(c, c.size(), plane, 0.0)) / 256;
 }
 
 }  // namespace
@@ -248,9 +219,50 @@ GroundSample drawGroundSample(const PointsView& points, const Indices* indices,
   return sample;
 }
 
+void dropUprights(GroundSample& sample, const GroundParams& params, const GroundFrame& frame) {
+  // Columns coarse enough for the sparse sample; what a slope may climb within one is no wall.
+  const double side = 2.0 * params.wall_cell;
+  const double steepest = std::tan(params.max_slope) + std::hypot(std::tan(params.pitch_tolerance),
+                                                                  std::tan(params.roll_tolerance));
+  const double climb = side * steepest + 2.0 * frame.distance_threshold;
+  LabelledCells columns;
+  std::vector<std::int32_t> column_of(sample.size(), -1);
+  std::vector<float> lowest;
+  for (std::size_t i = 0; i < sample.size(); ++i) {
+    const double a = std::floor(sample.x[i] / side);
+    const double b = std::floor(sample.y[i] / side);
+    if (!(std::abs(a) < 1e9 && std::abs(b) < 1e9)) continue;
+    column_of[i] =
+        columns.insert({0, static_cast<std::int32_t>(a), static_cast<std::int32_t>(b), 0});
+    if (static_cast<std::size_t>(column_of[i]) == lowest.size()) lowest.push_back(sample.z[i]);
+    lowest[column_of[i]] = std::min(lowest[column_of[i]], sample.z[i]);
+  }
+  std::vector<std::int32_t> low(lowest.size(), 0);
+  std::vector<std::int32_t> high(lowest.size(), 0);
+  for (std::size_t i = 0; i < sample.size(); ++i) {
+    if (column_of[i] < 0) continue;
+    const double over = double(sample.z[i]) - lowest[column_of[i]];
+    if (over <= climb) {
+      ++low[column_of[i]];
+    } else if (over <= climb + params.wall_height) {
+      ++high[column_of[i]];
+    }
+  }
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < sample.size(); ++i) {
+    if (column_of[i] < 0 || 4 * high[column_of[i]] >= low[column_of[i]]) continue;
+    sample.x[kept] = sample.x[i];
+    sample.y[kept] = sample.y[i];
+    sample.z[kept] = sample.z[i];
+    sample.depth[kept] = sample.depth[i];
+    ++kept;
+  }
+  for (auto* values : {&sample.x, &sample.y, &sample.z, &sample.depth}) values->resize(kept);
+}
+
 GroundStatus estimateGround(const GroundSample& sample, const GroundParams& params,
-                            const GroundFrame& frame, double points_per_sample,
-                            GroundEstimate& estimate, GroundDiagnostics& diagnostics) {
+                            const GroundFrame& frame, double needed, GroundEstimate& estimate,
+                            GroundDiagnostics& diagnostics) {
   const bool known_height = params.camera_height > 0.0;
   const double slack =
       std::hypot(std::tan(params.pitch_tolerance), std::tan(params.roll_tolerance));
@@ -267,8 +279,6 @@ GroundStatus estimateGround(const GroundSample& sample, const GroundParams& para
                            : double(sample.z[i]);
     if (off <= reach) candidates.add(sample, i, band);
   }
-  const double needed = std::max(params.min_share * static_cast<double>(sample.size()),
-                                 params.min_points / points_per_sample);
   if (static_cast<double>(candidates.size()) < std::max(3.0, needed)) return GroundStatus::NoPlane;
 
   // With a known height points below (stairs down, an edge) only break ties.
@@ -292,10 +302,12 @@ GroundStatus estimateGround(const GroundSample& sample, const GroundParams& para
     PlaneMoments moments;
     bool good = true;
     for (int round = 0; round < kRefits && good; ++round) {
-      good = refit(candidates, frame.distance_threshold, plane, moments);
+      // The last look is a narrow one: what stands on the ground lies on one side of it.
+      const double share = round + 1 < kRefits ? 1.0 : kNarrowShare;
+      good = refit(candidates, frame.distance_threshold, share, plane, moments);
     }
     if (!good || !withinPriors(plane, params)) continue;
-    if (static_cast<double>(flatSupport(sample, all, plane, params)) < needed) continue;
+    if (static_cast<double>(countInliers(candidates, plane)) < needed) continue;
     estimate.plane = plane;
     estimate.moments = moments;
     return GroundStatus::Found;
