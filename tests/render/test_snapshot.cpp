@@ -39,12 +39,12 @@ double share(const Image& image) {
 
 TEST(Snapshot, DrawsFullLengths) {
   // 4 x 2 m seen from above: the picture is scaled to its 4 m across (4:3), so that it fills
-  // 1 / 1.03 of the width and 2 / 3 of that of the height.
+  // 1 / 1.08 of the width and 2 / 3 of that of the height.
   SceneContent content;
   content.cuboids.push_back(testing::plate({0, 0, 0}, {0, 0, 1}, 4.0, 2.0, 0));
   ViewOptions options = bare();
   options.camera = CameraPreset::Top;
-  EXPECT_NEAR(share(renderSnapshot(content, options)), (1.0 / 1.03) * (2.0 / 3.0) / 1.03, 0.02);
+  EXPECT_NEAR(share(renderSnapshot(content, options)), (1.0 / 1.08) * (2.0 / 3.0) / 1.08, 0.02);
 }
 
 TEST(Snapshot, TurnsCuboidsTheRightWay) {

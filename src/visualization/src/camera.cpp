@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 
-#include "ground.h"
 #include "planar_mapping/core/error.h"
 
 namespace planar_mapping {
@@ -17,7 +16,7 @@ constexpr double kRadiansPerDegree = M_PI / 180.0;
 constexpr double kIsoElevation = 35.0 * kRadiansPerDegree;
 constexpr double kIsoViewAngle = 28.0 * kRadiansPerDegree;
 constexpr double kEyeViewAngle = 62.0 * kRadiansPerDegree;
-constexpr double kMargin = 1.03;  // of the content's extent, left around it
+constexpr double kMargin = 1.08;  // of the content's extent, left around it
 
 struct Frame {
   Vector3 right, up, back;  // of the picture, world frame; back points to the viewer
@@ -50,15 +49,6 @@ std::vector<Vector3> extremePoints(const SceneContent& content, const ViewOption
   if (points.empty() || content.cuboids.empty()) {
     for (const Cuboid& cuboid : content.unknown) {
       for (const Vector3& p : corners(cuboid)) points.push_back(p);
-    }
-  }
-  if (!points.empty() && options.show.ground_grid) {
-    const visualization::GroundFrame ground = visualization::groundFrame(content);
-    const double numbers = options.show.axes ? 0.05 * ground.longest() : 0.0;
-    for (const double x : {ground.low_right - numbers, ground.high_right + numbers}) {
-      for (const double y : {ground.low_forward - numbers, ground.high_forward + numbers}) {
-        points.push_back(ground.point(x, y));
-      }
     }
   }
   return points;
