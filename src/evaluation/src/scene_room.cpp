@@ -132,7 +132,7 @@ void addCornerThings(SceneBuilder& b) {
   b.moveTo(0.0, 0.0);
   b.sphere("ball", Vector3(0.1, 1.75, 0.15), 0.3, kBall);
   b.cylinder("plant_pot", Vector3(-2.6, -1.95, 0), 0.34, 0.34, kClay);
-  b.sphere("plant", Vector3(-2.6, -1.95, 0.72), 0.62, kLeaf);
+  b.sphere("plant", Vector3(-2.6, -1.95, 0.63), 0.62, kLeaf);
 }
 
 }  // namespace
@@ -145,13 +145,14 @@ void buildRoom(SceneBuilder& b, int frames) {
   addShelf(b);
   addSofa(b);
   addCornerThings(b);
-  // Once around, at the height a person carries a camera, always looking outwards and a bit down.
+  // Once around, at the height a person carries a camera, looking outwards, in turn at the walls
+  // and at the floor.
   constexpr double kRadius = 0.35;
   for (int i = 0; i < frames; ++i) {
     const double angle_deg = 360.0 * i / frames;
     const double angle = angle_deg * kPi / 180.0;
     b.lookFrom(Vector3(-0.1 - kRadius * std::cos(angle), 0.1 - kRadius * std::sin(angle), 1.25),
-               angle_deg, -16.0);
+               angle_deg, i % 2 == 0 ? -8.0 : -28.0);
   }
 }
 

@@ -20,10 +20,13 @@ constexpr std::size_t kBlock = std::size_t{1} << 20;
 
 template <typename T>
 T load(const std::uint8_t* bytes, bool big_endian) {
-  std::array<std::uint8_t, sizeof(T)> raw;
-  std::memcpy(raw.data(), bytes, sizeof(T));
-  if (big_endian) std::reverse(raw.begin(), raw.end());
   T value;
+  if (!big_endian) {
+    std::memcpy(&value, bytes, sizeof(T));
+    return value;
+  }
+  std::array<std::uint8_t, sizeof(T)> raw;
+  std::reverse_copy(bytes, bytes + sizeof(T), raw.begin());
   std::memcpy(&value, raw.data(), sizeof(T));
   return value;
 }
@@ -246,10 +249,12 @@ void CloudFiller::fillColumn(CloudData& cloud, const Column& column, const std::
       }
       break;
     }
-    case Target::PackedColor:
+    case Target::PackedColor: {
+      std::uint32_t* out = cloud.colors.data() + first;
       for (std::size_t i = 0; i < count; ++i)
-        cloud.colors[first + i] = load<std::uint32_t>(data + i * stride, big_endian) & 0xFFFFFFu;
+        out[i] = load<std::uint32_t>(data + i * stride, big_endian) & 0xFFFFFFu;
       break;
+    }
     case Target::Red:
     case Target::Green:
     case Target::Blue: {
@@ -260,14 +265,22 @@ void CloudFiller::fillColumn(CloudData& cloud, const Column& column, const std::
         cloud.colors[first + i] |= static_cast<std::uint32_t>(data[i * stride]) << shift;
       break;
     }
-    case Target::Label:
-      for (std::size_t i = 0; i < count; ++i)
-        cloud.labels[first + i] = toLabel(loadNumber(data + i * stride, type, big_endian));
+    case Target::Label: {
+      std::uint32_t* out = cloud.labels.data() + first;
+      if (type == ScalarType::U32 && !big_endian) {
+        for (std::size_t i = 0; i < count; ++i) std::memcpy(out + i, data + i * stride, 4);
+      } else {
+        for (std::size_t i = 0; i < count; ++i)
+          out[i] = toLabel(loadNumber(data + i * stride, type, big_endian));
+      }
       break;
-    case Target::Intensity:
+    }
+    case Target::Intensity: {
+      float* out = cloud.intensities.data() + first;
       for (std::size_t i = 0; i < count; ++i)
-        cloud.intensities[first + i] = toFloat(loadNumber(data + i * stride, type, big_endian));
+        out[i] = toFloat(loadNumber(data + i * stride, type, big_endian));
       break;
+    }
   }
 }
 

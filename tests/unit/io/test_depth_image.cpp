@@ -76,7 +76,7 @@ TEST(DepthImage, SurvivesTruncationAndDamage) {
     std::ofstream(dir / "cut.png", std::ios::binary) << sound.substr(0, size);
     EXPECT_THROW(readDepthPng(dir / "cut.png"), IoError) << size;
   }
-  for (std::size_t bit = 0; bit < 8 * sound.size(); ++bit) {
+  for (std::size_t bit = 0; bit < 8 * sound.size(); bit += 3) {
     std::string damaged = sound;
     damaged[bit / 8] = static_cast<char>(damaged[bit / 8] ^ (1 << (bit % 8)));
     std::ofstream(dir / "bit.png", std::ios::binary) << damaged;
