@@ -133,6 +133,29 @@ void fitAll(const double* sums, std::size_t cells, float* out) {
   }
 }
 
+struct NoiseSample {
+  double squared_range;
+  double noise;
+};
+
+std::vector<NoiseSample> noiseSamples(const std::vector<CellFit>& windows, double min_count,
+                                      const Vector3& sensor) {
+  constexpr double kMinCosine = 0.2;  // more oblique windows tell little about the range
+  std::vector<NoiseSample> samples;
+  for (const CellFit& fit : windows) {
+    if (fit.count < min_count) continue;
+    const double ray[3] = {fit.mean[0] - sensor.x(), fit.mean[1] - sensor.y(),
+                           fit.mean[2] - sensor.z()};
+    const double squared_range = ray[0] * ray[0] + ray[1] * ray[1] + ray[2] * ray[2];
+    const double along =
+        std::fabs(ray[0] * fit.normal[0] + ray[1] * fit.normal[1] + ray[2] * fit.normal[2]);
+    if (!(along * along > kMinCosine * kMinCosine * squared_range)) continue;
+    const double deviation = fit.residual * std::sqrt(squared_range) / along;
+    if (std::isfinite(deviation)) samples.push_back({squared_range, deviation});
+  }
+  return samples;
+}
+
 }  // namespace
 
 CellGrid tileGrid(const TiledCloud& cloud, int threads) {
@@ -140,10 +163,10 @@ CellGrid tileGrid(const TiledCloud& cloud, int threads) {
   grid.columns = cloud.columns;
   grid.rows = cloud.rows;
   grid.capacity = kTileArea;
-  grid.sums.resize(static_cast<std::size_t>(kMoments) * grid.cells());
+  grid.allocate(nullptr);
   parallelFor(static_cast<std::size_t>(cloud.rows), threads, [&](std::size_t row) {
     const int first = static_cast<int>(row) * cloud.columns;
-    sumTiles(cloud, first, first + cloud.columns, grid.sums.data());
+    sumTiles(cloud, first, first + cloud.columns, grid.sums);
   });
   return grid;
 }
@@ -154,60 +177,56 @@ CellGrid freeQuarterGrid(const TiledCloud& cloud, const std::vector<std::int16_t
   grid.columns = 2 * cloud.columns;
   grid.rows = 2 * cloud.rows;
   grid.capacity = kQuarterArea;
-  grid.sums.resize(static_cast<std::size_t>(kMoments) * grid.cells());
+  grid.allocate(cloud.room[0]);
   parallelFor(static_cast<std::size_t>(cloud.rows), threads, [&](std::size_t row) {
     const int first = static_cast<int>(row);
-    sumFreeQuarters(cloud, labels.data(), first, first + 1, grid.sums.data());
+    sumFreeQuarters(cloud, labels.data(), first, first + 1, grid.sums);
   });
   return grid;
 }
 
-void windowSums(const CellGrid& grid, int radius, CellGrid& windows) {
+CellGrid windowSums(const CellGrid& grid, int radius, double* room) {
+  CellGrid windows;
   windows.columns = grid.columns;
   windows.rows = grid.rows;
   windows.capacity = grid.capacity * (2 * radius + 1) * (2 * radius + 1);
-  windows.sums.resize(grid.sums.size());
+  windows.allocate(room);
   std::vector<double> padded(static_cast<std::size_t>(grid.columns + 2 * radius), 0.0);
   for (int m = 0; m < kMoments; ++m) {
     sumRows(grid.moment(m), grid.columns, grid.rows, radius, windows.moment(m));
     sumColumns(windows.moment(m), grid.columns, grid.rows, radius, padded.data());
   }
+  return windows;
 }
 
 std::vector<CellFit> fitCells(const CellGrid& grid) {
   std::vector<CellFit> fits(static_cast<std::size_t>(grid.cells()));
-  if (!fits.empty()) fitAll(grid.sums.data(), fits.size(), fits.front().normal);
+  if (!fits.empty()) fitAll(grid.sums, fits.size(), fits.front().normal);
   return fits;
+}
+
+CellFit fitSums(const MomentSums& sums) {
+  CellFit fit;
+  fitAll(sums.data(), 1, fit.normal);
+  return fit;
 }
 
 RangeNoise estimateNoise(const std::vector<CellFit>& windows, int capacity, const Vector3& sensor,
                          const OrganizedParams& params) {
-  struct Sample {
-    double squared_range;
-    double noise;
-  };
-  constexpr double kMinCount = 0.4;   // share of a full window
-  constexpr double kMinCosine = 0.2;  // more oblique windows tell little about the range
+  constexpr double kFull = 0.8;    // share of a window; emptier ones lie at depth edges
+  constexpr double kSparse = 0.3;  // enough where the whole image is sparse
   constexpr std::size_t kBins = 8;
-  std::vector<Sample> samples;
-  for (const CellFit& fit : windows) {
-    if (fit.count < kMinCount * capacity) continue;
-    const double ray[3] = {fit.mean[0] - sensor.x(), fit.mean[1] - sensor.y(),
-                           fit.mean[2] - sensor.z()};
-    const double squared_range = ray[0] * ray[0] + ray[1] * ray[1] + ray[2] * ray[2];
-    const double along =
-        std::fabs(ray[0] * fit.normal[0] + ray[1] * fit.normal[1] + ray[2] * fit.normal[2]);
-    if (!(along * along > kMinCosine * kMinCosine * squared_range)) continue;
-    const double deviation = fit.residual * std::sqrt(squared_range) / along;
-    if (std::isfinite(deviation)) samples.push_back({squared_range, deviation});
-  }
+  constexpr std::size_t kMinSamples = 4 * kBins;
+  std::vector<NoiseSample> samples = noiseSamples(windows, kFull * capacity, sensor);
+  if (samples.size() < kMinSamples) samples = noiseSamples(windows, kSparse * capacity, sensor);
   RangeNoise noise;
   if (samples.size() < kBins) {
     noise.constant = params.assumed_noise * params.distance_threshold;
     return noise;
   }
-  std::sort(samples.begin(), samples.end(),
-            [](const Sample& a, const Sample& b) { return a.squared_range < b.squared_range; });
+  std::sort(samples.begin(), samples.end(), [](const NoiseSample& a, const NoiseSample& b) {
+    return a.squared_range < b.squared_range;
+  });
   // Weighted least squares of quantile = constant + quadratic r^2 over bins of equal count.
   double w = 0.0, wx = 0.0, wxx = 0.0, wy = 0.0, wxy = 0.0;
   for (std::size_t bin = 0; bin < kBins; ++bin) {
@@ -218,7 +237,7 @@ RangeNoise estimateNoise(const std::vector<CellFit>& windows, int capacity, cons
     const auto at = begin + static_cast<std::ptrdiff_t>(params.noise_quantile *
                                                         static_cast<double>(end - begin));
     std::nth_element(begin, at, end,
-                     [](const Sample& a, const Sample& b) { return a.noise < b.noise; });
+                     [](const NoiseSample& a, const NoiseSample& b) { return a.noise < b.noise; });
     const double weight = 1.0 / std::max(at->noise * at->noise, 1e-12);
     w += weight;
     wx += weight * squared_range;

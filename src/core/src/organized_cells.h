@@ -68,7 +68,7 @@ struct OrganizedParams {
   /// ... explains the points so much better (variance ratio) ...
   double bent_advantage = 6.0;
   /// ... and bows by this share of d_T is no plane.
-  double bow_share = 0.05;
+  double bow_share = 0.08;
   /// Sine of the angle between rays and plane below which ranges say little about the plane.
   double min_ray_sine = 0.05;
   /// Growth of the residual across the plane that a fit along the rays may cost.
@@ -94,13 +94,19 @@ struct CellFit {
 struct CellGrid {
   int columns = 0;
   int rows = 0;
-  int capacity = 0;          ///< points of a full cell
-  std::vector<double> sums;  ///< moment * cells + cell
+  int capacity = 0;            ///< points of a full cell
+  double* sums = nullptr;      ///< moment * cells + cell
+  std::vector<double> memory;  ///< of the sums, unless they are somebody else's
 
   int cells() const { return columns * rows; }
-  const double* moment(int m) const { return sums.data() + static_cast<std::size_t>(m) * cells(); }
-  double* moment(int m) { return sums.data() + static_cast<std::size_t>(m) * cells(); }
-  double count(int cell) const { return sums[static_cast<std::size_t>(cell)]; }
+  /// Uses \p room, which must hold kMoments * cells() values, or own memory if it is null.
+  void allocate(double* room) {
+    if (!room) memory.resize(static_cast<std::size_t>(kMoments) * cells());
+    sums = room ? room : memory.data();
+  }
+  const double* moment(int m) const { return sums + static_cast<std::size_t>(m) * cells(); }
+  double* moment(int m) { return sums + static_cast<std::size_t>(m) * cells(); }
+  double count(int cell) const { return sums[cell]; }
 };
 
 CellGrid tileGrid(const TiledCloud& cloud, int threads);
@@ -108,10 +114,14 @@ CellGrid freeQuarterGrid(const TiledCloud& cloud, const std::vector<std::int16_t
                          int threads);
 
 /// Sums over the (2 radius + 1)^2 cells around each cell.
-void windowSums(const CellGrid& grid, int radius, CellGrid& windows);
+/// \param room for as many sums as \p grid has
+CellGrid windowSums(const CellGrid& grid, int radius, double* room);
 
 /// Least-squares planes of all cells of a grid; a zero normal where there is none.
 std::vector<CellFit> fitCells(const CellGrid& grid);
+
+/// Least-squares plane of one set of sums.
+CellFit fitSums(const MomentSums& sums);
 
 /// Estimates the noise of the sensor from the residuals of small windows.
 /// \param capacity points of a full window

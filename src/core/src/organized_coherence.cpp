@@ -27,7 +27,7 @@ double agreement(const PlaneCandidate& plane, const std::vector<TilePart>& parts
   CellGrid windows;
   windows.columns = static_cast<int>(list.size());
   windows.rows = 1;
-  windows.sums.resize(kMoments * list.size());
+  windows.allocate(nullptr);
   const int tiles = static_cast<int>(part_of_tile.size());
   for (std::size_t i = 0; i < list.size(); ++i) {
     const int tile = parts[list[i]].tile;

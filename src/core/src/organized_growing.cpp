@@ -17,18 +17,15 @@ void addSums(MomentSums& sums, const MomentSums& other) {
 }
 
 void PlaneCandidate::fit() {
-  Matrix3 outer;
-  outer << sums[kXX], sums[kXY], sums[kXZ], sums[kXY], sums[kYY], sums[kYZ], sums[kXZ], sums[kYZ],
-      sums[kZZ];
-  const PlaneMoments::Fit found =
-      PlaneMoments::fromSums(sums[kN], {sums[kX], sums[kY], sums[kZ]}, outer, Vector3::Zero())
-          .fit();
-  valid = found.valid;
+  const CellFit found = fitSums(sums);
+  const Vector3 n(found.normal[0], found.normal[1], found.normal[2]);
+  const double length = n.norm();
+  valid = length > 0.5 && found.extent > 0.0F && std::isfinite(length);
   if (!valid) return;
-  for (int i = 0; i < 3; ++i) normal[i] = found.plane.normal[i];
-  offset = found.plane.offset;
-  residual = found.rms;
-  width = std::sqrt(found.eigenvalues[1]);
+  for (int i = 0; i < 3; ++i) normal[i] = n[i] / length;
+  offset = -(normal[0] * sums[kX] + normal[1] * sums[kY] + normal[2] * sums[kZ]) / sums[kN];
+  residual = found.residual;
+  width = found.extent;
 }
 
 double PlaneCandidate::meanSquare(const MomentSums& other) const {
@@ -43,20 +40,15 @@ double PlaneCandidate::meanSquare(const MomentSums& other) const {
   return std::max(0.0, square);
 }
 
-CellGrower::CellGrower(const CellGrid& grid, bool wide, const Vector3& sensor,
+CellGrower::CellGrower(const CellGrid& grid, bool wide, double* room, const Vector3& sensor,
                        const OrganizedParams& params)
     : grid_(grid),
       sensor_(sensor),
       params_(params),
       fits_(fitCells(grid)),
       visited_(static_cast<std::size_t>(grid.cells()), 0) {
-  CellGrid windows;
-  windowSums(grid, 1, windows);
-  window_fits_ = fitCells(windows);
-  if (wide) {
-    windowSums(grid, 2, windows);
-    wide_fits_ = fitCells(windows);
-  }
+  window_fits_ = fitCells(windowSums(grid, 1, room));
+  if (wide) wide_fits_ = fitCells(windowSums(grid, 2, room));
 }
 
 void CellGrower::estimateNoise() {
@@ -65,7 +57,7 @@ void CellGrower::estimateNoise() {
 }
 
 void CellGrower::classify() {
-  constexpr double kMinShare = 0.4;  // of a full window
+  constexpr double kMinShare = 0.5;  // of a full window
   const double floor = params_.smallest_noise_share * params_.distance_threshold;
   states_.assign(static_cast<std::size_t>(grid_.cells()), CellState{});
   const auto planar = [&](const CellFit& fit, int cells, double noise_over_range,

@@ -50,7 +50,9 @@ struct GrownCells {
 class CellGrower {
  public:
   /// \param wide also look at 5 x 5 windows, which make better seeds
-  CellGrower(const CellGrid& grid, bool wide, const Vector3& sensor, const OrganizedParams& params);
+  /// \param room for the sums of windows while they are fitted
+  CellGrower(const CellGrid& grid, bool wide, double* room, const Vector3& sensor,
+             const OrganizedParams& params);
 
   const RangeNoise& noise() const { return noise_; }
   void estimateNoise();

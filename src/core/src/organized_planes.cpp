@@ -110,7 +110,7 @@ PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
   std::vector<PlaneCandidate> planes;
   GrownCells grown;
   {
-    CellGrower grower(tiles, true, cloud.sensor, own);
+    CellGrower grower(tiles, true, cloud.room[1], cloud.sensor, own);
     if (params.noise) {
       noise.quadratic = params.noise->depthError(1.0);
       grower.setNoise(noise);
@@ -130,7 +130,7 @@ PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
   drop(planes, pixels, params.min_inliers * own.min_seed_share, cloud, noise, own, set.diagnostics);
   {
     const CellGrid quarters = freeQuarterGrid(cloud, pixels.labels(), params.threads);
-    CellGrower grower(quarters, false, cloud.sensor, own);
+    CellGrower grower(quarters, false, cloud.room[1], cloud.sensor, own);
     grower.setNoise(noise);
     grown = grower.grow(planes);
     count(grown, set.diagnostics);

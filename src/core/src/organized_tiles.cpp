@@ -61,12 +61,12 @@ void copyTileRow(const PointsView& points, const float* origin, int tile_row, in
 
 void copyIndexed(const PointsView& points, const Indices& indices, const float* origin,
                  TiledCloud& cloud) {
-  std::fill(cloud.xyz.get(), cloud.xyz.get() + std::size_t{3} * kTileArea * cloud.tiles(), kNaN);
+  std::fill(cloud.xyz, cloud.xyz + std::size_t{3} * kTileArea * cloud.tiles(), kNaN);
   for (const int index : indices) {
     const int row = index / cloud.width;
     const int column = index % cloud.width;
     const int tile = (row / kTileSide) * cloud.columns + column / kTileSide;
-    float* x = cloud.xyz.get() + std::size_t{3} * kTileArea * tile +
+    float* x = cloud.xyz + std::size_t{3} * kTileArea * tile +
                pixelInTile(row % kTileSide, column % kTileSide);
     copyPixels<0>(points[static_cast<std::size_t>(index)], points.stride, 1, origin, x,
                   x + kTileArea, x + 2 * kTileArea);
@@ -200,14 +200,20 @@ TiledCloud tileCloud(const PointsView& points, const Indices* indices, const Vec
   cloud.rows = (cloud.height + kTileSide - 1) / kTileSide;
   cloud.origin = points.point(first);
   cloud.sensor = sensor - cloud.origin;
-  cloud.xyz.reset(new float[std::size_t{3} * kTileArea * cloud.tiles()]);
+  const std::size_t coordinates = std::size_t{3} * kTileArea * cloud.tiles();
+  const std::size_t sums = std::size_t{4} * kMoments * cloud.tiles();
+  static_assert(sizeof(double) == 2 * sizeof(float), "a double takes the room of two floats");
+  cloud.memory.reset(new double[coordinates / 2 + 2 * sums]);
+  cloud.room[0] = cloud.memory.get();
+  cloud.room[1] = cloud.room[0] + sums;
+  cloud.xyz = reinterpret_cast<float*>(cloud.room[1] + sums);
   const float* origin = points[first];
   if (indices) {
     copyIndexed(points, *indices, origin, cloud);
     return cloud;
   }
   parallelFor(static_cast<std::size_t>(cloud.rows), threads, [&](std::size_t row) {
-    float* tiles = cloud.xyz.get() + std::size_t{3} * kTileArea * cloud.columns * row;
+    float* tiles = cloud.xyz + std::size_t{3} * kTileArea * cloud.columns * row;
     const int tile_row = static_cast<int>(row);
     switch (points.stride) {
       case 3:
@@ -224,13 +230,12 @@ TiledCloud tileCloud(const PointsView& points, const Indices* indices, const Vec
 }
 
 void sumTiles(const TiledCloud& cloud, int first_tile, int last_tile, double* out) {
-  sumTileRange(cloud.xyz.get(), first_tile, last_tile, static_cast<std::size_t>(cloud.tiles()),
-               out);
+  sumTileRange(cloud.xyz, first_tile, last_tile, static_cast<std::size_t>(cloud.tiles()), out);
 }
 
 void sumFreeQuarters(const TiledCloud& cloud, const std::int16_t* labels, int first_row,
                      int last_row, double* out) {
-  sumQuarterRows(cloud.xyz.get(), labels, cloud.columns, first_row, last_row,
+  sumQuarterRows(cloud.xyz, labels, cloud.columns, first_row, last_row,
                  static_cast<std::size_t>(4) * cloud.tiles(), out);
 }
 

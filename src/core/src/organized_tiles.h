@@ -32,10 +32,14 @@ struct TiledCloud {
   int rows = 0;                      ///< tiles
   Vector3 origin = Vector3::Zero();  ///< first finite point, metres
   Vector3 sensor = Vector3::Zero();  ///< relative to origin, metres
-  std::unique_ptr<float[]> xyz;
+  float* xyz = nullptr;              ///< in memory
+  /// Room for the sums of two grids of quarters. One block with xyz, because a block of this size
+  /// is what makes malloc keep the memory of a frame for the next one.
+  double* room[2] = {nullptr, nullptr};
+  std::unique_ptr<double[]> memory;
 
   int tiles() const { return columns * rows; }
-  const float* x(int tile) const { return xyz.get() + std::size_t{3} * kTileArea * tile; }
+  const float* x(int tile) const { return xyz + std::size_t{3} * kTileArea * tile; }
   const float* y(int tile) const { return x(tile) + kTileArea; }
   const float* z(int tile) const { return x(tile) + 2 * kTileArea; }
 };
