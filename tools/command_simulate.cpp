@@ -6,7 +6,9 @@
 #include <memory>
 
 #include "commands.h"
+#include "planar_mapping/core/error.h"
 #include "planar_mapping/evaluation/simulation.h"
+#include "planar_mapping/pipeline/output.h"
 
 namespace planar_mapping::tools {
 namespace {
@@ -27,7 +29,9 @@ void addOptions(CLI::App& command, SimulateArguments& arguments) {
   std::string scenes;
   for (const std::string& name : evaluation::sceneNames())
     scenes += (scenes.empty() ? "" : ", ") + name;
-  command.add_option("scene", params.scene, "Scene: " + scenes)->required();
+  command.add_option("scene", params.scene, "Scene: " + scenes)
+      ->required()
+      ->check(CLI::IsMember(evaluation::sceneNames()));
   command.add_option("-o,--output", arguments.output, "Directory the sequence is written to")
       ->required();
   command.add_option("--frames", params.frames, "Frames along the path, >= 1")
@@ -54,6 +58,26 @@ void addOptions(CLI::App& command, SimulateArguments& arguments) {
   command.add_flag("-q,--quiet", arguments.quiet, "No progress");
 }
 
+void simulate(const SimulateArguments& arguments) {
+  const evaluation::SimulationParams& params = arguments.params;
+  const evaluation::Simulation simulation(params);
+  const bool show = !arguments.quiet && ::isatty(STDERR_FILENO) == 1;
+  const auto progress = [&](std::size_t done) {
+    if (!show) return;
+    std::cerr << "\rframe " << done << " of " << simulation.size()
+              << (done == simulation.size() ? "\n" : "");
+  };
+  try {
+    evaluation::writeSequence(simulation, arguments.output, arguments.force, progress);
+  } catch (const IoError& error) {
+    throw OutputError(error.what());
+  }
+  if (!arguments.quiet)
+    std::cout << arguments.output << ": " << simulation.size() << " frames of " << params.width
+              << " x " << params.height << ", " << simulation.scene().objects.size() << " objects, "
+              << simulation.planes().size() << " planes\n";
+}
+
 }  // namespace
 
 void addSimulateCommand(CLI::App& app, int& exit_code) {
@@ -69,18 +93,11 @@ void addSimulateCommand(CLI::App& app, int& exit_code) {
       params.sensor = evaluation::StereoSensorParams::perfect();
       params.sensor.baseline = baseline;
     }
-    const evaluation::Simulation simulation(params);
-    const bool show = !arguments->quiet && ::isatty(STDERR_FILENO) == 1;
-    evaluation::writeSequence(simulation, arguments->output, arguments->force,
-                              [&](std::size_t done) {
-                                if (show)
-                                  std::cerr << "\rframe " << done << " of " << simulation.size()
-                                            << (done == simulation.size() ? "\n" : "");
-                              });
-    if (!arguments->quiet)
-      std::cout << arguments->output << ": " << simulation.size() << " frames of " << params.width
-                << " x " << params.height << ", " << simulation.scene().objects.size()
-                << " objects, " << simulation.planes().size() << " planes\n";
+    try {
+      simulate(*arguments);
+    } catch (const ParameterError& error) {
+      throw UsageError(error.what());
+    }
     exit_code = kDone;
   });
 }
