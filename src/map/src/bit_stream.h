@@ -23,6 +23,11 @@ class ByteWriter {
   void u8(std::uint8_t v) { bytes.push_back(v); }
   void u32(std::uint32_t v) { fixed(v, 4); }
   void u64(std::uint64_t v) { fixed(v, 8); }
+  void f32(float v) {
+    std::uint32_t bits = 0;
+    std::memcpy(&bits, &v, sizeof bits);
+    u32(bits);
+  }
   void f64(double v) {
     std::uint64_t bits = 0;
     std::memcpy(&bits, &v, sizeof bits);
@@ -66,6 +71,12 @@ class ByteReader {
   }
   std::uint32_t u32() { return static_cast<std::uint32_t>(fixed(4)); }
   std::uint64_t u64() { return fixed(8); }
+  float f32() {
+    const std::uint32_t bits = u32();
+    float v = 0.0f;
+    std::memcpy(&v, &bits, sizeof v);
+    return v;
+  }
   double f64() {
     const std::uint64_t bits = fixed(8);
     double v = 0.0;

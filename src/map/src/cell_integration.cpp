@@ -10,9 +10,6 @@
 namespace planar_mapping::detail {
 namespace {
 
-/// Points this close to a planar cuboid are absorbed, in cells; as in approximateCuboids().
-constexpr double kAbsorptionMargin = 0.5;
-
 /// A plane as the absorption test sees it: world coordinates in cells.
 struct Cover {
   const PlaneLayer* layer = nullptr;
@@ -81,10 +78,10 @@ Points toCells(const MapData& map, const Frame& frame) {
 }
 
 /// Planes that may cover points of each block.
-std::vector<std::uint32_t> findCandidates(const std::vector<Cover>& covers,
+std::vector<std::uint32_t> findCandidates(const std::vector<Cover>& covers, double margin,
                                           KeyMap<BlockHits>& hits) {
   std::vector<std::uint32_t> candidates;
-  const double reach = 2.0 * std::sqrt(3.0);
+  const double reach = 2.0 * std::sqrt(3.0) + margin;
   for (std::size_t i = 0; i < hits.size(); ++i) {
     const Int3 block = unpackKey(hits.key(i));
     const double middle[3] = {4.0 * block.x + 2.0, 4.0 * block.y + 2.0, 4.0 * block.z + 2.0};
@@ -92,8 +89,7 @@ std::vector<std::uint32_t> findCandidates(const std::vector<Cover>& covers,
     hit.first_candidate = static_cast<std::uint32_t>(candidates.size());
     for (std::size_t c = 0; c < covers.size(); ++c) {
       const double height = Cover::along(covers[c].n, middle);
-      if (height <= reach + kAbsorptionMargin &&
-          height >= -reach - kAbsorptionMargin - covers[c].thickness) {
+      if (height <= reach && height >= -reach - covers[c].thickness) {
         candidates.push_back(static_cast<std::uint32_t>(c));
       }
     }
@@ -192,8 +188,13 @@ void applyHits(MapData& map, Frame& frame, const KeyMap<BlockHits>& hits) {
         block->occupied |= flag;
         ++frame.update.cells_added;
       }
-      changed |= after != before;
+      // Each profile keeps what its cuboids are made from, which is what the file holds.
+      const int before_octants = known ? block->octants[bit] : 0;
+      const auto octants =
+          static_cast<std::uint8_t>(with_mean ? 0 : before_octants | hit.octants[bit]);
+      changed |= after != before || octants != block->octants[bit];
       block->belief[bit] = after;
+      block->octants[bit] = octants;
       if (!isKept(after, params.min_probability)) {
         block->occupied &= ~flag;
         block->belief[bit] = 0;
@@ -255,11 +256,12 @@ void integrateCells(MapData& map, Frame& frame) {
     map.cells.anchor = {middle(sensor.x()), middle(sensor.y()), middle(sensor.z())};
   }
 
+  const double margin = map.params.approximation.absorption;
   std::vector<Cover> covers;
   std::vector<std::uint32_t> candidates;
   if (map.isCompact()) {
     covers = coversNear(map, low, high);
-    candidates = findCandidates(covers, hits);
+    candidates = findCandidates(covers, margin, hits);
   }
   const std::vector<float>* belief = frame.observation->probability;
   for (std::size_t i = 0; i < n; ++i) {
@@ -269,7 +271,7 @@ void integrateCells(MapData& map, Frame& frame) {
     const double* p = &points.xyz[3 * i];
     bool absorbed = false;
     for (std::uint32_t k = hit.first_candidate; k < hit.last_candidate && !absorbed; ++k) {
-      absorbed = covers[candidates[k]].contains(p, kAbsorptionMargin);
+      absorbed = covers[candidates[k]].contains(p, margin);
     }
     if (absorbed) {
       ++frame.update.absorbed_points;
@@ -277,6 +279,9 @@ void integrateCells(MapData& map, Frame& frame) {
     }
     const auto bit = static_cast<std::size_t>(CellLayer::bitOf({c[0], c[1], c[2]}));
     ++hit.count[bit];
+    const int octant =
+        (p[0] - c[0] >= 0.5 ? 1 : 0) + (p[1] - c[1] >= 0.5 ? 2 : 0) + (p[2] - c[2] >= 0.5 ? 4 : 0);
+    hit.octants[bit] |= static_cast<std::uint8_t>(1 << octant);
     if (belief != nullptr) {
       hit.belief[bit] += (*belief)[static_cast<std::size_t>(frame.non_planar[i])];
     }

@@ -74,6 +74,7 @@ std::size_t CellLayer::rebuild(const CuboidApproximationParams& params,
         }
         cell.mean = params.resolution * (Vector3(c.x, c.y, c.z) + within);
         cell.weight = static_cast<float>(params.min_points_per_cell);  // it passed that test
+        if (block.mean.empty()) cell.octants = block.octants[static_cast<std::size_t>(bit)];
         cell.probability = beliefOf(block.belief[static_cast<std::size_t>(bit)]);
         cells.push_back(cell);
       }

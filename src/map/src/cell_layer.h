@@ -15,6 +15,7 @@ namespace planar_mapping::detail {
 struct CellBlock {
   std::uint64_t occupied = 0;  ///< bit 16 z + 4 y + x
   std::array<std::uint8_t, 64> belief{};
+  std::array<std::uint8_t, 64> octants{};  ///< eighths of the cell that hold points
   /// Mean of the points within the cell, in 1/256 of its side; only the paper's profile, which
   /// fits planes to it, keeps it.
   std::vector<std::array<std::uint8_t, 3>> mean;
@@ -23,6 +24,7 @@ struct CellBlock {
 /// Points of one frame in a block.
 struct BlockHits {
   std::array<std::uint32_t, 64> count{};
+  std::array<std::uint8_t, 64> octants{};
   std::array<float, 64> belief{};          ///< sum over the points
   std::vector<std::array<float, 3>> mean;  ///< sum of the offsets within the cell, cells
   std::uint32_t first_candidate = 0;       ///< planes that may cover points of the block

@@ -13,6 +13,8 @@ namespace {
 
 /// How far a rotation may be from orthonormal: float poses of other libraries pass.
 constexpr double kRotationTolerance = 1e-3;
+/// Metres; points beyond are in nobody's world, and their squares would soon overflow a float.
+constexpr double kLargestCoordinate = 1e9;
 
 void requireIndices(const Indices& indices, std::size_t size, const char* what) {
   int low = 0;
@@ -59,9 +61,8 @@ void requireCamera(const PinholeCamera& camera, const PointsView& points) {
 PlaneMoments momentsOf(const PointsView& points, const Indices& inliers) {
   PlaneMoments moments;
   for (const int i : inliers) {
-    if (points.isFinite(static_cast<std::size_t>(i))) {
-      moments.add(points.point(static_cast<std::size_t>(i)));
-    }
+    const Vector3 p = points.point(static_cast<std::size_t>(i));
+    if (p.cwiseAbs().maxCoeff() < kLargestCoordinate) moments.add(p);  // false for NaN
   }
   return moments;
 }
@@ -135,8 +136,10 @@ Frame makeFrame(const FrameObservation& observation) {
         throw InputError("a plane of the frame is not finite or has no unit normal");
       }
       const PlaneMoments& m = segment.moments;
-      if (!std::isfinite(m.weight()) || !m.mean().allFinite() || !m.scatter().allFinite()) {
-        throw InputError("the moments of a plane of the frame are not finite");
+      constexpr double kLargestScatter = 1e30;
+      if (!std::isfinite(m.weight()) || !m.mean().allFinite() ||
+          !(m.scatter().cwiseAbs().maxCoeff() < kLargestScatter)) {
+        throw InputError("the moments of a plane of the frame are not finite or too large");
       }
     }
     for (const PlaneSegment& segment : *observation.planes) {

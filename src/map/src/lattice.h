@@ -5,15 +5,17 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "key_map.h"
+
 namespace planar_mapping::detail {
 
 /// Cell of a point that is not finite or lies beyond the lattice.
-constexpr std::int32_t kOutside = INT32_MIN;
+constexpr std::int32_t kOutside = -kLatticeLimit - 1;
 /// Points handled at once by the loops below.
 constexpr std::size_t kBatch = 512;
 
-/// a = floor(m0 x + m1 y + m2 z + m3) and b = floor(m4 x + ...) of \p n points of a strided cloud;
-/// a = kOutside where either leaves the lattice.
+/// a = floor(m0 x + m1 y + m2 z + m3) and b = floor(m4 x + ...) of \p n <= kBatch points of a
+/// strided cloud; kOutside where it leaves the lattice.
 void planeCells(const float* data, std::size_t stride, const int* indices, std::size_t n,
                 const double* m, std::int32_t* a, std::int32_t* b);
 

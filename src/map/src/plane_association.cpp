@@ -195,8 +195,7 @@ void associatePlanes(MapData& map, Frame& frame) {
     if (assigned[k] || frame.inliersOf(k).empty()) continue;
     PlaneLayer layer;
     layer.info.id = map.next_plane_id++;
-    layer.frame = makePlaneFrame(frame.planes[k], frame.sensor, map.params.approximation.up);
-    layer.info.plane = {layer.frame.n, -layer.frame.n.dot(layer.frame.origin)};
+    layer.setFrame(makePlaneFrame(frame.planes[k], frame.sensor, map.params.approximation.up));
     map.planes.push_back(std::move(layer));
     frame.hits.emplace_back();
     frame.hits.back().layer = map.planes.size() - 1;

@@ -84,7 +84,7 @@ void countHits(const MapData& map, Frame& frame, const PlaneLayer& layer, std::s
     const std::size_t n = std::min(kBatch, inliers.size() - begin);
     planeCells(points.data, points.stride, inliers.data() + begin, n, to_cells.m, a, b);
     for (std::size_t i = 0; i < n; ++i) {
-      if (a[i] == kOutside) {
+      if (a[i] == kOutside || b[i] == kOutside) {
         ++frame.update.dropped_points;
         continue;
       }

@@ -24,7 +24,8 @@ std::uint64_t tileRectangle(std::int32_t low_a, std::int32_t low_b, std::int32_t
 }  // namespace
 
 PlaneMoments symmetric(const PlaneMoments& moments) {
-  const Matrix3 scatter = 0.5 * (moments.scatter() + moments.scatter().transpose());
+  const Matrix3 scatter =
+      (0.5 * (moments.scatter() + moments.scatter().transpose())).cast<float>().cast<double>();
   return PlaneMoments::fromSums(moments.weight(), Vector3::Zero(), scatter, moments.mean());
 }
 
@@ -58,6 +59,25 @@ bool PlaneLayer::anyWithin(std::int32_t a, std::int32_t b, std::int32_t radius) 
     }
   }
   return false;
+}
+
+void PlaneLayer::setFrame(const Vector3& origin, const PlaneAxes& u_and_n) {
+  axes = u_and_n;
+  const Vector3 u(axes[0], axes[1], axes[2]);
+  frame.origin = origin;
+  frame.n = Vector3(axes[3], axes[4], axes[5]).normalized();
+  frame.u = (u - frame.n.dot(u) * frame.n).normalized();
+  frame.v = frame.n.cross(frame.u);
+  info.plane = {frame.n, -frame.n.dot(frame.origin)};
+}
+
+void PlaneLayer::setFrame(const PlaneFrame& wanted) {
+  PlaneAxes u_and_n;
+  for (int i = 0; i < 3; ++i) {
+    u_and_n[static_cast<std::size_t>(i)] = static_cast<float>(wanted.u[i]);
+    u_and_n[static_cast<std::size_t>(3 + i)] = static_cast<float>(wanted.n[i]);
+  }
+  setFrame(wanted.origin, u_and_n);
 }
 
 RasterTile& PlaneLayer::tileAt(std::int32_t tile_a, std::int32_t tile_b) {
@@ -232,16 +252,17 @@ bool PlaneLayer::refit(double s, double tolerance) {
   const Vector3 middle = before.toPlane(info.moments.mean());
   const Vector3 along = before.u - plane.normal.dot(before.u) * plane.normal;
   if (!(along.norm() > 0.5)) return false;  // turned by more than any association allows
-  frame.n = plane.normal;
-  frame.u = along.normalized();
-  frame.v = frame.n.cross(frame.u);
+  PlaneFrame after;
+  after.n = plane.normal;
+  after.u = along.normalized();
+  setFrame(after);
   const Vector3 mean = info.moments.mean();
   const Vector3 foot = mean - plane.signedDistance(mean) * frame.n;
   frame.origin = foot - middle.x() * frame.u - middle.y() * frame.v;
-  info.plane = {frame.n, -frame.n.dot(frame.origin)};
-  Matrix3 axes;
-  axes << frame.u, frame.v, frame.n;
-  const Quaternion orientation(axes);
+  info.plane.offset = -frame.n.dot(frame.origin);
+  Matrix3 rotation;
+  rotation << frame.u, frame.v, frame.n;
+  const Quaternion orientation(rotation);
   for (std::size_t p = 0; p < patches.size(); ++p) {
     for (Cuboid& cuboid : patches.value(p).cuboids) {
       // Through whole half cells, so that the result is the one a rebuild would give.

@@ -32,8 +32,10 @@ struct PlanePatch {
 };
 constexpr std::int32_t kPatchCells = 256;
 
-/// The same moments with exactly symmetric scatter, as the file keeps them.
+/// The same moments with exactly symmetric scatter in floats, as the file keeps it.
 PlaneMoments symmetric(const PlaneMoments& moments);
+/// u and n of a frame as the file keeps them.
+using PlaneAxes = std::array<float, 6>;
 
 /// Sparse raster of the occupied cells of one plane, and the cuboids made of it.
 ///
@@ -44,11 +46,15 @@ class PlaneLayer {
  public:
   MapPlane info;
   PlaneFrame frame;
+  PlaneAxes axes{};           ///< that frame was made from
   std::int32_t anchor_a = 0;  ///< first cell of patch (0, 0); multiples of 8
   std::int32_t anchor_b = 0;
   KeyMap<RasterTile> tiles;  ///< by (a >> 3, b >> 3)
   KeyMap<PlanePatch> patches;
 
+  /// Sets frame and info.plane; the axes are rounded to floats and made orthonormal again.
+  void setFrame(const Vector3& origin, const PlaneAxes& u_and_n);
+  void setFrame(const PlaneFrame& wanted);
   /// The tile, which is added if it is new.
   RasterTile& tileAt(std::int32_t tile_a, std::int32_t tile_b);
   bool at(std::int32_t a, std::int32_t b) const;

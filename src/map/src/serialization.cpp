@@ -39,11 +39,26 @@ void writeParams(const PlanarMapParams& p, ByteWriter& out) {
   out.u8(static_cast<std::uint8_t>(a.profile));
   out.u8(p.unknown_space ? 1 : 0);
   out.varint(static_cast<std::uint64_t>(a.min_points_per_cell));
-  for (const double v :
-       {a.resolution, a.thickness, a.density_threshold, a.min_width, a.min_height, a.hole_size,
-        a.up.x(), a.up.y(), a.up.z(), p.association_angle, p.association_offset, p.association_gap,
-        p.unknown_resolution, p.max_range, p.min_probability, p.belief_gain, p.miss_factor,
-        p.refit_tolerance, p.range_image_step}) {
+  for (const double v : {a.resolution,
+                         a.thickness,
+                         a.density_threshold,
+                         a.min_width,
+                         a.min_height,
+                         a.hole_size,
+                         a.absorption,
+                         a.up.x(),
+                         a.up.y(),
+                         a.up.z(),
+                         p.association_angle,
+                         p.association_offset,
+                         p.association_gap,
+                         p.unknown_resolution,
+                         p.max_range,
+                         p.min_probability,
+                         p.belief_gain,
+                         p.miss_factor,
+                         p.refit_tolerance,
+                         p.range_image_step}) {
     out.f64(v);
   }
 }
@@ -60,11 +75,26 @@ PlanarMapParams readParams(ByteReader& in) {
   const std::uint64_t points = in.varint();
   if (points > 1000000000u) in.fail("asks for too many points per cell");
   a.min_points_per_cell = static_cast<int>(points);
-  for (double* v :
-       {&a.resolution, &a.thickness, &a.density_threshold, &a.min_width, &a.min_height,
-        &a.hole_size, &a.up.x(), &a.up.y(), &a.up.z(), &p.association_angle, &p.association_offset,
-        &p.association_gap, &p.unknown_resolution, &p.max_range, &p.min_probability, &p.belief_gain,
-        &p.miss_factor, &p.refit_tolerance, &p.range_image_step}) {
+  for (double* v : {&a.resolution,
+                    &a.thickness,
+                    &a.density_threshold,
+                    &a.min_width,
+                    &a.min_height,
+                    &a.hole_size,
+                    &a.absorption,
+                    &a.up.x(),
+                    &a.up.y(),
+                    &a.up.z(),
+                    &p.association_angle,
+                    &p.association_offset,
+                    &p.association_gap,
+                    &p.unknown_resolution,
+                    &p.max_range,
+                    &p.min_probability,
+                    &p.belief_gain,
+                    &p.miss_factor,
+                    &p.refit_tolerance,
+                    &p.range_image_step}) {
     *v = in.f64();
   }
   in.end();
@@ -146,13 +176,12 @@ void writePlane(const PlaneLayer& layer, ByteWriter& out) {
   out.varint(static_cast<std::uint64_t>(layer.info.id));
   out.varint(layer.info.frames);
   writeVector(out, layer.frame.origin);
-  writeVector(out, layer.frame.u);
-  writeVector(out, layer.frame.n);
+  for (const float axis : layer.axes) out.f32(axis);
   const PlaneMoments& m = layer.info.moments;
   out.f64(m.weight());
   writeVector(out, m.mean());
   for (int r = 0; r < 3; ++r) {
-    for (int c = r; c < 3; ++c) out.f64(m.scatter()(r, c));
+    for (int c = r; c < 3; ++c) out.f32(static_cast<float>(m.scatter()(r, c)));
   }
   out.zigzag(layer.anchor_a / 8);
   out.zigzag(layer.anchor_b / 8);
@@ -184,22 +213,25 @@ PlaneLayer readPlane(ByteReader& in) {
   if (id > INT32_MAX || frames > UINT32_MAX) in.fail("holds a number that is too large");
   layer.info.id = static_cast<std::int32_t>(id);
   layer.info.frames = static_cast<std::uint32_t>(frames);
-  layer.frame.origin = readVector(in);
-  layer.frame.u = readVector(in);
-  layer.frame.n = readVector(in);
-  constexpr double kTolerance = 1e-9;
-  if (!(std::abs(layer.frame.u.norm() - 1.0) < kTolerance) ||
-      !(std::abs(layer.frame.n.norm() - 1.0) < kTolerance) ||
-      !(std::abs(layer.frame.u.dot(layer.frame.n)) < kTolerance)) {
+  const Vector3 origin = readVector(in);
+  PlaneAxes axes;
+  for (float& axis : axes) axis = in.f32();
+  const Vector3 u(axes[0], axes[1], axes[2]);
+  const Vector3 n(axes[3], axes[4], axes[5]);
+  constexpr double kTolerance = 1e-6;
+  if (!(std::abs(u.norm() - 1.0) < kTolerance) || !(std::abs(n.norm() - 1.0) < kTolerance) ||
+      !(std::abs(u.dot(n)) < kTolerance)) {
     in.fail("has a plane whose axes are not orthonormal");
   }
-  layer.frame.v = layer.frame.n.cross(layer.frame.u);
-  layer.info.plane = {layer.frame.n, -layer.frame.n.dot(layer.frame.origin)};
+  layer.setFrame(origin, axes);
   const double weight = readFinite(in);
   const Vector3 mean = readVector(in);
   Matrix3 scatter;
   for (int r = 0; r < 3; ++r) {
-    for (int c = r; c < 3; ++c) scatter(r, c) = scatter(c, r) = readFinite(in);
+    for (int c = r; c < 3; ++c) {
+      scatter(r, c) = scatter(c, r) = in.f32();
+      if (!std::isfinite(scatter(r, c))) in.fail("holds a number that is not finite");
+    }
   }
   if (weight < 0.0) in.fail("has a plane of negative weight");
   layer.info.moments = PlaneMoments::fromSums(weight, Vector3::Zero(), scatter, mean);
@@ -238,7 +270,7 @@ void readPlanes(MapData& map, ByteReader& in) {
   const std::uint64_t next = in.varint();
   if (next > INT32_MAX) in.fail("holds a number that is too large");
   map.next_plane_id = static_cast<std::int32_t>(next);
-  constexpr std::size_t kSmallestPlane = 19 * 8 + 8;
+  constexpr std::size_t kSmallestPlane = 7 * 8 + 12 * 4 + 8;
   const std::size_t n = in.count(kSmallestPlane);
   for (std::size_t i = 0; i < n; ++i) {
     map.planes.push_back(readPlane(in));
@@ -264,19 +296,19 @@ void writeCells(const MapData& map, ByteWriter& out) {
   }
   writeTree(TreeKind::Octree, bundles, Label::Occupied, out);
   std::vector<std::uint8_t> beliefs;
+  std::vector<std::uint8_t> octants;
   std::vector<std::uint8_t> means;
   forEachCell(TreeKind::Octree, bundles, [&](const CellBundle& b, int bit) {
     const CellBlock& block = *cells.blocks.find(packKey(b.at));
     beliefs.push_back(block.belief[static_cast<std::size_t>(bit)]);
+    octants.push_back(block.octants[static_cast<std::size_t>(bit)]);
     if (!block.mean.empty()) {
       const auto& mean = block.mean[static_cast<std::size_t>(bit)];
       means.insert(means.end(), mean.begin(), mean.end());
     }
   });
   writeRuns(beliefs, out);
-  if (!map.isCompact()) {
-    for (const std::uint8_t m : means) out.u8(m);
-  }
+  for (const std::uint8_t m : map.isCompact() ? octants : means) out.u8(m);
   std::vector<std::uint64_t> regions;
   for (std::size_t r = 0; r < cells.regions.size(); ++r) {
     if (!cells.regions.value(r).cuboids.empty()) regions.push_back(cells.regions.key(r));
@@ -301,7 +333,12 @@ void readCells(MapData& map, ByteReader& in) {
   forEachCell(TreeKind::Octree, bundles, [&](const CellBundle& b, int bit) {
     CellBlock& block = *cells.blocks.find(packKey(b.at));
     block.belief[static_cast<std::size_t>(bit)] = beliefs[i++];
-    if (map.isCompact()) return;
+    if (map.isCompact()) {
+      const std::uint8_t octants = in.u8();
+      if (octants == 0) in.fail("has a cell that holds no point");
+      block.octants[static_cast<std::size_t>(bit)] = octants;
+      return;
+    }
     if (block.mean.empty()) block.mean.resize(64);
     const std::uint8_t* mean = in.take(3);
     block.mean[static_cast<std::size_t>(bit)] = {mean[0], mean[1], mean[2]};

@@ -46,12 +46,19 @@ class UnknownSpace::Walk {
 
  private:
   void node(int level, const Int3& low, const Vector3& centre) {
+    // What was seen free stays free: nothing to be learnt there.
+    if (level < kCubeLevel ? isKnownFree(level, low)
+                           : level == kCubeLevel && space_.isAllFree(keyOf(low))) {
+      return;
+    }
     const DepthImage::Look look = image_.look(centre, half_[level]);
     if (!look.visible || look.near > max_range_ || look.farthest <= 0.0f) return;
     if (look.inside && look.far <= max_range_) {
       if (look.farthest < look.near) return mark(level, low, false);
       if (look.nearest > look.far) return mark(level, low, true);
     }
+    // Where the image ends nothing is certain; to follow its rim cell by cell is not worth it.
+    if (level <= 1 && !look.inside) return;
     if (level == 0) {
       if (look.farthest > look.far && look.far <= max_range_ && look.near > 0.0) {
         mark(level, low, true);
@@ -70,12 +77,30 @@ class UnknownSpace::Walk {
     if (is_cube) close(low);
   }
 
-  void open(const Int3&) {
+  static std::uint64_t keyOf(const Int3& low) {
+    return packKey(Int3{low.x >> 3, low.y >> 3, low.z >> 3});
+  }
+  /// Bits of a cube of 2^level cells in one slice of the cube of 8.
+  static std::uint64_t sliceOf(int level, const Int3& low) {
+    constexpr std::uint64_t kSquare[3] = {0x1u, 0x303u, 0x0f0f0f0fu};
+    return kSquare[level] << (8 * (low.y & 7) + (low.x & 7));
+  }
+  bool isKnownFree(int level, const Int3& low) const {
+    const std::uint64_t slice = sliceOf(level, low);
+    const auto first = static_cast<std::size_t>(low.z & 7);
+    for (std::size_t z = first; z < first + (std::size_t{1} << level); ++z) {
+      if ((slice & ~known_[z]) != 0) return false;
+    }
+    return true;
+  }
+
+  void open(const Int3& low) {
     unknown_ = kNone;
     free_ = kNone;
+    known_ = space_.freeBits(keyOf(low));
   }
   void close(const Int3& low) {
-    const std::uint64_t key = packKey(Int3{low.x >> 3, low.y >> 3, low.z >> 3});
+    const std::uint64_t key = keyOf(low);
     if (free_ != kNone) space_.set(key, free_, true);
     if (unknown_ != kNone) space_.set(key, unknown_, false);
   }
@@ -93,9 +118,7 @@ class UnknownSpace::Walk {
       return;
     }
     CubeBits& bits = free ? free_ : unknown_;
-    const std::uint64_t row = ((std::uint64_t{1} << side) - 1) << (low.x & 7);
-    std::uint64_t slice = 0;
-    for (std::int32_t y = low.y & 7; y < (low.y & 7) + side; ++y) slice |= row << (8 * y);
+    const std::uint64_t slice = sliceOf(level, low);
     for (std::int32_t z = low.z & 7; z < (low.z & 7) + side; ++z) {
       bits[static_cast<std::size_t>(z)] |= slice;
     }
@@ -109,6 +132,7 @@ class UnknownSpace::Walk {
   Vector3 child_[kRootLevel + 1][8];
   CubeBits unknown_{};
   CubeBits free_{};
+  CubeBits known_{};  ///< free bits of the open cube before this frame
 };
 
 void UnknownSpace::integrate(const DepthImage& image, double cell, double max_range) {
@@ -172,6 +196,11 @@ void UnknownSpace::set(std::uint64_t key, const CubeBits& bits, bool free) {
     release(state);
     state = all_free ? kAllFree : kAllUnknown;
   }
+}
+
+CubeBits UnknownSpace::freeBits(std::uint64_t key) const {
+  const std::uint32_t* state = states_.find(key);
+  return state != nullptr && *state >= kFirstCube ? cubes_[*state - kFirstCube].free : kNone;
 }
 
 bool UnknownSpace::isUnknown(const Int3& cell) const {

@@ -47,6 +47,12 @@ class UnknownSpace {
   static constexpr std::uint32_t kFirstCube = 3;  ///< above: position in cubes_
 
   class Walk;
+  bool isAllFree(std::uint64_t key) const {
+    const std::uint32_t* state = states_.find(key);
+    return state != nullptr && *state == kAllFree;
+  }
+  /// Of a cube that is not all free.
+  CubeBits freeBits(std::uint64_t key) const;
   void set(std::uint64_t key, const CubeBits& bits, bool free);
   void setAll(std::uint64_t key, bool free);
   void release(std::uint32_t state) {

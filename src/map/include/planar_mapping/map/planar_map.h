@@ -39,10 +39,10 @@ struct PLANAR_MAPPING_EXPORT PlanarMapParams {
   double min_probability = 0.5;      ///< [ours] cells whose belief falls below this are removed
   double belief_gain = 0.5;  ///< [ours] share of the newest frame in a cell's belief, in (0, 1]
   double miss_factor = 0.7;  ///< [ours] belief is multiplied by it when looked through, in [0, 1]
-  double refit_tolerance =
-      0.1;  ///< [ours] cells follow a refit that moves them by more; resolutions
-  double range_image_step =
-      0.0087;  ///< [ours] pixel of the spherical image, for clouds of no camera
+  /// [ours] cells follow a refit of their plane that moves them by more, in resolutions, >= 0
+  double refit_tolerance = 0.1;
+  /// [ours] radians between pixels of the images around the sensor, for clouds without a camera
+  double range_image_step = 0.0087;
 
   /// \throws ParameterError
   void validate() const;
@@ -66,7 +66,8 @@ struct FrameObservation {
   const Indices* ground = nullptr;   ///< removed ground: clears space, makes no cell
   const std::vector<PlaneSegment>* planes = nullptr;  ///< null = none
   const std::vector<float>* probability = nullptr;    ///< belief per point; null = 1
-  /// Known intrinsics of an organized cloud; absent = estimated from it, or a spherical image.
+  /// Known intrinsics of an organized cloud; absent = estimated from it, else
+  /// six images around the sensor are made of the points.
   std::optional<PinholeCamera> camera;
 };
 
@@ -85,9 +86,21 @@ struct FrameUpdate {
 /// The map of planar cuboids: planes with their patches, non-planar cells, unknown space
 /// (the paper, III-F and IV).
 ///
-/// World frame, z up, metres, up to 2^20 cells from the origin (100 km at 0.1 m). Exactly one of
-/// isOccupied(), isFree() and isUnknown() holds anywhere. Copyable. Const functions may be called
-/// from several threads at once.
+/// World frame, z up, metres, up to 2^20 cells from the origin (100 km at 0.1 m); points beyond are
+/// dropped and counted. Exactly one of isOccupied(), isFree() and isUnknown() holds anywhere.
+///
+/// One frame at the identity gives the planar cuboids of approximateCuboids(). Over frames
+/// - a plane is refitted from moments; its cells ride along with it and are never resampled;
+/// - a cell's belief moves by belief_gain towards what the newest frame says, and is multiplied by
+///   miss_factor when the sensor looks through it; below min_probability the cell is gone;
+/// - a plane seen again is the same plane; two that turn out to be one are merged, the older stays;
+/// - a cell of space once seen free is never unknown again, in whatever order frames come. Cells
+///   the rim of an image cuts are not judged, and pixels without a measurement say nothing.
+/// For a static scene the order of frames changes nothing beyond the phase of the rasters.
+///
+/// The cost of insert() depends on the frame, but for a look at each plane's bounds. Copyable.
+/// Const functions may be called from several threads at once; the first after an insert() builds
+/// what queries need.
 class PLANAR_MAPPING_EXPORT PlanarMap {
  public:
   explicit PlanarMap(const PlanarMapParams& params = PlanarMapParams());
