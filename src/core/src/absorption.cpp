@@ -42,6 +42,40 @@ void PlanarVolume::candidates(const Vector3& center, double radius,
   }
 }
 
+void PlanarVolume::clearCovered(PlanePatch& patch) const {
+  if (patches_.empty()) return;
+  const double s = 1.0 / cells_per_metre_;
+  std::vector<std::int32_t> near;
+  const auto isHeld = [&](double a, double b) {
+    const Vector3 corner = patch.frame.fromPlane({a * s, b * s, 0.0});
+    return std::any_of(near.begin(), near.end(),
+                       [&](std::int32_t i) { return contains(i, corner); });
+  };
+  for (std::int32_t b = 0; b < patch.mask.height; ++b) {
+    for (std::int32_t a = 0; a < patch.mask.width; ++a) {
+      if (!patch.mask.at(a, b)) continue;
+      if (patch.mask.at(a - 1, b) && patch.mask.at(a + 1, b) && patch.mask.at(a, b - 1) &&
+          patch.mask.at(a, b + 1)) {
+        continue;
+      }
+      near.clear();
+      candidates(patch.frame.fromPlane({(a + 0.5) * s, (b + 0.5) * s, 0.0}), s, near);
+      if (near.empty()) continue;
+      std::uint8_t& quarters = patch.quarters[static_cast<std::size_t>(b) * patch.mask.width +
+                                              static_cast<std::size_t>(a)];
+      for (int quarter = 0; quarter < 4; ++quarter) {
+        if (!(quarters >> quarter & 1)) continue;
+        const double low_a = a + 0.5 * (quarter & 1);
+        const double low_b = b + 0.5 * (quarter >> 1);
+        if (isHeld(low_a, low_b) && isHeld(low_a + 0.5, low_b) && isHeld(low_a, low_b + 0.5) &&
+            isHeld(low_a + 0.5, low_b + 0.5)) {
+          quarters = static_cast<std::uint8_t>(quarters & ~(1 << quarter));
+        }
+      }
+    }
+  }
+}
+
 bool PlanarVolume::contains(std::int32_t patch_number, const Vector3& point) const {
   const Patch& patch = patches_[static_cast<std::size_t>(patch_number)];
   const Vector3 q = patch.frame.toPlane(point);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "planar_mapping/core/cuboid_approximation.h"
+#include "plane_cells.h"
 
 namespace planar_mapping::detail {
 
@@ -23,6 +24,10 @@ class PlanarVolume {
 
   /// Patches that may hold points of the ball, appended to \p patches.
   void candidates(const Vector3& center, double radius, std::vector<std::int32_t>& patches) const;
+
+  /// Takes the marks off those quarters along the border of \p patch that the volume holds, so that
+  /// their cells may be left out where that makes the patch simpler (see simplifyBorder()).
+  void clearCovered(PlanePatch& patch) const;
 
   /// Does the patch hold the point?
   bool contains(std::int32_t patch, const Vector3& point) const;

@@ -2,8 +2,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/core/cuboid_approximation.h"
 
+#include <algorithm>
 #include <cstring>
+#include <numeric>
 #include <string>
+#include <tuple>
 
 #include "cell_index.h"
 #include "planar_mapping/core/error.h"
@@ -76,6 +79,20 @@ class RestFlags {
   std::vector<std::uint8_t> flag_;
 };
 
+/// Large planes take their cells first; the order in which planes are given must not matter.
+std::vector<std::size_t> largestFirst(const std::vector<PlaneSegment>& planes) {
+  std::vector<std::size_t> order(planes.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const auto rank = [&](std::size_t i) {
+    const PlaneSegment& p = planes[i];
+    return std::make_tuple(-static_cast<std::int64_t>(p.inliers.size()), p.plane.normal.x(),
+                           p.plane.normal.y(), p.plane.normal.z(), p.plane.offset);
+  };
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t l, std::size_t r) { return rank(l) < rank(r); });
+  return order;
+}
+
 }  // namespace
 
 void CuboidApproximationParams::validate() const {
@@ -116,25 +133,33 @@ std::vector<Cuboid> approximateCuboids(const PointsView& points, const Indices* 
   const bool compact = params.profile == Profile::Compact;
   detail::PlanarVolume volume(params.resolution, detail::thicknessOf(params),
                               params.absorption * params.resolution);
-  std::vector<Cuboid> cuboids;
+  std::vector<std::vector<Cuboid>> of_plane(planes.size());
   Indices counted;
-  for (std::size_t id = 0; id < planes.size(); ++id) {
-    requireIndices(planes[id].inliers, points.size, "inlier");
+  for (const PlaneSegment& segment : planes) requireIndices(segment.inliers, points.size, "inlier");
+  for (const std::size_t id : largestFirst(planes)) {
     const Indices& inliers = indices ? rest.among(planes[id].inliers, counted) : planes[id].inliers;
     rest.remove(inliers);
     counts.planar_points += inliers.size();
     const PlaneFrame frame =
         makePlaneFrame(orientedTowards(planes[id].plane, sensor), sensor, params.up);
-    for (const detail::PlanePatch& patch : detail::rasterizePlane(
-             {points, inliers, point_probability}, frame, params, counts.dropped_points)) {
+    std::vector<detail::PlanePatch> patches = detail::rasterizePlane(
+        {points, inliers, point_probability}, frame, params, counts.dropped_points);
+    if (compact) {
+      for (detail::PlanePatch& patch : patches) volume.clearCovered(patch);
+    }
+    for (const detail::PlanePatch& patch : patches) {
       const std::vector<CellRectangle> rectangles =
           detail::rectanglesOfPlane(patch.mask, patch.quarters.data(), params);
       const std::vector<Cuboid> of_patch =
           detail::cuboidsOfRectangles(patch.frame, patch.mask, patch.probability, rectangles,
                                       static_cast<std::int32_t>(id), params);
-      cuboids.insert(cuboids.end(), of_patch.begin(), of_patch.end());
+      of_plane[id].insert(of_plane[id].end(), of_patch.begin(), of_patch.end());
       if (compact) volume.add(patch.frame, patch.mask, rectangles);
     }
+  }
+  std::vector<Cuboid> cuboids;
+  for (const std::vector<Cuboid>& some : of_plane) {
+    cuboids.insert(cuboids.end(), some.begin(), some.end());
   }
   counts.planar_cuboids = cuboids.size();
 
