@@ -135,7 +135,7 @@ int run(const RunArguments& arguments) {
   } else if (!arguments.quiet) {
     printSummary(result);
   }
-  if (!arguments.verbose && !arguments.quiet) {
+  if (!arguments.verbose) {  // then they were in the log already
     for (const std::string& warning : result.warnings) {
       std::cerr << "planar_map: warning: " << warning << '\n';
     }
@@ -179,7 +179,7 @@ void addRunCommand(CLI::App& app, int& exit_code) {
   command->add_option("--progress", arguments->progress, "auto, none or jsonl, on stderr")
       ->capture_default_str()
       ->check(CLI::IsMember({"auto", "none", "jsonl"}));
-  command->add_flag("-q,--quiet", arguments->quiet, "Say nothing but errors");
+  command->add_flag("-q,--quiet", arguments->quiet, "Say nothing but warnings and errors");
   command->add_flag("-v,--verbose", arguments->verbose, "Show run.log as it comes about");
   command->add_flag("--json", arguments->json, "Print metrics.json instead of a summary");
   command->callback([arguments, &exit_code]() { exit_code = run(*arguments); });

@@ -133,7 +133,7 @@ TEST_F(BadInput, OnePointABillionMetresAwayDoesNotSpoilTheRest) {
   std::vector<float> xyz = roomPoints(20000);
   xyz.insert(xyz.end(), {1e9f, -1e9f, 1e9f});
   const ProgramResult result = expectMapped(write("outlier.pcd", binaryPcd(xyz)));
-  EXPECT_NE(std::string::npos, read("out/config.resolved.yaml").find("resolution_m: 0.05"))
+  EXPECT_NE(std::string::npos, read("out/config.resolved.yaml").find("resolution_m: 0.2\n"))
       << read("out/config.resolved.yaml");
   EXPECT_LT(result.seconds, 20.0);
 }
@@ -181,7 +181,9 @@ TEST_F(BadInput, NoInputAtAll) {
 
 TEST_F(BadInput, WhatWasDoneBeforeABadFrameIsSaved) {
   const std::string a = room("a.pcd");
-  const std::string bad = write("b.pcd", binaryPcd({1, 2, 3}).substr(0, 170));
+  std::string cut = binaryPcd({1, 2, 3});
+  cut.resize(cut.size() - 4);
+  const std::string bad = write("b.pcd", cut);
   const ProgramResult result =
       planarMap({"run", config("pcd_sequence.yaml"), "-i", a, bad, "-o", directory_ / "out", "-q"});
   EXPECT_EQ(4, result.exit_code);

@@ -5,25 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cell_key.h"
+
 namespace planar_mapping::detail {
 namespace {
 
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 constexpr double kMostCells = 1e5;  // of one box; a larger one is compared with every point
-
-std::uint64_t cellKey(const Vector3& p, double cell) {
-  std::uint64_t key = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto c = static_cast<std::int64_t>(std::fmod(std::floor(p[axis] / cell), 2097152.0));
-    key = (key << 21u) | static_cast<std::uint64_t>(c & 0x1FFFFF);
-  }
-  return key;
-}
-
-std::size_t slotOf(std::uint64_t key, std::size_t mask) {
-  key = (key ^ (key >> 32u)) * 0x9E3779B97F4A7C15ULL;
-  return (key ^ (key >> 29u)) & mask;
-}
 
 }  // namespace
 
@@ -43,7 +31,7 @@ CoverageIndex::CoverageIndex(const std::vector<Cuboid>& cuboids, double margin, 
   first_entry_.assign(slots, kNone);
   for (std::size_t i = 0; i < entries_.size(); ++i) {
     if (i > 0 && entries_[i].cell == entries_[i - 1].cell) continue;
-    std::size_t slot = slotOf(entries_[i].cell, slots - 1);
+    std::size_t slot = slotOfKey(entries_[i].cell, slots - 1);
     while (first_entry_[slot] != kNone) slot = (slot + 1) & (slots - 1);
     first_entry_[slot] = static_cast<std::uint32_t>(i);
   }
@@ -87,7 +75,7 @@ bool CoverageIndex::covers(const Vector3& point) const {
   }
   const std::uint64_t key = cellKey(point, cell_);
   const std::size_t mask = first_entry_.size() - 1;
-  for (std::size_t slot = slotOf(key, mask); first_entry_[slot] != kNone;
+  for (std::size_t slot = slotOfKey(key, mask); first_entry_[slot] != kNone;
        slot = (slot + 1) & mask) {
     std::size_t i = first_entry_[slot];
     if (entries_[i].cell != key) continue;

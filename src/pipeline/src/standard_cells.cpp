@@ -2,28 +2,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "standard_cells.h"
 
-#include <cmath>
 #include <utility>
 
+#include "cell_key.h"
+
 namespace planar_mapping::detail {
-namespace {
-
-std::uint64_t mixed(std::uint64_t key) {
-  key ^= key >> 32u;
-  key *= 0x9E3779B97F4A7C15ULL;
-  return key ^ (key >> 29u);
-}
-
-}  // namespace
 
 void StandardCells::add(const Vector3& point) {
-  std::uint64_t key = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    // 21 bits an axis; what lies two million cells away or more shares cells, which is harmless.
-    const double cell = std::floor(point[axis] / resolution_);
-    const auto wrapped = static_cast<std::int64_t>(std::fmod(cell, 2097152.0)) & 0x1FFFFF;
-    key = (key << 21u) | static_cast<std::uint64_t>(wrapped);
-  }
+  const std::uint64_t key = cellKey(point, resolution_);
   if (key + 1 == last_) return;
   last_ = key + 1;
   if (2 * (size_ + 1) > slots_.size()) grow();
@@ -32,7 +18,7 @@ void StandardCells::add(const Vector3& point) {
 
 void StandardCells::insert(std::uint64_t stored) {
   const std::size_t mask = slots_.size() - 1;
-  std::size_t slot = mixed(stored) & mask;
+  std::size_t slot = slotOfKey(stored, mask);
   while (slots_[slot] != 0) {
     if (slots_[slot] == stored) return;
     slot = (slot + 1) & mask;

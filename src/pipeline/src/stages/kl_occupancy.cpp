@@ -84,11 +84,16 @@ std::int64_t cellNumber(const Vector3& p, double resolution) {
 std::vector<std::int64_t> KlOccupancyStage::tracksOf(const Frame& frame) const {
   std::vector<std::int64_t> tracks(frame.cloud->size(), -1);
   std::unordered_map<std::int64_t, int> sampled;
+  std::int64_t last_cell = -1;  // neighbouring points are mostly in the same cell
+  int* count = nullptr;
   for (const int i : frame.indices) {
     const auto index = static_cast<std::size_t>(i);
     const Vector3 p = (*frame.cloud)[index].getVector3fMap().cast<double>();
     const std::int64_t cell = cellNumber(frame.T_world_sensor * p, params_.resolution);
-    if (cell >= 0 && sampled[cell]++ < features_per_cell_) tracks[index] = cell;
+    if (cell < 0) continue;
+    if (cell != last_cell) count = &sampled[cell];
+    last_cell = cell;
+    if ((*count)++ < features_per_cell_) tracks[index] = cell;
   }
   return tracks;
 }

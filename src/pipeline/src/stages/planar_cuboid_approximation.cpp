@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+
 #include "builtin.h"
 #include "planar_mapping/core/error.h"
 
@@ -13,7 +15,13 @@ class PlanarCuboidApproximationStage : public Stage {
       "turns planes and the rest into oriented cuboids of the map (the paper, III-F and IV)";
   static constexpr StageKind kKind = StageKind::Map;
 
-  void applyProfile(Profile profile) override { params_.approximation.profile = profile; }
+  void applyProfile(Profile profile) override {
+    params_.approximation.profile = profile;
+    if (profile != Profile::Paper) return;
+    // The features' beliefs as they are; looking through a cell changes nothing.
+    params_.belief_gain = 1.0;
+    params_.miss_factor = 1.0;
+  }
   void declare(ParameterTable& table) override {
     CuboidApproximationParams& approximation = params_.approximation;
     table.number("resolution_m", resolution_, Range::positive(),
@@ -49,6 +57,14 @@ class PlanarCuboidApproximationStage : public Stage {
                  "nearer");
     table.number("min_probability", params_.min_probability, Range::between(0.0, 1.0),
                  "[ours] cells believed less than this are removed");
+    table.number("belief_gain", params_.belief_gain, Range::above(0.0, 1.0),
+                 "[ours] share of the newest frame in a cell's belief");
+    table.number("miss_factor", params_.miss_factor, Range::between(0.0, 1.0),
+                 "[ours] a cell's belief is multiplied by this when it is looked through");
+    table.number("refit_tolerance_cells", params_.refit_tolerance, Range::between(0.0, 1e6),
+                 "[ours] cells follow a refit of their plane that moves them by more");
+    table.number("range_image_step_deg", params_.range_image_step, Range::between(0.06, 28.0),
+                 "[ours] pixel of the spherical image, for clouds of no camera");
   }
   void configure(const RunSettings& settings) override {
     params_.approximation.threads = settings.threads;
@@ -59,7 +75,7 @@ class PlanarCuboidApproximationStage : public Stage {
     if (!resolution_) resolution_ = detail::automaticResolution(scale);
     if (!association_offset_) association_offset_ = *resolution_;
     if (!association_gap_) association_gap_ = 5.0 * *resolution_;
-    if (!max_range_) max_range_ = scale.max_range > 0.0 ? scale.max_range : *resolution_;
+    if (!max_range_) max_range_ = automaticMaxRange(scale.max_range);
     if (!up_) up_ = scale.up;
     params_.approximation.resolution = *resolution_;
     params_.approximation.up = up_->normalized();
@@ -84,6 +100,14 @@ class PlanarCuboidApproximationStage : public Stage {
   }
 
  private:
+  /// The map keeps track of unknown space up to 2,048 of its cells away.
+  double automaticMaxRange(double range) const {
+    constexpr double kMostCells = 2048.0;
+    const double unknown = params_.unknown_resolution;
+    const double cell = unknown > 0.0 ? unknown : *resolution_;
+    return std::clamp(range, cell, kMostCells * cell);
+  }
+
   PlanarMapParams params_;
   std::optional<double> resolution_ = 0.1;
   std::optional<double> association_offset_ = 0.1;
