@@ -35,6 +35,9 @@ struct Limits {
   std::int32_t high_b = kLatticeLimit - 1;
 };
 
+/// A side of four metres is forty cells of 0.1 m although it is measured as 4.0000001 m.
+constexpr double kRounding = 1e-6;
+
 /// The raster of a new plane starts at the corner of the bounding rectangle of its points, the
 /// slack shared by both sides, as in approximateCuboids().
 Limits startRaster(const MapData& map, const Frame& frame, PlaneLayer& layer,
@@ -52,7 +55,7 @@ Limits startRaster(const MapData& map, const Frame& frame, PlaneLayer& layer,
   double cells[2];
   for (int axis = 0; axis < 2; ++axis) {
     const double width = extent[2 + axis] - extent[axis];
-    cells[axis] = std::max(1.0, std::ceil(width));
+    cells[axis] = std::max(1.0, std::ceil(width - kRounding));
     low[axis] = extent[axis] - 0.5 * (cells[axis] - width);
   }
   layer.frame.origin =

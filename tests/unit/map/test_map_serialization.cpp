@@ -1,0 +1,300 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "map_scene.h"
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/random.h"
+#include "planar_mapping/map/planar_map.h"
+
+namespace planar_mapping {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+using test::look;
+using test::lookFrom;
+using test::Scene;
+
+PlanarMap load(const Bytes& bytes) {
+  return PlanarMap::deserialize(bytes.data(), bytes.size());
+}
+
+PlanarMap mapOf(int frames, Profile profile = Profile::Compact, double resolution = 0.1) {
+  PlanarMapParams params;
+  params.approximation.profile = profile;
+  params.approximation.resolution = resolution;
+  PlanarMap map(params);
+  for (int i = 0; i < frames; ++i) {
+    map.insert(look(Scene(), lookFrom({-0.2 + 0.2 * i, 0.0, 1.0}, 0.1 * i), i).frame());
+  }
+  return map;
+}
+
+/// A file small enough to be spoilt in every way.
+Bytes smallFile() {
+  Scene scene;
+  scene.camera = {40.0, 40.0, 31.5, 23.5, 64, 48};
+  PlanarMapParams params;
+  params.approximation.resolution = 0.5;
+  PlanarMap map(params);
+  map.insert(look(scene, lookFrom({0.0, 0.0, 1.0})).frame());
+  return map.serialize();
+}
+
+std::uint32_t crc(const std::uint8_t* data, std::size_t size) {
+  std::uint32_t c = 0xffffffffu;
+  for (std::size_t i = 0; i < size; ++i) {
+    c ^= data[i];
+    for (int bit = 0; bit < 8; ++bit) c = (c >> 1) ^ ((c & 1u) != 0 ? 0xedb88320u : 0u);
+  }
+  return ~c;
+}
+
+/// Calls visit(position of the section header, size of its payload) while sections fit.
+void forEachSection(const Bytes& file, const std::function<void(std::size_t, std::size_t)>& visit) {
+  for (std::size_t at = 12; at + 16 <= file.size();) {
+    std::uint64_t size = 0;
+    std::memcpy(&size, &file[at + 8], 8);
+    if (size > file.size() - at - 16) return;
+    visit(at, static_cast<std::size_t>(size));
+    at += 16 + static_cast<std::size_t>(size);
+  }
+}
+
+void fixChecksums(Bytes& file) {
+  forEachSection(file, [&](std::size_t at, std::size_t size) {
+    const std::uint32_t c = crc(file.data() + at + 16, size);
+    std::memcpy(&file[at + 4], &c, 4);
+  });
+}
+
+/// A section's payload replaced, with a right checksum.
+Bytes withSection(const Bytes& file, const std::string& tag, const Bytes& payload) {
+  Bytes result(file.begin(), file.begin() + 12);
+  forEachSection(file, [&](std::size_t at, std::size_t size) {
+    const bool replace = std::equal(tag.begin(), tag.end(), file.begin() + at);
+    const Bytes own(file.begin() + at + 16, file.begin() + at + 16 + size);
+    const Bytes& wanted = replace ? payload : own;
+    result.insert(result.end(), file.begin() + at, file.begin() + at + 8);
+    const std::uint64_t length = wanted.size();
+    const auto* raw = reinterpret_cast<const std::uint8_t*>(&length);
+    result.insert(result.end(), raw, raw + 8);
+    result.insert(result.end(), wanted.begin(), wanted.end());
+  });
+  fixChecksums(result);
+  return result;
+}
+
+/// Loads or throws Error: nothing else, and with bounded memory.
+bool loadsOrFailsCleanly(const Bytes& file) {
+  try {
+    const PlanarMap map = load(file);
+    EXPECT_LT(map.memoryBytes(), 4096 + 2048 * file.size());
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+class MapSerialization : public testing::TestWithParam<Profile> {};
+
+TEST_P(MapSerialization, GivesTheSameBytesAndAnswersAfterLoading) {
+  const PlanarMap map = mapOf(3, GetParam());
+  const Bytes bytes = map.serialize();
+  const PlanarMap loaded = load(bytes);
+  EXPECT_EQ(loaded.serialize(), bytes);
+  ASSERT_EQ(loaded.cuboids().size(), map.cuboids().size());
+  for (std::size_t i = 0; i < map.cuboids().size(); ++i) {
+    const Cuboid& a = map.cuboids()[i];
+    const Cuboid& b = loaded.cuboids()[i];
+    EXPECT_EQ(a.center, b.center);
+    EXPECT_EQ(a.size, b.size);
+    EXPECT_EQ(a.orientation.coeffs(), b.orientation.coeffs());
+    EXPECT_EQ(a.plane_id, b.plane_id);
+    EXPECT_EQ(a.probability, b.probability);
+  }
+  EXPECT_EQ(loaded.unknownCells(), map.unknownCells());
+  EXPECT_EQ(loaded.unknownCuboids().size(), map.unknownCuboids().size());
+  ASSERT_EQ(loaded.trajectory().size(), map.trajectory().size());
+  for (std::size_t i = 0; i < map.trajectory().size(); ++i) {
+    EXPECT_EQ(loaded.trajectory()[i].first, map.trajectory()[i].first);
+    EXPECT_EQ(loaded.trajectory()[i].second.matrix(), map.trajectory()[i].second.matrix());
+  }
+  Random random(3);
+  for (int i = 0; i < 5000; ++i) {
+    const Vector3 p(random.uniform(-3.0, 3.0), random.uniform(-2.0, 8.0),
+                    random.uniform(-1.0, 3.5));
+    EXPECT_EQ(loaded.stateAt(p), map.stateAt(p));
+    EXPECT_EQ(loaded.occupancyAt(p), map.occupancyAt(p));
+  }
+}
+
+TEST_P(MapSerialization, GoesOnAfterLoadingAsTheLiveMapDoes) {
+  PlanarMap live = mapOf(2, GetParam());
+  PlanarMap loaded = load(live.serialize());
+  for (int i = 2; i < 6; ++i) {
+    Scene scene;
+    if (i > 3) scene.boxes.erase(scene.boxes.begin() + 1);  // a box is carried away
+    const test::View view = look(scene, lookFrom({-0.2 + 0.2 * i, 0.1, 1.0}, 0.1 * i), i);
+    live.insert(view.frame());
+    loaded.insert(view.frame());
+    EXPECT_EQ(loaded.serialize(), live.serialize());
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Profiles, MapSerialization,
+                         testing::Values(Profile::Compact, Profile::Paper));
+
+TEST(MapFileSize, IsSmallWithoutUnknownSpace) {
+  PlanarMapParams params;
+  params.unknown_space = false;
+  PlanarMap map(params);
+  for (int i = 0; i < 5; ++i) {
+    map.insert(look(Scene(), lookFrom({-0.2 + 0.1 * i, 0.0, 1.0})).frame());
+  }
+  EXPECT_LT(map.serialize().size(), 4000u);
+}
+
+TEST(HostileMapFile, IsRejectedAtEveryLengthItIsCutTo) {
+  const Bytes whole = smallFile();
+  EXPECT_TRUE(loadsOrFailsCleanly(whole));
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    const Bytes cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
+    EXPECT_FALSE(loadsOrFailsCleanly(cut)) << size;
+  }
+  Bytes longer = whole;
+  longer.push_back(0);
+  EXPECT_FALSE(loadsOrFailsCleanly(longer));
+  EXPECT_THROW(PlanarMap::deserialize(nullptr, 0), Error);
+}
+
+TEST(HostileMapFile, IsRejectedWhenABitFlips) {
+  const Bytes whole = smallFile();
+  Random random(5);
+  for (int i = 0; i < 4000; ++i) {
+    Bytes spoilt = whole;
+    spoilt[random.below(static_cast<std::uint32_t>(whole.size()))] ^=
+        static_cast<std::uint8_t>(1u << random.below(8));
+    EXPECT_FALSE(loadsOrFailsCleanly(spoilt));
+  }
+}
+
+TEST(HostileMapFile, DoesNoHarmWhenItsChecksumsAreRight) {
+  const Bytes whole = smallFile();
+  Random random(6);
+  std::size_t loaded = 0;
+  for (int i = 0; i < 4000; ++i) {
+    Bytes spoilt = whole;
+    const std::uint32_t flips = 1 + random.below(4);
+    for (std::uint32_t k = 0; k < flips; ++k) {
+      const std::size_t at = 12 + random.below(static_cast<std::uint32_t>(whole.size() - 12));
+      spoilt[at] = random.below(2) != 0 ? static_cast<std::uint8_t>(random.below(256))
+                                        : static_cast<std::uint8_t>(0xff);
+    }
+    fixChecksums(spoilt);
+    loaded += loadsOrFailsCleanly(spoilt);
+  }
+  EXPECT_GT(loaded, 0u);
+  EXPECT_LT(loaded, 4000u);
+}
+
+TEST(HostileMapFile, IsRejectedWithHugeLengths) {
+  const Bytes whole = smallFile();
+  std::vector<std::size_t> headers;
+  forEachSection(whole, [&](std::size_t at, std::size_t) { headers.push_back(at); });
+  ASSERT_EQ(headers.size(), 6u);
+  for (const std::size_t at : headers) {
+    for (const std::uint64_t size : {~std::uint64_t{0}, std::uint64_t{1} << 63,
+                                     std::uint64_t{1} << 40, std::uint64_t{whole.size()}}) {
+      Bytes spoilt = whole;
+      std::memcpy(&spoilt[at + 8], &size, 8);
+      EXPECT_FALSE(loadsOrFailsCleanly(spoilt));
+    }
+  }
+  // Counts within the sections.
+  const Bytes many{0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0x01};
+  EXPECT_FALSE(loadsOrFailsCleanly(withSection(whole, "TRAJ", many)));
+  Bytes planes = many;
+  planes.insert(planes.begin(), 5);
+  EXPECT_FALSE(loadsOrFailsCleanly(withSection(whole, "PLAN", planes)));
+}
+
+TEST(HostileMapFile, IsRejectedWithTreesTooDeep) {
+  const Bytes whole = smallFile();
+  for (const int levels : {0, 1, 5, 18, 19, 20, 21, 63, 64, 255}) {
+    Bytes tree{0, 0, 0, static_cast<std::uint8_t>(levels)};
+    tree.insert(tree.end(), 4096, 0xff);  // inner nodes all the way down
+    EXPECT_FALSE(loadsOrFailsCleanly(withSection(whole, "UNKN", tree)));
+    EXPECT_FALSE(loadsOrFailsCleanly(withSection(whole, "SEEN", tree)));
+    Bytes leaves{0, 0, 0, static_cast<std::uint8_t>(levels)};
+    leaves.insert(leaves.end(), 4096, 0xaa);  // a leaf as large as the world
+    if (levels > 0) {
+      EXPECT_FALSE(loadsOrFailsCleanly(withSection(whole, "UNKN", leaves)));
+    }
+  }
+}
+
+TEST(HostileMapFile, DecodesToMemoryInProportionToItsSize) {
+  // As much as the format can ask for: cubes with one full block in each.
+  const Bytes whole = smallFile();
+  Bytes tree{0, 0, 0, 7};
+  int bits = 0;
+  const auto label = [&](int l) {
+    if (bits % 8 == 0) tree.push_back(0);
+    tree.back() |= static_cast<std::uint8_t>(l << (bits % 8));
+    bits += 2;
+  };
+  const std::function<void(int)> node = [&](int level) {
+    label(3);
+    for (int c = 0; c < 8; ++c) {
+      if (level > 1) {
+        node(level - 1);
+      } else {
+        label(c == 0 ? 2 : 0);
+      }
+    }
+  };
+  node(6);
+  tree[3] = 6;
+  const Bytes file = withSection(whole, "UNKN", tree);
+  const PlanarMap map = load(file);
+  EXPECT_LT(map.memoryBytes(), 256 * file.size());
+}
+
+TEST(HostileMapFile, IsRejectedWhenItIsSixtyFourMegabytesOfNothing) {
+  Bytes file(64u << 20, 0xff);
+  EXPECT_FALSE(loadsOrFailsCleanly(file));
+  const Bytes whole = smallFile();
+  std::copy(whole.begin(), whole.begin() + 12, file.begin());
+  EXPECT_FALSE(loadsOrFailsCleanly(file));
+}
+
+TEST(HostileMapFile, SaysWhatIsWrong) {
+  const auto message = [](const Bytes& file) -> std::string {
+    try {
+      load(file);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  Bytes file = smallFile();
+  EXPECT_NE(message({'P', 'C', 'D'}).find("no planar map"), std::string::npos);
+  Bytes newer = file;
+  newer[8] = 2;
+  EXPECT_NE(message(newer).find("version 2"), std::string::npos);
+  Bytes damaged = file;
+  damaged[40] ^= 1u;
+  EXPECT_NE(message(damaged).find("checksum"), std::string::npos);
+  Bytes cut(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(file.size() / 2));
+  EXPECT_NE(message(cut).find("cut short"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace planar_mapping

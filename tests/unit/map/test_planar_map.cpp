@@ -1,0 +1,518 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/map/planar_map.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "map_scene.h"
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/random.h"
+
+namespace planar_mapping {
+namespace {
+
+using test::look;
+using test::lookFrom;
+using test::Scene;
+using test::View;
+
+PlanarMapParams paramsAt(double resolution) {
+  PlanarMapParams params;
+  params.approximation.resolution = resolution;
+  return params;
+}
+
+bool sameCuboid(const Cuboid& a, const Cuboid& b) {
+  const double turn = std::abs(a.orientation.coeffs().dot(b.orientation.coeffs()));
+  return (a.center - b.center).norm() < 1e-6 && (a.size - b.size).norm() < 1e-6 &&
+         turn > 1.0 - 1e-9 && a.plane_id == b.plane_id &&
+         std::abs(a.probability - b.probability) < 1.0f / 255.0f;
+}
+
+/// Share of the points that lie in or within margin of an occupied cuboid.
+double coverage(const PlanarMap& map, const View& view, double margin) {
+  std::size_t points = 0, covered = 0;
+  for (std::size_t i = 0; i < view.xyz.size() / 3; i += 37) {
+    const Vector3 p(view.xyz[3 * i], view.xyz[3 * i + 1], view.xyz[3 * i + 2]);
+    if (!p.allFinite()) continue;
+    ++points;
+    covered += map.cuboidsAt(view.pose * p, margin).empty() ? 0 : 1;
+  }
+  return static_cast<double>(covered) / static_cast<double>(points);
+}
+
+std::vector<View> walk(int frames, double step = 0.15) {
+  std::vector<View> views;
+  for (int i = 0; i < frames; ++i) {
+    views.push_back(look(Scene(), lookFrom({-0.3 + step * i, -0.4, 1.1}, 0.1 * i - 0.1), i));
+  }
+  return views;
+}
+
+TEST(PlanarMap, GivesTheCuboidsOfApproximateCuboidsForOneFrame) {
+  for (const Profile profile : {Profile::Compact, Profile::Paper}) {
+    const View view = look(Scene(), lookFrom({0.0, 0.0, 1.0}));
+    PlanarMapParams params = paramsAt(0.1);
+    params.approximation.profile = profile;
+    // Without absorption: the fringe of a single frame may be left to neighbours, but the next
+    // frame may fill it, so the map keeps it.
+    params.approximation.absorption = 0.0;
+    // In the sensor's frame the two see the same grid.
+    FrameObservation frame = view.frame();
+    frame.T_world_sensor = Pose::Identity();
+    params.approximation.up = view.pose.linear().transpose() * Vector3::UnitZ();
+    PlanarMap map(params);
+    map.insert(frame);
+    const std::vector<Cuboid> expected =
+        approximateCuboids(frame.points, nullptr, view.planes, params.approximation);
+    ASSERT_GT(expected.size(), 10u);
+    std::size_t planar = 0, planar_found = 0;
+    for (const Cuboid& cuboid : expected) {
+      if (cuboid.plane_id < 0) continue;
+      ++planar;
+      planar_found += std::any_of(map.cuboids().begin(), map.cuboids().end(),
+                                  [&](const Cuboid& own) { return sameCuboid(own, cuboid); });
+    }
+    EXPECT_EQ(planar_found, planar);
+    // Of a non-planar cell the map keeps less than the points say (a quantised mean, eighths but
+    // no weight): there the two may differ by a few boxes, not in what is covered.
+    EXPECT_NEAR(static_cast<double>(map.cuboids().size()), static_cast<double>(expected.size()),
+                0.1 * static_cast<double>(expected.size()));
+    for (const Cuboid& cuboid : expected) {
+      EXPECT_FALSE(map.cuboidsAt(cuboid.center, 0.1).empty());
+    }
+  }
+}
+
+TEST(PlanarMap, IsEmptyAndFreeBeforeAnything) {
+  const PlanarMap map;
+  Vector3 low, high;
+  EXPECT_TRUE(map.empty());
+  EXPECT_EQ(map.frames(), 0u);
+  EXPECT_FALSE(map.bounds(low, high));
+  EXPECT_TRUE(map.isFree({1.0, 2.0, 3.0}));
+  EXPECT_EQ(map.occupancyAt({0.0, 0.0, 0.0}), 0.0);
+  EXPECT_TRUE(map.unknownCuboids().empty());
+}
+
+TEST(PlanarMap, SeesTheSameWallTwiceAsOnePlane) {
+  PlanarMap map(paramsAt(0.1));
+  const std::vector<View> views = walk(6);
+  std::size_t faces = 0;
+  for (const View& view : views) {
+    const FrameUpdate update = map.insert(view.frame());
+    EXPECT_EQ(update.planes_new + update.planes_matched, view.planes.size());
+    faces = std::max(faces, map.planes().size());
+  }
+  // Floor, ceiling, three walls, and of the boxes at most front, top and one side each.
+  EXPECT_LE(map.planes().size(), 5u + 2u * 4u);
+  for (std::size_t i = 0; i < map.planes().size(); ++i) {
+    for (std::size_t j = i + 1; j < map.planes().size(); ++j) {
+      const Plane& a = map.planes()[i].plane;
+      const Plane& b = map.planes()[j].plane;
+      EXPECT_FALSE(a.normal.dot(b.normal) > 0.999 && std::abs(a.offset - b.offset) < 0.02)
+          << i << " and " << j << " are one plane";
+    }
+  }
+  for (const View& view : views) EXPECT_GT(coverage(map, view, 0.05), 0.999);
+}
+
+TEST(PlanarMap, RefitsFromMomentsAndNotFromPoints) {
+  PlanarMap map(paramsAt(0.1));
+  const std::vector<View> views = walk(3);
+  double weight = 0.0;
+  for (const View& view : views) {
+    map.insert(view.frame());
+    for (const PlaneSegment& plane : view.planes) weight += plane.moments.weight();
+  }
+  double kept = 0.0;
+  for (const MapPlane& plane : map.planes()) kept += plane.moments.weight();
+  EXPECT_NEAR(kept, weight, 1e-6 * weight);
+}
+
+TEST(PlanarMap, ChangesNothingWhenTheSameFrameComesAgain) {
+  PlanarMap map(paramsAt(0.1));
+  const View view = look(Scene(), lookFrom({0.0, 0.0, 1.0}));
+  map.insert(view.frame());
+  const std::vector<Cuboid> before = map.cuboids();
+  const FrameUpdate update = map.insert(view.frame());
+  EXPECT_EQ(update.planes_new, 0u);
+  EXPECT_EQ(update.patches_rebuilt, 0u);
+  EXPECT_EQ(update.cells_removed, 0u);
+  ASSERT_EQ(map.cuboids().size(), before.size());
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    EXPECT_TRUE(sameCuboid(before[i], map.cuboids()[i]));
+  }
+}
+
+TEST(PlanarMap, GivesTheSameOccupiedSpaceInAnyOrderOfFrames) {
+  // Of a static scene, up to the phase of the rasters: what one order occupies, the other has
+  // within a cell.
+  std::vector<View> views = walk(5);
+  PlanarMap forward(paramsAt(0.1));
+  PlanarMap backward(paramsAt(0.1));
+  for (const View& view : views) forward.insert(view.frame());
+  std::reverse(views.begin(), views.end());
+  for (const View& view : views) backward.insert(view.frame());
+  EXPECT_EQ(forward.planes().size(), backward.planes().size());
+  for (const auto& [one, other] :
+       {std::pair(&forward, &backward), std::pair(&backward, &forward)}) {
+    for (const Cuboid& cuboid : one->cuboids()) {
+      EXPECT_FALSE(other->cuboidsAt(cuboid.center, 0.1).empty());
+      for (const Vector3& corner : corners(cuboid)) {
+        EXPECT_FALSE(other->cuboidsAt(corner, 0.16).empty());
+      }
+    }
+  }
+}
+
+TEST(PlanarMap, MergesPlanesThatTurnOutToBeOne) {
+  // Two pieces of one wall, too far apart to belong together, until the middle is seen.
+  const auto piece = [](float from, float to, std::vector<float>& xyz) {
+    std::vector<PlaneSegment> planes(1);
+    planes[0].plane = {-Vector3::UnitZ(), 3.0};
+    for (float x = from; x < to; x += 0.02f) {
+      for (float y = -0.5f; y < 0.5f; y += 0.02f) {
+        planes[0].inliers.push_back(static_cast<int>(xyz.size() / 3));
+        planes[0].moments.add({x, y, 3.0});
+        xyz.insert(xyz.end(), {x, y, 3.0f});
+      }
+    }
+    return planes;
+  };
+  PlanarMapParams params = paramsAt(0.1);
+  params.unknown_space = false;
+  params.miss_factor = 1.0;
+  PlanarMap map(params);
+  const auto insert = [&](float from, float to) {
+    std::vector<float> xyz;
+    const std::vector<PlaneSegment> planes = piece(from, to, xyz);
+    FrameObservation frame;
+    frame.points = PointsView(xyz.data(), xyz.size() / 3);
+    frame.planes = &planes;
+    return map.insert(frame);
+  };
+  insert(-2.0f, -1.0f);
+  insert(1.0f, 2.0f);
+  EXPECT_EQ(map.planes().size(), 2u);
+  const FrameUpdate update = insert(-1.0f, 1.0f);
+  EXPECT_EQ(update.planes_merged, 1u);
+  ASSERT_EQ(map.planes().size(), 1u);
+  EXPECT_EQ(map.planes()[0].id, 0);
+  for (double x = -1.95; x < 1.95; x += 0.05) EXPECT_TRUE(map.isOccupied({x, 0.0, 3.02})) << x;
+  EXPECT_EQ(map.cuboids().size(), 1u);  // no seam, no hole
+}
+
+TEST(PlanarMap, KeepsPlanesApartThatOneFrameTellsApart) {
+  // A shelf 6 cm above a table: within the association offset, but seen together.
+  std::vector<float> xyz;
+  std::vector<PlaneSegment> planes(2);
+  for (int k = 0; k < 2; ++k) {
+    const double depth = 2.0 - 0.06 * k;
+    planes[static_cast<std::size_t>(k)].plane = {-Vector3::UnitZ(), depth};
+    for (int i = 0; i < 2500; ++i) {
+      const Vector3 p(0.02 * (i % 50) + k, 0.02 * (i / 50), depth);
+      planes[static_cast<std::size_t>(k)].inliers.push_back(static_cast<int>(xyz.size() / 3));
+      planes[static_cast<std::size_t>(k)].moments.add(p);
+      for (int axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(p[axis]));
+    }
+  }
+  PlanarMap map(paramsAt(0.1));
+  FrameObservation frame;
+  frame.points = PointsView(xyz.data(), xyz.size() / 3);
+  std::vector<PlaneSegment> first{planes[0]};
+  std::vector<int> mapped = planes[0].inliers;
+  frame.planes = &first;
+  frame.indices = &mapped;
+  map.insert(frame);
+  frame.planes = &planes;
+  frame.indices = nullptr;
+  map.insert(frame);
+  map.insert(frame);
+  EXPECT_EQ(map.planes().size(), 2u);
+}
+
+TEST(PlanarMap, GivesUpCellsWhereAPlaneIsSeenLater) {
+  PlanarMapParams params = paramsAt(0.1);
+  PlanarMap map(params);
+  const View view = look(Scene(), lookFrom({0.0, 0.0, 1.0}));
+  FrameObservation frame = view.frame();
+  frame.planes = nullptr;
+  map.insert(frame);
+  EXPECT_TRUE(map.planes().empty());
+  std::size_t cells = 0;
+  for (const Cuboid& c : map.cuboids()) {
+    cells += static_cast<std::size_t>(std::lround(c.volume() / 1e-3));
+  }
+  frame.planes = &view.planes;
+  map.insert(frame);
+  std::size_t left = 0;
+  for (const Cuboid& c : map.cuboids()) {
+    if (c.plane_id < 0) left += static_cast<std::size_t>(std::lround(c.volume() / 1e-3));
+  }
+  EXPECT_LT(left, cells / 2);
+  EXPECT_GT(coverage(map, view, 0.05), 0.999);
+}
+
+TEST(PlanarMap, AbsorbsPointsThatAPlaneCovers) {
+  const View view = look(Scene(), lookFrom({0.0, 0.0, 1.0}));
+  std::vector<PlaneSegment> planes = view.planes;
+  // Every tenth point of each plane is nobody's.
+  std::size_t taken = 0;
+  for (PlaneSegment& plane : planes) {
+    Indices kept;
+    for (std::size_t i = 0; i < plane.inliers.size(); ++i) {
+      if (i % 10 != 0) kept.push_back(plane.inliers[i]);
+    }
+    taken += plane.inliers.size() - kept.size();
+    plane.inliers = kept;
+  }
+  FrameObservation frame = view.frame();
+  frame.planes = &planes;
+  PlanarMap map(paramsAt(0.1));
+  const FrameUpdate update = map.insert(frame);
+  EXPECT_GE(update.absorbed_points, taken * 99 / 100);
+  PlanarMap whole(paramsAt(0.1));
+  whole.insert(view.frame());
+  EXPECT_LE(map.cuboids().size(), whole.cuboids().size() + 4);
+}
+
+TEST(PlanarMap, ForgetsWhatItLooksThroughTwice) {
+  Scene with;
+  with.boxes.push_back({{-0.2, 0.9, 0.5}, {0.2, 1.2, 1.3}, false, true});
+  with.boxes.push_back({{0.6, 0.9, 0.8}, {0.75, 1.05, 0.95}, false, false});
+  const Pose pose = lookFrom({0.0, -0.5, 1.0});
+  PlanarMap map(paramsAt(0.1));
+  map.insert(look(with, pose).frame());
+  const Vector3 on_ghost(0.0, 0.95, 0.9);
+  const Vector3 on_clutter(0.68, 0.92, 0.88);
+  EXPECT_TRUE(map.isOccupied(on_ghost));
+  EXPECT_TRUE(map.isOccupied(on_clutter));
+  const View without = look(Scene(), pose);
+  map.insert(without.frame());
+  EXPECT_TRUE(map.isOccupied(on_ghost));
+  EXPECT_LT(map.occupancyAt(on_ghost), 0.75);
+  map.insert(without.frame());
+  EXPECT_FALSE(map.isOccupied(on_ghost));
+  EXPECT_FALSE(map.isOccupied(on_clutter));
+  EXPECT_GT(coverage(map, without, 0.05), 0.999);
+  for (const MapPlane& plane : map.planes()) EXPECT_LT(plane.rms(), 0.02);
+}
+
+TEST(PlanarMap, FollowsTheBeliefOfThePoints) {
+  const View view = look(Scene(), lookFrom({0.0, 0.0, 1.0}));
+  std::vector<float> belief(view.xyz.size() / 3, 0.8f);
+  FrameObservation frame = view.frame();
+  frame.probability = &belief;
+  PlanarMap map(paramsAt(0.1));
+  map.insert(frame);
+  const Vector3 on_wall(0.0, 5.02, 1.2);
+  EXPECT_NEAR(map.occupancyAt(on_wall), 0.8, 1.0 / 255.0);
+  std::fill(belief.begin(), belief.end(), 0.6f);
+  map.insert(frame);
+  EXPECT_NEAR(map.occupancyAt(on_wall), 0.7, 2.0 / 255.0);
+  std::fill(belief.begin(), belief.end(), 0.0f);
+  map.insert(frame);  // 0.35: below the least belief
+  EXPECT_TRUE(map.isFree(on_wall));
+  EXPECT_TRUE(map.cuboids().empty());
+  EXPECT_TRUE(map.planes().empty());
+}
+
+TEST(PlanarMap, MapsNoGroundAndOnlyTheIndicesGiven) {
+  const View view = look(Scene(), lookFrom({0.0, 0.0, 1.0}));
+  Indices ground, above;
+  for (std::size_t i = 0; i < view.xyz.size() / 3; ++i) {
+    const Vector3 p(view.xyz[3 * i], view.xyz[3 * i + 1], view.xyz[3 * i + 2]);
+    const double height = (view.pose * p).z();
+    (height < 0.01 ? ground : above).push_back(static_cast<int>(i));
+  }
+  PlanarMap by_ground(paramsAt(0.1));
+  PlanarMap by_indices(paramsAt(0.1));
+  FrameObservation frame = view.frame();
+  frame.ground = &ground;
+  by_ground.insert(frame);
+  frame.ground = nullptr;
+  frame.indices = &above;
+  by_indices.insert(frame);
+  EXPECT_EQ(by_ground.serialize(), by_indices.serialize());
+  EXPECT_FALSE(by_ground.isOccupied({0.0, 1.5, -0.02}));
+  EXPECT_TRUE(by_ground.isOccupied({0.0, 5.02, 1.2}));
+}
+
+TEST(PlanarMap, IsInExactlyOneOfThreeStatesAnywhere) {
+  PlanarMap map(paramsAt(0.1));
+  for (const View& view : walk(3)) map.insert(view.frame());
+  Random random(7);
+  std::set<CellState> seen;
+  for (int i = 0; i < 20000; ++i) {
+    const Vector3 p(random.uniform(-4.0, 4.0), random.uniform(-2.0, 9.0),
+                    random.uniform(-1.0, 3.5));
+    EXPECT_EQ(map.isFree(p) + map.isOccupied(p) + map.isUnknown(p), 1);
+    EXPECT_EQ(map.isOccupied(p), !map.cuboidsAt(p).empty());
+    const double belief = map.occupancyAt(p);
+    EXPECT_EQ(map.isFree(p), belief == 0.0);
+    if (map.isUnknown(p)) {
+      EXPECT_EQ(belief, 0.5);
+    }
+    seen.insert(map.stateAt(p));
+  }
+  EXPECT_EQ(seen.size(), 3u);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(map.isFree({nan, 0.0, 0.0}));
+  EXPECT_TRUE(map.isFree({1e300, 0.0, 0.0}));
+}
+
+TEST(PlanarMap, FindsTheCuboidsABruteForceSearchFinds) {
+  PlanarMap map(paramsAt(0.1));
+  for (const View& view : walk(3)) map.insert(view.frame());
+  Random random(11);
+  for (int i = 0; i < 500; ++i) {
+    const Vector3 p(random.uniform(-3.0, 3.0), random.uniform(-2.0, 6.0),
+                    random.uniform(-0.5, 3.0));
+    for (const double margin : {0.0, 0.07, 1.0}) {
+      Indices expected;
+      for (std::size_t k = 0; k < map.cuboids().size(); ++k) {
+        if (contains(map.cuboids()[k], p, margin)) expected.push_back(static_cast<int>(k));
+      }
+      EXPECT_EQ(map.cuboidsAt(p, margin), expected);
+    }
+  }
+  EXPECT_THROW(map.cuboidsAt(Vector3::Zero(), -1.0), ParameterError);
+  EXPECT_THROW(map.cuboidsAt(Vector3::Zero(), std::nan("")), ParameterError);
+}
+
+TEST(PlanarMap, CopiesAndMovesByValue) {
+  PlanarMap map(paramsAt(0.1));
+  const std::vector<View> views = walk(2);
+  map.insert(views[0].frame());
+  PlanarMap copy(map);
+  const std::vector<std::uint8_t> before = map.serialize();
+  copy.insert(views[1].frame());
+  EXPECT_EQ(map.serialize(), before);
+  EXPECT_NE(copy.serialize(), before);
+  PlanarMap moved(std::move(copy));
+  EXPECT_EQ(moved.frames(), 2u);
+  copy = map;
+  EXPECT_EQ(copy.serialize(), before);
+  copy.clear();
+  EXPECT_TRUE(copy.empty());
+  EXPECT_EQ(copy.params().approximation.resolution, 0.1);
+  EXPECT_GT(map.memoryBytes(), copy.memoryBytes());
+}
+
+TEST(PlanarMap, RejectsWhatDoesNotFitTogetherAndStaysAsItWas) {
+  PlanarMap map(paramsAt(0.1));
+  const View view = look(Scene(), lookFrom({0.0, 0.0, 1.0}));
+  map.insert(view.frame());
+  const std::vector<std::uint8_t> before = map.serialize();
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto rejects = [&](auto&& spoil) {
+    FrameObservation frame = view.frame();
+    spoil(frame);
+    EXPECT_THROW(map.insert(frame), InputError);
+    EXPECT_EQ(map.serialize(), before);
+  };
+  rejects([&](FrameObservation& f) { f.T_world_sensor.translation().x() = nan; });
+  rejects([&](FrameObservation& f) { f.T_world_sensor.linear()(1, 1) = nan; });
+  rejects([&](FrameObservation& f) { f.T_world_sensor.linear() *= 2.0; });
+  rejects([&](FrameObservation& f) { f.T_world_sensor.linear().col(0) *= -1.0; });
+  rejects([&](FrameObservation& f) { f.timestamp = nan; });
+  const Indices too_high{0, static_cast<int>(view.xyz.size() / 3)};
+  const Indices negative{-1};
+  rejects([&](FrameObservation& f) { f.indices = &too_high; });
+  rejects([&](FrameObservation& f) { f.ground = &negative; });
+  std::vector<PlaneSegment> planes = view.planes;
+  planes[0].inliers.push_back(too_high[1]);
+  rejects([&](FrameObservation& f) { f.planes = &planes; });
+  planes = view.planes;
+  planes[0].plane.normal.x() = nan;
+  rejects([&](FrameObservation& f) { f.planes = &planes; });
+  const std::vector<float> too_few{1.0f};
+  std::vector<float> above_one(view.xyz.size() / 3, 1.5f);
+  rejects([&](FrameObservation& f) { f.probability = &too_few; });
+  rejects([&](FrameObservation& f) { f.probability = &above_one; });
+  rejects([&](FrameObservation& f) { f.camera->fx = 0.0; });
+  rejects([&](FrameObservation& f) { f.camera->width = 7; });
+  rejects([&](FrameObservation& f) { f.points.data = nullptr; });
+}
+
+TEST(PlanarMap, RejectsBadParameters) {
+  const auto rejects = [](auto&& spoil) {
+    PlanarMapParams params;
+    spoil(params);
+    EXPECT_THROW(PlanarMap{params}, ParameterError);
+  };
+  rejects([](PlanarMapParams& p) { p.approximation.resolution = 0.0; });
+  rejects([](PlanarMapParams& p) { p.association_angle = std::nan(""); });
+  rejects([](PlanarMapParams& p) { p.association_offset = -0.1; });
+  rejects([](PlanarMapParams& p) { p.min_probability = 1.1; });
+  rejects([](PlanarMapParams& p) { p.belief_gain = 0.0; });
+  rejects([](PlanarMapParams& p) { p.miss_factor = 2.0; });
+  rejects([](PlanarMapParams& p) { p.max_range = 0.0; });
+  rejects([](PlanarMapParams& p) { p.max_range = 1e6; });  // would be 1e21 unknown cells
+}
+
+TEST(PlanarMap, SurvivesEmptyAndHostileClouds) {
+  PlanarMap map(paramsAt(0.1));
+  FrameObservation empty;
+  map.insert(empty);
+  EXPECT_EQ(map.frames(), 1u);
+  const float inf = std::numeric_limits<float>::infinity();
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const std::vector<float> xyz{nan,  nan,  nan,   inf,    0.0f,  1.0f,  1e9f, 0.0f,
+                               0.0f, 0.0f, 0.0f,  0.0f,   1.0f,  2.0f,  3.0f, 1.0f,
+                               2.0f, 3.0f, 3e38f, -3e38f, 3e38f, -1e9f, 1e9f, 1e9f};
+  std::vector<PlaneSegment> planes(2);
+  planes[0].inliers = {0, 1, 2, 6};  // nothing a plane could be made of
+  planes[1].inliers = {};
+  FrameObservation frame;
+  frame.points = PointsView(xyz.data(), xyz.size() / 3);
+  frame.planes = &planes;
+  const FrameUpdate update = map.insert(frame);
+  EXPECT_GE(update.dropped_points, 4u);
+  EXPECT_TRUE(map.isOccupied({1.05, 2.05, 3.05}));
+  EXPECT_LT(map.memoryBytes(), 50u << 20);
+  frame.T_world_sensor.translation() = Vector3(1e12, -1e12, 0.0);
+  map.insert(frame);
+  EXPECT_EQ(map.frames(), 3u);
+  EXPECT_EQ(PlanarMap::deserialize(map.serialize().data(), map.serialize().size()).frames(), 3u);
+}
+
+TEST(PlanarMap, WorksFarFromTheOrigin) {
+  const Vector3 shift(40000.0, -30000.0, 200.0);
+  PlanarMap here(paramsAt(0.1));
+  PlanarMap there(paramsAt(0.1));
+  for (const View& view : walk(2)) {
+    FrameObservation frame = view.frame();
+    here.insert(frame);
+    frame.T_world_sensor.translation() += shift;
+    there.insert(frame);
+  }
+  EXPECT_EQ(here.planes().size(), there.planes().size());
+  EXPECT_NEAR(static_cast<double>(here.cuboids().size()),
+              static_cast<double>(there.cuboids().size()), 3.0);
+  EXPECT_TRUE(there.isOccupied(shift + Vector3(0.0, 5.02, 1.2)));
+}
+
+TEST(PlanarMap, CostsAFrameWhatTheFrameCosts) {
+  // Rooms side by side: the patches rebuilt for the last do not grow with the number of rooms.
+  PlanarMap map(paramsAt(0.1));
+  std::size_t first = 0, last = 0;
+  for (int room = 0; room < 12; ++room) {
+    FrameObservation frame;
+    const View view = look(Scene(), lookFrom({0.0, 0.0, 1.0}));
+    frame = view.frame();
+    frame.T_world_sensor.translation().x() += 50.0 * room;
+    const FrameUpdate update = map.insert(frame);
+    (room == 0 ? first : last) = update.patches_rebuilt;
+  }
+  EXPECT_LE(last, 2 * first);
+}
+
+}  // namespace
+}  // namespace planar_mapping
