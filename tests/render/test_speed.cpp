@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
-#include <chrono>
+#include <algorithm>
+#include <ctime>
 #include <iostream>
 
 #include "planar_mapping/visualization/snapshot.h"
@@ -14,14 +15,14 @@ namespace {
 
 TEST(SnapshotSpeed, DrawsTwentyThousandCuboids) {
   const SceneContent content = testing::field(20000);
+  // Processor time of all threads: what it takes on a machine that does nothing else.
   double fastest = 1e9;
   for (int run = 0; run < 3; ++run) {
-    const auto start = std::chrono::steady_clock::now();
+    const std::clock_t start = std::clock();
     renderSnapshot(content, ViewOptions());
-    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
-    fastest = std::min(fastest, taken.count());
+    fastest = std::min(fastest, static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
   }
-  std::cout << "20,000 cuboids at 1280 x 720: " << fastest << " s\n";
+  std::cout << "20,000 cuboids at 1280 x 720: " << fastest << " s of processor time\n";
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   EXPECT_LT(fastest, 1.5);
 #endif

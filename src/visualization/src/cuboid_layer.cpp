@@ -75,6 +75,17 @@ constexpr const char* kFragmentEdges = R"(
   }
 )";
 
+// One of the four samples of a pixel: a quarter of the colour, and the nearest veil hides the
+// others, where blending would add them up to a wall.
+constexpr const char* kVeilExtension = R"(
+//VTK::System::Dec
+#extension GL_ARB_sample_shading : enable
+)";
+constexpr const char* kVeil = R"(
+//VTK::DepthPeeling::Impl
+  gl_SampleMask[0] = 2;
+)";
+
 std::string heightColorFunction() {
   std::ostringstream code;
   code << "//VTK::Color::Dec\nvec3 heightColor(float position) {\n  vec3 c[9];\n";
@@ -201,9 +212,10 @@ void CuboidLayer::setEdges(bool visible) {
                                                                         visible ? 0.62f : 0.0f);
 }
 
-void CuboidLayer::setOpacity(double opacity) {
-  actor_->GetProperty()->SetOpacity(opacity);
-  actor_->GetProperty()->SetBackfaceCulling(opacity < 1.0);
+void CuboidLayer::setVeil() {
+  vtkShaderProperty* shader = actor_->GetShaderProperty();
+  shader->AddFragmentShaderReplacement("//VTK::System::Dec", true, kVeilExtension, false);
+  shader->AddFragmentShaderReplacement("//VTK::DepthPeeling::Impl", true, kVeil, false);
 }
 
 void CuboidLayer::setView(const CameraView& view, const ViewOptions& options) {

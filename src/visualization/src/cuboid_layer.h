@@ -35,8 +35,9 @@ class CuboidLayer {
   /// Height colours that run over the faces instead of one colour per cuboid; null = off.
   void setHeightRange(const ScalarRange* range);
   void setEdges(bool visible);
-  /// Below 1 only the faces towards the viewer are drawn, so that layers do not add up.
-  void setOpacity(double opacity);
+  /// Draws a quarter of the colour, once, however many cuboids lie behind each other. Needs the
+  /// four samples per pixel of kSamplesPerPixel.
+  void setVeil();
   /// Leaves out what isCutAway() names; to be called whenever the camera moves.
   void setView(const CameraView& view, const ViewOptions& options);
 

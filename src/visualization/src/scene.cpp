@@ -14,8 +14,6 @@ namespace planar_mapping::visualization {
 
 namespace {
 
-constexpr double kUnknownOpacity = 0.26;
-
 std::vector<Cuboid> select(const std::vector<Cuboid>& cuboids, bool planar) {
   std::vector<Cuboid> chosen;
   for (const Cuboid& cuboid : cuboids) {
@@ -59,7 +57,7 @@ Scene::Scene(const SceneContent& content)
   addLight(renderer_, 0.95, 0.2, 0.5, 0.34);
   addLight(renderer_, -0.5, 0.0, 0.85, 0.30);
   unknown_.setColors([](const Cuboid&) { return stateColor(CellState::Unknown); });
-  unknown_.setOpacity(kUnknownOpacity);
+  unknown_.setVeil();
   for (CuboidLayer* layer : {&planar_, &non_planar_, &unknown_}) {
     if (layer->size() > 0) renderer_->AddActor(layer->actor());
   }
