@@ -17,6 +17,7 @@ constexpr std::size_t kChunk = 65536;
 struct Nearest {
   std::int32_t plane = -1;
   double distance = std::numeric_limits<double>::infinity();
+  bool above = false;
 };
 
 Nearest nearestCandidate(const float* p, const std::array<std::int32_t, kPlanesPerCell>& cell,
@@ -26,8 +27,9 @@ Nearest nearestCandidate(const float* p, const std::array<std::int32_t, kPlanesP
     if (candidate < 0) break;
     const Plane& plane = planes[static_cast<std::size_t>(candidate)];
     const Vector3& n = plane.normal;
-    const double distance = std::abs(n[0] * p[0] + n[1] * p[1] + n[2] * p[2] + plane.offset);
-    if (distance < best.distance) best = {candidate, distance};
+    const double signed_distance = n[0] * p[0] + n[1] * p[1] + n[2] * p[2] + plane.offset;
+    const double distance = std::abs(signed_distance);
+    if (distance < best.distance) best = {candidate, distance, signed_distance > 0.0};
   }
   return best;
 }
@@ -103,7 +105,7 @@ std::vector<PlaneEvidence> gatherEvidence(const PointsView& points, const Indice
       if (nearest.distance > 2.0 * threshold) continue;
       PlaneEvidence& evidence = part[static_cast<std::size_t>(nearest.plane)];
       if (nearest.distance > threshold) {
-        evidence.beside += 1.0;
+        (nearest.above ? evidence.above : evidence.below) += 1.0;
         continue;
       }
       const double x = p[0] - origin[0], y = p[1] - origin[1], z = p[2] - origin[2];
@@ -124,7 +126,8 @@ std::vector<PlaneEvidence> gatherEvidence(const PointsView& points, const Indice
   for (const std::vector<PlaneEvidence>& part : parts) {
     for (std::size_t k = 0; k < part.size(); ++k) {
       all[k].sums.add(part[k].sums, {0.0, 0.0, 0.0});
-      all[k].beside += part[k].beside;
+      all[k].above += part[k].above;
+      all[k].below += part[k].below;
     }
   }
   return all;

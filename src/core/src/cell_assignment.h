@@ -22,8 +22,10 @@ CellCandidates candidatesOfCells(const PointCells& grid, const SurfaceLeaves& su
 
 /// What the points say about each plane.
 struct PlaneEvidence {
-  PointSums sums;       ///< of the points on it, about the origin given
-  double beside = 0.0;  ///< points between one and two thresholds from it that no other plane has
+  PointSums sums;  ///< of the points on it, about the origin given
+  /// Points one to two thresholds above and below it that no other plane is nearer to.
+  double above = 0.0;
+  double below = 0.0;
 };
 
 /// Evidence from all points, each given to the nearest of the candidates of its cell.

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -28,10 +29,12 @@ PlaneMoments momentsOf(const PointSums& s, const Vector3& origin) {
   return PlaneMoments::fromSums(s.n, {s.sum[0], s.sum[1], s.sum[2]}, outer, origin);
 }
 
-/// Whether the points on the plane stand out from those beside it.
+/// Whether the points on the plane stand out from those beside it. The fuller side counts twice: at
+/// the edge of a cloud of clutter there is nothing on the other.
 bool isSignificant(const PlaneEvidence& evidence, double significance) {
   const double on = evidence.sums.n;
-  return on - evidence.beside >= significance * std::sqrt(on + evidence.beside);
+  const double beside = 2.0 * std::max(evidence.above, evidence.below);
+  return on - beside >= significance * std::sqrt(on + beside);
 }
 
 }  // namespace
