@@ -28,6 +28,8 @@ namespace planar_mapping {
 ///
 /// No state between runs. One object serves one thread at a time; copies are independent.
 /// filter() throws InputError for an index outside the cloud.
+/// A user-defined PointT has to be registered (POINT_CLOUD_REGISTER_POINT_STRUCT), because PCL's
+/// filters copy points by field; PCL_NO_PRECOMPILE is not needed.
 template <typename PointT>
 class PLANAR_MAPPING_EXPORT GroundRemoval : public detail::PointFilter<PointT> {
  public:

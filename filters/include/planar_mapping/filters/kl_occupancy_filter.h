@@ -33,6 +33,8 @@ namespace planar_mapping {
 ///
 /// filter() throws InputError for an index outside the cloud or tracks, labels or groups that are
 /// not one per point of the cloud; beliefs are then unchanged.
+/// A user-defined PointT has to be registered (POINT_CLOUD_REGISTER_POINT_STRUCT), because PCL's
+/// filters copy points by field; PCL_NO_PRECOMPILE is not needed.
 template <typename PointT>
 class PLANAR_MAPPING_EXPORT KLOccupancyFilter : public detail::PointFilter<PointT> {
  public:

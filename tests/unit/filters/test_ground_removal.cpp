@@ -1,0 +1,104 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/filters/ground_removal.h"
+
+#include <gtest/gtest.h>
+
+#include "ground_scene.h"
+
+namespace planar_mapping {
+namespace {
+
+pcl::PointCloud<pcl::PointXYZ>::Ptr cloudOf(const std::vector<float>& xyz, int width, int height) {
+  pcl::PointCloud<pcl::PointXYZ>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZ>);
+  for (std::size_t i = 0; i < xyz.size(); i += 3)
+    cloud->push_back({xyz[i], xyz[i + 1], xyz[i + 2]});
+  cloud->width = static_cast<std::uint32_t>(width);
+  cloud->height = static_cast<std::uint32_t>(height);
+  cloud->is_dense = false;
+  return cloud;
+}
+
+TEST(GroundRemoval, ReturnsWhatStandsOnTheGround) {
+  test::GroundScene scene;
+  scene.wall_distance = 2.5;
+  scene.pitch = 0.1;
+  scene.render();
+  const auto cloud = cloudOf(scene.xyz, scene.width, scene.height);
+  GroundRemoval<pcl::PointXYZ> removal;
+  removal.setInputCloud(cloud);
+  pcl::Indices kept;
+  removal.filter(kept);
+  std::size_t wall = 0;
+  for (const int i : kept) wall += scene.truth[i] == 2;
+  EXPECT_GT(static_cast<double>(wall) / static_cast<double>(kept.size()), 0.98);
+
+  removal.setNegative(true);
+  pcl::Indices ground;
+  removal.filter(ground);
+  std::size_t floor = 0;
+  for (const int i : ground) floor += scene.truth[i] == 1;
+  EXPECT_GT(static_cast<double>(floor) / static_cast<double>(ground.size()), 0.98);
+}
+
+TEST(GroundRemoval, GivesThePlaneAndItsCovariance) {
+  test::GroundScene scene;
+  scene.disparity_noise = 0.1;
+  scene.render();
+  GroundRemoval<pcl::PointXYZ> removal;
+  removal.setInputCloud(cloudOf(scene.xyz, scene.width, scene.height));
+  pcl::Indices kept;
+  removal.filter(kept);
+  Vector4 plane;
+  Matrix4 covariance;
+  removal.getGroundPlane(plane, covariance);
+  EXPECT_NEAR(plane[1], -1.0, 0.01);
+  EXPECT_NEAR(plane[3], 0.37, 0.01);
+  EXPECT_GT(covariance(3, 3), 0.0);
+  EXPECT_EQ(removal.getDiagnostics().status, GroundStatus::Found);
+}
+
+TEST(GroundRemoval, RemovesNothingWithoutGroundAndSaysSo) {
+  test::GroundScene scene;
+  scene.camera_height = 1.5;  // far from the 0.37 m it is told
+  scene.pitch = 0.2;
+  scene.render();
+  const auto cloud = cloudOf(scene.xyz, scene.width, scene.height);
+  GroundRemoval<pcl::PointXYZ> removal;
+  removal.setInputCloud(cloud);
+  pcl::Indices kept;
+  removal.filter(kept);
+  std::size_t finite = 0;
+  for (const int what : scene.truth) finite += what != 0;
+  EXPECT_EQ(kept.size(), finite);
+  EXPECT_NE(removal.getDiagnostics().status, GroundStatus::Found);
+  Vector4 plane;
+  Matrix4 covariance;
+  removal.getGroundPlane(plane, covariance);
+  EXPECT_TRUE(plane.isZero(0.0));
+  EXPECT_TRUE(covariance.isZero(0.0));
+  removal.setCameraHeight(0.0);  // unknown: found by itself
+  removal.filter(kept);
+  EXPECT_NEAR(removal.getGround().height, 1.5, 0.02);
+}
+
+TEST(GroundRemoval, CountsHeightFromTheSensorOrigin) {
+  test::GroundScene scene;
+  scene.wall_distance = 2.0;
+  scene.render();
+  std::vector<float> xyz = scene.robotFrame();
+  for (std::size_t i = 2; i < xyz.size(); i += 3) xyz[i] += 0.37f;  // z = 0 is the ground
+  const auto cloud = cloudOf(xyz, scene.width, scene.height);
+  cloud->sensor_origin_ = Eigen::Vector4f(0.0f, 0.0f, 0.37f, 1.0f);
+  GroundRemoval<pcl::PointXYZ> removal;
+  removal.setUpAxis(Vector3::UnitZ());
+  removal.setOpticalAxis(Vector3::UnitX());
+  removal.setInputCloud(cloud);
+  pcl::Indices kept;
+  removal.filter(kept);
+  ASSERT_TRUE(removal.getGround().found);
+  EXPECT_NEAR(removal.getGround().plane.offset, 0.0, 0.003);
+}
+
+}  // namespace
+}  // namespace planar_mapping
