@@ -24,13 +24,13 @@ struct GroundScene {
   double camera_height = 0.37;
   double pitch = 0.0;  ///< nose down, radians
   double roll = 0.0;
-  double disparity_noise = 0.0;  ///< px, with B = 0.12 m and f = 225 px
+  double disparity_noise = 0.0;  ///< px, with B = 0.12 m
   double max_range = 8.0;
+  double focal = 225.0;  ///< px
   int width = 240;
   int height = 180;
   std::uint64_t seed = 1;
 
-  static constexpr double kFocal = 225.0;
   static constexpr double kBaseline = 0.12;
 
   std::vector<float> xyz;           ///< optical frame
@@ -54,12 +54,12 @@ struct GroundScene {
     truth.clear();
     for (int row = 0; row < height; ++row) {
       for (int column = 0; column < width; ++column) {
-        const Vector3 ray((column - 0.5 * width) / kFocal, (row - 0.5 * height) / kFocal, 1.0);
+        const Vector3 ray((column - 0.5 * width) / focal, (row - 0.5 * height) / focal, 1.0);
         const Vector3 level = R * ray;
         int what = 0;
         double z = depthAlong(level, what);
         if (what != 0 && disparity_noise > 0.0) {
-          z = kBaseline * kFocal / (kBaseline * kFocal / z + disparity_noise * random.normal());
+          z = kBaseline * focal / (kBaseline * focal / z + disparity_noise * random.normal());
         }
         const double nan = std::numeric_limits<double>::quiet_NaN();
         for (int k = 0; k < 3; ++k) xyz.push_back(static_cast<float>(what ? z * ray[k] : nan));

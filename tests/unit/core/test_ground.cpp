@@ -90,7 +90,7 @@ TEST(Ground, NoiseOfTheStereoCameraIsFollowed) {
   GroundParams params;
   params.distance_threshold = 0.01;
   const double fixed = scene.share(findGround(scene.view(), nullptr, params).is_ground, 1);
-  params.noise = StereoNoise{GroundScene::kBaseline, GroundScene::kFocal, 0.5};
+  params.noise = StereoNoise{GroundScene::kBaseline, scene.focal, 0.5};
   const double following = scene.share(findGround(scene.view(), nullptr, params).is_ground, 1);
   EXPECT_GT(following, 0.98);
   EXPECT_LT(fixed, 0.95);

@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "class_contract.h"
+#include "planar_mapping/filters/kl_occupancy_filter.h"
+
+namespace planar_mapping::test {
+namespace {
+
+template <typename PointT>
+struct OccupancySubject {
+  using Point = PointT;
+  using Class = KLOccupancyFilter<PointT>;
+  using Base = pcl::FilterIndices<PointT>;
+  static constexpr bool kThrowsWithoutCloud = false;  // filter() is PCL's own non-virtual code
+
+  static Outcome run(Class& subject) {
+    subject.reset();  // the only class with state between runs
+    Outcome outcome;
+    subject.filter(outcome.indices);
+    for (const int i : outcome.indices) outcome.numbers.push_back(subject.getProbabilities()[i]);
+    return outcome;
+  }
+  static std::size_t notFinite(const Class& subject) {
+    return subject.getDiagnostics().points_not_finite;
+  }
+};
+
+INSTANTIATE_TYPED_TEST_SUITE_P(KLOccupancyFilter, ClassContract, AllPointTypes<OccupancySubject>);
+
+}  // namespace
+}  // namespace planar_mapping::test

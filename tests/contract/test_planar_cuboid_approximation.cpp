@@ -1,0 +1,76 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "class_contract.h"
+#include "planar_mapping/surface/planar_cuboid_approximation.h"
+
+namespace planar_mapping::test {
+namespace {
+
+void append(const std::vector<Cuboid>& cuboids, std::vector<double>& numbers) {
+  for (const Cuboid& c : cuboids) {
+    numbers.insert(numbers.end(), c.center.data(), c.center.data() + 3);
+    numbers.insert(numbers.end(), c.size.data(), c.size.data() + 3);
+    numbers.insert(numbers.end(), c.orientation.coeffs().data(), c.orientation.coeffs().data() + 4);
+    numbers.push_back(c.plane_id);
+    numbers.push_back(c.probability);
+  }
+}
+
+template <typename PointT>
+struct CuboidSubject {
+  using Point = PointT;
+  using Class = PlanarCuboidApproximation<PointT>;
+  using Base = pcl::PCLSurfaceBase<PointT>;
+  static constexpr bool kThrowsWithoutCloud = true;
+
+  static Outcome run(Class& subject) {
+    std::vector<Cuboid> cuboids(3);
+    subject.approximate(cuboids);
+    Outcome outcome;
+    append(cuboids, outcome.numbers);
+    return outcome;
+  }
+  /// The class counts them among the dropped ones.
+  static std::size_t notFinite(const Class& subject) {
+    return subject.getDiagnostics().dropped_points;
+  }
+};
+
+INSTANTIATE_TYPED_TEST_SUITE_P(PlanarCuboidApproximation, ClassContract,
+                               AllPointTypes<CuboidSubject>);
+
+TEST(PlanarCuboidApproximationContract, ThreadsNeverChangeTheResult) {
+  const auto cloud = makeScene<pcl::PointXYZ>();
+  pcl::PointIndices wall;
+  for (int i = 0; i < 2000; ++i) wall.indices.push_back(i);
+  pcl::ModelCoefficients plane;
+  plane.values = {0, 0, -1, 2};
+  std::vector<Outcome> outcomes;
+  for (const int threads : {1, 2, 0}) {
+    PlanarCuboidApproximation<pcl::PointXYZ> approximation;
+    approximation.setNumberOfThreads(threads);
+    approximation.setInputCloud(cloud);
+    approximation.setPlanes({wall}, {plane});
+    outcomes.push_back(CuboidSubject<pcl::PointXYZ>::run(approximation));
+    EXPECT_TRUE(outcomes.back() == outcomes.front()) << threads << " threads";
+  }
+}
+
+TEST(PlanarCuboidApproximationContract, BadPlanesAreInputErrors) {
+  const auto cloud = makeScene<pcl::PointXYZ>();
+  PlanarCuboidApproximation<pcl::PointXYZ> approximation;
+  approximation.setInputCloud(cloud);
+  pcl::ModelCoefficients plane;
+  plane.values = {0, 0, -1, 2};
+  pcl::PointIndices outside;
+  outside.indices = {0, 1, 4800};
+  EXPECT_THROW(approximation.setPlanes({}, {plane}), InputError);
+  approximation.setPlanes({outside}, {plane});
+  std::vector<Cuboid> cuboids;
+  EXPECT_THROW(approximation.approximate(cuboids), InputError);
+  plane.values = {0, 0, 0, 1};
+  EXPECT_THROW(approximation.setPlanes({outside}, {plane}), ParameterError);
+}
+
+}  // namespace
+}  // namespace planar_mapping::test
