@@ -62,7 +62,7 @@ struct OrganizedParams {
   double coherent_angle = 0.35;
   /// Share of the points in the tiles of a doubtful plane that must be on it and have a
   /// neighbourhood that lies as the plane does.
-  double min_agreement = 0.5;
+  double min_agreement = 0.55;
   /// A quadratic surface that is bent by this root mean square angle (radians), ...
   double bent_angle = 0.1;
   /// ... explains the points so much better (variance ratio) ...
