@@ -159,14 +159,17 @@ DepthImage::Look DepthImage::look(const Vector3& c, const Vector3& half) const {
     y1 >>= 1;
     ++l;
   }
+  // At most 3 x 3 tiles; some are looked at twice rather than asking how many there are.
   const Level& level = levels_[l];
+  const int xs[3] = {x0, std::min(x0 + 1, x1), x1};
+  const int ys[3] = {y0, std::min(y0 + 1, y1), y1};
   float nearest = std::numeric_limits<float>::infinity();
   float farthest = 0.0f;
-  for (int y = y0; y <= y1; ++y) {
+  for (const int y : ys) {
     const Tile* row = &level.tiles[static_cast<std::size_t>(y) * level.width];
-    for (int x = x0; x <= x1; ++x) {
-      nearest = std::min(nearest, row[x].nearest);
-      farthest = std::max(farthest, row[x].farthest);
+    for (const int x : xs) {
+      nearest = row[x].nearest < nearest ? row[x].nearest : nearest;
+      farthest = row[x].farthest > farthest ? row[x].farthest : farthest;
     }
   }
   result.nearest = nearest;

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "planar_mapping/core/error.h"
+#include "planar_mapping/core/simd.h"
 
 namespace planar_mapping::detail {
 namespace {
@@ -16,15 +17,22 @@ constexpr double kRotationTolerance = 1e-3;
 /// Metres; points beyond are in nobody's world, and their squares would soon overflow a float.
 constexpr double kLargestCoordinate = 1e9;
 
-void requireIndices(const Indices& indices, std::size_t size, const char* what) {
-  int low = 0;
-  int high = -1;
-  for (const int i : indices) {
-    low = std::min(low, i);
-    high = std::max(high, i);
+/// The largest of the indices as unsigned numbers: negative ones are larger than all others.
+PLANAR_MAPPING_MULTIVERSION
+std::uint32_t largestIndex(const int* indices, std::size_t n) {
+  std::uint32_t largest = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto index = static_cast<std::uint32_t>(indices[i]);
+    largest = index > largest ? index : largest;
   }
-  if (low < 0 || (high >= 0 && static_cast<std::size_t>(high) >= size)) {
-    throw InputError(std::string(what) + ": index " + std::to_string(low < 0 ? low : high) +
+  return largest;
+}
+
+void requireIndices(const Indices& indices, std::size_t size, const char* what) {
+  if (indices.empty()) return;
+  const std::uint32_t largest = largestIndex(indices.data(), indices.size());
+  if (largest > INT32_MAX || largest >= size) {
+    throw InputError(std::string(what) + ": index " + std::to_string(static_cast<int>(largest)) +
                      " is outside the cloud of " + std::to_string(size) + " points");
   }
 }
@@ -160,9 +168,13 @@ Frame makeFrame(const FrameObservation& observation) {
               .transformed(T_world_sensor));
     }
   }
-  for (std::size_t i = 0; i < n; ++i) {
-    if (rest[i]) frame.non_planar.push_back(static_cast<int>(i));
+  frame.non_planar.resize(n);
+  std::size_t left = 0;
+  for (std::size_t i = 0; i < n; ++i) {  // without a branch
+    frame.non_planar[left] = static_cast<int>(i);
+    left += rest[i] != 0 ? 1 : 0;
   }
+  frame.non_planar.resize(left);
   return frame;
 }
 

@@ -21,7 +21,7 @@ void gather(const float* data, std::size_t stride, const int* indices, std::size
   }
 }
 
-// Two loops each: gcc vectorises them, but not their union.
+constexpr std::size_t kLanes = 8;
 
 /// m0 x + m1 y + m2 z + m3, or kOutside: the comparisons are false for NaN.
 PLANAR_MAPPING_MULTIVERSION
@@ -38,6 +38,31 @@ void coordinates(const float* __restrict x, const float* __restrict y, const flo
   }
 }
 
+/// Both kOutside where one is.
+PLANAR_MAPPING_MULTIVERSION
+void leaveTogether(double* __restrict u, double* __restrict v, std::size_t n) {
+  const double outside = kOutside;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double a = u[i];
+    const double b = v[i];
+    u[i] = b == outside ? outside : a;
+    v[i] = a == outside ? outside : b;
+  }
+}
+
+// One step each: gcc vectorises them, but not their union.
+
+/// values - offset; kOutside stays.
+PLANAR_MAPPING_MULTIVERSION
+void shift(const double* __restrict values, std::size_t n, double offset,
+           double* __restrict shifted) {
+  const double outside = kOutside;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double v = values[i];
+    shifted[i] = v == outside ? outside : v - offset;
+  }
+}
+
 PLANAR_MAPPING_MULTIVERSION
 void roundDown(const double* __restrict values, std::size_t n, std::int32_t* __restrict cells) {
   for (std::size_t i = 0; i < n; ++i) {
@@ -47,46 +72,98 @@ void roundDown(const double* __restrict values, std::size_t n, std::int32_t* __r
   }
 }
 
-}  // namespace
-
-void planeCells(const float* data, std::size_t stride, const int* indices, std::size_t n,
-                const double* m, std::int32_t* a, std::int32_t* b) {
-  float x[kBatch];
-  float y[kBatch];
-  float z[kBatch];
-  double values[kBatch];
-  gather(data, stride, indices, n, x, y, z);
-  coordinates(x, y, z, n, m, values);
-  roundDown(values, n, a);
-  coordinates(x, y, z, n, m + 4, values);
-  roundDown(values, n, b);
+/// kOutside stays.
+PLANAR_MAPPING_MULTIVERSION
+void clampCells(std::int32_t* __restrict cells, std::size_t n, std::int32_t low,
+                std::int32_t high) {
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::int32_t cell = cells[i];
+    std::int32_t clamped = cell < low ? low : cell;
+    clamped = clamped > high ? high : clamped;
+    cells[i] = cell == kOutside ? kOutside : clamped;
+  }
 }
 
-void planeExtent(const float* data, std::size_t stride, const int* indices, std::size_t n,
-                 const double* m, double* extent) {
+void toCells(const double* values, std::size_t n, double offset, std::int32_t low,
+             std::int32_t high, std::int32_t* cells) {
+  double shifted[kBatch];
+  shift(values, n, offset, shifted);
+  roundDown(shifted, n, cells);
+  clampCells(cells, n, low, high);
+}
+
+PLANAR_MAPPING_MULTIVERSION
+void findChanges(const std::int32_t* __restrict a, const std::int32_t* __restrict b, std::size_t n,
+                 std::uint32_t* __restrict changed) {
+  for (std::size_t i = 1; i < n; ++i) {
+    changed[i] = ((a[i] ^ a[i - 1]) | (b[i] ^ b[i - 1])) != 0 ? 1u : 0u;
+  }
+}
+
+/// Extent of the points of eight lanes at a time; those outside count in no lane.
+PLANAR_MAPPING_MULTIVERSION
+void widenLanes(const double* __restrict values, std::size_t n, double* __restrict low,
+                double* __restrict high) {
+  const double outside = kOutside;
+  for (std::size_t i = 0; i + kLanes <= n; i += kLanes) {
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      const double v = values[i + k];
+      const double l = v == outside ? low[k] : v;
+      const double h = v == outside ? high[k] : v;
+      low[k] = l < low[k] ? l : low[k];
+      high[k] = h > high[k] ? h : high[k];
+    }
+  }
+}
+
+void widen(const double* values, std::size_t n, double& low, double& high) {
+  double lows[kLanes];
+  double highs[kLanes];
+  std::fill(lows, lows + kLanes, low);
+  std::fill(highs, highs + kLanes, high);
+  widenLanes(values, n, lows, highs);
+  for (std::size_t i = n - n % kLanes; i < n; ++i) {
+    if (values[i] == kOutside) continue;
+    lows[0] = std::min(lows[0], values[i]);
+    highs[0] = std::max(highs[0], values[i]);
+  }
+  low = *std::min_element(lows, lows + kLanes);
+  high = *std::max_element(highs, highs + kLanes);
+}
+
+}  // namespace
+
+void planeCoordinates(const float* data, std::size_t stride, const int* indices, std::size_t n,
+                      const double* m, double* u, double* v) {
   float x[kBatch];
   float y[kBatch];
   float z[kBatch];
-  double u[kBatch];
-  double v[kBatch];
-  double low_u = extent[0], low_v = extent[1], high_u = extent[2], high_v = extent[3];
-  for (std::size_t begin = 0; begin < n; begin += kBatch) {
-    const std::size_t count = std::min(kBatch, n - begin);
-    gather(data, stride, indices + begin, count, x, y, z);
-    coordinates(x, y, z, count, m, u);
-    coordinates(x, y, z, count, m + 4, v);
-    for (std::size_t i = 0; i < count; ++i) {
-      if (u[i] == kOutside || v[i] == kOutside) continue;
-      low_u = std::min(low_u, u[i]);
-      low_v = std::min(low_v, v[i]);
-      high_u = std::max(high_u, u[i]);
-      high_v = std::max(high_v, v[i]);
-    }
+  gather(data, stride, indices, n, x, y, z);
+  coordinates(x, y, z, n, m, u);
+  coordinates(x, y, z, n, m + 4, v);
+  leaveTogether(u, v, n);
+}
+
+void widenExtent(const double* u, const double* v, std::size_t n, double* extent) {
+  widen(u, n, extent[0], extent[2]);
+  widen(v, n, extent[1], extent[3]);
+}
+
+void CellRuns::find(const double* u, const double* v, std::size_t n, const CellWindow& window) {
+  size = 0;
+  if (n == 0) return;
+  toCells(u, n, window.offset_u, window.low_a, window.high_a, a);
+  toCells(v, n, window.offset_v, window.low_b, window.high_b, b);
+  std::uint32_t changed[kBatch];
+  findChanges(a, b, n, changed);
+  first[0] = 0;
+  std::size_t run = 1;
+  for (std::size_t i = 1; i < n; ++i) {  // without a branch
+    first[run] = static_cast<std::uint32_t>(i);
+    run += changed[i];
   }
-  extent[0] = low_u;
-  extent[1] = low_v;
-  extent[2] = high_u;
-  extent[3] = high_v;
+  first[run] = static_cast<std::uint32_t>(n);
+  size = run;
 }
 
 PLANAR_MAPPING_MULTIVERSION

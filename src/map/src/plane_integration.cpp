@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "belief.h"
 #include "frame.h"
@@ -27,30 +28,49 @@ struct ToCells {
   }
 };
 
-/// Cells that hits of a plane may fall into: those of a new one are as few as its extent needs.
-struct Limits {
-  std::int32_t low_a = -kLatticeLimit;
-  std::int32_t low_b = -kLatticeLimit;
-  std::int32_t high_a = kLatticeLimit - 1;
-  std::int32_t high_b = kLatticeLimit - 1;
-};
-
 /// A side of four metres is forty cells of 0.1 m although it is measured as 4.0000001 m.
 constexpr double kRounding = 1e-6;
 
+/// In-plane coordinates of the points of a plane that is new, in cells: wanted twice.
+struct Coordinates {
+  std::unique_ptr<double[]> values;  ///< u of a batch, v of that batch, u of the next one ...
+  std::size_t capacity = 0;
+
+  /// Room for \p points, not kept from before.
+  void reserve(std::size_t points) {
+    const std::size_t wanted = 2 * kBatch * ((points + kBatch - 1) / kBatch);
+    if (wanted <= capacity) return;
+    values.reset(new double[wanted]);  // left as it is: written before it is read
+    capacity = wanted;
+  }
+};
+
+/// Calls visit(begin, n) for the batches of the inliers of a segment.
+template <typename Visit>
+void forEachBatch(const Indices& inliers, Visit&& visit) {
+  for (std::size_t begin = 0; begin < inliers.size(); begin += kBatch) {
+    visit(begin, std::min(kBatch, inliers.size() - begin));
+  }
+}
+
 /// The raster of a new plane starts at the corner of the bounding rectangle of its points, the
-/// slack shared by both sides, as in approximateCuboids().
-Limits startRaster(const MapData& map, const Frame& frame, PlaneLayer& layer,
-                   const std::vector<std::size_t>& segments) {
+/// slack shared by both sides, as in approximateCuboids(). Its cells are as few as that needs.
+/// \param coordinates of the points in the frame the layer had before
+CellWindow startRaster(const MapData& map, const Frame& frame, PlaneLayer& layer,
+                       std::size_t segment, Coordinates& coordinates) {
   const ToCells to_cells(map, frame, layer.frame);
   const PointsView& points = frame.observation->points;
+  const Indices& inliers = frame.inliersOf(segment);
   double extent[4] = {INFINITY, INFINITY, -INFINITY, -INFINITY};
-  for (const std::size_t segment : segments) {
-    const Indices& inliers = frame.inliersOf(segment);
-    planeExtent(points.data, points.stride, inliers.data(), inliers.size(), to_cells.m, extent);
-  }
-  Limits limits;
-  if (!(extent[0] <= extent[2])) return limits;
+  coordinates.reserve(inliers.size());
+  forEachBatch(inliers, [&](std::size_t begin, std::size_t n) {
+    double* u = coordinates.values.get() + 2 * begin;
+    planeCoordinates(points.data, points.stride, inliers.data() + begin, n, to_cells.m, u,
+                     u + kBatch);
+    widenExtent(u, u + kBatch, n, extent);
+  });
+  CellWindow window;
+  if (!(extent[0] <= extent[2])) return window;
   double low[2];
   double cells[2];
   for (int axis = 0; axis < 2; ++axis) {
@@ -61,50 +81,73 @@ Limits startRaster(const MapData& map, const Frame& frame, PlaneLayer& layer,
   layer.frame.origin =
       layer.frame.fromPlane({low[0] * map.resolution(), low[1] * map.resolution(), 0.0});
   layer.info.plane.offset = -layer.frame.n.dot(layer.frame.origin);
-  limits.low_a = limits.low_b = 0;
-  limits.high_a = static_cast<std::int32_t>(std::min(cells[0], 1.0 * kLatticeLimit)) - 1;
-  limits.high_b = static_cast<std::int32_t>(std::min(cells[1], 1.0 * kLatticeLimit)) - 1;
+  window.offset_u = low[0];
+  window.offset_v = low[1];
+  window.low_a = window.low_b = 0;
+  window.high_a = static_cast<std::int32_t>(std::min(cells[0], 1.0 * kLatticeLimit)) - 1;
+  window.high_b = static_cast<std::int32_t>(std::min(cells[1], 1.0 * kLatticeLimit)) - 1;
   // The first patch has what was seen first in its middle.
-  layer.anchor_a = 8 * (limits.high_a / 16 - kPatchCells / 16);
-  layer.anchor_b = 8 * (limits.high_b / 16 - kPatchCells / 16);
-  return limits;
+  layer.anchor_a = 8 * (window.high_a / 16 - kPatchCells / 16);
+  layer.anchor_b = 8 * (window.high_b / 16 - kPatchCells / 16);
+  return window;
 }
 
-/// Counts the points of a segment in the cells of its map plane.
-void countHits(const MapData& map, Frame& frame, const PlaneLayer& layer, std::size_t segment,
-               const Limits& limits, KeyMap<TileHits>& hits) {
-  const ToCells to_cells(map, frame, layer.frame);
-  const PointsView& points = frame.observation->points;
-  const Indices& inliers = frame.inliersOf(segment);
+/// Counts points of a segment in the cells of its map plane.
+void countHits(Frame& frame, const int* indices, const CellRuns& runs, KeyMap<TileHits>& hits) {
   const std::vector<float>* belief = frame.observation->probability;
-
-  std::int32_t a[kBatch];
-  std::int32_t b[kBatch];
   std::int32_t last_a = kOutside;
   std::int32_t last_b = kOutside;
   TileHits* tile = nullptr;
-  for (std::size_t begin = 0; begin < inliers.size(); begin += kBatch) {
-    const std::size_t n = std::min(kBatch, inliers.size() - begin);
-    planeCells(points.data, points.stride, inliers.data() + begin, n, to_cells.m, a, b);
-    for (std::size_t i = 0; i < n; ++i) {
-      if (a[i] == kOutside || b[i] == kOutside) {
-        ++frame.update.dropped_points;
-        continue;
-      }
-      const std::int32_t ca = std::clamp(a[i], limits.low_a, limits.high_a);
-      const std::int32_t cb = std::clamp(b[i], limits.low_b, limits.high_b);
-      if ((ca >> 3) != last_a || (cb >> 3) != last_b) {
-        last_a = ca >> 3;
-        last_b = cb >> 3;
-        tile = &hits[packKey(last_a, last_b)];
-      }
-      const auto bit = static_cast<std::size_t>(8 * (cb & 7) + (ca & 7));
-      ++tile->count[bit];
-      if (belief != nullptr) {
-        tile->belief[bit] += (*belief)[static_cast<std::size_t>(inliers[begin + i])];
-      }
+  for (std::size_t r = 0; r < runs.size; ++r) {
+    const std::uint32_t begin = runs.first[r];
+    const std::uint32_t end = runs.first[r + 1];
+    const std::int32_t a = runs.a[begin];
+    const std::int32_t b = runs.b[begin];
+    if (a == kOutside) {
+      frame.update.dropped_points += end - begin;
+      continue;
+    }
+    if ((a >> 3) != last_a || (b >> 3) != last_b) {
+      last_a = a >> 3;
+      last_b = b >> 3;
+      tile = &hits[packKey(last_a, last_b)];
+    }
+    const auto bit = static_cast<std::size_t>(8 * (b & 7) + (a & 7));
+    tile->count[bit] += end - begin;
+    if (belief == nullptr) continue;
+    for (std::uint32_t i = begin; i < end; ++i) {
+      tile->belief[bit] += (*belief)[static_cast<std::size_t>(indices[i])];
     }
   }
+}
+
+/// Counts the points of a segment in a plane that was there before.
+void countSegment(const MapData& map, Frame& frame, const PlaneLayer& layer, std::size_t segment,
+                  KeyMap<TileHits>& hits) {
+  const ToCells to_cells(map, frame, layer.frame);
+  const PointsView& points = frame.observation->points;
+  const Indices& inliers = frame.inliersOf(segment);
+  double u[kBatch];
+  double v[kBatch];
+  CellRuns runs;
+  forEachBatch(inliers, [&](std::size_t begin, std::size_t n) {
+    planeCoordinates(points.data, points.stride, inliers.data() + begin, n, to_cells.m, u, v);
+    runs.find(u, v, n, CellWindow());
+    countHits(frame, inliers.data() + begin, runs, hits);
+  });
+}
+
+/// Starts a new plane with the points of its segment.
+void countNew(const MapData& map, Frame& frame, PlaneLayer& layer, std::size_t segment,
+              Coordinates& coordinates, KeyMap<TileHits>& hits) {
+  const CellWindow window = startRaster(map, frame, layer, segment, coordinates);
+  const Indices& inliers = frame.inliersOf(segment);
+  CellRuns runs;
+  forEachBatch(inliers, [&](std::size_t begin, std::size_t n) {
+    const double* u = coordinates.values.get() + 2 * begin;
+    runs.find(u, u + kBatch, n, window);
+    countHits(frame, inliers.data() + begin, runs, hits);
+  });
 }
 
 void applyHits(const MapData& map, Frame& frame, PlaneLayer& layer, const KeyMap<TileHits>& hits) {
@@ -154,6 +197,7 @@ void applyHits(const MapData& map, Frame& frame, PlaneLayer& layer, const KeyMap
 }  // namespace
 
 void integratePlanes(MapData& map, Frame& frame) {
+  Coordinates coordinates;
   for (PlaneHits& hits : frame.hits) {
     PlaneLayer& layer = map.planes[hits.layer];
     for (const std::size_t segment : hits.segments) {
@@ -163,9 +207,12 @@ void integratePlanes(MapData& map, Frame& frame) {
     ++layer.info.frames;
     // Cells already there ride along; the new ones enter in the frame as it is from now on.
     if (!hits.is_new) layer.refit(map.resolution(), map.params.refit_tolerance * map.resolution());
-    const Limits limits = hits.is_new ? startRaster(map, frame, layer, hits.segments) : Limits();
     for (const std::size_t segment : hits.segments) {
-      countHits(map, frame, layer, segment, limits, hits.tiles);
+      if (hits.is_new) {  // which has one segment
+        countNew(map, frame, layer, segment, coordinates, hits.tiles);
+      } else {
+        countSegment(map, frame, layer, segment, hits.tiles);
+      }
     }
     applyHits(map, frame, layer, hits.tiles);
   }
