@@ -116,7 +116,7 @@ void DepthImage::finish() {
   }
 }
 
-DepthImage::Look DepthImage::look(const Vector3& c, const Vector3& half) const {
+DepthImage::Look DepthImage::look(const Vector3& c, const Vector3& half, bool whole) const {
   Look result;
   result.near = c.z() - half.z();
   result.far = c.z() + half.z();
@@ -143,6 +143,7 @@ DepthImage::Look DepthImage::look(const Vector3& c, const Vector3& half) const {
   }
   result.visible = true;
   result.inside = left >= 0.0 && top >= 0.0 && right < camera_.width && bottom < camera_.height;
+  if (whole && !result.inside) return result;
 
   const auto pixel = [](double edge, int size) {
     return static_cast<int>(std::min(std::max(edge, 0.0), size - 1.0));

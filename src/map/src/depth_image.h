@@ -40,7 +40,8 @@ class DepthImage {
   void finish();
 
   /// Looks at the box of the given half extents along the camera's axes.
-  Look look(const Vector3& centre, const Vector3& half) const;
+  /// \param whole  what the image cuts is of no interest: then the depths are not looked up
+  Look look(const Vector3& centre, const Vector3& half, bool whole) const;
   Vector3 toCamera(const Vector3& world) const { return inverse_ * (world - position_); }
   /// Is this image the one to judge by for a box at this place (camera frame)?
   bool isResponsible(const Vector3& centre) const {

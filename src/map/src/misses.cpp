@@ -29,12 +29,12 @@ class MissTest {
   }
   /// Can any cell of the box (half extents along the camera's axes) be missed?
   bool mayBeMissed(const Vector3& centre, const Vector3& half) const {
-    const DepthImage::Look look = image_.look(centre, half);
+    const DepthImage::Look look = image_.look(centre, half, false);
     return look.visible && look.near <= max_range_ && look.farthest > look.near;
   }
   bool isMissed(const Vector3& centre) const {
     if (!image_.isResponsible(centre)) return false;
-    const DepthImage::Look look = image_.look(centre, half_);
+    const DepthImage::Look look = image_.look(centre, half_, true);
     return look.inside && look.far <= max_range_ && look.nearest > look.far + margin_;
   }
   const DepthImage& image() const { return image_; }

@@ -51,14 +51,15 @@ class UnknownSpace::Walk {
                            : level == kCubeLevel && space_.isAllFree(keyOf(low))) {
       return;
     }
-    const DepthImage::Look look = image_.look(centre, half_[level]);
+    // Where the image ends nothing is certain; to follow its rim cell by cell is not worth it.
+    const bool whole = level <= 1;
+    const DepthImage::Look look = image_.look(centre, half_[level], whole);
+    if (whole && !look.inside) return;
     if (!look.visible || look.near > max_range_ || look.farthest <= 0.0f) return;
     if (look.inside && look.far <= max_range_) {
       if (look.farthest < look.near) return mark(level, low, false);
       if (look.nearest > look.far) return mark(level, low, true);
     }
-    // Where the image ends nothing is certain; to follow its rim cell by cell is not worth it.
-    if (level <= 1 && !look.inside) return;
     if (level == 0) {
       if (look.farthest > look.far && look.far <= max_range_ && look.near > 0.0) {
         mark(level, low, true);
