@@ -18,7 +18,7 @@ namespace planar_mapping::detail {
 namespace {
 
 // Blocks of 4, 2 and 1 cells a side propose planes, in this order: the larger, the surer.
-constexpr int kLargestBlockLevel = 2;
+constexpr int kLargestBlockLevel = kGridLevel + 2;
 // Beyond these numbers proposals and voters are drawn at random.
 constexpr std::size_t kMostProposals = 4096;
 constexpr std::size_t kMostVoters = 16384;
@@ -36,6 +36,8 @@ constexpr double kSameDirection = 0.1;
 constexpr int kRefits = 10;
 // Leaves at the border of a plane are mixed and do not vote: half the points must.
 constexpr double kShareThatVotes = 0.5;
+// A plane with more of its points within the threshold of a larger one is part of that.
+constexpr double kMostShareOfRim = 0.5;
 
 struct Proposal {
   Plane plane;
@@ -207,7 +209,7 @@ class LeafPlaneSearch {
         least_(kShareThatVotes * params.min_inliers) {}
 
   std::vector<LeafPlane> run() {
-    for (int level = kLargestBlockLevel; level >= 0 && !stopped_; --level) {
+    for (int level = kLargestBlockLevel; level >= kGridLevel && !stopped_; --level) {
       while (!stopped_ && voters_.size() > 0) {
         const std::size_t before = planes_.size();
         const bool all = searchAt(level);
@@ -285,12 +287,11 @@ class LeafPlaneSearch {
       const Vector3 centre = Vector3(key.x + 0.5, key.y + 0.5, key.z + 0.5) * block_side;
       offer(members[b], centre, block_side, proposals);
     }
-    if (level == 0) {  // the larger leaves speak for themselves
-      for (std::size_t i = 0; i < voters_.size(); ++i) {
-        const SurfaceLeaf& leaf = surface_.leaves[static_cast<std::size_t>(voters_.name(i))];
-        if (leaf.level == 0) continue;
-        offer({voters_.name(i)}, surface_.centreOf(leaf), surface_.sideOf(leaf), proposals);
-      }
+    // Leaves finer than a cell speak for themselves, and in the end the larger ones do.
+    for (std::size_t i = 0; i < voters_.size(); ++i) {
+      const SurfaceLeaf& leaf = surface_.leaves[static_cast<std::size_t>(voters_.name(i))];
+      if (leaf.level == kGridLevel || (leaf.level > kGridLevel && level > kGridLevel)) continue;
+      offer({voters_.name(i)}, surface_.centreOf(leaf), surface_.sideOf(leaf), proposals);
     }
     return proposals;
   }
@@ -406,6 +407,23 @@ class LeafPlaneSearch {
     return coherent;
   }
 
+  /// Whether most of the voters lie within the threshold of a plane found before: the rim of a
+  /// surface that is bent a little, not one of its own.
+  bool isRimOfAnother(const std::vector<std::int32_t>& voters) const {
+    const double all = static_cast<double>(voters_.weightOf(voters));
+    std::vector<std::int32_t> within;
+    for (const LeafPlane& other : planes_) {
+      within.clear();
+      for (const std::int32_t i : voters) {
+        const auto name = static_cast<std::size_t>(voters_.name(static_cast<std::size_t>(i)));
+        const SurfaceLeaf& leaf = surface_.leaves[name];
+        if (std::abs(other.plane.signedDistance(leaf.mean)) <= leaf.band) within.push_back(i);
+      }
+      if (static_cast<double>(voters_.weightOf(within)) > kMostShareOfRim * all) return true;
+    }
+    return false;
+  }
+
   bool wasRejected(const Proposal& proposal) const {
     const double cosine = std::cos(kSameDirection);
     for (const Plane& plane : rejected_) {
@@ -423,7 +441,7 @@ class LeafPlaneSearch {
       ++diagnostics_.rejected_too_small;
       return;
     }
-    if (!keepCoherent(proposal.plane, voters)) {
+    if (!keepCoherent(proposal.plane, voters) || isRimOfAnother(voters)) {
       rejected_.push_back(proposal.plane);
       ++diagnostics_.rejected_not_coherent;
       return;

@@ -37,6 +37,23 @@ bool cellOf(const float* p, double inverse_side, CellKey& key) {
   return true;
 }
 
+/// Adds \p p to the sums of the cell \p key, about its centre.
+void addTo(PointSums& s, const float* p, const CellKey& key, double side) {
+  const double x = p[0] - (key.x + 0.5) * side;
+  const double y = p[1] - (key.y + 0.5) * side;
+  const double z = p[2] - (key.z + 0.5) * side;
+  s.n += 1.0;
+  s.sum[0] += x;
+  s.sum[1] += y;
+  s.sum[2] += z;
+  s.outer[0] += x * x;
+  s.outer[1] += x * y;
+  s.outer[2] += x * z;
+  s.outer[3] += y * y;
+  s.outer[4] += y * z;
+  s.outer[5] += z * z;
+}
+
 }  // namespace
 
 void PointSums::add(const PointSums& other, const std::array<double, 3>& shift) {
@@ -106,22 +123,27 @@ PointCells buildPointCells(const PointsView& points, const Indices* indices, dou
     const std::int32_t cell = grid.table.insert(key);
     grid.cell_of[k] = cell;
     if (static_cast<std::size_t>(cell) == grid.sums.size()) grid.sums.emplace_back();
-    PointSums& s = grid.sums[static_cast<std::size_t>(cell)];
-    const double x = p[0] - (key.x + 0.5) * side;
-    const double y = p[1] - (key.y + 0.5) * side;
-    const double z = p[2] - (key.z + 0.5) * side;
-    s.n += 1.0;
-    s.sum[0] += x;
-    s.sum[1] += y;
-    s.sum[2] += z;
-    s.outer[0] += x * x;
-    s.outer[1] += x * y;
-    s.outer[2] += x * z;
-    s.outer[3] += y * y;
-    s.outer[4] += y * z;
-    s.outer[5] += z * z;
+    addTo(grid.sums[static_cast<std::size_t>(cell)], p, key, side);
   }
   return grid;
+}
+
+PointCells splitCells(const PointsView& points, const Indices* indices, const PointCells& grid,
+                      const std::vector<char>& split, int levels) {
+  PointCells fine;
+  fine.side = grid.side / (1 << levels);
+  const double inverse_side = 1.0 / fine.side;
+  for (std::size_t k = 0; k < grid.cell_of.size(); ++k) {
+    const std::int32_t home = grid.cell_of[k];
+    if (home < 0 || split[static_cast<std::size_t>(home)] == 0) continue;
+    const float* p = points[indices != nullptr ? static_cast<std::size_t>((*indices)[k]) : k];
+    CellKey key;
+    if (!cellOf(p, inverse_side, key)) continue;
+    const auto cell = static_cast<std::size_t>(fine.table.insert(key));
+    if (cell == fine.sums.size()) fine.sums.emplace_back();
+    addTo(fine.sums[cell], p, key, fine.side);
+  }
+  return fine;
 }
 
 }  // namespace planar_mapping::detail

@@ -52,7 +52,9 @@ PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
       points, indices, kCellSideInThresholds * params.distance_threshold, kShareInCompany);
   const PointCells grid = buildPointCells(points, indices, side);
   diagnostics.points_not_finite = grid.points_not_finite;
-  const SurfaceLeaves surface = buildSurfaceLeaves(grid, band);
+  const std::vector<char> crowded = crowdedCells(grid);
+  const PointCells fine = splitCells(points, indices, grid, crowded, kGridLevel);
+  const SurfaceLeaves surface = buildSurfaceLeaves(grid, crowded, fine, band);
   const std::vector<LeafPlane> found = findLeafPlanes(surface, params, diagnostics);
 
   std::vector<Plane> planes;
