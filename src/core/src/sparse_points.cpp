@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
+#include <utility>
 
 #include "cell_table.h"
 
@@ -51,21 +51,37 @@ std::vector<std::int32_t> sortedFinite(const PointsView& points, const Indices* 
   return order;
 }
 
+/// Squared distance to the kRank-th nearest of point \p i: outwards along x, as they are sorted.
+float squaredRank(const SparsePoints& points, std::size_t i) {
+  std::array<float, kRank> nearest;  // ascending
+  nearest.fill(std::numeric_limits<float>::infinity());
+  // \return whether points farther along x may still be nearer
+  const auto look = [&](std::size_t j) {
+    const float dx = points.x[j] - points.x[i], dy = points.y[j] - points.y[i];
+    const float dz = points.z[j] - points.z[i];
+    if (dx * dx > nearest.back()) return false;
+    float squared = dx * dx + dy * dy + dz * dz;
+    if (!(squared < nearest.back())) return true;
+    for (float& other : nearest) {
+      if (squared < other) std::swap(squared, other);
+    }
+    return true;
+  };
+  std::size_t up = i + 1, down = i;
+  bool more_up = up<points.size(), more_down = down> 0;
+  while (more_up || more_down) {
+    if (more_up) more_up = look(up) && ++up < points.size();
+    if (more_down) more_down = look(--down) && down > 0;
+  }
+  return nearest.back();
+}
+
 double chooseRadius(const SparsePoints& points) {
   const std::size_t n = points.size();
   if (n <= kRank) return std::numeric_limits<float>::max();
   std::vector<float> radii;
-  std::vector<float> squared(n);
   const std::size_t step = std::max<std::size_t>(1, n / kProbes);
-  for (std::size_t i = step / 2; i < n; i += step) {
-    for (std::size_t j = 0; j < n; ++j) {
-      const float dx = points.x[j] - points.x[i], dy = points.y[j] - points.y[i];
-      const float dz = points.z[j] - points.z[i];
-      squared[j] = dx * dx + dy * dy + dz * dz;
-    }
-    std::nth_element(squared.begin(), squared.begin() + kRank, squared.end());
-    radii.push_back(squared[kRank]);
-  }
+  for (std::size_t i = step / 2; i < n; i += step) radii.push_back(squaredRank(points, i));
   const auto half = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
   std::nth_element(radii.begin(), half, radii.end());
   return std::sqrt(static_cast<double>(*half));
@@ -73,38 +89,62 @@ double chooseRadius(const SparsePoints& points) {
 
 void findNeighbours(SparsePoints& points) {
   const std::size_t n = points.size();
-  const double side = std::max(points.radius, 1e-6);
+  const double inverse_side = 1.0 / std::max(points.radius, 1e-6);
   CellTable table(n);
   std::vector<std::int32_t> cell_of(n);
-  std::vector<std::vector<std::int32_t>> members;
+  std::vector<std::int32_t> first;  // member of each cell: members[first[cell]] ...
   for (std::size_t i = 0; i < n; ++i) {
     const auto down = [&](float v) {
-      return static_cast<std::int32_t>(
-          std::floor(std::clamp(v / side, -kFarthestCell, kFarthestCell)));
+      const double cells = std::clamp(v * inverse_side, -kFarthestCell, kFarthestCell);
+      const auto whole = static_cast<std::int32_t>(cells);
+      return whole - static_cast<std::int32_t>(cells < whole);
     };
     cell_of[i] = table.insert({down(points.x[i]), down(points.y[i]), down(points.z[i])});
-    if (static_cast<std::size_t>(cell_of[i]) == members.size()) members.emplace_back();
-    members[static_cast<std::size_t>(cell_of[i])].push_back(static_cast<std::int32_t>(i));
+    const auto cell = static_cast<std::size_t>(cell_of[i]);
+    if (cell == first.size()) first.push_back(0);
+    ++first[cell];
+  }
+  std::int32_t sum = 0;
+  for (std::int32_t& count : first) count = std::exchange(sum, sum + count);
+  std::vector<std::int32_t> end = first;
+  std::vector<std::int32_t> members(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    members[static_cast<std::size_t>(end[static_cast<std::size_t>(cell_of[i])]++)] =
+        static_cast<std::int32_t>(i);
+  }
+  // The cells with points around each cell, itself first.
+  std::vector<std::int32_t> around;
+  std::vector<std::size_t> first_around(1, 0);
+  around.reserve(8 * first.size());
+  for (std::size_t cell = 0; cell < first.size(); ++cell) {
+    const CellKey key = table.key(cell);
+    around.push_back(static_cast<std::int32_t>(cell));
+    for (std::int32_t dz = -1; dz <= 1; ++dz) {
+      for (std::int32_t dy = -1; dy <= 1; ++dy) {
+        for (std::int32_t dx = -1; dx <= 1; ++dx) {
+          if (dx == 0 && dy == 0 && dz == 0) continue;
+          const std::int32_t other = table.find({key.x + dx, key.y + dy, key.z + dz});
+          if (other >= 0) around.push_back(other);
+        }
+      }
+    }
+    first_around.push_back(around.size());
   }
   const auto limit = static_cast<float>(points.radius * points.radius);
   points.first_near.assign(1, 0);
+  points.first_near.reserve(n + 1);
+  points.near.reserve(8 * n);
   for (std::size_t i = 0; i < n; ++i) {
-    const CellKey key = table.key(static_cast<std::size_t>(cell_of[i]));
+    const float x = points.x[i], y = points.y[i], z = points.z[i];
+    const auto home = static_cast<std::size_t>(cell_of[i]);
     const std::size_t most = points.near.size() + kMostNeighbours;
-    for (int offset = 0; offset < 27 && points.near.size() < most; ++offset) {
-      // The cell itself first, then those around.
-      const int o = offset == 0 ? 13 : offset <= 13 ? offset - 1 : offset;
-      const std::int32_t cell =
-          table.find({key.x + o % 3 - 1, key.y + o / 3 % 3 - 1, key.z + o / 9 - 1});
-      if (cell < 0) continue;
-      for (const std::int32_t j : members[static_cast<std::size_t>(cell)]) {
+    for (std::size_t c = first_around[home]; c < first_around[home + 1]; ++c) {
+      const auto cell = static_cast<std::size_t>(around[c]);
+      for (std::int32_t m = first[cell]; m < end[cell] && points.near.size() < most; ++m) {
+        const std::int32_t j = members[static_cast<std::size_t>(m)];
         const auto k = static_cast<std::size_t>(j);
-        if (k == i) continue;
-        const float dx = points.x[k] - points.x[i], dy = points.y[k] - points.y[i];
-        const float dz = points.z[k] - points.z[i];
-        if (!(dx * dx + dy * dy + dz * dz <= limit)) continue;
-        points.near.push_back(j);
-        if (points.near.size() == most) break;
+        const float dx = points.x[k] - x, dy = points.y[k] - y, dz = points.z[k] - z;
+        if (k != i && dx * dx + dy * dy + dz * dz <= limit) points.near.push_back(j);
       }
     }
     points.first_near.push_back(static_cast<std::int32_t>(points.near.size()));
