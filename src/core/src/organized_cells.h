@@ -62,7 +62,7 @@ struct OrganizedParams {
   double coherent_angle = 0.35;
   /// Share of the points in the tiles of a doubtful plane that must be on it and have a
   /// neighbourhood that lies as the plane does.
-  double min_agreement = 0.55;
+  double min_agreement = 0.5;
   /// A quadratic surface that is bent by this root mean square angle (radians), ...
   double bent_angle = 0.1;
   /// ... explains the points so much better (variance ratio) ...
@@ -73,6 +73,23 @@ struct OrganizedParams {
   double min_ray_sine = 0.05;
   /// Growth of the residual across the plane that a fit along the rays may cost.
   double max_residual_growth = 1.1;
+  /// Points within this range difference (metres, and a share of the range) may be one surface.
+  double same_surface_constant = 0.02;
+  double same_surface_share = 0.03;
+  /// Surroundings of a quarter of a tile that tell how it lies, quarters to each side: small, ...
+  int small_surroundings = 1;
+  /// ... and where noise turns the normal of the small ones by more than a share of coherent_angle.
+  int wide_surroundings = 3;
+  double clear_normal_share = 0.8;
+  /// Noise of depth cameras is smooth over this many pixels when they tell a normal.
+  double correlated_normal_pixels = 25.0;
+  /// Radians that noise may turn a normal at most before it counts as another surface.
+  double most_coherent_angle = 0.9;
+  /// Share of agreeing pixels from which on a plane keeps all of its pixels.
+  double clear_coherent_share = 0.85;
+  /// Share of the remaining pixels within coherent_angle below which a plane is a slice through
+  /// other surfaces.
+  double min_coherent_share = 0.66;
   /// Rings of tiles around grown cells whose pixels are looked at.
   int assignment_rounds = 2;
   /// Cells of the smallest region.

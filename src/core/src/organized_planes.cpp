@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "organized_agreement.h"
 #include "organized_refinement.h"
 #include "organized_segments.h"
 #include "plane_search.h"
@@ -66,6 +67,22 @@ void drop(std::vector<PlaneCandidate>& planes, PixelAssigner& pixels, double min
       ++diagnostics.rejected_too_small;
       planes[i].valid = false;
     } else if (!coherent[i]) {
+      ++diagnostics.rejected_not_coherent;
+      planes[i].valid = false;
+    }
+    if (!planes[i].valid) target[i] = -1;
+  }
+  pixels.relabel(target);
+}
+
+/// Frees the pixels of planes that too few agree with.
+void dropSmall(std::vector<PlaneCandidate>& planes, PixelAssigner& pixels, int min_inliers,
+               PlaneSearchDiagnostics& diagnostics) {
+  const std::vector<std::int64_t> counts = pixels.counts(planes.size());
+  std::vector<std::int16_t> target(planes.size());
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    target[i] = static_cast<std::int16_t>(i);
+    if (planes[i].valid && counts[i] < min_inliers) {
       ++diagnostics.rejected_not_coherent;
       planes[i].valid = false;
     }
@@ -143,6 +160,8 @@ PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
   drop(planes, pixels, params.min_inliers, cloud, noise, own, set.diagnostics);
   // The planes stand; what else lies within d_T of them where they are counts as theirs (Eq. 11).
   pixels.fill(planes);
+  freeDisagreeing(cloud, planes, noise, own, params.threads, pixels);
+  dropSmall(planes, pixels, params.min_inliers, set.diagnostics);
   for (PlaneCandidate& plane : planes) plane.sums = {};
   const std::vector<TilePart> parts = pixels.parts();
   for (const TilePart& part : parts) {

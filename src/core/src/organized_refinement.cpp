@@ -163,6 +163,19 @@ void PixelAssigner::summarize(int tile) {
   summary.free = static_cast<std::int16_t>(static_cast<int>(tiles_.count(tile)) - labelled);
 }
 
+void PixelAssigner::free(int tile, int quarter, std::int16_t label) {
+  std::int16_t* labels =
+      labels_.data() + static_cast<std::size_t>(tile) * kTileArea + quarter * kQuarterArea;
+  for (int i = 0; i < kQuarterArea; ++i) labels[i] = labels[i] == label ? -1 : labels[i];
+  changed_[static_cast<std::size_t>(tile)] = 1;
+}
+
+void PixelAssigner::recount() {
+  for (int tile = 0; tile < cloud_.tiles(); ++tile) {
+    if (changed_[static_cast<std::size_t>(tile)]) summarize(tile);
+  }
+}
+
 bool PixelAssigner::changedAround(int tile) const {
   const int row = tile / cloud_.columns;
   const int column = tile % cloud_.columns;
@@ -253,6 +266,16 @@ void PixelAssigner::fill(const std::vector<PlaneCandidate>& planes) {
       if (summaries_[static_cast<std::size_t>(tile)].free > 0) assignTile(tile, planes, 0);
     }
   });
+}
+
+std::vector<std::int64_t> PixelAssigner::counts(std::size_t planes) const {
+  std::vector<std::int64_t> counts(planes, 0);
+  for (const Summary& summary : summaries_) {
+    for (int k = 0; k < summary.planes.size; ++k) {
+      counts[static_cast<std::size_t>(summary.planes.label[k])] += summary.count[k];
+    }
+  }
+  return counts;
 }
 
 std::vector<TilePart> PixelAssigner::parts() const {

@@ -38,8 +38,21 @@ class PixelAssigner {
   void fill(const std::vector<PlaneCandidate>& planes);
   /// Renames labels; -1 frees the pixels.
   void relabel(const std::vector<std::int16_t>& target);
+  /// Number of pixels of each plane.
+  std::vector<std::int64_t> counts(std::size_t planes) const;
   /// The pixels of each plane in each tile, ascending by tile.
   std::vector<TilePart> parts() const;
+
+  const std::int16_t* labelsOf(int tile) const {
+    return labels_.data() + static_cast<std::size_t>(tile) * kTileArea;
+  }
+  bool holdsPlane(int tile) const {
+    return summaries_[static_cast<std::size_t>(tile)].planes.size > 0;
+  }
+  /// Frees the pixels of a plane in quarter 0 to 3 of a tile; recount() has to follow.
+  void free(int tile, int quarter, std::int16_t label);
+  /// Counts the pixels of the tiles that were freed from.
+  void recount();
 
  private:
   /// What the pixels of a tile have.

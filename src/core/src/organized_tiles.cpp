@@ -187,6 +187,11 @@ void sumLabelled(const float* x, const std::int16_t* labels, std::int16_t label,
   sumPixels(x, x + kTileArea, x + 2 * kTileArea, labels, label, kTileArea, out, 1);
 }
 
+PLANAR_MAPPING_MULTIVERSION
+void sumOneQuarter(const float* x, double* out) {
+  sumPixels(x, x + kTileArea, x + 2 * kTileArea, nullptr, 0, kQuarterArea, out, 1);
+}
+
 }  // namespace
 
 TiledCloud tileCloud(const PointsView& points, const Indices* indices, const Vector3& sensor,
@@ -237,6 +242,10 @@ void sumFreeQuarters(const TiledCloud& cloud, const std::int16_t* labels, int fi
                      int last_row, double* out) {
   sumQuarterRows(cloud.xyz, labels, cloud.columns, first_row, last_row,
                  static_cast<std::size_t>(4) * cloud.tiles(), out);
+}
+
+void sumQuarter(const TiledCloud& cloud, int tile, int quarter, double* out) {
+  sumOneQuarter(cloud.x(tile) + quarter * kQuarterArea, out);
 }
 
 void sumLabelledPixels(const TiledCloud& cloud, int tile, const std::int16_t* labels,

@@ -179,6 +179,40 @@ TEST(OrganizedPlanes, FindsNoPlaneOnABall) {
   EXPECT_TRUE(search(scene, organized()).planes.empty());
 }
 
+TEST(OrganizedPlanes, FindsNoPlaneAlongAStaircase) {
+  // The slope through the edges is nowhere farther from a step than d_T, yet nothing lies along it.
+  DepthScene scene(320, 240, 300.0);
+  constexpr double kStep = 0.1;
+  for (int i = 0; i < 8; ++i) {
+    const double y = 0.7 - kStep * i;
+    const double z = 1.2 + kStep * i;
+    scene.addRectangle({0.0, y - kStep / 2.0, z}, {0.8, 0.0, 0.0}, {0.0, kStep / 2.0, 0.0});
+    scene.addRectangle({0.0, y - kStep, z + kStep / 2.0}, {0.8, 0.0, 0.0}, {0.0, 0.0, kStep / 2.0});
+  }
+  scene.render(0.001, 0.0, 21);
+  const Vector3 slope = Vector3(0.0, 1.0, 1.0).normalized();
+  for (const PlaneSegment& segment : search(scene, organized()).planes) {
+    EXPECT_LT(std::fabs(segment.plane.normal.dot(slope)), std::cos(20.0 * kDegree))
+        << segment.inliers.size() << " points";
+  }
+}
+
+TEST(OrganizedPlanes, LeavesOutWhatThePlaneCutsOutOfABall) {
+  DepthScene scene(320, 240, 300.0);
+  const int wall = scene.addPlane({0.0, 0.0, 2.0}, {0.0, 0.0, -1.0});
+  const int ball = scene.addBall({0.0, 0.0, 2.0}, 0.35);
+  scene.render(0.001, 0.0, 22);
+  const PlaneSet set = search(scene, organized());
+  expectFound(scene, set, wall, 0.97, 0.2 * kDegree);
+  for (const PlaneSegment& segment : set.planes) {
+    std::size_t on_ball = 0;
+    for (const int i : segment.inliers) {
+      on_ball += scene.truth[static_cast<std::size_t>(i)] == ball;
+    }
+    EXPECT_LE(on_ball, segment.inliers.size() / 50);
+  }
+}
+
 TEST(OrganizedPlanes, FindsNoPlaneInRandomDepth) {
   Random random(10);
   std::vector<float> xyz;

@@ -1,0 +1,256 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "organized_agreement.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "planar_mapping/core/parallel.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+/// All measured points of a quarter of a tile.
+struct Quarter {
+  MomentSums sums = {};
+  float range = -1.0F;  ///< of the mean from the sensor, metres; negative without points
+  float spread = 0.0F;  ///< root mean square distance from the mean, metres
+};
+
+/// The pixels of one plane in one quarter.
+struct Share {
+  std::int32_t quarter = 0;
+  std::int16_t label = -1;
+  std::int16_t pixels = 0;
+  bool agrees = false;  ///< as far as the noise lets one see
+  bool near = false;    ///< the normals of the small ...
+  bool wide = false;    ///< ... and of the wide surroundings lie within coherent_angle
+};
+
+/// Pixels of a plane.
+struct Count {
+  double all = 0.0;
+  double agreeing = 0.0;
+  double near = 0.0;
+  double wide = 0.0;
+
+  void add(const Share& share) {
+    all += share.pixels;
+    agreeing += share.agrees ? share.pixels : 0;
+    near += share.near ? share.pixels : 0;
+    wide += share.wide ? share.pixels : 0;
+  }
+};
+
+/// Quarters form a grid of 2 columns x 2 rows per tile.
+class Surroundings {
+ public:
+  Surroundings(const TiledCloud& cloud, const OrganizedParams& params, int threads)
+      : columns_(2 * cloud.columns),
+        rows_(2 * cloud.rows),
+        params_(params),
+        threads_(threads),
+        quarters_(static_cast<std::size_t>(columns_) * rows_) {
+    parallelFor(static_cast<std::size_t>(rows_), threads, [&](std::size_t row) {
+      for (int column = 0; column < columns_; ++column) {
+        Quarter& quarter = quarters_[row * columns_ + column];
+        const int tile = static_cast<int>(row / 2) * cloud.columns + column / 2;
+        sumQuarter(cloud, tile, static_cast<int>(row % 2) * 2 + column % 2, quarter.sums.data());
+        const MomentSums& s = quarter.sums;
+        if (!(s[kN] > 0.0)) continue;
+        const Vector3 mean(s[kX] / s[kN], s[kY] / s[kN], s[kZ] / s[kN]);
+        const double square = (s[kXX] + s[kYY] + s[kZZ]) / s[kN] - mean.squaredNorm();
+        quarter.range = static_cast<float>((mean - cloud.sensor).norm());
+        quarter.spread = static_cast<float>(std::sqrt(std::max(0.0, square)));
+      }
+    });
+  }
+
+  int columns() const { return columns_; }
+  int rows() const { return rows_; }
+
+  /// Planes of what lies around the quarters, up to \p radius quarters away, at about their range.
+  std::vector<CellFit> fits(const std::vector<std::int32_t>& list, int radius, double* room) const {
+    constexpr std::size_t kBlock = 256;
+    CellGrid windows;
+    windows.columns = static_cast<int>(list.size());
+    windows.rows = 1;
+    windows.allocate(room);
+    parallelFor((list.size() + kBlock - 1) / kBlock, threads_, [&](std::size_t block) {
+      const std::size_t end = std::min(list.size(), (block + 1) * kBlock);
+      for (std::size_t i = block * kBlock; i < end; ++i) {
+        const MomentSums sums = around(list[i], radius);
+        for (int m = 0; m < kMoments; ++m) windows.moment(m)[i] = sums[static_cast<std::size_t>(m)];
+      }
+    });
+    return fitCells(windows);
+  }
+
+ private:
+  MomentSums around(std::int32_t at, int radius) const {
+    const Quarter& centre = quarters_[static_cast<std::size_t>(at)];
+    MomentSums sums = centre.sums;
+    if (!(centre.range >= 0.0F)) return sums;
+    const float gate = static_cast<float>(params_.same_surface_constant) +
+                       static_cast<float>(params_.same_surface_share) * centre.range;
+    const int row = at / columns_;
+    const int column = at % columns_;
+    for (int r = std::max(0, row - radius); r <= std::min(rows_ - 1, row + radius); ++r) {
+      for (int c = std::max(0, column - radius); c <= std::min(columns_ - 1, column + radius);
+           ++c) {
+        const Quarter& other = quarters_[static_cast<std::size_t>(r) * columns_ + c];
+        // A quarter as spread as this lies across a depth edge.
+        if (std::fabs(other.range - centre.range) > gate || other.spread > gate) continue;
+        if (&other != &centre) addSums(sums, other.sums);
+      }
+    }
+    return sums;
+  }
+
+  int columns_;
+  int rows_;
+  const OrganizedParams& params_;
+  int threads_;
+  std::vector<Quarter> quarters_;
+};
+
+/// Angle by which noise may turn the normal of a window, radians.
+double normalError(const CellFit& fit, const RangeNoise& noise, const Vector3& sensor,
+                   const OrganizedParams& params) {
+  const double ray[3] = {fit.mean[0] - sensor.x(), fit.mean[1] - sensor.y(),
+                         fit.mean[2] - sensor.z()};
+  const double squared_range = ray[0] * ray[0] + ray[1] * ray[1] + ray[2] * ray[2];
+  const double along =
+      std::fabs(ray[0] * fit.normal[0] + ray[1] * fit.normal[1] + ray[2] * fit.normal[2]);
+  const double expected = noise.at(squared_range) * along / std::sqrt(squared_range);
+  const double sigma = std::min(expected, static_cast<double>(fit.residual));
+  const double independent = std::max(1.0, fit.count / params.correlated_normal_pixels);
+  const double error = sigma / (fit.extent * std::sqrt(independent));
+  return std::isfinite(error) ? error : M_PI_2;
+}
+
+double cosine(const PlaneCandidate& plane, const CellFit& fit) {
+  return std::fabs(plane.normal[0] * fit.normal[0] + plane.normal[1] * fit.normal[1] +
+                   plane.normal[2] * fit.normal[2]);
+}
+
+/// Which planes the pixels of each quarter have, ascending by quarter.
+std::vector<Share> sharesOf(const TiledCloud& cloud, const PixelAssigner& pixels) {
+  std::vector<Share> shares;
+  shares.reserve(static_cast<std::size_t>(4) * cloud.tiles());
+  for (int row = 0; row < 2 * cloud.rows; ++row) {
+    for (int column = 0; column < 2 * cloud.columns; ++column) {
+      const int tile = row / 2 * cloud.columns + column / 2;
+      if (!pixels.holdsPlane(tile)) continue;
+      const std::int16_t* labels =
+          pixels.labelsOf(tile) + ((row % 2) * 2 + column % 2) * kQuarterArea;
+      const std::size_t first = shares.size();
+      for (int k = 0; k < kQuarterArea; ++k) {
+        if (labels[k] < 0) continue;
+        std::size_t at = first;
+        while (at < shares.size() && shares[at].label != labels[k]) ++at;
+        if (at == shares.size()) {
+          shares.push_back({row * 2 * cloud.columns + column, labels[k], 0, false, false, false});
+        }
+        ++shares[at].pixels;
+      }
+    }
+  }
+  return shares;
+}
+
+/// Compares the normals around every share with that of its plane.
+void compare(const TiledCloud& cloud, const Surroundings& surroundings,
+             const std::vector<PlaneCandidate>& planes, const RangeNoise& noise,
+             const OrganizedParams& params, std::vector<Share>& shares) {
+  std::vector<std::int32_t> all;
+  for (const Share& share : shares) {
+    if (all.empty() || all.back() != share.quarter) all.push_back(share.quarter);
+  }
+  const std::vector<CellFit> small =
+      surroundings.fits(all, params.small_surroundings, cloud.room[1]);
+  std::vector<double> errors(all.size());
+  std::vector<std::int32_t> noisy;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    errors[i] = params.growing_factor * normalError(small[i], noise, cloud.sensor, params);
+    if (errors[i] > params.clear_normal_share * params.coherent_angle) noisy.push_back(all[i]);
+  }
+  const std::vector<CellFit> wide =
+      surroundings.fits(noisy, params.wide_surroundings, cloud.room[1]);
+  const double min_cosine = std::cos(params.coherent_angle);
+  std::size_t i = 0;
+  std::size_t j = 0;
+  for (Share& share : shares) {
+    while (all[i] != share.quarter) ++i;
+    while (j < noisy.size() && noisy[j] < share.quarter) ++j;
+    const PlaneCandidate& plane = planes[static_cast<std::size_t>(share.label)];
+    const bool is_noisy = j < noisy.size() && noisy[j] == share.quarter;
+    const double near = cosine(plane, small[i]);
+    const double allowed =
+        std::min(params.most_coherent_angle, std::max(params.coherent_angle, errors[i]));
+    share.near = near >= min_cosine;
+    share.wide = is_noisy ? cosine(plane, wide[j]) >= min_cosine : share.near;
+    share.agrees = share.wide || near >= std::cos(allowed);
+  }
+}
+
+}  // namespace
+
+void freeDisagreeing(const TiledCloud& cloud, const std::vector<PlaneCandidate>& planes,
+                     const RangeNoise& noise, const OrganizedParams& params, int threads,
+                     PixelAssigner& pixels) {
+  std::vector<Share> shares = sharesOf(cloud, pixels);
+  if (shares.empty()) return;
+  const Surroundings surroundings(cloud, params, threads);
+  compare(cloud, surroundings, planes, noise, params, shares);
+
+  std::vector<Count> counts(planes.size());
+  for (const Share& share : shares) counts[static_cast<std::size_t>(share.label)].add(share);
+  std::vector<std::int32_t> first(
+      static_cast<std::size_t>(surroundings.columns()) * surroundings.rows() + 1, 0);
+  for (const Share& share : shares) ++first[static_cast<std::size_t>(share.quarter) + 1];
+  for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
+
+  // The majority of the neighbourhood decides: single normals are noisy.
+  const auto majority = [&](const Share& share) {
+    const int row = share.quarter / surroundings.columns();
+    const int column = share.quarter % surroundings.columns();
+    int agreeing = 0;
+    int all = 0;
+    for (int r = std::max(0, row - 1); r <= std::min(surroundings.rows() - 1, row + 1); ++r) {
+      const int from = std::max(0, column - 1);
+      const int to = std::min(surroundings.columns() - 1, column + 1);
+      const auto line = static_cast<std::size_t>(r) * surroundings.columns();
+      for (std::int32_t k = first[line + from]; k < first[line + to + 1]; ++k) {
+        const Share& other = shares[static_cast<std::size_t>(k)];
+        if (other.label != share.label) continue;
+        all += other.pixels;
+        agreeing += other.agrees ? other.pixels : 0;
+      }
+    }
+    return 2 * agreeing >= all;
+  };
+  // Shares that stay; of them as many must agree without allowance for noise.
+  std::vector<char> stays(shares.size());
+  std::vector<Count> remaining(planes.size());
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    const Share& share = shares[i];
+    const auto label = static_cast<std::size_t>(share.label);
+    stays[i] = counts[label].agreeing >= params.clear_coherent_share * counts[label].all ||
+               majority(share);
+    if (stays[i]) remaining[label].add(share);
+  }
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    const Share& share = shares[i];
+    const Count& count = remaining[static_cast<std::size_t>(share.label)];
+    if (stays[i] && std::max(count.near, count.wide) >= params.min_coherent_share * count.all) {
+      continue;
+    }
+    const int row = share.quarter / surroundings.columns();
+    const int column = share.quarter % surroundings.columns();
+    pixels.free(row / 2 * cloud.columns + column / 2, (row % 2) * 2 + column % 2, share.label);
+  }
+  pixels.recount();
+}
+
+}  // namespace planar_mapping::detail
