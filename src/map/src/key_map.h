@@ -43,6 +43,9 @@ inline Int3 unpackKey(std::uint64_t key) {
   return {part(key), part(key >> 21u), part(key >> 42u)};
 }
 
+/// A number nobody outside this process knows: keys of a hostile file cannot be made to collide.
+std::uint64_t hashSeed();
+
 /// Open-addressing hash from 64-bit keys to values kept in insertion order. Results must not
 /// depend on that order where a map and its reloaded copy have to agree: sort the keys there.
 template <typename Value>
@@ -120,7 +123,8 @@ class KeyMap {
   }
 
  private:
-  static std::size_t hash(std::uint64_t key) {
+  std::size_t hash(std::uint64_t key) const {
+    key ^= seed_;
     key ^= key >> 30u;
     key *= 0xbf58476d1ce4e5b9ULL;
     key ^= key >> 27u;
@@ -137,6 +141,7 @@ class KeyMap {
     }
   }
 
+  std::uint64_t seed_ = hashSeed();
   std::vector<std::uint64_t> keys_;
   std::vector<Value> values_;
   std::vector<std::uint32_t> slots_;  ///< position + 1, 0 = empty; a power of two of them

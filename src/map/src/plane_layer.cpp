@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "belief.h"
 
@@ -19,6 +20,51 @@ std::uint64_t tileRectangle(std::int32_t low_a, std::int32_t low_b, std::int32_t
   std::uint64_t bits = 0;
   for (std::int32_t b = low_b; b <= high_b; ++b) bits |= (row & 0xffu) << (8 * b);
   return bits;
+}
+
+/// The tiles of a patch as they are to be approximated: together, or where almost all of their
+/// window is empty, each group of tiles that touch on its own. Empty cells cost time too, so that
+/// this bounds the time by the number of tiles.
+std::vector<std::vector<PlacedTile>> islandsOf(const std::vector<PlacedTile>& tiles) {
+  constexpr std::size_t kSparse = 16;  // tiles of the window for each that holds a cell
+  if (tiles.empty()) return {};
+  PlacedTile low = tiles.front();
+  PlacedTile high = tiles.front();
+  for (const PlacedTile& t : tiles) {
+    low.a = std::min(low.a, t.a);
+    low.b = std::min(low.b, t.b);
+    high.a = std::max(high.a, t.a);
+    high.b = std::max(high.b, t.b);
+  }
+  const std::int32_t width = high.a - low.a + 1;
+  const std::int32_t height = high.b - low.b + 1;
+  if (static_cast<std::size_t>(width) * height <= kSparse * tiles.size()) return {tiles};
+
+  std::vector<const RasterTile*> at(static_cast<std::size_t>(width) * height, nullptr);
+  const auto place = [&](std::int32_t a, std::int32_t b) -> const RasterTile*& {
+    return at[static_cast<std::size_t>(b - low.b) * width + static_cast<std::size_t>(a - low.a)];
+  };
+  for (const PlacedTile& t : tiles) place(t.a, t.b) = t.tile;
+  std::vector<std::vector<PlacedTile>> islands;
+  for (std::int32_t b = low.b; b <= high.b; ++b) {
+    for (std::int32_t a = low.a; a <= high.a; ++a) {
+      if (place(a, b) == nullptr) continue;
+      std::vector<PlacedTile> island{{a, b, std::exchange(place(a, b), nullptr)}};
+      for (std::size_t i = 0; i < island.size(); ++i) {
+        const PlacedTile from = island[i];
+        for (std::int32_t nb = std::max(from.b - 1, low.b); nb <= std::min(from.b + 1, high.b);
+             ++nb) {
+          for (std::int32_t na = std::max(from.a - 1, low.a); na <= std::min(from.a + 1, high.a);
+               ++na) {
+            if (place(na, nb) == nullptr) continue;
+            island.push_back({na, nb, std::exchange(place(na, nb), nullptr)});
+          }
+        }
+      }
+      islands.push_back(std::move(island));
+    }
+  }
+  return islands;
 }
 
 }  // namespace
@@ -141,79 +187,92 @@ void PlaneLayer::setCell(std::int32_t a, std::int32_t b, std::uint8_t belief) {
   markDirty(a >> 3, b >> 3);
 }
 
+std::vector<PlaneLayer::Members> PlaneLayer::dirtyMembers() const {
+  std::vector<Members> all;
+  std::vector<std::size_t> place(patches.size(), KeyMap<PlanePatch>::kNone);
+  for (std::size_t p = 0; p < patches.size(); ++p) {
+    if (!patches.value(p).dirty) continue;
+    place[p] = all.size();
+    all.push_back({p, {}});
+  }
+  if (tiles.size() <= all.size() * kPatchTiles * kPatchTiles) {
+    for (std::size_t i = 0; i < tiles.size(); ++i) {
+      if (tiles.value(i).occupied == 0) continue;
+      std::int32_t ta = 0, tb = 0;
+      unpackKey(tiles.key(i), ta, tb);
+      const std::size_t p = patches.indexOf(patchKey(ta, tb));
+      if (p == KeyMap<PlanePatch>::kNone || place[p] == KeyMap<PlanePatch>::kNone) continue;
+      all[place[p]].tiles.push_back({ta, tb, &tiles.value(i)});
+    }
+    return all;
+  }
+  for (Members& members : all) {
+    std::int32_t pa = 0, pb = 0;
+    unpackKey(patches.key(members.patch), pa, pb);
+    const std::int32_t first_a = anchor_a / 8 + pa * kPatchTiles;
+    const std::int32_t first_b = anchor_b / 8 + pb * kPatchTiles;
+    for (std::int32_t tb = first_b; tb < first_b + kPatchTiles; ++tb) {
+      for (std::int32_t ta = first_a; ta < first_a + kPatchTiles; ++ta) {
+        const RasterTile* tile = tiles.find(packKey(ta, tb));
+        if (tile != nullptr && tile->occupied != 0) members.tiles.push_back({ta, tb, tile});
+      }
+    }
+  }
+  return all;
+}
+
+std::vector<Cuboid> PlaneLayer::cuboidsOf(const std::vector<PlacedTile>& members,
+                                          const CuboidApproximationParams& params) const {
+  // The window is tight to the cells: the paper's first unit is the bounding rectangle.
+  std::int32_t low_a = kLatticeLimit, low_b = kLatticeLimit;
+  std::int32_t high_a = -kLatticeLimit, high_b = -kLatticeLimit;
+  for (const PlacedTile& t : members) {
+    for (std::uint64_t bits = t.tile->occupied; bits != 0; bits &= bits - 1) {
+      const int bit = __builtin_ctzll(bits);
+      low_a = std::min(low_a, 8 * t.a + (bit & 7));
+      high_a = std::max(high_a, 8 * t.a + (bit & 7));
+      low_b = std::min(low_b, 8 * t.b + (bit >> 3));
+      high_b = std::max(high_b, 8 * t.b + (bit >> 3));
+    }
+  }
+  CellMask mask;
+  mask.a0 = low_a;
+  mask.b0 = low_b;
+  mask.width = high_a - low_a + 1;
+  mask.height = high_b - low_b + 1;
+  mask.cells.assign(static_cast<std::size_t>(mask.width) * mask.height, 0);
+  const bool certain = std::all_of(members.begin(), members.end(), [](const PlacedTile& t) {
+    for (std::uint64_t bits = t.tile->occupied; bits != 0; bits &= bits - 1) {
+      if (t.tile->belief[static_cast<std::size_t>(__builtin_ctzll(bits))] != 255) return false;
+    }
+    return true;
+  });
+  std::vector<float> probability(certain ? 0 : mask.cells.size(), 1.0f);
+  for (const PlacedTile& t : members) {
+    for (std::uint64_t bits = t.tile->occupied; bits != 0; bits &= bits - 1) {
+      const int bit = __builtin_ctzll(bits);
+      const std::size_t cell = static_cast<std::size_t>(8 * t.b + (bit >> 3) - low_b) * mask.width +
+                               static_cast<std::size_t>(8 * t.a + (bit & 7) - low_a);
+      mask.cells[cell] = 1;
+      if (!certain) probability[cell] = beliefOf(t.tile->belief[static_cast<std::size_t>(bit)]);
+    }
+  }
+  return cuboidsOfPlane(frame, mask, probability, info.id, params);
+}
+
 std::size_t PlaneLayer::rebuild(const CuboidApproximationParams& params) {
   std::size_t rebuilt = 0;
   bool any_empty = false;
-  for (std::size_t p = 0; p < patches.size(); ++p) {
-    PlanePatch& patch = patches.value(p);
-    if (!patch.dirty) continue;
+  for (const Members& members : dirtyMembers()) {
+    PlanePatch& patch = patches.value(members.patch);
     patch.dirty = false;
     ++rebuilt;
-    std::int32_t pa = 0, pb = 0;
-    unpackKey(patches.key(p), pa, pb);
-    const std::int32_t first_a = anchor_a / 8 + pa * kPatchTiles;
-    const std::int32_t first_b = anchor_b / 8 + pb * kPatchTiles;
-
-    std::vector<std::pair<std::uint64_t, const RasterTile*>> members;
-    const auto take = [&](std::int32_t ta, std::int32_t tb, const RasterTile* tile) {
-      if (tile != nullptr && tile->occupied != 0) members.emplace_back(packKey(ta, tb), tile);
-    };
-    if (tiles.size() <= static_cast<std::size_t>(kPatchTiles) * kPatchTiles) {
-      for (std::size_t i = 0; i < tiles.size(); ++i) {
-        std::int32_t ta = 0, tb = 0;
-        unpackKey(tiles.key(i), ta, tb);
-        if (patchKey(ta, tb) == patches.key(p)) take(ta, tb, &tiles.value(i));
-      }
-    } else {
-      for (std::int32_t tb = first_b; tb < first_b + kPatchTiles; ++tb) {
-        for (std::int32_t ta = first_a; ta < first_a + kPatchTiles; ++ta) {
-          take(ta, tb, tiles.find(packKey(ta, tb)));
-        }
-      }
-    }
     patch.cuboids.clear();
-    if (members.empty()) {
-      any_empty = true;
-      continue;
+    any_empty |= members.tiles.empty();
+    for (const std::vector<PlacedTile>& part : islandsOf(members.tiles)) {
+      const std::vector<Cuboid> some = cuboidsOf(part, params);
+      patch.cuboids.insert(patch.cuboids.end(), some.begin(), some.end());
     }
-
-    // The window is tight to the cells: the paper's first unit is the bounding rectangle.
-    std::int32_t low_a = kLatticeLimit, low_b = kLatticeLimit;
-    std::int32_t high_a = -kLatticeLimit, high_b = -kLatticeLimit;
-    for (const auto& [key, tile] : members) {
-      std::int32_t ta = 0, tb = 0;
-      unpackKey(key, ta, tb);
-      for (std::uint64_t bits = tile->occupied; bits != 0; bits &= bits - 1) {
-        const int bit = __builtin_ctzll(bits);
-        low_a = std::min(low_a, 8 * ta + (bit & 7));
-        high_a = std::max(high_a, 8 * ta + (bit & 7));
-        low_b = std::min(low_b, 8 * tb + (bit >> 3));
-        high_b = std::max(high_b, 8 * tb + (bit >> 3));
-      }
-    }
-    CellMask mask;
-    mask.a0 = low_a;
-    mask.b0 = low_b;
-    mask.width = high_a - low_a + 1;
-    mask.height = high_b - low_b + 1;
-    mask.cells.assign(static_cast<std::size_t>(mask.width) * mask.height, 0);
-    std::vector<float> probability(mask.cells.size(), 1.0f);
-    bool certain = true;
-    for (const auto& [key, tile] : members) {
-      std::int32_t ta = 0, tb = 0;
-      unpackKey(key, ta, tb);
-      for (std::uint64_t bits = tile->occupied; bits != 0; bits &= bits - 1) {
-        const int bit = __builtin_ctzll(bits);
-        const std::size_t cell =
-            static_cast<std::size_t>(8 * tb + (bit >> 3) - low_b) * mask.width +
-            static_cast<std::size_t>(8 * ta + (bit & 7) - low_a);
-        mask.cells[cell] = 1;
-        probability[cell] = beliefOf(tile->belief[bit]);
-        certain &= tile->belief[bit] == 255;
-      }
-    }
-    if (certain) probability.clear();
-    patch.cuboids = cuboidsOfPlane(frame, mask, probability, info.id, params);
   }
   if (any_empty) {
     patches.removeIf([](std::uint64_t, const PlanePatch& patch) { return patch.cuboids.empty(); });

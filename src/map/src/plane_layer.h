@@ -17,6 +17,13 @@ struct RasterTile {
   std::array<std::uint8_t, 64> belief{};
 };
 
+/// A tile and its coordinates.
+struct PlacedTile {
+  std::int32_t a = 0;
+  std::int32_t b = 0;
+  const RasterTile* tile = nullptr;
+};
+
 /// Points of one frame in a tile.
 struct TileHits {
   std::array<std::uint32_t, 64> count{};
@@ -79,6 +86,15 @@ class PlaneLayer {
   std::size_t memoryBytes() const;
 
  private:
+  struct Members {
+    std::size_t patch = 0;  ///< position in patches
+    std::vector<PlacedTile> tiles;
+  };
+  /// The tiles with cells of each dirty patch.
+  std::vector<Members> dirtyMembers() const;
+  std::vector<Cuboid> cuboidsOf(const std::vector<PlacedTile>& members,
+                                const CuboidApproximationParams& params) const;
+
   // Tiles [low, high]; grows as tiles are added and is exact after rebuild().
   std::int32_t low_tile_a_ = kLatticeLimit;
   std::int32_t low_tile_b_ = kLatticeLimit;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstring>
 #include <functional>
 #include <string>
@@ -273,6 +274,69 @@ TEST(HostileMapFile, IsRejectedWhenItIsSixtyFourMegabytesOfNothing) {
   const Bytes whole = smallFile();
   std::copy(whole.begin(), whole.begin() + 12, file.begin());
   EXPECT_FALSE(loadsOrFailsCleanly(file));
+}
+
+/// Labels of a tree, four in a byte.
+struct Labels {
+  Bytes& bytes;
+  int bits = 0;
+  void put(int label) {
+    if (bits % 8 == 0) bytes.push_back(0);
+    bytes.back() |= static_cast<std::uint8_t>(label << (bits % 8));
+    bits += 2;
+  }
+  /// The children of a node of a quadtree of 2^level cells with one cell, in a corner of it.
+  void cellInCorner(int level, int corner) {
+    put(level == 0 ? 1 : 3);
+    for (int c = 0; level > 0 && c < 4; ++c) {
+      if (c == corner) {
+        cellInCorner(level - 1, corner);
+      } else {
+        put(0);
+      }
+    }
+  }
+};
+
+TEST(HostileMapFile, LoadsQuicklyWithManyPatchesThatAreAlmostEmpty) {
+  // 1024 patches of 256 x 256 cells, two of which are there, in opposite corners.
+  Bytes plan{1, 1, 0, 1};
+  const auto put = [&](auto value) {
+    const auto* raw = reinterpret_cast<const std::uint8_t*>(&value);
+    plan.insert(plan.end(), raw, raw + sizeof value);
+  };
+  for (int i = 0; i < 3; ++i) put(0.0);                                     // origin
+  for (const float axis : {1.0f, 0.0f, 0.0f, 0.0f, 0.0f, 1.0f}) put(axis);  // u and n
+  put(2048.0);                                                              // weight
+  for (int i = 0; i < 3; ++i) put(0.0);                                     // mean
+  for (int i = 0; i < 6; ++i) put(0.0f);                                    // scatter
+  const int levels_above = 5;
+  plan.insert(plan.end(), {0, 0, 0, 0, 5 + levels_above});  // anchor; corner, levels
+  Labels labels{plan};
+  const std::function<void(int)> node = [&](int level) {
+    labels.put(3);
+    for (int c = 0; c < 4; ++c) {
+      if (level > 0) {
+        node(level - 1);
+      } else if (c == 0 || c == 3) {
+        labels.cellInCorner(7, c);
+      } else {
+        labels.put(0);
+      }
+    }
+  };
+  node(levels_above);
+  plan.insert(plan.end(), {0x80, 0x10, 255});  // 2048 beliefs of 1
+  const Bytes file = withSection(smallFile(), "PLAN", plan);
+  const auto start = std::chrono::steady_clock::now();
+  const PlanarMap map = load(file);
+  const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
+  std::size_t of_plane = 0;
+  for (const Cuboid& cuboid : map.cuboids()) of_plane += cuboid.plane_id == 0 ? 1 : 0;
+  EXPECT_EQ(of_plane, 2048u);
+  EXPECT_LT(file.size(), 40000u);
+  // As one raster each they would take 1 s and more; the limit leaves room for sanitizers.
+  EXPECT_LT(time.count(), 0.5);
 }
 
 TEST(HostileMapFile, SaysWhatIsWrong) {

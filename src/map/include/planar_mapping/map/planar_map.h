@@ -89,7 +89,10 @@ struct FrameUpdate {
 /// World frame, z up, metres, up to 2^20 cells from the origin (100 km at 0.1 m); points beyond are
 /// dropped and counted. Exactly one of isOccupied(), isFree() and isUnknown() holds anywhere.
 ///
-/// One frame at the identity gives the planar cuboids of approximateCuboids(). Over frames
+/// One frame at the identity gives the planar cuboids of approximateCuboids() with absorption = 0:
+/// with more of it that function leaves cells to the cuboids of other planes, which a map that goes
+/// on growing cannot. Patches whose window is almost empty (fewer than one in 16 of its tiles of
+/// 8 x 8 cells hold a cell) are approximated island by island. Over frames
 /// - a plane is refitted from moments; its cells ride along with it and are never resampled;
 /// - a cell's belief moves by belief_gain towards what the newest frame says, and is multiplied by
 ///   miss_factor when the sensor looks through it; below min_probability the cell is gone;
