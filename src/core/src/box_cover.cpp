@@ -147,8 +147,8 @@ class BoxCover {
 
 CellLookup::CellLookup(const std::vector<CellKey>& cells) {
   if (cells.empty()) return;
-  constexpr double kSmallVolume = 65536.0;
-  constexpr double kVolumePerCell = 32.0;
+  constexpr double kSmallVolume = 4096.0;
+  constexpr double kVolumePerCell = 256.0;
   low_ = cells.front();
   CellKey high = low_;
   for (const CellKey& cell : cells) {
