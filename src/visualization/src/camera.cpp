@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "planar_mapping/core/error.h"
 
@@ -183,14 +185,16 @@ void horizontalAxes(const Vector3& up, Vector3& right, Vector3& forward) {
 }
 
 double groundHeight(const SceneContent& content) {
+  // A few stray cells deep below the floor must not become the ground.
+  constexpr double kStrayShare = 0.01;
   const Vector3 up = content.up.normalized();
-  double lowest = INFINITY;
+  std::vector<std::pair<double, double>> bottoms;  // height, weight
   const auto add = [&](const std::vector<Cuboid>& cuboids) {
     for (const Cuboid& cuboid : cuboids) {
       const Vector3 half = 0.5 * (cuboid.orientation.toRotationMatrix().transpose() * up)
                                      .cwiseAbs()
                                      .cwiseProduct(cuboid.size);
-      lowest = std::min(lowest, cuboid.center.dot(up) - half.sum());
+      bottoms.emplace_back(cuboid.center.dot(up) - half.sum(), cuboid.volume());
     }
   };
   add(content.cuboids);
@@ -198,11 +202,20 @@ double groundHeight(const SceneContent& content) {
     if (!content.cuboids.empty()) break;
     for (std::size_t i = 0; i < cloud.size(); ++i) {
       const Vector3 p(cloud.xyz[3 * i], cloud.xyz[3 * i + 1], cloud.xyz[3 * i + 2]);
-      if (p.allFinite()) lowest = std::min(lowest, p.dot(up));
+      if (p.allFinite()) bottoms.emplace_back(p.dot(up), 1.0);
     }
   }
-  if (!std::isfinite(lowest)) add(content.unknown);
-  if (!std::isfinite(lowest)) return 0.0;
+  if (bottoms.empty()) add(content.unknown);
+  if (bottoms.empty()) return 0.0;
+  std::sort(bottoms.begin(), bottoms.end());
+  double stray = 0.0;
+  for (const auto& bottom : bottoms) stray += kStrayShare * bottom.second;
+  double lowest = bottoms.front().first;
+  for (const auto& [height, weight] : bottoms) {
+    lowest = height;
+    stray -= weight;
+    if (stray <= 0.0) break;
+  }
   return lowest >= -0.33 && lowest <= 1.0 ? 0.0 : lowest;
 }
 

@@ -154,5 +154,15 @@ TEST(GroundHeight, IsZeroWhereTheMapStandsOnIt) {
   EXPECT_EQ(groundHeight(SceneContent()), 0.0);
 }
 
+TEST(GroundHeight, IgnoresAFewStrayCellsBelowTheFloor) {
+  SceneContent content;
+  content.cuboids.push_back(testing::plate({0, 0, 5.8}, {0, 0, 1}, 4, 4, 0, 0.2));
+  Cuboid stray;
+  stray.center = Vector3(1, 1, -3);
+  stray.size = Vector3(0.1, 0.1, 0.1);
+  content.cuboids.push_back(stray);
+  EXPECT_NEAR(groundHeight(content), 5.6, 1e-12);
+}
+
 }  // namespace
 }  // namespace planar_mapping

@@ -32,7 +32,8 @@ PLANAR_MAPPING_EXPORT CameraView placeCamera(const SceneContent& content,
                                              const ViewOptions& options);
 
 /// Height of the ground along content.up: 0 where the content starts within a metre above or a
-/// third of a metre below it (METHOD: z = 0 is the ground), else the lowest point, metres.
+/// third of a metre below it (METHOD: z = 0 is the ground), else the lowest point, metres. [ours]
+/// The lowest hundredth of the occupied volume counts as stray.
 PLANAR_MAPPING_EXPORT double groundHeight(const SceneContent& content);
 
 /// Two horizontal unit vectors that make (right, forward, up) a right-handed frame; for up = +z
