@@ -10,13 +10,6 @@
 namespace planar_mapping::detail {
 namespace {
 
-/// All measured points of a quarter of a tile.
-struct Quarter {
-  MomentSums sums = {};
-  float range = -1.0F;  ///< of the mean from the sensor, metres; negative without points
-  float spread = 0.0F;  ///< root mean square distance from the mean, metres
-};
-
 /// The pixels of one plane in one quarter.
 struct Share {
   std::int32_t quarter = 0;
@@ -50,18 +43,19 @@ class Surroundings {
         rows_(2 * cloud.rows),
         params_(params),
         threads_(threads),
-        quarters_(static_cast<std::size_t>(columns_) * rows_) {
-    parallelFor(static_cast<std::size_t>(rows_), threads, [&](std::size_t row) {
-      for (int column = 0; column < columns_; ++column) {
-        Quarter& quarter = quarters_[row * columns_ + column];
-        const int tile = static_cast<int>(row / 2) * cloud.columns + column / 2;
-        sumQuarter(cloud, tile, static_cast<int>(row % 2) * 2 + column % 2, quarter.sums.data());
-        const MomentSums& s = quarter.sums;
+        sums_(static_cast<std::size_t>(columns_) * rows_),
+        range_(sums_.size(), -1.0F),
+        spread_(sums_.size(), 0.0F) {
+    parallelFor(static_cast<std::size_t>(cloud.rows), threads, [&](std::size_t row) {
+      const std::size_t begin = 2 * row * static_cast<std::size_t>(columns_);
+      sumQuarters(cloud, static_cast<int>(row), &sums_[begin]);
+      for (std::size_t i = begin; i < begin + 2 * static_cast<std::size_t>(columns_); ++i) {
+        const MomentSums& s = sums_[i];
         if (!(s[kN] > 0.0)) continue;
         const Vector3 mean(s[kX] / s[kN], s[kY] / s[kN], s[kZ] / s[kN]);
         const double square = (s[kXX] + s[kYY] + s[kZZ]) / s[kN] - mean.squaredNorm();
-        quarter.range = static_cast<float>((mean - cloud.sensor).norm());
-        quarter.spread = static_cast<float>(std::sqrt(std::max(0.0, square)));
+        range_[i] = static_cast<float>((mean - cloud.sensor).norm());
+        spread_[i] = static_cast<float>(std::sqrt(std::max(0.0, square)));
       }
     });
   }
@@ -88,20 +82,21 @@ class Surroundings {
 
  private:
   MomentSums around(std::int32_t at, int radius) const {
-    const Quarter& centre = quarters_[static_cast<std::size_t>(at)];
-    MomentSums sums = centre.sums;
-    if (!(centre.range >= 0.0F)) return sums;
+    const auto centre = static_cast<std::size_t>(at);
+    MomentSums sums = sums_[centre];
+    const float range = range_[centre];
+    if (!(range >= 0.0F)) return sums;
     const float gate = static_cast<float>(params_.same_surface_constant) +
-                       static_cast<float>(params_.same_surface_share) * centre.range;
+                       static_cast<float>(params_.same_surface_share) * range;
     const int row = at / columns_;
     const int column = at % columns_;
     for (int r = std::max(0, row - radius); r <= std::min(rows_ - 1, row + radius); ++r) {
       for (int c = std::max(0, column - radius); c <= std::min(columns_ - 1, column + radius);
            ++c) {
-        const Quarter& other = quarters_[static_cast<std::size_t>(r) * columns_ + c];
+        const std::size_t other = static_cast<std::size_t>(r) * columns_ + c;
         // A quarter as spread as this lies across a depth edge.
-        if (std::fabs(other.range - centre.range) > gate || other.spread > gate) continue;
-        if (&other != &centre) addSums(sums, other.sums);
+        if (std::fabs(range_[other] - range) > gate || spread_[other] > gate) continue;
+        if (other != centre) addSums(sums, sums_[other]);
       }
     }
     return sums;
@@ -111,7 +106,9 @@ class Surroundings {
   int rows_;
   const OrganizedParams& params_;
   int threads_;
-  std::vector<Quarter> quarters_;
+  std::vector<MomentSums> sums_;  ///< of all measured points of each quarter
+  std::vector<float> range_;      ///< of their mean from the sensor, metres; negative if none
+  std::vector<float> spread_;     ///< root mean square distance from the mean, metres
 };
 
 /// Angle by which noise may turn the normal of a window, radians.

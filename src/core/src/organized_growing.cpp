@@ -12,10 +12,6 @@ void addSums(MomentSums& sums, const CellGrid& grid, int cell) {
   for (int m = 0; m < kMoments; ++m) sums[static_cast<std::size_t>(m)] += grid.moment(m)[cell];
 }
 
-void addSums(MomentSums& sums, const MomentSums& other) {
-  for (std::size_t m = 0; m < kMoments; ++m) sums[m] += other[m];
-}
-
 void PlaneCandidate::fit() {
   const CellFit found = fitSums(sums);
   const Vector3 n(found.normal[0], found.normal[1], found.normal[2]);

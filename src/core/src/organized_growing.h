@@ -27,7 +27,9 @@ struct PlaneCandidate {
 };
 
 void addSums(MomentSums& sums, const CellGrid& grid, int cell);
-void addSums(MomentSums& sums, const MomentSums& other);
+inline void addSums(MomentSums& sums, const MomentSums& other) {
+  for (std::size_t m = 0; m < kMoments; ++m) sums[m] += other[m];
+}
 
 /// What growing needs to know of a cell.
 struct CellState {

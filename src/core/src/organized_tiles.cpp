@@ -188,8 +188,16 @@ void sumLabelled(const float* x, const std::int16_t* labels, std::int16_t label,
 }
 
 PLANAR_MAPPING_MULTIVERSION
-void sumOneQuarter(const float* x, double* out) {
-  sumPixels(x, x + kTileArea, x + 2 * kTileArea, nullptr, 0, kQuarterArea, out, 1);
+void sumQuartersOfRow(const float* xyz, int columns, double* out) {
+  for (int column = 0; column < columns; ++column) {
+    const float* x = xyz + std::size_t{3} * kTileArea * column;
+    for (int quarter = 0; quarter < 4; ++quarter) {
+      const std::size_t cell = static_cast<std::size_t>(quarter / 2 * columns + column) * 2;
+      const float* at = x + quarter * kQuarterArea;
+      sumPixels(at, at + kTileArea, at + 2 * kTileArea, nullptr, 0, kQuarterArea,
+                out + (cell + quarter % 2) * kMoments, 1);
+    }
+  }
 }
 
 }  // namespace
@@ -244,8 +252,9 @@ void sumFreeQuarters(const TiledCloud& cloud, const std::int16_t* labels, int fi
                  static_cast<std::size_t>(4) * cloud.tiles(), out);
 }
 
-void sumQuarter(const TiledCloud& cloud, int tile, int quarter, double* out) {
-  sumOneQuarter(cloud.x(tile) + quarter * kQuarterArea, out);
+void sumQuarters(const TiledCloud& cloud, int row, MomentSums* out) {
+  static_assert(sizeof(MomentSums) == kMoments * sizeof(double), "written as plain numbers");
+  sumQuartersOfRow(cloud.x(row * cloud.columns), cloud.columns, out->data());
 }
 
 void sumLabelledPixels(const TiledCloud& cloud, int tile, const std::int16_t* labels,

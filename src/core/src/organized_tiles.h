@@ -60,8 +60,8 @@ void sumTiles(const TiledCloud& cloud, int first_tile, int last_tile, double* ou
 void sumFreeQuarters(const TiledCloud& cloud, const std::int16_t* labels, int first_row,
                      int last_row, double* out);
 
-/// Sums of all pixels of quarter 0 to 3 of a tile.
-void sumQuarter(const TiledCloud& cloud, int tile, int quarter, double* out);
+/// Sums of all pixels of every quarter in a row of tiles, two rows of 2 * columns cells.
+void sumQuarters(const TiledCloud& cloud, int row, MomentSums* out);
 
 /// Sums of the pixels of a tile that carry \p label; \p labels are those of the tile.
 void sumLabelledPixels(const TiledCloud& cloud, int tile, const std::int16_t* labels,
