@@ -21,12 +21,53 @@ constexpr double kCellSideInThresholds = 3.0;
 // Share of the points that must not be alone in the cells used, and for a cloud to be dense.
 constexpr double kShareInCompany = 0.5;
 constexpr double kShareInCompanyIfDense = 0.75;
+// A cell is turned like a plane within this angle, radians, and so many standard deviations of its
+// normal; this share of the points along the plane must be in such cells.
+constexpr double kSameTurn = 0.35;
+constexpr double kSureOfNormal = 2.0;
+constexpr double kLeastAgreement = 0.65;
 
 PlaneMoments momentsOf(const PointSums& s, const Vector3& origin) {
   Matrix3 outer;
   const auto& o = s.outer;
   outer << o[0], o[1], o[2], o[1], o[3], o[4], o[2], o[4], o[5];
   return PlaneMoments::fromSums(s.n, {s.sum[0], s.sum[1], s.sum[2]}, outer, origin);
+}
+
+/// Share of the points in the flat cells along each plane whose cell is turned like the plane: all
+/// but the edges of a surface, only some of a cut through clutter.
+std::vector<double> agreementWith(const std::vector<Plane>& planes, const PointCells& grid,
+                                  const SurfaceLeaves& surface, const CellCandidates& candidates,
+                                  const std::vector<LeafPlane>& found) {
+  std::vector<double> agreeing(planes.size(), 0.0), all(planes.size(), 0.0);
+  std::vector<std::int32_t> voted_for(surface.leaves.size(), -1);
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    for (const std::int32_t leaf : found[k].support) {
+      voted_for[static_cast<std::size_t>(leaf)] = static_cast<std::int32_t>(k);
+    }
+  }
+  for (const LeafInCell& entry : surface.leaves_in_cells) {
+    const SurfaceLeaf& leaf = surface.leaves[static_cast<std::size_t>(entry.leaf)];
+    if (!leaf.planar) continue;
+    const bool fine = leaf.level < kGridLevel;
+    const auto cell = static_cast<std::size_t>(entry.cell);
+    const double weight = fine ? leaf.sums.n : grid.sums[cell].n;
+    const double angle = std::min(kSameTurn + kSureOfNormal * leaf.normal_deviation, M_PI_2);
+    const double cosine = std::cos(angle);
+    for (const std::int32_t candidate : candidates[cell]) {
+      if (candidate < 0) break;
+      // The rims of a crowd are bent.
+      if (fine && voted_for[static_cast<std::size_t>(entry.leaf)] != candidate) continue;
+      const auto k = static_cast<std::size_t>(candidate);
+      if (std::abs(planes[k].signedDistance(leaf.mean)) > leaf.band) continue;
+      all[k] += weight;
+      if (std::abs(leaf.normal.dot(planes[k].normal)) >= cosine) agreeing[k] += weight;
+    }
+  }
+  for (std::size_t k = 0; k < planes.size(); ++k) {
+    agreeing[k] = all[k] > 0.0 ? agreeing[k] / all[k] : 0.0;
+  }
+  return agreeing;
 }
 
 /// Whether the points on the plane stand out from those beside it. The fuller side counts twice: at
@@ -66,13 +107,19 @@ PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
   const CellCandidates candidates = candidatesOfCells(grid, surface, found, band);
   const std::vector<PlaneEvidence> evidence =
       gatherEvidence(points, indices, grid, candidates, planes, origin, params);
+  std::vector<char> good(planes.size(), 0);
   for (std::size_t k = 0; k < planes.size(); ++k) {
     const PlaneMoments::Fit fit = momentsOf(evidence[k].sums, origin).fit();
     const bool significant = isSignificant(evidence[k], params.significance);
     if (!significant) ++diagnostics.rejected_not_significant;
-    planes[k] = fit.valid && significant
-                    ? fit.plane
-                    : Plane{Vector3::Zero(), std::numeric_limits<double>::infinity()};
+    good[k] = fit.valid && significant ? 1 : 0;
+    if (fit.valid) planes[k] = fit.plane;
+  }
+  const std::vector<double> agreement = agreementWith(planes, grid, surface, candidates, found);
+  for (std::size_t k = 0; k < planes.size(); ++k) {
+    if (good[k] != 0 && agreement[k] >= kLeastAgreement) continue;
+    if (good[k] != 0) ++diagnostics.rejected_not_coherent;
+    planes[k] = Plane{Vector3::Zero(), std::numeric_limits<double>::infinity()};
   }
   const std::vector<std::int32_t> labels =
       labelPoints(points, indices, grid, candidates, planes, params);

@@ -132,6 +132,10 @@ class LeafBuilder {
         candidate.planar = isSurface(fit, side, threshold);
         candidate.mean = centre + fit.mean;
         candidate.normal = fit.normal;
+        if (candidate.planar) {
+          candidate.normal_deviation =
+              std::sqrt(fit.eigenvalues[0] / (fit.eigenvalues[1] * sums.n));
+        }
       }
       candidate.key = key;
       candidate.level = level;

@@ -80,6 +80,28 @@ TEST(SequentialPlanes, LaysNoPlaneThroughUnrelatedThings) {
   }
 }
 
+TEST(SequentialPlanes, ShinglesAreNoLevelPlane) {
+  // Tiles of 30 cm in one layer, each turned by 24 to 27 degrees its own way: every cell votes for
+  // the level plane through them, which holds most of the points, and none is turned like it.
+  Random random(9);
+  std::vector<float> xyz;
+  for (int tile = 0; tile < 400; ++tile) {
+    const double slope = std::tan(random.uniform(24.0, 27.0) * M_PI / 180.0);
+    const double angle = random.uniform(-M_PI, M_PI);
+    for (int i = 0; i < 200; ++i) {
+      const double u = random.uniform(-0.15, 0.15), v = random.uniform(-0.15, 0.15);
+      const Vector3 p(
+          0.3 * (tile % 20) + u, 0.3 * (tile / 20) + v,
+          slope * (std::cos(angle) * u + std::sin(angle) * v) + 0.003 * random.normal());
+      for (Eigen::Index axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(p[axis]));
+    }
+  }
+  const PointsView view(xyz.data(), xyz.size() / 3);
+  MultiPlaneParams params = paramsFor(view.size);
+  params.min_inliers = 8000;
+  EXPECT_TRUE(findPlanes(view, nullptr, params).planes.empty());
+}
+
 TEST(SequentialPlanes, KeepsPlanesThatMeetAtAnEdge) {
   std::vector<float> xyz;
   Random random(6);
