@@ -141,13 +141,21 @@ std::vector<Share> sharesOf(const TiledCloud& cloud, const PixelAssigner& pixels
       if (!pixels.holdsPlane(tile)) continue;
       const std::int16_t* labels =
           pixels.labelsOf(tile) + ((row % 2) * 2 + column % 2) * kQuarterArea;
+      const std::int32_t quarter = row * 2 * cloud.columns + column;
+      int same = 0;
+      for (int k = 0; k < kQuarterArea; ++k) same += labels[k] == labels[0];
+      if (same == kQuarterArea) {
+        if (labels[0] >= 0)
+          shares.push_back({quarter, labels[0], kQuarterArea, false, false, false});
+        continue;
+      }
       const std::size_t first = shares.size();
       for (int k = 0; k < kQuarterArea; ++k) {
         if (labels[k] < 0) continue;
         std::size_t at = first;
         while (at < shares.size() && shares[at].label != labels[k]) ++at;
         if (at == shares.size()) {
-          shares.push_back({row * 2 * cloud.columns + column, labels[k], 0, false, false, false});
+          shares.push_back({quarter, labels[k], 0, false, false, false});
         }
         ++shares[at].pixels;
       }
