@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "cell_index.h"
 #include "raster_kernels.h"
@@ -138,20 +139,25 @@ std::size_t countCells(const PointsView& points, const Indices* indices, double 
   std::vector<std::uint64_t> blocks;
   forEachChunk(points, indices, 1.0 / resolution,
                [&](std::size_t, std::size_t size, const ChunkOfCells& cells) {
-                 std::size_t number = 0;
+                 std::uint64_t bits = 0;  // of the block of the last point
                  CellKey last{kNoCell, kNoCell, kNoCell};
+                 const auto store = [&] {
+                   if (bits == 0) return;
+                   const auto number = static_cast<std::size_t>(numbers.insert(last));
+                   if (number == blocks.size()) blocks.push_back(0);
+                   blocks[number] |= std::exchange(bits, 0);
+                 };
                  for (std::size_t i = 0; i < size; ++i) {
                    if (!cells.isPlaced(i)) continue;
                    const CellKey c = cells[i];
                    const CellKey block{c[0] >> 2, c[1] >> 2, c[2] >> 2};
                    if (!isSame(block, last)) {
+                     store();
                      last = block;
-                     number = static_cast<std::size_t>(numbers.insert(block));
-                     if (number == blocks.size()) blocks.push_back(0);
                    }
-                   blocks[number] |= std::uint64_t{1}
-                                     << ((c[0] & 3) + 4 * (c[1] & 3) + 16 * (c[2] & 3));
+                   bits |= std::uint64_t{1} << ((c[0] & 3) + 4 * (c[1] & 3) + 16 * (c[2] & 3));
                  }
+                 store();
                });
   std::size_t count = 0;
   for (const std::uint64_t block : blocks) {
