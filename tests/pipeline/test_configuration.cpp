@@ -55,7 +55,7 @@ TEST(Configuration, PaperProfileHasNothingOfOurOwn) {
                                     "version: 1\nstages:\n  - stage: multi_plane_segmentation\n"
                                     "  - stage: kl_occupancy\n"
                                     "  - stage: planar_cuboid_approximation\n");
-  EXPECT_EQ("false", valueOf(paper, 0, "noise_model"));
+  EXPECT_EQ("none", valueOf(paper, 0, "noise"));
   EXPECT_EQ("1000", valueOf(paper, 0, "features"));
   EXPECT_EQ("0", valueOf(paper, 1, "range_floor_cells"));
   EXPECT_EQ("0", valueOf(paper, 2, "hole_size_m"));

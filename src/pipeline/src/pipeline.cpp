@@ -74,7 +74,12 @@ void Pipeline::findUsablePoints(Frame& frame) const {
 void Pipeline::adaptTo(const Frame& frame) {
   if (adapted_) return;
   adapted_ = true;
-  const CloudScale scale = scaleOf(*frame.cloud, frame.indices, frame.T_world_sensor);
+  CloudScale scale = scaleOf(*frame.cloud, frame.indices, frame.T_world_sensor);
+  if (frame.camera && frame.baseline) {
+    scale.stereo = StereoNoise();
+    scale.stereo->baseline = *frame.baseline;
+    scale.stereo->focal_length = frame.camera->fx;
+  }
   for (ConfiguredStage& stage : configuration_.stages) stage.stage->adapt(scale);
   if (continued_) return;
   PlanarMapParams params;

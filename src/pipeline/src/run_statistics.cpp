@@ -133,7 +133,7 @@ std::vector<FrameReport> parseRows(const std::string& csv, const std::string& he
 
 void RunStatistics::add(const FrameReport& report, const Frame& frame, const PlanarMap& map) {
   reports_.push_back(report);
-  if (frame.inserted) measureCoverage(frame, map);
+  if (frame.inserted) replay(frame, map);
 }
 
 void RunStatistics::replay(const Frame& frame, const PlanarMap& map) {
@@ -141,16 +141,22 @@ void RunStatistics::replay(const Frame& frame, const PlanarMap& map) {
   forEachMappable(frame, [&cells](const Vector3& world) { cells.add(world); });
 }
 
-void RunStatistics::measureCoverage(const Frame& frame, const PlanarMap& map) {
+/// Asked once, of the whole map: a point of each standard cell stands for all that fell into it,
+/// so that a run takes time in proportion to its frames.
+RunStatistics::Coverage RunStatistics::coverageOf(const PlanarMap& map) const {
+  Coverage coverage;
+  if (standard_cells_.empty()) return coverage;
   const double resolution = map.params().approximation.resolution;
   constexpr double kGridCells = 2.0;  // of the index, in cells of the map
-  const CoverageIndex index(map.cuboids(), 0.5 * resolution, kGridCells * resolution);
-  StandardCells& cells = standardCells(map);
-  forEachMappable(frame, [&](const Vector3& world) {
-    cells.add(world);
-    ++coverage_points_;
-    if (index.covers(world)) ++covered_points_;
+  const std::vector<Cuboid>& cuboids = map.cuboids();
+  const CoverageIndex index(cuboids, 0.5 * resolution, kGridCells * resolution);
+  standard_cells_.front().forEach([&](const StandardCells::Cell& cell) {
+    coverage.points += cell.points;
+    if (index.covers(Vector3(cell.point[0], cell.point[1], cell.point[2]))) {
+      coverage.covered += cell.points;
+    }
   });
+  return coverage;
 }
 
 StandardCells& RunStatistics::standardCells(const PlanarMap& map) {
@@ -166,8 +172,6 @@ void RunStatistics::restore(const Configuration& configuration, const std::strin
                      metrics.value("frames", -1) == static_cast<int>(reports_.size()) &&
                      metrics.contains("coverage_points");
   if (!sound) throw InputError("metrics.json and frames.csv do not belong together");
-  coverage_points_ = metrics["coverage_points"].value("valid", std::size_t{0});
-  covered_points_ = metrics["coverage_points"].value("covered", std::size_t{0});
 }
 
 std::size_t RunStatistics::validPoints() const {
@@ -227,10 +231,11 @@ std::string RunStatistics::metricsJson(const Configuration& configuration, const
         1.0 - static_cast<double>(cuboids) / static_cast<double>(standard_cells);
   }
   json["coverage"] = nullptr;
-  if (coverage_points_ > 0) {
-    json["coverage"] = static_cast<double>(covered_points_) / static_cast<double>(coverage_points_);
+  const Coverage coverage = coverageOf(map);
+  if (coverage.points > 0) {
+    json["coverage"] = static_cast<double>(coverage.covered) / static_cast<double>(coverage.points);
   }
-  json["coverage_points"] = {{"valid", coverage_points_}, {"covered", covered_points_}};
+  json["coverage_points"] = {{"valid", coverage.points}, {"covered", coverage.covered}};
   json["unknown_cells"] = map.unknownCells();
   json["memory_bytes"] = map.memoryBytes();
   json["file_bytes"] = file_bytes;

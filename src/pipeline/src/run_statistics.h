@@ -15,7 +15,7 @@ class RunStatistics {
  public:
   /// After the frame is in the map.
   void add(const FrameReport& report, const Frame& frame, const PlanarMap& map);
-  /// Takes over the rows and counts of an interrupted run from its files; each of its frames then
+  /// Takes over the rows of an interrupted run from its files; each of its frames then
   /// has to be replayed.
   /// \throws InputError if the texts are not what framesCsv() and metricsJson() write
   void restore(const Configuration& configuration, const std::string& frames_csv,
@@ -29,13 +29,15 @@ class RunStatistics {
   std::size_t validPoints() const;
 
  private:
-  void measureCoverage(const Frame& frame, const PlanarMap& map);
+  struct Coverage {
+    std::size_t points = 0;
+    std::size_t covered = 0;
+  };
+  Coverage coverageOf(const PlanarMap& map) const;
   StandardCells& standardCells(const PlanarMap& map);
 
   std::vector<FrameReport> reports_;
   std::vector<StandardCells> standard_cells_;  ///< one, once the resolution is known
-  std::size_t coverage_points_ = 0;
-  std::size_t covered_points_ = 0;
 };
 
 }  // namespace planar_mapping::detail

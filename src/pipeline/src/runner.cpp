@@ -197,6 +197,7 @@ Frame Run::readFrame(std::size_t index) const {
   frame.timestamp = read.timestamp;
   frame.T_world_sensor = read.T_world_sensor.value_or(Pose::Identity());
   frame.camera = read.camera;
+  if (sequence_.calibration()) frame.baseline = sequence_.calibration()->baseline;
   frame.cloud = pcl::make_shared<FrameCloud>();
   const std::size_t count = read.cloud.size();
   frame.cloud->points.resize(count);

@@ -9,30 +9,31 @@
 namespace planar_mapping::detail {
 
 void StandardCells::add(const Vector3& point) {
-  const std::uint64_t key = cellKey(point, resolution_);
-  if (key + 1 == last_) return;
-  last_ = key + 1;
-  if (2 * (size_ + 1) > slots_.size()) grow();
-  insert(key + 1);
+  const std::uint64_t stored = cellKey(point, resolution_) + 1;
+  if (slots_.empty() || slots_[last_].key != stored) {
+    if (2 * (size_ + 1) > slots_.size()) grow();
+    last_ = slotOf(stored);
+    if (slots_[last_].key == 0) ++size_;
+    slots_[last_].key = stored;
+  }
+  Cell& cell = slots_[last_];
+  ++cell.points;
+  if ((cell.points & (cell.points - 1)) != 0) return;
+  for (int axis = 0; axis < 3; ++axis) cell.point[axis] = static_cast<float>(point[axis]);
 }
 
-void StandardCells::insert(std::uint64_t stored) {
+std::size_t StandardCells::slotOf(std::uint64_t stored) const {
   const std::size_t mask = slots_.size() - 1;
   std::size_t slot = slotOfKey(stored, mask);
-  while (slots_[slot] != 0) {
-    if (slots_[slot] == stored) return;
-    slot = (slot + 1) & mask;
-  }
-  slots_[slot] = stored;
-  ++size_;
+  while (slots_[slot].key != 0 && slots_[slot].key != stored) slot = (slot + 1) & mask;
+  return slot;
 }
 
 void StandardCells::grow() {
-  std::vector<std::uint64_t> old(slots_.empty() ? 1024 : 2 * slots_.size(), 0);
+  std::vector<Cell> old(slots_.empty() ? 1024 : 2 * slots_.size());
   std::swap(old, slots_);
-  size_ = 0;
-  for (const std::uint64_t stored : old) {
-    if (stored != 0) insert(stored);
+  for (const Cell& cell : old) {
+    if (cell.key != 0) slots_[slotOf(cell.key)] = cell;
   }
 }
 

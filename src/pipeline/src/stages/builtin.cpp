@@ -10,6 +10,7 @@ namespace planar_mapping {
 
 void registerBuiltinStages(StageTable& table) {
   detail::addPclFilters(table);
+  detail::addDepthErrorLimit(table);
   detail::addGroundRemoval(table);
   detail::addMultiPlaneSegmentation(table);
   detail::addKlOccupancy(table);

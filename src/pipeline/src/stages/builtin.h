@@ -8,6 +8,7 @@
 namespace planar_mapping::detail {
 
 void addPclFilters(StageTable& table);
+void addDepthErrorLimit(StageTable& table);
 void addGroundRemoval(StageTable& table);
 void addMultiPlaneSegmentation(StageTable& table);
 void addKlOccupancy(StageTable& table);

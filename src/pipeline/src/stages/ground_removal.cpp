@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "builtin.h"
+#include "noise_keys.h"
 #include "planar_mapping/core/ground.h"
 
 namespace planar_mapping {
@@ -30,11 +31,7 @@ class GroundRemovalStage : public Stage {
                  "[ours] about the axis forwards");
     table.number("distance_threshold_m", params_.distance_threshold, Range::positive(),
                  "[ours] points so close to the ground belong to it");
-    table.flag("noise_model", noise_model_, "[ours] the threshold follows the stereo noise");
-    table.number("baseline_m", noise_.baseline, Range::positive(), "B of the noise model");
-    table.number("focal_length_px", noise_.focal_length, Range::positive(), "f of the noise model");
-    table.number("disparity_error_px", noise_.disparity_error, Range::atLeast(0.0),
-                 "dd of the noise model");
+    noise_.declareOptional(table, "the threshold follows the stereo noise");
     table.number("noise_factor", params_.noise_factor, Range::atLeast(0.0),
                  "[ours] of the noise model");
     table.number("slope_cell_m", params_.slope_cell, Range::atLeast(0.0),
@@ -56,11 +53,13 @@ class GroundRemovalStage : public Stage {
   }
   void configure(const RunSettings& settings) override {
     params_.seed = settings.seed;
-    if (noise_model_) params_.noise = noise_;
     params_.validate();
   }
   void adapt(const CloudScale& scale) override {
     if (!up_) up_ = scale.up;
+    noise_.adapt(scale);
+    params_.noise = noise_.optionalNoise();
+    params_.validate();
   }
   void process(Frame& frame) override {
     GroundParams params = params_;
@@ -81,8 +80,7 @@ class GroundRemovalStage : public Stage {
  private:
   GroundParams params_;
   std::optional<Vector3> up_;
-  bool noise_model_ = false;
-  StereoNoise noise_;
+  detail::NoiseKeys noise_;
 };
 
 }  // namespace

@@ -2,10 +2,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/core/kl_occupancy.h"
 
-#include <cmath>
-#include <unordered_map>
+#include <algorithm>
 
+#include "../cell_beliefs.h"
 #include "builtin.h"
+#include "noise_keys.h"
 
 namespace planar_mapping {
 namespace {
@@ -30,10 +31,7 @@ class KlOccupancyStage : public Stage {
                  "automatic resolution");
     table.integer("features_per_cell", features_per_cell_, Range::between(1, 1000),
                   "[ours] features sampled in each cell");
-    table.number("baseline_m", beliefs.occupancy.noise.baseline, Range::positive(), "B");
-    table.number("focal_length_px", beliefs.occupancy.noise.focal_length, Range::positive(), "f");
-    table.number("disparity_error_px", beliefs.occupancy.noise.disparity_error, Range::atLeast(0.0),
-                 "dd");
+    noise_.declare(table);
     table.number("eta1", beliefs.occupancy.eta1, Range::above(0.0, 1.0),
                  "belief at the peak of Eq. 4");
     table.number("single_feature_probability", beliefs.occupancy.single_feature_probability,
@@ -55,70 +53,43 @@ class KlOccupancyStage : public Stage {
   void adapt(const CloudScale& scale) override {
     if (!resolution_) resolution_ = detail::automaticResolution(scale);
     params_.resolution = *resolution_;
+    noise_.adapt(scale);
+    params_.beliefs.occupancy.noise = noise_.noise();
+    params_.validate();
     if (!scale.optical) params_.beliefs.occupancy.optical_axis = Vector3::Zero();
-    occupancy_.setParams(params_);
+    detail::CellBeliefParams beliefs;
+    beliefs.occupancy = params_.beliefs.occupancy;
+    beliefs.occupancy.min_range_error =
+        std::max(beliefs.occupancy.min_range_error, params_.range_floor_cells * params_.resolution);
+    beliefs.update = params_.beliefs.update;
+    beliefs.resolution = params_.resolution;
+    beliefs.features_per_cell = features_per_cell_;
+    beliefs.max_unseen_frames = params_.beliefs.max_unseen_frames;
+    beliefs_.setParams(beliefs);
   }
   void process(Frame& frame) override;
 
  private:
-  std::vector<std::int64_t> tracksOf(const Frame& frame) const;
-
   KlOccupancyParams params_;
   std::optional<double> resolution_ = 0.1;
   int features_per_cell_ = 8;
-  KlOccupancy occupancy_;
+  detail::NoiseKeys noise_;
+  detail::CellBeliefs beliefs_;
+  std::vector<std::int32_t> labels_;  ///< of the frame; kept for its memory
 };
 
-/// The cell as one number: 21 bits an axis, which is two million cells each way.
-std::int64_t cellNumber(const Vector3& p, double resolution) {
-  constexpr double kHalf = 1048576.0;
-  std::int64_t number = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double cell = std::floor(p[axis] / resolution) + kHalf;
-    if (!(cell >= 0.0 && cell < 2.0 * kHalf)) return -1;
-    number = number * 2097152 + static_cast<std::int64_t>(cell);
-  }
-  return number;
-}
-
-std::vector<std::int64_t> KlOccupancyStage::tracksOf(const Frame& frame) const {
-  std::vector<std::int64_t> tracks(frame.cloud->size(), -1);
-  std::unordered_map<std::int64_t, int> sampled;
-  std::int64_t last_cell = -1;  // neighbouring points are mostly in the same cell
-  int* count = nullptr;
-  for (const int i : frame.indices) {
-    const auto index = static_cast<std::size_t>(i);
-    const Vector3 p = (*frame.cloud)[index].getVector3fMap().cast<double>();
-    const std::int64_t cell = cellNumber(frame.T_world_sensor * p, params_.resolution);
-    if (cell < 0) continue;
-    if (cell != last_cell) count = &sampled[cell];
-    last_cell = cell;
-    if ((*count)++ < features_per_cell_) tracks[index] = cell;
-  }
-  return tracks;
-}
-
 void KlOccupancyStage::process(Frame& frame) {
-  std::vector<std::int32_t> labels(frame.cloud->size(), -1);
+  labels_.assign(frame.cloud->size(), -1);
   for (std::size_t plane = 0; plane < frame.planes.size(); ++plane) {
     for (const int i : frame.planes[plane].inliers) {
-      labels[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(plane);
+      labels_[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(plane);
     }
   }
-  const std::vector<std::int64_t> tracks = tracksOf(frame);
-  OccupancyFrame input;
-  input.points = viewOf(*frame.cloud);
-  input.indices = &frame.indices;
-  input.tracks = &tracks;
-  input.plane_labels = &labels;
-  KlOccupancyDiagnostics diagnostics;
-  const std::vector<float> beliefs = occupancy_.process(input, &diagnostics);
   frame.probability.assign(frame.cloud->size(), 0.0f);
-  for (std::size_t i = 0; i < beliefs.size(); ++i) {
-    frame.probability[static_cast<std::size_t>(frame.indices[i])] = beliefs[i];
-  }
-  frame.features = diagnostics.beliefs.created + diagnostics.beliefs.updated;
-  frame.matches = diagnostics.beliefs.updated;
+  const detail::CellBeliefs::Summary seen = beliefs_.update(
+      viewOf(*frame.cloud), frame.indices, labels_, frame.T_world_sensor, frame.probability);
+  frame.features = seen.created + seen.updated;
+  frame.matches = seen.updated;
 }
 
 }  // namespace

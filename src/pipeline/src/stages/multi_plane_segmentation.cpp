@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "builtin.h"
+#include "noise_keys.h"
 
 namespace planar_mapping {
 namespace {
@@ -19,6 +20,7 @@ class MultiPlaneSegmentationStage : public Stage {
     if (profile != Profile::Paper) return;
     params_.method = PlaneSearchMethod::MultiRansac;
     features_ = 1000;
+    noise_.setSource(detail::NoiseKeys::Source::None);
   }
   void declare(ParameterTable& table) override {
     table.word("method", params_.method,
@@ -35,12 +37,8 @@ class MultiPlaneSegmentationStage : public Stage {
     table.integer("min_inliers", min_inliers_, Range::atLeast(3),
                   "smallest plane that counts; auto = a 300th of the points, at least 50");
     table.integer("max_planes", params_.max_planes, Range::atLeast(0), "0 = as many as there are");
-    table.flag("noise_model", noise_model_,
-               "[ours] the threshold follows the stereo noise, max(d_T, noise_factor * dz(z))");
-    table.number("baseline_m", noise_.baseline, Range::positive(), "B of the noise model");
-    table.number("focal_length_px", noise_.focal_length, Range::positive(), "f of the noise model");
-    table.number("disparity_error_px", noise_.disparity_error, Range::atLeast(0.0),
-                 "dd of the noise model");
+    noise_.declareOptional(
+        table, "the threshold follows the stereo noise, max(d_T, noise_factor * dz(z))");
     table.number("noise_factor", params_.noise_factor, Range::atLeast(0.0), "k of the noise model");
     table.number("patch_gap_m", params_.patch_gap, Range::atLeast(0.0),
                  "[ours] points of one plane farther apart are separate patches; 0 = from the "
@@ -59,7 +57,6 @@ class MultiPlaneSegmentationStage : public Stage {
   void configure(const RunSettings& settings) override {
     params_.seed = settings.seed;
     params_.threads = settings.threads;
-    if (noise_model_) params_.noise = noise_;
     params_.validate();
   }
   void adapt(const CloudScale& scale) override {
@@ -69,6 +66,8 @@ class MultiPlaneSegmentationStage : public Stage {
     if (!min_inliers_) {
       min_inliers_ = static_cast<int>(std::max(kSmallest, scale.points / kShare));
     }
+    noise_.adapt(scale);
+    params_.noise = noise_.optionalNoise();
     params_.distance_threshold = *distance_threshold_;
     params_.min_inliers = *min_inliers_;
     params_.validate();
@@ -89,8 +88,7 @@ class MultiPlaneSegmentationStage : public Stage {
   std::optional<double> distance_threshold_ = 0.05;
   std::optional<int> min_inliers_ = 100;
   int features_ = 0;
-  bool noise_model_ = false;
-  StereoNoise noise_;
+  detail::NoiseKeys noise_;
 };
 
 std::vector<PlaneSegment> MultiPlaneSegmentationStage::planesFromFeatures(

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -26,16 +27,17 @@ struct PLANAR_MAPPING_EXPORT GroundParams {
   /// The direction the camera looks in, in the cloud's frame; depth of the noise model is measured
   /// along it. Where it is parallel to up, pitch turns about y and depth is the distance.
   Vector3 optical_axis = Vector3::UnitZ();
-  double pitch_tolerance = 0.26;     ///< about the lateral axis, in (0, pi/2)
-  double roll_tolerance = 0.17;      ///< about the axis forwards, in (0, pi/2)
-  double distance_threshold = 0.03;  ///< points this close to the ground belong to it, > 0
+  double pitch_tolerance = M_PI / 12.0;  ///< about the lateral axis, in (0, pi/2)
+  double roll_tolerance = M_PI / 18.0;   ///< about the axis forwards, in (0, pi/2)
+  double distance_threshold = 0.03;      ///< points this close to the ground belong to it, > 0
   /// The threshold follows the noise: max(distance_threshold, noise_factor * h * z / (B f) * dd),
   /// the part of the depth error that is across the ground at height h below the camera.
   std::optional<StereoNoise> noise;
   double noise_factor = 3.0;  ///< >= 0
   /// Side of the cells in which the ground may bend (slopes); 0 = one plane only.
   double slope_cell = 1.0;
-  double max_slope = 0.35;  ///< steepest ground, against the plane at the sensor, in [0, pi/2)
+  double max_slope =
+      M_PI / 9.0;  ///< steepest ground, against the plane at the sensor, in [0, pi/2)
   /// A surface that continues at least this far above the threshold is no ground, nor is its foot;
   /// 0 = feet are not looked for.
   double wall_height = 0.15;

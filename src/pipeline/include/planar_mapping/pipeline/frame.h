@@ -12,6 +12,7 @@
 
 #include "planar_mapping/core/export.h"
 #include "planar_mapping/core/multi_plane.h"
+#include "planar_mapping/core/stereo_noise.h"
 #include "planar_mapping/core/types.h"
 #include "planar_mapping/map/planar_map.h"
 
@@ -29,6 +30,7 @@ struct Frame {
   double timestamp = 0.0;  ///< seconds
   Pose T_world_sensor = Pose::Identity();
   std::optional<PinholeCamera> camera;  ///< of an organized cloud, where known
+  std::optional<double> baseline;       ///< of a stereo camera, metres, where known
 
   FrameCloud::Ptr cloud;  ///< as measured; non-finite where nothing was
   Indices indices;        ///< points that still count, ascending
@@ -55,7 +57,9 @@ struct CloudScale {
   double spacing = 0.0;    ///< side of the square of surface that one point stands for, metres
   double max_range = 0.0;  ///< 99 % of the points are nearer to the sensor, metres
   std::size_t points = 0;  ///< finite ones
-  bool optical = false;    ///< a camera's frame, z forward: 99 % within 63 degrees of z
+  /// B and f of the calibration; its disparity error is the default.
+  std::optional<StereoNoise> stereo;
+  bool optical = false;  ///< a camera's frame, z forward: 99 % within 63 degrees of z
   /// Of the world: the axis next to upwards in the image of a camera, else z.
   Vector3 up = Vector3::UnitZ();
 };
