@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include <malloc.h>
+
 #include <exception>
 #include <iostream>
 #include <new>
@@ -17,7 +19,16 @@ int report(const std::string& sentence, int exit_code) {
   return exit_code;
 }
 
+/// Every frame needs the same large buffers: fetched from the system anew, their pages would cost
+/// more than a stage. Larger ones still go back at once.
+void keepFrameBuffers() {
+  constexpr int kLargestKept = 32 << 20;
+  ::mallopt(M_MMAP_THRESHOLD, kLargestKept);
+  ::mallopt(M_TRIM_THRESHOLD, 4 * kLargestKept);
+}
+
 int run(int argc, char** argv) {
+  keepFrameBuffers();
   CLI::App app("Planar surface-based 3D maps from point clouds");
   app.name("planar_map");
   app.set_version_flag("--version", std::string("planar_map ") + PLANAR_MAPPING_VERSION);
