@@ -16,7 +16,7 @@ namespace evaluation {
 /// nothing or there is nothing to match. Pixels are those of the left image.
 struct PLANAR_MAPPING_EXPORT StereoSensorParams {
   double baseline = 0.12;              ///< metres, > 0
-  double noise_px = 0.1;               ///< [ours] standard deviation of the disparity, >= 0
+  double noise_px = 0.25;              ///< [ours] standard deviation of the disparity, >= 0
   double correlated_share = 0.7;       ///< share of its variance that neighbours have in common
   double correlation_px = 8.0;         ///< how far neighbours reach, >= 1
   double disparity_step_px = 0.0625;   ///< of the matcher's sub-pixel result; 0 = continuous
