@@ -116,6 +116,7 @@ std::vector<PlaneEvidence> gatherEvidence(const PointsView& points, const Indice
         (nearest.above ? evidence.above : evidence.below) += 1.0;
         continue;
       }
+      evidence.inner += 2.0 * nearest.distance <= threshold ? 1.0 : 0.0;
       const double x = p[0] - origin[0], y = p[1] - origin[1], z = p[2] - origin[2];
       PointSums& s = evidence.sums;
       s.n += 1.0;
@@ -134,6 +135,7 @@ std::vector<PlaneEvidence> gatherEvidence(const PointsView& points, const Indice
   for (const std::vector<PlaneEvidence>& part : parts) {
     for (std::size_t k = 0; k < part.size(); ++k) {
       all[k].sums.add(part[k].sums, {0.0, 0.0, 0.0});
+      all[k].inner += part[k].inner;
       all[k].above += part[k].above;
       all[k].below += part[k].below;
     }

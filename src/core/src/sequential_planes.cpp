@@ -26,6 +26,14 @@ constexpr double kShareInCompanyIfDense = 0.75;
 constexpr double kSameTurn = 0.35;
 constexpr double kSureOfNormal = 2.0;
 constexpr double kLeastAgreement = 0.65;
+// A layer of scatter has this many points in the outer half of the threshold for one in the inner
+// half; a surface with a noise of half the threshold has 0.40.
+constexpr double kLeastShareOutside = 0.5;
+// It lies beside a plane of so many times its points, parallel within so many radians, so many
+// thresholds away at most.
+constexpr double kMorePoints = 5.0;
+constexpr double kParallel = 0.09;
+constexpr double kBesideInThresholds = 6.0;
 
 PlaneMoments momentsOf(const PointSums& s, const Vector3& origin) {
   Matrix3 outer;
@@ -70,6 +78,25 @@ std::vector<double> agreementWith(const std::vector<Plane>& planes, const PointC
   return agreeing;
 }
 
+/// Whether a plane is scatter beside a surface: as many points far from it as near, and parallel to
+/// a plane of many more.
+bool isLayerBeside(std::size_t k, const std::vector<Plane>& planes,
+                   const std::vector<PlaneEvidence>& evidence, const Vector3& origin,
+                   double reach) {
+  const PlaneEvidence& layer = evidence[k];
+  if (layer.sums.n - layer.inner < kLeastShareOutside * layer.inner) return false;
+  const auto& sum = layer.sums.sum;
+  const Vector3 mean = origin + Vector3(sum[0], sum[1], sum[2]) / layer.sums.n;
+  for (std::size_t other = 0; other < planes.size(); ++other) {
+    if (evidence[other].sums.n >= kMorePoints * layer.sums.n &&
+        std::abs(planes[other].normal.dot(planes[k].normal)) >= std::cos(kParallel) &&
+        std::abs(planes[other].signedDistance(mean)) <= reach) {
+      return true;
+    }
+  }
+  return false;
+}
+
 /// Whether the points on the plane stand out from those beside it. The fuller side counts twice: at
 /// the edge of a cloud of clutter there is nothing on the other.
 bool isSignificant(const PlaneEvidence& evidence, double significance) {
@@ -107,12 +134,16 @@ PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
   const CellCandidates candidates = candidatesOfCells(grid, surface, found, band);
   const std::vector<PlaneEvidence> evidence =
       gatherEvidence(points, indices, grid, candidates, planes, origin, params);
+  const std::vector<Plane> leaf_planes = planes;
   std::vector<char> good(planes.size(), 0);
   for (std::size_t k = 0; k < planes.size(); ++k) {
     const PlaneMoments::Fit fit = momentsOf(evidence[k].sums, origin).fit();
     const bool significant = isSignificant(evidence[k], params.significance);
     if (!significant) ++diagnostics.rejected_not_significant;
-    good[k] = fit.valid && significant ? 1 : 0;
+    const double reach = kBesideInThresholds * params.distance_threshold;
+    const bool layer = significant && isLayerBeside(k, leaf_planes, evidence, origin, reach);
+    if (layer) ++diagnostics.rejected_not_significant;
+    good[k] = fit.valid && significant && !layer ? 1 : 0;
     if (fit.valid) planes[k] = fit.plane;
   }
   const std::vector<double> agreement = agreementWith(planes, grid, surface, candidates, found);

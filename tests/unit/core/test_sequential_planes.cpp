@@ -102,6 +102,20 @@ TEST(SequentialPlanes, ShinglesAreNoLevelPlane) {
   EXPECT_TRUE(findPlanes(view, nullptr, params).planes.empty());
 }
 
+TEST(SequentialPlanes, ScatterBehindASurfaceIsNoPlane) {
+  std::vector<float> xyz;
+  Random random(10);
+  for (int i = 0; i < 230000; ++i) {
+    const double z = i < 200000 ? 0.003 * random.normal() : -random.uniform(0.0, 0.25);
+    const Vector3 p(random.uniform(-2, 2), random.uniform(-2, 2), z);
+    for (Eigen::Index axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(p[axis]));
+  }
+  const PlaneSet set =
+      findPlanes(PointsView(xyz.data(), xyz.size() / 3), nullptr, paramsFor(230000));
+  ASSERT_EQ(set.planes.size(), 1u);
+  EXPECT_NEAR(set.planes[0].plane.offset, 0.0, 0.002);
+}
+
 TEST(SequentialPlanes, KeepsPlanesThatMeetAtAnEdge) {
   std::vector<float> xyz;
   Random random(6);
