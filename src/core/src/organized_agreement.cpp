@@ -6,9 +6,12 @@
 #include <cmath>
 
 #include "planar_mapping/core/parallel.h"
+#include "planar_mapping/core/simd.h"
 
 namespace planar_mapping::detail {
 namespace {
+
+constexpr float kFar = 3e38F;
 
 /// The pixels of one plane in one quarter.
 struct Share {
@@ -35,6 +38,90 @@ struct Count {
   }
 };
 
+/// The windows around one row of quarters: sums, smallest and largest range, largest spread.
+struct WindowRow {
+  WindowRow(int columns, int radius)
+      : sums(static_cast<std::size_t>(columns) * kMoments),
+        least(static_cast<std::size_t>(columns)),
+        most(least.size()),
+        spread(least.size()),
+        padded(static_cast<std::size_t>(columns + 2 * radius) * kMoments, 0.0),
+        padded_least(static_cast<std::size_t>(columns + 2 * radius), kFar),
+        padded_most(padded_least.size(), -1.0F),
+        padded_spread(padded_least.size(), 0.0F) {}
+
+  struct Pointers {
+    double *sums, *padded;
+    float *least, *most, *spread, *padded_least, *padded_most, *padded_spread;
+  };
+  Pointers scratch() {
+    return {sums.data(),   padded.data(),       least.data(),       most.data(),
+            spread.data(), padded_least.data(), padded_most.data(), padded_spread.data()};
+  }
+
+  std::vector<double> sums;
+  std::vector<float> least, most, spread;
+  std::vector<double> padded;  ///< sums over the rows, with empty columns at both ends
+  std::vector<float> padded_least, padded_most, padded_spread;
+};
+
+/// Over windows of \p rows rows from the first, 2 radius + 1 columns wide.
+PLANAR_MAPPING_MULTIVERSION
+void sumWindows(const double* sums, const float* range, const float* spread, int columns, int rows,
+                int radius, WindowRow::Pointers to) {
+  const int values = columns * kMoments;
+  double* padded = to.padded + radius * kMoments;
+  for (int row = 0; row < rows; ++row) {
+    const double* line = sums + static_cast<std::size_t>(row) * values;
+    const float* ranges = range + static_cast<std::size_t>(row) * columns;
+    const float* spreads = spread + static_cast<std::size_t>(row) * columns;
+    for (int i = 0; i < values; ++i) padded[i] += line[i];
+    float* least = to.padded_least + radius;
+    float* most = to.padded_most + radius;
+    float* widest = to.padded_spread + radius;
+    for (int i = 0; i < columns; ++i) {
+      const float near = ranges[i] >= 0.0F ? ranges[i] : kFar;
+      least[i] = near < least[i] ? near : least[i];
+      most[i] = ranges[i] > most[i] ? ranges[i] : most[i];
+      widest[i] = spreads[i] > widest[i] ? spreads[i] : widest[i];
+    }
+  }
+  for (int i = 0; i < values; ++i) to.sums[i] = to.padded[i];
+  for (int i = 0; i < columns; ++i) {
+    to.least[i] = to.padded_least[i];
+    to.most[i] = to.padded_most[i];
+    to.spread[i] = to.padded_spread[i];
+  }
+  for (int shift = 1; shift <= 2 * radius; ++shift) {
+    const double* line = to.padded + shift * kMoments;
+    for (int i = 0; i < values; ++i) to.sums[i] += line[i];
+    const float* least = to.padded_least + shift;
+    const float* most = to.padded_most + shift;
+    const float* widest = to.padded_spread + shift;
+    for (int i = 0; i < columns; ++i) {
+      to.least[i] = least[i] < to.least[i] ? least[i] : to.least[i];
+      to.most[i] = most[i] > to.most[i] ? most[i] : to.most[i];
+      to.spread[i] = widest[i] > to.spread[i] ? widest[i] : to.spread[i];
+    }
+  }
+}
+
+/// Over the quarters of a window that are at about the range given and not spread.
+PLANAR_MAPPING_MULTIVERSION
+void sumGated(const double* sums, const float* range, const float* spread, int columns, int rows,
+              int left, int right, float at, float gate, double* out) {
+  double total[kMoments] = {};
+  for (int row = 0; row < rows; ++row) {
+    for (int column = left; column <= right; ++column) {
+      const std::size_t i = static_cast<std::size_t>(row) * columns + column;
+      const bool same = __builtin_fabsf(range[i] - at) <= gate && spread[i] <= gate;
+      const double weight = same ? 1.0 : 0.0;
+      for (int m = 0; m < kMoments; ++m) total[m] += weight * sums[i * kMoments + m];
+    }
+  }
+  for (int m = 0; m < kMoments; ++m) out[m] = total[m];
+}
+
 /// Quarters form a grid of 2 columns x 2 rows per tile.
 class Surroundings {
  public:
@@ -52,10 +139,16 @@ class Surroundings {
       for (std::size_t i = begin; i < begin + 2 * static_cast<std::size_t>(columns_); ++i) {
         const MomentSums& s = sums_[i];
         if (!(s[kN] > 0.0)) continue;
-        const Vector3 mean(s[kX] / s[kN], s[kY] / s[kN], s[kZ] / s[kN]);
-        const double square = (s[kXX] + s[kYY] + s[kZZ]) / s[kN] - mean.squaredNorm();
-        range_[i] = static_cast<float>((mean - cloud.sensor).norm());
-        spread_[i] = static_cast<float>(std::sqrt(std::max(0.0, square)));
+        const double inverse = 1.0 / s[kN];
+        const double x = s[kX] * inverse;
+        const double y = s[kY] * inverse;
+        const double z = s[kZ] * inverse;
+        const double square = (s[kXX] + s[kYY] + s[kZZ]) * inverse - (x * x + y * y + z * z);
+        const double rx = x - cloud.sensor.x();
+        const double ry = y - cloud.sensor.y();
+        const double rz = z - cloud.sensor.z();
+        range_[i] = std::sqrt(static_cast<float>(rx * rx + ry * ry + rz * rz));
+        spread_[i] = std::sqrt(std::max(0.0F, static_cast<float>(square)));
       }
     });
   }
@@ -65,41 +158,50 @@ class Surroundings {
 
   /// Planes of what lies around the quarters, up to \p radius quarters away, at about their range.
   std::vector<CellFit> fits(const std::vector<std::int32_t>& list, int radius, double* room) const {
-    constexpr std::size_t kBlock = 256;
     CellGrid windows;
     windows.columns = static_cast<int>(list.size());
     windows.rows = 1;
     windows.allocate(room);
-    parallelFor((list.size() + kBlock - 1) / kBlock, threads_, [&](std::size_t block) {
-      const std::size_t end = std::min(list.size(), (block + 1) * kBlock);
-      for (std::size_t i = block * kBlock; i < end; ++i) {
-        const MomentSums sums = around(list[i], radius);
-        for (int m = 0; m < kMoments; ++m) windows.moment(m)[i] = sums[static_cast<std::size_t>(m)];
+    parallelFor(static_cast<std::size_t>(rows_), threads_, [&](std::size_t row) {
+      const auto first = static_cast<std::int32_t>(row) * columns_;
+      auto at = std::lower_bound(list.begin(), list.end(), first);
+      const auto end = std::lower_bound(at, list.end(), first + columns_);
+      if (at == end) return;
+      WindowRow sums(columns_, radius);
+      const int from = std::max(0, static_cast<int>(row) - radius);
+      const int to = std::min(rows_ - 1, static_cast<int>(row) + radius);
+      const std::size_t corner = static_cast<std::size_t>(from) * columns_;
+      sumWindows(sums_[corner].data(), &range_[corner], &spread_[corner], columns_, to - from + 1,
+                 radius, sums.scratch());
+      for (; at != end; ++at) {
+        const auto centre = static_cast<std::size_t>(*at);
+        const auto column = static_cast<std::size_t>(*at - first);
+        const float gate = gateAt(range_[centre]);
+        // Mostly all quarters of a window lie on one surface.
+        const bool all = sums.least[column] >= range_[centre] - gate &&
+                         sums.most[column] <= range_[centre] + gate && sums.spread[column] <= gate;
+        MomentSums gated;
+        if (!all) {
+          const int left = std::max(0, static_cast<int>(column) - radius);
+          const int right = std::min(columns_ - 1, static_cast<int>(column) + radius);
+          sumGated(sums_[corner].data(), &range_[corner], &spread_[corner], columns_, to - from + 1,
+                   left, right, range_[centre], gate, gated.data());
+          // The centre counts however spread it is.
+          if (spread_[centre] > gate) addSums(gated, sums_[centre]);
+        }
+        const double* window = all ? &sums.sums[column * kMoments] : gated.data();
+        const auto i = static_cast<std::size_t>(at - list.begin());
+        for (int m = 0; m < kMoments; ++m) windows.moment(m)[i] = window[m];
       }
     });
     return fitCells(windows);
   }
 
  private:
-  MomentSums around(std::int32_t at, int radius) const {
-    const auto centre = static_cast<std::size_t>(at);
-    MomentSums sums = sums_[centre];
-    const float range = range_[centre];
-    if (!(range >= 0.0F)) return sums;
-    const float gate = static_cast<float>(params_.same_surface_constant) +
-                       static_cast<float>(params_.same_surface_share) * range;
-    const int row = at / columns_;
-    const int column = at % columns_;
-    for (int r = std::max(0, row - radius); r <= std::min(rows_ - 1, row + radius); ++r) {
-      for (int c = std::max(0, column - radius); c <= std::min(columns_ - 1, column + radius);
-           ++c) {
-        const std::size_t other = static_cast<std::size_t>(r) * columns_ + c;
-        // A quarter as spread as this lies across a depth edge.
-        if (std::fabs(range_[other] - range) > gate || spread_[other] > gate) continue;
-        if (other != centre) addSums(sums, sums_[other]);
-      }
-    }
-    return sums;
+  /// Range difference of one surface; a quarter as spread as this lies across a depth edge.
+  float gateAt(float range) const {
+    return static_cast<float>(params_.same_surface_constant) +
+           static_cast<float>(params_.same_surface_share) * range;
   }
 
   int columns_;
@@ -191,11 +293,13 @@ void compare(const TiledCloud& cloud, const Surroundings& surroundings,
     const PlaneCandidate& plane = planes[static_cast<std::size_t>(share.label)];
     const bool is_noisy = j < noisy.size() && noisy[j] == share.quarter;
     const double near = cosine(plane, small[i]);
-    const double allowed =
-        std::min(params.most_coherent_angle, std::max(params.coherent_angle, errors[i]));
     share.near = near >= min_cosine;
     share.wide = is_noisy ? cosine(plane, wide[j]) >= min_cosine : share.near;
-    share.agrees = share.wide || near >= std::cos(allowed);
+    share.agrees = share.near || share.wide;
+    if (share.agrees || !is_noisy) continue;
+    const double allowed =
+        std::min(params.most_coherent_angle, std::max(params.coherent_angle, errors[i]));
+    share.agrees = near >= std::cos(allowed);
   }
 }
 

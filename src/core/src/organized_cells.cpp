@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "organized_lanes.h"
 #include "planar_mapping/core/parallel.h"
 #include "planar_mapping/core/simd.h"
 
@@ -39,15 +40,46 @@ void sumColumns(double* data, int columns, int rows, int radius, double* padded)
   }
 }
 
-// Smallest eigenvalue of the covariance by Newton's method from below, where the characteristic
-// polynomial is monotonic and convex, then its eigenvector as a cross product of two rows.
+constexpr std::size_t kBlock = 32;  ///< cells that are fitted together
+
+/// Covariances of a block of cells divided by their traces: rows (a b c), (b d e), (c e f).
+struct CovarianceBlock {
+  double a[kBlock], b[kBlock], c[kBlock], d[kBlock], e[kBlock], f[kBlock];
+  double c1[kBlock], c0[kBlock];  ///< of the characteristic polynomial
+  double root[kBlock];            ///< smallest eigenvalue
+  float trace[kBlock];            ///< square metres
+};
+
+/// Smallest eigenvalues by Newton's method from below, where the characteristic polynomial is
+/// monotonic and convex.
+PLANAR_MAPPING_INLINE void findRoots(CovarianceBlock& block) {
+  constexpr int kMostSteps = 8;
+  constexpr double kConverged = 1e-12;
+  const DoubleLanes zero = {};
+  for (std::size_t i = 0; i < kBlock; i += kDoubleLanes) {
+    DoubleLanes c1, c0;
+    std::memcpy(&c1, block.c1 + i, sizeof(c1));
+    std::memcpy(&c0, block.c0 + i, sizeof(c0));
+    DoubleLanes root = zero;
+    for (int step = 0; step < kMostSteps; ++step) {
+      const DoubleLanes value = ((root - 1.0) * root + c1) * root - c0;
+      const DoubleLanes slope = (3.0 * root - 2.0) * root + c1;
+      const DoubleLanes change = slope > 1e-12 ? value / slope : zero;
+      root -= change;
+      // From below every step goes up, but for rounding.
+      if (!anyOf(change < -kConverged)) break;
+    }
+    std::memcpy(block.root + i, &root, sizeof(root));
+  }
+}
+
+// The normal is a cross product of two rows of the covariance less its smallest eigenvalue.
 PLANAR_MAPPING_MULTIVERSION
 void fitAll(const double* sums, std::size_t cells, float* out) {
-  constexpr int kNewtonSteps = 8;
   constexpr int kFields = 9;
-  constexpr std::size_t kBlock = 64;
   static_assert(sizeof(CellFit) == kFields * sizeof(float), "CellFit is written as nine floats");
-  float block[kFields][kBlock];
+  float fields[kFields][kBlock];
+  CovarianceBlock block = {};
   for (std::size_t begin = 0; begin < cells; begin += kBlock) {
     const std::size_t count = cells - begin < kBlock ? cells - begin : kBlock;
     const double* s = sums + begin;
@@ -74,18 +106,29 @@ void fitAll(const double* sums, std::size_t cells, float* out) {
       const double d = yy * scale;
       const double e = (s[kYZ * cells + i] * inverse - my * mz) * scale;
       const double f = zz * scale;
-      const double c1 = a * d - b * b + a * f - c * c + d * f - e * e;
-      const double c0 = a * (d * f - e * e) - b * (b * f - c * e) + c * (b * e - c * d);
-      double root = 0.0;
-      for (int step = 0; step < kNewtonSteps; ++step) {
-        const double value = ((root - 1.0) * root + c1) * root - c0;
-        const double slope = (3.0 * root - 2.0) * root + c1;
-        root -= slope > 1e-12 ? value / slope : 0.0;
-      }
-      root = root > 0.0 ? root : 0.0;
-      const double ar = a - root;
-      const double dr = d - root;
-      const double fr = f - root;
+      block.a[i] = a;
+      block.b[i] = b;
+      block.c[i] = c;
+      block.d[i] = d;
+      block.e[i] = e;
+      block.f[i] = f;
+      block.c1[i] = a * d - b * b + a * f - c * c + d * f - e * e;
+      block.c0[i] = a * (d * f - e * e) - b * (b * f - c * e) + c * (b * e - c * d);
+      block.trace[i] = static_cast<float>(trace > 0.0 ? trace : 0.0);
+      fields[3][i] = static_cast<float>(mx);
+      fields[4][i] = static_cast<float>(my);
+      fields[5][i] = static_cast<float>(mz);
+      fields[8][i] = static_cast<float>(n);
+    }
+    findRoots(block);
+    for (std::size_t i = 0; i < count; ++i) {
+      const double root = block.root[i] > 0.0 ? block.root[i] : 0.0;
+      const double b = block.b[i];
+      const double c = block.c[i];
+      const double e = block.e[i];
+      const double ar = block.a[i] - root;
+      const double dr = block.d[i] - root;
+      const double fr = block.f[i] - root;
       const double ux = b * e - c * dr;
       const double uy = c * b - ar * e;
       const double uz = ar * dr - b * b;
@@ -109,25 +152,21 @@ void fitAll(const double* sums, std::size_t cells, float* out) {
       nz = w_over ? wz : nz;
       nn = w_over ? ww : nn;
       // A point or a line has no plane: all cross products vanish.
-      const double length = nn > 1e-14 ? 1.0 / __builtin_sqrt(nn) : 0.0;
+      const float length = nn > 1e-14 ? 1.0F / __builtin_sqrtf(static_cast<float>(nn)) : 0.0F;
       const double rest = 1.0 - root;
-      const double product = c1 - root * rest;
+      const double product = block.c1[i] - root * rest;
       const double square = rest * rest - 4.0 * product;
-      const double middle = 0.5 * (rest - __builtin_sqrt(square > 0.0 ? square : 0.0));
-      block[0][i] = static_cast<float>(nx * length);
-      block[1][i] = static_cast<float>(ny * length);
-      block[2][i] = static_cast<float>(nz * length);
-      block[3][i] = static_cast<float>(mx);
-      block[4][i] = static_cast<float>(my);
-      block[5][i] = static_cast<float>(mz);
-      block[6][i] = static_cast<float>(__builtin_sqrt(root * (trace > 0.0 ? trace : 0.0)));
-      block[7][i] = static_cast<float>(
-          __builtin_sqrt((middle > 0.0 ? middle : 0.0) * (trace > 0.0 ? trace : 0.0)));
-      block[8][i] = static_cast<float>(n);
+      const float middle =
+          0.5F * static_cast<float>(rest - __builtin_sqrt(square > 0.0 ? square : 0.0));
+      fields[0][i] = static_cast<float>(nx) * length;
+      fields[1][i] = static_cast<float>(ny) * length;
+      fields[2][i] = static_cast<float>(nz) * length;
+      fields[6][i] = __builtin_sqrtf(static_cast<float>(root) * block.trace[i]);
+      fields[7][i] = __builtin_sqrtf((middle > 0.0F ? middle : 0.0F) * block.trace[i]);
     }
     for (std::size_t i = 0; i < count; ++i) {
       for (int field = 0; field < kFields; ++field) {
-        out[(begin + i) * kFields + static_cast<std::size_t>(field)] = block[field][i];
+        out[(begin + i) * kFields + static_cast<std::size_t>(field)] = fields[field][i];
       }
     }
   }

@@ -15,6 +15,10 @@ using FloatLanes = float __attribute__((vector_size(kLanes * sizeof(float))));
 using IntLanes = std::int32_t __attribute__((vector_size(kLanes * sizeof(std::int32_t))));
 using ShortLanes = std::int16_t __attribute__((vector_size(kLanes * sizeof(std::int16_t))));
 
+constexpr int kDoubleLanes = 8;
+using DoubleLanes = double __attribute__((vector_size(kDoubleLanes * sizeof(double))));
+using LongLanes = std::int64_t __attribute__((vector_size(kDoubleLanes * sizeof(std::int64_t))));
+
 #define PLANAR_MAPPING_INLINE inline __attribute__((always_inline))
 
 PLANAR_MAPPING_INLINE void load(const float* from, FloatLanes& to) {
@@ -34,12 +38,39 @@ PLANAR_MAPPING_INLINE void store(const IntLanes& from, std::int16_t* to) {
 
 /// Sum of the lanes, in pairs.
 PLANAR_MAPPING_INLINE float sumOf(const FloatLanes& lanes) {
-  float values[kLanes];
-  std::memcpy(values, &lanes, sizeof(values));
-  for (int half = kLanes / 2; half > 0; half /= 2) {
-    for (int lane = 0; lane < half; ++lane) values[lane] += values[lane + half];
-  }
-  return values[0];
+  const auto eight = __builtin_shufflevector(lanes, lanes, 0, 1, 2, 3, 4, 5, 6, 7) +
+                     __builtin_shufflevector(lanes, lanes, 8, 9, 10, 11, 12, 13, 14, 15);
+  const auto four = __builtin_shufflevector(eight, eight, 0, 1, 2, 3) +
+                    __builtin_shufflevector(eight, eight, 4, 5, 6, 7);
+  const auto two = four + __builtin_shufflevector(four, four, 2, 3, 0, 1);
+  return two[0] + two[1];
+}
+
+/// Whether a comparison of lanes is true anywhere.
+PLANAR_MAPPING_INLINE bool anyOf(const LongLanes& lanes) {
+  const auto four = __builtin_shufflevector(lanes, lanes, 0, 1, 2, 3) |
+                    __builtin_shufflevector(lanes, lanes, 4, 5, 6, 7);
+  const auto two = four | __builtin_shufflevector(four, four, 2, 3, 0, 1);
+  return (two[0] | two[1]) != 0;
+}
+
+PLANAR_MAPPING_INLINE std::int16_t sumOf(const ShortLanes& lanes) {
+  const auto eight = __builtin_shufflevector(lanes, lanes, 0, 1, 2, 3, 4, 5, 6, 7) +
+                     __builtin_shufflevector(lanes, lanes, 8, 9, 10, 11, 12, 13, 14, 15);
+  const auto four = eight + __builtin_shufflevector(eight, eight, 4, 5, 6, 7, 0, 1, 2, 3);
+  const auto two = four + __builtin_shufflevector(four, four, 2, 3, 0, 1, 6, 7, 4, 5);
+  return static_cast<std::int16_t>(two[0] + two[1]);
+}
+
+PLANAR_MAPPING_INLINE std::int16_t smallestOf(const ShortLanes& lanes) {
+  const auto a = __builtin_shufflevector(lanes, lanes, 0, 1, 2, 3, 4, 5, 6, 7);
+  const auto b = __builtin_shufflevector(lanes, lanes, 8, 9, 10, 11, 12, 13, 14, 15);
+  const auto eight = a < b ? a : b;
+  const auto other_half = __builtin_shufflevector(eight, eight, 4, 5, 6, 7, 0, 1, 2, 3);
+  const auto four = eight < other_half ? eight : other_half;
+  const auto other_pair = __builtin_shufflevector(four, four, 2, 3, 0, 1, 6, 7, 4, 5);
+  const auto two = four < other_pair ? four : other_pair;
+  return two[0] < two[1] ? two[0] : two[1];
 }
 
 }  // namespace planar_mapping::detail

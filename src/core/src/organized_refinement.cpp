@@ -58,6 +58,41 @@ void nearestInBand(const float* x, const float* y, const float* z, const float* 
   }
 }
 
+// Lists the labels of a tile by first occurrence with the number of pixels each has. Where there
+// are more than `most`, the pixels of the others stay free.
+PLANAR_MAPPING_MULTIVERSION
+int countLabels(std::int16_t* labels, std::int16_t* list, std::int16_t* counts, int most) {
+  constexpr int kVectors = kTileArea / kLanes;
+  const ShortLanes lane = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+  const ShortLanes none = ShortLanes{} - 1;
+  const ShortLanes past = ShortLanes{} + kTileArea;
+  ShortLanes rest[kVectors];
+  std::memcpy(rest, labels, sizeof(rest));
+  for (int size = 0;; ++size) {
+    ShortLanes first = past;
+    for (int v = 0; v < kVectors; ++v) {
+      const ShortLanes place = rest[v] >= 0 ? lane + static_cast<std::int16_t>(v * kLanes) : past;
+      first = place < first ? place : first;
+    }
+    const int next = smallestOf(first);
+    if (next == kTileArea) return size;
+    if (size == most) {
+      for (int k = 0; k < kTileArea; ++k)
+        labels[k] = rest[k / kLanes][k % kLanes] >= 0 ? -1 : labels[k];
+      return size;
+    }
+    const ShortLanes label = ShortLanes{} + labels[next];
+    ShortLanes held = {};
+    for (int v = 0; v < kVectors; ++v) {
+      const ShortLanes same = rest[v] == label;
+      held -= same;
+      rest[v] = same ? none : rest[v];
+    }
+    list[size] = labels[next];
+    counts[size] = sumOf(held);
+  }
+}
+
 }  // namespace
 
 bool PlaneList::holds(std::int16_t plane) const {
@@ -132,34 +167,9 @@ void PixelAssigner::summarize(int tile) {
   Summary& summary = summaries_[static_cast<std::size_t>(tile)];
   summary = {};
   int labelled = 0;
-  const std::int16_t first = labels[0];
-  int same = 0;
-  for (int i = 0; i < kTileArea; ++i) same += labels[i] == first;
-  if (same == kTileArea) {
-    if (first >= 0) {
-      summary.planes.add(first);
-      summary.count[0] = kTileArea;
-      labelled = kTileArea;
-    }
-  } else {
-    // Runs of equal labels, shortest work for the usual two or three planes of a tile.
-    for (int i = 0; i < kTileArea;) {
-      const std::int16_t label = labels[i];
-      const int begin = i;
-      while (i < kTileArea && labels[i] == label) ++i;
-      if (label < 0) continue;
-      int k = 0;
-      while (k < summary.planes.size && summary.planes.label[k] != label) ++k;
-      if (k == PlaneList::kMost) {
-        // More planes than a tile can hold: their pixels stay free.
-        std::fill(labels + begin, labels + i, std::int16_t{-1});
-        continue;
-      }
-      if (k == summary.planes.size) summary.planes.add(label);
-      summary.count[k] = static_cast<std::int16_t>(summary.count[k] + i - begin);
-      labelled += i - begin;
-    }
-  }
+  summary.planes.size = static_cast<std::int16_t>(
+      countLabels(labels, summary.planes.label, summary.count, PlaneList::kMost));
+  for (int k = 0; k < summary.planes.size; ++k) labelled += summary.count[k];
   summary.free = static_cast<std::int16_t>(static_cast<int>(tiles_.count(tile)) - labelled);
 }
 
