@@ -93,6 +93,16 @@ std::vector<std::size_t> largestFirst(const std::vector<PlaneSegment>& planes) {
   return order;
 }
 
+Vector3 directionOf(const std::vector<PlaneSegment>& segments, const Vector3& up) {
+  std::vector<Plane> planes;
+  std::vector<double> weights;
+  for (const PlaneSegment& segment : segments) {
+    planes.push_back(segment.plane);
+    weights.push_back(static_cast<double>(segment.inliers.size()));
+  }
+  return dominantDirection(planes, weights, up);
+}
+
 }  // namespace
 
 void CuboidApproximationParams::validate() const {
@@ -134,6 +144,7 @@ std::vector<Cuboid> approximateCuboids(const PointsView& points, const Indices* 
   detail::PlanarVolume volume(params.resolution, detail::thicknessOf(params),
                               params.absorption * params.resolution);
   std::vector<std::vector<Cuboid>> of_plane(planes.size());
+  const Vector3 along = compact ? directionOf(planes, params.up) : Vector3::Zero();
   Indices counted;
   for (const PlaneSegment& segment : planes) requireIndices(segment.inliers, points.size, "inlier");
   for (const std::size_t id : largestFirst(planes)) {
@@ -141,7 +152,7 @@ std::vector<Cuboid> approximateCuboids(const PointsView& points, const Indices* 
     rest.remove(inliers);
     counts.planar_points += inliers.size();
     const PlaneFrame frame =
-        makePlaneFrame(orientedTowards(planes[id].plane, sensor), sensor, params.up);
+        makePlaneFrame(orientedTowards(planes[id].plane, sensor), sensor, params.up, along);
     std::vector<detail::PlanePatch> patches = detail::rasterizePlane(
         {points, inliers, point_probability}, frame, params, counts.dropped_points);
     if (compact) {

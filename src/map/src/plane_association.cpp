@@ -138,6 +138,21 @@ std::size_t takeCells(const MapData& map, PlaneLayer& layer, const PlaneLayer& o
   return added;
 }
 
+/// How the rasters of new floors and table tops are turned; see dominantDirection().
+Vector3 directionOfWalls(const MapData& map, const Frame& frame) {
+  if (map.params.approximation.profile == Profile::Paper) return Vector3::Zero();
+  std::vector<Plane> planes = frame.planes;
+  std::vector<double> weights;
+  for (std::size_t k = 0; k < planes.size(); ++k) {
+    weights.push_back(static_cast<double>(frame.inliersOf(k).size()));
+  }
+  for (const PlaneLayer& layer : map.planes) {
+    planes.push_back(layer.info.plane);
+    weights.push_back(layer.info.moments.weight());
+  }
+  return dominantDirection(planes, weights, map.params.approximation.up);
+}
+
 }  // namespace
 
 void associatePlanes(MapData& map, Frame& frame) {
@@ -191,11 +206,13 @@ void associatePlanes(MapData& map, Frame& frame) {
     assigned[pair.segment] = true;
     ++frame.update.planes_matched;
   }
+  const Vector3 along = directionOfWalls(map, frame);
   for (std::size_t k = 0; k < segments; ++k) {
     if (assigned[k] || frame.inliersOf(k).empty()) continue;
     PlaneLayer layer;
     layer.info.id = map.next_plane_id++;
-    layer.setFrame(makePlaneFrame(frame.planes[k], frame.sensor, map.params.approximation.up));
+    layer.setFrame(
+        makePlaneFrame(frame.planes[k], frame.sensor, map.params.approximation.up, along));
     map.planes.push_back(std::move(layer));
     frame.hits.emplace_back();
     frame.hits.back().layer = map.planes.size() - 1;

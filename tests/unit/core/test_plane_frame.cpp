@@ -72,5 +72,29 @@ TEST(PlaneFrame, RefusesWhatIsNoPlane) {
   EXPECT_THROW(makePlaneFrame(Plane(), Vector3::Zero(), Vector3::Zero()), ParameterError);
 }
 
+TEST(PlaneFrame, TurnsFlatPlanesAlongTheDirectionGiven) {
+  const Vector3 along(1.0, 2.0, 0.0);
+  const Plane floor{Vector3(0.01, -0.02, 1.0).normalized(), 0.3};
+  const PlaneFrame turned = makePlaneFrame(floor, Vector3::Zero(), Vector3::UnitZ(), along);
+  EXPECT_NEAR(turned.u.dot(floor.normal), 0.0, 1e-12);
+  EXPECT_GT(turned.u.dot(along.normalized()), 0.999);
+  EXPECT_NEAR((turned.n.cross(turned.u) - turned.v).norm(), 0.0, 1e-12);
+  // A slope keeps its horizontal, whatever is asked.
+  const Plane slope{Vector3(0.0, -1.0, 1.0).normalized(), 0.3};
+  const PlaneFrame kept = makePlaneFrame(slope, Vector3::Zero(), Vector3::UnitZ(), along);
+  EXPECT_NEAR(std::abs(kept.u.x()), 1.0, 1e-12);
+}
+
+TEST(DominantDirection, FollowsTheSteepPlaneWithTheMostWeight) {
+  const std::vector<Plane> planes{
+      {Vector3::UnitZ(), 0.0}, {Vector3::UnitX(), 1.0}, {Vector3(0.6, 0.8, 0.1).normalized(), 2.0}};
+  const Vector3 direction = dominantDirection(planes, {900.0, 10.0, 20.0});
+  EXPECT_NEAR(direction.dot(planes[2].normal), 0.0, 1e-12);
+  EXPECT_NEAR(direction.z(), 0.0, 1e-12);
+  EXPECT_NEAR(direction.norm(), 1.0, 1e-12);
+  EXPECT_EQ(dominantDirection({planes[0]}, {900.0}), Vector3::Zero());
+  EXPECT_THROW(dominantDirection(planes, {1.0}), InputError);
+}
+
 }  // namespace
 }  // namespace planar_mapping

@@ -95,6 +95,10 @@ struct RealCloud {
   Vector3 up;
 };
 
+void PrintTo(const RealCloud& cloud, std::ostream* out) {
+  *out << cloud.path;
+}
+
 class RealClouds : public ::testing::TestWithParam<RealCloud> {};
 
 TEST_P(RealClouds, FewerCuboidsThanGreedyBoxesAndNoPointLeftOut) {
@@ -129,7 +133,10 @@ INSTANTIATE_TEST_SUITE_P(
                       RealCloud{"clouds_pcl/office1.pcd", {0, -1, 0}},
                       RealCloud{"clouds_pcl/room_scan1.pcd", {0, 0, 1}},
                       RealCloud{"clouds_pcl/table_scene_mug_stereo_textured.pcd", {0, -1, 0}},
-                      RealCloud{"labelled_mosd_tabletop/test16.pcd", {0, -1, 0}}));
+                      RealCloud{"labelled_mosd_tabletop/test16.pcd", {0, -1, 0}}),
+    [](const ::testing::TestParamInfo<RealCloud>& cloud) {
+      return std::filesystem::path(cloud.param.path).stem().string();
+    });
 
 }  // namespace
 }  // namespace planar_mapping

@@ -27,7 +27,18 @@ struct PlaneFrame {
 
 /// The frame of a plane: origin is the foot of \p near, u is horizontal with respect to \p up
 /// (any direction in the plane, chosen deterministically, where the plane itself is horizontal).
+/// \param along [ours] u of planes within ten degrees of horizontal, where the little slope that is
+///              left would choose it at random; zero = none. See dominantDirection().
 PLANAR_MAPPING_EXPORT PlaneFrame makePlaneFrame(const Plane& plane, const Vector3& near,
+                                                const Vector3& up = Vector3::UnitZ(),
+                                                const Vector3& along = Vector3::Zero());
+
+/// [ours] Horizontal direction along the steep plane with the most weight: floors and table tops
+/// that are cut along the walls need fewer rectangles. Zero if no plane is within thirty degrees of
+/// vertical.
+/// \param weights one per plane, for example its number of inliers
+PLANAR_MAPPING_EXPORT Vector3 dominantDirection(const std::vector<Plane>& planes,
+                                                const std::vector<double>& weights,
                                                 const Vector3& up = Vector3::UnitZ());
 
 /// A rectangle of cells: columns [a, a + width), rows [b, b + height) along u and v.
