@@ -25,7 +25,7 @@ mkdir -p "$out"
 
 if [[ ${#inputs[@]} -eq 0 ]]; then
   echo "== simulating a room seen by a stereo camera"
-  "$planar_map" simulate room --frames 12 --seed 7 -o "$out/scene" --force
+  "$planar_map" simulate room --frames 12 --seed 7 --yaw-deg 20 --baseline 0.24 -o "$out/scene" --force -q
   inputs=("$out/scene")
   config=config/pcd_sequence.yaml
 elif [[ ${#inputs[@]} -eq 1 && -f ${inputs[0]} ]]; then
@@ -39,7 +39,7 @@ fi
 arguments=()
 for input in "${inputs[@]}"; do arguments+=(-i "$input"); done
 echo "== mapping with $config"
-"$planar_map" run "$config" "${arguments[@]}" -o "$out/map" --force
+"$planar_map" run "$config" "${arguments[@]}" -o "$out/map" --force -q
 
 echo "== drawing"
 map=$out/map/map.pmap
@@ -49,8 +49,6 @@ snapshot by_probability.png --color probability --show occupied,edges,trajectory
 snapshot top_view.png --projection-2d --size 1000x800
 
 figure() { grep -m1 "\"$1\"" "$out/map/metrics.json" | sed 's/.*: *//; s/,$//'; }
-json() { "$planar_map" info "$map" --json >/dev/null; }
-json
 cat <<TEXT
 
 Map:      $map
