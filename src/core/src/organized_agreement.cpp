@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
+#include "organized_lanes.h"
 #include "planar_mapping/core/parallel.h"
 #include "planar_mapping/core/simd.h"
 
@@ -65,6 +67,27 @@ struct WindowRow {
   std::vector<float> padded_least, padded_most, padded_spread;
 };
 
+PLANAR_MAPPING_INLINE void sumShifted(const WindowRow::Pointers& to, int columns, int radius) {
+  for (int i = 0; i < columns * kMoments; ++i) {
+    double sum = to.padded[i];
+    for (int shift = 1; shift <= 2 * radius; ++shift) sum += to.padded[i + shift * kMoments];
+    to.sums[i] = sum;
+  }
+  for (int i = 0; i < columns; ++i) {
+    float least = to.padded_least[i];
+    float most = to.padded_most[i];
+    float spread = to.padded_spread[i];
+    for (int k = i + 1; k <= i + 2 * radius; ++k) {
+      least = to.padded_least[k] < least ? to.padded_least[k] : least;
+      most = to.padded_most[k] > most ? to.padded_most[k] : most;
+      spread = to.padded_spread[k] > spread ? to.padded_spread[k] : spread;
+    }
+    to.least[i] = least;
+    to.most[i] = most;
+    to.spread[i] = spread;
+  }
+}
+
 /// Over windows of \p rows rows from the first, 2 radius + 1 columns wide.
 PLANAR_MAPPING_MULTIVERSION
 void sumWindows(const double* sums, const float* range, const float* spread, int columns, int rows,
@@ -86,23 +109,14 @@ void sumWindows(const double* sums, const float* range, const float* spread, int
       widest[i] = spreads[i] > widest[i] ? spreads[i] : widest[i];
     }
   }
-  for (int i = 0; i < values; ++i) to.sums[i] = to.padded[i];
-  for (int i = 0; i < columns; ++i) {
-    to.least[i] = to.padded_least[i];
-    to.most[i] = to.padded_most[i];
-    to.spread[i] = to.padded_spread[i];
-  }
-  for (int shift = 1; shift <= 2 * radius; ++shift) {
-    const double* line = to.padded + shift * kMoments;
-    for (int i = 0; i < values; ++i) to.sums[i] += line[i];
-    const float* least = to.padded_least + shift;
-    const float* most = to.padded_most + shift;
-    const float* widest = to.padded_spread + shift;
-    for (int i = 0; i < columns; ++i) {
-      to.least[i] = least[i] < to.least[i] ? least[i] : to.least[i];
-      to.most[i] = most[i] > to.most[i] ? most[i] : to.most[i];
-      to.spread[i] = widest[i] > to.spread[i] ? widest[i] : to.spread[i];
-    }
+  // The usual radii as constants, so that the loop over columns is the outer one.
+  switch (radius) {
+    case 1:
+      return sumShifted(to, columns, 1);
+    case 3:
+      return sumShifted(to, columns, 3);
+    default:
+      return sumShifted(to, columns, radius);
   }
 }
 
@@ -110,16 +124,25 @@ void sumWindows(const double* sums, const float* range, const float* spread, int
 PLANAR_MAPPING_MULTIVERSION
 void sumGated(const double* sums, const float* range, const float* spread, int columns, int rows,
               int left, int right, float at, float gate, double* out) {
-  double total[kMoments] = {};
+  using Eight = double __attribute__((vector_size(8 * sizeof(double))));
+  using Two = double __attribute__((vector_size(2 * sizeof(double))));
+  static_assert(kMoments == 10, "the sums of a quarter are a vector of eight and one of two");
+  Eight first = {};
+  Two second = {};
   for (int row = 0; row < rows; ++row) {
     for (int column = left; column <= right; ++column) {
       const std::size_t i = static_cast<std::size_t>(row) * columns + column;
-      const bool same = __builtin_fabsf(range[i] - at) <= gate && spread[i] <= gate;
-      const double weight = same ? 1.0 : 0.0;
-      for (int m = 0; m < kMoments; ++m) total[m] += weight * sums[i * kMoments + m];
+      if (!(__builtin_fabsf(range[i] - at) <= gate && spread[i] <= gate)) continue;
+      Eight eight;
+      Two two;
+      std::memcpy(&eight, sums + i * kMoments, sizeof(eight));
+      std::memcpy(&two, sums + i * kMoments + 8, sizeof(two));
+      first += eight;
+      second += two;
     }
   }
-  for (int m = 0; m < kMoments; ++m) out[m] = total[m];
+  std::memcpy(out, &first, sizeof(first));
+  std::memcpy(out + 8, &second, sizeof(second));
 }
 
 /// Quarters form a grid of 2 columns x 2 rows per tile.
@@ -320,17 +343,31 @@ void freeDisagreeing(const TiledCloud& cloud, const std::vector<PlaneCandidate>&
   for (const Share& share : shares) ++first[static_cast<std::size_t>(share.quarter) + 1];
   for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
 
+  std::vector<std::int32_t> disagreeing(shares.size() + 1, 0);  // shares before each
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    disagreeing[i + 1] = disagreeing[i] + (shares[i].agrees ? 0 : 1);
+  }
+
   // The majority of the neighbourhood decides: single normals are noisy.
   const auto majority = [&](const Share& share) {
     const int row = share.quarter / surroundings.columns();
     const int column = share.quarter % surroundings.columns();
+    const int top = std::max(0, row - 1);
+    const int bottom = std::min(surroundings.rows() - 1, row + 1);
+    const int left = std::max(0, column - 1);
+    const int right = std::min(surroundings.columns() - 1, column + 1);
+    std::int32_t doubtful = 0;
+    for (int r = top; r <= bottom; ++r) {
+      const auto line = static_cast<std::size_t>(r) * surroundings.columns();
+      doubtful += disagreeing[static_cast<std::size_t>(first[line + right + 1])] -
+                  disagreeing[static_cast<std::size_t>(first[line + left])];
+    }
+    if (doubtful == 0) return true;
     int agreeing = 0;
     int all = 0;
-    for (int r = std::max(0, row - 1); r <= std::min(surroundings.rows() - 1, row + 1); ++r) {
-      const int from = std::max(0, column - 1);
-      const int to = std::min(surroundings.columns() - 1, column + 1);
+    for (int r = top; r <= bottom; ++r) {
       const auto line = static_cast<std::size_t>(r) * surroundings.columns();
-      for (std::int32_t k = first[line + from]; k < first[line + to + 1]; ++k) {
+      for (std::int32_t k = first[line + left]; k < first[line + right + 1]; ++k) {
         const Share& other = shares[static_cast<std::size_t>(k)];
         if (other.label != share.label) continue;
         all += other.pixels;

@@ -15,10 +15,6 @@ using FloatLanes = float __attribute__((vector_size(kLanes * sizeof(float))));
 using IntLanes = std::int32_t __attribute__((vector_size(kLanes * sizeof(std::int32_t))));
 using ShortLanes = std::int16_t __attribute__((vector_size(kLanes * sizeof(std::int16_t))));
 
-constexpr int kDoubleLanes = 8;
-using DoubleLanes = double __attribute__((vector_size(kDoubleLanes * sizeof(double))));
-using LongLanes = std::int64_t __attribute__((vector_size(kDoubleLanes * sizeof(std::int64_t))));
-
 #define PLANAR_MAPPING_INLINE inline __attribute__((always_inline))
 
 PLANAR_MAPPING_INLINE void load(const float* from, FloatLanes& to) {
@@ -44,14 +40,6 @@ PLANAR_MAPPING_INLINE float sumOf(const FloatLanes& lanes) {
                     __builtin_shufflevector(eight, eight, 4, 5, 6, 7);
   const auto two = four + __builtin_shufflevector(four, four, 2, 3, 0, 1);
   return two[0] + two[1];
-}
-
-/// Whether a comparison of lanes is true anywhere.
-PLANAR_MAPPING_INLINE bool anyOf(const LongLanes& lanes) {
-  const auto four = __builtin_shufflevector(lanes, lanes, 0, 1, 2, 3) |
-                    __builtin_shufflevector(lanes, lanes, 4, 5, 6, 7);
-  const auto two = four | __builtin_shufflevector(four, four, 2, 3, 0, 1);
-  return (two[0] | two[1]) != 0;
 }
 
 PLANAR_MAPPING_INLINE std::int16_t sumOf(const ShortLanes& lanes) {
