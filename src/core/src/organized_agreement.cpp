@@ -299,30 +299,49 @@ void compare(const TiledCloud& cloud, const Surroundings& surroundings,
   }
   const std::vector<CellFit> small =
       surroundings.fits(all, params.small_surroundings, cloud.room[1]);
-  std::vector<double> errors(all.size());
+  const double min_cosine = std::cos(params.coherent_angle);
+  std::vector<Count> counts(planes.size());
+  std::size_t i = 0;
+  for (Share& share : shares) {
+    while (all[i] != share.quarter) ++i;
+    const auto label = static_cast<std::size_t>(share.label);
+    share.near = cosine(planes[label], small[i]) >= min_cosine;
+    share.wide = share.agrees = share.near;
+    counts[label].add(share);
+  }
+  // A plane that most small surroundings agree with keeps all its pixels, whatever the others tell.
+  const double clear_share = std::max(params.clear_coherent_share, params.min_coherent_share);
+  const auto clear = [&](const Share& share) {
+    const Count& count = counts[static_cast<std::size_t>(share.label)];
+    return count.near >= clear_share * count.all;
+  };
   std::vector<std::int32_t> noisy;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    errors[i] = params.growing_factor * normalError(small[i], noise, cloud.sensor, params);
-    if (errors[i] > params.clear_normal_share * params.coherent_angle) noisy.push_back(all[i]);
+  std::vector<const CellFit*> small_of_noisy;
+  std::vector<double> errors;
+  i = 0;
+  for (const Share& share : shares) {
+    while (all[i] != share.quarter) ++i;
+    if (clear(share) || (!noisy.empty() && noisy.back() == share.quarter)) continue;
+    const double error = params.growing_factor * normalError(small[i], noise, cloud.sensor, params);
+    if (!(error > params.clear_normal_share * params.coherent_angle)) continue;
+    noisy.push_back(share.quarter);
+    small_of_noisy.push_back(&small[i]);
+    errors.push_back(error);
   }
   const std::vector<CellFit> wide =
       surroundings.fits(noisy, params.wide_surroundings, cloud.room[1]);
-  const double min_cosine = std::cos(params.coherent_angle);
-  std::size_t i = 0;
   std::size_t j = 0;
   for (Share& share : shares) {
-    while (all[i] != share.quarter) ++i;
     while (j < noisy.size() && noisy[j] < share.quarter) ++j;
+    if (j == noisy.size()) break;
+    if (noisy[j] != share.quarter || clear(share)) continue;
     const PlaneCandidate& plane = planes[static_cast<std::size_t>(share.label)];
-    const bool is_noisy = j < noisy.size() && noisy[j] == share.quarter;
-    const double near = cosine(plane, small[i]);
-    share.near = near >= min_cosine;
-    share.wide = is_noisy ? cosine(plane, wide[j]) >= min_cosine : share.near;
+    share.wide = cosine(plane, wide[j]) >= min_cosine;
     share.agrees = share.near || share.wide;
-    if (share.agrees || !is_noisy) continue;
+    if (share.agrees) continue;
     const double allowed =
-        std::min(params.most_coherent_angle, std::max(params.coherent_angle, errors[i]));
-    share.agrees = near >= std::cos(allowed);
+        std::min(params.most_coherent_angle, std::max(params.coherent_angle, errors[j]));
+    share.agrees = cosine(plane, *small_of_noisy[j]) >= std::cos(allowed);
   }
 }
 

@@ -52,11 +52,12 @@ struct CovarianceBlock {
 
 /// Smallest eigenvalues by Newton's method from below, where the characteristic polynomial is
 /// monotonic and convex: in single precision, which is a fraction of the work, then polished.
-PLANAR_MAPPING_INLINE void findRoots(CovarianceBlock& block) {
+PLANAR_MAPPING_INLINE void findRoots(CovarianceBlock& block, std::size_t count) {
   constexpr int kSteps = 7;
   constexpr int kPolishingSteps = 2;
   const FloatLanes zero = {};
-  for (std::size_t i = 0; i < kBlock; i += kLanes) {
+  for (std::size_t i = count; i % kLanes != 0; ++i) block.c1[i] = block.c0[i] = 0.0;
+  for (std::size_t i = 0; i < count; i += kLanes) {
     float c1_values[kLanes];
     float c0_values[kLanes];
     for (std::size_t k = 0; k < kLanes; ++k) c1_values[k] = static_cast<float>(block.c1[i + k]);
@@ -72,7 +73,7 @@ PLANAR_MAPPING_INLINE void findRoots(CovarianceBlock& block) {
     }
     for (std::size_t k = 0; k < kLanes; ++k) block.root[i + k] = root[k];
   }
-  for (std::size_t i = 0; i < kBlock; ++i) {
+  for (std::size_t i = 0; i < count; ++i) {
     const double c1 = block.c1[i];
     double root = block.root[i];
     for (int step = 0; step < kPolishingSteps; ++step) {
@@ -90,7 +91,7 @@ void fitAll(const double* sums, std::size_t cells, float* out) {
   constexpr int kFields = 9;
   static_assert(sizeof(CellFit) == kFields * sizeof(float), "CellFit is written as nine floats");
   float fields[kFields][kBlock];
-  CovarianceBlock block = {};
+  CovarianceBlock block;
   for (std::size_t begin = 0; begin < cells; begin += kBlock) {
     const std::size_t count = cells - begin < kBlock ? cells - begin : kBlock;
     const double* s = sums + begin;
@@ -131,7 +132,7 @@ void fitAll(const double* sums, std::size_t cells, float* out) {
       fields[5][i] = static_cast<float>(mz);
       fields[8][i] = static_cast<float>(n);
     }
-    findRoots(block);
+    findRoots(block, count);
     for (std::size_t i = 0; i < count; ++i) {
       const double root = block.root[i] > 0.0 ? block.root[i] : 0.0;
       const double b = block.b[i];
