@@ -139,7 +139,7 @@ class UnknownSpace::Walk {
 void UnknownSpace::integrate(const DepthImage& image, double cell, double max_range) {
   Vector3 low, high;
   image.bounds(max_range, low, high);
-  constexpr double kSide = 1 << kRootLevel;
+  constexpr std::int32_t kSide = 1 << kRootLevel;
   constexpr double kLimit = kLatticeLimit / kSide - 1;
   low = (low / (cell * kSide)).array().floor().max(-kLimit).min(kLimit);
   high = (high / (cell * kSide)).array().floor().max(-kLimit).min(kLimit);
@@ -147,7 +147,7 @@ void UnknownSpace::integrate(const DepthImage& image, double cell, double max_ra
   for (auto z = static_cast<std::int32_t>(low.z()); z <= high.z(); ++z) {
     for (auto y = static_cast<std::int32_t>(low.y()); y <= high.y(); ++y) {
       for (auto x = static_cast<std::int32_t>(low.x()); x <= high.x(); ++x) {
-        walk.root({x << kRootLevel, y << kRootLevel, z << kRootLevel});
+        walk.root({x * kSide, y * kSide, z * kSide});
       }
     }
   }
