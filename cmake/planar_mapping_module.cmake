@@ -14,6 +14,8 @@ function(planar_mapping_set_flags target)
   if(PLANAR_MAPPING_SANITIZE STREQUAL "address")
     target_compile_options(${target} PRIVATE -fsanitize=address,undefined -fno-sanitize-recover=undefined
                            -fno-omit-frame-pointer)
+    # Under asan Eigen would align memory by hand, and free by hand what packaged PCL took from malloc.
+    target_compile_definitions(${target} PRIVATE EIGEN_MALLOC_ALREADY_ALIGNED=1)
     target_link_options(${target} PRIVATE -fsanitize=address,undefined)
   elseif(PLANAR_MAPPING_SANITIZE STREQUAL "thread")
     target_compile_options(${target} PRIVATE -fsanitize=thread -fno-omit-frame-pointer)
