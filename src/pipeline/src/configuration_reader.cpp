@@ -18,6 +18,12 @@ const std::vector<std::string> kProfiles = {"paper", "compact"};
 
 const char* placeOf(StageKind kind) {
   switch (kind) {
+    case StageKind::Images:
+      return "makes the cloud from images";
+    case StageKind::Features:
+      return "finds key features";
+    case StageKind::Motion:
+      return "finds the pose";
     case StageKind::Points:
       return "works on points";
     case StageKind::Planes:

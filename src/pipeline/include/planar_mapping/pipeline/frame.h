@@ -11,14 +11,31 @@
 #include <vector>
 
 #include "planar_mapping/core/export.h"
+#include "planar_mapping/core/feature_beliefs.h"
+#include "planar_mapping/core/key_feature.h"
 #include "planar_mapping/core/multi_plane.h"
 #include "planar_mapping/core/stereo_noise.h"
 #include "planar_mapping/core/types.h"
+#include "planar_mapping/io/calibration.h"
+#include "planar_mapping/io/image_file.h"
 #include "planar_mapping/map/planar_map.h"
 
 namespace planar_mapping {
 
 using FrameCloud = pcl::PointCloud<pcl::PointXYZ>;
+
+/// The images of a frame, as read; empty where there is none.
+struct FrameImages {
+  io::Image left;   ///< of a stereo pair, else the only image (RGB-D)
+  io::Image right;  ///< of a stereo pair
+  std::optional<io::Calibration> calibration;
+};
+
+/// A figure a stage leaves in frames.csv, in a column of its own.
+struct FrameStatistic {
+  std::string name;  ///< snake_case, with its unit as suffix
+  double value = 0.0;
+};
 
 /// One frame on its way through the stages. All geometry is in the sensor's frame but the pose.
 ///
@@ -31,6 +48,16 @@ struct Frame {
   Pose T_world_sensor = Pose::Identity();
   std::optional<PinholeCamera> camera;  ///< of an organized cloud, where known
   std::optional<double> baseline;       ///< of a stereo camera, metres, where known
+  FrameImages images;                   ///< where the input has any
+
+  /// Pose from outside (file, VIEWPOINT, odometry), if there is one. T_world_sensor starts as it
+  /// or as identity; a Motion stage decides what T_world_sensor becomes.
+  std::optional<Pose> given_pose;
+  std::vector<KeyFeature> key_features;  ///< left by a Features stage
+  std::optional<FrameMotion> motion;     ///< since the frame before, left by a Motion stage
+  /// Why the frame cannot be used (no pose found, black image, ...); the stages after the one that
+  /// set it leave the frame out and mapping goes on with the next. Empty = it can.
+  std::string skip_reason;
 
   FrameCloud::Ptr cloud;  ///< as measured; non-finite where nothing was
   Indices indices;        ///< points that still count, ascending
@@ -38,15 +65,16 @@ struct Frame {
   std::vector<PlaneSegment> planes;
   std::vector<float> probability;  ///< belief per point of the cloud; empty = 1
 
-  std::size_t points_input = 0;       ///< in the file
-  std::size_t points_valid = 0;       ///< finite ones
-  std::size_t features = 0;           ///< followed by kl_occupancy
-  std::size_t matches = 0;            ///< of those, seen before
-  PlanarMap* map = nullptr;           ///< the map this frame goes to
-  bool inserted = false;              ///< into the map
-  FrameUpdate update;                 ///< what the insertion did
-  std::vector<std::string> notes;     ///< for run.log
-  std::vector<std::string> warnings;  ///< the result is degraded
+  std::size_t points_input = 0;            ///< in the file
+  std::size_t points_valid = 0;            ///< finite ones
+  std::size_t features = 0;                ///< followed by kl_occupancy
+  std::size_t matches = 0;                 ///< of those, seen before
+  PlanarMap* map = nullptr;                ///< the map this frame goes to
+  bool inserted = false;                   ///< into the map
+  FrameUpdate update;                      ///< what the insertion did
+  std::vector<FrameStatistic> statistics;  ///< of the stages, for frames.csv
+  std::vector<std::string> notes;          ///< for run.log
+  std::vector<std::string> warnings;       ///< the result is degraded
 };
 
 /// The coordinates of a cloud, read in place.

@@ -14,11 +14,14 @@ namespace planar_mapping {
 /// What a stage does to a frame; stages of a chain must stand in this order, those of one kind in
 /// any order.
 enum class StageKind : std::uint8_t {
-  Points,   ///< removes or replaces points: filters, ground removal
-  Planes,   ///< finds planes
-  Beliefs,  ///< judges points
-  Map,      ///< puts the frame into the map
-  Any,      ///< anywhere
+  Images,    ///< makes the cloud of a frame from its images
+  Features,  ///< finds key features and follows them over frames
+  Motion,    ///< finds the pose of a frame
+  Points,    ///< removes or replaces points: filters, ground removal
+  Planes,    ///< finds planes
+  Beliefs,   ///< judges points
+  Map,       ///< puts the frame into the map
+  Any,       ///< anywhere
 };
 
 /// What holds for a whole run.

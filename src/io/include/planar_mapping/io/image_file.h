@@ -1,0 +1,38 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "planar_mapping/core/export.h"
+
+namespace planar_mapping {
+namespace io {
+
+/// An 8-bit image, gray or RGB, row by row from the top without padding.
+struct Image {
+  int width = 0;     ///< pixels
+  int height = 0;    ///< pixels
+  int channels = 0;  ///< 1 = gray, 3 = red, green, blue
+  std::vector<std::uint8_t> pixels;
+
+  bool empty() const { return pixels.empty(); }
+};
+
+/// Reads a PNG or JPEG image, recognised by content; 16 bits become 8, alpha is dropped, palettes
+/// are resolved.
+/// \throws IoError naming the path: missing, not an image, truncated, damaged, beyond 16384 pixels
+///         a side
+PLANAR_MAPPING_EXPORT Image readImage(const std::string& path);
+
+/// Writes a PNG image, atomically.
+/// \throws IoError, InputError if sizes disagree
+PLANAR_MAPPING_EXPORT void writeImage(const std::string& path, const Image& image);
+
+/// Luminance (BT.601) of an image; a gray one is returned as it is.
+PLANAR_MAPPING_EXPORT Image toGray(const Image& image);
+
+}  // namespace io
+}  // namespace planar_mapping
