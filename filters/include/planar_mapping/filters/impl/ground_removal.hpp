@@ -4,6 +4,7 @@
 
 #include "planar_mapping/core/error.h"
 #include "planar_mapping/filters/ground_removal.h"
+#include "planar_mapping/pcl/parameter_setter.h"
 #include "planar_mapping/pcl/points_view.h"
 
 namespace planar_mapping {
@@ -44,32 +45,24 @@ void GroundRemoval<PointT>::setParams(const GroundParams& params) {
   params_ = params;
 }
 
-// One setter = one field changed in a copy that must still be valid.
-#define PLANAR_MAPPING_SETTER(name, type, field) \
-  template <typename PointT>                     \
-  void GroundRemoval<PointT>::name(type value) { \
-    GroundParams changed = params_;              \
-    changed.field = value;                       \
-    setParams(changed);                          \
-  }
-PLANAR_MAPPING_SETTER(setCameraHeight, double, camera_height)
-PLANAR_MAPPING_SETTER(setHeightTolerance, double, height_tolerance)
-PLANAR_MAPPING_SETTER(setUpAxis, const Vector3&, up)
-PLANAR_MAPPING_SETTER(setOpticalAxis, const Vector3&, optical_axis)
-PLANAR_MAPPING_SETTER(setPitchTolerance, double, pitch_tolerance)
-PLANAR_MAPPING_SETTER(setRollTolerance, double, roll_tolerance)
-PLANAR_MAPPING_SETTER(setDistanceThreshold, double, distance_threshold)
-PLANAR_MAPPING_SETTER(setNoiseModel, const std::optional<StereoNoise>&, noise)
-PLANAR_MAPPING_SETTER(setNoiseFactor, double, noise_factor)
-PLANAR_MAPPING_SETTER(setSlopeCell, double, slope_cell)
-PLANAR_MAPPING_SETTER(setMaxSlope, double, max_slope)
-PLANAR_MAPPING_SETTER(setWallHeight, double, wall_height)
-PLANAR_MAPPING_SETTER(setWallCell, double, wall_cell)
-PLANAR_MAPPING_SETTER(setWallFootThreshold, double, wall_foot_threshold)
-PLANAR_MAPPING_SETTER(setMinShare, double, min_share)
-PLANAR_MAPPING_SETTER(setMinPoints, int, min_points)
-PLANAR_MAPPING_SETTER(setSampleSize, int, sample_size)
-PLANAR_MAPPING_SETTER(setSeed, std::uint64_t, seed)
-#undef PLANAR_MAPPING_SETTER
+PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setCameraHeight, double, camera_height)
+PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setHeightTolerance, double, height_tolerance)
+PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setUpAxis, const Vector3&, up)
+PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setOpticalAxis, const Vector3&, optical_axis)
+PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setPitchTolerance, double, pitch_tolerance)
+PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setRollTolerance, double, roll_tolerance)
+PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setDistanceThreshold, double, distance_threshold)
+PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setNoiseModel, const std::optional<StereoNoise>&,
+                                noise)
+PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setNoiseFactor, double, noise_factor)
+PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setSlopeCell, double, slope_cell)
+PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setMaxSlope, double, max_slope)
+PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setWallHeight, double, wall_height)
+PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setWallCell, double, wall_cell)
+PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setWallFootThreshold, double, wall_foot_threshold)
+PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setMinShare, double, min_share)
+PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setMinPoints, int, min_points)
+PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setSampleSize, int, sample_size)
+PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setSeed, std::uint64_t, seed)
 
 }  // namespace planar_mapping

@@ -6,6 +6,7 @@
 
 #include "planar_mapping/core/error.h"
 #include "planar_mapping/filters/kl_occupancy_filter.h"
+#include "planar_mapping/pcl/parameter_setter.h"
 #include "planar_mapping/pcl/points_view.h"
 
 namespace planar_mapping {
@@ -59,24 +60,19 @@ void KLOccupancyFilter<PointT>::setMotion(const Pose& T_now_before, const Matrix
   setMotion(motion);
 }
 
-// One setter = one field changed in a copy that must still be valid.
-#define PLANAR_MAPPING_SETTER(name, type, field)     \
-  template <typename PointT>                         \
-  void KLOccupancyFilter<PointT>::name(type value) { \
-    KlOccupancyParams changed = getParams();         \
-    changed.field = value;                           \
-    setParams(changed);                              \
-  }
-PLANAR_MAPPING_SETTER(setMinProbability, double, min_probability)
-PLANAR_MAPPING_SETTER(setResolution, double, resolution)
-PLANAR_MAPPING_SETTER(setRangeFloor, double, range_floor_cells)
-PLANAR_MAPPING_SETTER(setNoiseModel, const StereoNoise&, beliefs.occupancy.noise)
-PLANAR_MAPPING_SETTER(setSingleFeatureProbability, double,
-                      beliefs.occupancy.single_feature_probability)
-PLANAR_MAPPING_SETTER(setOpticalAxis, const Vector3&, beliefs.occupancy.optical_axis)
-PLANAR_MAPPING_SETTER(setBias, double, beliefs.update.bias)
-PLANAR_MAPPING_SETTER(setMotionReading, MotionReading, beliefs.motion_reading)
-PLANAR_MAPPING_SETTER(setMaxUnseenFrames, int, beliefs.max_unseen_frames)
-#undef PLANAR_MAPPING_SETTER
+PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setMinProbability, double, min_probability)
+PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setResolution, double, resolution)
+PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setRangeFloor, double, range_floor_cells)
+PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setNoiseModel, const StereoNoise&,
+                                beliefs.occupancy.noise)
+PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setSingleFeatureProbability, double,
+                                beliefs.occupancy.single_feature_probability)
+PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setOpticalAxis, const Vector3&,
+                                beliefs.occupancy.optical_axis)
+PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setBias, double, beliefs.update.bias)
+PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setMotionReading, MotionReading,
+                                beliefs.motion_reading)
+PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setMaxUnseenFrames, int,
+                                beliefs.max_unseen_frames)
 
 }  // namespace planar_mapping

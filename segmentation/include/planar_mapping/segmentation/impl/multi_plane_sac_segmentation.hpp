@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "planar_mapping/core/error.h"
+#include "planar_mapping/pcl/parameter_setter.h"
 #include "planar_mapping/pcl/points_view.h"
 #include "planar_mapping/segmentation/multi_plane_sac_segmentation.h"
 
@@ -39,28 +40,23 @@ void MultiPlaneSACSegmentation<PointT>::setParams(const MultiPlaneParams& params
   params_ = params;
 }
 
-// One setter = one field changed in a copy that must still be valid.
-#define PLANAR_MAPPING_SETTER(name, type, field)             \
-  template <typename PointT>                                 \
-  void MultiPlaneSACSegmentation<PointT>::name(type value) { \
-    MultiPlaneParams changed = params_;                      \
-    changed.field = value;                                   \
-    setParams(changed);                                      \
-  }
-PLANAR_MAPPING_SETTER(setDistanceThreshold, double, distance_threshold)
-PLANAR_MAPPING_SETTER(setMinInliers, int, min_inliers)
-PLANAR_MAPPING_SETTER(setMaxPlanes, int, max_planes)
-PLANAR_MAPPING_SETTER(setMethod, PlaneSearchMethod, method)
-PLANAR_MAPPING_SETTER(setNoiseModel, const std::optional<StereoNoise>&, noise)
-PLANAR_MAPPING_SETTER(setNoiseFactor, double, noise_factor)
-PLANAR_MAPPING_SETTER(setPatchGap, double, patch_gap)
-PLANAR_MAPPING_SETTER(setNumberOfModels, int, number_of_models)
-PLANAR_MAPPING_SETTER(setMaxIterations, int, max_iterations)
-PLANAR_MAPPING_SETTER(setMissProbability, double, miss_probability)
-PLANAR_MAPPING_SETTER(setSignificance, double, significance)
-PLANAR_MAPPING_SETTER(setMaxNormalDeviation, double, max_normal_deviation)
-PLANAR_MAPPING_SETTER(setSeed, std::uint64_t, seed)
-PLANAR_MAPPING_SETTER(setNumberOfThreads, int, threads)
-#undef PLANAR_MAPPING_SETTER
+PLANAR_MAPPING_PARAMETER_SETTER(MultiPlaneSACSegmentation, setDistanceThreshold, double,
+                                distance_threshold)
+PLANAR_MAPPING_PARAMETER_SETTER(MultiPlaneSACSegmentation, setMinInliers, int, min_inliers)
+PLANAR_MAPPING_PARAMETER_SETTER(MultiPlaneSACSegmentation, setMaxPlanes, int, max_planes)
+PLANAR_MAPPING_PARAMETER_SETTER(MultiPlaneSACSegmentation, setMethod, PlaneSearchMethod, method)
+PLANAR_MAPPING_PARAMETER_SETTER(MultiPlaneSACSegmentation, setNoiseModel,
+                                const std::optional<StereoNoise>&, noise)
+PLANAR_MAPPING_PARAMETER_SETTER(MultiPlaneSACSegmentation, setNoiseFactor, double, noise_factor)
+PLANAR_MAPPING_PARAMETER_SETTER(MultiPlaneSACSegmentation, setPatchGap, double, patch_gap)
+PLANAR_MAPPING_PARAMETER_SETTER(MultiPlaneSACSegmentation, setNumberOfModels, int, number_of_models)
+PLANAR_MAPPING_PARAMETER_SETTER(MultiPlaneSACSegmentation, setMaxIterations, int, max_iterations)
+PLANAR_MAPPING_PARAMETER_SETTER(MultiPlaneSACSegmentation, setMissProbability, double,
+                                miss_probability)
+PLANAR_MAPPING_PARAMETER_SETTER(MultiPlaneSACSegmentation, setSignificance, double, significance)
+PLANAR_MAPPING_PARAMETER_SETTER(MultiPlaneSACSegmentation, setMaxNormalDeviation, double,
+                                max_normal_deviation)
+PLANAR_MAPPING_PARAMETER_SETTER(MultiPlaneSACSegmentation, setSeed, std::uint64_t, seed)
+PLANAR_MAPPING_PARAMETER_SETTER(MultiPlaneSACSegmentation, setNumberOfThreads, int, threads)
 
 }  // namespace planar_mapping

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "planar_mapping/core/error.h"
+#include "planar_mapping/pcl/parameter_setter.h"
 #include "planar_mapping/pcl/points_view.h"
 #include "planar_mapping/surface/cuboid_mesh.h"
 #include "planar_mapping/surface/planar_cuboid_approximation.h"
@@ -61,25 +62,18 @@ void PlanarCuboidApproximation<PointT>::setParams(const CuboidApproximationParam
   params_ = params;
 }
 
-// One setter = one field changed in a copy that must still be valid.
-#define PLANAR_MAPPING_SETTER(name, type, field)             \
-  template <typename PointT>                                 \
-  void PlanarCuboidApproximation<PointT>::name(type value) { \
-    CuboidApproximationParams changed = params_;             \
-    changed.field = value;                                   \
-    setParams(changed);                                      \
-  }
-PLANAR_MAPPING_SETTER(setProfile, Profile, profile)
-PLANAR_MAPPING_SETTER(setResolution, double, resolution)
-PLANAR_MAPPING_SETTER(setThickness, double, thickness)
-PLANAR_MAPPING_SETTER(setDensityThreshold, double, density_threshold)
-PLANAR_MAPPING_SETTER(setMinWidth, double, min_width)
-PLANAR_MAPPING_SETTER(setMinHeight, double, min_height)
-PLANAR_MAPPING_SETTER(setMinPointsPerCell, int, min_points_per_cell)
-PLANAR_MAPPING_SETTER(setHoleSize, double, hole_size)
-PLANAR_MAPPING_SETTER(setAbsorption, double, absorption)
-PLANAR_MAPPING_SETTER(setUpDirection, const Vector3&, up)
-PLANAR_MAPPING_SETTER(setNumberOfThreads, int, threads)
-#undef PLANAR_MAPPING_SETTER
+PLANAR_MAPPING_PARAMETER_SETTER(PlanarCuboidApproximation, setProfile, Profile, profile)
+PLANAR_MAPPING_PARAMETER_SETTER(PlanarCuboidApproximation, setResolution, double, resolution)
+PLANAR_MAPPING_PARAMETER_SETTER(PlanarCuboidApproximation, setThickness, double, thickness)
+PLANAR_MAPPING_PARAMETER_SETTER(PlanarCuboidApproximation, setDensityThreshold, double,
+                                density_threshold)
+PLANAR_MAPPING_PARAMETER_SETTER(PlanarCuboidApproximation, setMinWidth, double, min_width)
+PLANAR_MAPPING_PARAMETER_SETTER(PlanarCuboidApproximation, setMinHeight, double, min_height)
+PLANAR_MAPPING_PARAMETER_SETTER(PlanarCuboidApproximation, setMinPointsPerCell, int,
+                                min_points_per_cell)
+PLANAR_MAPPING_PARAMETER_SETTER(PlanarCuboidApproximation, setHoleSize, double, hole_size)
+PLANAR_MAPPING_PARAMETER_SETTER(PlanarCuboidApproximation, setAbsorption, double, absorption)
+PLANAR_MAPPING_PARAMETER_SETTER(PlanarCuboidApproximation, setUpDirection, const Vector3&, up)
+PLANAR_MAPPING_PARAMETER_SETTER(PlanarCuboidApproximation, setNumberOfThreads, int, threads)
 
 }  // namespace planar_mapping
