@@ -7,13 +7,14 @@
 
 #include "planar_mapping/core/error.h"
 #include "planar_mapping/io/depth_image.h"
+#include "png_codec.h"
 
 namespace planar_mapping {
 namespace io {
 namespace {
 
-constexpr std::size_t kLargestFile = std::size_t{1} << 28;
-constexpr png_uint_32 kLargestSide = 16384;
+using detail::PngImage;
+using detail::PngPixels;
 
 /// What libpng's callbacks need. Errors leave the library by longjmp; the functions that set the
 /// jump hold nothing that needs a destructor, and throw only after they have returned.
@@ -45,35 +46,29 @@ void onWrite(png_structp png, png_bytep data, png_size_t size) {
 
 void onFlush(png_structp) {}
 
-struct Image {
-  png_uint_32 width = 0;
-  png_uint_32 height = 0;
-  bool deep = false;                ///< one channel of 16 bits, else three of 8
-  std::vector<std::uint8_t> bytes;  ///< host byte order
-};
-
-bool decode(png_structp png, png_infop info, bool want_depth, Image& image) {
+bool decodeHeader(png_structp png, png_infop info, PngPixels wanted, PngImage& image) {
   if (setjmp(png_jmpbuf(png))) return false;
-  png_set_user_limits(png, kLargestSide, kLargestSide);
+  png_set_user_limits(png, detail::kLargestImageSide, detail::kLargestImageSide);
   png_read_info(png, info);
   image.width = png_get_image_width(png, info);
   image.height = png_get_image_height(png, info);
   const int depth = png_get_bit_depth(png, info);
   const int type = png_get_color_type(png, info);
-  image.deep = want_depth;
-  if (want_depth) {
+  image.channels = wanted == PngPixels::Color ? 3 : 1;
+  image.bytes_per_channel = wanted == PngPixels::Depth ? 2 : 1;
+  if (wanted == PngPixels::Depth) {
     if (depth != 16 || type != PNG_COLOR_TYPE_GRAY) png_error(png, "not gray of 16 bits");
     png_set_swap(png);
   } else {
     png_set_expand(png);
     png_set_scale_16(png);
     png_set_strip_alpha(png);
-    png_set_gray_to_rgb(png);
+    if (wanted == PngPixels::Color) png_set_gray_to_rgb(png);
+    if ((type & PNG_COLOR_MASK_COLOR) != 0) image.channels = 3;
   }
   png_set_interlace_handling(png);
   png_read_update_info(png, info);
-  const std::size_t row_size = png_get_rowbytes(png, info);
-  if (row_size != std::size_t{image.width} * (want_depth ? 2 : 3)) png_error(png, "odd row size");
+  if (png_get_rowbytes(png, info) != image.rowSize()) png_error(png, "odd row size");
   return true;
 }
 
@@ -84,13 +79,48 @@ bool decodeRows(png_structp png, png_bytepp rows) {
   return true;
 }
 
-Image readPng(const std::string& path, bool want_depth) {
-  const std::vector<std::uint8_t> bytes = readWholeFile(path, kLargestFile);
-  if (bytes.size() < 8 || png_sig_cmp(bytes.data(), 0, 8) != 0)
-    throw IoError(path, "is no PNG image");
+PngImage readPng(const std::string& path, PngPixels wanted) {
+  return detail::decodePng(path, readWholeFile(path, detail::kLargestImageFile), wanted);
+}
+
+int colorType(const PngImage& image) {
+  return image.channels == 1 ? PNG_COLOR_TYPE_GRAY : PNG_COLOR_TYPE_RGB;
+}
+
+bool encode(png_structp png, png_infop info, const PngImage& image, png_bytepp rows) {
+  if (setjmp(png_jmpbuf(png))) return false;
+  png_set_IHDR(png, info, image.width, image.height, 8 * image.bytes_per_channel, colorType(image),
+               PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  png_write_info(png, info);
+  if (image.bytes_per_channel == 2) png_set_swap(png);
+  png_write_image(png, rows);
+  png_write_end(png, nullptr);
+  return true;
+}
+
+void requireSize(const std::string& path, std::size_t pixels, std::uint32_t width,
+                 std::uint32_t height) {
+  if (pixels == 0 || pixels != std::size_t{width} * height)
+    throw InputError(
+        "an image without pixels, or with others than its size says, cannot be "
+        "written to " +
+        path);
+}
+
+}  // namespace
+
+namespace detail {
+
+bool isPng(const std::vector<std::uint8_t>& bytes) {
+  return bytes.size() >= 8 && png_sig_cmp(bytes.data(), 0, 8) == 0;
+}
+
+PngImage decodePng(const std::string& path, const std::vector<std::uint8_t>& bytes,
+                   PngPixels wanted) {
+  if (!isPng(bytes)) throw IoError(path, "is no PNG image");
   Context context;
   context.input = &bytes;
-  Image image;
+  PngImage image;
   png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &context, onError, onWarning);
   png_infop info = png != nullptr ? png_create_info_struct(png) : nullptr;
   if (info == nullptr) {
@@ -98,9 +128,9 @@ Image readPng(const std::string& path, bool want_depth) {
     throw IoError(path, "cannot be decoded: no memory");
   }
   png_set_read_fn(png, &context, onRead);
-  bool sound = decode(png, info, want_depth, image);
+  bool sound = decodeHeader(png, info, wanted, image);
   if (sound) {
-    const std::size_t row_size = std::size_t{image.width} * (want_depth ? 2 : 3);
+    const std::size_t row_size = image.rowSize();
     // A row of an empty image packs to no less than a thousandth (deflate's limit is 1 : 1032).
     if (row_size * image.height / 2048 > bytes.size()) {
       sound = false;
@@ -118,19 +148,7 @@ Image readPng(const std::string& path, bool want_depth) {
   return image;
 }
 
-bool encode(png_structp png, png_infop info, const Image& image, png_bytepp rows) {
-  if (setjmp(png_jmpbuf(png))) return false;
-  png_set_IHDR(png, info, image.width, image.height, image.deep ? 16 : 8,
-               image.deep ? PNG_COLOR_TYPE_GRAY : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
-               PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
-  png_write_info(png, info);
-  if (image.deep) png_set_swap(png);
-  png_write_image(png, rows);
-  png_write_end(png, nullptr);
-  return true;
-}
-
-void writePng(const std::string& path, Image& image, Overwrite overwrite) {
+void writePng(const std::string& path, PngImage& image, Overwrite overwrite) {
   AtomicFile file(path, overwrite);
   Context context;
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &context, onError, onWarning);
@@ -138,10 +156,9 @@ void writePng(const std::string& path, Image& image, Overwrite overwrite) {
   bool sound = false;
   if (info != nullptr) {
     png_set_write_fn(png, &context, onWrite, onFlush);
-    const std::size_t row_size = std::size_t{image.width} * (image.deep ? 2 : 3);
     std::vector<png_bytep> rows(image.height);
     for (std::size_t row = 0; row < rows.size(); ++row)
-      rows[row] = image.bytes.data() + row * row_size;
+      rows[row] = image.bytes.data() + row * image.rowSize();
     sound = encode(png, info, image, rows.data());
   }
   png_destroy_write_struct(&png, &info);
@@ -150,19 +167,10 @@ void writePng(const std::string& path, Image& image, Overwrite overwrite) {
   file.commit();
 }
 
-void requireSize(const std::string& path, std::size_t pixels, std::uint32_t width,
-                 std::uint32_t height) {
-  if (pixels == 0 || pixels != std::size_t{width} * height)
-    throw InputError(
-        "an image without pixels, or with others than its size says, cannot be "
-        "written to " +
-        path);
-}
-
-}  // namespace
+}  // namespace detail
 
 DepthImage readDepthPng(const std::string& path) {
-  const Image image = readPng(path, true);
+  const PngImage image = readPng(path, PngPixels::Depth);
   DepthImage depth;
   depth.width = image.width;
   depth.height = image.height;
@@ -172,7 +180,7 @@ DepthImage readDepthPng(const std::string& path) {
 }
 
 ColorImage readColorPng(const std::string& path) {
-  const Image image = readPng(path, false);
+  const PngImage image = readPng(path, PngPixels::Color);
   ColorImage color;
   color.width = image.width;
   color.height = image.height;
@@ -186,25 +194,27 @@ ColorImage readColorPng(const std::string& path) {
 
 void writeDepthPng(const std::string& path, const DepthImage& depth, Overwrite overwrite) {
   requireSize(path, depth.values.size(), depth.width, depth.height);
-  Image image;
+  PngImage image;
   image.width = depth.width;
   image.height = depth.height;
-  image.deep = true;
+  image.channels = 1;
+  image.bytes_per_channel = 2;
   image.bytes.resize(2 * depth.values.size());
   std::memcpy(image.bytes.data(), depth.values.data(), image.bytes.size());
-  writePng(path, image, overwrite);
+  detail::writePng(path, image, overwrite);
 }
 
 void writeColorPng(const std::string& path, const ColorImage& color, Overwrite overwrite) {
   requireSize(path, color.pixels.size(), color.width, color.height);
-  Image image;
+  PngImage image;
   image.width = color.width;
   image.height = color.height;
+  image.channels = 3;
   image.bytes.reserve(3 * color.pixels.size());
   for (const std::uint32_t pixel : color.pixels)
     for (const unsigned shift : {16u, 8u, 0u})
       image.bytes.push_back(static_cast<std::uint8_t>(pixel >> shift & 0xFFu));
-  writePng(path, image, overwrite);
+  detail::writePng(path, image, overwrite);
 }
 
 }  // namespace io

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "planar_mapping/core/export.h"
+#include "planar_mapping/io/atomic_file.h"
 
 namespace planar_mapping {
 namespace io {
@@ -29,7 +30,8 @@ PLANAR_MAPPING_EXPORT Image readImage(const std::string& path);
 
 /// Writes a PNG image, atomically.
 /// \throws IoError, InputError if sizes disagree
-PLANAR_MAPPING_EXPORT void writeImage(const std::string& path, const Image& image);
+PLANAR_MAPPING_EXPORT void writeImage(const std::string& path, const Image& image,
+                                      Overwrite overwrite = Overwrite::Refuse);
 
 /// Luminance (BT.601) of an image; a gray one is returned as it is.
 PLANAR_MAPPING_EXPORT Image toGray(const Image& image);

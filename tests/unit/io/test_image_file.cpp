@@ -1,0 +1,187 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/io/image_file.h"
+
+#include <gtest/gtest.h>
+#include <turbojpeg.h>
+
+#include <cstdlib>
+#include <string>
+
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/io/depth_image.h"
+#include "temporary_directory.h"
+
+namespace planar_mapping {
+namespace io {
+namespace {
+
+Image gradient(int width, int height, int channels) {
+  Image image;
+  image.width = width;
+  image.height = height;
+  image.channels = channels;
+  for (int row = 0; row < height; ++row)
+    for (int column = 0; column < width; ++column)
+      for (int channel = 0; channel < channels; ++channel)
+        image.pixels.push_back(static_cast<std::uint8_t>(3 * column + 2 * row + 40 * channel));
+  return image;
+}
+
+std::vector<std::uint8_t> jpegBytes(const Image& image, int subsampling) {
+  const tjhandle encoder = tjInitCompress();
+  unsigned char* bytes = nullptr;
+  unsigned long size = 0;
+  const int result =
+      tjCompress2(encoder, image.pixels.data(), image.width, 0, image.height,
+                  image.channels == 1 ? TJPF_GRAY : TJPF_RGB, &bytes, &size, subsampling, 95, 0);
+  EXPECT_EQ(result, 0);
+  std::vector<std::uint8_t> copy(bytes, bytes + size);
+  tjFree(bytes);
+  tjDestroy(encoder);
+  return copy;
+}
+
+void write(const std::string& path, const std::vector<std::uint8_t>& bytes) {
+  writeFileAtomically(path, bytes.data(), bytes.size(), Overwrite::Allow);
+}
+
+/// The message readImage() refuses the file with.
+std::string refusal(const std::string& path) {
+  try {
+    readImage(path);
+  } catch (const IoError& error) {
+    EXPECT_EQ(error.path(), path);
+    return error.what();
+  }
+  ADD_FAILURE() << path << " was read";
+  return "";
+}
+
+TEST(ImageFile, ReadsThePngItWrites) {
+  const TemporaryDirectory dir;
+  for (const int channels : {1, 3}) {
+    const Image image = gradient(31, 17, channels);
+    const std::string path = dir / (std::to_string(channels) + ".png");
+    writeImage(path, image);
+    const Image back = readImage(path);
+    EXPECT_EQ(back.width, 31);
+    EXPECT_EQ(back.height, 17);
+    EXPECT_EQ(back.channels, channels);
+    EXPECT_EQ(back.pixels, image.pixels);
+    EXPECT_THROW(writeImage(path, image), IoError);
+    EXPECT_NO_THROW(writeImage(path, image, Overwrite::Allow));
+  }
+}
+
+TEST(ImageFile, ScalesSixteenBitsToEight) {
+  const TemporaryDirectory dir;
+  DepthImage depth;
+  depth.width = 3;
+  depth.height = 1;
+  depth.values = {0, 32896, 65535};
+  writeDepthPng(dir / "deep.png", depth);
+  const Image image = readImage(dir / "deep.png");
+  EXPECT_EQ(image.channels, 1);
+  EXPECT_EQ(image.pixels, (std::vector<std::uint8_t>{0, 128, 255}));
+}
+
+TEST(ImageFile, ReadsJpegByContentNotByName) {
+  const TemporaryDirectory dir;
+  const Image color = gradient(48, 33, 3);
+  write(dir / "color.png", jpegBytes(color, TJSAMP_444));
+  const Image back = readImage(dir / "color.png");
+  ASSERT_EQ(back.width, 48);
+  ASSERT_EQ(back.height, 33);
+  ASSERT_EQ(back.channels, 3);
+  double error = 0.0;
+  for (std::size_t i = 0; i < color.pixels.size(); ++i)
+    error += std::abs(int{color.pixels[i]} - int{back.pixels[i]});
+  EXPECT_LT(error / static_cast<double>(color.pixels.size()), 4.0);
+
+  write(dir / "gray.jpg", jpegBytes(gradient(16, 16, 1), TJSAMP_GRAY));
+  EXPECT_EQ(readImage(dir / "gray.jpg").channels, 1);
+  EXPECT_EQ(readImage(dir / "gray.jpg").pixels.size(), 256u);
+}
+
+TEST(ImageFile, RefusesImagesCutShortAnywhere) {
+  const TemporaryDirectory dir;
+  writeImage(dir / "whole.png", gradient(64, 48, 3));
+  const std::vector<std::uint8_t> png = readWholeFile(dir / "whole.png");
+  const std::vector<std::uint8_t> jpeg = jpegBytes(gradient(64, 48, 3), TJSAMP_420);
+  for (const double share : {0.02, 0.1, 0.3, 0.5, 0.9, 0.99}) {
+    std::vector<std::uint8_t> part = png;
+    part.resize(static_cast<std::size_t>(share * static_cast<double>(png.size())));
+    write(dir / "cut.png", part);
+    EXPECT_FALSE(refusal(dir / "cut.png").empty()) << share;
+    part = jpeg;
+    part.resize(static_cast<std::size_t>(share * static_cast<double>(jpeg.size())));
+    write(dir / "cut.jpg", part);
+    EXPECT_FALSE(refusal(dir / "cut.jpg").empty()) << share;
+  }
+}
+
+TEST(ImageFile, RefusesADamagedPng) {
+  const TemporaryDirectory dir;
+  writeImage(dir / "whole.png", gradient(64, 48, 1));
+  std::vector<std::uint8_t> png = readWholeFile(dir / "whole.png");
+  png[png.size() / 2] ^= 0x5Au;
+  write(dir / "damaged.png", png);
+  EXPECT_NE(refusal(dir / "damaged.png").find("PNG"), std::string::npos);
+}
+
+TEST(ImageFile, RefusesWhatIsNoImage) {
+  const TemporaryDirectory dir;
+  writeFileAtomically(dir / "text.png", "no image at all");
+  writeFileAtomically(dir / "empty.png", "");
+  EXPECT_NE(refusal(dir / "text.png").find("neither a PNG nor a JPEG"), std::string::npos);
+  EXPECT_NE(refusal(dir / "empty.png").find("neither a PNG nor a JPEG"), std::string::npos);
+  refusal(dir / "missing.png");
+  refusal(dir.path());
+}
+
+TEST(ImageFile, RefusesASmallFileThatClaimsAHugeImage) {
+  const TemporaryDirectory dir;
+  std::vector<std::uint8_t> jpeg = jpegBytes(gradient(16, 16, 1), TJSAMP_GRAY);
+  // The size stands in the frame header, FF C0, behind its length and precision.
+  for (std::size_t i = 0; i + 9 < jpeg.size(); ++i) {
+    if (jpeg[i] != 0xFF || jpeg[i + 1] != 0xC0) continue;
+    jpeg[i + 5] = jpeg[i + 7] = 0x3F;
+    jpeg[i + 6] = jpeg[i + 8] = 0xF0;
+  }
+  write(dir / "huge.jpg", jpeg);
+  EXPECT_NE(refusal(dir / "huge.jpg").find("cut short"), std::string::npos);
+  for (std::size_t i = 0; i + 9 < jpeg.size(); ++i) {
+    if (jpeg[i] == 0xFF && jpeg[i + 1] == 0xC0) jpeg[i + 5] = 0x80;
+  }
+  write(dir / "larger.jpg", jpeg);
+  EXPECT_NE(refusal(dir / "larger.jpg").find("16384"), std::string::npos);
+}
+
+TEST(ImageFile, RefusesToWriteAnImageWhosePixelsDisagreeWithItsSize) {
+  const TemporaryDirectory dir;
+  Image image = gradient(4, 4, 3);
+  image.pixels.pop_back();
+  EXPECT_THROW(writeImage(dir / "a.png", image), InputError);
+  EXPECT_THROW(writeImage(dir / "a.png", Image()), InputError);
+  image = gradient(4, 4, 1);
+  image.channels = 2;
+  EXPECT_THROW(writeImage(dir / "a.png", image), InputError);
+}
+
+TEST(ImageFile, GrayIsTheLuminance) {
+  Image image;
+  image.width = 4;
+  image.height = 1;
+  image.channels = 3;
+  image.pixels = {255, 255, 255, 255, 0, 0, 0, 255, 0, 0, 0, 255};
+  EXPECT_EQ(toGray(image).pixels, (std::vector<std::uint8_t>{255, 76, 150, 29}));
+  EXPECT_EQ(toGray(image).channels, 1);
+  const Image gray = gradient(5, 5, 1);
+  EXPECT_EQ(toGray(gray).pixels, gray.pixels);
+  EXPECT_TRUE(toGray(Image()).empty());
+}
+
+}  // namespace
+}  // namespace io
+}  // namespace planar_mapping
