@@ -13,15 +13,10 @@
 namespace planar_mapping {
 
 namespace {
-
 constexpr double kMaxInt = std::numeric_limits<int>::max();
-/// [ours] Automatic: up to this many points a cloud is features, not a surface.
-constexpr std::size_t kMostSparsePoints = 5000;
-/// [ours] Automatic: up to this many points it depends on their density.
-constexpr std::size_t kLeastDensePoints = 100000;
-/// [ours] Automatic: an image smaller than this, or used to a smaller share, has too few cells.
-constexpr std::uint32_t kLeastImageSide = 32;
-constexpr std::size_t kLeastImageShare = 4;
+}  // namespace
+
+namespace detail {
 
 void checkView(const PointsView& points, const Vector3& sensor) {
   if (points.size > 0 && points.data == nullptr) throw InputError("the cloud has no data");
@@ -54,6 +49,18 @@ const Indices* checkedIndices(const Indices& indices, std::size_t size, Indices&
   storage.erase(std::unique(storage.begin(), storage.end()), storage.end());
   return &storage;
 }
+
+}  // namespace detail
+
+namespace {
+
+/// [ours] Automatic: up to this many points a cloud is features, not a surface.
+constexpr std::size_t kMostSparsePoints = 5000;
+/// [ours] Automatic: up to this many points it depends on their density.
+constexpr std::size_t kLeastDensePoints = 100000;
+/// [ours] Automatic: an image smaller than this, or used to a smaller share, has too few cells.
+constexpr std::uint32_t kLeastImageSide = 32;
+constexpr std::size_t kLeastImageShare = 4;
 
 PlaneSearchMethod chooseMethod(const PointsView& points, const Indices* indices,
                                const MultiPlaneParams& params, std::size_t considered) {
@@ -96,9 +103,9 @@ void MultiPlaneParams::validate() const {
 PlaneSet findPlanes(const PointsView& points, const Indices* indices,
                     const MultiPlaneParams& params, const Vector3& sensor) {
   params.validate();
-  checkView(points, sensor);
+  detail::checkView(points, sensor);
   Indices storage;
-  if (indices != nullptr) indices = checkedIndices(*indices, points.size, storage);
+  if (indices != nullptr) indices = detail::checkedIndices(*indices, points.size, storage);
   const std::size_t considered = indices != nullptr ? indices->size() : points.size;
 
   const PlaneSearchMethod method = params.method == PlaneSearchMethod::Automatic

@@ -8,6 +8,13 @@
 // Indices are then null or ascending without repetitions.
 namespace planar_mapping::detail {
 
+/// \throws InputError for a view that contradicts itself or a sensor that is not finite
+void checkView(const PointsView& points, const Vector3& sensor);
+/// Checks the indices and returns them ascending without repetitions; \p storage holds the copy
+/// if one is needed.
+/// \throws InputError for one outside the cloud
+const Indices* checkedIndices(const Indices& indices, std::size_t size, Indices& storage);
+
 PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
                              const MultiPlaneParams& params, const Vector3& sensor);
 PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,

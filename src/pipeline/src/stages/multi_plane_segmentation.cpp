@@ -3,9 +3,11 @@
 #include "planar_mapping/core/multi_plane.h"
 
 #include <algorithm>
+#include <cstdint>
 
 #include "builtin.h"
 #include "noise_keys.h"
+#include "planar_mapping/core/feature_planes.h"
 
 namespace planar_mapping {
 namespace {
@@ -19,7 +21,8 @@ class MultiPlaneSegmentationStage : public Stage {
   void applyProfile(Profile profile) override {
     if (profile != Profile::Paper) return;
     params_.method = PlaneSearchMethod::MultiRansac;
-    features_ = 1000;
+    source_ = Source::Features;
+    feature_params_.refine = false;
     noise_.setSource(detail::NoiseKeys::Source::None);
   }
   void declare(ParameterTable& table) override {
@@ -29,9 +32,19 @@ class MultiPlaneSegmentationStage : public Stage {
                 {"sequential", PlaneSearchMethod::Sequential},
                 {"organized", PlaneSearchMethod::Organized}},
                "how planes are looked for");
-    table.integer("features", features_, Range::atLeast(0),
-                  "planes come from this many points sampled evenly, and all points are then given "
-                  "to them (Eq. 11); 0 = from all points");
+    table.word("source", source_,
+               {{"dense", Source::Dense}, {"features", Source::Features}, {"auto", Source::Auto}},
+               "what planes are found in: the dense points, the key features, whose planes the "
+               "dense points are then given to (Eq. 11), or auto = the key features and then the "
+               "dense points on none of their planes");
+    table.integer("features", features_, Range::atLeast(8),
+                  "points sampled evenly from the cloud in place of key features, where a frame "
+                  "has none");
+    table.integer("min_features", feature_params_.min_features, Range::atLeast(3),
+                  "[ours] key features on a plane, fewer could be chance");
+    table.flag("refine", feature_params_.refine,
+               "[ours] planes of key features keep only points that are a surface and are refitted "
+               "to them; without, dense points only belong, as in the paper");
     table.number("distance_threshold_m", distance_threshold_, Range::positive(),
                  "d_T, Eq. 11; auto = half the automatic resolution");
     table.integer("min_inliers", min_inliers_, Range::atLeast(3),
@@ -74,64 +87,58 @@ class MultiPlaneSegmentationStage : public Stage {
   }
   void process(Frame& frame) override {
     const PointsView points = viewOf(*frame.cloud);
-    const bool from_features =
-        features_ > 0 && frame.indices.size() > static_cast<std::size_t>(features_);
-    frame.planes = from_features ? planesFromFeatures(points, frame.indices)
-                                 : findPlanes(points, &frame.indices, params_).planes;
+    if (source_ == Source::Dense) {
+      frame.planes = findPlanes(points, &frame.indices, params_).planes;
+      return;
+    }
+    feature_params_.dense = params_;
+    feature_params_.dense_fallback = source_ == Source::Auto;
+    FeaturePlaneDiagnostics diagnostics;
+    FeaturePlaneParams params = feature_params_;
+    std::vector<KeyFeature> samples;
+    if (frame.key_features.empty()) {
+      samples = sampled(points, frame.indices);
+      // A plane large enough among all points holds its share of the samples.
+      const double share = static_cast<double>(samples.size()) /
+                           static_cast<double>(std::max<std::size_t>(1, frame.indices.size()));
+      params.min_features =
+          std::max(params.min_features, static_cast<int>(params_.min_inliers * share));
+    }
+    frame.planes = findPlanesFromFeatures(points, &frame.indices,
+                                          samples.empty() ? frame.key_features : samples, params,
+                                          Vector3::Zero(), &diagnostics)
+                       .planes;
+    const auto number = static_cast<double>(frame.planes.size());
+    frame.statistics.push_back(
+        {"planes_from_features", number - static_cast<double>(diagnostics.planes_of_dense_points)});
+    frame.statistics.push_back(
+        {"planes_from_dense", static_cast<double>(diagnostics.planes_of_dense_points)});
   }
 
  private:
-  std::vector<PlaneSegment> planesFromFeatures(const PointsView& points,
-                                               const Indices& indices) const;
+  enum class Source : std::uint8_t { Dense, Features, Auto };
+
+  /// Points spread evenly over the list of those that count.
+  std::vector<KeyFeature> sampled(const PointsView& points, const Indices& indices) const;
 
   MultiPlaneParams params_;
+  FeaturePlaneParams feature_params_;
+  Source source_ = Source::Dense;
   std::optional<double> distance_threshold_ = 0.05;
   std::optional<int> min_inliers_ = 100;
-  int features_ = 0;
+  int features_ = 1000;
   detail::NoiseKeys noise_;
 };
 
-std::vector<PlaneSegment> MultiPlaneSegmentationStage::planesFromFeatures(
-    const PointsView& points, const Indices& indices) const {
-  Indices features;
-  const auto count = static_cast<std::size_t>(features_);
-  for (std::size_t i = 0; i < count; ++i) features.push_back(indices[i * indices.size() / count]);
-  MultiPlaneParams params = params_;
-  constexpr double kFewest = 8.0;  // a plane through fewer features could be chance
-  const double share = static_cast<double>(count) / static_cast<double>(indices.size());
-  params.min_inliers = static_cast<int>(std::max(kFewest, params_.min_inliers * share));
-  const PlaneSet found = findPlanes(points, &features, params);
-  std::vector<Plane> planes;
-  for (const PlaneSegment& segment : found.planes) planes.push_back(segment.plane);
-  if (planes.empty()) return {};
-
-  const std::vector<std::int32_t> labels = clusterByPlane(points, planes, params_);
-  std::vector<PlaneSegment> segments(planes.size());
-  for (const int i : indices) {
-    const std::int32_t label = labels[static_cast<std::size_t>(i)];
-    if (label < 0) continue;
-    PlaneSegment& segment = segments[static_cast<std::size_t>(label)];
-    segment.inliers.push_back(i);
-    segment.moments.add(points.point(static_cast<std::size_t>(i)));
+std::vector<KeyFeature> MultiPlaneSegmentationStage::sampled(const PointsView& points,
+                                                             const Indices& indices) const {
+  const std::size_t count = std::min(indices.size(), static_cast<std::size_t>(features_));
+  std::vector<KeyFeature> features(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    features[i].position =
+        points.point(static_cast<std::size_t>(indices[i * indices.size() / count]));
   }
-  for (std::size_t i = 0; i < segments.size(); ++i) {
-    // The paper keeps the parameters of the features; dense points only belong.
-    segments[i].plane = planes[i];
-    segments[i].covariance = found.planes[i].covariance;
-    segments[i].rms = found.planes[i].rms;
-    segments[i].tilt = found.planes[i].tilt;
-  }
-  segments.erase(std::remove_if(segments.begin(), segments.end(),
-                                [this](const PlaneSegment& segment) {
-                                  return static_cast<int>(segment.inliers.size()) <
-                                         params_.min_inliers;
-                                }),
-                 segments.end());
-  std::stable_sort(segments.begin(), segments.end(),
-                   [](const PlaneSegment& a, const PlaneSegment& b) {
-                     return a.inliers.size() > b.inliers.size();
-                   });
-  return segments;
+  return features;
 }
 
 }  // namespace
