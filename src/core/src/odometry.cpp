@@ -1,0 +1,373 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/core/odometry.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "local_map.h"
+#include "motion_refinement.h"
+#include "planar_mapping/core/error.h"
+
+namespace planar_mapping {
+namespace {
+
+/// A feature of the frame that can be used.
+struct Seen {
+  std::size_t feature = 0;
+  std::int64_t track = 0;
+  FeatureSighting sighting;
+};
+
+double rotationAngle(const Pose& motion) {
+  return Eigen::AngleAxisd(Matrix3(motion.linear())).angle();
+}
+
+/// Covariance of a motion a after a motion b.
+Matrix6 composed(const Matrix6& of_a, const Pose& a, const Matrix6& of_b) {
+  const Matrix3 R = a.linear();
+  const Vector3 t = a.translation();
+  Matrix3 cross;
+  cross << 0.0, -t.z(), t.y(), t.z(), 0.0, -t.x(), -t.y(), t.x(), 0.0;
+  Matrix6 adjoint = Matrix6::Zero();
+  adjoint.topLeftCorner<3, 3>() = R;
+  adjoint.topRightCorner<3, 3>() = cross * R;
+  adjoint.bottomRightCorner<3, 3>() = R;
+  return of_a + adjoint * of_b * adjoint.transpose();
+}
+
+std::string number(std::size_t value, const char* thing) {
+  return std::to_string(value) + " " + thing + (value == 1 ? "" : "s");
+}
+
+std::string reasonFor(const MotionEstimate& estimate, std::size_t features, std::size_t matches,
+                      const MotionParams& params) {
+  switch (estimate.status) {
+    case MotionStatus::TooFewMatches:
+      return "only " + std::to_string(matches) + " of " + number(features, "feature") +
+             " are known from earlier frames, " + std::to_string(params.min_matches) +
+             " are needed";
+    case MotionStatus::TooFewInliers:
+      return "only " + std::to_string(estimate.inliers) + " of " +
+             number(matches, "known feature") +
+             " agree on a motion: wrong matches or moving things";
+    case MotionStatus::Uncertain:
+      return "the " + number(estimate.inliers, "known feature") +
+             " that agree do not fix the pose well enough";
+    case MotionStatus::Found:
+      break;
+  }
+  return "";
+}
+
+}  // namespace
+
+void OdometryParams::validate() const {
+  constexpr double kLargest = std::numeric_limits<double>::max();
+  camera.validate();
+  motion.validate();
+  requirePositive("keyframe_translation", keyframe_translation);
+  requirePositive("keyframe_rotation", keyframe_rotation, "rad");
+  requireInRange("keyframe_overlap", keyframe_overlap, 0.0, 1.0);
+  requireInRange("max_keyframes", max_keyframes, 1, kLargest);
+  requireInRange("window", window, 0, kLargest);
+  requireInRange("adjustment_iterations", adjustment_iterations, 1, kLargest);
+  requireInRange("max_landmarks", max_landmarks, 100, kLargest);
+  requirePositive("jump_distance", jump_distance, "m");
+}
+
+class Odometry::Implementation {
+ public:
+  explicit Implementation(const OdometryParams& params) : params_(params), map_(params) {
+    params.validate();
+  }
+
+  OdometryResult update(const std::vector<KeyFeature>& features,
+                        const std::optional<PosePrior>& prior) {
+    OdometryResult result;
+    result.is_inlier.assign(features.size(), 0);
+    const std::vector<Seen> seen = usableFeatures(features);
+    result.features = seen.size();
+    ++frame_;
+    if (!started_) {
+      start(seen, prior, result);
+    } else {
+      follow(seen, prior, result);
+    }
+    return result;
+  }
+
+  const OdometryParams& params() const { return params_; }
+  const detail::LocalMap& map() const { return map_; }
+  bool started() const { return started_; }
+  void setStart(const Pose& pose) { start_ = pose; }
+
+ private:
+  std::vector<Seen> usableFeatures(const std::vector<KeyFeature>& features) const {
+    std::vector<Seen> seen;
+    for (std::size_t i = 0; i < features.size(); ++i) {
+      Seen one;
+      one.feature = i;
+      one.track = features[i].track;
+      if (sightingOf(params_.camera, features[i], one.sighting)) seen.push_back(one);
+    }
+    std::sort(seen.begin(), seen.end(),
+              [](const Seen& a, const Seen& b) { return a.track < b.track; });
+    // Of a track that is in two places at once, nobody knows which.
+    std::vector<Seen> unique;
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      const bool repeated = (i > 0 && seen[i - 1].track == seen[i].track) ||
+                            (i + 1 < seen.size() && seen[i + 1].track == seen[i].track);
+      if (!repeated) unique.push_back(seen[i]);
+    }
+    return unique;
+  }
+
+  void start(const std::vector<Seen>& seen, const std::optional<PosePrior>& prior,
+             OdometryResult& result) {
+    const bool given = prior && prior->exact;
+    if (!given && seen.size() < static_cast<std::size_t>(params_.motion.min_matches)) {
+      result.reason = "only " + number(seen.size(), "feature") + " to start from, " +
+                      std::to_string(params_.motion.min_matches) + " are needed";
+      return;
+    }
+    const Pose T_world_sensor = prior ? prior->T_world_sensor : start_;
+    started_ = true;
+    result.registered = true;
+    result.from_prior = prior.has_value();
+    accept(T_world_sensor.inverse(), Matrix6::Zero(), seen, prior, !prior || prior->exact, result);
+  }
+
+  void follow(const std::vector<Seen>& seen, const std::optional<PosePrior>& prior,
+              OdometryResult& result) {
+    std::vector<FeatureMatch> matches;
+    std::vector<std::size_t> match_seen;
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      const detail::Landmark* landmark = map_.find(seen[i].track);
+      FeatureMatch match;
+      if (landmark == nullptr ||
+          !detail::invertCovariance(landmark->information, match.covariance)) {
+        continue;
+      }
+      match.before = landmark->position;
+      match.now = seen[i].sighting;
+      matches.push_back(match);
+      match_seen.push_back(i);
+    }
+    result.matches = matches.size();
+    const Pose expected = velocity_ * T_sensor_world_;
+    const MotionEstimate estimate = locate(matches, expected, prior);
+    result.inliers = estimate.inliers;
+    result.rms_px = estimate.rms_px;
+    if (!estimate.found()) {
+      result.reason = reasonFor(estimate, seen.size(), matches.size(), params_.motion);
+      lost_ = true;
+      velocity_ = Pose::Identity();
+      if (!prior) return;
+      result.from_prior = true;
+    }
+    result.registered = true;
+    std::vector<Seen> used = judgeMatches(seen, match_seen, estimate, result);
+    if (estimate.found()) {
+      accept(estimate.T_now_before, estimate.covariance, used, prior, prior && prior->exact,
+             result);
+    } else {
+      accept(prior->T_world_sensor.inverse(),
+             prior->exact ? Matrix6(Matrix6::Zero()) : prior->covariance, used, prior, prior->exact,
+             result);
+    }
+  }
+
+  MotionEstimate locate(const std::vector<FeatureMatch>& matches, const Pose& expected,
+                        const std::optional<PosePrior>& prior) const {
+    Random random(params_.seed, static_cast<std::uint64_t>(frame_));
+    if (prior && prior->exact) return agreementWith(matches, prior->T_world_sensor.inverse());
+    std::optional<MotionPrior> motion_prior;
+    if (prior) motion_prior = MotionPrior{prior->T_world_sensor.inverse(), prior->covariance};
+    return estimateMotion(matches, params_.camera, params_.motion, random, &expected, motion_prior);
+  }
+
+  /// Which matches agree with a pose that is known.
+  MotionEstimate agreementWith(const std::vector<FeatureMatch>& matches, const Pose& pose) const {
+    MotionEstimate result;
+    result.status = MotionStatus::Found;
+    result.T_now_before = pose;
+    result.is_inlier.assign(matches.size(), 0);
+    const double limit = params_.motion.inlier_sigmas * params_.motion.inlier_sigmas;
+    double squared_pixels = 0.0;
+    for (std::size_t i = 0; i < matches.size(); ++i) {
+      if (!(detail::squaredError(matches[i], params_.camera, pose) <= limit)) continue;
+      result.is_inlier[i] = 1;
+      ++result.inliers;
+      const FeatureSighting s = project(params_.camera, pose * matches[i].before);
+      squared_pixels +=
+          std::pow(s.column - matches[i].now.column, 2) + std::pow(s.row - matches[i].now.row, 2);
+    }
+    if (result.inliers > 0) {
+      result.rms_px = std::sqrt(squared_pixels / static_cast<double>(result.inliers));
+    }
+    return result;
+  }
+
+  /// Features of the frame that may enter the map: new ones and those that agree with it. A
+  /// landmark that is contradicted time and again is forgotten: its track has slipped.
+  std::vector<Seen> judgeMatches(const std::vector<Seen>& seen,
+                                 const std::vector<std::size_t>& match_seen,
+                                 const MotionEstimate& estimate, OdometryResult& result) {
+    constexpr int kDisagreements = 3;
+    std::vector<std::uint8_t> contradicts(seen.size(), 0);
+    for (std::size_t m = 0; m < match_seen.size(); ++m) {
+      const Seen& one = seen[match_seen[m]];
+      detail::Landmark* landmark = map_.find(one.track);
+      if (estimate.is_inlier[m] != 0) {
+        landmark->disagreements = 0;
+        result.is_inlier[one.feature] = 1;
+      } else if (++landmark->disagreements >= kDisagreements) {
+        map_.remove(one.track);
+      } else {
+        contradicts[match_seen[m]] = 1;
+      }
+    }
+    std::vector<Seen> used;
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      if (contradicts[i] == 0) used.push_back(seen[i]);
+    }
+    return used;
+  }
+
+  /// The pose stands: the frame goes into the map.
+  void accept(const Pose& T_sensor_world, const Matrix6& covariance, const std::vector<Seen>& used,
+              const std::optional<PosePrior>& prior, bool fixed, OdometryResult& result) {
+    map_.removePassing();
+    std::vector<std::pair<std::int64_t, FeatureSighting>> sightings;
+    sightings.reserve(used.size());
+    for (const Seen& one : used) sightings.push_back({one.track, one.sighting});
+    result.keyframe = needsKeyframe(T_sensor_world, used, result);
+    Pose corrected = T_sensor_world;
+    if (result.keyframe) {
+      std::optional<MotionPrior> motion_prior;
+      if (prior && !prior->exact) {
+        motion_prior = MotionPrior{prior->T_world_sensor.inverse(), prior->covariance};
+      }
+      map_.add({T_sensor_world, fixed, motion_prior, std::move(sightings)}, frame_);
+      corrected = map_.keyframes().back().T_sensor_world;
+      most_inliers_ = 0;
+    } else {
+      map_.addPassing(T_sensor_world, sightings, frame_);
+      most_inliers_ = std::max(most_inliers_, result.inliers);
+    }
+    finish(corrected, covariance, result);
+  }
+
+  void finish(const Pose& T_sensor_world, const Matrix6& covariance, OdometryResult& result) {
+    result.T_world_sensor = T_sensor_world.inverse();
+    if (has_pose_) {
+      FrameMotion motion;
+      motion.T_now_before = T_sensor_world * T_sensor_world_.inverse();
+      // As if the two poses were independent: not less than the truth.
+      motion.covariance = composed(covariance, motion.T_now_before, covariance_);
+      if (has_velocity_ && !lost_) {
+        motion.predicted = velocity_;
+        const Vector3 surprise = (motion.T_now_before * velocity_.inverse()).translation();
+        result.jump = surprise.norm() > params_.jump_distance;
+      } else {
+        result.jump = motion.T_now_before.translation().norm() > params_.jump_distance && !lost_ &&
+                      has_velocity_;
+      }
+      velocity_ = result.jump || lost_ ? Pose::Identity() : motion.T_now_before;
+      has_velocity_ = !result.jump && !lost_;
+      result.motion = motion;
+    }
+    lost_ = false;
+    has_pose_ = true;
+    T_sensor_world_ = T_sensor_world;
+    covariance_ = covariance;
+  }
+
+  bool needsKeyframe(const Pose& T_sensor_world, const std::vector<Seen>& used,
+                     const OdometryResult& result) const {
+    if (map_.keyframes().empty() || result.from_prior) return true;
+    const Pose moved = T_sensor_world * lastKeyframePose().inverse();
+    if (rotationAngle(moved) > params_.keyframe_rotation) return true;
+    const auto known = static_cast<double>(result.inliers);
+    if (known < params_.keyframe_overlap * static_cast<double>(most_inliers_)) return true;
+    if (used.empty()) return false;
+    std::vector<double> inverse_depth;
+    for (const Seen& one : used) inverse_depth.push_back(one.sighting.inverse_depth);
+    const auto middle = inverse_depth.begin() + static_cast<std::ptrdiff_t>(used.size() / 2);
+    std::nth_element(inverse_depth.begin(), middle, inverse_depth.end());
+    return moved.translation().norm() * *middle > params_.keyframe_translation;
+  }
+
+  Pose lastKeyframePose() const {
+    return map_.keyframes().empty() ? Pose(Pose::Identity())
+                                    : map_.keyframes().back().T_sensor_world;
+  }
+
+  OdometryParams params_;
+  detail::LocalMap map_;
+  Pose start_ = Pose::Identity();
+  bool started_ = false;
+  std::int64_t frame_ = 0;
+  bool has_pose_ = false;
+  Pose T_sensor_world_ = Pose::Identity();  ///< of the last frame that was registered
+  Matrix6 covariance_ = Matrix6::Zero();
+  Pose velocity_ = Pose::Identity();  ///< motion of the last frame
+  bool has_velocity_ = false;
+  bool lost_ = false;
+  std::size_t most_inliers_ = 0;  ///< of a frame since the last keyframe
+};
+
+Odometry::Odometry(const OdometryParams& params)
+    : implementation_(std::make_unique<Implementation>(params)) {}
+Odometry::~Odometry() = default;
+Odometry::Odometry(const Odometry& other)
+    : implementation_(std::make_unique<Implementation>(*other.implementation_)) {}
+Odometry& Odometry::operator=(const Odometry& other) {
+  if (this != &other) implementation_ = std::make_unique<Implementation>(*other.implementation_);
+  return *this;
+}
+Odometry::Odometry(Odometry&&) noexcept = default;
+Odometry& Odometry::operator=(Odometry&&) noexcept = default;
+
+const OdometryParams& Odometry::params() const {
+  return implementation_->params();
+}
+
+void Odometry::setStart(const Pose& T_world_sensor) {
+  if (!T_world_sensor.matrix().allFinite()) throw InputError("the start pose is not finite");
+  implementation_->setStart(T_world_sensor);
+}
+
+OdometryResult Odometry::update(const std::vector<KeyFeature>& features,
+                                const std::optional<PosePrior>& prior) {
+  for (const KeyFeature& feature : features) {
+    if (feature.track < 0) {
+      throw InputError("a key feature has the track " + std::to_string(feature.track) +
+                       ", below 0");
+    }
+  }
+  if (prior && (!prior->T_world_sensor.matrix().allFinite() ||
+                (!prior->exact && !prior->covariance.allFinite()))) {
+    throw InputError("the pose given for a frame is not finite");
+  }
+  return implementation_->update(features, prior);
+}
+
+bool Odometry::started() const {
+  return implementation_->started();
+}
+std::size_t Odometry::landmarks() const {
+  return implementation_->map().landmarks();
+}
+std::size_t Odometry::keyframes() const {
+  return implementation_->map().keyframes().size();
+}
+std::optional<Vector3> Odometry::landmark(std::int64_t track) const {
+  const detail::Landmark* found = implementation_->map().find(track);
+  return found == nullptr ? std::nullopt : std::optional<Vector3>(found->position);
+}
+
+}  // namespace planar_mapping
