@@ -69,6 +69,16 @@ TEST_F(PoseFile, NamesTheMalformedLine) {
   EXPECT_THROW(readTumPoses(dir_.path()), IoError);
 }
 
+TEST_F(PoseFile, NormalisesQuaternionsWithinAThousandthAndRefusesOthers) {
+  const auto poses = readTumPoses(write("0 1 2 3 0 0 0.7068 0.7068\n"));  // length 0.99956
+  ASSERT_EQ(poses.size(), 1u);
+  EXPECT_TRUE((poses[0].pose.linear() * poses[0].pose.linear().transpose())
+                  .isApprox(Matrix3::Identity(), 1e-14));
+  EXPECT_TRUE((poses[0].pose * Vector3(1, 0, 0)).isApprox(Vector3(1, 3, 3), 1e-12));
+  expectProblem("0 0 0 0 0 0 0 1\n0 0 0 0 0 0 0 1.0011\n", "line 2: the quaternion has length");
+  expectProblem("0 0 0 0 0 0 0 0.9989\n", "line 1: the quaternion has length 0.9989");
+}
+
 TEST_F(PoseFile, WritesWhatItReads) {
   Random random(3);
   std::vector<StampedPose> poses;

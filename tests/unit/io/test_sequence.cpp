@@ -9,6 +9,7 @@
 
 #include "planar_mapping/core/error.h"
 #include "planar_mapping/io/depth_image.h"
+#include "planar_mapping/io/image_file.h"
 #include "planar_mapping/io/pose_file.h"
 #include "temporary_directory.h"
 
@@ -69,6 +70,25 @@ class SequenceInputs : public ::testing::Test {
       writeColorPng(dir_ / (name + "/rgb" + frame), color);
     }
     writeFileAtomically(dir_ / (name + "/calib.yaml"), kCamera);
+  }
+  static Image grayImage(int width, std::uint8_t value) {
+    Image image;
+    image.width = width;
+    image.height = 3;
+    image.channels = 1;
+    image.pixels.assign(static_cast<std::size_t>(width) * 3, value);
+    return image;
+  }
+  /// Two pairs, 000000 and 000001, whose pixels are 10, 11 on the left and 20, 21 on the right.
+  void addStereo(const std::string& name) {
+    folder(name + "/left");
+    folder(name + "/right");
+    for (const char* frame : {"000000", "000001"}) {
+      const auto offset = static_cast<std::uint8_t>(frame[5] - '0');
+      writeImage(dir_ / (name + "/left/" + frame + ".png"), grayImage(4, 10 + offset));
+      writeImage(dir_ / (name + "/right/" + frame + ".png"), grayImage(4, 20 + offset));
+    }
+    writeFileAtomically(dir_ / (name + "/calib.yaml"), std::string(kCamera) + "baseline_m: 0.1\n");
   }
   void expectProblem(const std::vector<std::string>& inputs, const std::string& part,
                      const std::string& poses = "") {
@@ -157,6 +177,105 @@ TEST_F(SequenceInputs, RgbdFolderGivesOrganizedColouredClouds) {
   EXPECT_EQ(frame.T_world_sensor->translation().z(), 1.0);
 }
 
+TEST_F(SequenceInputs, RgbdFolderGivesItsColourImagesOnRequest) {
+  addRgbd("rgbd");
+  const Sequence sequence({dir_ / "rgbd"});
+  const Frame frame = sequence.read(0, CloudChannels::none());
+  EXPECT_EQ(frame.left.channels, 3);
+  EXPECT_EQ(frame.left.width, 4);
+  ASSERT_EQ(frame.left.pixels.size(), 36u);
+  EXPECT_EQ(frame.left.pixels[0], 0x44);
+  EXPECT_EQ(frame.left.pixels[2], 0x66);
+  EXPECT_TRUE(frame.right.empty());
+  EXPECT_TRUE(frame.cloud.colors.empty());
+  EXPECT_TRUE(sequence.read(0, CloudChannels::none(), false).left.empty());
+}
+
+TEST_F(SequenceInputs, StereoFolderGivesPairsWithoutACloud) {
+  addStereo("stereo");
+  const Sequence sequence({dir_ / "stereo"});
+  EXPECT_EQ(sequence.kind(), SequenceKind::Stereo);
+  EXPECT_EQ(sequence.poseSource(), PoseSource::None);
+  ASSERT_EQ(sequence.size(), 2u);
+  EXPECT_EQ(sequence.path(1), dir_ / "stereo/left/000001.png");
+  const Frame frame = sequence.read(1);
+  EXPECT_EQ(frame.left.pixels, std::vector<std::uint8_t>(12, 11));
+  EXPECT_EQ(frame.right.pixels, std::vector<std::uint8_t>(12, 21));
+  EXPECT_EQ(frame.cloud.size(), 0u);
+  EXPECT_FALSE(frame.T_world_sensor);
+  ASSERT_TRUE(frame.camera);
+  EXPECT_EQ(frame.camera->fx, 2.0);
+  EXPECT_EQ(sequence.calibration()->baseline, 0.1);
+
+  writeTumPoses(dir_ / "stereo/poses.txt", posesOf(2));
+  const Frame posed = Sequence({dir_ / "stereo"}).read(1);
+  EXPECT_EQ(posed.timestamp, 11.0);
+  EXPECT_EQ(posed.T_world_sensor->translation().z(), 1.0);
+}
+
+TEST_F(SequenceInputs, FrameWithASingleImageKeepsItsPlaceInTheSequence) {
+  addStereo("stereo");
+  writeTumPoses(dir_ / "stereo/poses.txt", posesOf(3));
+  writeImage(dir_ / "stereo/left/000002.png", grayImage(4, 12));
+  const Sequence no_right({dir_ / "stereo"});
+  ASSERT_EQ(no_right.size(), 3u);
+  EXPECT_NO_THROW(no_right.read(1));
+  EXPECT_THROW(no_right.read(2), IoError);
+  // What is known of it without its images.
+  EXPECT_EQ(no_right.describe(2).timestamp, 12.0);
+  EXPECT_EQ(no_right.describe(2).name, "000002.png");
+  EXPECT_THROW(no_right.describe(3), InputError);
+  expectProblem({dir_ / "stereo"}, "000002.png: has no image of the same name in right/");
+
+  fs::rename(dir_ / "stereo/left/000002.png", dir_ / "stereo/right/000002.png");
+  const Sequence no_left({dir_ / "stereo"});
+  ASSERT_EQ(no_left.size(), 3u);
+  expectProblem({dir_ / "stereo"}, "left/000002.png: no such file");
+}
+
+TEST_F(SequenceInputs, PreferredKindIsTakenOfAFolderWithSeveral) {
+  addRgbd("all");
+  addStereo("pairs");
+  fs::rename(dir_ / "pairs/left", dir_ / "all/left");
+  fs::rename(dir_ / "pairs/right", dir_ / "all/right");
+  writeFileAtomically(dir_ / "all/calib.yaml", std::string(kCamera) + "baseline_m: 0.1\n",
+                      Overwrite::Allow);
+  SequenceOptions options;
+  EXPECT_EQ(Sequence({dir_ / "all"}, options).kind(), SequenceKind::Rgbd);
+  options.preferred = SequenceKind::Stereo;
+  EXPECT_EQ(Sequence({dir_ / "all"}, options).kind(), SequenceKind::Stereo);
+  options.preferred = SequenceKind::Clouds;  // there are none
+  EXPECT_EQ(Sequence({dir_ / "all"}, options).kind(), SequenceKind::Rgbd);
+}
+
+TEST_F(SequenceInputs, SaysWhatIsWrongWithStereo) {
+  addStereo("a");
+  fs::remove_all(dir_ / "a/right");
+  expectProblem({dir_ / "a"}, "right: no such directory; a stereo sequence needs it");
+  folder("a/right");
+  expectProblem({dir_ / "a"}, "left/ (2 images) and right/ (0) have no file name in common");
+  fs::rename(dir_ / "a/left", dir_ / "a/links");
+  expectProblem({dir_ / "a"}, "has right/ but no left/");
+
+  addStereo("calibration");
+  writeFileAtomically(dir_ / "calibration/calib.yaml", kCamera, Overwrite::Allow);
+  expectProblem({dir_ / "calibration"}, "calib.yaml: has no key 'baseline_m'");
+  fs::remove(dir_ / "calibration/calib.yaml");
+  expectProblem({dir_ / "calibration"}, "calib.yaml: no such file; a stereo sequence needs it");
+
+  addStereo("sizes");
+  fs::remove(dir_ / "sizes/right/000001.png");
+  writeImage(dir_ / "sizes/right/000001.png", grayImage(5, 0));
+  expectProblem({dir_ / "sizes"}, "000001.png: is 5 x 3, its left image 4 x 3");
+  fs::remove(dir_ / "sizes/left/000001.png");
+  writeImage(dir_ / "sizes/left/000001.png", grayImage(5, 0));
+  expectProblem({dir_ / "sizes"}, "is 5 x 3, but calib.yaml says 4 x 3");
+
+  addStereo("twice");
+  fs::copy_file(dir_ / "twice/left/000000.png", dir_ / "twice/left/000000.jpg");
+  expectProblem({dir_ / "twice"}, "another image of this name");
+}
+
 TEST_F(SequenceInputs, SaysWhatIsWrong) {
   addClouds("scans");
   EXPECT_THROW(Sequence(std::vector<std::string>{}), InputError);
@@ -167,9 +286,6 @@ TEST_F(SequenceInputs, SaysWhatIsWrong) {
   expectProblem({dir_ / "scans"}, "2 poses for 3 frames", dir_ / "poses.txt");
   expectProblem({dir_ / "scans"}, "no such file", dir_ / "nowhere.txt");
 
-  folder("stereo/left");
-  folder("stereo/right");
-  expectProblem({dir_ / "stereo"}, "no stereo front-end");
   folder("bare");
   writeFileAtomically(dir_ / "bare/calib.yaml", kCamera);
   expectProblem({dir_ / "bare"}, "neither clouds/ nor depth/");
@@ -185,7 +301,15 @@ TEST_F(SequenceInputs, SaysWhatIsWrongWithRgbd) {
   expectProblem({dir_ / "wide"}, "5 x 3");
   addRgbd("odd");
   fs::rename(dir_ / "odd/rgb/000001.png", dir_ / "odd/rgb/000007.png");
+  expectProblem({dir_ / "odd"}, "000001.png: has no image of the same name in rgb/");
+  EXPECT_FALSE(Sequence({dir_ / "odd"}).read(0).left.empty());
+  EXPECT_EQ(Sequence({dir_ / "odd"}).read(1, CloudChannels::none(), false).cloud.size(), 12u);
+  fs::rename(dir_ / "odd/rgb/000000.png", dir_ / "odd/rgb/000008.png");
   expectProblem({dir_ / "odd"}, "do not match by file name");
+  addRgbd("narrow_colour");
+  writeImage(dir_ / "narrow_colour/rgb/000002.png", grayImage(2, 0));
+  fs::rename(dir_ / "narrow_colour/rgb/000002.png", dir_ / "narrow_colour/rgb/000000.png");
+  expectProblem({dir_ / "narrow_colour"}, "is 2 x 3, another size than its depth image");
   addRgbd("gray");
   fs::copy_file(dir_ / "gray/rgb/000000.png", dir_ / "gray/depth/000000.png",
                 fs::copy_options::overwrite_existing);
@@ -209,7 +333,11 @@ TEST_F(SequenceInputs, RealSequencesOpenAndRead) {
   EXPECT_GT(valid, 200000u);
   EXPECT_FALSE(Sequence({data + "rgbd_icl_five"}).read(0).cloud.colors.empty());
   EXPECT_EQ(Sequence({data + "clouds_steps"}).size(), 2u);
-  expectProblem({data + "stereo_kitti_street"}, "no stereo front-end");
+  const Sequence street({data + "stereo_kitti_street"});
+  EXPECT_EQ(street.kind(), SequenceKind::Stereo);
+  EXPECT_EQ(street.size(), 28u);
+  EXPECT_EQ(street.read(27).right.width, 1226);
+  EXPECT_EQ(cabinet.read(0, CloudChannels::none()).left.channels, 3);  // JPEG
 }
 
 }  // namespace

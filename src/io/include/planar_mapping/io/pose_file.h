@@ -22,7 +22,7 @@ struct StampedPose {
 /// (\p norm_tolerance [ours]) and are normalised.
 /// \throws IoError with the line number: wrong count, no number, not finite, no unit quaternion
 PLANAR_MAPPING_EXPORT std::vector<StampedPose> readTumPoses(const std::string& path,
-                                                            double norm_tolerance = 1e-2);
+                                                            double norm_tolerance = 1e-3);
 
 /// The same text for every locale; doubles survive writing and reading.
 PLANAR_MAPPING_EXPORT std::string toTum(const std::vector<StampedPose>& poses);
