@@ -61,3 +61,10 @@ function(planar_mapping_executable target)
   planar_mapping_set_flags(${target})
   target_link_libraries(${target} PRIVATE ${ARG_LINK})
 endfunction()
+
+# For programs that draw: what sanitizers should know of the graphics driver.
+function(planar_mapping_graphics_sanitizer_options target)
+  if(PLANAR_MAPPING_SANITIZE)
+    target_sources(${target} PRIVATE ${PROJECT_SOURCE_DIR}/cmake/graphics_sanitizer_options.cpp)
+  endif()
+endfunction()

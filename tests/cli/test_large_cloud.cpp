@@ -16,8 +16,10 @@ TEST_F(LargeCloud, TenMillionPointsInBoundedTimeAndMemory) {
   const double ratio = static_cast<double>(result.peak_kilobytes) / cloud_kilobytes;
   std::cout << "10 million points: " << result.seconds << " s, peak memory " << ratio
             << " times the cloud of 16 bytes a point\n";
+#ifndef PLANAR_MAPPING_SANITIZED
   EXPECT_LE(result.seconds, 10.0);
   EXPECT_LE(ratio, 3.0);
+#endif
 }
 
 }  // namespace

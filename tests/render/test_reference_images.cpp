@@ -8,7 +8,6 @@
 
 #include "planar_mapping/visualization/projection_2d.h"
 #include "planar_mapping/visualization/snapshot.h"
-#include "sanitizer_options.h"
 #include "scenes.h"
 
 namespace planar_mapping {

@@ -9,7 +9,6 @@
 #include "planar_mapping/visualization/camera.h"
 #include "planar_mapping/visualization/picking.h"
 #include "planar_mapping/visualization/snapshot.h"
-#include "sanitizer_options.h"
 #include "scenes.h"
 
 namespace planar_mapping {

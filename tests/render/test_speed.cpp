@@ -7,7 +7,6 @@
 #include <iostream>
 
 #include "planar_mapping/visualization/snapshot.h"
-#include "sanitizer_options.h"
 #include "scenes.h"
 
 namespace planar_mapping {

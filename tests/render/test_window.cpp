@@ -9,7 +9,6 @@
 #include "planar_mapping/visualization/picking.h"
 #include "planar_mapping/visualization/snapshot.h"
 #include "planar_mapping/visualization/window.h"
-#include "sanitizer_options.h"
 #include "scenes.h"
 #include "x_server.h"
 
