@@ -8,6 +8,7 @@
 #include "labelled_cells.h"
 #include "planar_mapping/core/error.h"
 #include "point_indices.h"
+#include "spread_outwards.h"
 
 namespace planar_mapping {
 namespace {
@@ -33,40 +34,6 @@ class CellMeans {
   std::vector<std::int32_t> count_;
 };
 
-/// Gives cells without a value (-1) the mean over their neighbours that have one, ring by ring.
-/// \param neighbours neighbours(cell, visit) calls visit(other) for each adjacent cell
-template <typename Neighbours>
-void spreadOutwards(std::vector<double>& values, const Neighbours& neighbours) {
-  std::vector<std::size_t> ring;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (values[i] >= 0.0) ring.push_back(i);
-  }
-  while (!ring.empty()) {
-    std::vector<std::size_t> next;
-    for (const std::size_t cell : ring) {
-      neighbours(cell, [&](std::size_t other) {
-        if (values[other] < 0.0) next.push_back(other);
-      });
-    }
-    std::sort(next.begin(), next.end());
-    next.erase(std::unique(next.begin(), next.end()), next.end());
-    // All of a ring are judged by the rings before it, so the order of cells does not matter.
-    std::vector<double> means(next.size());
-    for (std::size_t i = 0; i < next.size(); ++i) {
-      double sum = 0.0;
-      int count = 0;
-      neighbours(next[i], [&](std::size_t other) {
-        if (values[other] < 0.0) return;
-        sum += values[other];
-        ++count;
-      });
-      means[i] = sum / count;
-    }
-    for (std::size_t i = 0; i < next.size(); ++i) values[next[i]] = means[i];
-    ring.swap(next);
-  }
-}
-
 }  // namespace
 
 std::vector<float> cellProbabilities(const CellMask& mask, const std::vector<CellFeature>& features,
@@ -87,7 +54,7 @@ std::vector<float> cellProbabilities(const CellMask& mask, const std::vector<Cel
     if (mask.cells[cell]) means.add(cell, feature.probability);
   }
   std::vector<double> values = means.values();
-  spreadOutwards(values, [&](std::size_t cell, const auto& visit) {
+  detail::spreadOutwards(values, [&](std::size_t cell, const auto& visit) {
     const auto a = static_cast<std::int32_t>(cell % mask.width);
     const auto b = static_cast<std::int32_t>(cell / mask.width);
     for (std::int32_t db = -1; db <= 1; ++db) {
@@ -136,7 +103,7 @@ std::vector<float> spreadToPoints(const PointsView& points, const Indices* indic
     if (cell_of[k] >= 0) means.add(static_cast<std::size_t>(cell_of[k]), features[k]);
   }
   std::vector<double> values = means.values();
-  spreadOutwards(values, [&](std::size_t cell, const auto& visit) {
+  detail::spreadOutwards(values, [&](std::size_t cell, const auto& visit) {
     const detail::LabelledCell center = cells.cells()[cell];
     for (int step = 0; step < 27; ++step) {
       if (step == 13) continue;

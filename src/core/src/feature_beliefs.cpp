@@ -99,12 +99,11 @@ FeatureBeliefs::Summary FeatureBeliefs::update(const std::vector<Observation>& f
     const auto [place, is_new] = known_.try_emplace(seen.track);
     Track& track = place->second;
     if (is_new) {
-      track.belief = seen.probability;
+      track.belief = firstBelief(seen.probability, params_.update);
       ++summary.created;
     } else {
       const double factor = factorOf(track, seen.position, pose_factor);
-      const double observed = observedBelief(seen.probability, factor, params_.update);
-      track.belief = updatedBelief(track.belief, observed, params_.update);
+      track.belief = nextBelief(track.belief, seen.probability, factor, params_.update);
       ++summary.updated;
     }
     track.position = seen.position;

@@ -7,8 +7,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include "planar_mapping/core/belief_update.h"
 #include "planar_mapping/core/export.h"
-#include "planar_mapping/core/kl_update.h"
 #include "planar_mapping/core/motion_factor.h"
 #include "planar_mapping/core/occupancy.h"
 
@@ -23,7 +23,7 @@ enum class MotionReading : std::uint8_t {
 /// Parameters of FeatureBeliefs.
 struct PLANAR_MAPPING_EXPORT FeatureBeliefParams {
   OccupancyParams occupancy;
-  KlUpdateParams update;
+  BeliefUpdateParams update;
   MotionReading motion_reading = MotionReading::FeaturePosition;
   /// [ours] Features not seen for this many frames are forgotten; 0 = never.
   int max_unseen_frames = 0;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cell_beliefs.h"
+#include "planar_mapping/core/cell_beliefs.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,11 @@
 #include <limits>
 #include <numeric>
 
-namespace planar_mapping::detail {
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/kl_occupancy.h"
+#include "planar_mapping/core/random.h"
+
+namespace planar_mapping {
 namespace {
 
 /// Depth is the range and dr is 0.1 m at any: values by hand from Eq. 4.
@@ -133,5 +137,102 @@ TEST(CellBeliefs, ManyCellsInManyFramesKeepTheirBeliefs) {
   EXPECT_EQ(20000u, frames.summary().updated);
 }
 
+/// The cell of a point of the world as one number.
+std::int64_t trackOf(const Vector3& world, double resolution) {
+  std::int64_t track = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    track = 4096 * track + static_cast<std::int64_t>(std::floor(world[axis] / resolution)) + 2048;
+  }
+  return track;
+}
+
+// Two implementations of one method: a cell of the world is the track of all points in it.
+TEST(CellBeliefs, AgreesWithTracksUnderKnownPoses) {
+  for (const UpdateRule rule :
+       {UpdateRule::KullbackLeibler, UpdateRule::LogOdds, UpdateRule::None}) {
+    CellBeliefParams params;
+    params.resolution = 0.25;  // exact in binary, so that both lay the same grid
+    params.features_per_cell = 1000000;
+    params.occupancy.min_range_error = 0.05;
+    params.update.rule = rule;
+    Frames cells(params);
+    KlOccupancyParams tracked;
+    tracked.resolution = params.resolution;
+    tracked.range_floor_cells = 0.0;
+    tracked.beliefs.occupancy = params.occupancy;
+    tracked.beliefs.update = params.update;
+    tracked.beliefs.motion_reading = MotionReading::RobotPose;
+    KlOccupancy tracks(tracked);
+    Random random(5);
+    Pose pose = Pose::Identity();
+    std::size_t low = 0;
+    for (int frame = 0; frame < 6; ++frame) {
+      pose.translation() = Vector3(0.25 * frame, -0.5 * frame, 0.25);
+      std::vector<float> xyz;
+      std::vector<std::int32_t> labels;
+      std::vector<std::int64_t> track_of;
+      for (int i = 0; i < 3000; ++i) {
+        const bool on_wall = i % 3 != 0;
+        const Vector3 p(random.uniform(-2.0, 2.0), random.uniform(-2.0, 2.0),
+                        on_wall ? random.uniform(3.0, 3.1) : random.uniform(0.5, 4.0));
+        for (int axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(p[axis]));
+        labels.push_back(on_wall ? 0 : -1);
+        const Vector3 rounded(xyz[xyz.size() - 3], xyz[xyz.size() - 2], xyz[xyz.size() - 1]);
+        track_of.push_back(trackOf(pose * rounded, params.resolution));
+      }
+      const std::vector<float> by_cell = cells.see(xyz, labels, pose);
+      OccupancyFrame of;
+      of.points = PointsView(xyz.data(), xyz.size() / 3);
+      of.tracks = &track_of;
+      of.plane_labels = &labels;
+      of.motion = FrameMotion();
+      const std::vector<float> by_track = tracks.process(of);
+      for (std::size_t i = 0; i < by_cell.size(); ++i) {
+        ASSERT_NEAR(by_track[i], by_cell[i], 1e-6) << "frame " << frame << " point " << i;
+        low += by_cell[i] < 0.5f ? 1 : 0;
+      }
+    }
+    EXPECT_GT(low, 100u);  // not all the same
+  }
+}
+
+TEST(CellBeliefs, RejectsWhatDoesNotFitTogether) {
+  CellBeliefs beliefs(params());
+  const std::vector<float> xyz{1.5f, 0.5f, 0.5f};
+  const PointsView points(xyz.data(), 1);
+  std::vector<float> probability(1, 0.0f);
+  std::vector<float> too_many(2, 0.0f);
+  const std::vector<std::int32_t> labels{-1};
+  const Pose pose = Pose::Identity();
+  EXPECT_THROW(beliefs.update(points, {1}, labels, pose, probability), InputError);
+  EXPECT_THROW(beliefs.update(points, {-1}, labels, pose, probability), InputError);
+  EXPECT_THROW(beliefs.update(points, {0}, {}, pose, probability), InputError);
+  EXPECT_THROW(beliefs.update(points, {0}, labels, pose, too_many), InputError);
+  EXPECT_EQ(beliefs.size(), 0u);
+  CellBeliefParams bad = params();
+  bad.resolution = std::nan("");
+  EXPECT_THROW(beliefs.setParams(bad), ParameterError);
+  bad = params();
+  bad.features_per_cell = 0;
+  EXPECT_THROW(beliefs.setParams(bad), ParameterError);
+  bad = params();
+  bad.update.log_odds.hit = 0.5;
+  EXPECT_THROW(beliefs.setParams(bad), ParameterError);
+}
+
+TEST(CellBeliefs, CopiesAreIndependentAndClearForgets) {
+  CellBeliefs beliefs(params());
+  const std::vector<float> xyz{1.5f, 0.5f, 0.5f};
+  const PointsView points(xyz.data(), 1);
+  std::vector<float> probability(1, 0.0f);
+  beliefs.update(points, {0}, {-1}, Pose::Identity(), probability);
+  CellBeliefs copy(beliefs);
+  copy.clear();
+  EXPECT_EQ(copy.update(points, {0}, {-1}, Pose::Identity(), probability).created, 1u);
+  EXPECT_EQ(beliefs.update(points, {0}, {-1}, Pose::Identity(), probability).updated, 1u);
+  CellBeliefs moved(std::move(beliefs));
+  EXPECT_EQ(moved.size(), 1u);
+}
+
 }  // namespace
-}  // namespace planar_mapping::detail
+}  // namespace planar_mapping

@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "planar_mapping/core/types.h"
+
+namespace planar_mapping::detail {
+
+/// Where a hash table of 2^n slots starts to look for a key; mask = 2^n - 1.
+inline std::size_t hashSlot(std::uint64_t key, std::size_t mask) {
+  key = (key ^ (key >> 32u)) * 0x9E3779B97F4A7C15ULL;
+  return (key ^ (key >> 29u)) & mask;
+}
+
+/// Numbers the cells of a grid fixed in the world that the points of a frame lie in, each plane on
+/// its own, with one look-up a run of points. Cells two million apart share a number.
+class FrameCells {
+ public:
+  static constexpr std::uint64_t kNoCell = ~std::uint64_t{0};
+  struct Group {
+    std::uint64_t cell = kNoCell;
+    std::int32_t label = -1;
+  };
+
+  /// Groups of the points, numbered in order of appearance; forgets those before.
+  /// \param labels plane per point of the cloud, negative = none
+  void number(const PointsView& points, const Indices& indices,
+              const std::vector<std::int32_t>& labels, const Pose& T_world_sensor,
+              double resolution);
+  /// Cell of a point in the frame of number(); kNoCell beyond a million cells or if not finite.
+  std::uint64_t cellOf(const Vector3& point) const;
+  /// Number of the group, which is added if it is new.
+  std::int32_t insert(std::uint64_t cell, std::int32_t label);
+  /// Number of the group, -1 if there is none.
+  std::int32_t find(std::uint64_t cell, std::int32_t label) const;
+  const std::vector<Group>& groups() const { return groups_; }
+  /// Per index of number(); -1 where a point is in no cell.
+  const std::vector<std::int32_t>& groupOfPoint() const { return group_of_point_; }
+
+  /// The cell so many cells on along each axis.
+  static std::uint64_t beside(std::uint64_t cell, int dx, int dy, int dz);
+
+ private:
+  struct Slot {
+    std::uint64_t cell = kNoCell;
+    std::int32_t label = -1;
+    std::int32_t number = -1;
+  };
+  std::size_t slotOf(std::uint64_t cell, std::int32_t label) const;
+  void grow();
+
+  float rows_[3][3] = {};
+  float offset_[3] = {};
+  std::int64_t origin_[3] = {};  ///< cell of the sensor
+  std::vector<Group> groups_;
+  std::vector<std::int32_t> group_of_point_;
+  std::vector<Slot> slots_;
+};
+
+}  // namespace planar_mapping::detail
