@@ -1,0 +1,246 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+#include <string>
+
+#include "builtin.h"
+#include "noise_keys.h"
+#include "planar_mapping/core/ground.h"
+#include "planar_mapping/core/odometry.h"
+
+namespace planar_mapping {
+namespace {
+
+enum class Poses : std::uint8_t { Use, Prior, Ignore };
+enum class Start : std::uint8_t { Level, Identity, Given, Ground };
+
+Matrix6 poseCovariance(double position_error, double orientation_error) {
+  Vector6 variance;
+  variance << Vector3::Constant(position_error * position_error),
+      Vector3::Constant(orientation_error * orientation_error);
+  return Matrix6(variance.asDiagonal());
+}
+
+/// World coordinates of the sensor's axes where it stands upright.
+Matrix3 levelAxes(bool optical) {
+  if (!optical) return Matrix3::Identity();
+  Matrix3 axes;  // columns: x right, y down, z forward; the world has x forward, y left, z up
+  axes << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
+  return axes;
+}
+
+class MotionEstimationStage : public Stage {
+ public:
+  static constexpr const char* kName = "motion_estimation";
+  static constexpr const char* kSummary =
+      "finds the pose of the frame from its key features (the paper, Eq. 8) or takes a given one";
+  static constexpr StageKind kKind = StageKind::Motion;
+
+  void declare(ParameterTable& table) override {
+    table.word("poses", poses_,
+               {{"use", Poses::Use}, {"prior", Poses::Prior}, {"ignore", Poses::Ignore}},
+               "given poses are taken as they are, as a prior, or not at all; frames without one "
+               "are registered by their features");
+    table.word("start", start_,
+               {{"level", Start::Level},
+                {"identity", Start::Identity},
+                {"given", Start::Given},
+                {"ground", Start::Ground}},
+               "[ours] first pose where none is used: camera level, at the origin of the world, as "
+               "given, or upright over the ground it sees");
+    table.number("camera_height_m", camera_height_, Range::atLeast(0.0),
+                 "height of the sensor over the ground at the start");
+    table.number("given_position_error_m", given_position_error_, Range::positive(),
+                 "[ours] of given poses");
+    table.number("given_orientation_error_deg", given_orientation_error_, Range::above(0.0, 180.0),
+                 "[ours] of given poses");
+    table.number("pixel_error_px", params_.camera.pixel_error, Range::positive(),
+                 "[ours] of a feature's column and row");
+    noise_.declareOptional(table, "depth error of the features by the stereo noise");
+    table.number("depth_error_m", depth_error_, Range::atLeast(0.0),
+                 "[ours] without stereo noise: depth error near the camera");
+    table.number("depth_error_growth", depth_error_growth_, Range::atLeast(0.0),
+                 "[ours] without stereo noise: depth error per square of depth, 1/m");
+    declareSearch(table);
+  }
+  void configure(const RunSettings& settings) override {
+    params_.seed = settings.seed;
+    params_.camera.depth_error = depth_error_;
+    params_.camera.depth_error_growth = depth_error_growth_;
+    params_.validate();
+  }
+  void adapt(const CloudScale& scale) override {
+    noise_.adapt(scale);
+    optical_ = scale.optical;
+  }
+  void process(Frame& frame) override {
+    if (!odometry_) prepare(frame);
+    const bool given = frame.given_pose && poses_ != Poses::Ignore;
+    if (given && poses_ == Poses::Use && frame.key_features.empty()) {
+      takeGiven(frame);
+    } else {
+      registerFrame(frame, given);
+    }
+    frame.statistics.push_back(
+        {"motion_step_m", frame.motion && frame.skip_reason.empty()
+                              ? frame.motion->T_now_before.translation().norm()
+                              : 0.0});
+  }
+
+ private:
+  void declareSearch(ParameterTable& table) {
+    MotionParams& motion = params_.motion;
+    table.number("inlier_sigmas", motion.inlier_sigmas, Range::positive(),
+                 "[ours] a feature agrees within so many standard deviations of its noise");
+    table.integer("min_matches", motion.min_matches, Range::atLeast(3),
+                  "[ours] known features a frame needs");
+    table.integer("min_inliers", motion.min_inliers, Range::atLeast(3),
+                  "[ours] of those, how many must agree");
+    table.number("min_inlier_share", motion.min_inlier_share, Range::between(0.0, 1.0),
+                 "[ours] of those, which share must agree");
+    table.integer("max_iterations", motion.max_iterations, Range::atLeast(1),
+                  "[ours] minimal sets tried at most");
+    table.number("max_position_error_m", motion.max_translation_error, Range::positive(),
+                 "[ours] a pose less certain is not used");
+    table.number("max_orientation_error_deg", motion.max_rotation_error, Range::above(0.0, 180.0),
+                 "[ours] a pose less certain is not used");
+    table.number("keyframe_translation", params_.keyframe_translation, Range::positive(),
+                 "[ours] new keyframe after this share of the median depth");
+    table.number("keyframe_rotation_deg", params_.keyframe_rotation, Range::above(0.0, 180.0),
+                 "[ours] new keyframe after this turn");
+    table.integer("max_keyframes", params_.max_keyframes, Range::atLeast(1),
+                  "[ours] kept for registration");
+    table.integer("window_keyframes", params_.window, Range::atLeast(0),
+                  "[ours] corrected together by bundle adjustment; 0 = none");
+    table.integer("max_landmarks", params_.max_landmarks, Range::atLeast(100),
+                  "[ours] kept for registration");
+    table.number("jump_distance_m", params_.jump_distance, Range::positive(),
+                 "[ours] a motion so far off the expected one is reported");
+  }
+
+  void prepare(const Frame& frame) {
+    FeatureCamera& camera = params_.camera;
+    if (frame.camera) {
+      camera.fx = frame.camera->fx;
+      camera.fy = frame.camera->fy;
+      camera.cx = frame.camera->cx;
+      camera.cy = frame.camera->cy;
+    }
+    if (const std::optional<StereoNoise> noise = noise_.optionalNoise()) {
+      camera.depth_error = 0.0;
+      camera.depth_error_growth = noise->disparity_error / (noise->baseline * noise->focal_length);
+    }
+    odometry_.emplace(params_);
+  }
+
+  void takeGiven(Frame& frame) {
+    frame.T_world_sensor = *frame.given_pose;
+    if (T_sensor_world_) {
+      FrameMotion motion;
+      motion.T_now_before = frame.T_world_sensor.inverse() * T_sensor_world_->inverse();
+      motion.covariance = 2.0 * poseCovariance(given_position_error_, given_orientation_error_);
+      frame.motion = motion;
+    }
+    T_sensor_world_ = frame.T_world_sensor.inverse();
+  }
+
+  void registerFrame(Frame& frame, bool given) {
+    std::optional<PosePrior> prior;
+    if (given) {
+      prior = PosePrior{*frame.given_pose,
+                        poseCovariance(given_position_error_, given_orientation_error_),
+                        poses_ == Poses::Use};
+    } else if (!odometry_->started() && !T_sensor_world_) {
+      odometry_->setStart(startPose(frame));
+    } else if (!odometry_->started()) {
+      frame.skip_reason = "no pose is given and nothing was seen before to find one by";
+      return;
+    }
+    const OdometryResult result = odometry_->update(frame.key_features, prior);
+    frame.matches = result.matches;
+    frame.inliers = result.inliers;
+    frame.statistics.push_back({"motion_rms_px", result.registered ? result.rms_px : 0.0});
+    if (!result.registered) {
+      frame.skip_reason = frame.key_features.empty()
+                              ? "no pose is given and there are no key features to find one by"
+                              : result.reason;
+      return;
+    }
+    if (given && poses_ == Poses::Use) {
+      takeGiven(frame);
+      return;
+    }
+    frame.T_world_sensor = result.T_world_sensor;
+    frame.motion = result.motion;
+    T_sensor_world_ = frame.T_world_sensor.inverse();
+    if (given && result.from_prior && !result.reason.empty()) {
+      frame.notes.push_back(frame.source + ": given pose taken as it is: " + result.reason);
+    }
+    if (result.jump) {
+      frame.notes.push_back(frame.source + ": a jump of " +
+                            formatNumber(std::round(1e3 * jumpOf(*result.motion)) / 1e3) +
+                            " m, found by known features");
+    }
+  }
+
+  static double jumpOf(const FrameMotion& motion) {
+    return motion.T_now_before.translation().norm();
+  }
+
+  Pose startPose(Frame& frame) const {
+    if (start_ == Start::Identity) return Pose::Identity();
+    if (start_ == Start::Given) {
+      if (frame.given_pose) return *frame.given_pose;
+      frame.notes.push_back(frame.source + ": no pose is given to start from; starting level");
+    }
+    Pose pose = Pose::Identity();
+    pose.linear() = levelAxes(optical_);
+    pose.translation().z() = camera_height_;
+    if (start_ == Start::Ground) levelByGround(frame, pose);
+    return pose;
+  }
+
+  /// Turns the pose so that the ground the frame sees is level and at z = 0.
+  void levelByGround(Frame& frame, Pose& pose) const {
+    GroundParams ground_params;
+    ground_params.camera_height = camera_height_;
+    ground_params.up = pose.linear().transpose() * Vector3::UnitZ();
+    ground_params.optical_axis = optical_ ? Vector3::UnitZ() : Vector3::UnitX();
+    ground_params.noise = noise_.optionalNoise();
+    const Ground ground =
+        frame.cloud ? findGround(viewOf(*frame.cloud), nullptr, ground_params) : Ground();
+    if (!ground.found) {
+      frame.warnings.push_back(frame.source + ": no ground to level the start pose by (" +
+                               toString(ground.diagnostics.status) + "); starting level");
+      return;
+    }
+    const Vector3 up = pose.linear() * ground.plane.normal;
+    pose.linear() =
+        Eigen::Quaterniond::FromTwoVectors(up, Vector3::UnitZ()).toRotationMatrix() * pose.linear();
+    pose.translation().z() = ground.height;
+  }
+
+  OdometryParams params_;
+  Poses poses_ = Poses::Use;
+  Start start_ = Start::Level;
+  double camera_height_ = 0.37;
+  double given_position_error_ = 0.02;
+  double given_orientation_error_ = 0.01;
+  double depth_error_ = 0.003;
+  double depth_error_growth_ = 0.002;
+  detail::NoiseKeys noise_;
+  bool optical_ = true;
+  std::optional<Odometry> odometry_;
+  std::optional<Pose> T_sensor_world_;  ///< of the last frame with a pose
+};
+
+}  // namespace
+
+namespace detail {
+
+void addMotionEstimation(StageTable& table) {
+  table.add<MotionEstimationStage>();
+}
+
+}  // namespace detail
+}  // namespace planar_mapping
