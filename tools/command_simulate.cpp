@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <iostream>
+#include <map>
 #include <memory>
 
 #include "commands.h"
@@ -15,9 +16,12 @@ namespace {
 
 constexpr double kRadiansPerDegree = 0.017453292519943295;
 
+enum class Output { Clouds, Images, Both };
+
 struct SimulateArguments {
   evaluation::SimulationParams params;
-  std::string output;
+  std::string directory;
+  Output output = Output::Clouds;
   double yaw_deg = 0.0;
   bool perfect = false;
   bool force = false;
@@ -32,10 +36,39 @@ void addOptions(CLI::App& command, SimulateArguments& arguments) {
   command.add_option("scene", params.scene, "Scene: " + scenes)
       ->required()
       ->check(CLI::IsMember(evaluation::sceneNames()));
-  command.add_option("-o,--output", arguments.output, "Directory the sequence is written to")
+  command.add_option("-o,--output", arguments.directory, "Directory the sequence is written to")
       ->required();
+  static const std::map<std::string, Output> kOutputs = {
+      {"clouds", Output::Clouds}, {"images", Output::Images}, {"both", Output::Both}};
+  command
+      .add_option(
+          "--output", arguments.output,
+          "clouds: measured clouds; images: rectified pairs with the truth of their pixels; "
+          "both: images, and the clouds in DIR/measured")
+      ->transform(CLI::CheckedTransformer(kOutputs, CLI::ignore_case).description(""))
+      ->option_text("clouds|images|both [clouds]");
   command.add_option("--frames", params.frames, "Frames along the path, >= 1")
       ->capture_default_str();
+  static const std::map<std::string, evaluation::Path> kPaths = {
+      {"forward", evaluation::Path::Forward},
+      {"return", evaluation::Path::Return},
+      {"standing", evaluation::Path::Standing}};
+  command
+      .add_option("--path", params.path,
+                  "forward: once through the scene; return: there and back (room: two rounds); "
+                  "standing: all frames from the first place")
+      ->transform(CLI::CheckedTransformer(kPaths, CLI::ignore_case).description(""))
+      ->option_text("forward|return|standing [forward]");
+  command
+      .add_option("--step", params.step,
+                  "Metres between frames, >= 0; 0 = the frames are spread over the whole path")
+      ->capture_default_str();
+  command
+      .add_option("--length", params.length,
+                  "Length of the corridor, metres, 8 to 1000; 0 = the hand-made one of 16 m")
+      ->capture_default_str();
+  command.add_flag("--moving", params.moving,
+                   "Adds a person who leaves and, in the corridor, a door that opens");
   command.add_option("--seed", params.seed, "Seed of the noise")->capture_default_str();
   command.add_option("--yaw-deg", arguments.yaw_deg, "Turns the whole world about z, degrees")
       ->capture_default_str();
@@ -53,7 +86,22 @@ void addOptions(CLI::App& command, SimulateArguments& arguments) {
       .add_option("--noise-px", params.sensor.noise_px,
                   "Standard deviation of the disparity, pixels, >= 0")
       ->capture_default_str();
+  command
+      .add_option("--wrong-matches", params.sensor.wrong_share,
+                  "Share of the measured pixels with a random disparity instead, 0 to 1")
+      ->capture_default_str();
+  command
+      .add_option("--plain-share", params.plain_share,
+                  "Share of all surface that has no texture, in patches, 0 to 1")
+      ->capture_default_str();
+  command
+      .add_option("--image-noise", params.image_noise,
+                  "Standard deviation of the images' pixels, gray levels of 255")
+      ->capture_default_str();
+  command.add_flag("--color", params.color_images, "Images in RGB instead of gray");
   command.add_flag("--perfect", arguments.perfect, "No noise, holes or flying pixels");
+  command.add_option("--threads", params.threads, "0 = all cores; changes nothing but the time")
+      ->capture_default_str();
   command.add_flag("--force", arguments.force, "Overwrite files that exist");
   command.add_flag("-q,--quiet", arguments.quiet, "No progress");
 }
@@ -68,12 +116,12 @@ void simulate(const SimulateArguments& arguments) {
               << (done == simulation.size() ? "\n" : "");
   };
   try {
-    evaluation::writeSequence(simulation, arguments.output, arguments.force, progress);
+    evaluation::writeSequence(simulation, arguments.directory, arguments.force, progress);
   } catch (const IoError& error) {
     throw OutputError(error.what());
   }
   if (!arguments.quiet)
-    std::cout << arguments.output << ": " << simulation.size() << " frames of " << params.width
+    std::cout << arguments.directory << ": " << simulation.size() << " frames of " << params.width
               << " x " << params.height << ", " << simulation.scene().objects.size() << " objects, "
               << simulation.planes().size() << " planes\n";
 }
@@ -88,10 +136,13 @@ void addSimulateCommand(CLI::App& app, int& exit_code) {
   command->callback([arguments, &exit_code]() {
     evaluation::SimulationParams& params = arguments->params;
     params.yaw = arguments->yaw_deg * kRadiansPerDegree;
+    params.clouds = arguments->output != Output::Images;
+    params.images = arguments->output != Output::Clouds;
     if (arguments->perfect) {
       const double baseline = params.sensor.baseline;
       params.sensor = evaluation::StereoSensorParams::perfect();
       params.sensor.baseline = baseline;
+      params.image_noise = 0.0;
     }
     try {
       simulate(*arguments);

@@ -38,6 +38,7 @@ void Scene::rotate(double yaw) {
   turn.linear() = Eigen::AngleAxisd(yaw, Vector3::UnitZ()).toRotationMatrix();
   for (SceneObject& object : objects) object.T_world_object = turn * object.T_world_object;
   for (Pose& pose : path) pose = turn * pose;
+  light = turn.linear() * light;
 }
 
 ScenePlanes planesOf(const Scene& scene) {
@@ -58,26 +59,49 @@ ScenePlanes planesOf(const Scene& scene) {
 }
 
 const std::vector<std::string>& sceneNames() {
-  static const std::vector<std::string> names = {"room", "corridor", "outdoor"};
+  static const std::vector<std::string> names = {"room", "corridor", "outdoor", "rooms"};
   return names;
 }
 
-Scene makeScene(const std::string& name, int frames) {
-  requireInRange("frames", frames, 1, 100000);
-  SceneBuilder builder;
-  builder.scene.name = name;
-  if (name == "room") {
-    buildRoom(builder, frames);
-  } else if (name == "corridor") {
-    buildCorridor(builder, frames);
-  } else if (name == "outdoor") {
-    buildOutdoor(builder, frames);
-  } else {
+void SceneParams::validate() const {
+  const std::vector<std::string>& names = sceneNames();
+  if (std::find(names.begin(), names.end(), name) == names.end()) {
     std::string all;
-    for (const std::string& known : sceneNames()) all += (all.empty() ? "" : ", ") + known;
+    for (const std::string& known : names) all += (all.empty() ? "" : ", ") + known;
     throw InputError("there is no scene '" + name + "'; there are: " + all);
   }
+  requireInRange("frames", frames, 1, 100000);
+  requireInRange("step", step, 0.0, 1e3, "m");
+  if (length != 0.0) {
+    requireInRange("length", length, 8.0, 1000.0, "m");
+    if (name != "corridor") throw InputError("only the corridor has a length to choose");
+  }
+}
+
+Scene makeScene(const SceneParams& params) {
+  params.validate();
+  SceneBuilder builder;
+  builder.params = params;
+  builder.scene.name = params.name;
+  if (params.name == "room") {
+    buildRoom(builder);
+  } else if (params.name == "corridor" && params.length > 0.0) {
+    buildLongCorridor(builder);
+  } else if (params.name == "corridor") {
+    buildCorridor(builder);
+  } else if (params.name == "outdoor") {
+    buildOutdoor(builder);
+  } else {
+    buildRooms(builder);
+  }
   return builder.scene;
+}
+
+Scene makeScene(const std::string& name, int frames) {
+  SceneParams params;
+  params.name = name;
+  params.frames = frames;
+  return makeScene(params);
 }
 
 }  // namespace evaluation

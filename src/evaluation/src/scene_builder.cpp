@@ -65,20 +65,5 @@ void SceneBuilder::wallWithOpening(const std::string& name, double length, doubl
         Vector3(width, thickness, height - opening_high), material);
 }
 
-void SceneBuilder::lookFrom(const Vector3& position, double yaw_deg, double pitch_deg) {
-  const double yaw = radians(yaw_deg);
-  const double pitch = radians(pitch_deg);
-  const Vector3 forward(std::cos(yaw) * std::cos(pitch), std::sin(yaw) * std::cos(pitch),
-                        std::sin(pitch));
-  const Vector3 right(std::sin(yaw), -std::cos(yaw), 0.0);
-  Pose pose = Pose::Identity();
-  pose.linear().col(0) = right;
-  pose.linear().col(1) = forward.cross(right);
-  pose.linear().col(2) = forward;
-  pose.translation() = position;
-  scene.path.push_back(pose);
-  scene.camera_height = position.z();
-}
-
 }  // namespace evaluation
 }  // namespace planar_mapping

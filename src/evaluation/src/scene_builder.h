@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
 #include <string>
 
 #include "planar_mapping/evaluation/scene.h"
@@ -12,6 +13,7 @@ namespace evaluation {
 /// Puts solids into a scene. Places of furniture are given in a frame of their own (x to the
 /// right, y to the back, z up) that stands somewhere on the ground, turned by a yaw.
 struct SceneBuilder {
+  SceneParams params;
   Scene scene;
   Pose place = Pose::Identity();  ///< of what is added next
 
@@ -35,11 +37,25 @@ struct SceneBuilder {
                        double opening_high, const Material& material);
   /// Camera at a world position, looking along \p yaw_deg (0 = +x) and \p pitch_deg (up > 0).
   void lookFrom(const Vector3& position, double yaw_deg, double pitch_deg);
+  /// Lays the path the parameters ask for along a line that goes from s = 0 to s = 1 and is about
+  /// \p length metres long. \p look calls lookFrom() for a place on it; the turn is added to its
+  /// yaw: 180 degrees on the way back.
+  void followLine(double length, const std::function<void(double s, double turn_deg)>& look);
+  /// As followLine(), along a line that ends where it began: its way back is a second round.
+  void followRound(double length, const std::function<void(double s)>& look);
+  /// The last added \p count objects are there from frame \p first to frame \p last only.
+  void onlyIn(std::size_t count, int first, int last);
+  /// A person of 1.7 m standing at x, y of the world.
+  void person(double x, double y);
+  /// The first frame for which \p passed holds; \p share of the frames if there is none.
+  int frameWhen(const std::function<bool(const Vector3& camera)>& passed, double share) const;
 };
 
-void buildRoom(SceneBuilder& builder, int frames);
-void buildCorridor(SceneBuilder& builder, int frames);
-void buildOutdoor(SceneBuilder& builder, int frames);
+void buildRoom(SceneBuilder& builder);
+void buildCorridor(SceneBuilder& builder);
+void buildLongCorridor(SceneBuilder& builder);
+void buildOutdoor(SceneBuilder& builder);
+void buildRooms(SceneBuilder& builder);
 
 }  // namespace evaluation
 }  // namespace planar_mapping

@@ -1,7 +1,10 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "planar_mapping/core/random.h"
 #include "scene_builder.h"
 
 namespace planar_mapping {
@@ -10,7 +13,7 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-const Material kWall{0xDCD8CC, Pattern::Speckles, 0.7};
+const Material kWall{0xDCD8CC, Pattern::Speckles, 0.7, 0.3};
 const Material kFloor{0x8E9396, Pattern::Tiles, 1.0};
 const Material kCeiling{0xE6E6E2, Pattern::Tiles, 0.7};
 const Material kDoor{0x9C6B3C, Pattern::Planks, 0.9};
@@ -24,6 +27,7 @@ constexpr double kLength = 16.0;
 constexpr double kHalfWidth = 1.0;
 constexpr double kHeight = 2.5;
 constexpr double kThickness = 0.15;
+constexpr double kSegment = 5.0;  ///< of a side of the long corridor
 
 /// A wall along +x from \p begin to \p end, its visible side at y = 0, solid towards +y, with a
 /// closed door set back by the thickness of its frame.
@@ -63,15 +67,79 @@ void addNicheWall(SceneBuilder& b, double begin, double end, double niche_begin,
         Vector3(niche_end - niche_begin, kThickness, kHeight), kWall);
 }
 
-}  // namespace
-
-void buildCorridor(SceneBuilder& b, int frames) {
-  b.box("floor", Vector3(-2.0, -5.0, -0.1), Vector3(kLength + 4.0, 10.0, 0.1), kFloor);
-  b.box("ceiling", Vector3(-2.0, -5.0, kHeight), Vector3(kLength + 4.0, 10.0, 0.1), kCeiling);
-  b.box("wall_end", Vector3(kLength, -kHalfWidth, 0),
-        Vector3(kThickness, 2.0 * kHalfWidth, kHeight), kWall);
+/// Floor, ceiling and the walls at both ends.
+void addShell(SceneBuilder& b, double length) {
+  b.moveTo(0.0, 0.0);
+  b.box("floor", Vector3(-2.0, -5.0, -0.1), Vector3(length + 4.0, 10.0, 0.1), kFloor);
+  b.box("ceiling", Vector3(-2.0, -5.0, kHeight), Vector3(length + 4.0, 10.0, 0.1), kCeiling);
+  b.box("wall_end", Vector3(length, -kHalfWidth, 0), Vector3(kThickness, 2.0 * kHalfWidth, kHeight),
+        kWall);
   b.box("wall_start", Vector3(-1.15, -kHalfWidth, 0),
         Vector3(kThickness, 2.0 * kHalfWidth, kHeight), kWall);
+}
+
+/// One side of the long corridor between two x of the world: a door, a niche or plain wall.
+void addSegment(SceneBuilder& b, double begin, double end, bool left, Random& random) {
+  const double length = end - begin;
+  b.moveTo(0.0, left ? kHalfWidth : -kHalfWidth, 0.0, left ? 0.0 : 180.0);
+  const double from = left ? begin : end;
+  const double to = left ? end : begin;
+  const double kind = random.uniform();
+  const double opening = random.uniform(1.6, length - 2.9);
+  if (kind < 0.15 && length < 1.5 * kSegment) {
+    addDoorWall(b, from, to, 1.9, true);
+  } else if (kind < 0.7) {
+    addDoorWall(b, from, to, opening, false);
+  } else if (kind < 0.85) {
+    addNicheWall(b, from, to, opening, opening + 1.2, 0.3);
+  } else {
+    b.moveTo(from, left ? kHalfWidth : -kHalfWidth, 0.0, left ? 0.0 : 180.0);
+    b.box("wall", Vector3(0, 0, 0), Vector3(length, kThickness, kHeight), kWall);
+  }
+}
+
+/// A thing beside the way, or nothing.
+void addSideThing(SceneBuilder& b, double x, Random& random) {
+  const double kind = random.uniform();
+  const double side = random.uniform() < 0.5 ? -1.0 : 1.0;
+  const double yaw_deg = random.uniform(-15.0, 15.0);
+  if (kind < 0.25) {
+    b.moveTo(x, 0.66 * side, 0.0, yaw_deg);
+    b.box("carton", Vector3(-0.25, -0.2, 0), Vector3(0.5, 0.4, 0.4), kCardboard);
+  } else if (kind < 0.4) {
+    b.moveTo(x, 0.8 * side, 0.0, 0.0);
+    b.cylinder("bin", Vector3(0, 0, 0), 0.34, 0.6, kMetal);
+  } else if (kind < 0.55) {
+    b.moveTo(x, 0.81 * side, 0.0, 0.0);
+    b.box("locker", Vector3(-0.25, -0.19, 0), Vector3(0.5, 0.38, 1.5), kMetal);
+  } else if (kind < 0.65) {
+    b.moveTo(x, 0.8 * side, 0.0, 0.0);
+    b.box("bench_seat", Vector3(-0.55, -0.19, 0.42), Vector3(1.1, 0.38, 0.05), kWood);
+    b.box("bench_side", Vector3(-0.55, -0.19, 0), Vector3(0.05, 0.38, 0.42), kWood);
+    b.box("bench_side", Vector3(0.5, -0.19, 0), Vector3(0.05, 0.38, 0.42), kWood);
+  }
+}
+
+/// A person who leaves before the camera comes, and a door across the way that opens.
+void addMovingThings(SceneBuilder& b) {
+  if (!b.params.moving) return;
+  const auto frameAt = [&b](double x, double share) {
+    return std::max(1, b.frameWhen([x](const Vector3& camera) { return camera.x() > x; }, share));
+  };
+  b.person(4.3, 0.35);
+  b.onlyIn(3, 0, frameAt(1.8, 0.3) - 1);
+  const int opens = frameAt(4.4, 0.6);
+  b.moveTo(0.0, 0.0);
+  b.box("fire_door", Vector3(6.9, -1.0, 0.01), Vector3(0.05, 1.9, 2.1), kDoor);
+  b.onlyIn(1, 0, opens - 1);
+  b.box("fire_door", Vector3(5.0, -0.98, 0.01), Vector3(1.9, 0.05, 2.1), kDoor);
+  b.onlyIn(1, opens, std::numeric_limits<int>::max());
+}
+
+}  // namespace
+
+void buildCorridor(SceneBuilder& b) {
+  addShell(b, kLength);
   // Left side: local x runs with the world's, solid to +y. Right side: turned by 180 degrees.
   const auto left = [&b]() { b.moveTo(0.0, kHalfWidth, 0.0, 0.0); };
   const auto right = [&b]() { b.moveTo(0.0, -kHalfWidth, 0.0, 180.0); };
@@ -108,11 +176,33 @@ void buildCorridor(SceneBuilder& b, int frames) {
   b.box("armchair", Vector3(-0.3, -0.35, 0), Vector3(0.6, 0.7, 0.4), kFabric);
   b.box("armchair_back", Vector3(0.2, -0.35, 0.4), Vector3(0.15, 0.7, 0.45), kFabric);
 
-  for (int i = 0; i < frames; ++i) {
-    const double s = frames > 1 ? static_cast<double>(i) / (frames - 1) : 0.0;
+  b.followLine(11.5, [&b](double s, double turn_deg) {
     b.lookFrom(Vector3(11.5 * s, 0.12 * std::sin(4.0 * kPi * s), 0.37),
-               14.0 * std::sin(6.0 * kPi * s), 0.0);
+               14.0 * std::sin(6.0 * kPi * s) + turn_deg, 0.0);
+  });
+  addMovingThings(b);
+}
+
+void buildLongCorridor(SceneBuilder& b) {
+  const double length = b.params.length;
+  addShell(b, length);
+  Random random;  // its own: which doors a corridor has must not depend on anything else
+  for (const bool left : {true, false}) {
+    for (double begin = -1.0; begin < length; begin += kSegment) {
+      double end = begin + kSegment;
+      if (length - end < 0.5 * kSegment) end = length;
+      addSegment(b, begin, end, left, random);
+      if (end == length) break;
+    }
   }
+  for (double x = 3.0; x < length - 3.0; x += 3.0) addSideThing(b, x, random);
+  const double way = length - 4.5;
+  b.followLine(way, [&b, way](double s, double turn_deg) {
+    const double periods = way / 11.5;
+    b.lookFrom(Vector3(way * s, 0.12 * std::sin(4.0 * kPi * periods * s), 0.37),
+               14.0 * std::sin(6.0 * kPi * periods * s) + turn_deg, 0.0);
+  });
+  addMovingThings(b);
 }
 
 }  // namespace evaluation

@@ -4,6 +4,7 @@
 
 #include <charconv>
 #include <initializer_list>
+#include <limits>
 
 namespace planar_mapping {
 namespace evaluation {
@@ -30,11 +31,15 @@ std::string objectJson(const SceneObject& object, const std::vector<int>& plane_
   std::string planes;
   for (const int plane : plane_of_face)
     if (plane >= 0) planes += (planes.empty() ? "" : ", ") + std::to_string(plane);
+  std::string stay;
+  if (object.first_frame > 0) stay += ", \"first_frame\": " + std::to_string(object.first_frame);
+  if (object.last_frame < std::numeric_limits<int>::max())
+    stay += ", \"last_frame\": " + std::to_string(object.last_frame);
   return "{\"name\": \"" + object.name + "\", \"shape\": \"" + nameOf(object.shape) +
          "\", \"center\": " + list({c.x(), c.y(), c.z()}) +
          ", \"size\": " + list({object.size.x(), object.size.y(), object.size.z()}) +
          ", \"orientation\": " + list({q.x(), q.y(), q.z(), q.w()}) + ", \"planes\": [" + planes +
-         "]}";
+         "]" + stay + "}";
 }
 
 }  // namespace
@@ -50,7 +55,8 @@ std::string sceneJson(const SimulationParams& params, const Scene& scene,
       ", \"height\": " + std::to_string(camera.height) + ", \"fx\": " + text(camera.fx) +
       ", \"fy\": " + text(camera.fy) + ", \"cx\": " + text(camera.cx) +
       ", \"cy\": " + text(camera.cy) + ", \"baseline_m\": " + text(params.sensor.baseline) +
-      ", \"noise_px\": " + text(params.sensor.noise_px) + "},\n\"objects\": [\n";
+      ", \"noise_px\": " + text(params.sensor.noise_px) +
+      "},\n\"depth_gt_scale\": " + text(kTruthDepthScale) + ",\n\"objects\": [\n";
   for (std::size_t i = 0; i < scene.objects.size(); ++i)
     json += objectJson(scene.objects[i], planes.plane_of_face[i]) +
             (i + 1 < scene.objects.size() ? ",\n" : "\n");

@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "scene_builder.h"
 
@@ -12,13 +14,15 @@ constexpr double kPi = 3.14159265358979323846;
 
 const Material kPaving{0x9A968D, Pattern::Tiles, 1.0};
 const Material kBrick{0x9E5A44, Pattern::Bricks, 1.0};
-const Material kPlaster{0xD8CDB4, Pattern::Speckles, 0.75};
+const Material kPlaster{0xD8CDB4, Pattern::Speckles, 0.75, 0.15};
 const Material kStone{0xB5B0A4, Pattern::Speckles, 1.0};
 const Material kBark{0x6B4A2F, Pattern::Speckles, 1.0};
 const Material kLeaf{0x4C8A3F, Pattern::Speckles, 1.0};
 const Material kIron{0x3A3D40, Pattern::Plain, 0.6};
 const Material kWood{0xA9794B, Pattern::Planks, 1.0};
 const Material kDoor{0x47624F, Pattern::Planks, 0.9};
+const Material kCardboard{0xB98D56, Pattern::Speckles, 0.9};
+const Material kSign{0xD9D9D2, Pattern::Tiles, 1.0};
 
 void addTree(SceneBuilder& b, double x, double y, double diameter) {
   b.moveTo(x, y);
@@ -26,9 +30,36 @@ void addTree(SceneBuilder& b, double x, double y, double diameter) {
   b.sphere("crown", Vector3(0, 0, 3.4), 2.4, kLeaf);
 }
 
+/// Things that stand somewhere else in the second half of the frames; a person who leaves.
+void addMovedThings(SceneBuilder& b) {
+  const int half = std::max(1, b.params.frames / 2);
+  constexpr int kAlways = std::numeric_limits<int>::max();
+  const auto carton = [&b](double x, double y) {
+    b.moveTo(x, y, 0.0, 17.0);
+    b.box("carton", Vector3(-0.3, -0.25, 0), Vector3(0.6, 0.5, 0.55), kCardboard);
+  };
+  carton(11.2, -1.7);
+  b.onlyIn(1, 0, half - 1);
+  carton(19.0, 1.3);
+  b.onlyIn(1, half, kAlways);
+  const auto sign = [&b](double x, double y) {
+    b.moveTo(x, y, 0.0, 8.0);
+    b.box("sign", Vector3(-0.03, -0.4, 0.02), Vector3(0.06, 0.8, 1.0), kSign);
+  };
+  sign(7.0, 1.6);
+  b.onlyIn(1, 0, half - 1);
+  sign(16.5, -1.5);
+  b.onlyIn(1, half, kAlways);
+  if (!b.params.moving) return;
+  const int leaves =
+      std::max(1, b.frameWhen([](const Vector3& camera) { return camera.x() > 3.0; }, 0.4));
+  b.person(6.0, -0.6);
+  b.onlyIn(3, 0, leaves - 1);
+}
+
 }  // namespace
 
-void buildOutdoor(SceneBuilder& b, int frames) {
+void buildOutdoor(SceneBuilder& b) {
   b.box("ground", Vector3(-5, -10, -0.2), Vector3(45, 20, 0.2), kPaving);
 
   // North: a building with a recessed door and window sills; south: a low wall and a far house.
@@ -75,11 +106,11 @@ void buildOutdoor(SceneBuilder& b, int frames) {
   b.moveTo(14.8, 1.7, 0.0, 30.0);
   b.box("planter", Vector3(-0.6, -0.3, 0), Vector3(1.2, 0.6, 0.5), kStone);
 
-  for (int i = 0; i < frames; ++i) {
-    const double s = frames > 1 ? static_cast<double>(i) / (frames - 1) : 0.0;
+  b.followLine(24.0, [&b](double s, double turn_deg) {
     b.lookFrom(Vector3(0.5 + 24.0 * s, 0.5 * std::sin(2.0 * kPi * s), 0.37),
-               25.0 * std::sin(6.0 * kPi * s), 4.0);
-  }
+               25.0 * std::sin(6.0 * kPi * s) + turn_deg, 4.0);
+  });
+  addMovedThings(b);
 }
 
 }  // namespace evaluation

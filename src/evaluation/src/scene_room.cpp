@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <cmath>
 
 #include "scene_builder.h"
@@ -10,7 +11,7 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-const Material kWall{0xD9D2C3, Pattern::Speckles, 0.75};
+const Material kWall{0xD9D2C3, Pattern::Speckles, 0.75, 0.35};
 const Material kSkirting{0xF2EEE6, Pattern::Plain, 0.6};
 const Material kFloor{0xA9794B, Pattern::Planks, 1.0};
 const Material kWood{0x8A5A32, Pattern::Planks, 0.95};
@@ -137,7 +138,7 @@ void addCornerThings(SceneBuilder& b) {
 
 }  // namespace
 
-void buildRoom(SceneBuilder& b, int frames) {
+void buildRoom(SceneBuilder& b) {
   addShell(b);
   addTable(b);
   addChair(b, 1.55, -0.48, 22.0);
@@ -148,12 +149,14 @@ void buildRoom(SceneBuilder& b, int frames) {
   // Once around, at the height a person carries a camera, looking outwards, in turn at the walls
   // and at the floor.
   constexpr double kRadius = 0.35;
-  for (int i = 0; i < frames; ++i) {
-    const double angle_deg = 360.0 * i / frames;
-    const double angle = angle_deg * kPi / 180.0;
+  b.followRound(2.0 * kPi * kRadius, [&b](double s) {
+    const double angle = 2.0 * kPi * s;
     b.lookFrom(Vector3(-0.1 - kRadius * std::cos(angle), 0.1 - kRadius * std::sin(angle), 1.25),
-               angle_deg, i % 2 == 0 ? -8.0 : -28.0);
-  }
+               360.0 * s, -18.0 + 10.0 * std::cos(12.0 * kPi * s));
+  });
+  if (!b.params.moving) return;
+  b.person(1.9, 0.55);
+  b.onlyIn(3, 0, std::max(1, b.params.frames / 2) - 1);
 }
 
 }  // namespace evaluation

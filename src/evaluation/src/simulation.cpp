@@ -4,50 +4,44 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <filesystem>
 
 #include "planar_mapping/core/error.h"
-#include "planar_mapping/io/atomic_file.h"
-#include "planar_mapping/io/calibration.h"
-#include "planar_mapping/io/cloud_file.h"
-#include "planar_mapping/io/pose_file.h"
 #include "scene_json.h"
 
 namespace planar_mapping {
 namespace evaluation {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr double kUsualFocalLength = 500.0 / 640.0;  ///< of the image width
 constexpr double kShortestFrameTime = 0.1;           ///< seconds
-
-std::string frameName(std::size_t index) {
-  char name[32];
-  std::snprintf(name, sizeof name, "%06zu.pcd", index);
-  return name;
-}
-
-void makeDirectory(const std::string& path) {
-  std::error_code error;
-  fs::create_directories(path, error);
-  if (error || !fs::is_directory(path))
-    throw IoError(path, "cannot be made a directory" + (error ? ": " + error.message() : ""));
-}
+/// Random streams of the images; those of the clouds are the frames' own numbers.
+constexpr std::uint64_t kImageStreams = 1u << 20u;
 
 }  // namespace
 
 void SimulationParams::validate() const {
-  const std::vector<std::string>& names = sceneNames();
-  if (std::find(names.begin(), names.end(), scene) == names.end()) makeScene(scene, 1);
-  requireInRange("frames", frames, 1, 100000);
+  sceneParams().validate();
   requireInRange("yaw", yaw, -1e3, 1e3, "rad");
   requireInRange("width", width, 8, 8192, "px");
   requireInRange("height", height, 8, 8192, "px");
   requireInRange("focal_length", focal_length, 0.0, 1e6, "px");
+  requireInRange("plain_share", plain_share, 0.0, 1.0);
+  requireInRange("image_noise", image_noise, 0.0, 100.0, "gray levels");
   requirePositive("speed", speed, "m/s");
+  requireInRange("threads", threads, 0, 1024);
   sensor.validate();
+  if (images && !colors) throw ParameterError("images cannot be rendered without colors");
+}
+
+SceneParams SimulationParams::sceneParams() const {
+  SceneParams result;
+  result.name = scene;
+  result.frames = frames;
+  result.path = path;
+  result.step = step;
+  result.length = length;
+  result.moving = moving;
+  return result;
 }
 
 PinholeCamera SimulationParams::camera() const {
@@ -62,7 +56,21 @@ PinholeCamera SimulationParams::camera() const {
 
 Simulation::Simulation(const SimulationParams& params) : params_(params) {
   params_.validate();
-  scene_ = makeScene(params_.scene, params_.frames);
+  scene_ = makeScene(params_.sceneParams());
+  prepare();
+}
+
+Simulation::Simulation(const SimulationParams& params, const Scene& scene)
+    : params_(params), scene_(scene) {
+  params_.scene = sceneNames().front();
+  params_.length = 0.0;
+  params_.validate();
+  params_.scene = scene.name;
+  if (scene.path.empty()) throw InputError("the scene has no path to be seen from");
+  prepare();
+}
+
+void Simulation::prepare() {
   scene_.rotate(params_.yaw);
   planes_ = planesOf(scene_);
   double time = 0.0;
@@ -76,57 +84,55 @@ Simulation::Simulation(const SimulationParams& params) : params_(params) {
   }
 }
 
+int Simulation::planeOf(std::size_t object, int face) const {
+  return planes_.plane_of_face.at(object).at(static_cast<std::size_t>(face));
+}
+
 SimulatedFrame Simulation::frame(std::size_t index) const {
   if (index >= size())
     throw InputError("frame " + std::to_string(index) + " of " + std::to_string(size()));
   SimulatedFrame frame;
+  frame.index = index;
   frame.T_world_camera = scene_.path[index];
   frame.timestamp = timestamps_[index];
-  frame.truth = render(scene_, params_.camera(), frame.T_world_camera);
-  Random random(params_.seed, index);
-  frame.disparity = measureDisparity(frame.truth, params_.sensor, random);
-  frame.xyz = pointsOf(frame.disparity, frame.truth.camera, params_.sensor.baseline);
+  RenderParams rendering;
+  rendering.frame = static_cast<int>(index);
+  rendering.plain_share = params_.plain_share;
+  rendering.colors = params_.colors;
+  rendering.threads = params_.threads;
+  const PinholeCamera camera = params_.camera();
+  frame.truth = render(scene_, camera, frame.T_world_camera, rendering);
   frame.labels.assign(frame.truth.size(), 0);
-  for (std::size_t i = 0; i < frame.truth.size(); ++i) {
-    if (frame.truth.object[i] < 0) continue;
-    const auto object = static_cast<std::size_t>(frame.truth.object[i]);
-    frame.labels[i] =
-        static_cast<std::uint32_t>(planes_.plane_of_face[object][frame.truth.face[i]] + 1);
+  for (std::size_t i = 0; i < frame.truth.size(); ++i)
+    if (frame.truth.object[i] >= 0)
+      frame.labels[i] = static_cast<std::uint32_t>(
+          planeOf(static_cast<std::size_t>(frame.truth.object[i]), frame.truth.face[i]) + 1);
+  if (params_.clouds) {
+    Random random(params_.seed, index);
+    frame.disparity = measureDisparity(frame.truth, params_.sensor, random);
+    frame.xyz = pointsOf(frame.disparity, camera, params_.sensor.baseline);
   }
+  if (!params_.images) return frame;
+  ImageSensorParams sensor;
+  sensor.color = params_.color_images;
+  sensor.noise = params_.image_noise;
+  Random seeds(params_.seed, kImageStreams + index);
+  const auto nextSeed = [&seeds]() {
+    const auto high = static_cast<std::uint64_t>(seeds.next());
+    return high << 32u | seeds.next();
+  };
+  sensor.seed = nextSeed();
+  frame.left = renderImage(scene_, frame.truth, frame.T_world_camera, rendering, sensor);
+  Pose T_world_right = frame.T_world_camera;
+  T_world_right.translation() += params_.sensor.baseline * frame.T_world_camera.linear().col(0);
+  sensor.seed = nextSeed();
+  frame.right = renderImage(scene_, render(scene_, camera, T_world_right, rendering), T_world_right,
+                            rendering, sensor);
   return frame;
 }
 
 std::string Simulation::truthJson() const {
   return sceneJson(params_, scene_, planes_);
-}
-
-void writeSequence(const Simulation& simulation, const std::string& directory, bool overwrite,
-                   const std::function<void(std::size_t)>& progress) {
-  const io::Overwrite mode = overwrite ? io::Overwrite::Allow : io::Overwrite::Refuse;
-  const std::string clouds = directory + "/clouds";
-  makeDirectory(clouds);
-  io::Calibration calibration;
-  calibration.camera = simulation.params().camera();
-  calibration.baseline = simulation.params().sensor.baseline;
-  calibration.cx_right = calibration.camera.cx;
-  io::writeFileAtomically(directory + "/calib.yaml", io::toYaml(calibration), mode);
-  io::writeFileAtomically(directory + "/scene.json", simulation.truthJson(), mode);
-
-  std::vector<io::StampedPose> poses;
-  for (std::size_t i = 0; i < simulation.size(); ++i) {
-    SimulatedFrame frame = simulation.frame(i);
-    io::CloudData cloud;
-    cloud.width = static_cast<std::uint32_t>(frame.truth.camera.width);
-    cloud.height = static_cast<std::uint32_t>(frame.truth.camera.height);
-    cloud.xyz = std::move(frame.xyz);
-    cloud.colors = std::move(frame.truth.colors);
-    cloud.labels = std::move(frame.labels);
-    cloud.T_world_sensor = frame.T_world_camera;
-    io::writePcd(clouds + "/" + frameName(i), cloud, io::PcdEncoding::Binary, mode);
-    poses.push_back({frame.timestamp, frame.T_world_camera});
-    if (progress) progress(i + 1);
-  }
-  io::writeTumPoses(directory + "/poses.txt", poses, mode);
 }
 
 }  // namespace evaluation

@@ -95,6 +95,29 @@ std::pair<float, float> rangeAround(const std::vector<float>& disparity, int wid
   return {low, high};
 }
 
+/// Squares of the image that are matched with another place of their row, each at one disparity
+/// anywhere between the smallest and the largest there is.
+void mismatch(std::vector<float>& measured, int width, const StereoSensorParams& params,
+              Random& random) {
+  const float largest = *std::max_element(measured.begin(), measured.end());
+  const auto low = static_cast<float>(params.smallest_disparity_px);
+  if (largest <= low) return;
+  const auto side = static_cast<std::size_t>(params.wrong_patch_px);
+  const auto columns = static_cast<std::size_t>(width);
+  const std::size_t rows = measured.size() / columns;
+  for (std::size_t top = 0; top < rows; top += side)
+    for (std::size_t left = 0; left < columns; left += side) {
+      const bool wrong = random.uniform() < params.wrong_share;
+      const auto d = static_cast<float>(random.uniform(low, largest));
+      if (!wrong) continue;
+      for (std::size_t row = top; row < std::min(top + side, rows); ++row)
+        for (std::size_t column = left; column < std::min(left + side, columns); ++column) {
+          float& value = measured[row * columns + column];
+          if (value > 0.0f) value = d;
+        }
+    }
+}
+
 }  // namespace
 
 void StereoSensorParams::validate() const {
@@ -110,6 +133,8 @@ void StereoSensorParams::validate() const {
   requireInRange("edge_hole_share", edge_hole_share, 0.0, 1.0 - flying_share);
   requireInRange("hole_share", hole_share, 0.0, 1.0);
   requireInRange("smallest_incidence", smallest_incidence, 0.0, 1.0);
+  requireInRange("wrong_share", wrong_share, 0.0, 1.0);
+  requireInRange("wrong_patch_px", wrong_patch_px, 1, 1000, "px");
 }
 
 StereoSensorParams StereoSensorParams::perfect() {
@@ -157,6 +182,7 @@ std::vector<float> measureDisparity(const Rendering& rendering, const StereoSens
         d = params.disparity_step_px * std::round(d / params.disparity_step_px);
       if (d >= params.smallest_disparity_px) measured[i] = static_cast<float>(d);
     }
+  if (params.wrong_share > 0.0) mismatch(measured, width, params, random);
   return measured;
 }
 

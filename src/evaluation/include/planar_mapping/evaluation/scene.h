@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,8 @@ struct Material {
   Pattern pattern = Pattern::Speckles;
   /// How well stereo finds its way on it, in [0, 1]; plain surfaces (0) leave holes.
   double texture = 1.0;
+  /// Share of the square metres of a flat face that have a poster on them, in [0, 1].
+  double posters = 0.0;
 };
 
 /// A solid of the scene. A box has faces 0 to 5: -x, +x, -y, +y, -z, +z of its own axes; a
@@ -37,6 +40,10 @@ struct SceneObject {
   Pose T_world_object = Pose::Identity();
   Vector3 size = Vector3::Ones();  ///< metres
   Material material;
+  int first_frame = 0;                               ///< in which it is there
+  int last_frame = std::numeric_limits<int>::max();  ///< in which it is there
+
+  bool isThere(int frame) const { return first_frame <= frame && frame <= last_frame; }
 };
 
 constexpr int kCurvedFace = 6;
@@ -46,11 +53,12 @@ constexpr int kCurvedFace = 6;
 struct PLANAR_MAPPING_EXPORT Scene {
   std::string name;
   std::vector<SceneObject> objects;
-  std::vector<Pose> path;      ///< T_world_camera, camera optical frame
-  double camera_height = 0.0;  ///< above the ground, metres
+  std::vector<Pose> path;                                 ///< T_world_camera, camera optical frame
+  double camera_height = 0.0;                             ///< above the ground, metres
+  Vector3 light = Vector3(0.35, -0.5, 0.8).normalized();  ///< towards it, unit length
 
-  /// Turns objects and path about the world's z axis (radians), so that walls no longer lie
-  /// along the axes a grid would favour.
+  /// Turns objects, path and light about the world's z axis (radians), so that walls no longer
+  /// lie along the axes a grid would favour.
   void rotate(double yaw);
 };
 
@@ -63,14 +71,40 @@ struct ScenePlanes {
 
 PLANAR_MAPPING_EXPORT ScenePlanes planesOf(const Scene& scene);
 
-/// Names makeScene() knows: "room", "corridor", "outdoor".
+enum class Path {
+  Forward,   ///< from the beginning of the scene to its end; room: once around
+  Return,    ///< there, a turn on the spot, and back; room: twice around
+  Standing,  ///< every frame from the first place
+};
+
+struct PLANAR_MAPPING_EXPORT SceneParams {
+  std::string name = "room";
+  int frames = 12;  ///< >= 1
+  Path path = Path::Forward;
+  /// Metres between frames, >= 0; the path ends early, or stands still at its end. 0 = the frames
+  /// are spread over the whole path.
+  double step = 0.0;
+  double length = 0.0;  ///< of the corridor, metres, [8, 1000]; 0 = the hand-made one of 16 m
+  /// Adds what does not stay: a person who leaves, and a door that opens.
+  bool moving = false;
+
+  /// \throws ParameterError; InputError for an unknown name
+  void validate() const;
+};
+
+/// Names makeScene() knows: "room", "corridor", "outdoor", "rooms".
 PLANAR_MAPPING_EXPORT const std::vector<std::string>& sceneNames();
 
-/// Builds a scene with a path of \p frames poses.
+/// Builds a scene with its path.
 /// - room: 6 x 4.8 m, furnished, camera 1.25 m above the floor turning once around;
-/// - corridor: 16 m with doors, niches, side rooms and boxes, camera at 0.37 m (the paper, IV);
-/// - outdoor: 30 x 10 m between walls, steps, trunks, columns and pillars, camera at 0.37 m.
-/// \throws ParameterError for frames < 1; InputError for an unknown name
+/// - corridor: doors, niches, side rooms and boxes, camera at 0.37 m (the paper, IV);
+/// - outdoor: 30 x 10 m between walls, steps, trunks, columns and pillars, camera at 0.37 m; a
+///   carton and a bicycle stand are moved half way;
+/// - rooms: two rooms side by side whose outer walls are one plane each, a doorway between them,
+///   camera at 0.37 m.
+/// \throws as SceneParams::validate()
+PLANAR_MAPPING_EXPORT Scene makeScene(const SceneParams& params);
+/// The same with \p frames along the usual path.
 PLANAR_MAPPING_EXPORT Scene makeScene(const std::string& name, int frames);
 
 }  // namespace evaluation

@@ -10,6 +10,7 @@
 
 #include "planar_mapping/core/export.h"
 #include "planar_mapping/core/random.h"
+#include "planar_mapping/evaluation/image_renderer.h"
 #include "planar_mapping/evaluation/ray_caster.h"
 #include "planar_mapping/evaluation/scene.h"
 #include "planar_mapping/evaluation/stereo_sensor.h"
@@ -20,33 +21,53 @@ namespace evaluation {
 struct PLANAR_MAPPING_EXPORT SimulationParams {
   std::string scene = "room";
   int frames = 12;            ///< >= 1
+  Path path = Path::Forward;  ///< see scene.h; likewise the next three
+  double step = 0.0;          ///< metres
+  double length = 0.0;        ///< metres
+  bool moving = false;
   double yaw = 0.0;           ///< of the whole world about z, radians
   int width = 640;            ///< pixels, [8, 8192]
   int height = 480;           ///< pixels, [8, 8192]
   double focal_length = 0.0;  ///< pixels; 0 = 500 for a width of 640, in proportion
+  double plain_share = 0.0;   ///< of all surface, in patches: nothing to match, in [0, 1]
+  bool clouds = true;         ///< measure disparities and points
+  bool images = false;        ///< render the left and the right image
+  bool color_images = false;  ///< RGB instead of gray
+  double image_noise = 1.5;   ///< standard deviation, gray levels of 255
+  bool colors = true;         ///< of the truth; images need them, clouds can do without
   StereoSensorParams sensor;
   std::uint64_t seed = Random::kDefaultSeed;
   double speed = 0.4;  ///< of the camera, m/s; makes the time stamps
+  int threads = 1;     ///< 0 = all cores; changes nothing but the time
 
   /// \throws ParameterError; InputError for an unknown scene
   void validate() const;
   PinholeCamera camera() const;
+  /// What makeScene() is asked for.
+  SceneParams sceneParams() const;
 };
 
-/// One simulated frame: the measured cloud and the truth about each of its pixels.
+/// One simulated frame: what is measured, and the truth about each pixel of the left image.
 struct SimulatedFrame {
+  std::size_t index = 0;
   Pose T_world_camera = Pose::Identity();
   double timestamp = 0.0;
   Rendering truth;
   std::vector<float> disparity;       ///< measured, 0 = none
   std::vector<float> xyz;             ///< measured, camera frame, NaN = none
   std::vector<std::uint32_t> labels;  ///< 1 + index into planes(), 0 = curved or nothing
+  io::Image left;                     ///< rectified pair; empty unless asked for
+  io::Image right;
 };
 
 /// A scene seen frame by frame. Frames do not depend on each other or on the order of asking.
 class PLANAR_MAPPING_EXPORT Simulation {
  public:
+  /// \throws ParameterError; InputError for an unknown scene
   explicit Simulation(const SimulationParams& params);
+  /// A scene of the caller's own instead of a named one; what \p params say about the scene and its
+  /// path is not used, but for the yaw. \throws InputError for a scene without a path
+  Simulation(const SimulationParams& params, const Scene& scene);
 
   const SimulationParams& params() const { return params_; }
   const Scene& scene() const { return scene_; }
@@ -54,19 +75,32 @@ class PLANAR_MAPPING_EXPORT Simulation {
   std::size_t size() const { return scene_.path.size(); }
   /// \throws InputError if there is no such frame
   SimulatedFrame frame(std::size_t index) const;
+  /// Index into planes() of a face of an object of the scene, -1 where curved.
+  int planeOf(std::size_t object, int face) const;
 
   /// The truth as JSON: camera, objects (centre, full lengths, quaternion xyzw, planes), planes.
   std::string truthJson() const;
 
  private:
+  void prepare();
+
   SimulationParams params_;
   Scene scene_;
   ScenePlanes planes_;
   std::vector<double> timestamps_;
 };
 
-/// Writes a sequence folder: clouds/NNNNNN.pcd (organized, camera frame, VIEWPOINT = pose, with
-/// rgb and label), poses.txt, calib.yaml, scene.json. The directory is made if it is missing.
+/// Truth of the depth image of a written sequence: metres = value / kTruthDepthScale.
+constexpr double kTruthDepthScale = 1000.0;
+
+/// Writes a sequence folder: calib.yaml, poses.txt, scene.json, and
+/// - with clouds: clouds/NNNNNN.pcd (organized, camera frame, VIEWPOINT = pose, with rgb and
+/// label);
+/// - with images: left/NNNNNN.png and right/NNNNNN.png, and the truth of the left image's pixels:
+///   depth_gt/NNNNNN.png (16 bits, see kTruthDepthScale, 0 = none or beyond 65.535 m) and
+///   labels_gt/NNNNNN.png (16 bits, as SimulatedFrame::labels).
+/// With both, the clouds are a sequence folder of their own, measured/, so that it is clear what
+/// either folder is read as. The directory is made if it is missing.
 /// \param progress  called after each frame with the number done; may be empty
 /// \throws IoError if something exists already and \p overwrite is false, or cannot be written
 PLANAR_MAPPING_EXPORT void writeSequence(const Simulation& simulation, const std::string& directory,

@@ -26,6 +26,8 @@ struct PLANAR_MAPPING_EXPORT StereoSensorParams {
   double edge_hole_share = 0.25;       ///< of the pixels at an edge: nothing
   double hole_share = 0.35;            ///< of a surface without any texture: nothing, in patches
   double smallest_incidence = 0.06;    ///< cosine below which a surface is not matched
+  double wrong_share = 0.0;            ///< of the measured pixels: matched with something else
+  int wrong_patch_px = 3;              ///< wrong matches come in squares of this side, >= 1
 
   /// \throws ParameterError
   void validate() const;
