@@ -19,6 +19,8 @@ namespace {
 
 constexpr std::size_t kLargestFile = std::size_t{1} << 20;
 constexpr double kLargestImage = 65535;
+constexpr double kTiny = 1e-9;
+constexpr double kHuge = 1e9;
 
 class Reader {
  public:
@@ -33,9 +35,11 @@ class Reader {
     std::set<std::string> seen;
     for (const auto& entry : root_) {
       const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "";
-      static const std::set<std::string> kKeys = {"image_width", "image_height", "fx",
-                                                  "fy",          "cx",           "cy",
-                                                  "baseline_m",  "cx_right",     "depth_scale"};
+      static const std::set<std::string> kKeys = {
+          "image_width", "image_height", "fx",       "fy",       "cx",       "cy",
+          "baseline_m",  "cx_right",     "fx_right", "fy_right", "cy_right", "depth_scale",
+          "k1",          "k2",           "p1",       "p2",       "k3",       "k1_right",
+          "k2_right",    "p1_right",     "p2_right", "k3_right", "rotation", "translation_m"};
       if (kKeys.count(key) == 0) fail(entry.first.Mark(), "unknown key " + quoted(key));
       if (!seen.insert(key).second) fail(entry.first.Mark(), "key '" + key + "' twice");
     }
@@ -59,6 +63,25 @@ class Reader {
     }
     return value;
   }
+  double number(const std::string& key, double low, double high, double absent) const {
+    return has(key.c_str()) ? number(key.c_str(), low, high) : absent;
+  }
+  std::vector<double> numbers(const char* key, std::size_t count) const {
+    const YAML::Node node = root_[key];
+    if (!node) throw IoError(path_, std::string("has no key '") + key + "'");
+    std::vector<double> values(count);
+    bool sound = node.IsSequence() && node.size() == count;
+    for (std::size_t i = 0; sound && i < count; ++i) {
+      sound = node[i].IsScalar() && parseNumber(node[i].Scalar(), values[i]) &&
+              std::isfinite(values[i]);
+    }
+    if (!sound)
+      fail(node.Mark(), std::string(key) + " is no list of " + std::to_string(count) + " numbers");
+    return values;
+  }
+  [[noreturn]] void fail(const char* key, const std::string& problem) const {
+    fail(root_[key].Mark(), problem);
+  }
   int integer(const char* key) const {
     const double value = number(key, 1, kLargestImage);
     if (value != std::floor(value))
@@ -75,12 +98,54 @@ class Reader {
   YAML::Node root_;
 };
 
+LensDistortion readDistortion(const Reader& reader, const std::string& suffix) {
+  constexpr double kLargest = 1e6;
+  const auto read = [&](const std::string& name) {
+    return reader.number(name + suffix, -kLargest, kLargest, 0.0);
+  };
+  return {read("k1"), read("k2"), read("p1"), read("p2"), read("k3")};
+}
+
+UnrectifiedPair readUnrectified(const Reader& reader, const PinholeCamera& left) {
+  UnrectifiedPair pair;
+  pair.left = readDistortion(reader, "");
+  pair.right = readDistortion(reader, "_right");
+  pair.right_camera = left;
+  pair.right_camera.fx = reader.number("fx_right", kTiny, kHuge, left.fx);
+  pair.right_camera.fy = reader.number("fy_right", kTiny, kHuge, left.fy);
+  pair.right_camera.cx = reader.number("cx_right", -kHuge, kHuge, left.cx);
+  pair.right_camera.cy = reader.number("cy_right", -kHuge, kHuge, left.cy);
+  const std::vector<double> rotation = reader.numbers("rotation", 9);
+  const std::vector<double> translation = reader.numbers("translation_m", 3);
+  Matrix3 R;
+  for (int i = 0; i < 9; ++i) R(i / 3, i % 3) = rotation[static_cast<std::size_t>(i)];
+  constexpr double kTolerance = 1e-3;  // of a rotation written with few digits
+  if ((R * R.transpose() - Matrix3::Identity()).cwiseAbs().maxCoeff() > kTolerance ||
+      R.determinant() < 0.0)
+    reader.fail("rotation", "rotation is no rotation matrix");
+  pair.T_right_left.linear() = Eigen::Quaterniond(R).normalized().toRotationMatrix();
+  pair.T_right_left.translation() = Vector3(translation[0], translation[1], translation[2]);
+  const double baseline = pair.T_right_left.translation().norm();
+  if (!(baseline >= kTiny && baseline <= kHuge))
+    reader.fail("translation_m", "translation_m is no baseline: its length is 0 or beyond 1e9");
+  return pair;
+}
+
+/// Keys that mean something only beside rotation and translation_m.
+void refuseUnrectifiedKeys(const Reader& reader) {
+  for (const char* key : {"fx_right", "fy_right", "cy_right", "k1", "k2", "p1", "p2", "k3",
+                          "k1_right", "k2_right", "p1_right", "p2_right", "k3_right", "rotation"}) {
+    if (reader.has(key))
+      reader.fail(key, std::string(key) +
+                           " belongs to a pair that is not rectified, which also has rotation and "
+                           "translation_m");
+  }
+}
+
 }  // namespace
 
 Calibration readCalibration(const std::string& path) {
   const Reader reader(path);
-  constexpr double kTiny = 1e-9;
-  constexpr double kHuge = 1e9;
   Calibration calibration;
   calibration.camera.width = reader.integer("image_width");
   calibration.camera.height = reader.integer("image_height");
@@ -93,6 +158,14 @@ Calibration readCalibration(const std::string& path) {
       reader.has("cx_right") ? reader.number("cx_right", -kHuge, kHuge) : calibration.camera.cx;
   if (reader.has("depth_scale"))
     calibration.depth_scale = reader.number("depth_scale", kTiny, kHuge);
+  if (reader.has("translation_m")) {
+    if (reader.has("baseline_m"))
+      reader.fail("baseline_m", "baseline_m of a pair that is not rectified is translation_m");
+    calibration.unrectified = readUnrectified(reader, calibration.camera);
+    calibration.baseline = calibration.unrectified->T_right_left.translation().norm();
+  } else {
+    refuseUnrectifiedKeys(reader);
+  }
   return calibration;
 }
 
@@ -109,7 +182,34 @@ std::string toYaml(const Calibration& calibration) {
   add("fy", calibration.camera.fy);
   add("cx", calibration.camera.cx);
   add("cy", calibration.camera.cy);
-  if (calibration.baseline) {
+  if (calibration.unrectified) {
+    const UnrectifiedPair& pair = *calibration.unrectified;
+    const auto addLens = [&add](const LensDistortion& lens, const std::string& suffix) {
+      add(("k1" + suffix).c_str(), lens.k1);
+      add(("k2" + suffix).c_str(), lens.k2);
+      add(("p1" + suffix).c_str(), lens.p1);
+      add(("p2" + suffix).c_str(), lens.p2);
+      add(("k3" + suffix).c_str(), lens.k3);
+    };
+    addLens(pair.left, "");
+    addLens(pair.right, "_right");
+    add("fx_right", pair.right_camera.fx);
+    add("fy_right", pair.right_camera.fy);
+    add("cx_right", pair.right_camera.cx);
+    add("cy_right", pair.right_camera.cy);
+    const auto addList = [&text](const char* key, const double* values, int count) {
+      text += std::string(key) + ": [";
+      for (int i = 0; i < count; ++i) {
+        if (i > 0) text += ", ";
+        appendNumber(text, values[i]);
+      }
+      text += "]\n";
+    };
+    const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> R = pair.T_right_left.linear();
+    const Vector3 t = pair.T_right_left.translation();
+    addList("rotation", R.data(), 9);
+    addList("translation_m", t.data(), 3);
+  } else if (calibration.baseline) {
     add("baseline_m", *calibration.baseline);
     if (calibration.cx_right != calibration.camera.cx) add("cx_right", calibration.cx_right);
   }

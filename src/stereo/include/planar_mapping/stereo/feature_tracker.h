@@ -1,0 +1,115 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/key_feature.h"
+#include "planar_mapping/io/calibration.h"
+#include "planar_mapping/io/image_file.h"
+
+namespace planar_mapping {
+
+enum class FeatureDetector : std::uint8_t {
+  Automatic,  ///< SURF where it was built, else SIFT
+  Surf,       ///< the paper's; of dlib
+  Sift,
+  Orb,
+  Akaze,
+};
+
+/// How the nearest descriptor is found.
+enum class DescriptorSearch : std::uint8_t {
+  Exact,  ///< every pair, in integers; faster than trees up to some thousand features
+  Flann,  ///< randomized trees with a fixed seed for float descriptors; binary ones stay exact
+};
+
+/// Parameters of FeatureTracker; all [ours].
+struct PLANAR_MAPPING_EXPORT FeatureTrackerParams {
+  FeatureDetector detector = FeatureDetector::Automatic;
+  int max_features = 800;  ///< of one image, spread evenly over it
+  /// Weakest response that counts, in the detector's own unit; 0 = its usual one.
+  double detection_threshold = 0.0;
+  // Left to right.
+  double epipolar_tolerance = 2.0;    ///< rows may differ by so much before refinement, pixels
+  double stereo_ratio = 0.9;          ///< best over second-best distance along the row, at most
+  double min_disparity = 0.5;         ///< of d + cx_right - cx: farther points say nothing, pixels
+  double max_disparity_share = 0.5;   ///< of the image width
+  int refine_window = 13;             ///< side of the window of the sub-pixel disparity, odd
+  double max_refine_residual = 0.35;  ///< of gray value differences in it, in standard deviations
+  // Frame to frame.
+  double track_ratio = 0.8;   ///< best over second-best distance, at most
+  bool mutual = true;         ///< each must be the other's best, in both matchings
+  bool refine_tracks = true;  ///< place in the new image by least squares on gray values
+  DescriptorSearch search = DescriptorSearch::Exact;
+  int remember_frames = 50;    ///< a track lost for so many frames can be found again
+  int max_remembered = 3000;   ///< lost tracks kept, the latest
+  std::uint64_t seed = 12345;  ///< of the trees
+  int threads = 1;             ///< 0 = all cores; never changes the result
+
+  /// \throws ParameterError, also for a detector that was not built
+  void validate() const;
+};
+
+/// Whether SURF was built (dlib was found).
+PLANAR_MAPPING_EXPORT bool hasSurf();
+
+/// What the tracker did with a frame.
+struct FeatureReport {
+  std::size_t features_left = 0;
+  std::size_t features_right = 0;
+  std::size_t stereo_matches = 0;  ///< with a disparity, or with depth for RGB-D
+  std::size_t tracked = 0;         ///< seen in the frame before
+  std::size_t reseen = 0;          ///< lost for a while
+  std::size_t new_tracks = 0;
+  std::size_t negative_disparities = 0;  ///< matches behind infinity
+  /// Most matches are behind infinity: left and right are exchanged.
+  bool swapped = false;
+  double detect_ms = 0.0;
+  double stereo_ms = 0.0;
+  double track_ms = 0.0;
+};
+
+/// Key features of a row of frames, matched left to right to 3-D positions and from frame to frame
+/// to tracks (the paper, III-B).
+///
+/// A feature gets the track of the feature in the frame before that has its descriptor; if there is
+/// none, that of a track lost within the last remember_frames frames; else a new one. Numbers of
+/// tracks are never used twice. Memory is bounded by max_features and max_remembered.
+///
+/// Deterministic; not to be called from several threads at once.
+class PLANAR_MAPPING_EXPORT FeatureTracker {
+ public:
+  /// \throws ParameterError
+  explicit FeatureTracker(const FeatureTrackerParams& params = {});
+  ~FeatureTracker();
+  FeatureTracker(FeatureTracker&& other) noexcept;
+  FeatureTracker& operator=(FeatureTracker&& other) noexcept;
+
+  const FeatureTrackerParams& params() const;
+
+  /// A rectified pair. Features without a match in the right image are left out.
+  /// \throws InputError if the images are empty or of different sizes, or the calibration has no
+  ///         baseline or another size
+  std::vector<KeyFeature> track(const io::Image& left, const io::Image& right,
+                                const io::Calibration& calibration);
+
+  /// An image with an organized cloud of the same size and camera (RGB-D). Features without a
+  /// finite point nearby are left out; at an edge the nearer surface counts.
+  /// \throws InputError if the image is empty or the cloud has another size
+  std::vector<KeyFeature> track(const io::Image& image, const PointsView& cloud);
+
+  const FeatureReport& report() const;
+  /// Forgets all tracks; numbers go on.
+  void reset();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace planar_mapping

@@ -1,0 +1,197 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "descriptors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <opencv2/core.hpp>
+#include <opencv2/flann.hpp>
+
+#include "planar_mapping/core/parallel.h"
+#include "planar_mapping/core/simd.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+constexpr std::int32_t kFar = std::numeric_limits<std::int32_t>::max();
+
+PLANAR_MAPPING_MULTIVERSION
+void squaredDistances(const std::int16_t* query, const std::int16_t* known, std::size_t count,
+                      std::size_t length, std::int32_t* out) {
+  for (std::size_t row = 0; row < count; ++row) {
+    const std::int16_t* values = known + row * length;
+    std::int32_t sum = 0;
+    for (std::size_t k = 0; k < length; ++k) {
+      const std::int32_t difference = static_cast<std::int16_t>(query[k] - values[k]);
+      sum += difference * difference;
+    }
+    out[row] = sum;
+  }
+}
+
+PLANAR_MAPPING_MULTIVERSION
+void hammingDistances(const std::uint64_t* query, const std::uint64_t* known, std::size_t count,
+                      std::size_t length, std::int32_t* out) {
+  for (std::size_t row = 0; row < count; ++row) {
+    const std::uint64_t* words = known + row * length;
+    std::int32_t sum = 0;
+    for (std::size_t k = 0; k < length; ++k) {
+      sum += static_cast<std::int32_t>(__builtin_popcountll(query[k] ^ words[k]));
+    }
+    out[row] = sum;
+  }
+}
+
+struct Nearest {
+  int row = -1;
+  std::int32_t best = kFar;
+  std::int32_t second = kFar;
+
+  void offer(int other, std::int32_t distance) {
+    if (distance < best) {
+      second = best;
+      best = distance;
+      row = other;
+    } else if (distance < second) {
+      second = distance;
+    }
+  }
+};
+
+std::vector<Nearest> searchExactly(const Descriptors& queries, const Descriptors& known,
+                                   int threads) {
+  constexpr std::size_t kRowsPerChunk = 64;
+  std::vector<Nearest> nearest(queries.size());
+  const std::size_t chunks = (queries.size() + kRowsPerChunk - 1) / kRowsPerChunk;
+  parallelFor(chunks, threads, [&](std::size_t chunk) {
+    std::vector<std::int32_t> distances(known.size());
+    const std::size_t last = std::min((chunk + 1) * kRowsPerChunk, queries.size());
+    for (std::size_t i = chunk * kRowsPerChunk; i < last; ++i) {
+      queries.distances(i, known, distances.data());
+      for (std::size_t j = 0; j < distances.size(); ++j)
+        nearest[i].offer(static_cast<int>(j), distances[j]);
+    }
+  });
+  return nearest;
+}
+
+cv::Mat floatsOf(const Descriptors& descriptors) {
+  cv::Mat floats(static_cast<int>(descriptors.size()), static_cast<int>(descriptors.length()),
+                 CV_32F);
+  for (int row = 0; row < floats.rows; ++row) {
+    const std::int16_t* values = descriptors.valuesOf(static_cast<std::size_t>(row));
+    std::copy(values, values + floats.cols, floats.ptr<float>(row));
+  }
+  return floats;
+}
+
+std::vector<Nearest> searchTrees(const Descriptors& queries, const Descriptors& known,
+                                 std::uint64_t seed) {
+  constexpr int kTrees = 4;
+  constexpr int kChecks = 96;
+  // The trees draw from OpenCV's generator of this thread; it is given back as it was.
+  const cv::RNG before = cv::theRNG();
+  cv::theRNG() = cv::RNG(seed);
+  const cv::Mat known_floats = floatsOf(known);
+  const cv::Mat query_floats = floatsOf(queries);
+  cv::Mat rows(query_floats.rows, 2, CV_32S);
+  cv::Mat distances(query_floats.rows, 2, CV_32F);
+  cv::flann::Index index(known_floats, cv::flann::KDTreeIndexParams(kTrees));
+  index.knnSearch(query_floats, rows, distances, 2, cv::flann::SearchParams(kChecks));
+  cv::theRNG() = before;
+  std::vector<Nearest> nearest(queries.size());
+  for (int i = 0; i < rows.rows; ++i) {
+    for (int k = 0; k < 2; ++k) {
+      const int row = rows.at<int>(i, k);
+      if (row < 0) continue;
+      const auto at = static_cast<std::size_t>(i);
+      nearest[at].offer(row, queries.distance(at, known, static_cast<std::size_t>(row)));
+    }
+  }
+  return nearest;
+}
+
+}  // namespace
+
+void Descriptors::addValues(const float* values, float scale) {
+  for (std::size_t k = 0; k < length_; ++k)
+    values_.push_back(static_cast<std::int16_t>(std::lround(scale * values[k])));
+}
+
+void Descriptors::addBytes(const std::uint8_t* bytes, std::size_t count) {
+  for (std::size_t word = 0; word < length_; ++word) {
+    std::uint64_t value = 0;
+    for (std::size_t k = 8 * word; k < std::min(8 * word + 8, count); ++k)
+      value |= static_cast<std::uint64_t>(bytes[k]) << (8 * (k % 8));
+    words_.push_back(value);
+  }
+}
+
+void Descriptors::add(const Descriptors& other, std::size_t row) {
+  if (length_ == 0) *this = Descriptors(other.binary_, other.length_);
+  const auto append = [&](auto& to, const auto& from) {
+    const auto first = from.begin() + static_cast<std::ptrdiff_t>(row * length_);
+    to.insert(to.end(), first, first + static_cast<std::ptrdiff_t>(length_));
+  };
+  if (binary_) {
+    append(words_, other.words_);
+  } else {
+    append(values_, other.values_);
+  }
+}
+
+std::int32_t Descriptors::distance(std::size_t row, const Descriptors& other,
+                                   std::size_t other_row) const {
+  std::int32_t out = 0;
+  if (binary_) {
+    hammingDistances(words_.data() + row * length_, other.words_.data() + other_row * length_, 1,
+                     length_, &out);
+  } else {
+    squaredDistances(valuesOf(row), other.valuesOf(other_row), 1, length_, &out);
+  }
+  return out;
+}
+
+void Descriptors::distances(std::size_t row, const Descriptors& other, std::int32_t* out) const {
+  if (binary_) {
+    hammingDistances(words_.data() + row * length_, other.words_.data(), other.size(), length_,
+                     out);
+  } else {
+    squaredDistances(valuesOf(row), other.values_.data(), other.size(), length_, out);
+  }
+}
+
+std::vector<int> matchDescriptors(const Descriptors& queries, const Descriptors& known,
+                                  const DescriptorMatchParams& params) {
+  std::vector<int> matches(queries.size(), -1);
+  if (queries.empty() || known.empty()) return matches;
+  const bool trees = params.search == DescriptorSearch::Flann && !queries.isBinary();
+  const auto search = [&](const Descriptors& from, const Descriptors& to) {
+    return trees ? searchTrees(from, to, params.seed) : searchExactly(from, to, params.threads);
+  };
+  const std::vector<Nearest> nearest = search(queries, known);
+  // The query that is nearest to each known row; the first of equals.
+  std::vector<int> owner(known.size(), -1);
+  if (params.mutual) {
+    const std::vector<Nearest> back = search(known, queries);
+    for (std::size_t j = 0; j < back.size(); ++j) owner[j] = back[j].row;
+  } else {
+    for (std::size_t i = 0; i < nearest.size(); ++i) {
+      if (nearest[i].row < 0) continue;
+      int& current = owner[static_cast<std::size_t>(nearest[i].row)];
+      if (current < 0 || nearest[i].best < nearest[static_cast<std::size_t>(current)].best)
+        current = static_cast<int>(i);
+    }
+  }
+  for (std::size_t i = 0; i < nearest.size(); ++i) {
+    const Nearest& found = nearest[i];
+    if (found.row < 0 || owner[static_cast<std::size_t>(found.row)] != static_cast<int>(i))
+      continue;
+    if (isDistinct(found.best, found.second, params.ratio, queries.isBinary()))
+      matches[i] = found.row;
+  }
+  return matches;
+}
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,71 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "disparity_range.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "semi_global.h"
+
+#include <opencv2/imgproc.hpp>
+
+namespace planar_mapping::detail {
+namespace {
+
+/// Smaller by a power of two until a search over all disparities takes about 2 ms.
+int reductionFor(const cv::Mat& image) {
+  constexpr std::size_t kPixels = 30000;
+  int factor = 1;
+  while (image.total() / static_cast<std::size_t>(factor * factor) > kPixels &&
+         std::min(image.cols, image.rows) / (2 * factor) >= 24) {
+    factor *= 2;
+  }
+  return factor;
+}
+
+}  // namespace
+
+CoarseDisparities searchCoarsely(const cv::Mat& left, const cv::Mat& right, double infinity,
+                                 double largest) {
+  const int factor = reductionFor(left);
+  const cv::Size size(left.cols / factor, left.rows / factor);
+  cv::Mat small_left;
+  cv::Mat small_right;
+  cv::resize(left, small_left, size, 0.0, 0.0, cv::INTER_AREA);
+  cv::resize(right, small_right, size, 0.0, 0.0, cv::INTER_AREA);
+  const double scale = static_cast<double>(left.cols) / size.width;
+
+  SemiGlobalParams params;
+  params.min_disparity = static_cast<int>(std::floor(infinity / scale));
+  params.disparities = static_cast<int>(std::ceil(largest / scale)) - params.min_disparity + 1;
+  params.block_size = 3;
+  params.uniqueness_percent = 10;
+  params.left_right_tolerance = 1;
+  params.speckle_size = 20;
+  params.speckle_range = 2.0;
+  const cv::Mat disparity = matchSemiGlobally(small_left, small_right, params);
+
+  std::vector<float> found;
+  found.reserve(disparity.total());
+  for (int row = 0; row < disparity.rows; ++row) {
+    const float* values = disparity.ptr<float>(row);
+    for (int column = 0; column < disparity.cols; ++column) {
+      if (!std::isnan(values[column])) found.push_back(values[column]);
+    }
+  }
+  CoarseDisparities coarse;
+  coarse.density = static_cast<double>(found.size()) / static_cast<double>(disparity.total());
+  if (found.empty()) return coarse;
+  // A few pixels at either end are more likely wrong than seen.
+  const std::size_t outliers = std::min<std::size_t>(12, (found.size() - 1) / 4);
+  const auto low = found.begin() + static_cast<std::ptrdiff_t>(outliers);
+  std::nth_element(found.begin(), low, found.end());
+  coarse.low = *low * scale;
+  const auto high = found.end() - 1 - static_cast<std::ptrdiff_t>(outliers);
+  std::nth_element(found.begin(), high, found.end());
+  coarse.high = *high * scale;
+  return coarse;
+}
+
+}  // namespace planar_mapping::detail

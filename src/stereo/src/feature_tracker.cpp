@@ -1,0 +1,359 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/stereo/feature_tracker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "cv_image.h"
+#include "feature_detection.h"
+#include "feature_refinement.h"
+#include "planar_mapping/core/parallel.h"
+#include "stereo_features.h"
+#include "track_memory.h"
+
+namespace planar_mapping {
+namespace {
+
+using detail::DetectedFeatures;
+using detail::Detection;
+using detail::TrackMemory;
+
+/// The depth of a cloud at a place between pixels: between four points of one surface, else that of
+/// the nearest of the points around, because a corner belongs to the surface in front.
+std::optional<Vector3> pointAt(const PointsView& cloud, float column, float row) {
+  constexpr double kSameSurface = 0.02;  // of the depth
+  const int left = static_cast<int>(std::floor(column));
+  const int top = static_cast<int>(std::floor(row));
+  const auto inside = [&](int c, int r) {
+    return c >= 0 && r >= 0 && c < static_cast<int>(cloud.width) &&
+           r < static_cast<int>(cloud.height);
+  };
+  const auto indexOf = [&](int c, int r) {
+    return static_cast<std::size_t>(r) * cloud.width + static_cast<std::size_t>(c);
+  };
+  bool all = true;
+  double nearest = std::numeric_limits<double>::infinity();
+  double farthest = 0.0;
+  for (int k = 0; k < 4; ++k) {
+    const int c = left + k % 2;
+    const int r = top + k / 2;
+    if (!inside(c, r) || !cloud.isFinite(indexOf(c, r))) {
+      all = false;
+      break;
+    }
+    const double depth = cloud.point(indexOf(c, r)).z();
+    nearest = std::min(nearest, depth);
+    farthest = std::max(farthest, depth);
+  }
+  if (all && farthest - nearest <= kSameSurface * nearest) {
+    const double fx = double{column} - left;
+    const double fy = double{row} - top;
+    const auto point = [&](int c, int r) { return cloud.point(indexOf(left + c, top + r)); };
+    return Vector3((1.0 - fy) * ((1.0 - fx) * point(0, 0) + fx * point(1, 0)) +
+                   fy * ((1.0 - fx) * point(0, 1) + fx * point(1, 1)));
+  }
+  std::optional<Vector3> front;
+  const int center_column = static_cast<int>(std::lround(column));
+  const int center_row = static_cast<int>(std::lround(row));
+  for (int r = center_row - 1; r <= center_row + 1; ++r) {
+    for (int c = center_column - 1; c <= center_column + 1; ++c) {
+      if (!inside(c, r) || !cloud.isFinite(indexOf(c, r))) continue;
+      const Vector3 point = cloud.point(indexOf(c, r));
+      if (!front || point.z() < front->z()) front = point;
+    }
+  }
+  return front;
+}
+
+}  // namespace
+
+void FeatureTrackerParams::validate() const {
+  if (detector == FeatureDetector::Surf && !hasSurf())
+    throw ParameterError("detector: SURF needs dlib, which this build has not (libdlib-dev)");
+  requireInRange("max_features", max_features, 8, 20000);
+  requireInRange("detection_threshold", detection_threshold, 0.0, 1e6);
+  requireInRange("epipolar_tolerance", epipolar_tolerance, 0.0, 100.0, "px");
+  requirePositive("stereo_ratio", stereo_ratio);
+  requireInRange("stereo_ratio", stereo_ratio, 0.0, 1.0);
+  requireInRange("min_disparity", min_disparity, 0.0, 1000.0, "px");
+  requirePositive("max_disparity_share", max_disparity_share);
+  requireInRange("max_disparity_share", max_disparity_share, 0.0, 1.0);
+  requireInRange("refine_window", refine_window, 5, 41, "px");
+  if (refine_window % 2 == 0) throw ParameterError("refine_window", refine_window, "odd", "px");
+  requirePositive("max_refine_residual", max_refine_residual);
+  requireInRange("max_refine_residual", max_refine_residual, 0.0, 2.0);
+  requirePositive("track_ratio", track_ratio);
+  requireInRange("track_ratio", track_ratio, 0.0, 1.0);
+  requireInRange("remember_frames", remember_frames, 0, 1e6);
+  requireInRange("max_remembered", max_remembered, 0, 1e5);
+  requireInRange("threads", threads, 0, 4096);
+}
+
+struct FeatureTracker::Impl {
+  explicit Impl(const FeatureTrackerParams& wanted) : params(wanted) { params.validate(); }
+
+  /// A feature that has depth, on its way to a track.
+  struct Candidate {
+    std::size_t detection = 0;
+    float right_column = std::numeric_limits<float>::quiet_NaN();
+  };
+
+  std::vector<KeyFeature> trackStereo(const cv::Mat& left, const cv::Mat& right,
+                                      const io::Calibration& calibration);
+  std::vector<KeyFeature> trackWithCloud(const cv::Mat& image, const PointsView& cloud);
+
+  std::vector<int> matchPair(const DetectedFeatures& left, const DetectedFeatures& right,
+                             double infinity, int width);
+  std::vector<TrackMemory::Identity> identify(const detail::Descriptors& descriptors);
+  void refinePlaces(const cv::Mat& image, const std::vector<TrackMemory::Identity>& identities,
+                    std::vector<Detection>& places) const;
+  void remember(const cv::Mat& image, const std::vector<KeyFeature>& features,
+                const std::vector<std::size_t>& rows, const detail::Descriptors& descriptors);
+  void countOrigins(const std::vector<TrackMemory::Identity>& identities,
+                    const std::vector<std::size_t>& used);
+
+  FeatureTrackerParams params;
+  FeatureReport report;
+  TrackMemory memory;
+  cv::Mat last_image;
+};
+
+std::vector<int> FeatureTracker::Impl::matchPair(const DetectedFeatures& left,
+                                                 const DetectedFeatures& right, double infinity,
+                                                 int width) {
+  detail::RowSearch search;
+  search.epipolar_tolerance = params.epipolar_tolerance;
+  search.ratio = params.stereo_ratio;
+  search.mutual = params.mutual;
+  // Behind infinity nothing can be: what matches there better than in front tells of a mistake.
+  const double reach = params.max_disparity_share * width;
+  search.low = infinity - reach;
+  search.high = infinity + reach;
+  std::vector<int> matches = detail::matchAlongRows(left, right, search);
+  constexpr double kSlack = 2.0;  // pixels: a far point that is not exact is no mistake
+  std::size_t behind = 0;
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    if (matches[i] < 0) continue;
+    const Detection& other = right.places[static_cast<std::size_t>(matches[i])];
+    const double disparity = double{left.places[i].column} - other.column - infinity;
+    if (disparity < -kSlack) {
+      ++behind;
+    } else {
+      ++found;
+    }
+  }
+  report.negative_disparities = behind;
+  constexpr std::size_t kFewest = 20;
+  report.swapped = behind >= kFewest && behind > 2 * found;
+  search.low = infinity;
+  return detail::matchAlongRows(left, right, search);
+}
+
+std::vector<TrackMemory::Identity> FeatureTracker::Impl::identify(
+    const detail::Descriptors& descriptors) {
+  detail::DescriptorMatchParams match;
+  match.ratio = params.track_ratio;
+  match.mutual = params.mutual;
+  match.search = params.search;
+  match.seed = params.seed;
+  match.threads = params.threads;
+  return memory.identify(descriptors, match);
+}
+
+/// Detections of one corner in two images differ by a good part of a pixel; gray values agree
+/// better. Only for tracks of the last frame, whose image is at hand.
+void FeatureTracker::Impl::refinePlaces(const cv::Mat& image,
+                                        const std::vector<TrackMemory::Identity>& identities,
+                                        std::vector<Detection>& places) const {
+  if (!params.refine_tracks || last_image.empty() || last_image.size() != image.size()) return;
+  constexpr std::size_t kPlacesPerChunk = 64;
+  constexpr float kReach = 1.5f;
+  const std::size_t chunks = (places.size() + kPlacesPerChunk - 1) / kPlacesPerChunk;
+  parallelFor(chunks, params.threads, [&](std::size_t chunk) {
+    const std::size_t last = std::min((chunk + 1) * kPlacesPerChunk, places.size());
+    for (std::size_t i = chunk * kPlacesPerChunk; i < last; ++i) {
+      const TrackMemory::Identity& identity = identities[i];
+      if (identity.origin != TrackMemory::Origin::LastFrame) continue;
+      const detail::Patch patch(last_image, {identity.track.column, identity.track.row},
+                                params.refine_window);
+      const auto found = patch.find(image, {places[i].column, places[i].row}, kReach,
+                                    static_cast<float>(params.max_refine_residual));
+      if (!found) continue;
+      places[i].column = found->x;
+      places[i].row = found->y;
+    }
+  });
+}
+
+void FeatureTracker::Impl::remember(const cv::Mat& image, const std::vector<KeyFeature>& features,
+                                    const std::vector<std::size_t>& rows,
+                                    const detail::Descriptors& descriptors) {
+  detail::TrackSet seen;
+  for (std::size_t k = 0; k < features.size(); ++k) {
+    detail::Track track;
+    track.number = features[k].track;
+    track.sightings = features[k].sightings;
+    track.column = features[k].column;
+    track.row = features[k].row;
+    seen.add(track, descriptors, rows[k]);
+  }
+  memory.store(std::move(seen), params.remember_frames, params.max_remembered);
+  image.copyTo(last_image);
+}
+
+void FeatureTracker::Impl::countOrigins(const std::vector<TrackMemory::Identity>& identities,
+                                        const std::vector<std::size_t>& used) {
+  for (const std::size_t i : used) {
+    switch (identities[i].origin) {
+      case TrackMemory::Origin::New:
+        ++report.new_tracks;
+        break;
+      case TrackMemory::Origin::LastFrame:
+        ++report.tracked;
+        break;
+      case TrackMemory::Origin::Lost:
+        ++report.reseen;
+        break;
+    }
+  }
+}
+
+std::vector<KeyFeature> FeatureTracker::Impl::trackStereo(const cv::Mat& left, const cv::Mat& right,
+                                                          const io::Calibration& calibration) {
+  report = FeatureReport();
+  detail::Stopwatch watch;
+  DetectedFeatures found[2];
+  parallelFor(2, params.threads, [&](std::size_t side) {
+    found[side] = detail::detectFeatures(side == 0 ? left : right, params);
+  });
+  report.features_left = found[0].size();
+  report.features_right = found[1].size();
+  report.detect_ms = watch.lap();
+
+  const PinholeCamera& camera = calibration.camera;
+  const double infinity = camera.cx - calibration.cx_right;
+  const std::vector<int> matches = matchPair(found[0], found[1], infinity, left.cols);
+  detail::Descriptors descriptors;
+  std::vector<Detection> places;
+  std::vector<float> disparities;
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    if (matches[i] < 0) continue;
+    places.push_back(found[0].places[i]);
+    disparities.push_back(places.back().column -
+                          found[1].places[static_cast<std::size_t>(matches[i])].column);
+    descriptors.add(found[0].descriptors, i);
+  }
+  report.stereo_ms = watch.lap();
+  const std::vector<TrackMemory::Identity> identities = identify(descriptors);
+  refinePlaces(left, identities, places);
+  report.track_ms = watch.lap();
+
+  std::vector<detail::RowPlace> rows;
+  rows.reserve(places.size());
+  for (std::size_t i = 0; i < places.size(); ++i)
+    rows.push_back({places[i].column, places[i].row, places[i].column - disparities[i]});
+  const std::vector<float> right_columns =
+      detail::refineAlongRows(left, right, rows, params.refine_window,
+                              static_cast<float>(params.max_refine_residual), params.threads);
+  std::vector<KeyFeature> features;
+  std::vector<std::size_t> used;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const double disparity = double{places[i].column} - double{right_columns[i]};
+    const double from_infinity = disparity - infinity;
+    if (!(from_infinity >= std::max(params.min_disparity, 1e-3))) continue;  // NaN is out
+    KeyFeature feature;
+    feature.track = identities[i].track.number;
+    feature.sightings = identities[i].track.sightings;
+    feature.column = places[i].column;
+    feature.row = places[i].row;
+    feature.disparity = static_cast<float>(disparity);
+    const double depth = camera.fx * *calibration.baseline / from_infinity;
+    feature.position = Vector3((double{feature.column} - camera.cx) / camera.fx * depth,
+                               (double{feature.row} - camera.cy) / camera.fy * depth, depth);
+    features.push_back(feature);
+    used.push_back(i);
+  }
+  report.stereo_matches = features.size();
+  countOrigins(identities, used);
+  report.stereo_ms += watch.lap();
+  remember(left, features, used, descriptors);
+  report.track_ms += watch.lap();
+  return features;
+}
+
+std::vector<KeyFeature> FeatureTracker::Impl::trackWithCloud(const cv::Mat& image,
+                                                             const PointsView& cloud) {
+  report = FeatureReport();
+  detail::Stopwatch watch;
+  const DetectedFeatures found = detail::detectFeatures(image, params);
+  report.features_left = found.size();
+  report.detect_ms = watch.lap();
+  const std::vector<TrackMemory::Identity> identities = identify(found.descriptors);
+  std::vector<Detection> places = found.places;
+  refinePlaces(image, identities, places);
+  std::vector<KeyFeature> features;
+  std::vector<std::size_t> used;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const std::optional<Vector3> point = pointAt(cloud, places[i].column, places[i].row);
+    if (!point) continue;
+    KeyFeature feature;
+    feature.track = identities[i].track.number;
+    feature.sightings = identities[i].track.sightings;
+    feature.column = places[i].column;
+    feature.row = places[i].row;
+    feature.position = *point;
+    features.push_back(feature);
+    used.push_back(i);
+  }
+  report.stereo_matches = features.size();
+  countOrigins(identities, used);
+  remember(image, features, used, found.descriptors);
+  report.track_ms = watch.lap();
+  return features;
+}
+
+FeatureTracker::FeatureTracker(const FeatureTrackerParams& params)
+    : impl_(std::make_unique<Impl>(params)) {}
+FeatureTracker::~FeatureTracker() = default;
+FeatureTracker::FeatureTracker(FeatureTracker&& other) noexcept = default;
+FeatureTracker& FeatureTracker::operator=(FeatureTracker&& other) noexcept = default;
+
+const FeatureTrackerParams& FeatureTracker::params() const {
+  return impl_->params;
+}
+
+const FeatureReport& FeatureTracker::report() const {
+  return impl_->report;
+}
+
+std::vector<KeyFeature> FeatureTracker::track(const io::Image& left, const io::Image& right,
+                                              const io::Calibration& calibration) {
+  detail::requirePair(left, right);
+  detail::requireStereo(calibration, left.width, left.height);
+  const io::Image gray_left = io::toGray(left);
+  const io::Image gray_right = io::toGray(right);
+  return impl_->trackStereo(detail::matOf(gray_left), detail::matOf(gray_right), calibration);
+}
+
+std::vector<KeyFeature> FeatureTracker::track(const io::Image& image, const PointsView& cloud) {
+  detail::requireSound(image, "colour");
+  if (static_cast<int>(cloud.width) != image.width ||
+      static_cast<int>(cloud.height) != image.height) {
+    throw InputError(
+        "the image is " + detail::sizeText(image.width, image.height) + " pixels, its cloud " +
+        detail::sizeText(static_cast<int>(cloud.width), static_cast<int>(cloud.height)) +
+        " points");
+  }
+  const io::Image gray = io::toGray(image);
+  return impl_->trackWithCloud(detail::matOf(gray), cloud);
+}
+
+void FeatureTracker::reset() {
+  impl_->memory.clear();
+  impl_->last_image.release();
+}
+
+}  // namespace planar_mapping

@@ -1,2 +1,0 @@
-// SPDX-FileCopyrightText: planar_mapping contributors
-// SPDX-License-Identifier: BSD-3-Clause

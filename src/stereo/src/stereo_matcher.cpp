@@ -1,0 +1,209 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/stereo/stereo_matcher.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+#ifdef PLANAR_MAPPING_HAS_XIMGPROC
+#include <opencv2/ximgproc/disparity_filter.hpp>
+#endif
+
+#include "cv_image.h"
+#include "disparity_range.h"
+#include "semi_global.h"
+#include "subpixel.h"
+
+namespace planar_mapping {
+namespace {
+
+constexpr int kSmallestSide = 16;
+constexpr int kLargestDisparity = 2000;  // 16 of them fit OpenCV's 16 bits
+
+void requireOdd(const char* name, int value, int low, int high) {
+  requireInRange(name, value, low, high, "px");
+  if (value % 2 == 0) throw ParameterError(name, value, "odd", "px");
+}
+
+detail::SemiGlobalParams fineParams(const StereoMatcherParams& params) {
+  detail::SemiGlobalParams fine;
+  fine.paths = params.paths;
+  fine.block_size = params.block_size;
+  fine.smoothness_small = params.smoothness_small;
+  fine.smoothness_large = params.smoothness_large;
+  fine.prefilter_cap = params.prefilter_cap;
+  fine.uniqueness_percent = params.uniqueness_percent;
+  fine.left_right_tolerance = params.left_right_tolerance;
+  fine.speckle_size = params.speckle_size;
+  fine.speckle_range = params.speckle_range;
+  return fine;
+}
+
+/// Mean difference of neighbours along rows, which is what matching lives on.
+double contrastOf(const cv::Mat& gray) {
+  std::uint64_t sum = 0;
+  for (int row = 0; row < gray.rows; ++row) {
+    const std::uint8_t* values = gray.ptr(row);
+    std::uint32_t row_sum = 0;
+    for (int column = 1; column < gray.cols; ++column) {
+      row_sum += static_cast<std::uint32_t>(std::abs(values[column] - values[column - 1]));
+    }
+    sum += row_sum;
+  }
+  return static_cast<double>(sum) / static_cast<double>(gray.total());
+}
+
+#ifdef PLANAR_MAPPING_HAS_XIMGPROC
+/// Weighted least squares with the left image as guide; the confidence comes from the disparities
+/// of the right image.
+cv::Mat smoothByWls(const cv::Mat& left, const cv::Mat& right, const cv::Mat& disparity,
+                    const detail::SemiGlobalParams& fine, const StereoMatcherParams& params) {
+  detail::SemiGlobalParams mirrored = fine;
+  // Looking from the right, a point lies at column + d: mirrored images turn that into column - d.
+  cv::Mat mirrored_left;
+  cv::Mat mirrored_right;
+  cv::flip(left, mirrored_left, 1);
+  cv::flip(right, mirrored_right, 1);
+  cv::Mat of_right = detail::matchSemiGlobally(mirrored_right, mirrored_left, mirrored);
+  cv::flip(of_right, of_right, 1);
+  const auto toFixed = [](const cv::Mat& values, double sign, double none) {
+    cv::Mat fixed(values.size(), CV_16S);
+    for (int row = 0; row < values.rows; ++row) {
+      const float* in = values.ptr<float>(row);
+      auto* out = fixed.ptr<std::int16_t>(row);
+      for (int column = 0; column < values.cols; ++column) {
+        const double value = std::isnan(in[column]) ? none : sign * in[column];
+        out[column] = static_cast<std::int16_t>(std::lround(16.0 * value));
+      }
+    }
+    return fixed;
+  };
+  const cv::Mat fixed_left = toFixed(disparity, 1.0, fine.min_disparity - 1);
+  const cv::Mat fixed_right = toFixed(of_right, -1.0, -(fine.min_disparity + fine.disparities));
+  const auto filter = cv::ximgproc::createDisparityWLSFilterGeneric(true);
+  filter->setLambda(params.wls_lambda);
+  filter->setSigmaColor(params.wls_sigma);
+  filter->setDepthDiscontinuityRadius(std::max(1, params.block_size / 2));
+  cv::Mat filtered;
+  filter->filter(fixed_left, left, filtered, fixed_right, cv::Rect(0, 0, left.cols, left.rows));
+  cv::Mat out(filtered.size(), CV_32F);
+  for (int row = 0; row < out.rows; ++row) {
+    for (int column = 0; column < out.cols; ++column) {
+      const double value = filtered.at<std::int16_t>(row, column) / 16.0;
+      const bool inside = value >= fine.min_disparity && column - value >= 0.0;
+      out.at<float>(row, column) =
+          inside ? static_cast<float>(value) : std::numeric_limits<float>::quiet_NaN();
+    }
+  }
+  return out;
+}
+#endif
+
+}  // namespace
+
+bool hasWlsFilter() {
+#ifdef PLANAR_MAPPING_HAS_XIMGPROC
+  return true;
+#else
+  return false;
+#endif
+}
+
+void StereoMatcherParams::validate() const {
+  if (min_disparity)
+    requireInRange("min_disparity", *min_disparity, -kLargestDisparity, kLargestDisparity, "px");
+  if (disparities) requireInRange("disparities", *disparities, 1, kLargestDisparity, "px");
+  requireInRange("near_distance", near_distance, 0.0, 1e6, "m");
+  requirePositive("max_disparity_share", max_disparity_share);
+  requireInRange("max_disparity_share", max_disparity_share, 0.0, 1.0);
+  requireOdd("block_size", block_size, 1, 31);
+  requireInRange("smoothness_small", smoothness_small, 0.0, 1000.0);
+  requireInRange("smoothness_large", smoothness_large, smoothness_small, 1000.0);
+  requireInRange("prefilter_cap", prefilter_cap, 1, 63);
+  requireInRange("uniqueness_percent", uniqueness_percent, 0.0, 100.0);
+  requireInRange("left_right_tolerance", left_right_tolerance, -1.0, kLargestDisparity, "px");
+  requireInRange("speckle_size", speckle_size, 0, 1e9, "px");
+  requirePositive("speckle_range", speckle_range, "px");
+  requireInRange("speckle_range", speckle_range, 0.0, kLargestDisparity, "px");
+  requireOdd("refine_window", refine_window, 3, 31);
+  requirePositive("wls_lambda", wls_lambda);
+  requirePositive("wls_sigma", wls_sigma);
+  requireInRange("threads", threads, 0, 4096);
+  if (wls && !hasWlsFilter())
+    throw ParameterError("wls: this build has no ximgproc of OpenCV (libopencv-contrib-dev)");
+}
+
+StereoMatcher::StereoMatcher(const StereoMatcherParams& params) : params_(params) {
+  params_.validate();
+}
+
+DisparityImage StereoMatcher::match(const io::Image& left, const io::Image& right,
+                                    const io::Calibration& calibration,
+                                    StereoReport* report) const {
+  detail::requirePair(left, right);
+  if (std::min(left.width, left.height) < kSmallestSide) {
+    throw InputError("images of " + detail::sizeText(left.width, left.height) +
+                     " pixels are too small for stereo; 16 x 16 is the least");
+  }
+  StereoReport unused;
+  StereoReport& out = report != nullptr ? *report : unused;
+  out = StereoReport();
+  detail::Stopwatch watch;
+  const io::Image gray_left = io::toGray(left);
+  const io::Image gray_right = io::toGray(right);
+  const cv::Mat l = detail::matOf(gray_left);
+  const cv::Mat r = detail::matOf(gray_right);
+  out.contrast = contrastOf(l);
+  out.brightness = cv::mean(l)[0];
+
+  const double infinity = calibration.camera.cx - calibration.cx_right;
+  double largest = infinity + params_.max_disparity_share * left.width;
+  if (params_.near_distance > 0.0 && calibration.baseline) {
+    largest = std::min(
+        largest, infinity + calibration.camera.fx * *calibration.baseline / params_.near_distance);
+  }
+  largest = std::clamp(largest, infinity + 16.0, infinity + kLargestDisparity);
+  detail::SemiGlobalParams fine = fineParams(params_);
+  detail::CoarseDisparities coarse = detail::searchCoarsely(l, r, infinity, largest);
+  constexpr double kPoor = 0.35;  // share of pixels; a good pair has more even at its worst
+  if (coarse.density < kPoor) {
+    const detail::CoarseDisparities exchanged =
+        detail::searchCoarsely(r, l, -infinity, largest - 2.0 * infinity);
+    out.swapped = exchanged.density > 2.0 * coarse.density && exchanged.density > 0.2;
+  }
+  // Of what was seen on the small images, with the margin of their own error.
+  const double margin = 8.0 + 0.05 * (coarse.high - coarse.low);
+  if (coarse.density == 0.0) {
+    coarse.low = infinity;
+    coarse.high = largest;
+  }
+  const double low = std::max(std::floor(infinity), std::floor(coarse.low - margin));
+  fine.min_disparity = params_.min_disparity.value_or(static_cast<int>(low));
+  fine.disparities = params_.disparities.value_or(
+      std::max(16, static_cast<int>(std::ceil(std::min(largest, coarse.high + margin))) -
+                       fine.min_disparity + 1));
+  fine.disparities = (fine.disparities + 15) / 16 * 16;
+  out.min_disparity = fine.min_disparity;
+  out.disparities = fine.disparities;
+  out.range_ms = watch.lap();
+
+  cv::Mat disparity = detail::matchSemiGlobally(l, r, fine);
+  out.match_ms = watch.lap();
+#ifdef PLANAR_MAPPING_HAS_XIMGPROC
+  if (params_.wls) disparity = smoothByWls(l, r, disparity, fine, params_);
+#endif
+  if (params_.refine) {
+    detail::refineDisparity(l.data, r.data, left.width, left.height, params_.refine_window,
+                            params_.threads, disparity.ptr<float>());
+  }
+  DisparityImage result;
+  result.width = left.width;
+  result.height = left.height;
+  result.values.assign(disparity.ptr<float>(), disparity.ptr<float>() + disparity.total());
+  out.refine_ms = watch.lap();
+  out.density = result.density();
+  return result;
+}
+
+}  // namespace planar_mapping
