@@ -76,8 +76,11 @@ Json sequenceInfo(const std::string& path) {
   const char* poses = sequence.poseSource() == io::PoseSource::None        ? "none"
                       : sequence.poseSource() == io::PoseSource::Viewpoint ? "viewpoint"
                                                                            : "file";
+  const char* kind = sequence.kind() == io::SequenceKind::Rgbd     ? "rgbd"
+                     : sequence.kind() == io::SequenceKind::Stereo ? "stereo"
+                                                                   : "clouds";
   Json info = {{"type", "sequence"},
-               {"kind", sequence.kind() == io::SequenceKind::Rgbd ? "rgbd" : "clouds"},
+               {"kind", kind},
                {"frames", sequence.size()},
                {"poses", poses}};
   if (sequence.calibration()) {

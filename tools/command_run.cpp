@@ -76,9 +76,9 @@ Configuration configurationOf(const RunArguments& arguments) {
 /// One line that is drawn over and over, on a terminal only.
 void drawBar(std::size_t done, std::size_t all, const FrameReport& report) {
   constexpr std::size_t kWidth = 30;
-  const std::size_t filled = all > 0 ? kWidth * done / all : kWidth;
+  const std::size_t filled = all > 0 ? kWidth * done / all : 0;
   std::cerr << "\r[" << std::string(filled, '#') << std::string(kWidth - filled, '.') << "] "
-            << done << '/' << all << "  " << report.planes << " planes, " << report.cuboids
+            << done << (all > 0 ? "/" + std::to_string(all) : std::string()) << "  " << report.planes << " planes, " << report.cuboids
             << " cuboids, " << static_cast<int>(report.frame_ms) << " ms   ";
   if (done == all) std::cerr << '\n';
   std::cerr.flush();

@@ -6,6 +6,8 @@
 #include <chrono>
 #include <cmath>
 
+#include "picture_fingerprint.h"
+
 namespace planar_mapping {
 namespace {
 
@@ -21,38 +23,91 @@ bool isUsable(const pcl::PointXYZ& p) {
   return std::abs(p.x) <= kFarthest && std::abs(p.y) <= kFarthest && std::abs(p.z) <= kFarthest;
 }
 
+Indices usablePoints(const FrameCloud& cloud) {
+  Indices indices;
+  indices.reserve(cloud.size());
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (isUsable(cloud[i])) indices.push_back(static_cast<int>(i));
+  }
+  return indices;
+}
+
+/// Stages through the last one of these kinds.
+std::size_t sizeThrough(const Configuration& configuration,
+                        std::initializer_list<StageKind> kinds) {
+  std::size_t size = 0;
+  for (std::size_t i = 0; i < configuration.stages.size(); ++i) {
+    const StageKind kind = configuration.stages[i].kind;
+    if (std::find(kinds.begin(), kinds.end(), kind) != kinds.end()) size = i + 1;
+  }
+  return size;
+}
+
 }  // namespace
 
-Pipeline::Pipeline(Configuration configuration) : configuration_(std::move(configuration)) {}
+Pipeline::Pipeline(Configuration configuration)
+    : configuration_(std::move(configuration)),
+      front_end_size_(sizeThrough(configuration_, {StageKind::Images, StageKind::Features})),
+      sensing_size_(std::max(front_end_size_, sizeThrough(configuration_, {StageKind::Motion}))),
+      adapted_(configuration_.stages.size(), false) {}
 
 FrameReport Pipeline::process(Frame& frame) {
-  return runStages(frame, true);
+  return runSections(frame, Extent::All);
+}
+
+FrameReport Pipeline::processFrontEnd(Frame& frame) {
+  return runSections(frame, Extent::FrontEnd);
 }
 
 FrameReport Pipeline::replay(Frame& frame) {
-  return runStages(frame, false);
+  return runSections(frame, Extent::WithoutMap);
 }
 
-FrameReport Pipeline::runStages(Frame& frame, bool insert) {
+FrameReport Pipeline::runSections(Frame& frame, Extent extent) {
   const Clock::time_point start = Clock::now();
-  findUsablePoints(frame);
-  std::vector<double> stage_ms(configuration_.stages.size(), 0.0);
-  if (frame.indices.empty()) {
-    frame.warnings.push_back("no point of " + frame.source + " is finite");
-  } else {
-    adaptTo(frame);
-    frame.map = &map_;
-    for (std::size_t i = 0; i < configuration_.stages.size(); ++i) {
-      if (!insert && configuration_.stages[i].kind == StageKind::Map) continue;
-      const Clock::time_point stage_start = Clock::now();
-      configuration_.stages[i].stage->process(frame);
-      stage_ms[i] = millisecondsSince(stage_start);
+  frame.map = &map_;
+  frame.stage_ms.resize(configuration_.stages.size(), 0.0);
+  if (!frame.front_end_done) runFrontEnd(frame);
+  if (extent != Extent::FrontEnd) {
+    findUsablePoints(frame);
+    for (std::size_t i = front_end_size_; i < sensing_size_; ++i) runStage(i, frame);
+    if (frame.skip_reason.empty()) adaptMapping(frame);
+    for (std::size_t i = sensing_size_; i < configuration_.stages.size(); ++i) {
+      const bool is_map = configuration_.stages[i].kind == StageKind::Map;
+      if (!is_map || extent != Extent::WithoutMap) runStage(i, frame);
     }
   }
   FrameReport result = report(frame);
-  result.stage_ms = std::move(stage_ms);
   result.frame_ms = millisecondsSince(start);
   return result;
+}
+
+void Pipeline::runFrontEnd(Frame& frame) {
+  const std::uint64_t pictures = detail::pictureFingerprint(frame);
+  if (pictures != 0 && pictures == last_pictures_ && frame.skip_reason.empty()) {
+    frame.skip_reason =
+        "the image is that of the frame before, pixel for pixel; is the camera frozen?";
+  }
+  if (pictures != 0) last_pictures_ = pictures;
+  for (std::size_t i = 0; i < front_end_size_; ++i) runStage(i, frame);
+  frame.front_end_done = true;
+}
+
+void Pipeline::runStage(std::size_t index, Frame& frame) {
+  if (!frame.skip_reason.empty()) return;
+  const Clock::time_point start = Clock::now();
+  Stage& stage = *configuration_.stages[index].stage;
+  if (!adapted_[index]) {
+    adapted_[index] = true;
+    stage.adapt(knownScale(frame));
+  }
+  stage.process(frame);
+  frame.stage_ms[index] = millisecondsSince(start);
+}
+
+bool Pipeline::hasStage(StageKind kind) const {
+  return std::any_of(configuration_.stages.begin(), configuration_.stages.end(),
+                     [kind](const ConfiguredStage& stage) { return stage.kind == kind; });
 }
 
 void Pipeline::continueFrom(PlanarMap map) {
@@ -61,26 +116,33 @@ void Pipeline::continueFrom(PlanarMap map) {
 }
 
 void Pipeline::findUsablePoints(Frame& frame) const {
-  const FrameCloud& cloud = *frame.cloud;
-  frame.points_input = cloud.size();
-  frame.indices.clear();
-  frame.indices.reserve(cloud.size());
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    if (isUsable(cloud[i])) frame.indices.push_back(static_cast<int>(i));
-  }
+  if (!frame.skip_reason.empty()) return;
+  frame.indices = usablePoints(*frame.cloud);
+  frame.points_input = frame.cloud->size();
   frame.points_valid = frame.indices.size();
+  if (frame.indices.empty()) {
+    frame.skip_reason = "no point of its cloud is finite; check how it was recorded";
+  }
 }
 
-void Pipeline::adaptTo(const Frame& frame) {
-  if (adapted_) return;
-  adapted_ = true;
-  CloudScale scale = scaleOf(*frame.cloud, frame.indices, frame.T_world_sensor);
+CloudScale Pipeline::knownScale(const Frame& frame) const {
+  CloudScale scale = scaleOf(*frame.cloud, usablePoints(*frame.cloud), frame.T_world_sensor);
   if (frame.camera && frame.baseline) {
     scale.stereo = StereoNoise();
     scale.stereo->baseline = *frame.baseline;
     scale.stereo->focal_length = frame.camera->fx;
   }
-  for (ConfiguredStage& stage : configuration_.stages) stage.stage->adapt(scale);
+  return scale;
+}
+
+void Pipeline::adaptMapping(const Frame& frame) {
+  if (mapping_adapted_) return;
+  mapping_adapted_ = true;
+  const CloudScale scale = knownScale(frame);
+  for (std::size_t i = sensing_size_; i < configuration_.stages.size(); ++i) {
+    configuration_.stages[i].stage->adapt(scale);
+    adapted_[i] = true;
+  }
   if (continued_) return;
   PlanarMapParams params;
   for (const ConfiguredStage& stage : configuration_.stages) stage.stage->configureMap(params);
@@ -92,6 +154,9 @@ FrameReport Pipeline::report(const Frame& frame) const {
   report.number = frame.number;
   report.source = frame.source;
   report.timestamp = frame.timestamp;
+  report.stage_ms = frame.stage_ms;
+  report.skip_reason = frame.skip_reason;
+  report.statistics = frame.statistics;
   report.points_input = frame.points_input;
   report.points_valid = frame.points_valid;
   report.points_ground = frame.ground.size();
@@ -102,6 +167,13 @@ FrameReport Pipeline::report(const Frame& frame) const {
   report.points_rejected = frame.points_valid - std::min(frame.points_valid, kept);
   report.features = frame.features;
   report.matches = frame.matches;
+  report.inliers = frame.inliers;
+  if (hasStage(StageKind::Features)) {
+    const auto was_seen = [](const KeyFeature& feature) { return feature.sightings > 1; };
+    report.features = frame.key_features.size();
+    report.matches = static_cast<std::size_t>(
+        std::count_if(frame.key_features.begin(), frame.key_features.end(), was_seen));
+  }
   report.planes = frame.planes.size();
   report.planes_new = frame.update.planes_new;
   report.planes_matched = frame.update.planes_matched;

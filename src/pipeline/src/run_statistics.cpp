@@ -64,22 +64,52 @@ void forEachMappable(const Frame& frame, const Visitor& visit) {
 }
 
 /// The counts of a row, in the order of the columns.
-std::array<std::size_t FrameReport::*, 13> countFields() {
+std::array<std::size_t FrameReport::*, 14> countFields() {
   using R = FrameReport;
-  return {&R::points_input,  &R::points_valid,      &R::points_ground,
-          &R::points_planar, &R::points_non_planar, &R::points_rejected,
-          &R::features,      &R::matches,           &R::planes,
-          &R::planes_new,    &R::planes_matched,    &R::cuboids,
-          &R::map_bytes};
+  return {&R::points_input,
+          &R::points_valid,
+          &R::points_ground,
+          &R::points_planar,
+          &R::points_non_planar,
+          &R::points_rejected,
+          &R::features,
+          &R::matches,
+          &R::planes,
+          &R::planes_new,
+          &R::planes_matched,
+          &R::cuboids,
+          &R::map_bytes,
+          &R::inliers};
 }
 
-std::string csvHeader(const Configuration& configuration) {
+/// The columns that every run of a configuration has; those of statistics follow.
+std::string fixedCsvHeader(const Configuration& configuration) {
   std::string header = "frame,source,timestamp,read_ms";
   for (const std::string& key : stageKeys(configuration)) header += "," + key + "_ms";
   return header +
          ",frame_ms,points_input,points_valid,points_ground,points_planar,points_non_planar,"
          "points_rejected,features,matches,planes,planes_new,planes_matched,cuboids,map_bytes,"
-         "inliers";
+         "inliers,skipped";
+}
+
+/// Names of statistics in the order in which they first came: the columns of the whole file.
+std::vector<std::string> statisticNames(const std::vector<FrameReport>& reports) {
+  std::vector<std::string> names;
+  for (const FrameReport& report : reports) {
+    for (const FrameStatistic& statistic : report.statistics) {
+      const bool is_new = std::find(names.begin(), names.end(), statistic.name) == names.end();
+      if (is_new) names.push_back(statistic.name);
+    }
+  }
+  return names;
+}
+
+/// Empty where the frame has none of that name.
+std::string statisticText(const FrameReport& report, const std::string& name) {
+  for (const FrameStatistic& statistic : report.statistics) {
+    if (statistic.name == name) return formatNumber(statistic.value);
+  }
+  return "";
 }
 
 std::vector<std::string> splitCsvLine(const std::string& line) {
@@ -99,18 +129,22 @@ std::vector<std::string> splitCsvLine(const std::string& line) {
   return cells;
 }
 
-std::vector<FrameReport> parseRows(const std::string& csv, const std::string& header,
-                                   std::size_t stages) {
+std::vector<FrameReport> parseRows(const std::string& csv, const Configuration& configuration) {
+  const std::string fixed_header = fixedCsvHeader(configuration);
+  const std::size_t stages = configuration.stages.size();
+  const auto fields = countFields();
+  const std::size_t fixed = 5 + stages + fields.size() + 1;
   std::istringstream lines(csv);
   std::string line;
-  if (!std::getline(lines, line) || line != header) {
+  if (!std::getline(lines, line) ||
+      (line + ",").compare(0, fixed_header.size() + 1, fixed_header + ",") != 0) {
     throw InputError("frames.csv is of another configuration");
   }
+  const std::vector<std::string> names = splitCsvLine(line);
   std::vector<FrameReport> reports;
   while (std::getline(lines, line)) {
     const std::vector<std::string> cells = splitCsvLine(line);
-    const auto fields = countFields();
-    if (cells.size() != 5 + stages + fields.size() + 1) {
+    if (cells.size() != names.size()) {
       throw InputError("frames.csv is damaged in row " + std::to_string(reports.size() + 1));
     }
     const auto number = [&cells](std::size_t i) { return std::strtod(cells[i].c_str(), nullptr); };
@@ -124,6 +158,10 @@ std::vector<FrameReport> parseRows(const std::string& csv, const std::string& he
     for (std::size_t i = 0; i < fields.size(); ++i) {
       report.*fields[i] = static_cast<std::size_t>(number(5 + stages + i));
     }
+    report.skip_reason = cells[fixed - 1];
+    for (std::size_t i = fixed; i < cells.size(); ++i) {
+      if (!cells[i].empty()) report.statistics.push_back({names[i], number(i)});
+    }
     reports.push_back(std::move(report));
   }
   return reports;
@@ -133,10 +171,11 @@ std::vector<FrameReport> parseRows(const std::string& csv, const std::string& he
 
 void RunStatistics::add(const FrameReport& report, const Frame& frame, const PlanarMap& map) {
   reports_.push_back(report);
-  if (frame.inserted) replay(frame, map);
+  replay(frame, map);
 }
 
 void RunStatistics::replay(const Frame& frame, const PlanarMap& map) {
+  if (!frame.skip_reason.empty()) return;
   StandardCells& cells = standardCells(map);
   forEachMappable(frame, [&cells](const Vector3& world) { cells.add(world); });
 }
@@ -166,7 +205,7 @@ StandardCells& RunStatistics::standardCells(const PlanarMap& map) {
 
 void RunStatistics::restore(const Configuration& configuration, const std::string& frames_csv,
                             const std::string& metrics_json) {
-  reports_ = parseRows(frames_csv, csvHeader(configuration), configuration.stages.size());
+  reports_ = parseRows(frames_csv, configuration);
   const Json metrics = Json::parse(metrics_json, nullptr, /*allow_exceptions=*/false);
   const bool sound = metrics.is_object() &&
                      metrics.value("frames", -1) == static_cast<int>(reports_.size()) &&
@@ -174,21 +213,30 @@ void RunStatistics::restore(const Configuration& configuration, const std::strin
   if (!sound) throw InputError("metrics.json and frames.csv do not belong together");
 }
 
-std::size_t RunStatistics::validPoints() const {
-  std::size_t sum = 0;
-  for (const FrameReport& report : reports_) sum += report.points_valid;
-  return sum;
+std::size_t RunStatistics::usedFrames() const {
+  return static_cast<std::size_t>(
+      std::count_if(reports_.begin(), reports_.end(),
+                    [](const FrameReport& report) { return report.skip_reason.empty(); }));
+}
+
+const FrameReport& RunStatistics::firstSkipped() const {
+  return *std::find_if(reports_.begin(), reports_.end(),
+                       [](const FrameReport& report) { return !report.skip_reason.empty(); });
 }
 
 std::string RunStatistics::framesCsv(const Configuration& configuration) const {
-  std::string csv = csvHeader(configuration) + "\n";
+  const std::vector<std::string> names = statisticNames(reports_);
+  std::string csv = fixedCsvHeader(configuration);
+  for (const std::string& name : names) csv += "," + quotedForCsv(name);
+  csv += "\n";
   for (const FrameReport& r : reports_) {
     csv += std::to_string(r.number) + "," + quotedForCsv(r.source) + "," +
            formatNumber(r.timestamp) + "," + formatNumber(r.read_ms);
     for (const double ms : r.stage_ms) csv += "," + formatNumber(ms);
     csv += "," + formatNumber(r.frame_ms);
     for (const auto field : countFields()) csv += "," + std::to_string(r.*field);
-    csv += "," + std::to_string(r.points_planar);  // inliers of planes
+    csv += "," + quotedForCsv(r.skip_reason);
+    for (const std::string& name : names) csv += "," + statisticText(r, name);
     csv += "\n";
   }
   return csv;
@@ -213,6 +261,7 @@ std::string RunStatistics::metricsJson(const Configuration& configuration, const
   json["threads"] = resolveThreads(configuration.settings.threads);
   json["interrupted"] = interrupted;
   json["frames"] = reports_.size();
+  json["frames_skipped"] = reports_.size() - usedFrames();
   json["points"] = {{"input", sum(&FrameReport::points_input)},
                     {"valid", sum(&FrameReport::points_valid)},
                     {"ground", sum(&FrameReport::points_ground)},
@@ -241,7 +290,9 @@ std::string RunStatistics::metricsJson(const Configuration& configuration, const
   json["file_bytes"] = file_bytes;
   const auto times = [this](const auto& of) {
     std::vector<double> values;
-    for (const FrameReport& report : reports_) values.push_back(of(report));
+    for (const FrameReport& report : reports_) {
+      if (report.skip_reason.empty()) values.push_back(of(report));
+    }
     return timesOf(std::move(values));
   };
   json["time_ms"]["read"] = times([](const FrameReport& report) { return report.read_ms; });

@@ -26,7 +26,10 @@ class RunStatistics {
   std::string metricsJson(const Configuration& configuration, const PlanarMap& map,
                           std::size_t file_bytes, bool interrupted) const;
   std::size_t frames() const { return reports_.size(); }
-  std::size_t validPoints() const;
+  /// Frames that were not left out.
+  std::size_t usedFrames() const;
+  /// \pre a frame was left out
+  const FrameReport& firstSkipped() const;
 
  private:
   struct Coverage {

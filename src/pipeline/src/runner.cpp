@@ -11,8 +11,8 @@
 #include "planar_mapping/io/map_file.h"
 #include "planar_mapping/io/map_json.h"
 #include "planar_mapping/io/pose_file.h"
-#include "planar_mapping/io/sequence.h"
 #include "planar_mapping/pipeline/output.h"
+#include "planar_mapping/pipeline/sequence_source.h"
 #include "run_statistics.h"
 
 namespace planar_mapping {
@@ -33,42 +33,38 @@ std::string comparable(const std::string& yaml) {
 /// One run from input to files.
 class Run {
  public:
-  Run(Configuration configuration, const RunOptions& options)
-      : options_(options),
-        pipeline_(prepared(std::move(configuration))),
-        sequence_(pipeline_.configuration().inputs, pipeline_.configuration().poses) {}
+  Run(Configuration configuration, FrameSource& source, const RunOptions& options)
+      : options_(options), pipeline_(std::move(configuration)), source_(source) {}
 
   RunResult execute();
 
  private:
-  static Configuration prepared(Configuration configuration);
-  std::vector<std::size_t> selectedFrames() const;
-  std::size_t loadEarlierRun(const std::vector<std::size_t>& frames);
-  void replayFrame(std::size_t index);
-  void processFrames(const std::vector<std::size_t>& frames);
-  void processFrame(std::size_t index);
-  Frame readFrame(std::size_t index) const;
+  void requireStagesForSource() const;
+  void loadEarlierRun();
+  void replayFrames(std::size_t count);
+  void processFrames();
+  void processFrame(Frame frame, double read_ms);
+  void checkTimestamp(Frame& frame);
   void save(bool interrupted);
   void checkResult();
+  void warnOfSkippedFrames();
   bool stopRequested() const { return options_.stop != nullptr && *options_.stop; }
   void log(const std::string& line);
   void warn(const std::string& text);
 
   const RunOptions& options_;
   Pipeline pipeline_;
-  io::Sequence sequence_;
+  FrameSource& source_;
   detail::RunStatistics statistics_;
   std::string log_text_;
-  std::size_t skipped_ = 0;  ///< frames an earlier run has done
+  std::size_t resumed_ = 0;  ///< frames an earlier run has done
+  std::optional<double> last_timestamp_;
+  bool warned_of_time_ = false;
   RunResult result_;
 };
 
 /// Paths made absolute, so that config.resolved.yaml works from anywhere.
-Configuration Run::prepared(Configuration configuration) {
-  if (configuration.inputs.empty()) {
-    throw InputError("there is no input; give it with -i FILE_OR_FOLDER or as 'inputs' in " +
-                     configuration.path);
-  }
+Configuration withAbsolutePaths(Configuration configuration) {
   for (std::string& input : configuration.inputs) {
     input = fs::absolute(input).lexically_normal().string();
   }
@@ -78,40 +74,40 @@ Configuration Run::prepared(Configuration configuration) {
   return configuration;
 }
 
-std::vector<std::size_t> Run::selectedFrames() const {
-  const FrameSelection& selection = pipeline_.configuration().frames;
-  std::vector<std::size_t> frames;
-  const auto size = static_cast<std::int64_t>(sequence_.size());
-  const std::int64_t last = selection.last < 0 ? size : std::min(selection.last, size);
-  for (std::int64_t i = selection.first; i < last; i += selection.step) {
-    frames.push_back(static_cast<std::size_t>(i));
+void Run::requireStagesForSource() const {
+  const std::string input = source_.names().front();
+  if (source_.kind() == io::SequenceKind::Stereo && !pipeline_.hasStage(StageKind::Images)) {
+    throw InputError(
+        input + ": these are stereo images, and no stage of " + pipeline_.configuration().path +
+        " makes clouds of them; add stereo_matching or take config/stereo_indoor.yaml");
   }
-  if (frames.empty()) {
-    throw InputError("frames " + selection.text() + " select none of the " + std::to_string(size) +
-                     " frames of the input");
+  if (source_.kind() != io::SequenceKind::Stereo && pipeline_.hasStage(StageKind::Images)) {
+    throw InputError(input + ": there are no image pairs (left/, right/), which a stage of " +
+                     pipeline_.configuration().path +
+                     " makes clouds of; take another configuration");
   }
-  return frames;
+  if (source_.poseSource() == io::PoseSource::None && !pipeline_.hasStage(StageKind::Motion)) {
+    throw InputError(input +
+                     ": there are no poses; put poses.txt (TUM: timestamp tx ty tz qx qy qz qw) "
+                     "into the folder, give --poses FILE, or add the stages key_features and "
+                     "motion_estimation to " +
+                     pipeline_.configuration().path);
+  }
 }
 
 RunResult Run::execute() {
-  if (sequence_.poseSource() == io::PoseSource::None) {
-    throw InputError(pipeline_.configuration().inputs.front() +
-                     ": there are no poses; put poses.txt (TUM: timestamp tx ty tz qx qy qz qw) "
-                     "into the folder or give --poses FILE. Estimating the motion comes with the "
-                     "stereo front-end");
-  }
-  const std::vector<std::size_t> frames = selectedFrames();
+  requireStagesForSource();
   const OutputDirectory directory(options_.output, outputFileNames(),
                                   options_.overwrite || options_.resume);
   result_.output = directory.path();
-  if (options_.resume) skipped_ = loadEarlierRun(frames);
+  if (options_.resume) loadEarlierRun();
   log("planar_map " PLANAR_MAPPING_VERSION ", configuration " + pipeline_.configuration().path);
-  for (const std::string& input : pipeline_.configuration().inputs) log("input " + input);
+  for (const std::string& input : source_.names()) log("input " + input);
   try {
-    processFrames(frames);
+    processFrames();
   } catch (const Error& error) {
     // What was done so far is worth keeping; without any frame there is nothing to save.
-    if (statistics_.frames() == 0) throw;
+    if (statistics_.usedFrames() == 0) throw;
     log(std::string("failed: ") + error.what());
     save(true);
     throw;
@@ -121,30 +117,28 @@ RunResult Run::execute() {
   return std::move(result_);
 }
 
-/// \return how many of the frames an earlier run has done
-std::size_t Run::loadEarlierRun(const std::vector<std::size_t>& frames) {
+void Run::loadEarlierRun() {
   const OutputDirectory directory(options_.output, outputFileNames(), true);
   std::error_code ignored;
   const std::string path = directory.pathOf("map.pmap");
-  if (!fs::exists(path, ignored)) return 0;
+  if (!fs::exists(path, ignored)) return;
   const auto text = [&directory](const std::string& name) {
     const std::vector<std::uint8_t> bytes = io::readWholeFile(directory.pathOf(name));
     return std::string(bytes.begin(), bytes.end());
   };
   try {
-    const std::string bytes = text("map.pmap");
-    pipeline_.continueFrom(
-        PlanarMap::deserialize(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()));
     statistics_.restore(pipeline_.configuration(), text("frames.csv"), text("metrics.json"));
-    const std::size_t done = statistics_.frames();
-    if (done > frames.size()) throw InputError("it holds more frames than are asked for");
-    for (std::size_t i = 0; i < done; ++i) replayFrame(frames[i]);
+    const std::string bytes = text("map.pmap");
+    PlanarMap map =
+        PlanarMap::deserialize(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
+    // A map that no frame has reached has no parameters yet.
+    if (statistics_.usedFrames() > 0) pipeline_.continueFrom(std::move(map));
+    replayFrames(statistics_.frames());
     if (comparable(effectiveYaml(pipeline_.configuration())) !=
         comparable(text("config.resolved.yaml"))) {
       throw InputError("it was made with another configuration or input");
     }
     log_text_ = text("run.log");
-    return done;
   } catch (const IoError&) {
     throw;
   } catch (const Error& error) {
@@ -153,70 +147,82 @@ std::size_t Run::loadEarlierRun(const std::vector<std::size_t>& frames) {
   }
 }
 
-void Run::replayFrame(std::size_t index) {
-  Frame frame = readFrame(index);
-  pipeline_.replay(frame);
-  if (!frame.indices.empty()) statistics_.replay(frame, pipeline_.map());
-}
-
-void Run::processFrames(const std::vector<std::size_t>& frames) {
-  for (std::size_t i = skipped_; i < frames.size(); ++i) {
-    if (stopRequested()) {
-      result_.interrupted = true;
-      log("interrupted after " + std::to_string(i) + " of " + std::to_string(frames.size()) +
-          " frames");
-      return;
-    }
-    processFrame(frames[i]);
+/// Takes the stages to the state they had when the earlier run stopped.
+void Run::replayFrames(std::size_t count) {
+  for (; resumed_ < count; ++resumed_) {
+    std::optional<Frame> frame = source_.next();
+    if (!frame) throw InputError("it holds more frames than are asked for");
+    checkTimestamp(*frame);
+    pipeline_.replay(*frame);
+    statistics_.replay(*frame, pipeline_.map());
   }
 }
 
-void Run::processFrame(std::size_t index) {
+void Run::processFrames() {
   using Clock = std::chrono::steady_clock;
-  const Clock::time_point start = Clock::now();
-  Frame frame = readFrame(index);
-  const double read_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+  for (;;) {
+    if (!stopRequested()) {
+      const Clock::time_point start = Clock::now();
+      std::optional<Frame> frame = source_.next();
+      const std::chrono::duration<double, std::milli> read = Clock::now() - start;
+      if (frame) {
+        processFrame(std::move(*frame), read.count());
+        continue;
+      }
+    }
+    if (!stopRequested()) return;
+    const std::optional<std::size_t> all = source_.size();
+    if (all && statistics_.frames() == *all) return;  // it came too late to matter
+    result_.interrupted = true;
+    log("interrupted after " + std::to_string(statistics_.frames()) +
+        (all ? " of " + std::to_string(*all) : std::string()) + " frames");
+    return;
+  }
+}
+
+void Run::processFrame(Frame frame, double read_ms) {
+  checkTimestamp(frame);
   FrameReport report = pipeline_.process(frame);
   report.read_ms = read_ms;
   for (const std::string& note : frame.notes) log(note);
   for (const std::string& warning : frame.warnings) warn(warning);
   statistics_.add(report, frame, pipeline_.map());
-  log("frame " + std::to_string(index) + " " + report.source + ": " +
-      std::to_string(report.points_valid) + " points, " + std::to_string(report.planes) +
-      " planes, " + std::to_string(report.cuboids) + " cuboids");
+  const std::string name = "frame " + std::to_string(report.number) + " " + report.source + ": ";
+  if (report.skip_reason.empty()) {
+    log(name + std::to_string(report.points_valid) + " points, " + std::to_string(report.planes) +
+        " planes, " + std::to_string(report.cuboids) + " cuboids");
+  } else {
+    log(name + "left out: " + report.skip_reason);
+  }
   if (options_.progress) {
-    options_.progress(statistics_.frames(), selectedFrames().size(), report);
+    options_.progress(statistics_.frames(), source_.size().value_or(0), report);
   }
 }
 
-Frame Run::readFrame(std::size_t index) const {
-  io::Frame read = sequence_.read(index, io::CloudChannels::none());
-  Frame frame;
-  frame.number = index;
-  frame.source = sequence_.path(index);
-  frame.timestamp = read.timestamp;
-  frame.T_world_sensor = read.T_world_sensor.value_or(Pose::Identity());
-  frame.camera = read.camera;
-  if (sequence_.calibration()) frame.baseline = sequence_.calibration()->baseline;
-  frame.cloud = pcl::make_shared<FrameCloud>();
-  const std::size_t count = read.cloud.size();
-  frame.cloud->points.resize(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const float* p = &read.cloud.xyz[3 * i];
-    frame.cloud->points[i] = pcl::PointXYZ(p[0], p[1], p[2]);
+/// Frames count in the order of the input; their times are labels. A clock that goes backwards is
+/// worth a look all the same: lines of a pose file may have been mixed up.
+void Run::checkTimestamp(Frame& frame) {
+  if (last_timestamp_ && frame.timestamp < *last_timestamp_ && !warned_of_time_) {
+    warned_of_time_ = true;
+    frame.warnings.push_back(
+        "frame " + std::to_string(frame.number) + " " + frame.source + ": its time, " +
+        formatNumber(frame.timestamp) + " s, is before that of the frame before it, " +
+        formatNumber(*last_timestamp_) + " s; frames are taken in the order of the input");
   }
-  frame.cloud->width = read.cloud.width;
-  frame.cloud->height = read.cloud.height;
-  frame.cloud->is_dense = false;
-  return frame;
+  last_timestamp_ = frame.timestamp;
 }
 
 void Run::checkResult() {
-  if (result_.interrupted || skipped_ > 0) return;
-  if (statistics_.validPoints() == 0) {
-    throw InputError(pipeline_.configuration().inputs.front() +
-                     ": no point is finite, so there is nothing to map; check how it was recorded");
+  if (result_.interrupted) return;
+  if (statistics_.usedFrames() == 0) {
+    if (statistics_.frames() == 0) throw InputError(source_.names().front() + ": no frame came");
+    const FrameReport& first = statistics_.firstSkipped();
+    const std::string& reason = first.skip_reason;
+    const bool names_it = reason.find(first.source) != std::string::npos;
+    throw InputError((names_it ? "" : first.source + ": ") + reason +
+                     (statistics_.frames() == 1 ? "" : "; nor can any other frame be used"));
   }
+  warnOfSkippedFrames();
   const PlanarMap& map = pipeline_.map();
   if (map.empty()) {
     warn(
@@ -227,6 +233,16 @@ void Run::checkResult() {
         "no plane was found: the map holds non-planar cuboids only; look at min_inliers and "
         "distance_threshold_m");
   }
+}
+
+/// One sentence for all of them; run.log and frames.csv tell of each.
+void Run::warnOfSkippedFrames() {
+  const std::size_t skipped = statistics_.frames() - statistics_.usedFrames();
+  if (skipped == 0) return;
+  const FrameReport& first = statistics_.firstSkipped();
+  warn(std::to_string(skipped) + " of " + std::to_string(statistics_.frames()) +
+       " frames left out (see frames.csv), the first: frame " + std::to_string(first.number) +
+       ", " + first.skip_reason);
 }
 
 void Run::save(bool interrupted) {
@@ -274,7 +290,13 @@ const std::vector<std::string>& outputFileNames() {
 }
 
 RunResult runPipeline(Configuration configuration, const RunOptions& options) {
-  return Run(std::move(configuration), options).execute();
+  configuration = withAbsolutePaths(std::move(configuration));
+  SequenceSource source(configuration);
+  return runPipeline(std::move(configuration), source, options);
+}
+
+RunResult runPipeline(Configuration configuration, FrameSource& source, const RunOptions& options) {
+  return Run(std::move(configuration), source, options).execute();
 }
 
 }  // namespace planar_mapping

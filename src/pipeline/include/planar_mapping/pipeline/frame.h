@@ -53,6 +53,8 @@ struct Frame {
   /// Pose from outside (file, VIEWPOINT, odometry), if there is one. T_world_sensor starts as it
   /// or as identity; a Motion stage decides what T_world_sensor becomes.
   std::optional<Pose> given_pose;
+  /// The stages up to Features were run on it by another process; they are not run again.
+  bool front_end_done = false;
   std::vector<KeyFeature> key_features;  ///< left by a Features stage
   std::optional<FrameMotion> motion;     ///< since the frame before, left by a Motion stage
   /// Why the frame cannot be used (no pose found, black image, ...); the stages after the one that
@@ -69,10 +71,12 @@ struct Frame {
   std::size_t points_valid = 0;            ///< finite ones
   std::size_t features = 0;                ///< followed by kl_occupancy
   std::size_t matches = 0;                 ///< of those, seen before
+  std::size_t inliers = 0;                 ///< matches that agree with the motion (Motion stage)
   PlanarMap* map = nullptr;                ///< the map this frame goes to
   bool inserted = false;                   ///< into the map
   FrameUpdate update;                      ///< what the insertion did
   std::vector<FrameStatistic> statistics;  ///< of the stages, for frames.csv
+  std::vector<double> stage_ms;            ///< of the stages so far, as the configuration has them
   std::vector<std::string> notes;          ///< for run.log
   std::vector<std::string> warnings;       ///< the result is degraded
 };

@@ -21,34 +21,52 @@ struct FrameReport {
   double timestamp = 0.0;
   double read_ms = 0.0;          ///< filled in by who reads the frame
   std::vector<double> stage_ms;  ///< in the order of the configuration
-  double frame_ms = 0.0;         ///< cloud in memory to map updated
+  double frame_ms = 0.0;         ///< frame in memory to map updated
+  std::string skip_reason;       ///< why the frame is not in the map; empty = it is
   std::size_t points_input = 0;
   std::size_t points_valid = 0;  ///< finite
   std::size_t points_ground = 0;
   std::size_t points_planar = 0;
   std::size_t points_non_planar = 0;
   std::size_t points_rejected = 0;  ///< valid, but removed or merged by a stage
-  std::size_t features = 0;
-  std::size_t matches = 0;
+  std::size_t features = 0;  ///< key features; without a Features stage, those of kl_occupancy
+  std::size_t matches = 0;   ///< of those, seen before
+  std::size_t inliers = 0;   ///< of those, in agreement with the motion; 0 without a Motion stage
   std::size_t planes = 0;
   std::size_t planes_new = 0;
   std::size_t planes_matched = 0;
   std::size_t cuboids = 0;  ///< in the map, after the frame
   std::size_t map_bytes = 0;
+  std::vector<FrameStatistic> statistics;  ///< of the stages
 };
 
 /// The stages of a configuration and the map they build (the paper, Fig. 2).
 /// One frame after the other, from one thread.
+///
+/// A frame passes three sections, each of which some configurations lack:
+/// 1. front-end: Images and Features stages, where the cloud and key features come from;
+/// 2. motion: Motion stages, which settle T_world_sensor;
+/// 3. mapping: all others, on the usable points.
+/// Stages of section 3 get adapt() together, with the first frame that comes so far. Each one
+/// before gets it right before its first frame: with the scale of the cloud if there is one by
+/// then, else with what the calibration says (CloudScale::points = 0).
+///
+/// A stage that sets Frame::skip_reason ends the frame there; the map does not change.
 class PLANAR_MAPPING_EXPORT Pipeline {
  public:
   explicit Pipeline(Configuration configuration);
 
-  /// Takes one frame through all stages; they change it in place.
-  /// A frame without a single usable point changes nothing but gets a warning.
+  /// Takes one frame through all stages, the front-end left out where it was done elsewhere
+  /// (Frame::front_end_done); they change it in place.
+  /// A frame without a single usable point is skipped.
   /// \throws InputError, ParameterError; the map is then as the stage left it
   FrameReport process(Frame& frame);
 
-  /// The same without putting the frame into the map: what stages remember of it comes back when
+  /// The front-end alone, for a process that hands the frame on; process() of the same
+  /// configuration, in this or another process, does the rest.
+  FrameReport processFrontEnd(Frame& frame);
+
+  /// process() without putting the frame into the map: what stages remember of it comes back when
   /// an interrupted run continues with the map it has saved.
   FrameReport replay(Frame& frame);
 
@@ -57,16 +75,26 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   void continueFrom(PlanarMap map);
   /// With the values that `auto` took, once a frame has been processed.
   const Configuration& configuration() const { return configuration_; }
+  /// Whether any stage is of this kind.
+  bool hasStage(StageKind kind) const;
 
  private:
-  FrameReport runStages(Frame& frame, bool insert);
+  enum class Extent : std::uint8_t { All, FrontEnd, WithoutMap };
+  FrameReport runSections(Frame& frame, Extent extent);
+  void runFrontEnd(Frame& frame);
+  void runStage(std::size_t index, Frame& frame);
   void findUsablePoints(Frame& frame) const;
-  void adaptTo(const Frame& frame);
+  CloudScale knownScale(const Frame& frame) const;
+  void adaptMapping(const Frame& frame);
   FrameReport report(const Frame& frame) const;
 
   Configuration configuration_;
   PlanarMap map_;
-  bool adapted_ = false;
+  std::size_t front_end_size_ = 0;   ///< stages through the last Images or Features stage
+  std::size_t sensing_size_ = 0;     ///< and through the last Motion stage
+  std::vector<bool> adapted_;        ///< stages
+  std::uint64_t last_pictures_ = 0;  ///< fingerprint of the images of the frame before; 0 = none
+  bool mapping_adapted_ = false;
   bool continued_ = false;
 };
 

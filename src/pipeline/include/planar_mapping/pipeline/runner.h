@@ -9,6 +9,7 @@
 
 #include "planar_mapping/core/export.h"
 #include "planar_mapping/pipeline/configuration.h"
+#include "planar_mapping/pipeline/frame_source.h"
 #include "planar_mapping/pipeline/pipeline.h"
 
 namespace planar_mapping {
@@ -19,7 +20,7 @@ struct RunOptions {
   bool overwrite = false;                   ///< --force
   bool resume = false;                      ///< continue an interrupted run in the same directory
   const std::atomic<bool>* stop = nullptr;  ///< set by a signal: finish the frame, then save
-  /// Called after each frame: frames done, frames in all, the frame.
+  /// Called after each frame: frames done, frames in all (0 = not known), the frame.
   std::function<void(std::size_t, std::size_t, const FrameReport&)> progress;
   /// Called for each line of run.log as it comes about.
   std::function<void(const std::string&)> log;
@@ -37,8 +38,13 @@ struct RunResult {
 PLANAR_MAPPING_EXPORT const std::vector<std::string>& outputFileNames();
 
 /// Input to map, with every file of docs/command_line.md left in the output directory.
-/// Interrupted, or failing after some frames, it saves what was done so far.
+/// Interrupted, or failing after some frames, it saves what was done so far. Frames that cannot be
+/// used are left out with a warning; without any that can, it fails.
 /// \throws ConfigError, InputError, IoError for the input, OutputError for the results
 PLANAR_MAPPING_EXPORT RunResult runPipeline(Configuration configuration, const RunOptions& options);
+/// The same on frames from anywhere; `inputs`, `poses` and `frames` of the configuration are only
+/// reported. To resume, the source has to give the frames from the first on again.
+PLANAR_MAPPING_EXPORT RunResult runPipeline(Configuration configuration, FrameSource& source,
+                                            const RunOptions& options);
 
 }  // namespace planar_mapping

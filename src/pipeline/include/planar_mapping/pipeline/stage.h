@@ -56,7 +56,9 @@ class PLANAR_MAPPING_EXPORT Stage {
   /// Called once, after the parameters are set; for checks that involve several of them.
   /// \throws ParameterError
   virtual void configure(const RunSettings& settings);
-  /// Called once, with the first frame that has points: the place to resolve `auto`.
+  /// Called once, before the first frame that gets to the stage: the place to resolve `auto`. Up to
+  /// Motion stages, \p scale may hold only what the calibration says (points = 0); later ones get
+  /// the scale of the first cloud to be mapped.
   virtual void adapt(const CloudScale& scale);
   /// Lets a stage set parameters of the map; called once, after adapt().
   virtual void configureMap(PlanarMapParams& params) const;

@@ -1,0 +1,9 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/pipeline/frame_source.h"
+
+namespace planar_mapping {
+
+FrameSource::~FrameSource() = default;
+
+}  // namespace planar_mapping

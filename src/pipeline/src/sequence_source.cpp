@@ -1,0 +1,95 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/pipeline/sequence_source.h"
+
+#include <algorithm>
+
+#include "planar_mapping/core/error.h"
+
+namespace planar_mapping {
+namespace {
+
+bool hasStage(const Configuration& configuration, StageKind kind) {
+  return std::any_of(configuration.stages.begin(), configuration.stages.end(),
+                     [kind](const ConfiguredStage& stage) { return stage.kind == kind; });
+}
+
+io::SequenceOptions optionsOf(const Configuration& configuration) {
+  if (configuration.inputs.empty()) {
+    throw InputError("there is no input; give it with -i FILE_OR_FOLDER or as 'inputs' in " +
+                     configuration.path);
+  }
+  io::SequenceOptions options;
+  options.poses_file = configuration.poses;
+  if (hasStage(configuration, StageKind::Images)) {
+    options.preferred = io::SequenceKind::Stereo;
+  } else if (hasStage(configuration, StageKind::Features)) {
+    options.preferred = io::SequenceKind::Rgbd;
+  }
+  return options;
+}
+
+std::vector<std::size_t> select(const FrameSelection& selection, std::size_t count) {
+  std::vector<std::size_t> frames;
+  const auto size = static_cast<std::int64_t>(count);
+  const std::int64_t last = selection.last < 0 ? size : std::min(selection.last, size);
+  for (std::int64_t i = selection.first; i < last; i += selection.step) {
+    frames.push_back(static_cast<std::size_t>(i));
+  }
+  if (frames.empty()) {
+    throw InputError("frames " + selection.text() + " select none of the " + std::to_string(size) +
+                     " frames of the input");
+  }
+  return frames;
+}
+
+FrameCloud::Ptr cloudOf(const io::CloudData& data) {
+  FrameCloud::Ptr cloud = pcl::make_shared<FrameCloud>();
+  const std::size_t count = data.size();
+  cloud->points.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const float* p = &data.xyz[3 * i];
+    cloud->points[i] = pcl::PointXYZ(p[0], p[1], p[2]);
+  }
+  cloud->width = data.width;
+  cloud->height = data.height;
+  cloud->is_dense = false;
+  return cloud;
+}
+
+}  // namespace
+
+SequenceSource::SequenceSource(const Configuration& configuration)
+    : names_(configuration.inputs),
+      sequence_(configuration.inputs, optionsOf(configuration)),
+      with_images_(hasStage(configuration, StageKind::Images) ||
+                   hasStage(configuration, StageKind::Features)),
+      selected_(select(configuration.frames, sequence_.size())) {}
+
+std::optional<Frame> SequenceSource::next() {
+  if (position_ == selected_.size()) return std::nullopt;
+  const std::size_t index = selected_[position_++];
+  Frame frame;
+  io::Frame read;
+  try {
+    read = sequence_.read(index, io::CloudChannels::none(), with_images_);
+  } catch (const IoError& error) {
+    if (sequence_.kind() == io::SequenceKind::Clouds) throw;
+    read = sequence_.describe(index);
+    frame.skip_reason = error.what();
+  }
+  frame.number = index;
+  frame.source = sequence_.path(index);
+  frame.timestamp = read.timestamp;
+  frame.given_pose = read.T_world_sensor;
+  frame.T_world_sensor = read.T_world_sensor.value_or(Pose::Identity());
+  frame.camera = read.camera;
+  if (sequence_.calibration()) frame.baseline = sequence_.calibration()->baseline;
+  frame.images.left = std::move(read.left);
+  frame.images.right = std::move(read.right);
+  if (with_images_) frame.images.calibration = sequence_.calibration();
+  frame.cloud = cloudOf(read.cloud);
+  return frame;
+}
+
+}  // namespace planar_mapping
