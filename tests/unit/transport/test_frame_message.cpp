@@ -1,0 +1,237 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include "planar_mapping/core/random.h"
+#include "planar_mapping/transport/message.h"
+#include "transport_frames.h"
+
+namespace planar_mapping::transport {
+namespace {
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+Frame throughTheWire(const Frame& frame, CloudEncoding encoding = CloudEncoding::Compact) {
+  return decodeFrame(encodeFrame(frame, 0, encoding), kManyPoints).frame;
+}
+
+TEST(FrameMessage, EveryFieldComesBackAsItWas) {
+  const Frame sent = transportFrame(32, 24);
+  const FrameMessage message = decodeFrame(encodeFrame(sent, 17), kManyPoints);
+  const Frame& received = message.frame;
+  EXPECT_EQ(17U, message.position);
+  EXPECT_TRUE(received.front_end_done);
+  EXPECT_EQ(sent.number, received.number);
+  EXPECT_EQ(sent.source, received.source);
+  EXPECT_EQ(sent.timestamp, received.timestamp);
+  EXPECT_EQ(sent.T_world_sensor.matrix(), received.T_world_sensor.matrix());
+  ASSERT_TRUE(received.given_pose.has_value());
+  EXPECT_EQ(sent.given_pose->matrix(), received.given_pose->matrix());
+  ASSERT_TRUE(received.camera.has_value());
+  EXPECT_EQ(sent.camera->fx, received.camera->fx);
+  EXPECT_EQ(sent.camera->cy, received.camera->cy);
+  EXPECT_EQ(32, received.camera->width);
+  EXPECT_EQ(0.12, received.baseline.value());
+  EXPECT_EQ(sent.points_input, received.points_input);
+  EXPECT_EQ(5U, received.features);
+  EXPECT_EQ(4U, received.matches);
+  ASSERT_EQ(5U, received.key_features.size());
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_EQ(sent.key_features[i].track, received.key_features[i].track);
+    EXPECT_EQ(sent.key_features[i].sightings, received.key_features[i].sightings);
+    EXPECT_EQ(sent.key_features[i].column, received.key_features[i].column);
+    EXPECT_EQ(sent.key_features[i].row, received.key_features[i].row);
+    EXPECT_TRUE(std::isnan(received.key_features[i].disparity));
+    EXPECT_EQ(sent.key_features[i].position, received.key_features[i].position);
+  }
+  ASSERT_EQ(2U, received.statistics.size());
+  EXPECT_EQ("stereo_ms", received.statistics[1].name);
+  EXPECT_EQ(12.5, received.statistics[1].value);
+  EXPECT_EQ(sent.notes, received.notes);
+  EXPECT_EQ(sent.warnings, received.warnings);
+  EXPECT_TRUE(received.skip_reason.empty());
+  EXPECT_TRUE(sameCloud(*sent.cloud, *received.cloud));
+}
+
+TEST(FrameMessage, BothEncodingsAreExactToTheLastBit) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const Frame frame = transportFrame(33, 17, seed);
+    for (const CloudEncoding encoding : {CloudEncoding::Raw, CloudEncoding::Compact}) {
+      EXPECT_TRUE(sameCloud(*frame.cloud, *throughTheWire(frame, encoding).cloud)) << seed;
+    }
+  }
+}
+
+TEST(FrameMessage, CompactIsSmallerForTheCloudOfACamera) {
+  const Frame frame = transportFrame(160, 120);
+  const double raw = static_cast<double>(encodeFrame(frame, 0, CloudEncoding::Raw).size());
+  const double compact = static_cast<double>(encodeFrame(frame, 0, CloudEncoding::Compact).size());
+  EXPECT_LT(compact, 0.55 * raw);
+}
+
+TEST(FrameMessage, ACloudThatFitsNoCameraIsSentAsItIs) {
+  Frame frame = transportFrame(16, 16);
+  Random random(3);
+  for (pcl::PointXYZ& p : frame.cloud->points) {  // any bits whatever
+    for (float* value : {&p.x, &p.y, &p.z}) {
+      const auto bits = static_cast<std::uint32_t>(random.next());
+      std::memcpy(value, &bits, sizeof(bits));
+    }
+  }
+  EXPECT_TRUE(sameCloud(*frame.cloud, *throughTheWire(frame).cloud));
+  frame.camera.reset();
+  EXPECT_TRUE(sameCloud(*frame.cloud, *throughTheWire(frame).cloud));
+}
+
+TEST(FrameMessage, ExtremeValuesSurviveBothEncodings) {
+  Frame frame = transportFrame(4, 3);
+  const float values[] = {0.0F,  -0.0F,  1e-45F, -1e-45F, 3.4e38F, -3.4e38F,
+                          1e12F, -1e12F, 1.0F,   -1.0F,   1e-30F,  0.1F};
+  for (std::size_t i = 0; i < 12; ++i) {
+    frame.cloud->points[i] = pcl::PointXYZ(values[i], values[11 - i], values[(i + 5) % 12]);
+  }
+  for (const CloudEncoding encoding : {CloudEncoding::Raw, CloudEncoding::Compact}) {
+    EXPECT_TRUE(sameCloud(*frame.cloud, *throughTheWire(frame, encoding).cloud));
+  }
+}
+
+TEST(FrameMessage, PartlyFinitePointsAreHoles) {
+  Frame frame = transportFrame(3, 2);
+  frame.cloud->points[0] = pcl::PointXYZ(1.0F, kNaN, 2.0F);
+  frame.cloud->points[1] = pcl::PointXYZ(kInfinity, 1.0F, 2.0F);
+  frame.cloud->points[2] = pcl::PointXYZ(1.0F, 1.0F, -kInfinity);
+  const Frame received = throughTheWire(frame);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_TRUE(std::isnan(received.cloud->points[i].x)) << i;
+  EXPECT_TRUE(sameCloud(*frame.cloud, *received.cloud));
+}
+
+TEST(FrameMessage, EmptyAndUnorganizedAndHoleOnlyCloudsTravel) {
+  Frame frame = transportFrame(0, 0);
+  frame.skip_reason = "the left image is black";
+  frame.key_features.clear();
+  Frame received = throughTheWire(frame);
+  EXPECT_EQ(0U, received.cloud->size());
+  EXPECT_EQ("the left image is black", received.skip_reason);
+  frame = transportFrame(7, 1);
+  EXPECT_TRUE(sameCloud(*frame.cloud, *throughTheWire(frame).cloud));
+  frame = transportFrame(5, 5);
+  for (pcl::PointXYZ& p : frame.cloud->points) p = pcl::PointXYZ(kNaN, kNaN, kNaN);
+  EXPECT_TRUE(sameCloud(*frame.cloud, *throughTheWire(frame).cloud));
+  frame.cloud->points.assign(25, pcl::PointXYZ(1.0F, 2.0F, 3.0F));
+  frame.cloud->is_dense = true;
+  EXPECT_TRUE(sameCloud(*frame.cloud, *throughTheWire(frame).cloud));
+}
+
+TEST(FrameMessage, WithoutPoseCameraAndBaselineTheyStayAbsent) {
+  Frame frame = transportFrame(4, 4);
+  frame.camera.reset();
+  frame.given_pose.reset();
+  frame.baseline.reset();
+  const Frame received = throughTheWire(frame);
+  EXPECT_FALSE(received.camera.has_value());
+  EXPECT_FALSE(received.given_pose.has_value());
+  EXPECT_FALSE(received.baseline.has_value());
+}
+
+TEST(FrameMessage, WhatCouldNotBeReceivedIsNotSent) {
+  const auto refuses = [](const std::function<void(Frame&)>& change) {
+    Frame frame = transportFrame(4, 4);
+    change(frame);
+    EXPECT_THROW(encodeFrame(frame, 0), InputError);
+  };
+  refuses([](Frame& f) { f.timestamp = kNaN; });
+  refuses([](Frame& f) { f.T_world_sensor.translation().x() = kInfinity; });
+  refuses([](Frame& f) { f.T_world_sensor.linear() *= 1.01; });
+  refuses([](Frame& f) { f.T_world_sensor.linear() *= -1.0; });
+  refuses([](Frame& f) { f.given_pose->linear().setZero(); });
+  refuses([](Frame& f) { f.camera->fx = 0.0; });
+  refuses([](Frame& f) { f.camera->cx = kNaN; });
+  refuses([](Frame& f) { f.camera->width = -1; });
+  refuses([](Frame& f) { f.baseline = -0.1; });
+  refuses([](Frame& f) { f.baseline = kNaN; });
+  refuses([](Frame& f) { f.key_features[2].position.y() = kNaN; });
+  refuses([](Frame& f) { f.key_features[2].track = -1; });
+  refuses([](Frame& f) { f.key_features[2].sightings = 0; });
+  refuses([](Frame& f) { f.key_features[2].column = kInfinity; });
+  refuses([](Frame& f) { f.statistics[0].name = "a,b"; });
+  refuses([](Frame& f) { f.statistics.resize(300, {"x", 0.0}); });
+  refuses([](Frame& f) { f.cloud->width = 5; });
+  refuses([](Frame& f) { f.cloud.reset(); });
+}
+
+TEST(FrameMessage, EveryCutIsAnError) {
+  for (const CloudEncoding encoding : {CloudEncoding::Raw, CloudEncoding::Compact}) {
+    const Bytes body = encodeFrame(transportFrame(6, 4), 0, encoding);
+    for (std::size_t size = 0; size < body.size(); ++size) {
+      const Bytes cut(body.begin(), body.begin() + static_cast<std::ptrdiff_t>(size));
+      EXPECT_THROW(decodeFrame(cut, kManyPoints), ProtocolError) << size;
+    }
+    Bytes longer = body;
+    longer.push_back(0);
+    EXPECT_THROW(decodeFrame(longer, kManyPoints), ProtocolError);
+  }
+}
+
+// The checksum is not looked at here: whatever gets past it must do no harm.
+TEST(FrameMessage, DamagedBodiesThrowOrDecodeToSomethingConsistent) {
+  Random random(11);
+  int decoded = 0;
+  for (int i = 0; i < 6000; ++i) {
+    const auto encoding = static_cast<CloudEncoding>(random.below(2));
+    Bytes body = encodeFrame(transportFrame(6, 4, 1 + random.below(9)), 0, encoding);
+    const std::size_t changes = 1 + random.below(4);
+    for (std::size_t k = 0; k < changes; ++k) {
+      const std::size_t at = random.below(body.size());
+      switch (random.below(4)) {
+        case 0:
+          body[at] = static_cast<std::uint8_t>(body[at] ^ (1U << random.below(8)));
+          break;
+        case 1:
+          body[at] = 0xFF;
+          break;
+        case 2:
+          body.erase(body.begin() + static_cast<std::ptrdiff_t>(at));
+          break;
+        default:
+          body.insert(body.begin() + static_cast<std::ptrdiff_t>(at), 0x80);
+          break;
+      }
+    }
+    try {
+      const Frame frame = decodeFrame(body, kManyPoints).frame;
+      ++decoded;
+      EXPECT_EQ(frame.cloud->size(), std::size_t{frame.cloud->width} * frame.cloud->height);
+      EXPECT_TRUE(frame.T_world_sensor.matrix().allFinite());
+      for (const KeyFeature& feature : frame.key_features) {
+        EXPECT_TRUE(feature.position.allFinite());
+        EXPECT_GE(feature.track, 0);
+      }
+      EXPECT_NO_THROW(encodeFrame(frame, 0));
+    } catch (const ProtocolError&) {
+      continue;
+    }
+  }
+  EXPECT_GT(decoded, 100);  // most changed coordinates are coordinates still
+}
+
+TEST(FrameMessage, AHugeCloudOfHolesIsRefusedBeforeMemoryIsTaken) {
+  Frame frame = transportFrame(0, 0);
+  Bytes body = encodeFrame(frame, 0);
+  // The cloud is the last section: width, height, is_dense, encoding, present.
+  const std::size_t cloud = body.size() - 14;
+  for (std::size_t i = 0; i < 8; ++i) body[cloud + i] = i % 4 == 2 ? 1 : 0;  // 65536 x 65536
+  EXPECT_THROW(decodeFrame(body, kManyPoints), ProtocolError);
+  for (std::size_t i = 0; i < 8; ++i) body[cloud + i] = 0xFF;
+  EXPECT_THROW(decodeFrame(body, std::numeric_limits<std::size_t>::max()), ProtocolError);
+}
+
+TEST(FrameMessage, TheLimitOfPointsCountsHoles) {
+  Frame frame = transportFrame(10, 10);
+  const Bytes body = encodeFrame(frame, 0);
+  EXPECT_NO_THROW(decodeFrame(body, 100));
+  EXPECT_THROW(decodeFrame(body, 99), ProtocolError);
+}
+
+}  // namespace
+}  // namespace planar_mapping::transport
