@@ -58,6 +58,18 @@ Parameter topWord(const std::string& name, const std::vector<std::string>& words
   return parameter;
 }
 
+/// The key that every stage has beside its own.
+const char* const kEnabled = "enabled";
+
+Parameter enabledParameter(ConfiguredStage& stage) {
+  Parameter parameter;
+  parameter.name = kEnabled;
+  parameter.type = ParameterType::Flag;
+  parameter.get = [&stage]() -> ParameterValue { return stage.enabled; };
+  parameter.set = [&stage](const ParameterValue& value) { stage.enabled = std::get<bool>(value); };
+  return parameter;
+}
+
 }  // namespace
 
 ConfigurationReader::ConfigurationReader(const std::string& path, StageTable& table,
@@ -239,6 +251,12 @@ void ConfigurationReader::readStage(const YAML::Node& entry) {
   }
   const std::string& name = name_node->Scalar();
   const StageEntry* known = table_.find(name);
+  const std::string option = known == nullptr ? table_.missingOption(name) : "";
+  if (!option.empty()) {
+    problems_.add(name_node->Mark(), "stage '" + name + "' was not built; configure with -D" +
+                                         option + "=ON and its dependencies installed");
+    return;
+  }
   if (known == nullptr) {
     problems_.add(
         name_node->Mark(),
@@ -259,12 +277,13 @@ void ConfigurationReader::readStage(const YAML::Node& entry) {
 
 void ConfigurationReader::readStageKeys(
     ConfiguredStage& stage, const std::vector<std::pair<YAML::Node, YAML::Node>>& entries) {
-  std::vector<std::string> names;
+  std::vector<std::string> names = {kEnabled};
   for (const Parameter& parameter : stage.parameters.parameters()) names.push_back(parameter.name);
   for (const auto& item : entries) {
     const std::string& key = item.first.Scalar();
     if (key == "stage") continue;
-    const Parameter* parameter = stage.parameters.find(key);
+    const Parameter enabled = enabledParameter(stage);
+    const Parameter* parameter = key == kEnabled ? &enabled : stage.parameters.find(key);
     if (parameter == nullptr) {
       problems_.add(item.first.Mark(),
                     "stage '" + stage.name + "' has no key '" + key + "'" + didYouMean(key, names));
@@ -321,9 +340,10 @@ void ConfigurationReader::applyAssignment(const std::string& assignment) {
     chain.push_back(stage.name);
     if (stage.name != name) continue;
     found = true;
-    const Parameter* parameter = stage.parameters.find(key);
+    const Parameter enabled = enabledParameter(stage);
+    const Parameter* parameter = key == kEnabled ? &enabled : stage.parameters.find(key);
     if (parameter == nullptr) {
-      std::vector<std::string> names;
+      std::vector<std::string> names = {kEnabled};
       for (const Parameter& other : stage.parameters.parameters()) names.push_back(other.name);
       report("stage '" + name + "' has no key '" + key + "'" + didYouMean(key, names));
       return;

@@ -24,4 +24,15 @@ const StageEntry* StageTable::find(const std::string& name) const {
   return nullptr;
 }
 
+void StageTable::addMissing(const std::string& name, const std::string& option) {
+  missing_.emplace_back(name, option);
+}
+
+std::string StageTable::missingOption(const std::string& name) const {
+  for (const auto& entry : missing_) {
+    if (entry.first == name) return entry.second;
+  }
+  return "";
+}
+
 }  // namespace planar_mapping

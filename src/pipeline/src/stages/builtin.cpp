@@ -9,6 +9,14 @@
 namespace planar_mapping {
 
 void registerBuiltinStages(StageTable& table) {
+#ifdef PLANAR_MAPPING_HAS_STEREO
+  detail::addStereoMatching(table);
+  detail::addKeyFeatures(table);
+#else
+  table.addMissing("stereo_matching", "PLANAR_MAPPING_BUILD_STEREO");
+  table.addMissing("key_features", "PLANAR_MAPPING_BUILD_STEREO");
+#endif
+  detail::addMotionEstimation(table);
   detail::addPclFilters(table);
   detail::addDepthErrorLimit(table);
   detail::addGroundRemoval(table);

@@ -7,8 +7,11 @@
 // Each group of stages adds itself; registerBuiltinStages() calls these in the order of a chain.
 namespace planar_mapping::detail {
 
+void addStereoMatching(StageTable& table);
+void addKeyFeatures(StageTable& table);
 void addPclFilters(StageTable& table);
 void addDepthErrorLimit(StageTable& table);
+void addMotionEstimation(StageTable& table);
 void addGroundRemoval(StageTable& table);
 void addMultiPlaneSegmentation(StageTable& table);
 void addKlOccupancy(StageTable& table);

@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "planar_mapping/core/export.h"
@@ -32,12 +33,18 @@ class PLANAR_MAPPING_EXPORT StageTable {
   /// \throws InputError if the name is empty, not snake_case or already taken
   void add(StageEntry entry);
 
+  /// Names a stage that this build lacks, and the build option that would make it.
+  void addMissing(const std::string& name, const std::string& option);
+
   const std::vector<StageEntry>& entries() const { return entries_; }
   /// Null if there is none of that name.
   const StageEntry* find(const std::string& name) const;
+  /// The build option of a stage that this build lacks; empty for any other name.
+  std::string missingOption(const std::string& name) const;
 
  private:
   std::vector<StageEntry> entries_;
+  std::vector<std::pair<std::string, std::string>> missing_;  ///< name and option
 };
 
 /// Our PCL classes and the PCL filters people chain before them.

@@ -1,0 +1,146 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <string>
+
+#include "builtin.h"
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/stereo/cloud_features.h"
+#include "planar_mapping/stereo/feature_tracker.h"
+
+namespace planar_mapping {
+namespace {
+
+enum class Source : std::uint8_t { Auto, Image, Cloud };
+
+class KeyFeaturesStage : public Stage {
+ public:
+  static constexpr const char* kName = "key_features";
+  static constexpr const char* kSummary =
+      "finds key features and follows them over frames (the paper, III-B)";
+  static constexpr StageKind kKind = StageKind::Features;
+
+  void declare(ParameterTable& table) override {
+    table.word("source", source_,
+               {{"auto", Source::Auto}, {"image", Source::Image}, {"cloud", Source::Cloud}},
+               "[ours] where features come from; auto = the image, where there is one of the same "
+               "size as the cloud, else the cloud");
+    table.word("detector", params_.detector,
+               {{"auto", FeatureDetector::Automatic},
+                {"surf", FeatureDetector::Surf},
+                {"sift", FeatureDetector::Sift},
+                {"orb", FeatureDetector::Orb},
+                {"akaze", FeatureDetector::Akaze}},
+               "of images; auto = SURF (the paper) where it was built, else SIFT");
+    table.integer("max_features", params_.max_features, Range::between(8, 20000),
+                  "of one image, spread evenly over it");
+    table.number("detection_threshold", params_.detection_threshold, Range::atLeast(0.0),
+                 "weakest response, in the detector's unit; 0 = its usual one");
+    table.number("epipolar_tolerance_px", params_.epipolar_tolerance, Range::between(0.0, 100.0),
+                 "[ours] rows of left and right feature may differ by so much");
+    table.number("stereo_ratio", params_.stereo_ratio, Range::above(0.0, 1.0),
+                 "[ours] best over second-best descriptor distance along the row, at most");
+    table.number("track_ratio", params_.track_ratio, Range::above(0.0, 1.0),
+                 "[ours] best over second-best descriptor distance between frames, at most");
+    table.flag("mutual", params_.mutual, "[ours] matches must be each other's best");
+    table.number("min_disparity_px", params_.min_disparity, Range::between(0.0, 1000.0),
+                 "[ours] features of smaller disparity are too far to be of use");
+    table.number("max_disparity_share", params_.max_disparity_share, Range::above(0.0, 1.0),
+                 "[ours] largest disparity, in image widths");
+    table.integer("refine_window_px", params_.refine_window, Range::between(5, 41),
+                  "[ours] side of the window of sub-pixel places, odd");
+    table.number("max_refine_residual", params_.max_refine_residual, Range::above(0.0, 2.0),
+                 "[ours] gray values in the window may differ by this share of their deviation");
+    table.flag("refine_tracks", params_.refine_tracks,
+               "[ours] places in a new image follow from gray values of the one before");
+    table.word("search", params_.search,
+               {{"exact", DescriptorSearch::Exact}, {"flann", DescriptorSearch::Flann}},
+               "[ours] nearest descriptors from all pairs, or by randomized trees");
+    table.integer("remember_frames", params_.remember_frames, Range::between(0, 1000000),
+                  "[ours] a feature lost for so many frames keeps its identity when seen again");
+    table.integer("max_remembered", params_.max_remembered, Range::between(0, 100000),
+                  "[ours] lost features kept, the latest");
+    table.number("cell_m", cloud_params_.cell, Range::between(1e-6, 1e6),
+                 "[ours] features of clouds: one in each cell of this side");
+    table.integer("cell_points", cloud_params_.min_points, Range::atLeast(1),
+                  "[ours] features of clouds: points in such a cell");
+    table.integer("max_cells", cloud_params_.max_features, Range::between(1, 1000000),
+                  "[ours] features of clouds: at most");
+  }
+  void configure(const RunSettings& settings) override {
+    params_.seed = settings.seed;
+    params_.threads = settings.threads;
+    cloud_params_.remember_frames = params_.remember_frames;
+    tracker_ = FeatureTracker(params_);
+    sampler_ = CloudFeatureSampler(cloud_params_);
+  }
+  void process(Frame& frame) override {
+    const bool pair = !frame.images.right.empty() && frame.images.calibration;
+    const bool depth = !frame.images.left.empty() && !frame.cloud->empty() &&
+                       static_cast<int>(frame.cloud->width) == frame.images.left.width &&
+                       static_cast<int>(frame.cloud->height) == frame.images.left.height;
+    if (source_ == Source::Image && !pair && !depth) {
+      throw InputError(
+          "key_features: source is 'image', but the input has none of the size of the "
+          "cloud");
+    }
+    if (source_ != Source::Cloud && (pair || depth)) {
+      trackImages(frame, pair);
+    } else {
+      sampleCloud(frame);
+    }
+  }
+
+ private:
+  void trackImages(Frame& frame, bool pair);
+  void sampleCloud(Frame& frame);
+
+  Source source_ = Source::Auto;
+  FeatureTrackerParams params_;
+  CloudFeatureParams cloud_params_;
+  FeatureTracker tracker_;
+  CloudFeatureSampler sampler_;
+};
+
+void KeyFeaturesStage::trackImages(Frame& frame, bool pair) {
+  const FrameImages& images = frame.images;
+  frame.key_features = pair ? tracker_.track(images.left, images.right, *images.calibration)
+                            : tracker_.track(images.left, viewOf(*frame.cloud));
+  const FeatureReport& report = tracker_.report();
+  const auto add = [&frame](const char* name, double value) {
+    frame.statistics.push_back({name, value});
+  };
+  add("features_left", static_cast<double>(report.features_left));
+  add("features_right", static_cast<double>(report.features_right));
+  add("stereo_matches", static_cast<double>(report.stereo_matches));
+  add("tracked", static_cast<double>(report.tracked));
+  add("reseen", static_cast<double>(report.reseen));
+  add("new_tracks", static_cast<double>(report.new_tracks));
+  add("feature_detect_ms", report.detect_ms);
+  add("feature_stereo_ms", report.stereo_ms);
+  add("feature_track_ms", report.track_ms);
+  if (report.swapped) {
+    frame.skip_reason = "left and right images seem to be exchanged: " +
+                        std::to_string(report.negative_disparities) +
+                        " features have a negative disparity";
+  }
+}
+
+void KeyFeaturesStage::sampleCloud(Frame& frame) {
+  frame.key_features = sampler_.sample(viewOf(*frame.cloud), nullptr, frame.given_pose);
+  std::size_t reseen = 0;
+  for (const KeyFeature& feature : frame.key_features) reseen += feature.sightings > 1 ? 1 : 0;
+  frame.statistics.push_back({"tracked", static_cast<double>(reseen)});
+  frame.statistics.push_back(
+      {"new_tracks", static_cast<double>(frame.key_features.size() - reseen)});
+}
+
+}  // namespace
+
+namespace detail {
+
+void addKeyFeatures(StageTable& table) {
+  table.add<KeyFeaturesStage>();
+}
+
+}  // namespace detail
+}  // namespace planar_mapping

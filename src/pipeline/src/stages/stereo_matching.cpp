@@ -1,0 +1,178 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/stereo/stereo_matcher.h"
+
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "builtin.h"
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/stereo/rectification.h"
+
+namespace planar_mapping {
+namespace {
+
+std::string rounded(double value) {
+  std::string text = std::to_string(std::round(value * 10.0) / 10.0);
+  return text.substr(0, text.find('.') + 2);
+}
+
+class StereoMatchingStage : public Stage {
+ public:
+  static constexpr const char* kName = "stereo_matching";
+  static constexpr const char* kSummary =
+      "dense disparity of an image pair, and the organized cloud it stands for (the paper, III-B)";
+  static constexpr StageKind kKind = StageKind::Images;
+
+  void declare(ParameterTable& table) override {
+    table.integer("min_disparity_px", params_.min_disparity, Range::between(-2000, 2000),
+                  "smallest disparity looked for; auto = found in each pair by a coarse search");
+    table.integer("disparities_px", params_.disparities, Range::between(1, 2000),
+                  "how many are looked at; auto = found in each pair by a coarse search");
+    table.number("near_distance_m", params_.near_distance, Range::atLeast(0.0),
+                 "nothing nearer is looked for by the coarse search; 0 = max_disparity_share");
+    table.number("max_disparity_share", params_.max_disparity_share, Range::above(0.0, 1.0),
+                 "[ours] largest disparity of the coarse search, in image widths");
+    table.word("paths", params_.paths,
+               {{"three", SmoothnessPaths::Three},
+                {"five", SmoothnessPaths::Five},
+                {"eight", SmoothnessPaths::Eight}},
+               "directions along which smoothness adds up; more is slower");
+    table.integer("block_size_px", params_.block_size, Range::between(1, 31),
+                  "side of the window compared, odd");
+    table.number("smoothness_small", params_.smoothness_small, Range::between(0.0, 1000.0),
+                 "P1: cost of a step of 1 px, per pixel of the window");
+    table.number("smoothness_large", params_.smoothness_large, Range::between(0.0, 1000.0),
+                 "P2: cost of a larger step, likewise");
+    table.integer("prefilter_cap", params_.prefilter_cap, Range::between(1, 63),
+                  "horizontal gray value derivatives are cut off here");
+    table.number("uniqueness_percent", params_.uniqueness_percent, Range::between(0.0, 100.0),
+                 "the second-best disparity must cost so much more");
+    table.number("left_right_tolerance_px", params_.left_right_tolerance,
+                 Range::between(-1.0, 2000.0),
+                 "left and right disparities may differ by so much; negative = not checked");
+    table.integer("speckle_size_px", params_.speckle_size, Range::atLeast(0),
+                  "connected regions of fewer pixels are removed; 0 = off");
+    table.number("speckle_range_px", params_.speckle_range, Range::positive(),
+                 "neighbours whose disparities differ more are not connected");
+    table.flag("refine", params_.refine,
+               "[ours] least squares on gray values against the pull to whole disparities");
+    table.integer("refine_window_px", params_.refine_window, Range::between(3, 31),
+                  "[ours] side of its window, odd");
+    table.flag("wls", params_.wls, "[ours] fill and smooth by an edge-preserving filter");
+    table.number("wls_lambda", params_.wls_lambda, Range::positive(), "strength of its smoothing");
+    table.number("wls_sigma", params_.wls_sigma, Range::positive(),
+                 "gray difference that is an edge to it");
+    table.number("min_brightness", min_brightness_, Range::between(0.0, 255.0),
+                 "[ours] mean gray value of a frame that can be used");
+    table.number("min_density", min_density_, Range::between(0.0, 1.0),
+                 "[ours] share of the pixels of a usable frame that have a disparity");
+  }
+  void applyProfile(Profile profile) override {
+    if (profile == Profile::Paper) params_.refine = false;
+  }
+  void configure(const RunSettings& settings) override {
+    params_.threads = settings.threads;
+    matcher_ = StereoMatcher(params_);
+  }
+  void process(Frame& frame) override;
+
+ private:
+  bool usableImages(Frame& frame) const;
+  void rectify(Frame& frame);
+  bool usableResult(const StereoReport& report, Frame& frame) const;
+
+  StereoMatcherParams params_;
+  double min_brightness_ = 4.0;
+  double min_density_ = 0.02;
+  StereoMatcher matcher_;
+  std::optional<Rectifier> rectifier_;
+};
+
+bool StereoMatchingStage::usableImages(Frame& frame) const {
+  const FrameImages& images = frame.images;
+  if (images.left.empty() && images.right.empty()) {
+    throw InputError(
+        "the input has no image pairs, which stereo_matching needs; take it out of "
+        "the configuration for inputs that bring depth or clouds");
+  }
+  if (!images.calibration) throw InputError("an image pair needs a calib.yaml");
+  if (images.left.empty() || images.right.empty()) {
+    frame.skip_reason =
+        std::string("there is no ") + (images.left.empty() ? "left" : "right") + " image";
+  } else if (images.left.width != images.right.width || images.left.height != images.right.height) {
+    const auto size = [](const io::Image& image) {
+      return std::to_string(image.width) + " x " + std::to_string(image.height);
+    };
+    frame.skip_reason =
+        "the left image is " + size(images.left) + " pixels, the right one " + size(images.right);
+  }
+  return frame.skip_reason.empty();
+}
+
+/// Later stages see a rectified pair only.
+void StereoMatchingStage::rectify(Frame& frame) {
+  FrameImages& images = frame.images;
+  if (!images.calibration->unrectified) return;
+  if (!rectifier_) rectifier_.emplace(*images.calibration);
+  images.left = rectifier_->rectifyLeft(images.left);
+  images.right = rectifier_->rectifyRight(images.right);
+  images.calibration = rectifier_->calibration();
+}
+
+bool StereoMatchingStage::usableResult(const StereoReport& report, Frame& frame) const {
+  if (report.brightness < min_brightness_) {
+    frame.skip_reason =
+        "the left image is black: its mean gray value is " + rounded(report.brightness) + " of 255";
+  } else if (report.swapped) {
+    frame.skip_reason = "left and right images seem to be exchanged: disparities are negative";
+  } else if (report.density < min_density_) {
+    frame.skip_reason = "only " + rounded(100.0 * report.density) +
+                        " % of the pixels have a disparity: there is no texture, or left and right "
+                        "do not belong together (neighbouring pixels differ by " +
+                        rounded(report.contrast) + " gray values on average)";
+  }
+  return frame.skip_reason.empty();
+}
+
+void StereoMatchingStage::process(Frame& frame) {
+  if (!usableImages(frame)) return;
+  rectify(frame);
+  const io::Calibration& calibration = *frame.images.calibration;
+  StereoReport report;
+  const DisparityImage disparity =
+      matcher_.match(frame.images.left, frame.images.right, calibration, &report);
+  frame.statistics.push_back({"stereo_density", report.density});
+  frame.statistics.push_back({"disparity_min_px", static_cast<double>(report.min_disparity)});
+  frame.statistics.push_back({"disparities_px", static_cast<double>(report.disparities)});
+  frame.statistics.push_back({"disparity_range_ms", report.range_ms});
+  frame.statistics.push_back({"disparity_match_ms", report.match_ms});
+  frame.statistics.push_back({"disparity_refine_ms", report.refine_ms});
+  if (!usableResult(report, frame)) return;
+
+  std::vector<float> xyz;
+  triangulate(disparity, calibration, xyz);
+  frame.cloud = pcl::make_shared<FrameCloud>();
+  frame.cloud->points.resize(disparity.values.size());
+  for (std::size_t i = 0; i < disparity.values.size(); ++i) {
+    frame.cloud->points[i] = pcl::PointXYZ(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]);
+  }
+  frame.cloud->width = static_cast<std::uint32_t>(disparity.width);
+  frame.cloud->height = static_cast<std::uint32_t>(disparity.height);
+  frame.cloud->is_dense = false;
+  frame.camera = calibration.camera;
+  frame.baseline = calibration.baseline;
+}
+
+}  // namespace
+
+namespace detail {
+
+void addStereoMatching(StageTable& table) {
+  table.add<StereoMatchingStage>();
+}
+
+}  // namespace detail
+}  // namespace planar_mapping
