@@ -80,6 +80,12 @@ FrameSelection parseFrameSelection(const std::string& text) {
   return selection;
 }
 
+bool hasStage(const Configuration& configuration, StageKind kind) {
+  return std::any_of(
+      configuration.stages.begin(), configuration.stages.end(),
+      [kind](const ConfiguredStage& stage) { return stage.kind == kind && stage.enabled; });
+}
+
 Configuration parseConfiguration(const std::string& text, const std::string& path,
                                  StageTable& table, const ConfigurationOverrides& overrides) {
   return detail::ConfigurationReader(path, table, overrides).read(text);
@@ -106,6 +112,7 @@ std::string effectiveYaml(const Configuration& configuration) {
   yaml += configuration.stages.empty() ? "stages: []\n" : "stages:\n";
   for (const ConfiguredStage& stage : configuration.stages) {
     yaml += "  - stage: " + stage.name + "\n";
+    if (!stage.enabled) yaml += "    enabled: false\n";
     for (const Parameter& parameter : stage.parameters.parameters()) {
       yaml += "    " + parameter.name + ": " + toYaml(parameter.get()) + "\n";
     }

@@ -360,7 +360,7 @@ void ConfigurationReader::checkOrder(const std::vector<YAML::Mark>& marks) {
   const ConfiguredStage* last = nullptr;
   for (std::size_t i = 0; i < configuration_.stages.size(); ++i) {
     const ConfiguredStage& stage = configuration_.stages[i];
-    if (stage.kind == StageKind::Any) continue;
+    if (stage.kind == StageKind::Any || !stage.enabled) continue;
     if (last != nullptr && stage.kind < last->kind) {
       problems_.add(marks[i], "stage '" + stage.name + "' " + placeOf(stage.kind) +
                                   " and so must stand before '" + last->name + "', which " +

@@ -37,8 +37,9 @@ std::size_t sizeThrough(const Configuration& configuration,
                         std::initializer_list<StageKind> kinds) {
   std::size_t size = 0;
   for (std::size_t i = 0; i < configuration.stages.size(); ++i) {
-    const StageKind kind = configuration.stages[i].kind;
-    if (std::find(kinds.begin(), kinds.end(), kind) != kinds.end()) size = i + 1;
+    const ConfiguredStage& stage = configuration.stages[i];
+    const bool counts = std::find(kinds.begin(), kinds.end(), stage.kind) != kinds.end();
+    if (counts && stage.enabled) size = i + 1;
   }
   return size;
 }
@@ -94,7 +95,7 @@ void Pipeline::runFrontEnd(Frame& frame) {
 }
 
 void Pipeline::runStage(std::size_t index, Frame& frame) {
-  if (!frame.skip_reason.empty()) return;
+  if (!frame.skip_reason.empty() || !configuration_.stages[index].enabled) return;
   const Clock::time_point start = Clock::now();
   Stage& stage = *configuration_.stages[index].stage;
   if (!adapted_[index]) {
@@ -106,8 +107,7 @@ void Pipeline::runStage(std::size_t index, Frame& frame) {
 }
 
 bool Pipeline::hasStage(StageKind kind) const {
-  return std::any_of(configuration_.stages.begin(), configuration_.stages.end(),
-                     [kind](const ConfiguredStage& stage) { return stage.kind == kind; });
+  return planar_mapping::hasStage(configuration_, kind);
 }
 
 void Pipeline::continueFrom(PlanarMap map) {
@@ -145,7 +145,9 @@ void Pipeline::adaptMapping(const Frame& frame) {
   }
   if (continued_) return;
   PlanarMapParams params;
-  for (const ConfiguredStage& stage : configuration_.stages) stage.stage->configureMap(params);
+  for (const ConfiguredStage& stage : configuration_.stages) {
+    if (stage.enabled) stage.stage->configureMap(params);
+  }
   map_ = PlanarMap(params);
 }
 

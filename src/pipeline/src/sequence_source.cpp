@@ -9,11 +9,6 @@
 namespace planar_mapping {
 namespace {
 
-bool hasStage(const Configuration& configuration, StageKind kind) {
-  return std::any_of(configuration.stages.begin(), configuration.stages.end(),
-                     [kind](const ConfiguredStage& stage) { return stage.kind == kind; });
-}
-
 io::SequenceOptions optionsOf(const Configuration& configuration) {
   if (configuration.inputs.empty()) {
     throw InputError("there is no input; give it with -i FILE_OR_FOLDER or as 'inputs' in " +

@@ -17,6 +17,8 @@ namespace planar_mapping {
 struct ConfiguredStage {
   std::string name;
   StageKind kind = StageKind::Any;
+  /// `enabled: false` keeps a stage in the file, to be switched on by --set, but leaves it out.
+  bool enabled = true;
   std::unique_ptr<Stage> stage;
   ParameterTable parameters;
 };
@@ -41,6 +43,9 @@ struct Configuration {
   std::vector<std::string> plugins;  ///< shared libraries, absolute
   std::vector<ConfiguredStage> stages;
 };
+
+/// Whether any enabled stage is of this kind.
+PLANAR_MAPPING_EXPORT bool hasStage(const Configuration& configuration, StageKind kind);
 
 /// What the command line says on top of the file.
 struct ConfigurationOverrides {
