@@ -72,18 +72,39 @@ class ImageRenderer {
     return result;
   }
 
+  /// A surface in a pixel: how many of its rays meet it, and where on average.
+  struct Share {
+    const ObjectView* view = nullptr;
+    int face = 0;
+    int rays = 0;
+    Vector3 ray = Vector3::Zero();  ///< sum over them; likewise depth
+    double depth = 0.0;
+  };
+
   std::uint32_t averageColor(const Neighbours& neighbours, int column, int row) const {
     const PinholeCamera& camera = view_.camera;
-    std::array<double, 3> sum{};
+    std::array<Share, kSubRays> shares;
+    std::size_t count = 0;
     for (int k = 0; k < kSubRays; ++k) {
       const int reversed = (k & 1) << 3 | (k & 2) << 1 | (k & 4) >> 1 | (k & 8) >> 3;
       const double dx = (k + 0.5) / kSubRays - 0.5;
       const double dy = (reversed + 0.5) / kSubRays - 0.5;
       const Vector3 ray((column + dx - camera.cx) / camera.fx, (row + dy - camera.cy) / camera.fy,
                         1.0);
-      const std::uint32_t color = colorOf(neighbours, ray);
+      const Share met = nearestTo(neighbours, ray);
+      auto known = std::find_if(shares.begin(), shares.begin() + count, [&met](const Share& share) {
+        return share.view == met.view && share.face == met.face;
+      });
+      if (known == shares.begin() + count) shares[count++] = {met.view, met.face};
+      known->rays += 1;
+      known->ray += ray;
+      known->depth += met.depth;
+    }
+    std::array<double, 3> sum{};
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t color = colorOf(shares[i]);
       for (std::size_t channel = 0; channel < 3; ++channel)
-        sum[channel] += color >> (16u - 8u * channel) & 0xFFu;
+        sum[channel] += shares[i].rays * static_cast<double>(color >> (16u - 8u * channel) & 0xFFu);
     }
     std::uint32_t result = 0;
     for (std::size_t channel = 0; channel < 3; ++channel)
@@ -91,23 +112,28 @@ class ImageRenderer {
     return result;
   }
 
-  std::uint32_t colorOf(const Neighbours& neighbours, const Vector3& ray) const {
-    const ObjectView* nearest = nullptr;
-    double depth = 0.0;
-    int face = 0;
+  Share nearestTo(const Neighbours& neighbours, const Vector3& ray) const {
+    Share nearest;
     for (int i = 0; i < neighbours.count; ++i) {
       const ObjectView* candidate = neighbours.views[static_cast<std::size_t>(i)];
-      double t = 0.0;
-      int f = 0;
-      if (!candidate->hit(ray, t, f) || (nearest != nullptr && t >= depth)) continue;
-      nearest = candidate;
-      depth = t;
-      face = f;
+      double depth = 0.0;
+      int face = 0;
+      if (!candidate->hit(ray, depth, face) || (nearest.view != nullptr && depth >= nearest.depth))
+        continue;
+      nearest.view = candidate;
+      nearest.face = face;
+      nearest.depth = depth;
     }
-    if (nearest == nullptr) return kSkyColor;
-    const SurfacePoint point = surfacePointAt(*nearest, face, depth, ray, 1.0 / view_.camera.fx,
-                                              1.0 / view_.camera.fy, params_.plain_share, true);
-    return shaded(nearest->object->material.color, point.brightness);
+    return nearest;
+  }
+
+  std::uint32_t colorOf(const Share& share) const {
+    if (share.view == nullptr) return kSkyColor;
+    const SurfaceShader shader(*share.view, share.face, view_.camera, params_.plain_share, true);
+    const SurfacePatch patch = shader.patchAt(share.depth / share.rays, share.ray / share.rays);
+    std::uint32_t color = 0;
+    shader.shade(&patch, 1, &color);
+    return color;
   }
 
   void writePixel(std::uint32_t color, std::size_t i, io::Image& image) const {

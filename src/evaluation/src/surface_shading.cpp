@@ -11,7 +11,8 @@ namespace planar_mapping {
 namespace evaluation {
 namespace {
 
-constexpr double kLargestStretch = 8.0;  ///< samples along a pixel's image on a grazed surface
+constexpr int kLargestStretch = 8;      ///< samples along a pixel's image on a grazed surface
+constexpr double kSmallestSide = 1e-6;  ///< of a pixel's image, metres
 constexpr double kSmallestCosine = 1e-3;
 
 /// Surface coordinates (metres) and how they change along the surface, object frame.
@@ -53,62 +54,92 @@ SurfaceFrame roundFrame(const SceneObject& object, const Vector3& local) {
   return frame;
 }
 
-/// The pattern averaged over the pixel's image on the surface: a parallelogram with sides
-/// \p across and \p down (metres of u, v), covered by squares along its longer side.
-double averaged(const SceneObject& object, bool flat, const SurfaceFrame& frame, Vector2 across,
-                Vector2 down, double contrast, std::uint32_t seed) {
-  if (across.squaredNorm() < down.squaredNorm()) std::swap(across, down);
-  const double area = std::abs(across.x() * down.y() - across.y() * down.x());
-  const double length = across.norm();
-  const double width = std::max(area / std::max(length, 1e-12), length / kLargestStretch);
-  const int samples = std::max(1, static_cast<int>(std::lround(length / width)));
-  double sum = 0.0;
-  for (int i = 0; i < samples; ++i) {
-    const double share = (i + 0.5) / samples - 0.5;
-    sum += brightnessAt(object.material, frame.u + share * across.x(), frame.v + share * across.y(),
-                        width, contrast, flat, seed);
-  }
-  return sum / samples;
-}
-
-}  // namespace
-
-SurfacePoint surfacePointAt(const ObjectView& view, int face, double depth, const Vector3& ray,
-                            double pixel_x, double pixel_y, double plain_share, bool colors) {
-  const SceneObject& object = *view.object;
-  const Vector3 direction = view.R_object_camera * ray;
-  const Vector3 local = view.origin + depth * direction;
-  const bool flat = face < kCurvedFace;
-  const SurfaceFrame frame = flat ? flatFrame(object, face, local) : roundFrame(object, local);
-  const double length = direction.norm();
-  const double toward = -frame.normal.dot(direction);
-  SurfacePoint point;
-  point.incidence = std::clamp(toward / length, 0.0, 1.0);
-  const auto seed = static_cast<std::uint32_t>(view.index * 64 + face);
-  point.texture = textureAt(object.material, frame.u, frame.v, plain_share, seed);
-  if (!colors) return point;
-
-  // A step of one pixel moves the ray, and its end along the ray so that it stays on the surface.
-  const double slope = std::max(toward, kSmallestCosine * length);
-  const auto stepOnSurface = [&](const Vector3& step) {
-    const Vector3 moved = depth * (step + direction * (frame.normal.dot(step) / slope));
-    return Vector2(frame.along_u.dot(moved), frame.along_v.dot(moved));
-  };
-  const Vector2 across = stepOnSurface(view.R_object_camera.col(0) * pixel_x);
-  const Vector2 down = stepOnSurface(view.R_object_camera.col(1) * pixel_y);
-  const double light = 0.62 + 0.33 * std::max(0.0, frame.normal.dot(view.light)) +
-                       0.12 * std::max(0.0, -frame.normal.dot(view.light));
-  point.brightness = light * averaged(object, flat, frame, across, down, point.texture, seed);
-  return point;
-}
-
-std::uint32_t shaded(std::uint32_t color, double brightness) {
+std::uint32_t scaled(std::uint32_t color, double brightness) {
   std::uint32_t result = 0;
   for (const unsigned shift : {16u, 8u, 0u}) {
     const double channel = static_cast<double>(color >> shift & 0xFFu) * brightness;
     result |= static_cast<std::uint32_t>(std::clamp(channel, 0.0, 255.0) + 0.5) << shift;
   }
   return result;
+}
+
+}  // namespace
+
+SurfaceShader::SurfaceShader(const ObjectView& view, int face, const PinholeCamera& camera,
+                             double plain_share, bool colors)
+    : view_(view),
+      face_(face),
+      pixel_right_(view.R_object_camera.col(0) / camera.fx),
+      pixel_down_(view.R_object_camera.col(1) / camera.fy),
+      plain_share_(plain_share),
+      colors_(colors),
+      seed_(static_cast<std::uint32_t>(view.index * 64 + face)) {}
+
+SurfacePatch SurfaceShader::patchAt(double depth, const Vector3& ray) const {
+  const SceneObject& object = *view_.object;
+  const Vector3 direction = view_.R_object_camera * ray;
+  const Vector3 local = view_.origin + depth * direction;
+  const SurfaceFrame frame =
+      face_ < kCurvedFace ? flatFrame(object, face_, local) : roundFrame(object, local);
+  const double length = direction.norm();
+  const double toward = -frame.normal.dot(direction);
+  SurfacePatch patch;
+  patch.incidence = std::clamp(toward / length, 0.0, 1.0);
+  patch.texture = textureAt(object.material, frame.u, frame.v, plain_share_, seed_);
+  if (!colors_) return patch;
+  const double side = frame.normal.dot(view_.light);
+  patch.light = 0.62 + (side > 0.0 ? 0.33 : -0.12) * side;
+
+  // A step of one pixel moves the ray, and its end along the ray so that it stays on the surface.
+  const double slope = std::max(toward, kSmallestCosine * length);
+  const auto stepOnSurface = [&](const Vector3& step, double& u, double& v) {
+    const Vector3 moved = depth * (step + direction * (frame.normal.dot(step) / slope));
+    u = frame.along_u.dot(moved);
+    v = frame.along_v.dot(moved);
+  };
+  double across_u = 0.0, across_v = 0.0, down_u = 0.0, down_v = 0.0;
+  stepOnSurface(pixel_right_, across_u, across_v);
+  stepOnSurface(pixel_down_, down_u, down_v);
+  const double area = std::abs(across_u * down_v - across_v * down_u);
+  const double across = across_u * across_u + across_v * across_v;
+  const double down = down_u * down_u + down_v * down_v;
+  const double longer = std::sqrt(std::max(across, down));
+  patch.u = frame.u;
+  patch.v = frame.v;
+  patch.along_u = across > down ? across_u : down_u;
+  patch.along_v = across > down ? across_v : down_v;
+  patch.width =
+      std::max({area / std::max(longer, kSmallestSide), longer / kLargestStretch, kSmallestSide});
+  patch.samples = std::clamp(static_cast<int>(longer / patch.width + 0.5), 1, kLargestStretch);
+  return patch;
+}
+
+void SurfaceShader::shade(const SurfacePatch* patches, int count, std::uint32_t* colors) const {
+  TextureSamples samples;
+  for (int done = 0; done < count;) {
+    samples.count = 0;
+    int end = done;
+    for (; end < count && samples.count + patches[end].samples <= TextureSamples::kCapacity;
+         ++end) {
+      const SurfacePatch& patch = patches[end];
+      for (int k = 0; k < patch.samples; ++k) {
+        const double share = (k + 0.5) / patch.samples - 0.5;
+        samples.u[samples.count] = static_cast<float>(patch.u + share * patch.along_u);
+        samples.v[samples.count] = static_cast<float>(patch.v + share * patch.along_v);
+        samples.footprint[samples.count] = static_cast<float>(patch.width);
+        samples.contrast[samples.count] = static_cast<float>(patch.texture);
+        ++samples.count;
+      }
+    }
+    const Material& material = view_.object->material;
+    computeBrightness(material, face_ < kCurvedFace, seed_, samples);
+    const float* next = samples.brightness;
+    for (; done < end; ++done) {
+      double sum = 0.0;
+      for (int k = 0; k < patches[done].samples; ++k) sum += static_cast<double>(*next++);
+      colors[done] = scaled(material.color, patches[done].light * sum / patches[done].samples);
+    }
+  }
 }
 
 }  // namespace evaluation

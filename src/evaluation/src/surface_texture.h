@@ -18,11 +18,22 @@ double valueNoise(double u, double v, std::uint32_t seed);
 double textureAt(const Material& material, double u, double v, double plain_share,
                  std::uint32_t seed);
 
-/// Brightness factor around 1 of a surface at u, v (metres), averaged over about a square of
-/// \p footprint metres, so that details too small for a pixel fade instead of flickering.
-/// \param contrast  of the texture there, in [0, 1], see textureAt()
-double brightnessAt(const Material& material, double u, double v, double footprint, double contrast,
-                    bool flat, std::uint32_t seed);
+/// Places on a surface, and what it looks like there.
+struct TextureSamples {
+  static constexpr int kCapacity = 256;
+  int count = 0;
+  float u[kCapacity];           ///< metres
+  float v[kCapacity];           ///< metres
+  float footprint[kCapacity];   ///< side of the square to average over, metres, > 0
+  float contrast[kCapacity];    ///< of the texture there, in [0, 1], see textureAt()
+  float brightness[kCapacity];  ///< result: factor around 1
+};
+
+/// Brightness of a surface, averaged over about the footprint of each sample, so that details too
+/// small for a pixel fade instead of flickering.
+/// \param flat  posters hang on flat faces only
+void computeBrightness(const Material& material, bool flat, std::uint32_t seed,
+                       TextureSamples& samples);
 
 }  // namespace evaluation
 }  // namespace planar_mapping
