@@ -1,0 +1,88 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/motion_factor.h"
+#include "planar_mapping/core/types.h"
+
+namespace planar_mapping {
+
+/// Parameters of SurfaceMap; all [ours]. Lengths in metres, angles in radians.
+struct PLANAR_MAPPING_EXPORT SurfaceMapParams {
+  double cell = 0.1;              ///< side of the smallest cells, > 0
+  int levels = 3;                 ///< cells of so many sizes, each twice the one before, in [1, 6]
+  int min_points = 6;             ///< that a cell needs to have a plane, >= 4
+  double max_thickness = 0.25;    ///< of what counts as plane, in sides of a cell, > 0
+  double max_normal_angle = 0.5;  ///< between planes that may be the same, in (0, pi/2)
+  double max_range = 0.0;         ///< points farther away are left out; 0 = none is
+  /// Standard deviation of a point along its ray: depth_error + depth_error_growth * depth^2; at
+  /// least one of them > 0.
+  double depth_error = 0.003;
+  double depth_error_growth = 0.002;  ///< 1/m
+  /// Direction in which depth is measured; zero = depth is the range (laser scanners).
+  Vector3 optical_axis = Vector3::UnitZ();
+  int sample_size = 60000;  ///< points looked at, >= 100
+  double reach = 0.5;  ///< from how far a guess is drawn to the map, >= 0
+  int iterations = 15;      ///< at most, on each level, >= 1
+  double min_share = 0.4;   ///< of the cloud's planes that must lie on the map's, in [0, 1]
+  /// The errors of neighbouring points are not independent: so many planes of the smallest size
+  /// tell as much as one; >= 1.
+  double correlated_planes = 20.0;
+  int max_cells = 200000;  ///< kept, >= 1000; those not seen for longest go first
+
+  /// \throws ParameterError
+  void validate() const;
+};
+
+/// Where a cloud lies on a SurfaceMap.
+struct CloudRegistration {
+  bool found = false;
+  Pose T_world_sensor = Pose::Identity();
+  /// In the sensor's frame, see Matrix6; 1 m and 0.5 rad in directions the cloud says nothing
+  /// about.
+  Matrix6 covariance = Matrix6::Zero();
+  std::size_t planes = 0;   ///< of the cloud
+  std::size_t matched = 0;  ///< of those, on a plane of the map
+  double rms = 0.0;         ///< distance of the matched ones, metres
+};
+
+/// What registers clouds that have no features to go by: a bounded local map of small planes, one
+/// per cell of a grid, in several sizes, and point-to-plane registration to it.
+///
+/// Independent of the planar map: that is the result of the poses, this is what they come from.
+/// Deterministic. Copyable. Not thread safe.
+class PLANAR_MAPPING_EXPORT SurfaceMap {
+ public:
+  explicit SurfaceMap(const SurfaceMapParams& params = SurfaceMapParams());
+  ~SurfaceMap();
+  SurfaceMap(const SurfaceMap& other);
+  SurfaceMap& operator=(const SurfaceMap& other);
+  SurfaceMap(SurfaceMap&&) noexcept;
+  SurfaceMap& operator=(SurfaceMap&&) noexcept;
+
+  const SurfaceMapParams& params() const;
+
+  /// Adds a cloud. O(points looked at).
+  /// \param cloud  sensor's frame; non-finite points are skipped
+  /// \throws InputError if the pose is not finite
+  void insert(const PointsView& cloud, const Pose& T_world_sensor);
+
+  /// Finds the pose of a cloud near \p guess: from large cells to small ones, robust Gauss-Newton.
+  /// Reaches about half the side of the largest cells.
+  /// \throws InputError if the guess is not finite
+  CloudRegistration locate(const PointsView& cloud, const Pose& guess) const;
+
+  std::size_t cells() const;
+
+ private:
+  class Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace planar_mapping
