@@ -13,6 +13,7 @@
 #include "coverage.h"
 #include "planar_mapping/core/error.h"
 #include "planar_mapping/core/parallel.h"
+#include "planar_mapping/evaluation/trajectory_error.h"
 
 namespace planar_mapping::detail {
 namespace {
@@ -30,6 +31,21 @@ Json timesOf(std::vector<double> values) {
   return {{"median", rank(0.5)},
           {"p95", rank(0.95)},
           {"total", std::accumulate(values.begin(), values.end(), 0.0)}};
+}
+
+/// Of an estimated trajectory, against the poses that were given and not used.
+Json motionErrorOf(const std::vector<Pose>& estimate, const std::vector<Pose>& given) {
+  constexpr double kDegreesPerRadian = 57.29577951308232;
+  const TrajectoryError error = trajectoryError(estimate, given);
+  return {{"frames", error.poses},
+          {"path_m", error.path_length},
+          {"absolute_rms_m", error.absolute_rms},
+          {"absolute_max_m", error.absolute_max},
+          {"relative_rms_m", error.relative_translation_rms},
+          {"relative_rms_deg", error.relative_rotation_rms * kDegreesPerRadian},
+          {"end_drift_m", error.end_translation},
+          {"end_drift_deg", error.end_rotation * kDegreesPerRadian},
+          {"end_drift_percent", error.endDriftPercent()}};
 }
 
 std::string quotedForCsv(const std::string& text) {
@@ -176,8 +192,22 @@ void RunStatistics::add(const FrameReport& report, const Frame& frame, const Pla
 
 void RunStatistics::replay(const Frame& frame, const PlanarMap& map) {
   if (!frame.skip_reason.empty()) return;
+  addPoses(frame);
   StandardCells& cells = standardCells(map);
   forEachMappable(frame, [&cells](const Vector3& world) { cells.add(world); });
+}
+
+void RunStatistics::addPoses(const Frame& frame) {
+  if (!frame.given_pose) return;
+  estimated_poses_.push_back(frame.T_world_sensor);
+  given_poses_.push_back(*frame.given_pose);
+}
+
+bool RunStatistics::posesAreGivenOnes() const {
+  for (std::size_t i = 0; i < given_poses_.size(); ++i) {
+    if (given_poses_[i].matrix() != estimated_poses_[i].matrix()) return false;
+  }
+  return true;
 }
 
 /// Asked once, of the whole map: a point of each standard cell stands for all that fell into it,
@@ -288,6 +318,11 @@ std::string RunStatistics::metricsJson(const Configuration& configuration, const
   json["unknown_cells"] = map.unknownCells();
   json["memory_bytes"] = map.memoryBytes();
   json["file_bytes"] = file_bytes;
+  // Null where there is nothing to compare with, or where the given poses were taken as they are.
+  json["motion_error"] = nullptr;
+  if (hasStage(configuration, StageKind::Motion) && !given_poses_.empty() && !posesAreGivenOnes()) {
+    json["motion_error"] = motionErrorOf(estimated_poses_, given_poses_);
+  }
   const auto times = [this](const auto& of) {
     std::vector<double> values;
     for (const FrameReport& report : reports_) {

@@ -38,9 +38,14 @@ class RunStatistics {
   };
   Coverage coverageOf(const PlanarMap& map) const;
   StandardCells& standardCells(const PlanarMap& map);
+  void addPoses(const Frame& frame);
+  bool posesAreGivenOnes() const;
 
   std::vector<FrameReport> reports_;
   std::vector<StandardCells> standard_cells_;  ///< one, once the resolution is known
+  // Of the frames with an estimated and a given pose: how far is one off the other?
+  std::vector<Pose> estimated_poses_;
+  std::vector<Pose> given_poses_;
 };
 
 }  // namespace planar_mapping::detail
