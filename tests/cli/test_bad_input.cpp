@@ -165,10 +165,14 @@ TEST_F(BadInput, RgbdFolderWithoutPosesSaysWhatIsMissing) {
   write("seq/calib.yaml",
         "image_width: 4\nimage_height: 4\nfx: 4\nfy: 4\ncx: 2\ncy: 2\ndepth_scale: 1000\n");
   write("seq/depth/000000.png", "not read");
-  const ProgramResult result = planarMap(
-      {"run", config("rgbd_indoor.yaml"), "-i", directory_ / "seq", "-o", directory_ / "out"});
+  const std::string yaml = write("plain.yaml",
+                                 "version: 1\nstages:\n  - stage: multi_plane_segmentation\n"
+                                 "  - stage: planar_cuboid_approximation\n");
+  const ProgramResult result =
+      planarMap({"run", yaml, "-i", directory_ / "seq", "-o", directory_ / "out"});
   EXPECT_EQ(4, result.exit_code);
-  expectOneSentence(result, "poses");
+  expectOneSentence(result, "there are no poses");
+  EXPECT_NE(std::string::npos, result.err.find("motion_estimation")) << result.err;
   EXPECT_TRUE(list("out").empty());
 }
 

@@ -276,7 +276,9 @@ std::string RunStatistics::metricsJson(const Configuration& configuration, const
                                        std::size_t file_bytes, bool interrupted) const {
   const auto sum = [this](std::size_t FrameReport::*field) {
     std::size_t total = 0;
-    for (const FrameReport& report : reports_) total += report.*field;
+    for (const FrameReport& report : reports_) {
+      if (report.skip_reason.empty()) total += report.*field;
+    }
     return total;
   };
   std::size_t planar_cuboids = 0;
