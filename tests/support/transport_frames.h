@@ -19,12 +19,9 @@ inline Frame transportFrame(std::uint32_t width, std::uint32_t height, std::uint
   frame.number = 3 * seed;
   frame.source = "left/" + std::to_string(seed) + ".png";
   frame.timestamp = 0.1 * static_cast<double>(seed);
-  frame.camera = PinholeCamera{0.8 * width,
-                               0.8 * width,
-                               0.5 * width - 0.25,
-                               0.5 * height + 0.25,
-                               static_cast<int>(width),
-                               static_cast<int>(height)};
+  frame.camera =
+      PinholeCamera{0.8 * width + 1.0,   0.8 * width + 1.0,       0.5 * width - 0.25,
+                    0.5 * height + 0.25, static_cast<int>(width), static_cast<int>(height)};
   frame.baseline = 0.12;
   Pose pose = Pose::Identity();
   pose.linear() = Quaternion(0.9, 0.1, -0.2, 0.3).normalized().toRotationMatrix();
@@ -62,6 +59,7 @@ inline Frame transportFrame(std::uint32_t width, std::uint32_t height, std::uint
   frame.features = 5;
   frame.matches = 4;
   frame.statistics = {{"disparity_share", 0.75}, {"stereo_ms", 12.5}};
+  frame.stage_ms = {12.5, 0.0, 3.25};
   frame.notes = {"a note"};
   frame.warnings = {"a warning", "another"};
   return frame;

@@ -14,6 +14,7 @@ using detail::ByteWriter;
 
 constexpr std::size_t kLargestFeatureCount = 1000000;
 constexpr std::size_t kLargestStatisticCount = 256;
+constexpr std::size_t kLargestStageCount = 256;
 constexpr std::size_t kLargestNoteCount = 1000;
 constexpr std::size_t kFeatureBytes = 48;
 constexpr std::size_t kLargestName = 64;  // of a statistic
@@ -76,6 +77,10 @@ void checkFrame(const Frame& frame) {
   for (const FrameStatistic& statistic : frame.statistics) {
     require(isColumnName(statistic.name), "the name of a statistic is not snake_case");
   }
+  for (const double value : frame.stage_ms) {
+    require(value >= 0.0 && std::isfinite(value), "field 'stage_ms' is out of range");
+  }
+  require(frame.stage_ms.size() <= kLargestStageCount, "there are too many stages");
   require(frame.key_features.size() <= kLargestFeatureCount, "there are too many key features");
   require(frame.statistics.size() <= kLargestStatisticCount, "there are too many statistics");
   require(frame.notes.size() <= kLargestNoteCount && frame.warnings.size() <= kLargestNoteCount,
@@ -190,6 +195,8 @@ Bytes encodeFrame(const Frame& frame, std::uint64_t position, CloudEncoding enco
   }
   writeFeatures(writer, frame.key_features);
   writeStatistics(writer, frame.statistics);
+  writer.integer(static_cast<std::uint32_t>(frame.stage_ms.size()));
+  for (const double value : frame.stage_ms) writer.real(value);
   writeTexts(writer, frame.notes);
   writeTexts(writer, frame.warnings);
   detail::writeCloud(*frame.cloud, frame.camera, encoding, bytes);
@@ -215,6 +222,8 @@ FrameMessage decodeFrame(const Bytes& body, std::size_t largest_points) {
   }
   frame.key_features = readFeatures(reader);
   frame.statistics = readStatistics(reader);
+  frame.stage_ms.resize(reader.count("stage_ms", sizeof(double), kLargestStageCount));
+  for (double& value : frame.stage_ms) value = reader.real64("stage_ms");
   frame.notes = readTexts(reader, "notes");
   frame.warnings = readTexts(reader, "warnings");
   checkFrame<ProtocolError>(frame);

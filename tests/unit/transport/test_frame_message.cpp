@@ -48,6 +48,7 @@ TEST(FrameMessage, EveryFieldComesBackAsItWas) {
   ASSERT_EQ(2U, received.statistics.size());
   EXPECT_EQ("stereo_ms", received.statistics[1].name);
   EXPECT_EQ(12.5, received.statistics[1].value);
+  EXPECT_EQ(sent.stage_ms, received.stage_ms);
   EXPECT_EQ(sent.notes, received.notes);
   EXPECT_EQ(sent.warnings, received.warnings);
   EXPECT_TRUE(received.skip_reason.empty());
@@ -156,6 +157,7 @@ TEST(FrameMessage, WhatCouldNotBeReceivedIsNotSent) {
   refuses([](Frame& f) { f.key_features[2].column = kInfinity; });
   refuses([](Frame& f) { f.statistics[0].name = "a,b"; });
   refuses([](Frame& f) { f.statistics.resize(300, {"x", 0.0}); });
+  refuses([](Frame& f) { f.stage_ms[0] = -1.0; });
   refuses([](Frame& f) { f.cloud->width = 5; });
   refuses([](Frame& f) { f.cloud.reset(); });
 }

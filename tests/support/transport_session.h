@@ -1,0 +1,95 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <atomic>
+#include <future>
+#include <stdexcept>
+
+#include "planar_mapping/transport/frame_listener.h"
+#include "planar_mapping/transport/front_end.h"
+#include "transport_frames.h"
+
+namespace planar_mapping::transport {
+
+/// Frames without a sequence or stages. Counts what it makes, and can fail.
+class FakeProducer : public FrameProducer {
+ public:
+  struct Plan {
+    std::uint64_t frames = 8;
+    std::uint64_t fails_at = ~std::uint64_t{0};  ///< like a crash: no goodbye is said
+    std::string problem = "";                       ///< thrown as InputError at fails_at, if set
+    std::atomic<std::uint64_t>* made = nullptr;
+  };
+
+  explicit FakeProducer(const Plan& plan) : plan_(plan) {}
+
+  Ready describe() const override {
+    return {io::SequenceKind::Clouds, io::PoseSource::File, plan_.frames, 4711, "fake"};
+  }
+  std::optional<Frame> next() override {
+    if (position_ == plan_.fails_at) {
+      if (!plan_.problem.empty()) throw InputError(plan_.problem);
+      throw std::runtime_error("crash");
+    }
+    if (position_ == plan_.frames) return std::nullopt;
+    if (plan_.made != nullptr) ++*plan_.made;
+    return transportFrame(40, 30, ++position_);
+  }
+
+ private:
+  Plan plan_;
+  std::uint64_t position_ = 0;
+};
+
+inline ListenerOptions listenerOptions(double timeout = 5.0) {
+  ListenerOptions options;
+  options.settings.configuration = "version: 1\n";
+  options.settings.timeout = timeout;
+  return options;
+}
+
+inline FrontEndOptions frontEndOptions(double timeout = 5.0) {
+  FrontEndOptions options;
+  options.timeout = timeout;
+  return options;
+}
+
+inline FrontEndResult sendFakeFrames(const Endpoint& endpoint, const FakeProducer::Plan& plan,
+                                     const FrontEndOptions& options = frontEndOptions()) {
+  return runFrontEnd(
+      endpoint, [&plan](const std::string&) { return std::make_unique<FakeProducer>(plan); },
+      options);
+}
+
+inline std::future<FrontEndResult> sendInBackground(
+    const Endpoint& endpoint, const FakeProducer::Plan& plan,
+    const FrontEndOptions& options = frontEndOptions()) {
+  return std::async(std::launch::async, [=]() { return sendFakeFrames(endpoint, plan, options); });
+}
+
+/// Takes all frames and checks that they are those of FakeProducer, each once and in order.
+inline std::uint64_t takeAll(FrameListener& listener, std::uint64_t first = 0) {
+  std::uint64_t taken = first;
+  while (const std::optional<Frame> frame = listener.next()) {
+    const Frame sent = transportFrame(40, 30, taken + 1);
+    if (frame->number != sent.number || !sameCloud(*sent.cloud, *frame->cloud)) {
+      throw std::runtime_error("frame " + std::to_string(taken) + " is another one");
+    }
+    ++taken;
+  }
+  return taken;
+}
+
+/// The message of what a call throws.
+template <typename Call>
+std::string errorOf(const Call& call) {
+  try {
+    call();
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return "nothing was thrown";
+}
+
+}  // namespace planar_mapping::transport

@@ -1,0 +1,276 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/transport/front_end.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <thread>
+
+#include "tcp_peer.h"
+#include "transport_session.h"
+
+namespace planar_mapping::transport {
+namespace {
+
+using std::chrono::milliseconds;
+
+const Endpoint kAnyPort = {"127.0.0.1", 0};
+
+::testing::AssertionResult contains(const std::string& text, const std::string& part) {
+  if (text.find(part) != std::string::npos) return ::testing::AssertionSuccess();
+  return ::testing::AssertionFailure() << "no '" << part << "' in '" << text << "'";
+}
+
+/// A port on which nothing listens (any more).
+Endpoint deadEndpoint() {
+  return {"127.0.0.1", TcpPeer::listening().port()};
+}
+
+TEST(FrontEnd, AllFramesArriveOnceInOrderAndExactly) {
+  for (const CloudEncoding encoding : {CloudEncoding::Raw, CloudEncoding::Compact}) {
+    FrameListener listener(kAnyPort, listenerOptions());
+    EXPECT_GT(listener.endpoint().port, 0);
+    FrontEndOptions options = frontEndOptions();
+    options.encoding = encoding;
+    auto sender = sendInBackground(listener.endpoint(), {20}, options);
+    EXPECT_EQ(io::PoseSource::File, listener.poseSource());
+    EXPECT_EQ(io::SequenceKind::Clouds, listener.kind());
+    EXPECT_EQ(20U, listener.size().value());
+    EXPECT_TRUE(contains(listener.names().front(), "(fake)"));
+    EXPECT_EQ(20U, takeAll(listener));
+    const FrontEndResult result = sender.get();
+    EXPECT_EQ(20U, result.frames_sent);
+    EXPECT_GT(result.bytes_sent, 20U * 40 * 30);
+    EXPECT_FALSE(result.interrupted);
+  }
+}
+
+TEST(FrontEnd, ASlowMapperSlowsItDown) {
+  ListenerOptions options = listenerOptions();
+  options.settings.window = 3;
+  FrameListener listener(kAnyPort, options);
+  std::atomic<std::uint64_t> made{0};
+  auto sender = sendInBackground(listener.endpoint(), {30, ~std::uint64_t{0}, "", &made});
+  (void)listener.kind();
+  std::this_thread::sleep_for(milliseconds(200));
+  EXPECT_LE(made, 4U);  // the window, and one that is ready
+  EXPECT_TRUE(listener.next().has_value());
+  std::this_thread::sleep_for(milliseconds(100));
+  EXPECT_LE(made, 5U);
+  EXPECT_EQ(30U, takeAll(listener, 1));
+  EXPECT_EQ(30U, sender.get().frames_sent);
+}
+
+TEST(FrontEnd, WaitsForAMapperThatStartsLater) {
+  const Endpoint endpoint = deadEndpoint();
+  auto sender = sendInBackground(endpoint, {3});
+  std::this_thread::sleep_for(milliseconds(300));
+  FrameListener listener(endpoint, listenerOptions());
+  EXPECT_EQ(3U, takeAll(listener));
+  EXPECT_EQ(3U, sender.get().frames_sent);
+}
+
+TEST(FrontEnd, GivesUpWhereNobodyListens) {
+  const Endpoint endpoint = deadEndpoint();
+  const std::string error = errorOf([&]() { sendFakeFrames(endpoint, {}, frontEndOptions(0.3)); });
+  EXPECT_TRUE(contains(error, "the mapping side at " + toText(endpoint) +
+                                  " cannot be reached within 0.3 s; start it with"));
+}
+
+TEST(FrontEnd, GoesOnAfterACrash) {
+  FrameListener listener(kAnyPort, listenerOptions());
+  auto crashing = sendInBackground(listener.endpoint(), {12, 7});
+  for (std::uint64_t i = 0; i < 5; ++i) EXPECT_TRUE(listener.next().has_value());
+  EXPECT_EQ("crash", errorOf([&]() { crashing.get(); }));
+  std::atomic<std::uint64_t> made{0};
+  auto again = sendInBackground(listener.endpoint(), {12, ~std::uint64_t{0}, "", &made});
+  EXPECT_EQ(12U, takeAll(listener, 5));
+  EXPECT_LE(again.get().frames_sent, 7U);  // frames that had arrived are not sent again
+  EXPECT_EQ(12U, made);                    // but made, for what the stages remember
+}
+
+TEST(FrontEnd, BeginsAgainForAMapperThatWasRestarted) {
+  TcpPeer first = TcpPeer::listening();
+  const Endpoint endpoint = {"127.0.0.1", first.port()};
+  std::vector<std::string> said;
+  FrontEndOptions options = frontEndOptions();
+  options.say = [&said](const std::string& text) { said.push_back(text); };
+  auto sender = sendInBackground(endpoint, {6}, options);
+  {
+    // A mapping side that takes two frames and vanishes.
+    TcpPeer mapper = first.accept();
+    detail::MessageSealer sealer;
+    const auto send = [&](MessageType type, const Bytes& body) {
+      EXPECT_TRUE(mapper.sendBytes(sealer.seal(type, 77, body)) && mapper.sendBytes(body));
+    };
+    send(MessageType::Welcome, encode(Welcome{"version: 1\n", 0, 2, 1000000, 5.0}));
+    mapper.readAll(0.1);
+    send(MessageType::Ack, encode(Ack{2}));
+    mapper.readAll(0.1);
+  }
+  { const TcpPeer closed = std::move(first); }
+  FrameListener listener(endpoint, listenerOptions());
+  EXPECT_EQ(6U, takeAll(listener));
+  EXPECT_GE(sender.get().frames_sent, 8U);
+  ASSERT_EQ(2U, said.size());
+  EXPECT_TRUE(contains(said[0], "lost the connection"));
+  EXPECT_TRUE(contains(said[1], "was restarted: beginning again"));
+}
+
+TEST(FrontEnd, ASecondOneIsRefused) {
+  FrameListener listener(kAnyPort, listenerOptions());
+  auto sender = sendInBackground(listener.endpoint(), {8});
+  (void)listener.kind();
+  const std::string error = errorOf([&]() { sendFakeFrames(listener.endpoint(), {8}); });
+  EXPECT_TRUE(contains(error, "ended the session: the mapping side is serving another front-end"));
+  EXPECT_EQ(8U, takeAll(listener));
+  EXPECT_EQ(8U, sender.get().frames_sent);
+}
+
+TEST(FrontEnd, AStopSaysGoodbyeAndTheMapperKnowsWhy) {
+  FrameListener listener(kAnyPort, listenerOptions());
+  std::atomic<bool> stop{false};
+  FrontEndOptions options = frontEndOptions();
+  options.stop = &stop;
+  auto sender = sendInBackground(listener.endpoint(), {50}, options);
+  EXPECT_TRUE(listener.next().has_value());
+  stop = true;
+  EXPECT_TRUE(sender.get().interrupted);
+  EXPECT_TRUE(contains(errorOf([&]() { takeAll(listener, 1); }), "the front-end was interrupted"));
+}
+
+TEST(FrontEnd, AStopEndsTheWaitForAMapper) {
+  std::atomic<bool> stop{true};
+  FrontEndOptions options = frontEndOptions(60.0);
+  options.stop = &stop;
+  EXPECT_TRUE(sendFakeFrames(deadEndpoint(), {}, options).interrupted);
+}
+
+TEST(FrontEnd, AStoppedMapperTellsTheFrontEnd) {
+  std::atomic<bool> stop{false};
+  ListenerOptions options = listenerOptions();
+  options.stop = &stop;
+  std::string error;
+  {
+    FrameListener listener(kAnyPort, options);
+    auto sender = sendInBackground(listener.endpoint(), {50});
+    EXPECT_TRUE(listener.next().has_value());
+    stop = true;
+    while (listener.next()) continue;
+    error = errorOf([&]() { sender.get(); });
+  }
+  EXPECT_TRUE(contains(error, "ended the session: the mapping side was interrupted"));
+}
+
+TEST(FrontEnd, AMapperThatFailsTellsTheFrontEnd) {
+  std::future<FrontEndResult> sender;
+  {
+    FrameListener listener(kAnyPort, listenerOptions());
+    sender = sendInBackground(listener.endpoint(), {50});
+    EXPECT_TRUE(listener.next().has_value());
+  }
+  EXPECT_TRUE(contains(errorOf([&]() { sender.get(); }),
+                       "ended the session: the mapping side ended before the last frame"));
+}
+
+TEST(FrontEnd, ItsOwnFailureReachesTheMapper) {
+  FrameListener listener(kAnyPort, listenerOptions());
+  auto sender = sendInBackground(listener.endpoint(), {8, 2, "left/000002.png: gone"});
+  const std::string error = errorOf([&]() { takeAll(listener); });
+  EXPECT_EQ("the front-end gave up after frame 2 of 8: left/000002.png: gone", error);
+  EXPECT_EQ("left/000002.png: gone", errorOf([&]() { sender.get(); }));
+}
+
+TEST(FrontEnd, FramesLargerThanAllowedAreNotSent) {
+  ListenerOptions options = listenerOptions();
+  options.settings.largest_frame = 65536;
+  FrameListener listener(kAnyPort, options);
+  auto sender = std::async(std::launch::async, [&]() {
+    struct Large : FakeProducer {
+      using FakeProducer::FakeProducer;
+      std::optional<Frame> next() override { return transportFrame(320, 240); }
+    };
+    return errorOf([&]() {
+      runFrontEnd(
+          listener.endpoint(),
+          [](const std::string&) { return std::make_unique<Large>(FakeProducer::Plan()); },
+          frontEndOptions());
+    });
+  });
+  EXPECT_TRUE(contains(errorOf([&]() { listener.next(); }), "the front-end gave up"));
+  EXPECT_TRUE(
+      contains(sender.get(), "takes 65536 at most; start it with a larger --max-message-mb"));
+}
+
+TEST(FrontEnd, AMapperThatNeverAnswersIsGivenUp) {
+  TcpPeer silent = TcpPeer::listening();
+  const std::string error = errorOf([&]() {
+    sendFakeFrames({"127.0.0.1", silent.port()}, {}, frontEndOptions(0.3));
+  });
+  EXPECT_TRUE(contains(error, "does not answer within 0.3 s; is it 'planar_map run --listen'?"));
+}
+
+TEST(FrontEnd, AMapperThatFallsSilentIsGivenUp) {
+  TcpPeer listening = TcpPeer::listening();
+  auto mapper = std::async(std::launch::async, [&]() {
+    TcpPeer peer = listening.accept();
+    detail::MessageSealer sealer;
+    const Bytes body = encode(Welcome{"version: 1\n", 0, 2, 1000000, 5.0});
+    peer.sendBytes(sealer.seal(MessageType::Welcome, 77, body));
+    peer.sendBytes(body);
+    return peer.readAll(2.0).size();
+  });
+  const std::string error = errorOf([&]() {
+    sendFakeFrames({"127.0.0.1", listening.port()}, {}, frontEndOptions(0.4));
+  });
+  EXPECT_TRUE(contains(error, "has been silent for 0.4 s"));
+  EXPECT_GT(mapper.get(), 1000U);
+}
+
+TEST(FrontEnd, SomethingElseThanAMapperIsNamed) {
+  for (const std::string& greeting :
+       {std::string("HTTP/1.1 400 Bad Request\r\n\r\n"), std::string("SSH-2.0-OpenSSH\r\n"),
+        std::string(5000, '\0')}) {
+    TcpPeer listening = TcpPeer::listening();
+    auto server = std::async(std::launch::async, [&]() {
+      TcpPeer peer = listening.accept();
+      peer.send(greeting);
+      return peer.readAll(1.0);
+    });
+    const std::string error = errorOf([&]() {
+      sendFakeFrames({"127.0.0.1", listening.port()}, {});
+    });
+    EXPECT_TRUE(contains(error, "breaks the protocol of 'planar_map run --listen': these are no"));
+    (void)server.get();
+  }
+}
+
+TEST(FrontEnd, APortInUseAndAForeignAddressAreNamed) {
+  const FrameListener listener(kAnyPort, listenerOptions());
+  const std::string in_use =
+      errorOf([&]() { FrameListener second(listener.endpoint(), listenerOptions()); });
+  EXPECT_TRUE(contains(in_use, "cannot listen on " + toText(listener.endpoint()) +
+                                   ": another program listens there"));
+  const std::string foreign = errorOf([]() {
+    FrameListener other({"192.0.2.1", 0}, listenerOptions());
+  });
+  EXPECT_TRUE(contains(foreign, "this machine has no such address"));
+}
+
+TEST(FrontEnd, AMapperWithoutAFrontEndGivesUp) {
+  FrameListener listener(kAnyPort, listenerOptions(0.2));
+  EXPECT_TRUE(contains(errorOf([&]() { (void)listener.kind(); }), "no front-end connected"));
+  EXPECT_TRUE(contains(errorOf([&]() { listener.next(); }), "no front-end connected"));
+}
+
+TEST(FrontEnd, AFrontEndThatNeverComesBackIsGivenUp) {
+  FrameListener listener(kAnyPort, listenerOptions(0.3));
+  auto crashing = sendInBackground(listener.endpoint(), {8, 2});
+  EXPECT_EQ("crash", errorOf([&]() { crashing.get(); }));
+  EXPECT_EQ("the front-end went away after frame 2 of 8 and did not come back for 0.3 s",
+            errorOf([&]() { takeAll(listener); }));
+}
+
+}  // namespace
+}  // namespace planar_mapping::transport

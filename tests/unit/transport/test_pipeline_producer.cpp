@@ -1,0 +1,102 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "planar_mapping/transport/frame_listener.h"
+#include "planar_mapping/transport/front_end.h"
+#include "temporary_directory.h"
+#include "transport_session.h"
+
+namespace planar_mapping::transport {
+namespace {
+
+constexpr const char* kConfiguration =
+    "version: 1\nseed: 7\nthreads: 2\ninputs:\n  - /secret/input\nposes: /secret/poses.txt\n"
+    "frames: \"1:4:1\"\nstages:\n"
+    "  - stage: multi_plane_segmentation\n  - stage: planar_cuboid_approximation\n";
+
+std::string frontEndPart() {
+  StageTable table;
+  registerBuiltinStages(table);
+  return frontEndYaml(parseConfiguration(kConfiguration, "test.yaml", table));
+}
+
+class PipelineProducerTest : public ::testing::Test {
+ protected:
+  std::string cloud(const std::string& name, int points) const {
+    const std::string path = directory_ / name;
+    std::ofstream out(path);
+    out << "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH " << points
+        << "\nHEIGHT 1\nVIEWPOINT 1 2 3 1 0 0 0\nPOINTS " << points << "\nDATA ascii\n";
+    for (int i = 0; i < points; ++i) out << i << " 1 2\n";
+    return path;
+  }
+  FrontEndInput input() const {
+    FrontEndInput result;
+    for (int i = 0; i < 5; ++i) result.inputs.push_back(cloud(std::to_string(i) + ".pcd", 3 + i));
+    return result;
+  }
+
+  TemporaryDirectory directory_;
+};
+
+TEST_F(PipelineProducerTest, TheConfigurationSentNamesNoFiles) {
+  const std::string yaml = frontEndPart();
+  EXPECT_EQ(std::string::npos, yaml.find("secret")) << yaml;
+  EXPECT_EQ(std::string::npos, yaml.find("threads")) << yaml;
+  EXPECT_NE(std::string::npos, yaml.find("seed: 7")) << yaml;
+  EXPECT_NE(std::string::npos, yaml.find("frames: \"1:4:1\"")) << yaml;
+  EXPECT_EQ(std::string::npos, yaml.find("planar_cuboid_approximation")) << yaml;
+}
+
+TEST_F(PipelineProducerTest, GivesTheFramesTheMappingSideSelected) {
+  const auto producer = makePipelineProducer(frontEndPart(), input());
+  const Ready ready = producer->describe();
+  EXPECT_EQ(io::SequenceKind::Clouds, ready.kind);
+  EXPECT_EQ(io::PoseSource::Viewpoint, ready.pose_source);
+  EXPECT_EQ(3U, ready.frames);
+  for (std::size_t i = 1; i < 4; ++i) {
+    const std::optional<Frame> frame = producer->next();
+    ASSERT_TRUE(frame.has_value());
+    EXPECT_EQ(i, frame->number);
+    EXPECT_EQ(3 + i, frame->cloud->size());
+    EXPECT_TRUE(frame->front_end_done);
+    EXPECT_EQ(Vector3(1, 2, 3), frame->T_world_sensor.translation());
+  }
+  EXPECT_FALSE(producer->next().has_value());
+}
+
+TEST_F(PipelineProducerTest, TheFingerprintTellsInputsApart) {
+  const auto fingerprint = [this](const std::vector<std::string>& names) {
+    FrontEndInput files;
+    for (const std::string& name : names) files.inputs.push_back(cloud(name, 3));
+    files.inputs.push_back(cloud("x.pcd", 3));
+    files.inputs.push_back(cloud("y.pcd", 3));
+    return makePipelineProducer(frontEndPart(), files)->describe().fingerprint;
+  };
+  EXPECT_EQ(fingerprint({"a.pcd"}), fingerprint({"a.pcd"}));
+  EXPECT_NE(fingerprint({"a.pcd"}), fingerprint({"b.pcd"}));
+  EXPECT_NE(fingerprint({"a.pcd", "b.pcd"}), fingerprint({"b.pcd", "a.pcd"}));
+}
+
+TEST_F(PipelineProducerTest, WhatCouldHarmThisMachineIsNotTaken) {
+  const FrontEndInput files = input();
+  const auto refuses = [&files](const std::string& yaml, const std::string& part) {
+    const std::string error = errorOf([&]() { makePipelineProducer(yaml, files); });
+    EXPECT_NE(std::string::npos, error.find(part)) << error;
+    EXPECT_THROW(makePipelineProducer(yaml, files), ConfigError);
+  };
+  const std::string good = frontEndPart();
+  refuses(good + "plugins:\n  - /tmp/evil.so\n", "key 'plugins' is not taken from the network");
+  refuses(good + "inputs: [/etc/shadow]\n", "key 'inputs' is not taken from the network");
+  refuses("{version: 1, \"plugins\": [x.so], stages: []}", "key 'plugins'");
+  refuses("", "this is no configuration");
+  refuses("[1, 2]", "this is no configuration");
+  refuses("a: [", "configuration of the mapping side:");
+  refuses("version: 1\nstages:\n  - stage: no_such_stage\n", "no_such_stage");
+}
+
+}  // namespace
+}  // namespace planar_mapping::transport
