@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.h"
+#include "network_input.h"
 #include "planar_mapping/core/error.h"
 #include "planar_mapping/pipeline/output.h"
 #include "planar_mapping/pipeline/runner.h"
@@ -42,6 +43,7 @@ struct RunArguments {
   bool verbose = false;
   bool json = false;
   std::string progress = "auto";
+  ListenArguments listen;
 };
 
 Configuration configurationOf(const RunArguments& arguments) {
@@ -102,6 +104,28 @@ void printSummary(const RunResult& result) {
             << result.output << "/map.pmap\n";
 }
 
+/// The same from frames of a front-end elsewhere, which may go away.
+RunResult runOnNetwork(const RunArguments& arguments, RunOptions options) {
+  Configuration configuration = configurationOf(arguments);
+  configuration.inputs.clear();
+  configuration.poses.clear();
+  const std::unique_ptr<FrameSource> source =
+      listenForFrontEnd(arguments.listen, configuration, stop_requested);
+  bool has_map = false;
+  options.progress = [&has_map, progress = options.progress](std::size_t done, std::size_t all,
+                                                             const FrameReport& report) {
+    has_map = has_map || report.skip_reason.empty();
+    if (progress) progress(done, all, report);
+  };
+  try {
+    return runPipeline(std::move(configuration), *source, options);
+  } catch (const InputError& error) {
+    if (!has_map) throw;
+    throw InputError(std::string(error.what()) + "; the map made so far is in " + options.output +
+                     ", --resume continues it");
+  }
+}
+
 int run(const RunArguments& arguments) {
   if (arguments.resume && arguments.force) {
     throw UsageError("--resume continues the map, --force overwrites it: give one of them");
@@ -126,7 +150,9 @@ int run(const RunArguments& arguments) {
   }
   RunResult result;
   try {
-    result = runPipeline(configurationOf(arguments), options);
+    result = arguments.listen.endpoint.empty()
+                 ? runPipeline(configurationOf(arguments), options)
+                 : runOnNetwork(arguments, options);
   } catch (const OutputExistsError& error) {
     throw UsageError(error.what());
   }
@@ -163,6 +189,7 @@ void addRunCommand(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_option("--poses", arguments->poses,
                       "Trajectory (TUM: timestamp tx ty tz qx qy qz qw), a line a frame");
+  addListenOptions(*command, arguments->listen);
   command->add_option("--set", arguments->assignments, "stage.key=value, repeatable")
       ->allow_extra_args(false);
   command->add_option("--profile", arguments->profile, "paper or compact")

@@ -28,6 +28,7 @@ class UsageError : public std::runtime_error {
 // One function per sub-command, each in command_<name>.cpp. It adds the sub-command to the program;
 // its callback does the work, throws one of our errors, or sets the exit code.
 void addRunCommand(CLI::App& app, int& exit_code);
+void addFrontendCommand(CLI::App& app, int& exit_code);
 void addValidateCommand(CLI::App& app, int& exit_code);
 void addConfigCommand(CLI::App& app, int& exit_code);
 void addStagesCommand(CLI::App& app, int& exit_code);

@@ -36,6 +36,7 @@ int run(int argc, char** argv) {
   app.failure_message(CLI::FailureMessage::simple);
   int exit_code = kDone;
   addRunCommand(app, exit_code);
+  addFrontendCommand(app, exit_code);
   addValidateCommand(app, exit_code);
   addConfigCommand(app, exit_code);
   addStagesCommand(app, exit_code);

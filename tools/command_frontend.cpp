@@ -1,0 +1,126 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <pcl/console/print.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+#include <iostream>
+#include <memory>
+
+#include "commands.h"
+#include "planar_mapping/core/error.h"
+#if PLANAR_MAPPING_HAS_TRANSPORT
+#include "planar_mapping/transport/front_end.h"
+#endif
+
+namespace planar_mapping::tools {
+namespace {
+
+struct FrontendArguments {
+  std::vector<std::string> inputs;
+  std::string poses;
+  std::string endpoint;
+  double timeout = 30.0;
+  int threads = -1;
+  std::string encoding = "compact";
+  bool quiet = false;
+};
+
+#if PLANAR_MAPPING_HAS_TRANSPORT
+
+std::atomic<bool> stop_requested{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler writes it");
+
+/// The first signal says goodbye to the mapping side; a second one ends the program at once.
+extern "C" void requestFrontendStop(int number) {
+  stop_requested = true;
+  std::signal(number, SIG_DFL);
+}
+
+transport::Endpoint endpointOf(const FrontendArguments& arguments) {
+  try {
+    const transport::Endpoint endpoint = transport::parseEndpoint(arguments.endpoint);
+    if (endpoint.port == 0) throw InputError("port 0 is to listen only");
+    return endpoint;
+  } catch (const InputError& error) {
+    throw UsageError(std::string("--connect: ") + error.what());
+  }
+}
+
+int run(const FrontendArguments& arguments) {
+  const transport::Endpoint endpoint = endpointOf(arguments);
+  // Everything there is to say goes through our own errors.
+  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
+  std::signal(SIGINT, requestFrontendStop);
+  std::signal(SIGTERM, requestFrontendStop);
+  transport::FrontEndOptions options;
+  options.timeout = arguments.timeout;
+  options.encoding = arguments.encoding == "raw" ? transport::CloudEncoding::Raw
+                                                 : transport::CloudEncoding::Compact;
+  options.stop = &stop_requested;
+  options.say = [](const std::string& text) { std::cerr << "planar_map: " << text << std::endl; };
+  if (!arguments.quiet && isatty(STDERR_FILENO) == 1) {
+    options.progress = [](std::uint64_t done, std::uint64_t all) {
+      std::cerr << "\rframe " << done << " of " << all << (done == all ? "\n" : "") << std::flush;
+    };
+  }
+  const transport::FrontEndInput input = {arguments.inputs, arguments.poses, arguments.threads};
+  const transport::FrontEndResult result = transport::runFrontEnd(
+      endpoint,
+      [&input](const std::string& yaml) { return transport::makePipelineProducer(yaml, input); },
+      options);
+  if (result.interrupted) {
+    std::cerr << "planar_map: interrupted after " << result.frames_sent << " frames\n";
+    return kInterrupted;
+  }
+  if (!arguments.quiet) {
+    std::cout << result.frames_sent << " frames sent, " << result.bytes_sent << " bytes\n";
+  }
+  return kDone;
+}
+
+#else
+
+int run(const FrontendArguments&) {
+  throw UsageError(
+      "frontend: this program was built without ZeroMQ; configure with "
+      "-DPLANAR_MAPPING_BUILD_TRANSPORT=ON");
+}
+
+#endif
+
+}  // namespace
+
+void addFrontendCommand(CLI::App& app, int& exit_code) {
+  auto* command = app.add_subcommand(
+      "frontend", "Images to clouds and features, sent to a run --listen elsewhere");
+  const auto arguments = std::make_shared<FrontendArguments>();
+  command
+      ->add_option("-i,--input", arguments->inputs,
+                   "PCD or PLY files, a directory of them, or a sequence folder")
+      ->required()
+      ->allow_extra_args(true);
+  command
+      ->add_option("--connect", arguments->endpoint,
+                   "[HOST:]PORT of the mapping side; only a port = 127.0.0.1")
+      ->required();
+  command->add_option("--poses", arguments->poses,
+                      "Trajectory (TUM: timestamp tx ty tz qx qy qz qw), a line a frame");
+  command
+      ->add_option("--timeout", arguments->timeout,
+                   "Seconds to wait for a mapping side that is not there or says nothing")
+      ->capture_default_str()
+      ->check(CLI::Range(0.01, 1e6));
+  command->add_option("-j,--threads", arguments->threads, "Threads, 0 = all cores")
+      ->check(CLI::Range(0, 1024));
+  command
+      ->add_option("--encoding", arguments->encoding,
+                   "compact or raw: how clouds travel; both are exact")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"compact", "raw"}));
+  command->add_flag("-q,--quiet", arguments->quiet, "Say nothing but warnings and errors");
+  command->callback([arguments, &exit_code]() { exit_code = run(*arguments); });
+}
+
+}  // namespace planar_mapping::tools
