@@ -42,7 +42,7 @@ void addOptions(CLI::App& command, SimulateArguments& arguments) {
       {"clouds", Output::Clouds}, {"images", Output::Images}, {"both", Output::Both}};
   command
       .add_option(
-          "--output", arguments.output,
+          "--write", arguments.output,
           "clouds: measured clouds; images: rectified pairs with the truth of their pixels; "
           "both: images, and the clouds in DIR/measured")
       ->transform(CLI::CheckedTransformer(kOutputs, CLI::ignore_case).description(""))
