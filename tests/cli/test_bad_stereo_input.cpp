@@ -1,0 +1,297 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+// Every way in which stereo images go wrong: an exit code, one sentence, and the frames that can be
+// used are used.
+#include <nlohmann/json.hpp>
+
+#include "cli_fixture.h"
+#include "planar_mapping/evaluation/simulation.h"
+#include "planar_mapping/io/image_file.h"
+#include "planar_mapping/io/pose_file.h"
+
+namespace planar_mapping {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+struct Pair {
+  io::Image left;
+  io::Image right;
+  Pose T_world_camera = Pose::Identity();
+};
+
+/// A simulated corridor, 10 cm from frame to frame. Frames are made once for all tests.
+const Pair& corridorPair(std::size_t index) {
+  static const evaluation::Simulation simulation = []() {
+    evaluation::SimulationParams params;
+    params.scene = "corridor";
+    params.frames = 40;
+    params.step = 0.1;
+    params.width = 320;
+    params.height = 240;
+    params.clouds = false;
+    params.images = true;
+    params.threads = 2;
+    return evaluation::Simulation(params);
+  }();
+  static std::map<std::size_t, Pair> made;
+  const auto found = made.find(index);
+  if (found != made.end()) return found->second;
+  evaluation::SimulatedFrame frame = simulation.frame(index);
+  return made
+      .emplace(index, Pair{std::move(frame.left), std::move(frame.right), frame.T_world_camera})
+      .first->second;
+}
+
+class BadStereoInput : public CliTest {
+ protected:
+  static constexpr const char* kCalibration =
+      "image_width: 320\nimage_height: 240\nfx: 250\nfy: 250\ncx: 159.5\ncy: 119.5\n";
+
+  void SetUp() override { writeCalibration("baseline_m: 0.12\n"); }
+
+  void writeCalibration(const std::string& rest) const {
+    write("seq/calib.yaml", kCalibration + rest);
+  }
+  std::string imagePath(const char* side, std::size_t number) const {
+    std::string name = std::to_string(number);
+    name.insert(0, 6 - name.size(), '0');
+    return directory_ / (std::string("seq/") + side + "/" + name + ".png");
+  }
+  void writePair(std::size_t number, const io::Image& left, const io::Image& right) const {
+    for (const char* side : {"left", "right"}) {
+      fs::create_directories(directory_ / (std::string("seq/") + side));
+      io::writeImage(imagePath(side, number), side[0] == 'l' ? left : right);
+    }
+  }
+  /// Frames of the corridor, in this order.
+  void writeCorridor(const std::vector<std::size_t>& frames) const {
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      const Pair& pair = corridorPair(frames[i]);
+      writePair(i, pair.left, pair.right);
+    }
+  }
+  ProgramResult runStereo(std::vector<std::string> more = {}) const {
+    std::vector<std::string> arguments = {
+        "run", config("stereo_indoor.yaml"), "-i", directory_ / "seq",
+        "-o",  directory_ / "out",           "-q", "--force"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return planarMap(arguments);
+  }
+  void expectRefused(const std::string& part) const {
+    const ProgramResult result = runStereo();
+    EXPECT_EQ(4, result.exit_code) << result.err;
+    expectOneSentence(result, part);
+    EXPECT_TRUE(list("out").empty());
+  }
+  /// The run gets through with a warning; \p skipped of its frames are not in the map.
+  void expectDegraded(std::size_t frames, std::size_t skipped, const std::string& part) const {
+    const ProgramResult result = runStereo();
+    EXPECT_EQ(0, result.exit_code) << result.err;
+    expectOneSentence(result, part);
+    const Json metrics = Json::parse(read("out/metrics.json"));
+    EXPECT_EQ(frames, metrics["frames"]);
+    EXPECT_EQ(skipped, metrics["frames_skipped"]);
+    EXPECT_GT(metrics["planes"], 0);
+    EXPECT_EQ(frames - skipped, trajectory().size());
+    EXPECT_EQ(5, runStereo({"--strict"}).exit_code);
+  }
+  std::vector<io::StampedPose> trajectory() const {
+    return io::readTumPoses(directory_ / "out/trajectory_tum.txt");
+  }
+  void truncate(const std::string& path) const { fs::resize_file(path, fs::file_size(path) / 2); }
+};
+
+TEST_F(BadStereoInput, SoundPairsAreMappedWithoutAWord) {
+  writeCorridor({0, 1, 2});
+  const ProgramResult result = runStereo({"--strict"});
+  EXPECT_EQ(0, result.exit_code) << result.err;
+  EXPECT_EQ("", result.err);
+  EXPECT_EQ(3u, trajectory().size());
+}
+
+TEST_F(BadStereoInput, MissingRightImageCostsItsFrame) {
+  writeCorridor({0, 1, 2});
+  fs::remove(imagePath("right", 1));
+  expectDegraded(3, 1, "1 of 3 frames left out");
+  EXPECT_NE(std::string::npos,
+            read("out/frames.csv").find("has no image of the same name in right/"));
+}
+
+TEST_F(BadStereoInput, MissingRightFolder) {
+  writeCorridor({0});
+  fs::remove_all(directory_ / "seq/right");
+  expectRefused("right: no such directory");
+}
+
+TEST_F(BadStereoInput, DifferentSizesCostTheFrame) {
+  writeCorridor({0, 1});
+  io::Image cut = corridorPair(1).right;
+  cut.height = 200;
+  cut.pixels.resize(std::size_t{320} * 200);
+  fs::remove(imagePath("right", 1));
+  io::writeImage(imagePath("right", 1), cut);
+  expectDegraded(2, 1, "is 320 x 200, its left image 320 x 240");
+}
+
+TEST_F(BadStereoInput, SizesOfAnotherCalibration) {
+  writeCorridor({0, 1});
+  std::string calibration = std::string(kCalibration) + "baseline_m: 0.12\n";
+  calibration.replace(calibration.find("320"), 3, "640");
+  write("seq/calib.yaml", calibration);
+  expectRefused("is 320 x 240, but calib.yaml says 640 x 240");
+}
+
+TEST_F(BadStereoInput, WrongCalibrationKeys) {
+  writeCorridor({0});
+  const std::vector<std::pair<std::string, std::string>> wrong = {
+      {"", "calib.yaml: has no key 'baseline_m'"},
+      {"baseline: 0.12\n", "calib.yaml: line 7: unknown key 'baseline'"},
+      {"baseline_m: -0.12\n", "calib.yaml: line 7: baseline_m"},
+      {"baseline_m: wide\n", "calib.yaml: line 7: baseline_m is no number"},
+      {"baseline_m: 0.12\nfx: 250\n", "calib.yaml: line 8: key 'fx' twice"}};
+  for (const auto& entry : wrong) {
+    writeCalibration(entry.first);
+    expectRefused(entry.second);
+  }
+  write("seq/calib.yaml", "image_width: 320\nimage_height: 240\nbaseline_m: 0.12\n");
+  expectRefused("calib.yaml: has no key 'fx'");
+}
+
+TEST_F(BadStereoInput, SwappedLeftAndRightIsSaid) {
+  for (std::size_t i = 0; i < 2; ++i) writePair(i, corridorPair(i).right, corridorPair(i).left);
+  expectRefused("exchanged: ");
+}
+
+TEST_F(BadStereoInput, BlackImageCostsItsFrame) {
+  writeCorridor({0, 1, 2});
+  io::Image black = corridorPair(1).left;
+  std::fill(black.pixels.begin(), black.pixels.end(), std::uint8_t{0});
+  fs::remove(imagePath("left", 1));
+  fs::remove(imagePath("right", 1));
+  writePair(1, black, black);
+  expectDegraded(3, 1, "black");
+}
+
+TEST_F(BadStereoInput, NothingButBlackImages) {
+  io::Image black = corridorPair(0).left;
+  std::fill(black.pixels.begin(), black.pixels.end(), std::uint8_t{0});
+  writePair(0, black, black);
+  expectRefused("black");
+}
+
+TEST_F(BadStereoInput, NoTexture) {
+  io::Image gray = corridorPair(0).left;
+  std::fill(gray.pixels.begin(), gray.pixels.end(), std::uint8_t{128});
+  writePair(0, gray, gray);
+  expectRefused("no texture");
+}
+
+TEST_F(BadStereoInput, FrozenCameraAddsNothing) {
+  writeCorridor({0, 1, 1, 1, 2});
+  expectDegraded(5, 2, "frozen");
+}
+
+TEST_F(BadStereoInput, JumpOfTwoMetresIsBridgedOrLeftOutButNeverMisplaced) {
+  const std::vector<std::size_t> frames = {0, 1, 2, 22, 23, 24};
+  writeCorridor(frames);
+  const ProgramResult result = runStereo();
+  EXPECT_EQ(0, result.exit_code) << result.err;
+  EXPECT_LE(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+  const std::vector<io::StampedPose> used = trajectory();
+  ASSERT_GE(used.size(), 3u);
+  const Pose T_start = corridorPair(0).T_world_camera.inverse();
+  for (const io::StampedPose& stamped : used) {
+    const std::size_t frame = frames[static_cast<std::size_t>(stamped.timestamp)];
+    const Pose expected = T_start * corridorPair(frame).T_world_camera;
+    const Pose found = used.front().pose.inverse() * stamped.pose;
+    EXPECT_LT((found.translation() - expected.translation()).norm(), 0.15) << frame;
+  }
+}
+
+TEST_F(BadStereoInput, TimesOutOfOrderAreTakenAsTheyComeWithAWarning) {
+  writeCorridor({0, 1, 2});
+  std::vector<io::StampedPose> poses;
+  for (const double time : {10.0, 12.0, 11.0}) {
+    poses.push_back({time, corridorPair(poses.size()).T_world_camera});
+  }
+  io::writeTumPoses(directory_ / "seq/poses.txt", poses);
+  expectDegraded(3, 0, "its time, 11 s, is before that of the frame before it, 12 s");
+  EXPECT_EQ(11.0, trajectory()[2].timestamp);
+}
+
+TEST_F(BadStereoInput, QuaternionsAreNormalisedWithinAThousandth) {
+  writeCorridor({0, 1});
+  write("seq/poses.txt", "0 0 0 0 0 0 0 1.0009\n1 0 0 0.1 0 0 0 0.9991\n");
+  const ProgramResult sound = runStereo();
+  EXPECT_EQ(0, sound.exit_code) << sound.err;
+  ASSERT_EQ(2u, trajectory().size());
+  fs::remove_all(directory_ / "out");
+  write("seq/poses.txt", "0 0 0 0 0 0 0 1\n1 0 0 0.1 0 0 0 0.99\n");
+  expectRefused("poses.txt: line 2: the quaternion has length 0.99 instead of 1");
+}
+
+TEST_F(BadStereoInput, TruncatedPngCostsItsFrame) {
+  writeCorridor({0, 1, 2});
+  truncate(imagePath("left", 0));
+  expectDegraded(3, 1, "left/000000.png");
+}
+
+TEST_F(BadStereoInput, NothingButTruncatedPngs) {
+  writeCorridor({0, 1});
+  truncate(imagePath("left", 0));
+  truncate(imagePath("right", 1));
+  expectRefused("nor can any other frame be used");
+}
+
+TEST_F(BadStereoInput, PairsNeedAConfigurationThatMakesClouds) {
+  writeCorridor({0});
+  const ProgramResult result = planarMap({"run", config("pcd_sequence.yaml"), "-i",
+                                          directory_ / "seq", "-o", directory_ / "out", "-q"});
+  EXPECT_EQ(4, result.exit_code);
+  expectOneSentence(result, "stereo_matching");
+  const std::string cloud = room();
+  const ProgramResult other =
+      planarMap({"run", config("stereo_indoor.yaml"), "-i", cloud, "-o", directory_ / "out", "-q"});
+  EXPECT_EQ(4, other.exit_code);
+  expectOneSentence(other, "there are no image pairs");
+}
+
+TEST_F(BadStereoInput, WithoutPosesAndMotionStageTheMissingStageIsNamed) {
+  writeCorridor({0});
+  const ProgramResult result = runStereo({"--set", "motion_estimation.enabled=false"});
+  EXPECT_EQ(4, result.exit_code);
+  expectOneSentence(result, "motion_estimation");
+}
+
+TEST_F(BadStereoInput, ResumedRunEqualsTheOneInOneGo) {
+  writeCorridor({0, 1, 2, 3, 4, 5});
+  fs::remove(imagePath("right", 2));
+  ASSERT_EQ(0, runStereo().exit_code);
+  const std::string whole_map = read("out/map.pmap");
+  const std::string whole_trajectory = read("out/trajectory_tum.txt");
+  fs::remove_all(directory_ / "out");
+  ProgramOptions options;
+  auto sent = std::make_shared<bool>(false);
+  options.while_running = [sent](pid_t child, const std::string& err) {
+    if (*sent || err.find("\"done\":3") == std::string::npos) return;
+    *sent = true;
+    ::kill(child, SIGINT);
+  };
+  const std::vector<std::string> run = {
+      "run",  config("stereo_indoor.yaml"), "-i", directory_ / "seq",
+      "-o",   directory_ / "out",           "-q", "--progress",
+      "jsonl"};
+  ASSERT_EQ(130, planarMap(run, options).exit_code);
+  std::vector<std::string> resume = run;
+  resume.push_back("--resume");
+  const ProgramResult resumed = planarMap(resume);
+  ASSERT_EQ(0, resumed.exit_code) << resumed.err;
+  EXPECT_EQ(whole_map, read("out/map.pmap"));
+  EXPECT_EQ(whole_trajectory, read("out/trajectory_tum.txt"));
+  EXPECT_EQ(1, Json::parse(read("out/metrics.json"))["frames_skipped"]);
+}
+
+}  // namespace
+}  // namespace planar_mapping
