@@ -57,8 +57,8 @@ CoarseDisparities searchCoarsely(const cv::Mat& left, const cv::Mat& right, doub
   CoarseDisparities coarse;
   coarse.density = static_cast<double>(found.size()) / static_cast<double>(disparity.total());
   if (found.empty()) return coarse;
-  // A few pixels at either end are more likely wrong than seen.
-  const std::size_t outliers = std::min<std::size_t>(12, (found.size() - 1) / 4);
+  // So few pixels at either end are more likely wrong than seen.
+  const std::size_t outliers = found.size() / 400;
   const auto low = found.begin() + static_cast<std::ptrdiff_t>(outliers);
   std::nth_element(found.begin(), low, found.end());
   coarse.low = *low * scale;

@@ -93,31 +93,32 @@ std::vector<std::size_t> spreadEvenly(const std::vector<Detection>& detections, 
   return chosen;
 }
 
-DetectedFeatures detectFeatures(const cv::Mat& gray, const FeatureTrackerParams& params) {
+DetectedFeatures detectFeatures(const cv::Mat& gray, const FeatureTrackerParams& params,
+                                int count) {
   const double threshold = params.detection_threshold;
   // More candidates than wanted, so that there is a choice.
-  const int candidates = 3 * params.max_features;
+  const int candidates = 3 * count;
   switch (resolved(params.detector)) {
     case FeatureDetector::Surf:
-      return detectSurf(gray, params.max_features, threshold > 0.0 ? threshold : 10.0);
+      return detectSurf(gray, count, threshold > 0.0 ? threshold : 10.0);
     case FeatureDetector::Orb: {
       constexpr float kPyramidFactor = 1.2f;
       const auto orb =
           cv::ORB::create(candidates, kPyramidFactor, 8, 31, 0, 2, cv::ORB::HARRIS_SCORE, 31,
                           threshold > 0.0 ? static_cast<int>(threshold) : 12);
-      return runDetector(*orb, gray, params.max_features);
+      return runDetector(*orb, gray, count);
     }
     case FeatureDetector::Akaze: {
       const auto akaze = cv::AKAZE::create(cv::AKAZE::DESCRIPTOR_MLDB, 0, 3,
                                            threshold > 0.0 ? static_cast<float>(threshold) : 5e-4f);
-      return runDetector(*akaze, gray, params.max_features);
+      return runDetector(*akaze, gray, count);
     }
     case FeatureDetector::Sift:
     case FeatureDetector::Automatic:
       break;
   }
   const auto sift = cv::SIFT::create(0, 3, threshold > 0.0 ? threshold : 0.03);
-  return runDetector(*sift, gray, params.max_features);
+  return runDetector(*sift, gray, count);
 }
 
 #ifndef PLANAR_MAPPING_HAS_SURF

@@ -26,8 +26,9 @@ struct DetectedFeatures {
 /// Automatic resolved to what was built.
 FeatureDetector resolved(FeatureDetector detector);
 
-/// \param gray  8 bits, without padding
-DetectedFeatures detectFeatures(const cv::Mat& gray, const FeatureTrackerParams& params);
+/// \param gray   8 bits, without padding
+/// \param count  at most
+DetectedFeatures detectFeatures(const cv::Mat& gray, const FeatureTrackerParams& params, int count);
 
 /// Positions of up to `count` detections: the strongest of each cell of a grid over the image
 /// first, then the strongest of the rest. Ascending.

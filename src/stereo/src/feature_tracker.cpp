@@ -67,6 +67,16 @@ std::optional<Vector3> pointAt(const PointsView& cloud, float column, float row)
   return front;
 }
 
+void requireSize(const io::Image& image, const PointsView& cloud) {
+  const bool same = static_cast<int>(cloud.width) == image.width &&
+                    static_cast<int>(cloud.height) == image.height &&
+                    cloud.size == std::size_t{cloud.width} * cloud.height;
+  if (same) return;
+  throw InputError(
+      "the image is " + detail::sizeText(image.width, image.height) + " pixels, its cloud " +
+      detail::sizeText(static_cast<int>(cloud.width), static_cast<int>(cloud.height)) + " points");
+}
+
 }  // namespace
 
 void FeatureTrackerParams::validate() const {
@@ -82,6 +92,8 @@ void FeatureTrackerParams::validate() const {
   requireInRange("max_disparity_share", max_disparity_share, 0.0, 1.0);
   requireInRange("refine_window", refine_window, 5, 41, "px");
   if (refine_window % 2 == 0) throw ParameterError("refine_window", refine_window, "odd", "px");
+  requireInRange("track_window", track_window, 5, 41, "px");
+  if (track_window % 2 == 0) throw ParameterError("track_window", track_window, "odd", "px");
   requirePositive("max_refine_residual", max_refine_residual);
   requireInRange("max_refine_residual", max_refine_residual, 0.0, 2.0);
   requirePositive("track_ratio", track_ratio);
@@ -94,14 +106,8 @@ void FeatureTrackerParams::validate() const {
 struct FeatureTracker::Impl {
   explicit Impl(const FeatureTrackerParams& wanted) : params(wanted) { params.validate(); }
 
-  /// A feature that has depth, on its way to a track.
-  struct Candidate {
-    std::size_t detection = 0;
-    float right_column = std::numeric_limits<float>::quiet_NaN();
-  };
-
   std::vector<KeyFeature> trackStereo(const cv::Mat& left, const cv::Mat& right,
-                                      const io::Calibration& calibration);
+                                      const io::Calibration& calibration, const PointsView& cloud);
   std::vector<KeyFeature> trackWithCloud(const cv::Mat& image, const PointsView& cloud);
 
   std::vector<int> matchPair(const DetectedFeatures& left, const DetectedFeatures& right,
@@ -178,7 +184,7 @@ void FeatureTracker::Impl::refinePlaces(const cv::Mat& image,
       const TrackMemory::Identity& identity = identities[i];
       if (identity.origin != TrackMemory::Origin::LastFrame) continue;
       const detail::Patch patch(last_image, {identity.track.column, identity.track.row},
-                                params.refine_window);
+                                params.track_window);
       const auto found = patch.find(image, {places[i].column, places[i].row}, kReach,
                                     static_cast<float>(params.max_refine_residual));
       if (!found) continue;
@@ -222,12 +228,17 @@ void FeatureTracker::Impl::countOrigins(const std::vector<TrackMemory::Identity>
 }
 
 std::vector<KeyFeature> FeatureTracker::Impl::trackStereo(const cv::Mat& left, const cv::Mat& right,
-                                                          const io::Calibration& calibration) {
+                                                          const io::Calibration& calibration,
+                                                          const PointsView& cloud) {
   report = FeatureReport();
+  // One image a thread; OpenCV's own threads would only wait for each other.
+  const detail::OpenCvThreads threads(1);
   detail::Stopwatch watch;
   DetectedFeatures found[2];
   parallelFor(2, params.threads, [&](std::size_t side) {
-    found[side] = detail::detectFeatures(side == 0 ? left : right, params);
+    // More on the right: what was chosen on the left must not miss its partner by a near choice.
+    const int count = side == 0 ? params.max_features : 2 * params.max_features;
+    found[side] = detail::detectFeatures(side == 0 ? left : right, params, count);
   });
   report.features_left = found[0].size();
   report.features_right = found[1].size();
@@ -239,11 +250,23 @@ std::vector<KeyFeature> FeatureTracker::Impl::trackStereo(const cv::Mat& left, c
   detail::Descriptors descriptors;
   std::vector<Detection> places;
   std::vector<float> disparities;
+  const double depth_of_one = camera.fx * *calibration.baseline;
   for (std::size_t i = 0; i < matches.size(); ++i) {
-    if (matches[i] < 0) continue;
-    places.push_back(found[0].places[i]);
-    disparities.push_back(places.back().column -
-                          found[1].places[static_cast<std::size_t>(matches[i])].column);
+    const Detection& place = found[0].places[i];
+    float disparity = std::numeric_limits<float>::quiet_NaN();
+    if (matches[i] >= 0) {
+      disparity = place.column - found[1].places[static_cast<std::size_t>(matches[i])].column;
+      ++report.descriptor_matches;
+    } else if (cloud.size > 0) {
+      const auto column = static_cast<std::size_t>(std::lround(place.column));
+      const auto row = static_cast<std::size_t>(std::lround(place.row));
+      if (column >= cloud.width || row >= cloud.height) continue;
+      const float depth = cloud[row * cloud.width + column][2];
+      disparity = static_cast<float>(depth_of_one / depth + infinity);
+    }
+    if (!std::isfinite(disparity)) continue;
+    places.push_back(place);
+    disparities.push_back(disparity);
     descriptors.add(found[0].descriptors, i);
   }
   report.stereo_ms = watch.lap();
@@ -270,7 +293,7 @@ std::vector<KeyFeature> FeatureTracker::Impl::trackStereo(const cv::Mat& left, c
     feature.column = places[i].column;
     feature.row = places[i].row;
     feature.disparity = static_cast<float>(disparity);
-    const double depth = camera.fx * *calibration.baseline / from_infinity;
+    const double depth = depth_of_one / from_infinity;
     feature.position = Vector3((double{feature.column} - camera.cx) / camera.fx * depth,
                                (double{feature.row} - camera.cy) / camera.fy * depth, depth);
     features.push_back(feature);
@@ -287,8 +310,9 @@ std::vector<KeyFeature> FeatureTracker::Impl::trackStereo(const cv::Mat& left, c
 std::vector<KeyFeature> FeatureTracker::Impl::trackWithCloud(const cv::Mat& image,
                                                              const PointsView& cloud) {
   report = FeatureReport();
+  const detail::OpenCvThreads threads(params.threads);
   detail::Stopwatch watch;
-  const DetectedFeatures found = detail::detectFeatures(image, params);
+  const DetectedFeatures found = detail::detectFeatures(image, params, params.max_features);
   report.features_left = found.size();
   report.detect_ms = watch.lap();
   const std::vector<TrackMemory::Identity> identities = identify(found.descriptors);
@@ -330,23 +354,20 @@ const FeatureReport& FeatureTracker::report() const {
 }
 
 std::vector<KeyFeature> FeatureTracker::track(const io::Image& left, const io::Image& right,
-                                              const io::Calibration& calibration) {
+                                              const io::Calibration& calibration,
+                                              const PointsView& cloud) {
   detail::requirePair(left, right);
   detail::requireStereo(calibration, left.width, left.height);
+  if (cloud.size > 0) requireSize(left, cloud);
   const io::Image gray_left = io::toGray(left);
   const io::Image gray_right = io::toGray(right);
-  return impl_->trackStereo(detail::matOf(gray_left), detail::matOf(gray_right), calibration);
+  return impl_->trackStereo(detail::matOf(gray_left), detail::matOf(gray_right), calibration,
+                            cloud);
 }
 
 std::vector<KeyFeature> FeatureTracker::track(const io::Image& image, const PointsView& cloud) {
   detail::requireSound(image, "colour");
-  if (static_cast<int>(cloud.width) != image.width ||
-      static_cast<int>(cloud.height) != image.height) {
-    throw InputError(
-        "the image is " + detail::sizeText(image.width, image.height) + " pixels, its cloud " +
-        detail::sizeText(static_cast<int>(cloud.width), static_cast<int>(cloud.height)) +
-        " points");
-  }
+  requireSize(image, cloud);
   const io::Image gray = io::toGray(image);
   return impl_->trackWithCloud(detail::matOf(gray), cloud);
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <opencv2/imgproc.hpp>
 #ifdef PLANAR_MAPPING_HAS_XIMGPROC
@@ -40,18 +41,35 @@ detail::SemiGlobalParams fineParams(const StereoMatcherParams& params) {
   return fine;
 }
 
-/// Mean difference of neighbours along rows, which is what matching lives on.
-double contrastOf(const cv::Mat& gray) {
-  std::uint64_t sum = 0;
+/// Difference of neighbours along rows, which is what matching lives on.
+cv::Mat contrastOf(const cv::Mat& gray) {
+  cv::Mat contrast(gray.size(), CV_8U);
   for (int row = 0; row < gray.rows; ++row) {
     const std::uint8_t* values = gray.ptr(row);
-    std::uint32_t row_sum = 0;
+    std::uint8_t* out = contrast.ptr(row);
+    out[0] = 0;
     for (int column = 1; column < gray.cols; ++column) {
-      row_sum += static_cast<std::uint32_t>(std::abs(values[column] - values[column - 1]));
+      const int difference = int{values[column]} - int{values[column - 1]};
+      out[column] = static_cast<std::uint8_t>(std::abs(difference));
     }
-    sum += row_sum;
   }
-  return static_cast<double>(sum) / static_cast<double>(gray.total());
+  return contrast;
+}
+
+void removePlain(const cv::Mat& contrast, const StereoMatcherParams& params, cv::Mat& disparity) {
+  if (params.min_texture <= 0.0) return;
+  cv::Mat sums;  // of whole numbers, so that no order of adding shows
+  cv::boxFilter(contrast, sums, CV_32S, cv::Size(params.texture_window, params.texture_window),
+                cv::Point(-1, -1), false, cv::BORDER_REFLECT);
+  const auto least = static_cast<std::int32_t>(
+      std::ceil(params.min_texture * params.texture_window * params.texture_window));
+  for (int row = 0; row < disparity.rows; ++row) {
+    const auto* sum = sums.ptr<std::int32_t>(row);
+    auto* values = disparity.ptr<float>(row);
+    for (int column = 0; column < disparity.cols; ++column) {
+      if (sum[column] < least) values[column] = std::numeric_limits<float>::quiet_NaN();
+    }
+  }
 }
 
 #ifdef PLANAR_MAPPING_HAS_XIMGPROC
@@ -126,6 +144,8 @@ void StereoMatcherParams::validate() const {
   requireInRange("speckle_size", speckle_size, 0, 1e9, "px");
   requirePositive("speckle_range", speckle_range, "px");
   requireInRange("speckle_range", speckle_range, 0.0, kLargestDisparity, "px");
+  requireInRange("min_texture", min_texture, 0.0, 255.0);
+  requireOdd("texture_window", texture_window, 3, 255);
   requireOdd("refine_window", refine_window, 3, 31);
   requirePositive("wls_lambda", wls_lambda);
   requirePositive("wls_sigma", wls_sigma);
@@ -149,12 +169,14 @@ DisparityImage StereoMatcher::match(const io::Image& left, const io::Image& righ
   StereoReport unused;
   StereoReport& out = report != nullptr ? *report : unused;
   out = StereoReport();
+  const detail::OpenCvThreads threads(params_.threads);
   detail::Stopwatch watch;
   const io::Image gray_left = io::toGray(left);
   const io::Image gray_right = io::toGray(right);
   const cv::Mat l = detail::matOf(gray_left);
   const cv::Mat r = detail::matOf(gray_right);
-  out.contrast = contrastOf(l);
+  const cv::Mat contrast = contrastOf(l);
+  out.contrast = cv::mean(contrast)[0];
   out.brightness = cv::mean(l)[0];
 
   const double infinity = calibration.camera.cx - calibration.cx_right;
@@ -166,11 +188,11 @@ DisparityImage StereoMatcher::match(const io::Image& left, const io::Image& righ
   largest = std::clamp(largest, infinity + 16.0, infinity + kLargestDisparity);
   detail::SemiGlobalParams fine = fineParams(params_);
   detail::CoarseDisparities coarse = detail::searchCoarsely(l, r, infinity, largest);
-  constexpr double kPoor = 0.35;  // share of pixels; a good pair has more even at its worst
+  constexpr double kPoor = 0.6;      // share of pixels; most good pairs have more
+  constexpr double kClearly = 1.25;  // wrong order: 1.3 to 2.9 times as many the other way round
   if (coarse.density < kPoor) {
-    const detail::CoarseDisparities exchanged =
-        detail::searchCoarsely(r, l, -infinity, largest - 2.0 * infinity);
-    out.swapped = exchanged.density > 2.0 * coarse.density && exchanged.density > 0.2;
+    const detail::CoarseDisparities exchanged = detail::searchCoarsely(r, l, infinity, largest);
+    out.swapped = exchanged.density > kPoor && exchanged.density > kClearly * coarse.density;
   }
   // Of what was seen on the small images, with the margin of their own error.
   const double margin = 8.0 + 0.05 * (coarse.high - coarse.low);
@@ -189,6 +211,7 @@ DisparityImage StereoMatcher::match(const io::Image& left, const io::Image& righ
   out.range_ms = watch.lap();
 
   cv::Mat disparity = detail::matchSemiGlobally(l, r, fine);
+  removePlain(contrast, params_, disparity);
   out.match_ms = watch.lap();
 #ifdef PLANAR_MAPPING_HAS_XIMGPROC
   if (params_.wls) disparity = smoothByWls(l, r, disparity, fine, params_);

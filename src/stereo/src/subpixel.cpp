@@ -13,11 +13,11 @@
 namespace planar_mapping::detail {
 namespace {
 
-constexpr int kSums = 5;           // of a window: g g, g r, g, r, 1
-constexpr int kRowsPerChunk = 32;  // of work
-constexpr float kSimilar = 1.0f;   // disparities that differ more belong to other surfaces
-constexpr float kLargestShift = 0.75f;
-constexpr float kNoise = 4.0f;  // gray levels squared: where there is less contrast, trust less
+constexpr int kSums = 5;               // of a window: g g, g r, g, r, 1
+constexpr int kRowsPerChunk = 32;      // of work
+constexpr float kSimilar = 1.0f;       // disparities that differ more belong to other surfaces
+constexpr float kLargestShift = 0.3f;  // the pull to whole disparities is less
+constexpr float kNoise = 16.0f;  // gray levels squared: where there is less contrast, trust less
 
 /// Mean over the similar ones of 5 x 5, which lie in `rows`, at columns [2, width - 2).
 PLANAR_MAPPING_MULTIVERSION
@@ -122,11 +122,7 @@ class Refinement {
     std::vector<float> smooth(disparity, disparity + pixels());
     forRows([&](int first, int last) { smoothRows(disparity, first, last, smooth.data()); });
     std::copy(smooth.begin(), smooth.end(), disparity);
-    constexpr int kSteps = 2;
-    for (int step = 0; step < kSteps; ++step) {
-      forRows([&](int first, int last) { shiftRows(smooth.data(), first, last, disparity); });
-      if (step + 1 < kSteps) std::copy(disparity, disparity + pixels(), smooth.begin());
-    }
+    forRows([&](int first, int last) { shiftRows(smooth.data(), first, last, disparity); });
   }
 
  private:

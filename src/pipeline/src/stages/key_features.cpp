@@ -47,9 +47,11 @@ class KeyFeaturesStage : public Stage {
     table.number("max_disparity_share", params_.max_disparity_share, Range::above(0.0, 1.0),
                  "[ours] largest disparity, in image widths");
     table.integer("refine_window_px", params_.refine_window, Range::between(5, 41),
-                  "[ours] side of the window of sub-pixel places, odd");
+                  "[ours] side of the window of the sub-pixel disparity, odd");
+    table.integer("track_window_px", params_.track_window, Range::between(5, 41),
+                  "[ours] side of the window of the place in a new image, odd");
     table.number("max_refine_residual", params_.max_refine_residual, Range::above(0.0, 2.0),
-                 "[ours] gray values in the window may differ by this share of their deviation");
+                 "[ours] gray values in a window may differ by this share of their deviation");
     table.flag("refine_tracks", params_.refine_tracks,
                "[ours] places in a new image follow from gray values of the one before");
     table.word("search", params_.search,
@@ -103,14 +105,18 @@ class KeyFeaturesStage : public Stage {
 
 void KeyFeaturesStage::trackImages(Frame& frame, bool pair) {
   const FrameImages& images = frame.images;
-  frame.key_features = pair ? tracker_.track(images.left, images.right, *images.calibration)
-                            : tracker_.track(images.left, viewOf(*frame.cloud));
+  const bool same_size = static_cast<int>(frame.cloud->width) == images.left.width &&
+                         static_cast<int>(frame.cloud->height) == images.left.height;
+  const PointsView cloud = same_size ? viewOf(*frame.cloud) : PointsView();
+  frame.key_features = pair ? tracker_.track(images.left, images.right, *images.calibration, cloud)
+                            : tracker_.track(images.left, cloud);
   const FeatureReport& report = tracker_.report();
   const auto add = [&frame](const char* name, double value) {
     frame.statistics.push_back({name, value});
   };
   add("features_left", static_cast<double>(report.features_left));
   add("features_right", static_cast<double>(report.features_right));
+  add("descriptor_matches", static_cast<double>(report.descriptor_matches));
   add("stereo_matches", static_cast<double>(report.stereo_matches));
   add("tracked", static_cast<double>(report.tracked));
   add("reseen", static_cast<double>(report.reseen));

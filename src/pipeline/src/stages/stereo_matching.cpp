@@ -57,6 +57,11 @@ class StereoMatchingStage : public Stage {
                   "connected regions of fewer pixels are removed; 0 = off");
     table.number("speckle_range_px", params_.speckle_range, Range::positive(),
                  "neighbours whose disparities differ more are not connected");
+    table.number("min_texture", params_.min_texture, Range::between(0.0, 255.0),
+                 "[ours] where neighbours differ by less gray values on average, there is no "
+                 "disparity; 0 = off");
+    table.integer("texture_window_px", params_.texture_window, Range::between(3, 255),
+                  "[ours] side of the window of that average, odd");
     table.flag("refine", params_.refine,
                "[ours] least squares on gray values against the pull to whole disparities");
     table.integer("refine_window_px", params_.refine_window, Range::between(3, 31),

@@ -35,15 +35,16 @@ struct PLANAR_MAPPING_EXPORT FeatureTrackerParams {
   /// Weakest response that counts, in the detector's own unit; 0 = its usual one.
   double detection_threshold = 0.0;
   // Left to right.
-  double epipolar_tolerance = 2.0;    ///< rows may differ by so much before refinement, pixels
-  double stereo_ratio = 0.9;          ///< best over second-best distance along the row, at most
-  double min_disparity = 0.5;         ///< of d + cx_right - cx: farther points say nothing, pixels
-  double max_disparity_share = 0.5;   ///< of the image width
-  int refine_window = 13;             ///< side of the window of the sub-pixel disparity, odd
-  double max_refine_residual = 0.35;  ///< of gray value differences in it, in standard deviations
+  double epipolar_tolerance = 2.0;   ///< rows may differ by so much before refinement, pixels
+  double stereo_ratio = 0.9;         ///< best over second-best distance along the row, at most
+  double min_disparity = 0.5;        ///< of d + cx_right - cx: farther points say nothing, pixels
+  double max_disparity_share = 0.5;  ///< of the image width
+  int refine_window = 9;             ///< side of the window of the sub-pixel disparity, odd
+  double max_refine_residual = 0.6;  ///< of gray value differences in it, in standard deviations
   // Frame to frame.
   double track_ratio = 0.8;   ///< best over second-best distance, at most
   bool mutual = true;         ///< each must be the other's best, in both matchings
+  int track_window = 13;      ///< side of the window of the sub-pixel place, odd
   bool refine_tracks = true;  ///< place in the new image by least squares on gray values
   DescriptorSearch search = DescriptorSearch::Exact;
   int remember_frames = 50;    ///< a track lost for so many frames can be found again
@@ -62,9 +63,10 @@ PLANAR_MAPPING_EXPORT bool hasSurf();
 struct FeatureReport {
   std::size_t features_left = 0;
   std::size_t features_right = 0;
-  std::size_t stereo_matches = 0;  ///< with a disparity, or with depth for RGB-D
-  std::size_t tracked = 0;         ///< seen in the frame before
-  std::size_t reseen = 0;          ///< lost for a while
+  std::size_t descriptor_matches = 0;  ///< left to right, before the sub-pixel pass
+  std::size_t stereo_matches = 0;      ///< with a disparity, or with depth for RGB-D
+  std::size_t tracked = 0;             ///< seen in the frame before
+  std::size_t reseen = 0;              ///< lost for a while
   std::size_t new_tracks = 0;
   std::size_t negative_disparities = 0;  ///< matches behind infinity
   /// Most matches are behind infinity: left and right are exchanged.
@@ -93,10 +95,12 @@ class PLANAR_MAPPING_EXPORT FeatureTracker {
   const FeatureTrackerParams& params() const;
 
   /// A rectified pair. Features without a match in the right image are left out.
-  /// \throws InputError if the images are empty or of different sizes, or the calibration has no
-  ///         baseline or another size
+  /// \param cloud  organized, of the pair, or empty: features that were detected in the left image
+  ///               only are looked for in the right one where the cloud says
+  /// \throws InputError if the images are empty or of different sizes, the calibration has no
+  ///         baseline or another size, or the cloud has another size
   std::vector<KeyFeature> track(const io::Image& left, const io::Image& right,
-                                const io::Calibration& calibration);
+                                const io::Calibration& calibration, const PointsView& cloud = {});
 
   /// An image with an organized cloud of the same size and camera (RGB-D). Features without a
   /// finite point nearby are left out; at an edge the nearer surface counts.

@@ -41,6 +41,10 @@ struct PLANAR_MAPPING_EXPORT StereoMatcherParams {
   double left_right_tolerance = 1.0;
   int speckle_size = 100;      ///< connected regions with fewer pixels are removed; 0 = off
   double speckle_range = 1.0;  ///< neighbours that differ more are not connected, pixels
+  /// Where neighbours along the row differ by less on average of a window, in gray values, nothing
+  /// can be told: without this, semi-global matching sees plain surfaces wherever it likes.
+  double min_texture = 0.2;
+  int texture_window = 25;  ///< side of that window, odd
   /// Least squares on the gray values around each pixel, against the pull to whole disparities.
   bool refine = true;
   int refine_window = 9;  ///< side of the window, odd

@@ -1,0 +1,282 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/stereo/stereo_matcher.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <vector>
+
+#include "planar_mapping/core/error.h"
+#include "stereo_images.h"
+
+namespace planar_mapping {
+namespace {
+
+constexpr int kWidth = 256;
+constexpr int kHeight = 160;
+
+struct Errors {
+  double density = 0.0;  ///< over the pixels whose partner is inside the right image
+  double rms = 0.0;
+  double mean = 0.0;
+  double bad = 0.0;  ///< share beyond 1 px
+};
+
+Errors errorsOf(const DisparityImage& disparity, const DisparityPlane& truth) {
+  Errors errors;
+  int all = 0;
+  int found = 0;
+  double squares = 0.0;
+  for (int row = 0; row < disparity.height; ++row) {
+    for (int column = 0; column < disparity.width; ++column) {
+      const double wanted = truth.at(column, row);
+      constexpr double kMargin = 10.0;  // windows at the border are cut off
+      if (column - wanted < kMargin || column - wanted > disparity.width - kMargin) continue;
+      ++all;
+      const double value = disparity.at(column, row);
+      if (std::isnan(value)) continue;
+      ++found;
+      const double error = value - wanted;
+      squares += error * error;
+      errors.mean += error;
+      errors.bad += std::abs(error) > 1.0 ? 1.0 : 0.0;
+    }
+  }
+  errors.density = static_cast<double>(found) / all;
+  errors.rms = std::sqrt(squares / found);
+  errors.mean /= found;
+  errors.bad /= found;
+  return errors;
+}
+
+DisparityImage match(const ImagePair& pair, const StereoMatcherParams& params = {},
+                     StereoReport* report = nullptr) {
+  return StereoMatcher(params).match(pair.left, pair.right,
+                                     pairCalibration(pair.left.width, pair.left.height), report);
+}
+
+TEST(StereoMatcher, FindsSubPixelDisparities) {
+  const Pattern pattern;
+  for (const double d : {3.0, 12.3, 20.5, 31.75, 60.2}) {
+    const DisparityPlane plane{d, 0.0, 0.0};
+    StereoReport report;
+    const Errors errors =
+        errorsOf(match(pairOf(pattern, plane, kWidth, kHeight), {}, &report), plane);
+    EXPECT_GT(errors.density, 0.95) << d;
+    EXPECT_LT(errors.rms, 0.12) << d;
+    EXPECT_LT(std::abs(errors.mean), 0.06) << d;
+    EXPECT_LE(report.min_disparity, d);
+    EXPECT_GT(report.min_disparity + report.disparities, d);
+    EXPECT_FALSE(report.swapped);
+  }
+}
+
+TEST(StereoMatcher, FollowsASlantedPlane) {
+  const DisparityPlane plane{10.0, 0.03, 0.08};
+  const Errors errors = errorsOf(match(pairOf(Pattern(2), plane, kWidth, kHeight)), plane);
+  EXPECT_GT(errors.density, 0.9);
+  EXPECT_LT(errors.rms, 0.15);
+  EXPECT_LT(errors.bad, 0.005);
+}
+
+TEST(StereoMatcher, TheSubPixelPassTakesAwayThePullToWholeDisparities) {
+  const Pattern pattern(5);
+  // Over a plane that runs through all fractions of a pixel.
+  const DisparityPlane plane{8.0, 0.0, 0.05};
+  const ImagePair pair = pairOf(pattern, plane, kWidth, kHeight);
+  StereoMatcherParams params;
+  const double refined = errorsOf(match(pair, params), plane).rms;
+  params.refine = false;
+  const double plain = errorsOf(match(pair, params), plane).rms;
+  EXPECT_LT(refined, 0.75 * plain);
+}
+
+TEST(StereoMatcher, PixelsWhosePartnerIsOutsideHaveNone) {
+  const DisparityPlane plane{40.0, 0.0, 0.0};
+  const DisparityImage disparity = match(pairOf(Pattern(3), plane, kWidth, kHeight));
+  int wrong = 0;
+  for (int row = 0; row < kHeight; ++row) {
+    for (int column = 0; column < kWidth; ++column) {
+      const float value = disparity.at(column, row);
+      if (!std::isnan(value) && column - value < -1.0f) ++wrong;
+    }
+  }
+  EXPECT_EQ(wrong, 0);
+  // And those right of them have one, although the search goes to larger disparities.
+  int found = 0;
+  for (int row = 10; row < kHeight - 10; ++row) found += std::isnan(disparity.at(50, row)) ? 0 : 1;
+  EXPECT_GT(found, (kHeight - 20) * 9 / 10);
+}
+
+TEST(StereoMatcher, PrincipalPointsThatDifferShiftTheDisparityOfInfinity) {
+  // d + cx_right - cx = 6: a point at Z = 5 m, though its disparity is negative.
+  const DisparityPlane plane{-14.0, 0.0, 0.0};
+  const ImagePair pair = pairOf(Pattern(4), plane, kWidth, kHeight);
+  io::Calibration calibration = pairCalibration(kWidth, kHeight);
+  calibration.cx_right = calibration.camera.cx + 20.0;
+  StereoReport report;
+  const DisparityImage disparity =
+      StereoMatcher().match(pair.left, pair.right, calibration, &report);
+  EXPECT_GE(report.min_disparity, -20);
+  EXPECT_LT(errorsOf(disparity, plane).rms, 0.1);
+  std::vector<float> xyz;
+  triangulate(disparity, calibration, xyz);
+  const std::size_t center = static_cast<std::size_t>(kHeight / 2) * kWidth + kWidth / 2;
+  EXPECT_NEAR(xyz[3 * center + 2], 5.0, 0.1);
+}
+
+TEST(StereoMatcher, SaysThatLeftAndRightAreExchanged) {
+  const DisparityPlane plane{24.0, 0.05, 0.02};
+  ImagePair pair = pairOf(Pattern(6), plane, kWidth, kHeight);
+  std::swap(pair.left, pair.right);
+  StereoReport report;
+  match(pair, {}, &report);
+  EXPECT_TRUE(report.swapped);
+}
+
+TEST(StereoMatcher, BlackAndUniformImagesHaveNoDisparity) {
+  for (const double value : {0.0, 128.0, 255.0}) {
+    const ImagePair pair{uniform(kWidth, kHeight, value), uniform(kWidth, kHeight, value)};
+    StereoReport report;
+    const DisparityImage disparity = match(pair, {}, &report);
+    EXPECT_LT(report.density, 0.02) << value;
+    EXPECT_EQ(disparity.values.size(), static_cast<std::size_t>(kWidth * kHeight));
+    EXPECT_DOUBLE_EQ(report.brightness, value);
+    EXPECT_DOUBLE_EQ(report.contrast, 0.0);
+    EXPECT_FALSE(report.swapped);
+  }
+}
+
+TEST(StereoMatcher, APlainSurfaceIsAHole) {
+  const DisparityPlane plane{20.0, 0.0, 0.0};
+  ImagePair pair = pairOf(Pattern(14), plane, kWidth, kHeight);
+  for (io::Image* image : {&pair.left, &pair.right}) {
+    for (int row = 0; row < kHeight; ++row) {
+      std::fill_n(image->pixels.begin() + row * kWidth + kWidth / 2, kWidth / 2, std::uint8_t{255});
+    }
+  }
+  const DisparityImage disparity = match(pair);
+  EXPECT_TRUE(std::isnan(disparity.at(kWidth - 30, kHeight / 2)));
+  EXPECT_NEAR(disparity.at(80, kHeight / 2), 20.0, 0.2);
+}
+
+TEST(StereoMatcher, UnrelatedImagesAreMostlyHoles) {
+  const ImagePair pair{pairOf(Pattern(7), {}, kWidth, kHeight).left,
+                       pairOf(Pattern(8), {}, kWidth, kHeight).left};
+  StereoReport report;
+  match(pair, {}, &report);
+  EXPECT_LT(report.density, 0.6);
+  EXPECT_FALSE(report.swapped);
+}
+
+TEST(StereoMatcher, ThreadsDoNotChangeTheResult) {
+  const ImagePair pair = pairOf(Pattern(9), {14.0, 0.02, 0.05}, kWidth, kHeight);
+  StereoMatcherParams params;
+  for (const SmoothnessPaths paths :
+       {SmoothnessPaths::Three, SmoothnessPaths::Five, SmoothnessPaths::Eight}) {
+    params.paths = paths;
+    params.threads = 1;
+    const DisparityImage one = match(pair, params);
+    for (const int threads : {2, 3, 0}) {
+      params.threads = threads;
+      const DisparityImage many = match(pair, params);
+      ASSERT_EQ(one.values.size(), many.values.size());
+      EXPECT_EQ(std::memcmp(one.values.data(), many.values.data(), 4 * one.values.size()), 0)
+          << threads;
+    }
+  }
+}
+
+TEST(StereoMatcher, GrayAndColorGiveTheSame) {
+  const ImagePair gray = pairOf(Pattern(10), {14.0, 0.0, 0.0}, 96, 64);
+  const auto colored = [](const io::Image& image) {
+    io::Image color = image;
+    color.channels = 3;
+    color.pixels.clear();
+    for (const std::uint8_t value : image.pixels) color.pixels.insert(color.pixels.end(), 3, value);
+    return color;
+  };
+  const DisparityImage a = match(gray);
+  const DisparityImage b = match({colored(gray.left), colored(gray.right)});
+  EXPECT_EQ(std::memcmp(a.values.data(), b.values.data(), 4 * a.values.size()), 0);
+}
+
+TEST(StereoMatcher, AGivenRangeIsKept) {
+  const DisparityPlane plane{20.0, 0.0, 0.0};
+  StereoMatcherParams params;
+  params.min_disparity = 4;
+  params.disparities = 40;  // OpenCV wants whole sixteens
+  StereoReport report;
+  const Errors errors =
+      errorsOf(match(pairOf(Pattern(11), plane, kWidth, kHeight), params, &report), plane);
+  EXPECT_EQ(report.min_disparity, 4);
+  EXPECT_EQ(report.disparities, 48);
+  EXPECT_LT(errors.rms, 0.08);
+}
+
+TEST(StereoMatcher, WlsFillsHoles) {
+  if (!hasWlsFilter()) GTEST_SKIP() << "OpenCV without ximgproc";
+  const DisparityPlane plane{20.0, 0.0, 0.05};
+  ImagePair pair = pairOf(Pattern(12), plane, kWidth, kHeight);
+  StereoMatcherParams params;
+  params.wls = true;
+  StereoReport report;
+  const Errors errors = errorsOf(match(pair, params, &report), plane);
+  EXPECT_GT(errors.density, 0.97);
+  EXPECT_LT(errors.rms, 0.3);
+}
+
+TEST(StereoMatcher, RefusesImagesThatAreNoPair) {
+  const StereoMatcher matcher;
+  const io::Calibration calibration = pairCalibration(64, 48);
+  const io::Image image = uniform(64, 48, 100.0);
+  EXPECT_THROW(matcher.match(image, uniform(64, 47, 100.0), calibration), InputError);
+  EXPECT_THROW(matcher.match(image, io::Image(), calibration), InputError);
+  EXPECT_THROW(matcher.match(io::Image(), image, calibration), InputError);
+  EXPECT_THROW(matcher.match(uniform(8, 8, 0.0), uniform(8, 8, 0.0), calibration), InputError);
+  io::Image short_of_pixels = image;
+  short_of_pixels.pixels.pop_back();
+  EXPECT_THROW(matcher.match(short_of_pixels, image, calibration), InputError);
+  try {
+    matcher.match(image, uniform(32, 48, 100.0), calibration);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(), "the left image is 64 x 48 pixels, the right one 32 x 48");
+  }
+}
+
+TEST(StereoMatcher, TheSmallestImagesWork) {
+  const ImagePair pair = pairOf(Pattern(13), {3.0, 0.0, 0.0}, 16, 16);
+  EXPECT_EQ(match(pair).values.size(), 256u);
+}
+
+TEST(StereoMatcher, RefusesParametersOutOfRange) {
+  const auto refused = [](auto&& change) {
+    StereoMatcherParams params;
+    change(params);
+    EXPECT_THROW(StereoMatcher{params}, ParameterError);
+  };
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  refused([](auto& p) { p.block_size = 4; });
+  refused([](auto& p) { p.block_size = 0; });
+  refused([](auto& p) { p.refine_window = 8; });
+  refused([](auto& p) { p.texture_window = 8; });
+  refused([](auto& p) { p.min_texture = -1.0; });
+  refused([](auto& p) { p.disparities = 0; });
+  refused([](auto& p) { p.min_disparity = -5000; });
+  refused([](auto& p) { p.max_disparity_share = kNaN; });
+  refused([](auto& p) { p.max_disparity_share = 0.0; });
+  refused([](auto& p) { p.near_distance = -1.0; });
+  refused([](auto& p) { p.smoothness_large = p.smoothness_small - 1.0; });
+  refused([](auto& p) { p.speckle_range = 0.0; });
+  refused([](auto& p) { p.uniqueness_percent = 101.0; });
+  refused([](auto& p) { p.prefilter_cap = 64; });
+  refused([](auto& p) { p.wls_lambda = 0.0; });
+  refused([](auto& p) { p.threads = -1; });
+}
+
+}  // namespace
+}  // namespace planar_mapping
