@@ -16,12 +16,12 @@ namespace {
 
 constexpr double kRadiansPerDegree = 0.017453292519943295;
 
-enum class Output { Clouds, Images, Both };
+enum class Content { Clouds, Images, Both };
 
 struct SimulateArguments {
   evaluation::SimulationParams params;
   std::string directory;
-  Output output = Output::Clouds;
+  Content content = Content::Clouds;
   double yaw_deg = 0.0;
   bool perfect = false;
   bool force = false;
@@ -38,14 +38,14 @@ void addOptions(CLI::App& command, SimulateArguments& arguments) {
       ->check(CLI::IsMember(evaluation::sceneNames()));
   command.add_option("-o,--output", arguments.directory, "Directory the sequence is written to")
       ->required();
-  static const std::map<std::string, Output> kOutputs = {
-      {"clouds", Output::Clouds}, {"images", Output::Images}, {"both", Output::Both}};
+  static const std::map<std::string, Content> kContents = {
+      {"clouds", Content::Clouds}, {"images", Content::Images}, {"both", Content::Both}};
   command
       .add_option(
-          "--write", arguments.output,
+          "--write", arguments.content,
           "clouds: measured clouds; images: rectified pairs with the truth of their pixels; "
           "both: images, and the clouds in DIR/measured")
-      ->transform(CLI::CheckedTransformer(kOutputs, CLI::ignore_case).description(""))
+      ->transform(CLI::CheckedTransformer(kContents, CLI::ignore_case).description(""))
       ->option_text("clouds|images|both [clouds]");
   command.add_option("--frames", params.frames, "Frames along the path, >= 1")
       ->capture_default_str();
@@ -132,12 +132,13 @@ void addSimulateCommand(CLI::App& app, int& exit_code) {
   auto* command =
       app.add_subcommand("simulate", "A stereo sequence of a generated scene with exact truth");
   const auto arguments = std::make_shared<SimulateArguments>();
+  arguments->params.threads = 0;
   addOptions(*command, *arguments);
   command->callback([arguments, &exit_code]() {
     evaluation::SimulationParams& params = arguments->params;
     params.yaw = arguments->yaw_deg * kRadiansPerDegree;
-    params.clouds = arguments->output != Output::Images;
-    params.images = arguments->output != Output::Clouds;
+    params.clouds = arguments->content != Content::Images;
+    params.images = arguments->content != Content::Clouds;
     if (arguments->perfect) {
       const double baseline = params.sensor.baseline;
       params.sensor = evaluation::StereoSensorParams::perfect();

@@ -10,7 +10,7 @@ namespace evaluation {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kTurnPerMetre = 60.0;  ///< degrees turned on the spot in the time of a metre
+constexpr double kTurnPerMetre = 30.0;  ///< degrees turned on the spot in the time of a metre
 
 }  // namespace
 

@@ -78,7 +78,7 @@ void addTable(SceneBuilder& b, double x, double y, double yaw_deg) {
 
 void buildRooms(SceneBuilder& b) {
   addShell(b);
-  addTable(b, 1.0, 3.3, 0.0);
+  addTable(b, 2.9, 0.5, 0.0);
   addTable(b, 7.3, 0.6, 90.0);
   b.moveTo(0.0, 0.0);
   b.box("cabinet", Vector3(2.6, 3.55, 0), Vector3(0.9, 0.45, 1.1), kWood);

@@ -4,7 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <set>
+#include <string>
 
 #include "planar_mapping/core/error.h"
 #include "planar_mapping/evaluation/ray_caster.h"
@@ -50,7 +53,149 @@ TEST(Scene, CameraNeverStandsInsideAnything) {
   }
 }
 
+SceneParams paramsOf(const std::string& name, int frames, Path path) {
+  SceneParams params;
+  params.name = name;
+  params.frames = frames;
+  params.path = path;
+  return params;
+}
+
+double yawOf(const Pose& pose) {
+  return std::atan2(pose.linear()(1, 2), pose.linear()(0, 2));
+}
+
+TEST(Scene, AStandingCameraStands) {
+  for (const std::string& name : sceneNames()) {
+    const Scene scene = makeScene(paramsOf(name, 20, Path::Standing));
+    ASSERT_EQ(scene.path.size(), 20u);
+    for (const Pose& pose : scene.path) EXPECT_TRUE(pose.isApprox(scene.path[0], 0.0)) << name;
+  }
+}
+
+TEST(Scene, AReturningCameraComesBackTurnedAround) {
+  for (const std::string name : {"corridor", "outdoor", "rooms"}) {
+    const Scene scene = makeScene(paramsOf(name, 101, Path::Return));
+    const Pose& first = scene.path.front();
+    const Pose& last = scene.path.back();
+    EXPECT_LT((first.translation() - last.translation()).norm(), 1e-9) << name;
+    EXPECT_NEAR(std::cos(yawOf(last) - yawOf(first)), -1.0, 1e-9) << name;
+    for (std::size_t i = 1; i < scene.path.size(); ++i) {
+      const double turn = std::acos(std::clamp(
+          scene.path[i].linear().col(2).dot(scene.path[i - 1].linear().col(2)), -1.0, 1.0));
+      EXPECT_LT(turn, 0.4) << name << " " << i;
+    }
+  }
+}
+
+TEST(Scene, TheStepIsTheDistanceBetweenFrames) {
+  SceneParams params = paramsOf("corridor", 50, Path::Forward);
+  params.step = 0.1;
+  const Scene scene = makeScene(params);
+  for (std::size_t i = 1; i < scene.path.size(); ++i)
+    EXPECT_NEAR((scene.path[i].translation() - scene.path[i - 1].translation()).norm(), 0.1, 0.02);
+  params.frames = 200;  // 19.9 m do not fit: the rest is spent at the end
+  EXPECT_TRUE(makeScene(params).path.back().isApprox(makeScene("corridor", 2).path.back(), 1e-9));
+}
+
+TEST(Scene, ALongCorridorIsAsLongAsAskedFor) {
+  SceneParams params = paramsOf("corridor", 300, Path::Forward);
+  params.length = 100.0;
+  const Scene scene = makeScene(params);
+  EXPECT_NEAR(scene.path.back().translation().x(), 95.5, 1e-9);
+  EXPECT_EQ(scene.camera_height, 0.37);
+  double t = 0.0;
+  int face = 0;
+  bool closed = false;
+  for (const SceneObject& object : scene.objects)
+    closed |= object.name == "wall_end" &&
+              intersect(object, Vector3(50, 0, 0.37), Vector3(1, 0, 0), t, face) && t == 50.0;
+  EXPECT_TRUE(closed);
+  std::set<std::string> names;
+  for (const SceneObject& object : scene.objects) {
+    names.insert(object.name);
+    for (const Pose& pose : scene.path) {
+      const Vector3 local = object.T_world_object.inverse() * pose.translation();
+      EXPECT_GT((local.cwiseAbs() - 0.5 * object.size).maxCoeff(), 0.1) << object.name;
+    }
+  }
+  for (const char* name : {"wall", "door_leaf", "niche_back", "carton", "bin", "room_back"})
+    EXPECT_EQ(names.count(name), 1u) << name;
+  // Both sides are closed: rays to the side end at a wall, a door, a niche or a room behind a door.
+  for (double x = 0.125; x < 99.0; x += 0.25) {
+    for (const double side : {-1.0, 1.0}) {
+      bool hit = false;
+      for (const SceneObject& object : scene.objects)
+        hit |= intersect(object, Vector3(x, 0, 1.0), Vector3(0, side, 0), t, face) && t < 4.2;
+      EXPECT_TRUE(hit) << x << " " << side;
+    }
+  }
+}
+
+TEST(Scene, ThingsThatMoveAreInOnePlaceAtATime) {
+  SceneParams params = paramsOf("corridor", 40, Path::Forward);
+  params.moving = true;
+  const Scene scene = makeScene(params);
+  bool person_left = false;
+  for (int frame = 0; frame < 40; ++frame) {
+    int doors = 0;
+    int persons = 0;
+    const Pose& pose = scene.path[static_cast<std::size_t>(frame)];
+    for (const SceneObject& object : scene.objects) {
+      if (!object.isThere(frame)) continue;
+      doors += object.name == "fire_door" ? 1 : 0;
+      persons += object.name == "person_body" ? 1 : 0;
+      const Vector3 local = object.T_world_object.inverse() * pose.translation();
+      EXPECT_GT((local.cwiseAbs() - 0.5 * object.size).maxCoeff(), 0.1) << object.name << frame;
+    }
+    EXPECT_EQ(doors, 1);
+    EXPECT_LE(persons, 1);
+    person_left |= persons == 0;
+  }
+  EXPECT_TRUE(person_left);
+  EXPECT_TRUE(scene.objects.size() > makeScene("corridor", 40).objects.size());
+  const Scene outdoor = makeScene("outdoor", 10);
+  for (const int frame : {0, 4, 5, 9}) {
+    int cartons = 0;
+    for (const SceneObject& object : outdoor.objects)
+      cartons += object.name == "carton" && object.isThere(frame) ? 1 : 0;
+    EXPECT_EQ(cartons, 1) << frame;
+  }
+}
+
+TEST(Scene, TwoRoomsShareTheirOuterWalls) {
+  const Scene scene = makeScene("rooms", 30);
+  const ScenePlanes planes = planesOf(scene);
+  PinholeCamera camera;
+  camera.fx = camera.fy = 40.0;
+  camera.cx = 31.5;
+  camera.cy = 23.5;
+  camera.width = 64;
+  camera.height = 48;
+  std::size_t first = 0, second = 0;
+  for (const Pose& pose : scene.path) {
+    const Rendering view = render(scene, camera, pose);
+    for (std::size_t i = 0; i < view.size(); ++i) {
+      if (view.object[i] < 0) continue;
+      const SceneObject& object = scene.objects[static_cast<std::size_t>(view.object[i])];
+      if (object.name != "wall_north") continue;
+      (pose.translation().x() < 4.0 ? first : second) += 1;
+    }
+  }
+  EXPECT_GT(first, 2000u);
+  EXPECT_GT(second, 2000u);
+}
+
 TEST(Scene, UnknownNamesAndNoFramesAreRefused) {
+  SceneParams params;
+  params.length = 20.0;
+  EXPECT_THROW(makeScene(params), InputError) << "only corridors have a length";
+  params.name = "corridor";
+  params.length = 2.0;
+  EXPECT_THROW(makeScene(params), ParameterError);
+  params.length = 0.0;
+  params.step = -1.0;
+  EXPECT_THROW(makeScene(params), ParameterError);
   EXPECT_THROW(makeScene("attic", 1), InputError);
   EXPECT_THROW(makeScene("room", 0), ParameterError);
 }

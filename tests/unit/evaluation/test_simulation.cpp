@@ -9,6 +9,8 @@
 #include <filesystem>
 
 #include "planar_mapping/core/error.h"
+#include "planar_mapping/io/depth_image.h"
+#include "planar_mapping/io/image_file.h"
 #include "planar_mapping/io/sequence.h"
 #include "temporary_directory.h"
 
@@ -123,6 +125,117 @@ TEST(WriteSequence, IsReadBackAsASequenceWithItsPoses) {
   EXPECT_THROW(writeSequence(simulation, "/proc/nowhere", false), IoError);
 }
 
+TEST(Simulation, ImagesShowTheSameWorldHoweverItIsTurned) {
+  SimulationParams params = smallParams("rooms");
+  params.images = true;
+  params.clouds = false;
+  params.image_noise = 0.0;
+  const SimulatedFrame still = Simulation(params).frame(1);
+  params.yaw = 0.7;
+  const SimulatedFrame turned = Simulation(params).frame(1);
+  ASSERT_EQ(still.left.pixels.size(), turned.left.pixels.size());
+  ASSERT_EQ(still.left.pixels.size(), 96u * 72u);
+  EXPECT_TRUE(still.xyz.empty());
+  for (const auto member : {&SimulatedFrame::left, &SimulatedFrame::right}) {
+    std::size_t different = 0;
+    for (std::size_t i = 0; i < still.left.pixels.size(); ++i)
+      different += std::abs((still.*member).pixels[i] - (turned.*member).pixels[i]) > 3 ? 1 : 0;
+    EXPECT_LE(different, still.left.pixels.size() / 50);
+  }
+}
+
+TEST(Simulation, ThreadsChangeNothing) {
+  SimulationParams params = smallParams("corridor");
+  params.images = true;
+  const SimulatedFrame one = Simulation(params).frame(2);
+  params.threads = 3;
+  const SimulatedFrame three = Simulation(params).frame(2);
+  EXPECT_EQ(one.left.pixels, three.left.pixels);
+  EXPECT_EQ(one.right.pixels, three.right.pixels);
+  EXPECT_EQ(one.truth.depth, three.truth.depth);
+  EXPECT_EQ(one.disparity, three.disparity);
+  EXPECT_EQ(one.labels, three.labels);
+}
+
+TEST(Simulation, ImagesDoNotChangeTheClouds) {
+  SimulationParams params = smallParams("corridor");
+  const SimulatedFrame without = Simulation(params).frame(1);
+  EXPECT_TRUE(without.left.empty());
+  params.images = true;
+  EXPECT_EQ(Simulation(params).frame(1).disparity, without.disparity);
+}
+
+TEST(Simulation, TakesASceneOfTheCaller) {
+  Scene scene;
+  scene.name = "wall";
+  SceneObject wall;
+  wall.size = Vector3(10, 10, 1);
+  wall.T_world_object.translation() = Vector3(0, 0, 3.5);
+  scene.objects.push_back(wall);
+  scene.path.assign(2, Pose::Identity());
+  SimulationParams params = smallParams("room");
+  params.sensor = StereoSensorParams::perfect();
+  const Simulation simulation(params, scene);
+  EXPECT_EQ(simulation.size(), 2u);
+  EXPECT_EQ(simulation.planes().size(), 6u);
+  const SimulatedFrame frame = simulation.frame(1);
+  for (std::size_t i = 0; i < frame.labels.size(); ++i) {
+    EXPECT_NEAR(frame.xyz[3 * i + 2], 3.0, 1e-5);
+    EXPECT_EQ(frame.labels[i], static_cast<std::uint32_t>(simulation.planeOf(0, 4) + 1));
+  }
+  EXPECT_THROW(Simulation(params, Scene()), InputError) << "without a path";
+}
+
+TEST(WriteSequence, ImagesAreAStereoFolderWithTheTruthBeside) {
+  const TemporaryDirectory dir;
+  SimulationParams params = smallParams("outdoor");
+  params.images = true;
+  const Simulation simulation(params);
+  writeSequence(simulation, dir / "both", false);
+  const io::Sequence stereo({dir / "both"});
+  EXPECT_EQ(stereo.kind(), io::SequenceKind::Stereo);
+  ASSERT_EQ(stereo.size(), 3u);
+  ASSERT_TRUE(stereo.calibration() && stereo.calibration()->baseline);
+  EXPECT_DOUBLE_EQ(*stereo.calibration()->baseline, params.sensor.baseline);
+  const io::Sequence clouds({dir / "both/measured"});
+  EXPECT_EQ(clouds.kind(), io::SequenceKind::Clouds);
+  EXPECT_EQ(clouds.size(), 3u);
+  EXPECT_EQ(clouds.poseSource(), io::PoseSource::File);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const SimulatedFrame truth = simulation.frame(k);
+    const std::string name = "/00000" + std::to_string(k) + ".png";
+    EXPECT_EQ(io::readImage(dir / "both/left" + name).pixels, truth.left.pixels);
+    EXPECT_EQ(io::readImage(dir / "both/right" + name).pixels, truth.right.pixels);
+    const io::DepthImage depth = io::readDepthPng(dir / "both/depth_gt" + name);
+    const io::DepthImage labels = io::readDepthPng(dir / "both/labels_gt" + name);
+    ASSERT_EQ(depth.values.size(), truth.labels.size());
+    for (std::size_t i = 0; i < truth.labels.size(); ++i) {
+      EXPECT_NEAR(depth.values[i] / kTruthDepthScale, truth.truth.depth[i], 0.00051);
+      EXPECT_EQ(labels.values[i], truth.labels[i]);
+    }
+    EXPECT_TRUE(stereo.read(k).T_world_sensor->isApprox(truth.T_world_camera, 1e-12));
+  }
+  EXPECT_THROW(writeSequence(simulation, dir / "both", false), IoError);
+  EXPECT_NO_THROW(writeSequence(simulation, dir / "both", true));
+}
+
+TEST(WriteSequence, DepthBeyondTheScaleCountsAsNone) {
+  const TemporaryDirectory dir;
+  Scene scene;
+  SceneObject wall;
+  wall.size = Vector3(1000, 1000, 1);
+  wall.T_world_object.translation() = Vector3(0, 0, 70.5);
+  scene.objects.push_back(wall);
+  scene.path.push_back(Pose::Identity());
+  SimulationParams params = smallParams("room");
+  params.images = true;
+  params.clouds = false;
+  writeSequence(Simulation(params, scene), dir / "far", false);
+  for (const std::uint16_t value : io::readDepthPng(dir / "far/depth_gt/000000.png").values)
+    EXPECT_EQ(value, 0);
+  EXPECT_FALSE(std::filesystem::exists(dir / "far/measured"));
+}
+
 TEST(Simulation, RefusesParametersOutOfRange) {
   const auto with = [](void (*change)(SimulationParams&)) {
     SimulationParams params = smallParams("room");
@@ -134,6 +247,16 @@ TEST(Simulation, RefusesParametersOutOfRange) {
   EXPECT_THROW(Simulation(with([](SimulationParams& p) { p.width = 4; })), ParameterError);
   EXPECT_THROW(Simulation(with([](SimulationParams& p) { p.speed = 0.0; })), ParameterError);
   EXPECT_THROW(Simulation(with([](SimulationParams& p) { p.yaw = NAN; })), ParameterError);
+  EXPECT_THROW(Simulation(with([](SimulationParams& p) { p.length = 20.0; })), InputError);
+  EXPECT_THROW(Simulation(with([](SimulationParams& p) { p.step = NAN; })), ParameterError);
+  EXPECT_THROW(Simulation(with([](SimulationParams& p) { p.plain_share = 2.0; })), ParameterError);
+  EXPECT_THROW(Simulation(with([](SimulationParams& p) { p.image_noise = -1.0; })), ParameterError);
+  EXPECT_THROW(Simulation(with([](SimulationParams& p) { p.threads = -1; })), ParameterError);
+  EXPECT_THROW(Simulation(with([](SimulationParams& p) {
+                 p.images = true;
+                 p.colors = false;
+               })),
+               ParameterError);
   EXPECT_THROW(Simulation(smallParams("room")).frame(3), InputError);
 }
 

@@ -122,6 +122,35 @@ TEST(StereoSensor, EdgesHaveHolesAndFlyingPixels) {
   EXPECT_NEAR(flying, 0.25 * edge, 0.08 * edge);
 }
 
+TEST(StereoSensor, WrongMatchesHaveTheShareAskedFor) {
+  const Rendering view = wall(3.0f);
+  for (const double share : {0.0, 0.05, 0.2}) {
+    StereoSensorParams params;
+    params.wrong_share = share;
+    Random random(8);
+    const std::vector<float> disparity = measureDisparity(view, params, random);
+    int wrong = 0, measured = 0;
+    for (const float d : disparity) {
+      measured += d > 0.0f ? 1 : 0;
+      wrong += d > 0.0f && std::abs(d - 10.0f) > 2.0f ? 1 : 0;
+      EXPECT_LT(d, 13.0f);
+    }
+    // Disparities go from 3 to about 11 px; a third of the wrong ones lies within 2 px by chance.
+    EXPECT_NEAR(wrong, share * 0.63 * measured, 0.012 * measured) << share;
+  }
+  // The right ones stay what they were.
+  StereoSensorParams params;
+  Random clean_random(8);
+  const std::vector<float> clean = measureDisparity(view, params, clean_random);
+  params.wrong_share = 0.1;
+  Random random(8);
+  const std::vector<float> disparity = measureDisparity(view, params, random);
+  std::size_t same = 0;
+  for (std::size_t i = 0; i < clean.size(); ++i) same += clean[i] == disparity[i] ? 1 : 0;
+  EXPECT_NEAR(static_cast<double>(same), 0.9 * static_cast<double>(clean.size()),
+              0.02 * static_cast<double>(clean.size()));
+}
+
 TEST(StereoSensor, NothingToMatchGivesNothing) {
   StereoSensorParams params;
   Random random(6);
@@ -150,6 +179,8 @@ TEST(StereoSensor, RefusesParametersOutOfRange) {
   refused([](StereoSensorParams& p) { p.correlation_px = 0.5; });
   refused([](StereoSensorParams& p) { p.flying_share = 0.9; });
   refused([](StereoSensorParams& p) { p.edge_px = 0.0; });
+  refused([](StereoSensorParams& p) { p.wrong_share = 1.1; });
+  refused([](StereoSensorParams& p) { p.wrong_patch_px = 0; });
   EXPECT_NO_THROW(StereoSensorParams().validate());
   EXPECT_NO_THROW(StereoSensorParams::perfect().validate());
 }
