@@ -42,6 +42,15 @@ std::string number(std::size_t value, const char* thing) {
   return std::to_string(value) + " " + thing + (value == 1 ? "" : "s");
 }
 
+void requireTracks(const std::vector<KeyFeature>& features) {
+  for (const KeyFeature& feature : features) {
+    if (feature.track < 0) {
+      throw InputError("a key feature has the track " + std::to_string(feature.track) +
+                       ", below 0");
+    }
+  }
+}
+
 std::string reasonFor(const MotionEstimate& estimate, std::size_t features, std::size_t matches,
                       const MotionParams& params) {
   switch (estimate.status) {
@@ -76,6 +85,8 @@ void OdometryParams::validate() const {
   requireInRange("adjustment_iterations", adjustment_iterations, 1, kLargest);
   requireInRange("max_landmarks", max_landmarks, 100, kLargest);
   requirePositive("jump_distance", jump_distance, "m");
+  requireInRange("jump_inlier_share", jump_inlier_share, 0.0, 1.0);
+  requireInRange("jump_inliers", jump_inliers, 0, kLargest);
 }
 
 class Odometry::Implementation {
@@ -98,6 +109,27 @@ class Odometry::Implementation {
     }
     return result;
   }
+
+  OdometryResult locate(const std::vector<KeyFeature>& features) const {
+    OdometryResult result;
+    const std::vector<Seen> seen = usableFeatures(features);
+    result.features = seen.size();
+    std::vector<std::size_t> match_seen;
+    const std::vector<FeatureMatch> matches = matchesOf(seen, match_seen);
+    result.matches = matches.size();
+    const MotionEstimate estimate = locateMatches(matches, std::nullopt);
+    result.inliers = estimate.inliers;
+    result.rms_px = estimate.rms_px;
+    result.registered = started_ && isBelieved(estimate, matches.size(), std::nullopt);
+    if (result.registered) {
+      result.T_world_sensor = estimate.T_now_before.inverse();
+    } else {
+      result.reason = reasonFor(estimate, seen.size(), matches.size(), params_.motion);
+    }
+    return result;
+  }
+
+  Pose expectedPose() const { return has_pose_ ? Pose(expected().inverse()) : start_; }
 
   const OdometryParams& params() const { return params_; }
   const detail::LocalMap& map() const { return map_; }
@@ -142,8 +174,34 @@ class Odometry::Implementation {
 
   void follow(const std::vector<Seen>& seen, const std::optional<PosePrior>& prior,
               OdometryResult& result) {
-    std::vector<FeatureMatch> matches;
     std::vector<std::size_t> match_seen;
+    const std::vector<FeatureMatch> matches = matchesOf(seen, match_seen);
+    result.matches = matches.size();
+    const MotionEstimate estimate = locateMatches(matches, prior);
+    result.inliers = estimate.inliers;
+    result.rms_px = estimate.rms_px;
+    if (!isBelieved(estimate, matches.size(), prior)) {
+      result.reason = reasonFor(estimate, seen.size(), matches.size(), params_.motion);
+      ++lost_frames_;
+      if (!prior || !isCertain(*prior)) return;
+      result.from_prior = true;
+    }
+    result.registered = true;
+    if (result.from_prior) {
+      const std::vector<Seen> used = judgeMatches(
+          seen, match_seen, agreementWith(matches, prior->T_world_sensor.inverse()), result);
+      accept(prior->T_world_sensor.inverse(), prior->covariance, used, prior, false, result);
+    } else {
+      const std::vector<Seen> used = judgeMatches(seen, match_seen, estimate, result);
+      accept(estimate.T_now_before, estimate.covariance, used, prior, prior && prior->exact,
+             result);
+    }
+  }
+
+  /// Features the map knows, and which they are.
+  std::vector<FeatureMatch> matchesOf(const std::vector<Seen>& seen,
+                                      std::vector<std::size_t>& match_seen) const {
+    std::vector<FeatureMatch> matches;
     for (std::size_t i = 0; i < seen.size(); ++i) {
       const detail::Landmark* landmark = map_.find(seen[i].track);
       FeatureMatch match;
@@ -156,37 +214,46 @@ class Odometry::Implementation {
       matches.push_back(match);
       match_seen.push_back(i);
     }
-    result.matches = matches.size();
-    const Pose expected = velocity_ * T_sensor_world_;
-    const MotionEstimate estimate = locate(matches, expected, prior);
-    result.inliers = estimate.inliers;
-    result.rms_px = estimate.rms_px;
-    if (!estimate.found()) {
-      result.reason = reasonFor(estimate, seen.size(), matches.size(), params_.motion);
-      lost_ = true;
-      velocity_ = Pose::Identity();
-      if (!prior) return;
-      result.from_prior = true;
-    }
-    result.registered = true;
-    std::vector<Seen> used = judgeMatches(seen, match_seen, estimate, result);
-    if (estimate.found()) {
-      accept(estimate.T_now_before, estimate.covariance, used, prior, prior && prior->exact,
-             result);
-    } else {
-      accept(prior->T_world_sensor.inverse(),
-             prior->exact ? Matrix6(Matrix6::Zero()) : prior->covariance, used, prior, prior->exact,
-             result);
-    }
+    return matches;
   }
 
-  MotionEstimate locate(const std::vector<FeatureMatch>& matches, const Pose& expected,
-                        const std::optional<PosePrior>& prior) const {
+  MotionEstimate locateMatches(const std::vector<FeatureMatch>& matches,
+                               const std::optional<PosePrior>& prior) const {
     Random random(params_.seed, static_cast<std::uint64_t>(frame_));
     if (prior && prior->exact) return agreementWith(matches, prior->T_world_sensor.inverse());
     std::optional<MotionPrior> motion_prior;
     if (prior) motion_prior = MotionPrior{prior->T_world_sensor.inverse(), prior->covariance};
-    return estimateMotion(matches, params_.camera, params_.motion, random, &expected, motion_prior);
+    const Pose guess = expected();
+    return estimateMotion(matches, params_.camera, params_.motion, random, &guess, motion_prior);
+  }
+
+  /// See OdometryParams::jump_distance. A prior tells more than what was expected.
+  bool isBelieved(const MotionEstimate& estimate, std::size_t matches,
+                  const std::optional<PosePrior>& prior) const {
+    if (!estimate.found()) return false;
+    const Pose guess = prior ? prior->T_world_sensor.inverse() : expected();
+    const double surprise =
+        (estimate.T_now_before.inverse().translation() - guess.inverse().translation()).norm();
+    return surprise <= params_.jump_distance ||
+           estimate.inliers >= static_cast<std::size_t>(params_.jump_inliers) ||
+           static_cast<double>(estimate.inliers) >=
+               params_.jump_inlier_share * static_cast<double>(matches);
+  }
+
+  /// Constant velocity, for as long as that is likely to hold.
+  Pose expected() const {
+    constexpr int kLongestExtrapolation = 3;
+    Pose pose = T_sensor_world_;
+    if (lost_frames_ > kLongestExtrapolation) return pose;
+    for (int i = 0; i <= lost_frames_; ++i) pose = velocity_ * pose;
+    return pose;
+  }
+
+  bool isCertain(const PosePrior& prior) const {
+    return std::sqrt(prior.covariance.diagonal().head<3>().maxCoeff()) <=
+               params_.motion.max_translation_error &&
+           std::sqrt(prior.covariance.diagonal().tail<3>().maxCoeff()) <=
+               params_.motion.max_rotation_error;
   }
 
   /// Which matches agree with a pose that is known.
@@ -268,19 +335,17 @@ class Odometry::Implementation {
       motion.T_now_before = T_sensor_world * T_sensor_world_.inverse();
       // As if the two poses were independent: not less than the truth.
       motion.covariance = composed(covariance, motion.T_now_before, covariance_);
-      if (has_velocity_ && !lost_) {
+      const bool follows = lost_frames_ == 0;
+      if (has_velocity_ && follows) {
         motion.predicted = velocity_;
         const Vector3 surprise = (motion.T_now_before * velocity_.inverse()).translation();
         result.jump = surprise.norm() > params_.jump_distance;
-      } else {
-        result.jump = motion.T_now_before.translation().norm() > params_.jump_distance && !lost_ &&
-                      has_velocity_;
       }
-      velocity_ = result.jump || lost_ ? Pose::Identity() : motion.T_now_before;
-      has_velocity_ = !result.jump && !lost_;
+      has_velocity_ = follows && !result.jump;
+      velocity_ = has_velocity_ ? motion.T_now_before : Pose(Pose::Identity());
       result.motion = motion;
     }
-    lost_ = false;
+    lost_frames_ = 0;
     has_pose_ = true;
     T_sensor_world_ = T_sensor_world;
     covariance_ = covariance;
@@ -316,7 +381,7 @@ class Odometry::Implementation {
   Matrix6 covariance_ = Matrix6::Zero();
   Pose velocity_ = Pose::Identity();  ///< motion of the last frame
   bool has_velocity_ = false;
-  bool lost_ = false;
+  int lost_frames_ = 0;           ///< since the last one that was registered
   std::size_t most_inliers_ = 0;  ///< of a frame since the last keyframe
 };
 
@@ -343,17 +408,20 @@ void Odometry::setStart(const Pose& T_world_sensor) {
 
 OdometryResult Odometry::update(const std::vector<KeyFeature>& features,
                                 const std::optional<PosePrior>& prior) {
-  for (const KeyFeature& feature : features) {
-    if (feature.track < 0) {
-      throw InputError("a key feature has the track " + std::to_string(feature.track) +
-                       ", below 0");
-    }
-  }
+  requireTracks(features);
   if (prior && (!prior->T_world_sensor.matrix().allFinite() ||
                 (!prior->exact && !prior->covariance.allFinite()))) {
     throw InputError("the pose given for a frame is not finite");
   }
   return implementation_->update(features, prior);
+}
+
+Pose Odometry::expectedPose() const {
+  return implementation_->expectedPose();
+}
+OdometryResult Odometry::locate(const std::vector<KeyFeature>& features) const {
+  requireTracks(features);
+  return implementation_->locate(features);
 }
 
 bool Odometry::started() const {

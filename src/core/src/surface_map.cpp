@@ -49,13 +49,27 @@ void forSample(const PointsView& cloud, const SurfaceMapParams& params, const Wh
   }
 }
 
+constexpr std::size_t kFewestPlanes = 6;
+
 struct Equations {
   Matrix6 hessian = Matrix6::Zero();
   Vector6 gradient = Vector6::Zero();
   double squared_distance = 0.0;
   double squared_error = 0.0;
-  double weight = 0.0;
+  double score = 0.0;
   std::size_t matched = 0;
+
+  /// A plane of the cloud at this distance from one of the map. The unknown is the error of
+  /// T_sensor_world in the sensor's frame: where the map's plane lies as the sensor sees it.
+  void add(const Pose& T_world_sensor, const detail::Surfel& plane, const detail::Surfel& target,
+           double distance, double weight) {
+    const Vector3 n = T_world_sensor.linear().transpose() * target.normal;
+    Vector6 jacobian;
+    jacobian << n, plane.center.cross(n);
+    hessian.noalias() += weight * jacobian * jacobian.transpose();
+    gradient.noalias() += weight * distance * jacobian;
+    ++matched;
+  }
 };
 
 }  // namespace
@@ -63,7 +77,6 @@ struct Equations {
 void SurfaceMapParams::validate() const {
   constexpr double kLargest = std::numeric_limits<double>::max();
   requirePositive("cell", cell, "m");
-  requireInRange("levels", levels, 1, 6);
   requireInRange("min_points", min_points, 4, kLargest);
   requirePositive("max_thickness", max_thickness);
   if (!(max_normal_angle > 0.0 && max_normal_angle < M_PI / 2.0)) {
@@ -77,19 +90,71 @@ void SurfaceMapParams::validate() const {
     throw ParameterError("optical_axis", optical_axis.sum(), "finite");
   }
   requireInRange("sample_size", sample_size, 100, kLargest);
+  requirePositive("reach", reach, "m");
+  requireInRange("retry_rotation", retry_rotation, 0.0, M_PI, "rad");
+  requireInRange("good_share", good_share, 0.0, 1.0);
   requireInRange("iterations", iterations, 1, kLargest);
   requireInRange("min_share", min_share, 0.0, 1.0);
   requireInRange("correlated_planes", correlated_planes, 1.0, kLargest);
   requireInRange("max_cells", max_cells, 1000, kLargest);
 }
 
+namespace {
+
+/// Planes for a search through all of them.
+class PlaneList {
+ public:
+  void add(const detail::Surfel& plane) {
+    for (int axis = 0; axis < 3; ++axis) {
+      center_[axis].push_back(static_cast<float>(plane.center[axis]));
+      normal_[axis].push_back(static_cast<float>(plane.normal[axis]));
+    }
+    planes_.push_back(plane);
+  }
+  /// The next plane within \p reach that faces the same way, or null.
+  const detail::Surfel* nearest(const Vector3& point, const Vector3& normal, double reach,
+                                double min_cosine) const {
+    const auto x = static_cast<float>(point.x());
+    const auto y = static_cast<float>(point.y());
+    const auto z = static_cast<float>(point.z());
+    const auto nx = static_cast<float>(normal.x());
+    const auto ny = static_cast<float>(normal.y());
+    const auto nz = static_cast<float>(normal.z());
+    const auto cosine = static_cast<float>(min_cosine);
+    auto best = static_cast<float>(reach * reach);
+    const detail::Surfel* found = nullptr;
+    for (std::size_t i = 0; i < planes_.size(); ++i) {
+      const float dx = center_[0][i] - x;
+      const float dy = center_[1][i] - y;
+      const float dz = center_[2][i] - z;
+      const float squared = dx * dx + dy * dy + dz * dz;
+      if (squared >= best) continue;
+      if (normal_[0][i] * nx + normal_[1][i] * ny + normal_[2][i] * nz < cosine) continue;
+      best = squared;
+      found = &planes_[i];
+    }
+    return found;
+  }
+
+ private:
+  std::vector<float> center_[3];
+  std::vector<float> normal_[3];
+  std::vector<detail::Surfel> planes_;
+};
+
+/// A pose of a cloud and how well it lies there.
+struct Candidate {
+  Pose T_sensor_world = Pose::Identity();
+  Equations at_end;
+};
+
+}  // namespace
+
 class SurfaceMap::Implementation {
  public:
-  explicit Implementation(const SurfaceMapParams& params) : params_(params) {
+  explicit Implementation(const SurfaceMapParams& params)
+      : params_(params), fine_(params.cell), coarse_(2.0 * params.cell) {
     params.validate();
-    for (int level = 0; level < params.levels; ++level) {
-      levels_.emplace_back(params.cell * std::ldexp(1.0, level));
-    }
   }
 
   void insert(const PointsView& cloud, const Pose& T_world_sensor) {
@@ -97,45 +162,58 @@ class SurfaceMap::Implementation {
     const Vector3 sensor = T_world_sensor.translation();
     forSample(cloud, params_, [&](const Vector3& p, double error) {
       const Vector3 q = T_world_sensor * p;
-      for (detail::SurfaceCells& level : levels_) level.add(q, sensor, error, frame_);
+      fine_.add(q, sensor, error, frame_);
+      coarse_.add(q, sensor, error, frame_);
     });
-    for (detail::SurfaceCells& level : levels_) {
-      level.fit(params_);
-      level.limit(static_cast<std::size_t>(params_.max_cells));
+    for (detail::SurfaceCells* cells : {&fine_, &coarse_}) {
+      cells->fit(params_);
+      cells->limit(static_cast<std::size_t>(params_.max_cells));
     }
   }
 
   CloudRegistration locate(const PointsView& cloud, const Pose& guess) const {
-    CloudRegistration result;
-    std::vector<std::vector<detail::Surfel>> planes;
-    for (const detail::SurfaceCells& level : levels_)
-      planes.push_back(planesOf(cloud, level.cell()));
-    Pose pose = guess.inverse();
-    if (!approach(planes.front(), pose)) return result;
-    for (std::size_t level = levels_.size(); level-- > 0;) {
-      if (!refine(level, planes[level], pose)) return result;
+    const std::vector<detail::Surfel> planes = planesOf(cloud, fine_.cell());
+    const std::vector<detail::Surfel> approaching = planesOf(cloud, coarse_.cell());
+    double range = 0.0;
+    for (const detail::Surfel& plane : approaching) range = std::max(range, plane.center.norm());
+    PlaneList targets;
+    for (const detail::Surfel& plane : coarse_.planes()) {
+      if ((plane.center - guess.translation()).norm() < range + params_.reach) targets.add(plane);
     }
-    const std::vector<detail::Surfel>& finest = planes.front();
-    const Equations at_end = equations(0, finest, pose, 0.0);
-    result.planes = finest.size();
-    result.matched = at_end.matched;
-    if (at_end.matched < 6) return result;
-    const double ratio = at_end.squared_error / static_cast<double>(at_end.matched);
-    const Matrix6 information =
-        at_end.hessian / (params_.correlated_planes * std::max(1.0, ratio)) + weakInformation();
-    result.covariance = Eigen::LDLT<Matrix6>(information).solve(Matrix6::Identity());
-    result.covariance = 0.5 * (result.covariance + result.covariance.transpose()).eval();
-    result.rms = std::sqrt(at_end.squared_distance / static_cast<double>(at_end.matched));
-    result.T_world_sensor = pose.inverse();
-    result.found = static_cast<double>(at_end.matched) >=
-                   params_.min_share * static_cast<double>(finest.size());
-    return result;
+    Candidate best = settle(planes, approaching, targets, guess.inverse());
+    const auto good = params_.good_share * static_cast<double>(planes.size());
+    for (int turn = 0; turn < 6 && params_.retry_rotation > 0.0; ++turn) {
+      if (static_cast<double>(best.at_end.matched) >= good) break;
+      Vector6 step = Vector6::Zero();
+      step[3 + turn / 2] = turn % 2 == 0 ? params_.retry_rotation : -params_.retry_rotation;
+      Candidate other = settle(planes, approaching, targets, motionStep(step) * guess.inverse());
+      if (other.at_end.score > best.at_end.score) best = other;
+    }
+    return resultOf(best, planes.size());
   }
 
   const SurfaceMapParams& params() const { return params_; }
-  std::size_t cells() const { return levels_.front().size(); }
+  std::size_t cells() const { return fine_.size(); }
 
  private:
+  CloudRegistration resultOf(const Candidate& candidate, std::size_t planes) const {
+    CloudRegistration result;
+    result.planes = planes;
+    result.matched = candidate.at_end.matched;
+    if (result.matched < kFewestPlanes) return result;
+    const auto matched = static_cast<double>(result.matched);
+    const double ratio = candidate.at_end.squared_error / matched;
+    const Matrix6 information =
+        candidate.at_end.hessian / (params_.correlated_planes * std::max(1.0, ratio)) +
+        weakInformation();
+    const Matrix6 covariance = Eigen::LDLT<Matrix6>(information).solve(Matrix6::Identity());
+    result.covariance = 0.5 * (covariance + covariance.transpose());
+    result.rms = std::sqrt(candidate.at_end.squared_distance / matched);
+    result.T_world_sensor = candidate.T_sensor_world.inverse();
+    result.found = matched >= params_.min_share * static_cast<double>(planes);
+    return result;
+  }
+
   /// Planes of a cloud, sensor's frame.
   std::vector<detail::Surfel> planesOf(const PointsView& cloud, double cell) const {
     detail::SurfaceCells cells(cell);
@@ -145,109 +223,107 @@ class SurfaceMap::Implementation {
     return cells.planes();
   }
 
-  /// Robust normal equations of T_sensor_world; \p tolerance on top of the noise lets planes count
-  /// that are not yet in place.
-  Equations equations(std::size_t level, const std::vector<detail::Surfel>& planes,
-                      const Pose& T_sensor_world, double tolerance) const {
-    constexpr double kSigmas = 2.5;  // beyond, a plane is on something else
-    const Pose T_world_sensor = T_sensor_world.inverse();
-    const Matrix3 R = T_world_sensor.linear();
-    const double min_cosine = std::cos(params_.max_normal_angle);
-    Equations sum;
-    for (const detail::Surfel& plane : planes) {
-      const Vector3 q = T_world_sensor * plane.center;
-      const Vector3 normal = R * plane.normal;
-      const detail::Surfel* target = levels_[level].nearest(q, normal, min_cosine);
-      if (target == nullptr) continue;
-      const double distance = target->normal.dot(q - target->center);
-      const double slant = plane.center.normalized().dot(plane.normal);
-      const double variance = slant * slant * plane.error * plane.error +
-                              target->deviation * target->deviation + tolerance * tolerance;
-      const double squared = distance * distance / variance;
-      if (squared > kSigmas * kSigmas) continue;
-      const double fade = 1.0 - squared / (kSigmas * kSigmas);
-      const double weight = fade * fade / variance;
-      // Distance of the plane's centre, of the error of T_sensor_world in the sensor's frame: where
-      // the map's plane lies as the sensor sees it.
-      const Vector3 n = R.transpose() * target->normal;
-      Vector6 jacobian;
-      jacobian << n, plane.center.cross(n);
-      sum.hessian.noalias() += weight * jacobian * jacobian.transpose();
-      sum.gradient.noalias() += weight * distance * jacobian;
-      sum.squared_distance += distance * distance;
-      sum.squared_error += squared;
-      ++sum.matched;
+  Candidate settle(const std::vector<detail::Surfel>& planes,
+                   const std::vector<detail::Surfel>& approaching, const PlaneList& targets,
+                   const Pose& guess) const {
+    Candidate candidate;
+    candidate.T_sensor_world = guess;
+    if (!approach(approaching, targets, candidate.T_sensor_world) ||
+        !refine(planes, candidate.T_sensor_world)) {
+      return candidate;
     }
-    return sum;
+    candidate.at_end = equations(planes, candidate.T_sensor_world, 0.0);
+    return candidate;
   }
 
   /// Brings the cloud near: each plane is drawn to the next one in the map that faces the same way,
   /// first from afar.
-  bool approach(const std::vector<detail::Surfel>& planes, Pose& pose) const {
-    constexpr std::size_t kFewest = 6;
+  bool approach(const std::vector<detail::Surfel>& planes, const PlaneList& targets,
+                Pose& pose) const {
     constexpr double kShrink = 0.8;
-    const std::vector<detail::Surfel> targets = levels_.front().planes();
+    constexpr double kSoftness = 0.2;  // of the reach: distances below count in full
+    constexpr std::size_t kMostPlanes = 400;
     const double min_cosine = std::cos(params_.max_normal_angle);
-    for (double reach = params_.reach; reach > levels_.back().cell(); reach *= kShrink) {
+    const std::size_t step_size = planes.size() / kMostPlanes + 1;
+    for (double reach = params_.reach; reach > coarse_.cell(); reach *= kShrink) {
       const Pose T_world_sensor = pose.inverse();
+      const double soft = kSoftness * reach;
       Equations sum;
-      for (const detail::Surfel& plane : planes) {
+      for (std::size_t i = 0; i < planes.size(); i += step_size) {
+        const detail::Surfel& plane = planes[i];
         const Vector3 q = T_world_sensor * plane.center;
-        const Vector3 normal = T_world_sensor.linear() * plane.normal;
-        const detail::Surfel* target = nullptr;
-        double nearest = reach * reach;
-        for (const detail::Surfel& candidate : targets) {
-          const double squared = (candidate.center - q).squaredNorm();
-          if (squared < nearest && candidate.normal.dot(normal) >= min_cosine) {
-            nearest = squared;
-            target = &candidate;
-          }
-        }
+        const detail::Surfel* target =
+            targets.nearest(q, T_world_sensor.linear() * plane.normal, reach, min_cosine);
         if (target == nullptr) continue;
-        const Vector3 n = T_world_sensor.linear().transpose() * target->normal;
-        Vector6 jacobian;
-        jacobian << n, plane.center.cross(n);
         const double distance = target->normal.dot(q - target->center);
-        const double slant = plane.center.normalized().dot(plane.normal);
-        const double soft = 0.2 * reach;
-        const double variance = slant * slant * plane.error * plane.error +
-                                target->deviation * target->deviation + soft * soft;
-        const double ratio = 1.0 + distance * distance / variance;
-        const double weight = 1.0 / (variance * ratio);
-        sum.hessian.noalias() += weight * jacobian * jacobian.transpose();
-        sum.gradient.noalias() += weight * distance * jacobian;
-        ++sum.matched;
+        const double variance = varianceOf(plane, *target) + soft * soft;
+        const double weight = 1.0 / (variance + distance * distance);
+        sum.add(T_world_sensor, plane, *target, distance, weight);
       }
-      if (sum.matched < kFewest) return false;
-      const Vector6 step = Eigen::LDLT<Matrix6>(sum.hessian + weakInformation()).solve(sum.gradient);
-      if (!step.allFinite()) return false;
-      pose = motionStep(step) * pose;
+      if (!improve(sum, pose, nullptr)) return false;
     }
     return true;
   }
 
-  bool refine(std::size_t level, const std::vector<detail::Surfel>& planes, Pose& pose) const {
+  bool refine(const std::vector<detail::Surfel>& planes, Pose& pose) const {
     constexpr double kSettled = 1e-5;
-    constexpr std::size_t kFewest = 6;
-    const double reach = 0.5 * levels_[level].cell();
+    constexpr double kShrink = 0.7;
+    const double reach = fine_.cell();
     double tolerance = 0.5 * reach;
     for (int i = 0; i < params_.iterations; ++i) {
-      const Equations sum = equations(level, planes, pose, tolerance);
-      if (sum.matched < kFewest) return false;
-      // Directions the planes say nothing about stay as they were.
-      const Eigen::LDLT<Matrix6> solver(sum.hessian + weakInformation());
-      const Vector6 step = solver.solve(sum.gradient);
-      if (!step.allFinite()) return false;
-      pose = motionStep(step) * pose;
-      pose.linear() = Eigen::Quaterniond(Matrix3(pose.linear())).normalized().toRotationMatrix();
-      tolerance *= 0.7;
-      if (step.norm() < kSettled && tolerance < 0.1 * reach) break;
+      double step = 0.0;
+      if (!improve(equations(planes, pose, tolerance), pose, &step)) return false;
+      tolerance *= kShrink;
+      if (step < kSettled && tolerance < 0.05 * reach) break;
     }
+    return true;
+  }
+
+  /// Robust normal equations; \p tolerance on top of the noise lets planes count that are not yet
+  /// in place.
+  Equations equations(const std::vector<detail::Surfel>& planes, const Pose& T_sensor_world,
+                      double tolerance) const {
+    constexpr double kSigmas = 2.5;  // beyond, a plane is on something else
+    const Pose T_world_sensor = T_sensor_world.inverse();
+    const double min_cosine = std::cos(params_.max_normal_angle);
+    Equations sum;
+    for (const detail::Surfel& plane : planes) {
+      const Vector3 q = T_world_sensor * plane.center;
+      const detail::Surfel* target =
+          fine_.nearest(q, T_world_sensor.linear() * plane.normal, min_cosine);
+      if (target == nullptr) continue;
+      const double distance = target->normal.dot(q - target->center);
+      const double variance = varianceOf(plane, *target) + tolerance * tolerance;
+      const double squared = distance * distance / variance;
+      if (squared > kSigmas * kSigmas) continue;
+      const double fade = 1.0 - squared / (kSigmas * kSigmas);
+      sum.add(T_world_sensor, plane, *target, distance, fade * fade / variance);
+      sum.squared_distance += distance * distance;
+      sum.squared_error += squared;
+      sum.score += fade * fade;
+    }
+    return sum;
+  }
+
+  static double varianceOf(const detail::Surfel& plane, const detail::Surfel& target) {
+    const double slant = plane.center.normalized().dot(plane.normal);
+    return slant * slant * plane.error * plane.error + target.deviation * target.deviation;
+  }
+
+  static bool improve(const Equations& sum, Pose& pose, double* step_length) {
+    if (sum.matched < kFewestPlanes) return false;
+    // Directions the planes say nothing about stay as they were.
+    const Vector6 step = Eigen::LDLT<Matrix6>(sum.hessian + weakInformation()).solve(sum.gradient);
+    if (!step.allFinite()) return false;
+    pose = motionStep(step) * pose;
+    pose.linear() = Eigen::Quaterniond(Matrix3(pose.linear())).normalized().toRotationMatrix();
+    if (step_length != nullptr) *step_length = step.norm();
     return true;
   }
 
   SurfaceMapParams params_;
-  std::vector<detail::SurfaceCells> levels_;
+  detail::SurfaceCells fine_;
+  detail::SurfaceCells coarse_;
   std::int64_t frame_ = 0;
 };
 

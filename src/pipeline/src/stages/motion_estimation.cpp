@@ -7,11 +7,13 @@
 #include "noise_keys.h"
 #include "planar_mapping/core/ground.h"
 #include "planar_mapping/core/odometry.h"
+#include "planar_mapping/core/surface_map.h"
 
 namespace planar_mapping {
 namespace {
 
 enum class Poses : std::uint8_t { Use, Prior, Ignore };
+enum class Clouds : std::uint8_t { Auto, On, Off };
 enum class Start : std::uint8_t { Level, Identity, Given, Ground };
 
 Matrix6 poseCovariance(double position_error, double orientation_error) {
@@ -62,12 +64,16 @@ class MotionEstimationStage : public Stage {
     table.number("depth_error_growth", depth_error_growth_, Range::atLeast(0.0),
                  "[ours] without stereo noise: depth error per square of depth, 1/m");
     declareSearch(table);
+    declareClouds(table);
   }
   void configure(const RunSettings& settings) override {
     params_.seed = settings.seed;
     params_.camera.depth_error = depth_error_;
     params_.camera.depth_error_growth = depth_error_growth_;
     params_.validate();
+    surface_params_.depth_error = depth_error_;
+    surface_params_.depth_error_growth = depth_error_growth_;
+    surface_params_.validate();
   }
   void adapt(const CloudScale& scale) override {
     noise_.adapt(scale);
@@ -114,8 +120,27 @@ class MotionEstimationStage : public Stage {
                   "[ours] corrected together by bundle adjustment; 0 = none");
     table.integer("max_landmarks", params_.max_landmarks, Range::atLeast(100),
                   "[ours] kept for registration");
+    table.number("jump_inlier_share", params_.jump_inlier_share, Range::between(0.0, 1.0),
+                 "[ours] share of known features that must agree on a jump, ...");
+    table.integer("jump_inliers", params_.jump_inliers, Range::atLeast(0),
+                  "[ours] ... or so many of them");
     table.number("jump_distance_m", params_.jump_distance, Range::positive(),
                  "[ours] a motion so far off the expected one is reported");
+  }
+
+  void declareClouds(ParameterTable& table) {
+    table.word("clouds", clouds_,
+               {{"auto", Clouds::Auto}, {"on", Clouds::On}, {"off", Clouds::Off}},
+               "[ours] where features are too few, the cloud is registered to the surfaces seen "
+               "before; auto = unless it is of a stereo pair");
+    table.integer("enough_inliers", enough_inliers_, Range::atLeast(0),
+                  "[ours] with so many features that agree the cloud is not needed");
+    table.number("cloud_cell_m", surface_params_.cell, Range::positive(),
+                 "[ours] side of the cells of those surfaces");
+    table.number("cloud_reach_m", surface_params_.reach, Range::positive(),
+                 "[ours] from how far a cloud is drawn to them");
+    table.number("cloud_min_share", surface_params_.min_share, Range::between(0.0, 1.0),
+                 "[ours] of the cloud's cells that must lie on them");
   }
 
   void prepare(const Frame& frame) {
@@ -131,6 +156,11 @@ class MotionEstimationStage : public Stage {
       camera.depth_error_growth = noise->disparity_error / (noise->baseline * noise->focal_length);
     }
     odometry_.emplace(params_);
+    const bool pair = frame.baseline || !frame.images.right.empty();
+    if (clouds_ == Clouds::On || (clouds_ == Clouds::Auto && !pair)) {
+      surface_params_.optical_axis = optical_ ? Vector3::UnitZ() : Vector3(Vector3::Zero());
+      surfaces_.emplace(surface_params_);
+    }
   }
 
   void takeGiven(Frame& frame) {
@@ -150,21 +180,25 @@ class MotionEstimationStage : public Stage {
       prior = PosePrior{*frame.given_pose,
                         poseCovariance(given_position_error_, given_orientation_error_),
                         poses_ == Poses::Use};
-    } else if (!odometry_->started() && !T_sensor_world_) {
-      odometry_->setStart(startPose(frame));
     } else if (!odometry_->started()) {
-      frame.skip_reason = "no pose is given and nothing was seen before to find one by";
-      return;
+      if (T_sensor_world_) {
+        frame.skip_reason = "no pose is given and nothing was seen before to find one by";
+        return;
+      }
+      prior = start(frame);
+    } else if (surfaces_) {
+      prior = locateCloud(frame);
     }
     const OdometryResult result = odometry_->update(frame.key_features, prior);
     frame.matches = result.matches;
     frame.inliers = result.inliers;
     frame.statistics.push_back({"motion_rms_px", result.registered ? result.rms_px : 0.0});
     if (!result.registered) {
-      frame.skip_reason = frame.key_features.empty()
-                              ? "no pose is given and there are no key features to find one by"
-                              : result.reason;
+      frame.skip_reason = reasonFor(frame, result);
       return;
+    }
+    if (surfaces_ && result.keyframe && frame.cloud) {
+      surfaces_->insert(viewOf(*frame.cloud), result.T_world_sensor);
     }
     if (given && poses_ == Poses::Use) {
       takeGiven(frame);
@@ -181,6 +215,47 @@ class MotionEstimationStage : public Stage {
                             formatNumber(std::round(1e3 * jumpOf(*result.motion)) / 1e3) +
                             " m, found by known features");
     }
+  }
+
+  /// The first pose. A cloud to go by does not need features.
+  std::optional<PosePrior> start(Frame& frame) {
+    odometry_->setStart(startPose(frame));
+    if (!surfaces_ || !frame.cloud || frame.cloud->empty()) return std::nullopt;
+    PosePrior prior;
+    prior.T_world_sensor = odometry_->expectedPose();
+    prior.exact = true;
+    return prior;
+  }
+
+  /// Where the features do not tell enough: what the cloud says.
+  std::optional<PosePrior> locateCloud(const Frame& frame) {
+    cloud_reason_.clear();
+    const OdometryResult by_features = odometry_->locate(frame.key_features);
+    if (by_features.registered &&
+        by_features.inliers >= static_cast<std::size_t>(enough_inliers_)) {
+      return std::nullopt;
+    }
+    const Pose guess =
+        by_features.registered ? by_features.T_world_sensor : odometry_->expectedPose();
+    const CloudRegistration by_cloud = surfaces_->locate(viewOf(*frame.cloud), guess);
+    if (!by_cloud.found) {
+      cloud_reason_ = "the cloud does not lie on what was seen before";
+      return std::nullopt;
+    }
+    cloud_reason_ = "the cloud does not fix the pose either";
+    PosePrior prior;
+    prior.T_world_sensor = by_cloud.T_world_sensor;
+    prior.covariance = by_cloud.covariance;
+    return prior;
+  }
+
+  std::string reasonFor(const Frame& frame, const OdometryResult& result) const {
+    std::string reason = result.reason;
+    if (frame.key_features.empty()) {
+      reason = surfaces_ ? "there are no key features"
+                         : "no pose is given and there are no key features to find one by";
+    }
+    return cloud_reason_.empty() ? reason : reason + ", and " + cloud_reason_;
   }
 
   static double jumpOf(const FrameMotion& motion) {
@@ -230,7 +305,12 @@ class MotionEstimationStage : public Stage {
   double depth_error_growth_ = 0.002;
   detail::NoiseKeys noise_;
   bool optical_ = true;
+  Clouds clouds_ = Clouds::Auto;
+  int enough_inliers_ = 60;
+  SurfaceMapParams surface_params_;
+  std::string cloud_reason_;
   std::optional<Odometry> odometry_;
+  std::optional<SurfaceMap> surfaces_;
   std::optional<Pose> T_sensor_world_;  ///< of the last frame with a pose
 };
 

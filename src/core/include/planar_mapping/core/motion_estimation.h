@@ -35,8 +35,8 @@ struct PLANAR_MAPPING_EXPORT MotionParams {
   double inlier_sigmas = 3.37;
   double huber_sigmas = 1.5;       ///< from here on an error counts linearly in the refit, > 0
   int min_matches = 8;             ///< fewer: no attempt is made, >= 3
-  int min_inliers = 8;             ///< fewer: the motion is not believed, >= 3
-  double min_inlier_share = 0.25;  ///< of the matches, in [0, 1]; fewer: not believed
+  int min_inliers = 10;            ///< fewer: the motion is not believed, >= 3
+  double min_inlier_share = 0.15;  ///< of the matches, in [0, 1]; fewer: not believed
   double confidence = 0.9999;      ///< of having tried one clean minimal set, in (0, 1)
   int min_iterations = 20;         ///< minimal sets tried at least, >= 0
   int max_iterations = 500;        ///< minimal sets tried at most, >= 1

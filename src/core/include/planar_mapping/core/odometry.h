@@ -31,8 +31,12 @@ struct PLANAR_MAPPING_EXPORT OdometryParams {
   int window = 8;  ///< last keyframes the bundle adjustment moves; 0 = no bundle adjustment
   int adjustment_iterations = 8;  ///< at most, >= 1
   int max_landmarks = 20000;      ///< kept, >= 100; those not seen for longest go first
-  /// A motion that differs from the expected one by more than this is reported as a jump, metres.
-  double jump_distance = 1.0;
+  /// A motion that differs from the expected one by more than this is a jump, metres, > 0. Things
+  /// that repeat, such as tiles, make small sets of wrong matches agree on one: it is believed only
+  /// if this share of the known features agrees ...
+  double jump_distance = 0.5;
+  double jump_inlier_share = 0.4;  ///< in [0, 1]
+  int jump_inliers = 30;           ///< ... or so many of them
   std::uint64_t seed = 12345;
 
   /// \throws ParameterError
@@ -95,6 +99,11 @@ class PLANAR_MAPPING_EXPORT Odometry {
   /// \throws InputError for a negative track or a prior that is not finite; nothing has changed
   OdometryResult update(const std::vector<KeyFeature>& features,
                         const std::optional<PosePrior>& prior = std::nullopt);
+
+  /// Where the next frame is expected, by the motion of the last one; the start pose before.
+  Pose expectedPose() const;
+  /// The pose of a frame by its features alone, without taking it into the map; see update().
+  OdometryResult locate(const std::vector<KeyFeature>& features) const;
 
   /// True once a frame has been registered.
   bool started() const;

@@ -15,8 +15,7 @@ namespace planar_mapping {
 
 /// Parameters of SurfaceMap; all [ours]. Lengths in metres, angles in radians.
 struct PLANAR_MAPPING_EXPORT SurfaceMapParams {
-  double cell = 0.1;              ///< side of the smallest cells, > 0
-  int levels = 3;                 ///< cells of so many sizes, each twice the one before, in [1, 6]
+  double cell = 0.05;             ///< side of the cells, > 0
   int min_points = 6;             ///< that a cell needs to have a plane, >= 4
   double max_thickness = 0.25;    ///< of what counts as plane, in sides of a cell, > 0
   double max_normal_angle = 0.5;  ///< between planes that may be the same, in (0, pi/2)
@@ -28,9 +27,13 @@ struct PLANAR_MAPPING_EXPORT SurfaceMapParams {
   /// Direction in which depth is measured; zero = depth is the range (laser scanners).
   Vector3 optical_axis = Vector3::UnitZ();
   int sample_size = 60000;  ///< points looked at, >= 100
-  double reach = 0.5;  ///< from how far a guess is drawn to the map, >= 0
-  int iterations = 15;      ///< at most, on each level, >= 1
-  double min_share = 0.4;   ///< of the cloud's planes that must lie on the map's, in [0, 1]
+  double reach = 0.3;       ///< from how far the planes of a guess are drawn to the map, > 0
+  /// If less than good_share of the planes find their place, further guesses are tried, turned by
+  /// this angle about each axis; 0 = none.
+  double retry_rotation = 0.14;
+  double good_share = 0.75;  ///< in [0, 1]
+  int iterations = 15;       ///< at most, on each level, >= 1
+  double min_share = 0.4;    ///< of the cloud's planes that must lie on the map's, in [0, 1]
   /// The errors of neighbouring points are not independent: so many planes of the smallest size
   /// tell as much as one; >= 1.
   double correlated_planes = 20.0;
@@ -53,7 +56,7 @@ struct CloudRegistration {
 };
 
 /// What registers clouds that have no features to go by: a bounded local map of small planes, one
-/// per cell of a grid, in several sizes, and point-to-plane registration to it.
+/// per cell of a grid, and robust point-to-plane registration to it.
 ///
 /// Independent of the planar map: that is the result of the poses, this is what they come from.
 /// Deterministic. Copyable. Not thread safe.
@@ -73,8 +76,8 @@ class PLANAR_MAPPING_EXPORT SurfaceMap {
   /// \throws InputError if the pose is not finite
   void insert(const PointsView& cloud, const Pose& T_world_sensor);
 
-  /// Finds the pose of a cloud near \p guess: from large cells to small ones, robust Gauss-Newton.
-  /// Reaches about half the side of the largest cells.
+  /// Finds the pose of a cloud near \p guess: planes are drawn to the next ones that face the same
+  /// way, first from afar; see SurfaceMapParams::reach.
   /// \throws InputError if the guess is not finite
   CloudRegistration locate(const PointsView& cloud, const Pose& guess) const;
 
