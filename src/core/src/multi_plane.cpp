@@ -63,11 +63,13 @@ constexpr std::uint32_t kLeastImageSide = 32;
 constexpr std::size_t kLeastImageShare = 4;
 
 PlaneSearchMethod chooseMethod(const PointsView& points, const Indices* indices,
-                               const MultiPlaneParams& params, std::size_t considered) {
+                               const MultiPlaneParams& params, std::size_t considered,
+                               const Vector3& sensor) {
   if (considered <= kMostSparsePoints) return PlaneSearchMethod::MultiRansac;
   if (points.width >= kLeastImageSide && points.height >= kLeastImageSide &&
       considered * kLeastImageShare >= points.size) {
-    return PlaneSearchMethod::Organized;
+    return params.noise && sensor.isZero() ? PlaneSearchMethod::Disparity
+                                           : PlaneSearchMethod::Organized;
   }
   if (considered < kLeastDensePoints && !detail::isDense(points, indices, params)) {
     return PlaneSearchMethod::MultiRansac;
@@ -79,8 +81,12 @@ PlaneSearchMethod chooseMethod(const PointsView& points, const Indices* indices,
 
 void MultiPlaneParams::validate() const {
   if (method != PlaneSearchMethod::Automatic && method != PlaneSearchMethod::MultiRansac &&
-      method != PlaneSearchMethod::Sequential && method != PlaneSearchMethod::Organized) {
+      method != PlaneSearchMethod::Sequential && method != PlaneSearchMethod::Organized &&
+      method != PlaneSearchMethod::Disparity) {
     throw ParameterError("method", static_cast<double>(method), "one of PlaneSearchMethod");
+  }
+  if (method == PlaneSearchMethod::Disparity && !noise) {
+    throw ParameterError("the search in disparity space needs the noise of the stereo camera");
   }
   requirePositive("distance_threshold", distance_threshold, "m");
   requireInRange("min_inliers", min_inliers, 3, kMaxInt, "points");
@@ -109,7 +115,7 @@ PlaneSet findPlanes(const PointsView& points, const Indices* indices,
   const std::size_t considered = indices != nullptr ? indices->size() : points.size;
 
   const PlaneSearchMethod method = params.method == PlaneSearchMethod::Automatic
-                                       ? chooseMethod(points, indices, params, considered)
+                                       ? chooseMethod(points, indices, params, considered, sensor)
                                        : params.method;
   PlaneSet set;
   switch (method) {
@@ -118,6 +124,10 @@ PlaneSet findPlanes(const PointsView& points, const Indices* indices,
       break;
     case PlaneSearchMethod::Organized:
       set = detail::findPlanesOrganized(points, indices, params, sensor);
+      break;
+    case PlaneSearchMethod::Disparity:
+      if (!sensor.isZero()) throw InputError("disparity is that of a sensor at the origin");
+      set = detail::findPlanesDisparity(points, indices, params);
       break;
     default:
       set = detail::findPlanesSequential(points, indices, params, sensor);

@@ -113,6 +113,33 @@ void listInliers(const TiledCloud& cloud, const std::vector<std::int16_t>& label
 
 }  // namespace
 
+void listSegments(const PointsView& points, const TiledCloud& cloud,
+                  const std::vector<std::int16_t>& labels, const std::vector<TilePart>& parts,
+                  double patch_gap, const std::vector<PlaneSegment*>& segments) {
+  const bool by_tiles = !(patch_gap > 0.0);
+  const Patches patches = connect(parts, cloud, segments.size());
+  std::vector<double> inliers(segments.size(), 0.0);
+  for (const TilePart& part : parts) inliers[static_cast<std::size_t>(part.label)] += part.sums[kN];
+  std::vector<Cursor> cursors(segments.size());
+  for (std::size_t i = 0; i < segments.size(); ++i) {
+    if (segments[i] == nullptr) continue;
+    PlaneSegment& segment = *segments[i];
+    const auto number = static_cast<std::size_t>(inliers[i]);
+    segment.inliers.resize(number);
+    cursors[i].inlier = segment.inliers.data();
+    if (!by_tiles) continue;
+    segment.number_of_patches = patches.count[i];
+    if (segment.number_of_patches < 2) continue;
+    segment.patches.resize(number);
+    cursors[i].patch = segment.patches.data();
+  }
+  listInliers(cloud, labels, parts, patches, cursors);
+  if (by_tiles) return;
+  for (PlaneSegment* segment : segments) {
+    if (segment != nullptr) findPatches(points, patch_gap, *segment);
+  }
+}
+
 void writeSegments(const PointsView& points, const TiledCloud& cloud,
                    const std::vector<PlaneCandidate>& planes, const PixelAssigner& pixels,
                    const std::vector<TilePart>& parts, const MultiPlaneParams& params,
@@ -124,15 +151,14 @@ void writeSegments(const PointsView& points, const TiledCloud& cloud,
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return planes[a].sums[kN] > planes[b].sums[kN];
   });
-  const bool by_tiles = !(params.patch_gap > 0.0);
-  const Patches patches = connect(parts, cloud, planes.size());
   set.planes.resize(order.size());
-  std::vector<Cursor> cursors(planes.size());
+  std::vector<PlaneSegment*> segments(planes.size(), nullptr);
   Pose shift = Pose::Identity();
   shift.translation() = cloud.origin;
   for (std::size_t i = 0; i < order.size(); ++i) {
     const PlaneCandidate& plane = planes[order[i]];
     PlaneSegment& segment = set.planes[i];
+    segments[order[i]] = &segment;
     Matrix3 outer;
     outer << plane.sums[kXX], plane.sums[kXY], plane.sums[kXZ], plane.sums[kXY], plane.sums[kYY],
         plane.sums[kYZ], plane.sums[kXZ], plane.sums[kYZ], plane.sums[kZZ];
@@ -144,18 +170,8 @@ void writeSegments(const PointsView& points, const TiledCloud& cloud,
     segment.rms = std::sqrt(plane.meanSquare(plane.sums));
     segment.tilt = normalizedTilt(segment.plane);
     segment.covariance = segment.moments.planeCovariance(segment.moments.fit());
-    const auto inliers = static_cast<std::size_t>(plane.sums[kN]);
-    segment.inliers.resize(inliers);
-    cursors[order[i]].inlier = segment.inliers.data();
-    if (!by_tiles) continue;
-    segment.number_of_patches = patches.count[order[i]];
-    if (segment.number_of_patches < 2) continue;
-    segment.patches.resize(inliers);
-    cursors[order[i]].patch = segment.patches.data();
   }
-  listInliers(cloud, pixels.labels(), parts, patches, cursors);
-  if (by_tiles) return;
-  for (PlaneSegment& segment : set.planes) findPatches(points, params.patch_gap, segment);
+  listSegments(points, cloud, pixels.labels(), parts, params.patch_gap, segments);
 }
 
 }  // namespace planar_mapping::detail

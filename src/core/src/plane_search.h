@@ -17,6 +17,9 @@ const Indices* checkedIndices(const Indices& indices, std::size_t size, Indices&
 
 PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
                              const MultiPlaneParams& params, const Vector3& sensor);
+/// params.noise must be set; the sensor is at the origin and looks along z.
+PlaneSet findPlanesDisparity(const PointsView& points, const Indices* indices,
+                             const MultiPlaneParams& params);
 PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
                               const MultiPlaneParams& params, const Vector3& sensor);
 PlaneSet findPlanesMultiRansac(const PointsView& points, const Indices* indices,

@@ -30,7 +30,8 @@ class MultiPlaneSegmentationStage : public Stage {
                {{"automatic", PlaneSearchMethod::Automatic},
                 {"multi_ransac", PlaneSearchMethod::MultiRansac},
                 {"sequential", PlaneSearchMethod::Sequential},
-                {"organized", PlaneSearchMethod::Organized}},
+                {"organized", PlaneSearchMethod::Organized},
+                {"disparity", PlaneSearchMethod::Disparity}},
                "how planes are looked for");
     table.word("source", source_,
                {{"dense", Source::Dense}, {"features", Source::Features}, {"auto", Source::Auto}},

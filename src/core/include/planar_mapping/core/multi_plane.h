@@ -17,13 +17,16 @@ namespace planar_mapping {
 
 /// How planes are looked for.
 enum class PlaneSearchMethod : std::uint8_t {
-  /// By the cloud: MultiRansac up to 5,000 points, then Organized for images, else Sequential
-  /// where cells of 3 d_T hold enough points (about 11) or there are more than 100,000, and
-  /// MultiRansac below.
+  /// By the cloud: MultiRansac up to 5,000 points, then for images Disparity where the noise is
+  /// given and the sensor is at the origin and Organized where not, else Sequential where cells of
+  /// 3 d_T hold enough points (about 11) or there are more than 100,000, and MultiRansac below.
   Automatic,
   MultiRansac,  ///< W models at once, disjoint sets, fusion (Zuliani et al., ICIP 2005)
   Sequential,   ///< one plane after the other with local optimisation, on local cells
   Organized,    ///< cell grid of the image, region growing and pixel refinement
+  /// The same in disparity space, where planes are planes and the noise of a stereo camera is the
+  /// same everywhere: needs MultiPlaneParams::noise, a sensor at the origin that looks along z.
+  Disparity,
 };
 
 /// Parameters of findPlanes(). Lengths in metres.

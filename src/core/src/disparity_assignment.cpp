@@ -1,0 +1,181 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "disparity_assignment.h"
+
+#include <algorithm>
+
+#include "organized_lanes.h"
+#include "planar_mapping/core/parallel.h"
+#include "planar_mapping/core/simd.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+constexpr float kFar = 3e38F;
+
+/// A plane as the pixel loop wants it; its band is max(constant, relative * D).
+struct BandedDisparity {
+  float p, q, r;
+  float constant, relative;
+  std::int16_t label;
+};
+
+// Each pixel to the plane nearest in disparity whose band it lies in.
+PLANAR_MAPPING_MULTIVERSION
+void nearestDisparity(const float* x, const float* y, const float* d, const BandedDisparity* planes,
+                      int count, std::int16_t* labels) {
+  const FloatLanes zero = {};
+  for (int k = 0; k < kTileArea; k += kLanes) {
+    FloatLanes px, py, pd;
+    load(x + k, px);
+    load(y + k, py);
+    load(d + k, pd);
+    IntLanes label = IntLanes{} - 1;
+    FloatLanes best = zero + kFar;
+    for (int plane = 0; plane < count; ++plane) {
+      const BandedDisparity& b = planes[plane];
+      const FloatLanes error = pd - (b.p * px + b.q * py + b.r);
+      const FloatLanes distance = error < 0.0F ? -error : error;
+      const FloatLanes relative = b.relative * pd;
+      const FloatLanes constant = zero + b.constant;
+      const FloatLanes band = relative > constant ? relative : constant;
+      // Comparisons with NaN are false: pixels without a point stay free.
+      const FloatLanes score = distance <= band ? distance : zero + kFar;
+      label = score < best ? IntLanes{} + b.label : label;
+      best = score < best ? score : best;
+    }
+    store(label, labels + k);
+  }
+}
+
+// Finite pixels of the quarters of a tile that hold pixels with a label.
+PLANAR_MAPPING_MULTIVERSION
+int countFiniteAround(const float* x, const std::int16_t* labels, std::int16_t label) {
+  int all = 0;
+  for (int quarter = 0; quarter < kTileArea; quarter += kQuarterArea) {
+    int finite = 0;
+    int held = 0;
+    for (int k = quarter; k < quarter + kQuarterArea; ++k) {
+      finite += x[k] == x[k] ? 1 : 0;
+      held += labels[k] == label ? 1 : 0;
+    }
+    all += held > 0 ? finite : 0;
+  }
+  return all;
+}
+
+}  // namespace
+
+DisparityAssigner::DisparityAssigner(const TiledCloud& cloud)
+    : cloud_(cloud),
+      labels_(static_cast<std::size_t>(cloud.tiles()) * kTileArea, -1),
+      presence_(static_cast<std::size_t>(cloud.tiles())) {}
+
+void DisparityAssigner::addCells(const CellGrid& grid,
+                                 const std::vector<std::int16_t>& cell_labels) {
+  const int cells_per_side = grid.columns / cloud_.columns;
+  for (int row = 0; row < grid.rows; ++row) {
+    for (int column = 0; column < grid.columns; ++column) {
+      const std::int16_t label = cell_labels[static_cast<std::size_t>(row) * grid.columns + column];
+      if (label < 0) continue;
+      const auto tile =
+          static_cast<std::size_t>(row / cells_per_side) * cloud_.columns + column / cells_per_side;
+      presence_[tile].add(label);
+    }
+  }
+}
+
+PlaneList DisparityAssigner::candidatesOf(int tile) const {
+  const int row = tile / cloud_.columns;
+  const int column = tile % cloud_.columns;
+  // Its own planes first: a list holds a few only.
+  PlaneList list = presence_[static_cast<std::size_t>(tile)];
+  for (int r = std::max(0, row - 1); r <= std::min(cloud_.rows - 1, row + 1); ++r) {
+    for (int c = std::max(0, column - 1); c <= std::min(cloud_.columns - 1, column + 1); ++c) {
+      const PlaneList& other = presence_[static_cast<std::size_t>(r * cloud_.columns + c)];
+      for (int k = 0; k < other.size; ++k) list.add(other.label[k]);
+    }
+  }
+  return list;
+}
+
+void DisparityAssigner::assign(const std::vector<DisparityPlane>& planes,
+                               const DisparityParams& params, double share, double factor,
+                               int threads) {
+  std::vector<std::vector<TilePart>> parts(static_cast<std::size_t>(cloud_.rows));
+  parallelFor(static_cast<std::size_t>(cloud_.rows), threads, [&](std::size_t row) {
+    BandedDisparity banded[PlaneList::kMost];
+    for (int column = 0; column < cloud_.columns; ++column) {
+      const int tile = static_cast<int>(row) * cloud_.columns + column;
+      std::int16_t* labels = labels_.data() + static_cast<std::size_t>(tile) * kTileArea;
+      const PlaneList list = candidatesOf(tile);
+      int count = 0;
+      for (int k = 0; k < list.size; ++k) {
+        const DisparityPlane& plane = planes[static_cast<std::size_t>(list.label[k])];
+        if (!plane.valid) continue;
+        banded[count++] = {static_cast<float>(plane.p),
+                           static_cast<float>(plane.q),
+                           static_cast<float>(plane.r),
+                           static_cast<float>(params.tolerance(factor)),
+                           static_cast<float>(plane.pixels(share * params.distance_threshold, 1.0)),
+                           list.label[k]};
+      }
+      if (count == 0) {
+        std::fill_n(labels, kTileArea, std::int16_t{-1});
+        continue;
+      }
+      nearestDisparity(cloud_.x(tile), cloud_.y(tile), cloud_.z(tile), banded, count, labels);
+      for (int k = 0; k < count; ++k) {
+        TilePart part;
+        part.tile = tile;
+        part.label = banded[k].label;
+        sumLabelledPixels(cloud_, tile, labels, part.label, part.sums.data());
+        if (!(part.sums[kN] > 0.0)) continue;
+        part.finite =
+            static_cast<std::int16_t>(countFiniteAround(cloud_.x(tile), labels, part.label));
+        parts[row].push_back(part);
+      }
+    }
+  });
+  parts_.clear();
+  for (const std::vector<TilePart>& row : parts)
+    parts_.insert(parts_.end(), row.begin(), row.end());
+  std::fill(presence_.begin(), presence_.end(), PlaneList());
+  for (const TilePart& part : parts_) {
+    if (part.sums[kN] >= params.min_presence) {
+      presence_[static_cast<std::size_t>(part.tile)].add(part.label);
+    }
+  }
+}
+
+void DisparityAssigner::relabel(const std::vector<std::int16_t>& target) {
+  for (std::int16_t& label : labels_) {
+    if (label >= 0) label = target[static_cast<std::size_t>(label)];
+  }
+  for (PlaneList& list : presence_) {
+    PlaneList renamed;
+    for (int k = 0; k < list.size; ++k) {
+      const std::int16_t label = target[static_cast<std::size_t>(list.label[k])];
+      if (label >= 0) renamed.add(label);
+    }
+    list = renamed;
+  }
+  std::vector<TilePart> kept;
+  for (TilePart part : parts_) {
+    part.label = target[static_cast<std::size_t>(part.label)];
+    if (part.label < 0) continue;
+    // Parts of planes that became one are one as well.
+    std::size_t same = kept.size();
+    while (same > 0 && kept[same - 1].tile == part.tile && kept[same - 1].label != part.label) {
+      --same;
+    }
+    if (same > 0 && kept[same - 1].tile == part.tile) {
+      addSums(kept[same - 1].sums, part.sums);
+    } else {
+      kept.push_back(part);
+    }
+  }
+  parts_.swap(kept);
+}
+
+}  // namespace planar_mapping::detail
