@@ -33,7 +33,8 @@ struct Cover {
   }
   /// Does the point (in cells) lie within \p margin of the cuboid of an occupied cell?
   /// \param margin in cells, at most 1/2
-  bool contains(const double* p, double margin) const {
+  /// \param a, b   of that cell
+  bool contains(const double* p, double margin, std::int32_t& at_a, std::int32_t& at_b) const {
     const double height = along(n, p);
     if (!(height <= margin && height >= -thickness - margin)) return false;
     const double a = along(u, p);
@@ -43,10 +44,12 @@ struct Cover {
     const auto high_a = static_cast<std::int32_t>(std::floor(a + margin));
     const auto low_b = static_cast<std::int32_t>(std::floor(b - margin));
     const auto high_b = static_cast<std::int32_t>(std::floor(b + margin));
-    if (layer->at(low_a, low_b)) return true;
-    return (high_a != low_a && layer->at(high_a, low_b)) ||
-           (high_b != low_b &&
-            (layer->at(low_a, high_b) || (high_a != low_a && layer->at(high_a, high_b))));
+    for (at_b = low_b; at_b <= high_b; ++at_b) {
+      for (at_a = low_a; at_a <= high_a; ++at_a) {
+        if (layer->at(at_a, at_b)) return true;
+      }
+    }
+    return false;
   }
 };
 
@@ -77,14 +80,53 @@ Points toCells(const MapData& map, const Frame& frame) {
   return points;
 }
 
+/// How far off its surface, along the ray, a point may be measured; all in cells.
+class DepthTolerance {
+ public:
+  DepthTolerance(const MapData& map, const Frame& frame) {
+    const double s = map.resolution();
+    for (int i = 0; i < 3; ++i) sensor_[i] = frame.sensor[i] / s;
+    if (!frame.observation->noise) return;
+    const StereoNoise& noise = *frame.observation->noise;
+    // dz / z = z dd / (B f): the share of the ray by which a point at depth z may be off.
+    share_ = map.params.noise_factor * s * noise.depthError(1.0);
+    for (int i = 0; i < 3; ++i) forward_[i] = frame.rotation(i, 2);
+  }
+  bool isNone() const { return share_ == 0.0; }
+  /// Of a point, and of all points within \p radius of it.
+  double at(const double* p, double radius = 0.0) const {
+    const double z = radius + forward_[0] * (p[0] - sensor_[0]) +
+                     forward_[1] * (p[1] - sensor_[1]) + forward_[2] * (p[2] - sensor_[2]);
+    return z > 0.0 ? share_ * z * z : 0.0;
+  }
+  /// Moves the point along its ray onto a plane. \return false if that is too far
+  bool moveOnto(const double* plane, const double* p, double* moved) const {
+    double ray[3];
+    for (int i = 0; i < 3; ++i) ray[i] = p[i] - sensor_[i];
+    const double slope = plane[0] * ray[0] + plane[1] * ray[1] + plane[2] * ray[2];
+    const double z = forward_[0] * ray[0] + forward_[1] * ray[1] + forward_[2] * ray[2];
+    const double share = -Cover::along(plane, p) / slope;
+    if (!(std::abs(share) <= share_ * z)) return false;  // false for a ray along the plane
+    for (int i = 0; i < 3; ++i) moved[i] = p[i] + share * ray[i];
+    return true;
+  }
+
+ private:
+  double sensor_[3];
+  double forward_[3] = {0.0, 0.0, 0.0};
+  double share_ = 0.0;
+};
+
 /// Planes that may cover points of each block.
 std::vector<std::uint32_t> findCandidates(const std::vector<Cover>& covers, double margin,
+                                          const DepthTolerance& tolerance,
                                           KeyMap<BlockHits>& hits) {
   std::vector<std::uint32_t> candidates;
-  const double reach = 2.0 * std::sqrt(3.0) + margin;
+  const double radius = 2.0 * std::sqrt(3.0);
   for (std::size_t i = 0; i < hits.size(); ++i) {
     const Int3 block = unpackKey(hits.key(i));
     const double middle[3] = {4.0 * block.x + 2.0, 4.0 * block.y + 2.0, 4.0 * block.z + 2.0};
+    const double reach = radius + margin + tolerance.at(middle, radius);
     BlockHits& hit = hits.value(i);
     hit.first_candidate = static_cast<std::uint32_t>(candidates.size());
     for (std::size_t c = 0; c < covers.size(); ++c) {
@@ -144,7 +186,8 @@ void giveUpCovered(MapData& map, Frame& frame) {
               const int bit = __builtin_ctzll(bits);
               const Int3 c = CellLayer::cellOf(at, bit);
               const double centre[3] = {c.x + 0.5, c.y + 0.5, c.z + 0.5};
-              if (!cover.contains(centre, 0.0)) continue;
+              std::int32_t a = 0, b = 0;
+              if (!cover.contains(centre, 0.0, a, b)) continue;
               block->occupied &= ~(std::uint64_t{1} << bit);
               block->belief[static_cast<std::size_t>(bit)] = 0;
               map.cells.markDirty(at, frame_number);
@@ -169,16 +212,25 @@ void applyHits(MapData& map, Frame& frame, const KeyMap<BlockHits>& hits) {
     CellBlock* block = map.cells.blocks.find(hits.key(i));
     bool changed = false;
     std::uint64_t seen = 0;
+    const Vector3 middle =
+        4.0 * map.resolution() * (Vector3(at.x, at.y, at.z) + Vector3::Constant(0.5));
+    const double share = params.min_cell_share * frame.pixelsOf(middle, 1.0, map.resolution());
     for (std::size_t bit = 0; bit < 64; ++bit) {
       const std::uint32_t count = hit.count[bit];
       if (count == 0) continue;
+      if (count < share) {
+        frame.update.dropped_points += count;
+        continue;
+      }
       const double q = believed ? static_cast<double>(hit.belief[bit]) / count : 1.0;
       const std::uint64_t flag = std::uint64_t{1} << bit;
       seen |= flag;
       const bool known = block != nullptr && (block->occupied & flag) != 0;
       const std::uint8_t before = known ? block->belief[bit] : 0;
       const std::uint8_t after =
-          known ? afterHit(before, q, params.belief_gain) : quantiseBelief(q);
+          known
+              ? afterHit(before, q, params.belief_gain)
+              : quantiseBelief(std::min(q, std::max(params.first_belief, params.min_probability)));
       if (!known && (count < enough || !isKept(after, params.min_probability))) {
         frame.update.dropped_points += count;
         continue;
@@ -257,11 +309,14 @@ void integrateCells(MapData& map, Frame& frame) {
   }
 
   const double margin = map.params.approximation.absorption;
+  const DepthTolerance tolerance(map, frame);
   std::vector<Cover> covers;
   std::vector<std::uint32_t> candidates;
   if (map.isCompact()) {
     covers = coversNear(map, low, high);
-    candidates = findCandidates(covers, margin, hits);
+    candidates = findCandidates(covers, margin, tolerance, hits);
+    for (const Cover& cover : covers)
+      frame.absorbed.emplace_back(cover.layer->info.id, KeyMap<std::uint64_t>());
   }
   const std::vector<float>* belief = frame.observation->probability;
   for (std::size_t i = 0; i < n; ++i) {
@@ -271,7 +326,17 @@ void integrateCells(MapData& map, Frame& frame) {
     const double* p = &points.xyz[3 * i];
     bool absorbed = false;
     for (std::uint32_t k = hit.first_candidate; k < hit.last_candidate && !absorbed; ++k) {
-      absorbed = covers[candidates[k]].contains(p, margin);
+      const Cover& cover = covers[candidates[k]];
+      std::int32_t a = 0, b = 0;
+      absorbed = cover.contains(p, margin, a, b);
+      double moved[3];
+      if (!absorbed && !tolerance.isNone() && tolerance.moveOnto(cover.n, p, moved)) {
+        absorbed = cover.contains(moved, margin, a, b);
+      }
+      if (absorbed) {
+        frame.absorbed[candidates[k]].second[packKey(a >> 3, b >> 3)] |= std::uint64_t{1}
+                                                                         << (8 * (b & 7) + (a & 7));
+      }
     }
     if (absorbed) {
       ++frame.update.absorbed_points;

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "belief.h"
+#include "map_data.h"
 
 namespace planar_mapping::detail {
 namespace {
@@ -42,7 +43,7 @@ void CellLayer::markDirty(const Int3& block, std::uint32_t frame) {
 }
 
 std::size_t CellLayer::rebuild(const CuboidApproximationParams& params,
-                               const std::vector<Vector3>& sensors) {
+                               const std::vector<StoredPose>& trajectory) {
   std::size_t rebuilt = 0;
   bool any_empty = false;
   std::vector<NonPlanarCell> cells;
@@ -84,8 +85,8 @@ std::size_t CellLayer::rebuild(const CuboidApproximationParams& params,
       any_empty = true;
       continue;
     }
-    const Vector3 sensor =
-        region.frame < sensors.size() ? sensors[region.frame] : Vector3(Vector3::Zero());
+    const Vector3 sensor = region.frame < trajectory.size() ? trajectory[region.frame].sensor()
+                                                            : Vector3(Vector3::Zero());
     region.cuboids = cuboidsOfCells(cells, params, sensor);
   }
   if (any_empty) {

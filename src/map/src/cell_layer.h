@@ -11,6 +11,8 @@
 
 namespace planar_mapping::detail {
 
+struct StoredPose;
+
 /// 4 x 4 x 4 cells of the world grid.
 struct CellBlock {
   std::uint64_t occupied = 0;  ///< bit 16 z + 4 y + x
@@ -57,8 +59,9 @@ class CellLayer {
   /// The block, which is added if it is new.
   CellBlock& blockAt(const Int3& block);
   void markDirty(const Int3& block, std::uint32_t frame);
-  /// Rebuilds the dirty regions. \param sensors position of the sensor per frame
-  std::size_t rebuild(const CuboidApproximationParams& params, const std::vector<Vector3>& sensors);
+  /// Rebuilds the dirty regions.
+  std::size_t rebuild(const CuboidApproximationParams& params,
+                      const std::vector<StoredPose>& trajectory);
   std::size_t memoryBytes() const;
 };
 

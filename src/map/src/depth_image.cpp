@@ -116,6 +116,63 @@ void DepthImage::finish() {
   }
 }
 
+bool DepthImage::footprint(const Vector3& c, const Vector3& half, double corners[4]) const {
+  const double near = c.z() - half.z();
+  if (near <= kNearPlane) return false;
+  const double by_near = 1.0 / near;
+  const double by_far = 1.0 / (c.z() + half.z());
+  const auto edges = [&](double centre, double reach, double f, double offset, double* low_high) {
+    const double low = centre - reach;
+    const double high = centre + reach;
+    low_high[0] = f * low * (low < 0.0 ? by_near : by_far) + offset + 0.5;
+    low_high[1] = f * high * (high > 0.0 ? by_near : by_far) + offset + 0.5;
+  };
+  edges(c.x(), half.x(), camera_.fx, camera_.cx, corners);
+  edges(c.y(), half.y(), camera_.fy, camera_.cy, corners + 2);
+  return true;
+}
+
+void DepthImage::setMapped(const std::vector<std::uint8_t>& use) {
+  const Level& level = levels_.front();
+  const auto columns = static_cast<std::size_t>(level.width) + 1;
+  unmapped_.assign(columns * (static_cast<std::size_t>(level.height) + 1), 0);
+  if (use.empty()) return;
+  const auto width = static_cast<std::size_t>(camera_.width);
+  for (std::size_t row = 0; row < static_cast<std::size_t>(camera_.height); ++row) {
+    std::uint32_t* counts = &unmapped_[((row >> shift_) + 1) * columns + 1];
+    const std::uint8_t* used = &use[row * width];
+    for (std::size_t t = 0; t < static_cast<std::size_t>(level.width); ++t) {
+      const std::size_t end = std::min((t + 1) << shift_, width);
+      std::uint8_t all = 1;
+      for (std::size_t i = t << shift_; i < end; ++i) all &= used[i];
+      counts[t] |= all == 0 ? 1u : 0u;
+    }
+  }
+  for (std::size_t row = 1; row <= static_cast<std::size_t>(level.height); ++row) {
+    for (std::size_t t = 1; t < columns; ++t) {
+      unmapped_[row * columns + t] += unmapped_[row * columns + t - 1] +
+                                      unmapped_[(row - 1) * columns + t] -
+                                      unmapped_[(row - 1) * columns + t - 1];
+    }
+  }
+}
+
+bool DepthImage::isMapped(const Vector3& centre, const Vector3& half) const {
+  double edges[4];
+  if (unmapped_.empty() || !footprint(centre, half, edges)) return false;
+  const Level& level = levels_.front();
+  const auto tile = [&](double edge, int tiles) {
+    return static_cast<std::size_t>(std::clamp(static_cast<int>(edge) >> shift_, 0, tiles - 1));
+  };
+  const std::size_t x0 = tile(edges[0], level.width);
+  const std::size_t x1 = tile(edges[1], level.width) + 1;
+  const std::size_t y0 = tile(edges[2], level.height);
+  const std::size_t y1 = tile(edges[3], level.height) + 1;
+  const auto columns = static_cast<std::size_t>(level.width) + 1;
+  return unmapped_[y1 * columns + x1] + unmapped_[y0 * columns + x0] ==
+         unmapped_[y0 * columns + x1] + unmapped_[y1 * columns + x0];
+}
+
 DepthImage::Look DepthImage::look(const Vector3& c, const Vector3& half, bool whole) const {
   Look result;
   result.near = c.z() - half.z();
@@ -126,18 +183,9 @@ DepthImage::Look DepthImage::look(const Vector3& c, const Vector3& half, bool wh
     result.farthest = farthest();
     return result;
   }
-  const double by_near = 1.0 / result.near;
-  const double by_far = 1.0 / result.far;
-  const auto edges = [&](double centre, double reach, double f, double offset, double& low,
-                         double& high) {
-    const double left = centre - reach;
-    const double right = centre + reach;
-    low = f * left * (left < 0.0 ? by_near : by_far) + offset + 0.5;
-    high = f * right * (right > 0.0 ? by_near : by_far) + offset + 0.5;
-  };
-  double left = 0.0, right = 0.0, top = 0.0, bottom = 0.0;
-  edges(c.x(), half.x(), camera_.fx, camera_.cx, left, right);
-  edges(c.y(), half.y(), camera_.fy, camera_.cy, top, bottom);
+  double edges[4];
+  footprint(c, half, edges);
+  const double left = edges[0], right = edges[1], top = edges[2], bottom = edges[3];
   if (!(right >= 0.0 && bottom >= 0.0 && left < camera_.width && top < camera_.height)) {
     return result;
   }

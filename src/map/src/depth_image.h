@@ -38,6 +38,16 @@ class DepthImage {
   void add(const Vector3& point);
   /// Must be called once after all measurements.
   void finish();
+  /// Tells which measurements of an organized cloud went into the map.
+  /// \param use one byte per point, 0 = not mapped; empty = all are
+  void setMapped(const std::vector<std::uint8_t>& use);
+  /// Did all measurements over the box (inside the image) go into the map? False without
+  /// setMapped().
+  bool isMapped(const Vector3& centre, const Vector3& half) const;
+  /// Pixels that a square of the given side covers, facing the camera at this depth.
+  double pixelsOf(double side, double depth) const {
+    return camera_.fx * camera_.fy * side * side / (depth * depth);
+  }
 
   /// Looks at the box of the given half extents along the camera's axes.
   /// \param whole  what the image cuts is of no interest: then the depths are not looked up
@@ -55,6 +65,9 @@ class DepthImage {
   float farthest() const { return levels_.back().tiles.front().farthest; }
 
  private:
+  /// Corners in pixels of what the box covers; false if it reaches behind the camera.
+  bool footprint(const Vector3& centre, const Vector3& half, double corners[4]) const;
+
   struct Tile {
     float nearest = 0.0f;
     float farthest = 0.0f;
@@ -71,6 +84,8 @@ class DepthImage {
   Vector3 position_;
   bool shared_;
   int shift_;  ///< log2 of the side of the tiles of the lowest level, pixels
+  /// Tiles above and left of each corner that hold a measurement that was not mapped, summed up.
+  std::vector<std::uint32_t> unmapped_;
   std::vector<Level> levels_;
 };
 

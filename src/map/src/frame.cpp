@@ -16,6 +16,8 @@ namespace {
 constexpr double kRotationTolerance = 1e-3;
 /// Metres; points beyond are in nobody's world, and their squares would soon overflow a float.
 constexpr double kLargestCoordinate = 1e9;
+constexpr double kPositionUnits = 16384.0;
+constexpr double kOrientationUnits = 32767.0;
 
 /// The largest of the indices as unsigned numbers: negative ones are larger than all others.
 PLANAR_MAPPING_MULTIVERSION
@@ -41,6 +43,9 @@ void requirePose(const Pose& pose) {
   const Matrix3 r = pose.linear();
   if (!r.allFinite() || !pose.translation().allFinite()) {
     throw InputError("the pose of the frame is not finite");
+  }
+  if (!(pose.translation().cwiseAbs().maxCoeff() < kFarthestPose)) {
+    throw InputError("the pose of the frame is farther from the origin than 1e14 m");
   }
   if (!((r.transpose() * r - Matrix3::Identity()).cwiseAbs().maxCoeff() < kRotationTolerance) ||
       !(r.determinant() > 0.0)) {
@@ -77,13 +82,33 @@ PlaneMoments momentsOf(const PointsView& points, const Indices& inliers) {
 
 }  // namespace
 
-void MapData::addPose(double timestamp, const Quaternion& orientation, const Vector3& position) {
+StoredPose StoredPose::from(double timestamp, const Quaternion& orientation,
+                            const Vector3& position) {
+  StoredPose stored;
+  stored.timestamp = timestamp;
+  for (std::size_t i = 0; i < 3; ++i) {
+    stored.position[i] = std::llround(position[static_cast<int>(i)] * kPositionUnits);
+  }
+  for (std::size_t i = 0; i < 4; ++i) {
+    stored.orientation[i] = static_cast<std::int16_t>(
+        std::lround(orientation.coeffs()[static_cast<int>(i)] * kOrientationUnits));
+  }
+  return stored;
+}
+
+Vector3 StoredPose::sensor() const {
+  return Vector3(static_cast<double>(position[0]), static_cast<double>(position[1]),
+                 static_cast<double>(position[2])) /
+         kPositionUnits;
+}
+
+Pose StoredPose::pose() const {
+  Quaternion q;
+  for (int i = 0; i < 4; ++i) q.coeffs()[i] = orientation[static_cast<std::size_t>(i)];
   Pose pose = Pose::Identity();
-  pose.linear() = orientation.toRotationMatrix();
-  pose.translation() = position;
-  trajectory.emplace_back(timestamp, pose);
-  orientations.push_back(orientation);
-  sensors.push_back(position);
+  pose.linear() = q.normalized().toRotationMatrix();
+  pose.translation() = sensor();
+  return pose;
 }
 
 Frame makeFrame(const FrameObservation& observation) {
@@ -100,6 +125,7 @@ Frame makeFrame(const FrameObservation& observation) {
     throw InputError("the cloud of the frame has " + std::to_string(n) + " points, not " +
                      std::to_string(points.width) + " x " + std::to_string(points.height));
   }
+  if (observation.noise) observation.noise->validate();
   if (observation.camera && n > 0) requireCamera(*observation.camera, points);
   if (observation.indices != nullptr) requireIndices(*observation.indices, n, "indices");
   if (observation.ground != nullptr) requireIndices(*observation.ground, n, "ground");

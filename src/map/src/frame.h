@@ -18,6 +18,9 @@ struct PlaneHits {
   KeyMap<TileHits> tiles;             ///< points per cell
 };
 
+/// Cells of planes in which points of no plane lie, by plane id: seen, if not as a plane.
+using AbsorbedCells = std::vector<std::pair<std::int32_t, KeyMap<std::uint64_t>>>;
+
 /// One frame on its way into the map: checked input, world-frame planes, working memory.
 struct Frame {
   const FrameObservation* observation = nullptr;
@@ -29,10 +32,20 @@ struct Frame {
   std::vector<PlaneMoments> moments;
   std::vector<Indices> inliers;  ///< filtered by `use`; unused if that is empty
   Indices non_planar;
-  std::vector<PlaneHits> hits;      ///< one per touched map plane
+  std::vector<PlaneHits> hits;  ///< one per touched map plane
+  AbsorbedCells absorbed;
+  /// The images to judge cells by; may be empty.
+  std::vector<DepthImage> images;
   KeyMap<std::uint64_t> cell_hits;  ///< bits of the non-planar cells seen, by block
   FrameUpdate update;
 
+  /// How many pixels of the camera see a cell: the depth of a point (world) and the cosine between
+  /// the cell's surface and the ray. 0 where there is no camera to tell.
+  double pixelsOf(const Vector3& world, double facing, double side) const {
+    if (images.size() != 1) return 0.0;
+    const double depth = images.front().toCamera(world).z();
+    return depth > 0.0 ? facing * images.front().pixelsOf(side, depth) : 0.0;
+  }
   const Indices& inliersOf(std::size_t segment) const {
     return inliers.empty() ? (*observation->planes)[segment].inliers : inliers[segment];
   }
@@ -48,7 +61,7 @@ void integratePlanes(MapData& map, Frame& frame);
 /// Merges planes of the map that turned out to be one.
 void mergePlanes(MapData& map, Frame& frame);
 /// Lowers the belief of cells that the sensor looks through.
-void integrateMisses(MapData& map, Frame& frame, const std::vector<DepthImage>& images);
+void integrateMisses(MapData& map, Frame& frame);
 /// Non-planar points into cells; cells that planes cover now are given up.
 void integrateCells(MapData& map, Frame& frame);
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -13,6 +14,19 @@
 
 namespace planar_mapping::detail {
 
+/// Pose of a frame as the file keeps it: what is saved is what the live map answers.
+struct StoredPose {
+  double timestamp = 0.0;
+  std::array<std::int64_t, 3> position{};     ///< in 1/16384 m
+  std::array<std::int16_t, 4> orientation{};  ///< quaternion x y z w in 1/32767
+
+  static StoredPose from(double timestamp, const Quaternion& orientation, const Vector3& position);
+  Vector3 sensor() const;
+  Pose pose() const;
+};
+/// Largest coordinate of a pose, metres: what StoredPose can hold.
+constexpr double kFarthestPose = 1e14;
+
 /// All that a map knows: plain values, copied with it and written to its file.
 struct MapData {
   PlanarMapParams params;
@@ -20,9 +34,7 @@ struct MapData {
   std::int32_t next_plane_id = 0;
   CellLayer cells;
   UnknownSpace unknown;
-  std::vector<std::pair<double, Pose>> trajectory;
-  std::vector<Quaternion> orientations;  ///< of trajectory, as stored in the file
-  std::vector<Vector3> sensors;          ///< positions of trajectory
+  std::vector<StoredPose> trajectory;
 
   double resolution() const { return params.approximation.resolution; }
   double unknownResolution() const {
@@ -33,7 +45,6 @@ struct MapData {
     return p.thickness > 0.0 ? p.thickness : p.resolution;
   }
   bool isCompact() const { return params.approximation.profile == Profile::Compact; }
-  void addPose(double timestamp, const Quaternion& orientation, const Vector3& position);
 };
 
 /// Rebuilds the cuboids of what was touched.

@@ -11,13 +11,24 @@ namespace {
 
 /// A cell is missed only if everything measured over it lies behind it by this many resolutions.
 constexpr double kMissMargin = 1.0;
+/// A cell without a point is doubted only if so many pixels face it, ...
+constexpr double kFewestPixels = 9.0;
+/// ... and what is measured over it is not nearer than it by so many resolutions and depth errors:
+/// then it is hidden, not missing.
+constexpr double kHiddenCells = 3.0;
+constexpr double kHiddenErrors = 3.0;
+/// A cell in front of which something is measured is behind a surface, unless that is within so
+/// many depth errors of it.
+constexpr double kBehindErrors = 2.0;
 
 /// Tells whether the sensor looks through cells.
 class MissTest {
  public:
-  MissTest(const MapData& map, const DepthImage& image)
+  MissTest(const MapData& map, const Frame& frame, const DepthImage& image)
       : image_(image),
+        noise_(frame.observation->noise),
         max_range_(map.params.max_range),
+        resolution_(map.resolution()),
         margin_(kMissMargin * map.resolution()),
         // Half the diagonal of a square: holds a cell turned about any axis of it.
         half_(Vector3::Constant(std::sqrt(0.5) * map.resolution())) {
@@ -29,19 +40,35 @@ class MissTest {
   }
   /// Can any cell of the box (half extents along the camera's axes) be missed?
   bool mayBeMissed(const Vector3& centre, const Vector3& half) const {
+    const double behind = noise_ ? kBehindErrors * noise_->depthError(centre.z() + half.z()) : 0.0;
     const DepthImage::Look look = image_.look(centre, half, false);
-    return look.visible && look.near <= max_range_ && look.farthest > look.near;
+    return look.visible && look.near <= max_range_ &&
+           look.farthest > look.near - resolution_ - behind;
   }
-  bool isMissed(const Vector3& centre) const {
+  /// Is a cell that got no point of the frame one less to believe in: because the sensor looks
+  /// through it, or because it looks where the cell is and measures other places there?
+  /// \param facing cosine between the cell's surface and the ray; 1 for a cell without one
+  /// \param errors how many depth errors behind what is measured a cell is still looked at
+  bool isMissed(const Vector3& centre, double facing, double errors) const {
     if (!image_.isResponsible(centre)) return false;
-    const DepthImage::Look look = image_.look(centre, half_, true);
-    return look.inside && look.far <= max_range_ && look.nearest > look.far + margin_;
+    const DepthImage::Look all = image_.look(centre, half_, true);
+    if (all.inside && all.far <= max_range_ && all.nearest > all.far + margin_) return true;
+    // Half the cell is enough to expect points of it, and edges of what hides others matter less.
+    const DepthImage::Look look = image_.look(centre, 0.5 * half_, true);
+    if (!look.inside || !(look.far <= max_range_) || !(look.nearest > 0.0f)) return false;
+    const double error = noise_ ? noise_->depthError(centre.z()) : 0.0;
+    const double hidden = kHiddenCells * resolution_ + kHiddenErrors * error;
+    return facing * image_.pixelsOf(resolution_, centre.z()) >= kFewestPixels &&
+           look.farthest > look.near - resolution_ - errors * error &&
+           look.nearest > look.near - hidden && image_.isMapped(centre, 0.5 * half_);
   }
   const DepthImage& image() const { return image_; }
 
  private:
   const DepthImage& image_;
+  const std::optional<StereoNoise> noise_;
   const double max_range_;
+  const double resolution_;
   const double margin_;
   const Vector3 half_;
   Vector3 low_;
@@ -58,7 +85,7 @@ bool miss(const PlanarMapParams& params, std::uint64_t& occupied, std::uint8_t& 
 }
 
 void missPlane(const MapData& map, Frame& frame, const MissTest& test, PlaneLayer& layer,
-               const PlaneHits* hits) {
+               const PlaneHits* hits, const KeyMap<std::uint64_t>* absorbed) {
   const double s = map.resolution();
   Vector3 low, high;
   if (!layer.bounds(s, map.thickness(), low, high) || !test.reaches(low, high)) return;
@@ -66,6 +93,7 @@ void missPlane(const MapData& map, Frame& frame, const MissTest& test, PlaneLaye
   const Vector3 u = r * layer.frame.u;
   const Vector3 v = r * layer.frame.v;
   const Vector3 origin = test.image().toCamera(layer.frame.origin);
+  const Vector3 normal = r * layer.frame.n;
   const Vector3 half_tile = 4.0 * s * (u.cwiseAbs() + v.cwiseAbs()) + Vector3::Constant(s);
   for (std::size_t i = 0; i < layer.tiles.size(); ++i) {
     RasterTile& tile = layer.tiles.value(i);
@@ -75,14 +103,19 @@ void missPlane(const MapData& map, Frame& frame, const MissTest& test, PlaneLaye
     const Vector3 middle = origin + (8 * ta + 4) * s * u + (8 * tb + 4) * s * v;
     if (!test.mayBeMissed(middle, half_tile)) continue;
     const TileHits* seen = hits != nullptr ? hits->tiles.find(layer.tiles.key(i)) : nullptr;
+    const std::uint64_t* others =
+        absorbed != nullptr ? absorbed->find(layer.tiles.key(i)) : nullptr;
     bool changed = false;
-    for (std::uint64_t bits = tile.occupied; bits != 0; bits &= bits - 1) {
+    for (std::uint64_t bits = tile.occupied & ~(others != nullptr ? *others : 0); bits != 0;
+         bits &= bits - 1) {
       const int bit = __builtin_ctzll(bits);
       const auto at = static_cast<std::size_t>(bit);
       if (seen != nullptr && seen->count[at] > 0) continue;
       const Vector3 centre =
           origin + (8 * ta + (bit & 7) + 0.5) * s * u + (8 * tb + (bit >> 3) + 0.5) * s * v;
-      if (!test.isMissed(centre)) continue;
+      // A surface seen from behind cannot be seen at all.
+      const double facing = -normal.dot(centre) / centre.norm();
+      if (!test.isMissed(centre, facing, 0.0)) continue;
       changed = true;
       frame.update.cells_removed += miss(map.params, tile.occupied, tile.belief[at], bit) ? 1 : 0;
     }
@@ -114,7 +147,7 @@ void missCells(MapData& map, Frame& frame, const MissTest& test) {
         const int bit = __builtin_ctzll(candidates);
         const Int3 c = CellLayer::cellOf(at, bit);
         const Vector3 centre = s * (Vector3(c.x, c.y, c.z) + Vector3::Constant(0.5));
-        if (!test.isMissed(test.image().toCamera(centre))) continue;
+        if (!test.isMissed(test.image().toCamera(centre), 1.0, kBehindErrors)) continue;
         changed = true;
         // Once a frame, although a block may be listed twice.
         if (seen == nullptr) seen = &frame.cell_hits[key];
@@ -131,14 +164,20 @@ void missCells(MapData& map, Frame& frame, const MissTest& test) {
 
 }  // namespace
 
-void integrateMisses(MapData& map, Frame& frame, const std::vector<DepthImage>& images) {
+void integrateMisses(MapData& map, Frame& frame) {
   if (map.params.miss_factor >= 1.0) return;
   std::vector<const PlaneHits*> hits_of(map.planes.size(), nullptr);
   for (const PlaneHits& hits : frame.hits) hits_of[hits.layer] = &hits;
-  for (const DepthImage& image : images) {
-    const MissTest test(map, image);
+  const auto absorbed_of = [&](std::int32_t id) -> const KeyMap<std::uint64_t>* {
+    for (const auto& [plane, cells] : frame.absorbed) {
+      if (plane == id) return &cells;
+    }
+    return nullptr;
+  };
+  for (const DepthImage& image : frame.images) {
+    const MissTest test(map, frame, image);
     for (std::size_t l = 0; l < map.planes.size(); ++l) {
-      missPlane(map, frame, test, map.planes[l], hits_of[l]);
+      missPlane(map, frame, test, map.planes[l], hits_of[l], absorbed_of(map.planes[l].info.id));
     }
     missCells(map, frame, test);
   }

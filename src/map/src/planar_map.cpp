@@ -24,6 +24,10 @@ void PlanarMapParams::validate() const {
   requirePositive("belief_gain", belief_gain);
   requireInRange("belief_gain", belief_gain, 0.0, 1.0);
   requireInRange("miss_factor", miss_factor, 0.0, 1.0);
+  requireInRange("noise_factor", noise_factor, 0.0, 10.0);
+  requireInRange("min_cell_share", min_cell_share, 0.0, 1.0);
+  requirePositive("first_belief", first_belief);
+  requireInRange("first_belief", first_belief, 0.0, 1.0);
   requireInRange("refit_tolerance", refit_tolerance, 0.0, 1e6, "resolutions");
   requireInRange("range_image_step", range_image_step, 1e-3, 0.5, "rad");
   if (unknown_space) {
@@ -60,16 +64,21 @@ FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
   detail::Frame frame = detail::makeFrame(observation);
   detail::MapData& map = impl_->data;
   impl_->changed();
-  map.addPose(observation.timestamp, frame.orientation, frame.sensor);
+  map.trajectory.push_back(
+      detail::StoredPose::from(observation.timestamp, frame.orientation, frame.sensor));
+  if (map.params.unknown_space || map.params.miss_factor < 1.0) {
+    frame.images = detail::makeDepthImages(observation, frame.rotation, frame.sensor,
+                                           map.params.range_image_step);
+    if (frame.images.size() == 1 && observation.points.isOrganized()) {
+      frame.images.front().setMapped(frame.use);
+    }
+  }
   detail::associatePlanes(map, frame);
   detail::integratePlanes(map, frame);
   detail::integrateCells(map, frame);
-  if (map.params.unknown_space || map.params.miss_factor < 1.0) {
-    const std::vector<detail::DepthImage> images = detail::makeDepthImages(
-        observation, frame.rotation, frame.sensor, map.params.range_image_step);
-    detail::integrateMisses(map, frame, images);
-    for (const detail::DepthImage& image : images) {
-      if (!map.params.unknown_space) break;
+  detail::integrateMisses(map, frame);
+  if (map.params.unknown_space) {
+    for (const detail::DepthImage& image : frame.images) {
       map.unknown.integrate(image, map.unknownResolution(), map.params.max_range);
     }
   }
@@ -133,7 +142,14 @@ const std::vector<MapPlane>& PlanarMap::planes() const {
   return impl_->derived().planes;
 }
 const std::vector<std::pair<double, Pose>>& PlanarMap::trajectory() const {
-  return impl_->data.trajectory;
+  Impl::Cache& cache = impl_->cache;
+  const std::lock_guard<std::mutex> lock(cache.mutex);
+  const std::vector<detail::StoredPose>& stored = impl_->data.trajectory;
+  // Poses are only ever added, until the map is made anew.
+  for (std::size_t i = cache.trajectory.size(); i < stored.size(); ++i) {
+    cache.trajectory.emplace_back(stored[i].timestamp, stored[i].pose());
+  }
+  return cache.trajectory;
 }
 
 CellState PlanarMap::stateAt(const Vector3& point) const {
@@ -222,13 +238,12 @@ std::size_t PlanarMap::memoryBytes() const {
   std::size_t bytes =
       sizeof(PlanarMap) + sizeof(Impl) + data.cells.memoryBytes() + data.unknown.memoryBytes();
   for (const detail::PlaneLayer& layer : data.planes) bytes += layer.memoryBytes();
-  bytes += data.trajectory.capacity() * sizeof(data.trajectory[0]) +
-           data.orientations.capacity() * sizeof(Quaternion) +
-           data.sensors.capacity() * sizeof(Vector3);
+  bytes += data.trajectory.capacity() * sizeof(data.trajectory[0]);
   const std::lock_guard<std::mutex> lock(impl_->cache.mutex);
   const Impl::Cache& cache = impl_->cache;
   return bytes + cache.cuboids.capacity() * sizeof(Cuboid) +
-         cache.planes.capacity() * sizeof(MapPlane) + cache.index.memoryBytes() +
+         cache.planes.capacity() * sizeof(MapPlane) +
+         cache.trajectory.capacity() * sizeof(cache.trajectory[0]) + cache.index.memoryBytes() +
          cache.unknown.memoryBytes();
 }
 

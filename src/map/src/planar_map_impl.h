@@ -20,6 +20,7 @@ struct PlanarMap::Impl {
     std::atomic<bool> ready{false};
     std::vector<Cuboid> cuboids;
     std::vector<MapPlane> planes;
+    std::vector<std::pair<double, Pose>> trajectory;  ///< as far as it was asked for
     detail::CuboidIndex index;
 
     std::atomic<bool> unknown_ready{false};

@@ -150,7 +150,8 @@ void countNew(const MapData& map, Frame& frame, PlaneLayer& layer, std::size_t s
   });
 }
 
-void applyHits(const MapData& map, Frame& frame, PlaneLayer& layer, const KeyMap<TileHits>& hits) {
+void applyHits(const MapData& map, Frame& frame, PlaneLayer& layer, const PlaneHits& plane_hits) {
+  const KeyMap<TileHits>& hits = plane_hits.tiles;
   const PlanarMapParams& params = map.params;
   const bool believed = frame.observation->probability != nullptr;
   const auto enough = static_cast<std::uint32_t>(params.approximation.min_points_per_cell);
@@ -161,6 +162,13 @@ void applyHits(const MapData& map, Frame& frame, PlaneLayer& layer, const KeyMap
     unpackKey(key, tile_a, tile_b);
     RasterTile* tile = layer.tiles.find(key);
     bool changed = false;
+    double share = 0.0;
+    if (!plane_hits.is_new) {
+      const double s = map.resolution();
+      const Vector3 middle = layer.frame.fromPlane({(8 * tile_a + 4) * s, (8 * tile_b + 4) * s, 0});
+      const double facing = layer.frame.n.dot((frame.sensor - middle).normalized());
+      share = params.min_cell_share * frame.pixelsOf(middle, std::max(0.0, facing), s);
+    }
     for (std::size_t bit = 0; bit < 64; ++bit) {
       const std::uint32_t count = hit.count[bit];
       if (count == 0) continue;
@@ -180,7 +188,7 @@ void applyHits(const MapData& map, Frame& frame, PlaneLayer& layer, const KeyMap
         continue;
       }
       const std::uint8_t belief = quantiseBelief(q);
-      if (count < enough || !isKept(belief, params.min_probability)) {
+      if (count < enough || count < share || !isKept(belief, params.min_probability)) {
         frame.update.dropped_points += count;
         continue;
       }
@@ -214,7 +222,7 @@ void integratePlanes(MapData& map, Frame& frame) {
         countSegment(map, frame, layer, segment, hits.tiles);
       }
     }
-    applyHits(map, frame, layer, hits.tiles);
+    applyHits(map, frame, layer, hits);
   }
 }
 

@@ -16,7 +16,7 @@ void rebuildCuboids(MapData& map, FrameUpdate& update) {
   map.planes.erase(std::remove_if(map.planes.begin(), map.planes.end(),
                                   [](const PlaneLayer& layer) { return layer.patches.empty(); }),
                    map.planes.end());
-  update.patches_rebuilt += map.cells.rebuild(map.params.approximation, map.sensors);
+  update.patches_rebuilt += map.cells.rebuild(map.params.approximation, map.trajectory);
 }
 
 }  // namespace planar_mapping::detail

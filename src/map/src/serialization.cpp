@@ -13,7 +13,7 @@ namespace planar_mapping::detail {
 namespace {
 
 constexpr std::uint8_t kMagic[8] = {'P', 'M', 'A', 'P', '\r', '\n', 0x1a, '\n'};
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 constexpr std::size_t kSectionHeader = 16;  ///< tag, CRC-32, size
 
 // Parameters ---------------------------------------------------------------------------------
@@ -41,6 +41,9 @@ void writeParams(const PlanarMapParams& p, ByteWriter& out) {
                          p.min_probability,
                          p.belief_gain,
                          p.miss_factor,
+                         p.first_belief,
+                         p.noise_factor,
+                         p.min_cell_share,
                          p.refit_tolerance,
                          p.range_image_step}) {
     out.f64(v);
@@ -77,6 +80,9 @@ PlanarMapParams readParams(ByteReader& in) {
                     &p.min_probability,
                     &p.belief_gain,
                     &p.miss_factor,
+                    &p.first_belief,
+                    &p.noise_factor,
+                    &p.min_cell_share,
                     &p.refit_tolerance,
                     &p.range_image_step}) {
     *v = in.f64();
@@ -90,22 +96,41 @@ PlanarMapParams readParams(ByteReader& in) {
 
 void writeTrajectory(const MapData& map, ByteWriter& out) {
   out.varint(map.trajectory.size());
-  for (std::size_t i = 0; i < map.trajectory.size(); ++i) {
-    out.f64(map.trajectory[i].first);
-    writeVector(out, map.sensors[i]);
-    for (int k = 0; k < 4; ++k) out.f64(map.orientations[i].coeffs()[k]);
+  StoredPose last;
+  for (const StoredPose& pose : map.trajectory) {
+    out.f64(pose.timestamp);
+    for (std::size_t k = 0; k < 3; ++k) out.zigzag(pose.position[k] - last.position[k]);
+    for (std::size_t k = 0; k < 4; ++k) out.zigzag(pose.orientation[k] - last.orientation[k]);
+    last = pose;
   }
 }
 
 void readTrajectory(MapData& map, ByteReader& in) {
-  const std::size_t n = in.count(64);
+  constexpr std::size_t kSmallestPose = 15;
+  const std::size_t n = in.count(kSmallestPose);
+  StoredPose pose;
   for (std::size_t i = 0; i < n; ++i) {
-    const double timestamp = readFinite(in);
-    const Vector3 position = readVector(in);
-    Quaternion q;
-    for (int k = 0; k < 4; ++k) q.coeffs()[k] = readFinite(in);
-    if (!(std::abs(q.norm() - 1.0) < 1e-9)) in.fail("holds a quaternion of another length than 1");
-    map.addPose(timestamp, q, position);
+    pose.timestamp = readFinite(in);
+    for (std::int64_t& coordinate : pose.position) {
+      constexpr std::int64_t kFarthest = std::int64_t{1} << 61;
+      const std::int64_t step = in.zigzag();
+      if (step < -kFarthest || step > kFarthest) in.fail("holds a pose outside the world");
+      coordinate += step;
+      if (coordinate < -kFarthest || coordinate > kFarthest) {
+        in.fail("holds a pose outside the world");
+      }
+    }
+    double norm = 0.0;
+    for (std::int16_t& part : pose.orientation) {
+      const std::int64_t value = part + in.within(-2 * INT16_MAX, 2 * INT16_MAX);
+      if (value < -INT16_MAX || value > INT16_MAX) in.fail("holds a quaternion that is none");
+      part = static_cast<std::int16_t>(value);
+      norm += static_cast<double>(value * value);
+    }
+    if (!(std::abs(std::sqrt(norm) / INT16_MAX - 1.0) < 1e-3)) {
+      in.fail("holds a quaternion of another length than 1");
+    }
+    map.trajectory.push_back(pose);
   }
   in.end();
 }

@@ -122,7 +122,7 @@ std::map<std::string, std::vector<std::uint8_t>> readSections(
   Cursor in{file};
   const std::uint8_t magic[8] = {0x50, 0x4d, 0x41, 0x50, 0x0d, 0x0a, 0x1a, 0x0a};
   for (const std::uint8_t byte : magic) EXPECT_EQ(in.u8(), byte);
-  EXPECT_EQ(in.fixed<std::uint32_t>(), 1u);
+  EXPECT_EQ(in.fixed<std::uint32_t>(), 2u);
   std::map<std::string, std::vector<std::uint8_t>> sections;
   while (in.at < file.size()) {
     std::string tag;
@@ -161,14 +161,18 @@ TEST_P(FileFormat, IsReadByAReaderWrittenFromItsDescription) {
   EXPECT_EQ(parm.varint(), 1u);
   const double s = parm.f64();
   EXPECT_EQ(s, 0.1);
-  EXPECT_EQ(parm.bytes.size(), parm.at + 19 * 8);
+  EXPECT_EQ(parm.bytes.size(), parm.at + 22 * 8);
 
   Cursor traj{sections["TRAJ"]};
   ASSERT_EQ(traj.varint(), 3u);
+  double at[7] = {};
   for (int i = 0; i < 3; ++i) {
     EXPECT_EQ(traj.f64(), 0.5 * i);
-    EXPECT_EQ(traj.vec3(), Vector3(0.1 * i, 0.0, 1.0));
-    traj.at += 32;
+    for (double& value : at) value += traj.zigzag();
+    EXPECT_LT((Vector3(at[0], at[1], at[2]) / 16384.0 - Vector3(0.1 * i, 0.0, 1.0)).norm(), 1e-4);
+    const Quaternion turn(Matrix3(test::lookFrom({0.1 * i, 0.0, 1.0}).linear()));
+    const Quaternion read(at[6], at[3], at[4], at[5]);
+    EXPECT_NEAR(std::abs(turn.dot(read.normalized())), 1.0, 1e-8);
   }
   EXPECT_EQ(traj.at, traj.bytes.size());
 

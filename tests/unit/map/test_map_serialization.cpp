@@ -351,8 +351,8 @@ TEST(HostileMapFile, SaysWhatIsWrong) {
   Bytes file = smallFile();
   EXPECT_NE(message({'P', 'C', 'D'}).find("no planar map"), std::string::npos);
   Bytes newer = file;
-  newer[8] = 2;
-  EXPECT_NE(message(newer).find("version 2"), std::string::npos);
+  newer[8] = 3;
+  EXPECT_NE(message(newer).find("version 3"), std::string::npos);
   Bytes damaged = file;
   damaged[40] ^= 1u;
   EXPECT_NE(message(damaged).find("checksum"), std::string::npos);

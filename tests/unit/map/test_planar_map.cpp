@@ -135,18 +135,22 @@ TEST(PlanarMap, RefitsFromMomentsAndNotFromPoints) {
   EXPECT_NEAR(kept, weight, 1e-6 * weight);
 }
 
-TEST(PlanarMap, ChangesNothingWhenTheSameFrameComesAgain) {
+TEST(PlanarMap, ChangesOnlyBeliefsWhenTheSameFrameComesAgain) {
   PlanarMap map(paramsAt(0.1));
   const View view = look(Scene(), lookFrom({0.0, 0.0, 1.0}));
   map.insert(view.frame());
   const std::vector<Cuboid> before = map.cuboids();
   const FrameUpdate update = map.insert(view.frame());
   EXPECT_EQ(update.planes_new, 0u);
-  EXPECT_EQ(update.patches_rebuilt, 0u);
+  EXPECT_EQ(update.patches_rebuilt, 1u);  // the non-planar cells, which are confirmed
+  EXPECT_EQ(update.cells_added, 0u);
   EXPECT_EQ(update.cells_removed, 0u);
   ASSERT_EQ(map.cuboids().size(), before.size());
   for (std::size_t i = 0; i < before.size(); ++i) {
-    EXPECT_TRUE(sameCuboid(before[i], map.cuboids()[i]));
+    Cuboid now = map.cuboids()[i];
+    EXPECT_GE(now.probability, before[i].probability);
+    now.probability = before[i].probability;
+    EXPECT_TRUE(sameCuboid(before[i], now));
   }
 }
 
@@ -421,6 +425,7 @@ TEST(PlanarMap, RejectsWhatDoesNotFitTogetherAndStaysAsItWas) {
   rejects([&](FrameObservation& f) { f.T_world_sensor.linear()(1, 1) = nan; });
   rejects([&](FrameObservation& f) { f.T_world_sensor.linear() *= 2.0; });
   rejects([&](FrameObservation& f) { f.T_world_sensor.linear().col(0) *= -1.0; });
+  rejects([&](FrameObservation& f) { f.T_world_sensor.translation().y() = 2e14; });
   rejects([&](FrameObservation& f) { f.timestamp = nan; });
   const Indices too_high{0, static_cast<int>(view.xyz.size() / 3)};
   const Indices negative{-1};
@@ -453,6 +458,9 @@ TEST(PlanarMap, RejectsBadParameters) {
   rejects([](PlanarMapParams& p) { p.min_probability = 1.1; });
   rejects([](PlanarMapParams& p) { p.belief_gain = 0.0; });
   rejects([](PlanarMapParams& p) { p.miss_factor = 2.0; });
+  rejects([](PlanarMapParams& p) { p.first_belief = 0.0; });
+  rejects([](PlanarMapParams& p) { p.noise_factor = -1.0; });
+  rejects([](PlanarMapParams& p) { p.min_cell_share = std::nan(""); });
   rejects([](PlanarMapParams& p) { p.max_range = 0.0; });
   rejects([](PlanarMapParams& p) { p.max_range = 1e6; });  // would be 1e21 unknown cells
 }

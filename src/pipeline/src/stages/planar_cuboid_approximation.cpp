@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "builtin.h"
+#include "noise_keys.h"
 #include "planar_mapping/core/error.h"
 
 namespace planar_mapping {
@@ -21,6 +22,9 @@ class PlanarCuboidApproximationStage : public Stage {
     // The features' beliefs as they are; looking through a cell changes nothing.
     params_.belief_gain = 1.0;
     params_.miss_factor = 1.0;
+    params_.first_belief = 1.0;
+    params_.min_cell_share = 0.0;
+    noise_.setSource(detail::NoiseKeys::Source::None);
   }
   void declare(ParameterTable& table) override {
     CuboidApproximationParams& approximation = params_.approximation;
@@ -59,8 +63,18 @@ class PlanarCuboidApproximationStage : public Stage {
                  "[ours] cells believed less than this are removed");
     table.number("belief_gain", params_.belief_gain, Range::above(0.0, 1.0),
                  "[ours] share of the newest frame in a cell's belief");
-    table.number("miss_factor", params_.miss_factor, Range::between(0.0, 1.0),
-                 "[ours] a cell's belief is multiplied by this when it is looked through");
+    table.number(
+        "miss_factor", params_.miss_factor, Range::between(0.0, 1.0),
+        "[ours] a cell's belief is multiplied by this when it is looked through or not confirmed");
+    table.number("first_belief", params_.first_belief, Range::above(0.0, 1.0),
+                 "[ours] most belief a non-planar cell gets from one frame");
+    table.number("min_cell_share", params_.min_cell_share, Range::between(0.0, 1.0),
+                 "[ours] a cell is seen if it holds this share of the points of a full one; where "
+                 "the camera is known");
+    noise_.declareOptional(table,
+                           "points within noise_factor depth errors of a plane make no cell");
+    table.number("noise_factor", params_.noise_factor, Range::between(0.0, 10.0),
+                 "[ours] depth errors along its ray that a point may be off its plane");
     table.number("refit_tolerance_cells", params_.refit_tolerance, Range::between(0.0, 1e6),
                  "[ours] cells follow a refit of their plane that moves them by more");
     table.number("range_image_step_deg", params_.range_image_step, Range::between(0.06, 28.0),
@@ -77,6 +91,7 @@ class PlanarCuboidApproximationStage : public Stage {
     if (!association_gap_) association_gap_ = 5.0 * *resolution_;
     if (!max_range_) max_range_ = automaticMaxRange(scale.max_range);
     if (!up_) up_ = scale.up;
+    noise_.adapt(scale);
     params_.approximation.resolution = *resolution_;
     params_.approximation.up = up_->normalized();
     params_.association_offset = *association_offset_;
@@ -95,6 +110,7 @@ class PlanarCuboidApproximationStage : public Stage {
     observation.planes = &frame.planes;
     if (!frame.probability.empty()) observation.probability = &frame.probability;
     observation.camera = frame.camera;
+    observation.noise = noise_.optionalNoise();
     frame.update = frame.map->insert(observation);
     frame.inserted = true;
   }
@@ -109,6 +125,7 @@ class PlanarCuboidApproximationStage : public Stage {
   }
 
   PlanarMapParams params_;
+  detail::NoiseKeys noise_;
   std::optional<double> resolution_ = 0.1;
   std::optional<double> association_offset_ = 0.1;
   std::optional<double> association_gap_ = 0.5;

@@ -13,6 +13,7 @@
 #include "planar_mapping/core/export.h"
 #include "planar_mapping/core/multi_plane.h"
 #include "planar_mapping/core/plane_moments.h"
+#include "planar_mapping/core/stereo_noise.h"
 #include "planar_mapping/core/types.h"
 
 namespace planar_mapping {
@@ -39,6 +40,16 @@ struct PLANAR_MAPPING_EXPORT PlanarMapParams {
   double min_probability = 0.5;      ///< [ours] cells whose belief falls below this are removed
   double belief_gain = 0.5;  ///< [ours] share of the newest frame in a cell's belief, in (0, 1]
   double miss_factor = 0.7;  ///< [ours] belief is multiplied by it when looked through, in [0, 1]
+  /// [ours] most belief a non-planar cell gets from one frame, in (0, 1]; it is lost by one look
+  /// that does not confirm it if miss_factor times it is below min_probability
+  double first_belief = 0.7;
+  /// [ours] points within so many depth errors of a plane's cells, along their ray, are its noise
+  /// and make no cell, in [0, 10]; see FrameObservation::noise
+  double noise_factor = 1.0;
+  /// [ours] a cell is seen if it holds this share of the points it would have if it were full, in
+  /// [0, 1]; where the camera is known. Cells of the first sight of a plane need only
+  /// min_points_per_cell.
+  double min_cell_share = 0.08;
   /// [ours] cells follow a refit of their plane that moves them by more, in resolutions, >= 0
   double refit_tolerance = 0.1;
   /// [ours] radians between pixels of the images around the sensor, for clouds without a camera
@@ -66,6 +77,8 @@ struct FrameObservation {
   const Indices* ground = nullptr;   ///< removed ground: clears space, makes no cell
   const std::vector<PlaneSegment>* planes = nullptr;  ///< null = none
   const std::vector<float>* probability = nullptr;    ///< belief per point; null = 1
+  /// Depth error of a stereo camera: widens what counts as one surface; absent = none.
+  std::optional<StereoNoise> noise;
   /// Known intrinsics of an organized cloud; absent = estimated from it, else
   /// six images around the sensor are made of the points.
   std::optional<PinholeCamera> camera;
@@ -95,7 +108,8 @@ struct FrameUpdate {
 /// 8 x 8 cells hold a cell) are approximated island by island. Over frames
 /// - a plane is refitted from moments; its cells ride along with it and are never resampled;
 /// - a cell's belief moves by belief_gain towards what the newest frame says, and is multiplied by
-///   miss_factor when the sensor looks through it; below min_probability the cell is gone;
+///   miss_factor when the sensor looks through it, or looks where it is and measures there without
+///   a point in it; below min_probability the cell is gone;
 /// - a plane seen again is the same plane; two that turn out to be one are merged, the older stays;
 /// - a cell of space once seen free is never unknown again, in whatever order frames come. Cells
 ///   the rim of an image cuts are not judged, and pixels without a measurement say nothing.

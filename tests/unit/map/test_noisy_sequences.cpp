@@ -1,0 +1,267 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What a map does with frames of a stereo camera: noise, wrong depths, poses a little off.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "noisy_sequence.h"
+#include "occupancy_experiment.h"
+#include "planar_mapping/map/planar_map.h"
+
+namespace planar_mapping {
+namespace {
+
+using test::lookFrom;
+using test::Scene;
+using test::StereoErrors;
+using test::View;
+
+PlanarMapParams paramsWithin(double range) {
+  PlanarMapParams params;
+  params.max_range = range;
+  return params;
+}
+
+FrameObservation observationOf(const View& view, const StereoErrors& errors) {
+  FrameObservation frame = view.frame();
+  frame.noise = StereoNoise{errors.baseline, view.camera.fx, 0.5};
+  return frame;
+}
+
+StereoErrors stereo(double noise_px) {
+  StereoErrors errors;
+  errors.noise_px = noise_px;
+  errors.pose_position = 0.003;
+  errors.pose_angle = 0.0017;
+  return errors;
+}
+
+/// Cells a map occupies, in cells of 0.1 m.
+std::size_t occupiedCells(const PlanarMap& map, const Scene& scene) {
+  return test::mappingError(map, scene, 0.1).occupied;
+}
+
+struct AtRest {
+  std::size_t first = 0;
+  std::size_t tenth = 0;
+  std::size_t first_wrong = 0;
+  std::size_t tenth_wrong = 0;
+};
+AtRest tenFramesAtRest(double noise_px) {
+  Scene scene;
+  scene.camera = {500.0, 500.0, 319.5, 239.5, 640, 480};
+  StereoErrors errors = stereo(noise_px);
+  errors.pose_position = errors.pose_angle = 0.0;
+  Random random(3);
+  PlanarMap map(paramsWithin(8.0));
+  AtRest result;
+  for (int i = 0; i < 10; ++i) {
+    const View view = test::lookNoisy(scene, lookFrom({0, 0, 1.0}), errors, random, 1000);
+    map.insert(observationOf(view, errors));
+    const test::MappingError error = test::mappingError(map, scene, 0.1);
+    if (i == 0) {
+      result.first = error.occupied;
+      result.first_wrong = error.wrong;
+    }
+    result.tenth = error.occupied;
+    result.tenth_wrong = error.wrong;
+  }
+  return result;
+}
+
+TEST(NoisySequences, ACameraAtRestAddsFewCells) {
+  const AtRest quarter = tenFramesAtRest(0.25);
+  EXPECT_LE(quarter.tenth, 1.05 * static_cast<double>(quarter.first));
+  const AtRest half = tenFramesAtRest(0.5);
+  EXPECT_LE(half.tenth, 1.15 * static_cast<double>(half.first));
+  EXPECT_LE(half.tenth_wrong, 2 * half.first_wrong);
+}
+
+/// A door leaf in the middle of the room, then gone.
+TEST(NoisySequences, APlaneThatIsSeenThroughLosesItsCells) {
+  for (const double noise_px : {0.0, 0.25}) {
+    const StereoErrors errors = stereo(noise_px);
+    Scene with;
+    with.boxes.push_back({{-0.6, 1.2, 0.0}, {0.1, 1.25, 1.6}, false, true});
+    Random random(7);
+    PlanarMap map(paramsWithin(8.0));
+    const auto see = [&](const Scene& scene, int i) {
+      const Pose pose = lookFrom({-0.3 + 0.05 * i, -0.8, 1.0});
+      map.insert(observationOf(test::lookNoisy(scene, pose, errors, random, 300), errors));
+    };
+    const auto occupied = [&]() {
+      int count = 0;
+      for (double x = -0.55; x < 0.1; x += 0.1) {
+        for (double z = 0.2; z < 1.5; z += 0.1) count += map.isOccupied({x, 1.22, z}) ? 1 : 0;
+      }
+      return count;
+    };
+    for (int i = 0; i < 5; ++i) see(with, i);
+    EXPECT_GT(occupied(), 80) << noise_px;
+    for (int i = 5; i < 9; ++i) see(Scene(), i);
+    EXPECT_EQ(occupied(), 0) << noise_px;
+    for (const MapPlane& plane : map.planes()) {
+      EXPECT_GT(std::abs(plane.plane.signedDistance({-0.2, 1.2, 1.0})), 0.15);
+    }
+  }
+}
+
+/// Along a wall, nearer and nearer to parallel with it.
+TEST(NoisySequences, AConfirmedPlaneIsNotEatenByGrazingRays) {
+  for (const double noise_px : {0.0, 0.25}) {
+    Scene scene;
+    scene.boxes = {{{-1.0, -1.0, 0.0}, {1.0, 9.0, 2.4}, true, true}};
+    const StereoErrors errors = stereo(noise_px);
+    Random random(11);
+    PlanarMap map(paramsWithin(8.0));
+    for (int i = 0; i < 4; ++i) {  // face to face
+      const Pose pose = lookFrom({-0.8, 3.0 + 0.3 * i, 1.2}, -1.4, 0.0);
+      map.insert(observationOf(test::lookNoisy(scene, pose, errors, random, 300), errors));
+    }
+    const auto share = [&]() {
+      int found = 0, all = 0;
+      for (double y = 2.5; y < 4.5; y += 0.1) {
+        for (double z = 0.6; z < 1.8; z += 0.1, ++all) {
+          found += map.cuboidsAt({1.0, y, z}, 0.05).empty() ? 0 : 1;
+        }
+      }
+      return static_cast<double>(found) / all;
+    };
+    ASSERT_GT(share(), 0.999) << noise_px;
+    const std::size_t planes = map.planes().size();
+    for (int i = 0; i < 30; ++i) {
+      const Pose pose = lookFrom({0.5 + 0.01 * i, -0.5 + 0.05 * i, 1.2}, 0.02 * (i % 5), 0.0);
+      map.insert(observationOf(test::lookNoisy(scene, pose, errors, random, 300), errors));
+    }
+    EXPECT_GT(share(), 0.99) << noise_px;
+    EXPECT_GE(map.planes().size(), planes);
+  }
+}
+
+/// Out of a room and back by another way: each wall, seen twice with poses that differ, once.
+TEST(NoisySequences, AWallSeenAgainAfterALoopIsOnePlane) {
+  Scene scene;  // a ring of corridors about a block
+  scene.boxes = {{{-4.0, -4.0, 0.0}, {4.0, 4.0, 2.4}, true, true},
+                 {{-2.0, -2.0, 0.0}, {2.0, 2.0, 2.4}, false, true}};
+  StereoErrors errors = stereo(0.25);
+  errors.pose_position = 0.01;
+  errors.pose_angle = 0.003;
+  Random random(23);
+  PlanarMap map(paramsWithin(8.0));
+  const int steps = 48;
+  for (int i = 0; i < steps + 8; ++i) {
+    const double turn = 2.0 * M_PI * i / steps;
+    const Vector3 at(3.0 * std::clamp(1.3 * std::cos(turn), -1.0, 1.0),
+                     3.0 * std::clamp(1.3 * std::sin(turn), -1.0, 1.0), 1.1);
+    const Pose pose = lookFrom(at, turn, 0.1);
+    map.insert(observationOf(test::lookNoisy(scene, pose, errors, random, 400, i), errors));
+  }
+  // Planes that face the same way at the same place are one: eight walls, floor and ceiling.
+  const auto found = [&](const Vector3& normal, double offset) {
+    return std::count_if(map.planes().begin(), map.planes().end(), [&](const MapPlane& p) {
+      return p.plane.normal.dot(normal) > 0.98 && std::abs(p.plane.offset - offset) < 0.15 &&
+             p.moments.weight() > 2000;
+    });
+  };
+  for (int axis = 0; axis < 2; ++axis) {
+    for (const double sign : {1.0, -1.0}) {
+      EXPECT_EQ(found(-sign * Vector3::Unit(axis), 4.0), 1) << axis << sign;
+      EXPECT_EQ(found(sign * Vector3::Unit(axis), -2.0), 1) << axis << sign;
+    }
+  }
+  EXPECT_EQ(found(Vector3::UnitZ(), 0.0), 1);
+}
+
+/// A wall between two rooms is two faces, but the outer wall both rooms share is one.
+TEST(NoisySequences, AWallSeenFromTwoRoomsIsOnePlane) {
+  Scene scene;
+  scene.boxes = {{{-4.0, -1.0, 0.0}, {4.0, 4.0, 2.4}, true, true},
+                 {{-0.1, -1.0, 0.0}, {0.1, 3.2, 2.4}, false, true}};
+  const StereoErrors errors = stereo(0.25);
+  Random random(29);
+  PlanarMap map(paramsWithin(8.0));
+  for (const double side : {-1.0, 1.0}) {
+    for (int i = 0; i < 6; ++i) {
+      const Pose pose = lookFrom({side * (3.2 - 0.3 * i), 0.2, 1.1}, 0.25 * side);
+      map.insert(observationOf(test::lookNoisy(scene, pose, errors, random, 400), errors));
+    }
+  }
+  const auto back = std::count_if(map.planes().begin(), map.planes().end(), [](const MapPlane& p) {
+    return p.plane.normal.y() < -0.98 && std::abs(p.plane.offset - 4.0) < 0.15;
+  });
+  EXPECT_EQ(back, 1);
+}
+
+/// Small clouds, planes as the scene knows them: what is timed is the map.
+View cornerView(const Scene& scene, const Pose& pose, const StereoErrors& errors, Random& random,
+                double timestamp) {
+  View view = test::look(scene, pose, timestamp);
+  test::addStereoErrors(view, errors, random);
+  view.planes.erase(std::remove_if(view.planes.begin(), view.planes.end(),
+                                   [](const PlaneSegment& p) { return p.inliers.size() < 100; }),
+                    view.planes.end());
+  return view;
+}
+
+TEST(NoisySequences, StandingStillTheMapStopsGrowing) {
+  Scene scene;
+  scene.camera = {120.0, 120.0, 79.5, 59.5, 160, 120};
+  StereoErrors errors;
+  errors.noise_px = 0.1;
+  Random random(31);
+  PlanarMap map(paramsWithin(8.0));
+  // The trajectory is listed apart: 40 bytes a frame in memory, about 20 in the file.
+  constexpr std::size_t kPoseBytes = 40;
+  std::size_t cells = 0, bytes = 0;
+  for (int i = 0; i < 1000; ++i) {
+    map.insert(observationOf(cornerView(scene, lookFrom({0, 0, 1.0}), errors, random, i), errors));
+    if (i != 99 && i != 999) continue;
+    std::size_t live = map.memoryBytes();
+    std::size_t capacity = 1;
+    while (capacity < map.frames()) capacity *= 2;
+    live -= kPoseBytes * capacity;
+    const std::size_t occupied = occupiedCells(map, scene);
+    if (i == 99) {
+      cells = occupied;
+      bytes = live;
+    } else {
+      EXPECT_LE(occupied, 1.05 * static_cast<double>(cells));
+      EXPECT_LE(live, 1.05 * static_cast<double>(bytes));
+    }
+  }
+}
+
+double medianOf(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+TEST(NoisySequences, AFrameOfALongCorridorCostsWhatTheFirstOnesCost) {
+  Scene scene = test::corridor(100.0);
+  scene.camera = {80.0, 80.0, 47.5, 35.5, 96, 72};
+  StereoErrors errors;
+  errors.noise_px = 0.1;
+  Random random(37);
+  PlanarMapParams params = paramsWithin(8.0);
+  PlanarMap map(params);
+  std::vector<double> times;
+  for (int i = 0; i < 1000; ++i) {
+    const Pose pose = lookFrom({0.0, 0.5 + 0.085 * i, 0.8});
+    const View view = cornerView(scene, pose, errors, random, 0.2 * i);
+    const FrameObservation frame = observationOf(view, errors);
+    const auto start = std::chrono::steady_clock::now();
+    map.insert(frame);
+    times.push_back(
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  }
+  const double early = medianOf({times.begin() + 100, times.begin() + 200});
+  const double late = medianOf({times.end() - 100, times.end()});
+  EXPECT_LE(late, 1.2 * early);
+}
+
+}  // namespace
+}  // namespace planar_mapping
