@@ -48,6 +48,8 @@ std::unique_ptr<FrameSource> listenForFrontEnd(const ListenArguments& arguments,
   options.settings.largest_frame =
       static_cast<std::size_t>(arguments.max_message_mb * static_cast<double>(1U << 20U));
   options.stop = &stop;
+  options.expected = hasStage(configuration, StageKind::Images) ? io::SequenceKind::Stereo
+                                                                : io::SequenceKind::Clouds;
   options.say = [](const std::string& text) { std::cerr << "planar_map: " << text << std::endl; };
   auto listener = std::make_unique<transport::FrameListener>(endpoint, options);
   std::cerr << "planar_map: listening on " << transport::toText(listener->endpoint()) << std::endl;

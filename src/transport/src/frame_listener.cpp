@@ -59,7 +59,7 @@ struct FrameListener::Impl {
   ~Impl() {
     {
       const std::lock_guard<std::mutex> lock(mutex);
-      session.close(goodbye, detail::Clock::now());
+      session.close(goodbye(), detail::Clock::now());
       quit = true;
     }
     wake.wake();
@@ -73,6 +73,7 @@ struct FrameListener::Impl {
 
   // In the mapper's thread.
   bool stopRequested() const { return options.stop != nullptr && *options.stop; }
+  Bye goodbye() const;
   void sayEvents(std::unique_lock<std::mutex>& lock);
   template <typename Condition>
   void waitFor(std::unique_lock<std::mutex>& lock, const Condition& condition);
@@ -88,7 +89,6 @@ struct FrameListener::Impl {
   ListenerSession session;  // guarded by mutex
   bool quit = false;        // guarded by mutex
   std::string broken;       // guarded by mutex: why the serving thread ended
-  Bye goodbye = {ByeReason::Failed, "the mapping side ended before the last frame"};
   std::optional<Ready> input;
   std::thread thread;
 };
@@ -148,6 +148,12 @@ void FrameListener::Impl::flush() {
   }
 }
 
+Bye FrameListener::Impl::goodbye() const {
+  if (session.state() == ListenerSession::State::Ended) return {ByeReason::Done, ""};
+  if (stopRequested()) return {ByeReason::Interrupted, "the mapping side was interrupted"};
+  return {ByeReason::Failed, "the mapping side ended before the last frame"};
+}
+
 void FrameListener::Impl::sayEvents(std::unique_lock<std::mutex>& lock) {
   const std::vector<std::string> events = session.takeEvents();
   if (events.empty() || !options.say) return;
@@ -193,7 +199,7 @@ std::vector<std::string> FrameListener::names() const {
 
 io::SequenceKind FrameListener::kind() const {
   const Ready* input = impl_->waitForInput();
-  return input != nullptr ? input->kind : io::SequenceKind::Clouds;
+  return input != nullptr ? input->kind : impl_->options.expected;
 }
 
 io::PoseSource FrameListener::poseSource() const {
@@ -214,12 +220,7 @@ std::optional<Frame> FrameListener::next() {
     frame = impl_->session.takeFrame(detail::Clock::now());
     return frame.has_value();
   });
-  if (!frame) {
-    impl_->goodbye = impl_->session.state() == ListenerSession::State::Ended
-                         ? Bye{ByeReason::Done, ""}
-                         : Bye{ByeReason::Interrupted, "the mapping side was interrupted"};
-    impl_->session.close(impl_->goodbye, detail::Clock::now());
-  }
+  if (!frame) impl_->session.close(impl_->goodbye(), detail::Clock::now());
   lock.unlock();
   impl_->wake.wake();
   return frame;

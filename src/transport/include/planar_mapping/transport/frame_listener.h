@@ -17,6 +17,8 @@ namespace transport {
 struct ListenerOptions {
   ListenerSettings settings;
   const std::atomic<bool>* stop = nullptr;  ///< set by a signal: next() gives nothing from then on
+  /// What kind() says where the stop came before any front-end.
+  io::SequenceKind expected = io::SequenceKind::Clouds;
   /// What a person should know at once: peers that come, go or are turned away. Called from the
   /// thread that calls next().
   std::function<void(const std::string&)> say;
@@ -39,8 +41,7 @@ class PLANAR_MAPPING_EXPORT FrameListener : public FrameSource {
   const Endpoint& endpoint() const;
 
   std::vector<std::string> names() const override;
-  /// Both wait for a front-end. \throws InputError if none comes; after a stop they give what asks
-  /// nothing of the configuration.
+  /// Both wait for a front-end, as names() does. \throws InputError if none comes
   io::SequenceKind kind() const override;
   io::PoseSource poseSource() const override;
   std::optional<std::size_t> size() const override;

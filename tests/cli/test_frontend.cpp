@@ -1,0 +1,211 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "frontend_fixture.h"
+
+namespace planar_mapping {
+namespace {
+
+TEST_F(FrontendTest, TheMapOfImagesIsThatOfOneProcessByteForByte) {
+  const std::string input = simulatedImages(4);
+  ASSERT_EQ(0, planarMap(runArguments("stereo_indoor.yaml", "one", {"-i", input})).exit_code);
+  Mapper mapper(*this, runArguments("stereo_indoor.yaml", "two", {"--listen", "0"}));
+  const ProgramResult sent = frontEnd(mapper.port(), {"-i", input});
+  const ProgramResult mapped = mapper.wait();
+  EXPECT_EQ(0, sent.exit_code) << sent.err;
+  EXPECT_EQ(0, mapped.exit_code) << mapped.err;
+  expectSameMap("one", "two");
+}
+
+TEST_F(FrontendTest, TheMapOfImagesWithoutPosesIsThatOfOneProcessByteForByte) {
+  const std::string input = simulatedImages(4);
+  std::filesystem::remove(input + "/poses.txt");
+  ASSERT_EQ(0, planarMap(runArguments("stereo_indoor.yaml", "one", {"-i", input})).exit_code);
+  Mapper mapper(*this, runArguments("stereo_indoor.yaml", "two", {"--listen", "0"}));
+  EXPECT_EQ(0, frontEnd(mapper.port(), {"-i", input, "--encoding", "raw"}).exit_code);
+  EXPECT_EQ(0, mapper.wait().exit_code);
+  expectSameMap("one", "two");
+}
+
+TEST_F(FrontendTest, TheMapOfCloudsIsThatOfOneProcessByteForByte) {
+  const std::vector<std::string> input = clouds(6);
+  ASSERT_EQ(0, planarMap(runArguments("pcd_sequence.yaml", "one", input)).exit_code);
+  Mapper mapper(*this, runArguments("pcd_sequence.yaml", "two", {"--listen", "127.0.0.1:0"}));
+  const ProgramResult sent = frontEnd(mapper.port(), input);
+  EXPECT_EQ(0, sent.exit_code) << sent.err;
+  const ProgramResult mapped = mapper.wait();
+  EXPECT_EQ(0, mapped.exit_code) << mapped.err;
+  expectSameMap("one", "two");
+  EXPECT_NE(std::string::npos, read("two/run.log").find("input front-end at 127.0.0.1:"));
+}
+
+TEST_F(FrontendTest, OnlyTheFramesTheMappingSideSelectsAreSent) {
+  Mapper mapper(*this,
+                runArguments("pcd_sequence.yaml", "out", {"--listen", "0", "--frames", "1:6:2"}));
+  const ProgramResult sent = frontEnd(mapper.port(), clouds(8));
+  EXPECT_EQ(0u, sent.out.find("3 frames sent")) << sent.out;
+  EXPECT_EQ(0, mapper.wait().exit_code);
+}
+
+TEST_F(FrontendTest, AKilledFrontEndIsStartedAgainAndTheMapIsTheSame) {
+  const std::vector<std::string> input = clouds(16);
+  ASSERT_EQ(0, planarMap(runArguments("pcd_sequence.yaml", "one", input)).exit_code);
+  Mapper mapper(*this, runArguments("pcd_sequence.yaml", "two", {"--listen", "0"}));
+  frontEnd(mapper.port(), input, killAfter(mapper, 2, SIGKILL));
+  const ProgramResult again = frontEnd(mapper.port(), input);
+  EXPECT_EQ(0, again.exit_code) << again.err;
+  const ProgramResult mapped = mapper.wait();
+  EXPECT_EQ(0, mapped.exit_code) << mapped.err;
+  EXPECT_NE(std::string::npos, mapped.err.find("lost the connection to the front-end"));
+  EXPECT_NE(std::string::npos, mapped.err.find("a front-end is back after frame"));
+  expectSameMap("one", "two");
+}
+
+TEST_F(FrontendTest, AFrontEndThatVanishesLeavesAMapThatCanBeResumed) {
+  const std::vector<std::string> input = clouds(16);
+  ASSERT_EQ(0, planarMap(runArguments("pcd_sequence.yaml", "one", input)).exit_code);
+  {
+    Mapper mapper(*this,
+                  runArguments("pcd_sequence.yaml", "two", {"--listen", "0", "--timeout", "0.4"}));
+    frontEnd(mapper.port(), input, killAfter(mapper, 2, SIGKILL));
+    const ProgramResult mapped = mapper.wait();
+    EXPECT_EQ(4, mapped.exit_code) << mapped.err;
+    EXPECT_NE(std::string::npos, mapped.err.find("the front-end went away after frame "));
+    EXPECT_NE(std::string::npos, mapped.err.find("; the map made so far is in "));
+    EXPECT_EQ(0, planarMap({"info", directory_ / "two/map.pmap"}).exit_code);
+  }
+  Mapper mapper(*this, runArguments("pcd_sequence.yaml", "two", {"--listen", "0", "--resume"}));
+  EXPECT_EQ(0, frontEnd(mapper.port(), input).exit_code);
+  const ProgramResult resumed = mapper.wait();
+  EXPECT_EQ(0, resumed.exit_code) << resumed.err;
+  expectSameMap("one", "two");
+}
+
+TEST_F(FrontendTest, AKilledMapperIsStartedAgainAndTheFrontEndBeginsAgain) {
+  const std::vector<std::string> input = clouds(16);
+  ASSERT_EQ(0, planarMap(runArguments("pcd_sequence.yaml", "one", input)).exit_code);
+  auto first =
+      std::make_unique<Mapper>(*this, runArguments("pcd_sequence.yaml", "two", {"--listen", "0"}));
+  const std::string port = first->port();
+  auto sender = std::async(std::launch::async, [&]() { return frontEnd(port, input); });
+  first->waitForFrames(2);
+  first->signal(SIGKILL);
+  first.reset();
+  Mapper second(*this, runArguments("pcd_sequence.yaml", "two", {"--listen", port, "--force"}));
+  EXPECT_EQ(0, second.wait().exit_code);
+  const ProgramResult sent = sender.get();
+  EXPECT_EQ(0, sent.exit_code) << sent.err;
+  EXPECT_NE(std::string::npos, sent.err.find("was restarted: beginning again"));
+  expectSameMap("one", "two");
+}
+
+TEST_F(FrontendTest, ASecondFrontEndIsRefused) {
+  const std::vector<std::string> input = clouds(16);
+  Mapper mapper(*this, runArguments("pcd_sequence.yaml", "out", {"--listen", "0"}));
+  // The first one is held in the middle while the second one tries.
+  std::atomic<bool> is_held{false};
+  std::atomic<bool> may_go_on{false};
+  ProgramOptions options;
+  options.while_running = [&](pid_t process, const std::string&) {
+    if (!is_held && mapper.hasFrames(2)) {
+      ::kill(process, SIGSTOP);
+      is_held = true;
+    }
+    if (is_held && may_go_on) ::kill(process, SIGCONT);
+  };
+  auto first =
+      std::async(std::launch::async, [&]() { return frontEnd(mapper.port(), input, options); });
+  waitUntil([&is_held]() { return is_held.load(); });
+  const ProgramResult second = frontEnd(mapper.port(), input);
+  may_go_on = true;
+  EXPECT_EQ(4, second.exit_code);
+  expectOneSentence(second, "the mapping side is serving another front-end already");
+  EXPECT_EQ(0, first.get().exit_code);
+  EXPECT_EQ(0, mapper.wait().exit_code);
+}
+
+TEST_F(FrontendTest, AnInterruptedFrontEndEndsBothSidesCleanly) {
+  Mapper mapper(*this, runArguments("pcd_sequence.yaml", "out", {"--listen", "0"}));
+  const ProgramResult sent = frontEnd(mapper.port(), clouds(16), killAfter(mapper, 2, SIGINT));
+  EXPECT_EQ(130, sent.exit_code) << sent.signal;
+  expectOneSentence(sent, "interrupted after");
+  const ProgramResult mapped = mapper.wait();
+  EXPECT_EQ(4, mapped.exit_code);
+  EXPECT_NE(std::string::npos, mapped.err.find("the front-end was interrupted after frame"));
+  EXPECT_TRUE(exists("out/map.pmap"));
+}
+
+TEST_F(FrontendTest, AnInterruptedMapperSavesAndTellsTheFrontEnd) {
+  Mapper mapper(*this, runArguments("pcd_sequence.yaml", "out", {"--listen", "0"}));
+  auto sender =
+      std::async(std::launch::async, [&]() { return frontEnd(mapper.port(), clouds(30)); });
+  mapper.waitForFrames(2);
+  mapper.signal(SIGINT);
+  EXPECT_EQ(130, mapper.wait().exit_code);
+  EXPECT_TRUE(exists("out/map.pmap"));
+  const ProgramResult sent = sender.get();
+  EXPECT_EQ(4, sent.exit_code);
+  expectOneSentence(sent, "ended the session: the mapping side was interrupted");
+}
+
+TEST_F(FrontendTest, AMapperWaitsNoLongerThanItWasTold) {
+  Mapper mapper(*this,
+                runArguments("pcd_sequence.yaml", "out", {"--listen", "0", "--timeout", "0.3"}));
+  const ProgramResult mapped = mapper.wait();
+  EXPECT_EQ(4, mapped.exit_code);
+  EXPECT_NE(std::string::npos, mapped.err.find("no front-end connected for 0.3 s"));
+  EXPECT_FALSE(exists("out/map.pmap"));
+}
+
+TEST_F(FrontendTest, AnInterruptedWaitEndsAtOnce) {
+  for (const char* configuration : {"pcd_sequence.yaml", "stereo_indoor.yaml"}) {
+    Mapper mapper(*this, runArguments(configuration, configuration, {"--listen", "0"}));
+    (void)mapper.port();
+    mapper.signal(SIGINT);
+    const ProgramResult mapped = mapper.wait();
+    EXPECT_EQ(130, mapped.exit_code) << mapped.err;
+    EXPECT_LT(mapped.seconds, 10.0);
+  }
+}
+
+TEST_F(FrontendTest, WrongAddressesAreNamed) {
+  const std::string cloud = room();
+  ProgramResult result = frontEnd("1", {"-i", cloud, "--timeout", "0.3"});
+  EXPECT_EQ(4, result.exit_code);
+  expectOneSentence(result, "the mapping side at 127.0.0.1:1 cannot be reached within 0.3 s");
+  result = frontEnd("no-such-host.invalid:5000", {"-i", cloud, "--timeout", "0.3"});
+  EXPECT_EQ(4, result.exit_code);
+  expectOneSentence(result, "the host name 'no-such-host.invalid' cannot be resolved");
+  result = frontEnd("localhost:0", {"-i", cloud});
+  EXPECT_EQ(2, result.exit_code);
+  expectOneSentence(result, "port 0 is to listen only");
+  result = frontEnd("http://localhost", {"-i", cloud});
+  EXPECT_EQ(2, result.exit_code);
+  expectOneSentence(result, "is not HOST:PORT");
+  result = planarMap(runArguments("pcd_sequence.yaml", "out", {"--listen", "70000"}));
+  EXPECT_EQ(2, result.exit_code);
+  expectOneSentence(result, "--listen: '70000' is not HOST:PORT");
+  result = planarMap(runArguments("pcd_sequence.yaml", "out", {"--listen", "0", "-i", cloud}));
+  EXPECT_EQ(2, result.exit_code);
+}
+
+TEST_F(FrontendTest, APortInUseIsNamed) {
+  Mapper mapper(*this, runArguments("pcd_sequence.yaml", "out", {"--listen", "0"}));
+  const ProgramResult second =
+      planarMap(runArguments("pcd_sequence.yaml", "two", {"--listen", mapper.port()}));
+  EXPECT_EQ(4, second.exit_code);
+  expectOneSentence(second, "another program listens there");
+  mapper.signal(SIGTERM);
+}
+
+TEST_F(FrontendTest, AMissingInputIsToldToBothSides) {
+  Mapper mapper(*this, runArguments("pcd_sequence.yaml", "out", {"--listen", "0"}));
+  const ProgramResult sent = frontEnd(mapper.port(), {"-i", directory_ / "nothing"});
+  EXPECT_EQ(4, sent.exit_code);
+  expectOneSentence(sent, "nothing");
+  const ProgramResult mapped = mapper.wait();
+  EXPECT_EQ(4, mapped.exit_code);
+  EXPECT_NE(std::string::npos, mapped.err.find("the front-end gave up: "));
+}
+
+}  // namespace
+}  // namespace planar_mapping
