@@ -1,0 +1,149 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+// The ready configurations on real sequences, with the camera's motion found from the images alone.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <vector>
+
+#include "planar_mapping/evaluation/trajectory_error.h"
+#include "planar_mapping/pipeline/pipeline.h"
+#include "planar_mapping/pipeline/sequence_source.h"
+
+namespace planar_mapping {
+namespace {
+
+/// What a run leaves behind.
+struct Mapped {
+  PlanarMap map;
+  std::vector<Pose> estimated;  ///< of the frames that are in the map
+  std::vector<Pose> given;
+  std::size_t skipped = 0;
+};
+
+/// Frames [first, last) of a sequence beside the sources.
+Mapped mapOf(const std::string& configuration_file, const std::string& sequence, int first,
+             int last, const std::vector<std::string>& assignments = {}) {
+  const std::string source = PLANAR_MAPPING_SOURCE_DIR;
+  StageTable table;
+  registerBuiltinStages(table);
+  ConfigurationOverrides overrides;
+  overrides.assignments = assignments;
+  overrides.assignments.push_back("motion_estimation.poses=ignore");
+  Configuration configuration =
+      loadConfiguration(source + "/config/" + configuration_file, table, overrides);
+  configuration.inputs = {source + "/../shared/data/" + sequence};
+  configuration.frames.first = first;
+  configuration.frames.last = last;
+  SequenceSource frames(configuration);
+  Pipeline pipeline(std::move(configuration));
+  Mapped mapped;
+  while (std::optional<Frame> frame = frames.next()) {
+    pipeline.process(*frame);
+    if (!frame->skip_reason.empty()) {
+      ++mapped.skipped;
+      continue;
+    }
+    mapped.estimated.push_back(frame->T_world_sensor);
+    if (frame->given_pose) mapped.given.push_back(*frame->given_pose);
+  }
+  mapped.map = pipeline.map();
+  return mapped;
+}
+
+/// The offset of a point from a path: metres aside and above, NaN beyond its ends.
+struct FromPath {
+  double aside = std::nan("");
+  double above = std::nan("");
+};
+
+FromPath fromPath(const Vector3& point, const std::vector<Pose>& path, const Vector3& up) {
+  FromPath nearest;
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+    const Vector3 from = path[i].translation();
+    const Vector3 step = path[i + 1].translation() - from;
+    const double share = (point - from).dot(step) / step.squaredNorm();
+    if (!(share >= 0.0 && share <= 1.0)) continue;
+    const Vector3 offset = point - from - share * step;
+    const double above = offset.dot(up);
+    const double aside = (offset - above * up).norm();
+    if (!(aside >= nearest.aside)) nearest = {aside, above};
+  }
+  return nearest;
+}
+
+/// Area of the occupied cuboids of each plane, seen along its normal.
+std::map<std::int32_t, double> planeAreas(const PlanarMap& map) {
+  std::map<std::int32_t, double> areas;
+  for (const Cuboid& cuboid : map.cuboids()) {
+    if (cuboid.plane_id >= 0) areas[cuboid.plane_id] += cuboid.size.x() * cuboid.size.y();
+  }
+  return areas;
+}
+
+class RealSequences : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!std::filesystem::exists(std::string(PLANAR_MAPPING_SOURCE_DIR) + "/../shared/data"))
+      GTEST_SKIP() << "no real data beside the sources";
+  }
+};
+
+TEST_F(RealSequences, StreetIsMappedWithoutPhantomsInTheDrivenCorridor) {
+  const Mapped street = mapOf("stereo_outdoor.yaml", "stereo_kitti_street", 0, -1);
+  EXPECT_EQ(0u, street.skipped);
+  const TrajectoryError error = trajectoryError(street.estimated, street.given);
+  EXPECT_GT(error.path_length, 32.0);
+  EXPECT_LT(error.endDriftPercent(), 2.0);
+
+  // The car is 1.7 m wide and its camera 1.65 m up: nothing may stand where it drove.
+  const Vector3 up = -street.estimated.front().linear().col(1);
+  std::size_t phantoms = 0;
+  for (const Cuboid& cuboid : street.map.cuboids()) {
+    const FromPath place = fromPath(cuboid.center, street.estimated, up);
+    const bool driven = place.aside < 0.85 && place.above > -1.45 && place.above < 0.35;
+    if (driven) ++phantoms;
+  }
+  EXPECT_EQ(0u, phantoms);
+
+  // The house on the right: a vertical plane along the road, 5 m to 15 m aside.
+  double largest_facade = 0.0;
+  const Vector3 forward = street.estimated.front().linear().col(2);
+  const std::map<std::int32_t, double> areas = planeAreas(street.map);
+  for (const MapPlane& plane : street.map.planes()) {
+    const Vector3 normal = plane.plane.normal;
+    const double aside = std::abs(plane.plane.signedDistance(street.estimated[14].translation()));
+    const bool along = std::abs(normal.dot(up)) < 0.15 && std::abs(normal.dot(forward)) < 0.2;
+    if (!along || aside < 5.0 || aside > 15.0 || areas.count(plane.id) == 0) continue;
+    largest_facade = std::max(largest_facade, areas.at(plane.id));
+  }
+  EXPECT_GT(largest_facade, 4.0);
+}
+
+TEST_F(RealSequences, CameraAtRestAddsHardlyAnyCells) {
+  const Mapped one = mapOf("stereo_indoor.yaml", "stereo_euroc_room", 0, 1);
+  const Mapped ten = mapOf("stereo_indoor.yaml", "stereo_euroc_room", 0, 10);
+  ASSERT_GT(one.map.cuboids().size(), 0u);
+  const auto cells = [](const PlanarMap& map) {
+    const double s = map.params().approximation.resolution;
+    double volume = 0.0;
+    for (const Cuboid& cuboid : map.cuboids()) volume += cuboid.volume();
+    return volume / (s * s * s);
+  };
+  EXPECT_LE(cells(ten.map), 1.05 * cells(one.map));
+  for (const Pose& pose : ten.estimated) {
+    EXPECT_LT((pose.translation() - ten.estimated.front().translation()).norm(), 0.02);
+  }
+}
+
+TEST_F(RealSequences, CameraWalksAroundTheCabinetWithoutLosingItsWay) {
+  const Mapped cabinet = mapOf("rgbd_indoor.yaml", "rgbd_tum_cabinet", 0, -1);
+  EXPECT_LE(cabinet.skipped, 2u);
+  EXPECT_LT(trajectoryError(cabinet.estimated, cabinet.given).absolute_rms, 0.05);
+}
+
+}  // namespace
+}  // namespace planar_mapping
