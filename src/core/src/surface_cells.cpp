@@ -61,31 +61,32 @@ void SurfaceCells::fit(const SurfaceMapParams& params) {
   for (Cell& cell : cells_) {
     if (!cell.changed) continue;
     cell.changed = false;
-    fitCell(cell, corner(cell.index), cell_, params);
+    fitCell(cell, params);
   }
 }
 
-void SurfaceCells::fitCell(Cell& cell, const Vector3& corner, double side,
-                           const SurfaceMapParams& params) {
-  cell.surfel.planar = false;
+void SurfaceCells::fitCell(Cell& cell, const SurfaceMapParams& params) const {
+  // What is too small says nothing about its direction.
+  constexpr double kLeastWidth = 0.1;
+  constexpr double kElongation = 2.0;
+  Surfel& surfel = cell.surfel;
+  surfel.planar = false;
   if (cell.points < params.min_points) return;
   const Vector3 mean = cell.sum / cell.weight;
   const Matrix3 covariance = cell.squares / cell.weight - mean * mean.transpose();
   Eigen::SelfAdjointEigenSolver<Matrix3> solver;
   solver.computeDirect(covariance);
   const Vector3 spread = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  // Flat, and neither a line nor a point: what is too small says nothing about its direction.
-  constexpr double kLeastWidth = 0.1;
-  constexpr double kFlatness = 2.0;
-  if (!(spread[0] <= params.max_thickness * side) || !(spread[1] > kLeastWidth * side) ||
-      !(spread[1] > kFlatness * spread[0])) {
+  const int across = shape_ == CellShape::Plane ? 0 : 1;  // the widest axis that must be narrow
+  if (!(spread[across] <= params.max_thickness * cell_) ||
+      !(spread[across + 1] > kLeastWidth * cell_) ||
+      !(spread[across + 1] > kElongation * spread[across])) {
     return;
   }
-  Surfel& surfel = cell.surfel;
-  surfel.center = corner + mean;
-  surfel.normal = solver.eigenvectors().col(0);
+  surfel.center = corner(cell.index) + mean;
+  surfel.normal = solver.eigenvectors().col(shape_ == CellShape::Plane ? 0 : 2);
   if (surfel.normal.dot(cell.towards) < 0.0) surfel.normal = -surfel.normal;
-  surfel.deviation = spread[0];
+  surfel.deviation = spread[across];
   surfel.error = std::sqrt(static_cast<double>(cell.points) / cell.weight);
   surfel.planar = surfel.normal.allFinite();
 }
@@ -105,7 +106,9 @@ const Surfel* SurfaceCells::nearest(const Vector3& point, const Vector3& normal,
   double best_distance = 0.0;
   for (int i = 0; i < 8; ++i) {
     const Surfel* surfel = at({low.x + (i & 1), low.y + ((i >> 1) & 1), low.z + ((i >> 2) & 1)});
-    if (surfel == nullptr || !(surfel->normal.dot(normal) >= min_cosine)) continue;
+    if (surfel == nullptr) continue;
+    const double cosine = surfel->normal.dot(normal);
+    if (!((shape_ == CellShape::Line ? std::abs(cosine) : cosine) >= min_cosine)) continue;
     const double distance = (surfel->center - point).squaredNorm();
     if (best == nullptr || distance < best_distance) {
       best = surfel;

@@ -11,10 +11,10 @@
 
 namespace planar_mapping::detail {
 
-/// The plane of one cell.
+/// The plane of one cell, or its line.
 struct Surfel {
   Vector3 center = Vector3::Zero();
-  Vector3 normal = Vector3::Zero();  ///< towards where it was seen from
+  Vector3 normal = Vector3::Zero();  ///< towards where it was seen from; of a line its direction
   double deviation = 0.0;            ///< of the points across it, metres
   double error = 0.0;                ///< standard deviation of the depth of one of them, metres
   bool planar = false;
@@ -27,10 +27,13 @@ struct CellIndex {
   }
 };
 
-/// Weighted moments of points in the cells of one grid, and their planes.
+enum class CellShape : std::uint8_t { Plane, Line };
+
+/// Weighted moments of points in the cells of one grid, and the planes or lines they are on.
 class SurfaceCells {
  public:
-  explicit SurfaceCells(double cell) : cell_(cell) {}
+  explicit SurfaceCells(double cell, CellShape shape = CellShape::Plane)
+      : cell_(cell), shape_(shape) {}
 
   double cell() const { return cell_; }
   /// \param error  standard deviation of the point along its ray; sets its weight
@@ -39,7 +42,8 @@ class SurfaceCells {
   void fit(const SurfaceMapParams& params);
   /// Plane of this cell, or null.
   const Surfel* at(const CellIndex& index) const;
-  /// The plane next to a point, of the eight cells around it, that faces \p normal.
+  /// The plane next to a point, of the eight cells around it, that faces \p normal; the line that
+  /// runs along it, either way.
   const Surfel* nearest(const Vector3& point, const Vector3& normal, double min_cosine) const;
   /// Planes in the order in which their cells came about.
   std::vector<Surfel> planes() const;
@@ -65,10 +69,10 @@ class SurfaceCells {
   Vector3 corner(const CellIndex& index) const {
     return cell_ * Vector3(index.x, index.y, index.z);
   }
-  static void fitCell(Cell& cell, const Vector3& corner, double side,
-                      const SurfaceMapParams& params);
+  void fitCell(Cell& cell, const SurfaceMapParams& params) const;
 
   double cell_;
+  CellShape shape_;
   std::vector<Cell> cells_;
   std::unordered_map<CellIndex, std::uint32_t, Hash> number_;  // looked up, never iterated
 };

@@ -12,6 +12,7 @@
 #include "planar_mapping/core/motion_estimation.h"
 #include "planar_mapping/core/occupancy.h"
 #include "surface_cells.h"
+#include "surface_edges.h"
 
 namespace planar_mapping {
 namespace {
@@ -68,7 +69,6 @@ struct Equations {
     jacobian << n, plane.center.cross(n);
     hessian.noalias() += weight * jacobian * jacobian.transpose();
     gradient.noalias() += weight * distance * jacobian;
-    ++matched;
   }
 };
 
@@ -89,6 +89,8 @@ void SurfaceMapParams::validate() const {
   if (!optical_axis.allFinite()) {
     throw ParameterError("optical_axis", optical_axis.sum(), "finite");
   }
+  requireInRange("edge_depth", edge_depth, 0.0, kLargest);
+  requirePositive("edge_error", edge_error, "m");
   requireInRange("sample_size", sample_size, 100, kLargest);
   requirePositive("reach", reach, "m");
   requireInRange("retry_rotation", retry_rotation, 0.0, M_PI, "rad");
@@ -104,6 +106,7 @@ namespace {
 /// Planes for a search through all of them.
 class PlaneList {
  public:
+  explicit PlaneList(bool either_way) : either_way_(either_way) {}
   void add(const detail::Surfel& plane) {
     for (int axis = 0; axis < 3; ++axis) {
       center_[axis].push_back(static_cast<float>(plane.center[axis]));
@@ -129,7 +132,8 @@ class PlaneList {
       const float dz = center_[2][i] - z;
       const float squared = dx * dx + dy * dy + dz * dz;
       if (squared >= best) continue;
-      if (normal_[0][i] * nx + normal_[1][i] * ny + normal_[2][i] * nz < cosine) continue;
+      const float turned = normal_[0][i] * nx + normal_[1][i] * ny + normal_[2][i] * nz;
+      if ((either_way_ ? std::abs(turned) : turned) < cosine) continue;
       best = squared;
       found = &planes_[i];
     }
@@ -140,6 +144,20 @@ class PlaneList {
   std::vector<float> center_[3];
   std::vector<float> normal_[3];
   std::vector<detail::Surfel> planes_;
+  bool either_way_;  ///< lines have no side
+};
+
+/// What a cloud is registered by, sensor's frame.
+struct CloudShape {
+  std::vector<detail::Surfel> planes;
+  std::vector<detail::Surfel> approaching;  ///< larger ones
+  std::vector<detail::Surfel> edges;
+};
+
+/// The map nearby.
+struct Surroundings {
+  PlaneList planes{false};
+  PlaneList edges{true};
 };
 
 /// A pose of a cloud and how well it lies there.
@@ -153,7 +171,10 @@ struct Candidate {
 class SurfaceMap::Implementation {
  public:
   explicit Implementation(const SurfaceMapParams& params)
-      : params_(params), fine_(params.cell), coarse_(2.0 * params.cell) {
+      : params_(params),
+        fine_(params.cell),
+        coarse_(2.0 * params.cell),
+        edges_(2.0 * params.cell, detail::CellShape::Line) {
     params.validate();
   }
 
@@ -165,31 +186,38 @@ class SurfaceMap::Implementation {
       fine_.add(q, sensor, error, frame_);
       coarse_.add(q, sensor, error, frame_);
     });
-    for (detail::SurfaceCells* cells : {&fine_, &coarse_}) {
+    for (const Vector3& p : detail::occludingEdges(cloud, params_)) {
+      edges_.add(T_world_sensor * p, sensor, params_.edge_error, frame_);
+    }
+    for (detail::SurfaceCells* cells : {&fine_, &coarse_, &edges_}) {
       cells->fit(params_);
       cells->limit(static_cast<std::size_t>(params_.max_cells));
     }
   }
 
   CloudRegistration locate(const PointsView& cloud, const Pose& guess) const {
-    const std::vector<detail::Surfel> planes = planesOf(cloud, fine_.cell());
-    const std::vector<detail::Surfel> approaching = planesOf(cloud, coarse_.cell());
-    double range = 0.0;
-    for (const detail::Surfel& plane : approaching) range = std::max(range, plane.center.norm());
-    PlaneList targets;
-    for (const detail::Surfel& plane : coarse_.planes()) {
-      if ((plane.center - guess.translation()).norm() < range + params_.reach) targets.add(plane);
+    const CloudShape shape = shapeOf(cloud);
+    double range = params_.reach;
+    for (const detail::Surfel& plane : shape.approaching) {
+      range = std::max(range, plane.center.norm() + params_.reach);
     }
-    Candidate best = settle(planes, approaching, targets, guess.inverse());
-    const auto good = params_.good_share * static_cast<double>(planes.size());
+    Surroundings around;
+    for (const detail::Surfel& plane : coarse_.planes()) {
+      if ((plane.center - guess.translation()).norm() < range) around.planes.add(plane);
+    }
+    for (const detail::Surfel& edge : edges_.planes()) {
+      if ((edge.center - guess.translation()).norm() < range) around.edges.add(edge);
+    }
+    Candidate best = settle(shape, around, guess.inverse());
+    const auto good = params_.good_share * static_cast<double>(shape.planes.size());
     for (int turn = 0; turn < 6 && params_.retry_rotation > 0.0; ++turn) {
       if (static_cast<double>(best.at_end.matched) >= good) break;
       Vector6 step = Vector6::Zero();
       step[3 + turn / 2] = turn % 2 == 0 ? params_.retry_rotation : -params_.retry_rotation;
-      Candidate other = settle(planes, approaching, targets, motionStep(step) * guess.inverse());
+      Candidate other = settle(shape, around, motionStep(step) * guess.inverse());
       if (other.at_end.score > best.at_end.score) best = other;
     }
-    return resultOf(best, planes.size());
+    return resultOf(best, shape.planes.size());
   }
 
   const SurfaceMapParams& params() const { return params_; }
@@ -214,65 +242,76 @@ class SurfaceMap::Implementation {
     return result;
   }
 
-  /// Planes of a cloud, sensor's frame.
-  std::vector<detail::Surfel> planesOf(const PointsView& cloud, double cell) const {
-    detail::SurfaceCells cells(cell);
-    forSample(cloud, params_,
-              [&](const Vector3& p, double error) { cells.add(p, Vector3::Zero(), error, 0); });
-    cells.fit(params_);
-    return cells.planes();
+  CloudShape shapeOf(const PointsView& cloud) const {
+    detail::SurfaceCells fine(fine_.cell());
+    detail::SurfaceCells coarse(coarse_.cell());
+    detail::SurfaceCells edges(edges_.cell(), detail::CellShape::Line);
+    forSample(cloud, params_, [&](const Vector3& p, double error) {
+      fine.add(p, Vector3::Zero(), error, 0);
+      coarse.add(p, Vector3::Zero(), error, 0);
+    });
+    for (const Vector3& p : detail::occludingEdges(cloud, params_)) {
+      edges.add(p, Vector3::Zero(), params_.edge_error, 0);
+    }
+    for (detail::SurfaceCells* cells : {&fine, &coarse, &edges}) cells->fit(params_);
+    return {fine.planes(), coarse.planes(), edges.planes()};
   }
 
-  Candidate settle(const std::vector<detail::Surfel>& planes,
-                   const std::vector<detail::Surfel>& approaching, const PlaneList& targets,
-                   const Pose& guess) const {
+  Candidate settle(const CloudShape& shape, const Surroundings& around, const Pose& guess) const {
     Candidate candidate;
     candidate.T_sensor_world = guess;
-    if (!approach(approaching, targets, candidate.T_sensor_world) ||
-        !refine(planes, candidate.T_sensor_world)) {
+    if (!approach(shape, around, candidate.T_sensor_world) ||
+        !refine(shape, candidate.T_sensor_world)) {
       return candidate;
     }
-    candidate.at_end = equations(planes, candidate.T_sensor_world, 0.0);
+    candidate.at_end = equations(shape, candidate.T_sensor_world, 0.0);
     return candidate;
   }
 
   /// Brings the cloud near: each plane is drawn to the next one in the map that faces the same way,
   /// first from afar.
-  bool approach(const std::vector<detail::Surfel>& planes, const PlaneList& targets,
-                Pose& pose) const {
+  bool approach(const CloudShape& shape, const Surroundings& around, Pose& pose) const {
     constexpr double kShrink = 0.8;
     constexpr double kSoftness = 0.2;  // of the reach: distances below count in full
     constexpr std::size_t kMostPlanes = 400;
     const double min_cosine = std::cos(params_.max_normal_angle);
-    const std::size_t step_size = planes.size() / kMostPlanes + 1;
+    const std::size_t stride = shape.approaching.size() / kMostPlanes + 1;
     for (double reach = params_.reach; reach > coarse_.cell(); reach *= kShrink) {
       const Pose T_world_sensor = pose.inverse();
       const double soft = kSoftness * reach;
+      const auto weightOf = [soft](double variance, double squared) {
+        return 1.0 / (variance + soft * soft + squared);
+      };
       Equations sum;
-      for (std::size_t i = 0; i < planes.size(); i += step_size) {
-        const detail::Surfel& plane = planes[i];
-        const Vector3 q = T_world_sensor * plane.center;
+      for (std::size_t i = 0; i < shape.approaching.size(); i += stride) {
+        const detail::Surfel& plane = shape.approaching[i];
         const detail::Surfel* target =
-            targets.nearest(q, T_world_sensor.linear() * plane.normal, reach, min_cosine);
+            around.planes.nearest(T_world_sensor * plane.center,
+                                  T_world_sensor.linear() * plane.normal, reach, min_cosine);
         if (target == nullptr) continue;
-        const double distance = target->normal.dot(q - target->center);
-        const double variance = varianceOf(plane, *target) + soft * soft;
-        const double weight = 1.0 / (variance + distance * distance);
-        sum.add(T_world_sensor, plane, *target, distance, weight);
+        const double distance = target->normal.dot(T_world_sensor * plane.center - target->center);
+        sum.add(T_world_sensor, plane, *target, distance,
+                weightOf(varianceOf(plane, *target), distance * distance));
+        ++sum.matched;
+      }
+      for (const detail::Surfel& edge : shape.edges) {
+        const detail::Surfel* target = around.edges.nearest(
+            T_world_sensor * edge.center, T_world_sensor.linear() * edge.normal, reach, min_cosine);
+        if (target != nullptr) addEdge(T_world_sensor, edge, *target, weightOf, sum);
       }
       if (!improve(sum, pose, nullptr)) return false;
     }
     return true;
   }
 
-  bool refine(const std::vector<detail::Surfel>& planes, Pose& pose) const {
+  bool refine(const CloudShape& shape, Pose& pose) const {
     constexpr double kSettled = 1e-5;
     constexpr double kShrink = 0.7;
     const double reach = fine_.cell();
     double tolerance = 0.5 * reach;
     for (int i = 0; i < params_.iterations; ++i) {
       double step = 0.0;
-      if (!improve(equations(planes, pose, tolerance), pose, &step)) return false;
+      if (!improve(equations(shape, pose, tolerance), pose, &step)) return false;
       tolerance *= kShrink;
       if (step < kSettled && tolerance < 0.05 * reach) break;
     }
@@ -281,13 +320,15 @@ class SurfaceMap::Implementation {
 
   /// Robust normal equations; \p tolerance on top of the noise lets planes count that are not yet
   /// in place.
-  Equations equations(const std::vector<detail::Surfel>& planes, const Pose& T_sensor_world,
-                      double tolerance) const {
+  Equations equations(const CloudShape& shape, const Pose& T_sensor_world, double tolerance) const {
     constexpr double kSigmas = 2.5;  // beyond, a plane is on something else
     const Pose T_world_sensor = T_sensor_world.inverse();
     const double min_cosine = std::cos(params_.max_normal_angle);
+    const auto fadeOf = [](double squared) {
+      return std::max(0.0, 1.0 - squared / (kSigmas * kSigmas));
+    };
     Equations sum;
-    for (const detail::Surfel& plane : planes) {
+    for (const detail::Surfel& plane : shape.planes) {
       const Vector3 q = T_world_sensor * plane.center;
       const detail::Surfel* target =
           fine_.nearest(q, T_world_sensor.linear() * plane.normal, min_cosine);
@@ -295,14 +336,42 @@ class SurfaceMap::Implementation {
       const double distance = target->normal.dot(q - target->center);
       const double variance = varianceOf(plane, *target) + tolerance * tolerance;
       const double squared = distance * distance / variance;
-      if (squared > kSigmas * kSigmas) continue;
-      const double fade = 1.0 - squared / (kSigmas * kSigmas);
+      const double fade = fadeOf(squared);
+      if (fade <= 0.0) continue;
       sum.add(T_world_sensor, plane, *target, distance, fade * fade / variance);
       sum.squared_distance += distance * distance;
       sum.squared_error += squared;
       sum.score += fade * fade;
+      ++sum.matched;
+    }
+    const auto weightOf = [&](double variance, double squared) {
+      const double softened = variance + tolerance * tolerance;
+      const double fade = fadeOf(squared / softened);
+      sum.score += fade * fade;
+      return fade * fade / softened;
+    };
+    for (const detail::Surfel& edge : shape.edges) {
+      const detail::Surfel* target = edges_.nearest(
+          T_world_sensor * edge.center, T_world_sensor.linear() * edge.normal, min_cosine);
+      if (target != nullptr) addEdge(T_world_sensor, edge, *target, weightOf, sum);
     }
     return sum;
+  }
+
+  /// An edge may slide along the one in the map, in the two other directions it is held.
+  template <typename Weight>
+  void addEdge(const Pose& T_world_sensor, const detail::Surfel& edge, const detail::Surfel& target,
+               const Weight& weightOf, Equations& sum) const {
+    const Vector3 off = T_world_sensor * edge.center - target.center;
+    const Vector3 across = off - target.normal.dot(off) * target.normal;
+    const double variance = params_.edge_error * params_.edge_error +
+                            edge.deviation * edge.deviation + target.deviation * target.deviation;
+    const double weight = weightOf(variance, across.squaredNorm());
+    detail::Surfel side = target;
+    side.normal = target.normal.unitOrthogonal();
+    sum.add(T_world_sensor, edge, side, side.normal.dot(off), weight);
+    side.normal = target.normal.cross(side.normal);
+    sum.add(T_world_sensor, edge, side, side.normal.dot(off), weight);
   }
 
   static double varianceOf(const detail::Surfel& plane, const detail::Surfel& target) {
@@ -324,6 +393,7 @@ class SurfaceMap::Implementation {
   SurfaceMapParams params_;
   detail::SurfaceCells fine_;
   detail::SurfaceCells coarse_;
+  detail::SurfaceCells edges_;
   std::int64_t frame_ = 0;
 };
 

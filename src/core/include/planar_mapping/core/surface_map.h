@@ -26,8 +26,12 @@ struct PLANAR_MAPPING_EXPORT SurfaceMapParams {
   double depth_error_growth = 0.002;  ///< 1/m
   /// Direction in which depth is measured; zero = depth is the range (laser scanners).
   Vector3 optical_axis = Vector3::UnitZ();
-  int sample_size = 60000;  ///< points looked at, >= 100
-  double reach = 0.3;       ///< from how far the planes of a guess are drawn to the map, > 0
+  /// A surface of an organized cloud ends where the next one is farther away by this, plus this
+  /// share of its range; 0 = edges are not used.
+  double edge_depth = 0.08;
+  double edge_error = 0.015;  ///< standard deviation of the place of an edge, > 0
+  int sample_size = 60000;    ///< points looked at, >= 100
+  double reach = 0.3;         ///< from how far the planes of a guess are drawn to the map, > 0
   /// If less than good_share of the planes find their place, further guesses are tried, turned by
   /// this angle about each axis; 0 = none.
   double retry_rotation = 0.14;
@@ -50,13 +54,13 @@ struct CloudRegistration {
   /// In the sensor's frame, see Matrix6; 1 m and 0.5 rad in directions the cloud says nothing
   /// about.
   Matrix6 covariance = Matrix6::Zero();
-  std::size_t planes = 0;   ///< of the cloud
+  std::size_t planes = 0;   ///< of the cloud, edges not counted
   std::size_t matched = 0;  ///< of those, on a plane of the map
   double rms = 0.0;         ///< distance of the matched ones, metres
 };
 
 /// What registers clouds that have no features to go by: a bounded local map of small planes, one
-/// per cell of a grid, and robust point-to-plane registration to it.
+/// per cell of a grid, and of the edges where they end; robust registration to both.
 ///
 /// Independent of the planar map: that is the result of the poses, this is what they come from.
 /// Deterministic. Copyable. Not thread safe.
