@@ -1,5 +1,8 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <vector>
+
 #include "builtin.h"
 #include "noise_keys.h"
 #include "planar_mapping/core/ground.h"
@@ -14,9 +17,13 @@ class GroundRemovalStage : public Stage {
       "removes the ground (the paper, III-F); its points still clear the space above them";
   static constexpr StageKind kKind = StageKind::Points;
 
+  void applyProfile(Profile profile) override {
+    if (profile == Profile::Paper) camera_height_ = GroundParams().camera_height;
+  }
   void declare(ParameterTable& table) override {
-    table.number("camera_height_m", params_.camera_height, Range::atLeast(0.0),
-                 "height of the sensor over the ground; 0 = unknown");
+    table.number("camera_height_m", camera_height_, Range::atLeast(0.0),
+                 "height of the sensor over the ground; 0 = unknown in every frame; auto = learned "
+                 "from the first frames that show a ground, the paper's is 0.37 m");
     table.number("height_tolerance_m", params_.height_tolerance, Range::positive(),
                  "[ours] of the height");
     table.vector(
@@ -53,6 +60,7 @@ class GroundRemovalStage : public Stage {
   }
   void configure(const RunSettings& settings) override {
     params_.seed = settings.seed;
+    params_.camera_height = camera_height_.value_or(0.0);
     params_.validate();
   }
   void adapt(const CloudScale& scale) override {
@@ -64,7 +72,17 @@ class GroundRemovalStage : public Stage {
   void process(Frame& frame) override {
     GroundParams params = params_;
     params.up = frame.T_world_sensor.linear().transpose() * up_->normalized();
-    const Ground ground = findGround(viewOf(*frame.cloud), &frame.indices, params);
+    const PointsView points = viewOf(*frame.cloud);
+    Ground ground = findGround(points, &frame.indices, params);
+    if (!camera_height_) {
+      if (!ground.found && params.camera_height > 0.0) {
+        // The camera may have been lifted, or the height learned from a table.
+        params.camera_height = 0.0;
+        ground = findGround(points, &frame.indices, params);
+        if (ground.found) heights_.clear();
+      }
+      if (ground.found) learn(ground.height);
+    }
     if (!ground.found) {
       frame.notes.push_back(frame.source + ": no ground: " + toString(ground.diagnostics.status));
       return;
@@ -78,7 +96,24 @@ class GroundRemovalStage : public Stage {
   }
 
  private:
+  /// Keeps the heights of the first frames with ground; their median is the height from then on,
+  /// unless they differ so much that the camera is carried by hand.
+  void learn(double height) {
+    constexpr std::size_t kFrames = 5;
+    if (heights_.size() >= kFrames) return;
+    heights_.push_back(height);
+    params_.camera_height = 0.0;
+    if (heights_.size() < kFrames) return;
+    std::vector<double> sorted = heights_;
+    std::sort(sorted.begin(), sorted.end());
+    if (sorted.back() - sorted.front() <= params_.height_tolerance) {
+      params_.camera_height = sorted[kFrames / 2];
+    }
+  }
+
   GroundParams params_;
+  std::optional<double> camera_height_;
+  std::vector<double> heights_;  ///< of the first frames with ground, metres
   std::optional<Vector3> up_;
   detail::NoiseKeys noise_;
 };
