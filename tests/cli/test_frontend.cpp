@@ -147,6 +147,20 @@ TEST_F(FrontendTest, AnInterruptedMapperSavesAndTellsTheFrontEnd) {
   expectOneSentence(sent, "ended the session: the mapping side was interrupted");
 }
 
+TEST_F(FrontendTest, MemoryDoesNotGrowWithTheSequence) {
+  const auto peaks = [this](int frames) {
+    Mapper mapper(*this, runArguments("pcd_sequence.yaml", "out", {"--listen", "0", "--force"}));
+    const ProgramResult sent = frontEnd(mapper.port(), clouds(frames));
+    EXPECT_EQ(0, sent.exit_code) << sent.err;
+    return std::make_pair(sent.peak_kilobytes, mapper.wait().peak_kilobytes);
+  };
+  const auto few = peaks(8);
+  const auto many = peaks(48);
+  // A frame is 320 kB in memory; the mapper is the slower of the two.
+  EXPECT_LT(many.first, few.first + 3000);
+  EXPECT_LT(many.second, few.second + 6000);
+}
+
 TEST_F(FrontendTest, AMapperWaitsNoLongerThanItWasTold) {
   Mapper mapper(*this,
                 runArguments("pcd_sequence.yaml", "out", {"--listen", "0", "--timeout", "0.3"}));

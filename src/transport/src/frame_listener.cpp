@@ -151,7 +151,8 @@ void FrameListener::Impl::flush() {
 Bye FrameListener::Impl::goodbye() const {
   if (session.state() == ListenerSession::State::Ended) return {ByeReason::Done, ""};
   if (stopRequested()) return {ByeReason::Interrupted, "the mapping side was interrupted"};
-  return {ByeReason::Failed, "the mapping side ended before the last frame"};
+  return {ByeReason::Failed,
+          "the mapping side ended before the last frame; it says why on its own screen"};
 }
 
 void FrameListener::Impl::sayEvents(std::unique_lock<std::mutex>& lock) {

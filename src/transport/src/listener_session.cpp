@@ -20,8 +20,8 @@ namespace {
 
 constexpr double kLongestHelloWait = 5.0;  // seconds a connection may say nothing
 constexpr double kSignOfLifeInterval = 1.0;
-constexpr double kGoodbyeTime = 0.5;  // from goodbye to closing, so that it is read
-constexpr double kShortestStale = 2.0;
+constexpr double kGoodbyeTime = 0.5;    // from goodbye to closing, so that it is read
+constexpr double kShortestStale = 2.0;  // seconds of silence after which a front-end is replaced
 
 /// Never 0, and not one a peer of an earlier run knows.
 std::uint64_t newSession() {
@@ -137,7 +137,9 @@ void ListenerSession::handleHello(const Peer& peer, const Hello& hello, Time now
   connections_.at(peer).instance = hello.instance;
   if (owner_) {
     const Connection& owner = connections_.at(*owner_);
-    const double stale = std::max(kShortestStale, 0.5 * settings_.timeout);
+    // One that has not even said what its input is keeps nobody out for long.
+    const double stale =
+        owner.ready ? std::max(kShortestStale, 0.5 * settings_.timeout) : kShortestStale;
     const bool is_same = owner.instance == hello.instance;
     if (!is_same && secondsBetween(owner.heard_at, now) < stale) {
       turnAway(peer, ByeReason::Busy, "the mapping side is serving another front-end already", now);

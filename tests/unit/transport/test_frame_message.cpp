@@ -64,6 +64,25 @@ TEST(FrameMessage, BothEncodingsAreExactToTheLastBit) {
   }
 }
 
+TEST(FrameMessage, CompactPointsAreAsTheDocumentLaysThemOut) {
+  Frame frame;
+  frame.camera = PinholeCamera{1.0, 1.0, 0.0, 0.0, 2, 1};
+  frame.cloud = pcl::make_shared<FrameCloud>();
+  frame.cloud->width = 2;
+  frame.cloud->height = 1;
+  frame.cloud->is_dense = true;
+  // On its ray; next to its ray.
+  frame.cloud->points.emplace_back(0.0F, 0.0F, 1.0F);
+  frame.cloud->points.emplace_back(std::nextafter(1.0F, 2.0F), -0.0F, 1.0F);
+  // 1.0F has the bits 0x3F800000, so that dz is 0x3F800000, folded 0x7F000000; -0.0F comes right
+  // before 0.0F.
+  const Bytes expected = {2, 0, 0,    0,    1,    0,    0,    0, 1, 1, 2, 0,
+                          0, 0, 0x80, 0x80, 0x80, 0xF8, 0x07, 0, 0, 0, 2, 1};
+  const Bytes body = encodeFrame(frame, 0);
+  ASSERT_GE(body.size(), expected.size());
+  EXPECT_EQ(expected, Bytes(body.end() - static_cast<std::ptrdiff_t>(expected.size()), body.end()));
+}
+
 TEST(FrameMessage, CompactIsSmallerForTheCloudOfACamera) {
   const Frame frame = transportFrame(160, 120);
   const double raw = static_cast<double>(encodeFrame(frame, 0, CloudEncoding::Raw).size());

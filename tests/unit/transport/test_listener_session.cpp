@@ -286,6 +286,19 @@ TEST_F(ListenerSessionTest, ASilentFrontEndIsReplacedByAnother) {
   EXPECT_NE(robot_.session, other_.session);
 }
 
+TEST_F(ListenerSessionTest, WhoSaysHelloAndNoMoreKeepsNobodyOut) {
+  connect(robot_);
+  give(robot_, robot_.hello());
+  pass(1.9);
+  ScriptedPeer early("early", 3);
+  connect(early);
+  give(early, early.hello());
+  EXPECT_FALSE(early.welcome.has_value());
+  pass(0.2);
+  begin(other_);
+  EXPECT_TRUE(other_.welcome.has_value());
+}
+
 TEST_F(ListenerSessionTest, AnotherInputIsRefused) {
   begin(robot_);
   session_.disconnected(robot_.name(), now_);
