@@ -1,14 +1,16 @@
 #!/usr/bin/env bash
 # From nothing to a map you can look at: installs packages, builds, maps, draws.
-#   scripts/demo.sh                 a generated room seen by a stereo camera
-#   scripts/demo.sh FILE.pcd...     your own clouds (or a sequence folder)
+#   scripts/demo.sh                 images of a stereo camera in a generated corridor
+#   scripts/demo.sh FILE.pcd...     your own clouds
+#   scripts/demo.sh FOLDER          your own sequence: left/ and right/, rgb/ and depth/, or clouds/
 # PLANAR_MAPPING_DEMO_DIR chooses where the results go (default: out/demo below the project).
 set -euo pipefail
 if [[ ${1:-} == -h || ${1:-} == --help ]]; then
-  sed -n '2,5s/^# \{0,1\}//p' "$0"
+  sed -n '2,6s/^# \{0,1\}//p' "$0"
   exit 0
 fi
 inputs=()
+options=(-j 0)
 for input in "$@"; do
   if [[ ! -e $input ]]; then
     echo "scripts/demo.sh: '$input' does not exist; give PCD files or a sequence folder" >&2
@@ -24,19 +26,24 @@ planar_map=build/bin/planar_map
 mkdir -p "$out"
 
 if [[ ${#inputs[@]} -eq 0 ]]; then
-  echo "== simulating a room seen by a stereo camera"
-  "$planar_map" simulate room --frames 12 --seed 7 --yaw-deg 20 --baseline 0.24 -o "$out/scene" --force -q
-  inputs=("$out/scene")
-  config=config/pcd_sequence.yaml
+  echo "== simulating the images of a stereo camera in a corridor"
+  "$planar_map" simulate corridor --write images --frames 48 --step 0.2 --yaw-deg 20 --threads 0 \
+    -o "$out/sequence" --force -q
+  # The camera's true poses only measure the motion that is found.
+  inputs=("$out/sequence")
+  config=config/stereo_indoor.yaml
+  options+=(--set motion_estimation.poses=ignore)
 elif [[ ${#inputs[@]} -eq 1 && -f ${inputs[0]} ]]; then
   config=config/single_pcd.yaml
-elif [[ ${#inputs[@]} -eq 1 && -d ${inputs[0]}/rgb ]]; then
+elif [[ ${#inputs[@]} -eq 1 && -d ${inputs[0]}/left ]]; then
+  config=config/stereo_indoor.yaml
+elif [[ ${#inputs[@]} -eq 1 && -d ${inputs[0]}/depth ]]; then
   config=config/rgbd_indoor.yaml
 else
   config=config/pcd_sequence.yaml
 fi
 
-arguments=()
+arguments=("${options[@]}")
 for input in "${inputs[@]}"; do arguments+=(-i "$input"); done
 echo "== mapping with $config"
 "$planar_map" run "$config" "${arguments[@]}" -o "$out/map" --force -q
@@ -53,6 +60,7 @@ cat <<TEXT
 
 Map:      $map
           (readable: $out/map/map.json, figures: $out/map/metrics.json)
+Path:     $out/map/trajectory_tum.txt
 Pictures: $out/by_plane.png
           $out/by_probability.png
           $out/top_view.png
