@@ -237,7 +237,8 @@ std::vector<KeyFeature> FeatureTracker::Impl::trackStereo(const cv::Mat& left, c
   DetectedFeatures found[2];
   parallelFor(2, params.threads, [&](std::size_t side) {
     // More on the right: what was chosen on the left must not miss its partner by a near choice.
-    const int count = side == 0 ? params.max_features : 2 * params.max_features;
+    const int count =
+        side == 0 ? params.max_features : params.max_features + params.max_features / 2;
     found[side] = detail::detectFeatures(side == 0 ? left : right, params, count);
   });
   report.features_left = found[0].size();

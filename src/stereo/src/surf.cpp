@@ -11,7 +11,7 @@ namespace planar_mapping::detail {
 
 DetectedFeatures detectSurf(const cv::Mat& gray, int count, double threshold) {
   constexpr int kOctaves = 3;
-  constexpr int kIntervals = 6;
+  constexpr int kIntervals = 4;
   constexpr int kStep = 2;  // pixels between samples of the first octave
   constexpr int kLength = 64;
   constexpr float kScale = 4096.0f;  // of descriptors of length 1
