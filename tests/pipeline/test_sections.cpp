@@ -1,0 +1,193 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+// The way of a frame through front-end, motion and mapping, watched by stages that only take notes.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/pipeline/pipeline.h"
+
+namespace planar_mapping {
+namespace {
+
+/// What the stages of the running test have seen; a test starts with it empty.
+std::vector<std::string> seen;
+
+template <StageKind kKindOfThis>
+class Spy : public Stage {
+ public:
+  static constexpr StageKind kKind = kKindOfThis;
+  explicit Spy(std::string name) : name_(std::move(name)) {}
+  void declare(ParameterTable& table) override {
+    table.text("skip", skip_, "reason given to each frame");
+  }
+  void adapt(const CloudScale& scale) override {
+    seen.push_back(name_ + " adapts to " + std::to_string(scale.points) +
+                   (scale.stereo ? " of stereo" : ""));
+  }
+  void process(Frame& frame) override {
+    seen.push_back(name_ + " " + std::to_string(frame.number));
+    if (kKind == StageKind::Images) {
+      frame.cloud = pcl::make_shared<FrameCloud>();
+      for (int i = 0; i < 3; ++i) frame.cloud->push_back({0.1f * static_cast<float>(i), 0, 1});
+    }
+    if (kKind == StageKind::Motion) frame.T_world_sensor.translation().x() = 7.0;
+    if (!skip_.empty()) frame.skip_reason = skip_;
+  }
+
+ private:
+  std::string name_;
+  std::string skip_;
+};
+
+template <StageKind kKind>
+void add(StageTable& table, const std::string& name) {
+  table.add({name, "takes notes", kKind,
+             [name]() -> std::unique_ptr<Stage> { return std::make_unique<Spy<kKind>>(name); }});
+}
+
+Pipeline pipelineOf(const std::string& settings = "") {
+  seen.clear();
+  StageTable table;
+  add<StageKind::Images>(table, "images");
+  add<StageKind::Features>(table, "features");
+  add<StageKind::Motion>(table, "motion");
+  add<StageKind::Points>(table, "points");
+  add<StageKind::Map>(table, "map");
+  ConfigurationOverrides overrides;
+  if (!settings.empty()) overrides.assignments = {settings};
+  return Pipeline(
+      parseConfiguration("version: 1\nstages:\n  - stage: images\n  - stage: features\n"
+                         "  - stage: motion\n  - stage: points\n  - stage: map\n",
+                         "test", table, overrides));
+}
+
+Frame frameOf(std::size_t number, std::uint8_t gray = 0) {
+  Frame frame;
+  frame.number = number;
+  frame.source = "test";
+  frame.cloud = pcl::make_shared<FrameCloud>();
+  frame.camera = PinholeCamera();
+  frame.baseline = 0.1;
+  frame.images.left.width = 4;
+  frame.images.left.height = 1;
+  frame.images.left.channels = 1;
+  frame.images.left.pixels.assign(4, gray > 0 ? gray : static_cast<std::uint8_t>(10 + number));
+  return frame;
+}
+
+using Notes = std::vector<std::string>;
+
+TEST(Sections, StagesAreAdaptedWhenSomethingIsKnownAndOnce) {
+  Pipeline pipeline = pipelineOf();
+  Frame first = frameOf(0);
+  pipeline.process(first);
+  EXPECT_EQ(
+      (Notes{"images adapts to 0 of stereo", "images 0", "features adapts to 3 of stereo",
+             "features 0", "motion adapts to 3 of stereo", "motion 0",
+             "points adapts to 3 of stereo", "map adapts to 3 of stereo", "points 0", "map 0"}),
+      seen);
+  EXPECT_EQ((Indices{0, 1, 2}), first.indices);
+  EXPECT_EQ(7.0, first.T_world_sensor.translation().x());
+  seen.clear();
+  Frame second = frameOf(1);
+  pipeline.process(second);
+  EXPECT_EQ((Notes{"images 1", "features 1", "motion 1", "points 1", "map 1"}), seen);
+}
+
+TEST(Sections, SkippedFrameEndsAtTheStageThatSaysSo) {
+  Pipeline pipeline = pipelineOf("motion.skip=lost");
+  Frame frame = frameOf(0);
+  const FrameReport report = pipeline.process(frame);
+  EXPECT_EQ("motion 0", seen.back());
+  EXPECT_EQ("lost", report.skip_reason);
+  EXPECT_EQ(5u, report.stage_ms.size());
+  EXPECT_EQ(0.0, report.stage_ms[4]);
+}
+
+TEST(Sections, FrameThatCannotBeReadReachesNoStage) {
+  Pipeline pipeline = pipelineOf();
+  Frame frame = frameOf(0);
+  frame.skip_reason = "damaged";
+  EXPECT_EQ("damaged", pipeline.process(frame).skip_reason);
+  EXPECT_TRUE(seen.empty());
+}
+
+TEST(Sections, FrontEndAndTheRestInTwoPipelinesEqualOne) {
+  Pipeline front = pipelineOf();
+  Frame frame = frameOf(0);
+  const FrameReport half = front.processFrontEnd(frame);
+  EXPECT_TRUE(frame.front_end_done);
+  EXPECT_TRUE(half.skip_reason.empty());
+  EXPECT_EQ((Notes{"images adapts to 0 of stereo", "images 0", "features adapts to 3 of stereo",
+                   "features 0"}),
+            seen);
+  Pipeline back = pipelineOf();
+  back.process(frame);
+  EXPECT_EQ((Notes{"motion adapts to 3 of stereo", "motion 0", "points adapts to 3 of stereo",
+                   "map adapts to 3 of stereo", "points 0", "map 0"}),
+            seen);
+}
+
+TEST(Sections, ReplayDoesEverythingButTheMap) {
+  Pipeline pipeline = pipelineOf();
+  Frame frame = frameOf(0);
+  pipeline.replay(frame);
+  EXPECT_EQ("points 0", seen.back());
+  EXPECT_EQ(1, std::count(seen.begin(), seen.end(), "map adapts to 3 of stereo"));
+}
+
+TEST(Sections, DisabledStageIsLeftOut) {
+  Pipeline pipeline = pipelineOf("motion.enabled=false");
+  EXPECT_FALSE(pipeline.hasStage(StageKind::Motion));
+  EXPECT_TRUE(pipeline.hasStage(StageKind::Features));
+  Frame frame = frameOf(0);
+  pipeline.process(frame);
+  EXPECT_EQ(0, std::count(seen.begin(), seen.end(), "motion 0"));
+  EXPECT_EQ("map 0", seen.back());
+  const std::string yaml = effectiveYaml(pipeline.configuration());
+  EXPECT_NE(std::string::npos, yaml.find("  - stage: motion\n    enabled: false\n")) << yaml;
+  EXPECT_THROW(pipelineOf("motion.enabled=perhaps"), ConfigError);
+}
+
+TEST(Sections, SameImageTwiceIsAFrozenCamera) {
+  Pipeline pipeline = pipelineOf();
+  Frame first = frameOf(0, 50);
+  Frame same = frameOf(1, 50);
+  Frame other = frameOf(2, 51);
+  Frame back = frameOf(3, 50);
+  EXPECT_EQ("", pipeline.process(first).skip_reason);
+  EXPECT_NE(std::string::npos, pipeline.process(same).skip_reason.find("frozen"));
+  EXPECT_EQ("", pipeline.process(other).skip_reason);
+  EXPECT_EQ("", pipeline.process(back).skip_reason);
+}
+
+TEST(Sections, SameImageWithOtherDepthsIsNoFrozenCamera) {
+  Pipeline pipeline = pipelineOf();
+  for (int i = 0; i < 3; ++i) {
+    Frame dark = frameOf(static_cast<std::size_t>(i), 1);
+    dark.cloud->push_back({0.0f, 0.0f, 1.0f + 0.001f * static_cast<float>(i)});
+    EXPECT_EQ("", pipeline.process(dark).skip_reason) << i;
+  }
+}
+
+TEST(Sections, CloudWithoutAFinitePointIsSkipped) {
+  seen.clear();
+  StageTable table;
+  add<StageKind::Points>(table, "points");
+  Pipeline pipeline(parseConfiguration("version: 1\nstages:\n  - stage: points\n", "test", table));
+  Frame frame = frameOf(0);
+  frame.cloud->push_back({std::numeric_limits<float>::quiet_NaN(), 0.0f, 0.0f});
+  const FrameReport report = pipeline.process(frame);
+  EXPECT_NE(std::string::npos, report.skip_reason.find("finite"));
+  EXPECT_EQ(1u, report.points_input);
+  EXPECT_EQ(0u, report.points_valid);
+  EXPECT_TRUE(seen.empty());
+}
+
+}  // namespace
+}  // namespace planar_mapping
