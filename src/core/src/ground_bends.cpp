@@ -165,6 +165,13 @@ GroundBends::GroundBends(const GroundSample& sample, const GroundEstimate& estim
     ++followed_;
     piece = predicted;
     int best = scoreOf(own, n, predicted);
+    // A cell before it that went astray must not take this one along where the plane at the sensor
+    // still holds.
+    const int flat = scoreOf(own, n, Piece());
+    if (flat > best) {
+      piece = Piece();
+      best = flat;
+    }
     const Piece narrow = fitAround(own, n, predicted, 0.0, 0.25 * steepest);
     const auto tooSteep = [&](const Piece& p) { return std::hypot(p.a, p.b) > steepest; };
     if (!tooSteep(narrow)) {

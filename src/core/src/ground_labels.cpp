@@ -43,9 +43,11 @@ enum Kind : std::int32_t {
   kAboveHigh = 4,  ///< over the band, in the upper half
 };
 
+constexpr std::uint8_t kMostCounted = 255;
+
 /// Columns over the ground are wrapped around: a point shares its column only with points beside
-/// it and some that are kSide columns away.
-constexpr std::int32_t kSide = 128;
+/// it and some that are kSide columns away, which should be out of sight.
+constexpr std::int32_t kSide = 512;
 
 inline __attribute__((always_inline)) float clamped(float value, float low, float high) {
   const float raised = value > low ? value : low;  // low for NaN, too
@@ -126,9 +128,10 @@ std::size_t classify(const float* data, std::size_t stride, std::size_t n, const
 }
 
 struct Column {
-  std::uint32_t low = 0;    ///< points in the band that may be a foot
-  std::uint32_t above = 0;  ///< points over the band
-  std::uint32_t high = 0;   ///< of these, in the upper half of wall_height
+  // Counted up to 255, so that the columns fit into the cache.
+  std::uint8_t low = 0;    ///< points in the band that may be a foot
+  std::uint8_t above = 0;  ///< points over the band
+  std::uint8_t high = 0;   ///< of these, in the upper half of wall_height
 
   /// Something stands here: not just noise over the band, and it reaches up.
   bool hasWall() const { return high >= 1 && above >= 3 && 2 * above >= low; }
@@ -192,11 +195,11 @@ void labelGround(const PointsView& points, const Indices* indices, const GroundP
       if (kind <= kGround) continue;
       Column& column = columns[block.column[i]];
       if (kind == kLowInWall) {
-        ++column.low;
+        column.low += column.low < kMostCounted ? 1 : 0;
         undecided.push_back({first + i, block.column[i]});
       } else {
-        ++column.above;
-        column.high += kind == kAboveHigh ? 1 : 0;
+        column.above += column.above < kMostCounted ? 1 : 0;
+        column.high += kind == kAboveHigh && column.high < kMostCounted ? 1 : 0;
       }
     }
   }
