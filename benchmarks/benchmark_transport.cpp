@@ -1,0 +1,116 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+
+// What it costs to take frames of 640 x 480 from a front-end to the mapping side: bytes and time,
+// on the five depth frames of shared/data where they are, else on a simulated wall. Figures of
+// docs/front_end_protocol.md.
+#include <benchmark/benchmark.h>
+
+#include <filesystem>
+
+#include "planar_mapping/pipeline/sequence_source.h"
+#include "transport_session.h"
+
+namespace planar_mapping::transport {
+namespace {
+
+constexpr std::size_t kLargestPoints = 10000000;
+constexpr std::uint64_t kFramesSent = 50;
+
+/// Four frames, with 300 key features each.
+const std::vector<Frame>& frames() {
+  static const std::vector<Frame> result = []() {
+    const std::string folder = PLANAR_MAPPING_SOURCE_DIR "/../shared/data/rgbd_tum_cabinet";
+    std::vector<Frame> read;
+    if (std::filesystem::exists(folder)) {
+      Configuration configuration;
+      configuration.inputs = {folder};
+      configuration.frames.last = 4;
+      SequenceSource source(configuration);
+      while (std::optional<Frame> frame = source.next()) read.push_back(std::move(*frame));
+    }
+    for (std::uint64_t i = 1; read.size() < 4; ++i) read.push_back(transportFrame(640, 480, i));
+    for (Frame& frame : read) {
+      KeyFeature feature;
+      feature.track = 1;
+      frame.key_features.assign(300, feature);
+    }
+    return read;
+  }();
+  return result;
+}
+
+void encodeFrames(benchmark::State& state, CloudEncoding encoding) {
+  std::size_t i = 0;
+  double bytes = 0.0;
+  for (auto _ : state) {
+    const Bytes body = encodeFrame(frames()[i++ % 4], 0, encoding);
+    bytes += static_cast<double>(body.size());
+    benchmark::DoNotOptimize(body.data());
+  }
+  state.counters["bytes"] = benchmark::Counter(bytes, benchmark::Counter::kAvgIterations);
+}
+
+void decodeFrames(benchmark::State& state, CloudEncoding encoding) {
+  std::vector<Bytes> bodies;
+  for (const Frame& frame : frames()) bodies.push_back(encodeFrame(frame, 0, encoding));
+  std::size_t i = 0;
+  for (auto _ : state) {
+    const FrameMessage message = decodeFrame(bodies[i++ % 4], kLargestPoints);
+    benchmark::DoNotOptimize(message.frame.cloud->size());
+  }
+}
+
+/// A front-end that has its frames ready, and a mapping side that does nothing with them.
+void overLoopback(benchmark::State& state, CloudEncoding encoding) {
+  class Producer : public FrameProducer {
+   public:
+    Ready describe() const override {
+      return {io::SequenceKind::Rgbd, io::PoseSource::File, kFramesSent, 1, "benchmark"};
+    }
+    std::optional<Frame> next() override {
+      if (position_ == kFramesSent) return std::nullopt;
+      return frames()[position_++ % 4];
+    }
+
+   private:
+    std::uint64_t position_ = 0;
+  };
+  frames();
+  double bytes = 0.0;
+  for (auto _ : state) {
+    FrameListener listener({"127.0.0.1", 0}, listenerOptions());
+    FrontEndOptions options = frontEndOptions();
+    options.encoding = encoding;
+    auto sender = std::async(std::launch::async, [&]() {
+      return runFrontEnd(
+          listener.endpoint(), [](const std::string&) { return std::make_unique<Producer>(); },
+          options);
+    });
+    (void)listener.kind();
+    const auto start = std::chrono::steady_clock::now();
+    while (listener.next()) continue;
+    const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
+    state.SetIterationTime(passed.count() / kFramesSent);
+    bytes += static_cast<double>(sender.get().bytes_sent) / kFramesSent;
+  }
+  state.counters["bytes"] = benchmark::Counter(bytes, benchmark::Counter::kAvgIterations);
+}
+
+BENCHMARK_CAPTURE(encodeFrames, raw, CloudEncoding::Raw)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(encodeFrames, compact, CloudEncoding::Compact)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(decodeFrames, raw, CloudEncoding::Raw)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(decodeFrames, compact, CloudEncoding::Compact)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(overLoopback, raw, CloudEncoding::Raw)
+    ->Unit(benchmark::kMillisecond)
+    ->UseManualTime()
+    ->Iterations(5);
+BENCHMARK_CAPTURE(overLoopback, compact, CloudEncoding::Compact)
+    ->Unit(benchmark::kMillisecond)
+    ->UseManualTime()
+    ->Iterations(5);
+
+}  // namespace
+}  // namespace planar_mapping::transport
+
+BENCHMARK_MAIN();
