@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <string>
 
@@ -81,6 +82,53 @@ TEST_F(CalibrationFile, NamesWhatIsWrong) {
   expectProblem("image_width: 64\nimage_height: 1\nfx: -1\nfy: 1\ncx: 1\ncy: 1\n", "is not in");
   EXPECT_THROW(readCalibration(dir_ / "missing.yaml"), IoError);
   EXPECT_THROW(readCalibration(dir_.path()), IoError);
+}
+
+TEST_F(CalibrationFile, ReadsAPairThatIsNotRectified) {
+  const std::string pair =
+      std::string(kCamera) +
+      "k1: -0.2\nk2: 0.05\np1: 0.001\np2: -0.002\nk3: 0.01\nk1_right: -0.1\nfx_right: 480\n"
+      "cy_right: 241\nrotation: [1, 0, 0, 0, 0.8, -0.6, 0, 0.6, 0.8]\n"
+      "translation_m: [-0.12, 0.01, 0]\n";
+  const Calibration calibration = read(pair);
+  ASSERT_TRUE(calibration.unrectified);
+  const UnrectifiedPair& found = *calibration.unrectified;
+  EXPECT_EQ(found.left.k1, -0.2);
+  EXPECT_EQ(found.left.k3, 0.01);
+  EXPECT_EQ(found.right.k1, -0.1);
+  EXPECT_EQ(found.right.k2, 0.0);
+  EXPECT_EQ(found.right_camera.fx, 480.0);
+  EXPECT_EQ(found.right_camera.fy, 480.0);  // as the left one
+  EXPECT_EQ(found.right_camera.cy, 241.0);
+  EXPECT_EQ(found.right_camera.width, 640);
+  // Row by row: y of the right camera is 0.8 y - 0.6 z of the left one.
+  EXPECT_NEAR((found.T_right_left * Vector3(0.0, 1.0, 1.0)).y(), 0.21, 1e-12);
+  EXPECT_NEAR(calibration.baseline.value_or(0.0), std::hypot(0.12, 0.01), 1e-12);
+
+  const Calibration back = read(toYaml(calibration));
+  ASSERT_TRUE(back.unrectified);
+  EXPECT_TRUE(back.unrectified->T_right_left.isApprox(found.T_right_left, 1e-12));
+  EXPECT_EQ(back.unrectified->left.p2, found.left.p2);
+  EXPECT_EQ(back.unrectified->right_camera.cy, 241.0);
+}
+
+TEST_F(CalibrationFile, NamesWhatIsWrongWithAPairThatIsNotRectified) {
+  const std::string camera = kCamera;
+  const std::string rotation = "rotation: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n";
+  const std::string translation = "translation_m: [-0.1, 0, 0]\n";
+  expectProblem(camera + translation, "has no key 'rotation'");
+  expectProblem(camera + rotation, "which also has rotation and translation_m");
+  expectProblem(camera + "k1: 0.1\nbaseline_m: 0.1\n", "k1 belongs to a pair");
+  expectProblem(camera + rotation + translation + "baseline_m: 0.1\n", "is translation_m");
+  expectProblem(camera + rotation + "translation_m: [1, 2]\n", "no list of 3 numbers");
+  expectProblem(camera + rotation + "translation_m: [1, 2, .nan]\n", "no list of 3 numbers");
+  expectProblem(camera + rotation + "translation_m: 1\n", "no list of 3 numbers");
+  expectProblem(camera + rotation + "translation_m: [0, 0, 0]\n", "is no baseline");
+  expectProblem(camera + translation + "rotation: [1, 0, 0, 0, 1, 0, 0, 0, 2]\n",
+                "is no rotation matrix");
+  expectProblem(camera + translation + "rotation: [1, 0, 0, 0, 1, 0, 0, 0, -1]\n",
+                "is no rotation matrix");
+  expectProblem(camera + rotation + translation + "k1: x\n", "k1 is no number");
 }
 
 TEST_F(CalibrationFile, ReadsRealCalibrations) {
