@@ -210,6 +210,7 @@ inline OutlierResult runOutliers(const std::vector<OutlierFrame>& frames, double
       cells.update(frame.points, indices, labels, f.view.pose, probability);
     }
     frame.probability = &probability;
+    frame.noise = cell_params.occupancy.noise;
     map.insert(frame);
   }
   for (std::size_t i = 0; i < frames.size(); i += 3) {

@@ -45,6 +45,7 @@ void CellLayer::markDirty(const Int3& block, std::uint32_t frame) {
 std::size_t CellLayer::rebuild(const CuboidApproximationParams& params,
                                const std::vector<StoredPose>& trajectory) {
   std::size_t rebuilt = 0;
+  std::size_t stale = 0;
   bool any_empty = false;
   std::vector<NonPlanarCell> cells;
   for (std::size_t r = 0; r < regions.size(); ++r) {
@@ -56,11 +57,16 @@ std::size_t CellLayer::rebuild(const CuboidApproximationParams& params,
     std::sort(region.blocks.begin(), region.blocks.end());
     region.blocks.erase(std::unique(region.blocks.begin(), region.blocks.end()),
                         region.blocks.end());
+    region.blocks.erase(
+        std::remove_if(region.blocks.begin(), region.blocks.end(),
+                       [&](std::uint64_t key) { return blocks.find(key) == nullptr; }),
+        region.blocks.end());
     cells.clear();
     for (const std::uint64_t key : region.blocks) {
       const CellBlock* found = blocks.find(key);
       if (found == nullptr) continue;
       const CellBlock& block = *found;
+      stale += block.occupied == 0 ? 1 : 0;
       for (std::uint64_t bits = block.occupied; bits != 0; bits &= bits - 1) {
         const int bit = __builtin_ctzll(bits);
         const Int3 c = cellOf(unpackKey(key), bit);
@@ -89,7 +95,9 @@ std::size_t CellLayer::rebuild(const CuboidApproximationParams& params,
                                                             : Vector3(Vector3::Zero());
     region.cuboids = cuboidsOfCells(cells, params, sensor);
   }
-  if (any_empty) {
+  // Blocks that lost their last cell go when they are worth the walk over all others.
+  constexpr std::size_t kShare = 16;
+  if (any_empty || stale > blocks.size() / kShare) {
     regions.removeIf([](std::uint64_t, const Region& region) { return region.cuboids.empty(); });
     blocks.removeIf([](std::uint64_t, const CellBlock& block) { return block.occupied == 0; });
   }
@@ -98,7 +106,8 @@ std::size_t CellLayer::rebuild(const CuboidApproximationParams& params,
 
 std::size_t CellLayer::memoryBytes() const {
   std::size_t bytes = blocks.memoryBytes() + regions.memoryBytes();
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
+  const bool with_mean = !blocks.empty() && !blocks.value(0).mean.empty();  // by the profile
+  for (std::size_t i = 0; with_mean && i < blocks.size(); ++i) {
     bytes += blocks.value(i).mean.capacity() * sizeof(blocks.value(i).mean[0]);
   }
   for (std::size_t r = 0; r < regions.size(); ++r) {

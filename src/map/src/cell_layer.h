@@ -65,6 +65,6 @@ class CellLayer {
   std::size_t memoryBytes() const;
 };
 
-constexpr std::int32_t kRegionCells = 128;
+constexpr std::int32_t kRegionCells = 64;
 
 }  // namespace planar_mapping::detail

@@ -84,6 +84,12 @@ class KeyMap {
     const std::size_t mask = slots_.size() - 1;
     for (std::size_t at = hash(key) & mask;; at = (at + 1) & mask) {
       if (slots_[at] == 0) {
+        // By a quarter: maps are measured by their memory, and entries are large.
+        if (keys_.size() == keys_.capacity()) {
+          const std::size_t wanted = keys_.size() + keys_.size() / 4 + 4;
+          keys_.reserve(wanted);
+          values_.reserve(wanted);
+        }
         keys_.push_back(key);
         values_.emplace_back();
         slots_[at] = static_cast<std::uint32_t>(keys_.size());

@@ -138,6 +138,15 @@ const PlanarMap::Impl::Cache& PlanarMap::Impl::derivedUnknown() const {
 const std::vector<Cuboid>& PlanarMap::cuboids() const {
   return impl_->derived().cuboids;
 }
+std::size_t PlanarMap::cuboidCount() const {
+  std::size_t count = 0;
+  const auto add = [&](const auto& parts) {
+    for (std::size_t i = 0; i < parts.size(); ++i) count += parts.value(i).cuboids.size();
+  };
+  for (const detail::PlaneLayer& layer : impl_->data.planes) add(layer.patches);
+  add(impl_->data.cells.regions);
+  return count;
+}
 const std::vector<MapPlane>& PlanarMap::planes() const {
   return impl_->derived().planes;
 }

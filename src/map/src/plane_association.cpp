@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <tuple>
 
 #include "frame.h"
@@ -59,9 +60,11 @@ double noiseTolerance(const PlanarMapParams& params, double rms_a, double rms_b)
 }
 bool isOnePlane(const PlanarMapParams& params, const Plane& plane_a, const PlaneMoments& a,
                 const Plane& plane_b, const PlaneMoments& b) {
-  const double tolerance = noiseTolerance(params, a.fit().rms, b.fit().rms);
-  return angleBetween(plane_a, plane_b) <= params.association_angle &&
-         rmsDistance(a, plane_b) <= tolerance && rmsDistance(b, plane_a) <= tolerance;
+  // What is cheap first: most planes of a map are nowhere near.
+  if (!(angleBetween(plane_a, plane_b) <= params.association_angle)) return false;
+  const double apart = std::max(rmsDistance(a, plane_b), rmsDistance(b, plane_a));
+  return apart <= params.association_offset &&
+         apart <= noiseTolerance(params, a.fit().rms, b.fit().rms);
 }
 
 std::int32_t gapInCells(const MapData& map) {
@@ -165,16 +168,16 @@ void associatePlanes(MapData& map, Frame& frame) {
   std::vector<Pair> pairs;
   for (std::size_t k = 0; k < segments; ++k) {
     if (frame.inliersOf(k).empty()) continue;
+    const double own = frame.moments[k].fit().rms;
     for (std::size_t l = 0; l < map.planes.size(); ++l) {
       const PlaneLayer& layer = map.planes[l];
       const double angle = angleBetween(frame.planes[k], layer.info.plane);
       if (angle > 2.0 * map.params.association_angle) continue;
       const double offset = rmsDistance(frame.moments[k], layer.info.plane);
-      if (!(offset <= 2.0 * map.params.association_offset + 3.0 * frame.moments[k].fit().rms)) {
+      if (!(offset <= 2.0 * map.params.association_offset + 3.0 * own)) {
         continue;
       }
       // Its own noise is no reason to doubt that the segment lies on the plane.
-      const double own = frame.moments[k].fit().rms;
       const double apart = std::sqrt(std::max(0.0, offset * offset - own * own));
       const Tolerance tolerance = toleranceAt(map.params, layer.info.moments, frame.moments[k]);
       if (angle > tolerance.angle || apart > tolerance.offset) continue;
@@ -206,13 +209,14 @@ void associatePlanes(MapData& map, Frame& frame) {
     assigned[pair.segment] = true;
     ++frame.update.planes_matched;
   }
-  const Vector3 along = directionOfWalls(map, frame);
+  std::optional<Vector3> along;  // asks every plane of the map
   for (std::size_t k = 0; k < segments; ++k) {
     if (assigned[k] || frame.inliersOf(k).empty()) continue;
+    if (!along) along = directionOfWalls(map, frame);
     PlaneLayer layer;
     layer.info.id = map.next_plane_id++;
     layer.setFrame(
-        makePlaneFrame(frame.planes[k], frame.sensor, map.params.approximation.up, along));
+        makePlaneFrame(frame.planes[k], frame.sensor, map.params.approximation.up, *along));
     map.planes.push_back(std::move(layer));
     frame.hits.emplace_back();
     frame.hits.back().layer = map.planes.size() - 1;

@@ -37,7 +37,7 @@ struct PlanePatch {
   std::vector<Cuboid> cuboids;
   bool dirty = true;
 };
-constexpr std::int32_t kPatchCells = 256;
+constexpr std::int32_t kPatchCells = 128;
 
 /// The same moments with exactly symmetric scatter in floats, as the file keeps it.
 PlaneMoments symmetric(const PlaneMoments& moments);

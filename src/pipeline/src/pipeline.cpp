@@ -179,7 +179,7 @@ FrameReport Pipeline::report(const Frame& frame) const {
   report.planes = frame.planes.size();
   report.planes_new = frame.update.planes_new;
   report.planes_matched = frame.update.planes_matched;
-  report.cuboids = map_.cuboids().size();
+  report.cuboids = map_.cuboidCount();
   report.map_bytes = map_.memoryBytes();
   return report;
 }

@@ -299,7 +299,7 @@ struct Labels {
 };
 
 TEST(HostileMapFile, LoadsQuicklyWithManyPatchesThatAreAlmostEmpty) {
-  // 1024 patches of 256 x 256 cells, two of which are there, in opposite corners.
+  // Thousands of patches of 128 x 128 cells, two of which are there, in opposite corners.
   Bytes plan{1, 1, 0, 1};
   const auto put = [&](auto value) {
     const auto* raw = reinterpret_cast<const std::uint8_t*>(&value);

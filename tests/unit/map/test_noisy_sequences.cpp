@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
+#include <ctime>
 
 #include "noisy_sequence.h"
 #include "occupancy_experiment.h"
@@ -86,26 +86,26 @@ TEST(NoisySequences, APlaneThatIsSeenThroughLosesItsCells) {
   for (const double noise_px : {0.0, 0.25}) {
     const StereoErrors errors = stereo(noise_px);
     Scene with;
-    with.boxes.push_back({{-0.6, 1.2, 0.0}, {0.1, 1.25, 1.6}, false, true});
+    with.boxes.push_back({{-0.6, 1.2, 0.3}, {0.1, 1.25, 1.6}, false, true});
     Random random(7);
     PlanarMap map(paramsWithin(8.0));
     const auto see = [&](const Scene& scene, int i) {
-      const Pose pose = lookFrom({-0.3 + 0.05 * i, -0.8, 1.0});
+      const Pose pose = lookFrom({-0.3 + 0.05 * i, -0.8, 1.0}, 0.0, 0.0);
       map.insert(observationOf(test::lookNoisy(scene, pose, errors, random, 300), errors));
     };
     const auto occupied = [&]() {
       int count = 0;
       for (double x = -0.55; x < 0.1; x += 0.1) {
-        for (double z = 0.2; z < 1.5; z += 0.1) count += map.isOccupied({x, 1.22, z}) ? 1 : 0;
+        for (double z = 0.4; z < 1.5; z += 0.1) count += map.isOccupied({x, 1.22, z}) ? 1 : 0;
       }
       return count;
     };
     for (int i = 0; i < 5; ++i) see(with, i);
-    EXPECT_GT(occupied(), 80) << noise_px;
+    EXPECT_GT(occupied(), 70) << noise_px;
     for (int i = 5; i < 9; ++i) see(Scene(), i);
     EXPECT_EQ(occupied(), 0) << noise_px;
     for (const MapPlane& plane : map.planes()) {
-      EXPECT_GT(std::abs(plane.plane.signedDistance({-0.2, 1.2, 1.0})), 0.15);
+      EXPECT_FALSE(plane.plane.normal.y() < -0.9 && std::abs(plane.plane.offset - 1.2) < 0.15);
     }
   }
 }
@@ -213,17 +213,17 @@ TEST(NoisySequences, StandingStillTheMapStopsGrowing) {
   StereoErrors errors;
   errors.noise_px = 0.1;
   Random random(31);
-  PlanarMap map(paramsWithin(8.0));
+  PlanarMapParams params = paramsWithin(8.0);
+  params.unknown_space = false;
+  PlanarMap map(params);
   // The trajectory is listed apart: 40 bytes a frame in memory, about 20 in the file.
   constexpr std::size_t kPoseBytes = 40;
   std::size_t cells = 0, bytes = 0;
   for (int i = 0; i < 1000; ++i) {
     map.insert(observationOf(cornerView(scene, lookFrom({0, 0, 1.0}), errors, random, i), errors));
     if (i != 99 && i != 999) continue;
-    std::size_t live = map.memoryBytes();
-    std::size_t capacity = 1;
-    while (capacity < map.frames()) capacity *= 2;
-    live -= kPoseBytes * capacity;
+    // Of a copy, which has no room to spare and no lists made for queries.
+    const std::size_t live = PlanarMap(map).memoryBytes() - kPoseBytes * map.frames();
     const std::size_t occupied = occupiedCells(map, scene);
     if (i == 99) {
       cells = occupied;
@@ -233,6 +233,14 @@ TEST(NoisySequences, StandingStillTheMapStopsGrowing) {
       EXPECT_LE(live, 1.05 * static_cast<double>(bytes));
     }
   }
+}
+
+Indices nearerThan(const View& view, float depth) {
+  Indices near;
+  for (std::size_t i = 0; i < view.xyz.size() / 3; ++i) {
+    if (view.xyz[3 * i + 2] < depth) near.push_back(static_cast<int>(i));
+  }
+  return near;
 }
 
 double medianOf(std::vector<double> values) {
@@ -247,20 +255,25 @@ TEST(NoisySequences, AFrameOfALongCorridorCostsWhatTheFirstOnesCost) {
   errors.noise_px = 0.1;
   Random random(37);
   PlanarMapParams params = paramsWithin(8.0);
+  params.unknown_space = false;
   PlanarMap map(params);
   std::vector<double> times;
   for (int i = 0; i < 1000; ++i) {
     const Pose pose = lookFrom({0.0, 0.5 + 0.085 * i, 0.8});
     const View view = cornerView(scene, pose, errors, random, 0.2 * i);
-    const FrameObservation frame = observationOf(view, errors);
-    const auto start = std::chrono::steady_clock::now();
+    FrameObservation frame = observationOf(view, errors);
+    const Indices near = nearerThan(view, 4.0f);  // as the stage depth_error_limit leaves them
+    frame.indices = &near;
+    const std::clock_t start = std::clock();  // of the processor, whoever else is at work
     map.insert(frame);
-    times.push_back(
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    times.push_back(static_cast<double>(std::clock() - start));
   }
   const double early = medianOf({times.begin() + 100, times.begin() + 200});
   const double late = medianOf({times.end() - 100, times.end()});
   EXPECT_LE(late, 1.2 * early);
+  // 85 m of it, 1,000 frames; the trajectory is 40 bytes a frame in memory, about 20 in the file.
+  EXPECT_LE(PlanarMap(map).memoryBytes(), 240000u);
+  EXPECT_LE(map.serialize().size(), 30000u);
 }
 
 }  // namespace

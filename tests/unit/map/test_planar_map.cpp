@@ -120,6 +120,7 @@ TEST(PlanarMap, SeesTheSameWallTwiceAsOnePlane) {
     }
   }
   for (const View& view : views) EXPECT_GT(coverage(map, view, 0.05), 0.999);
+  EXPECT_EQ(map.cuboidCount(), map.cuboids().size());
 }
 
 TEST(PlanarMap, RefitsFromMomentsAndNotFromPoints) {

@@ -138,6 +138,8 @@ class PLANAR_MAPPING_EXPORT PlanarMap {
 
   /// Occupied cuboids: planar ones by plane id, then non-planar ones.
   const std::vector<Cuboid>& cuboids() const;
+  /// Number of cuboids(), without making their list.
+  std::size_t cuboidCount() const;
   /// Unknown space as axis-aligned cuboids (state Unknown, plane_id -1), merged.
   std::vector<Cuboid> unknownCuboids() const;
   const std::vector<MapPlane>& planes() const;
