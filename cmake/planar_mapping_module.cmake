@@ -68,3 +68,10 @@ function(planar_mapping_graphics_sanitizer_options target)
     target_sources(${target} PRIVATE ${PROJECT_SOURCE_DIR}/cmake/graphics_sanitizer_options.cpp)
   endif()
 endfunction()
+
+# For programs that use the network: what sanitizers should know of libzmq.
+function(planar_mapping_network_sanitizer_options target)
+  if(PLANAR_MAPPING_SANITIZE)
+    target_sources(${target} PRIVATE ${PROJECT_SOURCE_DIR}/cmake/network_sanitizer_options.cpp)
+  endif()
+endfunction()

@@ -19,7 +19,7 @@ using detail::ListenerSession;
 
 constexpr double kTickInterval = 0.05;  // seconds between looks at deadlines and at the stop flag
 constexpr double kGoodbyeTime = 0.3;    // seconds that peers have to read the last message
-constexpr int kChunksBetweenFlushes = 512;  // answers go out even while a peer floods us
+constexpr int kChunksBetweenFlushes = 64;  // answers go out even while a peer floods us
 
 /// Wakes a thread that waits for a socket.
 class WakePipe {

@@ -21,6 +21,7 @@ namespace {
 constexpr double kLongestHelloWait = 5.0;  // seconds a connection may say nothing
 constexpr double kSignOfLifeInterval = 1.0;
 constexpr double kGoodbyeTime = 0.5;    // from goodbye to closing, so that it is read
+constexpr int kLargestRetries = 5;      // connections in a row without a frame
 constexpr double kShortestStale = 2.0;  // seconds of silence after which a front-end is replaced
 
 /// Never 0, and not one a peer of an earlier run knows.
@@ -54,7 +55,7 @@ void ListenerSession::disconnected(const Peer& peer, Time now) {
   if (owner_ == peer) {
     owner_.reset();
     lost_ = true;
-    progress_at_ = now;  // it has the whole timeout to come back
+    prolong(now);  // it has the whole timeout to come back
     if (isOpen()) event("lost the connection to the front-end" + position());
   }
   connections_.erase(found);
@@ -69,6 +70,13 @@ void ListenerSession::received(const Peer& peer, const std::uint8_t* data, std::
     found->second.assembler.feed(
         data, size, [&](const MessageHeader& header) { return limitFor(peer, header); },
         [&](const MessageHeader& header, const Bytes& body) { handle(peer, header, body, now); });
+  } catch (const ForeignProtocolError& error) {
+    if (found->second.session == 0) {
+      found->second.close_at = now;  // it would not understand a goodbye
+      event(std::string("turned a peer away: ") + error.what());
+    } else {
+      turnAway(peer, ByeReason::Protocol, error.what(), now);
+    }
   } catch (const VersionError& error) {
     turnAway(peer, ByeReason::Version, error.what(), now);
   } catch (const ProtocolError& error) {
@@ -127,7 +135,7 @@ void ListenerSession::handle(const Peer& peer, const MessageHeader& header, cons
     case MessageType::Progress:
       return handleProgress(connections_.at(peer), decodeProgress(body), now);
     case MessageType::End:
-      return handleEnd(decodeEnd(body), now);
+      return handleEnd(decodeEnd(body));
     default:
       return handleBye(peer, decodeBye(body), now);
   }
@@ -159,7 +167,8 @@ void ListenerSession::welcome(const Peer& peer, Time now) {
   } while (connection.session == last_session_);
   last_session_ = connection.session;
   connection.heard_at = now;
-  progress_at_ = std::max(progress_at_, now);
+  ++sessions_without_frame_;
+  prolong(now);
   Welcome message;
   message.configuration = settings_.configuration;
   message.next_frame = received_;
@@ -182,7 +191,7 @@ void ListenerSession::handleReady(const Peer& peer, const Ready& ready, Time now
   }
   input_ = ready;
   connections_.at(peer).ready = true;
-  progress_at_ = now;
+  prolong(now);
 }
 
 void ListenerSession::handleFrame(const Bytes& body, Time now) {
@@ -194,25 +203,24 @@ void ListenerSession::handleFrame(const Bytes& body, Time now) {
   }
   ++received_;
   frames_.push_back(std::move(message.frame));
-  progress_at_ = now;
+  sessions_without_frame_ = 0;
+  prolong(now);
 }
 
-/// Only real progress counts, so that nobody keeps a run waiting for ever.
 void ListenerSession::handleProgress(Connection& connection, const Progress& progress, Time now) {
   if (progress.frames <= connection.progress || progress.frames > received_) {
     throw ProtocolError("it reports progress that is none");
   }
   connection.progress = progress.frames;
-  progress_at_ = now;
+  prolong(now);
 }
 
-void ListenerSession::handleEnd(const End& end, Time now) {
+void ListenerSession::handleEnd(const End& end) {
   if (end.frames != received_) {
     throw ProtocolError("it ends after " + std::to_string(end.frames) + " frames, but " +
                         std::to_string(received_) + " came");
   }
   ended_ = true;
-  progress_at_ = now;
 }
 
 void ListenerSession::handleBye(const Peer& peer, const Bye& bye, Time now) {
@@ -237,8 +245,14 @@ void ListenerSession::turnAway(const Peer& peer, ByeReason reason, const std::st
         text);
   if (owner_ == peer) {
     owner_.reset();
-    progress_at_ = now;
+    prolong(now);
   }
+}
+
+/// Something useful happened, so that the timeout starts anew. Nobody keeps a run waiting for ever:
+/// connections that bring no frame prolong it a few times only.
+void ListenerSession::prolong(Time now) {
+  if (sessions_without_frame_ <= kLargestRetries) progress_at_ = std::max(progress_at_, now);
 }
 
 void ListenerSession::tick(Time now) {

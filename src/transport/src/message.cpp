@@ -40,6 +40,8 @@ Enumeration enumerationOf(Integer value, Enumeration last, const char* field) {
 
 ProtocolError::~ProtocolError() = default;
 
+ForeignProtocolError::~ForeignProtocolError() = default;
+
 VersionError::VersionError(std::uint16_t version)
     : ProtocolError("the peer speaks version " + std::to_string(version) +
                     " of the front-end protocol, this program version " +
@@ -82,7 +84,7 @@ HeaderBytes encodeHeader(MessageType type, std::uint64_t session, std::uint64_t 
 void checkMagic(const HeaderBytes& bytes) {
   ByteReader reader(bytes.data(), bytes.size());
   if (reader.integer<std::uint32_t>("magic") != kMagic) {
-    throw ProtocolError("these are no messages of a planar_map front-end");
+    throw ForeignProtocolError("these are no messages of a planar_map front-end");
   }
 }
 

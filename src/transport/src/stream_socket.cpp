@@ -66,21 +66,24 @@ void StreamSocket::connect(const Endpoint& endpoint) {
 }
 
 std::optional<StreamEvent> StreamSocket::receive() {
+  zmq::message_t peer;
+  StreamEvent event;
+  if (!receivePart(peer)) return std::nullopt;
+  while (!receivePart(event.data)) continue;  // the parts of a message arrive together
+  event.peer = peer.to_string();
+  if (event.data.size() == 0) {
+    const bool is_new = peers_.insert(event.peer).second;
+    if (!is_new) peers_.erase(event.peer);
+    event.kind = is_new ? StreamEvent::Kind::Connected : StreamEvent::Kind::Disconnected;
+  }
+  return event;
+}
+
+bool StreamSocket::receivePart(zmq::message_t& part) {
   try {
-    zmq::message_t peer;
-    if (!socket_.recv(peer, zmq::recv_flags::dontwait)) return std::nullopt;
-    StreamEvent event;
-    event.peer = peer.to_string();
-    // The parts of a message arrive together.
-    while (!socket_.recv(event.data, zmq::recv_flags::dontwait)) continue;
-    if (event.data.size() == 0) {
-      const bool is_new = peers_.insert(event.peer).second;
-      if (!is_new) peers_.erase(event.peer);
-      event.kind = is_new ? StreamEvent::Kind::Connected : StreamEvent::Kind::Disconnected;
-    }
-    return event;
+    return socket_.recv(part, zmq::recv_flags::dontwait).has_value();
   } catch (const zmq::error_t& error) {
-    if (error.num() == EINTR) return std::nullopt;  // a signal; who waits looks at its flag
+    if (error.num() == EINTR) return false;  // a signal; who waits looks at its flag
     throw;
   }
 }
@@ -98,13 +101,15 @@ void StreamSocket::wait(double seconds, int wake_descriptor) {
 }
 
 bool StreamSocket::send(const std::string& peer, const void* data, std::size_t size) {
+  return sendPart(peer.data(), peer.size(), zmq::send_flags::sndmore) &&
+         sendPart(data, size, zmq::send_flags::none);
+}
+
+/// \return false if the peer is gone or its queue is full
+bool StreamSocket::sendPart(const void* data, std::size_t size, zmq::send_flags flags) {
   for (;;) {
     try {
-      if (!socket_.send(zmq::buffer(peer), zmq::send_flags::sndmore | zmq::send_flags::dontwait)) {
-        return false;
-      }
-      socket_.send(zmq::buffer(data, size), zmq::send_flags::dontwait);
-      return true;
+      return socket_.send(zmq::buffer(data, size), flags | zmq::send_flags::dontwait).has_value();
     } catch (const zmq::error_t& error) {
       if (error.num() == EINTR) continue;
       if (error.num() == EHOSTUNREACH) return false;

@@ -42,6 +42,9 @@ class StreamSocket {
   bool close(const std::string& peer) { return send(peer, "", 0); }
 
  private:
+  bool receivePart(zmq::message_t& part);
+  bool sendPart(const void* data, std::size_t size, zmq::send_flags flags);
+
   zmq::context_t context_;
   zmq::socket_t socket_;
   std::set<std::string> peers_;

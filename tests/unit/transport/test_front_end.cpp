@@ -265,10 +265,10 @@ TEST(FrontEnd, AMapperWithoutAFrontEndGivesUp) {
 }
 
 TEST(FrontEnd, AFrontEndThatNeverComesBackIsGivenUp) {
-  FrameListener listener(kAnyPort, listenerOptions(0.3));
+  FrameListener listener(kAnyPort, listenerOptions(0.8));
   auto crashing = sendInBackground(listener.endpoint(), {8, 2});
   EXPECT_EQ("crash", errorOf([&]() { crashing.get(); }));
-  EXPECT_EQ("the front-end went away after frame 2 of 8 and did not come back for 0.3 s",
+  EXPECT_EQ("the front-end went away after frame 2 of 8 and did not come back for 0.8 s",
             errorOf([&]() { takeAll(listener); }));
 }
 

@@ -107,7 +107,7 @@ TEST_F(HostilePeers, AFloodDoesNotStopTheRealFrontEnd) {
   std::atomic<bool> done{false};
   std::thread flood([&]() {
     const std::string noise(65536, 'x');
-    while (!done) {
+    for (int connections = 0; connections < 500 && !done; ++connections) {
       TcpPeer peer = connect();
       for (int i = 0; i < 20 && peer.send(noise) && !done; ++i) continue;
     }

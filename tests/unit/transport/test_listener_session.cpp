@@ -366,6 +366,23 @@ TEST_F(ListenerSessionTest, OnlyRealProgressKeepsASessionAlive) {
   expectCutOff(other_, "progress that is none");
 }
 
+TEST_F(ListenerSessionTest, ComingAndGoingDoesNotKeepASessionAlive) {
+  begin(robot_);
+  sendFrame(robot_, 0);
+  ASSERT_TRUE(session_.takeFrame(now_).has_value());
+  session_.disconnected(robot_.name(), now_);
+  int visits = 0;
+  for (; session_.state() == State::Open && visits < 100; ++visits) {
+    ScriptedPeer peer("visitor" + std::to_string(visits), 1000U + static_cast<unsigned>(visits));
+    begin(peer);
+    give(peer, peer.message(MessageType::Progress, encode(Progress{1})));
+    session_.disconnected(peer.name(), now_);
+    pass(6.0);
+  }
+  EXPECT_EQ(State::Failed, session_.state());
+  EXPECT_LT(visits, 10);
+}
+
 TEST_F(ListenerSessionTest, AFrontEndThatGivesUpSaysWhy) {
   begin(robot_);
   sendFrame(robot_, 0);
@@ -385,7 +402,10 @@ TEST_F(ListenerSessionTest, AnInterruptedFrontEndSaysSo) {
 TEST_F(ListenerSessionTest, GarbageIsCutOffAfterFourBytes) {
   connect(robot_);
   give(robot_, {'G', 'E', 'T', ' '});
-  expectCutOff(robot_, "no messages of a planar_map front-end");
+  EXPECT_FALSE(robot_.bye.has_value());
+  EXPECT_TRUE(hasEvent("these are no messages of a planar_map front-end"));
+  pass(0.0, &robot_);
+  EXPECT_TRUE(robot_.closed);
 }
 
 TEST_F(ListenerSessionTest, AnotherVersionIsToldSo) {

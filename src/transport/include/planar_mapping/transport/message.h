@@ -31,6 +31,13 @@ class PLANAR_MAPPING_EXPORT VersionError : public ProtocolError {
   ~VersionError() override;
 };
 
+/// What comes is no message at all: another protocol, or noise.
+class PLANAR_MAPPING_EXPORT ForeignProtocolError : public ProtocolError {
+ public:
+  using ProtocolError::ProtocolError;
+  ~ForeignProtocolError() override;
+};
+
 using Bytes = std::vector<std::uint8_t>;
 
 constexpr std::uint16_t kProtocolVersion = 1;
@@ -128,9 +135,9 @@ using HeaderBytes = std::array<std::uint8_t, kHeaderBytes>;
 /// Header of a body, its size and checksum filled in. \throws InputError beyond 4 GiB
 PLANAR_MAPPING_EXPORT HeaderBytes encodeHeader(MessageType type, std::uint64_t session,
                                                std::uint64_t sequence, const Bytes& body);
-/// The first four bytes are enough. \throws ProtocolError if this is another protocol
+/// The first four bytes are enough. \throws ForeignProtocolError
 PLANAR_MAPPING_EXPORT void checkMagic(const HeaderBytes& bytes);
-/// \throws VersionError, ProtocolError: no magic number, wrong checksum, unknown type
+/// \throws ForeignProtocolError, VersionError; ProtocolError: wrong checksum, unknown type
 PLANAR_MAPPING_EXPORT MessageHeader decodeHeader(const HeaderBytes& bytes);
 /// \throws ProtocolError if the body is not the one the header announces
 PLANAR_MAPPING_EXPORT void checkBody(const MessageHeader& header, const Bytes& body);

@@ -93,12 +93,13 @@ class PLANAR_MAPPING_EXPORT ListenerSession {
   void handleReady(const Peer& peer, const Ready& ready, Time now);
   void handleFrame(const Bytes& body, Time now);
   void handleProgress(Connection& connection, const Progress& progress, Time now);
-  void handleEnd(const End& end, Time now);
+  void handleEnd(const End& end);
   void handleBye(const Peer& peer, const Bye& bye, Time now);
   void welcome(const Peer& peer, Time now);
   void turnAway(const Peer& peer, ByeReason reason, const std::string& text, Time now);
   void sendAck(const Peer& peer);
   void send(const Peer& peer, MessageType type, const Bytes& body);
+  void prolong(Time now);
   void fail(const std::string& text, Time now);
   void event(const std::string& text);
   void closeLateConnections(Time now);
@@ -116,6 +117,7 @@ class PLANAR_MAPPING_EXPORT ListenerSession {
   std::optional<Ready> input_;
   bool ended_ = false;
   bool closed_ = false;
+  int sessions_without_frame_ = 0;
   bool lost_ = false;  ///< there was a front-end, and it went without a word
   std::string failure_;
   Time progress_at_;  ///< something useful happened
