@@ -21,6 +21,8 @@ using detail::FrameCells;
 
 /// A feature agrees with the dense point at its pixel within so many depth errors.
 constexpr double kAgreement = 3.0;
+/// Less belief is doubt, as in Eq. 10.
+constexpr double kBelieved = 0.5;
 
 void requireFrame(const KeyFeatureBeliefs::Frame& frame, std::size_t probabilities) {
   if (!frame.indices || !frame.labels || !frame.features) {
@@ -54,6 +56,7 @@ struct KeyFeatureBeliefs::Impl {
   void takeFeatures(const Frame& frame);
   std::vector<float> judgeFeatures(const Frame& frame);
   void spread();
+  void spreadBelieved();
 };
 
 void KeyFeatureBeliefParams::validate() const {
@@ -161,6 +164,17 @@ std::vector<float> KeyFeatureBeliefs::Impl::judgeFeatures(const Frame& frame) {
   return seen;
 }
 
+/// As spread(), but first from believed features alone.
+void KeyFeatureBeliefs::Impl::spreadBelieved() {
+  const std::vector<double> own = values;
+  for (double& value : values) value = value < kBelieved ? -1.0 : value;
+  spread();
+  for (std::size_t g = 0; g < own.size(); ++g) {
+    if (own[g] >= 0.0) values[g] = own[g];
+  }
+  spread();
+}
+
 /// From the cells of features to those around them on the same plane.
 void KeyFeatureBeliefs::Impl::spread() {
   const std::vector<FrameCells::Group>& all = cells.groups();
@@ -217,7 +231,9 @@ KeyFeatureBeliefs::Summary KeyFeatureBeliefs::update(const Frame& frame,
   for (std::size_t g = 0; g < groups; ++g) {
     if (count[g] > 0) own.values[g] = std::clamp(sum[g] / count[g], 0.0, 1.0);
   }
-  if (!own.features.empty()) own.spread();
+  if (!own.features.empty()) {
+    own.params.doubt_spreads ? own.spread() : own.spreadBelieved();
+  }
 
   own.dense.judge(frame.points, occupancy);
   std::vector<float> belief(cells_of_points);

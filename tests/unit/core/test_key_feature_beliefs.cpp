@@ -90,7 +90,10 @@ TEST(KeyFeatureBeliefs, WithoutDenseGroupsALonelyFeatureFades) {
 // Beliefs 1 at one end and exp(-E) at the other: between them means of the rings, by hand.
 TEST(KeyFeatureBeliefs, CellsWithoutFeaturesTakeTheMeanOfTheirNeighbours) {
   const Wall wall(4, 2);
-  KeyFeatureBeliefs beliefs(params());
+  KeyFeatureBeliefParams alike = params();
+  alike.doubt_spreads = true;
+  KeyFeatureBeliefs beliefs(alike);
+  KeyFeatureBeliefs cautious(params());
   std::vector<float> p(wall.xyz.size() / 3, -1.0f);
   std::vector<KeyFeature> features{wall.feature(1, 0), wall.feature(2, 3)};
   beliefs.update(wall.frame(features), p);
@@ -107,6 +110,12 @@ TEST(KeyFeatureBeliefs, CellsWithoutFeaturesTakeTheMeanOfTheirNeighbours) {
   EXPECT_NEAR(p[2], low, 1e-5);
   EXPECT_NEAR(p[4], 1.0, 1e-5);
   EXPECT_NEAR(p[7], low, 1e-5);
+
+  // By default one wrong match speaks for its own cell alone.
+  cautious.update(wall.frame(features), p);
+  cautious.update(wall.frame(jumped), p);
+  EXPECT_NEAR(p[3], low, 1e-5);
+  for (const std::size_t i : {0u, 1u, 2u, 4u, 5u, 6u, 7u}) EXPECT_NEAR(p[i], 1.0, 1e-5) << i;
 }
 
 TEST(KeyFeatureBeliefs, OtherPlanesAndFarPatchesAreJudgedByTheirPoints) {

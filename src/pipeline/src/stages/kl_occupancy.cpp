@@ -26,6 +26,7 @@ class KlOccupancyStage : public Stage {
     if (profile != Profile::Paper) return;
     range_floor_cells_ = 0.0;
     dense_groups_ = false;
+    doubt_spreads_ = true;
   }
   void declare(ParameterTable& table) override;
   void configure(const RunSettings&) override {
@@ -51,6 +52,7 @@ class KlOccupancyStage : public Stage {
   double range_floor_cells_ = 0.5;
   int features_per_cell_ = 8;
   bool dense_groups_ = true;
+  bool doubt_spreads_ = false;
   FeatureSource source_ = FeatureSource::Auto;
   detail::NoiseKeys noise_;
 
@@ -87,6 +89,9 @@ void KlOccupancyStage::declare(ParameterTable& table) {
                 "[ours] features sampled in each cell");
   table.flag("dense_groups", dense_groups_,
              "[ours] Eq. 4 judges tracks together with points of their cell; false = the paper");
+  table.flag("doubt_spreads", doubt_spreads_,
+             "[ours] doubt in a track spreads to adjacent cells although believed ones are within "
+             "reach");
   noise_.declare(table);
   table.number("eta1", beliefs_.occupancy.eta1, Range::above(0.0, 1.0),
                "belief at the peak of Eq. 4");
@@ -123,6 +128,7 @@ void KlOccupancyStage::setParams(double resolution) {
   tracks.beliefs = beliefs_;
   tracks.resolution = resolution;
   tracks.dense_groups = dense_groups_;
+  tracks.doubt_spreads = doubt_spreads_;
   tracks.dense_per_cell = features_per_cell_;
   tracks_.setParams(tracks);
 }

@@ -21,6 +21,10 @@ struct PLANAR_MAPPING_EXPORT KeyFeatureBeliefParams {
   /// [ours] Eq. 4 judges a feature together with the dense points of its cell, so that a feature
   /// alone in its cell has a group; false = among features only (the paper).
   bool dense_groups = true;
+  /// [ours] Doubt in a feature (belief below 0.5) spreads to adjacent cells only where no believed
+  /// feature is within reach: one wrong match takes one cell from a wall, not the wall around it.
+  /// true = all features spread alike.
+  bool doubt_spreads = false;
   int dense_per_cell = 8;  ///< [ours] dense points sampled in each cell of each plane, >= 1
 
   /// \throws ParameterError
