@@ -32,11 +32,11 @@ struct PLANAR_MAPPING_EXPORT StereoMatcherParams {
   /// Largest disparity the coarse search looks at, in image widths.
   double max_disparity_share = 0.5;
   SmoothnessPaths paths = SmoothnessPaths::Three;
-  int block_size = 5;                ///< side of the window compared, odd
-  double smoothness_small = 8.0;     ///< P1: cost of a step of 1 px, per pixel of the window
-  double smoothness_large = 32.0;    ///< P2: cost of a larger step, likewise; > P1
-  int prefilter_cap = 31;            ///< gray values of the horizontal derivative are cut off here
-  double uniqueness_percent = 12.0;  ///< the second-best cost must be worse by so much
+  int block_size = 5;               ///< side of the window compared, odd
+  double smoothness_small = 8.0;    ///< P1: cost of a step of 1 px, per pixel of the window
+  double smoothness_large = 32.0;   ///< P2: cost of a larger step, likewise; > P1
+  int prefilter_cap = 31;           ///< gray values of the horizontal derivative are cut off here
+  double uniqueness_percent = 5.0;  ///< the second-best cost must be worse by so much
   /// Left and right disparities may differ by so much, in pixels; negative = not checked.
   double left_right_tolerance = 1.0;
   int speckle_size = 100;      ///< connected regions with fewer pixels are removed; 0 = off
