@@ -77,6 +77,8 @@ struct DisparityParams {
   double bow_share = 0.08;
   double bow_factor = 0.7;
   double smooth_bow_share = 0.25;
+  /// Standard deviation of the direction of a plane that can be used, radians.
+  double max_direction_error = 0.087;
   /// Pixels of a plane in a tile from which on the tiles beside it are searched for more.
   int min_presence = 6;
   /// Cells of the smallest region.

@@ -120,6 +120,24 @@ Matrix4 covarianceOf(const DisparityPlane& plane, const DisparityParams& params)
   return covariance.allFinite() ? covariance : Matrix4::Zero();
 }
 
+/// Frees the pixels of planes whose direction noise leaves open.
+void dropUncertain(std::vector<DisparityPlane>& planes, DisparityAssigner& pixels,
+                   const DisparityParams& params, PlaneSearchDiagnostics& diagnostics) {
+  std::vector<std::int16_t> target(planes.size(), -1);
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    if (!planes[i].valid) continue;
+    const Matrix4 covariance = covarianceOf(planes[i], params);
+    const double variance = covariance(0, 0) + covariance(1, 1) + covariance(2, 2);
+    if (variance <= params.max_direction_error * params.max_direction_error) {
+      target[i] = static_cast<std::int16_t>(i);
+    } else {
+      planes[i].valid = false;
+      ++diagnostics.rejected_not_significant;
+    }
+  }
+  pixels.relabel(target);
+}
+
 void describe(const DisparityPlane& plane, const DisparityParams& params, PlaneSegment& segment) {
   segment.plane = {Vector3(plane.normal[0], plane.normal[1], plane.normal[2]), plane.height};
   segment.tilt = normalizedTilt(segment.plane);
@@ -160,10 +178,7 @@ PlaneSet findPlanesDisparity(const PointsView& points, const Indices* indices,
       planes[i].valid = planes[i].valid && target[i] == static_cast<std::int16_t>(i);
     }
   }
-  for (int round = 0; round < 2; ++round) {
-    pixels.assign(planes, own, own.growing_share, tight_factor, params.threads);
-    if (round == 0) refit(planes, pixels.parts(), own);
-  }
+  pixels.assign(planes, own, own.growing_share, tight_factor, params.threads);
   drop(planes, pixels, own.min_inliers * own.min_seed_share, cloud, own, true, set.diagnostics);
   {
     const CellGrid quarters = freeQuarterGrid(cloud, pixels.labels(), params.threads);
@@ -185,6 +200,7 @@ PlaneSet findPlanesDisparity(const PointsView& points, const Indices* indices,
   pixels.assign(planes, own, 1.0, own.noise_factor, params.threads);
   std::vector<DisparityPlane> fitted = planes;
   drop(planes, pixels, own.min_inliers, cloud, own, false, set.diagnostics);
+  dropUncertain(planes, pixels, own, set.diagnostics);
 
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < planes.size(); ++i) {
