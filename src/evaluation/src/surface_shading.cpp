@@ -15,6 +15,9 @@ constexpr int kLargestStretch = 8;      ///< samples along a pixel's image on a 
 constexpr double kSmallestSide = 1e-6;  ///< of a pixel's image, metres
 constexpr double kSmallestCosine = 1e-3;
 
+/// Textures repeat after this many metres: their lattices count in 32 bits.
+constexpr double kTexturePeriod = 4096.0;
+
 /// Surface coordinates (metres) and how they change along the surface, object frame.
 struct SurfaceFrame {
   Vector3 normal = Vector3::Zero();
@@ -85,7 +88,9 @@ SurfacePatch SurfaceShader::patchAt(double depth, const Vector3& ray) const {
   const double toward = -frame.normal.dot(direction);
   SurfacePatch patch;
   patch.incidence = std::clamp(toward / length, 0.0, 1.0);
-  patch.texture = textureAt(object.material, frame.u, frame.v, plain_share_, seed_);
+  patch.u = std::fmod(frame.u, kTexturePeriod);
+  patch.v = std::fmod(frame.v, kTexturePeriod);
+  patch.texture = textureAt(object.material, patch.u, patch.v, plain_share_, seed_);
   if (!colors_) return patch;
   const double side = frame.normal.dot(view_.light);
   patch.light = 0.62 + (side > 0.0 ? 0.33 : -0.12) * side;
@@ -94,8 +99,8 @@ SurfacePatch SurfaceShader::patchAt(double depth, const Vector3& ray) const {
   const double slope = std::max(toward, kSmallestCosine * length);
   const auto stepOnSurface = [&](const Vector3& step, double& u, double& v) {
     const Vector3 moved = depth * (step + direction * (frame.normal.dot(step) / slope));
-    u = frame.along_u.dot(moved);
-    v = frame.along_v.dot(moved);
+    u = std::clamp(frame.along_u.dot(moved), -kTexturePeriod, kTexturePeriod);
+    v = std::clamp(frame.along_v.dot(moved), -kTexturePeriod, kTexturePeriod);
   };
   double across_u = 0.0, across_v = 0.0, down_u = 0.0, down_v = 0.0;
   stepOnSurface(pixel_right_, across_u, across_v);
@@ -104,8 +109,6 @@ SurfacePatch SurfaceShader::patchAt(double depth, const Vector3& ray) const {
   const double across = across_u * across_u + across_v * across_v;
   const double down = down_u * down_u + down_v * down_v;
   const double longer = std::sqrt(std::max(across, down));
-  patch.u = frame.u;
-  patch.v = frame.v;
   patch.along_u = across > down ? across_u : down_u;
   patch.along_v = across > down ? across_v : down_v;
   patch.width =

@@ -137,6 +137,46 @@ TEST(Render, LooksAlongTheOpticalAxis) {
   EXPECT_NEAR(view.incidence[row + 31], 1.0, 1e-3);
 }
 
+TEST(Render, BearsHugeFarAndFlatThings) {
+  Scene scene;
+  scene.objects.push_back(objectAt(Shape::Box, Vector3(0, 1e9 + 1.0, 0), Vector3(4e9, 2e9, 4e9)));
+  scene.objects.push_back(objectAt(Shape::Sphere, Vector3(1e9, 0, 3e9), Vector3::Constant(1e9)));
+  scene.objects.push_back(objectAt(Shape::Box, Vector3(0, 0, 2), Vector3(0.5, 0.5, 0.0)));
+  scene.objects.push_back(objectAt(Shape::Cylinder, Vector3(0, 0, 1e9), Vector3(0, 0, 0)));
+  for (const Pattern pattern :
+       {Pattern::Plain, Pattern::Speckles, Pattern::Planks, Pattern::Tiles, Pattern::Bricks}) {
+    for (SceneObject& object : scene.objects) {
+      object.material.pattern = pattern;
+      object.material.posters = 0.5;
+      object.material.texture = 0.9;
+    }
+    RenderParams params;
+    params.plain_share = 0.2;
+    const Rendering view = render(scene, smallCamera(), Pose::Identity(), params);
+    EXPECT_EQ(view.object[24 * 64 + 32], 2);
+    EXPECT_FLOAT_EQ(view.depth[24 * 64 + 32], 2.0f);
+    EXPECT_EQ(view.object[47 * 64 + 5], 0) << "the ground";
+    EXPECT_NEAR(view.depth[47 * 64 + 5], 50.0 / 23.5, 1e-5);
+    EXPECT_EQ(view.colors.size(), view.size());
+  }
+}
+
+TEST(Render, RefusesWhatIsNotFinite) {
+  Scene scene;
+  scene.objects.push_back(objectAt(Shape::Box, Vector3(0, 0, 5), Vector3(1, 1, 1)));
+  Pose nowhere = Pose::Identity();
+  nowhere.translation().x() = std::nan("");
+  EXPECT_THROW(render(scene, smallCamera(), nowhere), InputError);
+  scene.objects[0].T_world_object = nowhere;
+  EXPECT_THROW(render(scene, smallCamera(), Pose::Identity()), InputError);
+  scene.objects[0].T_world_object = Pose::Identity();
+  scene.objects[0].size.y() = -1.0;
+  EXPECT_THROW(render(scene, smallCamera(), Pose::Identity()), InputError);
+  scene.objects.clear();
+  const Rendering empty = render(scene, smallCamera(), Pose::Identity());
+  for (const std::int32_t object : empty.object) EXPECT_EQ(object, -1);
+}
+
 TEST(Render, RefusesBadCameras) {
   PinholeCamera camera = smallCamera();
   camera.fx = 0.0;

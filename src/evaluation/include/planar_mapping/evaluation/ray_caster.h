@@ -36,7 +36,8 @@ struct PLANAR_MAPPING_EXPORT RenderParams {
 };
 
 /// Casts the ray of every pixel centre at every object it may meet; exact up to rounding.
-/// \throws ParameterError for a camera without size or focal length, and bad \p params
+/// \throws ParameterError for a camera without size or focal length, and bad \p params; InputError
+///         for poses or sizes that are not finite, or negative sizes
 PLANAR_MAPPING_EXPORT Rendering render(const Scene& scene, const PinholeCamera& camera,
                                        const Pose& T_world_camera,
                                        const RenderParams& params = RenderParams());

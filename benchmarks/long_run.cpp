@@ -1,0 +1,139 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+
+// A long simulated run through all mapping stages, without files: does the time of a frame stay
+// flat while the map grows, and the map small?
+//
+//   long_run CONFIG corridor|standing [FRAMES [WIDTH [KEY=VALUE...]]]
+//
+// corridor: 100 m along, turned by 20 degrees against the grid; standing: every frame from one
+// place. The clouds have WIDTH x 3/4 WIDTH pixels, 320 x 240 by default, lest 1000 frames take
+// minutes, and the depth error that 0.5 px are at a width of 640; the poses are given. Prints a
+// line for each tenth.
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/evaluation/simulation.h"
+#include "planar_mapping/pipeline/pipeline.h"
+#include "planar_mapping/pipeline/stage_table.h"
+
+namespace {
+
+using namespace planar_mapping;
+
+constexpr double kYaw = 0.35;            // radians
+constexpr double kCorridorLength = 100;  // metres
+constexpr double kBaseline = 0.12;       // metres
+constexpr double kNoise = 0.5 / 640.0;   // of the disparity, of the image width
+
+evaluation::SimulationParams simulationOf(bool standing, int frames, int width) {
+  evaluation::SimulationParams params;
+  params.scene = "corridor";
+  params.frames = frames;
+  params.yaw = kYaw;
+  params.length = kCorridorLength;
+  if (standing) params.path = evaluation::Path::Standing;
+  params.width = width;
+  params.height = width * 3 / 4;
+  params.sensor.baseline = kBaseline;
+  params.sensor.noise_px = kNoise * width;
+  params.sensor.smallest_disparity_px *= width / 640.0;
+  params.colors = false;
+  params.threads = 0;
+  return params;
+}
+
+Frame frameOf(const evaluation::Simulation& simulation, std::size_t index) {
+  const evaluation::SimulatedFrame simulated = simulation.frame(index);
+  Frame frame;
+  frame.number = index;
+  frame.timestamp = simulated.timestamp;
+  frame.T_world_sensor = simulated.T_world_camera;
+  frame.given_pose = simulated.T_world_camera;
+  frame.camera = simulated.truth.camera;
+  frame.baseline = simulation.params().sensor.baseline;
+  frame.cloud = FrameCloud::Ptr(new FrameCloud(static_cast<std::uint32_t>(frame.camera->width),
+                                               static_cast<std::uint32_t>(frame.camera->height)));
+  frame.cloud->is_dense = false;
+  for (std::size_t i = 0; i < frame.cloud->size(); ++i) {
+    pcl::PointXYZ& point = (*frame.cloud)[i];
+    point.x = simulated.xyz[3 * i];
+    point.y = simulated.xyz[3 * i + 1];
+    point.z = simulated.xyz[3 * i + 2];
+  }
+  return frame;
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+double medianOf(const std::vector<double>& ms, std::size_t begin, std::size_t end) {
+  end = std::min(end, ms.size());
+  if (begin >= end) return 0.0;
+  return median({ms.begin() + static_cast<std::ptrdiff_t>(begin),
+                 ms.begin() + static_cast<std::ptrdiff_t>(end)});
+}
+
+int run(const std::string& configuration, bool standing, int frames, int width,
+        const std::vector<std::string>& assignments) {
+  StageTable table;
+  registerBuiltinStages(table);
+  ConfigurationOverrides overrides;
+  overrides.assignments = assignments;
+  Pipeline pipeline(loadConfiguration(configuration, table, overrides));
+  const evaluation::Simulation simulation(simulationOf(standing, frames, width));
+  std::vector<double> ms;
+  std::size_t first_bytes = 0;
+  std::size_t skipped = 0;
+  std::printf("%7s %8s %8s %12s %12s %12s\n", "frame", "planes", "cuboids", "memory, B", "file, B",
+              "median, ms");
+  const std::size_t tenth = std::max<std::size_t>(1, simulation.size() / 10);
+  for (std::size_t i = 0; i < simulation.size(); ++i) {
+    Frame frame = frameOf(simulation, i);
+    const FrameReport report = pipeline.process(frame);
+    skipped += report.skip_reason.empty() ? 0 : 1;
+    ms.push_back(report.frame_ms);
+    if (first_bytes == 0) first_bytes = pipeline.map().memoryBytes();
+    if ((i + 1) % tenth != 0) continue;
+    std::printf("%7zu %8zu %8zu %12zu %12zu %12.2f\n", i + 1, pipeline.map().planes().size(),
+                report.cuboids, pipeline.map().memoryBytes(), pipeline.map().serialize().size(),
+                medianOf(ms, i + 1 - tenth, i + 1));
+    std::fflush(stdout);
+  }
+  const double early = medianOf(ms, 100, 200);
+  const double late = medianOf(ms, ms.size() > 100 ? ms.size() - 100 : 0, ms.size());
+  std::printf("median of frames 100-200 %.2f ms, of the last 100 %.2f ms", early, late);
+  if (early > 0.0) std::printf(": %.2f times", late / early);
+  std::printf("; memory after the first frame %zu B, after the last %zu B; %zu frames skipped\n",
+              first_bytes, pipeline.map().memoryBytes(), skipped);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const bool known =
+      argc >= 3 && (std::strcmp(argv[2], "corridor") == 0 || std::strcmp(argv[2], "standing") == 0);
+  if (!known) {
+    std::fprintf(stderr,
+                 "usage: long_run CONFIG corridor|standing [FRAMES [WIDTH [KEY=VALUE...]]]\n");
+    return 2;
+  }
+  try {
+    return run(argv[1], std::strcmp(argv[2], "standing") == 0, argc > 3 ? std::atoi(argv[3]) : 1000,
+               argc > 4 ? std::atoi(argv[4]) : 320, {argv + std::min(argc, 5), argv + argc});
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "long_run: %s\n", error.what());
+    return 1;
+  }
+}
