@@ -3,6 +3,7 @@
 #include "planar_mapping/core/surface_map.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -102,6 +103,26 @@ void SurfaceMapParams::validate() const {
 }
 
 namespace {
+
+/// Without the directions that only the errors of the planes' normals seem to hold: a bare floor
+/// does not keep the camera from sliding.
+Matrix6 meaningful(const Matrix6& information) {
+  constexpr double kNormalError = 0.06;  // radians
+  // Turns count by how far they move points at the typical distance.
+  const double lever = std::sqrt(information.bottomRightCorner<3, 3>().trace() /
+                                 information.topLeftCorner<3, 3>().trace());
+  Vector6 unit;
+  unit << Vector3::Ones(), Vector3::Constant(lever);
+  const Vector6 inverse = unit.cwiseInverse();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> solver(
+      inverse.asDiagonal() * information * inverse.asDiagonal());
+  Vector6 eigenvalues = solver.eigenvalues();
+  for (int i = 0; i < 6; ++i) {
+    if (eigenvalues[i] < kNormalError * kNormalError * eigenvalues[5]) eigenvalues[i] = 0.0;
+  }
+  const Matrix6 vectors = unit.asDiagonal() * solver.eigenvectors();
+  return vectors * eigenvalues.asDiagonal() * vectors.transpose();
+}
 
 /// Planes for a search through all of them.
 class PlaneList {
@@ -232,7 +253,7 @@ class SurfaceMap::Implementation {
     const auto matched = static_cast<double>(result.matched);
     const double ratio = candidate.at_end.squared_error / matched;
     const Matrix6 information =
-        candidate.at_end.hessian / (params_.correlated_planes * std::max(1.0, ratio)) +
+        meaningful(candidate.at_end.hessian) / (params_.correlated_planes * std::max(1.0, ratio)) +
         weakInformation();
     const Matrix6 covariance = Eigen::LDLT<Matrix6>(information).solve(Matrix6::Identity());
     result.covariance = 0.5 * (covariance + covariance.transpose());

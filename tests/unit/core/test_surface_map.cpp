@@ -1,0 +1,233 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/core/surface_map.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/motion_estimation.h"
+#include "planar_mapping/core/random.h"
+
+namespace planar_mapping {
+namespace {
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr std::uint32_t kColumns = 160;
+constexpr std::uint32_t kRows = 120;
+constexpr double kFocal = 130.0;
+
+/// A corner of a room with a box in it, as a depth camera sees it: by ray against planes and box.
+std::vector<float> view(const Pose& T_world_sensor, double noise, Random& random,
+                        bool floor_only = false) {
+  const Vector3 low(-0.3, 1.2, -0.4);
+  const Vector3 high(0.3, 1.8, 0.1);
+  std::vector<float> xyz;
+  const Vector3 origin = T_world_sensor.translation();
+  for (std::uint32_t row = 0; row < kRows; ++row) {
+    for (std::uint32_t column = 0; column < kColumns; ++column) {
+      const Vector3 ray((column - 0.5 * kColumns) / kFocal, (row - 0.5 * kRows) / kFocal, 1.0);
+      const Vector3 direction = T_world_sensor.linear() * ray;
+      double best = std::numeric_limits<double>::infinity();
+      const auto plane = [&](int axis, double at) {
+        const double t = (at - origin[axis]) / direction[axis];
+        if (t > 0.0 && t < best) best = t;
+      };
+      plane(2, -0.4);
+      if (!floor_only) {
+        plane(1, 3.0);
+        plane(0, 1.5);
+        double enter = 0.0;
+        double leave = best;
+        for (int axis = 0; axis < 3; ++axis) {
+          const double a = (low[axis] - origin[axis]) / direction[axis];
+          const double b = (high[axis] - origin[axis]) / direction[axis];
+          enter = std::max(enter, std::min(a, b));
+          leave = std::min(leave, std::max(a, b));
+        }
+        if (enter > 0.0 && enter < leave) best = enter;
+      }
+      const double z = best + noise * best * best * random.normal();
+      const bool seen = std::isfinite(best) && best < 6.0;
+      for (int axis = 0; axis < 3; ++axis) {
+        xyz.push_back(seen ? static_cast<float>(ray[axis] * z) : kNan);
+      }
+    }
+  }
+  return xyz;
+}
+
+PointsView viewOf(const std::vector<float>& xyz) {
+  return {xyz.data(), kColumns, kRows, 3};
+}
+
+Pose cameraAt(double x, double y, double z, double yaw, double pitch) {
+  Matrix3 axes;  // optical axes, looking along y
+  axes << 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -1.0, 0.0;
+  Pose pose = Pose::Identity();
+  pose.linear() = Eigen::AngleAxisd(yaw, Vector3::UnitZ()).toRotationMatrix() * axes *
+                  Eigen::AngleAxisd(-pitch, Vector3::UnitX()).toRotationMatrix();
+  pose.translation() << x, y, z;
+  return pose;
+}
+
+SurfaceMapParams testParams() {
+  SurfaceMapParams params;
+  params.cell = 0.08;
+  return params;
+}
+
+const Pose kFirst = cameraAt(0.0, 0.0, 0.5, 0.0, 0.35);
+
+TEST(SurfaceMap, FindsTheCloudItWasMadeOf) {
+  Random random;
+  const auto cloud = view(kFirst, 0.001, random);
+  SurfaceMap map(testParams());
+  map.insert(viewOf(cloud), kFirst);
+  EXPECT_GT(map.cells(), 100u);
+  const CloudRegistration found = map.locate(viewOf(cloud), kFirst);
+  ASSERT_TRUE(found.found);
+  EXPECT_GT(found.matched, found.planes * 9 / 10);
+  EXPECT_LT(motionDifference(found.T_world_sensor, kFirst).norm(), 5e-3);
+}
+
+TEST(SurfaceMap, FindsAMovedCamera) {
+  Random random(2);
+  SurfaceMap map(testParams());
+  map.insert(viewOf(view(kFirst, 0.001, random)), kFirst);
+  for (const Pose& truth :
+       {cameraAt(0.1, 0.05, 0.55, 0.05, 0.35), cameraAt(-0.15, 0.1, 0.45, -0.1, 0.4),
+        cameraAt(0.0, 0.0, 0.5, 0.14, 0.3)}) {
+    const auto cloud = view(truth, 0.001, random);
+    const CloudRegistration found = map.locate(viewOf(cloud), kFirst);
+    ASSERT_TRUE(found.found);
+    const Vector6 error = motionDifference(truth.inverse(), found.T_world_sensor.inverse());
+    EXPECT_LT(error.head<3>().norm(), 0.02);
+    EXPECT_LT(error.tail<3>().norm(), 0.01);
+  }
+}
+
+TEST(SurfaceMap, CovarianceIsLargeWhereTheCloudSaysNothing) {
+  // Over a bare floor nothing holds the camera sideways, nor its turn about the vertical.
+  Random random(3);
+  const auto cloud = view(kFirst, 0.0003, random, true);
+  SurfaceMap map(testParams());
+  map.insert(viewOf(cloud), kFirst);
+  const CloudRegistration found = map.locate(viewOf(cloud), kFirst);
+  const Matrix3 R = kFirst.linear();
+  const Matrix3 in_world = R * found.covariance.topLeftCorner<3, 3>() * R.transpose();
+  EXPECT_GT(std::sqrt(in_world(0, 0)), 0.5);
+  EXPECT_GT(std::sqrt(in_world(1, 1)), 0.5);
+  EXPECT_LT(std::sqrt(in_world(2, 2)), 0.2);
+  const Matrix3 turns = R * found.covariance.bottomRightCorner<3, 3>() * R.transpose();
+  EXPECT_GT(std::sqrt(turns(2, 2)), 0.2);
+  EXPECT_LT(std::sqrt(turns(0, 0)), 0.05);
+}
+
+TEST(SurfaceMap, EdgesHoldWhatPlanesLeaveFree) {
+  Random random(4);
+  SurfaceMapParams without = testParams();
+  without.edge_depth = 0.0;
+  SurfaceMap with_edges(testParams());
+  SurfaceMap without_edges(without);
+  const auto cloud = view(kFirst, 0.001, random);
+  with_edges.insert(viewOf(cloud), kFirst);
+  without_edges.insert(viewOf(cloud), kFirst);
+  EXPECT_LT(with_edges.locate(viewOf(cloud), kFirst).covariance.trace(),
+            without_edges.locate(viewOf(cloud), kFirst).covariance.trace());
+}
+
+TEST(SurfaceMap, DoesNotFindWhatItHasNotSeen) {
+  Random random(5);
+  SurfaceMap map(testParams());
+  const auto cloud = view(kFirst, 0.001, random);
+  EXPECT_FALSE(map.locate(viewOf(cloud), kFirst).found);
+  map.insert(viewOf(cloud), kFirst);
+  Pose elsewhere = kFirst;
+  elsewhere.translation() += Vector3(20.0, 20.0, 20.0);
+  EXPECT_FALSE(map.locate(viewOf(cloud), elsewhere).found);
+}
+
+TEST(SurfaceMap, IsDeterministicAndCopyable) {
+  Random random(6);
+  SurfaceMap map(testParams());
+  map.insert(viewOf(view(kFirst, 0.002, random)), kFirst);
+  const auto cloud = view(cameraAt(0.1, 0.0, 0.5, 0.05, 0.35), 0.002, random);
+  SurfaceMap copy = map;
+  const CloudRegistration a = map.locate(viewOf(cloud), kFirst);
+  const CloudRegistration b = copy.locate(viewOf(cloud), kFirst);
+  EXPECT_EQ(a.T_world_sensor.matrix(), b.T_world_sensor.matrix());
+  EXPECT_EQ(a.matched, b.matched);
+  copy.insert(viewOf(cloud), a.T_world_sensor);
+  EXPECT_GT(copy.cells(), map.cells());
+}
+
+TEST(SurfaceMap, IsBounded) {
+  Random random(7);
+  SurfaceMapParams params = testParams();
+  params.max_cells = 1000;
+  SurfaceMap map(params);
+  const auto cloud = view(kFirst, 0.001, random);
+  for (int i = 0; i < 20; ++i) {
+    Pose pose = kFirst;
+    pose.translation().x() += 2.0 * i;
+    map.insert(viewOf(cloud), pose);
+    EXPECT_LE(map.cells(), 3000u);  // the limit and what one cloud adds
+  }
+}
+
+TEST(SurfaceMap, TakesAnyCloud) {
+  SurfaceMap map(testParams());
+  map.insert(PointsView(), kFirst);
+  EXPECT_EQ(map.cells(), 0u);
+  const std::vector<float> hostile = {kNan, 0, 0,    0,    0,    0, 1e30F, 1e30F, 1,
+                                      1,    1, 1e9F, 1e9F, 1e9F, 1, 1,     1,     1};
+  map.insert(PointsView(hostile.data(), hostile.size() / 3), kFirst);
+  EXPECT_FALSE(map.locate(PointsView(hostile.data(), hostile.size() / 3), kFirst).found);
+  EXPECT_FALSE(map.locate(PointsView(), kFirst).found);
+  // Points on a line and one point many times have no plane.
+  std::vector<float> line;
+  for (int i = 0; i < 500; ++i) line.insert(line.end(), {0.001F * static_cast<float>(i), 0, 1});
+  std::vector<float> same;
+  for (int i = 0; i < 500; ++i) same.insert(same.end(), {1, 1, 1});
+  for (const auto& cloud : {line, same}) {
+    SurfaceMap other(testParams());
+    other.insert(PointsView(cloud.data(), cloud.size() / 3), Pose::Identity());
+    EXPECT_FALSE(other.locate(PointsView(cloud.data(), cloud.size() / 3), Pose::Identity()).found);
+  }
+}
+
+TEST(SurfaceMap, RefusesBadParametersAndPoses) {
+  const auto refused = [](auto change) {
+    SurfaceMapParams params;
+    change(params);
+    EXPECT_THROW(SurfaceMap{params}, ParameterError);
+  };
+  refused([](SurfaceMapParams& p) { p.cell = 0.0; });
+  refused([](SurfaceMapParams& p) { p.min_points = 3; });
+  refused([](SurfaceMapParams& p) { p.max_thickness = 0.0; });
+  refused([](SurfaceMapParams& p) { p.max_normal_angle = 2.0; });
+  refused([](SurfaceMapParams& p) { p.max_range = -1.0; });
+  refused([](SurfaceMapParams& p) { p.depth_error = p.depth_error_growth = 0.0; });
+  refused([](SurfaceMapParams& p) { p.edge_depth = kNan; });
+  refused([](SurfaceMapParams& p) { p.edge_error = 0.0; });
+  refused([](SurfaceMapParams& p) { p.reach = 0.0; });
+  refused([](SurfaceMapParams& p) { p.good_share = 1.5; });
+  refused([](SurfaceMapParams& p) { p.iterations = 0; });
+  refused([](SurfaceMapParams& p) { p.min_share = -0.1; });
+  refused([](SurfaceMapParams& p) { p.correlated_planes = 0.0; });
+  refused([](SurfaceMapParams& p) { p.max_cells = 10; });
+  refused([](SurfaceMapParams& p) { p.sample_size = 10; });
+  refused([](SurfaceMapParams& p) { p.optical_axis.x() = kNan; });
+  SurfaceMap map;
+  Pose bad = Pose::Identity();
+  bad.translation().x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(map.insert(PointsView(), bad), InputError);
+  EXPECT_THROW(map.locate(PointsView(), bad), InputError);
+}
+
+}  // namespace
+}  // namespace planar_mapping
