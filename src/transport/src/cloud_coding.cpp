@@ -4,6 +4,7 @@
 
 #include <cfloat>
 #include <cmath>
+#include <limits>
 
 namespace planar_mapping::transport::detail {
 namespace {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <chrono>
+#include <locale>
 #include <sstream>
 #include <string>
 

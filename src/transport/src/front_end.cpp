@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/transport/front_end.h"
 
+#include <algorithm>
 #include <deque>
 #include <random>
 #include <thread>
