@@ -29,8 +29,11 @@ TEST(Outliers, FewerWrongCellsSurviveWithTheUpdate) {
     RecordProperty("without", static_cast<int>(without.wrong));
     RecordProperty("with", static_cast<int>(with.wrong));
     RecordProperty("log_odds", static_cast<int>(classical.wrong));
-    EXPECT_LE(with.wrong, 0.95 * static_cast<double>(without.wrong)) << wrong;
-    EXPECT_LE(with.wrong, classical.wrong) << wrong;
+    EXPECT_LE(with.wrong, 0.75 * static_cast<double>(without.wrong)) << wrong;
+    EXPECT_LE(with.wrong, 0.85 * static_cast<double>(classical.wrong)) << wrong;
+    EXPECT_LE(classical.wrong, without.wrong) << wrong;
+    // Not won by leaving things out.
+    EXPECT_GT(with.completeness, 0.88) << wrong;
     EXPECT_GT(without.completeness, 0.99) << wrong;
   }
 }
@@ -39,7 +42,7 @@ TEST(Outliers, TheReadingByFeaturesLeavesMoreOfTheSurfaceThanThatByPose) {
   const std::vector<OutlierFrame> frames = test::outlierFrames(0.1);
   const OutlierResult feature = runOutliers(frames, 0.7, kFeature);
   const OutlierResult pose = runOutliers(frames, 0.7, kPose);
-  EXPECT_GE(feature.completeness, pose.completeness + 0.05);
+  EXPECT_GE(feature.completeness, pose.completeness + 0.2);
 }
 
 }  // namespace

@@ -232,5 +232,73 @@ TEST(UnknownSpace, IsFoundFromAnUnorganizedCloud) {
   EXPECT_GT(both, expected * 8 / 10);
 }
 
+/// A box in front of a wall, seen along +y from two places. All numbers by hand: the wall is
+/// y = 4, the box fills [-0.5, 0.5] x [2, 2.5] and is as high as the picture.
+struct BoxAndWall {
+  Scene scene;
+  BoxAndWall() {
+    scene.boxes = {{{-8.0, -1.0, -8.0}, {8.0, 4.0, 8.0}, true, true},
+                   {{-0.5, 2.0, -5.0}, {0.5, 2.5, 5.0}, false, true}};
+  }
+  View from(double x) const { return look(scene, lookFrom({x, 0.0, 0.0}, 0.0, 0.0)); }
+};
+
+TEST(UnknownSpace, IsTheShadowOfABoxAsComputedByHand) {
+  const BoxAndWall world;
+  PlanarMap map(paramsAt(0.1));
+  map.insert(world.from(0.0).frame());
+  // From x = 0 the front edges (+-0.5, 2) cast the shadow |x| < y / 4: at y = 3 that is 0.75.
+  EXPECT_TRUE(map.isUnknown({0.0, 3.05, 0.05}));
+  EXPECT_TRUE(map.isUnknown({0.55, 3.05, 0.05}));
+  EXPECT_TRUE(map.isUnknown({-0.55, 3.05, 0.05}));
+  EXPECT_TRUE(map.isFree({0.95, 3.05, 0.05}));
+  EXPECT_TRUE(map.isFree({-0.95, 3.05, 0.05}));
+  EXPECT_TRUE(map.isFree({0.0, 1.05, 0.05}));      // in front of the box
+  EXPECT_TRUE(map.isUnknown({0.75, 3.55, 0.05}));  // 0.89 there
+  EXPECT_TRUE(map.isUnknown({1.55, 4.45, 0.05}));  // behind the wall
+  EXPECT_TRUE(map.isFree({3.55, 3.05, 0.05}));     // beside the picture: never judged
+}
+
+TEST(UnknownSpace, OfTwoPosesIsWhatNeitherSawFree) {
+  const BoxAndWall world;
+  PlanarMap left(paramsAt(0.1));
+  PlanarMap right(paramsAt(0.1));
+  const View first = world.from(-1.0);
+  const View second = world.from(1.0);
+  left.insert(first.frame());
+  left.insert(second.frame());
+  right.insert(second.frame());
+  right.insert(first.frame());
+  for (const PlanarMap* map : {&left, &right}) {  // in whatever order
+    // From x = -1 the shadow lies between the lines through (-0.5, 2.5), whose slope is 0.5 / 2.5,
+    // and (0.5, 2), slope 1.5 / 2: at y = 3 from -1 + 0.6 = -0.4 to -1 + 2.25 = 1.25. From x = 1 it
+    // is the mirror image, so that only |x| < 0.4 stays unknown; at y = 3.5, |x| < 0.3.
+    EXPECT_TRUE(map->isUnknown({0.05, 3.05, 0.05}));
+    EXPECT_TRUE(map->isUnknown({0.15, 3.05, 0.05}));
+    EXPECT_TRUE(map->isUnknown({-0.15, 3.05, 0.05}));
+    EXPECT_TRUE(map->isUnknown({0.05, 3.45, 0.05}));
+    for (const double x : {0.65, 0.85, 1.05, -0.65, -0.85, -1.05}) {
+      EXPECT_TRUE(map->isFree({x, 3.05, 0.05})) << x;
+    }
+    EXPECT_TRUE(map->isFree({0.55, 3.55, 0.05}));
+    EXPECT_TRUE(map->isUnknown({0.05, 4.55, 0.05}));  // behind the wall
+  }
+  EXPECT_EQ(left.unknownCells(), right.unknownCells());
+}
+
+TEST(UnknownSpace, IsClearedOnceTheBoxIsGoneAndItIsSeenFree) {
+  BoxAndWall world;
+  PlanarMap map(paramsAt(0.1));
+  map.insert(world.from(0.0).frame());
+  EXPECT_TRUE(map.isUnknown({0.05, 3.05, 0.05}));
+  BoxAndWall empty;
+  empty.scene.boxes.pop_back();
+  map.insert(empty.from(0.0).frame());
+  EXPECT_TRUE(map.isFree({0.05, 3.05, 0.05}));
+  // And stays so when the box is back: it was seen free.
+  map.insert(world.from(0.0).frame());
+  EXPECT_TRUE(map.isFree({0.05, 3.05, 0.05}));
+}
+
 }  // namespace
 }  // namespace planar_mapping
