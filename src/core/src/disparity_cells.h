@@ -53,10 +53,12 @@ struct DisparityParams {
   double min_cell_share = 0.3;
   /// Share of min_inliers that the whole cells of a plane must hold.
   double min_seed_share = 0.4;
-  /// Share of the growing tolerance within which two planes are one, and that of the noise where
-  /// they lie beside each other.
+  /// Share of the growing tolerance in metres within which two planes are one, and of that of the
+  /// noise: far from each other ...
   double merging_factor = 0.5;
-  double merging_adjacent_factor = 0.8;
+  double merging_apart_factor = 0.25;
+  /// ... and beside each other.
+  double merging_adjacent_factor = 1.0;
   /// Radians between either plane and their common one.
   double merging_angle = 0.15;
   /// Radians between the neighbourhood of a point and its plane.

@@ -264,7 +264,8 @@ std::vector<std::int16_t> mergePlanes(std::vector<DisparityPlane>& planes, const
       if (!joined.valid) continue;
       // One plane if neither part fits it much worse than its own plane and lies as it does, in
       // touching parts as far as the noise lets one see.
-      const double noise_factor = adjacent ? params.merging_adjacent_factor : params.merging_factor;
+      const double noise_factor =
+          adjacent ? params.merging_adjacent_factor : params.merging_apart_factor;
       const auto excessOf = [&](const DisparityPlane& part) {
         constexpr double kTooMuch = 2.0;
         const DisparityFit own = fitDisparity(part.sums);

@@ -1,0 +1,299 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+// Planes and ground of real pairs: our own matching, default parameters.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "planar_mapping/core/ground.h"
+#include "planar_mapping/core/multi_plane.h"
+#include "planar_mapping/io/depth_image.h"
+#include "planar_mapping/stereo/stereo_matcher.h"
+
+namespace planar_mapping {
+namespace {
+
+const std::string kData = PLANAR_MAPPING_SOURCE_DIR "/../shared/data/";
+constexpr double kDegree = M_PI / 180.0;
+
+bool isMissing(const std::string& set) {
+  return !std::filesystem::exists(kData + set);
+}
+
+/// A cloud with the noise of its camera.
+struct Cloud {
+  std::vector<float> xyz;
+  int width = 0;
+  int height = 0;
+  std::optional<StereoNoise> noise;
+  Indices valid;
+
+  PointsView view() const {
+    return PointsView(xyz.data(), static_cast<std::uint32_t>(width),
+                      static_cast<std::uint32_t>(height), 3);
+  }
+  void list() {
+    for (std::size_t i = 0; i < view().size; ++i) {
+      if (view().isFinite(i)) valid.push_back(static_cast<int>(i));
+    }
+  }
+};
+
+Cloud cloudOf(const DisparityImage& disparity, const io::Calibration& calibration) {
+  Cloud cloud;
+  triangulate(disparity, calibration, cloud.xyz);
+  cloud.width = disparity.width;
+  cloud.height = disparity.height;
+  cloud.noise = StereoNoise{*calibration.baseline, calibration.camera.fx, 0.5};
+  cloud.list();
+  return cloud;
+}
+
+Cloud matched(const std::string& set, const std::string& number) {
+  const io::Calibration calibration = io::readCalibration(kData + set + "/calib.yaml");
+  const auto read = [&](const char* side) {
+    return io::readImage(kData + set + "/" + side + "/" + number + ".png");
+  };
+  return cloudOf(StereoMatcher().match(read("left"), read("right"), calibration), calibration);
+}
+
+PlaneSet planesOf(const Cloud& cloud, const Indices* indices = nullptr) {
+  MultiPlaneParams params;
+  params.noise = cloud.noise;
+  params.min_inliers = std::max(50, static_cast<int>(cloud.valid.size() / 300));
+  return findPlanes(cloud.view(), indices, params);
+}
+
+Ground groundOf(const Cloud& cloud) {
+  GroundParams params;
+  params.camera_height = 0.0;
+  params.noise = cloud.noise;
+  return findGround(cloud.view(), &cloud.valid, params);
+}
+
+Indices above(const Cloud& cloud, const Ground& ground) {
+  Indices left;
+  for (std::size_t i = 0; i < cloud.valid.size(); ++i) {
+    if (ground.is_ground[i] == 0) left.push_back(cloud.valid[i]);
+  }
+  return left;
+}
+
+std::string number(int frame) {
+  const std::string digits = std::to_string(frame);
+  return std::string(6 - digits.size(), '0') + digits;
+}
+
+double shareOf(const PlaneSegment& segment, const Cloud& cloud) {
+  return static_cast<double>(segment.inliers.size()) / static_cast<double>(cloud.valid.size());
+}
+
+/// Planes of the labels, those found, and segments that are one of them; overlap of 80 %.
+struct Hits {
+  int labelled = 0;
+  int segments = 0;
+  int found = 0;
+};
+
+Hits compare(const std::string& set, const Cloud& cloud) {
+  const io::Image labels = io::readImage(kData + set + "/plane_labels/000000.png");
+  const auto labelOf = [&](int i) { return labels.pixels[static_cast<std::size_t>(i)]; };
+  std::map<int, double> sizes;
+  for (const int i : cloud.valid) {
+    if (labelOf(i) > 0) sizes[labelOf(i)] += 1.0;
+  }
+  Hits hits;
+  hits.labelled = static_cast<int>(sizes.size());
+  for (const PlaneSegment& segment : planesOf(cloud).planes) {
+    std::map<int, double> held;
+    for (const int i : segment.inliers) held[labelOf(i)] += 1.0;
+    const auto size = static_cast<double>(segment.inliers.size());
+    if (held[0] > 0.5 * size) continue;  // not scored
+    ++hits.segments;
+    for (const auto& [label, pixels] : held) {
+      if (label > 0 && pixels >= 0.8 * sizes[label] && pixels >= 0.8 * (size - held[0])) {
+        ++hits.found;
+      }
+    }
+  }
+  return hits;
+}
+
+TEST(StereoPlanes, FindsTheLabelledPlanesOfPlanarScenes) {
+  const std::string sets = "stereo_middlebury_planar/";
+  if (isMissing(sets)) GTEST_SKIP() << "no " << sets;
+  Hits all;
+  Hits all_exact;
+  for (const char* scene : {"barn2", "bull", "poster"}) {
+    const std::string set = sets + scene;
+    const io::Calibration calibration = io::readCalibration(kData + set + "/calib.yaml");
+    const io::DepthImage truth = io::readDepthPng(kData + set + "/disp_gt/000000.png");
+    DisparityImage exact;
+    exact.width = static_cast<int>(truth.width);
+    exact.height = static_cast<int>(truth.height);
+    for (const auto value : truth.values) {
+      exact.values.push_back(value > 0 ? static_cast<float>(value) / 256.0F
+                                       : std::numeric_limits<float>::quiet_NaN());
+    }
+    const auto add = [](const Hits& hits, Hits& sum) {
+      sum.labelled += hits.labelled;
+      sum.segments += hits.segments;
+      sum.found += hits.found;
+    };
+    add(compare(set, matched(set, "000000")), all);
+    add(compare(set, cloudOf(exact, calibration)), all_exact);
+  }
+  EXPECT_EQ(all.labelled, 13);
+  EXPECT_GE(all.found, 0.9 * all.labelled);
+  EXPECT_GE(all.found, 0.9 * all.segments);
+  EXPECT_GE(all_exact.found, 0.9 * all_exact.labelled);
+  EXPECT_GE(all_exact.found, 0.9 * all_exact.segments);
+}
+
+TEST(StereoPlanes, TableOfEveryFrameLiesWhereTheBoardSays) {
+  const std::string set = "stereo_chess_table";
+  if (isMissing(set)) GTEST_SKIP() << "no " << set;
+  std::ifstream file(kData + set + "/planes_gt.txt");
+  std::string line;
+  int frames = 0;
+  while (std::getline(file, line)) {
+    if (line.empty() || line[0] == '#') continue;
+    std::istringstream words(line);
+    std::string name;
+    Vector3 normal;
+    double offset = 0.0;
+    words >> name >> normal[0] >> normal[1] >> normal[2] >> offset;
+    const Cloud cloud = matched(set, name);
+    const PlaneSet planes = planesOf(cloud);
+    ASSERT_FALSE(planes.planes.empty()) << name;
+    const Plane& table = planes.planes.front().plane;
+    EXPECT_LT(std::acos(std::min(1.0, table.normal.dot(normal))), 0.5 * kDegree) << name;
+    // Where the optical axis meets the board.
+    const Vector3 on_board(0.0, 0.0, -offset / normal[2]);
+    EXPECT_LT(std::fabs(table.signedDistance(on_board)), 0.003) << name;
+    ++frames;
+  }
+  EXPECT_EQ(frames, 7);
+}
+
+TEST(StereoPlanes, TwoWallsAtACorner) {
+  const std::string set = "stereo_bumblebee2_scenes";
+  if (isMissing(set)) GTEST_SKIP() << "no " << set;
+  const Cloud cloud = matched(set, "000003");
+  const Ground ground = groundOf(cloud);
+  ASSERT_TRUE(ground.found);
+  const Indices left = above(cloud, ground);
+  const PlaneSet found = planesOf(cloud, &left);
+  ASSERT_GE(found.planes.size(), 2U);
+  EXPECT_GT(shareOf(found.planes[0], cloud), 0.35);
+  EXPECT_GT(shareOf(found.planes[1], cloud), 0.15);
+  for (int i = 0; i < 2; ++i) {
+    const PlaneSegment& wall = found.planes[static_cast<std::size_t>(i)];
+    EXPECT_EQ(wall.number_of_patches, 1);
+    EXPECT_LT(std::fabs(wall.plane.normal.dot(ground.plane.normal)), std::sin(10.0 * kDegree));
+  }
+  // What else there is are shrubs and trunks behind: small.
+  for (std::size_t i = 2; i < found.planes.size(); ++i) {
+    EXPECT_LT(shareOf(found.planes[i], cloud), 0.04);
+  }
+}
+
+TEST(StereoPlanes, StonesAndShrubsAreNoPlanes) {
+  const std::string set = "stereo_bumblebee2_scenes";
+  if (isMissing(set)) GTEST_SKIP() << "no " << set;
+  const auto largest = [&](const char* name) {
+    const Cloud cloud = matched(set, name);
+    const Ground ground = groundOf(cloud);
+    const Indices left = above(cloud, ground);
+    const PlaneSet found = planesOf(cloud, &left);
+    return found.planes.empty() ? 0.0 : shareOf(found.planes[0], cloud);
+  };
+  EXPECT_LT(largest("000002"), 0.02);  // stones
+  EXPECT_LT(largest("000001"), 0.08);  // the flat face of a boulder in the garden
+}
+
+TEST(StereoPlanes, TreadsOfAStaircaseAreSeparatePlanes) {
+  const std::string set = "stereo_middlebury_2014/staircase";
+  if (isMissing(set)) GTEST_SKIP() << "no " << set;
+  const Cloud cloud = matched(set, "000000");
+  const PlaneSet found = planesOf(cloud);
+  std::vector<double> treads;
+  for (const PlaneSegment& segment : found.planes) {
+    if (segment.plane.normal.y() < -std::cos(15.0 * kDegree)) {
+      treads.push_back(segment.plane.offset);
+    }
+  }
+  std::sort(treads.begin(), treads.end());
+  ASSERT_GE(treads.size(), 2U);
+  for (std::size_t i = 1; i < treads.size(); ++i) EXPECT_GT(treads[i] - treads[i - 1], 0.1);
+}
+
+TEST(StereoPlanes, StreetHasGroundInEveryFrameAndNothingStandsOnIt) {
+  const std::string set = "stereo_kitti_street";
+  if (isMissing(set)) GTEST_SKIP() << "no " << set;
+  for (int frame = 0; frame < 28; frame += 3) {
+    const Cloud cloud = matched(set, number(frame));
+    const Ground ground = groundOf(cloud);
+    ASSERT_TRUE(ground.found) << frame;
+    EXPECT_NEAR(ground.height, 1.65, 0.1) << frame;
+    std::size_t on_road = 0;
+    for (const int i : above(cloud, ground)) {
+      const Vector3 p = cloud.view().point(static_cast<std::size_t>(i));
+      const bool driven = std::fabs(p.x()) < 1.0 && p.z() > 4.0 && p.z() < 15.0;
+      if (driven && ground.plane.signedDistance(p) < 2.0) ++on_road;
+    }
+    EXPECT_LT(on_road, 50U) << frame;  // of some 20,000 in the driven corridor
+  }
+}
+
+TEST(StereoPlanes, CabinetStandsOnAFloorInEveryFrame) {
+  const std::string set = "rgbd_tum_cabinet";
+  if (isMissing(set)) GTEST_SKIP() << "no " << set;
+  const io::Calibration calibration = io::readCalibration(kData + set + "/calib.yaml");
+  std::vector<Vector3> up;  // of each frame, in the camera's frame: carried by hand, looking down
+  std::ifstream file(kData + set + "/poses.txt");
+  std::string line;
+  while (std::getline(file, line)) {
+    if (line.empty() || line[0] == '#') continue;
+    std::istringstream words(line);
+    double stamp = 0.0, x = 0.0, y = 0.0, z = 0.0, qx = 0.0, qy = 0.0, qz = 0.0, qw = 0.0;
+    words >> stamp >> x >> y >> z >> qx >> qy >> qz >> qw;
+    up.push_back(Quaternion(qw, qx, qy, qz).normalized().conjugate() * Vector3::UnitZ());
+  }
+  ASSERT_EQ(up.size(), 58U);
+  for (int frame = 0; frame < 58; frame += 6) {
+    const io::DepthImage depth = io::readDepthPng(kData + set + "/depth/" + number(frame) + ".png");
+    Cloud cloud;
+    cloud.width = static_cast<int>(depth.width);
+    cloud.height = static_cast<int>(depth.height);
+    const PinholeCamera& camera = calibration.camera;
+    for (int row = 0; row < cloud.height; ++row) {
+      for (int column = 0; column < cloud.width; ++column) {
+        const auto value = depth.values[static_cast<std::size_t>(row * cloud.width + column)];
+        const float z = value > 0 ? static_cast<float>(value / *calibration.depth_scale)
+                                  : std::numeric_limits<float>::quiet_NaN();
+        cloud.xyz.push_back(z * static_cast<float>((column - camera.cx) / camera.fx));
+        cloud.xyz.push_back(z * static_cast<float>((row - camera.cy) / camera.fy));
+        cloud.xyz.push_back(z);
+      }
+    }
+    cloud.list();
+    GroundParams params;
+    params.camera_height = 0.0;
+    params.up = up[static_cast<std::size_t>(frame)];
+    const Ground ground = findGround(cloud.view(), &cloud.valid, params);
+    EXPECT_TRUE(ground.found) << frame << " " << toString(ground.diagnostics.status);
+  }
+}
+
+}  // namespace
+}  // namespace planar_mapping
