@@ -65,7 +65,7 @@ TEST_F(FrontendTest, AFrontEndThatVanishesLeavesAMapThatCanBeResumed) {
   ASSERT_EQ(0, planarMap(runArguments("pcd_sequence.yaml", "one", input)).exit_code);
   {
     Mapper mapper(*this,
-                  runArguments("pcd_sequence.yaml", "two", {"--listen", "0", "--timeout", "0.4"}));
+                  runArguments("pcd_sequence.yaml", "two", {"--listen", "0", "--timeout", "2.5"}));
     frontEnd(mapper.port(), input, killAfter(mapper, 2, SIGKILL));
     const ProgramResult mapped = mapper.wait();
     EXPECT_EQ(4, mapped.exit_code) << mapped.err;
