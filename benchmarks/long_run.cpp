@@ -4,12 +4,12 @@
 // A long simulated run through all mapping stages, without files: does the time of a frame stay
 // flat while the map grows, and the map small?
 //
-//   long_run CONFIG corridor|standing [FRAMES [WIDTH [KEY=VALUE...]]]
+//   long_run CONFIG corridor|standing [FRAMES [WIDTH [NOISE_PX [KEY=VALUE...]]]]
 //
 // corridor: 100 m along, turned by 20 degrees against the grid; standing: every frame from one
 // place. The clouds have WIDTH x 3/4 WIDTH pixels, 320 x 240 by default, lest 1000 frames take
-// minutes, and the depth error that 0.5 px are at a width of 640; the poses are given. Prints a
-// line for each tenth.
+// minutes, and the depth error that NOISE_PX, 0.5 by default, are at a width of 640; the poses are
+// given. Prints a line for each tenth.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -30,9 +30,9 @@ using namespace planar_mapping;
 constexpr double kYaw = 0.35;            // radians
 constexpr double kCorridorLength = 100;  // metres
 constexpr double kBaseline = 0.12;       // metres
-constexpr double kNoise = 0.5 / 640.0;   // of the disparity, of the image width
+constexpr double kWidth = 640;           // pixels, that the noise is meant for
 
-evaluation::SimulationParams simulationOf(bool standing, int frames, int width) {
+evaluation::SimulationParams simulationOf(bool standing, int frames, int width, double noise_px) {
   evaluation::SimulationParams params;
   params.scene = "corridor";
   params.frames = frames;
@@ -42,8 +42,8 @@ evaluation::SimulationParams simulationOf(bool standing, int frames, int width) 
   params.width = width;
   params.height = width * 3 / 4;
   params.sensor.baseline = kBaseline;
-  params.sensor.noise_px = kNoise * width;
-  params.sensor.smallest_disparity_px *= width / 640.0;
+  params.sensor.noise_px = noise_px * width / kWidth;
+  params.sensor.smallest_disparity_px *= width / kWidth;
   params.colors = false;
   params.threads = 0;
   return params;
@@ -84,14 +84,14 @@ double medianOf(const std::vector<double>& ms, std::size_t begin, std::size_t en
                  ms.begin() + static_cast<std::ptrdiff_t>(end)});
 }
 
-int run(const std::string& configuration, bool standing, int frames, int width,
+int run(const std::string& configuration, bool standing, int frames, int width, double noise_px,
         const std::vector<std::string>& assignments) {
   StageTable table;
   registerBuiltinStages(table);
   ConfigurationOverrides overrides;
   overrides.assignments = assignments;
   Pipeline pipeline(loadConfiguration(configuration, table, overrides));
-  const evaluation::Simulation simulation(simulationOf(standing, frames, width));
+  const evaluation::Simulation simulation(simulationOf(standing, frames, width, noise_px));
   std::vector<double> ms;
   std::size_t first_bytes = 0;
   std::size_t skipped = 0;
@@ -125,13 +125,15 @@ int main(int argc, char** argv) {
   const bool known =
       argc >= 3 && (std::strcmp(argv[2], "corridor") == 0 || std::strcmp(argv[2], "standing") == 0);
   if (!known) {
-    std::fprintf(stderr,
-                 "usage: long_run CONFIG corridor|standing [FRAMES [WIDTH [KEY=VALUE...]]]\n");
+    std::fprintf(
+        stderr,
+        "usage: long_run CONFIG corridor|standing [FRAMES [WIDTH [NOISE_PX [KEY=VALUE...]]]]\n");
     return 2;
   }
   try {
     return run(argv[1], std::strcmp(argv[2], "standing") == 0, argc > 3 ? std::atoi(argv[3]) : 1000,
-               argc > 4 ? std::atoi(argv[4]) : 320, {argv + std::min(argc, 5), argv + argc});
+               argc > 4 ? std::atoi(argv[4]) : 320, argc > 5 ? std::atof(argv[5]) : 0.5,
+               {argv + std::min(argc, 6), argv + argc});
   } catch (const std::exception& error) {
     std::fprintf(stderr, "long_run: %s\n", error.what());
     return 1;
