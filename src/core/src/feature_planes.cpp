@@ -15,30 +15,54 @@
 namespace planar_mapping {
 namespace {
 
-/// Multi-RANSAC over the features alone.
+/// Multi-RANSAC over the features alone. Where the noise of a stereo camera is known it runs in
+/// disparity space (column, row, disparity): planes are planes there as well, and the noise is the
+/// same near and far.
 std::vector<Plane> planesOf(const std::vector<KeyFeature>& features,
                             const FeaturePlaneParams& params, const Vector3& sensor,
                             FeaturePlaneDiagnostics& diagnostics) {
+  const bool by_disparity = params.dense.noise && sensor.isZero();
+  const StereoNoise camera = params.dense.noise.value_or(StereoNoise());
+  const double f = camera.focal_length;
+  const double factor = camera.baseline * f;
   std::vector<float> xyz;
   xyz.reserve(3 * features.size());
   for (const KeyFeature& feature : features) {
-    if (!feature.position.allFinite()) {
+    const Vector3& at = feature.position;
+    if (!at.allFinite() || (by_disparity && !(at.z() > 0.0))) {
       ++diagnostics.features_not_finite;
       continue;
     }
-    for (int axis = 0; axis < 3; ++axis) {
-      xyz.push_back(static_cast<float>(feature.position[axis]));
-    }
+    const Vector3 point =
+        by_disparity ? Vector3(f * at.x() / at.z(), f * at.y() / at.z(), factor / at.z()) : at;
+    for (int axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(point[axis]));
   }
   diagnostics.features_considered = features.size();
   MultiPlaneParams sparse = params.dense;
   sparse.method = PlaneSearchMethod::MultiRansac;
   sparse.min_inliers = params.min_features;
   sparse.max_planes = 0;
+  if (by_disparity) {
+    constexpr double kLeastThreshold = 1e-3;  // pixels
+    sparse.noise.reset();
+    sparse.distance_threshold =
+        std::max(kLeastThreshold, params.feature_error_factor * camera.disparity_error);
+  }
   const PlaneSet found =
-      findPlanes(PointsView(xyz.data(), xyz.size() / 3), nullptr, sparse, sensor);
+      findPlanes(PointsView(xyz.data(), xyz.size() / 3), nullptr, sparse, Vector3::Zero());
   std::vector<Plane> planes;
-  for (const PlaneSegment& segment : found.planes) planes.push_back(segment.plane);
+  for (const PlaneSegment& segment : found.planes) {
+    if (!by_disparity) {
+      planes.push_back(segment.plane);
+      continue;
+    }
+    // a X + b Y + c D + d = 0 times z.
+    const Vector3& n = segment.plane.normal;
+    const Vector3 normal(n.x() * f, n.y() * f, segment.plane.offset);
+    const double length = normal.norm();
+    if (!(length > 0.0) || !std::isfinite(length)) continue;
+    planes.push_back({normal / length, n.z() * factor / length});
+  }
   diagnostics.planes_of_features = planes.size();
   return planes;
 }
@@ -170,6 +194,7 @@ void FeaturePlaneParams::validate() const {
   constexpr double kMax = std::numeric_limits<double>::max();
   dense.validate();
   requireInRange("min_features", min_features, 3, std::numeric_limits<int>::max(), "features");
+  requirePositive("feature_error_factor", feature_error_factor);
   requirePositive("square_side", square_side);
   requireInRange("square_dominance", square_dominance, 1.0, kMax);
   requireInRange("min_surface_share", min_surface_share, 0.0, 1.0);

@@ -151,6 +151,33 @@ TEST(FeaturePlanes, RefitsToTheDensePoints) {
   EXPECT_NEAR(std::acos(std::fabs(plain.planes[0].plane.normal.z())), 0.005, 0.001);
 }
 
+TEST(FeaturePlanes, FindsFarPlanesOfStereoFeatures) {
+  // A wall 8 m away, where 0.3 pixels are 0.3 m, and the floor in front of it.
+  FeaturePlaneParams params = smallParams();
+  params.dense.noise = StereoNoise{0.12, 500.0, 0.5};
+  params.dense_fallback = false;
+  test::PlaneScene scene;
+  std::vector<KeyFeature> features;
+  Random random(4, 2);
+  const auto see = [&](const Vector3& p, double noise) {
+    const double disparity = 60.0 / p.z();
+    return Vector3(p * (disparity / (disparity + noise * random.normal())));
+  };
+  for (int i = 0; i < 40000; ++i) {
+    const bool floor = i % 4 == 0;
+    const Vector3 p = floor ? Vector3(random.uniform(-2, 2), 1.0, random.uniform(2.5, 8))
+                            : Vector3(random.uniform(-4, 4), random.uniform(-3, 1), 8.0);
+    scene.add(see(p, 0.1), floor ? 0 : 1);
+    if (i % 100 < 2) features.push_back(featureAt(see(p, 0.3)));
+  }
+  scene.planes = {{-Vector3::UnitY(), 1.0}, {-Vector3::UnitZ(), 8.0}};
+  const PlaneSet found = findPlanesFromFeatures(scene.view(), nullptr, features, params);
+  ASSERT_EQ(found.planes.size(), 2U);
+  EXPECT_GT(std::fabs(found.planes[0].plane.normal.z()), std::cos(0.05));
+  EXPECT_GT(std::fabs(found.planes[1].plane.normal.y()), std::cos(0.05));
+  EXPECT_NEAR(std::fabs(found.planes[0].plane.offset), 8.0, 0.2);
+}
+
 TEST(FeaturePlanes, OnlyIndexedPointsCount) {
   const Corner corner(true);
   Indices indices;
@@ -202,6 +229,7 @@ TEST(FeaturePlanes, RejectsParametersOutOfRange) {
     EXPECT_THROW(params.validate(), ParameterError);
   };
   fails([](FeaturePlaneParams& p) { p.min_features = 2; });
+  fails([](FeaturePlaneParams& p) { p.feature_error_factor = 0.0; });
   fails([](FeaturePlaneParams& p) { p.square_side = 0.0; });
   fails([](FeaturePlaneParams& p) { p.square_dominance = 0.9; });
   fails([](FeaturePlaneParams& p) { p.min_surface_share = kNaN; });

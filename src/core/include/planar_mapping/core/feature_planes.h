@@ -19,6 +19,9 @@ struct PLANAR_MAPPING_EXPORT FeaturePlaneParams {
   /// not reach.
   MultiPlaneParams dense;
   int min_features = 8;  ///< [ours] features on a plane, fewer could be chance; >= 3
+  /// [ours] Disparity errors a feature may lie off its plane where dense.noise is given; without,
+  /// it is d_T. > 0
+  double feature_error_factor = 1.5;
   /// [ours] Lets only points go with a plane that are a surface there (square_side ...
   /// min_surface_share), and refits it to them. Without, dense points only belong, as in the paper.
   bool refine = true;
