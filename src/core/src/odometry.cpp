@@ -14,6 +14,9 @@
 namespace planar_mapping {
 namespace {
 
+/// See locateMatches().
+constexpr int kFewestWithPrior = 6;
+
 /// A feature of the frame that can be used.
 struct Seen {
   std::size_t feature = 0;
@@ -223,8 +226,11 @@ class Odometry::Implementation {
     if (prior && prior->exact) return agreementWith(matches, prior->T_world_sensor.inverse());
     std::optional<MotionPrior> motion_prior;
     if (prior) motion_prior = MotionPrior{prior->T_world_sensor.inverse(), prior->covariance};
+    // A prior makes up for features: the few that agree hold what it leaves open.
+    MotionParams motion_params = params_.motion;
+    if (prior) motion_params.min_inliers = std::min(motion_params.min_inliers, kFewestWithPrior);
     const Pose guess = expected();
-    return estimateMotion(matches, params_.camera, params_.motion, random, &guess, motion_prior);
+    return estimateMotion(matches, params_.camera, motion_params, random, &guess, motion_prior);
   }
 
   /// See OdometryParams::jump_distance. A prior tells more than what was expected.

@@ -55,11 +55,25 @@ constexpr std::size_t kFewestPlanes = 6;
 
 struct Equations {
   Matrix6 hessian = Matrix6::Zero();
+  Matrix6 noise = Matrix6::Zero();  ///< what errors of the normals contribute to it
   Vector6 gradient = Vector6::Zero();
   double squared_distance = 0.0;
   double squared_error = 0.0;
   double score = 0.0;
   std::size_t matched = 0;
+
+  /// What a normal that is off by a little seems to tell about the directions along its plane.
+  void addNoise(const Pose& T_world_sensor, const detail::Surfel& plane,
+                const detail::Surfel& target, double weight) {
+    constexpr double kNormalError = 0.02;  // radians
+    const Vector3 n = T_world_sensor.linear().transpose() * target.normal;
+    const Vector3 u = n.unitOrthogonal();
+    for (const Vector3& along : {u, Vector3(n.cross(u))}) {
+      Vector6 jacobian;
+      jacobian << along, plane.center.cross(along);
+      noise.noalias() += weight * kNormalError * kNormalError * jacobian * jacobian.transpose();
+    }
+  }
 
   /// A plane of the cloud at this distance from one of the map. The unknown is the error of
   /// T_sensor_world in the sensor's frame: where the map's plane lies as the sensor sees it.
@@ -106,22 +120,19 @@ namespace {
 
 /// Without the directions that only the errors of the planes' normals seem to hold: a bare floor
 /// does not keep the camera from sliding.
-Matrix6 meaningful(const Matrix6& information) {
-  constexpr double kNormalError = 0.06;  // radians
-  // Turns count by how far they move points at the typical distance.
-  const double lever = std::sqrt(information.bottomRightCorner<3, 3>().trace() /
-                                 information.topLeftCorner<3, 3>().trace());
-  Vector6 unit;
-  unit << Vector3::Ones(), Vector3::Constant(lever);
-  const Vector6 inverse = unit.cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> solver(
-      inverse.asDiagonal() * information * inverse.asDiagonal());
-  Vector6 eigenvalues = solver.eigenvalues();
+/// \param noise  what such errors would tell
+Matrix6 meaningful(const Matrix6& information, const Matrix6& noise) {
+  constexpr double kTimesNoise = 2.0;
+  const Eigen::LLT<Matrix6> factor(noise + weakInformation());
+  const Matrix6 half = factor.matrixL().solve(information);
+  const Eigen::Matrix<double, 6, 6> whitened = factor.matrixL().solve(Matrix6(half.transpose()));
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> solver(whitened);
+  Vector6 ratios = solver.eigenvalues();
   for (int i = 0; i < 6; ++i) {
-    if (eigenvalues[i] < kNormalError * kNormalError * eigenvalues[5]) eigenvalues[i] = 0.0;
+    if (ratios[i] < kTimesNoise) ratios[i] = 0.0;
   }
-  const Matrix6 vectors = unit.asDiagonal() * solver.eigenvectors();
-  return vectors * eigenvalues.asDiagonal() * vectors.transpose();
+  const Matrix6 vectors = factor.matrixL() * Matrix6(solver.eigenvectors());
+  return vectors * ratios.asDiagonal() * vectors.transpose();
 }
 
 /// Planes for a search through all of them.
@@ -252,9 +263,9 @@ class SurfaceMap::Implementation {
     if (result.matched < kFewestPlanes) return result;
     const auto matched = static_cast<double>(result.matched);
     const double ratio = candidate.at_end.squared_error / matched;
-    const Matrix6 information =
-        meaningful(candidate.at_end.hessian) / (params_.correlated_planes * std::max(1.0, ratio)) +
-        weakInformation();
+    const Matrix6 information = meaningful(candidate.at_end.hessian, candidate.at_end.noise) /
+                                    (params_.correlated_planes * std::max(1.0, ratio)) +
+                                weakInformation();
     const Matrix6 covariance = Eigen::LDLT<Matrix6>(information).solve(Matrix6::Identity());
     result.covariance = 0.5 * (covariance + covariance.transpose());
     result.rms = std::sqrt(candidate.at_end.squared_distance / matched);
@@ -360,6 +371,7 @@ class SurfaceMap::Implementation {
       const double fade = fadeOf(squared);
       if (fade <= 0.0) continue;
       sum.add(T_world_sensor, plane, *target, distance, fade * fade / variance);
+      sum.addNoise(T_world_sensor, plane, *target, fade * fade / variance);
       sum.squared_distance += distance * distance;
       sum.squared_error += squared;
       sum.score += fade * fade;
