@@ -39,6 +39,7 @@ class FrontEnd {
         options_(options),
         progress_at_(Clock::now()) {
     requireInRange("timeout", options.timeout, 0.01, 1e6, "s");
+    requireInRange("largest_window", options.largest_window, 1, 1024);
   }
 
   FrontEndResult run();
@@ -210,7 +211,8 @@ bool FrontEnd::sendFrame(MapperConnection& connection, const KeptFrame& frame) {
 }
 
 bool FrontEnd::waitForCredit(MapperConnection& connection, std::uint64_t position) {
-  while (position >= connection.acknowledged() + connection.welcome()->window) {
+  const std::uint64_t window = std::min(connection.welcome()->window, options_.largest_window);
+  while (position >= connection.acknowledged() + window) {
     if (!pump(connection, kPumpInterval)) return false;
   }
   return true;

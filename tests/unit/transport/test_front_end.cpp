@@ -62,6 +62,19 @@ TEST(FrontEnd, ASlowMapperSlowsItDown) {
   EXPECT_EQ(30U, sender.get().frames_sent);
 }
 
+TEST(FrontEnd, AMapperCannotFillItsMemory) {
+  ListenerOptions options = listenerOptions();
+  options.settings.window = 1000;
+  FrameListener listener(kAnyPort, options);
+  std::atomic<std::uint64_t> made{0};
+  auto sender = sendInBackground(listener.endpoint(), {80, ~std::uint64_t{0}, "", &made});
+  (void)listener.kind();
+  std::this_thread::sleep_for(milliseconds(200));
+  EXPECT_LE(made, FrontEndOptions().largest_window + 1U);
+  EXPECT_EQ(80U, takeAll(listener));
+  EXPECT_EQ(80U, sender.get().frames_sent);
+}
+
 TEST(FrontEnd, WaitsForAMapperThatStartsLater) {
   const Endpoint endpoint = deadEndpoint();
   auto sender = sendInBackground(endpoint, {3});

@@ -45,6 +45,8 @@ PLANAR_MAPPING_EXPORT std::unique_ptr<FrameProducer> makePipelineProducer(
 struct FrontEndOptions {
   /// [ours] Seconds to wait for a mapping side that is not there (yet), went away or says nothing.
   double timeout = 30.0;
+  /// [ours] Frames kept in memory at most, however many the mapping side would take ahead, >= 1.
+  std::uint32_t largest_window = 16;
   CloudEncoding encoding = CloudEncoding::Compact;
   const std::atomic<bool>* stop = nullptr;      ///< set by a signal: says goodbye and returns
   std::function<void(const std::string&)> say;  ///< what a person should know at once
@@ -60,10 +62,10 @@ struct FrontEndResult {
 
 /// The front-end's half of a session: finds the mapping side, makes frames as it says, sends them
 /// no faster than it takes them, and returns when it has taken all. At most Welcome::window frames
-/// are kept in memory. A lost connection is taken up again; so is a mapping side that was
-/// restarted, from the frame it asks for. \throws InputError if the mapping side cannot be found,
-/// says nothing, turns us away or breaks the
-///         protocol; what the producer throws, after telling the mapping side
+/// are kept in memory, and no more than FrontEndOptions::largest_window. A lost connection is taken
+/// up again; so is a mapping side that was restarted, from the frame it asks for.
+/// \throws InputError if the mapping side cannot be found, says nothing, turns us away or breaks
+///         the protocol; what the producer throws, after telling the mapping side
 PLANAR_MAPPING_EXPORT FrontEndResult runFrontEnd(const Endpoint& endpoint,
                                                  const ProducerFactory& makeProducer,
                                                  const FrontEndOptions& options);
