@@ -74,7 +74,7 @@ void SceneParams::validate() const {
   requireInRange("step", step, 0.0, 1e3, "m");
   if (length != 0.0) {
     requireInRange("length", length, 8.0, 1000.0, "m");
-    if (name != "corridor") throw InputError("only the corridor has a length to choose");
+    if (name != "corridor") throw ParameterError("only the corridor has a length to choose");
   }
 }
 

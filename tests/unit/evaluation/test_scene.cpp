@@ -189,7 +189,7 @@ TEST(Scene, TwoRoomsShareTheirOuterWalls) {
 TEST(Scene, UnknownNamesAndNoFramesAreRefused) {
   SceneParams params;
   params.length = 20.0;
-  EXPECT_THROW(makeScene(params), InputError) << "only corridors have a length";
+  EXPECT_THROW(makeScene(params), ParameterError) << "only corridors have a length";
   params.name = "corridor";
   params.length = 2.0;
   EXPECT_THROW(makeScene(params), ParameterError);

@@ -247,7 +247,7 @@ TEST(Simulation, RefusesParametersOutOfRange) {
   EXPECT_THROW(Simulation(with([](SimulationParams& p) { p.width = 4; })), ParameterError);
   EXPECT_THROW(Simulation(with([](SimulationParams& p) { p.speed = 0.0; })), ParameterError);
   EXPECT_THROW(Simulation(with([](SimulationParams& p) { p.yaw = NAN; })), ParameterError);
-  EXPECT_THROW(Simulation(with([](SimulationParams& p) { p.length = 20.0; })), InputError);
+  EXPECT_THROW(Simulation(with([](SimulationParams& p) { p.length = 20.0; })), ParameterError);
   EXPECT_THROW(Simulation(with([](SimulationParams& p) { p.step = NAN; })), ParameterError);
   EXPECT_THROW(Simulation(with([](SimulationParams& p) { p.plain_share = 2.0; })), ParameterError);
   EXPECT_THROW(Simulation(with([](SimulationParams& p) { p.image_noise = -1.0; })), ParameterError);
