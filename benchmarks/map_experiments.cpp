@@ -2,9 +2,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Figures of docs/occupancy.md: map_experiments [outliers | rest | corridor]
-#include <chrono>
+#include <algorithm>
 #include <cstdio>
 #include <cstring>
+#include <ctime>
 #include <vector>
 
 #include "occupancy_experiment.h"
@@ -66,20 +67,23 @@ void printOutliers() {
 void printRest() {
   for (const double noise : {0.0, 0.25, 0.5}) {
     for (const bool believed : {false, true}) {
+      Scene scene;
+      scene.camera = {500.0, 500.0, 319.5, 239.5, 640, 480};
       StereoErrors errors;
       errors.noise_px = noise;
       Random random(3);
       PlanarMapParams params;
       params.max_range = 8.0;
+      params.unknown_space = false;
       PlanarMap map(params);
-      Beliefs beliefs(errors, 250.0);
+      Beliefs beliefs(errors, 500.0);
       std::printf("noise %.2f px beliefs %d:", noise, believed);
       std::size_t first_bytes = 0;
       const int frames = 100;
       for (int i = 0; i < frames; ++i) {
-        const View view =
-            test::lookNoisy(Scene(), test::lookFrom({0, 0, 1.0}), errors, random, 300);
+        const View view = test::lookNoisy(scene, test::lookFrom({0, 0, 1.0}), errors, random, 1000);
         FrameObservation frame = view.frame();
+        frame.noise = StereoNoise{errors.baseline, view.camera.fx, 0.5};
         if (believed) frame.probability = &beliefs.of(view);
         map.insert(frame);
         if (i == 0) first_bytes = map.memoryBytes();
@@ -99,7 +103,7 @@ void printRest() {
 void printCorridor() {
   Scene scene = test::corridor(100.0);
   scene.camera = {120.0, 120.0, 79.5, 59.5, 160, 120};
-  for (const double noise : {0.0, 0.25}) {
+  for (const double noise : {0.0, 0.1}) {
     StereoErrors errors;
     errors.noise_px = noise;
     Random random(3);
@@ -112,13 +116,21 @@ void printCorridor() {
     for (int i = 0; i < 1000; ++i) {
       View view = test::look(scene, test::lookFrom({0.0, 0.5 + 0.095 * i, 0.7}), 0.2 * i);
       test::addStereoErrors(view, errors, random);
+      view.planes.erase(
+          std::remove_if(view.planes.begin(), view.planes.end(),
+                         [](const PlaneSegment& p) { return p.inliers.size() < 100; }),
+          view.planes.end());
+      Indices near;  // as the stage depth_error_limit leaves them
+      for (std::size_t k = 0; k < view.xyz.size() / 3; ++k) {
+        if (view.xyz[3 * k + 2] < 4.0f) near.push_back(static_cast<int>(k));
+      }
       FrameObservation frame = view.frame();
+      frame.noise = StereoNoise{errors.baseline, view.camera.fx, 0.5};
+      frame.indices = &near;
       frame.probability = &beliefs.of(view);
-      const auto start = std::chrono::steady_clock::now();
+      const std::clock_t start = std::clock();
       map.insert(frame);
-      ms.push_back(
-          std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-              .count());
+      ms.push_back(1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
       if (i % 333 == 332 || i == 999) {
         std::printf("noise %.2f frame %d: planes %zu cuboids %zu memory %zu file %zu\n", noise,
                     i + 1, map.planes().size(), map.cuboids().size(), map.memoryBytes(),

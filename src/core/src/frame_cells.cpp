@@ -17,18 +17,27 @@ constexpr std::size_t kFewestSlots = 1024;
 constexpr std::size_t kBlock = 512;
 constexpr std::uint64_t kPart = 0x1FFFFFu;  // 21 bits an axis
 
+void gather(const float* points, std::size_t stride, const int* indices, std::size_t n, float* x,
+            float* y, float* z) {
+  for (std::size_t k = 0; k < n; ++k) {
+    const float* p = points + static_cast<std::size_t>(indices[k]) * stride;
+    x[k] = p[0];
+    y[k] = p[1];
+    z[k] = p[2];
+  }
+}
+
 /// Cell numbers of points along one axis, -kFarthest where too far or not a number.
 PLANAR_MAPPING_MULTIVERSION
-void cellsAlongAxis(const float* points, std::size_t stride, const int* indices, std::size_t n,
-                    const float* row, float offset, std::int32_t* numbers) {
+void cellsAlongAxis(const float* __restrict x, const float* __restrict y, const float* __restrict z,
+                    std::size_t n, const float* row, float offset,
+                    std::int32_t* __restrict numbers) {
   constexpr auto kLimit = static_cast<float>(kFarthest - 1);
   const float a = row[0];
   const float b = row[1];
   const float c = row[2];
-  const auto floats_apart = static_cast<int>(stride);
   for (std::size_t k = 0; k < n; ++k) {
-    const float* p = points + static_cast<std::ptrdiff_t>(indices[k]) * floats_apart;
-    const float cell = std::floor(a * p[0] + b * p[1] + c * p[2] + offset);
+    const float cell = std::floor(a * x[k] + b * y[k] + c * z[k] + offset);
     numbers[k] = static_cast<std::int32_t>(std::fabs(cell) < kLimit ? cell : -kLimit - 1.0f);
   }
 }
@@ -52,15 +61,18 @@ void FrameCells::number(const PointsView& points, const Indices& indices,
   std::fill(slots_.begin(), slots_.end(), Slot());
   group_of_point_.resize(indices.size());
   std::int32_t numbers[3][kBlock];
+  float x_of[kBlock];
+  float y_of[kBlock];
+  float z_of[kBlock];
   // Neighbouring points are mostly in the same cell.
   std::int32_t last[3] = {INT32_MIN, 0, 0};
   std::int32_t last_label = -1;
   std::int32_t last_group = -1;
   for (std::size_t first = 0; first < indices.size(); first += kBlock) {
     const std::size_t n = std::min(kBlock, indices.size() - first);
+    gather(points.data, points.stride, indices.data() + first, n, x_of, y_of, z_of);
     for (int axis = 0; axis < 3; ++axis) {
-      cellsAlongAxis(points.data, points.stride, indices.data() + first, n, rows_[axis],
-                     offset_[axis], numbers[axis]);
+      cellsAlongAxis(x_of, y_of, z_of, n, rows_[axis], offset_[axis], numbers[axis]);
     }
     for (std::size_t k = 0; k < n; ++k) {
       const std::int32_t label = labels[static_cast<std::size_t>(indices[first + k])];
