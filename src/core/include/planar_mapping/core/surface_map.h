@@ -35,7 +35,7 @@ struct PLANAR_MAPPING_EXPORT SurfaceMapParams {
   /// If less than good_share of the planes find their place, further guesses are tried, turned by
   /// this angle about each axis; 0 = none.
   double retry_rotation = 0.14;
-  double good_share = 0.75;  ///< in [0, 1]
+  double good_share = 0.85;  ///< in [0, 1]
   int iterations = 15;       ///< at most, on each level, >= 1
   double min_share = 0.4;    ///< of the cloud's planes that must lie on the map's, in [0, 1]
   /// The errors of neighbouring points are not independent: so many planes of the smallest size
