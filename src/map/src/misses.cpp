@@ -100,6 +100,9 @@ void missPlane(const MapData& map, Frame& frame, const MissTest& test, PlaneLaye
     if (tile.occupied == 0) continue;
     std::int32_t ta = 0, tb = 0;
     unpackKey(layer.tiles.key(i), ta, tb);
+    // Most tiles of a large plane are far away or behind the camera.
+    const double depth = origin.z() + (8 * ta + 4) * s * u.z() + (8 * tb + 4) * s * v.z();
+    if (depth + half_tile.z() <= 0.0 || depth - half_tile.z() > map.params.max_range) continue;
     const Vector3 middle = origin + (8 * ta + 4) * s * u + (8 * tb + 4) * s * v;
     if (!test.mayBeMissed(middle, half_tile)) continue;
     const TileHits* seen = hits != nullptr ? hits->tiles.find(layer.tiles.key(i)) : nullptr;

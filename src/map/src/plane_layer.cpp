@@ -285,7 +285,10 @@ std::size_t PlaneLayer::rebuild(const CuboidApproximationParams& params) {
       if (tiles.value(i).occupied == 0) continue;
       std::int32_t ta = 0, tb = 0;
       unpackKey(tiles.key(i), ta, tb);
-      tileAt(ta, tb);
+      low_tile_a_ = std::min(low_tile_a_, ta);
+      low_tile_b_ = std::min(low_tile_b_, tb);
+      high_tile_a_ = std::max(high_tile_a_, ta);
+      high_tile_b_ = std::max(high_tile_b_, tb);
     }
   }
   return rebuilt;

@@ -256,7 +256,7 @@ TEST(NoisySequences, AFrameOfALongCorridorCostsWhatTheFirstOnesCost) {
   Random random(37);
   PlanarMapParams params = paramsWithin(8.0);
   params.unknown_space = false;
-  PlanarMap map(params);
+  PlanarMap map(params), second(params), third(params);
   std::vector<double> times;
   for (int i = 0; i < 1000; ++i) {
     const Pose pose = lookFrom({0.0, 0.5 + 0.085 * i, 0.8});
@@ -264,9 +264,14 @@ TEST(NoisySequences, AFrameOfALongCorridorCostsWhatTheFirstOnesCost) {
     FrameObservation frame = observationOf(view, errors);
     const Indices near = nearerThan(view, 4.0f);  // as the stage depth_error_limit leaves them
     frame.indices = &near;
-    const std::clock_t start = std::clock();  // of the processor, whoever else is at work
-    map.insert(frame);
-    times.push_back(static_cast<double>(std::clock() - start));
+    // Of the processor, and the least of three: others are at work on it.
+    double least = 1e30;
+    for (PlanarMap* of : {&map, &second, &third}) {
+      const std::clock_t start = std::clock();
+      of->insert(frame);
+      least = std::min(least, static_cast<double>(std::clock() - start));
+    }
+    times.push_back(least);
   }
   const double early = medianOf({times.begin() + 100, times.begin() + 200});
   const double late = medianOf({times.end() - 100, times.end()});
