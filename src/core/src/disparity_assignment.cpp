@@ -105,6 +105,7 @@ void DisparityAssigner::assign(const std::vector<DisparityPlane>& planes,
   std::vector<std::vector<TilePart>> parts(static_cast<std::size_t>(cloud_.rows));
   parallelFor(static_cast<std::size_t>(cloud_.rows), threads, [&](std::size_t row) {
     BandedDisparity banded[PlaneList::kMost];
+    parts[row].reserve(static_cast<std::size_t>(2 * cloud_.columns));
     for (int column = 0; column < cloud_.columns; ++column) {
       const int tile = static_cast<int>(row) * cloud_.columns + column;
       std::int16_t* labels = labels_.data() + static_cast<std::size_t>(tile) * kTileArea;
@@ -138,6 +139,9 @@ void DisparityAssigner::assign(const std::vector<DisparityPlane>& planes,
     }
   });
   parts_.clear();
+  std::size_t number = 0;
+  for (const std::vector<TilePart>& row : parts) number += row.size();
+  parts_.reserve(number);
   for (const std::vector<TilePart>& row : parts)
     parts_.insert(parts_.end(), row.begin(), row.end());
   std::fill(presence_.begin(), presence_.end(), PlaneList());
@@ -149,9 +153,6 @@ void DisparityAssigner::assign(const std::vector<DisparityPlane>& planes,
 }
 
 void DisparityAssigner::relabel(const std::vector<std::int16_t>& target) {
-  for (std::int16_t& label : labels_) {
-    if (label >= 0) label = target[static_cast<std::size_t>(label)];
-  }
   for (PlaneList& list : presence_) {
     PlaneList renamed;
     for (int k = 0; k < list.size; ++k) {
@@ -160,22 +161,30 @@ void DisparityAssigner::relabel(const std::vector<std::int16_t>& target) {
     }
     list = renamed;
   }
-  std::vector<TilePart> kept;
-  for (TilePart part : parts_) {
-    part.label = target[static_cast<std::size_t>(part.label)];
+  // A tile's pixels have the labels of its parts. A plane becomes one that stays, so that labels of
+  // one tile may be renamed one after the other.
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    TilePart part = parts_[i];
+    const std::int16_t from = part.label;
+    part.label = target[static_cast<std::size_t>(from)];
+    if (part.label != from) {
+      std::int16_t* labels = labels_.data() + static_cast<std::size_t>(part.tile) * kTileArea;
+      std::replace(labels, labels + kTileArea, from, part.label);
+    }
     if (part.label < 0) continue;
     // Parts of planes that became one are one as well.
-    std::size_t same = kept.size();
-    while (same > 0 && kept[same - 1].tile == part.tile && kept[same - 1].label != part.label) {
+    std::size_t same = kept;
+    while (same > 0 && parts_[same - 1].tile == part.tile && parts_[same - 1].label != part.label) {
       --same;
     }
-    if (same > 0 && kept[same - 1].tile == part.tile) {
-      addSums(kept[same - 1].sums, part.sums);
+    if (same > 0 && parts_[same - 1].tile == part.tile) {
+      addSums(parts_[same - 1].sums, part.sums);
     } else {
-      kept.push_back(part);
+      parts_[kept++] = part;
     }
   }
-  parts_.swap(kept);
+  parts_.resize(kept);
 }
 
 }  // namespace planar_mapping::detail

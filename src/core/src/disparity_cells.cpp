@@ -36,7 +36,7 @@ void convertRow(const float* points, std::size_t stride, int width, float focal,
 }
 
 /// Rows of one tile row into tiles.
-void tileRow(const float* rows, int width, int height, int columns, float* tiles) {
+void tileRow(const float* rows, int width, int height, float* tiles) {
   const std::size_t plane = static_cast<std::size_t>(kTileSide) * width;
   for (int row = 0; row < height; ++row) {
     const float* line = rows + static_cast<std::size_t>(row) * width;
@@ -49,7 +49,6 @@ void tileRow(const float* rows, int width, int height, int columns, float* tiles
       }
     }
   }
-  static_cast<void>(columns);
 }
 
 }  // namespace
@@ -101,7 +100,7 @@ TiledCloud tileDisparities(const PointsView& points, const Indices* indices,
       convertRow(points[begin], points.stride, cloud.width, focal, factor, mask.data(), line,
                  line + kTileSide * width, line + 2 * kTileSide * width);
     }
-    tileRow(lines.data(), cloud.width, rows, cloud.columns, tiles);
+    tileRow(lines.data(), cloud.width, rows, tiles);
   });
   return cloud;
 }
