@@ -97,8 +97,8 @@ TEST_F(BadConfiguration, WordOfAnEnumeration) {
   expectProblems(
       std::string(kHead) + "  - stage: multi_plane_segmentation\n    method: organised\n",
       {"4:13: stage 'multi_plane_segmentation': method cannot be 'organised'; did you "
-       "mean 'organized'? allowed: automatic, multi_ransac, sequential or organized; "
-       "default automatic"});
+       "mean 'organized'? allowed: automatic, multi_ransac, sequential, organized or "
+       "disparity; default automatic"});
 }
 
 TEST_F(BadConfiguration, UnknownProfile) {
