@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "planar_mapping/core/random.h"
 #include "transport_frames.h"
 
@@ -23,8 +25,8 @@ class ScriptedPeer {
 
   Bytes message(MessageType type, const Bytes& body) {
     const HeaderBytes header = sealer.seal(type, session, body);
-    Bytes bytes(header.begin(), header.end());
-    bytes.insert(bytes.end(), body.begin(), body.end());
+    Bytes bytes(header.size() + body.size());
+    std::copy(body.begin(), body.end(), std::copy(header.begin(), header.end(), bytes.begin()));
     return bytes;
   }
   Bytes hello() { return message(MessageType::Hello, encode(Hello{instance_, "test"})); }
