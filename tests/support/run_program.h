@@ -30,7 +30,11 @@ struct ProgramResult {
 };
 
 struct ProgramOptions {
+#ifdef PLANAR_MAPPING_SANITIZED
+  double timeout_s = 600.0;
+#else
   double timeout_s = 60.0;
+#endif
   std::string directory;      ///< working directory; empty = that of the test
   long file_size_limit = -1;  ///< bytes a file may have (RLIMIT_FSIZE)
   /// Called with the process id while the program runs, about every millisecond.
