@@ -110,7 +110,8 @@ TEST_F(FrontendTest, ASecondFrontEndIsRefused) {
       ::kill(process, SIGSTOP);
       is_held = true;
     }
-    if (is_held && may_go_on) ::kill(process, SIGCONT);
+    // Once only: the signal would disturb the leak check at the end of a sanitized program.
+    if (may_go_on.exchange(false)) ::kill(process, SIGCONT);
   };
   auto first =
       std::async(std::launch::async, [&]() { return frontEnd(mapper.port(), input, options); });
@@ -157,8 +158,10 @@ TEST_F(FrontendTest, MemoryDoesNotGrowWithTheSequence) {
   const auto few = peaks(8);
   const auto many = peaks(48);
   // A frame is 320 kB in memory; the mapper is the slower of the two.
+#ifndef PLANAR_MAPPING_SANITIZED  // sanitizers keep freed memory
   EXPECT_LT(many.first, few.first + 3000);
   EXPECT_LT(many.second, few.second + 6000);
+#endif
 }
 
 TEST_F(FrontendTest, AMapperWaitsNoLongerThanItWasTold) {
