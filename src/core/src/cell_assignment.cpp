@@ -117,18 +117,7 @@ std::vector<PlaneEvidence> gatherEvidence(const PointsView& points, const Indice
         continue;
       }
       evidence.inner += 2.0 * nearest.distance <= threshold ? 1.0 : 0.0;
-      const double x = p[0] - origin[0], y = p[1] - origin[1], z = p[2] - origin[2];
-      PointSums& s = evidence.sums;
-      s.n += 1.0;
-      s.sum[0] += x;
-      s.sum[1] += y;
-      s.sum[2] += z;
-      s.outer[0] += x * x;
-      s.outer[1] += x * y;
-      s.outer[2] += x * z;
-      s.outer[3] += y * y;
-      s.outer[4] += y * z;
-      s.outer[5] += z * z;
+      evidence.sums.add(p[0] - origin[0], p[1] - origin[1], p[2] - origin[2]);
     }
   });
   std::vector<PlaneEvidence> all(planes.size());

@@ -218,17 +218,7 @@ class MultiRansac {
   }
 
   void addPoint(std::size_t i, PointSums& s) const {
-    const double x = points_.x[i], y = points_.y[i], z = points_.z[i];
-    s.n += 1.0;
-    s.sum[0] += x;
-    s.sum[1] += y;
-    s.sum[2] += z;
-    s.outer[0] += x * x;
-    s.outer[1] += x * y;
-    s.outer[2] += x * z;
-    s.outer[3] += y * y;
-    s.outer[4] += y * z;
-    s.outer[5] += z * z;
+    s.add(points_.x[i], points_.y[i], points_.z[i]);
   }
 
   static bool refit(const PointSums& sums, Plane& plane) {

@@ -39,19 +39,7 @@ bool cellOf(const float* p, double inverse_side, CellKey& key) {
 
 /// Adds \p p to the sums of the cell \p key, about its centre.
 void addTo(PointSums& s, const float* p, const CellKey& key, double side) {
-  const double x = p[0] - (key.x + 0.5) * side;
-  const double y = p[1] - (key.y + 0.5) * side;
-  const double z = p[2] - (key.z + 0.5) * side;
-  s.n += 1.0;
-  s.sum[0] += x;
-  s.sum[1] += y;
-  s.sum[2] += z;
-  s.outer[0] += x * x;
-  s.outer[1] += x * y;
-  s.outer[2] += x * z;
-  s.outer[3] += y * y;
-  s.outer[4] += y * z;
-  s.outer[5] += z * z;
+  s.add(p[0] - (key.x + 0.5) * side, p[1] - (key.y + 0.5) * side, p[2] - (key.z + 0.5) * side);
 }
 
 }  // namespace

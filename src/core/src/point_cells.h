@@ -18,6 +18,19 @@ struct PointSums {
   std::array<double, 3> sum{};
   std::array<double, 6> outer{};  ///< xx, xy, xz, yy, yz, zz
 
+  /// Adds a point, as seen from the point the sums are about.
+  void add(double x, double y, double z) {
+    n += 1.0;
+    sum[0] += x;
+    sum[1] += y;
+    sum[2] += z;
+    outer[0] += x * x;
+    outer[1] += x * y;
+    outer[2] += x * z;
+    outer[3] += y * y;
+    outer[4] += y * z;
+    outer[5] += z * z;
+  }
   /// Adds sums that are about a point which lies at \p shift as seen from ours.
   void add(const PointSums& other, const std::array<double, 3>& shift);
 };

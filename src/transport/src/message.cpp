@@ -36,6 +36,20 @@ Enumeration enumerationOf(Integer value, Enumeration last, const char* field) {
   return static_cast<Enumeration>(value);
 }
 
+/// Messages that are one count.
+Bytes encodeCount(std::uint64_t count) {
+  Bytes bytes;
+  ByteWriter(bytes).integer(count);
+  return bytes;
+}
+
+std::uint64_t decodeCount(const Bytes& body, const char* field) {
+  ByteReader reader(body);
+  const auto count = reader.integer<std::uint64_t>(field);
+  reader.expectEnd();
+  return count;
+}
+
 }  // namespace
 
 ProtocolError::~ProtocolError() = default;
@@ -194,42 +208,27 @@ Ready decodeReady(const Bytes& body) {
 }
 
 Bytes encode(const Ack& message) {
-  Bytes bytes;
-  ByteWriter(bytes).integer(message.next_frame);
-  return bytes;
+  return encodeCount(message.next_frame);
 }
 
 Ack decodeAck(const Bytes& body) {
-  ByteReader reader(body);
-  const Ack message = {reader.integer<std::uint64_t>("next_frame")};
-  reader.expectEnd();
-  return message;
+  return {decodeCount(body, "next_frame")};
 }
 
 Bytes encode(const Progress& message) {
-  Bytes bytes;
-  ByteWriter(bytes).integer(message.frames);
-  return bytes;
+  return encodeCount(message.frames);
 }
 
 Progress decodeProgress(const Bytes& body) {
-  ByteReader reader(body);
-  const Progress message = {reader.integer<std::uint64_t>("frames")};
-  reader.expectEnd();
-  return message;
+  return {decodeCount(body, "frames")};
 }
 
 Bytes encode(const End& message) {
-  Bytes bytes;
-  ByteWriter(bytes).integer(message.frames);
-  return bytes;
+  return encodeCount(message.frames);
 }
 
 End decodeEnd(const Bytes& body) {
-  ByteReader reader(body);
-  const End message = {reader.integer<std::uint64_t>("frames")};
-  reader.expectEnd();
-  return message;
+  return {decodeCount(body, "frames")};
 }
 
 Bytes encode(const Bye& message) {
