@@ -182,14 +182,13 @@ void giveUpCovered(MapData& map, Frame& frame) {
             const Int3 at{x, y, z};
             CellBlock* block = map.cells.blocks.find(packKey(at));
             if (block == nullptr) continue;
-            for (std::uint64_t bits = block->occupied; bits != 0; bits &= bits - 1) {
+            for (std::uint64_t bits = block->occupied(); bits != 0; bits &= bits - 1) {
               const int bit = __builtin_ctzll(bits);
               const Int3 c = CellLayer::cellOf(at, bit);
               const double centre[3] = {c.x + 0.5, c.y + 0.5, c.z + 0.5};
               std::int32_t a = 0, b = 0;
               if (!cover.contains(centre, 0.0, a, b)) continue;
-              block->occupied &= ~(std::uint64_t{1} << bit);
-              block->belief[static_cast<std::size_t>(bit)] = 0;
+              block->remove(static_cast<std::size_t>(bit));
               map.cells.markDirty(at, frame_number);
               ++frame.update.cells_removed;
             }
@@ -225,8 +224,8 @@ void applyHits(MapData& map, Frame& frame, const KeyMap<BlockHits>& hits) {
       const double q = believed ? static_cast<double>(hit.belief[bit]) / count : 1.0;
       const std::uint64_t flag = std::uint64_t{1} << bit;
       seen |= flag;
-      const bool known = block != nullptr && (block->occupied & flag) != 0;
-      const std::uint8_t before = known ? block->belief[bit] : 0;
+      const bool known = block != nullptr && (block->occupied() & flag) != 0;
+      const std::uint8_t before = known ? block->belief(bit) : 0;
       const std::uint8_t after =
           known
               ? afterHit(before, q, params.belief_gain)
@@ -237,32 +236,33 @@ void applyHits(MapData& map, Frame& frame, const KeyMap<BlockHits>& hits) {
       }
       if (!known) {
         if (block == nullptr) block = &map.cells.blockAt(at);
-        block->occupied |= flag;
         ++frame.update.cells_added;
       }
       // Each profile keeps what its cuboids are made from, which is what the file holds.
-      const int before_octants = known ? block->octants[bit] : 0;
+      const int before_octants = known ? block->octants(bit) : 0;
       const auto octants =
           static_cast<std::uint8_t>(with_mean ? 0 : before_octants | hit.octants[bit]);
-      changed |= after != before || octants != block->octants[bit];
-      block->belief[bit] = after;
-      block->octants[bit] = octants;
+      changed |= after != before || octants != before_octants;
       if (!isKept(after, params.min_probability)) {
-        block->occupied &= ~flag;
-        block->belief[bit] = 0;
+        block->remove(bit);
         ++frame.update.cells_removed;
+        continue;
       }
-      if (with_mean) {
-        if (block->mean.empty()) block->mean.resize(64);
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          const double fresh = hit.mean[bit][axis] / count;
-          const double old = (block->mean[bit][axis] + 0.5) / 256.0;
-          const double mean = known ? old + params.belief_gain * (fresh - old) : fresh;
-          const auto k = static_cast<std::uint8_t>(std::clamp(256.0 * mean, 0.0, 255.0));
-          changed |= k != block->mean[bit][axis];
-          block->mean[bit][axis] = k;
-        }
+      block->setBelief(bit, after);
+      if (!with_mean) {
+        block->setOctants(bit, octants);
+        continue;
       }
+      const CellBlock::Mean before_mean = known ? block->mean(bit) : CellBlock::Mean{};
+      CellBlock::Mean after_mean{};
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double fresh = hit.mean[bit][axis] / count;
+        const double old = (before_mean[axis] + 0.5) / 256.0;
+        const double mean = known ? old + params.belief_gain * (fresh - old) : fresh;
+        after_mean[axis] = static_cast<std::uint8_t>(std::clamp(256.0 * mean, 0.0, 255.0));
+      }
+      changed |= after_mean != before_mean;
+      block->setMean(bit, after_mean);
     }
     frame.cell_hits[hits.key(i)] |= seen;
     if (changed) map.cells.markDirty(at, frame_number);

@@ -20,7 +20,7 @@ std::int32_t floorDivide(std::int32_t value, std::int32_t divisor) {
 
 bool CellLayer::at(const Int3& cell) const {
   const CellBlock* block = blocks.find(packKey(blockOf(cell)));
-  return block != nullptr && ((block->occupied >> bitOf(cell)) & 1u) != 0;
+  return block != nullptr && ((block->occupied() >> bitOf(cell)) & 1u) != 0;
 }
 
 std::uint64_t CellLayer::regionKey(const Int3& block) const {
@@ -66,8 +66,8 @@ std::size_t CellLayer::rebuild(const CuboidApproximationParams& params,
       const CellBlock* found = blocks.find(key);
       if (found == nullptr) continue;
       const CellBlock& block = *found;
-      stale += block.occupied == 0 ? 1 : 0;
-      for (std::uint64_t bits = block.occupied; bits != 0; bits &= bits - 1) {
+      stale += block.occupied() == 0 ? 1 : 0;
+      for (std::uint64_t bits = block.occupied(); bits != 0; bits &= bits - 1) {
         const int bit = __builtin_ctzll(bits);
         const Int3 c = cellOf(unpackKey(key), bit);
         NonPlanarCell cell;
@@ -75,14 +75,14 @@ std::size_t CellLayer::rebuild(const CuboidApproximationParams& params,
         cell.y = c.y;
         cell.z = c.z;
         Vector3 within(0.5, 0.5, 0.5);
-        if (!block.mean.empty()) {
-          const auto& m = block.mean[static_cast<std::size_t>(bit)];
+        if (block.hasMeans()) {
+          const CellBlock::Mean& m = block.mean(static_cast<std::size_t>(bit));
           within = Vector3(m[0] + 0.5, m[1] + 0.5, m[2] + 0.5) / 256.0;
         }
         cell.mean = params.resolution * (Vector3(c.x, c.y, c.z) + within);
         cell.weight = static_cast<float>(params.min_points_per_cell);  // it passed that test
-        if (block.mean.empty()) cell.octants = block.octants[static_cast<std::size_t>(bit)];
-        cell.probability = beliefOf(block.belief[static_cast<std::size_t>(bit)]);
+        if (!block.hasMeans()) cell.octants = block.octants(static_cast<std::size_t>(bit));
+        cell.probability = beliefOf(block.belief(static_cast<std::size_t>(bit)));
         cells.push_back(cell);
       }
     }
@@ -99,17 +99,14 @@ std::size_t CellLayer::rebuild(const CuboidApproximationParams& params,
   constexpr std::size_t kShare = 16;
   if (any_empty || stale > blocks.size() / kShare) {
     regions.removeIf([](std::uint64_t, const Region& region) { return region.cuboids.empty(); });
-    blocks.removeIf([](std::uint64_t, const CellBlock& block) { return block.occupied == 0; });
+    blocks.removeIf([](std::uint64_t, const CellBlock& block) { return block.occupied() == 0; });
   }
   return rebuilt;
 }
 
 std::size_t CellLayer::memoryBytes() const {
   std::size_t bytes = blocks.memoryBytes() + regions.memoryBytes();
-  const bool with_mean = !blocks.empty() && !blocks.value(0).mean.empty();  // by the profile
-  for (std::size_t i = 0; with_mean && i < blocks.size(); ++i) {
-    bytes += blocks.value(i).mean.capacity() * sizeof(blocks.value(i).mean[0]);
-  }
+  for (std::size_t i = 0; i < blocks.size(); ++i) bytes += blocks.value(i).memoryBytes();
   for (std::size_t r = 0; r < regions.size(); ++r) {
     bytes += regions.value(r).cuboids.capacity() * sizeof(Cuboid) +
              regions.value(r).blocks.capacity() * sizeof(std::uint64_t);

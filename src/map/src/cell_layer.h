@@ -14,13 +14,42 @@ namespace planar_mapping::detail {
 struct StoredPose;
 
 /// 4 x 4 x 4 cells of the world grid.
-struct CellBlock {
-  std::uint64_t occupied = 0;  ///< bit 16 z + 4 y + x
-  std::array<std::uint8_t, 64> belief{};
-  std::array<std::uint8_t, 64> octants{};  ///< eighths of the cell that hold points
-  /// Mean of the points within the cell, in 1/256 of its side; only the paper's profile, which
-  /// fits planes to it, keeps it.
-  std::vector<std::array<std::uint8_t, 3>> mean;
+class CellBlock {
+ public:
+  /// Mean of the points within a cell, in 1/256 of its side.
+  using Mean = std::array<std::uint8_t, 3>;
+
+  std::uint64_t occupied() const { return occupied_; }  ///< bit 16 z + 4 y + x
+  // Of an occupied cell:
+  std::uint8_t belief(std::size_t bit) const { return belief_[bit]; }
+  std::uint8_t octants(std::size_t bit) const { return octants_[bit]; }  ///< that hold points
+  const Mean& mean(std::size_t bit) const { return mean_[bit]; }
+  /// Only the paper's profile, which fits planes to them, keeps means, and no octants.
+  bool hasMeans() const { return !mean_.empty(); }
+
+  /// Makes the cell occupied if it is not yet; then it has no octants and no mean.
+  void setBelief(std::size_t bit, std::uint8_t belief) {
+    const std::uint64_t flag = std::uint64_t{1} << bit;
+    if ((occupied_ & flag) == 0) octants_[bit] = 0;
+    occupied_ |= flag;
+    belief_[bit] = belief;
+  }
+  void setOctants(std::size_t bit, std::uint8_t octants) { octants_[bit] = octants; }
+  void setMean(std::size_t bit, const Mean& mean) {
+    if (mean_.empty()) mean_.resize(64);
+    mean_[bit] = mean;
+  }
+  void remove(std::size_t bit) {
+    occupied_ &= ~(std::uint64_t{1} << bit);
+    belief_[bit] = 0;
+  }
+  std::size_t memoryBytes() const { return mean_.capacity() * sizeof(Mean); }
+
+ private:
+  std::uint64_t occupied_ = 0;
+  std::array<std::uint8_t, 64> belief_{};
+  std::array<std::uint8_t, 64> octants_{};
+  std::vector<Mean> mean_;
 };
 
 /// Points of one frame in a block.

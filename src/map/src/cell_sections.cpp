@@ -39,8 +39,8 @@ void writeCells(const MapData& map, ByteWriter& out) {
   out.zigzag(cells.anchor.z / 4);
   std::vector<CellBundle> bundles;
   for (std::size_t i = 0; i < cells.blocks.size(); ++i) {
-    if (cells.blocks.value(i).occupied == 0) continue;
-    bundles.push_back({unpackKey(cells.blocks.key(i)), cells.blocks.value(i).occupied});
+    const std::uint64_t occupied = cells.blocks.value(i).occupied();
+    if (occupied != 0) bundles.push_back({unpackKey(cells.blocks.key(i)), occupied});
   }
   writeTree(TreeKind::Octree, bundles, Label::Occupied, out);
   std::vector<std::uint8_t> beliefs;
@@ -48,12 +48,11 @@ void writeCells(const MapData& map, ByteWriter& out) {
   std::vector<std::uint8_t> means;
   forEachCell(TreeKind::Octree, bundles, [&](const CellBundle& b, int bit) {
     const CellBlock& block = *cells.blocks.find(packKey(b.at));
-    beliefs.push_back(block.belief[static_cast<std::size_t>(bit)]);
-    octants.push_back(block.octants[static_cast<std::size_t>(bit)]);
-    if (!block.mean.empty()) {
-      const auto& mean = block.mean[static_cast<std::size_t>(bit)];
-      means.insert(means.end(), mean.begin(), mean.end());
-    }
+    const auto at = static_cast<std::size_t>(bit);
+    beliefs.push_back(block.belief(at));
+    if (!block.hasMeans()) return octants.push_back(block.octants(at));
+    const CellBlock::Mean mean = block.mean(at);
+    means.insert(means.end(), mean.begin(), mean.end());
   });
   writeRuns(beliefs, out);
   for (const std::uint8_t m : map.isCompact() ? octants : means) out.u8(m);
@@ -72,7 +71,7 @@ void readCells(MapData& map, ByteReader& in) {
   cells.anchor.z = 4 * in.within(-kLatticeLimit / 2, kLatticeLimit / 2);
   const std::vector<CellBundle> bundles = readTree(TreeKind::Octree, Label::Occupied, in);
   for (const CellBundle& b : bundles) {
-    cells.blockAt(b.at).occupied = b.cells;
+    cells.blockAt(b.at);
     cells.markDirty(b.at, 0);
   }
   std::vector<std::uint8_t> beliefs;
@@ -80,16 +79,16 @@ void readCells(MapData& map, ByteReader& in) {
   std::size_t i = 0;
   forEachCell(TreeKind::Octree, bundles, [&](const CellBundle& b, int bit) {
     CellBlock& block = *cells.blocks.find(packKey(b.at));
-    block.belief[static_cast<std::size_t>(bit)] = beliefs[i++];
+    const auto at = static_cast<std::size_t>(bit);
+    block.setBelief(at, beliefs[i++]);
     if (map.isCompact()) {
       const std::uint8_t octants = in.u8();
       if (octants == 0) in.fail("has a cell that holds no point");
-      block.octants[static_cast<std::size_t>(bit)] = octants;
+      block.setOctants(at, octants);
       return;
     }
-    if (block.mean.empty()) block.mean.resize(64);
     const std::uint8_t* mean = in.take(3);
-    block.mean[static_cast<std::size_t>(bit)] = {mean[0], mean[1], mean[2]};
+    block.setMean(at, {mean[0], mean[1], mean[2]});
   });
   std::vector<std::uint64_t> regions = cells.regions.keys();
   std::sort(regions.begin(), regions.end());

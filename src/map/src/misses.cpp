@@ -75,13 +75,16 @@ class MissTest {
   Vector3 high_;
 };
 
-/// Lowers the belief of one cell. \return whether the cell is gone
-bool miss(const PlanarMapParams& params, std::uint64_t& occupied, std::uint8_t& belief, int bit) {
-  belief = afterMiss(belief, params.miss_factor);
-  if (isKept(belief, params.min_probability)) return false;
-  belief = 0;
-  occupied &= ~(std::uint64_t{1} << bit);
-  return true;
+/// Lowers the belief of one cell of a tile or block. \return whether the cell is gone
+template <typename Cells>
+bool miss(const PlanarMapParams& params, Cells& cells, std::size_t bit) {
+  const std::uint8_t belief = afterMiss(cells.belief(bit), params.miss_factor);
+  if (!isKept(belief, params.min_probability)) {
+    cells.remove(bit);
+    return true;
+  }
+  cells.setBelief(bit, belief);
+  return false;
 }
 
 void missPlane(const MapData& map, Frame& frame, const MissTest& test, PlaneLayer& layer,
@@ -97,7 +100,7 @@ void missPlane(const MapData& map, Frame& frame, const MissTest& test, PlaneLaye
   const Vector3 half_tile = 4.0 * s * (u.cwiseAbs() + v.cwiseAbs()) + Vector3::Constant(s);
   for (std::size_t i = 0; i < layer.tiles.size(); ++i) {
     RasterTile& tile = layer.tiles.value(i);
-    if (tile.occupied == 0) continue;
+    if (tile.occupied() == 0) continue;
     std::int32_t ta = 0, tb = 0;
     unpackKey(layer.tiles.key(i), ta, tb);
     // Most tiles of a large plane are far away or behind the camera.
@@ -109,7 +112,7 @@ void missPlane(const MapData& map, Frame& frame, const MissTest& test, PlaneLaye
     const std::uint64_t* others =
         absorbed != nullptr ? absorbed->find(layer.tiles.key(i)) : nullptr;
     bool changed = false;
-    for (std::uint64_t bits = tile.occupied & ~(others != nullptr ? *others : 0); bits != 0;
+    for (std::uint64_t bits = tile.occupied() & ~(others != nullptr ? *others : 0); bits != 0;
          bits &= bits - 1) {
       const int bit = __builtin_ctzll(bits);
       const auto at = static_cast<std::size_t>(bit);
@@ -120,7 +123,7 @@ void missPlane(const MapData& map, Frame& frame, const MissTest& test, PlaneLaye
       const double facing = -normal.dot(centre) / centre.norm();
       if (!test.isMissed(centre, facing, 0.0)) continue;
       changed = true;
-      frame.update.cells_removed += miss(map.params, tile.occupied, tile.belief[at], bit) ? 1 : 0;
+      frame.update.cells_removed += miss(map.params, tile, at) ? 1 : 0;
     }
     if (changed) layer.markDirty(ta, tb);
   }
@@ -139,12 +142,12 @@ void missCells(MapData& map, Frame& frame, const MissTest& test) {
     const std::vector<std::uint64_t>& keys = map.cells.regions.value(r).blocks;
     for (const std::uint64_t key : keys) {
       CellBlock* block = map.cells.blocks.find(key);
-      if (block == nullptr || block->occupied == 0) continue;
+      if (block == nullptr || block->occupied() == 0) continue;
       const Int3 at = unpackKey(key);
       const Vector3 middle = (4.0 * s) * (Vector3(at.x, at.y, at.z) + Vector3::Constant(0.5));
       if (!test.mayBeMissed(test.image().toCamera(middle), half)) continue;
       std::uint64_t* seen = frame.cell_hits.find(key);
-      std::uint64_t candidates = block->occupied & ~(seen != nullptr ? *seen : 0);
+      std::uint64_t candidates = block->occupied() & ~(seen != nullptr ? *seen : 0);
       bool changed = false;
       for (; candidates != 0; candidates &= candidates - 1) {
         const int bit = __builtin_ctzll(candidates);
@@ -156,9 +159,7 @@ void missCells(MapData& map, Frame& frame, const MissTest& test) {
         if (seen == nullptr) seen = &frame.cell_hits[key];
         *seen |= std::uint64_t{1} << bit;
         frame.update.cells_removed +=
-            miss(map.params, block->occupied, block->belief[static_cast<std::size_t>(bit)], bit)
-                ? 1
-                : 0;
+            miss(map.params, *block, static_cast<std::size_t>(bit)) ? 1 : 0;
       }
       if (changed) map.cells.markDirty(at, frame_number);
     }

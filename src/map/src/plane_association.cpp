@@ -94,7 +94,7 @@ bool areNear(const MapData& map, const PlaneLayer& layer, const PlaneLayer& othe
   for (std::size_t i = 0; i < other.tiles.size(); ++i) {
     std::int32_t ta = 0, tb = 0;
     unpackKey(other.tiles.key(i), ta, tb);
-    const std::uint64_t occupied = other.tiles.value(i).occupied;
+    const std::uint64_t occupied = other.tiles.value(i).occupied();
     if (occupied == 0) continue;
     const int bit = __builtin_ctzll(occupied);
     const Vector3 centre = other.frame.fromPlane(
@@ -111,7 +111,7 @@ std::size_t takeCells(const MapData& map, PlaneLayer& layer, const PlaneLayer& o
   const double s = map.resolution();
   std::size_t added = 0;
   for (std::size_t i = 0; i < other.tiles.size(); ++i) {
-    if (other.tiles.value(i).occupied == 0) continue;
+    if (other.tiles.value(i).occupied() == 0) continue;
     std::int32_t ta = 0, tb = 0;
     unpackKey(other.tiles.key(i), ta, tb);
     const Vector3 middle = other.frame.fromPlane({(8 * ta + 4) * s, (8 * tb + 4) * s, 0.0});
@@ -125,15 +125,15 @@ std::size_t takeCells(const MapData& map, PlaneLayer& layer, const PlaneLayer& o
         if (!other.cellOf(centre, s, oa, ob) || (oa >> 3) != ta || (ob >> 3) != tb) continue;
         const int bit = 8 * (ob & 7) + (oa & 7);
         const RasterTile& from = other.tiles.value(i);
-        if (((from.occupied >> bit) & 1u) == 0) continue;
-        const std::uint8_t belief = from.belief[static_cast<std::size_t>(bit)];
+        if (((from.occupied() >> bit) & 1u) == 0) continue;
+        const std::uint8_t belief = from.belief(static_cast<std::size_t>(bit));
         if (!layer.at(a, b)) {
           ++added;
           layer.setCell(a, b, belief);
         } else {
           const RasterTile& own = *layer.tiles.find(packKey(a >> 3, b >> 3));
           const auto own_bit = static_cast<std::size_t>(8 * (b & 7) + (a & 7));
-          if (own.belief[own_bit] < belief) layer.setCell(a, b, belief);
+          if (own.belief(own_bit) < belief) layer.setCell(a, b, belief);
         }
       }
     }

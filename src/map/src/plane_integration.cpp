@@ -174,15 +174,15 @@ void applyHits(const MapData& map, Frame& frame, PlaneLayer& layer, const PlaneH
       if (count == 0) continue;
       const double q = believed ? static_cast<double>(hit.belief[bit]) / count : 1.0;
       const std::uint64_t flag = std::uint64_t{1} << bit;
-      if (tile != nullptr && (tile->occupied & flag) != 0) {
-        const std::uint8_t before = tile->belief[bit];
+      if (tile != nullptr && (tile->occupied() & flag) != 0) {
+        const std::uint8_t before = tile->belief(bit);
         const std::uint8_t after = afterHit(before, q, params.belief_gain);
         if (after == before) continue;
-        tile->belief[bit] = after;
         changed = true;
-        if (!isKept(after, params.min_probability)) {
-          tile->occupied &= ~flag;
-          tile->belief[bit] = 0;
+        if (isKept(after, params.min_probability)) {
+          tile->setBelief(bit, after);
+        } else {
+          tile->remove(bit);
           ++frame.update.cells_removed;
         }
         continue;
@@ -193,8 +193,7 @@ void applyHits(const MapData& map, Frame& frame, PlaneLayer& layer, const PlaneH
         continue;
       }
       if (tile == nullptr) tile = &layer.tileAt(tile_a, tile_b);
-      tile->occupied |= flag;
-      tile->belief[bit] = belief;
+      tile->setBelief(bit, belief);
       changed = true;
       ++frame.update.cells_added;
     }

@@ -77,7 +77,7 @@ PlaneMoments symmetric(const PlaneMoments& moments) {
 
 bool PlaneLayer::at(std::int32_t a, std::int32_t b) const {
   const RasterTile* tile = tiles.find(packKey(a >> 3, b >> 3));
-  return tile != nullptr && ((tile->occupied >> (8 * (b & 7) + (a & 7))) & 1u) != 0;
+  return tile != nullptr && ((tile->occupied() >> (8 * (b & 7) + (a & 7))) & 1u) != 0;
 }
 
 bool PlaneLayer::anyWithin(std::int32_t a, std::int32_t b, std::int32_t radius) const {
@@ -87,7 +87,7 @@ bool PlaneLayer::anyWithin(std::int32_t a, std::int32_t b, std::int32_t radius) 
     const std::int32_t high_a = std::min(a + radius - 8 * ta, 7);
     const std::int32_t high_b = std::min(b + radius - 8 * tb, 7);
     return low_a <= high_a && low_b <= high_b &&
-           (tile.occupied & tileRectangle(low_a, low_b, high_a, high_b)) != 0;
+           (tile.occupied() & tileRectangle(low_a, low_b, high_a, high_b)) != 0;
   };
   const std::int64_t side = 2 * static_cast<std::int64_t>(radius) / 8 + 2;
   if (side * side > static_cast<std::int64_t>(tiles.size())) {
@@ -181,9 +181,7 @@ void PlaneLayer::markDirty(std::int32_t tile_a, std::int32_t tile_b) {
 
 void PlaneLayer::setCell(std::int32_t a, std::int32_t b, std::uint8_t belief) {
   RasterTile& tile = tileAt(a >> 3, b >> 3);
-  const int bit = 8 * (b & 7) + (a & 7);
-  tile.occupied |= std::uint64_t{1} << bit;
-  tile.belief[bit] = belief;
+  tile.setBelief(static_cast<std::size_t>(8 * (b & 7) + (a & 7)), belief);
   markDirty(a >> 3, b >> 3);
 }
 
@@ -197,7 +195,7 @@ std::vector<PlaneLayer::Members> PlaneLayer::dirtyMembers() const {
   }
   if (tiles.size() <= all.size() * kPatchTiles * kPatchTiles) {
     for (std::size_t i = 0; i < tiles.size(); ++i) {
-      if (tiles.value(i).occupied == 0) continue;
+      if (tiles.value(i).occupied() == 0) continue;
       std::int32_t ta = 0, tb = 0;
       unpackKey(tiles.key(i), ta, tb);
       const std::size_t p = patches.indexOf(patchKey(ta, tb));
@@ -214,7 +212,7 @@ std::vector<PlaneLayer::Members> PlaneLayer::dirtyMembers() const {
     for (std::int32_t tb = first_b; tb < first_b + kPatchTiles; ++tb) {
       for (std::int32_t ta = first_a; ta < first_a + kPatchTiles; ++ta) {
         const RasterTile* tile = tiles.find(packKey(ta, tb));
-        if (tile != nullptr && tile->occupied != 0) members.tiles.push_back({ta, tb, tile});
+        if (tile != nullptr && tile->occupied() != 0) members.tiles.push_back({ta, tb, tile});
       }
     }
   }
@@ -227,7 +225,7 @@ std::vector<Cuboid> PlaneLayer::cuboidsOf(const std::vector<PlacedTile>& members
   std::int32_t low_a = kLatticeLimit, low_b = kLatticeLimit;
   std::int32_t high_a = -kLatticeLimit, high_b = -kLatticeLimit;
   for (const PlacedTile& t : members) {
-    for (std::uint64_t bits = t.tile->occupied; bits != 0; bits &= bits - 1) {
+    for (std::uint64_t bits = t.tile->occupied(); bits != 0; bits &= bits - 1) {
       const int bit = __builtin_ctzll(bits);
       low_a = std::min(low_a, 8 * t.a + (bit & 7));
       high_a = std::max(high_a, 8 * t.a + (bit & 7));
@@ -242,19 +240,19 @@ std::vector<Cuboid> PlaneLayer::cuboidsOf(const std::vector<PlacedTile>& members
   mask.height = high_b - low_b + 1;
   mask.cells.assign(static_cast<std::size_t>(mask.width) * mask.height, 0);
   const bool certain = std::all_of(members.begin(), members.end(), [](const PlacedTile& t) {
-    for (std::uint64_t bits = t.tile->occupied; bits != 0; bits &= bits - 1) {
-      if (t.tile->belief[static_cast<std::size_t>(__builtin_ctzll(bits))] != 255) return false;
+    for (std::uint64_t bits = t.tile->occupied(); bits != 0; bits &= bits - 1) {
+      if (t.tile->belief(static_cast<std::size_t>(__builtin_ctzll(bits))) != 255) return false;
     }
     return true;
   });
   std::vector<float> probability(certain ? 0 : mask.cells.size(), 1.0f);
   for (const PlacedTile& t : members) {
-    for (std::uint64_t bits = t.tile->occupied; bits != 0; bits &= bits - 1) {
+    for (std::uint64_t bits = t.tile->occupied(); bits != 0; bits &= bits - 1) {
       const int bit = __builtin_ctzll(bits);
       const std::size_t cell = static_cast<std::size_t>(8 * t.b + (bit >> 3) - low_b) * mask.width +
                                static_cast<std::size_t>(8 * t.a + (bit & 7) - low_a);
       mask.cells[cell] = 1;
-      if (!certain) probability[cell] = beliefOf(t.tile->belief[static_cast<std::size_t>(bit)]);
+      if (!certain) probability[cell] = beliefOf(t.tile->belief(static_cast<std::size_t>(bit)));
     }
   }
   return cuboidsOfPlane(frame, mask, probability, info.id, params);
@@ -276,13 +274,13 @@ std::size_t PlaneLayer::rebuild(const CuboidApproximationParams& params) {
   }
   if (any_empty) {
     patches.removeIf([](std::uint64_t, const PlanePatch& patch) { return patch.cuboids.empty(); });
-    tiles.removeIf([](std::uint64_t, const RasterTile& tile) { return tile.occupied == 0; });
+    tiles.removeIf([](std::uint64_t, const RasterTile& tile) { return tile.occupied() == 0; });
   }
   if (rebuilt > 0) {
     low_tile_a_ = low_tile_b_ = kLatticeLimit;
     high_tile_a_ = high_tile_b_ = -kLatticeLimit;
     for (std::size_t i = 0; i < tiles.size(); ++i) {
-      if (tiles.value(i).occupied == 0) continue;
+      if (tiles.value(i).occupied() == 0) continue;
       std::int32_t ta = 0, tb = 0;
       unpackKey(tiles.key(i), ta, tb);
       low_tile_a_ = std::min(low_tile_a_, ta);

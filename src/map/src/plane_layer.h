@@ -12,9 +12,24 @@
 namespace planar_mapping::detail {
 
 /// 8 x 8 cells of a plane's raster.
-struct RasterTile {
-  std::uint64_t occupied = 0;  ///< bit 8 b + a
-  std::array<std::uint8_t, 64> belief{};
+class RasterTile {
+ public:
+  std::uint64_t occupied() const { return occupied_; }  ///< bit 8 b + a
+  /// Of an occupied cell.
+  std::uint8_t belief(std::size_t bit) const { return belief_[bit]; }
+  /// Makes the cell occupied if it is not yet.
+  void setBelief(std::size_t bit, std::uint8_t belief) {
+    occupied_ |= std::uint64_t{1} << bit;
+    belief_[bit] = belief;
+  }
+  void remove(std::size_t bit) {
+    occupied_ &= ~(std::uint64_t{1} << bit);
+    belief_[bit] = 0;
+  }
+
+ private:
+  std::uint64_t occupied_ = 0;
+  std::array<std::uint8_t, 64> belief_{};
 };
 
 /// A tile and its coordinates.

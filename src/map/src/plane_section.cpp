@@ -25,10 +25,10 @@ void writePlane(const PlaneLayer& layer, ByteWriter& out) {
 
   std::vector<CellBundle> bundles;
   for (std::size_t i = 0; i < layer.tiles.size(); ++i) {
-    if (layer.tiles.value(i).occupied == 0) continue;
+    if (layer.tiles.value(i).occupied() == 0) continue;
     CellBundle b;
     unpackKey(layer.tiles.key(i), b.at.x, b.at.y);
-    b.cells = layer.tiles.value(i).occupied;
+    b.cells = layer.tiles.value(i).occupied();
     bundles.push_back(b);
   }
   writeTree(TreeKind::Quadtree, bundles, Label::Occupied, out);
@@ -38,7 +38,7 @@ void writePlane(const PlaneLayer& layer, ByteWriter& out) {
   forEachCell(TreeKind::Quadtree, bundles, [&](const CellBundle& b, int bit) {
     if (!(b.at == last)) tile = layer.tiles.find(packKey(b.at.x, b.at.y));
     last = b.at;
-    beliefs.push_back(tile->belief[static_cast<std::size_t>(bit)]);
+    beliefs.push_back(tile->belief(static_cast<std::size_t>(bit)));
   });
   writeRuns(beliefs, out);
 }
@@ -76,23 +76,18 @@ PlaneLayer readPlane(ByteReader& in) {
   layer.anchor_b = 8 * in.within(-2 * kLatticeLimit / 8, 2 * kLatticeLimit / 8);
 
   const std::vector<CellBundle> bundles = readTree(TreeKind::Quadtree, Label::Occupied, in);
-  for (const CellBundle& b : bundles) {
-    layer.tileAt(b.at.x, b.at.y).occupied = b.cells;
-    layer.markDirty(b.at.x, b.at.y);
-  }
-  // The tiles were added in the order of the tree, so cells come tile by tile.
-  std::size_t tile = 0;
-  int path = 0;
-  const std::uint8_t* order = cellOrder(TreeKind::Quadtree);
-  readRuns(countCells(bundles), in, [&](std::uint8_t value) {
-    for (;; ++path) {
-      if (path == 64) {
-        path = 0;
-        ++tile;
-      }
-      if (((layer.tiles.value(tile).occupied >> order[path]) & 1u) != 0) break;
+  std::vector<std::uint8_t> beliefs;
+  readRuns(countCells(bundles), in, [&](std::uint8_t value) { beliefs.push_back(value); });
+  std::size_t next = 0;
+  RasterTile* tile = nullptr;
+  Int3 last{INT32_MIN, 0, 0};
+  forEachCell(TreeKind::Quadtree, bundles, [&](const CellBundle& b, int bit) {
+    if (!(b.at == last)) {
+      tile = &layer.tileAt(b.at.x, b.at.y);
+      layer.markDirty(b.at.x, b.at.y);
     }
-    layer.tiles.value(tile).belief[order[path++]] = value;
+    last = b.at;
+    tile->setBelief(static_cast<std::size_t>(bit), beliefs[next++]);
   });
   return layer;
 }
