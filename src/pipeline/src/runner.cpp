@@ -39,7 +39,6 @@ class Run {
   RunResult execute();
 
  private:
-  void requireStagesForSource() const;
   void loadEarlierRun();
   void replayFrames(std::size_t count);
   void processFrames();
@@ -74,29 +73,8 @@ Configuration withAbsolutePaths(Configuration configuration) {
   return configuration;
 }
 
-void Run::requireStagesForSource() const {
-  const std::string input = source_.names().front();
-  if (source_.kind() == io::SequenceKind::Stereo && !pipeline_.hasStage(StageKind::Images)) {
-    throw InputError(
-        input + ": these are stereo images, and no stage of " + pipeline_.configuration().path +
-        " makes clouds of them; add stereo_matching or take config/stereo_indoor.yaml");
-  }
-  if (source_.kind() != io::SequenceKind::Stereo && pipeline_.hasStage(StageKind::Images)) {
-    throw InputError(input + ": there are no image pairs (left/, right/), which a stage of " +
-                     pipeline_.configuration().path +
-                     " makes clouds of; take another configuration");
-  }
-  if (source_.poseSource() == io::PoseSource::None && !pipeline_.hasStage(StageKind::Motion)) {
-    throw InputError(input +
-                     ": there are no poses; put poses.txt (TUM: timestamp tx ty tz qx qy qz qw) "
-                     "into the folder, give --poses FILE, or add the stages key_features and "
-                     "motion_estimation to " +
-                     pipeline_.configuration().path);
-  }
-}
-
 RunResult Run::execute() {
-  requireStagesForSource();
+  requireStagesFor(source_, pipeline_.configuration());
   const OutputDirectory directory(options_.output, outputFileNames(),
                                   options_.overwrite || options_.resume);
   result_.output = directory.path();
@@ -287,6 +265,27 @@ const std::vector<std::string>& outputFileNames() {
                                                  "metrics.json",
                                                  "map.pmap"};
   return names;
+}
+
+void requireStagesFor(const FrameSource& source, const Configuration& configuration) {
+  const std::string input = source.names().front();
+  const bool makes_clouds = hasStage(configuration, StageKind::Images);
+  if (source.kind() == io::SequenceKind::Stereo && !makes_clouds) {
+    throw InputError(
+        input + ": these are stereo images, and no stage of " + configuration.path +
+        " makes clouds of them; add stereo_matching or take config/stereo_indoor.yaml");
+  }
+  if (source.kind() != io::SequenceKind::Stereo && makes_clouds) {
+    throw InputError(input + ": there are no image pairs (left/, right/), which a stage of " +
+                     configuration.path + " makes clouds of; take another configuration");
+  }
+  if (source.poseSource() == io::PoseSource::None && !hasStage(configuration, StageKind::Motion)) {
+    throw InputError(input +
+                     ": there are no poses; put poses.txt (TUM: timestamp tx ty tz qx qy qz qw) "
+                     "into the folder, give --poses FILE, or add the stages key_features and "
+                     "motion_estimation to " +
+                     configuration.path);
+  }
 }
 
 RunResult runPipeline(Configuration configuration, const RunOptions& options) {

@@ -37,6 +37,11 @@ struct RunResult {
 /// The files of a run, in the order in which they are written.
 PLANAR_MAPPING_EXPORT const std::vector<std::string>& outputFileNames();
 
+/// Does the configuration have the stages that frames of this source need?
+/// \throws InputError that says which stage or which poses are missing
+PLANAR_MAPPING_EXPORT void requireStagesFor(const FrameSource& source,
+                                            const Configuration& configuration);
+
 /// Input to map, with every file of docs/command_line.md left in the output directory.
 /// Interrupted, or failing after some frames, it saves what was done so far. Frames that cannot be
 /// used are left out with a warning; without any that can, it fails.
