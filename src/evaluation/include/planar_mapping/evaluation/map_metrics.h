@@ -1,0 +1,134 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "planar_mapping/core/cuboid.h"
+#include "planar_mapping/core/export.h"
+#include "planar_mapping/evaluation/cuboid_distance.h"
+#include "planar_mapping/evaluation/detail/cell_table.h"
+#include "planar_mapping/evaluation/surface_truth.h"
+
+namespace planar_mapping {
+namespace evaluation {
+
+// Figures of merit (the paper, IV-B; METHOD 9). Each takes what a method marks as occupied as a
+// list of cuboids, whatever the method is. World frame, metres; s is the side of a standard cell.
+
+/// eta = 1 - N_f / A_S: \p cells of the method, \p standard_cells of SG. Negative for a method with
+/// more cells than SG.
+/// \throws InputError for no standard cells: there is nothing to divide by
+PLANAR_MAPPING_EXPORT double combinationEfficiency(std::size_t cells, std::size_t standard_cells);
+
+/// What is marked occupied where there is no surface.
+struct MappingError {
+  double percent = 0.0;       ///< e = 100 N_e / A_S
+  double wrong_cells = 0.0;   ///< N_e, in standard cells
+  double marked_cells = 0.0;  ///< all that is marked, in standard cells
+};
+
+/// Mapping error e = N_e / A_S * 100 % (METHOD 9): N_e is what is marked occupied farther than s
+/// from the true surface, in standard cells.
+///
+/// [ours] Defined so that a cell of SG and a tilted cuboid are counted alike: each cuboid is cut
+/// along its own axes into equal parts of at most s / 4, and stands for the centres of its parts.
+/// Each part weighs its volume over s^3, where a cuboid thinner than s along an axis counts as s
+/// thick along it: nobody gains by thin cells. Parts whose centre is inside a cuboid earlier in the
+/// list do not count again. So N_e of SG is the number of its wrong cells, cells that are wrong in
+/// part counted by that part.
+/// \param standard_cells  A_S
+/// \throws ParameterError; InputError for no standard cells
+PLANAR_MAPPING_EXPORT MappingError mappingError(const std::vector<Cuboid>& cuboids,
+                                                const SurfaceTruth& truth, double s,
+                                                std::size_t standard_cells);
+PLANAR_MAPPING_EXPORT MappingError mappingError(const std::vector<Cuboid>& cuboids,
+                                                const CuboidDistance& index,
+                                                const SurfaceTruth& truth, double s,
+                                                std::size_t standard_cells);
+
+/// Share of the visible true-surface cells whose surface (the mean of its seen points) is within s
+/// of a cuboid, in [0, 1]; 1 if nothing was visible.
+/// \param truth  with its views added
+PLANAR_MAPPING_EXPORT double completeness(const std::vector<Cuboid>& cuboids,
+                                          const SurfaceTruth& truth, double s);
+/// The same with an index at hand, and with cells that were asked for once: visibleCells(s).
+PLANAR_MAPPING_EXPORT double completeness(const CuboidDistance& index,
+                                          const std::vector<VisibleCell>& visible, double s);
+
+/// Share of the points inside a cuboid or within the margin (s / 2 in the tables) of one, in [0,
+/// 1]; 1 without points. Points that are not finite do not count.
+PLANAR_MAPPING_EXPORT double coverage(const std::vector<Cuboid>& cuboids,
+                                      const std::vector<Vector3>& points, double margin);
+PLANAR_MAPPING_EXPORT double coverage(const CuboidDistance& index,
+                                      const std::vector<Vector3>& points, double margin);
+
+/// Distances from points that were not inserted to the nearest cuboid, 0 inside. Metres.
+struct HeldBackDistance {
+  std::size_t points = 0;  ///< finite ones
+  double median = 0.0;     ///< nearest rank, like the next; infinite without cuboids
+  double percentile_95 = 0.0;
+  double mean = 0.0;
+  double share_within = 1.0;  ///< of the points within the margin
+};
+
+/// \param margin  of share_within, s / 2 in the tables
+PLANAR_MAPPING_EXPORT HeldBackDistance heldBackDistance(const std::vector<Cuboid>& cuboids,
+                                                        const std::vector<Vector3>& points,
+                                                        double margin);
+PLANAR_MAPPING_EXPORT HeldBackDistance heldBackDistance(const CuboidDistance& index,
+                                                        const std::vector<Vector3>& points,
+                                                        double margin);
+
+/// A measurement: from the sensor to the point it saw.
+struct MeasuredRay {
+  Vector3 origin = Vector3::Zero();
+  Vector3 end = Vector3::Zero();
+};
+
+/// Space that rays crossed: cells of the standard lattice, each with the first point at which a ray
+/// was sampled in it. Made once and asked for each method.
+class PLANAR_MAPPING_EXPORT CrossedSpace {
+ public:
+  /// \param s          side of a cell, > 0
+  /// \param clearance  the last piece of each ray that is left out: the surface is there, and its
+  ///                   noise; 2 s in the tables, >= 0
+  /// \throws ParameterError
+  CrossedSpace(double s, double clearance);
+
+  /// Samples each ray at every s / 2 from its origin, beginning half a step from it, up to the
+  /// clearance before its end. Rays that are not finite, or longer than 10^4 m, are left out.
+  void add(const std::vector<MeasuredRay>& rays);
+
+  double side() const { return side_; }
+  std::size_t cells() const { return samples_.size(); }
+  /// Number of crossed cells whose sample lies in a cuboid.
+  std::size_t markedCells(const CuboidDistance& index) const;
+
+ private:
+  struct Sample {
+    float offset[3] = {-1.0f, 0.0f, 0.0f};  ///< from the low corner of the cell; < 0 = none yet
+  };
+  double side_;
+  double clearance_;
+  detail::CellTable<Sample> samples_;
+};
+
+/// Share of the volume that rays crossed, well before their end, that is marked occupied: see
+/// CrossedSpace.
+struct FreeSpaceViolation {
+  double share = 0.0;           ///< in [0, 1]; 0 where nothing was crossed
+  double crossed_volume = 0.0;  ///< cubic metres
+  double marked_volume = 0.0;   ///< cubic metres of it that are marked
+};
+
+/// \param s  side of a standard cell; clearance 2 s
+PLANAR_MAPPING_EXPORT FreeSpaceViolation freeSpaceViolation(const std::vector<Cuboid>& cuboids,
+                                                            const std::vector<MeasuredRay>& rays,
+                                                            double s);
+PLANAR_MAPPING_EXPORT FreeSpaceViolation freeSpaceViolation(const CuboidDistance& index,
+                                                            const CrossedSpace& crossed);
+
+}  // namespace evaluation
+}  // namespace planar_mapping

@@ -1,0 +1,71 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "planar_mapping/core/cuboid.h"
+#include "planar_mapping/core/export.h"
+#include "planar_mapping/evaluation/grid_cell.h"
+#include "planar_mapping/evaluation/standard_grid.h"
+
+namespace planar_mapping {
+namespace evaluation {
+
+/// Fusion as in RMAP (Khan, Wollherr, Buss: Adaptive rectangular cuboids for 3D mapping, 2015), a
+/// **reconstruction**: neither its code nor its pseudocode was at hand. Two boxes that share one
+/// complete face become one, until no pair is left that does. Runs are fused axis after axis; of
+/// the six orders of the axes the one with the fewest boxes counts, for each part of the cells that
+/// hangs together across faces.
+/// \param cells  any order, repeated ones count once
+/// \return boxes that cover exactly the cells, without overlap; the same for any order of the cells
+PLANAR_MAPPING_EXPORT std::vector<GridBox> fuseCells(const std::vector<GridCell>& cells);
+
+/// Axis-aligned boxes of occupied cells that may overlap and cover exactly the cells: what fusion
+/// could reach at best if it knew all cells beforehand, up to the greed of the search. The bound
+/// against which nobody can say that the baseline was weak.
+/// \param cells  any order, repeated ones count once
+PLANAR_MAPPING_EXPORT std::vector<GridBox> greedyCover(const std::vector<GridCell>& cells);
+
+/// RA, the baseline of axis-aligned rectangular cuboids (RMAP), a **reconstruction**: the better of
+/// fuseCells() and greedyCover() over the cells of a standard grid of the same points. RMAP has no
+/// explicit free space; everything that is not occupied is free.
+class PLANAR_MAPPING_EXPORT RectangularApproximation {
+ public:
+  /// \param s, min_points  as of StandardGrid
+  /// \throws ParameterError
+  explicit RectangularApproximation(double s, int min_points = 1);
+
+  /// As StandardGrid::insert().
+  void insert(const std::vector<Vector3>& world_points);
+  /// Takes cells as they are, those of a StandardGrid for example. The next insert() forgets
+  /// them. O(cells log cells) for the fusion; the cover takes longest.
+  void approximate(const std::vector<GridCell>& cells);
+  /// The boxes of what was inserted; has to be called after the last insert().
+  void finish() { approximate(grid_.cells()); }
+
+  double side() const { return grid_.side(); }
+  std::size_t fusedCount() const { return fused_count_; }
+  std::size_t coverCount() const { return cover_count_; }
+  /// N_f of RA: the smaller of both counts.
+  std::size_t size() const { return boxes_.size(); }
+  const std::vector<GridBox>& boxes() const { return boxes_; }
+  std::vector<Cuboid> cuboids() const;
+
+  /// Bytes of the live boxes in a flat array, 20 each (three corners of 4 bytes, three lengths of
+  /// 2, belief 2): generous, since the R-tree that finds them is left out.
+  std::size_t memoryBytes() const;
+  /// Bytes of a file: a header of 42 bytes and each box's corner and lengths in as few bits as the
+  /// bounding box and the longest lengths take.
+  std::size_t fileBytes() const;
+
+ private:
+  StandardGrid grid_;
+  std::vector<GridBox> boxes_;
+  std::size_t fused_count_ = 0;
+  std::size_t cover_count_ = 0;
+};
+
+}  // namespace evaluation
+}  // namespace planar_mapping

@@ -1,0 +1,60 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "planar_mapping/core/cuboid.h"
+#include "planar_mapping/core/export.h"
+#include "planar_mapping/evaluation/detail/cell_table.h"
+#include "planar_mapping/evaluation/grid_cell.h"
+
+namespace planar_mapping {
+namespace evaluation {
+
+/// SG, the baseline every figure of merit refers to: a hash grid of cubic cells. Its number of
+/// cells is A_S of the combination efficiency (the paper, IV-B).
+///
+/// Lean on purpose: a key and a log-odds value a cell, no free space, nothing to be cleared. A cell
+/// is occupied once an insertion brought it min_points points; each such insertion raises its
+/// log-odds as OctoMap does (0.85 up to 3.5).
+class PLANAR_MAPPING_EXPORT StandardGrid {
+ public:
+  /// \param s           side of a cell, metres, > 0
+  /// \param min_points  that a cell needs from one insertion to be seen in it, >= 1
+  /// \throws ParameterError
+  explicit StandardGrid(double s, int min_points = 1);
+
+  /// Adds the points of one frame (world frame, metres), its ground removed and cut at the range
+  /// that all methods have in common. Points that are not finite or farther than 2^20 cells from
+  /// the origin are counted in droppedPoints(). O(points).
+  void insert(const std::vector<Vector3>& world_points);
+
+  double side() const { return side_; }
+  /// A_S: number of occupied cells.
+  std::size_t size() const { return log_odds_.size(); }
+  std::size_t droppedPoints() const { return dropped_; }
+  /// Occupied cells in ascending order, whatever the order of the points was.
+  std::vector<GridCell> cells() const;
+  /// The same as cubes.
+  std::vector<Cuboid> cuboids() const;
+  /// Belief that the cell is occupied, 0.5 where nothing was seen.
+  double occupancy(const GridCell& cell) const;
+
+  /// Bytes of the live hash table, free slots included: 12 a slot.
+  std::size_t memoryBytes() const;
+  /// Bytes of a file of the occupied cells: a header of 36 bytes (corner, numbers of cells, side,
+  /// count) and each cell's number within their bounding box in as few bits as it takes.
+  std::size_t fileBytes() const;
+
+ private:
+  double side_;
+  std::uint32_t min_points_;
+  detail::CellTable<float> log_odds_;
+  std::size_t dropped_ = 0;
+};
+
+}  // namespace evaluation
+}  // namespace planar_mapping

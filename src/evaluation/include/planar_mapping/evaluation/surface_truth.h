@@ -1,0 +1,86 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "planar_mapping/core/export.h"
+#include "planar_mapping/evaluation/detail/cell_table.h"
+#include "planar_mapping/evaluation/grid_cell.h"
+#include "planar_mapping/evaluation/ray_caster.h"
+#include "planar_mapping/evaluation/scene.h"
+
+namespace planar_mapping {
+namespace evaluation {
+
+/// What of the true surface counts as visible.
+struct PLANAR_MAPPING_EXPORT VisibleSurfaceParams {
+  double max_range = 8.0;       ///< from the camera, metres, > 0
+  double ground_height = 0.05;  ///< surface up to here is ground and left out, metres
+  double min_incidence = 0.0;   ///< cosine between ray and normal below which nothing is measured
+
+  /// \throws ParameterError
+  void validate() const;
+};
+
+/// A piece of true surface that was seen: what fell into one cell of the standard lattice.
+struct VisibleCell {
+  GridCell cell;
+  Vector3 point = Vector3::Zero();  ///< mean of the surface points in it, world frame, metres
+  std::size_t pixels = 0;           ///< that hit it, of all frames
+};
+
+/// True geometry of a simulated scene: how far is a point from any surface, and which of it could
+/// be seen. The surface is that of every solid that is there in at least one of the frames, each
+/// solid by itself (where two overlap, the inner part counts too), ground included.
+class PLANAR_MAPPING_EXPORT SurfaceTruth {
+ public:
+  /// \param first_frame, last_frame  solids that are there in none of them are left out
+  /// \throws InputError for first > last, or an object that is not finite or of negative size
+  explicit SurfaceTruth(const Scene& scene, int first_frame = 0,
+                        int last_frame = std::numeric_limits<int>::max());
+
+  /// Distance from a point of the world to the nearest surface, from inside a solid as well;
+  /// exact for boxes, cylinders and spheres. Infinite without objects. Metres.
+  double distance(const Vector3& point) const;
+  /// distance(point) <= margin, faster.
+  bool isNear(const Vector3& point, double margin) const;
+
+  /// Takes note of what a frame saw.
+  /// \param view  SimulatedFrame::truth or render(); without noise
+  /// \throws ParameterError
+  void addView(const Rendering& view, const Pose& T_world_camera,
+               const VisibleSurfaceParams& params = VisibleSurfaceParams());
+  /// Seen surface points, thinned to the mean of each cubic centimetre. They lie 10^-4 m behind the
+  /// surface along their ray, so that a wall on the border between two layers of cells is in one of
+  /// them. World frame, by z, y, x of the cubic centimetre.
+  std::vector<Vector3> visiblePoints() const;
+  /// The cells of the standard lattice of side \p s with visible surface, ascending.
+  /// \throws ParameterError
+  std::vector<VisibleCell> visibleCells(double s) const;
+
+ private:
+  struct Solid {
+    Shape shape;
+    Vector3 center;
+    Matrix3 to_local;
+    Vector3 half;
+    Vector3 reach;  ///< half of the axis-aligned bounding box
+  };
+  static double surfaceDistance(const Solid& solid, const Vector3& point);
+
+  std::vector<Solid> solids_;
+  struct Seen {
+    Vector3 sum = Vector3::Zero();
+    std::size_t pixels = 0;
+  };
+  std::vector<std::pair<std::uint64_t, Seen>> sortedSeen() const;
+  detail::CellTable<Seen> seen_;  ///< by cubic centimetre
+};
+
+}  // namespace evaluation
+}  // namespace planar_mapping

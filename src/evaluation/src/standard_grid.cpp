@@ -1,0 +1,96 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/evaluation/standard_grid.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "packed_bits.h"
+#include "planar_mapping/core/error.h"
+
+namespace planar_mapping {
+namespace evaluation {
+namespace {
+
+constexpr float kHitLogOdds = 0.85f;
+constexpr float kMostLogOdds = 3.5f;
+constexpr std::size_t kHeaderBytes = 36;
+
+std::uint64_t keyOf(const GridCell& cell) {
+  return detail::packCell(cell.x, cell.y, cell.z);
+}
+
+bool isOnLattice(const GridCell& cell) {
+  const auto fits = [](std::int32_t v) {
+    return v >= -detail::kCellLimit && v < detail::kCellLimit;
+  };
+  return fits(cell.x) && fits(cell.y) && fits(cell.z);
+}
+
+}  // namespace
+
+StandardGrid::StandardGrid(double s, int min_points) : side_(s) {
+  requirePositive("s", s, "m");
+  requireInRange("min_points", min_points, 1, 1e9);
+  min_points_ = static_cast<std::uint32_t>(min_points);
+}
+
+void StandardGrid::insert(const std::vector<Vector3>& world_points) {
+  detail::CellTable<std::uint32_t> points_of_cell;
+  for (const Vector3& point : world_points) {
+    std::uint64_t key = 0;
+    if (detail::cellKeyOf(point, side_, key)) {
+      ++points_of_cell[key];
+    } else {
+      ++dropped_;
+    }
+  }
+  points_of_cell.forEach([this](std::uint64_t key, std::uint32_t points) {
+    if (points < min_points_) return;
+    float& log_odds = log_odds_[key];
+    log_odds = std::min(log_odds + kHitLogOdds, kMostLogOdds);
+  });
+}
+
+std::vector<GridCell> StandardGrid::cells() const {
+  std::vector<std::uint64_t> keys;
+  keys.reserve(size());
+  log_odds_.forEach([&keys](std::uint64_t key, float) { keys.push_back(key); });
+  std::sort(keys.begin(), keys.end());
+  std::vector<GridCell> cells;
+  cells.reserve(keys.size());
+  for (const std::uint64_t key : keys) {
+    cells.push_back(
+        {detail::unpackCell(key, 0), detail::unpackCell(key, 1), detail::unpackCell(key, 2)});
+  }
+  return cells;
+}
+
+std::vector<Cuboid> StandardGrid::cuboids() const {
+  return cuboidsOf(cells(), side_);
+}
+
+double StandardGrid::occupancy(const GridCell& cell) const {
+  const float* log_odds = isOnLattice(cell) ? log_odds_.find(keyOf(cell)) : nullptr;
+  return log_odds == nullptr ? 0.5 : 1.0 / (1.0 + std::exp(-static_cast<double>(*log_odds)));
+}
+
+std::size_t StandardGrid::memoryBytes() const {
+  return log_odds_.memoryBytes();
+}
+
+std::size_t StandardGrid::fileBytes() const {
+  const std::vector<GridCell> all = cells();
+  if (all.empty()) return kHeaderBytes;
+  GridCell low = all.front();
+  GridCell high = low;
+  for (const GridCell& cell : all) {
+    low = {std::min(low.x, cell.x), std::min(low.y, cell.y), std::min(low.z, cell.z)};
+    high = {std::max(high.x, cell.x), std::max(high.y, cell.y), std::max(high.z, cell.z)};
+  }
+  const double volume = (high.x - low.x + 1.0) * (high.y - low.y + 1.0) * (high.z - low.z + 1.0);
+  return kHeaderBytes + bytesOfBits(all.size(), bitsFor(volume));
+}
+
+}  // namespace evaluation
+}  // namespace planar_mapping
