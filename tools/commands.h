@@ -36,5 +36,6 @@ void addInfoCommand(CLI::App& app, int& exit_code);
 void addViewCommand(CLI::App& app, int& exit_code);
 void addSnapshotCommand(CLI::App& app, int& exit_code);
 void addSimulateCommand(CLI::App& app, int& exit_code);
+void addEvaluateCommand(CLI::App& app, int& exit_code);
 
 }  // namespace planar_mapping::tools

@@ -44,6 +44,7 @@ int run(int argc, char** argv) {
   addViewCommand(app, exit_code);
   addSnapshotCommand(app, exit_code);
   addSimulateCommand(app, exit_code);
+  addEvaluateCommand(app, exit_code);
   if (argc < 2) {
     std::cerr << app.help();
     return kUsage;

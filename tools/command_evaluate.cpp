@@ -1,0 +1,341 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <pcl/console/print.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <filesystem>
+#include <iostream>
+#include <iterator>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "commands.h"
+#include "evaluation/evaluation_run.h"
+#include "evaluation/machine_facts.h"
+#include "evaluation/variants.h"
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/pipeline/output.h"
+
+namespace planar_mapping::tools {
+namespace {
+
+constexpr double kRadiansPerDegree = 0.017453292519943295;
+
+std::atomic<bool> stop_requested{false};
+
+/// The first signal asks to save what was done; a second one ends the program at once.
+extern "C" void stopEvaluation(int number) {
+  stop_requested = true;
+  std::signal(number, SIG_DFL);
+}
+
+struct EvaluateArguments {
+  std::string configuration;
+  std::vector<std::string> inputs;
+  std::string output;
+  std::string poses;
+  std::vector<std::string> assignments;
+  std::vector<double> cells = {0.05, 0.1, 0.2, 0.3, 0.4, 0.5};
+  std::vector<std::string> scenes = {"corridor", "outdoor"};
+  double yaw_deg = 0.0;
+  PlaceOptions places;
+  std::vector<std::string> variants;
+  bool ablation = false;
+  int threads = 1;
+  std::int64_t seed = -1;
+  bool force = false;
+  bool quiet = false;
+  bool json = false;
+  std::string progress = "auto";
+};
+
+Configuration load(const EvaluateArguments& arguments, const std::string& profile,
+                   const std::vector<std::string>& assignments) {
+  StageTable table;
+  registerBuiltinStages(table);
+  ConfigurationOverrides overrides;
+  overrides.assignments = arguments.assignments;
+  overrides.assignments.insert(overrides.assignments.end(), assignments.begin(), assignments.end());
+  overrides.assignments.push_back("threads=1");
+  if (arguments.seed >= 0) {
+    overrides.assignments.push_back("seed=" + std::to_string(arguments.seed));
+  }
+  overrides.profile = profile;
+  Configuration configuration = loadConfiguration(arguments.configuration, table, overrides);
+  if (!arguments.inputs.empty()) {
+    configuration.inputs = arguments.inputs;
+    configuration.poses.clear();
+  }
+  if (!arguments.poses.empty()) configuration.poses = arguments.poses;
+  return configuration;
+}
+
+/// "stage.resolution_m=s" for each stage that has a cell size.
+std::vector<std::string> withCell(const Configuration& configuration, double cell) {
+  std::vector<std::string> assignments;
+  for (const ConfiguredStage& stage : configuration.stages) {
+    for (const Parameter& parameter : stage.parameters.parameters()) {
+      if (parameter.name != "resolution_m") continue;
+      assignments.push_back(stage.name + ".resolution_m=" + formatNumber(cell));
+    }
+  }
+  return assignments;
+}
+
+PlanarMethod methodOf(const EvaluateArguments& arguments, const Variant& variant) {
+  return {variant.name, [&arguments, variant](double cell) {
+            std::vector<std::string> assignments = variant.assignments;
+            const Configuration any = load(arguments, variant.profile, assignments);
+            for (std::string& one : withCell(any, cell)) assignments.push_back(std::move(one));
+            return load(arguments, variant.profile, assignments);
+          }};
+}
+
+std::vector<PlanarMethod> methodsOf(const EvaluateArguments& arguments,
+                                    const std::vector<Variant>& variants) {
+  std::vector<PlanarMethod> methods;
+  for (const Variant& variant : variants) methods.push_back(methodOf(arguments, variant));
+  return methods;
+}
+
+void drawBar(const EvaluationProgress& progress) {
+  constexpr std::size_t kWidth = 30;
+  const std::size_t filled = kWidth * progress.done / std::max<std::size_t>(1, progress.all);
+  std::cerr << "\r[" << std::string(filled, '#') << std::string(kWidth - filled, '.') << "] "
+            << progress.done << "/" << progress.all << "  " << progress.scene << ", place "
+            << progress.place << "   ";
+  if (progress.done == progress.all) std::cerr << '\n';
+  std::cerr.flush();
+}
+
+void writeJsonLine(const EvaluationProgress& progress) {
+  const nlohmann::ordered_json line = {{"done", progress.done},
+                                       {"maps", progress.all},
+                                       {"scene", progress.scene},
+                                       {"place", progress.place}};
+  std::cerr << line.dump() << std::endl;
+}
+
+/// What is evaluated: scenes to simulate, or the one input there is.
+struct Input {
+  std::string name;
+  std::function<std::unique_ptr<PlaceSource>()> open;
+};
+
+std::string sceneName(const std::string& scene, double yaw_deg) {
+  return yaw_deg == 0.0 ? scene : scene + " turned " + formatNumber(yaw_deg) + " degrees";
+}
+
+std::vector<Input> inputsOf(const EvaluateArguments& arguments,
+                            const Configuration& configuration) {
+  const ConfigurationLoader loader = [&arguments]() { return load(arguments, "compact", {}); };
+  if (!configuration.inputs.empty()) {
+    std::filesystem::path path(configuration.inputs.front());
+    if (path.filename().empty()) path = path.parent_path();
+    return {{path.filename().string(),
+             [&arguments, loader]() { return recordedPlaces(arguments.places, loader); }}};
+  }
+  std::vector<Input> inputs;
+  for (const std::string& scene : arguments.scenes) {
+    evaluation::SimulationParams params;
+    params.scene = scene;
+    params.yaw = arguments.yaw_deg * kRadiansPerDegree;
+    if (arguments.seed >= 0) params.seed = static_cast<std::uint64_t>(arguments.seed);
+    inputs.push_back({sceneName(scene, arguments.yaw_deg), [&arguments, params, loader]() {
+                        return simulatedPlaces(params, arguments.places, loader);
+                      }});
+  }
+  return inputs;
+}
+
+evaluation::ReportHeader headerOf(const EvaluateArguments& arguments,
+                                  const Configuration& configuration) {
+  evaluation::ReportHeader header;
+  header.facts = machineFacts();
+  const auto add = [&header](const std::string& name, const std::string& value) {
+    header.facts.emplace_back(name, value);
+  };
+  add("threads", std::to_string(arguments.threads) +
+                     (arguments.threads > 1 ? " (places beside each other: times are not of a "
+                                              "quiet machine)"
+                                            : ""));
+  add("seed", std::to_string(configuration.settings.seed));
+  add("configuration", std::filesystem::path(arguments.configuration).filename().string());
+  std::string settings;
+  for (const std::string& one : arguments.assignments)
+    settings += (settings.empty() ? "" : " ") + one;
+  if (!settings.empty()) add("settings", settings);
+  add("places", std::to_string(arguments.places.places));
+  add("frames_per_place", std::to_string(arguments.places.frames_per_place));
+  add("checked_points", "every " + std::to_string(arguments.places.check_step) +
+                            "th obstacle point" +
+                            (configuration.inputs.empty() ? "" : ", held back from all methods"));
+  return header;
+}
+
+/// evaluation.* and, of another set of methods, ablation.*
+void write(const OutputDirectory& directory, const std::string& stem,
+           const evaluation::ReportHeader& header,
+           const std::vector<evaluation::PlaceResult>& results) {
+  directory.write(stem + ".json", evaluation::toJson(header, results));
+  directory.write(stem + ".csv", evaluation::toCsv(header, results));
+  directory.write(stem + ".md", evaluation::toMarkdown(header, results));
+}
+
+std::vector<std::string> outputNames(bool ablation) {
+  std::vector<std::string> names = {"evaluation.json", "evaluation.csv", "evaluation.md"};
+  if (ablation) {
+    for (const char* name : {"ablation.json", "ablation.csv", "ablation.md"}) {
+      names.emplace_back(name);
+    }
+  }
+  return names;
+}
+
+void checkArguments(const EvaluateArguments& arguments) {
+  for (const double cell : arguments.cells) {
+    if (!(cell > 0.0 && cell <= 100.0)) {
+      throw UsageError("--cells: " + formatNumber(cell) + " is not in (0, 100] m");
+    }
+  }
+  for (const std::string& scene : arguments.scenes) {
+    const auto& known = evaluation::sceneNames();
+    if (std::find(known.begin(), known.end(), scene) == known.end()) {
+      std::string names;
+      for (const std::string& name : known) names += (names.empty() ? "" : ", ") + name;
+      throw UsageError("--scenes: there is no scene '" + scene + "'; there are " + names);
+    }
+  }
+}
+
+int evaluate(const EvaluateArguments& arguments) {
+  checkArguments(arguments);
+  std::vector<Variant> variants = {{"PG_paper", "paper", {}}, {"PG", "compact", {}}};
+  std::vector<Variant> ablation;
+  if (arguments.ablation) ablation = ablationVariants();
+  for (const std::string& text : arguments.variants) ablation.push_back(parseVariant(text));
+  const bool ablated = !ablation.empty();
+
+  // All mistakes come out before any work is done.
+  const Configuration configuration = load(arguments, "compact", {});
+  const std::vector<Input> inputs = inputsOf(arguments, configuration);
+  MethodOptions methods;
+  methods.cells = arguments.cells;
+  methods.planar = methodsOf(arguments, ablation);
+  for (PlanarMethod& method : methodsOf(arguments, variants)) {
+    methods.planar.push_back(std::move(method));
+  }
+  for (const PlanarMethod& method : methods.planar) method.load(arguments.cells.front());
+  std::unique_ptr<OutputDirectory> directory;
+  try {
+    directory =
+        std::make_unique<OutputDirectory>(arguments.output, outputNames(ablated), arguments.force);
+  } catch (const OutputExistsError& error) {
+    throw UsageError(error.what());
+  }
+
+  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
+  std::signal(SIGINT, stopEvaluation);
+  std::signal(SIGTERM, stopEvaluation);
+  std::signal(SIGXFSZ, SIG_IGN);
+  EvaluationJob job;
+  job.methods = std::move(methods);
+  job.methods.measure_heap = arguments.threads == 1;
+  job.threads = arguments.threads;
+  job.stop = &stop_requested;
+  if (arguments.progress == "jsonl") {
+    job.progress = writeJsonLine;
+  } else if (arguments.progress == "auto" && !arguments.quiet && isatty(STDERR_FILENO) == 1) {
+    job.progress = drawBar;
+  }
+  std::vector<evaluation::PlaceResult> results;
+  for (const Input& input : inputs) {
+    if (stop_requested) break;
+    const std::unique_ptr<PlaceSource> source = input.open();
+    auto of_input = evaluatePlaces(*source, input.name, job, nullptr);
+    std::move(of_input.begin(), of_input.end(), std::back_inserter(results));
+  }
+  evaluation::ReportHeader header = headerOf(arguments, configuration);
+  header.interrupted = stop_requested;
+  if (ablated) {
+    write(*directory, "ablation", header, withoutMethods(results, {"SG", "OG", "RA", "PG_paper"}));
+    std::vector<std::string> names;
+    for (const Variant& variant : ablation) names.push_back(variant.name);
+    results = withoutMethods(results, names);
+  }
+  write(*directory, "evaluation", header, results);
+  if (arguments.json) {
+    std::cout << evaluation::toJson(header, results);
+  } else if (!arguments.quiet) {
+    std::cout << evaluation::toMarkdown(header, results);
+  }
+  if (header.interrupted) {
+    std::cerr << "planar_map: interrupted; what was done so far is in " << directory->path()
+              << '\n';
+    return kInterrupted;
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void addEvaluateCommand(CLI::App& app, int& exit_code) {
+  auto* command = app.add_subcommand(
+      "evaluate", "Standard grid, octree, rectangular cuboids and planar maps of the same input");
+  const auto arguments = std::make_shared<EvaluateArguments>();
+  command->add_option("config", arguments->configuration, "Configuration file (*.yaml)")
+      ->required();
+  command
+      ->add_option("-i,--input", arguments->inputs,
+                   "PCD or PLY files, a directory of them, or a sequence folder; without, "
+                   "simulated scenes")
+      ->allow_extra_args(true);
+  command->add_option("-o,--output", arguments->output, "Directory for the results")->required();
+  command->add_option("--cells", arguments->cells, "Cell sizes, metres, comma-separated")
+      ->delimiter(',')
+      ->option_text("S,... [0.05,0.1,0.2,0.3,0.4,0.5]");
+  command
+      ->add_option("--scenes", arguments->scenes,
+                   "Simulated scenes, comma-separated, where there is no input")
+      ->delimiter(',')
+      ->option_text("NAME,... [corridor,outdoor]");
+  command->add_option("--yaw-deg", arguments->yaw_deg, "Turns simulated scenes about z, degrees")
+      ->capture_default_str()
+      ->check(CLI::Range(-360.0, 360.0));
+  command
+      ->add_option("--places", arguments->places.places,
+                   "Places along the path, >= 1, each mapped anew")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 100000));
+  command
+      ->add_option("--frames-per-place", arguments->places.frames_per_place,
+                   "Consecutive frames that make a place; 0 = all frames are one place")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 1000000));
+  command->add_option("--poses", arguments->poses,
+                      "Trajectory (TUM: timestamp tx ty tz qx qy qz qw), a line a frame");
+  command->add_option("--set", arguments->assignments, "stage.key=value, repeatable")
+      ->allow_extra_args(false);
+  command->add_flag("--ablation", arguments->ablation,
+                    "Also maps without one idea each; writes ablation.*");
+  command
+      ->add_option("--variant", arguments->variants,
+                   "NAME:stage.key=value,... one more row of ablation.*, repeatable")
+      ->allow_extra_args(false);
+  command->add_option("-j,--threads", arguments->threads, "Places beside each other")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 256));
+  command->add_option("--seed", arguments->seed, "Seed of everything random, >= 0")
+      ->check(CLI::NonNegativeNumber);
+  command->add_flag("--force", arguments->force, "Overwrite earlier results");
+  command->add_option("--progress", arguments->progress, "auto, none or jsonl, on stderr")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"auto", "none", "jsonl"}));
+  command->add_flag("-q,--quiet", arguments->quiet, "Say nothing but errors");
+  command->add_flag("--json", arguments->json, "Print evaluation.json instead of the tables");
+  command->callback([arguments, &exit_code]() { exit_code = evaluate(*arguments); });
+}
+
+}  // namespace planar_mapping::tools

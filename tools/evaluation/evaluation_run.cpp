@@ -1,0 +1,99 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "evaluation_run.h"
+
+#include <algorithm>
+#include <exception>
+#include <iterator>
+#include <map>
+#include <mutex>
+#include <thread>
+
+namespace planar_mapping::tools {
+namespace {
+
+/// The places of one source, taken by threads one after the other.
+class Evaluation {
+ public:
+  Evaluation(PlaceSource& source, std::string scene, const EvaluationJob& job, PlaceMaps* maps)
+      : source_(source), job_(job), maps_(maps) {
+    progress_.scene = std::move(scene);
+    const std::size_t baselines = job.methods.baselines ? 3 : 1;
+    progress_.all =
+        source.size() * job.methods.cells.size() * (baselines + job.methods.planar.size());
+  }
+
+  std::vector<evaluation::PlaceResult> execute() {
+    std::vector<std::thread> helpers;
+    for (int i = 1; i < job_.threads; ++i) helpers.emplace_back([this]() { work(); });
+    work();
+    for (std::thread& helper : helpers) helper.join();
+    if (failure_) std::rethrow_exception(failure_);
+    std::vector<evaluation::PlaceResult> results;
+    for (auto& [place, of_place] : results_) {
+      std::move(of_place.begin(), of_place.end(), std::back_inserter(results));
+    }
+    return results;
+  }
+
+ private:
+  void work() {
+    try {
+      while (!stopped()) {
+        const std::unique_ptr<Place> place = source_.next();
+        if (place == nullptr) return;
+        judge(*place);
+      }
+    } catch (...) {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (!failure_) failure_ = std::current_exception();
+    }
+  }
+
+  void judge(const Place& place) {
+    if (place.frames.empty()) return;
+    const auto done = [&]() { return countMap(place.number); };
+    const bool wanted = maps_ != nullptr && maps_->cell > 0.0 && maps_->place == place.number;
+    if (wanted) {
+      maps_->truth = place.truth;
+      for (const PreparedFrame& frame : place.frames) {
+        maps_->poses.push_back(frame.frame.T_world_sensor);
+      }
+    }
+    std::vector<evaluation::PlaceResult> results = judgeMethods(
+        place, job_.methods, done, wanted ? &maps_->maps : nullptr, wanted ? maps_->cell : 0.0);
+    for (evaluation::PlaceResult& result : results) result.scene = progress_.scene;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    results_[place.number] = std::move(results);
+  }
+
+  bool countMap(std::size_t place) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ++progress_.done;
+    progress_.place = place;
+    if (job_.progress) job_.progress(progress_);
+    return !failure_ && !(job_.stop != nullptr && *job_.stop);
+  }
+
+  bool stopped() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return failure_ || (job_.stop != nullptr && *job_.stop);
+  }
+
+  PlaceSource& source_;
+  const EvaluationJob& job_;
+  PlaceMaps* maps_;
+  std::mutex mutex_;
+  EvaluationProgress progress_;
+  std::exception_ptr failure_;
+  std::map<std::size_t, std::vector<evaluation::PlaceResult>> results_;  ///< by place
+};
+
+}  // namespace
+
+std::vector<evaluation::PlaceResult> evaluatePlaces(PlaceSource& source, const std::string& scene,
+                                                    const EvaluationJob& job, PlaceMaps* maps) {
+  return Evaluation(source, scene, job, maps).execute();
+}
+
+}  // namespace planar_mapping::tools

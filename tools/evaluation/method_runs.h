@@ -1,0 +1,42 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "place_source.h"
+#include "planar_mapping/evaluation/evaluation_report.h"
+
+namespace planar_mapping::tools {
+
+/// A configuration of the planar map under a name, for any cell size.
+struct PlanarMethod {
+  std::string name;
+  std::function<Configuration(double cell)> load;
+};
+
+/// What to measure at each place.
+struct MethodOptions {
+  std::vector<double> cells;  ///< s, metres
+  std::vector<PlanarMethod> planar;
+  bool baselines = true;     ///< SG, OG, RA; else SG alone, which all others refer to
+  bool measure_heap = true;  ///< no other thread is at work
+};
+
+/// What a method marks as occupied, for pictures.
+struct MethodMap {
+  std::string method;
+  std::vector<Cuboid> cuboids;
+};
+
+/// Makes a map of the place with each method at each cell size, and judges all maps alike.
+/// \param done  called after each map; returns false to stop, then what was done so far comes back
+/// \param maps  if not null, gets the maps of the cell size \p maps_cell
+std::vector<evaluation::PlaceResult> judgeMethods(const Place& place, const MethodOptions& options,
+                                                  const std::function<bool()>& done,
+                                                  std::vector<MethodMap>* maps = nullptr,
+                                                  double maps_cell = 0.0);
+
+}  // namespace planar_mapping::tools

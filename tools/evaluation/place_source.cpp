@@ -1,0 +1,254 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "place_source.h"
+
+#include <algorithm>
+#include <limits>
+#include <mutex>
+#include <utility>
+
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/pipeline/pipeline.h"
+#include "planar_mapping/pipeline/runner.h"
+#include "planar_mapping/pipeline/sequence_source.h"
+#include "prepared_stages.h"
+
+namespace planar_mapping::tools {
+namespace {
+
+/// Frames of the whole path of a simulated scene: at 0.4 m/s, ten places of ten frames.
+constexpr std::size_t kSimulatedFrames = 100;
+
+struct Stretch {
+  std::size_t first = 0;
+  std::size_t length = 0;
+};
+
+/// Stretches of equal length that do not overlap, spread evenly from the first frame to the last.
+std::vector<Stretch> stretchesOf(std::size_t frames, const PlaceOptions& options) {
+  if (options.frames_per_place == 0) return {{0, frames}};
+  const std::size_t length = std::min(options.frames_per_place, frames);
+  const std::size_t count = std::min(options.places, frames / length);
+  std::vector<Stretch> stretches;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t first = count > 1 ? i * (frames - length) / (count - 1) : 0;
+    stretches.push_back({first, length});
+  }
+  return stretches;
+}
+
+std::vector<Vector3> inWorld(const Frame& frame, const Indices& indices) {
+  std::vector<Vector3> points;
+  points.reserve(indices.size());
+  const PointsView view = viewOf(*frame.cloud);
+  for (const int i : indices) {
+    points.push_back(frame.T_world_sensor * view.point(static_cast<std::size_t>(i)));
+  }
+  return points;
+}
+
+/// Every so many-th obstacle point goes to the place's points to check; held back, it is taken out
+/// of the frame, so that no method and no stage gets to see it.
+void chooseCheckedPoints(Frame& frame, std::size_t step, bool hold_back, Place& place) {
+  Indices chosen;
+  Indices kept;
+  for (std::size_t k = 0; k < frame.indices.size(); ++k) {
+    (k % step == step - 1 ? chosen : kept).push_back(frame.indices[k]);
+  }
+  for (const Vector3& point : inWorld(frame, chosen)) {
+    place.checked.push_back(point);
+    place.rays.push_back({frame.T_world_sensor.translation(), point});
+  }
+  if (!hold_back) return;
+  frame.cloud = pcl::make_shared<FrameCloud>(*frame.cloud);
+  for (const int i : chosen) {
+    constexpr float kNothing = std::numeric_limits<float>::quiet_NaN();
+    (*frame.cloud)[static_cast<std::size_t>(i)] = pcl::PointXYZ(kNothing, kNothing, kNothing);
+  }
+  frame.indices = std::move(kept);
+}
+
+/// A frame as the stages before the planes leave it becomes one of the place.
+void addFrame(Frame frame, const PlaceOptions& options, bool hold_back, Place& place) {
+  frame.images = FrameImages();
+  frame.front_end_done = true;
+  chooseCheckedPoints(frame, options.check_step, hold_back, place);
+  PreparedFrame prepared;
+  prepared.obstacles = inWorld(frame, frame.indices);
+  prepared.ground = inWorld(frame, frame.ground);
+  prepared.frame = std::move(frame);
+  place.frames.push_back(std::move(prepared));
+}
+
+/// Up to where points are used: 99 % of them are nearer to their sensor.
+double usedRange(const Place& place) {
+  std::vector<double> ranges;
+  for (const evaluation::MeasuredRay& ray : place.rays)
+    ranges.push_back((ray.end - ray.origin).norm());
+  if (ranges.empty()) return evaluation::VisibleSurfaceParams().max_range;
+  const auto rank = ranges.begin() + static_cast<std::ptrdiff_t>(0.99 * ranges.size());
+  std::nth_element(ranges.begin(), rank, ranges.end());
+  return *rank;
+}
+
+class SimulatedPlaces : public PlaceSource {
+ public:
+  SimulatedPlaces(evaluation::SimulationParams params, const PlaceOptions& options,
+                  ConfigurationLoader load)
+      : simulation_(withFrames(std::move(params), options)),
+        options_(options),
+        stretches_(stretchesOf(simulation_.size(), options)),
+        load_(std::move(load)) {}
+
+  std::string name() const override { return simulation_.params().scene; }
+  std::size_t size() const override { return stretches_.size(); }
+
+  std::unique_ptr<Place> next() override {
+    auto place = std::make_unique<Place>();
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (position_ == stretches_.size()) return nullptr;
+      place->number = position_++;
+    }
+    Configuration configuration = load_();
+    keepPreparingStages(configuration);
+    dropSensingStages(configuration);
+    Pipeline pipeline(std::move(configuration));
+    const Stretch& stretch = stretches_[place->number];
+    std::vector<std::pair<evaluation::Rendering, Pose>> views;
+    for (std::size_t i = stretch.first; i < stretch.first + stretch.length; ++i) {
+      evaluation::SimulatedFrame seen = simulation_.frame(i);
+      Frame frame = measured(seen);
+      pipeline.process(frame);
+      if (frame.skip_reason.empty()) addFrame(std::move(frame), options_, false, *place);
+      views.emplace_back(std::move(seen.truth), seen.T_world_camera);
+    }
+    auto truth = std::make_shared<evaluation::SurfaceTruth>(
+        simulation_.scene(), static_cast<int>(stretch.first),
+        static_cast<int>(stretch.first + stretch.length - 1));
+    evaluation::VisibleSurfaceParams visible;
+    visible.max_range = usedRange(*place);
+    visible.min_incidence = simulation_.params().sensor.smallest_incidence;
+    for (const auto& [view, T_world_camera] : views) truth->addView(view, T_world_camera, visible);
+    place->truth = std::move(truth);
+    return place;
+  }
+
+ private:
+  static evaluation::SimulationParams withFrames(evaluation::SimulationParams params,
+                                                 const PlaceOptions& options) {
+    const std::size_t wanted = options.places * options.frames_per_place;
+    params.frames = static_cast<int>(std::max(kSimulatedFrames, wanted));
+    params.colors = false;
+    params.threads = 1;
+    return params;
+  }
+
+  Frame measured(const evaluation::SimulatedFrame& seen) const {
+    Frame frame;
+    frame.number = seen.index;
+    frame.source = name() + " " + std::to_string(seen.index);
+    frame.timestamp = seen.timestamp;
+    frame.T_world_sensor = seen.T_world_camera;
+    frame.given_pose = seen.T_world_camera;
+    frame.camera = simulation_.params().camera();
+    frame.baseline = simulation_.params().sensor.baseline;
+    frame.cloud = pcl::make_shared<FrameCloud>();
+    frame.cloud->points.resize(seen.truth.size());
+    for (std::size_t i = 0; i < seen.truth.size(); ++i) {
+      const float* p = &seen.xyz[3 * i];
+      frame.cloud->points[i] = pcl::PointXYZ(p[0], p[1], p[2]);
+    }
+    frame.cloud->width = static_cast<std::uint32_t>(frame.camera->width);
+    frame.cloud->height = static_cast<std::uint32_t>(frame.camera->height);
+    frame.cloud->is_dense = false;
+    return frame;
+  }
+
+  evaluation::Simulation simulation_;
+  PlaceOptions options_;
+  std::vector<Stretch> stretches_;
+  ConfigurationLoader load_;
+  std::mutex mutex_;
+  std::size_t position_ = 0;
+};
+
+/// With poses each place is read by itself. Without, the motion needs all frames, so that one
+/// pipeline reads the input from its beginning.
+class RecordedPlaces : public PlaceSource {
+ public:
+  RecordedPlaces(const PlaceOptions& options, ConfigurationLoader load)
+      : options_(options), load_(std::move(load)) {
+    const Configuration configuration = load_();
+    const SequenceSource whole(configuration);
+    requireStagesFor(whole, configuration);
+    selection_ = configuration.frames;
+    name_ = whole.names().front();
+    has_poses_ = whole.poseSource() != io::PoseSource::None;
+    stretches_ = stretchesOf(*whole.size(), options);
+  }
+
+  std::string name() const override { return name_; }
+  std::size_t size() const override { return stretches_.size(); }
+
+  std::unique_ptr<Place> next() override {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (position_ == stretches_.size()) return nullptr;
+    auto place = std::make_unique<Place>();
+    place->number = position_++;
+    const Stretch& stretch = stretches_[place->number];
+    if (has_poses_ || reader_ == nullptr) open(has_poses_ ? stretch : Stretch{});
+    while (read_ < stretch.first + stretch.length) {
+      std::optional<Frame> frame = reader_->next();
+      if (!frame) break;
+      const bool belongs = read_++ >= stretch.first;
+      pipeline_->process(*frame);
+      if (belongs && frame->skip_reason.empty()) {
+        addFrame(std::move(*frame), options_, true, *place);
+      }
+    }
+    return place;
+  }
+
+ private:
+  /// A stretch without length is everything.
+  void open(const Stretch& stretch) {
+    Configuration configuration = load_();
+    if (stretch.length > 0) {
+      const auto first = static_cast<std::int64_t>(stretch.first);
+      const auto length = static_cast<std::int64_t>(stretch.length);
+      configuration.frames.first = selection_.first + first * selection_.step;
+      configuration.frames.last = configuration.frames.first + (length - 1) * selection_.step + 1;
+    }
+    read_ = stretch.first;
+    reader_ = std::make_unique<SequenceSource>(configuration);
+    keepPreparingStages(configuration);
+    pipeline_ = std::make_unique<Pipeline>(std::move(configuration));
+  }
+
+  PlaceOptions options_;
+  ConfigurationLoader load_;
+  FrameSelection selection_;
+  std::string name_;
+  bool has_poses_ = false;
+  std::vector<Stretch> stretches_;
+  std::mutex mutex_;
+  std::size_t position_ = 0;
+  std::size_t read_ = 0;  ///< number of the next frame of the input
+  std::unique_ptr<SequenceSource> reader_;
+  std::unique_ptr<Pipeline> pipeline_;
+};
+
+}  // namespace
+
+std::unique_ptr<PlaceSource> simulatedPlaces(const evaluation::SimulationParams& params,
+                                             const PlaceOptions& options,
+                                             ConfigurationLoader load) {
+  return std::make_unique<SimulatedPlaces>(params, options, std::move(load));
+}
+
+std::unique_ptr<PlaceSource> recordedPlaces(const PlaceOptions& options, ConfigurationLoader load) {
+  return std::make_unique<RecordedPlaces>(options, std::move(load));
+}
+
+}  // namespace planar_mapping::tools

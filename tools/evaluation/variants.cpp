@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "variants.h"
+
+#include <algorithm>
+#include <sstream>
+
+#include "../commands.h"
+
+namespace planar_mapping::tools {
+
+std::vector<Variant> ablationVariants() {
+  // One line an idea; the keys are those of `planar_map stages --describe NAME`.
+  static const std::vector<Variant> kVariants = {
+      {"no hole filling", "compact", {"planar_cuboid_approximation.hole_size_m=0.000001"}},
+      {"no noise model", "compact", {"planar_cuboid_approximation.noise=none"}},
+      {"no doubt in first sights", "compact", {"planar_cuboid_approximation.first_belief=1"}},
+      {"no misses", "compact", {"planar_cuboid_approximation.miss_factor=1"}},
+      {"no share of a full cell", "compact", {"planar_cuboid_approximation.min_cell_share=0"}},
+      {"no beliefs of features", "compact", {"kl_occupancy.enabled=false"}},
+      {"no update of beliefs", "compact", {"kl_occupancy.update=none"}},
+      {"no planes", "compact", {"multi_plane_segmentation.enabled=false"}},
+  };
+  return kVariants;
+}
+
+Variant parseVariant(const std::string& text) {
+  const std::size_t colon = text.find(':');
+  Variant variant{text.substr(0, colon), "compact", {}};
+  if (colon == std::string::npos || variant.name.empty()) {
+    throw UsageError("--variant: '" + text + "' is not NAME:stage.key=value,...");
+  }
+  std::istringstream assignments(text.substr(colon + 1));
+  for (std::string one; std::getline(assignments, one, ',');) variant.assignments.push_back(one);
+  if (variant.assignments.empty()) {
+    throw UsageError("--variant: '" + text + "' changes nothing; give NAME:stage.key=value,...");
+  }
+  return variant;
+}
+
+std::vector<evaluation::PlaceResult> withoutMethods(
+    const std::vector<evaluation::PlaceResult>& results, const std::vector<std::string>& methods) {
+  std::vector<evaluation::PlaceResult> kept;
+  for (const evaluation::PlaceResult& result : results) {
+    if (std::find(methods.begin(), methods.end(), result.method) == methods.end()) {
+      kept.push_back(result);
+    }
+  }
+  return kept;
+}
+
+}  // namespace planar_mapping::tools
