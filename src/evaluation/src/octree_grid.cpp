@@ -11,8 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
-#include <ostream>
-#include <streambuf>
+#include <sstream>
 #include <unordered_map>
 #endif
 
@@ -34,25 +33,6 @@ void OctreeGridParams::validate() const {
 
 namespace {
 
-/// Counts what is written to it.
-class CountingBuffer : public std::streambuf {
- public:
-  std::size_t bytes() const { return bytes_; }
-
- protected:
-  int_type overflow(int_type c) override {
-    ++bytes_;
-    return traits_type::not_eof(c);
-  }
-  std::streamsize xsputn(const char*, std::streamsize count) override {
-    bytes_ += static_cast<std::size_t>(count);
-    return count;
-  }
-
- private:
-  std::size_t bytes_ = 0;
-};
-
 /// Size of the heap block that an allocation of so many bytes gets, its header included.
 std::size_t blockBytes(std::size_t bytes) {
   void* block = ::operator new(bytes);
@@ -61,9 +41,31 @@ std::size_t blockBytes(std::size_t bytes) {
   return size;
 }
 
+std::size_t innerNodes(const octomap::OcTree& tree) {
+  return tree.size() - tree.getNumLeafNodes();
+}
+
+struct LeafCount {
+  std::size_t leaves = 0;
+  std::size_t cells = 0;  ///< of the smallest size
+};
+
+LeafCount leavesOf(const octomap::OcTree& tree, bool occupied) {
+  LeafCount count;
+  for (auto it = tree.begin_leafs(); it != tree.end_leafs(); ++it) {
+    if (tree.isNodeOccupied(*it) != occupied) continue;
+    ++count.leaves;
+    count.cells += std::size_t{1} << (3 * (tree.getTreeDepth() - it.getDepth()));
+  }
+  return count;
+}
+
 octomap::point3d toOctomap(const Vector3& p) {
   return {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())};
 }
+
+/// Cells in which rays end, with the number of obstacle points in them.
+using RayEnds = std::unordered_map<octomap::OcTreeKey, int, octomap::OcTreeKey::KeyHash>;
 
 }  // namespace
 
@@ -76,9 +78,8 @@ struct OctreeGrid::Impl {
     tree.setOccupancyThres(p.occupied_at_least);
   }
 
-  /// Sorts points by what they do: keys of cells they fell into with the number of points, and ends
-  /// of rays that only clear.
-  void add(const std::vector<Vector3>& points, bool obstacles, const Vector3& origin) {
+  void add(const std::vector<Vector3>& points, bool obstacles, const Vector3& origin,
+           RayEnds& ends) {
     for (const Vector3& point : points) {
       const double range = (point - origin).norm();
       const bool is_far = params.max_range >= 0.0 && range > params.max_range;
@@ -96,7 +97,6 @@ struct OctreeGrid::Impl {
   OctreeGridParams params;
   octomap::OcTree tree;
   std::size_t dropped = 0;
-  std::unordered_map<octomap::OcTreeKey, int, octomap::OcTreeKey::KeyHash> ends;
 };
 
 bool OctreeGrid::isAvailable() {
@@ -122,14 +122,14 @@ void OctreeGrid::insert(const std::vector<Vector3>& obstacles, const std::vector
   octomap::OcTreeKey key;
   if (!origin.allFinite() || !tree.coordToKeyChecked(toOctomap(origin), key))
     throw InputError("the sensor is outside the octree");
-  impl_->ends.clear();
-  impl_->add(obstacles, true, origin);
-  impl_->add(ground, false, origin);
+  RayEnds ends;
+  impl_->add(obstacles, true, origin, ends);
+  impl_->add(ground, false, origin, ends);
   const octomap::point3d start = toOctomap(origin);
   octomap::KeySet hit;
   octomap::KeySet crossed;
   octomap::KeyRay ray;
-  for (const auto& [end, points] : impl_->ends) {
+  for (const auto& [end, points] : ends) {
     if (points >= impl_->params.min_points) hit.insert(end);
     if (tree.computeRayKeys(start, tree.keyToCoord(end), ray))
       crossed.insert(ray.begin(), ray.end());
@@ -145,17 +145,19 @@ void OctreeGrid::finish() {
 }
 
 std::size_t OctreeGrid::occupiedLeaves() const {
-  std::size_t count = 0;
-  for (auto it = impl_->tree.begin_leafs(); it != impl_->tree.end_leafs(); ++it)
-    count += impl_->tree.isNodeOccupied(*it) ? 1 : 0;
-  return count;
+  return leavesOf(impl_->tree, true).leaves;
 }
 
 std::size_t OctreeGrid::freeLeaves() const {
-  std::size_t count = 0;
-  for (auto it = impl_->tree.begin_leafs(); it != impl_->tree.end_leafs(); ++it)
-    count += impl_->tree.isNodeOccupied(*it) ? 0 : 1;
-  return count;
+  return leavesOf(impl_->tree, false).leaves;
+}
+
+std::size_t OctreeGrid::occupiedCells() const {
+  return leavesOf(impl_->tree, true).cells;
+}
+
+std::size_t OctreeGrid::freeCells() const {
+  return leavesOf(impl_->tree, false).cells;
 }
 
 std::size_t OctreeGrid::nodes() const {
@@ -166,30 +168,8 @@ std::size_t OctreeGrid::droppedPoints() const {
   return impl_->dropped;
 }
 
-namespace {
-
-std::size_t cellsOf(const octomap::OcTree& tree, bool occupied) {
-  std::size_t count = 0;
-  for (auto it = tree.begin_leafs(); it != tree.end_leafs(); ++it) {
-    if (tree.isNodeOccupied(*it) != occupied) continue;
-    count += std::size_t{1} << (3 * (tree.getTreeDepth() - it.getDepth()));
-  }
-  return count;
-}
-
-}  // namespace
-
-std::size_t OctreeGrid::occupiedCells() const {
-  return cellsOf(impl_->tree, true);
-}
-
-std::size_t OctreeGrid::freeCells() const {
-  return cellsOf(impl_->tree, false);
-}
-
 std::vector<Cuboid> OctreeGrid::cuboids() const {
   const octomap::OcTree& tree = impl_->tree;
-  // In whole cells of half the smallest side, for getX() is a float.
   std::vector<Cuboid> cuboids;
   const double s = impl_->params.resolution;
   for (auto it = tree.begin_leafs(); it != tree.end_leafs(); ++it) {
@@ -197,7 +177,7 @@ std::vector<Cuboid> OctreeGrid::cuboids() const {
     const unsigned level = tree.getTreeDepth() - it.getDepth();
     const octomap::OcTreeKey key = it.getKey();
     const double cells = static_cast<double>(std::size_t{1} << level);
-    Cuboid cuboid;
+    Cuboid cuboid;  // from the key, for getX() is a float
     for (int axis = 0; axis < 3; ++axis) {
       const int low = (static_cast<int>(key[static_cast<unsigned>(axis)]) >> level) << level;
       cuboid.center[axis] = s * (low - 32768 + 0.5 * cells);
@@ -220,18 +200,21 @@ std::size_t OctreeGrid::reportedBytes() const {
 
 std::size_t OctreeGrid::heapBytes() const {
   const octomap::OcTree& tree = impl_->tree;
-  const std::size_t nodes = tree.size();
-  const std::size_t inner = nodes - tree.getNumLeafNodes();
-  return sizeof(octomap::OcTree) + nodes * blockBytes(sizeof(octomap::OcTreeNode)) +
-         inner * blockBytes(8 * sizeof(octomap::OcTreeNode*));
+  return sizeof(octomap::OcTree) + tree.size() * blockBytes(sizeof(octomap::OcTreeNode)) +
+         innerNodes(tree) * blockBytes(8 * sizeof(octomap::OcTreeNode*));
 }
 
 std::size_t OctreeGrid::fileBytes() const {
-  octomap::OcTree copy(impl_->tree);
-  CountingBuffer buffer;
-  std::ostream out(&buffer);
-  copy.writeBinary(out);
-  return buffer.bytes();
+  octomap::OcTree tree(impl_->tree);
+  tree.toMaxLikelihood();
+  tree.prune();
+  // Not written for real: the library prints when it has done so.
+  std::ostringstream header;
+  header << "# Octomap OcTree binary file\n"
+         << "# (feel free to add / change comments, but leave the first line as it is!)\n#\n"
+         << "id " << tree.getTreeType() << "\nsize " << tree.size() << "\nres "
+         << tree.getResolution() << "\ndata\n";
+  return header.str().size() + 2 * innerNodes(tree);
 }
 
 #else

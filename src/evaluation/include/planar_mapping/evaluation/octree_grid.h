@@ -70,7 +70,8 @@ class PLANAR_MAPPING_EXPORT OctreeGrid {
   /// What the nodes take of the heap: for each node and each array of children the size of the
   /// block that malloc hands out, its administration included (glibc: 32 and 80 bytes). Counted
   /// over the nodes, so that nothing else the process does can disturb it; it equals the difference
-  /// of mallinfo2() around a copy of the tree, which a test checks. Fragmentation is not counted.
+  /// of mallinfo2() around an insertion, which a test checks. Fragmentation is not counted, nor
+  /// are the 600 kB of work space each tree keeps for rays.
   std::size_t heapBytes() const;
   /// Bytes of the .bt file (header included); as it stands after finish(), which changes nothing
   /// in it.

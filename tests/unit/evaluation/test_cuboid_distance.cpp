@@ -1,0 +1,112 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/evaluation/cuboid_distance.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/random.h"
+
+namespace planar_mapping {
+namespace evaluation {
+namespace {
+
+std::vector<Cuboid> randomCuboids(std::size_t count, std::uint64_t seed, double reach = 3.0) {
+  Random random(seed);
+  std::vector<Cuboid> cuboids(count);
+  for (Cuboid& cuboid : cuboids) {
+    cuboid.center =
+        reach * Vector3(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+    cuboid.size = {random.uniform(0.05, 2.0), random.uniform(0.05, 0.5), random.uniform(0.0, 0.1)};
+    cuboid.orientation =
+        Quaternion(random.normal(), random.normal(), random.normal(), random.normal()).normalized();
+  }
+  return cuboids;
+}
+
+TEST(CuboidDistance, AgreesWithEveryCuboidAskedInTurn) {
+  Random random(2);
+  const std::vector<Cuboid> cuboids = randomCuboids(150, 5);
+  const CuboidDistance index(cuboids);
+  EXPECT_EQ(index.size(), 150u);
+  for (int i = 0; i < 3000; ++i) {
+    const Vector3 p(random.uniform(-4, 4), random.uniform(-4, 4), random.uniform(-4, 4));
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Cuboid& cuboid : cuboids) nearest = std::min(nearest, distance(cuboid, p));
+    ASSERT_NEAR(index.distance(p), nearest, 1e-12);
+    for (const double margin : {0.0, 0.05, 0.4}) {
+      if (std::abs(nearest - margin) > 1e-9 || (margin == 0.0 && nearest > 1e-9)) {
+        ASSERT_EQ(index.isWithin(p, margin), nearest <= margin) << p.transpose();
+      }
+    }
+  }
+}
+
+TEST(CuboidDistance, KnowsWhichCuboidsComeBefore) {
+  Random random(3);
+  const std::vector<Cuboid> cuboids = randomCuboids(60, 6, 0.4);
+  const CuboidDistance index(cuboids);
+  int inside = 0;
+  for (std::size_t i = 0; i < cuboids.size(); ++i) {
+    for (int k = 0; k < 50; ++k) {
+      const Vector3 local(random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5),
+                          random.uniform(-0.5, 0.5));
+      const Vector3 p =
+          cuboids[i].center + cuboids[i].orientation * local.cwiseProduct(cuboids[i].size);
+      bool before = false;
+      for (std::size_t j = 0; j < i; ++j) before = before || contains(cuboids[j], p);
+      ASSERT_EQ(index.isInsideOneBefore(p, i), before);
+      inside += before ? 1 : 0;
+    }
+  }
+  EXPECT_GT(inside, 50);
+}
+
+TEST(CuboidDistance, TiltedCuboidByHand) {
+  // A slab of 2 x 2 x 0.2 m turned by 45 degrees about y: its normal is (1, 0, 1) / sqrt(2).
+  Cuboid slab;
+  slab.size = {2.0, 2.0, 0.2};
+  slab.orientation = Quaternion(Eigen::AngleAxisd(M_PI / 4.0, Vector3::UnitY()));
+  const CuboidDistance index({slab});
+  EXPECT_NEAR(index.distance({1.0, 0.0, 1.0}), std::sqrt(2.0) - 0.1, 1e-12);
+  EXPECT_NEAR(index.distance({0.0, 1.5, 0.0}), 0.5, 1e-12);
+  EXPECT_EQ(index.distance({0.3, 0.0, -0.3}), 0.0);
+  EXPECT_TRUE(index.isWithin({1.0, 0.0, 1.0}, 1.32));
+  EXPECT_FALSE(index.isWithin({1.0, 0.0, 1.0}, 1.31));
+}
+
+TEST(CuboidDistance, NothingIsNearWithoutCuboids) {
+  const CuboidDistance index({});
+  EXPECT_EQ(index.distance({0, 0, 0}), std::numeric_limits<double>::infinity());
+  EXPECT_FALSE(index.isWithin({0, 0, 0}, 1e9));
+  EXPECT_FALSE(index.isInsideOneBefore({0, 0, 0}, 5));
+}
+
+TEST(CuboidDistance, ManyCuboidsAtOnePlaceAreNoDeepTree) {
+  const CuboidDistance index(std::vector<Cuboid>(20000));
+  EXPECT_EQ(index.distance({3.0, 4.0, 0.0}), 5.0);
+  EXPECT_FALSE(index.isInsideOneBefore({0, 0, 0}, 0));
+  EXPECT_TRUE(index.isInsideOneBefore({0, 0, 0}, 1));
+}
+
+TEST(CuboidDistance, BadCuboidsAndPoints) {
+  Cuboid cuboid;
+  cuboid.size = {1.0, -1.0, 1.0};
+  EXPECT_THROW(CuboidDistance({cuboid}), InputError);
+  cuboid.size = {1.0, std::numeric_limits<double>::quiet_NaN(), 1.0};
+  EXPECT_THROW(CuboidDistance({cuboid}), InputError);
+  cuboid = Cuboid();
+  cuboid.center.x() = std::numeric_limits<double>::infinity();
+  EXPECT_THROW(CuboidDistance({cuboid}), InputError);
+  const CuboidDistance index({Cuboid()});
+  EXPECT_FALSE(index.isWithin({1, 0, 0}, -1.0));
+  EXPECT_FALSE(index.isWithin({1, 0, 0}, std::numeric_limits<double>::quiet_NaN()));
+}
+
+}  // namespace
+}  // namespace evaluation
+}  // namespace planar_mapping

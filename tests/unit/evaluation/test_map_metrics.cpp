@@ -1,0 +1,380 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/evaluation/map_metrics.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <tuple>
+
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/random.h"
+#include "planar_mapping/evaluation/grid_cell.h"
+
+namespace planar_mapping {
+namespace evaluation {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// A solid with a flat face through the origin, seen from along its normal: 20 m wide.
+struct Wall {
+  Matrix3 R;  ///< columns u, v, n; n towards free space
+  SurfaceTruth truth;
+
+  explicit Wall(const Matrix3& rotation = Matrix3::Identity())
+      : R(rotation), truth(sceneOf(rotation)) {}
+  static Scene sceneOf(const Matrix3& rotation) {
+    Scene scene;
+    SceneObject object;
+    object.T_world_object.linear() = rotation;
+    object.T_world_object.translation() = rotation * Vector3(0, 0, -5);
+    object.size = {20, 20, 10};
+    scene.objects.push_back(object);
+    return scene;
+  }
+  /// Cuboid with its axes along u, v, n from \p low to \p high in them.
+  Cuboid cuboid(const Vector3& low, const Vector3& high) const {
+    Cuboid cuboid;
+    cuboid.size = high - low;
+    cuboid.center = R * (0.5 * (low + high));
+    cuboid.orientation = Quaternion(R);
+    return cuboid;
+  }
+};
+
+Matrix3 tilted() {
+  return (Eigen::AngleAxisd(0.5, Vector3::UnitZ()) * Eigen::AngleAxisd(0.7, Vector3::UnitY()))
+      .toRotationMatrix();
+}
+
+std::vector<Cuboid> randomCuboids(std::size_t count, std::uint64_t seed) {
+  Random random(seed);
+  std::vector<Cuboid> cuboids(count);
+  for (Cuboid& cuboid : cuboids) {
+    cuboid.center = {random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-0.5, 0.5)};
+    cuboid.size = {random.uniform(0.05, 0.8), random.uniform(0.05, 0.5), random.uniform(0.01, 0.2)};
+    cuboid.orientation =
+        Quaternion(random.normal(), random.normal(), random.normal(), random.normal()).normalized();
+  }
+  return cuboids;
+}
+
+TEST(CombinationEfficiency, ByHand) {
+  EXPECT_NEAR(combinationEfficiency(30, 1000), 0.97, 1e-12);
+  EXPECT_NEAR(combinationEfficiency(11851, 11851), 0.0, 1e-12);
+  EXPECT_NEAR(combinationEfficiency(15, 10), -0.5, 1e-12);
+  EXPECT_NEAR(combinationEfficiency(0, 10), 1.0, 1e-12);
+  EXPECT_THROW(combinationEfficiency(0, 0), InputError);
+}
+
+TEST(MappingErrorTest, CellsOfAStandardGridCountOneEach) {
+  // The face is at z = 0. Layers of cells of 0.1 m at z = -1 (behind it), 0 (before it), 1 and 5.
+  const Wall wall;
+  const std::vector<Cuboid> cells = cuboidsOf(
+      std::vector<GridCell>{{0, 0, -1}, {1, 0, -1}, {0, 0, 0}, {0, 0, 1}, {0, 0, 5}}, 0.1);
+  const MappingError error = mappingError(cells, wall.truth, 0.1, cells.size());
+  EXPECT_NEAR(error.wrong_cells, 2.0, 1e-9);
+  EXPECT_NEAR(error.marked_cells, 5.0, 1e-9);
+  EXPECT_NEAR(error.percent, 40.0, 1e-9);
+}
+
+TEST(MappingErrorTest, ACellThatIsWrongInPartCountsByThatPart) {
+  // From 0.05 to 0.15 m before the face: parts at .0625, .0875, .1125 and .1375.
+  const Wall wall;
+  const MappingError error =
+      mappingError({wall.cuboid({0, 0, 0.05}, {0.1, 0.1, 0.15})}, wall.truth, 0.1, 10);
+  EXPECT_NEAR(error.wrong_cells, 0.5, 1e-9);
+  EXPECT_NEAR(error.percent, 5.0, 1e-9);
+}
+
+TEST(MappingErrorTest, TiltedCuboidsCountByTheirVolumeInStandardCells) {
+  const Wall wall(tilted());
+  // On the face; a slab of 1 x 1 x 0.1 m half a metre before it: 100 cells.
+  const Cuboid right = wall.cuboid({0, 0, -0.1}, {1, 1, 0});
+  const Cuboid wrong = wall.cuboid({0, 0, 0.5}, {1, 1, 0.6});
+  MappingError error = mappingError({right, wrong}, wall.truth, 0.1, 400);
+  EXPECT_NEAR(error.wrong_cells, 100.0, 1e-9);
+  EXPECT_NEAR(error.marked_cells, 200.0, 1e-9);
+  EXPECT_NEAR(error.percent, 25.0, 1e-9);
+  // A slab that stands on the face, 0.5 m high: all but its first 0.1 m is wrong.
+  const Cuboid standing = wall.cuboid({0, 0, 0}, {1, 0.1, 0.5});
+  error = mappingError({standing}, wall.truth, 0.1, 50);
+  EXPECT_NEAR(error.wrong_cells, 40.0, 1e-9);
+  EXPECT_NEAR(error.percent, 80.0, 1e-9);
+}
+
+TEST(MappingErrorTest, NobodyGainsByThinCuboids) {
+  const Wall wall(tilted());
+  const Cuboid thin = wall.cuboid({0, 0, 0.5}, {1, 1, 0.501});
+  EXPECT_NEAR(mappingError({thin}, wall.truth, 0.1, 100).wrong_cells, 100.0, 1e-9);
+  const Cuboid flat = wall.cuboid({0, 0, 0.5}, {1, 1, 0.5});
+  EXPECT_NEAR(mappingError({flat}, wall.truth, 0.1, 100).wrong_cells, 100.0, 1e-9);
+  const Cuboid post = wall.cuboid({0, 0, 0.5}, {0.01, 0.01, 0.7});
+  EXPECT_NEAR(mappingError({post}, wall.truth, 0.1, 100).wrong_cells, 2.0, 1e-9);
+}
+
+TEST(MappingErrorTest, WhatCuboidsShareCountsOnce) {
+  const Wall wall(tilted());
+  const Cuboid a = wall.cuboid({0, 0, 0.5}, {1, 1, 0.6});
+  const Cuboid b = wall.cuboid({0.5, 0, 0.5}, {1.5, 1, 0.6});
+  EXPECT_NEAR(mappingError({a, a}, wall.truth, 0.1, 100).wrong_cells, 100.0, 1e-9);
+  EXPECT_NEAR(mappingError({a, b}, wall.truth, 0.1, 100).wrong_cells, 150.0, 1e-9);
+}
+
+TEST(MappingErrorTest, AgreesWithEveryPartAskedInTurn) {
+  const Wall wall(tilted());
+  const double s = 0.1;
+  const std::vector<Cuboid> cuboids = randomCuboids(40, 3);
+  double wrong = 0.0;
+  double marked = 0.0;
+  for (std::size_t i = 0; i < cuboids.size(); ++i) {
+    const Cuboid& c = cuboids[i];
+    int n[3];
+    double weight = 1.0;
+    for (int k = 0; k < 3; ++k) {
+      n[k] = static_cast<int>(std::ceil(c.size[k] / (s / 4.0)));
+      weight *= std::max(c.size[k], s) / s / n[k];
+    }
+    for (int x = 0; x < n[0]; ++x)
+      for (int y = 0; y < n[1]; ++y)
+        for (int z = 0; z < n[2]; ++z) {
+          const Vector3 local((x + 0.5) / n[0] - 0.5, (y + 0.5) / n[1] - 0.5,
+                              (z + 0.5) / n[2] - 0.5);
+          const Vector3 p = c.center + c.orientation * local.cwiseProduct(c.size);
+          bool before = false;
+          for (std::size_t j = 0; j < i; ++j) before = before || contains(cuboids[j], p);
+          if (before) continue;
+          marked += weight;
+          // 20 x 20 x 10 m: nothing is near another face of the solid.
+          if (std::abs((wall.R.transpose() * p).z()) > s) wrong += weight;
+        }
+  }
+  ASSERT_GT(wrong, 10.0);
+  const MappingError error = mappingError(cuboids, wall.truth, s, 1000);
+  EXPECT_NEAR(error.wrong_cells, wrong, 1e-6);
+  EXPECT_NEAR(error.marked_cells, marked, 1e-6);
+}
+
+TEST(MappingErrorTest, NothingMarkedIsNoErrorAndNothingIsRefused) {
+  const Wall wall;
+  EXPECT_EQ(mappingError({}, wall.truth, 0.1, 10).percent, 0.0);
+  EXPECT_THROW(mappingError({}, wall.truth, 0.1, 0), InputError);
+  EXPECT_THROW(mappingError({}, wall.truth, 0.0, 10), ParameterError);
+  EXPECT_THROW(mappingError({}, wall.truth, kNan, 10), ParameterError);
+  Cuboid bad;
+  bad.size.x() = kNan;
+  EXPECT_THROW(mappingError({bad}, wall.truth, 0.1, 10), InputError);
+}
+
+VisibleCell visibleAt(const Vector3& point) {
+  VisibleCell cell;
+  cell.point = point;
+  cell.pixels = 1;
+  return cell;
+}
+
+TEST(Completeness, ByHand) {
+  // A tilted slab: distances of the points to it are 0, .05, .15 and 1.
+  const Wall wall(tilted());
+  const CuboidDistance slab({wall.cuboid({0, 0, -0.1}, {1, 1, 0})});
+  const std::vector<VisibleCell> visible = {
+      visibleAt(wall.R * Vector3(0.5, 0.5, 0.0)), visibleAt(wall.R * Vector3(0.5, 0.5, 0.05)),
+      visibleAt(wall.R * Vector3(0.5, 0.5, 0.15)), visibleAt(wall.R * Vector3(2.0, 0.5, 0.0))};
+  EXPECT_NEAR(completeness(slab, visible, 0.1), 0.5, 1e-12);
+  EXPECT_NEAR(completeness(slab, visible, 0.2), 0.75, 1e-12);
+  EXPECT_EQ(completeness(CuboidDistance({}), visible, 0.1), 0.0);
+  EXPECT_EQ(completeness(slab, {}, 0.1), 1.0);
+  EXPECT_THROW(completeness(slab, visible, 0.0), ParameterError);
+}
+
+TEST(Completeness, AMapOfHalfTheWallIsHalfComplete) {
+  // The wall's face at x = 2 fills the image; the map ends where y = 0, plus the reach of s.
+  Scene scene;
+  SceneObject object;
+  object.T_world_object.translation() = Vector3(2.5, 0, 0);
+  object.size = {1, 20, 20};
+  scene.objects.push_back(object);
+  PinholeCamera camera;
+  camera.width = 200;
+  camera.height = 100;
+  camera.fx = camera.fy = 100.0;
+  camera.cx = 99.5;
+  camera.cy = 49.5;
+  Pose pose = Pose::Identity();
+  pose.linear().col(0) = -Vector3::UnitY();
+  pose.linear().col(1) = -Vector3::UnitZ();
+  pose.linear().col(2) = Vector3::UnitX();
+  VisibleSurfaceParams params;
+  params.ground_height = -10.0;
+  SurfaceTruth truth(scene);
+  truth.addView(render(scene, camera, pose), pose, params);
+  // y from -1.99 to 1.99, z from -.99 to .99: 40 x 20 cells of 0.1 m.
+  ASSERT_EQ(truth.visibleCells(0.1).size(), 800u);
+  Cuboid half;
+  half.size = {0.1, 2.0, 2.0};
+  half.center = {2.05, 1.0, 0.0};
+  // Complete from y = 0, and one column of cells beyond it whose middle is 0.05 m away.
+  EXPECT_NEAR(completeness({half}, truth, 0.1), 21.0 / 40.0, 1e-12);
+  half.size.y() = 4.0;
+  half.center.y() = 0.0;
+  EXPECT_EQ(completeness({half}, truth, 0.1), 1.0);
+}
+
+TEST(CoverageMetric, ByHand) {
+  const Wall wall(tilted());
+  const std::vector<Cuboid> slab = {wall.cuboid({0, 0, -0.1}, {1, 1, 0})};
+  const std::vector<Vector3> points = {
+      wall.R * Vector3(0.5, 0.5, -0.05), wall.R * Vector3(0.5, 0.5, 0.049),
+      wall.R * Vector3(0.5, 0.5, 0.051), wall.R * Vector3(1.03, 1.03, 0.0),
+      wall.R * Vector3(1.04, 1.04, 0.0)};  // the last two are .042 and .057 off the edge
+  EXPECT_NEAR(coverage(slab, points, 0.05), 0.6, 1e-12);
+  EXPECT_NEAR(coverage(slab, points, 0.06), 1.0, 1e-12);
+  EXPECT_NEAR(coverage(slab, points, 0.0), 0.2, 1e-12);
+}
+
+TEST(CoverageMetric, PointsThatAreNotFiniteDoNotCount) {
+  const std::vector<Cuboid> none;
+  Cuboid cuboid;
+  cuboid.size = Vector3::Ones();
+  EXPECT_EQ(coverage({cuboid}, {{0, 0, 0}, {kNan, 0, 0}, {0, kInfinity, 0}}, 0.1), 1.0);
+  EXPECT_EQ(coverage(none, {{0, 0, 0}}, 0.1), 0.0);
+  EXPECT_EQ(coverage({cuboid}, {}, 0.1), 1.0);
+  EXPECT_THROW(coverage({cuboid}, {{0, 0, 0}}, -0.1), ParameterError);
+  EXPECT_THROW(coverage({cuboid}, {{0, 0, 0}}, kNan), ParameterError);
+}
+
+TEST(HeldBack, ByHand) {
+  // Distances 0, .1, .2, ... 1.9 from a unit cube's face.
+  Cuboid cube;
+  cube.size = Vector3::Ones();
+  std::vector<Vector3> points;
+  for (int i = 19; i >= 0; --i) points.emplace_back(0.5 + 0.1 * i, 0.2, 0.3);
+  points.emplace_back(kNan, 0, 0);
+  const HeldBackDistance result = heldBackDistance({cube}, points, 0.55);
+  EXPECT_EQ(result.points, 20u);
+  EXPECT_NEAR(result.median, 0.9, 1e-12);         // the tenth of twenty
+  EXPECT_NEAR(result.percentile_95, 1.8, 1e-12);  // the nineteenth
+  EXPECT_NEAR(result.mean, 0.95, 1e-12);
+  EXPECT_NEAR(result.share_within, 0.3, 1e-12);  // 0 to .5
+}
+
+TEST(HeldBack, TiltedCuboidByHand) {
+  const Wall wall(tilted());
+  const HeldBackDistance result =
+      heldBackDistance({wall.cuboid({0, 0, -0.1}, {1, 1, 0})},
+                       {wall.R * Vector3(1.3, 1.4, 0), wall.R * Vector3(0.5, 0.5, 0.2)}, 0.1);
+  EXPECT_NEAR(result.median, 0.2, 1e-12);
+  EXPECT_NEAR(result.percentile_95, 0.5, 1e-12);
+  EXPECT_EQ(result.share_within, 0.0);
+}
+
+TEST(HeldBack, AgreesWithEveryCuboidAskedInTurn) {
+  Random random(6);
+  const std::vector<Cuboid> cuboids = randomCuboids(50, 9);
+  std::vector<Vector3> points;
+  std::vector<double> distances;
+  for (int i = 0; i < 999; ++i) {
+    points.emplace_back(random.uniform(-2, 2), random.uniform(-2, 2), random.uniform(-1, 1));
+    double nearest = kInfinity;
+    for (const Cuboid& cuboid : cuboids)
+      nearest = std::min(nearest, distance(cuboid, points.back()));
+    distances.push_back(nearest);
+  }
+  std::sort(distances.begin(), distances.end());
+  const HeldBackDistance result = heldBackDistance(cuboids, points, 0.1);
+  EXPECT_NEAR(result.median, distances[499], 1e-12);
+  EXPECT_NEAR(result.percentile_95, distances[949], 1e-12);
+  const auto within =
+      std::count_if(distances.begin(), distances.end(), [](double d) { return d <= 0.1; });
+  EXPECT_NEAR(result.share_within, static_cast<double>(within) / 999.0, 1e-12);
+  EXPECT_NEAR(coverage(cuboids, points, 0.1), static_cast<double>(within) / 999.0, 1e-12);
+}
+
+TEST(HeldBack, NothingAtAll) {
+  const HeldBackDistance empty = heldBackDistance(CuboidDistance({}), {{0, 0, 0}}, 0.1);
+  EXPECT_EQ(empty.median, kInfinity);
+  EXPECT_EQ(empty.share_within, 0.0);
+  EXPECT_EQ(heldBackDistance(CuboidDistance({}), {}, 0.1).points, 0u);
+}
+
+TEST(FreeSpace, ByHand) {
+  // One ray along x from 0 to 1.2 m, s = 0.1: samples up to 1 m, ten cells; the cuboid is two long.
+  Cuboid cuboid;
+  cuboid.size = {0.2, 0.1, 0.1};
+  cuboid.center = {0.5, 0.05, 0.05};
+  const std::vector<MeasuredRay> rays = {{{0.0, 0.05, 0.05}, {1.2001, 0.05, 0.05}}};
+  const FreeSpaceViolation violation = freeSpaceViolation({cuboid}, rays, 0.1);
+  EXPECT_NEAR(violation.share, 0.2, 1e-12);
+  EXPECT_NEAR(violation.crossed_volume, 10 * 1e-3, 1e-12);
+  EXPECT_NEAR(violation.marked_volume, 2 * 1e-3, 1e-12);
+}
+
+TEST(FreeSpace, ManyRaysThroughACellCountOnce) {
+  Cuboid cuboid;
+  cuboid.size = {0.2, 0.1, 0.1};
+  cuboid.center = {0.5, 0.05, 0.05};
+  const std::vector<MeasuredRay> rays(50, {{0.0, 0.05, 0.05}, {1.2001, 0.05, 0.05}});
+  EXPECT_NEAR(freeSpaceViolation({cuboid}, rays, 0.1).share, 0.2, 1e-12);
+}
+
+TEST(FreeSpace, SurfaceAtTheEndOfTheRayIsNoViolation) {
+  // A tilted wall, measured 0.15 m too far and mapped where it is.
+  const Wall wall(tilted());
+  std::vector<MeasuredRay> rays;
+  for (int i = 0; i < 20; ++i)
+    rays.push_back({wall.R * Vector3(0.05 * i, 0.5, 3.0), wall.R * Vector3(0.05 * i, 0.5, -0.15)});
+  const Cuboid slab = wall.cuboid({-1, -1, -0.1}, {2, 2, 0});
+  EXPECT_EQ(freeSpaceViolation({slab}, rays, 0.1).share, 0.0);
+  // The same wall a metre nearer is crossed by every ray: about 0.1 of 2.95 m.
+  const Cuboid ghost = wall.cuboid({-1, -1, 0.9}, {2, 2, 1.0});
+  EXPECT_NEAR(freeSpaceViolation({ghost}, rays, 0.1).share, 0.1 / 2.95, 0.01);
+}
+
+TEST(FreeSpace, AgreesWithEveryCrossedCellAskedInTurn) {
+  Random random(12);
+  const double s = 0.1;
+  const std::vector<Cuboid> cuboids = randomCuboids(30, 14);
+  std::vector<MeasuredRay> rays;
+  for (int i = 0; i < 300; ++i)
+    rays.push_back(
+        {{0, 0, 0}, {random.uniform(-2, 2), random.uniform(-2, 2), random.uniform(-1, 1)}});
+  std::set<std::tuple<int, int, int>> crossed;
+  std::size_t marked = 0;
+  for (const MeasuredRay& ray : rays) {
+    const double length = ray.end.norm();
+    for (int i = 0; (i + 0.5) * s / 2 <= length - 2 * s; ++i) {
+      const Vector3 p = ray.end / length * ((i + 0.5) * s / 2);
+      const auto at = [s](double v) { return static_cast<int>(std::floor(v / s)); };
+      if (!crossed.emplace(at(p.x()), at(p.y()), at(p.z())).second) continue;
+      marked += std::any_of(cuboids.begin(), cuboids.end(),
+                            [&p](const Cuboid& cuboid) { return contains(cuboid, p); });
+    }
+  }
+  ASSERT_GT(marked, 20u);
+  EXPECT_NEAR(freeSpaceViolation(cuboids, rays, s).share,
+              static_cast<double>(marked) / static_cast<double>(crossed.size()), 1e-12);
+}
+
+TEST(FreeSpace, RaysThatAreNoneAreLeftOut) {
+  Cuboid cuboid;
+  cuboid.size = Vector3::Constant(10.0);
+  const std::vector<MeasuredRay> rays = {{{kNan, 0, 0}, {1, 0, 0}},
+                                         {{0, 0, 0}, {kInfinity, 0, 0}},
+                                         {{0, 0, 0}, {0, 0, 0}},
+                                         {{0, 0, 0}, {1e9, 0, 0}},
+                                         {{0, 0, 0}, {0.1, 0, 0}}};
+  const FreeSpaceViolation violation = freeSpaceViolation({cuboid}, rays, 0.1);
+  EXPECT_EQ(violation.crossed_volume, 0.0);
+  EXPECT_EQ(violation.share, 0.0);
+  EXPECT_THROW(CrossedSpace(0.0, 0.1), ParameterError);
+  EXPECT_THROW(CrossedSpace(0.1, -0.1), ParameterError);
+}
+
+}  // namespace
+}  // namespace evaluation
+}  // namespace planar_mapping

@@ -1,0 +1,137 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/evaluation/standard_grid.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <tuple>
+
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/random.h"
+
+namespace planar_mapping {
+namespace evaluation {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+TEST(StandardGrid, CellsAreHalfOpenCubesOfTheLattice) {
+  StandardGrid grid(0.5);
+  grid.insert({{0.0, 0.0, 0.0}, {0.49, 0.2, 0.1}, {0.5, 0.0, 0.0}, {-0.01, 0.0, -0.5}});
+  const std::vector<GridCell> expected = {{-1, 0, -1}, {0, 0, 0}, {1, 0, 0}};
+  EXPECT_EQ(grid.cells(), expected);
+  EXPECT_EQ(grid.size(), 3u);
+  const std::vector<Cuboid> cuboids = grid.cuboids();
+  ASSERT_EQ(cuboids.size(), 3u);
+  EXPECT_TRUE(cuboids[0].center.isApprox(Vector3(-0.25, 0.25, -0.25)));
+  EXPECT_TRUE(cuboids[0].size.isApprox(Vector3::Constant(0.5)));
+  EXPECT_EQ(cuboids[0].state, CellState::Occupied);
+}
+
+TEST(StandardGrid, AgreesWithASetOfCells) {
+  Random random(3);
+  StandardGrid grid(0.1);
+  std::set<std::tuple<int, int, int>> expected;
+  for (int frame = 0; frame < 4; ++frame) {
+    std::vector<Vector3> points;
+    for (int i = 0; i < 5000; ++i) {
+      points.emplace_back(random.uniform(-2, 2), random.uniform(-2, 2), random.uniform(-1, 1));
+      expected.emplace(static_cast<int>(std::floor(points.back().z() / 0.1)),
+                       static_cast<int>(std::floor(points.back().y() / 0.1)),
+                       static_cast<int>(std::floor(points.back().x() / 0.1)));
+    }
+    grid.insert(points);
+  }
+  std::vector<GridCell> cells;
+  for (const auto& [z, y, x] : expected) cells.push_back({x, y, z});
+  EXPECT_EQ(grid.cells(), cells);
+}
+
+TEST(StandardGrid, OrderOfPointsAndFramesDoesNotMatter) {
+  Random random(4);
+  std::vector<Vector3> points;
+  for (int i = 0; i < 2000; ++i)
+    points.emplace_back(random.uniform(-3, 3), random.uniform(-3, 3), random.uniform(0, 2));
+  StandardGrid forwards(0.2);
+  StandardGrid backwards(0.2);
+  forwards.insert(points);
+  backwards.insert({points.rbegin(), points.rend()});
+  EXPECT_EQ(forwards.cells(), backwards.cells());
+  EXPECT_EQ(forwards.memoryBytes(), backwards.memoryBytes());
+}
+
+TEST(StandardGrid, FewPointsOfOneFrameMakeNoCell) {
+  StandardGrid grid(1.0, 3);
+  grid.insert({{0.1, 0.1, 0.1}, {0.2, 0.2, 0.2}, {5.1, 0.0, 0.0}, {5.2, 0.0, 0.0}, {5.3, 0, 0}});
+  const std::vector<GridCell> one = {{5, 0, 0}};
+  EXPECT_EQ(grid.cells(), one);
+  grid.insert({{0.3, 0.3, 0.3}, {0.2, 0.2, 0.2}});  // four in two frames are not three in one
+  EXPECT_EQ(grid.cells(), one);
+  grid.insert({{0.3, 0.3, 0.3}, {0.2, 0.2, 0.2}, {0.9, 0.9, 0.9}});
+  EXPECT_EQ(grid.size(), 2u);
+}
+
+TEST(StandardGrid, EachFrameAddsOneHitUpToTheClamp) {
+  StandardGrid grid(1.0);
+  EXPECT_EQ(grid.occupancy({0, 0, 0}), 0.5);
+  grid.insert({{0.5, 0.5, 0.5}, {0.6, 0.5, 0.5}});
+  EXPECT_NEAR(grid.occupancy({0, 0, 0}), 0.7, 1e-3);  // log-odds .85, OctoMap's hit
+  for (int i = 0; i < 9; ++i) grid.insert({{0.5, 0.5, 0.5}});
+  EXPECT_NEAR(grid.occupancy({0, 0, 0}), 0.971, 1e-3);
+  EXPECT_EQ(grid.occupancy({1, 0, 0}), 0.5);
+  EXPECT_EQ(grid.occupancy({1 << 30, 0, 0}), 0.5);
+}
+
+TEST(StandardGrid, PointsBeyondTheLatticeAreDropped) {
+  StandardGrid grid(0.1);
+  grid.insert({{kNan, 0, 0}, {0, kInfinity, 0}, {0, 0, -1e300}, {1e6, 0, 0}, {1e5, 0, 0}});
+  EXPECT_EQ(grid.droppedPoints(), 4u);
+  const std::vector<GridCell> expected = {{1000000, 0, 0}};
+  EXPECT_EQ(grid.cells(), expected);
+}
+
+TEST(StandardGrid, IsEmptyWithoutPoints) {
+  StandardGrid grid(0.1);
+  grid.insert({});
+  EXPECT_EQ(grid.size(), 0u);
+  EXPECT_TRUE(grid.cells().empty());
+  EXPECT_TRUE(grid.cuboids().empty());
+  EXPECT_EQ(grid.memoryBytes(), 0u);
+  EXPECT_EQ(grid.fileBytes(), 36u);
+}
+
+TEST(StandardGrid, MemoryIsTwelveBytesASlot) {
+  StandardGrid grid(1.0);
+  std::vector<Vector3> points;
+  for (int i = 0; i < 1000; ++i) points.emplace_back(i + 0.5, 0.5, 0.5);
+  grid.insert(points);
+  // A power of two of slots, at most three quarters of them taken: 2048 for 1000 cells.
+  EXPECT_EQ(grid.memoryBytes(), 2048u * 12u);
+}
+
+TEST(StandardGrid, FileTakesTheBitsOfTheBoundingBox) {
+  StandardGrid grid(1.0);
+  // 4 x 3 x 2 = 24 places, 5 bits each; three cells are 15 bits, two bytes.
+  grid.insert({{10.5, 20.5, 30.5}, {13.5, 22.5, 31.5}, {11.5, 20.5, 30.5}});
+  EXPECT_EQ(grid.fileBytes(), 36u + 2u);
+  StandardGrid one(1.0);
+  one.insert({{0.5, 0.5, 0.5}});
+  EXPECT_EQ(one.fileBytes(), 36u);
+}
+
+TEST(StandardGrid, RefusesBadParameters) {
+  EXPECT_THROW(StandardGrid(0.0), ParameterError);
+  EXPECT_THROW(StandardGrid(-1.0), ParameterError);
+  EXPECT_THROW(StandardGrid{kNan}, ParameterError);
+  EXPECT_THROW(StandardGrid{kInfinity}, ParameterError);
+  EXPECT_THROW(StandardGrid(0.1, 0), ParameterError);
+}
+
+}  // namespace
+}  // namespace evaluation
+}  // namespace planar_mapping

@@ -1,0 +1,231 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/evaluation/surface_truth.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/random.h"
+
+namespace planar_mapping {
+namespace evaluation {
+namespace {
+
+SceneObject solid(Shape shape, const Vector3& center, const Vector3& size) {
+  SceneObject object;
+  object.name = "solid";
+  object.shape = shape;
+  object.T_world_object.translation() = center;
+  object.size = size;
+  return object;
+}
+
+Scene sceneOf(const std::vector<SceneObject>& objects) {
+  Scene scene;
+  scene.objects = objects;
+  return scene;
+}
+
+/// Looks along +x of the world from the given place; x of the image is -y of the world.
+Pose lookAlongX(const Vector3& position) {
+  Pose pose = Pose::Identity();
+  pose.linear().col(0) = -Vector3::UnitY();
+  pose.linear().col(1) = -Vector3::UnitZ();
+  pose.linear().col(2) = Vector3::UnitX();
+  pose.translation() = position;
+  return pose;
+}
+
+PinholeCamera smallCamera() {
+  PinholeCamera camera;
+  camera.width = 160;
+  camera.height = 120;
+  camera.fx = camera.fy = 125.0;
+  camera.cx = 79.5;
+  camera.cy = 59.5;
+  return camera;
+}
+
+TEST(SurfaceTruth, DistanceToABoxByHand) {
+  const SurfaceTruth truth(sceneOf({solid(Shape::Box, {1, 0, 0}, {2, 4, 6})}));
+  EXPECT_NEAR(truth.distance({2.5, 0, 0}), 0.5, 1e-12);      // before a face
+  EXPECT_NEAR(truth.distance({2.3, 2.4, 0}), 0.5, 1e-12);    // an edge
+  EXPECT_NEAR(truth.distance({3.0, 4.0, 5.0}), 3.0, 1e-12);  // a corner: 1, 2, 2
+  EXPECT_NEAR(truth.distance({1.0, 0, 0}), 1.0, 1e-12);      // its centre
+  EXPECT_NEAR(truth.distance({1.0, 1.9, 0}), 0.1, 1e-12);    // inside, near +y
+  EXPECT_NEAR(truth.distance({2.0, 2.0, 3.0}), 0.0, 1e-12);  // on a corner
+}
+
+TEST(SurfaceTruth, DistanceToACylinderByHand) {
+  // Radius 1, from z = -2 to 2.
+  const SurfaceTruth truth(sceneOf({solid(Shape::Cylinder, {0, 0, 0}, {2, 2, 4})}));
+  EXPECT_NEAR(truth.distance({3, 4, 0}), 4.0, 1e-12);        // before its side
+  EXPECT_NEAR(truth.distance({0.3, 0.4, 2.5}), 0.5, 1e-12);  // above its end
+  EXPECT_NEAR(truth.distance({0, 4, 6}), 5.0, 1e-12);        // its rim: 3 and 4
+  EXPECT_NEAR(truth.distance({0.6, 0, 0.5}), 0.4, 1e-12);    // inside, near the side
+  EXPECT_NEAR(truth.distance({0, 0, -1.8}), 0.2, 1e-12);     // inside, near an end
+}
+
+TEST(SurfaceTruth, DistanceToASphereByHand) {
+  const SurfaceTruth truth(sceneOf({solid(Shape::Sphere, {1, 2, 3}, {2, 2, 2})}));
+  EXPECT_NEAR(truth.distance({1, 2, 8}), 4.0, 1e-12);
+  EXPECT_NEAR(truth.distance({1, 2, 3}), 1.0, 1e-12);
+  EXPECT_NEAR(truth.distance({1, 2, 3.25}), 0.75, 1e-12);
+}
+
+TEST(SurfaceTruth, TurnedSolidsAreMeasuredInTheirOwnFrame) {
+  SceneObject box = solid(Shape::Box, {1, 1, 0}, {2, 0.2, 2});
+  box.T_world_object.linear() = Eigen::AngleAxisd(M_PI / 4, Vector3::UnitZ()).toRotationMatrix();
+  const SurfaceTruth truth(sceneOf({box}));
+  // The box's thin axis is (-1, 1, 0) / sqrt(2).
+  EXPECT_NEAR(truth.distance({0.0, 2.0, 0.0}), std::sqrt(2.0) - 0.1, 1e-12);
+  EXPECT_NEAR(truth.distance({1.0, 1.0, 0.0}), 0.1, 1e-12);
+}
+
+TEST(SurfaceTruth, AgreesWithPointsSampledOnTheSurface) {
+  Random random(4);
+  std::vector<SceneObject> objects;
+  for (const Shape shape : {Shape::Box, Shape::Cylinder, Shape::Sphere}) {
+    SceneObject object = solid(shape, {random.uniform(-1, 1), random.uniform(-1, 1), 0},
+                               shape == Shape::Sphere ? Vector3(1, 1, 1) : Vector3(0.8, 0.8, 1.4));
+    object.T_world_object.linear() =
+        Quaternion(random.normal(), random.normal(), random.normal(), random.normal())
+            .normalized()
+            .toRotationMatrix();
+    objects.push_back(object);
+  }
+  for (const SceneObject& object : objects) {
+    // Rays at the solid from all sides meet its surface at points that are nowhere inside.
+    std::vector<Vector3> surface;
+    while (surface.size() < 4000) {
+      const Vector3 from =
+          5.0 * Vector3(random.normal(), random.normal(), random.normal()).normalized();
+      const Vector3 at(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+      double t = 0.0;
+      int face = 0;
+      const Vector3 origin = object.T_world_object.translation() + from;
+      const Vector3 direction = object.T_world_object.translation() + at - origin;
+      if (intersect(object, origin, direction, t, face)) surface.push_back(origin + t * direction);
+    }
+    const SurfaceTruth truth(sceneOf({object}));
+    for (const Vector3& point : surface) ASSERT_NEAR(truth.distance(point), 0.0, 1e-9);
+    for (int i = 0; i < 50; ++i) {
+      const Vector3 p =
+          object.T_world_object.translation() +
+          Vector3(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+      double nearest = 1e9;
+      for (const Vector3& point : surface) nearest = std::min(nearest, (point - p).norm());
+      EXPECT_LE(truth.distance(p), nearest + 1e-9);
+      EXPECT_GT(truth.distance(p), nearest - 0.12);  // samples are about 4 cm apart
+    }
+  }
+}
+
+TEST(SurfaceTruth, NearIsTheSameAsALittleDistance) {
+  Random random(9);
+  const SurfaceTruth truth(makeScene("corridor", 4));
+  int near = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const Vector3 p(random.uniform(-3, 18), random.uniform(-4, 4), random.uniform(-0.5, 3));
+    for (const double margin : {0.0, 0.1, 0.5}) {
+      ASSERT_EQ(truth.isNear(p, margin), truth.distance(p) <= margin);
+      near += truth.isNear(p, margin) ? 1 : 0;
+    }
+  }
+  EXPECT_GT(near, 1000);
+}
+
+TEST(SurfaceTruth, SolidsCountOnlyInTheFramesInWhichTheyAreThere) {
+  SceneObject early = solid(Shape::Sphere, {0, 0, 0}, {2, 2, 2});
+  early.last_frame = 4;
+  SceneObject late = solid(Shape::Sphere, {10, 0, 0}, {2, 2, 2});
+  late.first_frame = 5;
+  const Scene scene = sceneOf({early, late});
+  EXPECT_NEAR(SurfaceTruth(scene).distance({10, 0, 0}), 1.0, 1e-12);
+  EXPECT_NEAR(SurfaceTruth(scene, 0, 4).distance({10, 0, 0}), 9.0, 1e-12);
+  EXPECT_NEAR(SurfaceTruth(scene, 5, 9).distance({0, 0, 0}), 9.0, 1e-12);
+  EXPECT_NEAR(SurfaceTruth(scene, 4, 5).distance({0, 0, 0}), 1.0, 1e-12);
+  EXPECT_THROW(SurfaceTruth(scene, 5, 4), InputError);
+}
+
+TEST(SurfaceTruth, WithoutSolidsEverythingIsInfinitelyFar) {
+  const SurfaceTruth truth{Scene()};
+  EXPECT_EQ(truth.distance({0, 0, 0}), std::numeric_limits<double>::infinity());
+  EXPECT_FALSE(truth.isNear({0, 0, 0}, 1e9));
+  EXPECT_TRUE(truth.visibleCells(0.1).empty());
+}
+
+TEST(SurfaceTruth, VisibleCellsOfAWallAreWhatTheImageShows) {
+  // A wall with its face at x = 2 seen from 2 m: 160 x 120 pixels at f = 125 see 2.544 x 1.904 m
+  // of it between the outermost pixel centres: y from -1.272 to 1.272, z from 0.048 to 1.952.
+  const Scene scene = sceneOf({solid(Shape::Box, {2.5, 0, 1}, {1, 10, 10})});
+  SurfaceTruth truth(scene);
+  const Pose pose = lookAlongX({0, 0, 1});
+  VisibleSurfaceParams params;
+  params.ground_height = 0.0;
+  truth.addView(render(scene, smallCamera(), pose), pose, params);
+  const std::vector<VisibleCell> cells = truth.visibleCells(0.5);
+  // One layer of cells, behind the face: rows -3 to 2 of y, 0 to 3 of z.
+  ASSERT_EQ(cells.size(), 6u * 4u);
+  std::size_t pixels = 0;
+  for (const VisibleCell& cell : cells) {
+    EXPECT_EQ(cell.cell.x, 4);
+    EXPECT_NEAR(cell.point.x(), 2.0, 2e-4);
+    EXPECT_NEAR(truth.distance(cell.point), 0.0, 2e-4);
+    pixels += cell.pixels;
+  }
+  EXPECT_EQ(pixels, 160u * 120u);
+  EXPECT_TRUE(std::is_sorted(cells.begin(), cells.end(),
+                             [](const auto& a, const auto& b) { return a.cell < b.cell; }));
+  // A second look at the same adds pixels, no cells.
+  truth.addView(render(scene, smallCamera(), pose), pose, params);
+  EXPECT_EQ(truth.visibleCells(0.5).size(), cells.size());
+}
+
+TEST(SurfaceTruth, GroundAndWhatIsFarAreNotVisible) {
+  const Scene scene = sceneOf({solid(Shape::Box, {10, 0, -0.5}, {40, 40, 1}),
+                               solid(Shape::Box, {2.5, 0, 1}, {1, 0.5, 2}),
+                               solid(Shape::Box, {9.5, 0, 1}, {1, 20, 2})});
+  const Pose pose = lookAlongX({0, 0, 0.4});
+  SurfaceTruth truth(scene);
+  VisibleSurfaceParams params;
+  params.max_range = 5.0;
+  truth.addView(render(scene, smallCamera(), pose), pose, params);
+  ASSERT_FALSE(truth.visiblePoints().empty());
+  for (const Vector3& point : truth.visiblePoints()) {
+    EXPECT_GT(point.z(), 0.05);
+    EXPECT_NEAR(point.x(), 2.0, 2e-4);
+  }
+  params.max_range = 0.0;
+  EXPECT_THROW(truth.addView(render(scene, smallCamera(), pose), pose, params), ParameterError);
+  EXPECT_THROW(truth.visibleCells(0.0), ParameterError);
+}
+
+TEST(SurfaceTruth, GrazedSurfaceCanBeLeftOut) {
+  // A wall along the line of sight, 1 m to the left: the cosine falls below 0.3 beyond 3.2 m.
+  const Scene scene = sceneOf({solid(Shape::Box, {10, 1.5, 1}, {30, 1, 4})});
+  const Pose pose = lookAlongX({0, 0, 1});
+  SurfaceTruth truth(scene);
+  VisibleSurfaceParams params;
+  params.min_incidence = 0.3;
+  truth.addView(render(scene, smallCamera(), pose), pose, params);
+  double farthest = 0.0;
+  for (const Vector3& point : truth.visiblePoints()) farthest = std::max(farthest, point.x());
+  EXPECT_GT(farthest, 2.9);
+  EXPECT_LT(farthest, std::sqrt(1.0 / 0.09 - 1.0) + 1e-3);
+}
+
+TEST(SurfaceTruth, RefusesSolidsWithoutPlaceOrSize) {
+  EXPECT_THROW(SurfaceTruth(sceneOf({solid(Shape::Box, {0, 0, 0}, {1, -1, 1})})), InputError);
+  EXPECT_THROW(SurfaceTruth(sceneOf({solid(
+                   Shape::Box, {std::numeric_limits<double>::quiet_NaN(), 0, 0}, {1, 1, 1})})),
+               InputError);
+}
+
+}  // namespace
+}  // namespace evaluation
+}  // namespace planar_mapping
