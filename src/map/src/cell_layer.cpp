@@ -42,17 +42,17 @@ void CellLayer::markDirty(const Int3& block, std::uint32_t frame) {
   region.frame = frame;
 }
 
-std::size_t CellLayer::rebuild(const CuboidApproximationParams& params,
-                               const std::vector<StoredPose>& trajectory) {
-  std::size_t rebuilt = 0;
+std::size_t CellLayer::tidy(std::uint32_t revision) {
+  std::size_t changed = 0;
   std::size_t stale = 0;
   bool any_empty = false;
-  std::vector<NonPlanarCell> cells;
   for (std::size_t r = 0; r < regions.size(); ++r) {
     Region& region = regions.value(r);
     if (!region.dirty) continue;
     region.dirty = false;
-    ++rebuilt;
+    region.revision = revision;
+    region.occupied = false;
+    ++changed;
     // In the order of the keys: a reloaded map must give the same cuboids.
     std::sort(region.blocks.begin(), region.blocks.end());
     region.blocks.erase(std::unique(region.blocks.begin(), region.blocks.end()),
@@ -61,55 +61,55 @@ std::size_t CellLayer::rebuild(const CuboidApproximationParams& params,
         std::remove_if(region.blocks.begin(), region.blocks.end(),
                        [&](std::uint64_t key) { return blocks.find(key) == nullptr; }),
         region.blocks.end());
-    cells.clear();
     for (const std::uint64_t key : region.blocks) {
-      const CellBlock* found = blocks.find(key);
-      if (found == nullptr) continue;
-      const CellBlock& block = *found;
-      stale += block.occupied() == 0 ? 1 : 0;
-      for (std::uint64_t bits = block.occupied(); bits != 0; bits &= bits - 1) {
-        const int bit = __builtin_ctzll(bits);
-        const Int3 c = cellOf(unpackKey(key), bit);
-        NonPlanarCell cell;
-        cell.x = c.x;
-        cell.y = c.y;
-        cell.z = c.z;
-        Vector3 within(0.5, 0.5, 0.5);
-        if (block.hasMeans()) {
-          const CellBlock::Mean& m = block.mean(static_cast<std::size_t>(bit));
-          within = Vector3(m[0] + 0.5, m[1] + 0.5, m[2] + 0.5) / 256.0;
-        }
-        cell.mean = params.resolution * (Vector3(c.x, c.y, c.z) + within);
-        cell.weight = static_cast<float>(params.min_points_per_cell);  // it passed that test
-        if (!block.hasMeans()) cell.octants = block.octants(static_cast<std::size_t>(bit));
-        cell.probability = beliefOf(block.belief(static_cast<std::size_t>(bit)));
-        cells.push_back(cell);
-      }
+      const bool occupied = blocks.find(key)->occupied() != 0;
+      stale += occupied ? 0 : 1;
+      region.occupied |= occupied;
     }
-    region.cuboids.clear();
-    if (cells.empty()) {
-      any_empty = true;
-      continue;
-    }
-    const Vector3 sensor = region.frame < trajectory.size() ? trajectory[region.frame].sensor()
-                                                            : Vector3(Vector3::Zero());
-    region.cuboids = cuboidsOfCells(cells, params, sensor);
+    any_empty |= !region.occupied;
   }
   // Blocks that lost their last cell go when they are worth the walk over all others.
   constexpr std::size_t kShare = 16;
   if (any_empty || stale > blocks.size() / kShare) {
-    regions.removeIf([](std::uint64_t, const Region& region) { return region.cuboids.empty(); });
+    regions.removeIf([](std::uint64_t, const Region& region) { return !region.occupied; });
     blocks.removeIf([](std::uint64_t, const CellBlock& block) { return block.occupied() == 0; });
   }
-  return rebuilt;
+  return changed;
+}
+
+std::vector<NonPlanarCell> CellLayer::cellsOf(const Region& region,
+                                              const CuboidApproximationParams& params) const {
+  std::vector<NonPlanarCell> cells;
+  for (const std::uint64_t key : region.blocks) {
+    const CellBlock* block = blocks.find(key);
+    if (block == nullptr) continue;
+    for (std::uint64_t bits = block->occupied(); bits != 0; bits &= bits - 1) {
+      const auto bit = static_cast<std::size_t>(__builtin_ctzll(bits));
+      const Int3 c = cellOf(unpackKey(key), static_cast<int>(bit));
+      NonPlanarCell cell;
+      cell.x = c.x;
+      cell.y = c.y;
+      cell.z = c.z;
+      Vector3 within(0.5, 0.5, 0.5);
+      if (block->hasMeans()) {
+        const CellBlock::Mean& m = block->mean(bit);
+        within = Vector3(m[0] + 0.5, m[1] + 0.5, m[2] + 0.5) / 256.0;
+      }
+      cell.mean = params.resolution * (Vector3(c.x, c.y, c.z) + within);
+      cell.weight = static_cast<float>(params.min_points_per_cell);  // it passed that test
+      if (!block->hasMeans()) cell.octants = block->octants(bit);
+      cell.probability = beliefOf(block->belief(bit));
+      cells.push_back(cell);
+    }
+  }
+  return cells;
 }
 
 std::size_t CellLayer::memoryBytes() const {
   std::size_t bytes = blocks.memoryBytes() + regions.memoryBytes();
   for (std::size_t i = 0; i < blocks.size(); ++i) bytes += blocks.value(i).memoryBytes();
   for (std::size_t r = 0; r < regions.size(); ++r) {
-    bytes += regions.value(r).cuboids.capacity() * sizeof(Cuboid) +
-             regions.value(r).blocks.capacity() * sizeof(std::uint64_t);
+    bytes += regions.value(r).blocks.capacity() * sizeof(std::uint64_t);
   }
   return bytes;
 }

@@ -62,18 +62,19 @@ struct BlockHits {
   std::uint32_t last_candidate = 0;
 };
 
-/// Cells of the world grid that hold what lies on no plane, and the cuboids made of them.
+/// Cells of the world grid that hold what lies on no plane.
 class CellLayer {
  public:
   KeyMap<CellBlock> blocks;  ///< by cell >> 2
 
-  /// A cube of kRegionCells^3 cells is rebuilt as a whole; regions are laid out so that the sensor
-  /// of the first frame is in the middle of one.
+  /// Cuboids are made of a cube of kRegionCells^3 cells as a whole; regions are laid out so that
+  /// the sensor of the first frame is in the middle of one.
   struct Region {
-    std::vector<Cuboid> cuboids;
-    std::vector<std::uint64_t> blocks;  ///< keys, unordered, possibly stale or repeated
+    std::vector<std::uint64_t> blocks;  ///< keys; ascending and without repetition after tidy()
     std::uint32_t frame = 0;  ///< the last one that changed it: leaves extend away from its sensor
-    bool dirty = true;
+    std::uint32_t revision = 0;  ///< number of frames in the map when it changed last
+    bool dirty = true;           ///< changed since
+    bool occupied = false;       ///< holds a cell; known after tidy()
   };
   KeyMap<Region> regions;
   Int3 anchor;  ///< first cell of region (0, 0, 0); multiples of 4
@@ -88,9 +89,11 @@ class CellLayer {
   /// The block, which is added if it is new.
   CellBlock& blockAt(const Int3& block);
   void markDirty(const Int3& block, std::uint32_t frame);
-  /// Rebuilds the dirty regions.
-  std::size_t rebuild(const CuboidApproximationParams& params,
-                      const std::vector<StoredPose>& trajectory);
+  /// Stamps the dirty regions and forgets empty ones. \return how many were dirty
+  std::size_t tidy(std::uint32_t revision);
+  /// The cells of a region in the order of its blocks.
+  std::vector<NonPlanarCell> cellsOf(const Region& region,
+                                     const CuboidApproximationParams& params) const;
   std::size_t memoryBytes() const;
 };
 

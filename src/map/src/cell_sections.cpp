@@ -58,7 +58,7 @@ void writeCells(const MapData& map, ByteWriter& out) {
   for (const std::uint8_t m : map.isCompact() ? octants : means) out.u8(m);
   std::vector<std::uint64_t> regions;
   for (std::size_t r = 0; r < cells.regions.size(); ++r) {
-    if (!cells.regions.value(r).cuboids.empty()) regions.push_back(cells.regions.key(r));
+    if (cells.regions.value(r).occupied) regions.push_back(cells.regions.key(r));
   }
   std::sort(regions.begin(), regions.end());
   for (const std::uint64_t key : regions) out.varint(cells.regions.find(key)->frame);

@@ -47,7 +47,7 @@ struct MapData {
   bool isCompact() const { return params.approximation.profile == Profile::Compact; }
 };
 
-/// Rebuilds the cuboids of what was touched.
-void rebuildCuboids(MapData& map, FrameUpdate& update);
+/// Stamps what was touched, for those who derive cuboids from it, and forgets what is empty.
+void tidyMap(MapData& map, FrameUpdate& update);
 
 }  // namespace planar_mapping::detail

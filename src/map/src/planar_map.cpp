@@ -83,7 +83,7 @@ FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
     }
   }
   detail::mergePlanes(map, frame);
-  detail::rebuildCuboids(map, frame.update);
+  detail::tidyMap(map, frame.update);
   return frame.update;
 }
 
@@ -93,26 +93,21 @@ void PlanarMap::clear() {
   impl_->data.params = params;
 }
 
+const detail::Compaction& PlanarMap::Impl::compacted() const {
+  if (!cache.counted.load(std::memory_order_relaxed)) {
+    cache.compaction.update(data);
+    cache.counted.store(true, std::memory_order_release);
+  }
+  return cache.compaction;
+}
+
 const PlanarMap::Impl::Cache& PlanarMap::Impl::derived() const {
   if (cache.ready.load(std::memory_order_acquire)) return cache;
   const std::lock_guard<std::mutex> lock(cache.mutex);
   if (cache.ready.load(std::memory_order_relaxed)) return cache;
-  cache.cuboids.clear();
+  cache.cuboids = compacted().cuboids(data);
   cache.planes.clear();
-  // Patches and regions by key: their order in the hash is that of insertion.
-  const auto append = [&](const auto& parts) {
-    std::vector<std::uint64_t> keys = parts.keys();
-    std::sort(keys.begin(), keys.end());
-    for (const std::uint64_t key : keys) {
-      const std::vector<Cuboid>& part = parts.find(key)->cuboids;
-      cache.cuboids.insert(cache.cuboids.end(), part.begin(), part.end());
-    }
-  };
-  for (const detail::PlaneLayer& layer : data.planes) {
-    cache.planes.push_back(layer.info);
-    append(layer.patches);
-  }
-  append(data.cells.regions);
+  for (const detail::PlaneLayer& layer : data.planes) cache.planes.push_back(layer.info);
   cache.index.build(cache.cuboids);
   cache.ready.store(true, std::memory_order_release);
   return cache;
@@ -139,13 +134,8 @@ const std::vector<Cuboid>& PlanarMap::cuboids() const {
   return impl_->derived().cuboids;
 }
 std::size_t PlanarMap::cuboidCount() const {
-  std::size_t count = 0;
-  const auto add = [&](const auto& parts) {
-    for (std::size_t i = 0; i < parts.size(); ++i) count += parts.value(i).cuboids.size();
-  };
-  for (const detail::PlaneLayer& layer : impl_->data.planes) add(layer.patches);
-  add(impl_->data.cells.regions);
-  return count;
+  const std::lock_guard<std::mutex> lock(impl_->cache.mutex);
+  return impl_->compacted().count();
 }
 const std::vector<MapPlane>& PlanarMap::planes() const {
   return impl_->derived().planes;
@@ -253,6 +243,7 @@ std::size_t PlanarMap::memoryBytes() const {
   return bytes + cache.cuboids.capacity() * sizeof(Cuboid) +
          cache.planes.capacity() * sizeof(MapPlane) +
          cache.trajectory.capacity() * sizeof(cache.trajectory[0]) + cache.index.memoryBytes() +
+         cache.compaction.memoryBytes() +
          cache.unknown.memoryBytes();
 }
 

@@ -6,6 +6,7 @@
 #include <mutex>
 #include <vector>
 
+#include "compaction.h"
 #include "cuboid_index.h"
 #include "map_data.h"
 
@@ -17,6 +18,8 @@ struct PlanarMap::Impl {
   /// What const functions derive from the data at the first call after a change. Not copied.
   struct Cache {
     std::mutex mutex;
+    std::atomic<bool> counted{false};  ///< is the compaction up to date?
+    detail::Compaction compaction;
     std::atomic<bool> ready{false};
     std::vector<Cuboid> cuboids;
     std::vector<MapPlane> planes;
@@ -32,10 +35,13 @@ struct PlanarMap::Impl {
   Impl() = default;
   Impl(const Impl& other) : data(other.data) {}
 
+  /// The compaction; the lock of the cache is held.
+  const detail::Compaction& compacted() const;
   const Cache& derived() const;
   /// derived() with the unknown cells.
   const Cache& derivedUnknown() const;
   void changed() {
+    cache.counted.store(false, std::memory_order_release);
     cache.ready.store(false, std::memory_order_release);
     cache.unknown_ready.store(false, std::memory_order_release);
   }

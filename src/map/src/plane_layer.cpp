@@ -22,51 +22,6 @@ std::uint64_t tileRectangle(std::int32_t low_a, std::int32_t low_b, std::int32_t
   return bits;
 }
 
-/// The tiles of a patch as they are to be approximated: together, or where almost all of their
-/// window is empty, each group of tiles that touch on its own. Empty cells cost time too, so that
-/// this bounds the time by the number of tiles.
-std::vector<std::vector<PlacedTile>> islandsOf(const std::vector<PlacedTile>& tiles) {
-  constexpr std::size_t kSparse = 16;  // tiles of the window for each that holds a cell
-  if (tiles.empty()) return {};
-  PlacedTile low = tiles.front();
-  PlacedTile high = tiles.front();
-  for (const PlacedTile& t : tiles) {
-    low.a = std::min(low.a, t.a);
-    low.b = std::min(low.b, t.b);
-    high.a = std::max(high.a, t.a);
-    high.b = std::max(high.b, t.b);
-  }
-  const std::int32_t width = high.a - low.a + 1;
-  const std::int32_t height = high.b - low.b + 1;
-  if (static_cast<std::size_t>(width) * height <= kSparse * tiles.size()) return {tiles};
-
-  std::vector<const RasterTile*> at(static_cast<std::size_t>(width) * height, nullptr);
-  const auto place = [&](std::int32_t a, std::int32_t b) -> const RasterTile*& {
-    return at[static_cast<std::size_t>(b - low.b) * width + static_cast<std::size_t>(a - low.a)];
-  };
-  for (const PlacedTile& t : tiles) place(t.a, t.b) = t.tile;
-  std::vector<std::vector<PlacedTile>> islands;
-  for (std::int32_t b = low.b; b <= high.b; ++b) {
-    for (std::int32_t a = low.a; a <= high.a; ++a) {
-      if (place(a, b) == nullptr) continue;
-      std::vector<PlacedTile> island{{a, b, std::exchange(place(a, b), nullptr)}};
-      for (std::size_t i = 0; i < island.size(); ++i) {
-        const PlacedTile from = island[i];
-        for (std::int32_t nb = std::max(from.b - 1, low.b); nb <= std::min(from.b + 1, high.b);
-             ++nb) {
-          for (std::int32_t na = std::max(from.a - 1, low.a); na <= std::min(from.a + 1, high.a);
-               ++na) {
-            if (place(na, nb) == nullptr) continue;
-            island.push_back({na, nb, std::exchange(place(na, nb), nullptr)});
-          }
-        }
-      }
-      islands.push_back(std::move(island));
-    }
-  }
-  return islands;
-}
-
 }  // namespace
 
 PlaneMoments symmetric(const PlaneMoments& moments) {
@@ -185,111 +140,70 @@ void PlaneLayer::setCell(std::int32_t a, std::int32_t b, std::uint8_t belief) {
   markDirty(a >> 3, b >> 3);
 }
 
-std::vector<PlaneLayer::Members> PlaneLayer::dirtyMembers() const {
-  std::vector<Members> all;
-  std::vector<std::size_t> place(patches.size(), KeyMap<PlanePatch>::kNone);
-  for (std::size_t p = 0; p < patches.size(); ++p) {
-    if (!patches.value(p).dirty) continue;
-    place[p] = all.size();
-    all.push_back({p, {}});
-  }
-  if (tiles.size() <= all.size() * kPatchTiles * kPatchTiles) {
+std::vector<std::vector<PlacedTile>> PlaneLayer::tilesOf(
+    const std::vector<std::size_t>& positions) const {
+  std::vector<std::vector<PlacedTile>> all(positions.size());
+  if (tiles.size() <= positions.size() * kPatchTiles * kPatchTiles) {
+    std::vector<std::size_t> place(patches.size(), KeyMap<PlanePatch>::kNone);
+    for (std::size_t i = 0; i < positions.size(); ++i) place[positions[i]] = i;
     for (std::size_t i = 0; i < tiles.size(); ++i) {
       if (tiles.value(i).occupied() == 0) continue;
       std::int32_t ta = 0, tb = 0;
       unpackKey(tiles.key(i), ta, tb);
       const std::size_t p = patches.indexOf(patchKey(ta, tb));
       if (p == KeyMap<PlanePatch>::kNone || place[p] == KeyMap<PlanePatch>::kNone) continue;
-      all[place[p]].tiles.push_back({ta, tb, &tiles.value(i)});
+      all[place[p]].push_back({ta, tb, &tiles.value(i)});
     }
     return all;
   }
-  for (Members& members : all) {
+  for (std::size_t i = 0; i < positions.size(); ++i) {
     std::int32_t pa = 0, pb = 0;
-    unpackKey(patches.key(members.patch), pa, pb);
+    unpackKey(patches.key(positions[i]), pa, pb);
     const std::int32_t first_a = anchor_a / 8 + pa * kPatchTiles;
     const std::int32_t first_b = anchor_b / 8 + pb * kPatchTiles;
     for (std::int32_t tb = first_b; tb < first_b + kPatchTiles; ++tb) {
       for (std::int32_t ta = first_a; ta < first_a + kPatchTiles; ++ta) {
         const RasterTile* tile = tiles.find(packKey(ta, tb));
-        if (tile != nullptr && tile->occupied() != 0) members.tiles.push_back({ta, tb, tile});
+        if (tile != nullptr && tile->occupied() != 0) all[i].push_back({ta, tb, tile});
       }
     }
   }
   return all;
 }
 
-std::vector<Cuboid> PlaneLayer::cuboidsOf(const std::vector<PlacedTile>& members,
-                                          const CuboidApproximationParams& params) const {
-  // The window is tight to the cells: the paper's first unit is the bounding rectangle.
-  std::int32_t low_a = kLatticeLimit, low_b = kLatticeLimit;
-  std::int32_t high_a = -kLatticeLimit, high_b = -kLatticeLimit;
-  for (const PlacedTile& t : members) {
-    for (std::uint64_t bits = t.tile->occupied(); bits != 0; bits &= bits - 1) {
-      const int bit = __builtin_ctzll(bits);
-      low_a = std::min(low_a, 8 * t.a + (bit & 7));
-      high_a = std::max(high_a, 8 * t.a + (bit & 7));
-      low_b = std::min(low_b, 8 * t.b + (bit >> 3));
-      high_b = std::max(high_b, 8 * t.b + (bit >> 3));
-    }
-  }
-  CellMask mask;
-  mask.a0 = low_a;
-  mask.b0 = low_b;
-  mask.width = high_a - low_a + 1;
-  mask.height = high_b - low_b + 1;
-  mask.cells.assign(static_cast<std::size_t>(mask.width) * mask.height, 0);
-  const bool certain = std::all_of(members.begin(), members.end(), [](const PlacedTile& t) {
-    for (std::uint64_t bits = t.tile->occupied(); bits != 0; bits &= bits - 1) {
-      if (t.tile->belief(static_cast<std::size_t>(__builtin_ctzll(bits))) != 255) return false;
-    }
-    return true;
-  });
-  std::vector<float> probability(certain ? 0 : mask.cells.size(), 1.0f);
-  for (const PlacedTile& t : members) {
-    for (std::uint64_t bits = t.tile->occupied(); bits != 0; bits &= bits - 1) {
-      const int bit = __builtin_ctzll(bits);
-      const std::size_t cell = static_cast<std::size_t>(8 * t.b + (bit >> 3) - low_b) * mask.width +
-                               static_cast<std::size_t>(8 * t.a + (bit & 7) - low_a);
-      mask.cells[cell] = 1;
-      if (!certain) probability[cell] = beliefOf(t.tile->belief(static_cast<std::size_t>(bit)));
-    }
-  }
-  return cuboidsOfPlane(frame, mask, probability, info.id, params);
-}
-
-std::size_t PlaneLayer::rebuild(const CuboidApproximationParams& params) {
-  std::size_t rebuilt = 0;
-  bool any_empty = false;
-  for (const Members& members : dirtyMembers()) {
-    PlanePatch& patch = patches.value(members.patch);
+std::size_t PlaneLayer::tidy(std::uint32_t revision) {
+  std::vector<std::size_t> dirty;
+  for (std::size_t p = 0; p < patches.size(); ++p) {
+    PlanePatch& patch = patches.value(p);
+    if (!patch.dirty) continue;
     patch.dirty = false;
-    ++rebuilt;
-    patch.cuboids.clear();
-    any_empty |= members.tiles.empty();
-    for (const std::vector<PlacedTile>& part : islandsOf(members.tiles)) {
-      const std::vector<Cuboid> some = cuboidsOf(part, params);
-      patch.cuboids.insert(patch.cuboids.end(), some.begin(), some.end());
-    }
+    patch.revision = revision;
+    dirty.push_back(p);
   }
-  if (any_empty) {
-    patches.removeIf([](std::uint64_t, const PlanePatch& patch) { return patch.cuboids.empty(); });
+  if (dirty.empty()) return 0;
+  const std::vector<std::vector<PlacedTile>> members = tilesOf(dirty);
+  std::vector<std::uint64_t> empty;
+  for (std::size_t i = 0; i < dirty.size(); ++i) {
+    if (members[i].empty()) empty.push_back(patches.key(dirty[i]));
+  }
+  if (!empty.empty()) {
+    patches.removeIf([&](std::uint64_t key, const PlanePatch&) {
+      return std::find(empty.begin(), empty.end(), key) != empty.end();
+    });
     tiles.removeIf([](std::uint64_t, const RasterTile& tile) { return tile.occupied() == 0; });
   }
-  if (rebuilt > 0) {
-    low_tile_a_ = low_tile_b_ = kLatticeLimit;
-    high_tile_a_ = high_tile_b_ = -kLatticeLimit;
-    for (std::size_t i = 0; i < tiles.size(); ++i) {
-      if (tiles.value(i).occupied() == 0) continue;
-      std::int32_t ta = 0, tb = 0;
-      unpackKey(tiles.key(i), ta, tb);
-      low_tile_a_ = std::min(low_tile_a_, ta);
-      low_tile_b_ = std::min(low_tile_b_, tb);
-      high_tile_a_ = std::max(high_tile_a_, ta);
-      high_tile_b_ = std::max(high_tile_b_, tb);
-    }
+  low_tile_a_ = low_tile_b_ = kLatticeLimit;
+  high_tile_a_ = high_tile_b_ = -kLatticeLimit;
+  for (std::size_t i = 0; i < tiles.size(); ++i) {
+    if (tiles.value(i).occupied() == 0) continue;
+    std::int32_t ta = 0, tb = 0;
+    unpackKey(tiles.key(i), ta, tb);
+    low_tile_a_ = std::min(low_tile_a_, ta);
+    low_tile_b_ = std::min(low_tile_b_, tb);
+    high_tile_a_ = std::max(high_tile_a_, ta);
+    high_tile_b_ = std::max(high_tile_b_, tb);
   }
-  return rebuilt;
+  return dirty.size();
 }
 
 bool PlaneLayer::refit(double s, double tolerance) {
@@ -320,27 +234,11 @@ bool PlaneLayer::refit(double s, double tolerance) {
   const Vector3 foot = mean - plane.signedDistance(mean) * frame.n;
   frame.origin = foot - middle.x() * frame.u - middle.y() * frame.v;
   info.plane.offset = -frame.n.dot(frame.origin);
-  Matrix3 rotation;
-  rotation << frame.u, frame.v, frame.n;
-  const Quaternion orientation(rotation);
-  for (std::size_t p = 0; p < patches.size(); ++p) {
-    for (Cuboid& cuboid : patches.value(p).cuboids) {
-      // Through whole half cells, so that the result is the one a rebuild would give.
-      const Vector3 local = before.toPlane(cuboid.center);
-      cuboid.center =
-          frame.fromPlane({0.5 * std::round(2.0 * local.x() / s) * s,
-                           0.5 * std::round(2.0 * local.y() / s) * s, -0.5 * cuboid.size.z()});
-      cuboid.orientation = orientation;
-    }
-  }
   return true;
 }
 
 std::size_t PlaneLayer::memoryBytes() const {
   std::size_t bytes = sizeof(PlaneLayer) + tiles.memoryBytes() + patches.memoryBytes();
-  for (std::size_t p = 0; p < patches.size(); ++p) {
-    bytes += patches.value(p).cuboids.capacity() * sizeof(Cuboid);
-  }
   return bytes;
 }
 

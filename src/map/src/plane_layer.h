@@ -45,12 +45,12 @@ struct TileHits {
   std::array<float, 64> belief{};  ///< sum over the points
 };
 
-/// A block of kPatchCells x kPatchCells cells: the unit in which cuboids are rebuilt, so that the
-/// cost of a frame does not grow with the plane. Patches start at the middle of what was seen
-/// first, and what one frame sees of a plane rarely reaches beyond one.
+/// A block of kPatchCells x kPatchCells cells: the unit in which cuboids are made, so that the cost
+/// of a frame does not grow with the plane. Patches start at the middle of what was seen first, and
+/// what one frame sees of a plane rarely reaches beyond one.
 struct PlanePatch {
-  std::vector<Cuboid> cuboids;
-  bool dirty = true;
+  std::uint32_t revision = 0;  ///< number of frames in the map when it changed last
+  bool dirty = true;           ///< changed since
 };
 constexpr std::int32_t kPatchCells = 128;
 
@@ -59,7 +59,7 @@ PlaneMoments symmetric(const PlaneMoments& moments);
 /// u and n of a frame as the file keeps them.
 using PlaneAxes = std::array<float, 6>;
 
-/// Sparse raster of the occupied cells of one plane, and the cuboids made of it.
+/// Sparse raster of the occupied cells of one plane.
 ///
 /// Cell (a, b) spans [a s, (a + 1) s) x [b s, (b + 1) s) along u and v of the frame. When the plane
 /// is refitted the frame follows it and the cells ride along with their indices: nothing is
@@ -93,24 +93,17 @@ class PlaneLayer {
   void setCell(std::int32_t a, std::int32_t b, std::uint8_t belief);
   void markDirty(std::int32_t tile_a, std::int32_t tile_b);
   std::uint64_t patchKey(std::int32_t tile_a, std::int32_t tile_b) const;
-  /// Rebuilds the dirty patches. \return how many
-  std::size_t rebuild(const CuboidApproximationParams& params);
+  /// Stamps the dirty patches and forgets empty ones. \return how many were dirty
+  std::size_t tidy(std::uint32_t revision);
+  /// The tiles with cells of each of the patches, which are given by their positions.
+  std::vector<std::vector<PlacedTile>> tilesOf(const std::vector<std::size_t>& positions) const;
   /// Follows the fit of info.moments if that leaves the frame by more than \p tolerance (metres)
   /// anywhere on the raster. \return whether the frame moved
   bool refit(double s, double tolerance);
   std::size_t memoryBytes() const;
 
  private:
-  struct Members {
-    std::size_t patch = 0;  ///< position in patches
-    std::vector<PlacedTile> tiles;
-  };
-  /// The tiles with cells of each dirty patch.
-  std::vector<Members> dirtyMembers() const;
-  std::vector<Cuboid> cuboidsOf(const std::vector<PlacedTile>& members,
-                                const CuboidApproximationParams& params) const;
-
-  // Tiles [low, high]; grows as tiles are added and is exact after rebuild().
+  // Tiles [low, high]; grows as tiles are added and is exact after tidy().
   std::int32_t low_tile_a_ = kLatticeLimit;
   std::int32_t low_tile_b_ = kLatticeLimit;
   std::int32_t high_tile_a_ = -kLatticeLimit;

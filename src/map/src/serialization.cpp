@@ -205,7 +205,7 @@ MapData deserializeMap(const std::uint8_t* data, std::size_t size) {
   readSpace(map, true, seen);
   in.end();
   FrameUpdate update;
-  rebuildCuboids(map, update);
+  tidyMap(map, update);
   return map;
 }
 

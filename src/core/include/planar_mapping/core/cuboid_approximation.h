@@ -30,6 +30,8 @@ struct PLANAR_MAPPING_EXPORT CuboidApproximationParams {
   double hole_size = 0.0;
   /// [ours] compact: points within this many cells of a cuboid need none of their own, in [0, 0.5]
   double absorption = 0.5;
+  /// [ours] compact: a plane's rectangle of fewer cells of its own is left to the boxes, >= 0
+  double rectangle_cells = 4.0;
   Vector3 up = Vector3::UnitZ();  ///< vertical of the cloud's frame, for "horizontal" u
   int threads = 1;
 

@@ -1,0 +1,69 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "planar_mapping/core/cuboid.h"
+#include "planar_mapping/core/cuboid_approximation.h"
+#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/plane_raster.h"
+
+namespace planar_mapping {
+
+// [ours] The compact profile's cuboids, in two steps that a map can repeat where it changed: large
+// rectangles of each plane, then boxes for all that is left. A cuboid stands for what it holds and
+// for what lies within absorption cells of it.
+
+/// A rectangle of a plane in half cells: [a, a + width) x [b, b + height), each s / 2 wide.
+using HalfCellRectangle = CellRectangle;
+
+/// A quarter of a plane's cell that has no rectangle, in half cells.
+struct LooseQuarter {
+  std::int32_t a = 0;
+  std::int32_t b = 0;
+  float probability = 1.0f;
+};
+
+/// What coverSurface() makes of one plane's cells.
+struct SurfaceCover {
+  std::vector<HalfCellRectangle> rectangles;
+  std::vector<float> probability;   ///< of each rectangle: the mean over its cells
+  std::vector<LooseQuarter> loose;  ///< for coverRest(), by (b, a)
+};
+
+/// Few rectangles for the cells of a plane; they may overlap, reach over holes of up to hole_size
+/// and half a cell beyond the border, and leave half a cell to the tolerance. Pieces that would
+/// need a rectangle of their own of less than rectangle_cells are left to coverRest(). The paper's
+/// profile: splitAndMerge(), and nothing is left.
+/// \param quarters which quarters of each cell hold points (bit 0 low u and low v, 1 high u, 2 high
+///                 v, 3 both high), same layout as the mask's cells; null = all of them
+/// \param cell_probability one value per cell of the mask, same layout; empty = 1 everywhere
+/// \throws ParameterError; InputError if the mask is not consistent
+PLANAR_MAPPING_EXPORT SurfaceCover coverSurface(const CellMask& mask, const std::uint8_t* quarters,
+                                                const std::vector<float>& cell_probability,
+                                                const CuboidApproximationParams& params);
+
+/// The cuboid of a rectangle, which extends backwards by the thickness.
+PLANAR_MAPPING_EXPORT Cuboid cuboidOf(const HalfCellRectangle& rectangle, const PlaneFrame& frame,
+                                      const CuboidApproximationParams& params);
+
+/// A piece of a surface, s / 2 wide.
+struct SurfacePiece {
+  Vector3 center = Vector3::Zero();
+  float probability = 1.0f;
+};
+
+/// Few axis-aligned boxes on the lattice of half cells for what no cuboid that is there already
+/// stands for.
+/// \param cells   of the axis-aligned grid of side s; one without octants needs no box
+/// \param pieces  of planes
+/// \param present cuboids near them
+/// \throws ParameterError
+PLANAR_MAPPING_EXPORT std::vector<Cuboid> coverRest(const std::vector<NonPlanarCell>& cells,
+                                                    const std::vector<SurfacePiece>& pieces,
+                                                    const std::vector<Cuboid>& present,
+                                                    const CuboidApproximationParams& params);
+
+}  // namespace planar_mapping

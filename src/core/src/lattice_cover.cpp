@@ -1,0 +1,400 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "lattice_cover.h"
+
+#include <algorithm>
+#include <numeric>
+#include <queue>
+#include <tuple>
+
+namespace planar_mapping::detail {
+
+bool BitGrid::contains(const LatticeBox& box) const {
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (box.low[k] < 0 || box.high[k] > size_[k]) return false;
+  }
+  return true;
+}
+
+LatticeBox BitGrid::clipped(const LatticeBox& box) const {
+  LatticeBox b = box;
+  for (std::size_t k = 0; k < 3; ++k) {
+    b.low[k] = std::clamp(b.low[k], 0, size_[k]);
+    b.high[k] = std::clamp(b.high[k], b.low[k], size_[k]);
+  }
+  // Nothing to visit: the loops over words need at least one cell.
+  if (b.low[0] == b.high[0]) b.high[2] = b.low[2];
+  return b;
+}
+
+bool BitGrid::all(const LatticeBox& box) const {
+  if (!contains(box)) return false;
+  for (std::int32_t z = box.low[2]; z < box.high[2]; ++z) {
+    for (std::int32_t y = box.low[1]; y < box.high[1]; ++y) {
+      const std::uint64_t* words = row(y, z);
+      for (std::int32_t w = box.low[0] >> 6; w <= (box.high[0] - 1) >> 6; ++w) {
+        if ((~words[w] & maskOf(box, w)) != 0) return false;
+      }
+    }
+  }
+  return true;
+}
+
+std::int64_t BitGrid::count(const LatticeBox& box) const {
+  const LatticeBox b = clipped(box);
+  std::int64_t sum = 0;
+  for (std::int32_t z = b.low[2]; z < b.high[2]; ++z) {
+    for (std::int32_t y = b.low[1]; y < b.high[1]; ++y) {
+      const std::uint64_t* words = row(y, z);
+      for (std::int32_t w = b.low[0] >> 6; w <= (b.high[0] - 1) >> 6; ++w) {
+        sum += __builtin_popcountll(words[w] & maskOf(b, w));
+      }
+    }
+  }
+  return sum;
+}
+
+void BitGrid::clear(const LatticeBox& box) {
+  const LatticeBox b = clipped(box);
+  for (std::int32_t z = b.low[2]; z < b.high[2]; ++z) {
+    for (std::int32_t y = b.low[1]; y < b.high[1]; ++y) {
+      std::uint64_t* words = row(y, z);
+      for (std::int32_t w = b.low[0] >> 6; w <= (b.high[0] - 1) >> 6; ++w) {
+        words[w] &= ~maskOf(b, w);
+      }
+    }
+  }
+}
+
+std::int64_t BitGrid::count() const {
+  std::int64_t sum = 0;
+  for (const std::uint64_t word : bits_) sum += __builtin_popcountll(word);
+  return sum;
+}
+
+BitGrid BitGrid::dilated(std::array<std::int32_t, 3> axes) const {
+  BitGrid grid = *this;
+  if (axes[0] > 0) {
+    const std::size_t rows = bits_.size() / words_;
+    for (std::size_t r = 0; r < rows; ++r) {
+      const std::uint64_t* in = &bits_[r * words_];
+      std::uint64_t* out = &grid.bits_[r * words_];
+      for (std::size_t w = 0; w < words_; ++w) {
+        out[w] |= in[w] << 1 | in[w] >> 1;
+        if (w > 0) out[w] |= in[w - 1] >> 63;
+        if (w + 1 < words_) out[w] |= in[w + 1] << 63;
+      }
+      if ((size_[0] & 63) != 0) out[words_ - 1] &= (std::uint64_t{1} << (size_[0] & 63)) - 1;
+    }
+  }
+  const auto spread = [&](std::size_t step, std::size_t period) {
+    const std::vector<std::uint64_t> before = grid.bits_;
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      const std::size_t at = i % period;
+      if (at >= step) grid.bits_[i] |= before[i - step];
+      if (at + step < period) grid.bits_[i] |= before[i + step];
+    }
+  };
+  const std::size_t layer = words_ * static_cast<std::size_t>(size_[1]);
+  if (axes[1] > 0 && layer > 0) spread(words_, layer);
+  if (axes[2] > 0 && layer > 0) spread(layer, bits_.size());
+  return grid;
+}
+
+/// Numbers the cells of a grid that are on.
+class CellNumbers {
+ public:
+  explicit CellNumbers(const BitGrid& grid) : grid_(grid), before_(grid.bits_.size()) {
+    std::int32_t sum = 0;
+    for (std::size_t i = 0; i < before_.size(); ++i) {
+      before_[i] = sum;
+      sum += __builtin_popcountll(grid.bits_[i]);
+    }
+    count_ = static_cast<std::size_t>(sum);
+  }
+  std::size_t count() const { return count_; }
+  std::size_t at(std::int32_t x, std::int32_t y, std::int32_t z) const {
+    const std::uint64_t* word = grid_.row(y, z) + (x >> 6);
+    return static_cast<std::size_t>(before_[static_cast<std::size_t>(word - grid_.bits_.data())]) +
+           static_cast<std::size_t>(
+               __builtin_popcountll(*word & ((std::uint64_t{1} << (x & 63)) - 1)));
+  }
+
+ private:
+  const BitGrid& grid_;
+  std::vector<std::int32_t> before_;
+  std::size_t count_ = 0;
+};
+
+namespace {
+
+using Axes = std::array<std::size_t, 3>;
+using Cell = std::array<std::int32_t, 3>;
+
+constexpr std::array<Axes, 6> kOrders = {Axes{0, 1, 2}, Axes{0, 2, 1}, Axes{1, 0, 2},
+                                         Axes{1, 2, 0}, Axes{2, 0, 1}, Axes{2, 1, 0}};
+
+LatticeBox grown(const LatticeBox& box, const std::array<std::int32_t, 3>& by) {
+  LatticeBox b = box;
+  for (std::size_t k = 0; k < 3; ++k) {
+    b.low[k] -= by[k];
+    b.high[k] += by[k];
+  }
+  return b;
+}
+
+LatticeBox boxOf(const Cell& c) {
+  return {c, {c[0] + 1, c[1] + 1, c[2] + 1}};
+}
+
+bool overlap(const LatticeBox& l, const LatticeBox& r) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (l.low[k] >= r.high[k] || r.low[k] >= l.high[k]) return false;
+  }
+  return true;
+}
+
+void include(LatticeBox& hull, const LatticeBox& other) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    hull.low[k] = std::min(hull.low[k], other.low[k]);
+    hull.high[k] = std::max(hull.high[k], other.high[k]);
+  }
+}
+
+class LatticeCover {
+ public:
+  LatticeCover(const BitGrid& required, const BitGrid& allowed, const CoverRules& rules)
+      : required_(required), allowed_(allowed), rules_(rules), numbers_(required) {}
+
+  std::vector<CoverBox> run() {
+    choose(candidates());
+    assign();
+    for (bool changed = true; changed;) changed = dissolveAll();
+    return drawnBack();
+  }
+
+ private:
+  struct Chosen {
+    LatticeBox need;            ///< hull of its members
+    std::vector<Cell> members;  ///< cells this box answers for
+    LatticeBox box;
+  };
+
+  bool grows(const LatticeBox& box, std::size_t axis, bool up) const {
+    LatticeBox layer = box;
+    layer.low[axis] = up ? box.high[axis] : box.low[axis] - 1;
+    layer.high[axis] = layer.low[axis] + 1;
+    return allowed_.all(layer);
+  }
+  void grow(LatticeBox& box, std::size_t axis) const {
+    while (grows(box, axis, true)) ++box.high[axis];
+    while (grows(box, axis, false)) --box.low[axis];
+  }
+
+  /// The boxes that grow from the required cells along the axes in each of the six orders.
+  std::vector<LatticeBox> candidates() const {
+    std::vector<LatticeBox> found;
+    for (const Axes& order : kOrders) {
+      // Cells that would grow to a box that is there already.
+      BitGrid done(required_.size()[0], required_.size()[1], required_.size()[2]);
+      required_.forEach(required_.window(), [&](std::int32_t x, std::int32_t y, std::int32_t z) {
+        if (done.at(x, y, z)) return;
+        LatticeBox box = boxOf({x, y, z});
+        grow(box, order[0]);
+        const LatticeBox run = box;
+        grow(box, order[1]);
+        markSameRuns(run, box, order, done);
+        grow(box, order[2]);
+        if (isLargeEnough(box)) found.push_back(box);
+      });
+    }
+    std::sort(found.begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+    return found;
+  }
+
+  /// Runs beside \p run within \p sheet that end where it ends grow to the same sheet.
+  void markSameRuns(const LatticeBox& run, const LatticeBox& sheet, const Axes& order,
+                    BitGrid& done) const {
+    for (std::int32_t i = sheet.low[order[1]]; i < sheet.high[order[1]]; ++i) {
+      LatticeBox same = run;
+      same.low[order[1]] = i;
+      same.high[order[1]] = i + 1;
+      if (grows(same, order[0], true) || grows(same, order[0], false)) continue;
+      required_.forEach(same,
+                        [&](std::int32_t x, std::int32_t y, std::int32_t z) { done.set(x, y, z); });
+    }
+  }
+
+  bool isLargeEnough(const LatticeBox& box) const {
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (box.size(k) < rules_.smallest[k]) return false;
+    }
+    return true;
+  }
+
+  LatticeBox reach(const LatticeBox& box) const { return grown(box, rules_.tolerance); }
+
+  void choose(const std::vector<LatticeBox>& boxes) {
+    BitGrid left = required_;
+    std::int64_t open = left.count();
+    // By gain, then by number: a gain only ever falls, so that an old one is a bound.
+    std::priority_queue<std::pair<std::int64_t, std::int64_t>> queue;
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      queue.emplace(left.count(reach(boxes[i])), -static_cast<std::int64_t>(i));
+    }
+    while (open > 0 && !queue.empty()) {
+      const auto [bound, number] = queue.top();
+      queue.pop();
+      const LatticeBox& box = boxes[static_cast<std::size_t>(-number)];
+      const std::int64_t gain = left.count(reach(box));
+      if (gain == 0) continue;
+      if (gain < bound && !queue.empty() && queue.top() > std::make_pair(gain, number)) {
+        queue.emplace(gain, number);
+        continue;
+      }
+      left.clear(reach(box));
+      open -= gain;
+      chosen_.push_back({box, {}, box});
+    }
+  }
+
+  /// Each cell to the first box that reaches it: the one with the most cells.
+  void assign() {
+    std::vector<char> taken(numbers_.count(), 0);
+    for (Chosen& c : chosen_) {
+      required_.forEach(reach(c.box), [&](std::int32_t x, std::int32_t y, std::int32_t z) {
+        char& t = taken[numbers_.at(x, y, z)];
+        if (t != 0) return;
+        t = 1;
+        c.members.push_back({x, y, z});
+      });
+      c.need = hullOf(c.members);
+    }
+  }
+
+  static LatticeBox hullOf(const std::vector<Cell>& cells) {
+    LatticeBox hull = boxOf(cells.front());
+    for (const Cell& c : cells) include(hull, boxOf(c));
+    return hull;
+  }
+
+  /// A box of allowed cells that reaches all of \p need; the one that holds it best comes first.
+  bool fit(const LatticeBox& need, LatticeBox& box) const {
+    std::array<std::int32_t, 3> first, last, size;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::int32_t t = rules_.tolerance[k];
+      const std::int32_t least = std::max(need.size(k) - 2 * t, rules_.smallest[k]);
+      size[k] = least;
+      first[k] = need.high[k] - t - least;
+      last[k] = need.low[k] + t;
+    }
+    for (std::int32_t z = first[2]; z <= last[2]; ++z) {
+      for (std::int32_t y = first[1]; y <= last[1]; ++y) {
+        for (std::int32_t x = first[0]; x <= last[0]; ++x) {
+          box.low = {x, y, z};
+          for (std::size_t k = 0; k < 3; ++k) box.high[k] = box.low[k] + size[k];
+          if (allowed_.all(box)) return true;
+        }
+      }
+    }
+    return false;
+  }
+
+  /// Boxes with few members are dissolved first. \return whether any was
+  bool dissolveAll() {
+    std::vector<std::size_t> order(chosen_.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::sort(order.begin(), order.end(), [&](std::size_t l, std::size_t r) {
+      return std::make_pair(chosen_[l].members.size(), l) <
+             std::make_pair(chosen_[r].members.size(), r);
+    });
+    bool any = false;
+    for (const std::size_t i : order) any |= dissolve(i);
+    chosen_.erase(std::remove_if(chosen_.begin(), chosen_.end(),
+                                 [](const Chosen& c) { return c.members.empty(); }),
+                  chosen_.end());
+    return any;
+  }
+
+  bool dissolve(std::size_t i) {
+    const std::vector<Cell>& members = chosen_[i].members;
+    if (members.empty()) return false;
+    const LatticeBox near = grown(chosen_[i].need, {2, 2, 2});
+    std::vector<std::size_t> neighbours;
+    for (std::size_t j = 0; j < chosen_.size(); ++j) {
+      if (j != i && !chosen_[j].members.empty() && overlap(near, chosen_[j].need)) {
+        neighbours.push_back(j);
+      }
+    }
+    std::vector<LatticeBox> need(neighbours.size());
+    for (std::size_t k = 0; k < need.size(); ++k) need[k] = chosen_[neighbours[k]].need;
+    std::vector<std::size_t> to(members.size());
+    LatticeBox ignored;
+    for (std::size_t m = 0; m < members.size(); ++m) {
+      bool placed = false;
+      // Best is who need not grow for it, then who grows least.
+      std::size_t best = 0;
+      std::int64_t least = 0;
+      for (std::size_t k = 0; k < need.size(); ++k) {
+        LatticeBox hull = need[k];
+        include(hull, boxOf(members[m]));
+        const std::int64_t growth = volume(hull) - volume(need[k]);
+        if (placed && growth >= least) continue;
+        if (growth > 0 && !fit(hull, ignored)) continue;
+        placed = true;
+        best = k;
+        least = growth;
+        if (growth == 0) break;
+      }
+      if (!placed) return false;
+      to[m] = best;
+      include(need[best], boxOf(members[m]));
+    }
+    for (std::size_t m = 0; m < members.size(); ++m) {
+      chosen_[neighbours[to[m]]].members.push_back(members[m]);
+    }
+    for (std::size_t k = 0; k < need.size(); ++k) chosen_[neighbours[k]].need = need[k];
+    chosen_[i].members.clear();
+    return true;
+  }
+
+  static std::int64_t volume(const LatticeBox& box) {
+    return static_cast<std::int64_t>(box.size(0)) * box.size(1) * box.size(2);
+  }
+
+  /// The least box that does, widened towards what it stands for as far as that is allowed.
+  std::vector<CoverBox> drawnBack() const {
+    std::vector<CoverBox> boxes;
+    for (const Chosen& c : chosen_) {
+      CoverBox result;
+      fit(c.need, result.box);
+      for (const bool up : {false, true}) {
+        for (std::size_t k = 0; k < 3; ++k) {
+          while ((up ? result.box.high[k] < c.need.high[k] : result.box.low[k] > c.need.low[k]) &&
+                 grows(result.box, k, up)) {
+            up ? ++result.box.high[k] : --result.box.low[k];
+          }
+        }
+      }
+      result.members = c.members;
+      boxes.push_back(std::move(result));
+    }
+    return boxes;
+  }
+
+  const BitGrid& required_;
+  const BitGrid& allowed_;
+  const CoverRules rules_;
+  const CellNumbers numbers_;
+  std::vector<Chosen> chosen_;
+};
+
+}  // namespace
+
+std::vector<CoverBox> coverWithin(const BitGrid& required, const BitGrid& allowed,
+                                  const CoverRules& rules) {
+  return LatticeCover(required, allowed, rules).run();
+}
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,364 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "compaction.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+#include "belief.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+/// The tiles of a patch as they are to be approximated: together, or where almost all of their
+/// window is empty, each group of tiles that touch on its own. Empty cells cost time too, so that
+/// this bounds the time by the number of tiles.
+std::vector<std::vector<PlacedTile>> islandsOf(const std::vector<PlacedTile>& tiles) {
+  constexpr std::size_t kSparse = 16;  // tiles of the window for each that holds a cell
+  if (tiles.empty()) return {};
+  PlacedTile low = tiles.front();
+  PlacedTile high = tiles.front();
+  for (const PlacedTile& t : tiles) {
+    low.a = std::min(low.a, t.a);
+    low.b = std::min(low.b, t.b);
+    high.a = std::max(high.a, t.a);
+    high.b = std::max(high.b, t.b);
+  }
+  const std::int32_t width = high.a - low.a + 1;
+  const std::int32_t height = high.b - low.b + 1;
+  if (static_cast<std::size_t>(width) * height <= kSparse * tiles.size()) return {tiles};
+
+  std::vector<const RasterTile*> at(static_cast<std::size_t>(width) * height, nullptr);
+  const auto place = [&](std::int32_t a, std::int32_t b) -> const RasterTile*& {
+    return at[static_cast<std::size_t>(b - low.b) * width + static_cast<std::size_t>(a - low.a)];
+  };
+  for (const PlacedTile& t : tiles) place(t.a, t.b) = t.tile;
+  std::vector<std::vector<PlacedTile>> islands;
+  for (std::int32_t b = low.b; b <= high.b; ++b) {
+    for (std::int32_t a = low.a; a <= high.a; ++a) {
+      if (place(a, b) == nullptr) continue;
+      std::vector<PlacedTile> island{{a, b, std::exchange(place(a, b), nullptr)}};
+      for (std::size_t i = 0; i < island.size(); ++i) {
+        const PlacedTile from = island[i];
+        for (std::int32_t nb = std::max(from.b - 1, low.b); nb <= std::min(from.b + 1, high.b);
+             ++nb) {
+          for (std::int32_t na = std::max(from.a - 1, low.a); na <= std::min(from.a + 1, high.a);
+               ++na) {
+            if (place(na, nb) == nullptr) continue;
+            island.push_back({na, nb, std::exchange(place(na, nb), nullptr)});
+          }
+        }
+      }
+      islands.push_back(std::move(island));
+    }
+  }
+  return islands;
+}
+
+/// Rectangles of tiles of a plane.
+SurfaceCover coverTiles(const std::vector<PlacedTile>& members,
+                        const CuboidApproximationParams& params) {
+  // The window is tight to the cells: the paper's first unit is the bounding rectangle.
+  std::int32_t low_a = kLatticeLimit, low_b = kLatticeLimit;
+  std::int32_t high_a = -kLatticeLimit, high_b = -kLatticeLimit;
+  for (const PlacedTile& t : members) {
+    for (std::uint64_t bits = t.tile->occupied(); bits != 0; bits &= bits - 1) {
+      const int bit = __builtin_ctzll(bits);
+      low_a = std::min(low_a, 8 * t.a + (bit & 7));
+      high_a = std::max(high_a, 8 * t.a + (bit & 7));
+      low_b = std::min(low_b, 8 * t.b + (bit >> 3));
+      high_b = std::max(high_b, 8 * t.b + (bit >> 3));
+    }
+  }
+  CellMask mask;
+  mask.a0 = low_a;
+  mask.b0 = low_b;
+  mask.width = high_a - low_a + 1;
+  mask.height = high_b - low_b + 1;
+  mask.cells.assign(static_cast<std::size_t>(mask.width) * mask.height, 0);
+  const bool certain = std::all_of(members.begin(), members.end(), [](const PlacedTile& t) {
+    for (std::uint64_t bits = t.tile->occupied(); bits != 0; bits &= bits - 1) {
+      if (t.tile->belief(static_cast<std::size_t>(__builtin_ctzll(bits))) != 255) return false;
+    }
+    return true;
+  });
+  std::vector<float> probability(certain ? 0 : mask.cells.size(), 1.0f);
+  for (const PlacedTile& t : members) {
+    for (std::uint64_t bits = t.tile->occupied(); bits != 0; bits &= bits - 1) {
+      const int bit = __builtin_ctzll(bits);
+      const std::size_t cell = static_cast<std::size_t>(8 * t.b + (bit >> 3) - low_b) * mask.width +
+                               static_cast<std::size_t>(8 * t.a + (bit & 7) - low_a);
+      mask.cells[cell] = 1;
+      if (!certain) probability[cell] = beliefOf(t.tile->belief(static_cast<std::size_t>(bit)));
+    }
+  }
+  return coverSurface(mask, nullptr, probability, params);
+}
+
+SurfaceCover coverPatch(const std::vector<PlacedTile>& tiles,
+                        const CuboidApproximationParams& params) {
+  SurfaceCover all;
+  const auto append = [](auto& to, const auto& from) {
+    to.insert(to.end(), from.begin(), from.end());
+  };
+  for (const std::vector<PlacedTile>& part : islandsOf(tiles)) {
+    const SurfaceCover some = coverTiles(part, params);
+    append(all.rectangles, some.rectangles);
+    append(all.probability, some.probability);
+    append(all.loose, some.loose);
+  }
+  return all;
+}
+
+bool isSame(const PlaneFrame& l, const PlaneFrame& r) {
+  return l.origin == r.origin && l.u == r.u && l.v == r.v && l.n == r.n;
+}
+
+Vector3 centerOf(const LooseQuarter& quarter, const PlaneFrame& frame, double s) {
+  return frame.fromPlane({0.5 * s * (quarter.a + 0.5), 0.5 * s * (quarter.b + 0.5), 0.0});
+}
+
+/// The block of cells around a point, within the lattice.
+Int3 blockOf(const Vector3& point, double s) {
+  constexpr double kLimit = kLatticeLimit / 4;
+  const Vector3 at = (point / (4.0 * s)).array().floor().max(-kLimit).min(kLimit - 1.0);
+  return {static_cast<std::int32_t>(at.x()), static_cast<std::int32_t>(at.y()),
+          static_cast<std::int32_t>(at.z())};
+}
+
+/// Half the world extent of a cuboid, and so far around it that it stands for what is there.
+Vector3 halfExtent(const Cuboid& cuboid, double margin) {
+  return cuboid.orientation.toRotationMatrix().cwiseAbs() * (0.5 * cuboid.size) +
+         Vector3::Constant(margin);
+}
+
+}  // namespace
+
+const Compaction::Plane* Compaction::find(std::int32_t id) const {
+  const auto at = std::lower_bound(planes_.begin(), planes_.end(), id,
+                                   [](const Plane& p, std::int32_t i) { return p.id < i; });
+  return at != planes_.end() && at->id == id ? &*at : nullptr;
+}
+
+void Compaction::findRegions(const MapData& map, const PlaneFrame& frame, Patch& patch) const {
+  patch.regions.clear();
+  if (!map.isCompact()) return;
+  const double s = map.resolution();
+  for (const HalfCellRectangle& r : patch.cover.rectangles) {
+    const Cuboid cuboid = cuboidOf(r, frame, map.params.approximation);
+    const Vector3 half = halfExtent(cuboid, s);
+    const Int3 low = unpackKey(map.cells.regionKey(blockOf(cuboid.center - half, s)));
+    const Int3 high = unpackKey(map.cells.regionKey(blockOf(cuboid.center + half, s)));
+    for (std::int32_t z = low.z; z <= high.z; ++z) {
+      for (std::int32_t y = low.y; y <= high.y; ++y) {
+        for (std::int32_t x = low.x; x <= high.x; ++x) {
+          patch.regions.push_back(packKey(Int3{x, y, z}));
+        }
+      }
+    }
+  }
+  for (const LooseQuarter& quarter : patch.cover.loose) {
+    const std::uint64_t key = map.cells.regionKey(blockOf(centerOf(quarter, frame, s), s));
+    if (patch.regions.empty() || patch.regions.back() != key) patch.regions.push_back(key);
+  }
+  std::sort(patch.regions.begin(), patch.regions.end());
+  patch.regions.erase(std::unique(patch.regions.begin(), patch.regions.end()), patch.regions.end());
+}
+
+void Compaction::updatePlane(const MapData& map, const PlaneLayer& layer, Plane& plane) {
+  const bool moved = !isSame(plane.frame, layer.frame);
+  plane.frame = layer.frame;
+  std::vector<std::size_t> changed;
+  for (std::size_t p = 0; p < layer.patches.size(); ++p) {
+    const Patch* patch = plane.patches.find(layer.patches.key(p));
+    if (patch == nullptr || patch->revision != layer.patches.value(p).revision) {
+      changed.push_back(p);
+    }
+  }
+  const auto isGone = [&](std::uint64_t key, const Patch&) {
+    return layer.patches.find(key) == nullptr;
+  };
+  for (std::size_t p = 0; p < plane.patches.size(); ++p) {
+    const Patch& patch = plane.patches.value(p);
+    if (moved || isGone(plane.patches.key(p), patch)) markRegions(patch);
+  }
+  plane.patches.removeIf(isGone);
+  const std::vector<std::vector<PlacedTile>> tiles = layer.tilesOf(changed);
+  const auto place = [&](Patch& patch, std::uint64_t key) {
+    findRegions(map, layer.frame, patch);
+    for (const std::uint64_t region : patch.regions) {
+      regions_[region].dirty = true;
+      regions_[region].patches.emplace_back(plane.id, key);
+    }
+  };
+  for (std::size_t i = 0; i < changed.size(); ++i) {
+    const std::uint64_t key = layer.patches.key(changed[i]);
+    Patch& patch = plane.patches[key];
+    markRegions(patch);
+    patch.revision = layer.patches.value(changed[i]).revision;
+    patch.cover = coverPatch(tiles[i], map.params.approximation);
+    if (!moved) place(patch, key);
+  }
+  for (std::size_t p = 0; moved && p < plane.patches.size(); ++p) {
+    place(plane.patches.value(p), plane.patches.key(p));
+  }
+}
+
+void Compaction::coverRegion(const MapData& map, std::uint64_t key, Region& region) {
+  const CuboidApproximationParams& params = map.params.approximation;
+  const double s = params.resolution;
+  const CellLayer::Region* cells = map.cells.regions.find(key);
+  if (!map.isCompact()) {
+    const Vector3 sensor = cells->frame < map.trajectory.size()
+                               ? map.trajectory[cells->frame].sensor()
+                               : Vector3(Vector3::Zero());
+    region.cuboids = cuboidsOfCells(map.cells.cellsOf(*cells, params), params, sensor);
+    return;
+  }
+  std::sort(region.patches.begin(), region.patches.end());
+  region.patches.erase(std::unique(region.patches.begin(), region.patches.end()),
+                       region.patches.end());
+  const Int3 at = unpackKey(key);
+  const Vector3 low = s * (Vector3(map.cells.anchor.x, map.cells.anchor.y, map.cells.anchor.z) +
+                           kRegionCells * Vector3(at.x, at.y, at.z));
+  const Vector3 high = low + Vector3::Constant(kRegionCells * s);
+  std::vector<SurfacePiece> pieces;
+  std::vector<Cuboid> present;
+  const auto isOutdated = [&](const std::pair<std::int32_t, std::uint64_t>& name) {
+    const Plane* plane = find(name.first);
+    const Patch* patch = plane == nullptr ? nullptr : plane->patches.find(name.second);
+    return patch == nullptr ||
+           !std::binary_search(patch->regions.begin(), patch->regions.end(), key);
+  };
+  region.patches.erase(std::remove_if(region.patches.begin(), region.patches.end(), isOutdated),
+                       region.patches.end());
+  for (const auto& [id, patch_key] : region.patches) {
+    const Plane& plane = *find(id);
+    const Patch& patch = *plane.patches.find(patch_key);
+    for (const HalfCellRectangle& r : patch.cover.rectangles) {
+      const Cuboid cuboid = cuboidOf(r, plane.frame, params);
+      const Vector3 half = halfExtent(cuboid, s);
+      if (((cuboid.center - half).array() <= high.array()).all() &&
+          ((cuboid.center + half).array() >= low.array()).all()) {
+        present.push_back(cuboid);
+      }
+    }
+    for (const LooseQuarter& quarter : patch.cover.loose) {
+      const Vector3 center = centerOf(quarter, plane.frame, s);
+      if (map.cells.regionKey(blockOf(center, s)) != key) continue;
+      pieces.push_back({center, quarter.probability});
+    }
+  }
+  std::vector<NonPlanarCell> rest;
+  if (cells != nullptr) rest = map.cells.cellsOf(*cells, params);
+  region.cuboids = coverRest(rest, pieces, present, params);
+}
+
+void Compaction::update(const MapData& map) {
+  if (!(anchor_ == map.cells.anchor)) {
+    *this = Compaction();
+    anchor_ = map.cells.anchor;
+  }
+  std::vector<Plane> planes;
+  planes.reserve(map.planes.size());
+  auto old = planes_.begin();
+  for (const PlaneLayer& layer : map.planes) {
+    for (; old != planes_.end() && old->id < layer.info.id; ++old) {
+      for (std::size_t p = 0; p < old->patches.size(); ++p) markRegions(old->patches.value(p));
+    }
+    if (old != planes_.end() && old->id == layer.info.id) {
+      planes.push_back(std::move(*old++));
+    } else {
+      planes.emplace_back();
+      planes.back().id = layer.info.id;
+      planes.back().frame = layer.frame;
+    }
+    updatePlane(map, layer, planes.back());
+  }
+  for (; old != planes_.end(); ++old) {
+    for (std::size_t p = 0; p < old->patches.size(); ++p) markRegions(old->patches.value(p));
+  }
+  planes_ = std::move(planes);
+
+  for (std::size_t r = 0; r < map.cells.regions.size(); ++r) {
+    Region& region = regions_[map.cells.regions.key(r)];
+    const std::uint32_t revision = map.cells.regions.value(r).revision;
+    region.dirty |= region.revision != revision;
+    region.revision = revision;
+  }
+  count_ = 0;
+  for (std::size_t r = 0; r < regions_.size(); ++r) {
+    Region& region = regions_.value(r);
+    const std::uint64_t key = regions_.key(r);
+    // A region whose last cell is gone has no revision of its own any more.
+    region.dirty |= region.revision != 0 && map.cells.regions.find(key) == nullptr;
+    if (!region.dirty) continue;
+    region.dirty = false;
+    if (map.cells.regions.find(key) == nullptr) {
+      region.revision = 0;
+      if (!map.isCompact()) {
+        region.cuboids.clear();
+        continue;
+      }
+    }
+    coverRegion(map, key, region);
+  }
+  regions_.removeIf([](std::uint64_t, const Region& region) {
+    return region.revision == 0 && region.patches.empty();
+  });
+  for (std::size_t r = 0; r < regions_.size(); ++r) count_ += regions_.value(r).cuboids.size();
+  for (const Plane& plane : planes_) {
+    for (std::size_t p = 0; p < plane.patches.size(); ++p) {
+      count_ += plane.patches.value(p).cover.rectangles.size();
+    }
+  }
+}
+
+std::vector<Cuboid> Compaction::cuboids(const MapData& map) const {
+  std::vector<Cuboid> all;
+  all.reserve(count_);
+  // Patches and regions by key: their order in the hash is that of insertion.
+  const auto inOrder = [](const auto& parts, auto&& visit) {
+    std::vector<std::uint64_t> keys = parts.keys();
+    std::sort(keys.begin(), keys.end());
+    for (const std::uint64_t key : keys) visit(*parts.find(key));
+  };
+  for (const Plane& plane : planes_) {
+    inOrder(plane.patches, [&](const Patch& patch) {
+      for (std::size_t i = 0; i < patch.cover.rectangles.size(); ++i) {
+        Cuboid cuboid = cuboidOf(patch.cover.rectangles[i], plane.frame, map.params.approximation);
+        cuboid.plane_id = plane.id;
+        cuboid.probability = patch.cover.probability[i];
+        all.push_back(cuboid);
+      }
+    });
+  }
+  inOrder(regions_, [&](const Region& region) {
+    all.insert(all.end(), region.cuboids.begin(), region.cuboids.end());
+  });
+  return all;
+}
+
+std::size_t Compaction::memoryBytes() const {
+  std::size_t bytes = planes_.capacity() * sizeof(Plane) + regions_.memoryBytes();
+  for (const Plane& plane : planes_) {
+    bytes += plane.patches.memoryBytes();
+    for (std::size_t p = 0; p < plane.patches.size(); ++p) {
+      const Patch& patch = plane.patches.value(p);
+      bytes += patch.cover.rectangles.capacity() * sizeof(HalfCellRectangle) +
+               patch.cover.probability.capacity() * sizeof(float) +
+               patch.cover.loose.capacity() * sizeof(LooseQuarter) +
+               patch.regions.capacity() * sizeof(std::uint64_t);
+    }
+  }
+  for (std::size_t r = 0; r < regions_.size(); ++r) {
+    const Region& region = regions_.value(r);
+    bytes += region.cuboids.capacity() * sizeof(Cuboid) +
+             region.patches.capacity() * sizeof(region.patches[0]);
+  }
+  return bytes;
+}
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "key_map.h"
+#include "map_data.h"
+#include "planar_mapping/core/compact_cover.h"
+
+namespace planar_mapping::detail {
+
+/// The cuboids of a map: derived from its cells when they are asked for, and made again only where
+/// cells changed since. What comes out depends on the cells alone, not on what was asked before.
+///
+/// First each patch of a plane gets its large rectangles. What is left of the planes and the
+/// non-planar cells is covered region by region, as far as the rectangles near it do not stand for
+/// it.
+class Compaction {
+ public:
+  void update(const MapData& map);
+  /// As of the last update.
+  std::size_t count() const { return count_; }
+  /// Planar ones by plane and patch, then those of the regions.
+  std::vector<Cuboid> cuboids(const MapData& map) const;
+  std::size_t memoryBytes() const;
+
+ private:
+  struct Patch {
+    std::uint32_t revision = 0;
+    SurfaceCover cover;
+    std::vector<std::uint64_t> regions;  ///< in which it has or absorbs something; ascending
+  };
+  struct Plane {
+    std::int32_t id = 0;
+    PlaneFrame frame;  ///< as of the last update
+    KeyMap<Patch> patches;
+  };
+  struct Region {
+    std::uint32_t revision = 0;
+    bool dirty = true;
+    std::vector<Cuboid> cuboids;
+    /// Patches that have or absorb something here, by plane and key; repeated or outdated ones are
+    /// sorted out when the region is covered.
+    std::vector<std::pair<std::int32_t, std::uint64_t>> patches;
+  };
+
+  void updatePlane(const MapData& map, const PlaneLayer& layer, Plane& plane);
+  void findRegions(const MapData& map, const PlaneFrame& frame, Patch& patch) const;
+  void markRegions(const Patch& patch) {
+    for (const std::uint64_t key : patch.regions) regions_[key].dirty = true;
+  }
+  void coverRegion(const MapData& map, std::uint64_t key, Region& region);
+  const Plane* find(std::int32_t id) const;
+
+  Int3 anchor_;
+  std::vector<Plane> planes_;  ///< by id, ascending
+  KeyMap<Region> regions_;     ///< by CellLayer::regionKey()
+  std::size_t count_ = 0;
+};
+
+}  // namespace planar_mapping::detail
