@@ -5,33 +5,6 @@
 #include "sections.h"
 
 namespace planar_mapping::detail {
-namespace {
-
-/// The blocks of 4 x 4 x 4 cells of the cubes of 8 x 8 x 8.
-std::vector<CellBundle> toBundles(const UnknownSpace& space, bool free) {
-  std::vector<CellBundle> bundles;
-  for (std::size_t i = 0; i < space.cubes(); ++i) {
-    const UnknownSpace::Cube cube = space.cube(i);
-    const CubeBits& bits = free ? cube.free : cube.unknown;
-    const Int3 at = unpackKey(space.key(i));
-    for (int part = 0; part < 8; ++part) {
-      const int x = part & 1, y = (part >> 1) & 1, z = part >> 2;
-      CellBundle b{{2 * at.x + x, 2 * at.y + y, 2 * at.z + z}, 0};
-      for (int slice = 0; slice < 4; ++slice) {
-        const std::uint64_t rows =
-            bits[static_cast<std::size_t>(4 * z + slice)] >> (32 * y + 4 * x);
-        for (int row = 0; row < 4; ++row) {
-          b.cells |= ((rows >> (8 * row)) & 0xfu) << (16 * slice + 4 * row);
-        }
-      }
-      if (b.cells != 0) bundles.push_back(b);
-    }
-  }
-  return bundles;
-}
-
-}  // namespace
-
 void writeCells(const MapData& map, ByteWriter& out) {
   const CellLayer& cells = map.cells;
   out.zigzag(cells.anchor.x / 4);
@@ -101,27 +74,17 @@ void readCells(MapData& map, ByteReader& in) {
 }
 
 void writeSpace(const MapData& map, bool free, ByteWriter& out) {
-  std::vector<CellBundle> bundles = toBundles(map.unknown, free);
+  std::vector<CellBundle> bundles;
+  map.unknown.forEachBlock([&](const Int3& at, const UnknownSpace::Block& block) {
+    const std::uint64_t cells = free ? block.free : block.unknown;
+    if (cells != 0) bundles.push_back({at, cells});
+  });
   writeTree(TreeKind::Space, bundles, free ? Label::Occupied : Label::Unknown, out);
 }
 
 void readSpace(MapData& map, bool free, ByteReader& in) {
   readTree(TreeKind::Space, free ? Label::Occupied : Label::Unknown, in, [&](const CellBundle& b) {
-    CubeBits bits{};
-    const int x = b.at.x & 1, y = b.at.y & 1, z = b.at.z & 1;
-    for (int slice = 0; slice < 4; ++slice) {
-      std::uint64_t rows = 0;
-      for (int row = 0; row < 4; ++row) {
-        rows |= ((b.cells >> (16 * slice + 4 * row)) & 0xfu) << (8 * row);
-      }
-      bits[static_cast<std::size_t>(4 * z + slice)] = rows << (32 * y + 4 * x);
-    }
-    const Int3 cube{b.at.x >> 1, b.at.y >> 1, b.at.z >> 1};
-    if (free) {
-      map.unknown.addFree(cube, bits);
-    } else {
-      map.unknown.addUnknown(cube, bits);
-    }
+    map.unknown.add(b.at, free ? UnknownSpace::Block{b.cells, 0} : UnknownSpace::Block{0, b.cells});
   });
   in.end();
 }

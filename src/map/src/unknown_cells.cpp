@@ -68,10 +68,18 @@ class Remaining {
 KeyMap<CubeBits> unknownCells(const UnknownSpace& space, const std::vector<Cuboid>& occupied,
                               double cell) {
   KeyMap<CubeBits> cubes;
-  for (std::size_t i = 0; i < space.cubes(); ++i) {
-    const UnknownSpace::Cube cube = space.cube(i);
-    if (cube.unknown != CubeBits{}) cubes[space.key(i)] = cube.unknown;
-  }
+  space.forEachBlock([&](const Int3& at, const UnknownSpace::Block& block) {
+    if (block.unknown == 0) return;
+    CubeBits& bits = cubes[packKey(Int3{at.x >> 1, at.y >> 1, at.z >> 1})];
+    for (int slice = 0; slice < 4; ++slice) {
+      std::uint64_t rows = 0;
+      for (int row = 0; row < 4; ++row) {
+        rows |= ((block.unknown >> (16 * slice + 4 * row)) & 0xfu) << (8 * row);
+      }
+      bits[static_cast<std::size_t>(4 * (at.z & 1) + slice)] |=
+          rows << (32 * (at.y & 1) + 4 * (at.x & 1));
+    }
+  });
   if (cubes.empty()) return cubes;
   constexpr double kLimit = kLatticeLimit / 8;
   for (const Cuboid& cuboid : occupied) {

@@ -8,14 +8,106 @@
 namespace planar_mapping::detail {
 namespace {
 
-constexpr CubeBits kNone{};
-constexpr CubeBits kFull{~std::uint64_t{0}, ~std::uint64_t{0}, ~std::uint64_t{0},
-                         ~std::uint64_t{0}, ~std::uint64_t{0}, ~std::uint64_t{0},
-                         ~std::uint64_t{0}, ~std::uint64_t{0}};
-constexpr int kCubeLevel = 3;
-constexpr int kRootLevel = 5;  ///< the walk starts at cubes of 32 cells
+constexpr std::uint64_t kAllCells = ~std::uint64_t{0};
+constexpr int kBlockLevel = 2;
+constexpr int kRootLevel = 5;  ///< the walk starts at regions of 32 cells
 
 }  // namespace
+
+/// A region while it is worked on: with room for the cells of every block.
+class UnknownSpace::OpenRegion {
+ public:
+  explicit OpenRegion(UnknownSpace& space) : space_(space) {}
+
+  /// The region of a block.
+  void open(const Int3& block) {
+    key_ = regionOf(block);
+    labels_.fill(kNever);
+    changed_ = false;
+    const Region* region = space_.regions_.find(key_);
+    if (region == nullptr) return;
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < labels_.size(); ++i) {
+      labels_[i] = static_cast<std::uint8_t>(region->label(i));
+      if (labels_[i] == kMixed) blocks_[i] = region->mixed[next++];
+    }
+  }
+
+  /// Are all cells of a node known to be free? \param level up to that of 2 x 2 x 2 blocks
+  bool isKnownFree(int level, const Int3& low) const {
+    const std::size_t first = placeOf({low.x >> 2, low.y >> 2, low.z >> 2});
+    if (level > kBlockLevel) {
+      for (const std::size_t step : {0, 1, 8, 9, 64, 65, 72, 73}) {
+        if (labels_[first + step] != kFree) return false;
+      }
+      return true;
+    }
+    if (labels_[first] != kMixed) return labels_[first] == kFree;
+    return (cellsOf(level, low) & ~blocks_[first].free) == 0;
+  }
+
+  /// Marks all cells of a node. What was seen free stays free.
+  void mark(int level, const Int3& low, bool free) {
+    const Int3 block{low.x >> 2, low.y >> 2, low.z >> 2};
+    if (level < kBlockLevel) return mark(block, cellsOf(level, low), free);
+    const std::int32_t side = std::int32_t{1} << (level - kBlockLevel);
+    for (std::int32_t z = block.z; z < block.z + side; ++z) {
+      for (std::int32_t y = block.y; y < block.y + side; ++y) {
+        for (std::int32_t x = block.x; x < block.x + side; ++x) mark({x, y, z}, kAllCells, free);
+      }
+    }
+  }
+  void mark(const Int3& block, std::uint64_t cells, bool free) {
+    const std::size_t i = placeOf(block);
+    std::uint8_t& label = labels_[i];
+    if (cells == 0 || label == kFree || (label == kUnknown && !free)) return;
+    if (cells == kAllCells && (free || label == kNever)) {
+      label = free ? kFree : kUnknown;
+      changed_ = true;
+      return;
+    }
+    Block& bits = blocks_[i];
+    if (label != kMixed) bits = {0, label == kUnknown ? kAllCells : 0};
+    const Block before = bits;
+    if (free) {
+      bits.free |= cells;
+      bits.unknown &= ~cells;
+    } else {
+      bits.unknown |= cells & ~bits.free;
+    }
+    changed_ |= label != kMixed || bits.free != before.free || bits.unknown != before.unknown;
+    label = bits.free == kAllCells ? kFree : bits.unknown == kAllCells ? kUnknown : kMixed;
+  }
+
+  void close() {
+    if (!changed_) return;
+    Region& region = space_.regions_[key_];
+    region.labels.fill(0);
+    std::size_t mixed = 0;
+    for (std::size_t i = 0; i < labels_.size(); ++i) {
+      region.labels[i >> 5u] |= std::uint64_t{labels_[i]} << (2 * (i & 31u));
+      mixed += labels_[i] == kMixed ? 1 : 0;
+    }
+    if (region.mixed.size() != mixed) region.mixed = std::vector<Block>(mixed);  // no more room
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < labels_.size(); ++i) {
+      if (labels_[i] == kMixed) region.mixed[next++] = blocks_[i];
+    }
+  }
+
+ private:
+  /// Bits of a node of 2^level cells in its block.
+  static std::uint64_t cellsOf(int level, const Int3& low) {
+    constexpr std::uint64_t kCube[3] = {0x1u, 0x330033u, ~std::uint64_t{0}};
+    return kCube[level] << (16 * (low.z & 3) + 4 * (low.y & 3) + (low.x & 3));
+  }
+
+  UnknownSpace& space_;
+  std::uint64_t key_ = 0;
+  bool changed_ = false;
+  std::array<std::uint8_t, 512> labels_{};
+  std::array<Block, 512> blocks_;
+};
 
 /// Goes down from large cubes to cells and stops where the image says the same of all cells.
 /// Stopping early never changes the result: a cube's footprint in the image contains those of its
@@ -23,7 +115,7 @@ constexpr int kRootLevel = 5;  ///< the walk starts at cubes of 32 cells
 class UnknownSpace::Walk {
  public:
   Walk(UnknownSpace& space, const DepthImage& image, double cell, double max_range)
-      : space_(space), image_(image), cell_(cell), max_range_(max_range) {
+      : region_(space), image_(image), cell_(cell), max_range_(max_range) {
     const Matrix3& r = image.inverseRotation();
     for (int level = 0; level <= kRootLevel; ++level) {
       // All cells, each as a box along the camera's axes, about the middle of the cube.
@@ -41,99 +133,51 @@ class UnknownSpace::Walk {
   void root(const Int3& low) {
     const Vector3 middle =
         cell_ * (Vector3(low.x, low.y, low.z) + Vector3::Constant(0.5 * (1 << kRootLevel)));
+    region_.open({low.x >> kBlockLevel, low.y >> kBlockLevel, low.z >> kBlockLevel});
     node(kRootLevel, low, image_.toCamera(middle));
+    region_.close();
   }
 
  private:
   void node(int level, const Int3& low, const Vector3& centre) {
     // What was seen free stays free: nothing to be learnt there.
-    if (level < kCubeLevel ? isKnownFree(level, low)
-                           : level == kCubeLevel && space_.isAllFree(keyOf(low))) {
-      return;
-    }
+    if (level <= kBlockLevel + 1 && region_.isKnownFree(level, low)) return;
     // Where the image ends nothing is certain; to follow its rim cell by cell is not worth it.
-    const bool whole = level <= 1;
+    const bool whole = level < kBlockLevel;
     const DepthImage::Look look = image_.look(centre, half_[level], whole);
     if (whole && !look.inside) return;
     if (!look.visible || look.near > max_range_ || look.farthest <= 0.0f) return;
+    const bool hidden = look.farthest < look.near;
     if (look.inside && look.far <= max_range_) {
-      if (look.farthest < look.near) return mark(level, low, false);
-      if (look.nearest > look.far) return mark(level, low, true);
+      if (hidden) return region_.mark(level, low, false);
+      if (look.nearest > look.far) return region_.mark(level, low, true);
     }
     if (level == 0) {
       if (look.farthest > look.far && look.far <= max_range_ && look.near > 0.0) {
-        mark(level, low, true);
+        region_.mark(level, low, true);
       }
       return;
     }
+    if (level == kBlockLevel && hidden) {
+      const DepthImage::Look middle = image_.look(centre, half_[0], true);
+      if (middle.inside && middle.far <= max_range_) region_.mark(level, low, false);
+      return;
+    }
     const std::int32_t half = std::int32_t{1} << (level - 1);
-    const bool is_cube = level == kCubeLevel;
-    if (is_cube) open(low);
     for (int child = 0; child < 8; ++child) {
       node(level - 1,
            {low.x + ((child & 1) != 0 ? half : 0), low.y + ((child & 2) != 0 ? half : 0),
             low.z + ((child & 4) != 0 ? half : 0)},
            centre + child_[level][child]);
     }
-    if (is_cube) close(low);
   }
 
-  static std::uint64_t keyOf(const Int3& low) {
-    return packKey(Int3{low.x >> 3, low.y >> 3, low.z >> 3});
-  }
-  /// Bits of a cube of 2^level cells in one slice of the cube of 8.
-  static std::uint64_t sliceOf(int level, const Int3& low) {
-    constexpr std::uint64_t kSquare[3] = {0x1u, 0x303u, 0x0f0f0f0fu};
-    return kSquare[level] << (8 * (low.y & 7) + (low.x & 7));
-  }
-  bool isKnownFree(int level, const Int3& low) const {
-    const std::uint64_t slice = sliceOf(level, low);
-    const auto first = static_cast<std::size_t>(low.z & 7);
-    for (std::size_t z = first; z < first + (std::size_t{1} << level); ++z) {
-      if ((slice & ~known_[z]) != 0) return false;
-    }
-    return true;
-  }
-
-  void open(const Int3& low) {
-    unknown_ = kNone;
-    free_ = kNone;
-    known_ = space_.freeBits(keyOf(low));
-  }
-  void close(const Int3& low) {
-    const std::uint64_t key = keyOf(low);
-    if (free_ != kNone) space_.set(key, free_, true);
-    if (unknown_ != kNone) space_.set(key, unknown_, false);
-  }
-
-  void mark(int level, const Int3& low, bool free) {
-    const std::int32_t side = std::int32_t{1} << level;
-    if (level >= kCubeLevel) {
-      for (std::int32_t z = low.z; z < low.z + side; z += 8) {
-        for (std::int32_t y = low.y; y < low.y + side; y += 8) {
-          for (std::int32_t x = low.x; x < low.x + side; x += 8) {
-            space_.setAll(packKey(Int3{x >> 3, y >> 3, z >> 3}), free);
-          }
-        }
-      }
-      return;
-    }
-    CubeBits& bits = free ? free_ : unknown_;
-    const std::uint64_t slice = sliceOf(level, low);
-    for (std::int32_t z = low.z & 7; z < (low.z & 7) + side; ++z) {
-      bits[static_cast<std::size_t>(z)] |= slice;
-    }
-  }
-
-  UnknownSpace& space_;
+  OpenRegion region_;
   const DepthImage& image_;
   const double cell_;
   const double max_range_;
   Vector3 half_[kRootLevel + 1];
   Vector3 child_[kRootLevel + 1][8];
-  CubeBits unknown_{};
-  CubeBits free_{};
-  CubeBits known_{};  ///< free bits of the open cube before this frame
 };
 
 void UnknownSpace::integrate(const DepthImage& image, double cell, double max_range) {
@@ -153,73 +197,41 @@ void UnknownSpace::integrate(const DepthImage& image, double cell, double max_ra
   }
 }
 
-void UnknownSpace::setAll(std::uint64_t key, bool free) {
-  std::uint32_t& state = states_[key];
-  if (free) {
-    release(state);
-    state = kAllFree;
-  } else if (state == kNothing) {
-    state = kAllUnknown;
-  } else if (state >= kFirstCube) {
-    set(key, kFull, false);
-  }
+void UnknownSpace::add(const Int3& block, const Block& cells) {
+  OpenRegion region(*this);
+  region.open(block);
+  region.mark(block, cells.free, true);
+  region.mark(block, cells.unknown, false);
+  region.close();
 }
 
-void UnknownSpace::set(std::uint64_t key, const CubeBits& bits, bool free) {
-  std::uint32_t& state = states_[key];
-  if (state == kAllFree || (state == kAllUnknown && !free)) return;
-  if (state < kFirstCube) {
-    Cube fresh;
-    if (state == kAllUnknown) fresh.unknown = kFull;
-    if (spare_.empty()) {
-      state = static_cast<std::uint32_t>(cubes_.size()) + kFirstCube;
-      cubes_.push_back(fresh);
-    } else {
-      state = spare_.back() + kFirstCube;
-      spare_.pop_back();
-      cubes_[state - kFirstCube] = fresh;
-    }
+std::size_t UnknownSpace::Region::rank(std::size_t block) const {
+  std::size_t before = 0;
+  const std::size_t word = block >> 5u;
+  for (std::size_t w = 0; w < word; ++w) {
+    before += static_cast<std::size_t>(__builtin_popcountll(mixedOf(labels[w])));
   }
-  Cube& cube = cubes_[state - kFirstCube];
-  bool all_free = true;
-  bool all_unknown = true;
-  for (std::size_t z = 0; z < 8; ++z) {
-    if (free) {
-      cube.free[z] |= bits[z];
-      cube.unknown[z] &= ~bits[z];
-    } else {
-      cube.unknown[z] |= bits[z] & ~cube.free[z];
-    }
-    all_free &= cube.free[z] == ~std::uint64_t{0};
-    all_unknown &= cube.unknown[z] == ~std::uint64_t{0};
-  }
-  if (all_free || all_unknown) {
-    release(state);
-    state = all_free ? kAllFree : kAllUnknown;
-  }
-}
-
-CubeBits UnknownSpace::freeBits(std::uint64_t key) const {
-  const std::uint32_t* state = states_.find(key);
-  return state != nullptr && *state >= kFirstCube ? cubes_[*state - kFirstCube].free : kNone;
+  const std::uint64_t below = (std::uint64_t{1} << (2 * (block & 31u))) - 1;
+  return before + static_cast<std::size_t>(__builtin_popcountll(mixedOf(labels[word]) & below));
 }
 
 bool UnknownSpace::isUnknown(const Int3& cell) const {
-  const std::uint32_t* state = states_.find(packKey(Int3{cell.x >> 3, cell.y >> 3, cell.z >> 3}));
-  if (state == nullptr || *state < kAllUnknown) return false;
-  if (*state == kAllUnknown) return true;
-  return ((cubes_[*state - kFirstCube].unknown[static_cast<std::size_t>(cell.z & 7)] >>
-           (8 * (cell.y & 7) + (cell.x & 7))) &
-          1u) != 0;
+  const Int3 block{cell.x >> 2, cell.y >> 2, cell.z >> 2};
+  const Region* region = regions_.find(regionOf(block));
+  if (region == nullptr) return false;
+  const std::size_t place = placeOf(block);
+  const unsigned label = region->label(place);
+  if (label != kMixed) return label == kUnknown;
+  const int bit = 16 * (cell.z & 3) + 4 * (cell.y & 3) + (cell.x & 3);
+  return ((region->mixed[region->rank(place)].unknown >> bit) & 1u) != 0;
 }
 
-UnknownSpace::Cube UnknownSpace::cube(std::size_t i) const {
-  const std::uint32_t state = states_.value(i);
-  if (state >= kFirstCube) return cubes_[state - kFirstCube];
-  Cube cube;
-  if (state == kAllFree) cube.free = kFull;
-  if (state == kAllUnknown) cube.unknown = kFull;
-  return cube;
+std::size_t UnknownSpace::memoryBytes() const {
+  std::size_t bytes = regions_.memoryBytes();
+  for (std::size_t r = 0; r < regions_.size(); ++r) {
+    bytes += regions_.value(r).mixed.capacity() * sizeof(Block);
+  }
+  return bytes;
 }
 
 }  // namespace planar_mapping::detail

@@ -17,52 +17,80 @@ using CubeBits = std::array<std::uint64_t, 8>;
 /// Which cells of the world grid are hidden behind a surface, and which were seen free (the paper,
 /// III-F, Fig. 5c). A cell once seen free is never unknown again, in whatever order frames come;
 /// that is why free cells are remembered as well.
+///
+/// Where nothing nearby was seen free, at the rim of what a frame sees and at its largest range,
+/// hidden cells are judged by blocks of 4 x 4 x 4, by the middle of the block: nothing is certain
+/// there, and following the rim cell by cell would cost most of the memory.
 class UnknownSpace {
  public:
-  struct Cube {
-    CubeBits unknown{};
-    CubeBits free{};
+  /// 4 x 4 x 4 cells, bit 16 z + 4 y + x.
+  struct Block {
+    std::uint64_t free = 0;
+    std::uint64_t unknown = 0;
   };
 
   /// Judges the cells in the frustum of an image, up to \p max_range, by its depths.
   void integrate(const DepthImage& image, double cell, double max_range);
   bool isUnknown(const Int3& cell) const;
 
-  std::size_t cubes() const { return states_.size(); }
-  std::uint64_t key(std::size_t i) const { return states_.key(i); }
-  /// Bits of cube i, which may be stored as a mere word.
-  Cube cube(std::size_t i) const;
-  /// Of a file; merges with what is there.
-  void addFree(const Int3& cube, const CubeBits& bits) { set(packKey(cube), bits, true); }
-  void addUnknown(const Int3& cube, const CubeBits& bits) { set(packKey(cube), bits, false); }
-  std::size_t memoryBytes() const {
-    return states_.memoryBytes() + cubes_.capacity() * sizeof(Cube) +
-           spare_.capacity() * sizeof(std::uint32_t);
-  }
+  /// Calls visit(block coordinates, Block) for every block of which something is known, in the
+  /// order in which their regions were seen first.
+  template <typename Visit>
+  void forEachBlock(Visit&& visit) const;
+  /// Adds what a file says of a block.
+  void add(const Int3& block, const Block& cells);
+  std::size_t memoryBytes() const;
 
  private:
-  static constexpr std::uint32_t kNothing = 0;  ///< never judged
-  static constexpr std::uint32_t kAllFree = 1;
-  static constexpr std::uint32_t kAllUnknown = 2;
-  static constexpr std::uint32_t kFirstCube = 3;  ///< above: position in cubes_
+  static constexpr std::int32_t kRegionBlocks = 8;  ///< a side
+  enum Label : std::uint8_t { kNever, kFree, kUnknown, kMixed };
+  /// 32 x 32 x 32 cells: a label of two bits for each block, the cells of the mixed ones in order.
+  struct Region {
+    std::array<std::uint64_t, 16> labels{};
+    std::vector<Block> mixed;
 
+    unsigned label(std::size_t block) const {
+      return static_cast<unsigned>(labels[block >> 5u] >> (2 * (block & 31u))) & 3u;
+    }
+    /// Position in mixed of a block with that label.
+    std::size_t rank(std::size_t block) const;
+  };
+  class OpenRegion;
   class Walk;
-  bool isAllFree(std::uint64_t key) const {
-    const std::uint32_t* state = states_.find(key);
-    return state != nullptr && *state == kAllFree;
+
+  static std::size_t placeOf(const Int3& block) {
+    return static_cast<std::size_t>((block.x & 7) + 8 * (block.y & 7) + 64 * (block.z & 7));
   }
-  /// Of a cube that is not all free.
-  CubeBits freeBits(std::uint64_t key) const;
-  void set(std::uint64_t key, const CubeBits& bits, bool free);
-  void setAll(std::uint64_t key, bool free);
-  void release(std::uint32_t state) {
-    if (state >= kFirstCube) spare_.push_back(state - kFirstCube);
+  static std::uint64_t regionOf(const Int3& block) {
+    return packKey(Int3{block.x >> 3, block.y >> 3, block.z >> 3});
+  }
+  /// Bits of the blocks of a word of labels that are mixed, at the low bits of their labels.
+  static std::uint64_t mixedOf(std::uint64_t labels) {
+    return labels & (labels >> 1u) & 0x5555555555555555u;
   }
 
-  KeyMap<std::uint32_t> states_;  ///< by cell >> 3
-  std::vector<Cube> cubes_;
-  std::vector<std::uint32_t> spare_;
+  KeyMap<Region> regions_;  ///< by cell >> 5
 };
+
+template <typename Visit>
+void UnknownSpace::forEachBlock(Visit&& visit) const {
+  constexpr std::uint64_t kAll = ~std::uint64_t{0};
+  for (std::size_t r = 0; r < regions_.size(); ++r) {
+    const Region& region = regions_.value(r);
+    const Int3 at = unpackKey(regions_.key(r));
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < 512; ++i) {
+      const unsigned label = region.label(i);
+      if (label == kNever) continue;
+      const Int3 block{kRegionBlocks * at.x + static_cast<std::int32_t>(i & 7u),
+                       kRegionBlocks * at.y + static_cast<std::int32_t>(i >> 3u & 7u),
+                       kRegionBlocks * at.z + static_cast<std::int32_t>(i >> 6u)};
+      visit(block, label == kMixed  ? region.mixed[next++]
+                   : label == kFree ? Block{kAll, 0}
+                                    : Block{0, kAll});
+    }
+  }
+}
 
 /// The unknown cells whose centre no cuboid occupies.
 /// \param cell side of a cell, metres
