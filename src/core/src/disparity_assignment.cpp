@@ -93,6 +93,8 @@ PlaneList DisparityAssigner::candidatesOf(int tile) const {
   for (int r = std::max(0, row - 1); r <= std::min(cloud_.rows - 1, row + 1); ++r) {
     for (int c = std::max(0, column - 1); c <= std::min(cloud_.columns - 1, column + 1); ++c) {
       const PlaneList& other = presence_[static_cast<std::size_t>(r * cloud_.columns + c)];
+      // Nearly all of the image.
+      if (other.size == 1 && list.size > 0 && other.label[0] == list.label[0]) continue;
       for (int k = 0; k < other.size; ++k) list.add(other.label[k]);
     }
   }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "planar_mapping/core/parallel.h"
@@ -14,40 +15,59 @@ namespace {
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
-/// A row of points to disparity space; what is not in front of the camera or masked becomes NaN.
-/// \p mask is 0 or NaN per point.
-PLANAR_MAPPING_MULTIVERSION
-void convertRow(const float* points, std::size_t stride, int width, float focal, float factor,
-                const float* mask, float* x, float* y, float* d) {
+/// Rows of one tile row in disparity space.
+struct Lines {
+  float* x;
+  float* y;
+  float* d;
+  float* mask;  ///< 0 or NaN per point
+};
+
+template <std::size_t kStride>
+inline __attribute__((always_inline)) void convertPoints(const float* points, std::size_t stride,
+                                                         int width, float focal, float factor,
+                                                         const Lines& lines) {
+  const std::size_t step = kStride > 0 ? kStride : stride;
   for (int i = 0; i < width; ++i) {
-    const float* p = points + static_cast<std::size_t>(i) * stride;
+    const float* p = points + static_cast<std::size_t>(i) * step;
     const float z = p[2];
     const float inverse = z > 0.0F ? 1.0F / z : kNaN;
     const float px = focal * p[0] * inverse;
     const float py = focal * p[1] * inverse;
     const float pd = factor * inverse;
     // Zero, or NaN if anything is not finite; a point at infinity has no disparity.
-    const float mark = (px - px) + (py - py) + (pd - pd) + mask[i];
+    const float mark = (px - px) + (py - py) + (pd - pd) + lines.mask[i];
     const float counts = pd > 0.0F ? mark : kNaN;
-    x[i] = px + counts;
-    y[i] = py + counts;
-    d[i] = pd + counts;
+    lines.x[i] = px + counts;
+    lines.y[i] = py + counts;
+    lines.d[i] = pd + counts;
   }
 }
 
-/// Rows of one tile row into tiles.
-void tileRow(const float* rows, int width, int height, float* tiles) {
-  const std::size_t plane = static_cast<std::size_t>(kTileSide) * width;
-  for (int row = 0; row < height; ++row) {
-    const float* line = rows + static_cast<std::size_t>(row) * width;
-    for (int column = 0; column < width; column += kQuarterSide) {
-      float* tile = tiles + std::size_t{3} * kTileArea * (column / kTileSide) +
-                    pixelInTile(row, column % kTileSide);
-      const int count = std::min(kQuarterSide, width - column);
-      for (int axis = 0; axis < 3; ++axis) {
-        std::copy_n(line + axis * plane + column, count, tile + axis * kTileArea);
-      }
+/// A row of points to disparity space; what is not in front of the camera or masked becomes NaN.
+PLANAR_MAPPING_MULTIVERSION
+void convertRow(const float* points, std::size_t stride, int width, float focal, float factor,
+                const Lines& lines) {
+  if (stride == 4) return convertPoints<4>(points, 4, width, focal, factor, lines);
+  if (stride == 3) return convertPoints<3>(points, 3, width, focal, factor, lines);
+  convertPoints<0>(points, stride, width, focal, factor, lines);
+}
+
+/// One row of an image, of which \p row is the place in the tiles, into \p tiles.
+PLANAR_MAPPING_MULTIVERSION
+void tileRow(const Lines& lines, int row, int width, float* tiles) {
+  const float* axes[3] = {lines.x, lines.y, lines.d};
+  for (int axis = 0; axis < 3; ++axis) {
+    const float* line = axes[axis];
+    float* out = tiles + axis * kTileArea + pixelInTile(row, 0);
+    const int whole = width / kQuarterSide;
+    for (int quarter = 0; quarter < whole; ++quarter) {
+      // Sizes the compiler knows are single moves.
+      std::memcpy(out + std::size_t{3} * kTileArea * (quarter / 2) + quarter % 2 * kQuarterArea,
+                  line + quarter * kQuarterSide, kQuarterSide * sizeof(float));
     }
+    float* last = out + std::size_t{3} * kTileArea * (whole / 2) + whole % 2 * kQuarterArea;
+    for (int i = whole * kQuarterSide; i < width; ++i) *last++ = line[i];
   }
 }
 
@@ -84,23 +104,27 @@ TiledCloud tileDisparities(const PointsView& points, const Indices* indices,
     if (rows < kTileSide || cloud.width < cloud.columns * kTileSide) {
       std::fill_n(tiles, std::size_t{3} * kTileArea * cloud.columns, kNaN);
     }
-    std::vector<float> lines(std::size_t{3} * kTileSide * width);
-    std::vector<float> mask(width, 0.0F);
+    std::vector<float> room(4 * width, 0.0F);
+    const Lines lines = {room.data(), room.data() + width, room.data() + 2 * width,
+                         room.data() + 3 * width};
+    const int* at = nullptr;
+    const int* last = nullptr;
+    if (indices != nullptr) {
+      last = indices->data() + indices->size();
+      at = std::lower_bound(indices->data(), last, static_cast<int>(first * width));
+    }
     for (int row = 0; row < rows; ++row) {
       const std::size_t begin = (first + static_cast<std::size_t>(row)) * width;
       if (indices != nullptr) {
-        std::fill(mask.begin(), mask.end(), kNaN);
-        auto at = std::lower_bound(indices->begin(), indices->end(), static_cast<int>(begin));
+        std::fill_n(lines.mask, width, kNaN);
         const auto end = static_cast<int>(begin + width);
-        for (; at != indices->end() && *at < end; ++at) {
-          mask[static_cast<std::size_t>(*at) - begin] = 0.0F;
+        for (; at != last && *at < end; ++at) {
+          lines.mask[static_cast<std::size_t>(*at) - begin] = 0.0F;
         }
       }
-      float* line = lines.data() + static_cast<std::size_t>(row) * width;
-      convertRow(points[begin], points.stride, cloud.width, focal, factor, mask.data(), line,
-                 line + kTileSide * width, line + 2 * kTileSide * width);
+      convertRow(points[begin], points.stride, cloud.width, focal, factor, lines);
+      tileRow(lines, row, cloud.width, tiles);
     }
-    tileRow(lines.data(), cloud.width, rows, tiles);
   });
   return cloud;
 }

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "organized_growing.h"
+#include "planar_mapping/core/simd.h"
 
 namespace planar_mapping::detail {
 namespace {
@@ -20,6 +21,25 @@ double cosineBetween(const double* a, const float* b) {
 
 double cosineBetween(const double* a, const double* b) {
   return std::fabs(a[0] * b[0] + a[1] * b[1] + a[2] * b[2]);
+}
+
+constexpr int kReach = 2;  ///< cells within which planes are adjacent
+
+/// 1 where a labelled cell of a row has another label within reach beside it or in the \p below
+/// rows that follow: so few that looking at them one by one takes no time.
+PLANAR_MAPPING_MULTIVERSION
+void markBorders(const std::int16_t* line, int columns, int below, std::uint8_t* meets) {
+  for (int c = 0; c < columns; ++c) meets[c] = 0;
+  for (int r = 0; r <= below; ++r) {
+    for (int shift = r == 0 ? 1 : -kReach; shift <= kReach; ++shift) {
+      const std::int16_t* other = line + r * columns + shift;
+      const int first = shift < 0 ? -shift : 0;
+      const int last = shift > 0 ? columns - shift : columns;
+      for (int c = first; c < last; ++c) {
+        meets[c] |= (line[c] >= 0) & (other[c] >= 0) & (line[c] != other[c]) ? 1 : 0;
+      }
+    }
+  }
 }
 
 }  // namespace
@@ -203,16 +223,19 @@ DisparityRegions DisparityGrower::grow(const DisparityParams& params,
 }
 
 PlanePairs adjacentPlanes(const std::vector<std::int16_t>& labels, int columns, int rows) {
-  constexpr int kReach = 2;
   PlanePairs pairs;
+  std::vector<std::uint8_t> meets(static_cast<std::size_t>(columns));
   for (int row = 0; row < rows; ++row) {
+    const std::int16_t* line = labels.data() + static_cast<std::size_t>(row) * columns;
+    const int below = std::min(kReach, rows - 1 - row);
+    markBorders(line, columns, below, meets.data());
     for (int column = 0; column < columns; ++column) {
-      const std::int16_t label = labels[static_cast<std::size_t>(row) * columns + column];
-      if (label < 0) continue;
-      for (int r = row; r <= std::min(rows - 1, row + kReach); ++r) {
-        const int left = r == row ? column + 1 : std::max(0, column - kReach);
+      if (meets[static_cast<std::size_t>(column)] == 0) continue;
+      const std::int16_t label = line[column];
+      for (int r = 0; r <= below; ++r) {
+        const int left = r == 0 ? column + 1 : std::max(0, column - kReach);
         for (int c = left; c <= std::min(columns - 1, column + kReach); ++c) {
-          const std::int16_t other = labels[static_cast<std::size_t>(r) * columns + c];
+          const std::int16_t other = line[r * columns + c];
           if (other >= 0 && other != label) pairs.emplace_back(std::minmax(label, other));
         }
       }

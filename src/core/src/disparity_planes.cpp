@@ -28,15 +28,15 @@ std::vector<std::int16_t> labelsOfQuarters(const std::vector<std::int16_t>& pixe
                                            const std::vector<std::int16_t>& grown,
                                            const TiledCloud& cloud) {
   std::vector<std::int16_t> labels(grown);
-  const int columns = 2 * cloud.columns;
-  for (std::size_t i = 0; i < labels.size(); ++i) {
-    if (labels[i] >= 0) continue;
-    const int row = static_cast<int>(i) / columns;
-    const int column = static_cast<int>(i) % columns;
-    const auto tile = static_cast<std::size_t>(row / 2 * cloud.columns + column / 2);
-    const int middle = pixelInTile(row % 2 * kQuarterSide + kQuarterSide / 2,
-                                   column % 2 * kQuarterSide + kQuarterSide / 2);
-    labels[i] = pixels[tile * kTileArea + static_cast<std::size_t>(middle)];
+  std::size_t i = 0;
+  for (int row = 0; row < 2 * cloud.rows; ++row) {
+    for (int column = 0; column < 2 * cloud.columns; ++column, ++i) {
+      if (labels[i] >= 0) continue;
+      const auto tile = static_cast<std::size_t>(row / 2 * cloud.columns + column / 2);
+      const int middle = pixelInTile(row % 2 * kQuarterSide + kQuarterSide / 2,
+                                     column % 2 * kQuarterSide + kQuarterSide / 2);
+      labels[i] = pixels[tile * kTileArea + static_cast<std::size_t>(middle)];
+    }
   }
   return labels;
 }

@@ -200,14 +200,15 @@ GroundBends::GroundBends(const GroundSample& sample, const GroundEstimate& estim
     }
   }
 
-  pieces_.resize(3 * pieces.size());
+  pieces_.resize(3 * kSide * kSide, 0.0f);
   for (std::int32_t cell = 0; cell < kCells * kCells; ++cell) {
     const Piece& piece = pieces[cell];
     const double u = centerOf(cell % kCells);
     const double v = centerOf(cell / kCells);
-    pieces_[3 * cell] = static_cast<float>(piece.at(-u, -v));
-    pieces_[3 * cell + 1] = static_cast<float>(piece.a);
-    pieces_[3 * cell + 2] = static_cast<float>(piece.b);
+    float* out = pieces_.data() + 3 * ((cell / kCells + 1) * kSide + cell % kCells + 1);
+    out[0] = static_cast<float>(piece.at(-u, -v));
+    out[1] = static_cast<float>(piece.a);
+    out[2] = static_cast<float>(piece.b);
   }
 }
 

@@ -28,11 +28,19 @@ struct Kernel {
   const float* pieces;                        ///< of the bends, null = flat
 };
 
-// Points are dealt with in blocks whose results stay in the first cache.
+// Points are dealt with in blocks that stay in the first cache.
 constexpr std::size_t kBlock = 1024;
 struct Block {
-  std::int32_t kind[kBlock];    ///< see Kind
-  std::int32_t column[kBlock];  ///< of what a wall may be made of
+  float x[kBlock], y[kBlock], z[kBlock];  ///< of the point, then forwards and left of the sensor
+  float d[kBlock], band[kBlock];          ///< height over the ground and what counts as on it
+  float a[kBlock], b[kBlock];             ///< place on the grid of the bends
+  std::int32_t kind[kBlock];              ///< see Kind
+  std::int32_t column[kBlock];            ///< of what a wall may be made of
+  std::uint8_t is_ground[kBlock];         ///< 1 where kind is kGround
+  std::uint16_t others[kBlock];           ///< points of a kind above kGround, ascending
+  std::size_t finite = 0;                 ///< points
+  std::size_t on_ground = 0;              ///< points of kGround
+  std::size_t number_of_others = 0;
 };
 
 enum Kind : std::int32_t {
@@ -54,37 +62,73 @@ inline __attribute__((always_inline)) float clamped(float value, float low, floa
   return raised < high ? raised : high;
 }
 
-template <bool kBent, bool kNoisy>
-inline __attribute__((always_inline)) std::size_t classifyBlock(const float* data,
-                                                                std::size_t stride, std::size_t n,
-                                                                const Kernel& kernel,
-                                                                Block& block) {
+inline __attribute__((always_inline)) std::int32_t floorOf(float value) {
+  const auto truncated = static_cast<std::int32_t>(value);
+  return truncated - (static_cast<float>(truncated) > value ? 1 : 0);
+}
+
+template <std::size_t kStride>
+inline __attribute__((always_inline)) void gatherPoints(const float* data, std::size_t stride,
+                                                        const int* indices, std::size_t n,
+                                                        Block& block) {
+  const std::size_t step = kStride > 0 ? kStride : stride;
+  for (std::size_t i = 0; i < n; ++i) {
+    const float* p = data + (indices ? static_cast<std::size_t>(indices[i]) : i) * step;
+    block.x[i] = p[0];
+    block.y[i] = p[1];
+    block.z[i] = p[2];
+  }
+}
+
+/// Strides known at compile time are loaded with shuffles.
+PLANAR_MAPPING_MULTIVERSION
+void gather(const float* data, std::size_t stride, const int* indices, std::size_t n,
+            Block& block) {
+  if (stride == 3) return gatherPoints<3>(data, 3, indices, n, block);
+  if (stride == 4) return gatherPoints<4>(data, 4, indices, n, block);
+  gatherPoints<0>(data, stride, indices, n, block);
+}
+
+// Several short loops: in one, the compiler finds comparisons that decide each other and leaves
+// branches.
+PLANAR_MAPPING_MULTIVERSION
+void classify(std::size_t n, const Kernel& kernel, Block& block) {
   const Kernel k = kernel;
-  constexpr auto kCells = static_cast<float>(GroundBends::kCells);
   std::int32_t finite = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    const float* p = data + i * stride;
-    const float px = p[0] - k.sensor[0];
-    const float py = p[1] - k.sensor[1];
-    const float pz = p[2] - k.sensor[2];
-    const float x = k.forwards[0] * px + k.forwards[1] * py + k.forwards[2] * pz;
-    const float y = k.left[0] * px + k.left[1] * py + k.left[2] * pz;
-    float d = k.normal[0] * px + k.normal[1] * py + k.normal[2] * pz + k.height;
-    if (kBent) {
-      const float a = (x - k.origin_x) * k.cells_per_metre;
-      const float b = (y - k.origin_y) * k.cells_per_metre;
-      const auto column = static_cast<std::int32_t>(clamped(a, 0.0f, kCells - 1.0f));
-      const auto row = static_cast<std::int32_t>(clamped(b, 0.0f, kCells - 1.0f));
-      const std::int32_t cell = 3 * (row * GroundBends::kCells + column);
-      const float bend = k.pieces[cell] + k.pieces[cell + 1] * x + k.pieces[cell + 2] * y;
-      d -= (a >= 0.0f) & (b >= 0.0f) & (a < kCells) & (b < kCells) ? bend : 0.0f;
+    const float px = block.x[i] - k.sensor[0];
+    const float py = block.y[i] - k.sensor[1];
+    const float pz = block.z[i] - k.sensor[2];
+    const float along = k.depth_axis[0] * px + k.depth_axis[1] * py + k.depth_axis[2] * pz;
+    block.x[i] = k.forwards[0] * px + k.forwards[1] * py + k.forwards[2] * pz;
+    block.y[i] = k.left[0] * px + k.left[1] * py + k.left[2] * pz;
+    block.d[i] = k.normal[0] * px + k.normal[1] * py + k.normal[2] * pz + k.height;
+    const float noisy = k.noise * __builtin_fabsf(along);
+    block.band[i] = noisy > k.threshold ? noisy : k.threshold;
+    // Zero times a number is zero unless the number is not finite.
+    finite += (px * 0.0f == 0.0f) & (py * 0.0f == 0.0f) & (pz * 0.0f == 0.0f) ? 1 : 0;
+  }
+  block.finite = static_cast<std::size_t>(finite);
+  if (k.pieces) {
+    constexpr auto kCells = static_cast<float>(GroundBends::kCells);
+    for (std::size_t i = 0; i < n; ++i) {
+      // What is outside falls on the border.
+      block.a[i] = clamped((block.x[i] - k.origin_x) * k.cells_per_metre, -1.0f, kCells);
+      block.b[i] = clamped((block.y[i] - k.origin_y) * k.cells_per_metre, -1.0f, kCells);
     }
-    float band = k.threshold;
-    if (kNoisy) {
-      const float along = k.depth_axis[0] * px + k.depth_axis[1] * py + k.depth_axis[2] * pz;
-      const float noisy = k.noise * __builtin_fabsf(along);
-      band = noisy > band ? noisy : band;
+    for (std::size_t i = 0; i < n; ++i) {
+      block.column[i] = 3 * (floorOf(block.b[i]) * GroundBends::kSide + floorOf(block.a[i]));
     }
+    const float* pieces = k.pieces + 3 * (GroundBends::kSide + 1);
+    for (std::size_t i = 0; i < n; ++i) {
+      const std::int32_t at = block.column[i];
+      block.a[i] = pieces[at] + pieces[at + 1] * block.x[i] + pieces[at + 2] * block.y[i];
+    }
+    for (std::size_t i = 0; i < n; ++i) block.d[i] -= block.a[i];
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    const float d = block.d[i];
+    const float band = block.band[i];
     const float foot = k.foot < band ? k.foot : band;
     // Counting comparisons instead of choosing leaves no branch in the loop.
     const std::int32_t under = (d <= foot ? 1 : 0) + (d <= band ? 1 : 0) +
@@ -92,39 +136,28 @@ inline __attribute__((always_inline)) std::size_t classifyBlock(const float* dat
                                (d <= band + k.wall_height ? 1 : 0);
     const std::int32_t within = (under > 0 ? 1 : 0) & (d >= -band ? 1 : 0);
     block.kind[i] = within * (5 - under);
+  }
+  for (std::size_t i = 0; i < n; ++i) {
     // Positive before the truncation, and small enough for a float to tell columns apart.
-    const float a = clamped(x * k.columns_per_metre, -16384.0f, 16384.0f);
-    const float b = clamped(y * k.columns_per_metre, -16384.0f, 16384.0f);
+    const float a = clamped(block.x[i] * k.columns_per_metre, -16384.0f, 16384.0f);
+    const float b = clamped(block.y[i] * k.columns_per_metre, -16384.0f, 16384.0f);
     const auto column = static_cast<std::int32_t>(a + 32768.0f);
     const auto row = static_cast<std::int32_t>(b + 32768.0f);
     block.column[i] = (row & (kSide - 1)) * kSide + (column & (kSide - 1));
-    // Zero times a number is zero unless the number is not finite.
-    finite += (px * 0.0f == 0.0f) & (py * 0.0f == 0.0f) & (pz * 0.0f == 0.0f) ? 1 : 0;
   }
-  return static_cast<std::size_t>(finite);
-}
-
-template <bool kBent, bool kNoisy>
-inline __attribute__((always_inline)) std::size_t classifyStride(const float* data,
-                                                                 std::size_t stride, std::size_t n,
-                                                                 const Kernel& kernel,
-                                                                 Block& block) {
-  // Strides known at compile time are loaded with shuffles.
-  if (stride == 4) return classifyBlock<kBent, kNoisy>(data, 4, n, kernel, block);
-  if (stride == 8) return classifyBlock<kBent, kNoisy>(data, 8, n, kernel, block);
-  return classifyBlock<kBent, kNoisy>(data, stride, n, kernel, block);
-}
-
-/// \return number of finite points
-PLANAR_MAPPING_MULTIVERSION
-std::size_t classify(const float* data, std::size_t stride, std::size_t n, const Kernel& kernel,
-                     Block& block) {
-  if (kernel.pieces) {
-    return kernel.noise > 0.0f ? classifyStride<true, true>(data, stride, n, kernel, block)
-                               : classifyStride<true, false>(data, stride, n, kernel, block);
+  std::int32_t on_ground = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    block.is_ground[i] = block.kind[i] == kGround ? 1 : 0;
+    on_ground += block.kind[i] == kGround ? 1 : 0;
   }
-  return kernel.noise > 0.0f ? classifyStride<false, true>(data, stride, n, kernel, block)
-                             : classifyStride<false, false>(data, stride, n, kernel, block);
+  block.on_ground = static_cast<std::size_t>(on_ground);
+  // Written always and kept sometimes: which points they are no branch could foresee.
+  std::size_t others = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    block.others[others] = static_cast<std::uint16_t>(i);
+    others += block.kind[i] > kGround ? 1 : 0;
+  }
+  block.number_of_others = others;
 }
 
 struct Column {
@@ -167,32 +200,27 @@ void labelGround(const PointsView& points, const Indices* indices, const GroundP
                  Ground& ground) {
   const Kernel kernel = makeKernel(params, frame, plane, bends);
   const std::size_t n = countOf(points, indices);
-  ground.is_ground.assign(n, 0);
+  ground.is_ground.resize(n);
   std::vector<Column> columns(kSide * kSide);
   struct Undecided {
     std::size_t position;
     std::int32_t column;
   };
   std::vector<Undecided> undecided;
-  std::vector<float> gathered(indices ? 3 * kBlock : 0);
   Block block;
   std::size_t finite = 0;
   std::size_t on_ground = 0;
   for (std::size_t first = 0; first < n; first += kBlock) {
     const std::size_t count = std::min(kBlock, n - first);
-    if (indices) {
-      for (std::size_t i = 0; i < count; ++i) {
-        std::copy_n(points[at(indices, first + i)], 3, gathered.data() + 3 * i);
-      }
-      finite += classify(gathered.data(), 3, count, kernel, block);
-    } else {
-      finite += classify(points[first], points.stride, count, kernel, block);
-    }
-    for (std::size_t i = 0; i < count; ++i) {
+    gather(indices ? points.data : points[first], points.stride,
+           indices ? indices->data() + first : nullptr, count, block);
+    classify(count, kernel, block);
+    finite += block.finite;
+    on_ground += block.on_ground;
+    std::copy_n(block.is_ground, count, ground.is_ground.data() + first);
+    for (std::size_t k = 0; k < block.number_of_others; ++k) {
+      const std::size_t i = block.others[k];
       const std::int32_t kind = block.kind[i];
-      ground.is_ground[first + i] = kind == kGround ? 1 : 0;
-      on_ground += kind == kGround ? 1 : 0;
-      if (kind <= kGround) continue;
       Column& column = columns[block.column[i]];
       if (kind == kLowInWall) {
         column.low += column.low < kMostCounted ? 1 : 0;

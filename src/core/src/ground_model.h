@@ -71,10 +71,10 @@ class GroundBends {
   GroundBends(const GroundSample& sample, const GroundEstimate& estimate,
               const GroundParams& params, const GroundFrame& frame);
 
-  /// For the pass over the points: cell = floor((x - origin_x) * cells_per_metre) and likewise,
-  /// row major; w = c[0] + c[1] x + c[2] y with c = pieces + 3 * cell is the distance of the local
-  /// ground from the plane at the sensor, metres. \p pieces is null where the ground is flat;
-  /// outside the grid it is.
+  /// For the pass over the points: column = 1 + floor((x - origin_x) * cells_per_metre), row
+  /// likewise; w = c[0] + c[1] x + c[2] y with c = pieces + 3 * (row * kSide + column) is the
+  /// distance of the local ground from the plane at the sensor, metres. \p pieces is null where the
+  /// ground is flat; outside the grid it is, and so are the pieces along its border.
   void describe(float& origin_x, float& origin_y, float& cells_per_metre,
                 const float*& pieces) const {
     origin_x = origin_x_;
@@ -85,6 +85,7 @@ class GroundBends {
   std::size_t followed() const { return followed_; }
 
   static constexpr int kCells = 64;
+  static constexpr int kSide = kCells + 2;  ///< with the border
 
  private:
   float origin_x_ = 0.0f;

@@ -200,21 +200,34 @@ GroundSample drawGroundSample(const PointsView& points, const Indices* indices,
   const std::size_t draws = std::min(n, wanted);
   Random random(params.seed, 0);
   for (auto* values : {&sample.x, &sample.y, &sample.z, &sample.depth}) values->reserve(draws);
-  for (std::size_t draw = 0; draw < draws; ++draw) {
-    // One point out of each of `draws` equal runs: even, but in step with no row of the image.
-    const std::size_t first = draw * n / draws;
-    const std::size_t length = (draw + 1) * n / draws - first;
-    const std::size_t k = first + random.below(static_cast<std::uint32_t>(length));
-    const std::size_t i = at(indices, k);
-    if (!points.isFinite(i)) continue;
-    const Vector3 p = points.point(i);
-    const Vector3 q = frame.local(p);
-    // Beyond this a float no longer resolves the ground.
-    if (!(q.cwiseAbs().maxCoeff() < 1e5)) continue;
-    sample.x.push_back(static_cast<float>(q.x()));
-    sample.y.push_back(static_cast<float>(q.y()));
-    sample.z.push_back(static_cast<float>(q.z()));
-    sample.depth.push_back(static_cast<float>(frame.depth(p)));
+  // The points lie all over the memory: fetched together they cost a fraction of one by one.
+  constexpr std::size_t kTogether = 64;
+  std::size_t drawn[kTogether];
+  std::size_t first = 0;
+  for (std::size_t begin = 0; begin < draws; begin += kTogether) {
+    const std::size_t count = std::min(kTogether, draws - begin);
+    for (std::size_t i = 0; i < count; ++i) {
+      // One point out of each of `draws` equal runs: even, but in step with no row of the image.
+      const std::size_t end = (begin + i + 1) * n / draws;
+      drawn[i] = first + random.below(static_cast<std::uint32_t>(end - first));
+      if (indices) __builtin_prefetch(indices->data() + drawn[i]);
+      first = end;
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      drawn[i] = at(indices, drawn[i]);
+      __builtin_prefetch(points[drawn[i]]);
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!points.isFinite(drawn[i])) continue;
+      const Vector3 p = points.point(drawn[i]);
+      const Vector3 q = frame.local(p);
+      // Beyond this a float no longer resolves the ground.
+      if (!(q.cwiseAbs().maxCoeff() < 1e5)) continue;
+      sample.x.push_back(static_cast<float>(q.x()));
+      sample.y.push_back(static_cast<float>(q.y()));
+      sample.z.push_back(static_cast<float>(q.z()));
+      sample.depth.push_back(static_cast<float>(frame.depth(p)));
+    }
   }
   return sample;
 }

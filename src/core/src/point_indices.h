@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
+#include <limits>
 #include <string>
 
 #include "planar_mapping/core/error.h"
@@ -12,6 +14,13 @@ namespace planar_mapping::detail {
 /// \throws InputError if an index is not a point of the cloud
 inline void requireIndices(const PointsView& points, const Indices* indices) {
   if (!indices) return;
+  // All first, without a branch: there hardly ever is one outside. -1 is larger than any size.
+  const std::size_t size = std::min<std::size_t>(points.size, std::numeric_limits<int>::max());
+  unsigned outside = 0;
+  for (const int i : *indices) {
+    outside |= static_cast<unsigned>(i) >= static_cast<unsigned>(size) ? 1U : 0U;
+  }
+  if (outside == 0) return;
   for (const int i : *indices) {
     if (i < 0 || static_cast<std::size_t>(i) >= points.size) {
       throw InputError("indices: " + std::to_string(i) + " is outside the cloud of " +

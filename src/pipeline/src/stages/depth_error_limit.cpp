@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
 
 #include "builtin.h"
 #include "noise_keys.h"
@@ -27,15 +29,36 @@ class DepthErrorLimitStage : public Stage {
   void process(Frame& frame) override {
     const std::optional<StereoNoise> noise = noise_.optionalNoise();
     if (!noise) return;
+    const float farthest = farthestDepth(*noise);
     const FrameCloud& cloud = *frame.cloud;
-    const auto is_poor = [&](int i) {
-      return noise->depthError(cloud[static_cast<std::size_t>(i)].z) > max_error_;
-    };
-    frame.indices.erase(std::remove_if(frame.indices.begin(), frame.indices.end(), is_poor),
-                        frame.indices.end());
+    // Written always and counted where it stays: which points do, no branch could foresee.
+    std::size_t kept = 0;
+    for (const int index : frame.indices) {
+      frame.indices[kept] = index;
+      kept += std::fabs(cloud[static_cast<std::size_t>(index)].z) > farthest ? 0 : 1;
+    }
+    frame.indices.resize(kept);
   }
 
  private:
+  /// The largest depth whose error is within max_error_, so that points need no division. The
+  /// error never falls with the depth, whatever is rounded, and neither do the bits of a float.
+  float farthestDepth(const StereoNoise& noise) const {
+    std::uint32_t within = 0;
+    std::uint32_t beyond = 0x7F800000U;  // infinity
+    const auto depthOf = [](std::uint32_t bits) {
+      float depth = 0.0F;
+      std::memcpy(&depth, &bits, sizeof(depth));
+      return depth;
+    };
+    if (!(noise.depthError(depthOf(beyond)) > max_error_)) return depthOf(beyond);
+    while (beyond - within > 1) {
+      const std::uint32_t middle = within + (beyond - within) / 2;
+      (noise.depthError(depthOf(middle)) > max_error_ ? beyond : within) = middle;
+    }
+    return depthOf(within);
+  }
+
   double max_error_ = 0.1;
   detail::NoiseKeys noise_;
 };

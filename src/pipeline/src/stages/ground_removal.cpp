@@ -87,12 +87,19 @@ class GroundRemovalStage : public Stage {
       frame.notes.push_back(frame.source + ": no ground: " + toString(ground.diagnostics.status));
       return;
     }
-    Indices kept;
-    kept.reserve(frame.indices.size());
+    // Each point is written to both lists and counted in one: which, no branch could foresee.
+    std::size_t kept = 0;
+    std::size_t removed = frame.ground.size();
+    frame.ground.resize(removed + ground.diagnostics.ground_points + 1);
     for (std::size_t i = 0; i < frame.indices.size(); ++i) {
-      (ground.is_ground[i] != 0 ? frame.ground : kept).push_back(frame.indices[i]);
+      const int index = frame.indices[i];
+      frame.indices[kept] = index;
+      frame.ground[removed] = index;
+      kept += ground.is_ground[i] != 0 ? 0 : 1;
+      removed += ground.is_ground[i] != 0 ? 1 : 0;
     }
-    frame.indices = std::move(kept);
+    frame.indices.resize(kept);
+    frame.ground.resize(removed);
   }
 
  private:
