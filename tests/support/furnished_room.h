@@ -9,6 +9,7 @@
 #include <limits>
 #include <vector>
 
+#include "planar_mapping/core/plane.h"
 #include "planar_mapping/core/random.h"
 #include "planar_mapping/core/types.h"
 
@@ -18,8 +19,9 @@ namespace planar_mapping::test {
 struct RoomFrame {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
-  std::vector<float> xyz;   ///< camera frame, NaN where nothing was measured
-  std::vector<int> labels;  ///< number of the face, -1 = curved or flying
+  std::vector<float> xyz;     ///< camera frame, NaN where nothing was measured
+  std::vector<int> labels;    ///< index into planes, -1 = curved or flying
+  std::vector<Plane> planes;  ///< of all faces, seen or not
 };
 
 /// The frame of a structured-light camera (640 x 480, x right, y down, z forward) in a room of
@@ -78,6 +80,14 @@ inline RoomFrame furnishedRoom(std::uint64_t seed) {
   frame.height = kHeight;
   frame.xyz.assign(3 * white.size(), std::numeric_limits<float>::quiet_NaN());
   frame.labels.assign(white.size(), -1);
+  for (const Box& box : boxes) {
+    for (int side = 0; side < 6; ++side) {
+      const int axis = side / 2;
+      const Vector3 normal(right[axis], down[axis], forward[axis]);
+      const double at = side % 2 == 0 ? box.low[axis] : box.high[axis];
+      frame.planes.push_back({normal, eye[axis] - at});
+    }
+  }
   const auto rayOf = [&](int row, int column_of) {
     return Vector3((column_of - 0.5 * (kWidth - 1)) / kFocal, (row - 0.5 * (kHeight - 1)) / kFocal,
                    1.0);

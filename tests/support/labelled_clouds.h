@@ -97,8 +97,10 @@ inline LabelledCloud readTabletop(const std::string& name) {
 /// found, but no clutter either.
 inline LabelledCloud roomFrame(std::uint64_t seed) {
   RoomFrame frame = furnishedRoom(seed);
-  return labelled("room_frame_" + std::to_string(seed), std::move(frame.xyz), frame.width,
-                  frame.height, frame.labels, 1000);
+  LabelledCloud cloud{
+      "room_frame_" + std::to_string(seed), std::move(frame.xyz), frame.width, frame.height, {}};
+  cloud.truth = evaluation::truthOf(cloud.view(), frame.labels, frame.planes, 1000);
+  return cloud;
 }
 
 /// A frame of a simulated stereo scene, as it is measured.
@@ -107,9 +109,18 @@ inline LabelledCloud simulatedFrame(const evaluation::Simulation& simulation, st
   evaluation::SimulatedFrame frame = simulation.frame(index);
   std::vector<int> labels(frame.labels.size());
   for (std::size_t i = 0; i < labels.size(); ++i) labels[i] = static_cast<int>(frame.labels[i]) - 1;
-  return labelled(simulation.params().scene + "_" + std::to_string(index), std::move(frame.xyz),
-                  static_cast<std::uint32_t>(simulation.params().width),
-                  static_cast<std::uint32_t>(simulation.params().height), labels, min_points);
+  std::vector<Plane> planes;
+  const Pose T_camera_world = frame.T_world_camera.inverse();
+  for (const Plane& plane : simulation.planes()) {
+    planes.push_back(transformed(plane, T_camera_world));
+  }
+  LabelledCloud cloud{simulation.params().scene + "_" + std::to_string(index),
+                      std::move(frame.xyz),
+                      static_cast<std::uint32_t>(simulation.params().width),
+                      static_cast<std::uint32_t>(simulation.params().height),
+                      {}};
+  cloud.truth = evaluation::truthOf(cloud.view(), labels, planes, min_points);
+  return cloud;
 }
 
 }  // namespace planar_mapping::test

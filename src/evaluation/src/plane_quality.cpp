@@ -2,11 +2,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/evaluation/plane_quality.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numeric>
 #include <string>
+#include <utility>
 
 #include "planar_mapping/core/error.h"
 #include "planar_mapping/core/plane_moments.h"
@@ -49,6 +51,35 @@ std::vector<std::size_t> coplanarTargets(const std::vector<PlaneMoments>& moment
   }
   return target;
 }
+
+/// The plane m . p = 1 of least squares of 1 / r = m . direction, of directions that are exact.
+struct RayFit {
+  static constexpr double kLeastSpread = 1e-12;  ///< of directions that span a plane, squared
+  Matrix3 squares = Matrix3::Zero();
+  Vector3 products = Vector3::Zero();
+  int points = 0;
+
+  void add(const Vector3& point) {
+    const double range = point.norm();
+    if (!(range > 0.0)) return;
+    const Vector3 direction = point / range;
+    squares += direction * direction.transpose();
+    products += direction / range;
+    ++points;
+  }
+  /// \return false if there are too few points or all lie on a line
+  bool fit(Plane& plane) const {
+    if (points < 3) return false;
+    Eigen::FullPivLU<Matrix3> decomposition(squares);
+    decomposition.setThreshold(kLeastSpread);
+    if (decomposition.rank() < 3) return false;
+    const Vector3 m = decomposition.solve(products);
+    const double length = m.norm();
+    if (!m.allFinite() || !(length > 0.0)) return false;
+    plane = {m / length, -1.0 / length};
+    return true;
+  }
+};
 
 void requireSameSize(const PointsView& points, const std::vector<int>& labels) {
   if (labels.size() != points.size) {
@@ -130,30 +161,53 @@ std::vector<std::size_t> PlaneTruth::sizes() const {
   return result;
 }
 
+PlaneTruth truthOf(const PointsView& points, const std::vector<int>& labels,
+                   const std::vector<Plane>& planes, int min_points) {
+  requireInRange("min_points", min_points, 3, 2147483647, "points");
+  requireSameSize(points, labels);
+  PlaneTruth all{labels, planes};
+  requireKnownLabels(all);
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    if (!points.isFinite(i)) all.labels[i] = kNotJudged;
+  }
+  const std::vector<std::size_t> sizes = all.sizes();
+  std::vector<int> number(planes.size(), kNotJudged);
+  PlaneTruth truth;
+  for (std::size_t t = 0; t < planes.size(); ++t) {
+    if (sizes[t] < static_cast<std::size_t>(min_points)) continue;
+    number[t] = static_cast<int>(truth.planes.size());
+    truth.planes.push_back(planes[t]);
+  }
+  truth.labels = std::move(all.labels);
+  for (int& label : truth.labels) {
+    if (label >= 0) label = number[static_cast<std::size_t>(label)];
+  }
+  return truth;
+}
+
 PlaneTruth truthOfLabels(const PointsView& points, const std::vector<int>& labels, int min_points) {
   requireInRange("min_points", min_points, 3, 2147483647, "points");
   requireSameSize(points, labels);
-  std::map<int, PlaneMoments> moments;
+  std::map<int, RayFit> fits;
   for (std::size_t i = 0; i < labels.size(); ++i) {
     if (labels[i] < kNotJudged) throw InputError("label " + std::to_string(labels[i]));
-    if (labels[i] >= 0 && points.isFinite(i)) moments[labels[i]].add(points.point(i));
+    if (labels[i] >= 0 && points.isFinite(i)) fits[labels[i]].add(points.point(i));
   }
-  PlaneTruth truth;
   std::map<int, int> number;
-  for (const auto& [label, sums] : moments) {
-    const PlaneMoments::Fit fit = sums.fit();
-    if (sums.weight() < min_points || !fit.valid) continue;
-    number[label] = static_cast<int>(truth.planes.size());
-    truth.planes.push_back(fit.plane);
+  std::vector<Plane> planes;
+  for (const auto& [label, sums] : fits) {
+    Plane plane;
+    if (!sums.fit(plane)) continue;
+    number[label] = static_cast<int>(planes.size());
+    planes.push_back(plane);
   }
-  truth.labels.assign(labels.size(), kNotJudged);
+  std::vector<int> indices(labels.size(), kNotJudged);
   for (std::size_t i = 0; i < labels.size(); ++i) {
-    if (!points.isFinite(i)) continue;
     const auto known = number.find(labels[i]);
-    if (labels[i] == kOnNoPlane) truth.labels[i] = kOnNoPlane;
-    if (known != number.end()) truth.labels[i] = known->second;
+    if (labels[i] == kOnNoPlane) indices[i] = kOnNoPlane;
+    if (known != number.end()) indices[i] = known->second;
   }
-  return truth;
+  return truthOf(points, indices, planes, min_points);
 }
 
 PlaneTruth joinCoplanar(const PointsView& points, const PlaneTruth& truth,

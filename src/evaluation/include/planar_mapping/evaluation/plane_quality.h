@@ -26,13 +26,18 @@ struct PLANAR_MAPPING_EXPORT PlaneTruth {
   std::vector<std::size_t> sizes() const;
 };
 
-/// Truth of a cloud whose points carry the numbers of planes: least-squares planes of the points of
-/// each label >= 0, numbered by rising label. Non-finite points are not judged.
+/// Truth of a cloud whose points carry the numbers of planes, which are fitted to them along the
+/// rays of a sensor at the origin (least squares of the inverse range), so that noise along oblique
+/// rays does not turn them. Planes are numbered by rising label; non-finite points are not judged.
 /// \param labels     of each point: any number >= 0, kOnNoPlane or kNotJudged
 /// \param min_points labels with fewer points are not judged, >= 3
 /// \throws InputError if sizes disagree or a label is below kNotJudged; ParameterError
 PLANAR_MAPPING_EXPORT PlaneTruth truthOfLabels(const PointsView& points,
                                                const std::vector<int>& labels, int min_points = 3);
+/// The same with planes that are known: labels are indices into \p planes.
+/// \throws InputError also for a label that is no such index
+PLANAR_MAPPING_EXPORT PlaneTruth truthOf(const PointsView& points, const std::vector<int>& labels,
+                                         const std::vector<Plane>& planes, int min_points = 3);
 
 /// When two planes count as one and the same.
 struct PLANAR_MAPPING_EXPORT CoplanarParams {
