@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "planar_mapping/core/error.h"
@@ -46,6 +47,16 @@ TEST(CuboidDistance, AgreesWithEveryCuboidAskedInTurn) {
   }
 }
 
+/// Is the point in a cuboid before number \p end? Asked with a block around it.
+bool isInsideOneBefore(const CuboidDistance& index, const Vector3& point, std::size_t end,
+                       const Matrix3& half_axes) {
+  CuboidDistance::Overlap overlap;
+  index.findBefore(end, point, half_axes, overlap);
+  if (overlap.is_whole) return true;
+  return std::any_of(overlap.cuboids.begin(), overlap.cuboids.end(),
+                     [&](std::uint32_t cuboid) { return index.holds(cuboid, point); });
+}
+
 TEST(CuboidDistance, KnowsWhichCuboidsComeBefore) {
   Random random(3);
   const std::vector<Cuboid> cuboids = randomCuboids(60, 6, 0.4);
@@ -59,11 +70,46 @@ TEST(CuboidDistance, KnowsWhichCuboidsComeBefore) {
           cuboids[i].center + cuboids[i].orientation * local.cwiseProduct(cuboids[i].size);
       bool before = false;
       for (std::size_t j = 0; j < i; ++j) before = before || contains(cuboids[j], p);
-      ASSERT_EQ(index.isInsideOneBefore(p, i), before);
+      Matrix3 axes = Matrix3::Zero();
+      ASSERT_EQ(isInsideOneBefore(index, p, i, axes), before);
+      for (int entry = 0; entry < 9; ++entry) axes(entry / 3, entry % 3) = 0.05 * random.normal();
+      ASSERT_EQ(isInsideOneBefore(index, p, i, axes), before);
       inside += before ? 1 : 0;
     }
   }
   EXPECT_GT(inside, 50);
+}
+
+TEST(CuboidDistance, BlocksAreHeldAsAWholeOrInPart) {
+  Cuboid cube;
+  cube.size = {2.0, 2.0, 2.0};
+  const CuboidDistance index({cube, cube});
+  CuboidDistance::Overlap overlap;
+  index.findBefore(1, {0.5, 0, 0}, 0.5 * Matrix3::Identity(), overlap);
+  EXPECT_TRUE(overlap.is_whole);
+  index.findBefore(1, {0.6, 0, 0}, 0.5 * Matrix3::Identity(), overlap);
+  EXPECT_FALSE(overlap.is_whole);
+  EXPECT_EQ(overlap.cuboids.size(), 1u);
+  index.findBefore(2, {0.6, 0, 0}, 0.5 * Matrix3::Identity(), overlap);
+  EXPECT_EQ(overlap.cuboids.size(), 2u);
+  index.findBefore(2, {1.6, 0, 0}, 0.5 * Matrix3::Identity(), overlap);
+  EXPECT_TRUE(overlap.cuboids.empty());
+  // Turned by 45 degrees a block of the same size reaches farther.
+  const Matrix3 turned = Eigen::AngleAxisd(M_PI / 4, Vector3::UnitZ()).toRotationMatrix();
+  index.findBefore(2, {1.6, 0, 0}, 0.5 * turned, overlap);
+  EXPECT_EQ(overlap.cuboids.size(), 2u);
+}
+
+TEST(CuboidDistance, HintsChangeNoAnswer) {
+  Random random(15);
+  const CuboidDistance index(randomCuboids(80, 16));
+  std::uint32_t hint = 4000000000u;
+  std::uint32_t other_hint = 7;
+  for (int i = 0; i < 2000; ++i) {
+    const Vector3 p(random.uniform(-4, 4), random.uniform(-4, 4), random.uniform(-4, 4));
+    ASSERT_EQ(index.distance(p, hint), index.distance(p));
+    ASSERT_EQ(index.isWithin(p, 0.3, other_hint), index.isWithin(p, 0.3));
+  }
 }
 
 TEST(CuboidDistance, TiltedCuboidByHand) {
@@ -83,14 +129,14 @@ TEST(CuboidDistance, NothingIsNearWithoutCuboids) {
   const CuboidDistance index({});
   EXPECT_EQ(index.distance({0, 0, 0}), std::numeric_limits<double>::infinity());
   EXPECT_FALSE(index.isWithin({0, 0, 0}, 1e9));
-  EXPECT_FALSE(index.isInsideOneBefore({0, 0, 0}, 5));
+  EXPECT_FALSE(isInsideOneBefore(index, {0, 0, 0}, 5, Matrix3::Identity()));
 }
 
 TEST(CuboidDistance, ManyCuboidsAtOnePlaceAreNoDeepTree) {
   const CuboidDistance index(std::vector<Cuboid>(20000));
   EXPECT_EQ(index.distance({3.0, 4.0, 0.0}), 5.0);
-  EXPECT_FALSE(index.isInsideOneBefore({0, 0, 0}, 0));
-  EXPECT_TRUE(index.isInsideOneBefore({0, 0, 0}, 1));
+  EXPECT_FALSE(isInsideOneBefore(index, {0, 0, 0}, 0, Matrix3::Zero()));
+  EXPECT_TRUE(isInsideOneBefore(index, {0, 0, 0}, 1, Matrix3::Zero()));
 }
 
 TEST(CuboidDistance, BadCuboidsAndPoints) {
@@ -104,7 +150,9 @@ TEST(CuboidDistance, BadCuboidsAndPoints) {
   EXPECT_THROW(CuboidDistance({cuboid}), InputError);
   const CuboidDistance index({Cuboid()});
   EXPECT_FALSE(index.isWithin({1, 0, 0}, -1.0));
-  EXPECT_FALSE(index.isWithin({1, 0, 0}, std::numeric_limits<double>::quiet_NaN()));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(index.isWithin({1, 0, 0}, nan));
+  EXPECT_FALSE(index.isWithin({nan, 0, 0}, 1.0));
 }
 
 }  // namespace

@@ -24,8 +24,23 @@ class PLANAR_MAPPING_EXPORT CuboidDistance {
   double distance(const Vector3& point) const;
   /// distance(point) <= margin, faster.
   bool isWithin(const Vector3& point, double margin) const;
-  /// Is the point inside a cuboid whose number is less than \p end?
-  bool isInsideOneBefore(const Vector3& point, std::size_t end) const;
+  /// The same for points of which neighbours are asked for one after the other: \p hint (0 at
+  /// first) takes the cuboid that answered last from question to question.
+  double distance(const Vector3& point, std::uint32_t& hint) const;
+  bool isWithin(const Vector3& point, double margin, std::uint32_t& hint) const;
+
+  /// What findBefore() finds.
+  struct Overlap {
+    bool is_whole = false;               ///< one of them holds all of the block
+    std::vector<std::uint32_t> cuboids;  ///< that may hold a part of it; for holds()
+  };
+  /// The cuboids before number \p end of the list that reach into a block of space: all points
+  /// center + half_axes * (a, b, c) with a, b, c in [-1, 1].
+  void findBefore(std::size_t end, const Vector3& center, const Matrix3& half_axes,
+                  Overlap& overlap) const;
+  bool holds(std::uint32_t cuboid, const Vector3& point) const {
+    return squaredDistance(boxes_[cuboid], point.data()) <= 0.0;
+  }
 
  private:
   struct Box {
@@ -41,8 +56,12 @@ class PLANAR_MAPPING_EXPORT CuboidDistance {
     std::uint32_t count;  ///< boxes of a leaf, 0 = inner node
     std::uint32_t least;  ///< smallest number below it
   };
-  std::uint32_t build(std::uint32_t begin, std::uint32_t end, const std::vector<double>& bounds,
-                      std::vector<std::uint32_t>& order);
+  struct Bounds;
+  std::uint32_t build(std::uint32_t begin, std::uint32_t end, const std::vector<Bounds>& bounds,
+                      std::vector<std::uint32_t>& order, int depth);
+  static std::uint32_t split(std::uint32_t begin, std::uint32_t end,
+                             const std::vector<Bounds>& bounds, std::vector<std::uint32_t>& order,
+                             int depth);
   static double squaredDistance(const Box& box, const double* point);
   static double squaredDistance(const Node& node, const double* point);
 
