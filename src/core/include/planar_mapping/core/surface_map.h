@@ -24,6 +24,7 @@ struct PLANAR_MAPPING_EXPORT SurfaceMapParams {
   /// least one of them > 0.
   double depth_error = 0.003;
   double depth_error_growth = 0.002;  ///< 1/m
+  double lateral_error = 0.01;        ///< standard deviation of a point across its ray, metres
   /// Direction in which depth is measured; zero = depth is the range (laser scanners).
   Vector3 optical_axis = Vector3::UnitZ();
   /// A surface of an organized cloud ends where the next one is farther away by this, plus this
@@ -32,12 +33,16 @@ struct PLANAR_MAPPING_EXPORT SurfaceMapParams {
   double edge_error = 0.015;  ///< standard deviation of the place of an edge, > 0
   int sample_size = 60000;    ///< points looked at, >= 100
   double reach = 0.3;         ///< from how far the planes of a guess are drawn to the map, > 0
-  /// If less than good_share of the planes find their place, further guesses are tried, turned by
-  /// this angle about each axis; 0 = none.
+  /// A floor has many planes, but they say nothing about the turn about the vertical: each
+  /// direction counts the same, and planes are of one direction within this angle, > 0, ...
+  double same_direction = 0.35;
+  double least_direction = 0.05;  ///< ... if they are at least this share of all, in [0, 1]
+  /// If less than good_share of the planes, by weight, find their place, further guesses are
+  /// tried, turned by this angle about each axis; 0 = none.
   double retry_rotation = 0.14;
-  double good_share = 0.85;  ///< in [0, 1]
-  int iterations = 15;       ///< at most, on each level, >= 1
-  double min_share = 0.4;    ///< of the cloud's planes that must lie on the map's, in [0, 1]
+  double good_share = 0.6;  ///< in [0, 1]
+  int iterations = 15;      ///< at most, on each level, >= 1
+  double min_share = 0.4;   ///< of the cloud's planes that must lie on the map's, in [0, 1]
   /// The errors of neighbouring points are not independent: so many planes of the smallest size
   /// tell as much as one; >= 1.
   double correlated_planes = 20.0;
@@ -56,6 +61,7 @@ struct CloudRegistration {
   Matrix6 covariance = Matrix6::Zero();
   std::size_t planes = 0;   ///< of the cloud, edges not counted
   std::size_t matched = 0;  ///< of those, on a plane of the map
+  double share = 0.0;       ///< of the planes that matched, each direction counting the same
   double rms = 0.0;         ///< distance of the matched ones, metres
 };
 
