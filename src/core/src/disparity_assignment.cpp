@@ -3,6 +3,7 @@
 #include "disparity_assignment.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "organized_lanes.h"
 #include "planar_mapping/core/parallel.h"
@@ -12,6 +13,28 @@ namespace planar_mapping::detail {
 namespace {
 
 constexpr float kFar = 3e38F;
+constexpr std::int16_t kNoCandidate = -1;
+constexpr std::int16_t kCandidates = std::numeric_limits<std::int16_t>::max();
+
+/// What a tile and those beside it hold together, from one row of tiles and its neighbours.
+PLANAR_MAPPING_MULTIVERSION
+void joinOnly(const std::int16_t* above, const std::int16_t* row, const std::int16_t* below,
+              int columns, std::int16_t* joined) {
+  const std::int16_t* rows[3] = {above, row, below};
+  for (int c = 0; c < columns; ++c) joined[c] = kNoCandidate;
+  for (const std::int16_t* line : rows) {
+    for (int shift = -1; shift <= 1; ++shift) {
+      const int first = shift < 0 ? 1 : 0;
+      const int last = shift > 0 ? columns - 1 : columns;
+      for (int c = first; c < last; ++c) {
+        const std::int16_t other = line[c + shift];
+        const std::int16_t so_far = joined[c];
+        const std::int16_t both = so_far == kNoCandidate || so_far == other ? other : kCandidates;
+        joined[c] = other == kNoCandidate ? so_far : both;
+      }
+    }
+  }
+}
 
 /// A plane as the pixel loop wants it; its band is max(constant, relative * D).
 struct BandedDisparity {
@@ -93,17 +116,33 @@ PlaneList DisparityAssigner::candidatesOf(int tile) const {
   for (int r = std::max(0, row - 1); r <= std::min(cloud_.rows - 1, row + 1); ++r) {
     for (int c = std::max(0, column - 1); c <= std::min(cloud_.columns - 1, column + 1); ++c) {
       const PlaneList& other = presence_[static_cast<std::size_t>(r * cloud_.columns + c)];
-      // Nearly all of the image.
-      if (other.size == 1 && list.size > 0 && other.label[0] == list.label[0]) continue;
       for (int k = 0; k < other.size; ++k) list.add(other.label[k]);
     }
   }
   return list;
 }
 
+void DisparityAssigner::findOnlyCandidates() {
+  std::vector<std::int16_t> own(presence_.size());
+  for (std::size_t i = 0; i < own.size(); ++i) {
+    own[i] = presence_[i].size == 0   ? kNoCandidate
+             : presence_[i].size == 1 ? presence_[i].label[0]
+                                      : kCandidates;
+  }
+  only_.resize(presence_.size());
+  for (int row = 0; row < cloud_.rows; ++row) {
+    const auto line = [&](int r) {
+      return own.data() + std::clamp(r, 0, cloud_.rows - 1) * cloud_.columns;
+    };
+    joinOnly(line(row - 1), line(row), line(row + 1), cloud_.columns,
+             only_.data() + row * cloud_.columns);
+  }
+}
+
 void DisparityAssigner::assign(const std::vector<DisparityPlane>& planes,
                                const DisparityParams& params, double share, double factor,
                                int threads) {
+  findOnlyCandidates();
   std::vector<std::vector<TilePart>> parts(static_cast<std::size_t>(cloud_.rows));
   parallelFor(static_cast<std::size_t>(cloud_.rows), threads, [&](std::size_t row) {
     BandedDisparity banded[PlaneList::kMost];
@@ -111,7 +150,13 @@ void DisparityAssigner::assign(const std::vector<DisparityPlane>& planes,
     for (int column = 0; column < cloud_.columns; ++column) {
       const int tile = static_cast<int>(row) * cloud_.columns + column;
       std::int16_t* labels = labels_.data() + static_cast<std::size_t>(tile) * kTileArea;
-      const PlaneList list = candidatesOf(tile);
+      PlaneList list;
+      const std::int16_t only = only_[static_cast<std::size_t>(tile)];
+      if (only == kCandidates) {
+        list = candidatesOf(tile);
+      } else if (only != kNoCandidate) {
+        list.add(only);
+      }
       int count = 0;
       for (int k = 0; k < list.size; ++k) {
         const DisparityPlane& plane = planes[static_cast<std::size_t>(list.label[k])];
@@ -155,6 +200,9 @@ void DisparityAssigner::assign(const std::vector<DisparityPlane>& planes,
 }
 
 void DisparityAssigner::relabel(const std::vector<std::int16_t>& target) {
+  bool same = true;
+  for (std::size_t i = 0; i < target.size(); ++i) same &= target[i] == static_cast<std::int16_t>(i);
+  if (same) return;
   for (PlaneList& list : presence_) {
     PlaneList renamed;
     for (int k = 0; k < list.size; ++k) {
@@ -176,12 +224,13 @@ void DisparityAssigner::relabel(const std::vector<std::int16_t>& target) {
     }
     if (part.label < 0) continue;
     // Parts of planes that became one are one as well.
-    std::size_t same = kept;
-    while (same > 0 && parts_[same - 1].tile == part.tile && parts_[same - 1].label != part.label) {
-      --same;
+    std::size_t before = kept;
+    while (before > 0 && parts_[before - 1].tile == part.tile &&
+           parts_[before - 1].label != part.label) {
+      --before;
     }
-    if (same > 0 && parts_[same - 1].tile == part.tile) {
-      addSums(parts_[same - 1].sums, part.sums);
+    if (before > 0 && parts_[before - 1].tile == part.tile) {
+      addSums(parts_[before - 1].sums, part.sums);
     } else {
       parts_[kept++] = part;
     }

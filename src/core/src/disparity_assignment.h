@@ -32,10 +32,13 @@ class DisparityAssigner {
 
  private:
   PlaneList candidatesOf(int tile) const;
+  /// Per tile: its one candidate, kNoCandidate or kCandidates for more than one.
+  void findOnlyCandidates();
 
   const TiledCloud& cloud_;
   std::vector<std::int16_t> labels_;
   std::vector<PlaneList> presence_;  ///< planes that a tile holds
+  std::vector<std::int16_t> only_;   ///< see findOnlyCandidates()
   std::vector<TilePart> parts_;
 };
 

@@ -14,6 +14,7 @@ namespace {
 
 constexpr int kWindowCells[3] = {1, 9, 25};
 constexpr double kLeastNoise = 1e-6;  ///< pixels
+constexpr double kMinShare = 0.5;     ///< of a full window, for it to be planar
 
 double cosineBetween(const double* a, const float* b) {
   return std::fabs(a[0] * b[0] + a[1] * b[1] + a[2] * b[2]);
@@ -46,17 +47,74 @@ void markBorders(const std::int16_t* line, int columns, int below, std::uint8_t*
 
 DisparityGrower::DisparityGrower(const CellGrid& grid, double* room)
     : grid_(grid), visited_(static_cast<std::size_t>(grid.cells()), 0) {
+  const auto occupied = std::count_if(grid.moment(kN), grid.moment(kN) + grid.cells(),
+                                      [](double count) { return count > 0.0; });
+  sparse_ = 2 * occupied < grid.cells();
+  if (sparse_) return;
   fits_[0] = fitDisparities(grid);
   fits_[1] = fitDisparities(windowSums(grid, 1, room));
   fits_[2] = fitDisparities(windowSums(grid, 2, room));
 }
 
+DisparityFit DisparityGrower::fitWindow(int cell, int radius) const {
+  const int row = cell / grid_.columns;
+  const int column = cell % grid_.columns;
+  const int top = std::max(0, row - radius);
+  const int bottom = std::min(grid_.rows - 1, row + radius);
+  const int left = std::max(0, column - radius);
+  const int right = std::min(grid_.columns - 1, column + radius);
+  MomentSums sums;
+  for (int m = 0; m < kMoments; ++m) {
+    const double* line = grid_.moment(m) + static_cast<std::size_t>(top) * grid_.columns;
+    double window = 0.0;
+    for (int c = left; c <= right; ++c) {
+      double sum = line[c];
+      for (int r = 1; r <= bottom - top; ++r) sum += line[r * grid_.columns + c];
+      window += sum;
+    }
+    sums[static_cast<std::size_t>(m)] = window;
+  }
+  return fitDisparity(sums);
+}
+
+std::vector<std::uint8_t> DisparityGrower::findFilled() const {
+  std::vector<std::uint8_t> filled(visited_.size());
+  const double* counts = grid_.moment(kN);
+  const int columns = grid_.columns;
+  const double alone = kMinShare * grid_.capacity;
+  const double together = kMinShare * kWindowCells[1] * grid_.capacity;
+  std::vector<double> sums(static_cast<std::size_t>(columns) + 2, 0.0);  // of three rows
+  for (int row = 0; row < grid_.rows; ++row) {
+    const double* line = counts + static_cast<std::size_t>(row) * columns;
+    const double* above = row > 0 ? line - columns : nullptr;
+    const double* below = row + 1 < grid_.rows ? line + columns : nullptr;
+    for (int c = 0; c < columns; ++c) {
+      sums[static_cast<std::size_t>(c) + 1] =
+          line[c] + (above != nullptr ? above[c] : 0.0) + (below != nullptr ? below[c] : 0.0);
+    }
+    std::uint8_t* out = filled.data() + static_cast<std::size_t>(row) * columns;
+    for (int c = 0; c < columns; ++c) {
+      const double around = sums[static_cast<std::size_t>(c)] +
+                            sums[static_cast<std::size_t>(c) + 1] +
+                            sums[static_cast<std::size_t>(c) + 2];
+      out[c] = (line[c] >= alone) | (around >= together) ? 1 : 0;
+    }
+  }
+  return filled;
+}
+
 double DisparityGrower::estimateNoise(const DisparityParams& params) const {
-  return estimateDisparityNoise(fits_[1], kWindowCells[1] * grid_.capacity, params);
+  const int capacity = kWindowCells[1] * grid_.capacity;
+  if (!sparse_) return estimateDisparityNoise(fits_[1], capacity, params);
+  std::vector<DisparityFit> windows;
+  const std::vector<std::uint8_t> filled = findFilled();
+  for (int cell = 0; cell < grid_.cells(); ++cell) {
+    if (filled[static_cast<std::size_t>(cell)] != 0) windows.push_back(fitWindow(cell, 1));
+  }
+  return estimateDisparityNoise(windows, capacity, params);
 }
 
 void DisparityGrower::classify(const DisparityParams& params) {
-  constexpr double kMinShare = 0.5;  // of a full window
   states_.assign(static_cast<std::size_t>(grid_.cells()), State{});
   const auto planar = [&](const DisparityFit& fit, int cells, State& state) {
     const double count = fit.count;
@@ -80,17 +138,25 @@ void DisparityGrower::classify(const DisparityParams& params) {
         params.growing_angle_share * params.max_normal_deviation + params.growing_factor * error;
     for (int axis = 0; axis < 3; ++axis) state.normal[axis] = static_cast<float>(normal[axis]);
     state.min_cosine = static_cast<float>(allowed < M_PI_2 ? std::cos(allowed) : 0.0);
+    state.residual = fit.residual;
     return true;
   };
+  const std::vector<std::uint8_t> filled = findFilled();
   for (int cell = 0; cell < grid_.cells(); ++cell) {
     const auto i = static_cast<std::size_t>(cell);
-    if (!(fits_[1][i].count > 0.0F)) continue;
+    if (filled[i] == 0) continue;
+    const auto fitOf = [&](int radius) {
+      return sparse_ ? fitWindow(cell, radius) : fits_[radius][i];
+    };
     State& state = states_[i];
-    if (planar(fits_[0][i], kWindowCells[0], state)) state.planarity = 1;
-    if (planar(fits_[1][i], kWindowCells[1], state)) {
+    if (planar(fitOf(0), kWindowCells[0], state)) state.planarity = 1;
+    if (planar(fitOf(1), kWindowCells[1], state)) {
       state.planarity = 2;
       State wide = state;
-      if (planar(fits_[2][i], kWindowCells[2], wide)) state.planarity = 3;
+      if (planar(fitOf(2), kWindowCells[2], wide)) {
+        state.planarity = 3;
+        state.residual = wide.residual;
+      }
     }
   }
 }
@@ -107,7 +173,7 @@ std::vector<int> DisparityGrower::seedOrder(const DisparityParams& params) const
     const int planarity = states_[i].planarity;
     if (planarity == 0) continue;
     const double relative =
-        std::min(9.0, fits_[planarity - 1][i].residual / std::max(params.noise, kLeastNoise));
+        std::min(9.0, states_[i].residual / std::max(params.noise, kLeastNoise));
     seeds.push_back({static_cast<float>(10.0 * (3 - planarity) + relative), cell});
   }
   std::sort(seeds.begin(), seeds.end(), [](const Seed& a, const Seed& b) {
@@ -236,7 +302,9 @@ PlanePairs adjacentPlanes(const std::vector<std::int16_t>& labels, int columns, 
         const int left = r == 0 ? column + 1 : std::max(0, column - kReach);
         for (int c = left; c <= std::min(columns - 1, column + kReach); ++c) {
           const std::int16_t other = line[r * columns + c];
-          if (other >= 0 && other != label) pairs.emplace_back(std::minmax(label, other));
+          if (other < 0 || other == label) continue;
+          const std::pair<std::int16_t, std::int16_t> pair = std::minmax(label, other);
+          if (pairs.empty() || pairs.back() != pair) pairs.push_back(pair);
         }
       }
     }

@@ -32,9 +32,14 @@ class DisparityGrower {
   struct State {
     float normal[3];         ///< of the window or the cell, zero if neither is planar
     float min_cosine;        ///< between the normal and that of a plane the cell may join
+    float residual;          ///< of the widest planar window, pixels
     std::uint8_t planarity;  ///< 0 none, 1 the cell, 2 its 3 x 3 and 3 its 5 x 5 window
   };
 
+  /// The fit of the window of (2 radius + 1)^2 cells; the same numbers as of windowSums().
+  DisparityFit fitWindow(int cell, int radius) const;
+  /// 1 per cell that may be planar, alone or with those around: others hold too few points.
+  std::vector<std::uint8_t> findFilled() const;
   void classify(const DisparityParams& params);
   std::vector<int> seedOrder(const DisparityParams& params) const;
   DisparityPlane seedPlane(int cell, const DisparityParams& params) const;
@@ -43,7 +48,9 @@ class DisparityGrower {
                const std::vector<std::int16_t>& labels, std::vector<int>& cells, MomentSums& sums);
 
   const CellGrid& grid_;
-  std::vector<DisparityFit> fits_[3];  ///< of cells, 3 x 3 and 5 x 5 windows
+  /// Most cells are empty: windows are fitted where there are enough points in them.
+  bool sparse_ = false;
+  std::vector<DisparityFit> fits_[3];  ///< of cells, 3 x 3 and 5 x 5 windows, unless sparse
   std::vector<State> states_;
   std::vector<int> visited_;
   int visit_ = 0;

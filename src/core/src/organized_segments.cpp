@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numeric>
 
 #include "plane_patches.h"
@@ -96,6 +97,10 @@ void listInliers(const TiledCloud& cloud, const std::vector<std::int16_t>& label
       const std::int16_t* four =
           labels.data() + tile * kTileArea + pixelInTile(row % kTileSide, column % kTileSide);
       const int index = row * cloud.width + column;
+      std::uint64_t all = 0;
+      static_assert(sizeof(all) == kQuarterSide * sizeof(*four), "compared at once");
+      std::memcpy(&all, four, sizeof(all));
+      if (all == ~std::uint64_t{0}) continue;  // no plane here
       for (int i = 0; i < kQuarterSide;) {
         const std::int16_t label = four[i];
         const int begin = i;

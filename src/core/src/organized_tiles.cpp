@@ -175,6 +175,12 @@ void sumQuarterRows(const float* xyz, const std::int16_t* labels, int columns, i
         const int at = quarter * kQuarterArea;
         const std::size_t cell =
             (static_cast<std::size_t>(2 * row + quarter / 2) * columns + column) * 2 + quarter % 2;
+        ShortLanes held;
+        std::memcpy(&held, tile_labels + at, sizeof(held));
+        if (smallestOf(held) >= 0) {  // no free pixel, as in most
+          for (int m = 0; m < kMoments; ++m) out[cell + m * out_stride] = 0.0;
+          continue;
+        }
         sumPixels(x + at, x + kTileArea + at, x + 2 * kTileArea + at, tile_labels + at, -1,
                   kQuarterArea, out + cell, out_stride);
       }
