@@ -10,9 +10,9 @@
 #include <numeric>
 #include <sstream>
 
-#include "coverage.h"
 #include "planar_mapping/core/error.h"
 #include "planar_mapping/core/parallel.h"
+#include "planar_mapping/evaluation/cuboid_distance.h"
 #include "planar_mapping/evaluation/trajectory_error.h"
 
 namespace planar_mapping::detail {
@@ -215,13 +215,11 @@ bool RunStatistics::posesAreGivenOnes() const {
 RunStatistics::Coverage RunStatistics::coverageOf(const PlanarMap& map) const {
   Coverage coverage;
   if (standard_cells_.empty()) return coverage;
-  const double resolution = map.params().approximation.resolution;
-  constexpr double kGridCells = 2.0;  // of the index, in cells of the map
-  const std::vector<Cuboid>& cuboids = map.cuboids();
-  const CoverageIndex index(cuboids, 0.5 * resolution, kGridCells * resolution);
+  const double margin = 0.5 * map.params().approximation.resolution;
+  const evaluation::CuboidDistance index(map.cuboids());
   standard_cells_.front().forEach([&](const StandardCells::Cell& cell) {
     coverage.points += cell.points;
-    if (index.covers(Vector3(cell.point[0], cell.point[1], cell.point[2]))) {
+    if (index.isWithin(Vector3(cell.point[0], cell.point[1], cell.point[2]), margin)) {
       coverage.covered += cell.points;
     }
   });

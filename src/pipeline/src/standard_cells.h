@@ -4,42 +4,41 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 #include "planar_mapping/core/types.h"
+#include "planar_mapping/evaluation/detail/cell_table.h"
 
 namespace planar_mapping::detail {
 
-/// The cells of a standard grid that points fell into: A_S of the combination efficiency. An open
-/// addressing table of cell numbers, for a frame has as many points as a map has cells.
+/// The cells of a standard grid that points fell into: A_S of the combination efficiency, and for
+/// each cell one of its points.
 class StandardCells {
  public:
   struct Cell {
-    std::uint64_t key = 0;  ///< + 1; 0 = free
     std::size_t points = 0;
     float point[3] = {0.0f, 0.0f, 0.0f};  ///< one of them: the last that made their number 2^n
   };
 
   explicit StandardCells(double resolution) : resolution_(resolution) {}
-  /// World frame, metres.
-  void add(const Vector3& point);
-  std::size_t size() const { return size_; }
+  /// World frame, metres. What is beyond the grid, as it is beyond any map, is left out.
+  void add(const Vector3& point) {
+    std::uint64_t key = 0;
+    if (!evaluation::detail::cellKeyOf(point, resolution_, key)) return;
+    Cell& cell = cells_[key];
+    ++cell.points;
+    if ((cell.points & (cell.points - 1)) != 0) return;
+    for (int axis = 0; axis < 3; ++axis) cell.point[axis] = static_cast<float>(point[axis]);
+  }
+  std::size_t size() const { return cells_.size(); }
   /// Occupied cells; the order follows from the cells and the order in which they came.
   template <typename Visitor>
   void forEach(const Visitor& visit) const {
-    for (const Cell& cell : slots_) {
-      if (cell.key != 0) visit(cell);
-    }
+    cells_.forEach([&visit](std::uint64_t, const Cell& cell) { visit(cell); });
   }
 
  private:
-  std::size_t slotOf(std::uint64_t stored) const;
-  void grow();
-
   double resolution_;
-  std::vector<Cell> slots_;
-  std::size_t size_ = 0;
-  std::size_t last_ = 0;  ///< slot; neighbouring points are mostly in the same cell
+  evaluation::detail::CellTable<Cell> cells_;
 };
 
 }  // namespace planar_mapping::detail

@@ -132,6 +132,18 @@ TEST(CuboidDistance, NothingIsNearWithoutCuboids) {
   EXPECT_FALSE(isInsideOneBefore(index, {0, 0, 0}, 5, Matrix3::Identity()));
 }
 
+TEST(CuboidDistance, HugeCuboidsHideNoSmallOnes) {
+  Cuboid huge;
+  huge.size = {1e6, 1e6, 1e6};
+  Cuboid small;
+  small.center = {6e5, 0, 0};
+  small.size = {0.1, 0.1, 0.1};
+  const CuboidDistance index({huge, small});
+  EXPECT_TRUE(index.isWithin({4e5, -4e5, 1.0}, 0.05));
+  EXPECT_FALSE(index.isWithin({6e5, 1.0, 0.0}, 0.05));
+  EXPECT_TRUE(index.isWithin({6e5, 0.0, 0.09}, 0.05));
+}
+
 TEST(CuboidDistance, ManyCuboidsAtOnePlaceAreNoDeepTree) {
   const CuboidDistance index(std::vector<Cuboid>(20000));
   EXPECT_EQ(index.distance({3.0, 4.0, 0.0}), 5.0);

@@ -27,11 +27,25 @@ TEST(StandardCells, AgreeWithASet) {
   EXPECT_EQ(expected.size(), cells.size());
 }
 
-TEST(StandardCells, FarPointsAreNoTrouble) {
+TEST(StandardCells, PointsBeyondTheGridAreLeftOut) {
   StandardCells cells(0.1);
   cells.add({1e12, -1e12, 3.0});
-  cells.add({1e12, -1e12, 3.0});
+  cells.add({1e4, -1e4, 3.0});
+  cells.add({1e4, -1e4, 3.0});
   EXPECT_EQ(1u, cells.size());
+}
+
+TEST(StandardCells, EachCellKeepsOneOfItsPoints) {
+  StandardCells cells(1.0);
+  for (int i = 0; i < 7; ++i) cells.add({0.1 * i, 0.0, 0.0});
+  cells.add({5.5, 0.0, 0.0});
+  std::size_t points = 0;
+  cells.forEach([&](const StandardCells::Cell& cell) {
+    points += cell.points;
+    // Of seven points the fourth was the last to make their number a power of two.
+    EXPECT_EQ(cell.point[0], cell.points == 7 ? 0.3f : 5.5f);
+  });
+  EXPECT_EQ(points, 8u);
 }
 
 }  // namespace
