@@ -7,16 +7,27 @@
 
 namespace planar_mapping::detail {
 
-void PlanarVolume::add(const PlaneFrame& frame, const CellMask& mask,
-                       const std::vector<CellRectangle>& rectangles) {
+void PlanarVolume::add(const PlaneFrame& frame, const std::vector<CellRectangle>& rectangles) {
   if (rectangles.empty()) return;
   Patch patch;
   patch.frame = frame;
-  patch.covered = mask;
-  std::fill(patch.covered.cells.begin(), patch.covered.cells.end(), std::uint8_t{0});
+  CellMask& mask = patch.covered;
+  mask.a0 = rectangles.front().a;
+  mask.b0 = rectangles.front().b;
+  std::int32_t end_a = mask.a0;
+  std::int32_t end_b = mask.b0;
+  for (const CellRectangle& r : rectangles) {
+    mask.a0 = std::min(mask.a0, r.a);
+    mask.b0 = std::min(mask.b0, r.b);
+    end_a = std::max(end_a, r.a + r.width);
+    end_b = std::max(end_b, r.b + r.height);
+  }
+  mask.width = end_a - mask.a0;
+  mask.height = end_b - mask.b0;
+  mask.cells.assign(static_cast<std::size_t>(mask.width) * mask.height, 0);
   for (const CellRectangle& r : rectangles) {
     for (std::int32_t b = r.b - mask.b0; b < r.b - mask.b0 + r.height; ++b) {
-      std::uint8_t* row = &patch.covered.cells[static_cast<std::size_t>(b) * mask.width];
+      std::uint8_t* row = &mask.cells[static_cast<std::size_t>(b) * mask.width];
       std::fill_n(row + (r.a - mask.a0), r.width, std::uint8_t{1});
     }
   }
@@ -42,9 +53,8 @@ void PlanarVolume::candidates(const Vector3& center, double radius,
   }
 }
 
-void PlanarVolume::clearCovered(PlanePatch& patch) const {
+void PlanarVolume::clearCovered(PlanePatch& patch, double s) const {
   if (patches_.empty()) return;
-  const double s = 1.0 / cells_per_metre_;
   std::vector<std::int32_t> near;
   const auto isHeld = [&](double a, double b) {
     const Vector3 corner = patch.frame.fromPlane({a * s, b * s, 0.0});

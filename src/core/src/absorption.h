@@ -12,6 +12,7 @@ namespace planar_mapping::detail {
 /// The volume that planar cuboids take, grown by a margin, for many quick questions.
 class PlanarVolume {
  public:
+  /// \param resolution side of a cell of the masks that are added
   /// \param margin metres, at most one cell
   PlanarVolume(double resolution, double thickness, double margin)
       : cells_per_metre_(1.0 / resolution),
@@ -19,15 +20,15 @@ class PlanarVolume {
         margin_(margin),
         thickness_(thickness) {}
 
-  void add(const PlaneFrame& frame, const CellMask& mask,
-           const std::vector<CellRectangle>& rectangles);
+  void add(const PlaneFrame& frame, const std::vector<CellRectangle>& rectangles);
 
   /// Patches that may hold points of the ball, appended to \p patches.
   void candidates(const Vector3& center, double radius, std::vector<std::int32_t>& patches) const;
 
-  /// Takes the marks off those quarters along the border of \p patch that the volume holds, so that
-  /// their cells may be left out where that makes the patch simpler (see simplifyBorder()).
-  void clearCovered(PlanePatch& patch) const;
+  /// Takes the marks off those quarters along the border of \p patch that the volume holds: they
+  /// need no rectangle of their own.
+  /// \param s side of a cell of the patch, metres
+  void clearCovered(PlanePatch& patch, double s) const;
 
   /// Does the patch hold the point?
   bool contains(std::int32_t patch, const Vector3& point) const;

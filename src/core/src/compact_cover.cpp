@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <string>
 #include <tuple>
 
@@ -19,7 +18,7 @@ namespace {
 using detail::BitGrid;
 using detail::CoverBox;
 using detail::CoverRules;
-using detail::LatticeBox;
+using detail::LatticeCell;
 
 /// A cell takes part only if a box can stand for the half cell next to it.
 bool isTolerant(const CuboidApproximationParams& params) {
@@ -62,19 +61,22 @@ SurfaceCover coverSurface(const CellMask& mask, const std::uint8_t* quarters,
     return result;
   };
   if (params.profile == Profile::Paper) {
-    for (const CellRectangle& r : detail::rectanglesOfPlane(mask, nullptr, params)) {
+    for (const CellRectangle& r :
+         splitAndMerge(mask, params.density_threshold,
+                       detail::lengthInCells(params.min_width, params.resolution),
+                       detail::lengthInCells(params.min_height, params.resolution))) {
       result.rectangles.push_back({2 * r.a, 2 * r.b, 2 * r.width, 2 * r.height});
     }
     return finish();
   }
   const bool tolerant = isTolerant(params);
-  constexpr std::int32_t kRim = 1;
+  constexpr std::int32_t kRim = 2;  // room to grow, and whole cells start at even numbers
   BitGrid required(2 * mask.width + 2 * kRim, 2 * mask.height + 2 * kRim, 1);
   BitGrid allowed = required;
+  // [ours] 0 stands for one cell; a side below one cell leaves every hole open.
+  const bool fill = !(params.hole_size > 0.0 && params.hole_size < params.resolution);
   CellMask filled = mask;
-  if (!(params.hole_size > 0.0 && params.hole_size < params.resolution)) {
-    detail::fillHoles(filled, detail::lengthInCells(params.hole_size, params.resolution));
-  }
+  if (fill) detail::fillHoles(filled, detail::lengthInCells(params.hole_size, params.resolution));
   for (std::int32_t b = 0; b < mask.height; ++b) {
     for (std::int32_t a = 0; a < mask.width; ++a) {
       if (!filled.at(a, b)) continue;
@@ -93,7 +95,7 @@ SurfaceCover coverSurface(const CellMask& mask, const std::uint8_t* quarters,
   rules.smallest = {2, 2, 1};
   if (tolerant) {
     rules.tolerance = {1, 1, 0};
-    allowed = allowed.dilated({1, 1, 0});
+    if (fill) allowed = allowed.dilated({1, 1, 0});
   }
   const double least = 4.0 * params.rectangle_cells;
   for (const CoverBox& c : detail::coverWithin(required, allowed, rules)) {
@@ -136,7 +138,7 @@ Cuboid cuboidOf(const HalfCellRectangle& r, const PlaneFrame& frame,
 
 namespace {
 
-using HalfCell = std::array<std::int32_t, 3>;
+using HalfCell = std::array<std::int64_t, 3>;
 
 /// What a half cell holds.
 struct Element {
@@ -144,6 +146,12 @@ struct Element {
   float probability = 0.0f;
   bool required = false;
 };
+
+/// Half cells that are covered together, a cube of this many where they lie too far apart.
+constexpr int kWindowBits = 8;
+/// A window may have this many half cells for each element, beyond a small one.
+constexpr double kVolumePerElement = 512.0;
+constexpr double kSmallVolume = 1 << 22;
 
 /// Many half cells ask for the cuboids near them: those of a block of them share the search.
 class Presence {
@@ -165,14 +173,14 @@ class Presence {
       block_ = block;
       any_ = true;
       near_.clear();
-      const Vector3 middle = 8.0 * half_ * Vector3(block[0] + 0.5, block[1] + 0.5, block[2] + 0.5);
+      const Vector3 middle = 8.0 * half_ * centerOf(block);
       const double radius = 4.0 * std::sqrt(3.0) * half_;
       for (std::size_t i = 0; i < boxes_.size(); ++i) {
         const Vector3 q = (boxes_[i].to_local * middle + boxes_[i].offset).cwiseAbs();
         if (((q - boxes_[i].extent).array() <= radius).all()) near_.push_back(i);
       }
     }
-    const Vector3 p = half_ * Vector3(cell[0] + 0.5, cell[1] + 0.5, cell[2] + 0.5);
+    const Vector3 p = half_ * centerOf(cell);
     return std::any_of(near_.begin(), near_.end(), [&](std::size_t i) {
       const Vector3 q = (boxes_[i].to_local * p + boxes_[i].offset).cwiseAbs();
       return (q.array() <= boxes_[i].extent.array()).all();
@@ -180,6 +188,11 @@ class Presence {
   }
 
  private:
+  static Vector3 centerOf(const HalfCell& c) {
+    return Vector3(static_cast<double>(c[0]), static_cast<double>(c[1]),
+                   static_cast<double>(c[2])) +
+           Vector3::Constant(0.5);
+  }
   struct Box {
     Matrix3 to_local;
     Vector3 offset;
@@ -193,54 +206,47 @@ class Presence {
   std::vector<std::size_t> near_;
 };
 
-}  // namespace
-
-std::vector<Cuboid> coverRest(const std::vector<NonPlanarCell>& cells,
-                              const std::vector<SurfacePiece>& pieces,
-                              const std::vector<Cuboid>& present,
-                              const CuboidApproximationParams& params) {
-  params.validate();
-  const bool tolerant = isTolerant(params);
-  const double half = 0.5 * params.resolution;
+/// The distinct elements, block by block of 8 x 8 x 8.
+std::vector<Element> collectElements(const std::vector<NonPlanarCell>& cells,
+                                     const std::vector<SurfacePiece>& pieces, double half,
+                                     bool tolerant, int min_points) {
   std::vector<Element> elements;
   for (const NonPlanarCell& cell : cells) {
+    if (min_points > 1 && cell.weight < static_cast<float>(min_points)) continue;
     for (int k = 0; k < 8; ++k) {
       const bool holds = (cell.octants >> k & 1) != 0;
       if (tolerant && !holds && cell.octants != 0) continue;
-      elements.push_back(
-          {{2 * cell.x + (k & 1), 2 * cell.y + (k >> 1 & 1), 2 * cell.z + (k >> 2 & 1)},
-           cell.probability,
-           cell.octants != 0});
+      elements.push_back({{2 * static_cast<std::int64_t>(cell.x) + (k & 1),
+                           2 * static_cast<std::int64_t>(cell.y) + (k >> 1 & 1),
+                           2 * static_cast<std::int64_t>(cell.z) + (k >> 2 & 1)},
+                          cell.probability,
+                          cell.octants != 0});
     }
   }
   for (const SurfacePiece& piece : pieces) {
     const Vector3 at = (piece.center / half).array().floor();
-    if (!(at.cwiseAbs().maxCoeff() < 1e9)) continue;
-    elements.push_back({{static_cast<std::int32_t>(at.x()), static_cast<std::int32_t>(at.y()),
-                         static_cast<std::int32_t>(at.z())},
+    if (!(at.cwiseAbs().maxCoeff() < 4e9)) continue;  // beyond all cells
+    elements.push_back({{static_cast<std::int64_t>(at.x()), static_cast<std::int64_t>(at.y()),
+                         static_cast<std::int64_t>(at.z())},
                         piece.probability,
                         true});
   }
-  // Block by block of 8 x 8 x 8, for Presence.
   const auto rank = [](const Element& e) {
     return std::make_tuple(e.at[2] >> 3, e.at[1] >> 3, e.at[0] >> 3, e.at[2], e.at[1], e.at[0],
-                           !e.required);
+                           !e.required, -e.probability);
   };
-  std::stable_sort(elements.begin(), elements.end(),
-                   [&](const Element& l, const Element& r) { return rank(l) < rank(r); });
+  std::sort(elements.begin(), elements.end(),
+            [&](const Element& l, const Element& r) { return rank(l) < rank(r); });
   elements.erase(std::unique(elements.begin(), elements.end(),
                              [](const Element& l, const Element& r) { return l.at == r.at; }),
                  elements.end());
-  Presence presence(present, half,
-                    tolerant ? params.absorption * params.resolution - 0.5 * half : 0.0);
-  for (Element& e : elements) {
-    if (e.required && presence.holds(e.at)) e.required = false;
-  }
-  std::vector<Cuboid> cuboids;
-  if (std::none_of(elements.begin(), elements.end(), [](const Element& e) { return e.required; })) {
-    return cuboids;
-  }
-  constexpr std::int32_t kRim = 2;
+  return elements;
+}
+
+/// Covers elements that lie near each other. Those that are not required may lie anywhere.
+void coverWindow(const std::vector<Element>& elements, const CuboidApproximationParams& params,
+                 std::vector<Cuboid>& cuboids) {
+  constexpr std::int64_t kRim = 2;
   HalfCell low{}, high{};
   bool first = true;
   for (const Element& e : elements) {
@@ -251,37 +257,95 @@ std::vector<Cuboid> coverRest(const std::vector<NonPlanarCell>& cells,
     }
     first = false;
   }
-  BitGrid required(high[0] - low[0] + 1 + 2 * kRim, high[1] - low[1] + 1 + 2 * kRim,
-                   high[2] - low[2] + 1 + 2 * kRim);
+  if (first) return;
+  for (std::int64_t& start : low) start -= (start & 1) + kRim;  // cells start at even numbers
+  const auto size = [&](std::size_t k) {
+    return static_cast<std::int32_t>(high[k] + 1 + kRim - low[k]);
+  };
+  BitGrid required(size(0), size(1), size(2));
   BitGrid allowed = required;
-  std::map<HalfCell, float> probability;
+  std::vector<std::pair<LatticeCell, float>> probability;
   for (const Element& e : elements) {
-    const HalfCell at{e.at[0] - low[0] + kRim, e.at[1] - low[1] + kRim, e.at[2] - low[2] + kRim};
-    if (!allowed.contains({at, {at[0] + 1, at[1] + 1, at[2] + 1}})) continue;
-    allowed.set(at[0], at[1], at[2]);
-    if (e.required) {
-      required.set(at[0], at[1], at[2]);
-      probability[at] = e.probability;
+    LatticeCell at{};
+    bool inside = true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::int64_t offset = e.at[k] - low[k];
+      inside &= offset >= 0 && offset < size(k);
+      at[k] = static_cast<std::int32_t>(offset);
     }
+    if (!inside) continue;
+    allowed.set(at[0], at[1], at[2]);
+    if (!e.required) continue;
+    required.set(at[0], at[1], at[2]);
+    probability.emplace_back(at, e.probability);
   }
+  std::sort(probability.begin(), probability.end());
   CoverRules rules;
   rules.smallest = {2, 2, 2};
-  if (tolerant) {
+  if (isTolerant(params)) {
     rules.tolerance = {1, 1, 1};
     allowed = allowed.dilated({1, 1, 1});
   }
+  const double half = 0.5 * params.resolution;
   for (const CoverBox& c : detail::coverWithin(required, allowed, rules)) {
     Cuboid cuboid;
-    double sum = 0.0;
     for (std::size_t k = 0; k < 3; ++k) {
       const auto axis = static_cast<Vector3::Index>(k);
       cuboid.size[axis] = half * c.box.size(k);
       cuboid.center[axis] =
-          half * (low[k] - kRim + 0.5 * (static_cast<double>(c.box.low[k]) + c.box.high[k]));
+          half * (static_cast<double>(low[k]) + 0.5 * c.box.low[k] + 0.5 * c.box.high[k]);
     }
-    for (const auto& m : c.members) sum += static_cast<double>(probability[m]);
+    double sum = 0.0;
+    for (const LatticeCell& m : c.members) {
+      const auto at =
+          std::lower_bound(probability.begin(), probability.end(), m,
+                           [](const auto& p, const LatticeCell& l) { return p.first < l; });
+      sum += static_cast<double>(at->second);
+    }
     cuboid.probability = static_cast<float>(sum / static_cast<double>(c.members.size()));
     cuboids.push_back(cuboid);
+  }
+}
+
+}  // namespace
+
+std::vector<Cuboid> coverRest(const std::vector<NonPlanarCell>& cells,
+                              const std::vector<SurfacePiece>& pieces,
+                              const std::vector<Cuboid>& present,
+                              const CuboidApproximationParams& params) {
+  params.validate();
+  const bool tolerant = isTolerant(params);
+  const double half = 0.5 * params.resolution;
+  std::vector<Element> elements =
+      collectElements(cells, pieces, half, tolerant, params.min_points_per_cell);
+  // Of a half cell within this margin all is within the tolerance.
+  const double margin = tolerant ? params.absorption * params.resolution - 0.5 * half : 0.0;
+  Presence presence(present, half, margin);
+  HalfCell low{}, high{};
+  for (Element& e : elements) {
+    if (e.required && presence.holds(e.at)) e.required = false;
+    for (std::size_t k = 0; k < 3; ++k) {
+      low[k] = &e == elements.data() ? e.at[k] : std::min(low[k], e.at[k]);
+      high[k] = &e == elements.data() ? e.at[k] : std::max(high[k], e.at[k]);
+    }
+  }
+  std::vector<Cuboid> cuboids;
+  double volume = 1.0;
+  for (std::size_t k = 0; k < 3; ++k) volume *= static_cast<double>(high[k] - low[k] + 1);
+  if (volume <= kSmallVolume + kVolumePerElement * static_cast<double>(elements.size())) {
+    coverWindow(elements, params, cuboids);
+    return cuboids;
+  }
+  const auto window = [](const Element& e) {
+    return std::make_tuple(e.at[2] >> kWindowBits, e.at[1] >> kWindowBits, e.at[0] >> kWindowBits);
+  };
+  std::stable_sort(elements.begin(), elements.end(),
+                   [&](const Element& l, const Element& r) { return window(l) < window(r); });
+  for (auto begin = elements.begin(); begin != elements.end();) {
+    const auto end = std::find_if(begin, elements.end(),
+                                  [&](const Element& e) { return window(e) != window(*begin); });
+    coverWindow({begin, end}, params, cuboids);
+    begin = end;
   }
   return cuboids;
 }

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "cell_index.h"
+#include "planar_mapping/core/compact_cover.h"
 #include "planar_mapping/core/error.h"
 #include "plane_cells.h"
 #include "plane_cover.h"
@@ -115,6 +116,7 @@ void CuboidApproximationParams::validate() const {
   requireInRange("min_points_per_cell", min_points_per_cell, 1, 1e9);
   requireInRange("hole_size", hole_size, 0.0, kLargestLength, "m");
   requireInRange("absorption", absorption, 0.0, 0.5, "cells");
+  requireInRange("rectangle_cells", rectangle_cells, 0.0, 1e9, "cells");
   requireInRange("threads", threads, 0, 4096);
   if (!up.allFinite() || !(up.norm() > 0.0)) {
     throw ParameterError("up", up.norm(), "a finite vector of length > 0");
@@ -141,8 +143,10 @@ std::vector<Cuboid> approximateCuboids(const PointsView& points, const Indices* 
 
   RestFlags rest(points.size, indices);
   const bool compact = params.profile == Profile::Compact;
-  detail::PlanarVolume volume(params.resolution, detail::thicknessOf(params),
+  const double half = 0.5 * params.resolution;
+  detail::PlanarVolume volume(half, detail::thicknessOf(params),
                               params.absorption * params.resolution);
+  std::vector<SurfacePiece> pieces;
   std::vector<std::vector<Cuboid>> of_plane(planes.size());
   const Vector3 along = compact ? directionOf(planes, params.up) : Vector3::Zero();
   Indices counted;
@@ -156,16 +160,22 @@ std::vector<Cuboid> approximateCuboids(const PointsView& points, const Indices* 
     std::vector<detail::PlanePatch> patches = detail::rasterizePlane(
         {points, inliers, point_probability}, frame, params, counts.dropped_points);
     if (compact) {
-      for (detail::PlanePatch& patch : patches) volume.clearCovered(patch);
+      for (detail::PlanePatch& patch : patches) volume.clearCovered(patch, params.resolution);
     }
     for (const detail::PlanePatch& patch : patches) {
-      const std::vector<CellRectangle> rectangles =
-          detail::rectanglesOfPlane(patch.mask, patch.quarters.data(), params);
-      const std::vector<Cuboid> of_patch =
-          detail::cuboidsOfRectangles(patch.frame, patch.mask, patch.probability, rectangles,
-                                      static_cast<std::int32_t>(id), params);
-      of_plane[id].insert(of_plane[id].end(), of_patch.begin(), of_patch.end());
-      if (compact) volume.add(patch.frame, patch.mask, rectangles);
+      const SurfaceCover cover =
+          coverSurface(patch.mask, patch.quarters.data(), patch.probability, params);
+      for (std::size_t i = 0; i < cover.rectangles.size(); ++i) {
+        Cuboid cuboid = cuboidOf(cover.rectangles[i], patch.frame, params);
+        cuboid.plane_id = static_cast<std::int32_t>(id);
+        cuboid.probability = cover.probability[i];
+        of_plane[id].push_back(cuboid);
+      }
+      for (const LooseQuarter& q : cover.loose) {
+        pieces.push_back(
+            {patch.frame.fromPlane({half * (q.a + 0.5), half * (q.b + 0.5), 0.0}), q.probability});
+      }
+      if (compact) volume.add(patch.frame, cover.rectangles);
     }
   }
   std::vector<Cuboid> cuboids;
@@ -175,8 +185,8 @@ std::vector<Cuboid> approximateCuboids(const PointsView& points, const Indices* 
   counts.planar_cuboids = cuboids.size();
 
   const Indices rest_indices = rest.indices();
-  const detail::RestCells cells = detail::collectRest(
-      points, &rest_indices, params.resolution, compact ? &volume : nullptr, point_probability);
+  detail::RestCells cells = detail::collectRest(points, &rest_indices, params.resolution,
+                                                compact ? &volume : nullptr, point_probability);
   counts.non_planar_points = cells.points;
   counts.absorbed_points = cells.absorbed;
   counts.dropped_points += cells.dropped;
@@ -185,7 +195,8 @@ std::vector<Cuboid> approximateCuboids(const PointsView& points, const Indices* 
       counts.dropped_points += static_cast<std::size_t>(cell.weight);
     }
   }
-  const std::vector<Cuboid> boxes = cuboidsOfCells(cells.cells, params, sensor);
+  const std::vector<Cuboid> boxes = compact ? coverRest(cells.cells, pieces, cuboids, params)
+                                            : cuboidsOfCells(cells.cells, params, sensor);
   cuboids.insert(cuboids.end(), boxes.begin(), boxes.end());
   counts.non_planar_cuboids = boxes.size();
   if (diagnostics) *diagnostics = counts;

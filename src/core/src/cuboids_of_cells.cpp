@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "box_cover.h"
+#include "planar_mapping/core/compact_cover.h"
 #include "planar_mapping/core/cuboid_approximation.h"
 #include "planar_mapping/core/error.h"
 #include "plane_cover.h"
@@ -58,52 +59,6 @@ std::vector<CellKey> keysOf(const std::vector<NonPlanarCell>& cells) {
   keys.reserve(cells.size());
   for (const NonPlanarCell& cell : cells) keys.push_back({cell.x, cell.y, cell.z});
   return keys;
-}
-
-float meanProbability(const std::vector<NonPlanarCell>& cells, const detail::CellLookup& lookup,
-                      const detail::CellBox& box) {
-  double sum = 0.0;
-  int count = 0;
-  for (std::int32_t z = 0; z < box.size[2]; ++z) {
-    for (std::int32_t y = 0; y < box.size[1]; ++y) {
-      for (std::int32_t x = 0; x < box.size[0]; ++x) {
-        const std::int32_t i = lookup.at(box.low[0] + x, box.low[1] + y, box.low[2] + z);
-        if (cells[static_cast<std::size_t>(i)].octants == 0) continue;
-        sum += cells[static_cast<std::size_t>(i)].probability;
-        ++count;
-      }
-    }
-  }
-  return static_cast<float>(sum / count);
-}
-
-std::vector<Cuboid> mergedBoxes(const std::vector<NonPlanarCell>& cells,
-                                const CuboidApproximationParams& params) {
-  const std::vector<CellKey> keys = keysOf(cells);
-  const detail::CellLookup lookup(keys);
-  std::vector<char> needed(cells.size());
-  std::vector<std::uint8_t> octants(cells.size());
-  std::vector<float> weight(cells.size());
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    needed[i] = cells[i].octants != 0;
-    octants[i] = cells[i].octants;
-    weight[i] = cells[i].weight;
-  }
-  if (params.absorption >= 0.5) {
-    detail::leaveFringeToNeighbours(keys, lookup, octants, weight, needed);
-  }
-  const double s = params.resolution;
-  std::vector<Cuboid> cuboids;
-  for (const detail::CellBox& box : detail::coverWithBoxes(keys, lookup, needed)) {
-    const Vector3 low(box.low[0], box.low[1], box.low[2]);
-    const Vector3 size(box.size[0], box.size[1], box.size[2]);
-    Cuboid cuboid;
-    cuboid.size = s * size;
-    cuboid.center = s * (low + 0.5 * size);
-    cuboid.probability = meanProbability(cells, lookup, box);
-    cuboids.push_back(cuboid);
-  }
-  return cuboids;
 }
 
 /// A cluster seen from its fitted plane.
@@ -286,7 +241,7 @@ std::vector<Cuboid> cuboidsOfCells(const std::vector<NonPlanarCell>& cells,
   if (params.profile == Profile::Paper) {
     return splitClusters(neededCells(distinct), params, sensor);
   }
-  return mergedBoxes(distinct, params);
+  return coverRest(distinct, {}, {}, params);
 }
 
 }  // namespace planar_mapping

@@ -129,7 +129,10 @@ class CellNumbers {
 namespace {
 
 using Axes = std::array<std::size_t, 3>;
-using Cell = std::array<std::int32_t, 3>;
+using Cell = LatticeCell;
+
+/// A box of more cells is not dissolved into its neighbours: they hardly ever have room.
+constexpr std::size_t kMostMoved = 512;
 
 constexpr std::array<Axes, 6> kOrders = {Axes{0, 1, 2}, Axes{0, 2, 1}, Axes{1, 0, 2},
                                          Axes{1, 2, 0}, Axes{2, 0, 1}, Axes{2, 1, 0}};
@@ -145,13 +148,6 @@ LatticeBox grown(const LatticeBox& box, const std::array<std::int32_t, 3>& by) {
 
 LatticeBox boxOf(const Cell& c) {
   return {c, {c[0] + 1, c[1] + 1, c[2] + 1}};
-}
-
-bool overlap(const LatticeBox& l, const LatticeBox& r) {
-  for (std::size_t k = 0; k < 3; ++k) {
-    if (l.low[k] >= r.high[k] || r.low[k] >= l.high[k]) return false;
-  }
-  return true;
 }
 
 void include(LatticeBox& hull, const LatticeBox& other) {
@@ -271,6 +267,15 @@ class LatticeCover {
       });
       c.need = hullOf(c.members);
     }
+    ownAgain();
+  }
+
+  void ownAgain() {
+    owner_.resize(numbers_.count());
+    for (std::size_t i = 0; i < chosen_.size(); ++i) {
+      for (const Cell& c : chosen_[i].members) owner_[numbers_.at(c[0], c[1], c[2])] = i;
+    }
+    asked_.assign(chosen_.size(), 0);
   }
 
   static LatticeBox hullOf(const std::vector<Cell>& cells) {
@@ -279,26 +284,35 @@ class LatticeCover {
     return hull;
   }
 
-  /// A box of allowed cells that reaches all of \p need; the one that holds it best comes first.
-  bool fit(const LatticeBox& need, LatticeBox& box) const {
-    std::array<std::int32_t, 3> first, last, size;
+  /// The least boxes of allowed cells that reach all of \p need, until visit returns false.
+  template <typename Visit>
+  void forEachFit(const LatticeBox& need, Visit&& visit) const {
+    Cell first{}, last{}, size{};
     for (std::size_t k = 0; k < 3; ++k) {
       const std::int32_t t = rules_.tolerance[k];
-      const std::int32_t least = std::max(need.size(k) - 2 * t, rules_.smallest[k]);
-      size[k] = least;
-      first[k] = need.high[k] - t - least;
+      size[k] = std::max(need.size(k) - 2 * t, rules_.smallest[k]);
+      first[k] = need.high[k] - t - size[k];
       last[k] = need.low[k] + t;
     }
+    LatticeBox box;
     for (std::int32_t z = first[2]; z <= last[2]; ++z) {
       for (std::int32_t y = first[1]; y <= last[1]; ++y) {
         for (std::int32_t x = first[0]; x <= last[0]; ++x) {
           box.low = {x, y, z};
           for (std::size_t k = 0; k < 3; ++k) box.high[k] = box.low[k] + size[k];
-          if (allowed_.all(box)) return true;
+          if (allowed_.all(box) && !visit(box)) return;
         }
       }
     }
-    return false;
+  }
+
+  bool fits(const LatticeBox& need) const {
+    bool found = false;
+    forEachFit(need, [&](const LatticeBox&) {
+      found = true;
+      return false;
+    });
+    return found;
   }
 
   /// Boxes with few members are dissolved first. \return whether any was
@@ -314,69 +328,99 @@ class LatticeCover {
     chosen_.erase(std::remove_if(chosen_.begin(), chosen_.end(),
                                  [](const Chosen& c) { return c.members.empty(); }),
                   chosen_.end());
+    ownAgain();
     return any;
   }
 
+  /// Gives the members of a box to others that may grow for them; all of them or none.
   bool dissolve(std::size_t i) {
     const std::vector<Cell>& members = chosen_[i].members;
-    if (members.empty()) return false;
-    const LatticeBox near = grown(chosen_[i].need, {2, 2, 2});
-    std::vector<std::size_t> neighbours;
-    for (std::size_t j = 0; j < chosen_.size(); ++j) {
-      if (j != i && !chosen_[j].members.empty() && overlap(near, chosen_[j].need)) {
-        neighbours.push_back(j);
+    if (members.empty() || members.size() > kMostMoved) return false;
+    neighbours_.clear();
+    required_.forEach(grown(chosen_[i].need, {2, 2, 2}),
+                      [&](std::int32_t x, std::int32_t y, std::int32_t z) {
+                        const std::size_t j = owner_[numbers_.at(x, y, z)];
+                        if (j == i || asked_[j] == i + 1) return;
+                        asked_[j] = i + 1;
+                        neighbours_.push_back(j);
+                      });
+    std::sort(neighbours_.begin(), neighbours_.end());
+    need_.clear();
+    for (const std::size_t j : neighbours_) need_.push_back(chosen_[j].need);
+    to_.clear();
+    for (const Cell& member : members) {
+      const std::size_t to = bestFor(member);
+      if (to == need_.size()) {
+        for (const std::size_t j : neighbours_) asked_[j] = 0;
+        return false;
       }
-    }
-    std::vector<LatticeBox> need(neighbours.size());
-    for (std::size_t k = 0; k < need.size(); ++k) need[k] = chosen_[neighbours[k]].need;
-    std::vector<std::size_t> to(members.size());
-    LatticeBox ignored;
-    for (std::size_t m = 0; m < members.size(); ++m) {
-      bool placed = false;
-      // Best is who need not grow for it, then who grows least.
-      std::size_t best = 0;
-      std::int64_t least = 0;
-      for (std::size_t k = 0; k < need.size(); ++k) {
-        LatticeBox hull = need[k];
-        include(hull, boxOf(members[m]));
-        const std::int64_t growth = volume(hull) - volume(need[k]);
-        if (placed && growth >= least) continue;
-        if (growth > 0 && !fit(hull, ignored)) continue;
-        placed = true;
-        best = k;
-        least = growth;
-        if (growth == 0) break;
-      }
-      if (!placed) return false;
-      to[m] = best;
-      include(need[best], boxOf(members[m]));
+      to_.push_back(to);
+      include(need_[to], boxOf(member));
     }
     for (std::size_t m = 0; m < members.size(); ++m) {
-      chosen_[neighbours[to[m]]].members.push_back(members[m]);
+      const std::size_t j = neighbours_[to_[m]];
+      chosen_[j].members.push_back(members[m]);
+      owner_[numbers_.at(members[m][0], members[m][1], members[m][2])] = j;
     }
-    for (std::size_t k = 0; k < need.size(); ++k) chosen_[neighbours[k]].need = need[k];
+    for (std::size_t k = 0; k < need_.size(); ++k) {
+      chosen_[neighbours_[k]].need = need_[k];
+      asked_[neighbours_[k]] = 0;
+    }
     chosen_[i].members.clear();
     return true;
+  }
+
+  /// Of the neighbours the one that need not grow for the cell, else the one that grows least; the
+  /// number of neighbours if none may.
+  std::size_t bestFor(const Cell& member) const {
+    std::size_t best = need_.size();
+    std::int64_t least = 0;
+    for (std::size_t k = 0; k < need_.size(); ++k) {
+      LatticeBox hull = need_[k];
+      include(hull, boxOf(member));
+      const std::int64_t growth = volume(hull) - volume(need_[k]);
+      if (best < need_.size() && growth >= least) continue;
+      if (growth > 0 && !fits(hull)) continue;
+      best = k;
+      least = growth;
+      if (growth == 0) break;
+    }
+    return best;
   }
 
   static std::int64_t volume(const LatticeBox& box) {
     return static_cast<std::int64_t>(box.size(0)) * box.size(1) * box.size(2);
   }
 
-  /// The least box that does, widened towards what it stands for as far as that is allowed.
+  /// Widens the box towards \p need as far as that is allowed.
+  LatticeBox widened(LatticeBox box, const LatticeBox& need) const {
+    for (const bool up : {false, true}) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        while ((up ? box.high[k] < need.high[k] : box.low[k] > need.low[k]) && grows(box, k, up)) {
+          up ? ++box.high[k] : --box.low[k];
+        }
+      }
+    }
+    return box;
+  }
+
+  /// Of the least boxes that do, the one that holds most of what it stands for; on whole cells if
+  /// there is a choice.
   std::vector<CoverBox> drawnBack() const {
     std::vector<CoverBox> boxes;
     for (const Chosen& c : chosen_) {
       CoverBox result;
-      fit(c.need, result.box);
-      for (const bool up : {false, true}) {
-        for (std::size_t k = 0; k < 3; ++k) {
-          while ((up ? result.box.high[k] < c.need.high[k] : result.box.low[k] > c.need.low[k]) &&
-                 grows(result.box, k, up)) {
-            up ? ++result.box.high[k] : --result.box.low[k];
-          }
+      std::int64_t most = -1;
+      forEachFit(c.need, [&](const LatticeBox& least) {
+        const LatticeBox box = widened(least, c.need);
+        std::int64_t score = 8 * required_.count(box);
+        for (std::size_t k = 0; k < 3; ++k) score += (box.low[k] & 1) == 0;
+        if (score > most) {
+          most = score;
+          result.box = box;
         }
-      }
+        return true;
+      });
       result.members = c.members;
       boxes.push_back(std::move(result));
     }
@@ -388,6 +432,12 @@ class LatticeCover {
   const CoverRules rules_;
   const CellNumbers numbers_;
   std::vector<Chosen> chosen_;
+  std::vector<std::size_t> owner_;  ///< of each required cell, by its number
+  std::vector<std::size_t> asked_;  ///< by box: who asks it just now, + 1
+  // Of the box that is being dissolved:
+  std::vector<std::size_t> neighbours_;
+  std::vector<LatticeBox> need_;  ///< of the neighbours, with what they are to take over
+  std::vector<std::size_t> to_;   ///< neighbour of each member
 };
 
 }  // namespace

@@ -9,10 +9,12 @@
 
 namespace planar_mapping::detail {
 
+using LatticeCell = std::array<std::int32_t, 3>;  ///< x, y, z
+
 /// Cells [low, high) of a window of a lattice; (0, 0, 0) is the window's corner.
 struct LatticeBox {
-  std::array<std::int32_t, 3> low{};
-  std::array<std::int32_t, 3> high{};
+  LatticeCell low{};
+  LatticeCell high{};
 
   std::int32_t size(std::size_t axis) const { return high[axis] - low[axis]; }
   bool operator==(const LatticeBox& o) const { return low == o.low && high == o.high; }
@@ -94,14 +96,16 @@ struct CoverRules {
 /// A box and its share of the cells: each cell belongs to one of the boxes that stand for it.
 struct CoverBox {
   LatticeBox box;
-  std::vector<std::array<std::int32_t, 3>> members;
+  std::vector<LatticeCell> members;
 };
 
 /// [ours] Few boxes that stand for all cells of \p required and hold cells of \p allowed only.
 ///
 /// Greedy by newly covered cells over the largest boxes that fit; then boxes are dissolved into
 /// their neighbours, which grow for it, and each box is drawn back to the cells it holds.
-/// Deterministic. Every required cell must lie in a box of the smallest size of allowed cells.
+/// Cells of the lattice are halves of the user's: a pair that starts at an even number is
+/// preferred. Deterministic. Every required cell must lie in a box of the smallest size of allowed
+/// cells.
 std::vector<CoverBox> coverWithin(const BitGrid& required, const BitGrid& allowed,
                                   const CoverRules& rules);
 

@@ -5,9 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "cell_mask.h"
-#include "raster_cleanup.h"
-
 namespace planar_mapping::detail {
 
 int lengthInCells(double length, double resolution) {
@@ -18,27 +15,6 @@ int lengthInCells(double length, double resolution) {
 
 double thicknessOf(const CuboidApproximationParams& params) {
   return params.thickness > 0.0 ? params.thickness : params.resolution;
-}
-
-std::vector<CellRectangle> rectanglesOfPlane(const CellMask& mask, const std::uint8_t* quarters,
-                                             const CuboidApproximationParams& params) {
-  if (params.profile == Profile::Paper) {
-    return splitAndMerge(mask, params.density_threshold,
-                         lengthInCells(params.min_width, params.resolution),
-                         lengthInCells(params.min_height, params.resolution));
-  }
-  requireConsistent(mask);
-  // [ours] 0 stands for one cell; a side below one cell leaves every hole open.
-  const bool fill = !(params.hole_size > 0.0 && params.hole_size < params.resolution);
-  const bool absorb = quarters && params.absorption >= 0.5;
-  if (!fill && !absorb) return minimumRectanglePartition(mask);
-  CellMask plain = mask;
-  if (fill) fillHoles(plain, lengthInCells(params.hole_size, params.resolution));
-  CellMask simple = plain;
-  simplifyBorder(simple, absorb ? quarters : nullptr, fill);
-  std::vector<CellRectangle> of_plain = minimumRectanglePartition(plain);
-  std::vector<CellRectangle> of_simple = minimumRectanglePartition(simple);
-  return of_simple.size() < of_plain.size() ? of_simple : of_plain;
 }
 
 void fillHoles(CellMask& mask, int side) {

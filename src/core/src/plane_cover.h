@@ -15,18 +15,6 @@ int lengthInCells(double length, double resolution);
 /// The thickness that 0 stands for.
 double thicknessOf(const CuboidApproximationParams& params);
 
-/// The rectangles that params.profile makes of a patch.
-/// \param quarters as in PlanePatch, or null if not known
-std::vector<CellRectangle> rectanglesOfPlane(const CellMask& mask, const std::uint8_t* quarters,
-                                             const CuboidApproximationParams& params);
-
-/// Rectangles of a patch as cuboids; see cuboidsOfPlane().
-std::vector<Cuboid> cuboidsOfRectangles(const PlaneFrame& frame, const CellMask& mask,
-                                        const std::vector<float>& cell_probability,
-                                        const std::vector<CellRectangle>& rectangles,
-                                        std::int32_t plane_id,
-                                        const CuboidApproximationParams& params);
-
 /// Fills empty cells enclosed by occupied ones (in the sense of 4-connected holes) where the
 /// hole's bounding rectangle is at most \p side cells wide and high.
 void fillHoles(CellMask& mask, int side);

@@ -300,10 +300,19 @@ TEST(CuboidApproximation, BeliefIsTheMeanOverCellsOfTheMeanOverPoints) {
   addPoint(0.05, 0.05, 0.4f);
   addPoint(0.20, 0.10, 0.9f);  // second cell
   scene.planes.push_back(wall);
-  const auto cuboids = approximateCuboids(scene.view(), nullptr, scene.planes,
-                                          paramsFor(Profile::Compact), Vector3::Zero(), &belief);
-  ASSERT_EQ(cuboids.size(), 1u);
-  EXPECT_NEAR(cuboids[0].probability, 0.6, 1e-6);
+  const auto only = [&](double rectangle_cells) {
+    CuboidApproximationParams params = paramsFor(Profile::Compact);
+    params.rectangle_cells = rectangle_cells;
+    const auto cuboids =
+        approximateCuboids(scene.view(), nullptr, scene.planes, params, Vector3::Zero(), &belief);
+    EXPECT_EQ(cuboids.size(), 1u);
+    return cuboids.at(0);
+  };
+  EXPECT_EQ(only(0.0).plane_id, 0);
+  EXPECT_NEAR(only(0.0).probability, 0.6, 1e-6);
+  // A box of the same: over the three quarters of cells that hold points.
+  EXPECT_EQ(only(4.0).plane_id, -1);
+  EXPECT_NEAR(only(4.0).probability, 0.5, 1e-6);
 }
 
 TEST(CuboidApproximation, HostileCloudsGiveSmallAnswers) {

@@ -59,12 +59,13 @@ TEST(CuboidsOfCells, CompactMakesOneBoxOfABlock) {
   EXPECT_EQ(boxes[0].plane_id, -1);
 }
 
-TEST(CuboidsOfCells, CompactCoversExactlyTheOccupiedCells) {
+TEST(CuboidsOfCells, CompactWithoutToleranceCoversExactlyTheOccupiedCells) {
   for (std::uint64_t seed = 1; seed < 12; ++seed) {
     const std::vector<NonPlanarCell> cells =
         randomCells(seed, 9, 0.1 * static_cast<double>(seed % 9 + 1));
-    const std::vector<Cuboid> boxes =
-        cuboidsOfCells(cells, paramsFor(Profile::Compact), Vector3::Zero());
+    CuboidApproximationParams params = paramsFor(Profile::Compact);
+    params.absorption = 0.0;  // no tolerance
+    const std::vector<Cuboid> boxes = cuboidsOfCells(cells, params, Vector3::Zero());
     EXPECT_LE(boxes.size(), cells.size());
     std::set<std::array<int, 3>> occupied, covered;
     for (const NonPlanarCell& cell : cells) occupied.insert({cell.x, cell.y, cell.z});
@@ -80,6 +81,48 @@ TEST(CuboidsOfCells, CompactCoversExactlyTheOccupiedCells) {
       }
     }
     EXPECT_EQ(covered, occupied);
+  }
+}
+
+TEST(CuboidsOfCells, CompactStaysWithinHalfACell) {
+  for (std::uint64_t seed = 1; seed < 12; ++seed) {
+    std::vector<NonPlanarCell> cells =
+        randomCells(seed, 9, 0.1 * static_cast<double>(seed % 9 + 1));
+    Random random(seed);
+    for (NonPlanarCell& cell : cells) {
+      cell.octants = static_cast<std::uint8_t>(1 + random.below(255));
+    }
+    CuboidApproximationParams params = paramsFor(Profile::Compact);
+    const std::vector<Cuboid> boxes = cuboidsOfCells(cells, params, Vector3::Zero());
+    std::vector<Vector3> middles;  // of the eighths that hold points
+    for (const NonPlanarCell& cell : cells) {
+      for (int k = 0; k < 8; ++k) {
+        if ((cell.octants >> k & 1) == 0) continue;
+        middles.push_back(kSide * Vector3(cell.x + 0.25 + 0.5 * (k & 1),
+                                          cell.y + 0.25 + 0.5 * (k >> 1 & 1),
+                                          cell.z + 0.25 + 0.5 * (k >> 2 & 1)));
+      }
+    }
+    // All of an eighth is within half a cell of a box if its middle is within a quarter.
+    for (const Vector3& p : middles) {
+      EXPECT_TRUE(std::any_of(boxes.begin(), boxes.end(), [&](const Cuboid& box) {
+        return contains(box, p, 0.25 * kSide + 1e-9);
+      }));
+    }
+    // No box holds a place farther than half a cell from all eighths, or is smaller than a cell.
+    for (const Cuboid& box : boxes) {
+      EXPECT_GE(box.size.minCoeff(), kSide - 1e-9);
+      for (int i = 0; i < 20; ++i) {
+        const Vector3 p = box.center + box.size.cwiseProduct(Vector3(random.uniform() - 0.5,
+                                                                     random.uniform() - 0.5,
+                                                                     random.uniform() - 0.5));
+        EXPECT_TRUE(std::any_of(middles.begin(), middles.end(), [&](const Vector3& m) {
+          return (m - p).cwiseAbs().maxCoeff() <= 0.75 * kSide + 1e-9;
+        }));
+      }
+    }
+    params.absorption = 0.0;
+    EXPECT_LE(boxes.size(), cuboidsOfCells(cells, params, Vector3::Zero()).size());
   }
 }
 
@@ -109,7 +152,7 @@ TEST(CuboidsOfCells, FringeIsLeftToTheNeighbourThatHoldsIt) {
   CuboidApproximationParams params = paramsFor(Profile::Compact);
   const std::vector<Cuboid> boxes = cuboidsOfCells(cells, params, Vector3::Zero());
   ASSERT_EQ(boxes.size(), 1u);
-  EXPECT_TRUE(boxes[0].size.isApprox(Vector3(0.5, 0.1, 0.1)));
+  EXPECT_TRUE(boxes[0].size.isApprox(Vector3(0.5, 0.1, 0.15)));
   params.absorption = 0.0;
   EXPECT_EQ(cuboidsOfCells(cells, params, Vector3::Zero()).size(), 2u);
 }

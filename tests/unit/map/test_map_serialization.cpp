@@ -331,9 +331,7 @@ TEST(HostileMapFile, LoadsQuicklyWithManyPatchesThatAreAlmostEmpty) {
   const auto start = std::chrono::steady_clock::now();
   const PlanarMap map = load(file);
   const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
-  std::size_t of_plane = 0;
-  for (const Cuboid& cuboid : map.cuboids()) of_plane += cuboid.plane_id == 0 ? 1 : 0;
-  EXPECT_EQ(of_plane, 2048u);
+  EXPECT_EQ(map.cuboids().size(), 2048u);
   EXPECT_LT(file.size(), 40000u);
   // As one raster each they would take 1 s and more; the limit leaves room for sanitizers.
   EXPECT_LT(time.count(), 0.5);

@@ -156,8 +156,9 @@ TEST(PlanarMap, ChangesOnlyBeliefsWhenTheSameFrameComesAgain) {
 }
 
 TEST(PlanarMap, GivesTheSameOccupiedSpaceInAnyOrderOfFrames) {
-  // Of a static scene, up to the phase of the rasters: what one order occupies, the other has
-  // within a cell.
+  // Of a static scene, up to the phase of the rasters and the half cell by which a cuboid may reach
+  // beyond what it stands for or stay short of it: what one order occupies, the other has within a
+  // cell, and its corners within two.
   std::vector<View> views = walk(5);
   PlanarMap forward(paramsAt(0.1));
   PlanarMap backward(paramsAt(0.1));
@@ -170,7 +171,7 @@ TEST(PlanarMap, GivesTheSameOccupiedSpaceInAnyOrderOfFrames) {
     for (const Cuboid& cuboid : one->cuboids()) {
       EXPECT_FALSE(other->cuboidsAt(cuboid.center, 0.1).empty());
       for (const Vector3& corner : corners(cuboid)) {
-        EXPECT_FALSE(other->cuboidsAt(corner, 0.16).empty());
+        EXPECT_FALSE(other->cuboidsAt(corner, 0.21).empty());
       }
     }
   }

@@ -57,7 +57,8 @@ struct SurfacePiece {
 
 /// Few axis-aligned boxes on the lattice of half cells for what no cuboid that is there already
 /// stands for.
-/// \param cells   of the axis-aligned grid of side s; one without octants needs no box
+/// \param cells   distinct ones of the axis-aligned grid of side s; one without octants needs no
+///                box, one with less than min_points_per_cell is left out
 /// \param pieces  of planes
 /// \param present cuboids near them
 /// \throws ParameterError
