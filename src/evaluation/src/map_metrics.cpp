@@ -179,6 +179,7 @@ MappingError mappingError(const std::vector<Cuboid>& cuboids, const CuboidDistan
                           const SurfaceTruth& truth, double s, std::size_t standard_cells) {
   requirePositive("s", s, "m");
   requireStandardCells(standard_cells);
+  if (index.size() != cuboids.size()) throw InputError("the index is of another list of cuboids");
   MappingError error;
   PartCount count(index, truth, s);
   for (std::size_t i = 0; i < cuboids.size(); ++i) count.add(cuboids[i], i, error);

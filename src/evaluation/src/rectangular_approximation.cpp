@@ -36,6 +36,11 @@ void RectangularApproximation::insert(const std::vector<Vector3>& world_points) 
   grid_.insert(world_points);
 }
 
+void RectangularApproximation::insert(const std::vector<Vector3>& obstacles,
+                                      const std::vector<Vector3>& ground, const Vector3& origin) {
+  grid_.insert(obstacles, ground, origin);
+}
+
 void RectangularApproximation::approximate(const std::vector<GridCell>& cells) {
   std::vector<GridBox> fused = fuseCells(cells);
   std::vector<GridBox> cover = greedyCover(cells);

@@ -7,12 +7,14 @@
 
 #include "packed_bits.h"
 #include "planar_mapping/core/error.h"
+#include "ray_cells.h"
 
 namespace planar_mapping {
 namespace evaluation {
 namespace {
 
 constexpr float kHitLogOdds = 0.85f;
+constexpr float kMissLogOdds = 0.405f;
 constexpr float kMostLogOdds = 3.5f;
 constexpr std::size_t kHeaderBytes = 36;
 
@@ -35,9 +37,9 @@ StandardGrid::StandardGrid(double s, int min_points) : side_(s) {
   min_points_ = static_cast<std::uint32_t>(min_points);
 }
 
-void StandardGrid::insert(const std::vector<Vector3>& world_points) {
-  detail::CellTable<std::uint32_t> points_of_cell;
-  for (const Vector3& point : world_points) {
+StandardGrid::PointCount StandardGrid::count(const std::vector<Vector3>& points) {
+  PointCount points_of_cell;
+  for (const Vector3& point : points) {
     std::uint64_t key = 0;
     if (detail::cellKeyOf(point, side_, key)) {
       ++points_of_cell[key];
@@ -45,11 +47,46 @@ void StandardGrid::insert(const std::vector<Vector3>& world_points) {
       ++dropped_;
     }
   }
+  return points_of_cell;
+}
+
+void StandardGrid::hit(const PointCount& points_of_cell) {
   points_of_cell.forEach([this](std::uint64_t key, std::uint32_t points) {
     if (points < min_points_) return;
     float& log_odds = log_odds_[key];
     log_odds = std::min(log_odds + kHitLogOdds, kMostLogOdds);
   });
+}
+
+void StandardGrid::insert(const std::vector<Vector3>& world_points) {
+  hit(count(world_points));
+}
+
+void StandardGrid::insert(const std::vector<Vector3>& obstacles, const std::vector<Vector3>& ground,
+                          const Vector3& origin) {
+  std::uint64_t origin_key = 0;
+  if (!detail::cellKeyOf(origin, side_, origin_key))
+    throw InputError("the sensor is outside the lattice");
+  const PointCount obstacle_points = count(obstacles);
+  const PointCount ground_points = count(ground);
+  detail::CellTable<char> missed;
+  const auto clear = [&](std::uint64_t end_key, std::uint32_t) {
+    Vector3 end;
+    for (int axis = 0; axis < 3; ++axis)
+      end[axis] = (detail::unpackCell(end_key, axis) + 0.5) * side_;
+    forEachCellOnRay(origin, end, side_, [&](std::int64_t x, std::int64_t y, std::int64_t z) {
+      const std::uint64_t key = detail::packCell(x, y, z);
+      if (log_odds_.find(key) != nullptr) missed[key] = 1;
+    });
+  };
+  obstacle_points.forEach(clear);
+  ground_points.forEach(clear);
+  missed.forEach([&](std::uint64_t key, char) {
+    const std::uint32_t* points = obstacle_points.find(key);
+    if (points == nullptr || *points < min_points_) *log_odds_.find(key) -= kMissLogOdds;
+  });
+  log_odds_.removeIf([](std::uint64_t, float log_odds) { return log_odds < 0.0f; });
+  hit(obstacle_points);
 }
 
 std::vector<GridCell> StandardGrid::cells() const {

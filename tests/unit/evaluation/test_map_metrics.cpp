@@ -166,6 +166,7 @@ TEST(MappingErrorTest, NothingMarkedIsNoErrorAndNothingIsRefused) {
   EXPECT_THROW(mappingError({}, wall.truth, 0.1, 0), InputError);
   EXPECT_THROW(mappingError({}, wall.truth, 0.0, 10), ParameterError);
   EXPECT_THROW(mappingError({}, wall.truth, kNan, 10), ParameterError);
+  EXPECT_THROW(mappingError({}, CuboidDistance({Cuboid()}), wall.truth, 0.1, 10), InputError);
   Cuboid bad;
   bad.size.x() = kNan;
   EXPECT_THROW(mappingError({bad}, wall.truth, 0.1, 10), InputError);

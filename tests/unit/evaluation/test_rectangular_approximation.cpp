@@ -213,6 +213,18 @@ TEST(RectangularApproximation, TakesTheBetterOfBoth) {
   EXPECT_EQ(plus.memoryBytes(), 40u);
 }
 
+TEST(RectangularApproximation, RaysTakeBoxesAway) {
+  RectangularApproximation grid(1.0);
+  const Vector3 origin(0.5, 0.5, 0.5);
+  grid.insert({{3.5, 0.5, 0.5}, {3.5, 1.5, 0.5}}, {}, origin);
+  grid.finish();
+  EXPECT_EQ(grid.size(), 1u);
+  for (int i = 0; i < 3; ++i) grid.insert({}, {{5.5, 0.5, 0.5}}, origin);
+  grid.finish();
+  ASSERT_EQ(grid.size(), 1u);
+  EXPECT_EQ(grid.boxes()[0], (GridBox{{3, 1, 0}, {1, 1, 1}}));
+}
+
 TEST(RectangularApproximation, CuboidsAreTheBoxesInMetres) {
   RectangularApproximation grid(0.5);
   grid.approximate(cellsOf(GridBox{{-2, 0, 4}, {2, 3, 1}}));

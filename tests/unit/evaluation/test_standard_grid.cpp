@@ -87,6 +87,61 @@ TEST(StandardGrid, EachFrameAddsOneHitUpToTheClamp) {
   EXPECT_EQ(grid.occupancy({1 << 30, 0, 0}), 0.5);
 }
 
+TEST(StandardGrid, RaysClearTheCellsTheyCross) {
+  const Vector3 origin(0.5, 0.5, 0.5);
+  StandardGrid grid(1.0);
+  grid.insert({{2.5, 0.5, 0.5}, {3.5, 5.5, 0.5}}, {}, origin);
+  ASSERT_EQ(grid.size(), 2u);
+  // Log-odds .85 of the hit, -.405 for each look through the first cell: gone with the third.
+  for (int looks = 1; looks <= 3; ++looks) {
+    grid.insert({}, {{4.5, 0.5, 0.5}}, origin);
+    EXPECT_EQ(grid.size(), looks < 3 ? 2u : 1u) << looks;
+  }
+  EXPECT_EQ(grid.cells().front(), (GridCell{3, 5, 0}));
+  EXPECT_NEAR(grid.occupancy({3, 5, 0}), 0.7, 1e-3);  // nobody looked there
+}
+
+TEST(StandardGrid, WhatIsHitIsNotMissed) {
+  const Vector3 origin(0.5, 0.5, 0.5);
+  StandardGrid grid(1.0);
+  for (int i = 0; i < 5; ++i) grid.insert({{2.5, 0.5, 0.5}, {4.5, 0.5, 0.5}}, {}, origin);
+  EXPECT_EQ(grid.size(), 2u);
+  EXPECT_NEAR(grid.occupancy({2, 0, 0}), 0.971, 1e-3);
+  EXPECT_THROW(grid.insert({}, {}, {kNan, 0, 0}), InputError);
+}
+
+TEST(StandardGrid, RaysCrossTheCellsTheySample) {
+  // Cells all around; those that vanish after many looks are those that points of the ray are in.
+  Random random(21);
+  for (int trial = 0; trial < 200; ++trial) {
+    const Vector3 origin(random.uniform(-2, 2), random.uniform(-2, 2), random.uniform(-2, 2));
+    const GridCell last{static_cast<int>(random.below(6)) - 3,
+                        static_cast<int>(random.below(6)) - 3,
+                        static_cast<int>(random.below(6)) - 3};
+    const Vector3 end(last.x + 0.5, last.y + 0.5, last.z + 0.5);
+    std::vector<Vector3> block;
+    for (int i = 0; i < 216; ++i) block.emplace_back(i % 6 - 2.5, i / 6 % 6 - 2.5, i / 36 - 2.5);
+    StandardGrid grid(1.0);
+    grid.insert(block);
+    for (int i = 0; i < 3; ++i) grid.insert({}, {end}, origin);
+    std::set<std::tuple<int, int, int>> crossed;
+    for (int i = 0; i <= 4000; ++i) {
+      const Vector3 p = origin + (end - origin) * (i / 4000.0);
+      crossed.emplace(static_cast<int>(std::floor(p.z())), static_cast<int>(std::floor(p.y())),
+                      static_cast<int>(std::floor(p.x())));
+    }
+    crossed.erase({last.z, last.y, last.x});
+    std::size_t left = 216;
+    for (const auto& [z, y, x] : crossed) {
+      left -= 1;
+      EXPECT_EQ(grid.occupancy({x, y, z}), 0.5);
+    }
+    // A corner may be cut by less than the samples are apart.
+    EXPECT_LE(grid.size(), left);
+    EXPECT_GE(grid.size() + 1, left);
+  }
+}
+
 TEST(StandardGrid, PointsBeyondTheLatticeAreDropped) {
   StandardGrid grid(0.1);
   grid.insert({{kNan, 0, 0}, {0, kInfinity, 0}, {0, 0, -1e300}, {1e6, 0, 0}, {1e5, 0, 0}});

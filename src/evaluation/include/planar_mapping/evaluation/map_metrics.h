@@ -39,7 +39,7 @@ struct MappingError {
 /// list do not count again. So N_e of SG is the number of its wrong cells, cells that are wrong in
 /// part counted by that part.
 /// \param standard_cells  A_S
-/// \throws ParameterError; InputError for no standard cells
+/// \throws ParameterError; InputError for no standard cells, or an index of another list
 PLANAR_MAPPING_EXPORT MappingError mappingError(const std::vector<Cuboid>& cuboids,
                                                 const SurfaceTruth& truth, double s,
                                                 std::size_t standard_cells);

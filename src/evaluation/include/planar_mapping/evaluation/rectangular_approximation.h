@@ -37,8 +37,10 @@ class PLANAR_MAPPING_EXPORT RectangularApproximation {
   /// \throws ParameterError
   explicit RectangularApproximation(double s, int min_points = 1);
 
-  /// As StandardGrid::insert().
+  /// As StandardGrid::insert(): without rays, or with those that clear what they cross.
   void insert(const std::vector<Vector3>& world_points);
+  void insert(const std::vector<Vector3>& obstacles, const std::vector<Vector3>& ground,
+              const Vector3& origin);
   /// Takes cells as they are, those of a StandardGrid for example. The next insert() forgets
   /// them. O(cells log cells) for the fusion; the cover takes longest.
   void approximate(const std::vector<GridCell>& cells);

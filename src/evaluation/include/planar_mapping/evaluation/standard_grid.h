@@ -32,6 +32,14 @@ class PLANAR_MAPPING_EXPORT StandardGrid {
   /// the origin are counted in droppedPoints(). O(points).
   void insert(const std::vector<Vector3>& world_points);
 
+  /// Adds one frame as RMAP does: the same, and cells that are there and that rays to obstacles or
+  /// ground cross lose belief (0.405 a frame, OctoMap's miss); below 0.5 they are gone. Rays end in
+  /// the middle of the cells the points are in, one for each; a cell that is hit is not missed.
+  /// Points with too few others in their cell clear as well. SG itself clears nothing.
+  /// \throws InputError for an origin that is not on the lattice
+  void insert(const std::vector<Vector3>& obstacles, const std::vector<Vector3>& ground,
+              const Vector3& origin);
+
   double side() const { return side_; }
   /// A_S: number of occupied cells.
   std::size_t size() const { return log_odds_.size(); }
@@ -50,6 +58,10 @@ class PLANAR_MAPPING_EXPORT StandardGrid {
   std::size_t fileBytes() const;
 
  private:
+  using PointCount = detail::CellTable<std::uint32_t>;
+  PointCount count(const std::vector<Vector3>& points);
+  void hit(const PointCount& points_of_cell);
+
   double side_;
   std::uint32_t min_points_;
   detail::CellTable<float> log_odds_;

@@ -66,6 +66,18 @@ class CellTable {
     const std::size_t slot = slotOf(key + 1);
     return keys_[slot] == 0 ? nullptr : &values_[slot];
   }
+  Value* find(std::uint64_t key) {
+    return const_cast<Value*>(static_cast<const CellTable*>(this)->find(key));
+  }
+  /// Removes the cells that the predicate (key, value) names.
+  template <typename Predicate>
+  void removeIf(const Predicate& predicate) {
+    CellTable kept;
+    forEach([&](std::uint64_t key, const Value& value) {
+      if (!predicate(key, value)) kept[key] = value;
+    });
+    if (kept.size() < size_) *this = std::move(kept);
+  }
   /// visit(key, value) for each cell; the order follows from the cells and how they came.
   template <typename Visitor>
   void forEach(const Visitor& visit) const {
