@@ -12,11 +12,13 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.h"
+#include "evaluation/artefact_file.h"
 #include "evaluation/evaluation_run.h"
 #include "evaluation/machine_facts.h"
 #include "evaluation/variants.h"
 #include "planar_mapping/core/error.h"
 #include "planar_mapping/pipeline/output.h"
+#include "viewer_program.h"
 
 namespace planar_mapping::tools {
 namespace {
@@ -43,6 +45,7 @@ struct EvaluateArguments {
   PlaceOptions places;
   std::vector<std::string> variants;
   bool ablation = false;
+  bool no_figures = false;
   int threads = 1;
   std::int64_t seed = -1;
   bool force = false;
@@ -184,12 +187,34 @@ void write(const OutputDirectory& directory, const std::string& stem,
   directory.write(stem + ".md", evaluation::toMarkdown(header, results));
 }
 
-std::vector<std::string> outputNames(bool ablation) {
-  std::vector<std::string> names = {"evaluation.json", "evaluation.csv", "evaluation.md"};
-  if (ablation) {
-    for (const char* name : {"ablation.json", "ablation.csv", "ablation.md"}) {
-      names.emplace_back(name);
-    }
+/// The cell size whose maps are drawn: the one of the paper's Fig. 9, or the next.
+double pictureCell(const std::vector<double>& cells) {
+  constexpr double kPaper = 0.1;
+  return *std::min_element(cells.begin(), cells.end(), [](double a, double b) {
+    return std::abs(a - kPaper) < std::abs(b - kPaper);
+  });
+}
+
+/// The viewer draws: this program knows no VTK. \throws RenderError if nothing can
+void drawFigures(const std::string& directory, bool quiet) {
+  std::vector<std::string> command = {"charts", directory, "--force"};
+  if (quiet) command.emplace_back("--quiet");
+  const int code = runViewer(command);
+  if (code != kDone) {
+    throw RenderError("the figures are not drawn (see above); the tables are in " + directory);
+  }
+}
+
+std::vector<std::string> outputNames(bool ablation, bool figures) {
+  std::vector<std::string> names = {"evaluation.json", "evaluation.csv", "evaluation.md",
+                                    "artefacts.json"};
+  const auto add = [&names](std::initializer_list<const char*> more) {
+    names.insert(names.end(), more.begin(), more.end());
+  };
+  if (ablation) add({"ablation.json", "ablation.csv", "ablation.md"});
+  if (figures) {
+    add({"fig9_artefacts.png", "fig12_combination_efficiency.png", "fig13_mapping_error.png",
+         "fig14_memory_file_time.png"});
   }
   return names;
 }
@@ -230,8 +255,8 @@ int evaluate(const EvaluateArguments& arguments) {
   for (const PlanarMethod& method : methods.planar) method.load(arguments.cells.front());
   std::unique_ptr<OutputDirectory> directory;
   try {
-    directory =
-        std::make_unique<OutputDirectory>(arguments.output, outputNames(ablated), arguments.force);
+    directory = std::make_unique<OutputDirectory>(
+        arguments.output, outputNames(ablated, !arguments.no_figures), arguments.force);
   } catch (const OutputExistsError& error) {
     throw UsageError(error.what());
   }
@@ -251,10 +276,14 @@ int evaluate(const EvaluateArguments& arguments) {
     job.progress = drawBar;
   }
   std::vector<evaluation::PlaceResult> results;
+  PlaceMaps maps;  // of the first scene, in the middle of its path
   for (const Input& input : inputs) {
     if (stop_requested) break;
     const std::unique_ptr<PlaceSource> source = input.open();
-    auto of_input = evaluatePlaces(*source, input.name, job, nullptr);
+    const bool drawn = configuration.inputs.empty() && results.empty();
+    maps.place = drawn ? source->size() / 2 : maps.place;
+    maps.cell = pictureCell(arguments.cells);
+    auto of_input = evaluatePlaces(*source, input.name, job, drawn ? &maps : nullptr);
     std::move(of_input.begin(), of_input.end(), std::back_inserter(results));
   }
   evaluation::ReportHeader header = headerOf(arguments, configuration);
@@ -266,6 +295,9 @@ int evaluate(const EvaluateArguments& arguments) {
     results = withoutMethods(results, names);
   }
   write(*directory, "evaluation", header, results);
+  if (maps.truth != nullptr && !maps.maps.empty()) {
+    directory->write("artefacts.json", artefactJson(maps, inputs.front().name));
+  }
   if (arguments.json) {
     std::cout << evaluation::toJson(header, results);
   } else if (!arguments.quiet) {
@@ -276,6 +308,7 @@ int evaluate(const EvaluateArguments& arguments) {
               << '\n';
     return kInterrupted;
   }
+  if (!arguments.no_figures) drawFigures(directory->path(), arguments.quiet || arguments.json);
   return kDone;
 }
 
@@ -324,6 +357,7 @@ void addEvaluateCommand(CLI::App& app, int& exit_code) {
       ->add_option("--variant", arguments->variants,
                    "NAME:stage.key=value,... one more row of ablation.*, repeatable")
       ->allow_extra_args(false);
+  command->add_flag("--no-figures", arguments->no_figures, "Tables only");
   command->add_option("-j,--threads", arguments->threads, "Places beside each other")
       ->capture_default_str()
       ->check(CLI::Range(1, 256));

@@ -1,41 +1,11 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstring>
-#include <filesystem>
-
 #include "commands.h"
-#include "planar_mapping/core/error.h"
+#include "viewer_program.h"
 
-// Both commands become planar_map_viewer, so that its exit code is theirs and planar_map itself
-// needs no VTK.
+// Both commands become planar_map_viewer.
 namespace planar_mapping::tools {
 namespace {
-
-namespace fs = std::filesystem;
-
-/// The viewer that was built or installed beside this program.
-std::string viewerPath() {
-  std::error_code error;
-  const fs::path self = fs::read_symlink("/proc/self/exe", error);
-  const fs::path viewer = self.parent_path() / "planar_map_viewer";
-  if (!error && access(viewer.c_str(), X_OK) == 0) return viewer.string();
-  throw RenderError("planar_map_viewer is not beside " + self.string() +
-                    "; build with PLANAR_MAPPING_BUILD_VIEWER=ON (it needs libvtk9-dev) or install "
-                    "it");
-}
-
-[[noreturn]] void becomeViewer(const std::vector<std::string>& arguments) {
-  const std::string path = viewerPath();
-  std::vector<char*> argv;
-  argv.push_back(const_cast<char*>(path.c_str()));
-  for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
-  argv.push_back(nullptr);
-  execv(path.c_str(), argv.data());
-  throw RenderError(path + ": cannot be started: " + std::strerror(errno));
-}
 
 CLI::App* addPassThrough(CLI::App& app, const std::string& name, const std::string& summary) {
   auto* command = app.add_subcommand(name, summary);

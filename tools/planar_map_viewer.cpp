@@ -14,6 +14,7 @@
 #include "planar_mapping/visualization/scene_content.h"
 #include "planar_mapping/visualization/snapshot.h"
 #include "planar_mapping/visualization/window.h"
+#include "viewer_charts.h"
 
 namespace planar_mapping::tools {
 namespace {
@@ -216,7 +217,8 @@ int report(const std::exception& error, int code) {
 int main(int argc, char** argv) {
   using namespace planar_mapping;
   try {
-    return tools::run(argc, argv);
+    const bool charts = argc > 1 && std::string(argv[1]) == "charts";
+    return charts ? tools::runCharts(argc - 1, argv + 1) : tools::run(argc, argv);
   } catch (const ParameterError& error) {
     return tools::report(error, tools::kUsage);
   } catch (const RenderError& error) {

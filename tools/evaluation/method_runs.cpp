@@ -175,7 +175,9 @@ void CellRun::octreeGrid() {
 void CellRun::rectangularApproximation() {
   const StopWatch watch;
   evaluation::RectangularApproximation boxes(s_, min_points_);
-  for (const PreparedFrame& frame : place_.frames) boxes.insert(frame.obstacles);
+  for (const PreparedFrame& frame : place_.frames) {
+    boxes.insert(frame.obstacles, frame.ground, frame.frame.T_world_sensor.translation());
+  }
   boxes.finish();
   std::vector<Cuboid> cuboids = boxes.cuboids();
   const double ms = watch.milliseconds();

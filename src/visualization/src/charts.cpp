@@ -1,0 +1,299 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/visualization/charts.h"
+
+#include <vtkAxis.h>
+#include <vtkBrush.h>
+#include <vtkChartXY.h>
+#include <vtkContextActor.h>
+#include <vtkContextScene.h>
+#include <vtkDoubleArray.h>
+#include <vtkFloatArray.h>
+#include <vtkNew.h>
+#include <vtkPen.h>
+#include <vtkPlotLine.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+#include <vtkStringArray.h>
+#include <vtkTable.h>
+#include <vtkTextProperty.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "chart_legend.h"
+#include "planar_mapping/core/error.h"
+#include "render_backend.h"
+#include "window_image.h"
+
+namespace planar_mapping {
+namespace {
+
+constexpr int kLegendHeight = 56;  // pixels
+constexpr float kLineWidth = 2.5f;
+constexpr float kMarkerSize = 10.0f;
+constexpr float kSpreadWidth = 1.5f;
+constexpr unsigned char kSpreadOpacity = 130;
+
+/// How the y values of a chart become positions on its axis.
+double positionOf(double value, bool logarithmic) {
+  return logarithmic ? std::log10(value) : value;
+}
+
+bool isDrawn(double value, bool logarithmic) {
+  return std::isfinite(value) && (!logarithmic || value > 0.0);
+}
+
+struct AxisRange {
+  double low = 0.0;
+  double high = 1.0;
+};
+
+/// Of what is drawn, in positions, with some air.
+AxisRange rangeOf(const Chart& chart) {
+  if (chart.y_high > chart.y_low) {
+    return {positionOf(chart.y_low, chart.logarithmic),
+            positionOf(chart.y_high, chart.logarithmic)};
+  }
+  double low = INFINITY;
+  double high = -INFINITY;
+  const auto take = [&](double value) {
+    if (!isDrawn(value, chart.logarithmic)) return;
+    low = std::min(low, positionOf(value, chart.logarithmic));
+    high = std::max(high, positionOf(value, chart.logarithmic));
+  };
+  for (const ChartSeries& series : chart.series) {
+    for (const std::vector<double>* values : {&series.y, &series.low, &series.high}) {
+      for (const double value : *values) take(value);
+    }
+  }
+  if (!(high >= low)) return {};
+  if (chart.logarithmic) return {std::floor(low - 0.02), std::ceil(high + 0.02)};
+  const double air = std::max(0.06 * (high - low), 1e-9 + 0.01 * std::abs(high));
+  return {low >= 0.0 && low - air < 0.35 * high ? std::min(0.0, low) : low - air, high + air};
+}
+
+std::string shortText(double value) {
+  std::ostringstream out;
+  out.imbue(std::locale::classic());
+  out.precision(6);
+  out << value;
+  return out.str();
+}
+
+/// 1, 10, 100, ..., then 1e5 and so on.
+std::string powerText(int exponent) {
+  if (exponent >= -3 && exponent <= 4) return shortText(std::pow(10.0, exponent));
+  return "1e" + std::to_string(exponent);
+}
+
+/// Steps of 1, 2 or 5 times a power of ten, about six of them.
+double niceStep(double length) {
+  const double rough = length / 6.0;
+  const double power = std::pow(10.0, std::floor(std::log10(rough)));
+  for (const double factor : {1.0, 2.0, 5.0}) {
+    if (rough <= factor * power * 1.0001) return factor * power;
+  }
+  return 10.0 * power;
+}
+
+void setTicks(vtkAxis* axis, const std::vector<double>& positions,
+              const std::vector<std::string>& labels) {
+  vtkNew<vtkDoubleArray> ticks;
+  vtkNew<vtkStringArray> texts;
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    ticks->InsertNextValue(positions[i]);
+    texts->InsertNextValue(labels[i]);
+  }
+  axis->SetCustomTickPositions(ticks, texts);
+}
+
+void styleAxis(vtkAxis* axis, const std::string& title, const AxisRange& range) {
+  axis->SetTitle(title);
+  axis->GetTitleProperties()->SetFontSize(18);
+  axis->GetTitleProperties()->SetBold(false);
+  axis->GetTitleProperties()->SetColor(0.1, 0.1, 0.1);
+  axis->GetLabelProperties()->SetFontSize(16);
+  axis->GetLabelProperties()->SetColor(0.1, 0.1, 0.1);
+  axis->GetPen()->SetColor(60, 60, 60);
+  axis->GetGridPen()->SetColor(222, 224, 228);
+  axis->SetBehavior(vtkAxis::FIXED);
+  axis->SetMinimum(range.low);
+  axis->SetMaximum(range.high);
+}
+
+void styleValueAxis(vtkAxis* axis, const Chart& chart) {
+  const AxisRange range = rangeOf(chart);
+  styleAxis(axis, chart.y_title, range);
+  std::vector<double> positions;
+  std::vector<std::string> labels;
+  if (chart.logarithmic) {
+    for (int e = static_cast<int>(std::ceil(range.low)); e <= range.high; ++e) {
+      positions.push_back(e);
+      labels.push_back(powerText(e));
+    }
+  } else {
+    const double step = niceStep(range.high - range.low);
+    for (double k = std::ceil(range.low / step - 1e-9); k * step <= range.high + 1e-9 * step; ++k) {
+      positions.push_back(k * step);
+      labels.push_back(shortText(k == 0.0 ? 0.0 : k * step));
+    }
+  }
+  setTicks(axis, positions, labels);
+}
+
+/// A tick at each x of any series, where they do not crowd.
+void stylePositionAxis(vtkAxis* axis, const Chart& chart) {
+  std::vector<double> xs;
+  for (const ChartSeries& series : chart.series) {
+    xs.insert(xs.end(), series.x.begin(), series.x.end());
+  }
+  std::sort(xs.begin(), xs.end());
+  xs.erase(std::unique(xs.begin(), xs.end()), xs.end());
+  if (xs.empty()) xs = {0.0, 1.0};
+  const double length = std::max(xs.back() - xs.front(), 1e-6);
+  styleAxis(axis, chart.x_title, {xs.front() - 0.05 * length, xs.back() + 0.05 * length});
+  std::vector<std::string> labels;
+  for (const double x : xs) labels.push_back(shortText(x));
+  setTicks(axis, xs, labels);
+}
+
+vtkPlot* addLine(vtkChartXY& chart, const std::vector<double>& xs, const std::vector<double>& ys) {
+  vtkNew<vtkTable> table;
+  vtkNew<vtkDoubleArray> x;
+  x->SetName("x");
+  vtkNew<vtkDoubleArray> y;
+  y->SetName("y");
+  for (std::size_t i = 0; i < xs.size(); ++i) {
+    x->InsertNextValue(xs[i]);
+    y->InsertNextValue(ys[i]);
+  }
+  table->AddColumn(x);
+  table->AddColumn(y);
+  vtkPlot* line = chart.AddPlot(vtkChart::LINE);
+  line->SetInputData(table, 0, 1);
+  return line;
+}
+
+void addSpread(vtkChartXY& chart, const ChartSeries& series, bool logarithmic) {
+  for (std::size_t i = 0; i < series.low.size(); ++i) {
+    if (!isDrawn(series.low[i], logarithmic) || !isDrawn(series.high[i], logarithmic)) continue;
+    vtkPlot* bar =
+        addLine(chart, {series.x[i], series.x[i]},
+                {positionOf(series.low[i], logarithmic), positionOf(series.high[i], logarithmic)});
+    bar->SetColor(series.color.red, series.color.green, series.color.blue, kSpreadOpacity);
+    bar->SetWidth(kSpreadWidth);
+  }
+}
+
+void addSeries(vtkChartXY& chart, const ChartSeries& series, bool logarithmic) {
+  std::vector<double> xs;
+  std::vector<double> ys;
+  for (std::size_t i = 0; i < series.x.size(); ++i) {
+    if (!isDrawn(series.y[i], logarithmic)) continue;
+    xs.push_back(series.x[i]);
+    ys.push_back(positionOf(series.y[i], logarithmic));
+  }
+  if (xs.empty()) return;
+  auto* line = vtkPlotLine::SafeDownCast(addLine(chart, xs, ys));
+  line->SetColor(series.color.red, series.color.green, series.color.blue, 255);
+  line->SetWidth(kLineWidth);
+  line->GetPen()->SetLineType(series.dashed ? vtkPen::DASH_LINE : vtkPen::SOLID_LINE);
+  line->SetMarkerStyle(visualization::markerStyle(series.marker));
+  line->SetMarkerSize(kMarkerSize);
+}
+
+vtkSmartPointer<vtkChartXY> makeChart(const Chart& chart, const vtkRectf& place) {
+  auto item = vtkSmartPointer<vtkChartXY>::New();
+  item->SetAutoSize(false);
+  item->SetSize(place);
+  item->SetTitle(chart.title);
+  item->GetTitleProperties()->SetFontSize(20);
+  item->GetTitleProperties()->SetBold(true);
+  item->GetTitleProperties()->SetColor(0.1, 0.1, 0.1);
+  item->SetShowLegend(false);
+  item->GetBackgroundBrush()->SetColor(255, 255, 255, 0);  // would hide its neighbours' labels
+  stylePositionAxis(item->GetAxis(vtkAxis::BOTTOM), chart);
+  styleValueAxis(item->GetAxis(vtkAxis::LEFT), chart);
+  for (const ChartSeries& series : chart.series) addSpread(*item, series, chart.logarithmic);
+  for (const ChartSeries& series : chart.series) addSeries(*item, series, chart.logarithmic);
+  return item;
+}
+
+/// Series by name, the first of each.
+std::vector<ChartSeries> legendOf(const ChartPage& page) {
+  std::vector<ChartSeries> names;
+  for (const Chart& chart : page.charts) {
+    for (const ChartSeries& series : chart.series) {
+      const auto same = [&series](const ChartSeries& other) { return other.name == series.name; };
+      if (std::none_of(names.begin(), names.end(), same)) names.push_back(series);
+    }
+  }
+  return names;
+}
+
+}  // namespace
+
+void ChartPage::validate() const {
+  if (charts.empty()) throw InputError("there is no chart to draw");
+  requireInRange("columns of the page", columns, 1, 16);
+  requireInRange("width of a chart", chart_width, 320, 4096, "px");
+  requireInRange("height of a chart", chart_height, 240, 4096, "px");
+  for (const Chart& chart : charts) {
+    for (const ChartSeries& series : chart.series) {
+      const std::size_t size = series.x.size();
+      const bool spread_fits = series.low.empty()
+                                   ? series.high.empty()
+                                   : series.low.size() == size && series.high.size() == size;
+      if (series.y.size() != size || !spread_fits) {
+        throw InputError("chart '" + chart.title + "': the values of series '" + series.name +
+                         "' differ in number");
+      }
+    }
+  }
+}
+
+Image renderCharts(const ChartPage& page) {
+  page.validate();
+  const int count = static_cast<int>(page.charts.size());
+  const int columns = std::min(page.columns, count);
+  const int rows = (count + columns - 1) / columns;
+  const int width = columns * page.chart_width;
+  const int height = rows * page.chart_height + kLegendHeight;
+  requireInRange("height of the page", height, 1, 16384, "px");
+  const visualization::CapturedMessages messages;
+  const auto screen = visualization::OffscreenWindow::create(width, height);
+  vtkRenderWindow* window = screen->window();
+  window->SetMultiSamples(visualization::kSamplesPerPixel);
+  vtkNew<vtkRenderer> renderer;
+  renderer->SetBackground(1.0, 1.0, 1.0);
+  vtkNew<vtkContextActor> actor;
+  vtkNew<vtkContextScene> scene;
+  actor->SetScene(scene);
+  scene->SetRenderer(renderer);
+  for (int i = 0; i < count; ++i) {
+    const int row = i / columns;
+    const vtkRectf place(static_cast<float>((i % columns) * page.chart_width),
+                         static_cast<float>(kLegendHeight + (rows - 1 - row) * page.chart_height),
+                         static_cast<float>(page.chart_width),
+                         static_cast<float>(page.chart_height));
+    scene->AddItem(makeChart(page.charts[static_cast<std::size_t>(i)], place));
+  }
+  scene->AddItem(visualization::makeChartLegend(legendOf(page), width, kLegendHeight));
+  renderer->AddActor(actor);
+  window->AddRenderer(renderer);
+  window->Render();
+  if (const std::string error = messages.firstError(); !error.empty()) {
+    throw RenderError("drawing failed (" + screen->name() + "): " + error);
+  }
+  Image image = visualization::imageOf(window);
+  window->RemoveRenderer(renderer);
+  if (isBlank(image)) {
+    throw RenderError("the charts came out blank (" + screen->name() +
+                      "); install libgl1-mesa-dri");
+  }
+  return image;
+}
+
+}  // namespace planar_mapping
