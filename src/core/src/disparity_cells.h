@@ -81,6 +81,12 @@ struct DisparityParams {
   double smooth_bow_share = 0.25;
   /// Standard deviation of the direction of a plane that can be used, radians.
   double max_direction_error = 0.087;
+  /// The same for what is rougher than this share of the disparity error of the camera and thicker
+  /// than this share of its width, standard deviations across the plane and along its narrower
+  /// side: trunks and shrubs are, so that there must be points enough to leave no doubt.
+  double max_thick_direction_error = 0.01;
+  double rough_share = 0.34;
+  double thick_share = 0.2;
   /// Pixels of a plane in a tile from which on the tiles beside it are searched for more.
   int min_presence = 6;
   /// Cells of the smallest region.

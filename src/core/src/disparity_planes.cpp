@@ -100,6 +100,12 @@ PlaneMoments onPlane(const DisparityPlane& plane, const MomentSums& sums,
   return PlaneMoments::fromSums(n, Vector3::Zero(), outer, scale * ray);
 }
 
+/// Sum of the squared distances of the points of a part from the plane, square metres.
+double squaresOf(const DisparityPlane& plane, const TilePart& part) {
+  const double metres = plane.height * part.sums[kN] / part.sums[kZ];
+  return part.sums[kN] * plane.meanSquare(part.sums) * metres * metres;
+}
+
 /// Covariance of (a, b, c, d) from that of the regression.
 Matrix4 covarianceOf(const DisparityPlane& plane, const DisparityParams& params) {
   const MomentSums& s = plane.sums;
@@ -120,18 +126,54 @@ Matrix4 covarianceOf(const DisparityPlane& plane, const DisparityParams& params)
   return covariance.allFinite() ? covariance : Matrix4::Zero();
 }
 
+/// Standard deviations of the points of a plane, metres.
+struct Extent {
+  double across = 0.0;  ///< the plane
+  double along = 0.0;   ///< its narrower side
+};
+
+/// Of the planes that are asked for.
+std::vector<Extent> extentsOf(const std::vector<DisparityPlane>& planes,
+                              const std::vector<TilePart>& parts, const std::vector<char>& asked,
+                              const DisparityParams& params) {
+  std::vector<PlaneMoments> moments(planes.size());
+  std::vector<Extent> extents(planes.size());
+  for (const TilePart& part : parts) {
+    const auto i = static_cast<std::size_t>(part.label);
+    if (asked[i] == 0) continue;
+    moments[i].merge(onPlane(planes[i], part.sums, params));
+    extents[i].across += squaresOf(planes[i], part);
+  }
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    if (asked[i] == 0) continue;
+    extents[i].across = std::sqrt(extents[i].across / planes[i].sums[kN]);
+    extents[i].along = std::sqrt(std::max(0.0, moments[i].fit().eigenvalues[1]));
+  }
+  return extents;
+}
+
 /// Frees the pixels of planes whose direction noise leaves open.
 void dropUncertain(std::vector<DisparityPlane>& planes, DisparityAssigner& pixels,
                    const DisparityParams& params, PlaneSearchDiagnostics& diagnostics) {
+  const double smooth = params.rough_share * params.camera.disparity_error;
+  std::vector<char> rough(planes.size(), 0);
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    rough[i] = planes[i].valid && planes[i].residual > smooth ? 1 : 0;
+  }
+  const std::vector<Extent> extents = extentsOf(planes, pixels.parts(), rough, params);
   std::vector<std::int16_t> target(planes.size(), -1);
   for (std::size_t i = 0; i < planes.size(); ++i) {
-    if (!planes[i].valid) continue;
-    const Matrix4 covariance = covarianceOf(planes[i], params);
+    DisparityPlane& plane = planes[i];
+    if (!plane.valid) continue;
+    const Matrix4 covariance = covarianceOf(plane, params);
     const double variance = covariance(0, 0) + covariance(1, 1) + covariance(2, 2);
-    if (variance <= params.max_direction_error * params.max_direction_error) {
+    const bool thick =
+        rough[i] != 0 && !(extents[i].across <= params.thick_share * extents[i].along);
+    const double most = thick ? params.max_thick_direction_error : params.max_direction_error;
+    if (variance <= most * most) {
       target[i] = static_cast<std::int16_t>(i);
     } else {
-      planes[i].valid = false;
+      plane.valid = false;
       ++diagnostics.rejected_not_significant;
     }
   }
@@ -224,8 +266,7 @@ PlaneSet findPlanesDisparity(const PointsView& points, const Indices* indices,
   for (const TilePart& part : pixels.parts()) {
     const auto i = static_cast<std::size_t>(part.label);
     segments[i]->moments.merge(onPlane(planes[i], part.sums, own));
-    const double metres = planes[i].height * part.sums[kN] / part.sums[kZ];
-    squares[i] += part.sums[kN] * planes[i].meanSquare(part.sums) * metres * metres;
+    squares[i] += squaresOf(planes[i], part);
   }
   for (const std::size_t i : order) {
     PlaneSegment& segment = *segments[i];
