@@ -59,8 +59,8 @@ Json panelJson(const MethodMap& map, const std::string& name, double s,
     for (const Cuboid& part : parts) (isRight(part) ? right : wrong).push_back(cuboidJson(part));
   }
   Json json;
-  json["title"] = name + ": " + std::to_string(map.cuboids.size()) +
-                  " cells, wrong (red): " + std::to_string(wrong.size());
+  json["title"] = name + ": " + std::to_string(map.cuboids.size()) + " cells, " +
+                  std::to_string(wrong.size()) + " wrong ones of a standard cell's size (red)";
   json["right"] = std::move(right);
   json["wrong"] = std::move(wrong);
   return json;

@@ -63,6 +63,14 @@ Canvas::Canvas(int width, int height, Color background)
   }
 }
 
+void Canvas::draw(const Image& picture) {
+  for (int row = 0; row < std::min(large_.height, scale_ * picture.height); ++row) {
+    for (int column = 0; column < std::min(large_.width, scale_ * picture.width); ++column) {
+      large_.set(column, row, picture.at(column / scale_, row / scale_));
+    }
+  }
+}
+
 void Canvas::fill(const std::vector<Vector2>& convex, Color color) {
   std::vector<Vector2> scaled = convex;
   for (Vector2& p : scaled) p *= scale_;

@@ -54,6 +54,8 @@ class Canvas {
 
   int scale() const { return scale_; }
   Image& large() { return large_; }
+  /// A picture of the canvas's size, under what is drawn next.
+  void draw(const Image& picture);
   void fill(const std::vector<Vector2>& convex, Color color);
   void line(const Vector2& a, const Vector2& b, double width, Color color);
   /// Dashes run on over the corners.

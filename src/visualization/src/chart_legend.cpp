@@ -2,105 +2,73 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "chart_legend.h"
 
-#include <vtkBrush.h>
-#include <vtkContext2D.h>
-#include <vtkObjectFactory.h>
-#include <vtkPen.h>
-#include <vtkPlotPoints.h>
-#include <vtkTextProperty.h>
-
-#include <array>
-#include <utility>
+#include <cmath>
 
 namespace planar_mapping::visualization {
 namespace {
 
-constexpr int kFontSize = 18;
-constexpr float kLineLength = 44.0f;  // pixels
-constexpr float kSpace = 10.0f;       // between line and name
-constexpr float kGap = 40.0f;         // between entries
+constexpr double kFontSize = 16.0;  // pixels, like all lengths here
+constexpr double kLineLength = 44.0;
+constexpr double kLineWidth = 2.5;
+constexpr double kSpace = 10.0;  // between line and name
+constexpr double kGap = 38.0;    // between entries
+constexpr double kMarker = 5.0;  // half its size
+constexpr Color kInk = {26, 26, 26};
 
-class LegendItem : public vtkContextItem {
- public:
-  static LegendItem* New();
-  vtkTypeMacro(LegendItem, vtkContextItem)
-
-  void set(std::vector<ChartSeries> series, int width, int height) {
-    series_ = std::move(series);
-    width_ = static_cast<float>(width);
-    height_ = static_cast<float>(height);
+/// A regular polygon, its first corner at the given angle.
+std::vector<Vector2> polygon(const Vector2& center, double radius, int corners, double angle) {
+  std::vector<Vector2> points;
+  for (int i = 0; i < corners; ++i) {
+    const double turn = angle + 6.283185307179586 * i / corners;
+    points.push_back(center + radius * Vector2(std::cos(turn), std::sin(turn)));
   }
+  return points;
+}
 
-  bool Paint(vtkContext2D* painter) override {
-    vtkTextProperty* text = painter->GetTextProp();
-    text->SetFontSize(kFontSize);
-    text->SetBold(false);
-    text->SetColor(0.1, 0.1, 0.1);
-    text->SetOpacity(1.0);
-    text->SetOrientation(0.0);
-    text->SetJustificationToLeft();
-    text->SetVerticalJustificationToCentered();
-    std::vector<float> widths;
-    float all = -kGap;
-    for (const ChartSeries& one : series_) {
-      std::array<float, 4> bounds{};
-      painter->ComputeStringBounds(one.name, bounds.data());
-      widths.push_back(bounds[2]);
-      all += kLineLength + kSpace + bounds[2] + kGap;
-    }
-    float x = 0.5f * (width_ - all);
-    for (std::size_t i = 0; i < series_.size(); ++i) {
-      paintEntry(*painter, series_[i], x);
-      x += kLineLength + kSpace + widths[i] + kGap;
-    }
-    return true;
+void drawMarker(ChartSeries::Marker marker, const Vector2& at, Color color, Canvas& canvas) {
+  constexpr double kEighth = 0.7853981633974483;
+  switch (marker) {
+    case ChartSeries::Marker::Circle:
+      canvas.fill(polygon(at, kMarker, 24, 0.0), color);
+      return;
+    case ChartSeries::Marker::Square:
+      canvas.fill(polygon(at, kMarker * std::sqrt(2.0), 4, kEighth), color);
+      return;
+    case ChartSeries::Marker::Diamond:
+      canvas.fill(polygon(at, kMarker, 4, 0.0), color);
+      return;
+    case ChartSeries::Marker::Cross:
+    case ChartSeries::Marker::Plus:
+      break;
   }
-
- private:
-  void paintEntry(vtkContext2D& painter, const ChartSeries& series, float x) const {
-    const float y = 0.5f * height_;
-    vtkPen* pen = painter.GetPen();
-    pen->SetColor(series.color.red, series.color.green, series.color.blue, 255);
-    pen->SetWidth(2.5f);
-    pen->SetLineType(series.dashed ? vtkPen::DASH_LINE : vtkPen::SOLID_LINE);
-    painter.DrawLine(x, y, x + kLineLength, y);
-    pen->SetLineType(vtkPen::SOLID_LINE);
-    painter.GetBrush()->SetColor(series.color.red, series.color.green, series.color.blue, 255);
-    std::array<float, 2> middle = {x + 0.5f * kLineLength, y};
-    pen->SetWidth(10.0f);
-    painter.DrawMarkers(markerStyle(series.marker), false, middle.data(), 1);
-    painter.DrawString(x + kLineLength + kSpace, y, series.name);
-  }
-
-  std::vector<ChartSeries> series_;
-  float width_ = 0.0f;
-  float height_ = 0.0f;
-};
-vtkStandardNewMacro(LegendItem)
+  const double diagonal = marker == ChartSeries::Marker::Cross ? kMarker : 0.0;
+  const Vector2 along(kMarker, diagonal);
+  const Vector2 across = diagonal > 0.0 ? Vector2(kMarker, -diagonal) : Vector2(0.0, kMarker);
+  canvas.line(at - along, at + along, 1.5, color);
+  canvas.line(at - across, at + across, 1.5, color);
+}
 
 }  // namespace
 
-int markerStyle(ChartSeries::Marker marker) {
-  switch (marker) {
-    case ChartSeries::Marker::Square:
-      return vtkPlotPoints::SQUARE;
-    case ChartSeries::Marker::Diamond:
-      return vtkPlotPoints::DIAMOND;
-    case ChartSeries::Marker::Cross:
-      return vtkPlotPoints::CROSS;
-    case ChartSeries::Marker::Plus:
-      return vtkPlotPoints::PLUS;
-    case ChartSeries::Marker::Circle:
-      break;
+void drawChartLegend(const std::vector<ChartSeries>& series, double width, double y,
+                     Canvas& canvas) {
+  double all = -kGap;
+  for (const ChartSeries& one : series) {
+    all += kLineLength + kSpace + canvas.textWidth(one.name, kFontSize) + kGap;
   }
-  return vtkPlotPoints::CIRCLE;
-}
-
-vtkSmartPointer<vtkContextItem> makeChartLegend(std::vector<ChartSeries> series, int width,
-                                                int height) {
-  auto item = vtkSmartPointer<LegendItem>::New();
-  item->set(std::move(series), width, height);
-  return item;
+  double x = 0.5 * (width - all);
+  for (const ChartSeries& one : series) {
+    const Vector2 left(x, y);
+    const Vector2 right(x + kLineLength, y);
+    if (one.dashed) {
+      canvas.dashed({left, right}, kLineWidth, 8.0, 5.0, one.color);
+    } else {
+      canvas.line(left, right, kLineWidth, one.color);
+    }
+    drawMarker(one.marker, 0.5 * (left + right), one.color, canvas);
+    canvas.text(one.name, {x + kLineLength + kSpace, y}, kFontSize, -1, kInk);
+    x += kLineLength + kSpace + canvas.textWidth(one.name, kFontSize) + kGap;
+  }
 }
 
 }  // namespace planar_mapping::visualization

@@ -2,20 +2,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <vtkContextItem.h>
-#include <vtkSmartPointer.h>
-
 #include <vector>
 
+#include "canvas.h"
 #include "planar_mapping/visualization/charts.h"
 
 namespace planar_mapping::visualization {
 
-/// The marker as vtkPlotPoints names it.
-int markerStyle(ChartSeries::Marker marker);
-
-/// Lines, markers and names in one row, centred in the strip at the foot of a page.
-vtkSmartPointer<vtkContextItem> makeChartLegend(std::vector<ChartSeries> series, int width,
-                                                int height);
+/// Lines, markers and names in one row, centred on a page of that width; \p y is its middle.
+void drawChartLegend(const std::vector<ChartSeries>& series, double width, double y,
+                     Canvas& canvas);
 
 }  // namespace planar_mapping::visualization

@@ -8,7 +8,6 @@
 #include <vtkContextActor.h>
 #include <vtkContextScene.h>
 #include <vtkDoubleArray.h>
-#include <vtkFloatArray.h>
 #include <vtkNew.h>
 #include <vtkPen.h>
 #include <vtkPlotLine.h>
@@ -16,12 +15,12 @@
 #include <vtkRenderer.h>
 #include <vtkStringArray.h>
 #include <vtkTable.h>
-#include <vtkTextProperty.h>
 
 #include <algorithm>
 #include <cmath>
 #include <sstream>
 
+#include "canvas.h"
 #include "chart_legend.h"
 #include "planar_mapping/core/error.h"
 #include "render_backend.h"
@@ -30,7 +29,17 @@
 namespace planar_mapping {
 namespace {
 
-constexpr int kLegendHeight = 56;  // pixels
+// Pixels. VTK places text between pixels, which cuts it; so it draws lines only, into rectangles
+// that are known, and all text is ours.
+constexpr int kLegendHeight = 56;
+constexpr int kLeft = 84;
+constexpr int kRight = 28;
+constexpr int kTop = 80;
+constexpr int kBottom = 68;
+constexpr double kTitleSize = 19.0;
+constexpr double kTextSize = 16.0;
+constexpr double kTickSize = 14.0;
+constexpr Color kInk = {26, 26, 26};
 constexpr float kLineWidth = 2.5f;
 constexpr float kMarkerSize = 10.0f;
 constexpr float kSpreadWidth = 1.5f;
@@ -98,53 +107,34 @@ double niceStep(double length) {
   return 10.0 * power;
 }
 
-void setTicks(vtkAxis* axis, const std::vector<double>& positions,
-              const std::vector<std::string>& labels) {
-  vtkNew<vtkDoubleArray> ticks;
-  vtkNew<vtkStringArray> texts;
-  for (std::size_t i = 0; i < positions.size(); ++i) {
-    ticks->InsertNextValue(positions[i]);
-    texts->InsertNextValue(labels[i]);
-  }
-  axis->SetCustomTickPositions(ticks, texts);
-}
-
-void styleAxis(vtkAxis* axis, const std::string& title, const AxisRange& range) {
-  axis->SetTitle(title);
-  axis->GetTitleProperties()->SetFontSize(18);
-  axis->GetTitleProperties()->SetBold(false);
-  axis->GetTitleProperties()->SetColor(0.1, 0.1, 0.1);
-  axis->GetLabelProperties()->SetFontSize(16);
-  axis->GetLabelProperties()->SetColor(0.1, 0.1, 0.1);
-  axis->GetPen()->SetColor(60, 60, 60);
-  axis->GetGridPen()->SetColor(222, 224, 228);
-  axis->SetBehavior(vtkAxis::FIXED);
-  axis->SetMinimum(range.low);
-  axis->SetMaximum(range.high);
-}
-
-void styleValueAxis(vtkAxis* axis, const Chart& chart) {
-  const AxisRange range = rangeOf(chart);
-  styleAxis(axis, chart.y_title, range);
+/// Where an axis has ticks, and what stands there.
+struct Ticks {
+  AxisRange range;
   std::vector<double> positions;
   std::vector<std::string> labels;
+};
+
+Ticks valueTicks(const Chart& chart) {
+  Ticks ticks;
+  ticks.range = rangeOf(chart);
+  const AxisRange& range = ticks.range;
   if (chart.logarithmic) {
     for (int e = static_cast<int>(std::ceil(range.low)); e <= range.high; ++e) {
-      positions.push_back(e);
-      labels.push_back(powerText(e));
+      ticks.positions.push_back(e);
+      ticks.labels.push_back(powerText(e));
     }
-  } else {
-    const double step = niceStep(range.high - range.low);
-    for (double k = std::ceil(range.low / step - 1e-9); k * step <= range.high + 1e-9 * step; ++k) {
-      positions.push_back(k * step);
-      labels.push_back(shortText(k == 0.0 ? 0.0 : k * step));
-    }
+    return ticks;
   }
-  setTicks(axis, positions, labels);
+  const double step = niceStep(range.high - range.low);
+  for (double k = std::ceil(range.low / step - 1e-9); k * step <= range.high + 1e-9 * step; ++k) {
+    ticks.positions.push_back(k * step);
+    ticks.labels.push_back(shortText(k == 0.0 ? 0.0 : k * step));
+  }
+  return ticks;
 }
 
-/// A tick at each x of any series, where they do not crowd.
-void stylePositionAxis(vtkAxis* axis, const Chart& chart) {
+/// A tick at each x of any series.
+Ticks argumentTicks(const Chart& chart) {
   std::vector<double> xs;
   for (const ChartSeries& series : chart.series) {
     xs.insert(xs.end(), series.x.begin(), series.x.end());
@@ -153,10 +143,28 @@ void stylePositionAxis(vtkAxis* axis, const Chart& chart) {
   xs.erase(std::unique(xs.begin(), xs.end()), xs.end());
   if (xs.empty()) xs = {0.0, 1.0};
   const double length = std::max(xs.back() - xs.front(), 1e-6);
-  styleAxis(axis, chart.x_title, {xs.front() - 0.05 * length, xs.back() + 0.05 * length});
-  std::vector<std::string> labels;
-  for (const double x : xs) labels.push_back(shortText(x));
-  setTicks(axis, xs, labels);
+  Ticks ticks;
+  ticks.range = {xs.front() - 0.05 * length, xs.back() + 0.05 * length};
+  ticks.positions = xs;
+  for (const double x : xs) ticks.labels.push_back(shortText(x));
+  return ticks;
+}
+
+void styleAxis(vtkAxis* axis, const Ticks& ticks) {
+  axis->SetTitle("");
+  axis->SetLabelsVisible(false);
+  axis->GetPen()->SetColor(60, 60, 60);
+  axis->GetGridPen()->SetColor(222, 224, 228);
+  axis->SetBehavior(vtkAxis::FIXED);
+  axis->SetMinimum(ticks.range.low);
+  axis->SetMaximum(ticks.range.high);
+  vtkNew<vtkDoubleArray> positions;
+  vtkNew<vtkStringArray> texts;
+  for (std::size_t i = 0; i < ticks.positions.size(); ++i) {
+    positions->InsertNextValue(ticks.positions[i]);
+    texts->InsertNextValue(ticks.labels[i]);
+  }
+  axis->SetCustomTickPositions(positions, texts);
 }
 
 vtkPlot* addLine(vtkChartXY& chart, const std::vector<double>& xs, const std::vector<double>& ys) {
@@ -187,6 +195,22 @@ void addSpread(vtkChartXY& chart, const ChartSeries& series, bool logarithmic) {
   }
 }
 
+int markerStyle(ChartSeries::Marker marker) {
+  switch (marker) {
+    case ChartSeries::Marker::Square:
+      return vtkPlotPoints::SQUARE;
+    case ChartSeries::Marker::Diamond:
+      return vtkPlotPoints::DIAMOND;
+    case ChartSeries::Marker::Cross:
+      return vtkPlotPoints::CROSS;
+    case ChartSeries::Marker::Plus:
+      return vtkPlotPoints::PLUS;
+    case ChartSeries::Marker::Circle:
+      break;
+  }
+  return vtkPlotPoints::CIRCLE;
+}
+
 void addSeries(vtkChartXY& chart, const ChartSeries& series, bool logarithmic) {
   std::vector<double> xs;
   std::vector<double> ys;
@@ -200,25 +224,60 @@ void addSeries(vtkChartXY& chart, const ChartSeries& series, bool logarithmic) {
   line->SetColor(series.color.red, series.color.green, series.color.blue, 255);
   line->SetWidth(kLineWidth);
   line->GetPen()->SetLineType(series.dashed ? vtkPen::DASH_LINE : vtkPen::SOLID_LINE);
-  line->SetMarkerStyle(visualization::markerStyle(series.marker));
+  line->SetMarkerStyle(markerStyle(series.marker));
   line->SetMarkerSize(kMarkerSize);
 }
 
-vtkSmartPointer<vtkChartXY> makeChart(const Chart& chart, const vtkRectf& place) {
+/// The rectangle between the axes of a chart, pixels from the top left corner of the page.
+struct Frame {
+  int left = 0;
+  int top = 0;
+  int width = 0;
+  int height = 0;
+};
+
+Frame frameOf(const ChartPage& page, int index, int columns) {
+  return {(index % columns) * page.chart_width + kLeft,
+          (index / columns) * page.chart_height + kTop, page.chart_width - kLeft - kRight,
+          page.chart_height - kTop - kBottom};
+}
+
+vtkSmartPointer<vtkChartXY> makeChart(const Chart& chart, const Frame& frame, int page_height) {
   auto item = vtkSmartPointer<vtkChartXY>::New();
   item->SetAutoSize(false);
-  item->SetSize(place);
-  item->SetTitle(chart.title);
-  item->GetTitleProperties()->SetFontSize(20);
-  item->GetTitleProperties()->SetBold(true);
-  item->GetTitleProperties()->SetColor(0.1, 0.1, 0.1);
+  item->SetLayoutStrategy(vtkChart::AXES_TO_RECT);
+  item->SetSize(vtkRectf(static_cast<float>(frame.left),
+                         static_cast<float>(page_height - frame.top - frame.height),
+                         static_cast<float>(frame.width), static_cast<float>(frame.height)));
   item->SetShowLegend(false);
-  item->GetBackgroundBrush()->SetColor(255, 255, 255, 0);  // would hide its neighbours' labels
-  stylePositionAxis(item->GetAxis(vtkAxis::BOTTOM), chart);
-  styleValueAxis(item->GetAxis(vtkAxis::LEFT), chart);
+  item->GetBackgroundBrush()->SetColor(255, 255, 255, 0);  // it would hide its neighbours
+  styleAxis(item->GetAxis(vtkAxis::BOTTOM), argumentTicks(chart));
+  styleAxis(item->GetAxis(vtkAxis::LEFT), valueTicks(chart));
   for (const ChartSeries& series : chart.series) addSpread(*item, series, chart.logarithmic);
   for (const ChartSeries& series : chart.series) addSeries(*item, series, chart.logarithmic);
   return item;
+}
+
+void writeTexts(const Chart& chart, const Frame& frame, visualization::Canvas& canvas) {
+  const double right = frame.left + frame.width;
+  const double bottom = frame.top + frame.height;
+  const double middle = 0.5 * (frame.left + right);
+  canvas.text(chart.title, {middle, frame.top - 54.0}, kTitleSize, 0, kInk);
+  canvas.text(chart.y_title, {frame.left - 50.0, frame.top - 22.0}, kTextSize, -1, kInk);
+  canvas.text(chart.x_title, {middle, bottom + 46.0}, kTextSize, 0, kInk);
+  const auto share = [](double value, const AxisRange& range) {
+    return (value - range.low) / (range.high - range.low);
+  };
+  const Ticks x = argumentTicks(chart);
+  for (std::size_t i = 0; i < x.positions.size(); ++i) {
+    const double at = frame.left + share(x.positions[i], x.range) * frame.width;
+    canvas.text(x.labels[i], {at, bottom + 19.0}, kTickSize, 0, kInk);
+  }
+  const Ticks y = valueTicks(chart);
+  for (std::size_t i = 0; i < y.positions.size(); ++i) {
+    const double at = bottom - share(y.positions[i], y.range) * frame.height;
+    canvas.text(y.labels[i], {frame.left - 10.0, at}, kTickSize, 1, kInk);
+  }
 }
 
 /// Series by name, the first of each.
@@ -273,27 +332,28 @@ Image renderCharts(const ChartPage& page) {
   actor->SetScene(scene);
   scene->SetRenderer(renderer);
   for (int i = 0; i < count; ++i) {
-    const int row = i / columns;
-    const vtkRectf place(static_cast<float>((i % columns) * page.chart_width),
-                         static_cast<float>(kLegendHeight + (rows - 1 - row) * page.chart_height),
-                         static_cast<float>(page.chart_width),
-                         static_cast<float>(page.chart_height));
-    scene->AddItem(makeChart(page.charts[static_cast<std::size_t>(i)], place));
+    scene->AddItem(
+        makeChart(page.charts[static_cast<std::size_t>(i)], frameOf(page, i, columns), height));
   }
-  scene->AddItem(visualization::makeChartLegend(legendOf(page), width, kLegendHeight));
   renderer->AddActor(actor);
   window->AddRenderer(renderer);
   window->Render();
   if (const std::string error = messages.firstError(); !error.empty()) {
     throw RenderError("drawing failed (" + screen->name() + "): " + error);
   }
-  Image image = visualization::imageOf(window);
+  const Image lines = visualization::imageOf(window);
   window->RemoveRenderer(renderer);
-  if (isBlank(image)) {
+  if (isBlank(lines)) {
     throw RenderError("the charts came out blank (" + screen->name() +
                       "); install libgl1-mesa-dri");
   }
-  return image;
+  visualization::Canvas canvas(width, height, {255, 255, 255});
+  canvas.draw(lines);
+  for (int i = 0; i < count; ++i) {
+    writeTexts(page.charts[static_cast<std::size_t>(i)], frameOf(page, i, columns), canvas);
+  }
+  visualization::drawChartLegend(legendOf(page), width, height - 0.5 * kLegendHeight, canvas);
+  return canvas.finish();
 }
 
 }  // namespace planar_mapping
