@@ -8,6 +8,10 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <sstream>
+#ifdef PLANAR_MAPPING_HAS_OCTOMAP
+#include <octomap/OcTree.h>
+#endif
 
 #include "planar_mapping/core/error.h"
 #include "planar_mapping/core/random.h"
@@ -156,6 +160,44 @@ TEST_F(OctreeGridTest, FileIsAHeaderAndTwoBytesAnInnerNode) {
   header += "id OcTree\nsize " + std::to_string(octree.nodes()) + "\nres 1\ndata\n";
   EXPECT_EQ(octree.fileBytes(), header.size() + 2 * inner);
 }
+
+#ifdef PLANAR_MAPPING_HAS_OCTOMAP
+TEST_F(OctreeGridTest, InsertsAndWritesAsOctoMapDoes) {
+  Random random(31);
+  OctreeGrid octree = grid(0.1);
+  octomap::OcTree expected(0.1);
+  for (int frame = 0; frame < 4; ++frame) {
+    const Vector3 origin(0.05 + 0.3 * frame, 0.05, 0.55);
+    std::vector<Vector3> points;
+    octomap::Pointcloud cloud;
+    for (int i = 0; i < 4000; ++i) {
+      points.emplace_back(3.0 + 0.1 * random.normal(), random.uniform(-2, 2), random.uniform(0, 2));
+      cloud.push_back(static_cast<float>(points.back().x()), static_cast<float>(points.back().y()),
+                      static_cast<float>(points.back().z()));
+    }
+    octree.insert(points, {}, origin);
+    expected.insertPointCloud(
+        cloud,
+        octomap::point3d(static_cast<float>(origin.x()), static_cast<float>(origin.y()),
+                         static_cast<float>(origin.z())),
+        -1.0, false, true);
+  }
+  EXPECT_EQ(octree.nodes(), expected.size());
+  EXPECT_EQ(octree.reportedBytes(), expected.memoryUsage());
+  for (const Cuboid& cuboid : octree.cuboids()) {
+    const octomap::OcTreeNode* node =
+        expected.search(cuboid.center.x(), cuboid.center.y(), cuboid.center.z());
+    ASSERT_NE(node, nullptr);
+    EXPECT_EQ(static_cast<float>(node->getOccupancy()), cuboid.probability);
+  }
+  octree.finish();
+  std::ostringstream file;
+  expected.writeBinary(file);
+  EXPECT_EQ(octree.fileBytes(), file.str().size());
+  EXPECT_EQ(octree.nodes(), expected.size());
+  EXPECT_EQ(octree.reportedBytes(), expected.memoryUsage());
+}
+#endif
 
 TEST_F(OctreeGridTest, HeapIsWhatMallocSaysOfTheTree) {
 #ifdef PLANAR_MAPPING_SANITIZED
