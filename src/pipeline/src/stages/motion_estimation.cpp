@@ -5,30 +5,21 @@
 
 #include "builtin.h"
 #include "noise_keys.h"
-#include "planar_mapping/core/ground.h"
 #include "planar_mapping/core/odometry.h"
 #include "planar_mapping/core/surface_map.h"
+#include "start_pose.h"
 
 namespace planar_mapping {
 namespace {
 
 enum class Poses : std::uint8_t { Use, Prior, Ignore };
 enum class Clouds : std::uint8_t { Auto, On, Off };
-enum class Start : std::uint8_t { Level, Identity, Given, Ground };
 
 Matrix6 poseCovariance(double position_error, double orientation_error) {
   Vector6 variance;
   variance << Vector3::Constant(position_error * position_error),
       Vector3::Constant(orientation_error * orientation_error);
   return Matrix6(variance.asDiagonal());
-}
-
-/// World coordinates of the sensor's axes where it stands upright.
-Matrix3 levelAxes(bool optical) {
-  if (!optical) return Matrix3::Identity();
-  Matrix3 axes;  // columns: x right, y down, z forward; the world has x forward, y left, z up
-  axes << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
-  return axes;
 }
 
 class MotionEstimationStage : public Stage {
@@ -43,15 +34,7 @@ class MotionEstimationStage : public Stage {
                {{"use", Poses::Use}, {"prior", Poses::Prior}, {"ignore", Poses::Ignore}},
                "given poses are taken as they are, as a prior, or not at all; frames without one "
                "are registered by their features");
-    table.word("start", start_,
-               {{"level", Start::Level},
-                {"identity", Start::Identity},
-                {"given", Start::Given},
-                {"ground", Start::Ground}},
-               "[ours] first pose where none is used: camera level, at the origin of the world, as "
-               "given, or upright over the ground it sees");
-    table.number("camera_height_m", camera_height_, Range::atLeast(0.0),
-                 "height of the sensor over the ground at the start");
+    start_.declare(table);
     table.number("given_position_error_m", given_position_error_, Range::positive(),
                  "[ours] of given poses");
     table.number("given_orientation_error_deg", given_orientation_error_, Range::above(0.0, 180.0),
@@ -219,7 +202,7 @@ class MotionEstimationStage : public Stage {
 
   /// The first pose. A cloud to go by does not need features.
   std::optional<PosePrior> start(Frame& frame) {
-    odometry_->setStart(startPose(frame));
+    odometry_->setStart(start_.of(frame, optical_, noise_.optionalNoise()));
     if (!surfaces_ || !frame.cloud || frame.cloud->empty()) return std::nullopt;
     PosePrior prior;
     prior.T_world_sensor = odometry_->expectedPose();
@@ -262,43 +245,9 @@ class MotionEstimationStage : public Stage {
     return motion.T_now_before.translation().norm();
   }
 
-  Pose startPose(Frame& frame) const {
-    if (start_ == Start::Identity) return Pose::Identity();
-    if (start_ == Start::Given) {
-      if (frame.given_pose) return *frame.given_pose;
-      frame.notes.push_back(frame.source + ": no pose is given to start from; starting level");
-    }
-    Pose pose = Pose::Identity();
-    pose.linear() = levelAxes(optical_);
-    pose.translation().z() = camera_height_;
-    if (start_ == Start::Ground) levelByGround(frame, pose);
-    return pose;
-  }
-
-  /// Turns the pose so that the ground the frame sees is level and at z = 0.
-  void levelByGround(Frame& frame, Pose& pose) const {
-    GroundParams ground_params;
-    ground_params.camera_height = camera_height_;
-    ground_params.up = pose.linear().transpose() * Vector3::UnitZ();
-    ground_params.optical_axis = optical_ ? Vector3::UnitZ() : Vector3::UnitX();
-    ground_params.noise = noise_.optionalNoise();
-    const Ground ground =
-        frame.cloud ? findGround(viewOf(*frame.cloud), nullptr, ground_params) : Ground();
-    if (!ground.found) {
-      frame.warnings.push_back(frame.source + ": no ground to level the start pose by (" +
-                               toString(ground.diagnostics.status) + "); starting level");
-      return;
-    }
-    const Vector3 up = pose.linear() * ground.plane.normal;
-    pose.linear() =
-        Eigen::Quaterniond::FromTwoVectors(up, Vector3::UnitZ()).toRotationMatrix() * pose.linear();
-    pose.translation().z() = ground.height;
-  }
-
   OdometryParams params_;
   Poses poses_ = Poses::Use;
-  Start start_ = Start::Level;
-  double camera_height_ = 0.37;
+  detail::StartPose start_;
   double given_position_error_ = 0.02;
   double given_orientation_error_ = 0.01;
   double depth_error_ = 0.003;

@@ -1,0 +1,103 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "start_pose.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "builtin.h"
+#include "planar_mapping/core/ground.h"
+#include "planar_mapping/core/upright.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+/// World coordinates of the sensor's axes where it stands upright.
+Matrix3 levelAxes(bool optical) {
+  if (!optical) return Matrix3::Identity();
+  Matrix3 axes;  // columns: x right, y down, z forward; the world has x forward, y left, z up
+  axes << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
+  return axes;
+}
+
+/// Turns a pose by the smallest angle that makes a direction of the sensor's frame upwards.
+void setUpright(const Vector3& up, Pose& pose) {
+  const Vector3 now = pose.linear() * up;
+  pose.linear() =
+      Eigen::Quaterniond::FromTwoVectors(now, Vector3::UnitZ()).toRotationMatrix() * pose.linear();
+}
+
+}  // namespace
+
+void StartPose::declare(ParameterTable& table) {
+  table.word("start", start_,
+             {{"auto", Start::Auto},
+              {"level", Start::Level},
+              {"identity", Start::Identity},
+              {"given", Start::Given},
+              {"ground", Start::Ground}},
+             "[ours] first pose where none is used: upright by the planes the first frame sees "
+             "(level where they do not tell), camera level, at the origin of the world, as given, "
+             "or upright over the ground it sees");
+  table.number("camera_height_m", camera_height_, Range::atLeast(0.0),
+               "height of the sensor over the ground at the start");
+}
+
+Pose StartPose::of(Frame& frame, bool optical, const std::optional<StereoNoise>& noise) const {
+  if (start_ == Start::Identity) return Pose::Identity();
+  if (start_ == Start::Given) {
+    if (frame.given_pose) return *frame.given_pose;
+    frame.notes.push_back(frame.source + ": no pose is given to start from; starting level");
+  }
+  Pose pose = Pose::Identity();
+  pose.linear() = levelAxes(optical);
+  pose.translation().z() = camera_height_;
+  if (start_ == Start::Auto) levelByPlanes(frame, noise, pose);
+  if (start_ == Start::Ground) levelByGround(frame, optical, noise, pose);
+  return pose;
+}
+
+/// Turns the pose so that what looks like floors and walls is horizontal and vertical.
+void StartPose::levelByPlanes(Frame& frame, const std::optional<StereoNoise>& noise,
+                              Pose& pose) const {
+  constexpr double kThreshold = 0.03;
+  constexpr std::size_t kSmallestShare = 300;  // as of multi_plane_segmentation
+  constexpr std::size_t kSmallest = 100;
+  if (!frame.cloud || frame.cloud->empty()) return;
+  MultiPlaneParams plane_params;
+  plane_params.distance_threshold = kThreshold;
+  plane_params.min_inliers =
+      static_cast<int>(std::max(kSmallest, frame.points_valid / kSmallestShare));
+  plane_params.noise = noise;
+  UprightParams params;
+  params.expected_up = pose.linear().transpose() * Vector3::UnitZ();
+  const Upright upright =
+      findUpright(findPlanes(viewOf(*frame.cloud), nullptr, plane_params).planes, params);
+  if (!upright.found) return;
+  setUpright(upright.up, pose);
+  const double tilt_deg = upright.tilt * 180.0 / M_PI;
+  frame.notes.push_back(frame.source + ": the planes seen say that the sensor is tilted by " +
+                        formatNumber(std::round(10.0 * tilt_deg) / 10.0) +
+                        " degrees; the world is level by them");
+}
+
+/// Turns the pose so that the ground the frame sees is level and at z = 0.
+void StartPose::levelByGround(Frame& frame, bool optical, const std::optional<StereoNoise>& noise,
+                              Pose& pose) const {
+  GroundParams ground_params;
+  ground_params.camera_height = camera_height_;
+  ground_params.up = pose.linear().transpose() * Vector3::UnitZ();
+  ground_params.optical_axis = optical ? Vector3::UnitZ() : Vector3::UnitX();
+  ground_params.noise = noise;
+  const Ground ground =
+      frame.cloud ? findGround(viewOf(*frame.cloud), nullptr, ground_params) : Ground();
+  if (!ground.found) {
+    frame.warnings.push_back(frame.source + ": no ground to level the start pose by (" +
+                             toString(ground.diagnostics.status) + "); starting level");
+    return;
+  }
+  setUpright(ground.plane.normal, pose);
+  pose.translation().z() = ground.height;
+}
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "planar_mapping/core/stereo_noise.h"
+#include "planar_mapping/pipeline/frame.h"
+#include "planar_mapping/pipeline/parameter.h"
+
+namespace planar_mapping::detail {
+
+/// Pose of the first frame where none is given or used.
+class StartPose {
+ public:
+  /// start and camera_height_m.
+  void declare(ParameterTable& table);
+  /// \param optical  the frame of the cloud is a camera's, z forward; else x forward, z up
+  /// \param frame    gets notes about what was found
+  Pose of(Frame& frame, bool optical, const std::optional<StereoNoise>& noise) const;
+
+ private:
+  enum class Start : std::uint8_t { Auto, Level, Identity, Given, Ground };
+
+  void levelByPlanes(Frame& frame, const std::optional<StereoNoise>& noise, Pose& pose) const;
+  void levelByGround(Frame& frame, bool optical, const std::optional<StereoNoise>& noise,
+                     Pose& pose) const;
+
+  Start start_ = Start::Auto;
+  double camera_height_ = 0.37;
+};
+
+}  // namespace planar_mapping::detail
