@@ -136,6 +136,17 @@ Cuboid cuboidOf(const HalfCellRectangle& r, const PlaneFrame& frame,
   return cuboid;
 }
 
+void addPieces(const LooseQuarter& quarter, const PlaneFrame& frame,
+               const CuboidApproximationParams& params, std::vector<SurfacePiece>& pieces) {
+  const double half = 0.5 * params.resolution;
+  for (const double b : {0.25, 0.75}) {
+    for (const double a : {0.25, 0.75}) {
+      pieces.push_back({frame.fromPlane({half * (quarter.a + a), half * (quarter.b + b), 0.0}),
+                        quarter.probability});
+    }
+  }
+}
+
 namespace {
 
 using HalfCell = std::array<std::int64_t, 3>;

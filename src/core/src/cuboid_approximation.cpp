@@ -171,10 +171,7 @@ std::vector<Cuboid> approximateCuboids(const PointsView& points, const Indices* 
         cuboid.probability = cover.probability[i];
         of_plane[id].push_back(cuboid);
       }
-      for (const LooseQuarter& q : cover.loose) {
-        pieces.push_back(
-            {patch.frame.fromPlane({half * (q.a + 0.5), half * (q.b + 0.5), 0.0}), q.probability});
-      }
+      for (const LooseQuarter& q : cover.loose) addPieces(q, patch.frame, params, pieces);
       if (compact) volume.add(patch.frame, cover.rectangles);
     }
   }

@@ -248,7 +248,7 @@ void Compaction::coverRegion(const MapData& map, std::uint64_t key, Region& regi
     for (const LooseQuarter& quarter : patch.cover.loose) {
       const Vector3 center = centerOf(quarter, plane.frame, s);
       if (map.cells.regionKey(blockOf(center, s)) != key) continue;
-      pieces.push_back({center, quarter.probability});
+      addPieces(quarter, plane.frame, params, pieces);
     }
   }
   std::vector<NonPlanarCell> rest;

@@ -45,7 +45,8 @@ void writeParams(const PlanarMapParams& p, ByteWriter& out) {
                          p.noise_factor,
                          p.min_cell_share,
                          p.refit_tolerance,
-                         p.range_image_step}) {
+                         p.range_image_step,
+                         a.rectangle_cells}) {
     out.f64(v);
   }
 }
@@ -84,7 +85,8 @@ PlanarMapParams readParams(ByteReader& in) {
                     &p.noise_factor,
                     &p.min_cell_share,
                     &p.refit_tolerance,
-                    &p.range_image_step}) {
+                    &p.range_image_step,
+                    &a.rectangle_cells}) {
     *v = in.f64();
   }
   in.end();

@@ -42,7 +42,14 @@ class PlanarCuboidApproximationStage : public Stage {
     table.integer("min_points_per_cell", approximation.min_points_per_cell, Range::atLeast(1),
                   "cells with fewer points are empty");
     table.number("hole_size_m", approximation.hole_size, Range::atLeast(0.0),
-                 "[ours] compact: holes up to this side are filled; 0 = none");
+                 "[ours] compact: holes up to this side are filled; 0 = one cell, less than "
+                 "resolution_m = none");
+    table.number("absorption_cells", approximation.absorption, Range::between(0.0, 0.5),
+                 "[ours] compact: a cuboid stands for what lies within so many cells of it; less "
+                 "than 0.5 = cuboids cover all cells exactly");
+    table.number("rectangle_cells", approximation.rectangle_cells, Range::atLeast(0.0),
+                 "[ours] compact: a plane's rectangle of fewer cells of its own is left to "
+                 "axis-aligned boxes");
     table.vector("up", up_,
                  "vertical of the world, for horizontal edges; auto = the axis next to upwards in "
                  "the first image "

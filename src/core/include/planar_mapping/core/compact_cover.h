@@ -49,11 +49,16 @@ PLANAR_MAPPING_EXPORT SurfaceCover coverSurface(const CellMask& mask, const std:
 PLANAR_MAPPING_EXPORT Cuboid cuboidOf(const HalfCellRectangle& rectangle, const PlaneFrame& frame,
                                       const CuboidApproximationParams& params);
 
-/// A piece of a surface, s / 2 wide.
+/// A piece of a surface, s / 4 wide.
 struct SurfacePiece {
   Vector3 center = Vector3::Zero();
   float probability = 1.0f;
 };
+
+/// Adds the pieces of a quarter of a cell.
+PLANAR_MAPPING_EXPORT void addPieces(const LooseQuarter& quarter, const PlaneFrame& frame,
+                                     const CuboidApproximationParams& params,
+                                     std::vector<SurfacePiece>& pieces);
 
 /// Few axis-aligned boxes on the lattice of half cells for what no cuboid that is there already
 /// stands for.
