@@ -7,7 +7,7 @@
 #include <tuple>
 #include <utility>
 
-#include "box_cover.h"
+#include "cell_lookup.h"
 #include "planar_mapping/core/compact_cover.h"
 #include "planar_mapping/core/cuboid_approximation.h"
 #include "planar_mapping/core/error.h"

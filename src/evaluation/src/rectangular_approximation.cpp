@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "packed_bits.h"
-#include "planar_mapping/core/cell_cover.h"
 
 namespace planar_mapping {
 namespace evaluation {
@@ -16,18 +15,6 @@ constexpr std::size_t kHeaderBytes = 42;
 constexpr std::size_t kBoxBytes = 20;
 
 }  // namespace
-
-std::vector<GridBox> greedyCover(const std::vector<GridCell>& cells) {
-  std::vector<LatticeCell> lattice;
-  lattice.reserve(cells.size());
-  for (const GridCell& cell : cells) lattice.push_back({cell.x, cell.y, cell.z});
-  std::vector<GridBox> boxes;
-  for (const LatticeBox& box : coverCells(lattice)) {
-    boxes.push_back(
-        {{box.low[0], box.low[1], box.low[2]}, {box.size[0], box.size[1], box.size[2]}});
-  }
-  return boxes;
-}
 
 RectangularApproximation::RectangularApproximation(double s, int min_points)
     : grid_(s, min_points) {}

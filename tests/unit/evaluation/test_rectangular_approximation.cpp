@@ -201,6 +201,13 @@ TEST(GreedyCover, NothingAndOneCell) {
   EXPECT_EQ(one[0], (GridBox{{5, -6, 7}, {1, 1, 1}}));
 }
 
+TEST(GreedyCover, CellsBeyondTheLatticeAreRefused) {
+  constexpr std::int32_t kLast = (1 << 20) - 1;
+  EXPECT_EQ(greedyCover({{kLast, -kLast - 1, 0}, {kLast - 1, -kLast - 1, 0}}).size(), 1u);
+  EXPECT_THROW(greedyCover({{kLast + 1, 0, 0}}), InputError);
+  EXPECT_THROW(greedyCover({{0, -kLast - 2, 0}}), InputError);
+}
+
 TEST(RectangularApproximation, TakesTheBetterOfBoth) {
   RectangularApproximation plus(1.0);
   plus.insert(

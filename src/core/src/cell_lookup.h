@@ -9,12 +9,6 @@
 
 namespace planar_mapping::detail {
 
-/// Cells [low, low + size) of a grid.
-struct CellBox {
-  CellKey low{};
-  CellKey size{};
-};
-
 /// Position of cells in a list: a dense array where the list fills its bounding box well enough,
 /// else a hash table.
 class CellLookup {
@@ -50,21 +44,5 @@ class CellLookup {
 /// \return component per cell, numbered by first cell
 std::vector<std::int32_t> connectedComponents(const std::vector<CellKey>& cells,
                                               const CellLookup& lookup);
-
-/// [ours] Takes cells out of \p needed whose points are all within half a cell of a neighbour that
-/// stays: the fringe that a surface leaves where it runs along the border of two layers of cells.
-/// Cells with the fewest points go first.
-/// \param octants as in NonPlanarCell
-void leaveFringeToNeighbours(const std::vector<CellKey>& cells, const CellLookup& lookup,
-                             const std::vector<std::uint8_t>& octants,
-                             const std::vector<float>& weight, std::vector<char>& needed);
-
-/// Few axis-aligned boxes of the cells that cover all needed ones; a box may use cells that are not
-/// needed, and boxes may overlap. Deterministic, independent of the order of the cells but for
-/// ties. Each box is the best of the six that grow from its first cell along the axes in a
-/// different order; cells with few neighbours choose first, and boxes that turn out to be
-/// superfluous are taken away.
-std::vector<CellBox> coverWithBoxes(const std::vector<CellKey>& cells, const CellLookup& lookup,
-                                    const std::vector<char>& needed);
 
 }  // namespace planar_mapping::detail
