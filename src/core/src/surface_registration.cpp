@@ -15,6 +15,7 @@ namespace {
 constexpr double kUnknownTranslation = 1.0;  // metres, see CloudRegistration
 constexpr double kUnknownRotation = 0.5;     // radians
 constexpr std::size_t kFewestPlanes = 6;
+constexpr double kSameRotation = 0.02;  // radians: two searches that ended there agree
 
 Matrix6 weakInformation() {
   Vector6 information;
@@ -106,13 +107,26 @@ bool improve(const RegistrationEquations& sum, Pose& pose, double* step_length) 
 
 RegistrationCandidate SurfaceRegistration::run(const Pose& guess) const {
   RegistrationCandidate best = settle(guess.inverse());
-  const auto good = params_.good_share * static_cast<double>(shape_.fine.planes.size());
-  for (int turn = 0; turn < 6 && params_.retry_rotation > 0.0; ++turn) {
-    if (best.at_end.balanced >= good) break;
+  if (shape_.fine.planes.empty() || !(params_.retry_rotation > 0.0)) return best;
+  const auto planes = static_cast<double>(shape_.fine.planes.size());
+  // Most planes tell nothing about the turn about their own normal: that first.
+  const auto commonest = std::min_element(shape_.fine.weights.begin(), shape_.fine.weights.end()) -
+                         shape_.fine.weights.begin();
+  const Vector3 normal = shape_.fine.planes[static_cast<std::size_t>(commonest)].normal;
+  const Vector3 across = normal.unitOrthogonal();
+  const Vector3 axes[3] = {normal, across, normal.cross(across)};
+  for (int turn = 0; turn < 6 && best.at_end.balanced < params_.good_share * planes; ++turn) {
     Vector6 step = Vector6::Zero();
-    step[3 + turn / 2] = turn % 2 == 0 ? params_.retry_rotation : -params_.retry_rotation;
-    RegistrationCandidate other = settle(motionStep(step) * guess.inverse());
+    step.tail<3>() = (turn % 2 == 0 ? 1.0 : -1.0) * params_.retry_rotation * axes[turn / 2];
+    const RegistrationCandidate other = settle(motionStep(step) * guess.inverse());
+    const double share = std::min(best.at_end.balanced, other.at_end.balanced) / planes;
+    const Vector6 apart = motionDifference(best.T_sensor_world, other.T_sensor_world);
     if (other.at_end.score > best.at_end.score) best = other;
+    // From two sides to the same place.
+    if (share >= params_.confirmed_share && apart.head<3>().norm() < 0.5 * params_.cell &&
+        apart.tail<3>().norm() < kSameRotation) {
+      break;
+    }
   }
   return best;
 }

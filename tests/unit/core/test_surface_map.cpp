@@ -21,8 +21,10 @@ constexpr std::uint32_t kRows = 120;
 constexpr double kFocal = 130.0;
 
 /// A corner of a room with a box in it, as a depth camera sees it: by ray against planes and box.
+enum class Scene { Room, Floor, BoxOnFloor };
+
 std::vector<float> view(const Pose& T_world_sensor, double noise, Random& random,
-                        bool floor_only = false) {
+                        Scene scene = Scene::Room) {
   const Vector3 low(-0.3, 1.2, -0.4);
   const Vector3 high(0.3, 1.8, 0.1);
   std::vector<float> xyz;
@@ -37,9 +39,11 @@ std::vector<float> view(const Pose& T_world_sensor, double noise, Random& random
         if (t > 0.0 && t < best) best = t;
       };
       plane(2, -0.4);
-      if (!floor_only) {
+      if (scene == Scene::Room) {
         plane(1, 3.0);
         plane(0, 1.5);
+      }
+      if (scene != Scene::Floor) {
         double enter = 0.0;
         double leave = best;
         for (int axis = 0; axis < 3; ++axis) {
@@ -110,10 +114,28 @@ TEST(SurfaceMap, FindsAMovedCamera) {
   }
 }
 
+TEST(SurfaceMap, FindsALargeTurnByTheFewPlanesThatTell) {
+  // Nearly all of the view is floor, which says nothing about the turn about the vertical.
+  Random random(8);
+  SurfaceMap map(testParams());
+  const Pose first = cameraAt(0.0, 0.0, 0.5, 0.0, 0.5);
+  map.insert(viewOf(view(first, 0.002, random, Scene::BoxOnFloor)), first);
+  for (const double turn : {-0.25, -0.2, 0.2, 0.25}) {
+    const Pose truth = cameraAt(0.2 * turn, 0.05, 0.5, turn, 0.5);
+    const auto cloud = view(truth, 0.002, random, Scene::BoxOnFloor);
+    const CloudRegistration found = map.locate(viewOf(cloud), first);
+    ASSERT_TRUE(found.found);
+    EXPECT_GT(found.share, 0.5);
+    const Vector6 error = motionDifference(truth.inverse(), found.T_world_sensor.inverse());
+    EXPECT_LT(error.head<3>().norm(), 0.04);
+    EXPECT_LT(error.tail<3>().norm(), 0.03);
+  }
+}
+
 TEST(SurfaceMap, CovarianceIsLargeWhereTheCloudSaysNothing) {
   // Over a bare floor nothing holds the camera sideways, nor its turn about the vertical.
   Random random(3);
-  const auto cloud = view(kFirst, 0.0003, random, true);
+  const auto cloud = view(kFirst, 0.0003, random, Scene::Floor);
   SurfaceMap map(testParams());
   map.insert(viewOf(cloud), kFirst);
   const CloudRegistration found = map.locate(viewOf(cloud), kFirst);
@@ -216,6 +238,10 @@ TEST(SurfaceMap, RefusesBadParametersAndPoses) {
   refused([](SurfaceMapParams& p) { p.edge_error = 0.0; });
   refused([](SurfaceMapParams& p) { p.reach = 0.0; });
   refused([](SurfaceMapParams& p) { p.good_share = 1.5; });
+  refused([](SurfaceMapParams& p) { p.confirmed_share = -0.5; });
+  refused([](SurfaceMapParams& p) { p.lateral_error = -1.0; });
+  refused([](SurfaceMapParams& p) { p.same_direction = 0.0; });
+  refused([](SurfaceMapParams& p) { p.least_direction = 1.5; });
   refused([](SurfaceMapParams& p) { p.iterations = 0; });
   refused([](SurfaceMapParams& p) { p.min_share = -0.1; });
   refused([](SurfaceMapParams& p) { p.correlated_planes = 0.0; });
