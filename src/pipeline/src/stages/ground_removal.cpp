@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <cmath>
+#include <optional>
 #include <vector>
 
 #include "builtin.h"
@@ -22,8 +24,8 @@ class GroundRemovalStage : public Stage {
   }
   void declare(ParameterTable& table) override {
     table.number("camera_height_m", camera_height_, Range::atLeast(0.0),
-                 "height of the sensor over the ground; 0 = unknown in every frame; auto = learned "
-                 "from the first frames that show a ground, the paper's is 0.37 m");
+                 "height of the sensor over the ground; 0 = unknown in every frame; auto = by the "
+                 "pose, from where the ground was in the frames before; the paper's is 0.37 m");
     table.number("height_tolerance_m", params_.height_tolerance, Range::positive(),
                  "[ours] of the height");
     table.vector(
@@ -73,16 +75,8 @@ class GroundRemovalStage : public Stage {
     GroundParams params = params_;
     params.up = frame.T_world_sensor.linear().transpose() * up_->normalized();
     const PointsView points = viewOf(*frame.cloud);
-    Ground ground = findGround(points, &frame.indices, params);
-    if (!camera_height_) {
-      if (!ground.found && params.camera_height > 0.0) {
-        // The camera may have been lifted, or the height learned from a table.
-        params.camera_height = 0.0;
-        ground = findGround(points, &frame.indices, params);
-        if (ground.found) heights_.clear();
-      }
-      if (ground.found) learn(ground.height);
-    }
+    const Ground ground = camera_height_ ? findGround(points, &frame.indices, params)
+                                         : findFollowed(points, frame, params);
     if (!ground.found) {
       frame.notes.push_back(frame.source + ": no ground: " + toString(ground.diagnostics.status));
       return;
@@ -103,24 +97,53 @@ class GroundRemovalStage : public Stage {
   }
 
  private:
-  /// Keeps the heights of the first frames with ground; their median is the height from then on,
-  /// unless they differ so much that the camera is carried by hand.
-  void learn(double height) {
-    constexpr std::size_t kFrames = 5;
-    if (heights_.size() >= kFrames) return;
-    heights_.push_back(height);
-    params_.camera_height = 0.0;
-    if (heights_.size() < kFrames) return;
-    std::vector<double> sorted = heights_;
-    std::sort(sorted.begin(), sorted.end());
-    if (sorted.back() - sorted.front() <= params_.height_tolerance) {
-      params_.camera_height = sorted[kFrames / 2];
+  static constexpr std::size_t kFrames = 5;  ///< that must agree on where the ground is
+
+  /// The ground where that of the frames before lets one expect it.
+  Ground findFollowed(const PointsView& points, const Frame& frame, GroundParams params) {
+    const double altitude = up_->normalized().dot(frame.T_world_sensor.translation());
+    if (level_ && altitude - *level_ > params.height_tolerance) {
+      params.camera_height = altitude - *level_;
+      const Ground ground = findGround(points, &frame.indices, params);
+      if (ground.found) {
+        level_ = altitude - ground.height;  // slopes and drift are followed
+        levels_.clear();
+        return ground;
+      }
     }
+    // What is elsewhere is a table rather than the ground, unless it is there again and again: the
+    // camera was lifted without its pose, or the level was a table's.
+    params.camera_height = 0.0;
+    Ground ground = findGround(points, &frame.indices, params);
+    if (!ground.found) return ground;
+    learn(altitude - ground.height);
+    if (!level_ || std::fabs(altitude - ground.height - *level_) <= params.height_tolerance) {
+      return ground;
+    }
+    Ground none;
+    none.is_ground.assign(ground.is_ground.size(), 0);
+    none.diagnostics = ground.diagnostics;
+    none.diagnostics.status = GroundStatus::NoPlane;
+    none.diagnostics.ground_points = 0;
+    return none;
+  }
+
+  /// Takes the median of the last levels for that of the ground if they agree.
+  void learn(double level) {
+    levels_.push_back(level);
+    if (levels_.size() < kFrames) return;
+    std::vector<double> sorted = levels_;
+    std::sort(sorted.begin(), sorted.end());
+    levels_.erase(levels_.begin());
+    if (sorted.back() - sorted.front() > params_.height_tolerance) return;
+    level_ = sorted[kFrames / 2];
+    levels_.clear();
   }
 
   GroundParams params_;
   std::optional<double> camera_height_;
-  std::vector<double> heights_;  ///< of the first frames with ground, metres
+  std::optional<double> level_;  ///< of the ground, along the vertical of the world, metres
+  std::vector<double> levels_;   ///< of the last frames whose ground is not at level_
   std::optional<Vector3> up_;
   detail::NoiseKeys noise_;
 };
