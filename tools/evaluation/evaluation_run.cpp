@@ -9,6 +9,8 @@
 #include <mutex>
 #include <thread>
 
+#include "planar_mapping/core/error.h"
+
 namespace planar_mapping::tools {
 namespace {
 
@@ -29,6 +31,13 @@ class Evaluation {
     work();
     for (std::thread& helper : helpers) helper.join();
     if (failure_) std::rethrow_exception(failure_);
+    const bool nothing = std::all_of(results_.begin(), results_.end(),
+                                     [](const auto& place) { return place.second.empty(); });
+    if (nothing && !stopped()) {
+      throw InputError(progress_.scene +
+                       ": no point is left to be mapped at any place; look at the stages before "
+                       "the one that finds planes");
+    }
     std::vector<evaluation::PlaceResult> results;
     for (auto& [place, of_place] : results_) {
       std::move(of_place.begin(), of_place.end(), std::back_inserter(results));
@@ -51,7 +60,6 @@ class Evaluation {
   }
 
   void judge(const Place& place) {
-    if (place.frames.empty()) return;
     const auto done = [&]() { return countMap(place.number); };
     const bool wanted = maps_ != nullptr && maps_->cell > 0.0 && maps_->place == place.number;
     if (wanted) {

@@ -38,8 +38,10 @@ struct EvaluationJob {
 };
 
 /// All places of a source, judged with all methods; the result does not depend on the threads but
-/// for times. Stopped, it returns the maps judged so far.
+/// for times. Places where there is nothing to be mapped have no results. Stopped, it returns the
+/// maps judged so far.
 /// \param maps  may be null
+/// \throws InputError if there is nothing to be mapped at any place
 std::vector<evaluation::PlaceResult> evaluatePlaces(PlaceSource& source, const std::string& scene,
                                                     const EvaluationJob& job, PlaceMaps* maps);
 

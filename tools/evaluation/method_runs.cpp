@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "heap_meter.h"
-#include "planar_mapping/core/error.h"
 #include "planar_mapping/evaluation/octree_grid.h"
 #include "planar_mapping/evaluation/rectangular_approximation.h"
 #include "planar_mapping/evaluation/standard_grid.h"
@@ -83,7 +82,8 @@ class CellRun {
   std::vector<evaluation::PlaceResult> takeResults() { return std::move(results_); }
 
  private:
-  void standardGrid();
+  /// \return false if there is not a cell
+  bool standardGrid();
   void octreeGrid();
   void rectangularApproximation();
   void planarMap(const PlanarMethod& method);
@@ -105,7 +105,7 @@ bool CellRun::execute(const std::function<bool()>& done, std::vector<MethodMap>*
   if (!options_.planar.empty()) {
     min_points_ = minPointsPerCell(options_.planar.back().load(s_));
   }
-  standardGrid();
+  if (!standardGrid()) return true;
   if (!done()) return false;
   if (options_.baselines) {
     octreeGrid();
@@ -131,16 +131,13 @@ void CellRun::add(const std::string& method, Figures figures, std::vector<Cuboid
   if (maps_ != nullptr) maps_->push_back({method, std::move(cuboids)});
 }
 
-void CellRun::standardGrid() {
+bool CellRun::standardGrid() {
   const StopWatch watch;
   evaluation::StandardGrid grid(s_, min_points_);
   for (const PreparedFrame& frame : place_.frames) grid.insert(frame.obstacles);
   std::vector<Cuboid> cuboids = grid.cuboids();
   const double ms = watch.milliseconds();
-  if (grid.size() == 0) {
-    throw InputError("place " + std::to_string(place_.number) +
-                     ": no point is left to be mapped; look at the stages before the planes");
-  }
+  if (grid.size() == 0) return false;
   judge_.setStandardCells(grid.size());
   Figures figures = judge_.figures(cuboids);
   figures.memory_bytes = static_cast<double>(grid.memoryBytes());
@@ -148,6 +145,7 @@ void CellRun::standardGrid() {
   figures.file_bytes = static_cast<double>(grid.fileBytes());
   figures.time_ms_per_frame = perFrame(ms);
   add("SG", std::move(figures), std::move(cuboids));
+  return true;
 }
 
 void CellRun::octreeGrid() {

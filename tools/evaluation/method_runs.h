@@ -31,7 +31,8 @@ struct MethodMap {
   std::vector<Cuboid> cuboids;
 };
 
-/// Makes a map of the place with each method at each cell size, and judges all maps alike.
+/// Makes a map of the place with each method at each cell size, and judges all maps alike. Without
+/// a single occupied cell there is nothing to judge, and no result.
 /// \param done  called after each map; returns false to stop, then what was done so far comes back
 /// \param maps  if not null, gets the maps of the cell size \p maps_cell
 std::vector<evaluation::PlaceResult> judgeMethods(const Place& place, const MethodOptions& options,

@@ -24,15 +24,16 @@ struct Stretch {
   std::size_t length = 0;
 };
 
-/// Stretches of equal length that do not overlap, spread evenly from the first frame to the last.
+/// Stretches of equal length that do not overlap, each in the middle of its share of the frames.
 std::vector<Stretch> stretchesOf(std::size_t frames, const PlaceOptions& options) {
   if (options.frames_per_place == 0) return {{0, frames}};
   const std::size_t length = std::min(options.frames_per_place, frames);
   const std::size_t count = std::min(options.places, frames / length);
   std::vector<Stretch> stretches;
   for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t first = count > 1 ? i * (frames - length) / (count - 1) : 0;
-    stretches.push_back({first, length});
+    const std::size_t share_begin = i * frames / count;
+    const std::size_t share_end = (i + 1) * frames / count;
+    stretches.push_back({share_begin + (share_end - share_begin - length) / 2, length});
   }
   return stretches;
 }

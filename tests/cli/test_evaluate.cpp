@@ -1,0 +1,243 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "cli_fixture.h"
+
+namespace planar_mapping {
+namespace {
+
+using Json = nlohmann::json;
+
+/// Figures that depend on the machine.
+const std::set<std::string> kMachine = {"time_ms_per_frame", "heap_bytes"};
+
+class Evaluate : public CliTest {
+ protected:
+  /// A small evaluation of simulated corridors, or of an input.
+  ProgramResult evaluate(std::vector<std::string> more = {},
+                         const ProgramOptions& options = {}) const {
+    std::vector<std::string> arguments = {"evaluate", config("evaluate.yaml"), "--no-figures"};
+    const std::vector<std::pair<std::string, std::string>> usual = {{"--scenes", "corridor"},
+                                                                    {"--places", "2"},
+                                                                    {"--frames-per-place", "2"},
+                                                                    {"--cells", "0.3"},
+                                                                    {"-o", directory_ / "out"}};
+    for (const auto& [option, value] : usual) {
+      const bool given = std::find(more.begin(), more.end(), option) != more.end();
+      if (!given) arguments.insert(arguments.end(), {option, value});
+    }
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return planarMap(arguments, options);
+  }
+  Json results(const std::string& output = "out") const {
+    return Json::parse(read(output + "/evaluation.json"));
+  }
+  std::vector<std::string> inputOptions(const std::string& input) const {
+    return {"-i", input, "--set", "ground_removal.enabled=false", "--places", "1"};
+  }
+  /// Without what depends on the machine.
+  static Json figuresOf(Json json) {
+    json.erase("threads");
+    for (Json& row : json["results"]) {
+      for (const std::string& name : kMachine) {
+        row.erase(name);
+        row["spread"].erase(name);
+        row["per_place"].erase(name);
+      }
+      Json losses = Json::array();
+      for (const Json& loss : row["loses_to"]) {
+        if (loss.get<std::string>().find(":time") == std::string::npos) losses.push_back(loss);
+      }
+      row["loses_to"] = losses;
+    }
+    return json;
+  }
+};
+
+TEST_F(Evaluate, TablesHoldEveryMethodAndThePromisedColumns) {
+  const ProgramResult result = evaluate();
+  ASSERT_EQ(0, result.exit_code) << result.err;
+  EXPECT_EQ((std::vector<std::string>{"artefacts.json", "evaluation.csv", "evaluation.json",
+                                      "evaluation.md"}),
+            list("out"));
+  const Json json = results();
+  for (const char* fact : {"version", "compiler", "processor", "cores", "octomap", "pcl", "vtk",
+                           "seed", "configuration"}) {
+    EXPECT_TRUE(json.contains(fact)) << fact;
+  }
+  std::set<std::string> methods;
+  for (const Json& row : json["results"]) {
+    methods.insert(row["method"]);
+    EXPECT_EQ(0.3, row["cell_m"]);
+    EXPECT_EQ(2, row["places"]);
+    for (const char* name : {"cells", "combination_efficiency", "error_percent", "completeness",
+                             "coverage", "memory_bytes", "file_bytes", "time_ms_per_frame"}) {
+      EXPECT_TRUE(row[name].is_number()) << row["method"] << " " << name;
+    }
+    EXPECT_GT(row["completeness"], 0.5);
+  }
+  EXPECT_EQ(1u, methods.count("SG"));
+  EXPECT_EQ(1u, methods.count("RA"));
+  EXPECT_EQ(1u, methods.count("PG"));
+  EXPECT_EQ(1u, methods.count("PG_paper"));
+  EXPECT_EQ(json["results"].size(), methods.size());
+  const std::string csv = read("out/evaluation.csv");
+  const std::string heading = "scene,cell_m,method,places,cells,";
+  EXPECT_NE(std::string::npos, csv.find("\n" + heading));
+  EXPECT_EQ(0u, csv.find("# version: planar_mapping "));
+  EXPECT_NE(std::string::npos, read("out/evaluation.md").find("### corridor, 2 places"));
+  EXPECT_EQ(read("out/evaluation.md"), result.out);
+}
+
+TEST_F(Evaluate, FiguresAreTheSameForEveryRunAndNumberOfThreads) {
+  ASSERT_EQ(0, evaluate({"-o", directory_ / "a"}).exit_code);
+  ASSERT_EQ(0, evaluate({"-o", directory_ / "b", "-j", "2"}).exit_code);
+  EXPECT_EQ(figuresOf(results("a")), figuresOf(results("b")));
+  EXPECT_EQ(read("a/artefacts.json"), read("b/artefacts.json"));
+  EXPECT_NE(std::string::npos, results("b")["threads"].get<std::string>().find("quiet machine"));
+}
+
+TEST_F(Evaluate, RecordedCloudsHaveHeldBackPointsAndNoTruth) {
+  const std::string cloud = room();
+  const ProgramResult result = evaluate(inputOptions(cloud));
+  ASSERT_EQ(0, result.exit_code) << result.err;
+  for (const Json& row : results()["results"]) {
+    EXPECT_EQ("room.pcd", row["scene"]);
+    EXPECT_TRUE(row["error_percent"].is_null());
+    EXPECT_TRUE(row["completeness"].is_null());
+    EXPECT_TRUE(row["held_back_median_m"].is_number());
+    EXPECT_GT(row["coverage"], 0.9) << row["method"];
+  }
+  EXPECT_NE(std::string::npos, results()["checked_points"].get<std::string>().find("held back"));
+}
+
+TEST_F(Evaluate, NothingIsOverwrittenWithoutForce) {
+  const std::string cloud = room();
+  ASSERT_EQ(0, evaluate(inputOptions(cloud)).exit_code);
+  const std::string before = read("out/evaluation.csv");
+  const ProgramResult again = evaluate(inputOptions(cloud));
+  EXPECT_EQ(2, again.exit_code);
+  EXPECT_NE(std::string::npos, again.err.find("--force")) << again.err;
+  EXPECT_EQ(before, read("out/evaluation.csv"));
+  std::vector<std::string> forced = inputOptions(cloud);
+  forced.emplace_back("--force");
+  EXPECT_EQ(0, evaluate(forced).exit_code);
+}
+
+TEST_F(Evaluate, WrongUseIsNamedBeforeAnyWork) {
+  struct Case {
+    std::vector<std::string> arguments;
+    int exit_code;
+    std::string says;
+  };
+  const std::vector<Case> cases = {
+      {{"--cells", "0"}, 2, "--cells"},
+      {{"--cells", "nan"}, 2, "--cells"},
+      {{"--cells", "0.1,x"}, 2, "--cells"},
+      {{"--places", "0"}, 2, "--places"},
+      {{"--scenes", "moon"}, 2, "there is no scene 'moon'"},
+      {{"--variant", "odd"}, 2, "NAME:stage.key=value"},
+      {{"--variant", "odd:"}, 2, "changes nothing"},
+      {{"--variant", "odd:kl_occupancy.no_such=1"}, 3, "no_such"},
+      {{"--set", "kl_occupancy.no_such=1"}, 3, "no_such"},
+      {{"-i", "missing.pcd"}, 4, "missing.pcd"},
+      {{"-o", "/proc/none"}, 1, "/proc/none"},
+  };
+  for (const Case& one : cases) {
+    const ProgramResult result = evaluate(one.arguments);
+    EXPECT_EQ(one.exit_code, result.exit_code) << one.says << ": " << result.err;
+    EXPECT_NE(std::string::npos, result.err.find(one.says)) << result.err;
+    EXPECT_TRUE(list("out").empty()) << one.says;
+    EXPECT_LT(result.seconds, 10.0);
+  }
+  EXPECT_EQ(3,
+            planarMap({"evaluate", directory_ / "none.yaml", "-o", directory_ / "out"}).exit_code);
+  EXPECT_EQ(2, planarMap({"evaluate", config("evaluate.yaml")}).exit_code);
+}
+
+TEST_F(Evaluate, AFolderThatCannotBeReadIsAnInputError) {
+  std::filesystem::create_directories(directory_ / "pairs/left");
+  std::filesystem::create_directories(directory_ / "pairs/right");
+  write("pairs/calib.yaml", "fx: 500\n");
+  const ProgramResult result = evaluate({"-i", directory_ / "pairs"});
+  EXPECT_EQ(4, result.exit_code) << result.err;
+  EXPECT_FALSE(exists("out/evaluation.json"));
+}
+
+TEST_F(Evaluate, InterruptedItSavesWhatWasDone) {
+  for (const int number : {SIGINT, SIGTERM}) {
+    const std::string output = "out" + std::to_string(number);
+    ProgramOptions options;
+    auto sent = std::make_shared<bool>(false);
+    options.while_running = [number, sent](pid_t child, const std::string& err) {
+      if (*sent || err.find("\"done\":2,") == std::string::npos) return;
+      *sent = true;
+      ::kill(child, number);
+    };
+    const ProgramResult result = evaluate(
+        {"--places", "50", "--progress", "jsonl", "-q", "-o", directory_ / output}, options);
+    EXPECT_EQ(130, result.exit_code) << result.err;
+    const Json json = results(output);
+    EXPECT_TRUE(json["interrupted"]);
+    EXPECT_GE(json["results"].size(), 2u);
+    EXPECT_LT(json["results"].size(), 5u);
+    EXPECT_NE(std::string::npos, result.err.find("interrupted; what was done so far is in"));
+  }
+}
+
+TEST_F(Evaluate, VariantsGoToATableOfTheirOwn) {
+  const std::string cloud = room();
+  std::vector<std::string> arguments = inputOptions(cloud);
+  arguments.insert(arguments.end(),
+                   {"--variant", "no beliefs:kl_occupancy.enabled=false", "--variant",
+                    "thick:planar_cuboid_approximation.thickness_m=0.6"});
+  const ProgramResult result = evaluate(arguments);
+  ASSERT_EQ(0, result.exit_code) << result.err;
+  std::vector<std::string> methods;
+  const Json ablation = Json::parse(read("out/ablation.json"));
+  for (const Json& row : ablation["results"]) methods.push_back(row["method"]);
+  EXPECT_EQ((std::vector<std::string>{"no beliefs", "thick", "PG"}), methods);
+  for (const Json& row : results()["results"]) EXPECT_NE("thick", row["method"]);
+}
+
+TEST_F(Evaluate, EveryIdeaOfTheAblationIsASetOfKnownParameters) {
+  std::vector<std::string> arguments = inputOptions(room());
+  arguments.emplace_back("--ablation");
+  const ProgramResult result = evaluate(arguments);
+  ASSERT_EQ(0, result.exit_code) << result.err;
+  EXPECT_GE(Json::parse(read("out/ablation.json"))["results"].size(), 6u);
+}
+
+TEST_F(Evaluate, AFullDiskLeavesEarlierFilesAsTheyWere) {
+  const std::string cloud = room();
+  ASSERT_EQ(0, evaluate(inputOptions(cloud)).exit_code);
+  const std::string before = read("out/evaluation.json");
+  ProgramOptions options;
+  options.file_size_limit = 100;
+  std::vector<std::string> forced = inputOptions(cloud);
+  forced.emplace_back("--force");
+  EXPECT_EQ(1, evaluate(forced, options).exit_code);
+  EXPECT_EQ(before, read("out/evaluation.json"));
+}
+
+TEST_F(Evaluate, FiguresAreDrawnOrTheTablesSayWhyNot) {
+  const std::string cloud = room();
+  const ProgramResult result = planarMap({"evaluate", config("evaluate.yaml"), "-i", cloud, "--set",
+                                          "ground_removal.enabled=false", "--cells", "0.3,0.5",
+                                          "-q", "-o", directory_ / "out"});
+  EXPECT_TRUE(exists("out/evaluation.json"));
+  if (result.exit_code == 7) {
+    EXPECT_FALSE(exists("out/fig12_combination_efficiency.png"));
+    EXPECT_NE("", result.err);
+    GTEST_SKIP() << "no rendering backend: " << result.err;
+  }
+  ASSERT_EQ(0, result.exit_code) << result.err;
+  EXPECT_EQ(0u, read("out/fig12_combination_efficiency.png").find("\x89PNG"));
+  EXPECT_EQ(0u, read("out/fig14_memory_file_time.png").find("\x89PNG"));
+  EXPECT_FALSE(exists("out/fig13_mapping_error.png")) << "there is no truth to draw";
+}
+
+}  // namespace
+}  // namespace planar_mapping
