@@ -3,6 +3,7 @@
 #include "disparity_assignment.h"
 
 #include <algorithm>
+#include <cstring>
 #include <limits>
 
 #include "organized_lanes.h"
@@ -92,7 +93,8 @@ int countFiniteAround(const float* x, const std::int16_t* labels, std::int16_t l
 DisparityAssigner::DisparityAssigner(const TiledCloud& cloud)
     : cloud_(cloud),
       labels_(static_cast<std::size_t>(cloud.tiles()) * kTileArea, -1),
-      presence_(static_cast<std::size_t>(cloud.tiles())) {}
+      presence_(static_cast<std::size_t>(cloud.tiles())),
+      joined_(static_cast<std::size_t>(cloud.tiles()), 0) {}
 
 void DisparityAssigner::addCells(const CellGrid& grid,
                                  const std::vector<std::int16_t>& cell_labels) {
@@ -146,7 +148,11 @@ void DisparityAssigner::assign(const std::vector<DisparityPlane>& planes,
   std::vector<std::vector<TilePart>> parts(static_cast<std::size_t>(cloud_.rows));
   parallelFor(static_cast<std::size_t>(cloud_.rows), threads, [&](std::size_t row) {
     BandedDisparity banded[PlaneList::kMost];
+    std::int16_t before[kTileArea];
     parts[row].reserve(static_cast<std::size_t>(2 * cloud_.columns));
+    auto old =
+        std::lower_bound(parts_.begin(), parts_.end(), static_cast<int>(row) * cloud_.columns,
+                         [](const TilePart& part, int tile) { return part.tile < tile; });
     for (int column = 0; column < cloud_.columns; ++column) {
       const int tile = static_cast<int>(row) * cloud_.columns + column;
       std::int16_t* labels = labels_.data() + static_cast<std::size_t>(tile) * kTileArea;
@@ -172,8 +178,20 @@ void DisparityAssigner::assign(const std::vector<DisparityPlane>& planes,
         std::fill_n(labels, kTileArea, std::int16_t{-1});
         continue;
       }
+      std::memcpy(before, labels, sizeof(before));
       nearestDisparity(cloud_.x(tile), cloud_.y(tile), cloud_.z(tile), banded, count, labels);
+      while (old != parts_.end() && old->tile < tile) ++old;
+      const bool same = joined_[static_cast<std::size_t>(tile)] == 0 &&
+                        std::memcmp(before, labels, sizeof(before)) == 0;
       for (int k = 0; k < count; ++k) {
+        if (same) {
+          auto part = old;
+          while (part != parts_.end() && part->tile == tile && part->label != banded[k].label) {
+            ++part;
+          }
+          if (part != parts_.end() && part->tile == tile) parts[row].push_back(*part);
+          continue;
+        }
         TilePart part;
         part.tile = tile;
         part.label = banded[k].label;
@@ -185,6 +203,7 @@ void DisparityAssigner::assign(const std::vector<DisparityPlane>& planes,
       }
     }
   });
+  std::fill(joined_.begin(), joined_.end(), 0);
   parts_.clear();
   std::size_t number = 0;
   for (const std::vector<TilePart>& row : parts) number += row.size();
@@ -231,6 +250,7 @@ void DisparityAssigner::relabel(const std::vector<std::int16_t>& target) {
     }
     if (before > 0 && parts_[before - 1].tile == part.tile) {
       addSums(parts_[before - 1].sums, part.sums);
+      joined_[static_cast<std::size_t>(part.tile)] = 1;
     } else {
       parts_[kept++] = part;
     }

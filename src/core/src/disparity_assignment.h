@@ -40,6 +40,7 @@ class DisparityAssigner {
   std::vector<PlaneList> presence_;  ///< planes that a tile holds
   std::vector<std::int16_t> only_;   ///< see findOnlyCandidates()
   std::vector<TilePart> parts_;
+  std::vector<char> joined_;  ///< tiles in which parts have become one since they were assigned
 };
 
 }  // namespace planar_mapping::detail

@@ -15,6 +15,8 @@ namespace {
 constexpr int kWindowCells[3] = {1, 9, 25};
 constexpr double kLeastNoise = 1e-6;  ///< pixels
 constexpr double kMinShare = 0.5;     ///< of a full window, for it to be planar
+constexpr unsigned kAlone = 1;
+constexpr unsigned kTogether = 2;
 
 double cosineBetween(const double* a, const float* b) {
   return std::fabs(a[0] * b[0] + a[1] * b[1] + a[2] * b[2]);
@@ -97,7 +99,8 @@ std::vector<std::uint8_t> DisparityGrower::findFilled() const {
       const double around = sums[static_cast<std::size_t>(c)] +
                             sums[static_cast<std::size_t>(c) + 1] +
                             sums[static_cast<std::size_t>(c) + 2];
-      out[c] = (line[c] >= alone) | (around >= together) ? 1 : 0;
+      out[c] = static_cast<std::uint8_t>((line[c] >= alone ? kAlone : 0) |
+                                         (around >= together ? kTogether : 0));
     }
   }
   return filled;
@@ -109,7 +112,9 @@ double DisparityGrower::estimateNoise(const DisparityParams& params) const {
   std::vector<DisparityFit> windows;
   const std::vector<std::uint8_t> filled = findFilled();
   for (int cell = 0; cell < grid_.cells(); ++cell) {
-    if (filled[static_cast<std::size_t>(cell)] != 0) windows.push_back(fitWindow(cell, 1));
+    if ((filled[static_cast<std::size_t>(cell)] & kTogether) != 0) {
+      windows.push_back(fitWindow(cell, 1));
+    }
   }
   return estimateDisparityNoise(windows, capacity, params);
 }
@@ -149,14 +154,15 @@ void DisparityGrower::classify(const DisparityParams& params) {
       return sparse_ ? fitWindow(cell, radius) : fits_[radius][i];
     };
     State& state = states_[i];
-    if (planar(fitOf(0), kWindowCells[0], state)) state.planarity = 1;
-    if (planar(fitOf(1), kWindowCells[1], state)) {
+    if ((filled[i] & kTogether) != 0 && planar(fitOf(1), kWindowCells[1], state)) {
       state.planarity = 2;
       State wide = state;
       if (planar(fitOf(2), kWindowCells[2], wide)) {
         state.planarity = 3;
         state.residual = wide.residual;
       }
+    } else if ((filled[i] & kAlone) != 0 && planar(fitOf(0), kWindowCells[0], state)) {
+      state.planarity = 1;
     }
   }
 }

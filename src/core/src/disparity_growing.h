@@ -38,7 +38,7 @@ class DisparityGrower {
 
   /// The fit of the window of (2 radius + 1)^2 cells; the same numbers as of windowSums().
   DisparityFit fitWindow(int cell, int radius) const;
-  /// 1 per cell that may be planar, alone or with those around: others hold too few points.
+  /// Which cells hold points enough to be planar: kAlone, kTogether with those around, or both.
   std::vector<std::uint8_t> findFilled() const;
   void classify(const DisparityParams& params);
   std::vector<int> seedOrder(const DisparityParams& params) const;

@@ -35,14 +35,23 @@ void checkView(const PointsView& points, const Vector3& sensor) {
 /// Checks the indices and returns them ascending without repetitions; \p storage holds the copy
 /// if one is needed.
 const Indices* checkedIndices(const Indices& indices, std::size_t size, Indices& storage) {
-  bool ascending = true;
+  // Without branches, as nearly all lists are as they should be. -1 is larger than any size.
+  const auto limit = static_cast<unsigned>(std::min<std::size_t>(size, 1U << 31U));
+  unsigned outside = 0;
+  unsigned unordered = 0;
   for (std::size_t i = 0; i < indices.size(); ++i) {
-    if (indices[i] < 0 || static_cast<std::size_t>(indices[i]) >= size) {
-      throw InputError("index " + std::to_string(indices[i]) + " is outside the cloud of " +
-                       std::to_string(size) + " points");
-    }
-    if (i > 0 && indices[i] <= indices[i - 1]) ascending = false;
+    outside |= static_cast<unsigned>(indices[i]) >= limit ? 1U : 0U;
   }
+  for (std::size_t i = 1; i < indices.size(); ++i) {
+    unordered |= indices[i] <= indices[i - 1] ? 1U : 0U;
+  }
+  if (outside != 0) {
+    const auto is_outside = [&](int i) { return static_cast<unsigned>(i) >= limit; };
+    throw InputError(
+        "index " + std::to_string(*std::find_if(indices.begin(), indices.end(), is_outside)) +
+        " is outside the cloud of " + std::to_string(size) + " points");
+  }
+  const bool ascending = unordered == 0;
   if (ascending) return &indices;
   storage = indices;
   std::sort(storage.begin(), storage.end());

@@ -101,6 +101,15 @@ void listInliers(const TiledCloud& cloud, const std::vector<std::int16_t>& label
       static_assert(sizeof(all) == kQuarterSide * sizeof(*four), "compared at once");
       std::memcpy(&all, four, sizeof(all));
       if (all == ~std::uint64_t{0}) continue;  // no plane here
+      if (all == static_cast<std::uint16_t>(four[0]) * std::uint64_t{0x0001000100010001}) {
+        Cursor& cursor = cursors[static_cast<std::size_t>(four[0])];
+        for (int k = 0; k < kQuarterSide; ++k) cursor.inlier[k] = index + k;
+        cursor.inlier += kQuarterSide;
+        if (!cursor.patch) continue;
+        std::fill_n(cursor.patch, kQuarterSide, patches.of(parts, tile, four[0]));
+        cursor.patch += kQuarterSide;
+        continue;
+      }
       for (int i = 0; i < kQuarterSide;) {
         const std::int16_t label = four[i];
         const int begin = i;

@@ -94,7 +94,18 @@ bool findOrigin(const PointsView& points, const Indices* indices, std::size_t& o
 PLANAR_MAPPING_INLINE void sumPixels(const float* x, const float* y, const float* z,
                                      const std::int16_t* labels, std::int16_t label, int pixels,
                                      double* out, std::size_t out_stride) {
+  const FloatLanes zero = {};
+  const FloatLanes one = zero + 1.0F;
   int first = 0;
+  if (!(x[0] == x[0])) {
+    FloatLanes finite = zero;
+    for (int k = 0; k < pixels; k += kLanes) {
+      FloatLanes sixteen;
+      load(x + k, sixteen);
+      finite += sixteen == sixteen ? one : zero;
+    }
+    if (!(sumOf(finite) > 0.0F)) first = pixels;
+  }
   while (first < pixels && !(x[first] == x[first] && (!labels || labels[first] == label))) ++first;
   if (first == pixels) {
     for (int m = 0; m < kMoments; ++m) out[m * out_stride] = 0.0;
@@ -105,8 +116,6 @@ PLANAR_MAPPING_INLINE void sumPixels(const float* x, const float* y, const float
   const float oz = z[first];
   FloatLanes sum_n = {}, sum_x = {}, sum_y = {}, sum_z = {};
   FloatLanes sum_xx = {}, sum_xy = {}, sum_xz = {}, sum_yy = {}, sum_yz = {}, sum_zz = {};
-  const FloatLanes zero = {};
-  const FloatLanes one = zero + 1.0F;
   for (int k = 0; k < pixels; k += kLanes) {
     FloatLanes dx, dy, dz;
     load(x + k, dx);
