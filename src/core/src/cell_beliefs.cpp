@@ -179,11 +179,7 @@ CellBeliefs::Summary CellBeliefs::update(const PointsView& points, const Indices
   own.features.sample(indices, own.cells, own.params.features_per_cell);
   const Summary summary = own.updateBeliefs(points);
   const auto lonely = static_cast<float>(own.params.occupancy.single_feature_probability);
-  const std::vector<std::int32_t>& group = own.cells.groupOfPoint();
-  for (std::size_t k = 0; k < indices.size(); ++k) {
-    probability[static_cast<std::size_t>(indices[k])] =
-        group[k] < 0 ? lonely : own.group_belief[static_cast<std::size_t>(group[k])];
-  }
+  own.cells.giveToPoints(indices, own.group_belief, lonely, probability);
   return summary;
 }
 

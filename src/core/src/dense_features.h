@@ -22,7 +22,9 @@ class DenseFeatures {
   /// The first points of each group, as the indices come.
   void sample(const Indices& indices, const FrameCells& cells, int per_group);
   /// Eq. 4; the points are relative to the sensor.
-  void judge(const PointsView& points, const OccupancyParams& params);
+  /// \param known beliefs of groups, not negative where the support is not asked for; null = none
+  void judge(const PointsView& points, const OccupancyParams& params,
+             const std::vector<double>* known = nullptr);
   const Support& support(std::int32_t group) const {
     return support_[static_cast<std::size_t>(group)];
   }

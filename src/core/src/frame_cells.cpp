@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <utility>
 
 #include "planar_mapping/core/simd.h"
@@ -17,13 +18,35 @@ constexpr std::size_t kFewestSlots = 1024;
 constexpr std::size_t kBlock = 512;
 constexpr std::uint64_t kPart = 0x1FFFFFu;  // 21 bits an axis
 
-void gather(const float* points, std::size_t stride, const int* indices, std::size_t n, float* x,
-            float* y, float* z) {
+void gather(const float* points, std::size_t stride, const std::int32_t* label_of,
+            const int* indices, std::size_t n, float* x, float* y, float* z, std::int32_t* label) {
   for (std::size_t k = 0; k < n; ++k) {
-    const float* p = points + static_cast<std::size_t>(indices[k]) * stride;
+    const auto i = static_cast<std::size_t>(indices[k]);
+    const float* p = points + i * stride;
     x[k] = p[0];
     y[k] = p[1];
     z[k] = p[2];
+    label[k] = label_of[i];
+  }
+}
+
+/// Cell numbers and labels of a block, after those of the last point before it.
+struct Block {
+  std::int32_t number[3][kBlock + 1];
+  std::int32_t label[kBlock + 1];
+  std::uint8_t is_first[kBlock];  ///< of a run
+};
+
+PLANAR_MAPPING_MULTIVERSION
+void findRuns(Block& block, std::size_t n) {
+  const std::int32_t* __restrict x = block.number[0];
+  const std::int32_t* __restrict y = block.number[1];
+  const std::int32_t* __restrict z = block.number[2];
+  const std::int32_t* __restrict label = block.label;
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::int32_t change =
+        (x[k] ^ x[k + 1]) | (y[k] ^ y[k + 1]) | (z[k] ^ z[k + 1]) | (label[k] ^ label[k + 1]);
+    block.is_first[k] = change != 0 ? 1 : 0;
   }
 }
 
@@ -58,42 +81,65 @@ void FrameCells::number(const PointsView& points, const Indices& indices,
     origin_[axis] = std::abs(whole) < kBeyond ? static_cast<std::int64_t>(whole) : 0;
   }
   groups_.clear();
+  runs_.clear();
   std::fill(slots_.begin(), slots_.end(), Slot());
-  group_of_point_.resize(indices.size());
-  std::int32_t numbers[3][kBlock];
   float x_of[kBlock];
   float y_of[kBlock];
   float z_of[kBlock];
-  // Neighbouring points are mostly in the same cell.
-  std::int32_t last[3] = {INT32_MIN, 0, 0};
-  std::int32_t last_label = -1;
-  std::int32_t last_group = -1;
+  Block block;
+  block.number[0][0] = INT32_MIN;  // of no cell: the first point begins a run
+  block.number[1][0] = block.number[2][0] = block.label[0] = 0;
+  std::int32_t group = -1;
+  const auto begin = [&](std::size_t first, std::size_t k) {
+    if (first + k > 0) runs_.push_back({static_cast<std::uint32_t>(first + k), group});
+    const std::int32_t x = block.number[0][k + 1];
+    const std::int32_t y = block.number[1][k + 1];
+    const std::int32_t z = block.number[2][k + 1];
+    group = -1;
+    if (x <= -kFarthest || y <= -kFarthest || z <= -kFarthest) return;
+    const std::uint64_t cell = ((static_cast<std::uint64_t>(x + origin_[0]) & kPart) << 42u) |
+                               ((static_cast<std::uint64_t>(y + origin_[1]) & kPart) << 21u) |
+                               (static_cast<std::uint64_t>(z + origin_[2]) & kPart);
+    group = insert(cell, block.label[k + 1]);
+  };
   for (std::size_t first = 0; first < indices.size(); first += kBlock) {
     const std::size_t n = std::min(kBlock, indices.size() - first);
-    gather(points.data, points.stride, indices.data() + first, n, x_of, y_of, z_of);
+    gather(points.data, points.stride, labels.data(), indices.data() + first, n, x_of, y_of, z_of,
+           block.label + 1);
     for (int axis = 0; axis < 3; ++axis) {
-      cellsAlongAxis(x_of, y_of, z_of, n, rows_[axis], offset_[axis], numbers[axis]);
+      cellsAlongAxis(x_of, y_of, z_of, n, rows_[axis], offset_[axis], block.number[axis] + 1);
     }
-    for (std::size_t k = 0; k < n; ++k) {
-      const std::int32_t label = labels[static_cast<std::size_t>(indices[first + k])];
-      const std::int32_t x = numbers[0][k];
-      const std::int32_t y = numbers[1][k];
-      const std::int32_t z = numbers[2][k];
-      if (x != last[0] || y != last[1] || z != last[2] || label != last_label) {
-        last[0] = x;
-        last[1] = y;
-        last[2] = z;
-        last_label = label;
-        last_group = -1;
-        if (x > -kFarthest && y > -kFarthest && z > -kFarthest) {
-          const std::uint64_t cell = ((static_cast<std::uint64_t>(x + origin_[0]) & kPart) << 42u) |
-                                     ((static_cast<std::uint64_t>(y + origin_[1]) & kPart) << 21u) |
-                                     (static_cast<std::uint64_t>(z + origin_[2]) & kPart);
-          last_group = insert(cell, label);
-        }
+    findRuns(block, n);
+    std::size_t k = 0;
+    for (; k + 8 <= n; k += 8) {
+      std::uint64_t any = 0;
+      std::memcpy(&any, block.is_first + k, 8);
+      for (std::size_t i = k; any != 0 && i < k + 8; ++i) {
+        if (block.is_first[i] != 0) begin(first, i);
       }
-      group_of_point_[first + k] = last_group;
     }
+    for (; k < n; ++k) {
+      if (block.is_first[k] != 0) begin(first, k);
+    }
+    for (std::int32_t* numbers : {block.number[0], block.number[1], block.number[2], block.label}) {
+      numbers[0] = numbers[n];
+    }
+  }
+  if (!indices.empty()) runs_.push_back({static_cast<std::uint32_t>(indices.size()), group});
+}
+
+std::int32_t FrameCells::groupAt(std::size_t k) const {
+  const auto run = std::upper_bound(runs_.begin(), runs_.end(), k,
+                                    [](std::size_t i, const Run& r) { return i < r.end; });
+  return run == runs_.end() ? -1 : run->group;
+}
+
+void FrameCells::giveToPoints(const Indices& indices, const std::vector<float>& of_group,
+                              float otherwise, std::vector<float>& values) const {
+  std::size_t k = 0;
+  for (const Run& run : runs_) {
+    const float value = run.group < 0 ? otherwise : of_group[static_cast<std::size_t>(run.group)];
+    for (; k < run.end; ++k) values[static_cast<std::size_t>(indices[k])] = value;
   }
 }
 

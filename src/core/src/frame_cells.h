@@ -26,6 +26,12 @@ class FrameCells {
     std::int32_t label = -1;
   };
 
+  /// Points one after the other in the indices that are in one group, up to \ref end.
+  struct Run {
+    std::uint32_t end = 0;
+    std::int32_t group = -1;  ///< -1 where a point is in no cell
+  };
+
   /// Groups of the points, numbered in order of appearance; forgets those before.
   /// \param labels plane per point of the cloud, negative = none
   void number(const PointsView& points, const Indices& indices,
@@ -38,8 +44,15 @@ class FrameCells {
   /// Number of the group, -1 if there is none.
   std::int32_t find(std::uint64_t cell, std::int32_t label) const;
   const std::vector<Group>& groups() const { return groups_; }
-  /// Per index of number(); -1 where a point is in no cell.
-  const std::vector<std::int32_t>& groupOfPoint() const { return group_of_point_; }
+  /// The indices of number() in runs: neighbouring pixels are mostly in the same cell.
+  const std::vector<Run>& runs() const { return runs_; }
+  /// Group of the k-th index of number(); -1 if it is in no cell.
+  std::int32_t groupAt(std::size_t k) const;
+  /// Gives the points the value of their group, those in no cell \p otherwise.
+  /// \param indices of number()
+  /// \param values  per point of the cloud; those of other points stay
+  void giveToPoints(const Indices& indices, const std::vector<float>& of_group, float otherwise,
+                    std::vector<float>& values) const;
 
   /// The cell so many cells on along each axis.
   static std::uint64_t beside(std::uint64_t cell, int dx, int dy, int dz);
@@ -57,7 +70,7 @@ class FrameCells {
   float offset_[3] = {};
   std::int64_t origin_[3] = {};  ///< cell of the sensor
   std::vector<Group> groups_;
-  std::vector<std::int32_t> group_of_point_;
+  std::vector<Run> runs_;
   std::vector<Slot> slots_;
 };
 

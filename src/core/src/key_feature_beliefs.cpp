@@ -55,8 +55,13 @@ struct KeyFeatureBeliefs::Impl {
   std::int32_t groupOf(const KeyFeature& feature, const Frame& frame);
   void takeFeatures(const Frame& frame);
   std::vector<float> judgeFeatures(const Frame& frame);
+  void findNeighbours();
   void spread();
   void spreadBelieved();
+
+  // Adjacent groups on the same plane, up to 26 of each, kept for their memory.
+  std::vector<std::array<std::int32_t, 26>> beside;
+  std::vector<std::int32_t> beside_count;
 };
 
 void KeyFeatureBeliefParams::validate() const {
@@ -119,7 +124,7 @@ std::int32_t KeyFeatureBeliefs::Impl::groupOf(const KeyFeature& feature, const F
       const double tolerance =
           std::max(params.resolution, kAgreement * occupancy.noise.depthError(depth));
       const std::int32_t group =
-          cells.groupOfPoint()[static_cast<std::size_t>(place - frame.indices->begin())];
+          cells.groupAt(static_cast<std::size_t>(place - frame.indices->begin()));
       if (group >= 0 && (points.point(pixel) - feature.position).norm() <= tolerance) return group;
     }
   }
@@ -175,11 +180,10 @@ void KeyFeatureBeliefs::Impl::spreadBelieved() {
   spread();
 }
 
-/// From the cells of features to those around them on the same plane.
-void KeyFeatureBeliefs::Impl::spread() {
+void KeyFeatureBeliefs::Impl::findNeighbours() {
   const std::vector<FrameCells::Group>& all = cells.groups();
-  std::vector<std::array<std::int32_t, 26>> beside(all.size());
-  std::vector<std::int32_t> count(all.size(), 0);
+  beside.resize(all.size());
+  beside_count.assign(all.size(), 0);
   // Each pair is looked up from one side only.
   for (std::size_t g = 0; g < all.size(); ++g) {
     for (int step = 14; step < 27; ++step) {
@@ -187,13 +191,17 @@ void KeyFeatureBeliefs::Impl::spread() {
           FrameCells::beside(all[g].cell, step % 3 - 1, step / 3 % 3 - 1, step / 9 - 1);
       const std::int32_t other = cells.find(cell, all[g].label);
       if (other < 0) continue;
-      beside[g][static_cast<std::size_t>(count[g]++)] = other;
+      beside[g][static_cast<std::size_t>(beside_count[g]++)] = other;
       const auto o = static_cast<std::size_t>(other);
-      beside[o][static_cast<std::size_t>(count[o]++)] = static_cast<std::int32_t>(g);
+      beside[o][static_cast<std::size_t>(beside_count[o]++)] = static_cast<std::int32_t>(g);
     }
   }
+}
+
+/// From the cells of features to those around them on the same plane.
+void KeyFeatureBeliefs::Impl::spread() {
   detail::spreadOutwards(values, [&](std::size_t group, const auto& visit) {
-    for (std::int32_t i = 0; i < count[group]; ++i) {
+    for (std::int32_t i = 0; i < beside_count[group]; ++i) {
       visit(static_cast<std::size_t>(beside[group][static_cast<std::size_t>(i)]));
     }
   });
@@ -232,10 +240,11 @@ KeyFeatureBeliefs::Summary KeyFeatureBeliefs::update(const Frame& frame,
     if (count[g] > 0) own.values[g] = std::clamp(sum[g] / count[g], 0.0, 1.0);
   }
   if (!own.features.empty()) {
+    own.findNeighbours();
     own.params.doubt_spreads ? own.spread() : own.spreadBelieved();
   }
 
-  own.dense.judge(frame.points, occupancy);
+  own.dense.judge(frame.points, occupancy, &own.values);
   std::vector<float> belief(cells_of_points);
   for (std::size_t g = 0; g < cells_of_points; ++g) {
     double value = own.values[g];
@@ -252,11 +261,7 @@ KeyFeatureBeliefs::Summary KeyFeatureBeliefs::update(const Frame& frame,
     belief[g] = static_cast<float>(value);
   }
   const auto lonely = static_cast<float>(occupancy.single_feature_probability);
-  const std::vector<std::int32_t>& group = own.cells.groupOfPoint();
-  for (std::size_t k = 0; k < frame.indices->size(); ++k) {
-    probability[static_cast<std::size_t>((*frame.indices)[k])] =
-        group[k] < 0 ? lonely : belief[static_cast<std::size_t>(group[k])];
-  }
+  own.cells.giveToPoints(*frame.indices, belief, lonely, probability);
   return summary;
 }
 

@@ -147,6 +147,40 @@ std::int64_t trackOf(const Vector3& world, double resolution) {
 }
 
 // Two implementations of one method: a cell of the world is the track of all points in it.
+/// Points of a scan line lie in long runs of one cell; shuffled, hardly two neighbours do.
+TEST(CellBeliefs, RunsOfPointsInACellGetWhatTheyGetOneByOne) {
+  constexpr std::size_t kPoints = 3000;  // several blocks of the loop, the last one not full
+  std::vector<float> xyz;
+  std::vector<std::int32_t> labels;
+  Random random(11);
+  for (std::size_t i = 0; i < kPoints; ++i) {
+    const float x = 0.003f * static_cast<float>(i);
+    const bool is_lost = i % 701 == 700;
+    xyz.insert(xyz.end(), {is_lost ? std::numeric_limits<float>::quiet_NaN() : x,
+                           0.2f * std::sin(x), 2.0f + 0.1f * static_cast<float>(random.normal())});
+    labels.push_back(static_cast<std::int32_t>(i / 450) - 1);
+  }
+  CellBeliefParams of = params();
+  of.features_per_cell = 100000;  // the sample is then the same in any order
+  Indices in_order(kPoints);
+  std::iota(in_order.begin(), in_order.end(), 0);
+  Indices shuffled = in_order;
+  for (std::size_t i = kPoints - 1; i > 0; --i) {
+    std::swap(shuffled[i], shuffled[random.below(static_cast<std::uint32_t>(i + 1))]);
+  }
+  CellBeliefs first(of);
+  CellBeliefs second(of);
+  const PointsView points(xyz.data(), kPoints, 3);
+  for (int frame = 0; frame < 2; ++frame) {
+    std::vector<float> expected(kPoints, -1.0f);
+    std::vector<float> found(kPoints, -2.0f);
+    first.update(points, in_order, labels, Pose::Identity(), expected);
+    second.update(points, shuffled, labels, Pose::Identity(), found);
+    for (std::size_t i = 0; i < kPoints; ++i) EXPECT_NEAR(found[i], expected[i], 1e-5) << i;
+    EXPECT_EQ(expected[700], 0.5f);
+  }
+}
+
 TEST(CellBeliefs, AgreesWithTracksUnderKnownPoses) {
   for (const UpdateRule rule :
        {UpdateRule::KullbackLeibler, UpdateRule::LogOdds, UpdateRule::None}) {
