@@ -35,21 +35,6 @@ struct Count {
   }
 };
 
-/// Angle by which noise may turn the normal of a window, radians.
-double normalError(const CellFit& fit, const RangeNoise& noise, const Vector3& sensor,
-                   const OrganizedParams& params) {
-  const double ray[3] = {fit.mean[0] - sensor.x(), fit.mean[1] - sensor.y(),
-                         fit.mean[2] - sensor.z()};
-  const double squared_range = ray[0] * ray[0] + ray[1] * ray[1] + ray[2] * ray[2];
-  const double along =
-      std::fabs(ray[0] * fit.normal[0] + ray[1] * fit.normal[1] + ray[2] * fit.normal[2]);
-  const double expected = noise.at(squared_range) * along / std::sqrt(squared_range);
-  const double sigma = std::min(expected, static_cast<double>(fit.residual));
-  const double independent = std::max(1.0, fit.count / params.correlated_normal_pixels);
-  const double error = sigma / (fit.extent * std::sqrt(independent));
-  return std::isfinite(error) ? error : M_PI_2;
-}
-
 double cosine(const PlaneCandidate& plane, const CellFit& fit) {
   return std::fabs(plane.normal[0] * fit.normal[0] + plane.normal[1] * fit.normal[1] +
                    plane.normal[2] * fit.normal[2]);

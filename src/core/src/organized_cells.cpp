@@ -42,56 +42,17 @@ void sumColumns(double* data, int columns, int rows, int radius, double* padded)
 
 constexpr std::size_t kBlock = 32;  ///< cells that are fitted together
 
-/// Covariances of a block of cells divided by their traces: rows (a b c), (b d e), (c e f).
-struct CovarianceBlock {
-  double a[kBlock], b[kBlock], c[kBlock], d[kBlock], e[kBlock], f[kBlock];
-  double c1[kBlock], c0[kBlock];  ///< of the characteristic polynomial
-  double root[kBlock];            ///< smallest eigenvalue
-  float trace[kBlock];            ///< square metres
-};
+/// What is left of a plane's normal where the rays run along it, squared.
+constexpr double kGrazing = 1e-6;
 
-/// Smallest eigenvalues by Newton's method from below, where the characteristic polynomial is
-/// monotonic and convex: in single precision, which is a fraction of the work, then polished.
-PLANAR_MAPPING_INLINE void findRoots(CovarianceBlock& block, std::size_t count) {
-  constexpr int kSteps = 7;
-  constexpr int kPolishingSteps = 2;
-  const FloatLanes zero = {};
-  for (std::size_t i = count; i % kLanes != 0; ++i) block.c1[i] = block.c0[i] = 0.0;
-  for (std::size_t i = 0; i < count; i += kLanes) {
-    float c1_values[kLanes];
-    float c0_values[kLanes];
-    for (std::size_t k = 0; k < kLanes; ++k) c1_values[k] = static_cast<float>(block.c1[i + k]);
-    for (std::size_t k = 0; k < kLanes; ++k) c0_values[k] = static_cast<float>(block.c0[i + k]);
-    FloatLanes c1, c0;
-    load(c1_values, c1);
-    load(c0_values, c0);
-    FloatLanes root = zero;
-    for (int step = 0; step < kSteps; ++step) {
-      const FloatLanes value = ((root - 1.0F) * root + c1) * root - c0;
-      const FloatLanes slope = (3.0F * root - 2.0F) * root + c1;
-      root -= slope > 1e-12F ? value / slope : zero;
-    }
-    for (std::size_t k = 0; k < kLanes; ++k) block.root[i + k] = root[k];
-  }
-  for (std::size_t i = 0; i < count; ++i) {
-    const double c1 = block.c1[i];
-    double root = block.root[i];
-    for (int step = 0; step < kPolishingSteps; ++step) {
-      const double value = ((root - 1.0) * root + c1) * root - block.c0[i];
-      const double slope = (3.0 * root - 2.0) * root + c1;
-      root -= slope > 1e-12 ? value / slope : 0.0;
-    }
-    block.root[i] = root;
-  }
-}
-
-// The normal is a cross product of two rows of the covariance less its smallest eigenvalue.
+// Least squares along the ray to the mean, whose direction is exact: the normal n minimises
+// n^T C n for n . ray = 1, which makes it the adjugate of the covariance C times the ray. Least
+// squares across the plane would lie any way where the noise is as large as the cell.
 PLANAR_MAPPING_MULTIVERSION
-void fitAll(const double* sums, std::size_t cells, float* out) {
+void fitAll(const double* sums, std::size_t cells, const double* sensor, float* out) {
   constexpr int kFields = 9;
   static_assert(sizeof(CellFit) == kFields * sizeof(float), "CellFit is written as nine floats");
   float fields[kFields][kBlock];
-  CovarianceBlock block;
   for (std::size_t begin = 0; begin < cells; begin += kBlock) {
     const std::size_t count = cells - begin < kBlock ? cells - begin : kBlock;
     const double* s = sums + begin;
@@ -112,69 +73,69 @@ void fitAll(const double* sums, std::size_t cells, float* out) {
       const double zz = s[kZZ * cells + i] * inverse - mz * mz;
       const double trace = xx + yy + zz;
       const double scale = trace > 1e-20 ? 1.0 / trace : 0.0;
+      // Covariance divided by its trace, rows (a b c), (b d e), (c e f), and its adjugate.
       const double a = xx * scale;
       const double b = (s[kXY * cells + i] * inverse - mx * my) * scale;
       const double c = (s[kXZ * cells + i] * inverse - mx * mz) * scale;
       const double d = yy * scale;
       const double e = (s[kYZ * cells + i] * inverse - my * mz) * scale;
       const double f = zz * scale;
-      block.a[i] = a;
-      block.b[i] = b;
-      block.c[i] = c;
-      block.d[i] = d;
-      block.e[i] = e;
-      block.f[i] = f;
-      block.c1[i] = a * d - b * b + a * f - c * c + d * f - e * e;
-      block.c0[i] = a * (d * f - e * e) - b * (b * f - c * e) + c * (b * e - c * d);
-      block.trace[i] = static_cast<float>(trace > 0.0 ? trace : 0.0);
+      const double aa = d * f - e * e;
+      const double ab = c * e - b * f;
+      const double ac = b * e - c * d;
+      const double bb = a * f - c * c;
+      const double bc = b * c - a * e;
+      const double cc = a * d - b * b;
+      const double rx = mx - sensor[0];
+      const double ry = my - sensor[1];
+      const double rz = mz - sensor[2];
+      const double squared_range = rx * rx + ry * ry + rz * rz;
+      const double to_unit = squared_range > 1e-20 ? 1.0 / __builtin_sqrt(squared_range) : 0.0;
+      const double ux = rx * to_unit;
+      const double uy = ry * to_unit;
+      const double uz = rz * to_unit;
+      double nx = aa * ux + ab * uy + ac * uz;
+      double ny = ab * ux + bb * uy + bc * uz;
+      double nz = ac * ux + bc * uy + cc * uz;
+      double nn = nx * nx + ny * ny + nz * nz;
+      // Where the rays run along the plane, the longest column is normal to it.
+      const double a2 = aa * aa + ab * ab + ac * ac;
+      const double b2 = ab * ab + bb * bb + bc * bc;
+      const double c2 = ac * ac + bc * bc + cc * cc;
+      const bool grazing = nn <= kGrazing * (a2 + b2 + c2);
+      const bool second = b2 > a2 && b2 >= c2;
+      const bool third = c2 > a2 && c2 > b2;
+      nx = grazing ? (third ? ac : (second ? ab : aa)) : nx;
+      ny = grazing ? (third ? bc : (second ? bb : ab)) : ny;
+      nz = grazing ? (third ? cc : (second ? bc : ac)) : nz;
+      nn = grazing ? (third ? c2 : (second ? b2 : a2)) : nn;
+      // A point or a line has no plane: the adjugate vanishes.
+      const double length = nn > 1e-14 ? 1.0 / __builtin_sqrt(nn) : 0.0;
+      nx *= length;
+      ny *= length;
+      nz *= length;
+      const double square =
+          a * nx * nx + d * ny * ny + f * nz * nz + 2.0 * (b * nx * ny + c * nx * nz + e * ny * nz);
+      const double across = square > 0.0 ? square : 0.0;
+      // Without the noise along the rays the covariance is flat; its middle eigenvalue is left.
+      const double cosine = nx * ux + ny * uy + nz * uz;
+      const double along = grazing ? across : across / (cosine * cosine + 1e-12);
+      const double in_rays =
+          a * ux * ux + d * uy * uy + f * uz * uz + 2.0 * (b * ux * uy + c * ux * uz + e * uy * uz);
+      const double rest = 1.0 - along;
+      const double product = aa + bb + cc - along * (1.0 - in_rays);
+      const double root = rest * rest - 4.0 * product;
+      const double middle = 0.5 * (rest - __builtin_sqrt(root > 0.0 ? root : 0.0));
+      const double size = trace > 0.0 ? trace : 0.0;
+      fields[0][i] = static_cast<float>(nx);
+      fields[1][i] = static_cast<float>(ny);
+      fields[2][i] = static_cast<float>(nz);
       fields[3][i] = static_cast<float>(mx);
       fields[4][i] = static_cast<float>(my);
       fields[5][i] = static_cast<float>(mz);
+      fields[6][i] = static_cast<float>(__builtin_sqrt(across * size));
+      fields[7][i] = static_cast<float>(__builtin_sqrt((middle > 0.0 ? middle : 0.0) * size));
       fields[8][i] = static_cast<float>(n);
-    }
-    findRoots(block, count);
-    for (std::size_t i = 0; i < count; ++i) {
-      const double root = block.root[i] > 0.0 ? block.root[i] : 0.0;
-      const double b = block.b[i];
-      const double c = block.c[i];
-      const double e = block.e[i];
-      const double ar = block.a[i] - root;
-      const double dr = block.d[i] - root;
-      const double fr = block.f[i] - root;
-      const double ux = b * e - c * dr;
-      const double uy = c * b - ar * e;
-      const double uz = ar * dr - b * b;
-      const double vx = b * fr - c * e;
-      const double vy = c * c - ar * fr;
-      const double vz = ar * e - b * c;
-      const double wx = dr * fr - e * e;
-      const double wy = e * c - b * fr;
-      const double wz = b * e - dr * c;
-      const double uu = ux * ux + uy * uy + uz * uz;
-      const double vv = vx * vx + vy * vy + vz * vz;
-      const double ww = wx * wx + wy * wy + wz * wz;
-      const bool v_over_u = vv > uu;
-      double nx = v_over_u ? vx : ux;
-      double ny = v_over_u ? vy : uy;
-      double nz = v_over_u ? vz : uz;
-      double nn = v_over_u ? vv : uu;
-      const bool w_over = ww > nn;
-      nx = w_over ? wx : nx;
-      ny = w_over ? wy : ny;
-      nz = w_over ? wz : nz;
-      nn = w_over ? ww : nn;
-      // A point or a line has no plane: all cross products vanish.
-      const float length = nn > 1e-14 ? 1.0F / __builtin_sqrtf(static_cast<float>(nn)) : 0.0F;
-      const double rest = 1.0 - root;
-      const double product = block.c1[i] - root * rest;
-      const double square = rest * rest - 4.0 * product;
-      const float middle =
-          0.5F * static_cast<float>(rest - __builtin_sqrt(square > 0.0 ? square : 0.0));
-      fields[0][i] = static_cast<float>(nx) * length;
-      fields[1][i] = static_cast<float>(ny) * length;
-      fields[2][i] = static_cast<float>(nz) * length;
-      fields[6][i] = __builtin_sqrtf(static_cast<float>(root) * block.trace[i]);
-      fields[7][i] = __builtin_sqrtf((middle > 0.0F ? middle : 0.0F) * block.trace[i]);
     }
     for (std::size_t i = 0; i < count; ++i) {
       for (int field = 0; field < kFields; ++field) {
@@ -250,15 +211,15 @@ CellGrid windowSums(const CellGrid& grid, int radius, double* room) {
   return windows;
 }
 
-std::vector<CellFit> fitCells(const CellGrid& grid) {
+std::vector<CellFit> fitCells(const CellGrid& grid, const Vector3& sensor) {
   std::vector<CellFit> fits(static_cast<std::size_t>(grid.cells()));
-  if (!fits.empty()) fitAll(grid.sums, fits.size(), fits.front().normal);
+  if (!fits.empty()) fitAll(grid.sums, fits.size(), sensor.data(), fits.front().normal);
   return fits;
 }
 
-CellFit fitSums(const MomentSums& sums) {
+CellFit fitSums(const MomentSums& sums, const Vector3& sensor) {
   CellFit fit;
-  fitAll(sums.data(), 1, fit.normal);
+  fitAll(sums.data(), 1, sensor.data(), fit.normal);
   return fit;
 }
 
@@ -309,6 +270,62 @@ RangeNoise estimateNoise(const std::vector<CellFit>& windows, int capacity, cons
   noise.constant = std::min(noise.constant, params.max_constant_noise * params.distance_threshold);
   noise.quadratic = std::min(noise.quadratic, params.max_quadratic_noise);
   return noise;
+}
+
+double correlatedPixels(const CellGrid& grid, const std::vector<CellFit>& windows,
+                        const RangeNoise& noise, const Vector3& sensor,
+                        const OrganizedParams& params) {
+  constexpr double kFull = 0.95;      // share of a window
+  constexpr double kFlat = 1.3;       // residual over noise
+  constexpr double kFreedom = 6.0;    // of nine means about their plane
+  constexpr double kQuantile = 0.35;  // as for the noise: the others see structure
+  constexpr std::size_t kMinSamples = 16;
+  std::vector<double> samples;
+  for (int row = 1; row + 1 < grid.rows; ++row) {
+    for (int column = 1; column + 1 < grid.columns; ++column) {
+      const CellFit& fit = windows[static_cast<std::size_t>(row) * grid.columns + column];
+      if (fit.count < kFull * 9.0 * grid.capacity || !(fit.residual > 0.0F)) continue;
+      const Vector3 ray = Vector3(fit.mean[0], fit.mean[1], fit.mean[2]) - sensor;
+      const double along =
+          std::fabs(ray.x() * fit.normal[0] + ray.y() * fit.normal[1] + ray.z() * fit.normal[2]);
+      if (fit.residual * ray.norm() > kFlat * along * noise.at(ray.squaredNorm())) continue;
+      double squares = 0.0;
+      for (int r = row - 1; r <= row + 1; ++r) {
+        for (int c = column - 1; c <= column + 1; ++c) {
+          const int cell = r * grid.columns + c;
+          const double inverse = 1.0 / grid.count(cell);
+          const double off = fit.normal[0] * (grid.moment(kX)[cell] * inverse - fit.mean[0]) +
+                             fit.normal[1] * (grid.moment(kY)[cell] * inverse - fit.mean[1]) +
+                             fit.normal[2] * (grid.moment(kZ)[cell] * inverse - fit.mean[2]);
+          squares += off * off;
+        }
+      }
+      const double residual = fit.residual;
+      samples.push_back(grid.capacity * squares / kFreedom / (residual * residual));
+    }
+  }
+  if (samples.size() < kMinSamples) return params.assumed_correlation;
+  const auto at = samples.begin() +
+                  static_cast<std::ptrdiff_t>(kQuantile * static_cast<double>(samples.size()));
+  std::nth_element(samples.begin(), at, samples.end());
+  return std::min(std::max(1.0, *at), static_cast<double>(grid.capacity));
+}
+
+double normalError(const CellFit& fit, const RangeNoise& noise, const Vector3& sensor,
+                   const OrganizedParams& params) {
+  const double ray[3] = {fit.mean[0] - sensor.x(), fit.mean[1] - sensor.y(),
+                         fit.mean[2] - sensor.z()};
+  const double squared_range = ray[0] * ray[0] + ray[1] * ray[1] + ray[2] * ray[2];
+  const double along =
+      std::fabs(ray[0] * fit.normal[0] + ray[1] * fit.normal[1] + ray[2] * fit.normal[2]);
+  const double expected = noise.at(squared_range) * along / std::sqrt(squared_range);
+  const double sigma = std::min(expected, static_cast<double>(fit.residual));
+  const double correlated = noise.correlated_pixels <= params.white_correlation
+                                ? noise.correlated_pixels
+                                : params.correlated_normal_pixels;
+  const double independent = std::max(1.0, fit.count / correlated);
+  const double error = sigma / (fit.extent * std::sqrt(independent));
+  return std::isfinite(error) ? error : M_PI_2;
 }
 
 }  // namespace planar_mapping::detail

@@ -13,6 +13,8 @@ namespace planar_mapping::detail {
 struct RangeNoise {
   double constant = 0.0;
   double quadratic = 0.0;  ///< 1/m
+  /// Noise is correlated between neighbouring pixels: this many count as one measurement.
+  double correlated_pixels = 6.0;
   double at(double squared_range) const { return constant + quadratic * squared_range; }
 };
 
@@ -26,7 +28,7 @@ struct OrganizedParams {
   /// flat to a part of d_T only.
   double growing_share = 0.4;
   /// Sigmas by which the mean of a cell may lie off the plane it joins.
-  double growing_factor = 2.5;
+  double growing_factor = 3.5;
   /// Share of max_normal_deviation between the normal of a cell and the plane it joins.
   double growing_angle_share = 0.7;
   /// Sigmas of residual up to which the neighbourhood of a cell counts as planar.
@@ -39,8 +41,13 @@ struct OrganizedParams {
   double assumed_noise = 0.1;
   /// Share of d_T up to which constant noise is believed.
   double max_constant_noise = 0.5;
-  /// Noise is correlated between neighbouring pixels: this many count as one measurement.
-  double correlated_pixels = 6.0;
+  /// Pixels that count as one measurement where there are too few windows to estimate it from.
+  double assumed_correlation = 6.0;
+  /// Up to this many the noise is that of single pixels, and small windows tell it best.
+  double white_correlation = 3.0;
+  /// Share of d_T by which the mean of a cell may lie off the plane it joins beyond its noise:
+  /// as flat as surfaces are.
+  double flat_share = 0.1;
   /// Noise below this share of d_T is not told apart from none.
   double smallest_noise_share = 0.01;
   /// Share of a cell that must hold points for it to join a plane as a whole.
@@ -56,19 +63,23 @@ struct OrganizedParams {
   double border_share = 0.4;
   /// Share of d_T that is added to the noise when planes compete for a pixel.
   double competing_share = 0.05;
-  /// A plane at least this many residuals wide is not doubted.
+  /// A plane at least this many residuals wide is not a slice through unrelated objects, ...
   double clear_flatness = 12.0;
+  /// ... and one at least this many wide is not bent by bent_angle.
+  double straight_flatness = 33.0;
   /// Radians between the neighbourhood of a point and its plane.
   double coherent_angle = 0.35;
   /// Share of the points in the tiles of a doubtful plane that must be on it and have a
   /// neighbourhood that lies as the plane does.
   double min_agreement = 0.5;
   /// A quadratic surface that is bent by this root mean square angle (radians), ...
-  double bent_angle = 0.1;
+  double bent_angle = 0.075;
   /// ... explains the points so much better (variance ratio) ...
-  double bent_advantage = 6.0;
-  /// ... and bows by this share of d_T is no plane.
-  double bow_share = 0.08;
+  double bent_advantage = 7.0;
+  /// ... and bows by this share of d_T ...
+  double bow_share = 0.02;
+  /// ... and by this many sigmas of the mean of a tile is no plane.
+  double bow_factor = 1.0;
   /// Sine of the angle between rays and plane below which ranges say little about the plane.
   double min_ray_sine = 0.05;
   /// Growth of the residual across the plane that a fit along the rays may cost.
@@ -98,7 +109,7 @@ struct OrganizedParams {
 
 constexpr std::size_t kMaxCandidates = 4096;  ///< planes a frame may hold before merging
 
-/// Planar fit of a cell or of the window around it.
+/// Planar fit of a cell or of the window around it, along the ray to its mean.
 struct CellFit {
   float normal[3];
   float mean[3];
@@ -135,14 +146,24 @@ CellGrid freeQuarterGrid(const TiledCloud& cloud, const std::vector<std::int16_t
 CellGrid windowSums(const CellGrid& grid, int radius, double* room);
 
 /// Least-squares planes of all cells of a grid; a zero normal where there is none.
-std::vector<CellFit> fitCells(const CellGrid& grid);
+std::vector<CellFit> fitCells(const CellGrid& grid, const Vector3& sensor);
 
 /// Least-squares plane of one set of sums.
-CellFit fitSums(const MomentSums& sums);
+CellFit fitSums(const MomentSums& sums, const Vector3& sensor);
 
 /// Estimates the noise of the sensor from the residuals of small windows.
 /// \param capacity points of a full window
 RangeNoise estimateNoise(const std::vector<CellFit>& windows, int capacity, const Vector3& sensor,
                          const OrganizedParams& params);
+
+/// Pixels that count as one measurement: how far the means of cells lie off the plane of the 3 x 3
+/// window around them, beside the noise of single pixels.
+double correlatedPixels(const CellGrid& grid, const std::vector<CellFit>& windows,
+                        const RangeNoise& noise, const Vector3& sensor,
+                        const OrganizedParams& params);
+
+/// Angle by which noise may turn the normal of a window, radians.
+double normalError(const CellFit& fit, const RangeNoise& noise, const Vector3& sensor,
+                   const OrganizedParams& params);
 
 }  // namespace planar_mapping::detail

@@ -18,8 +18,8 @@ using PartList = std::vector<std::size_t>;
 // Share of the points in the tiles of a plane that belong to it and whose 3 x 3 tiles, as far as
 // they are on the plane, lie as the plane does.
 double agreement(const PlaneCandidate& plane, const std::vector<TilePart>& parts,
-                 const PartList& list, int columns, const OrganizedParams& params,
-                 std::vector<std::int32_t>& part_of_tile) {
+                 const PartList& list, int columns, const RangeNoise& noise, const Vector3& sensor,
+                 const OrganizedParams& params, std::vector<std::int32_t>& part_of_tile) {
   for (std::size_t i = 0; i < list.size(); ++i) {
     part_of_tile[static_cast<std::size_t>(parts[list[i]].tile)] =
         static_cast<std::int32_t>(list[i]);
@@ -43,15 +43,17 @@ double agreement(const PlaneCandidate& plane, const std::vector<TilePart>& parts
     }
     for (int m = 0; m < kMoments; ++m) windows.moment(m)[i] = sums[static_cast<std::size_t>(m)];
   }
-  const std::vector<CellFit> fits = fitCells(windows);
-  const double min_cosine = std::cos(params.coherent_angle);
+  const std::vector<CellFit> fits = fitCells(windows, sensor);
   double agreeing = 0.0;
   double all = 0.0;
   for (std::size_t i = 0; i < list.size(); ++i) {
     const float* normal = fits[i].normal;
     const double cosine = std::fabs(normal[0] * plane.normal[0] + normal[1] * plane.normal[1] +
                                     normal[2] * plane.normal[2]);
-    if (cosine >= min_cosine) agreeing += parts[list[i]].sums[kN];
+    const double error = params.growing_factor * normalError(fits[i], noise, sensor, params);
+    const double allowed =
+        std::min(params.most_coherent_angle, std::max(params.coherent_angle, error));
+    if (cosine >= std::cos(allowed)) agreeing += parts[list[i]].sums[kN];
     all += parts[list[i]].finite;
     part_of_tile[static_cast<std::size_t>(parts[list[i]].tile)] = -1;
   }
@@ -117,16 +119,29 @@ Bending bending(const PlaneCandidate& plane, const std::vector<TilePart>& parts,
   return result;
 }
 
+/// Height that a bent surface must explain at least, metres.
+double leastBow(const PlaneCandidate& plane, const RangeNoise& noise, const Vector3& sensor,
+                const OrganizedParams& params) {
+  const double n = plane.sums[kN];
+  const Vector3 ray = Vector3(plane.sums[kX] / n, plane.sums[kY] / n, plane.sums[kZ] / n) - sensor;
+  const double along = std::fabs(plane.distance(sensor.data())) / std::max(ray.norm(), 1e-9);
+  const double of_tile = std::sqrt(std::min(1.0, noise.correlated_pixels / kTileArea));
+  return std::max(params.bow_share * params.distance_threshold,
+                  params.bow_factor * noise.at(ray.squaredNorm()) * along * of_tile);
+}
+
 }  // namespace
 
 std::vector<char> coherentPlanes(const std::vector<PlaneCandidate>& planes,
                                  const std::vector<TilePart>& parts, int columns, int tiles,
+                                 const RangeNoise& noise, const Vector3& sensor,
                                  const OrganizedParams& params) {
   std::vector<char> coherent(planes.size(), 1);
   std::vector<char> doubtful(planes.size(), 0);
   bool any = false;
   for (std::size_t i = 0; i < planes.size(); ++i) {
-    doubtful[i] = planes[i].valid && planes[i].width < params.clear_flatness * planes[i].residual;
+    doubtful[i] =
+        planes[i].valid && planes[i].width < params.straight_flatness * planes[i].residual;
     any = any || doubtful[i];
   }
   if (!any) return coherent;
@@ -138,11 +153,14 @@ std::vector<char> coherentPlanes(const std::vector<PlaneCandidate>& planes,
   std::vector<std::int32_t> part_of_tile(static_cast<std::size_t>(tiles), -1);
   for (std::size_t i = 0; i < planes.size(); ++i) {
     if (!doubtful[i]) continue;
-    const double agree = agreement(planes[i], parts, lists[i], columns, params, part_of_tile);
+    const bool clear = planes[i].width >= params.clear_flatness * planes[i].residual;
+    const double agree =
+        clear ? 1.0
+              : agreement(planes[i], parts, lists[i], columns, noise, sensor, params, part_of_tile);
     const Bending bent = bending(planes[i], parts, lists[i]);
     if (agree < params.min_agreement ||
         (bent.angle > params.bent_angle && bent.advantage > params.bent_advantage &&
-         bent.bow > params.bow_share * params.distance_threshold)) {
+         bent.bow > leastBow(planes[i], noise, sensor, params))) {
       coherent[i] = 0;
     }
   }

@@ -25,6 +25,7 @@ struct TilePart {
 /// \return true per plane that is one
 std::vector<char> coherentPlanes(const std::vector<PlaneCandidate>& planes,
                                  const std::vector<TilePart>& parts, int columns, int tiles,
+                                 const RangeNoise& noise, const Vector3& sensor,
                                  const OrganizedParams& params);
 
 /// Refits a plane to the parts along the rays of the sensor: least squares of 1 / r, weighted by

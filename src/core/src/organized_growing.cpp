@@ -12,8 +12,8 @@ void addSums(MomentSums& sums, const CellGrid& grid, int cell) {
   for (int m = 0; m < kMoments; ++m) sums[static_cast<std::size_t>(m)] += grid.moment(m)[cell];
 }
 
-void PlaneCandidate::fit() {
-  const CellFit found = fitSums(sums);
+void PlaneCandidate::fit(const Vector3& sensor) {
+  const CellFit found = fitSums(sums, sensor);
   const Vector3 n(found.normal[0], found.normal[1], found.normal[2]);
   const double length = n.norm();
   valid = length > 0.5 && found.extent > 0.0F && std::isfinite(length);
@@ -41,15 +41,24 @@ CellGrower::CellGrower(const CellGrid& grid, bool wide, double* room, const Vect
     : grid_(grid),
       sensor_(sensor),
       params_(params),
-      fits_(fitCells(grid)),
+      fits_(fitCells(grid, sensor)),
       visited_(static_cast<std::size_t>(grid.cells()), 0) {
-  window_fits_ = fitCells(windowSums(grid, 1, room));
-  if (wide) wide_fits_ = fitCells(windowSums(grid, 2, room));
+  window_fits_ = fitCells(windowSums(grid, 1, room), sensor);
+  if (wide) wide_fits_ = fitCells(windowSums(grid, 2, room), sensor);
 }
 
 void CellGrower::estimateNoise() {
   constexpr int kWindowCells = 9;
+  // Small windows tell white noise best, wide ones that which is smooth over many pixels.
+  const RangeNoise white = detail::estimateNoise(fits_, grid_.capacity, sensor_, params_);
   noise_ = detail::estimateNoise(window_fits_, kWindowCells * grid_.capacity, sensor_, params_);
+  const double correlated = correlatedPixels(grid_, window_fits_, white, sensor_, params_);
+  if (correlated <= params_.white_correlation) {
+    noise_ = white;
+    noise_.correlated_pixels = correlated;
+  } else {
+    noise_.correlated_pixels = correlatedPixels(grid_, window_fits_, noise_, sensor_, params_);
+  }
 }
 
 void CellGrower::classify() {
@@ -66,7 +75,7 @@ void CellGrower::classify() {
     const double noise = noise_over_range * along + floor;
     if (!(fit.residual <= params_.planar_factor * noise) || !(fit.extent > 0.0F)) return false;
     std::copy(fit.normal, fit.normal + 3, state.normal);
-    const double independent = std::max(1.0, count / params_.correlated_pixels);
+    const double independent = std::max(1.0, count / noise_.correlated_pixels);
     const double error = noise / (fit.extent * std::sqrt(independent));
     const double allowed =
         params_.growing_angle_share * params_.max_normal_deviation + params_.growing_factor * error;
@@ -137,7 +146,7 @@ PlaneCandidate CellGrower::seedPlane(int cell) const {
       addSums(plane.sums, grid_, r * grid_.columns + c);
     }
   }
-  plane.fit();
+  plane.fit(sensor_);
   return plane;
 }
 
@@ -151,12 +160,15 @@ bool CellGrower::accepts(const PlaneCandidate& plane, double sensor_distance, in
                           grid_.moment(kZ)[cell] * inverse};
   const double distance = plane.distance(mean);
   const double noise = state.noise_over_range * std::fabs(distance - sensor_distance);
-  const double allowed =
-      std::max(params_.growing_share * params_.distance_threshold, params_.growing_factor * noise);
+  const double noise_of_mean = noise * std::sqrt(std::min(1.0, noise_.correlated_pixels * inverse));
+  const double allowed = std::min(
+      std::max(params_.growing_share * params_.distance_threshold, params_.growing_factor * noise),
+      params_.flat_share * params_.distance_threshold + params_.growing_factor * noise_of_mean);
   if (!(std::fabs(distance) <= allowed)) return false;
+  const double spread = params_.planar_factor * noise;
   MomentSums sums;
   for (int m = 0; m < kMoments; ++m) sums[static_cast<std::size_t>(m)] = grid_.moment(m)[cell];
-  if (!(plane.meanSquare(sums) <= allowed * allowed)) return false;
+  if (!(plane.meanSquare(sums) <= allowed * allowed + spread * spread)) return false;
   if (state.planarity == 0) return true;
   const double cosine =
       std::fabs(plane.normal[0] * state.normal[0] + plane.normal[1] * state.normal[1] +
@@ -180,7 +192,7 @@ void CellGrower::collect(int seed, PlaneCandidate plane, bool refit,
     addSums(sums, grid_, cell);
     if (refit && sums[kN] > refit_at) {
       plane.sums = sums;
-      plane.fit();
+      plane.fit(sensor_);
       if (!plane.valid) return;
       sensor_distance = plane.distance(sensor_.data());
       refit_at = kRefitGrowth * sums[kN];
@@ -219,7 +231,7 @@ GrownCells CellGrower::grow(std::vector<PlaneCandidate>& planes) {
       MomentSums sums;
       collect(seed, plane, refit, grown.labels, members, sums);
       plane.sums = sums;
-      plane.fit();
+      plane.fit(sensor_);
       good = plane.valid && static_cast<int>(members.size()) >= params_.min_cells &&
              sums[kN] >= min_points;
       if (!good) break;
@@ -272,7 +284,7 @@ std::vector<std::int16_t> mergeCandidates(std::vector<PlaneCandidate>& planes,
       PlaneCandidate joined;
       joined.sums = planes[large].sums;
       addSums(joined.sums, planes[small].sums);
-      joined.fit();
+      joined.fit(sensor);
       if (!joined.valid) continue;
       // One plane if neither part fits it much worse than its own plane.
       const auto worse = [&](const PlaneCandidate& part) {

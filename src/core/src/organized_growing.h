@@ -18,7 +18,7 @@ struct PlaneCandidate {
   bool valid = false;
 
   /// Fits the plane to the sums; valid is false if they are too few or collinear.
-  void fit();
+  void fit(const Vector3& sensor);
   double distance(const double* point) const {
     return normal[0] * point[0] + normal[1] * point[1] + normal[2] * point[2] + offset;
   }

@@ -32,7 +32,7 @@ void refit(std::vector<PlaneCandidate>& planes, const std::vector<TilePart>& par
     lists[label].push_back(part);
   }
   for (std::size_t i = 0; i < planes.size(); ++i) {
-    planes[i].fit();
+    planes[i].fit(cloud.sensor);
     fitAlongRays(planes[i], parts, lists[i], noise, cloud.sensor, params);
   }
 }
@@ -57,7 +57,7 @@ void drop(std::vector<PlaneCandidate>& planes, PixelAssigner& pixels, double min
   const std::vector<TilePart> parts = pixels.parts();
   refit(planes, parts, cloud, noise, params);
   const std::vector<char> coherent =
-      coherentPlanes(planes, parts, cloud.columns, cloud.tiles(), params);
+      coherentPlanes(planes, parts, cloud.columns, cloud.tiles(), noise, cloud.sensor, params);
   std::vector<std::int16_t> target(planes.size());
   for (std::size_t i = 0; i < planes.size(); ++i) {
     target[i] = static_cast<std::int16_t>(i);
@@ -128,12 +128,12 @@ PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
   GrownCells grown;
   {
     CellGrower grower(tiles, true, cloud.room[1], cloud.sensor, own);
+    grower.estimateNoise();
+    noise = grower.noise();
     if (params.noise) {
+      noise.constant = 0.0;
       noise.quadratic = params.noise->depthError(1.0);
       grower.setNoise(noise);
-    } else {
-      grower.estimateNoise();
-      noise = grower.noise();
     }
     grown = grower.grow(planes);
     count(grown, set.diagnostics);

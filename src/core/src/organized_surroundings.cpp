@@ -126,6 +126,7 @@ void sumGated(const double* sums, const float* range, const float* spread, int c
 Surroundings::Surroundings(const TiledCloud& cloud, const OrganizedParams& params, int threads)
     : columns_(2 * cloud.columns),
       rows_(2 * cloud.rows),
+      sensor_(cloud.sensor),
       params_(params),
       threads_(threads),
       sums_(static_cast<std::size_t>(columns_) * rows_),
@@ -189,7 +190,7 @@ std::vector<CellFit> Surroundings::fits(const std::vector<std::int32_t>& list, i
       for (int m = 0; m < kMoments; ++m) windows.moment(m)[i] = window[m];
     }
   });
-  return fitCells(windows);
+  return fitCells(windows, sensor_);
 }
 
 }  // namespace planar_mapping::detail

@@ -31,6 +31,7 @@ class Surroundings {
 
   int columns_;
   int rows_;
+  Vector3 sensor_;  ///< relative to the origin of the tiled cloud, metres
   const OrganizedParams& params_;
   int threads_;
   std::vector<MomentSums> sums_;  ///< of all measured points of each quarter

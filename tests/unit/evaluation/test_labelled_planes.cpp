@@ -1,0 +1,92 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// How good the planes of labelled clouds are, with default parameters: the figures of
+// docs/plane_quality.md may not get worse.
+#include <gtest/gtest.h>
+
+#include "labelled_clouds.h"
+#include "planar_mapping/core/multi_plane.h"
+
+namespace planar_mapping {
+namespace {
+
+using evaluation::CoplanarParams;
+using evaluation::joinCoplanar;
+using evaluation::judgePlanes;
+using evaluation::PlaneQuality;
+using test::LabelledCloud;
+
+std::vector<PlaneSegment> planesOf(const LabelledCloud& cloud, int min_inliers) {
+  MultiPlaneParams params;
+  params.min_inliers = min_inliers;
+  return findPlanes(cloud.view(), nullptr, params).planes;
+}
+
+PlaneQuality joined(const LabelledCloud& cloud, const std::vector<PlaneSegment>& planes) {
+  const CoplanarParams params;
+  return judgePlanes(joinCoplanar(cloud.view(), cloud.truth, params),
+                     joinCoplanar(cloud.view(), planes, params));
+}
+
+TEST(LabelledPlanes, RoomFramesNotTunedOn) {
+  PlaneQuality sum;
+  for (const std::uint64_t seed : {100, 101}) {
+    const LabelledCloud cloud = test::roomFrame(seed);
+    sum.add(judgePlanes(cloud.truth, planesOf(cloud, 1000)));
+  }
+  EXPECT_GE(sum.true_planes, 22);
+  EXPECT_GE(sum.recall(), 0.75);
+  EXPECT_GE(sum.precision(), 0.85);
+  EXPECT_LT(sum.meanAngle(), 1.0 * M_PI / 180.0);
+}
+
+TEST(LabelledPlanes, Polyhedra) {
+  if (test::isMissing("labelled_synpeb")) GTEST_SKIP() << "labelled_synpeb is not there";
+  const LabelledCloud cloud = test::readSynpeb("polyhedra_clean");
+  const PlaneQuality quality = judgePlanes(cloud.truth, planesOf(cloud, 100));
+  EXPECT_EQ(quality.true_planes, 38);
+  EXPECT_GE(quality.recall(), 0.85);
+  EXPECT_GE(quality.precision(), 0.95);
+}
+
+TEST(LabelledPlanes, SmallImageOfPolyhedra) {
+  if (test::isMissing("labelled_synpeb")) GTEST_SKIP() << "labelled_synpeb is not there";
+  const LabelledCloud cloud = test::readSynpeb("small_clean");
+  const PlaneQuality quality = judgePlanes(cloud.truth, planesOf(cloud, 100));
+  EXPECT_EQ(quality.true_planes, 12);
+  EXPECT_GE(quality.correct, 10) << "the others have 9 and 16 points";
+  EXPECT_GE(quality.precision(), 0.95);
+}
+
+TEST(LabelledPlanes, StairsInNoiseAsLargeAsTheSteps) {
+  if (test::isMissing("labelled_synpeb")) GTEST_SKIP() << "labelled_synpeb is not there";
+  const LabelledCloud cloud = test::readSynpeb("spiral_stairs_noisy");
+  const PlaneQuality quality = judgePlanes(cloud.truth, planesOf(cloud, 100));
+  EXPECT_EQ(quality.true_planes, 30);
+  EXPECT_GE(quality.correct, 11);
+  EXPECT_GE(quality.precision(), 0.6);
+}
+
+TEST(LabelledPlanes, RenderedRoom) {
+  if (test::isMissing("labelled_icl_frame")) GTEST_SKIP() << "labelled_icl_frame is not there";
+  const LabelledCloud cloud = test::readIclFrame();
+  const PlaneQuality quality = joined(cloud, planesOf(cloud, 100));
+  EXPECT_GE(quality.recall(), 0.8);
+  EXPECT_GE(quality.precision(), 0.8);
+}
+
+TEST(LabelledPlanes, TableTops) {
+  if (test::isMissing("labelled_mosd_tabletop"))
+    GTEST_SKIP() << "labelled_mosd_tabletop is missing";
+  for (const char* name : {"learn0", "test16"}) {
+    const LabelledCloud cloud = test::readTabletop(name);
+    const PlaneQuality quality = judgePlanes(cloud.truth, planesOf(cloud, 100));
+    EXPECT_EQ(quality.correct, 1) << name;
+    EXPECT_EQ(quality.segments, 1) << name;
+    EXPECT_GT(quality.pointRecall(), 0.95) << name;
+  }
+}
+
+}  // namespace
+}  // namespace planar_mapping
