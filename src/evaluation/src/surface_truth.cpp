@@ -86,20 +86,25 @@ void SurfaceTruth::addView(const Rendering& view, const Pose& T_world_camera,
                            const VisibleSurfaceParams& params) {
   params.validate();
   const PinholeCamera& camera = view.camera;
-  for (std::size_t i = 0; i < view.size(); ++i) {
-    if (view.object[i] < 0 || static_cast<double>(view.incidence[i]) < params.min_incidence)
-      continue;
-    const auto column = static_cast<double>(i % static_cast<std::size_t>(camera.width));
-    const auto row = static_cast<double>(i / static_cast<std::size_t>(camera.width));
-    const Vector3 direction((column - camera.cx) / camera.fx, (row - camera.cy) / camera.fy, 1.0);
-    const double range = static_cast<double>(view.depth[i]) * direction.norm();
-    if (range > params.max_range) continue;
-    const Vector3 point = T_world_camera * (direction.normalized() * (range + kBehind));
-    std::uint64_t key = 0;
-    if (point.z() <= params.ground_height || !detail::cellKeyOf(point, kSeenSide, key)) continue;
-    Seen& seen = seen_[key];
-    seen.sum += point;
-    ++seen.pixels;
+  const double pixels = static_cast<double>(camera.width) * camera.height;
+  for (const std::size_t size : {view.depth.size(), view.object.size(), view.incidence.size()})
+    if (camera.width < 0 || static_cast<double>(size) != pixels)
+      throw InputError("the view does not have the pixels of its camera");
+  std::size_t i = 0;
+  for (int row = 0; row < camera.height; ++row) {
+    for (int column = 0; column < camera.width; ++column, ++i) {
+      if (view.object[i] < 0 || static_cast<double>(view.incidence[i]) < params.min_incidence)
+        continue;
+      const Vector3 direction((column - camera.cx) / camera.fx, (row - camera.cy) / camera.fy, 1.0);
+      const double range = static_cast<double>(view.depth[i]) * direction.norm();
+      if (range > params.max_range) continue;
+      const Vector3 point = T_world_camera * (direction.normalized() * (range + kBehind));
+      std::uint64_t key = 0;
+      if (point.z() <= params.ground_height || !detail::cellKeyOf(point, kSeenSide, key)) continue;
+      Seen& seen = seen_[key];
+      seen.sum += point;
+      ++seen.pixels;
+    }
   }
 }
 

@@ -203,6 +203,9 @@ TEST(SurfaceTruth, GroundAndWhatIsFarAreNotVisible) {
   params.max_range = 0.0;
   EXPECT_THROW(truth.addView(render(scene, smallCamera(), pose), pose, params), ParameterError);
   EXPECT_THROW(truth.visibleCells(0.0), ParameterError);
+  Rendering torn = render(scene, smallCamera(), pose);
+  torn.depth.pop_back();
+  EXPECT_THROW(truth.addView(torn, pose), InputError);
 }
 
 TEST(SurfaceTruth, GrazedSurfaceCanBeLeftOut) {

@@ -52,7 +52,7 @@ class PLANAR_MAPPING_EXPORT SurfaceTruth {
 
   /// Takes note of what a frame saw.
   /// \param view  SimulatedFrame::truth or render(); without noise
-  /// \throws ParameterError
+  /// \throws ParameterError; InputError for a view without the pixels of its camera
   void addView(const Rendering& view, const Pose& T_world_camera,
                const VisibleSurfaceParams& params = VisibleSurfaceParams());
   /// Seen surface points, thinned to the mean of each cubic centimetre. They lie 10^-4 m behind the
