@@ -39,6 +39,7 @@ void SurfaceMapParams::validate() const {
   requireInRange("least_direction", least_direction, 0.0, 1.0);
   requireInRange("retry_rotation", retry_rotation, 0.0, M_PI, "rad");
   requireInRange("good_share", good_share, 0.0, 1.0);
+  requireInRange("good_edges", good_edges, 0.0, 1.0);
   requireInRange("confirmed_share", confirmed_share, 0.0, 1.0);
   requireInRange("iterations", iterations, 1, kLargest);
   requireInRange("min_share", min_share, 0.0, 1.0);

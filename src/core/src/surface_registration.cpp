@@ -115,7 +115,7 @@ RegistrationCandidate SurfaceRegistration::run(const Pose& guess) const {
   const Vector3 normal = shape_.fine.planes[static_cast<std::size_t>(commonest)].normal;
   const Vector3 across = normal.unitOrthogonal();
   const Vector3 axes[3] = {normal, across, normal.cross(across)};
-  for (int turn = 0; turn < 6 && best.at_end.balanced < params_.good_share * planes; ++turn) {
+  for (int turn = 0; turn < 6 && !isGood(best); ++turn) {
     Vector6 step = Vector6::Zero();
     step.tail<3>() = (turn % 2 == 0 ? 1.0 : -1.0) * params_.retry_rotation * axes[turn / 2];
     const RegistrationCandidate other = settle(motionStep(step) * guess.inverse());
@@ -129,6 +129,14 @@ RegistrationCandidate SurfaceRegistration::run(const Pose& guess) const {
     }
   }
   return best;
+}
+
+/// Planes say little about slides along them: the edges must fit as well.
+bool SurfaceRegistration::isGood(const RegistrationCandidate& candidate) const {
+  return candidate.at_end.balanced >=
+             params_.good_share * static_cast<double>(shape_.fine.planes.size()) &&
+         static_cast<double>(candidate.at_end.edges) >=
+             params_.good_edges * static_cast<double>(shape_.edges.size());
 }
 
 CloudRegistration SurfaceRegistration::resultOf(const RegistrationCandidate& candidate) const {
@@ -250,6 +258,7 @@ RegistrationEquations SurfaceRegistration::equations(const Pose& T_sensor_world,
     const double softened = variance + tolerance * tolerance;
     const double fade = fadeOf(squared / softened);
     sum.score += fade * fade;
+    sum.edges += fade > 0.0 ? 1 : 0;
     return fade * fade / softened;
   };
   for (const Surfel& edge : shape_.edges) {

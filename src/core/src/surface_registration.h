@@ -27,6 +27,7 @@ struct RegistrationEquations {
   double score = 0.0;             ///< how well all lies, each direction counting the same
   double balanced = 0.0;          ///< sum of the weights of the planes that matched
   std::size_t matched = 0;        ///< planes
+  std::size_t edges = 0;          ///< that matched
 };
 
 /// A pose of a cloud and how well it lies there.
@@ -50,6 +51,7 @@ class SurfaceRegistration {
 
  private:
   RegistrationCandidate settle(const Pose& guess) const;
+  bool isGood(const RegistrationCandidate& candidate) const;
   bool approach(Pose& pose) const;
   bool refine(Pose& pose) const;
   RegistrationEquations equations(const Pose& T_sensor_world, double tolerance,

@@ -37,10 +37,12 @@ struct PLANAR_MAPPING_EXPORT SurfaceMapParams {
   /// direction counts the same, and planes are of one direction within this angle, > 0, ...
   double same_direction = 0.35;
   double least_direction = 0.05;  ///< ... if they are at least this share of all, in [0, 1]
-  /// If less than good_share of the planes, by weight, find their place, further guesses are
-  /// tried, turned by this angle about each axis, until two with confirmed_share agree; 0 = none.
+  /// If less than good_share of the planes, by weight, or good_edges of the edges find their place,
+  /// further guesses are tried, turned by this angle about each axis, until two with
+  /// confirmed_share agree; 0 = none.
   double retry_rotation = 0.14;
   double good_share = 0.75;      ///< in [0, 1]
+  double good_edges = 0.6;       ///< in [0, 1]
   double confirmed_share = 0.5;  ///< in [0, 1]
   int iterations = 15;           ///< at most, on each level, >= 1
   double min_share = 0.4;        ///< of the cloud's planes that must lie on the map's, in [0, 1]
