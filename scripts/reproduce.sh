@@ -26,7 +26,7 @@ evaluate() {
   local name=$1 config=$2 code=0
   shift 2
   echo "== $name"
-  "$planar_map" evaluate "$config" "$@" "${quick[@]}" -j "$jobs" -q --force -o "$out/$name" || code=$?
+  "$planar_map" evaluate "$config" "$@" ${quick[@]+"${quick[@]}"} -j "$jobs" -q --force -o "$out/$name" || code=$?
   [[ $code -eq 0 || $code -eq 7 ]] || exit "$code"
   parts+=("$name")
 }
@@ -35,7 +35,7 @@ evaluate() {
 follow=(--set planar_cuboid_approximation.association_offset_m=auto
         --set planar_cuboid_approximation.association_gap_m=auto)
 
-evaluate simulated config/evaluate.yaml --ablation
+evaluate simulated config/evaluate.yaml
 evaluate simulated_turned config/evaluate.yaml --scenes corridor --yaw-deg 30
 for set in rgbd_tum_cabinet rgbd_tartanair_corridor rgbd_icl_livingroom rgbd_icl_five; do
   if [[ -d $data/$set ]]; then
@@ -49,15 +49,17 @@ if [[ -d $data/stereo_kitti_street ]]; then
   evaluate stereo_kitti_street config/stereo_outdoor.yaml -i "$data/stereo_kitti_street"
 fi
 
+# The share of each idea, at one cell size; its evaluation.* repeat a part of the above.
+evaluate ablation config/evaluate.yaml --ablation --cells 0.1 --places 4 --no-figures
+unset 'parts[-1]'
+
 # One table to include elsewhere: the facts once, then every input.
 {
   sed -n '/^### /q;p' "$out/${parts[0]}/evaluation.md"
   for part in "${parts[@]}"; do sed -n '/^### /,$p' "$out/$part/evaluation.md"; echo; done
-  if [[ -f $out/simulated/ablation.md ]]; then
-    echo "## Ablation"
-    echo
-    sed -n '/^### /,$p' "$out/simulated/ablation.md"
-  fi
+  echo "## Ablation"
+  echo
+  sed -n '/^### /,$p' "$out/ablation/ablation.md"
 } > "$out/summary.md.tmp"
 mv "$out/summary.md.tmp" "$out/summary.md"
 echo "$out/summary.md"

@@ -12,6 +12,8 @@ namespace planar_mapping::tools {
 std::vector<Variant> ablationVariants() {
   // One line an idea; the keys are those of `planar_map stages --describe NAME`.
   static const std::vector<Variant> kVariants = {
+      {"exact cover", "compact", {"planar_cuboid_approximation.absorption_cells=0"}},
+      {"no choice per region", "compact", {"planar_cuboid_approximation.rectangle_cells=0"}},
       {"no hole filling", "compact", {"planar_cuboid_approximation.hole_size_m=0.000001"}},
       {"no noise model", "compact", {"planar_cuboid_approximation.noise=none"}},
       {"no doubt in first sights", "compact", {"planar_cuboid_approximation.first_belief=1"}},

@@ -220,6 +220,10 @@ void addSeries(vtkChartXY& chart, const ChartSeries& series, bool logarithmic) {
     ys.push_back(positionOf(series.y[i], logarithmic));
   }
   if (xs.empty()) return;
+  if (xs.size() == 1) {  // VTK draws no line of one point
+    xs.push_back(xs.front());
+    ys.push_back(ys.front());
+  }
   auto* line = vtkPlotLine::SafeDownCast(addLine(chart, xs, ys));
   line->SetColor(series.color.red, series.color.green, series.color.blue, 255);
   line->SetWidth(kLineWidth);

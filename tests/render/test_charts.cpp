@@ -1,0 +1,189 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/visualization/charts.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/visualization/artefacts.h"
+
+namespace planar_mapping {
+namespace {
+
+constexpr Color kRed = {220, 0, 0};
+constexpr Color kBlue = {0, 0, 220};
+
+ChartSeries line(const std::string& name, Color color, std::vector<double> y) {
+  ChartSeries series;
+  series.name = name;
+  series.color = color;
+  for (std::size_t i = 0; i < y.size(); ++i) series.x.push_back(0.1 * static_cast<double>(i + 1));
+  series.y = std::move(y);
+  return series;
+}
+
+ChartPage pageOf(std::vector<ChartSeries> series) {
+  Chart chart;
+  chart.title = "corridor";
+  chart.x_title = "cell size s [m]";
+  chart.y_title = "error [%]";
+  chart.series = std::move(series);
+  ChartPage page;
+  page.charts = {chart};
+  return page;
+}
+
+/// Rows of pixels near a colour within the columns [from, to).
+struct Found {
+  int pixels = 0;
+  int highest = std::numeric_limits<int>::max();  ///< row
+  int lowest = -1;
+};
+
+Found find(const Image& image, Color color, int from, int to, int bottom) {
+  Found found;
+  for (int row = 0; row < bottom; ++row) {
+    for (int column = from; column < to; ++column) {
+      const Color c = image.at(column, row);
+      const int apart = std::abs(c.red - color.red) + std::abs(c.green - color.green) +
+                        std::abs(c.blue - color.blue);
+      if (apart > 60) continue;
+      ++found.pixels;
+      found.highest = std::min(found.highest, row);
+      found.lowest = std::max(found.lowest, row);
+    }
+  }
+  return found;
+}
+
+class Charts : public ::testing::Test {
+ protected:
+  /// Without a backend there is nothing to test but the message.
+  void SetUp() override {
+    try {
+      renderCharts(pageOf({line("SG", kRed, {1.0, 2.0})}));
+    } catch (const RenderError& error) {
+      GTEST_SKIP() << error.what();
+    }
+  }
+};
+
+TEST_F(Charts, LinesLieWhereTheirValuesAre) {
+  ChartPage page = pageOf({line("SG", kRed, {9.0, 9.0, 9.0}), line("PG", kBlue, {1.0, 1.0, 1.0})});
+  page.charts[0].y_low = 0.0;
+  page.charts[0].y_high = 10.0;
+  const Image image = renderCharts(page);
+  EXPECT_EQ(page.chart_width, image.width);
+  EXPECT_GT(image.height, page.chart_height);
+  const Found red = find(image, kRed, 0, image.width, page.chart_height);
+  const Found blue = find(image, kBlue, 0, image.width, page.chart_height);
+  ASSERT_GT(red.pixels, 100);
+  ASSERT_GT(blue.pixels, 100);
+  EXPECT_LT(red.lowest, blue.highest);
+  // Their distance is 8 of the 10 units of the axis.
+  const double red_row = 0.5 * (red.highest + red.lowest);
+  const double blue_row = 0.5 * (blue.highest + blue.lowest);
+  const double axis = page.chart_height - 80.0 - 68.0;
+  EXPECT_NEAR(0.8 * axis, blue_row - red_row, 3.0);
+}
+
+TEST_F(Charts, ALogarithmicAxisGivesEachPowerOfTenTheSameRoom) {
+  const auto rowOf = [](double value) {
+    ChartPage page = pageOf({line("SG", kRed, {value, value})});
+    page.charts[0].logarithmic = true;
+    page.charts[0].y_low = 1.0;
+    page.charts[0].y_high = 1000.0;
+    const Found red = find(renderCharts(page), kRed, 0, page.chart_width, page.chart_height);
+    return 0.5 * (red.highest + red.lowest);
+  };
+  EXPECT_NEAR(rowOf(10.0) - rowOf(100.0), rowOf(3.0) - rowOf(30.0), 3.0);
+}
+
+TEST_F(Charts, ValuesThatCannotBeDrawnAreLeftOut) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  ChartPage page = pageOf({line("SG", kRed, {nan, 1.0, 2.0}), line("PG", kBlue, {nan, nan, nan})});
+  page.charts[0].logarithmic = true;
+  page.charts[0].series[0].low = {nan, 0.0, 1.5};
+  page.charts[0].series[0].high = {nan, 2.0, INFINITY};
+  const Image image = renderCharts(page);
+  EXPECT_GT(find(image, kRed, 0, image.width, page.chart_height).pixels, 50);
+  EXPECT_EQ(0, find(image, kBlue, 0, image.width, page.chart_height).pixels);
+}
+
+TEST_F(Charts, OnePointAndNoSeriesAreChartsToo) {
+  EXPECT_FALSE(isBlank(renderCharts(pageOf({line("SG", kRed, {5.0})}))));
+  EXPECT_FALSE(isBlank(renderCharts(pageOf({}))));
+}
+
+TEST_F(Charts, ChartsStandBesideEachOtherAndTheLegendNamesEachSeriesOnce) {
+  ChartPage page = pageOf({line("SG", kRed, {1.0, 2.0})});
+  page.charts.push_back(page.charts[0]);
+  page.charts[1].series[0] = line("PG", kBlue, {1.0, 2.0});
+  const Image image = renderCharts(page);
+  EXPECT_EQ(2 * page.chart_width, image.width);
+  EXPECT_EQ(0, find(image, kBlue, 0, page.chart_width, page.chart_height).pixels);
+  EXPECT_EQ(0, find(image, kRed, page.chart_width, image.width, page.chart_height).pixels);
+  const int all = find(image, kRed, 0, image.width, image.height).pixels;
+  EXPECT_GT(all, find(image, kRed, 0, image.width, page.chart_height).pixels) << "legend";
+}
+
+TEST(ChartPages, RefuseWhatCannotBeAPage) {
+  EXPECT_THROW(renderCharts(ChartPage()), InputError);
+  ChartPage odd = pageOf({line("SG", kRed, {1.0, 2.0})});
+  odd.charts[0].series[0].y.pop_back();
+  EXPECT_THROW(renderCharts(odd), InputError);
+  odd = pageOf({line("SG", kRed, {1.0, 2.0})});
+  odd.charts[0].series[0].high = {1.0};
+  EXPECT_THROW(renderCharts(odd), InputError);
+  odd = pageOf({line("SG", kRed, {1.0, 2.0})});
+  odd.chart_width = 10;
+  EXPECT_THROW(renderCharts(odd), ParameterError);
+}
+
+class Artefacts : public Charts {
+ protected:
+  static Cuboid cube(double x) {
+    Cuboid cuboid;
+    cuboid.center = Vector3(x, 0.0, 0.0);
+    cuboid.size = Vector3::Ones();
+    return cuboid;
+  }
+  static CameraView view() {
+    CameraView view;
+    view.position = Vector3(0.0, -6.0, 1.0);
+    view.focal_point = Vector3::Zero();
+    view.view_angle = 0.8;
+    return view;
+  }
+};
+
+TEST_F(Artefacts, OnlyWhatIsWrongIsRed) {
+  const Image image = renderArtefacts(
+      {{"SG", {cube(-0.6)}, {cube(0.6)}}, {"ours", {cube(-0.6), cube(0.6)}, {}}}, view(), 320, 240);
+  ASSERT_EQ(640, image.width);
+  const auto redPixels = [&image](int from, int to) {
+    int count = 0;
+    for (int row = 0; row < image.height; ++row) {
+      for (int column = from; column < to; ++column) {
+        const Color c = image.at(column, row);
+        count += c.red > 90 && c.green < 60 && c.blue < 60 ? 1 : 0;
+      }
+    }
+    return count;
+  };
+  EXPECT_GT(redPixels(0, 320), 500);
+  EXPECT_EQ(0, redPixels(320, 640));
+}
+
+TEST_F(Artefacts, NothingToDrawIsRefused) {
+  EXPECT_THROW(renderArtefacts({}, view(), 320, 240), InputError);
+  EXPECT_THROW(renderArtefacts({{"SG", {}, {}}}, view(), 320, 240), InputError);
+  EXPECT_THROW(renderArtefacts({{"SG", {cube(NAN)}, {}}}, view(), 320, 240), InputError);
+  EXPECT_THROW(renderArtefacts({{"SG", {cube(0)}, {}}}, view(), 1, 240), ParameterError);
+}
+
+}  // namespace
+}  // namespace planar_mapping
