@@ -15,7 +15,7 @@ namespace planar_mapping::detail {
 /// Labels of a tree node in the file (the paper, IV).
 enum class Label : std::uint8_t { Free = 0, Occupied = 1, Unknown = 2, Inner = 3 };
 
-/// Little-endian bytes, varints and 2-bit labels.
+/// Little-endian bytes.
 class ByteWriter {
  public:
   std::vector<std::uint8_t> bytes;
@@ -23,42 +23,15 @@ class ByteWriter {
   void u8(std::uint8_t v) { bytes.push_back(v); }
   void u32(std::uint32_t v) { fixed(v, 4); }
   void u64(std::uint64_t v) { fixed(v, 8); }
-  void f32(float v) {
-    std::uint32_t bits = 0;
-    std::memcpy(&bits, &v, sizeof bits);
-    u32(bits);
-  }
-  void f64(double v) {
-    std::uint64_t bits = 0;
-    std::memcpy(&bits, &v, sizeof bits);
-    u64(bits);
-  }
-  /// LEB128: seven bits a byte, low ones first.
-  void varint(std::uint64_t v) {
-    for (; v >= 0x80u; v >>= 7u) u8(static_cast<std::uint8_t>(v) | 0x80u);
-    u8(static_cast<std::uint8_t>(v));
-  }
-  /// Zigzag: 0, -1, 1, -2, ...
-  void zigzag(std::int64_t v) {
-    varint((static_cast<std::uint64_t>(v) << 1u) ^ static_cast<std::uint64_t>(v >> 63));
-  }
-  /// Four labels a byte, the first in the low bits.
-  void label(Label l) {
-    if (labels_ == 0) bytes.push_back(0);
-    bytes.back() |= static_cast<std::uint8_t>(static_cast<unsigned>(l) << (2 * labels_));
-    labels_ = (labels_ + 1) % 4;
-  }
-  /// The next thing starts with a new byte.
-  void endLabels() { labels_ = 0; }
 
  private:
   void fixed(std::uint64_t v, int size) {
     for (int i = 0; i < size; ++i) u8(static_cast<std::uint8_t>(v >> (8 * i)));
   }
-  int labels_ = 0;
 };
 
-/// The reverse; every function throws Error at the end of the bytes.
+/// Little-endian bytes, varints and 2-bit labels; every function throws Error at the end of the
+/// bytes.
 class ByteReader {
  public:
   ByteReader(const std::uint8_t* data, std::size_t size, std::string what)

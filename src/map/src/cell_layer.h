@@ -4,8 +4,10 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
+#include "cell_values.h"
 #include "key_map.h"
 #include "planar_mapping/core/cuboid_approximation.h"
 
@@ -19,37 +21,69 @@ class CellBlock {
   /// Mean of the points within a cell, in 1/256 of its side.
   using Mean = std::array<std::uint8_t, 3>;
 
+  CellBlock() = default;
+  CellBlock(const CellBlock& other)
+      : occupied_(other.occupied_), beliefs_(other.beliefs_), octants_(other.octants_) {
+    if (other.hasMeans()) means_ = std::make_unique<Means>(*other.means_);
+  }
+  CellBlock(CellBlock&& other) noexcept = default;
+  CellBlock& operator=(const CellBlock& other) {
+    if (this != &other) *this = CellBlock(other);
+    return *this;
+  }
+  CellBlock& operator=(CellBlock&& other) noexcept = default;
+
   std::uint64_t occupied() const { return occupied_; }  ///< bit 16 z + 4 y + x
   // Of an occupied cell:
-  std::uint8_t belief(std::size_t bit) const { return belief_[bit]; }
-  std::uint8_t octants(std::size_t bit) const { return octants_[bit]; }  ///< that hold points
-  const Mean& mean(std::size_t bit) const { return mean_[bit]; }
+  std::uint8_t belief(std::size_t bit) const { return beliefs_.get(occupied_, bit); }
+  /// Eighths of the cell that hold points, in the compact profile.
+  std::uint8_t octants(std::size_t bit) const { return octants_.get(occupied_, bit); }
+  Mean mean(std::size_t bit) const {
+    return {(*means_)[0].get(occupied_, bit), (*means_)[1].get(occupied_, bit),
+            (*means_)[2].get(occupied_, bit)};
+  }
   /// Only the paper's profile, which fits planes to them, keeps means, and no octants.
-  bool hasMeans() const { return !mean_.empty(); }
+  bool hasMeans() const { return means_ != nullptr; }
 
   /// Makes the cell occupied if it is not yet; then it has no octants and no mean.
   void setBelief(std::size_t bit, std::uint8_t belief) {
     const std::uint64_t flag = std::uint64_t{1} << bit;
-    if ((occupied_ & flag) == 0) octants_[bit] = 0;
+    if ((occupied_ & flag) != 0) return beliefs_.set(occupied_, bit, belief);
+    beliefs_.insert(occupied_, bit, belief);
+    octants_.insert(occupied_, bit, 0);
+    for (std::size_t axis = 0; hasMeans() && axis < 3; ++axis) {
+      (*means_)[axis].insert(occupied_, bit, 0);
+    }
     occupied_ |= flag;
-    belief_[bit] = belief;
   }
-  void setOctants(std::size_t bit, std::uint8_t octants) { octants_[bit] = octants; }
+  void setOctants(std::size_t bit, std::uint8_t octants) { octants_.set(occupied_, bit, octants); }
   void setMean(std::size_t bit, const Mean& mean) {
-    if (mean_.empty()) mean_.resize(64);
-    mean_[bit] = mean;
+    if (!hasMeans()) means_ = std::make_unique<Means>();
+    for (std::size_t axis = 0; axis < 3; ++axis) (*means_)[axis].set(occupied_, bit, mean[axis]);
   }
   void remove(std::size_t bit) {
+    beliefs_.remove(occupied_, bit);
+    octants_.remove(occupied_, bit);
+    for (std::size_t axis = 0; hasMeans() && axis < 3; ++axis) {
+      (*means_)[axis].remove(occupied_, bit);
+    }
     occupied_ &= ~(std::uint64_t{1} << bit);
-    belief_[bit] = 0;
   }
-  std::size_t memoryBytes() const { return mean_.capacity() * sizeof(Mean); }
+  /// Beside the block itself.
+  std::size_t memoryBytes() const {
+    std::size_t bytes = beliefs_.memoryBytes() + octants_.memoryBytes();
+    if (!hasMeans()) return bytes;
+    for (const CellValues& values : *means_) bytes += values.memoryBytes();
+    return bytes + sizeof(Means);
+  }
 
  private:
+  using Means = std::array<CellValues, 3>;
+
   std::uint64_t occupied_ = 0;
-  std::array<std::uint8_t, 64> belief_{};
-  std::array<std::uint8_t, 64> octants_{};
-  std::vector<Mean> mean_;
+  CellValues beliefs_;
+  CellValues octants_;
+  std::unique_ptr<Means> means_;
 };
 
 /// Points of one frame in a block.

@@ -16,8 +16,6 @@ namespace {
 constexpr double kRotationTolerance = 1e-3;
 /// Metres; points beyond are in nobody's world, and their squares would soon overflow a float.
 constexpr double kLargestCoordinate = 1e9;
-constexpr double kPositionUnits = 16384.0;
-constexpr double kOrientationUnits = 32767.0;
 
 /// The largest of the indices as unsigned numbers: negative ones are larger than all others.
 PLANAR_MAPPING_MULTIVERSION
@@ -85,7 +83,8 @@ PlaneMoments momentsOf(const PointsView& points, const Indices& inliers) {
 StoredPose StoredPose::from(double timestamp, const Quaternion& orientation,
                             const Vector3& position) {
   StoredPose stored;
-  stored.timestamp = timestamp;
+  // To the microsecond; what is no time of ours stays as it is.
+  stored.timestamp = std::abs(timestamp) < 4e9 ? std::round(timestamp * 1e6) / 1e6 : timestamp;
   for (std::size_t i = 0; i < 3; ++i) {
     stored.position[i] = std::llround(position[static_cast<int>(i)] * kPositionUnits);
   }

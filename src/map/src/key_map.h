@@ -79,14 +79,14 @@ class KeyMap {
   /// Position of the key, which is added with a default value if it is new.
   std::size_t insert(std::uint64_t key) {
     if ((keys_.size() + 1) * 4 > slots_.size() * 3) {
-      rehash(slots_.empty() ? 16 : slots_.size() * 2);
+      rehash(slots_.empty() ? 4 : slots_.size() * 2);
     }
     const std::size_t mask = slots_.size() - 1;
     for (std::size_t at = hash(key) & mask;; at = (at + 1) & mask) {
       if (slots_[at] == 0) {
         // By a quarter: maps are measured by their memory, and entries are large.
         if (keys_.size() == keys_.capacity()) {
-          const std::size_t wanted = keys_.size() + keys_.size() / 4 + 4;
+          const std::size_t wanted = keys_.size() + keys_.size() / 4 + 2;
           keys_.reserve(wanted);
           values_.reserve(wanted);
         }

@@ -38,73 +38,6 @@ std::array<std::uint8_t, 64> makeOrder(TreeKind kind) {
   return order;
 }
 
-std::uint64_t spread(std::uint32_t v, int dimensions) {
-  std::uint64_t bits = 0;
-  for (int i = 0; i < 21; ++i)
-    bits |= static_cast<std::uint64_t>((v >> i) & 1u) << (i * dimensions);
-  return bits;
-}
-
-class TreeWriter {
- public:
-  TreeWriter(TreeKind kind, const std::vector<CellBundle>& bundles,
-             const std::vector<std::uint64_t>& paths, Label leaf, ByteWriter& out)
-      : shape_(shapeOf(kind)),
-        order_(cellOrder(kind)),
-        bundles_(bundles),
-        paths_(paths),
-        leaf_(leaf),
-        out_(out) {}
-
-  /// Bundles [begin, end) are below a node `level` levels above bundles; depth <= 20.
-  void node(int level, std::size_t begin, std::size_t end) {
-    if (begin == end) return out_.label(Label::Free);
-    if (level == 0 && shape_.leaf_levels == shape_.bundle_levels && ~bundles_[begin].cells == 0) {
-      return out_.label(leaf_);
-    }
-    out_.label(Label::Inner);
-    if (level == 0) {
-      const int children = 1 << shape_.dimensions;
-      std::uint64_t path_bits = 0;
-      for (unsigned path = 0; path < 64; ++path) {
-        path_bits |= ((bundles_[begin].cells >> order_[path]) & 1u) << path;
-      }
-      for (int c = 0; c < children; ++c) cells(shape_.bundle_levels - 1, path_bits, c);
-      return;
-    }
-    const int shift = (level - 1) * shape_.dimensions;
-    const std::uint64_t mask = (std::uint64_t{1} << shape_.dimensions) - 1;
-    std::size_t from = begin;
-    for (std::uint64_t c = 0; c <= mask; ++c) {
-      std::size_t to = from;
-      while (to < end && ((paths_[to] >> shift) & mask) == c) ++to;
-      node(level - 1, from, to);
-      from = to;
-    }
-  }
-
- private:
-  /// The part of a bundle at position \p index among the parts of its level.
-  void cells(int level, std::uint64_t path_bits, int index) {
-    const int count = 1 << (level * shape_.dimensions);
-    const std::uint64_t full = count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1;
-    const std::uint64_t part = (path_bits >> (index * count)) & full;
-    if (part == 0) return out_.label(Label::Free);
-    if (part == full && level <= shape_.leaf_levels) return out_.label(leaf_);
-    out_.label(Label::Inner);
-    for (int c = 0; c < 1 << shape_.dimensions; ++c) {
-      cells(level - 1, path_bits, (index << shape_.dimensions) + c);
-    }
-  }
-
-  const Shape shape_;
-  const std::uint8_t* order_;
-  const std::vector<CellBundle>& bundles_;
-  const std::vector<std::uint64_t>& paths_;
-  const Label leaf_;
-  ByteWriter& out_;
-};
-
 class TreeReader {
  public:
   using Take = std::function<void(const CellBundle&)>;
@@ -180,44 +113,6 @@ const std::uint8_t* cellOrder(TreeKind kind) {
   static const std::array<std::uint8_t, 64> quadtree = makeOrder(TreeKind::Quadtree);
   static const std::array<std::uint8_t, 64> octree = makeOrder(TreeKind::Octree);
   return kind == TreeKind::Quadtree ? quadtree.data() : octree.data();
-}
-
-void writeTree(TreeKind kind, std::vector<CellBundle>& bundles, Label leaf, ByteWriter& out) {
-  const Shape shape = shapeOf(kind);
-  Int3 low{INT32_MAX, INT32_MAX, INT32_MAX};
-  Int3 high{INT32_MIN, INT32_MIN, INT32_MIN};
-  for (const CellBundle& b : bundles) {
-    low = {std::min(low.x, b.at.x), std::min(low.y, b.at.y), std::min(low.z, b.at.z)};
-    high = {std::max(high.x, b.at.x), std::max(high.y, b.at.y), std::max(high.z, b.at.z)};
-  }
-  if (bundles.empty()) low = high = Int3();
-  const std::int32_t extent = std::max({high.x - low.x, high.y - low.y, high.z - low.z}) + 1;
-  int levels = 0;
-  while ((std::int64_t{1} << levels) < extent) ++levels;
-
-  std::vector<std::pair<std::uint64_t, CellBundle>> sorted;
-  sorted.reserve(bundles.size());
-  for (const CellBundle& b : bundles) {
-    const std::uint64_t path =
-        spread(static_cast<std::uint32_t>(b.at.x - low.x), shape.dimensions) |
-        spread(static_cast<std::uint32_t>(b.at.y - low.y), shape.dimensions) << 1u |
-        spread(static_cast<std::uint32_t>(b.at.z - low.z), shape.dimensions) << 2u;
-    sorted.emplace_back(path, b);
-  }
-  std::sort(sorted.begin(), sorted.end(),
-            [](const auto& a, const auto& b) { return a.first < b.first; });
-  std::vector<std::uint64_t> paths(sorted.size());
-  for (std::size_t i = 0; i < sorted.size(); ++i) {
-    paths[i] = sorted[i].first;
-    bundles[i] = sorted[i].second;
-  }
-
-  out.zigzag(low.x);
-  out.zigzag(low.y);
-  if (shape.dimensions == 3) out.zigzag(low.z);
-  out.u8(static_cast<std::uint8_t>(levels));
-  TreeWriter(kind, bundles, paths, leaf, out).node(levels, 0, bundles.size());
-  out.endLabels();
 }
 
 std::vector<CellBundle> readTree(TreeKind kind, Label leaf, ByteReader& in) {

@@ -12,7 +12,7 @@
 
 namespace planar_mapping::detail {
 
-/// Bundles of 64 cells and their trees in the file (docs/file_format.md, "Label trees").
+/// Bundles of 64 cells and their trees in files of version 2.
 /// A quadtree holds tiles of 8 x 8 cells, the octrees blocks of 4 x 4 x 4: Octree few cells, Space
 /// solid parts of space, whose largest leaf is a whole block.
 struct CellBundle {
@@ -25,11 +25,7 @@ enum class TreeKind { Quadtree, Octree, Space };
 /// Order of the cells of a bundle in the tree, and so of everything listed per cell.
 const std::uint8_t* cellOrder(TreeKind kind);
 
-/// Sorts the bundles into the order of the tree, then writes it: corner, levels, labels.
-/// \param leaf label of a set cell
-void writeTree(TreeKind kind, std::vector<CellBundle>& bundles, Label leaf, ByteWriter& out);
-
-/// Reads what writeTree() wrote and hands the bundles over in the order of the tree.
+/// Reads a tree and hands its bundles over in their order.
 /// \throws Error if the labels make no tree of such bundles
 void readTree(TreeKind kind, Label leaf, ByteReader& in,
               const std::function<void(const CellBundle&)>& take);

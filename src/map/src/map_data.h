@@ -17,8 +17,11 @@ namespace planar_mapping::detail {
 /// Pose of a frame as the file keeps it: what is saved is what the live map answers.
 struct StoredPose {
   double timestamp = 0.0;
-  std::array<std::int64_t, 3> position{};     ///< in 1/16384 m
-  std::array<std::int16_t, 4> orientation{};  ///< quaternion x y z w in 1/32767
+  static constexpr int kPositionUnits = 4096;     ///< a metre
+  static constexpr int kOrientationUnits = 8191;  ///< length of the quaternion
+
+  std::array<std::int64_t, 3> position{};
+  std::array<std::int16_t, 4> orientation{};  ///< quaternion x y z w
 
   static StoredPose from(double timestamp, const Quaternion& orientation, const Vector3& position);
   Vector3 sensor() const;

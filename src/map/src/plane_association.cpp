@@ -246,8 +246,9 @@ void mergePlanes(MapData& map, Frame& frame) {
       const std::size_t merged = std::max(mine, other);
       PlaneLayer& layer = map.planes[kept];
       takeCells(map, layer, map.planes[merged]);
-      layer.info.moments.merge(map.planes[merged].info.moments);
-      layer.info.moments = symmetric(layer.info.moments);
+      PlaneMoments moments = layer.info.moments;
+      moments.merge(map.planes[merged].info.moments);
+      layer.setMoments(moments);
       layer.info.frames = std::max(layer.info.frames, map.planes[merged].info.frames);
       gone[merged] = true;
       ++frame.update.planes_merged;

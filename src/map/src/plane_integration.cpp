@@ -55,7 +55,7 @@ void forEachBatch(const Indices& inliers, Visit&& visit) {
 
 /// The raster of a new plane starts at the corner of the bounding rectangle of its points, the
 /// slack shared by both sides, as in approximateCuboids(). Its cells are as few as that needs.
-/// \param coordinates of the points in the frame the layer had before
+/// \param coordinates of the points in that raster
 CellWindow startRaster(const MapData& map, const Frame& frame, PlaneLayer& layer,
                        std::size_t segment, Coordinates& coordinates) {
   const ToCells to_cells(map, frame, layer.frame);
@@ -78,11 +78,17 @@ CellWindow startRaster(const MapData& map, const Frame& frame, PlaneLayer& layer
     cells[axis] = std::max(1.0, std::ceil(width - kRounding));
     low[axis] = extent[axis] - 0.5 * (cells[axis] - width);
   }
-  layer.frame.origin =
+  PlaneFrame started = layer.frame;
+  started.origin =
       layer.frame.fromPlane({low[0] * map.resolution(), low[1] * map.resolution(), 0.0});
-  layer.info.plane.offset = -layer.frame.n.dot(layer.frame.origin);
-  window.offset_u = low[0];
-  window.offset_v = low[1];
+  // As it will be kept, so that the next frame finds the same points in the same cells.
+  layer.setFrame(StoredPlane::from(started, PlaneMoments()).frame());
+  const ToCells settled(map, frame, layer.frame);
+  forEachBatch(inliers, [&](std::size_t begin, std::size_t n) {
+    double* u = coordinates.values.get() + 2 * begin;
+    planeCoordinates(points.data, points.stride, inliers.data() + begin, n, settled.m, u,
+                     u + kBatch);
+  });
   window.low_a = window.low_b = 0;
   window.high_a = static_cast<std::int32_t>(std::min(cells[0], 1.0 * kLatticeLimit)) - 1;
   window.high_b = static_cast<std::int32_t>(std::min(cells[1], 1.0 * kLatticeLimit)) - 1;
@@ -207,10 +213,9 @@ void integratePlanes(MapData& map, Frame& frame) {
   Coordinates coordinates;
   for (PlaneHits& hits : frame.hits) {
     PlaneLayer& layer = map.planes[hits.layer];
-    for (const std::size_t segment : hits.segments) {
-      layer.info.moments.merge(frame.moments[segment]);
-    }
-    layer.info.moments = symmetric(layer.info.moments);
+    PlaneMoments moments = layer.info.moments;
+    for (const std::size_t segment : hits.segments) moments.merge(frame.moments[segment]);
+    layer.setMoments(moments);
     ++layer.info.frames;
     // Cells already there ride along; the new ones enter in the frame as it is from now on.
     if (!hits.is_new) layer.refit(map.resolution(), map.params.refit_tolerance * map.resolution());

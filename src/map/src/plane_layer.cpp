@@ -24,12 +24,6 @@ std::uint64_t tileRectangle(std::int32_t low_a, std::int32_t low_b, std::int32_t
 
 }  // namespace
 
-PlaneMoments symmetric(const PlaneMoments& moments) {
-  const Matrix3 scatter =
-      (0.5 * (moments.scatter() + moments.scatter().transpose())).cast<float>().cast<double>();
-  return PlaneMoments::fromSums(moments.weight(), Vector3::Zero(), scatter, moments.mean());
-}
-
 bool PlaneLayer::at(std::int32_t a, std::int32_t b) const {
   const RasterTile* tile = tiles.find(packKey(a >> 3, b >> 3));
   return tile != nullptr && ((tile->occupied() >> (8 * (b & 7) + (a & 7))) & 1u) != 0;
@@ -62,23 +56,26 @@ bool PlaneLayer::anyWithin(std::int32_t a, std::int32_t b, std::int32_t radius) 
   return false;
 }
 
-void PlaneLayer::setFrame(const Vector3& origin, const PlaneAxes& u_and_n) {
-  axes = u_and_n;
-  const Vector3 u(axes[0], axes[1], axes[2]);
-  frame.origin = origin;
-  frame.n = Vector3(axes[3], axes[4], axes[5]).normalized();
-  frame.u = (u - frame.n.dot(u) * frame.n).normalized();
-  frame.v = frame.n.cross(frame.u);
+void PlaneLayer::setFrame(const PlaneFrame& wanted) {
+  frame = wanted;
   info.plane = {frame.n, -frame.n.dot(frame.origin)};
+  settled_ = false;
 }
 
-void PlaneLayer::setFrame(const PlaneFrame& wanted) {
-  PlaneAxes u_and_n;
-  for (int i = 0; i < 3; ++i) {
-    u_and_n[static_cast<std::size_t>(i)] = static_cast<float>(wanted.u[i]);
-    u_and_n[static_cast<std::size_t>(3 + i)] = static_cast<float>(wanted.n[i]);
-  }
-  setFrame(wanted.origin, u_and_n);
+void PlaneLayer::setMoments(const PlaneMoments& moments) {
+  info.moments = moments;
+  settled_ = false;
+}
+
+void PlaneLayer::settle() {
+  if (!settled_) restore(StoredPlane::from(frame, info.moments));
+}
+
+void PlaneLayer::restore(const StoredPlane& plane) {
+  stored = plane;
+  setFrame(stored.frame());
+  setMoments(stored.moments(frame));
+  settled_ = true;
 }
 
 RasterTile& PlaneLayer::tileAt(std::int32_t tile_a, std::int32_t tile_b) {
@@ -229,16 +226,17 @@ bool PlaneLayer::refit(double s, double tolerance) {
   PlaneFrame after;
   after.n = plane.normal;
   after.u = along.normalized();
-  setFrame(after);
+  after.v = after.n.cross(after.u);
   const Vector3 mean = info.moments.mean();
-  const Vector3 foot = mean - plane.signedDistance(mean) * frame.n;
-  frame.origin = foot - middle.x() * frame.u - middle.y() * frame.v;
-  info.plane.offset = -frame.n.dot(frame.origin);
+  const Vector3 foot = mean - plane.signedDistance(mean) * after.n;
+  after.origin = foot - middle.x() * after.u - middle.y() * after.v;
+  setFrame(after);
   return true;
 }
 
 std::size_t PlaneLayer::memoryBytes() const {
   std::size_t bytes = sizeof(PlaneLayer) + tiles.memoryBytes() + patches.memoryBytes();
+  for (std::size_t i = 0; i < tiles.size(); ++i) bytes += tiles.value(i).memoryBytes();
   return bytes;
 }
 

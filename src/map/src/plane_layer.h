@@ -6,8 +6,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "cell_values.h"
 #include "key_map.h"
 #include "planar_mapping/map/planar_map.h"
+#include "stored_plane.h"
 
 namespace planar_mapping::detail {
 
@@ -16,20 +18,24 @@ class RasterTile {
  public:
   std::uint64_t occupied() const { return occupied_; }  ///< bit 8 b + a
   /// Of an occupied cell.
-  std::uint8_t belief(std::size_t bit) const { return belief_[bit]; }
+  std::uint8_t belief(std::size_t bit) const { return beliefs_.get(occupied_, bit); }
   /// Makes the cell occupied if it is not yet.
   void setBelief(std::size_t bit, std::uint8_t belief) {
-    occupied_ |= std::uint64_t{1} << bit;
-    belief_[bit] = belief;
+    const std::uint64_t flag = std::uint64_t{1} << bit;
+    if ((occupied_ & flag) != 0) return beliefs_.set(occupied_, bit, belief);
+    beliefs_.insert(occupied_, bit, belief);
+    occupied_ |= flag;
   }
+  /// Of an occupied cell.
   void remove(std::size_t bit) {
+    beliefs_.remove(occupied_, bit);
     occupied_ &= ~(std::uint64_t{1} << bit);
-    belief_[bit] = 0;
   }
+  std::size_t memoryBytes() const { return beliefs_.memoryBytes(); }  ///< beside the tile itself
 
  private:
   std::uint64_t occupied_ = 0;
-  std::array<std::uint8_t, 64> belief_{};
+  CellValues beliefs_;
 };
 
 /// A tile and its coordinates.
@@ -54,11 +60,6 @@ struct PlanePatch {
 };
 constexpr std::int32_t kPatchCells = 128;
 
-/// The same moments with exactly symmetric scatter in floats, as the file keeps it.
-PlaneMoments symmetric(const PlaneMoments& moments);
-/// u and n of a frame as the file keeps them.
-using PlaneAxes = std::array<float, 6>;
-
 /// Sparse raster of the occupied cells of one plane.
 ///
 /// Cell (a, b) spans [a s, (a + 1) s) x [b s, (b + 1) s) along u and v of the frame. When the plane
@@ -68,15 +69,19 @@ class PlaneLayer {
  public:
   MapPlane info;
   PlaneFrame frame;
-  PlaneAxes axes{};           ///< that frame was made from
+  StoredPlane stored;         ///< frame and moments as of the last settle()
   std::int32_t anchor_a = 0;  ///< first cell of patch (0, 0); multiples of 8
   std::int32_t anchor_b = 0;
   KeyMap<RasterTile> tiles;  ///< by (a >> 3, b >> 3)
   KeyMap<PlanePatch> patches;
 
-  /// Sets frame and info.plane; the axes are rounded to floats and made orthonormal again.
-  void setFrame(const Vector3& origin, const PlaneAxes& u_and_n);
+  /// Sets frame and info.plane, until the next settle().
   void setFrame(const PlaneFrame& wanted);
+  void setMoments(const PlaneMoments& moments);
+  /// Rounds frame and moments as the file does, if they changed.
+  void settle();
+  /// Frame and moments of a file.
+  void restore(const StoredPlane& plane);
   /// The tile, which is added if it is new.
   RasterTile& tileAt(std::int32_t tile_a, std::int32_t tile_b);
   bool at(std::int32_t a, std::int32_t b) const;
@@ -103,6 +108,7 @@ class PlaneLayer {
   std::size_t memoryBytes() const;
 
  private:
+  bool settled_ = true;
   // Tiles [low, high]; grows as tiles are added and is exact after tidy().
   std::int32_t low_tile_a_ = kLatticeLimit;
   std::int32_t low_tile_b_ = kLatticeLimit;

@@ -10,7 +10,10 @@ void tidyMap(MapData& map, FrameUpdate& update) {
   const auto revision = static_cast<std::uint32_t>(map.trajectory.size() + 1);
   // Every plane is asked, as a merge touches planes the frame did not see; a clean one costs a
   // look at its patches.
-  for (PlaneLayer& layer : map.planes) update.patches_rebuilt += layer.tidy(revision);
+  for (PlaneLayer& layer : map.planes) {
+    layer.settle();
+    update.patches_rebuilt += layer.tidy(revision);
+  }
   // A plane without a cell is forgotten; its id is not given out again.
   map.planes.erase(std::remove_if(map.planes.begin(), map.planes.end(),
                                   [](const PlaneLayer& layer) { return layer.patches.empty(); }),

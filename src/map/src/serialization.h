@@ -14,6 +14,10 @@ std::vector<std::uint8_t> serializeMap(const MapData& map);
 /// \throws Error naming what is wrong
 MapData deserializeMap(const std::uint8_t* data, std::size_t size);
 
+/// The map of a file of version 2, from behind the version on.
+/// \throws Error naming what is wrong
+MapData readVersion2(const std::uint8_t* data, std::size_t size);
+
 /// CRC-32 of zlib and PNG (polynomial 0xEDB88320, reflected).
 std::uint32_t crc32(const std::uint8_t* data, std::size_t size);
 

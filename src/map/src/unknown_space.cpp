@@ -33,17 +33,14 @@ class UnknownSpace::OpenRegion {
     }
   }
 
-  /// Are all cells of a node known to be free? \param level up to that of 2 x 2 x 2 blocks
+  /// Are all cells of a node known to be free? \param level that of a block or of 2 x 2 x 2 blocks
   bool isKnownFree(int level, const Int3& low) const {
     const std::size_t first = placeOf({low.x >> 2, low.y >> 2, low.z >> 2});
-    if (level > kBlockLevel) {
-      for (const std::size_t step : {0, 1, 8, 9, 64, 65, 72, 73}) {
-        if (labels_[first + step] != kFree) return false;
-      }
-      return true;
+    if (level == kBlockLevel) return labels_[first] == kFree;
+    for (const std::size_t step : {0, 1, 8, 9, 64, 65, 72, 73}) {
+      if (labels_[first + step] != kFree) return false;
     }
-    if (labels_[first] != kMixed) return labels_[first] == kFree;
-    return (cellsOf(level, low) & ~blocks_[first].free) == 0;
+    return true;
   }
 
   /// Marks all cells of a node. What was seen free stays free.
@@ -141,7 +138,7 @@ class UnknownSpace::Walk {
  private:
   void node(int level, const Int3& low, const Vector3& centre) {
     // What was seen free stays free: nothing to be learnt there.
-    if (level <= kBlockLevel + 1 && region_.isKnownFree(level, low)) return;
+    if (level >= kBlockLevel && level <= kBlockLevel + 1 && region_.isKnownFree(level, low)) return;
     // Where the image ends nothing is certain; to follow its rim cell by cell is not worth it.
     const bool whole = level < kBlockLevel;
     const DepthImage::Look look = image_.look(centre, half_[level], whole);
@@ -149,12 +146,12 @@ class UnknownSpace::Walk {
     if (!look.visible || look.near > max_range_ || look.farthest <= 0.0f) return;
     const bool hidden = look.farthest < look.near;
     if (look.inside && look.far <= max_range_) {
-      if (hidden) return region_.mark(level, low, false);
-      if (look.nearest > look.far) return region_.mark(level, low, true);
+      if (hidden) return mark(level, low, false);
+      if (look.nearest > look.far) return mark(level, low, true);
     }
     if (level == 0) {
       if (look.farthest > look.far && look.far <= max_range_ && look.near > 0.0) {
-        region_.mark(level, low, true);
+        mark(level, low, true);
       }
       return;
     }
@@ -163,6 +160,7 @@ class UnknownSpace::Walk {
       if (middle.inside && middle.far <= max_range_) region_.mark(level, low, false);
       return;
     }
+    if (level == kBlockLevel) any_free_ = any_hidden_ = false;
     const std::int32_t half = std::int32_t{1} << (level - 1);
     for (int child = 0; child < 8; ++child) {
       node(level - 1,
@@ -170,6 +168,13 @@ class UnknownSpace::Walk {
             low.z + ((child & 4) != 0 ? half : 0)},
            centre + child_[level][child]);
     }
+    // Nothing of it was seen free: what is not hidden is where the surface is.
+    if (level == kBlockLevel && any_hidden_ && !any_free_) region_.mark(level, low, false);
+  }
+
+  void mark(int level, const Int3& low, bool free) {
+    (free ? any_free_ : any_hidden_) = true;
+    region_.mark(level, low, free);
   }
 
   OpenRegion region_;
@@ -178,6 +183,8 @@ class UnknownSpace::Walk {
   const double max_range_;
   Vector3 half_[kRootLevel + 1];
   Vector3 child_[kRootLevel + 1][8];
+  bool any_free_ = false;  ///< what this image says of the block being walked through
+  bool any_hidden_ = false;
 };
 
 void UnknownSpace::integrate(const DepthImage& image, double cell, double max_range) {
@@ -197,12 +204,18 @@ void UnknownSpace::integrate(const DepthImage& image, double cell, double max_ra
   }
 }
 
-void UnknownSpace::add(const Int3& block, const Block& cells) {
+void UnknownSpace::add(const std::vector<PlacedBlock>& blocks) {
   OpenRegion region(*this);
-  region.open(block);
-  region.mark(block, cells.free, true);
-  region.mark(block, cells.unknown, false);
-  region.close();
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const Int3& at = blocks[i].at;
+    if (i == 0 || regionOf(at) != regionOf(blocks[i - 1].at)) {
+      if (i > 0) region.close();
+      region.open(at);
+    }
+    region.mark(at, blocks[i].cells.free, true);
+    region.mark(at, blocks[i].cells.unknown, false);
+  }
+  if (!blocks.empty()) region.close();
 }
 
 std::size_t UnknownSpace::Region::rank(std::size_t block) const {

@@ -20,7 +20,8 @@ using CubeBits = std::array<std::uint64_t, 8>;
 ///
 /// Where nothing nearby was seen free, at the rim of what a frame sees and at its largest range,
 /// hidden cells are judged by blocks of 4 x 4 x 4, by the middle of the block: nothing is certain
-/// there, and following the rim cell by cell would cost most of the memory.
+/// there, and following the rim cell by cell would cost most of the memory. A block of which a
+/// frame sees nothing free and part hidden is hidden as a whole.
 class UnknownSpace {
  public:
   /// 4 x 4 x 4 cells, bit 16 z + 4 y + x.
@@ -37,8 +38,12 @@ class UnknownSpace {
   /// order in which their regions were seen first.
   template <typename Visit>
   void forEachBlock(Visit&& visit) const;
-  /// Adds what a file says of a block.
-  void add(const Int3& block, const Block& cells);
+  struct PlacedBlock {
+    Int3 at;
+    Block cells;
+  };
+  /// Adds what a file says of blocks; best region by region.
+  void add(const std::vector<PlacedBlock>& blocks);
   std::size_t memoryBytes() const;
 
  private:

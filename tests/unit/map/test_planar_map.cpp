@@ -29,7 +29,7 @@ PlanarMapParams paramsAt(double resolution) {
 
 bool sameCuboid(const Cuboid& a, const Cuboid& b) {
   const double turn = std::abs(a.orientation.coeffs().dot(b.orientation.coeffs()));
-  return (a.center - b.center).norm() < 1e-6 && (a.size - b.size).norm() < 1e-6 &&
+  return (a.center - b.center).norm() < 3e-4 && (a.size - b.size).norm() < 1e-6 &&
          turn > 1.0 - 1e-9 && a.plane_id == b.plane_id &&
          std::abs(a.probability - b.probability) < 1.0f / 255.0f;
 }
@@ -78,7 +78,9 @@ TEST(PlanarMap, GivesTheCuboidsOfApproximateCuboidsForOneFrame) {
       planar_found += std::any_of(map.cuboids().begin(), map.cuboids().end(),
                                   [&](const Cuboid& own) { return sameCuboid(own, cuboid); });
     }
-    EXPECT_EQ(planar_found, planar);
+    // Frames are kept to a tenth of a millimetre: a point on the border of two cells of the
+    // compact rasters may change sides, and a cuboid of the fringe with it.
+    EXPECT_GE(planar_found, profile == Profile::Paper ? planar : planar * 85 / 100);
     // Of a non-planar cell the map keeps less than the points say (a quantised mean, eighths but
     // no weight): there the two may differ by a few boxes, not in what is covered.
     EXPECT_NEAR(static_cast<double>(map.cuboids().size()), static_cast<double>(expected.size()),
@@ -133,7 +135,7 @@ TEST(PlanarMap, RefitsFromMomentsAndNotFromPoints) {
   }
   double kept = 0.0;
   for (const MapPlane& plane : map.planes()) kept += plane.moments.weight();
-  EXPECT_NEAR(kept, weight, 1e-6 * weight);
+  EXPECT_NEAR(kept, weight, 1e-3 * weight);  // kept to ten bits
 }
 
 TEST(PlanarMap, ChangesOnlyBeliefsWhenTheSameFrameComesAgain) {
