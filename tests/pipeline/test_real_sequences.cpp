@@ -26,13 +26,13 @@ struct Mapped {
 
 /// Frames [first, last) of a sequence beside the sources.
 Mapped mapOf(const std::string& configuration_file, const std::string& sequence, int first,
-             int last, const std::vector<std::string>& assignments = {}) {
+             int last,
+             const std::vector<std::string>& assignments = {"motion_estimation.poses=ignore"}) {
   const std::string source = PLANAR_MAPPING_SOURCE_DIR;
   StageTable table;
   registerBuiltinStages(table);
   ConfigurationOverrides overrides;
   overrides.assignments = assignments;
-  overrides.assignments.push_back("motion_estimation.poses=ignore");
   Configuration configuration =
       loadConfiguration(source + "/config/" + configuration_file, table, overrides);
   configuration.inputs = {source + "/../shared/data/" + sequence};
@@ -144,6 +144,66 @@ TEST_F(RealSequences, LivingRoomIsWalkedThroughWithoutPoses) {
   const Mapped room = mapOf("rgbd_indoor.yaml", "rgbd_icl_livingroom", 0, -1);
   EXPECT_EQ(0u, room.skipped);
   EXPECT_LT(trajectoryError(room.estimated, room.given).absolute_rms, 0.03);
+}
+
+/// The plane with this normal at this place that was seen in most frames, or null.
+const MapPlane* planeAt(const PlanarMap& map, const Vector3& normal, double offset) {
+  const MapPlane* found = nullptr;
+  for (const MapPlane& plane : map.planes()) {
+    const double cosine = plane.plane.normal.dot(normal);
+    if (std::abs(cosine) < std::cos(3.0 * M_PI / 180.0)) continue;
+    // Where the plane meets the line through the middle of the cabinet.
+    const double place = cosine > 0.0 ? plane.plane.offset : -plane.plane.offset;
+    if (std::abs(place - offset) > 0.04) continue;
+    if (found == nullptr || plane.frames > found->frames) found = &plane;
+  }
+  return found;
+}
+
+TEST_F(RealSequences, CabinetIsClosedAndStandsOnNoFloor) {
+  const Mapped walk = mapOf("rgbd_indoor.yaml", "rgbd_tum_cabinet", 0, -1,
+                            {"ground_removal.enabled=true", "motion_estimation.poses=use"});
+  EXPECT_EQ(0u, walk.skipped);
+  // 0.8 m x 0.46 m and 0.55 m high, turned by 3.4 degrees in the world of the poses.
+  const double turn = 3.37 * M_PI / 180.0;
+  const Vector3 along(std::cos(turn), -std::sin(turn), 0.0);
+  const Vector3 across(std::sin(turn), std::cos(turn), 0.0);
+  struct Face {
+    Vector3 normal;
+    double offset;
+    double area;
+  };
+  const std::map<std::int32_t, double> areas = planeAreas(walk.map);
+  for (const Face& face : {Face{Vector3::UnitZ(), -0.548, 0.81 * 0.46},
+                           Face{along, 1.949, 0.46 * 0.5}, Face{along, 1.143, 0.46 * 0.5},
+                           Face{across, -0.601, 0.81 * 0.5}, Face{across, -0.138, 0.81 * 0.5}}) {
+    const MapPlane* plane = planeAt(walk.map, face.normal, face.offset);
+    ASSERT_NE(plane, nullptr) << face.normal.transpose() << " " << face.offset;
+    EXPECT_GE(plane->frames, 8u) << face.normal.transpose() << " " << face.offset;
+    EXPECT_LT(plane->rms(), 0.02);
+    ASSERT_EQ(1u, areas.count(plane->id));
+    EXPECT_GT(areas.at(plane->id), 0.9 * face.area) << face.normal.transpose();
+  }
+  // The floor at z = 0: nothing of it is left but what single frames saw wrongly far away.
+  for (const MapPlane& plane : walk.map.planes()) {
+    const bool floor = plane.plane.normal.z() > 0.95 && std::abs(plane.plane.offset) < 0.2;
+    EXPECT_FALSE(floor && plane.frames > 1) << plane.frames;
+  }
+  for (const Cuboid& cuboid : walk.map.cuboids()) {
+    const bool beside = (cuboid.center - Vector3(-1.5, 0.44, 0.0)).head<2>().norm() < 1.0;
+    EXPECT_FALSE(beside && cuboid.center.z() < 0.05) << cuboid.center.transpose();
+  }
+}
+
+TEST_F(RealSequences, StreetStartsOverTheGroundItSees) {
+  // Nobody says how high the camera is: 1.65 m.
+  const Mapped street = mapOf("stereo_outdoor.yaml", "stereo_kitti_street", 0, 2,
+                              {"motion_estimation.poses=ignore", "motion_estimation.start=ground",
+                               "motion_estimation.camera_height_m=0"});
+  ASSERT_EQ(2u, street.estimated.size());
+  EXPECT_NEAR(street.estimated[0].translation().z(), 1.65, 0.1);
+  const Vector3 up = street.estimated[0].linear().transpose() * Vector3::UnitZ();
+  EXPECT_GT(up.dot(-Vector3::UnitY()), std::cos(3.0 * M_PI / 180.0));
 }
 
 }  // namespace
