@@ -113,9 +113,9 @@ TEST_F(Charts, ValuesThatCannotBeDrawnAreLeftOut) {
   EXPECT_EQ(0, find(image, kBlue, 0, image.width, page.chart_height).pixels);
 }
 
-TEST_F(Charts, OnePointAndNoSeriesAreChartsToo) {
-  EXPECT_FALSE(isBlank(renderCharts(pageOf({line("SG", kRed, {5.0})}))));
-  EXPECT_FALSE(isBlank(renderCharts(pageOf({}))));
+TEST_F(Charts, OnePointIsAChartToo) {
+  const ChartPage page = pageOf({line("SG", kRed, {5.0})});
+  EXPECT_GT(find(renderCharts(page), kRed, 0, page.chart_width, page.chart_height).pixels, 20);
 }
 
 TEST_F(Charts, ChartsStandBesideEachOtherAndTheLegendNamesEachSeriesOnce) {
@@ -132,6 +132,8 @@ TEST_F(Charts, ChartsStandBesideEachOtherAndTheLegendNamesEachSeriesOnce) {
 
 TEST(ChartPages, RefuseWhatCannotBeAPage) {
   EXPECT_THROW(renderCharts(ChartPage()), InputError);
+  EXPECT_THROW(renderCharts(pageOf({})), InputError);
+  EXPECT_THROW(renderCharts(pageOf({line("SG", kRed, {NAN, NAN})})), InputError);
   ChartPage odd = pageOf({line("SG", kRed, {1.0, 2.0})});
   odd.charts[0].series[0].y.pop_back();
   EXPECT_THROW(renderCharts(odd), InputError);

@@ -54,6 +54,15 @@ bool isDrawn(double value, bool logarithmic) {
   return std::isfinite(value) && (!logarithmic || value > 0.0);
 }
 
+bool hasValues(const Chart& chart) {
+  for (const ChartSeries& series : chart.series) {
+    for (const double y : series.y) {
+      if (isDrawn(y, chart.logarithmic)) return true;
+    }
+  }
+  return false;
+}
+
 struct AxisRange {
   double low = 0.0;
   double high = 1.0;
@@ -142,7 +151,8 @@ Ticks argumentTicks(const Chart& chart) {
   std::sort(xs.begin(), xs.end());
   xs.erase(std::unique(xs.begin(), xs.end()), xs.end());
   if (xs.empty()) xs = {0.0, 1.0};
-  const double length = std::max(xs.back() - xs.front(), 1e-6);
+  const double span = xs.back() - xs.front();
+  const double length = span > 0.0 ? span : 10.0 * std::max(std::abs(xs.front()), 1e-3);
   Ticks ticks;
   ticks.range = {xs.front() - 0.05 * length, xs.back() + 0.05 * length};
   ticks.positions = xs;
@@ -304,6 +314,7 @@ void ChartPage::validate() const {
   requireInRange("width of a chart", chart_width, 320, 4096, "px");
   requireInRange("height of a chart", chart_height, 240, 4096, "px");
   for (const Chart& chart : charts) {
+    if (!hasValues(chart)) throw InputError("chart '" + chart.title + "' has no value to draw");
     for (const ChartSeries& series : chart.series) {
       const std::size_t size = series.x.size();
       const bool spread_fits = series.low.empty()

@@ -45,8 +45,8 @@ struct PLANAR_MAPPING_EXPORT ChartPage {
   int chart_width = 720;   ///< pixels, in [320, 4096]
   int chart_height = 520;  ///< pixels, in [240, 4096]
 
-  /// \throws InputError without charts or for series whose lengths disagree; ParameterError for a
-  ///         page of more than 16384 pixels on a side
+  /// \throws InputError without charts, for a chart without a value that can be drawn, or series
+  ///         whose lengths disagree; ParameterError for a page of more than 16384 pixels on a side
   void validate() const;
 };
 
