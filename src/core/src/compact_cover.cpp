@@ -235,8 +235,8 @@ std::vector<Element> collectElements(const std::vector<NonPlanarCell>& cells,
     }
   }
   for (const SurfacePiece& piece : pieces) {
-    const Vector3 at = (piece.center / half).array().floor();
-    if (!(at.cwiseAbs().maxCoeff() < 4e9)) continue;  // beyond all cells
+    const Eigen::Array3d at = (piece.center / half).array().floor();
+    if (!(at.abs() < 4e9).all()) continue;  // beyond all cells, or not finite
     elements.push_back({{static_cast<std::int64_t>(at.x()), static_cast<std::int64_t>(at.y()),
                          static_cast<std::int64_t>(at.z())},
                         piece.probability,

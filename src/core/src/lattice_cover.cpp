@@ -392,14 +392,19 @@ class LatticeCover {
     return static_cast<std::int64_t>(box.size(0)) * box.size(1) * box.size(2);
   }
 
-  /// Widens the box towards \p need as far as that is allowed.
+  /// Is at least half of the layer beyond the face required? Then the box may as well hold it.
+  bool isWorthHolding(const LatticeBox& box, std::size_t axis, bool up) const {
+    LatticeBox layer = box;
+    layer.low[axis] = up ? box.high[axis] : box.low[axis] - 1;
+    layer.high[axis] = layer.low[axis] + 1;
+    return 2 * required_.count(layer) >= volume(layer) && allowed_.all(layer);
+  }
+
+  /// Widens the box towards \p need.
   LatticeBox widened(LatticeBox box, const LatticeBox& need) const {
-    for (const bool up : {false, true}) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        while ((up ? box.high[k] < need.high[k] : box.low[k] > need.low[k]) && grows(box, k, up)) {
-          up ? ++box.high[k] : --box.low[k];
-        }
-      }
+    for (std::size_t k = 0; k < 3; ++k) {
+      while (box.high[k] < need.high[k] && isWorthHolding(box, k, true)) ++box.high[k];
+      while (box.low[k] > need.low[k] && isWorthHolding(box, k, false)) --box.low[k];
     }
     return box;
   }

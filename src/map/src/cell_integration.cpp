@@ -6,6 +6,7 @@
 #include "belief.h"
 #include "frame.h"
 #include "lattice.h"
+#include "surface_band.h"
 
 namespace planar_mapping::detail {
 namespace {
@@ -16,9 +17,14 @@ struct Cover {
   double u[4];
   double v[4];
   double n[4];
-  double thickness = 0.0;
+  double front = 0.0;
+  double back = 0.0;
 
-  Cover(const PlaneLayer& plane, double s, double depth) : layer(&plane), thickness(depth / s) {
+  Cover(const MapData& map, const PlaneLayer& plane) : layer(&plane) {
+    const double s = map.resolution();
+    const SurfaceBand band = surfaceBand(map, plane);
+    front = band.front / s;
+    back = band.back / s;
     const PlaneFrame& f = plane.frame;
     const auto fill = [&](double* row, const Vector3& axis) {
       for (int i = 0; i < 3; ++i) row[i] = axis[i];
@@ -31,25 +37,20 @@ struct Cover {
   static double along(const double* row, const double* p) {
     return row[0] * p[0] + row[1] * p[1] + row[2] * p[2] + row[3];
   }
-  /// Does the point (in cells) lie within \p margin of the cuboid of an occupied cell?
-  /// \param margin in cells, at most 1/2
-  /// \param a, b   of that cell
+  /// Does the point (in cells) lie within \p margin of the cuboid of an occupied cell, in front of
+  /// it or behind it? Beside the cell there is no margin: the rectangles that cover a raster leave
+  /// the tolerance along its border, where a point would come to lie twice as far from them.
+  /// \param margin     in cells, at most 1/2
+  /// \param at_a, at_b that cell
   bool contains(const double* p, double margin, std::int32_t& at_a, std::int32_t& at_b) const {
     const double height = along(n, p);
-    if (!(height <= margin && height >= -thickness - margin)) return false;
+    if (!(height <= front + margin && height >= -back - margin)) return false;
     const double a = along(u, p);
     const double b = along(v, p);
     if (!(std::abs(a) < kLatticeLimit - 1) || !(std::abs(b) < kLatticeLimit - 1)) return false;
-    const auto low_a = static_cast<std::int32_t>(std::floor(a - margin));
-    const auto high_a = static_cast<std::int32_t>(std::floor(a + margin));
-    const auto low_b = static_cast<std::int32_t>(std::floor(b - margin));
-    const auto high_b = static_cast<std::int32_t>(std::floor(b + margin));
-    for (at_b = low_b; at_b <= high_b; ++at_b) {
-      for (at_a = low_a; at_a <= high_a; ++at_a) {
-        if (layer->at(at_a, at_b)) return true;
-      }
-    }
-    return false;
+    at_a = static_cast<std::int32_t>(std::floor(a));
+    at_b = static_cast<std::int32_t>(std::floor(b));
+    return layer->at(at_a, at_b);
   }
 };
 
@@ -131,7 +132,7 @@ std::vector<std::uint32_t> findCandidates(const std::vector<Cover>& covers, doub
     hit.first_candidate = static_cast<std::uint32_t>(candidates.size());
     for (std::size_t c = 0; c < covers.size(); ++c) {
       const double height = Cover::along(covers[c].n, middle);
-      if (height <= reach && height >= -reach - covers[c].thickness) {
+      if (height <= reach + covers[c].front && height >= -reach - covers[c].back) {
         candidates.push_back(static_cast<std::uint32_t>(c));
       }
     }
@@ -149,7 +150,7 @@ std::vector<Cover> coversNear(const MapData& map, const Vector3& low, const Vect
     if (!layer.bounds(s, map.thickness(), plane_low, plane_high)) continue;
     if ((plane_low.array() <= (high * s).array()).all() &&
         (plane_high.array() >= (low * s).array()).all()) {
-      covers.emplace_back(layer, s, map.thickness());
+      covers.emplace_back(map, layer);
     }
   }
   return covers;
@@ -162,14 +163,14 @@ void giveUpCovered(MapData& map, Frame& frame) {
   const auto frame_number = static_cast<std::uint32_t>(map.trajectory.size() - 1);
   for (const PlaneHits& hits : frame.hits) {
     const PlaneLayer& layer = map.planes[hits.layer];
-    const Cover cover(layer, s, map.thickness());
+    const Cover cover(map, layer);
     for (const std::uint64_t key : hits.tiles.keys()) {
       std::int32_t ta = 0, tb = 0;
       unpackKey(key, ta, tb);
-      const Vector3 middle =
-          layer.frame.fromPlane({(8 * ta + 4) * s, (8 * tb + 4) * s, -0.5 * map.thickness()}) / s;
+      const Vector3 middle = layer.frame.fromPlane({(8 * ta + 4) * s, (8 * tb + 4) * s, 0.0}) / s +
+                             0.5 * (cover.front - cover.back) * layer.frame.n;
       const Vector3 half = 4.0 * layer.frame.u.cwiseAbs() + 4.0 * layer.frame.v.cwiseAbs() +
-                           0.5 * map.thickness() / s * layer.frame.n.cwiseAbs();
+                           0.5 * (cover.front + cover.back) * layer.frame.n.cwiseAbs();
       const Vector3 low = ((middle - half) / 4.0).array().floor();
       const Vector3 high = ((middle + half) / 4.0).array().floor();
       if (!(low.cwiseAbs().maxCoeff() < kLatticeLimit / 4) ||
@@ -213,7 +214,7 @@ void applyHits(MapData& map, Frame& frame, const KeyMap<BlockHits>& hits) {
     std::uint64_t seen = 0;
     const Vector3 middle =
         4.0 * map.resolution() * (Vector3(at.x, at.y, at.z) + Vector3::Constant(0.5));
-    const double share = params.min_cell_share * frame.pixelsOf(middle, 1.0, map.resolution());
+    const double share = frame.pointsToBeSeen(params, middle, 1.0);
     for (std::size_t bit = 0; bit < 64; ++bit) {
       const std::uint32_t count = hit.count[bit];
       if (count == 0) continue;

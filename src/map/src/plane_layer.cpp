@@ -179,26 +179,33 @@ std::size_t PlaneLayer::tidy(std::uint32_t revision) {
   }
   if (dirty.empty()) return 0;
   const std::vector<std::vector<PlacedTile>> members = tilesOf(dirty);
-  std::vector<std::uint64_t> empty;
+  bool any_empty = false;
   for (std::size_t i = 0; i < dirty.size(); ++i) {
-    if (members[i].empty()) empty.push_back(patches.key(dirty[i]));
+    PlanePatch& patch = patches.value(dirty[i]);
+    patch.low_tile_a = patch.low_tile_b = kLatticeLimit;
+    patch.high_tile_a = patch.high_tile_b = -kLatticeLimit;
+    for (const PlacedTile& tile : members[i]) {
+      patch.low_tile_a = std::min(patch.low_tile_a, tile.a);
+      patch.low_tile_b = std::min(patch.low_tile_b, tile.b);
+      patch.high_tile_a = std::max(patch.high_tile_a, tile.a);
+      patch.high_tile_b = std::max(patch.high_tile_b, tile.b);
+    }
+    any_empty |= members[i].empty();
   }
-  if (!empty.empty()) {
-    patches.removeIf([&](std::uint64_t key, const PlanePatch&) {
-      return std::find(empty.begin(), empty.end(), key) != empty.end();
+  if (any_empty) {
+    patches.removeIf([](std::uint64_t, const PlanePatch& patch) {
+      return patch.low_tile_a > patch.high_tile_a;
     });
     tiles.removeIf([](std::uint64_t, const RasterTile& tile) { return tile.occupied() == 0; });
   }
   low_tile_a_ = low_tile_b_ = kLatticeLimit;
   high_tile_a_ = high_tile_b_ = -kLatticeLimit;
-  for (std::size_t i = 0; i < tiles.size(); ++i) {
-    if (tiles.value(i).occupied() == 0) continue;
-    std::int32_t ta = 0, tb = 0;
-    unpackKey(tiles.key(i), ta, tb);
-    low_tile_a_ = std::min(low_tile_a_, ta);
-    low_tile_b_ = std::min(low_tile_b_, tb);
-    high_tile_a_ = std::max(high_tile_a_, ta);
-    high_tile_b_ = std::max(high_tile_b_, tb);
+  for (std::size_t p = 0; p < patches.size(); ++p) {
+    const PlanePatch& patch = patches.value(p);
+    low_tile_a_ = std::min(low_tile_a_, patch.low_tile_a);
+    low_tile_b_ = std::min(low_tile_b_, patch.low_tile_b);
+    high_tile_a_ = std::max(high_tile_a_, patch.high_tile_a);
+    high_tile_b_ = std::max(high_tile_b_, patch.high_tile_b);
   }
   return dirty.size();
 }

@@ -57,6 +57,11 @@ struct TileHits {
 struct PlanePatch {
   std::uint32_t revision = 0;  ///< number of frames in the map when it changed last
   bool dirty = true;           ///< changed since
+  // Tiles that hold a cell lie in [low, high]; known after tidy().
+  std::int32_t low_tile_a = kLatticeLimit;
+  std::int32_t low_tile_b = kLatticeLimit;
+  std::int32_t high_tile_a = -kLatticeLimit;
+  std::int32_t high_tile_b = -kLatticeLimit;
 };
 constexpr std::int32_t kPatchCells = 128;
 
