@@ -142,12 +142,12 @@ const Compaction::Plane* Compaction::find(std::int32_t id) const {
   return at != planes_.end() && at->id == id ? &*at : nullptr;
 }
 
-void Compaction::findRegions(const MapData& map, const PlaneFrame& frame, Patch& patch) const {
+void Compaction::findRegions(const MapData& map, const Plane& plane, Patch& patch) const {
   patch.regions.clear();
   if (!map.isCompact()) return;
   const double s = map.resolution();
   for (const HalfCellRectangle& r : patch.cover.rectangles) {
-    const Cuboid cuboid = cuboidOf(r, frame, map.params.approximation);
+    const Cuboid cuboid = cuboidOf(r, plane.frame, plane.band, map.params.approximation);
     const Vector3 half = halfExtent(cuboid, s);
     const Int3 low = unpackKey(map.cells.regionKey(blockOf(cuboid.center - half, s)));
     const Int3 high = unpackKey(map.cells.regionKey(blockOf(cuboid.center + half, s)));
@@ -160,7 +160,7 @@ void Compaction::findRegions(const MapData& map, const PlaneFrame& frame, Patch&
     }
   }
   for (const LooseQuarter& quarter : patch.cover.loose) {
-    const std::uint64_t key = map.cells.regionKey(blockOf(centerOf(quarter, frame, s), s));
+    const std::uint64_t key = map.cells.regionKey(blockOf(centerOf(quarter, plane.frame, s), s));
     if (patch.regions.empty() || patch.regions.back() != key) patch.regions.push_back(key);
   }
   std::sort(patch.regions.begin(), patch.regions.end());
@@ -168,8 +168,10 @@ void Compaction::findRegions(const MapData& map, const PlaneFrame& frame, Patch&
 }
 
 void Compaction::updatePlane(const MapData& map, const PlaneLayer& layer, Plane& plane) {
-  const bool moved = !isSame(plane.frame, layer.frame);
+  const SurfaceBand band = surfaceBand(map, layer);
+  const bool moved = !isSame(plane.frame, layer.frame) || !(plane.band == band);
   plane.frame = layer.frame;
+  plane.band = band;
   std::vector<std::size_t> changed;
   for (std::size_t p = 0; p < layer.patches.size(); ++p) {
     const Patch* patch = plane.patches.find(layer.patches.key(p));
@@ -187,7 +189,7 @@ void Compaction::updatePlane(const MapData& map, const PlaneLayer& layer, Plane&
   plane.patches.removeIf(isGone);
   const std::vector<std::vector<PlacedTile>> tiles = layer.tilesOf(changed);
   const auto place = [&](Patch& patch, std::uint64_t key) {
-    findRegions(map, layer.frame, patch);
+    findRegions(map, plane, patch);
     for (const std::uint64_t region : patch.regions) {
       regions_[region].dirty = true;
       regions_[region].patches.emplace_back(plane.id, key);
@@ -238,7 +240,7 @@ void Compaction::coverRegion(const MapData& map, std::uint64_t key, Region& regi
     const Plane& plane = *find(id);
     const Patch& patch = *plane.patches.find(patch_key);
     for (const HalfCellRectangle& r : patch.cover.rectangles) {
-      const Cuboid cuboid = cuboidOf(r, plane.frame, params);
+      const Cuboid cuboid = cuboidOf(r, plane.frame, plane.band, params);
       const Vector3 half = halfExtent(cuboid, s);
       if (((cuboid.center - half).array() <= high.array()).all() &&
           ((cuboid.center + half).array() >= low.array()).all()) {
@@ -274,6 +276,7 @@ void Compaction::update(const MapData& map) {
       planes.emplace_back();
       planes.back().id = layer.info.id;
       planes.back().frame = layer.frame;
+      planes.back().band = surfaceBand(map, layer);
     }
     updatePlane(map, layer, planes.back());
   }
@@ -328,7 +331,8 @@ std::vector<Cuboid> Compaction::cuboids(const MapData& map) const {
   for (const Plane& plane : planes_) {
     inOrder(plane.patches, [&](const Patch& patch) {
       for (std::size_t i = 0; i < patch.cover.rectangles.size(); ++i) {
-        Cuboid cuboid = cuboidOf(patch.cover.rectangles[i], plane.frame, map.params.approximation);
+        Cuboid cuboid =
+            cuboidOf(patch.cover.rectangles[i], plane.frame, plane.band, map.params.approximation);
         cuboid.plane_id = plane.id;
         cuboid.probability = patch.cover.probability[i];
         all.push_back(cuboid);

@@ -9,6 +9,7 @@
 #include "key_map.h"
 #include "map_data.h"
 #include "planar_mapping/core/compact_cover.h"
+#include "surface_band.h"
 
 namespace planar_mapping::detail {
 
@@ -35,7 +36,8 @@ class Compaction {
   };
   struct Plane {
     std::int32_t id = 0;
-    PlaneFrame frame;  ///< as of the last update
+    PlaneFrame frame;  ///< as of the last update, like the next
+    SurfaceBand band;
     KeyMap<Patch> patches;
   };
   struct Region {
@@ -48,7 +50,7 @@ class Compaction {
   };
 
   void updatePlane(const MapData& map, const PlaneLayer& layer, Plane& plane);
-  void findRegions(const MapData& map, const PlaneFrame& frame, Patch& patch) const;
+  void findRegions(const MapData& map, const Plane& plane, Patch& patch) const;
   void markRegions(const Patch& patch) {
     for (const std::uint64_t key : patch.regions) regions_[key].dirty = true;
   }

@@ -39,13 +39,10 @@ struct Frame {
   KeyMap<std::uint64_t> cell_hits;  ///< bits of the non-planar cells seen, by block
   FrameUpdate update;
 
-  /// How many pixels of the camera see a cell: the depth of a point (world) and the cosine between
-  /// the cell's surface and the ray. 0 where there is no camera to tell.
-  double pixelsOf(const Vector3& world, double facing, double side) const {
-    if (images.size() != 1) return 0.0;
-    const double depth = images.front().toCamera(world).z();
-    return depth > 0.0 ? facing * images.front().pixelsOf(side, depth) : 0.0;
-  }
+  /// How many points a cell of the map at a place (world) must have to count as seen.
+  /// \param facing cosine between the cell's surface and the ray; 1 for a cell without one
+  /// \return 0 where there is no camera to tell
+  double pointsToBeSeen(const PlanarMapParams& params, const Vector3& world, double facing) const;
   const Indices& inliersOf(std::size_t segment) const {
     return inliers.empty() ? (*observation->planes)[segment].inliers : inliers[segment];
   }

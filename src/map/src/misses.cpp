@@ -53,10 +53,12 @@ class MissTest {
     if (!image_.isResponsible(centre)) return false;
     const DepthImage::Look all = image_.look(centre, half_, true);
     if (all.inside && all.far <= max_range_ && all.nearest > all.far + margin_) return true;
+    // Without a depth error nobody knows whether what is measured beside the cell is of it.
+    if (!noise_) return false;
     // Half the cell is enough to expect points of it, and edges of what hides others matter less.
     const DepthImage::Look look = image_.look(centre, 0.5 * half_, true);
     if (!look.inside || !(look.far <= max_range_) || !(look.nearest > 0.0f)) return false;
-    const double error = noise_ ? noise_->depthError(centre.z()) : 0.0;
+    const double error = noise_->depthError(centre.z());
     const double hidden = kHiddenCells * resolution_ + kHiddenErrors * error;
     return facing * image_.pixelsOf(resolution_, centre.z()) >= kFewestPixels &&
            look.farthest > look.near - resolution_ - errors * error &&

@@ -26,6 +26,8 @@ void PlanarMapParams::validate() const {
   requireInRange("miss_factor", miss_factor, 0.0, 1.0);
   requireInRange("noise_factor", noise_factor, 0.0, 10.0);
   requireInRange("min_cell_share", min_cell_share, 0.0, 1.0);
+  requireInRange("rim_pixels", rim_pixels, 0.0, 1e6, "px");
+  requireInRange("surface_factor", surface_factor, 0.0, 10.0);
   requirePositive("first_belief", first_belief);
   requireInRange("first_belief", first_belief, 0.0, 1.0);
   requireInRange("refit_tolerance", refit_tolerance, 0.0, 1e6, "resolutions");

@@ -24,6 +24,7 @@ class PlanarCuboidApproximationStage : public Stage {
     params_.miss_factor = 1.0;
     params_.first_belief = 1.0;
     params_.min_cell_share = 0.0;
+    params_.surface_factor = 0.0;
     noise_.setSource(detail::NoiseKeys::Source::None);
   }
   void declare(ParameterTable& table) override {
@@ -78,6 +79,12 @@ class PlanarCuboidApproximationStage : public Stage {
     table.number("min_cell_share", params_.min_cell_share, Range::between(0.0, 1.0),
                  "[ours] a cell is seen if it holds this share of the points of a full one; where "
                  "the camera is known");
+    table.number(
+        "rim_pixels", params_.rim_pixels, Range::between(0.0, 1e6),
+        "[ours] or that of a strip of so many pixels and the depth error, if that is less");
+    table.number("surface_factor", params_.surface_factor, Range::between(0.0, 10.0),
+                 "[ours] compact: cuboids reach so many root mean square distances of their "
+                 "plane's points before and behind it, at most 0.45 and 0.75 of a cell");
     noise_.declareOptional(table,
                            "points within noise_factor depth errors of a plane make no cell");
     table.number("noise_factor", params_.noise_factor, Range::between(0.0, 10.0),

@@ -49,7 +49,14 @@ struct PLANAR_MAPPING_EXPORT PlanarMapParams {
   /// [ours] a cell is seen if it holds this share of the points it would have if it were full, in
   /// [0, 1]; where the camera is known. Cells of the first sight of a plane need only
   /// min_points_per_cell.
-  double min_cell_share = 0.08;
+  double min_cell_share = 0.15;
+  /// [ours] or, if that is less, the share of a strip of so many pixels along its edge and of the
+  /// points that the depth error carries beyond half a cell; in [0, 1e6]
+  double rim_pixels = 1.0;
+  /// [ours] compact: a plane's cuboids reach so many root mean square distances of its points
+  /// before and behind it, at most 0.45 and 0.75 of a cell, in [0, 10]; 0 = from the plane
+  /// backwards
+  double surface_factor = 3.0;
   /// [ours] cells follow a refit of their plane that moves them by more, in resolutions, >= 0
   double refit_tolerance = 0.1;
   /// [ours] radians between pixels of the images around the sensor, for clouds without a camera
