@@ -40,6 +40,13 @@ void sumColumns(double* data, int columns, int rows, int radius, double* padded)
   }
 }
 
+// Square roots that need not report errors are vectors like the rest.
+#if defined(__GNUC__) && !defined(__clang__)
+#define PLANAR_MAPPING_FREE_ROOTS __attribute__((optimize("no-math-errno,no-trapping-math")))
+#else
+#define PLANAR_MAPPING_FREE_ROOTS
+#endif
+
 constexpr std::size_t kBlock = 32;  ///< cells that are fitted together
 
 /// What is left of a plane's normal where the rays run along it, squared.
@@ -48,8 +55,10 @@ constexpr double kGrazing = 1e-6;
 // Least squares along the ray to the mean, whose direction is exact: the normal n minimises
 // n^T C n for n . ray = 1, which makes it the adjugate of the covariance C times the ray. Least
 // squares across the plane would lie any way where the noise is as large as the cell.
-PLANAR_MAPPING_MULTIVERSION
-void fitAll(const double* sums, std::size_t cells, const double* sensor, float* out) {
+PLANAR_MAPPING_MULTIVERSION PLANAR_MAPPING_FREE_ROOTS void fitAll(const double* sums,
+                                                                  std::size_t cells,
+                                                                  const double* sensor,
+                                                                  float* out) {
   constexpr int kFields = 9;
   static_assert(sizeof(CellFit) == kFields * sizeof(float), "CellFit is written as nine floats");
   float fields[kFields][kBlock];
@@ -277,12 +286,13 @@ double correlatedPixels(const CellGrid& grid, const std::vector<CellFit>& window
                         const OrganizedParams& params) {
   constexpr double kFull = 0.95;      // share of a window
   constexpr double kFlat = 1.3;       // residual over noise
+  constexpr int kStep = 2;            // windows overlap: every other one tells enough
   constexpr double kFreedom = 6.0;    // of nine means about their plane
   constexpr double kQuantile = 0.35;  // as for the noise: the others see structure
   constexpr std::size_t kMinSamples = 16;
   std::vector<double> samples;
-  for (int row = 1; row + 1 < grid.rows; ++row) {
-    for (int column = 1; column + 1 < grid.columns; ++column) {
+  for (int row = 1; row + 1 < grid.rows; row += kStep) {
+    for (int column = 1; column + 1 < grid.columns; column += kStep) {
       const CellFit& fit = windows[static_cast<std::size_t>(row) * grid.columns + column];
       if (fit.count < kFull * 9.0 * grid.capacity || !(fit.residual > 0.0F)) continue;
       const Vector3 ray = Vector3(fit.mean[0], fit.mean[1], fit.mean[2]) - sensor;
