@@ -110,6 +110,23 @@ Pose StoredPose::pose() const {
   return pose;
 }
 
+double Frame::pointsToBeSeen(const PlanarMapParams& params, const Vector3& world,
+                             double facing) const {
+  if (images.size() != 1) return 0.0;
+  const double side = params.approximation.resolution;
+  const double depth = images.front().toCamera(world).z();
+  if (!(depth > 0.0) || !(facing > 0.0)) return 0.0;
+  const double pixels = images.front().pixelsOf(side, depth);  // face to face
+  // Of the points of a full cell noise carries 0.4 standard deviations across each face, and the
+  // depth error is two of them. Up to half a cell away they are no error.
+  constexpr double kCarried = 0.2;
+  constexpr double kHarmless = 0.5;
+  const double error = observation->noise ? observation->noise->depthError(depth) : 0.0;
+  const double rim =
+      params.rim_pixels / std::sqrt(pixels) + kCarried * std::max(0.0, error / side - kHarmless);
+  return std::min(params.min_cell_share, rim) * facing * pixels;
+}
+
 Frame makeFrame(const FrameObservation& observation) {
   const PointsView& points = observation.points;
   const std::size_t n = points.size;

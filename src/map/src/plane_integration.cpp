@@ -173,7 +173,7 @@ void applyHits(const MapData& map, Frame& frame, PlaneLayer& layer, const PlaneH
       const double s = map.resolution();
       const Vector3 middle = layer.frame.fromPlane({(8 * tile_a + 4) * s, (8 * tile_b + 4) * s, 0});
       const double facing = layer.frame.n.dot((frame.sensor - middle).normalized());
-      share = params.min_cell_share * frame.pixelsOf(middle, std::max(0.0, facing), s);
+      share = frame.pointsToBeSeen(params, middle, facing);
     }
     for (std::size_t bit = 0; bit < 64; ++bit) {
       const std::uint32_t count = hit.count[bit];

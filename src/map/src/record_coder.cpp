@@ -52,7 +52,9 @@ void codeParams(BitCoder& coder, PlanarMapParams& p) {
       {&p.miss_factor, 0.7},
       {&p.first_belief, 0.7},
       {&p.noise_factor, 1.0},
-      {&p.min_cell_share, 0.08},
+      {&p.min_cell_share, 0.15},
+      {&p.rim_pixels, 1.0},
+      {&p.surface_factor, 3.0},
       {&p.refit_tolerance, 0.1},
       {&p.range_image_step, 0.0087},
   };

@@ -98,6 +98,9 @@ PlanarMapParams readParams(ByteReader& in) {
     *v = in.f64();
   }
   if (in.left() > 0) a.rectangle_cells = in.f64();  // the last of them had it
+  // Those maps had every plane's cuboids behind it, and one share for all cells.
+  p.surface_factor = 0.0;
+  p.rim_pixels = 1e6;
   in.end();
   p.validate();
   return p;

@@ -250,8 +250,9 @@ struct ReadPlane {
 
 struct Reader {
   explicit Reader(const Bytes& file) : in(payloadOf(file)) {
-    const double usual[24] = {0.1, 0.0, 0.9, 0.0, 0.0, 0.0, 0.5, 4.0, 0.0, 0.0,  1.0, 0.087,
-                              0.1, 0.5, 0.0, 10., 0.5, 0.5, 0.7, 0.7, 1.0, 0.08, 0.1, 0.0087};
+    const double usual[26] = {0.1, 0.0, 0.9,   0.0,  0.0, 0.0, 0.5, 4.0,   0.0,
+                              0.0, 1.0, 0.087, 0.1,  0.5, 0.0, 10., 0.5,   0.5,
+                              0.7, 0.7, 1.0,   0.15, 1.0, 3.0, 0.1, 0.0087};
     Chance is_usual;
     for (const double value : usual) {
       parameters.push_back(is_usual.code(in) ? value : readDouble(in));
