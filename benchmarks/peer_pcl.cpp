@@ -27,11 +27,9 @@ struct EIGEN_ALIGN16 PeerPoint {
 }  // namespace
 POINT_CLOUD_REGISTER_POINT_STRUCT(PeerPoint, (float, x, x)(float, y, y)(float, z, z))
 
-extern "C" __attribute__((visibility("default"))) int peerPclPlanes(const float* xyz, int count,
-                                                                    float distance_threshold,
-                                                                    int min_inliers, int max_planes,
-                                                                    int* labels,
-                                                                    float* coefficients) {
+extern "C" __attribute__((visibility("default"))) int peerPclPlanes(
+    const float* xyz, int count, float distance_threshold, float rest_share, int min_inliers,
+    int max_planes, int* labels, float* coefficients) {
   using Cloud = pcl::PointCloud<PeerPoint>;
   Cloud::Ptr rest(new Cloud);
   rest->reserve(static_cast<std::size_t>(count));
@@ -53,7 +51,7 @@ extern "C" __attribute__((visibility("default"))) int peerPclPlanes(const float*
   segmentation.setDistanceThreshold(distance_threshold);
   pcl::ExtractIndices<PeerPoint> extract;
   int planes = 0;
-  while (rest->size() > 0.3 * count && planes < max_planes) {
+  while (rest->size() > rest_share * count && planes < max_planes) {
     pcl::PointIndices::Ptr inliers(new pcl::PointIndices);
     pcl::ModelCoefficients model;
     segmentation.setInputCloud(rest);

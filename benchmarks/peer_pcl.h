@@ -4,9 +4,9 @@
 
 extern "C" {
 /// PCL's tutorial loop: RANSAC with optimised coefficients, extract the inliers, go on with the
-/// rest until 30 % of the points are left or a plane is too small. \param labels count entries,
-/// plane of each point, -1 = none \param coefficients 4 per plane, room for max_planes \return
-/// number of planes
-int peerPclPlanes(const float* xyz, int count, float distance_threshold, int min_inliers,
-                  int max_planes, int* labels, float* coefficients);
+/// rest until \p rest_share of the points are left or a plane is too small. \param labels count
+/// entries, plane of each point, -1 = none \param coefficients 4 per plane, room for max_planes
+/// \return number of planes
+int peerPclPlanes(const float* xyz, int count, float distance_threshold, float rest_share,
+                  int min_inliers, int max_planes, int* labels, float* coefficients);
 }
