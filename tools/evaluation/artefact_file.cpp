@@ -59,8 +59,8 @@ Json panelJson(const MethodMap& map, const std::string& name, double s,
     for (const Cuboid& part : parts) (isRight(part) ? right : wrong).push_back(cuboidJson(part));
   }
   Json json;
-  json["title"] = name + ": " + std::to_string(map.cuboids.size()) + " cells, " +
-                  std::to_string(wrong.size()) + " wrong ones of a standard cell's size (red)";
+  json["title"] = name + " (s = " + formatNumber(s) + " m): " + std::to_string(map.cuboids.size()) +
+                  " cells; red: " + std::to_string(wrong.size()) + " standard cells wrong";
   json["right"] = std::move(right);
   json["wrong"] = std::move(wrong);
   return json;
@@ -71,7 +71,7 @@ Json viewJson(const Pose& T_world_sensor) {
   constexpr double kBack = 0.4;  // metres, like the next three
   constexpr double kAbove = 0.9;
   constexpr double kAhead = 3.0;
-  constexpr double kFocalAbove = 0.8;
+  constexpr double kFocalAbove = 0.6;
   constexpr double kAngle = 0.95;  // radians
   Vector3 forward = T_world_sensor.linear().col(2);
   forward.z() = 0.0;
@@ -96,12 +96,10 @@ std::string artefactJson(const PlaceMaps& maps, const std::string& scene) {
   json["view"] = viewJson(maps.poses.front());
   json["panels"] = Json::array();
   for (const MethodMap& map : maps.maps) {
-    const std::string size = ", " + scene + ", s = " + formatNumber(maps.cell) + " m";
-    if (map.method == "SG") {
-      json["panels"].push_back(panelJson(map, "Standard grid" + size, maps.cell, *maps.truth));
-    } else if (map.method == "PG") {
-      json["panels"].push_back(panelJson(map, "Planar map" + size, maps.cell, *maps.truth));
-    }
+    const bool ours = map.method == "PG";
+    if (!ours && map.method != "SG") continue;
+    json["panels"].push_back(
+        panelJson(map, ours ? "Planar map" : "Standard grid", maps.cell, *maps.truth));
   }
   return json.dump() + "\n";
 }
