@@ -3,6 +3,7 @@
 // The camera's motion on real sequences, where features alone do not give it.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <string>
@@ -22,16 +23,19 @@ struct Travelled {
 };
 
 /// Poses of frames [first, last) of a sequence beside the sources; given ones only measure.
-Travelled travel(const std::string& configuration_file, const std::string& sequence, int first,
-                 int last, int threads = 1) {
+Travelled travel(const std::string& configuration_file, const std::vector<std::string>& inputs,
+                 int first, int last, int threads = 1) {
   const std::string source = PLANAR_MAPPING_SOURCE_DIR;
   StageTable table;
   registerBuiltinStages(table);
   ConfigurationOverrides overrides;
-  overrides.assignments = {"motion_estimation.poses=ignore", "threads=" + std::to_string(threads)};
+  overrides.assignments = {"motion_estimation.enabled=true", "motion_estimation.poses=ignore",
+                           "threads=" + std::to_string(threads)};
   Configuration configuration =
       loadConfiguration(source + "/config/" + configuration_file, table, overrides);
-  configuration.inputs = {source + "/../shared/data/" + sequence};
+  for (const std::string& input : inputs) {
+    configuration.inputs.push_back(source + "/../shared/data/" + input);
+  }
   configuration.frames.first = first;
   configuration.frames.last = last;
   SequenceSource frames(configuration);
@@ -66,7 +70,7 @@ class RealMotion : public ::testing::Test {
 
 TEST_F(RealMotion, PlainCabinetIsWalkedAround) {
   // Hardly any feature; turns of up to 17 degrees from frame to frame.
-  const Travelled cabinet = travel("rgbd_indoor.yaml", "rgbd_tum_cabinet", 0, -1);
+  const Travelled cabinet = travel("rgbd_indoor.yaml", {"rgbd_tum_cabinet"}, 0, -1);
   EXPECT_EQ(0u, cabinet.skipped);
   const TrajectoryError error = trajectoryError(cabinet.estimated, cabinet.given);
   EXPECT_GT(error.path_length, 8.0);
@@ -76,18 +80,40 @@ TEST_F(RealMotion, PlainCabinetIsWalkedAround) {
 }
 
 TEST_F(RealMotion, TiltedFirstViewDoesNotMakeTheMapLean) {
-  const Travelled corridor = travel("rgbd_indoor.yaml", "rgbd_tartanair_corridor", 0, 12);
+  const Travelled corridor = travel("rgbd_indoor.yaml", {"rgbd_tartanair_corridor"}, 0, 12);
   EXPECT_EQ(0u, corridor.skipped);
   EXPECT_LT(leanOf(corridor), 0.3);
   EXPECT_LT(trajectoryError(corridor.estimated, corridor.given).absolute_rms, 0.01);
   // Here the planes are too inexact to tell: level, which is not worse than before.
-  const Travelled room = travel("stereo_indoor.yaml", "stereo_euroc_room", 0, 1);
+  const Travelled room = travel("stereo_indoor.yaml", {"stereo_euroc_room"}, 0, 1);
   EXPECT_LT(leanOf(room), 22.0);
 }
 
+TEST_F(RealMotion, ViewsOfARoomAreRegisteredByTheirClouds) {
+  // No images, no poses: forwards and backwards must tell the same.
+  std::vector<std::string> views;
+  for (const char* number : {"1", "2", "3", "4", "5"}) {
+    views.push_back(std::string("clouds_pcl/capture000") + number + ".pcd");
+  }
+  const Travelled forwards = travel("pcd_sequence.yaml", views, 0, -1);
+  std::reverse(views.begin(), views.end());
+  const Travelled backwards = travel("pcd_sequence.yaml", views, 0, -1);
+  ASSERT_EQ(5u, forwards.estimated.size());
+  ASSERT_EQ(5u, backwards.estimated.size());
+  for (std::size_t i = 0; i + 1 < 5; ++i) {
+    const Pose step = forwards.estimated[i].inverse() * forwards.estimated[i + 1];
+    const Pose same = backwards.estimated[4 - i].inverse() * backwards.estimated[3 - i];
+    EXPECT_GT(step.translation().norm(), 0.1);
+    EXPECT_LT(step.translation().norm(), 0.3);
+    const Pose apart = step.inverse() * same;
+    EXPECT_LT(apart.translation().norm(), 0.02);
+    EXPECT_LT(Eigen::AngleAxisd(Matrix3(apart.linear())).angle(), 0.01);
+  }
+}
+
 TEST_F(RealMotion, ThreadsDoNotChangeIt) {
-  const Travelled one = travel("rgbd_indoor.yaml", "rgbd_tum_cabinet", 16, 22, 1);
-  const Travelled two = travel("rgbd_indoor.yaml", "rgbd_tum_cabinet", 16, 22, 2);
+  const Travelled one = travel("rgbd_indoor.yaml", {"rgbd_tum_cabinet"}, 16, 22, 1);
+  const Travelled two = travel("rgbd_indoor.yaml", {"rgbd_tum_cabinet"}, 16, 22, 2);
   ASSERT_EQ(one.estimated.size(), two.estimated.size());
   for (std::size_t i = 0; i < one.estimated.size(); ++i) {
     EXPECT_EQ(one.estimated[i].matrix(), two.estimated[i].matrix());
