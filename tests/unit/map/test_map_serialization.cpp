@@ -83,7 +83,7 @@ void fixChecksum(Bytes& file) {
 PmapBits startOfMap() {
   PmapBits bits;
   Chance usual;
-  for (int i = 0; i < 24; ++i) usual.code(bits, true);
+  for (int i = 0; i < 26; ++i) usual.code(bits, true);
   bits.plain(3, 2);
   Number().codeSigned(bits, 1);
   return bits;
