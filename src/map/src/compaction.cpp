@@ -112,10 +112,6 @@ SurfaceCover coverPatch(const std::vector<PlacedTile>& tiles,
   return all;
 }
 
-bool isSame(const PlaneFrame& l, const PlaneFrame& r) {
-  return l.origin == r.origin && l.u == r.u && l.v == r.v && l.n == r.n;
-}
-
 Vector3 centerOf(const LooseQuarter& quarter, const PlaneFrame& frame, double s) {
   return frame.fromPlane({0.5 * s * (quarter.a + 0.5), 0.5 * s * (quarter.b + 0.5), 0.0});
 }
@@ -142,12 +138,13 @@ const Compaction::Plane* Compaction::find(std::int32_t id) const {
   return at != planes_.end() && at->id == id ? &*at : nullptr;
 }
 
-void Compaction::findRegions(const MapData& map, const Plane& plane, Patch& patch) const {
+void Compaction::findRegions(const MapData& map, const PlaneFrame& frame, const SurfaceBand& band,
+                             Patch& patch) const {
   patch.regions.clear();
   if (!map.isCompact()) return;
   const double s = map.resolution();
   for (const HalfCellRectangle& r : patch.cover.rectangles) {
-    const Cuboid cuboid = cuboidOf(r, plane.frame, plane.band, map.params.approximation);
+    const Cuboid cuboid = cuboidOf(r, frame, band, map.params.approximation);
     const Vector3 half = halfExtent(cuboid, s);
     const Int3 low = unpackKey(map.cells.regionKey(blockOf(cuboid.center - half, s)));
     const Int3 high = unpackKey(map.cells.regionKey(blockOf(cuboid.center + half, s)));
@@ -160,17 +157,18 @@ void Compaction::findRegions(const MapData& map, const Plane& plane, Patch& patc
     }
   }
   for (const LooseQuarter& quarter : patch.cover.loose) {
-    const std::uint64_t key = map.cells.regionKey(blockOf(centerOf(quarter, plane.frame, s), s));
+    const std::uint64_t key = map.cells.regionKey(blockOf(centerOf(quarter, frame, s), s));
     if (patch.regions.empty() || patch.regions.back() != key) patch.regions.push_back(key);
   }
   std::sort(patch.regions.begin(), patch.regions.end());
   patch.regions.erase(std::unique(patch.regions.begin(), patch.regions.end()), patch.regions.end());
+  patch.regions.shrink_to_fit();
 }
 
 void Compaction::updatePlane(const MapData& map, const PlaneLayer& layer, Plane& plane) {
   const SurfaceBand band = surfaceBand(map, layer);
-  const bool moved = !isSame(plane.frame, layer.frame) || !(plane.band == band);
-  plane.frame = layer.frame;
+  const bool moved = plane.frame_revision != layer.frame_revision || !(plane.band == band);
+  plane.frame_revision = layer.frame_revision;
   plane.band = band;
   std::vector<std::size_t> changed;
   for (std::size_t p = 0; p < layer.patches.size(); ++p) {
@@ -189,7 +187,7 @@ void Compaction::updatePlane(const MapData& map, const PlaneLayer& layer, Plane&
   plane.patches.removeIf(isGone);
   const std::vector<std::vector<PlacedTile>> tiles = layer.tilesOf(changed);
   const auto place = [&](Patch& patch, std::uint64_t key) {
-    findRegions(map, plane, patch);
+    findRegions(map, layer.frame, band, patch);
     for (const std::uint64_t region : patch.regions) {
       regions_[region].dirty = true;
       regions_[region].patches.emplace_back(plane.id, key);
@@ -216,6 +214,7 @@ void Compaction::coverRegion(const MapData& map, std::uint64_t key, Region& regi
     const Vector3 sensor = cells->frame < map.trajectory.size()
                                ? map.trajectory[cells->frame].sensor()
                                : Vector3(Vector3::Zero());
+    region.listed = 0;
     region.cuboids = cuboidsOfCells(map.cells.cellsOf(*cells, params), params, sensor);
     return;
   }
@@ -238,9 +237,10 @@ void Compaction::coverRegion(const MapData& map, std::uint64_t key, Region& regi
                        region.patches.end());
   for (const auto& [id, patch_key] : region.patches) {
     const Plane& plane = *find(id);
+    const PlaneFrame& frame = map.planes[static_cast<std::size_t>(&plane - planes_.data())].frame;
     const Patch& patch = *plane.patches.find(patch_key);
     for (const HalfCellRectangle& r : patch.cover.rectangles) {
-      const Cuboid cuboid = cuboidOf(r, plane.frame, plane.band, params);
+      const Cuboid cuboid = cuboidOf(r, frame, plane.band, params);
       const Vector3 half = halfExtent(cuboid, s);
       if (((cuboid.center - half).array() <= high.array()).all() &&
           ((cuboid.center + half).array() >= low.array()).all()) {
@@ -248,13 +248,15 @@ void Compaction::coverRegion(const MapData& map, std::uint64_t key, Region& regi
       }
     }
     for (const LooseQuarter& quarter : patch.cover.loose) {
-      const Vector3 center = centerOf(quarter, plane.frame, s);
+      const Vector3 center = centerOf(quarter, frame, s);
       if (map.cells.regionKey(blockOf(center, s)) != key) continue;
-      addPieces(quarter, plane.frame, params, pieces);
+      addPieces(quarter, frame, params, pieces);
     }
   }
   std::vector<NonPlanarCell> rest;
   if (cells != nullptr) rest = map.cells.cellsOf(*cells, params);
+  region.patches.shrink_to_fit();
+  region.listed = 0;
   region.cuboids = coverRest(rest, pieces, present, params);
 }
 
@@ -275,7 +277,7 @@ void Compaction::update(const MapData& map) {
     } else {
       planes.emplace_back();
       planes.back().id = layer.info.id;
-      planes.back().frame = layer.frame;
+      planes.back().frame_revision = layer.frame_revision;
       planes.back().band = surfaceBand(map, layer);
     }
     updatePlane(map, layer, planes.back());
@@ -303,6 +305,7 @@ void Compaction::update(const MapData& map) {
       region.revision = 0;
       if (!map.isCompact()) {
         region.cuboids.clear();
+        region.listed = 0;
         continue;
       }
     }
@@ -311,7 +314,9 @@ void Compaction::update(const MapData& map) {
   regions_.removeIf([](std::uint64_t, const Region& region) {
     return region.revision == 0 && region.patches.empty();
   });
-  for (std::size_t r = 0; r < regions_.size(); ++r) count_ += regions_.value(r).cuboids.size();
+  for (std::size_t r = 0; r < regions_.size(); ++r) {
+    count_ += regions_.value(r).cuboids.size() + regions_.value(r).listed;
+  }
   for (const Plane& plane : planes_) {
     for (std::size_t p = 0; p < plane.patches.size(); ++p) {
       count_ += plane.patches.value(p).cover.rectangles.size();
@@ -319,34 +324,44 @@ void Compaction::update(const MapData& map) {
   }
 }
 
-std::vector<Cuboid> Compaction::cuboids(const MapData& map) const {
+const std::vector<Cuboid>& Compaction::makeList(const MapData& map) {
   std::vector<Cuboid> all;
   all.reserve(count_);
   // Patches and regions by key: their order in the hash is that of insertion.
-  const auto inOrder = [](const auto& parts, auto&& visit) {
+  const auto inOrder = [](auto& parts, auto&& visit) {
     std::vector<std::uint64_t> keys = parts.keys();
     std::sort(keys.begin(), keys.end());
     for (const std::uint64_t key : keys) visit(*parts.find(key));
   };
-  for (const Plane& plane : planes_) {
+  for (std::size_t i = 0; i < planes_.size(); ++i) {
+    const Plane& plane = planes_[i];
+    const PlaneFrame& frame = map.planes[i].frame;
     inOrder(plane.patches, [&](const Patch& patch) {
-      for (std::size_t i = 0; i < patch.cover.rectangles.size(); ++i) {
+      for (std::size_t r = 0; r < patch.cover.rectangles.size(); ++r) {
         Cuboid cuboid =
-            cuboidOf(patch.cover.rectangles[i], plane.frame, plane.band, map.params.approximation);
+            cuboidOf(patch.cover.rectangles[r], frame, plane.band, map.params.approximation);
         cuboid.plane_id = plane.id;
-        cuboid.probability = patch.cover.probability[i];
+        cuboid.probability = patch.cover.probability[r];
         all.push_back(cuboid);
       }
     });
   }
-  inOrder(regions_, [&](const Region& region) {
+  inOrder(regions_, [&](Region& region) {
+    const auto at = static_cast<std::uint32_t>(all.size());
+    const auto listed = list_.begin() + region.first;
+    all.insert(all.end(), listed, listed + region.listed);
     all.insert(all.end(), region.cuboids.begin(), region.cuboids.end());
+    region.first = at;
+    region.listed = static_cast<std::uint32_t>(all.size()) - at;
+    region.cuboids = std::vector<Cuboid>();
   });
-  return all;
+  list_ = std::move(all);
+  return list_;
 }
 
 std::size_t Compaction::memoryBytes() const {
-  std::size_t bytes = planes_.capacity() * sizeof(Plane) + regions_.memoryBytes();
+  std::size_t bytes = planes_.capacity() * sizeof(Plane) + regions_.memoryBytes() +
+                      list_.capacity() * sizeof(Cuboid);
   for (const Plane& plane : planes_) {
     bytes += plane.patches.memoryBytes();
     for (std::size_t p = 0; p < plane.patches.size(); ++p) {

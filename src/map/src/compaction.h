@@ -24,8 +24,10 @@ class Compaction {
   void update(const MapData& map);
   /// As of the last update.
   std::size_t count() const { return count_; }
-  /// Planar ones by plane and patch, then those of the regions.
-  std::vector<Cuboid> cuboids(const MapData& map) const;
+  /// Makes the list of the cuboids as of the last update, from when nothing may have changed:
+  /// planar ones by plane and patch, then those of the regions.
+  const std::vector<Cuboid>& makeList(const MapData& map);
+  const std::vector<Cuboid>& list() const { return list_; }
   std::size_t memoryBytes() const;
 
  private:
@@ -36,21 +38,24 @@ class Compaction {
   };
   struct Plane {
     std::int32_t id = 0;
-    PlaneFrame frame;  ///< as of the last update, like the next
+    std::uint32_t frame_revision = 0;  ///< as of the last update, like the next
     SurfaceBand band;
     KeyMap<Patch> patches;
   };
   struct Region {
     std::uint32_t revision = 0;
     bool dirty = true;
-    std::vector<Cuboid> cuboids;
+    std::vector<Cuboid> cuboids;  ///< until the list takes them over
+    std::uint32_t first = 0;      ///< of those that the list has
+    std::uint32_t listed = 0;     ///< how many
     /// Patches that have or absorb something here, by plane and key; repeated or outdated ones are
     /// sorted out when the region is covered.
     std::vector<std::pair<std::int32_t, std::uint64_t>> patches;
   };
 
   void updatePlane(const MapData& map, const PlaneLayer& layer, Plane& plane);
-  void findRegions(const MapData& map, const Plane& plane, Patch& patch) const;
+  void findRegions(const MapData& map, const PlaneFrame& frame, const SurfaceBand& band,
+                   Patch& patch) const;
   void markRegions(const Patch& patch) {
     for (const std::uint64_t key : patch.regions) regions_[key].dirty = true;
   }
@@ -58,9 +63,10 @@ class Compaction {
   const Plane* find(std::int32_t id) const;
 
   Int3 anchor_;
-  std::vector<Plane> planes_;  ///< by id, ascending
+  std::vector<Plane> planes_;  ///< those of the map, in its order: by id, ascending
   KeyMap<Region> regions_;     ///< by CellLayer::regionKey()
   std::size_t count_ = 0;
+  std::vector<Cuboid> list_;
 };
 
 }  // namespace planar_mapping::detail

@@ -3,12 +3,21 @@
 #include "cuboid_index.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 namespace planar_mapping::detail {
 namespace {
 
 constexpr std::uint32_t kLeafSize = 4;
+
+float roundedDown(double value) {
+  const auto nearest = static_cast<float>(value);
+  return static_cast<double>(nearest) <= value ? nearest : std::nextafter(nearest, -INFINITY);
+}
+float roundedUp(double value) {
+  return -roundedDown(-value);
+}
 
 }  // namespace
 
@@ -43,8 +52,8 @@ void CuboidIndex::build(const std::vector<Cuboid>& cuboids) {
       centre_high = centre_high.cwiseMax(cuboids[c].center);
     }
     for (int i = 0; i < 3; ++i) {
-      nodes_[range.node].low[i] = low[i];
-      nodes_[range.node].high[i] = high[i];
+      nodes_[range.node].low[i] = roundedDown(low[i]);
+      nodes_[range.node].high[i] = roundedUp(high[i]);
     }
     if (range.end - range.begin <= kLeafSize) {
       nodes_[range.node].first = range.begin;
@@ -67,6 +76,7 @@ void CuboidIndex::build(const std::vector<Cuboid>& cuboids) {
     open.push_back({child, range.begin, middle});
     open.push_back({child + 1, middle, range.end});
   }
+  nodes_.shrink_to_fit();
 }
 
 }  // namespace planar_mapping::detail

@@ -45,8 +45,8 @@ class CuboidIndex {
  private:
   static constexpr int kMaxDepth = 64;  // halves each time, and 2^32 cuboids do not fit
   struct Node {
-    double low[3];
-    double high[3];
+    float low[3];  ///< rounded outwards
+    float high[3];
     std::uint32_t first = 0;  ///< of order_ in a leaf, else the two children
     std::uint32_t count = 0;  ///< 0 = inner node
   };

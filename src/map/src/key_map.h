@@ -86,7 +86,7 @@ class KeyMap {
       if (slots_[at] == 0) {
         // By a quarter: maps are measured by their memory, and entries are large.
         if (keys_.size() == keys_.capacity()) {
-          const std::size_t wanted = keys_.size() + keys_.size() / 4 + 2;
+          const std::size_t wanted = keys_.size() + keys_.size() / 4 + 1;
           keys_.reserve(wanted);
           values_.reserve(wanted);
         }

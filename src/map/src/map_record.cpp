@@ -134,6 +134,7 @@ MapData mapOf(const MapRecord& record) {
   map.params = record.params;
   map.trajectory = record.trajectory;
   map.next_plane_id = record.next_plane_id;
+  map.planes.reserve(record.planes.size());
   for (const PlaneRecord& plane : record.planes) map.planes.push_back(layerOf(plane));
   restoreCells(record, map);
   std::vector<UnknownSpace::PlacedBlock> blocks;

@@ -95,7 +95,7 @@ void PlanarMap::clear() {
   impl_->data.params = params;
 }
 
-const detail::Compaction& PlanarMap::Impl::compacted() const {
+detail::Compaction& PlanarMap::Impl::compacted() const {
   if (!cache.counted.load(std::memory_order_relaxed)) {
     cache.compaction.update(data);
     cache.counted.store(true, std::memory_order_release);
@@ -107,10 +107,7 @@ const PlanarMap::Impl::Cache& PlanarMap::Impl::derived() const {
   if (cache.ready.load(std::memory_order_acquire)) return cache;
   const std::lock_guard<std::mutex> lock(cache.mutex);
   if (cache.ready.load(std::memory_order_relaxed)) return cache;
-  cache.cuboids = compacted().cuboids(data);
-  cache.planes.clear();
-  for (const detail::PlaneLayer& layer : data.planes) cache.planes.push_back(layer.info);
-  cache.index.build(cache.cuboids);
+  cache.index.build(compacted().makeList(data));
   cache.ready.store(true, std::memory_order_release);
   return cache;
 }
@@ -120,8 +117,8 @@ const PlanarMap::Impl::Cache& PlanarMap::Impl::derivedUnknown() const {
   if (cache.unknown_ready.load(std::memory_order_acquire)) return cache;
   const std::lock_guard<std::mutex> lock(cache.mutex);
   if (cache.unknown_ready.load(std::memory_order_relaxed)) return cache;
-  cache.unknown =
-      detail::unknownCells(data.unknown, derived_cuboids.cuboids, data.unknownResolution());
+  cache.unknown = detail::unknownCells(data.unknown, derived_cuboids.compaction.list(),
+                                       data.unknownResolution());
   cache.unknown_cells = 0;
   for (std::size_t i = 0; i < cache.unknown.size(); ++i) {
     for (const std::uint64_t word : cache.unknown.value(i)) {
@@ -133,14 +130,22 @@ const PlanarMap::Impl::Cache& PlanarMap::Impl::derivedUnknown() const {
 }
 
 const std::vector<Cuboid>& PlanarMap::cuboids() const {
-  return impl_->derived().cuboids;
+  return impl_->derived().compaction.list();
 }
 std::size_t PlanarMap::cuboidCount() const {
   const std::lock_guard<std::mutex> lock(impl_->cache.mutex);
   return impl_->compacted().count();
 }
 const std::vector<MapPlane>& PlanarMap::planes() const {
-  return impl_->derived().planes;
+  Impl::Cache& cache = impl_->cache;
+  if (cache.planes_ready.load(std::memory_order_acquire)) return cache.planes;
+  const std::lock_guard<std::mutex> lock(cache.mutex);
+  if (cache.planes_ready.load(std::memory_order_relaxed)) return cache.planes;
+  cache.planes.clear();
+  cache.planes.reserve(impl_->data.planes.size());
+  for (const detail::PlaneLayer& layer : impl_->data.planes) cache.planes.push_back(layer.info);
+  cache.planes_ready.store(true, std::memory_order_release);
+  return cache.planes;
 }
 const std::vector<std::pair<double, Pose>>& PlanarMap::trajectory() const {
   Impl::Cache& cache = impl_->cache;
@@ -157,7 +162,7 @@ CellState PlanarMap::stateAt(const Vector3& point) const {
   const Impl::Cache& derived = impl_->derived();
   bool occupied = false;
   derived.index.visit(point, 0.0, [&](std::uint32_t i) {
-    occupied = contains(derived.cuboids[i], point);
+    occupied = contains(derived.compaction.list()[i], point);
     return !occupied;
   });
   if (occupied) return CellState::Occupied;
@@ -172,8 +177,8 @@ double PlanarMap::occupancyAt(const Vector3& point) const {
   const Impl::Cache& derived = impl_->derived();
   double belief = -1.0;
   derived.index.visit(point, 0.0, [&](std::uint32_t i) {
-    if (contains(derived.cuboids[i], point)) {
-      belief = std::max(belief, static_cast<double>(derived.cuboids[i].probability));
+    if (contains(derived.compaction.list()[i], point)) {
+      belief = std::max(belief, static_cast<double>(derived.compaction.list()[i].probability));
     }
     return true;
   });
@@ -186,7 +191,7 @@ Indices PlanarMap::cuboidsAt(const Vector3& point, double margin) const {
   const Impl::Cache& derived = impl_->derived();
   Indices found;
   derived.index.visit(point, margin, [&](std::uint32_t i) {
-    if (contains(derived.cuboids[i], point, margin)) found.push_back(static_cast<int>(i));
+    if (contains(derived.compaction.list()[i], point, margin)) found.push_back(static_cast<int>(i));
     return true;
   });
   std::sort(found.begin(), found.end());
@@ -238,15 +243,14 @@ std::size_t PlanarMap::memoryBytes() const {
   const detail::MapData& data = impl_->data;
   std::size_t bytes =
       sizeof(PlanarMap) + sizeof(Impl) + data.cells.memoryBytes() + data.unknown.memoryBytes();
+  bytes += data.planes.capacity() * sizeof(detail::PlaneLayer);
   for (const detail::PlaneLayer& layer : data.planes) bytes += layer.memoryBytes();
   bytes += data.trajectory.capacity() * sizeof(data.trajectory[0]);
   const std::lock_guard<std::mutex> lock(impl_->cache.mutex);
   const Impl::Cache& cache = impl_->cache;
-  return bytes + cache.cuboids.capacity() * sizeof(Cuboid) +
-         cache.planes.capacity() * sizeof(MapPlane) +
+  return bytes + cache.planes.capacity() * sizeof(MapPlane) +
          cache.trajectory.capacity() * sizeof(cache.trajectory[0]) + cache.index.memoryBytes() +
-         cache.compaction.memoryBytes() +
-         cache.unknown.memoryBytes();
+         cache.compaction.memoryBytes() + cache.unknown.memoryBytes();
 }
 
 std::vector<std::uint8_t> PlanarMap::serialize() const {

@@ -20,9 +20,9 @@ struct PlanarMap::Impl {
     std::mutex mutex;
     std::atomic<bool> counted{false};  ///< is the compaction up to date?
     detail::Compaction compaction;
-    std::atomic<bool> ready{false};
-    std::vector<Cuboid> cuboids;
-    std::vector<MapPlane> planes;
+    std::atomic<bool> ready{false};  ///< are the compaction's list and its index?
+    std::atomic<bool> planes_ready{false};
+    std::vector<MapPlane> planes;                     ///< if they were asked for
     std::vector<std::pair<double, Pose>> trajectory;  ///< as far as it was asked for
     detail::CuboidIndex index;
 
@@ -36,13 +36,14 @@ struct PlanarMap::Impl {
   Impl(const Impl& other) : data(other.data) {}
 
   /// The compaction; the lock of the cache is held.
-  const detail::Compaction& compacted() const;
+  detail::Compaction& compacted() const;
   const Cache& derived() const;
   /// derived() with the unknown cells.
   const Cache& derivedUnknown() const;
   void changed() {
     cache.counted.store(false, std::memory_order_release);
     cache.ready.store(false, std::memory_order_release);
+    cache.planes_ready.store(false, std::memory_order_release);
     cache.unknown_ready.store(false, std::memory_order_release);
   }
 };

@@ -217,6 +217,10 @@ void associatePlanes(MapData& map, Frame& frame) {
     layer.info.id = map.next_plane_id++;
     layer.setFrame(
         makePlaneFrame(frame.planes[k], frame.sensor, map.params.approximation.up, *along));
+    // By an eighth: maps are measured by their memory.
+    if (map.planes.size() == map.planes.capacity()) {
+      map.planes.reserve(map.planes.size() + map.planes.size() / 8 + 1);
+    }
     map.planes.push_back(std::move(layer));
     frame.hits.emplace_back();
     frame.hits.back().layer = map.planes.size() - 1;

@@ -72,6 +72,7 @@ void PlaneLayer::settle() {
 }
 
 void PlaneLayer::restore(const StoredPlane& plane) {
+  if (!stored.hasFrameOf(plane)) ++frame_revision;
   stored = plane;
   setFrame(stored.frame());
   setMoments(stored.moments(frame));
@@ -242,7 +243,7 @@ bool PlaneLayer::refit(double s, double tolerance) {
 }
 
 std::size_t PlaneLayer::memoryBytes() const {
-  std::size_t bytes = sizeof(PlaneLayer) + tiles.memoryBytes() + patches.memoryBytes();
+  std::size_t bytes = tiles.memoryBytes() + patches.memoryBytes();
   for (std::size_t i = 0; i < tiles.size(); ++i) bytes += tiles.value(i).memoryBytes();
   return bytes;
 }

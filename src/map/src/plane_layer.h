@@ -74,7 +74,9 @@ class PlaneLayer {
  public:
   MapPlane info;
   PlaneFrame frame;
-  StoredPlane stored;         ///< frame and moments as of the last settle()
+  StoredPlane stored;  ///< frame and moments as of the last settle()
+  /// Another number for another settled frame.
+  std::uint32_t frame_revision = 0;
   std::int32_t anchor_a = 0;  ///< first cell of patch (0, 0); multiples of 8
   std::int32_t anchor_b = 0;
   KeyMap<RasterTile> tiles;  ///< by (a >> 3, b >> 3)
@@ -110,7 +112,7 @@ class PlaneLayer {
   /// Follows the fit of info.moments if that leaves the frame by more than \p tolerance (metres)
   /// anywhere on the raster. \return whether the frame moved
   bool refit(double s, double tolerance);
-  std::size_t memoryBytes() const;
+  std::size_t memoryBytes() const;  ///< beside the layer itself
 
  private:
   bool settled_ = true;

@@ -48,6 +48,9 @@ struct StoredPlane {
 
   static StoredPlane from(const PlaneFrame& frame, const PlaneMoments& moments);
   PlaneFrame frame() const;
+  bool hasFrameOf(const StoredPlane& o) const {
+    return axis == o.axis && normal == o.normal && turn == o.turn && origin == o.origin;
+  }
   /// \param frame what frame() gives
   PlaneMoments moments(const PlaneFrame& frame) const;
 };
