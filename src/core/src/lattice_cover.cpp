@@ -392,12 +392,13 @@ class LatticeCover {
     return static_cast<std::int64_t>(box.size(0)) * box.size(1) * box.size(2);
   }
 
-  /// Is at least half of the layer beyond the face required? Then the box may as well hold it.
+  /// Is an eighth of the layer beyond the face required? Then the box may as well hold it: the
+  /// surface in it may lie at its far side, beyond the tolerance.
   bool isWorthHolding(const LatticeBox& box, std::size_t axis, bool up) const {
     LatticeBox layer = box;
     layer.low[axis] = up ? box.high[axis] : box.low[axis] - 1;
     layer.high[axis] = layer.low[axis] + 1;
-    return 2 * required_.count(layer) >= volume(layer) && allowed_.all(layer);
+    return 8 * required_.count(layer) >= volume(layer) && allowed_.all(layer);
   }
 
   /// Widens the box towards \p need.
