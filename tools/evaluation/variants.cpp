@@ -19,6 +19,8 @@ std::vector<Variant> ablationVariants() {
       {"no doubt in first sights", "compact", {"planar_cuboid_approximation.first_belief=1"}},
       {"no misses", "compact", {"planar_cuboid_approximation.miss_factor=1"}},
       {"no share of a full cell", "compact", {"planar_cuboid_approximation.min_cell_share=0"}},
+      {"surfaces without noise", "compact", {"planar_cuboid_approximation.surface_factor=0"}},
+      {"strips without noise", "compact", {"planar_cuboid_approximation.rim_pixels=1000"}},
       {"no beliefs of features", "compact", {"kl_occupancy.enabled=false"}},
       {"no update of beliefs", "compact", {"kl_occupancy.update=none"}},
       {"no planes", "compact", {"multi_plane_segmentation.enabled=false"}},
