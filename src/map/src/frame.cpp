@@ -95,6 +95,15 @@ StoredPose StoredPose::from(double timestamp, const Quaternion& orientation,
   return stored;
 }
 
+void StoredPose::alignTo(const StoredPose& other) {
+  std::int64_t dot = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    dot += std::int64_t{orientation[i]} * other.orientation[i];
+  }
+  if (dot >= 0) return;
+  for (std::int16_t& part : orientation) part = static_cast<std::int16_t>(-part);
+}
+
 Vector3 StoredPose::sensor() const {
   return Vector3(static_cast<double>(position[0]), static_cast<double>(position[1]),
                  static_cast<double>(position[2])) /

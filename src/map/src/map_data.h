@@ -24,6 +24,9 @@ struct StoredPose {
   std::array<std::int16_t, 4> orientation{};  ///< quaternion x y z w
 
   static StoredPose from(double timestamp, const Quaternion& orientation, const Vector3& position);
+  /// Takes the one of the two quaternions of the same rotation that is nearer to that of another
+  /// pose, so that sequences have no jumps.
+  void alignTo(const StoredPose& other);
   Vector3 sensor() const;
   Pose pose() const;
 };

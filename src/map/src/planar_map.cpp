@@ -66,8 +66,10 @@ FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
   detail::Frame frame = detail::makeFrame(observation);
   detail::MapData& map = impl_->data;
   impl_->changed();
-  map.trajectory.push_back(
-      detail::StoredPose::from(observation.timestamp, frame.orientation, frame.sensor));
+  detail::StoredPose pose =
+      detail::StoredPose::from(observation.timestamp, frame.orientation, frame.sensor);
+  if (!map.trajectory.empty()) pose.alignTo(map.trajectory.back());
+  map.trajectory.push_back(pose);
   if (map.params.unknown_space || map.params.miss_factor < 1.0) {
     frame.images = detail::makeDepthImages(observation, frame.rotation, frame.sensor,
                                            map.params.range_image_step);

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "map_record.h"
+#include "octant_coder.h"
 #include "planar_mapping/core/error.h"
 
 namespace planar_mapping::detail {
@@ -112,7 +113,7 @@ class PoseCoder {
     auto last = static_cast<std::int64_t>(
         std::floor(std::sqrt(std::max(0.0, static_cast<double>(kOne * kOne) - norm))));
     if (negative) last = -last;
-    last += numbers_[7].codeWithin(coder, pose.orientation[3] - last, -kOne, kOne);
+    last += numbers_[3].codeWithin(coder, pose.orientation[3] - last, -kOne, kOne);
     if (last < -kOne || last > kOne) coder.fail("holds a pose outside the world");
     pose.orientation[3] = static_cast<std::int16_t>(last);
     norm += static_cast<double>(last * last);
@@ -125,13 +126,14 @@ class PoseCoder {
   static constexpr std::int64_t kFar = std::int64_t{1} << 61;
   static constexpr std::int64_t kOne = StoredPose::kOrientationUnits;
 
-  /// Time goes on, the sensor mostly too, as between the two frames before.
+  /// Time goes on, the sensor mostly too, a little less than between the two frames before.
   std::int64_t predicted(std::size_t k) const {
-    return frames_[k] > 1 ? last_[k] + step_[k] : last_[k];
+    if (frames_[k] < 2) return last_[k];
+    return last_[k] + step_[k] - (k == 0 ? 0 : step_[k] >> 2);
   }
   std::int64_t next(BitCoder& coder, std::size_t k, std::int64_t value, std::int64_t limit) {
     const std::int64_t guess = predicted(k);
-    value = guess + numbers_[k].codeWithin(coder, value - guess, -kFar, kFar);
+    value = guess + numbers_[k < 4 ? 1 : 2].codeWithin(coder, value - guess, -kFar, kFar);
     if (value < -limit || value > limit) coder.fail("holds a pose outside the world");
     remember(k, value);
     return value;
@@ -143,7 +145,7 @@ class PoseCoder {
   }
 
   AdaptiveBit in_microseconds_, negative_;
-  std::array<NumberModel, 8> numbers_;
+  std::array<NumberModel, 4> numbers_;  ///< of time, position, x y z of the quaternion, w
   std::array<std::int64_t, 8> last_{};
   std::array<std::int64_t, 8> step_{};
   std::array<std::size_t, 8> frames_{};
@@ -325,46 +327,6 @@ class PlaneCoder {
 };
 
 // Non-planar cells ---------------------------------------------------------------------------
-
-/// Points lie on surfaces, which go on in the next cells and in the other eighths of this one.
-void codeOctants(BitCoder& coder, const std::vector<LatticeBundle>& blocks,
-                 std::vector<std::uint8_t>& octants) {
-  KeyMap<std::uint8_t> known;  // of cells already coded, by cell
-  const auto at = [&](std::int32_t x, std::int32_t y, std::int32_t z) -> std::uint32_t {
-    const std::uint8_t* o = known.find(packKey(Int3{x, y, z}));
-    return o != nullptr ? *o : 0;
-  };
-  constexpr std::size_t kContexts = 2048;
-  MixedBit eighths(4, kContexts, 8);
-  std::size_t next = 0;
-  for (const LatticeBundle& b : blocks) {
-    for (std::uint64_t bits = b.ones; bits != 0; bits &= bits - 1) {
-      const Int3 c = CellLayer::cellOf(b.at, __builtin_ctzll(bits));
-      const std::uint32_t left = at(c.x - 1, c.y, c.z);
-      const std::uint32_t back = at(c.x, c.y - 1, c.z);
-      const std::uint32_t below = at(c.x, c.y, c.z - 1);
-      std::uint8_t& value = octants[next++];
-      std::uint32_t node = 1;  // the bits so far below a one
-      for (std::uint32_t i = 0; i < 8; ++i) {
-        // The eighths on the other sides of this one's faces, in this cell or the one before.
-        const std::uint32_t own = node & ((1u << i) - 1);
-        const std::uint32_t x = (i & 1u) != 0 ? own >> (i ^ 1u) & 1u : left >> (i ^ 1u) & 1u;
-        const std::uint32_t y = (i & 2u) != 0 ? own >> (i ^ 2u) & 1u : back >> (i ^ 2u) & 1u;
-        const std::uint32_t z = (i & 4u) != 0 ? own >> (i ^ 4u) & 1u : below >> (i ^ 4u) & 1u;
-        const std::uint32_t there =
-            (left != 0 ? 1u : 0u) | (back != 0 ? 2u : 0u) | (below != 0 ? 4u : 0u);
-        const std::uint32_t context[4] = {own | 1u << i,
-                                          i | x << 3u | y << 4u | z << 5u | there << 6u,
-                                          i | left << 3u, i | below << 3u};
-        const bool bit = eighths.code(coder, (value >> i & 1u) != 0, context, i);
-        node = own | (bit ? 1u << i : 0u) | 2u << i;
-      }
-      value = static_cast<std::uint8_t>(node);
-      if (value == 0) coder.fail("has a cell that holds no point");
-      known[packKey(c)] = value;
-    }
-  }
-}
 
 void codeCells(BitCoder& coder, MapRecord& record, LatticeCount& count) {
   NumberModel anchor;

@@ -269,14 +269,17 @@ struct Reader {
   void readTrajectory() {
     poses.resize(counts.code(in));
     Chance in_microseconds, negative;
-    std::array<Number, 8> numbers;
+    std::array<Number, 4> numbers;
     std::array<std::vector<std::int64_t>, 7> before;  // time, position, x y z of the quaternion
+    const auto step = [](std::int64_t d, std::size_t k) {
+      return k == 0 ? d : d - static_cast<std::int64_t>(std::floor(static_cast<double>(d) / 4.0));
+    };
     const auto next = [&](std::size_t k) {
       std::vector<std::int64_t>& b = before[k];
       const std::int64_t guess = b.empty()      ? 0
                                  : b.size() < 2 ? b[0]
-                                                : 2 * b.back() - b[b.size() - 2];
-      b.push_back(guess + numbers[k].codeSigned(in));
+                                                : b.back() + step(b.back() - b[b.size() - 2], k);
+      b.push_back(guess + numbers[k == 0 ? 0 : k < 4 ? 1 : 2].codeSigned(in));
       return b.back();
     };
     for (auto& pose : poses) {
@@ -290,7 +293,7 @@ struct Reader {
       }
       const double w = std::floor(std::sqrt(std::max(0.0, static_cast<double>(left))));
       pose[7] = negative.code(in) ? -w : w;
-      pose[7] += static_cast<double>(numbers[7].codeSigned(in));
+      pose[7] += static_cast<double>(numbers[3].codeSigned(in));
     }
   }
 
@@ -373,8 +376,9 @@ struct Reader {
     cells = Lattice(3, false).read(in);
     Beliefs().read(in, cells.size());
     if (compact) {
-      Mixed eighths(4, 2048, 8);
+      Mixed eighths(7, 2048, 1);
       std::map<Cell, unsigned> known;
+      for (const auto& [c, value] : cells) known[c] = 0;
       for (const auto& [c, value] : cells) {
         const auto octants = [&](int dx, int dy, int dz) {
           const auto at = known.find({c[0] - dx, c[1] - dy, c[2] - dz});
@@ -383,14 +387,33 @@ struct Reader {
         const unsigned before[3] = {octants(1, 0, 0), octants(0, 1, 0), octants(0, 0, 1)};
         unsigned own = 0;
         for (unsigned i = 0; i < 8; ++i) {
-          std::size_t faces = i;
+          std::size_t faces = i, face_count = 0, beyond = 0;
+          const auto hasCell = [&](bool x, bool y, bool z) {
+            const Cell at{c[0] + (x ? (i & 1 ? 1 : -1) : 0), c[1] + (y ? (i & 2 ? 1 : -1) : 0),
+                          c[2] + (z ? (i & 4 ? 1 : -1) : 0)};
+            return static_cast<std::size_t>(known.count(at));
+          };
+          const std::size_t n[7] = {hasCell(true, false, false), hasCell(false, true, false),
+                                    hasCell(false, false, true), hasCell(true, true, false),
+                                    hasCell(true, false, true),  hasCell(false, true, true),
+                                    hasCell(true, true, true)};
+          for (std::size_t k = 0; k < 7; ++k) beyond |= n[k] << k;
+          std::size_t ones = 0;
+          for (unsigned k = 0; k < i; ++k) ones += own >> k & 1;
           for (unsigned axis = 0; axis < 3; ++axis) {
             const unsigned from = (i >> axis & 1) != 0 ? own : before[axis];
-            faces |= std::size_t{from >> (i ^ 1u << axis) & 1} << (3 + axis);
+            const std::size_t face = from >> (i ^ 1u << axis) & 1;
+            faces |= face << (3 + axis);
+            face_count += face;
             faces |= std::size_t{before[axis] != 0 ? 1u : 0u} << (6 + axis);
           }
-          if (eighths.code(in, false,
-                           {own | 1u << i, faces, i | before[0] << 3, i | before[2] << 3}, i)) {
+          if (eighths.code(
+                  in, false,
+                  {own | 1u << i, faces, i | before[0] << 3, i | before[2] << 3,
+                   beyond + 16 * (faces & 56),
+                   i + 8 * (beyond & 7) + 8 * (faces & 56) + 512 * std::min<std::size_t>(ones, 2),
+                   std::min<std::size_t>(ones, 3) + 4 * face_count + 16 * (n[0] + n[1] + n[2])},
+                  0)) {
             own |= 1u << i;
           }
         }
