@@ -112,16 +112,18 @@ void findPatches(const PointsView& points, double gap, PlaneSegment& segment) {
   const Vector3 v = n.cross(u);
   const Vector3 origin = segment.moments.mean();
   const double u0 = -u.dot(origin), v0 = -v.dot(origin);
-  // In pixels; float would do near the mean but not for clouds kilometres wide.
-  std::vector<std::pair<double, double>> at(inliers.size());
+  // In pixels; float would do near the mean but not for clouds kilometres wide. Calculated anew
+  // where needed: kept, it would be as large as the cloud.
+  const auto at = [&](std::size_t i) {
+    const float* p = points[static_cast<std::size_t>(inliers[i])];
+    const double x = p[0], y = p[1], z = p[2];
+    return std::pair<double, double>(u[0] * x + u[1] * y + u[2] * z + u0,
+                                     v[0] * x + v[1] * y + v[2] * z + v0);
+  };
   double low_u = std::numeric_limits<double>::max(), high_u = -low_u;
   double low_v = low_u, high_v = -low_u;
   for (std::size_t i = 0; i < inliers.size(); ++i) {
-    const float* p = points[static_cast<std::size_t>(inliers[i])];
-    const double x = p[0], y = p[1], z = p[2];
-    const double pu = u[0] * x + u[1] * y + u[2] * z + u0;
-    const double pv = v[0] * x + v[1] * y + v[2] * z + v0;
-    at[i] = {pu, pv};
+    const auto [pu, pv] = at(i);
     low_u = std::min(low_u, pu);
     high_u = std::max(high_u, pu);
     low_v = std::min(low_v, pv);
@@ -137,8 +139,9 @@ void findPatches(const PointsView& points, double gap, PlaneSegment& segment) {
     const auto pitch = static_cast<std::size_t>(columns);
     std::vector<std::int32_t> bitmap(pitch * static_cast<std::size_t>(rows), 0);
     for (std::size_t i = 0; i < inliers.size(); ++i) {
-      const auto column = static_cast<std::size_t>(at[i].first - low_u) + kReach;
-      const auto row = static_cast<std::size_t>(at[i].second - low_v) + kReach;
+      const auto [pu, pv] = at(i);
+      const auto column = static_cast<std::size_t>(pu - low_u) + kReach;
+      const auto row = static_cast<std::size_t>(pv - low_v) + kReach;
       segment.patches[i] = static_cast<std::int32_t>(row * pitch + column);
       bitmap[row * pitch + column] = -1;
     }
@@ -147,8 +150,9 @@ void findPatches(const PointsView& points, double gap, PlaneSegment& segment) {
   } else {
     constexpr double kFar = 4e18;
     const auto pixelOf = [&](std::size_t i) {
-      return Pixel{static_cast<std::int64_t>(std::min(at[i].second - low_v, kFar)),
-                   static_cast<std::int64_t>(std::min(at[i].first - low_u, kFar))};
+      const auto [pu, pv] = at(i);
+      return Pixel{static_cast<std::int64_t>(std::min(pv - low_v, kFar)),
+                   static_cast<std::int64_t>(std::min(pu - low_u, kFar))};
     };
     std::vector<Pixel> occupied(inliers.size());
     for (std::size_t i = 0; i < inliers.size(); ++i) occupied[i] = pixelOf(i);

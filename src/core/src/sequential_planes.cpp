@@ -118,7 +118,7 @@ PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
   const DistanceBand band(params);
   const double side = chooseCellSide(
       points, indices, kCellSideInThresholds * params.distance_threshold, kShareInCompany);
-  const PointCells grid = buildPointCells(points, indices, side);
+  PointCells grid = buildPointCells(points, indices, side);
   diagnostics.points_not_finite = grid.points_not_finite;
   const std::vector<char> crowded = crowdedCells(grid);
   const PointCells fine = splitCells(points, indices, grid, crowded, kGridLevel);
@@ -154,6 +154,7 @@ PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
   }
   const std::vector<std::int32_t> labels =
       labelPoints(points, indices, grid, candidates, planes, params);
+  grid = PointCells();  // as large as the labels, and no longer needed
   PlaneSet set =
       assemblePlaneSet(points, labels, planes, params, sensor, InlierRule::WithinThreshold);
   diagnostics.rejected_too_small += set.diagnostics.rejected_too_small;

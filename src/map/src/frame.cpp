@@ -219,7 +219,8 @@ Frame makeFrame(const FrameObservation& observation) {
               .transformed(T_world_sensor));
     }
   }
-  frame.non_planar.resize(n);
+  const auto number = static_cast<std::size_t>(std::count(rest.begin(), rest.end(), 1));
+  frame.non_planar.resize(number + 1);
   std::size_t left = 0;
   for (std::size_t i = 0; i < n; ++i) {  // without a branch
     frame.non_planar[left] = static_cast<int>(i);

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
-#include <memory>
 
 #include "belief.h"
 #include "frame.h"
@@ -31,20 +30,6 @@ struct ToCells {
 /// A side of four metres is forty cells of 0.1 m although it is measured as 4.0000001 m.
 constexpr double kRounding = 1e-6;
 
-/// In-plane coordinates of the points of a plane that is new, in cells: wanted twice.
-struct Coordinates {
-  std::unique_ptr<double[]> values;  ///< u of a batch, v of that batch, u of the next one ...
-  std::size_t capacity = 0;
-
-  /// Room for \p points, not kept from before.
-  void reserve(std::size_t points) {
-    const std::size_t wanted = 2 * kBatch * ((points + kBatch - 1) / kBatch);
-    if (wanted <= capacity) return;
-    values.reset(new double[wanted]);  // left as it is: written before it is read
-    capacity = wanted;
-  }
-};
-
 /// Calls visit(begin, n) for the batches of the inliers of a segment.
 template <typename Visit>
 void forEachBatch(const Indices& inliers, Visit&& visit) {
@@ -55,19 +40,17 @@ void forEachBatch(const Indices& inliers, Visit&& visit) {
 
 /// The raster of a new plane starts at the corner of the bounding rectangle of its points, the
 /// slack shared by both sides, as in approximateCuboids(). Its cells are as few as that needs.
-/// \param coordinates of the points in that raster
 CellWindow startRaster(const MapData& map, const Frame& frame, PlaneLayer& layer,
-                       std::size_t segment, Coordinates& coordinates) {
+                       std::size_t segment) {
   const ToCells to_cells(map, frame, layer.frame);
   const PointsView& points = frame.observation->points;
   const Indices& inliers = frame.inliersOf(segment);
   double extent[4] = {INFINITY, INFINITY, -INFINITY, -INFINITY};
-  coordinates.reserve(inliers.size());
+  double u[kBatch];
+  double v[kBatch];
   forEachBatch(inliers, [&](std::size_t begin, std::size_t n) {
-    double* u = coordinates.values.get() + 2 * begin;
-    planeCoordinates(points.data, points.stride, inliers.data() + begin, n, to_cells.m, u,
-                     u + kBatch);
-    widenExtent(u, u + kBatch, n, extent);
+    planeCoordinates(points.data, points.stride, inliers.data() + begin, n, to_cells.m, u, v);
+    widenExtent(u, v, n, extent);
   });
   CellWindow window;
   if (!(extent[0] <= extent[2])) return window;
@@ -83,12 +66,6 @@ CellWindow startRaster(const MapData& map, const Frame& frame, PlaneLayer& layer
       layer.frame.fromPlane({low[0] * map.resolution(), low[1] * map.resolution(), 0.0});
   // As it will be kept, so that the next frame finds the same points in the same cells.
   layer.setFrame(StoredPlane::from(started, PlaneMoments()).frame());
-  const ToCells settled(map, frame, layer.frame);
-  forEachBatch(inliers, [&](std::size_t begin, std::size_t n) {
-    double* u = coordinates.values.get() + 2 * begin;
-    planeCoordinates(points.data, points.stride, inliers.data() + begin, n, settled.m, u,
-                     u + kBatch);
-  });
   window.low_a = window.low_b = 0;
   window.high_a = static_cast<std::int32_t>(std::min(cells[0], 1.0 * kLatticeLimit)) - 1;
   window.high_b = static_cast<std::int32_t>(std::min(cells[1], 1.0 * kLatticeLimit)) - 1;
@@ -127,9 +104,9 @@ void countHits(Frame& frame, const int* indices, const CellRuns& runs, KeyMap<Ti
   }
 }
 
-/// Counts the points of a segment in a plane that was there before.
+/// Counts the points of a segment in the cells of a plane, those of the window only.
 void countSegment(const MapData& map, Frame& frame, const PlaneLayer& layer, std::size_t segment,
-                  KeyMap<TileHits>& hits) {
+                  const CellWindow& window, KeyMap<TileHits>& hits) {
   const ToCells to_cells(map, frame, layer.frame);
   const PointsView& points = frame.observation->points;
   const Indices& inliers = frame.inliersOf(segment);
@@ -138,20 +115,7 @@ void countSegment(const MapData& map, Frame& frame, const PlaneLayer& layer, std
   CellRuns runs;
   forEachBatch(inliers, [&](std::size_t begin, std::size_t n) {
     planeCoordinates(points.data, points.stride, inliers.data() + begin, n, to_cells.m, u, v);
-    runs.find(u, v, n, CellWindow());
-    countHits(frame, inliers.data() + begin, runs, hits);
-  });
-}
-
-/// Starts a new plane with the points of its segment.
-void countNew(const MapData& map, Frame& frame, PlaneLayer& layer, std::size_t segment,
-              Coordinates& coordinates, KeyMap<TileHits>& hits) {
-  const CellWindow window = startRaster(map, frame, layer, segment, coordinates);
-  const Indices& inliers = frame.inliersOf(segment);
-  CellRuns runs;
-  forEachBatch(inliers, [&](std::size_t begin, std::size_t n) {
-    const double* u = coordinates.values.get() + 2 * begin;
-    runs.find(u, u + kBatch, n, window);
+    runs.find(u, v, n, window);
     countHits(frame, inliers.data() + begin, runs, hits);
   });
 }
@@ -210,7 +174,6 @@ void applyHits(const MapData& map, Frame& frame, PlaneLayer& layer, const PlaneH
 }  // namespace
 
 void integratePlanes(MapData& map, Frame& frame) {
-  Coordinates coordinates;
   for (PlaneHits& hits : frame.hits) {
     PlaneLayer& layer = map.planes[hits.layer];
     PlaneMoments moments = layer.info.moments;
@@ -220,11 +183,9 @@ void integratePlanes(MapData& map, Frame& frame) {
     // Cells already there ride along; the new ones enter in the frame as it is from now on.
     if (!hits.is_new) layer.refit(map.resolution(), map.params.refit_tolerance * map.resolution());
     for (const std::size_t segment : hits.segments) {
-      if (hits.is_new) {  // which has one segment
-        countNew(map, frame, layer, segment, coordinates, hits.tiles);
-      } else {
-        countSegment(map, frame, layer, segment, hits.tiles);
-      }
+      CellWindow window;
+      if (hits.is_new) window = startRaster(map, frame, layer, segment);  // it has one segment
+      countSegment(map, frame, layer, segment, window, hits.tiles);
     }
     applyHits(map, frame, layer, hits);
   }
