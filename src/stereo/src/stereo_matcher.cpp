@@ -10,6 +10,7 @@
 #ifdef PLANAR_MAPPING_HAS_XIMGPROC
 #include <opencv2/ximgproc/disparity_filter.hpp>
 #endif
+#include <vector>
 
 #include "cv_image.h"
 #include "disparity_range.h"
@@ -69,6 +70,43 @@ void removePlain(const cv::Mat& contrast, const StereoMatcherParams& params, cv:
     for (int column = 0; column < disparity.cols; ++column) {
       if (sum[column] < least) values[column] = std::numeric_limits<float>::quiet_NaN();
     }
+  }
+}
+
+/// Removes connected regions that are too small for things at their distance. A wrong match takes
+/// as many pixels at any disparity; what is there takes the more the nearer it is.
+/// \param infinity  disparity of points infinitely far away, which are of any size
+void removeTiny(double infinity, double baseline, const StereoMatcherParams& params,
+                cv::Mat& disparity) {
+  const double least = params.speckle_side * params.speckle_side;
+  const int columns = disparity.cols;
+  const auto total = static_cast<int>(disparity.total());
+  auto* values = disparity.ptr<float>();
+  std::vector<std::uint8_t> known(disparity.total(), 0);
+  std::vector<int> region;
+  for (int seed = 0; seed < total; ++seed) {
+    if (known[static_cast<std::size_t>(seed)] != 0 || std::isnan(values[seed])) continue;
+    region.assign(1, seed);
+    known[static_cast<std::size_t>(seed)] = 1;
+    double area = 0.0;
+    for (std::size_t k = 0; k < region.size(); ++k) {
+      const int at = region[k];
+      const double side = baseline / std::max(values[at] - infinity, 1e-3);  // of a pixel there
+      area += side * side;
+      const auto join = [&](bool inside, int next) {
+        if (!inside || known[static_cast<std::size_t>(next)] != 0) return;
+        // False for a hole.
+        if (!(std::abs(values[next] - values[at]) <= params.speckle_range)) return;
+        known[static_cast<std::size_t>(next)] = 1;
+        region.push_back(next);
+      };
+      join(at % columns > 0, at - 1);
+      join(at % columns < columns - 1, at + 1);
+      join(at >= columns, at - columns);
+      join(at < total - columns, at + columns);
+    }
+    if (area >= least) continue;
+    for (const int at : region) values[at] = std::numeric_limits<float>::quiet_NaN();
   }
 }
 
@@ -142,6 +180,7 @@ void StereoMatcherParams::validate() const {
   requireInRange("uniqueness_percent", uniqueness_percent, 0.0, 100.0);
   requireInRange("left_right_tolerance", left_right_tolerance, -1.0, kLargestDisparity, "px");
   requireInRange("speckle_size", speckle_size, 0, 1e9, "px");
+  requireInRange("speckle_side", speckle_side, 0.0, 1e3, "m");
   requirePositive("speckle_range", speckle_range, "px");
   requireInRange("speckle_range", speckle_range, 0.0, kLargestDisparity, "px");
   requireInRange("min_texture", min_texture, 0.0, 255.0);
@@ -212,6 +251,9 @@ DisparityImage StereoMatcher::match(const io::Image& left, const io::Image& righ
 
   cv::Mat disparity = detail::matchSemiGlobally(l, r, fine);
   removePlain(contrast, params_, disparity);
+  if (params_.speckle_side > 0.0 && calibration.baseline) {
+    removeTiny(infinity, *calibration.baseline, params_, disparity);
+  }
   out.match_ms = watch.lap();
 #ifdef PLANAR_MAPPING_HAS_XIMGPROC
   if (params_.wls) disparity = smoothByWls(l, r, disparity, fine, params_);

@@ -217,6 +217,20 @@ TEST(StereoMatcher, AGivenRangeIsKept) {
   EXPECT_LT(errors.rms, 0.08);
 }
 
+TEST(StereoMatcher, TheSameRegionIsTooSmallOnlyNearBy) {
+  const double baseline = *pairCalibration(kWidth, kHeight).baseline;
+  for (const double d : {8.0, 60.0}) {
+    const ImagePair pair = pairOf(Pattern(3), DisparityPlane{d, 0.0, 0.0}, kWidth, kHeight);
+    const DisparityImage all = match(pair);
+    const double side = std::sqrt(all.density() * kWidth * kHeight) * baseline / d;
+    StereoMatcherParams params;
+    params.speckle_side = 0.9 * side;
+    EXPECT_GT(match(pair, params).density(), 0.95 * all.density()) << d;
+    params.speckle_side = 1.1 * side;
+    EXPECT_EQ(match(pair, params).density(), 0.0) << d;
+  }
+}
+
 TEST(StereoMatcher, WlsFillsHoles) {
   if (!hasWlsFilter()) GTEST_SKIP() << "OpenCV without ximgproc";
   const DisparityPlane plane{20.0, 0.0, 0.05};
@@ -272,6 +286,7 @@ TEST(StereoMatcher, RefusesParametersOutOfRange) {
   refused([](auto& p) { p.near_distance = -1.0; });
   refused([](auto& p) { p.smoothness_large = p.smoothness_small - 1.0; });
   refused([](auto& p) { p.speckle_range = 0.0; });
+  refused([](auto& p) { p.speckle_side = -0.1; });
   refused([](auto& p) { p.uniqueness_percent = 101.0; });
   refused([](auto& p) { p.prefilter_cap = 64; });
   refused([](auto& p) { p.wls_lambda = 0.0; });

@@ -55,6 +55,10 @@ class StereoMatchingStage : public Stage {
                  "left and right disparities may differ by so much; negative = not checked");
     table.integer("speckle_size_px", params_.speckle_size, Range::atLeast(0),
                   "connected regions of fewer pixels are removed; 0 = off");
+    table.number(
+        "speckle_side_m", params_.speckle_side, Range::between(0.0, 1000.0),
+        "[ours] so are those that cover less than a square of this side where they are; 0 = "
+        "off");
     table.number("speckle_range_px", params_.speckle_range, Range::positive(),
                  "neighbours whose disparities differ more are not connected");
     table.number("min_texture", params_.min_texture, Range::between(0.0, 255.0),

@@ -39,7 +39,10 @@ struct PLANAR_MAPPING_EXPORT StereoMatcherParams {
   double uniqueness_percent = 5.0;  ///< the second-best cost must be worse by so much
   /// Left and right disparities may differ by so much, in pixels; negative = not checked.
   double left_right_tolerance = 1.0;
-  int speckle_size = 100;      ///< connected regions with fewer pixels are removed; 0 = off
+  int speckle_size = 100;  ///< connected regions with fewer pixels are removed; 0 = off
+  /// [ours] So are those that cover less than a square of this side at their distance, metres; 0 =
+  /// off. Needs the baseline.
+  double speckle_side = 0.0;
   double speckle_range = 1.0;  ///< neighbours that differ more are not connected, pixels
   /// Where neighbours along the row differ by less on average of a window, in gray values, nothing
   /// can be told: without this, semi-global matching sees plain surfaces wherever it likes.
