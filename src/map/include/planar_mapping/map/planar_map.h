@@ -109,10 +109,10 @@ struct FrameUpdate {
 /// World frame, z up, metres, up to 2^20 cells from the origin (100 km at 0.1 m); points beyond are
 /// dropped and counted. Exactly one of isOccupied(), isFree() and isUnknown() holds anywhere.
 ///
-/// One frame at the identity gives the planar cuboids of approximateCuboids() with absorption = 0:
-/// with more of it that function leaves cells to the cuboids of other planes, which a map that goes
-/// on growing cannot. Patches whose window is almost empty (fewer than one in 16 of its tiles of
-/// 8 x 8 cells hold a cell) are approximated island by island. Over frames
+/// Cuboids are derived when they are asked for, again only where the map changed. With
+/// absorption = 0 and surface_factor = 0 one frame at the identity gives most of the planar cuboids
+/// of approximateCuboids(): planes are rounded as in the file (0.1 mm), which moves points on the
+/// border of a cell into the next one. Over frames
 /// - a plane is refitted from moments; its cells ride along with it and are never resampled;
 /// - a cell's belief moves by belief_gain towards what the newest frame says, and is multiplied by
 ///   miss_factor when the sensor looks through it, or looks where it is and measures there without
