@@ -40,6 +40,8 @@ std::string toText(const Endpoint& endpoint) {
 }
 
 Endpoint resolved(const Endpoint& endpoint) {
+  // RFC 6761: this name is the loopback, whether or not the machine has a list of hosts.
+  if (endpoint.host == "localhost") return {"127.0.0.1", endpoint.port};
   addrinfo hints{};
   hints.ai_family = AF_UNSPEC;
   hints.ai_socktype = SOCK_STREAM;
@@ -48,7 +50,7 @@ Endpoint resolved(const Endpoint& endpoint) {
   const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> owner(found, &::freeaddrinfo);
   char address[NI_MAXHOST] = {};
   if (problem == 0) {
-    // IPv4 where there is one: what listens on 127.0.0.1 is also called localhost.
+    // IPv4 where there is one.
     const addrinfo* best = found;
     for (const addrinfo* item = found; item != nullptr; item = item->ai_next) {
       if (item->ai_family == AF_INET) {
