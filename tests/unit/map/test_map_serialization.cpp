@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "hostile_map_file.h"
 #include "map_scene.h"
 #include "planar_mapping/core/error.h"
 #include "planar_mapping/core/random.h"
@@ -16,18 +17,17 @@
 namespace planar_mapping {
 namespace {
 
-using Bytes = std::vector<std::uint8_t>;
+using test::Bytes;
 using test::Chance;
+using test::crc;
+using test::load;
+using test::loadsOrFailsCleanly;
 using test::look;
 using test::lookFrom;
 using test::Number;
 using test::PmapBits;
 using test::Scene;
 using test::Symbol;
-
-PlanarMap load(const Bytes& bytes) {
-  return PlanarMap::deserialize(bytes.data(), bytes.size());
-}
 
 PlanarMap mapOf(int frames, Profile profile = Profile::Compact, double resolution = 0.1) {
   PlanarMapParams params;
@@ -49,15 +49,6 @@ Bytes smallFile() {
   PlanarMap map(params);
   map.insert(look(scene, lookFrom({0.0, 0.0, 1.0})).frame());
   return map.serialize();
-}
-
-std::uint32_t crc(const std::uint8_t* data, std::size_t size) {
-  std::uint32_t c = 0xffffffffu;
-  for (std::size_t i = 0; i < size; ++i) {
-    c ^= data[i];
-    for (int bit = 0; bit < 8; ++bit) c = (c >> 1) ^ ((c & 1u) != 0 ? 0xedb88320u : 0u);
-  }
-  return ~c;
 }
 
 constexpr std::size_t kHeader = 20;  ///< magic, version, CRC-32, size
@@ -121,17 +112,6 @@ Bytes mapOfRegions(std::uint64_t count, std::int64_t corner, unsigned label,
   return fileOf(payload);
 }
 
-/// Loads or throws Error: nothing else, and with bounded memory.
-bool loadsOrFailsCleanly(const Bytes& file) {
-  try {
-    const PlanarMap map = load(file);
-    EXPECT_LT(map.memoryBytes(), 4096 + 2048 * file.size());
-    return true;
-  } catch (const Error&) {
-    return false;
-  }
-}
-
 class MapSerialization : public testing::TestWithParam<Profile> {};
 
 TEST_P(MapSerialization, GivesTheSameBytesAndAnswersAfterLoading) {
@@ -192,27 +172,11 @@ TEST(MapFileSize, IsSmallWithoutUnknownSpace) {
 }
 
 TEST(HostileMapFile, IsRejectedAtEveryLengthItIsCutTo) {
-  const Bytes whole = smallFile();
-  EXPECT_TRUE(loadsOrFailsCleanly(whole));
-  for (std::size_t size = 0; size < whole.size(); ++size) {
-    const Bytes cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
-    EXPECT_FALSE(loadsOrFailsCleanly(cut)) << size;
-  }
-  Bytes longer = whole;
-  longer.push_back(0);
-  EXPECT_FALSE(loadsOrFailsCleanly(longer));
-  EXPECT_THROW(PlanarMap::deserialize(nullptr, 0), Error);
+  test::expectRejectedAtEveryOtherLength(smallFile());
 }
 
 TEST(HostileMapFile, IsRejectedWhenABitFlips) {
-  const Bytes whole = smallFile();
-  Random random(5);
-  for (int i = 0; i < 4000; ++i) {
-    Bytes spoilt = whole;
-    spoilt[random.below(static_cast<std::uint32_t>(whole.size()))] ^=
-        static_cast<std::uint8_t>(1u << random.below(8));
-    EXPECT_FALSE(loadsOrFailsCleanly(spoilt));
-  }
+  test::expectRejectedWhenABitFlips(smallFile());
 }
 
 TEST(HostileMapFile, DoesNoHarmWhenItsChecksumIsRight) {

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "hostile_map_file.h"
 #include "planar_mapping/core/error.h"
 #include "planar_mapping/core/random.h"
 #include "planar_mapping/map/planar_map.h"
@@ -18,26 +19,16 @@
 namespace planar_mapping {
 namespace {
 
-using Bytes = std::vector<std::uint8_t>;
-
-PlanarMap load(const Bytes& bytes) {
-  return PlanarMap::deserialize(bytes.data(), bytes.size());
-}
+using test::Bytes;
+using test::crc;
+using test::load;
+using test::loadsOrFailsCleanly;
 
 /// A file written by the release before version 3.
 Bytes smallFile() {
   std::ifstream stream(std::string(PLANAR_MAPPING_SOURCE_DIR) + "/tests/data/version2_compact.pmap",
                        std::ios::binary);
   return Bytes((std::istreambuf_iterator<char>(stream)), {});
-}
-
-std::uint32_t crc(const std::uint8_t* data, std::size_t size) {
-  std::uint32_t c = 0xffffffffu;
-  for (std::size_t i = 0; i < size; ++i) {
-    c ^= data[i];
-    for (int bit = 0; bit < 8; ++bit) c = (c >> 1) ^ ((c & 1u) != 0 ? 0xedb88320u : 0u);
-  }
-  return ~c;
 }
 
 /// Calls visit(position of the section header, size of its payload) while sections fit.
@@ -75,39 +66,12 @@ Bytes withSection(const Bytes& file, const std::string& tag, const Bytes& payloa
   return result;
 }
 
-/// Loads or throws Error: nothing else, and with bounded memory.
-bool loadsOrFailsCleanly(const Bytes& file) {
-  try {
-    const PlanarMap map = load(file);
-    EXPECT_LT(map.memoryBytes(), 4096 + 2048 * file.size());
-    return true;
-  } catch (const Error&) {
-    return false;
-  }
-}
-
 TEST(HostileVersion2File, IsRejectedAtEveryLengthItIsCutTo) {
-  const Bytes whole = smallFile();
-  EXPECT_TRUE(loadsOrFailsCleanly(whole));
-  for (std::size_t size = 0; size < whole.size(); ++size) {
-    const Bytes cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
-    EXPECT_FALSE(loadsOrFailsCleanly(cut)) << size;
-  }
-  Bytes longer = whole;
-  longer.push_back(0);
-  EXPECT_FALSE(loadsOrFailsCleanly(longer));
-  EXPECT_THROW(PlanarMap::deserialize(nullptr, 0), Error);
+  test::expectRejectedAtEveryOtherLength(smallFile());
 }
 
 TEST(HostileVersion2File, IsRejectedWhenABitFlips) {
-  const Bytes whole = smallFile();
-  Random random(5);
-  for (int i = 0; i < 4000; ++i) {
-    Bytes spoilt = whole;
-    spoilt[random.below(static_cast<std::uint32_t>(whole.size()))] ^=
-        static_cast<std::uint8_t>(1u << random.below(8));
-    EXPECT_FALSE(loadsOrFailsCleanly(spoilt));
-  }
+  test::expectRejectedWhenABitFlips(smallFile());
 }
 
 TEST(HostileVersion2File, DoesNoHarmWhenItsChecksumsAreRight) {

@@ -1,0 +1,67 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/random.h"
+#include "planar_mapping/map/planar_map.h"
+
+namespace planar_mapping::test {
+
+using Bytes = std::vector<std::uint8_t>;
+
+inline PlanarMap load(const Bytes& bytes) {
+  return PlanarMap::deserialize(bytes.data(), bytes.size());
+}
+
+/// CRC-32 of IEEE 802.3, bit by bit.
+inline std::uint32_t crc(const std::uint8_t* data, std::size_t size) {
+  std::uint32_t c = 0xffffffffu;
+  for (std::size_t i = 0; i < size; ++i) {
+    c ^= data[i];
+    for (int bit = 0; bit < 8; ++bit) c = (c >> 1) ^ ((c & 1u) != 0 ? 0xedb88320u : 0u);
+  }
+  return ~c;
+}
+
+/// Loads or throws Error: nothing else, and with bounded memory.
+inline bool loadsOrFailsCleanly(const Bytes& file) {
+  try {
+    const PlanarMap map = load(file);
+    EXPECT_LT(map.memoryBytes(), 4096 + 2048 * file.size());
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+/// A file that loads must not when it is cut anywhere, or goes on after its end.
+inline void expectRejectedAtEveryOtherLength(const Bytes& whole) {
+  EXPECT_TRUE(loadsOrFailsCleanly(whole));
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    const Bytes cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
+    EXPECT_FALSE(loadsOrFailsCleanly(cut)) << size;
+  }
+  Bytes longer = whole;
+  longer.push_back(0);
+  EXPECT_FALSE(loadsOrFailsCleanly(longer));
+  EXPECT_THROW(PlanarMap::deserialize(nullptr, 0), Error);
+}
+
+inline void expectRejectedWhenABitFlips(const Bytes& whole) {
+  Random random(5);
+  for (int i = 0; i < 4000; ++i) {
+    Bytes spoilt = whole;
+    spoilt[random.below(static_cast<std::uint32_t>(whole.size()))] ^=
+        static_cast<std::uint8_t>(1u << random.below(8));
+    EXPECT_FALSE(loadsOrFailsCleanly(spoilt));
+  }
+}
+
+}  // namespace planar_mapping::test
