@@ -8,27 +8,32 @@
 
 namespace planar_mapping::detail {
 
-// Beliefs of cells live in one byte, k / 255, in memory as in the file: what is saved is what the
-// live map answers.
+// Beliefs of cells are whole steps, k / 17, in memory as in the file: what is saved is what the
+// live map answers. Finer ones would be most of a file, and nothing is decided by them.
+constexpr std::uint8_t kCertain = 17;
+
 inline std::uint8_t quantiseBelief(double p) {
-  return static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(p, 0.0, 1.0)));
+  return static_cast<std::uint8_t>(std::lround(kCertain * std::clamp(p, 0.0, 1.0)));
 }
 inline float beliefOf(std::uint8_t k) {
-  return static_cast<float>(k) / 255.0f;
+  return static_cast<float>(k) / kCertain;
 }
 
-/// Belief after the cell was seen again with belief \p q: the newest frame counts for \p gain.
+/// Belief after the cell was seen again with belief \p q: the newest frame counts for \p gain, and
+/// where q is a step away or more, for a step.
 inline std::uint8_t afterHit(std::uint8_t before, double q, double gain) {
-  const double p = before / 255.0;
-  return quantiseBelief(p + gain * (q - p));
+  const double apart = kCertain * std::clamp(q, 0.0, 1.0) - before;
+  const long step = std::lround(gain * apart);
+  if (step != 0 || std::abs(apart) < 1.0) return static_cast<std::uint8_t>(before + step);
+  return static_cast<std::uint8_t>(apart > 0.0 ? before + 1 : before - 1);
 }
-/// Belief after the sensor looked through the cell.
+/// Belief after the sensor looked through the cell; rounded down, or it might never be lost.
 inline std::uint8_t afterMiss(std::uint8_t before, double factor) {
-  return quantiseBelief(before / 255.0 * factor);
+  return static_cast<std::uint8_t>(before * factor);
 }
 /// Does a cell of this belief stay in the map?
 inline bool isKept(std::uint8_t k, double min_probability) {
-  return k > 0 && k / 255.0 >= min_probability;
+  return k > 0 && static_cast<double>(k) / kCertain >= min_probability;
 }
 
 }  // namespace planar_mapping::detail

@@ -22,10 +22,10 @@ struct Cover {
 
   Cover(const MapData& map, const PlaneLayer& plane) : layer(&plane) {
     const double s = map.resolution();
-    const SurfaceBand band = surfaceBand(map, plane);
+    const SurfaceBand band = surfaceBand(map, plane.moments());
     front = band.front / s;
     back = band.back / s;
-    const PlaneFrame& f = plane.frame;
+    const PlaneFrame& f = plane.frame();
     const auto fill = [&](double* row, const Vector3& axis) {
       for (int i = 0; i < 3; ++i) row[i] = axis[i];
       row[3] = -axis.dot(f.origin) / s;
@@ -167,10 +167,11 @@ void giveUpCovered(MapData& map, Frame& frame) {
     for (const std::uint64_t key : hits.tiles.keys()) {
       std::int32_t ta = 0, tb = 0;
       unpackKey(key, ta, tb);
-      const Vector3 middle = layer.frame.fromPlane({(8 * ta + 4) * s, (8 * tb + 4) * s, 0.0}) / s +
-                             0.5 * (cover.front - cover.back) * layer.frame.n;
-      const Vector3 half = 4.0 * layer.frame.u.cwiseAbs() + 4.0 * layer.frame.v.cwiseAbs() +
-                           0.5 * (cover.front + cover.back) * layer.frame.n.cwiseAbs();
+      const Vector3 middle =
+          layer.frame().fromPlane({(8 * ta + 4) * s, (8 * tb + 4) * s, 0.0}) / s +
+          0.5 * (cover.front - cover.back) * layer.frame().n;
+      const Vector3 half = 4.0 * layer.frame().u.cwiseAbs() + 4.0 * layer.frame().v.cwiseAbs() +
+                           0.5 * (cover.front + cover.back) * layer.frame().n.cwiseAbs();
       const Vector3 low = ((middle - half) / 4.0).array().floor();
       const Vector3 high = ((middle + half) / 4.0).array().floor();
       if (!(low.cwiseAbs().maxCoeff() < kLatticeLimit / 4) ||
@@ -317,7 +318,7 @@ void integrateCells(MapData& map, Frame& frame) {
     covers = coversNear(map, low, high);
     candidates = findCandidates(covers, margin, tolerance, hits);
     for (const Cover& cover : covers)
-      frame.absorbed.emplace_back(cover.layer->info.id, KeyMap<std::uint64_t>());
+      frame.absorbed.emplace_back(cover.layer->id, KeyMap<std::uint64_t>());
   }
   const std::vector<float>* belief = frame.observation->probability;
   for (std::size_t i = 0; i < n; ++i) {

@@ -80,7 +80,7 @@ SurfaceCover coverTiles(const std::vector<PlacedTile>& members,
   mask.cells.assign(static_cast<std::size_t>(mask.width) * mask.height, 0);
   const bool certain = std::all_of(members.begin(), members.end(), [](const PlacedTile& t) {
     for (std::uint64_t bits = t.tile->occupied(); bits != 0; bits &= bits - 1) {
-      if (t.tile->belief(static_cast<std::size_t>(__builtin_ctzll(bits))) != 255) return false;
+      if (t.tile->belief(static_cast<std::size_t>(__builtin_ctzll(bits))) != kCertain) return false;
     }
     return true;
   });
@@ -166,7 +166,8 @@ void Compaction::findRegions(const MapData& map, const PlaneFrame& frame, const 
 }
 
 void Compaction::updatePlane(const MapData& map, const PlaneLayer& layer, Plane& plane) {
-  const SurfaceBand band = surfaceBand(map, layer);
+  const PlaneFit fit = layer.stored.fit();
+  const SurfaceBand band = surfaceBand(map, fit.moments);
   const bool moved = plane.frame_revision != layer.frame_revision || !(plane.band == band);
   plane.frame_revision = layer.frame_revision;
   plane.band = band;
@@ -187,7 +188,7 @@ void Compaction::updatePlane(const MapData& map, const PlaneLayer& layer, Plane&
   plane.patches.removeIf(isGone);
   const std::vector<std::vector<PlacedTile>> tiles = layer.tilesOf(changed);
   const auto place = [&](Patch& patch, std::uint64_t key) {
-    findRegions(map, layer.frame, band, patch);
+    findRegions(map, fit.frame, band, patch);
     for (const std::uint64_t region : patch.regions) {
       regions_[region].dirty = true;
       regions_[region].patches.emplace_back(plane.id, key);
@@ -237,7 +238,8 @@ void Compaction::coverRegion(const MapData& map, std::uint64_t key, Region& regi
                        region.patches.end());
   for (const auto& [id, patch_key] : region.patches) {
     const Plane& plane = *find(id);
-    const PlaneFrame& frame = map.planes[static_cast<std::size_t>(&plane - planes_.data())].frame;
+    const auto position = static_cast<std::size_t>(&plane - planes_.data());
+    const PlaneFrame frame = map.planes[position].stored.frame();
     const Patch& patch = *plane.patches.find(patch_key);
     for (const HalfCellRectangle& r : patch.cover.rectangles) {
       const Cuboid cuboid = cuboidOf(r, frame, plane.band, params);
@@ -269,16 +271,16 @@ void Compaction::update(const MapData& map) {
   planes.reserve(map.planes.size());
   auto old = planes_.begin();
   for (const PlaneLayer& layer : map.planes) {
-    for (; old != planes_.end() && old->id < layer.info.id; ++old) {
+    for (; old != planes_.end() && old->id < layer.id; ++old) {
       for (std::size_t p = 0; p < old->patches.size(); ++p) markRegions(old->patches.value(p));
     }
-    if (old != planes_.end() && old->id == layer.info.id) {
+    if (old != planes_.end() && old->id == layer.id) {
       planes.push_back(std::move(*old++));
     } else {
       planes.emplace_back();
-      planes.back().id = layer.info.id;
+      planes.back().id = layer.id;
       planes.back().frame_revision = layer.frame_revision;
-      planes.back().band = surfaceBand(map, layer);
+      planes.back().band = surfaceBand(map, layer.stored.fit().moments);
     }
     updatePlane(map, layer, planes.back());
   }
@@ -335,7 +337,7 @@ const std::vector<Cuboid>& Compaction::makeList(const MapData& map) {
   };
   for (std::size_t i = 0; i < planes_.size(); ++i) {
     const Plane& plane = planes_[i];
-    const PlaneFrame& frame = map.planes[i].frame;
+    const PlaneFrame frame = map.planes[i].stored.frame();
     inOrder(plane.patches, [&](const Patch& patch) {
       for (std::size_t r = 0; r < patch.cover.rectangles.size(); ++r) {
         Cuboid cuboid =

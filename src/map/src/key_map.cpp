@@ -19,10 +19,7 @@ std::uint64_t makeSeed() {
 
 }  // namespace
 
-std::uint64_t hashSeed() {
-  // No result depends on it: entries are kept in the order of insertion.
-  static const std::uint64_t seed = makeSeed();
-  return seed;
-}
+// No result depends on it: entries are kept in the order of insertion.
+const std::uint64_t kHashSeed = makeSeed();
 
 }  // namespace planar_mapping::detail

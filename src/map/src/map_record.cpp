@@ -21,8 +21,8 @@ void forEachCell(const std::vector<LatticeBundle>& bundles, Visit&& visit) {
 
 PlaneRecord recordOf(const PlaneLayer& layer) {
   PlaneRecord record;
-  record.id = layer.info.id;
-  record.frames = layer.info.frames;
+  record.id = layer.id;
+  record.frames = layer.frames;
   record.stored = layer.stored;
   record.anchor = {layer.anchor_a / 8, layer.anchor_b / 8};
   for (std::size_t i = 0; i < layer.tiles.size(); ++i) {
@@ -40,8 +40,8 @@ PlaneRecord recordOf(const PlaneLayer& layer) {
 
 PlaneLayer layerOf(const PlaneRecord& record) {
   PlaneLayer layer;
-  layer.info.id = record.id;
-  layer.info.frames = record.frames;
+  layer.id = record.id;
+  layer.frames = record.frames;
   layer.restore(record.stored);
   layer.anchor_a = 8 * record.anchor[0];
   layer.anchor_b = 8 * record.anchor[1];

@@ -95,10 +95,10 @@ void missPlane(const MapData& map, Frame& frame, const MissTest& test, PlaneLaye
   Vector3 low, high;
   if (!layer.bounds(s, map.thickness(), low, high) || !test.reaches(low, high)) return;
   const Matrix3& r = test.image().inverseRotation();
-  const Vector3 u = r * layer.frame.u;
-  const Vector3 v = r * layer.frame.v;
-  const Vector3 origin = test.image().toCamera(layer.frame.origin);
-  const Vector3 normal = r * layer.frame.n;
+  const Vector3 u = r * layer.frame().u;
+  const Vector3 v = r * layer.frame().v;
+  const Vector3 origin = test.image().toCamera(layer.frame().origin);
+  const Vector3 normal = r * layer.frame().n;
   const Vector3 half_tile = 4.0 * s * (u.cwiseAbs() + v.cwiseAbs()) + Vector3::Constant(s);
   for (std::size_t i = 0; i < layer.tiles.size(); ++i) {
     RasterTile& tile = layer.tiles.value(i);
@@ -183,7 +183,7 @@ void integrateMisses(MapData& map, Frame& frame) {
   for (const DepthImage& image : frame.images) {
     const MissTest test(map, frame, image);
     for (std::size_t l = 0; l < map.planes.size(); ++l) {
-      missPlane(map, frame, test, map.planes[l], hits_of[l], absorbed_of(map.planes[l].info.id));
+      missPlane(map, frame, test, map.planes[l], hits_of[l], absorbed_of(map.planes[l].id));
     }
     missCells(map, frame, test);
   }

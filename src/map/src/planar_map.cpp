@@ -69,6 +69,10 @@ FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
   detail::StoredPose pose =
       detail::StoredPose::from(observation.timestamp, frame.orientation, frame.sensor);
   if (!map.trajectory.empty()) pose.alignTo(map.trajectory.back());
+  // By an eighth: maps are measured by their memory.
+  if (map.trajectory.size() == map.trajectory.capacity()) {
+    map.trajectory.reserve(map.trajectory.size() + map.trajectory.size() / 8 + 1);
+  }
   map.trajectory.push_back(pose);
   if (map.params.unknown_space || map.params.miss_factor < 1.0) {
     frame.images = detail::makeDepthImages(observation, frame.rotation, frame.sensor,
@@ -77,6 +81,7 @@ FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
       frame.images.front().setMapped(frame.use);
     }
   }
+  for (detail::PlaneLayer& layer : map.planes) layer.wake();
   detail::associatePlanes(map, frame);
   detail::integratePlanes(map, frame);
   detail::integrateCells(map, frame);
@@ -145,7 +150,10 @@ const std::vector<MapPlane>& PlanarMap::planes() const {
   if (cache.planes_ready.load(std::memory_order_relaxed)) return cache.planes;
   cache.planes.clear();
   cache.planes.reserve(impl_->data.planes.size());
-  for (const detail::PlaneLayer& layer : impl_->data.planes) cache.planes.push_back(layer.info);
+  for (const detail::PlaneLayer& layer : impl_->data.planes) {
+    const detail::PlaneFit fit = layer.stored.fit();
+    cache.planes.push_back({layer.id, fit.plane, fit.moments, layer.frames});
+  }
   cache.planes_ready.store(true, std::memory_order_release);
   return cache.planes;
 }

@@ -97,7 +97,7 @@ bool areNear(const MapData& map, const PlaneLayer& layer, const PlaneLayer& othe
     const std::uint64_t occupied = other.tiles.value(i).occupied();
     if (occupied == 0) continue;
     const int bit = __builtin_ctzll(occupied);
-    const Vector3 centre = other.frame.fromPlane(
+    const Vector3 centre = other.frame().fromPlane(
         {(8 * ta + (bit & 7) + 0.5) * s, (8 * tb + (bit >> 3) + 0.5) * s, 0.0});
     std::int32_t a = 0, b = 0;
     if (layer.cellOf(centre, s, a, b) && layer.anyWithin(a, b, gap)) return true;
@@ -114,13 +114,13 @@ std::size_t takeCells(const MapData& map, PlaneLayer& layer, const PlaneLayer& o
     if (other.tiles.value(i).occupied() == 0) continue;
     std::int32_t ta = 0, tb = 0;
     unpackKey(other.tiles.key(i), ta, tb);
-    const Vector3 middle = other.frame.fromPlane({(8 * ta + 4) * s, (8 * tb + 4) * s, 0.0});
+    const Vector3 middle = other.frame().fromPlane({(8 * ta + 4) * s, (8 * tb + 4) * s, 0.0});
     std::int32_t ma = 0, mb = 0;
     if (!layer.cellOf(middle, s, ma, mb)) continue;
     // A tile turned by any angle reaches 6 cells from its middle.
     for (std::int32_t b = mb - 7; b <= mb + 7; ++b) {
       for (std::int32_t a = ma - 7; a <= ma + 7; ++a) {
-        const Vector3 centre = layer.frame.fromPlane({(a + 0.5) * s, (b + 0.5) * s, 0.0});
+        const Vector3 centre = layer.frame().fromPlane({(a + 0.5) * s, (b + 0.5) * s, 0.0});
         std::int32_t oa = 0, ob = 0;
         if (!other.cellOf(centre, s, oa, ob) || (oa >> 3) != ta || (ob >> 3) != tb) continue;
         const int bit = 8 * (ob & 7) + (oa & 7);
@@ -150,8 +150,8 @@ Vector3 directionOfWalls(const MapData& map, const Frame& frame) {
     weights.push_back(static_cast<double>(frame.inliersOf(k).size()));
   }
   for (const PlaneLayer& layer : map.planes) {
-    planes.push_back(layer.info.plane);
-    weights.push_back(layer.info.moments.weight());
+    planes.push_back(layer.plane());
+    weights.push_back(layer.stored.weight.value());
   }
   return dominantDirection(planes, weights, map.params.approximation.up);
 }
@@ -171,15 +171,15 @@ void associatePlanes(MapData& map, Frame& frame) {
     const double own = frame.moments[k].fit().rms;
     for (std::size_t l = 0; l < map.planes.size(); ++l) {
       const PlaneLayer& layer = map.planes[l];
-      const double angle = angleBetween(frame.planes[k], layer.info.plane);
+      const double angle = angleBetween(frame.planes[k], layer.plane());
       if (angle > 2.0 * map.params.association_angle) continue;
-      const double offset = rmsDistance(frame.moments[k], layer.info.plane);
+      const double offset = rmsDistance(frame.moments[k], layer.plane());
       if (!(offset <= 2.0 * map.params.association_offset + 3.0 * own)) {
         continue;
       }
       // Its own noise is no reason to doubt that the segment lies on the plane.
       const double apart = std::sqrt(std::max(0.0, offset * offset - own * own));
-      const Tolerance tolerance = toleranceAt(map.params, layer.info.moments, frame.moments[k]);
+      const Tolerance tolerance = toleranceAt(map.params, layer.moments(), frame.moments[k]);
       if (angle > tolerance.angle || apart > tolerance.offset) continue;
       if (!isNear(map, frame, k, layer)) continue;
       pairs.push_back({angle / tolerance.angle + apart / tolerance.offset, k, l});
@@ -214,7 +214,7 @@ void associatePlanes(MapData& map, Frame& frame) {
     if (assigned[k] || frame.inliersOf(k).empty()) continue;
     if (!along) along = directionOfWalls(map, frame);
     PlaneLayer layer;
-    layer.info.id = map.next_plane_id++;
+    layer.id = map.next_plane_id++;
     layer.setFrame(
         makePlaneFrame(frame.planes[k], frame.sensor, map.params.approximation.up, *along));
     // By an eighth: maps are measured by their memory.
@@ -240,8 +240,8 @@ void mergePlanes(MapData& map, Frame& frame) {
       if (other == mine || gone[other] || gone[mine] || (is_new[other] && is_new[mine])) continue;
       const PlaneLayer& a = map.planes[mine];
       const PlaneLayer& b = map.planes[other];
-      if (angleBetween(a.info.plane, b.info.plane) > map.params.association_angle ||
-          !isOnePlane(map.params, a.info.plane, a.info.moments, b.info.plane, b.info.moments) ||
+      if (angleBetween(a.plane(), b.plane()) > map.params.association_angle ||
+          !isOnePlane(map.params, a.plane(), a.moments(), b.plane(), b.moments()) ||
           !areNear(map, a, b)) {
         continue;
       }
@@ -250,10 +250,10 @@ void mergePlanes(MapData& map, Frame& frame) {
       const std::size_t merged = std::max(mine, other);
       PlaneLayer& layer = map.planes[kept];
       takeCells(map, layer, map.planes[merged]);
-      PlaneMoments moments = layer.info.moments;
-      moments.merge(map.planes[merged].info.moments);
+      PlaneMoments moments = layer.moments();
+      moments.merge(map.planes[merged].moments());
       layer.setMoments(moments);
-      layer.info.frames = std::max(layer.info.frames, map.planes[merged].info.frames);
+      layer.frames = std::max(layer.frames, map.planes[merged].frames);
       gone[merged] = true;
       ++frame.update.planes_merged;
       if (merged == mine) hits.layer = kept;

@@ -42,7 +42,7 @@ void forEachBatch(const Indices& inliers, Visit&& visit) {
 /// slack shared by both sides, as in approximateCuboids(). Its cells are as few as that needs.
 CellWindow startRaster(const MapData& map, const Frame& frame, PlaneLayer& layer,
                        std::size_t segment) {
-  const ToCells to_cells(map, frame, layer.frame);
+  const ToCells to_cells(map, frame, layer.frame());
   const PointsView& points = frame.observation->points;
   const Indices& inliers = frame.inliersOf(segment);
   double extent[4] = {INFINITY, INFINITY, -INFINITY, -INFINITY};
@@ -61,9 +61,9 @@ CellWindow startRaster(const MapData& map, const Frame& frame, PlaneLayer& layer
     cells[axis] = std::max(1.0, std::ceil(width - kRounding));
     low[axis] = extent[axis] - 0.5 * (cells[axis] - width);
   }
-  PlaneFrame started = layer.frame;
+  PlaneFrame started = layer.frame();
   started.origin =
-      layer.frame.fromPlane({low[0] * map.resolution(), low[1] * map.resolution(), 0.0});
+      layer.frame().fromPlane({low[0] * map.resolution(), low[1] * map.resolution(), 0.0});
   // As it will be kept, so that the next frame finds the same points in the same cells.
   layer.setFrame(StoredPlane::from(started, PlaneMoments()).frame());
   window.low_a = window.low_b = 0;
@@ -107,7 +107,7 @@ void countHits(Frame& frame, const int* indices, const CellRuns& runs, KeyMap<Ti
 /// Counts the points of a segment in the cells of a plane, those of the window only.
 void countSegment(const MapData& map, Frame& frame, const PlaneLayer& layer, std::size_t segment,
                   const CellWindow& window, KeyMap<TileHits>& hits) {
-  const ToCells to_cells(map, frame, layer.frame);
+  const ToCells to_cells(map, frame, layer.frame());
   const PointsView& points = frame.observation->points;
   const Indices& inliers = frame.inliersOf(segment);
   double u[kBatch];
@@ -135,8 +135,9 @@ void applyHits(const MapData& map, Frame& frame, PlaneLayer& layer, const PlaneH
     double share = 0.0;
     if (!plane_hits.is_new) {
       const double s = map.resolution();
-      const Vector3 middle = layer.frame.fromPlane({(8 * tile_a + 4) * s, (8 * tile_b + 4) * s, 0});
-      const double facing = layer.frame.n.dot((frame.sensor - middle).normalized());
+      const Vector3 middle =
+          layer.frame().fromPlane({(8 * tile_a + 4) * s, (8 * tile_b + 4) * s, 0});
+      const double facing = layer.frame().n.dot((frame.sensor - middle).normalized());
       share = frame.pointsToBeSeen(params, middle, facing);
     }
     for (std::size_t bit = 0; bit < 64; ++bit) {
@@ -176,10 +177,10 @@ void applyHits(const MapData& map, Frame& frame, PlaneLayer& layer, const PlaneH
 void integratePlanes(MapData& map, Frame& frame) {
   for (PlaneHits& hits : frame.hits) {
     PlaneLayer& layer = map.planes[hits.layer];
-    PlaneMoments moments = layer.info.moments;
+    PlaneMoments moments = layer.moments();
     for (const std::size_t segment : hits.segments) moments.merge(frame.moments[segment]);
     layer.setMoments(moments);
-    ++layer.info.frames;
+    ++layer.frames;
     // Cells already there ride along; the new ones enter in the frame as it is from now on.
     if (!hits.is_new) layer.refit(map.resolution(), map.params.refit_tolerance * map.resolution());
     for (const std::size_t segment : hits.segments) {

@@ -56,26 +56,38 @@ bool PlaneLayer::anyWithin(std::int32_t a, std::int32_t b, std::int32_t radius) 
   return false;
 }
 
+void PlaneLayer::wake() {
+  if (fit_ != nullptr) return;
+  fit_.reset(new Fit);
+  fit_->frame = stored.frame();
+  fit_->plane = planeOf(fit_->frame);
+}
+
+const PlaneMoments& PlaneLayer::moments() const {
+  if (!fit_->moments) fit_->moments = stored.moments(stored.frame());
+  return *fit_->moments;
+}
+
 void PlaneLayer::setFrame(const PlaneFrame& wanted) {
-  frame = wanted;
-  info.plane = {frame.n, -frame.n.dot(frame.origin)};
+  fit().frame = wanted;
+  fit().plane = planeOf(wanted);
   settled_ = false;
 }
 
 void PlaneLayer::setMoments(const PlaneMoments& moments) {
-  info.moments = moments;
+  fit().moments = moments;
   settled_ = false;
 }
 
 void PlaneLayer::settle() {
-  if (!settled_) restore(StoredPlane::from(frame, info.moments));
+  if (!settled_) restore(StoredPlane::from(frame(), moments()));
+  fit_.reset();
 }
 
 void PlaneLayer::restore(const StoredPlane& plane) {
   if (!stored.hasFrameOf(plane)) ++frame_revision;
   stored = plane;
-  setFrame(stored.frame());
-  setMoments(stored.moments(frame));
+  fit_.reset();
   settled_ = true;
 }
 
@@ -100,20 +112,22 @@ bool PlaneLayer::extent(std::int32_t& low_a, std::int32_t& low_b, std::int32_t& 
 bool PlaneLayer::bounds(double s, double thickness, Vector3& low, Vector3& high) const {
   std::int32_t low_a = 0, low_b = 0, high_a = 0, high_b = 0;
   if (!extent(low_a, low_b, high_a, high_b)) return false;
-  const Vector3 middle = frame.fromPlane(
+  const PlaneFrame& f = frame();
+  const Vector3 middle = f.fromPlane(
       {0.5 * s * (low_a + high_a + 1), 0.5 * s * (low_b + high_b + 1), -0.5 * thickness});
-  const Vector3 half = 0.5 * s * (high_a - low_a + 1) * frame.u.cwiseAbs() +
-                       0.5 * s * (high_b - low_b + 1) * frame.v.cwiseAbs() +
-                       0.5 * thickness * frame.n.cwiseAbs();
+  const Vector3 half = 0.5 * s * (high_a - low_a + 1) * f.u.cwiseAbs() +
+                       0.5 * s * (high_b - low_b + 1) * f.v.cwiseAbs() +
+                       0.5 * thickness * f.n.cwiseAbs();
   low = middle - half;
   high = middle + half;
   return true;
 }
 
 bool PlaneLayer::cellOf(const Vector3& point, double s, std::int32_t& a, std::int32_t& b) const {
-  const Vector3 d = point - frame.origin;
-  const double u = std::floor(frame.u.dot(d) / s);
-  const double v = std::floor(frame.v.dot(d) / s);
+  const PlaneFrame& f = frame();
+  const Vector3 d = point - f.origin;
+  const double u = std::floor(f.u.dot(d) / s);
+  const double v = std::floor(f.v.dot(d) / s);
   if (!(std::abs(u) < kLatticeLimit) || !(std::abs(v) < kLatticeLimit)) return false;
   a = static_cast<std::int32_t>(u);
   b = static_cast<std::int32_t>(v);
@@ -212,30 +226,30 @@ std::size_t PlaneLayer::tidy(std::uint32_t revision) {
 }
 
 bool PlaneLayer::refit(double s, double tolerance) {
-  const PlaneMoments::Fit fit = info.moments.fit();
+  const PlaneMoments::Fit fit = moments().fit();
   if (!fit.valid) return false;
-  const Plane plane = fit.plane.normal.dot(frame.n) < 0.0 ? fit.plane.flipped() : fit.plane;
+  const Plane plane = fit.plane.normal.dot(frame().n) < 0.0 ? fit.plane.flipped() : fit.plane;
   std::int32_t low_a = 0, low_b = 0, high_a = 0, high_b = 0;
   if (!extent(low_a, low_b, high_a, high_b)) return false;
   double deviation = 0.0;
   for (const std::int32_t a : {low_a, high_a + 1}) {
     for (const std::int32_t b : {low_b, high_b + 1}) {
-      const Vector3 corner = frame.fromPlane({a * s, b * s, 0.0});
+      const Vector3 corner = frame().fromPlane({a * s, b * s, 0.0});
       deviation = std::max(deviation, std::abs(plane.signedDistance(corner)));
     }
   }
   if (!(deviation > tolerance)) return false;
 
   // The new frame keeps the in-plane coordinates of the middle of the points.
-  const PlaneFrame before = frame;
-  const Vector3 middle = before.toPlane(info.moments.mean());
+  const PlaneFrame before = frame();
+  const Vector3 middle = before.toPlane(moments().mean());
   const Vector3 along = before.u - plane.normal.dot(before.u) * plane.normal;
   if (!(along.norm() > 0.5)) return false;  // turned by more than any association allows
   PlaneFrame after;
   after.n = plane.normal;
   after.u = along.normalized();
   after.v = after.n.cross(after.u);
-  const Vector3 mean = info.moments.mean();
+  const Vector3 mean = moments().mean();
   const Vector3 foot = mean - plane.signedDistance(mean) * after.n;
   after.origin = foot - middle.x() * after.u - middle.y() * after.v;
   setFrame(after);

@@ -4,6 +4,8 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "cell_values.h"
@@ -72,9 +74,9 @@ constexpr std::int32_t kPatchCells = 128;
 /// resampled, so nothing smears; within the plane a cell moves by the square of the small angle.
 class PlaneLayer {
  public:
-  MapPlane info;
-  PlaneFrame frame;
-  StoredPlane stored;  ///< frame and moments as of the last settle()
+  std::int32_t id = 0;
+  std::uint32_t frames = 0;  ///< in which it was seen
+  StoredPlane stored;        ///< frame and moments as of the last settle()
   /// Another number for another settled frame.
   std::uint32_t frame_revision = 0;
   std::int32_t anchor_a = 0;  ///< first cell of patch (0, 0); multiples of 8
@@ -82,10 +84,16 @@ class PlaneLayer {
   KeyMap<RasterTile> tiles;  ///< by (a >> 3, b >> 3)
   KeyMap<PlanePatch> patches;
 
-  /// Sets frame and info.plane, until the next settle().
+  /// Makes frame(), plane() and moments() ready. They are large and follow from `stored`: a map
+  /// has them only while it takes a frame in, and moments only of the planes that are near it.
+  void wake();
+  const PlaneFrame& frame() const { return fit_->frame; }
+  const Plane& plane() const { return fit_->plane; }
+  const PlaneMoments& moments() const;
+  /// Sets frame() and plane(), until the next settle().
   void setFrame(const PlaneFrame& wanted);
   void setMoments(const PlaneMoments& moments);
-  /// Rounds frame and moments as the file does, if they changed.
+  /// Rounds frame and moments as the file does, if they changed, and forgets what wake() made.
   void settle();
   /// Frame and moments of a file.
   void restore(const StoredPlane& plane);
@@ -109,12 +117,34 @@ class PlaneLayer {
   std::size_t tidy(std::uint32_t revision);
   /// The tiles with cells of each of the patches, which are given by their positions.
   std::vector<std::vector<PlacedTile>> tilesOf(const std::vector<std::size_t>& positions) const;
-  /// Follows the fit of info.moments if that leaves the frame by more than \p tolerance (metres)
+  /// Follows the fit of the moments if that leaves the frame by more than \p tolerance (metres)
   /// anywhere on the raster. \return whether the frame moved
   bool refit(double s, double tolerance);
   std::size_t memoryBytes() const;  ///< beside the layer itself
 
  private:
+  struct Fit {
+    PlaneFrame frame;
+    Plane plane;
+    std::optional<PlaneMoments> moments;  ///< unless they are those that are stored
+  };
+  /// Copies wake up on their own.
+  struct WorkingFit : std::unique_ptr<Fit> {
+    WorkingFit() = default;
+    WorkingFit(const WorkingFit&) : std::unique_ptr<Fit>() {}
+    WorkingFit(WorkingFit&&) noexcept = default;
+    WorkingFit& operator=(const WorkingFit&) {
+      reset();
+      return *this;
+    }
+    WorkingFit& operator=(WorkingFit&&) noexcept = default;
+  };
+  Fit& fit() {
+    wake();
+    return *fit_;
+  }
+
+  WorkingFit fit_;
   bool settled_ = true;
   // Tiles [low, high]; grows as tiles are added and is exact after tidy().
   std::int32_t low_tile_a_ = kLatticeLimit;

@@ -2,10 +2,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
+#include "belief_coder.h"
 #include "map_record.h"
 #include "octant_coder.h"
+#include "parameter_coder.h"
 #include "planar_mapping/core/error.h"
 
 namespace planar_mapping::detail {
@@ -13,68 +14,6 @@ namespace {
 
 constexpr std::size_t kFramesPerByte = 64;
 constexpr std::size_t kFree = 64;  ///< regions, planes, ... that a file may always have
-
-double codeDouble(BitCoder& coder, double value) {
-  std::uint64_t bits = 0;
-  std::memcpy(&bits, &value, sizeof bits);
-  bits = coder.plain(bits, 64);
-  std::memcpy(&value, &bits, sizeof value);
-  return value;
-}
-
-// Parameters ---------------------------------------------------------------------------------
-
-void codeParams(BitCoder& coder, PlanarMapParams& p) {
-  CuboidApproximationParams& a = p.approximation;
-  // The usual values are part of the format: they stay what they are when defaults change.
-  struct Parameter {
-    double* value;
-    double usual;
-  };
-  const Parameter parameters[] = {
-      {&a.resolution, 0.1},
-      {&a.thickness, 0.0},
-      {&a.density_threshold, 0.9},
-      {&a.min_width, 0.0},
-      {&a.min_height, 0.0},
-      {&a.hole_size, 0.0},
-      {&a.absorption, 0.5},
-      {&a.rectangle_cells, 4.0},
-      {&a.up.x(), 0.0},
-      {&a.up.y(), 0.0},
-      {&a.up.z(), 1.0},
-      {&p.association_angle, 0.087},
-      {&p.association_offset, 0.1},
-      {&p.association_gap, 0.5},
-      {&p.unknown_resolution, 0.0},
-      {&p.max_range, 10.0},
-      {&p.min_probability, 0.5},
-      {&p.belief_gain, 0.5},
-      {&p.miss_factor, 0.7},
-      {&p.first_belief, 0.7},
-      {&p.noise_factor, 1.0},
-      {&p.min_cell_share, 0.15},
-      {&p.rim_pixels, 1.0},
-      {&p.surface_factor, 3.0},
-      {&p.refit_tolerance, 0.1},
-      {&p.range_image_step, 0.0087},
-  };
-  AdaptiveBit usual;
-  for (const Parameter& parameter : parameters) {
-    if (usual.code(coder, *parameter.value == parameter.usual)) {
-      *parameter.value = parameter.usual;
-    } else {
-      *parameter.value = codeDouble(coder, *parameter.value);
-    }
-  }
-  a.profile = coder.plain(a.profile == Profile::Compact ? 1 : 0, 1) != 0 ? Profile::Compact
-                                                                         : Profile::Paper;
-  p.unknown_space = coder.plain(p.unknown_space ? 1 : 0, 1) != 0;
-  NumberModel points;
-  a.min_points_per_cell =
-      static_cast<int>(points.codeWithin(coder, a.min_points_per_cell, 0, 1000000000));
-  if (coder.isReading()) p.validate();
-}
 
 // Trajectory ---------------------------------------------------------------------------------
 
@@ -161,31 +100,6 @@ std::size_t countCells(const std::vector<LatticeBundle>& bundles) {
   return count;
 }
 
-/// Mostly the belief of the cell before.
-class BeliefCoder {
- public:
-  void code(BitCoder& coder, std::vector<std::uint8_t>& beliefs, std::size_t count) {
-    beliefs.resize(count);
-    for (std::uint8_t& belief : beliefs) {
-      if (same_[same_before_].code(coder, belief == last_)) {
-        belief = last_;
-        same_before_ = 1;
-        continue;
-      }
-      same_before_ = 0;
-      belief = static_cast<std::uint8_t>(values_.code(coder, belief));
-      if (belief == 0) coder.fail("gives an occupied cell no belief");
-      last_ = belief;
-    }
-  }
-
- private:
-  std::array<AdaptiveBit, 2> same_;
-  std::size_t same_before_ = 1;
-  SymbolModel<8> values_;
-  std::uint8_t last_ = 255;
-};
-
 // Planes -------------------------------------------------------------------------------------
 
 class RoundedCoder {
@@ -268,7 +182,7 @@ class PlaneCoder {
     }
     tiles_.code(coder, plane.tiles, count);
     if (plane.tiles.empty()) coder.fail("has a plane without a cell");
-    beliefs_.code(coder, plane.beliefs, countCells(plane.tiles));
+    beliefs_.code(coder, plane.tiles, plane.beliefs);
     codeStored(coder, plane.stored, Spread(plane.tiles, resolution_));
   }
 
@@ -323,7 +237,7 @@ class PlaneCoder {
                                         RoundedCoder(StoredPlane::kVarianceBits)};
   RoundedCoder residual_{StoredPlane::kVarianceBits};
   LatticeCoder tiles_{2, false};
-  BeliefCoder beliefs_;
+  BeliefCoder beliefs_{2};
 };
 
 // Non-planar cells ---------------------------------------------------------------------------
@@ -336,7 +250,7 @@ void codeCells(BitCoder& coder, MapRecord& record, LatticeCount& count) {
   }
   LatticeCoder(3, false).code(coder, record.blocks, count);
   const std::size_t cells = countCells(record.blocks);
-  BeliefCoder().code(coder, record.beliefs, cells);
+  BeliefCoder(3).code(coder, record.blocks, record.beliefs);
   if (record.params.approximation.profile == Profile::Compact) {
     record.octants.resize(cells);
     codeOctants(coder, record.blocks, record.octants);

@@ -139,6 +139,14 @@ PlaneFrame StoredPlane::frame() const {
   return frame;
 }
 
+PlaneFit StoredPlane::fit() const {
+  PlaneFit fit;
+  fit.frame = frame();
+  fit.plane = planeOf(fit.frame);
+  fit.moments = moments(fit.frame);
+  return fit;
+}
+
 PlaneMoments StoredPlane::moments(const PlaneFrame& frame) const {
   const Eigen::Matrix2d plane = inPlane(*this);
   const Eigen::Vector2d s(slope[0] * kDirection, slope[1] * kDirection);

@@ -10,6 +10,10 @@
 
 namespace planar_mapping::detail {
 
+inline Plane planeOf(const PlaneFrame& frame) {
+  return {frame.n, -frame.n.dot(frame.origin)};
+}
+
 /// mantissa 2^exponent, or 0.
 struct RoundedNumber {
   std::uint16_t mantissa = 0;  ///< 0 or with its highest bit set
@@ -19,6 +23,13 @@ struct RoundedNumber {
   /// \p value rounded to a mantissa of \p bits; 0 if it is not positive.
   static RoundedNumber from(double value, int bits);
   double value() const;
+};
+
+/// What a plane is like; StoredPlane is the same in few bytes.
+struct PlaneFit {
+  PlaneFrame frame;
+  Plane plane;
+  PlaneMoments moments;
 };
 
 /// Frame and moments of a plane as the file keeps them (docs/file_format.md, "Planes"): in whole
@@ -53,6 +64,7 @@ struct StoredPlane {
   }
   /// \param frame what frame() gives
   PlaneMoments moments(const PlaneFrame& frame) const;
+  PlaneFit fit() const;
 };
 
 }  // namespace planar_mapping::detail

@@ -21,7 +21,7 @@ struct SurfaceBand {
 /// them before and behind the plane, but not beyond kFront and kBack cells, lest they leave the
 /// cells the surface is in, and are at least as thick as was asked for. A function of what the file
 /// keeps of the plane.
-inline SurfaceBand surfaceBand(const MapData& map, const PlaneLayer& layer) {
+inline SurfaceBand surfaceBand(const MapData& map, const PlaneMoments& moments) {
   constexpr double kFront = 0.45;
   constexpr double kBack = 0.75;
   const double thickness = map.thickness();
@@ -29,7 +29,7 @@ inline SurfaceBand surfaceBand(const MapData& map, const PlaneLayer& layer) {
   const double s = map.resolution();
   // In steps, or every frame would move every cuboid a little.
   const double step = s / 16.0;
-  const double spread = step * std::round(map.params.surface_factor * layer.info.rms() / step);
+  const double spread = step * std::round(map.params.surface_factor * moments.fit().rms / step);
   const double front = std::min({spread, kFront * s, 0.5 * thickness});
   return {front, std::max(thickness - front, std::min(spread, kBack * s))};
 }

@@ -22,23 +22,21 @@ class UnknownSpace::OpenRegion {
   /// The region of a block.
   void open(const Int3& block) {
     key_ = regionOf(block);
-    labels_.fill(kNever);
     changed_ = false;
-    const Region* region = space_.regions_.find(key_);
-    if (region == nullptr) return;
-    std::size_t next = 0;
-    for (std::size_t i = 0; i < labels_.size(); ++i) {
-      labels_[i] = static_cast<std::uint8_t>(region->label(i));
-      if (labels_[i] == kMixed) blocks_[i] = region->mixed[next++];
+    const SpaceRegion* region = space_.regions_.find(key_);
+    if (region != nullptr) {
+      region->unpack(blocks_);
+    } else {
+      blocks_.labels.fill(SpaceRegion::kNever);
     }
   }
 
   /// Are all cells of a node known to be free? \param level that of a block or of 2 x 2 x 2 blocks
   bool isKnownFree(int level, const Int3& low) const {
     const std::size_t first = placeOf({low.x >> 2, low.y >> 2, low.z >> 2});
-    if (level == kBlockLevel) return labels_[first] == kFree;
+    if (level == kBlockLevel) return blocks_.labels[first] == SpaceRegion::kFree;
     for (const std::size_t step : {0, 1, 8, 9, 64, 65, 72, 73}) {
-      if (labels_[first + step] != kFree) return false;
+      if (blocks_.labels[first + step] != SpaceRegion::kFree) return false;
     }
     return true;
   }
@@ -56,15 +54,16 @@ class UnknownSpace::OpenRegion {
   }
   void mark(const Int3& block, std::uint64_t cells, bool free) {
     const std::size_t i = placeOf(block);
-    std::uint8_t& label = labels_[i];
-    if (cells == 0 || label == kFree || (label == kUnknown && !free)) return;
-    if (cells == kAllCells && (free || label == kNever)) {
-      label = free ? kFree : kUnknown;
+    std::uint8_t& label = blocks_.labels[i];
+    if (cells == 0 || label == SpaceRegion::kFree || (label == SpaceRegion::kUnknown && !free))
+      return;
+    if (cells == kAllCells && (free || label == SpaceRegion::kNever)) {
+      label = free ? SpaceRegion::kFree : SpaceRegion::kUnknown;
       changed_ = true;
       return;
     }
-    Block& bits = blocks_[i];
-    if (label != kMixed) bits = {0, label == kUnknown ? kAllCells : 0};
+    Block& bits = blocks_.cells[i];
+    if (label != SpaceRegion::kMixed) bits = {0, label == SpaceRegion::kUnknown ? kAllCells : 0};
     const Block before = bits;
     if (free) {
       bits.free |= cells;
@@ -72,24 +71,15 @@ class UnknownSpace::OpenRegion {
     } else {
       bits.unknown |= cells & ~bits.free;
     }
-    changed_ |= label != kMixed || bits.free != before.free || bits.unknown != before.unknown;
-    label = bits.free == kAllCells ? kFree : bits.unknown == kAllCells ? kUnknown : kMixed;
+    changed_ |=
+        label != SpaceRegion::kMixed || bits.free != before.free || bits.unknown != before.unknown;
+    label = bits.free == kAllCells      ? SpaceRegion::kFree
+            : bits.unknown == kAllCells ? SpaceRegion::kUnknown
+                                        : SpaceRegion::kMixed;
   }
 
   void close() {
-    if (!changed_) return;
-    Region& region = space_.regions_[key_];
-    region.labels.fill(0);
-    std::size_t mixed = 0;
-    for (std::size_t i = 0; i < labels_.size(); ++i) {
-      region.labels[i >> 5u] |= std::uint64_t{labels_[i]} << (2 * (i & 31u));
-      mixed += labels_[i] == kMixed ? 1 : 0;
-    }
-    if (region.mixed.size() != mixed) region.mixed = std::vector<Block>(mixed);  // no more room
-    std::size_t next = 0;
-    for (std::size_t i = 0; i < labels_.size(); ++i) {
-      if (labels_[i] == kMixed) region.mixed[next++] = blocks_[i];
-    }
+    if (changed_) space_.regions_[key_].pack(blocks_);
   }
 
  private:
@@ -102,8 +92,7 @@ class UnknownSpace::OpenRegion {
   UnknownSpace& space_;
   std::uint64_t key_ = 0;
   bool changed_ = false;
-  std::array<std::uint8_t, 512> labels_{};
-  std::array<Block, 512> blocks_;
+  SpaceRegion::Blocks blocks_;
 };
 
 /// Goes down from large cubes to cells and stops where the image says the same of all cells.
@@ -218,32 +207,16 @@ void UnknownSpace::add(const std::vector<PlacedBlock>& blocks) {
   if (!blocks.empty()) region.close();
 }
 
-std::size_t UnknownSpace::Region::rank(std::size_t block) const {
-  std::size_t before = 0;
-  const std::size_t word = block >> 5u;
-  for (std::size_t w = 0; w < word; ++w) {
-    before += static_cast<std::size_t>(__builtin_popcountll(mixedOf(labels[w])));
-  }
-  const std::uint64_t below = (std::uint64_t{1} << (2 * (block & 31u))) - 1;
-  return before + static_cast<std::size_t>(__builtin_popcountll(mixedOf(labels[word]) & below));
-}
-
 bool UnknownSpace::isUnknown(const Int3& cell) const {
   const Int3 block{cell.x >> 2, cell.y >> 2, cell.z >> 2};
-  const Region* region = regions_.find(regionOf(block));
-  if (region == nullptr) return false;
-  const std::size_t place = placeOf(block);
-  const unsigned label = region->label(place);
-  if (label != kMixed) return label == kUnknown;
-  const int bit = 16 * (cell.z & 3) + 4 * (cell.y & 3) + (cell.x & 3);
-  return ((region->mixed[region->rank(place)].unknown >> bit) & 1u) != 0;
+  const SpaceRegion* region = regions_.find(regionOf(block));
+  return region != nullptr &&
+         region->isUnknown(placeOf(block), 16 * (cell.z & 3) + 4 * (cell.y & 3) + (cell.x & 3));
 }
 
 std::size_t UnknownSpace::memoryBytes() const {
   std::size_t bytes = regions_.memoryBytes();
-  for (std::size_t r = 0; r < regions_.size(); ++r) {
-    bytes += regions_.value(r).mixed.capacity() * sizeof(Block);
-  }
+  for (std::size_t r = 0; r < regions_.size(); ++r) bytes += regions_.value(r).memoryBytes();
   return bytes;
 }
 

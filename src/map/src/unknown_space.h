@@ -8,6 +8,7 @@
 
 #include "depth_image.h"
 #include "key_map.h"
+#include "space_region.h"
 
 namespace planar_mapping::detail {
 
@@ -24,11 +25,7 @@ using CubeBits = std::array<std::uint64_t, 8>;
 /// frame sees nothing free and part hidden is hidden as a whole.
 class UnknownSpace {
  public:
-  /// 4 x 4 x 4 cells, bit 16 z + 4 y + x.
-  struct Block {
-    std::uint64_t free = 0;
-    std::uint64_t unknown = 0;
-  };
+  using Block = SpaceBlock;
 
   /// Judges the cells in the frustum of an image, up to \p max_range, by its depths.
   void integrate(const DepthImage& image, double cell, double max_range);
@@ -47,19 +44,6 @@ class UnknownSpace {
   std::size_t memoryBytes() const;
 
  private:
-  static constexpr std::int32_t kRegionBlocks = 8;  ///< a side
-  enum Label : std::uint8_t { kNever, kFree, kUnknown, kMixed };
-  /// 32 x 32 x 32 cells: a label of two bits for each block, the cells of the mixed ones in order.
-  struct Region {
-    std::array<std::uint64_t, 16> labels{};
-    std::vector<Block> mixed;
-
-    unsigned label(std::size_t block) const {
-      return static_cast<unsigned>(labels[block >> 5u] >> (2 * (block & 31u))) & 3u;
-    }
-    /// Position in mixed of a block with that label.
-    std::size_t rank(std::size_t block) const;
-  };
   class OpenRegion;
   class Walk;
 
@@ -69,30 +53,22 @@ class UnknownSpace {
   static std::uint64_t regionOf(const Int3& block) {
     return packKey(Int3{block.x >> 3, block.y >> 3, block.z >> 3});
   }
-  /// Bits of the blocks of a word of labels that are mixed, at the low bits of their labels.
-  static std::uint64_t mixedOf(std::uint64_t labels) {
-    return labels & (labels >> 1u) & 0x5555555555555555u;
-  }
 
-  KeyMap<Region> regions_;  ///< by cell >> 5
+  KeyMap<SpaceRegion> regions_;  ///< by cell >> 5
 };
 
 template <typename Visit>
 void UnknownSpace::forEachBlock(Visit&& visit) const {
-  constexpr std::uint64_t kAll = ~std::uint64_t{0};
+  SpaceRegion::Blocks blocks;
   for (std::size_t r = 0; r < regions_.size(); ++r) {
-    const Region& region = regions_.value(r);
     const Int3 at = unpackKey(regions_.key(r));
-    std::size_t next = 0;
-    for (std::size_t i = 0; i < 512; ++i) {
-      const unsigned label = region.label(i);
-      if (label == kNever) continue;
-      const Int3 block{kRegionBlocks * at.x + static_cast<std::int32_t>(i & 7u),
-                       kRegionBlocks * at.y + static_cast<std::int32_t>(i >> 3u & 7u),
-                       kRegionBlocks * at.z + static_cast<std::int32_t>(i >> 6u)};
-      visit(block, label == kMixed  ? region.mixed[next++]
-                   : label == kFree ? Block{kAll, 0}
-                                    : Block{0, kAll});
+    regions_.value(r).unpack(blocks);
+    for (std::size_t i = 0; i < blocks.labels.size(); ++i) {
+      if (blocks.labels[i] == SpaceRegion::kNever) continue;
+      visit(Int3{8 * at.x + static_cast<std::int32_t>(i & 7u),
+                 8 * at.y + static_cast<std::int32_t>(i >> 3u & 7u),
+                 8 * at.z + static_cast<std::int32_t>(i >> 6u)},
+            blocks.cellsOf(i));
     }
   }
 }

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <string>
 
+#include "belief.h"
 #include "bit_stream.h"
 #include "label_tree.h"
 #include "serialization.h"
@@ -36,7 +37,9 @@ void readRuns(std::size_t count, ByteReader& in, Take&& take) {
     const std::uint8_t value = in.u8();
     if (run == 0 || run > count) in.fail("has a run of beliefs of the wrong length");
     if (value == 0) in.fail("gives an occupied cell no belief");
-    for (std::uint64_t i = 0; i < run; ++i) take(value);
+    const int steps = (value * kCertain + 127) / 255;  // they were in 1/255
+    const auto belief = static_cast<std::uint8_t>(std::max(steps, 1));
+    for (std::uint64_t i = 0; i < run; ++i) take(belief);
     count -= static_cast<std::size_t>(run);
   }
 }
@@ -145,8 +148,8 @@ PlaneLayer readPlane(ByteReader& in) {
   const std::uint64_t id = in.varint();
   const std::uint64_t frames = in.varint();
   if (id > INT32_MAX || frames > UINT32_MAX) in.fail("holds a number that is too large");
-  layer.info.id = static_cast<std::int32_t>(id);
-  layer.info.frames = static_cast<std::uint32_t>(frames);
+  layer.id = static_cast<std::int32_t>(id);
+  layer.frames = static_cast<std::uint32_t>(frames);
   const Vector3 origin = readVector(in);
   std::array<float, 6> axes{};
   for (float& axis : axes) axis = in.f32();
@@ -202,8 +205,8 @@ void readPlanes(MapData& map, ByteReader& in) {
   const std::size_t n = in.count(kSmallestPlane);
   for (std::size_t i = 0; i < n; ++i) {
     map.planes.push_back(readPlane(in));
-    const std::int32_t id = map.planes[i].info.id;
-    if (id >= map.next_plane_id || (i > 0 && id <= map.planes[i - 1].info.id)) {
+    const std::int32_t id = map.planes[i].id;
+    if (id >= map.next_plane_id || (i > 0 && id <= map.planes[i - 1].id)) {
       in.fail("has plane numbers that do not ascend");
     }
   }

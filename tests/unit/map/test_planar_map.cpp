@@ -21,6 +21,9 @@ using test::lookFrom;
 using test::Scene;
 using test::View;
 
+/// Of the beliefs that a map keeps.
+constexpr double kBeliefStep = 1.0 / 17.0;
+
 PlanarMapParams paramsAt(double resolution) {
   PlanarMapParams params;
   params.approximation.resolution = resolution;
@@ -31,7 +34,7 @@ bool sameCuboid(const Cuboid& a, const Cuboid& b) {
   const double turn = std::abs(a.orientation.coeffs().dot(b.orientation.coeffs()));
   return (a.center - b.center).norm() < 3e-4 && (a.size - b.size).norm() < 1e-6 &&
          turn > 1.0 - 1e-9 && a.plane_id == b.plane_id &&
-         std::abs(a.probability - b.probability) < 1.0f / 255.0f;
+         std::abs(a.probability - b.probability) < 0.5 * kBeliefStep + 1e-6;
 }
 
 /// Share of the points that lie in or within margin of an occupied cuboid.
@@ -320,10 +323,10 @@ TEST(PlanarMap, FollowsTheBeliefOfThePoints) {
   PlanarMap map(paramsAt(0.1));
   map.insert(frame);
   const Vector3 on_wall(0.0, 5.02, 1.2);
-  EXPECT_NEAR(map.occupancyAt(on_wall), 0.8, 1.0 / 255.0);
+  EXPECT_NEAR(map.occupancyAt(on_wall), 0.8, 0.5 * kBeliefStep + 1e-6);
   std::fill(belief.begin(), belief.end(), 0.6f);
   map.insert(frame);
-  EXPECT_NEAR(map.occupancyAt(on_wall), 0.7, 2.0 / 255.0);
+  EXPECT_NEAR(map.occupancyAt(on_wall), 0.7, kBeliefStep);
   std::fill(belief.begin(), belief.end(), 0.0f);
   map.insert(frame);  // 0.35: below the least belief
   EXPECT_TRUE(map.isFree(on_wall));

@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "bit_coder.h"
+#include "lattice_coder.h"
+
+namespace planar_mapping::detail {
+
+/// Beliefs of cells (docs/file_format.md, "Beliefs"): mostly like those of the cells beside them.
+class BeliefCoder {
+ public:
+  /// \param dimensions of the cells, 2 or 3
+  explicit BeliefCoder(int dimensions) : is_flat_(dimensions == 2) {}
+  /// \param bundles the cells, all of them known
+  /// \param beliefs one for each of them, in their order
+  /// \throws Error if a belief that is read is none
+  void code(BitCoder& coder, const std::vector<LatticeBundle>& bundles,
+            std::vector<std::uint8_t>& beliefs);
+
+ private:
+  std::uint8_t codeOne(BitCoder& coder, std::uint32_t belief, const std::uint32_t* before);
+
+  bool is_flat_;
+  MixedBit bits_{4, 32 << 8, 5};
+};
+
+}  // namespace planar_mapping::detail

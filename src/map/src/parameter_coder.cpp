@@ -1,0 +1,103 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "parameter_coder.h"
+
+#include <cmath>
+#include <cstring>
+
+namespace planar_mapping::detail {
+namespace {
+
+constexpr int kMostPlaces = 7;
+constexpr std::int64_t kMostDigits = 1000000000;
+
+double fromDecimal(std::int64_t digits, int places) {
+  double scale = 1.0;
+  for (int i = 0; i < places; ++i) scale *= 10.0;
+  return static_cast<double>(digits) / scale;
+}
+/// Is it digits times a power of ten, as what a person wrote is?
+bool isDecimal(double value, std::int64_t& digits, int& places) {
+  double scaled = value;
+  for (places = 0; places <= kMostPlaces && std::abs(scaled) < static_cast<double>(kMostDigits);
+       ++places) {
+    digits = std::llround(scaled);
+    if (fromDecimal(digits, places) == value) return true;
+    scaled *= 10.0;
+  }
+  return false;
+}
+
+}  // namespace
+
+double codeDouble(BitCoder& coder, double value) {
+  std::uint64_t bits = 0;
+  std::memcpy(&bits, &value, sizeof bits);
+  bits = coder.plain(bits, 64);
+  std::memcpy(&value, &bits, sizeof value);
+  return value;
+}
+
+void codeParams(BitCoder& coder, PlanarMapParams& p) {
+  CuboidApproximationParams& a = p.approximation;
+  // The usual values are part of the format: they stay what they are when defaults change.
+  struct Parameter {
+    double* value;
+    double usual;
+  };
+  const Parameter parameters[] = {
+      {&a.resolution, 0.1},
+      {&a.thickness, 0.0},
+      {&a.density_threshold, 0.9},
+      {&a.min_width, 0.0},
+      {&a.min_height, 0.0},
+      {&a.hole_size, 0.0},
+      {&a.absorption, 0.5},
+      {&a.rectangle_cells, 4.0},
+      {&a.up.x(), 0.0},
+      {&a.up.y(), 0.0},
+      {&a.up.z(), 1.0},
+      {&p.association_angle, 0.087},
+      {&p.association_offset, 0.1},
+      {&p.association_gap, 0.5},
+      {&p.unknown_resolution, 0.0},
+      {&p.max_range, 10.0},
+      {&p.min_probability, 0.5},
+      {&p.belief_gain, 0.5},
+      {&p.miss_factor, 0.7},
+      {&p.first_belief, 0.7},
+      {&p.noise_factor, 1.0},
+      {&p.min_cell_share, 0.15},
+      {&p.rim_pixels, 1.0},
+      {&p.surface_factor, 3.0},
+      {&p.refit_tolerance, 0.1},
+      {&p.range_image_step, 0.0087},
+  };
+  AdaptiveBit usual, decimal;
+  SymbolModel<3> places;
+  NumberModel digits;
+  for (const Parameter& parameter : parameters) {
+    if (usual.code(coder, *parameter.value == parameter.usual)) {
+      *parameter.value = parameter.usual;
+      continue;
+    }
+    std::int64_t digit = 0;
+    int place = 0;
+    if (!decimal.code(coder, isDecimal(*parameter.value, digit, place))) {
+      *parameter.value = codeDouble(coder, *parameter.value);
+      continue;
+    }
+    place = static_cast<int>(places.code(coder, static_cast<std::uint32_t>(place)));
+    digit = digits.codeWithin(coder, digit, -kMostDigits, kMostDigits);
+    *parameter.value = fromDecimal(digit, place);
+  }
+  a.profile = coder.plain(a.profile == Profile::Compact ? 1 : 0, 1) != 0 ? Profile::Compact
+                                                                         : Profile::Paper;
+  p.unknown_space = coder.plain(p.unknown_space ? 1 : 0, 1) != 0;
+  NumberModel points;
+  a.min_points_per_cell =
+      static_cast<int>(points.codeWithin(coder, a.min_points_per_cell, 0, 1000000000));
+  if (coder.isReading()) p.validate();
+}
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,66 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace planar_mapping::detail {
+
+/// 4 x 4 x 4 cells, bit 16 z + 4 y + x.
+struct SpaceBlock {
+  std::uint64_t free = 0;
+  std::uint64_t unknown = 0;
+};
+
+/// 8 x 8 x 8 blocks in few bytes: a label of two bits a block, of a whole row of 32 where they are
+/// alike, and for each mixed block one word, or two where its cells are of all three kinds.
+class SpaceRegion {
+ public:
+  static constexpr std::size_t kBlocks = 512;
+  /// What the cells of a block are; mixed: not all the same.
+  enum Label : std::uint8_t { kNever, kFree, kUnknown, kMixed };
+
+  /// A region to be worked on.
+  struct Blocks {
+    std::array<std::uint8_t, kBlocks> labels{};
+    std::array<SpaceBlock, kBlocks> cells;  ///< of the mixed blocks
+
+    SpaceBlock cellsOf(std::size_t block) const {
+      constexpr std::uint64_t kAll = ~std::uint64_t{0};
+      const std::uint8_t label = labels[block];
+      if (label == kMixed) return cells[block];
+      return {label == kFree ? kAll : 0, label == kUnknown ? kAll : 0};
+    }
+  };
+
+  void pack(const Blocks& blocks);
+  void unpack(Blocks& blocks) const;
+  /// \param bit of the cell in the block
+  bool isUnknown(std::size_t block, int bit) const;
+  std::size_t memoryBytes() const { return words_.capacity() * sizeof(std::uint64_t); }
+
+ private:
+  static constexpr std::size_t kRow = 32;  ///< blocks
+  static constexpr std::size_t kRows = kBlocks / kRow;
+
+  /// Of what kinds the cells of a mixed block are, and so what its words say.
+  enum Kinds : std::uint8_t { kFreeOrNever, kUnknownOrNever, kFreeOrUnknown, kAllThree };
+
+  bool isAlike(std::size_t row) const { return (alike_ >> row & 1u) != 0; }
+  std::uint64_t labelsOf(std::size_t row, std::size_t word) const;
+  std::size_t firstKinds() const { return kRows - __builtin_popcount(alike_); }
+  Kinds kindsOf(std::size_t mixed) const {
+    return static_cast<Kinds>(words_[firstKinds() + mixed / kRow] >> (2 * (mixed % kRow)) & 3u);
+  }
+
+  std::uint32_t row_labels_ = 0;  ///< two bits for each row that is alike
+  std::uint16_t alike_ = 0xffff;  ///< a bit for each row
+  std::uint16_t mixed_ = 0;       ///< how many blocks are
+  /// The labels of the other rows, the kinds of the mixed blocks by two bits, their cells.
+  std::vector<std::uint64_t> words_;
+};
+
+}  // namespace planar_mapping::detail
