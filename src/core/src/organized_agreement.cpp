@@ -114,11 +114,18 @@ void compare(const TiledCloud& cloud, const Surroundings& surroundings,
   }
   const std::vector<CellFit> wide =
       surroundings.fits(noisy, params.wide_surroundings, cloud.room[1]);
+  // Wide surroundings reach beyond the small planes that stand out of white noise: they do not
+  // count against them.
+  const bool white = noise.correlated_pixels <= params.white_correlation;
   std::size_t j = 0;
   for (Share& share : shares) {
     while (j < noisy.size() && noisy[j] < share.quarter) ++j;
     if (j == noisy.size()) break;
     if (noisy[j] != share.quarter || clear(share)) continue;
+    if (white) {
+      share.near = share.wide = share.agrees = true;
+      continue;
+    }
     const PlaneCandidate& plane = planes[static_cast<std::size_t>(share.label)];
     share.wide = cosine(plane, wide[j]) >= min_cosine;
     share.agrees = share.near || share.wide;

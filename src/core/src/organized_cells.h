@@ -101,6 +101,8 @@ struct OrganizedParams {
   /// Share of the remaining pixels within coherent_angle below which a plane is a slice through
   /// other surfaces.
   double min_coherent_share = 0.66;
+  /// Sigmas by which ranges on two planes differ at most where noise blurs the edge between them.
+  double edge_factor = 6.0;
   /// Rings of tiles around grown cells whose pixels are looked at.
   int assignment_rounds = 2;
   /// Cells of the smallest region.

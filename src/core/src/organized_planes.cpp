@@ -50,6 +50,14 @@ std::vector<TilePart> wholeTiles(const CellGrid& tiles, const std::vector<std::i
   return parts;
 }
 
+/// Where noise blurs the edges between planes, pixels and planes settle together.
+void settleEdges(std::vector<PlaneCandidate>& planes, PixelAssigner& pixels,
+                 const TiledCloud& cloud, const RangeNoise& noise, const OrganizedParams& params) {
+  if (!pixels.isNoisy()) return;
+  refit(planes, pixels.parts(), cloud, noise, params);
+  pixels.settleEdges(planes);
+}
+
 /// Refits planes to their pixels and frees those of planes that are too small or none.
 void drop(std::vector<PlaneCandidate>& planes, PixelAssigner& pixels, double min_points,
           const TiledCloud& cloud, const RangeNoise& noise, const OrganizedParams& params,
@@ -144,6 +152,7 @@ PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
   refit(planes, wholeTiles(tiles, tile_labels), cloud, noise, own);
   pixels.addCells(tiles, tile_labels);
   for (int round = 0; round < own.assignment_rounds; ++round) pixels.assign(planes);
+  settleEdges(planes, pixels, cloud, noise, own);
   drop(planes, pixels, params.min_inliers * own.min_seed_share, cloud, noise, own, set.diagnostics);
   {
     const CellGrid quarters = freeQuarterGrid(cloud, pixels.labels(), params.threads);
@@ -157,6 +166,7 @@ PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
     pixels.reopen(quarters, grown.labels);
   }
   for (int round = 0; round < own.assignment_rounds; ++round) pixels.assign(planes);
+  settleEdges(planes, pixels, cloud, noise, own);
   drop(planes, pixels, params.min_inliers, cloud, noise, own, set.diagnostics);
   // The planes stand; what else lies within d_T of them where they are counts as theirs (Eq. 11).
   pixels.fill(planes);

@@ -36,6 +36,10 @@ class PixelAssigner {
   void assign(const std::vector<PlaneCandidate>& planes);
   /// Assigns what is free within d_T of the planes a tile holds.
   void fill(const std::vector<PlaneCandidate>& planes);
+  /// Whether noise blurs edges: it is white and in some tile beyond how flat surfaces are.
+  bool isNoisy() const;
+  /// Settles which side of an edge the pixels near it are on, in tiles where noise blurs edges.
+  void settleEdges(const std::vector<PlaneCandidate>& planes);
   /// Renames labels; -1 frees the pixels.
   void relabel(const std::vector<std::int16_t>& target);
   /// Number of pixels of each plane.
@@ -63,6 +67,10 @@ class PixelAssigner {
   };
 
   void assignTile(int tile, const std::vector<PlaneCandidate>& planes, int reach);
+  bool isNoisy(int tile) const;
+  /// The two planes that hold most pixels of a tile and those around it; false if there is one.
+  bool commonestAround(int tile, std::int16_t* pair) const;
+  void settleTile(int tile, const std::vector<PlaneCandidate>& planes);
   void summarize(int tile);
   void updatePresence();
   bool changedAround(int tile) const;
