@@ -30,6 +30,7 @@ using planar_mapping::evaluation::PlaneQuality;
 using planar_mapping::evaluation::PlaneTruth;
 using planar_mapping::evaluation::Simulation;
 using planar_mapping::evaluation::SimulationParams;
+using planar_mapping::evaluation::splitFaces;
 using planar_mapping::evaluation::truthOf;
 using planar_mapping::test::LabelledCloud;
 
@@ -51,6 +52,7 @@ struct Method {
 
 struct Row {
   PlaneQuality labels;  ///< every label is a plane, every segment too
+  PlaneQuality faces;   ///< of both, every connected part of min_inliers points and more is one
   PlaneQuality joined;  ///< of both, what is coplanar is one; labels of min_inliers points and more
   std::vector<double> milliseconds;
   double distance = 0.0;
@@ -90,6 +92,8 @@ Row measure(const Set& set, const Method& method, double distance, int repetitio
     const CoplanarParams coplanar;
     const PlaneTruth large =
         truthOf(cloud.view(), cloud.truth.labels, cloud.truth.planes, set.min_inliers);
+    row.faces.add(judgePlanes(splitFaces(cloud.view(), large, set.min_inliers),
+                              splitFaces(cloud.view(), found, set.min_inliers)));
     row.joined.add(judgePlanes(joinCoplanar(cloud.view(), large, coplanar),
                                joinCoplanar(cloud.view(), found, coplanar)));
   }
@@ -125,20 +129,23 @@ void compare(const Set& set, const std::vector<Method>& methods, int repetitions
   std::printf("\n### %s\n\n", set.name.c_str());
   std::printf(
       "| method | d, m | found / labels | recall | precision | over | under | missed | noise "
-      "| angle, deg | point recall | joined: recall | precision | ms |\n");
-  std::printf("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+      "| angle, deg | point recall | faces: recall | precision | joined: recall | precision | ms "
+      "|\n");
+  std::printf("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   for (const Method& method : methods) {
     if (method.organized_only && set.clouds.front().height < 2) continue;
     const Row row = best(set, method, repetitions);
     const PlaneQuality& q = row.labels;
     std::printf(
         "| %s | %.3f | %d / %d | %.3f | %.3f | %d | %d | %d | %d | %.2f | %.3f | %.3f | %.3f "
-        "| %.1f |\n",
+        "| %.3f | %.3f | %.1f |\n",
         method.name.c_str(), row.distance, q.correct, q.true_planes, q.recall(), q.precision(),
         q.over, q.under, q.missed, q.noise, q.meanAngle() * 180.0 / M_PI, q.pointRecall(),
-        row.joined.recall(), row.joined.precision(), median(row.milliseconds));
+        row.faces.recall(), row.faces.precision(), row.joined.recall(), row.joined.precision(),
+        median(row.milliseconds));
     std::fflush(stdout);
     writeCsv(csv, set, method, "labels", row.labels, row);
+    writeCsv(csv, set, method, "faces", row.faces, row);
     writeCsv(csv, set, method, "joined", row.joined, row);
   }
 }

@@ -15,9 +15,10 @@ struct Share {
   std::int32_t quarter = 0;
   std::int16_t label = -1;
   std::int16_t pixels = 0;
-  bool agrees = false;  ///< as far as the noise lets one see
-  bool near = false;    ///< the normals of the small ...
-  bool wide = false;    ///< ... and of the wide surroundings lie within coherent_angle
+  bool agrees = false;     ///< as far as the noise lets one see
+  bool near = false;       ///< the normals of the small ...
+  bool wide = false;       ///< ... and of the wide surroundings lie within coherent_angle
+  bool undecided = false;  ///< mostly other planes around: their normal tells nothing
 };
 
 /// Pixels of a plane.
@@ -28,6 +29,7 @@ struct Count {
   double wide = 0.0;
 
   void add(const Share& share) {
+    if (share.undecided) return;
     all += share.pixels;
     agreeing += share.agrees ? share.pixels : 0;
     near += share.near ? share.pixels : 0;
@@ -55,7 +57,7 @@ std::vector<Share> sharesOf(const TiledCloud& cloud, const PixelAssigner& pixels
       for (int k = 0; k < kQuarterArea; ++k) same += labels[k] == labels[0];
       if (same == kQuarterArea) {
         if (labels[0] >= 0)
-          shares.push_back({quarter, labels[0], kQuarterArea, false, false, false});
+          shares.push_back({quarter, labels[0], kQuarterArea, false, false, false, false});
         continue;
       }
       const std::size_t first = shares.size();
@@ -64,13 +66,38 @@ std::vector<Share> sharesOf(const TiledCloud& cloud, const PixelAssigner& pixels
         std::size_t at = first;
         while (at < shares.size() && shares[at].label != labels[k]) ++at;
         if (at == shares.size()) {
-          shares.push_back({quarter, labels[k], 0, false, false, false});
+          shares.push_back({quarter, labels[k], 0, false, false, false, false});
         }
         ++shares[at].pixels;
       }
     }
   }
   return shares;
+}
+
+/// Whether enough of the small surroundings of a share has its plane.
+bool isInside(const Share& share, const std::vector<Share>& shares,
+              const Surroundings& surroundings, const OrganizedParams& params) {
+  const int radius = params.small_surroundings;
+  const int columns = surroundings.columns();
+  const int row = share.quarter / columns;
+  const int column = share.quarter % columns;
+  const int left = std::max(0, column - radius);
+  const int right = std::min(columns - 1, column + radius);
+  const auto before = [](const Share& other, std::int32_t quarter) {
+    return other.quarter < quarter;
+  };
+  int own = 0;
+  int all = 0;
+  for (int r = std::max(0, row - radius); r <= std::min(surroundings.rows() - 1, row + radius);
+       ++r) {
+    auto at = std::lower_bound(shares.begin(), shares.end(), r * columns + left, before);
+    for (; at != shares.end() && at->quarter <= r * columns + right; ++at) {
+      own += at->label == share.label ? at->pixels : 0;
+    }
+    all += (right - left + 1) * kQuarterArea;
+  }
+  return own >= params.min_own_share * all;
 }
 
 /// Compares the normals around every share with that of its plane.
@@ -91,13 +118,16 @@ void compare(const TiledCloud& cloud, const Surroundings& surroundings,
     const auto label = static_cast<std::size_t>(share.label);
     share.near = cosine(planes[label], small[i]) >= min_cosine;
     share.wide = share.agrees = share.near;
+    if (!share.near && !isInside(share, shares, surroundings, params)) {
+      share.undecided = share.agrees = true;
+    }
     counts[label].add(share);
   }
   // A plane that most small surroundings agree with keeps all its pixels, whatever the others tell.
   const double clear_share = std::max(params.clear_coherent_share, params.min_coherent_share);
   const auto clear = [&](const Share& share) {
     const Count& count = counts[static_cast<std::size_t>(share.label)];
-    return count.near >= clear_share * count.all;
+    return share.undecided || count.near >= clear_share * count.all;
   };
   std::vector<std::int32_t> noisy;
   std::vector<const CellFit*> small_of_noisy;

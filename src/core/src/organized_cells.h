@@ -30,7 +30,7 @@ struct OrganizedParams {
   /// Sigmas by which the mean of a cell may lie off the plane it joins.
   double growing_factor = 3.5;
   /// Share of max_normal_deviation between the normal of a cell and the plane it joins.
-  double growing_angle_share = 0.7;
+  double growing_angle_share = 0.55;
   /// Sigmas of residual up to which the neighbourhood of a cell counts as planar.
   double planar_factor = 1.6;
   /// Quantile of the residuals of small windows that is taken for the noise of the sensor.
@@ -92,6 +92,8 @@ struct OrganizedParams {
   /// ... and where noise turns the normal of the small ones by more than a share of coherent_angle.
   int wide_surroundings = 3;
   double clear_normal_share = 0.8;
+  /// Share of the small ones that must have the plane for their normal to tell against it.
+  double min_own_share = 0.5;
   /// Noise of depth cameras is smooth over this many pixels when they tell a normal.
   double correlated_normal_pixels = 25.0;
   /// Radians that noise may turn a normal at most before it counts as another surface.

@@ -15,6 +15,7 @@ using evaluation::CoplanarParams;
 using evaluation::joinCoplanar;
 using evaluation::judgePlanes;
 using evaluation::PlaneQuality;
+using evaluation::splitFaces;
 using test::LabelledCloud;
 
 std::vector<PlaneSegment> planesOf(const LabelledCloud& cloud, int min_inliers) {
@@ -27,6 +28,12 @@ PlaneQuality joined(const LabelledCloud& cloud, const std::vector<PlaneSegment>&
   const CoplanarParams params;
   return judgePlanes(joinCoplanar(cloud.view(), cloud.truth, params),
                      joinCoplanar(cloud.view(), planes, params));
+}
+
+/// Of connected faces of 100 points and more.
+PlaneQuality faces(const LabelledCloud& cloud, const std::vector<PlaneSegment>& planes) {
+  return judgePlanes(splitFaces(cloud.view(), cloud.truth, 100),
+                     splitFaces(cloud.view(), planes, 100));
 }
 
 TEST(LabelledPlanes, RoomFramesNotTunedOn) {
@@ -44,10 +51,14 @@ TEST(LabelledPlanes, RoomFramesNotTunedOn) {
 TEST(LabelledPlanes, Polyhedra) {
   if (test::isMissing("labelled_synpeb")) GTEST_SKIP() << "labelled_synpeb is not there";
   const LabelledCloud cloud = test::readSynpeb("polyhedra_clean");
-  const PlaneQuality quality = judgePlanes(cloud.truth, planesOf(cloud, 100));
+  const std::vector<PlaneSegment> planes = planesOf(cloud, 100);
+  const PlaneQuality quality = judgePlanes(cloud.truth, planes);
   EXPECT_EQ(quality.true_planes, 38);
   EXPECT_GE(quality.recall(), 0.85);
   EXPECT_GE(quality.precision(), 0.95);
+  EXPECT_EQ(faces(cloud, planes).true_planes, 37);
+  EXPECT_GE(faces(cloud, planes).correct, 36);
+  EXPECT_LE(faces(cloud, planes).segments, 38);
 }
 
 TEST(LabelledPlanes, SmallImageOfPolyhedra) {
@@ -62,18 +73,22 @@ TEST(LabelledPlanes, SmallImageOfPolyhedra) {
 TEST(LabelledPlanes, StairsInNoiseAsLargeAsTheSteps) {
   if (test::isMissing("labelled_synpeb")) GTEST_SKIP() << "labelled_synpeb is not there";
   const LabelledCloud cloud = test::readSynpeb("spiral_stairs_noisy");
-  const PlaneQuality quality = judgePlanes(cloud.truth, planesOf(cloud, 100));
+  const std::vector<PlaneSegment> planes = planesOf(cloud, 100);
+  const PlaneQuality quality = judgePlanes(cloud.truth, planes);
   EXPECT_EQ(quality.true_planes, 30);
-  EXPECT_GE(quality.correct, 11);
-  EXPECT_GE(quality.precision(), 0.6);
+  EXPECT_GE(quality.correct, 16);
+  EXPECT_GE(quality.precision(), 0.7);
+  EXPECT_LT(quality.meanAngle(), 1.0 * M_PI / 180.0) << "edges turn the planes";
+  EXPECT_GE(faces(cloud, planes).correct, 18) << "of 28";
+  EXPECT_GE(faces(cloud, planes).precision(), 0.75);
 }
 
 TEST(LabelledPlanes, RenderedRoom) {
   if (test::isMissing("labelled_icl_frame")) GTEST_SKIP() << "labelled_icl_frame is not there";
   const LabelledCloud cloud = test::readIclFrame();
   const PlaneQuality quality = joined(cloud, planesOf(cloud, 100));
-  EXPECT_GE(quality.recall(), 0.8);
-  EXPECT_GE(quality.precision(), 0.8);
+  EXPECT_GE(quality.recall(), 0.85);
+  EXPECT_GE(quality.precision(), 0.85);
 }
 
 TEST(LabelledPlanes, TableTops) {

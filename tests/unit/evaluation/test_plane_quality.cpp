@@ -180,6 +180,64 @@ TEST(JoinCoplanar, JoinsLabelsAndSegmentsByOneRule) {
   EXPECT_THROW(joinCoplanar(points, truth, narrow), ParameterError);
 }
 
+/// A wall of 24 x 8 points with labels by column; \p gap columns in the middle carry none.
+std::vector<int> halves(int gap) {
+  std::vector<int> labels(24 * 8, 0);
+  for (int i = 0; i < 24 * 8; ++i) {
+    const int column = i % 24;
+    if (column >= 8 && column < 8 + gap) labels[static_cast<std::size_t>(i)] = kOnNoPlane;
+  }
+  return labels;
+}
+
+std::vector<float> wall() {
+  std::vector<float> xyz;
+  for (int row = 0; row < 8; ++row) {
+    for (int column = 0; column < 24; ++column) {
+      xyz.insert(xyz.end(), {0.1F * static_cast<float>(column), 0.1F * static_cast<float>(row), 2});
+    }
+  }
+  return xyz;
+}
+
+TEST(SplitFaces, CutsPlanesAndSegmentsWhereBlocksOfPixelsAreBetween) {
+  const std::vector<float> xyz = wall();
+  const PointsView points(xyz.data(), 24, 8, 3);
+  // Four columns are a block, three leave one with points.
+  EXPECT_EQ(splitFaces(points, truthOfLabels(points, halves(3)), 3).planes.size(), 1u);
+  const PlaneTruth truth = truthOfLabels(points, halves(4));
+  const PlaneTruth faces = splitFaces(points, truth, 3);
+  ASSERT_EQ(faces.planes.size(), 2u);
+  EXPECT_EQ(faces.labels[0], 0);
+  EXPECT_EQ(faces.labels[8], kOnNoPlane);
+  EXPECT_EQ(faces.labels[12], 1);
+  PlaneSegment whole;
+  whole.plane = truth.planes[0];
+  for (std::size_t i = 0; i < truth.labels.size(); ++i) {
+    if (truth.labels[i] == 0) whole.inliers.push_back(static_cast<int>(i));
+  }
+  const std::vector<PlaneSegment> segments = splitFaces(points, {whole}, 3);
+  ASSERT_EQ(segments.size(), 2u);
+  EXPECT_EQ(segments[0].inliers.size(), 64u);
+  EXPECT_EQ(segments[1].inliers.size(), 96u);
+  EXPECT_EQ(judgePlanes(faces, segments).correct, 2);
+}
+
+TEST(SplitFaces, DoesNotJudgeSmallFaces) {
+  const std::vector<float> xyz = wall();
+  const PointsView points(xyz.data(), 24, 8, 3);
+  const PlaneTruth faces = splitFaces(points, truthOfLabels(points, halves(4)), 65);
+  ASSERT_EQ(faces.planes.size(), 1u);
+  EXPECT_EQ(faces.labels[0], kNotJudged);
+  EXPECT_EQ(faces.labels[12], 0);
+  const PointsView list(xyz.data(), xyz.size() / 3);
+  EXPECT_THROW(splitFaces(list, truthOfLabels(points, halves(4)), 3), InputError);
+  EXPECT_THROW(splitFaces(points, truthOfLabels(points, halves(4)), 2), ParameterError);
+  PlaneSegment outside;
+  outside.inliers = {24 * 8};
+  EXPECT_THROW(splitFaces(points, std::vector<PlaneSegment>{outside}, 3), InputError);
+}
+
 }  // namespace
 }  // namespace evaluation
 }  // namespace planar_mapping

@@ -63,6 +63,19 @@ PLANAR_MAPPING_EXPORT std::vector<PlaneSegment> joinCoplanar(
     const PointsView& points, const std::vector<PlaneSegment>& segments,
     const CoplanarParams& params);
 
+/// The unit "one connected face": splits planes and segments into their connected parts in the
+/// image, by one rule for both, and drops parts of few points; points of planes that are dropped
+/// are not judged. Connected are points in the same or in touching blocks of 4 x 4 pixels, so that
+/// pin-holes do not cut a face.
+/// \param min_points least points of a face, >= 3
+/// \throws InputError if the cloud is not organized or sizes disagree; ParameterError
+PLANAR_MAPPING_EXPORT PlaneTruth splitFaces(const PointsView& points, const PlaneTruth& truth,
+                                            int min_points);
+/// The same of segments; only `plane` (the segment's) and `inliers` of the result are filled.
+/// \throws InputError if an inlier is outside the cloud; ParameterError
+PLANAR_MAPPING_EXPORT std::vector<PlaneSegment> splitFaces(
+    const PointsView& points, const std::vector<PlaneSegment>& segments, int min_points);
+
 /// Segments and true planes by the definitions of Hoover et al. ("An experimental comparison of
 /// range image segmentation algorithms", PAMI 18(7), 1996) for an overlap T > 0.5.
 struct PLANAR_MAPPING_EXPORT PlaneQuality {
