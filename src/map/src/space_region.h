@@ -16,7 +16,8 @@ struct SpaceBlock {
 };
 
 /// 8 x 8 x 8 blocks in few bytes: a label of two bits a block, of a whole row of 32 where they are
-/// alike, and for each mixed block one word, or two where its cells are of all three kinds.
+/// alike, and for each mixed block 64 bits, or twice 64 where its cells are of all three kinds,
+/// which take one to nine bytes: most slices of 4 x 4 cells are empty, full, or like the one below.
 class SpaceRegion {
  public:
   static constexpr std::size_t kBlocks = 512;
@@ -40,27 +41,35 @@ class SpaceRegion {
   void unpack(Blocks& blocks) const;
   /// \param bit of the cell in the block
   bool isUnknown(std::size_t block, int bit) const;
-  std::size_t memoryBytes() const { return words_.capacity() * sizeof(std::uint64_t); }
+  std::size_t memoryBytes() const { return bytes_.capacity(); }
 
  private:
   static constexpr std::size_t kRow = 32;  ///< blocks
   static constexpr std::size_t kRows = kBlocks / kRow;
+  static constexpr std::size_t kKindsPerByte = 4;
 
-  /// Of what kinds the cells of a mixed block are, and so what its words say.
+  /// Of what kinds the cells of a mixed block are, and so what its bits say.
   enum Kinds : std::uint8_t { kFreeOrNever, kUnknownOrNever, kFreeOrUnknown, kAllThree };
 
   bool isAlike(std::size_t row) const { return (alike_ >> row & 1u) != 0; }
-  std::uint64_t labelsOf(std::size_t row, std::size_t word) const;
-  std::size_t firstKinds() const { return kRows - __builtin_popcount(alike_); }
+  /// \param own number of the row among those that are not alike, if it is one
+  std::uint64_t labelsOf(std::size_t row, std::size_t own) const;
+  std::size_t ownRows() const {
+    return kRows - static_cast<std::size_t>(__builtin_popcount(alike_));
+  }
   Kinds kindsOf(std::size_t mixed) const {
-    return static_cast<Kinds>(words_[firstKinds() + mixed / kRow] >> (2 * (mixed % kRow)) & 3u);
+    const std::uint8_t byte = bytes_[8 * ownRows() + mixed / kKindsPerByte];
+    return static_cast<Kinds>(byte >> (2 * (mixed % kKindsPerByte)) & 3u);
+  }
+  const std::uint8_t* firstCells() const {
+    return bytes_.data() + 8 * ownRows() + (mixed_ + kKindsPerByte - 1) / kKindsPerByte;
   }
 
   std::uint32_t row_labels_ = 0;  ///< two bits for each row that is alike
   std::uint16_t alike_ = 0xffff;  ///< a bit for each row
   std::uint16_t mixed_ = 0;       ///< how many blocks are
   /// The labels of the other rows, the kinds of the mixed blocks by two bits, their cells.
-  std::vector<std::uint64_t> words_;
+  std::vector<std::uint8_t> bytes_;
 };
 
 }  // namespace planar_mapping::detail
