@@ -7,9 +7,12 @@
 namespace planar_mapping::detail {
 
 void DenseFeatures::sample(const Indices& indices, const FrameCells& cells, int per_group) {
-  points_.clear();
-  groups_.clear();
   support_.assign(cells.groups().size(), Support());
+  const std::size_t most =
+      std::min(indices.size(), support_.size() * static_cast<std::size_t>(per_group));
+  points_.resize(most);
+  groups_.resize(most);
+  std::size_t number = 0;
   std::size_t begin = 0;
   for (const FrameCells::Run& run : cells.runs()) {
     if (run.group >= 0) {
@@ -17,12 +20,15 @@ void DenseFeatures::sample(const Indices& indices, const FrameCells& cells, int 
       const std::size_t taken =
           std::min(run.end - begin, static_cast<std::size_t>(per_group - count));
       count += static_cast<std::int32_t>(taken);
-      points_.insert(points_.end(), indices.begin() + static_cast<std::ptrdiff_t>(begin),
-                     indices.begin() + static_cast<std::ptrdiff_t>(begin + taken));
-      groups_.insert(groups_.end(), taken, run.group);
+      for (std::size_t k = begin; k < begin + taken; ++k, ++number) {
+        points_[number] = indices[k];
+        groups_[number] = run.group;
+      }
     }
     begin = run.end;
   }
+  points_.resize(number);
+  groups_.resize(number);
 }
 
 void DenseFeatures::judge(const PointsView& points, const OccupancyParams& params,

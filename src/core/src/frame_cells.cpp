@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <utility>
 
 #include "planar_mapping/core/simd.h"
@@ -50,7 +49,7 @@ void findRuns(Block& block, std::size_t n) {
   }
 }
 
-/// Cell numbers of points along one axis, -kFarthest where too far or not a number.
+/// Cell numbers of at most kBlock points along one axis, -kFarthest where too far or not a number.
 PLANAR_MAPPING_MULTIVERSION
 void cellsAlongAxis(const float* __restrict x, const float* __restrict y, const float* __restrict z,
                     std::size_t n, const float* row, float offset,
@@ -59,9 +58,15 @@ void cellsAlongAxis(const float* __restrict x, const float* __restrict y, const 
   const float a = row[0];
   const float b = row[1];
   const float c = row[2];
+  // Two loops, and no std::floor(): otherwise neither is vectorised.
+  float cells[kBlock];
   for (std::size_t k = 0; k < n; ++k) {
-    const float cell = std::floor(a * x[k] + b * y[k] + c * z[k] + offset);
-    numbers[k] = static_cast<std::int32_t>(std::fabs(cell) < kLimit ? cell : -kLimit - 1.0f);
+    const float cell = a * x[k] + b * y[k] + c * z[k] + offset;
+    cells[k] = (cell >= 1.0f - kLimit) & (cell < kLimit) ? cell : -kLimit - 1.0f;
+  }
+  for (std::size_t k = 0; k < n; ++k) {
+    const auto towards_zero = static_cast<std::int32_t>(cells[k]);
+    numbers[k] = towards_zero - (static_cast<float>(towards_zero) > cells[k] ? 1 : 0);
   }
 }
 
@@ -110,17 +115,14 @@ void FrameCells::number(const PointsView& points, const Indices& indices,
       cellsAlongAxis(x_of, y_of, z_of, n, rows_[axis], offset_[axis], block.number[axis] + 1);
     }
     findRuns(block, n);
-    std::size_t k = 0;
-    for (; k + 8 <= n; k += 8) {
-      std::uint64_t any = 0;
-      std::memcpy(&any, block.is_first + k, 8);
-      for (std::size_t i = k; any != 0 && i < k + 8; ++i) {
-        if (block.is_first[i] != 0) begin(first, i);
-      }
+    // Where runs begin, no branch could foresee.
+    std::uint16_t beginning[kBlock];
+    std::size_t runs = 0;
+    for (std::size_t k = 0; k < n; ++k) {
+      beginning[runs] = static_cast<std::uint16_t>(k);
+      runs += block.is_first[k];
     }
-    for (; k < n; ++k) {
-      if (block.is_first[k] != 0) begin(first, k);
-    }
+    for (std::size_t r = 0; r < runs; ++r) begin(first, beginning[r]);
     for (std::int32_t* numbers : {block.number[0], block.number[1], block.number[2], block.label}) {
       numbers[0] = numbers[n];
     }
@@ -136,10 +138,18 @@ std::int32_t FrameCells::groupAt(std::size_t k) const {
 
 void FrameCells::giveToPoints(const Indices& indices, const std::vector<float>& of_group,
                               float otherwise, std::vector<float>& values) const {
+  // Four points at a time: what belongs to the next runs is given their values after that.
+  constexpr std::size_t kAtOnce = 4;
+  float* of_point = values.data();
+  const int* at = indices.data();
   std::size_t k = 0;
   for (const Run& run : runs_) {
     const float value = run.group < 0 ? otherwise : of_group[static_cast<std::size_t>(run.group)];
-    for (; k < run.end; ++k) values[static_cast<std::size_t>(indices[k])] = value;
+    for (; k < run.end && k + kAtOnce <= indices.size(); k += kAtOnce) {
+      for (std::size_t i = k; i < k + kAtOnce; ++i) of_point[at[i]] = value;
+    }
+    for (; k < run.end; ++k) of_point[at[k]] = value;
+    k = run.end;
   }
 }
 

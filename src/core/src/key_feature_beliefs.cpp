@@ -56,7 +56,8 @@ struct KeyFeatureBeliefs::Impl {
   void takeFeatures(const Frame& frame);
   std::vector<float> judgeFeatures(const Frame& frame);
   void findNeighbours();
-  void spread();
+  void spread(std::vector<std::size_t> from);
+  void spreadAll();
   void spreadBelieved();
 
   // Adjacent groups on the same plane, up to 26 of each, kept for their memory.
@@ -169,15 +170,29 @@ std::vector<float> KeyFeatureBeliefs::Impl::judgeFeatures(const Frame& frame) {
   return seen;
 }
 
-/// As spread(), but first from believed features alone.
+/// From the cells of all features.
+void KeyFeatureBeliefs::Impl::spreadAll() {
+  std::vector<std::size_t> known;
+  for (std::size_t g = 0; g < values.size(); ++g) {
+    if (values[g] >= 0.0) known.push_back(g);
+  }
+  spread(std::move(known));
+}
+
+/// The same, but first from believed features alone.
 void KeyFeatureBeliefs::Impl::spreadBelieved() {
   const std::vector<double> own = values;
-  for (double& value : values) value = value < kBelieved ? -1.0 : value;
-  spread();
+  std::vector<std::size_t> believed;
+  std::vector<std::size_t> doubted;
   for (std::size_t g = 0; g < own.size(); ++g) {
-    if (own[g] >= 0.0) values[g] = own[g];
+    if (own[g] < 0.0) continue;
+    (own[g] < kBelieved ? doubted : believed).push_back(g);
+    if (own[g] < kBelieved) values[g] = -1.0;
   }
-  spread();
+  spread(std::move(believed));
+  for (const std::size_t g : doubted) values[g] = own[g];
+  // What lies around believed cells has its value.
+  spread(std::move(doubted));
 }
 
 void KeyFeatureBeliefs::Impl::findNeighbours() {
@@ -198,9 +213,9 @@ void KeyFeatureBeliefs::Impl::findNeighbours() {
   }
 }
 
-/// From the cells of features to those around them on the same plane.
-void KeyFeatureBeliefs::Impl::spread() {
-  detail::spreadOutwards(values, [&](std::size_t group, const auto& visit) {
+/// From these cells, which have a value, to those around them on the same plane.
+void KeyFeatureBeliefs::Impl::spread(std::vector<std::size_t> from) {
+  detail::spreadOutwards(values, std::move(from), [&](std::size_t group, const auto& visit) {
     for (std::int32_t i = 0; i < beside_count[group]; ++i) {
       visit(static_cast<std::size_t>(beside[group][static_cast<std::size_t>(i)]));
     }
@@ -241,7 +256,7 @@ KeyFeatureBeliefs::Summary KeyFeatureBeliefs::update(const Frame& frame,
   }
   if (!own.features.empty()) {
     own.findNeighbours();
-    own.params.doubt_spreads ? own.spread() : own.spreadBelieved();
+    own.params.doubt_spreads ? own.spreadAll() : own.spreadBelieved();
   }
 
   own.dense.judge(frame.points, occupancy, &own.values);

@@ -103,6 +103,7 @@ std::vector<float> featureProbabilities(const PointsView& points, const Indices*
     ++count[slot_of[k]];
   }
 
+  const double axis = params.optical_axis.norm();
   std::vector<float> result(n, 0.0f);
   for (std::size_t k = 0; k < n; ++k) {
     if (range[k] < 0.0) continue;
@@ -111,9 +112,9 @@ std::vector<float> featureProbabilities(const PointsView& points, const Indices*
       result[k] = static_cast<float>(params.single_feature_probability);
       continue;
     }
-    const std::size_t i = detail::at(indices, k);
+    const Vector3 point = points.point(detail::at(indices, k)) - sensor;
     const double mean = range_sum[slot] / count[slot];
-    const double depth = depthOf(points.point(i) - sensor, params.optical_axis);
+    const double depth = axis > 0.0 ? std::abs(point.dot(params.optical_axis)) / axis : range[k];
     const double error = std::max(rangeErrorOf(mean, depth, params.noise), params.min_range_error);
     result[k] = static_cast<float>(probabilityOf(range[k], mean, error, params.eta1));
   }

@@ -2,29 +2,28 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 namespace planar_mapping::detail {
 
 /// Gives cells without a value (-1) the mean over their neighbours that have one, ring by ring.
+/// \param ring       cells with a value that have neighbours without one
 /// \param neighbours neighbours(cell, visit) calls visit(other) for each adjacent cell
 template <typename Neighbours>
-void spreadOutwards(std::vector<double>& values, const Neighbours& neighbours) {
-  std::vector<std::size_t> ring;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (values[i] >= 0.0) ring.push_back(i);
-  }
+void spreadOutwards(std::vector<double>& values, std::vector<std::size_t> ring,
+                    const Neighbours& neighbours) {
+  std::vector<char> is_listed(values.size(), 0);
   while (!ring.empty()) {
     std::vector<std::size_t> next;
     for (const std::size_t cell : ring) {
       neighbours(cell, [&](std::size_t other) {
-        if (values[other] < 0.0) next.push_back(other);
+        if (values[other] >= 0.0 || is_listed[other] != 0) return;
+        is_listed[other] = 1;
+        next.push_back(other);
       });
     }
-    std::sort(next.begin(), next.end());
-    next.erase(std::unique(next.begin(), next.end()), next.end());
     // All of a ring are judged by the rings before it, so the order of cells does not matter.
     std::vector<double> means(next.size());
     for (std::size_t i = 0; i < next.size(); ++i) {
@@ -40,6 +39,16 @@ void spreadOutwards(std::vector<double>& values, const Neighbours& neighbours) {
     for (std::size_t i = 0; i < next.size(); ++i) values[next[i]] = means[i];
     ring.swap(next);
   }
+}
+
+/// From all cells that have a value.
+template <typename Neighbours>
+void spreadOutwards(std::vector<double>& values, const Neighbours& neighbours) {
+  std::vector<std::size_t> ring;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (values[i] >= 0.0) ring.push_back(i);
+  }
+  spreadOutwards(values, std::move(ring), neighbours);
 }
 
 }  // namespace planar_mapping::detail
