@@ -15,12 +15,12 @@ namespace {
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
-/// Rows of one tile row in disparity space.
+/// A row of points in disparity space.
 struct Lines {
   float* x;
   float* y;
   float* d;
-  float* mask;  ///< 0 or NaN per point
+  const float* mask;  ///< 0 or NaN per point
 };
 
 template <std::size_t kStride>
@@ -53,21 +53,29 @@ void convertRow(const float* points, std::size_t stride, int width, float focal,
   convertPoints<0>(points, stride, width, focal, factor, lines);
 }
 
-/// One row of an image, of which \p row is the place in the tiles, into \p tiles.
+/// Up to four rows of an image, those of a row of quarters, into \p tiles: then each line of the
+/// cache is written once.
 PLANAR_MAPPING_MULTIVERSION
-void tileRow(const Lines& lines, int row, int width, float* tiles) {
-  const float* axes[3] = {lines.x, lines.y, lines.d};
+void tileRows(const float* lines, int rows, int width, float* tiles) {
+  const auto line = static_cast<std::size_t>(width);
+  const int whole = rows == kQuarterSide ? width / kQuarterSide : 0;
   for (int axis = 0; axis < 3; ++axis) {
-    const float* line = axes[axis];
-    float* out = tiles + axis * kTileArea + pixelInTile(row, 0);
-    const int whole = width / kQuarterSide;
+    const float* from = lines + static_cast<std::size_t>(axis) * kQuarterSide * line;
+    float* out = tiles + axis * kTileArea;
     for (int quarter = 0; quarter < whole; ++quarter) {
-      // Sizes the compiler knows are single moves.
-      std::memcpy(out + std::size_t{3} * kTileArea * (quarter / 2) + quarter % 2 * kQuarterArea,
-                  line + quarter * kQuarterSide, kQuarterSide * sizeof(float));
+      float* to = out + std::size_t{3} * kTileArea * (quarter / 2) + quarter % 2 * kQuarterArea;
+      const float* first = from + quarter * kQuarterSide;
+      for (int row = 0; row < kQuarterSide; ++row) {
+        // Sizes the compiler knows are single moves.
+        std::memcpy(to + row * kQuarterSide, first + row * line, kQuarterSide * sizeof(float));
+      }
     }
-    float* last = out + std::size_t{3} * kTileArea * (whole / 2) + whole % 2 * kQuarterArea;
-    for (int i = whole * kQuarterSide; i < width; ++i) *last++ = line[i];
+    for (int row = 0; row < rows; ++row) {
+      for (int i = whole * kQuarterSide; i < width; ++i) {
+        out[std::size_t{3} * kTileArea * (i / kTileSide) + pixelInTile(row, i % kTileSide)] =
+            from[row * line + i];
+      }
+    }
   }
 }
 
@@ -104,9 +112,9 @@ TiledCloud tileDisparities(const PointsView& points, const Indices* indices,
     if (rows < kTileSide || cloud.width < cloud.columns * kTileSide) {
       std::fill_n(tiles, std::size_t{3} * kTileArea * cloud.columns, kNaN);
     }
-    std::vector<float> room(4 * width, 0.0F);
-    const Lines lines = {room.data(), room.data() + width, room.data() + 2 * width,
-                         room.data() + 3 * width};
+    // x, y and d of four rows each, and the mask.
+    std::vector<float> room(13 * width, 0.0F);
+    float* mask = room.data() + 12 * width;
     const int* at = nullptr;
     const int* last = nullptr;
     if (indices != nullptr) {
@@ -116,14 +124,18 @@ TiledCloud tileDisparities(const PointsView& points, const Indices* indices,
     for (int row = 0; row < rows; ++row) {
       const std::size_t begin = (first + static_cast<std::size_t>(row)) * width;
       if (indices != nullptr) {
-        std::fill_n(lines.mask, width, kNaN);
+        std::fill_n(mask, width, kNaN);
         const auto end = static_cast<int>(begin + width);
-        for (; at != last && *at < end; ++at) {
-          lines.mask[static_cast<std::size_t>(*at) - begin] = 0.0F;
-        }
+        for (; at != last && *at < end; ++at) mask[static_cast<std::size_t>(*at) - begin] = 0.0F;
       }
+      const int in_quarter = row % kQuarterSide;
+      float* line = room.data() + static_cast<std::size_t>(in_quarter) * width;
+      const Lines lines = {line, line + 4 * width, line + 8 * width, mask};
       convertRow(points[begin], points.stride, cloud.width, focal, factor, lines);
-      tileRow(lines, row, cloud.width, tiles);
+      if (in_quarter + 1 == kQuarterSide || row + 1 == rows) {
+        tileRows(room.data(), in_quarter + 1, cloud.width,
+                 tiles + pixelInTile(row - in_quarter, 0));
+      }
     }
   });
   return cloud;

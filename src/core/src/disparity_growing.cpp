@@ -51,11 +51,10 @@ DisparityGrower::DisparityGrower(const CellGrid& grid, double* room)
     : grid_(grid), visited_(static_cast<std::size_t>(grid.cells()), 0) {
   const auto occupied = std::count_if(grid.moment(kN), grid.moment(kN) + grid.cells(),
                                       [](double count) { return count > 0.0; });
-  sparse_ = 2 * occupied < grid.cells();
-  if (sparse_) return;
-  fits_[0] = fitDisparities(grid);
-  fits_[1] = fitDisparities(windowSums(grid, 1, room));
-  fits_[2] = fitDisparities(windowSums(grid, 2, room));
+  // Where most cells are empty, windows are fitted one by one where there are enough points.
+  if (2 * occupied < grid.cells()) return;
+  fits_[0] = fitDisparities(windowSums(grid, 1, room));
+  fits_[1] = fitDisparities(windowSums(grid, 2, room));
 }
 
 DisparityFit DisparityGrower::fitWindow(int cell, int radius) const {
@@ -106,17 +105,16 @@ std::vector<std::uint8_t> DisparityGrower::findFilled() const {
   return filled;
 }
 
-double DisparityGrower::estimateNoise(const DisparityParams& params) const {
-  const int capacity = kWindowCells[1] * grid_.capacity;
-  if (!sparse_) return estimateDisparityNoise(fits_[1], capacity, params);
-  std::vector<DisparityFit> windows;
-  const std::vector<std::uint8_t> filled = findFilled();
-  for (int cell = 0; cell < grid_.cells(); ++cell) {
-    if ((filled[static_cast<std::size_t>(cell)] & kTogether) != 0) {
-      windows.push_back(fitWindow(cell, 1));
+double DisparityGrower::estimateNoise(const DisparityParams& params) {
+  if (fits_[0].empty()) {
+    fits_[0].resize(visited_.size());
+    const std::vector<std::uint8_t> filled = findFilled();
+    for (int cell = 0; cell < grid_.cells(); ++cell) {
+      const auto i = static_cast<std::size_t>(cell);
+      if ((filled[i] & kTogether) != 0) fits_[0][i] = fitWindow(cell, 1);
     }
   }
-  return estimateDisparityNoise(windows, capacity, params);
+  return estimateDisparityNoise(fits_[0], kWindowCells[1] * grid_.capacity, params);
 }
 
 void DisparityGrower::classify(const DisparityParams& params) {
@@ -151,7 +149,8 @@ void DisparityGrower::classify(const DisparityParams& params) {
     const auto i = static_cast<std::size_t>(cell);
     if (filled[i] == 0) continue;
     const auto fitOf = [&](int radius) {
-      return sparse_ ? fitWindow(cell, radius) : fits_[radius][i];
+      const bool is_known = radius > 0 && !fits_[radius - 1].empty();
+      return is_known ? fits_[radius - 1][i] : fitWindow(cell, radius);
     };
     State& state = states_[i];
     if ((filled[i] & kTogether) != 0 && planar(fitOf(1), kWindowCells[1], state)) {

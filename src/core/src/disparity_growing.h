@@ -23,7 +23,7 @@ class DisparityGrower {
   /// \param room for the sums of windows while they are fitted
   DisparityGrower(const CellGrid& grid, double* room);
 
-  double estimateNoise(const DisparityParams& params) const;
+  double estimateNoise(const DisparityParams& params);
   /// Appends to \p planes.
   DisparityRegions grow(const DisparityParams& params, std::vector<DisparityPlane>& planes);
 
@@ -48,9 +48,8 @@ class DisparityGrower {
                const std::vector<std::int16_t>& labels, std::vector<int>& cells, MomentSums& sums);
 
   const CellGrid& grid_;
-  /// Most cells are empty: windows are fitted where there are enough points in them.
-  bool sparse_ = false;
-  std::vector<DisparityFit> fits_[3];  ///< of cells, 3 x 3 and 5 x 5 windows, unless sparse
+  /// Of 3 x 3 and 5 x 5 windows, of those that may be planar at least; empty = not made yet.
+  std::vector<DisparityFit> fits_[2];
   std::vector<State> states_;
   std::vector<int> visited_;
   int visit_ = 0;

@@ -29,7 +29,7 @@ struct Kernel {
 };
 
 // Points are dealt with in blocks that stay in the first cache.
-constexpr std::size_t kBlock = 1024;
+constexpr std::size_t kBlock = 512;
 struct Block {
   float x[kBlock], y[kBlock], z[kBlock];  ///< of the point, then forwards and left of the sensor
   float d[kBlock], band[kBlock];          ///< height over the ground and what counts as on it
