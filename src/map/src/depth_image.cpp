@@ -14,14 +14,29 @@ namespace {
 constexpr double kNearPlane = 1e-3;  ///< metres; boxes that reach closer are not judged
 constexpr int kTileShift = 2;        ///< 4 x 4 pixels
 
-/// Depths of a row; 0 where there is none.
-PLANAR_MAPPING_MULTIVERSION
-void readRow(const float* points, std::size_t stride, std::size_t n, float* depth) {
+template <std::size_t kStride>
+inline __attribute__((always_inline)) void readDepths(const float* points, std::size_t stride,
+                                                      std::size_t n, float* depth) {
   constexpr float kLargest = std::numeric_limits<float>::max();
+  const std::size_t step = kStride > 0 ? kStride : stride;
   for (std::size_t i = 0; i < n; ++i) {
-    const float z = points[i * stride + 2];
+    const float z = points[i * step + 2];
     depth[i] = (z > 0.0f) & (z <= kLargest) ? z : 0.0f;
   }
+}
+
+/// Depths of a row; 0 where there is none. Strides known at compile time are vectorised.
+PLANAR_MAPPING_MULTIVERSION
+void readRow(const float* points, std::size_t stride, std::size_t n, float* depth) {
+  if (stride == 4) return readDepths<4>(points, 4, n, depth);
+  if (stride == 3) return readDepths<3>(points, 3, n, depth);
+  readDepths<0>(points, stride, n, depth);
+}
+
+/// Bytes that are 1 in both rows.
+PLANAR_MAPPING_MULTIVERSION
+void narrowRow(const std::uint8_t* used, std::size_t n, std::uint8_t* all) {
+  for (std::size_t i = 0; i < n; ++i) all[i] &= used[i];
 }
 
 PLANAR_MAPPING_MULTIVERSION
@@ -116,7 +131,7 @@ void DepthImage::finish() {
   }
 }
 
-bool DepthImage::footprint(const Vector3& c, const Vector3& half, double corners[4]) const {
+inline bool DepthImage::footprint(const Vector3& c, const Vector3& half, double corners[4]) const {
   const double near = c.z() - half.z();
   if (near <= kNearPlane) return false;
   const double by_near = 1.0 / near;
@@ -138,14 +153,20 @@ void DepthImage::setMapped(const std::vector<std::uint8_t>& use) {
   unmapped_.assign(columns * (static_cast<std::size_t>(level.height) + 1), 0);
   if (use.empty()) return;
   const auto width = static_cast<std::size_t>(camera_.width);
-  for (std::size_t row = 0; row < static_cast<std::size_t>(camera_.height); ++row) {
-    std::uint32_t* counts = &unmapped_[((row >> shift_) + 1) * columns + 1];
-    const std::uint8_t* used = &use[row * width];
+  const auto height = static_cast<std::size_t>(camera_.height);
+  // What is beyond the image is no measurement.
+  std::vector<std::uint8_t> mapped(static_cast<std::size_t>(level.width) << shift_);
+  for (std::size_t tile_row = 0; tile_row < static_cast<std::size_t>(level.height); ++tile_row) {
+    std::fill(mapped.begin(), mapped.end(), std::uint8_t{1});
+    const std::size_t last = std::min((tile_row + 1) << shift_, height);
+    for (std::size_t row = tile_row << shift_; row < last; ++row) {
+      narrowRow(&use[row * width], width, mapped.data());
+    }
+    std::uint32_t* counts = &unmapped_[(tile_row + 1) * columns + 1];
     for (std::size_t t = 0; t < static_cast<std::size_t>(level.width); ++t) {
-      const std::size_t end = std::min((t + 1) << shift_, width);
       std::uint8_t all = 1;
-      for (std::size_t i = t << shift_; i < end; ++i) all &= used[i];
-      counts[t] |= all == 0 ? 1u : 0u;
+      for (std::size_t i = t << shift_; i < (t + 1) << shift_; ++i) all &= mapped[i];
+      counts[t] = all == 0 ? 1u : 0u;
     }
   }
   for (std::size_t row = 1; row <= static_cast<std::size_t>(level.height); ++row) {
@@ -200,16 +221,16 @@ DepthImage::Look DepthImage::look(const Vector3& c, const Vector3& half, bool wh
   int x1 = pixel(right, camera_.width) >> shift_;
   int y0 = pixel(top, camera_.height) >> shift_;
   int y1 = pixel(bottom, camera_.height) >> shift_;
-  std::size_t l = 0;
-  while (x1 - x0 > 2 || y1 - y0 > 2) {
-    x0 >>= 1;
-    x1 >>= 1;
-    y0 >>= 1;
-    y1 >>= 1;
-    ++l;
-  }
+  // A level at which one side may be no more than three tiles, and on from there.
+  const int widest = std::max(x1 - x0, y1 - y0);
+  int l = widest > 1 ? 30 - __builtin_clz(static_cast<unsigned>(widest)) : 0;
+  while ((x1 >> l) - (x0 >> l) > 2 || (y1 >> l) - (y0 >> l) > 2) ++l;
+  x0 >>= l;
+  x1 >>= l;
+  y0 >>= l;
+  y1 >>= l;
   // At most 3 x 3 tiles; some are looked at twice rather than asking how many there are.
-  const Level& level = levels_[l];
+  const Level& level = levels_[static_cast<std::size_t>(l)];
   const int xs[3] = {x0, std::min(x0 + 1, x1), x1};
   const int ys[3] = {y0, std::min(y0 + 1, y1), y1};
   float nearest = std::numeric_limits<float>::infinity();

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <string>
 
 #include "planar_mapping/core/error.h"
@@ -26,6 +27,46 @@ std::uint32_t largestIndex(const int* indices, std::size_t n) {
     largest = index > largest ? index : largest;
   }
   return largest;
+}
+
+/// NaN is no belief either.
+PLANAR_MAPPING_MULTIVERSION
+bool areBeliefs(const float* beliefs, std::size_t n) {
+  unsigned outside = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    outside |= (beliefs[i] >= 0.0f) & (beliefs[i] <= 1.0f) ? 0u : 1u;
+  }
+  return outside == 0;
+}
+
+/// Positions whose byte is not 0.
+Indices positionsOf(const std::vector<std::uint8_t>& bytes) {
+  Indices positions(static_cast<std::size_t>(std::count(bytes.begin(), bytes.end(), 1)) + 1);
+  std::size_t found = 0;
+  const auto look = [&](std::size_t i) {  // without a branch
+    positions[found] = static_cast<int>(i);
+    found += bytes[i];
+  };
+  std::size_t i = 0;
+  for (std::uint64_t eight = 0; i + sizeof(eight) <= bytes.size(); i += sizeof(eight)) {
+    std::memcpy(&eight, &bytes[i], sizeof(eight));
+    for (std::size_t k = i; eight != 0 && k < i + sizeof(eight); ++k) look(k);
+  }
+  for (; i < bytes.size(); ++i) look(i);
+  positions.resize(found);
+  return positions;
+}
+
+/// Those whose byte is 1.
+Indices filtered(const Indices& indices, const std::vector<std::uint8_t>& bytes) {
+  Indices kept(indices.size());
+  std::size_t number = 0;
+  for (const int i : indices) {  // without a branch
+    kept[number] = i;
+    number += bytes[static_cast<std::size_t>(i)];
+  }
+  kept.resize(number);
+  return kept;
 }
 
 void requireIndices(const Indices& indices, std::size_t size, const char* what) {
@@ -159,8 +200,8 @@ Frame makeFrame(const FrameObservation& observation) {
       throw InputError("the cloud of " + std::to_string(n) + " points comes with " +
                        std::to_string(observation.probability->size()) + " beliefs");
     }
-    for (const float p : *observation.probability) {
-      if (!(p >= 0.0f && p <= 1.0f)) throw InputError("a belief is outside [0, 1]");
+    if (!areBeliefs(observation.probability->data(), n)) {
+      throw InputError("a belief is outside [0, 1]");
     }
   }
 
@@ -203,12 +244,7 @@ Frame makeFrame(const FrameObservation& observation) {
     }
     for (const PlaneSegment& segment : *observation.planes) {
       if (!frame.use.empty()) {
-        Indices kept;
-        kept.reserve(segment.inliers.size());
-        for (const int i : segment.inliers) {
-          if (rest[static_cast<std::size_t>(i)]) kept.push_back(i);
-        }
-        frame.inliers.push_back(std::move(kept));
+        frame.inliers.push_back(filtered(segment.inliers, rest));
       }
       for (const int i : segment.inliers) rest[static_cast<std::size_t>(i)] = 0;
       const Indices& inliers = frame.inliersOf(frame.planes.size());
@@ -219,14 +255,7 @@ Frame makeFrame(const FrameObservation& observation) {
               .transformed(T_world_sensor));
     }
   }
-  const auto number = static_cast<std::size_t>(std::count(rest.begin(), rest.end(), 1));
-  frame.non_planar.resize(number + 1);
-  std::size_t left = 0;
-  for (std::size_t i = 0; i < n; ++i) {  // without a branch
-    frame.non_planar[left] = static_cast<int>(i);
-    left += rest[i] != 0 ? 1 : 0;
-  }
-  frame.non_planar.resize(left);
+  frame.non_planar = positionsOf(rest);
   return frame;
 }
 

@@ -52,17 +52,6 @@ void leaveTogether(double* __restrict u, double* __restrict v, std::size_t n) {
 
 // One step each: gcc vectorises them, but not their union.
 
-/// values - offset; kOutside stays.
-PLANAR_MAPPING_MULTIVERSION
-void shift(const double* __restrict values, std::size_t n, double offset,
-           double* __restrict shifted) {
-  const double outside = kOutside;
-  for (std::size_t i = 0; i < n; ++i) {
-    const double v = values[i];
-    shifted[i] = v == outside ? outside : v - offset;
-  }
-}
-
 PLANAR_MAPPING_MULTIVERSION
 void roundDown(const double* __restrict values, std::size_t n, std::int32_t* __restrict cells) {
   for (std::size_t i = 0; i < n; ++i) {
@@ -84,12 +73,11 @@ void clampCells(std::int32_t* __restrict cells, std::size_t n, std::int32_t low,
   }
 }
 
-void toCells(const double* values, std::size_t n, double offset, std::int32_t low,
-             std::int32_t high, std::int32_t* cells) {
-  double shifted[kBatch];
-  shift(values, n, offset, shifted);
-  roundDown(shifted, n, cells);
-  clampCells(cells, n, low, high);
+void toCells(const double* values, std::size_t n, std::int32_t low, std::int32_t high,
+             std::int32_t* cells) {
+  roundDown(values, n, cells);
+  const bool any = low <= -kLatticeLimit && high >= kLatticeLimit - 1;
+  if (!any) clampCells(cells, n, low, high);
 }
 
 PLANAR_MAPPING_MULTIVERSION
@@ -152,8 +140,8 @@ void widenExtent(const double* u, const double* v, std::size_t n, double* extent
 void CellRuns::find(const double* u, const double* v, std::size_t n, const CellWindow& window) {
   size = 0;
   if (n == 0) return;
-  toCells(u, n, window.offset_u, window.low_a, window.high_a, a);
-  toCells(v, n, window.offset_v, window.low_b, window.high_b, b);
+  toCells(u, n, window.low_a, window.high_a, a);
+  toCells(v, n, window.low_b, window.high_b, b);
   std::uint32_t changed[kBatch];
   findChanges(a, b, n, changed);
   first[0] = 0;

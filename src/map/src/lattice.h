@@ -22,10 +22,8 @@ void planeCoordinates(const float* data, std::size_t stride, const int* indices,
 /// Widens {low u, low v, high u, high v} by the coordinates that are not kOutside.
 void widenExtent(const double* u, const double* v, std::size_t n, double* extent);
 
-/// Where cells start and which there are: what lies beyond belongs to the cells at the rim.
+/// Which cells there are: what lies beyond belongs to the cells at the rim.
 struct CellWindow {
-  double offset_u = 0.0;
-  double offset_v = 0.0;
   std::int32_t low_a = -kLatticeLimit;
   std::int32_t low_b = -kLatticeLimit;
   std::int32_t high_a = kLatticeLimit - 1;

@@ -8,6 +8,7 @@
 #include "frame.h"
 #include "planar_map_impl.h"
 #include "planar_mapping/core/error.h"
+#include "planar_mapping/core/parallel.h"
 #include "serialization.h"
 
 namespace planar_mapping {
@@ -82,15 +83,21 @@ FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
     }
   }
   for (detail::PlaneLayer& layer : map.planes) layer.wake();
-  detail::associatePlanes(map, frame);
-  detail::integratePlanes(map, frame);
-  detail::integrateCells(map, frame);
-  detail::integrateMisses(map, frame);
-  if (map.params.unknown_space) {
+  // Neither knows of the other.
+  const auto integrateSurfaces = [&] {
+    detail::associatePlanes(map, frame);
+    detail::integratePlanes(map, frame);
+    detail::integrateCells(map, frame);
+    detail::integrateMisses(map, frame);
+  };
+  const auto integrateSpace = [&] {
+    if (!map.params.unknown_space) return;
     for (const detail::DepthImage& image : frame.images) {
       map.unknown.integrate(image, map.unknownResolution(), map.params.max_range);
     }
-  }
+  };
+  parallelFor(2, map.params.approximation.threads,
+              [&](std::size_t part) { part == 0 ? integrateSurfaces() : integrateSpace(); });
   detail::mergePlanes(map, frame);
   detail::tidyMap(map, frame.update);
   return frame.update;

@@ -98,9 +98,11 @@ void countHits(Frame& frame, const int* indices, const CellRuns& runs, KeyMap<Ti
     const auto bit = static_cast<std::size_t>(8 * (b & 7) + (a & 7));
     tile->count[bit] += end - begin;
     if (belief == nullptr) continue;
+    float sum = tile->belief[bit];
     for (std::uint32_t i = begin; i < end; ++i) {
-      tile->belief[bit] += (*belief)[static_cast<std::size_t>(indices[i])];
+      sum += (*belief)[static_cast<std::size_t>(indices[i])];
     }
+    tile->belief[bit] = sum;
   }
 }
 

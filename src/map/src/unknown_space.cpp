@@ -41,6 +41,12 @@ class UnknownSpace::OpenRegion {
     return true;
   }
 
+  /// The same for a node of a block.
+  bool isKnownFreeInBlock(int level, const Int3& low) const {
+    const std::size_t block = placeOf({low.x >> 2, low.y >> 2, low.z >> 2});
+    return (cellsOf(level, low) & ~blocks_.cellsOf(block).free) == 0;
+  }
+
   /// Marks all cells of a node. What was seen free stays free.
   void mark(int level, const Int3& low, bool free) {
     const Int3 block{low.x >> 2, low.y >> 2, low.z >> 2};
@@ -128,6 +134,8 @@ class UnknownSpace::Walk {
   void node(int level, const Int3& low, const Vector3& centre) {
     // What was seen free stays free: nothing to be learnt there.
     if (level >= kBlockLevel && level <= kBlockLevel + 1 && region_.isKnownFree(level, low)) return;
+    // Nor in part of a block that will not be marked as hidden any more.
+    if (level < kBlockLevel && any_free_ && region_.isKnownFreeInBlock(level, low)) return;
     // Where the image ends nothing is certain; to follow its rim cell by cell is not worth it.
     const bool whole = level < kBlockLevel;
     const DepthImage::Look look = image_.look(centre, half_[level], whole);

@@ -78,6 +78,21 @@ TEST(UnknownSpace, IsWhatLiesBehindAndNeverWhatIsSeen) {
   EXPECT_GE(unknown, hidden * 98 / 100);
 }
 
+TEST(UnknownSpace, DoesNotDependOnTheNumberOfThreads) {
+  const auto bytesWith = [](int threads) {
+    PlanarMapParams params = paramsAt(0.1);
+    params.approximation.threads = threads;
+    PlanarMap map(params);
+    for (int i = 0; i < 4; ++i) {
+      map.insert(look(Scene(), lookFrom({-1.0 + 0.6 * i, -0.3, 1.0}, 0.15 * i - 0.2)).frame());
+    }
+    EXPECT_GT(map.unknownCells(), 0u);
+    return map.serialize();
+  };
+  EXPECT_EQ(bytesWith(1), bytesWith(2));
+  EXPECT_EQ(bytesWith(1), bytesWith(0));
+}
+
 TEST(UnknownSpace, DoesNotDependOnTheOrderOfFrames) {
   std::vector<View> views;
   for (int i = 0; i < 4; ++i) {
