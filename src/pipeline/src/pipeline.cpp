@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "picture_fingerprint.h"
+#include "planar_mapping/core/simd.h"
 
 namespace planar_mapping {
 namespace {
@@ -17,18 +18,36 @@ double millisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-/// Neither NaN nor infinite, and near enough that its square stays finite in a float.
-bool isUsable(const pcl::PointXYZ& p) {
+/// Tells which points are neither NaN nor infinite, and near enough that their squares stay finite
+/// in a float.
+PLANAR_MAPPING_MULTIVERSION
+void markUsable(const float* points, std::size_t n, std::uint8_t* usable) {
   constexpr float kFarthest = 1e12f;
-  return std::abs(p.x) <= kFarthest && std::abs(p.y) <= kFarthest && std::abs(p.z) <= kFarthest;
+  for (std::size_t i = 0; i < n; ++i) {
+    const float* p = points + 4 * i;
+    const bool x = __builtin_fabsf(p[0]) <= kFarthest;
+    const bool y = __builtin_fabsf(p[1]) <= kFarthest;
+    const bool z = __builtin_fabsf(p[2]) <= kFarthest;
+    usable[i] = x & y & z ? 1 : 0;
+  }
 }
 
 Indices usablePoints(const FrameCloud& cloud) {
-  Indices indices;
-  indices.reserve(cloud.size());
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    if (isUsable(cloud[i])) indices.push_back(static_cast<int>(i));
+  static_assert(sizeof(pcl::PointXYZ) == 4 * sizeof(float), "read as plain numbers");
+  constexpr std::size_t kBlock = 1024;
+  std::uint8_t usable[kBlock];
+  Indices indices(cloud.size() + 1);
+  std::size_t kept = 0;
+  for (std::size_t first = 0; first < cloud.size(); first += kBlock) {
+    const std::size_t n = std::min(kBlock, cloud.size() - first);
+    markUsable(cloud[first].data, n, usable);
+    // Written always and kept sometimes: which points are, no branch could foresee.
+    for (std::size_t i = 0; i < n; ++i) {
+      indices[kept] = static_cast<int>(first + i);
+      kept += usable[i];
+    }
   }
+  indices.resize(kept);
   return indices;
 }
 

@@ -30,14 +30,15 @@ class DepthErrorLimitStage : public Stage {
     const std::optional<StereoNoise> noise = noise_.optionalNoise();
     if (!noise) return;
     const float farthest = farthestDepth(*noise);
-    const FrameCloud& cloud = *frame.cloud;
+    const pcl::PointXYZ* points = frame.cloud->points.data();
+    const int* const end = frame.indices.data() + frame.indices.size();
+    int* kept = frame.indices.data();
     // Written always and counted where it stays: which points do, no branch could foresee.
-    std::size_t kept = 0;
-    for (const int index : frame.indices) {
-      frame.indices[kept] = index;
-      kept += std::fabs(cloud[static_cast<std::size_t>(index)].z) > farthest ? 0 : 1;
+    for (const int* index = kept; index != end; ++index) {
+      *kept = *index;
+      kept += std::fabs(points[static_cast<std::size_t>(*index)].z) > farthest ? 0 : 1;
     }
-    frame.indices.resize(kept);
+    frame.indices.resize(static_cast<std::size_t>(kept - frame.indices.data()));
   }
 
  private:

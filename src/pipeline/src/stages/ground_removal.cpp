@@ -82,18 +82,22 @@ class GroundRemovalStage : public Stage {
       return;
     }
     // Each point is written to both lists and counted in one: which, no branch could foresee.
-    std::size_t kept = 0;
-    std::size_t removed = frame.ground.size();
-    frame.ground.resize(removed + ground.diagnostics.ground_points + 1);
-    for (std::size_t i = 0; i < frame.indices.size(); ++i) {
-      const int index = frame.indices[i];
-      frame.indices[kept] = index;
-      frame.ground[removed] = index;
-      kept += ground.is_ground[i] != 0 ? 0 : 1;
-      removed += ground.is_ground[i] != 0 ? 1 : 0;
+    const std::size_t count = frame.indices.size();
+    const std::size_t before = frame.ground.size();
+    frame.ground.resize(before + ground.diagnostics.ground_points + 1);
+    const std::uint8_t* is_ground = ground.is_ground.data();
+    const int* indices = frame.indices.data();
+    int* kept = frame.indices.data();
+    int* removed = frame.ground.data() + before;
+    for (std::size_t i = 0; i < count; ++i) {
+      const int index = indices[i];
+      *kept = index;
+      *removed = index;
+      kept += is_ground[i] != 0 ? 0 : 1;
+      removed += is_ground[i] != 0 ? 1 : 0;
     }
-    frame.indices.resize(kept);
-    frame.ground.resize(removed);
+    frame.indices.resize(static_cast<std::size_t>(kept - frame.indices.data()));
+    frame.ground.resize(static_cast<std::size_t>(removed - frame.ground.data()));
   }
 
  private:
