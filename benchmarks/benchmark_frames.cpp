@@ -7,11 +7,14 @@
 //
 // The front-end runs once; its frames are then mapped ROUNDS times (5) with each number of threads
 // in turn, each time from an empty map. Prints for each stage the median over the frames of the
-// least time of a frame, and a fingerprint of the map, which is the same for any number of threads.
+// least time of a frame, by the clock and of the processors (on a busy machine with one thread the
+// one to trust), and a fingerprint of the map, which is the same for any number of threads.
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -60,6 +63,30 @@ std::vector<Frame> seenFrames(const Request& request) {
   return frames;
 }
 
+double processorMilliseconds() {
+  timespec now;
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+}
+
+/// A stage and what the processors spend on it.
+class TimedStage : public Stage {
+ public:
+  TimedStage(std::unique_ptr<Stage> stage, double& ms) : stage_(std::move(stage)), ms_(ms) {}
+  void declare(ParameterTable&) override {}
+  void adapt(const CloudScale& scale) override { stage_->adapt(scale); }
+  void configureMap(PlanarMapParams& params) const override { stage_->configureMap(params); }
+  void process(Frame& frame) override {
+    const double start = processorMilliseconds();
+    stage_->process(frame);
+    ms_ = processorMilliseconds() - start;
+  }
+
+ private:
+  std::unique_ptr<Stage> stage_;
+  double& ms_;
+};
+
 double median(std::vector<double> values) {
   if (values.empty()) return 0.0;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -71,39 +98,54 @@ double median(std::vector<double> values) {
 /// them, and the sum of what comes after the motion.
 struct Times {
   std::vector<std::string> rows;
-  std::vector<std::vector<double>> ms;
+  std::vector<std::vector<double>> clock;
+  std::vector<std::vector<double>> processors;
   std::size_t bytes = 0;
   std::uint64_t fingerprint = 0;
 
-  void add(std::size_t row, std::size_t frame, double value) {
-    ms.resize(rows.size());
-    ms[row].resize(std::max(ms[row].size(), frame + 1), 1e9);
-    ms[row][frame] = std::min(ms[row][frame], value);
-  }
+  Times(std::vector<std::string> names, std::size_t frames)
+      : rows(std::move(names)),
+        clock(rows.size(), std::vector<double>(frames, 1e9)),
+        processors(clock) {}
 };
+
+void takeLeast(double& least, double value) {
+  least = std::min(least, value);
+}
 
 /// One round from an empty map.
 void mapFrames(const Request& request, const std::vector<Frame>& frames, int threads,
                Times& times) {
-  Pipeline pipeline(request.configuration(threads));
+  Configuration configuration = request.configuration(threads);
+  std::vector<double> spent(configuration.stages.size(), 0.0);
+  for (std::size_t i = 0; i < spent.size(); ++i) {
+    std::unique_ptr<Stage>& stage = configuration.stages[i].stage;
+    stage = std::make_unique<TimedStage>(std::move(stage), spent[i]);
+  }
+  Pipeline pipeline(std::move(configuration));
   const std::vector<ConfiguredStage>& stages = pipeline.configuration().stages;
-  times.rows.clear();
-  for (const ConfiguredStage& stage : stages) times.rows.push_back(stage.name);
-  times.rows.insert(times.rows.end(), {"between the stages", "after the motion"});
   for (std::size_t f = 0; f < frames.size(); ++f) {
     Frame frame = frames[f];
     frame.cloud = FrameCloud::Ptr(new FrameCloud(*frames[f].cloud));
     frame.stage_ms.clear();
+    std::fill(spent.begin(), spent.end(), 0.0);
+    const double start = processorMilliseconds();
     const FrameReport report = pipeline.process(frame);
-    double motion = 0.0;
-    double between = report.frame_ms;
+    double between[2] = {report.frame_ms, processorMilliseconds() - start};
+    double after[2] = {between[0], between[1]};
     for (std::size_t i = 0; i < stages.size(); ++i) {
-      times.add(i, f, report.stage_ms[i]);
-      between -= report.stage_ms[i];
-      if (stages[i].kind == StageKind::Motion) motion += report.stage_ms[i];
+      takeLeast(times.clock[i][f], report.stage_ms[i]);
+      takeLeast(times.processors[i][f], spent[i]);
+      const double ms[2] = {report.stage_ms[i], spent[i]};
+      for (int k = 0; k < 2; ++k) {
+        between[k] -= ms[k];
+        if (stages[i].kind == StageKind::Motion) after[k] -= ms[k];
+      }
     }
-    times.add(stages.size(), f, between);
-    times.add(stages.size() + 1, f, report.frame_ms - motion);
+    takeLeast(times.clock[stages.size()][f], between[0]);
+    takeLeast(times.processors[stages.size()][f], between[1]);
+    takeLeast(times.clock[stages.size() + 1][f], after[0]);
+    takeLeast(times.processors[stages.size() + 1][f], after[1]);
   }
   const std::vector<std::uint8_t> bytes = pipeline.map().serialize();
   times.bytes = bytes.size();
@@ -116,19 +158,24 @@ void mapFrames(const Request& request, const std::vector<Frame>& frames, int thr
 int run(const Request& request) {
   const std::vector<Frame> frames = seenFrames(request);
   const int all = resolveThreads(0);
-  Times one, several;
+  std::vector<std::string> rows;
+  for (const ConfiguredStage& stage : request.configuration(1).stages) rows.push_back(stage.name);
+  rows.insert(rows.end(), {"between the stages", "after the motion"});
+  Times one(rows, frames.size());
+  Times several(rows, frames.size());
   for (int round = 0; round < request.rounds; ++round) {
     mapFrames(request, frames, 1, one);
     mapFrames(request, frames, all, several);
   }
   std::printf("%zu frames, %d rounds, median of the least times, ms\n", frames.size(),
               request.rounds);
-  std::printf("%-28s %10s %7d threads\n", "", "1 thread", all);
-  for (std::size_t row = 0; row < one.rows.size(); ++row) {
-    const double ms = median(one.ms[row]);
-    if (ms > 0.0) {
-      std::printf("%-28s %10.2f %10.2f\n", one.rows[row].c_str(), ms, median(several.ms[row]));
-    }
+  std::printf("%-28s %10s %10s %10s %10s\n", "threads", "1", "processor",
+              std::to_string(all).c_str(), "processors");
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    if (!(median(one.processors[row]) > 0.0)) continue;  // of the front-end
+    std::printf("%-28s %10.2f %10.2f %10.2f %10.2f\n", rows[row].c_str(), median(one.clock[row]),
+                median(one.processors[row]), median(several.clock[row]),
+                median(several.processors[row]));
   }
   std::printf("map: %zu bytes, %016llx and %016llx\n", one.bytes,
               static_cast<unsigned long long>(one.fingerprint),
