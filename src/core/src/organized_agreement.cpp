@@ -75,25 +75,34 @@ std::vector<Share> sharesOf(const TiledCloud& cloud, const PixelAssigner& pixels
   return shares;
 }
 
+/// Where the shares of each quarter begin, and one past the last.
+std::vector<std::int32_t> firstShares(const std::vector<Share>& shares,
+                                      const Surroundings& surroundings) {
+  std::vector<std::int32_t> first(
+      static_cast<std::size_t>(surroundings.columns()) * surroundings.rows() + 1, 0);
+  for (const Share& share : shares) ++first[static_cast<std::size_t>(share.quarter) + 1];
+  for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
+  return first;
+}
+
 /// Whether enough of the small surroundings of a share has its plane.
 bool isInside(const Share& share, const std::vector<Share>& shares,
-              const Surroundings& surroundings, const OrganizedParams& params) {
+              const std::vector<std::int32_t>& first, const Surroundings& surroundings,
+              const OrganizedParams& params) {
   const int radius = params.small_surroundings;
   const int columns = surroundings.columns();
   const int row = share.quarter / columns;
   const int column = share.quarter % columns;
   const int left = std::max(0, column - radius);
   const int right = std::min(columns - 1, column + radius);
-  const auto before = [](const Share& other, std::int32_t quarter) {
-    return other.quarter < quarter;
-  };
   int own = 0;
   int all = 0;
   for (int r = std::max(0, row - radius); r <= std::min(surroundings.rows() - 1, row + radius);
        ++r) {
-    auto at = std::lower_bound(shares.begin(), shares.end(), r * columns + left, before);
-    for (; at != shares.end() && at->quarter <= r * columns + right; ++at) {
-      own += at->label == share.label ? at->pixels : 0;
+    const auto line = static_cast<std::size_t>(r) * columns;
+    for (std::int32_t k = first[line + left]; k < first[line + right + 1]; ++k) {
+      const Share& other = shares[static_cast<std::size_t>(k)];
+      own += other.label == share.label ? other.pixels : 0;
     }
     all += (right - left + 1) * kQuarterArea;
   }
@@ -103,7 +112,8 @@ bool isInside(const Share& share, const std::vector<Share>& shares,
 /// Compares the normals around every share with that of its plane.
 void compare(const TiledCloud& cloud, const Surroundings& surroundings,
              const std::vector<PlaneCandidate>& planes, const RangeNoise& noise,
-             const OrganizedParams& params, std::vector<Share>& shares) {
+             const OrganizedParams& params, const std::vector<std::int32_t>& first,
+             std::vector<Share>& shares) {
   std::vector<std::int32_t> all;
   for (const Share& share : shares) {
     if (all.empty() || all.back() != share.quarter) all.push_back(share.quarter);
@@ -118,7 +128,7 @@ void compare(const TiledCloud& cloud, const Surroundings& surroundings,
     const auto label = static_cast<std::size_t>(share.label);
     share.near = cosine(planes[label], small[i]) >= min_cosine;
     share.wide = share.agrees = share.near;
-    if (!share.near && !isInside(share, shares, surroundings, params)) {
+    if (!share.near && !isInside(share, shares, first, surroundings, params)) {
       share.undecided = share.agrees = true;
     }
     counts[label].add(share);
@@ -174,14 +184,11 @@ void freeDisagreeing(const TiledCloud& cloud, const std::vector<PlaneCandidate>&
   std::vector<Share> shares = sharesOf(cloud, pixels);
   if (shares.empty()) return;
   const Surroundings surroundings(cloud, params, threads);
-  compare(cloud, surroundings, planes, noise, params, shares);
+  const std::vector<std::int32_t> first = firstShares(shares, surroundings);
+  compare(cloud, surroundings, planes, noise, params, first, shares);
 
   std::vector<Count> counts(planes.size());
   for (const Share& share : shares) counts[static_cast<std::size_t>(share.label)].add(share);
-  std::vector<std::int32_t> first(
-      static_cast<std::size_t>(surroundings.columns()) * surroundings.rows() + 1, 0);
-  for (const Share& share : shares) ++first[static_cast<std::size_t>(share.quarter) + 1];
-  for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
 
   std::vector<std::int32_t> disagreeing(shares.size() + 1, 0);  // shares before each
   for (std::size_t i = 0; i < shares.size(); ++i) {
