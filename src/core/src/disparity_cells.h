@@ -83,10 +83,17 @@ struct DisparityParams {
   double max_direction_error = 0.087;
   /// The same for what is rougher than this share of the disparity error of the camera and thicker
   /// than this share of its width, standard deviations across the plane and along its narrower
-  /// side: trunks and shrubs are, so that there must be points enough to leave no doubt.
+  /// side: trunks and shrubs are, so that there must be points enough to leave no doubt ...
   double max_thick_direction_error = 0.01;
   double rough_share = 0.34;
   double thick_share = 0.2;
+  /// ... or, up to this error, nothing but noise in what lies off the plane: see isNoiseOfPlane().
+  double max_noisy_direction_error = 0.02;
+  int least_noisy_tiles = 20;
+  double most_noisy_residual = 1.3;  ///< of the noise of the frame
+  double noise_tile_share = 0.8;     ///< of the residual, in means of tiles
+  double least_together = 0.8;  ///< of the points, in blocks of 64 pixels that touch each other
+  double most_beside = 0.11;    ///< points just off the plane, of those on it
   /// Pixels of a plane in a tile from which on the tiles beside it are searched for more.
   int min_presence = 6;
   /// Cells of the smallest region.

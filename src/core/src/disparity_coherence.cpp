@@ -11,8 +11,6 @@ namespace {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
-/// Parts of one plane: indices into the list of all parts, ascending by tile.
-using PartList = std::vector<std::size_t>;
 
 double cosine(const double* a, const double* b) {
   return std::fabs(a[0] * b[0] + a[1] * b[1] + a[2] * b[2]);
@@ -83,8 +81,21 @@ double agreement(const DisparityPlane& plane, const std::vector<TilePart>& parts
 /// it is none.
 bool isBent(const DisparityPlane& plane, const std::vector<TilePart>& parts, const PartList& list,
             const DisparityParams& params) {
+  const DisparityBend bend = bendOf(plane, parts, list, params);
+  const double d = plane.sums[kZ] / plane.sums[kN];
+  return bend.angle > params.bent_angle && bend.advantage > params.bent_advantage &&
+         bend.bow > plane.pixels(params.bow_share * params.distance_threshold, d) &&
+         bend.bow > std::max(params.bow_factor * params.noise,
+                             params.smooth_bow_share * params.camera.disparity_error);
+}
+
+}  // namespace
+
+DisparityBend bendOf(const DisparityPlane& plane, const std::vector<TilePart>& parts,
+                     const PartList& list, const DisparityParams& params) {
   constexpr std::size_t kMinParts = 10;
-  if (list.size() < kMinParts) return false;
+  DisparityBend bend;
+  if (list.size() < kMinParts) return bend;
   const double n = plane.sums[kN];
   const double cx = plane.sums[kX] / n;
   const double cy = plane.sums[kY] / n;
@@ -110,7 +121,7 @@ bool isBent(const DisparityPlane& plane, const std::vector<TilePart>& parts, con
   }
   const Vector6 surface = squares.ldlt().solve(products);
   const Eigen::Vector3d flat = squares.topLeftCorner<3, 3>().ldlt().solve(products.head<3>());
-  if (!surface.allFinite() || !flat.allFinite()) return false;
+  if (!surface.allFinite() || !flat.allFinite()) return bend;
   double plane_error = 0.0;
   double surface_error = 0.0;
   double slope = 0.0;
@@ -125,30 +136,29 @@ bool isBent(const DisparityPlane& plane, const std::vector<TilePart>& parts, con
     slope += weight * (dx * dx + dy * dy);
   }
   const double freedom = static_cast<double>(rows.size()) - 6.0;
-  const double advantage =
-      (plane_error - surface_error) / 3.0 * freedom / std::max(surface_error, 1e-30);
-  const double bow = std::sqrt(std::max(0.0, plane_error - surface_error) / n);
+  bend.advantage = (plane_error - surface_error) / 3.0 * freedom / std::max(surface_error, 1e-30);
+  bend.bow = std::sqrt(std::max(0.0, plane_error - surface_error) / n);
   // A slope turns the plane by h cos / B; cos is that of the middle.
   const double f = params.camera.focal_length;
   const double range = params.factor() / d * std::sqrt(1.0 + (cx * cx + cy * cy) / (f * f));
-  const double angle = std::atan(std::sqrt(slope / n) * scale * plane.height *
-                                 std::min(1.0, plane.height / range) / params.camera.baseline);
-  return angle > params.bent_angle && advantage > params.bent_advantage &&
-         bow > plane.pixels(params.bow_share * params.distance_threshold, d) &&
-         bow > std::max(params.bow_factor * params.noise,
-                        params.smooth_bow_share * params.camera.disparity_error);
+  bend.angle = std::atan(std::sqrt(slope / n) * scale * plane.height *
+                         std::min(1.0, plane.height / range) / params.camera.baseline);
+  return bend;
 }
 
-}  // namespace
+std::vector<PartList> partsOfPlanes(const std::vector<TilePart>& parts, std::size_t planes) {
+  std::vector<PartList> lists(planes);
+  for (std::size_t part = 0; part < parts.size(); ++part) {
+    lists[static_cast<std::size_t>(parts[part].label)].push_back(part);
+  }
+  return lists;
+}
 
 std::vector<char> coherentDisparities(const std::vector<DisparityPlane>& planes,
                                       const std::vector<TilePart>& parts, int columns, int tiles,
                                       const DisparityParams& params) {
   std::vector<char> coherent(planes.size(), 1);
-  std::vector<PartList> lists(planes.size());
-  for (std::size_t part = 0; part < parts.size(); ++part) {
-    lists[static_cast<std::size_t>(parts[part].label)].push_back(part);
-  }
+  const std::vector<PartList> lists = partsOfPlanes(parts, planes.size());
   std::vector<std::int32_t> part_of_tile(static_cast<std::size_t>(tiles), -1);
   for (std::size_t i = 0; i < planes.size(); ++i) {
     if (!planes[i].valid || lists[i].empty()) continue;

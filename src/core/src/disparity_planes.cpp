@@ -7,6 +7,7 @@
 
 #include "disparity_assignment.h"
 #include "disparity_coherence.h"
+#include "disparity_doubt.h"
 #include "disparity_growing.h"
 #include "organized_segments.h"
 #include "plane_search.h"
@@ -154,13 +155,15 @@ std::vector<Extent> extentsOf(const std::vector<DisparityPlane>& planes,
 
 /// Frees the pixels of planes whose direction noise leaves open.
 void dropUncertain(std::vector<DisparityPlane>& planes, DisparityAssigner& pixels,
-                   const DisparityParams& params, PlaneSearchDiagnostics& diagnostics) {
+                   const TiledCloud& cloud, const DisparityParams& params,
+                   PlaneSearchDiagnostics& diagnostics) {
   const double smooth = params.rough_share * params.camera.disparity_error;
   std::vector<char> rough(planes.size(), 0);
   for (std::size_t i = 0; i < planes.size(); ++i) {
     rough[i] = planes[i].valid && planes[i].residual > smooth ? 1 : 0;
   }
   const std::vector<Extent> extents = extentsOf(planes, pixels.parts(), rough, params);
+  const std::vector<PartList> lists = partsOfPlanes(pixels.parts(), planes.size());
   std::vector<std::int16_t> target(planes.size(), -1);
   for (std::size_t i = 0; i < planes.size(); ++i) {
     DisparityPlane& plane = planes[i];
@@ -169,7 +172,11 @@ void dropUncertain(std::vector<DisparityPlane>& planes, DisparityAssigner& pixel
     const double variance = covariance(0, 0) + covariance(1, 1) + covariance(2, 2);
     const bool thick =
         rough[i] != 0 && !(extents[i].across <= params.thick_share * extents[i].along);
-    const double most = thick ? params.max_thick_direction_error : params.max_direction_error;
+    double most = thick ? params.max_thick_direction_error : params.max_direction_error;
+    if (thick && variance > most * most &&
+        isNoiseOfPlane(plane, pixels.parts(), lists[i], cloud, pixels.labels(), params)) {
+      most = params.max_noisy_direction_error;
+    }
     if (variance <= most * most) {
       target[i] = static_cast<std::int16_t>(i);
     } else {
@@ -242,7 +249,7 @@ PlaneSet findPlanesDisparity(const PointsView& points, const Indices* indices,
   pixels.assign(planes, own, 1.0, own.noise_factor, params.threads);
   std::vector<DisparityPlane> fitted = planes;
   drop(planes, pixels, own.min_inliers, cloud, own, false, set.diagnostics);
-  dropUncertain(planes, pixels, own, set.diagnostics);
+  dropUncertain(planes, pixels, cloud, own, set.diagnostics);
 
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < planes.size(); ++i) {

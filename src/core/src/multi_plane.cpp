@@ -47,9 +47,9 @@ const Indices* checkedIndices(const Indices& indices, std::size_t size, Indices&
   }
   if (outside != 0) {
     const auto is_outside = [&](int i) { return static_cast<unsigned>(i) >= limit; };
-    throw InputError(
-        "index " + std::to_string(*std::find_if(indices.begin(), indices.end(), is_outside)) +
-        " is outside the cloud of " + std::to_string(size) + " points");
+    throw InputError("index " +
+                     std::to_string(*std::find_if(indices.begin(), indices.end(), is_outside)) +
+                     " is outside the cloud of " + std::to_string(size) + " points");
   }
   const bool ascending = unordered == 0;
   if (ascending) return &indices;
@@ -70,15 +70,19 @@ constexpr std::size_t kLeastDensePoints = 100000;
 /// [ours] Automatic: an image smaller than this, or used to a smaller share, has too few cells.
 constexpr std::uint32_t kLeastImageSide = 32;
 constexpr std::size_t kLeastImageShare = 4;
+/// [ours] Automatic: in disparity space empty cells do no harm until there are too few others.
+constexpr std::size_t kLeastDisparityShare = 7;
 
 PlaneSearchMethod chooseMethod(const PointsView& points, const Indices* indices,
                                const MultiPlaneParams& params, std::size_t considered,
                                const Vector3& sensor) {
   if (considered <= kMostSparsePoints) return PlaneSearchMethod::MultiRansac;
-  if (points.width >= kLeastImageSide && points.height >= kLeastImageSide &&
-      considered * kLeastImageShare >= points.size) {
-    return params.noise && sensor.isZero() ? PlaneSearchMethod::Disparity
-                                           : PlaneSearchMethod::Organized;
+  if (points.width >= kLeastImageSide && points.height >= kLeastImageSide) {
+    const bool stereo = params.noise && sensor.isZero();
+    const std::size_t share = stereo ? kLeastDisparityShare : kLeastImageShare;
+    if (considered * share >= points.size) {
+      return stereo ? PlaneSearchMethod::Disparity : PlaneSearchMethod::Organized;
+    }
   }
   if (considered < kLeastDensePoints && !detail::isDense(points, indices, params)) {
     return PlaneSearchMethod::MultiRansac;
