@@ -9,130 +9,13 @@
 
 namespace planar_mapping::detail {
 
-bool BitGrid::contains(const LatticeBox& box) const {
-  for (std::size_t k = 0; k < 3; ++k) {
-    if (box.low[k] < 0 || box.high[k] > size_[k]) return false;
-  }
-  return true;
-}
-
-LatticeBox BitGrid::clipped(const LatticeBox& box) const {
-  LatticeBox b = box;
-  for (std::size_t k = 0; k < 3; ++k) {
-    b.low[k] = std::clamp(b.low[k], 0, size_[k]);
-    b.high[k] = std::clamp(b.high[k], b.low[k], size_[k]);
-  }
-  // Nothing to visit: the loops over words need at least one cell.
-  if (b.low[0] == b.high[0]) b.high[2] = b.low[2];
-  return b;
-}
-
-bool BitGrid::all(const LatticeBox& box) const {
-  if (!contains(box)) return false;
-  for (std::int32_t z = box.low[2]; z < box.high[2]; ++z) {
-    for (std::int32_t y = box.low[1]; y < box.high[1]; ++y) {
-      const std::uint64_t* words = row(y, z);
-      for (std::int32_t w = box.low[0] >> 6; w <= (box.high[0] - 1) >> 6; ++w) {
-        if ((~words[w] & maskOf(box, w)) != 0) return false;
-      }
-    }
-  }
-  return true;
-}
-
-std::int64_t BitGrid::count(const LatticeBox& box) const {
-  const LatticeBox b = clipped(box);
-  std::int64_t sum = 0;
-  for (std::int32_t z = b.low[2]; z < b.high[2]; ++z) {
-    for (std::int32_t y = b.low[1]; y < b.high[1]; ++y) {
-      const std::uint64_t* words = row(y, z);
-      for (std::int32_t w = b.low[0] >> 6; w <= (b.high[0] - 1) >> 6; ++w) {
-        sum += __builtin_popcountll(words[w] & maskOf(b, w));
-      }
-    }
-  }
-  return sum;
-}
-
-void BitGrid::clear(const LatticeBox& box) {
-  const LatticeBox b = clipped(box);
-  for (std::int32_t z = b.low[2]; z < b.high[2]; ++z) {
-    for (std::int32_t y = b.low[1]; y < b.high[1]; ++y) {
-      std::uint64_t* words = row(y, z);
-      for (std::int32_t w = b.low[0] >> 6; w <= (b.high[0] - 1) >> 6; ++w) {
-        words[w] &= ~maskOf(b, w);
-      }
-    }
-  }
-}
-
-std::int64_t BitGrid::count() const {
-  std::int64_t sum = 0;
-  for (const std::uint64_t word : bits_) sum += __builtin_popcountll(word);
-  return sum;
-}
-
-BitGrid BitGrid::dilated(std::array<std::int32_t, 3> axes) const {
-  BitGrid grid = *this;
-  if (axes[0] > 0) {
-    const std::size_t rows = bits_.size() / words_;
-    for (std::size_t r = 0; r < rows; ++r) {
-      const std::uint64_t* in = &bits_[r * words_];
-      std::uint64_t* out = &grid.bits_[r * words_];
-      for (std::size_t w = 0; w < words_; ++w) {
-        out[w] |= in[w] << 1 | in[w] >> 1;
-        if (w > 0) out[w] |= in[w - 1] >> 63;
-        if (w + 1 < words_) out[w] |= in[w + 1] << 63;
-      }
-      if ((size_[0] & 63) != 0) out[words_ - 1] &= (std::uint64_t{1} << (size_[0] & 63)) - 1;
-    }
-  }
-  const auto spread = [&](std::size_t step, std::size_t period) {
-    const std::vector<std::uint64_t> before = grid.bits_;
-    for (std::size_t i = 0; i < before.size(); ++i) {
-      const std::size_t at = i % period;
-      if (at >= step) grid.bits_[i] |= before[i - step];
-      if (at + step < period) grid.bits_[i] |= before[i + step];
-    }
-  };
-  const std::size_t layer = words_ * static_cast<std::size_t>(size_[1]);
-  if (axes[1] > 0 && layer > 0) spread(words_, layer);
-  if (axes[2] > 0 && layer > 0) spread(layer, bits_.size());
-  return grid;
-}
-
-/// Numbers the cells of a grid that are on.
-class CellNumbers {
- public:
-  explicit CellNumbers(const BitGrid& grid) : grid_(grid), before_(grid.bits_.size()) {
-    std::int32_t sum = 0;
-    for (std::size_t i = 0; i < before_.size(); ++i) {
-      before_[i] = sum;
-      sum += __builtin_popcountll(grid.bits_[i]);
-    }
-    count_ = static_cast<std::size_t>(sum);
-  }
-  std::size_t count() const { return count_; }
-  std::size_t at(std::int32_t x, std::int32_t y, std::int32_t z) const {
-    const std::uint64_t* word = grid_.row(y, z) + (x >> 6);
-    return static_cast<std::size_t>(before_[static_cast<std::size_t>(word - grid_.bits_.data())]) +
-           static_cast<std::size_t>(
-               __builtin_popcountll(*word & ((std::uint64_t{1} << (x & 63)) - 1)));
-  }
-
- private:
-  const BitGrid& grid_;
-  std::vector<std::int32_t> before_;
-  std::size_t count_ = 0;
-};
-
 namespace {
 
 using Axes = std::array<std::size_t, 3>;
 using Cell = LatticeCell;
 
-/// A box of more cells is not dissolved into its neighbours: they hardly ever have room.
-constexpr std::size_t kMostMoved = 512;
+/// A box or set of more cells is not dissolved into its neighbours: they hardly ever have room.
+constexpr std::size_t kMostMoved = 4096;
 
 constexpr std::array<Axes, 6> kOrders = {Axes{0, 1, 2}, Axes{0, 2, 1}, Axes{1, 0, 2},
                                          Axes{1, 2, 0}, Axes{2, 0, 1}, Axes{2, 1, 0}};
@@ -159,10 +42,11 @@ void include(LatticeBox& hull, const LatticeBox& other) {
 
 class LatticeCover {
  public:
-  LatticeCover(const BitGrid& required, const BitGrid& allowed, const CoverRules& rules)
-      : required_(required), allowed_(allowed), rules_(rules), numbers_(required) {}
+  LatticeCover(const BitGrid& required, const BitGrid& allowed, const CoverRules& rules,
+               const std::vector<CellSet>& sets)
+      : required_(required), allowed_(allowed), rules_(rules), sets_(sets), numbers_(required) {}
 
-  std::vector<CoverBox> run() {
+  LatticeCoverage run() {
     choose(candidates());
     assign();
     for (bool changed = true; changed;) changed = dissolveAll();
@@ -172,8 +56,9 @@ class LatticeCover {
  private:
   struct Chosen {
     LatticeBox need;            ///< hull of its members
-    std::vector<Cell> members;  ///< cells this box answers for
+    std::vector<Cell> members;  ///< cells this box or set answers for
     LatticeBox box;
+    const CellSet* set = nullptr;  ///< null for a box
   };
 
   bool grows(const LatticeBox& box, std::size_t axis, bool up) const {
@@ -231,41 +116,61 @@ class LatticeCover {
 
   LatticeBox reach(const LatticeBox& box) const { return grown(box, rules_.tolerance); }
 
+  /// Cells of the grid that candidate \p i stands for: sets come first.
+  std::int64_t gainOf(std::size_t i, const std::vector<LatticeBox>& boxes,
+                      const BitGrid& left) const {
+    if (i >= sets_.size()) return left.count(reach(boxes[i - sets_.size()]));
+    return std::count_if(sets_[i].begin(), sets_[i].end(),
+                         [&](const Cell& c) { return left.at(c[0], c[1], c[2]); });
+  }
+
   void choose(const std::vector<LatticeBox>& boxes) {
     BitGrid left = required_;
     std::int64_t open = left.count();
     // By gain, then by number: a gain only ever falls, so that an old one is a bound.
     std::priority_queue<std::pair<std::int64_t, std::int64_t>> queue;
-    for (std::size_t i = 0; i < boxes.size(); ++i) {
-      queue.emplace(left.count(reach(boxes[i])), -static_cast<std::int64_t>(i));
+    for (std::size_t i = 0; i < sets_.size() + boxes.size(); ++i) {
+      queue.emplace(gainOf(i, boxes, left), -static_cast<std::int64_t>(i));
     }
     while (open > 0 && !queue.empty()) {
       const auto [bound, number] = queue.top();
       queue.pop();
-      const LatticeBox& box = boxes[static_cast<std::size_t>(-number)];
-      const std::int64_t gain = left.count(reach(box));
+      const auto i = static_cast<std::size_t>(-number);
+      const std::int64_t gain = gainOf(i, boxes, left);
       if (gain == 0) continue;
       if (gain < bound && !queue.empty() && queue.top() > std::make_pair(gain, number)) {
         queue.emplace(gain, number);
         continue;
       }
-      left.clear(reach(box));
       open -= gain;
+      if (i < sets_.size()) {
+        for (const Cell& c : sets_[i]) left.clear(boxOf(c));
+        chosen_.push_back({{}, {}, {}, &sets_[i]});
+        continue;
+      }
+      const LatticeBox& box = boxes[i - sets_.size()];
+      left.clear(reach(box));
       chosen_.push_back({box, {}, box});
     }
   }
 
-  /// Each cell to the first box that reaches it: the one with the most cells.
+  /// Each cell to the first box or set that reaches it: the one with the most cells.
   void assign() {
     std::vector<char> taken(numbers_.count(), 0);
-    for (Chosen& c : chosen_) {
-      required_.forEach(reach(c.box), [&](std::int32_t x, std::int32_t y, std::int32_t z) {
-        char& t = taken[numbers_.at(x, y, z)];
-        if (t != 0) return;
+    for (Chosen& chosen : chosen_) {
+      const auto take = [&](const Cell& c) {
+        char& t = taken[numbers_.at(c[0], c[1], c[2])];
+        if (t == 0) chosen.members.push_back(c);
         t = 1;
-        c.members.push_back({x, y, z});
-      });
-      c.need = hullOf(c.members);
+      };
+      if (chosen.set != nullptr) {
+        std::for_each(chosen.set->begin(), chosen.set->end(), take);
+      } else {
+        required_.forEach(reach(chosen.box), [&](std::int32_t x, std::int32_t y, std::int32_t z) {
+          take({x, y, z});
+        });
+      }
+      chosen.need = hullOf(chosen.members);
     }
     ownAgain();
   }
@@ -378,8 +283,10 @@ class LatticeCover {
     for (std::size_t k = 0; k < need_.size(); ++k) {
       LatticeBox hull = need_[k];
       include(hull, boxOf(member));
-      const std::int64_t growth = volume(hull) - volume(need_[k]);
+      const CellSet* set = chosen_[neighbours_[k]].set;
+      const std::int64_t growth = set != nullptr ? 0 : volume(hull) - volume(need_[k]);
       if (best < need_.size() && growth >= least) continue;
+      if (set != nullptr && !std::binary_search(set->begin(), set->end(), member)) continue;
       if (growth > 0 && !fits(hull)) continue;
       best = k;
       least = growth;
@@ -412,9 +319,13 @@ class LatticeCover {
 
   /// Of the least boxes that do, the one that holds most of what it stands for; on whole cells if
   /// there is a choice.
-  std::vector<CoverBox> drawnBack() const {
-    std::vector<CoverBox> boxes;
+  LatticeCoverage drawnBack() const {
+    LatticeCoverage coverage;
     for (const Chosen& c : chosen_) {
+      if (c.set != nullptr) {
+        coverage.sets.push_back(static_cast<std::size_t>(c.set - sets_.data()));
+        continue;
+      }
       CoverBox result;
       std::int64_t most = -1;
       forEachFit(c.need, [&](const LatticeBox& least) {
@@ -428,14 +339,16 @@ class LatticeCover {
         return true;
       });
       result.members = c.members;
-      boxes.push_back(std::move(result));
+      coverage.boxes.push_back(std::move(result));
     }
-    return boxes;
+    std::sort(coverage.sets.begin(), coverage.sets.end());
+    return coverage;
   }
 
   const BitGrid& required_;
   const BitGrid& allowed_;
   const CoverRules rules_;
+  const std::vector<CellSet>& sets_;
   const CellNumbers numbers_;
   std::vector<Chosen> chosen_;
   std::vector<std::size_t> owner_;  ///< of each required cell, by its number
@@ -448,9 +361,9 @@ class LatticeCover {
 
 }  // namespace
 
-std::vector<CoverBox> coverWithin(const BitGrid& required, const BitGrid& allowed,
-                                  const CoverRules& rules) {
-  return LatticeCover(required, allowed, rules).run();
+LatticeCoverage coverWithin(const BitGrid& required, const BitGrid& allowed,
+                            const CoverRules& rules, const std::vector<CellSet>& sets) {
+  return LatticeCover(required, allowed, rules, sets).run();
 }
 
 }  // namespace planar_mapping::detail

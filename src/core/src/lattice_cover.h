@@ -3,88 +3,12 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
 #include <cstdint>
 #include <vector>
 
+#include "bit_grid.h"
+
 namespace planar_mapping::detail {
-
-using LatticeCell = std::array<std::int32_t, 3>;  ///< x, y, z
-
-/// Cells [low, high) of a window of a lattice; (0, 0, 0) is the window's corner.
-struct LatticeBox {
-  LatticeCell low{};
-  LatticeCell high{};
-
-  std::int32_t size(std::size_t axis) const { return high[axis] - low[axis]; }
-  bool operator==(const LatticeBox& o) const { return low == o.low && high == o.high; }
-  bool operator<(const LatticeBox& o) const { return low != o.low ? low < o.low : high < o.high; }
-};
-
-/// A window of on/off cells, packed along x.
-class BitGrid {
- public:
-  BitGrid(std::int32_t width, std::int32_t height, std::int32_t depth)
-      : size_{width, height, depth},
-        words_((static_cast<std::size_t>(width) + 63) / 64),
-        bits_(words_ * static_cast<std::size_t>(height) * static_cast<std::size_t>(depth), 0) {}
-
-  const std::array<std::int32_t, 3>& size() const { return size_; }
-  bool contains(const LatticeBox& box) const;
-  bool at(std::int32_t x, std::int32_t y, std::int32_t z) const {
-    return (row(y, z)[x >> 6] >> (x & 63) & 1u) != 0;
-  }
-  void set(std::int32_t x, std::int32_t y, std::int32_t z) {
-    row(y, z)[x >> 6] |= std::uint64_t{1} << (x & 63);
-  }
-  /// Are all cells of the box on? False if it leaves the window.
-  bool all(const LatticeBox& box) const;
-  /// Number of cells that are on; what lies outside the window is off.
-  std::int64_t count(const LatticeBox& box) const;
-  void clear(const LatticeBox& box);
-  std::int64_t count() const;
-  /// With all cells that differ by at most one along each axis of \p axes from one that is on.
-  BitGrid dilated(std::array<std::int32_t, 3> axes) const;
-  /// Calls visit(x, y, z) for the cells of the box that are on, by z, y, x.
-  template <typename Visit>
-  void forEach(const LatticeBox& box, Visit&& visit) const {
-    const LatticeBox b = clipped(box);
-    for (std::int32_t z = b.low[2]; z < b.high[2]; ++z) {
-      for (std::int32_t y = b.low[1]; y < b.high[1]; ++y) {
-        const std::uint64_t* words = row(y, z);
-        for (std::int32_t w = b.low[0] >> 6; w <= (b.high[0] - 1) >> 6; ++w) {
-          for (std::uint64_t left = words[w] & maskOf(b, w); left != 0; left &= left - 1) {
-            visit(64 * w + __builtin_ctzll(left), y, z);
-          }
-        }
-      }
-    }
-  }
-  LatticeBox window() const { return {{0, 0, 0}, size_}; }
-
- private:
-  friend class CellNumbers;
-  const std::uint64_t* row(std::int32_t y, std::int32_t z) const {
-    return &bits_[(static_cast<std::size_t>(z) * static_cast<std::size_t>(size_[1]) +
-                   static_cast<std::size_t>(y)) *
-                  words_];
-  }
-  std::uint64_t* row(std::int32_t y, std::int32_t z) {
-    return const_cast<std::uint64_t*>(static_cast<const BitGrid*>(this)->row(y, z));
-  }
-  LatticeBox clipped(const LatticeBox& box) const;
-  /// Bits of word \p w within the box.
-  static std::uint64_t maskOf(const LatticeBox& box, std::int32_t w) {
-    std::uint64_t mask = ~std::uint64_t{0};
-    if (box.low[0] > 64 * w) mask <<= (box.low[0] & 63);
-    if (box.high[0] < 64 * (w + 1)) mask &= (std::uint64_t{1} << (box.high[0] & 63)) - 1;
-    return mask;
-  }
-
-  std::array<std::int32_t, 3> size_;
-  std::size_t words_;
-  std::vector<std::uint64_t> bits_;
-};
 
 /// What a cover may do, per axis, in cells of the lattice.
 struct CoverRules {
@@ -99,14 +23,25 @@ struct CoverBox {
   std::vector<LatticeCell> members;
 };
 
-/// [ours] Few boxes that stand for all cells of \p required and hold cells of \p allowed only.
+/// Cells that something other than a box may stand for.
+using CellSet = std::vector<LatticeCell>;
+
+struct LatticeCoverage {
+  std::vector<CoverBox> boxes;
+  std::vector<std::size_t> sets;  ///< the sets that take part, ascending
+};
+
+/// [ours] Few boxes and sets that stand for all cells of \p required; boxes hold cells of
+/// \p allowed only.
 ///
-/// Greedy by newly covered cells over the largest boxes that fit; then boxes are dissolved into
-/// their neighbours, which grow for it, and each box is drawn back to the cells it holds.
+/// Greedy by newly covered cells over the sets and the largest boxes that fit; then boxes and sets
+/// are dissolved into their neighbours, of which boxes grow for it, and each box is drawn back to
+/// the cells it holds.
 /// Cells of the lattice are halves of the user's: a pair that starts at an even number is
-/// preferred. Deterministic. Every required cell must lie in a box of the smallest size of allowed
-/// cells.
-std::vector<CoverBox> coverWithin(const BitGrid& required, const BitGrid& allowed,
-                                  const CoverRules& rules);
+/// preferred. Deterministic. Every required cell must lie in a set or in a box of the smallest size
+/// of allowed cells.
+/// \param sets of required cells, each ascending
+LatticeCoverage coverWithin(const BitGrid& required, const BitGrid& allowed,
+                            const CoverRules& rules, const std::vector<CellSet>& sets = {});
 
 }  // namespace planar_mapping::detail

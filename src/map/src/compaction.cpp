@@ -4,113 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <utility>
 
-#include "belief.h"
+#include "patch_cover.h"
 
 namespace planar_mapping::detail {
 namespace {
-
-/// The tiles of a patch as they are to be approximated: together, or where almost all of their
-/// window is empty, each group of tiles that touch on its own. Empty cells cost time too, so that
-/// this bounds the time by the number of tiles.
-std::vector<std::vector<PlacedTile>> islandsOf(const std::vector<PlacedTile>& tiles) {
-  constexpr std::size_t kSparse = 16;  // tiles of the window for each that holds a cell
-  if (tiles.empty()) return {};
-  PlacedTile low = tiles.front();
-  PlacedTile high = tiles.front();
-  for (const PlacedTile& t : tiles) {
-    low.a = std::min(low.a, t.a);
-    low.b = std::min(low.b, t.b);
-    high.a = std::max(high.a, t.a);
-    high.b = std::max(high.b, t.b);
-  }
-  const std::int32_t width = high.a - low.a + 1;
-  const std::int32_t height = high.b - low.b + 1;
-  if (static_cast<std::size_t>(width) * height <= kSparse * tiles.size()) return {tiles};
-
-  std::vector<const RasterTile*> at(static_cast<std::size_t>(width) * height, nullptr);
-  const auto place = [&](std::int32_t a, std::int32_t b) -> const RasterTile*& {
-    return at[static_cast<std::size_t>(b - low.b) * width + static_cast<std::size_t>(a - low.a)];
-  };
-  for (const PlacedTile& t : tiles) place(t.a, t.b) = t.tile;
-  std::vector<std::vector<PlacedTile>> islands;
-  for (std::int32_t b = low.b; b <= high.b; ++b) {
-    for (std::int32_t a = low.a; a <= high.a; ++a) {
-      if (place(a, b) == nullptr) continue;
-      std::vector<PlacedTile> island{{a, b, std::exchange(place(a, b), nullptr)}};
-      for (std::size_t i = 0; i < island.size(); ++i) {
-        const PlacedTile from = island[i];
-        for (std::int32_t nb = std::max(from.b - 1, low.b); nb <= std::min(from.b + 1, high.b);
-             ++nb) {
-          for (std::int32_t na = std::max(from.a - 1, low.a); na <= std::min(from.a + 1, high.a);
-               ++na) {
-            if (place(na, nb) == nullptr) continue;
-            island.push_back({na, nb, std::exchange(place(na, nb), nullptr)});
-          }
-        }
-      }
-      islands.push_back(std::move(island));
-    }
-  }
-  return islands;
-}
-
-/// Rectangles of tiles of a plane.
-SurfaceCover coverTiles(const std::vector<PlacedTile>& members,
-                        const CuboidApproximationParams& params) {
-  // The window is tight to the cells: the paper's first unit is the bounding rectangle.
-  std::int32_t low_a = kLatticeLimit, low_b = kLatticeLimit;
-  std::int32_t high_a = -kLatticeLimit, high_b = -kLatticeLimit;
-  for (const PlacedTile& t : members) {
-    for (std::uint64_t bits = t.tile->occupied(); bits != 0; bits &= bits - 1) {
-      const int bit = __builtin_ctzll(bits);
-      low_a = std::min(low_a, 8 * t.a + (bit & 7));
-      high_a = std::max(high_a, 8 * t.a + (bit & 7));
-      low_b = std::min(low_b, 8 * t.b + (bit >> 3));
-      high_b = std::max(high_b, 8 * t.b + (bit >> 3));
-    }
-  }
-  CellMask mask;
-  mask.a0 = low_a;
-  mask.b0 = low_b;
-  mask.width = high_a - low_a + 1;
-  mask.height = high_b - low_b + 1;
-  mask.cells.assign(static_cast<std::size_t>(mask.width) * mask.height, 0);
-  const bool certain = std::all_of(members.begin(), members.end(), [](const PlacedTile& t) {
-    for (std::uint64_t bits = t.tile->occupied(); bits != 0; bits &= bits - 1) {
-      if (t.tile->belief(static_cast<std::size_t>(__builtin_ctzll(bits))) != kCertain) return false;
-    }
-    return true;
-  });
-  std::vector<float> probability(certain ? 0 : mask.cells.size(), 1.0f);
-  for (const PlacedTile& t : members) {
-    for (std::uint64_t bits = t.tile->occupied(); bits != 0; bits &= bits - 1) {
-      const int bit = __builtin_ctzll(bits);
-      const std::size_t cell = static_cast<std::size_t>(8 * t.b + (bit >> 3) - low_b) * mask.width +
-                               static_cast<std::size_t>(8 * t.a + (bit & 7) - low_a);
-      mask.cells[cell] = 1;
-      if (!certain) probability[cell] = beliefOf(t.tile->belief(static_cast<std::size_t>(bit)));
-    }
-  }
-  return coverSurface(mask, nullptr, probability, params);
-}
-
-SurfaceCover coverPatch(const std::vector<PlacedTile>& tiles,
-                        const CuboidApproximationParams& params) {
-  SurfaceCover all;
-  const auto append = [](auto& to, const auto& from) {
-    to.insert(to.end(), from.begin(), from.end());
-  };
-  for (const std::vector<PlacedTile>& part : islandsOf(tiles)) {
-    const SurfaceCover some = coverTiles(part, params);
-    append(all.rectangles, some.rectangles);
-    append(all.probability, some.probability);
-    append(all.loose, some.loose);
-  }
-  return all;
-}
 
 Vector3 centerOf(const LooseQuarter& quarter, const PlaneFrame& frame, double s) {
   return frame.fromPlane({0.5 * s * (quarter.a + 0.5), 0.5 * s * (quarter.b + 0.5), 0.0});
@@ -132,7 +31,7 @@ Vector3 halfExtent(const Cuboid& cuboid, double margin) {
 
 }  // namespace
 
-const Compaction::Plane* Compaction::find(std::int32_t id) const {
+Compaction::Plane* Compaction::find(std::int32_t id) {
   const auto at = std::lower_bound(planes_.begin(), planes_.end(), id,
                                    [](const Plane& p, std::int32_t i) { return p.id < i; });
   return at != planes_.end() && at->id == id ? &*at : nullptr;
@@ -141,6 +40,7 @@ const Compaction::Plane* Compaction::find(std::int32_t id) const {
 void Compaction::findRegions(const MapData& map, const PlaneFrame& frame, const SurfaceBand& band,
                              Patch& patch) const {
   patch.regions.clear();
+  patch.replaced.assign(patch.cover.rectangles.size(), 0);
   if (!map.isCompact()) return;
   const double s = map.resolution();
   for (const HalfCellRectangle& r : patch.cover.rectangles) {
@@ -228,8 +128,10 @@ void Compaction::coverRegion(const MapData& map, std::uint64_t key, Region& regi
   const Vector3 high = low + Vector3::Constant(kRegionCells * s);
   std::vector<SurfacePiece> pieces;
   std::vector<Cuboid> present;
+  std::vector<ReplaceableCuboid> replaceable;
+  std::vector<std::uint8_t*> replaced;  // of each of them
   const auto isOutdated = [&](const std::pair<std::int32_t, std::uint64_t>& name) {
-    const Plane* plane = find(name.first);
+    Plane* plane = find(name.first);
     const Patch* patch = plane == nullptr ? nullptr : plane->patches.find(name.second);
     return patch == nullptr ||
            !std::binary_search(patch->regions.begin(), patch->regions.end(), key);
@@ -237,15 +139,22 @@ void Compaction::coverRegion(const MapData& map, std::uint64_t key, Region& regi
   region.patches.erase(std::remove_if(region.patches.begin(), region.patches.end(), isOutdated),
                        region.patches.end());
   for (const auto& [id, patch_key] : region.patches) {
-    const Plane& plane = *find(id);
-    const auto position = static_cast<std::size_t>(&plane - planes_.data());
-    const PlaneFrame frame = map.planes[position].stored.frame();
-    const Patch& patch = *plane.patches.find(patch_key);
-    for (const HalfCellRectangle& r : patch.cover.rectangles) {
-      const Cuboid cuboid = cuboidOf(r, frame, plane.band, params);
+    Plane& plane = *find(id);
+    const PlaneLayer& layer = map.planes[static_cast<std::size_t>(&plane - planes_.data())];
+    const PlaneFrame frame = layer.stored.frame();
+    Patch& patch = *plane.patches.find(patch_key);
+    for (std::size_t r = 0; r < patch.cover.rectangles.size(); ++r) {
+      const HalfCellRectangle& rectangle = patch.cover.rectangles[r];
+      const Cuboid cuboid = cuboidOf(rectangle, frame, plane.band, params);
       const Vector3 half = halfExtent(cuboid, s);
-      if (((cuboid.center - half).array() <= high.array()).all() &&
-          ((cuboid.center + half).array() >= low.array()).all()) {
+      const Vector3 from = cuboid.center - half;
+      const Vector3 to = cuboid.center + half;
+      const bool inside = (from.array() > low.array()).all() && (to.array() < high.array()).all();
+      if (inside && isReplaceable(rectangle, params)) {
+        replaceable.push_back(
+            {cuboid, piecesOf(rectangle, layer.tiles, frame, plane.band, params)});
+        replaced.push_back(&patch.replaced[r]);
+      } else if ((from.array() <= high.array()).all() && (to.array() >= low.array()).all()) {
         present.push_back(cuboid);
       }
     }
@@ -259,7 +168,9 @@ void Compaction::coverRegion(const MapData& map, std::uint64_t key, Region& regi
   if (cells != nullptr) rest = map.cells.cellsOf(*cells, params);
   region.patches.shrink_to_fit();
   region.listed = 0;
-  region.cuboids = coverRest(rest, pieces, present, params);
+  RestCover cover = coverRest(rest, pieces, present, replaceable, params);
+  region.cuboids = std::move(cover.boxes);
+  for (std::size_t i = 0; i < replaced.size(); ++i) *replaced[i] = cover.kept[i] != 0 ? 0 : 1;
 }
 
 void Compaction::update(const MapData& map) {
@@ -321,7 +232,8 @@ void Compaction::update(const MapData& map) {
   }
   for (const Plane& plane : planes_) {
     for (std::size_t p = 0; p < plane.patches.size(); ++p) {
-      count_ += plane.patches.value(p).cover.rectangles.size();
+      const std::vector<std::uint8_t>& replaced = plane.patches.value(p).replaced;
+      count_ += static_cast<std::size_t>(std::count(replaced.begin(), replaced.end(), 0));
     }
   }
 }
@@ -340,6 +252,7 @@ const std::vector<Cuboid>& Compaction::makeList(const MapData& map) {
     const PlaneFrame frame = map.planes[i].stored.frame();
     inOrder(plane.patches, [&](const Patch& patch) {
       for (std::size_t r = 0; r < patch.cover.rectangles.size(); ++r) {
+        if (patch.replaced[r] != 0) continue;
         Cuboid cuboid =
             cuboidOf(patch.cover.rectangles[r], frame, plane.band, map.params.approximation);
         cuboid.plane_id = plane.id;
@@ -370,7 +283,7 @@ std::size_t Compaction::memoryBytes() const {
       const Patch& patch = plane.patches.value(p);
       bytes += patch.cover.rectangles.capacity() * sizeof(HalfCellRectangle) +
                patch.cover.probability.capacity() * sizeof(float) +
-               patch.cover.loose.capacity() * sizeof(LooseQuarter) +
+               patch.cover.loose.capacity() * sizeof(LooseQuarter) + patch.replaced.capacity() +
                patch.regions.capacity() * sizeof(std::uint64_t);
     }
   }

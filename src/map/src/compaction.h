@@ -16,9 +16,9 @@ namespace planar_mapping::detail {
 /// The cuboids of a map: derived from its cells when they are asked for, and made again only where
 /// cells changed since. What comes out depends on the cells alone, not on what was asked before.
 ///
-/// First each patch of a plane gets its large rectangles. What is left of the planes and the
-/// non-planar cells is covered region by region, as far as the rectangles near it do not stand for
-/// it.
+/// First each patch of a plane gets its rectangles. What is left of the planes and the non-planar
+/// cells is covered region by region, as far as the rectangles near it do not stand for it; small
+/// rectangles that lie within one region give way to boxes where that needs fewer cuboids.
 class Compaction {
  public:
   void update(const MapData& map);
@@ -34,6 +34,7 @@ class Compaction {
   struct Patch {
     std::uint32_t revision = 0;
     SurfaceCover cover;
+    std::vector<std::uint8_t> replaced;  ///< rectangles in whose place a region has boxes
     std::vector<std::uint64_t> regions;  ///< in which it has or absorbs something; ascending
   };
   struct Plane {
@@ -60,7 +61,7 @@ class Compaction {
     for (const std::uint64_t key : patch.regions) regions_[key].dirty = true;
   }
   void coverRegion(const MapData& map, std::uint64_t key, Region& region);
-  const Plane* find(std::int32_t id) const;
+  Plane* find(std::int32_t id);
 
   Int3 anchor_;
   std::vector<Plane> planes_;  ///< those of the map, in its order: by id, ascending

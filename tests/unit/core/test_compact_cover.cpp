@@ -213,6 +213,119 @@ TEST(CoverRest, HostileInputGivesSmallAnswers) {
   EXPECT_EQ(coverRest(far, {}, {}, params).size(), far.size());
 }
 
+/// Small surfaces of a cluttered place, each in a frame of its own, with loose cells beside them.
+struct Clutter {
+  std::vector<ReplaceableCuboid> surfaces;
+  std::vector<NonPlanarCell> cells;
+
+  Clutter(std::uint64_t seed, const CuboidApproximationParams& params) {
+    Random random(seed);
+    for (int i = 0; i < 12; ++i) {
+      const double yaw = random.below(3) == 0 ? 0.0 : 0.5 * random.uniform();
+      PlaneFrame frame;
+      frame.u = {std::cos(yaw), std::sin(yaw), 0.0};
+      frame.v = Vector3::UnitZ();
+      frame.n = frame.u.cross(frame.v);
+      frame.origin = {2.0 * random.uniform(), 0.6 * random.uniform(), 1.5 * random.uniform()};
+      const HalfCellRectangle r{0, 0, static_cast<std::int32_t>(4 + random.below(16)),
+                                static_cast<std::int32_t>(4 + random.below(8))};
+      ReplaceableCuboid surface{cuboidOf(r, frame, params), {}};
+      for (std::int32_t b = 0; b < r.height; ++b) {
+        for (std::int32_t a = 0; a < r.width; ++a) {
+          addPieces({a, b, 1.0f}, frame, params, surface.pieces);
+        }
+      }
+      surfaces.push_back(surface);
+    }
+    for (int x = 0; x < 20; ++x) {
+      for (int y = 0; y < 6; ++y) {
+        for (int z = 0; z < 15; ++z) {
+          if (random.uniform() > 0.03) continue;
+          cells.push_back(cellAt(x, y, z));
+          cells.back().octants = static_cast<std::uint8_t>(1 + random.below(255));
+        }
+      }
+    }
+  }
+  std::vector<Cuboid> cuboids() const {
+    std::vector<Cuboid> all;
+    for (const ReplaceableCuboid& s : surfaces) all.push_back(s.cuboid);
+    return all;
+  }
+  std::vector<SurfacePiece> pieces() const {
+    std::vector<SurfacePiece> all;
+    for (const ReplaceableCuboid& s : surfaces) {
+      all.insert(all.end(), s.pieces.begin(), s.pieces.end());
+    }
+    return all;
+  }
+};
+
+std::size_t keptOf(const RestCover& cover) {
+  return static_cast<std::size_t>(std::count(cover.kept.begin(), cover.kept.end(), 1));
+}
+
+TEST(CoverRest, ChoosesTheCheaperOfRectanglesAndBoxes) {
+  const auto params = paramsWith(0.5);
+  std::size_t chosen = 0, with_rectangles = 0, with_boxes = 0, cheaper = 0;
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    const Clutter clutter(seed, params);
+    const RestCover cover = coverRest(clutter.cells, {}, {}, clutter.surfaces, params);
+    ASSERT_EQ(cover.kept.size(), clutter.surfaces.size());
+    const std::size_t mixed = keptOf(cover) + cover.boxes.size();
+    const std::size_t oriented =
+        clutter.surfaces.size() + coverRest(clutter.cells, {}, clutter.cuboids(), params).size();
+    const std::size_t aligned = coverRest(clutter.cells, clutter.pieces(), {}, params).size();
+    EXPECT_LE(mixed, std::min(oriented, aligned) + 2) << "seed " << seed;
+    chosen += mixed;
+    with_rectangles += oriented;
+    with_boxes += aligned;
+    cheaper += std::min(oriented, aligned);
+  }
+  RecordProperty("chosen", std::to_string(chosen));
+  RecordProperty("with_rectangles", std::to_string(with_rectangles));
+  RecordProperty("with_boxes", std::to_string(with_boxes));
+  EXPECT_LT(static_cast<double>(chosen), 0.98 * static_cast<double>(cheaper));
+}
+
+TEST(CoverRest, WhatTakesThePlaceOfRectanglesStandsForTheirSurface) {
+  const auto params = paramsWith(0.5);
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const Clutter clutter(seed, params);
+    const RestCover cover = coverRest(clutter.cells, {}, {}, clutter.surfaces, params);
+    std::vector<Cuboid> all = cover.boxes;
+    for (std::size_t i = 0; i < cover.kept.size(); ++i) {
+      if (cover.kept[i] != 0) all.push_back(clutter.surfaces[i].cuboid);
+    }
+    // The half cell of a piece is within half a cell as a whole, or the piece's own cuboid stayed.
+    for (const SurfacePiece& piece : clutter.pieces()) {
+      EXPECT_TRUE(std::any_of(
+          all.begin(), all.end(),
+          [&](const Cuboid& c) { return contains(c, piece.center, 0.5 * kSide + 1e-9); }))
+          << "seed " << seed;
+    }
+  }
+}
+
+TEST(CoverRest, ReplacesNothingWhereItCannotMakeOneWindow) {
+  const auto params = paramsWith(0.5);
+  Clutter clutter(1, params);
+  for (int i = 0; i < 40; ++i) clutter.cells.push_back(cellAt(i * 50000000 - 1000000000, 7, -3));
+  const RestCover cover = coverRest(clutter.cells, {}, {}, clutter.surfaces, params);
+  EXPECT_EQ(keptOf(cover), clutter.surfaces.size());
+}
+
+TEST(CoverRest, KeepsNoRectangleThatAnotherCuboidStandsFor) {
+  const auto params = paramsWith(0.5);
+  const Clutter clutter(1, params);
+  Cuboid all;
+  all.center = {1.5, 1.0, 1.0};
+  all.size = {9.0, 9.0, 9.0};
+  const RestCover cover = coverRest(clutter.cells, {}, {all}, clutter.surfaces, params);
+  EXPECT_TRUE(cover.boxes.empty());
+  EXPECT_EQ(keptOf(cover), 0u);
+}
+
 TEST(CoverRest, AHundredThousandCellsInBoundedTime) {
   // The shell of a ball, with noise around it.
   Random random(5);

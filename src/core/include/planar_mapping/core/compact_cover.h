@@ -60,13 +60,36 @@ PLANAR_MAPPING_EXPORT void addPieces(const LooseQuarter& quarter, const PlaneFra
                                      const CuboidApproximationParams& params,
                                      std::vector<SurfacePiece>& pieces);
 
+/// A rectangle's cuboid that boxes may take the place of, where that needs fewer cuboids.
+struct ReplaceableCuboid {
+  Cuboid cuboid;
+  std::vector<SurfacePiece> pieces;  ///< of its plane that it stands for
+};
+
+/// Does a rectangle have so few cells that boxes may do as well? Not without rectangle_cells.
+PLANAR_MAPPING_EXPORT bool isReplaceable(const HalfCellRectangle& rectangle,
+                                         const CuboidApproximationParams& params);
+
+/// What coverRest() makes.
+struct RestCover {
+  std::vector<Cuboid> boxes;
+  std::vector<std::uint8_t> kept;  ///< which of the replaceable cuboids are still needed
+};
+
 /// Few axis-aligned boxes on the lattice of half cells for what no cuboid that is there already
-/// stands for.
+/// stands for, and the choice between them and small rectangles of planes.
 /// \param cells   distinct ones of the axis-aligned grid of side s; one without octants needs no
 ///                box, one with less than min_points_per_cell is left out
 /// \param pieces  of planes
 /// \param present cuboids near them
 /// \throws ParameterError
+PLANAR_MAPPING_EXPORT RestCover coverRest(const std::vector<NonPlanarCell>& cells,
+                                          const std::vector<SurfacePiece>& pieces,
+                                          const std::vector<Cuboid>& present,
+                                          const std::vector<ReplaceableCuboid>& replaceable,
+                                          const CuboidApproximationParams& params);
+
+/// The boxes, where no cuboid may be replaced.
 PLANAR_MAPPING_EXPORT std::vector<Cuboid> coverRest(const std::vector<NonPlanarCell>& cells,
                                                     const std::vector<SurfacePiece>& pieces,
                                                     const std::vector<Cuboid>& present,
