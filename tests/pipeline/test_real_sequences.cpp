@@ -133,8 +133,7 @@ TEST_F(RealSequences, CameraAtRestAddsFewCells) {
     for (const Cuboid& cuboid : map.cuboids()) volume += cuboid.volume();
     return volume / (s * s * s);
   };
-  // 5 % is wanted; docs/results.md has what is reached.
-  EXPECT_LE(cells(ten.map), 1.2 * cells(one.map));
+  EXPECT_LE(cells(ten.map), 1.05 * cells(one.map));
   for (const Pose& pose : ten.estimated) {
     EXPECT_LT((pose.translation() - ten.estimated.front().translation()).norm(), 0.02);
   }

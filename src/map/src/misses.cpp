@@ -49,7 +49,9 @@ class MissTest {
   /// through it, or because it looks where the cell is and measures other places there?
   /// \param facing cosine between the cell's surface and the ray; 1 for a cell without one
   /// \param errors how many depth errors behind what is measured a cell is still looked at
-  bool isMissed(const Vector3& centre, double facing, double errors) const {
+  /// \param proven a cell that is not must be measured again: where some pixels have no
+  ///               measurement, the others speak for them
+  bool isMissed(const Vector3& centre, double facing, double errors, bool proven) const {
     if (!image_.isResponsible(centre)) return false;
     const DepthImage::Look all = image_.look(centre, half_, true);
     if (all.inside && all.far <= max_range_ && all.nearest > all.far + margin_) return true;
@@ -57,12 +59,15 @@ class MissTest {
     if (!noise_) return false;
     // Half the cell is enough to expect points of it, and edges of what hides others matter less.
     const DepthImage::Look look = image_.look(centre, 0.5 * half_, true);
-    if (!look.inside || !(look.far <= max_range_) || !(look.nearest > 0.0f)) return false;
+    if (!look.inside || !(look.far <= max_range_)) return false;
     const double error = noise_->depthError(centre.z());
+    if (facing * image_.pixelsOf(resolution_, centre.z()) < kFewestPixels ||
+        !(look.farthest > look.near - resolution_ - errors * error)) {
+      return false;
+    }
+    if (!(look.nearest > 0.0f)) return !proven;
     const double hidden = kHiddenCells * resolution_ + kHiddenErrors * error;
-    return facing * image_.pixelsOf(resolution_, centre.z()) >= kFewestPixels &&
-           look.farthest > look.near - resolution_ - errors * error &&
-           look.nearest > look.near - hidden && image_.isMapped(centre, 0.5 * half_);
+    return look.nearest > look.near - hidden && image_.isMapped(centre, 0.5 * half_);
   }
   const DepthImage& image() const { return image_; }
 
@@ -123,7 +128,7 @@ void missPlane(const MapData& map, Frame& frame, const MissTest& test, PlaneLaye
           origin + (8 * ta + (bit & 7) + 0.5) * s * u + (8 * tb + (bit >> 3) + 0.5) * s * v;
       // A surface seen from behind cannot be seen at all.
       const double facing = -normal.dot(centre) / centre.norm();
-      if (!test.isMissed(centre, facing, 0.0)) continue;
+      if (!test.isMissed(centre, facing, 0.0, true)) continue;
       changed = true;
       frame.update.cells_removed += miss(map.params, tile, at) ? 1 : 0;
     }
@@ -135,6 +140,10 @@ void missCells(MapData& map, Frame& frame, const MissTest& test) {
   const double s = map.resolution();
   const auto frame_number = static_cast<std::uint32_t>(map.trajectory.size() - 1);
   const Vector3 half = test.image().extentInCamera(Vector3::Constant(2.0 * s));
+  // One look that does not confirm it is enough for a cell of this belief.
+  const std::uint8_t unproven = quantiseBelief(map.params.first_belief);
+  const bool is_fragile =
+      !isKept(afterMiss(unproven, map.params.miss_factor), map.params.min_probability);
   for (std::size_t r = 0; r < map.cells.regions.size(); ++r) {
     const Int3 region = unpackKey(map.cells.regions.key(r));
     const Vector3 low = s * (kRegionCells * Vector3(region.x, region.y, region.z) +
@@ -155,7 +164,9 @@ void missCells(MapData& map, Frame& frame, const MissTest& test) {
         const int bit = __builtin_ctzll(candidates);
         const Int3 c = CellLayer::cellOf(at, bit);
         const Vector3 centre = s * (Vector3(c.x, c.y, c.z) + Vector3::Constant(0.5));
-        if (!test.isMissed(test.image().toCamera(centre), 1.0, kBehindErrors)) continue;
+        const bool proven =
+            !is_fragile || block->belief(static_cast<std::size_t>(bit)) > unproven;
+        if (!test.isMissed(test.image().toCamera(centre), 1.0, kBehindErrors, proven)) continue;
         changed = true;
         // Once a frame, although a block may be listed twice.
         if (seen == nullptr) seen = &frame.cell_hits[key];

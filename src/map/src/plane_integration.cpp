@@ -127,6 +127,9 @@ void applyHits(const MapData& map, Frame& frame, PlaneLayer& layer, const PlaneH
   const PlanarMapParams& params = map.params;
   const bool believed = frame.observation->probability != nullptr;
   const auto enough = static_cast<std::uint32_t>(params.approximation.min_points_per_cell);
+  // What the first sight of a plane holds is as certain as the plane; what noise adds is not.
+  const bool is_sure = plane_hits.is_new || !frame.observation->noise;
+  const double most = is_sure ? 1.0 : std::max(params.first_belief, params.min_probability);
   for (std::size_t i = 0; i < hits.size(); ++i) {
     const TileHits& hit = hits.value(i);
     const std::uint64_t key = hits.key(i);
@@ -160,7 +163,7 @@ void applyHits(const MapData& map, Frame& frame, PlaneLayer& layer, const PlaneH
         }
         continue;
       }
-      const std::uint8_t belief = quantiseBelief(q);
+      const std::uint8_t belief = quantiseBelief(std::min(q, most));
       if (count < enough || count < share || !isKept(belief, params.min_probability)) {
         frame.update.dropped_points += count;
         continue;

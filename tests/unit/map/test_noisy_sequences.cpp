@@ -75,8 +75,8 @@ AtRest tenFramesAtRest(double noise_px) {
 
 TEST(NoisySequences, ACameraAtRestAddsFewCells) {
   const AtRest quarter = tenFramesAtRest(0.25);
-  // Occupied is what cuboids hold, and they reach over gaps of a cell: 4.7 % without, 6 % with.
-  EXPECT_LE(quarter.tenth, 1.07 * static_cast<double>(quarter.first));
+  // Occupied is what cuboids hold, and they reach over gaps of a cell.
+  EXPECT_LE(quarter.tenth, 1.06 * static_cast<double>(quarter.first));
   const AtRest half = tenFramesAtRest(0.5);
   EXPECT_LE(half.tenth, 1.15 * static_cast<double>(half.first));
   EXPECT_LE(half.tenth_wrong, 2 * half.first_wrong);

@@ -75,7 +75,8 @@ class PlanarCuboidApproximationStage : public Stage {
         "miss_factor", params_.miss_factor, Range::between(0.0, 1.0),
         "[ours] a cell's belief is multiplied by this when it is looked through or not confirmed");
     table.number("first_belief", params_.first_belief, Range::above(0.0, 1.0),
-                 "[ours] most belief a non-planar cell gets from one frame");
+                 "[ours] most belief a cell gets from one frame, but for those of the first sight of a "
+                 "plane");
     table.number("min_cell_share", params_.min_cell_share, Range::between(0.0, 1.0),
                  "[ours] a cell is seen if it holds this share of the points of a full one; where "
                  "the camera is known");

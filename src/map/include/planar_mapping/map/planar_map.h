@@ -40,8 +40,9 @@ struct PLANAR_MAPPING_EXPORT PlanarMapParams {
   double min_probability = 0.5;      ///< [ours] cells whose belief falls below this are removed
   double belief_gain = 0.5;  ///< [ours] share of the newest frame in a cell's belief, in (0, 1]
   double miss_factor = 0.7;  ///< [ours] belief is multiplied by it when looked through, in [0, 1]
-  /// [ours] most belief a non-planar cell gets from one frame, in (0, 1]; it is lost by one look
-  /// that does not confirm it if miss_factor times it is below min_probability
+  /// [ours] most belief a non-planar cell gets from one frame, and one that a frame with a known
+  /// depth error adds to a plane there is, in (0, 1]; it is lost by one look that does not confirm
+  /// it if miss_factor times it is below min_probability: even where some pixels measure nothing
   double first_belief = 0.7;
   /// [ours] points within so many depth errors of a plane's cells, along their ray, are its noise
   /// and make no cell, in [0, 10]; see FrameObservation::noise
