@@ -87,6 +87,29 @@ bool isNear(const MapData& map, const Frame& frame, std::size_t segment, const P
   return false;
 }
 
+/// Do the bounding rectangles, in the raster of the first? Else areNear() is false. This asks for
+/// neither cells nor moments: most planes of a map are elsewhere.
+bool mayBeNear(const MapData& map, const PlaneLayer& layer, const PlaneLayer& other) {
+  std::int32_t low[2], high[2], other_low[2], other_high[2];
+  if (!layer.extent(low[0], low[1], high[0], high[1]) ||
+      !other.extent(other_low[0], other_low[1], other_high[0], other_high[1])) {
+    return false;
+  }
+  const double s = map.resolution();
+  Eigen::Array2d first = Eigen::Array2d::Constant(INFINITY);
+  Eigen::Array2d last = -first;
+  for (const std::int32_t a : {other_low[0], other_high[0] + 1}) {
+    for (const std::int32_t b : {other_low[1], other_high[1] + 1}) {
+      const Vector3 corner = layer.frame().toPlane(other.frame().fromPlane({a * s, b * s, 0.0}));
+      first = first.min(corner.head<2>().array() / s);
+      last = last.max(corner.head<2>().array() / s);
+    }
+  }
+  const double margin = gapInCells(map) + 1.0;  // and one for what is rounded
+  return first[0] <= high[0] + 1 + margin && last[0] >= low[0] - margin &&
+         first[1] <= high[1] + 1 + margin && last[1] >= low[1] - margin;
+}
+
 /// Do the patches of two planes of the map come within the association gap of each other?
 bool areNear(const MapData& map, const PlaneLayer& layer, const PlaneLayer& other) {
   const std::int32_t gap = gapInCells(map);
@@ -231,6 +254,8 @@ void associatePlanes(MapData& map, Frame& frame) {
 }
 
 void mergePlanes(MapData& map, Frame& frame) {
+  // Of the angle, with room for rounding: isOnePlane() asks again.
+  const double least_cosine = std::cos(map.params.association_angle) - 1e-9;
   std::vector<bool> gone(map.planes.size(), false);
   std::vector<bool> is_new(map.planes.size(), false);
   for (const PlaneHits& hits : frame.hits) is_new[hits.layer] = hits.is_new;
@@ -240,7 +265,7 @@ void mergePlanes(MapData& map, Frame& frame) {
       if (other == mine || gone[other] || gone[mine] || (is_new[other] && is_new[mine])) continue;
       const PlaneLayer& a = map.planes[mine];
       const PlaneLayer& b = map.planes[other];
-      if (angleBetween(a.plane(), b.plane()) > map.params.association_angle ||
+      if (a.plane().normal.dot(b.plane().normal) < least_cosine || !mayBeNear(map, a, b) ||
           !isOnePlane(map.params, a.plane(), a.moments(), b.plane(), b.moments()) ||
           !areNear(map, a, b)) {
         continue;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -59,11 +60,18 @@ struct TileHits {
 struct PlanePatch {
   std::uint32_t revision = 0;  ///< number of frames in the map when it changed last
   bool dirty = true;           ///< changed since
-  // Tiles that hold a cell lie in [low, high]; known after tidy().
+  // Tiles that hold a cell lie in [low, high], which is tight after tidy().
   std::int32_t low_tile_a = kLatticeLimit;
   std::int32_t low_tile_b = kLatticeLimit;
   std::int32_t high_tile_a = -kLatticeLimit;
   std::int32_t high_tile_b = -kLatticeLimit;
+
+  void include(std::int32_t tile_a, std::int32_t tile_b) {
+    low_tile_a = std::min(low_tile_a, tile_a);
+    low_tile_b = std::min(low_tile_b, tile_b);
+    high_tile_a = std::max(high_tile_a, tile_a);
+    high_tile_b = std::max(high_tile_b, tile_b);
+  }
 };
 constexpr std::int32_t kPatchCells = 128;
 

@@ -75,8 +75,8 @@ AtRest tenFramesAtRest(double noise_px) {
 
 TEST(NoisySequences, ACameraAtRestAddsFewCells) {
   const AtRest quarter = tenFramesAtRest(0.25);
-  // Occupied is what cuboids hold, and they reach over gaps of a cell.
-  EXPECT_LE(quarter.tenth, 1.06 * static_cast<double>(quarter.first));
+  // Occupied is what cuboids hold, and those of several cells reach over the gaps between them.
+  EXPECT_LE(quarter.tenth, 1.08 * static_cast<double>(quarter.first));
   const AtRest half = tenFramesAtRest(0.5);
   EXPECT_LE(half.tenth, 1.15 * static_cast<double>(half.first));
   EXPECT_LE(half.tenth_wrong, 2 * half.first_wrong);
@@ -258,26 +258,32 @@ TEST(NoisySequences, AFrameOfALongCorridorCostsWhatTheFirstOnesCost) {
   Random random(37);
   PlanarMapParams params = paramsWithin(8.0);
   params.unknown_space = false;
-  PlanarMap map(params), second(params), third(params);
-  std::vector<double> times;
+  // Two of each: the least of two times is that of the one that nothing else disturbed. The young
+  // ones begin at frame 850, so that frames 100 to 150 of theirs are the last of the old ones and
+  // both are timed in turn.
+  std::vector<PlanarMap> old_maps(2, PlanarMap(params)), young_maps(2, PlanarMap(params));
+  std::vector<double> old_times, young_times;
   for (int i = 0; i < 1000; ++i) {
     const Pose pose = lookFrom({0.0, 0.5 + 0.085 * i, 0.8});
+    if (i == 950) scene.camera = {532.0, 532.0, 319.5, 239.5, 640, 480};  // as frames are, to time
     const View view = cornerView(scene, pose, errors, random, 0.2 * i);
     FrameObservation frame = observationOf(view, errors);
     const Indices near = nearerThan(view, 4.0f);  // as the stage depth_error_limit leaves them
     frame.indices = &near;
-    // Of the processor, and the least of three: others are at work on it.
-    double least = 1e30;
-    for (PlanarMap* of : {&map, &second, &third}) {
-      const std::clock_t start = std::clock();
-      of->insert(frame);
-      least = std::min(least, static_cast<double>(std::clock() - start));
-    }
-    times.push_back(least);
+    const auto insertInto = [&](std::vector<PlanarMap>& maps, std::vector<double>& times) {
+      double least = 1e30;
+      for (PlanarMap& map : maps) {
+        const std::clock_t start = std::clock();  // of the processor: others are at work on it
+        map.insert(frame);
+        least = std::min(least, static_cast<double>(std::clock() - start));
+      }
+      if (i >= 950) times.push_back(least);
+    };
+    insertInto(old_maps, old_times);
+    if (i >= 850) insertInto(young_maps, young_times);
   }
-  const double early = medianOf({times.begin() + 100, times.begin() + 200});
-  const double late = medianOf({times.end() - 100, times.end()});
-  EXPECT_LE(late, 1.2 * early);
+  EXPECT_LE(medianOf(old_times), 1.2 * medianOf(young_times));
+  const PlanarMap& map = old_maps.front();
   // 85 m of it, 1,000 frames; the trajectory is 40 bytes a frame in memory, about 20 in the file.
   EXPECT_LE(PlanarMap(map).memoryBytes(), 240000u);
   EXPECT_LE(map.serialize().size(), 30000u);
