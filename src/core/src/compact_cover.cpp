@@ -141,7 +141,8 @@ void addPieces(const LooseQuarter& quarter, const PlaneFrame& frame,
 }
 
 bool isReplaceable(const HalfCellRectangle& rectangle, const CuboidApproximationParams& params) {
-  constexpr std::int64_t kMostQuarters = 512;
+  // 32 cells: the faces of furniture stay planes, what is smaller is seldom one to a planner.
+  constexpr std::int64_t kMostQuarters = 128;
   return params.rectangle_cells > 0.0 &&
          std::int64_t{rectangle.width} * rectangle.height <= kMostQuarters;
 }
