@@ -4,7 +4,21 @@
 
 #include <algorithm>
 
+#include "planar_mapping/core/simd.h"
+
 namespace planar_mapping::detail {
+namespace {
+
+/// Bits of a mask that are on in \p rows words, \p step apart.
+PLANAR_MAPPING_MULTIVERSION
+std::int64_t bitsOn(const std::uint64_t* words, std::size_t step, std::int32_t rows,
+                    std::uint64_t mask) {
+  std::int64_t sum = 0;
+  for (std::int32_t i = 0; i < rows; ++i) sum += __builtin_popcountll(words[i * step] & mask);
+  return sum;
+}
+
+}  // namespace
 
 bool BitGrid::contains(const LatticeBox& box) const {
   for (std::size_t k = 0; k < 3; ++k) {
@@ -26,26 +40,92 @@ LatticeBox BitGrid::clipped(const LatticeBox& box) const {
 
 bool BitGrid::all(const LatticeBox& box) const {
   if (!contains(box)) return false;
-  for (std::int32_t z = box.low[2]; z < box.high[2]; ++z) {
-    for (std::int32_t y = box.low[1]; y < box.high[1]; ++y) {
-      const std::uint64_t* words = row(y, z);
-      for (std::int32_t w = box.low[0] >> 6; w <= (box.high[0] - 1) >> 6; ++w) {
-        if ((~words[w] & maskOf(box, w)) != 0) return false;
+  for (std::int32_t w = box.low[0] >> 6; w <= (box.high[0] - 1) >> 6; ++w) {
+    const std::uint64_t mask = maskOf(box, w);
+    for (std::int32_t z = box.low[2]; z < box.high[2]; ++z) {
+      const std::uint64_t* word = row(box.low[1], z) + w;
+      for (std::int32_t y = box.low[1]; y < box.high[1]; ++y, word += words_) {
+        if ((~*word & mask) != 0) return false;
       }
     }
   }
   return true;
 }
 
+/// Layers on beside a face of the box along y or z.
+std::int32_t BitGrid::layersOn(const LatticeBox& box, std::size_t axis, bool up) const {
+  const std::size_t other = 3 - axis;
+  const std::size_t steps[3] = {1, words_, words_ * static_cast<std::size_t>(size_[1])};
+  std::int32_t layers = up ? size_[axis] - box.high[axis] : box.low[axis];
+  const auto beside = static_cast<std::size_t>(up ? box.high[axis] : box.low[axis] - 1);
+  for (std::int32_t w = box.low[0] >> 6; layers > 0 && w <= (box.high[0] - 1) >> 6; ++w) {
+    const std::uint64_t mask = maskOf(box, w);
+    const std::uint64_t* layer = bits_.data() + w + beside * steps[axis] +
+                                 static_cast<std::size_t>(box.low[other]) * steps[other];
+    std::int32_t on = 0;
+    for (bool all_on = true; on < layers; ++on) {
+      const std::uint64_t* word = layer;
+      for (std::int32_t i = box.low[other]; all_on && i < box.high[other]; ++i) {
+        all_on = (~*word & mask) == 0;
+        word += steps[other];
+      }
+      if (!all_on) break;
+      if (on + 1 < layers) layer = up ? layer + steps[axis] : layer - steps[axis];
+    }
+    layers = on;
+  }
+  return layers;
+}
+
+/// Bits of word \p w that are on in all rows of the box; 0 at once where none of those \p asked is.
+std::uint64_t BitGrid::commonBits(const LatticeBox& box, std::int32_t w,
+                                  std::uint64_t asked) const {
+  std::uint64_t on = ~std::uint64_t{0};
+  for (std::int32_t z = box.low[2]; z < box.high[2]; ++z) {
+    const std::uint64_t* word = row(box.low[1], z) + w;
+    for (std::int32_t y = box.low[1]; y < box.high[1]; ++y, word += words_) {
+      on &= *word;
+      if ((on & asked) == 0) return 0;
+    }
+  }
+  return on;
+}
+
+void BitGrid::extendUp(LatticeBox& box, std::size_t axis) const {
+  if (axis != 0) {
+    box.high[axis] += layersOn(box, axis, true);
+    return;
+  }
+  while (box.high[0] < size_[0]) {
+    const std::int32_t bit = box.high[0] & 63;
+    const std::uint64_t off = ~commonBits(box, box.high[0] >> 6, std::uint64_t{1} << bit) >> bit;
+    const std::int32_t run = off == 0 ? 64 - bit : __builtin_ctzll(off);
+    box.high[0] += run;
+    if (run < 64 - bit) return;
+  }
+}
+
+void BitGrid::extendDown(LatticeBox& box, std::size_t axis) const {
+  if (axis != 0) {
+    box.low[axis] -= layersOn(box, axis, false);
+    return;
+  }
+  while (box.low[0] > 0) {
+    const std::int32_t bit = (box.low[0] - 1) & 63;
+    const std::uint64_t off = ~commonBits(box, (box.low[0] - 1) >> 6, std::uint64_t{1} << bit)
+                              << (63 - bit);
+    const std::int32_t run = off == 0 ? bit + 1 : __builtin_clzll(off);
+    box.low[0] -= run;
+    if (run <= bit) return;
+  }
+}
+
 std::int64_t BitGrid::count(const LatticeBox& box) const {
   const LatticeBox b = clipped(box);
   std::int64_t sum = 0;
   for (std::int32_t z = b.low[2]; z < b.high[2]; ++z) {
-    for (std::int32_t y = b.low[1]; y < b.high[1]; ++y) {
-      const std::uint64_t* words = row(y, z);
-      for (std::int32_t w = b.low[0] >> 6; w <= (b.high[0] - 1) >> 6; ++w) {
-        sum += __builtin_popcountll(words[w] & maskOf(b, w));
-      }
+    for (std::int32_t w = b.low[0] >> 6; w <= (b.high[0] - 1) >> 6; ++w) {
+      sum += bitsOn(row(b.low[1], z) + w, words_, b.size(1), maskOf(b, w));
     }
   }
   return sum;
@@ -58,6 +138,17 @@ void BitGrid::clear(const LatticeBox& box) {
       std::uint64_t* words = row(y, z);
       for (std::int32_t w = b.low[0] >> 6; w <= (b.high[0] - 1) >> 6; ++w) {
         words[w] &= ~maskOf(b, w);
+      }
+    }
+  }
+}
+
+void BitGrid::fill(const LatticeBox& box) {
+  for (std::int32_t z = box.low[2]; z < box.high[2]; ++z) {
+    for (std::int32_t y = box.low[1]; y < box.high[1]; ++y) {
+      std::uint64_t* words = row(y, z);
+      for (std::int32_t w = box.low[0] >> 6; w <= (box.high[0] - 1) >> 6; ++w) {
+        words[w] |= maskOf(box, w);
       }
     }
   }

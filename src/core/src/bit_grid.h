@@ -34,14 +34,29 @@ class BitGrid {
   bool at(std::int32_t x, std::int32_t y, std::int32_t z) const {
     return (row(y, z)[x >> 6] >> (x & 63) & 1u) != 0;
   }
+  /// False for a cell outside the window.
+  bool holds(const LatticeCell& c) const {
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (c[k] < 0 || c[k] >= size_[k]) return false;
+    }
+    return at(c[0], c[1], c[2]);
+  }
   void set(std::int32_t x, std::int32_t y, std::int32_t z) {
     row(y, z)[x >> 6] |= std::uint64_t{1} << (x & 63);
   }
   /// Are all cells of the box on? False if it leaves the window.
   bool all(const LatticeBox& box) const;
+  /// Moves the upper or lower face of a box within the window outwards along the axis, as long as
+  /// all cells of the layers that are added are on.
+  void extendUp(LatticeBox& box, std::size_t axis) const;
+  void extendDown(LatticeBox& box, std::size_t axis) const;
   /// Number of cells that are on; what lies outside the window is off.
   std::int64_t count(const LatticeBox& box) const;
   void clear(const LatticeBox& box);
+  /// Clears the cell and those stored together with it.
+  void clearWordOf(const LatticeCell& c) { row(c[1], c[2])[c[0] >> 6] = 0; }
+  /// The box must lie within the window.
+  void fill(const LatticeBox& box);
   std::int64_t count() const;
   /// With all cells that differ by at most one along each axis of \p axes from one that is on.
   BitGrid dilated(std::array<std::int32_t, 3> axes) const;
@@ -65,14 +80,16 @@ class BitGrid {
  private:
   friend class CellNumbers;
   const std::uint64_t* row(std::int32_t y, std::int32_t z) const {
-    return &bits_[(static_cast<std::size_t>(z) * static_cast<std::size_t>(size_[1]) +
-                   static_cast<std::size_t>(y)) *
-                  words_];
+    return bits_.data() + (static_cast<std::size_t>(z) * static_cast<std::size_t>(size_[1]) +
+                           static_cast<std::size_t>(y)) *
+                              words_;
   }
   std::uint64_t* row(std::int32_t y, std::int32_t z) {
     return const_cast<std::uint64_t*>(static_cast<const BitGrid*>(this)->row(y, z));
   }
   LatticeBox clipped(const LatticeBox& box) const;
+  std::int32_t layersOn(const LatticeBox& box, std::size_t axis, bool up) const;
+  std::uint64_t commonBits(const LatticeBox& box, std::int32_t w, std::uint64_t asked) const;
   /// Bits of word \p w within the box.
   static std::uint64_t maskOf(const LatticeBox& box, std::int32_t w) {
     std::uint64_t mask = ~std::uint64_t{0};
@@ -98,14 +115,34 @@ class CellNumbers {
     count_ = static_cast<std::size_t>(sum);
   }
   std::size_t count() const { return count_; }
+  /// Calls visit(number) for the cells of the box that are on, ascending.
+  template <typename Visit>
+  void forEach(const LatticeBox& box, Visit&& visit) const {
+    const LatticeBox b = grid_.clipped(box);
+    for (std::int32_t z = b.low[2]; z < b.high[2]; ++z) {
+      for (std::int32_t y = b.low[1]; y < b.high[1]; ++y) {
+        const std::uint64_t* words = grid_.row(y, z);
+        for (std::int32_t w = b.low[0] >> 6; w <= (b.high[0] - 1) >> 6; ++w) {
+          std::uint64_t left = words[w] & BitGrid::maskOf(b, w);
+          if (left == 0) continue;
+          // The bits of the box lie one after the other, and so do their numbers.
+          std::size_t number = numberOf(words + w, __builtin_ctzll(left));
+          for (; left != 0; left &= left - 1) visit(number++);
+        }
+      }
+    }
+  }
   std::size_t at(std::int32_t x, std::int32_t y, std::int32_t z) const {
-    const std::uint64_t* word = grid_.row(y, z) + (x >> 6);
-    return static_cast<std::size_t>(before_[static_cast<std::size_t>(word - grid_.bits_.data())]) +
-           static_cast<std::size_t>(
-               __builtin_popcountll(*word & ((std::uint64_t{1} << (x & 63)) - 1)));
+    return numberOf(grid_.row(y, z) + (x >> 6), x & 63);
   }
 
  private:
+  std::size_t numberOf(const std::uint64_t* word, std::int32_t bit) const {
+    const std::uint64_t below = *word & ((std::uint64_t{1} << bit) - 1);
+    return static_cast<std::size_t>(before_[static_cast<std::size_t>(word - grid_.bits_.data())]) +
+           static_cast<std::size_t>(__builtin_popcountll(below));
+  }
+
   const BitGrid& grid_;
   std::vector<std::int32_t> before_;
   std::size_t count_ = 0;

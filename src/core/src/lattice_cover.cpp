@@ -44,7 +44,12 @@ class LatticeCover {
  public:
   LatticeCover(const BitGrid& required, const BitGrid& allowed, const CoverRules& rules,
                const std::vector<CellSet>& sets)
-      : required_(required), allowed_(allowed), rules_(rules), sets_(sets), numbers_(required) {}
+      : required_(required), allowed_(allowed), rules_(rules), sets_(sets), numbers_(required) {
+    cells_.reserve(numbers_.count());
+    required.forEach(required.window(), [&](std::int32_t x, std::int32_t y, std::int32_t z) {
+      cells_.push_back({x, y, z});
+    });
+  }
 
   LatticeCoverage run() {
     choose(candidates());
@@ -61,49 +66,54 @@ class LatticeCover {
     const CellSet* set = nullptr;  ///< null for a box
   };
 
-  bool grows(const LatticeBox& box, std::size_t axis, bool up) const {
-    LatticeBox layer = box;
-    layer.low[axis] = up ? box.high[axis] : box.low[axis] - 1;
-    layer.high[axis] = layer.low[axis] + 1;
-    return allowed_.all(layer);
-  }
   void grow(LatticeBox& box, std::size_t axis) const {
-    while (grows(box, axis, true)) ++box.high[axis];
-    while (grows(box, axis, false)) --box.low[axis];
+    allowed_.extendUp(box, axis);
+    allowed_.extendDown(box, axis);
   }
 
   /// The boxes that grow from the required cells along the axes in each of the six orders.
   std::vector<LatticeBox> candidates() const {
     std::vector<LatticeBox> found;
+    // Cells that would grow to a box that is there already.
+    BitGrid done(required_.size()[0], required_.size()[1], required_.size()[2]);
     for (const Axes& order : kOrders) {
-      // Cells that would grow to a box that is there already.
-      BitGrid done(required_.size()[0], required_.size()[1], required_.size()[2]);
-      required_.forEach(required_.window(), [&](std::int32_t x, std::int32_t y, std::int32_t z) {
-        if (done.at(x, y, z)) return;
-        LatticeBox box = boxOf({x, y, z});
+      if (isRepeated(order)) continue;
+      for (const Cell& cell : cells_) {
+        if (done.at(cell[0], cell[1], cell[2])) continue;
+        LatticeBox box = boxOf(cell);
         grow(box, order[0]);
         const LatticeBox run = box;
         grow(box, order[1]);
         markSameRuns(run, box, order, done);
         grow(box, order[2]);
         if (isLargeEnough(box)) found.push_back(box);
-      });
+      }
+      for (const Cell& cell : cells_) done.clearWordOf(cell);
     }
     std::sort(found.begin(), found.end());
     found.erase(std::unique(found.begin(), found.end()), found.end());
     return found;
   }
 
+  /// Nothing grows along an axis of one cell: when it is its turn makes no difference, so that it
+  /// may as well be the last.
+  bool isRepeated(const Axes& order) const {
+    const auto isFlat = [&](std::size_t i) { return required_.size()[order[i]] == 1; };
+    return (isFlat(0) && !isFlat(1)) || (isFlat(1) && !isFlat(2)) || (isFlat(0) && !isFlat(2));
+  }
+
   /// Runs beside \p run within \p sheet that end where it ends grow to the same sheet.
   void markSameRuns(const LatticeBox& run, const LatticeBox& sheet, const Axes& order,
                     BitGrid& done) const {
+    LatticeBox same = run;
     for (std::int32_t i = sheet.low[order[1]]; i < sheet.high[order[1]]; ++i) {
-      LatticeBox same = run;
       same.low[order[1]] = i;
       same.high[order[1]] = i + 1;
-      if (grows(same, order[0], true) || grows(same, order[0], false)) continue;
-      required_.forEach(same,
-                        [&](std::int32_t x, std::int32_t y, std::int32_t z) { done.set(x, y, z); });
+      Cell before = same.low;
+      Cell after = same.low;
+      --before[order[0]];
+      after[order[0]] = same.high[order[0]];
+      if (!allowed_.holds(before) && !allowed_.holds(after)) done.fill(same);
     }
   }
 
@@ -158,17 +168,14 @@ class LatticeCover {
   void assign() {
     std::vector<char> taken(numbers_.count(), 0);
     for (Chosen& chosen : chosen_) {
-      const auto take = [&](const Cell& c) {
-        char& t = taken[numbers_.at(c[0], c[1], c[2])];
-        if (t == 0) chosen.members.push_back(c);
-        t = 1;
+      const auto take = [&](std::size_t number) {
+        if (taken[number] == 0) chosen.members.push_back(cells_[number]);
+        taken[number] = 1;
       };
       if (chosen.set != nullptr) {
-        std::for_each(chosen.set->begin(), chosen.set->end(), take);
+        for (const Cell& c : *chosen.set) take(numbers_.at(c[0], c[1], c[2]));
       } else {
-        required_.forEach(reach(chosen.box), [&](std::int32_t x, std::int32_t y, std::int32_t z) {
-          take({x, y, z});
-        });
+        numbers_.forEach(reach(chosen.box), take);
       }
       chosen.need = hullOf(chosen.members);
     }
@@ -242,13 +249,12 @@ class LatticeCover {
     const std::vector<Cell>& members = chosen_[i].members;
     if (members.empty() || members.size() > kMostMoved) return false;
     neighbours_.clear();
-    required_.forEach(grown(chosen_[i].need, {2, 2, 2}),
-                      [&](std::int32_t x, std::int32_t y, std::int32_t z) {
-                        const std::size_t j = owner_[numbers_.at(x, y, z)];
-                        if (j == i || asked_[j] == i + 1) return;
-                        asked_[j] = i + 1;
-                        neighbours_.push_back(j);
-                      });
+    numbers_.forEach(grown(chosen_[i].need, {2, 2, 2}), [&](std::size_t number) {
+      const std::size_t j = owner_[number];
+      if (j == i || asked_[j] == i + 1) return;
+      asked_[j] = i + 1;
+      neighbours_.push_back(j);
+    });
     std::sort(neighbours_.begin(), neighbours_.end());
     need_.clear();
     for (const std::size_t j : neighbours_) need_.push_back(chosen_[j].need);
@@ -350,6 +356,7 @@ class LatticeCover {
   const CoverRules rules_;
   const std::vector<CellSet>& sets_;
   const CellNumbers numbers_;
+  std::vector<Cell> cells_;  ///< that are required, by their number
   std::vector<Chosen> chosen_;
   std::vector<std::size_t> owner_;  ///< of each required cell, by its number
   std::vector<std::size_t> asked_;  ///< by box: who asks it just now, + 1

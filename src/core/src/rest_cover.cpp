@@ -125,14 +125,26 @@ void add(const std::vector<NonPlanarCell>& cells, bool tolerant, int min_points,
   }
 }
 
-/// Leaves distinct ones, block by block of 8 x 8 x 8.
+/// Where an element comes in the list: block by block of 8 x 8 x 8, then those of one half cell.
+bool comesBefore(const Element& l, const Element& r) {
+  if (l.at == r.at) {
+    return std::make_tuple(!l.required, !l.exact, -l.probability) <
+           std::make_tuple(!r.required, !r.exact, -r.probability);
+  }
+  for (std::size_t k = 3; k-- > 0;) {
+    const std::int64_t a = l.at[k] >> 3;
+    const std::int64_t b = r.at[k] >> 3;
+    if (a != b) return a < b;
+  }
+  for (std::size_t k = 3; k-- > 0;) {
+    if (l.at[k] != r.at[k]) return l.at[k] < r.at[k];
+  }
+  return false;
+}
+
+/// Leaves distinct ones, block by block.
 void sortElements(std::vector<Element>& elements) {
-  const auto rank = [](const Element& e) {
-    return std::make_tuple(e.at[2] >> 3, e.at[1] >> 3, e.at[0] >> 3, e.at[2], e.at[1], e.at[0],
-                           !e.required, !e.exact, -e.probability);
-  };
-  std::sort(elements.begin(), elements.end(),
-            [&](const Element& l, const Element& r) { return rank(l) < rank(r); });
+  std::sort(elements.begin(), elements.end(), comesBefore);
   elements.erase(std::unique(elements.begin(), elements.end(),
                              [](const Element& l, const Element& r) { return l.at == r.at; }),
                  elements.end());
