@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "patch_cover.h"
+#include "planar_mapping/core/parallel.h"
 
 namespace planar_mapping::detail {
 namespace {
@@ -65,9 +66,11 @@ void Compaction::findRegions(const MapData& map, const PlaneFrame& frame, const 
   patch.regions.shrink_to_fit();
 }
 
-void Compaction::updatePlane(const MapData& map, const PlaneLayer& layer, Plane& plane) {
-  const PlaneFit fit = layer.stored.fit();
-  const SurfaceBand band = surfaceBand(map, fit.moments);
+bool Compaction::updatePlane(const MapData& map, std::size_t position,
+                             std::vector<ChangedPatch>& changes) {
+  const PlaneLayer& layer = map.planes[position];
+  Plane& plane = planes_[position];
+  const SurfaceBand band = surfaceBand(map, layer.stored.fit().moments);
   const bool moved = plane.frame_revision != layer.frame_revision || !(plane.band == band);
   plane.frame_revision = layer.frame_revision;
   plane.band = band;
@@ -86,24 +89,37 @@ void Compaction::updatePlane(const MapData& map, const PlaneLayer& layer, Plane&
     if (moved || isGone(plane.patches.key(p), patch)) markRegions(patch);
   }
   plane.patches.removeIf(isGone);
-  const std::vector<std::vector<PlacedTile>> tiles = layer.tilesOf(changed);
-  const auto place = [&](Patch& patch, std::uint64_t key) {
-    findRegions(map, fit.frame, band, patch);
-    for (const std::uint64_t region : patch.regions) {
-      regions_[region].dirty = true;
-      regions_[region].patches.emplace_back(plane.id, key);
-    }
-  };
+  std::vector<std::vector<PlacedTile>> tiles = layer.tilesOf(changed);
   for (std::size_t i = 0; i < changed.size(); ++i) {
     const std::uint64_t key = layer.patches.key(changed[i]);
     Patch& patch = plane.patches[key];
     markRegions(patch);
     patch.revision = layer.patches.value(changed[i]).revision;
-    patch.cover = coverPatch(tiles[i], map.params.approximation);
-    if (!moved) place(patch, key);
+    changes.push_back({position, key, std::move(tiles[i]), {}});
   }
-  for (std::size_t p = 0; moved && p < plane.patches.size(); ++p) {
-    place(plane.patches.value(p), plane.patches.key(p));
+  return moved;
+}
+
+void Compaction::placePatches(const MapData& map, const std::vector<char>& moved,
+                              std::vector<ChangedPatch>& changes) {
+  const auto place = [&](std::size_t position, std::uint64_t key, Patch& patch) {
+    const Plane& plane = planes_[position];
+    findRegions(map, map.planes[position].stored.frame(), plane.band, patch);
+    for (const std::uint64_t region : patch.regions) {
+      regions_[region].dirty = true;
+      regions_[region].patches.emplace_back(plane.id, key);
+    }
+  };
+  for (ChangedPatch& change : changes) {
+    Patch& patch = *planes_[change.plane].patches.find(change.key);
+    patch.cover = std::move(change.cover);
+    if (moved[change.plane] == 0) place(change.plane, change.key, patch);
+  }
+  for (std::size_t i = 0; i < planes_.size(); ++i) {
+    Plane& plane = planes_[i];
+    for (std::size_t p = 0; moved[i] != 0 && p < plane.patches.size(); ++p) {
+      place(i, plane.patches.key(p), plane.patches.value(p));
+    }
   }
 }
 
@@ -193,12 +209,20 @@ void Compaction::update(const MapData& map) {
       planes.back().frame_revision = layer.frame_revision;
       planes.back().band = surfaceBand(map, layer.stored.fit().moments);
     }
-    updatePlane(map, layer, planes.back());
   }
   for (; old != planes_.end(); ++old) {
     for (std::size_t p = 0; p < old->patches.size(); ++p) markRegions(old->patches.value(p));
   }
   planes_ = std::move(planes);
+
+  const int threads = map.params.approximation.threads;
+  std::vector<ChangedPatch> changes;
+  std::vector<char> moved(planes_.size());
+  for (std::size_t i = 0; i < planes_.size(); ++i) moved[i] = updatePlane(map, i, changes) ? 1 : 0;
+  parallelFor(changes.size(), threads, [&](std::size_t i) {
+    changes[i].cover = coverPatch(changes[i].tiles, map.params.approximation);
+  });
+  placePatches(map, moved, changes);
 
   for (std::size_t r = 0; r < map.cells.regions.size(); ++r) {
     Region& region = regions_[map.cells.regions.key(r)];
@@ -206,7 +230,7 @@ void Compaction::update(const MapData& map) {
     region.dirty |= region.revision != revision;
     region.revision = revision;
   }
-  count_ = 0;
+  std::vector<std::size_t> dirty;
   for (std::size_t r = 0; r < regions_.size(); ++r) {
     Region& region = regions_.value(r);
     const std::uint64_t key = regions_.key(r);
@@ -222,11 +246,16 @@ void Compaction::update(const MapData& map) {
         continue;
       }
     }
-    coverRegion(map, key, region);
+    dirty.push_back(r);
   }
+  // A rectangle that may be replaced lies within one region: no two write about the same one.
+  parallelFor(dirty.size(), threads, [&](std::size_t i) {
+    coverRegion(map, regions_.key(dirty[i]), regions_.value(dirty[i]));
+  });
   regions_.removeIf([](std::uint64_t, const Region& region) {
     return region.revision == 0 && region.patches.empty();
   });
+  count_ = 0;
   for (std::size_t r = 0; r < regions_.size(); ++r) {
     count_ += regions_.value(r).cuboids.size() + regions_.value(r).listed;
   }

@@ -43,6 +43,13 @@ class Compaction {
     SurfaceBand band;
     KeyMap<Patch> patches;
   };
+  /// A patch whose cells changed, and its new cover.
+  struct ChangedPatch {
+    std::size_t plane = 0;
+    std::uint64_t key = 0;
+    std::vector<PlacedTile> tiles;
+    SurfaceCover cover;
+  };
   struct Region {
     std::uint32_t revision = 0;
     bool dirty = true;
@@ -54,7 +61,10 @@ class Compaction {
     std::vector<std::pair<std::int32_t, std::uint64_t>> patches;
   };
 
-  void updatePlane(const MapData& map, const PlaneLayer& layer, Plane& plane);
+  /// \return whether all its cuboids moved
+  bool updatePlane(const MapData& map, std::size_t position, std::vector<ChangedPatch>& changes);
+  void placePatches(const MapData& map, const std::vector<char>& moved,
+                    std::vector<ChangedPatch>& changes);
   void findRegions(const MapData& map, const PlaneFrame& frame, const SurfaceBand& band,
                    Patch& patch) const;
   void markRegions(const Patch& patch) {

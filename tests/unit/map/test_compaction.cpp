@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The cuboids of a map depend on its cells alone: not on how often they were asked for while it
+// grew, nor on who made them.
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "noisy_sequence.h"
+#include "planar_mapping/map/planar_map.h"
+
+namespace planar_mapping {
+namespace {
+
+/// All that a cuboid says, as numbers to be compared exactly.
+std::vector<std::vector<double>> numbersOf(const PlanarMap& map) {
+  std::vector<std::vector<double>> numbers;
+  for (const Cuboid& c : map.cuboids()) {
+    const auto& q = c.orientation.coeffs();
+    numbers.push_back({c.center.x(), c.center.y(), c.center.z(), c.size.x(), c.size.y(), c.size.z(),
+                       q[0], q[1], q[2], q[3], static_cast<double>(c.plane_id),
+                       static_cast<double>(c.probability)});
+  }
+  return numbers;
+}
+
+/// A map of a noisy walk; its cuboids are counted after each frame if \p counted.
+PlanarMap walked(const std::vector<test::View>& views, int threads, bool counted) {
+  PlanarMapParams params;
+  params.approximation.threads = threads;
+  PlanarMap map(params);
+  for (const test::View& view : views) {
+    FrameObservation frame = view.frame();
+    frame.noise = StereoNoise{0.25, view.camera.fx, 0.5};
+    map.insert(frame);
+    if (counted) {
+      EXPECT_GT(map.cuboidCount(), 0u);
+    }
+  }
+  EXPECT_EQ(map.cuboidCount(), map.cuboids().size());
+  return map;
+}
+
+std::vector<test::View> noisyWalk(int frames) {
+  test::StereoErrors errors;
+  errors.noise_px = 0.25;
+  errors.flying = 0.2;
+  errors.pose_position = 0.01;  // planes move a little from frame to frame
+  Random random(5);
+  std::vector<test::View> views;
+  for (int i = 0; i < frames; ++i) {
+    const Pose pose = test::lookFrom({-1.2 + 0.5 * i, -0.4, 1.0}, 0.2 * i - 0.5);
+    views.push_back(test::lookNoisy(test::Scene(), pose, errors, random, 300));
+  }
+  return views;
+}
+
+TEST(Compaction, DoesNotDependOnTheNumberOfThreads) {
+  const std::vector<test::View> views = noisyWalk(6);
+  const std::vector<std::vector<double>> one = numbersOf(walked(views, 1, true));
+  ASSERT_GT(one.size(), 30u);
+  EXPECT_EQ(one, numbersOf(walked(views, 2, true)));
+  EXPECT_EQ(one, numbersOf(walked(views, 7, true)));
+}
+
+TEST(Compaction, DoesNotDependOnHowOftenCuboidsWereAskedFor) {
+  const std::vector<test::View> views = noisyWalk(6);
+  EXPECT_EQ(numbersOf(walked(views, 2, true)), numbersOf(walked(views, 2, false)));
+}
+
+}  // namespace
+}  // namespace planar_mapping
