@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <memory>
 
 #include "planar_mapping/core/parallel.h"
 #include "planar_mapping/core/simd.h"
@@ -28,19 +29,22 @@ inline __attribute__((always_inline)) void convertPoints(const float* points, st
                                                          int width, float focal, float factor,
                                                          const Lines& lines) {
   const std::size_t step = kStride > 0 ? kStride : stride;
+  float* __restrict x = lines.x;
+  float* __restrict y = lines.y;
+  float* __restrict d = lines.d;
   for (int i = 0; i < width; ++i) {
     const float* p = points + static_cast<std::size_t>(i) * step;
-    const float z = p[2];
-    const float inverse = z > 0.0F ? 1.0F / z : kNaN;
+    // Without a branch, or the loop is not vectorised: behind the camera D is negative.
+    const float inverse = 1.0F / p[2];
     const float px = focal * p[0] * inverse;
     const float py = focal * p[1] * inverse;
     const float pd = factor * inverse;
     // Zero, or NaN if anything is not finite; a point at infinity has no disparity.
     const float mark = (px - px) + (py - py) + (pd - pd) + lines.mask[i];
     const float counts = pd > 0.0F ? mark : kNaN;
-    lines.x[i] = px + counts;
-    lines.y[i] = py + counts;
-    lines.d[i] = pd + counts;
+    x[i] = px + counts;
+    y[i] = py + counts;
+    d[i] = pd + counts;
   }
 }
 
@@ -113,8 +117,9 @@ TiledCloud tileDisparities(const PointsView& points, const Indices* indices,
       std::fill_n(tiles, std::size_t{3} * kTileArea * cloud.columns, kNaN);
     }
     // x, y and d of four rows each, and the mask.
-    std::vector<float> room(13 * width, 0.0F);
-    float* mask = room.data() + 12 * width;
+    const std::unique_ptr<float[]> room(new float[13 * width]);
+    float* mask = room.get() + 12 * width;
+    std::fill_n(mask, width, 0.0F);
     const int* at = nullptr;
     const int* last = nullptr;
     if (indices != nullptr) {
@@ -129,12 +134,11 @@ TiledCloud tileDisparities(const PointsView& points, const Indices* indices,
         for (; at != last && *at < end; ++at) mask[static_cast<std::size_t>(*at) - begin] = 0.0F;
       }
       const int in_quarter = row % kQuarterSide;
-      float* line = room.data() + static_cast<std::size_t>(in_quarter) * width;
+      float* line = room.get() + static_cast<std::size_t>(in_quarter) * width;
       const Lines lines = {line, line + 4 * width, line + 8 * width, mask};
       convertRow(points[begin], points.stride, cloud.width, focal, factor, lines);
       if (in_quarter + 1 == kQuarterSide || row + 1 == rows) {
-        tileRows(room.data(), in_quarter + 1, cloud.width,
-                 tiles + pixelInTile(row - in_quarter, 0));
+        tileRows(room.get(), in_quarter + 1, cloud.width, tiles + pixelInTile(row - in_quarter, 0));
       }
     }
   });

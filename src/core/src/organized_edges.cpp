@@ -62,7 +62,7 @@ PLANAR_MAPPING_MULTIVERSION
 void addVotes(const float* x, const float* y, const float* z, const EdgePlane& first,
               const EdgePlane& second, const EdgeNoise& noise, float* votes) {
   const FloatLanes zero = {};
-  FloatLanes sum = zero;
+  FloatLanes sum[2] = {zero, zero};
   for (int k = 0; k < kTileArea; k += kLanes) {
     EdgeErrors at;
     errorsAlongRays(x + k, y + k, z + k, first, second, noise, at);
@@ -75,7 +75,7 @@ void addVotes(const float* x, const float* y, const float* z, const EdgePlane& f
     vote = apart <= limit ? vote : zero;
     vote = e <= limit ? vote : zero;
     vote = f <= limit ? vote : zero;
-    sum += vote;
+    sum[k / kLanes % 2] += vote;
   }
   *votes += sumOf(sum);
 }

@@ -62,7 +62,7 @@ void nearestInBand(const float* x, const float* y, const float* z, const float* 
 // are more than `most`, the pixels of the others stay free.
 PLANAR_MAPPING_MULTIVERSION
 int countLabels(std::int16_t* labels, std::int16_t* list, std::int16_t* counts, int most) {
-  constexpr int kVectors = kTileArea / kLanes;
+  constexpr int kVectors = kTileArea / kShortLanes;
   const ShortLanes lane = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
   const ShortLanes none = ShortLanes{} - 1;
   const ShortLanes past = ShortLanes{} + kTileArea;
@@ -71,14 +71,15 @@ int countLabels(std::int16_t* labels, std::int16_t* list, std::int16_t* counts, 
   for (int size = 0;; ++size) {
     ShortLanes first = past;
     for (int v = 0; v < kVectors; ++v) {
-      const ShortLanes place = rest[v] >= 0 ? lane + static_cast<std::int16_t>(v * kLanes) : past;
+      const ShortLanes place =
+          rest[v] >= 0 ? lane + static_cast<std::int16_t>(v * kShortLanes) : past;
       first = place < first ? place : first;
     }
     const int next = smallestOf(first);
     if (next == kTileArea) return size;
     if (size == most) {
       for (int k = 0; k < kTileArea; ++k)
-        labels[k] = rest[k / kLanes][k % kLanes] >= 0 ? -1 : labels[k];
+        labels[k] = rest[k / kShortLanes][k % kShortLanes] >= 0 ? -1 : labels[k];
       return size;
     }
     const ShortLanes label = ShortLanes{} + labels[next];

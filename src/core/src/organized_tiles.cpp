@@ -98,11 +98,11 @@ PLANAR_MAPPING_INLINE void sumPixels(const float* x, const float* y, const float
   const FloatLanes one = zero + 1.0F;
   int first = 0;
   if (!(x[0] == x[0])) {
-    FloatLanes finite = zero;
+    FloatLanes finite[2] = {zero, zero};
     for (int k = 0; k < pixels; k += kLanes) {
-      FloatLanes sixteen;
-      load(x + k, sixteen);
-      finite += sixteen == sixteen ? one : zero;
+      FloatLanes eight;
+      load(x + k, eight);
+      finite[k / kLanes % 2] += eight == eight ? one : zero;
     }
     if (!(sumOf(finite) > 0.0F)) first = pixels;
   }
@@ -114,35 +114,39 @@ PLANAR_MAPPING_INLINE void sumPixels(const float* x, const float* y, const float
   const float ox = x[first];
   const float oy = y[first];
   const float oz = z[first];
-  FloatLanes sum_n = {}, sum_x = {}, sum_y = {}, sum_z = {};
-  FloatLanes sum_xx = {}, sum_xy = {}, sum_xz = {}, sum_yy = {}, sum_yz = {}, sum_zz = {};
-  for (int k = 0; k < pixels; k += kLanes) {
-    FloatLanes dx, dy, dz;
-    load(x + k, dx);
-    load(y + k, dy);
-    load(z + k, dz);
-    FloatLanes counts = dx == dx ? one : zero;
-    dy = dx == dx ? dy - oy : zero;
-    dz = dx == dx ? dz - oz : zero;
-    dx = dx == dx ? dx - ox : zero;
-    if (labels != nullptr) {
-      IntLanes held;
-      load(labels + k, held);
-      counts = held == label ? counts : zero;
-      dx *= counts;
-      dy *= counts;
-      dz *= counts;
+  FloatLanes sum_n[2] = {}, sum_x[2] = {}, sum_y[2] = {}, sum_z[2] = {};
+  FloatLanes sum_xx[2] = {}, sum_xy[2] = {}, sum_xz[2] = {};
+  FloatLanes sum_yy[2] = {}, sum_yz[2] = {}, sum_zz[2] = {};
+  for (int begin = 0; begin < pixels; begin += 2 * kLanes) {
+    for (int half = 0; half < 2; ++half) {
+      const int k = begin + half * kLanes;
+      FloatLanes dx, dy, dz;
+      load(x + k, dx);
+      load(y + k, dy);
+      load(z + k, dz);
+      FloatLanes counts = dx == dx ? one : zero;
+      dy = dx == dx ? dy - oy : zero;
+      dz = dx == dx ? dz - oz : zero;
+      dx = dx == dx ? dx - ox : zero;
+      if (labels != nullptr) {
+        IntLanes held;
+        load(labels + k, held);
+        counts = held == label ? counts : zero;
+        dx *= counts;
+        dy *= counts;
+        dz *= counts;
+      }
+      sum_n[half] += counts;
+      sum_x[half] += dx;
+      sum_y[half] += dy;
+      sum_z[half] += dz;
+      sum_xx[half] += dx * dx;
+      sum_xy[half] += dx * dy;
+      sum_xz[half] += dx * dz;
+      sum_yy[half] += dy * dy;
+      sum_yz[half] += dy * dz;
+      sum_zz[half] += dz * dz;
     }
-    sum_n += counts;
-    sum_x += dx;
-    sum_y += dy;
-    sum_z += dz;
-    sum_xx += dx * dx;
-    sum_xy += dx * dy;
-    sum_xz += dx * dz;
-    sum_yy += dy * dy;
-    sum_yz += dy * dz;
-    sum_zz += dz * dz;
   }
   const double n = sumOf(sum_n);
   const double cx = ox;
