@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <numeric>
 
+#include "marked_indices.h"
 #include "picture_fingerprint.h"
 #include "planar_mapping/core/simd.h"
 
@@ -36,18 +38,16 @@ Indices usablePoints(const FrameCloud& cloud) {
   static_assert(sizeof(pcl::PointXYZ) == 4 * sizeof(float), "read as plain numbers");
   constexpr std::size_t kBlock = 1024;
   std::uint8_t usable[kBlock];
-  Indices indices(cloud.size() + 1);
-  std::size_t kept = 0;
+  int numbers[kBlock];
+  int kept[kBlock + 1];
+  Indices indices;
+  indices.reserve(cloud.size());
   for (std::size_t first = 0; first < cloud.size(); first += kBlock) {
     const std::size_t n = std::min(kBlock, cloud.size() - first);
     markUsable(cloud[first].data, n, usable);
-    // Written always and kept sometimes: which points are, no branch could foresee.
-    for (std::size_t i = 0; i < n; ++i) {
-      indices[kept] = static_cast<int>(first + i);
-      kept += usable[i];
-    }
+    std::iota(numbers, numbers + n, static_cast<int>(first));
+    indices.insert(indices.end(), kept, detail::copyMarked(numbers, usable, n, 1, kept));
   }
-  indices.resize(kept);
   return indices;
 }
 

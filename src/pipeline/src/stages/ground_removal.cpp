@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "../marked_indices.h"
 #include "builtin.h"
 #include "noise_keys.h"
 #include "planar_mapping/core/ground.h"
@@ -81,22 +82,15 @@ class GroundRemovalStage : public Stage {
       frame.notes.push_back(frame.source + ": no ground: " + toString(ground.diagnostics.status));
       return;
     }
-    // Each point is written to both lists and counted in one: which, no branch could foresee.
     const std::size_t count = frame.indices.size();
     const std::size_t before = frame.ground.size();
     frame.ground.resize(before + ground.diagnostics.ground_points + 1);
     const std::uint8_t* is_ground = ground.is_ground.data();
-    const int* indices = frame.indices.data();
-    int* kept = frame.indices.data();
-    int* removed = frame.ground.data() + before;
-    for (std::size_t i = 0; i < count; ++i) {
-      const int index = indices[i];
-      *kept = index;
-      *removed = index;
-      kept += is_ground[i] != 0 ? 0 : 1;
-      removed += is_ground[i] != 0 ? 1 : 0;
-    }
-    frame.indices.resize(static_cast<std::size_t>(kept - frame.indices.data()));
+    int* indices = frame.indices.data();
+    int* removed = frame.ground.data();
+    removed = detail::copyMarked(indices, is_ground, count, 1, removed + before);
+    int* kept = detail::copyMarked(indices, is_ground, count, 0, indices);
+    frame.indices.resize(static_cast<std::size_t>(kept - indices));
     frame.ground.resize(static_cast<std::size_t>(removed - frame.ground.data()));
   }
 
