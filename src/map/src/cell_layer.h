@@ -13,8 +13,6 @@
 
 namespace planar_mapping::detail {
 
-struct StoredPose;
-
 /// 4 x 4 x 4 cells of the world grid.
 class CellBlock {
  public:

@@ -129,7 +129,7 @@ void Compaction::coverRegion(const MapData& map, std::uint64_t key, Region& regi
   const CellLayer::Region* cells = map.cells.regions.find(key);
   if (!map.isCompact()) {
     const Vector3 sensor = cells->frame < map.trajectory.size()
-                               ? map.trajectory[cells->frame].sensor()
+                               ? map.trajectory.at(cells->frame).sensor()
                                : Vector3(Vector3::Zero());
     region.listed = 0;
     region.cuboids = cuboidsOfCells(map.cells.cellsOf(*cells, params), params, sensor);

@@ -118,7 +118,8 @@ void restoreCells(const MapRecord& record, MapData& map) {
 MapRecord recordOf(const MapData& map) {
   MapRecord record;
   record.params = map.params;
-  record.trajectory = map.trajectory;
+  record.trajectory.reserve(map.trajectory.size());
+  map.trajectory.forEach(0, [&](const StoredPose& p) { record.trajectory.push_back(p); });
   record.next_plane_id = map.next_plane_id;
   for (const PlaneLayer& layer : map.planes) record.planes.push_back(recordOf(layer));
   recordCells(map.cells, record);
@@ -132,7 +133,7 @@ MapRecord recordOf(const MapData& map) {
 MapData mapOf(const MapRecord& record) {
   MapData map;
   map.params = record.params;
-  map.trajectory = record.trajectory;
+  for (const StoredPose& pose : record.trajectory) map.trajectory.push(pose);
   map.next_plane_id = record.next_plane_id;
   map.planes.reserve(record.planes.size());
   for (const PlaneRecord& plane : record.planes) map.planes.push_back(layerOf(plane));

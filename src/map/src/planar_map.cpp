@@ -70,11 +70,7 @@ FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
   detail::StoredPose pose =
       detail::StoredPose::from(observation.timestamp, frame.orientation, frame.sensor);
   if (!map.trajectory.empty()) pose.alignTo(map.trajectory.back());
-  // By an eighth: maps are measured by their memory.
-  if (map.trajectory.size() == map.trajectory.capacity()) {
-    map.trajectory.reserve(map.trajectory.size() + map.trajectory.size() / 8 + 1);
-  }
-  map.trajectory.push_back(pose);
+  map.trajectory.push(pose);
   if (map.params.unknown_space || map.params.miss_factor < 1.0) {
     frame.images = detail::makeDepthImages(observation, frame.rotation, frame.sensor,
                                            map.params.range_image_step);
@@ -167,11 +163,10 @@ const std::vector<MapPlane>& PlanarMap::planes() const {
 const std::vector<std::pair<double, Pose>>& PlanarMap::trajectory() const {
   Impl::Cache& cache = impl_->cache;
   const std::lock_guard<std::mutex> lock(cache.mutex);
-  const std::vector<detail::StoredPose>& stored = impl_->data.trajectory;
   // Poses are only ever added, until the map is made anew.
-  for (std::size_t i = cache.trajectory.size(); i < stored.size(); ++i) {
-    cache.trajectory.emplace_back(stored[i].timestamp, stored[i].pose());
-  }
+  impl_->data.trajectory.forEach(cache.trajectory.size(), [&](const detail::StoredPose& stored) {
+    cache.trajectory.emplace_back(stored.timestamp, stored.pose());
+  });
   return cache.trajectory;
 }
 
@@ -262,7 +257,7 @@ std::size_t PlanarMap::memoryBytes() const {
       sizeof(PlanarMap) + sizeof(Impl) + data.cells.memoryBytes() + data.unknown.memoryBytes();
   bytes += data.planes.capacity() * sizeof(detail::PlaneLayer);
   for (const detail::PlaneLayer& layer : data.planes) bytes += layer.memoryBytes();
-  bytes += data.trajectory.capacity() * sizeof(data.trajectory[0]);
+  bytes += data.trajectory.memoryBytes();
   const std::lock_guard<std::mutex> lock(impl_->cache.mutex);
   const Impl::Cache& cache = impl_->cache;
   return bytes + cache.planes.capacity() * sizeof(MapPlane) +

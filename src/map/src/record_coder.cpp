@@ -17,13 +17,6 @@ constexpr std::size_t kFree = 64;  ///< regions, planes, ... that a file may alw
 
 // Trajectory ---------------------------------------------------------------------------------
 
-/// Time stamps are mostly whole microseconds.
-bool isInMicroseconds(double timestamp, std::int64_t& microseconds) {
-  if (!(std::abs(timestamp) < 4e9)) return false;
-  microseconds = std::llround(timestamp * 1e6);
-  return static_cast<double>(microseconds) / 1e6 == timestamp;
-}
-
 class PoseCoder {
  public:
   void code(BitCoder& coder, StoredPose& pose) {

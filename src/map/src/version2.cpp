@@ -138,7 +138,7 @@ void readTrajectory(MapData& map, ByteReader& in) {
     for (std::size_t k = 0; k < 3; ++k) {
       place[static_cast<int>(k)] = static_cast<double>(position[k]) / 16384.0;
     }
-    map.trajectory.push_back(StoredPose::from(timestamp, turn.normalized(), place));
+    map.trajectory.push(StoredPose::from(timestamp, turn.normalized(), place));
   }
   in.end();
 }

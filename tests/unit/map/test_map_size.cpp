@@ -49,11 +49,14 @@ TEST(MapSize, DoesNotGrowWhileTheCameraIsAtRest) {
   Scene scene;
   scene.camera = {80.0, 80.0, 63.5, 47.5, 128, 96};
   std::size_t file = 0;
+  std::size_t memory = 0;
   for (int i = 0; i < 1000; ++i) {
     map.insert(look(scene, lookFrom({0.0, 0.0, 1.0}), 0.1 * i).frame());
     if (i == 9) file = map.serialize().size();
+    if (i == 9) memory = map.memoryBytes();
   }
   EXPECT_EQ(map.frames(), 1000u);
+  EXPECT_LT(static_cast<double>(map.memoryBytes()), 1.05 * static_cast<double>(memory));
   EXPECT_LT(static_cast<double>(map.serialize().size()), 1.05 * static_cast<double>(file));
 }
 

@@ -1,0 +1,203 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "trajectory.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace planar_mapping::detail {
+namespace {
+
+constexpr std::size_t kPosesPerChunk = 64;
+constexpr unsigned kMostRepeated = 255;
+
+/// A difference without its sign bit in front: small ones are short, whatever their sign.
+std::uint64_t fold(std::uint64_t difference) {
+  return (difference << 1u) ^ ((difference >> 63u) != 0 ? ~std::uint64_t{0} : 0);
+}
+std::uint64_t unfold(std::uint64_t folded) {
+  return (folded >> 1u) ^ ((folded & 1u) != 0 ? ~std::uint64_t{0} : 0);
+}
+
+/// Seven bits a byte, the last one below 128.
+std::uint64_t takeNumber(const std::uint8_t*& at) {
+  std::uint64_t number = 0;
+  for (unsigned shift = 0;; shift += 7) {
+    const std::uint8_t byte = *at++;
+    number |= std::uint64_t{byte & 0x7fu} << shift;
+    if (byte < 0x80) return number;
+  }
+}
+
+}  // namespace
+
+bool isInMicroseconds(double timestamp, std::int64_t& microseconds) {
+  if (!(std::abs(timestamp) < 4e9)) return false;
+  microseconds = std::llround(timestamp * 1e6);
+  return static_cast<double>(microseconds) / 1e6 == timestamp;
+}
+
+StoredPose StoredPose::from(double timestamp, const Quaternion& orientation,
+                            const Vector3& position) {
+  StoredPose stored;
+  // To the microsecond; what is no time of ours stays as it is.
+  stored.timestamp = std::abs(timestamp) < 4e9 ? std::round(timestamp * 1e6) / 1e6 : timestamp;
+  for (std::size_t i = 0; i < 3; ++i) {
+    stored.position[i] = std::llround(position[static_cast<int>(i)] * kPositionUnits);
+  }
+  for (std::size_t i = 0; i < 4; ++i) {
+    stored.orientation[i] = static_cast<std::int16_t>(
+        std::lround(orientation.coeffs()[static_cast<int>(i)] * kOrientationUnits));
+  }
+  return stored;
+}
+
+void StoredPose::alignTo(const StoredPose& other) {
+  std::int64_t dot = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    dot += std::int64_t{orientation[i]} * other.orientation[i];
+  }
+  if (dot >= 0) return;
+  for (std::int16_t& part : orientation) part = static_cast<std::int16_t>(-part);
+}
+
+Vector3 StoredPose::sensor() const {
+  return Vector3(static_cast<double>(position[0]), static_cast<double>(position[1]),
+                 static_cast<double>(position[2])) /
+         kPositionUnits;
+}
+
+Pose StoredPose::pose() const {
+  Quaternion q;
+  for (int i = 0; i < 4; ++i) q.coeffs()[i] = orientation[static_cast<std::size_t>(i)];
+  Pose pose = Pose::Identity();
+  pose.linear() = q.normalized().toRotationMatrix();
+  pose.translation() = sensor();
+  return pose;
+}
+
+Trajectory::Numbers Trajectory::numbersOf(const StoredPose& pose, bool in_microseconds) {
+  Numbers numbers{};
+  std::int64_t time = 0;
+  if (!in_microseconds || !isInMicroseconds(pose.timestamp, time)) {
+    std::memcpy(&time, &pose.timestamp, sizeof time);
+  }
+  numbers[0] = static_cast<std::uint64_t>(time);
+  for (std::size_t i = 0; i < 3; ++i) numbers[1 + i] = static_cast<std::uint64_t>(pose.position[i]);
+  for (std::size_t i = 0; i < 4; ++i) {
+    numbers[4 + i] = static_cast<std::uint64_t>(std::int64_t{pose.orientation[i]});
+  }
+  return numbers;
+}
+
+StoredPose Trajectory::poseOf(const Numbers& numbers, bool in_microseconds) {
+  StoredPose pose;
+  if (in_microseconds) {
+    pose.timestamp = static_cast<double>(static_cast<std::int64_t>(numbers[0])) / 1e6;
+  } else {
+    std::memcpy(&pose.timestamp, &numbers[0], sizeof pose.timestamp);
+  }
+  for (std::size_t i = 0; i < 3; ++i) pose.position[i] = static_cast<std::int64_t>(numbers[1 + i]);
+  for (std::size_t i = 0; i < 4; ++i) {
+    pose.orientation[i] = static_cast<std::int16_t>(static_cast<std::int64_t>(numbers[4 + i]));
+  }
+  return pose;
+}
+
+Trajectory::Numbers Trajectory::State::expected() const {
+  Numbers numbers = last;
+  numbers[0] += time_step;
+  return numbers;
+}
+
+void Trajectory::State::accept(const Numbers& numbers) {
+  if (poses > 0) time_step = numbers[0] - last[0];
+  last = numbers;
+  ++poses;
+}
+
+Trajectory::Reader::Reader(const Trajectory& trajectory, const Chunk& chunk)
+    : at_(&trajectory.bytes_[chunk.first_byte]), in_microseconds_(chunk.in_microseconds) {}
+
+StoredPose Trajectory::Reader::next() {
+  Numbers numbers = state_.expected();
+  if (repeated_ > 0) {
+    --repeated_;
+  } else {
+    const unsigned differ = *at_++;
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      if ((differ >> i & 1u) != 0) numbers[i] += unfold(takeNumber(at_));
+    }
+    if (differ == 0) repeated_ = *at_++ - 1u;
+  }
+  state_.accept(numbers);
+  return poseOf(numbers, in_microseconds_);
+}
+
+void Trajectory::put(std::uint8_t byte) {
+  // By an eighth: maps are measured by their memory.
+  if (bytes_.size() == bytes_.capacity()) bytes_.reserve(bytes_.size() + bytes_.size() / 8 + 16);
+  bytes_.push_back(byte);
+}
+
+void Trajectory::startChunk(const StoredPose& pose) {
+  std::int64_t unused = 0;
+  if (chunks_.size() == chunks_.capacity())
+    chunks_.reserve(chunks_.size() + chunks_.size() / 8 + 1);
+  chunks_.push_back({static_cast<std::uint32_t>(size_), static_cast<std::uint32_t>(bytes_.size()),
+                     isInMicroseconds(pose.timestamp, unused)});
+  state_ = State();
+  counting_ = false;
+}
+
+void Trajectory::push(const StoredPose& pose) {
+  std::int64_t unused = 0;
+  if (chunks_.empty() || state_.poses == kPosesPerChunk ||
+      (chunks_.back().in_microseconds && !isInMicroseconds(pose.timestamp, unused))) {
+    startChunk(pose);
+  }
+  const Numbers numbers = numbersOf(pose, chunks_.back().in_microseconds);
+  const Numbers expected = state_.expected();
+  std::uint8_t differ = 0;
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    if (numbers[i] != expected[i]) differ = static_cast<std::uint8_t>(differ | 1u << i);
+  }
+  if (differ == 0 && counting_ && bytes_.back() < kMostRepeated) {
+    ++bytes_.back();
+  } else {
+    put(differ);
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      if ((differ >> i & 1u) == 0) continue;
+      std::uint64_t rest = fold(numbers[i] - expected[i]);
+      for (; rest >= 0x80; rest >>= 7u) put(static_cast<std::uint8_t>(0x80u | rest));
+      put(static_cast<std::uint8_t>(rest));
+    }
+    counting_ = differ == 0;
+    if (counting_) put(1);
+  }
+  state_.accept(numbers);
+  back_ = pose;
+  ++size_;
+}
+
+std::size_t Trajectory::chunkOf(std::size_t index) const {
+  const auto after =
+      std::upper_bound(chunks_.begin(), chunks_.end(), index,
+                       [](std::size_t i, const Chunk& chunk) { return i < chunk.first_pose; });
+  return static_cast<std::size_t>(after - chunks_.begin()) - 1;
+}
+
+StoredPose Trajectory::at(std::size_t index) const {
+  if (index + 1 == size_) return back_;
+  const Chunk& chunk = chunks_[chunkOf(index)];
+  Reader reader(*this, chunk);
+  for (std::size_t i = chunk.first_pose; i < index; ++i) reader.next();
+  return reader.next();
+}
+
+std::size_t Trajectory::memoryBytes() const {
+  return bytes_.capacity() + chunks_.capacity() * sizeof(Chunk);
+}
+
+}  // namespace planar_mapping::detail

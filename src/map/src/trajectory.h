@@ -1,0 +1,107 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "planar_mapping/core/types.h"
+
+namespace planar_mapping::detail {
+
+/// Pose of a frame as the file keeps it: what is saved is what the live map answers.
+struct StoredPose {
+  double timestamp = 0.0;
+  static constexpr int kPositionUnits = 4096;     ///< a metre
+  static constexpr int kOrientationUnits = 8191;  ///< length of the quaternion
+
+  std::array<std::int64_t, 3> position{};
+  std::array<std::int16_t, 4> orientation{};  ///< quaternion x y z w
+
+  static StoredPose from(double timestamp, const Quaternion& orientation, const Vector3& position);
+  /// Takes the one of the two quaternions of the same rotation that is nearer to that of another
+  /// pose, so that sequences have no jumps.
+  void alignTo(const StoredPose& other);
+  Vector3 sensor() const;
+  Pose pose() const;
+};
+/// Largest coordinate of a pose, metres: what StoredPose can hold.
+constexpr double kFarthestPose = 1e14;
+
+/// Time stamps are mostly whole microseconds. \return whether this one is, and them
+bool isInMicroseconds(double timestamp, std::int64_t& microseconds);
+
+/// Poses of the frames in order, packed: a map must not grow while the robot stands still. A pose
+/// is what differs from the one before, where time is expected to go on as it did: a byte that says
+/// which of the eight numbers differ, and these; for poses as expected a count of them. Every 64
+/// poses or so it starts anew, so that any one can be read.
+class Trajectory {
+ public:
+  bool empty() const { return size_ == 0; }
+  std::size_t size() const { return size_; }
+  const StoredPose& back() const { return back_; }
+  StoredPose at(std::size_t index) const;
+  void push(const StoredPose& pose);
+  /// \param take  called with each pose from the given one on
+  template <class Take>
+  void forEach(std::size_t from, const Take& take) const;
+  std::size_t memoryBytes() const;  ///< on the heap
+
+ private:
+  using Numbers = std::array<std::uint64_t, 8>;  ///< time, position, orientation; two's complement
+  struct Chunk {
+    std::uint32_t first_pose = 0;
+    std::uint32_t first_byte = 0;
+    bool in_microseconds = false;
+  };
+  /// What is known after some poses of a chunk.
+  struct State {
+    Numbers last{};
+    std::uint64_t time_step = 0;
+    std::size_t poses = 0;
+
+    Numbers expected() const;
+    void accept(const Numbers& numbers);
+  };
+  /// Reads a chunk from its start.
+  class Reader {
+   public:
+    Reader(const Trajectory& trajectory, const Chunk& chunk);
+    StoredPose next();
+
+   private:
+    const std::uint8_t* at_;
+    bool in_microseconds_;
+    State state_;
+    unsigned repeated_ = 0;  ///< poses as expected that are still to come
+  };
+  static Numbers numbersOf(const StoredPose& pose, bool in_microseconds);
+  static StoredPose poseOf(const Numbers& numbers, bool in_microseconds);
+  void startChunk(const StoredPose& pose);
+  void put(std::uint8_t byte);
+  std::size_t chunkOf(std::size_t index) const;
+
+  std::vector<std::uint8_t> bytes_;
+  std::vector<Chunk> chunks_;
+  std::size_t size_ = 0;
+  StoredPose back_;
+  State state_;            ///< of the last chunk
+  bool counting_ = false;  ///< the last byte counts poses as expected
+};
+
+template <class Take>
+void Trajectory::forEach(std::size_t from, const Take& take) const {
+  if (from >= size_) return;
+  for (std::size_t c = chunkOf(from); c < chunks_.size(); ++c) {
+    const std::size_t end = c + 1 < chunks_.size() ? chunks_[c + 1].first_pose : size_;
+    Reader reader(*this, chunks_[c]);
+    for (std::size_t i = chunks_[c].first_pose; i < end; ++i) {
+      const StoredPose pose = reader.next();
+      if (i >= from) take(pose);
+    }
+  }
+}
+
+}  // namespace planar_mapping::detail
