@@ -144,12 +144,11 @@ void BitGrid::clear(const LatticeBox& box) {
 }
 
 void BitGrid::fill(const LatticeBox& box) {
-  for (std::int32_t z = box.low[2]; z < box.high[2]; ++z) {
-    for (std::int32_t y = box.low[1]; y < box.high[1]; ++y) {
-      std::uint64_t* words = row(y, z);
-      for (std::int32_t w = box.low[0] >> 6; w <= (box.high[0] - 1) >> 6; ++w) {
-        words[w] |= maskOf(box, w);
-      }
+  for (std::int32_t w = box.low[0] >> 6; w <= (box.high[0] - 1) >> 6; ++w) {
+    const std::uint64_t mask = maskOf(box, w);
+    for (std::int32_t z = box.low[2]; z < box.high[2]; ++z) {
+      std::uint64_t* word = row(box.low[1], z) + w;
+      for (std::int32_t y = box.low[1]; y < box.high[1]; ++y, word += words_) *word |= mask;
     }
   }
 }

@@ -9,6 +9,7 @@
 #include "lattice_cover.h"
 #include "planar_mapping/core/compact_cover.h"
 #include "plane_cover.h"
+#include "rest_elements.h"
 
 namespace planar_mapping {
 namespace {
@@ -17,19 +18,12 @@ using detail::BitGrid;
 using detail::CellSet;
 using detail::CoverBox;
 using detail::CoverRules;
+using detail::Element;
+using detail::HalfCell;
+using detail::halfCellOf;
 using detail::isTolerant;
 using detail::LatticeBox;
 using detail::LatticeCell;
-
-using HalfCell = std::array<std::int64_t, 3>;
-
-/// What a half cell holds.
-struct Element {
-  HalfCell at{};
-  float probability = 0.0f;
-  bool required = false;
-  bool exact = false;  ///< holds points anywhere in it, not those of a surface alone
-};
 
 /// Half cells that are covered together, a cube of this many where they lie too far apart.
 constexpr int kWindowBits = 8;
@@ -90,66 +84,6 @@ class Presence {
   std::vector<std::size_t> near_;
 };
 
-/// \return false beyond all cells, or if it is not finite
-bool halfCellOf(const Vector3& point, double half, HalfCell& cell) {
-  const Eigen::Array3d at = (point / half).array().floor();
-  if (!(at.abs() < 4e9).all()) return false;
-  cell = {static_cast<std::int64_t>(at.x()), static_cast<std::int64_t>(at.y()),
-          static_cast<std::int64_t>(at.z())};
-  return true;
-}
-
-void add(const std::vector<SurfacePiece>& pieces, double half, std::vector<Element>& elements) {
-  for (const SurfacePiece& piece : pieces) {
-    HalfCell at{};
-    if (halfCellOf(piece.center, half, at))
-      elements.push_back({at, piece.probability, true, false});
-  }
-}
-
-void add(const std::vector<NonPlanarCell>& cells, bool tolerant, int min_points,
-         std::vector<Element>& elements) {
-  for (const NonPlanarCell& cell : cells) {
-    if (min_points > 1 && cell.weight < static_cast<float>(min_points)) continue;
-    const bool required = cell.octants != 0;
-    for (int k = 0; k < 8; ++k) {
-      const bool holds = (cell.octants >> k & 1) != 0;
-      if (tolerant && !holds && required) continue;
-      elements.push_back({{2 * static_cast<std::int64_t>(cell.x) + (k & 1),
-                           2 * static_cast<std::int64_t>(cell.y) + (k >> 1 & 1),
-                           2 * static_cast<std::int64_t>(cell.z) + (k >> 2 & 1)},
-                          cell.probability,
-                          required,
-                          required});
-    }
-  }
-}
-
-/// Where an element comes in the list: block by block of 8 x 8 x 8, then those of one half cell.
-bool comesBefore(const Element& l, const Element& r) {
-  if (l.at == r.at) {
-    return std::make_tuple(!l.required, !l.exact, -l.probability) <
-           std::make_tuple(!r.required, !r.exact, -r.probability);
-  }
-  for (std::size_t k = 3; k-- > 0;) {
-    const std::int64_t a = l.at[k] >> 3;
-    const std::int64_t b = r.at[k] >> 3;
-    if (a != b) return a < b;
-  }
-  for (std::size_t k = 3; k-- > 0;) {
-    if (l.at[k] != r.at[k]) return l.at[k] < r.at[k];
-  }
-  return false;
-}
-
-/// Leaves distinct ones, block by block.
-void sortElements(std::vector<Element>& elements) {
-  std::sort(elements.begin(), elements.end(), comesBefore);
-  elements.erase(std::unique(elements.begin(), elements.end(),
-                             [](const Element& l, const Element& r) { return l.at == r.at; }),
-                 elements.end());
-}
-
 /// Covers elements that lie near each other. Those that are not required may lie anywhere.
 class Window {
  public:
@@ -157,7 +91,9 @@ class Window {
       : tolerant_(isTolerant(params)), half_(0.5 * params.resolution), low_(lowOf(elements)) {
     HalfCell high = low_;
     for (const Element& e : elements) {
-      for (std::size_t k = 0; e.required && k < 3; ++k) high[k] = std::max(high[k], e.at[k]);
+      if (!e.required) continue;
+      const HalfCell at = e.at();
+      for (std::size_t k = 0; k < 3; ++k) high[k] = std::max(high[k], at[k]);
     }
     const auto size = [&](std::size_t k) {
       return static_cast<std::int32_t>(high[k] + 1 + kRim - low_[k]);
@@ -165,7 +101,7 @@ class Window {
     required_ = allowed_ = exact_ = BitGrid(size(0), size(1), size(2));
     for (const Element& e : elements) {
       LatticeCell at{};
-      if (!find(e.at, at)) continue;
+      if (!find(e.at(), at)) continue;
       allowed_.set(at[0], at[1], at[2]);
       if (!e.required) continue;
       required_.set(at[0], at[1], at[2]);
@@ -209,7 +145,7 @@ class Window {
     for (const SurfacePiece& piece : replaceable.pieces) {
       if (!halfCellOf(piece.center, half_, at) || !find(at, cell)) continue;
       if (required_.at(cell[0], cell[1], cell[2]) && !exact_.at(cell[0], cell[1], cell[2])) {
-        cells.push_back(cell);
+        if (cells.empty() || cells.back() != cell) cells.push_back(cell);
       }
     }
     Presence presence({replaceable.cuboid}, half_, margin);
@@ -262,7 +198,8 @@ class Window {
     bool first = true;
     for (const Element& e : elements) {
       if (!e.required) continue;
-      for (std::size_t k = 0; k < 3; ++k) low[k] = first ? e.at[k] : std::min(low[k], e.at[k]);
+      const HalfCell at = e.at();
+      for (std::size_t k = 0; k < 3; ++k) low[k] = first ? at[k] : std::min(low[k], at[k]);
       first = false;
     }
     for (std::int64_t& start : low) start -= (start & 1) + kRim;  // cells start at even numbers
@@ -318,13 +255,17 @@ bool anyRequired(const std::vector<Element>& elements) {
 
 /// May all elements share one window?
 bool isCompactSet(const std::vector<Element>& elements) {
-  double volume = 1.0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const auto [low, high] =
-        std::minmax_element(elements.begin(), elements.end(),
-                            [&](const auto& l, const auto& r) { return l.at[k] < r.at[k]; });
-    volume *= static_cast<double>(high->at[k] - low->at[k] + 1);
+  HalfCell low = elements.front().at();
+  HalfCell high = low;
+  for (const Element& e : elements) {
+    const HalfCell at = e.at();
+    for (std::size_t k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], at[k]);
+      high[k] = std::max(high[k], at[k]);
+    }
   }
+  double volume = 1.0;
+  for (std::size_t k = 0; k < 3; ++k) volume *= static_cast<double>(high[k] - low[k] + 1);
   return volume <= kSmallVolume + kVolumePerElement * static_cast<double>(elements.size());
 }
 
@@ -332,7 +273,8 @@ bool isCompactSet(const std::vector<Element>& elements) {
 void coverFar(std::vector<Element> elements, const CuboidApproximationParams& params,
               std::vector<Cuboid>& cuboids) {
   const auto window = [](const Element& e) {
-    return std::make_tuple(e.at[2] >> kWindowBits, e.at[1] >> kWindowBits, e.at[0] >> kWindowBits);
+    const HalfCell at = e.at();
+    return std::make_tuple(at[2] >> kWindowBits, at[1] >> kWindowBits, at[0] >> kWindowBits);
   };
   std::stable_sort(elements.begin(), elements.end(),
                    [&](const Element& l, const Element& r) { return window(l) < window(r); });
@@ -350,7 +292,7 @@ void leaveToCuboids(const std::vector<Cuboid>& present, double half, double marg
                     std::vector<Element>& elements) {
   Presence presence(present, half, margin);
   for (Element& e : elements) {
-    if (e.required && presence.holds(e.at)) e.required = e.exact = false;
+    if (e.required && presence.holds(e.at())) e.required = e.exact = false;
   }
 }
 
@@ -368,10 +310,10 @@ RestCover coverRest(const std::vector<NonPlanarCell>& cells,
   RestCover result;
   result.kept.assign(replaceable.size(), 1);
   std::vector<Element> rest;
-  add(cells, isTolerant(params), params.min_points_per_cell, rest);
-  add(pieces, half, rest);
+  addElements(cells, isTolerant(params), params.min_points_per_cell, rest);
+  addElements(pieces, half, rest);
   std::vector<Element> elements = rest;
-  for (const ReplaceableCuboid& r : replaceable) add(r.pieces, half, elements);
+  for (const ReplaceableCuboid& r : replaceable) addElements(r.pieces, half, elements);
   sortElements(elements);
   leaveToCuboids(present, half, margin, elements);
   if (!anyRequired(elements)) {
