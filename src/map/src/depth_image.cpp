@@ -233,14 +233,18 @@ DepthImage::Look DepthImage::look(const Vector3& c, const Vector3& half, bool wh
   const Level& level = levels_[static_cast<std::size_t>(l)];
   const int xs[3] = {x0, std::min(x0 + 1, x1), x1};
   const int ys[3] = {y0, std::min(y0 + 1, y1), y1};
+  const auto smaller = [](float a, float b) { return a < b ? a : b; };
+  const auto larger = [](float a, float b) { return a > b ? a : b; };
   float nearest = std::numeric_limits<float>::infinity();
   float farthest = 0.0f;
   for (const int y : ys) {
+    // Of each row first: what need not wait for each other is computed together.
     const Tile* row = &level.tiles[static_cast<std::size_t>(y) * level.width];
-    for (const int x : xs) {
-      nearest = row[x].nearest < nearest ? row[x].nearest : nearest;
-      farthest = row[x].farthest > farthest ? row[x].farthest : farthest;
-    }
+    const Tile& first = row[xs[0]];
+    const Tile& second = row[xs[1]];
+    const Tile& third = row[xs[2]];
+    nearest = smaller(smaller(smaller(first.nearest, second.nearest), third.nearest), nearest);
+    farthest = larger(larger(larger(first.farthest, second.farthest), third.farthest), farthest);
   }
   result.nearest = nearest;
   result.farthest = farthest;
