@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <set>
@@ -223,6 +224,23 @@ TEST(Stages, MapHasTheParametersOfItsStage) {
   EXPECT_EQ(0.2, pipeline.map().params().approximation.resolution);
   EXPECT_NEAR(0.1221730, pipeline.map().params().association_angle, 1e-6);
   EXPECT_NEAR(5.2, pipeline.map().params().max_range, 0.3);
+}
+
+TEST(Stages, SpaceIsJudgedAsFarAsPointsAreMapped) {
+  const auto rangeWith = [](const std::string& limit, const std::string& range) {
+    Frame frame = frameOf(roomPoints(20000));
+    Pipeline pipeline = pipelineOf(
+        "  - stage: depth_error_limit\n    max_error_m: 0.1\n    noise: given\n"
+        "    baseline_m: 0.1\n    focal_length_px: 500\n" +
+        limit + "  - stage: planar_cuboid_approximation\n    resolution_m: 0.2\n    max_range_m: " +
+        range + "\n");
+    pipeline.process(frame);
+    return pipeline.map().params().max_range;
+  };
+  // Where z^2 / (0.1 m 500 px) 0.5 px = 0.1 m.
+  EXPECT_NEAR(std::sqrt(10.0), rangeWith("", "auto"), 1e-5);
+  EXPECT_EQ(4.0, rangeWith("", "4.0"));
+  EXPECT_NEAR(5.2, rangeWith("    enabled: false\n", "auto"), 0.3);
 }
 
 TEST(Stages, ScaleIsThatOfTheCloudNotOfItsOutliers) {

@@ -16,7 +16,15 @@ namespace {
 /// an earlier run, have left.
 class PreparedStage : public Stage {
  public:
+  /// \param replaced the preparing stages, for what they say of every cloud
+  explicit PreparedStage(std::vector<ConfiguredStage> replaced) : replaced_(std::move(replaced)) {}
   void declare(ParameterTable&) override {}
+  void adapt(const CloudScale& scale) override {
+    for (ConfiguredStage& stage : replaced_) stage.stage->adapt(scale);
+  }
+  void limit(CloudScale& scale) const override {
+    for (const ConfiguredStage& stage : replaced_) stage.stage->limit(scale);
+  }
   void process(Frame& frame) override {
     frame.indices = prepared_->frame.indices;
     frame.ground = prepared_->frame.ground;
@@ -28,6 +36,7 @@ class PreparedStage : public Stage {
   }
 
  private:
+  std::vector<ConfiguredStage> replaced_;
   const PreparedFrame* prepared_ = nullptr;
   const std::vector<PlaneSegment>* planes_ = nullptr;
 };
@@ -43,6 +52,15 @@ std::string planeStagesText(const Configuration& configuration) {
     }
   }
   return text;
+}
+
+/// The stages that remove points and are enabled; empty ones are left in their place.
+std::vector<ConfiguredStage> takePointStages(Configuration& configuration) {
+  std::vector<ConfiguredStage> taken;
+  for (ConfiguredStage& stage : configuration.stages) {
+    if (stage.kind == StageKind::Points && stage.enabled) taken.push_back(std::move(stage));
+  }
+  return taken;
 }
 
 void disablePlaneStages(Configuration& configuration) {
@@ -62,6 +80,7 @@ int minPointsPerCell(const Configuration& configuration) {
 }
 
 PlanarRun PlanarRuns::make(Configuration configuration) {
+  std::vector<ConfiguredStage> preparing = takePointStages(configuration);
   keepMappingStages(configuration);
   const std::string text = planeStagesText(configuration);
   const auto known = planes_.find(text);
@@ -70,7 +89,7 @@ PlanarRun PlanarRuns::make(Configuration configuration) {
   ConfiguredStage first;
   first.name = "prepared";
   first.kind = StageKind::Points;
-  auto stage = std::make_unique<PreparedStage>();
+  auto stage = std::make_unique<PreparedStage>(std::move(preparing));
   PreparedStage& prepared = *stage;
   first.stage = std::move(stage);
   configuration.stages.insert(configuration.stages.begin(), std::move(first));

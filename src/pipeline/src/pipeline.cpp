@@ -157,9 +157,11 @@ CloudScale Pipeline::knownScale(const Frame& frame) const {
 void Pipeline::adaptMapping(const Frame& frame) {
   if (mapping_adapted_) return;
   mapping_adapted_ = true;
-  const CloudScale scale = knownScale(frame);
+  CloudScale scale = knownScale(frame);
   for (std::size_t i = sensing_size_; i < configuration_.stages.size(); ++i) {
-    configuration_.stages[i].stage->adapt(scale);
+    const ConfiguredStage& configured = configuration_.stages[i];
+    configured.stage->adapt(scale);
+    if (configured.enabled) configured.stage->limit(scale);
     adapted_[i] = true;
   }
   if (continued_) return;

@@ -8,6 +8,7 @@ Stage::~Stage() = default;
 void Stage::applyProfile(Profile) {}
 void Stage::configure(const RunSettings&) {}
 void Stage::adapt(const CloudScale&) {}
+void Stage::limit(CloudScale&) const {}
 void Stage::configureMap(PlanarMapParams&) const {}
 
 }  // namespace planar_mapping

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -26,6 +27,13 @@ class DepthErrorLimitStage : public Stage {
     noise_.declareOptional(table, "without it, nothing is dropped");
   }
   void adapt(const CloudScale& scale) override { noise_.adapt(scale); }
+  void limit(CloudScale& scale) const override {
+    const std::optional<StereoNoise> noise = noise_.optionalNoise();
+    if (!noise) return;
+    const double farthest = farthestDepth(*noise);
+    if (!std::isfinite(farthest)) return;
+    scale.depth_limit = std::min(farthest, scale.depth_limit.value_or(farthest));
+  }
   void process(Frame& frame) override {
     const std::optional<StereoNoise> noise = noise_.optionalNoise();
     if (!noise) return;

@@ -65,8 +65,8 @@ class PlanarCuboidApproximationStage : public Stage {
     table.number("unknown_resolution_m", params_.unknown_resolution, Range::atLeast(0.0),
                  "side of an unknown cell; 0 = resolution_m");
     table.number("max_range_m", max_range_, Range::positive(),
-                 "space farther from the sensor is not judged; auto = 99 % of the points are "
-                 "nearer");
+                 "space farther from the sensor is not judged; auto = as far as depth_error_limit "
+                 "lets points be mapped, without it 99 % of the points are nearer");
     table.number("min_probability", params_.min_probability, Range::between(0.0, 1.0),
                  "[ours] cells believed less than this are removed");
     table.number("belief_gain", params_.belief_gain, Range::above(0.0, 1.0),
@@ -74,9 +74,10 @@ class PlanarCuboidApproximationStage : public Stage {
     table.number(
         "miss_factor", params_.miss_factor, Range::between(0.0, 1.0),
         "[ours] a cell's belief is multiplied by this when it is looked through or not confirmed");
-    table.number("first_belief", params_.first_belief, Range::above(0.0, 1.0),
-                 "[ours] most belief a cell gets from one frame, but for those of the first sight of a "
-                 "plane");
+    table.number(
+        "first_belief", params_.first_belief, Range::above(0.0, 1.0),
+        "[ours] most belief a cell gets from one frame, but for those of the first sight of a "
+        "plane");
     table.number("min_cell_share", params_.min_cell_share, Range::between(0.0, 1.0),
                  "[ours] a cell is seen if it holds this share of the points of a full one; where "
                  "the camera is known");
@@ -104,7 +105,8 @@ class PlanarCuboidApproximationStage : public Stage {
     if (!resolution_) resolution_ = detail::automaticResolution(scale);
     if (!association_offset_) association_offset_ = *resolution_;
     if (!association_gap_) association_gap_ = 5.0 * *resolution_;
-    if (!max_range_) max_range_ = automaticMaxRange(scale.max_range);
+    // Beyond what is mapped there would be borders, as noisy as the depths, of nothing in the map.
+    if (!max_range_) max_range_ = automaticMaxRange(scale.depth_limit.value_or(scale.max_range));
     if (!up_) up_ = scale.up;
     noise_.adapt(scale);
     params_.approximation.resolution = *resolution_;

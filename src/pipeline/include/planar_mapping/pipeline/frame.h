@@ -88,6 +88,8 @@ struct CloudScale {
   double extent = 0.0;     ///< diagonal of the box of the middle 98 % along each axis, metres
   double spacing = 0.0;    ///< side of the square of surface that one point stands for, metres
   double max_range = 0.0;  ///< 99 % of the points are nearer to the sensor, metres
+  /// Depth up to which points are mapped, metres, where a stage limits it (Stage::limit).
+  std::optional<double> depth_limit;
   std::size_t points = 0;  ///< finite ones
   /// B and f of the calibration; its disparity error is the default.
   std::optional<StereoNoise> stereo;

@@ -60,6 +60,9 @@ class PLANAR_MAPPING_EXPORT Stage {
   /// Motion stages, \p scale may hold only what the calibration says (points = 0); later ones get
   /// the scale of the first cloud to be mapped.
   virtual void adapt(const CloudScale& scale);
+  /// Called once, after adapt(): lets a stage that is enabled narrow the scale that the stages
+  /// after it adapt to, by what it leaves of a cloud.
+  virtual void limit(CloudScale& scale) const;
   /// Lets a stage set parameters of the map; called once, after adapt().
   virtual void configureMap(PlanarMapParams& params) const;
   /// Does the work on one frame.
