@@ -71,16 +71,16 @@ class CellBlock {
   std::size_t memoryBytes() const {
     std::size_t bytes = beliefs_.memoryBytes() + octants_.memoryBytes();
     if (!hasMeans()) return bytes;
-    for (const CellValues& values : *means_) bytes += values.memoryBytes();
+    for (const CellValues<8>& values : *means_) bytes += values.memoryBytes();
     return bytes + sizeof(Means);
   }
 
  private:
-  using Means = std::array<CellValues, 3>;
+  using Means = std::array<CellValues<8>, 3>;
 
   std::uint64_t occupied_ = 0;
-  CellValues beliefs_;
-  CellValues octants_;
+  BeliefValues beliefs_;
+  CellValues<8> octants_;
   std::unique_ptr<Means> means_;
 };
 

@@ -38,32 +38,42 @@ Compaction::Plane* Compaction::find(std::int32_t id) {
   return at != planes_.end() && at->id == id ? &*at : nullptr;
 }
 
+void Compaction::Patch::setCover(const SurfaceCover& cover) {
+  std::vector<PatchRectangle> covered;
+  for (std::size_t r = 0; r < cover.rectangles.size(); ++r) {
+    covered.push_back({cover.rectangles[r], cover.probability[r], false});
+  }
+  rectangles = covered;
+  loose = cover.loose;
+}
+
 void Compaction::findRegions(const MapData& map, const PlaneFrame& frame, const SurfaceBand& band,
                              Patch& patch) const {
-  patch.regions.clear();
-  patch.replaced.assign(patch.cover.rectangles.size(), 0);
+  patch.regions = {};
+  for (PatchRectangle& r : patch.rectangles) r.replaced = false;
   if (!map.isCompact()) return;
   const double s = map.resolution();
-  for (const HalfCellRectangle& r : patch.cover.rectangles) {
-    const Cuboid cuboid = cuboidOf(r, frame, band, map.params.approximation);
+  std::vector<std::uint64_t> regions;
+  for (const PatchRectangle& r : patch.rectangles) {
+    const Cuboid cuboid = cuboidOf(r.rectangle, frame, band, map.params.approximation);
     const Vector3 half = halfExtent(cuboid, s);
     const Int3 low = unpackKey(map.cells.regionKey(blockOf(cuboid.center - half, s)));
     const Int3 high = unpackKey(map.cells.regionKey(blockOf(cuboid.center + half, s)));
     for (std::int32_t z = low.z; z <= high.z; ++z) {
       for (std::int32_t y = low.y; y <= high.y; ++y) {
         for (std::int32_t x = low.x; x <= high.x; ++x) {
-          patch.regions.push_back(packKey(Int3{x, y, z}));
+          regions.push_back(packKey(Int3{x, y, z}));
         }
       }
     }
   }
-  for (const LooseQuarter& quarter : patch.cover.loose) {
+  for (const LooseQuarter& quarter : patch.loose) {
     const std::uint64_t key = map.cells.regionKey(blockOf(centerOf(quarter, frame, s), s));
-    if (patch.regions.empty() || patch.regions.back() != key) patch.regions.push_back(key);
+    if (regions.empty() || regions.back() != key) regions.push_back(key);
   }
-  std::sort(patch.regions.begin(), patch.regions.end());
-  patch.regions.erase(std::unique(patch.regions.begin(), patch.regions.end()), patch.regions.end());
-  patch.regions.shrink_to_fit();
+  std::sort(regions.begin(), regions.end());
+  regions.erase(std::unique(regions.begin(), regions.end()), regions.end());
+  patch.regions = regions;
 }
 
 bool Compaction::updatePlane(const MapData& map, std::size_t position,
@@ -112,7 +122,7 @@ void Compaction::placePatches(const MapData& map, const std::vector<char>& moved
   };
   for (ChangedPatch& change : changes) {
     Patch& patch = *planes_[change.plane].patches.find(change.key);
-    patch.cover = std::move(change.cover);
+    patch.setCover(change.cover);
     if (moved[change.plane] == 0) place(change.plane, change.key, patch);
   }
   for (std::size_t i = 0; i < planes_.size(); ++i) {
@@ -145,7 +155,7 @@ void Compaction::coverRegion(const MapData& map, std::uint64_t key, Region& regi
   std::vector<SurfacePiece> pieces;
   std::vector<Cuboid> present;
   std::vector<ReplaceableCuboid> replaceable;
-  std::vector<std::uint8_t*> replaced;  // of each of them
+  std::vector<bool*> replaced;  // of each of them
   const auto isOutdated = [&](const std::pair<std::int32_t, std::uint64_t>& name) {
     Plane* plane = find(name.first);
     const Patch* patch = plane == nullptr ? nullptr : plane->patches.find(name.second);
@@ -159,8 +169,8 @@ void Compaction::coverRegion(const MapData& map, std::uint64_t key, Region& regi
     const PlaneLayer& layer = map.planes[static_cast<std::size_t>(&plane - planes_.data())];
     const PlaneFrame frame = layer.stored.frame();
     Patch& patch = *plane.patches.find(patch_key);
-    for (std::size_t r = 0; r < patch.cover.rectangles.size(); ++r) {
-      const HalfCellRectangle& rectangle = patch.cover.rectangles[r];
+    for (PatchRectangle& r : patch.rectangles) {
+      const HalfCellRectangle& rectangle = r.rectangle;
       const Cuboid cuboid = cuboidOf(rectangle, frame, plane.band, params);
       const Vector3 half = halfExtent(cuboid, s);
       const Vector3 from = cuboid.center - half;
@@ -169,12 +179,12 @@ void Compaction::coverRegion(const MapData& map, std::uint64_t key, Region& regi
       if (inside && isReplaceable(rectangle, params)) {
         replaceable.push_back(
             {cuboid, piecesOf(rectangle, layer.tiles, frame, plane.band, params)});
-        replaced.push_back(&patch.replaced[r]);
+        replaced.push_back(&r.replaced);
       } else if ((from.array() <= high.array()).all() && (to.array() >= low.array()).all()) {
         present.push_back(cuboid);
       }
     }
-    for (const LooseQuarter& quarter : patch.cover.loose) {
+    for (const LooseQuarter& quarter : patch.loose) {
       const Vector3 center = centerOf(quarter, frame, s);
       if (map.cells.regionKey(blockOf(center, s)) != key) continue;
       addPieces(quarter, frame, params, pieces);
@@ -186,7 +196,7 @@ void Compaction::coverRegion(const MapData& map, std::uint64_t key, Region& regi
   region.listed = 0;
   RestCover cover = coverRest(rest, pieces, present, replaceable, params);
   region.cuboids = std::move(cover.boxes);
-  for (std::size_t i = 0; i < replaced.size(); ++i) *replaced[i] = cover.kept[i] != 0 ? 0 : 1;
+  for (std::size_t i = 0; i < replaced.size(); ++i) *replaced[i] = cover.kept[i] == 0;
 }
 
 void Compaction::update(const MapData& map) {
@@ -261,8 +271,9 @@ void Compaction::update(const MapData& map) {
   }
   for (const Plane& plane : planes_) {
     for (std::size_t p = 0; p < plane.patches.size(); ++p) {
-      const std::vector<std::uint8_t>& replaced = plane.patches.value(p).replaced;
-      count_ += static_cast<std::size_t>(std::count(replaced.begin(), replaced.end(), 0));
+      const TightList<PatchRectangle>& all = plane.patches.value(p).rectangles;
+      count_ += static_cast<std::size_t>(std::count_if(
+          all.begin(), all.end(), [](const PatchRectangle& r) { return !r.replaced; }));
     }
   }
 }
@@ -280,12 +291,11 @@ const std::vector<Cuboid>& Compaction::makeList(const MapData& map) {
     const Plane& plane = planes_[i];
     const PlaneFrame frame = map.planes[i].stored.frame();
     inOrder(plane.patches, [&](const Patch& patch) {
-      for (std::size_t r = 0; r < patch.cover.rectangles.size(); ++r) {
-        if (patch.replaced[r] != 0) continue;
-        Cuboid cuboid =
-            cuboidOf(patch.cover.rectangles[r], frame, plane.band, map.params.approximation);
+      for (const PatchRectangle& r : patch.rectangles) {
+        if (r.replaced) continue;
+        Cuboid cuboid = cuboidOf(r.rectangle, frame, plane.band, map.params.approximation);
         cuboid.plane_id = plane.id;
-        cuboid.probability = patch.cover.probability[r];
+        cuboid.probability = r.probability;
         all.push_back(cuboid);
       }
     });
@@ -310,10 +320,8 @@ std::size_t Compaction::memoryBytes() const {
     bytes += plane.patches.memoryBytes();
     for (std::size_t p = 0; p < plane.patches.size(); ++p) {
       const Patch& patch = plane.patches.value(p);
-      bytes += patch.cover.rectangles.capacity() * sizeof(HalfCellRectangle) +
-               patch.cover.probability.capacity() * sizeof(float) +
-               patch.cover.loose.capacity() * sizeof(LooseQuarter) + patch.replaced.capacity() +
-               patch.regions.capacity() * sizeof(std::uint64_t);
+      bytes +=
+          patch.rectangles.memoryBytes() + patch.loose.memoryBytes() + patch.regions.memoryBytes();
     }
   }
   for (std::size_t r = 0; r < regions_.size(); ++r) {

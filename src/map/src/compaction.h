@@ -10,6 +10,7 @@
 #include "map_data.h"
 #include "planar_mapping/core/compact_cover.h"
 #include "surface_band.h"
+#include "tight_list.h"
 
 namespace planar_mapping::detail {
 
@@ -31,11 +32,18 @@ class Compaction {
   std::size_t memoryBytes() const;
 
  private:
+  struct PatchRectangle {
+    HalfCellRectangle rectangle;
+    float probability = 1.0f;
+    bool replaced = false;  ///< a region has boxes in its place
+  };
   struct Patch {
     std::uint32_t revision = 0;
-    SurfaceCover cover;
-    std::vector<std::uint8_t> replaced;  ///< rectangles in whose place a region has boxes
-    std::vector<std::uint64_t> regions;  ///< in which it has or absorbs something; ascending
+    TightList<PatchRectangle> rectangles;  ///< its cover, like the next
+    TightList<LooseQuarter> loose;
+    TightList<std::uint64_t> regions;  ///< in which it has or absorbs something; ascending
+
+    void setCover(const SurfaceCover& cover);
   };
   struct Plane {
     std::int32_t id = 0;

@@ -38,7 +38,7 @@ class RasterTile {
 
  private:
   std::uint64_t occupied_ = 0;
-  CellValues beliefs_;
+  BeliefValues beliefs_;
 };
 
 /// A tile and its coordinates.

@@ -9,7 +9,7 @@
 namespace planar_mapping::detail {
 namespace {
 
-constexpr std::size_t kPosesPerChunk = 64;
+constexpr std::size_t kPosesPerChunk = 256;
 constexpr unsigned kMostRepeated = 255;
 
 /// A difference without its sign bit in front: small ones are short, whatever their sign.

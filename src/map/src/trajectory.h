@@ -35,7 +35,7 @@ bool isInMicroseconds(double timestamp, std::int64_t& microseconds);
 
 /// Poses of the frames in order, packed: a map must not grow while the robot stands still. A pose
 /// is what differs from the one before, where time is expected to go on as it did: a byte that says
-/// which of the eight numbers differ, and these; for poses as expected a count of them. Every 64
+/// which of the eight numbers differ, and these; for poses as expected a count of them. Every 256
 /// poses or so it starts anew, so that any one can be read.
 class Trajectory {
  public:

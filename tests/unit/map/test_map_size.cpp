@@ -114,7 +114,7 @@ TEST(MapSize, OfUncertainCellsIsAByteEach) {
   const FrameUpdate update = uncertain.insert(frame);
   ASSERT_GT(update.cells_added, 1000u);
   const std::size_t cells = update.cells_added;
-  EXPECT_LT(uncertain.memoryBytes(), certain.memoryBytes() + 2 * cells);
+  EXPECT_LT(uncertain.memoryBytes(), certain.memoryBytes() + cells * 5 / 4);
   EXPECT_LT(uncertain.serialize().size(), certain.serialize().size() + cells);
 }
 
