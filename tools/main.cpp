@@ -41,6 +41,9 @@ int run(int argc, char** argv) {
   addConfigCommand(app, exit_code);
   addStagesCommand(app, exit_code);
   addInfoCommand(app, exit_code);
+  addQueryCommand(app, exit_code);
+  addConvertCommand(app, exit_code);
+  addCompareCommand(app, exit_code);
   addViewCommand(app, exit_code);
   addSnapshotCommand(app, exit_code);
   addSimulateCommand(app, exit_code);

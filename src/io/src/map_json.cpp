@@ -2,21 +2,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/io/map_json.h"
 
-#include <charconv>
 #include <cmath>
 #include <initializer_list>
+
+#include "number_text.h"
 
 namespace planar_mapping {
 namespace io {
 namespace {
-
-/// Shortest text that reads back as the same value; std::to_chars knows no locale.
-template <typename Number>
-void append(std::string& out, Number value) {
-  char text[40];
-  const std::to_chars_result end = std::to_chars(text, text + sizeof text, value);
-  out.append(text, end.ptr);
-}
 
 void append(std::string& out, std::initializer_list<double> values) {
   out += '[';
@@ -24,7 +17,7 @@ void append(std::string& out, std::initializer_list<double> values) {
   for (const double value : values) {
     if (!first) out += ", ";
     first = false;
-    append(out, value);
+    appendNumber(out, value);
   }
   out += ']';
 }
@@ -32,15 +25,15 @@ void append(std::string& out, std::initializer_list<double> values) {
 void appendPlane(std::string& out, const MapPlane& plane) {
   const Vector4 c = plane.plane.coefficients();
   out += "{\"id\": ";
-  append(out, plane.id);
+  appendNumber(out, plane.id);
   out += ", \"coefficients\": ";
   append(out, {c[0], c[1], c[2], c[3]});
   out += ", \"tilt_rad\": ";
-  append(out, normalizedTilt(plane.plane));
+  appendNumber(out, normalizedTilt(plane.plane));
   out += ", \"rms_m\": ";
-  append(out, plane.rms());
+  appendNumber(out, plane.rms());
   out += ", \"frames\": ";
-  append(out, plane.frames);
+  appendNumber(out, plane.frames);
   out += '}';
 }
 
@@ -53,9 +46,9 @@ void appendCuboid(std::string& out, const Cuboid& cuboid) {
   append(out, {cuboid.orientation.x(), cuboid.orientation.y(), cuboid.orientation.z(),
                cuboid.orientation.w()});
   out += ", \"plane_id\": ";
-  append(out, cuboid.plane_id);
+  appendNumber(out, cuboid.plane_id);
   out += ", \"probability\": ";
-  append(out, cuboid.probability);
+  appendNumber(out, cuboid.probability);
   out += ", \"state\": \"";
   out += toString(cuboid.state);
   out += "\"}";
@@ -77,9 +70,9 @@ std::string mapToJson(const PlanarMap& map) {
   std::string out =
       "{\n  \"format\": \"planar_mapping map\",\n  \"version\": 1,\n"
       "  \"frame\": \"world, z up, metres\",\n  \"resolution_m\": ";
-  append(out, map.params().approximation.resolution);
+  appendNumber(out, map.params().approximation.resolution);
   out += ",\n  \"frames\": ";
-  append(out, map.frames());
+  appendNumber(out, map.frames());
   out += ",\n  \"planes\": [";
   bool first = true;
   appendLines(out, first, map.planes(), appendPlane);

@@ -1,0 +1,126 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+// query, convert, compare: what scripts ask of a map.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "cli_fixture.h"
+
+namespace planar_mapping {
+namespace {
+
+using Json = nlohmann::json;
+
+class MapCommands : public CliTest {
+ protected:
+  /// A floor at z = -0.5, walls at x = 5 and y = 1.5, a box at x = 2.5 (cli_fixture.h).
+  std::string map(std::uint64_t seed = 1) {
+    const std::string name = "out" + std::to_string(seed);
+    const ProgramResult result = planarMap(
+        {"run", config("single_pcd.yaml"), "-i", room(name + ".pcd", seed), "-o", directory_ / name,
+         "-q", "--set", "planar_cuboid_approximation.resolution_m=0.1"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return directory_ / (name + "/map.pmap");
+  }
+};
+
+TEST_F(MapCommands, QueryTellsStatesOfPointsBoxesAndRays) {
+  const std::string file = map();
+  const ProgramResult result = planarMap(
+      {"query", file, "--point", "5,0,0.5", "--point", "3.5,-0.5,0.7", "--box", "4.8,-1,0,5.2,1,1",
+       "--ray", "3,-0.5,0.6,1,0,0", "--ray", "3,-0.5,0.6,0,0,5", "--json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const Json answers = Json::parse(result.out);
+  EXPECT_EQ(answers["point"][0]["state"], "occupied");
+  EXPECT_GT(answers["point"][0]["probability"], 0.5);
+  EXPECT_EQ(answers["point"][0]["planes"].size(), 1u);
+  EXPECT_EQ(answers["point"][1]["state"], "free");
+  EXPECT_EQ(answers["point"][1]["probability"], 0.0);
+  EXPECT_EQ(answers["box"][0]["state"], "occupied");
+  EXPECT_FALSE(answers["box"][0]["cuboids"].empty());
+  EXPECT_EQ(answers["ray"][0]["state"], "occupied");
+  EXPECT_NEAR(answers["ray"][0]["distance_m"].get<double>(), 2.0, 0.1);
+  EXPECT_NEAR(answers["ray"][0]["point"][0].get<double>(), 5.0, 0.1);
+  EXPECT_EQ(answers["ray"][1]["state"], "free");
+  EXPECT_FALSE(answers["ray"][1].contains("distance_m"));
+}
+
+TEST_F(MapCommands, QueryTakesNegativeNumbersAndAnswersInLines) {
+  const ProgramResult result = planarMap({"query", map(), "--point", "-3,-3,-3"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.out, "point -3,-3,-3: free, probability 0.0\n");
+}
+
+TEST_F(MapCommands, QueryAnswersForEachPointOfACloud) {
+  const std::string file = map();
+  const std::string cloud = write("ask.pcd", asciiPcd({"5 0 0.5", "3.5 -0.5 0.7", "nan 0 0"}));
+  const ProgramResult lines = planarMap({"query", file, "--points", cloud});
+  ASSERT_EQ(lines.exit_code, 0) << lines.err;
+  EXPECT_EQ(lines.out.rfind("x,y,z,state,probability\n5,0,0.5,occupied,", 0), 0u) << lines.out;
+  EXPECT_NE(lines.out.find("\n3.5,-0.5,0.7,free,0\n"), std::string::npos) << lines.out;
+  const ProgramResult counts = planarMap({"query", file, "--points", cloud, "--json"});
+  const Json expected = {{"free", 1}, {"occupied", 1}, {"unknown", 0}};
+  EXPECT_EQ(Json::parse(counts.out)["cloud"], expected);
+}
+
+TEST_F(MapCommands, QueryRefusesWhatIsNoQuestion) {
+  const std::string file = map();
+  for (const std::vector<std::string>& question : {std::vector<std::string>{},
+                                                   {"--point", "1,2"},
+                                                   {"--point", "1,2,x"},
+                                                   {"--box", "1,1,1,0,0,0"},
+                                                   {"--ray", "0,0,0,0,0,0"},
+                                                   {"--ray", "0,0,0,1,0,0", "--range", "-1"}}) {
+    std::vector<std::string> arguments = {"query", file};
+    arguments.insert(arguments.end(), question.begin(), question.end());
+    const ProgramResult result = planarMap(arguments);
+    EXPECT_EQ(result.exit_code, 2) << result.err;
+    EXPECT_EQ(result.out, "");
+    EXPECT_NE(result.err, "");
+  }
+  EXPECT_EQ(planarMap({"query", directory_ / "none.pmap", "--point", "1,2,3"}).exit_code, 4);
+}
+
+TEST_F(MapCommands, ConvertWritesByExtensionAndNeverOverUnasked) {
+  const std::string file = map();
+  for (const char* extension : {"pmap", "json", "csv", "ply", "obj", "sdf"}) {
+    const std::string name = std::string("converted.") + extension;
+    EXPECT_EQ(planarMap({"convert", file, directory_ / name}).exit_code, 0) << name;
+    EXPECT_GT(read(name).size(), 100u) << name;
+    const ProgramResult again = planarMap({"convert", file, directory_ / name});
+    EXPECT_EQ(again.exit_code, 2) << name;
+    EXPECT_NE(again.err.find(name), std::string::npos) << again.err;
+    EXPECT_EQ(planarMap({"convert", file, directory_ / name, "--force"}).exit_code, 0) << name;
+  }
+  EXPECT_EQ(read("converted.pmap"), read("out1/map.pmap"));
+  EXPECT_EQ(read("converted.json"), read("out1/map.json"));
+  const ProgramResult unheard = planarMap({"convert", file, directory_ / "map.stl"});
+  EXPECT_EQ(unheard.exit_code, 2);
+  EXPECT_NE(unheard.err.find("ply"), std::string::npos) << unheard.err;
+}
+
+TEST_F(MapCommands, CompareExitsBySixOverItsThreshold) {
+  const std::string first = map(1), second = map(2);
+  const ProgramResult same = planarMap({"compare", first, first});
+  EXPECT_EQ(same.exit_code, 0);
+  EXPECT_NE(same.out.find("difference: 0\n"), std::string::npos) << same.out;
+  const ProgramResult other = planarMap({"compare", first, second, "--json"});
+  EXPECT_EQ(other.exit_code, 6);
+  const Json answer = Json::parse(other.out);
+  const double difference = answer["difference"];
+  EXPECT_GT(difference, 0.0);
+  EXPECT_LT(difference, 0.5);
+  EXPECT_NEAR(difference,
+              (answer["only_in_first"].get<double>() + answer["only_in_second"].get<double>()) /
+                  (answer["only_in_first"].get<double>() + answer["only_in_second"].get<double>() +
+                   answer["in_both"].get<double>()),
+              1e-12);
+  EXPECT_EQ(planarMap({"compare", first, second, "--threshold", "0.5"}).exit_code, 0);
+  EXPECT_EQ(planarMap({"compare", first, second, "--threshold", "2"}).exit_code, 2);
+  EXPECT_EQ(planarMap({"compare", first, room()}).exit_code, 4);
+}
+
+}  // namespace
+}  // namespace planar_mapping

@@ -1,0 +1,166 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <array>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "commands.h"
+#include "number_list.h"
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/io/cloud_file.h"
+#include "planar_mapping/io/map_file.h"
+#include "planar_mapping/map/map_query.h"
+
+namespace planar_mapping::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Arguments {
+  std::string map;
+  std::vector<std::string> points, boxes, rays;
+  std::string cloud;
+  double range = 100.0;
+  bool through_unknown = false;
+  bool json = false;
+};
+
+Json toJson(const Vector3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+/// Ids of the planes that some cuboids lie on, in their order.
+Json planesOf(const PlanarMap& map, const Indices& cuboids) {
+  Json planes = Json::array();
+  for (const int i : cuboids) {
+    const std::int32_t id = map.cuboids()[static_cast<std::size_t>(i)].plane_id;
+    if (id >= 0 && std::find(planes.begin(), planes.end(), id) == planes.end())
+      planes.push_back(id);
+  }
+  return planes;
+}
+
+Json answerPoint(const PlanarMap& map, const std::string& text) {
+  const std::array<double, 3> p = numbersOf<3>("--point", text);
+  const Vector3 point(p[0], p[1], p[2]);
+  const Indices cuboids = map.cuboidsAt(point);
+  return {{"point", toJson(point)},
+          {"state", toString(map.stateAt(point))},
+          {"probability", map.occupancyAt(point)},
+          {"cuboids", cuboids},
+          {"planes", planesOf(map, cuboids)}};
+}
+
+Json answerBox(const PlanarMap& map, const std::string& text) {
+  const std::array<double, 6> b = numbersOf<6>("--box", text);
+  const Vector3 low(b[0], b[1], b[2]), high(b[3], b[4], b[5]);
+  const BoxState box = stateOfBox(map, low, high);
+  return {{"low", toJson(low)},
+          {"high", toJson(high)},
+          {"state", toString(box.state)},
+          {"cuboids", box.cuboids},
+          {"planes", planesOf(map, box.cuboids)}};
+}
+
+Json answerRay(const PlanarMap& map, const std::string& text, const Arguments& arguments) {
+  const std::array<double, 6> r = numbersOf<6>("--ray", text);
+  const Vector3 origin(r[0], r[1], r[2]), direction(r[3], r[4], r[5]);
+  const std::optional<RayHit> hit =
+      castRay(map, origin, direction, arguments.range,
+              arguments.through_unknown ? UnknownSpaceIs::Transparent : UnknownSpaceIs::AnObstacle);
+  Json answer = {{"origin", toJson(origin)}, {"direction", toJson(direction)}};
+  answer["state"] = toString(hit ? hit->state : CellState::Free);
+  if (!hit) return answer;
+  answer["distance_m"] = hit->distance;
+  answer["point"] = toJson(hit->point);
+  const Indices cuboids = hit->cuboid >= 0 ? Indices{hit->cuboid} : Indices{};
+  answer["cuboids"] = cuboids;
+  answer["planes"] = planesOf(map, cuboids);
+  return answer;
+}
+
+/// A line a point, x,y,z,state,probability, or how many there are of each state.
+void answerCloud(const PlanarMap& map, const Arguments& arguments, Json& answers) {
+  const io::CloudData cloud = io::readCloudFile(arguments.cloud, io::CloudChannels::none());
+  const PointsView points = cloud.view();
+  std::array<std::size_t, 3> count{};
+  if (!arguments.json) std::cout << "x,y,z,state,probability\n";
+  for (std::size_t i = 0; i < points.size; ++i) {
+    if (!points.isFinite(i)) continue;
+    const Vector3 point = cloud.T_world_sensor * points.point(i);
+    const CellState state = map.stateAt(point);
+    ++count[static_cast<std::size_t>(state)];
+    if (arguments.json) continue;
+    std::cout << point.x() << ',' << point.y() << ',' << point.z() << ',' << toString(state) << ','
+              << map.occupancyAt(point) << '\n';
+  }
+  if (!arguments.json) return;
+  answers["cloud"] = {{"free", count[0]}, {"occupied", count[1]}, {"unknown", count[2]}};
+}
+
+void printLine(const std::string& kind, const std::string& question, const Json& answer) {
+  std::cout << kind << ' ' << question << ": " << answer["state"].get<std::string>();
+  if (answer.contains("probability")) std::cout << ", probability " << answer["probability"];
+  if (answer.contains("distance_m")) std::cout << ", after " << answer["distance_m"] << " m";
+  for (const char* list : {"cuboids", "planes"}) {
+    if (!answer.contains(list) || answer[list].empty()) continue;
+    std::cout << ", " << list;
+    for (const Json& number : answer[list]) std::cout << ' ' << number;
+  }
+  std::cout << '\n';
+}
+
+void answer(const Arguments& arguments) {
+  if (arguments.points.empty() && arguments.boxes.empty() && arguments.rays.empty() &&
+      arguments.cloud.empty()) {
+    throw UsageError("query needs a question: --point, --box, --ray or --points");
+  }
+  const PlanarMap map = io::loadMap(arguments.map);
+  Json answers;
+  const auto note = [&](const char* kind, const std::string& question, const Json& found) {
+    if (!arguments.json) return printLine(kind, question, found);
+    answers[kind].push_back(found);
+  };
+  for (const std::string& text : arguments.points) note("point", text, answerPoint(map, text));
+  for (const std::string& text : arguments.boxes) note("box", text, answerBox(map, text));
+  for (const std::string& text : arguments.rays) {
+    note("ray", text, answerRay(map, text, arguments));
+  }
+  if (!arguments.cloud.empty()) answerCloud(map, arguments, answers);
+  if (arguments.json) std::cout << answers.dump(2) << '\n';
+}
+
+}  // namespace
+
+void addQueryCommand(CLI::App& app, int& exit_code) {
+  auto* command = app.add_subcommand("query", "Is it free, occupied or unknown there?");
+  const auto arguments = std::make_shared<Arguments>();
+  command->add_option("map", arguments->map, "Map (*.pmap)")->required();
+  command->add_option("--point", arguments->points, "x,y,z, metres; repeatable")
+      ->allow_extra_args(false);
+  command->add_option("--box", arguments->boxes, "Opposite corners: x,y,z,x,y,z; repeatable")
+      ->allow_extra_args(false);
+  command->add_option("--ray", arguments->rays, "Origin and direction: x,y,z,dx,dy,dz; repeatable")
+      ->allow_extra_args(false);
+  command->add_option("--points", arguments->cloud,
+                      "PCD or PLY file, placed by its viewpoint: a line a point");
+  command->add_option("--range", arguments->range, "How far rays go, metres")
+      ->capture_default_str();
+  command->add_flag("--through-unknown", arguments->through_unknown,
+                    "Unknown space does not stop rays");
+  command->add_flag("--json", arguments->json, "For machines; of --points only the counts");
+  command->callback([arguments, &exit_code]() {
+    try {
+      answer(*arguments);
+    } catch (const ParameterError& error) {  // of a question, not of a configuration
+      throw UsageError(error.what());
+    }
+    exit_code = kDone;
+  });
+}
+
+}  // namespace planar_mapping::tools

@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <charconv>
+#include <string>
+
+#include "commands.h"
+
+namespace planar_mapping::tools {
+
+/// Exactly N numbers with commas between them. \throws UsageError naming the option
+template <std::size_t N>
+std::array<double, N> numbersOf(const std::string& option, const std::string& text) {
+  std::array<double, N> numbers{};
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  for (std::size_t i = 0; i < N; ++i) {
+    const std::from_chars_result read = std::from_chars(at, end, numbers[i]);
+    const bool last = i + 1 == N;
+    if (read.ec != std::errc() || (last ? read.ptr != end : read.ptr == end || *read.ptr != ',')) {
+      throw UsageError(option + " is '" + text + "', but must be " + std::to_string(N) +
+                       " numbers with commas between them");
+    }
+    at = read.ptr + 1;
+  }
+  return numbers;
+}
+
+}  // namespace planar_mapping::tools
