@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <cmath>
 
 #include "builtin.h"
 #include "noise_keys.h"
@@ -133,9 +134,12 @@ class PlanarCuboidApproximationStage : public Stage {
   }
 
  private:
-  /// The map keeps track of unknown space up to 2,048 of its cells away.
+  /// The map keeps track of unknown space up to 2,048 of its cells away. Rounded down to three
+  /// digits, as a person would write it: all of them take six bytes more of a file.
   double automaticMaxRange(double range) const {
     constexpr double kMostCells = 2048.0;
+    const double unit = std::pow(10.0, 2.0 - std::floor(std::log10(range)));
+    if (range > 0.0 && std::isfinite(unit)) range = std::floor(range * unit) / unit;
     const double unknown = params_.unknown_resolution;
     const double cell = unknown > 0.0 ? unknown : *resolution_;
     return std::clamp(range, cell, kMostCells * cell);
