@@ -33,10 +33,13 @@ void readRow(const float* points, std::size_t stride, std::size_t n, float* dept
   readDepths<0>(points, stride, n, depth);
 }
 
-/// Bytes that are 1 in both rows.
+/// Sets bit 0 where a measurement is used, bit 1 where one is not.
 PLANAR_MAPPING_MULTIVERSION
-void narrowRow(const std::uint8_t* used, std::size_t n, std::uint8_t* all) {
-  for (std::size_t i = 0; i < n; ++i) all[i] &= used[i];
+void markUse(const std::uint8_t* used, const float* depth, std::size_t n, std::uint8_t* marks) {
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto mark = static_cast<std::uint8_t>(2 - used[i]);
+    marks[i] |= depth[i] > 0.0f ? mark : std::uint8_t{0};
+  }
 }
 
 PLANAR_MAPPING_MULTIVERSION
@@ -147,40 +150,41 @@ inline bool DepthImage::footprint(const Vector3& c, const Vector3& half, double 
   return true;
 }
 
-void DepthImage::setMapped(const std::vector<std::uint8_t>& use) {
+void DepthImage::setMapped(const std::vector<std::uint8_t>& use, const PointsView& points) {
   const Level& level = levels_.front();
   const auto columns = static_cast<std::size_t>(level.width) + 1;
-  unmapped_.assign(columns * (static_cast<std::size_t>(level.height) + 1), 0);
-  if (use.empty()) return;
+  use_.assign(columns * (static_cast<std::size_t>(level.height) + 1), 0);
   const auto width = static_cast<std::size_t>(camera_.width);
   const auto height = static_cast<std::size_t>(camera_.height);
   // What is beyond the image is no measurement.
-  std::vector<std::uint8_t> mapped(static_cast<std::size_t>(level.width) << shift_);
+  std::vector<std::uint8_t> marks(static_cast<std::size_t>(level.width) << shift_);
+  std::vector<float> depth(width);
+  const std::vector<std::uint8_t> all(use.empty() ? width : 0, 1);
   for (std::size_t tile_row = 0; tile_row < static_cast<std::size_t>(level.height); ++tile_row) {
-    std::fill(mapped.begin(), mapped.end(), std::uint8_t{1});
+    std::fill(marks.begin(), marks.end(), std::uint8_t{0});
     const std::size_t last = std::min((tile_row + 1) << shift_, height);
     for (std::size_t row = tile_row << shift_; row < last; ++row) {
-      narrowRow(&use[row * width], width, mapped.data());
+      readRow(points[row * width], points.stride, width, depth.data());
+      markUse(use.empty() ? all.data() : &use[row * width], depth.data(), width, marks.data());
     }
-    std::uint32_t* counts = &unmapped_[(tile_row + 1) * columns + 1];
+    std::uint64_t* counts = &use_[(tile_row + 1) * columns + 1];
     for (std::size_t t = 0; t < static_cast<std::size_t>(level.width); ++t) {
-      std::uint8_t all = 1;
-      for (std::size_t i = t << shift_; i < (t + 1) << shift_; ++i) all &= mapped[i];
-      counts[t] = all == 0 ? 1u : 0u;
+      std::uint64_t any = 0;
+      for (std::size_t i = t << shift_; i < (t + 1) << shift_; ++i) any |= marks[i];
+      counts[t] = (any & 1u) + ((any >> 1) << 32);
     }
   }
   for (std::size_t row = 1; row <= static_cast<std::size_t>(level.height); ++row) {
     for (std::size_t t = 1; t < columns; ++t) {
-      unmapped_[row * columns + t] += unmapped_[row * columns + t - 1] +
-                                      unmapped_[(row - 1) * columns + t] -
-                                      unmapped_[(row - 1) * columns + t - 1];
+      use_[row * columns + t] += use_[row * columns + t - 1] + use_[(row - 1) * columns + t] -
+                                 use_[(row - 1) * columns + t - 1];
     }
   }
 }
 
-bool DepthImage::isMapped(const Vector3& centre, const Vector3& half) const {
+DepthImage::Use DepthImage::useOver(const Vector3& centre, const Vector3& half) const {
   double edges[4];
-  if (unmapped_.empty() || !footprint(centre, half, edges)) return false;
+  if (use_.empty() || !footprint(centre, half, edges)) return {};
   const Level& level = levels_.front();
   const auto tile = [&](double edge, int tiles) {
     return static_cast<std::size_t>(std::clamp(static_cast<int>(edge) >> shift_, 0, tiles - 1));
@@ -190,8 +194,10 @@ bool DepthImage::isMapped(const Vector3& centre, const Vector3& half) const {
   const std::size_t y0 = tile(edges[2], level.height);
   const std::size_t y1 = tile(edges[3], level.height) + 1;
   const auto columns = static_cast<std::size_t>(level.width) + 1;
-  return unmapped_[y1 * columns + x1] + unmapped_[y0 * columns + x0] ==
-         unmapped_[y0 * columns + x1] + unmapped_[y1 * columns + x0];
+  const std::uint64_t tiles = use_[y1 * columns + x1] - use_[y0 * columns + x1] -
+                              use_[y1 * columns + x0] + use_[y0 * columns + x0];
+  const bool any = (tiles & UINT32_MAX) != 0;
+  return {any, any && tiles >> 32 == 0};
 }
 
 DepthImage::Look DepthImage::look(const Vector3& c, const Vector3& half, bool whole) const {

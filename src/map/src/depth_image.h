@@ -40,10 +40,15 @@ class DepthImage {
   void finish();
   /// Tells which measurements of an organized cloud went into the map.
   /// \param use one byte per point, 0 = not mapped; empty = all are
-  void setMapped(const std::vector<std::uint8_t>& use);
-  /// Did all measurements over the box (inside the image) go into the map? False without
-  /// setMapped().
-  bool isMapped(const Vector3& centre, const Vector3& half) const;
+  /// \param points the cloud that was filled in
+  void setMapped(const std::vector<std::uint8_t>& use, const PointsView& points);
+  /// Which measurements over a box went into the map.
+  struct Use {
+    bool any = false;
+    bool all = false;  ///< there are some, and all did
+  };
+  /// Of the box (inside the image); none without setMapped().
+  Use useOver(const Vector3& centre, const Vector3& half) const;
   /// Pixels that a square of the given side covers, facing the camera at this depth.
   double pixelsOf(double side, double depth) const {
     return camera_.fx * camera_.fy * side * side / (depth * depth);
@@ -84,8 +89,9 @@ class DepthImage {
   Vector3 position_;
   bool shared_;
   int shift_;  ///< log2 of the side of the tiles of the lowest level, pixels
-  /// Tiles above and left of each corner that hold a measurement that was not mapped, summed up.
-  std::vector<std::uint32_t> unmapped_;
+  /// Tiles above and left of each corner that hold a measurement that went into the map and, in
+  /// the upper half, one that did not.
+  std::vector<std::uint64_t> use_;
   std::vector<Level> levels_;
 };
 

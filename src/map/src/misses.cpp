@@ -21,6 +21,14 @@ constexpr double kHiddenErrors = 3.0;
 /// many depth errors of it.
 constexpr double kBehindErrors = 2.0;
 
+/// A cell that got no point of the frame, as planes and non-planar cells see it.
+struct UnseenCell {
+  Vector3 centre;         ///< in the camera's frame
+  double facing = 1.0;    ///< cosine between its surface and the ray; 1 for a cell without one
+  double errors = 0.0;    ///< so many depth errors behind what is measured it is still looked at
+  bool is_proven = true;  ///< one look that does not confirm it is not enough to lose it
+};
+
 /// Tells whether the sensor looks through cells.
 class MissTest {
  public:
@@ -45,29 +53,28 @@ class MissTest {
     return look.visible && look.near <= max_range_ &&
            look.farthest > look.near - resolution_ - behind;
   }
-  /// Is a cell that got no point of the frame one less to believe in: because the sensor looks
-  /// through it, or because it looks where the cell is and measures other places there?
-  /// \param facing cosine between the cell's surface and the ray; 1 for a cell without one
-  /// \param errors how many depth errors behind what is measured a cell is still looked at
-  /// \param proven a cell that is not must be measured again: where some pixels have no
-  ///               measurement, the others speak for them
-  bool isMissed(const Vector3& centre, double facing, double errors, bool proven) const {
-    if (!image_.isResponsible(centre)) return false;
-    const DepthImage::Look all = image_.look(centre, half_, true);
+  /// Is the cell one less to believe in: because the sensor looks through it, or because it looks
+  /// where the cell is and measures other places there?
+  bool isMissed(const UnseenCell& cell) const {
+    if (!image_.isResponsible(cell.centre)) return false;
+    const DepthImage::Look all = image_.look(cell.centre, half_, true);
     if (all.inside && all.far <= max_range_ && all.nearest > all.far + margin_) return true;
     // Without a depth error nobody knows whether what is measured beside the cell is of it.
     if (!noise_) return false;
     // Half the cell is enough to expect points of it, and edges of what hides others matter less.
-    const DepthImage::Look look = image_.look(centre, 0.5 * half_, true);
+    const DepthImage::Look look = image_.look(cell.centre, 0.5 * half_, true);
     if (!look.inside || !(look.far <= max_range_)) return false;
-    const double error = noise_->depthError(centre.z());
-    if (facing * image_.pixelsOf(resolution_, centre.z()) < kFewestPixels ||
-        !(look.farthest > look.near - resolution_ - errors * error)) {
+    const double error = noise_->depthError(cell.centre.z());
+    if (cell.facing * image_.pixelsOf(resolution_, cell.centre.z()) < kFewestPixels ||
+        !(look.farthest > look.near - resolution_ - cell.errors * error)) {
       return false;
     }
-    if (!(look.nearest > 0.0f)) return !proven;
+    // What is no part of the map does not tell against it.
+    const DepthImage::Use use = image_.useOver(cell.centre, 0.5 * half_);
+    // Where some pixels have no measurement, the others speak for them against what is not proven.
+    if (!(look.nearest > 0.0f)) return !cell.is_proven && use.any;
     const double hidden = kHiddenCells * resolution_ + kHiddenErrors * error;
-    return look.nearest > look.near - hidden && image_.isMapped(centre, 0.5 * half_);
+    return look.nearest > look.near - hidden && use.all;
   }
   const DepthImage& image() const { return image_; }
 
@@ -128,7 +135,7 @@ void missPlane(const MapData& map, Frame& frame, const MissTest& test, PlaneLaye
           origin + (8 * ta + (bit & 7) + 0.5) * s * u + (8 * tb + (bit >> 3) + 0.5) * s * v;
       // A surface seen from behind cannot be seen at all.
       const double facing = -normal.dot(centre) / centre.norm();
-      if (!test.isMissed(centre, facing, 0.0, true)) continue;
+      if (!test.isMissed({centre, facing})) continue;
       changed = true;
       frame.update.cells_removed += miss(map.params, tile, at) ? 1 : 0;
     }
@@ -164,9 +171,10 @@ void missCells(MapData& map, Frame& frame, const MissTest& test) {
         const int bit = __builtin_ctzll(candidates);
         const Int3 c = CellLayer::cellOf(at, bit);
         const Vector3 centre = s * (Vector3(c.x, c.y, c.z) + Vector3::Constant(0.5));
-        const bool proven =
+        const bool is_proven =
             !is_fragile || block->belief(static_cast<std::size_t>(bit)) > unproven;
-        if (!test.isMissed(test.image().toCamera(centre), 1.0, kBehindErrors, proven)) continue;
+        if (!test.isMissed({test.image().toCamera(centre), 1.0, kBehindErrors, is_proven}))
+          continue;
         changed = true;
         // Once a frame, although a block may be listed twice.
         if (seen == nullptr) seen = &frame.cell_hits[key];

@@ -75,7 +75,7 @@ FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
     frame.images = detail::makeDepthImages(observation, frame.rotation, frame.sensor,
                                            map.params.range_image_step);
     if (frame.images.size() == 1 && observation.points.isOrganized()) {
-      frame.images.front().setMapped(frame.use);
+      frame.images.front().setMapped(frame.use, observation.points);
     }
   }
   for (detail::PlaneLayer& layer : map.planes) layer.wake();

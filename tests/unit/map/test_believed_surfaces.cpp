@@ -113,29 +113,30 @@ TEST(BelievedSurfaces, APersonWhoWalksAwayIsNoLongerThere) {
 }
 
 /// A patch of wrong depths before a wall, where half of the pixels measure nothing afterwards.
-TEST(BelievedSurfaces, WhatOneFrameSawMustBeSeenAgainWhereMeasurementsFlicker) {
+struct FlickeringPatch {
   const Scene scene = roomWith({{-2.0, 4.0, 0.0}, {-1.9, 4.1, 0.1}, false, false});
   const StereoErrors errors = noise(0.1);
   const Pose pose = lookFrom({0.0, -0.6, 1.1}, 0.0, 0.0);
-  const Vector3 place(0.25, 2.6, 1.15);  // of the wrong depths, on the way to the wall
+  const Vector3 place{0.25, 2.6, 1.15};  // of the wrong depths, on the way to the wall
   const View clean = test::look(scene, pose);
-  const auto onTheWay = [&](std::size_t i) {
+
+  bool isOnTheWay(std::size_t i) const {
     const Vector3 p(clean.xyz[3 * i], clean.xyz[3 * i + 1], clean.xyz[3 * i + 2]);
     const Vector3 ray = (pose * p - pose.translation()).normalized();
     const Vector3 at = place - pose.translation();
     return p.allFinite() && (at - at.dot(ray) * ray).norm() < 0.08;
-  };
-  const auto frameOf = [&](bool wrong) {
+  }
+  View frameOf(bool wrong) const {
     View view = clean;
     for (PlaneSegment& plane : view.planes) {
       plane.inliers.erase(
           std::remove_if(plane.inliers.begin(), plane.inliers.end(),
-                         [&](int i) { return onTheWay(static_cast<std::size_t>(i)); }),
+                         [&](int i) { return isOnTheWay(static_cast<std::size_t>(i)); }),
           plane.inliers.end());
     }
     const double depth = (pose.inverse() * place).z();
     for (std::size_t i = 0; 3 * i < view.xyz.size(); ++i) {
-      if (!onTheWay(i)) continue;
+      if (!isOnTheWay(i)) continue;
       const double to_place = depth / view.xyz[3 * i + 2];
       const double nowhere = i % 2 == 0 ? 1.0 : std::numeric_limits<double>::quiet_NaN();
       for (std::size_t k = 0; k < 3; ++k) {
@@ -143,20 +144,49 @@ TEST(BelievedSurfaces, WhatOneFrameSawMustBeSeenAgainWhereMeasurementsFlicker) {
       }
     }
     return view;
-  };
+  }
+  /// Is the patch in a map that saw it once, and then where it is only what lies behind it?
+  /// \param behind_is_mapped or beyond the depth limit, or ground
+  bool survives(bool behind_is_mapped) const {
+    PlanarMap map(paramsOf());
+    map.insert(observationOf(frameOf(true), errors));
+    EXPECT_FALSE(map.cuboidsAt(place, 0.02).empty());
+    const View view = frameOf(false);
+    Indices indices;
+    for (std::size_t i = 0; 3 * i < view.xyz.size(); ++i) {
+      const bool is_used = behind_is_mapped || !isOnTheWay(i);
+      if (std::isfinite(view.xyz[3 * i]) && is_used) indices.push_back(static_cast<int>(i));
+    }
+    FrameObservation frame = observationOf(view, errors);
+    frame.indices = &indices;
+    map.insert(frame);
+    return !map.cuboidsAt(place, 0.02).empty();
+  }
+};
+
+TEST(BelievedSurfaces, WhatOneFrameSawMustBeSeenAgainWhereMeasurementsFlicker) {
+  const FlickeringPatch patch;
   for (const bool fragile : {true, false}) {
     PlanarMapParams params = paramsOf();
     if (!fragile) params.first_belief = 0.75;  // two looks to lose it
     PlanarMap map(params);
-    map.insert(observationOf(frameOf(true), errors));
-    EXPECT_FALSE(map.cuboidsAt(place, 0.02).empty()) << fragile;
-    map.insert(observationOf(frameOf(false), errors));
-    EXPECT_EQ(map.cuboidsAt(place, 0.02).empty(), fragile);
+    map.insert(observationOf(patch.frameOf(true), patch.errors));
+    EXPECT_FALSE(map.cuboidsAt(patch.place, 0.02).empty()) << fragile;
+    map.insert(observationOf(patch.frameOf(false), patch.errors));
+    EXPECT_EQ(map.cuboidsAt(patch.place, 0.02).empty(), fragile);
   }
   // Two frames that agree are more than one that cannot tell.
   PlanarMap map(paramsOf());
-  for (const bool wrong : {true, true, false}) map.insert(observationOf(frameOf(wrong), errors));
-  EXPECT_FALSE(map.cuboidsAt(place, 0.02).empty());
+  for (const bool wrong : {true, true, false}) {
+    map.insert(observationOf(patch.frameOf(wrong), patch.errors));
+  }
+  EXPECT_FALSE(map.cuboidsAt(patch.place, 0.02).empty());
+}
+
+TEST(BelievedSurfaces, WhatIsNoPartOfTheMapDoesNotTellAgainstANewcomer) {
+  const FlickeringPatch patch;
+  EXPECT_FALSE(patch.survives(true));
+  EXPECT_TRUE(patch.survives(false));
 }
 
 /// The noise is 14 cm on a wall 6 m away, which fills four layers of cells with points: one wall.
