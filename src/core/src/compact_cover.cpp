@@ -140,11 +140,22 @@ void addPieces(const LooseQuarter& quarter, const PlaneFrame& frame,
   }
 }
 
-bool isReplaceable(const HalfCellRectangle& rectangle, const CuboidApproximationParams& params) {
+std::vector<std::uint8_t> replaceableOf(const std::vector<HalfCellRectangle>& rectangles,
+                                        const CuboidApproximationParams& params) {
   // 32 cells: the faces of furniture stay planes, what is smaller is seldom one to a planner.
   constexpr std::int64_t kMostQuarters = 128;
-  return params.rectangle_cells > 0.0 &&
-         std::int64_t{rectangle.width} * rectangle.height <= kMostQuarters;
+  constexpr std::int64_t kMostQuartersBesideALarger = 512;
+  std::vector<std::uint8_t> replaceable(rectangles.size(), 0);
+  if (!(params.rectangle_cells > 0.0)) return replaceable;
+  const auto area = [](const HalfCellRectangle& r) { return std::int64_t{r.width} * r.height; };
+  const auto largest = std::max_element(
+      rectangles.begin(), rectangles.end(),
+      [&](const HalfCellRectangle& l, const HalfCellRectangle& r) { return area(l) < area(r); });
+  for (auto r = rectangles.begin(); r != rectangles.end(); ++r) {
+    const std::int64_t most = r == largest ? kMostQuarters : kMostQuartersBesideALarger;
+    replaceable[static_cast<std::size_t>(r - rectangles.begin())] = area(*r) <= most ? 1 : 0;
+  }
+  return replaceable;
 }
 
 }  // namespace planar_mapping

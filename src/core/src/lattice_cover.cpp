@@ -52,9 +52,13 @@ class LatticeCover {
   }
 
   LatticeCoverage run() {
-    choose(candidates());
-    assign();
-    for (bool changed = true; changed;) changed = dissolveAll();
+    const std::vector<LatticeBox> boxes = candidates();
+    search(boxes, sets_.size());
+    if (!sets_.empty()) {
+      std::vector<Chosen> with_sets = std::move(chosen_);
+      const bool alone = search(boxes, 0);
+      if (!alone || with_sets.size() <= chosen_.size()) chosen_ = std::move(with_sets);
+    }
     return drawnBack();
   }
 
@@ -65,6 +69,15 @@ class LatticeCover {
     LatticeBox box;
     const CellSet* set = nullptr;  ///< null for a box
   };
+
+  /// A cover of boxes and of the first \p sets sets. \return whether it is one of all cells
+  bool search(const std::vector<LatticeBox>& boxes, std::size_t sets) {
+    chosen_.clear();
+    const bool is_whole = choose(boxes, sets);
+    assign();
+    for (bool changed = true; changed;) changed = dissolveAll();
+    return is_whole;
+  }
 
   void grow(LatticeBox& box, std::size_t axis) const {
     allowed_.extendUp(box, axis);
@@ -126,42 +139,43 @@ class LatticeCover {
 
   LatticeBox reach(const LatticeBox& box) const { return grown(box, rules_.tolerance); }
 
-  /// Cells of the grid that candidate \p i stands for: sets come first.
-  std::int64_t gainOf(std::size_t i, const std::vector<LatticeBox>& boxes,
+  /// Cells of the grid that candidate \p i stands for: a set, or the box after that many.
+  std::int64_t gainOf(std::size_t i, const std::vector<LatticeBox>& boxes, std::size_t sets,
                       const BitGrid& left) const {
-    if (i >= sets_.size()) return left.count(reach(boxes[i - sets_.size()]));
+    if (i >= sets) return left.count(reach(boxes[i - sets]));
     return std::count_if(sets_[i].begin(), sets_[i].end(),
                          [&](const Cell& c) { return left.at(c[0], c[1], c[2]); });
   }
 
-  void choose(const std::vector<LatticeBox>& boxes) {
+  bool choose(const std::vector<LatticeBox>& boxes, std::size_t sets) {
     BitGrid left = required_;
     std::int64_t open = left.count();
     // By gain, then by number: a gain only ever falls, so that an old one is a bound.
     std::priority_queue<std::pair<std::int64_t, std::int64_t>> queue;
-    for (std::size_t i = 0; i < sets_.size() + boxes.size(); ++i) {
-      queue.emplace(gainOf(i, boxes, left), -static_cast<std::int64_t>(i));
+    for (std::size_t i = 0; i < sets + boxes.size(); ++i) {
+      queue.emplace(gainOf(i, boxes, sets, left), -static_cast<std::int64_t>(i));
     }
     while (open > 0 && !queue.empty()) {
       const auto [bound, number] = queue.top();
       queue.pop();
       const auto i = static_cast<std::size_t>(-number);
-      const std::int64_t gain = gainOf(i, boxes, left);
+      const std::int64_t gain = gainOf(i, boxes, sets, left);
       if (gain == 0) continue;
       if (gain < bound && !queue.empty() && queue.top() > std::make_pair(gain, number)) {
         queue.emplace(gain, number);
         continue;
       }
       open -= gain;
-      if (i < sets_.size()) {
+      if (i < sets) {
         for (const Cell& c : sets_[i]) left.clear(boxOf(c));
         chosen_.push_back({{}, {}, {}, &sets_[i]});
         continue;
       }
-      const LatticeBox& box = boxes[i - sets_.size()];
+      const LatticeBox& box = boxes[i - sets];
       left.clear(reach(box));
       chosen_.push_back({box, {}, box});
     }
+    return open == 0;
   }
 
   /// Each cell to the first box or set that reaches it: the one with the most cells.
@@ -183,7 +197,7 @@ class LatticeCover {
   }
 
   void ownAgain() {
-    owner_.resize(numbers_.count());
+    owner_.assign(numbers_.count(), 0);
     for (std::size_t i = 0; i < chosen_.size(); ++i) {
       for (const Cell& c : chosen_[i].members) owner_[numbers_.at(c[0], c[1], c[2])] = i;
     }

@@ -36,7 +36,7 @@ struct LatticeCoverage {
 ///
 /// Greedy by newly covered cells over the sets and the largest boxes that fit; then boxes and sets
 /// are dissolved into their neighbours, of which boxes grow for it, and each box is drawn back to
-/// the cells it holds.
+/// the cells it holds. Never more than without the sets.
 /// Cells of the lattice are halves of the user's: a pair that starts at an even number is
 /// preferred. Deterministic. Every required cell must lie in a set or in a box of the smallest size
 /// of allowed cells.

@@ -332,8 +332,20 @@ RestCover coverRest(const std::vector<NonPlanarCell>& cells,
   std::vector<CellSet> sets;
   for (const ReplaceableCuboid& r : replaceable) sets.push_back(window.cellsOf(r, margin));
   for (const Cuboid& cuboid : present) window.allow(cuboid);
+  const std::vector<std::size_t> kept = window.cover(sets, result.boxes);
+  if (replaceable.empty()) return result;
+  // The search is no proof: with all of them it may need fewer boxes than it has in their place.
+  if (kept.size() + result.boxes.size() > replaceable.size()) {
+    std::vector<Cuboid> all = present;
+    for (const ReplaceableCuboid& r : replaceable) all.push_back(r.cuboid);
+    std::vector<Cuboid> boxes = coverRest(cells, pieces, all, params);
+    if (replaceable.size() + boxes.size() < kept.size() + result.boxes.size()) {
+      result.boxes = std::move(boxes);
+      return result;
+    }
+  }
   result.kept.assign(replaceable.size(), 0);
-  for (const std::size_t i : window.cover(sets, result.boxes)) result.kept[i] = 1;
+  for (const std::size_t i : kept) result.kept[i] = 1;
   return result;
 }
 

@@ -169,17 +169,20 @@ void Compaction::coverRegion(const MapData& map, std::uint64_t key, Region& regi
     const PlaneLayer& layer = map.planes[static_cast<std::size_t>(&plane - planes_.data())];
     const PlaneFrame frame = layer.stored.frame();
     Patch& patch = *plane.patches.find(patch_key);
-    for (PatchRectangle& r : patch.rectangles) {
-      const HalfCellRectangle& rectangle = r.rectangle;
+    std::vector<HalfCellRectangle> rectangles;
+    for (const PatchRectangle& r : patch.rectangles) rectangles.push_back(r.rectangle);
+    const std::vector<std::uint8_t> may_go = replaceableOf(rectangles, params);
+    for (std::size_t r = 0; r < rectangles.size(); ++r) {
+      const HalfCellRectangle& rectangle = rectangles[r];
       const Cuboid cuboid = cuboidOf(rectangle, frame, plane.band, params);
       const Vector3 half = halfExtent(cuboid, s);
       const Vector3 from = cuboid.center - half;
       const Vector3 to = cuboid.center + half;
       const bool inside = (from.array() > low.array()).all() && (to.array() < high.array()).all();
-      if (inside && isReplaceable(rectangle, params)) {
+      if (inside && may_go[r] != 0) {
         replaceable.push_back(
             {cuboid, piecesOf(rectangle, layer.tiles, frame, plane.band, params)});
-        replaced.push_back(&r.replaced);
+        replaced.push_back(&patch.rectangles[r].replaced);
       } else if ((from.array() <= high.array()).all() && (to.array() >= low.array()).all()) {
         present.push_back(cuboid);
       }

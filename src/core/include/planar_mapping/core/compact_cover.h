@@ -66,9 +66,12 @@ struct ReplaceableCuboid {
   std::vector<SurfacePiece> pieces;  ///< of its plane that it stands for
 };
 
-/// Does a rectangle have so few cells that boxes may do as well? Not without rectangle_cells.
-PLANAR_MAPPING_EXPORT bool isReplaceable(const HalfCellRectangle& rectangle,
-                                         const CuboidApproximationParams& params);
+/// Which rectangles of a surface have so few cells that boxes may do as well: those of up to 32,
+/// and of up to 128 beside a larger one, which keeps the surface a plane. None without
+/// rectangle_cells.
+/// \return one byte per rectangle, 1 if it may be replaced
+PLANAR_MAPPING_EXPORT std::vector<std::uint8_t> replaceableOf(
+    const std::vector<HalfCellRectangle>& rectangles, const CuboidApproximationParams& params);
 
 /// What coverRest() makes.
 struct RestCover {
@@ -77,7 +80,8 @@ struct RestCover {
 };
 
 /// Few axis-aligned boxes on the lattice of half cells for what no cuboid that is there already
-/// stands for, and the choice between them and small rectangles of planes.
+/// stands for, and the choice between them and small rectangles of planes: never more cuboids than
+/// with all of the rectangles, or, in one window, with boxes alone.
 /// \param cells   distinct ones of the axis-aligned grid of side s; one without octants needs no
 ///                box, one with less than min_points_per_cell is left out
 /// \param pieces  of planes
