@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "fetch_ahead.h"
 #include "planar_mapping/core/simd.h"
 
 namespace planar_mapping::detail {
@@ -22,6 +23,7 @@ void gather(const float* points, std::size_t stride, const std::int32_t* label_o
   for (std::size_t k = 0; k < n; ++k) {
     const auto i = static_cast<std::size_t>(indices[k]);
     const float* p = points + i * stride;
+    fetchAhead(p, stride);
     x[k] = p[0];
     y[k] = p[1];
     z[k] = p[2];

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "fetch_ahead.h"
 #include "ground_model.h"
 #include "planar_mapping/core/simd.h"
 #include "point_indices.h"
@@ -74,6 +75,7 @@ inline __attribute__((always_inline)) void gatherPoints(const float* data, std::
   const std::size_t step = kStride > 0 ? kStride : stride;
   for (std::size_t i = 0; i < n; ++i) {
     const float* p = data + (indices ? static_cast<std::size_t>(indices[i]) : i) * step;
+    fetchAhead(p, step);
     block.x[i] = p[0];
     block.y[i] = p[1];
     block.z[i] = p[2];
