@@ -18,7 +18,9 @@ struct LatticeBox {
 
   std::int32_t size(std::size_t axis) const { return high[axis] - low[axis]; }
   bool operator==(const LatticeBox& o) const { return low == o.low && high == o.high; }
-  bool operator<(const LatticeBox& o) const { return low != o.low ? low < o.low : high < o.high; }
+  bool operator<(const LatticeBox& o) const {
+    return low < o.low || (!(o.low < low) && high < o.high);
+  }
 };
 
 /// A window of on/off cells, packed along x.

@@ -64,8 +64,8 @@ class LatticeCover {
 
  private:
   struct Chosen {
-    LatticeBox need;            ///< hull of its members
-    std::vector<Cell> members;  ///< cells this box or set answers for
+    LatticeBox need;                     ///< hull of its members
+    std::vector<std::uint32_t> members;  ///< numbers of the cells this box or set answers for
     LatticeBox box;
     const CellSet* set = nullptr;  ///< null for a box
   };
@@ -183,7 +183,7 @@ class LatticeCover {
     std::vector<char> taken(numbers_.count(), 0);
     for (Chosen& chosen : chosen_) {
       const auto take = [&](std::size_t number) {
-        if (taken[number] == 0) chosen.members.push_back(cells_[number]);
+        if (taken[number] == 0) chosen.members.push_back(static_cast<std::uint32_t>(number));
         taken[number] = 1;
       };
       if (chosen.set != nullptr) {
@@ -199,14 +199,14 @@ class LatticeCover {
   void ownAgain() {
     owner_.assign(numbers_.count(), 0);
     for (std::size_t i = 0; i < chosen_.size(); ++i) {
-      for (const Cell& c : chosen_[i].members) owner_[numbers_.at(c[0], c[1], c[2])] = i;
+      for (const std::uint32_t number : chosen_[i].members) owner_[number] = i;
     }
     asked_.assign(chosen_.size(), 0);
   }
 
-  static LatticeBox hullOf(const std::vector<Cell>& cells) {
-    LatticeBox hull = boxOf(cells.front());
-    for (const Cell& c : cells) include(hull, boxOf(c));
+  LatticeBox hullOf(const std::vector<std::uint32_t>& members) const {
+    LatticeBox hull = boxOf(cells_[members.front()]);
+    for (const std::uint32_t number : members) include(hull, boxOf(cells_[number]));
     return hull;
   }
 
@@ -260,7 +260,7 @@ class LatticeCover {
 
   /// Gives the members of a box to others that may grow for them; all of them or none.
   bool dissolve(std::size_t i) {
-    const std::vector<Cell>& members = chosen_[i].members;
+    const std::vector<std::uint32_t>& members = chosen_[i].members;
     if (members.empty() || members.size() > kMostMoved) return false;
     neighbours_.clear();
     numbers_.forEach(grown(chosen_[i].need, {2, 2, 2}), [&](std::size_t number) {
@@ -273,7 +273,8 @@ class LatticeCover {
     need_.clear();
     for (const std::size_t j : neighbours_) need_.push_back(chosen_[j].need);
     to_.clear();
-    for (const Cell& member : members) {
+    for (const std::uint32_t number : members) {
+      const Cell& member = cells_[number];
       const std::size_t to = bestFor(member);
       if (to == need_.size()) {
         for (const std::size_t j : neighbours_) asked_[j] = 0;
@@ -285,7 +286,7 @@ class LatticeCover {
     for (std::size_t m = 0; m < members.size(); ++m) {
       const std::size_t j = neighbours_[to_[m]];
       chosen_[j].members.push_back(members[m]);
-      owner_[numbers_.at(members[m][0], members[m][1], members[m][2])] = j;
+      owner_[members[m]] = j;
     }
     for (std::size_t k = 0; k < need_.size(); ++k) {
       chosen_[neighbours_[k]].need = need_[k];
@@ -358,7 +359,8 @@ class LatticeCover {
         }
         return true;
       });
-      result.members = c.members;
+      result.members.reserve(c.members.size());
+      for (const std::uint32_t number : c.members) result.members.push_back(cells_[number]);
       coverage.boxes.push_back(std::move(result));
     }
     std::sort(coverage.sets.begin(), coverage.sets.end());
