@@ -35,6 +35,7 @@ void addStagesCommand(CLI::App& app, int& exit_code);
 void addInfoCommand(CLI::App& app, int& exit_code);
 void addQueryCommand(CLI::App& app, int& exit_code);
 void addConvertCommand(CLI::App& app, int& exit_code);
+void addMergeCommand(CLI::App& app, int& exit_code);
 void addCompareCommand(CLI::App& app, int& exit_code);
 void addViewCommand(CLI::App& app, int& exit_code);
 void addSnapshotCommand(CLI::App& app, int& exit_code);

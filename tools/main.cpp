@@ -43,6 +43,7 @@ int run(int argc, char** argv) {
   addInfoCommand(app, exit_code);
   addQueryCommand(app, exit_code);
   addConvertCommand(app, exit_code);
+  addMergeCommand(app, exit_code);
   addCompareCommand(app, exit_code);
   addViewCommand(app, exit_code);
   addSnapshotCommand(app, exit_code);

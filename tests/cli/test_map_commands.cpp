@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-// query, convert, compare: what scripts ask of a map.
+// query, convert, merge, compare: what scripts ask of a map.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -99,6 +99,37 @@ TEST_F(MapCommands, ConvertWritesByExtensionAndNeverOverUnasked) {
   const ProgramResult unheard = planarMap({"convert", file, directory_ / "map.stl"});
   EXPECT_EQ(unheard.exit_code, 2);
   EXPECT_NE(unheard.err.find("ply"), std::string::npos) << unheard.err;
+}
+
+TEST_F(MapCommands, MergeMakesOneMapOfSeveral) {
+  const std::string first = map(1), second = map(2);
+  const std::string merged = directory_ / "merged.pmap";
+  const ProgramResult result = planarMap({"merge", first, second, "-o", merged});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const Json info = Json::parse(planarMap({"info", merged, "--json"}).out);
+  EXPECT_EQ(info["frames"], 2);
+  // The same room twice: nothing is there twice.
+  const Json one = Json::parse(planarMap({"info", first, "--json"}).out);
+  EXPECT_EQ(info["planes"], one["planes"]);
+  EXPECT_EQ(planarMap({"compare", first, merged, "--threshold", "0.2"}).exit_code, 0);
+  EXPECT_EQ(planarMap({"merge", first, second, "-o", merged}).exit_code, 2);
+  EXPECT_EQ(planarMap({"merge", first, second, "-o", merged, "--force"}).exit_code, 0);
+}
+
+TEST_F(MapCommands, MergePlacesMapsByTheirPoses) {
+  const std::string first = map(1);
+  const std::string poses = write("poses.txt", "0 0 0 0 0 0 0 1\n0 20 0 0 0 0 0 1\n");
+  const std::string merged = directory_ / "merged.pmap";
+  const ProgramResult result = planarMap({"merge", first, first, "-o", merged, "--poses", poses});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const Json answers = Json::parse(
+      planarMap({"query", merged, "--point", "5,0,0.5", "--point", "25,0,0.5", "--json"}).out);
+  EXPECT_EQ(answers["point"][0]["state"], "occupied");
+  EXPECT_EQ(answers["point"][1]["state"], "occupied");
+  const std::string short_file = write("one.txt", "0 0 0 0 0 0 0 1\n");
+  EXPECT_EQ(
+      planarMap({"merge", first, first, "-o", merged, "--force", "--poses", short_file}).exit_code,
+      4);
 }
 
 TEST_F(MapCommands, CompareExitsBySixOverItsThreshold) {

@@ -78,20 +78,6 @@ void requireIndices(const Indices& indices, std::size_t size, const char* what) 
   }
 }
 
-void requirePose(const Pose& pose) {
-  const Matrix3 r = pose.linear();
-  if (!r.allFinite() || !pose.translation().allFinite()) {
-    throw InputError("the pose of the frame is not finite");
-  }
-  if (!(pose.translation().cwiseAbs().maxCoeff() < kFarthestPose)) {
-    throw InputError("the pose of the frame is farther from the origin than 1e14 m");
-  }
-  if (!((r.transpose() * r - Matrix3::Identity()).cwiseAbs().maxCoeff() < kRotationTolerance) ||
-      !(r.determinant() > 0.0)) {
-    throw InputError("the pose of the frame is no rigid motion: its rotation is not orthonormal");
-  }
-}
-
 void requireCamera(const PinholeCamera& camera, const PointsView& points) {
   constexpr int kLargestImage = 1 << 14;
   const bool is_finite = std::isfinite(camera.fx) && std::isfinite(camera.fy) &&
@@ -120,6 +106,20 @@ PlaneMoments momentsOf(const PointsView& points, const Indices& inliers) {
 }
 
 }  // namespace
+
+void requirePose(const Pose& pose) {
+  const Matrix3 r = pose.linear();
+  if (!r.allFinite() || !pose.translation().allFinite()) {
+    throw InputError("the pose is not finite");
+  }
+  if (!(pose.translation().cwiseAbs().maxCoeff() < kFarthestPose)) {
+    throw InputError("the pose is farther from the origin than 1e14 m");
+  }
+  if (!((r.transpose() * r - Matrix3::Identity()).cwiseAbs().maxCoeff() < kRotationTolerance) ||
+      !(r.determinant() > 0.0)) {
+    throw InputError("the pose is no rigid motion: its rotation is not orthonormal");
+  }
+}
 
 double Frame::pointsToBeSeen(const PlanarMapParams& params, const Vector3& world,
                              double facing) const {

@@ -48,6 +48,8 @@ struct Frame {
   }
 };
 
+/// Is it a finite rigid motion within what poses may be? \throws InputError
+void requirePose(const Pose& pose);
 /// Checks everything before anything is changed. \throws InputError
 Frame makeFrame(const FrameObservation& observation);
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "frame.h"
+#include "map_merge.h"
 #include "planar_map_impl.h"
 #include "planar_mapping/core/error.h"
 #include "planar_mapping/core/parallel.h"
@@ -97,6 +98,12 @@ FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
   detail::mergePlanes(map, frame);
   detail::tidyMap(map, frame.update);
   return frame.update;
+}
+
+FrameUpdate PlanarMap::merge(const PlanarMap& other, const Pose& T_map_other) {
+  if (&other == this) return merge(PlanarMap(other), T_map_other);
+  impl_->changed();
+  return detail::mergeMaps(impl_->data, other.impl_->data, T_map_other);
 }
 
 void PlanarMap::clear() {

@@ -141,6 +141,14 @@ class PLANAR_MAPPING_EXPORT PlanarMap {
   /// probabilities and unknown space, rebuilds the cuboids of what was touched.
   /// \throws InputError if indices or sizes do not fit the cloud, or the pose is not finite
   FrameUpdate insert(const FrameObservation& frame);
+  /// Adds what another map knows, as if its frames had come after ours, but for what they would
+  /// have seen through here. Its planes come with their rasters; those that lie on one of ours are
+  /// joined with it. Cells of both have the larger belief. Space free in either is not unknown.
+  /// Our parameters stay; frames() and trajectory() count its frames as well.
+  /// \param T_map_other  from the world of the other to ours; where it is no motion by whole cells
+  ///                     non-planar cells and space are resampled, cell by nearest cell
+  /// \throws InputError if profile, resolution or thickness differ, or the pose is no rigid motion
+  FrameUpdate merge(const PlanarMap& other, const Pose& T_map_other = Pose::Identity());
   /// Forgets everything but the parameters.
   void clear();
 
