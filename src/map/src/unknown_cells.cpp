@@ -15,6 +15,7 @@ void clearOccupied(const Int3& cube, const Cuboid& cuboid, double cell, CubeBits
   const Vector3 middle = 8.0 * cell * (Vector3(cube.x, cube.y, cube.z) + Vector3::Constant(0.5));
   const Vector3 local = to_local * (middle - cuboid.center);
   const double radius = 4.0 * std::sqrt(3.0) * cell;
+  const double rounding = 1e-9 * cell;
   if (((local.cwiseAbs() - half).array() > radius).any()) return;
   for (std::size_t z = 0; z < 8; ++z) {
     for (std::uint64_t left = bits[z]; left != 0; left &= left - 1) {
@@ -22,7 +23,16 @@ void clearOccupied(const Int3& cube, const Cuboid& cuboid, double cell, CubeBits
       const Vector3 offset =
           cell * (Vector3(bit & 7, bit >> 3, static_cast<double>(z)) - Vector3::Constant(3.5));
       const Vector3 at = local + to_local * offset;
-      if ((at.cwiseAbs().array() <= half.array()).all()) bits[z] &= ~(std::uint64_t{1} << bit);
+      const double outside = (at.cwiseAbs() - half).maxCoeff();
+      if (outside > rounding) continue;
+      // On a face rounding decides: as PlanarMap::stateAt() does.
+      if (outside > -rounding) {
+        const Vector3 centre =
+            cell * (8.0 * Vector3(cube.x, cube.y, cube.z) +
+                    Vector3((bit & 7) + 0.5, (bit >> 3) + 0.5, static_cast<double>(z) + 0.5));
+        if (!contains(cuboid, centre)) continue;
+      }
+      bits[z] &= ~(std::uint64_t{1} << bit);
     }
   }
 }
