@@ -224,7 +224,8 @@ struct PmapReader {
             square += static_cast<double>((2 * c[i] + 1 - sum) * (2 * c[i] + 1 - sum));
           }
           guess = std::llround(0.5 * s * static_cast<double>(sum) / (1.0 / 16.0));
-          spread[i] = 0.25 * s * s * square / static_cast<double>(n);
+          // In this order: the rounding of a number between two others depends on it.
+          spread[i] = 0.5 * s * (0.5 * s) * (square / static_cast<double>(n));
         }
         at[static_cast<int>(i)] =
             static_cast<double>(guess + mean[i].codeSigned(in)) / (i < 2 ? 16.0 : 4096.0);
@@ -273,7 +274,9 @@ struct PmapReader {
             const std::size_t face = from >> (i ^ 1u << axis) & 1;
             faces |= face << (3 + axis);
             face_count += face;
-            faces |= std::size_t{before[axis] != 0 ? 1u : 0u} << (6 + axis);
+            // Not in one expression: gcc 12 gets that wrong under the sanitizers.
+            const std::size_t there = before[axis] != 0 ? 1 : 0;
+            faces |= there << (6 + axis);
           }
           if (eighths.code(
                   in, false,

@@ -6,9 +6,23 @@
 #include <dlfcn.h>
 
 #include <array>
+#include <mutex>
 
 // Apart from the other sources: the X headers define macros such as None and Bool.
 namespace planar_mapping::visualization {
+namespace {
+
+/// An X server starts anew when its last client leaves, and refuses connections meanwhile: that of
+/// VTK, which calls abort() then. So the connection that found it usable is held.
+void hold(Display* display) {
+  static std::mutex mutex;
+  static Display* held = nullptr;
+  const std::lock_guard<std::mutex> lock(mutex);
+  if (held != nullptr) XCloseDisplay(held);
+  held = display;
+}
+
+}  // namespace
 
 XDisplayState probeXDisplay() {
   Display* display = XOpenDisplay(nullptr);
@@ -40,7 +54,11 @@ XDisplayState probeXDisplay() {
     }
     // The library stays open: closing Mesa's driver and opening it again is not safe.
   }
-  XCloseDisplay(display);
+  if (state == XDisplayState::Usable) {
+    hold(display);
+  } else {
+    XCloseDisplay(display);
+  }
   return state;
 }
 
