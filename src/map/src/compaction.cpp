@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "box_planes.h"
 #include "patch_cover.h"
 #include "planar_mapping/core/parallel.h"
 
@@ -156,6 +157,7 @@ void Compaction::coverRegion(const MapData& map, std::uint64_t key, Region& regi
   std::vector<Cuboid> present;
   std::vector<ReplaceableCuboid> replaceable;
   std::vector<bool*> replaced;  // of each of them
+  std::vector<const PlaneLayer*> layers;
   const auto isOutdated = [&](const std::pair<std::int32_t, std::uint64_t>& name) {
     Plane* plane = find(name.first);
     const Patch* patch = plane == nullptr ? nullptr : plane->patches.find(name.second);
@@ -167,6 +169,7 @@ void Compaction::coverRegion(const MapData& map, std::uint64_t key, Region& regi
   for (const auto& [id, patch_key] : region.patches) {
     Plane& plane = *find(id);
     const PlaneLayer& layer = map.planes[static_cast<std::size_t>(&plane - planes_.data())];
+    if (layers.empty() || layers.back() != &layer) layers.push_back(&layer);
     const PlaneFrame frame = layer.stored.frame();
     Patch& patch = *plane.patches.find(patch_key);
     std::vector<HalfCellRectangle> rectangles;
@@ -200,6 +203,7 @@ void Compaction::coverRegion(const MapData& map, std::uint64_t key, Region& regi
   RestCover cover = coverRest(rest, pieces, present, replaceable, params);
   region.cuboids = std::move(cover.boxes);
   for (std::size_t i = 0; i < replaced.size(); ++i) *replaced[i] = cover.kept[i] == 0;
+  namePlanes(map, layers, region.cuboids);
 }
 
 void Compaction::update(const MapData& map) {

@@ -26,7 +26,7 @@ class Compaction {
   /// As of the last update.
   std::size_t count() const { return count_; }
   /// Makes the list of the cuboids as of the last update, from when nothing may have changed:
-  /// planar ones by plane and patch, then those of the regions.
+  /// those of the patches by plane and patch, then those of the regions.
   const std::vector<Cuboid>& makeList(const MapData& map);
   const std::vector<Cuboid>& list() const { return list_; }
   std::size_t memoryBytes() const;

@@ -5,6 +5,8 @@
 // grew, nor on who made them.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "noisy_sequence.h"
@@ -67,6 +69,27 @@ TEST(Compaction, DoesNotDependOnTheNumberOfThreads) {
 TEST(Compaction, DoesNotDependOnHowOftenCuboidsWereAskedFor) {
   const std::vector<test::View> views = noisyWalk(6);
   EXPECT_EQ(numbersOf(walked(views, 2, true)), numbersOf(walked(views, 2, false)));
+}
+
+TEST(Compaction, ABoxOnAPlaneHasItsNumber) {
+  const PlanarMap map = walked(noisyWalk(6), 1, false);
+  const double s = map.params().approximation.resolution;
+  std::size_t boxes = 0;
+  for (const Cuboid& c : map.cuboids()) {
+    if (c.plane_id < 0) continue;
+    const auto plane = std::find_if(map.planes().begin(), map.planes().end(),
+                                    [&](const MapPlane& p) { return p.id == c.plane_id; });
+    ASSERT_NE(plane, map.planes().end());
+    const Vector3 n = c.orientation * Vector3::UnitZ();
+    EXPECT_GE(n.dot(plane->plane.normal), std::cos(map.params().association_angle) - 1e-9);
+    EXPECT_LE(std::abs(plane->plane.signedDistance(c.center)), 1.5 * s + 1e-9);
+    EXPECT_LE(c.size.z(), 2.0 * s * (1.0 + 1e-9));
+    // Boxes have the axes of the world; rasters are those of planes that noise has turned.
+    const Matrix3 axes = c.orientation.toRotationMatrix().cwiseAbs();
+    boxes += (axes - axes.array().round().matrix()).cwiseAbs().maxCoeff() < 1e-12 ? 1 : 0;
+  }
+  EXPECT_GT(boxes, 0u);
+  EXPECT_LT(boxes, map.cuboids().size());
 }
 
 }  // namespace

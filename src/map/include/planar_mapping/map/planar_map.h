@@ -152,7 +152,7 @@ class PLANAR_MAPPING_EXPORT PlanarMap {
   /// Forgets everything but the parameters.
   void clear();
 
-  /// Occupied cuboids: planar ones by plane id, then non-planar ones.
+  /// Occupied cuboids: planes' own by plane id, then boxes; those on a plane have its id as well.
   const std::vector<Cuboid>& cuboids() const;
   /// Number of cuboids(), without making their list.
   std::size_t cuboidCount() const;
