@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include <filesystem>
 #include <memory>
 #include <string>
 
+#include "command_help.h"
 #include "commands.h"
 #include "planar_mapping/core/error.h"
 #include "planar_mapping/io/map_export.h"
@@ -29,10 +29,7 @@ void addConvertCommand(CLI::App& app, int& exit_code) {
   command->add_flag("--force", arguments->force, "Overwrite a file that exists");
   command->callback([arguments, &exit_code]() {
     const PlanarMap map = io::loadMap(arguments->map);
-    std::error_code ignored;
-    if (!arguments->force && std::filesystem::exists(arguments->output, ignored)) {
-      throw UsageError("'" + arguments->output + "' exists; --force overwrites it");
-    }
+    requireNew(arguments->output, arguments->force);
     try {
       io::exportMap(
           map, arguments->output,

@@ -5,6 +5,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "command_help.h"
 #include "commands.h"
 #include "planar_mapping/io/cloud_file.h"
 #include "planar_mapping/io/map_file.h"
@@ -16,10 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-Json toJson(const Vector3& v) {
-  return {v.x(), v.y(), v.z()};
-}
 
 Json mapInfo(const std::string& path) {
   const PlanarMap map = io::loadMap(path);
@@ -79,10 +76,7 @@ Json sequenceInfo(const std::string& path) {
   const char* kind = sequence.kind() == io::SequenceKind::Rgbd     ? "rgbd"
                      : sequence.kind() == io::SequenceKind::Stereo ? "stereo"
                                                                    : "clouds";
-  Json info = {{"type", "sequence"},
-               {"kind", kind},
-               {"frames", sequence.size()},
-               {"poses", poses}};
+  Json info = {{"type", "sequence"}, {"kind", kind}, {"frames", sequence.size()}, {"poses", poses}};
   if (sequence.calibration()) {
     const PinholeCamera& camera = sequence.calibration()->camera;
     info["image"] = {{"width", camera.width}, {"height", camera.height}};

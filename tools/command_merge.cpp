@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "command_help.h"
 #include "commands.h"
 #include "planar_mapping/core/error.h"
 #include "planar_mapping/io/map_file.h"
@@ -35,10 +35,7 @@ std::vector<Pose> posesOf(const Arguments& arguments) {
 }
 
 void merge(const Arguments& arguments) {
-  std::error_code ignored;
-  if (!arguments.force && std::filesystem::exists(arguments.output, ignored)) {
-    throw UsageError("'" + arguments.output + "' exists; --force overwrites it");
-  }
+  requireNew(arguments.output, arguments.force);
   const std::vector<Pose> poses = posesOf(arguments);
   PlanarMap merged;
   for (std::size_t i = 0; i < poses.size(); ++i) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "command_help.h"
 #include "commands.h"
 #include "number_list.h"
 #include "planar_mapping/core/error.h"
@@ -28,10 +29,6 @@ struct Arguments {
   bool through_unknown = false;
   bool json = false;
 };
-
-Json toJson(const Vector3& v) {
-  return {v.x(), v.y(), v.z()};
-}
 
 /// Ids of the planes that some cuboids lie on, in their order.
 Json planesOf(const PlanarMap& map, const Indices& cuboids) {

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
-#include <initializer_list>
 
 #include "number_text.h"
 #include "planar_mapping/core/error.h"
@@ -22,15 +21,6 @@ using Colour = std::array<int, 3>;
 /// Corners of the faces, wound outwards; bit 0, 1, 2 of a corner choose the sign along u, v, n.
 constexpr int kFaces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
                               {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
-
-void append(std::string& out, std::initializer_list<double> values, char separator) {
-  bool first = true;
-  for (const double value : values) {
-    if (!first) out += separator;
-    first = false;
-    appendNumber(out, value);
-  }
-}
 
 /// Hues a golden angle apart, so that neighbours in number differ; gray without a plane.
 Colour colourOf(const Cuboid& cuboid) {
@@ -74,10 +64,10 @@ constexpr Format kFormats[] = {
 std::string cuboidsToCsv(const std::vector<Cuboid>& cuboids) {
   std::string out = "cx,cy,cz,sx,sy,sz,qx,qy,qz,qw,plane_id,probability,state\n";
   for (const Cuboid& c : cuboids) {
-    append(out,
-           {c.center.x(), c.center.y(), c.center.z(), c.size.x(), c.size.y(), c.size.z(),
-            c.orientation.x(), c.orientation.y(), c.orientation.z(), c.orientation.w()},
-           ',');
+    appendNumbers(out,
+                  {c.center.x(), c.center.y(), c.center.z(), c.size.x(), c.size.y(), c.size.z(),
+                   c.orientation.x(), c.orientation.y(), c.orientation.z(), c.orientation.w()},
+                  ",");
     out += ',';
     appendNumber(out, c.plane_id);
     out += ',';
@@ -99,7 +89,7 @@ std::string cuboidsToPly(const std::vector<Cuboid>& cuboids) {
   for (const Cuboid& cuboid : cuboids) {
     const Colour colour = colourOf(cuboid);
     for (const Vector3& p : corners(cuboid)) {
-      append(out, {p.x(), p.y(), p.z()}, ' ');
+      appendNumbers(out, {p.x(), p.y(), p.z()}, " ");
       for (const int part : colour) out += ' ' + std::to_string(part);
       out += '\n';
     }
@@ -125,7 +115,7 @@ std::string cuboidsToObj(const std::vector<Cuboid>& cuboids) {
     out += '\n';
     for (const Vector3& p : corners(cuboid)) {
       out += "v ";
-      append(out, {p.x(), p.y(), p.z()}, ' ');
+      appendNumbers(out, {p.x(), p.y(), p.z()}, " ");
       out += '\n';
     }
     for (const auto& f : kFaces) {
@@ -145,13 +135,14 @@ std::string cuboidsToSdf(const std::vector<Cuboid>& cuboids) {
     const Cuboid& c = cuboids[i];
     const Vector3 turn = rollPitchYaw(c.orientation);
     std::string box = "        <pose>";
-    append(box, {c.center.x(), c.center.y(), c.center.z(), turn.x(), turn.y(), turn.z()}, ' ');
+    appendNumbers(box, {c.center.x(), c.center.y(), c.center.z(), turn.x(), turn.y(), turn.z()},
+                  " ");
     box += "</pose>\n        <geometry><box><size>";
-    append(box, {c.size.x(), c.size.y(), c.size.z()}, ' ');
+    appendNumbers(box, {c.size.x(), c.size.y(), c.size.z()}, " ");
     box += "</size></box></geometry>\n";
     const Colour colour = colourOf(c);
     std::string diffuse = "        <material><diffuse>";
-    append(diffuse, {colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0, 1.0}, ' ');
+    appendNumbers(diffuse, {colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0, 1.0}, " ");
     diffuse += "</diffuse></material>\n";
     const std::string name = "cuboid" + std::to_string(i);
     out += "      <collision name=\"" + name + "\">\n" + box + "      </collision>\n";

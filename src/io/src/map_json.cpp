@@ -13,12 +13,7 @@ namespace {
 
 void append(std::string& out, std::initializer_list<double> values) {
   out += '[';
-  bool first = true;
-  for (const double value : values) {
-    if (!first) out += ", ";
-    first = false;
-    appendNumber(out, value);
-  }
+  appendNumbers(out, values, ", ");
   out += ']';
 }
 

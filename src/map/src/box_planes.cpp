@@ -57,22 +57,24 @@ void namePlanes(const MapData& map, const std::vector<const PlaneLayer*>& near,
                 std::vector<Cuboid>& boxes) {
   const double cell = map.resolution();
   const double least_cosine = std::cos(map.params.association_angle);
+  std::vector<PlaneFrame> frames;
+  for (const PlaneLayer* layer : near) frames.push_back(layer->stored.frame());
   for (Cuboid& box : boxes) {
     const Cuboid unnamed = box;
     double largest = 0.0;
-    for (const PlaneLayer* layer : near) {
-      const PlaneFrame frame = layer->stored.frame();
+    for (std::size_t i = 0; i < near.size(); ++i) {
+      const PlaneFrame& frame = frames[i];
       Cuboid named = renamed(unnamed, frame);
       if ((named.orientation * Vector3::UnitZ()).dot(frame.n) < least_cosine ||
           named.size.z() > kMostCells * cell * (1.0 + 1e-9) ||
           std::abs(frame.toPlane(named.center).z()) > 0.5 * named.size.z() + 0.5 * cell) {
         continue;
       }
-      const double share = shareOver(named, *layer, frame, cell);
+      const double share = shareOver(named, *near[i], frame, cell);
       if (share < kLeastShare || share <= largest) continue;
       largest = share;
       box = named;
-      box.plane_id = layer->id;
+      box.plane_id = near[i]->id;
     }
   }
 }
