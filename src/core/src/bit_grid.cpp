@@ -91,6 +91,55 @@ std::uint64_t BitGrid::commonBits(const LatticeBox& box, std::int32_t w,
   return on;
 }
 
+/// Bits of word \p w that are on in any of the rows.
+std::uint64_t BitGrid::anyBits(const LatticeBox& rows, std::size_t w) const {
+  std::uint64_t on = 0;
+  for (std::int32_t z = rows.low[2]; z < std::min(rows.high[2], size_[2]); ++z) {
+    for (std::int32_t y = rows.low[1]; y < std::min(rows.high[1], size_[1]); ++y)
+      on |= row(y, z)[w];
+  }
+  return on;
+}
+
+LatticeBox BitGrid::hull() const {
+  LatticeBox box{size_, {0, 0, 0}};
+  for (std::int32_t z = 0; z < size_[2]; ++z) {
+    for (std::int32_t y = 0; y < size_[1]; ++y) {
+      const std::uint64_t* words = row(y, z);
+      for (std::size_t w = 0; w < words_; ++w) {
+        if (words[w] == 0) continue;
+        const auto first = static_cast<std::int32_t>(64 * w);
+        box.low[0] = std::min(box.low[0], first + __builtin_ctzll(words[w]));
+        box.high[0] = std::max(box.high[0], first + 64 - __builtin_clzll(words[w]));
+        box.low[1] = std::min(box.low[1], y);
+        box.high[1] = std::max(box.high[1], y + 1);
+        box.low[2] = std::min(box.low[2], z);
+        box.high[2] = z + 1;
+      }
+    }
+  }
+  return box.high[2] == 0 ? LatticeBox() : box;
+}
+
+BitGrid BitGrid::cropped(const LatticeBox& box) const {
+  BitGrid grid(box.size(0), box.size(1), box.size(2));
+  const auto skipped = static_cast<std::size_t>(box.low[0] >> 6);
+  const int shift = box.low[0] & 63;
+  for (std::int32_t z = 0; z < grid.size_[2]; ++z) {
+    for (std::int32_t y = 0; y < grid.size_[1]; ++y) {
+      const std::uint64_t* from = row(box.low[1] + y, box.low[2] + z) + skipped;
+      std::uint64_t* to = grid.row(y, z);
+      for (std::size_t w = 0; w < grid.words_; ++w) {
+        to[w] = from[w] >> shift;
+        if (shift > 0 && skipped + w + 1 < words_) to[w] |= from[w + 1] << (64 - shift);
+      }
+      if (grid.words_ > 0)
+        to[grid.words_ - 1] &= maskOf(grid.window(), static_cast<std::int32_t>(grid.words_) - 1);
+    }
+  }
+  return grid;
+}
+
 void BitGrid::extendUp(LatticeBox& box, std::size_t axis) const {
   if (axis != 0) {
     box.high[axis] += layersOn(box, axis, true);
@@ -176,10 +225,11 @@ BitGrid BitGrid::dilated(std::array<std::int32_t, 3> axes) const {
   }
   const auto spread = [&](std::size_t step, std::size_t period) {
     const std::vector<std::uint64_t> before = grid.bits_;
-    for (std::size_t i = 0; i < before.size(); ++i) {
-      const std::size_t at = i % period;
-      if (at >= step) grid.bits_[i] |= before[i - step];
-      if (at + step < period) grid.bits_[i] |= before[i + step];
+    for (std::size_t first = 0; first < before.size(); first += period) {
+      for (std::size_t i = first + step; i < first + period; ++i) {
+        grid.bits_[i] |= before[i - step];
+        grid.bits_[i - step] |= before[i];
+      }
     }
   };
   const std::size_t layer = words_ * static_cast<std::size_t>(size_[1]);

@@ -46,6 +46,9 @@ class BitGrid {
   void set(std::int32_t x, std::int32_t y, std::int32_t z) {
     row(y, z)[x >> 6] |= std::uint64_t{1} << (x & 63);
   }
+  void reset(std::int32_t x, std::int32_t y, std::int32_t z) {
+    row(y, z)[x >> 6] &= ~(std::uint64_t{1} << (x & 63));
+  }
   /// Are all cells of the box on? False if it leaves the window.
   bool all(const LatticeBox& box) const;
   /// Moves the upper or lower face of a box within the window outwards along the axis, as long as
@@ -77,6 +80,30 @@ class BitGrid {
       }
     }
   }
+  /// Calls visit(block) for the blocks of kBlock x kBlock x kBlock cells, counted from the window's
+  /// corner, in which any cell is on; by z, y, x. Cells of the block may be switched off meanwhile.
+  static constexpr std::int32_t kBlock = 8;
+  template <typename Visit>
+  void forEachBlock(Visit&& visit) const {
+    for (std::int32_t z = 0; z < size_[2]; z += kBlock) {
+      for (std::int32_t y = 0; y < size_[1]; y += kBlock) {
+        const LatticeBox rows{{0, y, z}, {size_[0], y + kBlock, z + kBlock}};
+        for (std::size_t w = 0; w < words_; ++w) {
+          const std::uint64_t on = anyBits(rows, w);
+          for (std::int32_t k = 0; on >> k != 0; k += kBlock) {
+            if ((on >> k & 0xFFu) == 0) continue;
+            const auto x = static_cast<std::int32_t>(64 * w) + k;
+            visit(LatticeBox{{x, y, z}, {x + kBlock, y + kBlock, z + kBlock}});
+            if (k + kBlock >= 64) break;
+          }
+        }
+      }
+    }
+  }
+  /// The least box that holds all cells that are on; an empty one where there are none.
+  LatticeBox hull() const;
+  /// The cells of a box within the window, as a window of its own.
+  BitGrid cropped(const LatticeBox& box) const;
   LatticeBox window() const { return {{0, 0, 0}, size_}; }
 
  private:
@@ -92,6 +119,7 @@ class BitGrid {
   LatticeBox clipped(const LatticeBox& box) const;
   std::int32_t layersOn(const LatticeBox& box, std::size_t axis, bool up) const;
   std::uint64_t commonBits(const LatticeBox& box, std::int32_t w, std::uint64_t asked) const;
+  std::uint64_t anyBits(const LatticeBox& rows, std::size_t w) const;
   /// Bits of word \p w within the box.
   static std::uint64_t maskOf(const LatticeBox& box, std::int32_t w) {
     std::uint64_t mask = ~std::uint64_t{0};

@@ -85,6 +85,7 @@ void CellBeliefParams::validate() const {
   requirePositive("resolution", resolution, "m");
   requireInRange("features_per_cell", features_per_cell, 1, 1000000);
   requireInRange("max_unseen_frames", max_unseen_frames, 0, std::numeric_limits<int>::max());
+  requireInRange("threads", threads, 0, 4096);
 }
 
 CellBeliefs::CellBeliefs(const CellBeliefParams& params) : impl_(std::make_unique<Impl>()) {
@@ -175,7 +176,8 @@ CellBeliefs::Summary CellBeliefs::update(const PointsView& points, const Indices
                      std::to_string(points.size) + " points");
   }
   Impl& own = *impl_;
-  own.cells.number(points, indices, labels, T_world_sensor, own.params.resolution);
+  own.cells.number(points, indices, labels, T_world_sensor, own.params.resolution,
+                   own.params.threads);
   own.features.sample(indices, own.cells, own.params.features_per_cell);
   const Summary summary = own.updateBeliefs(points);
   const auto lonely = static_cast<float>(own.params.occupancy.single_feature_probability);

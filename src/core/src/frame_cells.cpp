@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "fetch_ahead.h"
+#include "planar_mapping/core/parallel.h"
 #include "planar_mapping/core/simd.h"
 
 namespace planar_mapping::detail {
@@ -76,7 +77,7 @@ void cellsAlongAxis(const float* __restrict x, const float* __restrict y, const 
 
 void FrameCells::number(const PointsView& points, const Indices& indices,
                         const std::vector<std::int32_t>& labels, const Pose& T_world_sensor,
-                        double resolution) {
+                        double resolution, int threads) {
   for (int axis = 0; axis < 3; ++axis) {
     for (int i = 0; i < 3; ++i) {
       rows_[axis][i] = static_cast<float>(T_world_sensor.linear()(axis, i) / resolution);
@@ -90,27 +91,38 @@ void FrameCells::number(const PointsView& points, const Indices& indices,
   groups_.clear();
   runs_.clear();
   std::fill(slots_.begin(), slots_.end(), Slot());
+  // Where cells begin is found in stretches, their numbers are given in order.
+  constexpr std::size_t kStretch = 1 << 15;
+  const std::size_t stretches = (indices.size() + kStretch - 1) / kStretch;
+  starts_.resize(stretches);
+  parallelFor(stretches, threads, [&](std::size_t i) {
+    starts_[i].clear();
+    findStarts(points, indices, labels, i * kStretch, std::min((i + 1) * kStretch, indices.size()),
+               starts_[i]);
+  });
+  std::int32_t group = -1;
+  for (const std::vector<Start>& of_stretch : starts_) {
+    for (const Start& start : of_stretch) {
+      const std::int32_t next = groupOf(start);
+      if (start.at > 0) runs_.push_back({start.at, group});
+      group = next;
+    }
+  }
+  if (!indices.empty()) runs_.push_back({static_cast<std::uint32_t>(indices.size()), group});
+}
+
+/// Of the indices [first, last), the first of which begins a run.
+void FrameCells::findStarts(const PointsView& points, const Indices& indices,
+                            const std::vector<std::int32_t>& labels, std::size_t first,
+                            std::size_t last, std::vector<Start>& starts) const {
   float x_of[kBlock];
   float y_of[kBlock];
   float z_of[kBlock];
   Block block;
-  block.number[0][0] = INT32_MIN;  // of no cell: the first point begins a run
+  block.number[0][0] = INT32_MIN;  // of no cell
   block.number[1][0] = block.number[2][0] = block.label[0] = 0;
-  std::int32_t group = -1;
-  const auto begin = [&](std::size_t first, std::size_t k) {
-    if (first + k > 0) runs_.push_back({static_cast<std::uint32_t>(first + k), group});
-    const std::int32_t x = block.number[0][k + 1];
-    const std::int32_t y = block.number[1][k + 1];
-    const std::int32_t z = block.number[2][k + 1];
-    group = -1;
-    if (x <= -kFarthest || y <= -kFarthest || z <= -kFarthest) return;
-    const std::uint64_t cell = ((static_cast<std::uint64_t>(x + origin_[0]) & kPart) << 42u) |
-                               ((static_cast<std::uint64_t>(y + origin_[1]) & kPart) << 21u) |
-                               (static_cast<std::uint64_t>(z + origin_[2]) & kPart);
-    group = insert(cell, block.label[k + 1]);
-  };
-  for (std::size_t first = 0; first < indices.size(); first += kBlock) {
-    const std::size_t n = std::min(kBlock, indices.size() - first);
+  for (; first < last; first += kBlock) {
+    const std::size_t n = std::min(kBlock, last - first);
     gather(points.data, points.stride, labels.data(), indices.data() + first, n, x_of, y_of, z_of,
            block.label + 1);
     for (int axis = 0; axis < 3; ++axis) {
@@ -124,12 +136,25 @@ void FrameCells::number(const PointsView& points, const Indices& indices,
       beginning[runs] = static_cast<std::uint16_t>(k);
       runs += block.is_first[k];
     }
-    for (std::size_t r = 0; r < runs; ++r) begin(first, beginning[r]);
+    for (std::size_t r = 0; r < runs; ++r) {
+      const std::size_t k = beginning[r] + std::size_t{1};
+      starts.push_back({static_cast<std::uint32_t>(first + k - 1),
+                        {block.number[0][k], block.number[1][k], block.number[2][k]},
+                        block.label[k]});
+    }
     for (std::int32_t* numbers : {block.number[0], block.number[1], block.number[2], block.label}) {
       numbers[0] = numbers[n];
     }
   }
-  if (!indices.empty()) runs_.push_back({static_cast<std::uint32_t>(indices.size()), group});
+}
+
+std::int32_t FrameCells::groupOf(const Start& start) {
+  std::uint64_t cell = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (start.number[axis] <= -kFarthest) return -1;
+    cell = (cell << 21u) | (static_cast<std::uint64_t>(start.number[axis] + origin_[axis]) & kPart);
+  }
+  return insert(cell, start.label);
 }
 
 std::int32_t FrameCells::groupAt(std::size_t k) const {

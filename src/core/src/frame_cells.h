@@ -33,10 +33,11 @@ class FrameCells {
   };
 
   /// Groups of the points, numbered in order of appearance; forgets those before.
-  /// \param labels plane per point of the cloud, negative = none
+  /// \param labels  plane per point of the cloud, negative = none
+  /// \param threads 0 = all cores; never changes the result
   void number(const PointsView& points, const Indices& indices,
               const std::vector<std::int32_t>& labels, const Pose& T_world_sensor,
-              double resolution);
+              double resolution, int threads = 1);
   /// Cell of a point in the frame of number(); kNoCell beyond a million cells or if not finite.
   std::uint64_t cellOf(const Vector3& point) const;
   /// Number of the group, which is added if it is new.
@@ -63,6 +64,16 @@ class FrameCells {
     std::int32_t label = -1;
     std::int32_t number = -1;
   };
+  /// Where points of another cell begin.
+  struct Start {
+    std::uint32_t at = 0;
+    std::int32_t number[3] = {};  ///< of the cell, from the sensor's
+    std::int32_t label = -1;
+  };
+  void findStarts(const PointsView& points, const Indices& indices,
+                  const std::vector<std::int32_t>& labels, std::size_t first, std::size_t last,
+                  std::vector<Start>& starts) const;
+  std::int32_t groupOf(const Start& start);
   std::size_t slotOf(std::uint64_t cell, std::int32_t label) const;
   void grow();
 
@@ -71,6 +82,7 @@ class FrameCells {
   std::int64_t origin_[3] = {};  ///< cell of the sensor
   std::vector<Group> groups_;
   std::vector<Run> runs_;
+  std::vector<std::vector<Start>> starts_;  ///< of stretches of the indices; kept for their memory
   std::vector<Slot> slots_;
 };
 

@@ -60,6 +60,7 @@ void GroundParams::validate() const {
   requireInRange("min_share", min_share, 0.0, 1.0);
   requireInRange("min_points", min_points, 3, std::numeric_limits<int>::max());
   requireInRange("sample_size", sample_size, 100, std::numeric_limits<int>::max());
+  requireInRange("threads", threads, 0, 4096);
 }
 
 const char* toString(GroundStatus status) {

@@ -6,6 +6,7 @@
 
 #include "fetch_ahead.h"
 #include "ground_model.h"
+#include "planar_mapping/core/parallel.h"
 #include "planar_mapping/core/simd.h"
 #include "point_indices.h"
 
@@ -172,6 +173,15 @@ struct Column {
   bool hasWall() const { return high >= 1 && above >= 3 && 2 * above >= low; }
 };
 
+/// Of three bytes each, counted up to 255.
+PLANAR_MAPPING_MULTIVERSION
+void addCounts(const std::uint8_t* __restrict from, std::uint8_t* __restrict to, std::size_t n) {
+  for (std::size_t i = 0; i < n; ++i) {
+    const int sum = to[i] + from[i];
+    to[i] = static_cast<std::uint8_t>(sum < kMostCounted ? sum : kMostCounted);
+  }
+}
+
 Kernel makeKernel(const GroundParams& params, const GroundFrame& frame, const GroundPlane& plane,
                   const GroundBends& bends) {
   const Vector3 normal =
@@ -195,54 +205,93 @@ Kernel makeKernel(const GroundParams& params, const GroundFrame& frame, const Gr
   return kernel;
 }
 
+/// A stretch of the points, labelled as far as that goes without the others.
+class Stretch {
+ public:
+  Stretch() : columns_(kSide * kSide) {}
+
+  /// Points [first, last), with one label each.
+  void label(const PointsView& points, const Indices* indices, const Kernel& kernel,
+             std::size_t first, std::size_t last, std::uint8_t* is_ground) {
+    Block block;
+    for (; first < last; first += kBlock) {
+      const std::size_t count = std::min(kBlock, last - first);
+      gather(indices ? points.data : points[first], points.stride,
+             indices ? indices->data() + first : nullptr, count, block);
+      classify(count, kernel, block);
+      finite_ += block.finite;
+      on_ground_ += block.on_ground;
+      std::copy_n(block.is_ground, count, is_ground + first);
+      for (std::size_t k = 0; k < block.number_of_others; ++k)
+        countOther(first, block, block.others[k]);
+    }
+  }
+  /// Adds what the other has counted: as if one had looked at all its points, too.
+  void addColumns(const Stretch& other) {
+    static_assert(sizeof(Column) == 3, "bytes one after the other");
+    addCounts(&other.columns_.front().low, &columns_.front().low, 3 * columns_.size());
+  }
+  /// Decides by the columns of all points what is left.
+  void decide(const Stretch& all, Ground& ground) const {
+    for (const Undecided& point : undecided_) {
+      if (all.columns_[point.column].hasWall()) {
+        ++ground.diagnostics.wall_foot_points;
+      } else {
+        ground.is_ground[point.position] = 1;
+        ++ground.diagnostics.ground_points;
+      }
+    }
+    ground.diagnostics.ground_points += on_ground_;
+    ground.diagnostics.points_not_finite -= finite_;
+  }
+
+ private:
+  struct Undecided {
+    std::size_t position;
+    std::int32_t column;
+  };
+
+  void countOther(std::size_t first, const Block& block, std::size_t i) {
+    const std::int32_t kind = block.kind[i];
+    Column& column = columns_[block.column[i]];
+    if (kind == kLowInWall) {
+      column.low += column.low < kMostCounted ? 1 : 0;
+      undecided_.push_back({first + i, block.column[i]});
+    } else {
+      column.above += column.above < kMostCounted ? 1 : 0;
+      column.high += kind == kAboveHigh && column.high < kMostCounted ? 1 : 0;
+    }
+  }
+
+  std::vector<Column> columns_;
+  std::vector<Undecided> undecided_;
+  std::size_t finite_ = 0;
+  std::size_t on_ground_ = 0;
+};
+
 }  // namespace
 
 void labelGround(const PointsView& points, const Indices* indices, const GroundParams& params,
                  const GroundFrame& frame, const GroundPlane& plane, const GroundBends& bends,
                  Ground& ground) {
+  // Each stretch clears and adds up columns of its own: more of them do not pay.
+  constexpr std::size_t kMostStretches = 4;
+  constexpr std::size_t kFewestPoints = 1 << 15;
   const Kernel kernel = makeKernel(params, frame, plane, bends);
   const std::size_t n = countOf(points, indices);
   ground.is_ground.resize(n);
-  std::vector<Column> columns(kSide * kSide);
-  struct Undecided {
-    std::size_t position;
-    std::int32_t column;
-  };
-  std::vector<Undecided> undecided;
-  Block block;
-  std::size_t finite = 0;
-  std::size_t on_ground = 0;
-  for (std::size_t first = 0; first < n; first += kBlock) {
-    const std::size_t count = std::min(kBlock, n - first);
-    gather(indices ? points.data : points[first], points.stride,
-           indices ? indices->data() + first : nullptr, count, block);
-    classify(count, kernel, block);
-    finite += block.finite;
-    on_ground += block.on_ground;
-    std::copy_n(block.is_ground, count, ground.is_ground.data() + first);
-    for (std::size_t k = 0; k < block.number_of_others; ++k) {
-      const std::size_t i = block.others[k];
-      const std::int32_t kind = block.kind[i];
-      Column& column = columns[block.column[i]];
-      if (kind == kLowInWall) {
-        column.low += column.low < kMostCounted ? 1 : 0;
-        undecided.push_back({first + i, block.column[i]});
-      } else {
-        column.above += column.above < kMostCounted ? 1 : 0;
-        column.high += kind == kAboveHigh && column.high < kMostCounted ? 1 : 0;
-      }
-    }
-  }
-  for (const Undecided& point : undecided) {
-    if (columns[point.column].hasWall()) {
-      ++ground.diagnostics.wall_foot_points;
-    } else {
-      ground.is_ground[point.position] = 1;
-      ++on_ground;
-    }
-  }
-  ground.diagnostics.points_not_finite = n - finite;
-  ground.diagnostics.ground_points = on_ground;
+  const std::size_t threads = std::min<std::size_t>(resolveThreads(params.threads), kMostStretches);
+  std::vector<Stretch> stretches(std::clamp<std::size_t>(n / kFewestPoints, 1, threads));
+  const auto begin = [&](std::size_t i) { return n * i / stretches.size() / kBlock * kBlock; };
+  parallelFor(stretches.size(), params.threads, [&](std::size_t i) {
+    const std::size_t last = i + 1 < stretches.size() ? begin(i + 1) : n;
+    stretches[i].label(points, indices, kernel, begin(i), last, ground.is_ground.data());
+  });
+  // Counts that stop at 255 are the same however the points were divided.
+  for (std::size_t i = 1; i < stretches.size(); ++i) stretches[0].addColumns(stretches[i]);
+  ground.diagnostics.points_not_finite = n;
+  ground.diagnostics.ground_points = 0;
+  for (const Stretch& stretch : stretches) stretch.decide(stretches[0], ground);
 }
 
 }  // namespace planar_mapping::detail

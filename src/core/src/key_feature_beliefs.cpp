@@ -69,6 +69,7 @@ void KeyFeatureBeliefParams::validate() const {
   beliefs.validate();
   requirePositive("resolution", resolution, "m");
   requireInRange("dense_per_cell", dense_per_cell, 1, 1000000);
+  requireInRange("threads", threads, 0, 4096);
 }
 
 KeyFeatureBeliefs::KeyFeatureBeliefs(const KeyFeatureBeliefParams& params)
@@ -228,7 +229,7 @@ KeyFeatureBeliefs::Summary KeyFeatureBeliefs::update(const Frame& frame,
   Impl& own = *impl_;
   const OccupancyParams& occupancy = own.params.beliefs.occupancy;
   own.cells.number(frame.points, *frame.indices, *frame.labels, frame.T_world_sensor,
-                   own.params.resolution);
+                   own.params.resolution, own.params.threads);
   own.dense.sample(*frame.indices, own.cells, own.params.dense_per_cell);
   const std::size_t cells_of_points = own.cells.groups().size();
   own.takeFeatures(frame);

@@ -2,20 +2,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "bit_grid.h"
+#include "lattice_boxes.h"
 
 namespace planar_mapping::detail {
-
-/// What a cover may do, per axis, in cells of the lattice.
-struct CoverRules {
-  /// A box stands for the cells that lie this far beyond it too, 0 or 1.
-  std::array<std::int32_t, 3> tolerance{};
-  std::array<std::int32_t, 3> smallest{1, 1, 1};  ///< least size of a box
-};
 
 /// A box and its share of the cells: each cell belongs to one of the boxes that stand for it.
 struct CoverBox {
@@ -23,8 +16,9 @@ struct CoverBox {
   std::vector<LatticeCell> members;
 };
 
-/// Cells that something other than a box may stand for.
-using CellSet = std::vector<LatticeCell>;
+/// Cells that something other than a box may stand for: their CellNumbers among the required ones,
+/// ascending.
+using CellSet = std::vector<std::uint32_t>;
 
 struct LatticeCoverage {
   std::vector<CoverBox> boxes;
@@ -40,7 +34,6 @@ struct LatticeCoverage {
 /// Cells of the lattice are halves of the user's: a pair that starts at an even number is
 /// preferred. Deterministic. Every required cell must lie in a set or in a box of the smallest size
 /// of allowed cells.
-/// \param sets of required cells, each ascending
 LatticeCoverage coverWithin(const BitGrid& required, const BitGrid& allowed,
                             const CoverRules& rules, const std::vector<CellSet>& sets = {});
 

@@ -105,6 +105,14 @@ struct OrganizedParams {
   double min_coherent_share = 0.66;
   /// Sigmas by which ranges on two planes differ at most where noise blurs the edge between them.
   double edge_factor = 6.0;
+  /// What the rest of an edge may say at most against a tile of it (difference of chi-square).
+  double edge_consent = 20.0;
+  /// Times that planes and the pixels at their edges settle before small planes are looked for.
+  int settling_rounds = 3;
+  /// Two sides of a fold are at this angle at least, radians, ...
+  double fold_angle = 0.1;
+  /// ... and explain so much more than one plane (difference of chi-square).
+  double fold_gain = 40.0;
   /// Rings of tiles around grown cells whose pixels are looked at.
   int assignment_rounds = 2;
   /// Cells of the smallest region.

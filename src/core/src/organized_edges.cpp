@@ -4,9 +4,10 @@
 // Edges between planes in noise. The nearest plane is no fair judge there: near the edge noise
 // decides which pixels a plane keeps, those it keeps turn the plane, and every further round turns
 // it more. Two planes that meet are seen in one of two ways, though: of a ray's two intersections
-// always the farther one (a corner of a room) or always the nearer one (that of a box). All
-// pixels around a tile vote for one of them; which side a pixel is on then depends on its ray
-// alone.
+// always the farther one (a corner of a room) or always the nearer one (that of a box), and three
+// planes in one of eight: of the first two the farther or nearer one, of that one and the third
+// again. All pixels around a tile vote for one of them; which side a pixel is on then depends on
+// its ray alone.
 #include <algorithm>
 #include <cmath>
 
@@ -16,7 +17,6 @@
 #include "planar_mapping/core/simd.h"
 
 namespace planar_mapping::detail {
-namespace {
 
 /// A plane as seen from the sensor.
 struct EdgePlane {
@@ -32,14 +32,16 @@ struct EdgeNoise {
   float sensor[3];
 };
 
-/// Errors along the rays to two planes and the squared noise, in units of the (squared) range.
+namespace {
+
+/// Errors along the rays to the planes and the squared noise, in units of the (squared) range.
 struct EdgeErrors {
-  FloatLanes first, second, variance;
+  FloatLanes errors[3], variance;
 };
 
 PLANAR_MAPPING_INLINE void errorsAlongRays(const float* x, const float* y, const float* z,
-                                           const EdgePlane& first, const EdgePlane& second,
-                                           const EdgeNoise& noise, EdgeErrors& errors) {
+                                           const EdgePlane* planes, int count,
+                                           const EdgeNoise& noise, EdgeErrors& at) {
   FloatLanes px, py, pz;
   load(x, px);
   load(y, py);
@@ -48,56 +50,96 @@ PLANAR_MAPPING_INLINE void errorsAlongRays(const float* x, const float* y, const
   const FloatLanes ry = py - noise.sensor[1];
   const FloatLanes rz = pz - noise.sensor[2];
   const FloatLanes square = rx * rx + ry * ry + rz * rz;
-  const FloatLanes p =
-      first.normal[0] * px + first.normal[1] * py + first.normal[2] * pz + first.offset;
-  const FloatLanes q =
-      second.normal[0] * px + second.normal[1] * py + second.normal[2] * pz + second.offset;
-  errors.first = p / (p - first.height);
-  errors.second = q / (q - second.height);
-  errors.variance = noise.a / square + noise.b + noise.c * square;
+  for (int p = 0; p < count; ++p) {
+    const EdgePlane& plane = planes[p];
+    const FloatLanes off =
+        plane.normal[0] * px + plane.normal[1] * py + plane.normal[2] * pz + plane.offset;
+    at.errors[p] = off / (off - plane.height);
+  }
+  at.variance = noise.a / square + noise.b + noise.c * square;
 }
 
-// Adds how much worse the farther intersections fit the pixels of a tile than the nearer ones.
+/// Which of up to three planes a ray ends on: of the first two the farther or the nearer one, of
+/// that and the third the farther or the nearer one.
+struct EdgeOrder {
+  std::int8_t planes[3];
+  bool farther[2];
+};
+
+constexpr EdgeOrder kOrders[] = {{{0, 1, 2}, {true, true}},  {{0, 1, 2}, {false, false}},
+                                 {{0, 1, 2}, {true, false}}, {{0, 1, 2}, {false, true}},
+                                 {{0, 2, 1}, {true, false}}, {{0, 2, 1}, {false, true}},
+                                 {{1, 2, 0}, {true, false}}, {{1, 2, 0}, {false, true}}};
+constexpr int kOrdersOfTwo = 2;
+constexpr int kOrdersOfThree = 8;
+
+/// The error of the plane that a ray ends on: a positive one is that of a plane before the point.
+PLANAR_MAPPING_INLINE void errorOf(const EdgeOrder& order, const FloatLanes* errors, int planes,
+                                   FloatLanes& error) {
+  const FloatLanes& first = errors[order.planes[0]];
+  const FloatLanes& second = errors[order.planes[1]];
+  const FloatLanes least = first < second ? first : second;
+  const FloatLanes most = first < second ? second : first;
+  error = order.farther[0] ? least : most;
+  if (planes < 3) return;
+  const FloatLanes& third = errors[order.planes[2]];
+  const FloatLanes lower = error < third ? error : third;
+  const FloatLanes upper = error < third ? third : error;
+  error = order.farther[1] ? lower : upper;
+}
+
+// Adds the squared errors of the pixels of a tile in every order, in squared sigmas.
 PLANAR_MAPPING_MULTIVERSION
-void addVotes(const float* x, const float* y, const float* z, const EdgePlane& first,
-              const EdgePlane& second, const EdgeNoise& noise, float* votes) {
+void addErrors(const float* x, const float* y, const float* z, const EdgePlane* planes, int count,
+               const EdgeNoise& noise, float* votes) {
+  const int orders = count < 3 ? kOrdersOfTwo : kOrdersOfThree;
   const FloatLanes zero = {};
-  FloatLanes sum[2] = {zero, zero};
+  FloatLanes sums[kOrdersOfThree];
+  for (int o = 0; o < orders; ++o) sums[o] = zero;
   for (int k = 0; k < kTileArea; k += kLanes) {
     EdgeErrors at;
-    errorsAlongRays(x + k, y + k, z + k, first, second, noise, at);
-    const FloatLanes e = at.first * at.first;
-    const FloatLanes f = at.second * at.second;
-    const FloatLanes apart = (at.first - at.second) * (at.first - at.second);
-    const FloatLanes limit = at.variance * noise.near;
-    FloatLanes vote = (at.first < at.second ? e - f : f - e) / at.variance;
-    // Comparisons with NaN are false: pixels without a point do not vote.
-    vote = apart <= limit ? vote : zero;
-    vote = e <= limit ? vote : zero;
-    vote = f <= limit ? vote : zero;
-    sum[k / kLanes % 2] += vote;
+    errorsAlongRays(x + k, y + k, z + k, planes, count, noise, at);
+    const IntLanes finite = at.variance == at.variance;  // pixels without a point do not vote
+    const FloatLanes inverse = finite ? 1.0F / at.variance : zero;
+    const FloatLanes limit = zero + noise.near;
+    for (int p = 0; p < count; ++p) at.errors[p] = finite ? at.errors[p] : zero;
+    for (int o = 0; o < orders; ++o) {
+      FloatLanes error;
+      errorOf(kOrders[o], at.errors, count, error);
+      const FloatLanes square = error * error * inverse;
+      sums[o] += square < limit ? square : limit;
+    }
   }
-  *votes += sumOf(sum);
+  for (int o = 0; o < orders; ++o) {
+    const FloatLanes halves[2] = {sums[o], zero};
+    votes[o] += sumOf(halves);
+  }
 }
 
-// Gives the pixels of both planes, where these are near to each other, to the one that is farther
-// (or nearer) along their ray.
+// Gives the pixels of the planes to the one their ray ends on, if that is near to their own.
 PLANAR_MAPPING_MULTIVERSION
-void settle(const float* x, const float* y, const float* z, const EdgePlane& first,
-            const EdgePlane& second, const EdgeNoise& noise, bool farther, std::int16_t first_label,
-            std::int16_t second_label, std::int16_t* labels) {
+void settleTile(const float* x, const float* y, const float* z, const EdgePlane* planes, int count,
+                const EdgeNoise& noise, const EdgeOrder& order, const std::int16_t* plane_labels,
+                std::int16_t* labels) {
   for (int k = 0; k < kTileArea; k += kLanes) {
     IntLanes label;
     load(labels + k, label);
     EdgeErrors at;
-    errorsAlongRays(x + k, y + k, z + k, first, second, noise, at);
-    const FloatLanes apart = (at.first - at.second) * (at.first - at.second);
-    // A positive error is that of a plane before the point.
-    const IntLanes is_first = farther ? at.first < at.second : at.first > at.second;
-    const IntLanes to = is_first ? IntLanes{} + first_label : IntLanes{} + second_label;
-    const IntLanes either = (label == first_label) | (label == second_label);
+    errorsAlongRays(x + k, y + k, z + k, planes, count, noise, at);
+    FloatLanes error;
+    errorOf(order, at.errors, count, error);
+    IntLanes to = label;
+    IntLanes held = {};
+    FloatLanes own = error;
+    for (int p = 0; p < count; ++p) {
+      const IntLanes name = IntLanes{} + plane_labels[p];
+      to = at.errors[p] == error ? name : to;
+      own = label == name ? at.errors[p] : own;
+      held |= label == name;
+    }
+    const FloatLanes apart = (own - error) * (own - error);
     const IntLanes near = apart <= at.variance * noise.near;
-    label = (either & near) ? to : label;
+    label = (held & near) ? to : label;
     store(label, labels + k);
   }
 }
@@ -121,8 +163,9 @@ bool PixelAssigner::isNoisy() const {
   return false;
 }
 
-bool PixelAssigner::commonestAround(int tile, std::int16_t* pair) const {
+int PixelAssigner::commonestAround(int tile, std::int16_t* planes) const {
   constexpr int kMost = 12;
+  constexpr int kLeastPixels = kTileArea / 4;  // of a third plane
   const int row = tile / cloud_.columns;
   const int column = tile % cloud_.columns;
   int counts[kMost] = {};
@@ -140,26 +183,49 @@ bool PixelAssigner::commonestAround(int tile, std::int16_t* pair) const {
       }
     }
   }
-  if (size < 2) return false;
-  for (int i = 0; i < 2; ++i) {
+  int found = 0;
+  for (; found < std::min(size, kEdgePlanes); ++found) {
     const auto most = static_cast<int>(std::max_element(counts, counts + size) - counts);
-    pair[i] = labels[most];
+    if (found == 2 && counts[most] < kLeastPixels) break;
+    planes[found] = labels[most];
     counts[most] = -1;
   }
-  return true;
+  return found;
 }
 
-void PixelAssigner::settleTile(int tile, const std::vector<PlaneCandidate>& planes) {
-  std::int16_t pair[2];
-  if (!commonestAround(tile, pair) || !isNoisy(tile)) return;
-  EdgePlane edge[2];
-  for (int i = 0; i < 2; ++i) {
-    const PlaneCandidate& plane = planes[static_cast<std::size_t>(pair[i])];
+/// What a tile says about the planes that meet in and around it.
+struct PixelAssigner::EdgeTile {
+  int tile = 0;
+  int planes = 0;
+  std::int16_t labels[kEdgePlanes] = {};
+  float votes[kOrdersOfThree] = {};  ///< squared errors in each order, squared sigmas
+
+  int orders() const { return planes < 3 ? kOrdersOfTwo : kOrdersOfThree; }
+};
+
+/// How much worse the farther than the nearer of two planes fits wherever they meet.
+struct PixelAssigner::EdgePair {
+  std::int16_t first = 0;  ///< the smaller label
+  std::int16_t second = 0;
+  float votes = 0.0F;
+
+  bool operator<(const EdgePair& other) const {
+    return first < other.first || (first == other.first && second < other.second);
+  }
+};
+
+void PixelAssigner::describe(const EdgeTile& at, const std::vector<PlaneCandidate>& planes,
+                             EdgePlane* edge) const {
+  for (int i = 0; i < at.planes; ++i) {
+    const PlaneCandidate& plane = planes[static_cast<std::size_t>(at.labels[i])];
     for (int axis = 0; axis < 3; ++axis)
       edge[i].normal[axis] = static_cast<float>(plane.normal[axis]);
     edge[i].offset = static_cast<float>(plane.offset);
     edge[i].height = static_cast<float>(plane.distance(cloud_.sensor.data()));
   }
+}
+
+EdgeNoise PixelAssigner::edgeNoise() const {
   const double constant = noise_.constant;
   const double quadratic = noise_.quadratic;
   EdgeNoise noise;
@@ -168,26 +234,89 @@ void PixelAssigner::settleTile(int tile, const std::vector<PlaneCandidate>& plan
   noise.c = static_cast<float>(quadratic * quadratic);
   noise.near = static_cast<float>(params_.edge_factor * params_.edge_factor);
   for (int axis = 0; axis < 3; ++axis) noise.sensor[axis] = static_cast<float>(cloud_.sensor[axis]);
-  const int row = tile / cloud_.columns;
-  const int column = tile % cloud_.columns;
-  float votes = 0.0F;
+  return noise;
+}
+
+void PixelAssigner::vote(const std::vector<PlaneCandidate>& planes, EdgeTile& at) const {
+  EdgePlane edge[kEdgePlanes];
+  describe(at, planes, edge);
+  const EdgeNoise noise = edgeNoise();
+  const int row = at.tile / cloud_.columns;
+  const int column = at.tile % cloud_.columns;
   constexpr int kVoters[5][2] = {{0, 0}, {-1, 0}, {0, -1}, {0, 1}, {1, 0}};
   for (const auto& step : kVoters) {
     const int r = row + step[0];
     const int c = column + step[1];
     if (r < 0 || r >= cloud_.rows || c < 0 || c >= cloud_.columns) continue;
     const int other = r * cloud_.columns + c;
-    addVotes(cloud_.x(other), cloud_.y(other), cloud_.z(other), edge[0], edge[1], noise, &votes);
+    addErrors(cloud_.x(other), cloud_.y(other), cloud_.z(other), edge, at.planes, noise, at.votes);
   }
-  settle(cloud_.x(tile), cloud_.y(tile), cloud_.z(tile), edge[0], edge[1], noise, votes < 0.0F,
-         pair[0], pair[1], labels_.data() + static_cast<std::size_t>(tile) * kTileArea);
+}
+
+std::vector<PixelAssigner::EdgePair> PixelAssigner::pairsOf(
+    const std::vector<std::vector<EdgeTile>>& rows) {
+  std::vector<EdgePair> pairs;
+  for (const std::vector<EdgeTile>& row : rows) {
+    for (const EdgeTile& at : row) {
+      if (at.planes != 2) continue;
+      const auto [first, second] = std::minmax(at.labels[0], at.labels[1]);
+      pairs.push_back({first, second, at.votes[0] - at.votes[1]});
+    }
+  }
+  std::stable_sort(pairs.begin(), pairs.end());
+  std::size_t size = 0;
+  for (const EdgePair& pair : pairs) {
+    if (size > 0 && !(pairs[size - 1] < pair)) {
+      pairs[size - 1].votes += pair.votes;
+    } else {
+      pairs[size++] = pair;
+    }
+  }
+  pairs.resize(size);
+  return pairs;
+}
+
+void PixelAssigner::settle(const std::vector<PlaneCandidate>& planes,
+                           const std::vector<EdgePair>& pairs, EdgeTile& at) {
+  // How two planes meet elsewhere decides where the noise does not let the tile tell.
+  const auto elsewhere = [&](int i, int j, bool farther) {
+    const auto [first, second] = std::minmax(at.labels[i], at.labels[j]);
+    const EdgePair wanted{first, second, 0.0F};
+    const auto found = std::lower_bound(pairs.begin(), pairs.end(), wanted);
+    if (found == pairs.end() || wanted < *found) return 0.0F;
+    const auto most = static_cast<float>(params_.edge_consent);
+    const float votes = std::min(most, std::max(-most, found->votes));
+    return 0.5F * (farther ? votes : -votes);
+  };
+  for (int o = 0; o < at.orders(); ++o) {
+    const EdgeOrder& order = kOrders[o];
+    at.votes[o] += elsewhere(order.planes[0], order.planes[1], order.farther[0]);
+    if (at.planes < 3) continue;
+    at.votes[o] += elsewhere(order.planes[0], order.planes[2], order.farther[1]);
+    at.votes[o] += elsewhere(order.planes[1], order.planes[2], order.farther[1]);
+  }
+  EdgePlane edge[kEdgePlanes];
+  describe(at, planes, edge);
+  const EdgeOrder& order = kOrders[std::min_element(at.votes, at.votes + at.orders()) - at.votes];
+  settleTile(cloud_.x(at.tile), cloud_.y(at.tile), cloud_.z(at.tile), edge, at.planes, edgeNoise(),
+             order, at.labels, labels_.data() + static_cast<std::size_t>(at.tile) * kTileArea);
 }
 
 void PixelAssigner::settleEdges(const std::vector<PlaneCandidate>& planes) {
-  parallelFor(static_cast<std::size_t>(cloud_.rows), threads_, [&](std::size_t row) {
+  std::vector<std::vector<EdgeTile>> rows(static_cast<std::size_t>(cloud_.rows));
+  parallelFor(rows.size(), threads_, [&](std::size_t row) {
     for (int column = 0; column < cloud_.columns; ++column) {
-      settleTile(static_cast<int>(row) * cloud_.columns + column, planes);
+      EdgeTile at;
+      at.tile = static_cast<int>(row) * cloud_.columns + column;
+      at.planes = commonestAround(at.tile, at.labels);
+      if (at.planes < 2 || !isNoisy(at.tile)) continue;
+      vote(planes, at);
+      rows[row].push_back(at);
     }
+  });
+  const std::vector<EdgePair> pairs = pairsOf(rows);
+  parallelFor(rows.size(), threads_, [&](std::size_t row) {
+    for (EdgeTile& at : rows[row]) settle(planes, pairs, at);
   });
   for (int tile = 0; tile < cloud_.tiles(); ++tile) summarize(tile);
 }

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "organized_folds.h"
+
 namespace planar_mapping::detail {
 
 void addSums(MomentSums& sums, const CellGrid& grid, int cell) {
@@ -297,6 +299,7 @@ std::vector<std::int16_t> mergeCandidates(std::vector<PlaneCandidate>& planes,
         return !(excess <= allowed * allowed);
       };
       if (worse(planes[large]) || worse(planes[small])) continue;
+      if (isFold(planes[large], planes[small], joined, noise, sensor, params)) continue;
       planes[large] = joined;
       target[small] = static_cast<std::int16_t>(large);
       break;

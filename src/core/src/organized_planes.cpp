@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "organized_agreement.h"
+#include "organized_folds.h"
 #include "organized_refinement.h"
 #include "organized_segments.h"
 #include "plane_search.h"
@@ -52,10 +53,13 @@ std::vector<TilePart> wholeTiles(const CellGrid& tiles, const std::vector<std::i
 
 /// Where noise blurs the edges between planes, pixels and planes settle together.
 void settleEdges(std::vector<PlaneCandidate>& planes, PixelAssigner& pixels,
-                 const TiledCloud& cloud, const RangeNoise& noise, const OrganizedParams& params) {
+                 const TiledCloud& cloud, const RangeNoise& noise, const OrganizedParams& params,
+                 int rounds) {
   if (!pixels.isNoisy()) return;
-  refit(planes, pixels.parts(), cloud, noise, params);
-  pixels.settleEdges(planes);
+  for (int round = 0; round < rounds; ++round) {
+    refit(planes, pixels.parts(), cloud, noise, params);
+    pixels.settleEdges(planes);
+  }
 }
 
 /// Refits planes to their pixels and frees those of planes that are too small or none.
@@ -148,11 +152,12 @@ PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
   }
   std::vector<std::int16_t> target = mergeCandidates(planes, noise, cloud.sensor, own);
   PixelAssigner pixels(cloud, tiles, noise, own, params.threads);
-  const std::vector<std::int16_t> tile_labels = renamed(grown.labels, target);
+  std::vector<std::int16_t> tile_labels = renamed(grown.labels, target);
+  cutFolds(tiles, noise, cloud.sensor, own, planes, tile_labels);
   refit(planes, wholeTiles(tiles, tile_labels), cloud, noise, own);
   pixels.addCells(tiles, tile_labels);
   for (int round = 0; round < own.assignment_rounds; ++round) pixels.assign(planes);
-  settleEdges(planes, pixels, cloud, noise, own);
+  settleEdges(planes, pixels, cloud, noise, own, own.settling_rounds);
   drop(planes, pixels, params.min_inliers * own.min_seed_share, cloud, noise, own, set.diagnostics);
   {
     const CellGrid quarters = freeQuarterGrid(cloud, pixels.labels(), params.threads);
@@ -166,7 +171,7 @@ PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
     pixels.reopen(quarters, grown.labels);
   }
   for (int round = 0; round < own.assignment_rounds; ++round) pixels.assign(planes);
-  settleEdges(planes, pixels, cloud, noise, own);
+  settleEdges(planes, pixels, cloud, noise, own, 1);
   drop(planes, pixels, params.min_inliers, cloud, noise, own, set.diagnostics);
   // The planes stand; what else lies within d_T of them where they are counts as theirs (Eq. 11).
   pixels.fill(planes);

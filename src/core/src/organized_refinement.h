@@ -18,6 +18,9 @@ struct PlaneList {
   void add(std::int16_t plane);
 };
 
+struct EdgePlane;
+struct EdgeNoise;
+
 /// Gives the pixels of grown cells and around them to their nearest plane. Knows of each tile which
 /// planes its pixels have, so that what is settled is not looked at again.
 class PixelAssigner {
@@ -59,6 +62,10 @@ class PixelAssigner {
   void recount();
 
  private:
+  static constexpr int kEdgePlanes = 3;  ///< that may meet in a tile
+  struct EdgeTile;
+  struct EdgePair;
+
   /// What the pixels of a tile have.
   struct Summary {
     PlaneList planes;
@@ -68,9 +75,16 @@ class PixelAssigner {
 
   void assignTile(int tile, const std::vector<PlaneCandidate>& planes, int reach);
   bool isNoisy(int tile) const;
-  /// The two planes that hold most pixels of a tile and those around it; false if there is one.
-  bool commonestAround(int tile, std::int16_t* pair) const;
-  void settleTile(int tile, const std::vector<PlaneCandidate>& planes);
+  /// Planes that hold most pixels of a tile and those around it, at most kEdgePlanes. \return
+  /// number
+  int commonestAround(int tile, std::int16_t* planes) const;
+  void describe(const EdgeTile& at, const std::vector<PlaneCandidate>& planes,
+                EdgePlane* edge) const;
+  EdgeNoise edgeNoise() const;
+  void vote(const std::vector<PlaneCandidate>& planes, EdgeTile& at) const;
+  static std::vector<EdgePair> pairsOf(const std::vector<std::vector<EdgeTile>>& rows);
+  void settle(const std::vector<PlaneCandidate>& planes, const std::vector<EdgePair>& pairs,
+              EdgeTile& at);
   void summarize(int tile);
   void updatePresence();
   bool changedAround(int tile) const;

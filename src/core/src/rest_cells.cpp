@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "cell_index.h"
+#include "planar_mapping/core/simd.h"
 #include "raster_kernels.h"
 
 namespace planar_mapping::detail {
@@ -47,6 +48,24 @@ void forEachChunk(const PointsView& points, const Indices* indices, double cells
               cells.z.data());
     visit(first, some, cells);
   }
+}
+
+/// Where points begin that are in another cell than the one before; the first point does.
+/// \param changes room for \p n marks
+/// \param begins  room for \p n positions
+PLANAR_MAPPING_MULTIVERSION
+std::size_t findRuns(const std::int32_t* x, const std::int32_t* y, const std::int32_t* z,
+                     std::size_t n, std::uint8_t* changes, std::uint16_t* begins) {
+  changes[0] = 1;
+  for (std::size_t i = 1; i < n; ++i) {
+    changes[i] = ((x[i] ^ x[i - 1]) | (y[i] ^ y[i - 1]) | (z[i] ^ z[i - 1])) != 0 ? 1 : 0;
+  }
+  std::size_t runs = 0;
+  for (std::size_t i = 0; i < n; ++i) {  // where they are no branch could foresee
+    begins[runs] = static_cast<std::uint16_t>(i);
+    runs += changes[i];
+  }
+  return runs;
 }
 
 CellKey cellOf(const CellKey& half) {
@@ -137,6 +156,8 @@ std::size_t countCells(const PointsView& points, const Indices* indices, double 
   // Noise moves points to and fro between cells, but seldom between blocks of 4 x 4 x 4 of them.
   CellIndex numbers;
   std::vector<std::uint64_t> blocks;
+  std::vector<std::uint8_t> changes(kChunk);
+  std::vector<std::uint16_t> begins(kChunk);
   forEachChunk(points, indices, 1.0 / resolution,
                [&](std::size_t, std::size_t size, const ChunkOfCells& cells) {
                  std::uint64_t bits = 0;  // of the block of the last point
@@ -147,9 +168,11 @@ std::size_t countCells(const PointsView& points, const Indices* indices, double 
                    if (number == blocks.size()) blocks.push_back(0);
                    blocks[number] |= std::exchange(bits, 0);
                  };
-                 for (std::size_t i = 0; i < size; ++i) {
-                   if (!cells.isPlaced(i)) continue;
-                   const CellKey c = cells[i];
+                 const std::size_t runs = findRuns(cells.x.data(), cells.y.data(), cells.z.data(),
+                                                   size, changes.data(), begins.data());
+                 for (std::size_t r = 0; r < runs; ++r) {
+                   if (!cells.isPlaced(begins[r])) continue;
+                   const CellKey c = cells[begins[r]];
                    const CellKey block{c[0] >> 2, c[1] >> 2, c[2] >> 2};
                    if (!isSame(block, last)) {
                      store();

@@ -6,6 +6,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <vector>
+
 #include "planar_mapping/core/random.h"
 
 namespace planar_mapping::detail {
@@ -113,6 +116,72 @@ TEST(BitGrid, FillsAndClearsBoxes) {
     ASSERT_EQ(filled.count(box), 0);
     ASSERT_EQ(filled.count(), grid.count() - grid.count(box));
   });
+}
+
+TEST(BitGrid, CropsToAWindowOfItsOwn) {
+  forRandomGrids([](const BitGrid& grid, const LatticeBox& box) {
+    const BitGrid cropped = grid.cropped(box);
+    ASSERT_EQ(cropped.count(), grid.count(box));
+    cropped.forEach(cropped.window(), [&](std::int32_t x, std::int32_t y, std::int32_t z) {
+      ASSERT_TRUE(grid.at(x + box.low[0], y + box.low[1], z + box.low[2]));
+    });
+  });
+}
+
+TEST(BitGrid, TheHullHoldsAllCellsAndNoEmptyRim) {
+  forRandomGrids([](const BitGrid& grid, const LatticeBox& box) {
+    BitGrid some(grid.size()[0], grid.size()[1], grid.size()[2]);
+    ASSERT_EQ(volumeOf(some.hull()), 0);
+    some.fill(box);
+    ASSERT_EQ(some.hull(), box);
+    const LatticeBox hull = grid.hull();
+    ASSERT_EQ(grid.count(hull), grid.count());
+    for (std::size_t axis = 0; axis < 3 && grid.count() > 0; ++axis) {
+      LatticeBox low = hull;
+      low.high[axis] = low.low[axis] + 1;
+      LatticeBox high = hull;
+      high.low[axis] = high.high[axis] - 1;
+      ASSERT_GT(grid.count(low), 0);
+      ASSERT_GT(grid.count(high), 0);
+    }
+  });
+}
+
+TEST(BitGrid, VisitsEachBlockInWhichACellIsOn) {
+  forRandomGrids([](const BitGrid& full, const LatticeBox& box) {
+    BitGrid grid(full.size()[0], full.size()[1], full.size()[2]);
+    grid.fill(box);
+    std::int64_t count = 0;
+    grid.forEachBlock([&](const LatticeBox& block) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        ASSERT_EQ(block.low[k] % BitGrid::kBlock, 0);
+        ASSERT_EQ(block.size(k), BitGrid::kBlock);
+      }
+      ASSERT_GT(grid.count(block), 0);
+      count += grid.count(block);
+    });
+    ASSERT_EQ(count, volumeOf(box));
+  });
+}
+
+TEST(BitGrid, DilatesByTheCellsBeside) {
+  Random random(11);
+  for (const std::int32_t width : kWidths) {
+    const BitGrid grid = randomGrid(random, width, 5, 0.05);
+    for (const std::array<std::int32_t, 3>& axes :
+         {std::array<std::int32_t, 3>{1, 1, 1}, {1, 1, 0}, {0, 0, 1}, {0, 1, 0}}) {
+      const BitGrid wide = grid.dilated(axes);
+      for (std::int32_t z = 0; z < 5; ++z) {
+        for (std::int32_t y = 0; y < 7; ++y) {
+          for (std::int32_t x = 0; x < width; ++x) {
+            const LatticeBox around{{x - axes[0], y - axes[1], z - axes[2]},
+                                    {x + axes[0] + 1, y + axes[1] + 1, z + axes[2] + 1}};
+            ASSERT_EQ(wide.at(x, y, z), countOneByOne(grid, around) > 0);
+          }
+        }
+      }
+    }
+  }
 }
 
 TEST(CellNumbers, VisitsTheNumbersOfABox) {

@@ -181,6 +181,30 @@ TEST(CellBeliefs, RunsOfPointsInACellGetWhatTheyGetOneByOne) {
   }
 }
 
+TEST(CellBeliefs, AreTheSameWithAnyNumberOfThreads) {
+  // A scan in rows over a rough wall, of more points than one thread takes at a time.
+  Random random(8);
+  std::vector<float> xyz;
+  std::vector<std::int32_t> labels;
+  for (int i = 0; i < 150000; ++i) {
+    const double along = 0.01 * (i % 1000);
+    xyz.insert(xyz.end(), {static_cast<float>(along), static_cast<float>(0.02 * (i / 1000)),
+                           static_cast<float>(4.0 + 0.02 * random.normal())});
+    labels.push_back(i % 1000 < 300 ? -1 : 2);
+  }
+  CellBeliefParams of = params();
+  of.resolution = 0.1;
+  Frames one(of);
+  const std::vector<float> first = one.see(xyz, labels);
+  const std::vector<float> again = one.see(xyz, labels);
+  for (const int threads : {2, 5}) {
+    of.threads = threads;
+    Frames several(of);
+    EXPECT_EQ(several.see(xyz, labels), first);
+    EXPECT_EQ(several.see(xyz, labels), again);
+  }
+}
+
 TEST(CellBeliefs, AgreesWithTracksUnderKnownPoses) {
   for (const UpdateRule rule :
        {UpdateRule::KullbackLeibler, UpdateRule::LogOdds, UpdateRule::None}) {

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <vector>
 
 #include "ground_scene.h"
 #include "planar_mapping/core/error.h"
@@ -262,6 +263,30 @@ TEST(Ground, IsRepeatableAndTheSeedMattersLittle) {
     ASSERT_TRUE(c.found) << seed;
     EXPECT_NEAR(c.height, 0.37, 0.005);
     EXPECT_GT(scene.share(c.is_ground, 1), 0.97);
+  }
+}
+
+TEST(Ground, IsTheSameWithAnyNumberOfThreads) {
+  GroundScene scene;
+  scene.wall_distance = 2.0;
+  scene.disparity_noise = 0.2;
+  scene.render();
+  // Several times over, so that there is enough for more than one thread; columns are counted to
+  // the end of their range.
+  std::vector<float> xyz;
+  while (xyz.size() < 3 * 300000) xyz.insert(xyz.end(), scene.xyz.begin(), scene.xyz.end());
+  const PointsView points(xyz.data(), xyz.size() / 3);
+  GroundParams params;
+  const Ground one = findGround(points, nullptr, params);
+  ASSERT_TRUE(one.found);
+  ASSERT_GT(one.diagnostics.wall_foot_points, 0u);
+  for (const int threads : {2, 3, 16}) {
+    params.threads = threads;
+    const Ground several = findGround(points, nullptr, params);
+    EXPECT_EQ(several.is_ground, one.is_ground);
+    EXPECT_EQ(several.diagnostics.wall_foot_points, one.diagnostics.wall_foot_points);
+    EXPECT_EQ(several.diagnostics.ground_points, one.diagnostics.ground_points);
+    EXPECT_EQ(several.diagnostics.points_not_finite, one.diagnostics.points_not_finite);
   }
 }
 

@@ -393,25 +393,5 @@ TEST(OrganizedPlanes, HostileCoordinatesGiveFiniteResults) {
   }
 }
 
-TEST(OrganizedPlanes, WhiteNoiseDoesNotTurnPlanesAtTheirEdges) {
-  // A folding screen, 0.25 m a leaf, in noise of 19 mm: a tenth of a leaf is nearer to the next
-  // one's plane than its noise.
-  constexpr int kLeaves = 6;
-  DepthScene scene(320, 240, 400.0);
-  for (int i = 0; i < kLeaves; ++i) {
-    const double side = i % 2 == 0 ? 1.0 : -1.0;
-    scene.addRectangle({0.25 * (i - 2.5), 0.0, 2.5}, {0.125, 0.0, 0.08 * side}, {0.0, 0.8, 0.0});
-  }
-  scene.render(0.003, 0.0, 5);
-  const PlaneSet set = search(scene, organized());
-  EXPECT_EQ(set.planes.size(), static_cast<std::size_t>(kLeaves));
-  for (int surface = 0; surface < kLeaves; ++surface) {
-    std::size_t which = 0;
-    EXPECT_GT(recall(scene, set, surface, &which), 0.97) << surface;
-    EXPECT_LT(angleBetween(set.planes.at(which).plane, scene.plane(surface)), 0.3 * kDegree)
-        << surface;
-  }
-}
-
 }  // namespace
 }  // namespace planar_mapping

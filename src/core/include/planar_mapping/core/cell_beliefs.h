@@ -21,6 +21,7 @@ struct PLANAR_MAPPING_EXPORT CellBeliefParams {
   int features_per_cell = 8;  ///< [ours] sampled in each cell of each plane, >= 1
   /// [ours] Cells not seen for this many frames are forgotten; 0 = never.
   int max_unseen_frames = 0;
+  int threads = 1;  ///< 0 = all cores; never changes the result
 
   /// \throws ParameterError
   void validate() const;

@@ -47,6 +47,7 @@ struct PLANAR_MAPPING_EXPORT GroundParams {
   int min_points = 100;     ///< that must support it, >= 3
   int sample_size = 8192;   ///< points the estimate looks at, >= 100; labels look at all
   std::uint64_t seed = 12345;
+  int threads = 1;  ///< for the labels; 0 = all cores; never changes the result
 
   /// \throws ParameterError
   void validate() const;

@@ -26,6 +26,7 @@ struct PLANAR_MAPPING_EXPORT KeyFeatureBeliefParams {
   /// true = all features spread alike.
   bool doubt_spreads = false;
   int dense_per_cell = 8;  ///< [ours] dense points sampled in each cell of each plane, >= 1
+  int threads = 1;         ///< 0 = all cores; never changes the result
 
   /// \throws ParameterError
   void validate() const;

@@ -1,0 +1,125 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "lattice_boxes.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "lattice_cover.h"
+#include "planar_mapping/core/random.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+/// A few boxes and single cells, with a rim in which nothing is on.
+BitGrid clutter(Random& random) {
+  BitGrid grid(40, 24, 16);
+  const auto place = [&](std::uint32_t size) {
+    return 2 + static_cast<std::int32_t>(random.below(size - 4));
+  };
+  for (int i = 0; i < 6; ++i) {
+    const LatticeCell low{place(40), place(24), place(16)};
+    LatticeCell high = low;
+    for (std::size_t k = 0; k < 3; ++k) {
+      high[k] =
+          std::min(low[k] + 1 + static_cast<std::int32_t>(random.below(10)), grid.size()[k] - 2);
+    }
+    grid.fill({low, high});
+  }
+  for (int i = 0; i < 10; ++i) grid.set(place(40), place(24), place(16));
+  return grid;
+}
+
+const CoverRules kRules{{1, 1, 1}, {2, 2, 2}};
+
+bool standsFor(const LatticeBox& box, const LatticeCell& cell) {
+  return meet(grown(box, kRules.tolerance), boxOf(cell));
+}
+
+TEST(LatticeBoxes, TheLargestHoldAllowedCellsAndCannotGrow) {
+  Random random(3);
+  for (int round = 0; round < 20; ++round) {
+    const BitGrid required = clutter(random);
+    const BitGrid allowed = required.dilated({1, 1, 1});
+    const std::vector<LatticeBox> boxes = largestBoxes(required, allowed, kRules);
+    ASSERT_TRUE(std::is_sorted(boxes.begin(), boxes.end()));
+    for (const LatticeBox& box : boxes) {
+      ASSERT_TRUE(allowed.all(box));
+      for (std::size_t k = 0; k < 3; ++k) {
+        LatticeBox more = box;
+        ++more.high[k];
+        ASSERT_FALSE(allowed.all(more));
+        more = box;
+        --more.low[k];
+        ASSERT_FALSE(allowed.all(more));
+      }
+    }
+    for (const LatticeCell& cell : listCells(required)) {
+      ASSERT_TRUE(std::any_of(boxes.begin(), boxes.end(),
+                              [&](const LatticeBox& box) { return standsFor(box, cell); }));
+    }
+  }
+}
+
+TEST(LatticeBoxes, NoCoverHasFewerThanTheBound) {
+  Random random(4);
+  std::size_t bounds = 0;
+  std::size_t found = 0;
+  for (int round = 0; round < 30; ++round) {
+    const BitGrid required = clutter(random);
+    const BitGrid allowed = required.dilated({1, 1, 1});
+    const std::size_t boxes = coverWithin(required, allowed, kRules).boxes.size();
+    const std::size_t bound = fewestBoxes(required, allowed, kRules, 1000);
+    ASSERT_GE(bound, 1u);
+    ASSERT_LE(bound, boxes);
+    ASSERT_EQ(fewestBoxes(required, allowed, kRules, 2), std::min<std::size_t>(bound, 2));
+    bounds += bound;
+    found += boxes;
+  }
+  EXPECT_GT(10 * bounds, 8 * found);  // near enough to be of use
+}
+
+TEST(LatticeBoxes, TheBoundOfNothingIsNone) {
+  const BitGrid none(5, 5, 5);
+  EXPECT_EQ(fewestBoxes(none, none, kRules, 3), 0u);
+  EXPECT_TRUE(largestBoxes(none, none, kRules).empty());
+}
+
+TEST(LatticeCover, EachCellIsInOneBoxOrSetThatStandsForIt) {
+  Random random(6);
+  for (int round = 0; round < 20; ++round) {
+    const BitGrid required = clutter(random);
+    const BitGrid allowed = required.dilated({1, 1, 1});
+    const std::vector<LatticeCell> cells = listCells(required);
+    std::vector<CellSet> sets(3);
+    for (CellSet& set : sets) {
+      const std::uint32_t first = random.below(static_cast<std::uint32_t>(cells.size()));
+      const std::uint32_t last =
+          first + random.below(static_cast<std::uint32_t>(cells.size()) - first);
+      for (std::uint32_t n = first; n <= last; n += 2) set.push_back(n);
+    }
+    const LatticeCoverage cover = coverWithin(required, allowed, kRules, sets);
+    const CellNumbers numbers(required);
+    std::vector<int> times(cells.size(), 0);
+    for (const CoverBox& box : cover.boxes) {
+      ASSERT_TRUE(allowed.all(box.box));
+      for (const LatticeCell& m : box.members) {
+        ASSERT_TRUE(standsFor(box.box, m));
+        ++times[numbers.at(m[0], m[1], m[2])];
+      }
+    }
+    for (std::size_t n = 0; n < cells.size(); ++n) {
+      ASSERT_LE(times[n], 1);
+      const bool in_set = std::any_of(cover.sets.begin(), cover.sets.end(), [&](std::size_t s) {
+        return std::binary_search(sets[s].begin(), sets[s].end(), n);
+      });
+      ASSERT_TRUE(times[n] == 1 || in_set);
+    }
+    ASSERT_LE(cover.boxes.size() + cover.sets.size(),
+              coverWithin(required, allowed, kRules).boxes.size());
+  }
+}
+
+}  // namespace
+}  // namespace planar_mapping::detail
