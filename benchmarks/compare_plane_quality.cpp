@@ -5,6 +5,8 @@
 // definitions of Hoover et al. at 80 % overlap: the tables of docs/plane_quality.md.
 //   compare_plane_quality [REPETITIONS [SET ...]]     prints Markdown
 //   PLANE_QUALITY_CSV=FILE ...                         writes all rows as CSV besides
+//   PLANE_QUALITY_METHODS=TEXT ...                     only methods with TEXT in their names
+//   PLANE_QUALITY_LEAST=POINTS ...                     least size in place of the sets' own
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -205,6 +207,14 @@ int main(int argc, char** argv) {
       methods.push_back({peer.name, peer.organized_only, peer.find, true});
     }
   }
+  if (const char* wanted = std::getenv("PLANE_QUALITY_METHODS")) {
+    methods.erase(std::remove_if(methods.begin(), methods.end(),
+                                 [&](const Method& method) {
+                                   return method.name.find(wanted) == std::string::npos;
+                                 }),
+                  methods.end());
+  }
+  const char* least = std::getenv("PLANE_QUALITY_LEAST");
   const char* path = std::getenv("PLANE_QUALITY_CSV");
   std::FILE* csv = path != nullptr ? std::fopen(path, "w") : nullptr;
   if (csv != nullptr) {
@@ -212,7 +222,8 @@ int main(int argc, char** argv) {
                  "set,method,unit,distance_m,true,segments,correct,recall,precision,over,"
                  "under,missed,noise,angle_deg,point_recall,median_ms\n");
   }
-  for (const Set& set : allSets(std::vector<std::string>(argv + std::min(argc, 2), argv + argc))) {
+  for (Set& set : allSets(std::vector<std::string>(argv + std::min(argc, 2), argv + argc))) {
+    if (least != nullptr) set.min_inliers = std::max(3, std::atoi(least));
     compare(set, methods, repetitions, csv);
   }
   if (csv != nullptr) std::fclose(csv);

@@ -19,56 +19,13 @@
 #include <vector>
 
 #include "planar_mapping/core/error.h"
-#include "planar_mapping/evaluation/simulation.h"
 #include "planar_mapping/pipeline/pipeline.h"
 #include "planar_mapping/pipeline/stage_table.h"
+#include "simulated_corridor.h"
 
 namespace {
 
 using namespace planar_mapping;
-
-constexpr double kYaw = 0.35;            // radians
-constexpr double kCorridorLength = 100;  // metres
-constexpr double kBaseline = 0.12;       // metres
-constexpr double kWidth = 640;           // pixels, that the noise is meant for
-
-evaluation::SimulationParams simulationOf(bool standing, int frames, int width, double noise_px) {
-  evaluation::SimulationParams params;
-  params.scene = "corridor";
-  params.frames = frames;
-  params.yaw = kYaw;
-  params.length = kCorridorLength;
-  if (standing) params.path = evaluation::Path::Standing;
-  params.width = width;
-  params.height = width * 3 / 4;
-  params.sensor.baseline = kBaseline;
-  params.sensor.noise_px = noise_px * width / kWidth;
-  params.sensor.smallest_disparity_px *= width / kWidth;
-  params.colors = false;
-  params.threads = 0;
-  return params;
-}
-
-Frame frameOf(const evaluation::Simulation& simulation, std::size_t index) {
-  const evaluation::SimulatedFrame simulated = simulation.frame(index);
-  Frame frame;
-  frame.number = index;
-  frame.timestamp = simulated.timestamp;
-  frame.T_world_sensor = simulated.T_world_camera;
-  frame.given_pose = simulated.T_world_camera;
-  frame.camera = simulated.truth.camera;
-  frame.baseline = simulation.params().sensor.baseline;
-  frame.cloud = FrameCloud::Ptr(new FrameCloud(static_cast<std::uint32_t>(frame.camera->width),
-                                               static_cast<std::uint32_t>(frame.camera->height)));
-  frame.cloud->is_dense = false;
-  for (std::size_t i = 0; i < frame.cloud->size(); ++i) {
-    pcl::PointXYZ& point = (*frame.cloud)[i];
-    point.x = simulated.xyz[3 * i];
-    point.y = simulated.xyz[3 * i + 1];
-    point.z = simulated.xyz[3 * i + 2];
-  }
-  return frame;
-}
 
 double median(std::vector<double> values) {
   if (values.empty()) return 0.0;
@@ -91,7 +48,12 @@ int run(const std::string& configuration, bool standing, int frames, int width, 
   ConfigurationOverrides overrides;
   overrides.assignments = assignments;
   Pipeline pipeline(loadConfiguration(configuration, table, overrides));
-  const evaluation::Simulation simulation(simulationOf(standing, frames, width, noise_px));
+  test::SimulatedCorridor corridor;
+  corridor.standing = standing;
+  corridor.frames = frames;
+  corridor.width = width;
+  corridor.noise_px = noise_px;
+  const evaluation::Simulation simulation(corridor.params());
   std::vector<double> ms;
   std::size_t first_bytes = 0;
   std::size_t skipped = 0;
@@ -99,7 +61,7 @@ int run(const std::string& configuration, bool standing, int frames, int width, 
               "median, ms");
   const std::size_t tenth = std::max<std::size_t>(1, simulation.size() / 10);
   for (std::size_t i = 0; i < simulation.size(); ++i) {
-    Frame frame = frameOf(simulation, i);
+    Frame frame = test::simulatedFrame(simulation, i);
     const FrameReport report = pipeline.process(frame);
     skipped += report.skip_reason.empty() ? 0 : 1;
     ms.push_back(report.frame_ms);

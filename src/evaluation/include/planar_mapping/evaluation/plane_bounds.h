@@ -1,0 +1,83 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/multi_plane.h"
+#include "planar_mapping/core/types.h"
+#include "planar_mapping/evaluation/plane_quality.h"
+
+// How well planes can be found at best: what the noise of a cloud leaves to a search that knows
+// more than any search can.
+
+namespace planar_mapping {
+namespace evaluation {
+
+/// What a labelling by planes that are known believes of an image.
+struct PLANAR_MAPPING_EXPORT KnownPlanesParams {
+  double range_noise = 0.02;  ///< standard deviation along the rays, white, metres, > 0
+  /// Cost of two neighbouring pixels on different planes, beside the squared error along the ray
+  /// over twice the variance, > 0.
+  double edge_cost = 1.5;
+  double most_cost = 12.0;  ///< of the error of a point, which may be on no plane at all, > 0
+  int sweeps = 8;           ///< over rows and columns and back, >= 0
+  int min_points = 100;     ///< planes that get fewer points are left out, >= 1
+
+  /// \throws ParameterError
+  void validate() const;
+};
+
+/// Gives every point of an image seen from the origin to one of the planes of its scene by
+/// max-product belief propagation on the grid of pixels: noise along the ray, and a cost for every
+/// edge. No labels go in, but the planes do, which makes it an upper bound of what a search for
+/// planes can reach with the same belief. Non-finite points get none. \return the planes that have
+/// points, in their order; only `plane` and `inliers` are filled \throws InputError if the cloud is
+/// not organized; ParameterError Takes 20 bytes a point and plane, and time as that.
+PLANAR_MAPPING_EXPORT std::vector<PlaneSegment> assignToKnownPlanes(
+    const PointsView& points, const std::vector<Plane>& planes, const KnownPlanesParams& params);
+
+/// Another measurement of the same scene: each point on a true plane at the intersection of its ray
+/// with that plane plus white noise along the ray; all others as they are. Planes fitted to it are
+/// as far off as planes of that noise must be, and do not know the noise of the first measurement.
+/// \param range_noise standard deviation, metres, >= 0
+/// \return xyz triples
+/// \throws InputError if sizes disagree; ParameterError
+PLANAR_MAPPING_EXPORT std::vector<float> measuredAgain(const PointsView& points,
+                                                       const PlaneTruth& truth, double range_noise,
+                                                       std::uint64_t seed);
+
+/// Noise of disparities, standard deviations in pixels.
+struct PLANAR_MAPPING_EXPORT DisparityNoise {
+  double white = 0.0;   ///< of single pixels, such as rounding (a step over the root of 12), >= 0
+  double smooth = 0.0;  ///< of what is a mean of squares of pixels, >= 0
+  int smooth_side = 1;  ///< of the squares, pixels, odd
+
+  /// \throws ParameterError
+  void validate() const;
+};
+
+/// How noise turns the normal of a plane: standard deviations in the two directions in which it
+/// turns most and least, radians.
+struct PLANAR_MAPPING_EXPORT NormalError {
+  double largest = 0.0;
+  double smallest = 0.0;
+
+  /// Probability that a normal error is below \p angle radians (Gaussian).
+  double chanceWithin(double angle) const;
+};
+
+/// Covariance of the least squares of the disparities of a face, 1 / z = m . (x / z, y / z, 1),
+/// whose points are all known: where the noise is white its Cramer-Rao bound, else what is left
+/// without knowing the noise better than the camera says. \param points          image of a camera
+/// at the origin that looks along z \param face            indices of the points on the plane, at
+/// least three \param focal_baseline  focal length times baseline, pixels times metres, > 0 \throws
+/// InputError if the cloud is not organized or an index is outside; ParameterError
+PLANAR_MAPPING_EXPORT NormalError normalError(const PointsView& points, const Indices& face,
+                                              const Plane& plane, double focal_baseline,
+                                              const DisparityNoise& noise);
+
+}  // namespace evaluation
+}  // namespace planar_mapping

@@ -1,0 +1,226 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/evaluation/plane_bounds.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numeric>
+#include <vector>
+
+#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/random.h"
+
+namespace planar_mapping {
+namespace evaluation {
+namespace {
+
+constexpr std::uint32_t kWidth = 60;
+constexpr std::uint32_t kHeight = 40;
+constexpr double kFocal = 80.0;
+
+Vector3 rayOf(std::size_t i) {
+  const auto column = static_cast<double>(i % kWidth);
+  const auto row = static_cast<double>(i / kWidth);
+  return {(column - 29.5) / kFocal, (row - 19.5) / kFocal, 1.0};
+}
+
+/// Two walls that meet in a corner at the middle column, a metre away.
+struct Corner {
+  std::vector<Plane> planes;
+  std::vector<int> labels;
+  std::vector<float> xyz;
+
+  explicit Corner(double range_noise) {
+    constexpr double kTilt = 0.15;  // of either, radians
+    for (const double sign : {-1.0, 1.0}) {
+      planes.push_back({Vector3(sign * std::sin(kTilt), 0.0, -std::cos(kTilt)), std::cos(kTilt)});
+    }
+    Random random(7);
+    for (std::size_t i = 0; i < std::size_t{kWidth} * kHeight; ++i) {
+      const Vector3 direction = rayOf(i).normalized();
+      labels.push_back(direction.x() < 0.0 ? 0 : 1);
+      const Plane& plane = planes[static_cast<std::size_t>(labels.back())];
+      const double range = -plane.offset / plane.normal.dot(direction);
+      const Vector3 point = direction * (range + range_noise * random.normal());
+      for (int axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(point[axis]));
+    }
+  }
+  PointsView view() const { return PointsView(xyz.data(), kWidth, kHeight, 3); }
+  PlaneTruth truth() const { return {labels, planes}; }
+};
+
+std::size_t wrongPoints(const Corner& corner, const std::vector<PlaneSegment>& segments) {
+  std::size_t wrong = corner.labels.size();
+  for (std::size_t s = 0; s < segments.size(); ++s) {
+    for (const int i : segments[s].inliers) {
+      if (corner.labels[static_cast<std::size_t>(i)] == static_cast<int>(s)) --wrong;
+    }
+  }
+  return wrong;
+}
+
+TEST(PlaneBounds, NeighboursTellPlanesApartThatNoiseDoesNot) {
+  const Corner corner(0.03);
+  KnownPlanesParams params;
+  params.range_noise = 0.03;
+  params.sweeps = 0;
+  const std::size_t each =
+      wrongPoints(corner, assignToKnownPlanes(corner.view(), corner.planes, params));
+  params.sweeps = 8;
+  const std::size_t together =
+      wrongPoints(corner, assignToKnownPlanes(corner.view(), corner.planes, params));
+  EXPECT_GT(each, 300U) << "of 2,400";
+  EXPECT_LT(together, 100U);
+}
+
+TEST(PlaneBounds, WithoutNoiseOnlyTheEdgeIsInDoubt) {
+  const Corner corner(0.0);
+  KnownPlanesParams params;
+  params.range_noise = 0.001;
+  const auto segments = assignToKnownPlanes(corner.view(), corner.planes, params);
+  ASSERT_EQ(segments.size(), 2U);
+  EXPECT_LE(wrongPoints(corner, segments), 2 * std::size_t{kHeight});
+  EXPECT_EQ(segments[1].plane.normal, corner.planes[1].normal);
+}
+
+TEST(PlaneBounds, LeavesOutPointsWithoutRangeAndPlanesWithoutPoints) {
+  Corner corner(0.0);
+  corner.xyz[2] = std::numeric_limits<float>::quiet_NaN();
+  corner.planes.push_back({Vector3(0.0, 0.0, -1.0), 5.0});
+  corner.planes.push_back({Vector3(0.0, 0.0, -1.0), -5.0});  // behind the sensor
+  const auto segments = assignToKnownPlanes(corner.view(), corner.planes, {});
+  ASSERT_EQ(segments.size(), 2U);
+  EXPECT_EQ(segments[0].inliers.size() + segments[1].inliers.size(), corner.labels.size() - 1);
+  EXPECT_NE(segments[0].inliers.front(), 0);
+  EXPECT_TRUE(assignToKnownPlanes(corner.view(), {}, {}).empty());
+}
+
+TEST(PlaneBounds, MeasuresAgainAlongTheSameRays) {
+  const Corner corner(0.0);
+  PlaneTruth truth = corner.truth();
+  truth.labels[5] = kOnNoPlane;
+  const std::vector<float> again = measuredAgain(corner.view(), truth, 0.02, 3);
+  ASSERT_EQ(again.size(), corner.xyz.size());
+  const PointsView view(again.data(), kWidth, kHeight, 3);
+  double squares = 0.0;
+  for (std::size_t i = 0; i < view.size; ++i) {
+    const Vector3 point = view.point(i);
+    EXPECT_NEAR(point.normalized().dot(rayOf(i).normalized()), 1.0, 1e-6);
+    const double error = point.norm() - corner.view().point(i).norm();
+    squares += error * error;
+    if (i == 5) {
+      EXPECT_EQ(point, corner.view().point(i));
+    }
+  }
+  EXPECT_NEAR(std::sqrt(squares / static_cast<double>(view.size)), 0.02, 0.001);
+  EXPECT_EQ(again, measuredAgain(corner.view(), truth, 0.02, 3));
+  EXPECT_NE(again, measuredAgain(corner.view(), truth, 0.02, 4));
+}
+
+/// Root mean square angles of planes fitted to noisy disparities, in the directions in which they
+/// turn most and least.
+NormalError measured(const Plane& plane, double focal_baseline, const DisparityNoise& noise) {
+  constexpr int kDraws = 400;
+  Random random(11);
+  const int reach = noise.smooth_side / 2;
+  Matrix3 turns = Matrix3::Zero();
+  std::vector<double> white(std::size_t{kWidth} * kHeight);
+  for (int draw = 0; draw < kDraws; ++draw) {
+    for (double& w : white) w = random.normal();
+    Matrix3 squares = Matrix3::Zero();
+    Vector3 products = Vector3::Zero();
+    for (std::size_t i = 0; i < white.size(); ++i) {
+      const auto row = static_cast<int>(i / kWidth);
+      const auto column = static_cast<int>(i % kWidth);
+      // The border has no full squares, as elsewhere in the image of a face.
+      if (row < reach || row + reach >= static_cast<int>(kHeight) || column < reach ||
+          column + reach >= static_cast<int>(kWidth))
+        continue;
+      double smooth = 0.0;
+      for (int r = row - reach; r <= row + reach; ++r) {
+        for (int c = column - reach; c <= column + reach; ++c) {
+          smooth += white[static_cast<std::size_t>(r) * kWidth + c] / noise.smooth_side;
+        }
+      }
+      const double error = noise.smooth * smooth + noise.white * random.normal();
+      const Vector3 ray = rayOf(i);
+      const double inverse_depth = -plane.normal.dot(ray) / plane.offset + error / focal_baseline;
+      squares += ray * ray.transpose();
+      products += inverse_depth * ray;
+    }
+    const Vector3 fitted = -(squares.inverse() * products).normalized();
+    const Vector3 turn = fitted.cross(plane.normal);
+    turns += turn * turn.transpose() / kDraws;
+  }
+  const Vector3 variances = Eigen::SelfAdjointEigenSolver<Matrix3>(turns).eigenvalues();
+  return {std::sqrt(variances[2]), std::sqrt(variances[1])};
+}
+
+TEST(PlaneBounds, NormalErrorIsThatOfPlanesFittedToDisparities) {
+  const Plane plane{Vector3(0.5, -0.1, -0.8).normalized(), 2.0};
+  constexpr double kFocalBaseline = 40.0;
+  DisparityNoise white;
+  white.white = 0.1;
+  DisparityNoise smooth;
+  smooth.smooth = 0.1;
+  smooth.smooth_side = 5;
+  double before = 0.0;
+  for (const DisparityNoise& noise : {white, smooth}) {
+    Corner image(0.0);
+    Indices face;
+    const int reach = noise.smooth_side / 2;
+    for (std::size_t i = 0; i < image.labels.size(); ++i) {
+      const Vector3 ray = rayOf(i);
+      const Vector3 point = ray * (-plane.offset / plane.normal.dot(ray));
+      for (int axis = 0; axis < 3; ++axis) {
+        image.xyz[3 * i + static_cast<std::size_t>(axis)] = static_cast<float>(point[axis]);
+      }
+      const auto row = static_cast<int>(i / kWidth);
+      const auto column = static_cast<int>(i % kWidth);
+      if (row >= reach && row + reach < static_cast<int>(kHeight) && column >= reach &&
+          column + reach < static_cast<int>(kWidth))
+        face.push_back(static_cast<int>(i));
+    }
+    const NormalError expected = normalError(image.view(), face, plane, kFocalBaseline, noise);
+    const NormalError found = measured(plane, kFocalBaseline, noise);
+    EXPECT_NEAR(found.largest, expected.largest, 0.1 * expected.largest);
+    EXPECT_NEAR(found.smallest, expected.smallest, 0.1 * expected.smallest);
+    EXPECT_GT(expected.largest, 2.0 * before) << "25 pixels count as one";
+    before = expected.largest;
+  }
+}
+
+TEST(PlaneBounds, ChanceIsThatOfAGaussian) {
+  const NormalError round{0.01, 0.01};
+  EXPECT_NEAR(round.chanceWithin(0.01), 1.0 - std::exp(-0.5), 1e-4);
+  const NormalError line{0.01, 0.0};
+  EXPECT_NEAR(line.chanceWithin(0.01), std::erf(std::sqrt(0.5)), 1e-4);
+  EXPECT_EQ(NormalError{}.chanceWithin(0.01), 1.0);
+}
+
+TEST(PlaneBounds, SaysWhatIsWrong) {
+  const Corner corner(0.0);
+  const PointsView line(corner.xyz.data(), corner.labels.size());
+  EXPECT_THROW(assignToKnownPlanes(line, corner.planes, {}), InputError);
+  KnownPlanesParams params;
+  params.edge_cost = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(assignToKnownPlanes(corner.view(), corner.planes, params), ParameterError);
+  PlaneTruth truth = corner.truth();
+  EXPECT_THROW(measuredAgain(corner.view(), truth, -0.1, 1), ParameterError);
+  truth.labels.pop_back();
+  EXPECT_THROW(measuredAgain(corner.view(), truth, 0.1, 1), InputError);
+  DisparityNoise noise;
+  EXPECT_THROW(normalError(corner.view(), {5000}, corner.planes[0], 40.0, noise), InputError);
+  noise.smooth_side = 4;
+  EXPECT_THROW(normalError(corner.view(), {0, 1, 2}, corner.planes[0], 40.0, noise),
+               ParameterError);
+}
+
+}  // namespace
+}  // namespace evaluation
+}  // namespace planar_mapping
