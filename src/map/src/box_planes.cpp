@@ -33,7 +33,7 @@ Cuboid renamed(const Cuboid& box, const PlaneFrame& frame) {
 }
 
 /// Share of the face of a box, by squares of the size of a cell, that is over cells of a plane.
-double shareOver(const Cuboid& box, const PlaneLayer& layer, const PlaneFrame& frame, double cell) {
+double shareOver(const Cuboid& box, const NearPlane& plane, double cell) {
   const int columns = std::max(1, static_cast<int>(std::lround(box.size.x() / cell)));
   const int rows = std::max(1, static_cast<int>(std::lround(box.size.y() / cell)));
   int over = 0;
@@ -41,9 +41,9 @@ double shareOver(const Cuboid& box, const PlaneLayer& layer, const PlaneFrame& f
     for (int column = 0; column < columns; ++column) {
       const Vector3 place(((column + 0.5) / columns - 0.5) * box.size.x(),
                           ((row + 0.5) / rows - 0.5) * box.size.y(), 0.0);
-      const Vector3 at = frame.toPlane(box.center + box.orientation * place);
-      over += layer.at(static_cast<std::int32_t>(std::floor(at.x() / cell)),
-                       static_cast<std::int32_t>(std::floor(at.y() / cell)))
+      const Vector3 at = plane.frame.toPlane(box.center + box.orientation * place);
+      over += plane.raster.at(static_cast<std::int32_t>(std::floor(at.x() / cell)),
+                              static_cast<std::int32_t>(std::floor(at.y() / cell)))
                   ? 1
                   : 0;
     }
@@ -53,28 +53,26 @@ double shareOver(const Cuboid& box, const PlaneLayer& layer, const PlaneFrame& f
 
 }  // namespace
 
-void namePlanes(const MapData& map, const std::vector<const PlaneLayer*>& near,
+void namePlanes(const MapData& map, const std::vector<NearPlane>& near,
                 std::vector<Cuboid>& boxes) {
   const double cell = map.resolution();
   const double least_cosine = std::cos(map.params.association_angle);
-  std::vector<PlaneFrame> frames;
-  for (const PlaneLayer* layer : near) frames.push_back(layer->stored.frame());
   for (Cuboid& box : boxes) {
     const Cuboid unnamed = box;
     double largest = 0.0;
-    for (std::size_t i = 0; i < near.size(); ++i) {
-      const PlaneFrame& frame = frames[i];
+    for (const NearPlane& plane : near) {
+      const PlaneFrame& frame = plane.frame;
       Cuboid named = renamed(unnamed, frame);
       if ((named.orientation * Vector3::UnitZ()).dot(frame.n) < least_cosine ||
           named.size.z() > kMostCells * cell * (1.0 + 1e-9) ||
           std::abs(frame.toPlane(named.center).z()) > 0.5 * named.size.z() + 0.5 * cell) {
         continue;
       }
-      const double share = shareOver(named, *near[i], frame, cell);
+      const double share = shareOver(named, plane, cell);
       if (share < kLeastShare || share <= largest) continue;
       largest = share;
       box = named;
-      box.plane_id = near[i]->id;
+      box.plane_id = plane.id;
     }
   }
 }

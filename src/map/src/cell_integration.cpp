@@ -50,7 +50,7 @@ struct Cover {
     if (!(std::abs(a) < kLatticeLimit - 1) || !(std::abs(b) < kLatticeLimit - 1)) return false;
     at_a = static_cast<std::int32_t>(std::floor(a));
     at_b = static_cast<std::int32_t>(std::floor(b));
-    return layer->at(at_a, at_b);
+    return layer->raster().at(at_a, at_b);
   }
 };
 
@@ -158,7 +158,7 @@ std::vector<Cover> coversNear(const MapData& map, const Vector3& low, const Vect
 
 /// Cells that the planes touched in this frame cover now are no longer needed.
 void giveUpCovered(MapData& map, Frame& frame) {
-  if (map.cells.blocks.empty()) return;
+  if (map.cells.empty()) return;
   const double s = map.resolution();
   const auto frame_number = static_cast<std::uint32_t>(map.trajectory.size() - 1);
   for (const PlaneHits& hits : frame.hits) {
@@ -182,7 +182,7 @@ void giveUpCovered(MapData& map, Frame& frame) {
         for (auto y = static_cast<std::int32_t>(low.y()); y <= high.y(); ++y) {
           for (auto x = static_cast<std::int32_t>(low.x()); x <= high.x(); ++x) {
             const Int3 at{x, y, z};
-            CellBlock* block = map.cells.blocks.find(packKey(at));
+            CellBlock* block = map.cells.find(at);
             if (block == nullptr) continue;
             for (std::uint64_t bits = block->occupied(); bits != 0; bits &= bits - 1) {
               const int bit = __builtin_ctzll(bits);
@@ -210,7 +210,7 @@ void applyHits(MapData& map, Frame& frame, const KeyMap<BlockHits>& hits) {
   for (std::size_t i = 0; i < hits.size(); ++i) {
     const BlockHits& hit = hits.value(i);
     const Int3 at = unpackKey(hits.key(i));
-    CellBlock* block = map.cells.blocks.find(hits.key(i));
+    CellBlock* block = map.cells.find(at);
     bool changed = false;
     std::uint64_t seen = 0;
     const Vector3 middle =
@@ -300,7 +300,7 @@ void integrateCells(MapData& map, Frame& frame) {
     points.block[i] = static_cast<std::uint32_t>(index);
   }
   if (hits.empty()) return;
-  if (map.cells.blocks.empty() && map.cells.regions.empty()) {
+  if (map.cells.empty()) {
     const auto middle = [](double coordinate) {
       return 4 * static_cast<std::int32_t>(std::floor(coordinate / 4.0)) - kRegionCells / 2;
     };

@@ -3,14 +3,13 @@
 #pragma once
 
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "key_map.h"
 #include "map_data.h"
-#include "planar_mapping/core/compact_cover.h"
-#include "surface_band.h"
-#include "tight_list.h"
+#include "packed_boxes.h"
+#include "packed_cover.h"
+#include "region_cover.h"
 
 namespace planar_mapping::detail {
 
@@ -22,69 +21,65 @@ namespace planar_mapping::detail {
 /// rectangles that lie within one region give way to boxes where that needs fewer cuboids.
 class Compaction {
  public:
-  void update(const MapData& map);
+  /// \param effort for regions that changed since the last update; those that no longer do are
+  ///               always covered fully
+  void update(const MapData& map, CoverEffort effort);
   /// As of the last update.
   std::size_t count() const { return count_; }
-  /// Makes the list of the cuboids as of the last update, from when nothing may have changed:
-  /// those of the patches by plane and patch, then those of the regions.
+  /// Are all regions covered fully? Otherwise there may be fewer cuboids than count().
+  bool isSettled() const { return settled_; }
+  /// Makes the list of the cuboids as of the last update, from when nothing may have changed and
+  /// after which all regions are settled: those of the patches by plane and patch, then those of
+  /// the regions.
   const std::vector<Cuboid>& makeList(const MapData& map);
   const std::vector<Cuboid>& list() const { return list_; }
   std::size_t memoryBytes() const;
 
  private:
-  struct PatchRectangle {
-    HalfCellRectangle rectangle;
-    float probability = 1.0f;
-    bool replaced = false;  ///< a region has boxes in its place
-  };
-  struct Patch {
-    std::uint32_t revision = 0;
-    TightList<PatchRectangle> rectangles;  ///< its cover, like the next
-    TightList<LooseQuarter> loose;
-    TightList<std::uint64_t> regions;  ///< in which it has or absorbs something; ascending
+  using Planes = std::vector<PlaneLayer>;
+  using Records = std::vector<PackedRecords::Record>;
+  /// A patch of the map and its cover.
+  struct Slot {
+    static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
-    void setCover(const SurfaceCover& cover);
-  };
-  struct Plane {
-    std::int32_t id = 0;
-    std::uint32_t frame_revision = 0;  ///< as of the last update, like the next
-    SurfaceBand band;
-    KeyMap<Patch> patches;
-  };
-  /// A patch whose cells changed, and its new cover.
-  struct ChangedPatch {
-    std::size_t plane = 0;
-    std::uint64_t key = 0;
-    std::vector<PlacedTile> tiles;
-    SurfaceCover cover;
+    std::size_t position = 0;    ///< of the plane among those of the map
+    std::size_t patch = 0;       ///< of the plane's raster
+    std::size_t before = kNone;  ///< record of its cover as of the last update, if there is one
+    bool covered = true;         ///< no cells changed since
+    bool placed = true;          ///< nor did the plane move
+    PatchCover cover;            ///< the new one, if something did
   };
   struct Region {
     std::uint32_t revision = 0;
+    std::uint32_t first = 0;   ///< of those of its boxes that the list has
+    std::uint32_t listed = 0;  ///< how many
     bool dirty = true;
-    std::vector<Cuboid> cuboids;  ///< until the list takes them over
-    std::uint32_t first = 0;      ///< of those that the list has
-    std::uint32_t listed = 0;     ///< how many
-    /// Patches that have or absorb something here, by plane and key; repeated or outdated ones are
-    /// sorted out when the region is covered.
-    std::vector<std::pair<std::int32_t, std::uint64_t>> patches;
+    bool provisional = false;  ///< covered quickly: that is to be done again
+    PackedBoxes boxes;         ///< until the list takes them over
   };
-
-  /// \return whether all its cuboids moved
-  bool updatePlane(const MapData& map, std::size_t position, std::vector<ChangedPatch>& changes);
-  void placePatches(const MapData& map, const std::vector<char>& moved,
-                    std::vector<ChangedPatch>& changes);
-  void findRegions(const MapData& map, const PlaneFrame& frame, const SurfaceBand& band,
-                   Patch& patch) const;
-  void markRegions(const Patch& patch) {
-    for (const std::uint64_t key : patch.regions) regions_[key].dirty = true;
+  /// A region that is to be covered.
+  struct RegionTask {
+    std::size_t region = 0;  ///< position in regions_
+    CoverEffort effort = CoverEffort::Full;
+    std::vector<std::uint32_t> near;  ///< positions of covers that have or absorb something in it
+  };
+  std::vector<Slot> matchCovers(const MapData& map, const Planes& planes, const Records& before);
+  void makeCovers(const MapData& map, const Planes& planes, const Records& before,
+                  std::vector<Slot>& slots);
+  void markRegions(const std::vector<std::uint64_t>& keys) {
+    for (const std::uint64_t key : keys) regions_[key].dirty = true;
   }
-  void coverRegion(const MapData& map, std::uint64_t key, Region& region);
-  Plane* find(std::int32_t id);
+  /// \param slots  of each of the covers
+  void coverRegions(const MapData& map, const Planes& planes, const std::vector<Slot>& slots,
+                    CoverEffort effort);
+  void coverRegion(const MapData& map, const Planes& planes, const std::vector<Slot>& slots,
+                   const Records& covers, const RegionTask& task);
 
   Int3 anchor_;
-  std::vector<Plane> planes_;  ///< those of the map, in its order: by id, ascending
-  KeyMap<Region> regions_;     ///< by CellLayer::regionKey()
+  PackedRecords covers_;    ///< of the patches, by plane and key, ascending
+  KeyMap<Region> regions_;  ///< by CellLayer::regionKey()
   std::size_t count_ = 0;
+  bool settled_ = true;
   std::vector<Cuboid> list_;
 };
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "heap_bytes.h"
 #include "planar_mapping/core/cuboid.h"
 
 namespace planar_mapping::detail {
@@ -38,9 +39,7 @@ class CuboidIndex {
       stack[top++] = node.first;
     }
   }
-  std::size_t memoryBytes() const {
-    return nodes_.capacity() * sizeof(Node) + order_.capacity() * sizeof(std::uint32_t);
-  }
+  std::size_t memoryBytes() const { return heapBytes(nodes_) + heapBytes(order_); }
 
  private:
   static constexpr int kMaxDepth = 64;  // halves each time, and 2^32 cuboids do not fit

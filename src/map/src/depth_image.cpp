@@ -67,31 +67,54 @@ DepthImage::DepthImage(const PinholeCamera& camera, const Matrix3& rotation,
   levels_.push_back(std::move(level));
 }
 
-void DepthImage::fill(const PointsView& points) {
+void DepthImage::fill(const PointsView& points, const std::vector<std::uint8_t>& use) {
   const std::size_t width = points.width;
   std::vector<float> depth(width);
   std::vector<float> nearest(width);
   std::vector<float> farthest(width);
   Level& level = levels_.front();
+  const auto tiles = static_cast<std::size_t>(level.width);
+  // What is beyond the image is no measurement.
+  std::vector<std::uint8_t> marks(tiles << shift_);
+  const std::vector<std::uint8_t> all(use.empty() ? width : 0, 1);
+  use_.assign((tiles + 1) * (static_cast<std::size_t>(level.height) + 1), 0);
   for (int tile_row = 0; tile_row < level.height; ++tile_row) {
     std::fill(nearest.begin(), nearest.end(), std::numeric_limits<float>::infinity());
     std::fill(farthest.begin(), farthest.end(), 0.0f);
+    std::fill(marks.begin(), marks.end(), std::uint8_t{0});
     const std::uint32_t first = static_cast<std::uint32_t>(tile_row) << shift_;
     const std::uint32_t last = std::min(first + (1u << shift_), points.height);
     for (std::uint32_t row = first; row < last; ++row) {
       readRow(points[row * width], points.stride, width, depth.data());
       widenRow(depth.data(), width, nearest.data(), farthest.data());
+      markUse(use.empty() ? all.data() : &use[row * width], depth.data(), width, marks.data());
     }
-    Tile* tiles = &level.tiles[static_cast<std::size_t>(tile_row) * level.width];
-    for (int t = 0; t < level.width; ++t) {
-      const std::size_t begin = static_cast<std::size_t>(t) << shift_;
+    Tile* row_of_tiles = &level.tiles[static_cast<std::size_t>(tile_row) * tiles];
+    std::uint64_t* uses = &use_[(static_cast<std::size_t>(tile_row) + 1) * (tiles + 1) + 1];
+    for (std::size_t t = 0; t < tiles; ++t) {
+      const std::size_t begin = t << shift_;
       const std::size_t end = std::min(begin + (std::size_t{1} << shift_), width);
       Tile tile{nearest[begin], farthest[begin]};
+      std::uint64_t marked = marks[begin];
       for (std::size_t i = begin + 1; i < end; ++i) {
         tile.nearest = std::min(tile.nearest, nearest[i]);
         tile.farthest = std::max(tile.farthest, farthest[i]);
+        marked |= marks[i];
       }
-      tiles[t] = tile;
+      row_of_tiles[t] = tile;
+      uses[t] = (marked & 1u) + ((marked >> 1) << 32);
+    }
+  }
+  sumUses();
+}
+
+void DepthImage::sumUses() {
+  const Level& level = levels_.front();
+  const auto columns = static_cast<std::size_t>(level.width) + 1;
+  for (std::size_t row = 1; row <= static_cast<std::size_t>(level.height); ++row) {
+    for (std::size_t t = 1; t < columns; ++t) {
+      use_[row * columns + t] += use_[row * columns + t - 1] + use_[(row - 1) * columns + t] -
+                                 use_[(row - 1) * columns + t - 1];
     }
   }
 }
@@ -148,38 +171,6 @@ inline bool DepthImage::footprint(const Vector3& c, const Vector3& half, double 
   edges(c.x(), half.x(), camera_.fx, camera_.cx, corners);
   edges(c.y(), half.y(), camera_.fy, camera_.cy, corners + 2);
   return true;
-}
-
-void DepthImage::setMapped(const std::vector<std::uint8_t>& use, const PointsView& points) {
-  const Level& level = levels_.front();
-  const auto columns = static_cast<std::size_t>(level.width) + 1;
-  use_.assign(columns * (static_cast<std::size_t>(level.height) + 1), 0);
-  const auto width = static_cast<std::size_t>(camera_.width);
-  const auto height = static_cast<std::size_t>(camera_.height);
-  // What is beyond the image is no measurement.
-  std::vector<std::uint8_t> marks(static_cast<std::size_t>(level.width) << shift_);
-  std::vector<float> depth(width);
-  const std::vector<std::uint8_t> all(use.empty() ? width : 0, 1);
-  for (std::size_t tile_row = 0; tile_row < static_cast<std::size_t>(level.height); ++tile_row) {
-    std::fill(marks.begin(), marks.end(), std::uint8_t{0});
-    const std::size_t last = std::min((tile_row + 1) << shift_, height);
-    for (std::size_t row = tile_row << shift_; row < last; ++row) {
-      readRow(points[row * width], points.stride, width, depth.data());
-      markUse(use.empty() ? all.data() : &use[row * width], depth.data(), width, marks.data());
-    }
-    std::uint64_t* counts = &use_[(tile_row + 1) * columns + 1];
-    for (std::size_t t = 0; t < static_cast<std::size_t>(level.width); ++t) {
-      std::uint64_t any = 0;
-      for (std::size_t i = t << shift_; i < (t + 1) << shift_; ++i) any |= marks[i];
-      counts[t] = (any & 1u) + ((any >> 1) << 32);
-    }
-  }
-  for (std::size_t row = 1; row <= static_cast<std::size_t>(level.height); ++row) {
-    for (std::size_t t = 1; t < columns; ++t) {
-      use_[row * columns + t] += use_[row * columns + t - 1] + use_[(row - 1) * columns + t] -
-                                 use_[(row - 1) * columns + t - 1];
-    }
-  }
 }
 
 DepthImage::Use DepthImage::useOver(const Vector3& centre, const Vector3& half) const {
@@ -271,7 +262,7 @@ void DepthImage::bounds(double depth, Vector3& low, Vector3& high) const {
 
 std::vector<DepthImage> makeDepthImages(const FrameObservation& observation,
                                         const Matrix3& rotation, const Vector3& position,
-                                        double step) {
+                                        const std::vector<std::uint8_t>& use, double step) {
   const PointsView& points = observation.points;
   std::vector<DepthImage> images;
   if (points.size == 0) return images;
@@ -283,7 +274,7 @@ std::vector<DepthImage> makeDepthImages(const FrameObservation& observation,
     camera->height = organized ? static_cast<int>(points.height) : camera->height;
     images.emplace_back(*camera, rotation, position, false);
     if (organized) {
-      images.back().fill(points);
+      images.back().fill(points, use);
     } else {
       for (std::size_t i = 0; i < points.size; ++i) {
         if (points.isFinite(i)) images.back().add(points.point(i));

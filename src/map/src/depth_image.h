@@ -32,22 +32,19 @@ class DepthImage {
   DepthImage(const PinholeCamera& camera, const Matrix3& rotation, const Vector3& position,
              bool shared);
 
-  /// Depths of an organized cloud in the camera's own frame.
-  void fill(const PointsView& points);
+  /// Depths of an organized cloud in the camera's own frame, and which of them went into the map.
+  /// \param use one byte per point, 0 = not mapped; empty = all are
+  void fill(const PointsView& points, const std::vector<std::uint8_t>& use);
   /// Adds a single measurement, camera frame, where it projects into the image.
   void add(const Vector3& point);
   /// Must be called once after all measurements.
   void finish();
-  /// Tells which measurements of an organized cloud went into the map.
-  /// \param use one byte per point, 0 = not mapped; empty = all are
-  /// \param points the cloud that was filled in
-  void setMapped(const std::vector<std::uint8_t>& use, const PointsView& points);
   /// Which measurements over a box went into the map.
   struct Use {
     bool any = false;
     bool all = false;  ///< there are some, and all did
   };
-  /// Of the box (inside the image); none without setMapped().
+  /// Of the box (inside the image); none without fill().
   Use useOver(const Vector3& centre, const Vector3& half) const;
   /// Pixels that a square of the given side covers, facing the camera at this depth.
   double pixelsOf(double side, double depth) const {
@@ -72,6 +69,7 @@ class DepthImage {
  private:
   /// Corners in pixels of what the box covers; false if it reaches behind the camera.
   bool footprint(const Vector3& centre, const Vector3& half, double corners[4]) const;
+  void sumUses();
 
   struct Tile {
     float nearest = 0.0f;
@@ -97,9 +95,10 @@ class DepthImage {
 
 /// The images a frame is judged by: one of the camera's, or for a cloud without a camera the six
 /// faces of a cube around the sensor, along the world's axes.
+/// \param use see DepthImage::fill()
 std::vector<DepthImage> makeDepthImages(const FrameObservation& observation,
                                         const Matrix3& rotation, const Vector3& position,
-                                        double step);
+                                        const std::vector<std::uint8_t>& use, double step);
 
 /// Pinhole model that explains an organized cloud to a fraction of a pixel, if there is one.
 std::optional<PinholeCamera> estimateCamera(const PointsView& points);

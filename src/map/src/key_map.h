@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "heap_bytes.h"
+
 namespace planar_mapping::detail {
 
 /// Lattice coordinates stay within +-kLatticeLimit, so that three of them fit a 64-bit key.
@@ -126,6 +128,11 @@ class KeyMap {
     return values()[i];
   }
 
+  /// Makes room for so many entries in all.
+  void reserve(std::size_t capacity) {
+    if (capacity > capacity_) resizeTo(capacity);
+  }
+
   /// Removes the entries that the predicate (key, value) names; the others keep their order.
   template <typename Predicate>
   void removeIf(Predicate&& predicate) {
@@ -149,7 +156,7 @@ class KeyMap {
     size_ = 0;
     rehash();
   }
-  std::size_t memoryBytes() const { return bytesFor(capacity_); }
+  std::size_t memoryBytes() const { return heapBytes(bytesFor(capacity_)); }
 
  private:
   static_assert(alignof(Value) <= alignof(std::max_align_t));

@@ -18,7 +18,18 @@ namespace planar_mapping::detail {
 /// All that a map knows: plain values, copied with it and written to its file.
 struct MapData {
   PlanarMapParams params;
-  std::vector<PlaneLayer> planes;  ///< by id, ascending
+  RestingPlanes resting;
+  /// The planes while they are worked on, by id, ascending. Copies of the map are at rest.
+  struct WorkingPlanes : std::vector<PlaneLayer> {
+    bool awake = false;
+
+    WorkingPlanes() = default;
+    WorkingPlanes(const WorkingPlanes&) : std::vector<PlaneLayer>() {}
+    WorkingPlanes(WorkingPlanes&&) noexcept = default;
+    WorkingPlanes& operator=(const WorkingPlanes&) = delete;
+    WorkingPlanes& operator=(WorkingPlanes&&) noexcept = default;
+  };
+  WorkingPlanes planes;
   std::int32_t next_plane_id = 0;
   CellLayer cells;
   UnknownSpace unknown;
@@ -32,10 +43,15 @@ struct MapData {
     const CuboidApproximationParams& p = params.approximation;
     return p.thickness > 0.0 ? p.thickness : p.resolution;
   }
+  /// Stamp of what changes now: another one after each frame.
+  std::uint32_t revision() const { return static_cast<std::uint32_t>(trajectory.size() + 1); }
   bool isCompact() const { return params.approximation.profile == Profile::Compact; }
 };
 
-/// Stamps what was touched, for those who derive cuboids from it, and forgets what is empty.
+/// Opens the planes; tidyMap() closes them.
+void wakePlanes(MapData& map);
+/// Lets the planes rest, stamps what was touched, for those who derive cuboids from it, and forgets
+/// what is empty.
 void tidyMap(MapData& map, FrameUpdate& update);
 
 }  // namespace planar_mapping::detail

@@ -49,8 +49,8 @@ void takeTrajectory(MapData& map, const MapData& other, const Pose& T) {
 /// Rasters ride along with their planes: no cell is resampled. Those that lie on a plane of the map
 /// are joined with it.
 void takePlanes(MapData& map, const MapData& other, const Pose& T, Frame& frame) {
-  for (const PlaneLayer& from : other.planes) {
-    PlaneLayer layer = from;
+  wakePlanes(map);
+  for (PlaneLayer& layer : other.resting.open()) {
     layer.wake();
     const PlaneMoments moments = layer.moments().transformed(T);
     PlaneFrame placed = layer.frame();
@@ -66,14 +66,13 @@ void takePlanes(MapData& map, const MapData& other, const Pose& T, Frame& frame)
       continue;
     }
     layer.id = map.next_plane_id++;
-    for (std::size_t i = 0; i < layer.patches.size(); ++i) layer.patches.value(i).dirty = true;
+    layer.raster().markAllDirty();
     frame.hits.emplace_back();
     frame.hits.back().layer = map.planes.size();
     frame.hits.back().is_new = true;
     map.planes.push_back(std::move(layer));
     ++frame.update.planes_new;
   }
-  for (PlaneLayer& layer : map.planes) layer.wake();
   mergePlanes(map, frame);
 }
 
@@ -134,9 +133,9 @@ void takeParts(MapData& map, const CellBlock& block, const Int3& cell, const Pos
 }
 
 void takeCells(MapData& map, const MapData& other, const Pose& T, Frame& frame) {
-  if (other.cells.blocks.empty()) return;
+  if (other.cells.empty()) return;
   const double s = map.resolution();
-  if (map.cells.blocks.empty() && map.cells.regions.empty()) {
+  if (map.cells.empty()) {
     const Int3& a = other.cells.anchor;
     const Vector3 middle = Vector3(a.x, a.y, a.z) + Vector3::Constant(kRegionCells / 2);
     const Vector3 placed = T * Vector3(s * middle) / s;
@@ -146,13 +145,11 @@ void takeCells(MapData& map, const MapData& other, const Pose& T, Frame& frame) 
     };
     map.cells.anchor = {part(placed.x()), part(placed.y()), part(placed.z())};
   }
-  for (std::size_t i = 0; i < other.cells.blocks.size(); ++i) {
-    const CellBlock& block = other.cells.blocks.value(i);
-    const Int3 at = unpackKey(other.cells.blocks.key(i));
+  other.cells.forEachBlock([&](const Int3& at, const CellBlock& block) {
     for (std::uint64_t bits = block.occupied(); bits != 0; bits &= bits - 1) {
       takeParts(map, block, CellLayer::cellOf(at, __builtin_ctzll(bits)), T, frame);
     }
-  }
+  });
 }
 
 /// A block of this map as the other knows it: cells by their middles.

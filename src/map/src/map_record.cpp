@@ -22,18 +22,15 @@ void forEachCell(const std::vector<LatticeBundle>& bundles, Visit&& visit) {
 PlaneRecord recordOf(const PlaneLayer& layer) {
   PlaneRecord record;
   record.id = layer.id;
-  record.frames = layer.frames;
-  record.stored = layer.stored;
-  record.anchor = {layer.anchor_a / 8, layer.anchor_b / 8};
-  for (std::size_t i = 0; i < layer.tiles.size(); ++i) {
-    LatticeBundle b;
-    unpackKey(layer.tiles.key(i), b.at.x, b.at.y);
-    b.ones = layer.tiles.value(i).occupied();
-    if (b.ones != 0) record.tiles.push_back(b);
-  }
+  record.frames = layer.state().frames;
+  record.stored = layer.state().stored;
+  record.anchor = {layer.raster().anchorA(), layer.raster().anchorB()};
+  layer.raster().forEachTile([&](std::int32_t a, std::int32_t b, const RasterTile& tile) {
+    record.tiles.push_back({{a, b, 0}, tile.occupied(), 0});
+  });
   LatticeCoder::sort(2, record.tiles);
   forEachCell(record.tiles, [&](const LatticeBundle& b, std::size_t bit) {
-    record.beliefs.push_back(layer.tiles.find(packKey(b.at.x, b.at.y))->belief(bit));
+    record.beliefs.push_back(layer.raster().find(b.at.x, b.at.y)->belief(bit));
   });
   return record;
 }
@@ -41,30 +38,31 @@ PlaneRecord recordOf(const PlaneLayer& layer) {
 PlaneLayer layerOf(const PlaneRecord& record) {
   PlaneLayer layer;
   layer.id = record.id;
-  layer.frames = record.frames;
   layer.restore(record.stored);
-  layer.anchor_a = 8 * record.anchor[0];
-  layer.anchor_b = 8 * record.anchor[1];
+  layer.setFrames(record.frames);
+  OpenRaster& raster = layer.raster();
+  raster.setAnchor(record.anchor[0], record.anchor[1]);
   std::size_t next = 0;
   for (const LatticeBundle& b : record.tiles) {
-    RasterTile& tile = layer.tileAt(b.at.x, b.at.y);
+    RasterTile& tile = raster.tileAt(b.at.x, b.at.y);
     for (std::uint64_t bits = b.ones; bits != 0; bits &= bits - 1) {
       tile.setBelief(static_cast<std::size_t>(__builtin_ctzll(bits)), record.beliefs[next++]);
     }
-    layer.markDirty(b.at.x, b.at.y);
+    raster.markDirty(b.at.x, b.at.y);
   }
   return layer;
 }
 
 void recordCells(const CellLayer& cells, MapRecord& record) {
   record.anchor = {cells.anchor.x / 4, cells.anchor.y / 4, cells.anchor.z / 4};
-  for (std::size_t i = 0; i < cells.blocks.size(); ++i) {
-    const std::uint64_t occupied = cells.blocks.value(i).occupied();
-    if (occupied != 0) record.blocks.push_back({unpackKey(cells.blocks.key(i)), occupied, 0});
-  }
+  KeyMap<CellBlock> blocks;
+  cells.forEachBlock([&](const Int3& at, const CellBlock& block) {
+    record.blocks.push_back({at, block.occupied(), 0});
+    blocks[packKey(at)] = block;
+  });
   LatticeCoder::sort(3, record.blocks);
   forEachCell(record.blocks, [&](const LatticeBundle& b, std::size_t bit) {
-    const CellBlock& block = *cells.blocks.find(packKey(b.at));
+    const CellBlock& block = *blocks.find(packKey(b.at));
     record.beliefs.push_back(block.belief(bit));
     if (block.hasMeans()) {
       record.means.push_back(block.mean(bit));
@@ -72,10 +70,7 @@ void recordCells(const CellLayer& cells, MapRecord& record) {
       record.octants.push_back(block.octants(bit));
     }
   });
-  std::vector<std::uint64_t> regions;
-  for (std::size_t r = 0; r < cells.regions.size(); ++r) {
-    if (cells.regions.value(r).occupied) regions.push_back(cells.regions.key(r));
-  }
+  std::vector<std::uint64_t> regions = cells.regions.keys();
   std::sort(regions.begin(), regions.end());
   for (const std::uint64_t key : regions) {
     record.region_frames.push_back(cells.regions.find(key)->frame);
@@ -91,7 +86,7 @@ void restoreCells(const MapRecord& record, MapData& map) {
   }
   std::size_t next = 0;
   forEachCell(record.blocks, [&](const LatticeBundle& b, std::size_t bit) {
-    CellBlock& block = *cells.blocks.find(packKey(b.at));
+    CellBlock& block = *cells.find(b.at);
     block.setBelief(bit, record.beliefs[next]);
     if (map.isCompact()) {
       block.setOctants(bit, record.octants[next]);
@@ -121,7 +116,7 @@ MapRecord recordOf(const MapData& map) {
   record.trajectory.reserve(map.trajectory.size());
   map.trajectory.forEach(0, [&](const StoredPose& p) { record.trajectory.push_back(p); });
   record.next_plane_id = map.next_plane_id;
-  for (const PlaneLayer& layer : map.planes) record.planes.push_back(recordOf(layer));
+  for (const PlaneLayer& layer : map.resting.open()) record.planes.push_back(recordOf(layer));
   recordCells(map.cells, record);
   map.unknown.forEachBlock([&](const Int3& at, const UnknownSpace::Block& block) {
     record.space.push_back({at, block.free, block.unknown});
@@ -135,8 +130,9 @@ MapData mapOf(const MapRecord& record) {
   map.params = record.params;
   for (const StoredPose& pose : record.trajectory) map.trajectory.push(pose);
   map.next_plane_id = record.next_plane_id;
-  map.planes.reserve(record.planes.size());
-  for (const PlaneRecord& plane : record.planes) map.planes.push_back(layerOf(plane));
+  // One after the other: open ones are large.
+  map.resting.assign(record.planes.size(), map.revision(),
+                     [&](std::size_t i) { return layerOf(record.planes[i]); });
   restoreCells(record, map);
   std::vector<UnknownSpace::PlacedBlock> blocks;
   blocks.reserve(record.space.size());

@@ -112,19 +112,14 @@ void missPlane(const MapData& map, Frame& frame, const MissTest& test, PlaneLaye
   const Vector3 origin = test.image().toCamera(layer.frame().origin);
   const Vector3 normal = r * layer.frame().n;
   const Vector3 half_tile = 4.0 * s * (u.cwiseAbs() + v.cwiseAbs()) + Vector3::Constant(s);
-  for (std::size_t i = 0; i < layer.tiles.size(); ++i) {
-    RasterTile& tile = layer.tiles.value(i);
-    if (tile.occupied() == 0) continue;
-    std::int32_t ta = 0, tb = 0;
-    unpackKey(layer.tiles.key(i), ta, tb);
+  const auto missTile = [&](std::int32_t ta, std::int32_t tb, RasterTile& tile) {
     // Most tiles of a large plane are far away or behind the camera.
     const double depth = origin.z() + (8 * ta + 4) * s * u.z() + (8 * tb + 4) * s * v.z();
-    if (depth + half_tile.z() <= 0.0 || depth - half_tile.z() > map.params.max_range) continue;
+    if (depth + half_tile.z() <= 0.0 || depth - half_tile.z() > map.params.max_range) return;
     const Vector3 middle = origin + (8 * ta + 4) * s * u + (8 * tb + 4) * s * v;
-    if (!test.mayBeMissed(middle, half_tile)) continue;
-    const TileHits* seen = hits != nullptr ? hits->tiles.find(layer.tiles.key(i)) : nullptr;
-    const std::uint64_t* others =
-        absorbed != nullptr ? absorbed->find(layer.tiles.key(i)) : nullptr;
+    if (!test.mayBeMissed(middle, half_tile)) return;
+    const TileHits* seen = hits != nullptr ? hits->tiles.find(packKey(ta, tb)) : nullptr;
+    const std::uint64_t* others = absorbed != nullptr ? absorbed->find(packKey(ta, tb)) : nullptr;
     bool changed = false;
     for (std::uint64_t bits = tile.occupied() & ~(others != nullptr ? *others : 0); bits != 0;
          bits &= bits - 1) {
@@ -139,7 +134,23 @@ void missPlane(const MapData& map, Frame& frame, const MissTest& test, PlaneLaye
       changed = true;
       frame.update.cells_removed += miss(map.params, tile, at) ? 1 : 0;
     }
-    if (changed) layer.markDirty(ta, tb);
+    if (changed) layer.raster().markDirty(ta, tb);
+  };
+  for (std::size_t p = 0; p < layer.raster().patches(); ++p) {
+    // Nor is it worth it to unpack a patch of which no tile can be missed.
+    const TileWindow& w = layer.raster().window(p);
+    if (w.empty()) continue;
+    const double columns = w.high_a - w.low_a + 1;
+    const double rows = w.high_b - w.low_b + 1;
+    const Vector3 middle =
+        origin + (8 * w.low_a + 4.0 * columns) * s * u + (8 * w.low_b + 4.0 * rows) * s * v;
+    const Vector3 half =
+        4.0 * s * (columns * u.cwiseAbs() + rows * v.cwiseAbs()) + Vector3::Constant(1.01 * s);
+    if (middle.z() + half.z() <= 0.0 || middle.z() - half.z() > map.params.max_range ||
+        !test.mayBeMissed(middle, half)) {
+      continue;
+    }
+    layer.raster().forEachTile(p, missTile);
   }
 }
 
@@ -157,11 +168,10 @@ void missCells(MapData& map, Frame& frame, const MissTest& test) {
                              Vector3(map.cells.anchor.x, map.cells.anchor.y, map.cells.anchor.z));
     if (!test.reaches(low, low + Vector3::Constant(s * kRegionCells))) continue;
     // Regions of blocks there are exist already: marking them dirty moves nothing.
-    const std::vector<std::uint64_t>& keys = map.cells.regions.value(r).blocks;
-    for (const std::uint64_t key : keys) {
-      CellBlock* block = map.cells.blocks.find(key);
-      if (block == nullptr || block->occupied() == 0) continue;
+    for (const std::uint64_t key : map.cells.keysOf(r)) {
       const Int3 at = unpackKey(key);
+      CellBlock* block = map.cells.find(at);
+      if (block->occupied() == 0) continue;
       const Vector3 middle = (4.0 * s) * (Vector3(at.x, at.y, at.z) + Vector3::Constant(0.5));
       if (!test.mayBeMissed(test.image().toCamera(middle), half)) continue;
       std::uint64_t* seen = frame.cell_hits.find(key);
@@ -176,7 +186,6 @@ void missCells(MapData& map, Frame& frame, const MissTest& test) {
         if (!test.isMissed({test.image().toCamera(centre), 1.0, kBehindErrors, is_proven}))
           continue;
         changed = true;
-        // Once a frame, although a block may be listed twice.
         if (seen == nullptr) seen = &frame.cell_hits[key];
         *seen |= std::uint64_t{1} << bit;
         frame.update.cells_removed +=

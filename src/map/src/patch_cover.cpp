@@ -112,7 +112,7 @@ SurfaceCover coverPatch(const std::vector<PlacedTile>& tiles,
   return all;
 }
 
-std::vector<SurfacePiece> piecesOf(const HalfCellRectangle& r, const KeyMap<RasterTile>& tiles,
+std::vector<SurfacePiece> piecesOf(const HalfCellRectangle& r, const OpenRaster& raster,
                                    const PlaneFrame& plane, const SurfaceBand& band,
                                    const CuboidApproximationParams& params) {
   std::vector<SurfacePiece> pieces;
@@ -125,7 +125,7 @@ std::vector<SurfacePiece> piecesOf(const HalfCellRectangle& r, const KeyMap<Rast
   const std::int32_t reach = params.absorption >= 0.5 ? 1 : 0;
   for (std::int32_t b = r.b - reach; b < r.b + r.height + reach; ++b) {
     for (std::int32_t a = r.a - reach; a < r.a + r.width + reach; ++a) {
-      const RasterTile* tile = tiles.find(packKey(a >> 4, b >> 4));
+      const RasterTile* tile = raster.find(a >> 4, b >> 4);
       const int bit = 8 * (b >> 1 & 7) + (a >> 1 & 7);
       if (tile == nullptr || (tile->occupied() >> bit & 1u) == 0) continue;
       const float belief = beliefOf(tile->belief(static_cast<std::size_t>(bit)));

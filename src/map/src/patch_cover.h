@@ -16,9 +16,8 @@ SurfaceCover coverPatch(const std::vector<PlacedTile>& tiles,
 
 /// What a rectangle of the plane stands for: in the middle of the plane, or of a noisy one where
 /// its band ends on both sides.
-std::vector<SurfacePiece> piecesOf(const HalfCellRectangle& rectangle,
-                                   const KeyMap<RasterTile>& tiles, const PlaneFrame& plane,
-                                   const SurfaceBand& band,
+std::vector<SurfacePiece> piecesOf(const HalfCellRectangle& rectangle, const OpenRaster& raster,
+                                   const PlaneFrame& plane, const SurfaceBand& band,
                                    const CuboidApproximationParams& params);
 
 }  // namespace planar_mapping::detail

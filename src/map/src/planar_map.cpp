@@ -14,8 +14,19 @@
 
 namespace planar_mapping {
 
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+/// Twelve digits: an angle that was written in degrees differs in the 14th from one in radians and
+/// would take eight bytes of every file.
+double rounded(double radians, double most) {
+  return std::min(std::round(radians * 1e12) / 1e12, most);
+}
+
+}  // namespace
+
 void PlanarMapParams::validate() const {
-  constexpr double kPi = 3.14159265358979323846;
   approximation.validate();
   requireInRange("association_angle", association_angle, 0.0, 0.5 * kPi, "rad");
   requireInRange("association_offset", association_offset, 0.0, 1e6, "m");
@@ -43,7 +54,10 @@ void PlanarMapParams::validate() const {
 
 PlanarMap::PlanarMap(const PlanarMapParams& params) : impl_(std::make_unique<Impl>()) {
   params.validate();
-  impl_->data.params = params;
+  PlanarMapParams& own = impl_->data.params;
+  own = params;
+  own.association_angle = rounded(params.association_angle, 0.5 * kPi);
+  own.range_image_step = rounded(params.range_image_step, 0.5);
 }
 PlanarMap::~PlanarMap() = default;
 PlanarMap::PlanarMap(const PlanarMap& other) : impl_(std::make_unique<Impl>(*other.impl_)) {}
@@ -73,13 +87,10 @@ FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
   if (!map.trajectory.empty()) pose.alignTo(map.trajectory.back());
   map.trajectory.push(pose);
   if (map.params.unknown_space || map.params.miss_factor < 1.0) {
-    frame.images = detail::makeDepthImages(observation, frame.rotation, frame.sensor,
+    frame.images = detail::makeDepthImages(observation, frame.rotation, frame.sensor, frame.use,
                                            map.params.range_image_step);
-    if (frame.images.size() == 1 && observation.points.isOrganized()) {
-      frame.images.front().setMapped(frame.use, observation.points);
-    }
   }
-  for (detail::PlaneLayer& layer : map.planes) layer.wake();
+  detail::wakePlanes(map);
   // Neither knows of the other.
   const auto integrateSurfaces = [&] {
     detail::associatePlanes(map, frame);
@@ -112,9 +123,10 @@ void PlanarMap::clear() {
   impl_->data.params = params;
 }
 
-detail::Compaction& PlanarMap::Impl::compacted() const {
-  if (!cache.counted.load(std::memory_order_relaxed)) {
-    cache.compaction.update(data);
+detail::Compaction& PlanarMap::Impl::compacted(detail::CoverEffort effort) const {
+  const bool is_too_quick = effort == detail::CoverEffort::Full && !cache.compaction.isSettled();
+  if (is_too_quick || !cache.counted.load(std::memory_order_relaxed)) {
+    cache.compaction.update(data, effort);
     cache.counted.store(true, std::memory_order_release);
   }
   return cache.compaction;
@@ -124,25 +136,8 @@ const PlanarMap::Impl::Cache& PlanarMap::Impl::derived() const {
   if (cache.ready.load(std::memory_order_acquire)) return cache;
   const std::lock_guard<std::mutex> lock(cache.mutex);
   if (cache.ready.load(std::memory_order_relaxed)) return cache;
-  cache.index.build(compacted().makeList(data));
+  cache.index.build(compacted(detail::CoverEffort::Full).makeList(data));
   cache.ready.store(true, std::memory_order_release);
-  return cache;
-}
-
-const PlanarMap::Impl::Cache& PlanarMap::Impl::derivedUnknown() const {
-  const Cache& derived_cuboids = derived();
-  if (cache.unknown_ready.load(std::memory_order_acquire)) return cache;
-  const std::lock_guard<std::mutex> lock(cache.mutex);
-  if (cache.unknown_ready.load(std::memory_order_relaxed)) return cache;
-  cache.unknown = detail::unknownCells(data.unknown, derived_cuboids.compaction.list(),
-                                       data.unknownResolution());
-  cache.unknown_cells = 0;
-  for (std::size_t i = 0; i < cache.unknown.size(); ++i) {
-    for (const std::uint64_t word : cache.unknown.value(i)) {
-      cache.unknown_cells += static_cast<std::size_t>(__builtin_popcountll(word));
-    }
-  }
-  cache.unknown_ready.store(true, std::memory_order_release);
   return cache;
 }
 
@@ -151,7 +146,11 @@ const std::vector<Cuboid>& PlanarMap::cuboids() const {
 }
 std::size_t PlanarMap::cuboidCount() const {
   const std::lock_guard<std::mutex> lock(impl_->cache.mutex);
-  return impl_->compacted().count();
+  return impl_->compacted(detail::CoverEffort::Full).count();
+}
+std::size_t PlanarMap::cuboidCountAtMost() const {
+  const std::lock_guard<std::mutex> lock(impl_->cache.mutex);
+  return impl_->compacted(detail::CoverEffort::Quick).count();
 }
 const std::vector<MapPlane>& PlanarMap::planes() const {
   Impl::Cache& cache = impl_->cache;
@@ -159,10 +158,11 @@ const std::vector<MapPlane>& PlanarMap::planes() const {
   const std::lock_guard<std::mutex> lock(cache.mutex);
   if (cache.planes_ready.load(std::memory_order_relaxed)) return cache.planes;
   cache.planes.clear();
-  cache.planes.reserve(impl_->data.planes.size());
-  for (const detail::PlaneLayer& layer : impl_->data.planes) {
-    const detail::PlaneFit fit = layer.stored.fit();
-    cache.planes.push_back({layer.id, fit.plane, fit.moments, layer.frames});
+  const std::vector<detail::PlaneLayer> planes = impl_->data.resting.open();
+  cache.planes.reserve(planes.size());
+  for (const detail::PlaneLayer& layer : planes) {
+    const detail::PlaneFit fit = layer.state().stored.fit();
+    cache.planes.push_back({layer.id, fit.plane, fit.moments, layer.state().frames});
   }
   cache.planes_ready.store(true, std::memory_order_release);
   return cache.planes;
@@ -218,13 +218,26 @@ Indices PlanarMap::cuboidsAt(const Vector3& point, double margin) const {
 }
 
 std::size_t PlanarMap::unknownCells() const {
-  return impl_->derivedUnknown().unknown_cells;
+  Impl::Cache& cache = impl_->cache;
+  if (cache.unknown_ready.load(std::memory_order_acquire)) return cache.unknown_cells;
+  const detail::KeyMap<detail::CubeBits> unknown = impl_->unknownCells();
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < unknown.size(); ++i) {
+    for (const std::uint64_t word : unknown.value(i)) {
+      count += static_cast<std::size_t>(__builtin_popcountll(word));
+    }
+  }
+  const std::lock_guard<std::mutex> lock(cache.mutex);
+  if (cache.unknown_ready.load(std::memory_order_relaxed)) return count;
+  cache.unknown_cells = count;
+  cache.unknown_ready.store(true, std::memory_order_release);
+  return count;
 }
 
 std::vector<Cuboid> PlanarMap::unknownCuboids() const {
   const double s = impl_->data.unknownResolution();
   std::vector<Cuboid> cuboids;
-  for (const detail::CellBlockBox& box : detail::mergeToBoxes(impl_->derivedUnknown().unknown)) {
+  for (const detail::CellBlockBox& box : detail::mergeToBoxes(impl_->unknownCells())) {
     const Vector3 low(box.low.x, box.low.y, box.low.z);
     const Vector3 size(box.size.x, box.size.y, box.size.z);
     Cuboid cuboid;
@@ -260,16 +273,14 @@ bool PlanarMap::bounds(Vector3& low, Vector3& high) const {
 
 std::size_t PlanarMap::memoryBytes() const {
   const detail::MapData& data = impl_->data;
-  std::size_t bytes =
-      sizeof(PlanarMap) + sizeof(Impl) + data.cells.memoryBytes() + data.unknown.memoryBytes();
-  bytes += data.planes.capacity() * sizeof(detail::PlaneLayer);
-  for (const detail::PlaneLayer& layer : data.planes) bytes += layer.memoryBytes();
-  bytes += data.trajectory.memoryBytes();
+  using detail::heapBytes;
+  std::size_t bytes = sizeof(PlanarMap) + heapBytes(sizeof(Impl)) + data.cells.memoryBytes() +
+                      data.unknown.memoryBytes() + data.resting.memoryBytes() +
+                      data.trajectory.memoryBytes();
   const std::lock_guard<std::mutex> lock(impl_->cache.mutex);
   const Impl::Cache& cache = impl_->cache;
-  return bytes + cache.planes.capacity() * sizeof(MapPlane) +
-         cache.trajectory.capacity() * sizeof(cache.trajectory[0]) + cache.index.memoryBytes() +
-         cache.compaction.memoryBytes() + cache.unknown.memoryBytes();
+  return bytes + heapBytes(cache.planes) + heapBytes(cache.trajectory) + cache.index.memoryBytes() +
+         cache.compaction.memoryBytes();
 }
 
 std::vector<std::uint8_t> PlanarMap::serialize() const {

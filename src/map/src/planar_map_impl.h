@@ -27,8 +27,7 @@ struct PlanarMap::Impl {
     detail::CuboidIndex index;
 
     std::atomic<bool> unknown_ready{false};
-    detail::KeyMap<detail::CubeBits> unknown;  ///< cells that no cuboid occupies
-    std::size_t unknown_cells = 0;
+    std::size_t unknown_cells = 0;  ///< that no cuboid occupies
   };
   mutable Cache cache;
 
@@ -36,10 +35,13 @@ struct PlanarMap::Impl {
   Impl(const Impl& other) : data(other.data) {}
 
   /// The compaction; the lock of the cache is held.
-  detail::Compaction& compacted() const;
+  detail::Compaction& compacted(detail::CoverEffort effort) const;
   const Cache& derived() const;
-  /// derived() with the unknown cells.
-  const Cache& derivedUnknown() const;
+  /// Unknown cells that no cuboid occupies. They are many: they are not kept.
+  detail::KeyMap<detail::CubeBits> unknownCells() const {
+    return detail::unknownCells(data.unknown, derived().compaction.list(),
+                                data.unknownResolution());
+  }
   void changed() {
     cache.counted.store(false, std::memory_order_release);
     cache.ready.store(false, std::memory_order_release);

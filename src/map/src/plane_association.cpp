@@ -82,7 +82,8 @@ bool isNear(const MapData& map, const Frame& frame, std::size_t segment, const P
     if (!points.isFinite(at)) continue;
     std::int32_t a = 0, b = 0;
     const Vector3 world = frame.rotation * points.point(at) + frame.sensor;
-    if (layer.cellOf(world, map.resolution(), a, b) && layer.anyWithin(a, b, gap)) return true;
+    if (layer.cellOf(world, map.resolution(), a, b) && layer.raster().anyWithin(a, b, gap))
+      return true;
   }
   return false;
 }
@@ -114,18 +115,16 @@ bool mayBeNear(const MapData& map, const PlaneLayer& layer, const PlaneLayer& ot
 bool areNear(const MapData& map, const PlaneLayer& layer, const PlaneLayer& other) {
   const std::int32_t gap = gapInCells(map);
   const double s = map.resolution();
-  for (std::size_t i = 0; i < other.tiles.size(); ++i) {
-    std::int32_t ta = 0, tb = 0;
-    unpackKey(other.tiles.key(i), ta, tb);
-    const std::uint64_t occupied = other.tiles.value(i).occupied();
-    if (occupied == 0) continue;
-    const int bit = __builtin_ctzll(occupied);
+  bool near = false;
+  other.raster().forEachTile([&](std::int32_t ta, std::int32_t tb, const RasterTile& tile) {
+    if (near) return;
+    const int bit = __builtin_ctzll(tile.occupied());
     const Vector3 centre = other.frame().fromPlane(
         {(8 * ta + (bit & 7) + 0.5) * s, (8 * tb + (bit >> 3) + 0.5) * s, 0.0});
     std::int32_t a = 0, b = 0;
-    if (layer.cellOf(centre, s, a, b) && layer.anyWithin(a, b, gap)) return true;
-  }
-  return false;
+    near = layer.cellOf(centre, s, a, b) && layer.raster().anyWithin(a, b, gap);
+  });
+  return near;
 }
 
 /// Takes the cells of \p other over. Every cell of the receiving raster asks which cell of the
@@ -133,13 +132,10 @@ bool areNear(const MapData& map, const PlaneLayer& layer, const PlaneLayer& othe
 std::size_t takeCells(const MapData& map, PlaneLayer& layer, const PlaneLayer& other) {
   const double s = map.resolution();
   std::size_t added = 0;
-  for (std::size_t i = 0; i < other.tiles.size(); ++i) {
-    if (other.tiles.value(i).occupied() == 0) continue;
-    std::int32_t ta = 0, tb = 0;
-    unpackKey(other.tiles.key(i), ta, tb);
+  other.raster().forEachTile([&](std::int32_t ta, std::int32_t tb, const RasterTile& from) {
     const Vector3 middle = other.frame().fromPlane({(8 * ta + 4) * s, (8 * tb + 4) * s, 0.0});
     std::int32_t ma = 0, mb = 0;
-    if (!layer.cellOf(middle, s, ma, mb)) continue;
+    if (!layer.cellOf(middle, s, ma, mb)) return;
     // A tile turned by any angle reaches 6 cells from its middle.
     for (std::int32_t b = mb - 7; b <= mb + 7; ++b) {
       for (std::int32_t a = ma - 7; a <= ma + 7; ++a) {
@@ -147,20 +143,19 @@ std::size_t takeCells(const MapData& map, PlaneLayer& layer, const PlaneLayer& o
         std::int32_t oa = 0, ob = 0;
         if (!other.cellOf(centre, s, oa, ob) || (oa >> 3) != ta || (ob >> 3) != tb) continue;
         const int bit = 8 * (ob & 7) + (oa & 7);
-        const RasterTile& from = other.tiles.value(i);
         if (((from.occupied() >> bit) & 1u) == 0) continue;
         const std::uint8_t belief = from.belief(static_cast<std::size_t>(bit));
-        if (!layer.at(a, b)) {
+        if (!layer.raster().at(a, b)) {
           ++added;
           layer.setCell(a, b, belief);
         } else {
-          const RasterTile& own = *layer.tiles.find(packKey(a >> 3, b >> 3));
+          const RasterTile& own = *layer.raster().find(a >> 3, b >> 3);
           const auto own_bit = static_cast<std::size_t>(8 * (b & 7) + (a & 7));
           if (own.belief(own_bit) < belief) layer.setCell(a, b, belief);
         }
       }
     }
-  }
+  });
   return added;
 }
 
@@ -174,7 +169,7 @@ Vector3 directionOfWalls(const MapData& map, const Frame& frame) {
   }
   for (const PlaneLayer& layer : map.planes) {
     planes.push_back(layer.plane());
-    weights.push_back(layer.stored.weight.value());
+    weights.push_back(layer.weight());
   }
   return dominantDirection(planes, weights, map.params.approximation.up);
 }
@@ -240,10 +235,6 @@ void associatePlanes(MapData& map, Frame& frame) {
     layer.id = map.next_plane_id++;
     layer.setFrame(
         makePlaneFrame(frame.planes[k], frame.sensor, map.params.approximation.up, *along));
-    // By an eighth: maps are measured by their memory.
-    if (map.planes.size() == map.planes.capacity()) {
-      map.planes.reserve(map.planes.size() + map.planes.size() / 8 + 1);
-    }
     map.planes.push_back(std::move(layer));
     frame.hits.emplace_back();
     frame.hits.back().layer = map.planes.size() - 1;
@@ -278,7 +269,7 @@ void mergePlanes(MapData& map, Frame& frame) {
       PlaneMoments moments = layer.moments();
       moments.merge(map.planes[merged].moments());
       layer.setMoments(moments);
-      layer.frames = std::max(layer.frames, map.planes[merged].frames);
+      layer.setFrames(std::max(layer.state().frames, map.planes[merged].state().frames));
       gone[merged] = true;
       ++frame.update.planes_merged;
       if (merged == mine) hits.layer = kept;

@@ -6,106 +6,127 @@
 #include <cmath>
 #include <utility>
 
-#include "belief.h"
-
 namespace planar_mapping::detail {
 namespace {
 
-constexpr std::int32_t kPatchTiles = kPatchCells / 8;
+void put(const RoundedNumber& number, PackWriter& out) {
+  out.number(number.mantissa);
+  if (number.mantissa != 0) out.difference(number.exponent);
+}
+RoundedNumber takeRounded(PackReader& in) {
+  RoundedNumber number;
+  number.mantissa = in.as<std::uint16_t>();
+  if (number.mantissa != 0) number.exponent = in.differenceAs<std::int16_t>();
+  return number;
+}
 
-/// Bits of the columns [low, high] and rows [low, high] of a tile.
-std::uint64_t tileRectangle(std::int32_t low_a, std::int32_t low_b, std::int32_t high_a,
-                            std::int32_t high_b) {
-  const std::uint64_t row = ((std::uint64_t{2} << high_a) - 1) & ~((std::uint64_t{1} << low_a) - 1);
-  std::uint64_t bits = 0;
-  for (std::int32_t b = low_b; b <= high_b; ++b) bits |= (row & 0xffu) << (8 * b);
-  return bits;
+void put(const PlaneState& state, PackWriter& out) {
+  out.number(state.frames);
+  out.number(state.frame_revision);
+  const StoredPlane& p = state.stored;
+  out.byte(p.axis);
+  for (const std::int32_t n : p.normal) out.difference(n);
+  out.difference(p.turn);
+  for (const std::int64_t o : p.origin) out.difference(o);
+  put(p.weight, out);
+  for (const std::int64_t m : p.mean) out.difference(m);
+  for (const RoundedNumber& v : p.variance) put(v, out);
+  out.difference(p.correlation);
+  for (const std::int32_t slope : p.slope) out.difference(slope);
+  put(p.residual, out);
+}
+
+PlaneState takeState(PackReader& in) {
+  PlaneState state;
+  state.frames = in.as<std::uint32_t>();
+  state.frame_revision = in.as<std::uint32_t>();
+  StoredPlane& p = state.stored;
+  p.axis = in.byte();
+  for (std::int32_t& n : p.normal) n = in.differenceAs<std::int32_t>();
+  p.turn = in.differenceAs<std::int32_t>();
+  for (std::int64_t& o : p.origin) o = in.difference();
+  p.weight = takeRounded(in);
+  for (std::int64_t& m : p.mean) m = in.difference();
+  for (RoundedNumber& v : p.variance) v = takeRounded(in);
+  p.correlation = in.differenceAs<std::int32_t>();
+  for (std::int32_t& slope : p.slope) slope = in.differenceAs<std::int32_t>();
+  p.residual = takeRounded(in);
+  return state;
 }
 
 }  // namespace
 
-bool PlaneLayer::at(std::int32_t a, std::int32_t b) const {
-  const RasterTile* tile = tiles.find(packKey(a >> 3, b >> 3));
-  return tile != nullptr && ((tile->occupied() >> (8 * (b & 7) + (a & 7))) & 1u) != 0;
+PlaneLayer::PlaneLayer(const std::uint8_t* packed) {
+  PackReader in(packed);
+  id = in.as<std::int32_t>();
+  state_ = takeState(in);
+  raster_ = OpenRaster(in);
+  changed_ = false;
 }
 
-bool PlaneLayer::anyWithin(std::int32_t a, std::int32_t b, std::int32_t radius) const {
-  const auto touches = [&](std::int32_t ta, std::int32_t tb, const RasterTile& tile) {
-    const std::int32_t low_a = std::max(a - radius - 8 * ta, 0);
-    const std::int32_t low_b = std::max(b - radius - 8 * tb, 0);
-    const std::int32_t high_a = std::min(a + radius - 8 * ta, 7);
-    const std::int32_t high_b = std::min(b + radius - 8 * tb, 7);
-    return low_a <= high_a && low_b <= high_b &&
-           (tile.occupied() & tileRectangle(low_a, low_b, high_a, high_b)) != 0;
-  };
-  const std::int64_t side = 2 * static_cast<std::int64_t>(radius) / 8 + 2;
-  if (side * side > static_cast<std::int64_t>(tiles.size())) {
-    for (std::size_t i = 0; i < tiles.size(); ++i) {
-      std::int32_t ta = 0, tb = 0;
-      unpackKey(tiles.key(i), ta, tb);
-      if (touches(ta, tb, tiles.value(i))) return true;
-    }
-    return false;
-  }
-  for (std::int32_t tb = (b - radius) >> 3; tb <= (b + radius) >> 3; ++tb) {
-    for (std::int32_t ta = (a - radius) >> 3; ta <= (a + radius) >> 3; ++ta) {
-      const RasterTile* tile = tiles.find(packKey(ta, tb));
-      if (tile != nullptr && touches(ta, tb, *tile)) return true;
-    }
-  }
-  return false;
+bool PlaneLayer::pack(std::uint32_t revision, PackWriter& out) const {
+  out.number(static_cast<std::uint64_t>(id));
+  put(state_, out);
+  return raster_.pack(revision, out);
+}
+
+bool PlaneLayer::settle() {
+  if (!settled_) store(StoredPlane::from(frame_, moments()));
+  return changed_ || raster_.dirtyPatches() > 0;
+}
+
+void PlaneLayer::store(const StoredPlane& plane) {
+  if (!state_.stored.hasFrameOf(plane)) ++state_.frame_revision;
+  state_.stored = plane;
+  settled_ = true;
+  changed_ = true;
 }
 
 void PlaneLayer::wake() {
-  if (fit_ != nullptr) return;
-  fit_.reset(new Fit);
-  fit_->frame = stored.frame();
-  fit_->plane = planeOf(fit_->frame);
+  frame_ = state_.stored.frame();
+  plane_ = planeOf(frame_);
 }
 
 const PlaneMoments& PlaneLayer::moments() const {
-  if (!fit_->moments) fit_->moments = stored.moments(stored.frame());
-  return *fit_->moments;
+  if (!moments_) moments_ = state_.stored.moments(state_.stored.frame());
+  return *moments_;
 }
 
 void PlaneLayer::setFrame(const PlaneFrame& wanted) {
-  fit().frame = wanted;
-  fit().plane = planeOf(wanted);
+  frame_ = wanted;
+  plane_ = planeOf(wanted);
   settled_ = false;
 }
 
 void PlaneLayer::setMoments(const PlaneMoments& moments) {
-  fit().moments = moments;
+  moments_ = moments;
   settled_ = false;
 }
 
-void PlaneLayer::settle() {
-  if (!settled_) restore(StoredPlane::from(frame(), moments()));
-  fit_.reset();
+void PlaneLayer::setFrames(std::uint32_t frames) {
+  state_.frames = frames;
+  changed_ = true;
 }
 
 void PlaneLayer::restore(const StoredPlane& plane) {
-  if (!stored.hasFrameOf(plane)) ++frame_revision;
-  stored = plane;
-  fit_.reset();
-  settled_ = true;
+  store(plane);
+  wake();
+  moments_.reset();
 }
 
-RasterTile& PlaneLayer::tileAt(std::int32_t tile_a, std::int32_t tile_b) {
-  low_tile_a_ = std::min(low_tile_a_, tile_a);
-  low_tile_b_ = std::min(low_tile_b_, tile_b);
-  high_tile_a_ = std::max(high_tile_a_, tile_a);
-  high_tile_b_ = std::max(high_tile_b_, tile_b);
-  return tiles[packKey(tile_a, tile_b)];
+void PlaneLayer::setCell(std::int32_t a, std::int32_t b, std::uint8_t belief) {
+  raster_.tileAt(a >> 3, b >> 3).setBelief(static_cast<std::size_t>(8 * (b & 7) + (a & 7)), belief);
+  raster_.markDirty(a >> 3, b >> 3);
 }
 
 bool PlaneLayer::extent(std::int32_t& low_a, std::int32_t& low_b, std::int32_t& high_a,
                         std::int32_t& high_b) const {
-  if (low_tile_a_ > high_tile_a_) return false;
-  low_a = 8 * low_tile_a_;
-  low_b = 8 * low_tile_b_;
-  high_a = 8 * high_tile_a_ + 7;
-  high_b = 8 * high_tile_b_ + 7;
+  const TileWindow tiles = raster_.window();
+  if (tiles.empty()) return false;
+  low_a = 8 * tiles.low_a;
+  low_b = 8 * tiles.low_b;
+  high_a = 8 * tiles.high_a + 7;
+  high_b = 8 * tiles.high_b + 7;
   return true;
 }
 
@@ -132,101 +153,6 @@ bool PlaneLayer::cellOf(const Vector3& point, double s, std::int32_t& a, std::in
   a = static_cast<std::int32_t>(u);
   b = static_cast<std::int32_t>(v);
   return true;
-}
-
-std::uint64_t PlaneLayer::patchKey(std::int32_t tile_a, std::int32_t tile_b) const {
-  const auto part = [](std::int32_t tile, std::int32_t anchor) {
-    const std::int32_t d = tile - anchor / 8;
-    return d >= 0 ? d / kPatchTiles : -((kPatchTiles - 1 - d) / kPatchTiles);
-  };
-  return packKey(part(tile_a, anchor_a), part(tile_b, anchor_b));
-}
-
-void PlaneLayer::markDirty(std::int32_t tile_a, std::int32_t tile_b) {
-  PlanePatch& patch = patches[patchKey(tile_a, tile_b)];
-  patch.dirty = true;
-  patch.include(tile_a, tile_b);
-}
-
-void PlaneLayer::setCell(std::int32_t a, std::int32_t b, std::uint8_t belief) {
-  RasterTile& tile = tileAt(a >> 3, b >> 3);
-  tile.setBelief(static_cast<std::size_t>(8 * (b & 7) + (a & 7)), belief);
-  markDirty(a >> 3, b >> 3);
-}
-
-std::vector<std::vector<PlacedTile>> PlaneLayer::tilesOf(
-    const std::vector<std::size_t>& positions) const {
-  std::vector<std::vector<PlacedTile>> all(positions.size());
-  std::size_t places = 0;
-  for (const std::size_t position : positions) {
-    const PlanePatch& patch = patches.value(position);
-    if (patch.low_tile_a > patch.high_tile_a) continue;
-    places += static_cast<std::size_t>(patch.high_tile_a - patch.low_tile_a + 1) *
-              static_cast<std::size_t>(patch.high_tile_b - patch.low_tile_b + 1);
-  }
-  // To find the patch of a tile takes about four times as long as to find a tile.
-  if (4 * tiles.size() <= places) {
-    std::vector<std::size_t> place(patches.size(), KeyMap<PlanePatch>::kNone);
-    for (std::size_t i = 0; i < positions.size(); ++i) place[positions[i]] = i;
-    for (std::size_t i = 0; i < tiles.size(); ++i) {
-      if (tiles.value(i).occupied() == 0) continue;
-      std::int32_t ta = 0, tb = 0;
-      unpackKey(tiles.key(i), ta, tb);
-      const std::size_t p = patches.indexOf(patchKey(ta, tb));
-      if (p == KeyMap<PlanePatch>::kNone || place[p] == KeyMap<PlanePatch>::kNone) continue;
-      all[place[p]].push_back({ta, tb, &tiles.value(i)});
-    }
-    return all;
-  }
-  for (std::size_t i = 0; i < positions.size(); ++i) {
-    const PlanePatch& patch = patches.value(positions[i]);
-    for (std::int32_t tb = patch.low_tile_b; tb <= patch.high_tile_b; ++tb) {
-      for (std::int32_t ta = patch.low_tile_a; ta <= patch.high_tile_a; ++ta) {
-        const RasterTile* tile = tiles.find(packKey(ta, tb));
-        if (tile != nullptr && tile->occupied() != 0) all[i].push_back({ta, tb, tile});
-      }
-    }
-  }
-  return all;
-}
-
-std::size_t PlaneLayer::tidy(std::uint32_t revision) {
-  std::vector<std::size_t> dirty;
-  for (std::size_t p = 0; p < patches.size(); ++p) {
-    PlanePatch& patch = patches.value(p);
-    if (!patch.dirty) continue;
-    patch.dirty = false;
-    patch.revision = revision;
-    dirty.push_back(p);
-  }
-  if (dirty.empty()) return 0;
-  const std::vector<std::vector<PlacedTile>> members = tilesOf(dirty);
-  bool any_empty = false;
-  for (std::size_t i = 0; i < dirty.size(); ++i) {
-    PlanePatch& patch = patches.value(dirty[i]);
-    patch.low_tile_a = patch.low_tile_b = kLatticeLimit;
-    patch.high_tile_a = patch.high_tile_b = -kLatticeLimit;
-    for (const PlacedTile& tile : members[i]) {
-      patch.include(tile.a, tile.b);
-    }
-    any_empty |= members[i].empty();
-  }
-  if (any_empty) {
-    patches.removeIf([](std::uint64_t, const PlanePatch& patch) {
-      return patch.low_tile_a > patch.high_tile_a;
-    });
-    tiles.removeIf([](std::uint64_t, const RasterTile& tile) { return tile.occupied() == 0; });
-  }
-  low_tile_a_ = low_tile_b_ = kLatticeLimit;
-  high_tile_a_ = high_tile_b_ = -kLatticeLimit;
-  for (std::size_t p = 0; p < patches.size(); ++p) {
-    const PlanePatch& patch = patches.value(p);
-    low_tile_a_ = std::min(low_tile_a_, patch.low_tile_a);
-    low_tile_b_ = std::min(low_tile_b_, patch.low_tile_b);
-    high_tile_a_ = std::max(high_tile_a_, patch.high_tile_a);
-    high_tile_b_ = std::max(high_tile_b_, patch.high_tile_b);
-  }
-  return dirty.size();
 }
 
 bool PlaneLayer::refit(double s, double tolerance) {
@@ -260,10 +186,32 @@ bool PlaneLayer::refit(double s, double tolerance) {
   return true;
 }
 
-std::size_t PlaneLayer::memoryBytes() const {
-  std::size_t bytes = tiles.memoryBytes() + patches.memoryBytes();
-  for (std::size_t i = 0; i < tiles.size(); ++i) bytes += tiles.value(i).memoryBytes();
-  return bytes;
+std::vector<PlaneLayer> RestingPlanes::open() const {
+  std::vector<PlaneLayer> planes;
+  const std::vector<PackedRecords::Record> records = records_.list();
+  planes.reserve(records.size());
+  for (const PackedRecords::Record& record : records) planes.emplace_back(record.data);
+  return planes;
+}
+
+std::size_t RestingPlanes::close(std::vector<PlaneLayer> planes, std::uint32_t revision) {
+  std::size_t dirty = 0;
+  const std::vector<PackedRecords::Record> before = records_.list();
+  PackedRecords::Change change(before);
+  std::size_t next = 0;
+  for (PlaneLayer& layer : planes) {
+    dirty += layer.raster().dirtyPatches();
+    if (layer.settle()) {
+      PackWriter out;
+      if (layer.pack(revision, out)) change.put(out.bytes);
+      continue;
+    }
+    const auto idOf = [&](std::size_t r) { return PackReader(before[r].data).as<std::int32_t>(); };
+    while (idOf(next) != layer.id) ++next;
+    change.keep(next++);
+  }
+  records_.apply(change);
+  return dirty;
 }
 
 }  // namespace planar_mapping::detail

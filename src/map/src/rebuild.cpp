@@ -1,24 +1,25 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include <algorithm>
+#include <utility>
 
 #include "map_data.h"
 
 namespace planar_mapping::detail {
 
+void wakePlanes(MapData& map) {
+  static_cast<std::vector<PlaneLayer>&>(map.planes) = map.resting.open();
+  for (PlaneLayer& layer : map.planes) layer.wake();
+  map.planes.awake = true;
+}
+
 void tidyMap(MapData& map, FrameUpdate& update) {
-  const auto revision = static_cast<std::uint32_t>(map.trajectory.size() + 1);
-  // Every plane is asked, as a merge touches planes the frame did not see; a clean one costs a
-  // look at its patches.
-  for (PlaneLayer& layer : map.planes) {
-    layer.settle();
-    update.patches_rebuilt += layer.tidy(revision);
+  if (map.planes.awake) {
+    // A plane without a cell is forgotten; its id is not given out again.
+    update.patches_rebuilt += map.resting.close(std::move(map.planes), map.revision());
+    map.planes = MapData::WorkingPlanes();
   }
-  // A plane without a cell is forgotten; its id is not given out again.
-  map.planes.erase(std::remove_if(map.planes.begin(), map.planes.end(),
-                                  [](const PlaneLayer& layer) { return layer.patches.empty(); }),
-                   map.planes.end());
-  update.patches_rebuilt += map.cells.tidy(revision);
+  update.patches_rebuilt += map.cells.tidy(map.revision());
+  map.trajectory.rest();
 }
 
 }  // namespace planar_mapping::detail

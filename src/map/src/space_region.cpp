@@ -3,6 +3,7 @@
 #include "space_region.h"
 
 #include <cstring>
+#include <vector>
 
 namespace planar_mapping::detail {
 namespace {
@@ -64,7 +65,7 @@ void skipCells(const std::uint8_t*& at) {
 std::uint64_t SpaceRegion::labelsOf(std::size_t row, std::size_t own) const {
   if (isAlike(row)) return kEach * (row_labels_ >> (2 * row) & 3u);
   std::uint64_t labels = 0;
-  std::memcpy(&labels, &bytes_[8 * own], sizeof labels);
+  std::memcpy(&labels, bytes_.data() + 8 * own, sizeof labels);
   return labels;
 }
 
@@ -105,7 +106,7 @@ void SpaceRegion::pack(const Blocks& blocks) {
     if (k != kUnknownOrNever) putCells(b.free, bytes);
     if (k == kUnknownOrNever || k == kAllThree) putCells(b.unknown, bytes);
   }
-  bytes_ = std::vector<std::uint8_t>(bytes.begin(), bytes.end());  // with no room to spare
+  bytes_ = PackedBytes(bytes);
 }
 
 void SpaceRegion::unpack(Blocks& blocks) const {

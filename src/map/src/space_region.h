@@ -5,7 +5,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
+
+#include "packed_bytes.h"
 
 namespace planar_mapping::detail {
 
@@ -41,7 +42,7 @@ class SpaceRegion {
   void unpack(Blocks& blocks) const;
   /// \param bit of the cell in the block
   bool isUnknown(std::size_t block, int bit) const;
-  std::size_t memoryBytes() const { return bytes_.capacity(); }
+  std::size_t memoryBytes() const { return bytes_.memoryBytes(); }
 
  private:
   static constexpr std::size_t kRow = 32;  ///< blocks
@@ -58,7 +59,7 @@ class SpaceRegion {
     return kRows - static_cast<std::size_t>(__builtin_popcount(alike_));
   }
   Kinds kindsOf(std::size_t mixed) const {
-    const std::uint8_t byte = bytes_[8 * ownRows() + mixed / kKindsPerByte];
+    const std::uint8_t byte = bytes_.data()[8 * ownRows() + mixed / kKindsPerByte];
     return static_cast<Kinds>(byte >> (2 * (mixed % kKindsPerByte)) & 3u);
   }
   const std::uint8_t* firstCells() const {
@@ -69,7 +70,7 @@ class SpaceRegion {
   std::uint16_t alike_ = 0xffff;  ///< a bit for each row
   std::uint16_t mixed_ = 0;       ///< how many blocks are
   /// The labels of the other rows, the kinds of the mixed blocks by two bits, their cells.
-  std::vector<std::uint8_t> bytes_;
+  PackedBytes bytes_;
 };
 
 }  // namespace planar_mapping::detail

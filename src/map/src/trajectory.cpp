@@ -6,29 +6,13 @@
 #include <cmath>
 #include <cstring>
 
+#include "heap_bytes.h"
+
 namespace planar_mapping::detail {
 namespace {
 
-constexpr std::size_t kPosesPerChunk = 256;
+constexpr std::size_t kPosesPerChunk = 1024;
 constexpr unsigned kMostRepeated = 255;
-
-/// A difference without its sign bit in front: small ones are short, whatever their sign.
-std::uint64_t fold(std::uint64_t difference) {
-  return (difference << 1u) ^ ((difference >> 63u) != 0 ? ~std::uint64_t{0} : 0);
-}
-std::uint64_t unfold(std::uint64_t folded) {
-  return (folded >> 1u) ^ ((folded & 1u) != 0 ? ~std::uint64_t{0} : 0);
-}
-
-/// Seven bits a byte, the last one below 128.
-std::uint64_t takeNumber(const std::uint8_t*& at) {
-  std::uint64_t number = 0;
-  for (unsigned shift = 0;; shift += 7) {
-    const std::uint8_t byte = *at++;
-    number |= std::uint64_t{byte & 0x7fu} << shift;
-    if (byte < 0x80) return number;
-  }
-}
 
 }  // namespace
 
@@ -118,18 +102,19 @@ void Trajectory::State::accept(const Numbers& numbers) {
 }
 
 Trajectory::Reader::Reader(const Trajectory& trajectory, const Chunk& chunk)
-    : at_(&trajectory.bytes_[chunk.first_byte]), in_microseconds_(chunk.in_microseconds) {}
+    : in_(&trajectory.bytes_[chunk.first_byte]), in_microseconds_(chunk.in_microseconds) {}
 
 StoredPose Trajectory::Reader::next() {
   Numbers numbers = state_.expected();
   if (repeated_ > 0) {
     --repeated_;
   } else {
-    const unsigned differ = *at_++;
+    const unsigned differ = in_.byte();
+    counting_ = differ == 0;
     for (std::size_t i = 0; i < numbers.size(); ++i) {
-      if ((differ >> i & 1u) != 0) numbers[i] += unfold(takeNumber(at_));
+      if ((differ >> i & 1u) != 0) numbers[i] += unfoldSign(in_.number());
     }
-    if (differ == 0) repeated_ = *at_++ - 1u;
+    if (differ == 0) repeated_ = in_.byte() - 1u;
   }
   state_.accept(numbers);
   return poseOf(numbers, in_microseconds_);
@@ -147,37 +132,57 @@ void Trajectory::startChunk(const StoredPose& pose) {
     chunks_.reserve(chunks_.size() + chunks_.size() / 8 + 1);
   chunks_.push_back({static_cast<std::uint32_t>(size_), static_cast<std::uint32_t>(bytes_.size()),
                      isInMicroseconds(pose.timestamp, unused)});
-  state_ = State();
-  counting_ = false;
+  tail_->state = State();
+  tail_->counting = false;
+}
+
+Trajectory::Tail Trajectory::readTail() const {
+  Tail tail;
+  if (empty()) return tail;
+  Reader reader(*this, chunks_.back());
+  for (std::size_t i = chunks_.back().first_pose; i < size_; ++i) tail.back = reader.next();
+  tail.state = reader.state();
+  tail.counting = reader.isCounting();
+  return tail;
+}
+
+Trajectory::Tail& Trajectory::tail() {
+  if (tail_ == nullptr) tail_.reset(new Tail(readTail()));
+  return *tail_;
+}
+
+StoredPose Trajectory::back() const {
+  return tail_ != nullptr ? tail_->back : readTail().back;
 }
 
 void Trajectory::push(const StoredPose& pose) {
   std::int64_t unused = 0;
-  if (chunks_.empty() || state_.poses == kPosesPerChunk ||
+  Tail& tail = this->tail();
+  if (chunks_.empty() || tail.state.poses == kPosesPerChunk ||
       (chunks_.back().in_microseconds && !isInMicroseconds(pose.timestamp, unused))) {
     startChunk(pose);
   }
   const Numbers numbers = numbersOf(pose, chunks_.back().in_microseconds);
-  const Numbers expected = state_.expected();
+  const Numbers expected = tail.state.expected();
   std::uint8_t differ = 0;
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     if (numbers[i] != expected[i]) differ = static_cast<std::uint8_t>(differ | 1u << i);
   }
-  if (differ == 0 && counting_ && bytes_.back() < kMostRepeated) {
+  if (differ == 0 && tail.counting && bytes_.back() < kMostRepeated) {
     ++bytes_.back();
   } else {
     put(differ);
     for (std::size_t i = 0; i < numbers.size(); ++i) {
       if ((differ >> i & 1u) == 0) continue;
-      std::uint64_t rest = fold(numbers[i] - expected[i]);
+      std::uint64_t rest = foldSign(numbers[i] - expected[i]);
       for (; rest >= 0x80; rest >>= 7u) put(static_cast<std::uint8_t>(0x80u | rest));
       put(static_cast<std::uint8_t>(rest));
     }
-    counting_ = differ == 0;
-    if (counting_) put(1);
+    tail.counting = differ == 0;
+    if (tail.counting) put(1);
   }
-  state_.accept(numbers);
-  back_ = pose;
+  tail.state.accept(numbers);
+  tail.back = pose;
   ++size_;
 }
 
@@ -189,7 +194,7 @@ std::size_t Trajectory::chunkOf(std::size_t index) const {
 }
 
 StoredPose Trajectory::at(std::size_t index) const {
-  if (index + 1 == size_) return back_;
+  if (index + 1 == size_) return back();
   const Chunk& chunk = chunks_[chunkOf(index)];
   Reader reader(*this, chunk);
   for (std::size_t i = chunk.first_pose; i < index; ++i) reader.next();
@@ -197,7 +202,7 @@ StoredPose Trajectory::at(std::size_t index) const {
 }
 
 std::size_t Trajectory::memoryBytes() const {
-  return bytes_.capacity() + chunks_.capacity() * sizeof(Chunk);
+  return heapBytes(bytes_) + heapBytes(chunks_) + (tail_ != nullptr ? heapBytes(sizeof(Tail)) : 0);
 }
 
 }  // namespace planar_mapping::detail

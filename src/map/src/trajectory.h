@@ -7,7 +7,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "packed_numbers.h"
 #include "planar_mapping/core/types.h"
+#include "resting.h"
 
 namespace planar_mapping::detail {
 
@@ -35,15 +37,17 @@ bool isInMicroseconds(double timestamp, std::int64_t& microseconds);
 
 /// Poses of the frames in order, packed: a map must not grow while the robot stands still. A pose
 /// is what differs from the one before, where time is expected to go on as it did: a byte that says
-/// which of the eight numbers differ, and these; for poses as expected a count of them. Every 256
+/// which of the eight numbers differ, and these; for poses as expected a count of them. Every 1,024
 /// poses or so it starts anew, so that any one can be read.
 class Trajectory {
  public:
   bool empty() const { return size_ == 0; }
   std::size_t size() const { return size_; }
-  const StoredPose& back() const { return back_; }
+  StoredPose back() const;
   StoredPose at(std::size_t index) const;
   void push(const StoredPose& pose);
+  /// Forgets what the next push() can find out again.
+  void rest() { tail_.reset(); }
   /// \param take  called with each pose from the given one on
   template <class Take>
   void forEach(std::size_t from, const Take& take) const;
@@ -70,13 +74,24 @@ class Trajectory {
    public:
     Reader(const Trajectory& trajectory, const Chunk& chunk);
     StoredPose next();
+    const State& state() const { return state_; }
+    bool isCounting() const { return counting_; }  ///< was the last pose as expected?
 
    private:
-    const std::uint8_t* at_;
+    PackReader in_;
     bool in_microseconds_;
+    bool counting_ = false;
     State state_;
     unsigned repeated_ = 0;  ///< poses as expected that are still to come
   };
+  /// Where the next pose is added.
+  struct Tail {
+    State state;            ///< of the last chunk
+    bool counting = false;  ///< the last byte counts poses as expected
+    StoredPose back;
+  };
+  Tail readTail() const;
+  Tail& tail();
   static Numbers numbersOf(const StoredPose& pose, bool in_microseconds);
   static StoredPose poseOf(const Numbers& numbers, bool in_microseconds);
   void startChunk(const StoredPose& pose);
@@ -86,9 +101,7 @@ class Trajectory {
   std::vector<std::uint8_t> bytes_;
   std::vector<Chunk> chunks_;
   std::size_t size_ = 0;
-  StoredPose back_;
-  State state_;            ///< of the last chunk
-  bool counting_ = false;  ///< the last byte counts poses as expected
+  Resting<Tail> tail_;
 };
 
 template <class Take>

@@ -149,7 +149,7 @@ PlaneLayer readPlane(ByteReader& in) {
   const std::uint64_t frames = in.varint();
   if (id > INT32_MAX || frames > UINT32_MAX) in.fail("holds a number that is too large");
   layer.id = static_cast<std::int32_t>(id);
-  layer.frames = static_cast<std::uint32_t>(frames);
+  layer.setFrames(static_cast<std::uint32_t>(frames));
   const Vector3 origin = readVector(in);
   std::array<float, 6> axes{};
   for (float& axis : axes) axis = in.f32();
@@ -177,8 +177,9 @@ PlaneLayer readPlane(ByteReader& in) {
   }
   if (weight < 0.0) in.fail("has a plane of negative weight");
   layer.setMoments(PlaneMoments::fromSums(weight, Vector3::Zero(), scatter, mean));
-  layer.anchor_a = 8 * in.within(-2 * kLatticeLimit / 8, 2 * kLatticeLimit / 8);
-  layer.anchor_b = 8 * in.within(-2 * kLatticeLimit / 8, 2 * kLatticeLimit / 8);
+  const std::int32_t anchor_a = in.within(-2 * kLatticeLimit / 8, 2 * kLatticeLimit / 8);
+  const std::int32_t anchor_b = in.within(-2 * kLatticeLimit / 8, 2 * kLatticeLimit / 8);
+  layer.raster().setAnchor(anchor_a, anchor_b);
 
   const std::vector<CellBundle> bundles = readTree(TreeKind::Quadtree, Label::Occupied, in);
   std::vector<std::uint8_t> beliefs;
@@ -188,8 +189,8 @@ PlaneLayer readPlane(ByteReader& in) {
   Int3 last{INT32_MIN, 0, 0};
   forEachCell(TreeKind::Quadtree, bundles, [&](const CellBundle& b, int bit) {
     if (!(b.at == last)) {
-      tile = &layer.tileAt(b.at.x, b.at.y);
-      layer.markDirty(b.at.x, b.at.y);
+      tile = &layer.raster().tileAt(b.at.x, b.at.y);
+      layer.raster().markDirty(b.at.x, b.at.y);
     }
     last = b.at;
     tile->setBelief(static_cast<std::size_t>(bit), beliefs[next++]);
@@ -203,6 +204,7 @@ void readPlanes(MapData& map, ByteReader& in) {
   map.next_plane_id = static_cast<std::int32_t>(next);
   constexpr std::size_t kSmallestPlane = 7 * 8 + 12 * 4 + 8;
   const std::size_t n = in.count(kSmallestPlane);
+  map.planes.awake = true;
   for (std::size_t i = 0; i < n; ++i) {
     map.planes.push_back(readPlane(in));
     const std::int32_t id = map.planes[i].id;
@@ -227,7 +229,7 @@ void readCells(MapData& map, ByteReader& in) {
   readRuns(countCells(bundles), in, [&](std::uint8_t value) { beliefs.push_back(value); });
   std::size_t i = 0;
   forEachCell(TreeKind::Octree, bundles, [&](const CellBundle& b, int bit) {
-    CellBlock& block = *cells.blocks.find(packKey(b.at));
+    CellBlock& block = *cells.find(b.at);
     const auto at = static_cast<std::size_t>(bit);
     block.setBelief(at, beliefs[i++]);
     if (map.isCompact()) {

@@ -200,7 +200,7 @@ FrameReport Pipeline::report(const Frame& frame) const {
   report.planes = frame.planes.size();
   report.planes_new = frame.update.planes_new;
   report.planes_matched = frame.update.planes_matched;
-  report.cuboids = map_.cuboidCount();
+  report.cuboids = map_.cuboidCountAtMost();
   report.map_bytes = map_.memoryBytes();
   return report;
 }

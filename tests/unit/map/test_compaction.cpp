@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <vector>
 
 #include "noisy_sequence.h"
@@ -27,8 +28,10 @@ std::vector<std::vector<double>> numbersOf(const PlanarMap& map) {
   return numbers;
 }
 
-/// A map of a noisy walk; its cuboids are counted after each frame if \p counted.
-PlanarMap walked(const std::vector<test::View>& views, int threads, bool counted) {
+enum class Asked : std::uint8_t { Never, Quickly, Fully, InTurn };
+
+/// A map of a noisy walk; its cuboids are counted after each frame.
+PlanarMap walked(const std::vector<test::View>& views, int threads, Asked asked) {
   PlanarMapParams params;
   params.approximation.threads = threads;
   PlanarMap map(params);
@@ -36,7 +39,11 @@ PlanarMap walked(const std::vector<test::View>& views, int threads, bool counted
     FrameObservation frame = view.frame();
     frame.noise = StereoNoise{0.25, view.camera.fx, 0.5};
     map.insert(frame);
-    if (counted) {
+    const bool in_turn = asked == Asked::InTurn && map.frames() % 3 != 0;
+    if (asked == Asked::Quickly || in_turn) {
+      EXPECT_GT(map.cuboidCountAtMost(), 0u);
+    }
+    if (asked == Asked::Fully || (in_turn && map.frames() % 3 == 1)) {
       EXPECT_GT(map.cuboidCount(), 0u);
     }
   }
@@ -60,19 +67,50 @@ std::vector<test::View> noisyWalk(int frames) {
 
 TEST(Compaction, DoesNotDependOnTheNumberOfThreads) {
   const std::vector<test::View> views = noisyWalk(6);
-  const std::vector<std::vector<double>> one = numbersOf(walked(views, 1, true));
+  const std::vector<std::vector<double>> one = numbersOf(walked(views, 1, Asked::Fully));
   ASSERT_GT(one.size(), 30u);
-  EXPECT_EQ(one, numbersOf(walked(views, 2, true)));
-  EXPECT_EQ(one, numbersOf(walked(views, 7, true)));
+  EXPECT_EQ(one, numbersOf(walked(views, 2, Asked::Fully)));
+  EXPECT_EQ(one, numbersOf(walked(views, 7, Asked::Fully)));
+  EXPECT_EQ(one, numbersOf(walked(views, 2, Asked::Quickly)));
 }
 
 TEST(Compaction, DoesNotDependOnHowOftenCuboidsWereAskedFor) {
-  const std::vector<test::View> views = noisyWalk(6);
-  EXPECT_EQ(numbersOf(walked(views, 2, true)), numbersOf(walked(views, 2, false)));
+  const std::vector<test::View> views = noisyWalk(7);
+  const std::vector<std::vector<double>> never = numbersOf(walked(views, 2, Asked::Never));
+  EXPECT_EQ(numbersOf(walked(views, 2, Asked::Fully)), never);
+  EXPECT_EQ(numbersOf(walked(views, 2, Asked::Quickly)), never);
+  EXPECT_EQ(numbersOf(walked(views, 2, Asked::InTurn)), never);
+}
+
+TEST(Compaction, AQuickCountIsNeverLessAndSettlesWhereNothingChanges) {
+  std::size_t more = 0;
+  PlanarMap map;
+  for (const test::View& view : noisyWalk(6)) {
+    FrameObservation frame = view.frame();
+    frame.noise = StereoNoise{0.25, view.camera.fx, 0.5};
+    map.insert(frame);
+    const PlanarMap fresh = map;  // has counted nothing yet
+    const std::size_t at_most = map.cuboidCountAtMost();
+    EXPECT_EQ(map.cuboidCountAtMost(), at_most);
+    EXPECT_GE(at_most, fresh.cuboidCount());
+    more += at_most - fresh.cuboidCount();
+  }
+  EXPECT_GT(more, 0u);
+  // A frame far away changes nothing here.
+  Pose away = Pose::Identity();
+  away.translation() = Vector3(500.0, 0.0, 0.0);
+  std::vector<float> xyz{0.0f, 0.0f, 5.0f};
+  FrameObservation frame;
+  frame.points = PointsView(xyz.data(), 1);
+  frame.T_world_sensor = away;
+  map.insert(frame);
+  const std::size_t settled = map.cuboidCountAtMost();
+  EXPECT_EQ(settled, map.cuboidCount());
+  EXPECT_EQ(settled, map.cuboids().size());
 }
 
 TEST(Compaction, ABoxOnAPlaneHasItsNumber) {
-  const PlanarMap map = walked(noisyWalk(6), 1, false);
+  const PlanarMap map = walked(noisyWalk(6), 1, Asked::Never);
   const double s = map.params().approximation.resolution;
   std::size_t boxes = 0;
   for (const Cuboid& c : map.cuboids()) {

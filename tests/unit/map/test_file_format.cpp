@@ -123,6 +123,16 @@ TEST(FileFormat, DescribesTheEmptyMap) {
   EXPECT_EQ(read.in.end(), read.in.bytes.size());
 }
 
+TEST(FileFormat, AnglesGivenInDegreesTakeNoMoreBytes) {
+  PlanarMapParams in_degrees;
+  in_degrees.association_angle = 4.98473281764 * (3.14159265358979323846 / 180.0);
+  ASSERT_NE(in_degrees.association_angle, PlanarMapParams().association_angle);
+  EXPECT_EQ(PlanarMap(in_degrees).serialize(), PlanarMap().serialize());
+  PlanarMapParams steepest;
+  steepest.association_angle = 0.5 * 3.14159265358979323846;
+  EXPECT_NO_THROW(PlanarMap(PlanarMap(steepest).params()));
+}
+
 /// Files written by the release before version 3, of three frames each.
 class Version2 : public testing::TestWithParam<const char*> {};
 

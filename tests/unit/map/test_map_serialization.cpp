@@ -9,7 +9,6 @@
 
 #include "hostile_map_file.h"
 #include "map_scene.h"
-#include "planar_mapping/core/error.h"
 #include "planar_mapping/core/random.h"
 #include "planar_mapping/map/planar_map.h"
 #include "pmap_bits.h"
@@ -20,6 +19,7 @@ namespace {
 using test::Bytes;
 using test::Chance;
 using test::crc;
+using test::expectSaysWhatIsWrong;
 using test::load;
 using test::loadsOrFailsCleanly;
 using test::look;
@@ -273,24 +273,7 @@ TEST(HostileMapFile, IsRejectedWhenItIsSixtyFourMegabytesOfNothing) {
 }
 
 TEST(HostileMapFile, SaysWhatIsWrong) {
-  const auto message = [](const Bytes& file) -> std::string {
-    try {
-      load(file);
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "";
-  };
-  Bytes file = smallFile();
-  EXPECT_NE(message({'P', 'C', 'D'}).find("no planar map"), std::string::npos);
-  Bytes newer = file;
-  newer[8] = 4;
-  EXPECT_NE(message(newer).find("version 4"), std::string::npos);
-  Bytes damaged = file;
-  damaged[40] ^= 1u;
-  EXPECT_NE(message(damaged).find("checksum"), std::string::npos);
-  Bytes cut(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(file.size() / 2));
-  EXPECT_NE(message(cut).find("cut short"), std::string::npos);
+  expectSaysWhatIsWrong(smallFile(), 4);
 }
 
 }  // namespace

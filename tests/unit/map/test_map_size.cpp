@@ -40,7 +40,7 @@ TEST(MapSize, OfACorridorOfAHundredMetres) {
     map.insert(look(corridor(), lookFrom({0.0, 0.5 * i, 1.2}), 0.1 * i).frame());
   }
   EXPECT_GT(map.cuboids().size(), 3u);
-  EXPECT_LT(map.memoryBytes(), 200000u);
+  EXPECT_LT(map.memoryBytes(), 16500u);  // the noisy one may take 200 kB
   EXPECT_LT(map.serialize().size(), 20000u);
 }
 
@@ -85,7 +85,7 @@ TEST(MapSize, OfAPoseIsAFewBytes) {
 }
 
 TEST(MapSize, OfARoomIsAFewBytesACell) {
-  // Five frames of a room; unknown space included. A forty-fifth of OctoMap's 494 kB x 1.7, a
+  // Five frames of a room; unknown space included. A seventieth of OctoMap's 494 kB x 1.7, a
   // fifth of its .bt of 4,946 bytes (benchmarks/benchmark_map): the goals are a tenth and half.
   Scene scene;
   scene.camera = {500.0, 500.0, 319.5, 239.5, 640, 480};
@@ -94,7 +94,7 @@ TEST(MapSize, OfARoomIsAFewBytesACell) {
     map.insert(look(scene, lookFrom({-0.4 + 0.2 * i, 0.0, 1.0})).frame());
   }
   const std::size_t with_cuboids = (static_cast<void>(map.cuboids()), map.memoryBytes());
-  EXPECT_LT(with_cuboids, 18500u);
+  EXPECT_LT(with_cuboids, 11500u);
   EXPECT_LT(map.serialize().size(), 989u);
   EXPECT_GT(map.unknownCells(), 180000u);
 }

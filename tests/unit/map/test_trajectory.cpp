@@ -91,5 +91,25 @@ TEST(Trajectory, TakesAFewBytesAPoseAndNextToNoneAtRest) {
   EXPECT_LT(packed(resting).memoryBytes(), 1000u);
 }
 
+TEST(Trajectory, GoesOnAfterResting) {
+  Random random(8);
+  std::vector<StoredPose> poses;
+  Trajectory resting;
+  for (int i = 0; i < 3000; ++i) {
+    // At rest for a while, then moving, over the ends of chunks.
+    const double moved = i / 100 % 2 == 0 ? 0.0 : 0.01 * i;
+    poses.push_back(StoredPose::from(0.1 * i, Quaternion::Identity(), Vector3(moved, 0.0, 1.0)));
+    resting.push(poses.back());
+    if (random.uniform(0.0, 1.0) < 0.5) resting.rest();
+    expectSame(resting.back(), poses.back());
+    if (random.uniform(0.0, 1.0) < 0.1) resting = Trajectory(resting);
+  }
+  expectHolds(resting, poses);
+  Trajectory once = packed(poses);
+  once.rest();
+  resting.rest();
+  EXPECT_EQ(Trajectory(resting).memoryBytes(), Trajectory(once).memoryBytes());
+}
+
 }  // namespace
 }  // namespace planar_mapping::detail

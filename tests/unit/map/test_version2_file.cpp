@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "hostile_map_file.h"
-#include "planar_mapping/core/error.h"
 #include "planar_mapping/core/random.h"
 #include "planar_mapping/map/planar_map.h"
 
@@ -21,6 +20,7 @@ namespace {
 
 using test::Bytes;
 using test::crc;
+using test::expectSaysWhatIsWrong;
 using test::load;
 using test::loadsOrFailsCleanly;
 
@@ -228,24 +228,7 @@ TEST(HostileVersion2File, LoadsQuicklyWithManyPatchesThatAreAlmostEmpty) {
 }
 
 TEST(HostileVersion2File, SaysWhatIsWrong) {
-  const auto message = [](const Bytes& file) -> std::string {
-    try {
-      load(file);
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "";
-  };
-  Bytes file = smallFile();
-  EXPECT_NE(message({'P', 'C', 'D'}).find("no planar map"), std::string::npos);
-  Bytes newer = file;
-  newer[8] = 9;
-  EXPECT_NE(message(newer).find("version 9"), std::string::npos);
-  Bytes damaged = file;
-  damaged[40] ^= 1u;
-  EXPECT_NE(message(damaged).find("checksum"), std::string::npos);
-  Bytes cut(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(file.size() / 2));
-  EXPECT_NE(message(cut).find("cut short"), std::string::npos);
+  expectSaysWhatIsWrong(smallFile(), 9);
 }
 
 }  // namespace

@@ -5,11 +5,40 @@
 #include <cstdint>
 #include <cstring>
 
+#include "../marked_indices.h"
 #include "builtin.h"
 #include "noise_keys.h"
+#include "planar_mapping/core/simd.h"
 
 namespace planar_mapping {
 namespace {
+
+/// Not a number is no depth to be judged.
+PLANAR_MAPPING_MULTIVERSION
+void markWithin(const float* depths, std::size_t n, float farthest, std::uint8_t* marks) {
+  for (std::size_t i = 0; i < n; ++i) marks[i] = __builtin_fabsf(depths[i]) > farthest ? 0 : 1;
+}
+
+void keepWithin(float farthest, const FrameCloud& cloud, Indices& indices) {
+  constexpr std::size_t kBlock = 1024;
+  // What the processor fetches by itself ends with each page.
+  constexpr std::size_t kAhead = 256;
+  float depths[kBlock];
+  std::uint8_t marks[kBlock];
+  int* kept = indices.data();
+  for (std::size_t first = 0; first < indices.size(); first += kBlock) {
+    const std::size_t n = std::min(kBlock, indices.size() - first);
+    const int* block = indices.data() + first;
+    for (std::size_t i = 0; i < n; ++i) {
+      const float* point = cloud.points[static_cast<std::size_t>(block[i])].data;
+      __builtin_prefetch(point + 4 * kAhead);
+      depths[i] = point[2];
+    }
+    markWithin(depths, n, farthest, marks);
+    kept = detail::copyMarked(block, marks, n, 1, kept);
+  }
+  indices.resize(static_cast<std::size_t>(kept - indices.data()));
+}
 
 /// A far point of a stereo camera says less about its place than a cell is large.
 class DepthErrorLimitStage : public Stage {
@@ -37,19 +66,7 @@ class DepthErrorLimitStage : public Stage {
   void process(Frame& frame) override {
     const std::optional<StereoNoise> noise = noise_.optionalNoise();
     if (!noise) return;
-    const float farthest = farthestDepth(*noise);
-    const pcl::PointXYZ* points = frame.cloud->points.data();
-    const int* const end = frame.indices.data() + frame.indices.size();
-    int* kept = frame.indices.data();
-    // Written always and counted where it stays: which points do, no branch could foresee.
-    for (const int* index = kept; index != end; ++index) {
-      // What the processor fetches by itself ends with each page.
-      constexpr std::ptrdiff_t kAhead = 256;
-      __builtin_prefetch(points + index[end - index > kAhead ? kAhead : 0]);
-      *kept = *index;
-      kept += std::fabs(points[static_cast<std::size_t>(*index)].z) > farthest ? 0 : 1;
-    }
-    frame.indices.resize(static_cast<std::size_t>(kept - frame.indices.data()));
+    keepWithin(farthestDepth(*noise), *frame.cloud, frame.indices);
   }
 
  private:

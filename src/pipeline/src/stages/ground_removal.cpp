@@ -63,6 +63,7 @@ class GroundRemovalStage : public Stage {
   }
   void configure(const RunSettings& settings) override {
     params_.seed = settings.seed;
+    params_.threads = settings.threads;
     params_.camera_height = camera_height_.value_or(0.0);
     params_.validate();
   }

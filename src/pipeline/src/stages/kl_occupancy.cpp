@@ -29,7 +29,8 @@ class KlOccupancyStage : public Stage {
     doubt_spreads_ = true;
   }
   void declare(ParameterTable& table) override;
-  void configure(const RunSettings&) override {
+  void configure(const RunSettings& settings) override {
+    threads_ = settings.threads;
     if (resolution_) setParams(*resolution_);
   }
   void adapt(const CloudScale& scale) override {
@@ -51,6 +52,7 @@ class KlOccupancyStage : public Stage {
   std::optional<double> resolution_ = 0.1;
   double range_floor_cells_ = 0.5;
   int features_per_cell_ = 8;
+  int threads_ = 1;
   bool dense_groups_ = true;
   bool doubt_spreads_ = false;
   FeatureSource source_ = FeatureSource::Auto;
@@ -123,6 +125,7 @@ void KlOccupancyStage::setParams(double resolution) {
   cells.resolution = resolution;
   cells.features_per_cell = features_per_cell_;
   cells.max_unseen_frames = beliefs_.max_unseen_frames;
+  cells.threads = threads_;
   cells_.setParams(cells);
   KeyFeatureBeliefParams tracks;
   tracks.beliefs = beliefs_;
@@ -130,6 +133,7 @@ void KlOccupancyStage::setParams(double resolution) {
   tracks.dense_groups = dense_groups_;
   tracks.doubt_spreads = doubt_spreads_;
   tracks.dense_per_cell = features_per_cell_;
+  tracks.threads = threads_;
   tracks_.setParams(tracks);
 }
 

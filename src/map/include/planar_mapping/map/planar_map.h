@@ -156,6 +156,10 @@ class PLANAR_MAPPING_EXPORT PlanarMap {
   const std::vector<Cuboid>& cuboids() const;
   /// Number of cuboids(), without making their list.
   std::size_t cuboidCount() const;
+  /// No less than cuboidCount(), to watch a map while it grows: only what has not changed since the
+  /// last question is covered as cuboids() has it, the rest by a quicker search, so that the answer
+  /// takes a fraction of the time and depends on when it was asked.
+  std::size_t cuboidCountAtMost() const;
   /// Unknown space as axis-aligned cuboids (state Unknown, plane_id -1), merged.
   std::vector<Cuboid> unknownCuboids() const;
   const std::vector<MapPlane>& planes() const;

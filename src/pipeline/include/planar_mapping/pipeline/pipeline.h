@@ -35,7 +35,7 @@ struct FrameReport {
   std::size_t planes = 0;
   std::size_t planes_new = 0;
   std::size_t planes_matched = 0;
-  std::size_t cuboids = 0;  ///< in the map, after the frame
+  std::size_t cuboids = 0;  ///< in the map, after the frame: PlanarMap::cuboidCountAtMost()
   std::size_t map_bytes = 0;
   std::vector<FrameStatistic> statistics;  ///< of the stages
 };

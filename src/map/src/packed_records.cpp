@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "packed_records.h"
+
+#include <utility>
+
+#include "packed_numbers.h"
+
+namespace planar_mapping::detail {
+
+std::vector<PackedRecords::Record> PackedRecords::list() const {
+  std::vector<Record> records;
+  for (std::size_t p = 0; p < pages_.size(); ++p) {
+    PackReader in(pages_[p].data());
+    const std::uint8_t* end = pages_[p].data() + pages_[p].size();
+    while (in.at() != end) {
+      const auto size = in.as<std::size_t>();
+      records.push_back({in.at(), size, static_cast<std::uint32_t>(p)});
+      in.skip(size);
+    }
+  }
+  return records;
+}
+
+std::size_t PackedRecords::Change::wholePageAt(std::size_t item) const {
+  const std::size_t first = items_[item].kept;
+  if (first == kNew) return 0;
+  const std::uint32_t page = before_[first].page;
+  if (first > 0 && before_[first - 1].page == page) return 0;
+  std::size_t n = 0;
+  std::size_t bytes = 0;
+  for (; first + n < before_.size() && before_[first + n].page == page; ++n) {
+    if (item + n >= items_.size() || items_[item + n].kept != first + n) return 0;
+    bytes += before_[first + n].size;
+  }
+  return 2 * bytes >= kPage ? n : 0;  // small ones are joined with what comes next
+}
+
+void PackedRecords::apply(const Change& change) {
+  std::vector<PackedBytes> pages;
+  PackWriter page;
+  const auto endPage = [&] {
+    if (!page.bytes.empty()) pages.emplace_back(page.bytes);
+    page.bytes.clear();
+  };
+  for (std::size_t i = 0; i < change.items_.size();) {
+    const std::size_t whole =
+        2 * page.bytes.size() >= kPage || page.bytes.empty() ? change.wholePageAt(i) : 0;
+    const Record record = change.recordOf(change.items_[i]);
+    if (whole > 0) {
+      endPage();
+      pages.push_back(std::move(pages_[record.page]));
+      i += whole;
+      continue;
+    }
+    if (page.bytes.size() + record.size > kPage) endPage();
+    page.number(record.size);
+    page.append(record.data, record.size);
+    ++i;
+  }
+  endPage();
+  pages.shrink_to_fit();
+  pages_ = std::move(pages);
+}
+
+std::size_t PackedRecords::memoryBytes() const {
+  std::size_t bytes = heapBytes(pages_);
+  for (const PackedBytes& page : pages_) bytes += page.memoryBytes();
+  return bytes;
+}
+
+}  // namespace planar_mapping::detail

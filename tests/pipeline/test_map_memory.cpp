@@ -1,0 +1,38 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Memory of a map that the whole pipeline makes of simulated stereo clouds with their noise. The
+// corridor of 100 m takes minutes (benchmarks/long_run, docs/performance.md); here are ten.
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "planar_mapping/pipeline/stage_table.h"
+#include "simulated_corridor.h"
+
+namespace planar_mapping {
+namespace {
+
+TEST(MapMemory, OfTenMetresOfANoisyCorridorIsATenthOfWhatAHundredMayTake) {
+  StageTable table;
+  registerBuiltinStages(table);
+  ConfigurationOverrides overrides;
+  overrides.assignments = {"planar_cuboid_approximation.unknown_space=false"};
+  Pipeline pipeline(loadConfiguration(
+      std::string(PLANAR_MAPPING_SOURCE_DIR) + "/config/pcd_sequence.yaml", table, overrides));
+  test::SimulatedCorridor corridor;
+  corridor.length = 10.0;
+  corridor.frames = 60;
+  const evaluation::Simulation simulation(corridor.params());
+  for (std::size_t i = 0; i < simulation.size(); ++i) {
+    Frame frame = test::simulatedFrame(simulation, i);
+    ASSERT_EQ(pipeline.process(frame).skip_reason, "");
+  }
+  const PlanarMap& map = pipeline.map();
+  ASSERT_GT(map.cuboidCount(), 40u);
+  EXPECT_LT(map.memoryBytes(), 200000u / 10u);
+  EXPECT_LT(map.serialize().size(), 20000u / 10u);
+}
+
+}  // namespace
+}  // namespace planar_mapping

@@ -1,0 +1,138 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// PlanarMap::memoryBytes() against the allocator: this program counts what each block that operator
+// new hands out takes of the heap. (mallinfo2() cannot tell: it counts the blocks that malloc keeps
+// at hand as used.)
+#include <gtest/gtest.h>
+#include <malloc.h>
+
+#include <cstddef>
+#include <cstdlib>
+#include <memory>
+#include <new>
+#include <vector>
+
+#include "noisy_sequence.h"
+#include "planar_mapping/map/planar_map.h"
+
+namespace {
+
+/// What is in use now. This program has one thread.
+struct Heap {
+  std::size_t bytes = 0;
+  std::size_t blocks = 0;
+};
+Heap heap;
+
+std::size_t blockBytes(void* block) {
+  return malloc_usable_size(block) + sizeof(std::size_t);
+}
+
+void* take(std::size_t size) {
+  void* block = std::malloc(size == 0 ? 1 : size);
+  if (block == nullptr) throw std::bad_alloc();
+  heap.bytes += blockBytes(block);
+  ++heap.blocks;
+  return block;
+}
+void giveBack(void* block) {
+  if (block == nullptr) return;
+  heap.bytes -= blockBytes(block);
+  --heap.blocks;
+  std::free(block);
+}
+
+}  // namespace
+
+void* operator new(std::size_t size) {
+  return take(size);
+}
+void* operator new[](std::size_t size) {
+  return take(size);
+}
+void operator delete(void* block) noexcept {
+  giveBack(block);
+}
+void operator delete[](void* block) noexcept {
+  giveBack(block);
+}
+void operator delete(void* block, std::size_t) noexcept {
+  giveBack(block);
+}
+void operator delete[](void* block, std::size_t) noexcept {
+  giveBack(block);
+}
+
+namespace planar_mapping {
+namespace {
+
+std::vector<test::View> noisyWalk(int frames) {
+  test::StereoErrors errors;
+  errors.noise_px = 0.25;
+  errors.flying = 0.2;
+  Random random(9);
+  std::vector<test::View> views;
+  for (int i = 0; i < frames; ++i) {
+    const Pose pose = test::lookFrom({-1.2 + 0.5 * i, -0.4, 1.0}, 0.2 * i - 0.5);
+    views.push_back(test::lookNoisy(test::Scene(), pose, errors, random, 300));
+  }
+  return views;
+}
+
+/// Every byte, but that malloc now and then leaves a block sixteen more than it needs.
+void expectCounted(const PlanarMap& map, const Heap& before) {
+  const std::size_t measured = heap.bytes - before.bytes;
+  const std::size_t blocks = heap.blocks - before.blocks;
+  const std::size_t counted = map.memoryBytes() - sizeof(PlanarMap);
+  EXPECT_LE(counted, measured);
+  EXPECT_GE(counted + 16 * blocks, measured);
+  EXPECT_GE(static_cast<double>(counted), 0.95 * static_cast<double>(measured));
+}
+
+void insert(PlanarMap& map, const test::View& view) {
+  FrameObservation frame = view.frame();
+  frame.noise = StereoNoise{0.25, view.camera.fx, 0.5};
+  map.insert(frame);
+  static_cast<void>(map.cuboidCount());
+}
+
+void walkAndCount(const std::vector<test::View>& views, Profile profile, double cell) {
+  PlanarMapParams params;
+  params.approximation.profile = profile;
+  params.approximation.resolution = cell;
+  params.approximation.threads = 1;
+  const Heap before = heap;
+  PlanarMap map(params);
+  for (const test::View& view : views) {
+    insert(map, view);
+    expectCounted(map, before);
+  }
+  static_cast<void>(map.cuboids());
+  expectCounted(map, before);
+  static_cast<void>(map.planes());
+  static_cast<void>(map.trajectory());
+  static_cast<void>(map.unknownCells());
+  expectCounted(map, before);
+
+  const Heap before_copy = heap;
+  const PlanarMap copy(map);
+  expectCounted(copy, before_copy);
+  const std::vector<std::uint8_t> file = map.serialize();
+  const Heap before_loading = heap;
+  const PlanarMap loaded = PlanarMap::deserialize(file.data(), file.size());
+  expectCounted(loaded, before_loading);
+}
+
+TEST(MapHeap, IsWhatTheMapSaysItTakes) {
+#ifdef PLANAR_MAPPING_SANITIZED
+  GTEST_SKIP() << "the allocator is the sanitizer's";
+#endif
+  const std::vector<test::View> views = noisyWalk(5);
+  walkAndCount(views, Profile::Compact, 0.1);
+  walkAndCount(views, Profile::Compact, 0.5);
+  walkAndCount(views, Profile::Paper, 0.1);
+}
+
+}  // namespace
+}  // namespace planar_mapping
