@@ -94,6 +94,38 @@ TEST(Snapshot, CutsAwayWhatThePickIgnores) {
   }
 }
 
+TEST(Snapshot, SaysWhatTheCutawayLeavesOut) {
+  SceneContent content;
+  content.cuboids.push_back(testing::plate({0, 0, 0}, {0, 0, 1}, 2.0, 2.0, 5));
+  ViewOptions options = bare();
+  options.show.legend = true;
+  const auto with = [&](Cutaway cutaway) {
+    options.cutaway = cutaway;
+    return renderSnapshot(content, options);
+  };
+  // Nothing faces down or away here: the pictures differ by the words below them alone.
+  const Image none = with(Cutaway::None);
+  const Image ceiling = with(Cutaway::Ceiling);
+  const Image seen = with(Cutaway::Seen);
+  const auto differing = [](const Image& a, const Image& b, int first_row, int last_row) {
+    int count = 0;
+    for (int row = first_row; row < last_row; ++row) {
+      for (int column = 0; column < a.width; ++column) {
+        count += !(a.at(column, row) == b.at(column, row));
+      }
+    }
+    return count;
+  };
+  const int words = none.height * 5 / 6;
+  for (const Image* other : {&ceiling, &seen}) {
+    EXPECT_EQ(differing(none, *other, 0, words), 0);
+    EXPECT_GT(differing(none, *other, words, none.height), 50);
+  }
+  EXPECT_GT(differing(ceiling, seen, words, none.height), 50);
+  content.cuboids[0].plane_id = -1;  // boxes are never cut away
+  EXPECT_EQ(differing(with(Cutaway::None), with(Cutaway::Seen), 0, none.height), 0);
+}
+
 TEST(Snapshot, GivesEachPlaneItsColor) {
   SceneContent content;
   content.cuboids.push_back(testing::plate({0, 0, 0}, {0, 0, 1}, 2.0, 2.0, 5));

@@ -6,6 +6,7 @@
 #include <ctime>
 #include <iostream>
 
+#include "machine_load.h"
 #include "planar_mapping/visualization/snapshot.h"
 #include "scenes.h"
 
@@ -23,6 +24,7 @@ TEST(SnapshotSpeed, DrawsTwentyThousandCuboids) {
   }
   std::cout << "20,000 cuboids at 1280 x 720: " << fastest << " s of processor time\n";
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  if (machineIsBusy()) GTEST_SKIP() << "this machine is too busy to judge times";
   EXPECT_LT(fastest, 1.5);
 #endif
 }

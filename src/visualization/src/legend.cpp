@@ -187,6 +187,17 @@ vtkSmartPointer<vtkProp> makeRectangle(double x, double y, double width, double 
                      opacity);
 }
 
+namespace {
+
+vtkSmartPointer<vtkProp> makeTextEndingAt(const std::string& text, double x, double y,
+                                          double pixels, bool on_dark) {
+  auto actor = makeText(text, x, y, pixels, on_dark);
+  vtkTextActor::SafeDownCast(actor)->GetTextProperty()->SetJustificationToRight();
+  return actor;
+}
+
+}  // namespace
+
 Props makeLegend(const SceneContent& content, const ViewOptions& options, bool on_dark) {
   Props props;
   const double font = std::max(11.0, 0.021 * std::min(options.height, options.width));
@@ -211,9 +222,13 @@ Props makeLegend(const SceneContent& content, const ViewOptions& options, bool o
   }
   if (content.resolution > 0.0) facts += "   cell " + shortNumber(content.resolution) + " m";
   if (options.show.ground_grid) facts += "   grid " + shortNumber(groundFrame(content).step) + " m";
-  auto text = makeText(facts, options.width - font, 0.8 * font, font, on_dark);
-  vtkTextActor::SafeDownCast(text)->GetTextProperty()->SetJustificationToRight();
-  props.push_back(text);
+  const double right = options.width - font;
+  props.push_back(makeTextEndingAt(facts, right, 0.8 * font, font, on_dark));
+  if (options.show.occupied && options.cutaway != Cutaway::None && planeCount(content) > 0) {
+    const char* missing = options.cutaway == Cutaway::Seen ? "planes seen from behind are left out"
+                                                           : "planes that face down are left out";
+    props.push_back(makeTextEndingAt(missing, right, 2.2 * font, 0.85 * font, on_dark));
+  }
   return props;
 }
 
