@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "planar_mapping/core/error.h"
@@ -62,6 +63,29 @@ inline void expectRejectedWhenABitFlips(const Bytes& whole) {
         static_cast<std::uint8_t>(1u << random.below(8));
     EXPECT_FALSE(loadsOrFailsCleanly(spoilt));
   }
+}
+
+/// What load() says of a file, nothing if it loads.
+inline std::string problemOf(const Bytes& file) {
+  try {
+    load(file);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+/// Files that are no map, of a later version, damaged or cut are told apart by a sentence.
+inline void expectSaysWhatIsWrong(const Bytes& whole, std::uint8_t later_version) {
+  EXPECT_NE(problemOf({'P', 'C', 'D'}).find("no planar map"), std::string::npos);
+  Bytes later = whole;
+  later[8] = later_version;
+  EXPECT_NE(problemOf(later).find("version " + std::to_string(later_version)), std::string::npos);
+  Bytes damaged = whole;
+  damaged[40] ^= 1u;
+  EXPECT_NE(problemOf(damaged).find("checksum"), std::string::npos);
+  const Bytes cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(whole.size() / 2));
+  EXPECT_NE(problemOf(cut).find("cut short"), std::string::npos);
 }
 
 }  // namespace planar_mapping::test

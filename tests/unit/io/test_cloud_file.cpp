@@ -1,61 +1,23 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/io/cloud_file.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <locale>
 #include <string>
 #include <vector>
 
 #include "cloud_file_bytes.h"
-#include "planar_mapping/core/error.h"
-#include "temporary_directory.h"
+#include "cloud_file_fixture.h"
 
 namespace planar_mapping {
 namespace io {
 namespace {
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-
-class CloudFile : public ::testing::Test {
- protected:
-  std::string write(const std::string& bytes, const std::string& name = "cloud") {
-    // Not atomically: syncing thousands of small files to a disk takes minutes.
-    std::ofstream(dir_ / name, std::ios::binary) << bytes;
-    return dir_ / name;
-  }
-  CloudData read(const std::string& bytes) { return readCloudFile(write(bytes)); }
-  std::string problemOf(const std::string& bytes) {
-    const std::string path = write(bytes);
-    try {
-      readCloudFile(path);
-    } catch (const IoError& error) {
-      EXPECT_EQ(error.path(), path);
-      EXPECT_EQ(std::string(error.what()).rfind(path + ": ", 0), 0u) << error.what();
-      return error.what();
-    }
-    return "no problem";
-  }
-  void expectProblem(const std::string& bytes, const std::string& part) {
-    const std::string problem = problemOf(bytes);
-    EXPECT_NE(problem.find(part), std::string::npos) << problem;
-  }
-
-  TemporaryDirectory dir_;
-};
-
-void expectPoint(const CloudData& cloud, std::size_t i, float x, float y, float z) {
-  ASSERT_LT(i, cloud.size());
-  EXPECT_FLOAT_EQ(cloud.xyz[3 * i], x);
-  EXPECT_FLOAT_EQ(cloud.xyz[3 * i + 1], y);
-  EXPECT_FLOAT_EQ(cloud.xyz[3 * i + 2], z);
-}
 
 TEST_F(CloudFile, ReadsAscii) {
   const CloudData cloud = read(xyzHeader(2, 1, "ascii") + "1 2.5 -3e-1\n  +4\t5  6 \n");
@@ -318,81 +280,6 @@ TEST_F(CloudFile, RefusesCompressedSizesThatLie) {
   std::string garbled = sound;
   garbled[sizes + 8] = '\xff';
   EXPECT_NE(problemOf(garbled), "no problem");
-}
-
-// Ply.
-
-TEST_F(CloudFile, ReadsAsciiPly) {
-  const CloudData cloud =
-      read(plyHeader("ascii",
-                     "property float x\nproperty float y\nproperty double z\nproperty uchar red\n"
-                     "property uchar green\nproperty uchar blue\n",
-                     "element camera 1\nproperty list uchar int k\n",
-                     "element face 1\nproperty list uchar int vertex_indices\n") +
-           "3 1 2 3\n1 2 3 255 128 1\n4 5 6 0 0 0\n3 0 1 0\n");
-  ASSERT_EQ(cloud.size(), 2u);
-  expectPoint(cloud, 1, 4.0f, 5.0f, 6.0f);
-  EXPECT_EQ(cloud.colors, (std::vector<std::uint32_t>{0xFF8001, 0}));
-}
-
-template <typename T>
-void appendIn(std::string& bytes, T value, bool big_endian) {
-  std::string raw;
-  append(raw, value);
-  bytes += big_endian ? std::string(raw.rbegin(), raw.rend()) : raw;
-}
-
-TEST_F(CloudFile, ReadsBinaryPlyOfEitherByteOrderAndSkipsOtherElements) {
-  for (const bool big : {false, true}) {
-    std::string bytes = plyHeader(
-        big ? "binary_big_endian" : "binary_little_endian",
-        "property double x\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
-        "property float y\nproperty float z\nproperty float scalar_intensity\n",
-        "element camera 2\nproperty float f\nproperty list ushort double k\n"
-        "element fixed 3\nproperty short a\nproperty char b\n",
-        "element face 1\nproperty list uchar int vertex_indices\n");
-    for (int i = 0; i < 2; ++i) {
-      appendIn(bytes, 1.0f, big);
-      appendIn<std::uint16_t>(bytes, static_cast<std::uint16_t>(i + 1), big);
-      for (int k = 0; k <= i; ++k) appendIn(bytes, 2.0, big);
-    }
-    bytes += std::string(9, '\x55');
-    for (int i = 0; i < 2; ++i) {
-      appendIn(bytes, 1.5 + i, big);
-      bytes += "\x01\x02\x03";
-      appendIn(bytes, 2.5f, big);
-      appendIn(bytes, 3.5f, big);
-      appendIn(bytes, 0.25f, big);
-    }
-    const CloudData cloud = read(bytes);
-    ASSERT_EQ(cloud.size(), 2u);
-    expectPoint(cloud, 0, 1.5f, 2.5f, 3.5f);
-    expectPoint(cloud, 1, 2.5f, 2.5f, 3.5f);
-    EXPECT_EQ(cloud.colors, (std::vector<std::uint32_t>{0x010203, 0x010203}));
-    EXPECT_EQ(cloud.intensities, (std::vector<float>{0.25f, 0.25f}));
-  }
-}
-
-TEST_F(CloudFile, SaysWhatIsWrongWithAPly) {
-  const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
-  expectProblem(plyHeader("ascii", xyz) + "1 2 3\n", "cut short");
-  expectProblem(plyHeader("binary_little_endian", xyz) + "12345678901234567890123", "23 bytes");
-  expectProblem(plyHeader("ascii", "property float x\nproperty float y\n") + "1 2\n3 4\n",
-                "no field 'z'");
-  expectProblem(plyHeader("ascii", "property int x\nproperty float y\nproperty float z\n"),
-                "field 'x' is of type I4");
-  expectProblem(plyHeader("ascii", xyz + "property list uchar int n\n"), "lists among");
-  expectProblem(plyHeader("ascii", xyz + "property quux n\n"), "unknown type");
-  expectProblem(plyHeader("binary_middle_endian", xyz), "format must be");
-  expectProblem("ply\nformat ascii 1.0\nend_header\n", "no element 'vertex'");
-  expectProblem("ply\nelement vertex 1\nend_header\n", "no format line");
-  expectProblem("ply\nformat ascii 1.0\n", "before end_header");
-  std::string zero = plyHeader("ascii", xyz);
-  zero.replace(zero.find("vertex 2"), 8, "vertex 0");
-  expectProblem(zero, "holds no points");
-  std::string huge =
-      plyHeader("binary_little_endian", xyz, "element a 18446744073709551615\nproperty double b\n");
-  expectProblem(huge + std::string(24, 'x'), "cut short");
 }
 
 TEST_F(CloudFile, InfoReadsTheHeaderOnly) {
