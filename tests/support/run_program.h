@@ -26,6 +26,7 @@ struct ProgramResult {
   std::string out;
   std::string err;
   double seconds = 0.0;
+  double processor_seconds = 0.0;  ///< of all its threads, the system's part included
   long peak_kilobytes = 0;  ///< of resident memory
 };
 
@@ -111,6 +112,8 @@ inline ProgramResult runProgram(const std::vector<std::string>& arguments,
   ::close(err[0]);
   if (WIFEXITED(status)) result.exit_code = WEXITSTATUS(status);
   if (WIFSIGNALED(status)) result.signal = WTERMSIG(status);
+  const auto seconds = [](const timeval& time) { return time.tv_sec + 1e-6 * time.tv_usec; };
+  result.processor_seconds = seconds(usage.ru_utime) + seconds(usage.ru_stime);
   result.peak_kilobytes = usage.ru_maxrss;
   return result;
 }
