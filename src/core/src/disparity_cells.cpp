@@ -6,8 +6,9 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <memory>
 
+#include "organized_lanes.h"
+#include "planar_mapping/core/detail/gather_points.h"
 #include "planar_mapping/core/parallel.h"
 #include "planar_mapping/core/simd.h"
 
@@ -16,69 +17,103 @@ namespace {
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
-/// A row of points in disparity space.
-struct Lines {
-  float* x;
-  float* y;
-  float* d;
-  const float* mask;  ///< 0 or NaN per point
+PLANAR_MAPPING_INLINE void join(const FourFloats& one, const FourFloats& other, FloatLanes& both) {
+  both = __builtin_shufflevector(one, other, 0, 1, 2, 3, 4, 5, 6, 7);
+}
+
+/// Four values each.
+PLANAR_MAPPING_INLINE void join(const float* one, const float* other, FloatLanes& both) {
+  FourFloats first, second;
+  std::memcpy(&first, one, sizeof(first));
+  std::memcpy(&second, other, sizeof(second));
+  join(first, second, both);
+}
+
+/// Four points each.
+PLANAR_MAPPING_INLINE void readFours(const float* one, const float* other, std::size_t stride,
+                                     FloatLanes& x, FloatLanes& y, FloatLanes& z) {
+  FourFloats first[3], second[3];
+  readFour(one, stride, first[0], first[1], first[2]);
+  readFour(other, stride, second[0], second[1], second[2]);
+  join(first[0], second[0], x);
+  join(first[1], second[1], y);
+  join(first[2], second[2], z);
+}
+
+/// What turns points into disparities.
+struct Conversion {
+  float focal;   ///< pixels
+  float factor;  ///< B f, pixels times metres
 };
 
-template <std::size_t kStride>
-inline __attribute__((always_inline)) void convertPoints(const float* points, std::size_t stride,
-                                                         int width, float focal, float factor,
-                                                         const Lines& lines) {
-  const std::size_t step = kStride > 0 ? kStride : stride;
-  float* __restrict x = lines.x;
-  float* __restrict y = lines.y;
-  float* __restrict d = lines.d;
-  for (int i = 0; i < width; ++i) {
-    const float* p = points + static_cast<std::size_t>(i) * step;
-    // Without a branch, or the loop is not vectorised: behind the camera D is negative.
-    const float inverse = 1.0F / p[2];
-    const float px = focal * p[0] * inverse;
-    const float py = focal * p[1] * inverse;
-    const float pd = factor * inverse;
-    // Zero, or NaN if anything is not finite; a point at infinity has no disparity.
-    const float mark = (px - px) + (py - py) + (pd - pd) + lines.mask[i];
-    const float counts = pd > 0.0F ? mark : kNaN;
-    x[i] = px + counts;
-    y[i] = py + counts;
-    d[i] = pd + counts;
+/// Points to disparity space; what is not in front of the camera or masked becomes NaN.
+/// \param mask 0 or NaN per point
+PLANAR_MAPPING_INLINE void convert(const Conversion& conversion, const FloatLanes& mask,
+                                   FloatLanes& x, FloatLanes& y, FloatLanes& z) {
+  const FloatLanes inverse = 1.0F / z;
+  const FloatLanes px = conversion.focal * x * inverse;
+  const FloatLanes py = conversion.focal * y * inverse;
+  const FloatLanes pd = conversion.factor * inverse;
+  // Zero, or NaN if anything is not finite; a point at infinity has no disparity.
+  const FloatLanes mark = (px - px) + (py - py) + (pd - pd) + mask;
+  // Behind the camera D is negative.
+  const FloatLanes counts = pd > 0.0F ? mark : FloatLanes{} + kNaN;
+  x = px + counts;
+  y = py + counts;
+  z = pd + counts;
+}
+
+/// Four rows of an image, quarter by quarter, into \p tiles; what is left of a quarter at the end
+/// of the rows stays.
+/// \param mask rows of \p width values
+PLANAR_MAPPING_MULTIVERSION
+void convertQuarters(const float* points, std::size_t stride, int width, const float* mask,
+                     const Conversion& conversion, float* tiles) {
+  constexpr std::size_t kAhead = 8 * 3 * kTileArea;  // eight tiles on
+  const std::size_t row = stride * static_cast<std::size_t>(width);
+  for (int column = 0; column + kQuarterSide <= width; column += kQuarterSide) {
+    float* to = tiles + std::size_t{3} * kTileArea * (column / kTileSide) +
+                pixelInTile(0, column % kTileSide);
+    for (int axis = 0; axis < 3; ++axis) __builtin_prefetch(to + kAhead + axis * kTileArea, 1);
+    for (int r = 0; r < kQuarterSide; r += 2, to += kLanes) {
+      const float* four = points + r * row + static_cast<std::size_t>(column) * stride;
+      fetchAhead(four, stride);
+      fetchAhead(four + row, stride);
+      FloatLanes x, y, z, masked;
+      readFours(four, four + row, stride, x, y, z);
+      join(mask + r * width + column, mask + (r + 1) * width + column, masked);
+      convert(conversion, masked, x, y, z);
+      std::memcpy(to, &x, sizeof(x));
+      std::memcpy(to + kTileArea, &y, sizeof(y));
+      std::memcpy(to + 2 * kTileArea, &z, sizeof(z));
+    }
   }
 }
 
-/// A row of points to disparity space; what is not in front of the camera or masked becomes NaN.
+/// One pixel into its tile.
 PLANAR_MAPPING_MULTIVERSION
-void convertRow(const float* points, std::size_t stride, int width, float focal, float factor,
-                const Lines& lines) {
-  if (stride == 4) return convertPoints<4>(points, 4, width, focal, factor, lines);
-  if (stride == 3) return convertPoints<3>(points, 3, width, focal, factor, lines);
-  convertPoints<0>(points, stride, width, focal, factor, lines);
+void convertPixel(const float* point, float mask, const Conversion& conversion, float* pixel) {
+  FloatLanes x = FloatLanes{} + point[0];
+  FloatLanes y = FloatLanes{} + point[1];
+  FloatLanes z = FloatLanes{} + point[2];
+  convert(conversion, FloatLanes{} + mask, x, y, z);
+  pixel[0] = x[0];
+  pixel[kTileArea] = y[0];
+  pixel[2 * kTileArea] = z[0];
 }
 
-/// Up to four rows of an image, those of a row of quarters, into \p tiles: then each line of the
-/// cache is written once.
-PLANAR_MAPPING_MULTIVERSION
-void tileRows(const float* lines, int rows, int width, float* tiles) {
-  const auto line = static_cast<std::size_t>(width);
-  const int whole = rows == kQuarterSide ? width / kQuarterSide : 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const float* from = lines + static_cast<std::size_t>(axis) * kQuarterSide * line;
-    float* out = tiles + axis * kTileArea;
-    for (int quarter = 0; quarter < whole; ++quarter) {
-      float* to = out + std::size_t{3} * kTileArea * (quarter / 2) + quarter % 2 * kQuarterArea;
-      const float* first = from + quarter * kQuarterSide;
-      for (int row = 0; row < kQuarterSide; ++row) {
-        // Sizes the compiler knows are single moves.
-        std::memcpy(to + row * kQuarterSide, first + row * line, kQuarterSide * sizeof(float));
-      }
-    }
-    for (int row = 0; row < rows; ++row) {
-      for (int i = whole * kQuarterSide; i < width; ++i) {
-        out[std::size_t{3} * kTileArea * (i / kTileSide) + pixelInTile(row, i % kTileSide)] =
-            from[row * line + i];
-      }
+/// Mask of the points [begin, end): 0 for those that are listed from \p at on, which is moved past
+/// them, NaN for the others.
+void maskOthers(const int*& at, const int* last, int begin, int end, float* mask) {
+  constexpr int kRun = 16;
+  std::fill_n(mask, end - begin, kNaN);
+  while (at != last && *at < end) {
+    // Neighbours mostly come together.
+    if (last - at >= kRun && at[kRun - 1] - *at == kRun - 1 && at[kRun - 1] < end) {
+      std::fill_n(mask + (*at - begin), kRun, 0.0F);
+      at += kRun;
+    } else {
+      mask[*at++ - begin] = 0.0F;
     }
   }
 }
@@ -106,8 +141,8 @@ TiledCloud tileDisparities(const PointsView& points, const Indices* indices,
   cloud.room[0] = cloud.memory.get();
   cloud.room[1] = cloud.room[0] + sums;
   cloud.xyz = reinterpret_cast<float*>(cloud.room[1] + sums);
-  const auto focal = static_cast<float>(camera.focal_length);
-  const auto factor = static_cast<float>(camera.baseline * camera.focal_length);
+  const Conversion conversion = {static_cast<float>(camera.focal_length),
+                                 static_cast<float>(camera.baseline * camera.focal_length)};
   const auto width = static_cast<std::size_t>(cloud.width);
   parallelFor(static_cast<std::size_t>(cloud.rows), threads, [&](std::size_t tile_row) {
     float* tiles = cloud.xyz + std::size_t{3} * kTileArea * cloud.columns * tile_row;
@@ -116,29 +151,33 @@ TiledCloud tileDisparities(const PointsView& points, const Indices* indices,
     if (rows < kTileSide || cloud.width < cloud.columns * kTileSide) {
       std::fill_n(tiles, std::size_t{3} * kTileArea * cloud.columns, kNaN);
     }
-    // x, y and d of four rows each, and the mask.
-    const std::unique_ptr<float[]> room(new float[13 * width]);
-    float* mask = room.get() + 12 * width;
-    std::fill_n(mask, width, 0.0F);
+    std::vector<float> mask(kQuarterSide * width, 0.0F);
     const int* at = nullptr;
     const int* last = nullptr;
     if (indices != nullptr) {
       last = indices->data() + indices->size();
       at = std::lower_bound(indices->data(), last, static_cast<int>(first * width));
     }
-    for (int row = 0; row < rows; ++row) {
+    for (int row = 0; row < rows; row += kQuarterSide) {
       const std::size_t begin = (first + static_cast<std::size_t>(row)) * width;
+      const int of_quarter = std::min(kQuarterSide, rows - row);
       if (indices != nullptr) {
-        std::fill_n(mask, width, kNaN);
-        const auto end = static_cast<int>(begin + width);
-        for (; at != last && *at < end; ++at) mask[static_cast<std::size_t>(*at) - begin] = 0.0F;
+        maskOthers(at, last, static_cast<int>(begin), static_cast<int>(begin + of_quarter * width),
+                   mask.data());
       }
-      const int in_quarter = row % kQuarterSide;
-      float* line = room.get() + static_cast<std::size_t>(in_quarter) * width;
-      const Lines lines = {line, line + 4 * width, line + 8 * width, mask};
-      convertRow(points[begin], points.stride, cloud.width, focal, factor, lines);
-      if (in_quarter + 1 == kQuarterSide || row + 1 == rows) {
-        tileRows(room.get(), in_quarter + 1, cloud.width, tiles + pixelInTile(row - in_quarter, 0));
+      int done = 0;
+      if (of_quarter == kQuarterSide) {
+        done = cloud.width / kQuarterSide * kQuarterSide;
+        convertQuarters(points[begin], points.stride, cloud.width, mask.data(), conversion,
+                        tiles + pixelInTile(row, 0));
+      }
+      for (int r = 0; r < of_quarter; ++r) {
+        for (int column = done; column < cloud.width; ++column) {
+          const std::size_t i = r * width + static_cast<std::size_t>(column);
+          convertPixel(points[begin + i], mask[i], conversion,
+                       tiles + std::size_t{3} * kTileArea * (column / kTileSide) +
+                           pixelInTile(row + r, column % kTileSide));
+        }
       }
     }
   });

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "fetch_ahead.h"
+#include "planar_mapping/core/detail/gather_points.h"
 #include "planar_mapping/core/parallel.h"
 #include "planar_mapping/core/simd.h"
 
@@ -19,17 +19,11 @@ constexpr std::size_t kFewestSlots = 1024;
 constexpr std::size_t kBlock = 512;
 constexpr std::uint64_t kPart = 0x1FFFFFu;  // 21 bits an axis
 
+PLANAR_MAPPING_MULTIVERSION
 void gather(const float* points, std::size_t stride, const std::int32_t* label_of,
             const int* indices, std::size_t n, float* x, float* y, float* z, std::int32_t* label) {
-  for (std::size_t k = 0; k < n; ++k) {
-    const auto i = static_cast<std::size_t>(indices[k]);
-    const float* p = points + i * stride;
-    fetchAhead(p, stride);
-    x[k] = p[0];
-    y[k] = p[1];
-    z[k] = p[2];
-    label[k] = label_of[i];
-  }
+  gatherPoints(points, stride, indices, n, x, y, z);
+  for (std::size_t k = 0; k < n; ++k) label[k] = label_of[static_cast<std::size_t>(indices[k])];
 }
 
 /// Cell numbers and labels of a block, after those of the last point before it.

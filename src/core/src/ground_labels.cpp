@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 
-#include "fetch_ahead.h"
 #include "ground_model.h"
+#include "organized_lanes.h"
+#include "planar_mapping/core/detail/gather_points.h"
 #include "planar_mapping/core/parallel.h"
 #include "planar_mapping/core/simd.h"
 #include "point_indices.h"
@@ -32,6 +34,9 @@ struct Kernel {
 
 // Points are dealt with in blocks that stay in the first cache.
 constexpr std::size_t kBlock = 512;
+/// Of these, so many together have one piece of the ground under them, mostly.
+constexpr std::size_t kTogether = 16;
+static_assert(kBlock % kTogether == 0, "what is beyond the points of a block is in it");
 struct Block {
   float x[kBlock], y[kBlock], z[kBlock];  ///< of the point, then forwards and left of the sensor
   float d[kBlock], band[kBlock];          ///< height over the ground and what counts as on it
@@ -39,7 +44,8 @@ struct Block {
   std::int32_t kind[kBlock];              ///< see Kind
   std::int32_t column[kBlock];            ///< of what a wall may be made of
   std::uint8_t is_ground[kBlock];         ///< 1 where kind is kGround
-  std::uint16_t others[kBlock];           ///< points of a kind above kGround, ascending
+  std::uint8_t is_other[kBlock];          ///< 1 where kind is above kGround
+  std::uint16_t others[kBlock + 1];       ///< those points, ascending; room for one that is none
   std::size_t finite = 0;                 ///< points
   std::size_t on_ground = 0;              ///< points of kGround
   std::size_t number_of_others = 0;
@@ -69,27 +75,54 @@ inline __attribute__((always_inline)) std::int32_t floorOf(float value) {
   return truncated - (static_cast<float>(truncated) > value ? 1 : 0);
 }
 
-template <std::size_t kStride>
-inline __attribute__((always_inline)) void gatherPoints(const float* data, std::size_t stride,
-                                                        const int* indices, std::size_t n,
-                                                        Block& block) {
-  const std::size_t step = kStride > 0 ? kStride : stride;
-  for (std::size_t i = 0; i < n; ++i) {
-    const float* p = data + (indices ? static_cast<std::size_t>(indices[i]) : i) * step;
-    fetchAhead(p, step);
-    block.x[i] = p[0];
-    block.y[i] = p[1];
-    block.z[i] = p[2];
-  }
-}
-
-/// Strides known at compile time are loaded with shuffles.
 PLANAR_MAPPING_MULTIVERSION
 void gather(const float* data, std::size_t stride, const int* indices, std::size_t n,
             Block& block) {
-  if (stride == 3) return gatherPoints<3>(data, 3, indices, n, block);
-  if (stride == 4) return gatherPoints<4>(data, 4, indices, n, block);
-  gatherPoints<0>(data, stride, indices, n, block);
+  if (indices == nullptr) return readPoints(data, stride, n, block.x, block.y, block.z);
+  gatherPoints(data, stride, indices, n, block.x, block.y, block.z);
+}
+
+/// Takes the height of the local ground off kTogether heights. Neighbours mostly share its piece.
+PLANAR_MAPPING_INLINE void subtractBends(const float* pieces, std::size_t first, Block& block) {
+  const std::int32_t shared = block.column[first];
+  std::int32_t apart = 0;
+  const std::size_t last = first + kTogether;
+  for (std::size_t i = first; i < last; ++i) apart |= block.column[i] ^ shared;
+  if (apart == 0) {
+    const float* piece = pieces + shared;
+    for (std::size_t i = first; i < last; i += kLanes) {
+      FloatLanes x, y, d;
+      load(&block.x[i], x);
+      load(&block.y[i], y);
+      load(&block.d[i], d);
+      d -= piece[0] + piece[1] * x + piece[2] * y;
+      std::memcpy(&block.d[i], &d, sizeof(d));
+    }
+    return;
+  }
+  for (std::size_t i = first; i < last; ++i) {
+    const float* piece = pieces + block.column[i];
+    const float w = piece[0] + piece[1] * block.x[i] + piece[2] * block.y[i];
+    block.d[i] -= w;
+  }
+}
+
+/// Positions of the points that is_other names. They come in stretches: eight are looked at
+/// together.
+PLANAR_MAPPING_INLINE void listOthers(Block& block) {
+  constexpr std::size_t kEight = 8;
+  std::size_t others = 0;
+  for (std::size_t i = 0; i < kBlock; i += kEight) {
+    std::uint64_t eight;
+    std::memcpy(&eight, block.is_other + i, sizeof(eight));
+    if (eight == 0) continue;
+    for (std::size_t k = i; k < i + kEight; ++k) {
+      // Written always and kept sometimes: which points they are no branch could foresee.
+      block.others[others] = static_cast<std::uint16_t>(k);
+      others += block.is_other[k];
+    }
+  }
+  block.number_of_others = others;
 }
 
 // Several short loops: in one, the compiler finds comparisons that decide each other and leaves
@@ -114,20 +147,17 @@ void classify(std::size_t n, const Kernel& kernel, Block& block) {
   block.finite = static_cast<std::size_t>(finite);
   if (k.pieces) {
     constexpr auto kCells = static_cast<float>(GroundBends::kCells);
-    for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t whole = (n + kTogether - 1) / kTogether * kTogether;  // others do no harm
+    for (std::size_t i = 0; i < whole; ++i) {
       // What is outside falls on the border.
       block.a[i] = clamped((block.x[i] - k.origin_x) * k.cells_per_metre, -1.0f, kCells);
       block.b[i] = clamped((block.y[i] - k.origin_y) * k.cells_per_metre, -1.0f, kCells);
     }
-    for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t i = 0; i < whole; ++i) {
       block.column[i] = 3 * (floorOf(block.b[i]) * GroundBends::kSide + floorOf(block.a[i]));
     }
     const float* pieces = k.pieces + 3 * (GroundBends::kSide + 1);
-    for (std::size_t i = 0; i < n; ++i) {
-      const std::int32_t at = block.column[i];
-      block.a[i] = pieces[at] + pieces[at + 1] * block.x[i] + pieces[at + 2] * block.y[i];
-    }
-    for (std::size_t i = 0; i < n; ++i) block.d[i] -= block.a[i];
+    for (std::size_t i = 0; i < whole; i += kTogether) subtractBends(pieces, i, block);
   }
   for (std::size_t i = 0; i < n; ++i) {
     const float d = block.d[i];
@@ -154,13 +184,9 @@ void classify(std::size_t n, const Kernel& kernel, Block& block) {
     on_ground += block.kind[i] == kGround ? 1 : 0;
   }
   block.on_ground = static_cast<std::size_t>(on_ground);
-  // Written always and kept sometimes: which points they are no branch could foresee.
-  std::size_t others = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    block.others[others] = static_cast<std::uint16_t>(i);
-    others += block.kind[i] > kGround ? 1 : 0;
-  }
-  block.number_of_others = others;
+  for (std::size_t i = 0; i < n; ++i) block.is_other[i] = block.kind[i] > kGround ? 1 : 0;
+  std::fill(block.is_other + n, block.is_other + kBlock, std::uint8_t{0});
+  listOthers(block);
 }
 
 struct Column {
@@ -213,7 +239,7 @@ class Stretch {
   /// Points [first, last), with one label each.
   void label(const PointsView& points, const Indices* indices, const Kernel& kernel,
              std::size_t first, std::size_t last, std::uint8_t* is_ground) {
-    Block block;
+    Block block = {};
     for (; first < last; first += kBlock) {
       const std::size_t count = std::min(kBlock, last - first);
       gather(indices ? points.data : points[first], points.stride,

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <cstring>
 
+#include "planar_mapping/core/simd.h"
+
 // Vectors of 32 bytes as the compiler's own type: loops over NaN tests and 16 bit labels are not
 // vectorised otherwise. Wider ones would be dealt with lane by lane where they are compared on
 // machines without registers as wide. Passed by reference only, because how vectors are passed by
@@ -16,8 +18,6 @@ using FloatLanes = float __attribute__((vector_size(kLanes * sizeof(float))));
 using IntLanes = std::int32_t __attribute__((vector_size(kLanes * sizeof(std::int32_t))));
 constexpr int kShortLanes = 16;
 using ShortLanes = std::int16_t __attribute__((vector_size(kShortLanes * sizeof(std::int16_t))));
-
-#define PLANAR_MAPPING_INLINE inline __attribute__((always_inline))
 
 using NarrowLanes = std::int16_t __attribute__((vector_size(kLanes * sizeof(std::int16_t))));
 

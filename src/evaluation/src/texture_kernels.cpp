@@ -11,7 +11,6 @@ namespace evaluation {
 namespace {
 
 // Inlined into every clone of the loops below; no call may stand in their way.
-#define PLANAR_MAPPING_INLINE inline __attribute__((always_inline))
 
 PLANAR_MAPPING_INLINE std::uint32_t mixed(std::int32_t u, std::int32_t v, std::uint32_t seed) {
   std::uint32_t h = static_cast<std::uint32_t>(u) * 0x9E3779B1u +

@@ -5,20 +5,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "planar_mapping/core/detail/gather_points.h"
 #include "planar_mapping/core/simd.h"
 
 namespace planar_mapping::detail {
 
 namespace {
 
+PLANAR_MAPPING_MULTIVERSION
 void gather(const float* data, std::size_t stride, const int* indices, std::size_t n, float* x,
             float* y, float* z) {
-  for (std::size_t i = 0; i < n; ++i) {
-    const float* p = data + static_cast<std::size_t>(indices[i]) * stride;
-    x[i] = p[0];
-    y[i] = p[1];
-    z[i] = p[2];
-  }
+  gatherPoints(data, stride, indices, n, x, y, z);
 }
 
 constexpr std::size_t kLanes = 8;

@@ -13,3 +13,6 @@
 #else
 #define PLANAR_MAPPING_MULTIVERSION
 #endif
+
+/// Put before what such functions call: each of their clones gets a copy of its own.
+#define PLANAR_MAPPING_INLINE inline __attribute__((always_inline))
