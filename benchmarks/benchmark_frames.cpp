@@ -75,6 +75,7 @@ class TimedStage : public Stage {
   TimedStage(std::unique_ptr<Stage> stage, double& ms) : stage_(std::move(stage)), ms_(ms) {}
   void declare(ParameterTable&) override {}
   void adapt(const CloudScale& scale) override { stage_->adapt(scale); }
+  void limit(CloudScale& scale) const override { stage_->limit(scale); }
   void configureMap(PlanarMapParams& params) const override { stage_->configureMap(params); }
   void process(Frame& frame) override {
     const double start = processorMilliseconds();
