@@ -24,13 +24,14 @@ struct Travelled {
 
 /// Poses of frames [first, last) of a sequence beside the sources; given ones only measure.
 Travelled travel(const std::string& configuration_file, const std::vector<std::string>& inputs,
-                 int first, int last, int threads = 1) {
+                 int first, int last, int threads = 1, int step = 1, bool features = true) {
   const std::string source = PLANAR_MAPPING_SOURCE_DIR;
   StageTable table;
   registerBuiltinStages(table);
   ConfigurationOverrides overrides;
   overrides.assignments = {"motion_estimation.enabled=true", "motion_estimation.poses=ignore",
                            "threads=" + std::to_string(threads)};
+  if (!features) overrides.assignments.push_back("key_features.enabled=false");
   Configuration configuration =
       loadConfiguration(source + "/config/" + configuration_file, table, overrides);
   for (const std::string& input : inputs) {
@@ -38,6 +39,7 @@ Travelled travel(const std::string& configuration_file, const std::vector<std::s
   }
   configuration.frames.first = first;
   configuration.frames.last = last;
+  configuration.frames.step = step;
   SequenceSource frames(configuration);
   Pipeline pipeline(std::move(configuration));
   Travelled travelled;
@@ -109,6 +111,34 @@ TEST_F(RealMotion, ViewsOfARoomAreRegisteredByTheirClouds) {
     EXPECT_LT(apart.translation().norm(), 0.02);
     EXPECT_LT(Eigen::AngleAxisd(Matrix3(apart.linear())).angle(), 0.01);
   }
+}
+
+TEST_F(RealMotion, ScansFarApartAreRegisteredByTheirPlanes) {
+  // Two scans of a room, 2 m and 41 degrees apart, with nothing known about it. The reference is
+  // PCL's ICP from a guess by hand: (1.977, 0.057), 0.712 rad.
+  const std::vector<std::string> scans = {"clouds_pcl/room_scan1.pcd", "clouds_pcl/room_scan2.pcd"};
+  const Travelled there = travel("pcd_sequence.yaml", scans, 0, -1);
+  ASSERT_EQ(2u, there.estimated.size());
+  const Pose step = there.estimated[0].inverse() * there.estimated[1];
+  EXPECT_NEAR(1.977, step.translation().x(), 0.03);
+  EXPECT_NEAR(0.057, step.translation().y(), 0.03);
+  EXPECT_NEAR(0.712, Eigen::AngleAxisd(Matrix3(step.linear())).angle(), 0.01);
+  const Travelled back = travel("pcd_sequence.yaml", {scans[1], scans[0]}, 0, -1);
+  ASSERT_EQ(2u, back.estimated.size());
+  const Pose closed = step * (back.estimated[0].inverse() * back.estimated[1]);
+  EXPECT_LT(closed.translation().norm(), 0.05);
+  EXPECT_LT(Eigen::AngleAxisd(Matrix3(closed.linear())).angle(), 0.01);
+}
+
+TEST_F(RealMotion, ViewsFarApartAreFoundOrLeftOut) {
+  // Every twelfth frame, no features: steps of up to 1 m.
+  const Travelled sofa = travel("rgbd_indoor.yaml", {"rgbd_icl_livingroom"}, 0, -1, 1, 12, false);
+  EXPECT_EQ(0u, sofa.skipped);
+  EXPECT_LT(trajectoryError(sofa.estimated, sofa.given).absolute_rms, 0.02);
+  // Views that share little: none of those that are used is at a wrong place.
+  const Travelled room = travel("rgbd_indoor.yaml", {"rgbd_icl_five"}, 0, -1);
+  EXPECT_GE(room.estimated.size(), 2u);
+  EXPECT_LT(trajectoryError(room.estimated, room.given).absolute_rms, 0.03);
 }
 
 TEST_F(RealMotion, ThreadsDoNotChangeIt) {

@@ -126,6 +126,17 @@ std::vector<Surfel> SurfaceCells::planes() const {
   return result;
 }
 
+double SurfaceCells::planarShare() const {
+  std::size_t all = 0;
+  std::size_t planar = 0;
+  for (const Cell& cell : cells_) {
+    const auto points = static_cast<std::size_t>(cell.points);
+    all += points;
+    if (cell.surfel.planar) planar += points;
+  }
+  return all > 0 ? static_cast<double>(planar) / static_cast<double>(all) : 0.0;
+}
+
 void SurfaceCells::limit(std::size_t most) {
   if (cells_.size() <= most) return;
   std::vector<std::int64_t> frames;

@@ -4,13 +4,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <limits>
 #include <utility>
 #include <vector>
 
 #include "planar_mapping/core/error.h"
+#include "planar_mapping/core/motion_estimation.h"
+#include "seen_through.h"
 #include "surface_edges.h"
 #include "surface_registration.h"
+#include "surface_search.h"
 #include "surface_shape.h"
 
 namespace planar_mapping {
@@ -43,9 +47,34 @@ void SurfaceMapParams::validate() const {
   requireInRange("confirmed_share", confirmed_share, 0.0, 1.0);
   requireInRange("iterations", iterations, 1, kLargest);
   requireInRange("min_share", min_share, 0.0, 1.0);
+  requireInRange("max_seen_through", max_seen_through, 0.0, 1.0);
+  requireInRange("search_reach", search_reach, 0.0, kLargest, "m");
   requireInRange("correlated_planes", correlated_planes, 1.0, kLargest);
   requireInRange("max_cells", max_cells, 1000, kLargest);
 }
+
+double surfaceCellFor(const PointsView& cloud, const SurfaceMapParams& params) {
+  constexpr double kEnough = 0.55;
+  constexpr double kLargest = 16.0;
+  params.validate();
+  double times = 1.0;
+  for (; times < kLargest; times *= 2.0) {
+    detail::SurfaceCells cells(times * params.cell);
+    detail::forSample(cloud, params, [&](const Vector3& p, double error) {
+      cells.add(p, Vector3::Zero(), error, 0);
+    });
+    cells.fit(params);
+    if (cells.planarShare() >= kEnough) break;
+  }
+  return times * params.cell;
+}
+
+namespace {
+
+/// 65 kB each.
+constexpr std::size_t kMostViews = 32;
+
+}  // namespace
 
 class SurfaceMap::Implementation {
  public:
@@ -59,6 +88,8 @@ class SurfaceMap::Implementation {
 
   void insert(const PointsView& cloud, const Pose& T_world_sensor) {
     ++frame_;
+    views_.push_back({detail::SeenRanges(cloud, params_), T_world_sensor.inverse()});
+    if (views_.size() > kMostViews) views_.pop_front();
     const Vector3 sensor = T_world_sensor.translation();
     detail::forSample(cloud, params_, [&](const Vector3& p, double error) {
       const Vector3 q = T_world_sensor * p;
@@ -76,28 +107,99 @@ class SurfaceMap::Implementation {
 
   CloudRegistration locate(const PointsView& cloud, const Pose& guess) const {
     const detail::CloudShape shape = detail::shapeOf(cloud, params_);
+    const detail::SeenRanges seen(cloud, params_);
     double range = params_.reach;
     for (const detail::Surfel& plane : shape.coarse.planes) {
       range = std::max(range, plane.center.norm() + params_.reach);
     }
-    const auto nearby = [&](const detail::SurfaceCells& cells, detail::CellShape kind) {
-      std::vector<detail::Surfel> planes;
-      for (const detail::Surfel& plane : cells.planes()) {
-        if ((plane.center - guess.translation()).norm() < range) planes.push_back(plane);
-      }
-      return detail::PlaneNeighbours(std::move(planes), params_.reach, kind);
-    };
-    const detail::MappedSurfaces map{fine_, edges_, nearby(coarse_, detail::CellShape::Plane),
-                                     nearby(edges_, detail::CellShape::Line)};
-    const detail::SurfaceRegistration registration(params_, shape, map);
-    return registration.resultOf(registration.run(guess));
+    const Near near(*this, guess.translation(), range);
+    const detail::SurfaceRegistration registration(params_, shape, near.map);
+    const CloudRegistration result =
+        judged(registration.resultOf(registration.run(guess)), shape, seen);
+    if (result.found || !(params_.search_reach > 0.0)) return result;
+    const CloudRegistration elsewhere =
+        lookAround(shape, seen, guess, range + params_.search_reach);
+    return elsewhere.found ? elsewhere : result;
   }
 
   const SurfaceMapParams& params() const { return params_; }
   std::size_t cells() const { return fine_.size(); }
 
  private:
+  /// What of the map is near a place.
+  struct Near {
+    Near(const Implementation& of, const Vector3& place, double range)
+        : planes(within(of.coarse_, place, range)),
+          map{of.fine_, of.edges_,
+              detail::PlaneNeighbours(planes, of.params_.reach, detail::CellShape::Plane),
+              detail::PlaneNeighbours(within(of.edges_, place, range), of.params_.reach,
+                                      detail::CellShape::Line)} {}
+
+    static std::vector<detail::Surfel> within(const detail::SurfaceCells& cells,
+                                              const Vector3& place, double range) {
+      std::vector<detail::Surfel> planes;
+      for (const detail::Surfel& plane : cells.planes()) {
+        if ((plane.center - place).norm() < range) planes.push_back(plane);
+      }
+      return planes;
+    }
+
+    std::vector<detail::Surfel> planes;  ///< coarse ones
+    detail::MappedSurfaces map;
+  };
+
+  /// Refuses what sees through the map.
+  CloudRegistration judged(CloudRegistration result, const detail::CloudShape& shape,
+                           const detail::SeenRanges& seen) const {
+    if (!result.found) return result;
+    const detail::SeenThrough now = seen.judge(coarse_.planes(), result.T_world_sensor.inverse());
+    detail::SeenThrough before;
+    for (const View& view : views_) {
+      before += view.seen.judge(shape.coarse.planes, view.T_sensor_world * result.T_world_sensor);
+    }
+    result.seen_through = std::max(now.share(), before.share());
+    result.found = result.seen_through <= params_.max_seen_through;
+    return result;
+  }
+
+  /// Far from the guess, at the one place where the cloud fits; nowhere if there are two.
+  CloudRegistration lookAround(const detail::CloudShape& shape, const detail::SeenRanges& seen,
+                               const Pose& guess, double range) const {
+    constexpr double kSecondBest = 0.9;  // of the best one's worth, which is no more certain then
+    const Near near(*this, guess.translation(), range);
+    const detail::SurfaceRegistration registration(params_, shape, near.map);
+    const detail::SurfaceSearch search(params_, shape.coarse, near.planes);
+    std::vector<CloudRegistration> found;
+    for (const Pose& start : search.candidates(guess)) {
+      const CloudRegistration result =
+          judged(registration.resultOf(registration.settle(start)), shape, seen);
+      if (result.found && search.knowsPlace(result.T_world_sensor)) found.push_back(result);
+    }
+    const auto worth = [](const CloudRegistration& r) { return r.share - 2.0 * r.seen_through; };
+    const auto best =
+        std::max_element(found.begin(), found.end(),
+                         [&](const auto& a, const auto& b) { return worth(a) < worth(b); });
+    if (best == found.end()) return {};
+    for (const CloudRegistration& other : found) {
+      if (!isSamePlace(*best, other) && worth(other) > kSecondBest * worth(*best)) return {};
+    }
+    return *best;
+  }
+
+  bool isSamePlace(const CloudRegistration& a, const CloudRegistration& b) const {
+    constexpr double kSameTurn = 0.1;  // radians
+    const Vector6 apart = motionDifference(a.T_world_sensor, b.T_world_sensor);
+    return apart.head<3>().norm() < params_.reach && apart.tail<3>().norm() < kSameTurn;
+  }
+
+  /// Where a cloud was seen from, and how far.
+  struct View {
+    detail::SeenRanges seen;
+    Pose T_sensor_world;
+  };
+
   SurfaceMapParams params_;
+  std::deque<View> views_;
   detail::SurfaceCells fine_;
   detail::SurfaceCells coarse_;
   detail::SurfaceCells edges_;

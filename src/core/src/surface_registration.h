@@ -47,10 +47,11 @@ class SurfaceRegistration {
   /// The best pose from a guess and, where that is not good, from guesses
   /// turned a little.
   RegistrationCandidate run(const Pose& guess) const;
+  /// The pose T_sensor_world next to this one.
+  RegistrationCandidate settle(const Pose& guess) const;
   CloudRegistration resultOf(const RegistrationCandidate& candidate) const;
 
  private:
-  RegistrationCandidate settle(const Pose& guess) const;
   bool isGood(const RegistrationCandidate& candidate) const;
   bool approach(Pose& pose) const;
   bool refine(Pose& pose) const;

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "planar_mapping/core/error.h"
@@ -21,7 +22,7 @@ constexpr std::uint32_t kRows = 120;
 constexpr double kFocal = 130.0;
 
 /// A corner of a room with a box in it, as a depth camera sees it: by ray against planes and box.
-enum class Scene { Room, Floor, BoxOnFloor };
+enum class Scene { Room, Corner, Floor, BoxOnFloor };
 
 std::vector<float> view(const Pose& T_world_sensor, double noise, Random& random,
                         Scene scene = Scene::Room) {
@@ -39,11 +40,11 @@ std::vector<float> view(const Pose& T_world_sensor, double noise, Random& random
         if (t > 0.0 && t < best) best = t;
       };
       plane(2, -0.4);
-      if (scene == Scene::Room) {
+      if (scene == Scene::Room || scene == Scene::Corner) {
         plane(1, 3.0);
         plane(0, 1.5);
       }
-      if (scene != Scene::Floor) {
+      if (scene == Scene::Room || scene == Scene::BoxOnFloor) {
         double enter = 0.0;
         double leave = best;
         for (int axis = 0; axis < 3; ++axis) {
@@ -178,6 +179,88 @@ TEST(SurfaceMap, DoesNotFindWhatItHasNotSeen) {
   EXPECT_FALSE(map.locate(viewOf(cloud), elsewhere).found);
 }
 
+const Pose kMoved = cameraAt(0.1, 0.05, 0.55, 0.05, 0.35);
+/// Where from kMoved is out of reach: 2 m away and turned by a quarter.
+const Pose kWrongGuess = cameraAt(-1.7, -0.9, 0.5, 1.6, 0.35);
+
+TEST(SurfaceMap, LooksFartherAroundWhereTheGuessIsWrong) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    Random random(seed);
+    SurfaceMap map(testParams());
+    SurfaceMapParams near_params = testParams();
+    near_params.search_reach = 0.0;
+    SurfaceMap near_only(near_params);
+    const auto before = view(kFirst, 0.001, random);
+    map.insert(viewOf(before), kFirst);
+    near_only.insert(viewOf(before), kFirst);
+    const auto cloud = view(kMoved, 0.001, random);
+    const CloudRegistration found = map.locate(viewOf(cloud), kWrongGuess);
+    ASSERT_TRUE(found.found) << seed;
+    const Vector6 error = motionDifference(kMoved.inverse(), found.T_world_sensor.inverse());
+    EXPECT_LT(error.head<3>().norm(), 0.02);
+    EXPECT_LT(error.tail<3>().norm(), 0.01);
+    EXPECT_LT(found.seen_through, 0.05);
+    EXPECT_FALSE(near_only.locate(viewOf(cloud), kWrongGuess).found);
+  }
+}
+
+TEST(SurfaceMap, DoesNotGuessAmongCornersThatLookAlike) {
+  // Floor and two walls fix a place, but a map of one corner fits any other.
+  Random random(8);
+  SurfaceMap map(testParams());
+  map.insert(viewOf(view(kFirst, 0.001, random, Scene::Corner)), kFirst);
+  EXPECT_FALSE(map.locate(viewOf(view(kMoved, 0.001, random, Scene::Corner)), kWrongGuess).found);
+}
+
+TEST(SurfaceMap, RefusesWhatSeesThroughTheMap) {
+  Random random(9);
+  SurfaceMapParams strict = testParams();
+  strict.max_seen_through = 0.04;
+  SurfaceMapParams trusting = testParams();
+  trusting.max_seen_through = 1.0;
+  const Pose close = cameraAt(0.2, 0.4, 0.3, 0.0, 0.2);
+  const auto full = view(close, 0.001, random);
+  const auto bare = view(close, 0.001, random, Scene::Corner);
+  // The box was there and its place is seen through, or free before and now filled.
+  for (const auto& [before, now] : {std::pair(full, bare), std::pair(bare, full)}) {
+    SurfaceMap map(strict);
+    SurfaceMap other(trusting);
+    map.insert(viewOf(before), close);
+    other.insert(viewOf(before), close);
+    const CloudRegistration believed = other.locate(viewOf(now), close);
+    EXPECT_TRUE(believed.found);
+    EXPECT_GT(believed.seen_through, 0.05);
+    EXPECT_FALSE(map.locate(viewOf(now), close).found);
+  }
+}
+
+TEST(SurfaceCellFor, FollowsTheSpacingOfThePoints) {
+  const SurfaceMapParams params;
+  // A room's walls by rings of a scanner, 128 of them or 16.
+  const auto scan = [](int rings) {
+    std::vector<float> xyz;
+    for (int ring = 0; ring < rings; ++ring) {
+      const double up = (ring + 0.5) / rings - 0.5;
+      for (int column = 0; column < 2000; ++column) {
+        const double turn = column * M_PI / 1000.0;
+        const Vector3 ray(std::cos(turn), std::sin(turn), up);
+        const double range = 1.0 / std::max(std::abs(ray.x()), std::abs(ray.y()));
+        for (int axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(range * ray[axis]));
+      }
+    }
+    return xyz;
+  };
+  const auto fine = scan(128);
+  const auto sparse = scan(16);
+  EXPECT_EQ(params.cell, surfaceCellFor(PointsView(fine.data(), fine.size() / 3), params));
+  EXPECT_EQ(2.0 * params.cell,
+            surfaceCellFor(PointsView(sparse.data(), sparse.size() / 3), params));
+  EXPECT_EQ(16.0 * params.cell, surfaceCellFor(PointsView(), params));
+  SurfaceMapParams bad;
+  bad.cell = -1.0;
+  EXPECT_THROW(surfaceCellFor(PointsView(), bad), ParameterError);
+}
+
 TEST(SurfaceMap, IsDeterministicAndCopyable) {
   Random random(6);
   SurfaceMap map(testParams());
@@ -251,6 +334,8 @@ TEST(SurfaceMap, RefusesBadParametersAndPoses) {
   refused([](SurfaceMapParams& p) { p.iterations = 0; });
   refused([](SurfaceMapParams& p) { p.min_share = -0.1; });
   refused([](SurfaceMapParams& p) { p.correlated_planes = 0.0; });
+  refused([](SurfaceMapParams& p) { p.max_seen_through = 1.5; });
+  refused([](SurfaceMapParams& p) { p.search_reach = -1.0; });
   refused([](SurfaceMapParams& p) { p.max_cells = 10; });
   refused([](SurfaceMapParams& p) { p.sample_size = 10; });
   refused([](SurfaceMapParams& p) { p.optical_axis.x() = kNan; });

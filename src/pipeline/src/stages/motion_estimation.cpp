@@ -22,6 +22,8 @@ Matrix6 poseCovariance(double position_error, double orientation_error) {
   return Matrix6(variance.asDiagonal());
 }
 
+constexpr double kReachInCells = 6.0;
+
 class MotionEstimationStage : public Stage {
  public:
   static constexpr const char* kName = "motion_estimation";
@@ -118,10 +120,18 @@ class MotionEstimationStage : public Stage {
                "before; auto = unless it is of a stereo pair");
     table.integer("enough_inliers", enough_inliers_, Range::atLeast(0),
                   "[ours] with so many features that agree the cloud is not needed");
-    table.number("cloud_cell_m", surface_params_.cell, Range::positive(),
-                 "[ours] side of the cells of those surfaces");
-    table.number("cloud_reach_m", surface_params_.reach, Range::positive(),
-                 "[ours] from how far a cloud is drawn to them");
+    table.number(
+        "cloud_cell_m", cloud_cell_, Range::positive(),
+        "[ours] side of the cells of those surfaces; auto = 0.05, or the least multiple by "
+        "2, 4, 8 or 16 with which half of the first cloud's points lie on planes of cells");
+    table.number("cloud_reach_m", cloud_reach_, Range::positive(),
+                 "[ours] from how far a cloud is drawn to them; auto = 6 cells");
+    table.number("cloud_search_reach_m", surface_params_.search_reach, Range::atLeast(0.0),
+                 "[ours] from how far, and turned anyhow, it is looked for where it is not found "
+                 "near; 0 = it is not");
+    table.number("cloud_max_seen_through", surface_params_.max_seen_through,
+                 Range::between(0.0, 1.0),
+                 "[ours] share of the cells that may be seen through where the cloud is put");
     table.number("cloud_min_share", surface_params_.min_share, Range::between(0.0, 1.0),
                  "[ours] of the cloud's cells that must lie on them");
   }
@@ -141,6 +151,12 @@ class MotionEstimationStage : public Stage {
     odometry_.emplace(params_);
     const bool pair = frame.baseline || !frame.images.right.empty();
     if (clouds_ == Clouds::On || (clouds_ == Clouds::Auto && !pair)) {
+      if (cloud_cell_) {
+        surface_params_.cell = *cloud_cell_;
+      } else if (frame.cloud) {
+        surface_params_.cell = surfaceCellFor(viewOf(*frame.cloud), surface_params_);
+      }
+      surface_params_.reach = cloud_reach_.value_or(kReachInCells * surface_params_.cell);
       surface_params_.optical_axis = optical_ ? Vector3::UnitZ() : Vector3(Vector3::Zero());
       surfaces_.emplace(surface_params_);
     }
@@ -222,7 +238,9 @@ class MotionEstimationStage : public Stage {
         by_features.registered ? by_features.T_world_sensor : odometry_->expectedPose();
     const CloudRegistration by_cloud = surfaces_->locate(viewOf(*frame.cloud), guess);
     if (!by_cloud.found) {
-      cloud_reason_ = "the cloud does not lie on what was seen before";
+      cloud_reason_ = by_cloud.seen_through > surface_params_.max_seen_through
+                          ? "where the cloud would fit it sees through what was seen there before"
+                          : "the cloud does not lie on what was seen before";
       return std::nullopt;
     }
     cloud_reason_ = "the cloud does not fix the pose either";
@@ -257,6 +275,8 @@ class MotionEstimationStage : public Stage {
   Clouds clouds_ = Clouds::Auto;
   int enough_inliers_ = 60;
   SurfaceMapParams surface_params_;
+  std::optional<double> cloud_cell_;
+  std::optional<double> cloud_reach_;
   std::string cloud_reason_;
   std::optional<Odometry> odometry_;
   std::optional<SurfaceMap> surfaces_;

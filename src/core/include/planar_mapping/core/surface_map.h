@@ -46,6 +46,12 @@ struct PLANAR_MAPPING_EXPORT SurfaceMapParams {
   double confirmed_share = 0.5;  ///< in [0, 1]
   int iterations = 15;           ///< at most, on each level, >= 1
   double min_share = 0.4;        ///< of the cloud's planes that must lie on the map's, in [0, 1]
+  /// A cloud that fits but whose rays go through what the map has there, or that fills what was
+  /// seen free before, is at a wrong place: the largest such share of the planes, in [0, 1].
+  double max_seen_through = 0.1;
+  /// Where a cloud is not found near the guess, it is looked for so far around it, metres, turned
+  /// anyhow, by the directions and offsets of its planes; 0 = it is not.
+  double search_reach = 4.0;
   /// The errors of neighbouring points are not independent: so many planes of the smallest size
   /// tell as much as one; >= 1.
   double correlated_planes = 20.0;
@@ -54,6 +60,12 @@ struct PLANAR_MAPPING_EXPORT SurfaceMapParams {
   /// \throws ParameterError
   void validate() const;
 };
+
+/// The side of the cells that suits a cloud: the least of params.cell and 2, 4, 8 and 16 times it
+/// with which half of the points are in a cell that has a plane. The rings of a laser scanner are
+/// too far apart for cells that suit a depth camera. O(points looked at).
+PLANAR_MAPPING_EXPORT double surfaceCellFor(const PointsView& cloud,
+                                            const SurfaceMapParams& params);
 
 /// Where a cloud lies on a SurfaceMap.
 struct CloudRegistration {
@@ -66,6 +78,9 @@ struct CloudRegistration {
   std::size_t matched = 0;  ///< of those, on a plane of the map
   double share = 0.0;       ///< of the planes that matched, each direction counting the same
   double rms = 0.0;         ///< distance of the matched ones, metres
+  /// Of the map's planes where this cloud looked, the share that its rays went through, or of its
+  /// planes where clouds before looked, if that is larger; zero where too few can be judged.
+  double seen_through = 0.0;
 };
 
 /// What registers clouds that have no features to go by: a bounded local map of small planes, one
@@ -90,7 +105,8 @@ class PLANAR_MAPPING_EXPORT SurfaceMap {
   void insert(const PointsView& cloud, const Pose& T_world_sensor);
 
   /// Finds the pose of a cloud near \p guess: planes are drawn to the next ones that face the same
-  /// way, first from afar; see SurfaceMapParams::reach.
+  /// way, first from afar; see SurfaceMapParams::reach. Where that fails the cloud is looked for
+  /// farther around; see SurfaceMapParams::search_reach. It is not found where it fits twice.
   /// \throws InputError if the guess is not finite
   CloudRegistration locate(const PointsView& cloud, const Pose& guess) const;
 
