@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "planar_mapping/core/multi_plane.h"
 #include "planar_mapping/core/plane.h"
 #include "planar_mapping/core/random.h"
 #include "planar_mapping/core/types.h"
@@ -131,5 +132,26 @@ class DepthScene {
   double focal_length_;
   std::vector<Surface> surfaces_;
 };
+
+inline double angleBetween(const Plane& a, const Plane& b) {
+  return std::atan2(a.normal.cross(b.normal).norm(), std::fabs(a.normal.dot(b.normal)));
+}
+
+/// Share of a surface's pixels that are inliers of the segment that has most of them.
+inline double recall(const DepthScene& scene, const PlaneSet& set, int surface,
+                     std::size_t* which) {
+  std::size_t best = 0;
+  for (std::size_t k = 0; k < set.planes.size(); ++k) {
+    std::size_t hits = 0;
+    for (const int i : set.planes[k].inliers) {
+      hits += scene.truth[static_cast<std::size_t>(i)] == surface;
+    }
+    if (hits > best) {
+      best = hits;
+      *which = k;
+    }
+  }
+  return static_cast<double>(best) / static_cast<double>(scene.pixelsOf(surface));
+}
 
 }  // namespace planar_mapping::test

@@ -162,4 +162,19 @@ inline double volumeInCells(const PlanarMap& map, double s) {
   return volume / (s * s * s);
 }
 
+/// Views through the scene from the places numbered so, half a metre and a fifth of a radian apart.
+inline std::vector<View> noisyWalk(const std::vector<int>& places) {
+  StereoErrors errors;
+  errors.noise_px = 0.25;
+  errors.flying = 0.2;
+  errors.pose_position = 0.01;  // planes move a little from frame to frame
+  Random random(5);
+  std::vector<View> views;
+  for (const int place : places) {
+    const Pose pose = lookFrom({-1.2 + 0.5 * place, -0.4, 1.0}, 0.2 * place - 0.5);
+    views.push_back(lookNoisy(Scene(), pose, errors, random, 300));
+  }
+  return views;
+}
+
 }  // namespace planar_mapping::test

@@ -14,7 +14,9 @@
 namespace planar_mapping {
 namespace {
 
+using test::angleBetween;
 using test::DepthScene;
+using test::recall;
 
 constexpr double kDegree = M_PI / 180.0;
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
@@ -43,25 +45,6 @@ DepthScene corner() {
 /// \param noise standard deviation of the disparity, pixels
 void render(DepthScene& scene, double noise, std::uint64_t seed = 1) {
   scene.render(noise / (kBaseline * kFocal), 0.02, seed);
-}
-
-double angleBetween(const Plane& a, const Plane& b) {
-  return std::atan2(a.normal.cross(b.normal).norm(), std::fabs(a.normal.dot(b.normal)));
-}
-
-double recall(const DepthScene& scene, const PlaneSet& set, int surface, std::size_t* which) {
-  std::size_t best = 0;
-  for (std::size_t k = 0; k < set.planes.size(); ++k) {
-    std::size_t hits = 0;
-    for (const int i : set.planes[k].inliers) {
-      hits += scene.truth[static_cast<std::size_t>(i)] == surface;
-    }
-    if (hits > best) {
-      best = hits;
-      *which = k;
-    }
-  }
-  return static_cast<double>(best) / static_cast<double>(scene.pixelsOf(surface));
 }
 
 void expectSameBytes(const PlaneSet& a, const PlaneSet& b) {

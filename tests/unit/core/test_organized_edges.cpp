@@ -14,6 +14,7 @@
 namespace planar_mapping {
 namespace {
 
+using test::angleBetween;
 using test::DepthScene;
 
 constexpr double kDegree = M_PI / 180.0;
@@ -24,10 +25,6 @@ PlaneSet search(const DepthScene& scene) {
   params.method = PlaneSearchMethod::Organized;
   params.min_inliers = 500;
   return findPlanes(scene.view(), nullptr, params);
-}
-
-double angleBetween(const Plane& a, const Plane& b) {
-  return std::atan2(a.normal.cross(b.normal).norm(), std::fabs(a.normal.dot(b.normal)));
 }
 
 /// The segment that holds most of a surface, which are what shares of the two?

@@ -13,7 +13,9 @@
 namespace planar_mapping {
 namespace {
 
+using test::angleBetween;
 using test::DepthScene;
+using test::recall;
 
 constexpr double kDegree = M_PI / 180.0;
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
@@ -37,26 +39,6 @@ DepthScene corner(int width = 320, int height = 240) {
   scene.addRectangle({-1.2, 0.0, 2.5}, {0.0, 1.0, 0.0}, {0.0, 0.0, 2.0});
   scene.addRectangle({0.9, 0.0, 3.5}, {2.1, 0.0, 0.6}, {0.0, 1.0, 0.0});
   return scene;
-}
-
-double angleBetween(const Plane& a, const Plane& b) {
-  return std::atan2(a.normal.cross(b.normal).norm(), std::fabs(a.normal.dot(b.normal)));
-}
-
-/// Share of a surface's pixels that are inliers of the segment that has most of them.
-double recall(const DepthScene& scene, const PlaneSet& set, int surface, std::size_t* which) {
-  std::size_t best = 0;
-  for (std::size_t k = 0; k < set.planes.size(); ++k) {
-    std::size_t hits = 0;
-    for (const int i : set.planes[k].inliers) {
-      hits += scene.truth[static_cast<std::size_t>(i)] == surface;
-    }
-    if (hits > best) {
-      best = hits;
-      *which = k;
-    }
-  }
-  return static_cast<double>(best) / static_cast<double>(scene.pixelsOf(surface));
 }
 
 void expectFound(const DepthScene& scene, const PlaneSet& set, int surface, double min_recall,

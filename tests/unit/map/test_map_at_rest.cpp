@@ -14,23 +14,8 @@
 namespace planar_mapping {
 namespace {
 
-constexpr int kFrames = 8;
-
-std::vector<test::View> noisyWalk() {
-  test::StereoErrors errors;
-  errors.noise_px = 0.3;
-  errors.flying = 0.2;
-  errors.pose_position = 0.01;  // planes move a little from frame to frame
-  Random random(21);
-  std::vector<test::View> views;
-  for (int i = 0; i < kFrames; ++i) {
-    // There and back again, so that patches that rested are touched once more.
-    const double along = i < kFrames / 2 ? i : kFrames - 1 - i;
-    const Pose pose = test::lookFrom({-1.2 + 0.6 * along, -0.4, 1.0}, 0.25 * along - 0.5);
-    views.push_back(test::lookNoisy(test::Scene(), pose, errors, random, 300));
-  }
-  return views;
-}
+/// There and back again, so that patches that rested are touched once more.
+const std::vector<int> kWalk = {0, 1, 2, 3, 3, 2, 1, 0};
 
 void insert(PlanarMap& map, const test::View& view) {
   FrameObservation frame = view.frame();
@@ -75,7 +60,7 @@ std::vector<Vector3> placesIn(Random& random) {
 }
 
 TEST(MapAtRest, GoesOnAsIfNothingHadBeenAsked) {
-  const std::vector<test::View> views = noisyWalk();
+  const std::vector<test::View> views = test::noisyWalk(kWalk);
   Random random(4);
   const std::vector<Vector3> places = placesIn(random);
   std::vector<std::vector<std::uint8_t>> files;
@@ -114,7 +99,7 @@ TEST(MapAtRest, GoesOnAsIfNothingHadBeenAsked) {
 }
 
 TEST(MapAtRest, AnswersSeveralThreadsAtOnce) {
-  const std::vector<test::View> views = noisyWalk();
+  const std::vector<test::View> views = test::noisyWalk(kWalk);
   Random random(5);
   const std::vector<Vector3> places = placesIn(random);
   PlanarMap map;

@@ -67,19 +67,6 @@ void operator delete[](void* block, std::size_t) noexcept {
 namespace planar_mapping {
 namespace {
 
-std::vector<test::View> noisyWalk(int frames) {
-  test::StereoErrors errors;
-  errors.noise_px = 0.25;
-  errors.flying = 0.2;
-  Random random(9);
-  std::vector<test::View> views;
-  for (int i = 0; i < frames; ++i) {
-    const Pose pose = test::lookFrom({-1.2 + 0.5 * i, -0.4, 1.0}, 0.2 * i - 0.5);
-    views.push_back(test::lookNoisy(test::Scene(), pose, errors, random, 300));
-  }
-  return views;
-}
-
 /// Every byte, but that malloc now and then leaves a block sixteen more than it needs.
 void expectCounted(const PlanarMap& map, const Heap& before) {
   const std::size_t measured = heap.bytes - before.bytes;
@@ -128,7 +115,7 @@ TEST(MapHeap, IsWhatTheMapSaysItTakes) {
 #ifdef PLANAR_MAPPING_SANITIZED
   GTEST_SKIP() << "the allocator is the sanitizer's";
 #endif
-  const std::vector<test::View> views = noisyWalk(5);
+  const std::vector<test::View> views = test::noisyWalk({0, 1, 2, 3, 4});
   walkAndCount(views, Profile::Compact, 0.1);
   walkAndCount(views, Profile::Compact, 0.5);
   walkAndCount(views, Profile::Paper, 0.1);
