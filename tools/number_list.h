@@ -4,13 +4,14 @@
 
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <string>
 
 #include "commands.h"
 
 namespace planar_mapping::tools {
 
-/// Exactly N numbers with commas between them. \throws UsageError naming the option
+/// Exactly N finite numbers with commas between them. \throws UsageError naming the option
 template <std::size_t N>
 std::array<double, N> numbersOf(const std::string& option, const std::string& text) {
   std::array<double, N> numbers{};
@@ -19,9 +20,10 @@ std::array<double, N> numbersOf(const std::string& option, const std::string& te
   for (std::size_t i = 0; i < N; ++i) {
     const std::from_chars_result read = std::from_chars(at, end, numbers[i]);
     const bool last = i + 1 == N;
-    if (read.ec != std::errc() || (last ? read.ptr != end : read.ptr == end || *read.ptr != ',')) {
+    if (read.ec != std::errc() || !std::isfinite(numbers[i]) ||
+        (last ? read.ptr != end : read.ptr == end || *read.ptr != ',')) {
       throw UsageError(option + " is '" + text + "', but must be " + std::to_string(N) +
-                       " numbers with commas between them");
+                       " finite numbers with commas between them");
     }
     at = read.ptr + 1;
   }

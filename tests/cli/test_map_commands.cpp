@@ -70,6 +70,8 @@ TEST_F(MapCommands, QueryRefusesWhatIsNoQuestion) {
   for (const std::vector<std::string>& question : {std::vector<std::string>{},
                                                    {"--point", "1,2"},
                                                    {"--point", "1,2,x"},
+                                                   {"--point", "nan,0,0"},
+                                                   {"--box", "0,0,0,inf,1,1"},
                                                    {"--box", "1,1,1,0,0,0"},
                                                    {"--ray", "0,0,0,0,0,0"},
                                                    {"--ray", "0,0,0,1,0,0", "--range", "-1"}}) {

@@ -178,6 +178,7 @@ const std::vector<std::pair<double, Pose>>& PlanarMap::trajectory() const {
 }
 
 CellState PlanarMap::stateAt(const Vector3& point) const {
+  if (!point.allFinite()) return CellState::Unknown;
   const Impl::Cache& derived = impl_->derived();
   bool occupied = false;
   derived.index.visit(point, 0.0, [&](std::uint32_t i) {

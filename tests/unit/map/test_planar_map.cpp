@@ -374,7 +374,8 @@ TEST(PlanarMap, IsInExactlyOneOfThreeStatesAnywhere) {
   }
   EXPECT_EQ(seen.size(), 3u);
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_TRUE(map.isFree({nan, 0.0, 0.0}));
+  EXPECT_TRUE(map.isUnknown({nan, 0.0, 0.0}));  // a robot must not be told that it may go there
+  EXPECT_TRUE(map.isUnknown({0.0, 0.0, std::numeric_limits<double>::infinity()}));
   EXPECT_TRUE(map.isFree({1e300, 0.0, 0.0}));
 }
 

@@ -166,7 +166,7 @@ class PLANAR_MAPPING_EXPORT PlanarMap {
   /// The sensor poses of the frames in order, with their time stamps.
   const std::vector<std::pair<double, Pose>>& trajectory() const;
 
-  CellState stateAt(const Vector3& point) const;
+  CellState stateAt(const Vector3& point) const;  ///< a point that is not finite is Unknown
   bool isOccupied(const Vector3& point) const { return stateAt(point) == CellState::Occupied; }
   bool isFree(const Vector3& point) const { return stateAt(point) == CellState::Free; }
   bool isUnknown(const Vector3& point) const { return stateAt(point) == CellState::Unknown; }
