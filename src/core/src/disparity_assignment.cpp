@@ -72,6 +72,12 @@ void nearestDisparity(const float* x, const float* y, const float* d, const Band
   }
 }
 
+/// Of a tile; unlike std::replace() it writes all labels, so that it is vectorised.
+PLANAR_MAPPING_MULTIVERSION
+void replaceLabel(std::int16_t* labels, std::int16_t from, std::int16_t to) {
+  for (int k = 0; k < kTileArea; ++k) labels[k] = labels[k] == from ? to : labels[k];
+}
+
 // Finite pixels of the quarters of a tile that hold pixels with a label.
 PLANAR_MAPPING_MULTIVERSION
 int countFiniteAround(const float* x, const std::int16_t* labels, std::int16_t label) {
@@ -222,14 +228,7 @@ void DisparityAssigner::relabel(const std::vector<std::int16_t>& target) {
   bool same = true;
   for (std::size_t i = 0; i < target.size(); ++i) same &= target[i] == static_cast<std::int16_t>(i);
   if (same) return;
-  for (PlaneList& list : presence_) {
-    PlaneList renamed;
-    for (int k = 0; k < list.size; ++k) {
-      const std::int16_t label = target[static_cast<std::size_t>(list.label[k])];
-      if (label >= 0) renamed.add(label);
-    }
-    list = renamed;
-  }
+  for (PlaneList& list : presence_) list.rename(target);
   // A tile's pixels have the labels of its parts. A plane becomes one that stays, so that labels of
   // one tile may be renamed one after the other.
   std::size_t kept = 0;
@@ -238,8 +237,8 @@ void DisparityAssigner::relabel(const std::vector<std::int16_t>& target) {
     const std::int16_t from = part.label;
     part.label = target[static_cast<std::size_t>(from)];
     if (part.label != from) {
-      std::int16_t* labels = labels_.data() + static_cast<std::size_t>(part.tile) * kTileArea;
-      std::replace(labels, labels + kTileArea, from, part.label);
+      replaceLabel(labels_.data() + static_cast<std::size_t>(part.tile) * kTileArea, from,
+                   part.label);
     }
     if (part.label < 0) continue;
     // Parts of planes that became one are one as well.

@@ -46,6 +46,7 @@ double agreement(const DisparityPlane& plane, const std::vector<TilePart>& parts
     part_of_tile[static_cast<std::size_t>(parts[i].tile)] = static_cast<std::int32_t>(i);
   }
   const bool white = isNoiseWhite(plane, parts, list, params);
+  const double min_cosine = std::cos(params.coherent_angle);
   const int tiles = static_cast<int>(part_of_tile.size());
   double agreeing = 0.0;
   double all = 0.0;
@@ -67,11 +68,11 @@ double agreement(const DisparityPlane& plane, const std::vector<TilePart>& parts
     double normal[3];
     double height = 0.0;
     metricPlane(fit.p, fit.q, fit.d - fit.p * fit.x - fit.q * fit.y, params, normal, height);
-    const double error = params.growing_factor * params.slopeError(fit.extent, fit.count);
-    const double turn = std::hypot(fit.p - plane.p, fit.q - plane.q);
-    if (turn <= error || cosine(normal, plane.normal) >= std::cos(params.coherent_angle)) {
-      agreeing += parts[i].sums[kN];
-    }
+    const auto isNoise = [&] {
+      const double error = params.growing_factor * params.slopeError(fit.extent, fit.count);
+      return std::hypot(fit.p - plane.p, fit.q - plane.q) <= error;
+    };
+    if (cosine(normal, plane.normal) >= min_cosine || isNoise()) agreeing += parts[i].sums[kN];
   }
   for (const std::size_t i : list) part_of_tile[static_cast<std::size_t>(parts[i].tile)] = -1;
   return agreeing / std::max(all, 1.0);

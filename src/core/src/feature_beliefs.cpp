@@ -95,6 +95,7 @@ FeatureBeliefs::Summary FeatureBeliefs::update(const std::vector<Observation>& f
   ++frame_;
 
   Summary summary;
+  MotionSince since;
   for (const Observation& seen : perTrack(frame)) {
     const auto [place, is_new] = known_.try_emplace(seen.track);
     Track& track = place->second;
@@ -102,7 +103,7 @@ FeatureBeliefs::Summary FeatureBeliefs::update(const std::vector<Observation>& f
       track.belief = firstBelief(seen.probability, params_.update);
       ++summary.created;
     } else {
-      const double factor = factorOf(track, seen.position, pose_factor);
+      const double factor = factorOf(track, seen.position, pose_factor, since);
       track.belief = nextBelief(track.belief, seen.probability, factor, params_.update);
       ++summary.updated;
     }
@@ -117,13 +118,17 @@ FeatureBeliefs::Summary FeatureBeliefs::update(const std::vector<Observation>& f
   return summary;
 }
 
-double FeatureBeliefs::factorOf(const Track& track, const Vector3& position,
-                                double pose_factor) const {
+double FeatureBeliefs::factorOf(const Track& track, const Vector3& position, double pose_factor,
+                                MotionSince& since) const {
   if (params_.motion_reading == MotionReading::RobotPose) return pose_factor;
   if (track.chain != chain_) return 1.0;
-  const Pose T_now_then = T_sensor_chain_ * track.T_sensor_chain.inverse();
-  const Matrix6 covariance = chain_covariance_ - track.covariance;
-  return featureMotionFactor(position, track.position, T_now_then, covariance, params_.occupancy);
+  if (since.frame != track.frame) {
+    since.frame = track.frame;
+    since.T_now_then = T_sensor_chain_ * track.T_sensor_chain.inverse();
+    since.covariance = chain_covariance_ - track.covariance;
+  }
+  return featureMotionFactor(position, track.position, since.T_now_then, since.covariance,
+                             params_.occupancy);
 }
 
 std::size_t FeatureBeliefs::forgetUnseen() {

@@ -85,6 +85,7 @@ void FrameCells::number(const PointsView& points, const Indices& indices,
   groups_.clear();
   runs_.clear();
   std::fill(slots_.begin(), slots_.end(), Slot());
+  hints_.fill(0);
   // Where cells begin is found in stretches, their numbers are given in order.
   constexpr std::size_t kStretch = 1 << 15;
   const std::size_t stretches = (indices.size() + kStretch - 1) / kStretch;
@@ -198,7 +199,7 @@ std::uint64_t FrameCells::beside(std::uint64_t cell, int dx, int dy, int dz) {
 
 std::size_t FrameCells::slotOf(std::uint64_t cell, std::int32_t label) const {
   const std::size_t mask = slots_.size() - 1;
-  std::size_t at = hashSlot(cell + static_cast<std::uint64_t>(label), mask);
+  std::size_t at = hashOfGroup(cell, label) & mask;
   while (slots_[at].number >= 0 && !(slots_[at].cell == cell && slots_[at].label == label)) {
     at = (at + 1) & mask;
   }
@@ -211,12 +212,16 @@ std::int32_t FrameCells::insert(std::uint64_t cell, std::int32_t label) {
   if (slot.number < 0) {
     slot = {cell, label, static_cast<std::int32_t>(groups_.size())};
     groups_.push_back({cell, label});
+    const std::uint64_t hint = hashOfGroup(cell, label) >> (64 - kHintBits);
+    hints_[hint / 64] |= std::uint64_t{1} << (hint % 64);
   }
   return slot.number;
 }
 
 std::int32_t FrameCells::find(std::uint64_t cell, std::int32_t label) const {
-  return slots_.empty() ? -1 : slots_[slotOf(cell, label)].number;
+  const std::uint64_t hint = hashOfGroup(cell, label) >> (64 - kHintBits);
+  if (((hints_[hint / 64] >> (hint % 64)) & 1u) == 0) return -1;
+  return slots_[slotOf(cell, label)].number;
 }
 
 void FrameCells::grow() {

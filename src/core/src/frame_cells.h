@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -10,10 +11,14 @@
 
 namespace planar_mapping::detail {
 
+inline std::uint64_t hashOf(std::uint64_t key) {
+  key = (key ^ (key >> 32u)) * 0x9E3779B97F4A7C15ULL;
+  return key ^ (key >> 29u);
+}
+
 /// Where a hash table of 2^n slots starts to look for a key; mask = 2^n - 1.
 inline std::size_t hashSlot(std::uint64_t key, std::size_t mask) {
-  key = (key ^ (key >> 32u)) * 0x9E3779B97F4A7C15ULL;
-  return (key ^ (key >> 29u)) & mask;
+  return hashOf(key) & mask;
 }
 
 /// Numbers the cells of a grid fixed in the world that the points of a frame lie in, each plane on
@@ -74,6 +79,9 @@ class FrameCells {
                   const std::vector<std::int32_t>& labels, std::size_t first, std::size_t last,
                   std::vector<Start>& starts) const;
   std::int32_t groupOf(const Start& start);
+  static std::uint64_t hashOfGroup(std::uint64_t cell, std::int32_t label) {
+    return hashOf(cell + static_cast<std::uint64_t>(label));
+  }
   std::size_t slotOf(std::uint64_t cell, std::int32_t label) const;
   void grow();
 
@@ -84,6 +92,10 @@ class FrameCells {
   std::vector<Run> runs_;
   std::vector<std::vector<Start>> starts_;  ///< of stretches of the indices; kept for their memory
   std::vector<Slot> slots_;
+  /// A bit for each value of the upper part of the hash of a group: most cells that find() is asked
+  /// for are empty, and these bits stay in the first cache.
+  static constexpr unsigned kHintBits = 16;
+  std::array<std::uint64_t, (std::size_t{1} << kHintBits) / 64> hints_{};
 };
 
 }  // namespace planar_mapping::detail

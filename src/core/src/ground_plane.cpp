@@ -47,6 +47,9 @@ bool byScore(const Hypothesis& a, const Hypothesis& b) {
 struct Candidates {
   std::vector<float> x, y, z, band;
   std::size_t size() const { return x.size(); }
+  void reserve(std::size_t n) {
+    for (auto* values : {&x, &y, &z, &band}) values->reserve(n);
+  }
   void add(const GroundSample& s, std::size_t i, double width) {
     x.push_back(s.x[i]);
     y.push_back(s.y[i]);
@@ -282,6 +285,8 @@ GroundStatus estimateGround(const GroundSample& sample, const GroundParams& para
   // Height of a point below the sensor stands in for the camera's, which is only known roughly.
   Candidates all;
   Candidates candidates;
+  all.reserve(sample.size());
+  candidates.reserve(sample.size());
   for (std::size_t i = 0; i < sample.size(); ++i) {
     const double height = known_height ? params.camera_height : std::max(0.0, -double(sample.z[i]));
     const double band = frame.band(sample.depth[i], height);

@@ -107,6 +107,23 @@ void PlaneList::add(std::int16_t plane) {
   if (size < kMost && !holds(plane)) label[size++] = plane;
 }
 
+bool PlaneList::isRenamed(const std::vector<std::int16_t>& target) const {
+  for (int k = 0; k < size; ++k) {
+    if (target[static_cast<std::size_t>(label[k])] != label[k]) return true;
+  }
+  return false;
+}
+
+void PlaneList::rename(const std::vector<std::int16_t>& target) {
+  if (!isRenamed(target)) return;
+  PlaneList renamed;
+  for (int k = 0; k < size; ++k) {
+    const std::int16_t to = target[static_cast<std::size_t>(label[k])];
+    if (to >= 0) renamed.add(to);
+  }
+  *this = renamed;
+}
+
 PixelAssigner::PixelAssigner(const TiledCloud& cloud, const CellGrid& tiles,
                              const RangeNoise& noise, const OrganizedParams& params, int threads)
     : cloud_(cloud),
@@ -313,24 +330,10 @@ std::vector<TilePart> PixelAssigner::parts() const {
 }
 
 void PixelAssigner::relabel(const std::vector<std::int16_t>& target) {
-  const auto moves = [&](const PlaneList& list) {
-    for (int k = 0; k < list.size; ++k) {
-      if (target[static_cast<std::size_t>(list.label[k])] != list.label[k]) return true;
-    }
-    return false;
-  };
-  const auto rename = [&](PlaneList& list) {
-    PlaneList renamed;
-    for (int k = 0; k < list.size; ++k) {
-      const std::int16_t label = target[static_cast<std::size_t>(list.label[k])];
-      if (label >= 0) renamed.add(label);
-    }
-    list = renamed;
-  };
   for (std::size_t tile = 0; tile < summaries_.size(); ++tile) {
-    if (moves(presence_[tile])) rename(presence_[tile]);
-    if (moves(grown_[tile])) rename(grown_[tile]);
-    if (!moves(summaries_[tile].planes)) continue;
+    presence_[tile].rename(target);
+    grown_[tile].rename(target);
+    if (!summaries_[tile].planes.isRenamed(target)) continue;
     std::int16_t* labels = labels_.data() + tile * kTileArea;
     for (int i = 0; i < kTileArea; ++i) {
       if (labels[i] >= 0) labels[i] = target[static_cast<std::size_t>(labels[i])];

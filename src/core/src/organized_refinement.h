@@ -16,6 +16,10 @@ struct PlaneList {
 
   bool holds(std::int16_t plane) const;
   void add(std::int16_t plane);
+  /// Does the target of any plane differ from it?
+  bool isRenamed(const std::vector<std::int16_t>& target) const;
+  /// Each plane becomes its target; -1 = none.
+  void rename(const std::vector<std::int16_t>& target);
 };
 
 struct EdgePlane;

@@ -180,6 +180,9 @@ PLANAR_MAPPING_MULTIVERSION
 void sumQuarterRows(const float* xyz, const std::int16_t* labels, int columns, int first_row,
                     int last_row, std::size_t out_stride, double* out) {
   for (int row = first_row; row < last_row; ++row) {
+    // Two rows of quarters; most quarters have no free pixel.
+    double* first = out + static_cast<std::size_t>(4) * row * columns;
+    for (int m = 0; m < kMoments; ++m) std::fill_n(first + m * out_stride, 4 * columns, 0.0);
     for (int column = 0; column < columns; ++column) {
       const std::size_t tile = static_cast<std::size_t>(row) * columns + column;
       const float* x = xyz + 3 * kTileArea * tile;
@@ -190,10 +193,7 @@ void sumQuarterRows(const float* xyz, const std::int16_t* labels, int columns, i
             (static_cast<std::size_t>(2 * row + quarter / 2) * columns + column) * 2 + quarter % 2;
         ShortLanes held;
         std::memcpy(&held, tile_labels + at, sizeof(held));
-        if (smallestOf(held) >= 0) {  // no free pixel, as in most
-          for (int m = 0; m < kMoments; ++m) out[cell + m * out_stride] = 0.0;
-          continue;
-        }
+        if (smallestOf(held) >= 0) continue;
         sumPixels(x + at, x + kTileArea + at, x + 2 * kTileArea + at, tile_labels + at, -1,
                   kQuarterArea, out + cell, out_stride);
       }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "planar_mapping/core/detail/gather_points.h"
 #include "planar_mapping/core/simd.h"
 
 namespace planar_mapping::detail {
@@ -14,23 +15,21 @@ namespace {
 constexpr double kNearPlane = 1e-3;  ///< metres; boxes that reach closer are not judged
 constexpr int kTileShift = 2;        ///< 4 x 4 pixels
 
-template <std::size_t kStride>
-inline __attribute__((always_inline)) void readDepths(const float* points, std::size_t stride,
-                                                      std::size_t n, float* depth) {
-  constexpr float kLargest = std::numeric_limits<float>::max();
-  const std::size_t step = kStride > 0 ? kStride : stride;
-  for (std::size_t i = 0; i < n; ++i) {
-    const float z = points[i * step + 2];
-    depth[i] = (z > 0.0f) & (z <= kLargest) ? z : 0.0f;
-  }
-}
-
-/// Depths of a row; 0 where there is none. Strides known at compile time are vectorised.
+/// Depths of a row; 0 where there is none.
 PLANAR_MAPPING_MULTIVERSION
 void readRow(const float* points, std::size_t stride, std::size_t n, float* depth) {
-  if (stride == 4) return readDepths<4>(points, 4, n, depth);
-  if (stride == 3) return readDepths<3>(points, 3, n, depth);
-  readDepths<0>(points, stride, n, depth);
+  constexpr float kLargest = std::numeric_limits<float>::max();
+  std::size_t i = 0;
+  for (; i + 4 <= n; i += 4) {
+    float x[4], y[4];
+    fetchAhead(points + i * stride, stride);
+    readFour(points + i * stride, stride, x, y, depth + i);
+  }
+  for (; i < n; ++i) depth[i] = points[i * stride + 2];
+  for (i = 0; i < n; ++i) {
+    const float z = depth[i];
+    depth[i] = (z > 0.0f) & (z <= kLargest) ? z : 0.0f;
+  }
 }
 
 /// Sets bit 0 where a measurement is used, bit 1 where one is not.

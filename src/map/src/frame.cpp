@@ -57,8 +57,11 @@ Indices positionsOf(const std::vector<std::uint8_t>& bytes) {
   return positions;
 }
 
-/// Those whose byte is 1.
-Indices filtered(const Indices& indices, const std::vector<std::uint8_t>& bytes) {
+/// Those whose byte is 1; none if that is all of them.
+std::optional<Indices> filtered(const Indices& indices, const std::vector<std::uint8_t>& bytes) {
+  std::size_t marked = 0;
+  for (const int i : indices) marked += bytes[static_cast<std::size_t>(i)];
+  if (marked == indices.size()) return std::nullopt;
   Indices kept(indices.size());
   std::size_t number = 0;
   for (const int i : indices) {  // without a branch
@@ -204,9 +207,7 @@ Frame makeFrame(const FrameObservation& observation) {
       }
     }
     for (const PlaneSegment& segment : *observation.planes) {
-      if (!frame.use.empty()) {
-        frame.inliers.push_back(filtered(segment.inliers, rest));
-      }
+      frame.inliers.push_back(frame.use.empty() ? std::nullopt : filtered(segment.inliers, rest));
       for (const int i : segment.inliers) rest[static_cast<std::size_t>(i)] = 0;
       const Indices& inliers = frame.inliersOf(frame.planes.size());
       frame.planes.push_back(

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "depth_image.h"
@@ -30,7 +31,8 @@ struct Frame {
   std::vector<std::uint8_t> use;  ///< per point: mapped or not; empty = all are
   std::vector<Plane> planes;      ///< world frame, towards the sensor
   std::vector<PlaneMoments> moments;
-  std::vector<Indices> inliers;  ///< filtered by `use`; unused if that is empty
+  /// Of each segment, filtered by `use`; empty where all are used.
+  std::vector<std::optional<Indices>> inliers;
   Indices non_planar;
   std::vector<PlaneHits> hits;  ///< one per touched map plane
   AbsorbedCells absorbed;
@@ -44,7 +46,7 @@ struct Frame {
   /// \return 0 where there is no camera to tell
   double pointsToBeSeen(const PlanarMapParams& params, const Vector3& world, double facing) const;
   const Indices& inliersOf(std::size_t segment) const {
-    return inliers.empty() ? (*observation->planes)[segment].inliers : inliers[segment];
+    return inliers[segment] ? *inliers[segment] : (*observation->planes)[segment].inliers;
   }
 };
 

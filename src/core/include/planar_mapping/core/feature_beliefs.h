@@ -102,7 +102,16 @@ class PLANAR_MAPPING_EXPORT FeatureBeliefs {
     std::int64_t frame = 0;
   };
 
-  double factorOf(const Track& track, const Vector3& position, double pose_factor) const;
+  /// The motion since a frame.
+  struct MotionSince {
+    std::int64_t frame = -1;
+    Pose T_now_then = Pose::Identity();
+    Matrix6 covariance = Matrix6::Zero();
+  };
+
+  /// \param since of the last track: most were last seen in the same frame
+  double factorOf(const Track& track, const Vector3& position, double pose_factor,
+                  MotionSince& since) const;
   std::size_t forgetUnseen();
 
   FeatureBeliefParams params_;
