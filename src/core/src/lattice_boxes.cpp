@@ -7,14 +7,9 @@
 namespace planar_mapping::detail {
 namespace {
 
-using Axes = std::array<std::size_t, 3>;
-
-constexpr std::array<Axes, 6> kOrders = {Axes{0, 1, 2}, Axes{0, 2, 1}, Axes{1, 0, 2},
-                                         Axes{1, 2, 0}, Axes{2, 0, 1}, Axes{2, 1, 0}};
-
 /// Nothing grows along an axis of one cell: when it is its turn makes no difference, so that it may
 /// as well be the last.
-bool isRepeated(const Axes& order, const std::array<std::int32_t, 3>& size) {
+bool isRepeated(const AxisOrder& order, const std::array<std::int32_t, 3>& size) {
   const auto isFlat = [&](std::size_t i) { return size[order[i]] == 1; };
   return (isFlat(0) && !isFlat(1)) || (isFlat(1) && !isFlat(2)) || (isFlat(0) && !isFlat(2));
 }
@@ -26,7 +21,7 @@ void grow(const BitGrid& allowed, LatticeBox& box, std::size_t axis) {
 
 /// Runs beside \p run within \p sheet that end where it ends grow to the same sheet.
 void markSameRuns(const BitGrid& allowed, const LatticeBox& run, const LatticeBox& sheet,
-                  const Axes& order, BitGrid& done) {
+                  const AxisOrder& order, BitGrid& done) {
   LatticeBox same = run;
   for (std::int32_t i = sheet.low[order[1]]; i < sheet.high[order[1]]; ++i) {
     same.low[order[1]] = i;
@@ -54,7 +49,7 @@ std::vector<LatticeBox> largestBoxes(const BitGrid& required, const BitGrid& all
   std::vector<LatticeBox> found;
   // Cells that would grow to a box that is there already.
   BitGrid done(required.size()[0], required.size()[1], required.size()[2]);
-  for (const Axes& order : kOrders) {
+  for (const AxisOrder& order : kAxisOrders) {
     if (isRepeated(order, required.size())) continue;
     for (const LatticeCell& cell : cells) {
       if (done.at(cell[0], cell[1], cell[2])) continue;

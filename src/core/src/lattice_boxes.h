@@ -12,12 +12,19 @@
 
 namespace planar_mapping::detail {
 
+using BoxList = std::vector<LatticeBox>;
+
 /// What a cover may do, per axis, in cells of the lattice.
 struct CoverRules {
   /// A box stands for the cells that lie this far beyond it too, 0 or 1.
   std::array<std::int32_t, 3> tolerance{};
   std::array<std::int32_t, 3> smallest{1, 1, 1};  ///< least size of a box
 };
+
+using AxisOrder = std::array<std::size_t, 3>;
+constexpr std::array<AxisOrder, 6> kAxisOrders = {AxisOrder{0, 1, 2}, AxisOrder{1, 0, 2},
+                                                  AxisOrder{2, 0, 1}, AxisOrder{0, 2, 1},
+                                                  AxisOrder{1, 2, 0}, AxisOrder{2, 1, 0}};
 
 inline LatticeBox boxOf(const LatticeCell& c) {
   return {c, {c[0] + 1, c[1] + 1, c[2] + 1}};

@@ -3,9 +3,12 @@
 #include "lattice_cover.h"
 
 #include <algorithm>
+#include <iterator>
 #include <numeric>
 #include <queue>
 #include <utility>
+
+#include "cell_parts.h"
 
 namespace planar_mapping::detail {
 
@@ -32,13 +35,14 @@ class LatticeCover {
     for (const LatticeBox& box : boxes_) box_gain_.push_back(required.count(reach(box)));
   }
 
-  LatticeCoverage run() {
+  LatticeCoverage run(const BoxList& other) {
     search(sets_.size());
     if (!sets_.empty()) {
       std::vector<Chosen> with_sets = std::move(chosen_);
       const bool alone = search(0);
       if (!alone || with_sets.size() <= chosen_.size()) chosen_ = std::move(with_sets);
     }
+    if (!other.empty()) improveBy(other);
     return drawnBack();
   }
 
@@ -56,8 +60,51 @@ class LatticeCover {
     chosen_.clear();
     const bool is_whole = choose(sets);
     assign();
-    for (bool changed = true; changed;) changed = dissolveAll();
+    improve();
     return is_whole;
+  }
+
+  void improve() {
+    for (bool changed = true; changed;) changed = dissolveAll();
+  }
+
+  /// Takes of another cover the boxes for those of the cells that it needs fewer for.
+  void improveBy(const BoxList& boxes) {
+    std::vector<Chosen> before = std::move(chosen_);
+    chosen_.clear();
+    for (const LatticeBox& box : boxes) {
+      chosen_.emplace_back();
+      chosen_.back().box = box;
+    }
+    assign();
+    chosen_.erase(std::remove_if(chosen_.begin(), chosen_.end(),
+                                 [](const Chosen& c) { return c.members.empty(); }),
+                  chosen_.end());
+    // Parts of the cells for which neither cover has a box that stands for others too.
+    CellParts parts(cells_.size());
+    for (const std::vector<Chosen>* cover : {&before, &chosen_}) {
+      for (const Chosen& c : *cover) {
+        for (const std::uint32_t number : c.members) parts.unite(number, c.members.front());
+      }
+    }
+    std::vector<std::int64_t> saved(cells_.size(), 0);
+    for (const Chosen& c : before) ++saved[parts.of(c.members.front())];
+    for (const Chosen& c : chosen_) --saved[parts.of(c.members.front())];
+    const auto drop = [&](std::vector<Chosen>& cover, bool where_better) {
+      cover.erase(std::remove_if(cover.begin(), cover.end(),
+                                 [&](const Chosen& c) {
+                                   return (saved[parts.of(c.members.front())] > 0) == where_better;
+                                 }),
+                  cover.end());
+    };
+    drop(before, true);
+    drop(chosen_, false);
+    const bool any = !chosen_.empty();
+    before.insert(before.end(), std::make_move_iterator(chosen_.begin()),
+                  std::make_move_iterator(chosen_.end()));
+    chosen_ = std::move(before);
+    ownAgain();
+    if (any) improve();
   }
 
   LatticeBox reach(const LatticeBox& box) const { return grown(box, rules_.tolerance); }
@@ -118,7 +165,7 @@ class LatticeCover {
       } else {
         numbers_.forEach(reach(chosen.box), take);
       }
-      chosen.need = hullOf(chosen.members);
+      if (!chosen.members.empty()) chosen.need = hullOf(chosen.members);
     }
     ownAgain();
   }
@@ -287,8 +334,9 @@ class LatticeCover {
 }  // namespace
 
 LatticeCoverage coverWithin(const BitGrid& required, const BitGrid& allowed,
-                            const CoverRules& rules, const std::vector<CellSet>& sets) {
-  return LatticeCover(required, allowed, rules, sets).run();
+                            const CoverRules& rules, const std::vector<CellSet>& sets,
+                            const BoxList& other) {
+  return LatticeCover(required, allowed, rules, sets).run(other);
 }
 
 }  // namespace planar_mapping::detail

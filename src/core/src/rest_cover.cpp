@@ -55,8 +55,8 @@ class RestSearch {
  public:
   RestSearch(const std::vector<NonPlanarCell>& cells, const std::vector<SurfacePiece>& pieces,
              const std::vector<Cuboid>& present, const std::vector<ReplaceableCuboid>& replaceable,
-             const CuboidApproximationParams& params)
-      : present_(present), replaceable_(replaceable), params_(params) {
+             const CuboidApproximationParams& params, CoverEffort effort)
+      : present_(present), replaceable_(replaceable), params_(params), effort_(effort) {
     const double half = 0.5 * params.resolution;
     // Of a half cell within this margin all is within the tolerance.
     if (isTolerant(params)) margin_ = params.absorption * params.resolution - 0.5 * half;
@@ -68,6 +68,21 @@ class RestSearch {
       surfaces_.push_back(elements_.size());
     }
     for (const Cuboid& c : present) reaches_.emplace_back(c, margin_);
+  }
+
+  /// Boxes for what \p boxes stand for, if fewer are found.
+  std::vector<Cuboid> runAgain(const std::vector<Cuboid>& boxes) {
+    if (!isCompactSet(elements_)) return boxes;
+    RestWindow window(rangeOf(elements_, 0, elements_.size()), params_);
+    std::vector<CuboidReach> own;
+    for (const Cuboid& c : boxes) own.emplace_back(c, margin_);
+    window.keepOf(own);
+    window.leaveTo(reaches_);
+    std::vector<Cuboid> fewer;
+    if (!window.anyRequired()) return fewer;
+    for (const Cuboid& cuboid : present_) window.allow(cuboid);
+    window.cover({}, effort_, fewer);
+    return fewer.size() < boxes.size() ? fewer : boxes;
   }
 
   RestCover run() {
@@ -97,7 +112,7 @@ class RestSearch {
     }
     const std::vector<CellSet> sets = window.cellsOf(surfaces, margin_);
     for (const Cuboid& cuboid : present_) window.allow(cuboid);
-    const std::vector<std::size_t> kept = window.cover(sets, cover.boxes);
+    const std::vector<std::size_t> kept = window.cover(sets, effort_, cover.boxes);
     const std::size_t cuboids = kept.size() + cover.boxes.size();
     // The search is no proof: with all of them it may need fewer boxes than it has in their place.
     if (cuboids > replaceable_.size()) {
@@ -121,7 +136,7 @@ class RestSearch {
     if (!window.anyRequired()) return boxes;
     for (const Cuboid& cuboid : present_) window.allow(cuboid);
     if (window.needsAtLeast(most + 1)) return std::nullopt;
-    window.cover({}, boxes);
+    window.cover({}, effort_, boxes);
     if (boxes.size() > most) return std::nullopt;
     return boxes;
   }
@@ -147,7 +162,7 @@ class RestSearch {
       while (last < elements_.size() && window(elements_[last]) == window(elements_[first])) ++last;
       RestWindow some(rangeOf(elements_, first, last), params_);
       some.leaveTo(reaches_);
-      if (some.anyRequired()) some.cover({}, boxes);
+      if (some.anyRequired()) some.cover({}, effort_, boxes);
       first = last;
     }
   }
@@ -155,6 +170,7 @@ class RestSearch {
   std::vector<Cuboid> present_;
   const std::vector<ReplaceableCuboid>& replaceable_;
   const CuboidApproximationParams& params_;
+  const CoverEffort effort_;
   double margin_ = 0.0;
   std::vector<Element> elements_;      ///< of the rest, then of each surface
   std::vector<std::size_t> surfaces_;  ///< where those of each begin, and the end
@@ -166,9 +182,9 @@ class RestSearch {
 RestCover coverRest(const std::vector<NonPlanarCell>& cells,
                     const std::vector<SurfacePiece>& pieces, const std::vector<Cuboid>& present,
                     const std::vector<ReplaceableCuboid>& replaceable,
-                    const CuboidApproximationParams& params) {
+                    const CuboidApproximationParams& params, CoverEffort effort) {
   params.validate();
-  return RestSearch(cells, pieces, present, replaceable, params).run();
+  return RestSearch(cells, pieces, present, replaceable, params, effort).run();
 }
 
 std::vector<Cuboid> coverRest(const std::vector<NonPlanarCell>& cells,
@@ -176,6 +192,15 @@ std::vector<Cuboid> coverRest(const std::vector<NonPlanarCell>& cells,
                               const std::vector<Cuboid>& present,
                               const CuboidApproximationParams& params) {
   return coverRest(cells, pieces, present, {}, params).boxes;
+}
+
+std::vector<Cuboid> coverAgain(const std::vector<Cuboid>& boxes,
+                               const std::vector<NonPlanarCell>& cells,
+                               const std::vector<SurfacePiece>& pieces,
+                               const std::vector<Cuboid>& present,
+                               const CuboidApproximationParams& params) {
+  params.validate();
+  return RestSearch(cells, pieces, present, {}, params, CoverEffort::Full).runAgain(boxes);
 }
 
 }  // namespace planar_mapping

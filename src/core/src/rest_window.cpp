@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cell_covers.h"
 #include "plane_cover.h"
 
 namespace planar_mapping::detail {
@@ -86,20 +87,21 @@ RestWindow::RestWindow(ElementRange elements, const CuboidApproximationParams& p
   }
 }
 
-void RestWindow::leaveTo(const std::vector<CuboidReach>& present) {
+/// No longer requires what the cuboids stand for, or what they do not.
+void RestWindow::release(const std::vector<CuboidReach>& cuboids, bool inside) {
   std::vector<const CuboidReach*> near;
   required_.forEachBlock([&](const LatticeBox& block) {
     constexpr double kHalfSide = 0.5 * BitGrid::kBlock;
     const Vector3 middle = centerOf(block.low) + Vector3::Constant((kHalfSide - 0.5) * half_);
     near.clear();
-    for (const CuboidReach& reach : present) {
+    for (const CuboidReach& reach : cuboids) {
       if (reach.mayReach(middle, std::sqrt(3.0) * kHalfSide * half_)) near.push_back(&reach);
     }
-    if (near.empty()) return;
+    if (near.empty() && inside) return;
     required_.forEach(block, [&](std::int32_t x, std::int32_t y, std::int32_t z) {
       const Vector3 p = centerOf({x, y, z});
-      if (!std::any_of(near.begin(), near.end(),
-                       [&](const auto* reach) { return reach->holds(p); }))
+      if (std::any_of(near.begin(), near.end(),
+                      [&](const auto* reach) { return reach->holds(p); }) != inside)
         return;
       required_.reset(x, y, z);
       exact_.reset(x, y, z);
@@ -194,9 +196,29 @@ bool RestWindow::needsAtLeast(std::size_t boxes) const {
   return fewestBoxes(required_, roomForBoxes(), rules_, boxes) >= boxes;
 }
 
-std::vector<std::size_t> RestWindow::cover(const std::vector<CellSet>& sets,
+/// Boxes of whole cells; nothing where a box may not hold half cells beside the required ones.
+BoxList RestWindow::coverOfWholeCells() const {
+  if (rules_.tolerance[0] == 0) return {};
+  BitGrid cells((required_.size()[0] + 1) / 2, (required_.size()[1] + 1) / 2,
+                (required_.size()[2] + 1) / 2);
+  required_.forEach(required_.window(), [&](std::int32_t x, std::int32_t y, std::int32_t z) {
+    cells.set(x / 2, y / 2, z / 2);  // the window starts at a whole cell
+  });
+  BoxList boxes = coverOfCells(cells);
+  for (LatticeBox& box : boxes) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      box.low[k] *= 2;
+      box.high[k] *= 2;
+    }
+  }
+  return boxes;
+}
+
+std::vector<std::size_t> RestWindow::cover(const std::vector<CellSet>& sets, CoverEffort effort,
                                            std::vector<Cuboid>& cuboids) const {
-  const LatticeCoverage coverage = coverWithin(required_, roomForBoxes(), rules_, sets);
+  const LatticeCoverage coverage =
+      coverWithin(required_, roomForBoxes(), rules_, sets,
+                  effort == CoverEffort::Full ? coverOfWholeCells() : BoxList());
   const CellNumbers numbers(required_);
   const std::vector<float> probability = probabilities(numbers);
   for (const CoverBox& c : coverage.boxes) {

@@ -36,7 +36,9 @@ class RestWindow {
 
   /// What cuboids stand for needs no box: it is no longer required, and the window becomes as small
   /// as the rest allows.
-  void leaveTo(const std::vector<CuboidReach>& present);
+  void leaveTo(const std::vector<CuboidReach>& present) { release(present, true); }
+  /// Only what these cuboids stand for needs a box.
+  void keepOf(const std::vector<CuboidReach>& boxes) { release(boxes, false); }
   bool anyRequired() const { return required_.count() > 0; }
   /// Boxes may also lie where a cuboid is.
   void allow(const Cuboid& cuboid);
@@ -48,9 +50,10 @@ class RestWindow {
   bool needsAtLeast(std::size_t boxes) const;
   /// Few boxes and sets for the required cells.
   /// \param sets    of cells, each of something that may stand for them
+  /// \param effort  full: no more than boxes of whole cells need, where half cells are tolerated
   /// \param cuboids are added
   /// \return which of the sets take part, ascending
-  std::vector<std::size_t> cover(const std::vector<CellSet>& sets,
+  std::vector<std::size_t> cover(const std::vector<CellSet>& sets, CoverEffort effort,
                                  std::vector<Cuboid>& cuboids) const;
 
  private:
@@ -58,9 +61,11 @@ class RestWindow {
   bool find(const HalfCell& at, LatticeCell& cell) const;
   Vector3 centerOf(const LatticeCell& cell) const;
   LatticeBox boxAround(const Cuboid& cuboid, double margin) const;
+  void release(const std::vector<CuboidReach>& cuboids, bool inside);
   void shrink();
   LatticeBox markCells(const RestSurface& surface, double margin, BitGrid& marks) const;
   BitGrid roomForBoxes() const;
+  BoxList coverOfWholeCells() const;
   std::vector<float> probabilities(const CellNumbers& numbers) const;
 
   ElementRange elements_;

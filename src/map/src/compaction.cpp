@@ -118,6 +118,12 @@ void Compaction::coverRegions(const MapData& map, const Planes& planes,
   constexpr auto kNoTask = static_cast<std::size_t>(-1);
   std::vector<RegionTask> tasks;
   std::vector<std::size_t> task_of(regions_.size(), kNoTask);
+  std::vector<std::uint64_t> changed;
+  for (std::size_t r = 0; r < regions_.size(); ++r) {
+    const Region& region = regions_.value(r);
+    if (region.dirty || region.provisional) changed.push_back(regions_.key(r));
+  }
+  if (map.isCompact()) separate(changed, map.resolution());
   for (std::size_t r = 0; r < regions_.size(); ++r) {
     Region& region = regions_.value(r);
     if (!region.dirty && !region.provisional) continue;
@@ -168,14 +174,89 @@ void Compaction::update(const MapData& map, CoverEffort effort) {
   }
   covers_.apply(change);
   coverRegions(map, planes, slots, effort);
-  count_ = 0;
-  settled_ = true;
+  if (effort == CoverEffort::Full && map.isCompact()) joinRegions(map, planes, slots);
+  count_ = joined_.size();
+  settled_ = joined_.isComplete();
   for (std::size_t r = 0; r < regions_.size(); ++r) {
     const Region& region = regions_.value(r);
     count_ += region.boxes.size() + region.listed;
     settled_ &= !region.provisional;
   }
   for (const PackedRecords::Record& cover : covers_.list()) count_ += PackedCover(cover).count();
+}
+
+std::vector<Cuboid> Compaction::boxesOf(const Region& region, double cell) const {
+  const auto listed = list_.begin() + region.first;
+  std::vector<Cuboid> boxes(listed, listed + region.listed);
+  region.boxes.appendTo(boxes, cell);
+  return boxes;
+}
+
+/// By key: their order in the hash is that of insertion.
+std::vector<std::uint64_t> Compaction::sortedRegions() const {
+  std::vector<std::uint64_t> keys = regions_.keys();
+  std::sort(keys.begin(), keys.end());
+  return keys;
+}
+
+void Compaction::joinRegions(const MapData& map, const Planes& planes,
+                             const std::vector<Slot>& slots) {
+  if (joined_.isComplete()) return;
+  std::vector<JoinedBoxes::PlacedBox> boxes;
+  for (const std::uint64_t key : sortedRegions()) {
+    std::uint32_t number = 0;
+    for (const Cuboid& box : boxesOf(*regions_.find(key), map.resolution())) {
+      boxes.push_back({{key, number++}, box});
+    }
+  }
+  const Records covers = covers_.list();
+  KeyMap<std::vector<std::uint32_t>> covers_in;
+  for (std::uint32_t c = 0; c < covers.size(); ++c) {
+    for (const std::uint64_t key : PackedCover(covers[c]).regions()) covers_in[key].push_back(c);
+  }
+  const auto coverGroup = [&](GroupCover& group) {
+    std::vector<std::uint32_t> near;
+    for (const std::uint64_t key : group.regions()) {
+      const std::size_t r = covers_in.indexOf(key);
+      if (r == KeyMap<Region>::kNone) continue;
+      near.insert(near.end(), covers_in.value(r).begin(), covers_in.value(r).end());
+    }
+    std::sort(near.begin(), near.end());
+    near.erase(std::unique(near.begin(), near.end()), near.end());
+    for (const std::uint32_t c : near) {
+      group.add(planes[slots[c].position], PackedCover(covers[c]));
+    }
+    return group.run();
+  };
+  const std::vector<RegionBox> joined = joined_.join(map, boxes, coverGroup);
+  for (auto next = joined.begin(); next != joined.end();) {
+    Region& region = *regions_.find(next->region);
+    const std::vector<Cuboid> all = boxesOf(region, map.resolution());
+    std::vector<Cuboid> left;
+    for (RegionBox box{next->region, 0}; box.number < all.size(); ++box.number) {
+      if (next != joined.end() && *next == box) {
+        ++next;
+      } else {
+        left.push_back(all[box.number]);
+      }
+    }
+    region.boxes = PackedBoxes(left, map.resolution());
+    region.first = region.listed = 0;
+  }
+}
+
+void Compaction::separate(const std::vector<std::uint64_t>& changed, double cell) {
+  const std::vector<JoinedBoxes::PlacedBox> released = joined_.release(changed, cell);
+  for (auto next = released.begin(); next != released.end();) {
+    const std::uint64_t key = next->first.region;
+    Region& region = *regions_.find(key);
+    std::vector<Cuboid> all = boxesOf(region, cell);
+    for (; next != released.end() && next->first.region == key; ++next) {
+      all.insert(all.begin() + next->first.number, next->second);
+    }
+    region.boxes = PackedBoxes(all, cell);
+    region.first = region.listed = 0;
+  }
 }
 
 const std::vector<Cuboid>& Compaction::makeList(const MapData& map) {
@@ -201,10 +282,7 @@ const std::vector<Cuboid>& Compaction::makeList(const MapData& map) {
       all.push_back(cuboid);
     }
   }
-  // Regions by key: their order in the hash is that of insertion.
-  std::vector<std::uint64_t> keys = regions_.keys();
-  std::sort(keys.begin(), keys.end());
-  for (const std::uint64_t key : keys) {
+  for (const std::uint64_t key : sortedRegions()) {
     Region& region = *regions_.find(key);
     const auto first = static_cast<std::uint32_t>(all.size());
     const auto listed = list_.begin() + region.first;
@@ -214,12 +292,14 @@ const std::vector<Cuboid>& Compaction::makeList(const MapData& map) {
     region.listed = static_cast<std::uint32_t>(all.size()) - first;
     region.boxes = PackedBoxes();
   }
+  joined_.appendTo(all, map.resolution());
   list_ = std::move(all);
   return list_;
 }
 
 std::size_t Compaction::memoryBytes() const {
-  std::size_t bytes = covers_.memoryBytes() + regions_.memoryBytes() + heapBytes(list_);
+  std::size_t bytes =
+      covers_.memoryBytes() + regions_.memoryBytes() + joined_.memoryBytes() + heapBytes(list_);
   for (std::size_t r = 0; r < regions_.size(); ++r) bytes += regions_.value(r).boxes.memoryBytes();
   return bytes;
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "joined_boxes.h"
 #include "key_map.h"
 #include "map_data.h"
 #include "packed_boxes.h"
@@ -18,15 +19,16 @@ namespace planar_mapping::detail {
 ///
 /// First each patch of a plane gets its rectangles. What is left of the planes and the non-planar
 /// cells is covered region by region, as far as the rectangles near it do not stand for it; small
-/// rectangles that lie within one region give way to boxes where that needs fewer cuboids.
+/// rectangles that lie within one region give way to boxes where that needs fewer cuboids. Last,
+/// boxes of several regions are joined across the borders (JoinedBoxes).
 class Compaction {
  public:
   /// \param effort for regions that changed since the last update; those that no longer do are
-  ///               always covered fully
+  ///               always covered fully. Only with full effort boxes are joined across borders.
   void update(const MapData& map, CoverEffort effort);
   /// As of the last update.
   std::size_t count() const { return count_; }
-  /// Are all regions covered fully? Otherwise there may be fewer cuboids than count().
+  /// Are all regions covered fully and joined? Otherwise there may be fewer cuboids than count().
   bool isSettled() const { return settled_; }
   /// Makes the list of the cuboids as of the last update, from when nothing may have changed and
   /// after which all regions are settled: those of the patches by plane and patch, then those of
@@ -55,7 +57,7 @@ class Compaction {
     std::uint32_t listed = 0;  ///< how many
     bool dirty = true;
     bool provisional = false;  ///< covered quickly: that is to be done again
-    PackedBoxes boxes;         ///< until the list takes them over
+    PackedBoxes boxes;         ///< that are not joined, until the list takes them over
   };
   /// A region that is to be covered.
   struct RegionTask {
@@ -74,10 +76,16 @@ class Compaction {
                     CoverEffort effort);
   void coverRegion(const MapData& map, const Planes& planes, const std::vector<Slot>& slots,
                    const Records& covers, const RegionTask& task);
+  void joinRegions(const MapData& map, const Planes& planes, const std::vector<Slot>& slots);
+  /// Gives regions back what was joined, as these regions changed.
+  void separate(const std::vector<std::uint64_t>& changed, double cell);
+  std::vector<Cuboid> boxesOf(const Region& region, double cell) const;
+  std::vector<std::uint64_t> sortedRegions() const;
 
   Int3 anchor_;
   PackedRecords covers_;    ///< of the patches, by plane and key, ascending
   KeyMap<Region> regions_;  ///< by CellLayer::regionKey()
+  JoinedBoxes joined_;
   std::size_t count_ = 0;
   bool settled_ = true;
   std::vector<Cuboid> list_;

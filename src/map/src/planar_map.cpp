@@ -123,8 +123,8 @@ void PlanarMap::clear() {
   impl_->data.params = params;
 }
 
-detail::Compaction& PlanarMap::Impl::compacted(detail::CoverEffort effort) const {
-  const bool is_too_quick = effort == detail::CoverEffort::Full && !cache.compaction.isSettled();
+detail::Compaction& PlanarMap::Impl::compacted(CoverEffort effort) const {
+  const bool is_too_quick = effort == CoverEffort::Full && !cache.compaction.isSettled();
   if (is_too_quick || !cache.counted.load(std::memory_order_relaxed)) {
     cache.compaction.update(data, effort);
     cache.counted.store(true, std::memory_order_release);
@@ -136,7 +136,7 @@ const PlanarMap::Impl::Cache& PlanarMap::Impl::derived() const {
   if (cache.ready.load(std::memory_order_acquire)) return cache;
   const std::lock_guard<std::mutex> lock(cache.mutex);
   if (cache.ready.load(std::memory_order_relaxed)) return cache;
-  cache.index.build(compacted(detail::CoverEffort::Full).makeList(data));
+  cache.index.build(compacted(CoverEffort::Full).makeList(data));
   cache.ready.store(true, std::memory_order_release);
   return cache;
 }
@@ -146,11 +146,11 @@ const std::vector<Cuboid>& PlanarMap::cuboids() const {
 }
 std::size_t PlanarMap::cuboidCount() const {
   const std::lock_guard<std::mutex> lock(impl_->cache.mutex);
-  return impl_->compacted(detail::CoverEffort::Full).count();
+  return impl_->compacted(CoverEffort::Full).count();
 }
 std::size_t PlanarMap::cuboidCountAtMost() const {
   const std::lock_guard<std::mutex> lock(impl_->cache.mutex);
-  return impl_->compacted(detail::CoverEffort::Quick).count();
+  return impl_->compacted(CoverEffort::Quick).count();
 }
 const std::vector<MapPlane>& PlanarMap::planes() const {
   Impl::Cache& cache = impl_->cache;

@@ -35,7 +35,7 @@ struct PlanarMap::Impl {
   Impl(const Impl& other) : data(other.data) {}
 
   /// The compaction; the lock of the cache is held.
-  detail::Compaction& compacted(detail::CoverEffort effort) const;
+  detail::Compaction& compacted(CoverEffort effort) const;
   const Cache& derived() const;
   /// Unknown cells that no cuboid occupies. They are many: they are not kept.
   detail::KeyMap<detail::CubeBits> unknownCells() const {

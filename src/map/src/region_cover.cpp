@@ -3,38 +3,12 @@
 #include "region_cover.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
+#include "cover_geometry.h"
 #include "patch_cover.h"
 
 namespace planar_mapping::detail {
-namespace {
-
-Vector3 centerOf(const LooseQuarter& quarter, const PlaneFrame& frame, double s) {
-  return frame.fromPlane({0.5 * s * (quarter.a + 0.5), 0.5 * s * (quarter.b + 0.5), 0.0});
-}
-
-/// The block of cells around a point, within the lattice.
-Int3 blockOf(const Vector3& point, double s) {
-  constexpr double kLimit = kLatticeLimit / 4;
-  const Vector3 at = (point / (4.0 * s)).array().floor().max(-kLimit).min(kLimit - 1.0);
-  return {static_cast<std::int32_t>(at.x()), static_cast<std::int32_t>(at.y()),
-          static_cast<std::int32_t>(at.z())};
-}
-
-/// Half the world extent of a cuboid, and so far around it that it stands for what is there.
-Vector3 halfExtent(const Cuboid& cuboid, double margin) {
-  return cuboid.orientation.toRotationMatrix().cwiseAbs() * (0.5 * cuboid.size) +
-         Vector3::Constant(margin);
-}
-
-std::uint64_t regionOf(const MapData& map, const Vector3& point) {
-  return map.cells.regionKey(blockOf(point, map.resolution()));
-}
-
-}  // namespace
-
 RegionCover::RegionCover(const MapData& map, std::uint64_t key, CoverEffort effort)
     : map_(map), key_(key), effort_(effort) {
   const double s = map.resolution();
@@ -97,8 +71,9 @@ std::vector<Cuboid> RegionCover::boxes() {
     for (const ReplaceableCuboid& r : replaceable_) present_.push_back(r.cuboid);
     replaceable_.clear();
   }
-  RestCover cover = coverRest(cells, pieces_, present_, replaceable_, params);
+  RestCover cover = coverRest(cells, pieces_, present_, replaceable_, params, effort_);
   for (std::size_t i = 0; i < cover.kept.size(); ++i) choices_[i].replaced = cover.kept[i] == 0;
+  is_provisional_ = effort_ == CoverEffort::Quick && (!choices_.empty() || cover.boxes.size() > 1);
   namePlanes(map_, near_, cover.boxes);
   return std::move(cover.boxes);
 }
@@ -111,16 +86,10 @@ std::vector<std::uint64_t> regionsOf(const MapData& map, const PlaneFrame& frame
   const SurfaceBand band = surfaceBand(map, cover.spread);
   for (const PatchCover::Rectangle& r : cover.rectangles) {
     const Cuboid cuboid = cuboidOf(r.place, frame, band, map.params.approximation);
-    const Vector3 half = halfExtent(cuboid, s);
+    const Vector3 half = halfExtent(cuboid, s);  // so far around it stands for what is there
     const Int3 low = unpackKey(regionOf(map, cuboid.center - half));
     const Int3 high = unpackKey(regionOf(map, cuboid.center + half));
-    for (std::int32_t z = low.z; z <= high.z; ++z) {
-      for (std::int32_t y = low.y; y <= high.y; ++y) {
-        for (std::int32_t x = low.x; x <= high.x; ++x) {
-          regions.push_back(packKey(Int3{x, y, z}));
-        }
-      }
-    }
+    forEachPlace(low, high, [&](const Int3& at) { regions.push_back(packKey(at)); });
   }
   for (const LooseQuarter& quarter : cover.loose) {
     const std::uint64_t key = regionOf(map, centerOf(quarter, frame, s));

@@ -13,11 +13,6 @@
 
 namespace planar_mapping::detail {
 
-enum class CoverEffort : std::uint8_t {
-  Quick,  ///< all rectangles stay: no fewer cuboids than with the next
-  Full,   ///< boxes take the place of rectangles where that needs fewer cuboids
-};
-
 /// A region's boxes, which stand for its non-planar cells and for what the rectangles of planes
 /// leave, and its choice between small rectangles and boxes.
 class RegionCover {
@@ -39,7 +34,7 @@ class RegionCover {
   /// As of boxes().
   const std::vector<Choice>& choices() const { return choices_; }
   /// May more effort need fewer cuboids?
-  bool isProvisional() const { return effort_ == CoverEffort::Quick && !choices_.empty(); }
+  bool isProvisional() const { return is_provisional_; }
 
  private:
   void addRectangle(const Cuboid& cuboid, const HalfCellRectangle& place, const SurfaceBand& band,
@@ -47,7 +42,9 @@ class RegionCover {
 
   const MapData& map_;
   const std::uint64_t key_;
+  /// Quick: all rectangles stay.
   const CoverEffort effort_;
+  bool is_provisional_ = false;
   Vector3 low_;
   Vector3 high_;
   std::vector<NearPlane> near_;

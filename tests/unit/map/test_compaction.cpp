@@ -82,13 +82,20 @@ TEST(Compaction, AQuickCountIsNeverLessAndSettlesWhereNothingChanges) {
     more += at_most - fresh.cuboidCount();
   }
   EXPECT_GT(more, 0u);
-  // A frame far away changes nothing here.
+  // Once all is covered fully, a frame far away changes nothing here but what is joined.
+  ASSERT_EQ(map.cuboidCount(), map.cuboids().size());
   Pose away = Pose::Identity();
   away.translation() = Vector3(500.0, 0.0, 0.0);
   std::vector<float> xyz{0.0f, 0.0f, 5.0f};
   FrameObservation frame;
   frame.points = PointsView(xyz.data(), 1);
   frame.T_world_sensor = away;
+  map.insert(frame);
+  const std::size_t at_most = map.cuboidCountAtMost();
+  EXPECT_GE(at_most, map.cuboidCount());
+  EXPECT_EQ(map.cuboidCount(), map.cuboids().size());
+  // A frame without a point changes nothing at all.
+  frame.points = PointsView(xyz.data(), 0);
   map.insert(frame);
   const std::size_t settled = map.cuboidCountAtMost();
   EXPECT_EQ(settled, map.cuboidCount());

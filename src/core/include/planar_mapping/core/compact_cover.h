@@ -73,6 +73,12 @@ struct ReplaceableCuboid {
 PLANAR_MAPPING_EXPORT std::vector<std::uint8_t> replaceableOf(
     const std::vector<HalfCellRectangle>& rectangles, const CuboidApproximationParams& params);
 
+/// How hard coverRest() searches.
+enum class CoverEffort : std::uint8_t {
+  Quick,  ///< no fewer boxes than with the next
+  Full,   ///< the cells of each part alone never need fewer boxes than these are
+};
+
 /// What coverRest() makes.
 struct RestCover {
   std::vector<Cuboid> boxes;
@@ -91,12 +97,22 @@ PLANAR_MAPPING_EXPORT RestCover coverRest(const std::vector<NonPlanarCell>& cell
                                           const std::vector<SurfacePiece>& pieces,
                                           const std::vector<Cuboid>& present,
                                           const std::vector<ReplaceableCuboid>& replaceable,
-                                          const CuboidApproximationParams& params);
+                                          const CuboidApproximationParams& params,
+                                          CoverEffort effort = CoverEffort::Full);
 
 /// The boxes, where no cuboid may be replaced.
 PLANAR_MAPPING_EXPORT std::vector<Cuboid> coverRest(const std::vector<NonPlanarCell>& cells,
                                                     const std::vector<SurfacePiece>& pieces,
                                                     const std::vector<Cuboid>& present,
                                                     const CuboidApproximationParams& params);
+
+/// Boxes in the place of some that coverRest() made in parts of a scene: for what these stand for
+/// and no cuboid that is present does. Those themselves where no fewer are found.
+/// \param cells, pieces  as above, near the boxes at least
+PLANAR_MAPPING_EXPORT std::vector<Cuboid> coverAgain(const std::vector<Cuboid>& boxes,
+                                                     const std::vector<NonPlanarCell>& cells,
+                                                     const std::vector<SurfacePiece>& pieces,
+                                                     const std::vector<Cuboid>& present,
+                                                     const CuboidApproximationParams& params);
 
 }  // namespace planar_mapping

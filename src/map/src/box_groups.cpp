@@ -1,0 +1,152 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "box_groups.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <utility>
+
+#include "cover_geometry.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+/// Half cells between boxes that may have to do with each other: a half cell that boxes may stand
+/// for lies at most one beside each, and they may be made of half cells at most two apart.
+constexpr std::int32_t kFarthest = 4;
+/// Half cells between boxes of which one stands for what is beside the other.
+constexpr std::int32_t kNear = 2;
+/// More are covered anew face by face: the time grows faster than the number.
+constexpr std::size_t kMostBoxes = 1024;
+/// Boxes are looked up in cubes of 2^5 half cells.
+constexpr int kCubeBits = 5;
+
+struct Extent {
+  Int3 low;
+  Int3 high;
+};
+
+Extent extentOf(const Cuboid& box, double half_cell) {
+  const Vector3 half = halfExtent(box, 0.0);
+  const auto at = [&](const Vector3& corner) {
+    const auto whole = [&](double v) { return static_cast<std::int32_t>(std::lround(v)); };
+    const Vector3 place = corner / half_cell;
+    return Int3{whole(place.x()), whole(place.y()), whole(place.z())};
+  };
+  return {at(box.center - half), at(box.center + half)};
+}
+
+std::int32_t gapBetween(const Extent& a, const Extent& b) {
+  return std::max({a.low.x - b.high.x, b.low.x - a.high.x, a.low.y - b.high.y, b.low.y - a.high.y,
+                   a.low.z - b.high.z, b.low.z - a.high.z});
+}
+
+class Grouping {
+ public:
+  Grouping(const std::vector<std::pair<RegionBox, Cuboid>>& boxes, double cell)
+      : boxes_(boxes), parent_(boxes.size()) {
+    std::iota(parent_.begin(), parent_.end(), 0u);
+    for (const auto& box : boxes) extents_.push_back(extentOf(box.second, 0.5 * cell));
+  }
+
+  std::vector<std::vector<std::uint32_t>> run() {
+    linkNeighbours();
+    std::vector<std::vector<std::uint32_t>> groups;
+    for (std::vector<std::uint32_t>& part : parts()) {
+      if (part.size() <= kMostBoxes) {
+        groups.push_back(std::move(part));
+      } else {
+        addFaces(part, groups);
+      }
+    }
+    groups.erase(std::remove_if(groups.begin(), groups.end(),
+                                [&](const std::vector<std::uint32_t>& group) {
+                                  return regionOf(group.front()) == regionOf(group.back());
+                                }),
+                 groups.end());
+    std::sort(groups.begin(), groups.end());
+    return groups;
+  }
+
+ private:
+  using Face = std::pair<std::uint64_t, std::uint64_t>;
+
+  std::uint64_t regionOf(std::uint32_t box) const { return boxes_[box].first.region; }
+
+  std::uint32_t root(std::uint32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+
+  void linkNeighbours() {
+    std::vector<std::pair<std::uint64_t, std::uint32_t>> in_cube;
+    for (std::uint32_t i = 0; i < extents_.size(); ++i) {
+      const auto cube = [](const Int3& at, std::int32_t by) {
+        return Int3{(at.x + by) >> kCubeBits, (at.y + by) >> kCubeBits, (at.z + by) >> kCubeBits};
+      };
+      forEachPlace(cube(extents_[i].low, -kFarthest), cube(extents_[i].high, kFarthest),
+                   [&](const Int3& at) { in_cube.emplace_back(packKey(at), i); });
+    }
+    std::sort(in_cube.begin(), in_cube.end());
+    for (auto l = in_cube.begin(); l != in_cube.end(); ++l) {
+      for (auto r = l + 1; r != in_cube.end() && r->first == l->first; ++r) {
+        link(l->second, r->second);
+      }
+    }
+  }
+
+  void link(std::uint32_t i, std::uint32_t j) {
+    const std::int32_t gap = gapBetween(extents_[i], extents_[j]);
+    if (gap > kFarthest) return;
+    parent_[root(i)] = root(j);
+    if (gap <= kNear && regionOf(i) != regionOf(j)) across_.emplace_back(i, j);
+  }
+
+  /// Boxes that hang together.
+  std::vector<std::vector<std::uint32_t>> parts() {
+    std::vector<std::vector<std::uint32_t>> of_root(parent_.size());
+    for (std::uint32_t i = 0; i < parent_.size(); ++i) of_root[root(i)].push_back(i);
+    of_root.erase(std::remove_if(of_root.begin(), of_root.end(),
+                                 [](const auto& part) { return part.size() < 2; }),
+                  of_root.end());
+    return of_root;
+  }
+
+  /// Boxes of the part that meet others across a border, each at one face.
+  void addFaces(const std::vector<std::uint32_t>& part,
+                std::vector<std::vector<std::uint32_t>>& groups) {
+    constexpr std::uint64_t kNoRegion = std::numeric_limits<std::uint64_t>::max();
+    if (faces_.empty()) {
+      faces_.assign(extents_.size(), {kNoRegion, kNoRegion});
+      for (const auto& [i, j] : across_) {
+        const Face face = std::minmax(regionOf(i), regionOf(j));
+        faces_[i] = std::min(faces_[i], face);
+        faces_[j] = std::min(faces_[j], face);
+      }
+    }
+    std::map<Face, std::vector<std::uint32_t>> at_face;
+    for (const std::uint32_t i : part) {
+      if (faces_[i].first != kNoRegion) at_face[faces_[i]].push_back(i);
+    }
+    for (auto& [face, group] : at_face) groups.push_back(std::move(group));
+  }
+
+  const std::vector<std::pair<RegionBox, Cuboid>>& boxes_;
+  std::vector<Extent> extents_;
+  std::vector<std::uint32_t> parent_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> across_;  ///< near ones of two regions
+  std::vector<Face> faces_;  ///< of each box the first one it meets another at
+};
+
+}  // namespace
+
+std::vector<std::vector<std::uint32_t>> groupAcrossBorders(
+    const std::vector<std::pair<RegionBox, Cuboid>>& boxes, double cell) {
+  return Grouping(boxes, cell).run();
+}
+
+}  // namespace planar_mapping::detail
