@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Frames into a map, beside OctoMap on the same frames in the same run. The real sequence is read
-// from ../shared/data beside the sources; without it only the generated room is timed.
+// Frames into a map and questions to it, beside OctoMap on the same frames in the same run. The
+// real sequence is read from ../shared/data beside the sources; without it only the generated room
+// is timed.
 #include <benchmark/benchmark.h>
 
 #include <filesystem>
@@ -14,6 +15,7 @@
 #include "planar_mapping/core/multi_plane.h"
 #include "planar_mapping/core/random.h"
 #include "planar_mapping/io/sequence.h"
+#include "planar_mapping/map/map_query.h"
 #include "planar_mapping/map/planar_map.h"
 
 #ifdef PLANAR_MAPPING_HAS_OCTOMAP
@@ -123,14 +125,19 @@ void insertFrames(benchmark::State& state, const std::string& source, double res
   state.counters["unknown"] = static_cast<double>(map->unknownCells());
 }
 
+PlanarMap mapOf(const std::vector<BenchmarkFrame>& sequence) {
+  PlanarMap map(mapParams(0.1, true));
+  for (const BenchmarkFrame& frame : sequence) map.insert(frame.observation());
+  return map;
+}
+
 void queryPoints(benchmark::State& state, const std::string& source) {
   const std::vector<BenchmarkFrame>& sequence = frames(source);
   if (sequence.empty()) {
     state.SkipWithError("no data");
     return;
   }
-  PlanarMap map(mapParams(0.1, true));
-  for (const BenchmarkFrame& frame : sequence) map.insert(frame.observation());
+  const PlanarMap map = mapOf(sequence);
   Vector3 low, high;
   map.bounds(low, high);
   Random random;
@@ -146,7 +153,80 @@ void queryPoints(benchmark::State& state, const std::string& source) {
   }
 }
 
+constexpr double kRayRange = 8.0;
+
+struct BenchmarkRay {
+  Vector3 origin;
+  Vector3 direction;
+};
+
+/// From where the sensor was, anywhere.
+std::vector<BenchmarkRay> raysOf(const std::vector<BenchmarkFrame>& sequence) {
+  Random random(2);
+  std::vector<BenchmarkRay> rays;
+  for (std::size_t i = 0; i < 4096; ++i) {
+    const Vector3 direction(random.normal(), random.normal(), random.normal());
+    rays.push_back({sequence[i % sequence.size()].pose.translation(), direction.normalized()});
+  }
+  return rays;
+}
+
+/// \param cast whether a ray meets something
+template <typename Cast>
+void timeRays(benchmark::State& state, const std::vector<BenchmarkFrame>& sequence,
+              const Cast& cast) {
+  const std::vector<BenchmarkRay> rays = raysOf(sequence);
+  double hits = 0.0;
+  for (const BenchmarkRay& ray : rays) hits += cast(ray) ? 1.0 : 0.0;
+  std::size_t i = 0;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(cast(rays[i]));
+    i = (i + 1) % rays.size();
+  }
+  state.counters["hit"] = hits / static_cast<double>(rays.size());
+}
+
+void castRays(benchmark::State& state, const std::string& source, UnknownSpaceIs unknown) {
+  const std::vector<BenchmarkFrame>& sequence = frames(source);
+  if (sequence.empty()) {
+    state.SkipWithError("no data");
+    return;
+  }
+  const PlanarMap map = mapOf(sequence);
+  timeRays(state, sequence, [&](const BenchmarkRay& ray) {
+    return castRay(map, ray.origin, ray.direction, kRayRange, unknown).has_value();
+  });
+}
+
 #ifdef PLANAR_MAPPING_HAS_OCTOMAP
+octomap::point3d toOctoMap(const Vector3& p) {
+  return {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())};
+}
+
+std::vector<octomap::Pointcloud> octoMapClouds(const std::vector<BenchmarkFrame>& sequence) {
+  std::vector<octomap::Pointcloud> clouds;
+  for (const BenchmarkFrame& frame : sequence) {
+    octomap::Pointcloud cloud;
+    const PointsView points = frame.view();
+    for (std::size_t i = 0; i < points.size; ++i) {
+      if (points.isFinite(i)) cloud.push_back(toOctoMap(frame.pose * points.point(i)));
+    }
+    clouds.push_back(cloud);
+  }
+  return clouds;
+}
+
+std::unique_ptr<octomap::OcTree> octoMapOf(const std::vector<BenchmarkFrame>& sequence,
+                                           const std::vector<octomap::Pointcloud>& clouds,
+                                           double resolution, bool discretize) {
+  auto tree = std::make_unique<octomap::OcTree>(resolution);
+  for (std::size_t i = 0; i < sequence.size(); ++i) {
+    tree->insertPointCloud(clouds[i], toOctoMap(sequence[i].pose.translation()), 8.0, false,
+                           discretize);
+  }
+  return tree;
+}
+
 void insertIntoOctoMap(benchmark::State& state, const std::string& source, double resolution,
                        bool discretize) {
   const std::vector<BenchmarkFrame>& sequence = frames(source);
@@ -154,30 +234,9 @@ void insertIntoOctoMap(benchmark::State& state, const std::string& source, doubl
     state.SkipWithError("no data");
     return;
   }
-  std::vector<octomap::Pointcloud> clouds;
-  for (const BenchmarkFrame& frame : sequence) {
-    octomap::Pointcloud cloud;
-    const PointsView points = frame.view();
-    for (std::size_t i = 0; i < points.size; ++i) {
-      if (!points.isFinite(i)) continue;
-      const Vector3 p = frame.pose * points.point(i);
-      cloud.push_back(static_cast<float>(p.x()), static_cast<float>(p.y()),
-                      static_cast<float>(p.z()));
-    }
-    clouds.push_back(cloud);
-  }
+  const std::vector<octomap::Pointcloud> clouds = octoMapClouds(sequence);
   std::unique_ptr<octomap::OcTree> tree;
-  for (auto _ : state) {
-    tree = std::make_unique<octomap::OcTree>(resolution);
-    for (std::size_t i = 0; i < sequence.size(); ++i) {
-      const Vector3 sensor = sequence[i].pose.translation();
-      tree->insertPointCloud(
-          clouds[i],
-          octomap::point3d(static_cast<float>(sensor.x()), static_cast<float>(sensor.y()),
-                           static_cast<float>(sensor.z())),
-          8.0, false, discretize);
-    }
-  }
+  for (auto _ : state) tree = octoMapOf(sequence, clouds, resolution, discretize);
   state.counters["s/frame"] = benchmark::Counter(
       static_cast<double>(sequence.size()),
       benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
@@ -185,6 +244,22 @@ void insertIntoOctoMap(benchmark::State& state, const std::string& source, doubl
   std::ostringstream file;
   tree->writeBinary(file);
   state.counters["file_bytes"] = static_cast<double>(file.str().size());
+}
+
+/// Through what is unknown as well: without that OctoMap's rays end at the first unseen cell.
+void castRaysInOctoMap(benchmark::State& state, const std::string& source) {
+  const std::vector<BenchmarkFrame>& sequence = frames(source);
+  if (sequence.empty()) {
+    state.SkipWithError("no data");
+    return;
+  }
+  const std::unique_ptr<octomap::OcTree> tree =
+      octoMapOf(sequence, octoMapClouds(sequence), 0.1, true);
+  tree->prune();
+  timeRays(state, sequence, [&](const BenchmarkRay& ray) {
+    octomap::point3d end;
+    return tree->castRay(toOctoMap(ray.origin), toOctoMap(ray.direction), end, true, kRayRange);
+  });
 }
 #endif
 
@@ -198,10 +273,17 @@ void registerAll() {
     add("planar_map/0.1/no_unknown", insertFrames, source, 0.1, false, false);
     add("planar_map/0.05", insertFrames, source, 0.05, true, false);
     add("planar_map/0.1/with_segmentation", insertFrames, source, 0.1, true, true);
-    benchmark::RegisterBenchmark((source + "/query").c_str(), queryPoints, source);
+    const auto addQuestion = [&](const std::string& name, auto&&... arguments) {
+      benchmark::RegisterBenchmark((source + "/" + name).c_str(), arguments...)
+          ->Unit(benchmark::kMicrosecond);
+    };
+    addQuestion("query", queryPoints, source);
+    addQuestion("ray", castRays, source, UnknownSpaceIs::AnObstacle);
+    addQuestion("ray/through_unknown", castRays, source, UnknownSpaceIs::Transparent);
 #ifdef PLANAR_MAPPING_HAS_OCTOMAP
     add("octomap/0.1", insertIntoOctoMap, source, 0.1, false);
     add("octomap/0.1/discretized", insertIntoOctoMap, source, 0.1, true);
+    addQuestion("octomap/ray", castRaysInOctoMap, source);
 #endif
   }
 }

@@ -2,7 +2,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <limits>
+#include <utility>
 #include <vector>
 
 #include "heap_bytes.h"
@@ -18,17 +21,22 @@ class CuboidIndex {
   /// point, until visit returns false. In no particular order.
   template <typename Visit>
   void visit(const Vector3& point, double margin, Visit&& visit) const {
+    const Vector3 reach = Vector3::Constant(margin);
+    visitBox(point - reach, point + reach, visit);
+  }
+  /// Calls visit(index) for every cuboid whose axis-aligned bounds meet the box, until visit
+  /// returns false. In no particular order.
+  template <typename Visit>
+  void visitBox(const Vector3& low, const Vector3& high, Visit&& visit) const {
     if (nodes_.empty()) return;
     std::uint32_t stack[kMaxDepth];
     int top = 0;
     stack[top++] = 0;
     while (top > 0) {
       const Node& node = nodes_[stack[--top]];
-      bool inside = true;
-      for (int i = 0; i < 3; ++i) {
-        inside &= point[i] >= node.low[i] - margin && point[i] <= node.high[i] + margin;
-      }
-      if (!inside) continue;
+      bool meets = true;
+      for (int i = 0; i < 3; ++i) meets &= high[i] >= node.low[i] && low[i] <= node.high[i];
+      if (!meets) continue;
       if (node.count > 0) {
         for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
           if (!visit(order_[i])) return;
@@ -37,6 +45,35 @@ class CuboidIndex {
       }
       stack[top++] = node.first + 1;
       stack[top++] = node.first;
+    }
+  }
+  /// Calls visit(index) for the cuboids whose axis-aligned bounds the ray enters within range,
+  /// which visit may shorten on the way; of two groups the one that the ray enters first comes
+  /// first. \param direction finite, not 0
+  template <typename Visit>
+  void visitAlong(const Vector3& origin, const Vector3& direction, const double& range,
+                  Visit&& visit) const {
+    if (nodes_.empty()) return;
+    struct Open {
+      std::uint32_t node;
+      double entry;
+    };
+    Open stack[kMaxDepth];
+    int top = 0;
+    stack[top++] = {0, entryOf(nodes_[0], origin, direction)};
+    while (top > 0) {
+      const Open open = stack[--top];
+      if (!(open.entry <= range)) continue;
+      const Node& node = nodes_[open.node];
+      if (node.count > 0) {
+        for (std::uint32_t i = node.first; i < node.first + node.count; ++i) visit(order_[i]);
+        continue;
+      }
+      Open near = {node.first, entryOf(nodes_[node.first], origin, direction)};
+      Open far = {node.first + 1, entryOf(nodes_[node.first + 1], origin, direction)};
+      if (far.entry < near.entry) std::swap(near, far);
+      stack[top++] = far;
+      stack[top++] = near;
     }
   }
   std::size_t memoryBytes() const { return heapBytes(nodes_) + heapBytes(order_); }
@@ -49,6 +86,25 @@ class CuboidIndex {
     std::uint32_t first = 0;  ///< of order_ in a leaf, else the two children
     std::uint32_t count = 0;  ///< 0 = inner node
   };
+  /// Where the ray enters the bounds of a node, at least 0; infinite if it does not.
+  static double entryOf(const Node& node, const Vector3& origin, const Vector3& direction) {
+    double from = 0.0;
+    double to = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < 3; ++i) {
+      const double low = node.low[i] - origin[i];
+      const double high = node.high[i] - origin[i];
+      if (direction[i] == 0.0) {
+        if (low > 0.0 || high < 0.0) return std::numeric_limits<double>::infinity();
+        continue;
+      }
+      const double a = low / direction[i];
+      const double b = high / direction[i];
+      from = std::max(from, std::min(a, b));
+      to = std::min(to, std::max(a, b));
+    }
+    return from <= to ? from : std::numeric_limits<double>::infinity();
+  }
+
   std::vector<Node> nodes_;
   std::vector<std::uint32_t> order_;
 };

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "planar_map_impl.h"
 #include "planar_mapping/core/error.h"
 
 namespace planar_mapping {
@@ -59,12 +60,6 @@ bool meets(const Cuboid& cuboid, const Vector3& center, const Vector3& half) {
   return true;
 }
 
-double unknownSide(const PlanarMap& map) {
-  const PlanarMapParams& params = map.params();
-  return params.unknown_resolution > 0.0 ? params.unknown_resolution
-                                         : params.approximation.resolution;
-}
-
 void requireFinite(const Vector3& v, const char* what) {
   if (!v.allFinite()) throw ParameterError(std::string(what) + " must be three finite numbers");
 }
@@ -75,28 +70,89 @@ void requireFew(double cells, const char* what) {
                        " meets more than 10 million cells: ask for a smaller one");
 }
 
-/// Distance at which a ray enters unknown space, at most \p range.
-double enterUnknown(const PlanarMap& map, const Vector3& origin, const Vector3& direction,
-                    double range) {
-  const double side = unknownSide(map);
-  requireFew(3.0 * range / side, "the ray");
-  // From border to border of the cells; between two of them the state is the same.
-  double next[3], step[3];
-  for (int i = 0; i < 3; ++i) {
-    step[i] = direction[i] != 0.0 ? side / std::abs(direction[i])
-                                  : std::numeric_limits<double>::infinity();
-    const double cell = std::floor(origin[i] / side);
-    const double border = side * (direction[i] > 0.0 ? cell + 1.0 : cell);
-    next[i] = direction[i] != 0.0 ? (border - origin[i]) / direction[i] : step[i];
+/// Goes from cube to cube of space: from cell to cell where a block has unknown ones, else from
+/// block to block, and from region to region where nothing is known of a region.
+class SpaceWalk {
+ public:
+  /// \param side of a cell
+  SpaceWalk(const detail::UnknownSpace& space, double side, const Vector3& origin,
+            const Vector3& direction)
+      : space_(space), side_(side), origin_(origin), direction_(direction) {
+    cell_ = (origin / side).array().floor();
   }
-  for (double from = 0.0; from < range;) {
-    const int axis = static_cast<int>(std::min_element(next, next + 3) - next);
-    const double to = std::min(next[axis], range);
-    if (to > from && map.isUnknown(origin + 0.5 * (from + to) * direction)) return from;
-    from = std::max(from, to);
-    next[axis] += step[axis];
+
+  /// Distance at which the ray enters unknown space, at most \p range.
+  double enterUnknown(double range) {
+    for (double at = 0.0; at < range;) {
+      int level = kFarLevel;
+      if (cell_.cwiseAbs().maxCoeff() < detail::kLatticeLimit) {
+        const detail::Int3 cell{static_cast<std::int32_t>(cell_.x()),
+                                static_cast<std::int32_t>(cell_.y()),
+                                static_cast<std::int32_t>(cell_.z())};
+        const detail::UnknownSpace::Surroundings around = space_.around(cell);
+        if ((around.unknown >> detail::UnknownSpace::bitOf(cell) & 1u) != 0) return at;
+        level = around.region_is_free ? kRegionLevel : around.unknown == 0 ? kBlockLevel : 0;
+      }
+      at = std::max(at, leave(level));
+    }
+    return range;
   }
-  return range;
+
+ private:
+  static constexpr int kBlockLevel = 2;
+  static constexpr int kRegionLevel = 5;
+  static constexpr int kFarLevel = 5;  ///< outside the lattice
+
+  /// Goes on to the first cell after the cube of 2^level cells around this one.
+  /// \return the distance there
+  double leave(int level) {
+    const double cells = 1 << level;
+    const Vector3 low = cells * (cell_ / cells).array().floor();
+    double nearest = std::numeric_limits<double>::infinity();
+    int axis = 0;
+    for (int i = 0; i < 3; ++i) {
+      if (direction_[i] == 0.0) continue;
+      const double border = side_ * (direction_[i] > 0.0 ? low[i] + cells : low[i]);
+      const double distance = (border - origin_[i]) / direction_[i];
+      if (distance < nearest) {
+        nearest = distance;
+        axis = i;
+      }
+    }
+    // Rounding must not lead out of the cube on another side, nor back into it.
+    const Vector3 point = origin_ + nearest * direction_;
+    cell_ = (point / side_).array().floor();
+    cell_ = cell_.cwiseMax(low).cwiseMin(low + Vector3::Constant(cells - 1.0));
+    cell_[axis] = direction_[axis] > 0.0 ? low[axis] + cells : low[axis] - 1.0;
+    return nearest;
+  }
+
+  const detail::UnknownSpace& space_;
+  const double side_;
+  const Vector3 origin_;
+  const Vector3 direction_;
+  Vector3 cell_;
+};
+
+/// Is a cell that meets the box unknown?
+bool anyUnknown(const detail::UnknownSpace& space, double side, const Vector3& low,
+                const Vector3& high) {
+  const Vector3 first = (low / side).array().floor();
+  const Vector3 last = (high / side).array().floor();
+  requireFew((last - first + Vector3::Ones()).prod(), "the box");
+  constexpr double kLimit = detail::kLatticeLimit - 1;
+  if (first.maxCoeff() > kLimit || last.minCoeff() < -kLimit) return false;
+  const auto within = [kLimit](double at) {
+    return static_cast<std::int32_t>(std::clamp(at, -kLimit, kLimit));
+  };
+  for (std::int32_t z = within(first.z()); z <= within(last.z()); ++z) {
+    for (std::int32_t y = within(first.y()); y <= within(last.y()); ++y) {
+      for (std::int32_t x = within(first.x()); x <= within(last.x()); ++x) {
+        if (space.isUnknown({x, y, z})) return true;
+      }
+    }
+  }
+  return false;
 }
 
 using Cell = std::array<std::int32_t, 3>;
@@ -141,20 +197,26 @@ std::optional<RayHit> castRay(const PlanarMap& map, const Vector3& origin, const
   if (!(range > 0.0) || !std::isfinite(range)) {
     throw ParameterError("the range of a ray must be positive");
   }
+  const auto& data = detail::MapAccess::of(map);
+  const std::vector<Cuboid>& cuboids = map.cuboids();
   const Vector3 along = direction.normalized();
   RayHit hit;
   hit.distance = range;
-  const std::vector<Cuboid>& cuboids = map.cuboids();
-  for (std::size_t i = 0; i < cuboids.size(); ++i) {
+  data.derived().index.visitAlong(origin, along, hit.distance, [&](std::uint32_t i) {
+    const auto number = static_cast<std::int32_t>(i);
     double from = 0.0;
     double to = hit.distance;
-    if (!clip(cuboids[i], origin, along, from, to)) continue;
-    if (hit.cuboid >= 0 && from >= hit.distance) continue;
+    if (!clip(cuboids[i], origin, along, from, to)) return;
+    // Of two entered at once the one that comes first in the list.
+    if (from == hit.distance && hit.cuboid >= 0 && hit.cuboid < number) return;
     hit.distance = from;
-    hit.cuboid = static_cast<std::int32_t>(i);
-  }
+    hit.cuboid = number;
+  });
   if (unknown == UnknownSpaceIs::AnObstacle) {
-    const double distance = enterUnknown(map, origin, along, hit.distance);
+    const double side = data.data.unknownResolution();
+    requireFew(3.0 * hit.distance / side, "the ray");
+    const double distance =
+        SpaceWalk(data.data.unknown, side, origin, along).enterUnknown(hit.distance);
     if (distance < hit.distance) {
       hit.distance = distance;
       hit.state = CellState::Unknown;
@@ -172,33 +234,22 @@ BoxState stateOfBox(const PlanarMap& map, const Vector3& low, const Vector3& hig
   if ((low.array() > high.array()).any()) {
     throw ParameterError("the lower corner of a box must not exceed the upper one");
   }
-  BoxState result;
+  const auto& data = detail::MapAccess::of(map);
   const std::vector<Cuboid>& cuboids = map.cuboids();
-  for (std::size_t i = 0; i < cuboids.size(); ++i) {
+  BoxState result;
+  data.derived().index.visitBox(low, high, [&](std::uint32_t i) {
     if (meets(cuboids[i], 0.5 * (low + high), 0.5 * (high - low))) {
       result.cuboids.push_back(static_cast<int>(i));
     }
-  }
+    return true;
+  });
   if (!result.cuboids.empty()) {
+    std::sort(result.cuboids.begin(), result.cuboids.end());
     result.state = CellState::Occupied;
     return result;
   }
-  // What of each cell lies in the box has one state.
-  const double side = unknownSide(map);
-  const Vector3 first = (low / side).array().floor();
-  const Vector3 count = (high / side).array().floor() - first.array() + 1.0;
-  requireFew(count.prod(), "the box");
-  for (double x = 0; x < count.x(); ++x) {
-    for (double y = 0; y < count.y(); ++y) {
-      for (double z = 0; z < count.z(); ++z) {
-        const Vector3 corner = side * (first + Vector3(x, y, z));
-        const Vector3 from = corner.cwiseMax(low);
-        const Vector3 to = (corner + Vector3::Constant(side)).cwiseMin(high);
-        if (!map.isUnknown(0.5 * (from + to))) continue;
-        result.state = CellState::Unknown;
-        return result;
-      }
-    }
+  if (anyUnknown(data.data.unknown, data.data.unknownResolution(), low, high)) {
+    result.state = CellState::Unknown;
   }
   return result;
 }

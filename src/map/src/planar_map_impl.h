@@ -50,4 +50,9 @@ struct PlanarMap::Impl {
   }
 };
 
+/// For what asks a map questions from outside the class.
+struct detail::MapAccess {
+  static const PlanarMap::Impl& of(const PlanarMap& map) { return *map.impl_; }
+};
+
 }  // namespace planar_mapping

@@ -134,7 +134,7 @@ void SpaceRegion::unpack(Blocks& blocks) const {
   }
 }
 
-bool SpaceRegion::isUnknown(std::size_t block, int bit) const {
+std::uint64_t SpaceRegion::unknownOf(std::size_t block) const {
   const std::size_t row = block / kRow;
   const std::size_t place = 2 * (block % kRow);
   std::size_t mixed = 0;
@@ -144,7 +144,7 @@ bool SpaceRegion::isUnknown(std::size_t block, int bit) const {
   }
   const std::uint64_t labels = labelsOf(row, own);
   const std::uint64_t label = labels >> place & 3u;
-  if (label != kMixed) return label == kUnknown;
+  if (label != kMixed) return label == kUnknown ? ~std::uint64_t{0} : 0;
   mixed += countMixed(labels & ((std::uint64_t{1} << place) - 1));
 
   const std::uint8_t* at = firstCells();
@@ -153,9 +153,10 @@ bool SpaceRegion::isUnknown(std::size_t block, int bit) const {
     skipCells(at);
   }
   const Kinds kinds = kindsOf(mixed);
-  if (kinds == kFreeOrNever) return false;
+  if (kinds == kFreeOrNever) return 0;
   if (kinds == kAllThree) skipCells(at);
-  return (takeCells(at) >> bit & 1u) != (kinds == kFreeOrUnknown ? 1u : 0u);
+  const std::uint64_t cells = takeCells(at);
+  return kinds == kFreeOrUnknown ? ~cells : cells;
 }
 
 }  // namespace planar_mapping::detail

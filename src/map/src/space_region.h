@@ -40,8 +40,8 @@ class SpaceRegion {
 
   void pack(const Blocks& blocks);
   void unpack(Blocks& blocks) const;
-  /// \param bit of the cell in the block
-  bool isUnknown(std::size_t block, int bit) const;
+  /// The unknown cells of a block, as in SpaceBlock.
+  std::uint64_t unknownOf(std::size_t block) const;
   std::size_t memoryBytes() const { return bytes_.memoryBytes(); }
 
  private:

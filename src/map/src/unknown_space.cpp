@@ -215,11 +215,11 @@ void UnknownSpace::add(const std::vector<PlacedBlock>& blocks) {
   if (!blocks.empty()) region.close();
 }
 
-bool UnknownSpace::isUnknown(const Int3& cell) const {
+UnknownSpace::Surroundings UnknownSpace::around(const Int3& cell) const {
   const Int3 block{cell.x >> 2, cell.y >> 2, cell.z >> 2};
   const SpaceRegion* region = regions_.find(regionOf(block));
-  return region != nullptr &&
-         region->isUnknown(placeOf(block), 16 * (cell.z & 3) + 4 * (cell.y & 3) + (cell.x & 3));
+  if (region == nullptr) return {0, true};
+  return {region->unknownOf(placeOf(block)), false};
 }
 
 std::size_t UnknownSpace::memoryBytes() const {

@@ -29,7 +29,14 @@ class UnknownSpace {
 
   /// Judges the cells in the frustum of an image, up to \p max_range, by its depths.
   void integrate(const DepthImage& image, double cell, double max_range);
-  bool isUnknown(const Int3& cell) const;
+  bool isUnknown(const Int3& cell) const { return (around(cell).unknown >> bitOf(cell) & 1u) != 0; }
+  struct Surroundings {
+    std::uint64_t unknown = 0;    ///< cells of the block of 4 x 4 x 4 around a cell, see bitOf()
+    bool region_is_free = false;  ///< nothing is unknown in all of its region of 32 x 32 x 32 cells
+  };
+  Surroundings around(const Int3& cell) const;
+  /// Of a cell in its block.
+  static int bitOf(const Int3& cell) { return 16 * (cell.z & 3) + 4 * (cell.y & 3) + (cell.x & 3); }
 
   /// Calls visit(block coordinates, Block) for every block of which something is known, in the
   /// order in which their regions were seen first.

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <vector>
 
 #include "map_scene.h"
 #include "planar_mapping/core/error.h"
@@ -89,6 +91,60 @@ TEST(CastRay, AgreesWithTheStateOfPointsAlongIt) {
     }
   }
   EXPECT_GT(hits, 100);
+}
+
+TEST(CastRay, FindsTheCuboidThatALinearSearchFinds) {
+  const PlanarMap map = roomMap(3);
+  const std::vector<Cuboid>& cuboids = map.cuboids();
+  ASSERT_GT(cuboids.size(), 20u);
+  Random random(4);
+  int hits = 0;
+  for (int i = 0; i < 3000; ++i) {
+    Vector3 origin(random.uniform(-3.0, 3.0), random.uniform(-1.0, 6.0), random.uniform(-1.0, 4.0));
+    Vector3 along(random.normal(), random.normal(), random.normal());
+    if (i % 4 == 0) along = Vector3::Unit(i / 4 % 3) * (i % 8 == 0 ? 1.0 : -1.0);
+    along.normalize();
+    if (i % 10 == 0) origin -= 1e6 * along;  // beyond what the lattice of space can hold
+    const double range = i % 10 == 0 ? 1.1e6 : 4.0;
+    std::int32_t first = -1;
+    double nearest = range;
+    for (std::size_t c = 0; c < cuboids.size(); ++c) {
+      const Matrix3 to_local = cuboids[c].orientation.toRotationMatrix().transpose();
+      const Vector3 from = to_local * (origin - cuboids[c].center);
+      const Vector3 way = to_local * along;
+      double enter = 0.0;
+      double leave = range;
+      for (int k = 0; k < 3; ++k) {
+        const double a = (-0.5 * cuboids[c].size[k] - from[k]) / way[k];
+        const double b = (0.5 * cuboids[c].size[k] - from[k]) / way[k];
+        enter = std::max(enter, std::min(a, b));
+        leave = std::min(leave, std::max(a, b));
+      }
+      if (enter > leave || (first >= 0 && enter >= nearest)) continue;
+      nearest = enter;
+      first = static_cast<std::int32_t>(c);
+    }
+    const auto hit = castRay(map, origin, along, range, UnknownSpaceIs::Transparent);
+    ASSERT_EQ(hit.has_value(), first >= 0) << i;
+    if (!hit) continue;
+    ++hits;
+    EXPECT_NEAR(hit->distance, nearest, 1e-9 * range) << i;
+    if (range < 1e3) {
+      EXPECT_EQ(hit->cuboid, first) << i;
+    }
+  }
+  EXPECT_GT(hits, 500);
+}
+
+TEST(CastRay, ComesFromAfarThroughUnknownSpace) {
+  const PlanarMap map = roomMap();
+  // Along a border of cells, from where no cell has a number, to the hidden space behind the
+  // cabinet.
+  const Vector3 origin(-0.8, 3.2, 2e5);
+  const auto hit = castRay(map, origin, {0.0, 0.0, -1.0}, 3e5);
+  ASSERT_TRUE(hit.has_value());
+  EXPECT_EQ(hit->state, CellState::Unknown);
+  EXPECT_LT(hit->point.z(), 2.0);
 }
 
 TEST(CastRay, RefusesWhatIsNoRay) {

@@ -10,8 +10,8 @@
 #include "planar_mapping/map/planar_map.h"
 
 // Questions of planners to a map, beside PlanarMap::stateAt(). World frame, metres. Their cost
-// grows with the number of cuboids; those about unknown space also with the number of its cells
-// that the ray or the box meets.
+// grows with the logarithm of the number of cuboids and with the number of those that are near the
+// ray or the box; where unknown space counts, also with the number of its cells that they meet.
 namespace planar_mapping {
 
 /// Where a ray first meets what is not free.

@@ -18,6 +18,10 @@
 
 namespace planar_mapping {
 
+namespace detail {
+struct MapAccess;
+}
+
 /// Pinhole model of an organized cloud: column = fx x / z + cx, row = fy y / z + cy (pixels).
 struct PinholeCamera {
   double fx = 0.0;
@@ -189,6 +193,7 @@ class PLANAR_MAPPING_EXPORT PlanarMap {
   static PlanarMap deserialize(const std::uint8_t* data, std::size_t size);
 
  private:
+  friend struct detail::MapAccess;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
