@@ -10,6 +10,8 @@
 // its ray alone.
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <utility>
 
 #include "organized_lanes.h"
 #include "organized_refinement.h"
@@ -73,6 +75,9 @@ constexpr EdgeOrder kOrders[] = {{{0, 1, 2}, {true, true}},  {{0, 1, 2}, {false,
 constexpr int kOrdersOfTwo = 2;
 constexpr int kOrdersOfThree = 8;
 
+/// Rows and columns from a tile to those that vote about it.
+constexpr int kVoters[5][2] = {{0, 0}, {-1, 0}, {0, -1}, {0, 1}, {1, 0}};
+
 /// The error of the plane that a ray ends on: a positive one is that of a plane before the point.
 PLANAR_MAPPING_INLINE void errorOf(const EdgeOrder& order, const FloatLanes* errors, int planes,
                                    FloatLanes& error) {
@@ -88,9 +93,9 @@ PLANAR_MAPPING_INLINE void errorOf(const EdgeOrder& order, const FloatLanes* err
   error = order.farther[1] ? lower : upper;
 }
 
-// Adds the squared errors of the pixels of a tile in every order, in squared sigmas.
+// The squared errors of the pixels of a tile in every order, in squared sigmas.
 PLANAR_MAPPING_MULTIVERSION
-void addErrors(const float* x, const float* y, const float* z, const EdgePlane* planes, int count,
+void sumErrors(const float* x, const float* y, const float* z, const EdgePlane* planes, int count,
                const EdgeNoise& noise, float* votes) {
   const int orders = count < 3 ? kOrdersOfTwo : kOrdersOfThree;
   const FloatLanes zero = {};
@@ -112,7 +117,7 @@ void addErrors(const float* x, const float* y, const float* z, const EdgePlane* 
   }
   for (int o = 0; o < orders; ++o) {
     const FloatLanes halves[2] = {sums[o], zero};
-    votes[o] += sumOf(halves);
+    votes[o] = sumOf(halves);
   }
 }
 
@@ -198,9 +203,19 @@ struct PixelAssigner::EdgeTile {
   int tile = 0;
   int planes = 0;
   std::int16_t labels[kEdgePlanes] = {};
-  float votes[kOrdersOfThree] = {};  ///< squared errors in each order, squared sigmas
+  float ballots[std::size(kVoters)][kOrdersOfThree] = {};  ///< squared errors, squared sigmas
+  float votes[kOrdersOfThree] = {};                        ///< their sums
 
   int orders() const { return planes < 3 ? kOrdersOfTwo : kOrdersOfThree; }
+  /// Do the same planes meet here?
+  bool meets(const EdgeTile& other) const {
+    return planes == other.planes && std::equal(labels, labels + planes, other.labels);
+  }
+  void count() {
+    for (const auto& ballot : ballots) {
+      for (int o = 0; o < orders(); ++o) votes[o] += ballot[o];
+    }
+  }
 };
 
 /// How much worse the farther than the nearer of two planes fits wherever they meet.
@@ -237,19 +252,47 @@ EdgeNoise PixelAssigner::edgeNoise() const {
   return noise;
 }
 
-void PixelAssigner::vote(const std::vector<PlaneCandidate>& planes, EdgeTile& at) const {
-  EdgePlane edge[kEdgePlanes];
-  describe(at, planes, edge);
+void PixelAssigner::voteOf(int tile, const std::vector<PlaneCandidate>& planes,
+                           const std::vector<EdgeTile*>& edge_of) const {
+  const int row = tile / cloud_.columns;
+  const int column = tile % cloud_.columns;
   const EdgeNoise noise = edgeNoise();
-  const int row = at.tile / cloud_.columns;
-  const int column = at.tile % cloud_.columns;
-  constexpr int kVoters[5][2] = {{0, 0}, {-1, 0}, {0, -1}, {0, 1}, {1, 0}};
-  for (const auto& step : kVoters) {
-    const int r = row + step[0];
-    const int c = column + step[1];
+  std::pair<const EdgeTile*, const float*> given[std::size(kVoters)];
+  std::size_t different = 0;
+  for (std::size_t k = 0; k < std::size(kVoters); ++k) {
+    const int r = row - kVoters[k][0];
+    const int c = column - kVoters[k][1];
     if (r < 0 || r >= cloud_.rows || c < 0 || c >= cloud_.columns) continue;
-    const int other = r * cloud_.columns + c;
-    addErrors(cloud_.x(other), cloud_.y(other), cloud_.z(other), edge, at.planes, noise, at.votes);
+    EdgeTile* at = edge_of[static_cast<std::size_t>(r) * cloud_.columns + c];
+    if (at == nullptr) continue;
+    // Around a tile mostly the same planes meet, about which it says the same.
+    const auto same = std::find_if(given, given + different,
+                                   [&](const auto& other) { return other.first->meets(*at); });
+    if (same != given + different) {
+      std::copy_n(same->second, kOrdersOfThree, at->ballots[k]);
+      continue;
+    }
+    EdgePlane edge[kEdgePlanes];
+    describe(*at, planes, edge);
+    sumErrors(cloud_.x(tile), cloud_.y(tile), cloud_.z(tile), edge, at->planes, noise,
+              at->ballots[k]);
+    given[different++] = {at, at->ballots[k]};
+  }
+}
+
+void PixelAssigner::vote(const std::vector<PlaneCandidate>& planes,
+                         std::vector<std::vector<EdgeTile>>& rows) const {
+  std::vector<EdgeTile*> edge_of(static_cast<std::size_t>(cloud_.tiles()), nullptr);
+  for (std::vector<EdgeTile>& row : rows) {
+    for (EdgeTile& at : row) edge_of[static_cast<std::size_t>(at.tile)] = &at;
+  }
+  parallelFor(rows.size(), threads_, [&](std::size_t row) {
+    for (int column = 0; column < cloud_.columns; ++column) {
+      voteOf(static_cast<int>(row) * cloud_.columns + column, planes, edge_of);
+    }
+  });
+  for (std::vector<EdgeTile>& row : rows) {
+    for (EdgeTile& at : row) at.count();
   }
 }
 
@@ -298,8 +341,12 @@ void PixelAssigner::settle(const std::vector<PlaneCandidate>& planes,
   EdgePlane edge[kEdgePlanes];
   describe(at, planes, edge);
   const EdgeOrder& order = kOrders[std::min_element(at.votes, at.votes + at.orders()) - at.votes];
+  std::int16_t* labels = labels_.data() + static_cast<std::size_t>(at.tile) * kTileArea;
+  std::int16_t before[kTileArea];
+  std::copy_n(labels, kTileArea, before);
   settleTile(cloud_.x(at.tile), cloud_.y(at.tile), cloud_.z(at.tile), edge, at.planes, edgeNoise(),
-             order, at.labels, labels_.data() + static_cast<std::size_t>(at.tile) * kTileArea);
+             order, at.labels, labels);
+  if (!std::equal(before, before + kTileArea, labels)) summarize(at.tile);
 }
 
 void PixelAssigner::settleEdges(const std::vector<PlaneCandidate>& planes) {
@@ -310,15 +357,14 @@ void PixelAssigner::settleEdges(const std::vector<PlaneCandidate>& planes) {
       at.tile = static_cast<int>(row) * cloud_.columns + column;
       at.planes = commonestAround(at.tile, at.labels);
       if (at.planes < 2 || !isNoisy(at.tile)) continue;
-      vote(planes, at);
       rows[row].push_back(at);
     }
   });
+  vote(planes, rows);
   const std::vector<EdgePair> pairs = pairsOf(rows);
   parallelFor(rows.size(), threads_, [&](std::size_t row) {
     for (EdgeTile& at : rows[row]) settle(planes, pairs, at);
   });
-  for (int tile = 0; tile < cloud_.tiles(); ++tile) summarize(tile);
 }
 
 }  // namespace planar_mapping::detail

@@ -66,7 +66,7 @@ void settleEdges(std::vector<PlaneCandidate>& planes, PixelAssigner& pixels,
 void drop(std::vector<PlaneCandidate>& planes, PixelAssigner& pixels, double min_points,
           const TiledCloud& cloud, const RangeNoise& noise, const OrganizedParams& params,
           PlaneSearchDiagnostics& diagnostics) {
-  const std::vector<TilePart> parts = pixels.parts();
+  const std::vector<TilePart>& parts = pixels.parts();
   refit(planes, parts, cloud, noise, params);
   const std::vector<char> coherent =
       coherentPlanes(planes, parts, cloud.columns, cloud.tiles(), noise, cloud.sensor, params);
@@ -178,7 +178,7 @@ PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
   freeDisagreeing(cloud, planes, noise, own, params.threads, pixels);
   dropSmall(planes, pixels, params.min_inliers, set.diagnostics);
   for (PlaneCandidate& plane : planes) plane.sums = {};
-  const std::vector<TilePart> parts = pixels.parts();
+  const std::vector<TilePart>& parts = pixels.parts();
   for (const TilePart& part : parts) {
     addSums(planes[static_cast<std::size_t>(part.label)].sums, part.sums);
   }

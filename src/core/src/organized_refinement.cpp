@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "organized_lanes.h"
 #include "planar_mapping/core/parallel.h"
@@ -133,6 +134,7 @@ PixelAssigner::PixelAssigner(const TiledCloud& cloud, const CellGrid& tiles,
       threads_(threads),
       labels_(static_cast<std::size_t>(cloud.tiles()) * kTileArea, -1),
       summaries_(static_cast<std::size_t>(cloud.tiles())),
+      stale_(static_cast<std::size_t>(cloud.tiles()), 1),
       presence_(static_cast<std::size_t>(cloud.tiles())),
       grown_(static_cast<std::size_t>(cloud.tiles())),
       changed_(static_cast<std::size_t>(cloud.tiles()), 0) {
@@ -182,6 +184,7 @@ void PixelAssigner::reopen(const CellGrid& grid, const std::vector<std::int16_t>
 
 void PixelAssigner::summarize(int tile) {
   std::int16_t* labels = labels_.data() + static_cast<std::size_t>(tile) * kTileArea;
+  stale_[static_cast<std::size_t>(tile)] = 1;
   Summary& summary = summaries_[static_cast<std::size_t>(tile)];
   summary = {};
   int labelled = 0;
@@ -306,10 +309,19 @@ std::vector<std::int64_t> PixelAssigner::counts(std::size_t planes) const {
   return counts;
 }
 
-std::vector<TilePart> PixelAssigner::parts() const {
+const std::vector<TilePart>& PixelAssigner::parts() {
   std::vector<TilePart> parts;
   parts.reserve(summaries_.size() + summaries_.size() / 2);
+  auto before = parts_.cbegin();
   for (int tile = 0; tile < cloud_.tiles(); ++tile) {
+    const auto first = std::find_if(before, parts_.cend(),
+                                    [&](const TilePart& part) { return part.tile >= tile; });
+    before =
+        std::find_if(first, parts_.cend(), [&](const TilePart& part) { return part.tile > tile; });
+    if (std::exchange(stale_[static_cast<std::size_t>(tile)], 0) == 0) {
+      parts.insert(parts.end(), first, before);
+      continue;
+    }
     const Summary& summary = summaries_[static_cast<std::size_t>(tile)];
     const auto finite = static_cast<std::int16_t>(tiles_.count(tile));
     const std::int16_t* labels = labels_.data() + static_cast<std::size_t>(tile) * kTileArea;
@@ -326,7 +338,8 @@ std::vector<TilePart> PixelAssigner::parts() const {
       }
     }
   }
-  return parts;
+  parts_.swap(parts);
+  return parts_;
 }
 
 void PixelAssigner::relabel(const std::vector<std::int16_t>& target) {

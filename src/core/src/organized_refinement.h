@@ -51,8 +51,8 @@ class PixelAssigner {
   void relabel(const std::vector<std::int16_t>& target);
   /// Number of pixels of each plane.
   std::vector<std::int64_t> counts(std::size_t planes) const;
-  /// The pixels of each plane in each tile, ascending by tile.
-  std::vector<TilePart> parts() const;
+  /// The pixels of each plane in each tile, ascending by tile; until something changes.
+  const std::vector<TilePart>& parts();
 
   const std::int16_t* labelsOf(int tile) const {
     return labels_.data() + static_cast<std::size_t>(tile) * kTileArea;
@@ -85,7 +85,10 @@ class PixelAssigner {
   void describe(const EdgeTile& at, const std::vector<PlaneCandidate>& planes,
                 EdgePlane* edge) const;
   EdgeNoise edgeNoise() const;
-  void vote(const std::vector<PlaneCandidate>& planes, EdgeTile& at) const;
+  void vote(const std::vector<PlaneCandidate>& planes,
+            std::vector<std::vector<EdgeTile>>& rows) const;
+  void voteOf(int tile, const std::vector<PlaneCandidate>& planes,
+              const std::vector<EdgeTile*>& edge_of) const;
   static std::vector<EdgePair> pairsOf(const std::vector<std::vector<EdgeTile>>& rows);
   void settle(const std::vector<PlaneCandidate>& planes, const std::vector<EdgePair>& pairs,
               EdgeTile& at);
@@ -100,6 +103,8 @@ class PixelAssigner {
   int threads_;
   std::vector<std::int16_t> labels_;
   std::vector<Summary> summaries_;
+  std::vector<TilePart> parts_;      ///< as of the last parts()
+  std::vector<char> stale_;          ///< tiles whose labels changed since then
   std::vector<PlaneList> presence_;  ///< planes whose pixels or cells a tile holds
   std::vector<PlaneList> grown_;     ///< planes whose whole cells a tile holds
   std::vector<char> changed_;        ///< presence or labels changed since the last assignment

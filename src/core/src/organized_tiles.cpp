@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "organized_lanes.h"
+#include "planar_mapping/core/detail/gather_points.h"
 #include "planar_mapping/core/parallel.h"
 #include "planar_mapping/core/simd.h"
 
@@ -16,24 +17,45 @@ namespace {
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
-// Copies `count` neighbouring pixels. A coordinate minus itself is 0, or NaN if it is not finite;
-// added to all three it marks the pixel without a branch.
-template <std::size_t kStride>
-inline void copyPixels(const float* from, std::size_t stride, int count, const float* origin,
-                       float* x, float* y, float* z) {
-  const std::size_t step = kStride > 0 ? kStride : stride;
-  for (int i = 0; i < count; ++i) {
-    const float px = from[i * step] - origin[0];
-    const float py = from[i * step + 1] - origin[1];
-    const float pz = from[i * step + 2] - origin[2];
-    const float mark = (px - px) + (py - py) + (pz - pz);
-    x[i] = px + mark;
-    y[i] = py + mark;
-    z[i] = pz + mark;
+/// Points relative to the origin. A coordinate minus itself is 0, or NaN if it is not finite; added
+/// to all three it marks the pixel without a branch.
+template <typename Value>
+PLANAR_MAPPING_INLINE void shiftPoints(const float* origin, Value& x, Value& y, Value& z) {
+  x -= origin[0];
+  y -= origin[1];
+  z -= origin[2];
+  const Value mark = (x - x) + (y - y) + (z - z);
+  x += mark;
+  y += mark;
+  z += mark;
+}
+
+void copyPixel(const float* point, const float* origin, float* pixel) {
+  float x = point[0], y = point[1], z = point[2];
+  shiftPoints(origin, x, y, z);
+  pixel[0] = x;
+  pixel[kTileArea] = y;
+  pixel[2 * kTileArea] = z;
+}
+
+/// A row of points into row \p row of a row of tiles, as far as quarters are full.
+PLANAR_MAPPING_MULTIVERSION
+void copyLine(const float* line, std::size_t stride, int width, const float* origin, int row,
+              float* tiles) {
+  for (int column = 0; column + kQuarterSide <= width; column += kQuarterSide) {
+    const float* four = line + static_cast<std::size_t>(column) * stride;
+    float* pixel = tiles + std::size_t{3} * kTileArea * (column / kTileSide) +
+                   pixelInTile(row, column % kTileSide);
+    FourFloats x, y, z;
+    fetchAhead(four, stride);
+    readFour(four, stride, x, y, z);
+    shiftPoints(origin, x, y, z);
+    std::memcpy(pixel, &x, sizeof(x));
+    std::memcpy(pixel + kTileArea, &y, sizeof(y));
+    std::memcpy(pixel + 2 * kTileArea, &z, sizeof(z));
   }
 }
 
-template <std::size_t kStride>
 void copyTileRow(const PointsView& points, const float* origin, int tile_row, int columns,
                  float* tiles) {
   const int width = static_cast<int>(points.width);
@@ -44,17 +66,11 @@ void copyTileRow(const PointsView& points, const float* origin, int tile_row, in
   }
   for (int row = 0; row < rows; ++row) {
     const float* line = points[static_cast<std::size_t>(tile_row * kTileSide + row) * points.width];
-    for (int column = 0; column < width; column += kQuarterSide) {
-      float* tile = tiles + std::size_t{3} * kTileArea * (column / kTileSide) +
-                    pixelInTile(row, column % kTileSide);
-      const float* from = line + static_cast<std::size_t>(column) * points.stride;
-      if (column + kQuarterSide <= width) {
-        copyPixels<kStride>(from, points.stride, kQuarterSide, origin, tile, tile + kTileArea,
-                            tile + 2 * kTileArea);
-      } else {
-        copyPixels<kStride>(from, points.stride, width - column, origin, tile, tile + kTileArea,
-                            tile + 2 * kTileArea);
-      }
+    copyLine(line, points.stride, width, origin, row, tiles);
+    for (int column = width / kQuarterSide * kQuarterSide; column < width; ++column) {
+      copyPixel(line + static_cast<std::size_t>(column) * points.stride, origin,
+                tiles + std::size_t{3} * kTileArea * (column / kTileSide) +
+                    pixelInTile(row, column % kTileSide));
     }
   }
 }
@@ -66,10 +82,9 @@ void copyIndexed(const PointsView& points, const Indices& indices, const float* 
     const int row = index / cloud.width;
     const int column = index % cloud.width;
     const int tile = (row / kTileSide) * cloud.columns + column / kTileSide;
-    float* x = cloud.xyz + std::size_t{3} * kTileArea * tile +
-               pixelInTile(row % kTileSide, column % kTileSide);
-    copyPixels<0>(points[static_cast<std::size_t>(index)], points.stride, 1, origin, x,
-                  x + kTileArea, x + 2 * kTileArea);
+    copyPixel(points[static_cast<std::size_t>(index)], origin,
+              cloud.xyz + std::size_t{3} * kTileArea * tile +
+                  pixelInTile(row % kTileSide, column % kTileSide));
   }
 }
 
@@ -245,18 +260,8 @@ TiledCloud tileCloud(const PointsView& points, const Indices* indices, const Vec
     return cloud;
   }
   parallelFor(static_cast<std::size_t>(cloud.rows), threads, [&](std::size_t row) {
-    float* tiles = cloud.xyz + std::size_t{3} * kTileArea * cloud.columns * row;
-    const int tile_row = static_cast<int>(row);
-    switch (points.stride) {
-      case 3:
-        return copyTileRow<3>(points, origin, tile_row, cloud.columns, tiles);
-      case 4:
-        return copyTileRow<4>(points, origin, tile_row, cloud.columns, tiles);
-      case 8:
-        return copyTileRow<8>(points, origin, tile_row, cloud.columns, tiles);
-      default:
-        return copyTileRow<0>(points, origin, tile_row, cloud.columns, tiles);
-    }
+    copyTileRow(points, origin, static_cast<int>(row), cloud.columns,
+                cloud.xyz + std::size_t{3} * kTileArea * cloud.columns * row);
   });
   return cloud;
 }

@@ -39,10 +39,24 @@ PLANAR_MAPPING_INLINE void readFour(const float* points, FourFloats& x, FourFloa
   z = __builtin_shufflevector(ab_z, cd_z, 0, 1, 4, 5);
 }
 
+/// The same, three floats from point to point.
+template <>
+PLANAR_MAPPING_INLINE void readFour<3>(const float* points, FourFloats& x, FourFloats& y,
+                                       FourFloats& z) {
+  FourFloats a, b, c;
+  std::memcpy(&a, points, sizeof(a));
+  std::memcpy(&b, points + 4, sizeof(b));
+  std::memcpy(&c, points + 8, sizeof(c));
+  x = __builtin_shufflevector(__builtin_shufflevector(a, b, 0, 3, 6, 6), c, 0, 1, 2, 5);
+  y = __builtin_shufflevector(__builtin_shufflevector(a, b, 1, 4, 7, 7), c, 0, 1, 2, 6);
+  z = __builtin_shufflevector(a, __builtin_shufflevector(b, c, 1, 4, 7, 7), 2, 4, 5, 6);
+}
+
 /// The same for any stride.
 PLANAR_MAPPING_INLINE void readFour(const float* points, std::size_t stride, FourFloats& x,
                                     FourFloats& y, FourFloats& z) {
   if (stride == 4) return readFour<4>(points, x, y, z);
+  if (stride == 3) return readFour<3>(points, x, y, z);
   if (stride == 8) return readFour<8>(points, x, y, z);
   const float* second = points + stride;
   const float* third = second + stride;
