@@ -76,10 +76,12 @@ inline std::string problemOf(const Bytes& file) {
 }
 
 /// Files that are no map, of a later version, damaged or cut are told apart by a sentence.
-inline void expectSaysWhatIsWrong(const Bytes& whole, std::uint8_t later_version) {
+/// \param version_at place of the byte that says the version
+inline void expectSaysWhatIsWrong(const Bytes& whole, std::size_t version_at,
+                                  std::uint8_t later_version) {
   EXPECT_NE(problemOf({'P', 'C', 'D'}).find("no planar map"), std::string::npos);
   Bytes later = whole;
-  later[8] = later_version;
+  later[version_at] = later_version;
   EXPECT_NE(problemOf(later).find("version " + std::to_string(later_version)), std::string::npos);
   Bytes damaged = whole;
   damaged[40] ^= 1u;

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <stdexcept>
 #include <vector>
 
@@ -19,12 +20,12 @@ class PmapBits {
   explicit PmapBits(std::vector<std::uint8_t> payload) : reading(true), bytes(std::move(payload)) {
     for (std::size_t i = 0; i < 4; ++i) value_ = value_ << 8 | byteAt(i);
   }
-  const bool reading = false;
+  bool reading = false;
   std::vector<std::uint8_t> bytes;
 
   bool bit(bool wanted, std::uint32_t chance) {
     const std::uint64_t range = std::uint64_t{high_} - low_;
-    const auto middle = static_cast<std::uint32_t>(low_ + range * chance / 4096);
+    const auto middle = static_cast<std::uint32_t>(low_ + range * chance / 65536);
     const bool is_one = reading ? value_ <= middle : wanted;
     (is_one ? high_ : low_) = is_one ? middle : middle + 1;
     while (low_ >> 24 == high_ >> 24) {
@@ -42,7 +43,7 @@ class PmapBits {
   }
   std::uint64_t plain(std::uint64_t wanted, int count) {
     std::uint64_t value = 0;
-    for (int i = count - 1; i >= 0; --i) value = value << 1 | (bit(wanted >> i & 1, 2048) ? 1 : 0);
+    for (int i = count - 1; i >= 0; --i) value = value << 1 | (bit(wanted >> i & 1, 32768) ? 1 : 0);
     return value;
   }
   /// Bytes that the coded bits take.
@@ -73,34 +74,53 @@ class PmapBits {
   std::size_t at_ = 0;
 };
 
+inline std::int64_t roundedDown(std::int64_t value, std::int64_t divisor) {
+  return value >= 0 ? value / divisor : -((-value + divisor - 1) / divisor);
+}
+
 struct Chance {
-  int p = 32768;
+  std::int64_t p = 1 << 21;  ///< of 2^22
   int n = 0;
   void learn(bool one) {
-    const int rate = 40960 / (10 * n + 16);
-    const int apart = ((one ? 65535 : 0) - p) * rate;
-    p += apart >= 0 ? apart / 4096 : -((-apart + 4095) / 4096);  // rounded down
-    n = std::min(n + 1, 58);
+    const std::int64_t apart = (one ? (1 << 22) - 1 : 0) - p;
+    p += roundedDown(apart * (65536 / (n + 2)), 65536);
+    n = std::min(n + 1, 127);
   }
   bool code(PmapBits& bits, bool one = false) {
-    one = bits.bit(one, static_cast<std::uint32_t>(std::clamp(p / 16, 2, 4094)));
+    one = bits.bit(one, static_cast<std::uint32_t>(std::clamp<std::int64_t>(p / 64, 32, 65504)));
     learn(one);
     return one;
   }
+  void forget() { n = std::min(n, 4); }
 };
 
-inline int squash(int x) {
-  static const int table[33] = {1,    2,    3,    6,    10,   16,   27,   45,   73,   120,  194,
-                                310,  488,  747,  1101, 1546, 2047, 2549, 2994, 3348, 3607, 3785,
-                                3901, 3975, 4024, 4050, 4068, 4079, 4085, 4089, 4092, 4093, 4094};
-  const int at = (x + 2048) / 128, part = (x + 2048) % 128;
-  return (table[at] * (128 - part) + table[at + 1] * part + 64) / 128;
+/// Calls forget() of each of a list of models, or of lists of them.
+template <typename Models>
+void forgetEach(Models& models) {
+  for (auto& model : models) model.forget();
 }
-inline int stretch(int chance) {
+
+inline int squash(int x) {
   static const std::vector<int> table = [] {
-    std::vector<int> t(4096, 2047);
-    for (int x = 2047; x >= -2047; --x) {
-      for (int c = 0; c <= squash(x); ++c) t[static_cast<std::size_t>(c)] = x;
+    std::vector<int> t;
+    for (int i = 0; i <= 44; ++i) {
+      t.push_back(static_cast<int>(std::lround(65536.0 / (1.0 + std::exp(-i / 4.0)))));
+    }
+    return t;
+  }();
+  const auto at = static_cast<std::size_t>(std::abs(x) / 64);
+  const int part = std::abs(x) % 64;
+  const int chance = (table[at] * (64 - part) + table[at + 1] * part + 32) / 64;
+  return x < 0 ? 65536 - chance : chance;
+}
+/// Of a chance in 1/4096.
+inline int stretch(std::int64_t chance) {
+  static const std::vector<int> table = [] {
+    std::vector<int> t;
+    for (int c = 0; c < 4096; ++c) {
+      int x = -2047;
+      while (x < 2047 && squash(x) < 16 * c + 8) ++x;
+      t.push_back(x);
     }
     return t;
   }();
@@ -109,30 +129,38 @@ inline int stretch(int chance) {
 
 struct Mixed {
   std::size_t models;
-  std::vector<std::vector<Chance>> chances;  ///< by model and context
-  std::vector<std::vector<int>> weights;     ///< by set and model
+  std::vector<std::vector<Chance>> chances;                       ///< by model and context
+  std::array<std::vector<std::vector<std::int64_t>>, 2> weights;  ///< by mix, set and model
 
-  Mixed(std::size_t m, std::size_t contexts, std::size_t sets)
-      : models(m),
-        chances(m, std::vector<Chance>(contexts)),
-        weights(sets, std::vector<int>(m, 98304 / static_cast<int>(m))) {}
-  bool code(PmapBits& bits, bool one, const std::vector<std::size_t>& context, std::size_t set) {
-    std::int64_t sum = 0;
-    for (std::size_t m = 0; m < models; ++m) {
-      sum += std::int64_t{weights[set][m]} * stretch(chances[m][context[m]].p / 16);
+  Mixed(std::size_t m, std::size_t contexts, std::array<std::size_t, 2> sets)
+      : models(m), chances(m, std::vector<Chance>(contexts)) {
+    const std::vector<std::int64_t> first(m, 98304 / static_cast<int>(m));
+    for (std::size_t k = 0; k < 2; ++k) weights[k].assign(sets[k], first);
+  }
+  bool code(PmapBits& bits, bool one, const std::vector<std::size_t>& context,
+            std::array<std::size_t, 2> set) {
+    int x[2];
+    for (std::size_t k = 0; k < 2; ++k) {
+      std::int64_t sum = 0;
+      for (std::size_t m = 0; m < models; ++m) {
+        sum += weights[k][set[k]][m] * stretch(chances[m].at(context[m]).p / 1024);
+      }
+      x[k] = static_cast<int>(std::clamp<std::int64_t>(roundedDown(sum, 65536), -2815, 2815));
     }
-    const auto x = static_cast<int>(std::clamp<std::int64_t>(
-        static_cast<std::int64_t>(std::floor(sum / 65536.0)), -2047, 2047));
-    const int chance = std::clamp(squash(x), 2, 4094);
-    one = bits.bit(one, static_cast<std::uint32_t>(chance));
-    const int error = ((one ? 4096 : 0) - chance) * 24;
-    for (std::size_t m = 0; m < models; ++m) {
-      Chance& c = chances[m][context[m]];
-      weights[set][m] +=
-          static_cast<int>(std::floor((std::int64_t{stretch(c.p / 16)} * error + 32768) / 65536.0));
-      c.learn(one);
+    const int chance = squash(static_cast<int>(roundedDown(x[0] + x[1], 2)));
+    one = bits.bit(one, static_cast<std::uint32_t>(std::clamp(chance, 4, 65532)));
+    for (std::size_t k = 0; k < 2; ++k) {
+      const std::int64_t error = (one ? 65536 : 0) - squash(x[k]);
+      for (std::size_t m = 0; m < models; ++m) {
+        const int logit = stretch(chances[m][context[m]].p / 1024);
+        weights[k][set[k]][m] += roundedDown(logit * error + 16384, 32768);
+      }
     }
+    for (std::size_t m = 0; m < models; ++m) chances[m][context[m]].learn(one);
     return one;
+  }
+  void forget() {
+    for (std::vector<Chance>& of_model : chances) forgetEach(of_model);
   }
 };
 
@@ -149,7 +177,7 @@ struct Number {
       const bool one = wanted >> i & 1;
       const bool learnt = value < 4 && length - 2 - i < 2;
       value = value << 1 |
-              ((learnt ? upper[length][value].code(bits, one) : bits.bit(one, 2048)) ? 1 : 0);
+              ((learnt ? upper[length][value].code(bits, one) : bits.bit(one, 32768)) ? 1 : 0);
     }
     return value;
   }
@@ -158,6 +186,10 @@ struct Number {
         code(bits, wanted < 0 ? 2 * static_cast<std::uint64_t>(-(wanted + 1)) + 1
                               : 2 * static_cast<std::uint64_t>(wanted));
     return n % 2 == 0 ? static_cast<std::int64_t>(n / 2) : -static_cast<std::int64_t>(n / 2) - 1;
+  }
+  void forget() {
+    forgetEach(longer);
+    for (auto& chances : upper) forgetEach(chances);
   }
 };
 
@@ -171,6 +203,7 @@ struct Symbol {
     }
     return node - (1u << bits_of_it);
   }
+  void forget() { forgetEach(chances); }
 };
 
 }  // namespace planar_mapping::test

@@ -14,21 +14,22 @@
 #include "planar_mapping/core/types.h"
 #include "pmap_bits.h"
 #include "pmap_lattice.h"
+#include "pmap_models.h"
+#include "prior_maps.h"
 
-// A second reader of .pmap, written from docs/file_format.md: it shares no code with the first.
+// A second reader of .pmap, written from docs/file_format.md: it shares no code with the first, but
+// the bytes of the prior maps.
 namespace planar_mapping::test {
 
 using Bytes = std::vector<std::uint8_t>;
 
 /// The payload of a file whose frame is checked.
 inline Bytes payloadOf(const Bytes& file) {
-  const Bytes start{0x50, 0x4d, 0x41, 0x50, 0x0d, 0x0a, 0x1a, 0x0a, 3, 0, 0, 0};
+  const Bytes start{0x50, 0x4d, 0x41, 0x50, 4};
   EXPECT_TRUE(std::equal(start.begin(), start.end(), file.begin()));
-  std::uint32_t checksum = 0, size = 0;
-  std::memcpy(&checksum, &file[12], 4);
-  std::memcpy(&size, &file[16], 4);
-  const Bytes payload(file.begin() + 20, file.end());
-  EXPECT_EQ(payload.size(), size);
+  std::uint32_t checksum = 0;
+  std::memcpy(&checksum, &file[5], 4);
+  const Bytes payload(file.begin() + 9, file.end());
   std::uint32_t crc = 0xffffffffu;
   for (const std::uint8_t byte : payload) {
     crc ^= byte;
@@ -45,58 +46,6 @@ inline double readDouble(PmapBits& in) {
   return value;
 }
 
-struct Beliefs {
-  explicit Beliefs(int dimensions) : flat(dimensions == 2) {}
-  bool flat;
-  Mixed bits{4, 32 * 256, 5};
-
-  static std::size_t coarse(unsigned k) { return k == 0 ? 0 : k == 17 ? 3 : 4 * k >= 51 ? 2 : 1; }
-  std::vector<double> read(PmapBits& in, const std::vector<std::pair<Cell, int>>& cells) {
-    std::map<Cell, unsigned> known;
-    std::vector<double> beliefs;
-    for (const auto& [c, value] : cells) {
-      const auto before = [&](int dx, int dy, int dz) {
-        const auto at = known.find({c[0] + dx, c[1] + dy, c[2] + dz});
-        return at == known.end() ? 0u : at->second;
-      };
-      const unsigned l = before(-1, 0, 0), b = before(0, -1, 0), e = before(1, -1, 0);
-      const unsigned d = flat ? before(-1, -1, 0) : before(0, 0, -1);
-      const unsigned mean = l == 0 || b == 0 ? l + b : (l + b) / 2;
-      const std::size_t all = coarse(l) + 4 * coarse(b) + 16 * coarse(d) + 64 * coarse(e);
-      unsigned node = 1;
-      for (std::size_t i = 0; i < 5; ++i) {
-        const bool one = bits.code(
-            in, false, {node + 32 * l, node + 32 * b, node + 32 * mean, node + 32 * all}, i);
-        node = 2 * node + (one ? 1 : 0);
-      }
-      known[c] = 17 - (node - 32);
-      beliefs.push_back(known[c] / 17.0);
-    }
-    return beliefs;
-  }
-};
-
-/// mantissa 2^exponent
-struct Rounded {
-  int bits;
-  Chance zero;
-  Number step;
-  std::int64_t last = 0;
-  std::int64_t placeOf(double value) const {
-    int exponent = 0;
-    auto mantissa = std::lround(std::ldexp(std::frexp(value, &exponent), bits));
-    return std::int64_t{exponent - bits} * (1 << (bits - 1)) + mantissa - (1 << (bits - 1));
-  }
-  double read(PmapBits& in, double guess = 0.0) {
-    if (zero.code(in)) return 0.0;
-    if (guess > 0.0) last = placeOf(guess);
-    last += step.codeSigned(in);
-    const std::int64_t highest = 1 << (bits - 1);
-    const auto exponent = static_cast<int>(std::floor(static_cast<double>(last) / highest));
-    return std::ldexp(static_cast<double>(highest + last - exponent * highest), exponent);
-  }
-};
-
 struct ReadPlane {
   int id = 0;
   unsigned frames = 0;
@@ -106,86 +55,130 @@ struct ReadPlane {
   std::vector<double> beliefs;
 };
 
-struct PmapReader {
-  explicit PmapReader(const Bytes& file) : in(payloadOf(file)) {
-    const double usual[26] = {0.1, 0.0, 0.9,   0.0,  0.0, 0.0, 0.5, 4.0,   0.0,
-                              0.0, 1.0, 0.087, 0.1,  0.5, 0.0, 10., 0.5,   0.5,
-                              0.7, 0.7, 1.0,   0.15, 1.0, 3.0, 0.1, 0.0087};
-    Chance is_usual, is_decimal;
-    Symbol<3> places;
-    Number digits;
-    for (double value : usual) {
-      if (!is_usual.code(in)) {
-        if (is_decimal.code(in)) {
-          const double scale = std::pow(10.0, places.code(in));
-          value = static_cast<double>(digits.codeSigned(in)) / scale;
-        } else {
-          value = readDouble(in);
-        }
-      }
-      parameters.push_back(value);
-    }
-    compact = in.plain(0, 1) == 1;
-    unknown = in.plain(0, 1) == 1;
-    min_points = Number().codeSigned(in);
+class PmapReader : public PmapModels {
+ public:
+  /// Has read the prior maps.
+  PmapReader() { static_cast<PmapModels&>(*this) = experienced(); }
+  explicit PmapReader(const Bytes& file) : PmapReader() {
+    in = PmapBits(payloadOf(file));
+    readMap();
+  }
+
+  PmapBits in;
+  std::vector<double> values;  ///< of the parameters
+  bool is_compact = false, has_unknown = false;
+  std::int64_t min_points_per_cell = 0, next_plane_id = 0;
+  std::vector<std::array<double, 8>> poses;
+  std::vector<ReadPlane> planes;
+  std::vector<std::pair<Cell, int>> cells, space_cells;
+  std::vector<double> beliefs;
+  std::vector<std::int64_t> region_frames;
+
+ private:
+  struct Nothing {};
+  explicit PmapReader(Nothing) {}
+  static const PmapModels& experienced() {
+    static const PmapModels models = [] {
+      using namespace detail;
+      PmapReader learning{Nothing()};
+      learning.in = PmapBits(Bytes(kPriorMaps, kPriorMaps + kPriorMapsSize));
+      for (std::size_t i = 0; i < kPriorMapCount; ++i) learning.readMap();
+      learning.forget();
+      return static_cast<PmapModels&>(learning);
+    }();
+    return models;
+  }
+
+  void readMap() {
+    values.clear();
+    for (KnownValues& known : parameters) values.push_back(readParameter(known));
+    is_compact = compact.code(in);
+    has_unknown = unknown.code(in);
+    min_points_per_cell = min_points.codeSigned(in);
     readTrajectory();
     readPlanes();
     readCells();
-    space = Lattice(3, true).read(in);
+    space_cells = space.read(in);
+  }
+
+  double readParameter(KnownValues& known) {
+    for (std::size_t i = 0; i < known.values.size(); ++i) {
+      if (known.is_value[i].code(in)) return known.values[i];
+    }
+    double value = 0.0;
+    if (is_decimal.code(in)) {
+      const double scale = std::pow(10.0, places.code(in));
+      value = static_cast<double>(digits.codeSigned(in)) / scale;
+    } else {
+      value = readDouble(in);
+    }
+    if (known.values.size() < 8) known.values.push_back(value);
+    return value;
+  }
+
+  struct Track {
+    std::vector<std::int64_t> before;
+    std::int64_t errors[3] = {0, 0, 0};
+    std::size_t bits = 0;
+  };
+  std::int64_t readNext(std::size_t k, Track& t) {
+    const std::size_t n = t.before.size();
+    const std::int64_t a = n == 0 ? 0 : t.before[n - 1];
+    const std::int64_t d = n == 0 ? 0 : n == 1 ? a : a - t.before[n - 2];
+    const std::int64_t damped = a + d - roundedDown(d, 4);
+    const std::int64_t guesses[3] = {k == 0 ? a + d : damped, k == 0 ? damped : a + d, a};
+    std::size_t best = 0;
+    for (std::size_t i = 1; i < 3; ++i) {
+      if (t.errors[i] < t.errors[best]) best = i;
+    }
+    const std::size_t kind = k == 0 ? 0 : k < 4 ? 1 : 2;
+    const std::int64_t apart = pose_numbers[kind][n < 2 ? n : 2 + t.bits].codeSigned(in);
+    const std::int64_t value = (n < 2 ? a : guesses[best]) + apart;
+    std::size_t bits = 0;
+    while (bits < 21 && std::abs(apart) >> bits != 0) ++bits;
+    t.bits = n == 0 ? 0 : n == 1 ? bits : (bits + t.bits + 1) / 2;
+    for (std::size_t i = 0; i < 3 && n >= 2; ++i) {
+      t.errors[i] = t.errors[i] / 2 + std::min<std::int64_t>(std::abs(value - guesses[i]), 1 << 30);
+    }
+    t.before.push_back(value);
+    return value;
   }
 
   void readTrajectory() {
-    poses.resize(counts.code(in));
-    Chance in_microseconds, negative;
-    std::array<Number, 4> numbers;
-    std::array<std::vector<std::int64_t>, 7> before;  // time, position, x y z of the quaternion
-    const auto step = [](std::int64_t d, std::size_t k) {
-      return k == 0 ? d : d - static_cast<std::int64_t>(std::floor(static_cast<double>(d) / 4.0));
-    };
-    const auto next = [&](std::size_t k) {
-      std::vector<std::int64_t>& b = before[k];
-      const std::int64_t guess = b.empty()      ? 0
-                                 : b.size() < 2 ? b[0]
-                                                : b.back() + step(b.back() - b[b.size() - 2], k);
-      b.push_back(guess + numbers[k == 0 ? 0 : k < 4 ? 1 : 2].codeSigned(in));
-      return b.back();
-    };
+    poses.assign(frame_count.code(in), {});
+    std::array<Track, 7> tracks;  // time, position, x y z of the quaternion
     for (auto& pose : poses) {
-      pose[0] = in_microseconds.code(in) ? static_cast<double>(next(0)) / 1e6 : readDouble(in);
-      for (std::size_t k = 1; k < 4; ++k) pose[k] = static_cast<double>(next(k)) / 4096.0;
+      pose[0] = in_microseconds.code(in) ? static_cast<double>(readNext(0, tracks[0])) / 1e6
+                                         : readDouble(in);
+      for (std::size_t k = 1; k < 4; ++k) {
+        pose[k] = static_cast<double>(readNext(k, tracks[k])) / 4096.0;
+      }
       std::int64_t left = 8191 * 8191;
       for (std::size_t k = 4; k < 7; ++k) {
-        const std::int64_t part = next(k);
+        const std::int64_t part = readNext(k, tracks[k]);
         pose[k] = static_cast<double>(part);
         left -= part * part;
       }
       const double w = std::floor(std::sqrt(std::max(0.0, static_cast<double>(left))));
       pose[7] = negative.code(in) ? -w : w;
-      pose[7] += static_cast<double>(numbers[3].codeSigned(in));
+      pose[7] += static_cast<double>(last_part.codeSigned(in));
     }
   }
 
   void readPlanes() {
-    next_id = counts.codeSigned(in);
-    planes.resize(counts.code(in));
-    Number id, frames, turn, anchor, correlation, slope;
-    std::array<Number, 2> normal;
-    std::array<Number, 3> origin, mean;
-    Symbol<3> axis;
-    Chance level, reversed;
-    Rounded weight{10, {}, {}}, residual{6, {}, {}};
-    std::array<Rounded, 2> variance{Rounded{6, {}, {}}, Rounded{6, {}, {}}};
-    Lattice tiles(2, false);
-    Beliefs believed(2);
+    next_plane_id = next_id.codeSigned(in);
+    planes.assign(plane_count.code(in), {});
+    std::array<std::int64_t, 6> turns{};
+    for (Rounded* number : {&weight, &variance[0], &variance[1], &residual}) number->last = 0;
     int last_id = -1;
-    const double s = parameters[0];
+    const double s = values[0];
     for (ReadPlane& p : planes) {
       p.id = last_id += 1 + static_cast<int>(id.codeSigned(in));
       p.frames = static_cast<unsigned>(frames.codeSigned(in));
       anchor.codeSigned(in);
       anchor.codeSigned(in);
       p.cells = tiles.read(in);
-      p.beliefs = believed.read(in, p.cells);
+      p.beliefs = tile_beliefs.read(in, p.cells);
 
       const unsigned k = axis.code(in);
       const double a = static_cast<double>(normal[0].codeSigned(in)) / 32768.0;
@@ -200,7 +193,8 @@ struct PmapReader {
       if (level.code(in)) {
         angle = reversed.code(in) ? M_PI : 0.0;
       } else {
-        angle = static_cast<double>(turn.codeSigned(in)) * M_PI / 65536.0;
+        turns[k] += turn.codeSigned(in);
+        angle = static_cast<double>(turns[k]) * M_PI / 65536.0;
       }
       p.u = std::cos(angle) * along + std::sin(angle) * p.n.cross(along);
       p.v = p.n.cross(p.u);
@@ -233,83 +227,96 @@ struct PmapReader {
       p.mean = p.origin + at.x() * p.u + at.y() * p.v + at.z() * p.n;
       for (std::size_t i = 0; i < 2; ++i) variance[i].read(in, spread[i]);
       correlation.codeSigned(in);
-      slope.codeSigned(in);
-      slope.codeSigned(in);
+      if (!flat[at.z() == 0.0 ? 0 : 1].code(in)) {
+        slope.codeSigned(in);
+        slope.codeSigned(in);
+      }
       p.residual = residual.read(in);
     }
   }
 
   void readCells() {
-    Number anchor;
-    for (int i = 0; i < 3; ++i) anchor.codeSigned(in);
-    cells = Lattice(3, false).read(in);
-    beliefs = Beliefs(3).read(in, cells);
-    if (compact) {
-      Mixed eighths(7, 2048, 1);
+    for (int i = 0; i < 3; ++i) cells_anchor.codeSigned(in);
+    cells = blocks.read(in);
+    beliefs = block_beliefs.read(in, cells);
+    if (is_compact) {
       std::map<Cell, unsigned> known;
       for (const auto& [c, value] : cells) known[c] = 0;
-      for (const auto& [c, value] : cells) {
-        const auto octants = [&](int dx, int dy, int dz) {
-          const auto at = known.find({c[0] - dx, c[1] - dy, c[2] - dz});
-          return at == known.end() ? 0u : at->second;
-        };
-        const unsigned before[3] = {octants(1, 0, 0), octants(0, 1, 0), octants(0, 0, 1)};
-        unsigned own = 0;
-        for (unsigned i = 0; i < 8; ++i) {
-          std::size_t faces = i, face_count = 0, beyond = 0;
-          const auto hasCell = [&](bool x, bool y, bool z) {
-            const Cell at{c[0] + (x ? (i & 1 ? 1 : -1) : 0), c[1] + (y ? (i & 2 ? 1 : -1) : 0),
-                          c[2] + (z ? (i & 4 ? 1 : -1) : 0)};
-            return static_cast<std::size_t>(known.count(at));
-          };
-          const std::size_t n[7] = {hasCell(true, false, false), hasCell(false, true, false),
-                                    hasCell(false, false, true), hasCell(true, true, false),
-                                    hasCell(true, false, true),  hasCell(false, true, true),
-                                    hasCell(true, true, true)};
-          for (std::size_t k = 0; k < 7; ++k) beyond |= n[k] << k;
-          std::size_t ones = 0;
-          for (unsigned k = 0; k < i; ++k) ones += own >> k & 1;
-          for (unsigned axis = 0; axis < 3; ++axis) {
-            const unsigned from = (i >> axis & 1) != 0 ? own : before[axis];
-            const std::size_t face = from >> (i ^ 1u << axis) & 1;
-            faces |= face << (3 + axis);
-            face_count += face;
-            // Not in one expression: gcc 12 gets that wrong under the sanitizers.
-            const std::size_t there = before[axis] != 0 ? 1 : 0;
-            faces |= there << (6 + axis);
-          }
-          if (eighths.code(
-                  in, false,
-                  {own | 1u << i, faces, i | before[0] << 3, i | before[2] << 3,
-                   beyond + 16 * (faces & 56),
-                   i + 8 * (beyond & 7) + 8 * (faces & 56) + 512 * std::min<std::size_t>(ones, 2),
-                   std::min<std::size_t>(ones, 3) + 4 * face_count + 16 * (n[0] + n[1] + n[2])},
-                  0)) {
-            own |= 1u << i;
-          }
-        }
-        EXPECT_NE(own, 0u);
-        known[c] = own;
+      for (std::size_t i = 0; i < cells.size(); ++i) {
+        known[cells[i].first] = readEighths(cells[i].first, std::lround(17.0 * beliefs[i]), known);
       }
     } else {
       for (std::size_t i = 0; i < 3 * cells.size(); ++i) in.plain(0, 8);
     }
-    region_frames.resize(Number().code(in));
-    Number step;
+    region_frames.assign(region_count.code(in), 0);
     std::int64_t last = static_cast<std::int64_t>(poses.size()) - 1;
-    for (std::int64_t& frame : region_frames) frame = last += step.codeSigned(in);
+    for (std::int64_t& frame : region_frames) frame = last += region_frame.codeSigned(in);
   }
 
-  PmapBits in;
-  std::vector<double> parameters;
-  bool compact = false, unknown = false;
-  std::int64_t min_points = 0, next_id = 0;
-  Number counts;
-  std::vector<std::array<double, 8>> poses;
-  std::vector<ReadPlane> planes;
-  std::vector<std::pair<Cell, int>> cells, space;
-  std::vector<double> beliefs;
-  std::vector<std::int64_t> region_frames;
+  unsigned readEighths(const Cell& c, long belief, const std::map<Cell, unsigned>& known) {
+    std::size_t around = 0;
+    for (int k = 0; k < 27; ++k) {
+      around += known.count({c[0] + k % 3 - 1, c[1] + k / 3 % 3 - 1, c[2] + k / 9 - 1});
+    }
+    unsigned own = 0;
+    for (unsigned i = 0; i < 8; ++i) {
+      const auto exists = [&](int x, int y, int z) {
+        return std::size_t{known.count({c[0] + x, c[1] + y, c[2] + z})};
+      };
+      // The eighth x, y, z further, in eighths' sides.
+      const auto f = [&](int x, int y, int z) -> std::size_t {
+        const int at[3] = {static_cast<int>(i & 1) + x, static_cast<int>(i >> 1 & 1) + y,
+                           static_cast<int>(i >> 2) + z};
+        const auto half = [&](int k) { return static_cast<int>(roundedDown(at[k], 2)); };
+        const auto bit = [&](int k) { return at[k] - 2 * half(k); };
+        const Cell cell{c[0] + half(0), c[1] + half(1), c[2] + half(2)};
+        const auto found = known.find(cell);
+        const unsigned set = cell == c ? own : found == known.end() ? 0 : found->second;
+        return set >> (bit(0) + 2 * bit(1) + 4 * bit(2)) & 1;
+      };
+      const auto bits = [](const std::vector<std::size_t>& all) {
+        std::size_t value = 0;
+        for (std::size_t k = 0; k < all.size(); ++k) value |= all[k] << k;
+        return value;
+      };
+      const auto sum = [](const std::vector<std::size_t>& all) {
+        std::size_t value = 0;
+        for (const std::size_t one : all) value += one;
+        return value;
+      };
+      const std::vector<std::size_t> faces{f(-1, 0, 0), f(0, -1, 0), f(0, 0, -1)};
+      const std::vector<std::size_t> inner{faces[0],     faces[1],     faces[2],     f(-1, -1, 0),
+                                           f(-1, 0, -1), f(0, -1, -1), f(-1, -1, -1)};
+      const std::vector<std::size_t> outer{f(1, -1, 0), f(1, 0, -1),  f(0, 1, -1),
+                                           f(1, 1, -1), f(-1, 1, -1), f(1, -1, -1)};
+      const std::size_t far = bits({f(-2, 0, 0), f(0, -2, 0), f(0, 0, -2)});
+      const std::size_t there = bits({exists(-1, 0, 0), exists(0, -1, 0), exists(0, 0, -1)});
+      const int x = (i & 1) != 0 ? 1 : -1, y = (i & 2) != 0 ? 1 : -1, z = (i & 4) != 0 ? 1 : -1;
+      const std::size_t beyond = bits({exists(x, 0, 0), exists(0, y, 0), exists(0, 0, z)});
+      const std::size_t edges =
+          bits({exists(x, y, 0), exists(x, 0, z), exists(0, y, z), exists(x, y, z)});
+      const std::size_t ones =
+          std::min<std::size_t>(3, static_cast<std::size_t>(__builtin_popcount(own)));
+      const std::vector<std::size_t> contexts{
+          own | 1u << i,
+          i + 8 * bits(faces) + 64 * there,
+          beyond + 8 * edges + 128 * bits(faces),
+          i + 8 * beyond + 64 * bits(faces) + 512 * std::min<std::size_t>(2, ones),
+          static_cast<std::size_t>(belief) + 32 * ones + 128 * i,
+          bits(inner) + 128 * i,
+          bits(outer) + 64 * bits(faces) + 512 * ones,
+          far + 8 * bits(faces) + 64 * i + 512 * beyond,
+          std::min<std::size_t>(7, sum(inner) + sum(outer)) + 8 * ones +
+              32 * std::min<std::size_t>(7, around / 2) + 256 * sum(faces) +
+              (belief > 8 ? 1024 : 0)};
+      const std::size_t crowd = std::min<std::size_t>(3, (around - 1) / 3);
+      if (eighths.code(in, false, contexts, {ones + 4 * crowd, i + 8 * bits(faces)})) {
+        own |= 1u << i;
+      }
+    }
+    EXPECT_NE(own, 0u);
+    return own;
+  }
 };
 
 }  // namespace planar_mapping::test

@@ -20,12 +20,16 @@ class BeliefCoder {
   /// \throws Error if a belief that is read is none
   void code(BitCoder& coder, const std::vector<LatticeBundle>& bundles,
             std::vector<std::uint8_t>& beliefs);
+  void forget() { bits_.forget(); }
 
  private:
-  std::uint8_t codeOne(BitCoder& coder, std::uint32_t belief, const std::uint32_t* before);
+  /// \param before beliefs of four cells that are known
+  /// \param around which of eight cells there are
+  std::uint8_t codeOne(BitCoder& coder, std::uint32_t belief, const std::uint32_t* before,
+                       std::uint32_t around);
 
   bool is_flat_;
-  MixedBit bits_{4, 32 << 8, 5};
+  MixedBit bits_{8, 32 * 18 * 18, {5, 5 * 16}};
 };
 
 }  // namespace planar_mapping::detail

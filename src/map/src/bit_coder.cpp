@@ -3,38 +3,40 @@
 #include "bit_coder.h"
 
 #include <algorithm>
+#include <cstdlib>
 
 #include "planar_mapping/core/error.h"
 
 namespace planar_mapping::detail {
 namespace {
 
-constexpr std::int32_t kLargestLogit = 2047;
+constexpr std::int32_t kLargestLogit = 2047;  // of a model
+constexpr std::int32_t kLargestMix = 2815;    // of what they say together
 
-/// 4096 / (1 + exp(-x / 256)), by lines between 33 points.
+/// 65536 / (1 + exp(-x / 256)), by lines between points that are 64 apart.
 std::int32_t squash(std::int32_t x) {
-  static constexpr std::int32_t kTable[33] = {1,    2,    3,    6,    10,   16,   27,   45,   73,
-                                              120,  194,  310,  488,  747,  1101, 1546, 2047, 2549,
-                                              2994, 3348, 3607, 3785, 3901, 3975, 4024, 4050, 4068,
-                                              4079, 4085, 4089, 4092, 4093, 4094};
-  if (x > kLargestLogit) return 4095;
-  if (x < -kLargestLogit) return 0;
-  const std::int32_t part = x & 127;
-  const std::int32_t at = (x >> 7) + 16;
-  return (kTable[at] * (128 - part) + kTable[at + 1] * part + 64) >> 7;
+  static constexpr std::int32_t kTable[45] = {
+      32768, 36843, 40793, 44511, 47911, 50941, 53581, 55834, 57724, 59287, 60565, 61598,
+      62428, 63090, 63615, 64030, 64357, 64614, 64816, 64974, 65097, 65194, 65269, 65328,
+      65374, 65410, 65438, 65459, 65476, 65489, 65500, 65508, 65514, 65519, 65523, 65526,
+      65528, 65530, 65531, 65532, 65533, 65534, 65534, 65535, 65535};
+  const std::int32_t size = std::abs(x);
+  const std::int32_t part = size & 63;
+  const std::int32_t* at = &kTable[size >> 6];
+  const std::int32_t chance = (at[0] * (64 - part) + at[1] * part + 32) >> 6;
+  return x < 0 ? 65536 - chance : chance;
 }
 
-/// Its inverse: the smallest x with squash(x) >= chance.
+/// Its inverse, of chances in 1/4096: the smallest x whose chance is in the middle of the step or
+/// above.
 struct Stretch {
   std::array<std::int16_t, 4096> table{};
   Stretch() {
-    std::int32_t next = 0;
-    for (std::int32_t x = -kLargestLogit; x <= kLargestLogit; ++x) {
-      for (const std::int32_t v = squash(x); next <= v; ++next) {
-        table[static_cast<std::size_t>(next)] = static_cast<std::int16_t>(x);
-      }
+    std::int32_t x = -kLargestLogit;
+    for (std::size_t c = 0; c < table.size(); ++c) {
+      while (x < kLargestLogit && squash(x) < static_cast<std::int32_t>(16 * c + 8)) ++x;
+      table[c] = static_cast<std::int16_t>(x);
     }
-    for (; next < 4096; ++next) table[static_cast<std::size_t>(next)] = kLargestLogit;
   }
 };
 
@@ -43,23 +45,22 @@ const Stretch& stretchTable() {
   return stretch;
 }
 
-/// 4096 / (n + 1.6): how far the n-th bit moves a chance, but no less than 1/60.
+constexpr std::uint32_t kMostSeen = 127;  // so a bit moves a chance by 1/129 at least
+constexpr std::uint32_t kPriorSeen = 4;   // what prior maps count for
+
+/// 65536 / (n + 2): how far the n-th bit moves a chance.
 struct Rates {
-  std::array<std::int32_t, 59> of{};
+  std::array<std::int32_t, kMostSeen + 1> of{};
   constexpr Rates() {
-    for (std::size_t n = 0; n < of.size(); ++n) {
-      of[n] = static_cast<std::int32_t>(40960 / (10 * n + 16));
-    }
+    for (std::size_t n = 0; n < of.size(); ++n) of[n] = static_cast<std::int32_t>(65536 / (n + 2));
   }
 };
 constexpr Rates kRates;
 
-constexpr std::uint32_t kLeastChance = 2;  // of 4096: bounds what a byte can stand for
-
-std::uint32_t clampChance(std::int64_t chance) {
-  return static_cast<std::uint32_t>(
-      std::clamp<std::int64_t>(chance, kLeastChance, 4096 - kLeastChance));
-}
+/// The chance stays this far from certain, of 65536.
+constexpr std::uint32_t kLeastChance = 32;
+constexpr std::uint32_t kLeastMixedChance = 4;
+constexpr std::int64_t kLargestWeight = 1 << 24;  // 256: only what is made to do harm comes there
 
 }  // namespace
 
@@ -69,9 +70,8 @@ BitCoder::BitCoder(const std::uint8_t* data, std::size_t size, std::string what)
 }
 
 bool BitCoder::code(bool bit, std::uint32_t chance) {
-  const std::uint32_t range = high_ - low_;
-  const std::uint32_t middle =
-      low_ + (range >> 12u) * chance + (((range & 0xfffu) * chance) >> 12u);
+  const auto middle =
+      static_cast<std::uint32_t>(low_ + ((std::uint64_t{high_ - low_} * chance) >> 16u));
   if (isReading()) bit = window_ <= middle;
   if (bit) {
     high_ = middle;
@@ -97,7 +97,7 @@ bool BitCoder::code(bool bit, std::uint32_t chance) {
 std::uint64_t BitCoder::plain(std::uint64_t value, int count) {
   std::uint64_t coded = 0;
   for (int i = count - 1; i >= 0; --i) {
-    coded = (coded << 1u) | (code(((value >> i) & 1u) != 0, 2048) ? 1u : 0u);
+    coded = (coded << 1u) | (code(((value >> i) & 1u) != 0, 32768) ? 1u : 0u);
   }
   return coded;
 }
@@ -142,42 +142,68 @@ void BitCoder::fail(const std::string& problem) const {
 }
 
 void AdaptiveBit::update(bool bit) {
-  const std::int32_t target = bit ? 65535 : 0;
-  chance_ = static_cast<std::uint16_t>(chance_ + (((target - chance_) * kRates.of[seen_]) >> 12));
-  if (seen_ + 1u < kRates.of.size()) ++seen_;
+  const std::uint32_t seen = state_ & kCountMask;
+  const auto chance = static_cast<std::int64_t>(state_ >> kCountBits);
+  const std::int64_t target = bit ? (1 << 22) - 1 : 0;
+  const std::int64_t next = chance + (((target - chance) * kRates.of[seen]) >> 16);
+  state_ = static_cast<std::uint32_t>(next) << kCountBits | std::min(seen + 1, kMostSeen);
 }
 
 bool AdaptiveBit::code(BitCoder& coder, bool bit) {
-  bit = coder.code(bit, clampChance(chance_ >> 4u));
+  bit = coder.code(bit, std::clamp(chance(), kLeastChance, 65536 - kLeastChance));
   update(bit);
   return bit;
 }
 
-MixedBit::MixedBit(std::size_t models, std::size_t contexts, std::size_t selectors)
-    : models_(models), contexts_(contexts), bits_(models * contexts) {
-  weights_.assign(models * selectors, static_cast<std::int32_t>(98304 / models));
+void AdaptiveBit::forget() {
+  state_ = (state_ & ~kCountMask) | std::min(state_ & kCountMask, kPriorSeen);
 }
 
-bool MixedBit::code(BitCoder& coder, bool bit, const std::uint32_t* context, std::size_t selector) {
+MixedBit::MixedBit(std::size_t models, std::size_t contexts, Selectors selectors)
+    : models_(models), contexts_(contexts), bits_(models * contexts) {
+  const auto weight = static_cast<std::int32_t>(98304 / models);
+  weights_[0].assign(models * selectors.first, weight);
+  weights_[1].assign(models * selectors.second, weight);
+}
+
+bool MixedBit::code(BitCoder& coder, bool bit, const std::uint32_t* context, Selectors selected) {
   AdaptiveBit* used[kMostModels];
   std::int32_t logit[kMostModels];
-  std::int32_t* weight = &weights_[selector * models_];
-  std::int64_t sum = 0;
   const std::int16_t* stretch = stretchTable().table.data();
   for (std::size_t m = 0; m < models_; ++m) {
     used[m] = &bits_[m * contexts_ + context[m]];
     logit[m] = stretch[used[m]->chance() >> 4u];
-    sum += std::int64_t{weight[m]} * logit[m];
   }
-  const std::uint32_t chance = clampChance(
-      squash(static_cast<std::int32_t>(std::clamp<std::int64_t>(sum >> 16, -2047, 2047))));
-  bit = coder.code(bit, chance);
-  const std::int32_t error = ((bit ? 4096 : 0) - static_cast<std::int32_t>(chance)) * 24;
-  for (std::size_t m = 0; m < models_; ++m) {
-    weight[m] += (logit[m] * error + 0x8000) >> 16;
-    used[m]->update(bit);
+  std::int32_t* const weights[2] = {&weights_[0][selected.first * models_],
+                                    &weights_[1][selected.second * models_]};
+  std::int32_t mixed[2];
+  for (std::size_t i = 0; i < 2; ++i) {
+    std::int64_t sum = 0;
+    for (std::size_t m = 0; m < models_; ++m) sum += std::int64_t{weights[i][m]} * logit[m];
+    mixed[i] =
+        static_cast<std::int32_t>(std::clamp<std::int64_t>(sum >> 16, -kLargestMix, kLargestMix));
   }
+  const auto chance = static_cast<std::uint32_t>(squash((mixed[0] + mixed[1]) >> 1));
+  bit = coder.code(bit, std::clamp(chance, kLeastMixedChance, 65536 - kLeastMixedChance));
+  for (std::size_t i = 0; i < 2; ++i) {
+    const std::int64_t error = (bit ? 65536 : 0) - squash(mixed[i]);
+    for (std::size_t m = 0; m < models_; ++m) {
+      const std::int64_t step = (logit[m] * error + (1 << 14)) >> 15;
+      weights[i][m] = static_cast<std::int32_t>(
+          std::clamp(weights[i][m] + step, -kLargestWeight, kLargestWeight));
+    }
+  }
+  for (std::size_t m = 0; m < models_; ++m) used[m]->update(bit);
   return bit;
+}
+
+void MixedBit::forget() {
+  for (AdaptiveBit& bit : bits_) bit.forget();
+}
+
+void NumberModel::forget() {
+  for (AdaptiveBit& bit : length_) bit.forget();
+  for (AdaptiveBit& bit : upper_) bit.forget();
 }
 
 std::uint64_t NumberModel::code(BitCoder& coder, std::uint64_t value) {
@@ -197,7 +223,7 @@ std::uint64_t NumberModel::code(BitCoder& coder, std::uint64_t value) {
       read = upper_[4 * static_cast<std::size_t>(coded) + node].code(coder, bit);
       node = 2 * node + (read ? 1 : 0);
     } else {
-      read = coder.code(bit, 2048);
+      read = coder.code(bit, 32768);
     }
     result = (result << 1u) | (read ? 1u : 0u);
   }

@@ -20,7 +20,7 @@ class BitCoder {
   BitCoder(const std::uint8_t* data, std::size_t size, std::string what);
 
   bool isReading() const { return data_ != nullptr; }
-  /// \param chance of a one, in 1/4096, within [1, 4095]
+  /// \param chance of a one, in 1/65536, within [1, 65535]
   bool code(bool bit, std::uint32_t chance);
   /// \p count <= 64 bits, all equally likely.
   std::uint64_t plain(std::uint64_t value, int count);
@@ -50,31 +50,42 @@ class BitCoder {
 class AdaptiveBit {
  public:
   /// Of a one, in 1/65536.
-  std::uint32_t chance() const { return chance_; }
+  std::uint32_t chance() const { return state_ >> 16u; }
   void update(bool bit);
   bool code(BitCoder& coder, bool bit);
+  /// Keeps the chance, but lets the next bits move it as if few had been seen.
+  void forget();
 
  private:
-  std::uint16_t chance_ = 32768;
-  std::uint16_t seen_ = 0;
+  static constexpr std::uint32_t kCountBits = 10;
+  static constexpr std::uint32_t kCountMask = (1u << kCountBits) - 1;
+
+  std::uint32_t state_ = 1u << 31u;  ///< the chance in 1/2^22, then how many bits were seen
 };
 
 /// Several contexts' chances for one bit, weighed by how well they did so far (logistic mixing, as
-/// in the PAQ programs), in integers so that every machine computes the same.
+/// in the PAQ programs), in integers so that every machine computes the same. There are two mixes,
+/// with weights of their own that are chosen by a selector each; the bit is coded by their mean.
 class MixedBit {
  public:
-  static constexpr std::size_t kMostModels = 8;
+  static constexpr std::size_t kMostModels = 11;
+  /// Which weights the two mixes take.
+  struct Selectors {
+    std::size_t first;
+    std::size_t second;
+  };
   /// \param contexts  numbers of contexts of each model
-  /// \param selectors sets of weights
-  MixedBit(std::size_t models, std::size_t contexts, std::size_t selectors);
+  /// \param selectors numbers of sets of weights of each mix
+  MixedBit(std::size_t models, std::size_t contexts, Selectors selectors);
   /// \param context one of each model
-  bool code(BitCoder& coder, bool bit, const std::uint32_t* context, std::size_t selector);
+  bool code(BitCoder& coder, bool bit, const std::uint32_t* context, Selectors selected);
+  void forget();
 
  private:
   std::size_t models_;
   std::size_t contexts_;
   std::vector<AdaptiveBit> bits_;
-  std::vector<std::int32_t> weights_;
+  std::array<std::vector<std::int32_t>, 2> weights_;
 };
 
 /// Numbers of unknown size: how many bits, then the bits, the upper ones of them learnt.
@@ -84,6 +95,7 @@ class NumberModel {
   std::int64_t codeSigned(BitCoder& coder, std::int64_t value);
   /// A signed number within [low, high]. \throws Error when reading another one
   std::int64_t codeWithin(BitCoder& coder, std::int64_t value, std::int64_t low, std::int64_t high);
+  void forget();
 
  private:
   std::array<AdaptiveBit, 65> length_;
@@ -101,9 +113,18 @@ class SymbolModel {
     }
     return node - (1u << kBits);
   }
+  void forget() {
+    for (AdaptiveBit& bit : bits_) bit.forget();
+  }
 
  private:
   std::array<AdaptiveBit, std::size_t{1} << kBits> bits_;
 };
+
+/// Calls forget() of each.
+template <typename... Models>
+void forgetAll(Models&... models) {
+  (models.forget(), ...);
+}
 
 }  // namespace planar_mapping::detail

@@ -9,11 +9,12 @@
 namespace planar_mapping::detail {
 namespace {
 
-constexpr std::size_t kModels = 8;
+constexpr std::size_t kModels = 11;
 constexpr std::size_t kContexts = std::size_t{1} << 12u;
-constexpr std::uint8_t kMixed = 3;   ///< label of a bundle whose cells differ
-constexpr std::uint8_t kNotYet = 3;  ///< value of a cell that is not known yet
-constexpr std::int32_t kRim = 2;     ///< how far neighbours are looked at
+constexpr std::size_t kNearest = 64;  ///< values of context 0
+constexpr std::uint8_t kMixed = 3;    ///< label of a bundle whose cells differ
+constexpr std::uint8_t kNotYet = 3;   ///< value of a cell that is not known yet
+constexpr std::int32_t kRim = 2;      ///< how far neighbours are looked at
 constexpr std::int32_t kRegionSide = 8;
 constexpr std::uint64_t kAll = ~std::uint64_t{0};
 
@@ -28,35 +29,50 @@ struct Window {
   std::size_t index(std::int32_t x, std::int32_t y, std::int32_t z) const {
     return static_cast<std::size_t>((x + kRim) + row * (y + kRim) + slice * (flat_ ? 0 : z + kRim));
   }
-  /// The contexts of the value at \p i: groups of six neighbours, two bits each.
-  void contexts(std::size_t i, std::uint32_t* context) const {
+  /// The contexts of the value at \p i: groups of up to six neighbours, two bits each.
+  /// \param place of the value in its bundle or region, below 64
+  void contexts(std::size_t i, std::uint32_t place, std::uint32_t* context) const {
     const std::uint8_t* at = &values[i];
-    const std::int32_t y = row;
     // In a plane there is nothing above and below.
     const auto get = [&](std::int32_t dx, std::int32_t dy, std::int32_t dz) -> std::uint32_t {
       if (flat_ && dz != 0) return 0;
-      return at[dx + dy * y + dz * slice];
+      return at[dx + dy * row + dz * slice];
     };
     const auto group = [](std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d,
                           std::uint32_t e, std::uint32_t f) {
       return a | b << 2u | c << 4u | d << 6u | e << 8u | f << 10u;
     };
     const std::uint32_t left = get(-1, 0, 0), back = get(0, -1, 0), below = get(0, 0, -1);
+    const std::uint32_t right = get(1, 0, 0), front = get(0, 1, 0), above = get(0, 0, 1);
     const std::uint32_t left2 = get(-2, 0, 0), back2 = get(0, -2, 0), below2 = get(0, 0, -2);
+    const std::uint32_t back_left = get(-1, -1, 0), back_right = get(1, -1, 0);
     context[0] = group(left, back, below, 0, 0, 0);
-    context[1] = group(left, back, below, get(-1, -1, 0), get(-1, 0, -1), get(0, -1, -1));
-    context[2] = group(left, back, below, get(1, -1, 0), get(1, 0, -1), get(0, 1, -1));
+    context[1] = group(left, back, below, back_left, get(-1, 0, -1), get(0, -1, -1));
+    context[2] = group(left, back, below, back_right, get(1, 0, -1), get(0, 1, -1));
     context[3] = group(left, back, below, left2, back2, below2);
-    context[4] = group(left, back, below, get(1, 0, 0), get(0, 1, 0), get(0, 0, 1));
-    context[5] = group(get(-1, -1, 0), get(1, -1, 0), get(-2, -1, 0), get(2, -1, 0), get(-1, -2, 0),
-                       get(1, -2, 0));
+    context[4] = group(left, back, below, right, front, above);
+    context[5] =
+        group(back_left, back_right, get(-2, -1, 0), get(2, -1, 0), get(-1, -2, 0), get(1, -2, 0));
     context[6] =
-        flat_ ? group(left, back, get(1, -1, 0), get(2, -1, 0), left2, get(-1, -1, 0))
+        flat_ ? group(left, back, back_right, get(2, -1, 0), left2, back_left)
               : group(get(-1, 0, -1), get(1, 0, -1), get(0, -1, -1), get(0, 1, -1), below, below2);
-    // One bit each, is it 2 or not known: the nine below and three of the same slice.
-    std::uint32_t bits = 0;
-    for (std::int32_t k = 8; k >= 0; --k) bits = bits << 1u | get(k % 3 - 1, k / 3 - 1, -1) >> 1u;
-    context[7] = bits | left >> 1u << 9u | back >> 1u << 10u | get(1, -1, 0) >> 1u << 11u;
+    context[7] = context[0] | place << 6u;
+    context[8] = flat_ ? group(left, back, right, front, back_left, back_right)
+                       : group(left, back, right, front, above, below2);
+    context[9] = context[10] = 0;
+    if (flat_) {
+      context[9] = group(left, back, left2, back2, back_left, back_right);
+      return;
+    }
+    // One bit each, the upper or the lower one: the nine below and three of the same slice.
+    for (std::int32_t k = 0; k < 12; ++k) {
+      const std::uint32_t value = k < 9     ? get(k % 3 - 1, k / 3 - 1, -1)
+                                  : k == 9  ? left
+                                  : k == 10 ? back
+                                            : back_right;
+      context[9] |= (value & 1u) << k;
+      context[10] |= (value >> 1u) << k;
+    }
   }
 
  private:
@@ -75,6 +91,15 @@ Int3 regionOf(int dimensions, const Int3& at) {
 
 bool isBefore(const Int3& a, const Int3& b) {
   return std::tie(a.z, a.y, a.x) < std::tie(b.z, b.y, b.x);
+}
+
+bool codeDecision(BitCoder& coder, MixedBit& model, bool bit, const std::uint32_t* context,
+                  std::size_t decision) {
+  std::uint32_t own[kModels];
+  for (std::size_t m = 0; m < kModels; ++m) {
+    own[m] = context[m] + static_cast<std::uint32_t>(decision * kContexts);
+  }
+  return model.code(coder, bit, own, {decision, decision * kNearest + context[0]});
 }
 
 }  // namespace
@@ -135,8 +160,13 @@ class LatticeCoder::Grid {
 LatticeCoder::LatticeCoder(int dimensions, bool with_twos)
     : dimensions_(dimensions),
       with_twos_(with_twos),
-      labels_(kModels, 3 * kContexts, 3),
-      cells_(kModels, 2 * kContexts, 2) {}
+      labels_(kModels, 3 * kContexts, {3, 3 * kNearest}),
+      cells_(kModels, 2 * kContexts, {2, 2 * kNearest}) {}
+
+void LatticeCoder::forget() {
+  forgetAll(labels_, cells_, uniform_, uniform_label_, count_, corner_, step_, next_, same_row_,
+            same_slab_);
+}
 
 void LatticeCoder::codeRegions(BitCoder& coder, std::vector<Int3>& regions) {
   const std::size_t n = static_cast<std::size_t>(count_.code(coder, regions.size()));
@@ -199,16 +229,16 @@ void LatticeCoder::codeLabels(BitCoder& coder, Grid& grid, Region& region) {
   Window window(kRegionSide, dimensions_);
   grid.fill(region, window);
   std::uint32_t context[kModels];
+  // First, last or between: labels of later regions are not known.
+  const auto edge = [](std::int32_t i) { return i == 0 ? 0u : i == kRegionSide - 1 ? 2u : 1u; };
   for (std::int32_t z = 0; z < grid.depth(); ++z) {
     for (std::int32_t y = 0; y < kRegionSide; ++y) {
       for (std::int32_t x = 0; x < kRegionSide; ++x) {
         std::uint8_t& label = labels[grid.indexOf({x, y, z})];
         const std::size_t at = window.index(x, y, z);
-        window.contexts(at, context);
-        const auto decide = [&](bool bit, std::uint32_t decision) {
-          std::uint32_t own[kModels];
-          for (std::size_t m = 0; m < kModels; ++m) own[m] = context[m] + decision * kContexts;
-          return labels_.code(coder, bit, own, decision);
+        window.contexts(at, edge(x) + 3 * edge(y) + 9 * edge(z), context);
+        const auto decide = [&](bool bit, std::size_t decision) {
+          return codeDecision(coder, labels_, bit, context, decision);
         };
         if (decide(label == kMixed, 0)) {
           label = kMixed;
@@ -276,14 +306,12 @@ void LatticeCoder::codeCells(BitCoder& coder, Grid& grid, Region& region, std::s
   for (int bit = 0; bit < 64; ++bit) {
     const std::size_t i =
         window.index(bit & (side - 1), bit >> shift & (side - 1), flat ? 0 : bit >> 4);
-    window.contexts(i, context);
-    bool two = false;
-    if (with_twos_) two = cells_.code(coder, (twos >> bit & 1u) != 0, context, 0);
-    bool one = false;
-    if (!two) {
-      for (std::uint32_t& c : context) c += kContexts;
-      one = cells_.code(coder, (ones >> bit & 1u) != 0, context, 1);
-    }
+    window.contexts(i, static_cast<std::uint32_t>(bit), context);
+    const auto decide = [&](std::uint64_t of, std::size_t decision) {
+      return codeDecision(coder, cells_, (of >> bit & 1u) != 0, context, decision);
+    };
+    const bool two = with_twos_ && decide(twos, 0);
+    const bool one = !two && decide(ones, 1);
     own.ones |= std::uint64_t{one} << bit;
     own.twos |= std::uint64_t{two} << bit;
     window.values[i] = two ? 2 : one ? 1 : 0;

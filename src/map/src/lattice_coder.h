@@ -40,6 +40,7 @@ class LatticeCoder {
   /// Codes bundles that are sorted and have a cell each; when reading, fills the list.
   /// \throws Error
   void code(BitCoder& coder, std::vector<LatticeBundle>& bundles, LatticeCount& count);
+  void forget();
 
  private:
   struct Region;

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "bit_coder.h"
 #include "lattice_coder.h"
 #include "map_data.h"
 
@@ -40,9 +39,5 @@ struct MapRecord {
 MapRecord recordOf(const MapData& map);
 /// \throws Error if the parts do not fit each other
 MapData mapOf(const MapRecord& record);
-
-/// Codes the record or, when reading, fills it. \return the fewest bytes it must take
-/// \throws Error
-std::size_t codeRecord(BitCoder& coder, MapRecord& record);
 
 }  // namespace planar_mapping::detail

@@ -5,73 +5,103 @@
 #include <algorithm>
 #include <array>
 
+#include "belief.h"
 #include "cell_layer.h"
 #include "key_map.h"
 
 namespace planar_mapping::detail {
 
-void codeOctants(BitCoder& coder, const std::vector<LatticeBundle>& blocks,
-                 std::vector<std::uint8_t>& octants) {
-  KeyMap<std::uint8_t> known;  // by cell; 0 until it is coded
-  for (const LatticeBundle& b : blocks) {
-    for (std::uint64_t bits = b.ones; bits != 0; bits &= bits - 1) {
-      known.insert(packKey(CellLayer::cellOf(b.at, __builtin_ctzll(bits))));
-    }
+/// The 27 cells around one and itself; the one at (dx, dy, dz) is 13 + dx + 3 dy + 9 dz.
+struct OctantCoder::Around {
+  std::array<std::uint32_t, 27> exists{};
+  std::array<std::uint32_t, 27> octants{};  ///< 0 until they are coded
+
+  /// Whether the eighth at (dx, dy, dz) from the eighth \p i of the middle cell is known to hold
+  /// points; \p own are the eighths of that cell that are known.
+  std::uint32_t isSet(std::uint32_t i, std::uint32_t own, int dx, int dy, int dz) const {
+    const int x = static_cast<int>(i & 1u) + dx;
+    const int y = static_cast<int>(i >> 1u & 1u) + dy;
+    const int z = static_cast<int>(i >> 2u) + dz;
+    const int cell = 13 + (x >> 1) + 3 * (y >> 1) + 9 * (z >> 1);
+    const std::uint32_t set = cell == 13 ? own : octants[static_cast<std::size_t>(cell)];
+    return set >> ((x & 1) | (y & 1) << 1 | (z & 1) << 2) & 1u;
   }
-  constexpr std::size_t kContexts = 2048;
-  MixedBit eighths(7, kContexts, 1);
+};
+
+std::uint8_t OctantCoder::codeOne(BitCoder& coder, std::uint32_t octants, std::uint32_t belief,
+                                  const Around& around) {
+  const auto exists = [&](int step) { return around.exists[static_cast<std::size_t>(13 + step)]; };
+  std::uint32_t cells = 0;
+  for (const std::uint32_t e : around.exists) cells += e;
+  const std::uint32_t before = exists(-1) | exists(-3) << 1u | exists(-9) << 2u;
+  const std::size_t crowd = std::min((cells - 1) / 3, 3u);
+  std::uint32_t own = 0;
+  for (std::uint32_t i = 0; i < 8; ++i) {
+    const auto set = [&](int dx, int dy, int dz) { return around.isSet(i, own, dx, dy, dz); };
+    const std::uint32_t faces = set(-1, 0, 0) | set(0, -1, 0) << 1u | set(0, 0, -1) << 2u;
+    const std::uint32_t inner = faces | set(-1, -1, 0) << 3u | set(-1, 0, -1) << 4u |
+                                set(0, -1, -1) << 5u | set(-1, -1, -1) << 6u;
+    const std::uint32_t outer = set(1, -1, 0) | set(1, 0, -1) << 1u | set(0, 1, -1) << 2u |
+                                set(1, 1, -1) << 3u | set(-1, 1, -1) << 4u | set(1, -1, -1) << 5u;
+    const std::uint32_t far = set(-2, 0, 0) | set(0, -2, 0) << 1u | set(0, 0, -2) << 2u;
+    // The cells beyond this eighth's outer faces, edges and corner.
+    const int dx = (i & 1u) != 0 ? 1 : -1;
+    const int dy = (i & 2u) != 0 ? 3 : -3;
+    const int dz = (i & 4u) != 0 ? 9 : -9;
+    const std::uint32_t beyond = exists(dx) | exists(dy) << 1u | exists(dz) << 2u;
+    const std::uint32_t edges = exists(dx + dy) | exists(dx + dz) << 1u | exists(dy + dz) << 2u |
+                                exists(dx + dy + dz) << 3u;
+    const auto count = [](std::uint32_t bits) {
+      return static_cast<std::uint32_t>(__builtin_popcount(bits));
+    };
+    const std::uint32_t ones = std::min(count(own), 3u);
+    const std::uint32_t context[] = {own | 1u << i,
+                                     i | faces << 3u | before << 6u,
+                                     beyond | edges << 3u | faces << 7u,
+                                     i | beyond << 3u | faces << 6u | std::min(ones, 2u) << 9u,
+                                     belief | ones << 5u | i << 7u,
+                                     inner | i << 7u,
+                                     outer | faces << 6u | ones << 9u,
+                                     far | faces << 3u | i << 6u | beyond << 9u,
+                                     std::min(count(inner) + count(outer), 7u) | ones << 3u |
+                                         std::min(cells / 2, 7u) << 5u | count(faces) << 8u |
+                                         (2 * belief > kCertain ? 1u : 0u) << 10u};
+    const bool bit = eighths_.code(coder, (octants >> i & 1u) != 0, context,
+                                   {ones | crowd << 2u, i | faces << 3u});
+    own |= (bit ? 1u : 0u) << i;
+  }
+  if (own == 0) coder.fail("has a cell that holds no point");
+  return static_cast<std::uint8_t>(own);
+}
+
+void OctantCoder::code(BitCoder& coder, const std::vector<LatticeBundle>& blocks,
+                       const std::vector<std::uint8_t>& beliefs,
+                       std::vector<std::uint8_t>& octants) {
+  KeyMap<std::uint8_t> known;  // by cell
+  const auto forEachCell = [&](auto&& visit) {
+    for (const LatticeBundle& b : blocks) {
+      for (std::uint64_t bits = b.ones; bits != 0; bits &= bits - 1) {
+        visit(CellLayer::cellOf(b.at, __builtin_ctzll(bits)));
+      }
+    }
+  };
+  forEachCell([&](const Int3& c) { known.insert(packKey(c)); });
+  octants.resize(known.size());
+  const auto fits = [](std::int32_t v) { return v >= -kLatticeLimit && v < kLatticeLimit; };
   std::size_t next = 0;
-  for (const LatticeBundle& b : blocks) {
-    for (std::uint64_t bits = b.ones; bits != 0; bits &= bits - 1) {
-      const Int3 c = CellLayer::cellOf(b.at, __builtin_ctzll(bits));
-      // The cells around this one, and their eighths.
-      std::array<std::uint32_t, 27> is_there{}, there_are{};
-      for (std::int32_t k = 0; k < 27; ++k) {
-        const Int3 at{c.x + k % 3 - 1, c.y + k / 3 % 3 - 1, c.z + k / 9 - 1};
-        const auto fits = [](std::int32_t v) { return v >= -kLatticeLimit && v < kLatticeLimit; };
-        if (!fits(at.x) || !fits(at.y) || !fits(at.z)) continue;
-        const std::uint8_t* found = known.find(packKey(at));
-        is_there[static_cast<std::size_t>(k)] = found != nullptr ? 1 : 0;
-        there_are[static_cast<std::size_t>(k)] = found != nullptr ? *found : 0;
-      }
-      const std::uint32_t left = there_are[12], back = there_are[10], below = there_are[4];
-      std::uint8_t& value = octants[next++];
-      std::uint32_t node = 1;  // the bits so far below a one
-      for (std::uint32_t i = 0; i < 8; ++i) {
-        // The eighths on the other sides of this one's faces, in this cell or the one before.
-        const std::uint32_t own = node & ((1u << i) - 1);
-        const std::uint32_t x = (i & 1u) != 0 ? own >> (i ^ 1u) & 1u : left >> (i ^ 1u) & 1u;
-        const std::uint32_t y = (i & 2u) != 0 ? own >> (i ^ 2u) & 1u : back >> (i ^ 2u) & 1u;
-        const std::uint32_t z = (i & 4u) != 0 ? own >> (i ^ 4u) & 1u : below >> (i ^ 4u) & 1u;
-        const std::uint32_t there =
-            (left != 0 ? 1u : 0u) | (back != 0 ? 2u : 0u) | (below != 0 ? 4u : 0u);
-        // The cells beyond this eighth's outer faces, edges and corner.
-        const int dx = (i & 1u) != 0 ? 1 : -1;
-        const int dy = (i & 2u) != 0 ? 3 : -3;
-        const int dz = (i & 4u) != 0 ? 9 : -9;
-        const auto has = [&](int step) { return is_there[static_cast<std::size_t>(13 + step)]; };
-        const std::uint32_t nx = has(dx), ny = has(dy), nz = has(dz);
-        const std::uint32_t beyond = nx | ny << 1u | nz << 2u;
-        const std::uint32_t corner =
-            has(dx + dy) | has(dx + dz) << 1u | has(dy + dz) << 2u | has(dx + dy + dz) << 3u;
-        const auto ones = static_cast<std::uint32_t>(__builtin_popcount(own));
-        const std::uint32_t faces = x | y << 1u | z << 2u;
-        const std::uint32_t context[7] = {
-            own | 1u << i,
-            i | faces << 3u | there << 6u,
-            i | left << 3u,
-            i | below << 3u,
-            beyond | corner << 3u | faces << 7u,
-            i | beyond << 3u | faces << 6u | std::min(ones, 2u) << 9u,
-            std::min(ones, 3u) | (x + y + z) << 2u | (nx + ny + nz) << 4u};
-        const bool bit = eighths.code(coder, (value >> i & 1u) != 0, context, 0);
-        node = own | (bit ? 1u << i : 0u) | 2u << i;
-      }
-      value = static_cast<std::uint8_t>(node);
-      if (value == 0) coder.fail("has a cell that holds no point");
-      known[packKey(c)] = value;
+  forEachCell([&](const Int3& c) {
+    Around around;
+    for (std::int32_t k = 0; k < 27; ++k) {
+      const Int3 at{c.x + k % 3 - 1, c.y + k / 3 % 3 - 1, c.z + k / 9 - 1};
+      if (!fits(at.x) || !fits(at.y) || !fits(at.z)) continue;
+      const std::uint8_t* found = known.find(packKey(at));
+      if (found == nullptr) continue;
+      around.exists[static_cast<std::size_t>(k)] = 1;
+      around.octants[static_cast<std::size_t>(k)] = *found;
     }
-  }
+    octants[next] = codeOne(coder, octants[next], beliefs[next], around);
+    known[packKey(c)] = octants[next++];
+  });
 }
 
 }  // namespace planar_mapping::detail

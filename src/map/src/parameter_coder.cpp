@@ -38,14 +38,31 @@ double codeDouble(BitCoder& coder, double value) {
   return value;
 }
 
-void codeParams(BitCoder& coder, PlanarMapParams& p) {
+double ParameterCoder::codeNew(BitCoder& coder, double value) {
+  std::int64_t digits = 0;
+  int places = 0;
+  if (!decimal_.code(coder, isDecimal(value, digits, places))) return codeDouble(coder, value);
+  places = static_cast<int>(places_.code(coder, static_cast<std::uint32_t>(places)));
+  return fromDecimal(digits_.codeWithin(coder, digits, -kMostDigits, kMostDigits), places);
+}
+
+double ParameterCoder::codeOne(BitCoder& coder, Known& known, double value) {
+  for (std::size_t i = 0; i < known.values.size(); ++i) {
+    if (known.is_value[i].code(coder, value == known.values[i])) return known.values[i];
+  }
+  value = codeNew(coder, value);
+  if (known.values.size() < kMostKnown) known.values.push_back(value);
+  return value;
+}
+
+void ParameterCoder::code(BitCoder& coder, PlanarMapParams& p) {
   CuboidApproximationParams& a = p.approximation;
   // The usual values are part of the format: they stay what they are when defaults change.
   struct Parameter {
     double* value;
     double usual;
   };
-  const Parameter parameters[] = {
+  const std::array<Parameter, 26> parameters = {{
       {&a.resolution, 0.1},
       {&a.thickness, 0.0},
       {&a.density_threshold, 0.9},
@@ -72,32 +89,24 @@ void codeParams(BitCoder& coder, PlanarMapParams& p) {
       {&p.surface_factor, 3.0},
       {&p.refit_tolerance, 0.1},
       {&p.range_image_step, 0.0087},
-  };
-  AdaptiveBit usual, decimal;
-  SymbolModel<3> places;
-  NumberModel digits;
-  for (const Parameter& parameter : parameters) {
-    if (usual.code(coder, *parameter.value == parameter.usual)) {
-      *parameter.value = parameter.usual;
-      continue;
-    }
-    std::int64_t digit = 0;
-    int place = 0;
-    if (!decimal.code(coder, isDecimal(*parameter.value, digit, place))) {
-      *parameter.value = codeDouble(coder, *parameter.value);
-      continue;
-    }
-    place = static_cast<int>(places.code(coder, static_cast<std::uint32_t>(place)));
-    digit = digits.codeWithin(coder, digit, -kMostDigits, kMostDigits);
-    *parameter.value = fromDecimal(digit, place);
+  }};
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    if (known_[i].values.empty()) known_[i].values.push_back(parameters[i].usual);
+    *parameters[i].value = codeOne(coder, known_[i], *parameters[i].value);
   }
-  a.profile = coder.plain(a.profile == Profile::Compact ? 1 : 0, 1) != 0 ? Profile::Compact
-                                                                         : Profile::Paper;
-  p.unknown_space = coder.plain(p.unknown_space ? 1 : 0, 1) != 0;
-  NumberModel points;
+  a.profile =
+      compact_.code(coder, a.profile == Profile::Compact) ? Profile::Compact : Profile::Paper;
+  p.unknown_space = unknown_space_.code(coder, p.unknown_space);
   a.min_points_per_cell =
-      static_cast<int>(points.codeWithin(coder, a.min_points_per_cell, 0, 1000000000));
+      static_cast<int>(min_points_.codeWithin(coder, a.min_points_per_cell, 0, 1000000000));
   if (coder.isReading()) p.validate();
+}
+
+void ParameterCoder::forget() {
+  forgetAll(decimal_, compact_, unknown_space_, places_, digits_, min_points_);
+  for (Known& known : known_) {
+    for (AdaptiveBit& bit : known.is_value) bit.forget();
+  }
 }
 
 }  // namespace planar_mapping::detail

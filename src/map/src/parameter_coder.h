@@ -2,6 +2,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
+#include <cstddef>
+#include <vector>
+
 #include "bit_coder.h"
 #include "planar_mapping/map/planar_map.h"
 
@@ -9,7 +13,28 @@ namespace planar_mapping::detail {
 
 /// All 64 bits of a number.
 double codeDouble(BitCoder& coder, double value);
-/// The parameters of a map (docs/file_format.md, "Content"). \throws Error, ParameterError
-void codeParams(BitCoder& coder, PlanarMapParams& p);
+
+/// The parameters of a map (docs/file_format.md, "Content").
+class ParameterCoder {
+ public:
+  /// \throws Error, ParameterError
+  void code(BitCoder& coder, PlanarMapParams& p);
+  void forget();
+
+ private:
+  static constexpr std::size_t kMostKnown = 8;
+  /// A parameter and the values that maps had so far.
+  struct Known {
+    std::vector<double> values;
+    std::array<AdaptiveBit, kMostKnown> is_value;
+  };
+  double codeOne(BitCoder& coder, Known& known, double value);
+  double codeNew(BitCoder& coder, double value);
+
+  std::array<Known, 26> known_;
+  AdaptiveBit decimal_, compact_, unknown_space_;
+  SymbolModel<3> places_;
+  NumberModel digits_, min_points_;
+};
 
 }  // namespace planar_mapping::detail

@@ -41,13 +41,13 @@ TEST_P(FileFormat, IsReadByAReaderWrittenFromItsDescription) {
   const Bytes file = map.serialize();
   const PmapReader read(file);
   EXPECT_EQ(read.in.end(), read.in.bytes.size());
-  EXPECT_EQ(read.compact, GetParam() == Profile::Compact);
-  EXPECT_TRUE(read.unknown);
-  EXPECT_EQ(read.min_points, 1);
-  const double s = read.parameters[0];
+  EXPECT_EQ(read.is_compact, GetParam() == Profile::Compact);
+  EXPECT_TRUE(read.has_unknown);
+  EXPECT_EQ(read.min_points_per_cell, 1);
+  const double s = read.values[0];
   EXPECT_EQ(s, 0.1);
-  EXPECT_EQ(read.parameters[13], 1.0 / 3.0);
-  EXPECT_EQ(read.parameters[15], 8.0);
+  EXPECT_EQ(read.values[13], 1.0 / 3.0);
+  EXPECT_EQ(read.values[15], 8.0);
 
   ASSERT_EQ(read.poses.size(), 3u);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -61,7 +61,7 @@ TEST_P(FileFormat, IsReadByAReaderWrittenFromItsDescription) {
   }
 
   ASSERT_EQ(read.planes.size(), map.planes().size());
-  EXPECT_GE(read.next_id, static_cast<std::int64_t>(map.planes().size()));
+  EXPECT_GE(read.next_plane_id, static_cast<std::int64_t>(map.planes().size()));
   for (std::size_t k = 0; k < read.planes.size(); ++k) {
     const ReadPlane& plane = read.planes[k];
     const MapPlane& own = map.planes()[k];
@@ -98,7 +98,7 @@ TEST_P(FileFormat, IsReadByAReaderWrittenFromItsDescription) {
   EXPECT_LE(read.region_frames[0], 2);
 
   std::size_t not_occupied = 0;
-  for (const auto& [c, value] : read.space) {
+  for (const auto& [c, value] : read.space_cells) {
     const Vector3 centre = s * Vector3(c[0] + 0.5, c[1] + 0.5, c[2] + 0.5);
     if (value == 1) {
       EXPECT_FALSE(map.isUnknown(centre));
@@ -114,12 +114,12 @@ INSTANTIATE_TEST_SUITE_P(Profiles, FileFormat, testing::Values(Profile::Compact,
 
 TEST(FileFormat, DescribesTheEmptyMap) {
   const Bytes file = PlanarMap().serialize();
-  EXPECT_LT(file.size(), 40u);
+  EXPECT_LT(file.size(), 20u);
   const PmapReader read(file);
   EXPECT_TRUE(read.poses.empty());
   EXPECT_TRUE(read.planes.empty());
   EXPECT_TRUE(read.cells.empty());
-  EXPECT_TRUE(read.space.empty());
+  EXPECT_TRUE(read.space_cells.empty());
   EXPECT_EQ(read.in.end(), read.in.bytes.size());
 }
 
@@ -133,10 +133,10 @@ TEST(FileFormat, AnglesGivenInDegreesTakeNoMoreBytes) {
   EXPECT_NO_THROW(PlanarMap(PlanarMap(steepest).params()));
 }
 
-/// Files written by the release before version 3, of three frames each.
+/// Files written in version 2, of three frames each.
 class Version2 : public testing::TestWithParam<const char*> {};
 
-TEST_P(Version2, IsReadAndSavedAsVersion3) {
+TEST_P(Version2, IsReadAndSavedAsVersion4) {
   const std::string path =
       std::string(PLANAR_MAPPING_SOURCE_DIR) + "/tests/data/version2_" + GetParam() + ".pmap";
   std::ifstream stream(path, std::ios::binary);
@@ -155,7 +155,7 @@ TEST_P(Version2, IsReadAndSavedAsVersion3) {
   EXPECT_TRUE(map.isFree({0.0, 3.0, 1.6}));
   EXPECT_TRUE(map.isUnknown({0.0, 6.0, 1.2}));
   const Bytes saved = map.serialize();
-  EXPECT_EQ(saved[8], 3);
+  EXPECT_EQ(saved[4], 4);
   EXPECT_LT(saved.size() * 4, file.size());
   const PlanarMap again = PlanarMap::deserialize(saved.data(), saved.size());
   EXPECT_EQ(again.serialize(), saved);

@@ -228,7 +228,7 @@ TEST(HostileVersion2File, LoadsQuicklyWithManyPatchesThatAreAlmostEmpty) {
 }
 
 TEST(HostileVersion2File, SaysWhatIsWrong) {
-  expectSaysWhatIsWrong(smallFile(), 9);
+  expectSaysWhatIsWrong(smallFile(), 8, 9);
 }
 
 }  // namespace
