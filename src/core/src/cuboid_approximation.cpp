@@ -192,8 +192,9 @@ std::vector<Cuboid> approximateCuboids(const PointsView& points, const Indices* 
       counts.dropped_points += static_cast<std::size_t>(cell.weight);
     }
   }
-  const std::vector<Cuboid> boxes = compact ? coverRest(cells.cells, pieces, cuboids, params)
-                                            : cuboidsOfCells(cells.cells, params, sensor);
+  const std::vector<Cuboid> boxes =
+      compact ? coverRest(cells.cells, pieces, cuboids, {}, params, CoverEffort::Quick).boxes
+              : cuboidsOfCells(cells.cells, params, sensor);
   cuboids.insert(cuboids.end(), boxes.begin(), boxes.end());
   counts.non_planar_cuboids = boxes.size();
   if (diagnostics) *diagnostics = counts;

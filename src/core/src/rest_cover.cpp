@@ -27,14 +27,16 @@ constexpr int kWindowBits = 8;
 /// A window may have this many half cells for each element, beyond a small one.
 constexpr double kVolumePerElement = 512.0;
 constexpr double kSmallVolume = 1 << 22;
+/// What is covered again may have as many as this, however few hold something.
+constexpr double kMostVolume = 1 << 26;
 
 ElementRange rangeOf(const std::vector<Element>& elements, std::size_t first, std::size_t last) {
   return {elements.data() + first, elements.data() + last};
 }
 
-/// May all elements share one window?
-bool isCompactSet(const std::vector<Element>& elements) {
-  if (elements.empty()) return true;
+/// Half cells of the least box that holds all elements.
+double volumeOf(const std::vector<Element>& elements) {
+  if (elements.empty()) return 0.0;
   HalfCell low = elements.front().at;
   HalfCell high = low;
   for (const Element& e : elements) {
@@ -45,6 +47,12 @@ bool isCompactSet(const std::vector<Element>& elements) {
   }
   double volume = 1.0;
   for (std::size_t k = 0; k < 3; ++k) volume *= static_cast<double>(high[k] - low[k] + 1);
+  return volume;
+}
+
+/// May all elements share one window?
+bool isCompactSet(const std::vector<Element>& elements) {
+  const double volume = volumeOf(elements);
   if (volume <= kSmallVolume) return true;
   return volume <=
          kSmallVolume + kVolumePerElement * static_cast<double>(detail::countHalfCells(elements));
@@ -72,7 +80,7 @@ class RestSearch {
 
   /// Boxes for what \p boxes stand for, if fewer are found.
   std::vector<Cuboid> runAgain(const std::vector<Cuboid>& boxes) {
-    if (!isCompactSet(elements_)) return boxes;
+    if (volumeOf(elements_) > kMostVolume) return boxes;
     RestWindow window(rangeOf(elements_, 0, elements_.size()), params_);
     std::vector<CuboidReach> own;
     for (const Cuboid& c : boxes) own.emplace_back(c, margin_);

@@ -20,8 +20,12 @@ namespace {
 constexpr std::int32_t kFarthest = 4;
 /// Half cells between boxes of which one stands for what is beside the other.
 constexpr std::int32_t kNear = 2;
-/// More are covered anew face by face: the time grows faster than the number.
-constexpr std::size_t kMostBoxes = 1024;
+/// More, or farther apart, are covered anew face by face: a group takes time as a whole, and a grid
+/// around it memory.
+constexpr std::size_t kMostBoxes = 16384;
+constexpr double kMostVolume = 1 << 26;  ///< half cells
+/// So many around a group have to do with it at most, on both sides together.
+constexpr std::int32_t kAround = 24;
 /// Boxes are looked up in cubes of 2^5 half cells.
 constexpr int kCubeBits = 5;
 
@@ -57,7 +61,7 @@ class Grouping {
     linkNeighbours();
     std::vector<std::vector<std::uint32_t>> groups;
     for (std::vector<std::uint32_t>& part : parts()) {
-      if (part.size() <= kMostBoxes) {
+      if (part.size() <= kMostBoxes && volumeOf(part) <= kMostVolume) {
         groups.push_back(std::move(part));
       } else {
         addFaces(part, groups);
@@ -104,6 +108,20 @@ class Grouping {
     if (gap > kFarthest) return;
     parent_[root(i)] = root(j);
     if (gap <= kNear && regionOf(i) != regionOf(j)) across_.emplace_back(i, j);
+  }
+
+  /// Half cells of the least box around all that has to do with them.
+  double volumeOf(const std::vector<std::uint32_t>& part) const {
+    Extent hull = extents_[part.front()];
+    for (const std::uint32_t i : part) {
+      const Extent& e = extents_[i];
+      hull.low = {std::min(hull.low.x, e.low.x), std::min(hull.low.y, e.low.y),
+                  std::min(hull.low.z, e.low.z)};
+      hull.high = {std::max(hull.high.x, e.high.x), std::max(hull.high.y, e.high.y),
+                   std::max(hull.high.z, e.high.z)};
+    }
+    return static_cast<double>(hull.high.x - hull.low.x + kAround) *
+           (hull.high.y - hull.low.y + kAround) * (hull.high.z - hull.low.z + kAround);
   }
 
   /// Boxes that hang together.

@@ -90,7 +90,7 @@ void Compaction::coverRegion(const MapData& map, const Planes& planes,
     cover.add(c, planes[slots[c].position], PackedCover(covers[c]).unpacked());
   }
   Region& region = regions_.value(task.region);
-  region.boxes = PackedBoxes(cover.boxes(), map.resolution());
+  region.boxes = ListedBoxes(cover.boxes(), map.resolution());
   region.provisional = cover.isProvisional();
   for (const RegionCover::Choice& choice : cover.choices()) {
     const PackedRecords::Record& record = covers[choice.cover];
@@ -129,8 +129,7 @@ void Compaction::coverRegions(const MapData& map, const Planes& planes,
     if (!region.dirty && !region.provisional) continue;
     const bool is_quick = region.dirty && effort == CoverEffort::Quick;
     region.dirty = region.provisional = false;
-    region.first = region.listed = 0;
-    region.boxes = PackedBoxes();
+    region.boxes = ListedBoxes();
     if (!map.isCompact() && has_cells[r] == 0) continue;
     task_of[r] = tasks.size();
     tasks.push_back({r, is_quick ? CoverEffort::Quick : CoverEffort::Full, {}});
@@ -179,17 +178,10 @@ void Compaction::update(const MapData& map, CoverEffort effort) {
   settled_ = joined_.isComplete();
   for (std::size_t r = 0; r < regions_.size(); ++r) {
     const Region& region = regions_.value(r);
-    count_ += region.boxes.size() + region.listed;
+    count_ += region.boxes.size();
     settled_ &= !region.provisional;
   }
   for (const PackedRecords::Record& cover : covers_.list()) count_ += PackedCover(cover).count();
-}
-
-std::vector<Cuboid> Compaction::boxesOf(const Region& region, double cell) const {
-  const auto listed = list_.begin() + region.first;
-  std::vector<Cuboid> boxes(listed, listed + region.listed);
-  region.boxes.appendTo(boxes, cell);
-  return boxes;
 }
 
 /// By key: their order in the hash is that of insertion.
@@ -205,7 +197,7 @@ void Compaction::joinRegions(const MapData& map, const Planes& planes,
   std::vector<JoinedBoxes::PlacedBox> boxes;
   for (const std::uint64_t key : sortedRegions()) {
     std::uint32_t number = 0;
-    for (const Cuboid& box : boxesOf(*regions_.find(key), map.resolution())) {
+    for (const Cuboid& box : regions_.find(key)->boxes.unpacked(list_, map.resolution())) {
       boxes.push_back({{key, number++}, box});
     }
   }
@@ -228,10 +220,10 @@ void Compaction::joinRegions(const MapData& map, const Planes& planes,
     }
     return group.run();
   };
-  const std::vector<RegionBox> joined = joined_.join(map, boxes, coverGroup);
+  const std::vector<RegionBox> joined = joined_.join(map, boxes, list_, coverGroup);
   for (auto next = joined.begin(); next != joined.end();) {
     Region& region = *regions_.find(next->region);
-    const std::vector<Cuboid> all = boxesOf(region, map.resolution());
+    const std::vector<Cuboid> all = region.boxes.unpacked(list_, map.resolution());
     std::vector<Cuboid> left;
     for (RegionBox box{next->region, 0}; box.number < all.size(); ++box.number) {
       if (next != joined.end() && *next == box) {
@@ -240,22 +232,20 @@ void Compaction::joinRegions(const MapData& map, const Planes& planes,
         left.push_back(all[box.number]);
       }
     }
-    region.boxes = PackedBoxes(left, map.resolution());
-    region.first = region.listed = 0;
+    region.boxes = ListedBoxes(left, map.resolution());
   }
 }
 
 void Compaction::separate(const std::vector<std::uint64_t>& changed, double cell) {
-  const std::vector<JoinedBoxes::PlacedBox> released = joined_.release(changed, cell);
+  const std::vector<JoinedBoxes::PlacedBox> released = joined_.release(changed, list_, cell);
   for (auto next = released.begin(); next != released.end();) {
     const std::uint64_t key = next->first.region;
     Region& region = *regions_.find(key);
-    std::vector<Cuboid> all = boxesOf(region, cell);
+    std::vector<Cuboid> all = region.boxes.unpacked(list_, cell);
     for (; next != released.end() && next->first.region == key; ++next) {
       all.insert(all.begin() + next->first.number, next->second);
     }
-    region.boxes = PackedBoxes(all, cell);
-    region.first = region.listed = 0;
+    region.boxes = ListedBoxes(all, cell);
   }
 }
 
@@ -283,16 +273,9 @@ const std::vector<Cuboid>& Compaction::makeList(const MapData& map) {
     }
   }
   for (const std::uint64_t key : sortedRegions()) {
-    Region& region = *regions_.find(key);
-    const auto first = static_cast<std::uint32_t>(all.size());
-    const auto listed = list_.begin() + region.first;
-    all.insert(all.end(), listed, listed + region.listed);
-    region.boxes.appendTo(all, map.resolution());
-    region.first = first;
-    region.listed = static_cast<std::uint32_t>(all.size()) - first;
-    region.boxes = PackedBoxes();
+    regions_.find(key)->boxes.moveTo(all, list_, map.resolution());
   }
-  joined_.appendTo(all, map.resolution());
+  joined_.moveTo(all, list_, map.resolution());
   list_ = std::move(all);
   return list_;
 }

@@ -7,8 +7,8 @@
 
 #include "joined_boxes.h"
 #include "key_map.h"
+#include "listed_boxes.h"
 #include "map_data.h"
-#include "packed_boxes.h"
 #include "packed_cover.h"
 #include "region_cover.h"
 
@@ -53,11 +53,9 @@ class Compaction {
   };
   struct Region {
     std::uint32_t revision = 0;
-    std::uint32_t first = 0;   ///< of those of its boxes that the list has
-    std::uint32_t listed = 0;  ///< how many
     bool dirty = true;
     bool provisional = false;  ///< covered quickly: that is to be done again
-    PackedBoxes boxes;         ///< that are not joined, until the list takes them over
+    ListedBoxes boxes;         ///< that are not joined
   };
   /// A region that is to be covered.
   struct RegionTask {
@@ -79,7 +77,6 @@ class Compaction {
   void joinRegions(const MapData& map, const Planes& planes, const std::vector<Slot>& slots);
   /// Gives regions back what was joined, as these regions changed.
   void separate(const std::vector<std::uint64_t>& changed, double cell);
-  std::vector<Cuboid> boxesOf(const Region& region, double cell) const;
   std::vector<std::uint64_t> sortedRegions() const;
 
   Int3 anchor_;

@@ -3,6 +3,7 @@
 #include "joined_boxes.h"
 
 #include <algorithm>
+#include <array>
 
 #include "packed_numbers.h"
 #include "planar_mapping/core/parallel.h"
@@ -25,9 +26,28 @@ std::uint64_t takeRegion(Int3& last, PackReader& in) {
   return packKey(last);
 }
 
+/// All that a box says.
+std::array<double, 12> numbersOf(const Cuboid& box) {
+  const auto& q = box.orientation.coeffs();
+  return {box.center.x(),
+          box.center.y(),
+          box.center.z(),
+          box.size.x(),
+          box.size.y(),
+          box.size.z(),
+          q[0],
+          q[1],
+          q[2],
+          q[3],
+          static_cast<double>(box.plane_id),
+          static_cast<double>(box.probability)};
+}
+
 }  // namespace
 
 void JoinedBoxes::pack(const std::vector<Group>& groups, double cell) {
+  packed_.reset(groups.empty() ? nullptr : new Packed);
+  if (groups.empty()) return;
   PackWriter out;
   out.number(groups.size());
   Int3 last;
@@ -36,24 +56,25 @@ void JoinedBoxes::pack(const std::vector<Group>& groups, double cell) {
     out.number(group.regions.size());
     for (const std::uint64_t region : group.regions) putRegion(region, last, out);
     out.number(group.members.size());
-    for (const RegionBox& member : group.members) {
+    for (std::size_t i = 0; i < group.members.size(); ++i) {
+      const RegionBox& member = group.members[i];
       const auto at = std::lower_bound(group.regions.begin(), group.regions.end(), member.region);
       out.number(static_cast<std::uint64_t>(at - group.regions.begin()));
-      out.number(member.number);
+      out.number(std::uint64_t{member.number} << 1u | (group.replaced[i] != 0 ? 1u : 0u));
     }
-    out.number(group.is_better ? group.boxes.size() + 1 : 0);
+    out.number(group.boxes.size());
     boxes.insert(boxes.end(), group.boxes.begin(), group.boxes.end());
   }
-  groups_ = groups.empty() ? PackedBytes() : PackedBytes(out.bytes);
-  boxes_ = PackedBoxes(boxes, cell);
+  packed_->groups = PackedBytes(out.bytes);
+  packed_->boxes = ListedBoxes(boxes, cell);
 }
 
-std::vector<JoinedBoxes::Group> JoinedBoxes::unpacked(double cell) const {
-  if (groups_.empty()) return {};
-  std::vector<Cuboid> boxes;
-  boxes_.appendTo(boxes, cell);
+std::vector<JoinedBoxes::Group> JoinedBoxes::unpacked(const std::vector<Cuboid>& list,
+                                                      double cell) const {
+  if (!packed_) return {};
+  const std::vector<Cuboid> boxes = packed_->boxes.unpacked(list, cell);
   auto box = boxes.begin();
-  PackReader in(groups_.data());
+  PackReader in(packed_->groups.data());
   std::vector<Group> groups(in.as<std::size_t>());
   Int3 last;
   for (Group& group : groups) {
@@ -62,32 +83,34 @@ std::vector<JoinedBoxes::Group> JoinedBoxes::unpacked(double cell) const {
     group.members.resize(in.as<std::size_t>());
     for (RegionBox& member : group.members) {
       member.region = group.regions[in.as<std::size_t>()];
-      member.number = in.as<std::uint32_t>();
+      const std::uint64_t number = in.number();
+      member.number = static_cast<std::uint32_t>(number >> 1u);
+      group.replaced.push_back(static_cast<char>(number & 1u));
     }
     const auto count = in.as<std::ptrdiff_t>();
-    group.is_better = count > 0;
-    if (!group.is_better) continue;
-    group.boxes.assign(box, box + (count - 1));
-    box += count - 1;
+    group.boxes.assign(box, box + count);
+    box += count;
   }
   return groups;
 }
 
 std::vector<JoinedBoxes::PlacedBox> JoinedBoxes::release(std::vector<std::uint64_t> regions,
+                                                         const std::vector<Cuboid>& list,
                                                          double cell) {
   std::vector<PlacedBox> released;
   if (regions.empty()) return released;
   complete_ = false;
-  std::vector<Group> groups = unpacked(cell);
+  if (!packed_) return released;
+  std::vector<Group> groups = unpacked(list, cell);
   std::vector<Cuboid> members;
-  members_.appendTo(members, cell);
+  packed_->members.appendTo(members, cell);
   if (!members.empty()) {
     auto box = members.begin();
     for (const Group& group : groups) {
-      if (!group.is_better) continue;
-      for (const RegionBox& member : group.members) released.emplace_back(member, *box++);
+      for (std::size_t i = 0; i < group.members.size(); ++i) {
+        if (group.replaced[i] != 0) released.emplace_back(group.members[i], *box++);
+      }
     }
-    members_ = PackedBoxes();
   }
   std::sort(released.begin(), released.end(),
             [](const PlacedBox& l, const PlacedBox& r) { return l.first < r.first; });
@@ -103,9 +126,26 @@ std::vector<JoinedBoxes::PlacedBox> JoinedBoxes::release(std::vector<std::uint64
   return released;
 }
 
+/// Members that are among the boxes as they are stay their regions'.
+void JoinedBoxes::replace(const std::vector<Cuboid>& members, std::vector<Cuboid> boxes,
+                          Group& group) {
+  const auto isBefore = [](const Cuboid& l, const Cuboid& r) {
+    return numbersOf(l) < numbersOf(r);
+  };
+  std::sort(boxes.begin(), boxes.end(), isBefore);
+  group.replaced.assign(members.size(), 1);
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    const auto same = std::lower_bound(boxes.begin(), boxes.end(), members[i], isBefore);
+    if (same == boxes.end() || isBefore(members[i], *same)) continue;
+    group.replaced[i] = 0;
+    boxes.erase(same);
+  }
+  group.boxes = std::move(boxes);
+}
+
 std::vector<RegionBox> JoinedBoxes::join(const MapData& map, const std::vector<PlacedBox>& boxes,
-                                         const CoverGroup& cover) {
-  std::vector<Group> before = unpacked(map.resolution());
+                                         const std::vector<Cuboid>& list, const CoverGroup& cover) {
+  std::vector<Group> before = unpacked(list, map.resolution());
   auto old = before.begin();
   std::vector<Group> groups;
   std::vector<std::pair<std::size_t, std::vector<Cuboid>>> tasks;  // a group, and its members
@@ -125,22 +165,22 @@ std::vector<RegionBox> JoinedBoxes::join(const MapData& map, const std::vector<P
   }
   parallelFor(tasks.size(), map.params.approximation.threads, [&](std::size_t i) {
     Group& group = groups[tasks[i].first];
-    GroupCover again(map, std::move(tasks[i].second));
-    group.is_better = cover(again);
+    GroupCover again(map, tasks[i].second);
+    const bool is_better = cover(again);
     group.regions = again.regions();
-    if (group.is_better) group.boxes = again.boxes();
+    replace(tasks[i].second, is_better ? again.boxes() : tasks[i].second, group);
   });
   std::vector<RegionBox> joined;
   for (std::size_t g = 0; g < groups.size(); ++g) {
-    if (!groups[g].is_better) continue;
-    for (const std::uint32_t i : found[g]) {
-      joined.push_back(boxes[i].first);
-      members.push_back(boxes[i].second);
+    for (std::size_t i = 0; i < found[g].size(); ++i) {
+      if (groups[g].replaced[i] == 0) continue;
+      joined.push_back(boxes[found[g][i]].first);
+      members.push_back(boxes[found[g][i]].second);
     }
   }
   std::sort(joined.begin(), joined.end());
-  members_ = PackedBoxes(members, map.resolution());
   pack(groups, map.resolution());
+  if (packed_) packed_->members = PackedBoxes(members, map.resolution());
   complete_ = true;
   return joined;
 }

@@ -107,7 +107,8 @@ PLANAR_MAPPING_EXPORT std::vector<Cuboid> coverRest(const std::vector<NonPlanarC
                                                     const CuboidApproximationParams& params);
 
 /// Boxes in the place of some that coverRest() made in parts of a scene: for what these stand for
-/// and no cuboid that is present does. Those themselves where no fewer are found.
+/// and no cuboid that is present does. Those themselves where no fewer are found, or where cells and
+/// pieces are so far apart that a box around them has more than 2^26 half cells.
 /// \param cells, pieces  as above, near the boxes at least
 PLANAR_MAPPING_EXPORT std::vector<Cuboid> coverAgain(const std::vector<Cuboid>& boxes,
                                                      const std::vector<NonPlanarCell>& cells,
