@@ -3,9 +3,7 @@
 #include "box_groups.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numeric>
 #include <utility>
@@ -134,30 +132,33 @@ class Grouping {
     return of_root;
   }
 
-  /// Boxes of the part that meet others across a border, each at one face.
+  /// Boxes of the part that meet others across a border, each at the first face where it can.
   void addFaces(const std::vector<std::uint32_t>& part,
                 std::vector<std::vector<std::uint32_t>>& groups) {
-    constexpr std::uint64_t kNoRegion = std::numeric_limits<std::uint64_t>::max();
-    if (faces_.empty()) {
-      faces_.assign(extents_.size(), {kNoRegion, kNoRegion});
-      for (const auto& [i, j] : across_) {
-        const Face face = std::minmax(regionOf(i), regionOf(j));
-        faces_[i] = std::min(faces_[i], face);
-        faces_[j] = std::min(faces_[j], face);
-      }
-    }
     std::map<Face, std::vector<std::uint32_t>> at_face;
-    for (const std::uint32_t i : part) {
-      if (faces_[i].first != kNoRegion) at_face[faces_[i]].push_back(i);
+    for (const auto& [i, j] : across_) {
+      if (root(i) != root(part.front())) continue;
+      std::vector<std::uint32_t>& boxes = at_face[std::minmax(regionOf(i), regionOf(j))];
+      boxes.push_back(i);
+      boxes.push_back(j);
     }
-    for (auto& [face, group] : at_face) groups.push_back(std::move(group));
+    std::vector<char> taken(extents_.size(), 0);
+    for (auto& [face, group] : at_face) {
+      std::sort(group.begin(), group.end());
+      group.erase(std::unique(group.begin(), group.end()), group.end());
+      group.erase(std::remove_if(group.begin(), group.end(),
+                                 [&](std::uint32_t i) { return taken[i] != 0; }),
+                  group.end());
+      if (group.empty() || regionOf(group.front()) == regionOf(group.back())) continue;
+      for (const std::uint32_t i : group) taken[i] = 1;
+      groups.push_back(std::move(group));
+    }
   }
 
   const std::vector<std::pair<RegionBox, Cuboid>>& boxes_;
   std::vector<Extent> extents_;
   std::vector<std::uint32_t> parent_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> across_;  ///< near ones of two regions
-  std::vector<Face> faces_;  ///< of each box the first one it meets another at
 };
 
 }  // namespace

@@ -32,7 +32,7 @@ class Compaction {
   bool isSettled() const { return settled_; }
   /// Makes the list of the cuboids as of the last update, from when nothing may have changed and
   /// after which all regions are settled: those of the patches by plane and patch, then those of
-  /// the regions.
+  /// the regions, then joined ones.
   const std::vector<Cuboid>& makeList(const MapData& map);
   const std::vector<Cuboid>& list() const { return list_; }
   std::size_t memoryBytes() const;

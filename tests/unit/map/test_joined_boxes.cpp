@@ -100,6 +100,28 @@ TEST(JoinedBoxes, DependOnTheCellsAlone) {
   }
 }
 
+TEST(JoinedBoxes, OfPartsTooWideForOneGridMeetAtFaces) {
+  // Three bars of 500 cells that meet at a corner; each crosses eight borders.
+  std::vector<float> xyz;
+  for (int k = 0; k < 3; ++k) {
+    Vector3 high = Vector3::Constant(2.0 * kCell);
+    high[k] = 500.0 * kCell;
+    const std::vector<float> bar = block(Vector3::Zero(), high);
+    xyz.insert(xyz.end(), bar.begin(), bar.end());
+  }
+  PlanarMap map(test::keepAll(kCell));
+  test::insertPoints(map, xyz);
+  const std::size_t cut = map.cuboidCountAtMost();
+  EXPECT_GE(cut, 3u * 8u);
+  EXPECT_LE(map.cuboids().size(), cut * 2 / 3);
+  for (std::size_t i = 0; i < xyz.size(); i += 3 * 17) {
+    ASSERT_FALSE(map.cuboidsAt({xyz[i], xyz[i + 1], xyz[i + 2]}, 0.5 * kCell + 1e-6).empty());
+  }
+  // At another end something is added: the rest stays joined as it would be anew.
+  test::insertPoints(map, block({49.0, 0.3, 0.0}, {49.4, 1.0, 0.2}));
+  EXPECT_EQ(numbersOf(map), numbersOf(PlanarMap(map)));
+}
+
 TEST(JoinedBoxes, StandForEveryPoint) {
   Random random(4);
   const std::vector<float> xyz = test::boxScene(random, test::BoxKind::Shells, 30, kCell, 150.0);
