@@ -131,6 +131,25 @@ PlanarMap mapOf(const std::vector<BenchmarkFrame>& sequence) {
   return map;
 }
 
+/// The map of the whole sequence to the bytes of its file, or back.
+void codeFile(benchmark::State& state, const std::string& source, bool load) {
+  const std::vector<BenchmarkFrame>& sequence = frames(source);
+  if (sequence.empty()) {
+    state.SkipWithError("no data");
+    return;
+  }
+  const PlanarMap map = mapOf(sequence);
+  const std::vector<std::uint8_t> file = map.serialize();
+  for (auto _ : state) {
+    if (load) {
+      benchmark::DoNotOptimize(PlanarMap::deserialize(file.data(), file.size()).frames());
+    } else {
+      benchmark::DoNotOptimize(map.serialize().data());
+    }
+  }
+  state.counters["file_bytes"] = static_cast<double>(file.size());
+}
+
 void queryPoints(benchmark::State& state, const std::string& source) {
   const std::vector<BenchmarkFrame>& sequence = frames(source);
   if (sequence.empty()) {
@@ -273,6 +292,8 @@ void registerAll() {
     add("planar_map/0.1/no_unknown", insertFrames, source, 0.1, false, false);
     add("planar_map/0.05", insertFrames, source, 0.05, true, false);
     add("planar_map/0.1/with_segmentation", insertFrames, source, 0.1, true, true);
+    add("save", codeFile, source, false);
+    add("load", codeFile, source, true);
     const auto addQuestion = [&](const std::string& name, auto&&... arguments) {
       benchmark::RegisterBenchmark((source + "/" + name).c_str(), arguments...)
           ->Unit(benchmark::kMicrosecond);

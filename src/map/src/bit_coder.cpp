@@ -60,7 +60,7 @@ constexpr Rates kRates;
 /// The chance stays this far from certain, of 65536.
 constexpr std::uint32_t kLeastChance = 32;
 constexpr std::uint32_t kLeastMixedChance = 4;
-constexpr std::int64_t kLargestWeight = 1 << 24;  // 256: only what is made to do harm comes there
+constexpr std::int32_t kLargestWeight = 1 << 24;  // 256: only what is made to do harm comes there
 
 }  // namespace
 
@@ -162,35 +162,35 @@ void AdaptiveBit::forget() {
 MixedBit::MixedBit(std::size_t models, std::size_t contexts, Selectors selectors)
     : models_(models), contexts_(contexts), bits_(models * contexts) {
   const auto weight = static_cast<std::int32_t>(98304 / models);
-  weights_[0].assign(models * selectors.first, weight);
-  weights_[1].assign(models * selectors.second, weight);
+  weights_[0].assign(kLanes * selectors.first, weight);
+  weights_[1].assign(kLanes * selectors.second, weight);
 }
 
 bool MixedBit::code(BitCoder& coder, bool bit, const std::uint32_t* context, Selectors selected) {
   AdaptiveBit* used[kMostModels];
-  std::int32_t logit[kMostModels];
+  std::int32_t logit[kLanes] = {};  // 0 where there is no model: its weight does not matter
   const std::int16_t* stretch = stretchTable().table.data();
   for (std::size_t m = 0; m < models_; ++m) {
     used[m] = &bits_[m * contexts_ + context[m]];
     logit[m] = stretch[used[m]->chance() >> 4u];
   }
-  std::int32_t* const weights[2] = {&weights_[0][selected.first * models_],
-                                    &weights_[1][selected.second * models_]};
+  std::int32_t* const weights[2] = {&weights_[0][selected.first * kLanes],
+                                    &weights_[1][selected.second * kLanes]};
   std::int32_t mixed[2];
   for (std::size_t i = 0; i < 2; ++i) {
     std::int64_t sum = 0;
-    for (std::size_t m = 0; m < models_; ++m) sum += std::int64_t{weights[i][m]} * logit[m];
+    for (std::size_t m = 0; m < kLanes; ++m) sum += std::int64_t{weights[i][m]} * logit[m];
     mixed[i] =
         static_cast<std::int32_t>(std::clamp<std::int64_t>(sum >> 16, -kLargestMix, kLargestMix));
   }
   const auto chance = static_cast<std::uint32_t>(squash((mixed[0] + mixed[1]) >> 1));
   bit = coder.code(bit, std::clamp(chance, kLeastMixedChance, 65536 - kLeastMixedChance));
   for (std::size_t i = 0; i < 2; ++i) {
-    const std::int64_t error = (bit ? 65536 : 0) - squash(mixed[i]);
-    for (std::size_t m = 0; m < models_; ++m) {
-      const std::int64_t step = (logit[m] * error + (1 << 14)) >> 15;
-      weights[i][m] = static_cast<std::int32_t>(
-          std::clamp(weights[i][m] + step, -kLargestWeight, kLargestWeight));
+    std::int32_t* weight = weights[i];
+    const std::int32_t error = (bit ? 65536 : 0) - squash(mixed[i]);
+    for (std::size_t m = 0; m < kLanes; ++m) {
+      const std::int32_t learnt = weight[m] + ((logit[m] * error + (1 << 14)) >> 15);
+      weight[m] = std::clamp(learnt, -kLargestWeight, kLargestWeight);
     }
   }
   for (std::size_t m = 0; m < models_; ++m) used[m]->update(bit);

@@ -82,6 +82,9 @@ class MixedBit {
   void forget();
 
  private:
+  static constexpr std::size_t kLanes = 12;  ///< weights of a set: loops of one length are fast
+  static_assert(kLanes >= kMostModels);
+
   std::size_t models_;
   std::size_t contexts_;
   std::vector<AdaptiveBit> bits_;
