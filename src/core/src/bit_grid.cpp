@@ -204,7 +204,7 @@ void BitGrid::fill(const LatticeBox& box) {
 
 std::int64_t BitGrid::count() const {
   std::int64_t sum = 0;
-  for (const std::uint64_t word : bits_) sum += __builtin_popcountll(word);
+  for (const std::uint64_t word : bits_) sum += static_cast<std::int64_t>(bitCount(word));
   return sum;
 }
 

@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "bit_count.h"
+
 namespace planar_mapping::detail {
 
 using LatticeCell = std::array<std::int32_t, 3>;  ///< x, y, z
@@ -140,7 +142,7 @@ class CellNumbers {
     std::int32_t sum = 0;
     for (std::size_t i = 0; i < before_.size(); ++i) {
       before_[i] = sum;
-      sum += __builtin_popcountll(grid.bits_[i]);
+      sum += static_cast<std::int32_t>(bitCount(grid.bits_[i]));
     }
     count_ = static_cast<std::size_t>(sum);
   }
@@ -170,7 +172,7 @@ class CellNumbers {
   std::size_t numberOf(const std::uint64_t* word, std::int32_t bit) const {
     const std::uint64_t below = *word & ((std::uint64_t{1} << bit) - 1);
     return static_cast<std::size_t>(before_[static_cast<std::size_t>(word - grid_.bits_.data())]) +
-           static_cast<std::size_t>(__builtin_popcountll(below));
+           bitCount(below);
   }
 
   const BitGrid& grid_;

@@ -70,6 +70,23 @@ void forRandomGrids(Visit&& visit) {
   }
 }
 
+TEST(BitCount, CountsAsBitByBit) {
+  Random random(1);
+  for (int i = 0; i < 2000; ++i) {
+    std::uint64_t bits = 0;
+    std::size_t on = 0;
+    const double share = random.uniform();
+    for (int bit = 0; bit < 64; ++bit) {
+      if (random.uniform() >= share) continue;
+      bits |= std::uint64_t{1} << bit;
+      ++on;
+    }
+    ASSERT_EQ(bitCount(bits), on);
+  }
+  EXPECT_EQ(bitCount(0), 0u);
+  EXPECT_EQ(bitCount(~std::uint64_t{0}), 64u);
+}
+
 TEST(BitGrid, CountsAndTestsBoxesAsCellByCell) {
   forRandomGrids([](const BitGrid& grid, const LatticeBox& box) {
     const std::int64_t count = countOneByOne(grid, box);
