@@ -112,8 +112,8 @@ class SurfaceMap::Implementation {
     for (const detail::Surfel& plane : shape.coarse.planes) {
       range = std::max(range, plane.center.norm() + params_.reach);
     }
-    const Near near(*this, guess.translation(), range);
-    const detail::SurfaceRegistration registration(params_, shape, near.map);
+    const detail::MappedSurfaces map = near(guess.translation(), range);
+    const detail::SurfaceRegistration registration(params_, shape, map);
     const CloudRegistration result =
         judged(registration.resultOf(registration.run(guess)), shape, seen);
     if (result.found || !(params_.search_reach > 0.0)) return result;
@@ -126,27 +126,23 @@ class SurfaceMap::Implementation {
   std::size_t cells() const { return fine_.size(); }
 
  private:
-  /// What of the map is near a place.
-  struct Near {
-    Near(const Implementation& of, const Vector3& place, double range)
-        : planes(within(of.coarse_, place, range)),
-          map{of.fine_, of.edges_,
-              detail::PlaneNeighbours(planes, of.params_.reach, detail::CellShape::Plane),
-              detail::PlaneNeighbours(within(of.edges_, place, range), of.params_.reach,
-                                      detail::CellShape::Line)} {}
-
-    static std::vector<detail::Surfel> within(const detail::SurfaceCells& cells,
-                                              const Vector3& place, double range) {
-      std::vector<detail::Surfel> planes;
-      for (const detail::Surfel& plane : cells.planes()) {
-        if ((plane.center - place).norm() < range) planes.push_back(plane);
-      }
-      return planes;
+  static std::vector<detail::Surfel> within(const detail::SurfaceCells& cells, const Vector3& place,
+                                            double range) {
+    std::vector<detail::Surfel> planes;
+    for (const detail::Surfel& plane : cells.planes()) {
+      if ((plane.center - place).norm() < range) planes.push_back(plane);
     }
+    return planes;
+  }
 
-    std::vector<detail::Surfel> planes;  ///< coarse ones
-    detail::MappedSurfaces map;
-  };
+  /// What of the map is near a place.
+  detail::MappedSurfaces near(const Vector3& place, double range) const {
+    return {fine_, edges_,
+            detail::PlaneNeighbours(within(coarse_, place, range), params_.reach,
+                                    detail::CellShape::Plane),
+            detail::PlaneNeighbours(within(edges_, place, range), params_.reach,
+                                    detail::CellShape::Line)};
+  }
 
   /// Refuses what sees through the map.
   CloudRegistration judged(CloudRegistration result, const detail::CloudShape& shape,
@@ -166,9 +162,10 @@ class SurfaceMap::Implementation {
   CloudRegistration lookAround(const detail::CloudShape& shape, const detail::SeenRanges& seen,
                                const Pose& guess, double range) const {
     constexpr double kSecondBest = 0.9;  // of the best one's worth, which is no more certain then
-    const Near near(*this, guess.translation(), range);
-    const detail::SurfaceRegistration registration(params_, shape, near.map);
-    const detail::SurfaceSearch search(params_, shape.coarse, near.planes);
+    const detail::MappedSurfaces map = near(guess.translation(), range);
+    const detail::SurfaceRegistration registration(params_, shape, map);
+    const detail::SurfaceSearch search(params_, shape.coarse,
+                                       within(coarse_, guess.translation(), range));
     std::vector<CloudRegistration> found;
     for (const Pose& start : search.candidates(guess)) {
       const CloudRegistration result =

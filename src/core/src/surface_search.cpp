@@ -60,6 +60,23 @@ std::vector<double> offsetsOf(const std::vector<Surfel>& planes, const FacingPla
   return counts;
 }
 
+/// The best first; of equals the one that was found first.
+template <typename Found>
+void sortByWorth(std::vector<std::pair<double, Found>>& found) {
+  std::stable_sort(found.begin(), found.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+}
+
+/// Those of most worth.
+template <typename Found>
+std::vector<Found> bestOf(std::vector<std::pair<double, Found>> found, std::size_t most) {
+  sortByWorth(found);
+  if (found.size() > most) found.resize(most);
+  std::vector<Found> best;
+  for (const auto& [worth, one] : found) best.push_back(one);
+  return best;
+}
+
 /// Moves of the first counts onto the second, in bins, those that bring most together first.
 std::vector<int> bestShifts(const std::vector<double>& from, const std::vector<double>& to,
                             int most) {
@@ -72,11 +89,9 @@ std::vector<int> bestShifts(const std::vector<double>& from, const std::vector<d
     }
     sums.emplace_back(sum, shift);
   }
+  sortByWorth(sums);
   std::vector<int> best;
-  std::vector<std::pair<double, int>> sorted = sums;
-  std::stable_sort(sorted.begin(), sorted.end(),
-                   [](const auto& a, const auto& b) { return a.first > b.first; });
-  for (const auto& [sum, shift] : sorted) {
+  for (const auto& [sum, shift] : sums) {
     if (sum <= 0.0 || best.size() == kMostShifts) break;
     const bool beside = std::any_of(best.begin(), best.end(),
                                     [&](int other) { return std::abs(other - shift) <= 1; });
@@ -181,12 +196,7 @@ std::vector<Matrix3> SurfaceSearch::turns() const {
       }
     }
   }
-  std::stable_sort(found.begin(), found.end(),
-                   [](const auto& a, const auto& b) { return a.first > b.first; });
-  if (found.size() > kMostTurns) found.resize(kMostTurns);
-  std::vector<Matrix3> result;
-  for (const auto& [value, turn] : found) result.push_back(turn);
-  return result;
+  return bestOf(std::move(found), kMostTurns);
 }
 
 /// Places of the sensor with this turn, by the offsets of the planes along up to three directions.
@@ -285,12 +295,7 @@ std::vector<Pose> SurfaceSearch::candidates(const Pose& guess) const {
       found.emplace_back(fitOf(pose), pose.inverse());
     }
   }
-  std::stable_sort(found.begin(), found.end(),
-                   [](const auto& a, const auto& b) { return a.first > b.first; });
-  if (found.size() > kMostCandidates) found.resize(kMostCandidates);
-  std::vector<Pose> poses;
-  for (const auto& [fit, pose] : found) poses.push_back(pose);
-  return poses;
+  return bestOf(std::move(found), kMostCandidates);
 }
 
 }  // namespace planar_mapping::detail
