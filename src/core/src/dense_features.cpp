@@ -3,15 +3,19 @@
 #include "dense_features.h"
 
 #include <algorithm>
+#include <cstring>
 
 namespace planar_mapping::detail {
 
 void DenseFeatures::sample(const Indices& indices, const FrameCells& cells, int per_group) {
+  // So many are copied at a time, whether a run has as many or not: what belongs to the next runs
+  // is written again.
+  constexpr std::size_t kAtOnce = 8;
   support_.assign(cells.groups().size(), Support());
   const std::size_t most =
       std::min(indices.size(), support_.size() * static_cast<std::size_t>(per_group));
-  points_.resize(most);
-  groups_.resize(most);
+  points_.resize(most + kAtOnce);
+  groups_.resize(most + kAtOnce);
   std::size_t number = 0;
   std::size_t begin = 0;
   for (const FrameCells::Run& run : cells.runs()) {
@@ -20,10 +24,16 @@ void DenseFeatures::sample(const Indices& indices, const FrameCells& cells, int 
       const std::size_t taken =
           std::min(run.end - begin, static_cast<std::size_t>(per_group - count));
       count += static_cast<std::int32_t>(taken);
-      for (std::size_t k = begin; k < begin + taken; ++k, ++number) {
-        points_[number] = indices[k];
-        groups_[number] = run.group;
+      std::size_t k = 0;
+      for (; k < taken && begin + k + kAtOnce <= indices.size(); k += kAtOnce) {
+        std::memcpy(&points_[number + k], &indices[begin + k], kAtOnce * sizeof(int));
+        std::fill_n(&groups_[number + k], kAtOnce, run.group);
       }
+      for (; k < taken; ++k) {
+        points_[number + k] = indices[begin + k];
+        groups_[number + k] = run.group;
+      }
+      number += taken;
     }
     begin = run.end;
   }

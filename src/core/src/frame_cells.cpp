@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "planar_mapping/core/detail/gather_points.h"
+#include "planar_mapping/core/detail/marked_positions.h"
 #include "planar_mapping/core/parallel.h"
 #include "planar_mapping/core/simd.h"
 
@@ -17,7 +18,6 @@ namespace {
 constexpr std::int32_t kFarthest = 1 << 20;
 constexpr std::size_t kFewestSlots = 1024;
 constexpr std::size_t kBlock = 512;
-constexpr std::uint64_t kPart = 0x1FFFFFu;  // 21 bits an axis
 
 PLANAR_MAPPING_MULTIVERSION
 void gather(const float* points, std::size_t stride, const std::int32_t* label_of,
@@ -86,22 +86,21 @@ void FrameCells::number(const PointsView& points, const Indices& indices,
   runs_.clear();
   std::fill(slots_.begin(), slots_.end(), Slot());
   hints_.fill(0);
-  // Where cells begin is found in stretches, their numbers are given in order.
-  constexpr std::size_t kStretch = 1 << 15;
+  // Where cells begin is found in stretches, their numbers are given in order: by one thread each
+  // time at once, so that what is found stays in the first cache.
+  constexpr std::size_t kStretch = 1 << 12;
   const std::size_t stretches = (indices.size() + kStretch - 1) / kStretch;
-  starts_.resize(stretches);
-  parallelFor(stretches, threads, [&](std::size_t i) {
-    starts_[i].clear();
-    findStarts(points, indices, labels, i * kStretch, std::min((i + 1) * kStretch, indices.size()),
-               starts_[i]);
-  });
+  const std::size_t at_once = resolveThreads(threads) > 1 ? stretches : 1;
+  starts_.resize(std::max(starts_.size(), at_once));
   std::int32_t group = -1;
-  for (const std::vector<Start>& of_stretch : starts_) {
-    for (const Start& start : of_stretch) {
-      const std::int32_t next = groupOf(start);
-      if (start.at > 0) runs_.push_back({start.at, group});
-      group = next;
-    }
+  for (std::size_t first = 0; first < stretches; first += at_once) {
+    parallelFor(at_once, threads, [&](std::size_t i) {
+      const std::size_t begin = (first + i) * kStretch;
+      starts_[i].clear();
+      findStarts(points, indices, labels, begin, std::min(begin + kStretch, indices.size()),
+                 starts_[i]);
+    });
+    for (std::size_t i = 0; i < at_once; ++i) group = addRuns(starts_[i], group);
   }
   if (!indices.empty()) runs_.push_back({static_cast<std::uint32_t>(indices.size()), group});
 }
@@ -124,23 +123,38 @@ void FrameCells::findStarts(const PointsView& points, const Indices& indices,
       cellsAlongAxis(x_of, y_of, z_of, n, rows_[axis], offset_[axis], block.number[axis] + 1);
     }
     findRuns(block, n);
-    // Where runs begin, no branch could foresee.
-    std::uint16_t beginning[kBlock];
-    std::size_t runs = 0;
-    for (std::size_t k = 0; k < n; ++k) {
-      beginning[runs] = static_cast<std::uint16_t>(k);
-      runs += block.is_first[k];
-    }
-    for (std::size_t r = 0; r < runs; ++r) {
+    std::uint16_t beginning[kBlock + 1];
+    const auto runs = static_cast<std::size_t>(
+        listMarked<std::uint16_t>(block.is_first, n, 0, beginning) - beginning);
+    starts.resize(starts.size() + runs);
+    Start* start = starts.data() + starts.size() - runs;
+    for (std::size_t r = 0; r < runs; ++r, ++start) {
       const std::size_t k = beginning[r] + std::size_t{1};
-      starts.push_back({static_cast<std::uint32_t>(first + k - 1),
-                        {block.number[0][k], block.number[1][k], block.number[2][k]},
-                        block.label[k]});
+      start->at = static_cast<std::uint32_t>(first + k - 1);
+      for (std::size_t axis = 0; axis < 3; ++axis) start->number[axis] = block.number[axis][k];
+      start->label = block.label[k];
     }
     for (std::int32_t* numbers : {block.number[0], block.number[1], block.number[2], block.label}) {
       numbers[0] = numbers[n];
     }
   }
+}
+
+/// Ends a run where the next one starts.
+/// \param group of the run before the first start
+/// \return that of the last one
+std::int32_t FrameCells::addRuns(const std::vector<Start>& starts, std::int32_t group) {
+  const std::size_t before = runs_.size();
+  runs_.resize(before + starts.size());
+  Run* run = runs_.data() + before;
+  for (const Start& start : starts) {
+    const std::int32_t next = groupOf(start);
+    *run = {start.at, group};
+    run += start.at > 0 ? 1 : 0;  // no run ends where the first one starts
+    group = next;
+  }
+  runs_.resize(static_cast<std::size_t>(run - runs_.data()));
+  return group;
 }
 
 std::int32_t FrameCells::groupOf(const Start& start) {
@@ -189,14 +203,6 @@ std::uint64_t FrameCells::cellOf(const Vector3& point) const {
   return key;
 }
 
-std::uint64_t FrameCells::beside(std::uint64_t cell, int dx, int dy, int dz) {
-  const auto part = [cell](unsigned shift, int step) {
-    return (((cell >> shift) + static_cast<std::uint64_t>(static_cast<std::int64_t>(step))) & kPart)
-           << shift;
-  };
-  return part(42u, dx) | part(21u, dy) | part(0u, dz);
-}
-
 std::size_t FrameCells::slotOf(std::uint64_t cell, std::int32_t label) const {
   const std::size_t mask = slots_.size() - 1;
   std::size_t at = hashOfGroup(cell, label) & mask;
@@ -216,12 +222,6 @@ std::int32_t FrameCells::insert(std::uint64_t cell, std::int32_t label) {
     hints_[hint / 64] |= std::uint64_t{1} << (hint % 64);
   }
   return slot.number;
-}
-
-std::int32_t FrameCells::find(std::uint64_t cell, std::int32_t label) const {
-  const std::uint64_t hint = hashOfGroup(cell, label) >> (64 - kHintBits);
-  if (((hints_[hint / 64] >> (hint % 64)) & 1u) == 0) return -1;
-  return slots_[slotOf(cell, label)].number;
 }
 
 void FrameCells::grow() {

@@ -48,7 +48,11 @@ class FrameCells {
   /// Number of the group, which is added if it is new.
   std::int32_t insert(std::uint64_t cell, std::int32_t label);
   /// Number of the group, -1 if there is none.
-  std::int32_t find(std::uint64_t cell, std::int32_t label) const;
+  std::int32_t find(std::uint64_t cell, std::int32_t label) const {
+    const std::uint64_t hint = hashOfGroup(cell, label) >> (64 - kHintBits);
+    if (((hints_[hint / 64] >> (hint % 64)) & 1u) == 0) return -1;
+    return slots_[slotOf(cell, label)].number;
+  }
   const std::vector<Group>& groups() const { return groups_; }
   /// The indices of number() in runs: neighbouring pixels are mostly in the same cell.
   const std::vector<Run>& runs() const { return runs_; }
@@ -61,9 +65,17 @@ class FrameCells {
                     std::vector<float>& values) const;
 
   /// The cell so many cells on along each axis.
-  static std::uint64_t beside(std::uint64_t cell, int dx, int dy, int dz);
+  static std::uint64_t beside(std::uint64_t cell, int dx, int dy, int dz) {
+    const auto part = [cell](unsigned shift, int step) {
+      return (((cell >> shift) + static_cast<std::uint64_t>(static_cast<std::int64_t>(step))) &
+              kPart)
+             << shift;
+    };
+    return part(42u, dx) | part(21u, dy) | part(0u, dz);
+  }
 
  private:
+  static constexpr std::uint64_t kPart = 0x1FFFFFu;  ///< 21 bits an axis
   struct Slot {
     std::uint64_t cell = kNoCell;
     std::int32_t label = -1;
@@ -71,13 +83,15 @@ class FrameCells {
   };
   /// Where points of another cell begin.
   struct Start {
-    std::uint32_t at = 0;
-    std::int32_t number[3] = {};  ///< of the cell, from the sensor's
-    std::int32_t label = -1;
+    Start() {}  // leaves its memory as it is: room for many is made at once, and all are set
+    std::uint32_t at;
+    std::int32_t number[3];  ///< of the cell, from the sensor's
+    std::int32_t label;
   };
   void findStarts(const PointsView& points, const Indices& indices,
                   const std::vector<std::int32_t>& labels, std::size_t first, std::size_t last,
                   std::vector<Start>& starts) const;
+  std::int32_t addRuns(const std::vector<Start>& starts, std::int32_t group);
   std::int32_t groupOf(const Start& start);
   static std::uint64_t hashOfGroup(std::uint64_t cell, std::int32_t label) {
     return hashOf(cell + static_cast<std::uint64_t>(label));

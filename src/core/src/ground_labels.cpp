@@ -8,6 +8,7 @@
 #include "ground_model.h"
 #include "organized_lanes.h"
 #include "planar_mapping/core/detail/gather_points.h"
+#include "planar_mapping/core/detail/marked_positions.h"
 #include "planar_mapping/core/parallel.h"
 #include "planar_mapping/core/simd.h"
 #include "point_indices.h"
@@ -107,24 +108,6 @@ PLANAR_MAPPING_INLINE void subtractBends(const float* pieces, std::size_t first,
   }
 }
 
-/// Positions of the points that is_other names. They come in stretches: eight are looked at
-/// together.
-PLANAR_MAPPING_INLINE void listOthers(Block& block) {
-  constexpr std::size_t kEight = 8;
-  std::size_t others = 0;
-  for (std::size_t i = 0; i < kBlock; i += kEight) {
-    std::uint64_t eight;
-    std::memcpy(&eight, block.is_other + i, sizeof(eight));
-    if (eight == 0) continue;
-    for (std::size_t k = i; k < i + kEight; ++k) {
-      // Written always and kept sometimes: which points they are no branch could foresee.
-      block.others[others] = static_cast<std::uint16_t>(k);
-      others += block.is_other[k];
-    }
-  }
-  block.number_of_others = others;
-}
-
 // Several short loops: in one, the compiler finds comparisons that decide each other and leaves
 // branches.
 PLANAR_MAPPING_MULTIVERSION
@@ -185,8 +168,8 @@ void classify(std::size_t n, const Kernel& kernel, Block& block) {
   }
   block.on_ground = static_cast<std::size_t>(on_ground);
   for (std::size_t i = 0; i < n; ++i) block.is_other[i] = block.kind[i] > kGround ? 1 : 0;
-  std::fill(block.is_other + n, block.is_other + kBlock, std::uint8_t{0});
-  listOthers(block);
+  block.number_of_others = static_cast<std::size_t>(
+      listMarked<std::uint16_t>(block.is_other, n, 0, block.others) - block.others);
 }
 
 struct Column {

@@ -149,10 +149,15 @@ void KeyFeatureBeliefs::Impl::takeFeatures(const Frame& frame) {
 /// Eq. 4 of the features, and of the dense points where no feature is.
 std::vector<float> KeyFeatureBeliefs::Impl::judgeFeatures(const Frame& frame) {
   const OccupancyParams& occupancy = params.beliefs.occupancy;
-  std::vector<float> xyz;
+  std::vector<float> xyz(3 * (features.size() + dense.points().size()));
   std::vector<std::int32_t> group_of = groups;
+  group_of.resize(xyz.size() / 3);
+  std::size_t number = 0;
   for (const KeyFeature& feature : features) {
-    for (int axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(feature.position[axis]));
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      xyz[3 * number + axis] = static_cast<float>(feature.position[static_cast<int>(axis)]);
+    }
+    ++number;
   }
   if (params.dense_groups) {
     std::vector<std::uint8_t> wanted(cells.groups().size(), 0);
@@ -161,12 +166,13 @@ std::vector<float> KeyFeatureBeliefs::Impl::judgeFeatures(const Frame& frame) {
       const std::int32_t group = dense.groups()[k];
       if (wanted[static_cast<std::size_t>(group)] == 0) continue;
       const float* p = frame.points[static_cast<std::size_t>(dense.points()[k])];
-      xyz.insert(xyz.end(), p, p + 3);
-      group_of.push_back(group);
+      for (std::size_t axis = 0; axis < 3; ++axis) xyz[3 * number + axis] = p[axis];
+      group_of[number++] = group;
     }
   }
+  group_of.resize(number);
   std::vector<float> seen =
-      featureProbabilities(PointsView(xyz.data(), xyz.size() / 3), nullptr, group_of, occupancy);
+      featureProbabilities(PointsView(xyz.data(), number), nullptr, group_of, occupancy);
   seen.resize(features.size());
   return seen;
 }

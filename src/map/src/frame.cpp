@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <string>
 
+#include "planar_mapping/core/detail/marked_positions.h"
 #include "planar_mapping/core/error.h"
 #include "planar_mapping/core/simd.h"
 
@@ -39,21 +39,11 @@ bool areBeliefs(const float* beliefs, std::size_t n) {
   return outside == 0;
 }
 
-/// Positions whose byte is not 0.
+/// Positions whose byte is 1, not 0.
 Indices positionsOf(const std::vector<std::uint8_t>& bytes) {
   Indices positions(static_cast<std::size_t>(std::count(bytes.begin(), bytes.end(), 1)) + 1);
-  std::size_t found = 0;
-  const auto look = [&](std::size_t i) {  // without a branch
-    positions[found] = static_cast<int>(i);
-    found += bytes[i];
-  };
-  std::size_t i = 0;
-  for (std::uint64_t eight = 0; i + sizeof(eight) <= bytes.size(); i += sizeof(eight)) {
-    std::memcpy(&eight, &bytes[i], sizeof(eight));
-    for (std::size_t k = i; eight != 0 && k < i + sizeof(eight); ++k) look(k);
-  }
-  for (; i < bytes.size(); ++i) look(i);
-  positions.resize(found);
+  const int* last = listMarked(bytes.data(), bytes.size(), 0, positions.data());
+  positions.resize(static_cast<std::size_t>(last - positions.data()));
   return positions;
 }
 

@@ -23,7 +23,9 @@ inline int* copyMarked(const int* indices, const std::uint8_t* marks, std::size_
     std::uint64_t eight;
     std::memcpy(&eight, marks + i, sizeof(eight));
     if (eight == all) {
-      std::memmove(to, indices + i, kTogether * sizeof(int));
+      int together[kTogether];  // all are read before any is written, and no function is called
+      std::memcpy(together, indices + i, sizeof(together));
+      std::memcpy(to, together, sizeof(together));
       to += kTogether;
     } else if (eight != (all ^ kOnes)) {
       for (std::size_t k = i; k < i + kTogether; ++k) {

@@ -5,10 +5,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <numeric>
 
-#include "marked_indices.h"
 #include "picture_fingerprint.h"
+#include "planar_mapping/core/detail/marked_positions.h"
 #include "planar_mapping/core/simd.h"
 
 namespace planar_mapping {
@@ -38,15 +37,14 @@ Indices usablePoints(const FrameCloud& cloud) {
   static_assert(sizeof(pcl::PointXYZ) == 4 * sizeof(float), "read as plain numbers");
   constexpr std::size_t kBlock = 1024;
   std::uint8_t usable[kBlock];
-  int numbers[kBlock];
   int kept[kBlock + 1];
   Indices indices;
   indices.reserve(cloud.size());
   for (std::size_t first = 0; first < cloud.size(); first += kBlock) {
     const std::size_t n = std::min(kBlock, cloud.size() - first);
     markUsable(cloud[first].data, n, usable);
-    std::iota(numbers, numbers + n, static_cast<int>(first));
-    indices.insert(indices.end(), kept, detail::copyMarked(numbers, usable, n, 1, kept));
+    indices.insert(indices.end(), kept,
+                   detail::listMarked(usable, n, static_cast<int>(first), kept));
   }
   return indices;
 }

@@ -58,8 +58,9 @@ TEST(GatherPoints, ReadsAnyIndicesAtAnyStride) {
   std::vector<int> repeated(neighbours.begin(), neighbours.begin() + 16);
   repeated[7] = 6;
   const std::vector<int> few = {3, 99, 0};
+  const std::vector<int> gaps = {0, 2, 3, 7, 8, 9, 20, 95, 96, 97, 98, 99};
   for (const std::size_t stride : {3, 4, 5, 8}) {
-    for (const auto& indices : {neighbours, to_the_end, backwards, swapped, repeated, few}) {
+    for (const auto& indices : {neighbours, to_the_end, backwards, swapped, repeated, few, gaps}) {
       expectGathered(stride, indices);
     }
   }

@@ -8,33 +8,35 @@
 #include "../marked_indices.h"
 #include "builtin.h"
 #include "noise_keys.h"
+#include "planar_mapping/core/detail/gather_points.h"
 #include "planar_mapping/core/simd.h"
 
 namespace planar_mapping {
 namespace {
 
-/// Not a number is no depth to be judged.
+/// Marks the points that are not beyond a depth; not a number is no depth to be judged.
 PLANAR_MAPPING_MULTIVERSION
-void markWithin(const float* depths, std::size_t n, float farthest, std::uint8_t* marks) {
-  for (std::size_t i = 0; i < n; ++i) marks[i] = __builtin_fabsf(depths[i]) > farthest ? 0 : 1;
+void markWithin(const float* points, std::size_t stride, const int* indices, std::size_t n,
+                float farthest, std::uint8_t* marks) {
+  constexpr std::size_t kBlock = 1024;
+  float x[kBlock], y[kBlock], z[kBlock];
+  for (std::size_t first = 0; first < n; first += kBlock) {
+    const std::size_t count = n - first < kBlock ? n - first : kBlock;
+    detail::gatherPoints(points, stride, indices + first, count, x, y, z);
+    for (std::size_t i = 0; i < count; ++i) {
+      marks[first + i] = __builtin_fabsf(z[i]) > farthest ? 0 : 1;
+    }
+  }
 }
 
-void keepWithin(float farthest, const FrameCloud& cloud, Indices& indices) {
+void keepWithin(float farthest, const PointsView& points, Indices& indices) {
   constexpr std::size_t kBlock = 1024;
-  // What the processor fetches by itself ends with each page.
-  constexpr std::size_t kAhead = 256;
-  float depths[kBlock];
   std::uint8_t marks[kBlock];
   int* kept = indices.data();
   for (std::size_t first = 0; first < indices.size(); first += kBlock) {
     const std::size_t n = std::min(kBlock, indices.size() - first);
     const int* block = indices.data() + first;
-    for (std::size_t i = 0; i < n; ++i) {
-      const float* point = cloud.points[static_cast<std::size_t>(block[i])].data;
-      __builtin_prefetch(point + 4 * kAhead);
-      depths[i] = point[2];
-    }
-    markWithin(depths, n, farthest, marks);
+    markWithin(points.data, points.stride, block, n, farthest, marks);
     kept = detail::copyMarked(block, marks, n, 1, kept);
   }
   indices.resize(static_cast<std::size_t>(kept - indices.data()));
@@ -66,7 +68,7 @@ class DepthErrorLimitStage : public Stage {
   void process(Frame& frame) override {
     const std::optional<StereoNoise> noise = noise_.optionalNoise();
     if (!noise) return;
-    keepWithin(farthestDepth(*noise), *frame.cloud, frame.indices);
+    keepWithin(farthestDepth(*noise), viewOf(*frame.cloud), frame.indices);
   }
 
  private:

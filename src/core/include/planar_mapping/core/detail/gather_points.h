@@ -12,24 +12,27 @@ namespace planar_mapping::detail {
 
 using FourFloats = float __attribute__((vector_size(16)));
 
-/// Asks for the points that come a page later: what the processor fetches by itself ends with each
-/// page, and a pass over a cloud larger than its caches would wait there. A hint, never an access.
+/// Asks for the points that come two pages later, into the second cache: what the processor fetches
+/// by itself ends with each page, and a pass over a cloud larger than its caches would wait there.
+/// A hint, never an access.
 PLANAR_MAPPING_INLINE void fetchAhead(const float* point, std::size_t stride) {
-  constexpr std::size_t kPoints = 256;
-  __builtin_prefetch(point + kPoints * stride);
+  constexpr std::size_t kPoints = 512;
+  constexpr int kToRead = 0;
+  constexpr int kSecondCache = 2;
+  __builtin_prefetch(point + kPoints * stride, kToRead, kSecondCache);
 }
 
-/// Four points side by side, one vector per coordinate.
-/// \param kStride floats from point to point, at least 4; behind the last point nothing is read
-template <std::size_t kStride>
-PLANAR_MAPPING_INLINE void readFour(const float* points, FourFloats& x, FourFloats& y,
+/// Four points of a cloud, one vector per coordinate.
+/// \param one, two, three are read together with the float behind them, \p four with the float
+///        before it
+PLANAR_MAPPING_INLINE void readFour(const float* one, const float* two, const float* three,
+                                    const float* four, FourFloats& x, FourFloats& y,
                                     FourFloats& z) {
-  static_assert(kStride >= 4, "a point is read together with the float behind it");
   FourFloats a, b, c, d;
-  std::memcpy(&a, points, sizeof(a));
-  std::memcpy(&b, points + kStride, sizeof(b));
-  std::memcpy(&c, points + 2 * kStride, sizeof(c));
-  std::memcpy(&d, points + 3 * kStride - 1, sizeof(d));  // the float before the last point
+  std::memcpy(&a, one, sizeof(a));
+  std::memcpy(&b, two, sizeof(b));
+  std::memcpy(&c, three, sizeof(c));
+  std::memcpy(&d, four - 1, sizeof(d));
   const FourFloats ab = __builtin_shufflevector(a, b, 0, 4, 1, 5);
   const FourFloats cd = __builtin_shufflevector(c, d, 0, 5, 1, 6);
   const FourFloats ab_z = __builtin_shufflevector(a, b, 2, 6, 3, 7);
@@ -37,6 +40,15 @@ PLANAR_MAPPING_INLINE void readFour(const float* points, FourFloats& x, FourFloa
   x = __builtin_shufflevector(ab, cd, 0, 1, 4, 5);
   y = __builtin_shufflevector(ab, cd, 2, 3, 6, 7);
   z = __builtin_shufflevector(ab_z, cd_z, 0, 1, 4, 5);
+}
+
+/// Four points side by side.
+/// \param kStride floats from point to point, at least 4; behind the last point nothing is read
+template <std::size_t kStride>
+PLANAR_MAPPING_INLINE void readFour(const float* points, FourFloats& x, FourFloats& y,
+                                    FourFloats& z) {
+  static_assert(kStride >= 4, "a point is read together with the float behind it");
+  readFour(points, points + kStride, points + 2 * kStride, points + 3 * kStride, x, y, z);
 }
 
 /// The same, three floats from point to point.
@@ -66,48 +78,49 @@ PLANAR_MAPPING_INLINE void readFour(const float* points, std::size_t stride, Fou
   z = FourFloats{points[2], second[2], third[2], fourth[2]};
 }
 
+PLANAR_MAPPING_INLINE void store(const FourFloats& from, float* to) {
+  std::memcpy(to, &from, sizeof(from));
+}
+
 /// The same into arrays.
 PLANAR_MAPPING_INLINE void readFour(const float* points, std::size_t stride, float* x, float* y,
                                     float* z) {
   FourFloats in_x, in_y, in_z;
   readFour(points, stride, in_x, in_y, in_z);
-  std::memcpy(x, &in_x, sizeof(in_x));
-  std::memcpy(y, &in_y, sizeof(in_y));
-  std::memcpy(z, &in_z, sizeof(in_z));
+  store(in_x, x);
+  store(in_y, y);
+  store(in_z, z);
 }
 
-/// The points at the indices, one array per coordinate. Indices mostly come in runs of neighbours:
-/// those are read together.
+PLANAR_MAPPING_INLINE void readOne(const float* point, float* x, float* y, float* z) {
+  *x = point[0];
+  *y = point[1];
+  *z = point[2];
+}
+
+/// The points at the indices, one array per coordinate. Indices mostly ascend: then four points at
+/// a time are turned into coordinates, and none is read beyond its neighbours in the cloud.
 /// \param stride floats from point to point, at least 3
 PLANAR_MAPPING_INLINE void gatherPoints(const float* points, std::size_t stride, const int* indices,
                                         std::size_t n, float* x, float* y, float* z) {
-  constexpr std::size_t kRun = 16;
+  const auto at = [&](std::size_t k) {
+    return points + static_cast<std::size_t>(indices[k]) * stride;
+  };
   std::size_t k = 0;
-  for (; k + kRun <= n; k += kRun) {
-    const int first = indices[k];
-    const float* run = points + static_cast<std::size_t>(first) * stride;
-    for (std::size_t i = 0; i < kRun; i += 4) fetchAhead(run + i * stride, stride);
-    int apart = 0;
-    for (std::size_t i = 0; i < kRun; ++i) apart |= (indices[k + i] - first) ^ static_cast<int>(i);
-    if (apart == 0) {
-      for (std::size_t i = k; i < k + kRun; i += 4) {
-        readFour(run + (i - k) * stride, stride, x + i, y + i, z + i);
-      }
+  for (; k + 4 <= n; k += 4) {
+    const int* i = indices + k;
+    fetchAhead(at(k), stride);
+    if ((i[0] < i[1]) & (i[1] < i[2]) & (i[2] < i[3])) {
+      FourFloats in_x, in_y, in_z;
+      readFour(at(k), at(k + 1), at(k + 2), at(k + 3), in_x, in_y, in_z);
+      store(in_x, x + k);
+      store(in_y, y + k);
+      store(in_z, z + k);
       continue;
     }
-    for (std::size_t i = k; i < k + kRun; ++i) {
-      const float* p = points + static_cast<std::size_t>(indices[i]) * stride;
-      x[i] = p[0];
-      y[i] = p[1];
-      z[i] = p[2];
-    }
+    for (std::size_t j = k; j < k + 4; ++j) readOne(at(j), x + j, y + j, z + j);
   }
-  for (; k < n; ++k) {
-    const float* p = points + static_cast<std::size_t>(indices[k]) * stride;
-    x[k] = p[0];
-    y[k] = p[1];
-    z[k] = p[2];
-  }
+  for (; k < n; ++k) readOne(at(k), x + k, y + k, z + k);
 }
 
 /// All points from the first on, one array per coordinate.
@@ -118,12 +131,7 @@ PLANAR_MAPPING_INLINE void readPoints(const float* points, std::size_t stride, s
     fetchAhead(points + k * stride, stride);
     readFour(points + k * stride, stride, x + k, y + k, z + k);
   }
-  for (; k < n; ++k) {
-    const float* p = points + k * stride;
-    x[k] = p[0];
-    y[k] = p[1];
-    z[k] = p[2];
-  }
+  for (; k < n; ++k) readOne(points + k * stride, x + k, y + k, z + k);
 }
 
 }  // namespace planar_mapping::detail

@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/core/detail/marked_positions.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "planar_mapping/core/random.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+/// Marks in runs, as those of points side by side are.
+std::vector<std::uint8_t> randomMarks(Random& random, std::size_t n) {
+  std::vector<std::uint8_t> marks;
+  while (marks.size() < n) {
+    marks.insert(marks.end(), 1 + random.below(30), static_cast<std::uint8_t>(random.below(2)));
+  }
+  marks.resize(n);
+  return marks;
+}
+
+template <typename Number>
+void expectListed(Number first) {
+  Random random(3);
+  for (std::size_t n = 0; n < 200; ++n) {
+    const std::vector<std::uint8_t> marks = randomMarks(random, n);
+    std::vector<Number> expected;
+    for (std::size_t i = 0; i < n; ++i) {
+      if (marks[i] == 1) expected.push_back(static_cast<Number>(first + i));
+    }
+    std::vector<Number> listed(expected.size() + 1);
+    const Number* last = listMarked(marks.data(), n, first, listed.data());
+    listed.resize(static_cast<std::size_t>(last - listed.data()));
+    EXPECT_EQ(listed, expected) << n;
+  }
+}
+
+TEST(ListMarked, ListsThePositionsOfTheMarkedOnes) {
+  expectListed<std::uint16_t>(0);
+  expectListed<int>(100000);
+}
+
+}  // namespace
+}  // namespace planar_mapping::detail
