@@ -14,10 +14,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+/// A finished map knows of no frames and planes.
 Json factsOf(const PlanarMap& map) {
-  return {{"frames", map.frames()},
+  return {{"frames", map.isFinished() ? Json() : Json(map.frames())},
           {"resolution_m", map.params().approximation.resolution},
-          {"planes", map.planes().size()},
+          {"planes", map.isFinished() ? Json() : Json(map.planes().size())},
           {"cuboids", map.cuboids().size()},
           {"unknown_cells", map.unknownCells()}};
 }
@@ -42,8 +43,8 @@ void addCompareCommand(CLI::App& app, int& exit_code) {
   };
   auto* command = app.add_subcommand("compare", "What differs between two maps");
   const auto arguments = std::make_shared<Arguments>();
-  command->add_option("first", arguments->first, "Map (*.pmap)")->required();
-  command->add_option("second", arguments->second, "Map (*.pmap)")->required();
+  command->add_option("first", arguments->first, "Map (*.pmap, *.pbox)")->required();
+  command->add_option("second", arguments->second, "Map (*.pmap, *.pbox)")->required();
   command
       ->add_option("--threshold", arguments->threshold,
                    "Exit code 6 if a larger share of the occupied cells is in one map only")

@@ -23,18 +23,19 @@ Json mapInfo(const std::string& path) {
   std::size_t planar = 0;
   for (const Cuboid& cuboid : map.cuboids()) planar += cuboid.plane_id >= 0 ? 1 : 0;
   const CuboidApproximationParams& approximation = map.params().approximation;
-  Json info = {{"type", "map"},
+  Json info = {{"type", map.isFinished() ? "finished map" : "map"},
                {"resolution_m", approximation.resolution},
-               {"profile", approximation.profile == Profile::Paper ? "paper" : "compact"},
-               {"frames", map.frames()},
-               {"planes", map.planes().size()},
-               {"cuboids",
-                {{"planar", planar},
-                 {"non_planar", map.cuboids().size() - planar},
-                 {"total", map.cuboids().size()}}},
-               {"unknown_cells", map.unknownCells()},
-               {"memory_bytes", map.memoryBytes()},
-               {"file_bytes", fs::file_size(path)}};
+               {"profile", approximation.profile == Profile::Paper ? "paper" : "compact"}};
+  if (!map.isFinished()) {
+    info["frames"] = map.frames();
+    info["planes"] = map.planes().size();
+  }
+  info["cuboids"] = {{"planar", planar},
+                     {"non_planar", map.cuboids().size() - planar},
+                     {"total", map.cuboids().size()}};
+  info["unknown_cells"] = map.unknownCells();
+  info["memory_bytes"] = map.memoryBytes();
+  info["file_bytes"] = fs::file_size(path);
   Vector3 low;
   Vector3 high;
   if (map.bounds(low, high)) info["bounds_m"] = {{"low", toJson(low)}, {"high", toJson(high)}};

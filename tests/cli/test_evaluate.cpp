@@ -68,8 +68,10 @@ TEST_F(Evaluate, TablesHoldEveryMethodAndThePromisedColumns) {
     EXPECT_TRUE(json.contains(fact)) << fact;
   }
   std::set<std::string> methods;
+  double octree_file = 0.0;
   for (const Json& row : json["results"]) {
     methods.insert(row["method"]);
+    const bool is_ours = row["method"] == "PG" || row["method"] == "PG_paper";
     EXPECT_EQ(0.3, row["cell_m"]);
     EXPECT_EQ(2, row["places"]);
     for (const char* name : {"cells", "combination_efficiency", "error_percent", "completeness",
@@ -77,6 +79,16 @@ TEST_F(Evaluate, TablesHoldEveryMethodAndThePromisedColumns) {
       EXPECT_TRUE(row[name].is_number()) << row["method"] << " " << name;
     }
     EXPECT_GT(row["completeness"], 0.5);
+    EXPECT_EQ(row["finished_bytes"].is_number(), is_ours) << row["method"];
+    EXPECT_EQ(row["finished_memory_bytes"].is_number(), is_ours) << row["method"];
+    EXPECT_EQ(row["ot_bytes"].is_number(), row["method"] == "OG") << row["method"];
+    if (row["method"] == "OG") {
+      octree_file = row["file_bytes"];
+      EXPECT_GT(row["ot_bytes"], octree_file);
+    }
+    if (row["method"] == "PG" && octree_file > 0.0) {
+      EXPECT_LT(row["finished_bytes"], 0.5 * octree_file);
+    }
   }
   EXPECT_EQ(1u, methods.count("SG"));
   EXPECT_EQ(1u, methods.count("RA"));

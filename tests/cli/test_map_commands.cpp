@@ -87,7 +87,7 @@ TEST_F(MapCommands, QueryRefusesWhatIsNoQuestion) {
 
 TEST_F(MapCommands, ConvertWritesByExtensionAndNeverOverUnasked) {
   const std::string file = map();
-  for (const char* extension : {"pmap", "json", "csv", "ply", "obj", "sdf"}) {
+  for (const char* extension : {"pmap", "pbox", "json", "csv", "ply", "obj", "sdf"}) {
     const std::string name = std::string("converted.") + extension;
     EXPECT_EQ(planarMap({"convert", file, directory_ / name}).exit_code, 0) << name;
     EXPECT_GT(read(name).size(), 100u) << name;
@@ -101,6 +101,51 @@ TEST_F(MapCommands, ConvertWritesByExtensionAndNeverOverUnasked) {
   const ProgramResult unheard = planarMap({"convert", file, directory_ / "map.stl"});
   EXPECT_EQ(unheard.exit_code, 2);
   EXPECT_NE(unheard.err.find("ply"), std::string::npos) << unheard.err;
+}
+
+TEST_F(MapCommands, FinishedMapsAreReadWhereverMapsAre) {
+  const std::string file = map();
+  const std::string finished = directory_ / "map.pbox";
+  ASSERT_EQ(planarMap({"convert", file, finished}).exit_code, 0);
+  EXPECT_LT(read("map.pbox").size(), read("out1/map.pmap").size());
+  const ProgramResult info = planarMap({"info", finished, "--json"});
+  ASSERT_EQ(info.exit_code, 0) << info.err;
+  const Json facts = Json::parse(info.out),
+             all = Json::parse(planarMap({"info", file, "--json"}).out);
+  EXPECT_EQ(facts["type"], "finished map");
+  EXPECT_EQ(facts["cuboids"], all["cuboids"]);
+  EXPECT_EQ(facts["unknown_cells"], all["unknown_cells"]);
+  EXPECT_EQ(facts["bounds_m"], all["bounds_m"]);
+  EXPECT_FALSE(facts.contains("planes"));
+  const std::vector<std::string> question = {"--ray", "3,-0.5,0.6,1,0,0", "--json"};
+  const auto ask = [&](const std::string& of) {
+    const ProgramResult result = planarMap({"query", of, question[0], question[1], question[2]});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    Json ray = Json::parse(result.out)["ray"][0];
+    ray.erase("cuboids");  // these have an order of their own
+    return ray;
+  };
+  EXPECT_EQ(ask(finished), ask(file));
+  EXPECT_EQ(planarMap({"compare", file, finished}).exit_code, 0);
+  EXPECT_EQ(planarMap({"convert", finished, directory_ / "again.pbox"}).exit_code, 0);
+  EXPECT_EQ(read("again.pbox"), read("map.pbox"));
+  EXPECT_EQ(planarMap({"convert", finished, directory_ / "map.sdf", "--unknown"}).exit_code, 0);
+}
+
+TEST_F(MapCommands, FinishedMapsAreRefusedWhereTheyHaveTooLittle) {
+  const std::string file = map();
+  const std::string finished = directory_ / "map.pbox";
+  ASSERT_EQ(planarMap({"convert", file, finished}).exit_code, 0);
+  const std::string out = directory_ / "none.pmap";
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"convert", finished, out},
+        {"merge", finished, file, "-o", out},
+        {"merge", file, finished, "-o", out}}) {
+    const ProgramResult result = planarMap(arguments);
+    EXPECT_EQ(result.exit_code, 4);
+    EXPECT_NE(result.err.find("finished"), std::string::npos) << result.err;
+    EXPECT_FALSE(exists("none.pmap"));
+  }
 }
 
 TEST_F(MapCommands, MergeMakesOneMapOfSeveral) {

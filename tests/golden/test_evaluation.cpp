@@ -39,6 +39,7 @@ constexpr Tolerance kTolerances[] = {
     {"coverage", -1.0, 0.004, 0.0},
     {"memory_bytes", 1.0, 0.0, 0.03},
     {"file_bytes", 1.0, 0.0, 0.03},
+    {"finished_bytes", 1.0, 0.0, 0.03},
 };
 
 using Figures = std::map<std::string, double>;  ///< by "scene cell figure"

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// prior_maps_writer MAP.pmap...: prints src/map/src/prior_maps.cpp with these maps as the prior
-// ones (scripts/prior_maps.sh).
+// prior_maps_writer pmap|pbox MAP...: prints src/map/src/prior_maps.cpp, or of finished maps
+// prior_finished_maps.cpp, with these maps as the prior ones (scripts/prior_maps.sh).
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <fstream>
@@ -10,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "finished_coder.h"
 #include "planar_mapping/core/error.h"
 #include "record_coder.h"
 
@@ -18,18 +20,32 @@ namespace {
 using namespace planar_mapping::detail;
 using Bytes = std::vector<std::uint8_t>;
 
-MapRecord read(const char* path) {
+template <typename Record, typename Coder>
+Record read(const char* path, Coder coder) {
   constexpr std::size_t kHeader = 9;
   std::ifstream stream(path, std::ios::binary);
   const Bytes file((std::istreambuf_iterator<char>(stream)), {});
   if (file.size() <= kHeader) throw planar_mapping::Error(std::string("cannot read ") + path);
   BitCoder in(file.data() + kHeader, file.size() - kHeader, path);
-  MapRecord record;
-  in.finishReading(RecordCoder::experienced().code(in, record));
+  Record record;
+  in.finishReading(coder.code(in, record));
   return record;
 }
 
-void print(const Bytes& bytes, int count) {
+/// The maps one after the other, by a coder that starts without experience.
+template <typename Record, typename Coder>
+Bytes coded(const std::vector<const char*>& paths) {
+  BitCoder out;
+  Coder learning;
+  for (const char* path : paths) {
+    Record record = read<Record>(path, Coder::experienced());
+    learning.code(out, record);
+  }
+  return out.finish(0);
+}
+
+void print(const std::string& name, Bytes bytes, std::size_t count) {
+  if (bytes.empty()) bytes.push_back(0);  // an array has a byte at least
   std::printf(
       "// SPDX-FileCopyrightText: planar_mapping contributors\n"
       "// SPDX-License-Identifier: BSD-3-Clause\n"
@@ -37,11 +53,11 @@ void print(const Bytes& bytes, int count) {
       "// Written by scripts/prior_maps.sh.\n"
       "#include \"prior_maps.h\"\n\n"
       "namespace planar_mapping::detail {\n\n"
-      "const std::size_t kPriorMapCount = %d;\n"
-      "const std::size_t kPriorMapsSize = %zu;\n"
+      "const std::size_t %sCount = %zu;\n"
+      "const std::size_t %ssSize = %zu;\n"
       "// clang-format off\n"
-      "const std::uint8_t kPriorMaps[] = {",
-      count, bytes.size());
+      "const std::uint8_t %ss[] = {",
+      name.c_str(), count, name.c_str(), bytes.size(), name.c_str());
   for (std::size_t i = 0; i < bytes.size(); ++i) {
     std::printf("%s%d%s", i % 25 == 0 ? "\n" : "", bytes[i], i + 1 < bytes.size() ? "," : "");
   }
@@ -55,15 +71,15 @@ void print(const Bytes& bytes, int count) {
 
 int main(int argc, char** argv) {
   try {
-    BitCoder out;
-    RecordCoder learning;
-    for (int i = 1; i < argc; ++i) {
-      MapRecord record = read(argv[i]);
-      learning.code(out, record);
+    const std::string kind = argc > 1 ? argv[1] : "";
+    const std::vector<const char*> paths(argv + std::min(argc, 2), argv + argc);
+    if (kind == "pmap") {
+      print("kPriorMap", coded<MapRecord, RecordCoder>(paths), paths.size());
+    } else if (kind == "pbox") {
+      print("kPriorFinishedMap", coded<FinishedRecord, FinishedCoder>(paths), paths.size());
+    } else {
+      throw planar_mapping::Error("say pmap or pbox");
     }
-    Bytes bytes = out.finish(0);
-    if (bytes.empty()) bytes.push_back(0);  // an array has a byte at least
-    print(bytes, argc - 1);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "prior_maps_writer: %s\n", error.what());
     return 1;

@@ -158,6 +158,7 @@ void CellRun::octreeGrid() {
   for (const PreparedFrame& frame : place_.frames) {
     grid.insert(frame.obstacles, frame.ground, frame.frame.T_world_sensor.translation());
   }
+  const auto ot_bytes = static_cast<double>(grid.otBytes());  // finish() takes the beliefs
   grid.finish();
   std::vector<Cuboid> cuboids = grid.cuboids();
   const double ms = watch.milliseconds();
@@ -166,6 +167,7 @@ void CellRun::octreeGrid() {
   figures.heap_bytes = figures.memory_bytes;
   figures.reported_memory_bytes = static_cast<double>(grid.reportedBytes());
   figures.file_bytes = static_cast<double>(grid.fileBytes());
+  figures.ot_bytes = ot_bytes;
   figures.time_ms_per_frame = perFrame(ms);
   add("OG", std::move(figures), std::move(cuboids));
 }
@@ -194,6 +196,9 @@ void CellRun::planarMap(const PlanarMethod& method) {
   figures.memory_bytes = static_cast<double>(run.map.memoryBytes());
   if (options_.measure_heap) figures.heap_bytes = heapBytesOfCopy(run.map);
   figures.file_bytes = static_cast<double>(run.map.serialize().size());
+  const PlanarMap finished = run.map.finished();
+  figures.finished_bytes = static_cast<double>(finished.serialize().size());
+  figures.finished_memory_bytes = static_cast<double>(finished.memoryBytes());
   figures.time_ms_per_frame = perFrame(run.time_ms);
   add(method.name, std::move(figures), run.map.cuboids());
 }

@@ -108,6 +108,9 @@ const std::vector<FigureColumn>& figureColumns() {
       {"reported_memory_bytes", &Figures::reported_memory_bytes},
       {"heap_bytes", &Figures::heap_bytes, true},
       {"file_bytes", &Figures::file_bytes},
+      {"finished_bytes", &Figures::finished_bytes},
+      {"finished_memory_bytes", &Figures::finished_memory_bytes},
+      {"ot_bytes", &Figures::ot_bytes},
       {"time_ms_per_frame", &Figures::time_ms_per_frame, true},
       {"fused_cells", &Figures::fused_cells},
       {"greedy_cells", &Figures::greedy_cells},
@@ -231,17 +234,19 @@ std::string toMarkdown(const ReportHeader& header, const std::vector<PlaceResult
   for (const Summary& row : summarize(results)) {
     if (first || row.scene != scene) {
       scene = row.scene;
-      markdown += "\n### " + scene + ", " + std::to_string(row.places) +
-                  (row.places == 1 ? " place" : " places: median (quartiles)") +
-                  "\n\n"
-                  "| s m | method | cells | eta | error % | complete % | covered % | held back mm "
-                  "| free space violated % | memory kB | file kB | ms a frame | behind |\n"
-                  "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+      markdown +=
+          "\n### " + scene + ", " + std::to_string(row.places) +
+          (row.places == 1 ? " place" : " places: median (quartiles)") +
+          "\n\n"
+          "| s m | method | cells | eta | error % | complete % | covered % | held back mm "
+          "| free space violated % | memory kB | file kB | .pbox / .ot kB | ms a frame | behind |\n"
+          "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
     }
     first = false;
     const std::string behind = isBaseline(row.method) ? ""
                                : row.losses.empty()   ? "nowhere"
                                                       : joined(row.losses, ", ");
+    const bool ours = !isBaseline(row.method);
     markdown +=
         "| " + text(row.cell) + " | " + row.method + " | " + withSpread(row, &Figures::cells, 0) +
         " | " + fixed(row.median.combination_efficiency, 3) + " | " +
@@ -250,7 +255,8 @@ std::string toMarkdown(const ReportHeader& header, const std::vector<PlaceResult
         " | " + fixed(row.median.held_back_median_m, 1, 1e3) + " | " +
         fixed(row.median.free_space_violation, 2, 100.0) + " | " +
         fixed(row.median.memory_bytes, 1, 1e-3) + " | " + fixed(row.median.file_bytes, 2, 1e-3) +
-        " | " + fixed(row.median.time_ms_per_frame, 1) + " | " + behind + " |\n";
+        " | " + fixed(ours ? row.median.finished_bytes : row.median.ot_bytes, 2, 1e-3) + " | " +
+        fixed(row.median.time_ms_per_frame, 1) + " | " + behind + " |\n";
   }
   return markdown;
 }

@@ -64,6 +64,16 @@ octomap::point3d toOctomap(const Vector3& p) {
   return {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())};
 }
 
+/// Bytes before the data of a file. Not written for real: the library prints when it has done so.
+std::size_t headerBytes(const octomap::OcTree& tree, const char* title) {
+  std::ostringstream header;
+  header << title << "\n"
+         << "# (feel free to add / change comments, but leave the first line as it is!)\n#\n"
+         << "id " << tree.getTreeType() << "\nsize " << tree.size() << "\nres "
+         << tree.getResolution() << "\ndata\n";
+  return header.str().size();
+}
+
 /// Cells in which rays end, with the number of obstacle points in them.
 using RayEnds = std::unordered_map<octomap::OcTreeKey, int, octomap::OcTreeKey::KeyHash>;
 
@@ -208,13 +218,12 @@ std::size_t OctreeGrid::fileBytes() const {
   octomap::OcTree tree(impl_->tree);
   tree.toMaxLikelihood();
   tree.prune();
-  // Not written for real: the library prints when it has done so.
-  std::ostringstream header;
-  header << "# Octomap OcTree binary file\n"
-         << "# (feel free to add / change comments, but leave the first line as it is!)\n#\n"
-         << "id " << tree.getTreeType() << "\nsize " << tree.size() << "\nres "
-         << tree.getResolution() << "\ndata\n";
-  return header.str().size() + 2 * innerNodes(tree);
+  return headerBytes(tree, "# Octomap OcTree binary file") + 2 * innerNodes(tree);
+}
+
+std::size_t OctreeGrid::otBytes() const {
+  constexpr std::size_t kNode = sizeof(float) + 1;  // the log-odds and which children there are
+  return headerBytes(impl_->tree, "# Octomap OcTree file") + kNode * impl_->tree.size();
 }
 
 #else
@@ -265,6 +274,9 @@ std::size_t OctreeGrid::heapBytes() const {
   return 0;
 }
 std::size_t OctreeGrid::fileBytes() const {
+  return 0;
+}
+std::size_t OctreeGrid::otBytes() const {
   return 0;
 }
 

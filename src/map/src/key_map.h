@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 #include <new>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -32,6 +33,10 @@ struct Int3 {
   std::int32_t z = 0;
   bool operator==(const Int3& o) const { return x == o.x && y == o.y && z == o.z; }
 };
+/// By z, then y, then x.
+inline bool isBefore(const Int3& a, const Int3& b) {
+  return std::tie(a.z, a.y, a.x) < std::tie(b.z, b.y, b.x);
+}
 
 /// Keys of three coordinates sort by z, then y, then x.
 inline std::uint64_t packKey(const Int3& c) {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <tuple>
 
 namespace planar_mapping::detail {
 namespace {
@@ -87,10 +86,6 @@ std::int32_t floorDivide(std::int32_t value, std::int32_t divisor) {
 Int3 regionOf(int dimensions, const Int3& at) {
   return {floorDivide(at.x, kRegionSide), floorDivide(at.y, kRegionSide),
           dimensions == 2 ? 0 : floorDivide(at.z, kRegionSide)};
-}
-
-bool isBefore(const Int3& a, const Int3& b) {
-  return std::tie(a.z, a.y, a.x) < std::tie(b.z, b.y, b.x);
 }
 
 bool codeDecision(BitCoder& coder, MixedBit& model, bool bit, const std::uint32_t* context,

@@ -17,6 +17,7 @@ namespace planar_mapping {
 namespace {
 
 constexpr double kMostCells = 1e7;
+constexpr double kMostOccupied = 1e9;  ///< cells of maps that are compared
 
 /// The part [from, to] of a line that lies in a box around the origin. \return whether there is one
 bool clip(const Vector3& half, const Vector3& origin, const Vector3& direction, double& from,
@@ -158,6 +159,7 @@ bool anyUnknown(const detail::UnknownSpace& space, double side, const Vector3& l
 using Cell = std::array<std::int32_t, 3>;
 
 /// Cells with their centres in an occupied cuboid; ascending, none twice.
+/// \throws ParameterError if cuboids are far too large: so that a file cannot ask for any memory
 std::vector<Cell> occupiedCells(const PlanarMap& map, double side) {
   std::vector<Cell> cells;
   const auto first = [side](double from) {
@@ -166,10 +168,15 @@ std::vector<Cell> occupiedCells(const PlanarMap& map, double side) {
   const auto last = [side](double to) {
     return static_cast<std::int32_t>(std::floor(to / side - 0.5));
   };
+  double total = 0.0;
   for (const Cuboid& cuboid : map.cuboids()) {
     const Vector3 reach = cuboid.orientation.toRotationMatrix().cwiseAbs() * (0.5 * cuboid.size);
     const Vector3 low = cuboid.center - reach;
     const Vector3 high = cuboid.center + reach;
+    total += std::max((cuboid.size / side).prod(), (2.0 * reach / side).head<2>().prod());
+    if (!(total < kMostOccupied)) {
+      throw ParameterError("a map whose cuboids hold more than 1e9 cells cannot be compared");
+    }
     for (std::int32_t x = first(low.x()); x <= last(high.x()); ++x) {
       for (std::int32_t y = first(low.y()); y <= last(high.y()); ++y) {
         const Vector3 column(side * (x + 0.5), side * (y + 0.5), low.z());
@@ -202,7 +209,7 @@ std::optional<RayHit> castRay(const PlanarMap& map, const Vector3& origin, const
   const Vector3 along = direction.normalized();
   RayHit hit;
   hit.distance = range;
-  data.derived().index.visitAlong(origin, along, hit.distance, [&](std::uint32_t i) {
+  data.occupied().index.visitAlong(origin, along, hit.distance, [&](std::uint32_t i) {
     const auto number = static_cast<std::int32_t>(i);
     double from = 0.0;
     double to = hit.distance;
@@ -237,7 +244,7 @@ BoxState stateOfBox(const PlanarMap& map, const Vector3& low, const Vector3& hig
   const auto& data = detail::MapAccess::of(map);
   const std::vector<Cuboid>& cuboids = map.cuboids();
   BoxState result;
-  data.derived().index.visitBox(low, high, [&](std::uint32_t i) {
+  data.occupied().index.visitBox(low, high, [&](std::uint32_t i) {
     if (meets(cuboids[i], 0.5 * (low + high), 0.5 * (high - low))) {
       result.cuboids.push_back(static_cast<int>(i));
     }

@@ -110,6 +110,15 @@ void restoreCells(const MapRecord& record, MapData& map) {
 
 }  // namespace
 
+std::vector<LatticeBundle> bundlesOf(const UnknownSpace& space) {
+  std::vector<LatticeBundle> bundles;
+  space.forEachBlock([&](const Int3& at, const UnknownSpace::Block& block) {
+    bundles.push_back({at, block.free, block.unknown});
+  });
+  LatticeCoder::sort(3, bundles);
+  return bundles;
+}
+
 MapRecord recordOf(const MapData& map) {
   MapRecord record;
   record.params = map.params;
@@ -118,10 +127,7 @@ MapRecord recordOf(const MapData& map) {
   record.next_plane_id = map.next_plane_id;
   for (const PlaneLayer& layer : map.resting.open()) record.planes.push_back(recordOf(layer));
   recordCells(map.cells, record);
-  map.unknown.forEachBlock([&](const Int3& at, const UnknownSpace::Block& block) {
-    record.space.push_back({at, block.free, block.unknown});
-  });
-  LatticeCoder::sort(3, record.space);
+  record.space = bundlesOf(map.unknown);
   return record;
 }
 

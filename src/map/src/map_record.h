@@ -36,6 +36,9 @@ struct MapRecord {
   std::vector<LatticeBundle> space;          ///< ones: seen free, twos: unknown
 };
 
+/// Space as a file holds it: ones are seen free, twos unknown.
+std::vector<LatticeBundle> bundlesOf(const UnknownSpace& space);
+
 MapRecord recordOf(const MapData& map);
 /// \throws Error if the parts do not fit each other
 MapData mapOf(const MapRecord& record);

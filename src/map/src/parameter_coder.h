@@ -19,6 +19,8 @@ class ParameterCoder {
  public:
   /// \throws Error, ParameterError
   void code(BitCoder& coder, PlanarMapParams& p);
+  /// Those that a finished map keeps; the others are the usual ones.
+  void codeFinished(BitCoder& coder, PlanarMapParams& p);
   void forget();
 
  private:
@@ -28,10 +30,13 @@ class ParameterCoder {
     std::vector<double> values;
     std::array<AdaptiveBit, kMostKnown> is_value;
   };
+  void codeNumber(BitCoder& coder, std::size_t place, PlanarMapParams& p);
+  void codeKinds(BitCoder& coder, PlanarMapParams& p);
   double codeOne(BitCoder& coder, Known& known, double value);
   double codeNew(BitCoder& coder, double value);
 
-  std::array<Known, 26> known_;
+  static constexpr std::size_t kNumbers = 26;
+  std::array<Known, kNumbers> known_;
   AdaptiveBit decimal_, compact_, unknown_space_;
   SymbolModel<3> places_;
   NumberModel digits_, min_points_;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "frame.h"
 #include "map_merge.h"
@@ -79,6 +80,7 @@ const PlanarMapParams& PlanarMap::params() const {
 }
 
 FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
+  impl_->requireGrowing("insert()");
   detail::Frame frame = detail::makeFrame(observation);
   detail::MapData& map = impl_->data;
   impl_->changed();
@@ -112,12 +114,15 @@ FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
 }
 
 FrameUpdate PlanarMap::merge(const PlanarMap& other, const Pose& T_map_other) {
+  impl_->requireGrowing("merge()");
+  other.impl_->requireGrowing("merge()");
   if (&other == this) return merge(PlanarMap(other), T_map_other);
   impl_->changed();
   return detail::mergeMaps(impl_->data, other.impl_->data, T_map_other);
 }
 
 void PlanarMap::clear() {
+  impl_->requireGrowing("clear()");
   const PlanarMapParams params = impl_->data.params;
   impl_ = std::make_unique<Impl>();
   impl_->data.params = params;
@@ -132,23 +137,43 @@ detail::Compaction& PlanarMap::Impl::compacted(CoverEffort effort) const {
   return cache.compaction;
 }
 
-const PlanarMap::Impl::Cache& PlanarMap::Impl::derived() const {
-  if (cache.ready.load(std::memory_order_acquire)) return cache;
+PlanarMap::Impl::Occupied PlanarMap::Impl::occupied() const {
+  if (finished) return {finished->cuboids, finished->index};
+  const Occupied derived{cache.compaction.list(), cache.index};
+  if (cache.ready.load(std::memory_order_acquire)) return derived;
   const std::lock_guard<std::mutex> lock(cache.mutex);
-  if (cache.ready.load(std::memory_order_relaxed)) return cache;
+  if (cache.ready.load(std::memory_order_relaxed)) return derived;
   cache.index.build(compacted(CoverEffort::Full).makeList(data));
   cache.ready.store(true, std::memory_order_release);
-  return cache;
+  return derived;
+}
+
+void PlanarMap::Impl::requireGrowing(const char* what) const {
+  if (!finished) return;
+  throw InputError(std::string(what) +
+                   " needs a map with planes and beliefs; this one is finished and only answers "
+                   "questions");
+}
+
+PlanarMap PlanarMap::finished() const {
+  if (impl_->finished) return *this;
+  const std::vector<std::uint8_t> file = detail::writeFinishedMap(impl_->data, cuboids());
+  return deserialize(file.data(), file.size());
+}
+bool PlanarMap::isFinished() const {
+  return impl_->finished != nullptr;
 }
 
 const std::vector<Cuboid>& PlanarMap::cuboids() const {
-  return impl_->derived().compaction.list();
+  return impl_->occupied().cuboids;
 }
 std::size_t PlanarMap::cuboidCount() const {
+  if (impl_->finished) return impl_->finished->cuboids.size();
   const std::lock_guard<std::mutex> lock(impl_->cache.mutex);
   return impl_->compacted(CoverEffort::Full).count();
 }
 std::size_t PlanarMap::cuboidCountAtMost() const {
+  if (impl_->finished) return impl_->finished->cuboids.size();
   const std::lock_guard<std::mutex> lock(impl_->cache.mutex);
   return impl_->compacted(CoverEffort::Quick).count();
 }
@@ -179,10 +204,10 @@ const std::vector<std::pair<double, Pose>>& PlanarMap::trajectory() const {
 
 CellState PlanarMap::stateAt(const Vector3& point) const {
   if (!point.allFinite()) return CellState::Unknown;
-  const Impl::Cache& derived = impl_->derived();
+  const Impl::Occupied known = impl_->occupied();
   bool occupied = false;
-  derived.index.visit(point, 0.0, [&](std::uint32_t i) {
-    occupied = contains(derived.compaction.list()[i], point);
+  known.index.visit(point, 0.0, [&](std::uint32_t i) {
+    occupied = contains(known.cuboids[i], point);
     return !occupied;
   });
   if (occupied) return CellState::Occupied;
@@ -194,11 +219,11 @@ CellState PlanarMap::stateAt(const Vector3& point) const {
 }
 
 double PlanarMap::occupancyAt(const Vector3& point) const {
-  const Impl::Cache& derived = impl_->derived();
+  const Impl::Occupied known = impl_->occupied();
   double belief = -1.0;
-  derived.index.visit(point, 0.0, [&](std::uint32_t i) {
-    if (contains(derived.compaction.list()[i], point)) {
-      belief = std::max(belief, static_cast<double>(derived.compaction.list()[i].probability));
+  known.index.visit(point, 0.0, [&](std::uint32_t i) {
+    if (contains(known.cuboids[i], point)) {
+      belief = std::max(belief, static_cast<double>(known.cuboids[i].probability));
     }
     return true;
   });
@@ -208,10 +233,10 @@ double PlanarMap::occupancyAt(const Vector3& point) const {
 
 Indices PlanarMap::cuboidsAt(const Vector3& point, double margin) const {
   requireInRange("margin", margin, 0.0, 1e9, "m");
-  const Impl::Cache& derived = impl_->derived();
+  const Impl::Occupied known = impl_->occupied();
   Indices found;
-  derived.index.visit(point, margin, [&](std::uint32_t i) {
-    if (contains(derived.compaction.list()[i], point, margin)) found.push_back(static_cast<int>(i));
+  known.index.visit(point, margin, [&](std::uint32_t i) {
+    if (contains(known.cuboids[i], point, margin)) found.push_back(static_cast<int>(i));
     return true;
   });
   std::sort(found.begin(), found.end());
@@ -278,6 +303,7 @@ std::size_t PlanarMap::memoryBytes() const {
   std::size_t bytes = sizeof(PlanarMap) + heapBytes(sizeof(Impl)) + data.cells.memoryBytes() +
                       data.unknown.memoryBytes() + data.resting.memoryBytes() +
                       data.trajectory.memoryBytes();
+  if (impl_->finished) bytes += impl_->finished->memoryBytes();
   const std::lock_guard<std::mutex> lock(impl_->cache.mutex);
   const Impl::Cache& cache = impl_->cache;
   return bytes + heapBytes(cache.planes) + heapBytes(cache.trajectory) + cache.index.memoryBytes() +
@@ -285,12 +311,16 @@ std::size_t PlanarMap::memoryBytes() const {
 }
 
 std::vector<std::uint8_t> PlanarMap::serialize() const {
-  return detail::serializeMap(impl_->data);
+  return impl_->finished ? impl_->finished->file : detail::serializeMap(impl_->data);
 }
 
 PlanarMap PlanarMap::deserialize(const std::uint8_t* data, std::size_t size) {
   PlanarMap map;
-  map.impl_->data = detail::deserializeMap(data, size);
+  if (detail::isFinishedFile(data, size)) {
+    map.impl_->finished = detail::readFinishedMap(data, size, map.impl_->data);
+  } else {
+    map.impl_->data = detail::deserializeMap(data, size);
+  }
   return map;
 }
 

@@ -3,17 +3,22 @@
 #pragma once
 
 #include <atomic>
+#include <memory>
 #include <mutex>
 #include <vector>
 
 #include "compaction.h"
 #include "cuboid_index.h"
+#include "finished_map.h"
 #include "map_data.h"
 
 namespace planar_mapping {
 
 struct PlanarMap::Impl {
   detail::MapData data;
+  /// What a finished map has in place of planes and cells: only parameters and space are in the
+  /// data then.
+  std::unique_ptr<const detail::FinishedMap> finished;
 
   /// What const functions derive from the data at the first call after a change. Not copied.
   struct Cache {
@@ -32,16 +37,24 @@ struct PlanarMap::Impl {
   mutable Cache cache;
 
   Impl() = default;
-  Impl(const Impl& other) : data(other.data) {}
+  Impl(const Impl& other) : data(other.data) {
+    if (other.finished) finished = std::make_unique<detail::FinishedMap>(*other.finished);
+  }
 
   /// The compaction; the lock of the cache is held.
   detail::Compaction& compacted(CoverEffort effort) const;
-  const Cache& derived() const;
+  /// What is occupied.
+  struct Occupied {
+    const std::vector<Cuboid>& cuboids;
+    const detail::CuboidIndex& index;
+  };
+  Occupied occupied() const;
   /// Unknown cells that no cuboid occupies. They are many: they are not kept.
   detail::KeyMap<detail::CubeBits> unknownCells() const {
-    return detail::unknownCells(data.unknown, derived().compaction.list(),
-                                data.unknownResolution());
+    return detail::unknownCells(data.unknown, occupied().cuboids, data.unknownResolution());
   }
+  /// \throws InputError if the map is finished
+  void requireGrowing(const char* what) const;
   void changed() {
     cache.counted.store(false, std::memory_order_release);
     cache.ready.store(false, std::memory_order_release);

@@ -24,6 +24,39 @@ void RoundedCoder::code(BitCoder& coder, RoundedNumber& number, const RoundedNum
   number.mantissa = static_cast<std::uint16_t>(highest + (last_ & (highest - 1)));
 }
 
+void PlaneFrameCoder::code(BitCoder& coder, StoredPlane& p) {
+  p.axis = static_cast<std::uint8_t>(axis_.code(coder, p.axis));
+  if (p.axis > 5) coder.fail("has a plane without a normal");
+  double length = 0.0;
+  for (std::size_t i = 0; i < 2; ++i) {
+    p.normal[i] =
+        static_cast<std::int32_t>(normal_[i].codeWithin(coder, p.normal[i], -32768, 32768));
+    length += p.normal[i] * StoredPlane::kDirection * p.normal[i] * StoredPlane::kDirection;
+  }
+  if (length > 0.7) coder.fail("has a plane whose normal is not of length 1");
+  constexpr std::int32_t kHalfTurn = StoredPlane::kHalfTurn;
+  const bool level = p.turn == 0 || p.turn == kHalfTurn;
+  if (level_.code(coder, level)) {
+    p.turn = reversed_.code(coder, p.turn != 0) ? kHalfTurn : 0;
+  } else {
+    // As the last plane that faces the same way: many rooms have right angles.
+    std::int32_t& last = turns_[p.axis];
+    p.turn = last + static_cast<std::int32_t>(turn_.codeWithin(
+                        coder, p.turn - last, 1 - kHalfTurn - last, kHalfTurn - last));
+    last = p.turn;
+  }
+  constexpr std::int64_t kLargest = StoredPlane::kLargest;
+  for (std::size_t i = 0; i < 3; ++i) {
+    p.origin[i] = origin_[i].codeWithin(coder, p.origin[i], -kLargest, kLargest);
+  }
+}
+
+void PlaneFrameCoder::forget() {
+  forgetAll(turn_, axis_, level_, reversed_);
+  for (NumberModel& model : normal_) model.forget();
+  for (NumberModel& model : origin_) model.forget();
+}
+
 /// What the cells of a plane say of where its points are: a good guess.
 struct PlaneCoder::Spread {
   std::array<std::int64_t, 2> mean{};  ///< as StoredPlane::mean
@@ -62,7 +95,7 @@ struct PlaneCoder::Spread {
 
 void PlaneCoder::code(BitCoder& coder, std::vector<PlaneRecord>& planes, double resolution,
                       LatticeCount& count) {
-  turns_ = {};
+  frame_.start();
   for (RoundedCoder* number : {&weight_, &variance_[0], &variance_[1], &residual_}) {
     number->start();
   }
@@ -90,30 +123,8 @@ void PlaneCoder::codeOne(BitCoder& coder, PlaneRecord& plane, std::int32_t last_
 }
 
 void PlaneCoder::codeStored(BitCoder& coder, StoredPlane& p, const Spread& cells) {
-  p.axis = static_cast<std::uint8_t>(axis_.code(coder, p.axis));
-  if (p.axis > 5) coder.fail("has a plane without a normal");
-  double length = 0.0;
-  for (std::size_t i = 0; i < 2; ++i) {
-    p.normal[i] =
-        static_cast<std::int32_t>(normal_[i].codeWithin(coder, p.normal[i], -32768, 32768));
-    length += p.normal[i] * StoredPlane::kDirection * p.normal[i] * StoredPlane::kDirection;
-  }
-  if (length > 0.7) coder.fail("has a plane whose normal is not of length 1");
-  constexpr std::int32_t kHalfTurn = StoredPlane::kHalfTurn;
-  const bool level = p.turn == 0 || p.turn == kHalfTurn;
-  if (level_.code(coder, level)) {
-    p.turn = reversed_.code(coder, p.turn != 0) ? kHalfTurn : 0;
-  } else {
-    // As the last plane that faces the same way: many rooms have right angles.
-    std::int32_t& last = turns_[p.axis];
-    p.turn = last + static_cast<std::int32_t>(turn_.codeWithin(
-                        coder, p.turn - last, 1 - kHalfTurn - last, kHalfTurn - last));
-    last = p.turn;
-  }
+  frame_.code(coder, p);
   constexpr std::int64_t kLargest = StoredPlane::kLargest;
-  for (std::size_t i = 0; i < 3; ++i) {
-    p.origin[i] = origin_[i].codeWithin(coder, p.origin[i], -kLargest, kLargest);
-  }
   weight_.code(coder, p.weight);
   for (std::size_t i = 0; i < 3; ++i) {
     const std::int64_t guess = i < 2 ? cells.mean[i] : 0;
@@ -137,10 +148,8 @@ void PlaneCoder::codeStored(BitCoder& coder, StoredPlane& p, const Spread& cells
 }
 
 void PlaneCoder::forget() {
-  forgetAll(id_, frames_, turn_, anchor_, correlation_, slope_, axis_, level_, reversed_, weight_,
-            residual_, tiles_, beliefs_);
-  for (NumberModel& model : normal_) model.forget();
-  for (NumberModel& model : origin_) model.forget();
+  forgetAll(id_, frames_, frame_, anchor_, correlation_, slope_, weight_, residual_, tiles_,
+            beliefs_);
   for (NumberModel& model : mean_) model.forget();
   for (AdaptiveBit& bit : flat_) bit.forget();
   for (RoundedCoder& model : variance_) model.forget();

@@ -29,6 +29,23 @@ class RoundedCoder {
   std::int64_t last_ = 0;
 };
 
+/// Normals, directions and origins of planes, as StoredPlane keeps them.
+class PlaneFrameCoder {
+ public:
+  void start() { turns_ = {}; }  ///< of another map
+  /// \throws Error
+  void code(BitCoder& coder, StoredPlane& p);
+  void forget();
+
+ private:
+  NumberModel turn_;
+  std::array<NumberModel, 2> normal_;
+  std::array<NumberModel, 3> origin_;
+  SymbolModel<3> axis_;
+  AdaptiveBit level_, reversed_;
+  std::array<std::int32_t, 6> turns_{};  ///< the last one of each axis
+};
+
 /// The planes of a map (docs/file_format.md, "Planes").
 class PlaneCoder {
  public:
@@ -45,13 +62,10 @@ class PlaneCoder {
                LatticeCount& count);
   void codeStored(BitCoder& coder, StoredPlane& p, const Spread& cells);
 
-  NumberModel id_, frames_, turn_, anchor_, correlation_, slope_;
-  std::array<NumberModel, 2> normal_;
-  std::array<NumberModel, 3> origin_, mean_;
-  SymbolModel<3> axis_;
-  AdaptiveBit level_, reversed_;
-  std::array<AdaptiveBit, 2> flat_;      ///< without height, with height
-  std::array<std::int32_t, 6> turns_{};  ///< the last one of each axis
+  NumberModel id_, frames_, anchor_, correlation_, slope_;
+  PlaneFrameCoder frame_;
+  std::array<NumberModel, 3> mean_;
+  std::array<AdaptiveBit, 2> flat_;  ///< without height, with height
   RoundedCoder weight_{StoredPlane::kWeightBits};
   std::array<RoundedCoder, 2> variance_{RoundedCoder(StoredPlane::kVarianceBits),
                                         RoundedCoder(StoredPlane::kVarianceBits)};

@@ -13,4 +13,9 @@ extern const std::uint8_t kPriorMaps[];
 extern const std::size_t kPriorMapsSize;
 extern const std::size_t kPriorMapCount;
 
+/// The same of finished maps (docs/finished_map.md).
+extern const std::uint8_t kPriorFinishedMaps[];
+extern const std::size_t kPriorFinishedMapsSize;
+extern const std::size_t kPriorFinishedMapCount;
+
 }  // namespace planar_mapping::detail

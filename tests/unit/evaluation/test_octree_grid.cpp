@@ -190,6 +190,9 @@ TEST_F(OctreeGridTest, InsertsAndWritesAsOctoMapDoes) {
     ASSERT_NE(node, nullptr);
     EXPECT_EQ(static_cast<float>(node->getOccupancy()), cuboid.probability);
   }
+  std::ostringstream with_beliefs;
+  expected.write(with_beliefs);
+  EXPECT_EQ(octree.otBytes(), with_beliefs.str().size());
   octree.finish();
   std::ostringstream file;
   expected.writeBinary(file);

@@ -109,6 +109,15 @@ void walkAndCount(const std::vector<test::View>& views, Profile profile, double 
   const Heap before_loading = heap;
   const PlanarMap loaded = PlanarMap::deserialize(file.data(), file.size());
   expectCounted(loaded, before_loading);
+
+  const std::vector<std::uint8_t> finished_file = map.finished().serialize();
+  const Heap before_finished = heap;
+  const PlanarMap finished = PlanarMap::deserialize(finished_file.data(), finished_file.size());
+  static_cast<void>(finished.unknownCells());
+  expectCounted(finished, before_finished);
+  const Heap before_finished_copy = heap;
+  const PlanarMap finished_copy(finished);
+  expectCounted(finished_copy, before_finished_copy);
 }
 
 TEST(MapHeap, IsWhatTheMapSaysItTakes) {

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "finished_coder.h"
 #include "planar_mapping/core/random.h"
 #include "prior_maps.h"
 #include "record_coder.h"
@@ -14,37 +15,60 @@ namespace {
 using Bytes = std::vector<std::uint8_t>;
 
 /// The prior maps in the order of the format.
-std::vector<MapRecord> priorMaps() {
-  BitCoder in(kPriorMaps, kPriorMapsSize, "the prior maps");
-  RecordCoder learning;
-  std::vector<MapRecord> maps(kPriorMapCount);
-  for (MapRecord& map : maps) learning.code(in, map);
+template <typename Record, typename Coder>
+std::vector<Record> priorMaps(const std::uint8_t* data, std::size_t size, std::size_t count) {
+  BitCoder in(data, size, "the prior maps");
+  Coder learning;
+  std::vector<Record> maps(count);
+  for (Record& map : maps) learning.code(in, map);
   in.finishReading(0);
   return maps;
 }
+std::vector<MapRecord> priorMaps() {
+  return priorMaps<MapRecord, RecordCoder>(kPriorMaps, kPriorMapsSize, kPriorMapCount);
+}
+std::vector<FinishedRecord> priorFinishedMaps() {
+  return priorMaps<FinishedRecord, FinishedCoder>(kPriorFinishedMaps, kPriorFinishedMapsSize,
+                                                  kPriorFinishedMapCount);
+}
 
-Bytes coded(const std::vector<MapRecord>& maps) {
+template <typename Coder, typename Record>
+Bytes coded(const std::vector<Record>& maps) {
   BitCoder out;
-  RecordCoder learning;
-  for (MapRecord map : maps) learning.code(out, map);
+  Coder learning;
+  for (Record map : maps) learning.code(out, map);
   return out.finish(0);
 }
 
+template <typename Coder, typename Record>
+void expectSmallerWithExperience(Record map) {
+  BitCoder with, without;
+  Coder::experienced().code(with, map);
+  Coder().code(without, map);
+  EXPECT_LT(with.finish(0).size() * 4, without.finish(0).size() * 3);
+}
+
+// These fail where contexts or rates of a coder change: then the version must, and the maps be made
+// again (scripts/prior_maps.sh).
+
 TEST(PriorMaps, AreWhatACoderWithoutExperienceWrites) {
-  // Fails where contexts or rates of the coder change: then the version must, and the maps be made
-  // again (scripts/prior_maps.sh).
   const std::vector<MapRecord> maps = priorMaps();
   ASSERT_GE(maps.size(), 4u);
   for (const MapRecord& map : maps) EXPECT_EQ(map.trajectory.size(), 10u);
-  EXPECT_EQ(coded(maps), Bytes(kPriorMaps, kPriorMaps + kPriorMapsSize));
+  EXPECT_EQ(coded<RecordCoder>(maps), Bytes(kPriorMaps, kPriorMaps + kPriorMapsSize));
+}
+
+TEST(PriorMaps, OfFinishedMapsAreWhatACoderWithoutExperienceWrites) {
+  const std::vector<FinishedRecord> maps = priorFinishedMaps();
+  ASSERT_GE(maps.size(), 4u);
+  for (const FinishedRecord& map : maps) EXPECT_FALSE(map.planes.empty());
+  EXPECT_EQ(coded<FinishedCoder>(maps),
+            Bytes(kPriorFinishedMaps, kPriorFinishedMaps + kPriorFinishedMapsSize));
 }
 
 TEST(PriorMaps, MakeSmallFilesSmaller) {
-  MapRecord map = priorMaps()[2];
-  BitCoder with, without;
-  RecordCoder::experienced().code(with, map);
-  RecordCoder().code(without, map);
-  EXPECT_LT(with.finish(0).size() * 4, without.finish(0).size() * 3);
+  expectSmallerWithExperience<RecordCoder>(priorMaps()[2]);
+  expectSmallerWithExperience<FinishedCoder>(priorFinishedMaps()[2]);
 }
 
 TEST(BitCoder, ReadsWhatWasWrittenAtTheRimsOfChances) {

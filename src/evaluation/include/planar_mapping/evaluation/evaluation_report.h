@@ -31,6 +31,9 @@ struct Figures {
   std::optional<double> reported_memory_bytes;  ///< as the structure's own library says
   std::optional<double> heap_bytes;             ///< that a copy of the structure takes
   std::optional<double> file_bytes;
+  std::optional<double> finished_bytes;         ///< ours: file of the finished map
+  std::optional<double> finished_memory_bytes;  ///< ours: of the finished map
+  std::optional<double> ot_bytes;               ///< OG: file with beliefs
   std::optional<double> time_ms_per_frame;
   std::optional<double> fused_cells;   ///< RA: by fusion
   std::optional<double> greedy_cells;  ///< RA: by the greedy cover

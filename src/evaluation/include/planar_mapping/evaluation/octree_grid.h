@@ -76,6 +76,8 @@ class PLANAR_MAPPING_EXPORT OctreeGrid {
   /// Bytes of the .bt file (header included); as it stands after finish(), which changes nothing
   /// in it.
   std::size_t fileBytes() const;
+  /// Bytes of the .ot file, which has the beliefs: of the tree as it is now.
+  std::size_t otBytes() const;
 
  private:
   struct Impl;

@@ -11,14 +11,15 @@
 namespace planar_mapping {
 namespace io {
 
-/// Writes a .pmap file (docs/file_format.md), whole or not at all.
+/// Writes a .pmap file (docs/file_format.md), or of a finished map a .pbox file
+/// (docs/finished_map.md), whole or not at all.
 /// \throws IoError if the file exists and must not be overwritten, or cannot be written
 PLANAR_MAPPING_EXPORT void saveMap(const PlanarMap& map, const std::string& path,
                                    Overwrite overwrite = Overwrite::Refuse);
 
-/// Reads a .pmap file. Memory stays below a small multiple of the size of the file, whatever the
-/// bytes are.
-/// \throws IoError if the file is missing, unreadable, cut short, damaged or no map
+/// Reads a .pmap or .pbox file. Memory stays below a small multiple of the size of the file,
+/// whatever the bytes are. \throws IoError if the file is missing, unreadable, cut short, damaged
+/// or no map
 PLANAR_MAPPING_EXPORT PlanarMap loadMap(const std::string& path);
 
 }  // namespace io

@@ -141,9 +141,20 @@ class PLANAR_MAPPING_EXPORT PlanarMap {
 
   const PlanarMapParams& params() const;
 
+  /// The map as planners, simulators and a narrow radio link want it, in a fraction of the bytes:
+  /// the same cuboids in an order of its own, seen free and unknown space, resolutions, thickness
+  /// and profile. It answers all questions as this map does, but for beliefs (1 in all cuboids).
+  /// Planes, trajectory, frames and the other parameters are gone, and nothing can be added.
+  /// Cuboids on no plane, in the profile Paper, are rounded: lengths to 1/1024 of the resolution.
+  /// A finished map gives itself.
+  PlanarMap finished() const;
+  bool isFinished() const;
+
   /// Associates the planes of the frame with those of the map, refits, extends patches, updates
   /// probabilities and unknown space, rebuilds the cuboids of what was touched.
-  /// \throws InputError if indices or sizes do not fit the cloud, or the pose is not finite
+  /// \throws InputError if indices or sizes do not fit the cloud, the pose is not finite, or the
+  /// map
+  ///         is finished
   FrameUpdate insert(const FrameObservation& frame);
   /// Adds what another map knows, as if its frames had come after ours, but for what they would
   /// have seen through here. Its planes come with their rasters; those that lie on one of ours are
@@ -151,9 +162,10 @@ class PLANAR_MAPPING_EXPORT PlanarMap {
   /// Our parameters stay; frames() and trajectory() count its frames as well.
   /// \param T_map_other  from the world of the other to ours; where it is no motion by whole cells
   ///                     non-planar cells and space are resampled, cell by nearest cell
-  /// \throws InputError if profile, resolution or thickness differ, or the pose is no rigid motion
+  /// \throws InputError if profile, resolution or thickness differ, the pose is no rigid motion, or
+  ///         one of the maps is finished
   FrameUpdate merge(const PlanarMap& other, const Pose& T_map_other = Pose::Identity());
-  /// Forgets everything but the parameters.
+  /// Forgets everything but the parameters. \throws InputError if the map is finished
   void clear();
 
   /// Occupied cuboids: planes' own by plane id, then boxes; those on a plane have its id as well.
@@ -187,8 +199,10 @@ class PLANAR_MAPPING_EXPORT PlanarMap {
   /// Bytes of the live structure, counted.
   std::size_t memoryBytes() const;
 
-  /// The .pmap bytes (docs/file_format.md); the same map always gives the same bytes.
+  /// The .pmap bytes (docs/file_format.md), of a finished map the .pbox bytes
+  /// (docs/finished_map.md); the same map always gives the same bytes.
   std::vector<std::uint8_t> serialize() const;
+  /// Reads either.
   /// \throws Error naming what is wrong, with memory and recursion bounded by the size given
   static PlanarMap deserialize(const std::uint8_t* data, std::size_t size);
 

@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "finished_map.h"
+
+#include <utility>
+
+#include "file_frame.h"
+#include "finished_coder.h"
+#include "map_record.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+constexpr FileFrame kFrame{{'P', 'B', 'O', 'X'}, 1, "version 1"};
+
+}  // namespace
+
+std::size_t FinishedMap::memoryBytes() const {
+  return heapBytes(sizeof(FinishedMap)) + heapBytes(file) + heapBytes(cuboids) +
+         index.memoryBytes();
+}
+
+std::vector<std::uint8_t> writeFinishedMap(const MapData& map, const std::vector<Cuboid>& cuboids) {
+  FinishedRecord record = finishedRecordOf(map, cuboids);
+  BitCoder coder;
+  const std::size_t fewest = FinishedCoder::experienced().code(coder, record);
+  return kFrame.around(coder.finish(fewest));
+}
+
+bool isFinishedFile(const std::uint8_t* data, std::size_t size) {
+  return kFrame.starts(data, size);
+}
+
+std::unique_ptr<const FinishedMap> readFinishedMap(const std::uint8_t* data, std::size_t size,
+                                                   MapData& map) {
+  BitCoder coder = kFrame.open(data, size);
+  FinishedRecord record;
+  coder.finishReading(FinishedCoder::experienced().code(coder, record));
+  auto finished = std::make_unique<FinishedMap>();
+  finished->file.assign(data, data + size);
+  finished->cuboids = cuboidsOf(record);
+  finished->index.build(finished->cuboids);
+  map.params = record.params;
+  // No question tells seen free from never seen.
+  std::vector<UnknownSpace::PlacedBlock> unknown;
+  for (const LatticeBundle& b : record.space) {
+    if (b.twos != 0) unknown.push_back({b.at, {0, b.twos}});
+  }
+  map.unknown.add(unknown);
+  return finished;
+}
+
+}  // namespace planar_mapping::detail
