@@ -104,8 +104,8 @@ void convertQuarters(const float* points, std::size_t stride, int width, const f
     }
     for (int r = 0; r < kQuarterSide; r += 2, to += kLanes) {
       const float* four = points + r * row + static_cast<std::size_t>(column) * stride;
-      fetchAhead(four, stride);
-      fetchAhead(four + row, stride);
+      fetch(four + kQuarterSide * row);
+      fetch(four + (kQuarterSide + 1) * row);
       FloatLanes x, y, z, masked;
       readFours(four, four + row, stride, x, y, z);
       join(mask + r * width + column, mask + (r + 1) * width + column, masked);
@@ -156,10 +156,9 @@ DisparityParams::DisparityParams(const MultiPlaneParams& params, const StereoNoi
       noise_factor(params.noise_factor),
       min_inliers(params.min_inliers) {}
 
-DisparityTiles tileDisparities(const PointsView& points, const Indices* indices,
-                               const StereoNoise& camera, int threads) {
-  DisparityTiles result;
-  TiledCloud& cloud = result.cloud;
+TiledCloud tileDisparities(const PointsView& points, const Indices* indices,
+                           const StereoNoise& camera, int threads) {
+  TiledCloud cloud;
   cloud.width = static_cast<int>(points.width);
   cloud.height = static_cast<int>(points.height);
   cloud.columns = (cloud.width + kTileSide - 1) / kTileSide;
@@ -170,7 +169,6 @@ DisparityTiles tileDisparities(const PointsView& points, const Indices* indices,
   cloud.room[0] = cloud.memory.get();
   cloud.room[1] = cloud.room[0] + sums;
   cloud.xyz = reinterpret_cast<float*>(cloud.room[1] + sums);
-  result.sums = emptyTileGrid(cloud);
   const Conversion conversion = {static_cast<float>(camera.focal_length),
                                  static_cast<float>(camera.baseline * camera.focal_length)};
   const auto width = static_cast<std::size_t>(cloud.width);
@@ -210,11 +208,8 @@ DisparityTiles tileDisparities(const PointsView& points, const Indices* indices,
         }
       }
     }
-    // While they are in the cache.
-    const int first_tile = static_cast<int>(tile_row) * cloud.columns;
-    sumTiles(cloud, first_tile, first_tile + cloud.columns, result.sums.sums);
   });
-  return result;
+  return cloud;
 }
 
 DisparityFit fitDisparity(const MomentSums& s) {

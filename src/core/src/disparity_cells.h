@@ -114,15 +114,10 @@ struct DisparityParams {
   }
 };
 
-/// A cloud in disparity space, cut into tiles: x, y and z of TiledCloud are X, Y and D.
-struct DisparityTiles {
-  TiledCloud cloud;
-  CellGrid sums;  ///< of the tiles
-};
-
-/// Points that are not in front of the camera do not count.
-DisparityTiles tileDisparities(const PointsView& points, const Indices* indices,
-                               const StereoNoise& camera, int threads);
+/// The cloud in disparity space, cut into tiles: x, y and z of TiledCloud are X, Y and D. Points
+/// that are not in front of the camera do not count.
+TiledCloud tileDisparities(const PointsView& points, const Indices* indices,
+                           const StereoNoise& camera, int threads);
 
 /// Regression of D in a cell or the window around it.
 struct DisparityFit {

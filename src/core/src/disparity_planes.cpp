@@ -201,9 +201,8 @@ PlaneSet findPlanesDisparity(const PointsView& points, const Indices* indices,
   set.diagnostics.method = PlaneSearchMethod::Disparity;
   set.diagnostics.points_considered = indices != nullptr ? indices->size() : points.size;
   DisparityParams own(params, *params.noise);
-  const DisparityTiles tiled = tileDisparities(points, indices, own.camera, params.threads);
-  const TiledCloud& cloud = tiled.cloud;
-  const CellGrid& tiles = tiled.sums;
+  const TiledCloud cloud = tileDisparities(points, indices, own.camera, params.threads);
+  const CellGrid tiles = tileGrid(cloud, params.threads);
   const double finite = std::accumulate(tiles.moment(kN), tiles.moment(kN) + tiles.cells(), 0.0);
   set.diagnostics.points_not_finite =
       set.diagnostics.points_considered - static_cast<std::size_t>(finite);

@@ -5,6 +5,7 @@
 
 #include "ground_model.h"
 #include "labelled_cells.h"
+#include "planar_mapping/core/detail/gather_points.h"
 #include "planar_mapping/core/random.h"
 #include "planar_mapping/core/simd.h"
 #include "point_indices.h"
@@ -204,7 +205,7 @@ GroundSample drawGroundSample(const PointsView& points, const Indices* indices,
   Random random(params.seed, 0);
   for (auto* values : {&sample.x, &sample.y, &sample.z, &sample.depth}) values->reserve(draws);
   // The points lie all over the memory: fetched together they cost a fraction of one by one.
-  constexpr std::size_t kTogether = 64;
+  constexpr std::size_t kTogether = 1024;
   std::size_t drawn[kTogether];
   std::size_t first = 0;
   for (std::size_t begin = 0; begin < draws; begin += kTogether) {
@@ -218,7 +219,7 @@ GroundSample drawGroundSample(const PointsView& points, const Indices* indices,
     }
     for (std::size_t i = 0; i < count; ++i) {
       drawn[i] = at(indices, drawn[i]);
-      __builtin_prefetch(points[drawn[i]]);
+      fetch(points[drawn[i]]);
     }
     for (std::size_t i = 0; i < count; ++i) {
       if (!points.isFinite(drawn[i])) continue;

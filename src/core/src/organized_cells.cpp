@@ -179,17 +179,12 @@ std::vector<NoiseSample> noiseSamples(const std::vector<CellFit>& windows, doubl
 
 }  // namespace
 
-CellGrid emptyTileGrid(const TiledCloud& cloud) {
+CellGrid tileGrid(const TiledCloud& cloud, int threads) {
   CellGrid grid;
   grid.columns = cloud.columns;
   grid.rows = cloud.rows;
   grid.capacity = kTileArea;
   grid.allocate(nullptr);
-  return grid;
-}
-
-CellGrid tileGrid(const TiledCloud& cloud, int threads) {
-  CellGrid grid = emptyTileGrid(cloud);
   parallelFor(static_cast<std::size_t>(cloud.rows), threads, [&](std::size_t row) {
     const int first = static_cast<int>(row) * cloud.columns;
     sumTiles(cloud, first, first + cloud.columns, grid.sums);

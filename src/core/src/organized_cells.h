@@ -149,8 +149,6 @@ struct CellGrid {
   double count(int cell) const { return sums[cell]; }
 };
 
-/// A cell for each tile, with sums that are not set.
-CellGrid emptyTileGrid(const TiledCloud& cloud);
 CellGrid tileGrid(const TiledCloud& cloud, int threads);
 CellGrid freeQuarterGrid(const TiledCloud& cloud, const std::vector<std::int16_t>& labels,
                          int threads);

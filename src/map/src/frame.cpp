@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <string>
 
 #include "planar_mapping/core/detail/marked_positions.h"
@@ -45,6 +46,25 @@ Indices positionsOf(const std::vector<std::uint8_t>& bytes) {
   const int* last = listMarked(bytes.data(), bytes.size(), 0, positions.data());
   positions.resize(static_cast<std::size_t>(last - positions.data()));
   return positions;
+}
+
+/// Gives the bytes of points a value. Indices mostly come in runs of neighbours.
+void setBytes(const Indices& indices, std::uint8_t value, std::vector<std::uint8_t>& bytes) {
+  constexpr std::size_t kRun = 8;
+  std::uint8_t run[kRun];
+  std::fill_n(run, kRun, value);
+  std::size_t k = 0;
+  for (; k + kRun <= indices.size(); k += kRun) {
+    const int* i = indices.data() + k;
+    int apart = 0;
+    for (std::size_t j = 0; j < kRun; ++j) apart |= (i[j] - i[0]) ^ static_cast<int>(j);
+    if (apart == 0) {
+      std::memcpy(&bytes[static_cast<std::size_t>(i[0])], run, kRun);
+    } else {
+      for (std::size_t j = 0; j < kRun; ++j) bytes[static_cast<std::size_t>(i[j])] = value;
+    }
+  }
+  for (; k < indices.size(); ++k) bytes[static_cast<std::size_t>(indices[k])] = value;
 }
 
 /// Those whose byte is 1; none if that is all of them.
@@ -171,10 +191,10 @@ Frame makeFrame(const FrameObservation& observation) {
   if (observation.indices != nullptr || observation.ground != nullptr) {
     frame.use.assign(n, observation.indices == nullptr ? 1 : 0);
     if (observation.indices != nullptr) {
-      for (const int i : *observation.indices) frame.use[static_cast<std::size_t>(i)] = 1;
+      setBytes(*observation.indices, 1, frame.use);
     }
     if (observation.ground != nullptr) {
-      for (const int i : *observation.ground) frame.use[static_cast<std::size_t>(i)] = 0;
+      setBytes(*observation.ground, 0, frame.use);
     }
   }
 
@@ -198,7 +218,7 @@ Frame makeFrame(const FrameObservation& observation) {
     }
     for (const PlaneSegment& segment : *observation.planes) {
       frame.inliers.push_back(frame.use.empty() ? std::nullopt : filtered(segment.inliers, rest));
-      for (const int i : segment.inliers) rest[static_cast<std::size_t>(i)] = 0;
+      setBytes(segment.inliers, 0, rest);
       const Indices& inliers = frame.inliersOf(frame.planes.size());
       frame.planes.push_back(
           orientedTowards(transformed(segment.plane, T_world_sensor), frame.sensor));

@@ -355,6 +355,27 @@ TEST(PlanarMap, MapsNoGroundAndOnlyTheIndicesGiven) {
   EXPECT_TRUE(by_ground.isOccupied({0.0, 5.02, 1.2}));
 }
 
+TEST(PlanarMap, MapsIndicesInAnyOrderAndRepeatedOnesOnce) {
+  const View view = look(Scene(), lookFrom({0.0, 0.0, 1.0}));
+  // From the first to the last of eight as far apart as neighbours are, but two points only.
+  Indices repeated, once;
+  const auto n = static_cast<int>(view.xyz.size() / 3);
+  for (int i = 0; i + 7 < n; i += 8) {
+    repeated.insert(repeated.end(), {i, i, i, i, i, i, i, i + 7});
+    once.insert(once.end(), {i, i + 7});
+  }
+  const Indices backwards(once.rbegin(), once.rend());
+  const auto mapOf = [&](const Indices& indices) {
+    PlanarMap map(paramsAt(0.1));
+    FrameObservation frame = view.frame();
+    frame.indices = &indices;
+    map.insert(frame);
+    return map.serialize();
+  };
+  EXPECT_EQ(mapOf(repeated), mapOf(once));
+  EXPECT_EQ(mapOf(backwards), mapOf(once));
+}
+
 TEST(PlanarMap, IsInExactlyOneOfThreeStatesAnywhere) {
   PlanarMap map(paramsAt(0.1));
   for (const View& view : walk(3)) map.insert(view.frame());

@@ -12,14 +12,18 @@ namespace planar_mapping::detail {
 
 using FourFloats = float __attribute__((vector_size(16)));
 
-/// Asks for the points that come two pages later, into the second cache: what the processor fetches
-/// by itself ends with each page, and a pass over a cloud larger than its caches would wait there.
-/// A hint, never an access.
-PLANAR_MAPPING_INLINE void fetchAhead(const float* point, std::size_t stride) {
-  constexpr std::size_t kPoints = 512;
+/// Asks for a point that will be read, into the second cache. A hint, never an access.
+PLANAR_MAPPING_INLINE void fetch(const float* point) {
   constexpr int kToRead = 0;
   constexpr int kSecondCache = 2;
-  __builtin_prefetch(point + kPoints * stride, kToRead, kSecondCache);
+  __builtin_prefetch(point, kToRead, kSecondCache);
+}
+
+/// Asks for the points that come two pages later: what the processor fetches by itself ends with
+/// each page, and a pass over a cloud larger than its caches would wait there.
+PLANAR_MAPPING_INLINE void fetchAhead(const float* point, std::size_t stride) {
+  constexpr std::size_t kPoints = 512;
+  fetch(point + kPoints * stride);
 }
 
 /// Four points of a cloud, one vector per coordinate.
