@@ -64,14 +64,25 @@ class FrameCells {
   void giveToPoints(const Indices& indices, const std::vector<float>& of_group, float otherwise,
                     std::vector<float>& values) const;
 
-  /// The cell so many cells on along each axis.
-  static std::uint64_t beside(std::uint64_t cell, int dx, int dy, int dz) {
-    const auto part = [cell](unsigned shift, int step) {
-      return (((cell >> shift) + static_cast<std::uint64_t>(static_cast<std::int64_t>(step))) &
-              kPart)
-             << shift;
+  /// Of the 26 cells around a cell the 13 that come after it, x first, then y, then z: each pair of
+  /// cells is one of these for one of the two.
+  static constexpr std::size_t kFollowing = 13;
+  static std::array<std::uint64_t, kFollowing> following(std::uint64_t cell) {
+    constexpr std::uint64_t kBefore = ~std::uint64_t{0};  // wraps to one less
+    const auto parts = [cell](unsigned shift) {
+      const std::uint64_t at = cell >> shift;
+      return std::array<std::uint64_t, 3>{((at + kBefore) & kPart) << shift, (at & kPart) << shift,
+                                          ((at + 1) & kPart) << shift};
     };
-    return part(42u, dx) | part(21u, dy) | part(0u, dz);
+    const std::array<std::uint64_t, 3> x = parts(42), y = parts(21), z = parts(0);
+    std::array<std::uint64_t, kFollowing> cells;
+    std::size_t number = 0;
+    cells[number++] = x[2] | y[1] | z[1];
+    for (const std::uint64_t along_x : x) cells[number++] = along_x | y[2] | z[1];
+    for (const std::uint64_t along_y : y) {
+      for (const std::uint64_t along_x : x) cells[number++] = along_x | along_y | z[2];
+    }
+    return cells;
   }
 
  private:

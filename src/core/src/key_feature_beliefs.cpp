@@ -208,9 +208,7 @@ void KeyFeatureBeliefs::Impl::findNeighbours() {
   beside_count.assign(all.size(), 0);
   // Each pair is looked up from one side only.
   for (std::size_t g = 0; g < all.size(); ++g) {
-    for (int step = 14; step < 27; ++step) {
-      const std::uint64_t cell =
-          FrameCells::beside(all[g].cell, step % 3 - 1, step / 3 % 3 - 1, step / 9 - 1);
+    for (const std::uint64_t cell : FrameCells::following(all[g].cell)) {
       const std::int32_t other = cells.find(cell, all[g].label);
       if (other < 0) continue;
       beside[g][static_cast<std::size_t>(beside_count[g]++)] = other;
