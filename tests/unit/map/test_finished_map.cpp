@@ -108,7 +108,8 @@ TEST(FinishedMap, AnswersAsTheLiveMapDoes) {
 
 TEST(FinishedMap, HasCuboidsOfAllKinds) {
   std::size_t rectangles = 0, boxes = 0, boxes_on_planes = 0;
-  for (const Cuboid& c : noisyMap(0.1).finished().cuboids()) {
+  const PlanarMap finished = noisyMap(0.1).finished();
+  for (const Cuboid& c : finished.cuboids()) {
     const bool is_straight =
         (c.orientation.toRotationMatrix().cwiseAbs().rowwise().maxCoeff().array() > 1.0 - 1e-12)
             .all();
