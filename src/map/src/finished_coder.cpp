@@ -52,9 +52,8 @@ FinishedCoder FinishedCoder::experienced() {
 std::size_t FinishedCoder::codeCount(BitCoder& coder, NumberModel& model, std::size_t count) {
   const std::uint64_t n = model.code(coder, count);
   const std::size_t most = kFree + kCuboidsPerByte * coder.size();  // when reading
-  if (coder.isReading() && n > most) coder.fail("holds too many cuboids");
+  if (coder.isReading() && n > most - cuboids_) coder.fail("holds too many cuboids");
   cuboids_ += static_cast<std::size_t>(n);
-  if (coder.isReading() && cuboids_ > most) coder.fail("holds too many cuboids");
   return static_cast<std::size_t>(n);
 }
 
