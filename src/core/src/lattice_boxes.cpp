@@ -41,7 +41,41 @@ bool isLargeEnough(const LatticeBox& box, const CoverRules& rules) {
   return true;
 }
 
+/// Widens the box towards \p need where an eighth of the layer beyond a face is required: then it
+/// may as well hold it, as the surface in it may lie at its far side, beyond the tolerance.
+LatticeBox widened(LatticeBox box, const LatticeBox& need, const BitGrid& required,
+                   const BitGrid& allowed) {
+  const auto isWorthHolding = [&](std::size_t axis, bool up) {
+    LatticeBox layer = box;
+    layer.low[axis] = up ? box.high[axis] : box.low[axis] - 1;
+    layer.high[axis] = layer.low[axis] + 1;
+    return 8 * required.count(layer) >= volume(layer) && allowed.all(layer);
+  };
+  for (std::size_t k = 0; k < 3; ++k) {
+    while (box.high[k] < need.high[k] && isWorthHolding(k, true)) ++box.high[k];
+    while (box.low[k] > need.low[k] && isWorthHolding(k, false)) --box.low[k];
+  }
+  return box;
+}
+
 }  // namespace
+
+LatticeBox drawnBackTo(const LatticeBox& need, const BitGrid& required, const BitGrid& allowed,
+                       const CoverRules& rules) {
+  LatticeBox best;
+  std::int64_t most = -1;
+  forEachFit(allowed, rules, need, [&](const LatticeBox& least) {
+    const LatticeBox box = widened(least, need, required, allowed);
+    std::int64_t score = 8 * required.count(box);
+    for (std::size_t k = 0; k < 3; ++k) score += (box.low[k] & 1) == 0;
+    if (score > most) {
+      most = score;
+      best = box;
+    }
+    return true;
+  });
+  return best;
+}
 
 std::vector<LatticeBox> largestBoxes(const BitGrid& required, const BitGrid& allowed,
                                      const CoverRules& rules) {

@@ -106,6 +106,11 @@ inline bool fits(const BitGrid& allowed, const CoverRules& rules, const LatticeB
 std::vector<LatticeBox> largestBoxes(const BitGrid& required, const BitGrid& allowed,
                                      const CoverRules& rules);
 
+/// Of the least boxes of allowed cells that stand for all of \p need the one that holds most of it;
+/// on whole cells if there is a choice. One of them must.
+LatticeBox drawnBackTo(const LatticeBox& need, const BitGrid& required, const BitGrid& allowed,
+                       const CoverRules& rules);
+
 /// A number of boxes of allowed cells that no cover of the required ones can do without: that many
 /// cells are found of which no two have a box in common. The search stops at \p enough.
 std::size_t fewestBoxes(const BitGrid& required, const BitGrid& allowed, const CoverRules& rules,

@@ -8,6 +8,7 @@
 #include <queue>
 #include <utility>
 
+#include "box_search.h"
 #include "cell_parts.h"
 
 namespace planar_mapping::detail {
@@ -35,7 +36,7 @@ class LatticeCover {
     for (const LatticeBox& box : boxes_) box_gain_.push_back(required.count(reach(box)));
   }
 
-  LatticeCoverage run(const BoxList& other) {
+  LatticeCoverage run(const BoxList& other, CoverEffort effort) {
     search(sets_.size());
     if (!sets_.empty()) {
       std::vector<Chosen> with_sets = std::move(chosen_);
@@ -43,6 +44,7 @@ class LatticeCover {
       if (!alone || with_sets.size() <= chosen_.size()) chosen_ = std::move(with_sets);
     }
     if (!other.empty()) improveBy(other);
+    if (effort == CoverEffort::Full) searchBoxes();
     return drawnBack();
   }
 
@@ -77,9 +79,7 @@ class LatticeCover {
       chosen_.back().box = box;
     }
     assign();
-    chosen_.erase(std::remove_if(chosen_.begin(), chosen_.end(),
-                                 [](const Chosen& c) { return c.members.empty(); }),
-                  chosen_.end());
+    dropEmpty();
     // Parts of the cells for which neither cover has a box that stands for others too.
     CellParts parts(cells_.size());
     for (const std::vector<Chosen>* cover : {&before, &chosen_}) {
@@ -105,6 +105,51 @@ class LatticeCover {
     chosen_ = std::move(before);
     ownAgain();
     if (any) improve();
+  }
+
+  void dropEmpty() {
+    chosen_.erase(std::remove_if(chosen_.begin(), chosen_.end(),
+                                 [](const Chosen& c) { return c.members.empty(); }),
+                  chosen_.end());
+  }
+
+  /// Fewer boxes for what no set of the cover holds, if they are found.
+  void searchBoxes() {
+    constexpr std::size_t kNoSet = ~std::size_t{0};
+    std::vector<std::size_t> set_of(cells_.size(), kNoSet);
+    for (std::size_t i = 0; i < chosen_.size(); ++i) {
+      if (chosen_[i].set == nullptr) continue;
+      for (const std::uint32_t number : *chosen_[i].set) set_of[number] = i;
+    }
+    BoxList needs;
+    CellSet alone;
+    for (const Chosen& c : chosen_) {
+      if (c.set != nullptr) continue;
+      needs.push_back(c.need);
+      for (const std::uint32_t number : c.members) {
+        if (set_of[number] == kNoSet) alone.push_back(number);
+      }
+    }
+    std::sort(alone.begin(), alone.end());
+    const auto found = fewerBoxes({allowed_, rules_, numbers_, cells_, boxes_}, alone, needs);
+    if (!found) return;
+    for (const Chosen& c : chosen_) {
+      if (c.set != nullptr) continue;
+      for (const std::uint32_t number : c.members) {
+        if (set_of[number] != kNoSet) chosen_[set_of[number]].members.push_back(number);
+      }
+    }
+    chosen_.erase(std::remove_if(chosen_.begin(), chosen_.end(),
+                                 [](const Chosen& c) { return c.set == nullptr; }),
+                  chosen_.end());
+    for (Chosen& c : chosen_) c.is_settled = false;
+    for (const CellSet& members : *found) {
+      chosen_.emplace_back();
+      chosen_.back().need = hullOf(members);
+      chosen_.back().members = members;
+    }
+    ownAgain();
+    improve();
   }
 
   LatticeBox reach(const LatticeBox& box) const { return grown(box, rules_.tolerance); }
@@ -196,9 +241,7 @@ class LatticeCover {
     for (const std::size_t i : order) {
       if (!chosen_[i].is_settled) any |= dissolve(i);
     }
-    chosen_.erase(std::remove_if(chosen_.begin(), chosen_.end(),
-                                 [](const Chosen& c) { return c.members.empty(); }),
-                  chosen_.end());
+    dropEmpty();
     ownAgain();
     return any;
   }
@@ -267,26 +310,6 @@ class LatticeCover {
     return best;
   }
 
-  /// Is an eighth of the layer beyond the face required? Then the box may as well hold it: the
-  /// surface in it may lie at its far side, beyond the tolerance.
-  bool isWorthHolding(const LatticeBox& box, std::size_t axis, bool up) const {
-    LatticeBox layer = box;
-    layer.low[axis] = up ? box.high[axis] : box.low[axis] - 1;
-    layer.high[axis] = layer.low[axis] + 1;
-    return 8 * required_.count(layer) >= volume(layer) && allowed_.all(layer);
-  }
-
-  /// Widens the box towards \p need.
-  LatticeBox widened(LatticeBox box, const LatticeBox& need) const {
-    for (std::size_t k = 0; k < 3; ++k) {
-      while (box.high[k] < need.high[k] && isWorthHolding(box, k, true)) ++box.high[k];
-      while (box.low[k] > need.low[k] && isWorthHolding(box, k, false)) --box.low[k];
-    }
-    return box;
-  }
-
-  /// Of the least boxes that do, the one that holds most of what it stands for; on whole cells if
-  /// there is a choice.
   LatticeCoverage drawnBack() const {
     LatticeCoverage coverage;
     for (const Chosen& c : chosen_) {
@@ -295,17 +318,7 @@ class LatticeCover {
         continue;
       }
       CoverBox result;
-      std::int64_t most = -1;
-      forEachFit(allowed_, rules_, c.need, [&](const LatticeBox& least) {
-        const LatticeBox box = widened(least, c.need);
-        std::int64_t score = 8 * required_.count(box);
-        for (std::size_t k = 0; k < 3; ++k) score += (box.low[k] & 1) == 0;
-        if (score > most) {
-          most = score;
-          result.box = box;
-        }
-        return true;
-      });
+      result.box = drawnBackTo(c.need, required_, allowed_, rules_);
       result.members.reserve(c.members.size());
       for (const std::uint32_t number : c.members) result.members.push_back(cells_[number]);
       coverage.boxes.push_back(std::move(result));
@@ -335,8 +348,8 @@ class LatticeCover {
 
 LatticeCoverage coverWithin(const BitGrid& required, const BitGrid& allowed,
                             const CoverRules& rules, const std::vector<CellSet>& sets,
-                            const BoxList& other) {
-  return LatticeCover(required, allowed, rules, sets).run(other);
+                            const BoxList& other, CoverEffort effort) {
+  return LatticeCover(required, allowed, rules, sets).run(other, effort);
 }
 
 }  // namespace planar_mapping::detail

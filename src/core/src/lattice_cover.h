@@ -7,6 +7,8 @@
 
 #include "bit_grid.h"
 #include "lattice_boxes.h"
+#include "planar_mapping/core/compact_cover.h"
+#include "set_cover.h"
 
 namespace planar_mapping::detail {
 
@@ -15,10 +17,6 @@ struct CoverBox {
   LatticeBox box;
   std::vector<LatticeCell> members;
 };
-
-/// Cells that something other than a box may stand for: their CellNumbers among the required ones,
-/// ascending.
-using CellSet = std::vector<std::uint32_t>;
 
 struct LatticeCoverage {
   std::vector<CoverBox> boxes;
@@ -32,12 +30,14 @@ struct LatticeCoverage {
 /// are dissolved into their neighbours, of which boxes grow for it, and each box is drawn back to
 /// the cells it holds. Never more than without the sets, nor than the boxes of \p other, a cover of
 /// boxes of allowed cells, if there is one: where it needs fewer for some of the cells, its boxes
-/// take part there.
+/// take part there. At full effort fewerSets() of boxes are looked for then, beside the sets.
 /// Cells of the lattice are halves of the user's: a pair that starts at an even number is
 /// preferred. Deterministic. Every required cell must lie in a set or in a box of the smallest size
 /// of allowed cells.
+/// \param sets  cells that something other than a box may stand for: their CellNumbers among the
+///              required ones
 LatticeCoverage coverWithin(const BitGrid& required, const BitGrid& allowed,
                             const CoverRules& rules, const std::vector<CellSet>& sets = {},
-                            const BoxList& other = {});
+                            const BoxList& other = {}, CoverEffort effort = CoverEffort::Quick);
 
 }  // namespace planar_mapping::detail

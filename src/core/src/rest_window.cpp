@@ -218,7 +218,7 @@ std::vector<std::size_t> RestWindow::cover(const std::vector<CellSet>& sets, Cov
                                            std::vector<Cuboid>& cuboids) const {
   const LatticeCoverage coverage =
       coverWithin(required_, roomForBoxes(), rules_, sets,
-                  effort == CoverEffort::Full ? coverOfWholeCells() : BoxList());
+                  effort == CoverEffort::Full ? coverOfWholeCells() : BoxList(), effort);
   const CellNumbers numbers(required_);
   const std::vector<float> probability = probabilities(numbers);
   for (const CoverBox& c : coverage.boxes) {

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "cell_covers.h"
 #include "lattice_cover.h"
@@ -179,17 +180,49 @@ TEST(LatticeCover, NeedsNoMoreThanAnyOtherCover) {
     for (const LatticeBox& box : halved(other)) required.fill(box);
     const BitGrid allowed = required.dilated({1, 1, 1});
     const std::size_t alone = coverWithin(required, allowed, kRules).boxes.size();
-    const LatticeCoverage cover = coverWithin(required, allowed, kRules, {}, halved(other));
-    EXPECT_LE(cover.boxes.size(), std::min(alone, other.size())) << "seed " << seed;
-    better += cover.boxes.size() < alone ? 1 : 0;
+    const LatticeCoverage quick = coverWithin(required, allowed, kRules, {}, halved(other));
+    EXPECT_LE(quick.boxes.size(), std::min(alone, other.size())) << "seed " << seed;
+    better += quick.boxes.size() < alone ? 1 : 0;
+    const LatticeCoverage full =
+        coverWithin(required, allowed, kRules, {}, halved(other), CoverEffort::Full);
+    EXPECT_LE(full.boxes.size(), quick.boxes.size()) << "seed " << seed;
+    for (const LatticeCoverage* cover : {&quick, &full}) {
+      BitGrid left = required;
+      for (const CoverBox& c : cover->boxes) {
+        ASSERT_TRUE(allowed.all(c.box));
+        left.clear(grown(c.box, kRules.tolerance));
+      }
+      EXPECT_EQ(left.count(), 0);
+    }
+  }
+  EXPECT_GT(better, 0u);
+}
+
+TEST(LatticeCover, FullEffortFindsFewerForCurvedSurfaces) {
+  Random random(2);
+  std::size_t quick = 0;
+  std::size_t full = 0;
+  for (int round = 0; round < 6; ++round) {
+    // The cells of a sphere's shell.
+    BitGrid required(48, 48, 48);
+    const double radius = 12.0 + random.below(8);
+    for (std::int32_t i = 0; i < 48 * 48 * 48; ++i) {
+      const LatticeCell at{i % 48, i / 48 % 48, i / (48 * 48)};
+      const double distance = std::hypot(at[0] - 23.5, at[1] - 23.5, at[2] - 23.5);
+      if (std::abs(distance - radius) < 0.9) required.set(at[0], at[1], at[2]);
+    }
+    const BitGrid allowed = required.dilated({1, 1, 1});
+    const LatticeCoverage cover = coverWithin(required, allowed, kRules, {}, {}, CoverEffort::Full);
     BitGrid left = required;
     for (const CoverBox& c : cover.boxes) {
       ASSERT_TRUE(allowed.all(c.box));
       left.clear(grown(c.box, kRules.tolerance));
     }
     EXPECT_EQ(left.count(), 0);
+    quick += coverWithin(required, allowed, kRules).boxes.size();
+    full += cover.boxes.size();
   }
-  EXPECT_GT(better, 0u);
+  EXPECT_LT(20 * full, 19 * quick) << full << " of " << quick;
 }
 
 }  // namespace
