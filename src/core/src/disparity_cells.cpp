@@ -63,27 +63,6 @@ PLANAR_MAPPING_INLINE void convert(const Conversion& conversion, const FloatLane
   z = pd + counts;
 }
 
-/// Two masked values.
-PLANAR_MAPPING_INLINE std::uint64_t maskedPair() {
-  constexpr float kPair[2] = {kNaN, kNaN};
-  std::uint64_t pair;
-  std::memcpy(&pair, kPair, sizeof(pair));
-  return pair;
-}
-
-/// Is there no point in a quarter? \param mask of its first row, \p width values a row
-PLANAR_MAPPING_INLINE bool isMasked(const float* mask, int width) {
-  static_assert(kQuarterSide * sizeof(float) == 2 * sizeof(std::uint64_t), "read as whole numbers");
-  const std::uint64_t masked = maskedPair();
-  std::uint64_t all = masked;
-  for (int r = 0; r < kQuarterSide; ++r) {
-    std::uint64_t pairs[2];
-    std::memcpy(pairs, mask + r * width, sizeof(pairs));
-    all &= pairs[0] & pairs[1];
-  }
-  return all == masked;
-}
-
 /// Four rows of an image, quarter by quarter, into \p tiles; what is left of a quarter at the end
 /// of the rows stays.
 /// \param mask rows of \p width values
@@ -96,15 +75,9 @@ void convertQuarters(const float* points, std::size_t stride, int width, const f
     float* to = tiles + std::size_t{3} * kTileArea * (column / kTileSide) +
                 pixelInTile(0, column % kTileSide);
     for (int axis = 0; axis < 3; ++axis) __builtin_prefetch(to + kAhead + axis * kTileArea, 1);
-    if (isMasked(mask + column, width)) {  // of a frame without its ground, that is half of them
-      for (int axis = 0; axis < 3; ++axis) {
-        for (int k = 0; k < kQuarterArea; ++k) to[axis * kTileArea + k] = kNaN;
-      }
-      continue;
-    }
     for (int r = 0; r < kQuarterSide; r += 2, to += kLanes) {
       const float* four = points + r * row + static_cast<std::size_t>(column) * stride;
-      fetch(four + kQuarterSide * row);
+      fetch(four + kQuarterSide * row);  // of the next four rows
       fetch(four + (kQuarterSide + 1) * row);
       FloatLanes x, y, z, masked;
       readFours(four, four + row, stride, x, y, z);
