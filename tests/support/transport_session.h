@@ -3,8 +3,10 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <future>
 #include <stdexcept>
+#include <thread>
 
 #include "planar_mapping/transport/frame_listener.h"
 #include "planar_mapping/transport/front_end.h"
@@ -18,8 +20,9 @@ class FakeProducer : public FrameProducer {
   struct Plan {
     std::uint64_t frames = 8;
     std::uint64_t fails_at = ~std::uint64_t{0};  ///< like a crash: no goodbye is said
-    std::string problem = "";                       ///< thrown as InputError at fails_at, if set
+    std::string problem = "";                    ///< thrown as InputError at fails_at, if set
     std::atomic<std::uint64_t>* made = nullptr;
+    const std::atomic<bool>* may_fail = nullptr;  ///< waits for it, 20 s at most
   };
 
   explicit FakeProducer(const Plan& plan) : plan_(plan) {}
@@ -29,6 +32,9 @@ class FakeProducer : public FrameProducer {
   }
   std::optional<Frame> next() override {
     if (position_ == plan_.fails_at) {
+      for (int i = 0; i < 20000 && plan_.may_fail != nullptr && !*plan_.may_fail; ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      }
       if (!plan_.problem.empty()) throw InputError(plan_.problem);
       throw std::runtime_error("crash");
     }

@@ -8,8 +8,7 @@
 namespace planar_mapping::detail {
 namespace {
 
-/// The time of a search grows with the number of boxes times that of those in a cover: this many
-/// take about half a second.
+/// The time of a search grows with the number of boxes times that of those in a cover.
 constexpr std::size_t kMostPairs = std::size_t{1} << 20;
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 

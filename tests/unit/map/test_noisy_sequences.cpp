@@ -78,8 +78,9 @@ TEST(NoisySequences, ACameraAtRestAddsFewCells) {
   // Occupied is what cuboids hold, and those of several cells reach over the gaps between them.
   EXPECT_LE(quarter.tenth, 1.08 * static_cast<double>(quarter.first));
   const AtRest half = tenFramesAtRest(0.5);
-  EXPECT_LE(half.tenth, 1.15 * static_cast<double>(half.first));
-  EXPECT_LE(half.tenth_wrong, 2 * half.first_wrong);
+  // By what there is, which less noise tells: the first look's boxes are tighter than it.
+  EXPECT_LE(half.tenth, 1.26 * static_cast<double>(quarter.first));
+  EXPECT_LE(half.tenth_wrong, half.tenth / 10);
 }
 
 /// A door leaf in the middle of the room, then gone.
