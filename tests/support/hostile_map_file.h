@@ -65,6 +65,27 @@ inline void expectRejectedWhenABitFlips(const Bytes& whole) {
   }
 }
 
+/// Spoils bytes behind the header of a file and gives it its checksums again, 4000 times: it loads
+/// or fails cleanly. \return how often it loads
+template <typename FixChecksum>
+std::size_t loadedWhenSpoilt(const Bytes& whole, std::size_t header, FixChecksum&& fixChecksum) {
+  Random random(6);
+  std::size_t loaded = 0;
+  for (int i = 0; i < 4000; ++i) {
+    Bytes spoilt = whole;
+    const std::uint32_t flips = 1 + random.below(4);
+    for (std::uint32_t k = 0; k < flips; ++k) {
+      const std::size_t at =
+          header + random.below(static_cast<std::uint32_t>(whole.size() - header));
+      spoilt[at] = random.below(2) != 0 ? static_cast<std::uint8_t>(random.below(256))
+                                        : static_cast<std::uint8_t>(0xff);
+    }
+    fixChecksum(spoilt);
+    loaded += loadsOrFailsCleanly(spoilt);
+  }
+  return loaded;
+}
+
 /// What load() says of a file, nothing if it loads.
 inline std::string problemOf(const Bytes& file) {
   try {

@@ -132,4 +132,17 @@ inline View look(const Scene& scene, const Pose& pose, double timestamp = 0.0) {
   return view;
 }
 
+/// Some frames of the scene, each 0.2 m and 0.1 rad from the last one.
+inline PlanarMap mapOfFrames(int frames, Profile profile = Profile::Compact,
+                             double resolution = 0.1) {
+  PlanarMapParams params;
+  params.approximation.profile = profile;
+  params.approximation.resolution = resolution;
+  PlanarMap map(params);
+  for (int i = 0; i < frames; ++i) {
+    map.insert(look(Scene(), lookFrom({-0.2 + 0.2 * i, 0.0, 1.0}, 0.1 * i), i).frame());
+  }
+  return map;
+}
+
 }  // namespace planar_mapping::test

@@ -133,16 +133,15 @@ class LatticeCover {
     std::sort(alone.begin(), alone.end());
     const auto found = fewerBoxes({allowed_, rules_, numbers_, cells_, boxes_}, alone, needs);
     if (!found) return;
-    for (const Chosen& c : chosen_) {
+    for (Chosen& c : chosen_) {
+      c.is_settled = false;
       if (c.set != nullptr) continue;
       for (const std::uint32_t number : c.members) {
         if (set_of[number] != kNoSet) chosen_[set_of[number]].members.push_back(number);
       }
+      c.members.clear();
     }
-    chosen_.erase(std::remove_if(chosen_.begin(), chosen_.end(),
-                                 [](const Chosen& c) { return c.set == nullptr; }),
-                  chosen_.end());
-    for (Chosen& c : chosen_) c.is_settled = false;
+    dropEmpty();
     for (const CellSet& members : *found) {
       chosen_.emplace_back();
       chosen_.back().need = hullOf(members);

@@ -7,25 +7,16 @@
 #include <vector>
 
 #include "planar_mapping/core/random.h"
+#include "random_marks.h"
 
 namespace planar_mapping::detail {
 namespace {
-
-/// Marks in runs, as those of points side by side are.
-std::vector<std::uint8_t> randomMarks(Random& random, std::size_t n) {
-  std::vector<std::uint8_t> marks;
-  while (marks.size() < n) {
-    marks.insert(marks.end(), 1 + random.below(30), static_cast<std::uint8_t>(random.below(2)));
-  }
-  marks.resize(n);
-  return marks;
-}
 
 template <typename Number>
 void expectListed(Number first) {
   Random random(3);
   for (std::size_t n = 0; n < 200; ++n) {
-    const std::vector<std::uint8_t> marks = randomMarks(random, n);
+    const std::vector<std::uint8_t> marks = test::randomMarks(random, n);
     std::vector<Number> expected;
     for (std::size_t i = 0; i < n; ++i) {
       if (marks[i] == 1) expected.push_back(static_cast<Number>(first + i));

@@ -18,18 +18,6 @@ namespace {
 using test::Bytes;
 using test::load;
 
-PlanarMap mapOf(int frames, Profile profile = Profile::Compact, double resolution = 0.1) {
-  PlanarMapParams params;
-  params.approximation.profile = profile;
-  params.approximation.resolution = resolution;
-  PlanarMap map(params);
-  for (int i = 0; i < frames; ++i) {
-    map.insert(
-        test::look(test::Scene(), test::lookFrom({-0.2 + 0.2 * i, 0.0, 1.0}, 0.1 * i), i).frame());
-  }
-  return map;
-}
-
 /// Frames of a room by a noisy camera: planes in all directions, boxes that lie on planes.
 PlanarMap noisyMap(double resolution) {
   PlanarMapParams params;
@@ -99,7 +87,7 @@ void expectSameAnswers(const PlanarMap& live, const PlanarMap& finished) {
 }
 
 TEST(FinishedMap, AnswersAsTheLiveMapDoes) {
-  expectSameAnswers(mapOf(3), mapOf(3).finished());
+  expectSameAnswers(test::mapOfFrames(3), test::mapOfFrames(3).finished());
   for (const double resolution : {0.05, 0.1, 0.3}) {
     const PlanarMap live = noisyMap(resolution);
     expectSameAnswers(live, live.finished());
@@ -123,7 +111,7 @@ TEST(FinishedMap, HasCuboidsOfAllKinds) {
 }
 
 TEST(FinishedMap, RoundsWhatLiesOnNoLatticeInTheProfilePaper) {
-  const PlanarMap live = mapOf(3, Profile::Paper);
+  const PlanarMap live = test::mapOfFrames(3, Profile::Paper);
   const PlanarMap finished = live.finished();
   ASSERT_EQ(finished.cuboids().size(), live.cuboids().size());
   std::size_t rounded = 0;
@@ -203,7 +191,7 @@ TEST(FinishedMap, TakesFewerBytes) {
 }
 
 TEST(FinishedMap, HasNoPlanesAndNoTrajectory) {
-  const PlanarMap finished = mapOf(2).finished();
+  const PlanarMap finished = test::mapOfFrames(2).finished();
   EXPECT_TRUE(finished.planes().empty());
   EXPECT_TRUE(finished.trajectory().empty());
   EXPECT_EQ(finished.frames(), 0u);
@@ -212,7 +200,7 @@ TEST(FinishedMap, HasNoPlanesAndNoTrajectory) {
 }
 
 TEST(FinishedMap, RefusesToGrow) {
-  PlanarMap live = mapOf(1);
+  PlanarMap live = test::mapOfFrames(1);
   PlanarMap finished = live.finished();
   const Bytes file = finished.serialize();
   const test::View view = test::look(test::Scene(), test::lookFrom({0.0, 0.0, 1.0}));

@@ -28,17 +28,6 @@ using test::PmapModels;
 using test::PmapReader;
 using test::Scene;
 
-PlanarMap mapOf(int frames, Profile profile = Profile::Compact, double resolution = 0.1) {
-  PlanarMapParams params;
-  params.approximation.profile = profile;
-  params.approximation.resolution = resolution;
-  PlanarMap map(params);
-  for (int i = 0; i < frames; ++i) {
-    map.insert(look(Scene(), lookFrom({-0.2 + 0.2 * i, 0.0, 1.0}, 0.1 * i), i).frame());
-  }
-  return map;
-}
-
 /// A file small enough to be spoilt in every way.
 Bytes smallFile() {
   Scene scene;
@@ -104,7 +93,7 @@ Bytes mapOfRegions(std::uint64_t count, std::int64_t corner, unsigned label,
 class MapSerialization : public testing::TestWithParam<Profile> {};
 
 TEST_P(MapSerialization, GivesTheSameBytesAndAnswersAfterLoading) {
-  const PlanarMap map = mapOf(3, GetParam());
+  const PlanarMap map = test::mapOfFrames(3, GetParam());
   const Bytes bytes = map.serialize();
   const PlanarMap loaded = load(bytes);
   EXPECT_EQ(loaded.serialize(), bytes);
@@ -135,7 +124,7 @@ TEST_P(MapSerialization, GivesTheSameBytesAndAnswersAfterLoading) {
 }
 
 TEST_P(MapSerialization, GoesOnAfterLoadingAsTheLiveMapDoes) {
-  PlanarMap live = mapOf(2, GetParam());
+  PlanarMap live = test::mapOfFrames(2, GetParam());
   PlanarMap loaded = load(live.serialize());
   for (int i = 2; i < 6; ++i) {
     Scene scene;
@@ -169,22 +158,8 @@ TEST(HostileMapFile, IsRejectedWhenABitFlips) {
 }
 
 TEST(HostileMapFile, DoesNoHarmWhenItsChecksumIsRight) {
-  const Bytes whole = smallFile();
-  Random random(6);
-  std::size_t loaded = 0;
-  for (int i = 0; i < 4000; ++i) {
-    Bytes spoilt = whole;
-    const std::uint32_t flips = 1 + random.below(4);
-    for (std::uint32_t k = 0; k < flips; ++k) {
-      const std::size_t at =
-          kHeader + random.below(static_cast<std::uint32_t>(whole.size() - kHeader));
-      spoilt[at] = random.below(2) != 0 ? static_cast<std::uint8_t>(random.below(256))
-                                        : static_cast<std::uint8_t>(0xff);
-    }
-    fixChecksum(spoilt);
-    loaded += loadsOrFailsCleanly(spoilt);
-  }
-  EXPECT_LT(loaded, 400u);  // most do not end where their bytes do
+  // Most do not end where their bytes do.
+  EXPECT_LT(test::loadedWhenSpoilt(smallFile(), kHeader, fixChecksum), 400u);
 }
 
 TEST(HostileMapFile, DoesNoHarmWhenItIsCutWithARightChecksum) {

@@ -8,24 +8,15 @@
 #include <vector>
 
 #include "planar_mapping/core/random.h"
+#include "random_marks.h"
 
 namespace planar_mapping::detail {
 namespace {
 
-/// Marks in runs, as those of points side by side are.
-std::vector<std::uint8_t> randomMarks(Random& random, std::size_t n) {
-  std::vector<std::uint8_t> marks;
-  while (marks.size() < n) {
-    marks.insert(marks.end(), 1 + random.below(30), static_cast<std::uint8_t>(random.below(2)));
-  }
-  marks.resize(n);
-  return marks;
-}
-
 TEST(CopyMarked, KeepsTheMarkedOnesInOrder) {
   Random random(2);
   for (std::size_t n = 0; n < 300; ++n) {
-    const std::vector<std::uint8_t> marks = randomMarks(random, n);
+    const std::vector<std::uint8_t> marks = test::randomMarks(random, n);
     std::vector<int> indices(n);
     std::iota(indices.begin(), indices.end(), 1000);
     for (const std::uint8_t wanted : {0, 1}) {

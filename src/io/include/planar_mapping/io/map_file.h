@@ -17,9 +17,9 @@ namespace io {
 PLANAR_MAPPING_EXPORT void saveMap(const PlanarMap& map, const std::string& path,
                                    Overwrite overwrite = Overwrite::Refuse);
 
-/// Reads a .pmap or .pbox file. Memory stays below a small multiple of the size of the file,
-/// whatever the bytes are. \throws IoError if the file is missing, unreadable, cut short, damaged
-/// or no map
+/// Reads a .pmap or .pbox file. Memory stays below a small multiple of its size, whatever it holds.
+/// \throws IoError if the file is missing, unreadable,
+///         cut short, damaged or no map
 PLANAR_MAPPING_EXPORT PlanarMap loadMap(const std::string& path);
 
 }  // namespace io

@@ -152,9 +152,9 @@ class PLANAR_MAPPING_EXPORT PlanarMap {
 
   /// Associates the planes of the frame with those of the map, refits, extends patches, updates
   /// probabilities and unknown space, rebuilds the cuboids of what was touched.
-  /// \throws InputError if indices or sizes do not fit the cloud, the pose is not finite, or the
-  /// map
-  ///         is finished
+  /// \throws InputError if indices or sizes do not fit the cloud,
+  ///         if the pose is not finite,
+  ///         or if the map is finished
   FrameUpdate insert(const FrameObservation& frame);
   /// Adds what another map knows, as if its frames had come after ours, but for what they would
   /// have seen through here. Its planes come with their rasters; those that lie on one of ours are
