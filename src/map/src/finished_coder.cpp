@@ -97,7 +97,7 @@ void FinishedCoder::codeBoxes(BitCoder& coder, std::vector<FinishedBox>& boxes) 
   corners_.code(coder, corners);
   last_plane_ = 0;
   for (std::size_t i = 0; i < boxes.size(); ++i) {
-    LatticeBox& box = boxes[i].box;
+    HalfCellBox& box = boxes[i].box;
     std::array<std::int64_t, 3> size = box.worldSize();
     size[2] = edges_[2].code(coder, size[2], 0);
     size[1] = edges_[1].code(coder, size[1], size[2]);

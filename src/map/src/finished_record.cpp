@@ -75,7 +75,7 @@ std::optional<FinishedBox> boxOf(const Cuboid& wanted, double half) {
   Cuboid unsigned_zeros = wanted;
   unsigned_zeros.center.array() += 0.0;
   unsigned_zeros.orientation.coeffs().array() += 0.0;
-  const std::optional<LatticeBox> box = LatticeBox::from(unsigned_zeros, half);
+  const std::optional<HalfCellBox> box = HalfCellBox::from(unsigned_zeros, half);
   if (!box || (box->axes != 0 && wanted.plane_id < 0)) return {};
   const std::array<std::int64_t, 3> size = box->worldSize();
   for (std::size_t i = 0; i < 3; ++i) {

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "lattice_box.h"
+#include "half_cell_box.h"
 #include "lattice_coder.h"
 #include "map_data.h"
 #include "planar_mapping/core/plane_raster.h"
@@ -25,7 +25,7 @@ struct FinishedPlane {
 
 /// A box on the lattice of half cells.
 struct FinishedBox {
-  LatticeBox box;
+  HalfCellBox box;
   std::int32_t plane_id = -1;  ///< -1: its axes are x, y, z
 };
 

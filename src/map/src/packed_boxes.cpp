@@ -5,7 +5,7 @@
 #include <array>
 #include <optional>
 
-#include "lattice_box.h"
+#include "half_cell_box.h"
 #include "packed_numbers.h"
 
 namespace planar_mapping::detail {
@@ -22,7 +22,7 @@ PackedBoxes::PackedBoxes(const std::vector<Cuboid>& boxes, double cell)
   PackWriter out;
   std::array<std::int64_t, 3> last{};
   for (const Cuboid& c : boxes) {
-    const std::optional<LatticeBox> box = LatticeBox::from(c, half);
+    const std::optional<HalfCellBox> box = HalfCellBox::from(c, half);
     const bool certain = c.probability == 1.0f;
     out.byte((box ? kOnLattice : 0) | (certain ? kCertain : 0));
     out.difference(c.plane_id);
@@ -55,7 +55,7 @@ void PackedBoxes::appendTo(std::vector<Cuboid>& boxes, double cell) const {
     const float probability = (head & kCertain) != 0 ? 1.0f : in.raw<float>();
     Cuboid c;
     if ((head & kOnLattice) != 0) {
-      LatticeBox box;
+      HalfCellBox box;
       box.axes = in.as<unsigned>();
       for (std::size_t i = 0; i < 3; ++i) {
         last[i] += in.difference();

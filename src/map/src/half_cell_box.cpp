@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "lattice_box.h"
+#include "half_cell_box.h"
 
 #include <cmath>
 #include <cstring>
@@ -28,7 +28,7 @@ unsigned axesOf(const Quaternion& orientation) {
 
 }  // namespace
 
-Quaternion LatticeBox::orientation() const {
+Quaternion HalfCellBox::orientation() const {
   if (axes == 0) return Quaternion::Identity();
   Matrix3 turned = Matrix3::Zero();
   for (int column = 0; column < 3; ++column) {
@@ -38,17 +38,17 @@ Quaternion LatticeBox::orientation() const {
   return Quaternion(turned);
 }
 
-std::array<std::int64_t, 3> LatticeBox::worldSize() const {
+std::array<std::int64_t, 3> HalfCellBox::worldSize() const {
   std::array<std::int64_t, 3> world{};
   for (std::size_t column = 0; column < 3; ++column) world[worldAxis(column)] = size[column];
   return world;
 }
 
-void LatticeBox::setWorldSize(const std::array<std::int64_t, 3>& world) {
+void HalfCellBox::setWorldSize(const std::array<std::int64_t, 3>& world) {
   for (std::size_t column = 0; column < 3; ++column) size[column] = world[worldAxis(column)];
 }
 
-Cuboid LatticeBox::cuboid(double half) const {
+Cuboid HalfCellBox::cuboid(double half) const {
   Cuboid cuboid;
   for (int i = 0; i < 3; ++i) {
     const auto k = static_cast<std::size_t>(i);
@@ -59,9 +59,9 @@ Cuboid LatticeBox::cuboid(double half) const {
   return cuboid;
 }
 
-std::optional<LatticeBox> LatticeBox::from(const Cuboid& wanted, double half) {
+std::optional<HalfCellBox> HalfCellBox::from(const Cuboid& wanted, double half) {
   constexpr double kFarthest = 1e15;
-  LatticeBox box;
+  HalfCellBox box;
   for (int i = 0; i < 3; ++i) {
     const double middle = 2.0 * wanted.center[i] / half;
     const double size = wanted.size[i] / half;
