@@ -21,7 +21,7 @@ CellLookup::CellLookup(const std::vector<CellKey>& cells) {
   double volume = 1.0;
   for (std::size_t k = 0; k < 3; ++k) volume *= static_cast<double>(high[k]) - low_[k] + 1.0;
   if (volume > kSmallVolume + kVolumePerCell * static_cast<double>(cells.size())) {
-    sparse_ = CellIndex(cells);
+    sparse_ = CellNumbering(cells);
     return;
   }
   for (std::size_t k = 0; k < 3; ++k) size_[k] = static_cast<std::uint32_t>(high[k] - low_[k]) + 1;

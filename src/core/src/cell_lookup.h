@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "cell_index.h"
+#include "cell_numbering.h"
 
 namespace planar_mapping::detail {
 
@@ -37,7 +37,7 @@ class CellLookup {
   CellKey low_{};
   std::array<std::uint32_t, 3> size_{};
   std::vector<std::int32_t> dense_;
-  CellIndex sparse_;
+  CellNumbering sparse_;
 };
 
 /// Connected components of the cells (across faces, edges and corners).

@@ -8,7 +8,7 @@
 #include <string>
 #include <tuple>
 
-#include "cell_index.h"
+#include "cell_numbering.h"
 #include "planar_mapping/core/compact_cover.h"
 #include "planar_mapping/core/error.h"
 #include "plane_cells.h"

@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-#include "cell_index.h"
+#include "cell_numbering.h"
 #include "planar_mapping/core/simd.h"
 #include "raster_kernels.h"
 
@@ -91,7 +91,7 @@ struct CellSums {
 RestCells collectRest(const PointsView& points, const Indices* indices, double resolution,
                       const PlanarVolume* volume, const std::vector<float>* probability) {
   RestCells rest;
-  CellIndex numbers;
+  CellNumbering numbers;
   std::vector<CellSums> sums;
   std::vector<std::size_t> first_candidate;  // of cell i: candidates[first[i]] ...
   std::vector<std::int32_t> candidates;
@@ -154,7 +154,7 @@ RestCells collectRest(const PointsView& points, const Indices* indices, double r
 
 std::size_t countCells(const PointsView& points, const Indices* indices, double resolution) {
   // Noise moves points to and fro between cells, but seldom between blocks of 4 x 4 x 4 of them.
-  CellIndex numbers;
+  CellNumbering numbers;
   std::vector<std::uint64_t> blocks;
   std::vector<std::uint8_t> changes(kChunk);
   std::vector<std::uint16_t> begins(kChunk);

@@ -8,10 +8,10 @@
 #include <limits>
 #include <set>
 
+#include "number_text.h"
 #include "planar_mapping/core/error.h"
 #include "planar_mapping/io/atomic_file.h"
 #include "text_lines.h"
-#include "text_out.h"
 
 namespace planar_mapping {
 namespace io {

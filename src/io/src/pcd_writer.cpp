@@ -5,9 +5,9 @@
 #include <cmath>
 #include <cstring>
 
+#include "number_text.h"
 #include "planar_mapping/core/error.h"
 #include "planar_mapping/io/cloud_file.h"
-#include "text_out.h"
 
 namespace planar_mapping {
 namespace io {

@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "input_file.h"
+#include "number_text.h"
 #include "planar_mapping/core/error.h"
 #include "text_lines.h"
-#include "text_out.h"
 
 namespace planar_mapping {
 namespace io {

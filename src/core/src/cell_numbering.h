@@ -13,11 +13,11 @@ namespace planar_mapping::detail {
 using CellKey = std::array<std::int32_t, 3>;  ///< x, y, z
 
 /// Numbers cells in the order in which they come, by open addressing.
-class CellIndex {
+class CellNumbering {
  public:
-  explicit CellIndex(std::size_t expected = 0) { rebuild(2 * expected); }
+  explicit CellNumbering(std::size_t expected = 0) { rebuild(2 * expected); }
   /// \param cells distinct; each gets its position as number
-  explicit CellIndex(const std::vector<CellKey>& cells) : CellIndex(cells.size()) {
+  explicit CellNumbering(const std::vector<CellKey>& cells) : CellNumbering(cells.size()) {
     for (const CellKey& cell : cells) insert(cell);
   }
 
