@@ -7,59 +7,20 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <vector>
 
+#include "patch_scene.h"
 #include "planar_mapping/core/error.h"
 #include "planar_mapping/core/random.h"
 
 namespace planar_mapping {
 namespace {
 
+using test::paramsFor;
+using test::room;
+using Scene = test::PatchScene;
+
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-
-struct Scene {
-  std::vector<float> xyz;
-  std::vector<PlaneSegment> planes;
-
-  PointsView view() const { return PointsView(xyz.data(), xyz.size() / 3); }
-  int add(const Vector3& p) {
-    for (int k = 0; k < 3; ++k) xyz.push_back(static_cast<float>(p[k]));
-    return static_cast<int>(xyz.size() / 3) - 1;
-  }
-  /// Random points of a rectangle spanned at \p corner, as a plane of the scene.
-  void addPatch(Random& random, const Vector3& corner, const Vector3& a, const Vector3& b,
-                int count, double noise) {
-    const Vector3 normal = a.cross(b).normalized();
-    PlaneSegment segment;
-    segment.plane = {normal, -normal.dot(corner)};
-    for (int i = 0; i < count; ++i) {
-      segment.inliers.push_back(add(corner + random.uniform() * a + random.uniform() * b +
-                                    noise * random.uniform(-1, 1) * normal));
-    }
-    planes.push_back(segment);
-  }
-};
-
-/// A corner of a room with a box-shaped cloud of loose points.
-Scene room(std::uint64_t seed = 1) {
-  Random random(seed);
-  Scene scene;
-  scene.addPatch(random, {3, -1.5, 0}, {0, 3, 0}, {0, 0, 2}, 20000, 0.01);
-  scene.addPatch(random, {0.5, 1.5, 0.03}, {2.4, 0, 0}, {0, 0, 1.5}, 15000, 0.01);
-  scene.addPatch(random, {1.0, -1.0, 0.5}, {0.9, 0.2, 0}, {-0.1, 0.5, 0.2}, 5000, 0.005);
-  for (int i = 0; i < 3000; ++i) {
-    scene.add({random.uniform(1.2, 1.6), random.uniform(0.2, 0.7), random.uniform(0.1, 0.9)});
-  }
-  return scene;
-}
-
-CuboidApproximationParams paramsFor(Profile profile, double resolution = 0.1) {
-  CuboidApproximationParams params;
-  params.profile = profile;
-  params.resolution = resolution;
-  return params;
-}
 
 double coverage(const Scene& scene, const std::vector<Cuboid>& cuboids, double margin) {
   std::size_t inside = 0;
@@ -69,14 +30,6 @@ double coverage(const Scene& scene, const std::vector<Cuboid>& cuboids, double m
                           [&](const Cuboid& c) { return contains(c, points.point(i), margin); });
   }
   return static_cast<double>(inside) / static_cast<double>(points.size);
-}
-
-void expectSameCuboids(const std::vector<Cuboid>& l, const std::vector<Cuboid>& r) {
-  ASSERT_EQ(l.size(), r.size());
-  for (std::size_t i = 0; i < l.size(); ++i) {
-    EXPECT_TRUE(l[i].center == r[i].center && l[i].size == r[i].size);
-    EXPECT_EQ(l[i].plane_id, r[i].plane_id);
-  }
 }
 
 TEST(CuboidApproximation, WallBecomesOneCuboidBehindItsSurface) {
@@ -124,115 +77,6 @@ TEST(CuboidApproximation, DiagnosticsAddUp) {
   EXPECT_EQ(d.dropped_points, 0u);
   EXPECT_EQ(d.planar_cuboids + d.non_planar_cuboids, cuboids.size());
   EXPECT_GT(d.standard_cells, cuboids.size());
-}
-
-TEST(CuboidApproximation, MovesWithTheScene) {
-  const Scene scene = room();
-  Pose T = Pose::Identity();
-  T.linear() =
-      (Eigen::AngleAxisd(0.7, Vector3::UnitZ()) * Eigen::AngleAxisd(-0.4, Vector3::UnitX()))
-          .toRotationMatrix();
-  T.translation() = Vector3(4, -2, 1);
-  Scene moved;
-  for (std::size_t i = 0; i < scene.view().size; ++i) moved.add(T * scene.view().point(i));
-  moved.planes = scene.planes;
-  for (PlaneSegment& segment : moved.planes) segment.plane = transformed(segment.plane, T);
-
-  CuboidApproximationParams params = paramsFor(Profile::Compact);
-  const auto before = approximateCuboids(scene.view(), nullptr, scene.planes, params);
-  params.up = T.linear() * params.up;
-  const auto after =
-      approximateCuboids(moved.view(), nullptr, moved.planes, params, T.translation());
-  std::vector<Cuboid> planar_before, planar_after;
-  const auto planar = [](const Cuboid& c) { return c.plane_id >= 0; };
-  std::copy_if(before.begin(), before.end(), std::back_inserter(planar_before), planar);
-  std::copy_if(after.begin(), after.end(), std::back_inserter(planar_after), planar);
-  ASSERT_EQ(planar_before.size(), planar_after.size());
-  for (std::size_t i = 0; i < planar_before.size(); ++i) {
-    const Cuboid expected = transformed(planar_before[i], T);
-    EXPECT_NEAR((expected.center - planar_after[i].center).norm(), 0.0, 1e-5);
-    EXPECT_TRUE(expected.size.isApprox(planar_after[i].size, 1e-9));
-    EXPECT_NEAR(expected.orientation.angularDistance(planar_after[i].orientation), 0.0, 1e-6);
-  }
-}
-
-TEST(CuboidApproximation, OrderOfThePointsDoesNotMatter) {
-  const Scene scene = room();
-  const std::size_t count = scene.view().size;
-  std::vector<int> order(count);
-  std::iota(order.begin(), order.end(), 0);
-  Random random(3);
-  for (std::size_t i = count - 1; i > 0; --i) {
-    std::swap(order[i], order[random.below(static_cast<std::uint32_t>(i + 1))]);
-  }
-  std::vector<int> place(count);
-  Scene shuffled;
-  for (std::size_t i = 0; i < count; ++i) {
-    place[static_cast<std::size_t>(order[i])] = static_cast<int>(i);
-    shuffled.add(scene.view().point(static_cast<std::size_t>(order[i])));
-  }
-  shuffled.planes = scene.planes;
-  for (PlaneSegment& segment : shuffled.planes) {
-    for (int& i : segment.inliers) i = place[static_cast<std::size_t>(i)];
-    std::sort(segment.inliers.begin(), segment.inliers.end());
-  }
-  for (const Profile profile : {Profile::Paper, Profile::Compact}) {
-    const auto l = approximateCuboids(scene.view(), nullptr, scene.planes, paramsFor(profile));
-    const auto r =
-        approximateCuboids(shuffled.view(), nullptr, shuffled.planes, paramsFor(profile));
-    ASSERT_EQ(l.size(), r.size());
-    for (std::size_t i = 0; i < l.size(); ++i) {
-      EXPECT_NEAR((l[i].center - r[i].center).norm(), 0.0, 1e-6);
-    }
-  }
-}
-
-TEST(CuboidApproximation, PermutedPlanesOnlyPermuteTheIds) {
-  const Scene scene = room();
-  Scene permuted = scene;
-  std::rotate(permuted.planes.begin(), permuted.planes.begin() + 1, permuted.planes.end());
-  const auto l =
-      approximateCuboids(scene.view(), nullptr, scene.planes, paramsFor(Profile::Compact));
-  auto r =
-      approximateCuboids(permuted.view(), nullptr, permuted.planes, paramsFor(Profile::Compact));
-  for (Cuboid& c : r) {
-    if (c.plane_id >= 0) c.plane_id = (c.plane_id + 1) % 3;
-  }
-  std::stable_sort(r.begin(), r.end(), [](const Cuboid& a, const Cuboid& b) {
-    return static_cast<std::uint32_t>(a.plane_id) < static_cast<std::uint32_t>(b.plane_id);
-  });
-  expectSameCuboids(l, r);
-}
-
-TEST(CuboidApproximation, SubsetByIndexIsSubsetByCopy) {
-  const Scene scene = room();
-  Scene copy;
-  Indices indices;
-  std::vector<int> place(scene.view().size, -1);
-  for (std::size_t i = 0; i < scene.view().size; i += 3) {
-    indices.push_back(static_cast<int>(i));
-    place[i] = copy.add(scene.view().point(i));
-  }
-  copy.planes = scene.planes;
-  for (PlaneSegment& segment : copy.planes) {
-    Indices kept;
-    for (const int i : segment.inliers) {
-      if (place[static_cast<std::size_t>(i)] >= 0)
-        kept.push_back(place[static_cast<std::size_t>(i)]);
-    }
-    segment.inliers = kept;
-  }
-  expectSameCuboids(
-      approximateCuboids(scene.view(), &indices, scene.planes, paramsFor(Profile::Compact)),
-      approximateCuboids(copy.view(), nullptr, copy.planes, paramsFor(Profile::Compact)));
-}
-
-TEST(CuboidApproximation, ThreadsDoNotChangeTheResult) {
-  const Scene scene = room();
-  CuboidApproximationParams params = paramsFor(Profile::Compact);
-  const auto one = approximateCuboids(scene.view(), nullptr, scene.planes, params);
-  params.threads = 4;
-  expectSameCuboids(one, approximateCuboids(scene.view(), nullptr, scene.planes, params));
 }
 
 TEST(CuboidApproximation, PointsAtAPlaneAreAbsorbedAndIsolatedNoiseIsDropped) {

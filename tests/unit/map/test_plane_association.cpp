@@ -1,0 +1,173 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+// Which planes of a map those of a frame belong to.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "map_scene.h"
+#include "map_walk.h"
+#include "planar_mapping/map/planar_map.h"
+
+namespace planar_mapping {
+namespace {
+
+using test::coverage;
+using test::look;
+using test::lookFrom;
+using test::paramsAt;
+using test::Scene;
+using test::View;
+using test::walk;
+
+TEST(PlaneAssociation, SeesTheSameWallTwiceAsOnePlane) {
+  PlanarMap map(paramsAt(0.1));
+  const std::vector<View> views = walk(6);
+  std::size_t faces = 0;
+  for (const View& view : views) {
+    const FrameUpdate update = map.insert(view.frame());
+    EXPECT_EQ(update.planes_new + update.planes_matched, view.planes.size());
+    faces = std::max(faces, map.planes().size());
+  }
+  // Floor, ceiling, three walls, and of the boxes at most front, top and one side each.
+  EXPECT_LE(map.planes().size(), 5u + 2u * 4u);
+  for (std::size_t i = 0; i < map.planes().size(); ++i) {
+    for (std::size_t j = i + 1; j < map.planes().size(); ++j) {
+      const Plane& a = map.planes()[i].plane;
+      const Plane& b = map.planes()[j].plane;
+      EXPECT_FALSE(a.normal.dot(b.normal) > 0.999 && std::abs(a.offset - b.offset) < 0.02)
+          << i << " and " << j << " are one plane";
+    }
+  }
+  for (const View& view : views) EXPECT_GT(coverage(map, view, 0.05), 0.999);
+  EXPECT_EQ(map.cuboidCount(), map.cuboids().size());
+}
+
+TEST(PlaneAssociation, RefitsFromMomentsAndNotFromPoints) {
+  PlanarMap map(paramsAt(0.1));
+  const std::vector<View> views = walk(3);
+  double weight = 0.0;
+  for (const View& view : views) {
+    map.insert(view.frame());
+    for (const PlaneSegment& plane : view.planes) weight += plane.moments.weight();
+  }
+  double kept = 0.0;
+  for (const MapPlane& plane : map.planes()) kept += plane.moments.weight();
+  EXPECT_NEAR(kept, weight, 1e-3 * weight);  // kept to ten bits
+}
+
+TEST(PlaneAssociation, MergesPlanesThatTurnOutToBeOne) {
+  // Two pieces of one wall, too far apart to belong together, until the middle is seen.
+  const auto piece = [](float from, float to, std::vector<float>& xyz) {
+    std::vector<PlaneSegment> planes(1);
+    planes[0].plane = {-Vector3::UnitZ(), 3.0};
+    for (float x = from; x < to; x += 0.02f) {
+      for (float y = -0.5f; y < 0.5f; y += 0.02f) {
+        planes[0].inliers.push_back(static_cast<int>(xyz.size() / 3));
+        planes[0].moments.add({x, y, 3.0});
+        xyz.insert(xyz.end(), {x, y, 3.0f});
+      }
+    }
+    return planes;
+  };
+  PlanarMapParams params = paramsAt(0.1);
+  params.unknown_space = false;
+  params.miss_factor = 1.0;
+  PlanarMap map(params);
+  const auto insert = [&](float from, float to) {
+    std::vector<float> xyz;
+    const std::vector<PlaneSegment> planes = piece(from, to, xyz);
+    FrameObservation frame;
+    frame.points = PointsView(xyz.data(), xyz.size() / 3);
+    frame.planes = &planes;
+    return map.insert(frame);
+  };
+  insert(-2.0f, -1.0f);
+  insert(1.0f, 2.0f);
+  EXPECT_EQ(map.planes().size(), 2u);
+  const FrameUpdate update = insert(-1.0f, 1.0f);
+  EXPECT_EQ(update.planes_merged, 1u);
+  ASSERT_EQ(map.planes().size(), 1u);
+  EXPECT_EQ(map.planes()[0].id, 0);
+  for (double x = -1.95; x < 1.95; x += 0.05) EXPECT_TRUE(map.isOccupied({x, 0.0, 3.02})) << x;
+  EXPECT_EQ(map.cuboids().size(), 1u);  // no seam, no hole
+}
+
+TEST(PlaneAssociation, KeepsPlanesApartThatOneFrameTellsApart) {
+  // A shelf 6 cm above a table: within the association offset, but seen together.
+  std::vector<float> xyz;
+  std::vector<PlaneSegment> planes(2);
+  for (int k = 0; k < 2; ++k) {
+    const double depth = 2.0 - 0.06 * k;
+    planes[static_cast<std::size_t>(k)].plane = {-Vector3::UnitZ(), depth};
+    for (int i = 0; i < 2500; ++i) {
+      const Vector3 p(0.02 * (i % 50) + k, 0.02 * (i / 50), depth);
+      planes[static_cast<std::size_t>(k)].inliers.push_back(static_cast<int>(xyz.size() / 3));
+      planes[static_cast<std::size_t>(k)].moments.add(p);
+      for (int axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(p[axis]));
+    }
+  }
+  PlanarMap map(paramsAt(0.1));
+  FrameObservation frame;
+  frame.points = PointsView(xyz.data(), xyz.size() / 3);
+  std::vector<PlaneSegment> first{planes[0]};
+  std::vector<int> mapped = planes[0].inliers;
+  frame.planes = &first;
+  frame.indices = &mapped;
+  map.insert(frame);
+  frame.planes = &planes;
+  frame.indices = nullptr;
+  map.insert(frame);
+  map.insert(frame);
+  EXPECT_EQ(map.planes().size(), 2u);
+}
+
+TEST(PlaneAssociation, GivesUpCellsWhereAPlaneIsSeenLater) {
+  PlanarMapParams params = paramsAt(0.1);
+  PlanarMap map(params);
+  const View view = look(Scene(), lookFrom({0.0, 0.0, 1.0}));
+  FrameObservation frame = view.frame();
+  frame.planes = nullptr;
+  map.insert(frame);
+  EXPECT_TRUE(map.planes().empty());
+  std::size_t cells = 0;
+  for (const Cuboid& c : map.cuboids()) {
+    cells += static_cast<std::size_t>(std::lround(c.volume() / 1e-3));
+  }
+  frame.planes = &view.planes;
+  map.insert(frame);
+  std::size_t left = 0;
+  for (const Cuboid& c : map.cuboids()) {
+    if (c.plane_id < 0) left += static_cast<std::size_t>(std::lround(c.volume() / 1e-3));
+  }
+  EXPECT_LT(left, cells / 2);
+  EXPECT_GT(coverage(map, view, 0.05), 0.999);
+}
+
+TEST(PlaneAssociation, AbsorbsPointsThatAPlaneCovers) {
+  const View view = look(Scene(), lookFrom({0.0, 0.0, 1.0}));
+  std::vector<PlaneSegment> planes = view.planes;
+  // Every tenth point of each plane is nobody's.
+  std::size_t taken = 0;
+  for (PlaneSegment& plane : planes) {
+    Indices kept;
+    for (std::size_t i = 0; i < plane.inliers.size(); ++i) {
+      if (i % 10 != 0) kept.push_back(plane.inliers[i]);
+    }
+    taken += plane.inliers.size() - kept.size();
+    plane.inliers = kept;
+  }
+  FrameObservation frame = view.frame();
+  frame.planes = &planes;
+  PlanarMap map(paramsAt(0.1));
+  const FrameUpdate update = map.insert(frame);
+  EXPECT_GE(update.absorbed_points, taken * 99 / 100);
+  PlanarMap whole(paramsAt(0.1));
+  whole.insert(view.frame());
+  EXPECT_LE(map.cuboids().size(), whole.cuboids().size() + 4);
+}
+
+}  // namespace
+}  // namespace planar_mapping
