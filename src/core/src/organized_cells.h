@@ -50,17 +50,20 @@ struct OrganizedParams {
   double flat_share = 0.1;
   /// Noise below this share of d_T is not told apart from none.
   double smallest_noise_share = 0.01;
+  /// ... and in single quarters of tiles, of which the borders of small planes consist, below this.
+  double smallest_quarter_noise_share = 0.015;
   /// Share of a cell that must hold points for it to join a plane as a whole.
   double min_cell_share = 0.3;
   /// Share of min_inliers that the whole cells of a plane must hold; the rest may come from
   /// border pixels.
   double min_seed_share = 0.4;
-  /// Share of the growing tolerance within which two planes are one.
+  /// Share of the growing tolerance within which two planes that touch are one; planes that do not
+  /// must be as flat together as surfaces are.
   double merging_factor = 0.5;
   /// Radians between either plane and their common one.
   double merging_angle = 0.15;
   /// Share of d_T within which a pixel beside the grown cells joins their plane.
-  double border_share = 0.4;
+  double border_share = 0.2;
   /// Share of d_T that is added to the noise when planes compete for a pixel.
   double competing_share = 0.05;
   /// A plane at least this many residuals wide is not a slice through unrelated objects, ...

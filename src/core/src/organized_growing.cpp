@@ -9,6 +9,33 @@
 #include "organized_folds.h"
 
 namespace planar_mapping::detail {
+namespace {
+
+/// Whether two planes have cells that touch or have one cell between them, which may be an edge.
+/// \param target plane per label
+bool touch(const CellLabels& cells, const std::vector<std::int16_t>& target, std::int16_t one,
+           std::int16_t other) {
+  constexpr int kReach = 2;
+  const auto holds = [&](int row, int column, std::int16_t plane) {
+    const std::int16_t label = cells.labels[static_cast<std::size_t>(row) * cells.columns + column];
+    return label >= 0 && target[static_cast<std::size_t>(label)] == plane;
+  };
+  for (int row = 0; row < cells.rows; ++row) {
+    for (int column = 0; column < cells.columns; ++column) {
+      if (!holds(row, column, one)) continue;
+      const int bottom = std::min(cells.rows - 1, row + kReach);
+      const int right = std::min(cells.columns - 1, column + kReach);
+      for (int r = std::max(0, row - kReach); r <= bottom; ++r) {
+        for (int c = std::max(0, column - kReach); c <= right; ++c) {
+          if (holds(r, c, other)) return true;
+        }
+      }
+    }
+  }
+  return false;
+}
+
+}  // namespace
 
 void addSums(MomentSums& sums, const CellGrid& grid, int cell) {
   for (int m = 0; m < kMoments; ++m) sums[static_cast<std::size_t>(m)] += grid.moment(m)[cell];
@@ -43,6 +70,8 @@ CellGrower::CellGrower(const CellGrid& grid, bool wide, double* room, const Vect
     : grid_(grid),
       sensor_(sensor),
       params_(params),
+      least_noise_(params.distance_threshold *
+                   (wide ? params.smallest_noise_share : params.smallest_quarter_noise_share)),
       fits_(fitCells(grid, sensor)),
       visited_(static_cast<std::size_t>(grid.cells()), 0) {
   window_fits_ = fitCells(windowSums(grid, 1, room), sensor);
@@ -65,7 +94,6 @@ void CellGrower::estimateNoise() {
 
 void CellGrower::classify() {
   constexpr double kMinShare = 0.5;  // of a full window
-  const double floor = params_.smallest_noise_share * params_.distance_threshold;
   states_.assign(static_cast<std::size_t>(grid_.cells()), CellState{});
   const auto planar = [&](const CellFit& fit, int cells, double noise_over_range,
                           CellState& state) {
@@ -74,7 +102,7 @@ void CellGrower::classify() {
     const double along = std::fabs(fit.normal[0] * (fit.mean[0] - sensor_.x()) +
                                    fit.normal[1] * (fit.mean[1] - sensor_.y()) +
                                    fit.normal[2] * (fit.mean[2] - sensor_.z()));
-    const double noise = noise_over_range * along + floor;
+    const double noise = noise_over_range * along + least_noise_;
     if (!(fit.residual <= params_.planar_factor * noise) || !(fit.extent > 0.0F)) return false;
     std::copy(fit.normal, fit.normal + 3, state.normal);
     const double independent = std::max(1.0, count / noise_.correlated_pixels);
@@ -116,7 +144,6 @@ std::vector<int> CellGrower::seedOrder() const {
     float key;
     int cell;
   };
-  const double floor = params_.smallest_noise_share * params_.distance_threshold;
   std::vector<Seed> seeds;
   for (int cell = 0; cell < grid_.cells(); ++cell) {
     const auto i = static_cast<std::size_t>(cell);
@@ -124,7 +151,7 @@ std::vector<int> CellGrower::seedOrder() const {
     if (state.planarity == 0) continue;
     const CellFit& fit =
         state.planarity == 3 ? wide_fits_[i] : (state.planarity == 2 ? window_fits_[i] : fits_[i]);
-    const double noise = state.noise_over_range * std::sqrt(state.squared_range) + floor;
+    const double noise = state.noise_over_range * std::sqrt(state.squared_range) + least_noise_;
     const double relative = std::min(9.0, fit.residual / noise);
     seeds.push_back({static_cast<float>(10.0 * (3 - state.planarity) + relative), cell});
   }
@@ -253,8 +280,8 @@ GrownCells CellGrower::grow(std::vector<PlaneCandidate>& planes) {
 }
 
 std::vector<std::int16_t> mergeCandidates(std::vector<PlaneCandidate>& planes,
-                                          const RangeNoise& noise, const Vector3& sensor,
-                                          const OrganizedParams& params) {
+                                          const CellLabels& cells, const RangeNoise& noise,
+                                          const Vector3& sensor, const OrganizedParams& params) {
   const std::size_t count = planes.size();
   std::vector<std::int16_t> target(count);
   std::iota(target.begin(), target.end(), std::int16_t{0});
@@ -264,13 +291,13 @@ std::vector<std::int16_t> mergeCandidates(std::vector<PlaneCandidate>& planes,
     return planes[a].sums[kN] > planes[b].sums[kN] ||
            (planes[a].sums[kN] == planes[b].sums[kN] && a < b);
   });
-  const auto tolerance = [&](const PlaneCandidate& plane) {
+  const auto tolerance = [&](const PlaneCandidate& plane, double flat_share) {
     const double n = plane.sums[kN];
     const Vector3 mean(plane.sums[kX] / n, plane.sums[kY] / n, plane.sums[kZ] / n);
     const double sigma = noise.at((mean - sensor).squaredNorm());
-    return params.merging_factor *
-           std::max(params.growing_share * params.distance_threshold, sigma);
+    return std::max(flat_share * params.distance_threshold, params.merging_factor * sigma);
   };
+  const double bent_share = params.merging_factor * params.growing_share;
   const double min_cosine = std::cos(params.merging_angle);
   const double min_cosine_between = std::cos(2.0 * params.merging_angle);
   for (std::size_t i = 0; i < count; ++i) {
@@ -289,17 +316,23 @@ std::vector<std::int16_t> mergeCandidates(std::vector<PlaneCandidate>& planes,
       joined.fit(sensor);
       if (!joined.valid) continue;
       // One plane if neither part fits it much worse than its own plane.
-      const auto worse = [&](const PlaneCandidate& part) {
+      const auto worse = [&](const PlaneCandidate& part, double flat_share) {
         const double cosine =
             std::fabs(joined.normal[0] * part.normal[0] + joined.normal[1] * part.normal[1] +
                       joined.normal[2] * part.normal[2]);
         if (cosine < min_cosine) return true;
         const double excess = joined.meanSquare(part.sums) - part.residual * part.residual;
-        const double allowed = tolerance(part);
+        const double allowed = tolerance(part, flat_share);
         return !(excess <= allowed * allowed);
       };
-      if (worse(planes[large]) || worse(planes[small])) continue;
+      if (worse(planes[large], bent_share) || worse(planes[small], bent_share)) continue;
       if (isFold(planes[large], planes[small], joined, noise, sensor, params)) continue;
+      const bool bent =
+          worse(planes[large], params.flat_share) || worse(planes[small], params.flat_share);
+      if (bent && !touch(cells, target, static_cast<std::int16_t>(small),
+                         static_cast<std::int16_t>(large))) {
+        continue;
+      }
       planes[large] = joined;
       target[small] = static_cast<std::int16_t>(large);
       break;

@@ -51,7 +51,7 @@ struct GrownCells {
 /// \p planes. \p noise may be unset on the first call: it is then estimated.
 class CellGrower {
  public:
-  /// \param wide also look at 5 x 5 windows, which make better seeds
+  /// \param wide cells are tiles, not quarters: also look at 5 x 5 windows, which make better seeds
   /// \param room for the sums of windows while they are fitted
   CellGrower(const CellGrid& grid, bool wide, double* room, const Vector3& sensor,
              const OrganizedParams& params);
@@ -73,6 +73,7 @@ class CellGrower {
   Vector3 sensor_;
   OrganizedParams params_;
   RangeNoise noise_;
+  double least_noise_;  ///< below it noise is not told apart from none, metres
   std::vector<CellFit> fits_;
   std::vector<CellFit> window_fits_;
   std::vector<CellFit> wide_fits_;
@@ -81,10 +82,19 @@ class CellGrower {
   int visit_ = 0;
 };
 
-/// Joins candidates that are one plane within the noise.
+/// Candidate per cell of a grid, -1 = none.
+struct CellLabels {
+  int columns = 0;
+  int rows = 0;
+  std::vector<std::int16_t> labels;
+};
+
+/// Joins candidates that are one plane within the noise and what surfaces may bend: more where
+/// they touch, which noise and dents part, than where they are apart.
+/// \param cells where the candidates are
 /// \return new candidate per old one
 std::vector<std::int16_t> mergeCandidates(std::vector<PlaneCandidate>& planes,
-                                          const RangeNoise& noise, const Vector3& sensor,
-                                          const OrganizedParams& params);
+                                          const CellLabels& cells, const RangeNoise& noise,
+                                          const Vector3& sensor, const OrganizedParams& params);
 
 }  // namespace planar_mapping::detail

@@ -112,6 +112,24 @@ std::vector<std::int16_t> renamed(const std::vector<std::int16_t>& labels,
   return result;
 }
 
+/// The planes of quarters: what has grown over their free pixels, else what others of them have.
+CellLabels labelsOfQuarters(const CellGrid& quarters, const std::vector<std::int16_t>& grown,
+                            const PixelAssigner& pixels) {
+  CellLabels cells{quarters.columns, quarters.rows, grown};
+  for (int row = 0; row < cells.rows; ++row) {
+    for (int column = 0; column < cells.columns; ++column) {
+      std::int16_t& label = cells.labels[static_cast<std::size_t>(row) * cells.columns + column];
+      const int tile = row / 2 * (cells.columns / 2) + column / 2;
+      if (label >= 0 || !pixels.holdsPlane(tile)) continue;
+      const std::int16_t* own = pixels.labelsOf(tile) + ((row % 2) * 2 + column % 2) * kQuarterArea;
+      const auto held =
+          std::find_if(own, own + kQuarterArea, [](std::int16_t of) { return of >= 0; });
+      if (held != own + kQuarterArea) label = *held;
+    }
+  }
+  return cells;
+}
+
 void count(const GrownCells& grown, PlaneSearchDiagnostics& diagnostics) {
   diagnostics.hypotheses += grown.seeds;
   diagnostics.rejected_too_small += grown.too_small;
@@ -150,7 +168,8 @@ PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
     grown = grower.grow(planes);
     count(grown, set.diagnostics);
   }
-  std::vector<std::int16_t> target = mergeCandidates(planes, noise, cloud.sensor, own);
+  std::vector<std::int16_t> target =
+      mergeCandidates(planes, {tiles.columns, tiles.rows, grown.labels}, noise, cloud.sensor, own);
   PixelAssigner pixels(cloud, tiles, noise, own, params.threads);
   std::vector<std::int16_t> tile_labels = renamed(grown.labels, target);
   cutFolds(tiles, noise, cloud.sensor, own, planes, tile_labels);
@@ -165,7 +184,8 @@ PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
     grower.setNoise(noise);
     grown = grower.grow(planes);
     count(grown, set.diagnostics);
-    target = mergeCandidates(planes, noise, cloud.sensor, own);
+    target = mergeCandidates(planes, labelsOfQuarters(quarters, grown.labels, pixels), noise,
+                             cloud.sensor, own);
     pixels.relabel(target);
     pixels.addCells(quarters, renamed(grown.labels, target));
     pixels.reopen(quarters, grown.labels);

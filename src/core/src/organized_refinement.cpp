@@ -145,15 +145,23 @@ PixelAssigner::PixelAssigner(const TiledCloud& cloud, const CellGrid& tiles,
 
 void PixelAssigner::addCells(const CellGrid& grid, const std::vector<std::int16_t>& cell_labels) {
   const int cells_per_side = grid.columns / cloud_.columns;
-  for (int row = 0; row < grid.rows; ++row) {
-    for (int column = 0; column < grid.columns; ++column) {
-      const std::int16_t label = cell_labels[static_cast<std::size_t>(row) * grid.columns + column];
-      if (label < 0) continue;
-      const auto tile =
-          static_cast<std::size_t>(row / cells_per_side) * cloud_.columns + column / cells_per_side;
-      presence_[tile].add(label);
-      grown_[tile].add(label);
-      changed_[tile] = 1;
+  for (int row = 0; row < cloud_.rows; ++row) {
+    for (int column = 0; column < cloud_.columns; ++column) {
+      const auto tile = static_cast<std::size_t>(row) * cloud_.columns + column;
+      const std::size_t first =
+          (static_cast<std::size_t>(row) * grid.columns + column) * cells_per_side;
+      bool whole = true;
+      for (int r = 0; r < cells_per_side; ++r) {
+        for (int c = 0; c < cells_per_side; ++c) {
+          const std::int16_t label =
+              cell_labels[first + static_cast<std::size_t>(r) * grid.columns + c];
+          whole = whole && label == cell_labels[first];
+          if (label < 0) continue;
+          presence_[tile].add(label);
+          changed_[tile] = 1;
+        }
+      }
+      if (whole && cell_labels[first] >= 0) grown_[tile].add(cell_labels[first]);
     }
   }
 }

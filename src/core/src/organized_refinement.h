@@ -106,7 +106,7 @@ class PixelAssigner {
   std::vector<TilePart> parts_;      ///< as of the last parts()
   std::vector<char> stale_;          ///< tiles whose labels changed since then
   std::vector<PlaneList> presence_;  ///< planes whose pixels or cells a tile holds
-  std::vector<PlaneList> grown_;     ///< planes whose whole cells a tile holds
+  std::vector<PlaneList> grown_;     ///< planes that have grown over a whole tile
   std::vector<char> changed_;        ///< presence or labels changed since the last assignment
 };
 

@@ -132,6 +132,29 @@ TEST(OrganizedPlanes, KeepsAStepApart) {
   expectFound(scene, set, high, 0.97, 0.2 * kDegree);
 }
 
+TEST(OrganizedPlanes, KeepsSurfacesApartThatLieThreeCentimetresOffEachOther) {
+  // One plane through both is nowhere a centimetre rms off, but nothing between them bends.
+  DepthScene scene(320, 240, 300.0);
+  const int near = scene.addRectangle({-0.5, 0.0, 2.0}, {0.4, 0.0, 0.0}, {0.0, 0.6, 0.0});
+  const int far = scene.addRectangle({0.6, 0.0, 2.03}, {0.2, 0.0, 0.0}, {0.0, 0.5, 0.0});
+  scene.render(0.0005, 0.0, 6);
+  const PlaneSet set = search(scene, organized());
+  ASSERT_EQ(set.planes.size(), 2u);
+  expectFound(scene, set, near, 0.97, 0.2 * kDegree);
+  expectFound(scene, set, far, 0.97, 0.2 * kDegree);
+}
+
+TEST(OrganizedPlanes, JoinsWhatTouchesWhereASurfaceBends) {
+  DepthScene scene(320, 240, 300.0);
+  const int left = scene.addRectangle({-0.5, 0.0, 2.0}, {0.5, 0.0, 0.012}, {0.0, 1.0, 0.0});
+  const int right = scene.addRectangle({0.5, 0.0, 2.0}, {0.5, 0.0, -0.012}, {0.0, 1.0, 0.0});
+  scene.render(0.0005, 0.0, 7);
+  const PlaneSet set = search(scene, organized());
+  ASSERT_EQ(set.planes.size(), 1u);
+  EXPECT_GT(set.planes.front().inliers.size(),
+            0.95 * static_cast<double>(scene.pixelsOf(left) + scene.pixelsOf(right)));
+}
+
 TEST(OrganizedPlanes, KeepsPlanesThatTouchAtAnEdge) {
   DepthScene scene(320, 240, 300.0);
   const int left = scene.addRectangle({-0.5, 0.0, 2.0}, {0.5, 0.0, 0.3}, {0.0, 1.0, 0.0});
