@@ -39,6 +39,9 @@ function(planar_mapping_module)
     POSITION_INDEPENDENT_CODE ON
     CXX_EXTENSIONS OFF)
   planar_mapping_set_flags(${target})
+  # A product and a sum stay two operations: only some processors can fuse them, and maps are the same on all.
+  # Libraries alone compute maps.
+  target_compile_options(${target} PRIVATE -ffp-contract=off)
   target_include_directories(${target} PUBLIC
     $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
