@@ -64,6 +64,8 @@ struct OrganizedParams {
   double merging_angle = 0.15;
   /// Share of d_T within which a pixel beside the grown cells joins their plane.
   double border_share = 0.2;
+  /// ... and where white noise blurs edges, whose pixels are settled later.
+  double blurred_border_share = 0.4;
   /// Share of d_T that is added to the noise when planes compete for a pixel.
   double competing_share = 0.05;
   /// A plane at least this many residuals wide is not a slice through unrelated objects, ...

@@ -152,6 +152,7 @@ void settleTile(const float* x, const float* y, const float* z, const EdgePlane*
 }  // namespace
 
 bool PixelAssigner::isNoisy(int tile) const {
+  if (noise_.correlated_pixels > params_.white_correlation) return false;
   const double n = tiles_.count(tile);
   if (!(n > 0.0)) return false;
   const Vector3 mean(tiles_.moment(kX)[tile] / n, tiles_.moment(kY)[tile] / n,
@@ -161,7 +162,6 @@ bool PixelAssigner::isNoisy(int tile) const {
 }
 
 bool PixelAssigner::isNoisy() const {
-  if (noise_.correlated_pixels > params_.white_correlation) return false;
   for (int tile = 0; tile < cloud_.tiles(); ++tile) {
     if (isNoisy(tile)) return true;
   }

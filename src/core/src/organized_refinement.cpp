@@ -245,6 +245,7 @@ void PixelAssigner::assignTile(int tile, const std::vector<PlaneCandidate>& plan
     }
   }
   if (count == 0) return;
+  const double border = isNoisy(tile) ? params_.blurred_border_share : params_.border_share;
   BandedPlane banded[kMostCandidates];
   for (int i = 0; i < count; ++i) {
     const PlaneCandidate& plane = planes[static_cast<std::size_t>(candidates[i])];
@@ -255,7 +256,7 @@ void PixelAssigner::assignTile(int tile, const std::vector<PlaneCandidate>& plan
     const double factor = params_.noise_factor * plane.distance(cloud_.sensor.data());
     const double squared_factor = factor * factor;
     const bool inside = reach == 0 || grown_[static_cast<std::size_t>(tile)].holds(candidates[i]);
-    const double band = params_.distance_threshold * (inside ? 1.0 : params_.border_share);
+    const double band = params_.distance_threshold * (inside ? 1.0 : border);
     b.constant = static_cast<float>(band * band);
     b.a = static_cast<float>(squared_factor * noise_.constant * noise_.constant);
     b.b = static_cast<float>(squared_factor * 2.0 * noise_.constant * noise_.quadratic);

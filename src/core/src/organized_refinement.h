@@ -78,6 +78,7 @@ class PixelAssigner {
   };
 
   void assignTile(int tile, const std::vector<PlaneCandidate>& planes, int reach);
+  /// ... in this one.
   bool isNoisy(int tile) const;
   /// Planes that hold most pixels of a tile and those around it, at most kEdgePlanes. \return
   /// number
