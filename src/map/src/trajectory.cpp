@@ -91,12 +91,12 @@ StoredPose Trajectory::poseOf(const Numbers& numbers, bool in_microseconds) {
 
 Trajectory::Numbers Trajectory::State::expected() const {
   Numbers numbers = last;
-  numbers[0] += time_step;
+  for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] += step[i];
   return numbers;
 }
 
 void Trajectory::State::accept(const Numbers& numbers) {
-  if (poses > 0) time_step = numbers[0] - last[0];
+  for (std::size_t i = 0; poses > 0 && i < numbers.size(); ++i) step[i] = numbers[i] - last[i];
   last = numbers;
   ++poses;
 }
@@ -128,19 +128,27 @@ void Trajectory::put(std::uint8_t byte) {
 
 void Trajectory::startChunk(const StoredPose& pose) {
   std::int64_t unused = 0;
-  if (chunks_.size() == chunks_.capacity())
-    chunks_.reserve(chunks_.size() + chunks_.size() / 8 + 1);
-  chunks_.push_back({static_cast<std::uint32_t>(size_), static_cast<std::uint32_t>(bytes_.size()),
-                     isInMicroseconds(pose.timestamp, unused)});
+  const Chunk chunk{static_cast<std::uint32_t>(size_), static_cast<std::uint32_t>(bytes_.size()),
+                    isInMicroseconds(pose.timestamp, unused)};
   tail_->state = State();
   tail_->counting = false;
+  if (empty()) {
+    first_in_microseconds_ = chunk.in_microseconds;
+    return;
+  }
+  if (!later_) later_.reset(new std::vector<Chunk>);
+  if (later_->size() == later_->capacity()) {
+    later_->reserve(later_->size() + later_->size() / 8 + 1);
+  }
+  later_->push_back(chunk);
 }
 
 Trajectory::Tail Trajectory::readTail() const {
   Tail tail;
   if (empty()) return tail;
-  Reader reader(*this, chunks_.back());
-  for (std::size_t i = chunks_.back().first_pose; i < size_; ++i) tail.back = reader.next();
+  const Chunk last = chunk(chunks() - 1);
+  Reader reader(*this, last);
+  for (std::size_t i = last.first_pose; i < size_; ++i) tail.back = reader.next();
   tail.state = reader.state();
   tail.counting = reader.isCounting();
   return tail;
@@ -158,11 +166,12 @@ StoredPose Trajectory::back() const {
 void Trajectory::push(const StoredPose& pose) {
   std::int64_t unused = 0;
   Tail& tail = this->tail();
-  if (chunks_.empty() || tail.state.poses == kPosesPerChunk ||
-      (chunks_.back().in_microseconds && !isInMicroseconds(pose.timestamp, unused))) {
+  const auto inMicroseconds = [&] { return chunk(later_ ? later_->size() : 0).in_microseconds; };
+  if (empty() || tail.state.poses == kPosesPerChunk ||
+      (inMicroseconds() && !isInMicroseconds(pose.timestamp, unused))) {
     startChunk(pose);
   }
-  const Numbers numbers = numbersOf(pose, chunks_.back().in_microseconds);
+  const Numbers numbers = numbersOf(pose, inMicroseconds());
   const Numbers expected = tail.state.expected();
   std::uint8_t differ = 0;
   for (std::size_t i = 0; i < numbers.size(); ++i) {
@@ -187,22 +196,24 @@ void Trajectory::push(const StoredPose& pose) {
 }
 
 std::size_t Trajectory::chunkOf(std::size_t index) const {
+  if (!later_) return 0;
   const auto after =
-      std::upper_bound(chunks_.begin(), chunks_.end(), index,
+      std::upper_bound(later_->begin(), later_->end(), index,
                        [](std::size_t i, const Chunk& chunk) { return i < chunk.first_pose; });
-  return static_cast<std::size_t>(after - chunks_.begin()) - 1;
+  return static_cast<std::size_t>(after - later_->begin());
 }
 
 StoredPose Trajectory::at(std::size_t index) const {
   if (index + 1 == size_) return back();
-  const Chunk& chunk = chunks_[chunkOf(index)];
-  Reader reader(*this, chunk);
-  for (std::size_t i = chunk.first_pose; i < index; ++i) reader.next();
+  const Chunk from = chunk(chunkOf(index));
+  Reader reader(*this, from);
+  for (std::size_t i = from.first_pose; i < index; ++i) reader.next();
   return reader.next();
 }
 
 std::size_t Trajectory::memoryBytes() const {
-  return heapBytes(bytes_) + heapBytes(chunks_) + (tail_ != nullptr ? heapBytes(sizeof(Tail)) : 0);
+  return heapBytes(bytes_) + (later_ ? heapBytes(sizeof *later_) + heapBytes(*later_) : 0) +
+         (tail_ != nullptr ? heapBytes(sizeof(Tail)) : 0);
 }
 
 }  // namespace planar_mapping::detail

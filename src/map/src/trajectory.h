@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "heap_value.h"
 #include "packed_numbers.h"
 #include "planar_mapping/core/types.h"
 #include "resting.h"
@@ -36,9 +37,9 @@ constexpr double kFarthestPose = 1e14;
 bool isInMicroseconds(double timestamp, std::int64_t& microseconds);
 
 /// Poses of the frames in order, packed: a map must not grow while the robot stands still. A pose
-/// is what differs from the one before, where time is expected to go on as it did: a byte that says
-/// which of the eight numbers differ, and these; for poses as expected a count of them. Every 1,024
-/// poses or so it starts anew, so that any one can be read.
+/// is what differs from where it is expected, if all goes on as it did: a byte that says which of
+/// the eight numbers differ, and these; for poses as expected a count of them. Every 1,024 poses or
+/// so it starts anew, so that any one can be read.
 class Trajectory {
  public:
   bool empty() const { return size_ == 0; }
@@ -63,7 +64,7 @@ class Trajectory {
   /// What is known after some poses of a chunk.
   struct State {
     Numbers last{};
-    std::uint64_t time_step = 0;
+    Numbers step{};
     std::size_t poses = 0;
 
     Numbers expected() const;
@@ -96,21 +97,26 @@ class Trajectory {
   static StoredPose poseOf(const Numbers& numbers, bool in_microseconds);
   void startChunk(const StoredPose& pose);
   void put(std::uint8_t byte);
+  std::size_t chunks() const { return empty() ? 0 : 1 + (later_ ? later_->size() : 0); }
+  Chunk chunk(std::size_t i) const {
+    return i == 0 ? Chunk{0, 0, first_in_microseconds_} : (*later_)[i - 1];
+  }
   std::size_t chunkOf(std::size_t index) const;
 
   std::vector<std::uint8_t> bytes_;
-  std::vector<Chunk> chunks_;
-  std::size_t size_ = 0;
+  HeapValue<std::vector<Chunk>> later_;  ///< most trajectories have but one chunk
+  std::uint32_t size_ = 0;
+  bool first_in_microseconds_ = false;
   Resting<Tail> tail_;
 };
 
 template <class Take>
 void Trajectory::forEach(std::size_t from, const Take& take) const {
   if (from >= size_) return;
-  for (std::size_t c = chunkOf(from); c < chunks_.size(); ++c) {
-    const std::size_t end = c + 1 < chunks_.size() ? chunks_[c + 1].first_pose : size_;
-    Reader reader(*this, chunks_[c]);
-    for (std::size_t i = chunks_[c].first_pose; i < end; ++i) {
+  for (std::size_t c = chunkOf(from); c < chunks(); ++c) {
+    const std::size_t end = c + 1 < chunks() ? chunk(c + 1).first_pose : size_;
+    Reader reader(*this, chunk(c));
+    for (std::size_t i = chunk(c).first_pose; i < end; ++i) {
       const StoredPose pose = reader.next();
       if (i >= from) take(pose);
     }

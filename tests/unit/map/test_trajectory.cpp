@@ -91,6 +91,16 @@ TEST(Trajectory, TakesAFewBytesAPoseAndNextToNoneAtRest) {
   EXPECT_LT(packed(resting).memoryBytes(), 1000u);
 }
 
+TEST(Trajectory, TakesNextToNothingWhileAllGoesOnAsItDid) {
+  std::vector<StoredPose> poses;
+  for (int i = 0; i < 1000; ++i) {
+    poses.push_back(StoredPose::from(0.1 * i, Quaternion::Identity(), Vector3(0.25 * i, 0.0, 1.0)));
+  }
+  const Trajectory steady = packed(poses);
+  expectHolds(steady, poses);
+  EXPECT_LT(Trajectory(steady).memoryBytes(), 100u);
+}
+
 TEST(Trajectory, GoesOnAfterResting) {
   Random random(8);
   std::vector<StoredPose> poses;
