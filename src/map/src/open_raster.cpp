@@ -7,6 +7,12 @@ namespace {
 
 static_assert(PatchTiles::kSide == 16);
 
+// How large the numbers of a raster mostly are, as powers of two (BitWriter).
+constexpr unsigned kAnchor = 1;
+constexpr unsigned kFew = 0;  // patches, and how far they reach
+constexpr unsigned kRevision = 3;
+constexpr unsigned kTileBytes = 4;
+
 /// Bits of the columns [low, high] and rows [low, high] of a tile.
 std::uint64_t tileRectangle(std::int32_t low_a, std::int32_t low_b, std::int32_t high_a,
                             std::int32_t high_b) {
@@ -19,21 +25,23 @@ std::uint64_t tileRectangle(std::int32_t low_a, std::int32_t low_b, std::int32_t
 }  // namespace
 
 OpenRaster::OpenRaster(PackReader in) {
-  anchor_a_ = in.differenceAs<std::int32_t>();
-  anchor_b_ = in.differenceAs<std::int32_t>();
-  patches_.resize(in.as<std::size_t>());
+  BitReader bits(in);
+  anchor_a_ = bits.differenceAs<std::int32_t>(kAnchor);
+  anchor_b_ = bits.differenceAs<std::int32_t>(kAnchor);
+  patches_.resize(bits.as<std::size_t>(kFew));
   for (Patch& patch : patches_) {
-    const auto pa = in.differenceAs<std::int32_t>();
-    const auto pb = in.differenceAs<std::int32_t>();
+    const auto pa = bits.differenceAs<std::int32_t>(kFew);
+    const auto pb = bits.differenceAs<std::int32_t>(kFew);
     patch.key = packKey(pa, pb);
-    patch.revision = in.as<std::uint32_t>();
-    const std::int32_t first_a = anchor_a_ + PatchTiles::kSide * pa;
-    const std::int32_t first_b = anchor_b_ + PatchTiles::kSide * pb;
-    const std::uint8_t low = in.byte();
-    const std::uint8_t high = in.byte();
-    patch.window = {first_a + (low & 15), first_b + (low >> 4), first_a + (high & 15),
-                    first_b + (high >> 4)};
-    patch.packed_bytes = in.as<std::size_t>();
+    patch.revision = bits.as<std::uint32_t>(kRevision);
+    TileWindow& window = patch.window;
+    window.low_a = anchor_a_ + PatchTiles::kSide * pa + static_cast<std::int32_t>(bits.bits(4));
+    window.low_b = anchor_b_ + PatchTiles::kSide * pb + static_cast<std::int32_t>(bits.bits(4));
+    window.high_a = window.low_a + bits.as<std::int32_t>(kFew);
+    window.high_b = window.low_b + bits.as<std::int32_t>(kFew);
+    patch.packed_bytes = bits.as<std::size_t>(kTileBytes);
+  }
+  for (Patch& patch : patches_) {
     patch.packed = in.at();
     in.skip(patch.packed_bytes);
   }
@@ -51,39 +59,39 @@ OpenRaster OpenRaster::reopened() const {
 }
 
 bool OpenRaster::pack(std::uint32_t revision, PackWriter& out) const {
-  out.difference(anchor_a_);
-  out.difference(anchor_b_);
   std::vector<std::pair<Patch*, TileWindow>> kept;
   for (Patch& patch : patches_) {
     const bool changed = patch.dirty && patch.tiles != nullptr;
     const TileWindow window = changed ? tightWindow(patch) : patch.window;
     if (!window.empty()) kept.emplace_back(&patch, window);
   }
-  out.number(kept.size());
-  PackWriter tiles;
+  BitWriter bits(out);
+  bits.difference(anchor_a_, kAnchor);
+  bits.difference(anchor_b_, kAnchor);
+  bits.number(kept.size(), kFew);
+  PackWriter tiles;  // of all patches
   for (const auto& [patch, window] : kept) {
+    const std::size_t before = tiles.bytes.size();
+    if (patch->dirty && patch->tiles != nullptr) {
+      patch->tiles->pack(tiles);
+    } else {
+      tiles.append(patch->packed, patch->packed_bytes);
+    }
     std::int32_t pa = 0, pb = 0;
     unpackKey(patch->key, pa, pb);
-    out.difference(pa);
-    out.difference(pb);
-    out.number(patch->dirty ? revision : patch->revision);
-    const auto part = [](std::int32_t a, std::int32_t b) {
-      return static_cast<unsigned>(16 * b + a);
+    bits.difference(pa, kFew);
+    bits.difference(pb, kFew);
+    bits.number(patch->dirty ? revision : patch->revision, kRevision);
+    const auto within = [](std::int32_t tile, std::int32_t anchor) {
+      return static_cast<std::uint64_t>((tile - anchor) & (PatchTiles::kSide - 1));
     };
-    const std::int32_t first_a = anchor_a_ + PatchTiles::kSide * pa;
-    const std::int32_t first_b = anchor_b_ + PatchTiles::kSide * pb;
-    out.byte(part(window.low_a - first_a, window.low_b - first_b));
-    out.byte(part(window.high_a - first_a, window.high_b - first_b));
-    if (patch->dirty && patch->tiles != nullptr) {
-      tiles.bytes.clear();
-      patch->tiles->pack(tiles);
-      out.number(tiles.bytes.size());
-      out.append(tiles.bytes.data(), tiles.bytes.size());
-    } else {
-      out.number(patch->packed_bytes);
-      out.append(patch->packed, patch->packed_bytes);
-    }
+    bits.bits(within(window.low_a, anchor_a_), 4);
+    bits.bits(within(window.low_b, anchor_b_), 4);
+    bits.number(static_cast<std::uint64_t>(window.high_a - window.low_a), kFew);
+    bits.number(static_cast<std::uint64_t>(window.high_b - window.low_b), kFew);
+    bits.number(tiles.bytes.size() - before, kTileBytes);
   }
+  out.append(tiles.bytes.data(), tiles.bytes.size());
   return !kept.empty();
 }
 

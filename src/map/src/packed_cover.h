@@ -29,7 +29,7 @@ struct PatchCover {
   std::vector<std::uint64_t> regions;  ///< in which it has or absorbs something; ascending
 };
 
-/// The cover in few bytes: about nine a rectangle, one to three a loose quarter. At first no
+/// The cover in few bytes: about six a rectangle, less than one a loose quarter. At first no
 /// rectangle is replaced.
 std::vector<std::uint8_t> packCover(const PatchCover& cover);
 

@@ -9,48 +9,60 @@
 namespace planar_mapping::detail {
 namespace {
 
-void put(const RoundedNumber& number, PackWriter& out) {
-  out.number(number.mantissa);
-  if (number.mantissa != 0) out.difference(number.exponent);
+// How large the numbers of a plane mostly are, as powers of two (BitWriter).
+constexpr unsigned kFrames = 2;
+constexpr unsigned kRevision = 1;
+constexpr unsigned kNormal = 12;
+constexpr unsigned kTurn = 14;
+constexpr unsigned kOrigin = 12;
+constexpr unsigned kMean = 4;
+constexpr unsigned kHeight = 1;  // of the mean above the plane
+constexpr unsigned kExponent = 4;
+constexpr unsigned kShape = 4;  // correlation and slope
+
+void put(const RoundedNumber& number, unsigned mantissa_bits, BitWriter& out) {
+  out.number(number.mantissa, mantissa_bits - 1);
+  if (number.mantissa != 0) out.difference(number.exponent, kExponent);
 }
-RoundedNumber takeRounded(PackReader& in) {
+RoundedNumber takeRounded(unsigned mantissa_bits, BitReader& in) {
   RoundedNumber number;
-  number.mantissa = in.as<std::uint16_t>();
-  if (number.mantissa != 0) number.exponent = in.differenceAs<std::int16_t>();
+  number.mantissa = in.as<std::uint16_t>(mantissa_bits - 1);
+  if (number.mantissa != 0) number.exponent = in.differenceAs<std::int16_t>(kExponent);
   return number;
 }
 
-void put(const PlaneState& state, PackWriter& out) {
-  out.number(state.frames);
-  out.number(state.frame_revision);
+void put(const PlaneState& state, BitWriter& out) {
+  out.number(state.frames, kFrames);
+  out.number(state.frame_revision, kRevision);
   const StoredPlane& p = state.stored;
-  out.byte(p.axis);
-  for (const std::int32_t n : p.normal) out.difference(n);
-  out.difference(p.turn);
-  for (const std::int64_t o : p.origin) out.difference(o);
-  put(p.weight, out);
-  for (const std::int64_t m : p.mean) out.difference(m);
-  for (const RoundedNumber& v : p.variance) put(v, out);
-  out.difference(p.correlation);
-  for (const std::int32_t slope : p.slope) out.difference(slope);
-  put(p.residual, out);
+  out.bits(p.axis, 3);
+  for (const std::int32_t n : p.normal) out.difference(n, kNormal);
+  out.bits(p.turn != 0 ? 1 : 0, 1);
+  if (p.turn != 0) out.difference(p.turn, kTurn);
+  for (const std::int64_t o : p.origin) out.difference(o, kOrigin);
+  put(p.weight, StoredPlane::kWeightBits, out);
+  for (std::size_t i = 0; i < 3; ++i) out.difference(p.mean[i], i < 2 ? kMean : kHeight);
+  for (const RoundedNumber& v : p.variance) put(v, StoredPlane::kVarianceBits, out);
+  out.difference(p.correlation, kShape);
+  for (const std::int32_t slope : p.slope) out.difference(slope, kShape);
+  put(p.residual, StoredPlane::kVarianceBits, out);
 }
 
-PlaneState takeState(PackReader& in) {
+PlaneState takeState(BitReader& in) {
   PlaneState state;
-  state.frames = in.as<std::uint32_t>();
-  state.frame_revision = in.as<std::uint32_t>();
+  state.frames = in.as<std::uint32_t>(kFrames);
+  state.frame_revision = in.as<std::uint32_t>(kRevision);
   StoredPlane& p = state.stored;
-  p.axis = in.byte();
-  for (std::int32_t& n : p.normal) n = in.differenceAs<std::int32_t>();
-  p.turn = in.differenceAs<std::int32_t>();
-  for (std::int64_t& o : p.origin) o = in.difference();
-  p.weight = takeRounded(in);
-  for (std::int64_t& m : p.mean) m = in.difference();
-  for (RoundedNumber& v : p.variance) v = takeRounded(in);
-  p.correlation = in.differenceAs<std::int32_t>();
-  for (std::int32_t& slope : p.slope) slope = in.differenceAs<std::int32_t>();
-  p.residual = takeRounded(in);
+  p.axis = static_cast<std::uint8_t>(in.bits(3));
+  for (std::int32_t& n : p.normal) n = in.differenceAs<std::int32_t>(kNormal);
+  p.turn = in.bits(1) != 0 ? in.differenceAs<std::int32_t>(kTurn) : 0;
+  for (std::int64_t& o : p.origin) o = in.difference(kOrigin);
+  p.weight = takeRounded(StoredPlane::kWeightBits, in);
+  for (std::size_t i = 0; i < 3; ++i) p.mean[i] = in.difference(i < 2 ? kMean : kHeight);
+  for (RoundedNumber& v : p.variance) v = takeRounded(StoredPlane::kVarianceBits, in);
+  p.correlation = in.differenceAs<std::int32_t>(kShape);
+  for (std::int32_t& slope : p.slope) slope = in.differenceAs<std::int32_t>(kShape);
+  p.residual = takeRounded(StoredPlane::kVarianceBits, in);
   return state;
 }
 
@@ -59,14 +71,16 @@ PlaneState takeState(PackReader& in) {
 PlaneLayer::PlaneLayer(const std::uint8_t* packed) {
   PackReader in(packed);
   id = in.as<std::int32_t>();
-  state_ = takeState(in);
+  BitReader bits(in);
+  state_ = takeState(bits);
   raster_ = OpenRaster(in);
   changed_ = false;
 }
 
 bool PlaneLayer::pack(std::uint32_t revision, PackWriter& out) const {
   out.number(static_cast<std::uint64_t>(id));
-  put(state_, out);
+  BitWriter bits(out);
+  put(state_, bits);
   return raster_.pack(revision, out);
 }
 
