@@ -125,8 +125,8 @@ void insertFrames(benchmark::State& state, const std::string& source, double res
   state.counters["unknown"] = static_cast<double>(map->unknownCells());
 }
 
-PlanarMap mapOf(const std::vector<BenchmarkFrame>& sequence) {
-  PlanarMap map(mapParams(0.1, true));
+PlanarMap mapOf(const std::vector<BenchmarkFrame>& sequence, double resolution = 0.1) {
+  PlanarMap map(mapParams(resolution, true));
   for (const BenchmarkFrame& frame : sequence) map.insert(frame.observation());
   return map;
 }
@@ -150,13 +150,13 @@ void codeFile(benchmark::State& state, const std::string& source, bool load) {
   state.counters["file_bytes"] = static_cast<double>(file.size());
 }
 
-void queryPoints(benchmark::State& state, const std::string& source) {
+void queryPoints(benchmark::State& state, const std::string& source, double resolution) {
   const std::vector<BenchmarkFrame>& sequence = frames(source);
   if (sequence.empty()) {
     state.SkipWithError("no data");
     return;
   }
-  const PlanarMap map = mapOf(sequence);
+  const PlanarMap map = mapOf(sequence, resolution);
   Vector3 low, high;
   map.bounds(low, high);
   Random random;
@@ -170,6 +170,7 @@ void queryPoints(benchmark::State& state, const std::string& source) {
     benchmark::DoNotOptimize(map.stateAt(points[i]));
     i = (i + 1) % points.size();
   }
+  state.counters["cuboids"] = static_cast<double>(map.cuboidCount());
 }
 
 constexpr double kRayRange = 8.0;
@@ -205,13 +206,14 @@ void timeRays(benchmark::State& state, const std::vector<BenchmarkFrame>& sequen
   state.counters["hit"] = hits / static_cast<double>(rays.size());
 }
 
-void castRays(benchmark::State& state, const std::string& source, UnknownSpaceIs unknown) {
+void castRays(benchmark::State& state, const std::string& source, double resolution,
+              UnknownSpaceIs unknown) {
   const std::vector<BenchmarkFrame>& sequence = frames(source);
   if (sequence.empty()) {
     state.SkipWithError("no data");
     return;
   }
-  const PlanarMap map = mapOf(sequence);
+  const PlanarMap map = mapOf(sequence, resolution);
   timeRays(state, sequence, [&](const BenchmarkRay& ray) {
     return castRay(map, ray.origin, ray.direction, kRayRange, unknown).has_value();
   });
@@ -298,9 +300,12 @@ void registerAll() {
       benchmark::RegisterBenchmark((source + "/" + name).c_str(), arguments...)
           ->Unit(benchmark::kMicrosecond);
     };
-    addQuestion("query", queryPoints, source);
-    addQuestion("ray", castRays, source, UnknownSpaceIs::AnObstacle);
-    addQuestion("ray/through_unknown", castRays, source, UnknownSpaceIs::Transparent);
+    addQuestion("query", queryPoints, source, 0.1);
+    addQuestion("ray", castRays, source, 0.1, UnknownSpaceIs::AnObstacle);
+    addQuestion("ray/through_unknown", castRays, source, 0.1, UnknownSpaceIs::Transparent);
+    // Few cuboids, which need no tree.
+    addQuestion("query/0.5", queryPoints, source, 0.5);
+    addQuestion("ray/through_unknown/0.5", castRays, source, 0.5, UnknownSpaceIs::Transparent);
 #ifdef PLANAR_MAPPING_HAS_OCTOMAP
     add("octomap/0.1", insertIntoOctoMap, source, 0.1, false);
     add("octomap/0.1/discretized", insertIntoOctoMap, source, 0.1, true);

@@ -80,11 +80,11 @@ class Compaction {
   std::vector<std::uint64_t> sortedRegions() const;
 
   Int3 anchor_;
+  bool settled_ = true;
+  std::size_t count_ = 0;
   PackedRecords covers_;    ///< of the patches, by plane and key, ascending
   KeyMap<Region> regions_;  ///< by CellLayer::regionKey()
   JoinedBoxes joined_;
-  std::size_t count_ = 0;
-  bool settled_ = true;
   std::vector<Cuboid> list_;
 };
 

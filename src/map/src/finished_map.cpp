@@ -16,7 +16,7 @@ constexpr FileFrame kFrame{{'P', 'B', 'O', 'X'}, 1, "version 1"};
 }  // namespace
 
 std::size_t FinishedMap::memoryBytes() const {
-  return heapBytes(sizeof(FinishedMap)) + heapBytes(file) + heapBytes(cuboids) +
+  return heapBytes(sizeof(FinishedMap)) + file.memoryBytes() + heapBytes(cuboids) +
          index.memoryBytes();
 }
 
@@ -37,7 +37,7 @@ std::unique_ptr<const FinishedMap> readFinishedMap(const std::uint8_t* data, std
   FinishedRecord record;
   coder.finishReading(FinishedCoder::experienced().code(coder, record));
   auto finished = std::make_unique<FinishedMap>();
-  finished->file.assign(data, data + size);
+  finished->file = PackedBytes(data, size);
   finished->cuboids = cuboidsOf(record);
   finished->index.build(finished->cuboids);
   map.params = record.params;

@@ -9,12 +9,13 @@
 
 #include "cuboid_index.h"
 #include "map_data.h"
+#include "packed_bytes.h"
 
 namespace planar_mapping::detail {
 
 /// What a finished map has in place of planes and cells.
 struct FinishedMap {
-  std::vector<std::uint8_t> file;  ///< that it was read from
+  PackedBytes file;  ///< that it was read from
   std::vector<Cuboid> cuboids;
   CuboidIndex index;
 

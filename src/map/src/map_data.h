@@ -10,6 +10,7 @@
 #include "cell_layer.h"
 #include "planar_mapping/map/planar_map.h"
 #include "plane_layer.h"
+#include "resting.h"
 #include "trajectory.h"
 #include "unknown_space.h"
 
@@ -20,14 +21,31 @@ struct MapData {
   PlanarMapParams params;
   RestingPlanes resting;
   /// The planes while they are worked on, by id, ascending. Copies of the map are at rest.
-  struct WorkingPlanes : std::vector<PlaneLayer> {
-    bool awake = false;
+  class WorkingPlanes {
+   public:
+    bool areAwake() const { return layers_ != nullptr; }
+    void wake(std::vector<PlaneLayer> layers) {
+      layers_.reset(new std::vector<PlaneLayer>(std::move(layers)));
+    }
+    /// Gives the planes away; they are at rest then.
+    std::vector<PlaneLayer> take() {
+      std::vector<PlaneLayer> layers = std::move(*layers_);
+      layers_.reset();
+      return layers;
+    }
+    // While they are awake:
+    std::size_t size() const { return layers_->size(); }
+    PlaneLayer& operator[](std::size_t i) { return (*layers_)[i]; }
+    const PlaneLayer& operator[](std::size_t i) const { return (*layers_)[i]; }
+    auto begin() { return layers_->begin(); }
+    auto end() { return layers_->end(); }
+    auto begin() const { return layers_->cbegin(); }
+    auto end() const { return layers_->cend(); }
+    void push_back(PlaneLayer layer) { layers_->push_back(std::move(layer)); }
+    void resize(std::size_t count) { layers_->resize(count); }
 
-    WorkingPlanes() = default;
-    WorkingPlanes(const WorkingPlanes&) : std::vector<PlaneLayer>() {}
-    WorkingPlanes(WorkingPlanes&&) noexcept = default;
-    WorkingPlanes& operator=(const WorkingPlanes&) = delete;
-    WorkingPlanes& operator=(WorkingPlanes&&) noexcept = default;
+   private:
+    Resting<std::vector<PlaneLayer>> layers_;
   };
   WorkingPlanes planes;
   std::int32_t next_plane_id = 0;

@@ -19,6 +19,14 @@ class PackedBytes {
   PackedBytes() = default;
   explicit PackedBytes(const std::vector<std::uint8_t>& bytes)
       : PackedBytes(bytes.data(), bytes.size()) {}
+  PackedBytes(const std::uint8_t* data, std::size_t size) {
+    if (size == 0) return;
+    if (size > UINT32_MAX) throw std::bad_alloc();
+    block_.reset(new std::uint8_t[kHead + size]);  // not cleared first
+    const auto head = static_cast<std::uint32_t>(size);
+    std::memcpy(block_.get(), &head, sizeof head);
+    std::memcpy(block_.get() + kHead, data, size);
+  }
   PackedBytes(const PackedBytes& other) : PackedBytes(other.data(), other.size()) {}
   PackedBytes(PackedBytes&& other) noexcept = default;
   PackedBytes& operator=(const PackedBytes& other) {
@@ -40,15 +48,6 @@ class PackedBytes {
 
  private:
   static constexpr std::size_t kHead = sizeof(std::uint32_t);
-
-  PackedBytes(const std::uint8_t* data, std::size_t size) {
-    if (size == 0) return;
-    if (size > UINT32_MAX) throw std::bad_alloc();
-    block_.reset(new std::uint8_t[kHead + size]);  // not cleared first
-    const auto head = static_cast<std::uint32_t>(size);
-    std::memcpy(block_.get(), &head, sizeof head);
-    std::memcpy(block_.get() + kHead, data, size);
-  }
 
   std::unique_ptr<std::uint8_t[]> block_;  ///< the size, then the bytes
 };

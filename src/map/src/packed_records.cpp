@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "packed_records.h"
 
+#include <iterator>
 #include <utility>
 
 #include "packed_numbers.h"
@@ -10,9 +11,9 @@ namespace planar_mapping::detail {
 
 std::vector<PackedRecords::Record> PackedRecords::list() const {
   std::vector<Record> records;
-  for (std::size_t p = 0; p < pages_.size(); ++p) {
-    PackReader in(pages_[p].data());
-    const std::uint8_t* end = pages_[p].data() + pages_[p].size();
+  for (std::size_t p = 0; p < pages(); ++p) {
+    PackReader in(page(p).data());
+    const std::uint8_t* end = page(p).data() + page(p).size();
     while (in.at() != end) {
       const auto size = in.as<std::size_t>();
       records.push_back({in.at(), size, static_cast<std::uint32_t>(p)});
@@ -49,7 +50,7 @@ void PackedRecords::apply(const Change& change) {
     const Record record = change.recordOf(change.items_[i]);
     if (whole > 0) {
       endPage();
-      pages.push_back(std::move(pages_[record.page]));
+      pages.push_back(std::move(this->page(record.page)));
       i += whole;
       continue;
     }
@@ -59,13 +60,20 @@ void PackedRecords::apply(const Change& change) {
     ++i;
   }
   endPage();
-  pages.shrink_to_fit();
-  pages_ = std::move(pages);
+  setPages(std::move(pages));
+}
+
+void PackedRecords::setPages(std::vector<PackedBytes> pages) {
+  first_ = pages.empty() ? PackedBytes() : std::move(pages.front());
+  others_.reset();
+  if (pages.size() < 2) return;
+  others_.reset(new std::vector<PackedBytes>(std::make_move_iterator(pages.begin() + 1),
+                                             std::make_move_iterator(pages.end())));
 }
 
 std::size_t PackedRecords::memoryBytes() const {
-  std::size_t bytes = heapBytes(pages_);
-  for (const PackedBytes& page : pages_) bytes += page.memoryBytes();
+  std::size_t bytes = others_ ? heapBytes(sizeof *others_) + heapBytes(*others_) : 0;
+  for (std::size_t p = 0; p < pages(); ++p) bytes += page(p).memoryBytes();
   return bytes;
 }
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "heap_value.h"
 #include "packed_bytes.h"
 
 namespace planar_mapping::detail {
@@ -25,7 +26,7 @@ class PackedRecords {
   std::vector<Record> list() const;
   /// To change bytes of a record of list() in place.
   std::uint8_t* bytesOf(const Record& record) {
-    PackedBytes& page = pages_[record.page];
+    PackedBytes& page = this->page(record.page);
     return page.data() + (record.data - page.data());
   }
   std::size_t memoryBytes() const;  ///< on the heap
@@ -66,7 +67,14 @@ class PackedRecords {
   void apply(const Change& change);
 
  private:
-  std::vector<PackedBytes> pages_;  ///< records one after the other, each behind its size
+  std::size_t pages() const { return first_.empty() ? 0 : 1 + (others_ ? others_->size() : 0); }
+  const PackedBytes& page(std::size_t i) const { return i == 0 ? first_ : (*others_)[i - 1]; }
+  PackedBytes& page(std::size_t i) { return i == 0 ? first_ : (*others_)[i - 1]; }
+  void setPages(std::vector<PackedBytes> pages);
+
+  // Records one after the other, each behind its size. Most maps have one page.
+  PackedBytes first_;
+  HeapValue<std::vector<PackedBytes>> others_;
 };
 
 }  // namespace planar_mapping::detail

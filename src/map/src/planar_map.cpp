@@ -129,23 +129,31 @@ void PlanarMap::clear() {
 }
 
 detail::Compaction& PlanarMap::Impl::compacted(CoverEffort effort) const {
-  const bool is_too_quick = effort == CoverEffort::Full && !cache.compaction.isSettled();
-  if (is_too_quick || !cache.counted.load(std::memory_order_relaxed)) {
-    cache.compaction.update(data, effort);
-    cache.counted.store(true, std::memory_order_release);
+  const bool is_too_quick = effort == CoverEffort::Full && !cache->compaction.isSettled();
+  if (is_too_quick || !cache->counted.load(std::memory_order_relaxed)) {
+    cache->compaction.update(data, effort);
+    cache->counted.store(true, std::memory_order_release);
   }
-  return cache.compaction;
+  return cache->compaction;
 }
 
 PlanarMap::Impl::Occupied PlanarMap::Impl::occupied() const {
   if (finished) return {finished->cuboids, finished->index};
-  const Occupied derived{cache.compaction.list(), cache.index};
-  if (cache.ready.load(std::memory_order_acquire)) return derived;
-  const std::lock_guard<std::mutex> lock(cache.mutex);
-  if (cache.ready.load(std::memory_order_relaxed)) return derived;
-  cache.index.build(compacted(CoverEffort::Full).makeList(data));
-  cache.ready.store(true, std::memory_order_release);
+  const Occupied derived{cache->compaction.list(), cache->index};
+  if (cache->ready.load(std::memory_order_acquire)) return derived;
+  const std::lock_guard<std::mutex> lock(cache->mutex);
+  if (cache->ready.load(std::memory_order_relaxed)) return derived;
+  cache->index.build(compacted(CoverEffort::Full).makeList(data));
+  cache->ready.store(true, std::memory_order_release);
   return derived;
+}
+
+std::size_t PlanarMap::Impl::Cache::memoryBytes() const {
+  using detail::heapBytes;
+  const std::size_t bytes =
+      heapBytes(sizeof(Cache)) + index.memoryBytes() + compaction.memoryBytes();
+  if (!lists) return bytes;
+  return bytes + heapBytes(sizeof(Lists)) + heapBytes(lists->planes) + heapBytes(lists->trajectory);
 }
 
 void PlanarMap::Impl::requireGrowing(const char* what) const {
@@ -169,44 +177,50 @@ const std::vector<Cuboid>& PlanarMap::cuboids() const {
 }
 std::size_t PlanarMap::cuboidCount() const {
   if (impl_->finished) return impl_->finished->cuboids.size();
-  const std::lock_guard<std::mutex> lock(impl_->cache.mutex);
+  const std::lock_guard<std::mutex> lock(impl_->cache->mutex);
   return impl_->compacted(CoverEffort::Full).count();
 }
 std::size_t PlanarMap::cuboidCountAtMost() const {
   if (impl_->finished) return impl_->finished->cuboids.size();
-  const std::lock_guard<std::mutex> lock(impl_->cache.mutex);
+  const std::lock_guard<std::mutex> lock(impl_->cache->mutex);
   return impl_->compacted(CoverEffort::Quick).count();
 }
 const std::vector<MapPlane>& PlanarMap::planes() const {
-  Impl::Cache& cache = impl_->cache;
-  if (cache.planes_ready.load(std::memory_order_acquire)) return cache.planes;
+  static const std::vector<MapPlane> kNone;
+  if (impl_->finished) return kNone;
+  Impl::Cache& cache = *impl_->cache;
+  if (cache.planes_ready.load(std::memory_order_acquire)) return cache.lists->planes;
   const std::lock_guard<std::mutex> lock(cache.mutex);
-  if (cache.planes_ready.load(std::memory_order_relaxed)) return cache.planes;
-  cache.planes.clear();
-  const std::vector<detail::PlaneLayer> planes = impl_->data.resting.open();
-  cache.planes.reserve(planes.size());
-  for (const detail::PlaneLayer& layer : planes) {
+  std::vector<MapPlane>& planes = cache.openLists().planes;
+  if (cache.planes_ready.load(std::memory_order_relaxed)) return planes;
+  planes.clear();
+  const std::vector<detail::PlaneLayer> layers = impl_->data.resting.open();
+  planes.reserve(layers.size());
+  for (const detail::PlaneLayer& layer : layers) {
     const detail::PlaneFit fit = layer.state().stored.fit();
-    cache.planes.push_back({layer.id, fit.plane, fit.moments, layer.state().frames});
+    planes.push_back({layer.id, fit.plane, fit.moments, layer.state().frames});
   }
   cache.planes_ready.store(true, std::memory_order_release);
-  return cache.planes;
+  return planes;
 }
 const std::vector<std::pair<double, Pose>>& PlanarMap::trajectory() const {
-  Impl::Cache& cache = impl_->cache;
+  static const std::vector<std::pair<double, Pose>> kNone;
+  if (impl_->finished) return kNone;
+  Impl::Cache& cache = *impl_->cache;
   const std::lock_guard<std::mutex> lock(cache.mutex);
+  std::vector<std::pair<double, Pose>>& trajectory = cache.openLists().trajectory;
   // Poses are only ever added, until the map is made anew.
-  impl_->data.trajectory.forEach(cache.trajectory.size(), [&](const detail::StoredPose& stored) {
-    cache.trajectory.emplace_back(stored.timestamp, stored.pose());
+  impl_->data.trajectory.forEach(trajectory.size(), [&](const detail::StoredPose& stored) {
+    trajectory.emplace_back(stored.timestamp, stored.pose());
   });
-  return cache.trajectory;
+  return trajectory;
 }
 
 CellState PlanarMap::stateAt(const Vector3& point) const {
   if (!point.allFinite()) return CellState::Unknown;
   const Impl::Occupied known = impl_->occupied();
   bool occupied = false;
-  known.index.visit(point, 0.0, [&](std::uint32_t i) {
+  known.index.visit(known.cuboids, point, 0.0, [&](std::uint32_t i) {
     occupied = contains(known.cuboids[i], point);
     return !occupied;
   });
@@ -221,7 +235,7 @@ CellState PlanarMap::stateAt(const Vector3& point) const {
 double PlanarMap::occupancyAt(const Vector3& point) const {
   const Impl::Occupied known = impl_->occupied();
   double belief = -1.0;
-  known.index.visit(point, 0.0, [&](std::uint32_t i) {
+  known.index.visit(known.cuboids, point, 0.0, [&](std::uint32_t i) {
     if (contains(known.cuboids[i], point)) {
       belief = std::max(belief, static_cast<double>(known.cuboids[i].probability));
     }
@@ -235,7 +249,7 @@ Indices PlanarMap::cuboidsAt(const Vector3& point, double margin) const {
   requireInRange("margin", margin, 0.0, 1e9, "m");
   const Impl::Occupied known = impl_->occupied();
   Indices found;
-  known.index.visit(point, margin, [&](std::uint32_t i) {
+  known.index.visit(known.cuboids, point, margin, [&](std::uint32_t i) {
     if (contains(known.cuboids[i], point, margin)) found.push_back(static_cast<int>(i));
     return true;
   });
@@ -244,8 +258,8 @@ Indices PlanarMap::cuboidsAt(const Vector3& point, double margin) const {
 }
 
 std::size_t PlanarMap::unknownCells() const {
-  Impl::Cache& cache = impl_->cache;
-  if (cache.unknown_ready.load(std::memory_order_acquire)) return cache.unknown_cells;
+  const std::size_t counted = impl_->unknown_cells.load(std::memory_order_acquire);
+  if (counted != Impl::kNotCounted) return counted;
   const detail::KeyMap<detail::CubeBits> unknown = impl_->unknownCells();
   std::size_t count = 0;
   for (std::size_t i = 0; i < unknown.size(); ++i) {
@@ -253,10 +267,7 @@ std::size_t PlanarMap::unknownCells() const {
       count += static_cast<std::size_t>(__builtin_popcountll(word));
     }
   }
-  const std::lock_guard<std::mutex> lock(cache.mutex);
-  if (cache.unknown_ready.load(std::memory_order_relaxed)) return count;
-  cache.unknown_cells = count;
-  cache.unknown_ready.store(true, std::memory_order_release);
+  impl_->unknown_cells.store(count, std::memory_order_release);
   return count;
 }
 
@@ -299,25 +310,24 @@ bool PlanarMap::bounds(Vector3& low, Vector3& high) const {
 
 std::size_t PlanarMap::memoryBytes() const {
   const detail::MapData& data = impl_->data;
-  using detail::heapBytes;
-  std::size_t bytes = sizeof(PlanarMap) + heapBytes(sizeof(Impl)) + data.cells.memoryBytes() +
-                      data.unknown.memoryBytes() + data.resting.memoryBytes() +
-                      data.trajectory.memoryBytes();
-  if (impl_->finished) bytes += impl_->finished->memoryBytes();
-  const std::lock_guard<std::mutex> lock(impl_->cache.mutex);
-  const Impl::Cache& cache = impl_->cache;
-  return bytes + heapBytes(cache.planes) + heapBytes(cache.trajectory) + cache.index.memoryBytes() +
-         cache.compaction.memoryBytes();
+  const std::size_t bytes = sizeof(PlanarMap) + detail::heapBytes(sizeof(Impl)) +
+                            data.cells.memoryBytes() + data.unknown.memoryBytes() +
+                            data.resting.memoryBytes() + data.trajectory.memoryBytes();
+  if (impl_->finished) return bytes + impl_->finished->memoryBytes();
+  const std::lock_guard<std::mutex> lock(impl_->cache->mutex);
+  return bytes + impl_->cache->memoryBytes();
 }
 
 std::vector<std::uint8_t> PlanarMap::serialize() const {
-  return impl_->finished ? impl_->finished->file : detail::serializeMap(impl_->data);
+  if (!impl_->finished) return detail::serializeMap(impl_->data);
+  const detail::PackedBytes& file = impl_->finished->file;
+  return {file.data(), file.data() + file.size()};
 }
 
 PlanarMap PlanarMap::deserialize(const std::uint8_t* data, std::size_t size) {
   PlanarMap map;
   if (detail::isFinishedFile(data, size)) {
-    map.impl_->finished = detail::readFinishedMap(data, size, map.impl_->data);
+    map.impl_->finish(detail::readFinishedMap(data, size, map.impl_->data));
   } else {
     map.impl_->data = detail::deserializeMap(data, size);
   }

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <memory>
 #include <mutex>
+#include <utility>
 #include <vector>
 
 #include "compaction.h"
@@ -16,29 +17,42 @@ namespace planar_mapping {
 
 struct PlanarMap::Impl {
   detail::MapData data;
-  /// What a finished map has in place of planes and cells: only parameters and space are in the
-  /// data then.
+  /// What a finished map has in place of planes, cells and cache: only parameters and space are in
+  /// the data then.
   std::unique_ptr<const detail::FinishedMap> finished;
 
   /// What const functions derive from the data at the first call after a change. Not copied.
   struct Cache {
     std::mutex mutex;
     std::atomic<bool> counted{false};  ///< is the compaction up to date?
-    detail::Compaction compaction;
-    std::atomic<bool> ready{false};  ///< are the compaction's list and its index?
+    std::atomic<bool> ready{false};    ///< are the compaction's list and its index?
     std::atomic<bool> planes_ready{false};
-    std::vector<MapPlane> planes;                     ///< if they were asked for
-    std::vector<std::pair<double, Pose>> trajectory;  ///< as far as it was asked for
     detail::CuboidIndex index;
+    detail::Compaction compaction;
+    struct Lists {
+      std::vector<MapPlane> planes;
+      std::vector<std::pair<double, Pose>> trajectory;  ///< as far as it was asked for
+    };
+    std::unique_ptr<Lists> lists;  ///< if one was asked for
 
-    std::atomic<bool> unknown_ready{false};
-    std::size_t unknown_cells = 0;  ///< that no cuboid occupies
+    Lists& openLists() {
+      if (!lists) lists = std::make_unique<Lists>();
+      return *lists;
+    }
+    std::size_t memoryBytes() const;  ///< its own block included; the lock is held
   };
-  mutable Cache cache;
+  std::unique_ptr<Cache> cache = std::make_unique<Cache>();  ///< null if finished
+
+  static constexpr auto kNotCounted = static_cast<std::size_t>(-1);
+  mutable std::atomic<std::size_t> unknown_cells{kNotCounted};  ///< that no cuboid occupies
 
   Impl() = default;
   Impl(const Impl& other) : data(other.data) {
-    if (other.finished) finished = std::make_unique<detail::FinishedMap>(*other.finished);
+    if (other.finished) finish(std::make_unique<detail::FinishedMap>(*other.finished));
+  }
+  void finish(std::unique_ptr<const detail::FinishedMap> map) {
+    finished = std::move(map);
+    cache.reset();
   }
 
   /// The compaction; the lock of the cache is held.
@@ -56,10 +70,10 @@ struct PlanarMap::Impl {
   /// \throws InputError if the map is finished
   void requireGrowing(const char* what) const;
   void changed() {
-    cache.counted.store(false, std::memory_order_release);
-    cache.ready.store(false, std::memory_order_release);
-    cache.planes_ready.store(false, std::memory_order_release);
-    cache.unknown_ready.store(false, std::memory_order_release);
+    cache->counted.store(false, std::memory_order_release);
+    cache->ready.store(false, std::memory_order_release);
+    cache->planes_ready.store(false, std::memory_order_release);
+    unknown_cells.store(kNotCounted, std::memory_order_release);
   }
 };
 

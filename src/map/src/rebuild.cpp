@@ -7,16 +7,14 @@
 namespace planar_mapping::detail {
 
 void wakePlanes(MapData& map) {
-  static_cast<std::vector<PlaneLayer>&>(map.planes) = map.resting.open();
+  map.planes.wake(map.resting.open());
   for (PlaneLayer& layer : map.planes) layer.wake();
-  map.planes.awake = true;
 }
 
 void tidyMap(MapData& map, FrameUpdate& update) {
-  if (map.planes.awake) {
+  if (map.planes.areAwake()) {
     // A plane without a cell is forgotten; its id is not given out again.
-    update.patches_rebuilt += map.resting.close(std::move(map.planes), map.revision());
-    map.planes = MapData::WorkingPlanes();
+    update.patches_rebuilt += map.resting.close(map.planes.take(), map.revision());
   }
   update.patches_rebuilt += map.cells.tidy(map.revision());
   map.trajectory.rest();

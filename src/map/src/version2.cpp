@@ -204,7 +204,7 @@ void readPlanes(MapData& map, ByteReader& in) {
   map.next_plane_id = static_cast<std::int32_t>(next);
   constexpr std::size_t kSmallestPlane = 7 * 8 + 12 * 4 + 8;
   const std::size_t n = in.count(kSmallestPlane);
-  map.planes.awake = true;
+  map.planes.wake({});
   for (std::size_t i = 0; i < n; ++i) {
     map.planes.push_back(readPlane(in));
     const std::int32_t id = map.planes[i].id;

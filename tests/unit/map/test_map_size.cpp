@@ -99,6 +99,30 @@ TEST(MapSize, OfARoomIsAFewBytesACell) {
   EXPECT_GT(map.unknownCells(), 180000u);
 }
 
+// At coarse cells a map is a few kilobytes, and a tenth of OctoMap's heap is not much more.
+
+TEST(MapSize, OfAnEmptyMapIsItsParametersAndNotMuchMore) {
+  const PlanarMap empty;
+  EXPECT_LE(empty.memoryBytes(), sizeof(PlanarMapParams) + 360);
+  EXPECT_LE(empty.finished().memoryBytes(), sizeof(PlanarMapParams) + 280);
+}
+
+TEST(MapSize, OfARoomInCoarseCells) {
+  PlanarMapParams params = paramsOf(true);
+  params.approximation.resolution = 0.5;
+  Scene scene;
+  scene.camera = {250.0, 250.0, 159.5, 119.5, 320, 240};
+  PlanarMap map(params);
+  for (int i = 0; i < 10; ++i) {
+    map.insert(look(scene, lookFrom({-0.4 + 0.1 * i, 0.0, 1.0}, 0.05 * i), 0.1 * i).frame());
+  }
+  ASSERT_GT(map.planes().size(), 5u);
+  const PlanarMap unasked(map);
+  EXPECT_LT(unasked.memoryBytes(), 1500u);
+  ASSERT_EQ(unasked.cuboids().size(), 7u);
+  EXPECT_LT(unasked.memoryBytes(), 2400u);  // 670 of it seven cuboids
+}
+
 TEST(MapSize, OfUncertainCellsIsAByteEach) {
   // Beliefs that all differ are the worst there can be.
   const View view = look(Scene(), lookFrom({0.0, 0.0, 1.0}));
