@@ -122,7 +122,7 @@ class KeyMap {
     const std::size_t found = indexOf(key);
     if (found != kNone) return found;
     // By a quarter: maps are measured by their memory, and entries are large.
-    if (size_ == capacity_) resizeTo(size_ + size_ / 4 + 1);
+    if (size_ == capacity_) resizeTo(size_ + std::max(size_ / 4, 1u));
     new (&values()[size_]) Value();
     keyData()[size_] = key;
     if (slotsFor(capacity_) != 0) enter(size_);

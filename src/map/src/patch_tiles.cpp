@@ -11,42 +11,44 @@ namespace {
 
 constexpr std::uint64_t kAll = ~std::uint64_t{0};
 
-// A tile: its place, a byte of the head, then what the head says there is: the cells, the least
+// A tile, in bits: its place, a head, then what the head says there is: the cells, the least
 // belief, and of each cell how far its belief is above that.
+constexpr unsigned kPlaceBits = 8;
+constexpr unsigned kHeadBits = 5;
 constexpr unsigned kBitsMask = 7u;        ///< bits of a belief, 0 = all are alike
 constexpr unsigned kFull = 8u;            ///< all cells are occupied
 constexpr unsigned kLeastAsBefore = 16u;  ///< as in the tile before
+constexpr unsigned kLeast = 4;            ///< how large it mostly is (BitWriter)
 
 // The cells: two bits for each row, then a byte for each that is of its own.
 enum Row : unsigned { kEmpty, kWhole, kAsBelow, kOwn };
 
-void putCells(std::uint64_t cells, PackWriter& out) {
+void putCells(std::uint64_t cells, BitWriter& out) {
   unsigned codes = 0;
-  const std::size_t head = out.bytes.size();
-  out.byte(0);
-  out.byte(0);
   std::uint64_t below = 0;
-  for (unsigned b = 0; b < 8; ++b) {
-    const std::uint64_t row = cells >> (8 * b) & 0xffu;
+  const auto forEachRow = [&](auto&& visit) {
+    for (unsigned b = 0; b < 8; ++b) visit(b, cells >> (8 * b) & 0xffu);
+  };
+  forEachRow([&](unsigned b, std::uint64_t row) {
     const Row code = row == 0 ? kEmpty : row == 0xffu ? kWhole : row == below ? kAsBelow : kOwn;
     codes |= code << (2 * b);
-    if (code == kOwn) out.byte(static_cast<unsigned>(row));
     below = row;
-  }
-  out.bytes[head] = static_cast<std::uint8_t>(codes);
-  out.bytes[head + 1] = static_cast<std::uint8_t>(codes >> 8u);
+  });
+  out.bits(codes, 16);
+  forEachRow([&](unsigned b, std::uint64_t row) {
+    if ((codes >> (2 * b) & 3u) == kOwn) out.bits(row, 8);
+  });
 }
 
-std::uint64_t takeCells(PackReader& in) {
-  unsigned codes = in.byte();
-  codes |= static_cast<unsigned>(in.byte()) << 8u;
+std::uint64_t takeCells(BitReader& in) {
+  auto codes = static_cast<unsigned>(in.bits(16));
   std::uint64_t cells = 0;
   std::uint64_t row = 0;
   for (unsigned b = 0; b < 8; ++b, codes >>= 2u) {
     const auto code = static_cast<Row>(codes & 3u);
     if (code == kEmpty) row = 0;
     if (code == kWhole) row = 0xffu;
-    if (code == kOwn) row = in.byte();
+    if (code == kOwn) row = in.bits(8);
     cells |= row << (8 * b);
   }
   return cells;
@@ -54,7 +56,8 @@ std::uint64_t takeCells(PackReader& in) {
 
 }  // namespace
 
-void PatchTiles::pack(PackWriter& out) const {
+void PatchTiles::pack(PackWriter& bytes) const {
+  BitWriter out(bytes);
   unsigned before = 0;
   for (unsigned place = 0; place < kPlaces; ++place) {
     const std::int16_t at = position_[place];
@@ -71,45 +74,28 @@ void PatchTiles::pack(PackWriter& out) const {
     });
     unsigned bits = 0;
     while (((most - least) >> bits) != 0) ++bits;
-    out.byte(place);
-    out.byte(bits | (cells == kAll ? kFull : 0) | (least == before ? kLeastAsBefore : 0));
+    out.bits(place, kPlaceBits);
+    out.bits(bits | (cells == kAll ? kFull : 0) | (least == before ? kLeastAsBefore : 0),
+             kHeadBits);
     if (cells != kAll) putCells(cells, out);
-    if (least != before) out.byte(least);
+    if (least != before) out.number(least, kLeast);
     before = least;
-    if (bits == 0) continue;
-    unsigned rest = 0;
-    unsigned held = 0;
-    forEachBit(cells, [&](std::size_t bit) {
-      rest |= (tile.belief(bit) - least) << held;
-      held += bits;
-      if (held < 8) return;
-      out.byte(rest & 0xffu);
-      rest >>= 8u;
-      held -= 8;
-    });
-    if (held > 0) out.byte(rest);
+    forEachBit(cells, [&](std::size_t bit) { out.bits(tile.belief(bit) - least, bits); });
   }
 }
 
-void PatchTiles::unpack(PackReader in, const std::uint8_t* end) {
+void PatchTiles::unpack(PackReader bytes, const std::uint8_t* end) {
+  BitReader in(bytes);
   unsigned least = 0;
-  while (in.at() != end) {
-    RasterTile& tile = at(in.byte());
-    const unsigned head = in.byte();
+  // What is left of the last byte is less than a tile needs.
+  while (bytes.at() != end) {
+    RasterTile& tile = at(static_cast<int>(in.bits(kPlaceBits)));
+    const auto head = static_cast<unsigned>(in.bits(kHeadBits));
     const std::uint64_t cells = (head & kFull) != 0 ? kAll : takeCells(in);
-    if ((head & kLeastAsBefore) == 0) least = in.byte();
+    if ((head & kLeastAsBefore) == 0) least = in.as<unsigned>(kLeast);
     const unsigned bits = head & kBitsMask;
-    const unsigned mask = (1u << bits) - 1;
-    unsigned rest = 0;
-    unsigned held = 0;
     forEachBit(cells, [&](std::size_t bit) {
-      if (held < bits) {
-        rest |= static_cast<unsigned>(in.byte()) << held;
-        held += 8;
-      }
-      tile.setBelief(bit, static_cast<std::uint8_t>(least + (rest & mask)));
-      rest >>= bits;
-      held -= bits;
+      tile.setBelief(bit, static_cast<std::uint8_t>(least + in.bits(bits)));
     });
   }
 }

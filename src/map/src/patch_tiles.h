@@ -54,9 +54,9 @@ class PatchTiles {
 
   /// Writes the tiles that hold a cell, one after the other: a full tile of one belief takes two to
   /// three bytes, any tile at most 53.
-  void pack(PackWriter& out) const;
+  void pack(PackWriter& bytes) const;
   /// Adds what pack() wrote, up to \p end.
-  void unpack(PackReader in, const std::uint8_t* end);
+  void unpack(PackReader bytes, const std::uint8_t* end);
 
  private:
   static constexpr std::int16_t kNone = -1;

@@ -12,13 +12,14 @@ namespace {
 // How large the numbers of a plane mostly are, as powers of two (BitWriter).
 constexpr unsigned kFrames = 2;
 constexpr unsigned kRevision = 1;
-constexpr unsigned kNormal = 12;
-constexpr unsigned kTurn = 14;
+constexpr unsigned kNormal = 11;
+constexpr unsigned kTurn = 15;
 constexpr unsigned kOrigin = 12;
 constexpr unsigned kMean = 4;
 constexpr unsigned kHeight = 1;  // of the mean above the plane
 constexpr unsigned kExponent = 4;
-constexpr unsigned kShape = 4;  // correlation and slope
+constexpr unsigned kCorrelation = 4;
+constexpr unsigned kSlope = 6;
 
 void put(const RoundedNumber& number, unsigned mantissa_bits, BitWriter& out) {
   out.number(number.mantissa, mantissa_bits - 1);
@@ -43,8 +44,8 @@ void put(const PlaneState& state, BitWriter& out) {
   put(p.weight, StoredPlane::kWeightBits, out);
   for (std::size_t i = 0; i < 3; ++i) out.difference(p.mean[i], i < 2 ? kMean : kHeight);
   for (const RoundedNumber& v : p.variance) put(v, StoredPlane::kVarianceBits, out);
-  out.difference(p.correlation, kShape);
-  for (const std::int32_t slope : p.slope) out.difference(slope, kShape);
+  out.difference(p.correlation, kCorrelation);
+  for (const std::int32_t slope : p.slope) out.difference(slope, kSlope);
   put(p.residual, StoredPlane::kVarianceBits, out);
 }
 
@@ -60,8 +61,8 @@ PlaneState takeState(BitReader& in) {
   p.weight = takeRounded(StoredPlane::kWeightBits, in);
   for (std::size_t i = 0; i < 3; ++i) p.mean[i] = in.difference(i < 2 ? kMean : kHeight);
   for (RoundedNumber& v : p.variance) v = takeRounded(StoredPlane::kVarianceBits, in);
-  p.correlation = in.differenceAs<std::int32_t>(kShape);
-  for (std::int32_t& slope : p.slope) slope = in.differenceAs<std::int32_t>(kShape);
+  p.correlation = in.differenceAs<std::int32_t>(kCorrelation);
+  for (std::int32_t& slope : p.slope) slope = in.differenceAs<std::int32_t>(kSlope);
   p.residual = takeRounded(StoredPlane::kVarianceBits, in);
   return state;
 }

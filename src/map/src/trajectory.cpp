@@ -122,7 +122,7 @@ StoredPose Trajectory::Reader::next() {
 
 void Trajectory::put(std::uint8_t byte) {
   // By an eighth: maps are measured by their memory.
-  if (bytes_.size() == bytes_.capacity()) bytes_.reserve(bytes_.size() + bytes_.size() / 8 + 16);
+  if (bytes_.size() == bytes_.capacity()) bytes_.reserve(bytes_.size() + bytes_.size() / 8 + 4);
   bytes_.push_back(byte);
 }
 
