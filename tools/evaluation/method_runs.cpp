@@ -35,6 +35,7 @@ class Judge {
   Judge(const Place& place, double s) : place_(place), s_(s), crossed_(s, 2.0 * s) {
     crossed_.add(place.rays);
     if (place.truth) visible_ = place.truth->visibleCells(s);
+    for (const evaluation::MeasuredRay& ray : place.rays) measured_.push_back(ray.end);
   }
 
   void setStandardCells(std::size_t cells) { standard_cells_ = cells; }
@@ -57,6 +58,7 @@ class Judge {
     const evaluation::HeldBackDistance held_back =
         evaluation::heldBackDistance(index, place_.checked, 0.5 * s_);
     f.coverage = held_back.share_within;
+    f.measured_coverage = evaluation::coverage(index, measured_, 0.5 * s_);
     if (std::isfinite(held_back.median)) f.held_back_median_m = held_back.median;
     if (std::isfinite(held_back.percentile_95)) f.held_back_p95_m = held_back.percentile_95;
     f.free_space_violation = evaluation::freeSpaceViolation(index, crossed_).share;
@@ -68,6 +70,7 @@ class Judge {
   double s_;
   evaluation::CrossedSpace crossed_;
   std::vector<evaluation::VisibleCell> visible_;
+  std::vector<Vector3> measured_;  ///< points to look for, with their noise
   std::size_t standard_cells_ = 0;
 };
 

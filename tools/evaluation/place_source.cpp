@@ -48,19 +48,39 @@ std::vector<Vector3> inWorld(const Frame& frame, const Indices& indices) {
   return points;
 }
 
-/// Every so many-th obstacle point goes to the place's points to check; held back, it is taken out
-/// of the frame, so that no method and no stage gets to see it.
-void chooseCheckedPoints(Frame& frame, std::size_t step, bool hold_back, Place& place) {
+/// What the pixels of the points hit, without noise; flying pixels, too, hit something.
+std::vector<Vector3> trulyInWorld(const Frame& frame, const Indices& indices,
+                                  const evaluation::Rendering& truth) {
+  std::vector<Vector3> points;
+  points.reserve(indices.size());
+  const PinholeCamera& camera = truth.camera;
+  for (const int i : indices) {
+    const Vector3 direction((i % camera.width - camera.cx) / camera.fx,
+                            (i / camera.width - camera.cy) / camera.fy, 1.0);
+    const auto depth = static_cast<double>(truth.depth[static_cast<std::size_t>(i)]);
+    points.push_back(frame.T_world_sensor * (depth * direction));
+  }
+  return points;
+}
+
+/// Every so many-th obstacle point goes to the place's points to check. Where there is no truth to
+/// look it up in, it is held back: taken out of the frame, so that no method and no stage gets to
+/// see it.
+void chooseCheckedPoints(Frame& frame, std::size_t step, const evaluation::Rendering* truth,
+                         Place& place) {
   Indices chosen;
   Indices kept;
   for (std::size_t k = 0; k < frame.indices.size(); ++k) {
     (k % step == step - 1 ? chosen : kept).push_back(frame.indices[k]);
   }
-  for (const Vector3& point : inWorld(frame, chosen)) {
-    place.checked.push_back(point);
+  const std::vector<Vector3> measured = inWorld(frame, chosen);
+  for (const Vector3& point : measured) {
     place.rays.push_back({frame.T_world_sensor.translation(), point});
   }
-  if (!hold_back) return;
+  const std::vector<Vector3> checked =
+      truth != nullptr ? trulyInWorld(frame, chosen, *truth) : measured;
+  place.checked.insert(place.checked.end(), checked.begin(), checked.end());
+  if (truth != nullptr) return;
   frame.cloud = pcl::make_shared<FrameCloud>(*frame.cloud);
   for (const int i : chosen) {
     constexpr float kNothing = std::numeric_limits<float>::quiet_NaN();
@@ -70,10 +90,12 @@ void chooseCheckedPoints(Frame& frame, std::size_t step, bool hold_back, Place& 
 }
 
 /// A frame as the stages before the planes leave it becomes one of the place.
-void addFrame(Frame frame, const PlaceOptions& options, bool hold_back, Place& place) {
+/// \param truth what it saw without noise; null where that is not known
+void addFrame(Frame frame, const PlaceOptions& options, const evaluation::Rendering* truth,
+              Place& place) {
   frame.images = FrameImages();
   frame.front_end_done = true;
-  chooseCheckedPoints(frame, options.check_step, hold_back, place);
+  chooseCheckedPoints(frame, options.check_step, truth, place);
   PreparedFrame prepared;
   prepared.obstacles = inWorld(frame, frame.indices);
   prepared.ground = inWorld(frame, frame.ground);
@@ -81,15 +103,20 @@ void addFrame(Frame frame, const PlaceOptions& options, bool hold_back, Place& p
   place.frames.push_back(std::move(prepared));
 }
 
-/// Up to where points are used: 99 % of them are nearer to their sensor.
-double usedRange(const Place& place) {
-  std::vector<double> ranges;
-  for (const evaluation::MeasuredRay& ray : place.rays)
-    ranges.push_back((ray.end - ray.origin).norm());
-  if (ranges.empty()) return evaluation::VisibleSurfaceParams().max_range;
-  const auto rank = ranges.begin() + static_cast<std::ptrdiff_t>(0.99 * ranges.size());
-  std::nth_element(ranges.begin(), rank, ranges.end());
-  return *rank;
+/// Up to where points are used: 99 % of them have less depth. Depth, not the length of the ray, is
+/// what stages limit and what the noise grows with.
+double usedDepth(const Place& place) {
+  std::vector<double> depths;
+  for (const PreparedFrame& prepared : place.frames) {
+    const PointsView view = viewOf(*prepared.frame.cloud);
+    for (const int i : prepared.frame.indices) {
+      depths.push_back(view.point(static_cast<std::size_t>(i)).z());
+    }
+  }
+  if (depths.empty()) return evaluation::VisibleSurfaceParams().max_depth;
+  const auto rank = static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(depths.size()));
+  std::nth_element(depths.begin(), depths.begin() + rank, depths.end());
+  return depths[static_cast<std::size_t>(rank)];
 }
 
 class SimulatedPlaces : public PlaceSource {
@@ -117,19 +144,20 @@ class SimulatedPlaces : public PlaceSource {
     Pipeline pipeline(std::move(configuration));
     const Stretch& stretch = stretches_[place->number];
     std::vector<std::pair<evaluation::Rendering, Pose>> views;
+    const evaluation::StereoSensorParams& sensor = simulation_.params().sensor;
     for (std::size_t i = stretch.first; i < stretch.first + stretch.length; ++i) {
       evaluation::SimulatedFrame seen = simulation_.frame(i);
       Frame frame = measured(seen);
       pipeline.process(frame);
-      if (frame.skip_reason.empty()) addFrame(std::move(frame), options_, false, *place);
-      views.emplace_back(std::move(seen.truth), seen.T_world_camera);
+      if (frame.skip_reason.empty()) addFrame(std::move(frame), options_, &seen.truth, *place);
+      views.emplace_back(evaluation::matchablePart(std::move(seen.truth), sensor),
+                         seen.T_world_camera);
     }
     auto truth = std::make_shared<evaluation::SurfaceTruth>(
         simulation_.scene(), static_cast<int>(stretch.first),
         static_cast<int>(stretch.first + stretch.length - 1));
     evaluation::VisibleSurfaceParams visible;
-    visible.max_range = usedRange(*place);
-    visible.min_incidence = simulation_.params().sensor.smallest_incidence;
+    visible.max_depth = usedDepth(*place);
     for (const auto& [view, T_world_camera] : views) truth->addView(view, T_world_camera, visible);
     place->truth = std::move(truth);
     return place;
@@ -205,7 +233,7 @@ class RecordedPlaces : public PlaceSource {
       const bool belongs = read_++ >= stretch.first;
       pipeline_->process(*frame);
       if (belongs && frame->skip_reason.empty()) {
-        addFrame(std::move(*frame), options_, true, *place);
+        addFrame(std::move(*frame), options_, nullptr, *place);
       }
     }
     return place;

@@ -29,9 +29,11 @@ struct PreparedFrame {
 struct Place {
   std::size_t number = 0;
   std::vector<PreparedFrame> frames;
-  std::vector<Vector3> checked;  ///< points of surfaces to look for in the maps, world frame
-  std::vector<evaluation::MeasuredRay> rays;  ///< that reached them
-  /// Null where the input has no truth; `checked` was then held back from every method.
+  /// Rays to the points to look for in the maps, as measured, world frame.
+  std::vector<evaluation::MeasuredRay> rays;
+  /// Where those points truly are: what their pixels hit. As measured where there is no truth.
+  std::vector<Vector3> checked;
+  /// Null where the input has no truth; the points were then held back from every method.
   std::shared_ptr<const evaluation::SurfaceTruth> truth;
 };
 

@@ -101,6 +101,7 @@ const std::vector<FigureColumn>& figureColumns() {
       {"error_percent", &Figures::error_percent},
       {"completeness", &Figures::completeness},
       {"coverage", &Figures::coverage},
+      {"measured_coverage", &Figures::measured_coverage},
       {"held_back_median_m", &Figures::held_back_median_m},
       {"held_back_p95_m", &Figures::held_back_p95_m},
       {"free_space_violation", &Figures::free_space_violation},

@@ -79,6 +79,14 @@ void removeHidden(std::vector<float>& disparity, int width, int height, double e
   }
 }
 
+/// Exact disparities of what the sensor can match, 0 elsewhere.
+std::vector<float> matchableDisparity(const Rendering& view, const StereoSensorParams& params) {
+  const bool ideal = params.edge_px == std::numeric_limits<double>::max();
+  std::vector<float> disparity = trueDisparity(view, params);
+  if (!ideal) removeHidden(disparity, view.camera.width, view.camera.height, params.edge_px);
+  return disparity;
+}
+
 /// Lowest and highest disparity among the pixels around one; those without count as none.
 std::pair<float, float> rangeAround(const std::vector<float>& disparity, int width, int height,
                                     int column, int row) {
@@ -155,10 +163,7 @@ std::vector<float> measureDisparity(const Rendering& rendering, const StereoSens
   params.validate();
   const int width = rendering.camera.width;
   const int height = rendering.camera.height;
-  const bool ideal = params.edge_px == std::numeric_limits<double>::max();
-  std::vector<float> exact = trueDisparity(rendering, params);
-  if (!ideal) removeHidden(exact, width, height, params.edge_px);
-
+  const std::vector<float> exact = matchableDisparity(rendering, params);
   const SmoothField shared(width, height, params.correlation_px, random);
   const double shared_part = params.noise_px * std::sqrt(params.correlated_share);
   const double own_part = params.noise_px * std::sqrt(1.0 - params.correlated_share);
@@ -184,6 +189,15 @@ std::vector<float> measureDisparity(const Rendering& rendering, const StereoSens
     }
   if (params.wrong_share > 0.0) mismatch(measured, width, params, random);
   return measured;
+}
+
+Rendering matchablePart(Rendering view, const StereoSensorParams& params) {
+  params.validate();
+  const std::vector<float> disparity = matchableDisparity(view, params);
+  for (std::size_t i = 0; i < disparity.size(); ++i) {
+    if (disparity[i] <= 0.0f) view.object[i] = -1;
+  }
+  return view;
 }
 
 std::vector<float> pointsOf(const std::vector<float>& disparity, const PinholeCamera& camera,

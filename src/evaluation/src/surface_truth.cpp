@@ -26,7 +26,7 @@ double toFaces(const Point& point, const Point& half) {
 }  // namespace
 
 void VisibleSurfaceParams::validate() const {
-  requirePositive("max_range", max_range, "m");
+  requirePositive("max_depth", max_depth, "m");
   requireInRange("ground_height", ground_height, -1e9, 1e9, "m");
   requireInRange("min_incidence", min_incidence, 0.0, 1.0);
 }
@@ -93,12 +93,12 @@ void SurfaceTruth::addView(const Rendering& view, const Pose& T_world_camera,
   std::size_t i = 0;
   for (int row = 0; row < camera.height; ++row) {
     for (int column = 0; column < camera.width; ++column, ++i) {
-      if (view.object[i] < 0 || static_cast<double>(view.incidence[i]) < params.min_incidence)
+      const auto depth = static_cast<double>(view.depth[i]);
+      if (view.object[i] < 0 || depth > params.max_depth ||
+          static_cast<double>(view.incidence[i]) < params.min_incidence)
         continue;
       const Vector3 direction((column - camera.cx) / camera.fx, (row - camera.cy) / camera.fy, 1.0);
-      const double range = static_cast<double>(view.depth[i]) * direction.norm();
-      if (range > params.max_range) continue;
-      const Vector3 point = T_world_camera * (direction.normalized() * (range + kBehind));
+      const Vector3 point = T_world_camera * (depth * direction + kBehind * direction.normalized());
       std::uint64_t key = 0;
       if (point.z() <= params.ground_height || !detail::cellKeyOf(point, kSeenSide, key)) continue;
       Seen& seen = seen_[key];

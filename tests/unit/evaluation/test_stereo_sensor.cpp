@@ -100,6 +100,25 @@ TEST(StereoSensor, WhatTheSecondCameraDoesNotSeeIsMissing) {
   EXPECT_EQ(at(10, 2), 0.0f) << "left of the right image";
 }
 
+TEST(StereoSensor, MatchableIsWhatBothCamerasSee) {
+  Rendering view = wall(6.0f);
+  for (std::size_t row = 50; row < 150; ++row)
+    for (std::size_t column = 150; column < 200; ++column) view.depth[row * 320 + column] = 1.0f;
+  view.texture.assign(view.texture.size(), 0.0f);
+  view.incidence[10 * 320 + 300] = 0.01f;
+  const Rendering part = matchablePart(view, StereoSensorParams());
+  const auto isThere = [&](std::size_t row, std::size_t column) {
+    return part.object[row * 320 + column] >= 0;
+  };
+  EXPECT_FALSE(isThere(100, 130)) << "hidden by the square";
+  EXPECT_FALSE(isThere(10, 2)) << "left of the right image";
+  EXPECT_FALSE(isThere(10, 300)) << "grazed";
+  EXPECT_TRUE(isThere(10, 301)) << "a surface without texture is there to be found";
+  EXPECT_TRUE(isThere(100, 120));
+  EXPECT_TRUE(isThere(100, 170));
+  EXPECT_EQ(part.depth, view.depth);
+}
+
 TEST(StereoSensor, EdgesHaveHolesAndFlyingPixels) {
   Rendering view = wall(6.0f);
   for (std::size_t row = 0; row < 200; ++row)

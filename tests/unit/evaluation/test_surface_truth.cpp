@@ -193,19 +193,37 @@ TEST(SurfaceTruth, GroundAndWhatIsFarAreNotVisible) {
   const Pose pose = lookAlongX({0, 0, 0.4});
   SurfaceTruth truth(scene);
   VisibleSurfaceParams params;
-  params.max_range = 5.0;
+  params.max_depth = 5.0;
   truth.addView(render(scene, smallCamera(), pose), pose, params);
   ASSERT_FALSE(truth.visiblePoints().empty());
   for (const Vector3& point : truth.visiblePoints()) {
     EXPECT_GT(point.z(), 0.05);
     EXPECT_NEAR(point.x(), 2.0, 2e-4);
   }
-  params.max_range = 0.0;
+  params.max_depth = 0.0;
   EXPECT_THROW(truth.addView(render(scene, smallCamera(), pose), pose, params), ParameterError);
   EXPECT_THROW(truth.visibleCells(0.0), ParameterError);
   Rendering torn = render(scene, smallCamera(), pose);
   torn.depth.pop_back();
   EXPECT_THROW(truth.addView(torn, pose), InputError);
+}
+
+TEST(SurfaceTruth, FarGoesByDepthNotByTheLengthOfTheRay) {
+  // A wall across the view, 4 m deep: rays to its corners are longer than to another one's middle.
+  const Scene scene = sceneOf({solid(Shape::Box, {4.5, 0, 1}, {1, 40, 40})});
+  const Pose pose = lookAlongX({0, 0, 1});
+  VisibleSurfaceParams params;
+  params.max_depth = 4.01;
+  SurfaceTruth reached(scene);
+  reached.addView(render(scene, smallCamera(), pose), pose, params);
+  double longest = 0.0;
+  for (const Vector3& point : reached.visiblePoints())
+    longest = std::max(longest, (point - pose.translation()).norm());
+  EXPECT_GT(longest, 4.5);
+  params.max_depth = 3.99;
+  SurfaceTruth beyond(scene);
+  beyond.addView(render(scene, smallCamera(), pose), pose, params);
+  EXPECT_TRUE(beyond.visiblePoints().empty());
 }
 
 TEST(SurfaceTruth, GrazedSurfaceCanBeLeftOut) {

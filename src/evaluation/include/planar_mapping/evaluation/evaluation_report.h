@@ -23,7 +23,8 @@ struct Figures {
   std::optional<double> combination_efficiency;  ///< 1 - N_f / A_S
   std::optional<double> error_percent;           ///< e, needs truth
   std::optional<double> completeness;            ///< in [0, 1], needs truth
-  std::optional<double> coverage;                ///< in [0, 1]
+  std::optional<double> coverage;                ///< of the true places of points, in [0, 1]
+  std::optional<double> measured_coverage;       ///< of the points with their noise, in [0, 1]
   std::optional<double> held_back_median_m;      ///< from checked points to what is occupied
   std::optional<double> held_back_p95_m;
   std::optional<double> free_space_violation;   ///< share of what rays crossed, in [0, 1]

@@ -41,6 +41,11 @@ PLANAR_MAPPING_EXPORT std::vector<float> measureDisparity(const Rendering& rende
                                                           const StereoSensorParams& params,
                                                           Random& random);
 
+/// What of a view both cameras see, near and steep enough to be matched, with texture or without;
+/// of all other pixels the object is -1.
+/// \throws ParameterError
+PLANAR_MAPPING_EXPORT Rendering matchablePart(Rendering view, const StereoSensorParams& params);
+
 /// Points in the camera frame, three floats a pixel, NaN without disparity; z = B fx / d.
 PLANAR_MAPPING_EXPORT std::vector<float> pointsOf(const std::vector<float>& disparity,
                                                   const PinholeCamera& camera, double baseline);

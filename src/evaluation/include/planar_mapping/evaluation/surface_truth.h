@@ -19,7 +19,7 @@ namespace evaluation {
 
 /// What of the true surface counts as visible.
 struct PLANAR_MAPPING_EXPORT VisibleSurfaceParams {
-  double max_range = 8.0;       ///< from the camera, metres, > 0
+  double max_depth = 8.0;       ///< z in the camera frame, metres, > 0
   double ground_height = 0.05;  ///< surface up to here is ground and left out, metres
   double min_incidence = 0.0;   ///< cosine between ray and normal below which nothing is measured
 
