@@ -180,7 +180,7 @@ class PboxReader : public PboxModels {
   }
 
   static Bytes payloadOf(const Bytes& file) {
-    const Bytes start{0x50, 0x42, 0x4f, 0x58, 1};
+    const Bytes start{0x50, 0x42, 0x4f, 0x58, 2};
     EXPECT_TRUE(std::equal(start.begin(), start.end(), file.begin()));
     return Bytes(file.begin() + 9, file.end());
   }
@@ -253,8 +253,11 @@ class PboxReader : public PboxModels {
     const double full = thickness > 0.0 ? thickness : s;
     double front = 0.0, back = full;
     if (is_compact && surface_factor > 0.0) {
-      front = std::min({s * steps / 16.0, 0.45 * s, 0.5 * full});
-      back = std::max(full - front, std::min(s * steps / 16.0, 0.75 * s));
+      const unsigned wide = steps > 12 ? steps - 12 : 0;
+      const double reach = s * std::min(steps, 12u) / 16.0;
+      const double most = wide > 0 ? 0.375 + 0.125 * wide : 0.45;
+      front = std::min({reach, most * s, std::max(0.5, most) * full});
+      back = std::max(full - front, std::min(reach, 0.75 * s));
     }
     for (const Cell& at : rectangle_places.read(in, rectangle_count.code(in))) {
       const int height = sides[0].read(in, 0);

@@ -24,6 +24,10 @@ bool FileFrame::starts(const std::uint8_t* data, std::size_t size) const {
   return size >= sizeof magic && std::memcmp(data, magic, sizeof magic) == 0;
 }
 
+bool FileFrame::isOfThisVersion(const std::uint8_t* data, std::size_t size) const {
+  return size > sizeof magic && data[sizeof magic] == version;
+}
+
 BitCoder FileFrame::open(const std::uint8_t* data, std::size_t size) const {
   ByteReader in(data, size, "the map");
   in.take(sizeof magic);

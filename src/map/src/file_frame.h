@@ -19,6 +19,8 @@ struct FileFrame {
 
   std::vector<std::uint8_t> around(const std::vector<std::uint8_t>& payload) const;
   bool starts(const std::uint8_t* data, std::size_t size) const;
+  /// Is this the version of a file that starts so?
+  bool isOfThisVersion(const std::uint8_t* data, std::size_t size) const;
   /// The coded bits of a file that starts so. \throws Error naming what is wrong
   BitCoder open(const std::uint8_t* data, std::size_t size) const;
   [[noreturn]] void failForVersion(std::uint32_t found) const;

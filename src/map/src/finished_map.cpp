@@ -2,16 +2,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "finished_map.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "file_frame.h"
 #include "finished_coder.h"
 #include "map_record.h"
+#include "surface_band.h"
 
 namespace planar_mapping::detail {
 namespace {
 
-constexpr FileFrame kFrame{{'P', 'B', 'O', 'X'}, 1, "version 1"};
+constexpr FileFrame kFrame{{'P', 'B', 'O', 'X'}, 2, "versions 1 and 2"};
+constexpr FileFrame kFrame1{{'P', 'B', 'O', 'X'}, 1, "version 1"};
 
 }  // namespace
 
@@ -33,9 +36,16 @@ bool isFinishedFile(const std::uint8_t* data, std::size_t size) {
 
 std::unique_ptr<const FinishedMap> readFinishedMap(const std::uint8_t* data, std::size_t size,
                                                    MapData& map) {
-  BitCoder coder = kFrame.open(data, size);
+  const bool is_first = kFrame1.isOfThisVersion(data, size);
+  BitCoder coder = (is_first ? kFrame1 : kFrame).open(data, size);
   FinishedRecord record;
   coder.finishReading(FinishedCoder::experienced().code(coder, record));
+  if (is_first) {
+    // It had no cuboids that reach farther before planes of much noise.
+    for (FinishedPlane& plane : record.planes) {
+      plane.spread = std::min(plane.spread, SurfaceSpread::kLinear);
+    }
+  }
   auto finished = std::make_unique<FinishedMap>();
   finished->file = PackedBytes(data, size);
   finished->cuboids = cuboidsOf(record);

@@ -49,7 +49,7 @@ OpenPlane openPlane(const MapData& map, const PlaneLayer& layer) {
   const PlaneFit fit = stored.fit();
   open.kept.id = layer.id;
   open.kept.stored = stored;
-  open.kept.spread = std::min(surfaceSpread(map, fit.moments), FinishedPlane::kMostSpread);
+  open.kept.spread = surfaceSpread(map, fit.moments);
   open.frame = fit.frame;
   open.band = surfaceBand(map, open.kept.spread);
   return open;

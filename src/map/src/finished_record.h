@@ -17,10 +17,8 @@ namespace planar_mapping::detail {
 struct FinishedPlane {
   std::int32_t id = 0;
   StoredPlane stored;                     ///< its frame only
-  std::uint8_t spread = 0;                ///< surfaceSpread(), at most kMostSpread
+  std::uint8_t spread = 0;                ///< surfaceSpread()
   std::vector<CellRectangle> rectangles;  ///< in half cells, by (b, a, height, width)
-
-  static constexpr std::uint8_t kMostSpread = 15;  ///< no band is wider with more
 };
 
 /// A box on the lattice of half cells.

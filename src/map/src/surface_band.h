@@ -18,27 +18,41 @@ struct SurfaceBand {
   double back = 0.0;
 };
 
-/// How far from a plane its points are, in steps of the band: surface_factor root mean square
-/// distances. In steps, or every frame would move every cuboid a little. A function of what the
-/// file keeps of the plane.
+/// How far from a plane its points are: surface_factor root mean square distances, in steps of the
+/// band up to kLinear of them; one, two or three more where that is at least 3, 4 or 5 cells. In
+/// steps, or every frame would move every cuboid a little. A function of what the file keeps of the
+/// plane.
+struct SurfaceSpread {
+  static constexpr std::uint8_t kLinear = 12;
+  static constexpr std::uint8_t kMost = 15;
+  static constexpr double kWide = 3.0;  ///< cells
+};
+
 inline std::uint8_t surfaceSpread(const MapData& map, const PlaneMoments& moments) {
   if (!map.isCompact() || !(map.params.surface_factor > 0.0)) return 0;
-  const double step = map.resolution() / SurfaceBand::kSteps;
-  const double steps = std::round(map.params.surface_factor * moments.fit().rms / step);
-  return static_cast<std::uint8_t>(steps < 255.0 ? steps : 255.0);  // far beyond any band
+  const double cells = map.params.surface_factor * moments.fit().rms / map.resolution();
+  constexpr double kSteps = SurfaceSpread::kMost - SurfaceSpread::kLinear;
+  const double wide = std::clamp(std::floor(cells - SurfaceSpread::kWide + 1.0), 0.0, kSteps);
+  const double linear =
+      std::min(std::round(cells * SurfaceBand::kSteps), double{SurfaceSpread::kLinear});
+  return static_cast<std::uint8_t>(linear + wide);
 }
 
 /// A noisy surface is where its points are: the cuboids reach as far as \p spread says before and
-/// behind the plane, but not beyond kFront and kBack cells, lest they leave the cells the surface
-/// is in, and are at least as thick as was asked for.
+/// behind the plane, but not beyond kBack cells behind it, lest they leave the cells the surface is
+/// in, and are at least as thick as was asked for. Before it they reach kFront cells, up to kBack
+/// only where the points are spread over so many cells that the plane itself is off by a part of
+/// one: what is correlated of their noise does not average out.
 inline SurfaceBand surfaceBand(const MapData& map, std::uint8_t spread) {
   constexpr double kFront = 0.45;
   constexpr double kBack = 0.75;
   const double thickness = map.thickness();
   if (!map.isCompact() || !(map.params.surface_factor > 0.0)) return {0.0, thickness};
   const double s = map.resolution();
-  const double reach = s / SurfaceBand::kSteps * spread;
-  const double front = std::min({reach, kFront * s, 0.5 * thickness});
+  const double reach = s / SurfaceBand::kSteps * std::min(spread, SurfaceSpread::kLinear);
+  const int wide = std::max(spread - SurfaceSpread::kLinear, 0);
+  const double most = wide > 0 ? 0.375 + 0.125 * wide : kFront;
+  const double front = std::min({reach, most * s, std::max(most, 0.5) * thickness});
   return {front, std::max(thickness - front, std::min(reach, kBack * s))};
 }
 inline SurfaceBand surfaceBand(const MapData& map, const PlaneMoments& moments) {

@@ -9,6 +9,7 @@
 
 #include "hostile_map_file.h"
 #include "map_scene.h"
+#include "noisy_sequence.h"
 #include "pbox_reader.h"
 #include "planar_mapping/core/random.h"
 #include "planar_mapping/map/map_query.h"
@@ -39,7 +40,7 @@ PlanarMap mapOf(double resolution, Profile profile = Profile::Compact) {
 }
 
 Bytes fileOf(const Bytes& payload) {
-  const std::uint8_t start[5] = {'P', 'B', 'O', 'X', 1};
+  const std::uint8_t start[5] = {'P', 'B', 'O', 'X', 2};
   const std::uint32_t checksum = crc(payload.data(), payload.size());
   Bytes file(kHeader + payload.size());
   std::memcpy(file.data(), start, 5);
@@ -82,6 +83,39 @@ void expectRead(const PlanarMap& finished) {
 TEST(FinishedFile, IsReadByAReaderWrittenFromItsDescription) {
   for (const double resolution : {0.05, 0.1, 0.5}) expectRead(mapOf(resolution).finished());
   expectRead(mapOf(0.1, Profile::Paper).finished());
+}
+
+TEST(FinishedFile, OfVersionOneHasNoCuboidsThatReachFartherBeforeNoisyPlanes) {
+  // The wall's points scatter over several cells.
+  constexpr double kCell = 0.05;
+  PlanarMapParams params;
+  params.approximation.resolution = kCell;
+  PlanarMap map(params);
+  for (const test::View& view : test::noisyWalk({0, 1, 2, 3})) {
+    FrameObservation frame = view.frame();
+    frame.noise = StereoNoise{0.25, view.camera.fx, 0.5};
+    map.insert(frame);
+  }
+  const auto thickest = [](const PlanarMap& finished) {
+    double most = 0.0;
+    for (const Cuboid& c : finished.cuboids()) {
+      // Boxes on planes are not tilted.
+      const Matrix3 axes = c.orientation.toRotationMatrix();
+      const bool is_tilted = !axes.isApprox(axes.array().round().matrix(), 1e-6);
+      if (c.plane_id >= 0 && is_tilted) most = std::max(most, c.size.z());
+    }
+    return most;
+  };
+  Bytes file = map.finished().serialize();
+  const PlanarMap now = load(file);
+  EXPECT_GT(thickest(now), 1.21 * kCell);
+  file[4] = 1;
+  const PlanarMap before = load(file);
+  EXPECT_EQ(before.cuboids().size(), now.cuboids().size());
+  EXPECT_NEAR(thickest(before), 1.2 * kCell, 1e-9);
+  EXPECT_EQ(before.serialize(), file);
+  file[4] = 3;
+  EXPECT_THROW(load(file), Error);
 }
 
 TEST(FinishedFile, IsRejectedAtEveryLengthItIsCutTo) {
@@ -183,7 +217,7 @@ TEST(FinishedFile, MayHoldHugeBoxesWithoutHarm) {
 }
 
 TEST(FinishedFile, SaysWhatIsWrong) {
-  test::expectSaysWhatIsWrong(smallFile(), 4, 2);
+  test::expectSaysWhatIsWrong(smallFile(), 4, 3);
 }
 
 }  // namespace

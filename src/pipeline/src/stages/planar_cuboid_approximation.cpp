@@ -85,9 +85,11 @@ class PlanarCuboidApproximationStage : public Stage {
     table.number(
         "rim_pixels", params_.rim_pixels, Range::between(0.0, 1e6),
         "[ours] or that of a strip of so many pixels and the depth error, if that is less");
-    table.number("surface_factor", params_.surface_factor, Range::between(0.0, 10.0),
-                 "[ours] compact: cuboids reach so many root mean square distances of their "
-                 "plane's points before and behind it, at most 0.45 and 0.75 of a cell");
+    table.number(
+        "surface_factor", params_.surface_factor, Range::between(0.0, 10.0),
+        "[ours] compact: cuboids reach so many root mean square distances of their "
+        "plane's points before and behind it, at most 0.45 (0.75 where that is five cells) "
+        "and 0.75 of a cell");
     noise_.declareOptional(table,
                            "points within noise_factor depth errors of a plane make no cell");
     table.number("noise_factor", params_.noise_factor, Range::between(0.0, 10.0),

@@ -59,8 +59,8 @@ struct PLANAR_MAPPING_EXPORT PlanarMapParams {
   /// points that the depth error carries beyond half a cell; in [0, 1e6]
   double rim_pixels = 1.0;
   /// [ours] compact: a plane's cuboids reach so many root mean square distances of its points
-  /// before and behind it, at most 0.45 and 0.75 of a cell, in [0, 10]; 0 = from the plane
-  /// backwards
+  /// before and behind it, at most 0.45 (0.75 where that is five cells) and 0.75 of a cell, in
+  /// [0, 10]; 0 = from the plane backwards
   double surface_factor = 3.0;
   /// [ours] cells follow a refit of their plane that moves them by more, in resolutions, >= 0
   double refit_tolerance = 0.1;
