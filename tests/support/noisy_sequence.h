@@ -177,4 +177,17 @@ inline std::vector<View> noisyWalk(const std::vector<int>& places) {
   return views;
 }
 
+/// Frames of a room by a noisy camera: planes in all directions, boxes that lie on planes.
+inline PlanarMap noisyMap(double resolution) {
+  PlanarMapParams params;
+  params.approximation.resolution = resolution;
+  PlanarMap map(params);
+  for (const View& view : noisyWalk({0, 1, 2, 3})) {
+    FrameObservation frame = view.frame();
+    frame.noise = StereoNoise{0.25, view.camera.fx, 0.5};
+    map.insert(frame);
+  }
+  return map;
+}
+
 }  // namespace planar_mapping::test

@@ -86,16 +86,7 @@ TEST(FinishedFile, IsReadByAReaderWrittenFromItsDescription) {
 }
 
 TEST(FinishedFile, OfVersionOneHasNoCuboidsThatReachFartherBeforeNoisyPlanes) {
-  // The wall's points scatter over several cells.
-  constexpr double kCell = 0.05;
-  PlanarMapParams params;
-  params.approximation.resolution = kCell;
-  PlanarMap map(params);
-  for (const test::View& view : test::noisyWalk({0, 1, 2, 3})) {
-    FrameObservation frame = view.frame();
-    frame.noise = StereoNoise{0.25, view.camera.fx, 0.5};
-    map.insert(frame);
-  }
+  constexpr double kCell = 0.05;  // points of the walls scatter over several
   const auto thickest = [](const PlanarMap& finished) {
     double most = 0.0;
     for (const Cuboid& c : finished.cuboids()) {
@@ -106,7 +97,7 @@ TEST(FinishedFile, OfVersionOneHasNoCuboidsThatReachFartherBeforeNoisyPlanes) {
     }
     return most;
   };
-  Bytes file = map.finished().serialize();
+  Bytes file = test::noisyMap(kCell).finished().serialize();
   const PlanarMap now = load(file);
   EXPECT_GT(thickest(now), 1.21 * kCell);
   file[4] = 1;

@@ -17,19 +17,7 @@ namespace {
 
 using test::Bytes;
 using test::load;
-
-/// Frames of a room by a noisy camera: planes in all directions, boxes that lie on planes.
-PlanarMap noisyMap(double resolution) {
-  PlanarMapParams params;
-  params.approximation.resolution = resolution;
-  PlanarMap map(params);
-  for (const test::View& view : test::noisyWalk({0, 1, 2, 3})) {
-    FrameObservation frame = view.frame();
-    frame.noise = StereoNoise{0.25, view.camera.fx, 0.5};
-    map.insert(frame);
-  }
-  return map;
-}
+using test::noisyMap;
 
 /// All that a cuboid says but its belief; -0 is 0.
 using Numbers = std::array<double, 11>;
