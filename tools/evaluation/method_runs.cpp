@@ -34,7 +34,8 @@ class Judge {
  public:
   Judge(const Place& place, double s) : place_(place), s_(s), crossed_(s, 2.0 * s) {
     crossed_.add(place.rays);
-    if (place.truth) visible_ = place.truth->visibleCells(s);
+    if (!place.truth) return;
+    visible_ = place.truth->visibleCells(s);
     for (const evaluation::MeasuredRay& ray : place.rays) measured_.push_back(ray.end);
   }
 
@@ -58,7 +59,8 @@ class Judge {
     const evaluation::HeldBackDistance held_back =
         evaluation::heldBackDistance(index, place_.checked, 0.5 * s_);
     f.coverage = held_back.share_within;
-    f.measured_coverage = evaluation::coverage(index, measured_, 0.5 * s_);
+    f.measured_coverage =
+        place_.truth ? evaluation::coverage(index, measured_, 0.5 * s_) : held_back.share_within;
     if (std::isfinite(held_back.median)) f.held_back_median_m = held_back.median;
     if (std::isfinite(held_back.percentile_95)) f.held_back_p95_m = held_back.percentile_95;
     f.free_space_violation = evaluation::freeSpaceViolation(index, crossed_).share;
@@ -69,6 +71,7 @@ class Judge {
   const Place& place_;
   double s_;
   evaluation::CrossedSpace crossed_;
+  // Where there is truth:
   std::vector<evaluation::VisibleCell> visible_;
   std::vector<Vector3> measured_;  ///< points to look for, with their noise
   std::size_t standard_cells_ = 0;

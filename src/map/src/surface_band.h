@@ -18,24 +18,27 @@ struct SurfaceBand {
   double back = 0.0;
 };
 
-/// How far from a plane its points are: surface_factor root mean square distances, in steps of the
-/// band up to kLinear of them; one, two or three more where that is at least 3, 4 or 5 cells. In
-/// steps, or every frame would move every cuboid a little. A function of what the file keeps of the
-/// plane.
+/// What surfaceSpread() says: steps of the band up to kLinear of them, then kMost - kLinear wider
+/// classes, a cell each, from kWide cells on.
 struct SurfaceSpread {
   static constexpr std::uint8_t kLinear = 12;
   static constexpr std::uint8_t kMost = 15;
   static constexpr double kWide = 3.0;  ///< cells
 };
 
+/// How far from a plane its points are: surface_factor root mean square distances. In steps, or
+/// every frame would move every cuboid a little. A function of what the file keeps of the plane.
 inline std::uint8_t surfaceSpread(const MapData& map, const PlaneMoments& moments) {
+  using Spread = SurfaceSpread;
   if (!map.isCompact() || !(map.params.surface_factor > 0.0)) return 0;
   const double cells = map.params.surface_factor * moments.fit().rms / map.resolution();
-  constexpr double kSteps = SurfaceSpread::kMost - SurfaceSpread::kLinear;
-  const double wide = std::clamp(std::floor(cells - SurfaceSpread::kWide + 1.0), 0.0, kSteps);
-  const double linear =
-      std::min(std::round(cells * SurfaceBand::kSteps), double{SurfaceSpread::kLinear});
-  return static_cast<std::uint8_t>(linear + wide);
+  constexpr double kWidest = Spread::kWide + (Spread::kMost - Spread::kLinear - 1);
+  if (!(cells < kWidest)) return Spread::kMost;  // also if it is no number
+  if (cells >= Spread::kWide) {
+    return static_cast<std::uint8_t>(Spread::kLinear + 1 + std::floor(cells - Spread::kWide));
+  }
+  return static_cast<std::uint8_t>(
+      std::min(std::round(cells * SurfaceBand::kSteps), double{Spread::kLinear}));
 }
 
 /// A noisy surface is where its points are: the cuboids reach as far as \p spread says before and
