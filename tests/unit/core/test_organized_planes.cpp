@@ -49,6 +49,14 @@ void expectFound(const DepthScene& scene, const PlaneSet& set, int surface, doub
       << "surface " << surface;
 }
 
+/// The planes are these two surfaces.
+void expectJust(const DepthScene& scene, const PlaneSet& set, int one, int other, double min_recall,
+                double max_angle) {
+  ASSERT_EQ(set.planes.size(), 2u);
+  expectFound(scene, set, one, min_recall, max_angle);
+  expectFound(scene, set, other, min_recall, max_angle);
+}
+
 void expectSameBytes(const PlaneSet& a, const PlaneSet& b) {
   ASSERT_EQ(a.planes.size(), b.planes.size());
   for (std::size_t k = 0; k < a.planes.size(); ++k) {
@@ -126,10 +134,7 @@ TEST(OrganizedPlanes, KeepsAStepApart) {
   const int low = scene.addPlane({0.0, 0.0, 1.50}, {0.0, 0.0, -1.0});
   const int high = scene.addRectangle({0.3, 0.0, 1.42}, {0.3, 0.0, 0.0}, {0.0, 1.0, 0.0});
   scene.render(0.001, 0.0, 6);
-  const PlaneSet set = search(scene, organized(0.02));
-  ASSERT_EQ(set.planes.size(), 2u);
-  expectFound(scene, set, low, 0.97, 0.2 * kDegree);
-  expectFound(scene, set, high, 0.97, 0.2 * kDegree);
+  expectJust(scene, search(scene, organized(0.02)), low, high, 0.97, 0.2 * kDegree);
 }
 
 TEST(OrganizedPlanes, KeepsSurfacesApartThatLieThreeCentimetresOffEachOther) {
@@ -138,10 +143,7 @@ TEST(OrganizedPlanes, KeepsSurfacesApartThatLieThreeCentimetresOffEachOther) {
   const int near = scene.addRectangle({-0.5, 0.0, 2.0}, {0.4, 0.0, 0.0}, {0.0, 0.6, 0.0});
   const int far = scene.addRectangle({0.6, 0.0, 2.03}, {0.2, 0.0, 0.0}, {0.0, 0.5, 0.0});
   scene.render(0.0005, 0.0, 6);
-  const PlaneSet set = search(scene, organized());
-  ASSERT_EQ(set.planes.size(), 2u);
-  expectFound(scene, set, near, 0.97, 0.2 * kDegree);
-  expectFound(scene, set, far, 0.97, 0.2 * kDegree);
+  expectJust(scene, search(scene, organized()), near, far, 0.97, 0.2 * kDegree);
 }
 
 TEST(OrganizedPlanes, JoinsWhatTouchesWhereASurfaceBends) {
@@ -160,10 +162,7 @@ TEST(OrganizedPlanes, KeepsPlanesThatTouchAtAnEdge) {
   const int left = scene.addRectangle({-0.5, 0.0, 2.0}, {0.5, 0.0, 0.3}, {0.0, 1.0, 0.0});
   const int right = scene.addRectangle({0.5, 0.0, 2.0}, {0.5, 0.0, -0.3}, {0.0, 1.0, 0.0});
   scene.render(0.001, 0.0, 7);
-  const PlaneSet set = search(scene, organized());
-  ASSERT_EQ(set.planes.size(), 2u);
-  expectFound(scene, set, left, 0.95, 0.3 * kDegree);
-  expectFound(scene, set, right, 0.95, 0.3 * kDegree);
+  expectJust(scene, search(scene, organized()), left, right, 0.95, 0.3 * kDegree);
 }
 
 TEST(OrganizedPlanes, FindsAStripNarrowerThanTwoCells) {
