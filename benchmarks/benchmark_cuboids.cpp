@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/cuboid_approximation.h"
-#include "planar_mapping/core/multi_plane.h"
-#include "planar_mapping/core/random.h"
+#include "planar_mapping/core/cuboids/cuboid_approximation.h"
+#include "planar_mapping/core/planes/multi_plane.h"
+#include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/io/sequence.h"
 
 namespace planar_mapping {

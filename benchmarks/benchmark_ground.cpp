@@ -4,8 +4,8 @@
 #include <benchmark/benchmark.h>
 
 #include "ground_scene.h"
-#include "planar_mapping/core/ground.h"
-#include "planar_mapping/core/kl_occupancy.h"
+#include "planar_mapping/core/ground/ground.h"
+#include "planar_mapping/core/occupancy/kl_occupancy.h"
 
 namespace planar_mapping {
 namespace {

@@ -3,7 +3,7 @@
 #include <benchmark/benchmark.h>
 
 #include "depth_scene.h"
-#include "planar_mapping/core/multi_plane.h"
+#include "planar_mapping/core/planes/multi_plane.h"
 
 namespace {
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "planar_mapping/core/multi_plane.h"
+#include "planar_mapping/core/planes/multi_plane.h"
 #include "plane_scenes.h"
 
 // Plane search on generated rooms; plane_bench_plugin.cpp offers the same searches to plane_bench,

@@ -17,7 +17,7 @@
 
 #include "labelled_clouds.h"
 #include "peer_planes.h"
-#include "planar_mapping/core/multi_plane.h"
+#include "planar_mapping/core/planes/multi_plane.h"
 #include "planar_mapping/evaluation/plane_quality.h"
 
 namespace {

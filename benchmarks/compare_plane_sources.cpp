@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/feature_planes.h"
+#include "planar_mapping/core/planes/feature_planes.h"
 #include "planar_mapping/evaluation/simulated_features.h"
 #include "planar_mapping/evaluation/simulation.h"
 

@@ -18,7 +18,7 @@
 #include <utility>
 #include <vector>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pipeline/pipeline.h"
 #include "planar_mapping/pipeline/stage_table.h"
 #include "simulated_corridor.h"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "occupancy_experiment.h"
-#include "planar_mapping/core/cell_beliefs.h"
+#include "planar_mapping/core/occupancy/cell_beliefs.h"
 
 namespace {
 

@@ -17,8 +17,8 @@
 
 #include "peer_pcl.h"
 #include "peer_planes.h"
-#include "planar_mapping/core/error.h"
-#include "planar_mapping/core/plane_moments.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/geometry/detail/plane_moments.h"
 
 namespace {
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "labelled_clouds.h"
-#include "planar_mapping/core/multi_plane.h"
+#include "planar_mapping/core/planes/multi_plane.h"
 #include "planar_mapping/evaluation/plane_bounds.h"
 #include "planar_mapping/evaluation/plane_quality.h"
 

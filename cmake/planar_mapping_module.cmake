@@ -28,20 +28,26 @@ endfunction()
 function(planar_mapping_module)
   cmake_parse_arguments(ARG "" "NAME" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   set(target planar_mapping_${ARG_NAME})
+  # Tests call internal functions too: where tests are built, libraries show them, else only what is public.
+  set(visibility hidden)
+  if(PLANAR_MAPPING_BUILD_TESTS)
+    set(visibility default)
+  endif()
   add_library(${target} ${ARG_SOURCES})
   add_library(planar_mapping::${ARG_NAME} ALIAS ${target})
   set_target_properties(${target} PROPERTIES
     EXPORT_NAME ${ARG_NAME}
     VERSION ${PROJECT_VERSION}
     SOVERSION ${PROJECT_VERSION_MAJOR}
-    CXX_VISIBILITY_PRESET hidden
+    CXX_VISIBILITY_PRESET ${visibility}
     VISIBILITY_INLINES_HIDDEN ON
     POSITION_INDEPENDENT_CODE ON
     CXX_EXTENSIONS OFF)
   planar_mapping_set_flags(${target})
   # A product and a sum stay two operations: only some processors can fuse them, and maps are the same on all.
   # Libraries alone compute maps.
-  target_compile_options(${target} PRIVATE -ffp-contract=off)
+  target_compile_options(${target} PRIVATE -ffp-contract=off -fno-semantic-interposition)
+  target_include_directories(${target} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
   target_include_directories(${target} PUBLIC
     $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)

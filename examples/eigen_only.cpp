@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <vector>
 
-#include "planar_mapping/core/cuboid_approximation.h"
-#include "planar_mapping/core/multi_plane.h"
+#include "planar_mapping/core/cuboids/cuboid_approximation.h"
+#include "planar_mapping/core/planes/multi_plane.h"
 
 int main() {
   std::vector<float> xyz;  // a wall of 2 m x 1 m, 2 m ahead

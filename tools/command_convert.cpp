@@ -5,7 +5,7 @@
 
 #include "command_help.h"
 #include "commands.h"
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/map_export.h"
 #include "planar_mapping/io/map_file.h"
 

@@ -16,7 +16,7 @@
 #include "evaluation/evaluation_run.h"
 #include "evaluation/machine_facts.h"
 #include "evaluation/variants.h"
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pipeline/output.h"
 #include "viewer_program.h"
 

@@ -9,7 +9,7 @@
 #include <memory>
 
 #include "commands.h"
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #if PLANAR_MAPPING_HAS_TRANSPORT
 #include "planar_mapping/transport/front_end.h"
 #endif

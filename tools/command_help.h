@@ -7,7 +7,7 @@
 #include <string>
 
 #include "commands.h"
-#include "planar_mapping/core/types.h"
+#include "planar_mapping/core/base/types.h"
 
 // What several commands do alike.
 namespace planar_mapping::tools {

@@ -6,7 +6,7 @@
 
 #include "command_help.h"
 #include "commands.h"
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/map_file.h"
 #include "planar_mapping/io/pose_file.h"
 

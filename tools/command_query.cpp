@@ -11,7 +11,7 @@
 #include "command_help.h"
 #include "commands.h"
 #include "number_list.h"
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/cloud_file.h"
 #include "planar_mapping/io/map_file.h"
 #include "planar_mapping/map/map_query.h"

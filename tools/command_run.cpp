@@ -10,7 +10,7 @@
 
 #include "commands.h"
 #include "network_input.h"
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pipeline/output.h"
 #include "planar_mapping/pipeline/runner.h"
 

@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "commands.h"
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/evaluation/simulation.h"
 #include "planar_mapping/pipeline/output.h"
 

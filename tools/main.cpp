@@ -8,7 +8,7 @@
 #include <string>
 
 #include "commands.h"
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pipeline/output.h"
 
 namespace planar_mapping::tools {

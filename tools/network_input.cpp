@@ -5,7 +5,7 @@
 #include <iostream>
 
 #include "commands.h"
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #if PLANAR_MAPPING_HAS_TRANSPORT
 #include "planar_mapping/transport/frame_listener.h"
 #endif

@@ -10,7 +10,7 @@
 #include <cstring>
 #include <filesystem>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping::tools {
 namespace {

@@ -15,8 +15,8 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/cuboid_approximation.h"
-#include "planar_mapping/core/multi_plane.h"
+#include "planar_mapping/core/cuboids/cuboid_approximation.h"
+#include "planar_mapping/core/planes/multi_plane.h"
 #include "planar_mapping/evaluation/simulation.h"
 
 namespace planar_mapping {

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace {

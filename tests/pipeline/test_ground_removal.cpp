@@ -7,7 +7,7 @@
 #include <limits>
 #include <string>
 
-#include "planar_mapping/core/random.h"
+#include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/pipeline/pipeline.h"
 
 namespace planar_mapping {

@@ -8,7 +8,7 @@
 #include <set>
 
 #include "cli_fixture.h"
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pipeline/pipeline.h"
 
 namespace planar_mapping {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 // What must not change the cuboids of a scene, or must change them with it.
-#include "planar_mapping/core/cuboid_approximation.h"
+#include "planar_mapping/core/cuboids/cuboid_approximation.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "patch_scene.h"
-#include "planar_mapping/core/random.h"
+#include "planar_mapping/core/base/detail/random.h"
 
 namespace planar_mapping {
 namespace {

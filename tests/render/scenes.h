@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "planar_mapping/core/random.h"
+#include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/visualization/scene_content.h"
 
 /// Content made by hand for the tests, benchmarks and pictures of the viewer.

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/visualization/camera.h"
 #include "planar_mapping/visualization/picking.h"
 #include "planar_mapping/visualization/snapshot.h"

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/visualization/picking.h"
 #include "planar_mapping/visualization/snapshot.h"
 #include "planar_mapping/visualization/window.h"

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "planar_mapping/core/odometry.h"
-#include "planar_mapping/core/random.h"
+#include "planar_mapping/core/odometry/odometry.h"
+#include "planar_mapping/core/base/detail/random.h"
 
 namespace planar_mapping::test {
 

@@ -9,9 +9,9 @@
 #include <limits>
 #include <vector>
 
-#include "planar_mapping/core/plane.h"
-#include "planar_mapping/core/random.h"
-#include "planar_mapping/core/types.h"
+#include "planar_mapping/core/geometry/plane.h"
+#include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/core/base/types.h"
 
 namespace planar_mapping::test {
 

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/error.h"
-#include "planar_mapping/core/random.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/map/planar_map.h"
 
 namespace planar_mapping::test {

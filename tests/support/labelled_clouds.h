@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "furnished_room.h"
-#include "planar_mapping/core/types.h"
+#include "planar_mapping/core/base/types.h"
 #include "planar_mapping/evaluation/plane_quality.h"
 #include "planar_mapping/evaluation/simulation.h"
 #include "planar_mapping/io/calibration.h"

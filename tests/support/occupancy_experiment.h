@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "noisy_sequence.h"
-#include "planar_mapping/core/cell_beliefs.h"
-#include "planar_mapping/core/key_feature_beliefs.h"
+#include "planar_mapping/core/occupancy/cell_beliefs.h"
+#include "planar_mapping/core/occupancy/key_feature_beliefs.h"
 
 namespace planar_mapping::test {
 

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "planar_mapping/core/cuboid_approximation.h"
-#include "planar_mapping/core/random.h"
+#include "planar_mapping/core/cuboids/cuboid_approximation.h"
+#include "planar_mapping/core/base/detail/random.h"
 
 namespace planar_mapping::test {
 

@@ -12,11 +12,11 @@
 #include <utility>
 #include <vector>
 
-#include "planar_mapping/core/cuboid.h"
+#include "planar_mapping/core/geometry/cuboid.h"
 #include "pmap_bits.h"
 #include "pmap_lattice.h"
 #include "pmap_models.h"
-#include "prior_maps.h"
+#include "file/prior_maps.h"
 
 // A second reader of .pbox, written from docs/finished_map.md: it shares no code with the first,
 // but the bytes of the prior maps.

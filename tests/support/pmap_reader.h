@@ -11,11 +11,11 @@
 #include <utility>
 #include <vector>
 
-#include "planar_mapping/core/types.h"
+#include "planar_mapping/core/base/types.h"
 #include "pmap_bits.h"
 #include "pmap_lattice.h"
 #include "pmap_models.h"
-#include "prior_maps.h"
+#include "file/prior_maps.h"
 
 // A second reader of .pmap, written from docs/file_format.md: it shares no code with the first, but
 // the bytes of the prior maps.

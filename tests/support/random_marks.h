@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "planar_mapping/core/random.h"
+#include "planar_mapping/core/base/detail/random.h"
 
 namespace planar_mapping::test {
 

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/ground.h"
-#include "planar_mapping/core/multi_plane.h"
+#include "planar_mapping/core/ground/ground.h"
+#include "planar_mapping/core/planes/multi_plane.h"
 #include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/image_file.h"
 #include "planar_mapping/stereo/stereo_matcher.h"

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <limits>
 
-#include "planar_mapping/core/random.h"
+#include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/transport/message.h"
 
 namespace planar_mapping {

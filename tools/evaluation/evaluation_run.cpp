@@ -9,7 +9,7 @@
 #include <mutex>
 #include <thread>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping::tools {
 namespace {

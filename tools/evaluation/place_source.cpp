@@ -7,7 +7,7 @@
 #include <mutex>
 #include <utility>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pipeline/pipeline.h"
 #include "planar_mapping/pipeline/runner.h"
 #include "planar_mapping/pipeline/sequence_source.h"

@@ -12,7 +12,7 @@
 #include <system_error>
 
 #include "input_file.h"
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace io {

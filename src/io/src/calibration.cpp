@@ -9,7 +9,7 @@
 #include <set>
 
 #include "number_text.h"
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/atomic_file.h"
 #include "text_lines.h"
 

@@ -6,7 +6,7 @@
 
 #include <memory>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "png_codec.h"
 
 namespace planar_mapping {

@@ -9,7 +9,7 @@
 #include <cerrno>
 #include <system_error>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace io {

@@ -8,7 +8,7 @@
 #include <filesystem>
 
 #include "number_text.h"
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/map_file.h"
 #include "planar_mapping/io/map_json.h"
 

@@ -7,7 +7,7 @@
 #include <map>
 #include <optional>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace io {

@@ -7,7 +7,7 @@
 
 #include "cloud_formats.h"
 #include "pcd_header.h"
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace io {

@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "number_text.h"
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/cloud_file.h"
 
 namespace planar_mapping {

@@ -6,7 +6,7 @@
 
 #include "cloud_formats.h"
 #include "cloud_layout.h"
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "text_lines.h"
 
 namespace planar_mapping {

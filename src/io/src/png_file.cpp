@@ -5,7 +5,7 @@
 #include <cstring>
 #include <functional>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/depth_image.h"
 #include "png_codec.h"
 

@@ -6,7 +6,7 @@
 
 #include "input_file.h"
 #include "number_text.h"
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "text_lines.h"
 
 namespace planar_mapping {

@@ -9,7 +9,7 @@
 #include <limits>
 #include <string>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace io {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "planar_map_impl.h"
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace {

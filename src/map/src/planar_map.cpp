@@ -6,12 +6,12 @@
 #include <cmath>
 #include <string>
 
-#include "frame.h"
-#include "map_merge.h"
+#include "integration/frame.h"
+#include "integration/map_merge.h"
 #include "planar_map_impl.h"
-#include "planar_mapping/core/error.h"
-#include "planar_mapping/core/parallel.h"
-#include "serialization.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/base/detail/parallel.h"
+#include "file/serialization.h"
 
 namespace planar_mapping {
 

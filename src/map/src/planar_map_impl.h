@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "compaction.h"
-#include "cuboid_index.h"
-#include "finished_map.h"
-#include "map_data.h"
+#include "cuboids/compaction.h"
+#include "cuboids/cuboid_index.h"
+#include "file/finished_map.h"
+#include "store/map_data.h"
 
 namespace planar_mapping {
 

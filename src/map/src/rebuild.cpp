@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <utility>
 
-#include "map_data.h"
+#include "store/map_data.h"
 
 namespace planar_mapping::detail {
 

@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "configuration_reader.h"
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pipeline/plugin.h"
 #include "spelling.h"
 

@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "picture_fingerprint.h"
-#include "planar_mapping/core/detail/marked_positions.h"
-#include "planar_mapping/core/simd.h"
+#include "planar_mapping/core/base/detail/marked_positions.h"
+#include "planar_mapping/core/base/detail/simd.h"
 
 namespace planar_mapping {
 namespace {

@@ -10,8 +10,8 @@
 #include <numeric>
 #include <sstream>
 
-#include "planar_mapping/core/error.h"
-#include "planar_mapping/core/parallel.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/base/detail/parallel.h"
 #include "planar_mapping/evaluation/cuboid_distance.h"
 #include "planar_mapping/evaluation/trajectory_error.h"
 

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <sstream>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/atomic_file.h"
 #include "planar_mapping/io/map_file.h"
 #include "planar_mapping/io/map_json.h"

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "planar_mapping/core/types.h"
+#include "planar_mapping/core/base/types.h"
 #include "planar_mapping/evaluation/detail/cell_table.h"
 
 namespace planar_mapping::detail {

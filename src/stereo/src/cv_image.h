@@ -8,8 +8,8 @@
 #include <opencv2/core/utility.hpp>
 #include <string>
 
-#include "planar_mapping/core/error.h"
-#include "planar_mapping/core/parallel.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/base/detail/parallel.h"
 #include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/image_file.h"
 

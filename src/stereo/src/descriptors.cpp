@@ -8,8 +8,8 @@
 #include <opencv2/core.hpp>
 #include <opencv2/flann.hpp>
 
-#include "planar_mapping/core/parallel.h"
-#include "planar_mapping/core/simd.h"
+#include "planar_mapping/core/base/detail/parallel.h"
+#include "planar_mapping/core/base/detail/simd.h"
 
 namespace planar_mapping::detail {
 namespace {

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "cv_image.h"
-#include "planar_mapping/core/simd.h"
+#include "planar_mapping/core/base/detail/simd.h"
 
 namespace planar_mapping {
 namespace {

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <opencv2/features2d.hpp>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping::detail {
 namespace {

@@ -9,7 +9,7 @@
 #include "cv_image.h"
 #include "feature_detection.h"
 #include "feature_refinement.h"
-#include "planar_mapping/core/parallel.h"
+#include "planar_mapping/core/base/detail/parallel.h"
 #include "stereo_features.h"
 #include "track_memory.h"
 

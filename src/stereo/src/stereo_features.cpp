@@ -8,7 +8,7 @@
 #include <numeric>
 
 #include "feature_refinement.h"
-#include "planar_mapping/core/parallel.h"
+#include "planar_mapping/core/base/detail/parallel.h"
 
 namespace planar_mapping::detail {
 namespace {

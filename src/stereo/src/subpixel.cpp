@@ -7,8 +7,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "planar_mapping/core/parallel.h"
-#include "planar_mapping/core/simd.h"
+#include "planar_mapping/core/base/detail/parallel.h"
+#include "planar_mapping/core/base/detail/simd.h"
 
 namespace planar_mapping::detail {
 namespace {

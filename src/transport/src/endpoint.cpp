@@ -8,7 +8,7 @@
 #include <charconv>
 #include <memory>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping::transport {
 

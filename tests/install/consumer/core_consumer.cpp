@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cstdio>
 
-#include "planar_mapping/core/error.h"
-#include "planar_mapping/core/kl_update.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/occupancy/kl_update.h"
 
 int main() {
   try {

@@ -9,8 +9,8 @@
 #include <cstdint>
 #include <limits>
 
-#include "planar_mapping/core/error.h"
-#include "planar_mapping/core/random.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/base/detail/random.h"
 
 namespace planar_mapping {
 namespace evaluation {

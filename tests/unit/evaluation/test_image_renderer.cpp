@@ -8,7 +8,7 @@
 #include <cmath>
 #include <vector>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace evaluation {

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "labelled_clouds.h"
-#include "planar_mapping/core/multi_plane.h"
+#include "planar_mapping/core/planes/multi_plane.h"
 
 namespace planar_mapping {
 namespace {

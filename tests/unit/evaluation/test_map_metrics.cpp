@@ -10,8 +10,8 @@
 #include <set>
 #include <tuple>
 
-#include "planar_mapping/core/error.h"
-#include "planar_mapping/core/random.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/evaluation/grid_cell.h"
 
 namespace planar_mapping {

@@ -13,8 +13,8 @@
 #include <octomap/OcTree.h>
 #endif
 
-#include "planar_mapping/core/error.h"
-#include "planar_mapping/core/random.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/base/detail/random.h"
 
 namespace planar_mapping {
 namespace evaluation {

@@ -12,8 +12,8 @@
 #include <numeric>
 #include <vector>
 
-#include "planar_mapping/core/error.h"
-#include "planar_mapping/core/random.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/base/detail/random.h"
 
 namespace planar_mapping {
 namespace evaluation {

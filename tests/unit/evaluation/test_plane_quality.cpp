@@ -8,7 +8,7 @@
 #include <limits>
 #include <numeric>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace evaluation {

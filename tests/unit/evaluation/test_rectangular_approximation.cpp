@@ -11,8 +11,8 @@
 #include <map>
 #include <set>
 
-#include "planar_mapping/core/error.h"
-#include "planar_mapping/core/random.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/base/detail/random.h"
 
 namespace planar_mapping {
 namespace evaluation {

@@ -9,7 +9,7 @@
 #include <set>
 #include <string>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/evaluation/ray_caster.h"
 
 namespace planar_mapping {

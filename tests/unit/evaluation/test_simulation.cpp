@@ -8,7 +8,7 @@
 #include <cstring>
 #include <filesystem>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/depth_image.h"
 #include "planar_mapping/io/image_file.h"
 #include "planar_mapping/io/sequence.h"

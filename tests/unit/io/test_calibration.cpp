@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <string>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/atomic_file.h"
 #include "temporary_directory.h"
 

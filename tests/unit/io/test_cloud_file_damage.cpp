@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "cloud_file_bytes.h"
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/cloud_file.h"
 #include "temporary_directory.h"
 

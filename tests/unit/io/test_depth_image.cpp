@@ -8,7 +8,7 @@
 #include <fstream>
 #include <string>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "temporary_directory.h"
 
 namespace planar_mapping {

@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/depth_image.h"
 #include "temporary_directory.h"
 

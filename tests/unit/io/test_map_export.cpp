@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "map_scene.h"
-#include "planar_mapping/core/error.h"
-#include "planar_mapping/core/random.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/io/map_file.h"
 #include "temporary_directory.h"
 

@@ -8,8 +8,8 @@
 #include <string>
 
 #include "map_scene.h"
-#include "planar_mapping/core/error.h"
-#include "planar_mapping/core/multi_plane.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/planes/multi_plane.h"
 #include "planar_mapping/io/sequence.h"
 #include "temporary_directory.h"
 

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "map_scene.h"
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "temporary_directory.h"
 
 namespace planar_mapping {

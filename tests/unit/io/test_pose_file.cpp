@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <string>
 
-#include "planar_mapping/core/error.h"
-#include "planar_mapping/core/random.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/base/detail/random.h"
 #include "temporary_directory.h"
 
 namespace planar_mapping {

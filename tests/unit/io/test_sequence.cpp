@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <string>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/depth_image.h"
 #include "planar_mapping/io/image_file.h"
 #include "planar_mapping/io/pose_file.h"

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "map_scene.h"
-#include "planar_mapping/core/error.h"
-#include "planar_mapping/core/random.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/base/detail/random.h"
 
 namespace planar_mapping {
 namespace {

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <vector>
 
-#include "planar_mapping/core/random.h"
+#include "planar_mapping/core/base/detail/random.h"
 #include "random_marks.h"
 
 namespace planar_mapping::detail {

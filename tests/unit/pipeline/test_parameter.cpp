@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "planar_mapping/core/random.h"
+#include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/pipeline/stage_table.h"
 
 namespace planar_mapping {

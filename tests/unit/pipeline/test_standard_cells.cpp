@@ -8,7 +8,7 @@
 #include <cmath>
 #include <set>
 
-#include "planar_mapping/core/random.h"
+#include "planar_mapping/core/base/detail/random.h"
 
 namespace planar_mapping::detail {
 namespace {

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <limits>
 
-#include "planar_mapping/core/error.h"
-#include "planar_mapping/core/stereo_noise.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/geometry/stereo_noise.h"
 
 namespace planar_mapping {
 namespace {

@@ -11,7 +11,7 @@
 #include <set>
 #include <vector>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "stereo_images.h"
 
 namespace planar_mapping {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/odometry.h"
+#include "planar_mapping/core/odometry/odometry.h"
 #include "planar_mapping/evaluation/trajectory_error.h"
 #include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/image_file.h"

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "stereo_images.h"
 
 namespace planar_mapping {

@@ -9,7 +9,7 @@
 #include <limits>
 #include <vector>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "stereo_images.h"
 
 namespace planar_mapping {

@@ -8,7 +8,7 @@
 #include <set>
 #include <string>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pipeline/stage_table.h"
 #include "stereo_images.h"
 

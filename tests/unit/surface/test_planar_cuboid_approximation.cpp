@@ -9,7 +9,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace {
 

@@ -12,8 +12,8 @@
 #include <tuple>
 #include <vector>
 
-#include "planar_mapping/core/cuboid_approximation.h"
-#include "planar_mapping/core/multi_plane.h"
+#include "planar_mapping/core/cuboids/cuboid_approximation.h"
+#include "planar_mapping/core/planes/multi_plane.h"
 #include "planar_mapping/io/sequence.h"
 
 namespace planar_mapping {

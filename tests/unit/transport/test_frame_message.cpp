@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
-#include "planar_mapping/core/random.h"
+#include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/transport/message.h"
 #include "transport_frames.h"
 

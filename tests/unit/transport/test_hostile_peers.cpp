@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "planar_mapping/core/random.h"
+#include "planar_mapping/core/base/detail/random.h"
 #include "tcp_peer.h"
 #include "transport_session.h"
 

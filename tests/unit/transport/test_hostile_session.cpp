@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "listener_session_fixture.h"
-#include "planar_mapping/core/random.h"
+#include "planar_mapping/core/base/detail/random.h"
 
 namespace planar_mapping::transport {
 namespace {

@@ -7,7 +7,7 @@
 #include <functional>
 #include <limits>
 
-#include "planar_mapping/core/random.h"
+#include "planar_mapping/core/base/detail/random.h"
 
 namespace planar_mapping::transport {
 namespace {

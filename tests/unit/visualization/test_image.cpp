@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace {

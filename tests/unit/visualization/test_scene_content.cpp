@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "../../render/scenes.h"
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/map/planar_map.h"
 
 namespace planar_mapping {

@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace {

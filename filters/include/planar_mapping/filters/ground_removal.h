@@ -10,8 +10,8 @@
 #include <optional>
 #include <vector>
 
-#include "planar_mapping/core/export.h"
-#include "planar_mapping/core/ground.h"
+#include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/ground/ground.h"
 #include "planar_mapping/filters/detail/point_filter.h"
 
 namespace planar_mapping {

@@ -10,8 +10,8 @@
 #include <optional>
 #include <vector>
 
-#include "planar_mapping/core/export.h"
-#include "planar_mapping/core/kl_occupancy.h"
+#include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/occupancy/kl_occupancy.h"
 #include "planar_mapping/filters/detail/point_filter.h"
 
 namespace planar_mapping {

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "planar_mapping/core/types.h"
+#include "planar_mapping/core/base/types.h"
 
 namespace planar_mapping {
 

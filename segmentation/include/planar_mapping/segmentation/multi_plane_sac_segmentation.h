@@ -13,8 +13,8 @@
 #include <optional>
 #include <vector>
 
-#include "planar_mapping/core/export.h"
-#include "planar_mapping/core/multi_plane.h"
+#include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/planes/multi_plane.h"
 
 namespace planar_mapping {
 

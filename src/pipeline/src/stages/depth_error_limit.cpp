@@ -8,8 +8,8 @@
 #include "../marked_indices.h"
 #include "builtin.h"
 #include "noise_keys.h"
-#include "planar_mapping/core/detail/gather_points.h"
-#include "planar_mapping/core/simd.h"
+#include "planar_mapping/core/base/detail/gather_points.h"
+#include "planar_mapping/core/base/detail/simd.h"
 
 namespace planar_mapping {
 namespace {

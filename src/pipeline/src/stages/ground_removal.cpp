@@ -8,7 +8,7 @@
 #include "../marked_indices.h"
 #include "builtin.h"
 #include "noise_keys.h"
-#include "planar_mapping/core/ground.h"
+#include "planar_mapping/core/ground/ground.h"
 
 namespace planar_mapping {
 namespace {

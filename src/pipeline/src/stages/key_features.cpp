@@ -3,7 +3,7 @@
 #include <string>
 
 #include "builtin.h"
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/stereo/cloud_features.h"
 #include "planar_mapping/stereo/feature_tracker.h"
 

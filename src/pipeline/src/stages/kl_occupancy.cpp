@@ -4,8 +4,8 @@
 
 #include "builtin.h"
 #include "noise_keys.h"
-#include "planar_mapping/core/cell_beliefs.h"
-#include "planar_mapping/core/key_feature_beliefs.h"
+#include "planar_mapping/core/occupancy/cell_beliefs.h"
+#include "planar_mapping/core/occupancy/key_feature_beliefs.h"
 
 namespace planar_mapping {
 namespace {

@@ -5,8 +5,8 @@
 
 #include "builtin.h"
 #include "noise_keys.h"
-#include "planar_mapping/core/odometry.h"
-#include "planar_mapping/core/surface_map.h"
+#include "planar_mapping/core/odometry/odometry.h"
+#include "planar_mapping/core/registration/detail/surface_map.h"
 #include "start_pose.h"
 
 namespace planar_mapping {

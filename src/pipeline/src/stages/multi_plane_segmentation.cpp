@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/core/multi_plane.h"
+#include "planar_mapping/core/planes/multi_plane.h"
 
 #include <algorithm>
 #include <cstdint>
 
 #include "builtin.h"
 #include "noise_keys.h"
-#include "planar_mapping/core/feature_planes.h"
+#include "planar_mapping/core/planes/feature_planes.h"
 
 namespace planar_mapping {
 namespace {

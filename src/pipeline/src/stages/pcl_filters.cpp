@@ -11,7 +11,7 @@
 #include <limits>
 
 #include "builtin.h"
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 
 // PCL's own filters as stages. They work on the points that still count and give back indices into
 // the same cloud; only voxel_grid makes new points.

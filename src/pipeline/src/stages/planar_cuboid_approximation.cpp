@@ -5,7 +5,7 @@
 
 #include "builtin.h"
 #include "noise_keys.h"
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace {

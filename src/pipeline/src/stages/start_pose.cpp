@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "builtin.h"
-#include "planar_mapping/core/ground.h"
-#include "planar_mapping/core/upright.h"
+#include "planar_mapping/core/ground/ground.h"
+#include "planar_mapping/core/ground/detail/upright.h"
 
 namespace planar_mapping::detail {
 namespace {

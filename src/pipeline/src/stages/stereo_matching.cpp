@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "builtin.h"
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/stereo/rectification.h"
 
 namespace planar_mapping {

@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/cuboid_approximation.h"
-#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/cuboids/cuboid_approximation.h"
+#include "planar_mapping/core/base/export.h"
 
 namespace planar_mapping {
 

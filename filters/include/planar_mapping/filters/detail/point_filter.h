@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "planar_mapping/core/export.h"
-#include "planar_mapping/core/types.h"
+#include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/base/types.h"
 
 namespace planar_mapping::detail {
 

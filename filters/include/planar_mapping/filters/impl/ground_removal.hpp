@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/filters/ground_removal.h"
 #include "planar_mapping/pcl/parameter_setter.h"
 #include "planar_mapping/pcl/points_view.h"

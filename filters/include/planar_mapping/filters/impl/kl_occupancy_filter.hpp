@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/filters/kl_occupancy_filter.h"
 #include "planar_mapping/pcl/parameter_setter.h"
 #include "planar_mapping/pcl/points_view.h"

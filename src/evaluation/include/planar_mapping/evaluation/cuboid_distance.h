@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "planar_mapping/core/cuboid.h"
-#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/geometry/cuboid.h"
+#include "planar_mapping/core/base/export.h"
 
 namespace planar_mapping {
 namespace evaluation {

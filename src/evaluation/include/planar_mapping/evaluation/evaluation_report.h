@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/base/export.h"
 
 namespace planar_mapping {
 namespace evaluation {

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/evaluation/ray_caster.h"
 #include "planar_mapping/io/image_file.h"
 

@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "planar_mapping/core/cuboid.h"
-#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/geometry/cuboid.h"
+#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/evaluation/cuboid_distance.h"
 #include "planar_mapping/evaluation/detail/cell_table.h"
 #include "planar_mapping/evaluation/surface_truth.h"

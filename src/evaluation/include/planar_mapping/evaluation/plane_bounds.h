@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "planar_mapping/core/export.h"
-#include "planar_mapping/core/multi_plane.h"
-#include "planar_mapping/core/types.h"
+#include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/planes/multi_plane.h"
+#include "planar_mapping/core/base/types.h"
 #include "planar_mapping/evaluation/plane_quality.h"
 
 // How well planes can be found at best: what the noise of a cloud leaves to a search that knows

@@ -5,10 +5,10 @@
 #include <cstddef>
 #include <vector>
 
-#include "planar_mapping/core/export.h"
-#include "planar_mapping/core/multi_plane.h"
-#include "planar_mapping/core/plane.h"
-#include "planar_mapping/core/types.h"
+#include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/planes/multi_plane.h"
+#include "planar_mapping/core/geometry/plane.h"
+#include "planar_mapping/core/base/types.h"
 
 namespace planar_mapping {
 namespace evaluation {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/evaluation/scene.h"
 #include "planar_mapping/map/planar_map.h"
 

@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "planar_mapping/core/cuboid.h"
-#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/geometry/cuboid.h"
+#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/evaluation/grid_cell.h"
 #include "planar_mapping/evaluation/standard_grid.h"
 

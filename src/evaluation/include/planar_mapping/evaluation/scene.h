@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/export.h"
-#include "planar_mapping/core/plane.h"
-#include "planar_mapping/core/types.h"
+#include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/geometry/plane.h"
+#include "planar_mapping/core/base/types.h"
 
 namespace planar_mapping {
 namespace evaluation {

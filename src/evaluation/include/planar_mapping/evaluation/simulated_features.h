@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "planar_mapping/core/export.h"
-#include "planar_mapping/core/key_feature.h"
+#include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/geometry/key_feature.h"
 #include "planar_mapping/evaluation/simulation.h"
 
 namespace planar_mapping {

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/export.h"
-#include "planar_mapping/core/random.h"
+#include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/evaluation/image_renderer.h"
 #include "planar_mapping/evaluation/ray_caster.h"
 #include "planar_mapping/evaluation/scene.h"

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "planar_mapping/core/cuboid.h"
-#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/geometry/cuboid.h"
+#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/evaluation/detail/cell_table.h"
 #include "planar_mapping/evaluation/grid_cell.h"
 

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/evaluation/detail/cell_table.h"
 #include "planar_mapping/evaluation/grid_cell.h"
 #include "planar_mapping/evaluation/ray_caster.h"

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/base/export.h"
 
 namespace planar_mapping {
 namespace io {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/map/planar_map.h"
 
 namespace planar_mapping {

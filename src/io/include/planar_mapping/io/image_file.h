@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/io/atomic_file.h"
 
 namespace planar_mapping {

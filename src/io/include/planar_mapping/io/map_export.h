@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/cuboid.h"
-#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/geometry/cuboid.h"
+#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/io/atomic_file.h"
 #include "planar_mapping/map/planar_map.h"
 

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/io/atomic_file.h"
 #include "planar_mapping/map/planar_map.h"
 

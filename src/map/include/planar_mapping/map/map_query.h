@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <optional>
 
-#include "planar_mapping/core/export.h"
-#include "planar_mapping/core/types.h"
+#include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/base/types.h"
 #include "planar_mapping/map/planar_map.h"
 
 // Questions of planners to a map, beside PlanarMap::stateAt(). World frame, metres. Their cost

@@ -8,13 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/cuboid.h"
-#include "planar_mapping/core/cuboid_approximation.h"
-#include "planar_mapping/core/export.h"
-#include "planar_mapping/core/multi_plane.h"
-#include "planar_mapping/core/plane_moments.h"
-#include "planar_mapping/core/stereo_noise.h"
-#include "planar_mapping/core/types.h"
+#include "planar_mapping/core/geometry/cuboid.h"
+#include "planar_mapping/core/cuboids/cuboid_approximation.h"
+#include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/planes/multi_plane.h"
+#include "planar_mapping/core/geometry/detail/plane_moments.h"
+#include "planar_mapping/core/geometry/stereo_noise.h"
+#include "planar_mapping/core/base/types.h"
 
 namespace planar_mapping {
 

@@ -10,12 +10,12 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/export.h"
-#include "planar_mapping/core/feature_beliefs.h"
-#include "planar_mapping/core/key_feature.h"
-#include "planar_mapping/core/multi_plane.h"
-#include "planar_mapping/core/stereo_noise.h"
-#include "planar_mapping/core/types.h"
+#include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/occupancy/feature_beliefs.h"
+#include "planar_mapping/core/geometry/key_feature.h"
+#include "planar_mapping/core/planes/multi_plane.h"
+#include "planar_mapping/core/geometry/stereo_noise.h"
+#include "planar_mapping/core/base/types.h"
 #include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/image_file.h"
 #include "planar_mapping/map/planar_map.h"

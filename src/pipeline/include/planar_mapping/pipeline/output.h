@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "planar_mapping/core/error.h"
-#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/base/export.h"
 
 namespace planar_mapping {
 

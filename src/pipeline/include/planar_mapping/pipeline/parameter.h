@@ -11,8 +11,8 @@
 #include <variant>
 #include <vector>
 
-#include "planar_mapping/core/export.h"
-#include "planar_mapping/core/types.h"
+#include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/base/types.h"
 
 namespace planar_mapping {
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/map/planar_map.h"
 #include "planar_mapping/pipeline/configuration.h"
 #include "planar_mapping/pipeline/frame.h"

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/pipeline/stage_table.h"
 
 namespace planar_mapping {

@@ -4,8 +4,8 @@
 
 #include <cstdint>
 
-#include "planar_mapping/core/cuboid_approximation.h"
-#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/cuboids/cuboid_approximation.h"
+#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/pipeline/frame.h"
 #include "planar_mapping/pipeline/parameter.h"
 

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/pipeline/stage.h"
 
 namespace planar_mapping {

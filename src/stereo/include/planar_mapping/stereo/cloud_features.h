@@ -7,9 +7,9 @@
 #include <unordered_map>
 #include <vector>
 
-#include "planar_mapping/core/export.h"
-#include "planar_mapping/core/key_feature.h"
-#include "planar_mapping/core/types.h"
+#include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/geometry/key_feature.h"
+#include "planar_mapping/core/base/types.h"
 
 namespace planar_mapping {
 

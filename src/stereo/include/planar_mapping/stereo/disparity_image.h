@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/io/calibration.h"
 
 namespace planar_mapping {

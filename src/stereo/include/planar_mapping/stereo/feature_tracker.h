@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
-#include "planar_mapping/core/export.h"
-#include "planar_mapping/core/key_feature.h"
+#include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/geometry/key_feature.h"
 #include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/image_file.h"
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/image_file.h"
 #include "planar_mapping/stereo/disparity_image.h"

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/base/export.h"
 
 namespace planar_mapping {
 namespace transport {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/transport/endpoint.h"
 #include "planar_mapping/transport/message.h"
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/error.h"
-#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/io/sequence.h"
 #include "planar_mapping/pipeline/frame.h"
 

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "planar_mapping/core/export.h"
-#include "planar_mapping/core/types.h"
+#include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/base/types.h"
 #include "planar_mapping/visualization/scene_content.h"
 #include "planar_mapping/visualization/view_options.h"
 

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <string>
 
-#include "planar_mapping/core/cuboid.h"
-#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/geometry/cuboid.h"
+#include "planar_mapping/core/base/export.h"
 
 namespace planar_mapping {
 

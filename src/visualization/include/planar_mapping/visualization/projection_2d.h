@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/visualization/image.h"
 #include "planar_mapping/visualization/scene_content.h"
 #include "planar_mapping/visualization/view_options.h"

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/cuboid.h"
-#include "planar_mapping/core/export.h"
-#include "planar_mapping/core/types.h"
+#include "planar_mapping/core/geometry/cuboid.h"
+#include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/base/types.h"
 
 namespace planar_mapping {
 

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/visualization/image.h"
 #include "planar_mapping/visualization/scene_content.h"
 #include "planar_mapping/visualization/view_options.h"

@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "planar_mapping/core/export.h"
-#include "planar_mapping/core/types.h"
+#include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/base/types.h"
 #include "planar_mapping/visualization/colors.h"
 
 namespace planar_mapping {

@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "planar_mapping/core/export.h"
+#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/visualization/camera.h"
 #include "planar_mapping/visualization/image.h"
 #include "planar_mapping/visualization/scene_content.h"

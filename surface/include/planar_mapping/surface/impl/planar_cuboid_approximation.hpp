@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "planar_mapping/core/error.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pcl/parameter_setter.h"
 #include "planar_mapping/pcl/points_view.h"
 #include "planar_mapping/surface/cuboid_mesh.h"

@@ -1,0 +1,119 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "planar_mapping/core/geometry/cuboid.h"
+#include "planar_mapping/core/cuboids/cuboid_approximation.h"
+#include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/cuboids/raster/detail/plane_raster.h"
+
+namespace planar_mapping {
+
+// [ours] The compact profile's cuboids, in two steps that a map can repeat where it changed: large
+// rectangles of each plane, then boxes for all that is left. A cuboid stands for what it holds and
+// for what lies within absorption cells of it.
+
+/// A rectangle of a plane in half cells: [a, a + width) x [b, b + height), each s / 2 wide.
+using HalfCellRectangle = CellRectangle;
+
+/// A quarter of a plane's cell that has no rectangle, in half cells.
+struct LooseQuarter {
+  std::int32_t a = 0;
+  std::int32_t b = 0;
+  float probability = 1.0f;
+};
+
+/// What coverSurface() makes of one plane's cells.
+struct SurfaceCover {
+  std::vector<HalfCellRectangle> rectangles;
+  std::vector<float> probability;   ///< of each rectangle: the mean over its cells
+  std::vector<LooseQuarter> loose;  ///< for coverRest(), by (b, a)
+};
+
+/// Few rectangles for the cells of a plane; they may overlap, reach over holes of up to hole_size
+/// and half a cell beyond the border, and leave half a cell to the tolerance. Pieces that would
+/// need a rectangle of their own of less than rectangle_cells are left to coverRest(). The paper's
+/// profile: splitAndMerge(), and nothing is left.
+/// \param quarters which quarters of each cell hold points (bit 0 low u and low v, 1 high u, 2 high
+///                 v, 3 both high), same layout as the mask's cells; null = all of them
+/// \param cell_probability one value per cell of the mask, same layout; empty = 1 everywhere
+/// \throws ParameterError; InputError if the mask is not consistent
+PLANAR_MAPPING_EXPORT SurfaceCover coverSurface(const CellMask& mask, const std::uint8_t* quarters,
+                                                const std::vector<float>& cell_probability,
+                                                const CuboidApproximationParams& params);
+
+/// The cuboid of a rectangle, which extends backwards by the thickness.
+PLANAR_MAPPING_EXPORT Cuboid cuboidOf(const HalfCellRectangle& rectangle, const PlaneFrame& frame,
+                                      const CuboidApproximationParams& params);
+
+/// A piece of a surface, s / 4 wide.
+struct SurfacePiece {
+  Vector3 center = Vector3::Zero();
+  float probability = 1.0f;
+};
+
+/// Adds the pieces of a quarter of a cell.
+PLANAR_MAPPING_EXPORT void addPieces(const LooseQuarter& quarter, const PlaneFrame& frame,
+                                     const CuboidApproximationParams& params,
+                                     std::vector<SurfacePiece>& pieces);
+
+/// A rectangle's cuboid that boxes may take the place of, where that needs fewer cuboids.
+struct ReplaceableCuboid {
+  Cuboid cuboid;
+  std::vector<SurfacePiece> pieces;  ///< of its plane that it stands for
+};
+
+/// Which rectangles of a surface have so few cells that boxes may do as well: those of up to 32,
+/// and of up to 128 beside a larger one, which keeps the surface a plane. None without
+/// rectangle_cells.
+/// \return one byte per rectangle, 1 if it may be replaced
+PLANAR_MAPPING_EXPORT std::vector<std::uint8_t> replaceableOf(
+    const std::vector<HalfCellRectangle>& rectangles, const CuboidApproximationParams& params);
+
+/// How hard coverRest() searches.
+enum class CoverEffort : std::uint8_t {
+  Quick,  ///< no fewer boxes than with the next
+  Full,   ///< the cells of each part alone never need fewer boxes than these are
+};
+
+/// What coverRest() makes.
+struct RestCover {
+  std::vector<Cuboid> boxes;
+  std::vector<std::uint8_t> kept;  ///< which of the replaceable cuboids are still needed
+};
+
+/// Few axis-aligned boxes on the lattice of half cells for what no cuboid that is there already
+/// stands for, and the choice between them and small rectangles of planes: never more cuboids than
+/// with all of the rectangles, or, in one window, with boxes alone.
+/// \param cells   distinct ones of the axis-aligned grid of side s; one without octants needs no
+///                box, one with less than min_points_per_cell is left out
+/// \param pieces  of planes
+/// \param present cuboids near them
+/// \throws ParameterError
+PLANAR_MAPPING_EXPORT RestCover coverRest(const std::vector<NonPlanarCell>& cells,
+                                          const std::vector<SurfacePiece>& pieces,
+                                          const std::vector<Cuboid>& present,
+                                          const std::vector<ReplaceableCuboid>& replaceable,
+                                          const CuboidApproximationParams& params,
+                                          CoverEffort effort = CoverEffort::Full);
+
+/// The boxes, where no cuboid may be replaced.
+PLANAR_MAPPING_EXPORT std::vector<Cuboid> coverRest(const std::vector<NonPlanarCell>& cells,
+                                                    const std::vector<SurfacePiece>& pieces,
+                                                    const std::vector<Cuboid>& present,
+                                                    const CuboidApproximationParams& params);
+
+/// Boxes in the place of some that coverRest() made in parts of a scene: for what these stand for
+/// and no cuboid that is present does. Those themselves where no fewer are found, or where cells and
+/// pieces are so far apart that a box around them has more than 2^26 half cells.
+/// \param cells, pieces  as above, near the boxes at least
+PLANAR_MAPPING_EXPORT std::vector<Cuboid> coverAgain(const std::vector<Cuboid>& boxes,
+                                                     const std::vector<NonPlanarCell>& cells,
+                                                     const std::vector<SurfacePiece>& pieces,
+                                                     const std::vector<Cuboid>& present,
+                                                     const CuboidApproximationParams& params);
+
+}  // namespace planar_mapping

@@ -1,0 +1,60 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/geometry/key_feature.h"
+#include "planar_mapping/core/base/types.h"
+
+namespace planar_mapping {
+
+/// What a camera measures of a point: column and row in pixels, and 1 / z in 1/m. The error of a
+/// stereo camera's disparity d = B f / z is one number at any depth, so that in these three the
+/// noise is nearly normal even where depth itself is anybody's guess.
+struct FeatureSighting {
+  double column = 0.0;
+  double row = 0.0;
+  double inverse_depth = 0.0;
+};
+
+/// A pinhole camera that measures depth, by stereo or otherwise, and how well it does.
+struct PLANAR_MAPPING_EXPORT FeatureCamera {
+  double fx = 500.0;  ///< pixels, > 0
+  double fy = 500.0;  ///< pixels, > 0
+  double cx = 320.0;  ///< pixels
+  double cy = 240.0;  ///< pixels
+  /// [ours] Standard deviation of a feature's column and row, pixels, > 0.
+  double pixel_error = 0.5;
+  /// [ours] Standard deviation of depth: dz = depth_error + depth_error_growth * z^2. At least one
+  /// of them is > 0.
+  double depth_error = 0.0;               ///< metres, >= 0
+  double depth_error_growth = 1.0 / 120;  ///< 1/m, >= 0; of a stereo camera dd / (B f)
+
+  /// With the depth error of the paper (III-D), dz = z^2 / (B f) * dd.
+  static FeatureCamera stereo(double fx, double fy, double cx, double cy, double baseline,
+                              double disparity_error = 0.5);
+
+  /// dz at depth \p z, metres.
+  double depthError(double z) const { return depth_error + depth_error_growth * z * z; }
+  /// \throws ParameterError
+  void validate() const;
+};
+
+/// Where the camera sees \p point (its own frame, z > 0).
+PLANAR_MAPPING_EXPORT FeatureSighting project(const FeatureCamera& camera, const Vector3& point);
+/// The point a sighting stands for, in the camera's frame.
+PLANAR_MAPPING_EXPORT Vector3 backProject(const FeatureCamera& camera,
+                                          const FeatureSighting& sighting);
+/// Variances of column, row (px^2) and inverse depth (1/m^2) of a sighting.
+PLANAR_MAPPING_EXPORT Vector3 sightingVariance(const FeatureCamera& camera, double inverse_depth);
+/// Covariance of backProject(), square metres.
+PLANAR_MAPPING_EXPORT Matrix3 positionCovariance(const FeatureCamera& camera,
+                                                 const FeatureSighting& sighting);
+
+/// The sighting in a feature; column and row follow from the position where they are not known (a
+/// feature of a cloud without image).
+/// \return false if the position is not finite, not in front of the camera or beyond 1e9 m
+PLANAR_MAPPING_EXPORT bool sightingOf(const FeatureCamera& camera, const KeyFeature& feature,
+                                      FeatureSighting& sighting);
+
+}  // namespace planar_mapping

@@ -1,0 +1,120 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/occupancy/motion_factor.h"
+#include "planar_mapping/core/base/types.h"
+
+namespace planar_mapping {
+
+/// Parameters of SurfaceMap; all [ours]. Lengths in metres, angles in radians.
+struct PLANAR_MAPPING_EXPORT SurfaceMapParams {
+  double cell = 0.05;             ///< side of the cells, > 0
+  int min_points = 6;             ///< that a cell needs to have a plane, >= 4
+  double max_thickness = 0.25;    ///< of what counts as plane, in sides of a cell, > 0
+  double max_normal_angle = 0.5;  ///< between planes that may be the same, in (0, pi/2)
+  double max_range = 0.0;         ///< points farther away are left out; 0 = none is
+  /// Standard deviation of a point along its ray: depth_error + depth_error_growth * depth^2; at
+  /// least one of them > 0.
+  double depth_error = 0.003;
+  double depth_error_growth = 0.002;  ///< 1/m
+  double lateral_error = 0.01;        ///< standard deviation of a point across its ray, metres
+  /// Direction in which depth is measured; zero = depth is the range (laser scanners).
+  Vector3 optical_axis = Vector3::UnitZ();
+  /// A surface of an organized cloud ends where the next one is farther away by this, plus this
+  /// share of its range; 0 = edges are not used.
+  double edge_depth = 0.08;
+  double edge_error = 0.015;  ///< standard deviation of the place of an edge, > 0
+  int sample_size = 60000;    ///< points looked at, >= 100
+  double reach = 0.3;         ///< from how far the planes of a guess are drawn to the map, > 0
+  /// A floor has many planes, but they say nothing about the turn about the vertical: each
+  /// direction counts the same, and planes are of one direction within this angle, > 0, ...
+  double same_direction = 0.35;
+  double least_direction = 0.05;  ///< ... if they are at least this share of all, in [0, 1]
+  /// If less than good_share of the planes, by weight, or good_edges of the edges find their place,
+  /// further guesses are tried, turned by this angle about each axis, until two with
+  /// confirmed_share agree; 0 = none.
+  double retry_rotation = 0.14;
+  double good_share = 0.75;      ///< in [0, 1]
+  double good_edges = 0.6;       ///< in [0, 1]
+  double confirmed_share = 0.5;  ///< in [0, 1]
+  int iterations = 15;           ///< at most, on each level, >= 1
+  double min_share = 0.4;        ///< of the cloud's planes that must lie on the map's, in [0, 1]
+  /// A cloud that fits but whose rays go through what the map has there, or that fills what was
+  /// seen free before, is at a wrong place: the largest such share of the planes, in [0, 1].
+  double max_seen_through = 0.1;
+  /// Where a cloud is not found near the guess, it is looked for so far around it, metres, turned
+  /// anyhow, by the directions and offsets of its planes; 0 = it is not.
+  double search_reach = 4.0;
+  /// The errors of neighbouring points are not independent: so many planes of the smallest size
+  /// tell as much as one; >= 1.
+  double correlated_planes = 20.0;
+  int max_cells = 200000;  ///< kept, >= 1000; those not seen for longest go first
+
+  /// \throws ParameterError
+  void validate() const;
+};
+
+/// The side of the cells that suits a cloud: the least of params.cell and 2, 4, 8 and 16 times it
+/// with which half of the points are in a cell that has a plane. The rings of a laser scanner are
+/// too far apart for cells that suit a depth camera. O(points looked at).
+PLANAR_MAPPING_EXPORT double surfaceCellFor(const PointsView& cloud,
+                                            const SurfaceMapParams& params);
+
+/// Where a cloud lies on a SurfaceMap.
+struct CloudRegistration {
+  bool found = false;
+  Pose T_world_sensor = Pose::Identity();
+  /// In the sensor's frame, see Matrix6; 1 m and 0.5 rad in directions the cloud says nothing
+  /// about.
+  Matrix6 covariance = Matrix6::Zero();
+  std::size_t planes = 0;   ///< of the cloud, edges not counted
+  std::size_t matched = 0;  ///< of those, on a plane of the map
+  double share = 0.0;       ///< of the planes that matched, each direction counting the same
+  double rms = 0.0;         ///< distance of the matched ones, metres
+  /// Of the map's planes where this cloud looked, the share that its rays went through, or of its
+  /// planes where clouds before looked, if that is larger; zero where too few can be judged.
+  double seen_through = 0.0;
+};
+
+/// What registers clouds that have no features to go by: a bounded local map of small planes, one
+/// per cell of a grid, and of the edges where they end; robust registration to both.
+///
+/// Independent of the planar map: that is the result of the poses, this is what they come from.
+/// Deterministic. Copyable. Not thread safe.
+class PLANAR_MAPPING_EXPORT SurfaceMap {
+ public:
+  explicit SurfaceMap(const SurfaceMapParams& params = SurfaceMapParams());
+  ~SurfaceMap();
+  SurfaceMap(const SurfaceMap& other);
+  SurfaceMap& operator=(const SurfaceMap& other);
+  SurfaceMap(SurfaceMap&&) noexcept;
+  SurfaceMap& operator=(SurfaceMap&&) noexcept;
+
+  const SurfaceMapParams& params() const;
+
+  /// Adds a cloud. O(points looked at).
+  /// \param cloud  sensor's frame; non-finite points are skipped
+  /// \throws InputError if the pose is not finite
+  void insert(const PointsView& cloud, const Pose& T_world_sensor);
+
+  /// Finds the pose of a cloud near \p guess: planes are drawn to the next ones that face the same
+  /// way, first from afar; see SurfaceMapParams::reach. Where that fails the cloud is looked for
+  /// farther around; see SurfaceMapParams::search_reach. It is not found where it fits twice.
+  /// \throws InputError if the guess is not finite
+  CloudRegistration locate(const PointsView& cloud, const Pose& guess) const;
+
+  std::size_t cells() const;
+
+ private:
+  class Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace planar_mapping

@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "cuboids/cover/bit_grid.h"
+#include "cuboids/cover/lattice_boxes.h"
+#include "planar_mapping/core/cuboids/detail/compact_cover.h"
+#include "cuboids/cover/set_cover.h"
+
+namespace planar_mapping::detail {
+
+/// A box and its share of the cells: each cell belongs to one of the boxes that stand for it.
+struct CoverBox {
+  LatticeBox box;
+  std::vector<LatticeCell> members;
+};
+
+struct LatticeCoverage {
+  std::vector<CoverBox> boxes;
+  std::vector<std::size_t> sets;  ///< the sets that take part, ascending
+};
+
+/// [ours] Few boxes and sets that stand for all cells of \p required; boxes hold cells of
+/// \p allowed only.
+///
+/// Greedy by newly covered cells over the sets and the largest boxes that fit; then boxes and sets
+/// are dissolved into their neighbours, of which boxes grow for it, and each box is drawn back to
+/// the cells it holds. Never more than without the sets, nor than the boxes of \p other, a cover of
+/// boxes of allowed cells, if there is one: where it needs fewer for some of the cells, its boxes
+/// take part there. At full effort fewerSets() of boxes are looked for then, beside the sets.
+/// Cells of the lattice are halves of the user's: a pair that starts at an even number is
+/// preferred. Deterministic. Every required cell must lie in a set or in a box of the smallest size
+/// of allowed cells.
+/// \param sets  cells that something other than a box may stand for: their CellNumbers among the
+///              required ones
+LatticeCoverage coverWithin(const BitGrid& required, const BitGrid& allowed,
+                            const CoverRules& rules, const std::vector<CellSet>& sets = {},
+                            const BoxList& other = {}, CoverEffort effort = CoverEffort::Quick);
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,275 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboids/rest_window.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "cuboids/cover/cell_covers.h"
+#include "cuboids/plane_cover.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+/// Room around the required cells.
+constexpr std::int32_t kRim = 2;
+
+/// Cells start at even numbers.
+std::int64_t startFor(std::int64_t low) {
+  return low - (low & 1) - kRim;
+}
+
+/// Where a line of half cells along x is within a cuboid.
+class CuboidRows {
+ public:
+  /// \param corner centre of the first half cell of all
+  CuboidRows(const Cuboid& cuboid, const Vector3& corner, double half)
+      : extent_(0.5 * cuboid.size) {
+    const Matrix3 to_local = cuboid.orientation.conjugate().toRotationMatrix();
+    start_ = to_local * (corner - cuboid.center);
+    step_ = half * to_local;
+    for (int k = 0; k < 3; ++k) {
+      is_along_[k] = std::abs(to_local(k, 0)) < 1e-9;
+      inverse_[k] = is_along_[k] ? 0.0 : 1.0 / step_(k, 0);
+    }
+  }
+  /// Narrows [first, last] of row (y, z).
+  void narrow(std::int32_t y, std::int32_t z, double& first, double& last) const {
+    const Vector3 start = start_ + step_.col(1) * y + step_.col(2) * z;
+    for (int k = 0; k < 3; ++k) {
+      if (is_along_[k]) {
+        if (std::abs(start[k]) > extent_[k]) last = first - 1.0;
+        continue;
+      }
+      const double a = (-extent_[k] - start[k]) * inverse_[k];
+      const double b = (extent_[k] - start[k]) * inverse_[k];
+      first = std::max(first, std::ceil(std::min(a, b)));
+      last = std::min(last, std::floor(std::max(a, b)));
+    }
+  }
+
+ private:
+  Vector3 extent_;
+  Vector3 start_;
+  Matrix3 step_;
+  double inverse_[3];
+  bool is_along_[3];  ///< the row changes nothing along this axis of the cuboid
+};
+
+}  // namespace
+
+RestWindow::RestWindow(ElementRange elements, const CuboidApproximationParams& params)
+    : elements_(elements), half_(0.5 * params.resolution) {
+  rules_.smallest = {2, 2, 2};
+  if (isTolerant(params)) rules_.tolerance = {1, 1, 1};
+  HalfCell high{};
+  bool any = false;
+  for (const Element& e : elements) {
+    if (!e.required) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      low_[k] = any ? std::min(low_[k], e.at[k]) : e.at[k];
+      high[k] = any ? std::max(high[k], e.at[k]) : e.at[k];
+    }
+    any = true;
+  }
+  if (!any) return;
+  for (std::int64_t& start : low_) start = startFor(start);
+  const auto size = [&](std::size_t k) {
+    return static_cast<std::int32_t>(high[k] + 1 + kRim - low_[k]);
+  };
+  required_ = allowed_ = exact_ = BitGrid(size(0), size(1), size(2));
+  for (const Element& e : elements) {
+    LatticeCell at{};
+    if (!find(e.at, at)) continue;
+    allowed_.set(at[0], at[1], at[2]);
+    if (e.required) required_.set(at[0], at[1], at[2]);
+    if (e.exact) exact_.set(at[0], at[1], at[2]);
+  }
+}
+
+/// No longer requires what the cuboids stand for, or what they do not.
+void RestWindow::release(const std::vector<CuboidReach>& cuboids, bool inside) {
+  std::vector<const CuboidReach*> near;
+  required_.forEachBlock([&](const LatticeBox& block) {
+    constexpr double kHalfSide = 0.5 * BitGrid::kBlock;
+    const Vector3 middle = centerOf(block.low) + Vector3::Constant((kHalfSide - 0.5) * half_);
+    near.clear();
+    for (const CuboidReach& reach : cuboids) {
+      if (reach.mayReach(middle, std::sqrt(3.0) * kHalfSide * half_)) near.push_back(&reach);
+    }
+    if (near.empty() && inside) return;
+    required_.forEach(block, [&](std::int32_t x, std::int32_t y, std::int32_t z) {
+      const Vector3 p = centerOf({x, y, z});
+      if (std::any_of(near.begin(), near.end(),
+                      [&](const auto* reach) { return reach->holds(p); }) != inside)
+        return;
+      required_.reset(x, y, z);
+      exact_.reset(x, y, z);
+    });
+  });
+  shrink();
+}
+
+void RestWindow::shrink() {
+  if (!anyRequired()) return;
+  const LatticeBox hull = required_.hull();
+  LatticeBox kept;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::int64_t start = startFor(low_[k] + hull.low[k]);
+    kept.low[k] = static_cast<std::int32_t>(start - low_[k]);
+    kept.high[k] = hull.high[k] + kRim;
+    low_[k] = start;
+  }
+  required_ = required_.cropped(kept);
+  allowed_ = allowed_.cropped(kept);
+  exact_ = exact_.cropped(kept);
+}
+
+void RestWindow::allow(const Cuboid& cuboid) {
+  const CuboidRows rows(cuboid, centerOf({0, 0, 0}), half_);
+  const LatticeBox box = boxAround(cuboid, 0.0);
+  for (std::int32_t z = box.low[2]; z < box.high[2]; ++z) {
+    for (std::int32_t y = box.low[1]; y < box.high[1]; ++y) {
+      double first = box.low[0];
+      double last = box.high[0] - 1;
+      rows.narrow(y, z, first, last);
+      if (first > last) continue;
+      const auto low = static_cast<std::int32_t>(first);
+      const auto high = static_cast<std::int32_t>(last) + 1;
+      allowed_.fill({{low, y, z}, {high, y + 1, z + 1}});
+    }
+  }
+}
+
+/// \return a box around the cells that are marked
+LatticeBox RestWindow::markCells(const RestSurface& surface, double margin, BitGrid& marks) const {
+  LatticeBox around = boxAround(surface.cuboid, margin + half_);
+  LatticeCell at{};
+  for (const Element& e : surface.elements) {
+    if (!find(e.at, at)) continue;
+    if (!required_.at(at[0], at[1], at[2]) || exact_.at(at[0], at[1], at[2])) continue;
+    marks.set(at[0], at[1], at[2]);
+    include(around, boxOf(at));
+  }
+  const CuboidReach reach(surface.cuboid, margin);
+  required_.forEach(around, [&](std::int32_t x, std::int32_t y, std::int32_t z) {
+    if (reach.holds(centerOf({x, y, z}))) marks.set(x, y, z);
+  });
+  return around;
+}
+
+std::vector<CellSet> RestWindow::cellsOf(const std::vector<RestSurface>& surfaces,
+                                         double margin) const {
+  const CellNumbers numbers(required_);
+  BitGrid marks(required_.size()[0], required_.size()[1], required_.size()[2]);
+  std::vector<CellSet> sets;
+  for (const RestSurface& surface : surfaces) {
+    const LatticeBox around = markCells(surface, margin, marks);
+    sets.emplace_back();
+    marks.forEach(around, [&](std::int32_t x, std::int32_t y, std::int32_t z) {
+      sets.back().push_back(static_cast<std::uint32_t>(numbers.at(x, y, z)));
+    });
+    marks.clear(around);
+  }
+  return sets;
+}
+
+/// Of each required cell.
+std::vector<float> RestWindow::probabilities(const CellNumbers& numbers) const {
+  std::vector<float> of_cell(numbers.count(), 0.0f);
+  LatticeCell at{};
+  for (const Element& e : elements_) {
+    if (!e.required || !find(e.at, at) || !required_.at(at[0], at[1], at[2])) continue;
+    if (!e.exact && exact_.at(at[0], at[1], at[2])) continue;
+    float& probability = of_cell[numbers.at(at[0], at[1], at[2])];
+    probability = std::max(probability, e.probability);
+  }
+  return of_cell;
+}
+
+/// Boxes may reach into a half cell beside those that hold something by the tolerance.
+BitGrid RestWindow::roomForBoxes() const {
+  return allowed_.dilated(rules_.tolerance);
+}
+
+bool RestWindow::needsAtLeast(std::size_t boxes) const {
+  return fewestBoxes(required_, roomForBoxes(), rules_, boxes) >= boxes;
+}
+
+/// Boxes of whole cells; nothing where a box may not hold half cells beside the required ones.
+BoxList RestWindow::coverOfWholeCells() const {
+  if (rules_.tolerance[0] == 0) return {};
+  BitGrid cells((required_.size()[0] + 1) / 2, (required_.size()[1] + 1) / 2,
+                (required_.size()[2] + 1) / 2);
+  required_.forEach(required_.window(), [&](std::int32_t x, std::int32_t y, std::int32_t z) {
+    cells.set(x / 2, y / 2, z / 2);  // the window starts at a whole cell
+  });
+  BoxList boxes = coverOfCells(cells);
+  for (LatticeBox& box : boxes) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      box.low[k] *= 2;
+      box.high[k] *= 2;
+    }
+  }
+  return boxes;
+}
+
+std::vector<std::size_t> RestWindow::cover(const std::vector<CellSet>& sets, CoverEffort effort,
+                                           std::vector<Cuboid>& cuboids) const {
+  const LatticeCoverage coverage =
+      coverWithin(required_, roomForBoxes(), rules_, sets,
+                  effort == CoverEffort::Full ? coverOfWholeCells() : BoxList(), effort);
+  const CellNumbers numbers(required_);
+  const std::vector<float> probability = probabilities(numbers);
+  for (const CoverBox& c : coverage.boxes) {
+    Cuboid cuboid;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto axis = static_cast<Vector3::Index>(k);
+      cuboid.size[axis] = half_ * c.box.size(k);
+      cuboid.center[axis] =
+          half_ * (static_cast<double>(low_[k]) + 0.5 * c.box.low[k] + 0.5 * c.box.high[k]);
+    }
+    double sum = 0.0;
+    for (const LatticeCell& m : c.members) sum += probability[numbers.at(m[0], m[1], m[2])];
+    cuboid.probability = static_cast<float>(sum / static_cast<double>(c.members.size()));
+    cuboids.push_back(cuboid);
+  }
+  return coverage.sets;
+}
+
+bool RestWindow::find(const HalfCell& at, LatticeCell& cell) const {
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::int64_t offset = at[k] - low_[k];
+    if (offset < 0 || offset >= required_.size()[k]) return false;
+    cell[k] = static_cast<std::int32_t>(offset);
+  }
+  return true;
+}
+
+Vector3 RestWindow::centerOf(const LatticeCell& cell) const {
+  Vector3 center;
+  for (std::size_t k = 0; k < 3; ++k) {
+    center[static_cast<Vector3::Index>(k)] = half_ * (static_cast<double>(low_[k] + cell[k]) + 0.5);
+  }
+  return center;
+}
+
+/// Cells of the window that come within \p margin of the cuboid, and some more.
+LatticeBox RestWindow::boxAround(const Cuboid& cuboid, double margin) const {
+  const Vector3 reach = cuboid.orientation.toRotationMatrix().cwiseAbs() * (0.5 * cuboid.size) +
+                        Vector3::Constant(margin);
+  LatticeBox box;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto axis = static_cast<Vector3::Index>(k);
+    const auto toCell = [&](double coordinate) {
+      const double cell = std::floor(coordinate / half_) - static_cast<double>(low_[k]);
+      return static_cast<std::int32_t>(
+          std::clamp(cell, 0.0, static_cast<double>(required_.size()[k])));
+    };
+    box.low[k] = toCell(cuboid.center[axis] - reach[axis]);
+    box.high[k] = std::min(toCell(cuboid.center[axis] + reach[axis]) + 1, required_.size()[k]);
+  }
+  return box;
+}
+
+}  // namespace planar_mapping::detail

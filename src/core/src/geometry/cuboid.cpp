@@ -1,0 +1,47 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/core/geometry/cuboid.h"
+
+namespace planar_mapping {
+
+const char* toString(CellState state) {
+  switch (state) {
+    case CellState::Free:
+      return "free";
+    case CellState::Occupied:
+      return "occupied";
+    case CellState::Unknown:
+      return "unknown";
+  }
+  return "invalid";
+}
+
+bool contains(const Cuboid& cuboid, const Vector3& point, double margin) {
+  const Vector3 local = cuboid.orientation.conjugate() * (point - cuboid.center);
+  return (local.cwiseAbs().array() <= 0.5 * cuboid.size.array() + margin).all();
+}
+
+double distance(const Cuboid& cuboid, const Vector3& point) {
+  const Vector3 local = cuboid.orientation.conjugate() * (point - cuboid.center);
+  return (local.cwiseAbs() - 0.5 * cuboid.size).cwiseMax(0.0).norm();
+}
+
+std::array<Vector3, 8> corners(const Cuboid& cuboid) {
+  std::array<Vector3, 8> result;
+  const Matrix3 axes = cuboid.orientation.toRotationMatrix();
+  for (unsigned i = 0; i < 8; ++i) {
+    const Vector3 sign((i & 1u) ? 0.5 : -0.5, (i & 2u) ? 0.5 : -0.5, (i & 4u) ? 0.5 : -0.5);
+    result[i] = cuboid.center + axes * sign.cwiseProduct(cuboid.size);
+  }
+  return result;
+}
+
+Cuboid transformed(const Cuboid& cuboid, const Pose& T) {
+  Cuboid moved = cuboid;
+  moved.center = T * cuboid.center;
+  moved.orientation = Quaternion(T.linear()) * cuboid.orientation;
+  moved.orientation.normalize();
+  return moved;
+}
+
+}  // namespace planar_mapping

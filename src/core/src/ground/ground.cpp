@@ -1,0 +1,126 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/core/ground/ground.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "ground/ground_model.h"
+#include "planar_mapping/core/base/error.h"
+#include "base/point_indices.h"
+
+namespace planar_mapping {
+namespace {
+
+constexpr double kMax = 1e9;
+
+void requireAngle(const char* name, double value, bool zero_allowed) {
+  if (value < M_PI_2 && (zero_allowed ? value >= 0.0 : value > 0.0)) return;
+  throw ParameterError(name, value, zero_allowed ? "[0, pi/2)" : "(0, pi/2)", "rad");
+}
+
+void requireDirection(const char* name, const Vector3& v) {
+  const double length = v.norm();
+  if (length > 1e-9 && length < kMax) return;
+  throw ParameterError(std::string("length of ") + name, length, "> 0 and finite");
+}
+
+void requireLength(const char* name, double value) {
+  requirePositive(name, value, "m");
+  requireInRange(name, value, 0.0, kMax, "m");
+}
+
+std::size_t countFinite(const PointsView& points, const Indices* indices) {
+  std::size_t finite = 0;
+  for (std::size_t k = 0; k < detail::countOf(points, indices); ++k) {
+    finite += points.isFinite(detail::at(indices, k)) ? 1 : 0;
+  }
+  return finite;
+}
+
+}  // namespace
+
+void GroundParams::validate() const {
+  requireInRange("camera_height", camera_height, 0.0, kMax, "m");
+  requireLength("height_tolerance", height_tolerance);
+  requireDirection("up", up);
+  requireDirection("optical_axis", optical_axis);
+  requireAngle("pitch_tolerance", pitch_tolerance, false);
+  requireAngle("roll_tolerance", roll_tolerance, false);
+  requireLength("distance_threshold", distance_threshold);
+  if (noise) noise->validate();
+  requireInRange("noise_factor", noise_factor, 0.0, kMax);
+  requireInRange("slope_cell", slope_cell, 0.0, kMax, "m");
+  requireAngle("max_slope", max_slope, true);
+  requireInRange("wall_height", wall_height, 0.0, kMax, "m");
+  requireLength("wall_cell", wall_cell);
+  requireLength("wall_foot_threshold", wall_foot_threshold);
+  requirePositive("min_share", min_share);
+  requireInRange("min_share", min_share, 0.0, 1.0);
+  requireInRange("min_points", min_points, 3, std::numeric_limits<int>::max());
+  requireInRange("sample_size", sample_size, 100, std::numeric_limits<int>::max());
+  requireInRange("threads", threads, 0, 4096);
+}
+
+const char* toString(GroundStatus status) {
+  switch (status) {
+    case GroundStatus::Found:
+      return "found";
+    case GroundStatus::TooFewPoints:
+      return "too few points";
+    case GroundStatus::NoPlane:
+      return "no plane within the height and angle tolerances";
+    case GroundStatus::TooLittleSupport:
+      return "too few points lie flat on the best plane";
+  }
+  return "invalid";
+}
+
+Ground findGround(const PointsView& points, const Indices* indices, const GroundParams& params,
+                  const Vector3& sensor) {
+  params.validate();
+  detail::requireIndices(points, indices);
+  if (!sensor.allFinite()) throw InputError("sensor: its position is not finite");
+
+  Ground ground;
+  const std::size_t n = detail::countOf(points, indices);
+  ground.diagnostics.points_considered = n;
+  const detail::GroundFrame frame(params, sensor);
+  detail::GroundSample sample = detail::drawGroundSample(points, indices, params, frame);
+  const auto sampled = static_cast<double>(sample.size());
+  ground.diagnostics.points_sampled = sample.size();
+  const double points_per_draw =
+      static_cast<double>(n) / std::max<double>(1.0, std::min<double>(n, params.sample_size));
+  detail::GroundEstimate estimate;
+  if (sampled * points_per_draw < params.min_points) {
+    ground.diagnostics.status = GroundStatus::TooFewPoints;
+  } else {
+    const double needed = std::max(params.min_share * sampled, params.min_points / points_per_draw);
+    if (params.wall_height > 0.0) detail::dropUprights(sample, params, frame);
+    ground.diagnostics.status =
+        detail::estimateGround(sample, params, frame, needed, estimate, ground.diagnostics);
+  }
+  if (ground.diagnostics.status != GroundStatus::Found) {
+    ground.is_ground.assign(n, 0);
+    ground.diagnostics.points_not_finite = n - countFinite(points, indices);
+    return ground;
+  }
+
+  ground.found = true;
+  ground.height = estimate.plane.height();
+  Pose T_cloud_ground = Pose::Identity();
+  T_cloud_ground.linear() = frame.axes.transpose();
+  T_cloud_ground.translation() = sensor;
+  const PlaneMoments moments = estimate.moments.transformed(T_cloud_ground);
+  const PlaneMoments::Fit fit = moments.fit();
+  ground.plane = orientedTowards(fit.plane, sensor);
+  ground.covariance = moments.planeCovariance(fit);
+  ground.rms = fit.rms;
+  const detail::GroundBends bends(sample, estimate, params, frame);
+  ground.diagnostics.slope_cells = bends.followed();
+  detail::labelGround(points, indices, params, frame, estimate.plane, bends, ground);
+  return ground;
+}
+
+}  // namespace planar_mapping

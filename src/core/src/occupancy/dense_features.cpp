@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "occupancy/dense_features.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace planar_mapping::detail {
+
+void DenseFeatures::sample(const Indices& indices, const FrameCells& cells, int per_group) {
+  // So many are copied at a time, whether a run has as many or not: what belongs to the next runs
+  // is written again.
+  constexpr std::size_t kAtOnce = 8;
+  support_.assign(cells.groups().size(), Support());
+  const std::size_t most =
+      std::min(indices.size(), support_.size() * static_cast<std::size_t>(per_group));
+  points_.resize(most + kAtOnce);
+  groups_.resize(most + kAtOnce);
+  std::size_t number = 0;
+  std::size_t begin = 0;
+  for (const FrameCells::Run& run : cells.runs()) {
+    if (run.group >= 0) {
+      std::int32_t& count = support_[static_cast<std::size_t>(run.group)].count;
+      const std::size_t taken =
+          std::min(run.end - begin, static_cast<std::size_t>(per_group - count));
+      count += static_cast<std::int32_t>(taken);
+      std::size_t k = 0;
+      for (; k < taken && begin + k + kAtOnce <= indices.size(); k += kAtOnce) {
+        std::memcpy(&points_[number + k], &indices[begin + k], kAtOnce * sizeof(int));
+        std::fill_n(&groups_[number + k], kAtOnce, run.group);
+      }
+      for (; k < taken; ++k) {
+        points_[number + k] = indices[begin + k];
+        groups_[number + k] = run.group;
+      }
+      number += taken;
+    }
+    begin = run.end;
+  }
+  points_.resize(number);
+  groups_.resize(number);
+}
+
+void DenseFeatures::judge(const PointsView& points, const OccupancyParams& params,
+                          const std::vector<double>* known) {
+  if (known != nullptr) {
+    std::size_t left = 0;
+    for (std::size_t k = 0; k < points_.size(); ++k) {
+      if ((*known)[static_cast<std::size_t>(groups_[k])] >= 0.0) continue;
+      points_[left] = points_[k];
+      groups_[left++] = groups_[k];
+    }
+    points_.resize(left);
+    groups_.resize(left);
+  }
+  const std::vector<float> seen = featureProbabilities(points, &points_, groups_, params);
+  for (std::size_t k = 0; k < seen.size(); ++k) {
+    support_[static_cast<std::size_t>(groups_[k])].sum += seen[k];
+  }
+}
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "grid/frame_cells.h"
+#include "planar_mapping/core/occupancy/occupancy.h"
+#include "planar_mapping/core/base/types.h"
+
+namespace planar_mapping::detail {
+
+/// Up to so many points of each group of a frame, judged by Eq. 4 among themselves.
+class DenseFeatures {
+ public:
+  struct Support {
+    double sum = 0.0;        ///< of the probabilities
+    std::int32_t count = 0;  ///< of the points sampled
+  };
+
+  /// The first points of each group, as the indices come.
+  void sample(const Indices& indices, const FrameCells& cells, int per_group);
+  /// Eq. 4; the points are relative to the sensor.
+  /// \param known beliefs of groups, not negative where the support is not asked for; null = none
+  void judge(const PointsView& points, const OccupancyParams& params,
+             const std::vector<double>* known = nullptr);
+  const Support& support(std::int32_t group) const {
+    return support_[static_cast<std::size_t>(group)];
+  }
+  const Indices& points() const { return points_; }
+  const std::vector<std::int32_t>& groups() const { return groups_; }
+
+ private:
+  Indices points_;
+  std::vector<std::int32_t> groups_;
+  std::vector<Support> support_;
+};
+
+}  // namespace planar_mapping::detail

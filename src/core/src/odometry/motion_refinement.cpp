@@ -1,0 +1,148 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "odometry/motion_refinement.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <limits>
+
+namespace planar_mapping::detail {
+namespace {
+
+Vector3 sightingError(const FeatureMatch& match, const FeatureCamera& camera,
+                      const Vector3& point) {
+  const FeatureSighting predicted = project(camera, point);
+  return {match.now.column - predicted.column, match.now.row - predicted.row,
+          match.now.inverse_depth - predicted.inverse_depth};
+}
+
+/// Weight of an error of so many standard deviations, and its share of the cost.
+double huberWeight(double squared, double limit) {
+  return squared <= limit * limit ? 1.0 : limit / std::sqrt(squared);
+}
+double huberCost(double squared, double limit) {
+  return squared <= limit * limit ? squared : limit * (2.0 * std::sqrt(squared) - limit);
+}
+
+struct NormalEquations {
+  Matrix6 hessian = Matrix6::Zero();
+  Vector6 gradient = Vector6::Zero();
+  double cost = 0.0;
+  double squared_error = 0.0;
+  double squared_pixels = 0.0;
+};
+
+void addMatch(const FeatureMatch& match, const FeatureCamera& camera, double huber_sigmas,
+              const Pose& motion, NormalEquations& sum) {
+  const Vector3 p = motion * match.before;
+  if (!(p.z() > kNearestDepth)) return;
+  const Matrix3 at_point = projectionJacobian(camera, p);
+  const Matrix3 at_before = at_point * motion.linear();
+  Matrix3 covariance = at_before * match.covariance * at_before.transpose();
+  covariance.diagonal() += sightingVariance(camera, match.now.inverse_depth);
+  Matrix3 information;
+  if (!invertCovariance(covariance, information)) return;
+  const Vector3 error = sightingError(match, camera, p);
+  const double squared = error.dot(information * error);
+  Eigen::Matrix<double, 3, 6> jacobian;
+  Matrix3 turned;  // -[p]x
+  turned << 0.0, p.z(), -p.y(), -p.z(), 0.0, p.x(), p.y(), -p.x(), 0.0;
+  jacobian << at_point, at_point * turned;
+  const Matrix3 weighted = huberWeight(squared, huber_sigmas) * information;
+  sum.hessian.noalias() += jacobian.transpose() * (weighted * jacobian);
+  sum.gradient.noalias() += jacobian.transpose() * (weighted * error);
+  sum.cost += huberCost(squared, huber_sigmas);
+  sum.squared_error += squared;
+  sum.squared_pixels += error.head<2>().squaredNorm();
+}
+
+NormalEquations normalEquations(const std::vector<FeatureMatch>& matches,
+                                const std::vector<std::uint8_t>& used, const FeatureCamera& camera,
+                                double huber_sigmas, const std::optional<MotionPrior>& prior,
+                                const Pose& motion) {
+  NormalEquations sum;
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    if (used[i] != 0) addMatch(matches[i], camera, huber_sigmas, motion, sum);
+  }
+  if (prior) {
+    const Matrix6 information = prior->covariance.inverse();
+    const Vector6 error = motionDifference(motion, prior->T_now_before);
+    sum.hessian += information;
+    sum.gradient += information * error;
+    sum.cost += error.dot(information * error);
+  }
+  return sum;
+}
+
+}  // namespace
+
+Matrix3 projectionJacobian(const FeatureCamera& camera, const Vector3& point) {
+  const double w = 1.0 / point.z();
+  Matrix3 jacobian;
+  jacobian << camera.fx * w, 0.0, -camera.fx * point.x() * w * w,  //
+      0.0, camera.fy * w, -camera.fy * point.y() * w * w,          //
+      0.0, 0.0, -w * w;
+  return jacobian;
+}
+
+bool invertCovariance(const Matrix3& covariance, Matrix3& inverse) {
+  // Pixels and inverse depth differ by orders of magnitude: to unit diagonal first.
+  const Vector3 variance = covariance.diagonal();
+  if (!(variance.minCoeff() > 0.0) || !covariance.allFinite()) return false;
+  const Vector3 scale = variance.cwiseSqrt().cwiseInverse();
+  const Matrix3 correlation = scale.asDiagonal() * covariance * scale.asDiagonal();
+  const double determinant = correlation.determinant();
+  if (!(determinant > 1e-12)) return false;
+  inverse = scale.asDiagonal() * correlation.inverse() * scale.asDiagonal();
+  return true;
+}
+
+double squaredError(const FeatureMatch& match, const FeatureCamera& camera,
+                    const Pose& T_now_before) {
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  const Vector3 p = T_now_before * match.before;
+  if (!(p.z() > kNearestDepth)) return kNever;
+  const Vector3 error = sightingError(match, camera, p);
+  const Matrix3 at_before = projectionJacobian(camera, p) * T_now_before.linear();
+  Matrix3 covariance = at_before * match.covariance * at_before.transpose();
+  covariance.diagonal() += sightingVariance(camera, match.now.inverse_depth);
+  Matrix3 information;
+  if (!invertCovariance(covariance, information)) return kNever;
+  const double squared = error.dot(information * error);
+  return squared >= 0.0 ? squared : kNever;
+}
+
+bool refineMotion(const std::vector<FeatureMatch>& matches, const std::vector<std::uint8_t>& used,
+                  const FeatureCamera& camera, double huber_sigmas,
+                  const std::optional<MotionPrior>& prior, int iterations, Pose& motion,
+                  Refinement& refinement) {
+  constexpr double kConverged = 1e-10;
+  NormalEquations now = normalEquations(matches, used, camera, huber_sigmas, prior, motion);
+  double damping = 1e-6;
+  for (int i = 0; i < iterations; ++i) {
+    Matrix6 damped = now.hessian;
+    damped.diagonal() *= 1.0 + damping;
+    const Eigen::LDLT<Matrix6> solver(damped);
+    const Vector6 pivots = solver.vectorD();
+    if (!(pivots.minCoeff() > 1e-15 * pivots.maxCoeff())) return false;
+    const Vector6 step = solver.solve(now.gradient);
+    if (!step.allFinite()) return false;
+    const Pose candidate = motionStep(step) * motion;
+    NormalEquations next = normalEquations(matches, used, camera, huber_sigmas, prior, candidate);
+    if (next.cost <= now.cost) {
+      motion = candidate;
+      now = next;
+      damping = std::max(1e-9, 0.1 * damping);
+      if (step.squaredNorm() < kConverged * kConverged) break;
+    } else {
+      damping = std::max(1e-3, 10.0 * damping);
+      if (damping > 1e6) break;
+    }
+  }
+  // Products of rotations drift away from being one.
+  motion.linear() = Eigen::Quaterniond(Matrix3(motion.linear())).normalized().toRotationMatrix();
+  refinement = {now.hessian, now.squared_error, now.squared_pixels};
+  return true;
+}
+
+}  // namespace planar_mapping::detail

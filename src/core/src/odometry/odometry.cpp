@@ -1,0 +1,383 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/core/odometry/odometry.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "odometry/local_map.h"
+#include "odometry/motion_refinement.h"
+#include "odometry/odometry_frame.h"
+#include "planar_mapping/core/base/error.h"
+
+namespace planar_mapping {
+namespace {
+
+/// See locateMatches().
+constexpr int kFewestWithPrior = 6;
+
+double rotationAngle(const Pose& motion) {
+  return Eigen::AngleAxisd(Matrix3(motion.linear())).angle();
+}
+
+/// Covariance of a motion a after a motion b.
+Matrix6 composed(const Matrix6& of_a, const Pose& a, const Matrix6& of_b) {
+  const Matrix3 R = a.linear();
+  const Vector3 t = a.translation();
+  Matrix3 cross;
+  cross << 0.0, -t.z(), t.y(), t.z(), 0.0, -t.x(), -t.y(), t.x(), 0.0;
+  Matrix6 adjoint = Matrix6::Zero();
+  adjoint.topLeftCorner<3, 3>() = R;
+  adjoint.topRightCorner<3, 3>() = cross * R;
+  adjoint.bottomRightCorner<3, 3>() = R;
+  return of_a + adjoint * of_b * adjoint.transpose();
+}
+
+void requireTracks(const std::vector<KeyFeature>& features) {
+  for (const KeyFeature& feature : features) {
+    if (feature.track < 0) {
+      throw InputError("a key feature has the track " + std::to_string(feature.track) +
+                       ", below 0");
+    }
+  }
+}
+
+}  // namespace
+
+class Odometry::Implementation {
+ public:
+  explicit Implementation(const OdometryParams& params) : params_(params), map_(params) {
+    params.validate();
+  }
+
+  OdometryResult update(const std::vector<KeyFeature>& features,
+                        const std::optional<PosePrior>& prior) {
+    OdometryResult result;
+    result.is_inlier.assign(features.size(), 0);
+    const std::vector<detail::SeenFeature> seen = detail::usableFeatures(features, params_.camera);
+    result.features = seen.size();
+    ++frame_;
+    if (!started_) {
+      start(seen, prior, result);
+    } else {
+      follow(seen, prior, result);
+    }
+    return result;
+  }
+
+  OdometryResult locate(const std::vector<KeyFeature>& features) const {
+    OdometryResult result;
+    const std::vector<detail::SeenFeature> seen = detail::usableFeatures(features, params_.camera);
+    result.features = seen.size();
+    std::vector<std::size_t> match_seen;
+    const std::vector<FeatureMatch> matches = matchesOf(seen, match_seen);
+    result.matches = matches.size();
+    const MotionEstimate estimate = locateMatches(matches, std::nullopt);
+    result.inliers = estimate.inliers;
+    result.rms_px = estimate.rms_px;
+    result.registered = started_ && isBelieved(estimate, matches.size(), std::nullopt);
+    if (result.registered) {
+      result.T_world_sensor = estimate.T_now_before.inverse();
+    } else {
+      result.reason = detail::reasonFor(estimate, seen.size(), matches.size(), params_.motion);
+    }
+    return result;
+  }
+
+  Pose expectedPose() const { return has_pose_ ? Pose(expected().inverse()) : start_; }
+
+  const OdometryParams& params() const { return params_; }
+  const detail::LocalMap& map() const { return map_; }
+  bool started() const { return started_; }
+  void setStart(const Pose& pose) { start_ = pose; }
+
+ private:
+  void start(const std::vector<detail::SeenFeature>& seen, const std::optional<PosePrior>& prior,
+             OdometryResult& result) {
+    const bool given = prior && prior->exact;
+    if (!given && seen.size() < static_cast<std::size_t>(params_.motion.min_matches)) {
+      result.reason = "only " + detail::number(seen.size(), "feature") + " to start from, " +
+                      std::to_string(params_.motion.min_matches) + " are needed";
+      return;
+    }
+    const Pose T_world_sensor = prior ? prior->T_world_sensor : start_;
+    started_ = true;
+    result.registered = true;
+    result.from_prior = prior.has_value();
+    accept(T_world_sensor.inverse(), Matrix6::Zero(), seen, prior, !prior || prior->exact, result);
+  }
+
+  void follow(const std::vector<detail::SeenFeature>& seen, const std::optional<PosePrior>& prior,
+              OdometryResult& result) {
+    std::vector<std::size_t> match_seen;
+    const std::vector<FeatureMatch> matches = matchesOf(seen, match_seen);
+    result.matches = matches.size();
+    const MotionEstimate estimate = locateMatches(matches, prior);
+    result.inliers = estimate.inliers;
+    result.rms_px = estimate.rms_px;
+    if (!isBelieved(estimate, matches.size(), prior)) {
+      result.reason = detail::reasonFor(estimate, seen.size(), matches.size(), params_.motion);
+      ++lost_frames_;
+      if (!prior || !isCertain(*prior)) return;
+      result.from_prior = true;
+    }
+    result.registered = true;
+    if (result.from_prior) {
+      const std::vector<detail::SeenFeature> used = judgeMatches(
+          seen, match_seen, agreementWith(matches, prior->T_world_sensor.inverse()), result);
+      accept(prior->T_world_sensor.inverse(), prior->covariance, used, prior, false, result);
+    } else {
+      const std::vector<detail::SeenFeature> used =
+          judgeMatches(seen, match_seen, estimate, result);
+      accept(estimate.T_now_before, estimate.covariance, used, prior, prior && prior->exact,
+             result);
+    }
+  }
+
+  /// Features the map knows, and which they are.
+  std::vector<FeatureMatch> matchesOf(const std::vector<detail::SeenFeature>& seen,
+                                      std::vector<std::size_t>& match_seen) const {
+    std::vector<FeatureMatch> matches;
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      const detail::Landmark* landmark = map_.find(seen[i].track);
+      FeatureMatch match;
+      if (landmark == nullptr ||
+          !detail::invertCovariance(landmark->information, match.covariance)) {
+        continue;
+      }
+      match.before = landmark->position;
+      match.now = seen[i].sighting;
+      matches.push_back(match);
+      match_seen.push_back(i);
+    }
+    return matches;
+  }
+
+  MotionEstimate locateMatches(const std::vector<FeatureMatch>& matches,
+                               const std::optional<PosePrior>& prior) const {
+    Random random(params_.seed, static_cast<std::uint64_t>(frame_));
+    if (prior && prior->exact) return agreementWith(matches, prior->T_world_sensor.inverse());
+    std::optional<MotionPrior> motion_prior;
+    if (prior) motion_prior = MotionPrior{prior->T_world_sensor.inverse(), prior->covariance};
+    // A prior makes up for features: the few that agree hold what it leaves open.
+    MotionParams motion_params = params_.motion;
+    if (prior) motion_params.min_inliers = std::min(motion_params.min_inliers, kFewestWithPrior);
+    const Pose guess = expected();
+    return estimateMotion(matches, params_.camera, motion_params, random, &guess, motion_prior);
+  }
+
+  /// See OdometryParams::jump_distance. A prior tells more than what was expected.
+  bool isBelieved(const MotionEstimate& estimate, std::size_t matches,
+                  const std::optional<PosePrior>& prior) const {
+    if (!estimate.found()) return false;
+    const Pose guess = prior ? prior->T_world_sensor.inverse() : expected();
+    const double surprise =
+        (estimate.T_now_before.inverse().translation() - guess.inverse().translation()).norm();
+    return surprise <= params_.jump_distance ||
+           estimate.inliers >= static_cast<std::size_t>(params_.jump_inliers) ||
+           static_cast<double>(estimate.inliers) >=
+               params_.jump_inlier_share * static_cast<double>(matches);
+  }
+
+  /// Constant velocity, for as long as that is likely to hold.
+  Pose expected() const {
+    constexpr int kLongestExtrapolation = 3;
+    Pose pose = T_sensor_world_;
+    if (lost_frames_ > kLongestExtrapolation) return pose;
+    for (int i = 0; i <= lost_frames_; ++i) pose = velocity_ * pose;
+    return pose;
+  }
+
+  bool isCertain(const PosePrior& prior) const {
+    return std::sqrt(prior.covariance.diagonal().head<3>().maxCoeff()) <=
+               params_.motion.max_translation_error &&
+           std::sqrt(prior.covariance.diagonal().tail<3>().maxCoeff()) <=
+               params_.motion.max_rotation_error;
+  }
+
+  /// Which matches agree with a pose that is known.
+  MotionEstimate agreementWith(const std::vector<FeatureMatch>& matches, const Pose& pose) const {
+    MotionEstimate result;
+    result.status = MotionStatus::Found;
+    result.T_now_before = pose;
+    result.is_inlier.assign(matches.size(), 0);
+    const double limit = params_.motion.inlier_sigmas * params_.motion.inlier_sigmas;
+    double squared_pixels = 0.0;
+    for (std::size_t i = 0; i < matches.size(); ++i) {
+      if (!(detail::squaredError(matches[i], params_.camera, pose) <= limit)) continue;
+      result.is_inlier[i] = 1;
+      ++result.inliers;
+      const FeatureSighting s = project(params_.camera, pose * matches[i].before);
+      squared_pixels +=
+          std::pow(s.column - matches[i].now.column, 2) + std::pow(s.row - matches[i].now.row, 2);
+    }
+    if (result.inliers > 0) {
+      result.rms_px = std::sqrt(squared_pixels / static_cast<double>(result.inliers));
+    }
+    return result;
+  }
+
+  /// Features of the frame that may enter the map: new ones and those that agree with it. A
+  /// landmark that is contradicted time and again is forgotten: its track has slipped.
+  std::vector<detail::SeenFeature> judgeMatches(const std::vector<detail::SeenFeature>& seen,
+                                                const std::vector<std::size_t>& match_seen,
+                                                const MotionEstimate& estimate,
+                                                OdometryResult& result) {
+    constexpr int kDisagreements = 3;
+    std::vector<std::uint8_t> contradicts(seen.size(), 0);
+    for (std::size_t m = 0; m < match_seen.size(); ++m) {
+      const detail::SeenFeature& one = seen[match_seen[m]];
+      detail::Landmark* landmark = map_.find(one.track);
+      if (estimate.is_inlier[m] != 0) {
+        landmark->disagreements = 0;
+        result.is_inlier[one.feature] = 1;
+      } else if (++landmark->disagreements >= kDisagreements) {
+        map_.remove(one.track);
+      } else {
+        contradicts[match_seen[m]] = 1;
+      }
+    }
+    std::vector<detail::SeenFeature> used;
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      if (contradicts[i] == 0) used.push_back(seen[i]);
+    }
+    return used;
+  }
+
+  /// The pose stands: the frame goes into the map.
+  void accept(const Pose& T_sensor_world, const Matrix6& covariance,
+              const std::vector<detail::SeenFeature>& used, const std::optional<PosePrior>& prior,
+              bool fixed, OdometryResult& result) {
+    map_.removePassing();
+    std::vector<std::pair<std::int64_t, FeatureSighting>> sightings;
+    sightings.reserve(used.size());
+    for (const detail::SeenFeature& one : used) sightings.push_back({one.track, one.sighting});
+    result.keyframe = needsKeyframe(T_sensor_world, used, result);
+    Pose corrected = T_sensor_world;
+    if (result.keyframe) {
+      std::optional<MotionPrior> motion_prior;
+      if (prior && !prior->exact) {
+        motion_prior = MotionPrior{prior->T_world_sensor.inverse(), prior->covariance};
+      }
+      map_.add({T_sensor_world, fixed, motion_prior, std::move(sightings)}, frame_);
+      corrected = map_.keyframes().back().T_sensor_world;
+      most_inliers_ = 0;
+    } else {
+      map_.addPassing(T_sensor_world, sightings, frame_);
+      most_inliers_ = std::max(most_inliers_, result.inliers);
+    }
+    finish(corrected, covariance, result);
+  }
+
+  void finish(const Pose& T_sensor_world, const Matrix6& covariance, OdometryResult& result) {
+    result.T_world_sensor = T_sensor_world.inverse();
+    if (has_pose_) {
+      FrameMotion motion;
+      motion.T_now_before = T_sensor_world * T_sensor_world_.inverse();
+      // As if the two poses were independent: not less than the truth.
+      motion.covariance = composed(covariance, motion.T_now_before, covariance_);
+      const bool follows = lost_frames_ == 0;
+      if (has_velocity_ && follows) {
+        motion.predicted = velocity_;
+        const Vector3 surprise = (motion.T_now_before * velocity_.inverse()).translation();
+        result.jump = surprise.norm() > params_.jump_distance;
+      }
+      has_velocity_ = follows && !result.jump;
+      velocity_ = has_velocity_ ? motion.T_now_before : Pose(Pose::Identity());
+      result.motion = motion;
+    }
+    lost_frames_ = 0;
+    has_pose_ = true;
+    T_sensor_world_ = T_sensor_world;
+    covariance_ = covariance;
+  }
+
+  bool needsKeyframe(const Pose& T_sensor_world, const std::vector<detail::SeenFeature>& used,
+                     const OdometryResult& result) const {
+    if (map_.keyframes().empty() || result.from_prior) return true;
+    const Pose moved = T_sensor_world * lastKeyframePose().inverse();
+    if (rotationAngle(moved) > params_.keyframe_rotation) return true;
+    const auto known = static_cast<double>(result.inliers);
+    if (known < params_.keyframe_overlap * static_cast<double>(most_inliers_)) return true;
+    if (used.empty()) return false;
+    std::vector<double> inverse_depth;
+    for (const detail::SeenFeature& one : used) inverse_depth.push_back(one.sighting.inverse_depth);
+    const auto middle = inverse_depth.begin() + static_cast<std::ptrdiff_t>(used.size() / 2);
+    std::nth_element(inverse_depth.begin(), middle, inverse_depth.end());
+    return moved.translation().norm() * *middle > params_.keyframe_translation;
+  }
+
+  Pose lastKeyframePose() const {
+    return map_.keyframes().empty() ? Pose(Pose::Identity())
+                                    : map_.keyframes().back().T_sensor_world;
+  }
+
+  OdometryParams params_;
+  detail::LocalMap map_;
+  Pose start_ = Pose::Identity();
+  bool started_ = false;
+  std::int64_t frame_ = 0;
+  bool has_pose_ = false;
+  Pose T_sensor_world_ = Pose::Identity();  ///< of the last frame that was registered
+  Matrix6 covariance_ = Matrix6::Zero();
+  Pose velocity_ = Pose::Identity();  ///< motion of the last frame
+  bool has_velocity_ = false;
+  int lost_frames_ = 0;           ///< since the last one that was registered
+  std::size_t most_inliers_ = 0;  ///< of a frame since the last keyframe
+};
+
+Odometry::Odometry(const OdometryParams& params)
+    : implementation_(std::make_unique<Implementation>(params)) {}
+Odometry::~Odometry() = default;
+Odometry::Odometry(const Odometry& other)
+    : implementation_(std::make_unique<Implementation>(*other.implementation_)) {}
+Odometry& Odometry::operator=(const Odometry& other) {
+  if (this != &other) implementation_ = std::make_unique<Implementation>(*other.implementation_);
+  return *this;
+}
+Odometry::Odometry(Odometry&&) noexcept = default;
+Odometry& Odometry::operator=(Odometry&&) noexcept = default;
+
+const OdometryParams& Odometry::params() const {
+  return implementation_->params();
+}
+
+void Odometry::setStart(const Pose& T_world_sensor) {
+  if (!T_world_sensor.matrix().allFinite()) throw InputError("the start pose is not finite");
+  implementation_->setStart(T_world_sensor);
+}
+
+OdometryResult Odometry::update(const std::vector<KeyFeature>& features,
+                                const std::optional<PosePrior>& prior) {
+  requireTracks(features);
+  if (prior && (!prior->T_world_sensor.matrix().allFinite() ||
+                (!prior->exact && !prior->covariance.allFinite()))) {
+    throw InputError("the pose given for a frame is not finite");
+  }
+  return implementation_->update(features, prior);
+}
+
+Pose Odometry::expectedPose() const {
+  return implementation_->expectedPose();
+}
+OdometryResult Odometry::locate(const std::vector<KeyFeature>& features) const {
+  requireTracks(features);
+  return implementation_->locate(features);
+}
+
+bool Odometry::started() const {
+  return implementation_->started();
+}
+std::size_t Odometry::landmarks() const {
+  return implementation_->map().landmarks();
+}
+std::size_t Odometry::keyframes() const {
+  return implementation_->map().keyframes().size();
+}
+std::optional<Vector3> Odometry::landmark(std::int64_t track) const {
+  const detail::Landmark* found = implementation_->map().find(track);
+  return found == nullptr ? std::nullopt : std::optional<Vector3>(found->position);
+}
+
+}  // namespace planar_mapping

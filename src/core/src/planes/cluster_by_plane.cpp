@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "planes/distance_band.h"
+#include "planar_mapping/core/planes/multi_plane.h"
+#include "planar_mapping/core/base/detail/parallel.h"
+#include "planes/plane_kernels.h"
+
+namespace planar_mapping {
+
+namespace {
+constexpr std::size_t kBlock = 1024;
+}
+
+std::vector<std::int32_t> clusterByPlane(const PointsView& points, const std::vector<Plane>& planes,
+                                         const MultiPlaneParams& params) {
+  params.validate();
+  const detail::DistanceBand band(params);
+  std::vector<std::int32_t> labels(points.size, -1);
+  if (planes.empty()) return labels;
+  const std::size_t blocks = (points.size + kBlock - 1) / kBlock;
+  parallelFor(blocks, params.threads, [&](std::size_t block) {
+    const std::size_t begin = block * kBlock;
+    const std::size_t n = std::min(kBlock, points.size - begin);
+    // About the first finite point of the block: differences of near floats are exact.
+    std::size_t first = 0;
+    while (first < n && !points.isFinite(begin + first)) ++first;
+    if (first == n) return;
+    const Vector3 origin = points.point(begin + first);
+    const float ox = points[begin + first][0];
+    const float oy = points[begin + first][1];
+    const float oz = points[begin + first][2];
+    std::array<float, kBlock> x;
+    std::array<float, kBlock> y;
+    std::array<float, kBlock> z;
+    std::array<float, kBlock> depth;
+    std::array<float, kBlock> best;
+    for (std::size_t i = 0; i < n; ++i) {
+      const float* p = points[begin + i];
+      x[i] = p[0] - ox;
+      y[i] = p[1] - oy;
+      z[i] = p[2] - oz;
+      depth[i] = p[2];
+    }
+    std::vector<float> shifted;
+    shifted.reserve(4 * planes.size());
+    for (const Plane& plane : planes) {
+      for (int axis = 0; axis < 3; ++axis) {
+        shifted.push_back(static_cast<float>(plane.normal[axis]));
+      }
+      shifted.push_back(static_cast<float>(plane.signedDistance(origin)));
+    }
+    detail::nearestPlane(x.data(), y.data(), z.data(), depth.data(), n, shifted.data(),
+                         planes.size(), static_cast<float>(band.constant),
+                         static_cast<float>(band.per_square_depth), best.data(),
+                         labels.data() + begin);
+  });
+  return labels;
+}
+
+}  // namespace planar_mapping

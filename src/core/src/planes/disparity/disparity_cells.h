@@ -1,0 +1,164 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "planes/organized/organized_cells.h"
+#include "planar_mapping/core/planes/multi_plane.h"
+
+// Disparity space: column X = f x / z, row Y = f y / z and disparity D = B f / z, all in pixels
+// about the principal point. A plane of space is a plane D = p X + q Y + r there, and the error of
+// a stereo camera is the same everywhere and along D alone, so that the plain regression of D is
+// the best fit; in metres the error grows with z^2 and lies along oblique rays, which bends every
+// fit across the plane.
+namespace planar_mapping::detail {
+
+/// Parameters of the search in disparity space beyond MultiPlaneParams; all [ours].
+struct DisparityParams {
+  StereoNoise camera;                 ///< its disparity error bounds the noise that is believed
+  double noise = 0.5;                 ///< of one pixel, estimated from the frame, pixels
+  double distance_threshold = 0.05;   ///< d_T, metres
+  double max_normal_deviation = 0.5;  ///< radians
+  double noise_factor = 3.0;          ///< k of d_T(z) = max(d_T, k sigma(z))
+  int min_inliers = 100;
+  /// By what the mean of a cell may lie off the plane it joins, whichever is most: share of d_T,
+  /// ...
+  double growing_share = 0.4;
+  /// ... sigmas of the noise, ...
+  double growing_factor = 2.5;
+  /// ... share of the disparity error of the camera: matching errs smoothly over whole windows
+  /// (towards whole pixels, towards what stands out), which the residuals of windows do not show.
+  double smooth_share = 1.0;
+  /// The same for the residuals of windows ...
+  double smooth_residual_share = 0.25;
+  /// ... and for slopes, disparity errors over the extent of a window.
+  double smooth_slope_share = 0.15;
+  /// Share of max_normal_deviation between the normal of a cell and the plane it joins.
+  double growing_angle_share = 0.7;
+  /// Sigmas of residual up to which the neighbourhood of a cell counts as planar.
+  double planar_factor = 1.6;
+  /// Share of d_T of residual that counts as planar whatever the noise.
+  double planar_share = 0.1;
+  /// Quantile of the residuals of small windows that is taken for the noise of the sensor.
+  double noise_quantile = 0.35;
+  /// Least and most noise that is believed, in disparity errors of the camera.
+  double least_noise_share = 0.1;
+  double most_noise_share = 1.0;
+  /// Errors of matching are smooth: so many pixels count as one measurement of a slope.
+  double correlated_pixels = 25.0;
+  /// Share of a cell that must hold points for it to join a plane as a whole.
+  double min_cell_share = 0.3;
+  /// Share of min_inliers that the whole cells of a plane must hold.
+  double min_seed_share = 0.4;
+  /// Share of the growing tolerance in metres within which two planes are one, and of that of the
+  /// noise: far from each other ...
+  double merging_factor = 0.5;
+  double merging_apart_factor = 0.25;
+  /// ... and beside each other.
+  double merging_adjacent_factor = 1.0;
+  /// Radians between either plane and their common one.
+  double merging_angle = 0.15;
+  /// Radians between the neighbourhood of a point and its plane.
+  double coherent_angle = 0.35;
+  /// Share of the points in the quarters of a plane that must be on it and have a neighbourhood
+  /// that lies as the plane does, ...
+  double min_agreement = 0.8;
+  /// ... where the residual is within this share of d_T: roughness cannot be taken for noise there.
+  double min_flat_agreement = 0.6;
+  double flat_share = 0.1;
+  /// Share of the residual up to which the means of tiles differ by white noise alone.
+  double white_share = 0.35;
+  /// A quadratic surface that is bent by this root mean square angle (radians), ...
+  double bent_angle = 0.1;
+  /// ... explains the points so much better (variance ratio) ...
+  double bent_advantage = 6.0;
+  /// ... and bows by this share of d_T and so many sigmas is no plane.
+  double bow_share = 0.08;
+  double bow_factor = 0.7;
+  double smooth_bow_share = 0.25;
+  /// Standard deviation of the direction of a plane that can be used, radians.
+  double max_direction_error = 0.087;
+  /// The same for what is rougher than this share of the disparity error of the camera and thicker
+  /// than this share of its width, standard deviations across the plane and along its narrower
+  /// side: trunks and shrubs are, so that there must be points enough to leave no doubt ...
+  double max_thick_direction_error = 0.01;
+  double rough_share = 0.34;
+  double thick_share = 0.2;
+  /// ... or, up to this error, nothing but noise in what lies off the plane: see isNoiseOfPlane().
+  double max_noisy_direction_error = 0.02;
+  int least_noisy_tiles = 20;
+  double most_noisy_residual = 1.3;  ///< of the noise of the frame
+  double noise_tile_share = 0.8;     ///< of the residual, in means of tiles
+  double least_together = 0.8;  ///< of the points, in blocks of 64 pixels that touch each other
+  double most_beside = 0.11;    ///< points just off the plane, of those on it
+  /// Pixels of a plane in a tile from which on the tiles beside it are searched for more.
+  int min_presence = 6;
+  /// Cells of the smallest region.
+  int min_cells = 3;
+
+  DisparityParams(const MultiPlaneParams& params, const StereoNoise& noise_of_camera);
+  /// B f, pixels times metres.
+  double factor() const { return camera.baseline * camera.focal_length; }
+  /// What counts whatever the distance: so many sigmas, or the smooth error.
+  double tolerance(double sigmas) const {
+    return std::max(sigmas * noise, smooth_share * camera.disparity_error);
+  }
+  /// Error of the slopes of a window, pixels of disparity per pixel.
+  double slopeError(double extent, double count) const {
+    const double independent = std::max(1.0, count / correlated_pixels);
+    const double smooth = smooth_slope_share * camera.disparity_error;
+    return std::sqrt(noise * noise / independent + smooth * smooth) / extent;
+  }
+};
+
+/// The cloud in disparity space, cut into tiles: x, y and z of TiledCloud are X, Y and D. Points
+/// that are not in front of the camera do not count.
+TiledCloud tileDisparities(const PointsView& points, const Indices* indices,
+                           const StereoNoise& camera, int threads);
+
+/// Regression of D in a cell or the window around it.
+struct DisparityFit {
+  float p = 0.0F, q = 0.0F;            ///< slopes
+  float x = 0.0F, y = 0.0F, d = 0.0F;  ///< means, pixels
+  float residual = 0.0F;               ///< root mean square, pixels of disparity
+  float extent = 0.0F;                 ///< root mean square, shorter axis of the image, pixels
+  float count = 0.0F;                  ///< points; 0 if they do not span a plane
+};
+
+DisparityFit fitDisparity(const MomentSums& sums);
+std::vector<DisparityFit> fitDisparities(const CellGrid& grid);
+
+/// Noise of one pixel, pixels of disparity, from the residuals of windows.
+/// \param capacity points of a full window
+double estimateDisparityNoise(const std::vector<DisparityFit>& windows, int capacity,
+                              const DisparityParams& params);
+
+/// A plane D = p X + q Y + r while it is looked for.
+struct DisparityPlane {
+  MomentSums sums = {};
+  double p = 0.0, q = 0.0, r = 0.0;
+  double residual = 0.0;               ///< root mean square, pixels of disparity
+  double height = 0.0;                 ///< of the sensor over the plane, metres
+  double normal[3] = {0.0, 0.0, 0.0};  ///< towards the sensor
+  bool valid = false;
+
+  /// Fits the plane to the sums; valid is false if they are too few or collinear.
+  void fit(const DisparityParams& params);
+  /// Mean square error of D of other sums, square pixels.
+  double meanSquare(const MomentSums& other) const;
+  /// Mean error of D of other sums, pixels.
+  double meanError(const MomentSums& other) const {
+    return (other[kZ] - p * other[kX] - q * other[kY]) / other[kN] - r;
+  }
+  /// What a distance from the plane (metres) at disparity \p d is in pixels of disparity.
+  double pixels(double distance, double d) const { return distance * d / height; }
+};
+
+/// Normal towards the sensor and height of it over a plane D = p X + q Y + r.
+void metricPlane(double p, double q, double r, const DisparityParams& params, double* normal,
+                 double& height);
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,242 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/core/planes/feature_planes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "planes/distance_band.h"
+#include "planar_mapping/core/base/error.h"
+#include "planes/plane_search.h"
+#include "planes/from_features/surface_squares.h"
+
+namespace planar_mapping {
+namespace {
+
+/// Multi-RANSAC over the features alone. Where the noise of a stereo camera is known it runs in
+/// disparity space (column, row, disparity): planes are planes there as well, and the noise is the
+/// same near and far.
+std::vector<Plane> planesOf(const std::vector<KeyFeature>& features,
+                            const FeaturePlaneParams& params, const Vector3& sensor,
+                            FeaturePlaneDiagnostics& diagnostics) {
+  const bool by_disparity = params.dense.noise && sensor.isZero();
+  const StereoNoise camera = params.dense.noise.value_or(StereoNoise());
+  const double f = camera.focal_length;
+  const double factor = camera.baseline * f;
+  std::vector<float> xyz;
+  xyz.reserve(3 * features.size());
+  for (const KeyFeature& feature : features) {
+    const Vector3& at = feature.position;
+    if (!at.allFinite() || (by_disparity && !(at.z() > 0.0))) {
+      ++diagnostics.features_not_finite;
+      continue;
+    }
+    const Vector3 point =
+        by_disparity ? Vector3(f * at.x() / at.z(), f * at.y() / at.z(), factor / at.z()) : at;
+    for (int axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(point[axis]));
+  }
+  diagnostics.features_considered = features.size();
+  MultiPlaneParams sparse = params.dense;
+  sparse.method = PlaneSearchMethod::MultiRansac;
+  sparse.min_inliers = params.min_features;
+  sparse.max_planes = 0;
+  if (by_disparity) {
+    constexpr double kLeastThreshold = 1e-3;  // pixels
+    sparse.noise.reset();
+    sparse.distance_threshold =
+        std::max(kLeastThreshold, params.feature_error_factor * camera.disparity_error);
+  }
+  const PlaneSet found =
+      findPlanes(PointsView(xyz.data(), xyz.size() / 3), nullptr, sparse, Vector3::Zero());
+  std::vector<Plane> planes;
+  for (const PlaneSegment& segment : found.planes) {
+    if (!by_disparity) {
+      planes.push_back(segment.plane);
+      continue;
+    }
+    // a X + b Y + c D + d = 0 times z.
+    const Vector3& n = segment.plane.normal;
+    const Vector3 normal(n.x() * f, n.y() * f, segment.plane.offset);
+    const double length = normal.norm();
+    if (!(length > 0.0) || !std::isfinite(length)) continue;
+    planes.push_back({normal / length, n.z() * factor / length});
+  }
+  diagnostics.planes_of_features = planes.size();
+  return planes;
+}
+
+/// Labels of the points that do not count become -1.
+void keepIndexed(const Indices* indices, std::vector<std::int32_t>& labels) {
+  if (indices == nullptr) return;
+  std::vector<std::int32_t> kept(labels.size(), -1);
+  for (const int i : *indices) {
+    kept[static_cast<std::size_t>(i)] = labels[static_cast<std::size_t>(i)];
+  }
+  labels.swap(kept);
+}
+
+/// Whether a plane of the dense search lies on one of features: the same direction, and its middle
+/// within the band.
+bool continues(const PlaneSegment& dense, const PlaneSegment& of_features, double joining_angle,
+               const detail::DistanceBand& band) {
+  const double cosine = std::fabs(dense.plane.normal.dot(of_features.plane.normal));
+  if (cosine < std::cos(joining_angle)) return false;
+  const Vector3& middle = dense.moments.mean();
+  const Vector3& other = of_features.moments.mean();
+  return std::fabs(of_features.plane.signedDistance(middle)) <= band.at(middle.z()) &&
+         std::fabs(dense.plane.signedDistance(other)) <= band.at(other.z());
+}
+
+void sortBySize(std::vector<PlaneSegment>& planes) {
+  std::sort(planes.begin(), planes.end(), [](const PlaneSegment& a, const PlaneSegment& b) {
+    if (a.inliers.size() != b.inliers.size()) return a.inliers.size() > b.inliers.size();
+    return a.inliers.front() < b.inliers.front();
+  });
+}
+
+/// Planes of features with their dense points, refitted; doubtful ones are let go.
+PlaneSet densePlanesOf(const std::vector<Plane>& planes, const PointsView& points,
+                       const Indices* indices, const FeaturePlaneParams& params,
+                       const Vector3& sensor, FeaturePlaneDiagnostics& diagnostics) {
+  std::vector<std::int32_t> labels = clusterByPlane(points, planes, params.dense);
+  keepIndexed(indices, labels);
+  if (params.refine) {
+    diagnostics.rejected_not_surface =
+        detail::keepSurfaces(points, indices, planes, params, labels);
+  }
+  PlaneSet set = detail::assemblePlaneSet(points, labels, planes, params.dense, sensor);
+  // Planes that lost all points are too small as well.
+  diagnostics.rejected_too_small =
+      set.diagnostics.rejected_too_small - diagnostics.rejected_not_surface;
+  const auto before = [&](const PlaneSegment& segment) {
+    const auto first = static_cast<std::size_t>(segment.inliers.front());
+    return planes[static_cast<std::size_t>(labels[first])];
+  };
+  if (!params.refine) {
+    for (PlaneSegment& segment : set.planes) {
+      segment.plane = orientedTowards(before(segment), sensor);
+      segment.tilt = normalizedTilt(segment.plane);
+    }
+    return set;
+  }
+  const double min_cosine = std::cos(params.max_refit_turn);
+  const auto end =
+      std::remove_if(set.planes.begin(), set.planes.end(), [&](const PlaneSegment& segment) {
+        return std::fabs(before(segment).normal.dot(segment.plane.normal)) < min_cosine;
+      });
+  diagnostics.rejected_turned = static_cast<std::size_t>(set.planes.end() - end);
+  set.planes.erase(end, set.planes.end());
+  return set;
+}
+
+/// The points that count and are in no plane.
+Indices pointsLeft(const PointsView& points, const Indices* indices,
+                   const std::vector<PlaneSegment>& planes) {
+  std::vector<char> taken(points.size, 0);
+  for (const PlaneSegment& segment : planes) {
+    for (const int i : segment.inliers) taken[static_cast<std::size_t>(i)] = 1;
+  }
+  Indices left;
+  if (indices != nullptr) {
+    for (const int i : *indices) {
+      if (taken[static_cast<std::size_t>(i)] == 0) left.push_back(i);
+    }
+  } else {
+    for (std::size_t i = 0; i < points.size; ++i) {
+      if (taken[i] == 0) left.push_back(static_cast<int>(i));
+    }
+  }
+  return left;
+}
+
+/// Adds planes of the dense search, those that continue a plane of features to that one.
+void addDense(const PointsView& points, std::vector<PlaneSegment> dense,
+              const FeaturePlaneParams& params, const Vector3& sensor,
+              FeaturePlaneDiagnostics& diagnostics, PlaneSet& set) {
+  const detail::DistanceBand band(params.dense);
+  const std::size_t number = set.planes.size();
+  std::vector<std::vector<std::size_t>> joined(number);
+  std::vector<PlaneSegment> planes;
+  for (std::size_t i = 0; i < dense.size(); ++i) {
+    std::size_t at = 0;
+    while (at < number && !continues(dense[i], set.planes[at], params.joining_angle, band)) ++at;
+    if (at < number) {
+      joined[at].push_back(i);
+      ++diagnostics.planes_joined;
+    } else {
+      planes.push_back(dense[i]);
+      ++diagnostics.planes_of_dense_points;
+    }
+  }
+  for (std::size_t at = 0; at < number; ++at) {
+    if (joined[at].empty()) {
+      planes.push_back(std::move(set.planes[at]));
+      continue;
+    }
+    std::vector<std::int32_t> labels(points.size, -1);
+    const auto label = [&](const Indices& inliers) {
+      for (const int i : inliers) labels[static_cast<std::size_t>(i)] = 0;
+    };
+    label(set.planes[at].inliers);
+    for (const std::size_t i : joined[at]) label(dense[i].inliers);
+    PlaneSet whole =
+        detail::assemblePlaneSet(points, labels, {set.planes[at].plane}, params.dense, sensor);
+    for (PlaneSegment& segment : whole.planes) planes.push_back(std::move(segment));
+  }
+  set.planes = std::move(planes);
+}
+
+}  // namespace
+
+void FeaturePlaneParams::validate() const {
+  constexpr double kMax = std::numeric_limits<double>::max();
+  dense.validate();
+  requireInRange("min_features", min_features, 3, std::numeric_limits<int>::max(), "features");
+  requirePositive("feature_error_factor", feature_error_factor);
+  requirePositive("square_side", square_side);
+  requireInRange("square_dominance", square_dominance, 1.0, kMax);
+  requireInRange("min_surface_share", min_surface_share, 0.0, 1.0);
+  requirePositive("max_refit_turn", max_refit_turn, "rad");
+  requireInRange("max_refit_turn", max_refit_turn, 0.0, M_PI_2, "rad");
+  requireInRange("joining_angle", joining_angle, 0.0, M_PI_2, "rad");
+}
+
+PlaneSet findPlanesFromFeatures(const PointsView& points, const Indices* indices,
+                                const std::vector<KeyFeature>& features,
+                                const FeaturePlaneParams& params, const Vector3& sensor,
+                                FeaturePlaneDiagnostics* diagnostics) {
+  params.validate();
+  detail::checkView(points, sensor);
+  Indices storage;
+  if (indices != nullptr) indices = detail::checkedIndices(*indices, points.size, storage);
+  FeaturePlaneDiagnostics own;
+  PlaneSet set;
+  const std::vector<Plane> planes = planesOf(features, params, sensor, own);
+  if (!planes.empty()) {
+    set = densePlanesOf(planes, points, indices, params, sensor, own);
+    for (const PlaneSegment& segment : set.planes) own.points_of_features += segment.inliers.size();
+  }
+  set.diagnostics.method = PlaneSearchMethod::MultiRansac;
+  if (params.dense_fallback) {
+    const Indices left = pointsLeft(points, indices, set.planes);
+    own.points_left = left.size();
+    MultiPlaneParams dense = params.dense;
+    dense.max_planes = 0;
+    PlaneSet found = findPlanes(points, &left, dense, sensor);
+    set.diagnostics = found.diagnostics;
+    addDense(points, std::move(found.planes), params, sensor, own, set);
+  }
+  sortBySize(set.planes);
+  set.diagnostics.points_considered = indices != nullptr ? indices->size() : points.size;
+  const auto most = static_cast<std::size_t>(params.dense.max_planes);
+  if (most > 0 && set.planes.size() > most) {
+    set.planes.resize(most);
+    set.diagnostics.stopped_by_itself = false;
+  }
+  if (diagnostics != nullptr) *diagnostics = own;
+  return set;
+}
+
+}  // namespace planar_mapping

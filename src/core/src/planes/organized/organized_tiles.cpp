@@ -1,0 +1,289 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planes/organized/organized_tiles.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "base/organized_lanes.h"
+#include "planar_mapping/core/base/detail/gather_points.h"
+#include "planar_mapping/core/base/detail/parallel.h"
+#include "planar_mapping/core/base/detail/simd.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+
+/// Points relative to the origin. A coordinate minus itself is 0, or NaN if it is not finite; added
+/// to all three it marks the pixel without a branch.
+template <typename Value>
+PLANAR_MAPPING_INLINE void shiftPoints(const float* origin, Value& x, Value& y, Value& z) {
+  x -= origin[0];
+  y -= origin[1];
+  z -= origin[2];
+  const Value mark = (x - x) + (y - y) + (z - z);
+  x += mark;
+  y += mark;
+  z += mark;
+}
+
+void copyPixel(const float* point, const float* origin, float* pixel) {
+  float x = point[0], y = point[1], z = point[2];
+  shiftPoints(origin, x, y, z);
+  pixel[0] = x;
+  pixel[kTileArea] = y;
+  pixel[2 * kTileArea] = z;
+}
+
+/// A row of points into row \p row of a row of tiles, as far as quarters are full.
+PLANAR_MAPPING_MULTIVERSION
+void copyLine(const float* line, std::size_t stride, int width, const float* origin, int row,
+              float* tiles) {
+  for (int column = 0; column + kQuarterSide <= width; column += kQuarterSide) {
+    const float* four = line + static_cast<std::size_t>(column) * stride;
+    float* pixel = tiles + std::size_t{3} * kTileArea * (column / kTileSide) +
+                   pixelInTile(row, column % kTileSide);
+    FourFloats x, y, z;
+    fetchAhead(four, stride);
+    readFour(four, stride, x, y, z);
+    shiftPoints(origin, x, y, z);
+    std::memcpy(pixel, &x, sizeof(x));
+    std::memcpy(pixel + kTileArea, &y, sizeof(y));
+    std::memcpy(pixel + 2 * kTileArea, &z, sizeof(z));
+  }
+}
+
+void copyTileRow(const PointsView& points, const float* origin, int tile_row, int columns,
+                 float* tiles) {
+  const int width = static_cast<int>(points.width);
+  const int height = static_cast<int>(points.height);
+  const int rows = std::min(kTileSide, height - tile_row * kTileSide);
+  if (rows < kTileSide || width < columns * kTileSide) {
+    std::fill(tiles, tiles + std::size_t{3} * kTileArea * columns, kNaN);
+  }
+  for (int row = 0; row < rows; ++row) {
+    const float* line = points[static_cast<std::size_t>(tile_row * kTileSide + row) * points.width];
+    copyLine(line, points.stride, width, origin, row, tiles);
+    for (int column = width / kQuarterSide * kQuarterSide; column < width; ++column) {
+      copyPixel(line + static_cast<std::size_t>(column) * points.stride, origin,
+                tiles + std::size_t{3} * kTileArea * (column / kTileSide) +
+                    pixelInTile(row, column % kTileSide));
+    }
+  }
+}
+
+void copyIndexed(const PointsView& points, const Indices& indices, const float* origin,
+                 TiledCloud& cloud) {
+  std::fill(cloud.xyz, cloud.xyz + std::size_t{3} * kTileArea * cloud.tiles(), kNaN);
+  for (const int index : indices) {
+    const int row = index / cloud.width;
+    const int column = index % cloud.width;
+    const int tile = (row / kTileSide) * cloud.columns + column / kTileSide;
+    copyPixel(points[static_cast<std::size_t>(index)], origin,
+              cloud.xyz + std::size_t{3} * kTileArea * tile +
+                  pixelInTile(row % kTileSide, column % kTileSide));
+  }
+}
+
+bool findOrigin(const PointsView& points, const Indices* indices, std::size_t& origin) {
+  if (!indices) {
+    for (origin = 0; origin < points.size; ++origin) {
+      if (points.isFinite(origin)) return true;
+    }
+    return false;
+  }
+  // The first in the image, not in the list: the order of indices must not matter.
+  origin = points.size;
+  for (const int index : *indices) {
+    const auto i = static_cast<std::size_t>(index);
+    if (i < origin && points.isFinite(i)) origin = i;
+  }
+  return origin < points.size;
+}
+
+// Sums about the first point; a pixel counts if it is finite and carries the label (labels may be
+// null).
+PLANAR_MAPPING_INLINE void sumPixels(const float* x, const float* y, const float* z,
+                                     const std::int16_t* labels, std::int16_t label, int pixels,
+                                     double* out, std::size_t out_stride) {
+  const FloatLanes zero = {};
+  const FloatLanes one = zero + 1.0F;
+  int first = 0;
+  if (!(x[0] == x[0])) {
+    FloatLanes finite[2] = {zero, zero};
+    for (int k = 0; k < pixels; k += kLanes) {
+      FloatLanes eight;
+      load(x + k, eight);
+      finite[k / kLanes % 2] += eight == eight ? one : zero;
+    }
+    if (!(sumOf(finite) > 0.0F)) first = pixels;
+  }
+  while (first < pixels && !(x[first] == x[first] && (!labels || labels[first] == label))) ++first;
+  if (first == pixels) {
+    for (int m = 0; m < kMoments; ++m) out[m * out_stride] = 0.0;
+    return;
+  }
+  const float ox = x[first];
+  const float oy = y[first];
+  const float oz = z[first];
+  FloatLanes sum_n[2] = {}, sum_x[2] = {}, sum_y[2] = {}, sum_z[2] = {};
+  FloatLanes sum_xx[2] = {}, sum_xy[2] = {}, sum_xz[2] = {};
+  FloatLanes sum_yy[2] = {}, sum_yz[2] = {}, sum_zz[2] = {};
+  for (int begin = 0; begin < pixels; begin += 2 * kLanes) {
+    for (int half = 0; half < 2; ++half) {
+      const int k = begin + half * kLanes;
+      FloatLanes dx, dy, dz;
+      load(x + k, dx);
+      load(y + k, dy);
+      load(z + k, dz);
+      FloatLanes counts = dx == dx ? one : zero;
+      dy = dx == dx ? dy - oy : zero;
+      dz = dx == dx ? dz - oz : zero;
+      dx = dx == dx ? dx - ox : zero;
+      if (labels != nullptr) {
+        IntLanes held;
+        load(labels + k, held);
+        counts = held == label ? counts : zero;
+        dx *= counts;
+        dy *= counts;
+        dz *= counts;
+      }
+      sum_n[half] += counts;
+      sum_x[half] += dx;
+      sum_y[half] += dy;
+      sum_z[half] += dz;
+      sum_xx[half] += dx * dx;
+      sum_xy[half] += dx * dy;
+      sum_xz[half] += dx * dz;
+      sum_yy[half] += dy * dy;
+      sum_yz[half] += dy * dz;
+      sum_zz[half] += dz * dz;
+    }
+  }
+  const double n = sumOf(sum_n);
+  const double cx = ox;
+  const double cy = oy;
+  const double cz = oz;
+  const double sx = sumOf(sum_x);
+  const double sy = sumOf(sum_y);
+  const double sz = sumOf(sum_z);
+  out[kN * out_stride] = n;
+  out[kX * out_stride] = sx + n * cx;
+  out[kY * out_stride] = sy + n * cy;
+  out[kZ * out_stride] = sz + n * cz;
+  out[kXX * out_stride] = sumOf(sum_xx) + 2.0 * cx * sx + n * cx * cx;
+  out[kXY * out_stride] = sumOf(sum_xy) + cx * sy + cy * sx + n * cx * cy;
+  out[kXZ * out_stride] = sumOf(sum_xz) + cx * sz + cz * sx + n * cx * cz;
+  out[kYY * out_stride] = sumOf(sum_yy) + 2.0 * cy * sy + n * cy * cy;
+  out[kYZ * out_stride] = sumOf(sum_yz) + cy * sz + cz * sy + n * cy * cz;
+  out[kZZ * out_stride] = sumOf(sum_zz) + 2.0 * cz * sz + n * cz * cz;
+}
+
+PLANAR_MAPPING_MULTIVERSION
+void sumTileRange(const float* xyz, int first_tile, int last_tile, std::size_t out_stride,
+                  double* out) {
+  for (int tile = first_tile; tile < last_tile; ++tile) {
+    const float* x = xyz + std::size_t{3} * kTileArea * tile;
+    sumPixels(x, x + kTileArea, x + 2 * kTileArea, nullptr, 0, kTileArea, out + tile, out_stride);
+  }
+}
+
+PLANAR_MAPPING_MULTIVERSION
+void sumQuarterRows(const float* xyz, const std::int16_t* labels, int columns, int first_row,
+                    int last_row, std::size_t out_stride, double* out) {
+  for (int row = first_row; row < last_row; ++row) {
+    // Two rows of quarters; most quarters have no free pixel.
+    double* first = out + static_cast<std::size_t>(4) * row * columns;
+    for (int m = 0; m < kMoments; ++m) std::fill_n(first + m * out_stride, 4 * columns, 0.0);
+    for (int column = 0; column < columns; ++column) {
+      const std::size_t tile = static_cast<std::size_t>(row) * columns + column;
+      const float* x = xyz + 3 * kTileArea * tile;
+      const std::int16_t* tile_labels = labels + kTileArea * tile;
+      for (int quarter = 0; quarter < 4; ++quarter) {
+        const int at = quarter * kQuarterArea;
+        const std::size_t cell =
+            (static_cast<std::size_t>(2 * row + quarter / 2) * columns + column) * 2 + quarter % 2;
+        ShortLanes held;
+        std::memcpy(&held, tile_labels + at, sizeof(held));
+        if (smallestOf(held) >= 0) continue;
+        sumPixels(x + at, x + kTileArea + at, x + 2 * kTileArea + at, tile_labels + at, -1,
+                  kQuarterArea, out + cell, out_stride);
+      }
+    }
+  }
+}
+
+PLANAR_MAPPING_MULTIVERSION
+void sumLabelled(const float* x, const std::int16_t* labels, std::int16_t label, double* out) {
+  sumPixels(x, x + kTileArea, x + 2 * kTileArea, labels, label, kTileArea, out, 1);
+}
+
+PLANAR_MAPPING_MULTIVERSION
+void sumQuartersOfRow(const float* xyz, int columns, double* out) {
+  for (int column = 0; column < columns; ++column) {
+    const float* x = xyz + std::size_t{3} * kTileArea * column;
+    for (int quarter = 0; quarter < 4; ++quarter) {
+      const std::size_t cell = static_cast<std::size_t>(quarter / 2 * columns + column) * 2;
+      const float* at = x + quarter * kQuarterArea;
+      sumPixels(at, at + kTileArea, at + 2 * kTileArea, nullptr, 0, kQuarterArea,
+                out + (cell + quarter % 2) * kMoments, 1);
+    }
+  }
+}
+
+}  // namespace
+
+TiledCloud tileCloud(const PointsView& points, const Indices* indices, const Vector3& sensor,
+                     int threads) {
+  TiledCloud cloud;
+  std::size_t first = 0;
+  if (!findOrigin(points, indices, first)) return cloud;
+  cloud.width = static_cast<int>(points.width);
+  cloud.height = static_cast<int>(points.height);
+  cloud.columns = (cloud.width + kTileSide - 1) / kTileSide;
+  cloud.rows = (cloud.height + kTileSide - 1) / kTileSide;
+  cloud.origin = points.point(first);
+  cloud.sensor = sensor - cloud.origin;
+  const std::size_t coordinates = std::size_t{3} * kTileArea * cloud.tiles();
+  const std::size_t sums = std::size_t{4} * kMoments * cloud.tiles();
+  static_assert(sizeof(double) == 2 * sizeof(float), "a double takes the room of two floats");
+  cloud.memory.reset(new double[coordinates / 2 + 2 * sums]);
+  cloud.room[0] = cloud.memory.get();
+  cloud.room[1] = cloud.room[0] + sums;
+  cloud.xyz = reinterpret_cast<float*>(cloud.room[1] + sums);
+  const float* origin = points[first];
+  if (indices) {
+    copyIndexed(points, *indices, origin, cloud);
+    return cloud;
+  }
+  parallelFor(static_cast<std::size_t>(cloud.rows), threads, [&](std::size_t row) {
+    copyTileRow(points, origin, static_cast<int>(row), cloud.columns,
+                cloud.xyz + std::size_t{3} * kTileArea * cloud.columns * row);
+  });
+  return cloud;
+}
+
+void sumTiles(const TiledCloud& cloud, int first_tile, int last_tile, double* out) {
+  sumTileRange(cloud.xyz, first_tile, last_tile, static_cast<std::size_t>(cloud.tiles()), out);
+}
+
+void sumFreeQuarters(const TiledCloud& cloud, const std::int16_t* labels, int first_row,
+                     int last_row, double* out) {
+  sumQuarterRows(cloud.xyz, labels, cloud.columns, first_row, last_row,
+                 static_cast<std::size_t>(4) * cloud.tiles(), out);
+}
+
+void sumQuarters(const TiledCloud& cloud, int row, MomentSums* out) {
+  static_assert(sizeof(MomentSums) == kMoments * sizeof(double), "written as plain numbers");
+  sumQuartersOfRow(cloud.x(row * cloud.columns), cloud.columns, out->data());
+}
+
+void sumLabelledPixels(const TiledCloud& cloud, int tile, const std::int16_t* labels,
+                       std::int16_t label, double* out) {
+  sumLabelled(cloud.x(tile), labels, label, out);
+}
+
+}  // namespace planar_mapping::detail

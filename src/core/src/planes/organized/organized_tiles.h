@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+
+#include "planar_mapping/core/base/types.h"
+
+namespace planar_mapping::detail {
+
+constexpr int kTileSide = 8;                      ///< pixels
+constexpr int kQuarterSide = 4;                   ///< pixels
+constexpr int kTileArea = kTileSide * kTileSide;  ///< pixels
+constexpr int kQuarterArea = kTileArea / 4;       ///< pixels
+
+/// Place of pixel (row, column) of a tile: the four 4 x 4 quarters lie one after the other, so
+/// that a quarter is one vector of 16 floats and a tile four of them.
+constexpr int pixelInTile(int row, int column) {
+  return ((row / kQuarterSide) * 2 + column / kQuarterSide) * kQuarterArea +
+         (row % kQuarterSide) * kQuarterSide + column % kQuarterSide;
+}
+
+/// An organized cloud cut into 8 x 8 pixel tiles, each 64 x, then 64 y, then 64 z, relative to
+/// `origin`. Pixels that do not count (non-finite, not indexed, beyond the border) are NaN in all
+/// three. Every later pass reads contiguous memory, whatever the point type of the cloud was.
+struct TiledCloud {
+  int width = 0;                     ///< pixels
+  int height = 0;                    ///< pixels
+  int columns = 0;                   ///< tiles
+  int rows = 0;                      ///< tiles
+  Vector3 origin = Vector3::Zero();  ///< first finite point, metres
+  Vector3 sensor = Vector3::Zero();  ///< relative to origin, metres
+  float* xyz = nullptr;              ///< in memory
+  /// Room for the sums of two grids of quarters. One block with xyz, because a block of this size
+  /// is what makes malloc keep the memory of a frame for the next one.
+  double* room[2] = {nullptr, nullptr};
+  std::unique_ptr<double[]> memory;
+
+  int tiles() const { return columns * rows; }
+  const float* x(int tile) const { return xyz + std::size_t{3} * kTileArea * tile; }
+  const float* y(int tile) const { return x(tile) + kTileArea; }
+  const float* z(int tile) const { return x(tile) + 2 * kTileArea; }
+};
+
+/// \param indices the points that count, or null for all
+TiledCloud tileCloud(const PointsView& points, const Indices* indices, const Vector3& sensor,
+                     int threads);
+
+/// Number, sums and products of points, metres about the origin of the tiled cloud.
+enum Moment { kN, kX, kY, kZ, kXX, kXY, kXZ, kYY, kYZ, kZZ, kMoments };
+using MomentSums = std::array<double, kMoments>;
+
+/// Sums of every tile, out[moment * tiles + tile].
+void sumTiles(const TiledCloud& cloud, int first_tile, int last_tile, double* out);
+
+/// Sums of every quarter over the pixels without a label; quarters form a grid of 2 * columns by
+/// 2 * rows cells, out[moment * cells + cell].
+void sumFreeQuarters(const TiledCloud& cloud, const std::int16_t* labels, int first_row,
+                     int last_row, double* out);
+
+/// Sums of all pixels of every quarter in a row of tiles, two rows of 2 * columns cells.
+void sumQuarters(const TiledCloud& cloud, int row, MomentSums* out);
+
+/// Sums of the pixels of a tile that carry \p label; \p labels are those of the tile.
+void sumLabelledPixels(const TiledCloud& cloud, int tile, const std::int16_t* labels,
+                       std::int16_t label, double* out);
+
+}  // namespace planar_mapping::detail

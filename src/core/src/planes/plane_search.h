@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "planar_mapping/core/planes/multi_plane.h"
+
+// The searches behind findPlanes(), which checks parameters and indices before it calls them.
+// Indices are then null or ascending without repetitions.
+namespace planar_mapping::detail {
+
+/// \throws InputError for a view that contradicts itself or a sensor that is not finite
+void checkView(const PointsView& points, const Vector3& sensor);
+/// Checks the indices and returns them ascending without repetitions; \p storage holds the copy
+/// if one is needed.
+/// \throws InputError for one outside the cloud
+const Indices* checkedIndices(const Indices& indices, std::size_t size, Indices& storage);
+
+PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
+                             const MultiPlaneParams& params, const Vector3& sensor);
+/// params.noise must be set; the sensor is at the origin and looks along z.
+PlaneSet findPlanesDisparity(const PointsView& points, const Indices* indices,
+                             const MultiPlaneParams& params);
+PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
+                              const MultiPlaneParams& params, const Vector3& sensor);
+PlaneSet findPlanesMultiRansac(const PointsView& points, const Indices* indices,
+                               const MultiPlaneParams& params, const Vector3& sensor);
+
+/// Whether the surfaces of a cloud fill the small cells of the sequential search with points.
+bool isDense(const PointsView& points, const Indices* indices, const MultiPlaneParams& params);
+
+enum class InlierRule : std::uint8_t {
+  AsLabelled,       ///< every labelled point is an inlier, whatever its distance
+  WithinThreshold,  ///< points farther than d_T(z) from the refitted plane are let go
+};
+
+/// Labels and planes to the result all searches share: inliers, moments, covariance, patches,
+/// orientation towards the sensor, largest first. Planes below min_inliers are dropped.
+/// \param labels plane per point of the cloud, -1 = none; only finite points may have one
+PlaneSet assemblePlaneSet(const PointsView& points, const std::vector<std::int32_t>& labels,
+                          const std::vector<Plane>& planes, const MultiPlaneParams& params,
+                          const Vector3& sensor, InlierRule rule = InlierRule::AsLabelled);
+
+}  // namespace planar_mapping::detail

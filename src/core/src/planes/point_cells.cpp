@@ -1,0 +1,137 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planes/point_cells.h"
+
+#include <cmath>
+#include <cstring>
+
+namespace planar_mapping::detail {
+
+namespace {
+
+constexpr double kFarthestCell = 1 << 30;
+constexpr std::uint32_t kSampleShare = 8;
+
+/// Drawn by the bits of its coordinates, so that the order of the points does not matter.
+bool isSampled(const float* p) {
+  std::array<std::uint32_t, 3> bits;
+  std::memcpy(bits.data(), p, sizeof(bits));
+  std::uint32_t h = bits[0] * 0x9E3779B1u + bits[1] * 0x85EBCA77u + bits[2] * 0xC2B2AE3Du;
+  h ^= h >> 15u;
+  h *= 0x2C1B3C6Du;
+  return (h >> 16u) % kSampleShare == 0;
+}
+
+/// The cell of \p p; false if it is not finite or too far away.
+bool cellOf(const float* p, double inverse_side, CellKey& key) {
+  const double x = p[0] * inverse_side, y = p[1] * inverse_side, z = p[2] * inverse_side;
+  if (!(std::abs(x) < kFarthestCell && std::abs(y) < kFarthestCell &&
+        std::abs(z) < kFarthestCell)) {
+    return false;
+  }
+  const auto down = [](double v) {
+    const auto whole = static_cast<std::int32_t>(v);
+    return whole - static_cast<std::int32_t>(v < whole);
+  };
+  key = {down(x), down(y), down(z)};
+  return true;
+}
+
+/// Adds \p p to the sums of the cell \p key, about its centre.
+void addTo(PointSums& s, const float* p, const CellKey& key, double side) {
+  s.add(p[0] - (key.x + 0.5) * side, p[1] - (key.y + 0.5) * side, p[2] - (key.z + 0.5) * side);
+}
+
+}  // namespace
+
+void PointSums::add(const PointSums& other, const std::array<double, 3>& shift) {
+  const auto& s = other.sum;
+  const double m = other.n;
+  int k = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = i; j < 3; ++j, ++k) {
+      outer[static_cast<std::size_t>(k)] += other.outer[static_cast<std::size_t>(k)] +
+                                            s[i] * shift[j] + shift[i] * s[j] +
+                                            m * shift[i] * shift[j];
+    }
+  }
+  for (std::size_t i = 0; i < 3; ++i) sum[i] += s[i] + m * shift[i];
+  n += m;
+}
+
+double chooseCellSide(const PointsView& points, const Indices* indices, double smallest,
+                      double share_in_company) {
+  std::vector<const float*> sample;
+  const std::size_t considered = indices != nullptr ? indices->size() : points.size;
+  sample.reserve(considered / kSampleShare + considered / 64 + 16);
+  for (std::size_t k = 0; k < considered; ++k) {
+    const float* p = points[indices != nullptr ? static_cast<std::size_t>((*indices)[k]) : k];
+    if (isSampled(p) && std::isfinite(p[0] + p[1] + p[2])) sample.push_back(p);
+  }
+  double side = smallest;
+  // 2^64 times the smallest side: all floats are in one of eight cells long before.
+  for (int doubling = 0; doubling < 64; ++doubling, side *= 2.0) {
+    CellTable table(sample.size() / 8);
+    std::vector<std::int32_t> count;
+    std::size_t inside = 0;
+    for (const float* p : sample) {
+      CellKey key;
+      if (!cellOf(p, 1.0 / side, key)) continue;
+      ++inside;
+      const auto cell = static_cast<std::size_t>(table.insert(key));
+      if (cell == count.size()) count.push_back(0);
+      ++count[cell];
+    }
+    std::size_t alone = sample.size() - inside;
+    for (const std::int32_t c : count) alone += c == 1 ? 1 : 0;
+    if (static_cast<double>(alone) <=
+        (1.0 - share_in_company) * static_cast<double>(sample.size())) {
+      break;
+    }
+  }
+  return side;
+}
+
+PointCells buildPointCells(const PointsView& points, const Indices* indices, double side) {
+  PointCells grid;
+  grid.side = side;
+  const double inverse_side = 1.0 / side;
+  const std::size_t considered = indices != nullptr ? indices->size() : points.size;
+  grid.cell_of.resize(considered);
+  for (std::size_t k = 0; k < considered; ++k) {
+    const float* p = points[indices != nullptr ? static_cast<std::size_t>((*indices)[k]) : k];
+    CellKey key;
+    if (!cellOf(p, inverse_side, key)) {
+      grid.cell_of[k] = -1;
+      if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) {
+        ++grid.points_not_finite;
+      }
+      continue;
+    }
+    const std::int32_t cell = grid.table.insert(key);
+    grid.cell_of[k] = cell;
+    if (static_cast<std::size_t>(cell) == grid.sums.size()) grid.sums.emplace_back();
+    addTo(grid.sums[static_cast<std::size_t>(cell)], p, key, side);
+  }
+  return grid;
+}
+
+PointCells splitCells(const PointsView& points, const Indices* indices, const PointCells& grid,
+                      const std::vector<char>& split, int levels) {
+  PointCells fine;
+  fine.side = grid.side / (1 << levels);
+  const double inverse_side = 1.0 / fine.side;
+  for (std::size_t k = 0; k < grid.cell_of.size(); ++k) {
+    const std::int32_t home = grid.cell_of[k];
+    if (home < 0 || split[static_cast<std::size_t>(home)] == 0) continue;
+    const float* p = points[indices != nullptr ? static_cast<std::size_t>((*indices)[k]) : k];
+    CellKey key;
+    if (!cellOf(p, inverse_side, key)) continue;
+    const auto cell = static_cast<std::size_t>(fine.table.insert(key));
+    if (cell == fine.sums.size()) fine.sums.emplace_back();
+    addTo(fine.sums[cell], p, key, fine.side);
+  }
+  return fine;
+}
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "grid/cell_table.h"
+#include "planar_mapping/core/geometry/detail/plane_moments.h"
+#include "planar_mapping/core/base/types.h"
+
+namespace planar_mapping::detail {
+
+/// Number, sum and outer products of the points of a cell, about the centre of the cell.
+struct PointSums {
+  double n = 0;
+  std::array<double, 3> sum{};
+  std::array<double, 6> outer{};  ///< xx, xy, xz, yy, yz, zz
+
+  /// Adds a point, as seen from the point the sums are about.
+  void add(double x, double y, double z) {
+    n += 1.0;
+    sum[0] += x;
+    sum[1] += y;
+    sum[2] += z;
+    outer[0] += x * x;
+    outer[1] += x * y;
+    outer[2] += x * z;
+    outer[3] += y * y;
+    outer[4] += y * z;
+    outer[5] += z * z;
+  }
+  /// Adds sums that are about a point which lies at \p shift as seen from ours.
+  void add(const PointSums& other, const std::array<double, 3>& shift);
+};
+
+/// Points of a cloud in cubic cells. Cells lie on absolute multiples of their side, so a cell
+/// depends on no other point; coordinates beyond 2^30 cells belong to none.
+struct PointCells {
+  double side = 0.0;
+  CellTable table;
+  std::vector<PointSums> sums;        ///< per cell
+  std::vector<std::int32_t> cell_of;  ///< per point considered, -1 = none
+  std::size_t points_not_finite = 0;
+
+  Vector3 centre(std::size_t cell) const {
+    const CellKey& key = table.key(cell);
+    return Vector3(key.x + 0.5, key.y + 0.5, key.z + 0.5) * side;
+  }
+};
+
+/// Side of the cells, \p smallest or that doubled until the given share of a sample of every 8th
+/// point is not alone in its cell: 0.75 means about 11 points in a cell.
+double chooseCellSide(const PointsView& points, const Indices* indices, double smallest,
+                      double share_in_company);
+
+PointCells buildPointCells(const PointsView& points, const Indices* indices, double side);
+
+/// The points of the cells with split[cell] != 0 in cells of 1 / 2^levels of the side.
+PointCells splitCells(const PointsView& points, const Indices* indices, const PointCells& grid,
+                      const std::vector<char>& split, int levels);
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,165 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "planes/unorganized/cell_assignment.h"
+#include "planes/distance_band.h"
+#include "planes/unorganized/leaf_planes.h"
+#include "planes/plane_search.h"
+#include "planes/point_cells.h"
+#include "planes/surface_leaves.h"
+
+namespace planar_mapping::detail {
+
+namespace {
+
+// Cells are at least this many thresholds wide.
+constexpr double kCellSideInThresholds = 3.0;
+// Share of the points that must not be alone in the cells used, and for a cloud to be dense.
+constexpr double kShareInCompany = 0.5;
+constexpr double kShareInCompanyIfDense = 0.75;
+// A cell is turned like a plane within this angle, radians, and so many standard deviations of its
+// normal; this share of the points along the plane must be in such cells.
+constexpr double kSameTurn = 0.35;
+constexpr double kSureOfNormal = 2.0;
+constexpr double kLeastAgreement = 0.65;
+// A layer of scatter has this many points in the outer half of the threshold for one in the inner
+// half; a surface with a noise of half the threshold has 0.40.
+constexpr double kLeastShareOutside = 0.5;
+// It lies beside a plane of so many times its points, parallel within so many radians, so many
+// thresholds away at most.
+constexpr double kMorePoints = 5.0;
+constexpr double kParallel = 0.09;
+constexpr double kBesideInThresholds = 6.0;
+
+PlaneMoments momentsOf(const PointSums& s, const Vector3& origin) {
+  Matrix3 outer;
+  const auto& o = s.outer;
+  outer << o[0], o[1], o[2], o[1], o[3], o[4], o[2], o[4], o[5];
+  return PlaneMoments::fromSums(s.n, {s.sum[0], s.sum[1], s.sum[2]}, outer, origin);
+}
+
+/// Share of the points in the flat cells along each plane whose cell is turned like the plane: all
+/// but the edges of a surface, only some of a cut through clutter.
+std::vector<double> agreementWith(const std::vector<Plane>& planes, const PointCells& grid,
+                                  const SurfaceLeaves& surface, const CellCandidates& candidates,
+                                  const std::vector<LeafPlane>& found) {
+  std::vector<double> agreeing(planes.size(), 0.0), all(planes.size(), 0.0);
+  std::vector<std::int32_t> voted_for(surface.leaves.size(), -1);
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    for (const std::int32_t leaf : found[k].support) {
+      voted_for[static_cast<std::size_t>(leaf)] = static_cast<std::int32_t>(k);
+    }
+  }
+  for (const LeafInCell& entry : surface.leaves_in_cells) {
+    const SurfaceLeaf& leaf = surface.leaves[static_cast<std::size_t>(entry.leaf)];
+    if (!leaf.planar) continue;
+    const bool fine = leaf.level < kGridLevel;
+    const auto cell = static_cast<std::size_t>(entry.cell);
+    const double weight = fine ? leaf.sums.n : grid.sums[cell].n;
+    const double angle = std::min(kSameTurn + kSureOfNormal * leaf.normal_deviation, M_PI_2);
+    const double cosine = std::cos(angle);
+    for (const std::int32_t candidate : candidates[cell]) {
+      if (candidate < 0) break;
+      // The rims of a crowd are bent.
+      if (fine && voted_for[static_cast<std::size_t>(entry.leaf)] != candidate) continue;
+      const auto k = static_cast<std::size_t>(candidate);
+      if (std::abs(planes[k].signedDistance(leaf.mean)) > leaf.band) continue;
+      all[k] += weight;
+      if (std::abs(leaf.normal.dot(planes[k].normal)) >= cosine) agreeing[k] += weight;
+    }
+  }
+  for (std::size_t k = 0; k < planes.size(); ++k) {
+    agreeing[k] = all[k] > 0.0 ? agreeing[k] / all[k] : 0.0;
+  }
+  return agreeing;
+}
+
+/// Whether a plane is scatter beside a surface: as many points far from it as near, and parallel to
+/// a plane of many more.
+bool isLayerBeside(std::size_t k, const std::vector<Plane>& planes,
+                   const std::vector<PlaneEvidence>& evidence, const Vector3& origin,
+                   double reach) {
+  const PlaneEvidence& layer = evidence[k];
+  if (layer.sums.n - layer.inner < kLeastShareOutside * layer.inner) return false;
+  const auto& sum = layer.sums.sum;
+  const Vector3 mean = origin + Vector3(sum[0], sum[1], sum[2]) / layer.sums.n;
+  for (std::size_t other = 0; other < planes.size(); ++other) {
+    if (evidence[other].sums.n >= kMorePoints * layer.sums.n &&
+        std::abs(planes[other].normal.dot(planes[k].normal)) >= std::cos(kParallel) &&
+        std::abs(planes[other].signedDistance(mean)) <= reach) {
+      return true;
+    }
+  }
+  return false;
+}
+
+/// Whether the points on the plane stand out from those beside it. The fuller side counts twice: at
+/// the edge of a cloud of clutter there is nothing on the other.
+bool isSignificant(const PlaneEvidence& evidence, double significance) {
+  const double on = evidence.sums.n;
+  const double beside = 2.0 * std::max(evidence.above, evidence.below);
+  return on - beside >= significance * std::sqrt(on + beside);
+}
+
+}  // namespace
+
+bool isDense(const PointsView& points, const Indices* indices, const MultiPlaneParams& params) {
+  const double smallest = kCellSideInThresholds * params.distance_threshold;
+  return chooseCellSide(points, indices, smallest, kShareInCompanyIfDense) <= smallest;
+}
+
+PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
+                              const MultiPlaneParams& params, const Vector3& sensor) {
+  PlaneSearchDiagnostics diagnostics;
+  const DistanceBand band(params);
+  const double side = chooseCellSide(
+      points, indices, kCellSideInThresholds * params.distance_threshold, kShareInCompany);
+  PointCells grid = buildPointCells(points, indices, side);
+  diagnostics.points_not_finite = grid.points_not_finite;
+  const std::vector<char> crowded = crowdedCells(grid);
+  const PointCells fine = splitCells(points, indices, grid, crowded, kGridLevel);
+  const SurfaceLeaves surface = buildSurfaceLeaves(grid, crowded, fine, band);
+  const std::vector<LeafPlane> found = findLeafPlanes(surface, params, diagnostics);
+
+  std::vector<Plane> planes;
+  Vector3 origin = Vector3::Zero();
+  for (const LeafPlane& plane : found) planes.push_back(plane.plane);
+  if (!found.empty()) {
+    origin = surface.leaves[static_cast<std::size_t>(found[0].support[0])].mean;
+  }
+  const CellCandidates candidates = candidatesOfCells(grid, surface, found, band);
+  const std::vector<PlaneEvidence> evidence =
+      gatherEvidence(points, indices, grid, candidates, planes, origin, params);
+  const std::vector<Plane> leaf_planes = planes;
+  std::vector<char> good(planes.size(), 0);
+  for (std::size_t k = 0; k < planes.size(); ++k) {
+    const PlaneMoments::Fit fit = momentsOf(evidence[k].sums, origin).fit();
+    const bool significant = isSignificant(evidence[k], params.significance);
+    if (!significant) ++diagnostics.rejected_not_significant;
+    const double reach = kBesideInThresholds * params.distance_threshold;
+    const bool layer = significant && isLayerBeside(k, leaf_planes, evidence, origin, reach);
+    if (layer) ++diagnostics.rejected_not_significant;
+    good[k] = fit.valid && significant && !layer ? 1 : 0;
+    if (fit.valid) planes[k] = fit.plane;
+  }
+  const std::vector<double> agreement = agreementWith(planes, grid, surface, candidates, found);
+  for (std::size_t k = 0; k < planes.size(); ++k) {
+    if (good[k] != 0 && agreement[k] >= kLeastAgreement) continue;
+    if (good[k] != 0) ++diagnostics.rejected_not_coherent;
+    planes[k] = Plane{Vector3::Zero(), std::numeric_limits<double>::infinity()};
+  }
+  const std::vector<std::int32_t> labels =
+      labelPoints(points, indices, grid, candidates, planes, params);
+  grid = PointCells();  // as large as the labels, and no longer needed
+  PlaneSet set =
+      assemblePlaneSet(points, labels, planes, params, sensor, InlierRule::WithinThreshold);
+  diagnostics.rejected_too_small += set.diagnostics.rejected_too_small;
+  set.diagnostics = diagnostics;
+  return set;
+}
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,83 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "registration/seen_through.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "registration/surface_shape.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+constexpr int kColumns = 180;  // of two degrees
+constexpr int kRows = 90;
+
+int rowOf(const Vector3& direction) {
+  const double polar = std::acos(std::clamp(direction.z(), -1.0, 1.0));
+  return std::min(static_cast<int>(polar / M_PI * kRows), kRows - 1);
+}
+
+int columnOf(const Vector3& direction) {
+  const double turn = std::atan2(direction.y(), direction.x()) / (2.0 * M_PI) + 0.5;
+  return std::min(static_cast<int>(turn * kColumns), kColumns - 1);
+}
+
+std::size_t binAt(int row, int column) {
+  return static_cast<std::size_t>(row * kColumns + column);
+}
+
+}  // namespace
+
+SeenRanges::SeenRanges(const PointsView& cloud, const SurfaceMapParams& params)
+    : cell_(params.cell),
+      ranges_(std::size_t{kRows} * kColumns, std::numeric_limits<float>::infinity()) {
+  forSample(cloud, params, [&](const Vector3& p, double) {
+    const double range = p.norm();
+    const Vector3 direction = p / range;
+    float& least = ranges_[binAt(rowOf(direction), columnOf(direction))];
+    least = std::min(least, static_cast<float>(range));
+  });
+}
+
+double SeenRanges::leastAround(const Vector3& direction) const {
+  const int row = rowOf(direction);
+  const int column = columnOf(direction);
+  double least = ranges_[binAt(row, column)];
+  if (!std::isfinite(least)) return least;
+  for (int r = std::max(row - 1, 0); r <= std::min(row + 1, kRows - 1); ++r) {
+    for (int c = column - 1; c <= column + 1; ++c) {
+      const double range = ranges_[binAt(r, (c + kColumns) % kColumns)];
+      least = std::min(least, range);
+    }
+  }
+  return least;
+}
+
+SeenThrough SeenRanges::judge(const std::vector<Surfel>& planes,
+                              const Pose& T_sensor_planes) const {
+  constexpr double kLeastSlant = 0.2;  // what is seen edge-on may be anywhere
+  constexpr double kSigmas = 3.0;
+  SeenThrough result;
+  for (const Surfel& plane : planes) {
+    const Vector3 center = T_sensor_planes * plane.center;
+    const double range = center.norm();
+    if (!(range > cell_)) continue;
+    const Vector3 direction = center / range;
+    if (-direction.dot(T_sensor_planes.linear() * plane.normal) < kLeastSlant) continue;
+    const double least = leastAround(direction);
+    const double tolerance = cell_ + kSigmas * plane.error;
+    if (!std::isfinite(least) || least < range - tolerance) continue;
+    ++result.judged;
+    result.through += least > range + tolerance ? 1 : 0;
+  }
+  return result;
+}
+
+double SeenThrough::share() const {
+  constexpr std::size_t kFewest = 30;
+  return judged < kFewest ? 0.0 : static_cast<double>(through) / static_cast<double>(judged);
+}
+
+}  // namespace planar_mapping::detail

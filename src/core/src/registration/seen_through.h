@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "registration/surface_cells.h"
+
+namespace planar_mapping::detail {
+
+/// Planes where a sensor looked: those its rays met or went through.
+struct SeenThrough {
+  std::size_t through = 0;
+  std::size_t judged = 0;
+
+  SeenThrough& operator+=(const SeenThrough& other) {
+    through += other.through;
+    judged += other.judged;
+    return *this;
+  }
+  /// Of those that went through; zero where too few can be judged.
+  double share() const;
+};
+
+/// How far a sensor saw, by direction: the least range of each bin of azimuth and elevation.
+class SeenRanges {
+ public:
+  /// \param cloud sensor's frame
+  SeenRanges(const PointsView& cloud, const SurfaceMapParams& params);
+
+  /// Judges the planes that face the sensor and lie where it looked: its rays went through one if
+  /// nothing it saw there is as near. What it saw in front of a plane hides it, which says nothing.
+  /// \param T_sensor_planes from the planes' frame to the sensor's
+  SeenThrough judge(const std::vector<Surfel>& planes, const Pose& T_sensor_planes) const;
+
+ private:
+  /// Of the bin of this direction and the eight around it: its own must have been looked at.
+  double leastAround(const Vector3& direction) const;
+
+  double cell_;
+  std::vector<float> ranges_;  ///< by bin; infinite where there is no point
+};
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,160 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "registration/surface_cells.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace planar_mapping::detail {
+namespace {
+
+/// More points make a plane no better: their errors are not independent. What came first stays, so
+/// that the map does not follow the drift of what is registered to it.
+constexpr int kEnoughPoints = 2000;
+constexpr double kFarthestCell = 1e9;
+
+bool cellOf(const Vector3& point, double side, CellIndex& index) {
+  const Vector3 scaled = point / side;
+  if (!(scaled.cwiseAbs().maxCoeff() < kFarthestCell)) return false;
+  index = {static_cast<std::int32_t>(std::floor(scaled.x())),
+           static_cast<std::int32_t>(std::floor(scaled.y())),
+           static_cast<std::int32_t>(std::floor(scaled.z()))};
+  return true;
+}
+
+}  // namespace
+
+std::size_t SurfaceCells::Hash::operator()(const CellIndex& index) const {
+  std::uint64_t h = static_cast<std::uint32_t>(index.x) * 0x9E3779B97F4A7C15ULL;
+  h = (h ^ (h >> 32u) ^ static_cast<std::uint32_t>(index.y)) * 0xC2B2AE3D27D4EB4FULL;
+  h = (h ^ (h >> 29u) ^ static_cast<std::uint32_t>(index.z)) * 0x165667B19E3779F9ULL;
+  return static_cast<std::size_t>(h ^ (h >> 32u));
+}
+
+void SurfaceCells::add(const Vector3& point, const Vector3& sensor, double error,
+                       std::int64_t frame) {
+  CellIndex index;
+  if (!cellOf(point, cell_, index)) return;
+  const auto [found, is_new] =
+      number_.try_emplace(index, static_cast<std::uint32_t>(cells_.size()));
+  if (is_new) {
+    cells_.emplace_back();
+    cells_.back().index = index;
+  }
+  Cell& cell = cells_[found->second];
+  cell.last_frame = frame;
+  if (cell.points >= kEnoughPoints) return;
+  const double weight = 1.0 / (error * error);
+  const Vector3 p = point - corner(index);
+  ++cell.points;
+  cell.weight += weight;
+  cell.sum += weight * p;
+  cell.squares.noalias() += weight * p * p.transpose();
+  const Vector3 ray = sensor - point;
+  const double range = ray.norm();
+  if (range > 0.0) cell.towards += (weight / range) * ray;
+  cell.changed = true;
+}
+
+void SurfaceCells::fit(const SurfaceMapParams& params) {
+  for (Cell& cell : cells_) {
+    if (!cell.changed) continue;
+    cell.changed = false;
+    fitCell(cell, params);
+  }
+}
+
+void SurfaceCells::fitCell(Cell& cell, const SurfaceMapParams& params) const {
+  // What is too small says nothing about its direction.
+  constexpr double kLeastWidth = 0.1;
+  constexpr double kElongation = 2.0;
+  Surfel& surfel = cell.surfel;
+  surfel.planar = false;
+  if (cell.points < params.min_points) return;
+  const Vector3 mean = cell.sum / cell.weight;
+  const Matrix3 covariance = cell.squares / cell.weight - mean * mean.transpose();
+  Eigen::SelfAdjointEigenSolver<Matrix3> solver;
+  solver.computeDirect(covariance);
+  const Vector3 spread = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  const int across = shape_ == CellShape::Plane ? 0 : 1;  // the widest axis that must be narrow
+  if (!(spread[across] <= params.max_thickness * cell_) ||
+      !(spread[across + 1] > kLeastWidth * cell_) ||
+      !(spread[across + 1] > kElongation * spread[across])) {
+    return;
+  }
+  surfel.center = corner(cell.index) + mean;
+  surfel.normal = solver.eigenvectors().col(shape_ == CellShape::Plane ? 0 : 2);
+  if (surfel.normal.dot(cell.towards) < 0.0) surfel.normal = -surfel.normal;
+  surfel.deviation = spread[across];
+  surfel.error = std::sqrt(static_cast<double>(cell.points) / cell.weight);
+  surfel.planar = surfel.normal.allFinite();
+}
+
+const Surfel* SurfaceCells::at(const CellIndex& index) const {
+  const auto found = number_.find(index);
+  if (found == number_.end()) return nullptr;
+  const Surfel& surfel = cells_[found->second].surfel;
+  return surfel.planar ? &surfel : nullptr;
+}
+
+const Surfel* SurfaceCells::nearest(const Vector3& point, const Vector3& normal,
+                                    double min_cosine) const {
+  CellIndex low;
+  if (!cellOf(point - Vector3::Constant(0.5 * cell_), cell_, low)) return nullptr;
+  const Surfel* best = nullptr;
+  double best_distance = 0.0;
+  for (int i = 0; i < 8; ++i) {
+    const Surfel* surfel = at({low.x + (i & 1), low.y + ((i >> 1) & 1), low.z + ((i >> 2) & 1)});
+    if (surfel == nullptr) continue;
+    const double cosine = surfel->normal.dot(normal);
+    if (!((shape_ == CellShape::Line ? std::abs(cosine) : cosine) >= min_cosine)) continue;
+    const double distance = (surfel->center - point).squaredNorm();
+    if (best == nullptr || distance < best_distance) {
+      best = surfel;
+      best_distance = distance;
+    }
+  }
+  return best;
+}
+
+std::vector<Surfel> SurfaceCells::planes() const {
+  std::vector<Surfel> result;
+  for (const Cell& cell : cells_) {
+    if (cell.surfel.planar) result.push_back(cell.surfel);
+  }
+  return result;
+}
+
+double SurfaceCells::planarShare() const {
+  std::size_t all = 0;
+  std::size_t planar = 0;
+  for (const Cell& cell : cells_) {
+    const auto points = static_cast<std::size_t>(cell.points);
+    all += points;
+    if (cell.surfel.planar) planar += points;
+  }
+  return all > 0 ? static_cast<double>(planar) / static_cast<double>(all) : 0.0;
+}
+
+void SurfaceCells::limit(std::size_t most) {
+  if (cells_.size() <= most) return;
+  std::vector<std::int64_t> frames;
+  frames.reserve(cells_.size());
+  for (const Cell& cell : cells_) frames.push_back(cell.last_frame);
+  // A tenth more than needed: not again with every frame.
+  const auto first = frames.begin() + static_cast<std::ptrdiff_t>(cells_.size() - most + most / 10);
+  std::nth_element(frames.begin(), first, frames.end());
+  const std::int64_t oldest = *first;
+  std::vector<Cell> kept;
+  for (Cell& cell : cells_) {
+    if (cell.last_frame >= oldest) kept.push_back(std::move(cell));
+  }
+  cells_ = std::move(kept);
+  number_.clear();
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    number_.emplace(cells_[i].index, static_cast<std::uint32_t>(i));
+  }
+}
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,82 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "planar_mapping/core/registration/detail/surface_map.h"
+
+namespace planar_mapping::detail {
+
+/// The plane of one cell, or its line.
+struct Surfel {
+  Vector3 center = Vector3::Zero();
+  Vector3 normal = Vector3::Zero();  ///< towards where it was seen from; of a line its direction
+  double deviation = 0.0;            ///< of the points across it, metres
+  double error = 0.0;                ///< standard deviation of the depth of one of them, metres
+  bool planar = false;
+};
+
+struct CellIndex {
+  std::int32_t x = 0, y = 0, z = 0;
+  bool operator==(const CellIndex& other) const {
+    return x == other.x && y == other.y && z == other.z;
+  }
+};
+
+enum class CellShape : std::uint8_t { Plane, Line };
+
+/// Weighted moments of points in the cells of one grid, and the planes or lines they are on.
+class SurfaceCells {
+ public:
+  explicit SurfaceCells(double cell, CellShape shape = CellShape::Plane)
+      : cell_(cell), shape_(shape) {}
+
+  double cell() const { return cell_; }
+  /// \param error  standard deviation of the point along its ray; sets its weight
+  void add(const Vector3& point, const Vector3& sensor, double error, std::int64_t frame);
+  /// Fits the planes of the cells that have changed.
+  void fit(const SurfaceMapParams& params);
+  /// Plane of this cell, or null.
+  const Surfel* at(const CellIndex& index) const;
+  /// The plane next to a point, of the eight cells around it, that faces \p normal; the line that
+  /// runs along it, either way.
+  const Surfel* nearest(const Vector3& point, const Vector3& normal, double min_cosine) const;
+  /// Planes in the order in which their cells came about.
+  std::vector<Surfel> planes() const;
+  std::size_t size() const { return cells_.size(); }
+  /// Share of the points that are in a cell with a plane.
+  double planarShare() const;
+  /// Keeps the cells seen last.
+  void limit(std::size_t most);
+
+ private:
+  struct Hash {
+    std::size_t operator()(const CellIndex& index) const;
+  };
+  struct Cell {
+    CellIndex index;
+    int points = 0;
+    double weight = 0.0;
+    Vector3 sum = Vector3::Zero();  ///< about the cell's corner
+    Matrix3 squares = Matrix3::Zero();
+    Vector3 towards = Vector3::Zero();  ///< sum of directions to the sensor
+    std::int64_t last_frame = 0;
+    bool changed = false;
+    Surfel surfel;
+  };
+  Vector3 corner(const CellIndex& index) const {
+    return cell_ * Vector3(index.x, index.y, index.z);
+  }
+  void fitCell(Cell& cell, const SurfaceMapParams& params) const;
+
+  double cell_;
+  CellShape shape_;
+  std::vector<Cell> cells_;
+  std::unordered_map<CellIndex, std::uint32_t, Hash> number_;  // looked up, never iterated
+};
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,236 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/core/registration/detail/surface_map.h"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/odometry/motion_estimation.h"
+#include "registration/seen_through.h"
+#include "registration/surface_edges.h"
+#include "registration/surface_registration.h"
+#include "registration/surface_search.h"
+#include "registration/surface_shape.h"
+
+namespace planar_mapping {
+
+void SurfaceMapParams::validate() const {
+  constexpr double kLargest = std::numeric_limits<double>::max();
+  requirePositive("cell", cell, "m");
+  requireInRange("min_points", min_points, 4, kLargest);
+  requirePositive("max_thickness", max_thickness);
+  if (!(max_normal_angle > 0.0 && max_normal_angle < M_PI / 2.0)) {
+    throw ParameterError("max_normal_angle", max_normal_angle, "(0, pi/2)", "rad");
+  }
+  requireInRange("max_range", max_range, 0.0, kLargest, "m");
+  requireInRange("depth_error", depth_error, 0.0, kLargest, "m");
+  requireInRange("depth_error_growth", depth_error_growth, 0.0, kLargest, "1/m");
+  requireInRange("lateral_error", lateral_error, 0.0, kLargest, "m");
+  requirePositive("depth_error + depth_error_growth", depth_error + depth_error_growth);
+  if (!optical_axis.allFinite()) {
+    throw ParameterError("optical_axis", optical_axis.sum(), "finite");
+  }
+  requireInRange("edge_depth", edge_depth, 0.0, kLargest);
+  requirePositive("edge_error", edge_error, "m");
+  requireInRange("sample_size", sample_size, 100, kLargest);
+  requirePositive("reach", reach, "m");
+  requirePositive("same_direction", same_direction, "rad");
+  requireInRange("least_direction", least_direction, 0.0, 1.0);
+  requireInRange("retry_rotation", retry_rotation, 0.0, M_PI, "rad");
+  requireInRange("good_share", good_share, 0.0, 1.0);
+  requireInRange("good_edges", good_edges, 0.0, 1.0);
+  requireInRange("confirmed_share", confirmed_share, 0.0, 1.0);
+  requireInRange("iterations", iterations, 1, kLargest);
+  requireInRange("min_share", min_share, 0.0, 1.0);
+  requireInRange("max_seen_through", max_seen_through, 0.0, 1.0);
+  requireInRange("search_reach", search_reach, 0.0, kLargest, "m");
+  requireInRange("correlated_planes", correlated_planes, 1.0, kLargest);
+  requireInRange("max_cells", max_cells, 1000, kLargest);
+}
+
+double surfaceCellFor(const PointsView& cloud, const SurfaceMapParams& params) {
+  constexpr double kEnough = 0.55;
+  constexpr double kLargest = 16.0;
+  params.validate();
+  double times = 1.0;
+  for (; times < kLargest; times *= 2.0) {
+    detail::SurfaceCells cells(times * params.cell);
+    detail::forSample(cloud, params, [&](const Vector3& p, double error) {
+      cells.add(p, Vector3::Zero(), error, 0);
+    });
+    cells.fit(params);
+    if (cells.planarShare() >= kEnough) break;
+  }
+  return times * params.cell;
+}
+
+namespace {
+
+/// 65 kB each.
+constexpr std::size_t kMostViews = 32;
+
+}  // namespace
+
+class SurfaceMap::Implementation {
+ public:
+  explicit Implementation(const SurfaceMapParams& params)
+      : params_(params),
+        fine_(params.cell),
+        coarse_(2.0 * params.cell),
+        edges_(2.0 * params.cell, detail::CellShape::Line) {
+    params.validate();
+  }
+
+  void insert(const PointsView& cloud, const Pose& T_world_sensor) {
+    ++frame_;
+    views_.push_back({detail::SeenRanges(cloud, params_), T_world_sensor.inverse()});
+    if (views_.size() > kMostViews) views_.pop_front();
+    const Vector3 sensor = T_world_sensor.translation();
+    detail::forSample(cloud, params_, [&](const Vector3& p, double error) {
+      const Vector3 q = T_world_sensor * p;
+      fine_.add(q, sensor, error, frame_);
+      coarse_.add(q, sensor, error, frame_);
+    });
+    for (const Vector3& p : detail::occludingEdges(cloud, params_)) {
+      edges_.add(T_world_sensor * p, sensor, params_.edge_error, frame_);
+    }
+    for (detail::SurfaceCells* cells : {&fine_, &coarse_, &edges_}) {
+      cells->fit(params_);
+      cells->limit(static_cast<std::size_t>(params_.max_cells));
+    }
+  }
+
+  CloudRegistration locate(const PointsView& cloud, const Pose& guess) const {
+    const detail::CloudShape shape = detail::shapeOf(cloud, params_);
+    const detail::SeenRanges seen(cloud, params_);
+    double range = params_.reach;
+    for (const detail::Surfel& plane : shape.coarse.planes) {
+      range = std::max(range, plane.center.norm() + params_.reach);
+    }
+    const detail::MappedSurfaces map = near(guess.translation(), range);
+    const detail::SurfaceRegistration registration(params_, shape, map);
+    const CloudRegistration result =
+        judged(registration.resultOf(registration.run(guess)), shape, seen);
+    if (result.found || !(params_.search_reach > 0.0)) return result;
+    const CloudRegistration elsewhere =
+        lookAround(shape, seen, guess, range + params_.search_reach);
+    return elsewhere.found ? elsewhere : result;
+  }
+
+  const SurfaceMapParams& params() const { return params_; }
+  std::size_t cells() const { return fine_.size(); }
+
+ private:
+  static std::vector<detail::Surfel> within(const detail::SurfaceCells& cells, const Vector3& place,
+                                            double range) {
+    std::vector<detail::Surfel> planes;
+    for (const detail::Surfel& plane : cells.planes()) {
+      if ((plane.center - place).norm() < range) planes.push_back(plane);
+    }
+    return planes;
+  }
+
+  /// What of the map is near a place.
+  detail::MappedSurfaces near(const Vector3& place, double range) const {
+    return {fine_, edges_,
+            detail::PlaneNeighbours(within(coarse_, place, range), params_.reach,
+                                    detail::CellShape::Plane),
+            detail::PlaneNeighbours(within(edges_, place, range), params_.reach,
+                                    detail::CellShape::Line)};
+  }
+
+  /// Refuses what sees through the map.
+  CloudRegistration judged(CloudRegistration result, const detail::CloudShape& shape,
+                           const detail::SeenRanges& seen) const {
+    if (!result.found) return result;
+    const detail::SeenThrough now = seen.judge(coarse_.planes(), result.T_world_sensor.inverse());
+    detail::SeenThrough before;
+    for (const View& view : views_) {
+      before += view.seen.judge(shape.coarse.planes, view.T_sensor_world * result.T_world_sensor);
+    }
+    result.seen_through = std::max(now.share(), before.share());
+    result.found = result.seen_through <= params_.max_seen_through;
+    return result;
+  }
+
+  /// Far from the guess, at the one place where the cloud fits; nowhere if there are two.
+  CloudRegistration lookAround(const detail::CloudShape& shape, const detail::SeenRanges& seen,
+                               const Pose& guess, double range) const {
+    constexpr double kSecondBest = 0.9;  // of the best one's worth, which is no more certain then
+    const detail::MappedSurfaces map = near(guess.translation(), range);
+    const detail::SurfaceRegistration registration(params_, shape, map);
+    const detail::SurfaceSearch search(params_, shape.coarse,
+                                       within(coarse_, guess.translation(), range));
+    std::vector<CloudRegistration> found;
+    for (const Pose& start : search.candidates(guess)) {
+      const CloudRegistration result =
+          judged(registration.resultOf(registration.settle(start)), shape, seen);
+      if (result.found && search.knowsPlace(result.T_world_sensor)) found.push_back(result);
+    }
+    const auto worth = [](const CloudRegistration& r) { return r.share - 2.0 * r.seen_through; };
+    const auto best =
+        std::max_element(found.begin(), found.end(),
+                         [&](const auto& a, const auto& b) { return worth(a) < worth(b); });
+    if (best == found.end()) return {};
+    for (const CloudRegistration& other : found) {
+      if (!isSamePlace(*best, other) && worth(other) > kSecondBest * worth(*best)) return {};
+    }
+    return *best;
+  }
+
+  bool isSamePlace(const CloudRegistration& a, const CloudRegistration& b) const {
+    constexpr double kSameTurn = 0.1;  // radians
+    const Vector6 apart = motionDifference(a.T_world_sensor, b.T_world_sensor);
+    return apart.head<3>().norm() < params_.reach && apart.tail<3>().norm() < kSameTurn;
+  }
+
+  /// Where a cloud was seen from, and how far.
+  struct View {
+    detail::SeenRanges seen;
+    Pose T_sensor_world;
+  };
+
+  SurfaceMapParams params_;
+  std::deque<View> views_;
+  detail::SurfaceCells fine_;
+  detail::SurfaceCells coarse_;
+  detail::SurfaceCells edges_;
+  std::int64_t frame_ = 0;
+};
+
+SurfaceMap::SurfaceMap(const SurfaceMapParams& params)
+    : implementation_(std::make_unique<Implementation>(params)) {}
+SurfaceMap::~SurfaceMap() = default;
+SurfaceMap::SurfaceMap(const SurfaceMap& other)
+    : implementation_(std::make_unique<Implementation>(*other.implementation_)) {}
+SurfaceMap& SurfaceMap::operator=(const SurfaceMap& other) {
+  if (this != &other) implementation_ = std::make_unique<Implementation>(*other.implementation_);
+  return *this;
+}
+SurfaceMap::SurfaceMap(SurfaceMap&&) noexcept = default;
+SurfaceMap& SurfaceMap::operator=(SurfaceMap&&) noexcept = default;
+
+const SurfaceMapParams& SurfaceMap::params() const {
+  return implementation_->params();
+}
+
+void SurfaceMap::insert(const PointsView& cloud, const Pose& T_world_sensor) {
+  if (!T_world_sensor.matrix().allFinite()) throw InputError("the pose of a cloud is not finite");
+  implementation_->insert(cloud, T_world_sensor);
+}
+
+CloudRegistration SurfaceMap::locate(const PointsView& cloud, const Pose& guess) const {
+  if (!guess.matrix().allFinite()) throw InputError("the guessed pose of a cloud is not finite");
+  return implementation_->locate(cloud, guess);
+}
+
+std::size_t SurfaceMap::cells() const {
+  return implementation_->cells();
+}
+
+}  // namespace planar_mapping

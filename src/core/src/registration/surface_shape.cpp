@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "registration/surface_shape.h"
+
+#include <algorithm>
+
+#include "registration/surface_edges.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+/// Planes that count the neighbours of each: more of them tell no more about
+/// how many there are.
+constexpr std::size_t kMostCounted = 1500;
+
+}  // namespace
+
+std::vector<double> directionWeights(const std::vector<Surfel>& planes,
+                                     const SurfaceMapParams& params) {
+  const std::size_t stride = planes.size() / kMostCounted + 1;
+  std::vector<float> x;
+  std::vector<float> y;
+  std::vector<float> z;
+  for (std::size_t i = 0; i < planes.size(); i += stride) {
+    x.push_back(static_cast<float>(planes[i].normal.x()));
+    y.push_back(static_cast<float>(planes[i].normal.y()));
+    z.push_back(static_cast<float>(planes[i].normal.z()));
+  }
+  const auto cosine = static_cast<float>(std::cos(params.same_direction));
+  const double least = std::max(1.0, params.least_direction * static_cast<double>(x.size()));
+  std::vector<double> weights;
+  weights.reserve(planes.size());
+  double sum = 0.0;
+  for (const Surfel& plane : planes) {
+    const auto nx = static_cast<float>(plane.normal.x());
+    const auto ny = static_cast<float>(plane.normal.y());
+    const auto nz = static_cast<float>(plane.normal.z());
+    int same = 0;
+    for (std::size_t j = 0; j < x.size(); ++j) {
+      same += x[j] * nx + y[j] * ny + z[j] * nz > cosine ? 1 : 0;
+    }
+    weights.push_back(1.0 / std::max(static_cast<double>(same), least));
+    sum += weights.back();
+  }
+  for (double& weight : weights) weight *= static_cast<double>(planes.size()) / sum;
+  return weights;
+}
+
+CloudShape shapeOf(const PointsView& cloud, const SurfaceMapParams& params) {
+  SurfaceCells fine(params.cell);
+  SurfaceCells coarse(2.0 * params.cell);
+  SurfaceCells edges(2.0 * params.cell, CellShape::Line);
+  forSample(cloud, params, [&](const Vector3& p, double error) {
+    fine.add(p, Vector3::Zero(), error, 0);
+    coarse.add(p, Vector3::Zero(), error, 0);
+  });
+  for (const Vector3& p : occludingEdges(cloud, params)) {
+    edges.add(p, Vector3::Zero(), params.edge_error, 0);
+  }
+  for (SurfaceCells* cells : {&fine, &coarse, &edges}) cells->fit(params);
+  CloudShape shape;
+  shape.fine.planes = fine.planes();
+  shape.fine.weights = directionWeights(shape.fine.planes, params);
+  shape.coarse.planes = coarse.planes();
+  shape.coarse.weights = directionWeights(shape.coarse.planes, params);
+  shape.edges = edges.planes();
+  return shape;
+}
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "planar_mapping/core/occupancy/occupancy.h"
+#include "registration/surface_cells.h"
+
+namespace planar_mapping::detail {
+
+/// Small planes of a cloud, each with its weight.
+///
+/// A floor has ten times the planes of the cabinet on it, but it says nothing
+/// about the turn of the camera about the vertical; with equal weights what
+/// does would go for outliers. So each direction counts the same, however many
+/// planes face it. See SurfaceMapParams::least_direction.
+struct BalancedPlanes {
+  std::vector<Surfel> planes;
+  std::vector<double> weights;  ///< mean 1
+};
+
+/// What a cloud is registered by, sensor's frame.
+struct CloudShape {
+  BalancedPlanes fine;
+  BalancedPlanes coarse;
+  std::vector<Surfel> edges;
+};
+
+/// \param cell  side of the fine cells; the coarse ones are twice as large
+CloudShape shapeOf(const PointsView& cloud, const SurfaceMapParams& params);
+
+/// Weights of planes by how many face the same way. O(planes^2).
+std::vector<double> directionWeights(const std::vector<Surfel>& planes,
+                                     const SurfaceMapParams& params);
+
+/// Calls what(point, its depth error) for the points that count.
+template <typename What>
+void forSample(const PointsView& cloud, const SurfaceMapParams& params, const What& what) {
+  const auto most = static_cast<std::size_t>(params.sample_size);
+  // Points that are not there are not looked at either.
+  std::vector<std::size_t> finite;
+  finite.reserve(cloud.size);
+  for (std::size_t i = 0; i < cloud.size; ++i) {
+    if (cloud.isFinite(i)) finite.push_back(i);
+  }
+  // Not a divisor of the width, so that it does not pick single columns.
+  std::size_t step = finite.size() / most + 1;
+  if (step > 1 && cloud.isOrganized() && cloud.width % step == 0) ++step;
+  for (std::size_t k = 0; k < finite.size(); k += step) {
+    const Vector3 p = cloud.point(finite[k]);
+    const double range = p.norm();
+    if (!(range > 0.0) || (params.max_range > 0.0 && range > params.max_range)) continue;
+    const double depth = depthOf(p, params.optical_axis);
+    const double along = depth > 0.0 ? range / depth : 1.0;
+    what(p, along * (params.depth_error + params.depth_error_growth * depth * depth));
+  }
+}
+
+}  // namespace planar_mapping::detail

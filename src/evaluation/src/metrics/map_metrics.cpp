@@ -1,0 +1,309 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/evaluation/map_metrics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+#include "planar_mapping/core/base/error.h"
+
+namespace planar_mapping {
+namespace evaluation {
+namespace {
+
+constexpr double kPartsPerCell = 4.0;  ///< along each axis, of the mapping error
+constexpr double kStepsPerCell = 2.0;  ///< along a ray
+constexpr double kClearanceInCells = 2.0;
+constexpr double kLongestRay = 1e4;      ///< metres
+constexpr double kMostParts = 1e6;       ///< of one cuboid, along each axis
+constexpr std::int64_t kBlockParts = 4;  ///< along each axis, decided together
+
+void requireStandardCells(std::size_t standard_cells) {
+  if (standard_cells == 0) throw InputError("there are no standard cells to divide by");
+}
+
+/// Puts the values in another order. \pre there are some
+double nearestRank(std::vector<double>& values, double share) {
+  const double position = std::ceil(share * static_cast<double>(values.size()));
+  const auto rank = values.begin() + static_cast<std::ptrdiff_t>(std::max(position, 1.0)) - 1;
+  std::nth_element(values.begin(), rank, values.end());
+  return *rank;
+}
+
+/// Counts the parts of cuboids. Blocks of parts are decided as one where that is possible: a
+/// distance changes by no more than the way one goes.
+class PartCount {
+ public:
+  PartCount(const CuboidDistance& index, const SurfaceTruth& truth, double s)
+      : index_(index), truth_(truth), s_(s) {}
+
+  /// The cuboid with the given number in the list of the index.
+  void add(const Cuboid& cuboid, std::size_t number, MappingError& error) {
+    std::int64_t count[3];
+    double weight = 1.0;
+    R_ = cuboid.orientation.toRotationMatrix();
+    for (int k = 0; k < 3; ++k) {
+      // A length that is a multiple but for rounding must not get one part more.
+      const double parts = std::ceil(cuboid.size[k] * kPartsPerCell / s_ - 1e-6);
+      count[k] = static_cast<std::int64_t>(std::clamp(parts, 1.0, kMostParts));
+      step_[k] = cuboid.size[k] / static_cast<double>(count[k]);
+      weight *= std::max(cuboid.size[k], s_) / (s_ * static_cast<double>(count[k]));
+    }
+    origin_ = cuboid.center - R_ * (0.5 * cuboid.size);
+    marked_ = wrong_ = 0;
+    Block block;
+    const auto next = [&](int k) {
+      block.low[k] = block.high[k];
+      block.high[k] = std::min(block.low[k] + kBlockParts, count[k]);
+      return block.low[k] < count[k];
+    };
+    for (block.high[2] = 0; next(2);)
+      for (block.high[1] = 0; next(1);)
+        for (block.high[0] = 0; next(0);) addBlock(block, number);
+    error.marked_cells += static_cast<double>(marked_) * weight;
+    error.wrong_cells += static_cast<double>(wrong_) * weight;
+  }
+
+ private:
+  struct Block {
+    std::int64_t low[3];
+    std::int64_t high[3];
+
+    std::int64_t parts() const {
+      return (high[0] - low[0]) * (high[1] - low[1]) * (high[2] - low[2]);
+    }
+  };
+
+  Vector3 middleOf(const Block& block) const {
+    Vector3 middle;
+    for (int k = 0; k < 3; ++k)
+      middle[k] = 0.5 * static_cast<double>(block.low[k] + block.high[k]) * step_[k];
+    return origin_ + R_ * middle;
+  }
+  /// Half lengths of the box around the centres of the parts.
+  Vector3 halfOf(const Block& block) const {
+    Vector3 half;
+    for (int k = 0; k < 3; ++k)
+      half[k] = 0.5 * static_cast<double>(block.high[k] - block.low[k] - 1) * step_[k];
+    return half;
+  }
+
+  void addBlock(const Block& block, std::size_t number) {
+    index_.findBefore(number, middleOf(block), R_ * halfOf(block).asDiagonal(), overlap_);
+    if (overlap_.is_whole) return;
+    if (overlap_.cuboids.empty()) {
+      marked_ += block.parts();
+      addWrong(block);
+      return;
+    }
+    forEachPart(block, [&](const Vector3& point) {
+      for (const std::uint32_t other : overlap_.cuboids)
+        if (index_.holds(other, point)) return;
+      ++marked_;
+      wrong_ += truth_.isNear(point, s_) ? 0 : 1;
+    });
+  }
+
+  /// Parts of the block that are far from the surface, all of which count.
+  void addWrong(const Block& block) {
+    const double nearest = truth_.distance(middleOf(block));
+    const double reach = halfOf(block).norm();
+    if (nearest + reach <= s_) return;
+    if (nearest - reach > s_) {
+      wrong_ += block.parts();
+      return;
+    }
+    // Only rounding gets a single part here.
+    if (block.parts() == 1) {
+      wrong_ += nearest > s_ ? 1 : 0;
+      return;
+    }
+    int longest = 0;
+    for (const int k : {1, 2})
+      if ((block.high[k] - block.low[k]) > (block.high[longest] - block.low[longest])) longest = k;
+    Block half = block;
+    half.high[longest] = (block.low[longest] + block.high[longest]) / 2;
+    addWrong(half);
+    half.low[longest] = half.high[longest];
+    half.high[longest] = block.high[longest];
+    addWrong(half);
+  }
+
+  template <typename Visit>
+  void forEachPart(const Block& block, const Visit& visit) const {
+    Block part;
+    const auto set = [&part](int k, std::int64_t at) {
+      part.low[k] = at;
+      part.high[k] = at + 1;
+    };
+    for (std::int64_t z = block.low[2]; z < block.high[2]; ++z) {
+      set(2, z);
+      for (std::int64_t y = block.low[1]; y < block.high[1]; ++y) {
+        set(1, y);
+        for (std::int64_t x = block.low[0]; x < block.high[0]; ++x) {
+          set(0, x);
+          visit(middleOf(part));
+        }
+      }
+    }
+  }
+
+  const CuboidDistance& index_;
+  const SurfaceTruth& truth_;
+  double s_;
+  // Of the cuboid in work:
+  Matrix3 R_ = Matrix3::Identity();
+  Vector3 origin_ = Vector3::Zero();  ///< its corner where the parts begin
+  Vector3 step_ = Vector3::Zero();
+  std::int64_t marked_ = 0;
+  std::int64_t wrong_ = 0;
+  CuboidDistance::Overlap overlap_;
+};
+
+}  // namespace
+
+double combinationEfficiency(std::size_t cells, std::size_t standard_cells) {
+  requireStandardCells(standard_cells);
+  return 1.0 - static_cast<double>(cells) / static_cast<double>(standard_cells);
+}
+
+MappingError mappingError(const std::vector<Cuboid>& cuboids, const SurfaceTruth& truth, double s,
+                          std::size_t standard_cells) {
+  return mappingError(cuboids, CuboidDistance(cuboids), truth, s, standard_cells);
+}
+
+MappingError mappingError(const std::vector<Cuboid>& cuboids, const CuboidDistance& index,
+                          const SurfaceTruth& truth, double s, std::size_t standard_cells) {
+  requirePositive("s", s, "m");
+  requireStandardCells(standard_cells);
+  if (index.size() != cuboids.size()) throw InputError("the index is of another list of cuboids");
+  MappingError error;
+  PartCount count(index, truth, s);
+  for (std::size_t i = 0; i < cuboids.size(); ++i) count.add(cuboids[i], i, error);
+  error.percent = 100.0 * error.wrong_cells / static_cast<double>(standard_cells);
+  return error;
+}
+
+double completeness(const std::vector<Cuboid>& cuboids, const SurfaceTruth& truth, double s) {
+  return completeness(CuboidDistance(cuboids), truth.visibleCells(s), s);
+}
+
+double completeness(const CuboidDistance& index, const std::vector<VisibleCell>& visible,
+                    double s) {
+  requirePositive("s", s, "m");
+  if (visible.empty()) return 1.0;
+  std::uint32_t hint = 0;
+  const auto found = std::count_if(visible.begin(), visible.end(), [&](const VisibleCell& cell) {
+    return index.isWithin(cell.point, s, hint);
+  });
+  return static_cast<double>(found) / static_cast<double>(visible.size());
+}
+
+double coverage(const std::vector<Cuboid>& cuboids, const std::vector<Vector3>& points,
+                double margin) {
+  return coverage(CuboidDistance(cuboids), points, margin);
+}
+
+double coverage(const CuboidDistance& index, const std::vector<Vector3>& points, double margin) {
+  requireInRange("margin", margin, 0.0, std::numeric_limits<double>::max(), "m");
+  std::size_t finite = 0;
+  std::size_t covered = 0;
+  std::uint32_t hint = 0;
+  for (const Vector3& point : points) {
+    if (!point.allFinite()) continue;
+    ++finite;
+    covered += index.isWithin(point, margin, hint) ? 1 : 0;
+  }
+  return finite == 0 ? 1.0 : static_cast<double>(covered) / static_cast<double>(finite);
+}
+
+HeldBackDistance heldBackDistance(const std::vector<Cuboid>& cuboids,
+                                  const std::vector<Vector3>& points, double margin) {
+  return heldBackDistance(CuboidDistance(cuboids), points, margin);
+}
+
+HeldBackDistance heldBackDistance(const CuboidDistance& index, const std::vector<Vector3>& points,
+                                  double margin) {
+  requireInRange("margin", margin, 0.0, std::numeric_limits<double>::max(), "m");
+  std::vector<double> distances;
+  distances.reserve(points.size());
+  double sum = 0.0;
+  std::size_t within = 0;
+  std::uint32_t hint = 0;
+  for (const Vector3& point : points) {
+    if (!point.allFinite()) continue;
+    distances.push_back(index.distance(point, hint));
+    sum += distances.back();
+    within += distances.back() <= margin ? 1 : 0;
+  }
+  HeldBackDistance result;
+  result.points = distances.size();
+  if (distances.empty()) return result;
+  result.median = nearestRank(distances, 0.5);
+  result.percentile_95 = nearestRank(distances, 0.95);
+  result.mean = sum / static_cast<double>(distances.size());
+  result.share_within = static_cast<double>(within) / static_cast<double>(distances.size());
+  return result;
+}
+
+CrossedSpace::CrossedSpace(double s, double clearance) : side_(s), clearance_(clearance) {
+  requirePositive("s", s, "m");
+  requireInRange("clearance", clearance, 0.0, std::numeric_limits<double>::max(), "m");
+}
+
+void CrossedSpace::add(const std::vector<MeasuredRay>& rays) {
+  const double step = side_ / kStepsPerCell;
+  for (const MeasuredRay& ray : rays) {
+    const double length = (ray.end - ray.origin).norm();
+    if (!(length > 0.0 && length <= kLongestRay)) continue;
+    const Vector3 direction = (ray.end - ray.origin) / length;
+    const double end = length - clearance_;
+    for (int i = 0; (i + 0.5) * step <= end; ++i) {
+      const Vector3 point = ray.origin + direction * ((i + 0.5) * step);
+      std::uint64_t key = 0;
+      if (!detail::cellKeyOf(point, side_, key)) continue;
+      Sample& sample = samples_[key];
+      if (sample.offset[0] >= 0.0f) continue;
+      for (int axis = 0; axis < 3; ++axis) {
+        const double low = detail::unpackCell(key, axis) * side_;
+        sample.offset[axis] = static_cast<float>(std::max(point[axis] - low, 0.0));
+      }
+    }
+  }
+}
+
+std::size_t CrossedSpace::markedCells(const CuboidDistance& index) const {
+  std::size_t marked = 0;
+  samples_.forEach([&](std::uint64_t key, const Sample& sample) {
+    Vector3 point;
+    for (int axis = 0; axis < 3; ++axis)
+      point[axis] =
+          detail::unpackCell(key, axis) * side_ + static_cast<double>(sample.offset[axis]);
+    marked += index.isWithin(point, 0.0) ? 1 : 0;
+  });
+  return marked;
+}
+
+FreeSpaceViolation freeSpaceViolation(const std::vector<Cuboid>& cuboids,
+                                      const std::vector<MeasuredRay>& rays, double s) {
+  CrossedSpace crossed(s, kClearanceInCells * s);
+  crossed.add(rays);
+  return freeSpaceViolation(CuboidDistance(cuboids), crossed);
+}
+
+FreeSpaceViolation freeSpaceViolation(const CuboidDistance& index, const CrossedSpace& crossed) {
+  FreeSpaceViolation violation;
+  if (crossed.cells() == 0) return violation;
+  const double volume = crossed.side() * crossed.side() * crossed.side();
+  const auto marked = static_cast<double>(crossed.markedCells(index));
+  violation.share = marked / static_cast<double>(crossed.cells());
+  violation.crossed_volume = volume * static_cast<double>(crossed.cells());
+  violation.marked_volume = volume * marked;
+  return violation;
+}
+
+}  // namespace evaluation
+}  // namespace planar_mapping

@@ -1,0 +1,134 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/evaluation/ray_caster.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "simulation/object_view.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/base/detail/parallel.h"
+#include "simulation/surface_shading.h"
+
+namespace planar_mapping {
+namespace evaluation {
+namespace {
+
+constexpr int kBandRows = 16;   ///< of the image, worked on by one thread at a time
+constexpr int kRunPixels = 64;  ///< shaded in one go at most
+
+/// Depth, object and face of the pixels of rows [begin, end).
+void findSurfaces(const std::vector<ObjectView>& views, int begin, int end, Rendering& image) {
+  const PinholeCamera& camera = image.camera;
+  for (const ObjectView& view : views) {
+    const PixelWindow& window = view.window;
+    for (int row = std::max(begin, window.row_begin); row < std::min(end, window.row_end); ++row) {
+      const double y = (row - camera.cy) / camera.fy;
+      const std::size_t first =
+          static_cast<std::size_t>(row) * static_cast<std::size_t>(camera.width);
+      for (int column = window.column_begin; column < window.column_end; ++column) {
+        const std::size_t i = first + static_cast<std::size_t>(column);
+        const bool taken = image.object[i] >= 0;
+        if (taken && view.nearest > image.depth[i]) continue;
+        double t = 0.0;
+        int face = 0;
+        if (!view.hit(Vector3((column - camera.cx) / camera.fx, y, 1.0), t, face)) continue;
+        const auto depth = static_cast<float>(t);
+        if (taken &&
+            (depth > image.depth[i] || (depth == image.depth[i] && view.index > image.object[i])))
+          continue;
+        image.depth[i] = depth;
+        image.object[i] = view.index;
+        image.face[i] = static_cast<std::uint8_t>(face);
+      }
+    }
+  }
+}
+
+/// Pixels next to each other in a row that show one face.
+void shadeRun(const SurfaceShader& shader, int row, int begin, int end, Rendering& image) {
+  const PinholeCamera& camera = image.camera;
+  SurfacePatch patches[kRunPixels];
+  const std::size_t first = static_cast<std::size_t>(row) * static_cast<std::size_t>(camera.width) +
+                            static_cast<std::size_t>(begin);
+  for (int column = begin; column < end; ++column) {
+    const std::size_t i = first + static_cast<std::size_t>(column - begin);
+    const Vector3 ray((column - camera.cx) / camera.fx, (row - camera.cy) / camera.fy, 1.0);
+    SurfacePatch& patch = patches[column - begin];
+    patch = shader.patchAt(static_cast<double>(image.depth[i]), ray);
+    image.incidence[i] = static_cast<float>(patch.incidence);
+    image.texture[i] = static_cast<float>(patch.texture);
+  }
+  if (!image.colors.empty()) shader.shade(patches, end - begin, image.colors.data() + first);
+}
+
+void shadeRows(const std::vector<const ObjectView*>& views, const RenderParams& params, int begin,
+               int end, Rendering& image) {
+  const int width = image.camera.width;
+  for (int row = begin; row < end; ++row) {
+    const std::size_t first = static_cast<std::size_t>(row) * static_cast<std::size_t>(width);
+    const std::int32_t* objects = image.object.data() + first;
+    const std::uint8_t* faces = image.face.data() + first;
+    for (int column = 0; column < width;) {
+      int run_end = column + 1;
+      while (run_end < width && run_end - column < kRunPixels &&
+             objects[run_end] == objects[column] && faces[run_end] == faces[column])
+        ++run_end;
+      if (objects[column] >= 0) {
+        const SurfaceShader shader(*views[static_cast<std::size_t>(objects[column])], faces[column],
+                                   image.camera, params.plain_share, params.colors);
+        shadeRun(shader, row, column, run_end, image);
+      }
+      column = run_end;
+    }
+  }
+}
+
+void requireSound(const Scene& scene, const Pose& T_world_camera) {
+  if (!T_world_camera.matrix().allFinite()) throw InputError("the camera's pose is not finite");
+  for (const SceneObject& object : scene.objects)
+    if (!object.T_world_object.matrix().allFinite() || !object.size.allFinite() ||
+        object.size.minCoeff() < 0.0)
+      throw InputError("'" + object.name + "' has no finite place and size");
+}
+
+}  // namespace
+
+void RenderParams::validate() const {
+  requireInRange("frame", frame, 0, std::numeric_limits<int>::max());
+  requireInRange("plain_share", plain_share, 0.0, 1.0);
+  requireInRange("threads", threads, 0, 1024);
+}
+
+Rendering render(const Scene& scene, const PinholeCamera& camera, const Pose& T_world_camera,
+                 const RenderParams& params) {
+  requireInRange("width", camera.width, 1, 65535, "px");
+  requireInRange("height", camera.height, 1, 65535, "px");
+  requirePositive("fx", camera.fx, "px");
+  requirePositive("fy", camera.fy, "px");
+  params.validate();
+  requireSound(scene, T_world_camera);
+  Rendering image;
+  image.camera = camera;
+  const std::size_t pixels =
+      static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
+  image.depth.assign(pixels, 0.0f);
+  image.object.assign(pixels, -1);
+  image.face.assign(pixels, 0);
+  image.incidence.assign(pixels, 0.0f);
+  image.texture.assign(pixels, 0.0f);
+  if (params.colors) image.colors.assign(pixels, kSkyColor);
+  const std::vector<ObjectView> views = viewsOf(scene, camera, T_world_camera, params.frame);
+  const std::vector<const ObjectView*> by_index = byIndex(views, scene);
+  const std::size_t bands = static_cast<std::size_t>((camera.height + kBandRows - 1) / kBandRows);
+  parallelFor(bands, params.threads, [&](std::size_t band) {
+    const int begin = static_cast<int>(band) * kBandRows;
+    const int end = std::min(begin + kBandRows, camera.height);
+    findSurfaces(views, begin, end, image);
+    shadeRows(by_index, params, begin, end, image);
+  });
+  return image;
+}
+
+}  // namespace evaluation
+}  // namespace planar_mapping

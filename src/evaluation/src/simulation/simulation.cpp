@@ -1,0 +1,139 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/evaluation/simulation.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "planar_mapping/core/base/error.h"
+#include "simulation/scene_json.h"
+
+namespace planar_mapping {
+namespace evaluation {
+namespace {
+
+constexpr double kUsualFocalLength = 500.0 / 640.0;  ///< of the image width
+constexpr double kShortestFrameTime = 0.1;           ///< seconds
+/// Random streams of the images; those of the clouds are the frames' own numbers.
+constexpr std::uint64_t kImageStreams = 1u << 20u;
+
+}  // namespace
+
+void SimulationParams::validate() const {
+  sceneParams().validate();
+  requireInRange("yaw", yaw, -1e3, 1e3, "rad");
+  requireInRange("width", width, 8, 8192, "px");
+  requireInRange("height", height, 8, 8192, "px");
+  requireInRange("focal_length", focal_length, 0.0, 1e6, "px");
+  requireInRange("plain_share", plain_share, 0.0, 1.0);
+  requireInRange("image_noise", image_noise, 0.0, 100.0, "gray levels");
+  requirePositive("speed", speed, "m/s");
+  requireInRange("threads", threads, 0, 1024);
+  sensor.validate();
+  if (images && !colors) throw ParameterError("images cannot be rendered without colors");
+}
+
+SceneParams SimulationParams::sceneParams() const {
+  SceneParams result;
+  result.name = scene;
+  result.frames = frames;
+  result.path = path;
+  result.step = step;
+  result.length = length;
+  result.moving = moving;
+  return result;
+}
+
+PinholeCamera SimulationParams::camera() const {
+  PinholeCamera camera;
+  camera.fx = camera.fy = focal_length > 0.0 ? focal_length : kUsualFocalLength * width;
+  camera.cx = 0.5 * (width - 1);
+  camera.cy = 0.5 * (height - 1);
+  camera.width = width;
+  camera.height = height;
+  return camera;
+}
+
+Simulation::Simulation(const SimulationParams& params) : params_(params) {
+  params_.validate();
+  scene_ = makeScene(params_.sceneParams());
+  prepare();
+}
+
+Simulation::Simulation(const SimulationParams& params, const Scene& scene)
+    : params_(params), scene_(scene) {
+  params_.scene = sceneNames().front();
+  params_.length = 0.0;
+  params_.validate();
+  params_.scene = scene.name;
+  if (scene.path.empty()) throw InputError("the scene has no path to be seen from");
+  prepare();
+}
+
+void Simulation::prepare() {
+  scene_.rotate(params_.yaw);
+  planes_ = planesOf(scene_);
+  double time = 0.0;
+  for (std::size_t i = 0; i < scene_.path.size(); ++i) {
+    if (i > 0) {
+      const double distance =
+          (scene_.path[i].translation() - scene_.path[i - 1].translation()).norm();
+      time += std::max(kShortestFrameTime, distance / params_.speed);
+    }
+    timestamps_.push_back(time);
+  }
+}
+
+int Simulation::planeOf(std::size_t object, int face) const {
+  return planes_.plane_of_face.at(object).at(static_cast<std::size_t>(face));
+}
+
+SimulatedFrame Simulation::frame(std::size_t index) const {
+  if (index >= size())
+    throw InputError("frame " + std::to_string(index) + " of " + std::to_string(size()));
+  SimulatedFrame frame;
+  frame.index = index;
+  frame.T_world_camera = scene_.path[index];
+  frame.timestamp = timestamps_[index];
+  RenderParams rendering;
+  rendering.frame = static_cast<int>(index);
+  rendering.plain_share = params_.plain_share;
+  rendering.colors = params_.colors;
+  rendering.threads = params_.threads;
+  const PinholeCamera camera = params_.camera();
+  frame.truth = render(scene_, camera, frame.T_world_camera, rendering);
+  frame.labels.assign(frame.truth.size(), 0);
+  for (std::size_t i = 0; i < frame.truth.size(); ++i)
+    if (frame.truth.object[i] >= 0)
+      frame.labels[i] = static_cast<std::uint32_t>(
+          planeOf(static_cast<std::size_t>(frame.truth.object[i]), frame.truth.face[i]) + 1);
+  if (params_.clouds) {
+    Random random(params_.seed, index);
+    frame.disparity = measureDisparity(frame.truth, params_.sensor, random);
+    frame.xyz = pointsOf(frame.disparity, camera, params_.sensor.baseline);
+  }
+  if (!params_.images) return frame;
+  ImageSensorParams sensor;
+  sensor.color = params_.color_images;
+  sensor.noise = params_.image_noise;
+  Random seeds(params_.seed, kImageStreams + index);
+  const auto nextSeed = [&seeds]() {
+    const auto high = static_cast<std::uint64_t>(seeds.next());
+    return high << 32u | seeds.next();
+  };
+  sensor.seed = nextSeed();
+  frame.left = renderImage(scene_, frame.truth, frame.T_world_camera, rendering, sensor);
+  Pose T_world_right = frame.T_world_camera;
+  T_world_right.translation() += params_.sensor.baseline * frame.T_world_camera.linear().col(0);
+  sensor.seed = nextSeed();
+  frame.right = renderImage(scene_, render(scene_, camera, T_world_right, rendering), T_world_right,
+                            rendering, sensor);
+  return frame;
+}
+
+std::string Simulation::truthJson() const {
+  return sceneJson(params_, scene_, planes_);
+}
+
+}  // namespace evaluation
+}  // namespace planar_mapping

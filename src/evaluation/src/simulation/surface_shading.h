@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+
+#include "simulation/object_view.h"
+
+namespace planar_mapping {
+namespace evaluation {
+
+constexpr std::uint32_t kSkyColor = 0xBFD2E6;
+
+/// A pixel's image on a surface.
+struct SurfacePatch {
+  double incidence = 0.0;               ///< cosine between ray and normal, in [0, 1]
+  double texture = 0.0;                 ///< how much there is to match, in [0, 1]
+  double light = 0.0;                   ///< that falls on it: factor of the material's colour
+  double u = 0.0, v = 0.0;              ///< its middle, surface coordinates, metres
+  double along_u = 0.0, along_v = 0.0;  ///< its longer side, metres
+  double width = 0.0;                   ///< across that, metres
+  int samples = 0;                      ///< squares of that width it is covered by
+};
+
+/// One face as one camera sees it.
+class SurfaceShader {
+ public:
+  /// \param colors  false: patches have incidence and texture only
+  SurfaceShader(const ObjectView& view, int face, const PinholeCamera& camera, double plain_share,
+                bool colors);
+
+  /// \param ray  through the pixel, camera frame, z = 1
+  SurfacePatch patchAt(double depth, const Vector3& ray) const;
+  /// Colours 0xRRGGBB of patches: material, light and pattern, averaged over each patch.
+  void shade(const SurfacePatch* patches, int count, std::uint32_t* colors) const;
+
+ private:
+  const ObjectView& view_;
+  int face_;
+  Vector3 pixel_right_;  ///< step of the ray from pixel to pixel, object frame
+  Vector3 pixel_down_;
+  double plain_share_;
+  bool colors_;
+  std::uint32_t seed_;
+};
+
+}  // namespace evaluation
+}  // namespace planar_mapping

@@ -1,0 +1,171 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboids/box_groups.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <utility>
+
+#include "cuboids/cover_geometry.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+/// Half cells between boxes that may have to do with each other: a half cell that boxes may stand
+/// for lies at most one beside each, and they may be made of half cells at most two apart.
+constexpr std::int32_t kFarthest = 4;
+/// Half cells between boxes of which one stands for what is beside the other.
+constexpr std::int32_t kNear = 2;
+/// More, or farther apart, are covered anew face by face: a group takes time as a whole, and a grid
+/// around it memory.
+constexpr std::size_t kMostBoxes = 16384;
+constexpr double kMostVolume = 1 << 26;  ///< half cells
+/// So many around a group have to do with it at most, on both sides together.
+constexpr std::int32_t kAround = 24;
+/// Boxes are looked up in cubes of 2^5 half cells.
+constexpr int kCubeBits = 5;
+
+struct Extent {
+  Int3 low;
+  Int3 high;
+};
+
+Extent extentOf(const Cuboid& box, double half_cell) {
+  const Vector3 half = halfExtent(box, 0.0);
+  const auto at = [&](const Vector3& corner) {
+    const auto whole = [&](double v) { return static_cast<std::int32_t>(std::lround(v)); };
+    const Vector3 place = corner / half_cell;
+    return Int3{whole(place.x()), whole(place.y()), whole(place.z())};
+  };
+  return {at(box.center - half), at(box.center + half)};
+}
+
+std::int32_t gapBetween(const Extent& a, const Extent& b) {
+  return std::max({a.low.x - b.high.x, b.low.x - a.high.x, a.low.y - b.high.y, b.low.y - a.high.y,
+                   a.low.z - b.high.z, b.low.z - a.high.z});
+}
+
+class Grouping {
+ public:
+  Grouping(const std::vector<std::pair<RegionBox, Cuboid>>& boxes, double cell)
+      : boxes_(boxes), parent_(boxes.size()) {
+    std::iota(parent_.begin(), parent_.end(), 0u);
+    for (const auto& box : boxes) extents_.push_back(extentOf(box.second, 0.5 * cell));
+  }
+
+  std::vector<std::vector<std::uint32_t>> run() {
+    linkNeighbours();
+    std::vector<std::vector<std::uint32_t>> groups;
+    for (std::vector<std::uint32_t>& part : parts()) {
+      if (part.size() <= kMostBoxes && volumeOf(part) <= kMostVolume) {
+        groups.push_back(std::move(part));
+      } else {
+        addFaces(part, groups);
+      }
+    }
+    groups.erase(std::remove_if(groups.begin(), groups.end(),
+                                [&](const std::vector<std::uint32_t>& group) {
+                                  return regionOf(group.front()) == regionOf(group.back());
+                                }),
+                 groups.end());
+    std::sort(groups.begin(), groups.end());
+    return groups;
+  }
+
+ private:
+  using Face = std::pair<std::uint64_t, std::uint64_t>;
+
+  std::uint64_t regionOf(std::uint32_t box) const { return boxes_[box].first.region; }
+
+  std::uint32_t root(std::uint32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+
+  void linkNeighbours() {
+    std::vector<std::pair<std::uint64_t, std::uint32_t>> in_cube;
+    for (std::uint32_t i = 0; i < extents_.size(); ++i) {
+      const auto cube = [](const Int3& at, std::int32_t by) {
+        return Int3{(at.x + by) >> kCubeBits, (at.y + by) >> kCubeBits, (at.z + by) >> kCubeBits};
+      };
+      forEachPlace(cube(extents_[i].low, -kFarthest), cube(extents_[i].high, kFarthest),
+                   [&](const Int3& at) { in_cube.emplace_back(packKey(at), i); });
+    }
+    std::sort(in_cube.begin(), in_cube.end());
+    for (auto l = in_cube.begin(); l != in_cube.end(); ++l) {
+      for (auto r = l + 1; r != in_cube.end() && r->first == l->first; ++r) {
+        link(l->second, r->second);
+      }
+    }
+  }
+
+  void link(std::uint32_t i, std::uint32_t j) {
+    const std::int32_t gap = gapBetween(extents_[i], extents_[j]);
+    if (gap > kFarthest) return;
+    parent_[root(i)] = root(j);
+    if (gap <= kNear && regionOf(i) != regionOf(j)) across_.emplace_back(i, j);
+  }
+
+  /// Half cells of the least box around all that has to do with them.
+  double volumeOf(const std::vector<std::uint32_t>& part) const {
+    Extent hull = extents_[part.front()];
+    for (const std::uint32_t i : part) {
+      const Extent& e = extents_[i];
+      hull.low = {std::min(hull.low.x, e.low.x), std::min(hull.low.y, e.low.y),
+                  std::min(hull.low.z, e.low.z)};
+      hull.high = {std::max(hull.high.x, e.high.x), std::max(hull.high.y, e.high.y),
+                   std::max(hull.high.z, e.high.z)};
+    }
+    return static_cast<double>(hull.high.x - hull.low.x + kAround) *
+           (hull.high.y - hull.low.y + kAround) * (hull.high.z - hull.low.z + kAround);
+  }
+
+  /// Boxes that hang together.
+  std::vector<std::vector<std::uint32_t>> parts() {
+    std::vector<std::vector<std::uint32_t>> of_root(parent_.size());
+    for (std::uint32_t i = 0; i < parent_.size(); ++i) of_root[root(i)].push_back(i);
+    of_root.erase(std::remove_if(of_root.begin(), of_root.end(),
+                                 [](const auto& part) { return part.size() < 2; }),
+                  of_root.end());
+    return of_root;
+  }
+
+  /// Boxes of the part that meet others across a border, each at the first face where it can.
+  void addFaces(const std::vector<std::uint32_t>& part,
+                std::vector<std::vector<std::uint32_t>>& groups) {
+    std::map<Face, std::vector<std::uint32_t>> at_face;
+    for (const auto& [i, j] : across_) {
+      if (root(i) != root(part.front())) continue;
+      std::vector<std::uint32_t>& boxes = at_face[std::minmax(regionOf(i), regionOf(j))];
+      boxes.push_back(i);
+      boxes.push_back(j);
+    }
+    std::vector<char> taken(extents_.size(), 0);
+    for (auto& [face, group] : at_face) {
+      std::sort(group.begin(), group.end());
+      group.erase(std::unique(group.begin(), group.end()), group.end());
+      group.erase(std::remove_if(group.begin(), group.end(),
+                                 [&](std::uint32_t i) { return taken[i] != 0; }),
+                  group.end());
+      if (group.empty() || regionOf(group.front()) == regionOf(group.back())) continue;
+      for (const std::uint32_t i : group) taken[i] = 1;
+      groups.push_back(std::move(group));
+    }
+  }
+
+  const std::vector<std::pair<RegionBox, Cuboid>>& boxes_;
+  std::vector<Extent> extents_;
+  std::vector<std::uint32_t> parent_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> across_;  ///< near ones of two regions
+};
+
+}  // namespace
+
+std::vector<std::vector<std::uint32_t>> groupAcrossBorders(
+    const std::vector<std::pair<RegionBox, Cuboid>>& boxes, double cell) {
+  return Grouping(boxes, cell).run();
+}
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,47 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+
+#include "store/map_data.h"
+#include "planar_mapping/core/cuboids/detail/compact_cover.h"
+
+namespace planar_mapping::detail {
+
+// Where covers and boxes are among the blocks and regions of cells.
+
+inline Vector3 centerOf(const LooseQuarter& quarter, const PlaneFrame& frame, double s) {
+  return frame.fromPlane({0.5 * s * (quarter.a + 0.5), 0.5 * s * (quarter.b + 0.5), 0.0});
+}
+
+/// The block of cells around a point, within the lattice.
+inline Int3 blockOf(const Vector3& point, double s) {
+  constexpr double kLimit = kLatticeLimit / 4;
+  const Vector3 at = (point / (4.0 * s)).array().floor().max(-kLimit).min(kLimit - 1.0);
+  return {static_cast<std::int32_t>(at.x()), static_cast<std::int32_t>(at.y()),
+          static_cast<std::int32_t>(at.z())};
+}
+
+inline std::uint64_t regionOf(const MapData& map, const Vector3& point) {
+  return map.cells.regionKey(blockOf(point, map.resolution()));
+}
+
+/// Half the world extent of a cuboid, and so far around it.
+inline Vector3 halfExtent(const Cuboid& cuboid, double margin) {
+  return cuboid.orientation.toRotationMatrix().cwiseAbs() * (0.5 * cuboid.size) +
+         Vector3::Constant(margin);
+}
+
+/// Calls visit(Int3) for all places from \p low to \p high, both included.
+template <typename Visit>
+void forEachPlace(const Int3& low, const Int3& high, Visit&& visit) {
+  Int3 at;
+  for (at.z = low.z; at.z <= high.z; ++at.z) {
+    for (at.y = low.y; at.y <= high.y; ++at.y) {
+      for (at.x = low.x; at.x <= high.x; ++at.x) visit(at);
+    }
+  }
+}
+
+}  // namespace planar_mapping::detail

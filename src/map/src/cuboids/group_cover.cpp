@@ -1,0 +1,106 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboids/group_cover.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "cuboids/cover_geometry.h"
+#include "cuboids/patch_cover.h"
+#include "store/surface_band.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+/// Cells so far from a box have to do with it: it stands for what is half a cell beside it, and may
+/// become one that holds another half.
+constexpr double kReach = 2.0;
+
+void makeDistinct(std::vector<std::uint64_t>& keys) {
+  std::sort(keys.begin(), keys.end());
+  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+}
+
+bool meet(const Cuboid& cuboid, double margin, const Vector3& low, const Vector3& high) {
+  const Vector3 half = halfExtent(cuboid, margin);
+  return ((cuboid.center + half).array() >= low.array()).all() &&
+         ((cuboid.center - half).array() <= high.array()).all();
+}
+
+}  // namespace
+
+GroupCover::GroupCover(const MapData& map, std::vector<Cuboid> boxes)
+    : map_(map),
+      boxes_(std::move(boxes)),
+      low_(Vector3::Constant(INFINITY)),
+      high_(Vector3::Constant(-INFINITY)) {
+  const double s = map.resolution();
+  for (const Cuboid& box : boxes_) {
+    const Vector3 half = halfExtent(box, kReach * s);
+    low_ = low_.cwiseMin(box.center - half);
+    high_ = high_.cwiseMax(box.center + half);
+    forEachPlace(blockOf(box.center - half, s), blockOf(box.center + half, s),
+                 [&](const Int3& block) { blocks_.push_back(packKey(block)); });
+  }
+  makeDistinct(blocks_);
+  for (const std::uint64_t block : blocks_) {
+    const std::uint64_t region = map.cells.regionKey(unpackKey(block));
+    if (regions_.empty() || regions_.back() != region) regions_.push_back(region);
+  }
+  makeDistinct(regions_);
+}
+
+bool GroupCover::isNear(const Int3& block) const {
+  return std::binary_search(blocks_.begin(), blocks_.end(), packKey(block));
+}
+
+void GroupCover::add(const PlaneLayer& plane, const PackedCover& packed) {
+  const CuboidApproximationParams& params = map_.params.approximation;
+  const double s = map_.resolution();
+  const PatchCover cover = packed.unpacked();
+  const SurfaceBand band = surfaceBand(map_, cover.spread);
+  if (near_.empty() || near_.back().id != plane.id) {
+    near_.push_back({plane.id, plane.state().stored.frame(), plane.raster().reopened()});
+  }
+  const NearPlane& near = near_.back();
+  for (std::size_t r = 0; r < cover.rectangles.size(); ++r) {
+    const HalfCellRectangle& place = cover.rectangles[r].place;
+    const Cuboid cuboid = cuboidOf(place, near.frame, band, params);
+    if (!meet(cuboid, s, low_, high_)) continue;
+    if (!packed.isReplaced(r)) {
+      present_.push_back(cuboid);
+      continue;
+    }
+    for (const SurfacePiece& piece : piecesOf(place, near.raster, near.frame, band, params)) {
+      if (isNear(blockOf(piece.center, s))) pieces_.push_back(piece);
+    }
+  }
+  for (const LooseQuarter& quarter : cover.loose) {
+    if (!isNear(blockOf(centerOf(quarter, near.frame, s), s))) continue;
+    addPieces(quarter, near.frame, params, pieces_);
+  }
+}
+
+std::vector<NonPlanarCell> GroupCover::cells() const {
+  std::vector<NonPlanarCell> cells;
+  for (const std::uint64_t key : regions_) {
+    const std::size_t region = map_.cells.regions.indexOf(key);
+    if (region == KeyMap<CellLayer::Region>::kNone) continue;
+    for (const NonPlanarCell& cell : map_.cells.cellsOf(region, map_.params.approximation)) {
+      if (isNear(CellLayer::blockOf({cell.x, cell.y, cell.z}))) cells.push_back(cell);
+    }
+  }
+  return cells;
+}
+
+bool GroupCover::run() {
+  std::vector<Cuboid> again =
+      coverAgain(boxes_, cells(), pieces_, present_, map_.params.approximation);
+  if (again.size() >= boxes_.size()) return false;
+  namePlanes(map_, near_, again);
+  boxes_ = std::move(again);
+  return true;
+}
+
+}  // namespace planar_mapping::detail

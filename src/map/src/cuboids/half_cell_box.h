@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "planar_mapping/core/geometry/cuboid.h"
+
+namespace planar_mapping::detail {
+
+/// A box on the lattice of half cells, whose axes are those of the world, however they are named.
+struct HalfCellBox {
+  std::array<std::int64_t, 3> middle{};  ///< twice, in half cells
+  std::array<std::int64_t, 3> size{};    ///< along the box's own axes, half cells
+  unsigned axes = 0;  ///< of u, v, n: that of the world and its sign, three bits each; 0 = x, y, z
+
+  /// Nothing unless cuboid() gives the very same. \param half  side of half a cell, metres
+  static std::optional<HalfCellBox> from(const Cuboid& wanted, double half);
+  Cuboid cuboid(double half) const;
+  /// Along x, y, z, half cells.
+  std::array<std::int64_t, 3> worldSize() const;
+  void setWorldSize(const std::array<std::int64_t, 3>& world);
+
+ private:
+  std::size_t worldAxis(std::size_t own) const {
+    return axes == 0 ? own : (axes >> (3 * own) & 3u) - 1;
+  }
+  Quaternion orientation() const;
+};
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,138 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboids/patch_cover.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "store/belief.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+/// The tiles of a patch as they are to be approximated: together, or where almost all of their
+/// window is empty, each group of tiles that touch on its own. Empty cells cost time too, so that
+/// this bounds the time by the number of tiles.
+std::vector<std::vector<PlacedTile>> islandsOf(const std::vector<PlacedTile>& tiles) {
+  constexpr std::size_t kSparse = 16;  // tiles of the window for each that holds a cell
+  if (tiles.empty()) return {};
+  PlacedTile low = tiles.front();
+  PlacedTile high = tiles.front();
+  for (const PlacedTile& t : tiles) {
+    low.a = std::min(low.a, t.a);
+    low.b = std::min(low.b, t.b);
+    high.a = std::max(high.a, t.a);
+    high.b = std::max(high.b, t.b);
+  }
+  const std::int32_t width = high.a - low.a + 1;
+  const std::int32_t height = high.b - low.b + 1;
+  if (static_cast<std::size_t>(width) * height <= kSparse * tiles.size()) return {tiles};
+
+  std::vector<const RasterTile*> at(static_cast<std::size_t>(width) * height, nullptr);
+  const auto place = [&](std::int32_t a, std::int32_t b) -> const RasterTile*& {
+    return at[static_cast<std::size_t>(b - low.b) * width + static_cast<std::size_t>(a - low.a)];
+  };
+  for (const PlacedTile& t : tiles) place(t.a, t.b) = t.tile;
+  std::vector<std::vector<PlacedTile>> islands;
+  for (std::int32_t b = low.b; b <= high.b; ++b) {
+    for (std::int32_t a = low.a; a <= high.a; ++a) {
+      if (place(a, b) == nullptr) continue;
+      std::vector<PlacedTile> island{{a, b, std::exchange(place(a, b), nullptr)}};
+      for (std::size_t i = 0; i < island.size(); ++i) {
+        const PlacedTile from = island[i];
+        for (std::int32_t nb = std::max(from.b - 1, low.b); nb <= std::min(from.b + 1, high.b);
+             ++nb) {
+          for (std::int32_t na = std::max(from.a - 1, low.a); na <= std::min(from.a + 1, high.a);
+               ++na) {
+            if (place(na, nb) == nullptr) continue;
+            island.push_back({na, nb, std::exchange(place(na, nb), nullptr)});
+          }
+        }
+      }
+      islands.push_back(std::move(island));
+    }
+  }
+  return islands;
+}
+
+/// Rectangles of tiles of a plane.
+SurfaceCover coverTiles(const std::vector<PlacedTile>& members,
+                        const CuboidApproximationParams& params) {
+  // The window is tight to the cells: the paper's first unit is the bounding rectangle.
+  std::int32_t low_a = kLatticeLimit, low_b = kLatticeLimit;
+  std::int32_t high_a = -kLatticeLimit, high_b = -kLatticeLimit;
+  for (const PlacedTile& t : members) {
+    for (std::uint64_t bits = t.tile->occupied(); bits != 0; bits &= bits - 1) {
+      const int bit = __builtin_ctzll(bits);
+      low_a = std::min(low_a, 8 * t.a + (bit & 7));
+      high_a = std::max(high_a, 8 * t.a + (bit & 7));
+      low_b = std::min(low_b, 8 * t.b + (bit >> 3));
+      high_b = std::max(high_b, 8 * t.b + (bit >> 3));
+    }
+  }
+  CellMask mask;
+  mask.a0 = low_a;
+  mask.b0 = low_b;
+  mask.width = high_a - low_a + 1;
+  mask.height = high_b - low_b + 1;
+  mask.cells.assign(static_cast<std::size_t>(mask.width) * mask.height, 0);
+  const bool certain = std::all_of(members.begin(), members.end(), [](const PlacedTile& t) {
+    for (std::uint64_t bits = t.tile->occupied(); bits != 0; bits &= bits - 1) {
+      if (t.tile->belief(static_cast<std::size_t>(__builtin_ctzll(bits))) != kCertain) return false;
+    }
+    return true;
+  });
+  std::vector<float> probability(certain ? 0 : mask.cells.size(), 1.0f);
+  for (const PlacedTile& t : members) {
+    for (std::uint64_t bits = t.tile->occupied(); bits != 0; bits &= bits - 1) {
+      const int bit = __builtin_ctzll(bits);
+      const std::size_t cell = static_cast<std::size_t>(8 * t.b + (bit >> 3) - low_b) * mask.width +
+                               static_cast<std::size_t>(8 * t.a + (bit & 7) - low_a);
+      mask.cells[cell] = 1;
+      if (!certain) probability[cell] = beliefOf(t.tile->belief(static_cast<std::size_t>(bit)));
+    }
+  }
+  return coverSurface(mask, nullptr, probability, params);
+}
+
+}  // namespace
+
+SurfaceCover coverPatch(const std::vector<PlacedTile>& tiles,
+                        const CuboidApproximationParams& params) {
+  SurfaceCover all;
+  const auto append = [](auto& to, const auto& from) {
+    to.insert(to.end(), from.begin(), from.end());
+  };
+  for (const std::vector<PlacedTile>& part : islandsOf(tiles)) {
+    const SurfaceCover some = coverTiles(part, params);
+    append(all.rectangles, some.rectangles);
+    append(all.probability, some.probability);
+    append(all.loose, some.loose);
+  }
+  return all;
+}
+
+std::vector<SurfacePiece> piecesOf(const HalfCellRectangle& r, const OpenRaster& raster,
+                                   const PlaneFrame& plane, const SurfaceBand& band,
+                                   const CuboidApproximationParams& params) {
+  std::vector<SurfacePiece> pieces;
+  std::vector<PlaneFrame> frames(1, plane);
+  if (band.front > 0.0) {
+    frames.push_back(plane);
+    frames[0].origin += band.front * plane.n;
+    frames[1].origin -= std::min(band.front, band.back) * plane.n;
+  }
+  const std::int32_t reach = params.absorption >= 0.5 ? 1 : 0;
+  for (std::int32_t b = r.b - reach; b < r.b + r.height + reach; ++b) {
+    for (std::int32_t a = r.a - reach; a < r.a + r.width + reach; ++a) {
+      const RasterTile* tile = raster.find(a >> 4, b >> 4);
+      const int bit = 8 * (b >> 1 & 7) + (a >> 1 & 7);
+      if (tile == nullptr || (tile->occupied() >> bit & 1u) == 0) continue;
+      const float belief = beliefOf(tile->belief(static_cast<std::size_t>(bit)));
+      for (const PlaneFrame& frame : frames) addPieces({a, b, belief}, frame, params, pieces);
+    }
+  }
+  return pieces;
+}
+
+}  // namespace planar_mapping::detail

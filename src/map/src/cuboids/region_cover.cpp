@@ -1,0 +1,103 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboids/region_cover.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "cuboids/cover_geometry.h"
+#include "cuboids/patch_cover.h"
+
+namespace planar_mapping::detail {
+RegionCover::RegionCover(const MapData& map, std::uint64_t key, CoverEffort effort)
+    : map_(map), key_(key), effort_(effort) {
+  const double s = map.resolution();
+  const Int3& anchor = map.cells.anchor;
+  const Int3 at = unpackKey(key);
+  low_ = s * (Vector3(anchor.x, anchor.y, anchor.z) + kRegionCells * Vector3(at.x, at.y, at.z));
+  high_ = low_ + Vector3::Constant(kRegionCells * s);
+}
+
+void RegionCover::add(std::uint32_t number, const PlaneLayer& plane, const PatchCover& cover) {
+  const CuboidApproximationParams& params = map_.params.approximation;
+  if (near_.empty() || near_.back().id != plane.id) {
+    near_.push_back({plane.id, plane.state().stored.frame(), plane.raster().reopened()});
+  }
+  const PlaneFrame& frame = near_.back().frame;
+  const SurfaceBand band = surfaceBand(map_, cover.spread);
+  std::vector<HalfCellRectangle> rectangles;
+  for (const PatchCover::Rectangle& r : cover.rectangles) rectangles.push_back(r.place);
+  const std::vector<std::uint8_t> may_go = replaceableOf(rectangles, params);
+  for (std::size_t r = 0; r < rectangles.size(); ++r) {
+    const std::size_t before = replaceable_.size();
+    addRectangle(cuboidOf(rectangles[r], frame, band, params), rectangles[r], band, may_go[r] != 0);
+    if (replaceable_.size() > before) choices_.push_back({number, r, false});
+  }
+  for (const LooseQuarter& quarter : cover.loose) {
+    const Vector3 center = centerOf(quarter, frame, map_.resolution());
+    if (regionOf(map_, center) == key_) addPieces(quarter, frame, params, pieces_);
+  }
+}
+
+void RegionCover::addRectangle(const Cuboid& cuboid, const HalfCellRectangle& place,
+                               const SurfaceBand& band, bool may_go) {
+  const Vector3 half = halfExtent(cuboid, map_.resolution());
+  const Vector3 from = cuboid.center - half;
+  const Vector3 to = cuboid.center + half;
+  const bool inside = (from.array() > low_.array()).all() && (to.array() < high_.array()).all();
+  if (inside && may_go) {
+    replaceable_.push_back({cuboid, {}});
+    if (effort_ == CoverEffort::Quick) return;
+    const NearPlane& plane = near_.back();
+    replaceable_.back().pieces =
+        piecesOf(place, plane.raster, plane.frame, band, map_.params.approximation);
+  } else if ((from.array() <= high_.array()).all() && (to.array() >= low_.array()).all()) {
+    present_.push_back(cuboid);
+  }
+}
+
+std::vector<Cuboid> RegionCover::boxes() {
+  const CuboidApproximationParams& params = map_.params.approximation;
+  const std::size_t region = map_.cells.regions.indexOf(key_);
+  std::vector<NonPlanarCell> cells;
+  if (region != KeyMap<CellLayer::Region>::kNone) cells = map_.cells.cellsOf(region, params);
+  if (!map_.isCompact()) {
+    const std::uint32_t frame = map_.cells.regions.value(region).frame;
+    const Vector3 sensor = frame < map_.trajectory.size() ? map_.trajectory.at(frame).sensor()
+                                                          : Vector3(Vector3::Zero());
+    return cuboidsOfCells(cells, params, sensor);
+  }
+  if (effort_ == CoverEffort::Quick) {
+    for (const ReplaceableCuboid& r : replaceable_) present_.push_back(r.cuboid);
+    replaceable_.clear();
+  }
+  RestCover cover = coverRest(cells, pieces_, present_, replaceable_, params, effort_);
+  for (std::size_t i = 0; i < cover.kept.size(); ++i) choices_[i].replaced = cover.kept[i] == 0;
+  is_provisional_ = effort_ == CoverEffort::Quick && (!choices_.empty() || cover.boxes.size() > 1);
+  namePlanes(map_, near_, cover.boxes);
+  return std::move(cover.boxes);
+}
+
+std::vector<std::uint64_t> regionsOf(const MapData& map, const PlaneFrame& frame,
+                                     const PatchCover& cover) {
+  std::vector<std::uint64_t> regions;
+  if (!map.isCompact()) return regions;
+  const double s = map.resolution();
+  const SurfaceBand band = surfaceBand(map, cover.spread);
+  for (const PatchCover::Rectangle& r : cover.rectangles) {
+    const Cuboid cuboid = cuboidOf(r.place, frame, band, map.params.approximation);
+    const Vector3 half = halfExtent(cuboid, s);  // so far around it stands for what is there
+    const Int3 low = unpackKey(regionOf(map, cuboid.center - half));
+    const Int3 high = unpackKey(regionOf(map, cuboid.center + half));
+    forEachPlace(low, high, [&](const Int3& at) { regions.push_back(packKey(at)); });
+  }
+  for (const LooseQuarter& quarter : cover.loose) {
+    const std::uint64_t key = regionOf(map, centerOf(quarter, frame, s));
+    if (regions.empty() || regions.back() != key) regions.push_back(key);
+  }
+  std::sort(regions.begin(), regions.end());
+  regions.erase(std::unique(regions.begin(), regions.end()), regions.end());
+  return regions;
+}
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,220 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+
+#include "store/belief.h"
+#include "sensor/depth_image.h"
+#include "integration/frame.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+/// A cell is missed only if everything measured over it lies behind it by this many resolutions.
+constexpr double kMissMargin = 1.0;
+/// A cell without a point is doubted only if so many pixels face it, ...
+constexpr double kFewestPixels = 9.0;
+/// ... and what is measured over it is not nearer than it by so many resolutions and depth errors:
+/// then it is hidden, not missing.
+constexpr double kHiddenCells = 3.0;
+constexpr double kHiddenErrors = 3.0;
+/// A cell in front of which something is measured is behind a surface, unless that is within so
+/// many depth errors of it.
+constexpr double kBehindErrors = 2.0;
+
+/// A cell that got no point of the frame, as planes and non-planar cells see it.
+struct UnseenCell {
+  Vector3 centre;         ///< in the camera's frame
+  double facing = 1.0;    ///< cosine between its surface and the ray; 1 for a cell without one
+  double errors = 0.0;    ///< so many depth errors behind what is measured it is still looked at
+  bool is_proven = true;  ///< one look that does not confirm it is not enough to lose it
+};
+
+/// Tells whether the sensor looks through cells.
+class MissTest {
+ public:
+  MissTest(const MapData& map, const Frame& frame, const DepthImage& image)
+      : image_(image),
+        noise_(frame.observation->noise),
+        max_range_(map.params.max_range),
+        resolution_(map.resolution()),
+        margin_(kMissMargin * map.resolution()),
+        // Half the diagonal of a square: holds a cell turned about any axis of it.
+        half_(Vector3::Constant(std::sqrt(0.5) * map.resolution())) {
+    image.bounds(max_range_, low_, high_);
+  }
+
+  bool reaches(const Vector3& low, const Vector3& high) const {
+    return (low.array() <= high_.array()).all() && (high.array() >= low_.array()).all();
+  }
+  /// Can any cell of the box (half extents along the camera's axes) be missed?
+  bool mayBeMissed(const Vector3& centre, const Vector3& half) const {
+    const double behind = noise_ ? kBehindErrors * noise_->depthError(centre.z() + half.z()) : 0.0;
+    const DepthImage::Look look = image_.look(centre, half, false);
+    return look.visible && look.near <= max_range_ &&
+           look.farthest > look.near - resolution_ - behind;
+  }
+  /// Is the cell one less to believe in: because the sensor looks through it, or because it looks
+  /// where the cell is and measures other places there?
+  bool isMissed(const UnseenCell& cell) const {
+    if (!image_.isResponsible(cell.centre)) return false;
+    const DepthImage::Look all = image_.look(cell.centre, half_, true);
+    if (all.inside && all.far <= max_range_ && all.nearest > all.far + margin_) return true;
+    // Without a depth error nobody knows whether what is measured beside the cell is of it.
+    if (!noise_) return false;
+    // Half the cell is enough to expect points of it, and edges of what hides others matter less.
+    const DepthImage::Look look = image_.look(cell.centre, 0.5 * half_, true);
+    if (!look.inside || !(look.far <= max_range_)) return false;
+    const double error = noise_->depthError(cell.centre.z());
+    if (cell.facing * image_.pixelsOf(resolution_, cell.centre.z()) < kFewestPixels ||
+        !(look.farthest > look.near - resolution_ - cell.errors * error)) {
+      return false;
+    }
+    // What is no part of the map does not tell against it.
+    const DepthImage::Use use = image_.useOver(cell.centre, 0.5 * half_);
+    // Where some pixels have no measurement, the others speak for them against what is not proven.
+    if (!(look.nearest > 0.0f)) return !cell.is_proven && use.any;
+    const double hidden = kHiddenCells * resolution_ + kHiddenErrors * error;
+    return look.nearest > look.near - hidden && use.all;
+  }
+  const DepthImage& image() const { return image_; }
+
+ private:
+  const DepthImage& image_;
+  const std::optional<StereoNoise> noise_;
+  const double max_range_;
+  const double resolution_;
+  const double margin_;
+  const Vector3 half_;
+  Vector3 low_;
+  Vector3 high_;
+};
+
+/// Lowers the belief of one cell of a tile or block. \return whether the cell is gone
+template <typename Cells>
+bool miss(const PlanarMapParams& params, Cells& cells, std::size_t bit) {
+  const std::uint8_t belief = afterMiss(cells.belief(bit), params.miss_factor);
+  if (!isKept(belief, params.min_probability)) {
+    cells.remove(bit);
+    return true;
+  }
+  cells.setBelief(bit, belief);
+  return false;
+}
+
+void missPlane(const MapData& map, Frame& frame, const MissTest& test, PlaneLayer& layer,
+               const PlaneHits* hits, const KeyMap<std::uint64_t>* absorbed) {
+  const double s = map.resolution();
+  Vector3 low, high;
+  if (!layer.bounds(s, map.thickness(), low, high) || !test.reaches(low, high)) return;
+  const Matrix3& r = test.image().inverseRotation();
+  const Vector3 u = r * layer.frame().u;
+  const Vector3 v = r * layer.frame().v;
+  const Vector3 origin = test.image().toCamera(layer.frame().origin);
+  const Vector3 normal = r * layer.frame().n;
+  const Vector3 half_tile = 4.0 * s * (u.cwiseAbs() + v.cwiseAbs()) + Vector3::Constant(s);
+  const auto missTile = [&](std::int32_t ta, std::int32_t tb, RasterTile& tile) {
+    // Most tiles of a large plane are far away or behind the camera.
+    const double depth = origin.z() + (8 * ta + 4) * s * u.z() + (8 * tb + 4) * s * v.z();
+    if (depth + half_tile.z() <= 0.0 || depth - half_tile.z() > map.params.max_range) return;
+    const Vector3 middle = origin + (8 * ta + 4) * s * u + (8 * tb + 4) * s * v;
+    if (!test.mayBeMissed(middle, half_tile)) return;
+    const TileHits* seen = hits != nullptr ? hits->tiles.find(packKey(ta, tb)) : nullptr;
+    const std::uint64_t* others = absorbed != nullptr ? absorbed->find(packKey(ta, tb)) : nullptr;
+    bool changed = false;
+    for (std::uint64_t bits = tile.occupied() & ~(others != nullptr ? *others : 0); bits != 0;
+         bits &= bits - 1) {
+      const int bit = __builtin_ctzll(bits);
+      const auto at = static_cast<std::size_t>(bit);
+      if (seen != nullptr && seen->count[at] > 0) continue;
+      const Vector3 centre =
+          origin + (8 * ta + (bit & 7) + 0.5) * s * u + (8 * tb + (bit >> 3) + 0.5) * s * v;
+      // A surface seen from behind cannot be seen at all.
+      const double facing = -normal.dot(centre) / centre.norm();
+      if (!test.isMissed({centre, facing})) continue;
+      changed = true;
+      frame.update.cells_removed += miss(map.params, tile, at) ? 1 : 0;
+    }
+    if (changed) layer.raster().markDirty(ta, tb);
+  };
+  for (std::size_t p = 0; p < layer.raster().patches(); ++p) {
+    // Nor is it worth it to unpack a patch of which no tile can be missed.
+    const TileWindow& w = layer.raster().window(p);
+    if (w.empty()) continue;
+    const double columns = w.high_a - w.low_a + 1;
+    const double rows = w.high_b - w.low_b + 1;
+    const Vector3 middle =
+        origin + (8 * w.low_a + 4.0 * columns) * s * u + (8 * w.low_b + 4.0 * rows) * s * v;
+    const Vector3 half =
+        4.0 * s * (columns * u.cwiseAbs() + rows * v.cwiseAbs()) + Vector3::Constant(1.01 * s);
+    if (middle.z() + half.z() <= 0.0 || middle.z() - half.z() > map.params.max_range ||
+        !test.mayBeMissed(middle, half)) {
+      continue;
+    }
+    layer.raster().forEachTile(p, missTile);
+  }
+}
+
+void missCells(MapData& map, Frame& frame, const MissTest& test) {
+  const double s = map.resolution();
+  const auto frame_number = static_cast<std::uint32_t>(map.trajectory.size() - 1);
+  const Vector3 half = test.image().extentInCamera(Vector3::Constant(2.0 * s));
+  // One look that does not confirm it is enough for a cell of this belief.
+  const std::uint8_t unproven = quantiseBelief(map.params.first_belief);
+  const bool is_fragile =
+      !isKept(afterMiss(unproven, map.params.miss_factor), map.params.min_probability);
+  for (std::size_t r = 0; r < map.cells.regions.size(); ++r) {
+    const Int3 region = unpackKey(map.cells.regions.key(r));
+    const Vector3 low = s * (kRegionCells * Vector3(region.x, region.y, region.z) +
+                             Vector3(map.cells.anchor.x, map.cells.anchor.y, map.cells.anchor.z));
+    if (!test.reaches(low, low + Vector3::Constant(s * kRegionCells))) continue;
+    // Regions of blocks there are exist already: marking them dirty moves nothing.
+    for (const std::uint64_t key : map.cells.keysOf(r)) {
+      const Int3 at = unpackKey(key);
+      CellBlock* block = map.cells.find(at);
+      if (block->occupied() == 0) continue;
+      const Vector3 middle = (4.0 * s) * (Vector3(at.x, at.y, at.z) + Vector3::Constant(0.5));
+      if (!test.mayBeMissed(test.image().toCamera(middle), half)) continue;
+      std::uint64_t* seen = frame.cell_hits.find(key);
+      std::uint64_t candidates = block->occupied() & ~(seen != nullptr ? *seen : 0);
+      bool changed = false;
+      for (; candidates != 0; candidates &= candidates - 1) {
+        const int bit = __builtin_ctzll(candidates);
+        const Int3 c = CellLayer::cellOf(at, bit);
+        const Vector3 centre = s * (Vector3(c.x, c.y, c.z) + Vector3::Constant(0.5));
+        const bool is_proven =
+            !is_fragile || block->belief(static_cast<std::size_t>(bit)) > unproven;
+        if (!test.isMissed({test.image().toCamera(centre), 1.0, kBehindErrors, is_proven}))
+          continue;
+        changed = true;
+        if (seen == nullptr) seen = &frame.cell_hits[key];
+        *seen |= std::uint64_t{1} << bit;
+        frame.update.cells_removed +=
+            miss(map.params, *block, static_cast<std::size_t>(bit)) ? 1 : 0;
+      }
+      if (changed) map.cells.markDirty(at, frame_number);
+    }
+  }
+}
+
+}  // namespace
+
+void integrateMisses(MapData& map, Frame& frame) {
+  if (map.params.miss_factor >= 1.0) return;
+  std::vector<const PlaneHits*> hits_of(map.planes.size(), nullptr);
+  for (const PlaneHits& hits : frame.hits) hits_of[hits.layer] = &hits;
+  const auto absorbed_of = [&](std::int32_t id) -> const KeyMap<std::uint64_t>* {
+    for (const auto& [plane, cells] : frame.absorbed) {
+      if (plane == id) return &cells;
+    }
+    return nullptr;
+  };
+  for (const DepthImage& image : frame.images) {
+    const MissTest test(map, frame, image);
+    for (std::size_t l = 0; l < map.planes.size(); ++l) {
+      missPlane(map, frame, test, map.planes[l], hits_of[l], absorbed_of(map.planes[l].id));
+    }
+    missCells(map, frame, test);
+  }
+}
+
+}  // namespace planar_mapping::detail

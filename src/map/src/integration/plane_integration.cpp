@@ -1,0 +1,200 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+
+#include "store/belief.h"
+#include "integration/frame.h"
+#include "store/lattice.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+/// Sensor coordinates to in-plane coordinates in cells: rows u and v.
+struct ToCells {
+  double m[8];
+  ToCells(const MapData& map, const Frame& frame, const PlaneFrame& plane) {
+    const double per_cell = 1.0 / map.resolution();
+    const Vector3 apart = frame.sensor - plane.origin;
+    const Vector3 u = frame.rotation.transpose() * plane.u * per_cell;
+    const Vector3 v = frame.rotation.transpose() * plane.v * per_cell;
+    for (int i = 0; i < 3; ++i) {
+      m[i] = u[i];
+      m[4 + i] = v[i];
+    }
+    m[3] = plane.u.dot(apart) * per_cell;
+    m[7] = plane.v.dot(apart) * per_cell;
+  }
+};
+
+/// A side of four metres is forty cells of 0.1 m although it is measured as 4.0000001 m.
+constexpr double kRounding = 1e-6;
+
+/// Calls visit(begin, n) for the batches of the inliers of a segment.
+template <typename Visit>
+void forEachBatch(const Indices& inliers, Visit&& visit) {
+  for (std::size_t begin = 0; begin < inliers.size(); begin += kBatch) {
+    visit(begin, std::min(kBatch, inliers.size() - begin));
+  }
+}
+
+/// The raster of a new plane starts at the corner of the bounding rectangle of its points, the
+/// slack shared by both sides, as in approximateCuboids(). Its cells are as few as that needs.
+CellWindow startRaster(const MapData& map, const Frame& frame, PlaneLayer& layer,
+                       std::size_t segment) {
+  const ToCells to_cells(map, frame, layer.frame());
+  const PointsView& points = frame.observation->points;
+  const Indices& inliers = frame.inliersOf(segment);
+  double extent[4] = {INFINITY, INFINITY, -INFINITY, -INFINITY};
+  double u[kBatch];
+  double v[kBatch];
+  forEachBatch(inliers, [&](std::size_t begin, std::size_t n) {
+    planeCoordinates(points.data, points.stride, inliers.data() + begin, n, to_cells.m, u, v);
+    widenExtent(u, v, n, extent);
+  });
+  CellWindow window;
+  if (!(extent[0] <= extent[2])) return window;
+  double low[2];
+  double cells[2];
+  for (int axis = 0; axis < 2; ++axis) {
+    const double width = extent[2 + axis] - extent[axis];
+    cells[axis] = std::max(1.0, std::ceil(width - kRounding));
+    low[axis] = extent[axis] - 0.5 * (cells[axis] - width);
+  }
+  PlaneFrame started = layer.frame();
+  started.origin =
+      layer.frame().fromPlane({low[0] * map.resolution(), low[1] * map.resolution(), 0.0});
+  // As it will be kept, so that the next frame finds the same points in the same cells.
+  layer.setFrame(StoredPlane::from(started, PlaneMoments()).frame());
+  window.low_a = window.low_b = 0;
+  window.high_a = static_cast<std::int32_t>(std::min(cells[0], 1.0 * kLatticeLimit)) - 1;
+  window.high_b = static_cast<std::int32_t>(std::min(cells[1], 1.0 * kLatticeLimit)) - 1;
+  // The first patch has what was seen first in its middle.
+  layer.raster().setAnchor(window.high_a / 16 - kPatchCells / 16,
+                           window.high_b / 16 - kPatchCells / 16);
+  return window;
+}
+
+/// Counts points of a segment in the cells of its map plane.
+void countHits(Frame& frame, const int* indices, const CellRuns& runs, KeyMap<TileHits>& hits) {
+  const std::vector<float>* belief = frame.observation->probability;
+  std::int32_t last_a = kOutside;
+  std::int32_t last_b = kOutside;
+  TileHits* tile = nullptr;
+  for (std::size_t r = 0; r < runs.size; ++r) {
+    const std::uint32_t begin = runs.first[r];
+    const std::uint32_t end = runs.first[r + 1];
+    const std::int32_t a = runs.a[begin];
+    const std::int32_t b = runs.b[begin];
+    if (a == kOutside) {
+      frame.update.dropped_points += end - begin;
+      continue;
+    }
+    if ((a >> 3) != last_a || (b >> 3) != last_b) {
+      last_a = a >> 3;
+      last_b = b >> 3;
+      tile = &hits[packKey(last_a, last_b)];
+    }
+    const auto bit = static_cast<std::size_t>(8 * (b & 7) + (a & 7));
+    tile->count[bit] += end - begin;
+    if (belief == nullptr) continue;
+    float sum = tile->belief[bit];
+    for (std::uint32_t i = begin; i < end; ++i) {
+      sum += (*belief)[static_cast<std::size_t>(indices[i])];
+    }
+    tile->belief[bit] = sum;
+  }
+}
+
+/// Counts the points of a segment in the cells of a plane, those of the window only.
+void countSegment(const MapData& map, Frame& frame, const PlaneLayer& layer, std::size_t segment,
+                  const CellWindow& window, KeyMap<TileHits>& hits) {
+  const ToCells to_cells(map, frame, layer.frame());
+  const PointsView& points = frame.observation->points;
+  const Indices& inliers = frame.inliersOf(segment);
+  double u[kBatch];
+  double v[kBatch];
+  CellRuns runs;
+  forEachBatch(inliers, [&](std::size_t begin, std::size_t n) {
+    planeCoordinates(points.data, points.stride, inliers.data() + begin, n, to_cells.m, u, v);
+    runs.find(u, v, n, window);
+    countHits(frame, inliers.data() + begin, runs, hits);
+  });
+}
+
+void applyHits(const MapData& map, Frame& frame, PlaneLayer& layer, const PlaneHits& plane_hits) {
+  const KeyMap<TileHits>& hits = plane_hits.tiles;
+  const PlanarMapParams& params = map.params;
+  const bool believed = frame.observation->probability != nullptr;
+  const auto enough = static_cast<std::uint32_t>(params.approximation.min_points_per_cell);
+  // What the first sight of a plane holds is as certain as the plane; what noise adds is not.
+  const bool is_sure = plane_hits.is_new || !frame.observation->noise;
+  const double most = is_sure ? 1.0 : std::max(params.first_belief, params.min_probability);
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    const TileHits& hit = hits.value(i);
+    const std::uint64_t key = hits.key(i);
+    std::int32_t tile_a = 0, tile_b = 0;
+    unpackKey(key, tile_a, tile_b);
+    RasterTile* tile = layer.raster().find(tile_a, tile_b);
+    bool changed = false;
+    double share = 0.0;
+    if (!plane_hits.is_new) {
+      const double s = map.resolution();
+      const Vector3 middle =
+          layer.frame().fromPlane({(8 * tile_a + 4) * s, (8 * tile_b + 4) * s, 0});
+      const double facing = layer.frame().n.dot((frame.sensor - middle).normalized());
+      share = frame.pointsToBeSeen(params, middle, facing);
+    }
+    for (std::size_t bit = 0; bit < 64; ++bit) {
+      const std::uint32_t count = hit.count[bit];
+      if (count == 0) continue;
+      const double q = believed ? static_cast<double>(hit.belief[bit]) / count : 1.0;
+      const std::uint64_t flag = std::uint64_t{1} << bit;
+      if (tile != nullptr && (tile->occupied() & flag) != 0) {
+        const std::uint8_t before = tile->belief(bit);
+        const std::uint8_t after = afterHit(before, q, params.belief_gain);
+        if (after == before) continue;
+        changed = true;
+        if (isKept(after, params.min_probability)) {
+          tile->setBelief(bit, after);
+        } else {
+          tile->remove(bit);
+          ++frame.update.cells_removed;
+        }
+        continue;
+      }
+      const std::uint8_t belief = quantiseBelief(std::min(q, most));
+      if (count < enough || count < share || !isKept(belief, params.min_probability)) {
+        frame.update.dropped_points += count;
+        continue;
+      }
+      if (tile == nullptr) tile = &layer.raster().tileAt(tile_a, tile_b);
+      tile->setBelief(bit, belief);
+      changed = true;
+      ++frame.update.cells_added;
+    }
+    if (changed) layer.raster().markDirty(tile_a, tile_b);
+  }
+}
+
+}  // namespace
+
+void integratePlanes(MapData& map, Frame& frame) {
+  for (PlaneHits& hits : frame.hits) {
+    PlaneLayer& layer = map.planes[hits.layer];
+    PlaneMoments moments = layer.moments();
+    for (const std::size_t segment : hits.segments) moments.merge(frame.moments[segment]);
+    layer.setMoments(moments);
+    layer.setFrames(layer.state().frames + 1);
+    // Cells already there ride along; the new ones enter in the frame as it is from now on.
+    if (!hits.is_new) layer.refit(map.resolution(), map.params.refit_tolerance * map.resolution());
+    for (const std::size_t segment : hits.segments) {
+      CellWindow window;
+      if (hits.is_new) window = startRaster(map, frame, layer, segment);  // it has one segment
+      countSegment(map, frame, layer, segment, window, hits.tiles);
+    }
+    applyHits(map, frame, layer, hits);
+  }
+}
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,364 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "sensor/depth_image.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "planar_mapping/core/base/detail/gather_points.h"
+#include "planar_mapping/core/base/detail/simd.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+constexpr double kNearPlane = 1e-3;  ///< metres; boxes that reach closer are not judged
+constexpr int kTileShift = 2;        ///< 4 x 4 pixels
+
+/// Depths of a row; 0 where there is none.
+PLANAR_MAPPING_MULTIVERSION
+void readRow(const float* points, std::size_t stride, std::size_t n, float* depth) {
+  constexpr float kLargest = std::numeric_limits<float>::max();
+  std::size_t i = 0;
+  for (; i + 4 <= n; i += 4) {
+    float x[4], y[4];
+    fetchAhead(points + i * stride, stride);
+    readFour(points + i * stride, stride, x, y, depth + i);
+  }
+  for (; i < n; ++i) depth[i] = points[i * stride + 2];
+  for (i = 0; i < n; ++i) {
+    const float z = depth[i];
+    depth[i] = (z > 0.0f) & (z <= kLargest) ? z : 0.0f;
+  }
+}
+
+/// Sets bit 0 where a measurement is used, bit 1 where one is not.
+PLANAR_MAPPING_MULTIVERSION
+void markUse(const std::uint8_t* used, const float* depth, std::size_t n, std::uint8_t* marks) {
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto mark = static_cast<std::uint8_t>(2 - used[i]);
+    marks[i] |= depth[i] > 0.0f ? mark : std::uint8_t{0};
+  }
+}
+
+PLANAR_MAPPING_MULTIVERSION
+void widenRow(const float* depth, std::size_t n, float* nearest, float* farthest) {
+  for (std::size_t i = 0; i < n; ++i) {
+    nearest[i] = depth[i] < nearest[i] ? depth[i] : nearest[i];
+    farthest[i] = depth[i] > farthest[i] ? depth[i] : farthest[i];
+  }
+}
+
+}  // namespace
+
+DepthImage::DepthImage(const PinholeCamera& camera, const Matrix3& rotation,
+                       const Vector3& position, bool shared)
+    : camera_(camera),
+      inverse_(rotation.transpose()),
+      turn_(rotation.transpose().cwiseAbs()),
+      position_(position),
+      shared_(shared),
+      shift_(shared ? 0 : kTileShift) {
+  Level level;
+  level.width = (camera.width + (1 << shift_) - 1) >> shift_;
+  level.height = (camera.height + (1 << shift_) - 1) >> shift_;
+  level.tiles.assign(static_cast<std::size_t>(level.width) * level.height, Tile());
+  levels_.push_back(std::move(level));
+}
+
+void DepthImage::fill(const PointsView& points, const std::vector<std::uint8_t>& use) {
+  const std::size_t width = points.width;
+  std::vector<float> depth(width);
+  std::vector<float> nearest(width);
+  std::vector<float> farthest(width);
+  Level& level = levels_.front();
+  const auto tiles = static_cast<std::size_t>(level.width);
+  // What is beyond the image is no measurement.
+  std::vector<std::uint8_t> marks(tiles << shift_);
+  const std::vector<std::uint8_t> all(use.empty() ? width : 0, 1);
+  use_.assign((tiles + 1) * (static_cast<std::size_t>(level.height) + 1), 0);
+  for (int tile_row = 0; tile_row < level.height; ++tile_row) {
+    std::fill(nearest.begin(), nearest.end(), std::numeric_limits<float>::infinity());
+    std::fill(farthest.begin(), farthest.end(), 0.0f);
+    std::fill(marks.begin(), marks.end(), std::uint8_t{0});
+    const std::uint32_t first = static_cast<std::uint32_t>(tile_row) << shift_;
+    const std::uint32_t last = std::min(first + (1u << shift_), points.height);
+    for (std::uint32_t row = first; row < last; ++row) {
+      readRow(points[row * width], points.stride, width, depth.data());
+      widenRow(depth.data(), width, nearest.data(), farthest.data());
+      markUse(use.empty() ? all.data() : &use[row * width], depth.data(), width, marks.data());
+    }
+    Tile* row_of_tiles = &level.tiles[static_cast<std::size_t>(tile_row) * tiles];
+    std::uint64_t* uses = &use_[(static_cast<std::size_t>(tile_row) + 1) * (tiles + 1) + 1];
+    for (std::size_t t = 0; t < tiles; ++t) {
+      const std::size_t begin = t << shift_;
+      const std::size_t end = std::min(begin + (std::size_t{1} << shift_), width);
+      Tile tile{nearest[begin], farthest[begin]};
+      std::uint64_t marked = marks[begin];
+      for (std::size_t i = begin + 1; i < end; ++i) {
+        tile.nearest = std::min(tile.nearest, nearest[i]);
+        tile.farthest = std::max(tile.farthest, farthest[i]);
+        marked |= marks[i];
+      }
+      row_of_tiles[t] = tile;
+      uses[t] = (marked & 1u) + ((marked >> 1) << 32);
+    }
+  }
+  sumUses();
+}
+
+void DepthImage::sumUses() {
+  const Level& level = levels_.front();
+  const auto columns = static_cast<std::size_t>(level.width) + 1;
+  for (std::size_t row = 1; row <= static_cast<std::size_t>(level.height); ++row) {
+    for (std::size_t t = 1; t < columns; ++t) {
+      use_[row * columns + t] += use_[row * columns + t - 1] + use_[(row - 1) * columns + t] -
+                                 use_[(row - 1) * columns + t - 1];
+    }
+  }
+}
+
+void DepthImage::add(const Vector3& point) {
+  if (!(point.z() > kNearPlane)) return;
+  const double column = std::floor(camera_.fx * point.x() / point.z() + camera_.cx + 0.5);
+  const double row = std::floor(camera_.fy * point.y() / point.z() + camera_.cy + 0.5);
+  if (!(column >= 0.0 && row >= 0.0 && column < camera_.width && row < camera_.height)) return;
+  Level& level = levels_.front();
+  Tile& tile = level.tiles[(static_cast<std::size_t>(row) >> shift_) * level.width +
+                           (static_cast<std::size_t>(column) >> shift_)];
+  const auto depth = static_cast<float>(point.z());
+  tile.nearest = tile.nearest > 0.0f ? std::min(tile.nearest, depth) : depth;
+  tile.farthest = std::max(tile.farthest, depth);
+}
+
+void DepthImage::finish() {
+  while (levels_.back().width > 1 || levels_.back().height > 1) {
+    const Level& fine = levels_.back();
+    Level coarse;
+    coarse.width = (fine.width + 1) / 2;
+    coarse.height = (fine.height + 1) / 2;
+    coarse.tiles.resize(static_cast<std::size_t>(coarse.width) * coarse.height);
+    for (int row = 0; row < coarse.height; ++row) {
+      const int below = std::min(2 * row + 1, fine.height - 1);
+      const Tile* upper = &fine.tiles[static_cast<std::size_t>(2 * row) * fine.width];
+      const Tile* lower = &fine.tiles[static_cast<std::size_t>(below) * fine.width];
+      for (int column = 0; column < coarse.width; ++column) {
+        const int left = 2 * column;
+        const int right = std::min(left + 1, fine.width - 1);
+        Tile& tile = coarse.tiles[static_cast<std::size_t>(row) * coarse.width + column];
+        tile.nearest = std::min(std::min(upper[left].nearest, upper[right].nearest),
+                                std::min(lower[left].nearest, lower[right].nearest));
+        tile.farthest = std::max(std::max(upper[left].farthest, upper[right].farthest),
+                                 std::max(lower[left].farthest, lower[right].farthest));
+      }
+    }
+    levels_.push_back(std::move(coarse));
+  }
+}
+
+inline bool DepthImage::footprint(const Vector3& c, const Vector3& half, double corners[4]) const {
+  const double near = c.z() - half.z();
+  if (near <= kNearPlane) return false;
+  const double by_near = 1.0 / near;
+  const double by_far = 1.0 / (c.z() + half.z());
+  const auto edges = [&](double centre, double reach, double f, double offset, double* low_high) {
+    const double low = centre - reach;
+    const double high = centre + reach;
+    low_high[0] = f * low * (low < 0.0 ? by_near : by_far) + offset + 0.5;
+    low_high[1] = f * high * (high > 0.0 ? by_near : by_far) + offset + 0.5;
+  };
+  edges(c.x(), half.x(), camera_.fx, camera_.cx, corners);
+  edges(c.y(), half.y(), camera_.fy, camera_.cy, corners + 2);
+  return true;
+}
+
+DepthImage::Use DepthImage::useOver(const Vector3& centre, const Vector3& half) const {
+  double edges[4];
+  if (use_.empty() || !footprint(centre, half, edges)) return {};
+  const Level& level = levels_.front();
+  const auto tile = [&](double edge, int tiles) {
+    return static_cast<std::size_t>(std::clamp(static_cast<int>(edge) >> shift_, 0, tiles - 1));
+  };
+  const std::size_t x0 = tile(edges[0], level.width);
+  const std::size_t x1 = tile(edges[1], level.width) + 1;
+  const std::size_t y0 = tile(edges[2], level.height);
+  const std::size_t y1 = tile(edges[3], level.height) + 1;
+  const auto columns = static_cast<std::size_t>(level.width) + 1;
+  const std::uint64_t tiles = use_[y1 * columns + x1] - use_[y0 * columns + x1] -
+                              use_[y1 * columns + x0] + use_[y0 * columns + x0];
+  const bool any = (tiles & UINT32_MAX) != 0;
+  return {any, any && tiles >> 32 == 0};
+}
+
+DepthImage::Look DepthImage::look(const Vector3& c, const Vector3& half, bool whole) const {
+  Look result;
+  result.near = c.z() - half.z();
+  result.far = c.z() + half.z();
+  if (result.far <= kNearPlane) return result;
+  if (result.near <= kNearPlane) {  // around the camera: seen, but not to be told apart
+    result.visible = true;
+    result.farthest = farthest();
+    return result;
+  }
+  double edges[4];
+  footprint(c, half, edges);
+  const double left = edges[0], right = edges[1], top = edges[2], bottom = edges[3];
+  if (!(right >= 0.0 && bottom >= 0.0 && left < camera_.width && top < camera_.height)) {
+    return result;
+  }
+  result.visible = true;
+  result.inside = left >= 0.0 && top >= 0.0 && right < camera_.width && bottom < camera_.height;
+  if (whole && !result.inside) return result;
+
+  const auto pixel = [](double edge, int size) {
+    return static_cast<int>(std::min(std::max(edge, 0.0), size - 1.0));
+  };
+  int x0 = pixel(left, camera_.width) >> shift_;
+  int x1 = pixel(right, camera_.width) >> shift_;
+  int y0 = pixel(top, camera_.height) >> shift_;
+  int y1 = pixel(bottom, camera_.height) >> shift_;
+  // A level at which one side may be no more than three tiles, and on from there.
+  const int widest = std::max(x1 - x0, y1 - y0);
+  int l = widest > 1 ? 30 - __builtin_clz(static_cast<unsigned>(widest)) : 0;
+  while ((x1 >> l) - (x0 >> l) > 2 || (y1 >> l) - (y0 >> l) > 2) ++l;
+  x0 >>= l;
+  x1 >>= l;
+  y0 >>= l;
+  y1 >>= l;
+  // At most 3 x 3 tiles; some are looked at twice rather than asking how many there are.
+  const Level& level = levels_[static_cast<std::size_t>(l)];
+  const int xs[3] = {x0, std::min(x0 + 1, x1), x1};
+  const int ys[3] = {y0, std::min(y0 + 1, y1), y1};
+  const auto smaller = [](float a, float b) { return a < b ? a : b; };
+  const auto larger = [](float a, float b) { return a > b ? a : b; };
+  float nearest = std::numeric_limits<float>::infinity();
+  float farthest = 0.0f;
+  for (const int y : ys) {
+    // Of each row first: what need not wait for each other is computed together.
+    const Tile* row = &level.tiles[static_cast<std::size_t>(y) * level.width];
+    const Tile& first = row[xs[0]];
+    const Tile& second = row[xs[1]];
+    const Tile& third = row[xs[2]];
+    nearest = smaller(smaller(smaller(first.nearest, second.nearest), third.nearest), nearest);
+    farthest = larger(larger(larger(first.farthest, second.farthest), third.farthest), farthest);
+  }
+  result.nearest = nearest;
+  result.farthest = farthest;
+  return result;
+}
+
+void DepthImage::bounds(double depth, Vector3& low, Vector3& high) const {
+  low = high = position_;
+  for (const double column : {-0.5, camera_.width - 0.5}) {
+    for (const double row : {-0.5, camera_.height - 0.5}) {
+      const Vector3 ray((column - camera_.cx) / camera_.fx, (row - camera_.cy) / camera_.fy, 1.0);
+      const Vector3 corner = position_ + inverse_.transpose() * (depth * ray);
+      low = low.cwiseMin(corner);
+      high = high.cwiseMax(corner);
+    }
+  }
+}
+
+std::vector<DepthImage> makeDepthImages(const FrameObservation& observation,
+                                        const Matrix3& rotation, const Vector3& position,
+                                        const std::vector<std::uint8_t>& use, double step) {
+  const PointsView& points = observation.points;
+  std::vector<DepthImage> images;
+  if (points.size == 0) return images;
+  std::optional<PinholeCamera> camera = observation.camera;
+  if (!camera) camera = estimateCamera(points);
+  if (camera) {
+    const bool organized = points.isOrganized();
+    camera->width = organized ? static_cast<int>(points.width) : camera->width;
+    camera->height = organized ? static_cast<int>(points.height) : camera->height;
+    images.emplace_back(*camera, rotation, position, false);
+    if (organized) {
+      images.back().fill(points, use);
+    } else {
+      for (std::size_t i = 0; i < points.size; ++i) {
+        if (points.isFinite(i)) images.back().add(points.point(i));
+      }
+    }
+    images.back().finish();
+    return images;
+  }
+
+  // Six cameras of a little more than a right angle each, so that a cell at an edge of the cube is
+  // seen whole by one of them.
+  constexpr double kReach = 1.1;
+  PinholeCamera face;
+  face.fx = face.fy = 1.0 / step;
+  face.width = face.height = 2 * static_cast<int>(std::ceil(kReach / step)) + 1;
+  face.cx = face.cy = 0.5 * (face.width - 1);
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double sign : {1.0, -1.0}) {
+      Matrix3 axes;
+      axes.col(2) = sign * Vector3::Unit(axis);
+      axes.col(0) = Vector3::Unit((axis + 1) % 3);
+      axes.col(1) = axes.col(2).cross(axes.col(0));
+      DepthImage image(face, axes, position, true);
+      bool any = false;
+      for (std::size_t i = 0; i < points.size; ++i) {
+        if (!points.isFinite(i)) continue;
+        const Vector3 p = axes.transpose() * (rotation * points.point(i));
+        if (!(p.z() > 0.0 && std::abs(p.x()) <= kReach * p.z() &&
+              std::abs(p.y()) <= kReach * p.z())) {
+          continue;
+        }
+        image.add(p);
+        any = true;
+      }
+      if (!any) continue;
+      image.finish();
+      images.push_back(std::move(image));
+    }
+  }
+  return images;
+}
+
+std::optional<PinholeCamera> estimateCamera(const PointsView& points) {
+  if (!points.isOrganized() || points.width < 2) return std::nullopt;
+  constexpr std::size_t kSamples = 4096;
+  constexpr std::size_t kFewest = 32;
+  constexpr double kLargestError = 0.5;  // pixels, root mean square
+  // column = fx (x / z) + cx and row = fy (y / z) + cy: two straight lines.
+  struct Line {
+    double n = 0, a = 0, b = 0, aa = 0, ab = 0, bb = 0;
+    void add(double from, double to) {
+      n += 1.0;
+      a += from;
+      b += to;
+      aa += from * from;
+      ab += from * to;
+      bb += to * to;
+    }
+    /// slope, intercept, root mean square residual; slope 0 if there is none
+    std::array<double, 3> fit() const {
+      const double spread = aa - a * a / n;
+      if (!(spread > 1e-9 * n)) return {0.0, 0.0, 0.0};
+      const double slope = (ab - a * b / n) / spread;
+      const double residual = (bb - b * b / n) - slope * (ab - a * b / n);
+      return {slope, (b - slope * a) / n, std::sqrt(std::max(0.0, residual) / n)};
+    }
+  };
+  Line columns, rows;
+  // A step that shares no factor with common widths, so that all columns are sampled.
+  const std::size_t step = std::max<std::size_t>(1, points.size / kSamples) | 1u;
+  for (std::size_t i = 0; i < points.size; i += step) {
+    if (!points.isFinite(i)) continue;
+    const float* p = points[i];
+    if (!(p[2] > kNearPlane)) continue;
+    columns.add(static_cast<double>(p[0]) / p[2], static_cast<double>(i % points.width));
+    rows.add(static_cast<double>(p[1]) / p[2], static_cast<double>(i / points.width));
+  }
+  if (columns.n < kFewest) return std::nullopt;
+  const std::array<double, 3> c = columns.fit();
+  const std::array<double, 3> r = rows.fit();
+  if (!(c[0] > 1.0 && r[0] > 1.0 && c[2] < kLargestError && r[2] < kLargestError)) {
+    return std::nullopt;
+  }
+  return PinholeCamera{
+      c[0], r[0], c[1], r[1], static_cast<int>(points.width), static_cast<int>(points.height)};
+}
+
+}  // namespace planar_mapping::detail

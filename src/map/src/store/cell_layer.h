@@ -1,0 +1,139 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "store/key_map.h"
+#include "store/packed_bytes.h"
+#include "planar_mapping/core/cuboids/cuboid_approximation.h"
+#include "store/resting.h"
+
+namespace planar_mapping::detail {
+
+/// 4 x 4 x 4 cells of the world grid, to be worked on.
+class CellBlock {
+ public:
+  /// Mean of the points within a cell, in 1/256 of its side.
+  using Mean = std::array<std::uint8_t, 3>;
+
+  std::uint64_t occupied() const { return occupied_; }  ///< bit 16 z + 4 y + x
+  // Of an occupied cell:
+  std::uint8_t belief(std::size_t bit) const { return beliefs_[bit]; }
+  /// Eighths of the cell that hold points, in the compact profile.
+  std::uint8_t octants(std::size_t bit) const { return octants_[bit]; }
+  Mean mean(std::size_t bit) const { return means_[bit]; }
+  /// Only the paper's profile, which fits planes to them, keeps means, and no octants.
+  bool hasMeans() const { return !means_.empty(); }
+
+  /// Makes the cell occupied if it is not yet; then it has no octants and no mean.
+  void setBelief(std::size_t bit, std::uint8_t belief) {
+    const std::uint64_t flag = std::uint64_t{1} << bit;
+    beliefs_[bit] = belief;
+    if ((occupied_ & flag) != 0) return;
+    occupied_ |= flag;
+    octants_[bit] = 0;
+    if (hasMeans()) means_[bit] = {};
+  }
+  void setOctants(std::size_t bit, std::uint8_t octants) { octants_[bit] = octants; }
+  void setMean(std::size_t bit, const Mean& mean) {
+    if (!hasMeans()) means_.resize(64);
+    means_[bit] = mean;
+  }
+  void remove(std::size_t bit) { occupied_ &= ~(std::uint64_t{1} << bit); }
+
+ private:
+  std::uint64_t occupied_ = 0;
+  std::array<std::uint8_t, 64> beliefs_{};
+  std::array<std::uint8_t, 64> octants_{};
+  std::vector<Mean> means_;
+};
+
+/// Points of one frame in a block.
+struct BlockHits {
+  std::array<std::uint32_t, 64> count{};
+  std::array<std::uint8_t, 64> octants{};
+  std::array<float, 64> belief{};          ///< sum over the points
+  std::vector<std::array<float, 3>> mean;  ///< sum of the offsets within the cell, cells
+  std::uint32_t first_candidate = 0;       ///< planes that may cover points of the block
+  std::uint32_t last_candidate = 0;
+};
+
+/// Cells of the world grid that hold what lies on no plane.
+///
+/// Cuboids are made of a cube of kRegionCells^3 cells as a whole; such regions are laid out so that
+/// the sensor of the first frame is in the middle of one. Between frames a region is packed, about
+/// eight bytes a block; blocks of a region that a frame asks for are unpacked until tidy().
+class CellLayer {
+ public:
+  struct Region {
+    PackedBytes blocks;       ///< as of the last tidy()
+    std::uint32_t frame = 0;  ///< the last one that changed it: leaves extend away from its sensor
+    std::uint32_t revision = 0;  ///< number of frames in the map when it changed last
+    bool dirty = true;           ///< changed since
+    bool open = false;           ///< its blocks are unpacked
+  };
+  KeyMap<Region> regions;  ///< by regionKey()
+  Int3 anchor;             ///< first cell of region (0, 0, 0); multiples of 4
+
+  static int bitOf(const Int3& cell) { return 16 * (cell.z & 3) + 4 * (cell.y & 3) + (cell.x & 3); }
+  static Int3 blockOf(const Int3& cell) { return {cell.x >> 2, cell.y >> 2, cell.z >> 2}; }
+  static Int3 cellOf(const Int3& block, int bit) {
+    return {4 * block.x + (bit & 3), 4 * block.y + ((bit >> 2) & 3), 4 * block.z + (bit >> 4)};
+  }
+  bool empty() const { return regions.empty(); }
+  std::uint64_t regionKey(const Int3& block) const;
+
+  // While a frame is taken in:
+  /// The block, null if there is none.
+  CellBlock* find(const Int3& block);
+  /// The block, which is added if it is new; that may move the others.
+  CellBlock& blockAt(const Int3& block);
+  /// Keys of the blocks of a region, in no particular order.
+  const std::vector<std::uint64_t>& keysOf(std::size_t region);
+  void markDirty(const Int3& block, std::uint32_t frame);
+  /// Packs the open regions, stamps the dirty ones and forgets those without a cell. \return how
+  /// many were dirty
+  std::size_t tidy(std::uint32_t revision);
+
+  // Between frames, from any number of threads:
+  /// Calls visit(block coordinates, CellBlock) for the blocks of a region that hold a cell, by key.
+  template <typename Visit>
+  void forEachBlock(std::size_t region, Visit&& visit) const;
+  template <typename Visit>
+  void forEachBlock(Visit&& visit) const {
+    for (std::size_t r = 0; r < regions.size(); ++r) forEachBlock(r, visit);
+  }
+  /// The cells of a region in the order of its blocks.
+  std::vector<NonPlanarCell> cellsOf(std::size_t region,
+                                     const CuboidApproximationParams& params) const;
+  std::size_t memoryBytes() const;
+
+ private:
+  struct PlacedBlock {
+    std::uint64_t key = 0;
+    CellBlock block;
+  };
+  /// Blocks of a packed region, by key.
+  std::vector<PlacedBlock> unpacked(std::size_t region) const;
+  Int3 firstBlock(std::uint64_t region) const;
+  void pack(std::size_t region);
+  void open(std::size_t region);
+
+  struct OpenRegions {
+    KeyMap<CellBlock> blocks;                 ///< by cell >> 2
+    KeyMap<std::vector<std::uint64_t>> keys;  ///< of the blocks of each, by regionKey()
+  };
+  Resting<OpenRegions> open_;
+};
+
+constexpr std::int32_t kRegionCells = 64;
+
+template <typename Visit>
+void CellLayer::forEachBlock(std::size_t region, Visit&& visit) const {
+  for (const PlacedBlock& placed : unpacked(region)) visit(unpackKey(placed.key), placed.block);
+}
+
+}  // namespace planar_mapping::detail

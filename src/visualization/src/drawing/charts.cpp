@@ -1,0 +1,374 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/visualization/charts.h"
+
+#include <vtkAxis.h>
+#include <vtkBrush.h>
+#include <vtkChartXY.h>
+#include <vtkContextActor.h>
+#include <vtkContextScene.h>
+#include <vtkDoubleArray.h>
+#include <vtkNew.h>
+#include <vtkPen.h>
+#include <vtkPlotLine.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+#include <vtkStringArray.h>
+#include <vtkTable.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "drawing/canvas.h"
+#include "drawing/chart_legend.h"
+#include "planar_mapping/core/base/error.h"
+#include "window/render_backend.h"
+#include "window/window_image.h"
+
+namespace planar_mapping {
+namespace {
+
+// Pixels. VTK places text between pixels, which cuts it; so it draws lines only, into rectangles
+// that are known, and all text is ours.
+constexpr int kLegendHeight = 56;
+constexpr int kLeft = 84;
+constexpr int kRight = 28;
+constexpr int kTop = 80;
+constexpr int kBottom = 68;
+constexpr double kTitleSize = 19.0;
+constexpr double kTextSize = 16.0;
+constexpr double kTickSize = 14.0;
+constexpr Color kInk = {26, 26, 26};
+constexpr float kLineWidth = 2.5f;
+constexpr float kMarkerSize = 10.0f;
+constexpr float kSpreadWidth = 1.5f;
+constexpr unsigned char kSpreadOpacity = 130;
+
+/// How the y values of a chart become positions on its axis.
+double positionOf(double value, bool logarithmic) {
+  return logarithmic ? std::log10(value) : value;
+}
+
+bool isDrawn(double value, bool logarithmic) {
+  return std::isfinite(value) && (!logarithmic || value > 0.0);
+}
+
+bool hasValues(const Chart& chart) {
+  for (const ChartSeries& series : chart.series) {
+    for (const double y : series.y) {
+      if (isDrawn(y, chart.logarithmic)) return true;
+    }
+  }
+  return false;
+}
+
+struct AxisRange {
+  double low = 0.0;
+  double high = 1.0;
+};
+
+/// Of what is drawn, in positions, with some air.
+AxisRange rangeOf(const Chart& chart) {
+  if (chart.y_high > chart.y_low) {
+    return {positionOf(chart.y_low, chart.logarithmic),
+            positionOf(chart.y_high, chart.logarithmic)};
+  }
+  double low = INFINITY;
+  double high = -INFINITY;
+  const auto take = [&](double value) {
+    if (!isDrawn(value, chart.logarithmic)) return;
+    low = std::min(low, positionOf(value, chart.logarithmic));
+    high = std::max(high, positionOf(value, chart.logarithmic));
+  };
+  for (const ChartSeries& series : chart.series) {
+    for (const std::vector<double>* values : {&series.y, &series.low, &series.high}) {
+      for (const double value : *values) take(value);
+    }
+  }
+  if (!(high >= low)) return {};
+  if (chart.logarithmic) return {std::floor(low - 0.02), std::ceil(high + 0.02)};
+  const double air = std::max(0.06 * (high - low), 1e-9 + 0.01 * std::abs(high));
+  return {low >= 0.0 && low - air < 0.35 * high ? std::min(0.0, low) : low - air, high + air};
+}
+
+std::string shortText(double value) {
+  std::ostringstream out;
+  out.imbue(std::locale::classic());
+  out.precision(6);
+  out << value;
+  return out.str();
+}
+
+/// 1, 10, 100, ..., then 1e5 and so on.
+std::string powerText(int exponent) {
+  if (exponent >= -3 && exponent <= 4) return shortText(std::pow(10.0, exponent));
+  return "1e" + std::to_string(exponent);
+}
+
+/// Steps of 1, 2 or 5 times a power of ten, about six of them.
+double niceStep(double length) {
+  const double rough = length / 6.0;
+  const double power = std::pow(10.0, std::floor(std::log10(rough)));
+  for (const double factor : {1.0, 2.0, 5.0}) {
+    if (rough <= factor * power * 1.0001) return factor * power;
+  }
+  return 10.0 * power;
+}
+
+/// Where an axis has ticks, and what stands there.
+struct Ticks {
+  AxisRange range;
+  std::vector<double> positions;
+  std::vector<std::string> labels;
+};
+
+Ticks valueTicks(const Chart& chart) {
+  Ticks ticks;
+  ticks.range = rangeOf(chart);
+  const AxisRange& range = ticks.range;
+  if (chart.logarithmic) {
+    for (int e = static_cast<int>(std::ceil(range.low)); e <= range.high; ++e) {
+      ticks.positions.push_back(e);
+      ticks.labels.push_back(powerText(e));
+    }
+    return ticks;
+  }
+  const double step = niceStep(range.high - range.low);
+  for (double k = std::ceil(range.low / step - 1e-9); k * step <= range.high + 1e-9 * step; ++k) {
+    ticks.positions.push_back(k * step);
+    ticks.labels.push_back(shortText(k == 0.0 ? 0.0 : k * step));
+  }
+  return ticks;
+}
+
+/// A tick at each x of any series.
+Ticks argumentTicks(const Chart& chart) {
+  std::vector<double> xs;
+  for (const ChartSeries& series : chart.series) {
+    xs.insert(xs.end(), series.x.begin(), series.x.end());
+  }
+  std::sort(xs.begin(), xs.end());
+  xs.erase(std::unique(xs.begin(), xs.end()), xs.end());
+  if (xs.empty()) xs = {0.0, 1.0};
+  const double span = xs.back() - xs.front();
+  const double length = span > 0.0 ? span : 10.0 * std::max(std::abs(xs.front()), 1e-3);
+  Ticks ticks;
+  ticks.range = {xs.front() - 0.05 * length, xs.back() + 0.05 * length};
+  ticks.positions = xs;
+  for (const double x : xs) ticks.labels.push_back(shortText(x));
+  return ticks;
+}
+
+void styleAxis(vtkAxis* axis, const Ticks& ticks) {
+  axis->SetTitle("");
+  axis->SetLabelsVisible(false);
+  axis->GetPen()->SetColor(60, 60, 60);
+  axis->GetGridPen()->SetColor(222, 224, 228);
+  axis->SetBehavior(vtkAxis::FIXED);
+  axis->SetMinimum(ticks.range.low);
+  axis->SetMaximum(ticks.range.high);
+  vtkNew<vtkDoubleArray> positions;
+  vtkNew<vtkStringArray> texts;
+  for (std::size_t i = 0; i < ticks.positions.size(); ++i) {
+    positions->InsertNextValue(ticks.positions[i]);
+    texts->InsertNextValue(ticks.labels[i]);
+  }
+  axis->SetCustomTickPositions(positions, texts);
+}
+
+vtkPlot* addLine(vtkChartXY& chart, const std::vector<double>& xs, const std::vector<double>& ys) {
+  vtkNew<vtkTable> table;
+  vtkNew<vtkDoubleArray> x;
+  x->SetName("x");
+  vtkNew<vtkDoubleArray> y;
+  y->SetName("y");
+  for (std::size_t i = 0; i < xs.size(); ++i) {
+    x->InsertNextValue(xs[i]);
+    y->InsertNextValue(ys[i]);
+  }
+  table->AddColumn(x);
+  table->AddColumn(y);
+  vtkPlot* line = chart.AddPlot(vtkChart::LINE);
+  line->SetInputData(table, 0, 1);
+  return line;
+}
+
+void addSpread(vtkChartXY& chart, const ChartSeries& series, bool logarithmic) {
+  for (std::size_t i = 0; i < series.low.size(); ++i) {
+    if (!isDrawn(series.low[i], logarithmic) || !isDrawn(series.high[i], logarithmic)) continue;
+    vtkPlot* bar =
+        addLine(chart, {series.x[i], series.x[i]},
+                {positionOf(series.low[i], logarithmic), positionOf(series.high[i], logarithmic)});
+    bar->SetColor(series.color.red, series.color.green, series.color.blue, kSpreadOpacity);
+    bar->SetWidth(kSpreadWidth);
+  }
+}
+
+int markerStyle(ChartSeries::Marker marker) {
+  switch (marker) {
+    case ChartSeries::Marker::Square:
+      return vtkPlotPoints::SQUARE;
+    case ChartSeries::Marker::Diamond:
+      return vtkPlotPoints::DIAMOND;
+    case ChartSeries::Marker::Cross:
+      return vtkPlotPoints::CROSS;
+    case ChartSeries::Marker::Plus:
+      return vtkPlotPoints::PLUS;
+    case ChartSeries::Marker::Circle:
+      break;
+  }
+  return vtkPlotPoints::CIRCLE;
+}
+
+void addSeries(vtkChartXY& chart, const ChartSeries& series, bool logarithmic) {
+  std::vector<double> xs;
+  std::vector<double> ys;
+  for (std::size_t i = 0; i < series.x.size(); ++i) {
+    if (!isDrawn(series.y[i], logarithmic)) continue;
+    xs.push_back(series.x[i]);
+    ys.push_back(positionOf(series.y[i], logarithmic));
+  }
+  if (xs.empty()) return;
+  if (xs.size() == 1) {  // VTK draws no line of one point
+    xs.push_back(xs.front());
+    ys.push_back(ys.front());
+  }
+  auto* line = vtkPlotLine::SafeDownCast(addLine(chart, xs, ys));
+  line->SetColor(series.color.red, series.color.green, series.color.blue, 255);
+  line->SetWidth(kLineWidth);
+  line->GetPen()->SetLineType(series.dashed ? vtkPen::DASH_LINE : vtkPen::SOLID_LINE);
+  line->SetMarkerStyle(markerStyle(series.marker));
+  line->SetMarkerSize(kMarkerSize);
+}
+
+/// The rectangle between the axes of a chart, pixels from the top left corner of the page.
+struct Frame {
+  int left = 0;
+  int top = 0;
+  int width = 0;
+  int height = 0;
+};
+
+Frame frameOf(const ChartPage& page, int index, int columns) {
+  return {(index % columns) * page.chart_width + kLeft,
+          (index / columns) * page.chart_height + kTop, page.chart_width - kLeft - kRight,
+          page.chart_height - kTop - kBottom};
+}
+
+vtkSmartPointer<vtkChartXY> makeChart(const Chart& chart, const Frame& frame, int page_height) {
+  auto item = vtkSmartPointer<vtkChartXY>::New();
+  item->SetAutoSize(false);
+  item->SetLayoutStrategy(vtkChart::AXES_TO_RECT);
+  item->SetSize(vtkRectf(static_cast<float>(frame.left),
+                         static_cast<float>(page_height - frame.top - frame.height),
+                         static_cast<float>(frame.width), static_cast<float>(frame.height)));
+  item->SetShowLegend(false);
+  item->GetBackgroundBrush()->SetColor(255, 255, 255, 0);  // it would hide its neighbours
+  styleAxis(item->GetAxis(vtkAxis::BOTTOM), argumentTicks(chart));
+  styleAxis(item->GetAxis(vtkAxis::LEFT), valueTicks(chart));
+  for (const ChartSeries& series : chart.series) addSpread(*item, series, chart.logarithmic);
+  for (const ChartSeries& series : chart.series) addSeries(*item, series, chart.logarithmic);
+  return item;
+}
+
+void writeTexts(const Chart& chart, const Frame& frame, visualization::Canvas& canvas) {
+  const double right = frame.left + frame.width;
+  const double bottom = frame.top + frame.height;
+  const double middle = 0.5 * (frame.left + right);
+  canvas.text(chart.title, {middle, frame.top - 54.0}, kTitleSize, 0, kInk);
+  canvas.text(chart.y_title, {frame.left - 50.0, frame.top - 22.0}, kTextSize, -1, kInk);
+  canvas.text(chart.x_title, {middle, bottom + 46.0}, kTextSize, 0, kInk);
+  const auto share = [](double value, const AxisRange& range) {
+    return (value - range.low) / (range.high - range.low);
+  };
+  const Ticks x = argumentTicks(chart);
+  for (std::size_t i = 0; i < x.positions.size(); ++i) {
+    const double at = frame.left + share(x.positions[i], x.range) * frame.width;
+    canvas.text(x.labels[i], {at, bottom + 19.0}, kTickSize, 0, kInk);
+  }
+  const Ticks y = valueTicks(chart);
+  for (std::size_t i = 0; i < y.positions.size(); ++i) {
+    const double at = bottom - share(y.positions[i], y.range) * frame.height;
+    canvas.text(y.labels[i], {frame.left - 10.0, at}, kTickSize, 1, kInk);
+  }
+}
+
+/// Series by name, the first of each.
+std::vector<ChartSeries> legendOf(const ChartPage& page) {
+  std::vector<ChartSeries> names;
+  for (const Chart& chart : page.charts) {
+    for (const ChartSeries& series : chart.series) {
+      const auto same = [&series](const ChartSeries& other) { return other.name == series.name; };
+      if (std::none_of(names.begin(), names.end(), same)) names.push_back(series);
+    }
+  }
+  return names;
+}
+
+}  // namespace
+
+void ChartPage::validate() const {
+  if (charts.empty()) throw InputError("there is no chart to draw");
+  requireInRange("columns of the page", columns, 1, 16);
+  requireInRange("width of a chart", chart_width, 320, 4096, "px");
+  requireInRange("height of a chart", chart_height, 240, 4096, "px");
+  for (const Chart& chart : charts) {
+    if (!hasValues(chart)) throw InputError("chart '" + chart.title + "' has no value to draw");
+    for (const ChartSeries& series : chart.series) {
+      const std::size_t size = series.x.size();
+      const bool spread_fits = series.low.empty()
+                                   ? series.high.empty()
+                                   : series.low.size() == size && series.high.size() == size;
+      if (series.y.size() != size || !spread_fits) {
+        throw InputError("chart '" + chart.title + "': the values of series '" + series.name +
+                         "' differ in number");
+      }
+    }
+  }
+}
+
+Image renderCharts(const ChartPage& page) {
+  page.validate();
+  const int count = static_cast<int>(page.charts.size());
+  const int columns = std::min(page.columns, count);
+  const int rows = (count + columns - 1) / columns;
+  const int width = columns * page.chart_width;
+  const int height = rows * page.chart_height + kLegendHeight;
+  requireInRange("height of the page", height, 1, 16384, "px");
+  const visualization::CapturedMessages messages;
+  const auto screen = visualization::OffscreenWindow::create(width, height);
+  vtkRenderWindow* window = screen->window();
+  window->SetMultiSamples(visualization::kSamplesPerPixel);
+  vtkNew<vtkRenderer> renderer;
+  renderer->SetBackground(1.0, 1.0, 1.0);
+  vtkNew<vtkContextActor> actor;
+  vtkNew<vtkContextScene> scene;
+  actor->SetScene(scene);
+  scene->SetRenderer(renderer);
+  for (int i = 0; i < count; ++i) {
+    scene->AddItem(
+        makeChart(page.charts[static_cast<std::size_t>(i)], frameOf(page, i, columns), height));
+  }
+  renderer->AddActor(actor);
+  window->AddRenderer(renderer);
+  window->Render();
+  if (const std::string error = messages.firstError(); !error.empty()) {
+    throw RenderError("drawing failed (" + screen->name() + "): " + error);
+  }
+  const Image lines = visualization::imageOf(window);
+  window->RemoveRenderer(renderer);
+  if (isBlank(lines)) {
+    throw RenderError("the charts came out blank (" + screen->name() +
+                      "); install libgl1-mesa-dri");
+  }
+  visualization::Canvas canvas(width, height, {255, 255, 255});
+  canvas.draw(lines);
+  for (int i = 0; i < count; ++i) {
+    writeTexts(page.charts[static_cast<std::size_t>(i)], frameOf(page, i, columns), canvas);
+  }
+  visualization::drawChartLegend(legendOf(page), width, height - 0.5 * kLegendHeight, canvas);
+  return canvas.finish();
+}
+
+}  // namespace planar_mapping

@@ -1,0 +1,230 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/visualization/projection_2d.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "drawing/canvas.h"
+#include "scene/ground.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/visualization/camera.h"
+
+namespace planar_mapping {
+
+namespace {
+
+using visualization::Canvas;
+using visualization::GroundFrame;
+
+constexpr Color kOccupied = {38, 50, 72};
+constexpr Color kUnknown = {178, 180, 184};
+constexpr Color kGrid = {229, 232, 236};
+constexpr Color kPath = {205, 38, 52};
+constexpr Color kInk = {40, 42, 46};
+
+// The map's plane on the picture: x right, y up.
+struct Plan {
+  GroundFrame frame;
+  double pixels_per_metre = 1.0;
+  Vector2 corner = Vector2::Zero();  // where (low_right, low_forward) is, pixels
+  double top = 0.0, right = 0.0;     // end of the drawing, pixels
+
+  Vector2 at(double along_right, double along_forward) const {
+    return {corner.x() + (along_right - frame.low_right) * pixels_per_metre,
+            corner.y() - (along_forward - frame.low_forward) * pixels_per_metre};
+  }
+  Vector2 at(const Vector3& p) const { return at(p.dot(frame.right), p.dot(frame.forward)); }
+};
+
+Plan makePlan(const SceneContent& content, const ViewOptions& options, double font) {
+  Plan plan;
+  plan.frame = visualization::groundFrame(content);
+  const GroundFrame& f = plan.frame;
+  const double left = 3.2 * font, below = 4.6 * font, margin = 1.2 * font;
+  const double width = std::max(options.width - left - margin, 8.0);
+  const double height = std::max(options.height - below - margin, 8.0);
+  const double across = f.high_right - f.low_right;
+  const double along = f.high_forward - f.low_forward;
+  plan.pixels_per_metre = options.zoom * std::min(width / across, height / along);
+  plan.corner = {left + 0.5 * (width - plan.pixels_per_metre * across),
+                 options.height - below - 0.5 * (height - plan.pixels_per_metre * along)};
+  plan.right = plan.corner.x() + plan.pixels_per_metre * across;
+  plan.top = plan.corner.y() - plan.pixels_per_metre * along;
+  return plan;
+}
+
+std::vector<Vector2> outline(const Cuboid& cuboid, const Plan& plan, double scale) {
+  std::vector<Vector2> points;
+  for (const Vector3& corner : corners(cuboid)) points.push_back(plan.at(corner) * scale);
+  return visualization::convexHull(std::move(points));
+}
+
+// Lowest and highest point of the cuboid above the ground, metres.
+std::array<double, 2> heights(const Cuboid& cuboid, const GroundFrame& frame) {
+  const double middle = cuboid.center.dot(frame.up) - frame.height;
+  const double half =
+      0.5 *
+      (cuboid.orientation.toRotationMatrix().transpose() * frame.up).cwiseAbs().dot(cuboid.size);
+  return {middle - half, middle + half};
+}
+
+void drawUnknown(const SceneContent& content, const ProjectionOptions& projection, const Plan& plan,
+                 Canvas& canvas) {
+  Image& picture = canvas.large();
+  std::vector<float> column(static_cast<std::size_t>(picture.width) * picture.height, 0.0f);
+  for (const Cuboid& cuboid : content.unknown) {
+    const auto [low, high] = heights(cuboid, plan.frame);
+    const double inside = std::min(high, projection.highest) - std::max(low, projection.lowest);
+    if (inside <= 0.0) continue;
+    visualization::visitConvex(
+        outline(cuboid, plan, canvas.scale()), picture.width, picture.height, [&](int x, int y) {
+          column[static_cast<std::size_t>(y) * picture.width + x] += static_cast<float>(inside);
+        });
+  }
+  // The unknown may reach far beyond what was mapped: the plan ends at its frame.
+  const int scale = canvas.scale();
+  const int left = std::max(0, static_cast<int>(plan.corner.x() * scale));
+  const int right = std::min(picture.width, static_cast<int>(plan.right * scale));
+  const int top = std::max(0, static_cast<int>(plan.top * scale));
+  const int bottom = std::min(picture.height, static_cast<int>(plan.corner.y() * scale));
+  const double enough = projection.unknown_share * (projection.highest - projection.lowest);
+  for (int y = top; y < bottom; ++y) {
+    for (int x = left; x < right; ++x) {
+      const float sum = column[static_cast<std::size_t>(y) * picture.width + x];
+      if (sum > 0.0f && sum >= enough - 1e-6) picture.set(x, y, kUnknown);
+    }
+  }
+}
+
+void drawOccupied(const SceneContent& content, const ProjectionOptions& projection,
+                  const Plan& plan, Canvas& canvas) {
+  Image& picture = canvas.large();
+  for (const Cuboid& cuboid : content.cuboids) {
+    const auto [low, high] = heights(cuboid, plan.frame);
+    if (high < projection.lowest || low > projection.highest) continue;
+    visualization::visitConvex(outline(cuboid, plan, canvas.scale()), picture.width, picture.height,
+                               [&](int x, int y) { picture.set(x, y, kOccupied); });
+  }
+}
+
+void drawPath(const SceneContent& content, const Plan& plan, double font, Canvas& canvas) {
+  std::vector<Vector2> path;
+  for (const Pose& pose : content.trajectory) {
+    const Vector2 p = plan.at(pose.translation());
+    if (path.empty() || (p - path.back()).norm() > 0.5) path.push_back(p);
+  }
+  if (path.empty()) return;
+  const double size = 0.45 * font;
+  if (path.size() == 1) {
+    canvas.fill({path[0] + Vector2(-size, 0), path[0] + Vector2(0, size),
+                 path[0] + Vector2(size, 0), path[0] + Vector2(0, -size)},
+                kPath);
+    return;
+  }
+  canvas.dashed(path, 0.16 * font, 0.7 * font, 0.45 * font, kPath);
+  // The last stretch gives the heading, not the last two poses: those may jitter.
+  Vector2 heading = path.back() - path[path.size() - 2];
+  for (std::size_t i = path.size(); i-- > 0;) {
+    heading = path.back() - path[i];
+    if (heading.norm() > 2.0 * size) break;
+  }
+  heading.normalize();
+  const Vector2 across(-heading.y(), heading.x());
+  const Vector2 tip = path.back() + 1.6 * size * heading;
+  canvas.fill({tip, path.back() + 0.8 * size * across, path.back() - 0.8 * size * across}, kPath);
+}
+
+void drawGrid(const Plan& plan, Canvas& canvas) {
+  const GroundFrame& f = plan.frame;
+  if (f.step * plan.pixels_per_metre < 4.0) return;
+  for (const double v : visualization::multiples(f.low_right, f.high_right, f.step)) {
+    canvas.line(plan.at(v, f.low_forward), plan.at(v, f.high_forward), 1.0, kGrid);
+  }
+  for (const double v : visualization::multiples(f.low_forward, f.high_forward, f.step)) {
+    canvas.line(plan.at(f.low_right, v), plan.at(f.high_right, v), 1.0, kGrid);
+  }
+}
+
+void drawRulers(const Plan& plan, double font, Canvas& canvas) {
+  const GroundFrame& f = plan.frame;
+  const double length = std::max(f.high_right - f.low_right, f.high_forward - f.low_forward);
+  const double step = std::max(f.step, visualization::roundStep(length, 12));
+  for (const double v : visualization::multiples(f.low_right, f.high_right, step)) {
+    const Vector2 p = plan.at(v, f.low_forward);
+    canvas.text(visualization::shortNumber(v), p + Vector2(0.0, 0.8 * font), 0.75 * font, 0, kInk);
+  }
+  for (const double v : visualization::multiples(f.low_forward, f.high_forward, step)) {
+    const Vector2 p = plan.at(f.low_right, v);
+    canvas.text(visualization::shortNumber(v), p - Vector2(0.4 * font, 0.0), 0.75 * font, 1, kInk);
+  }
+}
+
+void drawLegend(const SceneContent& content, const ViewOptions& options, const Plan& plan,
+                double font, Canvas& canvas) {
+  const double y = options.height - 1.3 * font;
+  double x = 1.2 * font;
+  const auto entry = [&](const std::string& words, Color color) {
+    const Vector2 at(x, y - 0.4 * font);
+    const std::vector<Vector2> box = {at, at + Vector2(1.3 * font, 0.0),
+                                      at + Vector2(1.3 * font, 0.8 * font),
+                                      at + Vector2(0.0, 0.8 * font)};
+    canvas.fill(box, color);
+    for (std::size_t i = 0; i < 4; ++i) canvas.line(box[i], box[(i + 1) % 4], 1.0, kInk);
+    canvas.text(words, {x + 1.7 * font, y}, 0.9 * font, -1, kInk);
+    x += 3.0 * font + canvas.textWidth(words, 0.9 * font);
+  };
+  if (options.show.occupied) entry("occupied", kOccupied);
+  entry("free", {255, 255, 255});
+  if (options.show.unknown) entry("unknown", kUnknown);
+  if (options.show.trajectory && !content.trajectory.empty()) {
+    canvas.dashed({{x, y}, {x + 2.2 * font, y}}, 0.16 * font, 0.6 * font, 0.35 * font, kPath);
+    canvas.text("path", {x + 2.6 * font, y}, 0.9 * font, -1, kInk);
+  }
+  // Scale bar: a round length of about an eighth of the picture.
+  const double metres = visualization::roundStep(options.width / 12.0 / plan.pixels_per_metre, 1);
+  const double length = metres * plan.pixels_per_metre;
+  if (length > 0.6 * options.width) return;
+  const Vector2 right(options.width - 1.5 * font, y + 0.45 * font);
+  const Vector2 left = right - Vector2(length, 0.0);
+  canvas.line(left, right, 0.18 * font, kInk);
+  for (const Vector2& end : {left, right}) {
+    canvas.line(end - Vector2(0.0, 0.3 * font), end + Vector2(0.0, 0.3 * font), 0.14 * font, kInk);
+  }
+  canvas.text(visualization::shortNumber(metres) + " m",
+              0.5 * (left + right) - Vector2(0.0, 0.75 * font), 0.85 * font, 0, kInk);
+}
+
+}  // namespace
+
+void ProjectionOptions::validate() const {
+  requireInRange("lowest height of the projection", lowest, -1000.0, 1000.0, "m");
+  requireInRange("highest height of the projection", highest, -1000.0, 1000.0, "m");
+  if (!(highest > lowest)) {
+    throw ParameterError("the projection's heights are empty: highest must exceed lowest");
+  }
+  requireInRange("unknown share of the projection", unknown_share, 0.0, 1.0);
+}
+
+Image drawProjection2d(const SceneContent& content, const ViewOptions& options,
+                       const ProjectionOptions& projection) {
+  content.validate();
+  options.validate();
+  projection.validate();
+  if (content.cuboids.empty() && content.unknown.empty()) {
+    throw InputError("there is nothing to project: the map is empty");
+  }
+  const double font = std::max(10.0, 0.026 * std::min(options.width, options.height));
+  const Plan plan = makePlan(content, options, font);
+  Canvas canvas(options.width, options.height, options.background.value_or(Color{255, 255, 255}));
+  if (options.show.unknown) drawUnknown(content, projection, plan, canvas);
+  if (options.show.ground_grid) drawGrid(plan, canvas);
+  if (options.show.occupied) drawOccupied(content, projection, plan, canvas);
+  if (options.show.trajectory) drawPath(content, plan, font, canvas);
+  if (options.show.axes) drawRulers(plan, font, canvas);
+  if (options.show.legend) drawLegend(content, options, plan, font, canvas);
+  return canvas.finish();
+}
+
+}  // namespace planar_mapping

@@ -1,0 +1,75 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "scene/ground.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "planar_mapping/visualization/camera.h"
+
+namespace planar_mapping::visualization {
+
+double roundStep(double length, int parts) {
+  const double raw = std::max(length, 1e-9) / std::max(parts, 1);
+  const double power = std::pow(10.0, std::floor(std::log10(raw)));
+  for (const double factor : {1.0, 2.0, 5.0}) {
+    if (factor * power >= raw * (1.0 - 1e-9)) return factor * power;
+  }
+  return 10.0 * power;
+}
+
+std::vector<double> multiples(double low, double high, double step) {
+  std::vector<double> values;
+  const double first = std::ceil(low / step - 1e-6);
+  // Counted, not summed: far from zero a step may be below the precision of the sum.
+  for (int i = 0; i < 1000; ++i) {
+    const double value = (first + i) * step;
+    if (!(value <= high + 1e-6 * step)) break;
+    values.push_back(value);
+  }
+  return values;
+}
+
+std::string shortNumber(double value) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.6g", std::abs(value) < 1e-9 ? 0.0 : value);
+  return text;
+}
+
+GroundFrame groundFrame(const SceneContent& content) {
+  GroundFrame frame;
+  frame.up = content.up.normalized();
+  horizontalAxes(content.up, frame.right, frame.forward);
+  frame.height = groundHeight(content);
+  std::array<double, 4> limit = {INFINITY, -INFINITY, INFINITY, -INFINITY};
+  const auto add = [&](const Vector3& p) {
+    limit[0] = std::min(limit[0], p.dot(frame.right));
+    limit[1] = std::max(limit[1], p.dot(frame.right));
+    limit[2] = std::min(limit[2], p.dot(frame.forward));
+    limit[3] = std::max(limit[3], p.dot(frame.forward));
+  };
+  const std::vector<Cuboid>& cuboids = content.cuboids.empty() ? content.unknown : content.cuboids;
+  for (const Cuboid& cuboid : cuboids) {
+    for (const Vector3& corner : corners(cuboid)) add(corner);
+  }
+  for (const Pose& pose : content.trajectory) add(pose.translation());
+  if (cuboids.empty()) {
+    Vector3 low, high;
+    if (content.bounds(low, high)) {
+      add(low);
+      add(high);
+    }
+  }
+  if (!std::isfinite(limit[0])) limit = {-1.0, 1.0, -1.0, 1.0};
+  const double longest = std::max(limit[1] - limit[0], limit[3] - limit[2]);
+  frame.step = longest < 2.5 ? 0.1 : std::max(1.0, roundStep(longest, 100));
+  frame.low_right = std::floor(limit[0] / frame.step - 0.2) * frame.step;
+  frame.high_right = std::ceil(limit[1] / frame.step + 0.2) * frame.step;
+  frame.low_forward = std::floor(limit[2] / frame.step - 0.2) * frame.step;
+  frame.high_forward = std::ceil(limit[3] / frame.step + 0.2) * frame.step;
+  return frame;
+}
+
+}  // namespace planar_mapping::visualization

@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "planar_mapping/core/base/types.h"
+#include "planar_mapping/visualization/scene_content.h"
+
+namespace planar_mapping::visualization {
+
+/// A round step (1, 2 or 5 times a power of ten) that cuts length into at most parts pieces.
+double roundStep(double length, int parts);
+
+/// The multiples of step from low to high; at most 1000.
+std::vector<double> multiples(double low, double high, double step);
+
+/// The number without trailing zeros: "2.5", "0", "-12".
+std::string shortNumber(double value);
+
+/// Rectangle on the ground that the content stands on, in steps of the grid.
+struct GroundFrame {
+  Vector3 right = Vector3::UnitX();    ///< unit, horizontal
+  Vector3 forward = Vector3::UnitY();  ///< unit, horizontal
+  Vector3 up = Vector3::UnitZ();
+  double height = 0.0;  ///< of the ground along up, metres
+  double low_right = 0.0, high_right = 1.0, low_forward = 0.0, high_forward = 1.0;  ///< metres
+  double step = 1.0;                                                                ///< metres
+
+  double longest() const { return std::max(high_right - low_right, high_forward - low_forward); }
+  Vector3 point(double along_right, double along_forward) const {
+    return along_right * right + along_forward * forward + height * up;
+  }
+};
+/// One metre steps, larger where that would make more than 200 lines.
+GroundFrame groundFrame(const SceneContent& content);
+
+}  // namespace planar_mapping::visualization

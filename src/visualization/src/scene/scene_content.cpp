@@ -1,0 +1,162 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/visualization/scene_content.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/geometry/plane.h"
+#include "planar_mapping/map/planar_map.h"
+
+namespace planar_mapping {
+
+namespace {
+
+constexpr double kRadiansPerDegree = M_PI / 180.0;
+
+struct Bounds {
+  Vector3 low = Vector3::Constant(INFINITY);
+  Vector3 high = Vector3::Constant(-INFINITY);
+  void add(const Vector3& p) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  void add(const std::vector<Cuboid>& cuboids) {
+    for (const Cuboid& cuboid : cuboids) {
+      for (const Vector3& corner : corners(cuboid)) add(corner);
+    }
+  }
+  bool valid() const { return low.x() <= high.x(); }
+};
+
+void requireDrawable(const std::vector<Cuboid>& cuboids, const char* what) {
+  for (std::size_t i = 0; i < cuboids.size(); ++i) {
+    const Cuboid& c = cuboids[i];
+    const bool finite = c.center.allFinite() && c.size.allFinite() &&
+                        c.orientation.coeffs().allFinite() && std::isfinite(c.probability);
+    if (!finite || (c.size.array() < 0.0).any() || !(c.orientation.norm() > 1e-6)) {
+      throw InputError(std::string(what) + " " + std::to_string(i) +
+                       " cannot be drawn: its centre, size, orientation or probability is not "
+                       "finite, a length is negative or its quaternion is zero");
+    }
+  }
+}
+
+}  // namespace
+
+std::size_t SceneContent::cloudPoints() const {
+  std::size_t count = 0;
+  for (const SceneCloud& cloud : clouds) count += cloud.size();
+  return count;
+}
+
+bool SceneContent::bounds(Vector3& low, Vector3& high) const {
+  Bounds box;
+  box.add(cuboids);
+  for (const SceneCloud& cloud : clouds) {
+    for (std::size_t i = 0; i + 2 < cloud.xyz.size(); i += 3) {
+      const Vector3 p(cloud.xyz[i], cloud.xyz[i + 1], cloud.xyz[i + 2]);
+      if (p.allFinite()) box.add(p);
+    }
+  }
+  if (!box.valid()) box.add(unknown);
+  for (const Pose& pose : trajectory) box.add(pose.translation());
+  if (!box.valid()) return false;
+  low = box.low;
+  high = box.high;
+  return true;
+}
+
+void SceneContent::validate() const {
+  requireDrawable(cuboids, "cuboid");
+  requireDrawable(unknown, "unknown cuboid");
+  for (std::size_t i = 0; i < trajectory.size(); ++i) {
+    if (!trajectory[i].matrix().allFinite()) {
+      throw InputError("pose " + std::to_string(i) + " of the trajectory is not finite");
+    }
+  }
+  for (std::size_t i = 0; i < clouds.size(); ++i) {
+    const SceneCloud& cloud = clouds[i];
+    if (cloud.xyz.size() % 3 != 0 || (!cloud.rgb.empty() && cloud.rgb.size() != cloud.xyz.size())) {
+      throw InputError("cloud " + std::to_string(i) + " has " + std::to_string(cloud.xyz.size()) +
+                       " coordinates and " + std::to_string(cloud.rgb.size()) +
+                       " colour values; three of each make a point");
+    }
+  }
+  if (!up.allFinite() || !(up.norm() > 1e-6)) {
+    throw InputError("the up axis is zero or not finite");
+  }
+}
+
+SceneContent sceneContent(const PlanarMap& map) {
+  SceneContent content;
+  content.cuboids = map.cuboids();
+  content.unknown = map.unknownCuboids();
+  content.trajectory.reserve(map.trajectory().size());
+  for (const auto& [time, pose] : map.trajectory()) content.trajectory.push_back(pose);
+  content.planes = map.planes().size();
+  content.resolution = map.params().approximation.resolution;
+  content.up = estimateUp(content);
+  return content;
+}
+
+double tiltOf(const Cuboid& cuboid, const Vector3& up) {
+  // Tilt is defined against z: the normal is expressed in a frame whose z axis is up.
+  const Vector3 normal = cuboid.orientation * Vector3::UnitZ();
+  const double c = std::clamp(normal.dot(up.normalized()), -1.0, 1.0);
+  return std::abs(normalizedTilt({Vector3(std::sqrt(1.0 - c * c), 0.0, c), 0.0}));
+}
+
+double heightOf(const Cuboid& cuboid, const Vector3& up) {
+  return cuboid.center.dot(up.normalized());
+}
+
+bool looksAlongZ(const SceneContent& content, double share) {
+  if (content.trajectory.empty() || content.cuboids.empty()) return false;
+  const double widest = std::tan(60.0 * kRadiansPerDegree);
+  std::size_t seen = 0;
+  for (const Cuboid& cuboid : content.cuboids) {
+    for (const Pose& pose : content.trajectory) {
+      const Vector3 p = pose.inverse() * cuboid.center;
+      if (p.z() > 0.0 && p.head<2>().norm() <= widest * p.z()) {
+        ++seen;
+        break;
+      }
+    }
+  }
+  return seen >= share * static_cast<double>(content.cuboids.size());
+}
+
+Vector3 estimateUp(const SceneContent& content) {
+  const Vector3 z = Vector3::UnitZ();
+  if (!looksAlongZ(content)) return z;
+  Vector3 mean = Vector3::Zero();
+  for (const Pose& pose : content.trajectory) mean -= pose.linear().col(1);
+  if (!(mean.norm() > 0.1 * static_cast<double>(content.trajectory.size()))) return z;
+  mean.normalize();
+  if (mean.dot(z) > std::cos(35.0 * kRadiansPerDegree)) return z;
+
+  // The floor or table top the camera stood over says more than the way it was held.
+  std::map<std::int32_t, std::pair<double, Vector3>> planes;
+  for (const Cuboid& cuboid : content.cuboids) {
+    if (cuboid.plane_id < 0) continue;
+    const Vector3 normal = cuboid.orientation * z;
+    if (normal.dot(mean) < std::cos(40.0 * kRadiansPerDegree)) continue;
+    auto& [area, sum] = planes.try_emplace(cuboid.plane_id, 0.0, Vector3::Zero()).first->second;
+    area += cuboid.size.x() * cuboid.size.y();
+    sum += cuboid.size.x() * cuboid.size.y() * normal;
+  }
+  double largest = 0.0;
+  Vector3 up = mean;
+  for (const auto& [id, plane] : planes) {
+    if (plane.first > largest && plane.second.norm() > 0.0) {
+      largest = plane.first;
+      up = plane.second.normalized();
+    }
+  }
+  return up;
+}
+
+}  // namespace planar_mapping

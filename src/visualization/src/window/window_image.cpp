@@ -1,0 +1,27 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "window/window_image.h"
+
+#include <vtkNew.h>
+#include <vtkUnsignedCharArray.h>
+
+#include <algorithm>
+
+namespace planar_mapping::visualization {
+
+Image imageOf(vtkRenderWindow* window) {
+  const int* size = window->GetSize();
+  Image image(size[0], size[1], Color{});
+  vtkNew<vtkUnsignedCharArray> pixels;
+  window->GetPixelData(0, 0, image.width - 1, image.height - 1, 0, pixels);
+  const std::size_t row_bytes = 3 * static_cast<std::size_t>(image.width);
+  if (static_cast<std::size_t>(pixels->GetNumberOfValues()) < image.rgb.size()) return image;
+  for (int row = 0; row < image.height; ++row) {
+    const unsigned char* from =
+        pixels->GetPointer(static_cast<vtkIdType>(row_bytes) * (image.height - 1 - row));
+    std::copy(from, from + row_bytes, image.rgb.data() + row_bytes * static_cast<std::size_t>(row));
+  }
+  return image;
+}
+
+}  // namespace planar_mapping::visualization

@@ -1,0 +1,369 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/core/cuboids/detail/compact_cover.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <limits>
+#include <vector>
+
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/base/detail/random.h"
+
+namespace planar_mapping {
+namespace {
+
+constexpr double kSide = 0.1;
+
+CuboidApproximationParams paramsWith(double absorption, double rectangle_cells = 0.0) {
+  CuboidApproximationParams params;
+  params.resolution = kSide;
+  params.absorption = absorption;
+  params.rectangle_cells = rectangle_cells;
+  return params;
+}
+
+CellMask randomMask(std::uint64_t seed, int width, int height, double share) {
+  Random random(seed);
+  CellMask mask;
+  mask.width = width;
+  mask.height = height;
+  mask.a0 = -3;
+  mask.b0 = 5;
+  for (int i = 0; i < width * height; ++i) mask.cells.push_back(random.uniform() < share);
+  return mask;
+}
+
+/// Least number of rectangles of occupied cells that cover a mask of at most 16 cells, by trial.
+class FewestRectangles {
+ public:
+  explicit FewestRectangles(const CellMask& mask) {
+    for (std::size_t i = 0; i < mask.cells.size(); ++i) occupied_ |= unsigned{mask.cells[i]} << i;
+    for (int b = 0; b < mask.height; ++b) {
+      for (int a = 0; a < mask.width; ++a) {
+        for (int h = 1; b + h <= mask.height; ++h) {
+          for (int w = 1; a + w <= mask.width; ++w) {
+            unsigned bits = 0;
+            for (int y = b; y < b + h; ++y) {
+              for (int x = a; x < a + w; ++x) bits |= 1u << (y * mask.width + x);
+            }
+            if ((bits & ~occupied_) == 0) rectangles_.push_back(bits);
+          }
+        }
+      }
+    }
+  }
+  std::size_t count() const {
+    for (std::size_t n = 0;; ++n) {
+      if (covers(0, n)) return n;
+    }
+  }
+
+ private:
+  bool covers(unsigned covered, std::size_t left) const {
+    const unsigned open = occupied_ & ~covered;
+    if (open == 0) return true;
+    if (left == 0) return false;
+    const unsigned first = open & (~open + 1);
+    return std::any_of(rectangles_.begin(), rectangles_.end(), [&](unsigned bits) {
+      return (bits & first) != 0 && covers(covered | bits, left - 1);
+    });
+  }
+  unsigned occupied_ = 0;
+  std::vector<unsigned> rectangles_;
+};
+
+/// Middle of half cell (a, b) within so many half cells of the rectangle, along both axes.
+bool reaches(const HalfCellRectangle& r, int a, int b, double beyond) {
+  return a + 0.5 >= r.a - beyond && a + 0.5 <= r.a + r.width + beyond && b + 0.5 >= r.b - beyond &&
+         b + 0.5 <= r.b + r.height + beyond;
+}
+
+TEST(CoverSurface, IsAlmostTheMinimumCoverOfSmallRasters) {
+  std::size_t found = 0, fewest = 0;
+  for (std::uint64_t seed = 1; seed <= 120; ++seed) {
+    const CellMask mask = randomMask(seed, 4, 4, 0.4 + 0.1 * static_cast<double>(seed % 6));
+    CuboidApproximationParams params = paramsWith(0.0);
+    params.hole_size = 0.01;  // none is filled
+    const SurfaceCover cover = coverSurface(mask, nullptr, {}, params);
+    EXPECT_TRUE(cover.loose.empty());
+    const std::size_t least = FewestRectangles(mask).count();
+    EXPECT_GE(cover.rectangles.size(), least);
+    EXPECT_LE(cover.rectangles.size(), least + 1);
+    EXPECT_LE(cover.rectangles.size(), minimumRectanglePartition(mask).size());
+    found += cover.rectangles.size();
+    fewest += least;
+  }
+  EXPECT_LE(static_cast<double>(found), 1.03 * static_cast<double>(fewest));
+}
+
+TEST(CoverSurface, StandsForAllAndStaysWithinHalfACell) {
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    const CellMask mask = randomMask(seed, 12, 9, 0.5 + 0.01 * static_cast<double>(seed));
+    std::vector<std::uint8_t> quarters;
+    Random random(seed + 1000);
+    for (std::size_t i = 0; i < mask.cells.size(); ++i) {
+      quarters.push_back(static_cast<std::uint8_t>(1 + random.below(15)));
+    }
+    CuboidApproximationParams params = paramsWith(0.5, seed % 2 == 0 ? 0.0 : 3.0);
+    const SurfaceCover cover = coverSurface(mask, quarters.data(), {}, params);
+    const auto isLoose = [&](int a, int b) {
+      return std::any_of(cover.loose.begin(), cover.loose.end(),
+                         [&](const LooseQuarter& q) { return q.a == a && q.b == b; });
+    };
+    for (int b = 0; b < mask.height; ++b) {
+      for (int a = 0; a < mask.width; ++a) {
+        for (int q = 0; q < 4 && mask.at(a, b); ++q) {
+          if ((quarters[static_cast<std::size_t>(b * mask.width + a)] >> q & 1) == 0) continue;
+          const int x = 2 * (a + mask.a0) + (q & 1);
+          const int y = 2 * (b + mask.b0) + (q >> 1);
+          EXPECT_TRUE(isLoose(x, y) ||
+                      std::any_of(cover.rectangles.begin(), cover.rectangles.end(),
+                                  [&](const auto& r) { return reaches(r, x, y, 0.5 + 1e-9); }));
+        }
+      }
+    }
+    for (const HalfCellRectangle& r : cover.rectangles) {
+      EXPECT_GE(std::min(r.width, r.height), 2);
+      for (int y = r.b; y < r.b + r.height; ++y) {
+        for (int x = r.a; x < r.a + r.width; ++x) {
+          bool near = false;  // an occupied cell, or a hole of one
+          for (int dy = -1; dy <= 1; ++dy) {
+            for (int dx = -1; dx <= 1; ++dx) {
+              const int a = ((x + dx) >> 1) - mask.a0;
+              const int b = ((y + dy) >> 1) - mask.b0;
+              near |= mask.at(a, b) || (mask.at(a - 1, b) && mask.at(a + 1, b) &&
+                                        mask.at(a, b - 1) && mask.at(a, b + 1));
+            }
+          }
+          EXPECT_TRUE(near);
+        }
+      }
+    }
+    EXPECT_EQ(cover.rectangles.size(), cover.probability.size());
+    if (params.rectangle_cells == 0.0) {
+      EXPECT_LE(cover.rectangles.size(),
+                coverSurface(mask, nullptr, {}, paramsWith(0.0)).rectangles.size());
+    }
+  }
+}
+
+TEST(CoverSurface, RaggedWallIsOneRectangle) {
+  // 20 x 10 cells with a border that jumps by half a cell, and holes of one cell.
+  CellMask mask;
+  mask.width = 20;
+  mask.height = 10;
+  mask.cells.assign(200, 1);
+  std::vector<std::uint8_t> quarters(200, 0xF);
+  for (std::size_t a = 0; a < 20; ++a) {
+    if (a % 3 == 0) quarters[a] = 0xC;        // upper half of the lowest row
+    if (a % 4 == 1) quarters[180 + a] = 0x3;  // lower half of the highest
+  }
+  for (const std::size_t hole : {45u, 67u, 133u}) mask.cells[hole] = 0;
+  const SurfaceCover cover = coverSurface(mask, quarters.data(), {}, paramsWith(0.5, 4.0));
+  EXPECT_EQ(cover.rectangles.size(), 1u);
+  EXPECT_TRUE(cover.loose.empty());
+}
+
+TEST(CoverSurface, RefusesWhatDoesNotFit) {
+  CellMask mask = randomMask(1, 3, 3, 1.0);
+  EXPECT_THROW(coverSurface(mask, nullptr, {1.0f}, paramsWith(0.5)), InputError);
+  mask.cells.pop_back();
+  EXPECT_THROW(coverSurface(mask, nullptr, {}, paramsWith(0.5)), InputError);
+  EXPECT_TRUE(coverSurface(CellMask(), nullptr, {}, paramsWith(0.5)).rectangles.empty());
+  EXPECT_THROW(coverSurface(CellMask(), nullptr, {}, paramsWith(0.7)), ParameterError);
+  EXPECT_THROW(coverSurface(CellMask(), nullptr, {}, paramsWith(0.5, -1.0)), ParameterError);
+}
+
+NonPlanarCell cellAt(int x, int y, int z) {
+  NonPlanarCell cell;
+  cell.x = x;
+  cell.y = y;
+  cell.z = z;
+  return cell;
+}
+
+TEST(CoverRest, LeavesWhatACuboidStandsForAlone) {
+  Cuboid wall;
+  wall.center = {0.5, 0.05, 0.5};
+  wall.size = {1.0, 0.1, 1.0};
+  NonPlanarCell fringe = cellAt(3, 1, 3);
+  fringe.octants = 0x33;  // the half next to the wall
+  const auto params = paramsWith(0.5);
+  EXPECT_TRUE(coverRest({fringe}, {{{0.52, 0.12, 0.5}, 1.0f}}, {wall}, params).empty());
+  fringe.octants = 0x37;  // and one eighth beyond
+  EXPECT_EQ(coverRest({fringe}, {}, {wall}, params).size(), 1u);
+  EXPECT_EQ(coverRest({fringe}, {}, {}, params).size(), 1u);
+  EXPECT_EQ(coverRest({}, {{{0.52, 0.19, 0.5}, 1.0f}}, {wall}, params).size(), 1u);
+}
+
+TEST(CoverRest, HostileInputGivesSmallAnswers) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double inf = std::numeric_limits<double>::infinity();
+  const auto params = paramsWith(0.5);
+  EXPECT_TRUE(coverRest({}, {}, {}, params).empty());
+  EXPECT_TRUE(
+      coverRest({}, {{{nan, 0, 0}, 1.0f}, {{0, inf, 0}, 1.0f}, {{0, 0, 1e300}, 1.0f}}, {}, params)
+          .empty());
+  std::vector<NonPlanarCell> far;
+  for (int i = 0; i < 40; ++i) far.push_back(cellAt(i * 50000000 - 1000000000, -i * 7, i << 24));
+  EXPECT_EQ(coverRest(far, {}, {}, params).size(), far.size());
+}
+
+/// Small surfaces of a cluttered place, each in a frame of its own, with loose cells beside them.
+struct Clutter {
+  std::vector<ReplaceableCuboid> surfaces;
+  std::vector<NonPlanarCell> cells;
+
+  Clutter(std::uint64_t seed, const CuboidApproximationParams& params) {
+    Random random(seed);
+    for (int i = 0; i < 12; ++i) {
+      const double yaw = random.below(3) == 0 ? 0.0 : 0.5 * random.uniform();
+      PlaneFrame frame;
+      frame.u = {std::cos(yaw), std::sin(yaw), 0.0};
+      frame.v = Vector3::UnitZ();
+      frame.n = frame.u.cross(frame.v);
+      frame.origin = {2.0 * random.uniform(), 0.6 * random.uniform(), 1.5 * random.uniform()};
+      const HalfCellRectangle r{0, 0, static_cast<std::int32_t>(4 + random.below(16)),
+                                static_cast<std::int32_t>(4 + random.below(8))};
+      ReplaceableCuboid surface{cuboidOf(r, frame, params), {}};
+      for (std::int32_t b = 0; b < r.height; ++b) {
+        for (std::int32_t a = 0; a < r.width; ++a) {
+          addPieces({a, b, 1.0f}, frame, params, surface.pieces);
+        }
+      }
+      surfaces.push_back(surface);
+    }
+    for (int x = 0; x < 20; ++x) {
+      for (int y = 0; y < 6; ++y) {
+        for (int z = 0; z < 15; ++z) {
+          if (random.uniform() > 0.03) continue;
+          cells.push_back(cellAt(x, y, z));
+          cells.back().octants = static_cast<std::uint8_t>(1 + random.below(255));
+        }
+      }
+    }
+  }
+  std::vector<Cuboid> cuboids() const {
+    std::vector<Cuboid> all;
+    for (const ReplaceableCuboid& s : surfaces) all.push_back(s.cuboid);
+    return all;
+  }
+  std::vector<SurfacePiece> pieces() const {
+    std::vector<SurfacePiece> all;
+    for (const ReplaceableCuboid& s : surfaces) {
+      all.insert(all.end(), s.pieces.begin(), s.pieces.end());
+    }
+    return all;
+  }
+};
+
+std::size_t keptOf(const RestCover& cover) {
+  return static_cast<std::size_t>(std::count(cover.kept.begin(), cover.kept.end(), 1));
+}
+
+TEST(CoverRest, ChoosesTheCheaperOfRectanglesAndBoxes) {
+  const auto params = paramsWith(0.5);
+  std::size_t chosen = 0, with_rectangles = 0, with_boxes = 0, cheaper = 0;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    const Clutter clutter(seed, params);
+    const RestCover cover = coverRest(clutter.cells, {}, {}, clutter.surfaces, params);
+    ASSERT_EQ(cover.kept.size(), clutter.surfaces.size());
+    const std::size_t mixed = keptOf(cover) + cover.boxes.size();
+    const std::size_t oriented =
+        clutter.surfaces.size() + coverRest(clutter.cells, {}, clutter.cuboids(), params).size();
+    const std::size_t aligned = coverRest(clutter.cells, clutter.pieces(), {}, params).size();
+    EXPECT_LE(mixed, std::min(oriented, aligned)) << "seed " << seed;
+    chosen += mixed;
+    with_rectangles += oriented;
+    with_boxes += aligned;
+    cheaper += std::min(oriented, aligned);
+  }
+  RecordProperty("chosen", std::to_string(chosen));
+  RecordProperty("with_rectangles", std::to_string(with_rectangles));
+  RecordProperty("with_boxes", std::to_string(with_boxes));
+  EXPECT_LT(static_cast<double>(chosen), 0.98 * static_cast<double>(cheaper));
+}
+
+TEST(CoverRest, LetsTheLargestRectangleOfASurfaceBeOfFewerCellsThanTheOthers) {
+  const HalfCellRectangle small{0, 0, 8, 16};    // 32 cells
+  const HalfCellRectangle middle{0, 20, 9, 16};  // a little more
+  const HalfCellRectangle large{0, 40, 32, 16};  // 128 cells
+  const HalfCellRectangle huge{0, 60, 33, 16};
+  const auto params = paramsWith(0.5, 4.0);
+  using Bytes = std::vector<std::uint8_t>;
+  EXPECT_EQ(replaceableOf({small}, params), (Bytes{1}));
+  EXPECT_EQ(replaceableOf({middle}, params), (Bytes{0}));
+  EXPECT_EQ(replaceableOf({small, middle}, params), (Bytes{1, 0}));
+  EXPECT_EQ(replaceableOf({middle, large}, params), (Bytes{1, 0}));
+  EXPECT_EQ(replaceableOf({large, huge, huge}, params), (Bytes{1, 0, 0}));
+  EXPECT_EQ(replaceableOf({small, large}, paramsWith(0.5)), (Bytes{0, 0}));
+  EXPECT_TRUE(replaceableOf({}, params).empty());
+}
+
+TEST(CoverRest, WhatTakesThePlaceOfRectanglesStandsForTheirSurface) {
+  const auto params = paramsWith(0.5);
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const Clutter clutter(seed, params);
+    const RestCover cover = coverRest(clutter.cells, {}, {}, clutter.surfaces, params);
+    std::vector<Cuboid> all = cover.boxes;
+    for (std::size_t i = 0; i < cover.kept.size(); ++i) {
+      if (cover.kept[i] != 0) all.push_back(clutter.surfaces[i].cuboid);
+    }
+    // The half cell of a piece is within half a cell as a whole, or the piece's own cuboid stayed.
+    for (const SurfacePiece& piece : clutter.pieces()) {
+      EXPECT_TRUE(std::any_of(
+          all.begin(), all.end(),
+          [&](const Cuboid& c) { return contains(c, piece.center, 0.5 * kSide + 1e-9); }))
+          << "seed " << seed;
+    }
+  }
+}
+
+TEST(CoverRest, ReplacesNothingWhereItCannotMakeOneWindow) {
+  const auto params = paramsWith(0.5);
+  Clutter clutter(1, params);
+  for (int i = 0; i < 40; ++i) clutter.cells.push_back(cellAt(i * 50000000 - 1000000000, 7, -3));
+  const RestCover cover = coverRest(clutter.cells, {}, {}, clutter.surfaces, params);
+  EXPECT_EQ(keptOf(cover), clutter.surfaces.size());
+}
+
+TEST(CoverRest, KeepsNoRectangleThatAnotherCuboidStandsFor) {
+  const auto params = paramsWith(0.5);
+  const Clutter clutter(1, params);
+  Cuboid all;
+  all.center = {1.5, 1.0, 1.0};
+  all.size = {9.0, 9.0, 9.0};
+  const RestCover cover = coverRest(clutter.cells, {}, {all}, clutter.surfaces, params);
+  EXPECT_TRUE(cover.boxes.empty());
+  EXPECT_EQ(keptOf(cover), 0u);
+}
+
+TEST(CoverRest, AHundredThousandCellsInBoundedTime) {
+  // The shell of a ball, with noise around it.
+  Random random(5);
+  std::vector<NonPlanarCell> cells;
+  for (int x = -80; x < 80; ++x) {
+    for (int y = -80; y < 80; ++y) {
+      for (int z = -80; z < 80; ++z) {
+        const double r = std::sqrt(x * x + y * y + z * z);
+        if (std::abs(r - 75.0) > 0.7 + 0.3 * random.uniform() && random.uniform() > 2e-4) continue;
+        cells.push_back(cellAt(x, y, z));
+        cells.back().octants = static_cast<std::uint8_t>(1 + random.below(255));
+      }
+    }
+  }
+  ASSERT_GT(cells.size(), 100000u);
+  const std::clock_t start = std::clock();
+  const auto cuboids = coverRest(cells, {}, {}, paramsWith(0.5));
+  const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  RecordProperty("seconds", std::to_string(seconds));
+  EXPECT_LT(cuboids.size(), cells.size() / 6);
+  EXPECT_LT(seconds, 10.0);  // sanitizers take ten times as long
+}
+
+}  // namespace
+}  // namespace planar_mapping

@@ -1,0 +1,229 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboids/cover/lattice_boxes.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "cuboids/cover/cell_covers.h"
+#include "cuboids/cover/lattice_cover.h"
+#include "planar_mapping/core/base/detail/random.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+/// A few boxes and single cells, with a rim in which nothing is on.
+BitGrid clutter(Random& random) {
+  BitGrid grid(40, 24, 16);
+  const auto place = [&](std::uint32_t size) {
+    return 2 + static_cast<std::int32_t>(random.below(size - 4));
+  };
+  for (int i = 0; i < 6; ++i) {
+    const LatticeCell low{place(40), place(24), place(16)};
+    LatticeCell high = low;
+    for (std::size_t k = 0; k < 3; ++k) {
+      high[k] =
+          std::min(low[k] + 1 + static_cast<std::int32_t>(random.below(10)), grid.size()[k] - 2);
+    }
+    grid.fill({low, high});
+  }
+  for (int i = 0; i < 10; ++i) grid.set(place(40), place(24), place(16));
+  return grid;
+}
+
+const CoverRules kRules{{1, 1, 1}, {2, 2, 2}};
+
+bool standsFor(const LatticeBox& box, const LatticeCell& cell) {
+  return meet(grown(box, kRules.tolerance), boxOf(cell));
+}
+
+TEST(LatticeBoxes, TheLargestHoldAllowedCellsAndCannotGrow) {
+  Random random(3);
+  for (int round = 0; round < 20; ++round) {
+    const BitGrid required = clutter(random);
+    const BitGrid allowed = required.dilated({1, 1, 1});
+    const std::vector<LatticeBox> boxes = largestBoxes(required, allowed, kRules);
+    ASSERT_TRUE(std::is_sorted(boxes.begin(), boxes.end()));
+    for (const LatticeBox& box : boxes) {
+      ASSERT_TRUE(allowed.all(box));
+      for (std::size_t k = 0; k < 3; ++k) {
+        LatticeBox more = box;
+        ++more.high[k];
+        ASSERT_FALSE(allowed.all(more));
+        more = box;
+        --more.low[k];
+        ASSERT_FALSE(allowed.all(more));
+      }
+    }
+    for (const LatticeCell& cell : listCells(required)) {
+      ASSERT_TRUE(std::any_of(boxes.begin(), boxes.end(),
+                              [&](const LatticeBox& box) { return standsFor(box, cell); }));
+    }
+  }
+}
+
+TEST(LatticeBoxes, NoCoverHasFewerThanTheBound) {
+  Random random(4);
+  std::size_t bounds = 0;
+  std::size_t found = 0;
+  for (int round = 0; round < 30; ++round) {
+    const BitGrid required = clutter(random);
+    const BitGrid allowed = required.dilated({1, 1, 1});
+    const std::size_t boxes = coverWithin(required, allowed, kRules).boxes.size();
+    const std::size_t bound = fewestBoxes(required, allowed, kRules, 1000);
+    ASSERT_GE(bound, 1u);
+    ASSERT_LE(bound, boxes);
+    ASSERT_EQ(fewestBoxes(required, allowed, kRules, 2), std::min<std::size_t>(bound, 2));
+    bounds += bound;
+    found += boxes;
+  }
+  EXPECT_GT(10 * bounds, 8 * found);  // near enough to be of use
+}
+
+TEST(LatticeBoxes, TheBoundOfNothingIsNone) {
+  const BitGrid none(5, 5, 5);
+  EXPECT_EQ(fewestBoxes(none, none, kRules, 3), 0u);
+  EXPECT_TRUE(largestBoxes(none, none, kRules).empty());
+}
+
+TEST(LatticeCover, EachCellIsInOneBoxOrSetThatStandsForIt) {
+  Random random(6);
+  for (int round = 0; round < 20; ++round) {
+    const BitGrid required = clutter(random);
+    const BitGrid allowed = required.dilated({1, 1, 1});
+    const std::vector<LatticeCell> cells = listCells(required);
+    std::vector<CellSet> sets(3);
+    for (CellSet& set : sets) {
+      const std::uint32_t first = random.below(static_cast<std::uint32_t>(cells.size()));
+      const std::uint32_t last =
+          first + random.below(static_cast<std::uint32_t>(cells.size()) - first);
+      for (std::uint32_t n = first; n <= last; n += 2) set.push_back(n);
+    }
+    const LatticeCoverage cover = coverWithin(required, allowed, kRules, sets);
+    const CellNumbers numbers(required);
+    std::vector<int> times(cells.size(), 0);
+    for (const CoverBox& box : cover.boxes) {
+      ASSERT_TRUE(allowed.all(box.box));
+      for (const LatticeCell& m : box.members) {
+        ASSERT_TRUE(standsFor(box.box, m));
+        ++times[numbers.at(m[0], m[1], m[2])];
+      }
+    }
+    for (std::size_t n = 0; n < cells.size(); ++n) {
+      ASSERT_LE(times[n], 1);
+      const bool in_set = std::any_of(cover.sets.begin(), cover.sets.end(), [&](std::size_t s) {
+        return std::binary_search(sets[s].begin(), sets[s].end(), n);
+      });
+      ASSERT_TRUE(times[n] == 1 || in_set);
+    }
+    ASSERT_LE(cover.boxes.size() + cover.sets.size(),
+              coverWithin(required, allowed, kRules).boxes.size());
+  }
+}
+
+/// Boxes of cells as boxes of half cells.
+BoxList halved(BoxList boxes) {
+  for (LatticeBox& box : boxes) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      box.low[k] *= 2;
+      box.high[k] *= 2;
+    }
+  }
+  return boxes;
+}
+
+TEST(CellCovers, HoldAllCellsAndNothingElse) {
+  Random random(8);
+  for (int round = 0; round < 20; ++round) {
+    const BitGrid cells = clutter(random);
+    BitGrid left = cells;
+    for (const LatticeBox& box : coverOfCells(cells)) {
+      ASSERT_TRUE(cells.all(box));
+      ASSERT_GT(left.count(box), 0);  // none is superfluous where it comes
+      left.clear(box);
+    }
+    EXPECT_EQ(left.count(), 0);
+  }
+  EXPECT_TRUE(coverOfCells(BitGrid(4, 4, 4)).empty());
+}
+
+TEST(CellCovers, AreTheFewestOfEachPart) {
+  BitGrid cells(30, 12, 3);
+  cells.fill({{1, 1, 1}, {7, 3, 2}});  // a T: two boxes of whichever order
+  cells.fill({{3, 3, 1}, {5, 9, 2}});
+  cells.fill({{12, 4, 1}, {20, 5, 2}});  // a cross: two that overlap, three that do not
+  cells.fill({{15, 1, 1}, {16, 9, 2}});
+  cells.fill({{23, 2, 0}, {28, 10, 3}});
+  EXPECT_EQ(coverOfCells(cells).size(), 5u);
+}
+
+TEST(LatticeCover, NeedsNoMoreThanAnyOtherCover) {
+  std::size_t better = 0;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    Random random(seed);
+    // Blocks of whole cells that overlap much.
+    BitGrid cells(70, 70, 28);
+    for (int i = 0; i < 30; ++i) {
+      LatticeCell low{}, high{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto most = static_cast<std::uint32_t>(cells.size()[k] - 2);
+        low[k] = 1 + static_cast<std::int32_t>(random.below(most));
+        high[k] =
+            std::min(low[k] + 1 + static_cast<std::int32_t>(random.below(16)), cells.size()[k] - 1);
+      }
+      cells.fill({low, high});
+    }
+    const BoxList other = coverOfCells(cells);
+    BitGrid required(140, 140, 56);
+    for (const LatticeBox& box : halved(other)) required.fill(box);
+    const BitGrid allowed = required.dilated({1, 1, 1});
+    const std::size_t alone = coverWithin(required, allowed, kRules).boxes.size();
+    const LatticeCoverage quick = coverWithin(required, allowed, kRules, {}, halved(other));
+    EXPECT_LE(quick.boxes.size(), std::min(alone, other.size())) << "seed " << seed;
+    better += quick.boxes.size() < alone ? 1 : 0;
+    const LatticeCoverage full =
+        coverWithin(required, allowed, kRules, {}, halved(other), CoverEffort::Full);
+    EXPECT_LE(full.boxes.size(), quick.boxes.size()) << "seed " << seed;
+    for (const LatticeCoverage* cover : {&quick, &full}) {
+      BitGrid left = required;
+      for (const CoverBox& c : cover->boxes) {
+        ASSERT_TRUE(allowed.all(c.box));
+        left.clear(grown(c.box, kRules.tolerance));
+      }
+      EXPECT_EQ(left.count(), 0);
+    }
+  }
+  EXPECT_GT(better, 0u);
+}
+
+TEST(LatticeCover, FullEffortFindsFewerForCurvedSurfaces) {
+  Random random(2);
+  std::size_t quick = 0;
+  std::size_t full = 0;
+  for (int round = 0; round < 6; ++round) {
+    // The cells of a sphere's shell.
+    BitGrid required(48, 48, 48);
+    const double radius = 12.0 + random.below(8);
+    for (std::int32_t i = 0; i < 48 * 48 * 48; ++i) {
+      const LatticeCell at{i % 48, i / 48 % 48, i / (48 * 48)};
+      const double distance = std::hypot(at[0] - 23.5, at[1] - 23.5, at[2] - 23.5);
+      if (std::abs(distance - radius) < 0.9) required.set(at[0], at[1], at[2]);
+    }
+    const BitGrid allowed = required.dilated({1, 1, 1});
+    const LatticeCoverage cover = coverWithin(required, allowed, kRules, {}, {}, CoverEffort::Full);
+    BitGrid left = required;
+    for (const CoverBox& c : cover.boxes) {
+      ASSERT_TRUE(allowed.all(c.box));
+      left.clear(grown(c.box, kRules.tolerance));
+    }
+    EXPECT_EQ(left.count(), 0);
+    quick += coverWithin(required, allowed, kRules).boxes.size();
+    full += cover.boxes.size();
+  }
+  EXPECT_LT(20 * full, 19 * quick) << full << " of " << quick;
+}
+
+}  // namespace
+}  // namespace planar_mapping::detail

@@ -1,0 +1,141 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/core/ground/detail/upright.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "planar_mapping/core/base/error.h"
+
+namespace planar_mapping {
+namespace {
+
+constexpr double kDegree = M_PI / 180.0;
+
+/// A plane of the world (z up, the sensor at the origin) as a tilted camera sees it. Cameras look
+/// along y of the world where they are level.
+struct Tilted {
+  Matrix3 R_camera_world = Matrix3::Identity();
+  explicit Tilted(double pitch_down_deg, double roll_deg = 0.0, double yaw_deg = 0.0) {
+    Matrix3 level;  // rows: x right, y down, z forward in world coordinates
+    level << 1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 1.0, 0.0;
+    R_camera_world = Eigen::AngleAxisd(roll_deg * kDegree, Vector3::UnitZ()) *
+                     Eigen::AngleAxisd(pitch_down_deg * kDegree, Vector3::UnitX()) * level *
+                     Eigen::AngleAxisd(yaw_deg * kDegree, Vector3::UnitZ());
+  }
+  Vector3 up() const { return R_camera_world * Vector3::UnitZ(); }
+  /// \param normal in the world, towards the sensor
+  PlaneSegment plane(const Vector3& normal, double distance, std::size_t points) const {
+    PlaneSegment segment;
+    segment.plane.normal = R_camera_world * normal.normalized();
+    segment.plane.offset = distance;
+    segment.inliers.resize(points);
+    return segment;
+  }
+};
+
+double degreesBetween(const Vector3& a, const Vector3& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b)) / kDegree;
+}
+
+TEST(Upright, LevelsByFloorAndWallHoweverLittleFloorIsSeen) {
+  const Tilted camera(28.0, 2.0, 40.0);
+  const std::vector<PlaneSegment> planes = {camera.plane({0.0, -1.0, 0.0}, 1.5, 9000),
+                                            camera.plane({0.0, 0.0, 1.0}, 2.4, 800)};
+  const Upright found = findUpright(planes, UprightParams());
+  ASSERT_TRUE(found.found);
+  EXPECT_LT(degreesBetween(found.up, camera.up()), 1e-6);
+  EXPECT_NEAR(degreesBetween(-Vector3::UnitY(), camera.up()) * kDegree, found.tilt, 1e-9);
+  EXPECT_NEAR(800.0 / 9800.0, found.horizontal, 1e-12);
+  EXPECT_NEAR(9000.0 / 9800.0, found.vertical, 1e-12);
+}
+
+TEST(Upright, LevelsByTwoWallsOrACeiling) {
+  const Tilted camera(-20.0, 5.0, 30.0);
+  const PlaneSegment left = camera.plane({1.0, 0.0, 0.0}, 1.0, 4000);
+  const PlaneSegment front = camera.plane({0.0, -1.0, 0.0}, 3.0, 5000);
+  const PlaneSegment ceiling = camera.plane({0.0, 0.0, -1.0}, 2.0, 3000);
+  for (const auto& planes : {std::vector<PlaneSegment>{left, front}, {front, ceiling}}) {
+    const Upright found = findUpright(planes, UprightParams());
+    ASSERT_TRUE(found.found);
+    EXPECT_LT(degreesBetween(found.up, camera.up()), 1e-6);
+  }
+}
+
+TEST(Upright, LevelsByABareFloorBelowOnly) {
+  const Tilted camera(35.0);
+  const Upright floor = findUpright({camera.plane({0.0, 0.0, 1.0}, 1.2, 5000)}, UprightParams());
+  ASSERT_TRUE(floor.found);
+  EXPECT_LT(degreesBetween(floor.up, camera.up()), 1e-6);
+  // A slanted plane overhead could be anything.
+  const Upright roof = findUpright({camera.plane({0.0, 0.0, -1.0}, 1.2, 5000)}, UprightParams());
+  EXPECT_FALSE(roof.found);
+  EXPECT_EQ(Vector3(-Vector3::UnitY()), roof.up);
+}
+
+TEST(Upright, StaysLevelWhereThePlanesDoNotTell) {
+  EXPECT_FALSE(findUpright({}, UprightParams()).found);
+  const Tilted camera(20.0, 0.0, 10.0);
+  // One wall leaves the turn about its normal open.
+  EXPECT_FALSE(findUpright({camera.plane({0.0, -1.0, 0.0}, 2.0, 9000)}, UprightParams()).found);
+  // What a level camera sees confirms that it is level.
+  const Tilted level(0.0, 0.0, 30.0);
+  EXPECT_FALSE(findUpright({level.plane({0.0, 0.0, 1.0}, 0.4, 3000),
+                            level.plane({0.0, -1.0, 0.0}, 2.0, 3000),
+                            level.plane({0.3, 0.0, 1.0}, 2.0, 3000)},
+                           UprightParams())
+                   .found);
+  // A ramp is not taken for the floor where the walls say otherwise.
+  EXPECT_FALSE(findUpright({level.plane({0.0, -0.3, 1.0}, 0.4, 3500),
+                            level.plane({0.0, -1.0, 0.0}, 2.0, 3200),
+                            level.plane({-1.0, 0.0, 0.0}, 2.0, 3200)},
+                           UprightParams())
+                   .found);
+  // A floor and a wall that lean by 45 degrees could be either.
+  const Tilted halfway(45.0);
+  EXPECT_FALSE(findUpright({halfway.plane({0.0, 0.0, 1.0}, 1.0, 3000),
+                            halfway.plane({0.0, -1.0, 0.0}, 1.0, 3000)},
+                           UprightParams())
+                   .found);
+}
+
+TEST(Upright, LeavesOutWhatIsNeitherHorizontalNorVertical) {
+  const Tilted camera(15.0, -4.0, 70.0);
+  const Upright found = findUpright(
+      {camera.plane({0.0, 0.0, 1.0}, 0.8, 4000), camera.plane({0.0, -1.0, 0.0}, 2.0, 3000),
+       camera.plane({0.5, 0.2, 0.7}, 2.0, 2500)},
+      UprightParams());
+  ASSERT_TRUE(found.found);
+  EXPECT_LT(degreesBetween(found.up, camera.up()), 1e-6);
+  EXPECT_NEAR(7000.0 / 9500.0, found.horizontal + found.vertical, 1e-12);
+}
+
+TEST(Upright, RefusesBadParametersAndTakesAnyPlanes) {
+  const auto refused = [](auto change) {
+    UprightParams params;
+    change(params);
+    EXPECT_THROW(findUpright({}, params), ParameterError);
+  };
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  refused([](UprightParams& p) { p.expected_up = Vector3::Zero(); });
+  refused([](UprightParams& p) { p.expected_up.x() = kNan; });
+  refused([](UprightParams& p) { p.max_tilt = 2.0; });
+  refused([](UprightParams& p) { p.usual_tilt = 0.0; });
+  refused([](UprightParams& p) { p.level_tolerance = -0.1; });
+  refused([](UprightParams& p) { p.tolerance = kNan; });
+  refused([](UprightParams& p) { p.min_support = 1.1; });
+  refused([](UprightParams& p) { p.min_vertical = -0.1; });
+  refused([](UprightParams& p) { p.min_ground = kNan; });
+  refused([](UprightParams& p) { p.max_ambiguity = 2.0; });
+  const Tilted camera(20.0);
+  PlaneSegment broken = camera.plane({0.0, 0.0, 1.0}, 1.0, 100);
+  broken.plane.normal.x() = kNan;
+  const PlaneSegment empty = camera.plane({0.0, 0.0, 1.0}, 1.0, 0);
+  EXPECT_FALSE(findUpright({broken, empty}, UprightParams()).found);
+}
+
+}  // namespace
+}  // namespace planar_mapping

@@ -1,0 +1,191 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/core/occupancy/occupancy.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/base/detail/random.h"
+
+namespace planar_mapping {
+namespace {
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+PointsView viewOf(const std::vector<float>& xyz) {
+  return {xyz.data(), xyz.size() / 3};
+}
+
+// B = 0.12 m, f = 500 px, dd = 0.5 px: dz = z^2 / 120.
+TEST(Occupancy, DepthErrorMatchesHandWorkedValues) {
+  const StereoNoise noise;
+  EXPECT_NEAR(noise.depthError(2.0), 0.033333, 1e-6);
+  EXPECT_NEAR(noise.depthError(3.0), 0.075, 1e-12);
+  // rbar = 2.5, z = 2: dr = 2.5 / 2 * dz.
+  EXPECT_NEAR(rangeError(2.5, 2.0, noise), 0.0416667, 1e-6);
+  EXPECT_EQ(rangeError(2.5, 0.0, noise), 0.0);
+}
+
+TEST(Occupancy, FeatureProbabilityMatchesHandWorkedValues) {
+  EXPECT_DOUBLE_EQ(featureProbability(2.0, 2.0, 0.1), 1.0);
+  EXPECT_NEAR(featureProbability(2.1, 2.0, 0.1), 0.60653, 1e-5);  // one deviation: exp(-1/2)
+  EXPECT_NEAR(featureProbability(1.8, 2.0, 0.1), 0.13534, 1e-5);  // two: exp(-2)
+  EXPECT_NEAR(featureProbability(2.1, 2.0, 0.1, 0.5), 0.30327, 1e-5);
+  EXPECT_EQ(featureProbability(2.1, 2.0, 0.0), 0.0);
+  EXPECT_EQ(featureProbability(2.0, 2.0, 0.0), 1.0);
+}
+
+TEST(Occupancy, IsSymmetricAboutTheMeanRange) {
+  for (double d = 0.0; d < 1.0; d += 0.05) {
+    EXPECT_NEAR(featureProbability(3.0 + d, 3.0, 0.2), featureProbability(3.0 - d, 3.0, 0.2),
+                1e-12);
+  }
+}
+
+// Two features on the optical axis at 2.0 m and 2.1 m: rbar = 2.05,
+// dr_1 = 2.05 * 2.0 / 120 = 0.0341667, dr_2 = 2.05 * 2.1 / 120 = 0.035875.
+TEST(Occupancy, GroupOfTwoMatchesHandWorkedValues) {
+  const std::vector<float> xyz{0, 0, 2.0f, 0, 0, 2.1f};
+  const auto p = featureProbabilities(viewOf(xyz), nullptr, {7, 7}, OccupancyParams());
+  ASSERT_EQ(p.size(), 2u);
+  EXPECT_NEAR(p[0], std::exp(-0.5 * std::pow(0.05 / 0.0341667, 2)), 1e-4);
+  EXPECT_NEAR(p[1], std::exp(-0.5 * std::pow(0.05 / 0.035875, 2)), 1e-4);
+}
+
+TEST(Occupancy, GroupsDoNotInfluenceEachOther) {
+  const std::vector<float> xyz{0, 0, 2.0f, 0, 0, 2.1f, 0, 0, 5.0f, 0, 0, 5.2f};
+  const auto both = featureProbabilities(viewOf(xyz), nullptr, {0, 0, 1, 1}, OccupancyParams());
+  const Indices first{0, 1};
+  const auto alone = featureProbabilities(viewOf(xyz), &first, {0, 0}, OccupancyParams());
+  EXPECT_EQ(both[0], alone[0]);
+  EXPECT_EQ(both[1], alone[1]);
+}
+
+TEST(Occupancy, GroupNumbersDoNotMatter) {
+  const std::vector<float> xyz{0, 0, 2.0f, 0, 0, 2.1f, 0, 0, 5.0f, 0, 0, 5.2f};
+  const auto small = featureProbabilities(viewOf(xyz), nullptr, {0, 0, 1, 1}, OccupancyParams());
+  const auto large =
+      featureProbabilities(viewOf(xyz), nullptr, {2147483647, 2147483647, 5, 5}, OccupancyParams());
+  EXPECT_EQ(small, large);
+}
+
+TEST(Occupancy, LonelyFeatureGetsItsOwnProbability) {
+  const std::vector<float> xyz{0, 0, 2, 0, 0, 3, 0, 0, 4};
+  OccupancyParams params;
+  params.single_feature_probability = 0.3;
+  const auto p = featureProbabilities(viewOf(xyz), nullptr, {0, -1, -1}, params);
+  for (const float value : p) EXPECT_FLOAT_EQ(value, 0.3f);
+}
+
+TEST(Occupancy, NonFiniteFeaturesDoNotCount) {
+  const std::vector<float> xyz{0, 0, 2.0f, 0, 0, 2.1f, kNan, 0, 3, 0, INFINITY, 1};
+  const auto p = featureProbabilities(viewOf(xyz), nullptr, {0, 0, 0, 0}, OccupancyParams());
+  const Indices finite{0, 1};
+  const auto alone = featureProbabilities(viewOf(xyz), &finite, {0, 0}, OccupancyParams());
+  EXPECT_EQ(p[0], alone[0]);
+  EXPECT_EQ(p[2], 0.0f);
+  EXPECT_EQ(p[3], 0.0f);
+}
+
+TEST(Occupancy, RangeErrorFloorForgivesTheSizeOfTheCell) {
+  const std::vector<float> xyz{0, 0, 0.50f, 0, 0, 0.56f};
+  OccupancyParams params;
+  const auto paper = featureProbabilities(viewOf(xyz), nullptr, {0, 0}, params);
+  params.min_range_error = 0.05;
+  const auto floor = featureProbabilities(viewOf(xyz), nullptr, {0, 0}, params);
+  EXPECT_LT(paper[0], 1e-6);
+  EXPECT_NEAR(floor[0], std::exp(-0.5 * 0.36), 1e-3);
+}
+
+TEST(Occupancy, DependsOnlyOnThePositionRelativeToTheSensor) {
+  const Vector3 sensor(1.0, -2.0, 0.5);
+  std::vector<float> at_origin{0.1f, 0.2f, 2.0f, 0.1f, 0.25f, 2.1f};
+  std::vector<float> moved(at_origin);
+  for (std::size_t i = 0; i < moved.size(); ++i) moved[i] += static_cast<float>(sensor[i % 3]);
+  const auto a = featureProbabilities(viewOf(at_origin), nullptr, {0, 0}, OccupancyParams());
+  const auto b = featureProbabilities(viewOf(moved), nullptr, {0, 0}, OccupancyParams(), sensor);
+  EXPECT_NEAR(a[0], b[0], 1e-3);
+  EXPECT_NEAR(a[1], b[1], 1e-3);
+}
+
+TEST(Occupancy, StaysInRangeForHostileInput) {
+  Random random(1);
+  std::vector<float> xyz;
+  std::vector<std::int32_t> groups;
+  for (int i = 0; i < 2000; ++i) {
+    const float scale = i % 3 == 0 ? 1e9f : (i % 3 == 1 ? 3e38f : 1e-30f);
+    for (int k = 0; k < 3; ++k) xyz.push_back(scale * static_cast<float>(random.uniform(-1, 1)));
+    groups.push_back(static_cast<std::int32_t>(random.below(20)) - 1);
+  }
+  for (const float p : featureProbabilities(viewOf(xyz), nullptr, groups, OccupancyParams())) {
+    ASSERT_GE(p, 0.0f);
+    ASSERT_LE(p, 1.0f);
+  }
+}
+
+TEST(Occupancy, DepthFollowsTheOpticalAxis) {
+  EXPECT_DOUBLE_EQ(depthOf({3, 4, 12}, Vector3::UnitZ()), 12.0);
+  EXPECT_DOUBLE_EQ(depthOf({3, 4, 12}, Vector3(2, 0, 0)), 3.0);
+  EXPECT_DOUBLE_EQ(depthOf({3, 4, 12}, Vector3::Zero()), 13.0);
+}
+
+TEST(Occupancy, RejectsBadArguments) {
+  const std::vector<float> xyz{0, 0, 2};
+  const Indices outside{1};
+  EXPECT_THROW(featureProbabilities(viewOf(xyz), &outside, {0}, OccupancyParams()), InputError);
+  EXPECT_THROW(featureProbabilities(viewOf(xyz), nullptr, {0, 1}, OccupancyParams()), InputError);
+  OccupancyParams params;
+  params.noise.baseline = 0.0;
+  EXPECT_THROW(featureProbabilities(viewOf(xyz), nullptr, {0}, params), ParameterError);
+  params = OccupancyParams();
+  params.eta1 = kNan;
+  EXPECT_THROW(params.validate(), ParameterError);
+  EXPECT_THROW(featureProbability(kNan, 1, 1), ParameterError);
+  EXPECT_THROW(rangeError(1, -1, StereoNoise()), ParameterError);
+}
+
+TEST(Occupancy, AcceptsNoFeatures) {
+  EXPECT_TRUE(featureProbabilities(PointsView(), nullptr, {}, OccupancyParams()).empty());
+}
+
+TEST(GridGroups, PointsShareAGroupWithinACellOfAPlane) {
+  const std::vector<float> xyz{0.01f, 0.01f, 1.01f, 0.09f, 0.02f, 1.09f, 0.11f,  0.01f, 1.01f,
+                               0.02f, 0.02f, 1.02f, kNan,  0,     0,     -0.01f, 0.01f, 1.01f};
+  const std::vector<std::int32_t> labels{0, 0, 0, 1, 0, 0};
+  const auto groups = gridGroups(viewOf(xyz), nullptr, &labels, 0.1);
+  EXPECT_EQ(groups, (std::vector<std::int32_t>{0, 0, 1, 2, -1, 3}));
+}
+
+TEST(GridGroups, AgreesWithBruteForce) {
+  Random random(9);
+  std::vector<float> xyz;
+  std::vector<std::int32_t> labels;
+  for (int i = 0; i < 600; ++i) {
+    for (int k = 0; k < 3; ++k) xyz.push_back(static_cast<float>(random.uniform(-0.5, 0.5)));
+    labels.push_back(static_cast<std::int32_t>(random.below(3)) - 1);
+  }
+  const auto groups = gridGroups(viewOf(xyz), nullptr, &labels, 0.1);
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      bool same = labels[i] == labels[j];
+      for (int k = 0; k < 3; ++k) {
+        same = same && std::floor(xyz[3 * i + k] / 0.1) == std::floor(xyz[3 * j + k] / 0.1);
+      }
+      ASSERT_EQ(groups[i] == groups[j], same);
+    }
+  }
+}
+
+TEST(GridGroups, FarPointsHaveNoCell) {
+  const std::vector<float> xyz{1e9f, 0, 0, 1, 1, 1};
+  EXPECT_EQ(gridGroups(viewOf(xyz), nullptr, nullptr, 0.1), (std::vector<std::int32_t>{-1, 0}));
+  EXPECT_THROW(gridGroups(viewOf(xyz), nullptr, nullptr, 0.0), ParameterError);
+  const std::vector<std::int32_t> one_label{0};
+  EXPECT_THROW(gridGroups(viewOf(xyz), nullptr, &one_label, 0.1), InputError);
+}
+
+}  // namespace
+}  // namespace planar_mapping

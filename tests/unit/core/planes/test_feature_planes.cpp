@@ -1,0 +1,247 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/planes/feature_planes.h"
+#include "plane_scenes.h"
+
+namespace planar_mapping {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+KeyFeature featureAt(const Vector3& position) {
+  KeyFeature feature;
+  feature.position = position;
+  return feature;
+}
+
+/// Points of a rectangle from \p corner along \p u and \p v, \p step apart.
+void addRectangle(test::PlaneScene& scene, const Vector3& corner, const Vector3& u,
+                  const Vector3& v, double step, int plane) {
+  const int columns = static_cast<int>(u.norm() / step);
+  const int rows = static_cast<int>(v.norm() / step);
+  for (int row = 0; row <= rows; ++row) {
+    for (int column = 0; column <= columns; ++column) {
+      scene.add(corner + u * column / columns + v * row / rows, plane);
+    }
+  }
+}
+
+/// A floor 1 m below the sensor and a wall 3 m ahead of it, y down, z ahead; features on the floor
+/// only unless \p on_wall.
+struct Corner {
+  test::PlaneScene scene;
+  std::vector<KeyFeature> features;
+
+  explicit Corner(bool on_wall) {
+    scene.planes = {{-Vector3::UnitY(), 1.0}, {-Vector3::UnitZ(), 3.0}};
+    addRectangle(scene, {-2, 1, 1}, {4, 0, 0}, {0, 0, 2}, 0.02, 0);
+    addRectangle(scene, {-2, -1, 3}, {4, 0, 0}, {0, 1.98, 0}, 0.02, 1);
+    Random random(3, 1);
+    for (int i = 0; i < 60; ++i) {
+      features.push_back(featureAt({random.uniform(-2, 2), 1.0, random.uniform(1, 3)}));
+      if (on_wall) features.push_back(featureAt({random.uniform(-2, 2), random.uniform(-1, 1), 3}));
+    }
+  }
+};
+
+FeaturePlaneParams smallParams() {
+  FeaturePlaneParams params;
+  params.dense.distance_threshold = 0.03;
+  return params;
+}
+
+TEST(FeaturePlanes, GivesDensePointsToThePlanesOfFeatures) {
+  const Corner corner(true);
+  FeaturePlaneParams params = smallParams();
+  params.dense_fallback = false;
+  FeaturePlaneDiagnostics diagnostics;
+  const PlaneSet found = findPlanesFromFeatures(corner.scene.view(), nullptr, corner.features,
+                                                params, Vector3::Zero(), &diagnostics);
+  ASSERT_EQ(found.planes.size(), 2U);
+  const test::PlaneScore score = test::scorePlanes(corner.scene, found);
+  EXPECT_EQ(score.recall, 1.0);
+  EXPECT_LT(score.angle_deg, 0.1);
+  EXPECT_GT(score.point_recall, 0.97);
+  EXPECT_EQ(diagnostics.features_considered, 120U);
+  EXPECT_EQ(diagnostics.planes_of_features, 2U);
+  EXPECT_EQ(diagnostics.points_of_features,
+            found.planes[0].inliers.size() + found.planes[1].inliers.size());
+}
+
+TEST(FeaturePlanes, DenseSearchFindsThePlainWall) {
+  const Corner corner(false);
+  FeaturePlaneParams params = smallParams();
+  params.dense_fallback = false;
+  EXPECT_EQ(
+      findPlanesFromFeatures(corner.scene.view(), nullptr, corner.features, params).planes.size(),
+      1U);
+  params.dense_fallback = true;
+  FeaturePlaneDiagnostics diagnostics;
+  const PlaneSet found = findPlanesFromFeatures(corner.scene.view(), nullptr, corner.features,
+                                                params, Vector3::Zero(), &diagnostics);
+  EXPECT_EQ(test::scorePlanes(corner.scene, found).recall, 1.0);
+  EXPECT_EQ(found.planes.size(), 2U);
+  EXPECT_EQ(diagnostics.planes_of_dense_points, 1U);
+}
+
+TEST(FeaturePlanes, WithoutFeaturesTheDenseSearchDoesAll) {
+  const Corner corner(false);
+  const FeaturePlaneParams params = smallParams();
+  const PlaneSet found = findPlanesFromFeatures(corner.scene.view(), nullptr, {}, params);
+  const PlaneSet dense = findPlanes(corner.scene.view(), nullptr, params.dense);
+  ASSERT_EQ(found.planes.size(), dense.planes.size());
+  for (std::size_t i = 0; i < dense.planes.size(); ++i) {
+    EXPECT_EQ(found.planes[i].inliers, dense.planes[i].inliers);
+  }
+}
+
+TEST(FeaturePlanes, NoPlaneThroughUnrelatedObjects) {
+  // Features lie on a slanting plane through a stack of shelves, which are surfaces of their own:
+  // each shelf is crossed in a narrow strip.
+  test::PlaneScene scene;
+  std::vector<KeyFeature> features;
+  for (int shelf = 0; shelf < 12; ++shelf) {
+    const double y = 0.12 * shelf - 0.7;
+    addRectangle(scene, {-1, y, 1.5}, {2, 0, 0}, {0, 0, 1.5}, 0.02, shelf);
+    for (int k = 0; k < 8; ++k) features.push_back(featureAt({0.25 * k - 0.9, y, 2.25 + y}));
+  }
+  FeaturePlaneParams params = smallParams();
+  params.dense_fallback = false;
+  const auto slanting = [&](const PlaneSet& set) {
+    int number = 0;
+    for (const PlaneSegment& segment : set.planes) {
+      number += std::fabs(segment.plane.normal.y()) < 0.9 ? 1 : 0;
+    }
+    return number;
+  };
+  FeaturePlaneDiagnostics diagnostics;
+  EXPECT_EQ(slanting(findPlanesFromFeatures(scene.view(), nullptr, features, params,
+                                            Vector3::Zero(), &diagnostics)),
+            0);
+  EXPECT_GE(diagnostics.planes_of_features, 1U);
+  params.refine = false;  // as in the paper
+  EXPECT_GE(slanting(findPlanesFromFeatures(scene.view(), nullptr, features, params)), 1);
+}
+
+TEST(FeaturePlanes, RefitsToTheDensePoints) {
+  // Features 2 cm off their wall at one end tilt its plane; the dense points set it right.
+  Corner corner(false);
+  corner.features.clear();
+  for (int i = 0; i < 40; ++i) {
+    const double x = -2.0 + 0.1 * i;
+    corner.features.push_back(featureAt({x, 0.3 * std::sin(1.7 * i), 3.0 + 0.005 * (x + 2.0)}));
+  }
+  FeaturePlaneParams params = smallParams();
+  params.dense_fallback = false;
+  const PlaneSet refined =
+      findPlanesFromFeatures(corner.scene.view(), nullptr, corner.features, params);
+  ASSERT_EQ(refined.planes.size(), 1U);
+  EXPECT_GT(std::fabs(refined.planes[0].plane.normal.z()), std::cos(1e-3));
+  params.refine = false;
+  const PlaneSet plain =
+      findPlanesFromFeatures(corner.scene.view(), nullptr, corner.features, params);
+  ASSERT_EQ(plain.planes.size(), 1U);
+  EXPECT_NEAR(std::acos(std::fabs(plain.planes[0].plane.normal.z())), 0.005, 0.001);
+}
+
+TEST(FeaturePlanes, FindsFarPlanesOfStereoFeatures) {
+  // A wall 8 m away, where 0.3 pixels are 0.3 m, and the floor in front of it.
+  FeaturePlaneParams params = smallParams();
+  params.dense.noise = StereoNoise{0.12, 500.0, 0.5};
+  params.dense_fallback = false;
+  test::PlaneScene scene;
+  std::vector<KeyFeature> features;
+  Random random(4, 2);
+  const auto see = [&](const Vector3& p, double noise) {
+    const double disparity = 60.0 / p.z();
+    return Vector3(p * (disparity / (disparity + noise * random.normal())));
+  };
+  for (int i = 0; i < 40000; ++i) {
+    const bool floor = i % 4 == 0;
+    const Vector3 p = floor ? Vector3(random.uniform(-2, 2), 1.0, random.uniform(2.5, 8))
+                            : Vector3(random.uniform(-4, 4), random.uniform(-3, 1), 8.0);
+    scene.add(see(p, 0.1), floor ? 0 : 1);
+    if (i % 100 < 2) features.push_back(featureAt(see(p, 0.3)));
+  }
+  scene.planes = {{-Vector3::UnitY(), 1.0}, {-Vector3::UnitZ(), 8.0}};
+  const PlaneSet found = findPlanesFromFeatures(scene.view(), nullptr, features, params);
+  ASSERT_EQ(found.planes.size(), 2U);
+  EXPECT_GT(std::fabs(found.planes[0].plane.normal.z()), std::cos(0.05));
+  EXPECT_GT(std::fabs(found.planes[1].plane.normal.y()), std::cos(0.05));
+  EXPECT_NEAR(std::fabs(found.planes[0].plane.offset), 8.0, 0.2);
+}
+
+TEST(FeaturePlanes, OnlyIndexedPointsCount) {
+  const Corner corner(true);
+  Indices indices;
+  for (std::size_t i = 0; i < corner.scene.size(); i += 3) indices.push_back(static_cast<int>(i));
+  const PlaneSet found =
+      findPlanesFromFeatures(corner.scene.view(), &indices, corner.features, smallParams());
+  ASSERT_EQ(found.planes.size(), 2U);
+  for (const PlaneSegment& segment : found.planes) {
+    for (const int i : segment.inliers) EXPECT_EQ(i % 3, 0);
+  }
+}
+
+TEST(FeaturePlanes, SkipsAndCountsFeaturesThatAreNotFinite) {
+  Corner corner(true);
+  const PlaneSet clean =
+      findPlanesFromFeatures(corner.scene.view(), nullptr, corner.features, smallParams());
+  corner.features.insert(corner.features.begin() + 7, featureAt({kNaN, 0, 1}));
+  corner.features.push_back(featureAt({0, std::numeric_limits<double>::infinity(), 1}));
+  FeaturePlaneDiagnostics diagnostics;
+  const PlaneSet found = findPlanesFromFeatures(corner.scene.view(), nullptr, corner.features,
+                                                smallParams(), Vector3::Zero(), &diagnostics);
+  EXPECT_EQ(diagnostics.features_not_finite, 2U);
+  ASSERT_EQ(found.planes.size(), clean.planes.size());
+  EXPECT_EQ(found.planes[0].inliers, clean.planes[0].inliers);
+}
+
+TEST(FeaturePlanes, HostileInputGivesNoPlaneAndNoCrash) {
+  const FeaturePlaneParams params = smallParams();
+  EXPECT_TRUE(findPlanesFromFeatures(PointsView(), nullptr, {}, params).planes.empty());
+  const std::vector<float> one = {1, 2, 3};
+  const std::vector<KeyFeature> same(20, featureAt({1, 2, 3}));
+  EXPECT_TRUE(
+      findPlanesFromFeatures(PointsView(one.data(), 1), nullptr, same, params).planes.empty());
+  std::vector<KeyFeature> far;
+  for (int i = 0; i < 30; ++i) far.push_back(featureAt({1e9 + i, 1e9 * (i % 5), 1e9 - i * i}));
+  const std::vector<float> huge(300, 1e9F);
+  EXPECT_TRUE(
+      findPlanesFromFeatures(PointsView(huge.data(), 100), nullptr, far, params).planes.empty());
+  std::vector<KeyFeature> line;
+  for (int i = 0; i < 30; ++i) line.push_back(featureAt({0.1 * i, 0.2 * i, 1.0 + 0.1 * i}));
+  EXPECT_TRUE(
+      findPlanesFromFeatures(PointsView(one.data(), 1), nullptr, line, params).planes.empty());
+}
+
+TEST(FeaturePlanes, RejectsParametersOutOfRange) {
+  const auto fails = [](auto change) {
+    FeaturePlaneParams params;
+    change(params);
+    EXPECT_THROW(params.validate(), ParameterError);
+  };
+  fails([](FeaturePlaneParams& p) { p.min_features = 2; });
+  fails([](FeaturePlaneParams& p) { p.feature_error_factor = 0.0; });
+  fails([](FeaturePlaneParams& p) { p.square_side = 0.0; });
+  fails([](FeaturePlaneParams& p) { p.square_dominance = 0.9; });
+  fails([](FeaturePlaneParams& p) { p.min_surface_share = kNaN; });
+  fails([](FeaturePlaneParams& p) { p.max_refit_turn = 0.0; });
+  fails([](FeaturePlaneParams& p) { p.max_refit_turn = 2.0; });
+  fails([](FeaturePlaneParams& p) { p.joining_angle = -0.1; });
+  fails([](FeaturePlaneParams& p) { p.dense.distance_threshold = -1.0; });
+  FeaturePlaneParams().validate();
+  const Indices outside = {5};
+  const std::vector<float> one = {1, 2, 3};
+  EXPECT_THROW(findPlanesFromFeatures(PointsView(one.data(), 1), &outside, {}, {}), InputError);
+}
+
+}  // namespace
+}  // namespace planar_mapping

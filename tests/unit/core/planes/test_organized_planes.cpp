@@ -1,0 +1,401 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "depth_scene.h"
+#include "planar_mapping/core/planes/multi_plane.h"
+
+namespace planar_mapping {
+namespace {
+
+using test::angleBetween;
+using test::DepthScene;
+using test::recall;
+
+constexpr double kDegree = M_PI / 180.0;
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+
+MultiPlaneParams organized(double distance_threshold = 0.05, int min_inliers = 500) {
+  MultiPlaneParams params;
+  params.method = PlaneSearchMethod::Organized;
+  params.distance_threshold = distance_threshold;
+  params.min_inliers = min_inliers;
+  return params;
+}
+
+PlaneSet search(const DepthScene& scene, const MultiPlaneParams& params) {
+  return findPlanes(scene.view(), nullptr, params);
+}
+
+/// The corner of a room: floor, left wall, far wall.
+DepthScene corner(int width = 320, int height = 240) {
+  DepthScene scene(width, height, 0.8 * width);
+  scene.addRectangle({0.0, 1.0, 2.5}, {3.0, 0.0, 0.0}, {0.0, 0.0, 2.0});
+  scene.addRectangle({-1.2, 0.0, 2.5}, {0.0, 1.0, 0.0}, {0.0, 0.0, 2.0});
+  scene.addRectangle({0.9, 0.0, 3.5}, {2.1, 0.0, 0.6}, {0.0, 1.0, 0.0});
+  return scene;
+}
+
+void expectFound(const DepthScene& scene, const PlaneSet& set, int surface, double min_recall,
+                 double max_angle) {
+  std::size_t k = 0;
+  ASSERT_GE(recall(scene, set, surface, &k), min_recall) << "surface " << surface;
+  EXPECT_LE(angleBetween(set.planes[k].plane, scene.plane(surface)), max_angle)
+      << "surface " << surface;
+}
+
+/// The planes are these two surfaces.
+void expectJust(const DepthScene& scene, const PlaneSet& set, int one, int other, double min_recall,
+                double max_angle) {
+  ASSERT_EQ(set.planes.size(), 2u);
+  expectFound(scene, set, one, min_recall, max_angle);
+  expectFound(scene, set, other, min_recall, max_angle);
+}
+
+void expectSameBytes(const PlaneSet& a, const PlaneSet& b) {
+  ASSERT_EQ(a.planes.size(), b.planes.size());
+  for (std::size_t k = 0; k < a.planes.size(); ++k) {
+    EXPECT_EQ(a.planes[k].inliers, b.planes[k].inliers);
+    EXPECT_EQ(a.planes[k].patches, b.planes[k].patches);
+    EXPECT_EQ(a.planes[k].plane.coefficients(), b.planes[k].plane.coefficients());
+    EXPECT_EQ(a.planes[k].rms, b.planes[k].rms);
+  }
+}
+
+TEST(OrganizedPlanes, FindsNoiseFreePlanesExactly) {
+  DepthScene scene = corner();
+  scene.render(0.0, 0.0, 1);
+  const PlaneSet set = search(scene, organized());
+  ASSERT_EQ(set.planes.size(), 3u);
+  for (int surface = 0; surface < 3; ++surface) {
+    expectFound(scene, set, surface, 0.97, 0.02 * kDegree);
+  }
+}
+
+TEST(OrganizedPlanes, FindsNoisyPlanesWithMissingPixels) {
+  DepthScene scene = corner();
+  scene.render(0.0015, 0.2, 2);
+  const PlaneSet set = search(scene, organized());
+  ASSERT_EQ(set.planes.size(), 3u);
+  for (int surface = 0; surface < 3; ++surface) {
+    expectFound(scene, set, surface, 0.95, 0.3 * kDegree);
+  }
+}
+
+TEST(OrganizedPlanes, DescribesEachPlaneByItsInliers) {
+  DepthScene scene = corner();
+  scene.render(0.0015, 0.1, 3);
+  const PlaneSet set = search(scene, organized());
+  std::vector<int> owners(scene.truth.size(), 0);
+  std::size_t before = scene.truth.size();
+  for (const PlaneSegment& segment : set.planes) {
+    EXPECT_TRUE(std::is_sorted(segment.inliers.begin(), segment.inliers.end()));
+    EXPECT_LE(segment.inliers.size(), before);
+    before = segment.inliers.size();
+    EXPECT_GT(segment.plane.offset, 0.0);  // the sensor at the origin is in front
+    EXPECT_NEAR(segment.plane.normal.norm(), 1.0, 1e-9);
+    EXPECT_EQ(segment.moments.weight(), static_cast<double>(segment.inliers.size()));
+    double squares = 0.0;
+    Vector3 mean = Vector3::Zero();
+    for (const int i : segment.inliers) {
+      const Vector3 p = scene.view().point(static_cast<std::size_t>(i));
+      ++owners[static_cast<std::size_t>(i)];
+      squares += std::pow(segment.plane.signedDistance(p), 2);
+      mean += p;
+    }
+    const double n = static_cast<double>(segment.inliers.size());
+    EXPECT_NEAR(segment.rms, std::sqrt(squares / n), 1e-5);
+    EXPECT_LT((segment.moments.mean() - mean / n).norm(), 1e-5);
+    EXPECT_NEAR(segment.tilt, normalizedTilt(segment.plane), 1e-12);
+    EXPECT_GT(segment.covariance(3, 3), 0.0);
+  }
+  EXPECT_LE(*std::max_element(owners.begin(), owners.end()), 1);
+}
+
+TEST(OrganizedPlanes, SurvivesFlyingPixels) {
+  DepthScene scene(320, 240, 260.0);
+  const int wall = scene.addPlane({0.0, 0.0, 3.0}, {0.1, 0.0, -1.0});
+  const int board = scene.addRectangle({0.2, 0.1, 1.8}, {0.4, 0.0, 0.1}, {0.0, 0.35, 0.0});
+  scene.render(0.001, 0.05, 4);
+  scene.addFlyingPixels(5);
+  const PlaneSet set = search(scene, organized());
+  ASSERT_EQ(set.planes.size(), 2u);
+  expectFound(scene, set, wall, 0.97, 0.2 * kDegree);
+  expectFound(scene, set, board, 0.95, 0.3 * kDegree);
+}
+
+TEST(OrganizedPlanes, KeepsAStepApart) {
+  DepthScene scene(320, 240, 300.0);
+  const int low = scene.addPlane({0.0, 0.0, 1.50}, {0.0, 0.0, -1.0});
+  const int high = scene.addRectangle({0.3, 0.0, 1.42}, {0.3, 0.0, 0.0}, {0.0, 1.0, 0.0});
+  scene.render(0.001, 0.0, 6);
+  expectJust(scene, search(scene, organized(0.02)), low, high, 0.97, 0.2 * kDegree);
+}
+
+TEST(OrganizedPlanes, KeepsSurfacesApartThatLieThreeCentimetresOffEachOther) {
+  // One plane through both is nowhere a centimetre rms off, but nothing between them bends.
+  DepthScene scene(320, 240, 300.0);
+  const int near = scene.addRectangle({-0.5, 0.0, 2.0}, {0.4, 0.0, 0.0}, {0.0, 0.6, 0.0});
+  const int far = scene.addRectangle({0.6, 0.0, 2.03}, {0.2, 0.0, 0.0}, {0.0, 0.5, 0.0});
+  scene.render(0.0005, 0.0, 6);
+  expectJust(scene, search(scene, organized()), near, far, 0.97, 0.2 * kDegree);
+}
+
+TEST(OrganizedPlanes, JoinsWhatTouchesWhereASurfaceBends) {
+  DepthScene scene(320, 240, 300.0);
+  const int left = scene.addRectangle({-0.5, 0.0, 2.0}, {0.5, 0.0, 0.012}, {0.0, 1.0, 0.0});
+  const int right = scene.addRectangle({0.5, 0.0, 2.0}, {0.5, 0.0, -0.012}, {0.0, 1.0, 0.0});
+  scene.render(0.0005, 0.0, 7);
+  const PlaneSet set = search(scene, organized());
+  ASSERT_EQ(set.planes.size(), 1u);
+  EXPECT_GT(set.planes.front().inliers.size(),
+            0.95 * static_cast<double>(scene.pixelsOf(left) + scene.pixelsOf(right)));
+}
+
+TEST(OrganizedPlanes, KeepsPlanesThatTouchAtAnEdge) {
+  DepthScene scene(320, 240, 300.0);
+  const int left = scene.addRectangle({-0.5, 0.0, 2.0}, {0.5, 0.0, 0.3}, {0.0, 1.0, 0.0});
+  const int right = scene.addRectangle({0.5, 0.0, 2.0}, {0.5, 0.0, -0.3}, {0.0, 1.0, 0.0});
+  scene.render(0.001, 0.0, 7);
+  expectJust(scene, search(scene, organized()), left, right, 0.95, 0.3 * kDegree);
+}
+
+TEST(OrganizedPlanes, FindsAStripNarrowerThanTwoCells) {
+  DepthScene scene(320, 240, 300.0);
+  scene.addPlane({0.0, 0.0, 3.0}, {0.0, 0.0, -1.0});
+  const int strip = scene.addRectangle({0.0, 0.03, 1.5}, {0.6, 0.0, 0.0}, {0.0, 0.03, 0.02});
+  scene.render(0.0005, 0.0, 8);
+  ASSERT_GT(scene.pixelsOf(strip), 2000u);
+  const PlaneSet set = search(scene, organized());
+  expectFound(scene, set, strip, 0.9, 2.0 * kDegree);
+}
+
+TEST(OrganizedPlanes, FindsNoPlaneOnABall) {
+  DepthScene scene(320, 240, 300.0);
+  const int ball = scene.addBall({0.0, 0.0, 1.5}, 0.4);
+  scene.render(0.001, 0.0, 9);
+  ASSERT_GT(scene.pixelsOf(ball), 10000u);
+  EXPECT_TRUE(search(scene, organized()).planes.empty());
+}
+
+TEST(OrganizedPlanes, FindsNoPlaneAlongAStaircase) {
+  // The slope through the edges is nowhere farther from a step than d_T, yet nothing lies along it.
+  DepthScene scene(320, 240, 300.0);
+  constexpr double kStep = 0.1;
+  for (int i = 0; i < 8; ++i) {
+    const double y = 0.7 - kStep * i;
+    const double z = 1.2 + kStep * i;
+    scene.addRectangle({0.0, y - kStep / 2.0, z}, {0.8, 0.0, 0.0}, {0.0, kStep / 2.0, 0.0});
+    scene.addRectangle({0.0, y - kStep, z + kStep / 2.0}, {0.8, 0.0, 0.0}, {0.0, 0.0, kStep / 2.0});
+  }
+  scene.render(0.001, 0.0, 21);
+  const Vector3 slope = Vector3(0.0, 1.0, 1.0).normalized();
+  for (const PlaneSegment& segment : search(scene, organized()).planes) {
+    EXPECT_LT(std::fabs(segment.plane.normal.dot(slope)), std::cos(20.0 * kDegree))
+        << segment.inliers.size() << " points";
+  }
+}
+
+TEST(OrganizedPlanes, LeavesOutWhatThePlaneCutsOutOfABall) {
+  DepthScene scene(320, 240, 300.0);
+  const int wall = scene.addPlane({0.0, 0.0, 2.0}, {0.0, 0.0, -1.0});
+  const int ball = scene.addBall({0.0, 0.0, 2.0}, 0.35);
+  scene.render(0.001, 0.0, 22);
+  const PlaneSet set = search(scene, organized());
+  expectFound(scene, set, wall, 0.97, 0.2 * kDegree);
+  for (const PlaneSegment& segment : set.planes) {
+    std::size_t on_ball = 0;
+    for (const int i : segment.inliers) {
+      on_ball += scene.truth[static_cast<std::size_t>(i)] == ball;
+    }
+    EXPECT_LE(on_ball, segment.inliers.size() / 50);
+  }
+}
+
+TEST(OrganizedPlanes, FindsNoPlaneInRandomDepth) {
+  Random random(10);
+  std::vector<float> xyz;
+  for (int row = 0; row < 240; ++row) {
+    for (int column = 0; column < 320; ++column) {
+      const double z = random.uniform(1.0, 4.0);
+      xyz.push_back(static_cast<float>((column - 160) / 300.0 * z));
+      xyz.push_back(static_cast<float>((row - 120) / 300.0 * z));
+      xyz.push_back(static_cast<float>(z));
+    }
+  }
+  EXPECT_TRUE(findPlanes(PointsView(xyz.data(), 320, 240, 3), nullptr, organized()).planes.empty());
+}
+
+TEST(OrganizedPlanes, AnyThreadCountGivesTheSameBytes) {
+  DepthScene scene = corner();
+  scene.render(0.002, 0.1, 11);
+  MultiPlaneParams params = organized();
+  const PlaneSet one = search(scene, params);
+  for (const int threads : {2, 4, 0}) {
+    params.threads = threads;
+    expectSameBytes(one, search(scene, params));
+  }
+}
+
+TEST(OrganizedPlanes, AnyStrideGivesTheSameBytes) {
+  DepthScene scene = corner();
+  scene.render(0.001, 0.1, 12);
+  const PlaneSet packed = search(scene, organized());
+  for (const std::size_t stride : {4u, 5u, 8u}) {
+    std::vector<float> padded(stride * scene.truth.size(), kNaN);
+    for (std::size_t i = 0; i < scene.truth.size(); ++i) {
+      std::copy_n(&scene.xyz[3 * i], 3, &padded[stride * i]);
+    }
+    expectSameBytes(packed,
+                    findPlanes(PointsView(padded.data(), 320, 240, stride), nullptr, organized()));
+  }
+}
+
+TEST(OrganizedPlanes, SubsetByIndexEqualsSubsetByCopy) {
+  DepthScene scene = corner();
+  scene.render(0.001, 0.1, 13);
+  Indices indices;
+  for (int i = 0; i < static_cast<int>(scene.truth.size()); ++i) {
+    if (i % 320 > 60 && i % 5 != 0) indices.push_back(i);
+  }
+  const PlaneSet by_index = findPlanes(scene.view(), &indices, organized());
+  DepthScene copy = scene;
+  std::fill(copy.xyz.begin(), copy.xyz.end(), kNaN);
+  for (const int i : indices) std::copy_n(&scene.xyz[3 * i], 3, &copy.xyz[3 * i]);
+  expectSameBytes(by_index, search(copy, organized()));
+  EXPECT_EQ(by_index.diagnostics.points_considered, indices.size());
+  ASSERT_GE(by_index.planes.size(), 2u);
+}
+
+TEST(OrganizedPlanes, FollowsARigidMotionOfCloudAndSensor) {
+  DepthScene scene = corner();
+  scene.render(0.001, 0.1, 14);
+  const PlaneSet before = search(scene, organized());
+  Pose T = Pose::Identity();
+  T.linear() = Eigen::AngleAxisd(1.1, Vector3(1.0, -2.0, 0.5).normalized()).toRotationMatrix();
+  T.translation() = Vector3(12.0, -7.0, 3.0);
+  DepthScene moved = scene;
+  for (std::size_t i = 0; i < scene.truth.size(); ++i) {
+    const Vector3 p = T * scene.view().point(i);
+    for (int axis = 0; axis < 3; ++axis) moved.xyz[3 * i + axis] = static_cast<float>(p[axis]);
+  }
+  const PlaneSet after = findPlanes(moved.view(), nullptr, organized(), T.translation());
+  ASSERT_EQ(after.planes.size(), before.planes.size());
+  for (std::size_t k = 0; k < before.planes.size(); ++k) {
+    const Plane expected = transformed(before.planes[k].plane, T);
+    EXPECT_LT((after.planes[k].plane.normal - expected.normal).norm(), 1e-3);
+    EXPECT_NEAR(after.planes[k].plane.offset, expected.offset, 1e-2);
+    const double size = static_cast<double>(before.planes[k].inliers.size());
+    EXPECT_NEAR(static_cast<double>(after.planes[k].inliers.size()), size, 0.01 * size);
+  }
+}
+
+TEST(OrganizedPlanes, PartsOfOnePlaneArePatches) {
+  DepthScene scene(320, 240, 300.0);
+  const int big = scene.addRectangle({-0.5, 0.0, 2.0}, {0.4, 0.0, 0.0}, {0.0, 0.6, 0.0});
+  const int small = scene.addRectangle({0.6, 0.0, 2.0}, {0.2, 0.0, 0.0}, {0.0, 0.5, 0.0});
+  scene.render(0.0005, 0.0, 15);
+  for (const double gap : {0.0, 0.1}) {
+    MultiPlaneParams params = organized();
+    params.patch_gap = gap;
+    const PlaneSet set = search(scene, params);
+    ASSERT_EQ(set.planes.size(), 1u);
+    const PlaneSegment& segment = set.planes.front();
+    EXPECT_EQ(segment.number_of_patches, 2);
+    ASSERT_EQ(segment.patches.size(), segment.inliers.size());
+    for (std::size_t i = 0; i < segment.inliers.size(); ++i) {
+      const int surface = scene.truth[static_cast<std::size_t>(segment.inliers[i])];
+      ASSERT_EQ(segment.patches[i], surface == big ? 0 : 1);
+    }
+    EXPECT_GT(scene.pixelsOf(big), scene.pixelsOf(small));
+  }
+}
+
+TEST(OrganizedPlanes, UsesTheNoiseOfAKnownSensor) {
+  DepthScene scene(320, 240, 260.0);
+  const int wall = scene.addPlane({0.0, 0.0, 6.0}, {0.4, 0.0, -1.0});
+  MultiPlaneParams params = organized();
+  params.noise = StereoNoise{0.1, 260.0, 0.06};
+  scene.render(params.noise->depthError(1.0), 0.0, 16);
+  const PlaneSet set = search(scene, params);
+  ASSERT_FALSE(set.planes.empty());
+  // Half of the points are farther than d_T from the wall: the band must follow the noise.
+  expectFound(scene, set, wall, 0.97, 0.5 * kDegree);
+}
+
+TEST(OrganizedPlanes, SaysWhatItDid) {
+  DepthScene scene = corner();
+  scene.render(0.001, 0.1, 17);
+  MultiPlaneParams params = organized();
+  params.max_planes = 2;
+  const PlaneSet set = search(scene, params);
+  EXPECT_EQ(set.planes.size(), 2u);
+  EXPECT_FALSE(set.diagnostics.stopped_by_itself);
+  EXPECT_EQ(set.diagnostics.method, PlaneSearchMethod::Organized);
+  EXPECT_EQ(set.diagnostics.points_considered, scene.truth.size());
+  const auto missing = static_cast<std::size_t>(
+      std::count_if(scene.xyz.begin(), scene.xyz.end(), [](float x) { return std::isnan(x); }));
+  EXPECT_EQ(3 * set.diagnostics.points_not_finite, missing);
+  EXPECT_GE(set.diagnostics.hypotheses, 3u);
+}
+
+TEST(OrganizedPlanes, ImagesOfAnySizeWork) {
+  for (const auto& [width, height] : std::vector<std::pair<int, int>>{
+           {1, 2}, {2, 2}, {3, 3}, {1, 400}, {9, 7}, {33, 17}, {65, 2}}) {
+    DepthScene scene(width, height, 0.8 * width);
+    scene.addPlane({0.0, 0.0, 2.0}, {0.2, 0.1, -1.0});
+    scene.render(0.0, 0.0, 18);
+    for (const PlaneSegment& segment : search(scene, organized(0.05, 3)).planes) {
+      EXPECT_LT(angleBetween(segment.plane, scene.plane(0)), 0.1 * kDegree);
+    }
+  }
+  DepthScene scene(33, 17, 30.0);
+  scene.addPlane({0.0, 0.0, 2.0}, {0.2, 0.1, -1.0});
+  scene.render(0.0, 0.0, 19);
+  const PlaneSet set = search(scene, organized(0.05, 3));
+  ASSERT_EQ(set.planes.size(), 1u);
+  EXPECT_EQ(set.planes.front().inliers.size(), scene.truth.size());
+}
+
+TEST(OrganizedPlanes, HostileCoordinatesGiveFiniteResults) {
+  constexpr int kSide = 64;
+  constexpr std::size_t kSize = kSide * kSide;
+  const float huge = std::numeric_limits<float>::max();
+  const float infinite = std::numeric_limits<float>::infinity();
+  Random random(20);
+  std::vector<std::vector<float>> clouds;
+  clouds.emplace_back(3 * kSize, kNaN);
+  clouds.emplace_back(3 * kSize, infinite);
+  clouds.emplace_back(3 * kSize, 1.0F);
+  clouds.emplace_back(3 * kSize, 1e9F);
+  std::vector<float> line, far, wild, mixed;
+  for (std::size_t i = 0; i < kSize; ++i) {
+    const auto t = static_cast<float>(i);
+    line.insert(line.end(), {t, 2.0F * t, 0.5F * t});
+    far.insert(far.end(), {1e9F + 1e3F * (i % kSide), 1e9F + 1e3F * (i / kSide), 1e9F});
+    const bool even = i % 2 == 0;
+    wild.insert(wild.end(), {even ? huge : -huge, even ? -huge : huge, huge});
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::uint32_t kind = random.below(8);
+      mixed.push_back(kind == 0 ? kNaN : kind == 1 ? infinite : kind == 2 ? huge : 1.0F);
+    }
+  }
+  clouds.insert(clouds.end(), {line, far, wild, mixed});
+  for (const std::vector<float>& cloud : clouds) {
+    const PlaneSet set =
+        findPlanes(PointsView(cloud.data(), kSide, kSide, 3), nullptr, organized(0.05, 3));
+    for (const PlaneSegment& segment : set.planes) {
+      EXPECT_TRUE(segment.plane.coefficients().allFinite());
+      EXPECT_TRUE(std::isfinite(segment.rms));
+      EXPECT_TRUE(segment.covariance.allFinite());
+    }
+  }
+}
+
+}  // namespace
+}  // namespace planar_mapping

@@ -1,0 +1,191 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "planar_mapping/core/planes/multi_plane.h"
+#include "plane_scenes.h"
+
+namespace planar_mapping {
+namespace {
+
+MultiPlaneParams paramsFor(std::size_t points) {
+  MultiPlaneParams params;
+  params.method = PlaneSearchMethod::Sequential;
+  params.min_inliers = std::max(20, static_cast<int>(points / 300));
+  return params;
+}
+
+TEST(SequentialPlanes, FindsTheRoomAmongOutliers) {
+  const test::PlaneScene scene = test::makeRoom(210000, 0.3, 0.0015, 1, test::RoomKind::Dense);
+  const test::PlaneScore score =
+      scorePlanes(scene, findPlanes(scene.view(), nullptr, paramsFor(scene.size())));
+  EXPECT_EQ(score.recall, 1.0);
+  EXPECT_EQ(score.precision, 1.0);
+  EXPECT_LE(score.angle_deg, 0.05);
+  EXPECT_GE(score.point_recall, 0.98);
+}
+
+TEST(SequentialPlanes, FindsTheRoomOnManySeeds) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    const test::PlaneScene scene = test::makeRoom(210000, 0.3, 0.0015, seed, test::RoomKind::Dense);
+    const test::PlaneScore score =
+        scorePlanes(scene, findPlanes(scene.view(), nullptr, paramsFor(scene.size())));
+    EXPECT_EQ(score.recall, 1.0) << seed;
+    EXPECT_EQ(score.precision, 1.0) << seed;
+    EXPECT_LE(score.angle_deg, 0.05) << seed;
+    EXPECT_GE(score.point_recall, 0.98) << seed;
+  }
+}
+
+TEST(SequentialPlanes, OrderOfThePointsDoesNotMatter) {
+  test::PlaneScene scene = test::makeRoom(30000, 0.3, 0.0015, 2, test::RoomKind::Dense);
+  const MultiPlaneParams params = paramsFor(scene.size());
+  const PlaneSet before = findPlanes(scene.view(), nullptr, params);
+  Random random(1);
+  scene.shuffle(random);
+  const PlaneSet after = findPlanes(scene.view(), nullptr, params);
+  ASSERT_EQ(before.planes.size(), after.planes.size());
+  for (std::size_t k = 0; k < before.planes.size(); ++k) {
+    const Plane& a = before.planes[k].plane;
+    const Plane& b = after.planes[k].plane;
+    // Sums in another order differ in the last digits; a point at the border may go either way.
+    EXPECT_GT(a.normal.dot(b.normal), 1.0 - 1e-9);
+    EXPECT_NEAR(a.offset, b.offset, 1e-4);
+    EXPECT_NEAR(static_cast<double>(before.planes[k].inliers.size()),
+                static_cast<double>(after.planes[k].inliers.size()), 5.0);
+  }
+}
+
+TEST(SequentialPlanes, LaysNoPlaneThroughUnrelatedThings) {
+  // Upright tubes: a level cut of 10 cm holds 4,000 points of all of them and is no surface.
+  Random random(5);
+  std::vector<float> xyz;
+  for (int tube = 0; tube < 40; ++tube) {
+    const double x = random.uniform(0, 6), y = random.uniform(0, 6);
+    for (int i = 0; i < 2000; ++i) {
+      const double angle = random.uniform(-M_PI, M_PI);
+      const Vector3 p(x + 0.3 * std::cos(angle), y + 0.3 * std::sin(angle), random.uniform(0, 2));
+      for (Eigen::Index axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(p[axis]));
+    }
+  }
+  const PointsView view(xyz.data(), xyz.size() / 3);
+  MultiPlaneParams params = paramsFor(view.size);
+  params.min_inliers = 3000;
+  for (const PlaneSegment& segment : findPlanes(view, nullptr, params).planes) {
+    EXPECT_LT(std::abs(segment.plane.normal.z()), 0.5);
+  }
+}
+
+TEST(SequentialPlanes, ShinglesAreNoLevelPlane) {
+  // Tiles of 30 cm in one layer, each turned by 24 to 27 degrees its own way: every cell votes for
+  // the level plane through them, which holds most of the points, and none is turned like it.
+  Random random(9);
+  std::vector<float> xyz;
+  for (int tile = 0; tile < 400; ++tile) {
+    const double slope = std::tan(random.uniform(24.0, 27.0) * M_PI / 180.0);
+    const double angle = random.uniform(-M_PI, M_PI);
+    for (int i = 0; i < 200; ++i) {
+      const double u = random.uniform(-0.15, 0.15), v = random.uniform(-0.15, 0.15);
+      const Vector3 p(
+          0.3 * (tile % 20) + u, 0.3 * (tile / 20) + v,
+          slope * (std::cos(angle) * u + std::sin(angle) * v) + 0.003 * random.normal());
+      for (Eigen::Index axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(p[axis]));
+    }
+  }
+  const PointsView view(xyz.data(), xyz.size() / 3);
+  MultiPlaneParams params = paramsFor(view.size);
+  params.min_inliers = 8000;
+  EXPECT_TRUE(findPlanes(view, nullptr, params).planes.empty());
+}
+
+TEST(SequentialPlanes, ScatterBehindASurfaceIsNoPlane) {
+  std::vector<float> xyz;
+  Random random(10);
+  for (int i = 0; i < 230000; ++i) {
+    const double z = i < 200000 ? 0.003 * random.normal() : -random.uniform(0.0, 0.25);
+    const Vector3 p(random.uniform(-2, 2), random.uniform(-2, 2), z);
+    for (Eigen::Index axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(p[axis]));
+  }
+  const PlaneSet set =
+      findPlanes(PointsView(xyz.data(), xyz.size() / 3), nullptr, paramsFor(230000));
+  ASSERT_EQ(set.planes.size(), 1u);
+  EXPECT_NEAR(set.planes[0].plane.offset, 0.0, 0.002);
+}
+
+TEST(SequentialPlanes, KeepsPlanesThatMeetAtAnEdge) {
+  std::vector<float> xyz;
+  Random random(6);
+  for (int i = 0; i < 20000; ++i) {
+    const double u = random.uniform(0, 2), v = random.uniform(0, 2);
+    const double w = 0.003 * random.normal();
+    const Vector3 p = i % 2 == 0 ? Vector3(u, v, w) : Vector3(u, w, v);
+    for (Eigen::Index axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(p[axis]));
+  }
+  const PlaneSet set =
+      findPlanes(PointsView(xyz.data(), xyz.size() / 3), nullptr, paramsFor(20000));
+  ASSERT_EQ(set.planes.size(), 2u);
+  // Each gets its own points up to the edge: only ties within the noise may go astray.
+  for (const PlaneSegment& segment : set.planes) {
+    EXPECT_NEAR(static_cast<double>(segment.inliers.size()), 10000.0, 100.0);
+  }
+}
+
+TEST(SequentialPlanes, SeesACrowdOfPointsInACornerOfACellAsOneSurface) {
+  // A scanner sees its own mount: 20,000 points on a cap of 12 cm that bends by 2 cm, across the
+  // corner of four cells of 15 cm, in each of which alone it looks slanted. Behind it a floor.
+  std::vector<float> xyz;
+  Random random(8);
+  constexpr int kOnCap = 20000;
+  for (int i = 0; i < 2 * kOnCap; ++i) {
+    Vector3 p(random.uniform(-3, 3), random.uniform(-3, 3), -1.2 + 0.01 * random.normal());
+    if (i < kOnCap) {
+      const double r = random.uniform(0, 0.08), angle = random.uniform(-M_PI, M_PI);
+      p = {r * std::cos(angle), r * std::sin(angle),
+           -0.105 - 5.0 * r * r + 0.003 * random.normal()};
+    }
+    for (Eigen::Index axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(p[axis]));
+  }
+  const PlaneSet set = findPlanes(PointsView(xyz.data(), xyz.size() / 3), nullptr, paramsFor(2000));
+  ASSERT_EQ(set.planes.size(), 2u);
+  for (const PlaneSegment& segment : set.planes) {
+    EXPECT_GT(std::abs(segment.plane.normal.z()), std::cos(3.0 * M_PI / 180.0));
+    EXPECT_GT(segment.inliers.size(), 19800u);
+  }
+}
+
+TEST(SequentialPlanes, ThresholdFollowsTheNoise) {
+  // A wall at 8 m seen by a stereo camera: its noise of 10 cm is far more than d_T.
+  Random random(7);
+  const StereoNoise noise{0.12, 500.0, 0.1};  // dz = 0.107 m at 8 m
+  std::vector<float> xyz;
+  for (int i = 0; i < 60000; ++i) {
+    const double z = 8.0 + noise.depthError(8.0) * random.normal();
+    const Vector3 p(random.uniform(-3, 3), random.uniform(-2, 2), z);
+    for (Eigen::Index axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(p[axis]));
+  }
+  MultiPlaneParams params = paramsFor(60000);
+  params.min_inliers = 30000;
+  params.noise = noise;
+  const PlaneSet set = findPlanes(PointsView(xyz.data(), xyz.size() / 3), nullptr, params);
+  ASSERT_EQ(set.planes.size(), 1u);
+  EXPECT_GT(set.planes[0].inliers.size(), 58000u);
+  EXPECT_GT(std::abs(set.planes[0].plane.normal.z()), std::cos(0.5 * M_PI / 180.0));
+}
+
+TEST(SequentialPlanes, CovarianceShrinksWithThePoints) {
+  const test::PlaneScene small = test::makeRoom(60000, 0.1, 0.001, 3, test::RoomKind::Dense);
+  const test::PlaneScene large = test::makeRoom(240000, 0.1, 0.001, 3, test::RoomKind::Dense);
+  const PlaneSet few = findPlanes(small.view(), nullptr, paramsFor(small.size()));
+  const PlaneSet many = findPlanes(large.view(), nullptr, paramsFor(large.size()));
+  ASSERT_FALSE(few.planes.empty());
+  ASSERT_FALSE(many.planes.empty());
+  const double ratio = few.planes[0].covariance.trace() / many.planes[0].covariance.trace();
+  EXPECT_NEAR(ratio, 4.0, 1.0);
+}
+
+}  // namespace
+}  // namespace planar_mapping

@@ -1,0 +1,174 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+// PlanarMap::merge()
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "map_scene.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/map/map_query.h"
+#include "planar_mapping/map/planar_map.h"
+
+namespace planar_mapping {
+namespace {
+
+using test::look;
+using test::lookFrom;
+using test::Scene;
+using test::View;
+
+PlanarMapParams paramsOf(Profile profile = Profile::Compact) {
+  PlanarMapParams params;
+  params.approximation.profile = profile;
+  params.unknown_space = true;
+  return params;
+}
+
+/// What is seen at a step of a walk across the room of map_scene.h.
+View viewAt(int step) {
+  return look(Scene(), lookFrom({-0.6 + 0.2 * step, 0.0, 1.0}, 0.08 * (step - 3)), 0.1 * step);
+}
+
+/// Steps first to last - 1 of the walk, in a world that lies at T_room_world.
+PlanarMap walk(int first, int last, const PlanarMapParams& params = paramsOf(),
+               const Pose& T_room_world = Pose::Identity()) {
+  PlanarMap map(params);
+  for (int i = first; i < last; ++i) {
+    View view = viewAt(i);
+    view.pose = T_room_world.inverse() * view.pose;
+    map.insert(view.frame());
+  }
+  return map;
+}
+
+Pose somewhere() {
+  Pose pose = Pose::Identity();
+  pose.linear() = Eigen::AngleAxisd(0.6, Vector3::UnitZ()).toRotationMatrix();
+  pose.translation() = Vector3(3.17, -1.26, 0.43);
+  return pose;
+}
+
+/// How many of the points of the room's inside two maps judge differently, and of how many.
+std::size_t differentlyJudged(const PlanarMap& a, const PlanarMap& b, std::size_t& points) {
+  std::size_t different = 0;
+  points = 0;
+  for (double x = -1.97; x < 2.0; x += 0.06) {
+    for (double y = -0.97; y < 5.0; y += 0.06) {
+      for (double z = 0.03; z < 2.6; z += 0.06) {
+        ++points;
+        different += a.stateAt({x, y, z}) != b.stateAt({x, y, z}) ? 1 : 0;
+      }
+    }
+  }
+  return different;
+}
+
+TEST(MergeMaps, IntoAnEmptyMapGivesTheSameMap) {
+  for (const Profile profile : {Profile::Compact, Profile::Paper}) {
+    const PlanarMap map = walk(0, 4, paramsOf(profile));
+    PlanarMap merged(map.params());
+    const FrameUpdate update = merged.merge(map);
+    EXPECT_EQ(update.planes_new, map.planes().size());
+    EXPECT_EQ(merged.frames(), 4u);
+    EXPECT_EQ(merged.planes().size(), map.planes().size());
+    EXPECT_EQ(merged.unknownCells(), map.unknownCells());
+    EXPECT_EQ(compareMaps(merged, map).share(), 0.0);
+    std::size_t points = 0;
+    EXPECT_EQ(differentlyJudged(merged, map, points), 0u);
+    for (std::size_t i = 0; i < 4; ++i) {
+      EXPECT_EQ(merged.trajectory()[i].first, map.trajectory()[i].first);
+      EXPECT_TRUE(merged.trajectory()[i].second.isApprox(map.trajectory()[i].second, 1e-12));
+    }
+  }
+}
+
+TEST(MergeMaps, WithItselfChangesNothingButTheNumberOfFrames) {
+  const PlanarMap map = walk(0, 4);
+  PlanarMap merged = map;
+  merged.merge(merged);
+  EXPECT_EQ(merged.frames(), 8u);
+  EXPECT_EQ(merged.planes().size(), map.planes().size());
+  EXPECT_EQ(merged.unknownCells(), map.unknownCells());
+  EXPECT_LT(compareMaps(merged, map).share(), 0.01);
+}
+
+TEST(MergeMaps, OfTwoHalvesIsAboutTheMapOfTheWhole) {
+  const PlanarMap whole = walk(0, 7);
+  PlanarMap merged = walk(0, 4);
+  std::size_t points = 0;
+  const std::size_t before = differentlyJudged(merged, whole, points);
+  const FrameUpdate update = merged.merge(walk(4, 7));
+  EXPECT_GE(update.planes_merged, 5u);  // floor, walls, ceiling: each one plane
+  EXPECT_EQ(merged.planes().size(), whole.planes().size());
+  EXPECT_EQ(merged.frames(), 7u);
+  const std::size_t after = differentlyJudged(merged, whole, points);
+  EXPECT_LT(after, points / 200);
+  EXPECT_LT(after, before);
+  // Nearer than the map of the same frames in the other order.
+  PlanarMap reversed(paramsOf());
+  for (int i = 6; i >= 0; --i) reversed.insert(viewAt(i).frame());
+  EXPECT_LT(compareMaps(merged, whole).share(), compareMaps(reversed, whole).share());
+  const double cuboids = static_cast<double>(whole.cuboids().size());
+  EXPECT_LT(static_cast<double>(merged.cuboids().size()), 1.3 * cuboids);
+}
+
+TEST(MergeMaps, BringsAMapOfAnotherWorldIntoOurs) {
+  for (const Profile profile : {Profile::Compact, Profile::Paper}) {
+    const PlanarMapParams params = paramsOf(profile);
+    const PlanarMap whole = walk(0, 7, params);
+    PlanarMap merged = walk(0, 4, params);
+    merged.merge(walk(4, 7, params, somewhere()), somewhere());
+    EXPECT_EQ(merged.planes().size(), whole.planes().size());
+    std::size_t points = 0;
+    const std::size_t after = differentlyJudged(merged, whole, points);
+    EXPECT_LT(after, points / 50);  // borders of space and boxes, by nearest cells
+    EXPECT_LT(compareMaps(merged, whole).share(), 0.15);
+    EXPECT_TRUE(merged.trajectory().back().second.isApprox(whole.trajectory().back().second, 1e-3));
+  }
+}
+
+TEST(MergeMaps, GoesOnAsAMap) {
+  PlanarMap merged = walk(0, 4);
+  merged.merge(walk(4, 7, paramsOf(), somewhere()), somewhere());
+  const std::vector<std::uint8_t> file = merged.serialize();
+  const PlanarMap loaded = PlanarMap::deserialize(file.data(), file.size());
+  EXPECT_EQ(loaded.serialize(), file);
+  EXPECT_EQ(compareMaps(loaded, merged).share(), 0.0);
+  const std::size_t planes = merged.planes().size();
+  merged.insert(look(Scene(), lookFrom({0.0, 0.0, 1.0}), 1.0).frame());
+  EXPECT_EQ(merged.planes().size(), planes);
+}
+
+TEST(MergeMaps, ChangesNothingWhereItRefuses) {
+  PlanarMap map = walk(0, 2);
+  const std::vector<std::uint8_t> before = map.serialize();
+  PlanarMapParams coarse = paramsOf();
+  coarse.approximation.resolution = 0.2;
+  EXPECT_THROW(map.merge(walk(0, 1, coarse)), InputError);
+  EXPECT_THROW(map.merge(walk(0, 1, paramsOf(Profile::Paper))), InputError);
+  Pose skewed = Pose::Identity();
+  skewed.linear() *= 2.0;
+  EXPECT_THROW(map.merge(walk(0, 1), skewed), InputError);
+  Pose nowhere = Pose::Identity();
+  nowhere.translation().x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(map.merge(walk(0, 1), nowhere), InputError);
+  EXPECT_EQ(map.serialize(), before);
+  map.merge(PlanarMap(paramsOf()));
+  EXPECT_EQ(map.serialize(), before);
+}
+
+TEST(MergeMaps, LeavesOutWhatLiesBeyondTheLattice) {
+  PlanarMap map = walk(0, 2);
+  Pose far = Pose::Identity();
+  far.translation().x() = 1e7;
+  map.merge(walk(2, 4), far);
+  EXPECT_EQ(map.frames(), 4u);
+  EXPECT_EQ(map.planes().size(), walk(0, 2).planes().size());
+  EXPECT_TRUE(map.isOccupied({0.0, 5.0, 1.5}));
+}
+
+}  // namespace
+}  // namespace planar_mapping

@@ -1,0 +1,153 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Non-planar cells are packed by regions between frames. Whatever happens to them, and whenever
+// they are packed, there is what a plain map of cells would hold.
+#include "store/cell_layer.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include "planar_mapping/core/base/detail/random.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+using Cell = std::tuple<std::int32_t, std::int32_t, std::int32_t>;
+struct Content {
+  std::uint8_t belief = 0;
+  std::uint8_t octants = 0;
+  CellBlock::Mean mean{};
+  bool operator==(const Content& o) const {
+    return belief == o.belief && octants == o.octants && mean == o.mean;
+  }
+};
+using Cells = std::map<Cell, Content>;
+
+std::int32_t whole(Random& random, std::int32_t low, std::int32_t high) {
+  return static_cast<std::int32_t>(std::floor(random.uniform(low, high + 1.0)));
+}
+std::uint8_t byte(Random& random, std::int32_t low, std::int32_t high) {
+  return static_cast<std::uint8_t>(whole(random, low, high));
+}
+
+Cells contentOf(const CellLayer& layer, bool with_means) {
+  Cells cells;
+  layer.forEachBlock([&](const Int3& at, const CellBlock& block) {
+    EXPECT_NE(block.occupied(), 0u);
+    EXPECT_EQ(block.hasMeans(), with_means);
+    for (std::uint64_t bits = block.occupied(); bits != 0; bits &= bits - 1) {
+      const auto bit = static_cast<std::size_t>(__builtin_ctzll(bits));
+      const Int3 c = CellLayer::cellOf(at, static_cast<int>(bit));
+      Content& content = cells[{c.x, c.y, c.z}];
+      content.belief = block.belief(bit);
+      if (with_means) {
+        content.mean = block.mean(bit);
+      } else {
+        content.octants = block.octants(bit);
+      }
+    }
+  });
+  return cells;
+}
+
+/// Sets or removes a cell, in the layer and in the plain map.
+void change(CellLayer& layer, Cells& cells, bool with_means, Random& random) {
+  const Int3 at{whole(random, -90, 90), whole(random, -20, 20), whole(random, -12, 4)};
+  const auto bit = static_cast<std::size_t>(CellLayer::bitOf(at));
+  const Int3 block_at = CellLayer::blockOf(at);
+  const bool known = cells.count({at.x, at.y, at.z}) == 1;
+  CellBlock* found = layer.find(block_at);
+  ASSERT_EQ(found != nullptr && (found->occupied() >> bit & 1u) != 0, known);
+  if (known && random.uniform(0.0, 1.0) < 0.6) {
+    found->remove(bit);
+    cells.erase({at.x, at.y, at.z});
+  } else {
+    Content& content = cells[{at.x, at.y, at.z}];
+    CellBlock& block = layer.blockAt(block_at);
+    content.belief = random.uniform(0.0, 1.0) < 0.6 ? 12 : byte(random, 1, 17);
+    block.setBelief(bit, content.belief);
+    if (with_means) {
+      for (std::uint8_t& part : content.mean) part = byte(random, 0, 255);
+      block.setMean(bit, content.mean);
+    } else {
+      content.octants = random.uniform(0.0, 1.0) < 0.3 ? 255 : byte(random, 1, 255);
+      block.setOctants(bit, content.octants);
+    }
+  }
+  layer.markDirty(block_at, 3);
+}
+
+void expectTheSame(bool with_means) {
+  for (std::uint64_t seed = 0; seed < 8; ++seed) {
+    Random random(seed);
+    CellLayer layer;
+    layer.anchor = {4 * whole(random, -9, 9), 4 * whole(random, -9, 9), 4 * whole(random, -9, 9)};
+    Cells cells;
+    for (std::uint32_t frame = 1; frame <= 30; ++frame) {
+      for (int i = whole(random, 0, 300); i > 0; --i) change(layer, cells, with_means, random);
+      layer.tidy(frame);
+      ASSERT_EQ(contentOf(layer, with_means), cells) << "seed " << seed << " frame " << frame;
+      for (std::size_t r = 0; r < layer.regions.size(); ++r) {
+        EXPECT_FALSE(layer.regions.value(r).blocks.empty());
+      }
+    }
+    for (auto cell = cells.begin(); cell != cells.end(); cell = cells.erase(cell)) {
+      const auto [x, y, z] = cell->first;
+      layer.find(CellLayer::blockOf({x, y, z}))
+          ->remove(static_cast<std::size_t>(CellLayer::bitOf({x, y, z})));
+      layer.markDirty(CellLayer::blockOf({x, y, z}), 1);
+    }
+    layer.tidy(99);
+    EXPECT_TRUE(layer.empty());
+  }
+}
+
+TEST(CellLayer, HoldsTheSameCellsWheneverItIsPacked) {
+  expectTheSame(false);
+}
+
+TEST(CellLayer, HoldsTheSameMeans) {
+  expectTheSame(true);
+}
+
+TEST(CellLayer, StampsTheRegionsThatChangedOnly) {
+  CellLayer layer;
+  const Int3 here{0, 0, 0}, there{1000, 0, 0};
+  for (const Int3& at : {here, there}) {
+    layer.blockAt(at).setBelief(0, 17);
+    layer.markDirty(at, 4);
+  }
+  EXPECT_EQ(layer.tidy(5), 2u);
+  ASSERT_NE(layer.find(here), nullptr);  // looked at, not changed
+  layer.find(there)->setBelief(1, 12);
+  layer.markDirty(there, 7);
+  EXPECT_EQ(layer.tidy(8), 1u);
+  EXPECT_EQ(layer.regions.find(layer.regionKey(here))->revision, 5u);
+  EXPECT_EQ(layer.regions.find(layer.regionKey(there))->revision, 8u);
+  EXPECT_EQ(layer.regions.find(layer.regionKey(there))->frame, 7u);
+}
+
+TEST(CellLayer, TakesFewBytesACell) {
+  // As flying pixels are: one or two cells a block, first beliefs.
+  Random random(2);
+  CellLayer layer;
+  Cells cells;
+  for (int i = 0; i < 2000; ++i) {
+    const Int3 at{whole(random, -128, 127), whole(random, -64, 63), whole(random, 0, 31)};
+    CellBlock& block = layer.blockAt(CellLayer::blockOf(at));
+    const auto bit = static_cast<std::size_t>(CellLayer::bitOf(at));
+    block.setBelief(bit, 12);
+    block.setOctants(bit, byte(random, 1, 255));
+    layer.markDirty(CellLayer::blockOf(at), 0);
+    cells[{at.x, at.y, at.z}] = {};
+  }
+  layer.tidy(1);
+  EXPECT_LT(layer.memoryBytes(), 7 * cells.size());
+}
+
+}  // namespace
+}  // namespace planar_mapping::detail

@@ -1,0 +1,232 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <CLI/CLI.hpp>
+#include <exception>
+#include <iostream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/io/cloud_file.h"
+#include "planar_mapping/io/map_file.h"
+#include "planar_mapping/visualization/projection_2d.h"
+#include "planar_mapping/visualization/scene_content.h"
+#include "planar_mapping/visualization/snapshot.h"
+#include "planar_mapping/visualization/window.h"
+#include "viewer_charts.h"
+
+namespace planar_mapping::tools {
+namespace {
+
+// CLI.md, "Streams and exit codes".
+enum ExitCode {
+  kDone = 0,
+  kInternal = 1,
+  kUsage = 2,
+  kInput = 4,
+  kDiffers = 6,
+  kNoRendering = 7,
+};
+
+struct Arguments {
+  std::vector<std::string> files;
+  std::string snapshot;
+  std::string size = "1280x720", camera = "iso", color = "plane", cutaway = "seen";
+  std::string show, background, up = "auto";
+  std::string camera_position, focal_point, view_up;
+  double zoom = 1.0, point_size = 2.0;
+  double clip_above = 0.0;
+  bool projection_2d = false;
+  ProjectionOptions projection;
+  std::string reference;
+  double threshold = 0.01;
+  bool force = false;
+  bool clip = false;
+};
+
+Vector3 vectorFromString(const std::string& name, const std::string& text) {
+  std::istringstream stream(text);
+  stream.imbue(std::locale::classic());
+  Vector3 v;
+  char first = '\0', second = '\0';
+  stream >> v.x() >> first >> v.y() >> second >> v.z();
+  if (!stream || first != ',' || second != ',' || stream.peek() != EOF || !v.allFinite()) {
+    throw ParameterError(name + " is '" + text + "', but must be three numbers: x,y,z");
+  }
+  return v;
+}
+
+void declare(CLI::App& app, Arguments& a) {
+  app.add_option("FILE", a.files,
+                 "map (.pmap, .pbox), then point clouds (.pcd, .ply) to draw over it")
+      ->required();
+  app.add_option("-o,--output,--snapshot", a.snapshot,
+                 "write a PNG and open no window; no display is needed");
+  app.add_option("--size", a.size, "picture or window, pixels (16x16 to 16384x16384)")
+      ->capture_default_str();
+  app.add_option("--camera", a.camera, "iso, top, front, back, left, right or first-person")
+      ->capture_default_str();
+  app.add_option("--camera-position", a.camera_position, "where the camera is: x,y,z in metres");
+  app.add_option("--focal-point", a.focal_point, "what it looks at: x,y,z in metres");
+  app.add_option("--view-up", a.view_up, "what is up in the picture: x,y,z");
+  app.add_option("--zoom", a.zoom, "2 shows half as much (0 to 1000)")->capture_default_str();
+  app.add_option("--color", a.color, "plane, height, probability, state or tilt")
+      ->capture_default_str();
+  app.add_option("--show", a.show,
+                 "layers, comma-separated: occupied, unknown, trajectory, cloud, edges, axes, "
+                 "ground-grid, legend; or all, none [all but unknown; --projection-2d: all]");
+  app.add_option("--background", a.background,
+                 "#rrggbb, white, black, gray, light or dark [a light gradient]");
+  app.add_option("--cutaway", a.cutaway,
+                 "what hides a room is left out: none; ceiling; seen = surfaces show only from "
+                 "the side they were seen from")
+      ->capture_default_str();
+  app.add_option("--clip-above", a.clip_above, "leave out what lies above this height, metres");
+  app.add_option("--up", a.up, "the map's axis against gravity: x,y,z, or auto")
+      ->capture_default_str();
+  app.add_option("--point-size", a.point_size, "of clouds, pixels (1 to 50)")
+      ->capture_default_str();
+  app.add_flag("--projection-2d", a.projection_2d,
+               "draw a plan: occupied dark, free white, unknown gray, the path dashed");
+  app.add_option("--projection-low", a.projection.lowest,
+                 "what ends below it is floor, metres above the ground")
+      ->capture_default_str();
+  app.add_option("--projection-high", a.projection.highest,
+                 "what starts above it does not count, metres above the ground")
+      ->capture_default_str();
+  app.add_option("--reference", a.reference, "compare with this PNG; exit code 6 if it differs");
+  app.add_option("--threshold", a.threshold, "share of pixels that may differ (0 to 1)")
+      ->capture_default_str();
+  app.add_flag("-f,--force", a.force, "overwrite an existing PNG");
+  app.set_version_flag("--version", PLANAR_MAPPING_VERSION);
+}
+
+ViewOptions viewOptions(const Arguments& a) {
+  ViewOptions options;
+  options.setSize(a.size);
+  options.camera = cameraPresetFromString(a.camera);
+  options.color = colorByFromString(a.color);
+  options.cutaway = cutawayFromString(a.cutaway);
+  options.show.unknown = a.projection_2d;
+  if (!a.show.empty()) options.show = Layers::fromString(a.show);
+  if (!a.background.empty()) options.background = colorFromString(a.background);
+  if (!a.camera_position.empty()) {
+    options.camera_position = vectorFromString("--camera-position", a.camera_position);
+  }
+  if (!a.focal_point.empty())
+    options.focal_point = vectorFromString("--focal-point", a.focal_point);
+  if (!a.view_up.empty()) options.view_up = vectorFromString("--view-up", a.view_up);
+  if (a.clip) options.clip_above = a.clip_above;
+  options.zoom = a.zoom;
+  options.point_size = a.point_size;
+  options.validate();
+  a.projection.validate();
+  requireInRange("--threshold", a.threshold, 0.0, 1.0);
+  return options;
+}
+
+SceneCloud sceneCloud(const std::string& path) {
+  io::CloudChannels channels = io::CloudChannels::none();
+  channels.colors = true;
+  const io::CloudData data = io::readCloudFile(path, channels);
+  SceneCloud cloud;
+  cloud.xyz.reserve(data.xyz.size());
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    const Vector3 p = data.T_world_sensor * data.view().point(i);
+    for (int k = 0; k < 3; ++k) cloud.xyz.push_back(static_cast<float>(p[k]));
+  }
+  for (const std::uint32_t c : data.colors) {
+    for (const unsigned shift : {16u, 8u, 0u}) {
+      cloud.rgb.push_back(static_cast<std::uint8_t>(c >> shift));
+    }
+  }
+  return cloud;
+}
+
+SceneContent readContent(const Arguments& a) {
+  SceneContent content;
+  std::size_t first_cloud = 0;
+  // Clouds alone can be looked at, too.
+  if (io::recognizeCloudFile(a.files[0]) == io::CloudFormat::None) {
+    content = sceneContent(io::loadMap(a.files[0]));
+    first_cloud = 1;
+  }
+  for (std::size_t i = first_cloud; i < a.files.size(); ++i) {
+    content.clouds.push_back(sceneCloud(a.files[i]));
+  }
+  if (a.up != "auto") content.up = vectorFromString("--up", a.up);
+  if (content.empty()) throw InputError(a.files[0] + ": the map is empty; nothing to draw");
+  return content;
+}
+
+int compareWithReference(const Image& image, const Arguments& a) {
+  const Image reference = readPng(a.reference);
+  if (reference.width != image.width || reference.height != image.height) {
+    std::cerr << "planar_map_viewer: " << a.reference << " is " << reference.width << "x"
+              << reference.height << ", the picture is " << image.width << "x" << image.height
+              << "; set --size\n";
+    return kDiffers;
+  }
+  const double changed = compareImages(image, reference).changed;
+  std::cout << "changed pixels: " << changed << " (threshold " << a.threshold << ")\n";
+  if (changed <= a.threshold) return kDone;
+  std::cerr << "planar_map_viewer: the picture differs from " << a.reference << " in "
+            << 100.0 * changed << " % of its pixels; allowed are " << 100.0 * a.threshold << " %\n";
+  return kDiffers;
+}
+
+int draw(const Arguments& a, const ViewOptions& options) {
+  const SceneContent content = readContent(a);
+  if (a.snapshot.empty() && a.reference.empty() && !a.projection_2d) {
+    showWindow(content, options, a.files[0] + " - planar_mapping");
+    return kDone;
+  }
+  const Image image = a.projection_2d ? drawProjection2d(content, options, a.projection)
+                                      : renderSnapshot(content, options);
+  if (!a.snapshot.empty()) writePng(image, a.snapshot, a.force);
+  return a.reference.empty() ? kDone : compareWithReference(image, a);
+}
+
+int run(int argc, char** argv) {
+  CLI::App app("Looks at a map of planar cuboids: in a window, or as a PNG without a display.",
+               "planar_map_viewer");
+  Arguments arguments;
+  declare(app, arguments);
+  try {
+    app.parse(argc, argv);
+    arguments.clip = app.count("--clip-above") > 0;
+    if (arguments.projection_2d && arguments.snapshot.empty() && arguments.reference.empty()) {
+      throw ParameterError("--projection-2d needs the picture's name: -o FILE.png");
+    }
+    const ViewOptions options = viewOptions(arguments);
+    if (!arguments.snapshot.empty()) requireWritablePng(arguments.snapshot, arguments.force);
+    return draw(arguments, options);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kDone : kUsage;
+  }
+}
+
+int report(const std::exception& error, int code) {
+  std::cerr << "planar_map_viewer: " << error.what() << "\n";
+  return code;
+}
+
+}  // namespace
+}  // namespace planar_mapping::tools
+
+int main(int argc, char** argv) {
+  using namespace planar_mapping;
+  try {
+    const bool charts = argc > 1 && std::string(argv[1]) == "charts";
+    return charts ? tools::runCharts(argc - 1, argv + 1) : tools::run(argc, argv);
+  } catch (const ParameterError& error) {
+    return tools::report(error, tools::kUsage);
+  } catch (const RenderError& error) {
+    return tools::report(error, tools::kNoRendering);
+  } catch (const Error& error) {
+    return tools::report(error, tools::kInput);
+  } catch (const std::exception& error) {
+    return tools::report(error, tools::kInternal);
+  }
+}
