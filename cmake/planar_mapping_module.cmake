@@ -1,6 +1,7 @@
 # One call makes a module: its library, its alias, its flags and what is installed of it.
 #
-#   planar_mapping_module(NAME core SOURCES src/a.cpp ... PUBLIC Eigen3::Eigen PRIVATE Threads::Threads)
+#   planar_mapping_module(NAME core SOURCES src/a.cpp ... PUBLIC Eigen3::Eigen PRIVATE Threads::Threads
+#                         PRECOMPILE <Eigen/Geometry>)
 #
 # Headers are taken from include/. Modules are exported as planar_mapping::NAME.
 set_property(GLOBAL PROPERTY PLANAR_MAPPING_MODULES "")
@@ -26,7 +27,7 @@ function(planar_mapping_set_flags target)
 endfunction()
 
 function(planar_mapping_module)
-  cmake_parse_arguments(ARG "" "NAME" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "" "NAME" "SOURCES;PUBLIC;PRIVATE;PRECOMPILE" ${ARGN})
   set(target planar_mapping_${ARG_NAME})
   # Tests call internal functions too: where tests are built, libraries show them, else only what is public.
   set(visibility hidden)
@@ -52,6 +53,7 @@ function(planar_mapping_module)
     $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_link_libraries(${target} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
+  target_precompile_headers(${target} PRIVATE ${ARG_PRECOMPILE})
   install(TARGETS ${target} EXPORT planar_mapping_${ARG_NAME}_targets
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT runtime NAMELINK_COMPONENT development
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
@@ -64,11 +66,15 @@ endfunction()
 
 # An executable of ours: a tool, an example, a test or a benchmark.
 function(planar_mapping_executable target)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK;PRECOMPILE" ${ARGN})
   add_executable(${target} ${ARG_SOURCES})
   set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF)
   planar_mapping_set_flags(${target})
   target_link_libraries(${target} PRIVATE ${ARG_LINK})
+  list(LENGTH ARG_SOURCES count)
+  if(count GREATER 2)  # fewer sources than that compile sooner without
+    target_precompile_headers(${target} PRIVATE ${ARG_PRECOMPILE})
+  endif()
 endfunction()
 
 # For programs that draw: what sanitizers should know of the graphics driver.
