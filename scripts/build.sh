@@ -1,8 +1,10 @@
 #!/usr/bin/env bash
-# Configures and builds one preset: scripts/build.sh [release|dev|asan|tsan|core-only]. Quick when nothing changed.
+# Configures and builds one preset, or only some of its targets. Quick when nothing changed.
+#   scripts/build.sh [release|dev|asan|tsan|core-only [TARGET...]]
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 preset=${1:-release}
+targets=("${@:2}")
 scripts/install_dependencies.sh
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
@@ -11,4 +13,4 @@ if ! cmake --preset "$preset" >"$log" 2>&1; then
   echo "Configuring the preset '$preset' failed; the reason is above." >&2
   exit 1
 fi
-cmake --build --preset "$preset"
+cmake --build --preset "$preset" ${targets[@]+--target "${targets[@]}"}

@@ -19,8 +19,13 @@ PCL_MODULES = {"filters", "segmentation", "surface", "pcl_adapter"}
 
 
 def tracked_files():
-    names = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard"], cwd=ROOT,
-                           capture_output=True, text=True, check=True).stdout.split("\n")
+    git = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard"], cwd=ROOT,
+                         capture_output=True, text=True, check=False)
+    if git.returncode == 0:
+        names = git.stdout.split("\n")
+    else:  # no repository, for example an unpacked archive
+        names = [os.path.relpath(os.path.join(folder, name), ROOT)
+                 for folder, _, inner in os.walk(ROOT) for name in inner]
     return [name for name in names if name and os.path.exists(os.path.join(ROOT, name))]
 
 

@@ -21,7 +21,7 @@ done
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 out=$(realpath -m "${PLANAR_MAPPING_DEMO_DIR:-out/demo}")
 
-scripts/build.sh release
+scripts/build.sh release planar_map planar_map_viewer
 planar_map=build/bin/planar_map
 mkdir -p "$out"
 
