@@ -1,0 +1,87 @@
+#!/usr/bin/env python3
+"""The tables of docs/results.md from the output of scripts/reproduce.sh:
+
+    scripts/results_tables.py OUT                            prints them
+    scripts/results_tables.py OUT --write docs/results.md    replaces them there
+"""
+import json
+import os
+import re
+import sys
+
+INPUTS = [("simulated", "corridor", "corridor"), ("simulated", "outdoor", "outdoor"),
+          ("simulated_turned", "corridor", "corridor, turned 30°"), ("rgbd_tum_cabinet", "", "TUM cabinet"),
+          ("rgbd_tartanair_corridor", "", "TartanAir corridor"), ("rgbd_icl_livingroom", "", "ICL living room"),
+          ("rgbd_icl_five", "", "ICL, five views"), ("stereo_euroc_room", "", "EuRoC room"),
+          ("stereo_kitti_street", "", "KITTI street")]
+
+
+def short(value):
+    """Three significant digits, of large numbers all before the point."""
+    return f"{value:.{max(0, 3 - len(str(int(value))))}f}" if value >= 1 else f"{value:.2f}"
+
+
+def percent(values):
+    return "" if None in values else " / ".join(f"{value:.1f}" for value in values)
+
+
+def rows_of(out, folder, scene):
+    path = os.path.join(out, folder, "evaluation.json")
+    if not os.path.exists(path):
+        return []
+    with open(path, encoding="utf-8") as file:
+        results = [r for r in json.load(file)["results"] if r["scene"].startswith(scene)]
+    sizes = sorted({r["cell_m"] for r in results})
+    return [(s, {r["method"]: r for r in results if r["cell_m"] == s}) for s in sizes]
+
+
+def tables(out):
+    cells = ["| input | s m | SG | OG | RA | paper | **PG** | PG/RA | eta | error % SG / RA / PG "
+             "| complete % RA / PG | covered % RA / PG |", "|---" * 12 + "|"]
+    sizes = ["| input | s m | memory kB OG / PG | PG/OG | kB `.bt` / full / finished | full/`.bt` | finished/`.bt` "
+             "| PG is behind in |", "|---" * 8 + "|"]
+    for folder, scene, name in INPUTS:
+        for s, of in rows_of(out, folder, scene):
+            sg, og, ra, paper, pg = (of[m] for m in ("SG", "OG", "RA", "PG_paper", "PG"))
+            count = " | ".join(f"{r['cells']:.0f}" for r in (sg, og, ra, paper))
+            cells.append(f"| {name} | {s} | {count} | **{pg['cells']:.0f}** | {pg['cells'] / ra['cells']:.2f} "
+                         f"| {pg['combination_efficiency']:.3f} "
+                         f"| {percent([r['error_percent'] for r in (sg, ra, pg)])} "
+                         f"| {percent([r['completeness'] and 100 * r['completeness'] for r in (ra, pg)])} "
+                         f"| {percent([100 * r['coverage'] for r in (ra, pg)])} |")
+            bt = og["file_bytes"]
+            sizes.append(f"| {name} | {s} | {short(og['memory_bytes'] / 1e3)} / {short(pg['memory_bytes'] / 1e3)} "
+                         f"| {pg['memory_bytes'] / og['memory_bytes']:.3f} "
+                         f"| {short(bt / 1e3)} / {short(pg['file_bytes'] / 1e3)} / {short(pg['finished_bytes'] / 1e3)} "
+                         f"| {pg['file_bytes'] / bt:.2f} | {pg['finished_bytes'] / bt:.2f} "
+                         f"| {behind(pg['loses_to'])} |")
+    return "\n".join(cells), "\n".join(sizes)
+
+
+def behind(loses_to):
+    """"SG:time", "RA:time", "RA:file" -> "time: SG RA; file: RA"."""
+    figures = {}
+    for entry in loses_to:
+        method, figure = entry.split(":")
+        figures.setdefault(figure, []).append(method)
+    return "; ".join(f"{figure}: {' '.join(methods)}" for figure, methods in figures.items())
+
+
+def main():
+    if len(sys.argv) not in (2, 4) or sys.argv[1].startswith("-"):
+        sys.exit(__doc__.strip())
+    made = tables(sys.argv[1])
+    if len(sys.argv) == 2:
+        print("\n\n".join(made))
+        return
+    with open(sys.argv[3], encoding="utf-8") as file:
+        page = file.read()
+    for name, table in zip(("cells", "sizes"), made):
+        marks = f"<!-- {name} -->", f"<!-- end of {name} -->"
+        page = re.sub(f"{marks[0]}.*?{marks[1]}", lambda _: f"{marks[0]}\n{table}\n{marks[1]}", page, flags=re.DOTALL)
+    with open(sys.argv[3], "w", encoding="utf-8") as file:
+        file.write(page)
+
+
+if __name__ == "__main__":
+    main()
