@@ -2,7 +2,7 @@
 """Checks README.md, CHANGELOG.md, CONTRIBUTING.md and docs/; exit 1 with a line per problem.
 
 - Relative links and their anchors resolve.
-- Lines have at most 160 columns.
+- Lines have at most 160 columns, but for the generated docs/parameters.md.
 - A block of code after `<!-- examples/FILE -->` stands in that file, but for indentation; `// ...` leaves lines out.
 - `stage.key=value` names a key of docs/parameters.md, `test_name` a test, and a path of the sources exists.
 """
@@ -89,7 +89,7 @@ def main():
             continue
         text = read(page)
         problems += [f"{page}:{i}: {len(line)} columns" for i, line in enumerate(text.split("\n"), 1)
-                     if len(line) > MAX_COLUMNS]
+                     if len(line) > MAX_COLUMNS and page != "docs/parameters.md"]
         for check in (link_problems(page, text), snippet_problems(text), name_problems(text, keys, tests)):
             problems += [f"{page}: {problem}" for problem in check]
     print("\n".join(problems) or "docs: nothing to say")

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "planar_mapping/core/base/export.h"
-#include "planar_mapping/core/planes/multi_plane.h"
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/core/planes/multi_plane.h"
 #include "planar_mapping/evaluation/plane_quality.h"
 
 // How well planes can be found at best: what the noise of a cloud leaves to a search that knows
@@ -33,9 +33,10 @@ struct PLANAR_MAPPING_EXPORT KnownPlanesParams {
 /// Gives every point of an image seen from the origin to one of the planes of its scene by
 /// max-product belief propagation on the grid of pixels: noise along the ray, and a cost for every
 /// edge. No labels go in, but the planes do, which makes it an upper bound of what a search for
-/// planes can reach with the same belief. Non-finite points get none. \return the planes that have
-/// points, in their order; only `plane` and `inliers` are filled \throws InputError if the cloud is
-/// not organized; ParameterError Takes 20 bytes a point and plane, and time as that.
+/// planes can reach with the same belief. Non-finite points get none. Takes 20 bytes a point and
+/// plane, and time as that.
+/// \return the planes that have points, in their order; only `plane` and `inliers` are filled
+/// \throws InputError if the cloud is not organized; ParameterError
 PLANAR_MAPPING_EXPORT std::vector<PlaneSegment> assignToKnownPlanes(
     const PointsView& points, const std::vector<Plane>& planes, const KnownPlanesParams& params);
 
@@ -71,10 +72,11 @@ struct PLANAR_MAPPING_EXPORT NormalError {
 
 /// Covariance of the least squares of the disparities of a face, 1 / z = m . (x / z, y / z, 1),
 /// whose points are all known: where the noise is white its Cramer-Rao bound, else what is left
-/// without knowing the noise better than the camera says. \param points          image of a camera
-/// at the origin that looks along z \param face            indices of the points on the plane, at
-/// least three \param focal_baseline  focal length times baseline, pixels times metres, > 0 \throws
-/// InputError if the cloud is not organized or an index is outside; ParameterError
+/// without knowing the noise better than the camera says.
+/// \param points          image of a camera at the origin that looks along z
+/// \param face            indices of the points on the plane, at least three
+/// \param focal_baseline  focal length times baseline, pixels times metres, > 0
+/// \throws InputError if the cloud is not organized or an index is outside; ParameterError
 PLANAR_MAPPING_EXPORT NormalError normalError(const PointsView& points, const Indices& face,
                                               const Plane& plane, double focal_baseline,
                                               const DisparityNoise& noise);

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <string>
 
-#include "planar_mapping/core/geometry/cuboid.h"
 #include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/geometry/cuboid.h"
 
 namespace planar_mapping {
 
@@ -28,7 +28,7 @@ PLANAR_MAPPING_EXPORT const char* toString(ColorBy color);
 /// \throws ParameterError listing the words there are
 PLANAR_MAPPING_EXPORT ColorBy colorByFromString(const std::string& word);
 
-/// #rrggbb, or one of white, black, gray, light, dark.
+/// `#rrggbb`, or one of white, black, gray, light, dark.
 /// \throws ParameterError
 PLANAR_MAPPING_EXPORT Color colorFromString(const std::string& text);
 
@@ -39,8 +39,8 @@ PLANAR_MAPPING_EXPORT Color planeColor(std::int32_t plane_id);
 /// Colour of a state in `--color state` and in the 2-D projection's legend.
 PLANAR_MAPPING_EXPORT Color stateColor(CellState state);
 
-/// Scale from blue to red for height, viridis for tilt, plasma for probability; the value is clamped
-/// to [0, 1], NaN counts as 0.
+/// Scale from blue to red for height, viridis for tilt, plasma for probability; the value is
+/// clamped to [0, 1], NaN counts as 0.
 PLANAR_MAPPING_EXPORT Color scaleColor(ColorBy color, double value);
 
 /// The range of values of a scalar colour mode.
