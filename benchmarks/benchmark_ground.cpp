@@ -32,6 +32,8 @@ void groundOfAFrame(benchmark::State& state) {
   const std::vector<float> points = frame(state.range(0) != 0);
   const PointsView view(points.data(), 640, 480, 4);
   GroundParams params;
+  params.camera_height = GroundParams::kPaperCameraHeight;
+  params.up = -Vector3::UnitY();
   params.noise = StereoNoise{0.12, 600.0, 0.2};
   for (auto _ : state) {
     const Ground ground = findGround(view, nullptr, params);
@@ -56,7 +58,8 @@ void beliefsOfFeatures(benchmark::State& state) {
   features.tracks = &tracks;
   features.motion = FrameMotion();
   KlOccupancy occupancy;
-  for (auto _ : state) benchmark::DoNotOptimize(occupancy.process(features).data());
+  std::vector<float> probability;
+  for (auto _ : state) occupancy.update(features, probability);
 }
 BENCHMARK(beliefsOfFeatures)->Arg(1000)->Unit(benchmark::kMillisecond);
 
@@ -65,7 +68,8 @@ void denseProbabilities(benchmark::State& state) {
   OccupancyFrame dense;
   dense.points = PointsView(points.data(), 640, 480, 4);
   KlOccupancy occupancy;
-  for (auto _ : state) benchmark::DoNotOptimize(occupancy.process(dense).data());
+  std::vector<float> probability;
+  for (auto _ : state) occupancy.update(dense, probability);
 }
 BENCHMARK(denseProbabilities)->Unit(benchmark::kMillisecond);
 

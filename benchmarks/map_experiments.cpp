@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "occupancy_experiment.h"
-#include "planar_mapping/core/occupancy/cell_beliefs.h"
 
 namespace {
 
@@ -22,10 +21,9 @@ using test::View;
 class Beliefs {
  public:
   explicit Beliefs(const StereoErrors& errors, double focal_length) {
-    CellBeliefParams params;
-    params.occupancy.noise = {errors.baseline, focal_length, 0.5};
-    params.occupancy.min_range_error = 0.05;
-    beliefs_.setParams(params);
+    KlOccupancyParams params;
+    params.beliefs.occupancy.noise = {errors.baseline, focal_length, 0.5};
+    occupancy_.setParams(params);
   }
   const std::vector<float>& of(const View& view) {
     const std::size_t n = view.xyz.size() / 3;
@@ -38,13 +36,17 @@ class Beliefs {
     for (std::size_t i = 0; i < n; ++i) {
       if (std::isfinite(view.xyz[3 * i])) indices.push_back(static_cast<int>(i));
     }
-    probability_.assign(n, 0.0f);
-    beliefs_.update(PointsView(view.xyz.data(), n), indices, labels, view.pose, probability_);
+    OccupancyFrame frame;
+    frame.points = PointsView(view.xyz.data(), n);
+    frame.indices = &indices;
+    frame.plane_labels = &labels;
+    frame.T_world_sensor = view.pose;
+    occupancy_.update(frame, probability_);
     return probability_;
   }
 
  private:
-  CellBeliefs beliefs_;
+  KlOccupancy occupancy_;
   std::vector<float> probability_;
 };
 

@@ -18,12 +18,11 @@ int main() {
   }
 
   planar_mapping::GroundRemoval<pcl::PointXYZ> ground;
-  ground.setCameraHeight(0.37);                         // metres over the ground
-  ground.setUpAxis(-planar_mapping::Vector3::UnitY());  // up in the camera's frame
   ground.setInputCloud(cloud);
   pcl::PointCloud<pcl::PointXYZ> obstacles;
   ground.filter(obstacles);
 
+  // The height of the camera was found; ground.setCameraHeight() says it where it is known.
   std::printf("ground %.2f m below the camera, %zu points stand on it\n", ground.getGround().height,
               obstacles.size());
 }

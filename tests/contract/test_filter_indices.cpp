@@ -19,7 +19,7 @@ class FilterContract : public testing::Test {
   using Point = typename Class::PointCloud::PointType;
 
   /// A filter that lets some points through and some not.
-  static void configure(GroundRemoval<Point>&) {}
+  static void configure(GroundRemoval<Point>& filter) { filter.reset(); }
   static void configure(KLOccupancyFilter<Point>& filter) {
     filter.reset();
     filter.setRangeFloor(0.0);  // the paper's own: doubts near cells with depth in them

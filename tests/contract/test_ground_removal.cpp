@@ -14,6 +14,7 @@ struct GroundSubject {
   static constexpr bool kThrowsWithoutCloud = false;  // filter() is PCL's own non-virtual code
 
   static Outcome run(Class& subject) {
+    subject.reset();  // where the ground was
     Outcome outcome;
     subject.filter(outcome.indices);
     const Vector4 plane = subject.getGround().plane.coefficients();

@@ -14,7 +14,7 @@ struct OccupancySubject {
   static constexpr bool kThrowsWithoutCloud = false;  // filter() is PCL's own non-virtual code
 
   static Outcome run(Class& subject) {
-    subject.reset();  // the only class with state between runs
+    subject.reset();  // the beliefs
     Outcome outcome;
     subject.filter(outcome.indices);
     for (const int i : outcome.indices) outcome.numbers.push_back(subject.getProbabilities()[i]);

@@ -83,6 +83,7 @@ TEST(Parameters, PlanarCuboidApproximation) {
 TEST(Parameters, GroundRemoval) {
   using C = Removal;
   checkSetter(&C::setCameraHeight, &C::getCameraHeight, 0.0, {-0.1, kNan, kInf});
+  checkSetter(&C::setNumberOfThreads, &C::getNumberOfThreads, 2, {-1});
   checkSetter(&C::setHeightTolerance, &C::getHeightTolerance, 0.2, {0.0, kNan, kInf});
   checkSetter(&C::setUpAxis, &C::getUpAxis, Vector3(0, 0, 2),
               {Vector3(0, 0, 0), Vector3(kNan, 0, 1), Vector3(0, kInf, 0)});
@@ -120,6 +121,12 @@ TEST(Parameters, KLOccupancyFilter) {
   checkSetter(&C::setBias, &C::getBias, 2.0, {-0.1, kNan, kInf});
   checkSetter(&C::setMotionReading, &C::getMotionReading, MotionReading::RobotPose, {});
   checkSetter(&C::setMaxUnseenFrames, &C::getMaxUnseenFrames, 5, {-1});
+  checkSetter(&C::setFeatureSource, &C::getFeatureSource, FeatureSource::Cells, {});
+  checkSetter(&C::setUpdateRule, &C::getUpdateRule, UpdateRule::LogOdds, {});
+  checkSetter(&C::setFeaturesPerCell, &C::getFeaturesPerCell, 3, {0});
+  checkSetter(&C::setDenseGroups, &C::getDenseGroups, false, {});
+  checkSetter(&C::setDoubtSpreads, &C::getDoubtSpreads, true, {});
+  checkSetter(&C::setNumberOfThreads, &C::getNumberOfThreads, 2, {-1});
   C object;
   object.setNoiseModel(StereoNoise{0.1, 400.0, 0.25});
   EXPECT_EQ(object.getNoiseModel().focal_length, 400.0);
@@ -127,10 +134,8 @@ TEST(Parameters, KLOccupancyFilter) {
   EXPECT_EQ(object.getNoiseModel().disparity_error, 0.25);
   object.setInputTracks({1, 2});
   object.setInputPlaneLabels({3, 4});
-  object.setGroups({5, 6});
   EXPECT_EQ(object.getInputTracks(), (std::vector<std::int64_t>{1, 2}));
   EXPECT_EQ(object.getInputPlaneLabels(), (std::vector<std::int32_t>{3, 4}));
-  EXPECT_EQ(object.getGroups(), (std::vector<std::int32_t>{5, 6}));
   Pose broken = Pose::Identity();
   broken.translation().x() = kNan;
   EXPECT_THROW(object.setMotion(broken, Matrix6::Identity()), InputError);

@@ -6,8 +6,7 @@
 #include <vector>
 
 #include "noisy_sequence.h"
-#include "planar_mapping/core/occupancy/cell_beliefs.h"
-#include "planar_mapping/core/occupancy/key_feature_beliefs.h"
+#include "planar_mapping/core/occupancy/kl_occupancy.h"
 
 namespace planar_mapping::test {
 
@@ -168,16 +167,12 @@ inline std::vector<OutlierFrame> outlierFrames(double wrong_matches, int frames 
 inline OutlierResult runOutliers(const std::vector<OutlierFrame>& frames, double miss_factor,
                                  const Variant& variant) {
   const Scene scene;
-  CellBeliefParams cell_params;
-  cell_params.occupancy.noise = {0.25, scene.camera.fx, 0.5};
-  cell_params.occupancy.min_range_error = 0.05;
-  cell_params.update.rule = variant.rule;
-  CellBeliefs cells(cell_params);
-  KeyFeatureBeliefParams track_params;
-  track_params.beliefs.occupancy = cell_params.occupancy;
-  track_params.beliefs.update = cell_params.update;
-  track_params.beliefs.motion_reading = variant.reading;
-  KeyFeatureBeliefs tracks(track_params);
+  KlOccupancyParams params;
+  params.source = variant.tracks ? FeatureSource::Tracks : FeatureSource::Cells;
+  params.beliefs.occupancy.noise = {0.25, scene.camera.fx, 0.5};
+  params.beliefs.update.rule = variant.rule;
+  params.beliefs.motion_reading = variant.reading;
+  KlOccupancy occupancy(params);
   PlanarMapParams map_params;
   map_params.miss_factor = miss_factor;
   map_params.unknown_space = false;
@@ -195,22 +190,18 @@ inline OutlierResult runOutliers(const std::vector<OutlierFrame>& frames, double
     for (std::size_t i = 0; i < n; ++i) {
       if (std::isfinite(f.view.xyz[3 * i])) indices.push_back(static_cast<int>(i));
     }
-    std::vector<float> probability(n, 0.0f);
     FrameObservation frame = f.view.frame();
-    if (variant.tracks) {
-      KeyFeatureBeliefs::Frame of;
-      of.points = frame.points;
-      of.indices = &indices;
-      of.labels = &labels;
-      of.T_world_sensor = f.view.pose;
-      of.features = &f.features;
-      of.motion = f.motion;
-      tracks.update(of, probability);
-    } else {
-      cells.update(frame.points, indices, labels, f.view.pose, probability);
-    }
+    OccupancyFrame of;
+    of.points = frame.points;
+    of.indices = &indices;
+    of.plane_labels = &labels;
+    of.T_world_sensor = f.view.pose;
+    of.key_features = &f.features;
+    of.motion = f.motion;
+    std::vector<float> probability;
+    occupancy.update(of, probability);
     frame.probability = &probability;
-    frame.noise = cell_params.occupancy.noise;
+    frame.noise = params.beliefs.occupancy.noise;
     map.insert(frame);
   }
   for (std::size_t i = 0; i < frames.size(); i += 3) {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "planar_mapping/core/ground/ground.h"
+
 namespace planar_mapping {
 namespace {
 
@@ -16,19 +18,6 @@ double quantile(std::vector<float>& values, double share) {
   const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), values.begin() + rank, values.end());
   return values[static_cast<std::size_t>(rank)];
-}
-
-/// In front of a camera that looks along z; a scan with its floor at z = 0 goes far to the sides.
-bool isInCameraView(const Vector3& p) {
-  constexpr double kWidestSlope = 2.0;  // 127 degrees
-  return p.z() > 0.0 && p.head<2>().norm() < kWidestSlope * p.z();
-}
-
-/// The coordinate axis, either way, next to a direction.
-Vector3 nearestAxis(const Vector3& direction) {
-  Eigen::Index axis = 0;
-  direction.cwiseAbs().maxCoeff(&axis);
-  return direction[axis] < 0.0 ? Vector3(-Vector3::Unit(axis)) : Vector3(Vector3::Unit(axis));
 }
 
 /// Square root of the area that one point stands for: the area is counted in coarse cells.
@@ -75,7 +64,6 @@ CloudScale scaleOf(const FrameCloud& cloud, const Indices& indices, const Pose& 
   std::vector<Vector3> sample;
   std::vector<float> axis_values[3];
   std::vector<float> ranges;
-  std::size_t in_view = 0;
   for (std::size_t i = 0; i < indices.size(); i += step) {
     const pcl::PointXYZ& p = cloud[static_cast<std::size_t>(indices[i])];
     sample.emplace_back(p.x, p.y, p.z);
@@ -83,7 +71,6 @@ CloudScale scaleOf(const FrameCloud& cloud, const Indices& indices, const Pose& 
     axis_values[1].push_back(p.y);
     axis_values[2].push_back(p.z);
     ranges.push_back(static_cast<float>(sample.back().norm()));
-    if (isInCameraView(sample.back())) ++in_view;
   }
   Vector3 low;
   Vector3 size;
@@ -94,9 +81,8 @@ CloudScale scaleOf(const FrameCloud& cloud, const Indices& indices, const Pose& 
   scale.extent = size.norm();
   scale.max_range = quantile(ranges, 1.0 - kOutlierShare);
   scale.spacing = spacingOf(sample, low, size.maxCoeff(), indices.size());
-  scale.optical =
-      static_cast<double>(in_view) >= (1.0 - kOutlierShare) * static_cast<double>(sample.size());
-  if (scale.optical) scale.up = nearestAxis(T_world_sensor.linear() * -Vector3::UnitY());
+  scale.optical = isCameraView(viewOf(cloud), &indices);
+  scale.up = verticalOf(viewOf(cloud), &indices, T_world_sensor);
   return scale;
 }
 

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "ground_scene.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace {
@@ -58,13 +59,40 @@ TEST(GroundRemoval, GivesThePlaneAndItsCovariance) {
   EXPECT_EQ(removal.getDiagnostics().status, GroundStatus::Found);
 }
 
+TEST(GroundRemoval, FindsTheGroundAtAnyHeight) {
+  for (const double height : {0.37, 1.5, 2.8}) {
+    test::GroundScene scene;
+    scene.camera_height = height;
+    scene.pitch = 0.2;
+    scene.render();
+    GroundRemoval<pcl::PointXYZ> removal;
+    removal.setInputCloud(cloudOf(scene.xyz, scene.width, scene.height));
+    pcl::Indices kept;
+    removal.filter(kept);
+    EXPECT_NEAR(removal.getGround().height, height, 0.02);
+  }
+}
+
+TEST(GroundRemoval, FindsTheGroundOfAScanWithZUp) {
+  test::GroundScene scene;
+  scene.camera_height = 1.2;
+  scene.render();
+  GroundRemoval<pcl::PointXYZ> removal;
+  removal.setInputCloud(cloudOf(scene.robotFrame(), scene.width, scene.height));
+  pcl::Indices kept;
+  removal.filter(kept);
+  EXPECT_NEAR(removal.getGround().height, 1.2, 0.02);
+  EXPECT_NEAR(removal.getGround().plane.normal.z(), 1.0, 1e-3);
+}
+
 TEST(GroundRemoval, RemovesNothingWithoutGroundAndSaysSo) {
   test::GroundScene scene;
-  scene.camera_height = 1.5;  // far from the 0.37 m it is told
+  scene.camera_height = 1.5;
   scene.pitch = 0.2;
   scene.render();
   const auto cloud = cloudOf(scene.xyz, scene.width, scene.height);
   GroundRemoval<pcl::PointXYZ> removal;
+  removal.setCameraHeight(0.37);  // far from the truth
   removal.setInputCloud(cloud);
   pcl::Indices kept;
   removal.filter(kept);
@@ -77,27 +105,36 @@ TEST(GroundRemoval, RemovesNothingWithoutGroundAndSaysSo) {
   removal.getGroundPlane(plane, covariance);
   EXPECT_TRUE(plane.isZero(0.0));
   EXPECT_TRUE(covariance.isZero(0.0));
-  removal.setCameraHeight(0.0);  // unknown: found by itself
-  removal.filter(kept);
-  EXPECT_NEAR(removal.getGround().height, 1.5, 0.02);
 }
 
-TEST(GroundRemoval, CountsHeightFromTheSensorOrigin) {
+TEST(GroundRemoval, TakesThePoseThatIsGivenElseThatOfTheCloud) {
+  // A camera that looks 40 degrees down: only its pose says where up is.
   test::GroundScene scene;
-  scene.wall_distance = 2.0;
+  scene.camera_height = 1.2;
+  scene.pitch = 0.7;
   scene.render();
-  std::vector<float> xyz = scene.robotFrame();
-  for (std::size_t i = 2; i < xyz.size(); i += 3) xyz[i] += 0.37f;  // z = 0 is the ground
-  const auto cloud = cloudOf(xyz, scene.width, scene.height);
-  cloud->sensor_origin_ = Eigen::Vector4f(0.0f, 0.0f, 0.37f, 1.0f);
+  const auto cloud = cloudOf(scene.xyz, scene.width, scene.height);
   GroundRemoval<pcl::PointXYZ> removal;
   removal.setUpAxis(Vector3::UnitZ());
-  removal.setOpticalAxis(Vector3::UnitX());
   removal.setInputCloud(cloud);
   pcl::Indices kept;
   removal.filter(kept);
+  EXPECT_FALSE(removal.getGround().found);
+
+  Pose pose = Pose::Identity();
+  pose.linear() = scene.levelFromCamera();
+  removal.setSensorPose(pose);
+  removal.filter(kept);
   ASSERT_TRUE(removal.getGround().found);
-  EXPECT_NEAR(removal.getGround().plane.offset, 0.0, 0.003);
+  EXPECT_NEAR(removal.getGround().height, 1.2, 0.02);
+
+  removal.setSensorPose(std::nullopt);
+  removal.reset();
+  cloud->sensor_orientation_ = Eigen::Quaterniond(Matrix3(pose.linear())).cast<float>();
+  removal.filter(kept);
+  EXPECT_TRUE(removal.getGround().found);
+  cloud->sensor_orientation_ = Eigen::Quaternionf(0.0f, 0.0f, 0.0f, 0.0f);
+  EXPECT_THROW(removal.filter(kept), InputError);
 }
 
 }  // namespace

@@ -95,7 +95,7 @@ TEST(KLOccupancyFilter, MotionCountsForOneFrameOnly) {
   EXPECT_FALSE(filter.getMotion().has_value());
 }
 
-TEST(KLOccupancyFilter, NonFinitePointsAndOutsidersAreMarked) {
+TEST(KLOccupancyFilter, NonFinitePointsAndOutsidersHaveNoProbability) {
   const auto cloud = frameOf(0.0f);
   cloud->points[1].x = std::numeric_limits<float>::quiet_NaN();
   KLOccupancyFilter<pcl::PointXYZ> filter;
@@ -105,7 +105,9 @@ TEST(KLOccupancyFilter, NonFinitePointsAndOutsidersAreMarked) {
   filter.filter(kept);
   ASSERT_EQ(filter.getProbabilities().size(), 3u);
   EXPECT_EQ(filter.getProbabilities()[1], 0.0f);
-  EXPECT_TRUE(std::isnan(filter.getProbabilities()[2]));
+  EXPECT_EQ(filter.getProbabilities()[0], 0.5f);
+  EXPECT_EQ(filter.getProbabilities()[2], 0.0f);
+  EXPECT_EQ(filter.getDiagnostics().points_not_finite, 1u);
 }
 
 TEST(KLOccupancyFilter, SizesThatDisagreeAreInputErrors) {
@@ -118,10 +120,57 @@ TEST(KLOccupancyFilter, SizesThatDisagreeAreInputErrors) {
   filter.setInputPlaneLabels({1});
   EXPECT_THROW(filter.filter(kept), InputError);
   filter.setInputPlaneLabels({});
-  filter.setGroups({1, 2, 3, 4});
-  EXPECT_THROW(filter.filter(kept), InputError);
-  filter.setGroups({});
   EXPECT_NO_THROW(filter.filter(kept));
+}
+
+TEST(KLOccupancyFilter, KeyFeaturesBelieveTheSurfaceAroundThem) {
+  // A wall of 8 x 4 pixels half a cell apart, one feature on it that is seen again.
+  Cloud::Ptr wall(new Cloud(8, 4));
+  for (std::uint32_t row = 0; row < 4; ++row) {
+    for (std::uint32_t column = 0; column < 8; ++column) {
+      wall->at(static_cast<int>(column), static_cast<int>(row)) = {
+          0.05f * static_cast<float>(column) + 0.025f, 0.05f * static_cast<float>(row) + 0.025f,
+          2.05f};
+    }
+  }
+  KeyFeature feature;
+  feature.track = 5;
+  feature.column = 3;
+  feature.row = 1;
+  feature.position = Vector3(0.175, 0.075, 2.05);
+  KLOccupancyFilter<pcl::PointXYZ> filter;
+  filter.setInputPlaneLabels(std::vector<std::int32_t>(32, 0));
+  filter.setInputKeyFeatures({feature});
+  filter.setInputCloud(wall);
+  pcl::Indices kept;
+  for (int frame = 0; frame < 3; ++frame) filter.filter(kept);
+  EXPECT_EQ(kept.size(), wall->size());
+  EXPECT_EQ(filter.getDiagnostics().source, FeatureSource::Tracks);
+  EXPECT_EQ(filter.getDiagnostics().cells_of_neighbours, 7u);
+  for (const float p : filter.getProbabilities()) EXPECT_GT(p, 0.99f);
+}
+
+TEST(KLOccupancyFilter, CellsAreThoseOfTheWorld) {
+  // One point of the world seen from two places: of one cell, by either way to give the pose.
+  for (const bool by_cloud : {false, true}) {
+    KLOccupancyFilter<pcl::PointXYZ> filter;
+    pcl::Indices kept;
+    for (const float ahead : {0.0f, 0.5f}) {
+      Cloud::Ptr cloud(new Cloud);
+      cloud->push_back({0.05f, 0.05f, 2.05f - ahead});
+      Pose pose = Pose::Identity();
+      pose.translation().z() = ahead;
+      if (by_cloud) {
+        cloud->sensor_origin_ = Eigen::Vector4f(0.0f, 0.0f, ahead, 1.0f);
+      } else {
+        filter.setSensorPose(pose);
+      }
+      filter.setInputCloud(cloud);
+      filter.filter(kept);
+    }
+    EXPECT_EQ(filter.getDiagnostics().beliefs.updated, 1u);
+    EXPECT_NEAR(filter.getProbabilities()[0], std::exp(-1.07), 1e-5);
+  }
 }
 
 TEST(KLOccupancyFilter, CopiesDoNotShareBeliefs) {

@@ -16,18 +16,23 @@
 
 namespace planar_mapping {
 
-/// Removes the ground of a frame (the paper, III-F, assumption 2): a plane below the sensor, found
-/// anew in every frame with the camera's height and the up axis as prior, followed along slopes.
-/// Steps, kerbs and the feet of walls stay.
+/// Removes the ground of a frame (the paper, III-F, assumption 2): a plane below the sensor, bent
+/// along slopes. Steps, kerbs and the feet of walls stay.
 ///
 /// filter() returns what stands on the ground; with setNegative(true) the ground itself, which
 /// still has to clear free space. Where no ground is found nothing is removed, and
-/// getDiagnostics() says why. Height is counted from the cloud's sensor_origin_. Defaults suit a
-/// camera's optical frame (y down); call setUpAxis(Vector3::UnitZ()) for clouds with z up.
+/// getDiagnostics().status says why. The engine is GroundTracker, that of the stage
+/// `ground_removal`: the same frames and parameters give the same points.
+///
+/// Points are in the sensor's frame. The pose of the sensor is the one given by setSensorPose(),
+/// else the cloud's sensor_origin_ and sensor_orientation_ (VIEWPOINT). By default the vertical is
+/// that of a camera (y down) or of a scan (z up), whichever the first cloud looks like, and the
+/// height of the sensor is found; over frames with poses the ground is then expected where it was.
 /// Example: examples/ground_removal.cpp.
 ///
-/// No state between runs. One object serves one thread at a time; copies are independent.
-/// filter() throws InputError for an index outside the cloud.
+/// State between runs: where the ground is; reset() clears it, and clouds that have nothing to do
+/// with each other need it. One object serves one thread at a time; copies are independent.
+/// filter() throws InputError for an index outside the cloud or a pose that is none.
 /// A user-defined PointT has to be registered (POINT_CLOUD_REGISTER_POINT_STRUCT), because PCL's
 /// filters copy points by field; PCL_NO_PRECOMPILE is not needed.
 template <typename PointT>
@@ -42,6 +47,12 @@ class PLANAR_MAPPING_EXPORT GroundRemoval : public detail::PointFilter<PointT> {
   /// \param extract_removed_indices true: getRemovedIndices() lists what was removed
   explicit GroundRemoval(bool extract_removed_indices = false);
 
+  /// T_world_sensor: coordinates of the points to coordinates of the world; absent = the cloud's.
+  void setSensorPose(const std::optional<Pose>& T_world_sensor) { sensor_pose_ = T_world_sensor; }
+  const std::optional<Pose>& getSensorPose() const { return sensor_pose_; }
+  /// Forgets where the ground was; parameters stay.
+  void reset() { tracker_.reset(); }
+
   // Results of the last filter().
 
   /// The ground at the sensor: plane (normal upwards), covariance, residual, height, found or not.
@@ -53,59 +64,65 @@ class PLANAR_MAPPING_EXPORT GroundRemoval : public detail::PointFilter<PointT> {
   // Parameters. Every setter throws ParameterError, and changes nothing, if the value is out of
   // range; units and ranges as in GroundParams.
 
-  void setParams(const GroundParams& params);
-  const GroundParams& getParams() const { return params_; }
-  /// Height of the sensor over the ground, metres; 0 = unknown.
-  void setCameraHeight(double metres);
-  double getCameraHeight() const { return params_.camera_height; }
+  void setParams(const GroundParams& params) { tracker_.setParams(params); }
+  const GroundParams& getParams() const { return tracker_.params(); }
+  /// Height of the sensor over the ground, metres; absent (the default) = found, and expected by
+  /// the frames before; 0 = found anew in every frame. The paper's is 0.37 m.
+  void setCameraHeight(const std::optional<double>& metres);
+  const std::optional<double>& getCameraHeight() const { return getParams().camera_height; }
   void setHeightTolerance(double metres);
-  double getHeightTolerance() const { return params_.height_tolerance; }
-  /// Upwards in the cloud's frame; any length but zero.
-  void setUpAxis(const Vector3& up);
-  const Vector3& getUpAxis() const { return params_.up; }
-  /// Where the camera looks, in the cloud's frame; any length but zero.
+  double getHeightTolerance() const { return getParams().height_tolerance; }
+  /// Upwards in the world (without a pose: in the cloud's frame); any length but zero; absent (the
+  /// default) = by the first cloud, see verticalOf().
+  void setUpAxis(const std::optional<Vector3>& up);
+  const std::optional<Vector3>& getUpAxis() const { return getParams().up; }
+  /// Where the camera looks, in the sensor's frame; any length but zero.
   void setOpticalAxis(const Vector3& axis);
-  const Vector3& getOpticalAxis() const { return params_.optical_axis; }
+  const Vector3& getOpticalAxis() const { return getParams().optical_axis; }
   void setPitchTolerance(double radians);
-  double getPitchTolerance() const { return params_.pitch_tolerance; }
+  double getPitchTolerance() const { return getParams().pitch_tolerance; }
   void setRollTolerance(double radians);
-  double getRollTolerance() const { return params_.roll_tolerance; }
+  double getRollTolerance() const { return getParams().roll_tolerance; }
   void setDistanceThreshold(double metres);
-  double getDistanceThreshold() const { return params_.distance_threshold; }
+  double getDistanceThreshold() const { return getParams().distance_threshold; }
   /// The threshold follows the stereo noise; absent = it does not.
   void setNoiseModel(const std::optional<StereoNoise>& noise);
-  const std::optional<StereoNoise>& getNoiseModel() const { return params_.noise; }
+  const std::optional<StereoNoise>& getNoiseModel() const { return getParams().noise; }
   void setNoiseFactor(double factor);
-  double getNoiseFactor() const { return params_.noise_factor; }
+  double getNoiseFactor() const { return getParams().noise_factor; }
   /// Side of the cells in which the ground may bend, metres; 0 = one plane only.
   void setSlopeCell(double metres);
-  double getSlopeCell() const { return params_.slope_cell; }
+  double getSlopeCell() const { return getParams().slope_cell; }
   void setMaxSlope(double radians);
-  double getMaxSlope() const { return params_.max_slope; }
+  double getMaxSlope() const { return getParams().max_slope; }
   /// What continues this far above the ground is a wall and keeps its foot; 0 = off.
   void setWallHeight(double metres);
-  double getWallHeight() const { return params_.wall_height; }
+  double getWallHeight() const { return getParams().wall_height; }
   void setWallCell(double metres);
-  double getWallCell() const { return params_.wall_cell; }
+  double getWallCell() const { return getParams().wall_cell; }
   void setWallFootThreshold(double metres);
-  double getWallFootThreshold() const { return params_.wall_foot_threshold; }
-  /// Share of the finite points that must support the ground.
-  void setMinShare(double share);
-  double getMinShare() const { return params_.min_share; }
+  double getWallFootThreshold() const { return getParams().wall_foot_threshold; }
+  /// Fraction of the finite points that must support the ground.
+  void setMinShare(double fraction);
+  double getMinShare() const { return getParams().min_share; }
   void setMinPoints(int points);
-  int getMinPoints() const { return params_.min_points; }
+  int getMinPoints() const { return getParams().min_points; }
   void setSampleSize(int points);
-  int getSampleSize() const { return params_.sample_size; }
+  int getSampleSize() const { return getParams().sample_size; }
+  /// 0 = all cores; never changes the result.
+  void setNumberOfThreads(int threads);
+  int getNumberOfThreads() const { return getParams().threads; }
   void setSeed(std::uint64_t seed);
-  std::uint64_t getSeed() const { return params_.seed; }
+  std::uint64_t getSeed() const { return getParams().seed; }
 
   PCL_MAKE_ALIGNED_OPERATOR_NEW
 
  protected:
-  std::vector<detail::Verdict> judge(const PointCloud& cloud, const Indices* indices) override;
+  std::vector<std::uint8_t> test(const PointCloud& cloud, const Indices* indices) override;
 
  private:
-  GroundParams params_;
+  GroundTracker tracker_;
+  std::optional<Pose> sensor_pose_;
   Ground ground_;
 };
 

@@ -21,18 +21,21 @@ namespace planar_mapping {
 ///
 /// Every call of filter() is one frame and updates the beliefs, so call it once a frame; the
 /// indices of what was removed come from getRemovedIndices(). With setNegative(true) the doubtful
-/// points are returned instead.
+/// points are returned instead. The engine is KlOccupancy, that of the stage `kl_occupancy`: the
+/// same frames and parameters give the same probabilities, to the bit.
 ///
-/// The cloud may be the features themselves or a dense cloud with some tracked points; other
-/// points take the probability of the features around them, or of their own grid cell
-/// (KlOccupancy). Points are read relative to the cloud's sensor_origin_. Example:
-/// examples/kl_occupancy_filter.cpp.
+/// Features are those of the images (setInputKeyFeatures()), points of the cloud with a track
+/// (setInputTracks()), or, without either, sampled from the cloud with their grid cell as identity
+/// (setFeatureSource()). Cells are those of a grid in the world, so give every frame its pose:
+/// points are in the sensor's frame, and its pose is the one given by setSensorPose(), else the
+/// cloud's sensor_origin_ and sensor_orientation_ (VIEWPOINT).
+/// Example: examples/kl_occupancy_filter.cpp.
 ///
-/// The only class with state between runs: the beliefs. reset() clears them. Copies are
-/// independent. One object serves one thread at a time.
+/// State between runs: the beliefs; reset() clears them. Copies are independent. One object serves
+/// one thread at a time.
 ///
-/// filter() throws InputError for an index outside the cloud or tracks, labels or groups that are
-/// not one per point of the cloud; beliefs are then unchanged.
+/// filter() throws InputError for an index outside the cloud, tracks or labels that are not one per
+/// point of the cloud, or a pose that is none; beliefs are then unchanged.
 /// A user-defined PointT has to be registered (POINT_CLOUD_REGISTER_POINT_STRUCT), because PCL's
 /// filters copy points by field; PCL_NO_PRECOMPILE is not needed.
 template <typename PointT>
@@ -47,20 +50,25 @@ class PLANAR_MAPPING_EXPORT KLOccupancyFilter : public detail::PointFilter<Point
   /// \param extract_removed_indices true: getRemovedIndices() lists what was removed
   explicit KLOccupancyFilter(bool extract_removed_indices = false);
 
-  // Inputs of a frame. Tracks, labels and groups hold one value per point of the input cloud
-  // (not per index) and stay until they are set again; empty = none.
+  // Inputs of a frame. They stay until they are set again; empty = none.
 
-  /// Identity of each feature; negative = not tracked.
+  /// Features of the frame's images with their tracks, in the sensor's frame.
+  void setInputKeyFeatures(const std::vector<KeyFeature>& features) { key_features_ = features; }
+  const std::vector<KeyFeature>& getInputKeyFeatures() const { return key_features_; }
+  /// Track of each point of the input cloud, negative = none: tracked points are features, and are
+  /// believed as their tracks are.
   void setInputTracks(const std::vector<std::int64_t>& tracks) { tracks_ = tracks; }
   const std::vector<std::int64_t>& getInputTracks() const { return tracks_; }
-  /// Plane of each point, negative = none. The group of Eq. 4 is the grid cell of one plane.
+  /// Plane of each point of the input cloud, negative = none. The group of Eq. 4 is the grid cell
+  /// of one plane.
   void setInputPlaneLabels(const std::vector<std::int32_t>& labels) { plane_labels_ = labels; }
   const std::vector<std::int32_t>& getInputPlaneLabels() const { return plane_labels_; }
-  /// Group of each point (Eq. 4) instead of grid cells; negative = a group of its own.
-  void setGroups(const std::vector<std::int32_t>& groups) { groups_ = groups; }
-  const std::vector<std::int32_t>& getGroups() const { return groups_; }
-  /// How the sensor moved from the frame before to this one (Eq. 8, 9). Counts for the next
-  /// filter() only; without it the motion is unknown and its factor is 1.
+  /// T_world_sensor: coordinates of the points to coordinates of the world; absent = the cloud's.
+  void setSensorPose(const std::optional<Pose>& T_world_sensor) { sensor_pose_ = T_world_sensor; }
+  const std::optional<Pose>& getSensorPose() const { return sensor_pose_; }
+  /// How the sensor moved from the frame before to this one (Eq. 8, 9), for tracks. Counts for the
+  /// next filter() only. Without it the motion is that between the poses of both frames, free of
+  /// error; where a pose is neither given nor in the cloud, it is unknown and its factor is 1.
   void setMotion(const std::optional<FrameMotion>& motion);
   const std::optional<FrameMotion>& getMotion() const { return motion_; }
   /// As above, from the pose T_now_before (coordinates before to coordinates now) and its
@@ -72,18 +80,21 @@ class PLANAR_MAPPING_EXPORT KLOccupancyFilter : public detail::PointFilter<Point
 
   // Results of the last filter().
 
-  /// One probability in [0, 1] per point of the input cloud; 0 for points that are not finite, NaN
+  /// One probability in [0, 1] per point of the input cloud; 0 for points that are not finite and
   /// for points outside the indices.
   const std::vector<float>& getProbabilities() const { return probabilities_; }
   const KlOccupancyDiagnostics& getDiagnostics() const { return diagnostics_; }
-  /// All features known.
-  const FeatureBeliefs& getBeliefs() const { return occupancy_.beliefs(); }
+  /// All tracks known.
+  const FeatureBeliefs& getBeliefs() const { return occupancy_.tracks(); }
 
   // Parameters. Every setter throws ParameterError, and changes nothing, if the value is out of
   // range; units and ranges as in KlOccupancyParams.
 
   void setParams(const KlOccupancyParams& params) { occupancy_.setParams(params); }
   const KlOccupancyParams& getParams() const { return occupancy_.params(); }
+  /// Where features come from; FeatureSource::Auto by default.
+  void setFeatureSource(FeatureSource source);
+  FeatureSource getFeatureSource() const { return getParams().source; }
   /// Points believed less than this fail the filter, in [0, 1]; 0.5 by default.
   void setMinProbability(double probability);
   double getMinProbability() const { return getParams().min_probability; }
@@ -106,6 +117,21 @@ class PLANAR_MAPPING_EXPORT KLOccupancyFilter : public detail::PointFilter<Point
   /// A of Eq. 10, 1.07 in the paper.
   void setBias(double bias);
   double getBias() const { return getParams().beliefs.update.bias; }
+  /// Eq. 5 to 10, or a simpler rule as comparison.
+  void setUpdateRule(UpdateRule rule);
+  UpdateRule getUpdateRule() const { return getParams().beliefs.update.rule; }
+  /// [ours] Points sampled in each cell of each plane.
+  void setFeaturesPerCell(int features);
+  int getFeaturesPerCell() const { return getParams().features_per_cell; }
+  /// [ours] Eq. 4 is over tracked features and the sampled points of their cell.
+  void setDenseGroups(bool dense);
+  bool getDenseGroups() const { return getParams().dense_groups; }
+  /// [ours] Beliefs below 0.5 spread to adjacent cells like others.
+  void setDoubtSpreads(bool spreads);
+  bool getDoubtSpreads() const { return getParams().doubt_spreads; }
+  /// 0 = all cores; never changes the result.
+  void setNumberOfThreads(int threads);
+  int getNumberOfThreads() const { return getParams().threads; }
   void setMotionReading(MotionReading reading);
   MotionReading getMotionReading() const { return getParams().beliefs.motion_reading; }
   /// [ours] Features not seen for this many frames are forgotten; 0 = never.
@@ -115,13 +141,14 @@ class PLANAR_MAPPING_EXPORT KLOccupancyFilter : public detail::PointFilter<Point
   PCL_MAKE_ALIGNED_OPERATOR_NEW
 
  protected:
-  std::vector<detail::Verdict> judge(const PointCloud& cloud, const Indices* indices) override;
+  std::vector<std::uint8_t> test(const PointCloud& cloud, const Indices* indices) override;
 
  private:
   KlOccupancy occupancy_;
+  std::vector<KeyFeature> key_features_;
   std::vector<std::int64_t> tracks_;
   std::vector<std::int32_t> plane_labels_;
-  std::vector<std::int32_t> groups_;
+  std::optional<Pose> sensor_pose_;
   std::optional<FrameMotion> motion_;
   std::vector<float> probabilities_;
   KlOccupancyDiagnostics diagnostics_;

@@ -2,10 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
-
-#include "planar_mapping/core/base/types.h"
 
 namespace planar_mapping::detail {
 
@@ -25,8 +24,6 @@ class LabelledCells {
  public:
   LabelledCells();
   std::int32_t insert(const LabelledCell& cell);
-  /// \return its number, or -1
-  std::int32_t find(const LabelledCell& cell) const;
   const std::vector<LabelledCell>& cells() const { return cells_; }
 
  private:
@@ -36,10 +33,5 @@ class LabelledCells {
   std::vector<LabelledCell> cells_;
   std::vector<std::int32_t> slots_;  ///< number of the cell, or -1; size is a power of two
 };
-
-/// Cell number per point that counts (-1 = none), see gridGroups().
-std::vector<std::int32_t> numberCells(const PointsView& points, const Indices* indices,
-                                      const std::vector<std::int32_t>* labels, double resolution,
-                                      LabelledCells& cells);
 
 }  // namespace planar_mapping::detail

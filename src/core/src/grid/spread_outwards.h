@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstddef>
-#include <utility>
 #include <vector>
 
 namespace planar_mapping::detail {
@@ -24,7 +23,7 @@ void spreadOutwards(std::vector<double>& values, std::vector<std::size_t> ring,
         next.push_back(other);
       });
     }
-    // All of a ring are judged by the rings before it, so the order of cells does not matter.
+    // A ring takes its values from the rings before it, so the order of cells does not matter.
     std::vector<double> means(next.size());
     for (std::size_t i = 0; i < next.size(); ++i) {
       double sum = 0.0;
@@ -39,16 +38,6 @@ void spreadOutwards(std::vector<double>& values, std::vector<std::size_t> ring,
     for (std::size_t i = 0; i < next.size(); ++i) values[next[i]] = means[i];
     ring.swap(next);
   }
-}
-
-/// From all cells that have a value.
-template <typename Neighbours>
-void spreadOutwards(std::vector<double>& values, const Neighbours& neighbours) {
-  std::vector<std::size_t> ring;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (values[i] >= 0.0) ring.push_back(i);
-  }
-  spreadOutwards(values, std::move(ring), neighbours);
 }
 
 }  // namespace planar_mapping::detail

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <limits>
 
+#include "base/point_indices.h"
 #include "ground/ground_model.h"
 #include "planar_mapping/core/base/error.h"
-#include "base/point_indices.h"
 
 namespace planar_mapping {
 namespace {
@@ -42,9 +42,9 @@ std::size_t countFinite(const PointsView& points, const Indices* indices) {
 }  // namespace
 
 void GroundParams::validate() const {
-  requireInRange("camera_height", camera_height, 0.0, kMax, "m");
+  if (camera_height) requireInRange("camera_height", *camera_height, 0.0, kMax, "m");
   requireLength("height_tolerance", height_tolerance);
-  requireDirection("up", up);
+  if (up) requireDirection("up", *up);
   requireDirection("optical_axis", optical_axis);
   requireAngle("pitch_tolerance", pitch_tolerance, false);
   requireAngle("roll_tolerance", roll_tolerance, false);
@@ -73,6 +73,8 @@ const char* toString(GroundStatus status) {
       return "no plane within the height and angle tolerances";
     case GroundStatus::TooLittleSupport:
       return "too few points lie flat on the best plane";
+    case GroundStatus::Elsewhere:
+      return "a level surface, but not where the ground was before";
   }
   return "invalid";
 }
@@ -86,7 +88,8 @@ Ground findGround(const PointsView& points, const Indices* indices, const Ground
   Ground ground;
   const std::size_t n = detail::countOf(points, indices);
   ground.diagnostics.points_considered = n;
-  const detail::GroundFrame frame(params, sensor);
+  const detail::GroundFrame frame(
+      params, params.up ? *params.up : verticalOf(points, indices, Pose::Identity()), sensor);
   detail::GroundSample sample = detail::drawGroundSample(points, indices, params, frame);
   const auto sampled = static_cast<double>(sample.size());
   ground.diagnostics.points_sampled = sample.size();

@@ -5,15 +5,15 @@
 #include <cstdint>
 #include <vector>
 
-#include "planar_mapping/core/ground/ground.h"
 #include "planar_mapping/core/geometry/detail/plane_moments.h"
+#include "planar_mapping/core/ground/ground.h"
 
 // The steps of findGround(): a plane from a sample, its bends (slopes), a label for every point.
 namespace planar_mapping::detail {
 
 /// Axes at the sensor: x forwards, y left, z up; and how wide the band around the ground is.
 struct GroundFrame {
-  GroundFrame(const GroundParams& params, const Vector3& sensor);
+  GroundFrame(const GroundParams& params, const Vector3& up, const Vector3& sensor);
 
   Vector3 sensor;
   Matrix3 axes;        ///< rows: forwards, left, up

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "ground/ground_model.h"
+#include "base/point_indices.h"
 #include "grid/labelled_cells.h"
+#include "ground/ground_model.h"
 #include "planar_mapping/core/base/detail/gather_points.h"
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/detail/simd.h"
-#include "base/point_indices.h"
 
 namespace planar_mapping::detail {
 namespace {
@@ -69,8 +69,9 @@ bool withinPriors(const GroundPlane& plane, const GroundParams& params) {
   if (!(std::abs(std::atan(plane.slope_x)) <= params.pitch_tolerance)) return false;
   if (!(std::abs(std::atan(plane.slope_y)) <= params.roll_tolerance)) return false;
   const double height = plane.height();
-  if (params.camera_height == 0.0) return height > params.distance_threshold;
-  return std::abs(height - params.camera_height) <= params.height_tolerance;
+  const double expected = params.camera_height.value_or(0.0);
+  if (expected == 0.0) return height > params.distance_threshold;
+  return std::abs(height - expected) <= params.height_tolerance;
 }
 
 bool throughPoints(const Candidates& c, std::uint32_t i, std::uint32_t j, std::uint32_t k,
@@ -168,11 +169,12 @@ double GroundPlane::cosine() const {
   return 1.0 / std::sqrt(1.0 + slope_x * slope_x + slope_y * slope_y);
 }
 
-GroundFrame::GroundFrame(const GroundParams& params, const Vector3& sensor_position)
+GroundFrame::GroundFrame(const GroundParams& params, const Vector3& upwards,
+                         const Vector3& sensor_position)
     : sensor(sensor_position),
       distance_threshold(params.distance_threshold),
       noise_per_depth_and_height(0.0) {
-  const Vector3 up = params.up.normalized();
+  const Vector3 up = upwards.normalized();
   const Vector3 optical = params.optical_axis.normalized();
   Vector3 forwards = optical - up.dot(optical) * up;
   depth_axis = optical;
@@ -280,7 +282,8 @@ void dropUprights(GroundSample& sample, const GroundParams& params, const Ground
 GroundStatus estimateGround(const GroundSample& sample, const GroundParams& params,
                             const GroundFrame& frame, double needed, GroundEstimate& estimate,
                             GroundDiagnostics& diagnostics) {
-  const bool known_height = params.camera_height > 0.0;
+  const double camera_height = params.camera_height.value_or(0.0);
+  const bool known_height = camera_height > 0.0;
   const double slack =
       std::hypot(std::tan(params.pitch_tolerance), std::tan(params.roll_tolerance));
   // Height of a point below the sensor stands in for the camera's, which is only known roughly.
@@ -289,12 +292,12 @@ GroundStatus estimateGround(const GroundSample& sample, const GroundParams& para
   all.reserve(sample.size());
   candidates.reserve(sample.size());
   for (std::size_t i = 0; i < sample.size(); ++i) {
-    const double height = known_height ? params.camera_height : std::max(0.0, -double(sample.z[i]));
+    const double height = known_height ? camera_height : std::max(0.0, -double(sample.z[i]));
     const double band = frame.band(sample.depth[i], height);
     all.add(sample, i, band);
     const double reach = slack * std::hypot(sample.x[i], sample.y[i]) + band;
     const double off = known_height
-                           ? std::abs(sample.z[i] + params.camera_height) - params.height_tolerance
+                           ? std::abs(sample.z[i] + camera_height) - params.height_tolerance
                            : double(sample.z[i]);
     if (off <= reach) candidates.add(sample, i, band);
   }

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "grid/frame_cells.h"
-#include "planar_mapping/core/occupancy/occupancy.h"
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/core/occupancy/occupancy.h"
 
 namespace planar_mapping::detail {
 

@@ -3,23 +3,17 @@
 #include "planar_mapping/core/occupancy/kl_occupancy.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
+#include <numeric>
 #include <string>
+#include <utility>
 
-#include "planar_mapping/core/occupancy/detail/cell_probability.h"
-#include "planar_mapping/core/base/error.h"
 #include "base/point_indices.h"
+#include "occupancy/cell_beliefs.h"
+#include "occupancy/tracked_cells.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace {
-
-/// Points of the cloud with what belongs to them, one entry each.
-struct Selection {
-  Indices indices;                   ///< into the cloud
-  std::vector<std::size_t> place;    ///< position among the points that count
-  std::vector<std::int32_t> groups;  ///< of Eq. 4
-};
 
 template <typename T>
 void requireOnePerPoint(const char* name, const std::vector<T>* values, std::size_t points) {
@@ -28,121 +22,167 @@ void requireOnePerPoint(const char* name, const std::vector<T>* values, std::siz
                    " values for a cloud of " + std::to_string(points) + " points");
 }
 
-bool isUsable(const float* p) {
-  constexpr double kFarthest = FeatureBeliefs::kFarthest;
-  return std::abs(p[0]) <= kFarthest && std::abs(p[1]) <= kFarthest && std::abs(p[2]) <= kFarthest;
+void requireFrame(const OccupancyFrame& frame) {
+  detail::requireIndices(frame.points, frame.indices);
+  requireOnePerPoint("plane labels", frame.plane_labels, frame.points.size);
+  requireOnePerPoint("tracks", frame.tracks, frame.points.size);
+  if (frame.T_world_sensor && !frame.T_world_sensor->matrix().allFinite()) {
+    throw InputError("the pose of the sensor is not finite");
+  }
+  if (frame.motion) frame.motion->validate();
 }
 
-/// With groups instead of a grid nothing is adjacent: points take the mean of their own group.
-void spreadWithinGroups(const Selection& tracked, const Selection& untracked,
-                        std::vector<float>& result) {
-  std::vector<std::pair<std::int32_t, double>> of_group;
-  for (std::size_t k = 0; k < tracked.indices.size(); ++k) {
-    if (tracked.groups[k] >= 0) of_group.emplace_back(tracked.groups[k], result[tracked.place[k]]);
-  }
-  std::sort(of_group.begin(), of_group.end());
-  for (std::size_t k = 0; k < untracked.indices.size(); ++k) {
-    const std::int32_t group = untracked.groups[k];
-    auto member = std::lower_bound(of_group.begin(), of_group.end(), std::make_pair(group, -1.0));
-    double sum = 0.0;
-    int count = 0;
-    for (; member != of_group.end() && member->first == group; ++member, ++count) {
-      sum += member->second;
-    }
-    if (count > 0) result[untracked.place[k]] = static_cast<float>(sum / count);
-  }
+bool hasTracks(const OccupancyFrame& frame) {
+  return (frame.tracks && !frame.tracks->empty()) ||
+         (frame.key_features && !frame.key_features->empty());
 }
 
 }  // namespace
+
+struct KlOccupancy::Impl {
+  KlOccupancyParams params;
+  OccupancyParams occupancy;  ///< with the floor of the range error
+  FeatureBeliefs tracks;
+  detail::CellBeliefs cell_beliefs;
+  bool has_before = false;  ///< a frame judged by tracks, ...
+  std::optional<Pose> T_world_before;
+  bool before_is_last = false;  ///< ... which is the one before
+
+  // Of the frame; kept for their memory.
+  detail::FrameCells cells;
+  detail::DenseFeatures samples;
+  detail::TrackedCells tracked_cells;
+  Indices all;
+  std::vector<std::int32_t> no_labels;
+  std::vector<float> of_group;
+
+  std::optional<FrameMotion> motionOf(const OccupancyFrame& frame) const;
+  std::size_t clearNotFinite(const OccupancyFrame& frame, const Indices& indices,
+                             std::vector<float>& probability) const;
+};
 
 void KlOccupancyParams::validate() const {
   beliefs.validate();
   requirePositive("resolution", resolution, "m");
   requireInRange("range_floor_cells", range_floor_cells, 0.0, 1e6);
+  requireInRange("features_per_cell", features_per_cell, 1, 1000000);
   requireInRange("min_probability", min_probability, 0.0, 1.0);
+  requireInRange("threads", threads, 0, 4096);
 }
 
-KlOccupancy::KlOccupancy(const KlOccupancyParams& params) {
+KlOccupancy::KlOccupancy(const KlOccupancyParams& params) : impl_(std::make_unique<Impl>()) {
   setParams(params);
+}
+KlOccupancy::~KlOccupancy() = default;
+KlOccupancy::KlOccupancy(const KlOccupancy& other) : impl_(std::make_unique<Impl>(*other.impl_)) {}
+KlOccupancy::KlOccupancy(KlOccupancy&& other) noexcept : impl_(std::make_unique<Impl>()) {
+  std::swap(impl_, other.impl_);
+}
+KlOccupancy& KlOccupancy::operator=(const KlOccupancy& other) {
+  if (this != &other) impl_ = std::make_unique<Impl>(*other.impl_);
+  return *this;
+}
+KlOccupancy& KlOccupancy::operator=(KlOccupancy&& other) noexcept {
+  std::swap(impl_, other.impl_);
+  return *this;
 }
 
 void KlOccupancy::setParams(const KlOccupancyParams& params) {
   params.validate();
-  params_ = params;
-  beliefs_.setParams(params.beliefs);
+  impl_->params = params;
+  impl_->occupancy = params.beliefs.occupancy;
+  impl_->occupancy.min_range_error =
+      std::max(impl_->occupancy.min_range_error, params.range_floor_cells * params.resolution);
+  FeatureBeliefParams beliefs = params.beliefs;
+  beliefs.occupancy = impl_->occupancy;
+  impl_->tracks.setParams(beliefs);
+}
+const KlOccupancyParams& KlOccupancy::params() const {
+  return impl_->params;
+}
+const FeatureBeliefs& KlOccupancy::tracks() const {
+  return impl_->tracks;
+}
+std::size_t KlOccupancy::cells() const {
+  return impl_->cell_beliefs.size();
+}
+void KlOccupancy::reset() {
+  impl_->tracks.clear();
+  impl_->cell_beliefs = detail::CellBeliefs();
+  impl_->has_before = impl_->before_is_last = false;
 }
 
-std::vector<float> KlOccupancy::process(const OccupancyFrame& frame,
-                                        KlOccupancyDiagnostics* diagnostics) {
-  const PointsView& points = frame.points;
-  detail::requireIndices(points, frame.indices);
-  if (!frame.sensor.allFinite()) throw InputError("sensor: its position is not finite");
-  requireOnePerPoint("tracks", frame.tracks, points.size);
-  requireOnePerPoint("plane labels", frame.plane_labels, points.size);
-  requireOnePerPoint("groups", frame.groups, points.size);
+/// Since the last frame judged by tracks.
+std::optional<FrameMotion> KlOccupancy::Impl::motionOf(const OccupancyFrame& frame) const {
+  if (!has_before) return std::nullopt;
+  if (frame.motion && before_is_last) return frame.motion;
+  if (!frame.T_world_sensor || !T_world_before) return std::nullopt;
+  FrameMotion motion;
+  motion.T_now_before = frame.T_world_sensor->inverse() * *T_world_before;
+  if (frame.motion) motion.covariance = frame.motion->covariance;
+  return motion;
+}
 
-  OccupancyParams occupancy = params_.beliefs.occupancy;
-  occupancy.min_range_error =
-      std::max(occupancy.min_range_error, params_.range_floor_cells * params_.resolution);
-  const std::size_t n = detail::countOf(points, frame.indices);
-  const std::vector<std::int32_t> cells =
-      frame.groups ? std::vector<std::int32_t>()
-                   : gridGroups(points, frame.indices, frame.plane_labels, params_.resolution);
+/// \return how many points are not finite
+std::size_t KlOccupancy::Impl::clearNotFinite(const OccupancyFrame& frame, const Indices& indices,
+                                              std::vector<float>& probability) const {
+  std::size_t cleared = 0;
+  std::size_t begin = 0;
+  for (const detail::FrameCells::Run& run : cells.runs()) {
+    for (std::size_t k = run.group < 0 ? begin : run.end; k < run.end; ++k) {
+      const auto i = static_cast<std::size_t>(indices[k]);
+      if (frame.points.isFinite(i)) continue;
+      probability[i] = 0.0f;
+      ++cleared;
+    }
+    begin = run.end;
+  }
+  return cleared;
+}
+
+KlOccupancyDiagnostics KlOccupancy::update(const OccupancyFrame& frame,
+                                           std::vector<float>& probability) {
+  requireFrame(frame);
+  Impl& own = *impl_;
+  if (!frame.indices) {
+    own.all.resize(frame.points.size);
+    std::iota(own.all.begin(), own.all.end(), 0);
+  }
+  const Indices& indices = frame.indices ? *frame.indices : own.all;
+  if (!frame.plane_labels) own.no_labels.assign(frame.points.size, -1);
+  const Pose T_world_sensor = frame.T_world_sensor.value_or(Pose::Identity());
+  own.cells.number(frame.points, indices, frame.plane_labels ? *frame.plane_labels : own.no_labels,
+                   T_world_sensor, own.params.resolution, own.params.threads);
+  own.samples.sample(indices, own.cells, own.params.features_per_cell);
 
   KlOccupancyDiagnostics report;
-  report.points_considered = n;
-  Selection tracked;
-  Selection untracked;
-  for (std::size_t k = 0; k < n; ++k) {
-    const std::size_t i = detail::at(frame.indices, k);
-    if (!isUsable(points[i])) {
-      ++report.points_not_finite;
-      continue;
-    }
-    Selection& part = frame.tracks && (*frame.tracks)[i] >= 0 ? tracked : untracked;
-    part.indices.push_back(static_cast<int>(i));
-    part.place.push_back(k);
-    part.groups.push_back(frame.groups ? (*frame.groups)[i] : cells[k]);
+  report.points_considered = indices.size();
+  const bool by_tracks = own.params.source == FeatureSource::Tracks ||
+                         (own.params.source == FeatureSource::Auto && hasTracks(frame));
+  if (by_tracks) {
+    report.source = FeatureSource::Tracks;
+    own.tracked_cells.update(frame, indices, own.motionOf(frame), own.params, own.occupancy,
+                             own.cells, own.samples, own.tracks, report, own.of_group);
+    own.has_before = true;
+    own.T_world_before = frame.T_world_sensor;
+  } else {
+    own.samples.judge(frame.points, own.occupancy);
+    report.beliefs =
+        own.cell_beliefs.update(own.cells.groups(), own.samples, own.params.beliefs, own.of_group);
   }
-  report.tracked = tracked.indices.size();
+  own.before_is_last = by_tracks;
 
-  // Groups of Eq. 4 hold features among themselves; dense points judge where no feature does.
-  const std::vector<float> of_features =
-      featureProbabilities(points, &tracked.indices, tracked.groups, occupancy, frame.sensor);
-  const std::vector<float> dense =
-      featureProbabilities(points, &untracked.indices, untracked.groups, occupancy, frame.sensor);
-
-  std::vector<FeatureBeliefs::Observation> seen(tracked.indices.size());
-  for (std::size_t k = 0; k < seen.size(); ++k) {
-    const auto i = static_cast<std::size_t>(tracked.indices[k]);
-    seen[k] = {(*frame.tracks)[i], points.point(i) - frame.sensor, of_features[k]};
-  }
-  report.beliefs = beliefs_.update(seen, frame.motion);
-
-  std::vector<float> result(n, -1.0f);
-  for (std::size_t k = 0; k < seen.size(); ++k) {
-    result[tracked.place[k]] = static_cast<float>(*beliefs_.belief(seen[k].track));
-  }
-  if (!seen.empty() && !untracked.indices.empty()) {
-    if (frame.groups) {
-      spreadWithinGroups(tracked, untracked, result);
-    } else {
-      result =
-          spreadToPoints(points, frame.indices, frame.plane_labels, params_.resolution, result);
+  probability.assign(frame.points.size, 0.0f);
+  const auto single = static_cast<float>(own.occupancy.single_feature_probability);
+  own.cells.giveToPoints(indices, own.of_group, single, probability);
+  if (by_tracks && frame.tracks) {
+    for (const int i : indices) {
+      const auto belief = own.tracks.belief((*frame.tracks)[static_cast<std::size_t>(i)]);
+      if (belief) probability[static_cast<std::size_t>(i)] = static_cast<float>(*belief);
     }
   }
-  for (std::size_t k = 0; k < untracked.indices.size(); ++k) {
-    float& probability = result[untracked.place[k]];
-    if (probability < 0.0f) {
-      probability = dense[k];
-      ++report.from_dense_support;
-    } else {
-      ++report.from_features;
-    }
-  }
-  for (float& probability : result) probability = std::clamp(probability, 0.0f, 1.0f);
-  if (diagnostics) *diagnostics = report;
-  return result;
+  report.points_not_finite = own.clearNotFinite(frame, indices, probability);
+  return report;
 }
 
 }  // namespace planar_mapping

@@ -7,9 +7,8 @@
 #include <limits>
 #include <string>
 
-#include "grid/labelled_cells.h"
-#include "planar_mapping/core/base/error.h"
 #include "base/point_indices.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace {
@@ -119,12 +118,6 @@ std::vector<float> featureProbabilities(const PointsView& points, const Indices*
     result[k] = static_cast<float>(probabilityOf(range[k], mean, error, params.eta1));
   }
   return result;
-}
-
-std::vector<std::int32_t> gridGroups(const PointsView& points, const Indices* indices,
-                                     const std::vector<std::int32_t>* labels, double resolution) {
-  detail::LabelledCells cells;
-  return detail::numberCells(points, indices, labels, resolution, cells);
 }
 
 }  // namespace planar_mapping

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "../marked_indices.h"
+#include "planar_mapping/core/base/detail/marked_indices.h"
 #include "builtin.h"
 #include "noise_keys.h"
 #include "planar_mapping/core/base/detail/gather_points.h"

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include <pcl/common/common.h>
 #include <pcl/filters/crop_box.h>
 #include <pcl/filters/passthrough.h>
 #include <pcl/filters/radius_outlier_removal.h>
@@ -7,7 +8,6 @@
 #include <pcl/filters/voxel_grid.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "builtin.h"
@@ -215,17 +215,14 @@ class VoxelGridStage : public Stage {
  private:
   /// PCL numbers voxels by 32-bit integers and returns its input where those run over.
   void checkSize(const Frame& frame) const {
-    Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity());
-    Vector3 high = -low;
-    for (const int i : frame.indices) {
-      const Vector3 p = (*frame.cloud)[static_cast<std::size_t>(i)].getVector3fMap().cast<double>();
-      low = low.cwiseMin(p);
-      high = high.cwiseMax(p);
-    }
-    const Vector3 cells = (high - low) / leaf_size_ + Vector3::Ones() * 2.0;
+    Eigen::Vector4f low;
+    Eigen::Vector4f high;
+    pcl::getMinMax3D(*frame.cloud, frame.indices, low, high);
+    const Vector3 size = high.head<3>().cast<double>() - low.head<3>().cast<double>();
+    const Vector3 cells = size / leaf_size_ + Vector3::Ones() * 2.0;
     if (cells.prod() >= static_cast<double>(std::numeric_limits<std::int32_t>::max())) {
       throw InputError(frame.source + ": voxel_grid: leaf_size_m = " + formatNumber(leaf_size_) +
-                       " m is too small for a cloud of " + formatNumber((high - low).maxCoeff()) +
+                       " m is too small for a cloud of " + formatNumber(size.maxCoeff()) +
                        " m; use a larger one or crop the cloud before");
     }
   }

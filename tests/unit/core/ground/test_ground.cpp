@@ -18,11 +18,19 @@ namespace {
 
 using test::GroundScene;
 
+/// The camera of the scenes, as the paper has it.
+GroundParams paperParams() {
+  GroundParams params;
+  params.camera_height = GroundParams::kPaperCameraHeight;
+  params.up = -Vector3::UnitY();
+  return params;
+}
+
 TEST(Ground, FlatGroundIsFoundAndRemoved) {
   GroundScene scene;
   scene.wall_distance = 3.0;
   scene.render();
-  const Ground ground = findGround(scene.view(), nullptr, GroundParams());
+  const Ground ground = findGround(scene.view(), nullptr, paperParams());
   ASSERT_TRUE(ground.found) << toString(ground.diagnostics.status);
   EXPECT_NEAR(ground.height, 0.37, 1e-3);
   EXPECT_NEAR((ground.plane.normal - Vector3(0, -1, 0)).norm(), 0.0, 1e-3);
@@ -35,7 +43,7 @@ TEST(Ground, FootOfAWallStays) {
   GroundScene scene;
   scene.wall_distance = 1.5;
   scene.render();
-  GroundParams params;
+  GroundParams params = paperParams();
   params.distance_threshold = 0.05;
   const Ground ground = findGround(scene.view(), nullptr, params);
   ASSERT_TRUE(ground.found);
@@ -64,7 +72,7 @@ TEST(Ground, PitchAndRollWithinToleranceAreFollowed) {
       scene.disparity_noise = 0.2;
       scene.wall_distance = 4.0;
       scene.render();
-      const Ground ground = findGround(scene.view(), nullptr, GroundParams());
+      const Ground ground = findGround(scene.view(), nullptr, paperParams());
       ASSERT_TRUE(ground.found) << pitch << " " << roll;
       const Vector3 up = scene.levelFromCamera().transpose() * Vector3::UnitZ();
       EXPECT_LT(std::acos(std::min(1.0, ground.plane.normal.dot(up))), 0.01)
@@ -78,7 +86,7 @@ TEST(Ground, TiltBeyondToleranceIsNoGround) {
   GroundScene scene;
   scene.pitch = 0.6;
   scene.render();
-  const Ground ground = findGround(scene.view(), nullptr, GroundParams());
+  const Ground ground = findGround(scene.view(), nullptr, paperParams());
   EXPECT_FALSE(ground.found);
   EXPECT_EQ(std::count(ground.is_ground.begin(), ground.is_ground.end(), 1), 0);
 }
@@ -88,7 +96,7 @@ TEST(Ground, NoiseOfTheStereoCameraIsFollowed) {
   scene.disparity_noise = 0.5;
   scene.pitch = 0.05;
   scene.render();
-  GroundParams params;
+  GroundParams params = paperParams();
   params.distance_threshold = 0.01;
   const double fixed = scene.share(findGround(scene.view(), nullptr, params).is_ground, 1);
   params.noise = StereoNoise{GroundScene::kBaseline, scene.focal, 0.5};
@@ -102,7 +110,7 @@ TEST(Ground, RampAheadIsFollowed) {
   scene.ground = [](double x, double) { return 0.15 * std::max(0.0, x - 2.0); };  // 8.5 degrees
   scene.wall_distance = 6.0;
   scene.render();
-  GroundParams params;
+  GroundParams params = paperParams();
   const Ground followed = findGround(scene.view(), nullptr, params);
   ASSERT_TRUE(followed.found);
   EXPECT_GT(scene.share(followed.is_ground, 1), 0.97);
@@ -117,7 +125,7 @@ TEST(Ground, RampDownIsFollowed) {
   scene.ground = [](double x, double) { return -0.1 * std::max(0.0, x - 1.5); };
   scene.pitch = 0.15;
   scene.render();
-  const Ground ground = findGround(scene.view(), nullptr, GroundParams());
+  const Ground ground = findGround(scene.view(), nullptr, paperParams());
   ASSERT_TRUE(ground.found);
   EXPECT_GT(scene.share(ground.is_ground, 1), 0.95);
 }
@@ -128,7 +136,7 @@ TEST(Ground, KerbStays) {
   scene.ground = [](double, double y) { return y > 0.5 ? 0.12 : 0.0; };
   scene.pitch = 0.1;
   scene.render();
-  const Ground ground = findGround(scene.view(), nullptr, GroundParams());
+  const Ground ground = findGround(scene.view(), nullptr, paperParams());
   ASSERT_TRUE(ground.found);
   EXPECT_NEAR(ground.height, 0.37, 0.01);
   std::size_t road = 0, road_removed = 0, kerb = 0, kerb_removed = 0;
@@ -151,7 +159,7 @@ TEST(Ground, StairsUpStay) {
   };
   scene.pitch = 0.1;
   scene.render();
-  const Ground ground = findGround(scene.view(), nullptr, GroundParams());
+  const Ground ground = findGround(scene.view(), nullptr, paperParams());
   ASSERT_TRUE(ground.found);
   const auto level = scene.robotFrame();
   for (std::size_t i = 0; i < scene.truth.size(); ++i) {
@@ -170,7 +178,7 @@ TEST(Ground, WallWithoutFloorIsNoGround) {
   scene.render();
   ASSERT_EQ(std::count(scene.truth.begin(), scene.truth.end(), 1), 0);
   for (const double height : {0.37, 0.0}) {
-    GroundParams params;
+    GroundParams params = paperParams();
     params.camera_height = height;
     params.up = scene.levelFromCamera().transpose() * Vector3::UnitZ();
     const Ground ground = findGround(scene.view(), nullptr, params);
@@ -189,7 +197,7 @@ TEST(Ground, TableTopAtAnotherHeightIsNotTheGround) {
   };
   scene.pitch = 0.4;
   scene.render();
-  GroundParams params;
+  GroundParams params = paperParams();
   params.up = scene.levelFromCamera().transpose() * Vector3::UnitZ();
   for (const double height : {1.2, 0.0}) {
     params.camera_height = height;
@@ -205,7 +213,7 @@ TEST(Ground, WorksInAFrameWithZUp) {
   scene.pitch = 0.1;
   scene.render();
   const std::vector<float> xyz = scene.robotFrame();
-  GroundParams params;
+  GroundParams params = paperParams();
   params.up = Vector3::UnitZ();
   const Ground ground = findGround({xyz.data(), xyz.size() / 3}, nullptr, params);
   ASSERT_TRUE(ground.found);
@@ -219,7 +227,7 @@ TEST(Ground, CountsHeightFromTheSensor) {
   std::vector<float> xyz = scene.robotFrame();
   const Vector3 sensor(100.0, -50.0, 7.0);
   for (std::size_t i = 0; i < xyz.size(); ++i) xyz[i] += static_cast<float>(sensor[i % 3]);
-  GroundParams params;
+  GroundParams params = paperParams();
   params.up = Vector3::UnitZ();
   const PointsView view(xyz.data(), xyz.size() / 3);
   const Ground ground = findGround(view, nullptr, params, sensor);
@@ -240,8 +248,8 @@ TEST(Ground, SubsetByIndexEqualsSubsetByCopy) {
     indices.push_back(i);
     copy.insert(copy.end(), &scene.xyz[3 * i], &scene.xyz[3 * i] + 3);
   }
-  const Ground by_index = findGround(scene.view(), &indices, GroundParams());
-  const Ground by_copy = findGround({copy.data(), copy.size() / 3}, nullptr, GroundParams());
+  const Ground by_index = findGround(scene.view(), &indices, paperParams());
+  const Ground by_copy = findGround({copy.data(), copy.size() / 3}, nullptr, paperParams());
   ASSERT_TRUE(by_index.found);
   EXPECT_EQ(by_index.is_ground, by_copy.is_ground);
   EXPECT_EQ(by_index.plane.coefficients(), by_copy.plane.coefficients());
@@ -253,7 +261,7 @@ TEST(Ground, IsRepeatableAndTheSeedMattersLittle) {
   scene.wall_distance = 3.0;
   scene.disparity_noise = 0.3;
   scene.render();
-  GroundParams params;
+  GroundParams params = paperParams();
   const Ground a = findGround(scene.view(), nullptr, params);
   const Ground b = findGround(scene.view(), nullptr, params);
   EXPECT_EQ(a.is_ground, b.is_ground);
@@ -276,7 +284,7 @@ TEST(Ground, IsTheSameWithAnyNumberOfThreads) {
   std::vector<float> xyz;
   while (xyz.size() < 3 * 300000) xyz.insert(xyz.end(), scene.xyz.begin(), scene.xyz.end());
   const PointsView points(xyz.data(), xyz.size() / 3);
-  GroundParams params;
+  GroundParams params = paperParams();
   const Ground one = findGround(points, nullptr, params);
   ASSERT_TRUE(one.found);
   ASSERT_GT(one.diagnostics.wall_foot_points, 0u);
@@ -301,7 +309,7 @@ TEST(Ground, CovarianceCoversTheErrorOfThePlane) {
     scene.pitch = 0.2;
     scene.seed = seed;
     scene.render();
-    GroundParams params;
+    GroundParams params = paperParams();
     params.slope_cell = 0.0;
     const Ground ground = findGround(scene.view(), nullptr, params);
     ASSERT_TRUE(ground.found);
@@ -312,10 +320,10 @@ TEST(Ground, CovarianceCoversTheErrorOfThePlane) {
 }
 
 TEST(Ground, EmptyAndTinyCloudsHaveNone) {
-  EXPECT_EQ(findGround(PointsView(), nullptr, GroundParams()).diagnostics.status,
+  EXPECT_EQ(findGround(PointsView(), nullptr, paperParams()).diagnostics.status,
             GroundStatus::TooFewPoints);
   const std::vector<float> one{0, 0.37f, 1};
-  const Ground ground = findGround({one.data(), 1}, nullptr, GroundParams());
+  const Ground ground = findGround({one.data(), 1}, nullptr, paperParams());
   EXPECT_FALSE(ground.found);
   EXPECT_EQ(ground.is_ground, (std::vector<std::uint8_t>{0}));
 }
@@ -334,7 +342,7 @@ TEST(Ground, DegenerateCloudsHaveNone) {
       if (kind == 4) xyz.insert(xyz.end(), {inf, -inf, i % 2 ? 3e38f : inf});
     }
     for (const double height : {0.37, 0.0}) {
-      GroundParams params;
+      GroundParams params = paperParams();
       params.camera_height = height;
       const Ground ground = findGround({xyz.data(), xyz.size() / 3}, nullptr, params);
       EXPECT_FALSE(ground.found) << "kind " << kind << " height " << height;
@@ -357,7 +365,7 @@ TEST(Ground, HostilePointsAmongGoodOnesAreNotRemoved) {
     }
     not_finite += scene.view().isFinite(i) ? 0 : 1;
   }
-  const Ground ground = findGround(scene.view(), nullptr, GroundParams());
+  const Ground ground = findGround(scene.view(), nullptr, paperParams());
   ASSERT_TRUE(ground.found);
   EXPECT_EQ(scene.share(ground.is_ground, 3), 0.0);
   EXPECT_GT(scene.share(ground.is_ground, 1), 0.99);
@@ -367,7 +375,7 @@ TEST(Ground, HostilePointsAmongGoodOnesAreNotRemoved) {
 TEST(Ground, RejectsBadArguments) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto rejects = [](auto change) {
-    GroundParams params;
+    GroundParams params = paperParams();
     change(params);
     EXPECT_THROW(params.validate(), ParameterError);
     EXPECT_THROW(findGround(PointsView(), nullptr, params), ParameterError);
@@ -375,8 +383,8 @@ TEST(Ground, RejectsBadArguments) {
   rejects([&](GroundParams& p) { p.camera_height = nan; });
   rejects([&](GroundParams& p) { p.camera_height = -0.1; });
   rejects([&](GroundParams& p) { p.height_tolerance = 0.0; });
-  rejects([&](GroundParams& p) { p.up.setZero(); });
-  rejects([&](GroundParams& p) { p.up.x() = nan; });
+  rejects([&](GroundParams& p) { p.up->setZero(); });
+  rejects([&](GroundParams& p) { p.up->x() = nan; });
   rejects([&](GroundParams& p) { p.optical_axis.setZero(); });
   rejects([&](GroundParams& p) { p.pitch_tolerance = 1.6; });
   rejects([&](GroundParams& p) { p.roll_tolerance = 0.0; });
@@ -388,7 +396,7 @@ TEST(Ground, RejectsBadArguments) {
   rejects([&](GroundParams& p) { p.wall_cell = 0.0; });
   const std::vector<float> one{0, 0, 1};
   const Indices outside{1};
-  EXPECT_THROW(findGround({one.data(), 1}, &outside, GroundParams()), InputError);
+  EXPECT_THROW(findGround({one.data(), 1}, &outside, paperParams()), InputError);
   EXPECT_THROW(findGround({one.data(), 1}, nullptr, GroundParams(), Vector3(nan, 0, 0)),
                InputError);
 }

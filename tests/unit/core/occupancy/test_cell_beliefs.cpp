@@ -1,48 +1,52 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/core/occupancy/cell_beliefs.h"
-
+// Beliefs of KlOccupancy whose features are sampled from the cloud.
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 #include <numeric>
 
+#include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/occupancy/kl_occupancy.h"
-#include "planar_mapping/core/base/detail/random.h"
 
 namespace planar_mapping {
 namespace {
 
 /// Depth is the range and dr is 0.1 m at any: values by hand from Eq. 4.
-CellBeliefParams params() {
-  CellBeliefParams params;
+KlOccupancyParams params() {
+  KlOccupancyParams params;
+  params.source = FeatureSource::Cells;
   params.resolution = 1.0;
-  params.occupancy.optical_axis = Vector3::Zero();
-  params.occupancy.noise.disparity_error = 0.0;
-  params.occupancy.min_range_error = 0.1;
+  params.range_floor_cells = 0.1;
+  params.beliefs.occupancy.optical_axis = Vector3::Zero();
+  params.beliefs.occupancy.noise.disparity_error = 0.0;
   return params;
 }
 
 class Frames {
  public:
-  explicit Frames(const CellBeliefParams& of) { beliefs_.setParams(of); }
+  explicit Frames(const KlOccupancyParams& of) : occupancy_(of) {}
   std::vector<float> see(const std::vector<float>& xyz, std::vector<std::int32_t> labels = {},
-                         const Pose& pose = Pose::Identity()) {
+                         const Pose& pose = Pose::Identity(), const Indices* indices = nullptr) {
     labels.resize(xyz.size() / 3, -1);
-    Indices indices(labels.size());
-    std::iota(indices.begin(), indices.end(), 0);
-    std::vector<float> probability(labels.size(), -1.0f);
-    const PointsView points(xyz.data(), labels.size(), 3);
-    summary_ = beliefs_.update(points, indices, labels, pose, probability);
+    OccupancyFrame frame;
+    frame.points = PointsView(xyz.data(), labels.size());
+    frame.indices = indices;
+    frame.plane_labels = &labels;
+    frame.T_world_sensor = pose;
+    std::vector<float> probability;
+    report_ = occupancy_.update(frame, probability);
     return probability;
   }
-  const CellBeliefs::Summary& summary() const { return summary_; }
+  const FeatureBeliefs::Summary& summary() const { return report_.beliefs; }
+  const KlOccupancyDiagnostics& report() const { return report_; }
+  KlOccupancy& occupancy() { return occupancy_; }
 
  private:
-  CellBeliefs beliefs_;
-  CellBeliefs::Summary summary_;
+  KlOccupancy occupancy_;
+  KlOccupancyDiagnostics report_;
 };
 
 TEST(CellBeliefs, AloneInItsCellAFeatureGetsTheSingleProbability) {
@@ -89,8 +93,8 @@ TEST(CellBeliefs, TheCellIsOfTheWorldAlsoFarFromTheOrigin) {
 }
 
 TEST(CellBeliefs, UnseenCellsAreForgottenAfterSoManyFrames) {
-  CellBeliefParams forgetful = params();
-  forgetful.max_unseen_frames = 1;
+  KlOccupancyParams forgetful = params();
+  forgetful.beliefs.max_unseen_frames = 1;
   Frames frames(forgetful);
   const std::vector<float> here{1.5f, 0.5f, 0.5f};
   const std::vector<float> there{5.5f, 0.5f, 0.5f};
@@ -105,7 +109,7 @@ TEST(CellBeliefs, UnseenCellsAreForgottenAfterSoManyFrames) {
 }
 
 TEST(CellBeliefs, FeaturesBeyondTheSampleDoNotCountButGetTheBelief) {
-  CellBeliefParams sparse = params();
+  KlOccupancyParams sparse = params();
   sparse.features_per_cell = 2;
   Frames frames(sparse);
   const std::vector<float> seen =
@@ -113,13 +117,13 @@ TEST(CellBeliefs, FeaturesBeyondTheSampleDoNotCountButGetTheBelief) {
   EXPECT_NEAR(1.0f, seen[2], 1e-5);
 }
 
-TEST(CellBeliefs, WhatNoGridHoldsIsALonelyFeature) {
+TEST(CellBeliefs, WhatNoGridHoldsIsALonelyFeatureAndWhatIsNotFiniteNone) {
   Frames frames(params());
   const float infinite = std::numeric_limits<float>::infinity();
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  for (const float p : frames.see({1e9f, 0, 0, 0, -1e12f, 0, infinite, 0, 0, 0, nan, 0})) {
-    EXPECT_EQ(0.5f, p);
-  }
+  EXPECT_EQ(frames.see({1e9f, 0, 0, 0, -1e12f, 0, infinite, 0, 0, 0, nan, 0}),
+            (std::vector<float>{0.5f, 0.5f, 0.0f, 0.0f}));
+  EXPECT_EQ(frames.report().points_not_finite, 2u);
   EXPECT_EQ(0u, frames.summary().created);
   EXPECT_TRUE(frames.see({}).empty());
 }
@@ -146,8 +150,7 @@ std::int64_t trackOf(const Vector3& world, double resolution) {
   return track;
 }
 
-// Two implementations of one method: a cell of the world is the track of all points in it.
-/// Points of a scan line lie in long runs of one cell; shuffled, hardly two neighbours do.
+// Points of a scan line lie in long runs of one cell; shuffled, hardly two neighbours do.
 TEST(CellBeliefs, RunsOfPointsInACellGetWhatTheyGetOneByOne) {
   constexpr std::size_t kPoints = 3000;  // several blocks of the loop, the last one not full
   std::vector<float> xyz;
@@ -160,24 +163,20 @@ TEST(CellBeliefs, RunsOfPointsInACellGetWhatTheyGetOneByOne) {
                            0.2f * std::sin(x), 2.0f + 0.1f * static_cast<float>(random.normal())});
     labels.push_back(static_cast<std::int32_t>(i / 450) - 1);
   }
-  CellBeliefParams of = params();
+  KlOccupancyParams of = params();
   of.features_per_cell = 100000;  // the sample is then the same in any order
-  Indices in_order(kPoints);
-  std::iota(in_order.begin(), in_order.end(), 0);
-  Indices shuffled = in_order;
+  Indices shuffled(kPoints);
+  std::iota(shuffled.begin(), shuffled.end(), 0);
   for (std::size_t i = kPoints - 1; i > 0; --i) {
     std::swap(shuffled[i], shuffled[random.below(static_cast<std::uint32_t>(i + 1))]);
   }
-  CellBeliefs first(of);
-  CellBeliefs second(of);
-  const PointsView points(xyz.data(), kPoints, 3);
+  Frames first(of);
+  Frames second(of);
   for (int frame = 0; frame < 2; ++frame) {
-    std::vector<float> expected(kPoints, -1.0f);
-    std::vector<float> found(kPoints, -2.0f);
-    first.update(points, in_order, labels, Pose::Identity(), expected);
-    second.update(points, shuffled, labels, Pose::Identity(), found);
+    const std::vector<float> expected = first.see(xyz, labels);
+    const std::vector<float> found = second.see(xyz, labels, Pose::Identity(), &shuffled);
     for (std::size_t i = 0; i < kPoints; ++i) EXPECT_NEAR(found[i], expected[i], 1e-5) << i;
-    EXPECT_EQ(expected[700], 0.5f);
+    EXPECT_EQ(expected[700], 0.0f);
   }
 }
 
@@ -192,8 +191,9 @@ TEST(CellBeliefs, AreTheSameWithAnyNumberOfThreads) {
                            static_cast<float>(4.0 + 0.02 * random.normal())});
     labels.push_back(i % 1000 < 300 ? -1 : 2);
   }
-  CellBeliefParams of = params();
+  KlOccupancyParams of = params();
   of.resolution = 0.1;
+  of.range_floor_cells = 1.0;
   Frames one(of);
   const std::vector<float> first = one.see(xyz, labels);
   const std::vector<float> again = one.see(xyz, labels);
@@ -205,22 +205,20 @@ TEST(CellBeliefs, AreTheSameWithAnyNumberOfThreads) {
   }
 }
 
+// Two ways to one result: a cell of the world is the track of all points in it.
 TEST(CellBeliefs, AgreesWithTracksUnderKnownPoses) {
   for (const UpdateRule rule :
        {UpdateRule::KullbackLeibler, UpdateRule::LogOdds, UpdateRule::None}) {
-    CellBeliefParams params;
+    KlOccupancyParams params;
+    params.source = FeatureSource::Cells;
     params.resolution = 0.25;  // exact in binary, so that both lay the same grid
     params.features_per_cell = 1000000;
-    params.occupancy.min_range_error = 0.05;
-    params.update.rule = rule;
+    params.range_floor_cells = 0.2;
+    params.beliefs.update.rule = rule;
     Frames cells(params);
-    KlOccupancyParams tracked;
-    tracked.resolution = params.resolution;
-    tracked.range_floor_cells = 0.0;
-    tracked.beliefs.occupancy = params.occupancy;
-    tracked.beliefs.update = params.update;
-    tracked.beliefs.motion_reading = MotionReading::RobotPose;
-    KlOccupancy tracks(tracked);
+    params.source = FeatureSource::Tracks;
+    params.beliefs.motion_reading = MotionReading::RobotPose;
+    KlOccupancy tracks(params);
     Random random(5);
     Pose pose = Pose::Identity();
     std::size_t low = 0;
@@ -243,8 +241,9 @@ TEST(CellBeliefs, AgreesWithTracksUnderKnownPoses) {
       of.points = PointsView(xyz.data(), xyz.size() / 3);
       of.tracks = &track_of;
       of.plane_labels = &labels;
-      of.motion = FrameMotion();
-      const std::vector<float> by_track = tracks.process(of);
+      of.T_world_sensor = pose;
+      std::vector<float> by_track;
+      tracks.update(of, by_track);
       for (std::size_t i = 0; i < by_cell.size(); ++i) {
         ASSERT_NEAR(by_track[i], by_cell[i], 1e-6) << "frame " << frame << " point " << i;
         low += by_cell[i] < 0.5f ? 1 : 0;
@@ -254,42 +253,18 @@ TEST(CellBeliefs, AgreesWithTracksUnderKnownPoses) {
   }
 }
 
-TEST(CellBeliefs, RejectsWhatDoesNotFitTogether) {
-  CellBeliefs beliefs(params());
+TEST(CellBeliefs, CopiesAreIndependentAndResetForgets) {
   const std::vector<float> xyz{1.5f, 0.5f, 0.5f};
-  const PointsView points(xyz.data(), 1);
-  std::vector<float> probability(1, 0.0f);
-  std::vector<float> too_many(2, 0.0f);
-  const std::vector<std::int32_t> labels{-1};
-  const Pose pose = Pose::Identity();
-  EXPECT_THROW(beliefs.update(points, {1}, labels, pose, probability), InputError);
-  EXPECT_THROW(beliefs.update(points, {-1}, labels, pose, probability), InputError);
-  EXPECT_THROW(beliefs.update(points, {0}, {}, pose, probability), InputError);
-  EXPECT_THROW(beliefs.update(points, {0}, labels, pose, too_many), InputError);
-  EXPECT_EQ(beliefs.size(), 0u);
-  CellBeliefParams bad = params();
-  bad.resolution = std::nan("");
-  EXPECT_THROW(beliefs.setParams(bad), ParameterError);
-  bad = params();
-  bad.features_per_cell = 0;
-  EXPECT_THROW(beliefs.setParams(bad), ParameterError);
-  bad = params();
-  bad.update.log_odds.hit = 0.5;
-  EXPECT_THROW(beliefs.setParams(bad), ParameterError);
-}
-
-TEST(CellBeliefs, CopiesAreIndependentAndClearForgets) {
-  CellBeliefs beliefs(params());
-  const std::vector<float> xyz{1.5f, 0.5f, 0.5f};
-  const PointsView points(xyz.data(), 1);
-  std::vector<float> probability(1, 0.0f);
-  beliefs.update(points, {0}, {-1}, Pose::Identity(), probability);
-  CellBeliefs copy(beliefs);
-  copy.clear();
-  EXPECT_EQ(copy.update(points, {0}, {-1}, Pose::Identity(), probability).created, 1u);
-  EXPECT_EQ(beliefs.update(points, {0}, {-1}, Pose::Identity(), probability).updated, 1u);
-  CellBeliefs moved(std::move(beliefs));
-  EXPECT_EQ(moved.size(), 1u);
+  Frames frames(params());
+  frames.see(xyz);
+  Frames copy = frames;
+  copy.occupancy().reset();
+  copy.see(xyz);
+  EXPECT_EQ(copy.summary().created, 1u);
+  frames.see(xyz);
+  EXPECT_EQ(frames.summary().updated, 1u);
+  const KlOccupancy moved(std::move(frames.occupancy()));
+  EXPECT_EQ(moved.cells(), 1u);
 }
 
 }  // namespace

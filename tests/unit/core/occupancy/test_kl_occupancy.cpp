@@ -7,111 +7,150 @@
 #include <cmath>
 #include <limits>
 
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace {
 
-PointsView viewOf(const std::vector<float>& xyz) {
-  return {xyz.data(), xyz.size() / 3};
+/// A frame of points, some of them with a track.
+struct Tracked {
+  std::vector<float> xyz;
+  std::vector<std::int64_t> tracks;
+  OccupancyFrame frame() const {
+    OccupancyFrame frame;
+    frame.points = PointsView(xyz.data(), xyz.size() / 3);
+    if (!tracks.empty()) frame.tracks = &tracks;
+    return frame;
+  }
+};
+
+std::vector<float> probabilities(KlOccupancy& occupancy, const OccupancyFrame& frame) {
+  std::vector<float> probability;
+  occupancy.update(frame, probability);
+  return probability;
 }
 
-TEST(KlOccupancy, TrackedFeaturesFollowTheirHistory) {
+TEST(KlOccupancy, TrackedPointsFollowTheirHistory) {
   // Two features in one cell at the same range: Eq. 4 gives 1 to both.
-  const std::vector<float> xyz{0.01f, 0, 2, -0.01f, 0, 2};
-  const std::vector<std::int64_t> tracks{3, 4};
-  const std::vector<std::int32_t> groups{0, 0};
+  const Tracked points{{0.01f, 0.01f, 2.01f, 0.01f, 0.01f, 2.01f}, {3, 4}};
   KlOccupancy occupancy;
-  OccupancyFrame frame;
-  frame.points = viewOf(xyz);
-  frame.tracks = &tracks;
-  frame.groups = &groups;
-  EXPECT_EQ(occupancy.process(frame), (std::vector<float>{1.0f, 1.0f}));
+  OccupancyFrame frame = points.frame();
+  EXPECT_EQ(probabilities(occupancy, frame), (std::vector<float>{1.0f, 1.0f}));
   frame.motion = FrameMotion();
-  const auto again = occupancy.process(frame);
-  EXPECT_NEAR(again[0], 1.0f, 1e-5f);
-  EXPECT_EQ(occupancy.beliefs().size(), 2u);
+  EXPECT_NEAR(probabilities(occupancy, frame)[0], 1.0f, 1e-5f);
+  EXPECT_EQ(occupancy.tracks().size(), 2u);
 }
 
 TEST(KlOccupancy, LonelyTrackLosesBeliefAsEquation10Says) {
-  const std::vector<float> xyz{0, 0, 2};
-  const std::vector<std::int64_t> tracks{1};
+  const Tracked points{{0, 0, 2}, {1}};
   KlOccupancy occupancy;
-  OccupancyFrame frame;
-  frame.points = viewOf(xyz);
-  frame.tracks = &tracks;
+  OccupancyFrame frame = points.frame();
   frame.motion = FrameMotion();
-  EXPECT_FLOAT_EQ(occupancy.process(frame)[0], 0.5f);
-  EXPECT_NEAR(occupancy.process(frame)[0], std::exp(-1.07), 1e-5);
+  EXPECT_FLOAT_EQ(probabilities(occupancy, frame)[0], 0.5f);
+  EXPECT_NEAR(probabilities(occupancy, frame)[0], std::exp(-1.07), 1e-5);
 }
 
-TEST(KlOccupancy, UntrackedPointsTakeTheFeaturesOfTheirCell) {
-  const std::vector<float> xyz{0.05f, 0.05f, 2.05f, 0.06f, 0.06f, 2.05f,
-                               0.15f, 0.05f, 2.05f, 5.0f,  0.0f,  2.0f};
-  const std::vector<std::int64_t> tracks{1, -1, -1, -1};
+TEST(KlOccupancy, UntrackedPointsTakeTheFeaturesAroundThem) {
+  const Tracked points{{0.05f, 0.05f, 2.05f, 0.06f, 0.06f, 2.05f,  // in the cell of the feature
+                        0.15f, 0.05f, 2.05f,                       // in the next one
+                        5.0f, 0.0f, 2.0f},                         // out of reach
+                       {1, -1, -1, -1}};
   KlOccupancyParams params;
+  params.dense_groups = false;
   params.beliefs.occupancy.single_feature_probability = 0.7;
   KlOccupancy occupancy(params);
-  OccupancyFrame frame;
-  frame.points = viewOf(xyz);
-  frame.tracks = &tracks;
-  KlOccupancyDiagnostics diagnostics;
-  const auto p = occupancy.process(frame, &diagnostics);
+  std::vector<float> p;
+  const KlOccupancyDiagnostics diagnostics = occupancy.update(points.frame(), p);
   for (const float value : p) EXPECT_FLOAT_EQ(value, 0.7f);
-  EXPECT_EQ(diagnostics.tracked, 1u);
-  EXPECT_EQ(diagnostics.from_features, 2u);
-  EXPECT_EQ(diagnostics.from_dense_support, 1u);
+  EXPECT_EQ(diagnostics.source, FeatureSource::Tracks);
+  EXPECT_EQ(diagnostics.cells_of_features, 1u);
+  EXPECT_EQ(diagnostics.cells_of_neighbours, 1u);
+  EXPECT_EQ(diagnostics.cells_of_points, 1u);
 }
 
-TEST(KlOccupancy, GroupsReplaceTheGrid) {
-  const std::vector<float> xyz{0, 0, 2, 9, 9, 9, 1, 1, 1};
-  const std::vector<std::int64_t> tracks{1, -1, -1};
-  const std::vector<std::int32_t> groups{4, 4, 5};
+TEST(KlOccupancy, ATrackedPointKeepsItsOwnBeliefInASharedCell) {
+  KlOccupancy occupancy;
+  Tracked points{{0.01f, 0.05f, 2.05f, 0.02f, 0.05f, 2.05f, 0.33f, 0.05f, 2.05f}, {1, 2, 3}};
+  OccupancyFrame frame = points.frame();
+  frame.motion = FrameMotion();
+  frame.motion->covariance = 1e-6 * Matrix6::Identity();
+  probabilities(occupancy, frame);
+  points.xyz[6] = 0.03f;  // 0.3 m from where it was expected
+  const std::vector<float> p = probabilities(occupancy, frame);
+  EXPECT_GT(p[0], 0.9f);
+  EXPECT_GT(p[1], 0.9f);
+  EXPECT_LT(p[2], 0.1f);
+}
+
+TEST(KlOccupancy, AutoTakesTracksWhereAFrameHasThem) {
+  const Tracked tracked{{0, 0, 2}, {1}};
+  const Tracked plain{{0, 0, 2}, {}};
+  KlOccupancy occupancy;
+  std::vector<float> p;
+  EXPECT_EQ(occupancy.update(tracked.frame(), p).source, FeatureSource::Tracks);
+  EXPECT_EQ(occupancy.update(plain.frame(), p).source, FeatureSource::Cells);
+  EXPECT_EQ(occupancy.cells(), 1u);
   KlOccupancyParams params;
-  params.beliefs.occupancy.single_feature_probability = 0.8;
-  KlOccupancy occupancy(params);
-  OccupancyFrame frame;
-  frame.points = viewOf(xyz);
-  frame.tracks = &tracks;
-  frame.groups = &groups;
-  KlOccupancyDiagnostics diagnostics;
-  occupancy.process(frame, &diagnostics);
-  EXPECT_EQ(diagnostics.from_features, 1u);
-  EXPECT_EQ(diagnostics.from_dense_support, 1u);
+  params.source = FeatureSource::Cells;
+  occupancy.setParams(params);
+  EXPECT_EQ(occupancy.update(tracked.frame(), p).beliefs.updated, 1u);
+}
+
+TEST(KlOccupancy, WithoutAMotionThePosesOfTwoFramesTell) {
+  // The feature is where the poses say it should be, or half a metre from there.
+  for (const double ahead : {0.5, 0.0}) {
+    Tracked points{{0.01f, 0.01f, 2.01f, 0.012f, 0.01f, 2.01f}, {1, 2}};
+    KlOccupancy occupancy;
+    OccupancyFrame frame = points.frame();
+    frame.T_world_sensor = Pose::Identity();
+    probabilities(occupancy, frame);
+    points.xyz[2] = points.xyz[5] = 1.51f;
+    frame.T_world_sensor->translation().z() = ahead;
+    const float p = probabilities(occupancy, frame)[0];
+    if (ahead > 0.0) {
+      EXPECT_GT(p, 0.9f);
+    } else {
+      EXPECT_LT(p, 0.1f);
+    }
+  }
+}
+
+TEST(KlOccupancy, WithUnknownPosesTheMotionIsUnknown) {
+  Tracked points{{0.01f, 0.01f, 2.01f, 0.012f, 0.01f, 2.01f}, {1, 2}};
+  KlOccupancy occupancy;
+  probabilities(occupancy, points.frame());
+  points.xyz[2] = points.xyz[5] = 1.51f;
+  EXPECT_GT(probabilities(occupancy, points.frame())[0], 0.9f);
 }
 
 TEST(KlOccupancy, PaperProfileHasNoRangeFloor) {
-  const std::vector<float> xyz{0.001f, 0, 0.51f, 0.001f, 0, 0.57f};
+  const Tracked points{{0.001f, 0, 0.51f, 0.001f, 0, 0.57f}, {}};
   KlOccupancyParams params;
   params.range_floor_cells = 0.0;
-  OccupancyFrame frame;
-  frame.points = viewOf(xyz);
-  EXPECT_LT(KlOccupancy(params).process(frame)[0], 0.01f);
-  EXPECT_GT(KlOccupancy().process(frame)[0], 0.5f);
+  KlOccupancy paper(params);
+  KlOccupancy ours;
+  EXPECT_LT(probabilities(paper, points.frame())[0], 0.01f);
+  EXPECT_GT(probabilities(ours, points.frame())[0], 0.5f);
 }
 
 TEST(KlOccupancy, PointOrderDoesNotMatter) {
   Random random(4);
-  std::vector<float> xyz;
-  std::vector<std::int64_t> tracks;
+  Tracked points;
   for (int i = 0; i < 500; ++i) {
-    for (int k = 0; k < 2; ++k) xyz.push_back(static_cast<float>(random.uniform(-1, 1)));
-    xyz.push_back(static_cast<float>(random.uniform(1, 3)));
-    tracks.push_back(i % 5 == 0 ? i : -1);
+    for (int k = 0; k < 2; ++k) points.xyz.push_back(static_cast<float>(random.uniform(-1, 1)));
+    points.xyz.push_back(static_cast<float>(random.uniform(1, 3)));
+    points.tracks.push_back(i % 5 == 0 ? i : -1);
   }
-  std::vector<float> reversed_xyz;
-  std::vector<std::int64_t> reversed_tracks(tracks.rbegin(), tracks.rend());
+  Tracked reversed;
+  reversed.tracks.assign(points.tracks.rbegin(), points.tracks.rend());
   for (int i = 499; i >= 0; --i) {
-    reversed_xyz.insert(reversed_xyz.end(), &xyz[3 * i], &xyz[3 * i] + 3);
+    reversed.xyz.insert(reversed.xyz.end(), &points.xyz[3 * i], &points.xyz[3 * i] + 3);
   }
-  OccupancyFrame frame;
-  frame.points = viewOf(xyz);
-  frame.tracks = &tracks;
-  const auto p = KlOccupancy().process(frame);
-  frame.points = viewOf(reversed_xyz);
-  frame.tracks = &reversed_tracks;
-  const auto q = KlOccupancy().process(frame);
+  KlOccupancy first;
+  KlOccupancy second;
+  const auto p = probabilities(first, points.frame());
+  const auto q = probabilities(second, reversed.frame());
   for (int i = 0; i < 500; ++i) EXPECT_NEAR(p[i], q[499 - i], 1e-6) << i;
 }
 
@@ -119,22 +158,19 @@ TEST(KlOccupancy, BeliefsStayInRangeOverFramesOfHostileInput) {
   Random random(5);
   KlOccupancy occupancy;
   for (int round = 0; round < 20; ++round) {
-    std::vector<float> xyz;
-    std::vector<std::int64_t> tracks;
+    Tracked points;
     for (int i = 0; i < 200; ++i) {
       for (int k = 0; k < 3; ++k) {
         const float scales[] = {1.0f, 1e9f, 3e38f, std::numeric_limits<float>::quiet_NaN(),
                                 std::numeric_limits<float>::infinity()};
-        xyz.push_back(scales[random.below(i % 4 == 0 ? 5 : 1)] *
-                      static_cast<float>(random.uniform(-1, 1)));
+        points.xyz.push_back(scales[random.below(i % 4 == 0 ? 5 : 1)] *
+                             static_cast<float>(random.uniform(-1, 1)));
       }
-      tracks.push_back(static_cast<std::int64_t>(random.below(150)) - 10);
+      points.tracks.push_back(static_cast<std::int64_t>(random.below(150)) - 10);
     }
-    OccupancyFrame frame;
-    frame.points = viewOf(xyz);
-    frame.tracks = &tracks;
+    OccupancyFrame frame = points.frame();
     if (round % 2) frame.motion = FrameMotion();
-    for (const float p : occupancy.process(frame)) {
+    for (const float p : probabilities(occupancy, frame)) {
       ASSERT_GE(p, 0.0f);
       ASSERT_LE(p, 1.0f);
     }
@@ -142,31 +178,47 @@ TEST(KlOccupancy, BeliefsStayInRangeOverFramesOfHostileInput) {
 }
 
 TEST(KlOccupancy, BadInputChangesNoBelief) {
-  const std::vector<float> xyz{0, 0, 2};
-  const std::vector<std::int64_t> tracks{1};
+  const Tracked points{{0, 0, 2}, {1}};
   KlOccupancy occupancy;
-  OccupancyFrame frame;
-  frame.points = viewOf(xyz);
-  frame.tracks = &tracks;
-  occupancy.process(frame);
+  const OccupancyFrame frame = points.frame();
+  probabilities(occupancy, frame);
   OccupancyFrame bad = frame;
   const std::vector<std::int64_t> two{1, 2};
   bad.tracks = &two;
-  EXPECT_THROW(occupancy.process(bad), InputError);
+  EXPECT_THROW(probabilities(occupancy, bad), InputError);
   bad = frame;
-  const Indices outside{1};
-  bad.indices = &outside;
-  EXPECT_THROW(occupancy.process(bad), InputError);
+  const std::vector<std::int32_t> none;
+  bad.plane_labels = &none;
+  EXPECT_THROW(probabilities(occupancy, bad), InputError);
   bad = frame;
-  bad.sensor.x() = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(occupancy.process(bad), InputError);
-  EXPECT_DOUBLE_EQ(*occupancy.beliefs().belief(1), 0.5);
-  EXPECT_EQ(occupancy.beliefs().frames(), 1u);
+  for (const int outside : {1, -1}) {
+    const Indices indices{outside};
+    bad.indices = &indices;
+    EXPECT_THROW(probabilities(occupancy, bad), InputError);
+  }
+  EXPECT_DOUBLE_EQ(*occupancy.tracks().belief(1), 0.5);
+  EXPECT_EQ(occupancy.tracks().frames(), 1u);
+}
+
+TEST(KlOccupancy, RejectsBadParameters) {
+  const auto rejects = [](auto change) {
+    KlOccupancyParams params;
+    change(params);
+    KlOccupancy occupancy;
+    EXPECT_THROW(occupancy.setParams(params), ParameterError);
+  };
+  rejects([](auto& p) { p.resolution = std::nan(""); });
+  rejects([](auto& p) { p.resolution = 0.0; });
+  rejects([](auto& p) { p.features_per_cell = 0; });
+  rejects([](auto& p) { p.range_floor_cells = -0.1; });
+  rejects([](auto& p) { p.min_probability = 1.1; });
+  rejects([](auto& p) { p.threads = -1; });
+  rejects([](auto& p) { p.beliefs.update.log_odds.hit = 0.5; });
 }
 
 TEST(KlOccupancy, AcceptsAnEmptyFrame) {
   KlOccupancy occupancy;
-  EXPECT_TRUE(occupancy.process(OccupancyFrame()).empty());
+  EXPECT_TRUE(probabilities(occupancy, OccupancyFrame()).empty());
 }
 
 }  // namespace

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <limits>
 
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace {
@@ -149,42 +149,6 @@ TEST(Occupancy, RejectsBadArguments) {
 
 TEST(Occupancy, AcceptsNoFeatures) {
   EXPECT_TRUE(featureProbabilities(PointsView(), nullptr, {}, OccupancyParams()).empty());
-}
-
-TEST(GridGroups, PointsShareAGroupWithinACellOfAPlane) {
-  const std::vector<float> xyz{0.01f, 0.01f, 1.01f, 0.09f, 0.02f, 1.09f, 0.11f,  0.01f, 1.01f,
-                               0.02f, 0.02f, 1.02f, kNan,  0,     0,     -0.01f, 0.01f, 1.01f};
-  const std::vector<std::int32_t> labels{0, 0, 0, 1, 0, 0};
-  const auto groups = gridGroups(viewOf(xyz), nullptr, &labels, 0.1);
-  EXPECT_EQ(groups, (std::vector<std::int32_t>{0, 0, 1, 2, -1, 3}));
-}
-
-TEST(GridGroups, AgreesWithBruteForce) {
-  Random random(9);
-  std::vector<float> xyz;
-  std::vector<std::int32_t> labels;
-  for (int i = 0; i < 600; ++i) {
-    for (int k = 0; k < 3; ++k) xyz.push_back(static_cast<float>(random.uniform(-0.5, 0.5)));
-    labels.push_back(static_cast<std::int32_t>(random.below(3)) - 1);
-  }
-  const auto groups = gridGroups(viewOf(xyz), nullptr, &labels, 0.1);
-  for (std::size_t i = 0; i < groups.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      bool same = labels[i] == labels[j];
-      for (int k = 0; k < 3; ++k) {
-        same = same && std::floor(xyz[3 * i + k] / 0.1) == std::floor(xyz[3 * j + k] / 0.1);
-      }
-      ASSERT_EQ(groups[i] == groups[j], same);
-    }
-  }
-}
-
-TEST(GridGroups, FarPointsHaveNoCell) {
-  const std::vector<float> xyz{1e9f, 0, 0, 1, 1, 1};
-  EXPECT_EQ(gridGroups(viewOf(xyz), nullptr, nullptr, 0.1), (std::vector<std::int32_t>{-1, 0}));
-  EXPECT_THROW(gridGroups(viewOf(xyz), nullptr, nullptr, 0.0), ParameterError);
-  const std::vector<std::int32_t> one_label{0};
-  EXPECT_THROW(gridGroups(viewOf(xyz), nullptr, &one_label, 0.1), InputError);
 }
 
 }  // namespace

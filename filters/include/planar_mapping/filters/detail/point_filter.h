@@ -13,14 +13,14 @@
 namespace planar_mapping::detail {
 
 /// What a filter says of a point.
-enum class Verdict : std::uint8_t {
-  Fails = 0,   ///< removed, or kept by setNegative(true)
-  Passes = 1,  ///< kept, or removed by setNegative(true)
-  Invalid = 2  ///< not finite: removed either way, as PCL's filters do
+enum Verdict : std::uint8_t {
+  kPasses = 0,   ///< kept, or removed by setNegative(true)
+  kFails = 1,    ///< removed, or kept by setNegative(true)
+  kInvalid = 2,  ///< not finite: removed either way, as PCL's filters do
 };
 
 /// What pcl::FilterIndices leaves to its derived classes, done once: indices, negative, removed
-/// indices, organized output, without a word on the console; and copies that share no state.
+/// indices, organized output, without output on the console; and copies that share no state.
 template <typename PointT>
 class PLANAR_MAPPING_EXPORT PointFilter : public pcl::FilterIndices<PointT> {
  public:
@@ -33,9 +33,9 @@ class PLANAR_MAPPING_EXPORT PointFilter : public pcl::FilterIndices<PointT> {
   PointFilter& operator=(const PointFilter& other);
   ~PointFilter() override = default;
 
-  /// One verdict per point that counts, in its order.
+  /// One Verdict per point that counts, in its order.
   /// \param indices the points that count, null for all
-  virtual std::vector<Verdict> judge(const PointCloud& cloud, const Indices* indices) = 0;
+  virtual std::vector<std::uint8_t> test(const PointCloud& cloud, const Indices* indices) = 0;
 
   void applyFilter(pcl::Indices& indices) override;
   void applyFilter(PointCloud& output) override;

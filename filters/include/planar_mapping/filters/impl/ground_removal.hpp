@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/filters/ground_removal.h"
 #include "planar_mapping/pcl/parameter_setter.h"
 #include "planar_mapping/pcl/points_view.h"
+#include "planar_mapping/pcl/sensor_pose.h"
 
 namespace planar_mapping {
 
@@ -16,19 +16,18 @@ GroundRemoval<PointT>::GroundRemoval(bool extract_removed_indices)
 }
 
 template <typename PointT>
-std::vector<detail::Verdict> GroundRemoval<PointT>::judge(const PointCloud& cloud,
-                                                          const Indices* indices) {
+std::vector<std::uint8_t> GroundRemoval<PointT>::test(const PointCloud& cloud,
+                                                      const Indices* indices) {
   ground_ = Ground();
   const CloudView view = viewOf(cloud);
   const PointsView& points = view;
-  const Vector3 sensor = cloud.sensor_origin_.template head<3>().template cast<double>();
-  ground_ = findGround(points, indices, params_, sensor);
-
-  std::vector<detail::Verdict> verdicts(ground_.is_ground.size(), detail::Verdict::Invalid);
+  ground_ = tracker_.update(points, indices, sensorPoseOf(cloud, sensor_pose_));
+  std::vector<std::uint8_t> verdicts = ground_.is_ground;
+  static_assert(detail::kPasses == 0 && detail::kFails == 1, "as Ground::is_ground");
+  if (ground_.diagnostics.points_not_finite == 0) return verdicts;
   for (std::size_t k = 0; k < verdicts.size(); ++k) {
     const std::size_t i = indices ? static_cast<std::size_t>((*indices)[k]) : k;
-    if (!points.isFinite(i)) continue;
-    verdicts[k] = ground_.is_ground[k] ? detail::Verdict::Fails : detail::Verdict::Passes;
+    if (!points.isFinite(i)) verdicts[k] = detail::kInvalid;
   }
   return verdicts;
 }
@@ -39,15 +38,10 @@ void GroundRemoval<PointT>::getGroundPlane(Vector4& coefficients, Matrix4& covar
   covariance = ground_.covariance;
 }
 
-template <typename PointT>
-void GroundRemoval<PointT>::setParams(const GroundParams& params) {
-  params.validate();
-  params_ = params;
-}
-
-PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setCameraHeight, double, camera_height)
+PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setCameraHeight, const std::optional<double>&,
+                                camera_height)
 PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setHeightTolerance, double, height_tolerance)
-PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setUpAxis, const Vector3&, up)
+PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setUpAxis, const std::optional<Vector3>&, up)
 PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setOpticalAxis, const Vector3&, optical_axis)
 PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setPitchTolerance, double, pitch_tolerance)
 PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setRollTolerance, double, roll_tolerance)
@@ -63,6 +57,7 @@ PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setWallFootThreshold, double, wal
 PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setMinShare, double, min_share)
 PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setMinPoints, int, min_points)
 PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setSampleSize, int, sample_size)
+PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setNumberOfThreads, int, threads)
 PLANAR_MAPPING_PARAMETER_SETTER(GroundRemoval, setSeed, std::uint64_t, seed)
 
 }  // namespace planar_mapping

@@ -2,12 +2,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <limits>
-
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/filters/kl_occupancy_filter.h"
 #include "planar_mapping/pcl/parameter_setter.h"
 #include "planar_mapping/pcl/points_view.h"
+#include "planar_mapping/pcl/sensor_pose.h"
 
 namespace planar_mapping {
 
@@ -18,30 +16,32 @@ KLOccupancyFilter<PointT>::KLOccupancyFilter(bool extract_removed_indices)
 }
 
 template <typename PointT>
-std::vector<detail::Verdict> KLOccupancyFilter<PointT>::judge(const PointCloud& cloud,
-                                                              const Indices* indices) {
-  probabilities_.clear();
-  diagnostics_ = KlOccupancyDiagnostics();
+std::vector<std::uint8_t> KLOccupancyFilter<PointT>::test(const PointCloud& cloud,
+                                                          const Indices* indices) {
   const CloudView view = viewOf(cloud);
   OccupancyFrame frame;
   frame.points = view;
-  frame.sensor = cloud.sensor_origin_.template head<3>().template cast<double>();
   frame.indices = indices;
-  if (!tracks_.empty()) frame.tracks = &tracks_;
+  // The identity is what a cloud without a pose has.
+  const Pose T_world_sensor = sensorPoseOf(cloud, sensor_pose_);
+  if (sensor_pose_ || !T_world_sensor.matrix().isIdentity(0.0)) {
+    frame.T_world_sensor = T_world_sensor;
+  }
   if (!plane_labels_.empty()) frame.plane_labels = &plane_labels_;
-  if (!groups_.empty()) frame.groups = &groups_;
+  if (!key_features_.empty()) frame.key_features = &key_features_;
+  if (!tracks_.empty()) frame.tracks = &tracks_;
   frame.motion = motion_;
-  const std::vector<float> beliefs = occupancy_.process(frame, &diagnostics_);
+  diagnostics_ = occupancy_.update(frame, probabilities_);
   motion_.reset();
 
-  probabilities_.assign(cloud.size(), std::numeric_limits<float>::quiet_NaN());
-  std::vector<detail::Verdict> verdicts(beliefs.size(), detail::Verdict::Invalid);
-  for (std::size_t k = 0; k < beliefs.size(); ++k) {
+  std::vector<std::uint8_t> verdicts(indices ? indices->size() : cloud.size());
+  const double limit = getMinProbability();
+  for (std::size_t k = 0; k < verdicts.size(); ++k) {
     const std::size_t i = indices ? static_cast<std::size_t>((*indices)[k]) : k;
-    probabilities_[i] = beliefs[k];
-    if (!frame.points.isFinite(i)) continue;
-    verdicts[k] =
-        beliefs[k] >= getMinProbability() ? detail::Verdict::Passes : detail::Verdict::Fails;
+    verdicts[k] = probabilities_[i] >= limit ? detail::kPasses : detail::kFails;
+    if (diagnostics_.points_not_finite > 0 && !frame.points.isFinite(i)) {
+      verdicts[k] = detail::kInvalid;
+    }
   }
   return verdicts;
 }
@@ -60,6 +60,7 @@ void KLOccupancyFilter<PointT>::setMotion(const Pose& T_now_before, const Matrix
   setMotion(motion);
 }
 
+PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setFeatureSource, FeatureSource, source)
 PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setMinProbability, double, min_probability)
 PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setResolution, double, resolution)
 PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setRangeFloor, double, range_floor_cells)
@@ -70,6 +71,11 @@ PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setSingleFeatureProbability, 
 PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setOpticalAxis, const Vector3&,
                                 beliefs.occupancy.optical_axis)
 PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setBias, double, beliefs.update.bias)
+PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setUpdateRule, UpdateRule, beliefs.update.rule)
+PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setFeaturesPerCell, int, features_per_cell)
+PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setDenseGroups, bool, dense_groups)
+PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setDoubtSpreads, bool, doubt_spreads)
+PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setNumberOfThreads, int, threads)
 PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setMotionReading, MotionReading,
                                 beliefs.motion_reading)
 PLANAR_MAPPING_PARAMETER_SETTER(KLOccupancyFilter, setMaxUnseenFrames, int,

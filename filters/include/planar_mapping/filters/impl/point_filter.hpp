@@ -9,6 +9,7 @@
 #include <cmath>
 #include <utility>
 
+#include "planar_mapping/core/base/detail/marked_indices.h"
 #include "planar_mapping/filters/detail/point_filter.h"
 
 namespace planar_mapping::detail {
@@ -37,21 +38,18 @@ void PointFilter<PointT>::unshare() {
 template <typename PointT>
 void PointFilter<PointT>::applyFilter(pcl::Indices& indices) {
   this->removed_indices_->clear();
-  const pcl::Indices* selected = this->fake_indices_ ? nullptr : this->indices_.get();
-  if (&indices != selected) indices.clear();
-  const std::vector<Verdict> verdicts = judge(*this->input_, selected);
-
-  const Verdict wanted = this->negative_ ? Verdict::Fails : Verdict::Passes;
+  const pcl::Indices& all = *this->indices_;
+  std::vector<std::uint8_t> marks = test(*this->input_, this->fake_indices_ ? nullptr : &all);
+  const std::uint8_t wanted = this->negative_ ? kFails : kPasses;
+  for (std::uint8_t& mark : marks) mark = mark == wanted ? 1 : 0;
+  const auto copy = [&](std::uint8_t mark, pcl::Indices& to) {
+    to.resize(all.size() + 1);
+    const int* end = copyMarked(all.data(), marks.data(), all.size(), mark, to.data());
+    to.resize(static_cast<std::size_t>(end - to.data()));
+  };
+  if (this->extract_removed_indices_) copy(0, *this->removed_indices_);
   pcl::Indices kept;
-  kept.reserve(verdicts.size());
-  for (std::size_t k = 0; k < verdicts.size(); ++k) {
-    const int i = selected ? (*selected)[k] : static_cast<int>(k);
-    if (verdicts[k] == wanted) {
-      kept.push_back(i);
-    } else if (this->extract_removed_indices_) {
-      this->removed_indices_->push_back(i);
-    }
-  }
+  copy(1, kept);
   indices = std::move(kept);
 }
 

@@ -8,22 +8,24 @@
 #include <vector>
 
 #include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/base/types.h"
 #include "planar_mapping/core/geometry/plane.h"
 #include "planar_mapping/core/geometry/stereo_noise.h"
-#include "planar_mapping/core/base/types.h"
 
 namespace planar_mapping {
 
-/// Parameters of findGround(). Lengths in metres, angles in radians; all of them [ours]: the paper
-/// (III-F, assumption 2) only says that ground points are removed.
+/// Parameters of findGround() and GroundTracker. Lengths in metres, angles in radians; all of them
+/// [ours]: the paper (III-F, assumption 2) only says that ground points are removed.
 struct PLANAR_MAPPING_EXPORT GroundParams {
-  /// Height of the sensor over the ground, >= 0; 0 = unknown: then the lowest dominant plane
-  /// within the tolerances below the sensor is the ground. 0.37 m in the paper.
-  double camera_height = 0.37;
-  double height_tolerance = 0.15;  ///< of camera_height, > 0
-  /// Upwards in the cloud's frame, need not have unit length: -y in a camera's optical frame, +z
-  /// in a robot's or the world frame; from the pose where that is known.
-  Vector3 up = -Vector3::UnitY();
+  static constexpr double kPaperCameraHeight = 0.37;
+  /// Height of the sensor over the ground, >= 0. Absent or 0 = unknown: the ground is then the
+  /// lowest dominant plane within the tolerances below the sensor. GroundTracker expects an absent
+  /// height by the frames before; 0 is unknown anew in every frame.
+  std::optional<double> camera_height;
+  double height_tolerance = 0.15;  ///< of the height, given or expected, > 0
+  /// Upwards, need not have unit length: in the frame of the cloud for findGround(), of the world
+  /// for GroundTracker. Absent = verticalOf() the cloud.
+  std::optional<Vector3> up;
   /// The direction the camera looks in, in the cloud's frame; depth of the noise model is measured
   /// along it. Where it is parallel to up, pitch turns about y and depth is the distance.
   Vector3 optical_axis = Vector3::UnitZ();
@@ -41,9 +43,9 @@ struct PLANAR_MAPPING_EXPORT GroundParams {
   /// A surface that continues at least this far above the threshold is no ground, nor is its foot;
   /// 0 = feet are not looked for.
   double wall_height = 0.15;
-  double wall_cell = 0.1;             ///< side of the column in which that is judged, > 0
+  double wall_cell = 0.1;             ///< side of the column in which that is decided, > 0
   double wall_foot_threshold = 0.01;  ///< the threshold in a column with a wall, > 0
-  double min_share = 0.02;  ///< of the finite points that must support the ground, in (0, 1]
+  double min_share = 0.02;  ///< fraction of the finite points that must support it, in (0, 1]
   int min_points = 100;     ///< that must support it, >= 3
   int sample_size = 8192;   ///< points the estimate looks at, >= 100; labels look at all
   std::uint64_t seed = 12345;
@@ -59,6 +61,7 @@ enum class GroundStatus : std::uint8_t {
   TooFewPoints,      ///< fewer than min_points finite points
   NoPlane,           ///< nothing within height and angle tolerance
   TooLittleSupport,  ///< a plane, but fewer points lie flat on it than min_share and min_points ask
+  Elsewhere,         ///< GroundTracker: level, but not where the ground of the frames before is
 };
 
 /// "found", "too few points", ...
@@ -97,5 +100,49 @@ struct Ground {
 PLANAR_MAPPING_EXPORT Ground findGround(const PointsView& points, const Indices* indices,
                                         const GroundParams& params,
                                         const Vector3& sensor = Vector3::Zero());
+
+/// The vertical that a cloud suggests: if it is a camera's (99 % of its points within 63 degrees of
+/// z), the coordinate axis of the world next to -y of the sensor, else z. O(points).
+/// \param indices the points that count, or null for all
+PLANAR_MAPPING_EXPORT Vector3 verticalOf(const PointsView& points, const Indices* indices,
+                                         const Pose& T_world_sensor);
+/// Whether a cloud is in a camera's frame, z forward. O(points).
+PLANAR_MAPPING_EXPORT bool isCameraView(const PointsView& points, const Indices* indices);
+
+/// Follows the ground over the frames of a sensor whose pose is known: the engine of GroundRemoval
+/// and of the stage `ground_removal`.
+///
+/// Where GroundParams::camera_height is absent, a frame is expected to have its ground at the
+/// height above the world's ground that its pose says, so that a table is not taken for the floor;
+/// slopes and drift are followed. Five frames that agree say where the ground is, at first or anew
+/// where it is not found as expected. Copyable. Not thread safe.
+class PLANAR_MAPPING_EXPORT GroundTracker {
+ public:
+  explicit GroundTracker(const GroundParams& params = GroundParams()) { setParams(params); }
+
+  /// Takes effect from the next frame on; what is known of the ground stays.
+  /// \throws ParameterError
+  void setParams(const GroundParams& params);
+  const GroundParams& params() const { return params_; }
+
+  /// One frame.
+  /// \param points  in the sensor's frame
+  /// \return the ground in the sensor's frame
+  /// \throws InputError for an index outside the cloud or a pose that is not finite
+  Ground update(const PointsView& points, const Indices* indices,
+                const Pose& T_world_sensor = Pose::Identity());
+  /// Forgets where the ground is; parameters stay.
+  void reset() { *this = GroundTracker(params_); }
+
+ private:
+  Ground findExpected(const PointsView& points, const Indices* indices, double altitude,
+                      GroundParams params);
+  void learn(double level);
+
+  GroundParams params_;
+  std::optional<Vector3> up_;    ///< of the world, unit length
+  std::optional<double> level_;  ///< of the ground, along the vertical of the world
+  std::vector<double> levels_;   ///< of the last frames whose ground is not at level_
+};
 
 }  // namespace planar_mapping

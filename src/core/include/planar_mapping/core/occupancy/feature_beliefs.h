@@ -7,8 +7,8 @@
 #include <unordered_map>
 #include <vector>
 
-#include "planar_mapping/core/occupancy/detail/belief_update.h"
 #include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/occupancy/detail/belief_update.h"
 #include "planar_mapping/core/occupancy/motion_factor.h"
 #include "planar_mapping/core/occupancy/occupancy.h"
 

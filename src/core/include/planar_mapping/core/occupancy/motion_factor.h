@@ -3,8 +3,8 @@
 #pragma once
 
 #include "planar_mapping/core/base/export.h"
-#include "planar_mapping/core/occupancy/occupancy.h"
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/core/occupancy/occupancy.h"
 
 namespace planar_mapping {
 

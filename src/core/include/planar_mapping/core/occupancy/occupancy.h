@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "planar_mapping/core/base/export.h"
-#include "planar_mapping/core/geometry/stereo_noise.h"
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/core/geometry/stereo_noise.h"
 
 namespace planar_mapping {
 
@@ -15,7 +15,7 @@ namespace planar_mapping {
 struct PLANAR_MAPPING_EXPORT OccupancyParams {
   StereoNoise noise;  ///< B, f and the disparity error dd = 0.5 px
   double eta1 = 1.0;  ///< eta1 of Eq. 4, the belief at the peak, in (0, 1]
-  /// [ours] Belief in a group of one, which has no spread to judge by, in [0, 1].
+  /// [ours] Belief in a group of one, which has no mean range of others, in [0, 1].
   double single_feature_probability = 0.5;
   /// [ours] Lower bound of dr, metres, >= 0; 0 = the paper. A cell of side s holds ranges up to
   /// s * sqrt(3) apart however small the noise, and near the camera Eq. 4 would doubt all of them.
@@ -58,16 +58,5 @@ PLANAR_MAPPING_EXPORT double featureProbability(double range, double mean_range,
 PLANAR_MAPPING_EXPORT std::vector<float> featureProbabilities(
     const PointsView& points, const Indices* indices, const std::vector<std::int32_t>& groups,
     const OccupancyParams& params, const Vector3& sensor = Vector3::Zero());
-
-/// Groups for featureProbabilities(): points in the same cubic cell and with the same label.
-/// \param labels     plane of each point of the *cloud*, negative = none, or null
-/// \param resolution side of a cell, metres, > 0
-/// \return one group per point of \p indices, numbered from 0 in order of appearance; -1 for
-///         points that are not finite or 2^30 cells or more away from the origin
-/// \throws ParameterError; InputError as featureProbabilities()
-PLANAR_MAPPING_EXPORT std::vector<std::int32_t> gridGroups(const PointsView& points,
-                                                           const Indices* indices,
-                                                           const std::vector<std::int32_t>* labels,
-                                                           double resolution);
 
 }  // namespace planar_mapping

@@ -6,7 +6,7 @@
 
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/occupancy/kl_update.h"
-#include "planar_mapping/core/occupancy/log_odds.h"
+#include "planar_mapping/core/occupancy/detail/log_odds.h"
 
 namespace planar_mapping {
 

@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/core/occupancy/key_feature_beliefs.h"
-
+// Beliefs of KlOccupancy from tracked key features.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/occupancy/kl_occupancy.h"
 
 namespace planar_mapping {
 namespace {
@@ -38,12 +38,12 @@ struct Wall {
     f.position = Vector3(p[0], p[1], p[2]);
     return f;
   }
-  KeyFeatureBeliefs::Frame frame(const std::vector<KeyFeature>& features) const {
-    KeyFeatureBeliefs::Frame of;
+  OccupancyFrame frame(const std::vector<KeyFeature>& features) const {
+    OccupancyFrame of;
     of.points = PointsView(xyz.data(), width, height, 3);
     of.indices = &indices;
-    of.labels = &labels;
-    of.features = &features;
+    of.plane_labels = &labels;
+    of.key_features = &features;
     of.motion = FrameMotion();
     return of;
   }
@@ -53,32 +53,32 @@ struct Wall {
   Indices indices;
 };
 
-KeyFeatureBeliefParams params() {
-  KeyFeatureBeliefParams params;
+KlOccupancyParams params() {
+  KlOccupancyParams params;
+  params.source = FeatureSource::Tracks;
   params.resolution = kSide;
-  params.beliefs.occupancy.min_range_error = 0.125;
   return params;
 }
 
-TEST(KeyFeatureBeliefs, AFeatureOnASurfaceIsBelievedAndStaysBelieved) {
+TEST(TrackedCells, AFeatureOnASurfaceIsBelievedAndStaysBelieved) {
   const Wall wall(3);
-  KeyFeatureBeliefs beliefs(params());
+  KlOccupancy beliefs(params());
   std::vector<float> p(wall.xyz.size() / 3, -1.0f);
   const std::vector<KeyFeature> features{wall.feature(7, 1)};
   for (int i = 0; i < 5; ++i) {
     const auto summary = beliefs.update(wall.frame(features), p);
-    EXPECT_EQ(summary.features.updated, i > 0 ? 1u : 0u);
+    EXPECT_EQ(summary.beliefs.updated, i > 0 ? 1u : 0u);
     EXPECT_EQ(summary.cells_of_features, 1u);
     EXPECT_EQ(summary.cells_of_neighbours, 5u);
     for (const float belief : p) EXPECT_NEAR(belief, 1.0f, 1e-5f);
   }
 }
 
-TEST(KeyFeatureBeliefs, WithoutDenseGroupsALonelyFeatureFades) {
+TEST(TrackedCells, WithoutDenseGroupsALonelyFeatureFades) {
   const Wall wall(3);
-  KeyFeatureBeliefParams paper = params();
+  KlOccupancyParams paper = params();
   paper.dense_groups = false;
-  KeyFeatureBeliefs beliefs(paper);
+  KlOccupancy beliefs(paper);
   std::vector<float> p(wall.xyz.size() / 3, -1.0f);
   const std::vector<KeyFeature> features{wall.feature(7, 1)};
   beliefs.update(wall.frame(features), p);
@@ -88,12 +88,12 @@ TEST(KeyFeatureBeliefs, WithoutDenseGroupsALonelyFeatureFades) {
 }
 
 // Beliefs 1 at one end and exp(-E) at the other: between them means of the rings, by hand.
-TEST(KeyFeatureBeliefs, CellsWithoutFeaturesTakeTheMeanOfTheirNeighbours) {
+TEST(TrackedCells, CellsWithoutFeaturesTakeTheMeanOfTheirNeighbours) {
   const Wall wall(4, 2);
-  KeyFeatureBeliefParams alike = params();
+  KlOccupancyParams alike = params();
   alike.doubt_spreads = true;
-  KeyFeatureBeliefs beliefs(alike);
-  KeyFeatureBeliefs cautious(params());
+  KlOccupancy beliefs(alike);
+  KlOccupancy cautious(params());
   std::vector<float> p(wall.xyz.size() / 3, -1.0f);
   std::vector<KeyFeature> features{wall.feature(1, 0), wall.feature(2, 3)};
   beliefs.update(wall.frame(features), p);
@@ -102,7 +102,7 @@ TEST(KeyFeatureBeliefs, CellsWithoutFeaturesTakeTheMeanOfTheirNeighbours) {
   std::swap(jumped[0].track, jumped[1].track);
   jumped[0].track = 3;
   beliefs.update(wall.frame(jumped), p);
-  const double low = *beliefs.beliefs().belief(1);
+  const double low = *beliefs.tracks().belief(1);
   EXPECT_LT(low, 0.01);
   EXPECT_NEAR(p[0], 1.0, 1e-5);
   EXPECT_NEAR(p[3], low, 1e-5);
@@ -118,11 +118,11 @@ TEST(KeyFeatureBeliefs, CellsWithoutFeaturesTakeTheMeanOfTheirNeighbours) {
   for (const std::size_t i : {0u, 1u, 2u, 4u, 5u, 6u, 7u}) EXPECT_NEAR(p[i], 1.0, 1e-5) << i;
 }
 
-TEST(KeyFeatureBeliefs, OtherPlanesAndFarPatchesAreJudgedByTheirPoints) {
+TEST(TrackedCells, OtherPlanesAndFarPatchesTakeTheBeliefOfTheirPoints) {
   Wall wall(5, 2);
   for (std::size_t i : {2u, 7u}) wall.xyz[3 * i] = kNan;  // a gap of one cell
   wall.labels[3] = wall.labels[8] = 1;
-  KeyFeatureBeliefs beliefs(params());
+  KlOccupancy beliefs(params());
   std::vector<float> p(wall.xyz.size() / 3, -1.0f);
   const std::vector<KeyFeature> features{wall.feature(1, 0)};
   const auto summary = beliefs.update(wall.frame(features), p);
@@ -131,48 +131,49 @@ TEST(KeyFeatureBeliefs, OtherPlanesAndFarPatchesAreJudgedByTheirPoints) {
   EXPECT_EQ(summary.cells_of_points, 4u);
   EXPECT_FLOAT_EQ(p[3], 0.5f);  // a single point in its cell
   EXPECT_FLOAT_EQ(p[4], 0.5f);
-  EXPECT_FLOAT_EQ(p[2], 0.5f);  // no measurement
+  EXPECT_FLOAT_EQ(p[2], 0.0f);  // no measurement
 }
 
-TEST(KeyFeatureBeliefs, AFeatureThatDisagreesWithItsPixelBelongsWhereItLies) {
+TEST(TrackedCells, AFeatureThatDisagreesWithItsPixelBelongsWhereItLies) {
   const Wall wall(3);
-  KeyFeatureBeliefs beliefs(params());
+  KlOccupancy beliefs(params());
   std::vector<float> p(wall.xyz.size() / 3, -1.0f);
   std::vector<KeyFeature> features{wall.feature(1, 1)};
   features[0].position *= 0.4;  // a wrong disparity
   const auto summary = beliefs.update(wall.frame(features), p);
-  EXPECT_EQ(summary.features.created, 1u);
+  EXPECT_EQ(summary.beliefs.created, 1u);
   EXPECT_EQ(summary.cells_of_features, 0u);
   EXPECT_EQ(summary.cells_of_points, 6u);
 }
 
-TEST(KeyFeatureBeliefs, AFeatureNotSeenAgainKeepsItsBelief) {
+TEST(TrackedCells, AFeatureNotSeenAgainKeepsItsBelief) {
   const Wall wall(3);
-  KeyFeatureBeliefs beliefs(params());
+  KlOccupancy beliefs(params());
   std::vector<float> p(wall.xyz.size() / 3, -1.0f);
   std::vector<KeyFeature> features{wall.feature(1, 1)};
   beliefs.update(wall.frame(features), p);
-  const double before = *beliefs.beliefs().belief(1);
+  const double before = *beliefs.tracks().belief(1);
   features.clear();
   for (int i = 0; i < 10; ++i) {
-    EXPECT_EQ(beliefs.update(wall.frame(features), p).features.unseen, 1u);
+    EXPECT_EQ(beliefs.update(wall.frame(features), p).beliefs.unseen, 1u);
   }
-  EXPECT_DOUBLE_EQ(*beliefs.beliefs().belief(1), before);
+  EXPECT_DOUBLE_EQ(*beliefs.tracks().belief(1), before);
 }
 
-TEST(KeyFeatureBeliefs, FollowsFeaturesThroughTheMotionInBothReadings) {
+TEST(TrackedCells, FollowsFeaturesThroughTheMotionInBothReadings) {
   for (const MotionReading reading : {MotionReading::FeaturePosition, MotionReading::RobotPose}) {
-    KeyFeatureBeliefParams reading_params = params();
+    KlOccupancyParams reading_params = params();
     reading_params.beliefs.motion_reading = reading;
-    KeyFeatureBeliefs beliefs(reading_params);
+    KlOccupancy beliefs(reading_params);
     Wall wall(3);
     std::vector<float> p(wall.xyz.size() / 3, -1.0f);
     std::vector<KeyFeature> features{wall.feature(1, 1)};
     beliefs.update(wall.frame(features), p);
     for (std::size_t i = 0; i < wall.xyz.size(); i += 3) wall.xyz[i + 2] -= 0.5f;
     features = {wall.feature(1, 1)};
-    KeyFeatureBeliefs::Frame frame = wall.frame(features);
-    frame.T_world_sensor.translation().z() = 0.5;
+    OccupancyFrame frame = wall.frame(features);
+    frame.T_world_sensor = Pose::Identity();
+    frame.T_world_sensor->translation().z() = 0.5;
     frame.motion->T_now_before.translation().z() = -0.5;
     frame.motion->covariance.setIdentity();
     frame.motion->covariance *= 1e-4;
@@ -190,9 +191,9 @@ TEST(KeyFeatureBeliefs, FollowsFeaturesThroughTheMotionInBothReadings) {
   }
 }
 
-TEST(KeyFeatureBeliefs, CountsWhatCannotBeFollowed) {
+TEST(TrackedCells, CountsWhatCannotBeFollowed) {
   const Wall wall(3);
-  KeyFeatureBeliefs beliefs(params());
+  KlOccupancy beliefs(params());
   std::vector<float> p(wall.xyz.size() / 3, -1.0f);
   std::vector<KeyFeature> features(4, wall.feature(1, 1));
   features[0].track = -1;
@@ -201,27 +202,39 @@ TEST(KeyFeatureBeliefs, CountsWhatCannotBeFollowed) {
   features[2].position.x() = 1e9;  // disagrees with its pixel and is beyond the grid
   const auto summary = beliefs.update(wall.frame(features), p);
   EXPECT_EQ(summary.features_ignored, 3u);
-  EXPECT_EQ(summary.features.created, 1u);
+  EXPECT_EQ(summary.beliefs.created, 1u);
 }
 
-TEST(KeyFeatureBeliefs, SurvivesEmptyFramesAndRejectsBadOnes) {
-  KeyFeatureBeliefs beliefs(params());
+TEST(TrackedCells, FindsThePixelOfAFeatureAmongIndicesInAnyOrder) {
+  const Wall wall(3);
+  KlOccupancy sorted(params());
+  KlOccupancy reversed(params());
+  const std::vector<KeyFeature> features{wall.feature(7, 1)};
+  std::vector<float> p;
+  EXPECT_EQ(sorted.update(wall.frame(features), p).cells_of_neighbours, 5u);
+  Indices backwards(wall.indices.rbegin(), wall.indices.rend());
+  OccupancyFrame frame = wall.frame(features);
+  frame.indices = &backwards;
+  EXPECT_EQ(reversed.update(frame, p).cells_of_neighbours, 5u);
+  // Its point is not among the indices: the feature is on no plane.
+  backwards.erase(std::find(backwards.begin(), backwards.end(), 1));
+  reversed.reset();
+  EXPECT_EQ(reversed.update(frame, p).cells_of_neighbours, 0u);
+}
+
+TEST(TrackedCells, SurvivesEmptyFramesAndRejectsBadOnes) {
+  KlOccupancy beliefs(params());
   const Wall wall(3);
   const std::vector<KeyFeature> features{wall.feature(1, 1)};
   std::vector<float> p;
-  KeyFeatureBeliefs::Frame empty;
-  EXPECT_THROW(beliefs.update(empty, p), InputError);
-  const Indices none;
-  const std::vector<std::int32_t> no_labels;
-  empty.indices = &none;
-  empty.labels = &no_labels;
-  empty.features = &features;
-  EXPECT_EQ(beliefs.update(empty, p).features.created, 1u);
-  beliefs.clear();
-  EXPECT_THROW(beliefs.update(wall.frame(features), p), InputError);
-  p.resize(wall.labels.size());
-  KeyFeatureBeliefs::Frame frame = wall.frame(features);
-  frame.T_world_sensor.translation().x() = kNan;
+  OccupancyFrame empty;
+  EXPECT_EQ(beliefs.update(empty, p).beliefs.created, 0u);
+  empty.key_features = &features;
+  EXPECT_EQ(beliefs.update(empty, p).beliefs.created, 1u);
+  beliefs.reset();
+  OccupancyFrame frame = wall.frame(features);
+  frame.T_world_sensor = Pose::Identity();
+  frame.T_world_sensor->translation().x() = kNan;
   EXPECT_THROW(beliefs.update(frame, p), InputError);
   const Indices outside{6};
   frame = wall.frame(features);
@@ -230,13 +243,7 @@ TEST(KeyFeatureBeliefs, SurvivesEmptyFramesAndRejectsBadOnes) {
   frame = wall.frame(features);
   frame.motion->covariance(0, 0) = -1.0;
   EXPECT_THROW(beliefs.update(frame, p), ParameterError);
-  EXPECT_EQ(beliefs.beliefs().size(), 0u);
-  KeyFeatureBeliefParams bad = params();
-  bad.resolution = 0.0;
-  EXPECT_THROW(beliefs.setParams(bad), ParameterError);
-  bad = params();
-  bad.dense_per_cell = 0;
-  EXPECT_THROW(beliefs.setParams(bad), ParameterError);
+  EXPECT_EQ(beliefs.tracks().size(), 0u);
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "marked_indices.h"
+#include "planar_mapping/core/base/detail/marked_indices.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "grid/frame_cells.h"
+#include "occupancy/dense_features.h"
+#include "planar_mapping/core/occupancy/feature_beliefs.h"
+
+namespace planar_mapping::detail {
+
+/// Beliefs of the cells of a grid fixed in the world (Eq. 10): what FeatureBeliefs says of samples
+/// whose track is their cell, at the price of one look-up a cell instead of several a point.
+class CellBeliefs {
+ public:
+  std::size_t size() const { return known_; }
+
+  /// One frame.
+  /// \param support   Eq. 4 of the samples of each group
+  /// \param of_group  becomes the belief in the cell of each group
+  FeatureBeliefs::Summary update(const std::vector<FrameCells::Group>& groups,
+                                 const DenseFeatures& support, const FeatureBeliefParams& params,
+                                 std::vector<float>& of_group);
+
+ private:
+  struct Belief {
+    std::uint64_t cell = FrameCells::kNoCell;
+    double value = 0.0;
+    std::int64_t frame = 0;  ///< when last seen; 0 = new
+  };
+
+  Belief& at(std::uint64_t cell, std::int64_t oldest);
+  void rebuild(std::int64_t oldest);
+
+  std::vector<Belief> slots_;  ///< open addressing, a power of two
+  std::size_t known_ = 0;
+  std::int64_t frame_ = 0;
+  std::vector<std::int32_t> order_;  ///< groups by cell; kept for its memory
+};
+
+}  // namespace planar_mapping::detail
