@@ -34,7 +34,7 @@ class KlOccupancyStage : public Stage {
     if (resolution_) setParams(*resolution_);
   }
   void adapt(const CloudScale& scale) override {
-    if (!resolution_) resolution_ = detail::automaticResolution(scale);
+    if (!resolution_) resolution_ = automaticResolution(scale);
     noise_.adapt(scale);
     beliefs_.occupancy.noise = noise_.noise();
     if (!scale.optical) beliefs_.occupancy.optical_axis = Vector3::Zero();
