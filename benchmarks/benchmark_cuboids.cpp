@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Cuboids of a 640 x 480 frame with its planes given, and minimum rectangle partitions.
+// Cuboids of a 640 x 480 frame with its planes given, as a map of its own.
 // Arguments: files or directories of real clouds to run as well (see io::Sequence).
 #include <benchmark/benchmark.h>
 
@@ -12,10 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/cuboids/cuboid_approximation.h"
-#include "planar_mapping/core/planes/multi_plane.h"
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/io/sequence.h"
+#include "planar_mapping/map/planar_map.h"
 
 namespace planar_mapping {
 namespace {
@@ -95,21 +94,21 @@ Frame generatedFrame() {
 void approximate(benchmark::State& state, const PointsView& points,
                  const std::vector<PlaneSegment>& planes, Profile profile, double resolution,
                  const Vector3& up) {
-  CuboidApproximationParams params;
-  params.profile = profile;
-  params.resolution = resolution;
-  params.up = up;
-  CuboidApproximationDiagnostics d;
+  PlanarMapParams params = PlanarMapParams::of(profile);
+  params.approximation.resolution = resolution;
+  params.approximation.up = up;
+  params.unknown_space = false;
+  FrameObservation frame;
+  frame.points = points;
+  frame.planes = &planes;
   std::size_t cuboids = 0;
   for (auto _ : state) {
-    cuboids =
-        approximateCuboids(points, nullptr, planes, params, Vector3::Zero(), nullptr, &d).size();
+    PlanarMap map(params);
+    map.insert(frame);
+    cuboids = map.cuboids().size();
     benchmark::DoNotOptimize(cuboids);
   }
   state.counters["cuboids"] = static_cast<double>(cuboids);
-  state.counters["standard_cells"] = static_cast<double>(d.standard_cells);
-  state.counters["planar_share"] = static_cast<double>(d.planar_points) /
-                                   static_cast<double>(d.planar_points + d.non_planar_points);
 }
 
 void registerCloud(const std::string& name, std::shared_ptr<void> keep, const PointsView& points,
@@ -126,39 +125,6 @@ void registerCloud(const std::string& name, std::shared_ptr<void> keep, const Po
     }
   }
 }
-
-CellMask patternMask(std::int32_t side, int pattern) {
-  CellMask mask;
-  mask.width = mask.height = side;
-  Random random;
-  for (std::int32_t b = 0; b < side; ++b) {
-    for (std::int32_t a = 0; a < side; ++a) {
-      const bool on = pattern == 0   ? (a + b) % 2 == 0
-                      : pattern == 1 ? b < side / 2 || a % 2 == 0
-                      : pattern == 2 ? a % 3 != 0 || b % 3 != 0
-                                     : random.uniform() < 0.7;
-      mask.cells.push_back(on);
-    }
-  }
-  return mask;
-}
-
-void partition(benchmark::State& state, int pattern) {
-  const CellMask mask = patternMask(static_cast<std::int32_t>(state.range(0)), pattern);
-  std::size_t rectangles = 0;
-  for (auto _ : state) {
-    rectangles = minimumRectanglePartition(mask).size();
-    benchmark::DoNotOptimize(rectangles);
-  }
-  state.counters["rectangles"] = static_cast<double>(rectangles);
-}
-BENCHMARK_CAPTURE(partition, checkerboard, 0)->Arg(250)->Arg(1000)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(partition, comb, 1)->Arg(250)->Arg(1000)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(partition, crossing_chords, 2)
-    ->Arg(250)
-    ->Arg(1000)
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(partition, noise, 3)->Arg(250)->Arg(1000)->Unit(benchmark::kMillisecond);
 
 void registerReal(const std::string& path) {
   const io::Sequence sequence({path});

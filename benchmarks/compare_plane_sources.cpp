@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/planes/feature_planes.h"
+#include "planar_mapping/core/planes/multi_plane.h"
 #include "planar_mapping/evaluation/simulated_features.h"
 #include "planar_mapping/evaluation/simulation.h"
 
@@ -115,23 +115,23 @@ void compare(const std::string& scene, int frames, int features_per_frame) {
                             static_cast<std::uint32_t>(params.height), 3);
     std::size_t finite = 0;
     for (std::size_t i = 0; i < points.size; ++i) finite += points.isFinite(i) ? 1 : 0;
-    planar_mapping::FeaturePlaneParams search;
-    search.dense.noise =
+    MultiPlaneParams search;
+    search.noise =
         planar_mapping::StereoNoise{params.sensor.baseline, simulation.params().camera().fx, 0.5};
     const std::size_t least = finite / kLeastShare;
-    search.dense.min_inliers = static_cast<int>(std::max<std::size_t>(50, least));
-    MultiPlaneParams dense = search.dense;
+    search.min_inliers = static_cast<int>(std::max<std::size_t>(50, least));
+    MultiPlaneParams dense = search;
     dense.method = PlaneSearchMethod::Organized;
     const auto run = [&] { return planar_mapping::findPlanes(points, nullptr, dense); };
     const auto run_features = [&] {
-      return planar_mapping::findPlanesFromFeatures(points, nullptr, key_features, search);
+      return planar_mapping::segmentPlanes(points, nullptr, key_features, search);
     };
     measure(frame, least, run, metres);
     dense.method = PlaneSearchMethod::Disparity;
     measure(frame, least, run, disparity);
-    search.dense_fallback = false;
+    search.source = planar_mapping::PlaneSource::Features;
     measure(frame, least, run_features, from_features);
-    search.dense_fallback = true;
+    search.source = planar_mapping::PlaneSource::Auto;
     measure(frame, least, run_features, both);
   }
   print(scene, "dense, in metres", metres);

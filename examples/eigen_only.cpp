@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-// The core library alone: no PCL, only Eigen.
+// Core and map alone: no PCL, only Eigen.
 #include <cstdio>
 #include <vector>
 
-#include "planar_mapping/core/cuboids/cuboid_approximation.h"
 #include "planar_mapping/core/planes/multi_plane.h"
+#include "planar_mapping/map/planar_map.h"
 
 int main() {
   std::vector<float> xyz;  // a wall of 2 m x 1 m, 2 m ahead
@@ -13,13 +13,15 @@ int main() {
     for (int j = 0; j < 100; ++j)
       xyz.insert(xyz.end(), {0.01f * i + 0.005f, 0.01f * j + 0.005f, 2.0f});
   }
-  const planar_mapping::PointsView points(xyz.data(), xyz.size() / 3);
+  planar_mapping::FrameObservation frame;
+  frame.points = planar_mapping::PointsView(xyz.data(), xyz.size() / 3);
+  const auto found = planar_mapping::findPlanes(frame.points, nullptr, {});
+  frame.planes = &found.planes;
 
-  const auto found =
-      planar_mapping::findPlanes(points, nullptr, planar_mapping::MultiPlaneParams());
-  planar_mapping::CuboidApproximationParams params;
-  params.up = -planar_mapping::Vector3::UnitY();
-  const auto cuboids = planar_mapping::approximateCuboids(points, nullptr, found.planes, params);
+  planar_mapping::PlanarMapParams params;
+  params.approximation.up = -planar_mapping::Vector3::UnitY();
+  planar_mapping::PlanarMap map(params);
+  map.insert(frame);
 
-  std::printf("%zu plane, %zu cuboid\n", found.planes.size(), cuboids.size());
+  std::printf("%zu plane, %zu cuboid\n", found.planes.size(), map.cuboids().size());
 }

@@ -21,10 +21,12 @@ int main() {
   std::vector<pcl::ModelCoefficients> planes;
   segmentation.segment(inliers, planes);
 
+  // Cuboids are in the world: the cloud's sensor_origin_ and sensor_orientation_ say where that is,
+  // or setSensorPose(). Here neither does, and the world is the camera's frame.
   planar_mapping::PlanarCuboidApproximation<pcl::PointXYZ> approximation;
   approximation.setInputCloud(cloud);
-  approximation.setPlanes(inliers, planes);  // the rest of the cloud is the non-planar part
-  approximation.setUpDirection(-planar_mapping::Vector3::UnitY());  // y is down in a camera's frame
+  approximation.setPlanes(segmentation.getPlanes());  // all other points are non-planar
+  approximation.setUpDirection(-planar_mapping::Vector3::UnitY());  // y is down there
   approximation.setResolution(0.1);                                 // metres
   std::vector<planar_mapping::Cuboid> cuboids;
   approximation.approximate(cuboids);

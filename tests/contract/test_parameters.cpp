@@ -13,6 +13,7 @@
 #include "planar_mapping/filters/kl_occupancy_filter.h"
 #include "planar_mapping/segmentation/multi_plane_sac_segmentation.h"
 #include "planar_mapping/surface/planar_cuboid_approximation.h"
+#include "planar_mapping/surface/planar_mapping.h"
 
 namespace planar_mapping {
 namespace {
@@ -20,6 +21,7 @@ namespace {
 using Point = pcl::PointXYZ;
 using Segmentation = MultiPlaneSACSegmentation<Point>;
 using Approximation = PlanarCuboidApproximation<Point>;
+using Mapping = PlanarMapping<Point>;
 using Occupancy = KLOccupancyFilter<Point>;
 using Removal = GroundRemoval<Point>;
 
@@ -27,8 +29,8 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
 /// \p good is taken and given back; each of \p bad throws and changes nothing.
-template <typename Class, typename Argument, typename Value>
-void checkSetter(void (Class::*set)(Argument), Value (Class::*get)() const,
+template <typename Class, typename Owner, typename Argument, typename Value>
+void checkSetter(void (Owner::*set)(Argument), Value (Owner::*get)() const,
                  std::decay_t<Argument> good, const std::vector<std::decay_t<Argument>>& bad) {
   static_assert(std::is_same_v<std::decay_t<Argument>, std::decay_t<Value>>,
                 "setX and getX must agree");
@@ -43,19 +45,20 @@ void checkSetter(void (Class::*set)(Argument), Value (Class::*get)() const,
 
 TEST(Parameters, MultiPlaneSACSegmentation) {
   using C = Segmentation;
-  checkSetter(&C::setDistanceThreshold, &C::getDistanceThreshold, 0.02, {0.0, -1.0, kNan, kInf});
-  checkSetter(&C::setMinInliers, &C::getMinInliers, 50, {2, 0, -1});
-  checkSetter(&C::setMaxPlanes, &C::getMaxPlanes, 3, {-1});
-  checkSetter(&C::setNoiseFactor, &C::getNoiseFactor, 2.0, {-0.1, kNan});
-  checkSetter(&C::setPatchGap, &C::getPatchGap, 0.3, {-0.1, kNan});
-  checkSetter(&C::setNumberOfModels, &C::getNumberOfModels, 4, {-1});
-  checkSetter(&C::setMaxIterations, &C::getMaxIterations, 40, {-1});
-  checkSetter(&C::setMissProbability, &C::getMissProbability, 0.1, {0.0, 1.0, kNan});
-  checkSetter(&C::setSignificance, &C::getSignificance, 3.0, {-1.0, kNan});
-  checkSetter(&C::setMaxNormalDeviation, &C::getMaxNormalDeviation, 0.3, {-0.1, kNan});
-  checkSetter(&C::setNumberOfThreads, &C::getNumberOfThreads, 2, {-1});
-  checkSetter(&C::setSeed, &C::getSeed, std::uint64_t{42}, {});
-  checkSetter(&C::setMethod, &C::getMethod, PlaneSearchMethod::Sequential, {});
+  checkSetter<C>(&C::setDistanceThreshold, &C::getDistanceThreshold, 0.02, {0.0, -1.0, kNan, kInf});
+  checkSetter<C>(&C::setMinInliers, &C::getMinInliers, 50, {2, 0, -1});
+  checkSetter<C>(&C::setMaxPlanes, &C::getMaxPlanes, 3, {-1});
+  checkSetter<C>(&C::setNoiseFactor, &C::getNoiseFactor, 2.0, {-0.1, kNan});
+  checkSetter<C>(&C::setPatchGap, &C::getPatchGap, 0.3, {-0.1, kNan});
+  checkSetter<C>(&C::setNumberOfModels, &C::getNumberOfModels, 4, {-1});
+  checkSetter<C>(&C::setMaxIterations, &C::getMaxIterations, 40, {-1});
+  checkSetter<C>(&C::setMissProbability, &C::getMissProbability, 0.1, {0.0, 1.0, kNan});
+  checkSetter<C>(&C::setSignificance, &C::getSignificance, 3.0, {-1.0, kNan});
+  checkSetter<C>(&C::setMaxNormalDeviation, &C::getMaxNormalDeviation, 0.3, {-0.1, kNan});
+  checkSetter<C>(&C::setNumberOfThreads, &C::getNumberOfThreads, 2, {-1});
+  checkSetter<C>(&C::setSeed, &C::getSeed, std::uint64_t{42}, {});
+  checkSetter<C>(&C::setSource, &C::getSource, PlaneSource::Auto, {});
+  checkSetter<C>(&C::setMethod, &C::getMethod, PlaneSearchMethod::Sequential, {});
   C object;
   object.setNoiseModel(StereoNoise{0.1, 400.0, 0.25});
   ASSERT_TRUE(object.getNoiseModel().has_value());
@@ -65,43 +68,65 @@ TEST(Parameters, MultiPlaneSACSegmentation) {
   EXPECT_FALSE(object.getNoiseModel().has_value());
 }
 
+template <typename C>
+void checkMappingSetters() {
+  checkSetter<C>(&C::setProfile, &C::getProfile, Profile::Paper, {});
+  checkSetter<C>(&C::setResolution, &C::getResolution, 0.05, {0.0, -1.0, kNan, kInf});
+  checkSetter<C>(&C::setThickness, &C::getThickness, 0.2, {-1.0, kNan});
+  checkSetter<C>(&C::setMinPointsPerCell, &C::getMinPointsPerCell, 3, {0, -1});
+  checkSetter<C>(&C::setHoleSize, &C::getHoleSize, 0.2, {-1.0, kNan});
+  checkSetter<C>(&C::setAbsorption, &C::getAbsorption, 0.2, {-0.1, 0.6, kNan});
+  checkSetter<C>(&C::setUpDirection, &C::getUpDirection, Vector3(0, -1, 0),
+                 {Vector3(0, 0, 0), Vector3(kNan, 0, 1), Vector3(0, kInf, 0)});
+  checkSetter<C>(&C::setMaxRange, &C::getMaxRange, 5.0, {0.0, -1.0, kNan, kInf});
+  checkSetter<C>(&C::setMinProbability, &C::getMinProbability, 0.2, {-0.1, 1.1, kNan});
+  checkSetter<C>(&C::setNumberOfThreads, &C::getNumberOfThreads, 2, {-1});
+  C object;
+  object.setPointProbabilities({0.5f});
+  EXPECT_EQ(object.getPointProbabilities(), (std::vector<float>{0.5f}));
+  object.setGroundIndices({1, 2});
+  EXPECT_EQ(object.getGroundIndices(), (Indices{1, 2}));
+  EXPECT_FALSE(object.getSensorPose().has_value());
+  object.setSensorPose(Pose::Identity());
+  EXPECT_TRUE(object.getSensorPose().has_value());
+  object.setTimestamp(1.5);
+  EXPECT_EQ(object.getTimestamp(), 1.5);
+  object.setCamera(PinholeCamera{1.0, 2.0, 3.0, 4.0, 5, 6});
+  EXPECT_EQ(object.getCamera()->height, 6);
+  object.setNoiseModel(StereoNoise{0.1, 400.0, 0.25});
+  EXPECT_EQ(object.getNoiseModel()->focal_length, 400.0);
+}
+
 TEST(Parameters, PlanarCuboidApproximation) {
-  using C = Approximation;
-  checkSetter(&C::setProfile, &C::getProfile, Profile::Paper, {});
-  checkSetter(&C::setResolution, &C::getResolution, 0.05, {0.0, -1.0, kNan, kInf});
-  checkSetter(&C::setThickness, &C::getThickness, 0.2, {-1.0, kNan});
-  checkSetter(&C::setDensityThreshold, &C::getDensityThreshold, 0.5, {0.0, 1.1, kNan});
-  checkSetter(&C::setMinWidth, &C::getMinWidth, 0.2, {-1.0, kNan});
-  checkSetter(&C::setMinHeight, &C::getMinHeight, 0.2, {-1.0, kNan});
-  checkSetter(&C::setMinPointsPerCell, &C::getMinPointsPerCell, 3, {0, -1});
-  checkSetter(&C::setHoleSize, &C::getHoleSize, 0.2, {-1.0, kNan});
-  checkSetter(&C::setUpDirection, &C::getUpDirection, Vector3(0, -1, 0),
-              {Vector3(0, 0, 0), Vector3(kNan, 0, 1), Vector3(0, kInf, 0)});
-  checkSetter(&C::setNumberOfThreads, &C::getNumberOfThreads, 2, {-1});
+  checkMappingSetters<Approximation>();
+}
+
+TEST(Parameters, PlanarMapping) {
+  checkMappingSetters<Mapping>();
 }
 
 TEST(Parameters, GroundRemoval) {
   using C = Removal;
-  checkSetter(&C::setCameraHeight, &C::getCameraHeight, 0.0, {-0.1, kNan, kInf});
-  checkSetter(&C::setNumberOfThreads, &C::getNumberOfThreads, 2, {-1});
-  checkSetter(&C::setHeightTolerance, &C::getHeightTolerance, 0.2, {0.0, kNan, kInf});
-  checkSetter(&C::setUpAxis, &C::getUpAxis, Vector3(0, 0, 2),
+  checkSetter<C>(&C::setCameraHeight, &C::getCameraHeight, 0.0, {-0.1, kNan, kInf});
+  checkSetter<C>(&C::setNumberOfThreads, &C::getNumberOfThreads, 2, {-1});
+  checkSetter<C>(&C::setHeightTolerance, &C::getHeightTolerance, 0.2, {0.0, kNan, kInf});
+  checkSetter<C>(&C::setUpAxis, &C::getUpAxis, Vector3(0, 0, 2),
               {Vector3(0, 0, 0), Vector3(kNan, 0, 1), Vector3(0, kInf, 0)});
-  checkSetter(&C::setOpticalAxis, &C::getOpticalAxis, Vector3(1, 0, 0),
+  checkSetter<C>(&C::setOpticalAxis, &C::getOpticalAxis, Vector3(1, 0, 0),
               {Vector3(0, 0, 0), Vector3(kNan, 0, 1)});
-  checkSetter(&C::setPitchTolerance, &C::getPitchTolerance, 0.1, {0.0, 1.6, kNan});
-  checkSetter(&C::setRollTolerance, &C::getRollTolerance, 0.1, {0.0, 1.6, kNan});
-  checkSetter(&C::setDistanceThreshold, &C::getDistanceThreshold, 0.02, {0.0, -1.0, kNan, kInf});
-  checkSetter(&C::setNoiseFactor, &C::getNoiseFactor, 2.0, {-0.1, kNan, kInf});
-  checkSetter(&C::setSlopeCell, &C::getSlopeCell, 0.0, {-1.0, kNan, kInf});
-  checkSetter(&C::setMaxSlope, &C::getMaxSlope, 0.0, {-0.1, 1.6, kNan});
-  checkSetter(&C::setWallHeight, &C::getWallHeight, 0.0, {-0.1, kNan, kInf});
-  checkSetter(&C::setWallCell, &C::getWallCell, 0.2, {0.0, kNan, kInf});
-  checkSetter(&C::setWallFootThreshold, &C::getWallFootThreshold, 0.02, {0.0, kNan, kInf});
-  checkSetter(&C::setMinShare, &C::getMinShare, 0.1, {0.0, 1.1, kNan});
-  checkSetter(&C::setMinPoints, &C::getMinPoints, 10, {2, -1});
-  checkSetter(&C::setSampleSize, &C::getSampleSize, 500, {99, -1});
-  checkSetter(&C::setSeed, &C::getSeed, std::uint64_t{42}, {});
+  checkSetter<C>(&C::setPitchTolerance, &C::getPitchTolerance, 0.1, {0.0, 1.6, kNan});
+  checkSetter<C>(&C::setRollTolerance, &C::getRollTolerance, 0.1, {0.0, 1.6, kNan});
+  checkSetter<C>(&C::setDistanceThreshold, &C::getDistanceThreshold, 0.02, {0.0, -1.0, kNan, kInf});
+  checkSetter<C>(&C::setNoiseFactor, &C::getNoiseFactor, 2.0, {-0.1, kNan, kInf});
+  checkSetter<C>(&C::setSlopeCell, &C::getSlopeCell, 0.0, {-1.0, kNan, kInf});
+  checkSetter<C>(&C::setMaxSlope, &C::getMaxSlope, 0.0, {-0.1, 1.6, kNan});
+  checkSetter<C>(&C::setWallHeight, &C::getWallHeight, 0.0, {-0.1, kNan, kInf});
+  checkSetter<C>(&C::setWallCell, &C::getWallCell, 0.2, {0.0, kNan, kInf});
+  checkSetter<C>(&C::setWallFootThreshold, &C::getWallFootThreshold, 0.02, {0.0, kNan, kInf});
+  checkSetter<C>(&C::setMinShare, &C::getMinShare, 0.1, {0.0, 1.1, kNan});
+  checkSetter<C>(&C::setMinPoints, &C::getMinPoints, 10, {2, -1});
+  checkSetter<C>(&C::setSampleSize, &C::getSampleSize, 500, {99, -1});
+  checkSetter<C>(&C::setSeed, &C::getSeed, std::uint64_t{42}, {});
   C object;
   object.setNoiseModel(StereoNoise{0.1, 400.0, 0.25});
   EXPECT_EQ(object.getNoiseModel()->focal_length, 400.0);
@@ -111,22 +136,22 @@ TEST(Parameters, GroundRemoval) {
 
 TEST(Parameters, KLOccupancyFilter) {
   using C = Occupancy;
-  checkSetter(&C::setMinProbability, &C::getMinProbability, 0.3, {-0.1, 1.1, kNan});
-  checkSetter(&C::setResolution, &C::getResolution, 0.05, {0.0, kNan, kInf});
-  checkSetter(&C::setRangeFloor, &C::getRangeFloor, 0.0, {-0.1, kNan, kInf});
-  checkSetter(&C::setSingleFeatureProbability, &C::getSingleFeatureProbability, 0.4,
+  checkSetter<C>(&C::setMinProbability, &C::getMinProbability, 0.3, {-0.1, 1.1, kNan});
+  checkSetter<C>(&C::setResolution, &C::getResolution, 0.05, {0.0, kNan, kInf});
+  checkSetter<C>(&C::setRangeFloor, &C::getRangeFloor, 0.0, {-0.1, kNan, kInf});
+  checkSetter<C>(&C::setSingleFeatureProbability, &C::getSingleFeatureProbability, 0.4,
               {-0.1, 1.1, kNan});
-  checkSetter(&C::setOpticalAxis, &C::getOpticalAxis, Vector3(0, 0, 0),
+  checkSetter<C>(&C::setOpticalAxis, &C::getOpticalAxis, Vector3(0, 0, 0),
               {Vector3(kNan, 0, 1), Vector3(0, kInf, 0)});
-  checkSetter(&C::setBias, &C::getBias, 2.0, {-0.1, kNan, kInf});
-  checkSetter(&C::setMotionReading, &C::getMotionReading, MotionReading::RobotPose, {});
-  checkSetter(&C::setMaxUnseenFrames, &C::getMaxUnseenFrames, 5, {-1});
-  checkSetter(&C::setFeatureSource, &C::getFeatureSource, FeatureSource::Cells, {});
-  checkSetter(&C::setUpdateRule, &C::getUpdateRule, UpdateRule::LogOdds, {});
-  checkSetter(&C::setFeaturesPerCell, &C::getFeaturesPerCell, 3, {0});
-  checkSetter(&C::setDenseGroups, &C::getDenseGroups, false, {});
-  checkSetter(&C::setDoubtSpreads, &C::getDoubtSpreads, true, {});
-  checkSetter(&C::setNumberOfThreads, &C::getNumberOfThreads, 2, {-1});
+  checkSetter<C>(&C::setBias, &C::getBias, 2.0, {-0.1, kNan, kInf});
+  checkSetter<C>(&C::setMotionReading, &C::getMotionReading, MotionReading::RobotPose, {});
+  checkSetter<C>(&C::setMaxUnseenFrames, &C::getMaxUnseenFrames, 5, {-1});
+  checkSetter<C>(&C::setFeatureSource, &C::getFeatureSource, FeatureSource::Cells, {});
+  checkSetter<C>(&C::setUpdateRule, &C::getUpdateRule, UpdateRule::LogOdds, {});
+  checkSetter<C>(&C::setFeaturesPerCell, &C::getFeaturesPerCell, 3, {0});
+  checkSetter<C>(&C::setDenseGroups, &C::getDenseGroups, false, {});
+  checkSetter<C>(&C::setDoubtSpreads, &C::getDoubtSpreads, true, {});
+  checkSetter<C>(&C::setNumberOfThreads, &C::getNumberOfThreads, 2, {-1});
   C object;
   object.setNoiseModel(StereoNoise{0.1, 400.0, 0.25});
   EXPECT_EQ(object.getNoiseModel().focal_length, 400.0);
@@ -164,8 +189,8 @@ void checkParams(Change change, Spoil spoil) {
 TEST(Parameters, WholeStructsMoveInAndOut) {
   checkParams<Segmentation, MultiPlaneParams>([](auto& p) { p.min_inliers = 77; },
                                               [](auto& p) { p.distance_threshold = kNan; });
-  checkParams<Approximation, CuboidApproximationParams>([](auto& p) { p.resolution = 0.3; },
-                                                        [](auto& p) { p.resolution = kNan; });
+  checkParams<Approximation, PlanarMapParams>([](auto& p) { p.approximation.resolution = 0.3; },
+                                              [](auto& p) { p.belief_gain = kNan; });
   checkParams<Removal, GroundParams>([](auto& p) { p.camera_height = 1.0; },
                                      [](auto& p) { p.max_slope = kNan; });
   checkParams<Occupancy, KlOccupancyParams>([](auto& p) { p.min_probability = 0.1; },

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -15,9 +16,9 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/cuboids/cuboid_approximation.h"
 #include "planar_mapping/core/planes/multi_plane.h"
 #include "planar_mapping/evaluation/simulation.h"
+#include "planar_mapping/map/planar_map.h"
 
 namespace planar_mapping {
 namespace {
@@ -84,18 +85,21 @@ std::vector<Line> resultsOf(const std::string& scene, std::size_t index) {
                      {c[0], c[1], c[2], c[3]}});
   }
   for (const Profile profile : {Profile::Paper, Profile::Compact}) {
-    CuboidApproximationParams approximation;
-    approximation.profile = profile;
-    approximation.up = frame.T_world_camera.linear().transpose() * Vector3::UnitZ();
-    CuboidApproximationDiagnostics diagnostics;
-    approximateCuboids(points, nullptr, found.planes, approximation, Vector3::Zero(), nullptr,
-                       &diagnostics);
-    lines.push_back({name + (profile == Profile::Paper ? " paper" : " compact") +
-                         " cuboids planar non_planar standard_cells",
-                     {static_cast<double>(diagnostics.planar_cuboids),
-                      static_cast<double>(diagnostics.non_planar_cuboids),
-                      static_cast<double>(diagnostics.standard_cells)},
-                     {}});
+    PlanarMapParams map_params = PlanarMapParams::of(profile);
+    map_params.unknown_space = false;
+    PlanarMap map(map_params);
+    FrameObservation observation;
+    observation.T_world_sensor = frame.T_world_camera;
+    observation.points = points;
+    observation.planes = &found.planes;
+    map.insert(observation);
+    const std::vector<Cuboid>& cuboids = map.cuboids();
+    const auto planar = std::count_if(cuboids.begin(), cuboids.end(),
+                                      [](const Cuboid& c) { return c.plane_id >= 0; });
+    lines.push_back(
+        {name + (profile == Profile::Paper ? " paper" : " compact") + " cuboids planar all",
+         {static_cast<double>(planar), static_cast<double>(cuboids.size())},
+         {}});
   }
   return lines;
 }

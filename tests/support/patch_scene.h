@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "planar_mapping/core/cuboids/cuboid_approximation.h"
 #include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/map/planar_map.h"
 
 namespace planar_mapping::test {
 
@@ -47,11 +47,34 @@ inline PatchScene room(std::uint64_t seed = 1) {
   return scene;
 }
 
-inline CuboidApproximationParams paramsFor(Profile profile, double resolution = 0.1) {
-  CuboidApproximationParams params;
-  params.profile = profile;
-  params.resolution = resolution;
+inline PlanarMapParams paramsFor(Profile profile, double resolution = 0.1) {
+  PlanarMapParams params = PlanarMapParams::of(profile);
+  params.approximation.resolution = resolution;
+  params.unknown_space = false;
   return params;
+}
+
+/// What is asked of a scene besides its points and planes.
+struct PatchView {
+  Pose T_world_sensor = Pose::Identity();
+  const Indices* indices = nullptr;
+  const std::vector<float>* probability = nullptr;
+  FrameUpdate* update = nullptr;
+};
+
+/// The cuboids of a map of the scene alone.
+inline std::vector<Cuboid> cuboidsOf(const PatchScene& scene, const PlanarMapParams& params,
+                                     const PatchView& view = PatchView()) {
+  PlanarMap map(params);
+  FrameObservation frame;
+  frame.T_world_sensor = view.T_world_sensor;
+  frame.points = scene.view();
+  frame.planes = &scene.planes;
+  frame.indices = view.indices;
+  frame.probability = view.probability;
+  const FrameUpdate update = map.insert(frame);
+  if (view.update != nullptr) *view.update = update;
+  return map.cuboids();
 }
 
 }  // namespace planar_mapping::test

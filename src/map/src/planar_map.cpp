@@ -27,6 +27,19 @@ double rounded(double radians, double most) {
 
 }  // namespace
 
+PlanarMapParams PlanarMapParams::of(Profile profile) {
+  PlanarMapParams params;
+  params.approximation.profile = profile;
+  if (profile == Profile::Compact) return params;
+  // The features' beliefs as they are; looking through a cell changes nothing.
+  params.belief_gain = 1.0;
+  params.miss_factor = 1.0;
+  params.first_belief = 1.0;
+  params.min_cell_share = 0.0;
+  params.surface_factor = 0.0;
+  return params;
+}
+
 void PlanarMapParams::validate() const {
   approximation.validate();
   requireInRange("association_angle", association_angle, 0.0, 0.5 * kPi, "rad");

@@ -7,8 +7,6 @@
 #include <cmath>
 
 #include "picture_fingerprint.h"
-#include "planar_mapping/core/base/detail/marked_positions.h"
-#include "planar_mapping/core/base/detail/simd.h"
 
 namespace planar_mapping {
 namespace {
@@ -17,36 +15,6 @@ using Clock = std::chrono::steady_clock;
 
 double millisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
-/// Tells which points are neither NaN nor infinite, and near enough that their squares stay finite
-/// in a float.
-PLANAR_MAPPING_MULTIVERSION
-void markUsable(const float* points, std::size_t n, std::uint8_t* usable) {
-  constexpr float kFarthest = 1e12f;
-  for (std::size_t i = 0; i < n; ++i) {
-    const float* p = points + 4 * i;
-    const bool x = __builtin_fabsf(p[0]) <= kFarthest;
-    const bool y = __builtin_fabsf(p[1]) <= kFarthest;
-    const bool z = __builtin_fabsf(p[2]) <= kFarthest;
-    usable[i] = x & y & z ? 1 : 0;
-  }
-}
-
-Indices usablePoints(const FrameCloud& cloud) {
-  static_assert(sizeof(pcl::PointXYZ) == 4 * sizeof(float), "read as plain numbers");
-  constexpr std::size_t kBlock = 1024;
-  std::uint8_t usable[kBlock];
-  int kept[kBlock + 1];
-  Indices indices;
-  indices.reserve(cloud.size());
-  for (std::size_t first = 0; first < cloud.size(); first += kBlock) {
-    const std::size_t n = std::min(kBlock, cloud.size() - first);
-    markUsable(cloud[first].data, n, usable);
-    indices.insert(indices.end(), kept,
-                   detail::listMarked(usable, n, static_cast<int>(first), kept));
-  }
-  return indices;
 }
 
 /// Stages through the last one of these kinds.
@@ -134,7 +102,7 @@ void Pipeline::continueFrom(PlanarMap map) {
 
 void Pipeline::findUsablePoints(Frame& frame) const {
   if (!frame.skip_reason.empty()) return;
-  frame.indices = usablePoints(*frame.cloud);
+  frame.indices = usablePoints(viewOf(*frame.cloud));
   frame.points_input = frame.cloud->size();
   frame.points_valid = frame.indices.size();
   if (frame.indices.empty()) {
@@ -143,7 +111,8 @@ void Pipeline::findUsablePoints(Frame& frame) const {
 }
 
 CloudScale Pipeline::knownScale(const Frame& frame) const {
-  CloudScale scale = scaleOf(*frame.cloud, usablePoints(*frame.cloud), frame.T_world_sensor);
+  const PointsView points = viewOf(*frame.cloud);
+  CloudScale scale = scaleOf(points, usablePoints(points), frame.T_world_sensor);
   if (frame.camera && frame.baseline) {
     scale.stereo = StereoNoise();
     scale.stereo->baseline = *frame.baseline;

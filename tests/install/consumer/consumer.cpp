@@ -47,7 +47,7 @@ int main() {
 
   planar_mapping::PlanarCuboidApproximation<StrangersPoint> approximation;
   approximation.setInputCloud(obstacles);
-  approximation.setPlanes(inliers, planes);
+  approximation.setPlanes(segmentation.getPlanes());
   std::vector<planar_mapping::Cuboid> cuboids;
   approximation.approximate(cuboids);
 

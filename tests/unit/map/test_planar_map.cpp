@@ -35,43 +35,6 @@ bool sameCuboid(const Cuboid& a, const Cuboid& b) {
          std::abs(a.probability - b.probability) < 0.5 * kBeliefStep + 1e-6;
 }
 
-TEST(PlanarMap, GivesTheCuboidsOfApproximateCuboidsForOneFrame) {
-  for (const Profile profile : {Profile::Compact, Profile::Paper}) {
-    const View view = look(Scene(), lookFrom({0.0, 0.0, 1.0}));
-    PlanarMapParams params = paramsAt(0.1);
-    params.approximation.profile = profile;
-    // Without absorption: the fringe of a single frame may be left to neighbours, but the next
-    // frame may fill it, so the map keeps it.
-    params.approximation.absorption = 0.0;
-    // In the sensor's frame the two see the same grid.
-    FrameObservation frame = view.frame();
-    frame.T_world_sensor = Pose::Identity();
-    params.approximation.up = view.pose.linear().transpose() * Vector3::UnitZ();
-    PlanarMap map(params);
-    map.insert(frame);
-    const std::vector<Cuboid> expected =
-        approximateCuboids(frame.points, nullptr, view.planes, params.approximation);
-    ASSERT_GT(expected.size(), 10u);
-    std::size_t planar = 0, planar_found = 0;
-    for (const Cuboid& cuboid : expected) {
-      if (cuboid.plane_id < 0) continue;
-      ++planar;
-      planar_found += std::any_of(map.cuboids().begin(), map.cuboids().end(),
-                                  [&](const Cuboid& own) { return sameCuboid(own, cuboid); });
-    }
-    // Frames are kept to a tenth of a millimetre: a point on the border of two cells of the
-    // compact rasters may change sides, and a cuboid of the fringe with it.
-    EXPECT_GE(planar_found, profile == Profile::Paper ? planar : planar * 85 / 100);
-    // Of a non-planar cell the map keeps less than the points say (a quantised mean, eighths but
-    // no weight): there the two may differ by a few boxes, not in what is covered.
-    EXPECT_NEAR(static_cast<double>(map.cuboids().size()), static_cast<double>(expected.size()),
-                0.1 * static_cast<double>(expected.size()));
-    for (const Cuboid& cuboid : expected) {
-      EXPECT_FALSE(map.cuboidsAt(cuboid.center, 0.1).empty());
-    }
-  }
-}
-
 TEST(PlanarMap, IsEmptyAndFreeBeforeAnything) {
   const PlanarMap map;
   Vector3 low, high;

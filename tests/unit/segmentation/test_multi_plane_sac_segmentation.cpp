@@ -9,8 +9,8 @@
 #include <limits>
 #include <vector>
 
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace {
 
@@ -102,13 +102,28 @@ TYPED_TEST(MultiPlaneSegmentation, OnlyIndexedPointsCount) {
   EXPECT_EQ(this->inliers_[0].indices, *wall);
 }
 
-TYPED_TEST(MultiPlaneSegmentation, SensorOriginTurnsTheNormals) {
+TYPED_TEST(MultiPlaneSegmentation, ThePoseOfTheSensorInTheWorldTurnsNothing) {
   const auto cloud = makeCorner<TypeParam>();
   cloud->sensor_origin_ = Eigen::Vector4f(1.0f, 1.0f, -5.0f, 1.0f);
+  cloud->sensor_orientation_ = Eigen::Quaternionf(0.0f, 1.0f, 0.0f, 0.0f);
   this->segmentation_.setInputCloud(cloud);
   this->segment();
   ASSERT_EQ(this->planes_.size(), 2u);
-  EXPECT_NEAR(this->planes_[0].values[2], -1.0f, 1e-4f);
+  EXPECT_NEAR(this->planes_[0].values[2], 1.0f, 1e-4f);
+}
+
+TYPED_TEST(MultiPlaneSegmentation, ACloudInMillimetresIsRefused) {
+  const auto cloud = makeCorner<TypeParam>();
+  for (TypeParam& p : *cloud) {
+    p.x *= 1000.0f;
+    p.y *= 1000.0f;
+    p.z *= 1000.0f;
+  }
+  this->segmentation_.setInputCloud(cloud);
+  EXPECT_THROW(this->segment(), planar_mapping::InputError);
+  this->segmentation_.setDistanceThreshold(50.0);
+  this->segment();
+  EXPECT_EQ(this->planes_.size(), 2u);
 }
 
 TYPED_TEST(MultiPlaneSegmentation, WithoutCloudThrowsAndClearsTheOutputs) {

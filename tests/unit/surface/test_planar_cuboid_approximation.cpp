@@ -4,9 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <limits>
-#include <type_traits>
 #include <vector>
 
 #include "planar_mapping/core/base/error.h"
@@ -80,8 +78,8 @@ TYPED_TEST(PlanarCuboidApproximationTest, CallsAsAPclUserWouldGuessThem) {
   EXPECT_NEAR((cuboids[0].size - Vector3(2, 1, 0.1)).norm(), 0.0, 1e-5);
   EXPECT_NEAR((cuboids[0].center - Vector3(2.05, 1, 0.5)).norm(), 0.0, 1e-5);
   for (std::size_t i = 1; i < cuboids.size(); ++i) EXPECT_EQ(cuboids[i].plane_id, -1);
-  EXPECT_EQ(approximation.getDiagnostics().planar_points, 41u * 21u);
-  EXPECT_EQ(approximation.getDiagnostics().non_planar_points, 27u);
+  EXPECT_EQ(approximation.getDiagnostics().planes_new, 1u);
+  EXPECT_EQ(approximation.getDiagnostics().dropped_points, 0u);
 }
 
 TEST(PlanarCuboidApproximation, IndicesRestrictTheCloud) {
@@ -100,7 +98,7 @@ TEST(PlanarCuboidApproximation, IndicesRestrictTheCloud) {
   EXPECT_NEAR(cuboids[0].size.y(), 0.1, 1e-6);
 }
 
-TEST(PlanarCuboidApproximation, CuboidsExtendAwayFromTheSensor) {
+TEST(PlanarCuboidApproximation, CuboidsAreInTheWorldBehindTheSurface) {
   auto input = wallAndBlock<pcl::PointXYZ>();
   input.cloud->sensor_origin_ = Eigen::Vector4f(9, 0, 0, 0);
   PlanarCuboidApproximation<pcl::PointXYZ> approximation;
@@ -109,50 +107,21 @@ TEST(PlanarCuboidApproximation, CuboidsExtendAwayFromTheSensor) {
   approximation.setThickness(0.3);
   std::vector<Cuboid> cuboids;
   approximation.approximate(cuboids);
-  EXPECT_NEAR(cuboids[0].center.x(), 1.85, 1e-6);
+  EXPECT_NEAR(cuboids[0].center.x(), 9.0 + 2.15, 1e-6);
+  Pose pose = Pose::Identity();
+  pose.translation().x() = 5.0;
+  approximation.setSensorPose(pose);  // counts more than the cloud's
+  approximation.approximate(cuboids);
+  EXPECT_NEAR(cuboids[0].center.x(), 5.0 + 2.15, 1e-6);
 }
 
-TEST(PlanarCuboidApproximation, SettersHaveGettersAndRefuseBadValues) {
-  PlanarCuboidApproximation<pcl::PointXYZ> a;
-  EXPECT_EQ(a.getProfile(), Profile::Compact);
-  a.setProfile(Profile::Paper);
-  EXPECT_EQ(a.getProfile(), Profile::Paper);
-  a.setResolution(0.2);
-  EXPECT_EQ(a.getResolution(), 0.2);
-  a.setThickness(0.3);
-  EXPECT_EQ(a.getThickness(), 0.3);
-  a.setDensityThreshold(0.7);
-  EXPECT_EQ(a.getDensityThreshold(), 0.7);
-  a.setMinWidth(0.4);
-  EXPECT_EQ(a.getMinWidth(), 0.4);
-  a.setMinHeight(0.5);
-  EXPECT_EQ(a.getMinHeight(), 0.5);
-  a.setMinPointsPerCell(3);
-  EXPECT_EQ(a.getMinPointsPerCell(), 3);
-  a.setHoleSize(0.6);
-  EXPECT_EQ(a.getHoleSize(), 0.6);
-  a.setAbsorption(0.25);
-  EXPECT_EQ(a.getAbsorption(), 0.25);
-  a.setUpDirection(Vector3(0, -1, 0));
-  EXPECT_EQ(a.getUpDirection(), Vector3(0, -1, 0));
-  a.setNumberOfThreads(2);
-  EXPECT_EQ(a.getNumberOfThreads(), 2);
-  a.setPointProbabilities({0.5f});
-  EXPECT_EQ(a.getPointProbabilities().size(), 1u);
-
-  EXPECT_THROW(a.setResolution(0), ParameterError);
-  EXPECT_THROW(a.setResolution(std::nan("")), ParameterError);
-  EXPECT_THROW(a.setMinPointsPerCell(0), ParameterError);
-  EXPECT_THROW(a.setUpDirection(Vector3::Zero()), ParameterError);
-  EXPECT_EQ(a.getResolution(), 0.2);
-
-  PlanarCuboidApproximation<pcl::PointXYZ> b;
-  b.setParams(a.getParams());
-  EXPECT_EQ(b.getParams().min_width, 0.4);
-  const PlanarCuboidApproximation<pcl::PointXYZ> copy = a;
-  EXPECT_EQ(copy.getHoleSize(), 0.6);
-  static_assert(std::is_same_v<PlanarCuboidApproximation<pcl::PointXYZ>::Ptr::element_type,
-                               PlanarCuboidApproximation<pcl::PointXYZ>>);
+TEST(PlanarCuboidApproximation, ACloudInMillimetresIsRefused) {
+  auto input = wallAndBlock<pcl::PointXYZ>();
+  for (pcl::PointXYZ& p : *input.cloud) p.getVector3fMap() *= 1000.0f;
+  PlanarCuboidApproximation<pcl::PointXYZ> approximation;
+  approximation.setInputCloud(input.cloud);
+  std::vector<Cuboid> cuboids;
+  EXPECT_THROW(approximation.approximate(cuboids), InputError);
 }
 
 TEST(PlanarCuboidApproximation, WhatCannotBeUsedIsRefused) {

@@ -12,9 +12,9 @@
 #include <tuple>
 #include <vector>
 
-#include "planar_mapping/core/cuboids/cuboid_approximation.h"
 #include "planar_mapping/core/planes/multi_plane.h"
 #include "planar_mapping/io/sequence.h"
+#include "planar_mapping/map/planar_map.h"
 
 namespace planar_mapping {
 namespace {
@@ -59,7 +59,7 @@ std::size_t greedyBoxes(std::set<Cell> left) {
   return boxes;
 }
 
-double shareWithin(const PointsView& points, const std::vector<Cuboid>& cuboids, double margin) {
+double fractionWithin(const PointsView& points, const std::vector<Cuboid>& cuboids, double margin) {
   constexpr double kBin = 0.5;
   std::map<Cell, std::vector<std::size_t>> bins;
   for (std::size_t i = 0; i < cuboids.size(); ++i) {
@@ -111,19 +111,29 @@ TEST_P(RealClouds, FewerCuboidsThanGreedyBoxesAndNoPointLeftOut) {
   plane_params.min_inliers = 1000;
   const PlaneSet found = findPlanes(points, nullptr, plane_params);
 
-  CuboidApproximationParams params;
-  params.up = GetParam().up;
-  const auto compact = approximateCuboids(points, nullptr, found.planes, params);
-  params.profile = Profile::Paper;
-  const auto paper = approximateCuboids(points, nullptr, found.planes, params);
+  constexpr double kResolution = 0.1;
+  const auto cuboidsOf = [&](Profile profile) {
+    PlanarMapParams params = PlanarMapParams::of(profile);
+    params.approximation.resolution = kResolution;
+    params.approximation.up = GetParam().up;
+    params.min_cell_share = 0.0;  // all points count
+    PlanarMap map(params);
+    FrameObservation frame;
+    frame.points = points;
+    frame.planes = &found.planes;
+    map.insert(frame);
+    return map.cuboids();
+  };
+  const std::vector<Cuboid> compact = cuboidsOf(Profile::Compact);
+  const std::vector<Cuboid> paper = cuboidsOf(Profile::Paper);
   std::set<Cell> cells;
   for (std::size_t i = 0; i < points.size; ++i) {
-    if (points.isFinite(i)) cells.insert(cellOf(points.point(i), params.resolution));
+    if (points.isFinite(i)) cells.insert(cellOf(points.point(i), kResolution));
   }
   EXPECT_LT(compact.size(), greedyBoxes(cells));
   EXPECT_LT(compact.size(), paper.size());
-  EXPECT_GT(shareWithin(points, compact, 0.5 * params.resolution + 1e-6), 0.98);
-  EXPECT_GT(shareWithin(points, paper, 0.5 * params.resolution + 1e-6), 0.98);
+  EXPECT_GT(fractionWithin(points, compact, 0.5 * kResolution + 1e-6), 0.98);
+  EXPECT_GT(fractionWithin(points, paper, 0.5 * kResolution + 1e-6), 0.98);
 }
 
 INSTANTIATE_TEST_SUITE_P(

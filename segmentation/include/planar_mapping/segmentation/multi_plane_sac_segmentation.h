@@ -32,10 +32,14 @@ namespace planar_mapping {
 /// \endcode
 ///
 /// Planes come largest first, their inlier sets are disjoint, ascending and refer to the input
-/// cloud, and every inlier lies within the threshold of its plane. Normals point towards the
-/// sensor (the cloud's sensor_origin_). Points that are not finite are skipped and counted. The
-/// same input and parameters give the same result on any number of threads. The class prints
-/// nothing and keeps nothing between runs but the last result.
+/// cloud, and every inlier lies within the threshold of its plane. The points of a cloud are in the
+/// sensor's frame, and so are the planes: normals point towards its origin, whatever the cloud's
+/// sensor_origin_ and sensor_orientation_ say of the sensor in the world. Points that are not
+/// finite are skipped and counted. The same input and parameters give the same result on any number
+/// of threads. The class prints nothing and keeps nothing between runs but the last result.
+///
+/// setSource() and setInputFeatures() find planes of key features first, as the stage of
+/// `planar_map run` does.
 template <typename PointT>
 class PLANAR_MAPPING_EXPORT MultiPlaneSACSegmentation : public pcl::PCLBase<PointT> {
  public:
@@ -48,9 +52,12 @@ class PLANAR_MAPPING_EXPORT MultiPlaneSACSegmentation : public pcl::PCLBase<Poin
   /// Segments the input cloud, or the points of setIndices().
   /// \param[out] inliers indices into the input cloud, one set per plane; header of the cloud
   /// \param[out] planes  (a, b, c, d) of a x + b y + c z + d = 0, unit normal towards the sensor
-  /// \throws InputError without an input cloud or for an index outside it
+  /// \throws InputError without an input cloud, for an index outside it, or if the cloud is not in
+  ///         metres
   void segment(std::vector<pcl::PointIndices>& inliers,
                std::vector<pcl::ModelCoefficients>& planes);
+  /// As above, for getPlanes() alone: in double precision, and without copies.
+  void segment();
 
   /// The planes of the last segment(), with covariance, residual, tilt and patches.
   const std::vector<PlaneSegment>& getPlanes() const { return result_.planes; }
@@ -72,6 +79,13 @@ class PLANAR_MAPPING_EXPORT MultiPlaneSACSegmentation : public pcl::PCLBase<Poin
   /// 0 = as many as there are.
   void setMaxPlanes(int planes);
   int getMaxPlanes() const { return params_.max_planes; }
+  /// What planes are found in; Dense is the default.
+  void setSource(PlaneSource source);
+  PlaneSource getSource() const { return params_.source; }
+  /// Key features in the frame of the cloud, for sources other than Dense; none (the default) =
+  /// points sampled from the cloud.
+  void setInputFeatures(const std::vector<KeyFeature>& features) { features_ = features; }
+  const std::vector<KeyFeature>& getInputFeatures() const { return features_; }
   void setMethod(PlaneSearchMethod method);
   PlaneSearchMethod getMethod() const { return params_.method; }
   /// Lets the threshold follow the noise of a stereo camera, d_T(z) = max(d_T, k dz(z)), z along
@@ -107,6 +121,7 @@ class PLANAR_MAPPING_EXPORT MultiPlaneSACSegmentation : public pcl::PCLBase<Poin
 
  private:
   MultiPlaneParams params_;
+  std::vector<KeyFeature> features_;
   PlaneSet result_;
 };
 

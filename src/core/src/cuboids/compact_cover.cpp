@@ -6,7 +6,6 @@
 #include <string>
 #include <tuple>
 
-#include "cuboids/raster/cell_mask.h"
 #include "cuboids/cover/lattice_cover.h"
 #include "planar_mapping/core/base/error.h"
 #include "cuboids/plane_cover.h"

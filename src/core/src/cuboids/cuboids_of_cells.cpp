@@ -8,10 +8,10 @@
 #include <utility>
 
 #include "cuboids/cell_lookup.h"
-#include "planar_mapping/core/cuboids/detail/compact_cover.h"
-#include "planar_mapping/core/cuboids/cuboid_approximation.h"
-#include "planar_mapping/core/base/error.h"
 #include "cuboids/plane_cover.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/cuboids/detail/compact_cover.h"
+#include "planar_mapping/core/geometry/detail/plane_moments.h"
 
 namespace planar_mapping {
 namespace {
@@ -33,9 +33,9 @@ std::vector<NonPlanarCell> distinctCells(std::vector<NonPlanarCell> cells, int m
     last.octants |= cell.octants;
     const double weight = static_cast<double>(last.weight) + cell.weight;
     if (weight <= 0.0) continue;
-    const double share = cell.weight / weight;
-    last.mean += share * (cell.mean - last.mean);
-    last.probability += static_cast<float>(share * (cell.probability - last.probability));
+    const double fraction = cell.weight / weight;
+    last.mean += fraction * (cell.mean - last.mean);
+    last.probability += static_cast<float>(fraction * (cell.probability - last.probability));
     last.weight = static_cast<float>(weight);
   }
   distinct.erase(std::remove_if(distinct.begin(), distinct.end(),
@@ -241,7 +241,7 @@ std::vector<Cuboid> cuboidsOfCells(const std::vector<NonPlanarCell>& cells,
   if (params.profile == Profile::Paper) {
     return splitClusters(neededCells(distinct), params, sensor);
   }
-  return coverRest(distinct, {}, {}, params);
+  return coverWithBoxes(distinct, {}, {}, {}, params).boxes;
 }
 
 }  // namespace planar_mapping

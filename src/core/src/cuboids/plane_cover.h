@@ -2,10 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cstdint>
-#include <vector>
-
 #include "planar_mapping/core/cuboids/cuboid_approximation.h"
+#include "planar_mapping/core/cuboids/raster/detail/plane_raster.h"
 
 namespace planar_mapping::detail {
 

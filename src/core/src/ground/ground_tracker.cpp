@@ -14,42 +14,6 @@ constexpr std::size_t kMinFrames = 5;  ///< that must agree on where the ground 
 
 }  // namespace
 
-bool isCameraView(const PointsView& points, const Indices* indices) {
-  constexpr std::size_t kMaxSample = 100000;
-  constexpr float kFarthest = 1e12f;
-  constexpr double kMaxSlope = 2.0;  // 63 degrees; a scan with its floor at z = 0 goes beyond
-  constexpr double kMinFraction = 0.99;
-  const auto isUsable = [&](std::size_t i) {
-    const float* p = points[i];
-    return std::abs(p[0]) <= kFarthest && std::abs(p[1]) <= kFarthest &&
-           std::abs(p[2]) <= kFarthest;
-  };
-  detail::requireIndices(points, indices);
-  const std::size_t n = detail::countOf(points, indices);
-  std::size_t usable = 0;
-  for (std::size_t k = 0; k < n; ++k) usable += isUsable(detail::at(indices, k)) ? 1 : 0;
-  const std::size_t step = usable / kMaxSample + 1;
-  std::size_t number = 0;
-  std::size_t sampled = 0;
-  std::size_t in_view = 0;
-  for (std::size_t k = 0; k < n; ++k) {
-    const std::size_t i = detail::at(indices, k);
-    if (!isUsable(i) || number++ % step != 0) continue;
-    const Vector3 p = points.point(i);
-    ++sampled;
-    in_view += p.z() > 0.0 && p.head<2>().norm() < kMaxSlope * p.z() ? 1 : 0;
-  }
-  return sampled > 0 && static_cast<double>(in_view) >= kMinFraction * static_cast<double>(sampled);
-}
-
-Vector3 verticalOf(const PointsView& points, const Indices* indices, const Pose& T_world_sensor) {
-  if (!isCameraView(points, indices)) return Vector3::UnitZ();
-  const Vector3 up = T_world_sensor.linear() * -Vector3::UnitY();
-  Eigen::Index axis = 0;
-  up.cwiseAbs().maxCoeff(&axis);
-  return up[axis] < 0.0 ? Vector3(-Vector3::Unit(axis)) : Vector3(Vector3::Unit(axis));
-}
-
 void GroundTracker::setParams(const GroundParams& params) {
   params.validate();
   params_ = params;

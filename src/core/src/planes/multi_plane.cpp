@@ -117,6 +117,11 @@ void MultiPlaneParams::validate() const {
     throw ParameterError("max_normal_deviation", max_normal_deviation, "(0, pi/2]", "rad");
   }
   requireInRange("threads", threads, 0, kMaxInt);
+  if (source != PlaneSource::Dense && source != PlaneSource::Features &&
+      source != PlaneSource::Auto) {
+    throw ParameterError("source", static_cast<double>(source), "one of PlaneSource");
+  }
+  features.validate();
 }
 
 PlaneSet findPlanes(const PointsView& points, const Indices* indices,

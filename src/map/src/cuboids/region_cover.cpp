@@ -71,7 +71,7 @@ std::vector<Cuboid> RegionCover::boxes() {
     for (const ReplaceableCuboid& r : replaceable_) present_.push_back(r.cuboid);
     replaceable_.clear();
   }
-  RestCover cover = coverRest(cells, pieces_, present_, replaceable_, params, effort_);
+  BoxCover cover = coverWithBoxes(cells, pieces_, present_, replaceable_, params, effort_);
   for (std::size_t i = 0; i < cover.kept.size(); ++i) choices_[i].replaced = cover.kept[i] == 0;
   is_provisional_ = effort_ == CoverEffort::Quick && (!choices_.empty() || cover.boxes.size() > 1);
   namePlanes(map_, near_, cover.boxes);

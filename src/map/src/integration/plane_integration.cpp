@@ -38,8 +38,8 @@ void forEachBatch(const Indices& inliers, Visit&& visit) {
   }
 }
 
-/// The raster of a new plane starts at the corner of the bounding rectangle of its points, the
-/// slack shared by both sides, as in approximateCuboids(). Its cells are as few as that needs.
+/// The raster of a new plane starts at the corner of the bounding rectangle of its points, with as
+/// few cells as that needs; what they are larger by is the same on both sides.
 CellWindow startRaster(const MapData& map, const Frame& frame, PlaneLayer& layer,
                        std::size_t segment) {
   const ToCells to_cells(map, frame, layer.frame());

@@ -8,7 +8,7 @@
 
 #include "store/key_map.h"
 #include "store/packed_bytes.h"
-#include "planar_mapping/core/cuboids/cuboid_approximation.h"
+#include "planar_mapping/core/cuboids/detail/compact_cover.h"
 #include "store/resting.h"
 
 namespace planar_mapping::detail {

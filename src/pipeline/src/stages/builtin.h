@@ -19,6 +19,4 @@ void addPlanarCuboidApproximation(StageTable& table);
 
 /// [ours] Side of the smallest cell for a cloud of this size and density, metres: a hundredth of
 /// the extent, at least four point spacings, rounded to 1, 2 or 5 times a power of ten.
-double automaticResolution(const CloudScale& scale);
-
 }  // namespace planar_mapping::detail

@@ -30,7 +30,7 @@ class KlOccupancyStage : public Stage {
     params_.validate();
   }
   void adapt(const CloudScale& scale) override {
-    if (!resolution_) resolution_ = detail::automaticResolution(scale);
+    if (!resolution_) resolution_ = automaticResolution(scale);
     params_.resolution = *resolution_;
     noise_.adapt(scale);
     params_.beliefs.occupancy.noise = noise_.noise();

@@ -1,13 +1,11 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/core/planes/multi_plane.h"
+#include "planar_mapping/segmentation/multi_plane_sac_segmentation.h"
 
 #include <algorithm>
-#include <cstdint>
 
 #include "builtin.h"
 #include "noise_keys.h"
-#include "planar_mapping/core/planes/feature_planes.h"
 
 namespace planar_mapping {
 namespace {
@@ -21,8 +19,8 @@ class MultiPlaneSegmentationStage : public Stage {
   void applyProfile(Profile profile) override {
     if (profile != Profile::Paper) return;
     params_.method = PlaneSearchMethod::MultiRansac;
-    source_ = Source::Features;
-    feature_params_.refine = false;
+    params_.source = PlaneSource::Features;
+    params_.features.refine = false;
     noise_.setSource(detail::NoiseKeys::Source::None);
   }
   void declare(ParameterTable& table) override {
@@ -33,17 +31,19 @@ class MultiPlaneSegmentationStage : public Stage {
                 {"organized", PlaneSearchMethod::Organized},
                 {"disparity", PlaneSearchMethod::Disparity}},
                "how planes are looked for");
-    table.word("source", source_,
-               {{"dense", Source::Dense}, {"features", Source::Features}, {"auto", Source::Auto}},
+    table.word("source", params_.source,
+               {{"dense", PlaneSource::Dense},
+                {"features", PlaneSource::Features},
+                {"auto", PlaneSource::Auto}},
                "what planes are found in: the dense points, the key features, whose planes the "
                "dense points are then given to (Eq. 11), or auto = the key features and then the "
                "dense points on none of their planes");
-    table.integer("features", features_, Range::atLeast(8),
+    table.integer("features", params_.features.samples, Range::atLeast(8),
                   "points sampled evenly from the cloud in place of key features, where a frame "
                   "has none");
-    table.integer("min_features", feature_params_.min_features, Range::atLeast(3),
+    table.integer("min_features", params_.features.min_features, Range::atLeast(3),
                   "[ours] key features on a plane, fewer could be chance");
-    table.flag("refine", feature_params_.refine,
+    table.flag("refine", params_.features.refine,
                "[ours] planes of key features keep only points that are a surface and are refitted "
                "to them; without, dense points only belong, as in the paper");
     table.number("distance_threshold_m", distance_threshold_, Range::positive(),
@@ -75,10 +75,10 @@ class MultiPlaneSegmentationStage : public Stage {
   }
   void adapt(const CloudScale& scale) override {
     constexpr std::size_t kSmallest = 50;
-    constexpr std::size_t kShare = 300;
-    if (!distance_threshold_) distance_threshold_ = 0.5 * detail::automaticResolution(scale);
+    constexpr std::size_t kFraction = 300;
+    if (!distance_threshold_) distance_threshold_ = 0.5 * automaticResolution(scale);
     if (!min_inliers_) {
-      min_inliers_ = static_cast<int>(std::max(kSmallest, scale.points / kShare));
+      min_inliers_ = static_cast<int>(std::max(kSmallest, scale.points / kFraction));
     }
     noise_.adapt(scale);
     params_.noise = noise_.optionalNoise();
@@ -87,60 +87,27 @@ class MultiPlaneSegmentationStage : public Stage {
     params_.validate();
   }
   void process(Frame& frame) override {
-    const PointsView points = viewOf(*frame.cloud);
-    if (source_ == Source::Dense) {
-      frame.planes = findPlanes(points, &frame.indices, params_).planes;
-      return;
-    }
-    feature_params_.dense = params_;
-    feature_params_.dense_fallback = source_ == Source::Auto;
-    FeaturePlaneDiagnostics diagnostics;
-    FeaturePlaneParams params = feature_params_;
-    std::vector<KeyFeature> samples;
-    if (frame.key_features.empty()) {
-      samples = sampled(points, frame.indices);
-      // A plane large enough among all points holds its share of the samples.
-      const double share = static_cast<double>(samples.size()) /
-                           static_cast<double>(std::max<std::size_t>(1, frame.indices.size()));
-      params.min_features =
-          std::max(params.min_features, static_cast<int>(params_.min_inliers * share));
-    }
-    frame.planes = findPlanesFromFeatures(points, &frame.indices,
-                                          samples.empty() ? frame.key_features : samples, params,
-                                          Vector3::Zero(), &diagnostics)
-                       .planes;
+    segmentation_.setParams(params_);
+    segmentation_.setInputCloud(frame.cloud);
+    segmentation_.setIndices(pcl::IndicesPtr(pcl::IndicesPtr(), &frame.indices));  // in place
+    segmentation_.setInputFeatures(frame.key_features);
+    segmentation_.segment();
+    frame.planes = segmentation_.getPlanes();
+    if (params_.source == PlaneSource::Dense) return;
     const auto number = static_cast<double>(frame.planes.size());
-    frame.statistics.push_back(
-        {"planes_from_features", number - static_cast<double>(diagnostics.planes_of_dense_points)});
-    frame.statistics.push_back(
-        {"planes_from_dense", static_cast<double>(diagnostics.planes_of_dense_points)});
+    const auto dense =
+        static_cast<double>(segmentation_.getDiagnostics().features.planes_of_dense_points);
+    frame.statistics.push_back({"planes_from_features", number - dense});
+    frame.statistics.push_back({"planes_from_dense", dense});
   }
 
  private:
-  enum class Source : std::uint8_t { Dense, Features, Auto };
-
-  /// Points spread evenly over the list of those that count.
-  std::vector<KeyFeature> sampled(const PointsView& points, const Indices& indices) const;
-
   MultiPlaneParams params_;
-  FeaturePlaneParams feature_params_;
-  Source source_ = Source::Dense;
+  MultiPlaneSACSegmentation<pcl::PointXYZ> segmentation_;
   std::optional<double> distance_threshold_ = 0.05;
   std::optional<int> min_inliers_ = 100;
-  int features_ = 1000;
   detail::NoiseKeys noise_;
 };
-
-std::vector<KeyFeature> MultiPlaneSegmentationStage::sampled(const PointsView& points,
-                                                             const Indices& indices) const {
-  const std::size_t count = std::min(indices.size(), static_cast<std::size_t>(features_));
-  std::vector<KeyFeature> features(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    features[i].position =
-        points.point(static_cast<std::size_t>(indices[i * indices.size() / count]));
-  }
-  return features;
-}
 
 }  // namespace
 

@@ -5,7 +5,7 @@
 
 #include "builtin.h"
 #include "noise_keys.h"
-#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/surface/planar_mapping.h"
 
 namespace planar_mapping {
 namespace {
@@ -14,18 +14,12 @@ class PlanarCuboidApproximationStage : public Stage {
  public:
   static constexpr const char* kName = "planar_cuboid_approximation";
   static constexpr const char* kSummary =
-      "turns planes and the rest into oriented cuboids of the map (the paper, III-F and IV)";
+      "turns planes and other points into oriented cuboids of the map (the paper, III-F and IV)";
   static constexpr StageKind kKind = StageKind::Map;
 
   void applyProfile(Profile profile) override {
-    params_.approximation.profile = profile;
+    params_ = PlanarMapParams::of(profile);
     if (profile != Profile::Paper) return;
-    // The features' beliefs as they are; looking through a cell changes nothing.
-    params_.belief_gain = 1.0;
-    params_.miss_factor = 1.0;
-    params_.first_belief = 1.0;
-    params_.min_cell_share = 0.0;
-    params_.surface_factor = 0.0;
     noise_.setSource(detail::NoiseKeys::Source::None);
   }
   void declare(ParameterTable& table) override {
@@ -105,7 +99,7 @@ class PlanarCuboidApproximationStage : public Stage {
     params_.validate();
   }
   void adapt(const CloudScale& scale) override {
-    if (!resolution_) resolution_ = detail::automaticResolution(scale);
+    if (!resolution_) resolution_ = automaticResolution(scale);
     if (!association_offset_) association_offset_ = *resolution_;
     if (!association_gap_) association_gap_ = 5.0 * *resolution_;
     // Beyond what is mapped there would be borders, as noisy as the depths, of nothing in the map.
@@ -121,33 +115,34 @@ class PlanarCuboidApproximationStage : public Stage {
   }
   void configureMap(PlanarMapParams& params) const override { params = params_; }
   void process(Frame& frame) override {
-    FrameObservation observation;
-    observation.T_world_sensor = frame.T_world_sensor;
-    observation.timestamp = frame.timestamp;
-    observation.points = viewOf(*frame.cloud);
-    observation.indices = &frame.indices;
-    observation.ground = &frame.ground;
-    observation.planes = &frame.planes;
-    if (!frame.probability.empty()) observation.probability = &frame.probability;
-    observation.camera = frame.camera;
-    observation.noise = noise_.optionalNoise();
-    frame.update = frame.map->insert(observation);
+    mapping_.setMap(*frame.map);
+    mapping_.setInputCloud(frame.cloud);
+    mapping_.setIndices(pcl::IndicesPtr(pcl::IndicesPtr(), &frame.indices));  // in place
+    mapping_.setSensorPose(frame.T_world_sensor);
+    mapping_.setTimestamp(frame.timestamp);
+    mapping_.setGroundIndices(frame.ground);
+    mapping_.setPlanes(frame.planes);
+    mapping_.setPointProbabilities(frame.probability);
+    mapping_.setCamera(frame.camera);
+    mapping_.setNoiseModel(noise_.optionalNoise());
+    frame.update = mapping_.integrate();
     frame.inserted = true;
   }
 
  private:
   /// The map keeps track of unknown space up to 2,048 of its cells away. Rounded down to three
-  /// digits, as a person would write it: all of them take six bytes more of a file.
+  /// digits, as a person would write it.
   double automaticMaxRange(double range) const {
-    constexpr double kMostCells = 2048.0;
+    constexpr double kMaxCells = 2048.0;
     const double unit = std::pow(10.0, 2.0 - std::floor(std::log10(range)));
     if (range > 0.0 && std::isfinite(unit)) range = std::floor(range * unit) / unit;
     const double unknown = params_.unknown_resolution;
     const double cell = unknown > 0.0 ? unknown : *resolution_;
-    return std::clamp(range, cell, kMostCells * cell);
+    return std::clamp(range, cell, kMaxCells * cell);
   }
 
   PlanarMapParams params_;
+  PlanarMapping<pcl::PointXYZ> mapping_;
   detail::NoiseKeys noise_;
   std::optional<double> resolution_ = 0.1;
   std::optional<double> association_offset_ = 0.1;

@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "builtin.h"
-#include "planar_mapping/core/ground/ground.h"
 #include "planar_mapping/core/ground/detail/upright.h"
+#include "planar_mapping/core/ground/ground.h"
 
 namespace planar_mapping::detail {
 namespace {
@@ -61,13 +61,13 @@ Pose StartPose::of(Frame& frame, bool optical, const std::optional<StereoNoise>&
 void StartPose::levelByPlanes(Frame& frame, const std::optional<StereoNoise>& noise,
                               Pose& pose) const {
   constexpr double kThreshold = 0.03;
-  constexpr std::size_t kSmallestShare = 300;  // as of multi_plane_segmentation
-  constexpr std::size_t kSmallest = 100;
+  constexpr std::size_t kMinFraction = 300;  // as of multi_plane_segmentation
+  constexpr std::size_t kMinInliers = 100;
   if (!frame.cloud || frame.cloud->empty()) return;
   MultiPlaneParams plane_params;
   plane_params.distance_threshold = kThreshold;
   plane_params.min_inliers =
-      static_cast<int>(std::max(kSmallest, frame.points_valid / kSmallestShare));
+      static_cast<int>(std::max(kMinInliers, frame.points_valid / kMinFraction));
   plane_params.noise = noise;
   UprightParams params;
   params.expected_up = pose.linear().transpose() * Vector3::UnitZ();

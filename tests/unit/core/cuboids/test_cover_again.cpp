@@ -11,6 +11,14 @@
 namespace planar_mapping {
 namespace {
 
+/// The boxes, where no cuboid may be replaced.
+std::vector<Cuboid> boxesFor(const std::vector<NonPlanarCell>& cells,
+                             const std::vector<SurfacePiece>& pieces,
+                             const std::vector<Cuboid>& present,
+                             const CuboidApproximationParams& params) {
+  return coverWithBoxes(cells, pieces, present, {}, params).boxes;
+}
+
 NonPlanarCell cellAt(std::int32_t x, std::int32_t y, std::int32_t z) {
   NonPlanarCell cell;
   cell.x = x;
@@ -25,8 +33,8 @@ TEST(CoverAgain, JoinsWhatWasCoveredInParts) {
   for (int x = 0; x < 10; ++x) {
     for (int y = 0; y < 3; ++y) (x < 4 ? left : right).push_back(cellAt(x, y, 0));
   }
-  std::vector<Cuboid> boxes = coverRest(left, {}, {}, params);
-  for (const Cuboid& box : coverRest(right, {}, {}, params)) boxes.push_back(box);
+  std::vector<Cuboid> boxes = boxesFor(left, {}, {}, params);
+  for (const Cuboid& box : boxesFor(right, {}, {}, params)) boxes.push_back(box);
   ASSERT_EQ(boxes.size(), 2u);
   all = left;
   all.insert(all.end(), right.begin(), right.end());
@@ -40,7 +48,7 @@ TEST(CoverAgain, JoinsWhatWasCoveredInParts) {
 TEST(CoverAgain, KeepsBoxesWhereItFindsNoFewer) {
   const CuboidApproximationParams params;
   const std::vector<NonPlanarCell> cells{cellAt(0, 0, 0), cellAt(9, 0, 0)};
-  std::vector<Cuboid> boxes = coverRest(cells, {}, {}, params);
+  std::vector<Cuboid> boxes = boxesFor(cells, {}, {}, params);
   ASSERT_EQ(boxes.size(), 2u);
   boxes.front().probability = 0.25f;  // so that they can be told apart
   EXPECT_EQ(coverAgain(boxes, cells, {}, {}, params).front().probability, 0.25f);

@@ -9,9 +9,9 @@
 #include <set>
 #include <vector>
 
-#include "planar_mapping/core/cuboids/cuboid_approximation.h"
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/cuboids/cuboid_approximation.h"
 
 namespace planar_mapping {
 namespace {

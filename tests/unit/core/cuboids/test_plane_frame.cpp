@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
+#include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/cuboids/raster/detail/plane_raster.h"
-#include "planar_mapping/core/base/detail/random.h"
 
 namespace planar_mapping {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "planar_mapping/core/base/error.h"
-#include "planar_mapping/core/planes/feature_planes.h"
+#include "planar_mapping/core/planes/multi_plane.h"
 #include "plane_scenes.h"
 
 namespace planar_mapping {
@@ -51,24 +51,24 @@ struct Corner {
   }
 };
 
-FeaturePlaneParams smallParams() {
-  FeaturePlaneParams params;
-  params.dense.distance_threshold = 0.03;
+MultiPlaneParams smallParams() {
+  MultiPlaneParams params;
+  params.distance_threshold = 0.03;
+  params.source = PlaneSource::Auto;
   return params;
 }
 
 TEST(FeaturePlanes, GivesDensePointsToThePlanesOfFeatures) {
   const Corner corner(true);
-  FeaturePlaneParams params = smallParams();
-  params.dense_fallback = false;
-  FeaturePlaneDiagnostics diagnostics;
-  const PlaneSet found = findPlanesFromFeatures(corner.scene.view(), nullptr, corner.features,
-                                                params, Vector3::Zero(), &diagnostics);
+  MultiPlaneParams params = smallParams();
+  params.source = PlaneSource::Features;
+  const PlaneSet found = segmentPlanes(corner.scene.view(), nullptr, corner.features, params);
   ASSERT_EQ(found.planes.size(), 2U);
   const test::PlaneScore score = test::scorePlanes(corner.scene, found);
   EXPECT_EQ(score.recall, 1.0);
   EXPECT_LT(score.angle_deg, 0.1);
   EXPECT_GT(score.point_recall, 0.97);
+  const FeaturePlaneDiagnostics& diagnostics = found.diagnostics.features;
   EXPECT_EQ(diagnostics.features_considered, 120U);
   EXPECT_EQ(diagnostics.planes_of_features, 2U);
   EXPECT_EQ(diagnostics.points_of_features,
@@ -77,29 +77,37 @@ TEST(FeaturePlanes, GivesDensePointsToThePlanesOfFeatures) {
 
 TEST(FeaturePlanes, DenseSearchFindsThePlainWall) {
   const Corner corner(false);
-  FeaturePlaneParams params = smallParams();
-  params.dense_fallback = false;
-  EXPECT_EQ(
-      findPlanesFromFeatures(corner.scene.view(), nullptr, corner.features, params).planes.size(),
-      1U);
-  params.dense_fallback = true;
-  FeaturePlaneDiagnostics diagnostics;
-  const PlaneSet found = findPlanesFromFeatures(corner.scene.view(), nullptr, corner.features,
-                                                params, Vector3::Zero(), &diagnostics);
+  MultiPlaneParams params = smallParams();
+  params.source = PlaneSource::Features;
+  EXPECT_EQ(segmentPlanes(corner.scene.view(), nullptr, corner.features, params).planes.size(), 1U);
+  params.source = PlaneSource::Auto;
+  const PlaneSet found = segmentPlanes(corner.scene.view(), nullptr, corner.features, params);
   EXPECT_EQ(test::scorePlanes(corner.scene, found).recall, 1.0);
   EXPECT_EQ(found.planes.size(), 2U);
-  EXPECT_EQ(diagnostics.planes_of_dense_points, 1U);
+  EXPECT_EQ(found.diagnostics.features.planes_of_dense_points, 1U);
 }
 
-TEST(FeaturePlanes, WithoutFeaturesTheDenseSearchDoesAll) {
+TEST(FeaturePlanes, WithoutFeaturesAndSamplesTheDenseSearchDoesAll) {
   const Corner corner(false);
-  const FeaturePlaneParams params = smallParams();
-  const PlaneSet found = findPlanesFromFeatures(corner.scene.view(), nullptr, {}, params);
-  const PlaneSet dense = findPlanes(corner.scene.view(), nullptr, params.dense);
+  MultiPlaneParams params = smallParams();
+  params.features.samples = 0;
+  const PlaneSet found = segmentPlanes(corner.scene.view(), nullptr, {}, params);
+  const PlaneSet dense = findPlanes(corner.scene.view(), nullptr, params);
   ASSERT_EQ(found.planes.size(), dense.planes.size());
   for (std::size_t i = 0; i < dense.planes.size(); ++i) {
     EXPECT_EQ(found.planes[i].inliers, dense.planes[i].inliers);
   }
+  params.source = PlaneSource::Features;
+  EXPECT_TRUE(segmentPlanes(corner.scene.view(), nullptr, {}, params).planes.empty());
+}
+
+TEST(FeaturePlanes, SampledPointsTakeThePlaceOfFeatures) {
+  const Corner corner(false);
+  MultiPlaneParams params = smallParams();
+  params.source = PlaneSource::Features;
+  const PlaneSet found = segmentPlanes(corner.scene.view(), nullptr, {}, params);
+  EXPECT_EQ(found.diagnostics.features.features_considered, 1000U);
+  EXPECT_EQ(test::scorePlanes(corner.scene, found).recall, 1.0);
 }
 
 TEST(FeaturePlanes, NoPlaneThroughUnrelatedObjects) {
@@ -112,8 +120,8 @@ TEST(FeaturePlanes, NoPlaneThroughUnrelatedObjects) {
     addRectangle(scene, {-1, y, 1.5}, {2, 0, 0}, {0, 0, 1.5}, 0.02, shelf);
     for (int k = 0; k < 8; ++k) features.push_back(featureAt({0.25 * k - 0.9, y, 2.25 + y}));
   }
-  FeaturePlaneParams params = smallParams();
-  params.dense_fallback = false;
+  MultiPlaneParams params = smallParams();
+  params.source = PlaneSource::Features;
   const auto slanting = [&](const PlaneSet& set) {
     int number = 0;
     for (const PlaneSegment& segment : set.planes) {
@@ -121,13 +129,11 @@ TEST(FeaturePlanes, NoPlaneThroughUnrelatedObjects) {
     }
     return number;
   };
-  FeaturePlaneDiagnostics diagnostics;
-  EXPECT_EQ(slanting(findPlanesFromFeatures(scene.view(), nullptr, features, params,
-                                            Vector3::Zero(), &diagnostics)),
-            0);
-  EXPECT_GE(diagnostics.planes_of_features, 1U);
-  params.refine = false;  // as in the paper
-  EXPECT_GE(slanting(findPlanesFromFeatures(scene.view(), nullptr, features, params)), 1);
+  const PlaneSet found = segmentPlanes(scene.view(), nullptr, features, params);
+  EXPECT_EQ(slanting(found), 0);
+  EXPECT_GE(found.diagnostics.features.planes_of_features, 1U);
+  params.features.refine = false;  // as in the paper
+  EXPECT_GE(slanting(segmentPlanes(scene.view(), nullptr, features, params)), 1);
 }
 
 TEST(FeaturePlanes, RefitsToTheDensePoints) {
@@ -138,24 +144,22 @@ TEST(FeaturePlanes, RefitsToTheDensePoints) {
     const double x = -2.0 + 0.1 * i;
     corner.features.push_back(featureAt({x, 0.3 * std::sin(1.7 * i), 3.0 + 0.005 * (x + 2.0)}));
   }
-  FeaturePlaneParams params = smallParams();
-  params.dense_fallback = false;
-  const PlaneSet refined =
-      findPlanesFromFeatures(corner.scene.view(), nullptr, corner.features, params);
+  MultiPlaneParams params = smallParams();
+  params.source = PlaneSource::Features;
+  const PlaneSet refined = segmentPlanes(corner.scene.view(), nullptr, corner.features, params);
   ASSERT_EQ(refined.planes.size(), 1U);
   EXPECT_GT(std::fabs(refined.planes[0].plane.normal.z()), std::cos(1e-3));
-  params.refine = false;
-  const PlaneSet plain =
-      findPlanesFromFeatures(corner.scene.view(), nullptr, corner.features, params);
+  params.features.refine = false;
+  const PlaneSet plain = segmentPlanes(corner.scene.view(), nullptr, corner.features, params);
   ASSERT_EQ(plain.planes.size(), 1U);
   EXPECT_NEAR(std::acos(std::fabs(plain.planes[0].plane.normal.z())), 0.005, 0.001);
 }
 
 TEST(FeaturePlanes, FindsFarPlanesOfStereoFeatures) {
   // A wall 8 m away, where 0.3 pixels are 0.3 m, and the floor in front of it.
-  FeaturePlaneParams params = smallParams();
-  params.dense.noise = StereoNoise{0.12, 500.0, 0.5};
-  params.dense_fallback = false;
+  MultiPlaneParams params = smallParams();
+  params.noise = StereoNoise{0.12, 500.0, 0.5};
+  params.source = PlaneSource::Features;
   test::PlaneScene scene;
   std::vector<KeyFeature> features;
   Random random(4, 2);
@@ -171,7 +175,7 @@ TEST(FeaturePlanes, FindsFarPlanesOfStereoFeatures) {
     if (i % 100 < 2) features.push_back(featureAt(see(p, 0.3)));
   }
   scene.planes = {{-Vector3::UnitY(), 1.0}, {-Vector3::UnitZ(), 8.0}};
-  const PlaneSet found = findPlanesFromFeatures(scene.view(), nullptr, features, params);
+  const PlaneSet found = segmentPlanes(scene.view(), nullptr, features, params);
   ASSERT_EQ(found.planes.size(), 2U);
   EXPECT_GT(std::fabs(found.planes[0].plane.normal.z()), std::cos(0.05));
   EXPECT_GT(std::fabs(found.planes[1].plane.normal.y()), std::cos(0.05));
@@ -183,7 +187,7 @@ TEST(FeaturePlanes, OnlyIndexedPointsCount) {
   Indices indices;
   for (std::size_t i = 0; i < corner.scene.size(); i += 3) indices.push_back(static_cast<int>(i));
   const PlaneSet found =
-      findPlanesFromFeatures(corner.scene.view(), &indices, corner.features, smallParams());
+      segmentPlanes(corner.scene.view(), &indices, corner.features, smallParams());
   ASSERT_EQ(found.planes.size(), 2U);
   for (const PlaneSegment& segment : found.planes) {
     for (const int i : segment.inliers) EXPECT_EQ(i % 3, 0);
@@ -193,54 +197,50 @@ TEST(FeaturePlanes, OnlyIndexedPointsCount) {
 TEST(FeaturePlanes, SkipsAndCountsFeaturesThatAreNotFinite) {
   Corner corner(true);
   const PlaneSet clean =
-      findPlanesFromFeatures(corner.scene.view(), nullptr, corner.features, smallParams());
+      segmentPlanes(corner.scene.view(), nullptr, corner.features, smallParams());
   corner.features.insert(corner.features.begin() + 7, featureAt({kNaN, 0, 1}));
   corner.features.push_back(featureAt({0, std::numeric_limits<double>::infinity(), 1}));
-  FeaturePlaneDiagnostics diagnostics;
-  const PlaneSet found = findPlanesFromFeatures(corner.scene.view(), nullptr, corner.features,
-                                                smallParams(), Vector3::Zero(), &diagnostics);
-  EXPECT_EQ(diagnostics.features_not_finite, 2U);
+  const PlaneSet found =
+      segmentPlanes(corner.scene.view(), nullptr, corner.features, smallParams());
+  EXPECT_EQ(found.diagnostics.features.features_not_finite, 2U);
   ASSERT_EQ(found.planes.size(), clean.planes.size());
   EXPECT_EQ(found.planes[0].inliers, clean.planes[0].inliers);
 }
 
 TEST(FeaturePlanes, HostileInputGivesNoPlaneAndNoCrash) {
-  const FeaturePlaneParams params = smallParams();
-  EXPECT_TRUE(findPlanesFromFeatures(PointsView(), nullptr, {}, params).planes.empty());
+  const MultiPlaneParams params = smallParams();
+  EXPECT_TRUE(segmentPlanes(PointsView(), nullptr, {}, params).planes.empty());
   const std::vector<float> one = {1, 2, 3};
   const std::vector<KeyFeature> same(20, featureAt({1, 2, 3}));
-  EXPECT_TRUE(
-      findPlanesFromFeatures(PointsView(one.data(), 1), nullptr, same, params).planes.empty());
+  EXPECT_TRUE(segmentPlanes(PointsView(one.data(), 1), nullptr, same, params).planes.empty());
   std::vector<KeyFeature> far;
   for (int i = 0; i < 30; ++i) far.push_back(featureAt({1e9 + i, 1e9 * (i % 5), 1e9 - i * i}));
   const std::vector<float> huge(300, 1e9F);
-  EXPECT_TRUE(
-      findPlanesFromFeatures(PointsView(huge.data(), 100), nullptr, far, params).planes.empty());
+  EXPECT_TRUE(segmentPlanes(PointsView(huge.data(), 100), nullptr, far, params).planes.empty());
   std::vector<KeyFeature> line;
   for (int i = 0; i < 30; ++i) line.push_back(featureAt({0.1 * i, 0.2 * i, 1.0 + 0.1 * i}));
-  EXPECT_TRUE(
-      findPlanesFromFeatures(PointsView(one.data(), 1), nullptr, line, params).planes.empty());
+  EXPECT_TRUE(segmentPlanes(PointsView(one.data(), 1), nullptr, line, params).planes.empty());
 }
 
 TEST(FeaturePlanes, RejectsParametersOutOfRange) {
   const auto fails = [](auto change) {
-    FeaturePlaneParams params;
+    MultiPlaneParams params;
     change(params);
     EXPECT_THROW(params.validate(), ParameterError);
   };
-  fails([](FeaturePlaneParams& p) { p.min_features = 2; });
-  fails([](FeaturePlaneParams& p) { p.feature_error_factor = 0.0; });
-  fails([](FeaturePlaneParams& p) { p.square_side = 0.0; });
-  fails([](FeaturePlaneParams& p) { p.square_dominance = 0.9; });
-  fails([](FeaturePlaneParams& p) { p.min_surface_share = kNaN; });
-  fails([](FeaturePlaneParams& p) { p.max_refit_turn = 0.0; });
-  fails([](FeaturePlaneParams& p) { p.max_refit_turn = 2.0; });
-  fails([](FeaturePlaneParams& p) { p.joining_angle = -0.1; });
-  fails([](FeaturePlaneParams& p) { p.dense.distance_threshold = -1.0; });
-  FeaturePlaneParams().validate();
+  fails([](MultiPlaneParams& p) { p.features.min_features = 2; });
+  fails([](MultiPlaneParams& p) { p.features.feature_error_factor = 0.0; });
+  fails([](MultiPlaneParams& p) { p.features.square_side = 0.0; });
+  fails([](MultiPlaneParams& p) { p.features.square_dominance = 0.9; });
+  fails([](MultiPlaneParams& p) { p.features.min_surface_share = kNaN; });
+  fails([](MultiPlaneParams& p) { p.features.max_refit_turn = 0.0; });
+  fails([](MultiPlaneParams& p) { p.features.max_refit_turn = 2.0; });
+  fails([](MultiPlaneParams& p) { p.features.joining_angle = -0.1; });
+  fails([](MultiPlaneParams& p) { p.distance_threshold = -1.0; });
+  MultiPlaneParams().validate();
   const Indices outside = {5};
   const std::vector<float> one = {1, 2, 3};
-  EXPECT_THROW(findPlanesFromFeatures(PointsView(one.data(), 1), &outside, {}, {}), InputError);
+  EXPECT_THROW(segmentPlanes(PointsView(one.data(), 1), &outside, {}, {}), InputError);
 }
 
 }  // namespace

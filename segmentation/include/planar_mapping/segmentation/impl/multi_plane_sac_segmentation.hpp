@@ -3,7 +3,6 @@
 #pragma once
 
 #include <pcl/impl/pcl_base.hpp>
-#include <utility>
 
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pcl/parameter_setter.h"
@@ -13,22 +12,24 @@
 namespace planar_mapping {
 
 template <typename PointT>
+void MultiPlaneSACSegmentation<PointT>::segment() {
+  result_ = PlaneSet();
+  if (!this->input_) throw InputError("MultiPlaneSACSegmentation has no input cloud");
+  const Indices* indices = this->use_indices_ && this->indices_ ? this->indices_.get() : nullptr;
+  result_ = segmentPlanes(viewOf(*this->input_), indices, features_, params_);
+}
+
+template <typename PointT>
 void MultiPlaneSACSegmentation<PointT>::segment(std::vector<pcl::PointIndices>& inliers,
                                                 std::vector<pcl::ModelCoefficients>& planes) {
   inliers.clear();
   planes.clear();
-  result_ = PlaneSet();
-  if (!this->input_) throw InputError("MultiPlaneSACSegmentation has no input cloud");
-  const PointCloud& cloud = *this->input_;
-  const Indices* indices = this->use_indices_ && this->indices_ ? this->indices_.get() : nullptr;
-  const Vector3 sensor = cloud.sensor_origin_.template head<3>().template cast<double>();
-  result_ = findPlanes(viewOf(cloud), indices, params_, sensor);
-
+  segment();
   inliers.resize(result_.planes.size());
   planes.resize(result_.planes.size());
   for (std::size_t i = 0; i < result_.planes.size(); ++i) {
     const Vector4 coefficients = result_.planes[i].plane.coefficients();
-    inliers[i].header = planes[i].header = cloud.header;
+    inliers[i].header = planes[i].header = this->input_->header;
     inliers[i].indices = result_.planes[i].inliers;
     planes[i].values.assign(coefficients.data(), coefficients.data() + 4);
   }
@@ -44,6 +45,7 @@ PLANAR_MAPPING_PARAMETER_SETTER(MultiPlaneSACSegmentation, setDistanceThreshold,
                                 distance_threshold)
 PLANAR_MAPPING_PARAMETER_SETTER(MultiPlaneSACSegmentation, setMinInliers, int, min_inliers)
 PLANAR_MAPPING_PARAMETER_SETTER(MultiPlaneSACSegmentation, setMaxPlanes, int, max_planes)
+PLANAR_MAPPING_PARAMETER_SETTER(MultiPlaneSACSegmentation, setSource, PlaneSource, source)
 PLANAR_MAPPING_PARAMETER_SETTER(MultiPlaneSACSegmentation, setMethod, PlaneSearchMethod, method)
 PLANAR_MAPPING_PARAMETER_SETTER(MultiPlaneSACSegmentation, setNoiseModel,
                                 const std::optional<StereoNoise>&, noise)

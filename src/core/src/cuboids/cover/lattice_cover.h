@@ -7,8 +7,8 @@
 
 #include "cuboids/cover/bit_grid.h"
 #include "cuboids/cover/lattice_boxes.h"
-#include "planar_mapping/core/cuboids/detail/compact_cover.h"
 #include "cuboids/cover/set_cover.h"
+#include "planar_mapping/core/cuboids/cover/detail/cover_effort.h"
 
 namespace planar_mapping::detail {
 

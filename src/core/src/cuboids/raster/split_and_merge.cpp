@@ -4,7 +4,6 @@
 #include <tuple>
 #include <utility>
 
-#include "cuboids/raster/cell_mask.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/cuboids/raster/detail/plane_raster.h"
 

@@ -1,16 +1,17 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/core/planes/feature_planes.h"
+#include "planar_mapping/core/geometry/cloud_scale.h"
+#include "planar_mapping/core/planes/multi_plane.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include "planes/distance_band.h"
 #include "planar_mapping/core/base/error.h"
-#include "planes/plane_search.h"
+#include "planes/distance_band.h"
 #include "planes/from_features/surface_squares.h"
+#include "planes/plane_search.h"
 
 namespace planar_mapping {
 namespace {
@@ -18,11 +19,10 @@ namespace {
 /// Multi-RANSAC over the features alone. Where the noise of a stereo camera is known it runs in
 /// disparity space (column, row, disparity): planes are planes there as well, and the noise is the
 /// same near and far.
-std::vector<Plane> planesOf(const std::vector<KeyFeature>& features,
-                            const FeaturePlaneParams& params, const Vector3& sensor,
-                            FeaturePlaneDiagnostics& diagnostics) {
-  const bool by_disparity = params.dense.noise && sensor.isZero();
-  const StereoNoise camera = params.dense.noise.value_or(StereoNoise());
+std::vector<Plane> planesOf(const std::vector<KeyFeature>& features, const MultiPlaneParams& params,
+                            const Vector3& sensor, FeaturePlaneDiagnostics& diagnostics) {
+  const bool by_disparity = params.noise && sensor.isZero();
+  const StereoNoise camera = params.noise.value_or(StereoNoise());
   const double f = camera.focal_length;
   const double factor = camera.baseline * f;
   std::vector<float> xyz;
@@ -38,15 +38,15 @@ std::vector<Plane> planesOf(const std::vector<KeyFeature>& features,
     for (int axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(point[axis]));
   }
   diagnostics.features_considered = features.size();
-  MultiPlaneParams sparse = params.dense;
+  MultiPlaneParams sparse = params;
   sparse.method = PlaneSearchMethod::MultiRansac;
-  sparse.min_inliers = params.min_features;
+  sparse.min_inliers = params.features.min_features;
   sparse.max_planes = 0;
   if (by_disparity) {
     constexpr double kLeastThreshold = 1e-3;  // pixels
     sparse.noise.reset();
     sparse.distance_threshold =
-        std::max(kLeastThreshold, params.feature_error_factor * camera.disparity_error);
+        std::max(kLeastThreshold, params.features.feature_error_factor * camera.disparity_error);
   }
   const PlaneSet found =
       findPlanes(PointsView(xyz.data(), xyz.size() / 3), nullptr, sparse, Vector3::Zero());
@@ -68,10 +68,9 @@ std::vector<Plane> planesOf(const std::vector<KeyFeature>& features,
 }
 
 /// Labels of the points that do not count become -1.
-void keepIndexed(const Indices* indices, std::vector<std::int32_t>& labels) {
-  if (indices == nullptr) return;
+void keepIndexed(const Indices& indices, std::vector<std::int32_t>& labels) {
   std::vector<std::int32_t> kept(labels.size(), -1);
-  for (const int i : *indices) {
+  for (const int i : indices) {
     kept[static_cast<std::size_t>(i)] = labels[static_cast<std::size_t>(i)];
   }
   labels.swap(kept);
@@ -98,15 +97,15 @@ void sortBySize(std::vector<PlaneSegment>& planes) {
 
 /// Planes of features with their dense points, refitted; doubtful ones are let go.
 PlaneSet densePlanesOf(const std::vector<Plane>& planes, const PointsView& points,
-                       const Indices* indices, const FeaturePlaneParams& params,
+                       const Indices& indices, const MultiPlaneParams& params,
                        const Vector3& sensor, FeaturePlaneDiagnostics& diagnostics) {
-  std::vector<std::int32_t> labels = clusterByPlane(points, planes, params.dense);
+  std::vector<std::int32_t> labels = clusterByPlane(points, planes, params);
   keepIndexed(indices, labels);
-  if (params.refine) {
+  if (params.features.refine) {
     diagnostics.rejected_not_surface =
         detail::keepSurfaces(points, indices, planes, params, labels);
   }
-  PlaneSet set = detail::assemblePlaneSet(points, labels, planes, params.dense, sensor);
+  PlaneSet set = detail::assemblePlaneSet(points, labels, planes, params, sensor);
   // Planes that lost all points are too small as well.
   diagnostics.rejected_too_small =
       set.diagnostics.rejected_too_small - diagnostics.rejected_not_surface;
@@ -114,14 +113,14 @@ PlaneSet densePlanesOf(const std::vector<Plane>& planes, const PointsView& point
     const auto first = static_cast<std::size_t>(segment.inliers.front());
     return planes[static_cast<std::size_t>(labels[first])];
   };
-  if (!params.refine) {
+  if (!params.features.refine) {
     for (PlaneSegment& segment : set.planes) {
       segment.plane = orientedTowards(before(segment), sensor);
       segment.tilt = normalizedTilt(segment.plane);
     }
     return set;
   }
-  const double min_cosine = std::cos(params.max_refit_turn);
+  const double min_cosine = std::cos(params.features.max_refit_turn);
   const auto end =
       std::remove_if(set.planes.begin(), set.planes.end(), [&](const PlaneSegment& segment) {
         return std::fabs(before(segment).normal.dot(segment.plane.normal)) < min_cosine;
@@ -132,36 +131,31 @@ PlaneSet densePlanesOf(const std::vector<Plane>& planes, const PointsView& point
 }
 
 /// The points that count and are in no plane.
-Indices pointsLeft(const PointsView& points, const Indices* indices,
+Indices pointsLeft(const PointsView& points, const Indices& indices,
                    const std::vector<PlaneSegment>& planes) {
   std::vector<char> taken(points.size, 0);
   for (const PlaneSegment& segment : planes) {
     for (const int i : segment.inliers) taken[static_cast<std::size_t>(i)] = 1;
   }
   Indices left;
-  if (indices != nullptr) {
-    for (const int i : *indices) {
-      if (taken[static_cast<std::size_t>(i)] == 0) left.push_back(i);
-    }
-  } else {
-    for (std::size_t i = 0; i < points.size; ++i) {
-      if (taken[i] == 0) left.push_back(static_cast<int>(i));
-    }
+  for (const int i : indices) {
+    if (taken[static_cast<std::size_t>(i)] == 0) left.push_back(i);
   }
   return left;
 }
 
 /// Adds planes of the dense search, those that continue a plane of features to that one.
 void addDense(const PointsView& points, std::vector<PlaneSegment> dense,
-              const FeaturePlaneParams& params, const Vector3& sensor,
+              const MultiPlaneParams& params, const Vector3& sensor,
               FeaturePlaneDiagnostics& diagnostics, PlaneSet& set) {
-  const detail::DistanceBand band(params.dense);
+  const detail::DistanceBand band(params);
   const std::size_t number = set.planes.size();
   std::vector<std::vector<std::size_t>> joined(number);
   std::vector<PlaneSegment> planes;
   for (std::size_t i = 0; i < dense.size(); ++i) {
     std::size_t at = 0;
-    while (at < number && !continues(dense[i], set.planes[at], params.joining_angle, band)) ++at;
+    while (at < number && !continues(dense[i], set.planes[at], params.features.joining_angle, band))
+      ++at;
     if (at < number) {
       joined[at].push_back(i);
       ++diagnostics.planes_joined;
@@ -182,18 +176,62 @@ void addDense(const PointsView& points, std::vector<PlaneSegment> dense,
     label(set.planes[at].inliers);
     for (const std::size_t i : joined[at]) label(dense[i].inliers);
     PlaneSet whole =
-        detail::assemblePlaneSet(points, labels, {set.planes[at].plane}, params.dense, sensor);
+        detail::assemblePlaneSet(points, labels, {set.planes[at].plane}, params, sensor);
     for (PlaneSegment& segment : whole.planes) planes.push_back(std::move(segment));
   }
   set.planes = std::move(planes);
+}
+
+/// Points spread evenly over those that count.
+std::vector<KeyFeature> sampled(const PointsView& points, const Indices& indices, int samples) {
+  const std::size_t count = std::min(indices.size(), static_cast<std::size_t>(samples));
+  std::vector<KeyFeature> features(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    features[i].position =
+        points.point(static_cast<std::size_t>(indices[i * indices.size() / count]));
+  }
+  return features;
+}
+
+/// As segmentPlanes(), of a source other than Dense. \p indices are checked.
+PlaneSet planesFromFeatures(const PointsView& points, const Indices& indices,
+                            const std::vector<KeyFeature>& features, const MultiPlaneParams& params,
+                            const Vector3& sensor) {
+  FeaturePlaneDiagnostics own;
+  PlaneSet set;
+  const std::vector<Plane> planes = planesOf(features, params, sensor, own);
+  if (!planes.empty()) {
+    set = densePlanesOf(planes, points, indices, params, sensor, own);
+    for (const PlaneSegment& segment : set.planes) own.points_of_features += segment.inliers.size();
+  }
+  set.diagnostics.method = PlaneSearchMethod::MultiRansac;
+  if (params.source == PlaneSource::Auto) {
+    const Indices left = pointsLeft(points, indices, set.planes);
+    own.points_left = left.size();
+    MultiPlaneParams dense = params;
+    dense.max_planes = 0;
+    PlaneSet found = findPlanes(points, &left, dense, sensor);
+    set.diagnostics = found.diagnostics;
+    addDense(points, std::move(found.planes), params, sensor, own, set);
+  }
+  sortBySize(set.planes);
+  set.diagnostics.points_considered = indices.size();
+  const auto most = static_cast<std::size_t>(params.max_planes);
+  if (most > 0 && set.planes.size() > most) {
+    set.planes.resize(most);
+    set.diagnostics.stopped_by_itself = false;
+  }
+  set.diagnostics.features = own;
+  return set;
 }
 
 }  // namespace
 
 void FeaturePlaneParams::validate() const {
   constexpr double kMax = std::numeric_limits<double>::max();
-  dense.validate();
-  requireInRange("min_features", min_features, 3, std::numeric_limits<int>::max(), "features");
+  constexpr double kMaxCount = std::numeric_limits<int>::max();
+  requireInRange("samples", samples, 0, kMaxCount, "points");
+  requireInRange("min_features", min_features, 3, kMaxCount, "features");
   requirePositive("feature_error_factor", feature_error_factor);
   requirePositive("square_side", square_side);
   requireInRange("square_dominance", square_dominance, 1.0, kMax);
@@ -203,40 +241,35 @@ void FeaturePlaneParams::validate() const {
   requireInRange("joining_angle", joining_angle, 0.0, M_PI_2, "rad");
 }
 
-PlaneSet findPlanesFromFeatures(const PointsView& points, const Indices* indices,
-                                const std::vector<KeyFeature>& features,
-                                const FeaturePlaneParams& params, const Vector3& sensor,
-                                FeaturePlaneDiagnostics* diagnostics) {
+PlaneSet segmentPlanes(const PointsView& points, const Indices* indices,
+                       const std::vector<KeyFeature>& features, const MultiPlaneParams& params,
+                       const Vector3& sensor) {
+  constexpr double kMaxSpacing = 100.0;  // distance thresholds
   params.validate();
   detail::checkView(points, sensor);
+  if (indices == nullptr) {
+    const Indices usable = usablePoints(points);
+    PlaneSet set = segmentPlanes(points, &usable, features, params, sensor);
+    set.diagnostics.points_considered = points.size;
+    set.diagnostics.points_not_finite += points.size - usable.size();
+    return set;
+  }
+  // Without the noise of a camera, whose errors far away may be metres.
+  if (!params.noise) {
+    requireMetres(points, indices, kMaxSpacing * params.distance_threshold, "distance_threshold");
+  }
+  if (params.source == PlaneSource::Dense) return findPlanes(points, indices, params, sensor);
   Indices storage;
-  if (indices != nullptr) indices = detail::checkedIndices(*indices, points.size, storage);
-  FeaturePlaneDiagnostics own;
-  PlaneSet set;
-  const std::vector<Plane> planes = planesOf(features, params, sensor, own);
-  if (!planes.empty()) {
-    set = densePlanesOf(planes, points, indices, params, sensor, own);
-    for (const PlaneSegment& segment : set.planes) own.points_of_features += segment.inliers.size();
-  }
-  set.diagnostics.method = PlaneSearchMethod::MultiRansac;
-  if (params.dense_fallback) {
-    const Indices left = pointsLeft(points, indices, set.planes);
-    own.points_left = left.size();
-    MultiPlaneParams dense = params.dense;
-    dense.max_planes = 0;
-    PlaneSet found = findPlanes(points, &left, dense, sensor);
-    set.diagnostics = found.diagnostics;
-    addDense(points, std::move(found.planes), params, sensor, own, set);
-  }
-  sortBySize(set.planes);
-  set.diagnostics.points_considered = indices != nullptr ? indices->size() : points.size;
-  const auto most = static_cast<std::size_t>(params.dense.max_planes);
-  if (most > 0 && set.planes.size() > most) {
-    set.planes.resize(most);
-    set.diagnostics.stopped_by_itself = false;
-  }
-  if (diagnostics != nullptr) *diagnostics = own;
-  return set;
+  indices = detail::checkedIndices(*indices, points.size, storage);
+  if (!features.empty()) return planesFromFeatures(points, *indices, features, params, sensor);
+  const std::vector<KeyFeature> samples = sampled(points, *indices, params.features.samples);
+  // A plane large enough among all points holds its fraction of the samples.
+  const double fraction = static_cast<double>(samples.size()) /
+                          static_cast<double>(std::max<std::size_t>(1, indices->size()));
+  MultiPlaneParams sparse = params;
+  sparse.features.min_features =
+      std::max(params.features.min_features, static_cast<int>(params.min_inliers * fraction));
+  return planesFromFeatures(points, *indices, samples, sparse, sensor);
 }
 
 }  // namespace planar_mapping

@@ -98,26 +98,25 @@ bool isAtSurface(const std::vector<Square>& good, const Square& square) {
 
 }  // namespace
 
-std::size_t keepSurfaces(const PointsView& points, const Indices* indices,
-                         const std::vector<Plane>& planes, const FeaturePlaneParams& params,
+std::size_t keepSurfaces(const PointsView& points, const Indices& indices,
+                         const std::vector<Plane>& planes, const MultiPlaneParams& params,
                          std::vector<std::int32_t>& labels) {
-  const DistanceBand band(params.dense);
-  const std::size_t considered = indices != nullptr ? indices->size() : points.size;
-  const std::size_t step = 1 + considered / kSample;
+  const DistanceBand band(params);
+  const std::size_t step = 1 + indices.size() / kSample;
   std::vector<std::size_t> sample;
-  for (std::size_t k = 0; k < considered; k += step) {
-    const std::size_t i = indices != nullptr ? static_cast<std::size_t>((*indices)[k]) : k;
+  for (std::size_t k = 0; k < indices.size(); k += step) {
+    const auto i = static_cast<std::size_t>(indices[k]);
     if (points.isFinite(i)) sample.push_back(i);
   }
   std::vector<Squares> squares;
   std::vector<std::vector<Square>> good(planes.size());
   std::size_t rejected = 0;
   for (std::size_t k = 0; k < planes.size(); ++k) {
-    squares.emplace_back(planes[k], params.square_side * params.dense.distance_threshold);
+    squares.emplace_back(planes[k], params.features.square_side * params.distance_threshold);
     double share = 0.0;
-    good[k] =
-        surfaceSquares(points, sample, planes[k], squares[k], band, params.square_dominance, share);
-    if (share < params.min_surface_share) {
+    good[k] = surfaceSquares(points, sample, planes[k], squares[k], band,
+                             params.features.square_dominance, share);
+    if (share < params.features.min_surface_share) {
       good[k].clear();
       ++rejected;
     }

@@ -67,6 +67,9 @@ struct PLANAR_MAPPING_EXPORT PlanarMapParams {
   /// [ours] radians between pixels of the images around the sensor, for clouds without a camera
   double range_image_step = 0.0087;
 
+  /// The defaults of a profile: Paper takes beliefs as they are and adds nothing of ours.
+  static PlanarMapParams of(Profile profile);
+
   /// \throws ParameterError
   void validate() const;
 };
@@ -114,10 +117,7 @@ struct FrameUpdate {
 /// World frame, z up, metres, up to 2^20 cells from the origin (100 km at 0.1 m); points beyond are
 /// dropped and counted. Exactly one of isOccupied(), isFree() and isUnknown() holds anywhere.
 ///
-/// Cuboids are derived when they are asked for, again only where the map changed. With
-/// absorption = 0 and surface_factor = 0 one frame at the identity gives most of the planar cuboids
-/// of approximateCuboids(): planes are rounded as in the file (0.1 mm), which moves points on the
-/// border of a cell into the next one. Over frames
+/// Cuboids are derived when they are asked for, again only where the map changed. Over frames
 /// - a plane is refitted from moments; its cells ride along with it and are never resampled;
 /// - a cell's belief moves by belief_gain towards what the newest frame says, and is multiplied by
 ///   miss_factor when the sensor looks through it, or looks where it is and measures there without

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/geometry/cloud_scale.h"
 #include "planar_mapping/core/occupancy/feature_beliefs.h"
 #include "planar_mapping/core/geometry/key_feature.h"
 #include "planar_mapping/core/planes/multi_plane.h"
@@ -83,22 +84,5 @@ struct Frame {
 
 /// The coordinates of a cloud, read in place.
 PLANAR_MAPPING_EXPORT PointsView viewOf(const FrameCloud& cloud);
-/// Size and density of a cloud, from which `auto` parameters follow (docs/parameters.md).
-struct CloudScale {
-  double extent = 0.0;     ///< diagonal of the box of the middle 98 % along each axis, metres
-  double spacing = 0.0;    ///< side of the square of surface that one point stands for, metres
-  double max_range = 0.0;  ///< 99 % of the points are nearer to the sensor, metres
-  /// Depth up to which points are mapped, metres, where a stage limits it (Stage::limit).
-  std::optional<double> depth_limit;
-  std::size_t points = 0;  ///< finite ones
-  /// B and f of the calibration; its disparity error is the default.
-  std::optional<StereoNoise> stereo;
-  bool optical = false;  ///< a camera's frame, z forward: 99 % within 63 degrees of z
-  /// Of the world: the axis next to upwards in the image of a camera, else z.
-  Vector3 up = Vector3::UnitZ();
-};
-/// Over the given points of the cloud, which must be finite; O(n).
-PLANAR_MAPPING_EXPORT CloudScale scaleOf(const FrameCloud& cloud, const Indices& indices,
-                                         const Pose& T_world_sensor);
 
 }  // namespace planar_mapping

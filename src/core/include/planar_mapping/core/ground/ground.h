@@ -9,6 +9,7 @@
 
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/core/geometry/cloud_scale.h"
 #include "planar_mapping/core/geometry/plane.h"
 #include "planar_mapping/core/geometry/stereo_noise.h"
 
@@ -100,14 +101,6 @@ struct Ground {
 PLANAR_MAPPING_EXPORT Ground findGround(const PointsView& points, const Indices* indices,
                                         const GroundParams& params,
                                         const Vector3& sensor = Vector3::Zero());
-
-/// The vertical that a cloud suggests: if it is a camera's (99 % of its points within 63 degrees of
-/// z), the coordinate axis of the world next to -y of the sensor, else z. O(points).
-/// \param indices the points that count, or null for all
-PLANAR_MAPPING_EXPORT Vector3 verticalOf(const PointsView& points, const Indices* indices,
-                                         const Pose& T_world_sensor);
-/// Whether a cloud is in a camera's frame, z forward. O(points).
-PLANAR_MAPPING_EXPORT bool isCameraView(const PointsView& points, const Indices* indices);
 
 /// Follows the ground over the frames of a sensor whose pose is known: the engine of GroundRemoval
 /// and of the stage `ground_removal`.

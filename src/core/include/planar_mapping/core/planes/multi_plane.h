@@ -8,10 +8,11 @@
 #include <vector>
 
 #include "planar_mapping/core/base/export.h"
-#include "planar_mapping/core/geometry/plane.h"
-#include "planar_mapping/core/geometry/detail/plane_moments.h"
-#include "planar_mapping/core/geometry/stereo_noise.h"
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/core/geometry/detail/plane_moments.h"
+#include "planar_mapping/core/geometry/key_feature.h"
+#include "planar_mapping/core/geometry/plane.h"
+#include "planar_mapping/core/geometry/stereo_noise.h"
 
 namespace planar_mapping {
 
@@ -29,7 +30,43 @@ enum class PlaneSearchMethod : std::uint8_t {
   Disparity,
 };
 
-/// Parameters of findPlanes(). Lengths in metres.
+/// What segmentPlanes() finds planes in.
+enum class PlaneSource : std::uint8_t {
+  Dense,     ///< the points of the cloud
+  Features,  ///< key features; points are then given to their planes (Eq. 11)
+  Auto,      ///< [ours] key features, then the points on none of their planes
+};
+
+/// Parameters of planes from key features, see segmentPlanes().
+struct PLANAR_MAPPING_EXPORT FeaturePlaneParams {
+  /// [ours] points sampled evenly from the cloud where there are no key features, >= 0
+  int samples = 1000;
+  int min_features = 8;  ///< [ours] features on a plane, fewer could be chance; >= 3
+  /// [ours] Disparity errors a feature may lie off its plane where the noise is given; without, it
+  /// is d_T. > 0
+  double feature_error_factor = 1.5;
+  /// [ours] Points join a plane only where it is a surface (square_side to min_surface_share), and
+  /// it is refitted to them. Without, points only belong, as in the paper.
+  bool refine = true;
+  /// [ours] Side of the squares of a plane that are tested one by one, in units of d_T, > 0.
+  double square_side = 4.0;
+  /// [ours] A square is surface if it holds this many times the points of either slab beside it,
+  /// >= 1: a plane through unrelated objects has as many beside it as on it.
+  double square_dominance = 1.5;
+  /// [ours] Fraction of a plane's points that must lie in such squares, in [0, 1].
+  double min_surface_share = 0.5;
+  /// [ours] Largest turn of a plane when it is refitted to its points, radians, in (0, pi/2]: one
+  /// that turns farther stood on features of several surfaces.
+  double max_refit_turn = 0.2;
+  /// [ours] Radians up to which a plane of the dense search continues one of features, in
+  /// [0, pi/2], if it also lies within d_T of it.
+  double joining_angle = 0.1;
+
+  /// \throws ParameterError
+  void validate() const;
+};
+
+/// Parameters of findPlanes() and segmentPlanes(). Lengths in metres.
 struct PLANAR_MAPPING_EXPORT MultiPlaneParams {
   PlaneSearchMethod method = PlaneSearchMethod::Automatic;
   double distance_threshold = 0.05;  ///< d_T, Eq. 11, > 0
@@ -48,7 +85,9 @@ struct PLANAR_MAPPING_EXPORT MultiPlaneParams {
   double significance = 5.0;
   double max_normal_deviation = 0.5;  ///< [ours] radians between a cell's normal and its plane's
   std::uint64_t seed = 12345;
-  int threads = 1;  ///< 0 = all cores; never changes the result
+  int threads = 1;                          ///< 0 = all cores; never changes the result
+  PlaneSource source = PlaneSource::Dense;  ///< of segmentPlanes()
+  FeaturePlaneParams features;              ///< of sources other than Dense
 
   /// \throws ParameterError
   void validate() const;
@@ -67,6 +106,20 @@ struct PlaneSegment {
   int number_of_patches = 1;
 };
 
+/// What segmentPlanes() did with key features.
+struct FeaturePlaneDiagnostics {
+  std::size_t features_considered = 0;
+  std::size_t features_not_finite = 0;
+  std::size_t planes_of_features = 0;      ///< that multi-RANSAC proposed
+  std::size_t rejected_not_surface = 0;    ///< their points lie beside them as well
+  std::size_t rejected_turned = 0;         ///< by the refit
+  std::size_t rejected_too_small = 0;      ///< fewer than min_inliers points
+  std::size_t planes_joined = 0;           ///< of the dense search, continuing one of features
+  std::size_t planes_of_dense_points = 0;  ///< in the result
+  std::size_t points_of_features = 0;      ///< points on planes found by features
+  std::size_t points_left = 0;             ///< that the dense search looked at
+};
+
 /// What findPlanes() did.
 struct PlaneSearchDiagnostics {
   PlaneSearchMethod method = PlaneSearchMethod::Automatic;  ///< the one that ran
@@ -78,7 +131,8 @@ struct PlaneSearchDiagnostics {
   std::size_t rejected_too_small = 0;
   std::size_t rejected_not_significant = 0;
   std::size_t rejected_not_coherent = 0;  ///< planes through unrelated objects
-  bool stopped_by_itself = true;  ///< false if max_planes or max_iterations ended the search
+  bool stopped_by_itself = true;     ///< false if max_planes or max_iterations ended the search
+  FeaturePlaneDiagnostics features;  ///< of segmentPlanes()
 };
 
 struct PlaneSet {
@@ -103,6 +157,21 @@ struct PlaneSet {
 PLANAR_MAPPING_EXPORT PlaneSet findPlanes(const PointsView& points, const Indices* indices,
                                           const MultiPlaneParams& params,
                                           const Vector3& sensor = Vector3::Zero());
+
+/// Finds the planes of a frame in what params.source names (the paper, III-C).
+///
+/// Dense: findPlanes(). Else multi-RANSAC on the key features proposes planes, points are clustered
+/// to them (Eq. 11, clusterByPlane()), and [ours] each plane is kept where its points are a surface
+/// of their own, and refitted to them; Auto then searches the points on none of these planes: a
+/// plain wall has no features. Where there are no key features, features.samples points spread
+/// evenly over the indices take their place.
+/// \param features positions in the frame of \p points; non-finite ones are skipped and counted
+/// \return planes as findPlanes() returns them: inliers are points of the cloud, largest plane
+/// first \throws ParameterError, InputError as findPlanes()
+PLANAR_MAPPING_EXPORT PlaneSet segmentPlanes(const PointsView& points, const Indices* indices,
+                                             const std::vector<KeyFeature>& features,
+                                             const MultiPlaneParams& params,
+                                             const Vector3& sensor = Vector3::Zero());
 
 /// Gives every point to its nearest plane within d_T(z) (the paper, Eq. 11).
 /// \return plane per point, -1 = none

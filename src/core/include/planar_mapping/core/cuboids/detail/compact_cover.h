@@ -5,21 +5,22 @@
 #include <cstdint>
 #include <vector>
 
-#include "planar_mapping/core/geometry/cuboid.h"
-#include "planar_mapping/core/cuboids/cuboid_approximation.h"
 #include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/cuboids/cover/detail/cover_effort.h"
+#include "planar_mapping/core/cuboids/cuboid_approximation.h"
 #include "planar_mapping/core/cuboids/raster/detail/plane_raster.h"
+#include "planar_mapping/core/geometry/cuboid.h"
 
 namespace planar_mapping {
 
-// [ours] The compact profile's cuboids, in two steps that a map can repeat where it changed: large
-// rectangles of each plane, then boxes for all that is left. A cuboid stands for what it holds and
-// for what lies within absorption cells of it.
+// [ours] Cuboids of the compact profile in two steps that a map repeats where it changed: large
+// rectangles of each plane, then boxes for all that no rectangle covers. A cuboid covers what lies
+// in it and what lies within absorption cells of it.
 
 /// A rectangle of a plane in half cells: [a, a + width) x [b, b + height), each s / 2 wide.
 using HalfCellRectangle = CellRectangle;
 
-/// A quarter of a plane's cell that has no rectangle, in half cells.
+/// A quarter of a plane's cell that no rectangle covers, in half cells.
 struct LooseQuarter {
   std::int32_t a = 0;
   std::int32_t b = 0;
@@ -30,13 +31,13 @@ struct LooseQuarter {
 struct SurfaceCover {
   std::vector<HalfCellRectangle> rectangles;
   std::vector<float> probability;   ///< of each rectangle: the mean over its cells
-  std::vector<LooseQuarter> loose;  ///< for coverRest(), by (b, a)
+  std::vector<LooseQuarter> loose;  ///< for coverWithBoxes(), by (b, a)
 };
 
-/// Few rectangles for the cells of a plane; they may overlap, reach over holes of up to hole_size
-/// and half a cell beyond the border, and leave half a cell to the tolerance. Pieces that would
-/// need a rectangle of their own of less than rectangle_cells are left to coverRest(). The paper's
-/// profile: splitAndMerge(), and nothing is left.
+/// Few rectangles for the cells of a plane; they may overlap, span holes of up to hole_size and
+/// half a cell beyond the border, and leave half a cell to the tolerance. Parts that would need a
+/// rectangle of their own of less than rectangle_cells are left loose. The paper's profile:
+/// splitAndMerge(), and nothing is left.
 /// \param quarters which quarters of each cell hold points (bit 0 low u and low v, 1 high u, 2 high
 ///                 v, 3 both high), same layout as the mask's cells; null = all of them
 /// \param cell_probability one value per cell of the mask, same layout; empty = 1 everywhere
@@ -60,10 +61,32 @@ PLANAR_MAPPING_EXPORT void addPieces(const LooseQuarter& quarter, const PlaneFra
                                      const CuboidApproximationParams& params,
                                      std::vector<SurfacePiece>& pieces);
 
-/// A rectangle's cuboid that boxes may take the place of, where that needs fewer cuboids.
+/// An occupied cell of the axis-aligned grid, of points on no plane.
+struct NonPlanarCell {
+  std::int32_t x = 0;  ///< the cell spans [x s, (x + 1) s) and so on
+  std::int32_t y = 0;
+  std::int32_t z = 0;
+  Vector3 mean = Vector3::Zero();  ///< of the points in it, metres
+  float weight = 0.0f;             ///< number of points
+  float probability = 1.0f;
+  /// Which eighths of the cell hold points: bit 0, 1, 2 of the bit's number = upper half along x,
+  /// y, z. Compact may leave a cell to a neighbour within half a cell of all its points. All of
+  /// them (the default) where it is not known; none for a cell that needs no cuboid but may be part
+  /// of one.
+  std::uint8_t octants = 0xFF;
+};
+
+/// Cuboids of non-planar cells. Paper: connected clusters, each split in the plane fitted to it,
+/// leaves not merged. Compact: cells merged to few axis-aligned boxes.
+/// \param sensor leaves extend away from it
+PLANAR_MAPPING_EXPORT std::vector<Cuboid> cuboidsOfCells(const std::vector<NonPlanarCell>& cells,
+                                                         const CuboidApproximationParams& params,
+                                                         const Vector3& sensor);
+
+/// A rectangle's cuboid that boxes may replace, where that needs fewer cuboids.
 struct ReplaceableCuboid {
   Cuboid cuboid;
-  std::vector<SurfacePiece> pieces;  ///< of its plane that it stands for
+  std::vector<SurfacePiece> pieces;  ///< of its plane that it covers
 };
 
 /// Which rectangles of a surface have so few cells that boxes may do as well: those of up to 32,
@@ -73,42 +96,30 @@ struct ReplaceableCuboid {
 PLANAR_MAPPING_EXPORT std::vector<std::uint8_t> replaceableOf(
     const std::vector<HalfCellRectangle>& rectangles, const CuboidApproximationParams& params);
 
-/// How hard coverRest() searches.
-enum class CoverEffort : std::uint8_t {
-  Quick,  ///< no fewer boxes than with the next
-  Full,   ///< the cells of each part alone never need fewer boxes than these are
-};
-
-/// What coverRest() makes.
-struct RestCover {
+/// What coverWithBoxes() makes.
+struct BoxCover {
   std::vector<Cuboid> boxes;
   std::vector<std::uint8_t> kept;  ///< which of the replaceable cuboids are still needed
 };
 
-/// Few axis-aligned boxes on the lattice of half cells for what no cuboid that is there already
-/// stands for, and the choice between them and small rectangles of planes: never more cuboids than
-/// with all of the rectangles, or, in one window, with boxes alone.
+/// Few axis-aligned boxes on the lattice of half cells for what no present cuboid covers, and the
+/// choice between them and small rectangles of planes: never more cuboids than with all of the
+/// rectangles, or, in one window, with boxes alone.
 /// \param cells   distinct ones of the axis-aligned grid of side s; one without octants needs no
 ///                box, one with less than min_points_per_cell is left out
 /// \param pieces  of planes
 /// \param present cuboids near them
 /// \throws ParameterError
-PLANAR_MAPPING_EXPORT RestCover coverRest(const std::vector<NonPlanarCell>& cells,
-                                          const std::vector<SurfacePiece>& pieces,
-                                          const std::vector<Cuboid>& present,
-                                          const std::vector<ReplaceableCuboid>& replaceable,
-                                          const CuboidApproximationParams& params,
-                                          CoverEffort effort = CoverEffort::Full);
+PLANAR_MAPPING_EXPORT BoxCover coverWithBoxes(const std::vector<NonPlanarCell>& cells,
+                                              const std::vector<SurfacePiece>& pieces,
+                                              const std::vector<Cuboid>& present,
+                                              const std::vector<ReplaceableCuboid>& replaceable,
+                                              const CuboidApproximationParams& params,
+                                              CoverEffort effort = CoverEffort::Full);
 
-/// The boxes, where no cuboid may be replaced.
-PLANAR_MAPPING_EXPORT std::vector<Cuboid> coverRest(const std::vector<NonPlanarCell>& cells,
-                                                    const std::vector<SurfacePiece>& pieces,
-                                                    const std::vector<Cuboid>& present,
-                                                    const CuboidApproximationParams& params);
-
-/// Boxes in the place of some that coverRest() made in parts of a scene: for what these stand for
-/// and no cuboid that is present does. Those themselves where no fewer are found, or where cells and
-/// pieces are so far apart that a box around them has more than 2^26 half cells.
+/// Boxes in the place of some that coverWithBoxes() made in parts of a scene: for what these cover
+/// and no present cuboid does. Those themselves where no fewer are found, or where cells and pieces
+/// are so far apart that a box around them has more than 2^26 half cells.
 /// \param cells, pieces  as above, near the boxes at least
 PLANAR_MAPPING_EXPORT std::vector<Cuboid> coverAgain(const std::vector<Cuboid>& boxes,
                                                      const std::vector<NonPlanarCell>& cells,

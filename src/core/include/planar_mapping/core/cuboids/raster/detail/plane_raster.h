@@ -67,11 +67,10 @@ struct CellMask {
   }
 };
 
-/// Covers the occupied cells exactly with disjoint rectangles, provably as few as possible:
-/// concave vertices, independent chords by bipartite matching, one cut per vertex left over.
-/// Holes and several components are handled. Rectangles are in plane cells (a0, b0 added),
-/// sorted by (b, a).
-PLANAR_MAPPING_EXPORT std::vector<CellRectangle> minimumRectanglePartition(const CellMask& mask);
+namespace detail {
+/// \throws InputError if the number of cells is not width x height
+void requireConsistent(const CellMask& mask);
+}  // namespace detail
 
 /// The paper's split and merge (III-F, Fig. 6, 8): quarter the bounding rectangle while its
 /// density is below \p density_threshold (D_T) and it is wider than \p min_width (W_T) and higher

@@ -5,22 +5,20 @@
 #include <tuple>
 #include <utility>
 
-#include "planar_mapping/core/cuboids/detail/compact_cover.h"
+#include "cuboids/cover_window.h"
 #include "cuboids/plane_cover.h"
-#include "cuboids/rest_elements.h"
-#include "cuboids/rest_window.h"
 
 namespace planar_mapping {
 namespace {
 
 using detail::CellSet;
+using detail::CoverWindow;
 using detail::CuboidReach;
 using detail::Element;
 using detail::ElementRange;
 using detail::HalfCell;
 using detail::isTolerant;
-using detail::RestSurface;
-using detail::RestWindow;
+using detail::WindowSurface;
 
 /// Half cells that are covered together, a cube of this many where they lie too far apart.
 constexpr int kWindowBits = 8;
@@ -58,12 +56,12 @@ bool isCompactSet(const std::vector<Element>& elements) {
          kSmallVolume + kVolumePerElement * static_cast<double>(detail::countHalfCells(elements));
 }
 
-/// The choice between boxes and small rectangles for what is left of a scene.
-class RestSearch {
+/// The choice between boxes and small rectangles.
+class CoverSearch {
  public:
-  RestSearch(const std::vector<NonPlanarCell>& cells, const std::vector<SurfacePiece>& pieces,
-             const std::vector<Cuboid>& present, const std::vector<ReplaceableCuboid>& replaceable,
-             const CuboidApproximationParams& params, CoverEffort effort)
+  CoverSearch(const std::vector<NonPlanarCell>& cells, const std::vector<SurfacePiece>& pieces,
+              const std::vector<Cuboid>& present, const std::vector<ReplaceableCuboid>& replaceable,
+              const CuboidApproximationParams& params, CoverEffort effort)
       : present_(present), replaceable_(replaceable), params_(params), effort_(effort) {
     const double half = 0.5 * params.resolution;
     // Of a half cell within this margin all is within the tolerance.
@@ -81,7 +79,7 @@ class RestSearch {
   /// Boxes for what \p boxes stand for, if fewer are found.
   std::vector<Cuboid> runAgain(const std::vector<Cuboid>& boxes) {
     if (volumeOf(elements_) > kMostVolume) return boxes;
-    RestWindow window(rangeOf(elements_, 0, elements_.size()), params_);
+    CoverWindow window(rangeOf(elements_, 0, elements_.size()), params_);
     std::vector<CuboidReach> own;
     for (const Cuboid& c : boxes) own.emplace_back(c, margin_);
     window.keepOf(own);
@@ -93,15 +91,15 @@ class RestSearch {
     return fewer.size() < boxes.size() ? fewer : boxes;
   }
 
-  RestCover run() {
-    RestCover cover;
+  BoxCover run() {
+    BoxCover cover;
     cover.kept.assign(replaceable_.size(), 1);
     if (!isCompactSet(elements_)) {
       keepAll();
       coverFar(cover.boxes);
       return cover;
     }
-    RestWindow window(rangeOf(elements_, 0, elements_.size()), params_);
+    CoverWindow window(rangeOf(elements_, 0, elements_.size()), params_);
     window.leaveTo(reaches_);
     if (!window.anyRequired()) {
       cover.kept.assign(replaceable_.size(), 0);
@@ -112,8 +110,8 @@ class RestSearch {
   }
 
  private:
-  void choose(RestWindow& window, RestCover& cover) {
-    std::vector<RestSurface> surfaces;
+  void choose(CoverWindow& window, BoxCover& cover) {
+    std::vector<WindowSurface> surfaces;
     for (std::size_t i = 0; i < replaceable_.size(); ++i) {
       surfaces.push_back(
           {replaceable_[i].cuboid, rangeOf(elements_, surfaces_[i], surfaces_[i + 1])});
@@ -134,11 +132,11 @@ class RestSearch {
     for (const std::size_t i : kept) cover.kept[i] = 1;
   }
 
-  /// Boxes for what is left by all of the replaceable cuboids, if no more than \p most are found.
+  /// Boxes beside all of the replaceable cuboids, if no more than \p most are found.
   std::optional<std::vector<Cuboid>> boxesBesideAll(std::size_t most) {
     if (replaceable_.empty()) return std::nullopt;
     keepAll();
-    RestWindow window(rangeOf(elements_, 0, surfaces_.front()), params_);
+    CoverWindow window(rangeOf(elements_, 0, surfaces_.front()), params_);
     window.leaveTo(reaches_);
     std::vector<Cuboid> boxes;
     if (!window.anyRequired()) return boxes;
@@ -168,7 +166,7 @@ class RestSearch {
     for (std::size_t first = 0; first < elements_.size();) {
       std::size_t last = first;
       while (last < elements_.size() && window(elements_[last]) == window(elements_[first])) ++last;
-      RestWindow some(rangeOf(elements_, first, last), params_);
+      CoverWindow some(rangeOf(elements_, first, last), params_);
       some.leaveTo(reaches_);
       if (some.anyRequired()) some.cover({}, effort_, boxes);
       first = last;
@@ -180,26 +178,19 @@ class RestSearch {
   const CuboidApproximationParams& params_;
   const CoverEffort effort_;
   double margin_ = 0.0;
-  std::vector<Element> elements_;      ///< of the rest, then of each surface
+  std::vector<Element> elements_;      ///< of cells and pieces, then of each surface
   std::vector<std::size_t> surfaces_;  ///< where those of each begin, and the end
   std::vector<CuboidReach> reaches_;   ///< of the present ones
 };
 
 }  // namespace
 
-RestCover coverRest(const std::vector<NonPlanarCell>& cells,
-                    const std::vector<SurfacePiece>& pieces, const std::vector<Cuboid>& present,
-                    const std::vector<ReplaceableCuboid>& replaceable,
-                    const CuboidApproximationParams& params, CoverEffort effort) {
+BoxCover coverWithBoxes(const std::vector<NonPlanarCell>& cells,
+                        const std::vector<SurfacePiece>& pieces, const std::vector<Cuboid>& present,
+                        const std::vector<ReplaceableCuboid>& replaceable,
+                        const CuboidApproximationParams& params, CoverEffort effort) {
   params.validate();
-  return RestSearch(cells, pieces, present, replaceable, params, effort).run();
-}
-
-std::vector<Cuboid> coverRest(const std::vector<NonPlanarCell>& cells,
-                              const std::vector<SurfacePiece>& pieces,
-                              const std::vector<Cuboid>& present,
-                              const CuboidApproximationParams& params) {
-  return coverRest(cells, pieces, present, {}, params).boxes;
+  return CoverSearch(cells, pieces, present, replaceable, params, effort).run();
 }
 
 std::vector<Cuboid> coverAgain(const std::vector<Cuboid>& boxes,
@@ -208,7 +199,7 @@ std::vector<Cuboid> coverAgain(const std::vector<Cuboid>& boxes,
                                const std::vector<Cuboid>& present,
                                const CuboidApproximationParams& params) {
   params.validate();
-  return RestSearch(cells, pieces, present, {}, params, CoverEffort::Full).runAgain(boxes);
+  return CoverSearch(cells, pieces, present, {}, params, CoverEffort::Full).runAgain(boxes);
 }
 
 }  // namespace planar_mapping

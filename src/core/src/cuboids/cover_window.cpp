@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboids/rest_window.h"
+#include "cuboids/cover_window.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +10,19 @@
 
 namespace planar_mapping::detail {
 namespace {
+
+/// \return false beyond all half cells, or if the point is not finite
+bool halfCellOf(const Vector3& point, double half, HalfCell& cell) {
+  bool is_inside = true;
+  for (std::size_t k = 0; k < 3; ++k) {
+    constexpr double kFarthest = 4e9;
+    const double at = point[static_cast<Vector3::Index>(k)] / half;
+    is_inside &= std::abs(at) < kFarthest;
+    const auto whole = static_cast<std::int64_t>(std::abs(at) < kFarthest ? at : 0.0);
+    cell[k] = whole - (static_cast<double>(whole) > at ? 1 : 0);
+  }
+  return is_inside;
+}
 
 /// Room around the required cells.
 constexpr std::int32_t kRim = 2;
@@ -58,7 +71,50 @@ class CuboidRows {
 
 }  // namespace
 
-RestWindow::RestWindow(ElementRange elements, const CuboidApproximationParams& params)
+void addElements(const std::vector<SurfacePiece>& pieces, double half,
+                 std::vector<Element>& elements) {
+  // Pieces of a quarter follow each other, mostly in one half cell or two.
+  constexpr std::size_t kLast = 4;
+  const std::size_t first = elements.size();
+  for (const SurfacePiece& piece : pieces) {
+    Element element{{}, piece.probability, true, false};
+    if (!halfCellOf(piece.center, half, element.at)) continue;
+    const std::size_t last = std::min(kLast, elements.size() - first);
+    const bool is_known = std::any_of(
+        elements.end() - static_cast<std::ptrdiff_t>(last), elements.end(), [&](const Element& e) {
+          return e.at == element.at && e.probability >= element.probability;
+        });
+    if (!is_known) elements.push_back(element);
+  }
+}
+
+void addElements(const std::vector<NonPlanarCell>& cells, bool tolerant, int min_points,
+                 std::vector<Element>& elements) {
+  for (const NonPlanarCell& cell : cells) {
+    if (min_points > 1 && cell.weight < static_cast<float>(min_points)) continue;
+    const bool required = cell.octants != 0;
+    for (int k = 0; k < 8; ++k) {
+      const bool holds = (cell.octants >> k & 1) != 0;
+      if (tolerant && !holds && required) continue;
+      elements.push_back({{2 * static_cast<std::int64_t>(cell.x) + (k & 1),
+                           2 * static_cast<std::int64_t>(cell.y) + (k >> 1 & 1),
+                           2 * static_cast<std::int64_t>(cell.z) + (k >> 2 & 1)},
+                          cell.probability,
+                          required,
+                          required});
+    }
+  }
+}
+
+std::size_t countHalfCells(const std::vector<Element>& elements) {
+  std::vector<HalfCell> cells;
+  cells.reserve(elements.size());
+  for (const Element& e : elements) cells.push_back(e.at);
+  std::sort(cells.begin(), cells.end());
+  return static_cast<std::size_t>(std::unique(cells.begin(), cells.end()) - cells.begin());
+}
+
+CoverWindow::CoverWindow(ElementRange elements, const CuboidApproximationParams& params)
     : elements_(elements), half_(0.5 * params.resolution) {
   rules_.smallest = {2, 2, 2};
   if (isTolerant(params)) rules_.tolerance = {1, 1, 1};
@@ -88,7 +144,7 @@ RestWindow::RestWindow(ElementRange elements, const CuboidApproximationParams& p
 }
 
 /// No longer requires what the cuboids stand for, or what they do not.
-void RestWindow::release(const std::vector<CuboidReach>& cuboids, bool inside) {
+void CoverWindow::release(const std::vector<CuboidReach>& cuboids, bool inside) {
   std::vector<const CuboidReach*> near;
   required_.forEachBlock([&](const LatticeBox& block) {
     constexpr double kHalfSide = 0.5 * BitGrid::kBlock;
@@ -110,7 +166,7 @@ void RestWindow::release(const std::vector<CuboidReach>& cuboids, bool inside) {
   shrink();
 }
 
-void RestWindow::shrink() {
+void CoverWindow::shrink() {
   if (!anyRequired()) return;
   const LatticeBox hull = required_.hull();
   LatticeBox kept;
@@ -125,7 +181,7 @@ void RestWindow::shrink() {
   exact_ = exact_.cropped(kept);
 }
 
-void RestWindow::allow(const Cuboid& cuboid) {
+void CoverWindow::allow(const Cuboid& cuboid) {
   const CuboidRows rows(cuboid, centerOf({0, 0, 0}), half_);
   const LatticeBox box = boxAround(cuboid, 0.0);
   for (std::int32_t z = box.low[2]; z < box.high[2]; ++z) {
@@ -142,7 +198,8 @@ void RestWindow::allow(const Cuboid& cuboid) {
 }
 
 /// \return a box around the cells that are marked
-LatticeBox RestWindow::markCells(const RestSurface& surface, double margin, BitGrid& marks) const {
+LatticeBox CoverWindow::markCells(const WindowSurface& surface, double margin,
+                                  BitGrid& marks) const {
   LatticeBox around = boxAround(surface.cuboid, margin + half_);
   LatticeCell at{};
   for (const Element& e : surface.elements) {
@@ -158,12 +215,12 @@ LatticeBox RestWindow::markCells(const RestSurface& surface, double margin, BitG
   return around;
 }
 
-std::vector<CellSet> RestWindow::cellsOf(const std::vector<RestSurface>& surfaces,
-                                         double margin) const {
+std::vector<CellSet> CoverWindow::cellsOf(const std::vector<WindowSurface>& surfaces,
+                                          double margin) const {
   const CellNumbers numbers(required_);
   BitGrid marks(required_.size()[0], required_.size()[1], required_.size()[2]);
   std::vector<CellSet> sets;
-  for (const RestSurface& surface : surfaces) {
+  for (const WindowSurface& surface : surfaces) {
     const LatticeBox around = markCells(surface, margin, marks);
     sets.emplace_back();
     marks.forEach(around, [&](std::int32_t x, std::int32_t y, std::int32_t z) {
@@ -175,7 +232,7 @@ std::vector<CellSet> RestWindow::cellsOf(const std::vector<RestSurface>& surface
 }
 
 /// Of each required cell.
-std::vector<float> RestWindow::probabilities(const CellNumbers& numbers) const {
+std::vector<float> CoverWindow::probabilities(const CellNumbers& numbers) const {
   std::vector<float> of_cell(numbers.count(), 0.0f);
   LatticeCell at{};
   for (const Element& e : elements_) {
@@ -188,16 +245,16 @@ std::vector<float> RestWindow::probabilities(const CellNumbers& numbers) const {
 }
 
 /// Boxes may reach into a half cell beside those that hold something by the tolerance.
-BitGrid RestWindow::roomForBoxes() const {
+BitGrid CoverWindow::roomForBoxes() const {
   return allowed_.dilated(rules_.tolerance);
 }
 
-bool RestWindow::needsAtLeast(std::size_t boxes) const {
+bool CoverWindow::needsAtLeast(std::size_t boxes) const {
   return fewestBoxes(required_, roomForBoxes(), rules_, boxes) >= boxes;
 }
 
 /// Boxes of whole cells; nothing where a box may not hold half cells beside the required ones.
-BoxList RestWindow::coverOfWholeCells() const {
+BoxList CoverWindow::coverOfWholeCells() const {
   if (rules_.tolerance[0] == 0) return {};
   BitGrid cells((required_.size()[0] + 1) / 2, (required_.size()[1] + 1) / 2,
                 (required_.size()[2] + 1) / 2);
@@ -214,8 +271,8 @@ BoxList RestWindow::coverOfWholeCells() const {
   return boxes;
 }
 
-std::vector<std::size_t> RestWindow::cover(const std::vector<CellSet>& sets, CoverEffort effort,
-                                           std::vector<Cuboid>& cuboids) const {
+std::vector<std::size_t> CoverWindow::cover(const std::vector<CellSet>& sets, CoverEffort effort,
+                                            std::vector<Cuboid>& cuboids) const {
   const LatticeCoverage coverage =
       coverWithin(required_, roomForBoxes(), rules_, sets,
                   effort == CoverEffort::Full ? coverOfWholeCells() : BoxList(), effort);
@@ -237,7 +294,7 @@ std::vector<std::size_t> RestWindow::cover(const std::vector<CellSet>& sets, Cov
   return coverage.sets;
 }
 
-bool RestWindow::find(const HalfCell& at, LatticeCell& cell) const {
+bool CoverWindow::find(const HalfCell& at, LatticeCell& cell) const {
   for (std::size_t k = 0; k < 3; ++k) {
     const std::int64_t offset = at[k] - low_[k];
     if (offset < 0 || offset >= required_.size()[k]) return false;
@@ -246,7 +303,7 @@ bool RestWindow::find(const HalfCell& at, LatticeCell& cell) const {
   return true;
 }
 
-Vector3 RestWindow::centerOf(const LatticeCell& cell) const {
+Vector3 CoverWindow::centerOf(const LatticeCell& cell) const {
   Vector3 center;
   for (std::size_t k = 0; k < 3; ++k) {
     center[static_cast<Vector3::Index>(k)] = half_ * (static_cast<double>(low_[k] + cell[k]) + 0.5);
@@ -255,7 +312,7 @@ Vector3 RestWindow::centerOf(const LatticeCell& cell) const {
 }
 
 /// Cells of the window that come within \p margin of the cuboid, and some more.
-LatticeBox RestWindow::boxAround(const Cuboid& cuboid, double margin) const {
+LatticeBox CoverWindow::boxAround(const Cuboid& cuboid, double margin) const {
   const Vector3 reach = cuboid.orientation.toRotationMatrix().cwiseAbs() * (0.5 * cuboid.size) +
                         Vector3::Constant(margin);
   LatticeBox box;

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cmath>
+#include <string>
 
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/cuboids/raster/detail/plane_raster.h"
@@ -61,6 +62,16 @@ Vector3 dominantDirection(const std::vector<Plane>& planes, const std::vector<do
     direction = vertical.cross(n).normalized();
   }
   return direction;
+}
+
+void detail::requireConsistent(const CellMask& mask) {
+  if (mask.width >= 0 && mask.height >= 0 &&
+      mask.cells.size() == static_cast<std::size_t>(mask.width) * mask.height) {
+    return;
+  }
+  throw InputError("cell mask of " + std::to_string(mask.width) + " x " +
+                   std::to_string(mask.height) + " holds " + std::to_string(mask.cells.size()) +
+                   " cells");
 }
 
 }  // namespace planar_mapping

@@ -1,0 +1,60 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <optional>
+
+#include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/base/types.h"
+#include "planar_mapping/core/geometry/stereo_noise.h"
+
+namespace planar_mapping {
+
+/// Size and density of a cloud, from which `auto` parameters follow (docs/parameters.md).
+struct CloudScale {
+  double extent = 0.0;     ///< diagonal of the box of the middle 98 % along each axis, metres
+  double spacing = 0.0;    ///< side of the square of surface that one point stands for, metres
+  double max_range = 0.0;  ///< 99 % of the points are nearer to the sensor, metres
+  /// Depth up to which points are mapped, metres, where a stage limits it (Stage::limit).
+  std::optional<double> depth_limit;
+  std::size_t points = 0;  ///< finite ones
+  /// B and f of the calibration; its disparity error is the default.
+  std::optional<StereoNoise> stereo;
+  bool optical = false;  ///< a camera's frame, z forward: 99 % within 63 degrees of z
+  /// Of the world: the axis next to upwards in the image of a camera, else z.
+  Vector3 up = Vector3::UnitZ();
+};
+
+/// The scale of the points that are listed, which must be finite; the sensor is at the origin of
+/// their frame. O(n).
+PLANAR_MAPPING_EXPORT CloudScale scaleOf(const PointsView& points, const Indices& indices,
+                                         const Pose& T_world_sensor = Pose::Identity());
+
+/// The vertical that a cloud suggests: if it is a camera's (99 % of its points within 63 degrees of
+/// z), the coordinate axis of the world next to -y of the sensor, else z. O(points).
+/// \param indices the points that count, or null for all
+PLANAR_MAPPING_EXPORT Vector3 verticalOf(const PointsView& points, const Indices* indices,
+                                         const Pose& T_world_sensor);
+/// Whether a cloud is in a camera's frame, z forward. O(points).
+PLANAR_MAPPING_EXPORT bool isCameraView(const PointsView& points, const Indices* indices);
+
+/// A resolution that suits a cloud: the nearest of 1, 2, 5 x 10^k metres to a hundredth of the
+/// extent, at least four point spacings; 0.1 for a cloud without extent.
+PLANAR_MAPPING_EXPORT double automaticResolution(const CloudScale& scale);
+
+/// The points of a cloud that can be used: finite, and no farther than 1e12 along any axis, so that
+/// their squares stay finite in a float. Ascending; O(n).
+PLANAR_MAPPING_EXPORT Indices usablePoints(const PointsView& points);
+
+/// Refuses a cloud that is not in metres: each point stands for a surface more than \p max_spacing
+/// wide, and 99 % of the points are more than 30 times that from the sensor (the origin).
+/// \param indices      points that count, or null for all; those that are not finite are skipped
+/// \param max_spacing  metres, > 0
+/// \param parameters   that belong to it, for the message
+/// \throws InputError saying what to do
+/// Looks at 256 points of a usual cloud.
+PLANAR_MAPPING_EXPORT void requireMetres(const PointsView& points, const Indices* indices,
+                                         double max_spacing, const char* parameters);
+
+}  // namespace planar_mapping

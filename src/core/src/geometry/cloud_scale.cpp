@@ -1,0 +1,210 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/core/geometry/cloud_scale.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "base/point_indices.h"
+#include "planar_mapping/core/base/detail/marked_positions.h"
+#include "planar_mapping/core/base/detail/simd.h"
+#include "planar_mapping/core/base/error.h"
+
+namespace planar_mapping {
+namespace {
+
+constexpr std::size_t kLargestSample = 100000;  // points that are looked at
+constexpr double kOutlierFraction = 0.01;       // at either end of each axis
+constexpr int kCellsAlongAxis = 64;             // of the grid that measures the surface
+
+double quantile(std::vector<float>& values, double fraction) {
+  const auto rank = static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + rank, values.end());
+  return values[static_cast<std::size_t>(rank)];
+}
+
+/// Square root of the area that one point stands for: the area is counted in coarse cells.
+double spacingOf(const std::vector<Vector3>& sample, const Vector3& low, double side,
+                 std::size_t points) {
+  if (!(side > 0.0)) return 0.0;
+  const double cell = side / kCellsAlongAxis;
+  std::vector<std::uint8_t> occupied(
+      static_cast<std::size_t>(kCellsAlongAxis) * kCellsAlongAxis * kCellsAlongAxis, 0);
+  std::size_t cells = 0;
+  for (const Vector3& p : sample) {
+    std::size_t index = 0;
+    bool inside = true;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double c = (p[axis] - low[axis]) / cell;
+      inside = inside && c >= 0.0 && c < kCellsAlongAxis;
+      index = index * kCellsAlongAxis + (inside ? static_cast<std::size_t>(c) : 0);
+    }
+    if (inside && occupied[index] == 0) {
+      occupied[index] = 1;
+      ++cells;
+    }
+  }
+  return cell * std::sqrt(static_cast<double>(cells) / static_cast<double>(points));
+}
+
+PLANAR_MAPPING_MULTIVERSION
+void markUsable(const float* points, std::size_t stride, std::size_t n, std::uint8_t* usable) {
+  constexpr float kFarthest = 1e12f;
+  for (std::size_t i = 0; i < n; ++i) {
+    const float* p = points + stride * i;
+    const bool x = __builtin_fabsf(p[0]) <= kFarthest;
+    const bool y = __builtin_fabsf(p[1]) <= kFarthest;
+    const bool z = __builtin_fabsf(p[2]) <= kFarthest;
+    usable[i] = x & y & z ? 1 : 0;
+  }
+}
+
+}  // namespace
+
+bool isCameraView(const PointsView& points, const Indices* indices) {
+  constexpr std::size_t kMaxSample = 100000;
+  constexpr float kFarthest = 1e12f;
+  constexpr double kMaxSlope = 2.0;  // 63 degrees; a scan with its floor at z = 0 goes beyond
+  constexpr double kMinFraction = 0.99;
+  const auto isUsable = [&](std::size_t i) {
+    const float* p = points[i];
+    return std::abs(p[0]) <= kFarthest && std::abs(p[1]) <= kFarthest &&
+           std::abs(p[2]) <= kFarthest;
+  };
+  detail::requireIndices(points, indices);
+  const std::size_t n = detail::countOf(points, indices);
+  std::size_t usable = 0;
+  for (std::size_t k = 0; k < n; ++k) usable += isUsable(detail::at(indices, k)) ? 1 : 0;
+  const std::size_t step = usable / kMaxSample + 1;
+  std::size_t number = 0;
+  std::size_t sampled = 0;
+  std::size_t in_view = 0;
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::size_t i = detail::at(indices, k);
+    if (!isUsable(i) || number++ % step != 0) continue;
+    const Vector3 p = points.point(i);
+    ++sampled;
+    in_view += p.z() > 0.0 && p.head<2>().norm() < kMaxSlope * p.z() ? 1 : 0;
+  }
+  return sampled > 0 && static_cast<double>(in_view) >= kMinFraction * static_cast<double>(sampled);
+}
+
+Vector3 verticalOf(const PointsView& points, const Indices* indices, const Pose& T_world_sensor) {
+  if (!isCameraView(points, indices)) return Vector3::UnitZ();
+  const Vector3 up = T_world_sensor.linear() * -Vector3::UnitY();
+  Eigen::Index axis = 0;
+  up.cwiseAbs().maxCoeff(&axis);
+  return up[axis] < 0.0 ? Vector3(-Vector3::Unit(axis)) : Vector3(Vector3::Unit(axis));
+}
+
+CloudScale scaleOf(const PointsView& points, const Indices& indices, const Pose& T_world_sensor) {
+  CloudScale scale;
+  scale.points = indices.size();
+  scale.up = Vector3::UnitZ();
+  if (indices.empty()) return scale;
+  const std::size_t step = indices.size() / kLargestSample + 1;
+  std::vector<Vector3> sample;
+  std::vector<float> axis_values[3];
+  std::vector<float> ranges;
+  for (std::size_t i = 0; i < indices.size(); i += step) {
+    const float* p = points[static_cast<std::size_t>(indices[i])];
+    sample.emplace_back(p[0], p[1], p[2]);
+    for (int axis = 0; axis < 3; ++axis) axis_values[axis].push_back(p[axis]);
+    ranges.push_back(static_cast<float>(sample.back().norm()));
+  }
+  Vector3 low;
+  Vector3 size;
+  for (int axis = 0; axis < 3; ++axis) {
+    low[axis] = quantile(axis_values[axis], kOutlierFraction);
+    size[axis] = quantile(axis_values[axis], 1.0 - kOutlierFraction) - low[axis];
+  }
+  scale.extent = size.norm();
+  scale.max_range = quantile(ranges, 1.0 - kOutlierFraction);
+  scale.spacing = spacingOf(sample, low, size.maxCoeff(), indices.size());
+  scale.optical = isCameraView(points, &indices);
+  scale.up = verticalOf(points, &indices, T_world_sensor);
+  return scale;
+}
+
+double automaticResolution(const CloudScale& scale) {
+  constexpr double kExtentFraction = 0.01;
+  constexpr double kSpacings = 4.0;
+  constexpr double kSinglePoint = 0.1;  // without any extent there is nothing to go by
+  const double wanted = std::max(kExtentFraction * scale.extent, kSpacings * scale.spacing);
+  if (!(wanted > 0.0)) return kSinglePoint;
+  const int exponent = static_cast<int>(std::floor(std::log10(wanted)));
+  double best = 0.0;
+  for (const char* digits : {"1e", "2e", "5e", "10e"}) {
+    // From text, so that 0.02 is the very 0.02 that a person would write.
+    const double candidate = std::stod(digits + std::to_string(exponent));
+    const bool nearer = std::abs(std::log(wanted / candidate)) < std::abs(std::log(wanted / best));
+    if (best == 0.0 || nearer) best = candidate;
+  }
+  return best;
+}
+
+Indices usablePoints(const PointsView& points) {
+  constexpr std::size_t kBlock = 1024;
+  std::uint8_t usable[kBlock];
+  int kept[kBlock + 1];
+  Indices indices;
+  indices.reserve(points.size);
+  for (std::size_t first = 0; first < points.size; first += kBlock) {
+    const std::size_t n = std::min(kBlock, points.size - first);
+    markUsable(points[first], points.stride, n, usable);
+    indices.insert(indices.end(), kept,
+                   detail::listMarked(usable, n, static_cast<int>(first), kept));
+  }
+  return indices;
+}
+
+void requireMetres(const PointsView& points, const Indices* indices, double max_spacing,
+                   const char* parameters) {
+  constexpr std::size_t kSample = 256;
+  constexpr double kRanges = 30.0;
+  const double near = kRanges * max_spacing;
+  const std::size_t count = indices != nullptr ? indices->size() : points.size;
+  const auto at = [&](std::size_t i) {
+    return indices != nullptr ? static_cast<std::size_t>((*indices)[i]) : i;
+  };
+  // Nearly all clouds end here.
+  std::size_t far = 0;
+  std::size_t finite = 0;
+  for (std::size_t i = 0; i < count; i += 1 + count / kSample) {
+    if (at(i) >= points.size || !points.isFinite(at(i))) continue;
+    ++finite;
+    if (points.point(at(i)).norm() > near) ++far;
+  }
+  const auto isMost = [](std::size_t part, std::size_t all) {
+    return static_cast<double>(part) >= (1.0 - kOutlierFraction) * static_cast<double>(all);
+  };
+  if (finite == 0 || !isMost(far, finite)) return;
+  Indices usable = usablePoints(points);
+  if (indices != nullptr) {
+    std::vector<std::uint8_t> is_usable(points.size, 0);
+    for (const int i : usable) is_usable[static_cast<std::size_t>(i)] = 1;
+    usable.clear();
+    for (const int i : *indices) {
+      const auto index = static_cast<std::size_t>(i);
+      if (index < points.size && is_usable[index] != 0) usable.push_back(i);
+    }
+  }
+  const CloudScale scale = scaleOf(points, usable);
+  const auto is_far = [&](int i) {
+    return points.point(static_cast<std::size_t>(i)).norm() > near;
+  };
+  const auto far_points = std::count_if(usable.begin(), usable.end(), is_far);
+  if (scale.spacing <= max_spacing ||
+      !isMost(static_cast<std::size_t>(far_points), usable.size())) {
+    return;
+  }
+  throw InputError("the points are " + std::to_string(scale.spacing) + " apart and up to " +
+                   std::to_string(scale.max_range) +
+                   " from the sensor, too much for metres: scale a cloud in millimetres by 0.001, "
+                   "or set " +
+                   parameters + " to suit its unit");
+}
+
+}  // namespace planar_mapping

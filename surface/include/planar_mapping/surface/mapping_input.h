@@ -1,0 +1,128 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <pcl/ModelCoefficients.h>
+#include <pcl/PointIndices.h>
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/planes/multi_plane.h"
+#include "planar_mapping/map/planar_map.h"
+
+namespace planar_mapping {
+
+/// What PlanarMapping and PlanarCuboidApproximation know of a frame besides its cloud, and the
+/// parameters of their map.
+///
+/// The points of a cloud are in the sensor's frame. The sensor's pose in the world is the one given
+/// to setSensorPose(), else the cloud's sensor_origin_ and sensor_orientation_ (the VIEWPOINT of a
+/// PCD file), as in `planar_map run`; identity where nobody set one. Planes are in the sensor's
+/// frame, cuboids and the map in the world.
+class PLANAR_MAPPING_EXPORT MappingInput {
+ public:
+  /// Planes of the cloud with their inliers; points in none of them are the non-planar part.
+  /// \param inliers indices into the input cloud, disjoint, one set per plane
+  /// \param planes  (a, b, c, d) of a x + b y + c z + d = 0, of any length and orientation
+  /// \throws InputError if the sizes disagree or a plane has not four coefficients,
+  ///         ParameterError if its normal is zero or something is not finite
+  /// \note Coefficients are floats: a point on the border of two cells may fall into the other one
+  ///       than with the planes of MultiPlaneSACSegmentation::getPlanes().
+  void setPlanes(const std::vector<pcl::PointIndices>& inliers,
+                 const std::vector<pcl::ModelCoefficients>& planes);
+  /// As above, from MultiPlaneSACSegmentation::getPlanes() or findPlanes(), in double precision.
+  void setPlanes(const std::vector<PlaneSegment>& planes) { planes_ = planes; }
+  const std::vector<PlaneSegment>& getPlanes() const { return planes_; }
+
+  /// Belief for each point of the input cloud, in [0, 1]; empty (the default) = 1.
+  void setPointProbabilities(const std::vector<float>& probabilities) {
+    probabilities_ = probabilities;
+  }
+  const std::vector<float>& getPointProbabilities() const { return probabilities_; }
+
+  /// Points that were removed as ground: they clear space, but make no cuboid.
+  void setGroundIndices(const Indices& ground) { ground_ = ground; }
+  const Indices& getGroundIndices() const { return ground_; }
+
+  /// T_world_sensor; std::nullopt (the default) = the pose of the cloud.
+  void setSensorPose(const std::optional<Pose>& T_world_sensor) { sensor_pose_ = T_world_sensor; }
+  const std::optional<Pose>& getSensorPose() const { return sensor_pose_; }
+
+  /// Seconds; std::nullopt (the default) = the stamp in the header of the cloud.
+  void setTimestamp(const std::optional<double>& seconds) { timestamp_ = seconds; }
+  const std::optional<double>& getTimestamp() const { return timestamp_; }
+
+  /// Intrinsics of an organized cloud; std::nullopt (the default) = estimated from the cloud.
+  void setCamera(const std::optional<PinholeCamera>& camera) { camera_ = camera; }
+  const std::optional<PinholeCamera>& getCamera() const { return camera_; }
+
+  /// Depth error of a stereo camera; std::nullopt (the default) = none. Checked with the frame.
+  void setNoiseModel(const std::optional<StereoNoise>& noise) { noise_ = noise; }
+  const std::optional<StereoNoise>& getNoiseModel() const { return noise_; }
+
+  // Every setter below throws ParameterError, and changes nothing, if the value is out of range.
+
+  /// All parameters at once.
+  void setParams(const PlanarMapParams& params);
+  const PlanarMapParams& getParams() const { return params_; }
+
+  /// Paper: nothing beyond the paper. Compact (the default): as few cuboids as we can. Sets the
+  /// profile alone; PlanarMapParams::of() has all defaults of one.
+  void setProfile(Profile profile);
+  Profile getProfile() const { return params_.approximation.profile; }
+  /// s, side of the smallest cell, metres, > 0.
+  void setResolution(double metres);
+  double getResolution() const { return params_.approximation.resolution; }
+  /// Extension of planar cuboids away from the sensor, metres, >= 0; 0 = the resolution.
+  void setThickness(double metres);
+  double getThickness() const { return params_.approximation.thickness; }
+  /// Cells with fewer points are empty, >= 1.
+  void setMinPointsPerCell(int points);
+  int getMinPointsPerCell() const { return params_.approximation.min_points_per_cell; }
+  /// Holes in a plane up to this side are filled (Compact), metres, >= 0; 0 = the resolution, less
+  /// than the resolution = none.
+  void setHoleSize(double metres);
+  double getHoleSize() const { return params_.approximation.hole_size; }
+  /// Points within this many cells of a cuboid need none of their own (Compact), in [0, 0.5].
+  void setAbsorption(double cells);
+  double getAbsorption() const { return params_.approximation.absorption; }
+  /// Up in the world, of any length > 0; the first axis of a planar cuboid is horizontal.
+  void setUpDirection(const Vector3& up);
+  const Vector3& getUpDirection() const { return params_.approximation.up; }
+  /// Space farther from the sensor stays unknown, metres, > 0.
+  void setMaxRange(double metres);
+  double getMaxRange() const { return params_.max_range; }
+  /// Cells believed less than this are removed, in [0, 1].
+  void setMinProbability(double probability);
+  double getMinProbability() const { return params_.min_probability; }
+  /// 0 = all cores; never changes the result.
+  void setNumberOfThreads(int threads);
+  int getNumberOfThreads() const { return params_.approximation.threads; }
+
+ protected:
+  MappingInput() = default;
+  ~MappingInput() = default;
+  MappingInput(const MappingInput&) = default;
+  MappingInput& operator=(const MappingInput&) = default;
+
+  /// Puts a frame into the map.
+  /// \param indices points that count, or null for all; those that are not finite are dropped
+  /// \throws InputError as PlanarMap::insert(), or if the first cloud of a map is not in metres
+  FrameUpdate insertInto(PlanarMap& map, const PointsView& points, const Indices* indices,
+                         const Pose& T_world_sensor, std::uint64_t stamp_us) const;
+
+ private:
+  std::vector<PlaneSegment> planes_;
+  std::vector<float> probabilities_;
+  Indices ground_;
+  std::optional<Pose> sensor_pose_;
+  std::optional<double> timestamp_;
+  std::optional<PinholeCamera> camera_;
+  std::optional<StereoNoise> noise_;
+  PlanarMapParams params_;
+};
+
+}  // namespace planar_mapping

@@ -1,0 +1,79 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/surface/mapping_input.h"
+
+#include <string>
+#include <utility>
+
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/geometry/cloud_scale.h"
+
+namespace planar_mapping {
+
+void MappingInput::setPlanes(const std::vector<pcl::PointIndices>& inliers,
+                             const std::vector<pcl::ModelCoefficients>& planes) {
+  if (inliers.size() != planes.size()) {
+    throw InputError(std::to_string(planes.size()) + " planes come with " +
+                     std::to_string(inliers.size()) + " sets of inliers");
+  }
+  std::vector<PlaneSegment> segments(planes.size());
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    const std::vector<float>& c = planes[i].values;
+    if (c.size() != 4) {
+      throw InputError("plane " + std::to_string(i) + " has " + std::to_string(c.size()) +
+                       " coefficients instead of 4");
+    }
+    segments[i].plane = planeFromCoefficients(c[0], c[1], c[2], c[3]);
+    segments[i].inliers = inliers[i].indices;
+  }
+  planes_ = std::move(segments);
+}
+
+FrameUpdate MappingInput::insertInto(PlanarMap& map, const PointsView& points,
+                                     const Indices* indices, const Pose& T_world_sensor,
+                                     std::uint64_t stamp_us) const {
+  constexpr double kMaxSpacing = 10.0;  // resolutions; beyond, each point has a cuboid of its own
+  if (map.frames() == 0) {
+    requireMetres(points, indices, kMaxSpacing * map.params().approximation.resolution,
+                  "resolution and the other lengths");
+  }
+  FrameObservation frame;
+  frame.T_world_sensor = T_world_sensor;
+  frame.timestamp = timestamp_.value_or(1e-6 * static_cast<double>(stamp_us));
+  frame.points = points;
+  const Indices usable = indices == nullptr ? usablePoints(points) : Indices();
+  frame.indices = indices == nullptr ? &usable : indices;
+  frame.ground = &ground_;
+  frame.planes = &planes_;
+  if (!probabilities_.empty()) frame.probability = &probabilities_;
+  frame.camera = camera_;
+  frame.noise = noise_;
+  FrameUpdate update = map.insert(frame);
+  if (indices == nullptr) update.dropped_points += points.size - usable.size();
+  return update;
+}
+
+void MappingInput::setParams(const PlanarMapParams& params) {
+  params.validate();
+  params_ = params;
+}
+
+#define PLANAR_MAPPING_INPUT_SETTER(name, type, field) \
+  void MappingInput::name(type value) {                \
+    PlanarMapParams changed = params_;                 \
+    changed.field = value;                             \
+    setParams(changed);                                \
+  }
+PLANAR_MAPPING_INPUT_SETTER(setProfile, Profile, approximation.profile)
+PLANAR_MAPPING_INPUT_SETTER(setResolution, double, approximation.resolution)
+PLANAR_MAPPING_INPUT_SETTER(setThickness, double, approximation.thickness)
+PLANAR_MAPPING_INPUT_SETTER(setMinPointsPerCell, int, approximation.min_points_per_cell)
+PLANAR_MAPPING_INPUT_SETTER(setHoleSize, double, approximation.hole_size)
+PLANAR_MAPPING_INPUT_SETTER(setAbsorption, double, approximation.absorption)
+PLANAR_MAPPING_INPUT_SETTER(setUpDirection, const Vector3&, approximation.up)
+PLANAR_MAPPING_INPUT_SETTER(setMaxRange, double, max_range)
+PLANAR_MAPPING_INPUT_SETTER(setMinProbability, double, min_probability)
+PLANAR_MAPPING_INPUT_SETTER(setNumberOfThreads, int, approximation.threads)
+#undef PLANAR_MAPPING_INPUT_SETTER
+
+}  // namespace planar_mapping
