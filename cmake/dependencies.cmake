@@ -2,6 +2,8 @@
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 set(THREADS_PREFER_PTHREAD_FLAG ON)
 find_package(Threads REQUIRED)
+find_path(PLANAR_MAPPING_ZSTD_INCLUDE_DIR zstd.h REQUIRED)  # of map files
+find_library(PLANAR_MAPPING_ZSTD_LIBRARY zstd REQUIRED)
 
 if(PLANAR_MAPPING_BUILD_PCL OR PLANAR_MAPPING_BUILD_TOOLS)
   # pcl_io and pcl_surface are left out on purpose: packaged builds of those bring VTK along.

@@ -5,13 +5,14 @@ set -euo pipefail
 
 packages=(
   build-essential cmake ninja-build
-  libeigen3-dev libpcl-dev libyaml-cpp-dev libcli11-dev nlohmann-json3-dev libpng-dev liblzf-dev
+  libeigen3-dev libzstd-dev libpcl-dev libyaml-cpp-dev libcli11-dev nlohmann-json3-dev libpng-dev liblzf-dev
   libvtk9-dev libglew-dev libegl-dev libx11-dev
   libopencv-dev libopencv-contrib-dev libdlib-dev libblas-dev liblapack-dev libturbojpeg0-dev libzmq3-dev cppzmq-dev
   liboctomap-dev
   libegl1 libgl1-mesa-dri
   libgtest-dev libbenchmark-dev
   xvfb xauth
+  python3 python3-numpy python3-zstandard
 )
 
 missing=()

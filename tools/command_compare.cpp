@@ -43,8 +43,8 @@ void addCompareCommand(CLI::App& app, int& exit_code) {
   };
   auto* command = app.add_subcommand("compare", "What differs between two maps");
   const auto arguments = std::make_shared<Arguments>();
-  command->add_option("first", arguments->first, "Map (*.pmap, *.pbox)")->required();
-  command->add_option("second", arguments->second, "Map (*.pmap, *.pbox)")->required();
+  command->add_option("first", arguments->first, "Map (*.pmap)")->required();
+  command->add_option("second", arguments->second, "Map (*.pmap)")->required();
   command
       ->add_option("--threshold", arguments->threshold,
                    "Exit code 6 if a larger share of the occupied cells is in one map only")

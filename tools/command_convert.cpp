@@ -16,20 +16,23 @@ void addConvertCommand(CLI::App& app, int& exit_code) {
     std::string map;
     std::string output;
     bool unknown = false;
+    bool finished = false;
     bool force = false;
   };
   auto* command = app.add_subcommand("convert", "A map as a file for other programs");
   const auto arguments = std::make_shared<Arguments>();
-  command->add_option("map", arguments->map, "Map (*.pmap, *.pbox)")->required();
+  command->add_option("map", arguments->map, "Map (*.pmap)")->required();
   command
       ->add_option("output", arguments->output,
                    "File to write; its extension chooses the format: " + io::exportExtensions())
       ->required();
-  command->add_flag("--unknown", arguments->unknown,
-                    "Unknown space as well (pmap, pbox, json: always)");
+  command->add_flag("--unknown", arguments->unknown, "Unknown space as well (pmap, json: always)");
+  command->add_flag("--finished", arguments->finished,
+                    "Leave out what only further frames need (pmap: far fewer bytes)");
   command->add_flag("--force", arguments->force, "Overwrite a file that exists");
   command->callback([arguments, &exit_code]() {
-    const PlanarMap map = io::loadMap(arguments->map);
+    PlanarMap map = io::loadMap(arguments->map);
+    if (arguments->finished) map = map.finished();
     requireNew(arguments->output, arguments->force);
     try {
       io::exportMap(

@@ -136,7 +136,7 @@ void answer(const Arguments& arguments) {
 void addQueryCommand(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand("query", "Is it free, occupied or unknown there?");
   const auto arguments = std::make_shared<Arguments>();
-  command->add_option("map", arguments->map, "Map (*.pmap, *.pbox)")->required();
+  command->add_option("map", arguments->map, "Map (*.pmap)")->required();
   command->add_option("--point", arguments->points, "x,y,z, metres; repeatable")
       ->allow_extra_args(false);
   command->add_option("--box", arguments->boxes, "Opposite corners: x,y,z,x,y,z; repeatable")

@@ -3,7 +3,10 @@
 // query, convert, merge, compare: what scripts ask of a map.
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 
 #include "cli_fixture.h"
@@ -87,7 +90,7 @@ TEST_F(MapCommands, QueryRefusesWhatIsNoQuestion) {
 
 TEST_F(MapCommands, ConvertWritesByExtensionAndNeverOverUnasked) {
   const std::string file = map();
-  for (const char* extension : {"pmap", "pbox", "json", "csv", "ply", "obj", "sdf"}) {
+  for (const char* extension : {"pmap", "json", "csv", "ply", "obj", "sdf"}) {
     const std::string name = std::string("converted.") + extension;
     EXPECT_EQ(planarMap({"convert", file, directory_ / name}).exit_code, 0) << name;
     EXPECT_GT(read(name).size(), 100u) << name;
@@ -105,9 +108,9 @@ TEST_F(MapCommands, ConvertWritesByExtensionAndNeverOverUnasked) {
 
 TEST_F(MapCommands, FinishedMapsAreReadWhereverMapsAre) {
   const std::string file = map();
-  const std::string finished = directory_ / "map.pbox";
-  ASSERT_EQ(planarMap({"convert", file, finished}).exit_code, 0);
-  EXPECT_LT(read("map.pbox").size(), read("out1/map.pmap").size());
+  const std::string finished = directory_ / "finished.pmap";
+  ASSERT_EQ(planarMap({"convert", file, finished, "--finished"}).exit_code, 0);
+  EXPECT_LT(read("finished.pmap").size(), read("out1/map.pmap").size());
   const ProgramResult info = planarMap({"info", finished, "--json"});
   ASSERT_EQ(info.exit_code, 0) << info.err;
   const Json facts = Json::parse(info.out),
@@ -121,25 +124,70 @@ TEST_F(MapCommands, FinishedMapsAreReadWhereverMapsAre) {
   const auto ask = [&](const std::string& of) {
     const ProgramResult result = planarMap({"query", of, question[0], question[1], question[2]});
     EXPECT_EQ(result.exit_code, 0) << result.err;
-    Json ray = Json::parse(result.out)["ray"][0];
-    ray.erase("cuboids");  // these have an order of their own
-    return ray;
+    return Json::parse(result.out)["ray"][0];
   };
   EXPECT_EQ(ask(finished), ask(file));
   EXPECT_EQ(planarMap({"compare", file, finished}).exit_code, 0);
-  EXPECT_EQ(planarMap({"convert", finished, directory_ / "again.pbox"}).exit_code, 0);
-  EXPECT_EQ(read("again.pbox"), read("map.pbox"));
+  EXPECT_EQ(planarMap({"convert", finished, directory_ / "again.pmap"}).exit_code, 0);
+  EXPECT_EQ(read("again.pmap"), read("finished.pmap"));
   EXPECT_EQ(planarMap({"convert", finished, directory_ / "map.sdf", "--unknown"}).exit_code, 0);
+}
+
+/// What examples/read_map.py says of a map: a line for each fact, then one for each cuboid.
+TEST_F(MapCommands, MapsAreReadByAProgramInPython) {
+  const std::string python = PLANAR_MAPPING_PYTHON;
+  if (python.empty()) GTEST_SKIP() << "no python3 with numpy and zstandard";
+  const std::string file = map();
+  const std::string finished = directory_ / "finished.pmap";
+  ASSERT_EQ(planarMap({"convert", file, finished, "--finished"}).exit_code, 0);
+  const Json all = Json::parse(read("out1/map.json"));
+  for (const std::string& path : {file, finished}) {
+    const ProgramResult result = runProgram(
+        {python, std::string(PLANAR_MAPPING_SOURCE_DIR) + "/examples/read_map.py", path});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    const Json info = Json::parse(planarMap({"info", path, "--json"}).out);
+    const bool is_finished = info["type"] == "finished map";
+    std::istringstream lines(result.out);
+    std::string line;
+    std::map<std::string, std::size_t> facts;
+    ASSERT_TRUE(std::getline(lines, line));
+    EXPECT_EQ(line.rfind(is_finished ? "finished map" : "full map", 0), 0u) << line;
+    while (facts.count("cuboids") == 0 && std::getline(lines, line)) {
+      facts[line.substr(0, line.rfind(' '))] = std::stoul(line.substr(line.rfind(' ') + 1));
+    }
+    EXPECT_EQ(facts["cuboids"], info["cuboids"]["total"]);
+    EXPECT_GE(facts["unknown cells"], info["unknown_cells"]);  // those in cuboids as well
+    if (!is_finished) {
+      EXPECT_EQ(facts["planes"], info["planes"]);
+      EXPECT_EQ(facts["frames"], info["frames"]);
+      EXPECT_GT(facts["plane cells"], 100u);
+    }
+    for (const Json& cuboid : all["cuboids"]) {
+      if (cuboid["state"] != "occupied") continue;
+      ASSERT_TRUE(std::getline(lines, line));
+      std::istringstream numbers(line);
+      const auto expectNext = [&](const Json& wanted) {
+        double number = 0.0;
+        ASSERT_TRUE(numbers >> number) << line;
+        EXPECT_NEAR(number, wanted, 1e-6 * (1.0 + std::abs(wanted.get<double>()))) << line;
+      };
+      for (const char* part : {"center", "size", "quaternion_xyzw"}) {
+        for (const Json& number : cuboid[part]) expectNext(number);
+      }
+      expectNext(cuboid["plane_id"]);
+      expectNext(is_finished ? Json(1.0) : cuboid["probability"]);
+    }
+    EXPECT_FALSE(std::getline(lines, line)) << line;
+  }
 }
 
 TEST_F(MapCommands, FinishedMapsAreRefusedWhereTheyHaveTooLittle) {
   const std::string file = map();
-  const std::string finished = directory_ / "map.pbox";
-  ASSERT_EQ(planarMap({"convert", file, finished}).exit_code, 0);
+  const std::string finished = directory_ / "finished.pmap";
+  ASSERT_EQ(planarMap({"convert", file, finished, "--finished"}).exit_code, 0);
   const std::string out = directory_ / "none.pmap";
   for (const std::vector<std::string>& arguments :
-       {std::vector<std::string>{"convert", finished, out},
-        {"merge", finished, file, "-o", out},
+       {std::vector<std::string>{"merge", finished, file, "-o", out},
         {"merge", file, finished, "-o", out}}) {
     const ProgramResult result = planarMap(arguments);
     EXPECT_EQ(result.exit_code, 4);

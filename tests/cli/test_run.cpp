@@ -123,7 +123,7 @@ TEST_F(Run, FramesSelectsAndCountsRows) {
   ASSERT_EQ(2,
             std::sscanf(trajectory.c_str() + trajectory.find("\n2 "), " %lf %lf", &timestamp, &x))
       << trajectory;
-  EXPECT_NEAR(0.4, x, 0.5 / 4096.0);  // docs/file_format.md: positions in 1/4096 m
+  EXPECT_NEAR(0.4, x, 0.5 / 4096.0);  // positions are kept in 1/4096 m
   const ProgramResult none = runSequence("none", {"--frames", "7:9"});
   EXPECT_EQ(4, none.exit_code);
   expectOneSentence(none, "3 frames");

@@ -109,13 +109,13 @@ TEST_F(ViewerProgram, DrawsAFinishedMapAsTheMapItCameFrom) {
   PlanarMap map;
   map.insert(test::look(test::Scene(), test::lookFrom({0.0, 0.0, 1.0})).frame());
   io::saveMap(map, path("m.pmap"));
-  io::saveMap(map.finished(), path("m.pbox"));
+  io::saveMap(map.finished(), path("finished.pmap"));
   const std::string view =
       " --size 320x200 --show occupied,unknown --up 0,0,1 --camera-position 3,-4,4"
       " --focal-point 0,2,1 --view-up 0,0,1";
   EXPECT_EQ(run(path("m.pmap") + view + " -o " + path("a.png")), 0) << message_;
   const std::string as_before = " --threshold 0.001 --reference " + path("a.png");
-  EXPECT_EQ(run(path("m.pbox") + view + as_before), 0) << message_;
+  EXPECT_EQ(run(path("finished.pmap") + view + as_before), 0) << message_;
 }
 
 TEST_F(ViewerProgram, OverwritesOnlyWhenForced) {

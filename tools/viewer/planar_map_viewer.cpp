@@ -59,7 +59,7 @@ Vector3 vectorFromString(const std::string& name, const std::string& text) {
 
 void declare(CLI::App& app, Arguments& a) {
   app.add_option("FILE", a.files,
-                 "map (.pmap, .pbox), then point clouds (.pcd, .ply) to draw over it")
+                 "map (.pmap), then point clouds (.pcd, .ply) to draw over it")
       ->required();
   app.add_option("-o,--output,--snapshot", a.snapshot,
                  "write a PNG and open no window; no display is needed");

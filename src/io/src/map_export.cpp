@@ -152,7 +152,7 @@ std::string cuboidsToSdf(const std::vector<Cuboid>& cuboids) {
 }
 
 std::string exportExtensions() {
-  std::string names = "pmap, pbox, json";
+  std::string names = "pmap, json";
   for (const Format& format : kFormats) names += std::string(", ") + (format.extension + 1);
   return names;
 }
@@ -160,13 +160,7 @@ std::string exportExtensions() {
 void exportMap(const PlanarMap& map, const std::string& path, ExportedSpace space,
                Overwrite overwrite) {
   const std::string extension = std::filesystem::path(path).extension().string();
-  if (extension == ".pmap") {
-    if (map.isFinished()) {
-      throw InputError("'" + path + "' needs planes and beliefs, which a finished map has no more");
-    }
-    return saveMap(map, path, overwrite);
-  }
-  if (extension == ".pbox") return saveMap(map.finished(), path, overwrite);
+  if (extension == ".pmap") return saveMap(map, path, overwrite);
   if (extension == ".json") return saveMapJson(map, path, overwrite);
   for (const Format& format : kFormats) {
     if (extension != format.extension) continue;

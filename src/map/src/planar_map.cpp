@@ -6,24 +6,18 @@
 #include <cmath>
 #include <string>
 
+#include "file/serialization.h"
 #include "integration/frame.h"
 #include "integration/map_merge.h"
 #include "planar_map_impl.h"
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/base/detail/parallel.h"
-#include "file/serialization.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-
-/// Twelve digits: an angle that was written in degrees differs in the 14th from one in radians and
-/// would take eight bytes of every file.
-double rounded(double radians, double most) {
-  return std::min(std::round(radians * 1e12) / 1e12, most);
-}
 
 }  // namespace
 
@@ -68,10 +62,7 @@ void PlanarMapParams::validate() const {
 
 PlanarMap::PlanarMap(const PlanarMapParams& params) : impl_(std::make_unique<Impl>()) {
   params.validate();
-  PlanarMapParams& own = impl_->data.params;
-  own = params;
-  own.association_angle = rounded(params.association_angle, 0.5 * kPi);
-  own.range_image_step = rounded(params.range_image_step, 0.5);
+  impl_->data.params = params;
 }
 PlanarMap::~PlanarMap() = default;
 PlanarMap::PlanarMap(const PlanarMap& other) : impl_(std::make_unique<Impl>(*other.impl_)) {}
@@ -176,10 +167,29 @@ void PlanarMap::Impl::requireGrowing(const char* what) const {
                    "questions");
 }
 
+PlanarMap::Impl::Impl(const detail::MapRecord& record) : data(detail::mapOf(record)) {
+  FrameUpdate update;
+  detail::tidyMap(data, update);
+  if (record.is_finished) finish(record.cuboids);
+}
+
+void PlanarMap::Impl::finish(const std::vector<Cuboid>& cuboids) {
+  auto map = std::make_unique<Finished>();
+  map->cuboids = cuboids;
+  map->index.build(map->cuboids);
+  finished = std::move(map);
+  cache.reset();
+}
+
+std::size_t PlanarMap::Impl::Finished::memoryBytes() const {
+  return detail::heapBytes(sizeof(Finished)) + detail::heapBytes(cuboids) + index.memoryBytes();
+}
+
 PlanarMap PlanarMap::finished() const {
   if (impl_->finished) return *this;
-  const std::vector<std::uint8_t> file = detail::writeFinishedMap(impl_->data, cuboids());
-  return deserialize(file.data(), file.size());
+  PlanarMap map;
+  map.impl_ = std::make_unique<Impl>(detail::finishedRecordOf(impl_->data, cuboids()));
+  return map;
 }
 bool PlanarMap::isFinished() const {
   return impl_->finished != nullptr;
@@ -332,18 +342,13 @@ std::size_t PlanarMap::memoryBytes() const {
 }
 
 std::vector<std::uint8_t> PlanarMap::serialize() const {
-  if (!impl_->finished) return detail::serializeMap(impl_->data);
-  const detail::PackedBytes& file = impl_->finished->file;
-  return {file.data(), file.data() + file.size()};
+  return detail::serializeMap(isFinished() ? detail::finishedRecordOf(impl_->data, cuboids())
+                                           : detail::recordOf(impl_->data, cuboids()));
 }
 
 PlanarMap PlanarMap::deserialize(const std::uint8_t* data, std::size_t size) {
   PlanarMap map;
-  if (detail::isFinishedFile(data, size)) {
-    map.impl_->finish(detail::readFinishedMap(data, size, map.impl_->data));
-  } else {
-    map.impl_->data = detail::deserializeMap(data, size);
-  }
+  map.impl_ = std::make_unique<Impl>(detail::deserializeMap(data, size));
   return map;
 }
 

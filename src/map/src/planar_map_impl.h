@@ -10,7 +10,7 @@
 
 #include "cuboids/compaction.h"
 #include "cuboids/cuboid_index.h"
-#include "file/finished_map.h"
+#include "file/map_record.h"
 #include "store/map_data.h"
 
 namespace planar_mapping {
@@ -19,7 +19,13 @@ struct PlanarMap::Impl {
   detail::MapData data;
   /// What a finished map has in place of planes, cells and cache: only parameters and space are in
   /// the data then.
-  std::unique_ptr<const detail::FinishedMap> finished;
+  struct Finished {
+    std::vector<Cuboid> cuboids;
+    detail::CuboidIndex index;
+
+    std::size_t memoryBytes() const;  ///< its own block included
+  };
+  std::unique_ptr<const Finished> finished;
 
   /// What const functions derive from the data at the first call after a change. Not copied.
   struct Cache {
@@ -48,12 +54,11 @@ struct PlanarMap::Impl {
 
   Impl() = default;
   Impl(const Impl& other) : data(other.data) {
-    if (other.finished) finish(std::make_unique<detail::FinishedMap>(*other.finished));
+    if (other.finished) finish(other.finished->cuboids);
   }
-  void finish(std::unique_ptr<const detail::FinishedMap> map) {
-    finished = std::move(map);
-    cache.reset();
-  }
+  /// From what a file holds.
+  explicit Impl(const detail::MapRecord& record);
+  void finish(const std::vector<Cuboid>& cuboids);
 
   /// The compaction; the lock of the cache is held.
   detail::Compaction& compacted(CoverEffort effort) const;

@@ -240,7 +240,7 @@ std::string toMarkdown(const ReportHeader& header, const std::vector<PlaceResult
           (row.places == 1 ? " place" : " places: median (quartiles)") +
           "\n\n"
           "| s m | method | cells | eta | error % | complete % | covered % | held back mm "
-          "| free space violated % | memory kB | file kB | .pbox / .ot kB | ms a frame | behind |\n"
+          "| free space violated % | memory kB | file kB | finished / .ot kB | ms a frame | behind |\n"
           "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
     }
     first = false;

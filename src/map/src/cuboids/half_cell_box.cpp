@@ -38,16 +38,6 @@ Quaternion HalfCellBox::orientation() const {
   return Quaternion(turned);
 }
 
-std::array<std::int64_t, 3> HalfCellBox::worldSize() const {
-  std::array<std::int64_t, 3> world{};
-  for (std::size_t column = 0; column < 3; ++column) world[worldAxis(column)] = size[column];
-  return world;
-}
-
-void HalfCellBox::setWorldSize(const std::array<std::int64_t, 3>& world) {
-  for (std::size_t column = 0; column < 3; ++column) size[column] = world[worldAxis(column)];
-}
-
 Cuboid HalfCellBox::cuboid(double half) const {
   Cuboid cuboid;
   for (int i = 0; i < 3; ++i) {

@@ -20,14 +20,8 @@ struct HalfCellBox {
   /// Nothing unless cuboid() gives the very same. \param half  side of half a cell, metres
   static std::optional<HalfCellBox> from(const Cuboid& wanted, double half);
   Cuboid cuboid(double half) const;
-  /// Along x, y, z, half cells.
-  std::array<std::int64_t, 3> worldSize() const;
-  void setWorldSize(const std::array<std::int64_t, 3>& world);
 
  private:
-  std::size_t worldAxis(std::size_t own) const {
-    return axes == 0 ? own : (axes >> (3 * own) & 3u) - 1;
-  }
   Quaternion orientation() const;
 };
 

@@ -3,137 +3,100 @@
 #include "file/label_tree.h"
 
 #include <algorithm>
-#include <array>
 
 namespace planar_mapping::detail {
 namespace {
 
-/// Leaves may stand for few cells only: larger ones would save little and let a small file ask for
-/// much memory.
-struct Shape {
-  int dimensions;
-  int bundle_levels;   ///< of a bundle: its side is 2^levels cells
-  int leaf_levels;     ///< of the largest leaf
-  std::int32_t limit;  ///< of bundle coordinates, exclusive
-};
-Shape shapeOf(TreeKind kind) {
-  if (kind == TreeKind::Quadtree) return {2, 3, 2, kLatticeLimit / 8};
-  return {3, 2, kind == TreeKind::Octree ? 1 : 2, kLatticeLimit / 4};
+constexpr std::uint64_t kAll = ~std::uint64_t{0};
+
+std::size_t countInner(const std::vector<std::uint8_t>& labels) {
+  return static_cast<std::size_t>(std::count(labels.begin(), labels.end(), kInner));
 }
-
-/// cells[path] for a path of child numbers down a bundle.
-std::array<std::uint8_t, 64> makeOrder(TreeKind kind) {
-  const Shape shape = shapeOf(kind);
-  std::array<std::uint8_t, 64> order{};
-  for (unsigned path = 0; path < 64; ++path) {
-    unsigned c[3] = {0, 0, 0};
-    for (int level = 0; level < shape.bundle_levels; ++level) {
-      for (int d = 0; d < shape.dimensions; ++d) {
-        c[d] |= ((path >> (level * shape.dimensions + d)) & 1u) << level;
-      }
-    }
-    order[path] = static_cast<std::uint8_t>(shape.dimensions == 2 ? 8 * c[1] + c[0]
-                                                                  : 16 * c[2] + 4 * c[1] + c[0]);
-  }
-  return order;
-}
-
-class TreeReader {
- public:
-  using Take = std::function<void(const CellBundle&)>;
-  TreeReader(TreeKind kind, Int3 corner, Label leaf, ByteReader& in, const Take& take)
-      : shape_(shapeOf(kind)),
-        order_(cellOrder(kind)),
-        corner_(corner),
-        leaf_(leaf),
-        in_(in),
-        take_(take) {}
-
-  /// Depth is bounded by the number of levels, which the caller has checked.
-  void node(int level, const Int3& at) {
-    const Label label = in_.label();
-    if (label == Label::Free) return;
-    const bool is_full = label == leaf_ && level == 0 && shape_.leaf_levels == shape_.bundle_levels;
-    if (label != Label::Inner && !is_full) {
-      in_.fail("has a leaf that is too large or of another kind");
-    }
-    if (level == 0) {
-      std::uint64_t path_bits = is_full ? ~std::uint64_t{0} : 0;
-      for (int c = 0; c < 1 << shape_.dimensions && !is_full; ++c) {
-        cells(shape_.bundle_levels - 1, path_bits, c);
-      }
-      if (path_bits == 0) in_.fail("has an inner node without a set cell");
-      CellBundle bundle;
-      bundle.at = {corner_.x + at.x, corner_.y + at.y, corner_.z + at.z};
-      if (bundle.at.x >= shape_.limit || bundle.at.y >= shape_.limit ||
-          bundle.at.z >= shape_.limit) {
-        in_.fail("has cells outside the world");
-      }
-      for (unsigned path = 0; path < 64; ++path) {
-        bundle.cells |= ((path_bits >> path) & 1u) << order_[path];
-      }
-      take_(bundle);
-      return;
-    }
-    for (int c = 0; c < 1 << shape_.dimensions; ++c) {
-      const std::int32_t half = std::int32_t{1} << (level - 1);
-      node(level - 1, {at.x + ((c & 1) != 0 ? half : 0), at.y + ((c & 2) != 0 ? half : 0),
-                       at.z + ((c & 4) != 0 ? half : 0)});
-    }
-  }
-
- private:
-  void cells(int level, std::uint64_t& path_bits, int index) {
-    const Label label = in_.label();
-    if (label == Label::Free) return;
-    if (label == leaf_ && level <= shape_.leaf_levels) {
-      const int count = 1 << (level * shape_.dimensions);
-      path_bits |= ((std::uint64_t{1} << count) - 1) << (index * count);
-      return;
-    }
-    if (label != Label::Inner || level == 0) {
-      in_.fail("has a leaf that is too large or of another kind");
-    }
-    for (int c = 0; c < 1 << shape_.dimensions; ++c) {
-      cells(level - 1, path_bits, (index << shape_.dimensions) + c);
-    }
-  }
-
-  const Shape shape_;
-  const std::uint8_t* order_;
-  const Int3 corner_;
-  const Label leaf_;
-  ByteReader& in_;
-  const Take& take_;
-};
 
 }  // namespace
 
-const std::uint8_t* cellOrder(TreeKind kind) {
-  static const std::array<std::uint8_t, 64> quadtree = makeOrder(TreeKind::Quadtree);
-  static const std::array<std::uint8_t, 64> octree = makeOrder(TreeKind::Octree);
-  return kind == TreeKind::Quadtree ? quadtree.data() : octree.data();
+LabelTree::Bits LabelTree::bitsOf(std::uint8_t label) {
+  return {(label & 1u) != 0 ? kAll : 0, (label & 2u) != 0 ? kAll : 0};
 }
 
-std::vector<CellBundle> readTree(TreeKind kind, Label leaf, ByteReader& in) {
-  std::vector<CellBundle> bundles;
-  readTree(kind, leaf, in, [&](const CellBundle& bundle) { bundles.push_back(bundle); });
-  return bundles;
+Int3 LabelTree::regionOf(const Int3& bundle) const {
+  return {bundle.x >> 3, bundle.y >> 3, dimensions_ == 2 ? 0 : bundle.z >> 3};
 }
 
-void readTree(TreeKind kind, Label leaf, ByteReader& in,
-              const std::function<void(const CellBundle&)>& take) {
-  const Shape shape = shapeOf(kind);
-  Int3 corner;
-  corner.x = in.within(-shape.limit, shape.limit - 1);
-  corner.y = in.within(-shape.limit, shape.limit - 1);
-  if (shape.dimensions == 3) corner.z = in.within(-shape.limit, shape.limit - 1);
-  const int levels = in.u8();
-  if ((std::int64_t{1} << std::min(levels, 62)) >= 4 * static_cast<std::int64_t>(shape.limit)) {
-    in.fail("has a tree deeper than the world");
+void LabelTree::add(std::vector<CellLabels>& bundles, Label background) {
+  std::sort(bundles.begin(), bundles.end(), [this](const CellLabels& l, const CellLabels& r) {
+    const Int3 a = regionOf(l.at);
+    const Int3 b = regionOf(r.at);
+    return a == b ? placeOf(l.at) < placeOf(r.at) : isBefore(a, b);
+  });
+  std::vector<Bits> cells(bundlesPerRegion());
+  std::vector<std::uint8_t> labels(bundlesPerRegion());
+  for (std::size_t i = 0; i < bundles.size();) {
+    const Int3 region = regionOf(bundles[i].at);
+    std::fill(labels.begin(), labels.end(), background);
+    for (; i < bundles.size() && regionOf(bundles[i].at) == region; ++i) {
+      const CellLabels& b = bundles[i];
+      const std::size_t place = placeOf(b.at);
+      cells[place] = {b.low, b.high};
+      const bool is_mixed = (b.low != 0 && b.low != kAll) || (b.high != 0 && b.high != kAll);
+      labels[place] = is_mixed ? static_cast<std::uint8_t>(kInner)
+                               : static_cast<std::uint8_t>((b.low & 1u) | (b.high & 1u) << 1u);
+    }
+    regions_.push_back({static_cast<std::int16_t>(region.x), static_cast<std::int16_t>(region.y),
+                        static_cast<std::int16_t>(region.z)});
+    const bool is_uniform =
+        labels[0] != kInner && std::count(labels.begin(), labels.end(), labels[0]) ==
+                                   static_cast<std::ptrdiff_t>(labels.size());
+    region_labels_.push_back(is_uniform ? labels[0] : static_cast<std::uint8_t>(kInner));
+    if (is_uniform) continue;
+    bundle_labels_.insert(bundle_labels_.end(), labels.begin(), labels.end());
+    for (std::size_t place = 0; place < labels.size(); ++place) {
+      if (labels[place] == kInner) cells_.push_back(cells[place]);
+    }
   }
-  TreeReader(kind, corner, leaf, in, take).node(levels, Int3());
-  in.endLabels();
+}
+
+std::uint64_t LabelTree::occupied() const {
+  const auto countOccupied = [](const std::vector<std::uint8_t>& labels) {
+    return static_cast<std::uint64_t>(std::count(labels.begin(), labels.end(), kOccupied));
+  };
+  std::uint64_t cells =
+      64 * (countOccupied(bundle_labels_) + bundlesPerRegion() * countOccupied(region_labels_));
+  for (const Bits& b : cells_) {
+    cells += static_cast<std::uint64_t>(__builtin_popcountll(b.low & ~b.high));
+  }
+  return cells;
+}
+
+void LabelTree::code(Columns& columns) {
+  const auto axes = static_cast<std::size_t>(dimensions_);
+  columns.size(regions_, 2 * axes);
+  for (std::size_t k = 0; k < axes; ++k) {
+    columns.column(regions_, [k](auto& region) -> std::int16_t& { return region[k]; });
+  }
+  constexpr std::int32_t kFarthest = kLatticeLimit / (8 * kSide);  // of tiles; blocks always fit
+  for (const auto& region : regions_) {
+    if (dimensions_ == 2 && (std::max(std::abs(region[0]), std::abs(region[1])) > kFarthest)) {
+      columns.fail("has cells outside the world");
+    }
+  }
+  columns.labels(region_labels_, regions_.size());
+  columns.labels(bundle_labels_, bundlesPerRegion() * countInner(region_labels_));
+  std::vector<std::uint8_t> labels;
+  const std::size_t inner = countInner(bundle_labels_);
+  for (const Bits& b : cells_) {
+    for (std::size_t bit = 0; bit < 64; ++bit) {
+      labels.push_back(static_cast<std::uint8_t>((b.low >> bit & 1u) | (b.high >> bit & 1u) << 1u));
+    }
+  }
+  columns.labels(labels, 64 * inner);
+  if (!columns.isReading()) return;
+  cells_.assign(inner, {});
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    if (labels[i] == kInner) columns.fail("has a cell with parts");
+    cells_[i / 64].low |= static_cast<std::uint64_t>(labels[i] & 1u) << (i % 64);
+    cells_[i / 64].high |= static_cast<std::uint64_t>(labels[i] >> 1u) << (i % 64);
+  }
 }
 
 }  // namespace planar_mapping::detail

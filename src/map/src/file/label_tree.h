@@ -2,33 +2,91 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <cstdint>
-#include <functional>
-#include <utility>
 #include <vector>
 
-#include "file/bit_stream.h"
+#include "file/columns.h"
 #include "store/key_map.h"
 
 namespace planar_mapping::detail {
 
-/// Bundles of 64 cells and their trees in files of version 2.
-/// A quadtree holds tiles of 8 x 8 cells, the octrees blocks of 4 x 4 x 4: Octree few cells, Space
-/// solid parts of space, whose largest leaf is a whole block.
-struct CellBundle {
-  Int3 at;                  ///< tile or block coordinates; z = 0 for tiles
-  std::uint64_t cells = 0;  ///< bit 8 b + a, or 16 z + 4 y + x; not 0
+/// Labels of 64 cells, two bits each: a tile of 8 x 8 (bit 8 b + a) or a block of 4 x 4 x 4
+/// (bit 16 z + 4 y + x).
+struct CellLabels {
+  Int3 at;  ///< in tiles or blocks; z = 0 for tiles
+  std::uint64_t low = 0;
+  std::uint64_t high = 0;
 };
 
-enum class TreeKind { Quadtree, Octree, Space };
+/// What labels mean (the paper, IV).
+enum Label : std::uint8_t { kFree = 0, kOccupied = 1, kUnknown = 2, kInner = 3 };
 
-/// Order of the cells of a bundle in the tree, and so of everything listed per cell.
-const std::uint8_t* cellOrder(TreeKind kind);
+/// Labels of the cells of lattices, as a file holds them (docs/file_format.md, "Label trees"): one
+/// for a region of 8 x 8 (x 8) tiles or blocks where all of its cells are alike, else kInner and
+/// one for each of these, else one for each cell.
+class LabelTree {
+ public:
+  /// \param dimensions 2 for tiles, 3 for blocks
+  explicit LabelTree(int dimensions) : dimensions_(dimensions) {}
 
-/// Reads a tree and hands its bundles over in their order.
-/// \throws Error if the labels make no tree of such bundles
-void readTree(TreeKind kind, Label leaf, ByteReader& in,
-              const std::function<void(const CellBundle&)>& take);
-std::vector<CellBundle> readTree(TreeKind kind, Label leaf, ByteReader& in);
+  /// Adds the regions of a lattice and sorts the bundles into the order of Walk. Cells that no
+  /// bundle tells of have the label \p background.
+  void add(std::vector<CellLabels>& bundles, Label background);
+  std::size_t regions() const { return regions_.size(); }
+  /// How many cells are occupied.
+  std::uint64_t occupied() const;
+  /// Writes or reads the tree. \throws Error
+  void code(Columns& columns);
+
+  /// Goes through regions in their order.
+  class Walk {
+   public:
+    explicit Walk(const LabelTree& tree) : tree_(tree) {}
+    /// Calls visit(CellLabels) for the tiles or blocks of the next region.
+    template <typename Visit>
+    void next(Visit&& visit);
+
+   private:
+    const LabelTree& tree_;
+    std::size_t region_ = 0;
+    std::size_t bundle_ = 0;
+    std::size_t cells_ = 0;
+  };
+
+ private:
+  struct Bits {
+    std::uint64_t low = 0;
+    std::uint64_t high = 0;
+  };
+  static constexpr std::int32_t kSide = 8;  ///< of a region, in tiles or blocks
+  static Bits bitsOf(std::uint8_t label);
+  std::size_t bundlesPerRegion() const { return dimensions_ == 2 ? 64 : 512; }
+  Int3 regionOf(const Int3& bundle) const;
+  static std::size_t placeOf(const Int3& bundle) {
+    return static_cast<std::size_t>((bundle.x & 7) + 8 * (bundle.y & 7) + 64 * (bundle.z & 7));
+  }
+
+  int dimensions_;
+  std::vector<std::array<std::int16_t, 3>> regions_;
+  std::vector<std::uint8_t> region_labels_;
+  std::vector<std::uint8_t> bundle_labels_;  ///< of the inner regions
+  std::vector<Bits> cells_;                  ///< of the inner bundles
+};
+
+template <typename Visit>
+void LabelTree::Walk::next(Visit&& visit) {
+  const auto& region = tree_.regions_[region_];
+  const std::uint8_t label = tree_.region_labels_[region_++];
+  for (std::size_t i = 0; i < tree_.bundlesPerRegion(); ++i) {
+    const std::uint8_t own = label == kInner ? tree_.bundle_labels_[bundle_++] : label;
+    const Bits bits = own == kInner ? tree_.cells_[cells_++] : bitsOf(own);
+    const auto place = static_cast<std::int32_t>(i);
+    visit(CellLabels{{kSide * region[0] + (place & 7), kSide * region[1] + (place >> 3 & 7),
+                      kSide * region[2] + (place >> 6)},
+                     bits.low,
+                     bits.high});
+  }
+}
 
 }  // namespace planar_mapping::detail

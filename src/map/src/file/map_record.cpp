@@ -3,73 +3,87 @@
 #include "file/map_record.h"
 
 #include <algorithm>
+#include <utility>
 
+#include "file/parameter_text.h"
 #include "planar_mapping/core/base/error.h"
+#include "store/set_bits.h"
 
 namespace planar_mapping::detail {
 namespace {
 
-/// Calls visit(bundle, bit) for every cell, in the order of the file.
-template <typename Visit>
-void forEachCell(const std::vector<LatticeBundle>& bundles, Visit&& visit) {
-  for (const LatticeBundle& b : bundles) {
-    for (std::uint64_t bits = b.ones; bits != 0; bits &= bits - 1) {
-      visit(b, static_cast<std::size_t>(__builtin_ctzll(bits)));
-    }
+PoseRecord recordOf(const StoredPose& stored) {
+  PoseRecord pose;
+  pose.timestamp = stored.timestamp;
+  pose.position = stored.sensor();
+  for (int i = 0; i < 4; ++i) {
+    pose.orientation.coeffs()[i] = stored.orientation[static_cast<std::size_t>(i)];
   }
+  pose.orientation.coeffs() /= StoredPose::kOrientationUnits;
+  return pose;
 }
 
-PlaneRecord recordOf(const PlaneLayer& layer) {
-  PlaneRecord record;
-  record.id = layer.id;
-  record.frames = layer.state().frames;
-  record.stored = layer.state().stored;
-  record.anchor = {layer.raster().anchorA(), layer.raster().anchorB()};
+void recordPlane(const PlaneLayer& layer, MapRecord& record) {
+  PlaneRecord plane;
+  plane.id = layer.id;
+  plane.frames = layer.state().frames;
+  const PlaneFit fit = layer.state().stored.fit();
+  plane.frame = fit.frame;
+  plane.moments = fit.moments;
+  plane.anchor = {layer.raster().anchorA(), layer.raster().anchorB()};
+  std::vector<CellLabels> tiles;
   layer.raster().forEachTile([&](std::int32_t a, std::int32_t b, const RasterTile& tile) {
-    record.tiles.push_back({{a, b, 0}, tile.occupied(), 0});
+    tiles.push_back({{a, b, 0}, tile.occupied(), 0});
   });
-  LatticeCoder::sort(2, record.tiles);
-  forEachCell(record.tiles, [&](const LatticeBundle& b, std::size_t bit) {
-    record.beliefs.push_back(layer.raster().find(b.at.x, b.at.y)->belief(bit));
-  });
-  return record;
+  const std::size_t before = record.tiles.regions();
+  record.tiles.add(tiles, kFree);
+  plane.regions = static_cast<std::uint32_t>(record.tiles.regions() - before);
+  for (const CellLabels& cells : tiles) {
+    const RasterTile& tile = *layer.raster().find(cells.at.x, cells.at.y);
+    forEachBit(cells.low, [&](std::size_t bit) { record.beliefs.push_back(tile.belief(bit)); });
+  }
+  record.planes.push_back(plane);
 }
 
-PlaneLayer layerOf(const PlaneRecord& record) {
+/// \param next  first belief of the plane's cells; that of the next plane afterwards
+PlaneLayer layerOf(const PlaneRecord& plane, LabelTree::Walk& tiles, const std::uint8_t*& next) {
   PlaneLayer layer;
-  layer.id = record.id;
-  layer.restore(record.stored);
-  layer.setFrames(record.frames);
+  layer.id = plane.id;
+  layer.restore(StoredPlane::from(plane.frame, plane.moments));
+  layer.setFrames(plane.frames);
   OpenRaster& raster = layer.raster();
-  raster.setAnchor(record.anchor[0], record.anchor[1]);
-  std::size_t next = 0;
-  for (const LatticeBundle& b : record.tiles) {
-    RasterTile& tile = raster.tileAt(b.at.x, b.at.y);
-    for (std::uint64_t bits = b.ones; bits != 0; bits &= bits - 1) {
-      tile.setBelief(static_cast<std::size_t>(__builtin_ctzll(bits)), record.beliefs[next++]);
-    }
-    raster.markDirty(b.at.x, b.at.y);
+  raster.setAnchor(plane.anchor[0], plane.anchor[1]);
+  for (std::uint32_t r = 0; r < plane.regions; ++r) {
+    tiles.next([&](const CellLabels& cells) {
+      if (cells.low == 0) return;
+      RasterTile& tile = raster.tileAt(cells.at.x, cells.at.y);
+      forEachBit(cells.low, [&](std::size_t bit) { tile.setBelief(bit, *next++); });
+      raster.markDirty(cells.at.x, cells.at.y);
+    });
   }
   return layer;
 }
 
 void recordCells(const CellLayer& cells, MapRecord& record) {
   record.anchor = {cells.anchor.x / 4, cells.anchor.y / 4, cells.anchor.z / 4};
+  std::vector<CellLabels> bundles;
   KeyMap<CellBlock> blocks;
   cells.forEachBlock([&](const Int3& at, const CellBlock& block) {
-    record.blocks.push_back({at, block.occupied(), 0});
+    bundles.push_back({at, block.occupied(), 0});
     blocks[packKey(at)] = block;
   });
-  LatticeCoder::sort(3, record.blocks);
-  forEachCell(record.blocks, [&](const LatticeBundle& b, std::size_t bit) {
+  record.blocks.add(bundles, kFree);
+  for (const CellLabels& b : bundles) {
     const CellBlock& block = *blocks.find(packKey(b.at));
-    record.beliefs.push_back(block.belief(bit));
-    if (block.hasMeans()) {
-      record.means.push_back(block.mean(bit));
-    } else {
-      record.octants.push_back(block.octants(bit));
-    }
-  });
+    forEachBit(b.low, [&](std::size_t bit) {
+      record.beliefs.push_back(block.belief(bit));
+      if (block.hasMeans()) {
+        record.means.push_back(block.mean(bit));
+      } else {
+        record.octants.push_back(block.octants(bit));
+      }
+    });
+  }
   std::vector<std::uint64_t> regions = cells.regions.keys();
   std::sort(regions.begin(), regions.end());
   for (const std::uint64_t key : regions) {
@@ -77,24 +91,28 @@ void recordCells(const CellLayer& cells, MapRecord& record) {
   }
 }
 
-void restoreCells(const MapRecord& record, MapData& map) {
+/// \param belief of the first cell
+void restoreCells(const MapRecord& record, const std::uint8_t* belief, MapData& map) {
   CellLayer& cells = map.cells;
   cells.anchor = {4 * record.anchor.x, 4 * record.anchor.y, 4 * record.anchor.z};
-  for (const LatticeBundle& b : record.blocks) {
-    cells.blockAt(b.at);
-    cells.markDirty(b.at, 0);
-  }
+  LabelTree::Walk walk(record.blocks);
   std::size_t next = 0;
-  forEachCell(record.blocks, [&](const LatticeBundle& b, std::size_t bit) {
-    CellBlock& block = *cells.find(b.at);
-    block.setBelief(bit, record.beliefs[next]);
-    if (map.isCompact()) {
-      block.setOctants(bit, record.octants[next]);
-    } else {
-      block.setMean(bit, record.means[next]);
-    }
-    ++next;
-  });
+  for (std::size_t r = 0; r < record.blocks.regions(); ++r) {
+    walk.next([&](const CellLabels& b) {
+      if (b.low == 0) return;
+      CellBlock& block = cells.blockAt(b.at);
+      forEachBit(b.low, [&](std::size_t bit) {
+        block.setBelief(bit, belief[next]);
+        if (map.isCompact()) {
+          block.setOctants(bit, record.octants[next]);
+        } else {
+          block.setMean(bit, record.means[next]);
+        }
+        ++next;
+      });
+      cells.markDirty(b.at, 0);
+    });
+  }
   std::vector<std::uint64_t> regions = cells.regions.keys();
   std::sort(regions.begin(), regions.end());
   if (regions.size() != record.region_frames.size()) {
@@ -108,42 +126,71 @@ void restoreCells(const MapRecord& record, MapData& map) {
   }
 }
 
-}  // namespace
-
-std::vector<LatticeBundle> bundlesOf(const UnknownSpace& space) {
-  std::vector<LatticeBundle> bundles;
+/// \param is_finished  then seen free and never seen are alike: no query tells them apart
+LabelTree treeOf(const UnknownSpace& space, bool is_finished) {
+  std::vector<CellLabels> bundles;
   space.forEachBlock([&](const Int3& at, const UnknownSpace::Block& block) {
-    bundles.push_back({at, block.free, block.unknown});
+    if (is_finished && block.unknown == 0) return;
+    bundles.push_back({at, is_finished ? 0 : ~(block.free | block.unknown), block.unknown});
   });
-  LatticeCoder::sort(3, bundles);
-  return bundles;
+  LabelTree tree(3);
+  tree.add(bundles, is_finished ? kFree : kOccupied);
+  return tree;
 }
 
-MapRecord recordOf(const MapData& map) {
+void restoreSpace(const MapRecord& record, UnknownSpace& space) {
+  LabelTree::Walk walk(record.space);
+  std::vector<UnknownSpace::PlacedBlock> blocks;
+  for (std::size_t r = 0; r < record.space.regions(); ++r) {
+    blocks.clear();
+    walk.next([&](const CellLabels& b) {
+      const std::uint64_t free = record.is_finished ? 0 : ~(b.low | b.high);
+      const std::uint64_t unknown = b.high & ~b.low;
+      if ((free | unknown) != 0) blocks.push_back({b.at, {free, unknown}});
+    });
+    space.add(blocks);
+  }
+}
+
+}  // namespace
+
+MapRecord finishedRecordOf(const MapData& map, std::vector<Cuboid> cuboids) {
+  MapRecord record;
+  record.is_finished = true;
+  record.params = parametersOf(parameterText(map.params, true));
+  record.cuboids = std::move(cuboids);
+  for (Cuboid& cuboid : record.cuboids) cuboid.probability = 1.0f;
+  record.space = treeOf(map.unknown, true);
+  return record;
+}
+
+MapRecord recordOf(const MapData& map, std::vector<Cuboid> cuboids) {
   MapRecord record;
   record.params = map.params;
-  record.trajectory.reserve(map.trajectory.size());
-  map.trajectory.forEach(0, [&](const StoredPose& p) { record.trajectory.push_back(p); });
+  record.cuboids = std::move(cuboids);
   record.next_plane_id = map.next_plane_id;
-  for (const PlaneLayer& layer : map.resting.open()) record.planes.push_back(recordOf(layer));
+  for (const PlaneLayer& layer : map.resting.open()) recordPlane(layer, record);
   recordCells(map.cells, record);
-  record.space = bundlesOf(map.unknown);
+  record.space = treeOf(map.unknown, false);
+  record.trajectory.reserve(map.trajectory.size());
+  map.trajectory.forEach(0, [&](const StoredPose& p) { record.trajectory.push_back(recordOf(p)); });
   return record;
 }
 
 MapData mapOf(const MapRecord& record) {
   MapData map;
   map.params = record.params;
-  for (const StoredPose& pose : record.trajectory) map.trajectory.push(pose);
+  for (const PoseRecord& pose : record.trajectory) {
+    map.trajectory.push(StoredPose::from(pose.timestamp, pose.orientation, pose.position));
+  }
   map.next_plane_id = record.next_plane_id;
   // One after the other: open ones are large.
+  LabelTree::Walk tiles(record.tiles);
+  const std::uint8_t* next = record.beliefs.data();
   map.resting.assign(record.planes.size(), map.revision(),
-                     [&](std::size_t i) { return layerOf(record.planes[i]); });
-  restoreCells(record, map);
-  std::vector<UnknownSpace::PlacedBlock> blocks;
-  blocks.reserve(record.space.size());
-  for (const LatticeBundle& b : record.space) blocks.push_back({b.at, {b.ones, b.twos}});
-  map.unknown.add(blocks);
+                     [&](std::size_t i) { return layerOf(record.planes[i], tiles, next); });
+  restoreCells(record, next, map);
+  restoreSpace(record, map.unknown);
   return map;
 }
 

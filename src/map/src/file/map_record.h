@@ -6,40 +6,50 @@
 #include <cstdint>
 #include <vector>
 
-#include "file/lattice_coder.h"
+#include "file/label_tree.h"
 #include "store/map_data.h"
 
 namespace planar_mapping::detail {
 
-/// What a file holds of a plane.
+/// What a file holds of a frame.
+struct PoseRecord {
+  double timestamp = 0.0;  ///< seconds
+  Vector3 position = Vector3::Zero();
+  Quaternion orientation = Quaternion::Identity();
+};
+
+/// What a file holds of a plane, beside its cells.
 struct PlaneRecord {
   std::int32_t id = 0;
   std::uint32_t frames = 0;
-  StoredPlane stored;
+  PlaneFrame frame;
+  PlaneMoments moments;
   std::array<std::int32_t, 2> anchor{};  ///< of the patches, in tiles
-  std::vector<LatticeBundle> tiles;
-  std::vector<std::uint8_t> beliefs;  ///< of the cells, by tile and bit
+  std::uint32_t regions = 0;             ///< of MapRecord::tiles
 };
 
-/// What a file holds, as plain values in the order of the file (docs/file_format.md).
+/// What a file holds (docs/file_format.md).
 struct MapRecord {
+  bool is_finished = false;  ///< then there are only parameters, cuboids and unknown space
   PlanarMapParams params;
-  std::vector<StoredPose> trajectory;
+  std::vector<Cuboid> cuboids;  ///< of a map that is not finished: written, not read
   std::int32_t next_plane_id = 0;
-  std::vector<PlaneRecord> planes;
-  Int3 anchor;  ///< of the regions of non-planar cells, in blocks
-  std::vector<LatticeBundle> blocks;
-  std::vector<std::uint8_t> beliefs;
-  std::vector<std::uint8_t> octants;         ///< of the cells, in the compact profile
-  std::vector<CellBlock::Mean> means;        ///< of the cells, in the paper's
-  std::vector<std::uint32_t> region_frames;  ///< by region key, ascending
-  std::vector<LatticeBundle> space;          ///< ones: seen free, twos: unknown
+  std::vector<PlaneRecord> planes;  ///< by id
+  LabelTree tiles{2};               ///< of one plane after the other
+  Int3 anchor;                      ///< of the regions of non-planar cells, in blocks
+  LabelTree blocks{3};
+  std::vector<std::uint8_t> beliefs;         ///< of the occupied cells of tiles, then blocks
+  std::vector<std::uint8_t> octants;         ///< of the cells of blocks, in the compact profile
+  std::vector<CellBlock::Mean> means;        ///< of the cells of blocks, in the paper's
+  std::vector<std::uint32_t> region_frames;  ///< by CellLayer::regionKey(), ascending
+  LabelTree space{3};
+  std::vector<PoseRecord> trajectory;
 };
 
-/// Space as a file holds it: ones are seen free, twos unknown.
-std::vector<LatticeBundle> bundlesOf(const UnknownSpace& space);
-
-MapRecord recordOf(const MapData& map);
+/// \param cuboids of the map
+MapRecord recordOf(const MapData& map, std::vector<Cuboid> cuboids);
+/// Without what only further frames need; probabilities of cuboids are 1.
+MapRecord finishedRecordOf(const MapData& map, std::vector<Cuboid> cuboids);
 /// \throws Error if the parts do not fit each other
 MapData mapOf(const MapRecord& record);
 

@@ -2,54 +2,127 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "file/serialization.h"
 
-#include <cstring>
+#include <zstd.h>
 
-#include "file/bit_stream.h"
-#include "file/file_frame.h"
-#include "file/record_coder.h"
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <string>
+#include <utility>
+
+#include "file/columns.h"
+#include "file/sections.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping::detail {
 namespace {
 
-constexpr FileFrame kFrame{{'P', 'M', 'A', 'P'}, 4, "versions 2 and 4"};
-/// What stood in place of the version up to version 3, before it.
-constexpr std::uint8_t kMagicBefore4[4] = {'\r', '\n', 0x1a, '\n'};
+constexpr char kMagic[4] = {'P', 'M', 'A', 'P'};
+constexpr char kMagicOfOldFinished[4] = {'P', 'B', 'O', 'X'};
+constexpr std::uint8_t kVersion = 5;
+constexpr std::uint8_t kFinished = 1;  ///< flag
+// The header: magic, version, flags, two bytes 0, bytes of the sections, CRC-32 of all else.
+constexpr std::size_t kChecked = 16;
+constexpr std::size_t kHeader = kChecked + 4;
 
-/// Reads a file of a version before 4.
-MapData readOlder(const std::uint8_t* data, std::size_t size) {
-  ByteReader in(data, size, "the map");
-  in.take(sizeof kFrame.magic + sizeof kMagicBefore4);
-  const std::uint32_t version = in.u32();
-  if (version != 2) kFrame.failForVersion(version);
-  const std::size_t left = in.left();
-  return readVersion2(in.take(left), left);
+constexpr int kCompressionLevel = 19;
+/// So many bytes of sections may come out of a file: a small one cannot take all memory.
+constexpr std::uint64_t kFreeBytes = 1u << 20;
+constexpr std::uint64_t kMaxRatio = 256;
+/// A frame that says nothing: magic number and size, then so many bytes.
+constexpr std::uint8_t kSkippable[4] = {0x50, 0x2a, 0x4d, 0x18};
+
+/// CRC-32 of zlib and PNG (polynomial 0xEDB88320, reflected), of bytes after others.
+std::uint32_t crc32(std::uint32_t before, const std::uint8_t* data, std::size_t size) {
+  static const std::array<std::uint32_t, 256> table = [] {
+    std::array<std::uint32_t, 256> made{};
+    for (std::uint32_t i = 0; i < 256; ++i) {
+      made[i] = i;
+      for (int bit = 0; bit < 8; ++bit) {
+        made[i] = (made[i] & 1u) != 0 ? 0xEDB88320u ^ (made[i] >> 1u) : made[i] >> 1u;
+      }
+    }
+    return made;
+  }();
+  std::uint32_t crc = ~before;
+  for (std::size_t i = 0; i < size; ++i) crc = table[(crc ^ data[i]) & 0xffu] ^ (crc >> 8u);
+  return ~crc;
+}
+std::uint32_t checksumOf(const std::uint8_t* file, std::size_t size) {
+  return crc32(crc32(0, file, kChecked), file + kHeader, size - kHeader);
 }
 
-MapData readVersion4(const std::uint8_t* data, std::size_t size) {
-  BitCoder coder = kFrame.open(data, size);
-  MapRecord record;
-  coder.finishReading(RecordCoder::experienced().code(coder, record));
-  return mapOf(record);
+template <typename Number>
+void put(Number value, std::uint8_t* at) {
+  for (std::size_t b = 0; b < sizeof value; ++b)
+    at[b] = static_cast<std::uint8_t>(value >> (8 * b));
+}
+template <typename Number>
+Number get(const std::uint8_t* at) {
+  Number value = 0;
+  for (std::size_t b = 0; b < sizeof value; ++b) value |= static_cast<Number>(at[b]) << (8 * b);
+  return value;
+}
+
+std::uint64_t mostSections(std::size_t file) {
+  return kFreeBytes + kMaxRatio * file;
+}
+
+/// What a version before this one says of itself.
+[[noreturn]] void failForVersion(const std::uint8_t* data, std::size_t size) {
+  std::uint32_t version = data[4];
+  if (version == '\r' && size >= 12) version = get<std::uint32_t>(data + 8);  // up to version 3
+  throw Error("this planar map has version " + std::to_string(version) + "; only version " +
+              std::to_string(kVersion) + " can be read: make the map anew");
 }
 
 }  // namespace
 
-std::vector<std::uint8_t> serializeMap(const MapData& map) {
-  MapRecord record = recordOf(map);
-  BitCoder coder;
-  const std::size_t fewest = RecordCoder::experienced().code(coder, record);
-  return kFrame.around(coder.finish(fewest));
+std::vector<std::uint8_t> serializeMap(MapRecord record) {
+  const bool is_finished = record.is_finished;
+  const std::vector<std::uint8_t> sections = sectionsOf(std::move(record));
+  std::vector<std::uint8_t> file(kHeader + ZSTD_compressBound(sections.size()));
+  const std::size_t size = ZSTD_compress(&file[kHeader], file.size() - kHeader, sections.data(),
+                                         sections.size(), kCompressionLevel);
+  if (ZSTD_isError(size) != 0) throw Error("the map cannot be compressed");
+  file.resize(kHeader + size);
+  if (sections.size() > mostSections(file.size())) {
+    const std::size_t padding = (sections.size() - kFreeBytes) / kMaxRatio + 1 - file.size();
+    file.insert(file.end(), std::begin(kSkippable), std::end(kSkippable));
+    file.resize(file.size() + 4 + padding);
+    put(static_cast<std::uint32_t>(padding), &file[kHeader + size + 4]);
+  }
+  std::copy(std::begin(kMagic), std::end(kMagic), file.begin());
+  file[4] = kVersion;
+  file[5] = is_finished ? kFinished : 0;
+  put(std::uint64_t{sections.size()}, &file[8]);
+  put(checksumOf(file.data(), file.size()), &file[kChecked]);
+  return file;
 }
 
-MapData deserializeMap(const std::uint8_t* data, std::size_t size) {
-  if (!kFrame.starts(data, size)) throw Error("this is no planar map: it does not start as one");
-  constexpr std::size_t kStart = sizeof kFrame.magic;
-  const bool is_older = size >= kStart + sizeof kMagicBefore4 &&
-                        std::memcmp(data + kStart, kMagicBefore4, sizeof kMagicBefore4) == 0;
-  MapData map = is_older ? readOlder(data, size) : readVersion4(data, size);
-  FrameUpdate update;
-  tidyMap(map, update);
-  return map;
+MapRecord deserializeMap(const std::uint8_t* data, std::size_t size) {
+  if (size > 4 && std::memcmp(data, kMagicOfOldFinished, 4) == 0) {
+    throw Error("this is a finished map of an earlier version (pbox), which can no longer be read");
+  }
+  if (size <= 4 || std::memcmp(data, kMagic, 4) != 0) {
+    throw Error("this is no planar map: it does not start as one");
+  }
+  if (data[4] != kVersion) failForVersion(data, size);
+  if (size < kHeader || get<std::uint32_t>(data + kChecked) != checksumOf(data, size)) {
+    throw Error("the map is cut short or damaged: its checksum does not match");
+  }
+  const std::uint64_t length = get<std::uint64_t>(data + 8);
+  if (data[5] > kFinished || data[6] != 0 || data[7] != 0) {
+    throw Error("the map has flags that this version does not know");
+  }
+  if (length > mostSections(size)) throw Error("the map claims to be too large for its file");
+  std::vector<std::uint8_t> sections(static_cast<std::size_t>(length));
+  const std::size_t found =
+      ZSTD_decompress(sections.data(), sections.size(), data + kHeader, size - kHeader);
+  if (ZSTD_isError(found) != 0 || found != length) {
+    throw Error("the sections of the map cannot be decompressed");
+  }
+  return recordOfSections(sections, data[5] == kFinished);
 }
 
 }  // namespace planar_mapping::detail

@@ -5,20 +5,13 @@
 #include <cstdint>
 #include <vector>
 
-#include "store/map_data.h"
+#include "file/map_record.h"
 
 namespace planar_mapping::detail {
 
-/// The bytes of docs/file_format.md.
-std::vector<std::uint8_t> serializeMap(const MapData& map);
+/// The bytes of a file (docs/file_format.md).
+std::vector<std::uint8_t> serializeMap(MapRecord record);
 /// \throws Error naming what is wrong
-MapData deserializeMap(const std::uint8_t* data, std::size_t size);
-
-/// The map of a file of version 2, from behind the version on.
-/// \throws Error naming what is wrong
-MapData readVersion2(const std::uint8_t* data, std::size_t size);
-
-/// CRC-32 of zlib and PNG (polynomial 0xEDB88320, reflected).
-std::uint32_t crc32(const std::uint8_t* data, std::size_t size);
+MapRecord deserializeMap(const std::uint8_t* data, std::size_t size);
 
 }  // namespace planar_mapping::detail

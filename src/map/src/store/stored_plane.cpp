@@ -117,7 +117,10 @@ StoredPlane StoredPlane::from(const PlaneFrame& wanted, const PlaneMoments& mome
     stored_slope = static_cast<std::int32_t>(rounded(slope[i], kDirection, kLargestSlope));
     slope[i] = stored_slope * kDirection;
   }
-  stored.residual = RoundedNumber::from(c(2, 2) - slope.dot(plane * slope), kVarianceBits);
+  // Less than rounding leaves of the sums is nothing.
+  const double residual = c(2, 2) - slope.dot(plane * slope);
+  const bool is_flat = residual < 1e-12 * (c(0, 0) + c(1, 1));
+  stored.residual = RoundedNumber::from(is_flat ? 0.0 : residual, kVarianceBits);
   return stored;
 }
 

@@ -130,12 +130,9 @@ class PlanarCuboidApproximationStage : public Stage {
   }
 
  private:
-  /// The map keeps track of unknown space up to 2,048 of its cells away. Rounded down to three
-  /// digits, as a person would write it.
+  /// The map keeps track of unknown space up to 2,048 of its cells away.
   double automaticMaxRange(double range) const {
     constexpr double kMaxCells = 2048.0;
-    const double unit = std::pow(10.0, 2.0 - std::floor(std::log10(range)));
-    if (range > 0.0 && std::isfinite(unit)) range = std::floor(range * unit) / unit;
     const double unknown = params_.unknown_resolution;
     const double cell = unknown > 0.0 ? unknown : *resolution_;
     return std::clamp(range, cell, kMaxCells * cell);

@@ -34,9 +34,8 @@ enum class ExportedSpace { Occupied, OccupiedAndUnknown };
 PLANAR_MAPPING_EXPORT std::string exportExtensions();
 
 /// Writes a map, whole or not at all, in the format that the extension of the path names: pmap and
-/// json (the whole map, whatever \p space is), pbox (PlanarMap::finished()), csv, ply, obj, sdf.
+/// json (the whole map, whatever \p space is), csv, ply, obj, sdf.
 /// \throws ParameterError if the extension is none of these
-/// \throws InputError if a finished map is to become a pmap
 /// \throws IoError if the file exists and must not be overwritten, or cannot be written
 PLANAR_MAPPING_EXPORT void exportMap(const PlanarMap& map, const std::string& path,
                                      ExportedSpace space = ExportedSpace::Occupied,

@@ -11,15 +11,16 @@
 namespace planar_mapping {
 namespace io {
 
-/// Writes a .pmap file (docs/file_format.md), or of a finished map a .pbox file
-/// (docs/finished_map.md), whole or not at all.
+/// Writes a .pmap file (docs/file_format.md), whole or not at all. A finished map
+/// (PlanarMap::finished()) takes fewer bytes.
 /// \throws IoError if the file exists and must not be overwritten, or cannot be written
 PLANAR_MAPPING_EXPORT void saveMap(const PlanarMap& map, const std::string& path,
                                    Overwrite overwrite = Overwrite::Refuse);
 
-/// Reads a .pmap or .pbox file. Memory stays below a small multiple of its size, whatever it holds.
-/// \throws IoError if the file is missing, unreadable,
-///         cut short, damaged or no map
+/// Reads a .pmap file of version 5; those of earlier versions are refused. Whatever the file holds,
+/// no more than 1 MiB + 256 times its size is unpacked from it.
+/// \throws IoError if the file is missing, unreadable, cut short, damaged, of another version or no
+///         map
 PLANAR_MAPPING_EXPORT PlanarMap loadMap(const std::string& path);
 
 }  // namespace io

@@ -141,12 +141,11 @@ class PLANAR_MAPPING_EXPORT PlanarMap {
 
   const PlanarMapParams& params() const;
 
-  /// The map as planners, simulators and a narrow radio link want it, in a fraction of the bytes:
-  /// the same cuboids in an order of its own, seen free and unknown space, resolutions, thickness
-  /// and profile. It answers all questions as this map does, but for beliefs (1 in all cuboids).
-  /// Planes, trajectory, frames and the other parameters are gone, and nothing can be added.
-  /// Cuboids on no plane, in the profile Paper, are rounded: lengths to 1/1024 of the resolution.
-  /// A finished map gives itself.
+  /// The map without what only further frames need, for planners, simulators and narrow radio
+  /// links: cuboids() and unknown space. It answers all queries as this map does, but that the
+  /// probability of cuboids is 1, and takes a fraction of the bytes. Planes, cells, trajectory, seen
+  /// free space and the parameters that say how frames are integrated are gone (params() has their
+  /// defaults), and nothing can be added. A finished map gives itself.
   PlanarMap finished() const;
   bool isFinished() const;
 
@@ -199,11 +198,11 @@ class PLANAR_MAPPING_EXPORT PlanarMap {
   /// Bytes of the live structure, counted.
   std::size_t memoryBytes() const;
 
-  /// The .pmap bytes (docs/file_format.md), of a finished map the .pbox bytes
-  /// (docs/finished_map.md); the same map always gives the same bytes.
+  /// The bytes of a .pmap file (docs/file_format.md), also of a finished map; the same map always
+  /// gives the same bytes. They hold cuboids(), which are derived first.
   std::vector<std::uint8_t> serialize() const;
-  /// Reads either.
-  /// \throws Error naming what is wrong, with memory and recursion bounded by the size given
+  /// Reads what serialize() gave. Of \p size bytes at most 1 MiB + 256 size are unpacked.
+  /// \throws Error naming what is wrong
   static PlanarMap deserialize(const std::uint8_t* data, std::size_t size);
 
  private:

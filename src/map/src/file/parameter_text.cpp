@@ -1,0 +1,105 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "file/parameter_text.h"
+
+#include <charconv>
+#include <sstream>
+
+#include "planar_mapping/core/base/error.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+template <typename Number>
+std::string textOf(Number value) {
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof text, value).ptr};
+}
+std::string textOf(bool value) {
+  return value ? "true" : "false";
+}
+std::string textOf(Profile value) {
+  return value == Profile::Compact ? "compact" : "paper";
+}
+
+template <typename Number>
+bool parse(const std::string& text, Number& value) {
+  const char* end = text.data() + text.size();
+  const auto [at, error] = std::from_chars(text.data(), end, value);
+  return error == std::errc() && at == end;
+}
+bool parse(const std::string& text, bool& value) {
+  value = text == "true";
+  return value || text == "false";
+}
+bool parse(const std::string& text, Profile& value) {
+  value = text == "compact" ? Profile::Compact : Profile::Paper;
+  return value == Profile::Compact || text == "paper";
+}
+
+/// Calls visit(name, value) for every parameter; of a finished map for those that queries depend
+/// on.
+template <typename Params, typename Visit>
+void forEachParameter(Params& p, bool is_finished, Visit&& visit) {
+  auto& a = p.approximation;
+  visit("profile", a.profile);
+  visit("resolution", a.resolution);
+  visit("thickness", a.thickness);
+  visit("up_x", a.up.x());
+  visit("up_y", a.up.y());
+  visit("up_z", a.up.z());
+  visit("unknown_space", p.unknown_space);
+  visit("unknown_resolution", p.unknown_resolution);
+  visit("max_range", p.max_range);
+  if (is_finished) return;
+  visit("density_threshold", a.density_threshold);
+  visit("min_width", a.min_width);
+  visit("min_height", a.min_height);
+  visit("min_points_per_cell", a.min_points_per_cell);
+  visit("hole_size", a.hole_size);
+  visit("absorption", a.absorption);
+  visit("rectangle_cells", a.rectangle_cells);
+  visit("association_angle", p.association_angle);
+  visit("association_offset", p.association_offset);
+  visit("association_gap", p.association_gap);
+  visit("min_probability", p.min_probability);
+  visit("belief_gain", p.belief_gain);
+  visit("miss_factor", p.miss_factor);
+  visit("first_belief", p.first_belief);
+  visit("noise_factor", p.noise_factor);
+  visit("min_cell_share", p.min_cell_share);
+  visit("rim_pixels", p.rim_pixels);
+  visit("surface_factor", p.surface_factor);
+  visit("refit_tolerance", p.refit_tolerance);
+  visit("range_image_step", p.range_image_step);
+}
+
+}  // namespace
+
+std::string parameterText(const PlanarMapParams& params, bool is_finished) {
+  std::string text = "frame world\n";
+  forEachParameter(params, is_finished, [&](const char* name, const auto& value) {
+    text += std::string(name) + ' ' + textOf(value) + '\n';
+  });
+  return text;
+}
+
+PlanarMapParams parametersOf(const std::string& text) {
+  PlanarMapParams params;
+  std::istringstream lines(text);
+  std::string name;
+  std::string value;
+  while (lines >> name >> value) {
+    bool is_known = name == "frame" && value == "world";
+    forEachParameter(params, false, [&](const char* known, auto& parameter) {
+      is_known = is_known || (name == known && parse(value, parameter));
+    });
+    if (!is_known)
+      throw Error("the map has the parameter '" + name + " " + value +
+                  "', which this version does not know");
+  }
+  params.validate();
+  return params;
+}
+
+}  // namespace planar_mapping::detail
