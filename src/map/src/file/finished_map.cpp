@@ -19,8 +19,7 @@ constexpr FileFrame kFrame1{{'P', 'B', 'O', 'X'}, 1, "version 1"};
 }  // namespace
 
 std::size_t FinishedMap::memoryBytes() const {
-  return heapBytes(sizeof(FinishedMap)) + file.memoryBytes() + heapBytes(cuboids) +
-         index.memoryBytes();
+  return sizeof(FinishedMap) + file.capacity() + capacityBytes(cuboids) + index.memoryBytes();
 }
 
 std::vector<std::uint8_t> writeFinishedMap(const MapData& map, const std::vector<Cuboid>& cuboids) {
@@ -47,7 +46,7 @@ std::unique_ptr<const FinishedMap> readFinishedMap(const std::uint8_t* data, std
     }
   }
   auto finished = std::make_unique<FinishedMap>();
-  finished->file = PackedBytes(data, size);
+  finished->file.assign(data, data + size);
   finished->cuboids = cuboidsOf(record);
   finished->index.build(finished->cuboids);
   map.params = record.params;

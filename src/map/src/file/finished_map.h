@@ -9,13 +9,12 @@
 
 #include "cuboids/cuboid_index.h"
 #include "store/map_data.h"
-#include "store/packed_bytes.h"
 
 namespace planar_mapping::detail {
 
 /// What a finished map has in place of planes and cells.
 struct FinishedMap {
-  PackedBytes file;  ///< that it was read from
+  std::vector<std::uint8_t> file;  ///< that it was read from
   std::vector<Cuboid> cuboids;
   CuboidIndex index;
 

@@ -45,12 +45,10 @@ struct OpenPlane {
 
 OpenPlane openPlane(const MapData& map, const PlaneLayer& layer) {
   OpenPlane open;
-  const StoredPlane& stored = layer.state().stored;
-  const PlaneFit fit = stored.fit();
   open.kept.id = layer.id;
-  open.kept.stored = stored;
-  open.kept.spread = surfaceSpread(map, fit.moments);
-  open.frame = fit.frame;
+  open.kept.stored = layer.stored();
+  open.kept.spread = surfaceSpread(map, layer.moments());
+  open.frame = layer.frame();
   open.band = surfaceBand(map, open.kept.spread);
   return open;
 }
@@ -142,7 +140,7 @@ FinishedRecord finishedRecordOf(const MapData& map, const std::vector<Cuboid>& c
   record.params = keptParams(map.params);
   const CuboidApproximationParams& params = map.params.approximation;
   std::vector<OpenPlane> planes;
-  for (const PlaneLayer& layer : map.resting.open()) planes.push_back(openPlane(map, layer));
+  for (const PlaneLayer& layer : map.planes) planes.push_back(openPlane(map, layer));
   for (const Cuboid& cuboid : cuboids) {
     const auto plane =
         std::lower_bound(planes.begin(), planes.end(), cuboid.plane_id,

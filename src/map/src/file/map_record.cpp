@@ -22,15 +22,15 @@ void forEachCell(const std::vector<LatticeBundle>& bundles, Visit&& visit) {
 PlaneRecord recordOf(const PlaneLayer& layer) {
   PlaneRecord record;
   record.id = layer.id;
-  record.frames = layer.state().frames;
-  record.stored = layer.state().stored;
-  record.anchor = {layer.raster().anchorA(), layer.raster().anchorB()};
-  layer.raster().forEachTile([&](std::int32_t a, std::int32_t b, const RasterTile& tile) {
+  record.frames = layer.frames;
+  record.stored = layer.stored();
+  record.anchor = {layer.raster.anchorA(), layer.raster.anchorB()};
+  layer.raster.forEachTile([&](std::int32_t a, std::int32_t b, const RasterTile& tile) {
     record.tiles.push_back({{a, b, 0}, tile.occupied(), 0});
   });
   LatticeCoder::sort(2, record.tiles);
   forEachCell(record.tiles, [&](const LatticeBundle& b, std::size_t bit) {
-    record.beliefs.push_back(layer.raster().find(b.at.x, b.at.y)->belief(bit));
+    record.beliefs.push_back(layer.raster.find(b.at.x, b.at.y)->belief(bit));
   });
   return record;
 }
@@ -39,8 +39,8 @@ PlaneLayer layerOf(const PlaneRecord& record) {
   PlaneLayer layer;
   layer.id = record.id;
   layer.restore(record.stored);
-  layer.setFrames(record.frames);
-  OpenRaster& raster = layer.raster();
+  layer.frames = record.frames;
+  TileRaster& raster = layer.raster;
   raster.setAnchor(record.anchor[0], record.anchor[1]);
   std::size_t next = 0;
   for (const LatticeBundle& b : record.tiles) {
@@ -122,10 +122,9 @@ std::vector<LatticeBundle> bundlesOf(const UnknownSpace& space) {
 MapRecord recordOf(const MapData& map) {
   MapRecord record;
   record.params = map.params;
-  record.trajectory.reserve(map.trajectory.size());
-  map.trajectory.forEach(0, [&](const StoredPose& p) { record.trajectory.push_back(p); });
+  record.trajectory = map.trajectory;
   record.next_plane_id = map.next_plane_id;
-  for (const PlaneLayer& layer : map.resting.open()) record.planes.push_back(recordOf(layer));
+  for (const PlaneLayer& layer : map.planes) record.planes.push_back(recordOf(layer));
   recordCells(map.cells, record);
   record.space = bundlesOf(map.unknown);
   return record;
@@ -134,12 +133,11 @@ MapRecord recordOf(const MapData& map) {
 MapData mapOf(const MapRecord& record) {
   MapData map;
   map.params = record.params;
-  for (const StoredPose& pose : record.trajectory) map.trajectory.push(pose);
+  map.trajectory = record.trajectory;
   map.next_plane_id = record.next_plane_id;
-  // One after the other: open ones are large.
-  map.resting.assign(record.planes.size(), map.revision(),
-                     [&](std::size_t i) { return layerOf(record.planes[i]); });
+  for (const PlaneRecord& plane : record.planes) map.planes.push_back(layerOf(plane));
   restoreCells(record, map);
+  map.commit();
   std::vector<UnknownSpace::PlacedBlock> blocks;
   blocks.reserve(record.space.size());
   for (const LatticeBundle& b : record.space) blocks.push_back({b.at, {b.ones, b.twos}});

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "file/bit_coder.h"
-#include "planar_mapping/map/planar_map.h"
+#include "planar_mapping/map/store/planar_map_params.h"
 
 namespace planar_mapping::detail {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "file/bit_coder.h"
-#include "store/trajectory.h"
+#include "store/stored_pose.h"
 
 namespace planar_mapping::detail {
 

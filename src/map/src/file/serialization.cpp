@@ -46,10 +46,7 @@ MapData deserializeMap(const std::uint8_t* data, std::size_t size) {
   constexpr std::size_t kStart = sizeof kFrame.magic;
   const bool is_older = size >= kStart + sizeof kMagicBefore4 &&
                         std::memcmp(data + kStart, kMagicBefore4, sizeof kMagicBefore4) == 0;
-  MapData map = is_older ? readOlder(data, size) : readVersion4(data, size);
-  FrameUpdate update;
-  tidyMap(map, update);
-  return map;
+  return is_older ? readOlder(data, size) : readVersion4(data, size);
 }
 
 }  // namespace planar_mapping::detail

@@ -7,10 +7,10 @@
 #include <cstring>
 #include <string>
 
-#include "store/belief.h"
 #include "file/bit_stream.h"
 #include "file/label_tree.h"
 #include "file/serialization.h"
+#include "store/belief.h"
 
 namespace planar_mapping::detail {
 namespace {
@@ -138,7 +138,7 @@ void readTrajectory(MapData& map, ByteReader& in) {
     for (std::size_t k = 0; k < 3; ++k) {
       place[static_cast<int>(k)] = static_cast<double>(position[k]) / 16384.0;
     }
-    map.trajectory.push(StoredPose::from(timestamp, turn.normalized(), place));
+    map.trajectory.push_back(StoredPose::from(timestamp, turn.normalized(), place));
   }
   in.end();
 }
@@ -149,7 +149,7 @@ PlaneLayer readPlane(ByteReader& in) {
   const std::uint64_t frames = in.varint();
   if (id > INT32_MAX || frames > UINT32_MAX) in.fail("holds a number that is too large");
   layer.id = static_cast<std::int32_t>(id);
-  layer.setFrames(static_cast<std::uint32_t>(frames));
+  layer.frames = static_cast<std::uint32_t>(frames);
   const Vector3 origin = readVector(in);
   std::array<float, 6> axes{};
   for (float& axis : axes) axis = in.f32();
@@ -179,7 +179,7 @@ PlaneLayer readPlane(ByteReader& in) {
   layer.setMoments(PlaneMoments::fromSums(weight, Vector3::Zero(), scatter, mean));
   const std::int32_t anchor_a = in.within(-2 * kLatticeLimit / 8, 2 * kLatticeLimit / 8);
   const std::int32_t anchor_b = in.within(-2 * kLatticeLimit / 8, 2 * kLatticeLimit / 8);
-  layer.raster().setAnchor(anchor_a, anchor_b);
+  layer.raster.setAnchor(anchor_a, anchor_b);
 
   const std::vector<CellBundle> bundles = readTree(TreeKind::Quadtree, Label::Occupied, in);
   std::vector<std::uint8_t> beliefs;
@@ -189,8 +189,8 @@ PlaneLayer readPlane(ByteReader& in) {
   Int3 last{INT32_MIN, 0, 0};
   forEachCell(TreeKind::Quadtree, bundles, [&](const CellBundle& b, int bit) {
     if (!(b.at == last)) {
-      tile = &layer.raster().tileAt(b.at.x, b.at.y);
-      layer.raster().markDirty(b.at.x, b.at.y);
+      tile = &layer.raster.tileAt(b.at.x, b.at.y);
+      layer.raster.markDirty(b.at.x, b.at.y);
     }
     last = b.at;
     tile->setBelief(static_cast<std::size_t>(bit), beliefs[next++]);
@@ -204,7 +204,6 @@ void readPlanes(MapData& map, ByteReader& in) {
   map.next_plane_id = static_cast<std::int32_t>(next);
   constexpr std::size_t kSmallestPlane = 7 * 8 + 12 * 4 + 8;
   const std::size_t n = in.count(kSmallestPlane);
-  map.planes.wake({});
   for (std::size_t i = 0; i < n; ++i) {
     map.planes.push_back(readPlane(in));
     const std::int32_t id = map.planes[i].id;
@@ -294,6 +293,7 @@ MapData readVersion2(const std::uint8_t* data, std::size_t size) {
   ByteReader seen = readSection("SEEN", in);
   readSpace(map, true, seen);
   in.end();
+  map.commit();
   return map;
 }
 
