@@ -209,7 +209,7 @@ std::optional<RayHit> castRay(const PlanarMap& map, const Vector3& origin, const
   const Vector3 along = direction.normalized();
   RayHit hit;
   hit.distance = range;
-  data.occupied().index.visitAlong(cuboids, origin, along, hit.distance, [&](std::uint32_t i) {
+  data.occupied().index.visitAlong(origin, along, hit.distance, [&](std::uint32_t i) {
     const auto number = static_cast<std::int32_t>(i);
     double from = 0.0;
     double to = hit.distance;
@@ -244,7 +244,7 @@ BoxState stateOfBox(const PlanarMap& map, const Vector3& low, const Vector3& hig
   const auto& data = detail::MapAccess::of(map);
   const std::vector<Cuboid>& cuboids = map.cuboids();
   BoxState result;
-  data.occupied().index.visitBox(cuboids, low, high, [&](std::uint32_t i) {
+  data.occupied().index.visitBox(low, high, [&](std::uint32_t i) {
     if (meets(cuboids[i], 0.5 * (low + high), 0.5 * (high - low))) {
       result.cuboids.push_back(static_cast<int>(i));
     }

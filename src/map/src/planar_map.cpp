@@ -91,13 +91,12 @@ FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
   detail::StoredPose pose =
       detail::StoredPose::from(observation.timestamp, frame.orientation, frame.sensor);
   if (!map.trajectory.empty()) pose.alignTo(map.trajectory.back());
-  map.trajectory.push(pose);
+  map.trajectory.push_back(pose);
   if (map.params.unknown_space || map.params.miss_factor < 1.0) {
     frame.images = detail::makeDepthImages(observation, frame.rotation, frame.sensor, frame.use,
                                            map.params.range_image_step);
   }
-  detail::wakePlanes(map);
-  // Neither knows of the other.
+  // Independent of each other; run in parallel.
   const auto integrateSurfaces = [&] {
     detail::associatePlanes(map, frame);
     detail::integratePlanes(map, frame);
@@ -113,7 +112,7 @@ FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
   parallelFor(2, map.params.approximation.threads,
               [&](std::size_t part) { part == 0 ? integrateSurfaces() : integrateSpace(); });
   detail::mergePlanes(map, frame);
-  detail::tidyMap(map, frame.update);
+  frame.update.patches_rebuilt = map.commit();
   return frame.update;
 }
 
@@ -153,11 +152,10 @@ PlanarMap::Impl::Occupied PlanarMap::Impl::occupied() const {
 }
 
 std::size_t PlanarMap::Impl::Cache::memoryBytes() const {
-  using detail::heapBytes;
-  const std::size_t bytes =
-      heapBytes(sizeof(Cache)) + index.memoryBytes() + compaction.memoryBytes();
+  const std::size_t bytes = sizeof(Cache) + index.memoryBytes() + compaction.memoryBytes();
   if (!lists) return bytes;
-  return bytes + heapBytes(sizeof(Lists)) + heapBytes(lists->planes) + heapBytes(lists->trajectory);
+  return bytes + sizeof(Lists) + detail::capacityBytes(lists->planes) +
+         detail::capacityBytes(lists->trajectory);
 }
 
 void PlanarMap::Impl::requireGrowing(const char* what) const {
@@ -168,8 +166,6 @@ void PlanarMap::Impl::requireGrowing(const char* what) const {
 }
 
 PlanarMap::Impl::Impl(const detail::MapRecord& record) : data(detail::mapOf(record)) {
-  FrameUpdate update;
-  detail::tidyMap(data, update);
   if (record.is_finished) finish(record.cuboids);
 }
 
@@ -182,7 +178,7 @@ void PlanarMap::Impl::finish(const std::vector<Cuboid>& cuboids) {
 }
 
 std::size_t PlanarMap::Impl::Finished::memoryBytes() const {
-  return detail::heapBytes(sizeof(Finished)) + detail::heapBytes(cuboids) + index.memoryBytes();
+  return sizeof(Finished) + detail::capacityBytes(cuboids) + index.memoryBytes();
 }
 
 PlanarMap PlanarMap::finished() const {
@@ -217,11 +213,9 @@ const std::vector<MapPlane>& PlanarMap::planes() const {
   std::vector<MapPlane>& planes = cache.openLists().planes;
   if (cache.planes_ready.load(std::memory_order_relaxed)) return planes;
   planes.clear();
-  const std::vector<detail::PlaneLayer> layers = impl_->data.resting.open();
-  planes.reserve(layers.size());
-  for (const detail::PlaneLayer& layer : layers) {
-    const detail::PlaneFit fit = layer.state().stored.fit();
-    planes.push_back({layer.id, fit.plane, fit.moments, layer.state().frames});
+  planes.reserve(impl_->data.planes.size());
+  for (const detail::PlaneLayer& layer : impl_->data.planes) {
+    planes.push_back({layer.id, layer.plane(), layer.moments(), layer.frames});
   }
   cache.planes_ready.store(true, std::memory_order_release);
   return planes;
@@ -233,9 +227,10 @@ const std::vector<std::pair<double, Pose>>& PlanarMap::trajectory() const {
   const std::lock_guard<std::mutex> lock(cache.mutex);
   std::vector<std::pair<double, Pose>>& trajectory = cache.openLists().trajectory;
   // Poses are only ever added, until the map is made anew.
-  impl_->data.trajectory.forEach(trajectory.size(), [&](const detail::StoredPose& stored) {
+  for (std::size_t i = trajectory.size(); i < impl_->data.trajectory.size(); ++i) {
+    const detail::StoredPose& stored = impl_->data.trajectory[i];
     trajectory.emplace_back(stored.timestamp, stored.pose());
-  });
+  }
   return trajectory;
 }
 
@@ -243,7 +238,7 @@ CellState PlanarMap::stateAt(const Vector3& point) const {
   if (!point.allFinite()) return CellState::Unknown;
   const Impl::Occupied known = impl_->occupied();
   bool occupied = false;
-  known.index.visit(known.cuboids, point, 0.0, [&](std::uint32_t i) {
+  known.index.visit(point, 0.0, [&](std::uint32_t i) {
     occupied = contains(known.cuboids[i], point);
     return !occupied;
   });
@@ -258,7 +253,7 @@ CellState PlanarMap::stateAt(const Vector3& point) const {
 double PlanarMap::occupancyAt(const Vector3& point) const {
   const Impl::Occupied known = impl_->occupied();
   double belief = -1.0;
-  known.index.visit(known.cuboids, point, 0.0, [&](std::uint32_t i) {
+  known.index.visit(point, 0.0, [&](std::uint32_t i) {
     if (contains(known.cuboids[i], point)) {
       belief = std::max(belief, static_cast<double>(known.cuboids[i].probability));
     }
@@ -272,7 +267,7 @@ Indices PlanarMap::cuboidsAt(const Vector3& point, double margin) const {
   requireInRange("margin", margin, 0.0, 1e9, "m");
   const Impl::Occupied known = impl_->occupied();
   Indices found;
-  known.index.visit(known.cuboids, point, margin, [&](std::uint32_t i) {
+  known.index.visit(point, margin, [&](std::uint32_t i) {
     if (contains(known.cuboids[i], point, margin)) found.push_back(static_cast<int>(i));
     return true;
   });
@@ -332,10 +327,7 @@ bool PlanarMap::bounds(Vector3& low, Vector3& high) const {
 }
 
 std::size_t PlanarMap::memoryBytes() const {
-  const detail::MapData& data = impl_->data;
-  const std::size_t bytes = sizeof(PlanarMap) + detail::heapBytes(sizeof(Impl)) +
-                            data.cells.memoryBytes() + data.unknown.memoryBytes() +
-                            data.resting.memoryBytes() + data.trajectory.memoryBytes();
+  const std::size_t bytes = sizeof(PlanarMap) + sizeof(Impl) + impl_->data.memoryBytes();
   if (impl_->finished) return bytes + impl_->finished->memoryBytes();
   const std::lock_guard<std::mutex> lock(impl_->cache->mutex);
   return bytes + impl_->cache->memoryBytes();

@@ -3,9 +3,10 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
-#include "store/map_data.h"
 #include "planar_mapping/core/cuboids/detail/compact_cover.h"
+#include "store/map_data.h"
 
 namespace planar_mapping::detail {
 
@@ -43,5 +44,12 @@ void forEachPlace(const Int3& low, const Int3& high, Visit&& visit) {
     }
   }
 }
+
+/// Gives boxes that lie on a plane its id: parallel to it within the angle of association, at most
+/// two cells thick, within half a cell of the plane, and at least half of the face over cells of
+/// this one plane. Their axes are renamed to u, v, n; they do not move.
+/// \param near  planes that have cells where the boxes are
+void namePlanes(const MapData& map, const std::vector<const PlaneLayer*>& near,
+                std::vector<Cuboid>& boxes);
 
 }  // namespace planar_mapping::detail

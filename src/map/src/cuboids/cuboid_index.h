@@ -8,42 +8,28 @@
 #include <utility>
 #include <vector>
 
-#include "store/heap_bytes.h"
-#include "store/heap_value.h"
 #include "planar_mapping/core/geometry/cuboid.h"
+#include "store/key_map.h"
 
 namespace planar_mapping::detail {
 
-/// Bounding volume hierarchy over cuboids: huge cuboids and far coordinates cost nothing extra. Few
-/// cuboids need none: each whose bounding sphere is met is visited.
+/// Bounding volume hierarchy over cuboids: huge cuboids and far coordinates cost nothing extra.
 class CuboidIndex {
  public:
-  static constexpr std::uint32_t kFew = 12;
-
-  // Of the following the first argument is the list that the index was built of.
   void build(const std::vector<Cuboid>& cuboids);
   /// Calls visit(index) for every cuboid whose axis-aligned bounds, grown by margin, contain the
   /// point, and maybe others, until visit returns false. In no particular order.
   template <typename Visit>
-  void visit(const std::vector<Cuboid>& cuboids, const Vector3& point, double margin,
-             Visit&& visit) const {
+  void visit(const Vector3& point, double margin, Visit&& visit) const {
     const Vector3 reach = Vector3::Constant(margin);
-    visitBox(cuboids, point - reach, point + reach, visit);
+    visitBox(point - reach, point + reach, visit);
   }
   /// Calls visit(index) for every cuboid whose axis-aligned bounds meet the box, and maybe others,
   /// until visit returns false. In no particular order.
   template <typename Visit>
-  void visitBox(const std::vector<Cuboid>& cuboids, const Vector3& low, const Vector3& high,
-                Visit&& visit) const {
-    if (!tree_) {
-      for (std::uint32_t i = 0; i < cuboids.size(); ++i) {
-        const Vector3& center = cuboids[i].center;
-        const Vector3 gap = (low - center).cwiseMax(center - high).cwiseMax(0.0);
-        if (gap.squaredNorm() <= squaredRadius(cuboids[i]) && !visit(i)) return;
-      }
-      return;
-    }
-    const Node* nodes = tree_->nodes.data();
+  void visitBox(const Vector3& low, const Vector3& high, Visit&& visit) const {
+    if (nodes_.empty()) return;
+    const Node* nodes = nodes_.data();
     std::uint32_t stack[kMaxDepth];
     int top = 0;
     stack[top++] = 0;
@@ -54,7 +40,7 @@ class CuboidIndex {
       if (!meets) continue;
       if (node.count > 0) {
         for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-          if (!visit(tree_->order[i])) return;
+          if (!visit(order_[i])) return;
         }
         continue;
       }
@@ -66,19 +52,10 @@ class CuboidIndex {
   /// which visit may shorten on the way, and maybe others; of two groups the one that the ray
   /// enters first comes first. \param direction finite, not 0
   template <typename Visit>
-  void visitAlong(const std::vector<Cuboid>& cuboids, const Vector3& origin,
-                  const Vector3& direction, const double& range, Visit&& visit) const {
-    if (!tree_) {
-      const double squared_length = direction.squaredNorm();
-      for (std::uint32_t i = 0; i < cuboids.size(); ++i) {
-        const Vector3 to = cuboids[i].center - origin;
-        const double nearest = std::clamp(to.dot(direction) / squared_length, 0.0, range);
-        const Vector3 gap = to - nearest * direction;
-        if (gap.squaredNorm() <= squaredRadius(cuboids[i])) visit(i);
-      }
-      return;
-    }
-    const Node* nodes = tree_->nodes.data();
+  void visitAlong(const Vector3& origin, const Vector3& direction, const double& range,
+                  Visit&& visit) const {
+    if (nodes_.empty()) return;
+    const Node* nodes = nodes_.data();
     struct Open {
       std::uint32_t node;
       double entry;
@@ -91,7 +68,7 @@ class CuboidIndex {
       if (!(open.entry <= range)) continue;
       const Node& node = nodes[open.node];
       if (node.count > 0) {
-        for (std::uint32_t i = node.first; i < node.first + node.count; ++i) visit(tree_->order[i]);
+        for (std::uint32_t i = node.first; i < node.first + node.count; ++i) visit(order_[i]);
         continue;
       }
       Open near = {node.first, entryOf(nodes[node.first], origin, direction)};
@@ -102,7 +79,7 @@ class CuboidIndex {
     }
   }
   std::size_t memoryBytes() const {  ///< on the heap
-    return tree_ ? heapBytes(sizeof(Tree)) + heapBytes(tree_->nodes) + heapBytes(tree_->order) : 0;
+    return capacityBytes(nodes_) + capacityBytes(order_);
   }
 
  private:
@@ -113,10 +90,6 @@ class CuboidIndex {
     std::uint32_t first = 0;  ///< of the order in a leaf, else the two children
     std::uint32_t count = 0;  ///< 0 = inner node
   };
-  /// Of the bounding sphere, a hair wider, so that rounding never hides a corner.
-  static double squaredRadius(const Cuboid& cuboid) {
-    return (1.0 + 1e-6) * 0.25 * cuboid.size.squaredNorm();
-  }
   /// Where the ray enters the bounds of a node, at least 0; infinite if it does not.
   static double entryOf(const Node& node, const Vector3& origin, const Vector3& direction) {
     double from = 0.0;
@@ -136,13 +109,8 @@ class CuboidIndex {
     return from <= to ? from : std::numeric_limits<double>::infinity();
   }
 
-  struct Tree {
-    std::vector<Node> nodes;
-    std::vector<std::uint32_t> order;  ///< of the cuboids, by leaves
-  };
-  static Tree treeOf(const std::vector<Cuboid>& cuboids);
-
-  HeapValue<Tree> tree_;  ///< of more than kFew cuboids
+  std::vector<Node> nodes_;
+  std::vector<std::uint32_t> order_;  ///< of the cuboids, by leaves
 };
 
 }  // namespace planar_mapping::detail

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "cuboids/cover_geometry.h"
-#include "cuboids/patch_cover.h"
 #include "store/surface_band.h"
 
 namespace planar_mapping::detail {
@@ -55,30 +54,26 @@ bool GroupCover::isNear(const Int3& block) const {
   return std::binary_search(blocks_.begin(), blocks_.end(), packKey(block));
 }
 
-void GroupCover::add(const PlaneLayer& plane, const PackedCover& packed) {
+void GroupCover::add(const PlaneLayer& plane, const PatchCover& cover) {
   const CuboidApproximationParams& params = map_.params.approximation;
   const double s = map_.resolution();
-  const PatchCover cover = packed.unpacked();
   const SurfaceBand band = surfaceBand(map_, cover.spread);
-  if (near_.empty() || near_.back().id != plane.id) {
-    near_.push_back({plane.id, plane.state().stored.frame(), plane.raster().reopened()});
-  }
-  const NearPlane& near = near_.back();
-  for (std::size_t r = 0; r < cover.rectangles.size(); ++r) {
-    const HalfCellRectangle& place = cover.rectangles[r].place;
-    const Cuboid cuboid = cuboidOf(place, near.frame, band, params);
+  if (near_.empty() || near_.back() != &plane) near_.push_back(&plane);
+  const PlaneFrame& frame = plane.frame();
+  for (const PatchCover::Rectangle& rectangle : cover.rectangles) {
+    const Cuboid cuboid = cuboidOf(rectangle.place, frame, band, params);
     if (!meet(cuboid, s, low_, high_)) continue;
-    if (!packed.isReplaced(r)) {
+    if (!rectangle.replaced) {
       present_.push_back(cuboid);
       continue;
     }
-    for (const SurfacePiece& piece : piecesOf(place, near.raster, near.frame, band, params)) {
+    for (const SurfacePiece& piece : piecesOf(rectangle.place, plane.raster, frame, band, params)) {
       if (isNear(blockOf(piece.center, s))) pieces_.push_back(piece);
     }
   }
   for (const LooseQuarter& quarter : cover.loose) {
-    if (!isNear(blockOf(centerOf(quarter, near.frame, s), s))) continue;
-    addPieces(quarter, near.frame, params, pieces_);
+    if (!isNear(blockOf(centerOf(quarter, frame, s), s))) continue;
+    addPieces(quarter, frame, params, pieces_);
   }
 }
 

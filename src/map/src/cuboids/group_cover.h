@@ -5,10 +5,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "cuboids/box_planes.h"
-#include "store/map_data.h"
-#include "cuboids/packed_cover.h"
+#include "cuboids/patch_cover.h"
 #include "planar_mapping/core/cuboids/detail/compact_cover.h"
+#include "store/map_data.h"
 
 namespace planar_mapping::detail {
 
@@ -21,7 +20,7 @@ class GroupCover {
   /// long as nothing changes in them the cover stays the same.
   const std::vector<std::uint64_t>& regions() const { return regions_; }
   /// Adds a cover that has or absorbs something in one of them. Those of a plane come together.
-  void add(const PlaneLayer& plane, const PackedCover& packed);
+  void add(const PlaneLayer& plane, const PatchCover& cover);
   /// Makes the cover of what was added and of the cells. \return whether it needs fewer boxes
   bool run();
   const std::vector<Cuboid>& boxes() const { return boxes_; }
@@ -36,7 +35,7 @@ class GroupCover {
   std::vector<std::uint64_t> regions_;
   Vector3 low_;  ///< bounds of the boxes
   Vector3 high_;
-  std::vector<NearPlane> near_;
+  std::vector<const PlaneLayer*> near_;
   std::vector<SurfacePiece> pieces_;
   std::vector<Cuboid> present_;
 };

@@ -97,6 +97,15 @@ SurfaceCover coverTiles(const std::vector<PlacedTile>& members,
 
 }  // namespace
 
+std::size_t PatchCover::count() const {
+  return static_cast<std::size_t>(std::count_if(rectangles.begin(), rectangles.end(),
+                                                [](const Rectangle& r) { return !r.replaced; }));
+}
+
+std::size_t PatchCover::memoryBytes() const {
+  return capacityBytes(rectangles) + capacityBytes(loose) + capacityBytes(regions);
+}
+
 SurfaceCover coverPatch(const std::vector<PlacedTile>& tiles,
                         const CuboidApproximationParams& params) {
   SurfaceCover all;
@@ -112,7 +121,7 @@ SurfaceCover coverPatch(const std::vector<PlacedTile>& tiles,
   return all;
 }
 
-std::vector<SurfacePiece> piecesOf(const HalfCellRectangle& r, const OpenRaster& raster,
+std::vector<SurfacePiece> piecesOf(const HalfCellRectangle& r, const TileRaster& raster,
                                    const PlaneFrame& plane, const SurfaceBand& band,
                                    const CuboidApproximationParams& params) {
   std::vector<SurfacePiece> pieces;

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "cuboids/cover_geometry.h"
-#include "cuboids/patch_cover.h"
 
 namespace planar_mapping::detail {
 RegionCover::RegionCover(const MapData& map, std::uint64_t key, CoverEffort effort)
@@ -20,10 +19,8 @@ RegionCover::RegionCover(const MapData& map, std::uint64_t key, CoverEffort effo
 
 void RegionCover::add(std::uint32_t number, const PlaneLayer& plane, const PatchCover& cover) {
   const CuboidApproximationParams& params = map_.params.approximation;
-  if (near_.empty() || near_.back().id != plane.id) {
-    near_.push_back({plane.id, plane.state().stored.frame(), plane.raster().reopened()});
-  }
-  const PlaneFrame& frame = near_.back().frame;
+  if (near_.empty() || near_.back() != &plane) near_.push_back(&plane);
+  const PlaneFrame& frame = plane.frame();
   const SurfaceBand band = surfaceBand(map_, cover.spread);
   std::vector<HalfCellRectangle> rectangles;
   for (const PatchCover::Rectangle& r : cover.rectangles) rectangles.push_back(r.place);
@@ -48,9 +45,9 @@ void RegionCover::addRectangle(const Cuboid& cuboid, const HalfCellRectangle& pl
   if (inside && may_go) {
     replaceable_.push_back({cuboid, {}});
     if (effort_ == CoverEffort::Quick) return;
-    const NearPlane& plane = near_.back();
+    const PlaneLayer& plane = *near_.back();
     replaceable_.back().pieces =
-        piecesOf(place, plane.raster, plane.frame, band, map_.params.approximation);
+        piecesOf(place, plane.raster, plane.frame(), band, map_.params.approximation);
   } else if ((from.array() <= high_.array()).all() && (to.array() >= low_.array()).all()) {
     present_.push_back(cuboid);
   }
@@ -63,8 +60,8 @@ std::vector<Cuboid> RegionCover::boxes() {
   if (region != KeyMap<CellLayer::Region>::kNone) cells = map_.cells.cellsOf(region, params);
   if (!map_.isCompact()) {
     const std::uint32_t frame = map_.cells.regions.value(region).frame;
-    const Vector3 sensor = frame < map_.trajectory.size() ? map_.trajectory.at(frame).sensor()
-                                                          : Vector3(Vector3::Zero());
+    const Vector3 sensor =
+        frame < map_.trajectory.size() ? map_.trajectory[frame].sensor() : Vector3(Vector3::Zero());
     return cuboidsOfCells(cells, params, sensor);
   }
   if (effort_ == CoverEffort::Quick) {

@@ -5,10 +5,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "cuboids/box_planes.h"
-#include "store/map_data.h"
-#include "cuboids/packed_cover.h"
+#include "cuboids/patch_cover.h"
 #include "planar_mapping/core/cuboids/detail/compact_cover.h"
+#include "store/map_data.h"
 #include "store/surface_band.h"
 
 namespace planar_mapping::detail {
@@ -47,7 +46,7 @@ class RegionCover {
   bool is_provisional_ = false;
   Vector3 low_;
   Vector3 high_;
-  std::vector<NearPlane> near_;
+  std::vector<const PlaneLayer*> near_;
   std::vector<SurfacePiece> pieces_;
   std::vector<Cuboid> present_;
   std::vector<ReplaceableCuboid> replaceable_;

@@ -26,20 +26,20 @@ PoseRecord recordOf(const StoredPose& stored) {
 void recordPlane(const PlaneLayer& layer, MapRecord& record) {
   PlaneRecord plane;
   plane.id = layer.id;
-  plane.frames = layer.state().frames;
-  const PlaneFit fit = layer.state().stored.fit();
+  plane.frames = layer.frames;
+  const PlaneFit fit = layer.stored().fit();
   plane.frame = fit.frame;
   plane.moments = fit.moments;
-  plane.anchor = {layer.raster().anchorA(), layer.raster().anchorB()};
+  plane.anchor = {layer.raster.anchorA(), layer.raster.anchorB()};
   std::vector<CellLabels> tiles;
-  layer.raster().forEachTile([&](std::int32_t a, std::int32_t b, const RasterTile& tile) {
+  layer.raster.forEachTile([&](std::int32_t a, std::int32_t b, const RasterTile& tile) {
     tiles.push_back({{a, b, 0}, tile.occupied(), 0});
   });
   const std::size_t before = record.tiles.regions();
   record.tiles.add(tiles, kFree);
   plane.regions = static_cast<std::uint32_t>(record.tiles.regions() - before);
   for (const CellLabels& cells : tiles) {
-    const RasterTile& tile = *layer.raster().find(cells.at.x, cells.at.y);
+    const RasterTile& tile = *layer.raster.find(cells.at.x, cells.at.y);
     forEachBit(cells.low, [&](std::size_t bit) { record.beliefs.push_back(tile.belief(bit)); });
   }
   record.planes.push_back(plane);
@@ -50,8 +50,8 @@ PlaneLayer layerOf(const PlaneRecord& plane, LabelTree::Walk& tiles, const std::
   PlaneLayer layer;
   layer.id = plane.id;
   layer.restore(StoredPlane::from(plane.frame, plane.moments));
-  layer.setFrames(plane.frames);
-  OpenRaster& raster = layer.raster();
+  layer.frames = plane.frames;
+  TileRaster& raster = layer.raster;
   raster.setAnchor(plane.anchor[0], plane.anchor[1]);
   for (std::uint32_t r = 0; r < plane.regions; ++r) {
     tiles.next([&](const CellLabels& cells) {
@@ -169,11 +169,11 @@ MapRecord recordOf(const MapData& map, std::vector<Cuboid> cuboids) {
   record.params = map.params;
   record.cuboids = std::move(cuboids);
   record.next_plane_id = map.next_plane_id;
-  for (const PlaneLayer& layer : map.resting.open()) recordPlane(layer, record);
+  for (const PlaneLayer& layer : map.planes) recordPlane(layer, record);
   recordCells(map.cells, record);
   record.space = treeOf(map.unknown, false);
   record.trajectory.reserve(map.trajectory.size());
-  map.trajectory.forEach(0, [&](const StoredPose& p) { record.trajectory.push_back(recordOf(p)); });
+  for (const StoredPose& pose : map.trajectory) record.trajectory.push_back(recordOf(pose));
   return record;
 }
 
@@ -181,15 +181,16 @@ MapData mapOf(const MapRecord& record) {
   MapData map;
   map.params = record.params;
   for (const PoseRecord& pose : record.trajectory) {
-    map.trajectory.push(StoredPose::from(pose.timestamp, pose.orientation, pose.position));
+    map.trajectory.push_back(StoredPose::from(pose.timestamp, pose.orientation, pose.position));
   }
   map.next_plane_id = record.next_plane_id;
-  // One after the other: open ones are large.
   LabelTree::Walk tiles(record.tiles);
   const std::uint8_t* next = record.beliefs.data();
-  map.resting.assign(record.planes.size(), map.revision(),
-                     [&](std::size_t i) { return layerOf(record.planes[i], tiles, next); });
+  for (const PlaneRecord& plane : record.planes) {
+    map.planes.push_back(layerOf(plane, tiles, next));
+  }
   restoreCells(record, next, map);
+  map.commit();
   restoreSpace(record, map.unknown);
   return map;
 }

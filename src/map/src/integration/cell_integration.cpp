@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "store/belief.h"
 #include "integration/frame.h"
+#include "store/belief.h"
 #include "store/lattice.h"
 #include "store/surface_band.h"
 
@@ -50,7 +50,7 @@ struct Cover {
     if (!(std::abs(a) < kLatticeLimit - 1) || !(std::abs(b) < kLatticeLimit - 1)) return false;
     at_a = static_cast<std::int32_t>(std::floor(a));
     at_b = static_cast<std::int32_t>(std::floor(b));
-    return layer->raster().at(at_a, at_b);
+    return layer->raster.at(at_a, at_b);
   }
 };
 

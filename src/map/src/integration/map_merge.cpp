@@ -37,21 +37,19 @@ bool isWithin(const Vector3& point, double side) {
 
 void takeTrajectory(MapData& map, const MapData& other, const Pose& T) {
   const Quaternion turn(T.linear());
-  other.trajectory.forEach(0, [&](const StoredPose& from) {
+  for (const StoredPose& from : other.trajectory) {
     const Quaternion orientation(from.pose().linear());
     StoredPose pose =
         StoredPose::from(from.timestamp, (turn * orientation).normalized(), T * from.sensor());
     if (!map.trajectory.empty()) pose.alignTo(map.trajectory.back());
-    map.trajectory.push(pose);
-  });
+    map.trajectory.push_back(pose);
+  }
 }
 
 /// Rasters ride along with their planes: no cell is resampled. Those that lie on a plane of the map
 /// are joined with it.
 void takePlanes(MapData& map, const MapData& other, const Pose& T, Frame& frame) {
-  wakePlanes(map);
-  for (PlaneLayer& layer : other.resting.open()) {
-    layer.wake();
+  for (PlaneLayer layer : other.planes) {
     const PlaneMoments moments = layer.moments().transformed(T);
     PlaneFrame placed = layer.frame();
     placed.origin = T * placed.origin;
@@ -66,7 +64,7 @@ void takePlanes(MapData& map, const MapData& other, const Pose& T, Frame& frame)
       continue;
     }
     layer.id = map.next_plane_id++;
-    layer.raster().markAllDirty();
+    layer.raster.markAllDirty();
     frame.hits.emplace_back();
     frame.hits.back().layer = map.planes.size();
     frame.hits.back().is_new = true;
@@ -217,7 +215,7 @@ FrameUpdate mergeMaps(MapData& map, const MapData& other, const Pose& T_map_othe
   takePlanes(map, other, T, frame);
   takeCells(map, other, T, frame);
   if (map.params.unknown_space) takeSpace(map, other, T);
-  tidyMap(map, frame.update);
+  frame.update.patches_rebuilt = map.commit();
   return frame.update;
 }
 

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cmath>
 
-#include "store/belief.h"
-#include "sensor/depth_image.h"
 #include "integration/frame.h"
+#include "sensor/depth_image.h"
+#include "store/belief.h"
 
 namespace planar_mapping::detail {
 namespace {
@@ -112,12 +112,13 @@ void missPlane(const MapData& map, Frame& frame, const MissTest& test, PlaneLaye
   const Vector3 origin = test.image().toCamera(layer.frame().origin);
   const Vector3 normal = r * layer.frame().n;
   const Vector3 half_tile = 4.0 * s * (u.cwiseAbs() + v.cwiseAbs()) + Vector3::Constant(s);
-  const auto missTile = [&](std::int32_t ta, std::int32_t tb, RasterTile& tile) {
+  const auto missTile = [&](std::int32_t ta, std::int32_t tb, const RasterTile&) {
     // Most tiles of a large plane are far away or behind the camera.
     const double depth = origin.z() + (8 * ta + 4) * s * u.z() + (8 * tb + 4) * s * v.z();
     if (depth + half_tile.z() <= 0.0 || depth - half_tile.z() > map.params.max_range) return;
     const Vector3 middle = origin + (8 * ta + 4) * s * u + (8 * tb + 4) * s * v;
     if (!test.mayBeMissed(middle, half_tile)) return;
+    RasterTile& tile = *layer.raster.find(ta, tb);
     const TileHits* seen = hits != nullptr ? hits->tiles.find(packKey(ta, tb)) : nullptr;
     const std::uint64_t* others = absorbed != nullptr ? absorbed->find(packKey(ta, tb)) : nullptr;
     bool changed = false;
@@ -134,11 +135,10 @@ void missPlane(const MapData& map, Frame& frame, const MissTest& test, PlaneLaye
       changed = true;
       frame.update.cells_removed += miss(map.params, tile, at) ? 1 : 0;
     }
-    if (changed) layer.raster().markDirty(ta, tb);
+    if (changed) layer.raster.markDirty(ta, tb);
   };
-  for (std::size_t p = 0; p < layer.raster().patches(); ++p) {
-    // Nor is it worth it to unpack a patch of which no tile can be missed.
-    const TileWindow& w = layer.raster().window(p);
+  for (const RasterPatch& patch : layer.raster.patches()) {
+    const TileWindow& w = patch.window;
     if (w.empty()) continue;
     const double columns = w.high_a - w.low_a + 1;
     const double rows = w.high_b - w.low_b + 1;
@@ -150,7 +150,7 @@ void missPlane(const MapData& map, Frame& frame, const MissTest& test, PlaneLaye
         !test.mayBeMissed(middle, half)) {
       continue;
     }
-    layer.raster().forEachTile(p, missTile);
+    layer.raster.forEachTile(patch, missTile);
   }
 }
 
@@ -167,29 +167,30 @@ void missCells(MapData& map, Frame& frame, const MissTest& test) {
     const Vector3 low = s * (kRegionCells * Vector3(region.x, region.y, region.z) +
                              Vector3(map.cells.anchor.x, map.cells.anchor.y, map.cells.anchor.z));
     if (!test.reaches(low, low + Vector3::Constant(s * kRegionCells))) continue;
-    // Regions of blocks there are exist already: marking them dirty moves nothing.
-    for (const std::uint64_t key : map.cells.keysOf(r)) {
+    KeyMap<CellBlock>& blocks = map.cells.regions.value(r).blocks;
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+      const std::uint64_t key = blocks.key(i);
       const Int3 at = unpackKey(key);
-      CellBlock* block = map.cells.find(at);
-      if (block->occupied() == 0) continue;
+      CellBlock& block = blocks.value(i);
+      if (block.occupied() == 0) continue;
       const Vector3 middle = (4.0 * s) * (Vector3(at.x, at.y, at.z) + Vector3::Constant(0.5));
       if (!test.mayBeMissed(test.image().toCamera(middle), half)) continue;
       std::uint64_t* seen = frame.cell_hits.find(key);
-      std::uint64_t candidates = block->occupied() & ~(seen != nullptr ? *seen : 0);
+      std::uint64_t candidates = block.occupied() & ~(seen != nullptr ? *seen : 0);
       bool changed = false;
       for (; candidates != 0; candidates &= candidates - 1) {
         const int bit = __builtin_ctzll(candidates);
         const Int3 c = CellLayer::cellOf(at, bit);
         const Vector3 centre = s * (Vector3(c.x, c.y, c.z) + Vector3::Constant(0.5));
         const bool is_proven =
-            !is_fragile || block->belief(static_cast<std::size_t>(bit)) > unproven;
+            !is_fragile || block.belief(static_cast<std::size_t>(bit)) > unproven;
         if (!test.isMissed({test.image().toCamera(centre), 1.0, kBehindErrors, is_proven}))
           continue;
         changed = true;
         if (seen == nullptr) seen = &frame.cell_hits[key];
         *seen |= std::uint64_t{1} << bit;
         frame.update.cells_removed +=
-            miss(map.params, *block, static_cast<std::size_t>(bit)) ? 1 : 0;
+            miss(map.params, block, static_cast<std::size_t>(bit)) ? 1 : 0;
       }
       if (changed) map.cells.markDirty(at, frame_number);
     }

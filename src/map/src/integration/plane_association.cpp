@@ -82,7 +82,7 @@ bool isNear(const MapData& map, const Frame& frame, std::size_t segment, const P
     if (!points.isFinite(at)) continue;
     std::int32_t a = 0, b = 0;
     const Vector3 world = frame.rotation * points.point(at) + frame.sensor;
-    if (layer.cellOf(world, map.resolution(), a, b) && layer.raster().anyWithin(a, b, gap))
+    if (layer.cellOf(world, map.resolution(), a, b) && layer.raster.anyWithin(a, b, gap))
       return true;
   }
   return false;
@@ -116,13 +116,13 @@ bool areNear(const MapData& map, const PlaneLayer& layer, const PlaneLayer& othe
   const std::int32_t gap = gapInCells(map);
   const double s = map.resolution();
   bool near = false;
-  other.raster().forEachTile([&](std::int32_t ta, std::int32_t tb, const RasterTile& tile) {
+  other.raster.forEachTile([&](std::int32_t ta, std::int32_t tb, const RasterTile& tile) {
     if (near) return;
     const int bit = __builtin_ctzll(tile.occupied());
     const Vector3 centre = other.frame().fromPlane(
         {(8 * ta + (bit & 7) + 0.5) * s, (8 * tb + (bit >> 3) + 0.5) * s, 0.0});
     std::int32_t a = 0, b = 0;
-    near = layer.cellOf(centre, s, a, b) && layer.raster().anyWithin(a, b, gap);
+    near = layer.cellOf(centre, s, a, b) && layer.raster.anyWithin(a, b, gap);
   });
   return near;
 }
@@ -132,7 +132,7 @@ bool areNear(const MapData& map, const PlaneLayer& layer, const PlaneLayer& othe
 std::size_t takeCells(const MapData& map, PlaneLayer& layer, const PlaneLayer& other) {
   const double s = map.resolution();
   std::size_t added = 0;
-  other.raster().forEachTile([&](std::int32_t ta, std::int32_t tb, const RasterTile& from) {
+  other.raster.forEachTile([&](std::int32_t ta, std::int32_t tb, const RasterTile& from) {
     const Vector3 middle = other.frame().fromPlane({(8 * ta + 4) * s, (8 * tb + 4) * s, 0.0});
     std::int32_t ma = 0, mb = 0;
     if (!layer.cellOf(middle, s, ma, mb)) return;
@@ -145,11 +145,11 @@ std::size_t takeCells(const MapData& map, PlaneLayer& layer, const PlaneLayer& o
         const int bit = 8 * (ob & 7) + (oa & 7);
         if (((from.occupied() >> bit) & 1u) == 0) continue;
         const std::uint8_t belief = from.belief(static_cast<std::size_t>(bit));
-        if (!layer.raster().at(a, b)) {
+        if (!layer.raster.at(a, b)) {
           ++added;
           layer.setCell(a, b, belief);
         } else {
-          const RasterTile& own = *layer.raster().find(a >> 3, b >> 3);
+          const RasterTile& own = *layer.raster.find(a >> 3, b >> 3);
           const auto own_bit = static_cast<std::size_t>(8 * (b & 7) + (a & 7));
           if (own.belief(own_bit) < belief) layer.setCell(a, b, belief);
         }
@@ -169,7 +169,7 @@ Vector3 directionOfWalls(const MapData& map, const Frame& frame) {
   }
   for (const PlaneLayer& layer : map.planes) {
     planes.push_back(layer.plane());
-    weights.push_back(layer.weight());
+    weights.push_back(layer.moments().weight());
   }
   return dominantDirection(planes, weights, map.params.approximation.up);
 }
@@ -269,7 +269,7 @@ void mergePlanes(MapData& map, Frame& frame) {
       PlaneMoments moments = layer.moments();
       moments.merge(map.planes[merged].moments());
       layer.setMoments(moments);
-      layer.setFrames(std::max(layer.state().frames, map.planes[merged].state().frames));
+      layer.frames = std::max(layer.frames, map.planes[merged].frames);
       gone[merged] = true;
       ++frame.update.planes_merged;
       if (merged == mine) hits.layer = kept;

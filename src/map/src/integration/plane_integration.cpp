@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "store/belief.h"
 #include "integration/frame.h"
+#include "store/belief.h"
 #include "store/lattice.h"
 
 namespace planar_mapping::detail {
@@ -70,8 +70,8 @@ CellWindow startRaster(const MapData& map, const Frame& frame, PlaneLayer& layer
   window.high_a = static_cast<std::int32_t>(std::min(cells[0], 1.0 * kLatticeLimit)) - 1;
   window.high_b = static_cast<std::int32_t>(std::min(cells[1], 1.0 * kLatticeLimit)) - 1;
   // The first patch has what was seen first in its middle.
-  layer.raster().setAnchor(window.high_a / 16 - kPatchCells / 16,
-                           window.high_b / 16 - kPatchCells / 16);
+  layer.raster.setAnchor(window.high_a / 16 - kPatchCells / 16,
+                         window.high_b / 16 - kPatchCells / 16);
   return window;
 }
 
@@ -135,7 +135,7 @@ void applyHits(const MapData& map, Frame& frame, PlaneLayer& layer, const PlaneH
     const std::uint64_t key = hits.key(i);
     std::int32_t tile_a = 0, tile_b = 0;
     unpackKey(key, tile_a, tile_b);
-    RasterTile* tile = layer.raster().find(tile_a, tile_b);
+    RasterTile* tile = layer.raster.find(tile_a, tile_b);
     bool changed = false;
     double share = 0.0;
     if (!plane_hits.is_new) {
@@ -168,12 +168,12 @@ void applyHits(const MapData& map, Frame& frame, PlaneLayer& layer, const PlaneH
         frame.update.dropped_points += count;
         continue;
       }
-      if (tile == nullptr) tile = &layer.raster().tileAt(tile_a, tile_b);
+      if (tile == nullptr) tile = &layer.raster.tileAt(tile_a, tile_b);
       tile->setBelief(bit, belief);
       changed = true;
       ++frame.update.cells_added;
     }
-    if (changed) layer.raster().markDirty(tile_a, tile_b);
+    if (changed) layer.raster.markDirty(tile_a, tile_b);
   }
 }
 
@@ -185,7 +185,7 @@ void integratePlanes(MapData& map, Frame& frame) {
     PlaneMoments moments = layer.moments();
     for (const std::size_t segment : hits.segments) moments.merge(frame.moments[segment]);
     layer.setMoments(moments);
-    layer.setFrames(layer.state().frames + 1);
+    ++layer.frames;
     // Cells already there ride along; the new ones enter in the frame as it is from now on.
     if (!hits.is_new) layer.refit(map.resolution(), map.params.refit_tolerance * map.resolution());
     for (const std::size_t segment : hits.segments) {

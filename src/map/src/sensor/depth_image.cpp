@@ -120,8 +120,9 @@ void DepthImage::sumUses() {
 
 void DepthImage::add(const Vector3& point) {
   if (!(point.z() > kNearPlane)) return;
-  const double column = std::floor(camera_.fx * point.x() / point.z() + camera_.cx + 0.5);
-  const double row = std::floor(camera_.fy * point.y() / point.z() + camera_.cy + 0.5);
+  const Vector2 pixel = camera_.project(point);
+  const double column = std::floor(pixel.x() + 0.5);
+  const double row = std::floor(pixel.y() + 0.5);
   if (!(column >= 0.0 && row >= 0.0 && column < camera_.width && row < camera_.height)) return;
   Level& level = levels_.front();
   Tile& tile = level.tiles[(static_cast<std::size_t>(row) >> shift_) * level.width +
@@ -251,8 +252,8 @@ void DepthImage::bounds(double depth, Vector3& low, Vector3& high) const {
   low = high = position_;
   for (const double column : {-0.5, camera_.width - 0.5}) {
     for (const double row : {-0.5, camera_.height - 0.5}) {
-      const Vector3 ray((column - camera_.cx) / camera_.fx, (row - camera_.cy) / camera_.fy, 1.0);
-      const Vector3 corner = position_ + inverse_.transpose() * (depth * ray);
+      const Vector3 corner =
+          position_ + inverse_.transpose() * (depth * camera_.rayOf(column, row));
       low = low.cwiseMin(corner);
       high = high.cwiseMax(corner);
     }

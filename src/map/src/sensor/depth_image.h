@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "planar_mapping/map/planar_map.h"
+#include "planar_mapping/map/sensor/frame_observation.h"
 
 namespace planar_mapping::detail {
 

@@ -2,18 +2,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
 
-#include "store/key_map.h"
-#include "store/packed_bytes.h"
 #include "planar_mapping/core/cuboids/detail/compact_cover.h"
-#include "store/resting.h"
+#include "store/key_map.h"
 
 namespace planar_mapping::detail {
 
-/// 4 x 4 x 4 cells of the world grid, to be worked on.
+/// 4 x 4 x 4 cells of the world grid.
 class CellBlock {
  public:
   /// Mean of the points within a cell, in 1/256 of its side.
@@ -43,6 +42,7 @@ class CellBlock {
     means_[bit] = mean;
   }
   void remove(std::size_t bit) { occupied_ &= ~(std::uint64_t{1} << bit); }
+  std::size_t memoryBytes() const { return capacityBytes(means_); }  ///< on the heap
 
  private:
   std::uint64_t occupied_ = 0;
@@ -63,17 +63,15 @@ struct BlockHits {
 
 /// Cells of the world grid that hold what lies on no plane.
 ///
-/// Cuboids are made of a cube of kRegionCells^3 cells as a whole; such regions are laid out so that
-/// the sensor of the first frame is in the middle of one. Between frames a region is packed, about
-/// eight bytes a block; blocks of a region that a frame asks for are unpacked until tidy().
+/// Cuboids are derived from a cube of kRegionCells^3 cells as a whole; such regions are laid out so
+/// that the sensor of the first frame is in the middle of one.
 class CellLayer {
  public:
   struct Region {
-    PackedBytes blocks;       ///< as of the last tidy()
-    std::uint32_t frame = 0;  ///< the last one that changed it: leaves extend away from its sensor
-    std::uint32_t revision = 0;  ///< number of frames in the map when it changed last
-    bool dirty = true;           ///< changed since
-    bool open = false;           ///< its blocks are unpacked
+    KeyMap<CellBlock> blocks;    ///< by block coordinates
+    std::uint32_t frame = 0;     ///< that changed it last: leaves extend away from its sensor
+    std::uint32_t revision = 0;  ///< of the map, when a cell of the region changed last
+    bool dirty = true;           ///< changed since commit()
   };
   KeyMap<Region> regions;  ///< by regionKey()
   Int3 anchor;             ///< first cell of region (0, 0, 0); multiples of 4
@@ -86,20 +84,16 @@ class CellLayer {
   bool empty() const { return regions.empty(); }
   std::uint64_t regionKey(const Int3& block) const;
 
-  // While a frame is taken in:
   /// The block, null if there is none.
   CellBlock* find(const Int3& block);
   /// The block, which is added if it is new; that may move the others.
-  CellBlock& blockAt(const Int3& block);
-  /// Keys of the blocks of a region, in no particular order.
-  const std::vector<std::uint64_t>& keysOf(std::size_t region);
+  CellBlock& blockAt(const Int3& block) { return regions[regionKey(block)].blocks[packKey(block)]; }
   void markDirty(const Int3& block, std::uint32_t frame);
-  /// Packs the open regions, stamps the dirty ones and forgets those without a cell. \return how
-  /// many were dirty
-  std::size_t tidy(std::uint32_t revision);
+  /// Stamps the dirty regions with \p revision; forgets blocks and regions without a cell. \return
+  /// how many regions were dirty
+  std::size_t commit(std::uint32_t revision);
 
-  // Between frames, from any number of threads:
-  /// Calls visit(block coordinates, CellBlock) for the blocks of a region that hold a cell, by key.
+  /// Calls visit(block coordinates, CellBlock) for the blocks of a region, by key.
   template <typename Visit>
   void forEachBlock(std::size_t region, Visit&& visit) const;
   template <typename Visit>
@@ -110,30 +104,16 @@ class CellLayer {
   std::vector<NonPlanarCell> cellsOf(std::size_t region,
                                      const CuboidApproximationParams& params) const;
   std::size_t memoryBytes() const;
-
- private:
-  struct PlacedBlock {
-    std::uint64_t key = 0;
-    CellBlock block;
-  };
-  /// Blocks of a packed region, by key.
-  std::vector<PlacedBlock> unpacked(std::size_t region) const;
-  Int3 firstBlock(std::uint64_t region) const;
-  void pack(std::size_t region);
-  void open(std::size_t region);
-
-  struct OpenRegions {
-    KeyMap<CellBlock> blocks;                 ///< by cell >> 2
-    KeyMap<std::vector<std::uint64_t>> keys;  ///< of the blocks of each, by regionKey()
-  };
-  Resting<OpenRegions> open_;
 };
 
 constexpr std::int32_t kRegionCells = 64;
 
 template <typename Visit>
 void CellLayer::forEachBlock(std::size_t region, Visit&& visit) const {
-  for (const PlacedBlock& placed : unpacked(region)) visit(unpackKey(placed.key), placed.block);
+  const KeyMap<CellBlock>& blocks = regions.value(region).blocks;
+  std::vector<std::uint64_t> keys = blocks.keys();
+  std::sort(keys.begin(), keys.end());
+  for (const std::uint64_t key : keys) visit(unpackKey(key), *blocks.find(key));
 }
 
 }  // namespace planar_mapping::detail

@@ -5,15 +5,17 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <new>
 #include <tuple>
 #include <utility>
 #include <vector>
 
-#include "store/heap_bytes.h"
-
 namespace planar_mapping::detail {
+
+template <typename T>
+std::size_t capacityBytes(const std::vector<T>& values) {
+  return values.capacity() * sizeof(T);
+}
 
 /// Lattice coordinates stay within +-kLatticeLimit, so that three of them fit a 64-bit key.
 constexpr std::int32_t kLatticeLimit = 1 << 20;
@@ -55,142 +57,84 @@ inline Int3 unpackKey(std::uint64_t key) {
 /// A number nobody outside this process knows: keys of a hostile file cannot be made to collide.
 extern const std::uint64_t kHashSeed;
 
-/// Open-addressing hash from 64-bit keys to values kept in insertion order. Results must not
-/// depend on that order where a map and its reloaded copy have to agree: sort the keys there.
-///
-/// Maps hold many of these with few entries: each is one block of memory, of the values, their keys
-/// and the table of positions, and a few entries need no table.
+/// Open-addressing hash table from 64-bit keys to values, which stay in insertion order. Results
+/// must not depend on that order where a map and its reloaded copy have to agree: sort the keys
+/// there.
 template <typename Value>
 class KeyMap {
  public:
-  KeyMap() = default;
-  KeyMap(const KeyMap& other) {
-    resizeTo(other.size_);
-    for (; size_ < other.size_; ++size_) new (&values()[size_]) Value(other.values()[size_]);
-    std::copy_n(other.keyData(), size_, keyData());
-    rehash();
-  }
-  KeyMap(KeyMap&& other) noexcept { swap(other); }
-  KeyMap& operator=(const KeyMap& other) {
-    if (this != &other) *this = KeyMap(other);
-    return *this;
-  }
-  KeyMap& operator=(KeyMap&& other) noexcept {
-    KeyMap taken(std::move(other));
-    swap(taken);
-    return *this;
-  }
-  ~KeyMap() {
-    std::destroy_n(values(), size_);
-    ::operator delete(block_);
-  }
-
-  std::size_t size() const { return size_; }
-  bool empty() const { return size_ == 0; }
-  std::uint64_t key(std::size_t i) const { return keyData()[i]; }
-  Value& value(std::size_t i) { return values()[i]; }
-  const Value& value(std::size_t i) const { return values()[i]; }
-  std::vector<std::uint64_t> keys() const { return {keyData(), keyData() + size_}; }
+  std::size_t size() const { return keys_.size(); }
+  bool empty() const { return keys_.empty(); }
+  std::uint64_t key(std::size_t i) const { return keys_[i]; }
+  Value& value(std::size_t i) { return values_[i]; }
+  const Value& value(std::size_t i) const { return values_[i]; }
+  const std::vector<std::uint64_t>& keys() const { return keys_; }
 
   static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
   /// Position of the key, or kNone.
   std::size_t indexOf(std::uint64_t key) const {
-    const std::uint64_t* keys = keyData();
-    const std::size_t count = slotsFor(capacity_);
-    if (count == 0) {
-      for (std::size_t i = 0; i < size_; ++i) {
-        if (keys[i] == key) return i;
-      }
-      return kNone;
+    if (slots_.empty()) {
+      const auto found = std::find(keys_.begin(), keys_.end(), key);
+      return found == keys_.end() ? kNone : static_cast<std::size_t>(found - keys_.begin());
     }
-    const std::uint32_t* slots = slotData();
-    for (std::size_t at = hash(key) & (count - 1);; at = (at + 1) & (count - 1)) {
-      if (slots[at] == 0) return kNone;
-      if (keys[slots[at] - 1] == key) return slots[at] - 1;
+    const std::size_t mask = slots_.size() - 1;
+    for (std::size_t at = hash(key) & mask;; at = (at + 1) & mask) {
+      if (slots_[at] == 0) return kNone;
+      if (keys_[slots_[at] - 1] == key) return slots_[at] - 1;
     }
   }
   Value* find(std::uint64_t key) {
     const std::size_t i = indexOf(key);
-    return i == kNone ? nullptr : &values()[i];
+    return i == kNone ? nullptr : &values_[i];
   }
   const Value* find(std::uint64_t key) const {
     const std::size_t i = indexOf(key);
-    return i == kNone ? nullptr : &values()[i];
+    return i == kNone ? nullptr : &values_[i];
   }
   /// Position of the key, which is added with a default value if it is new.
   std::size_t insert(std::uint64_t key) {
     const std::size_t found = indexOf(key);
     if (found != kNone) return found;
-    // By a quarter: maps are measured by their memory, and entries are large.
-    if (size_ == capacity_) resizeTo(size_ + std::max(size_ / 4, 1u));
-    new (&values()[size_]) Value();
-    keyData()[size_] = key;
-    if (slotsFor(capacity_) != 0) enter(size_);
-    return size_++;
+    if (size() == UINT32_MAX) throw std::bad_alloc();
+    keys_.push_back(key);
+    values_.emplace_back();
+    if (4 * size() > 3 * slots_.size()) {
+      rehash();
+    } else {
+      enter(size() - 1);
+    }
+    return size() - 1;
   }
   Value& operator[](std::uint64_t key) {
     const std::size_t i = insert(key);  // may move the values
-    return values()[i];
-  }
-
-  /// Makes room for so many entries in all.
-  void reserve(std::size_t capacity) {
-    if (capacity > capacity_) resizeTo(capacity);
+    return values_[i];
   }
 
   /// Removes the entries that the predicate (key, value) names; the others keep their order.
   template <typename Predicate>
   void removeIf(Predicate&& predicate) {
-    std::uint32_t kept = 0;
-    for (std::uint32_t i = 0; i < size_; ++i) {
-      if (predicate(key(i), value(i))) continue;
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < size(); ++i) {
+      if (predicate(keys_[i], values_[i])) continue;
       if (kept != i) {
-        keyData()[kept] = keyData()[i];
-        values()[kept] = std::move(values()[i]);
+        keys_[kept] = keys_[i];
+        values_[kept] = std::move(values_[i]);
       }
       ++kept;
     }
-    if (kept == size_) return;
-    std::destroy_n(values() + kept, size_ - kept);
-    size_ = kept;
+    if (kept == size()) return;
+    keys_.resize(kept);
+    values_.resize(kept);
     rehash();
   }
-  /// Forgets the entries and keeps the memory.
-  void clear() {
-    std::destroy_n(values(), size_);
-    size_ = 0;
-    rehash();
+  /// Capacity in bytes, beside what the values themselves hold.
+  std::size_t memoryBytes() const {
+    return capacityBytes(keys_) + capacityBytes(values_) + capacityBytes(slots_);
   }
-  std::size_t memoryBytes() const { return heapBytes(bytesFor(capacity_)); }
 
  private:
-  static_assert(alignof(Value) <= alignof(std::max_align_t));
-  static constexpr std::size_t kFew = 8;  ///< so many are found by looking at all
+  static constexpr std::size_t kFew = 8;  ///< so many are found by a linear search
 
-  /// Size of the table: a power of two, of which at most three quarters are used.
-  static std::size_t slotsFor(std::size_t capacity) {
-    if (capacity <= kFew) return 0;
-    const auto least = static_cast<std::uint64_t>(capacity + capacity / 3);
-    return std::size_t{2} << (63 - __builtin_clzll(least - 1));
-  }
-  static std::size_t keysAt(std::size_t capacity) {
-    constexpr std::size_t kStep = alignof(std::uint64_t);
-    return (capacity * sizeof(Value) + kStep - 1) / kStep * kStep;
-  }
-  static std::size_t slotsAt(std::size_t capacity) {
-    return keysAt(capacity) + capacity * sizeof(std::uint64_t);
-  }
-  static std::size_t bytesFor(std::size_t capacity) {
-    return slotsAt(capacity) + slotsFor(capacity) * sizeof(std::uint32_t);
-  }
-  Value* values() const { return reinterpret_cast<Value*>(block_); }
-  std::uint64_t* keyData() const {
-    return reinterpret_cast<std::uint64_t*>(block_ + keysAt(capacity_));
-  }
-  /// Position + 1, 0 = empty.
-  std::uint32_t* slotData() const {
-    return reinterpret_cast<std::uint32_t*>(block_ + slotsAt(capacity_));
-  }
   static std::size_t hash(std::uint64_t key) {
     key ^= kHashSeed;
     key ^= key >> 30u;
@@ -200,45 +144,24 @@ class KeyMap {
     return static_cast<std::size_t>(key ^ (key >> 31u));
   }
   void enter(std::size_t i) {
-    std::uint32_t* slots = slotData();
-    const std::size_t mask = slotsFor(capacity_) - 1;
-    std::size_t at = hash(keyData()[i]) & mask;
-    while (slots[at] != 0) at = (at + 1) & mask;
-    slots[at] = static_cast<std::uint32_t>(i + 1);
+    const std::size_t mask = slots_.size() - 1;
+    std::size_t at = hash(keys_[i]) & mask;
+    while (slots_[at] != 0) at = (at + 1) & mask;
+    slots_[at] = static_cast<std::uint32_t>(i + 1);
   }
+  /// Makes room for half as many keys again.
   void rehash() {
-    const std::size_t count = slotsFor(capacity_);
-    if (count == 0) return;
-    std::fill_n(slotData(), count, 0u);
-    for (std::size_t i = 0; i < size_; ++i) enter(i);
-  }
-  /// Makes room for \p capacity >= size() entries.
-  void resizeTo(std::size_t capacity) {
-    if (capacity == 0) return;
-    if (capacity > UINT32_MAX) throw std::bad_alloc();
-    KeyMap larger;
-    larger.block_ = static_cast<std::byte*>(::operator new(bytesFor(capacity)));
-    larger.capacity_ = static_cast<std::uint32_t>(capacity);
-    std::uninitialized_move_n(values(), size_, larger.values());
-    std::copy_n(keyData(), size_, larger.keyData());
-    larger.size_ = size_;
-    const std::size_t count = slotsFor(capacity);
-    if (count != 0 && count == slotsFor(capacity_)) {
-      std::copy_n(slotData(), count, larger.slotData());
-    } else {
-      larger.rehash();
-    }
-    swap(larger);
-  }
-  void swap(KeyMap& other) noexcept {
-    std::swap(block_, other.block_);
-    std::swap(size_, other.size_);
-    std::swap(capacity_, other.capacity_);
+    slots_.clear();
+    if (size() <= kFew) return;
+    std::size_t count = 16;
+    while (count < 2 * size()) count *= 2;
+    slots_.resize(count);
+    for (std::size_t i = 0; i < size(); ++i) enter(i);
   }
 
-  std::byte* block_ = nullptr;
-  std::uint32_t size_ = 0;
-  std::uint32_t capacity_ = 0;
+  std::vector<std::uint64_t> keys_;
+  std::vector<Value> values_;
+  std::vector<std::uint32_t> slots_;  ///< position + 1, 0 = empty
 };
 
 }  // namespace planar_mapping::detail

@@ -4,108 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 namespace planar_mapping::detail {
-namespace {
-
-// How large the numbers of a plane mostly are, as powers of two (BitWriter).
-constexpr unsigned kFrames = 2;
-constexpr unsigned kRevision = 1;
-constexpr unsigned kNormal = 11;
-constexpr unsigned kTurn = 15;
-constexpr unsigned kOrigin = 12;
-constexpr unsigned kMean = 4;
-constexpr unsigned kHeight = 1;  // of the mean above the plane
-constexpr unsigned kExponent = 4;
-constexpr unsigned kCorrelation = 4;
-constexpr unsigned kSlope = 6;
-
-void put(const RoundedNumber& number, unsigned mantissa_bits, BitWriter& out) {
-  out.number(number.mantissa, mantissa_bits - 1);
-  if (number.mantissa != 0) out.difference(number.exponent, kExponent);
-}
-RoundedNumber takeRounded(unsigned mantissa_bits, BitReader& in) {
-  RoundedNumber number;
-  number.mantissa = in.as<std::uint16_t>(mantissa_bits - 1);
-  if (number.mantissa != 0) number.exponent = in.differenceAs<std::int16_t>(kExponent);
-  return number;
-}
-
-void put(const PlaneState& state, BitWriter& out) {
-  out.number(state.frames, kFrames);
-  out.number(state.frame_revision, kRevision);
-  const StoredPlane& p = state.stored;
-  out.bits(p.axis, 3);
-  for (const std::int32_t n : p.normal) out.difference(n, kNormal);
-  out.bits(p.turn != 0 ? 1 : 0, 1);
-  if (p.turn != 0) out.difference(p.turn, kTurn);
-  for (const std::int64_t o : p.origin) out.difference(o, kOrigin);
-  put(p.weight, StoredPlane::kWeightBits, out);
-  for (std::size_t i = 0; i < 3; ++i) out.difference(p.mean[i], i < 2 ? kMean : kHeight);
-  for (const RoundedNumber& v : p.variance) put(v, StoredPlane::kVarianceBits, out);
-  out.difference(p.correlation, kCorrelation);
-  for (const std::int32_t slope : p.slope) out.difference(slope, kSlope);
-  put(p.residual, StoredPlane::kVarianceBits, out);
-}
-
-PlaneState takeState(BitReader& in) {
-  PlaneState state;
-  state.frames = in.as<std::uint32_t>(kFrames);
-  state.frame_revision = in.as<std::uint32_t>(kRevision);
-  StoredPlane& p = state.stored;
-  p.axis = static_cast<std::uint8_t>(in.bits(3));
-  for (std::int32_t& n : p.normal) n = in.differenceAs<std::int32_t>(kNormal);
-  p.turn = in.bits(1) != 0 ? in.differenceAs<std::int32_t>(kTurn) : 0;
-  for (std::int64_t& o : p.origin) o = in.difference(kOrigin);
-  p.weight = takeRounded(StoredPlane::kWeightBits, in);
-  for (std::size_t i = 0; i < 3; ++i) p.mean[i] = in.difference(i < 2 ? kMean : kHeight);
-  for (RoundedNumber& v : p.variance) v = takeRounded(StoredPlane::kVarianceBits, in);
-  p.correlation = in.differenceAs<std::int32_t>(kCorrelation);
-  for (std::int32_t& slope : p.slope) slope = in.differenceAs<std::int32_t>(kSlope);
-  p.residual = takeRounded(StoredPlane::kVarianceBits, in);
-  return state;
-}
-
-}  // namespace
-
-PlaneLayer::PlaneLayer(const std::uint8_t* packed) {
-  PackReader in(packed);
-  id = in.as<std::int32_t>();
-  BitReader bits(in);
-  state_ = takeState(bits);
-  raster_ = OpenRaster(in);
-  changed_ = false;
-}
-
-bool PlaneLayer::pack(std::uint32_t revision, PackWriter& out) const {
-  out.number(static_cast<std::uint64_t>(id));
-  BitWriter bits(out);
-  put(state_, bits);
-  return raster_.pack(revision, out);
-}
-
-bool PlaneLayer::settle() {
-  if (!settled_) store(StoredPlane::from(frame_, moments()));
-  return changed_ || raster_.dirtyPatches() > 0;
-}
-
-void PlaneLayer::store(const StoredPlane& plane) {
-  if (!state_.stored.hasFrameOf(plane)) ++state_.frame_revision;
-  state_.stored = plane;
-  settled_ = true;
-  changed_ = true;
-}
-
-void PlaneLayer::wake() {
-  frame_ = state_.stored.frame();
-  plane_ = planeOf(frame_);
-}
-
-const PlaneMoments& PlaneLayer::moments() const {
-  if (!moments_) moments_ = state_.stored.moments(state_.stored.frame());
-  return *moments_;
-}
 
 void PlaneLayer::setFrame(const PlaneFrame& wanted) {
   frame_ = wanted;
@@ -118,25 +18,26 @@ void PlaneLayer::setMoments(const PlaneMoments& moments) {
   settled_ = false;
 }
 
-void PlaneLayer::setFrames(std::uint32_t frames) {
-  state_.frames = frames;
-  changed_ = true;
+void PlaneLayer::settle() {
+  if (!settled_) restore(StoredPlane::from(frame_, moments_));
 }
 
 void PlaneLayer::restore(const StoredPlane& plane) {
-  store(plane);
-  wake();
-  moments_.reset();
+  if (!stored_.hasFrameOf(plane)) ++frame_revision_;
+  stored_ = plane;
+  setFrame(plane.frame());
+  moments_ = plane.moments(frame_);
+  settled_ = true;
 }
 
 void PlaneLayer::setCell(std::int32_t a, std::int32_t b, std::uint8_t belief) {
-  raster_.tileAt(a >> 3, b >> 3).setBelief(static_cast<std::size_t>(8 * (b & 7) + (a & 7)), belief);
-  raster_.markDirty(a >> 3, b >> 3);
+  raster.tileAt(a >> 3, b >> 3).setBelief(static_cast<std::size_t>(8 * (b & 7) + (a & 7)), belief);
+  raster.markDirty(a >> 3, b >> 3);
 }
 
 bool PlaneLayer::extent(std::int32_t& low_a, std::int32_t& low_b, std::int32_t& high_a,
                         std::int32_t& high_b) const {
-  const TileWindow tiles = raster_.window();
+  const TileWindow tiles = raster.window();
   if (tiles.empty()) return false;
   low_a = 8 * tiles.low_a;
   low_b = 8 * tiles.low_b;
@@ -199,34 +100,6 @@ bool PlaneLayer::refit(double s, double tolerance) {
   after.origin = foot - middle.x() * after.u - middle.y() * after.v;
   setFrame(after);
   return true;
-}
-
-std::vector<PlaneLayer> RestingPlanes::open() const {
-  std::vector<PlaneLayer> planes;
-  const std::vector<PackedRecords::Record> records = records_.list();
-  planes.reserve(records.size());
-  for (const PackedRecords::Record& record : records) planes.emplace_back(record.data);
-  return planes;
-}
-
-std::size_t RestingPlanes::close(std::vector<PlaneLayer> planes, std::uint32_t revision) {
-  std::size_t dirty = 0;
-  const std::vector<PackedRecords::Record> before = records_.list();
-  PackedRecords::Change change(before);
-  std::size_t next = 0;
-  for (PlaneLayer& layer : planes) {
-    dirty += layer.raster().dirtyPatches();
-    if (layer.settle()) {
-      PackWriter out;
-      if (layer.pack(revision, out)) change.put(out.bytes);
-      continue;
-    }
-    const auto idOf = [&](std::size_t r) { return PackReader(before[r].data).as<std::int32_t>(); };
-    while (idOf(next) != layer.id) ++next;
-    change.keep(next++);
-  }
-  records_.apply(change);
-  return dirty;
 }
 
 }  // namespace planar_mapping::detail

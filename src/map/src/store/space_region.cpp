@@ -106,7 +106,7 @@ void SpaceRegion::pack(const Blocks& blocks) {
     if (k != kUnknownOrNever) putCells(b.free, bytes);
     if (k == kUnknownOrNever || k == kAllThree) putCells(b.unknown, bytes);
   }
-  bytes_ = PackedBytes(bytes);
+  bytes_ = std::vector<std::uint8_t>(bytes);  // without spare capacity
 }
 
 void SpaceRegion::unpack(Blocks& blocks) const {

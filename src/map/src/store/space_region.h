@@ -5,8 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-
-#include "store/packed_bytes.h"
+#include <vector>
 
 namespace planar_mapping::detail {
 
@@ -42,7 +41,7 @@ class SpaceRegion {
   void unpack(Blocks& blocks) const;
   /// The unknown cells of a block, as in SpaceBlock.
   std::uint64_t unknownOf(std::size_t block) const;
-  std::size_t memoryBytes() const { return bytes_.memoryBytes(); }
+  std::size_t memoryBytes() const { return bytes_.capacity(); }
 
  private:
   static constexpr std::size_t kRow = 32;  ///< blocks
@@ -70,7 +69,7 @@ class SpaceRegion {
   std::uint16_t alike_ = 0xffff;  ///< a bit for each row
   std::uint16_t mixed_ = 0;       ///< how many blocks are
   /// The labels of the other rows, the kinds of the mixed blocks by two bits, their cells.
-  PackedBytes bytes_;
+  std::vector<std::uint8_t> bytes_;
 };
 
 }  // namespace planar_mapping::detail

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "planar_mapping/core/geometry/cuboid.h"
 #include "sensor/depth_image.h"
 #include "store/key_map.h"
 #include "store/space_region.h"

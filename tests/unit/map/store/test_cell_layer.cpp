@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Non-planar cells are packed by regions between frames. Whatever happens to them, and whenever
-// they are packed, there is what a plain map of cells would hold.
+// Whatever happens to non-planar cells, and whenever they are committed, there is what a plain map
+// of cells would hold.
 #include "store/cell_layer.h"
 
 #include <gtest/gtest.h>
@@ -89,7 +89,7 @@ void expectTheSame(bool with_means) {
     Cells cells;
     for (std::uint32_t frame = 1; frame <= 30; ++frame) {
       for (int i = whole(random, 0, 300); i > 0; --i) change(layer, cells, with_means, random);
-      layer.tidy(frame);
+      layer.commit(frame);
       ASSERT_EQ(contentOf(layer, with_means), cells) << "seed " << seed << " frame " << frame;
       for (std::size_t r = 0; r < layer.regions.size(); ++r) {
         EXPECT_FALSE(layer.regions.value(r).blocks.empty());
@@ -101,12 +101,12 @@ void expectTheSame(bool with_means) {
           ->remove(static_cast<std::size_t>(CellLayer::bitOf({x, y, z})));
       layer.markDirty(CellLayer::blockOf({x, y, z}), 1);
     }
-    layer.tidy(99);
+    layer.commit(99);
     EXPECT_TRUE(layer.empty());
   }
 }
 
-TEST(CellLayer, HoldsTheSameCellsWheneverItIsPacked) {
+TEST(CellLayer, HoldsTheSameCellsWheneverItIsCommitted) {
   expectTheSame(false);
 }
 
@@ -121,32 +121,14 @@ TEST(CellLayer, StampsTheRegionsThatChangedOnly) {
     layer.blockAt(at).setBelief(0, 17);
     layer.markDirty(at, 4);
   }
-  EXPECT_EQ(layer.tidy(5), 2u);
+  EXPECT_EQ(layer.commit(5), 2u);
   ASSERT_NE(layer.find(here), nullptr);  // looked at, not changed
   layer.find(there)->setBelief(1, 12);
   layer.markDirty(there, 7);
-  EXPECT_EQ(layer.tidy(8), 1u);
+  EXPECT_EQ(layer.commit(8), 1u);
   EXPECT_EQ(layer.regions.find(layer.regionKey(here))->revision, 5u);
   EXPECT_EQ(layer.regions.find(layer.regionKey(there))->revision, 8u);
   EXPECT_EQ(layer.regions.find(layer.regionKey(there))->frame, 7u);
-}
-
-TEST(CellLayer, TakesFewBytesACell) {
-  // As flying pixels are: one or two cells a block, first beliefs.
-  Random random(2);
-  CellLayer layer;
-  Cells cells;
-  for (int i = 0; i < 2000; ++i) {
-    const Int3 at{whole(random, -128, 127), whole(random, -64, 63), whole(random, 0, 31)};
-    CellBlock& block = layer.blockAt(CellLayer::blockOf(at));
-    const auto bit = static_cast<std::size_t>(CellLayer::bitOf(at));
-    block.setBelief(bit, 12);
-    block.setOctants(bit, byte(random, 1, 255));
-    layer.markDirty(CellLayer::blockOf(at), 0);
-    cells[{at.x, at.y, at.z}] = {};
-  }
-  layer.tidy(1);
-  EXPECT_LT(layer.memoryBytes(), 7 * cells.size());
 }
 
 }  // namespace

@@ -4,75 +4,21 @@
 
 #include <cstdint>
 #include <memory>
-#include <optional>
-#include <string>
+#include <utility>
 #include <vector>
 
-#include "planar_mapping/core/geometry/cuboid.h"
-#include "planar_mapping/core/cuboids/cuboid_approximation.h"
 #include "planar_mapping/core/base/export.h"
-#include "planar_mapping/core/planes/multi_plane.h"
-#include "planar_mapping/core/geometry/detail/plane_moments.h"
-#include "planar_mapping/core/geometry/stereo_noise.h"
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/core/geometry/cuboid.h"
+#include "planar_mapping/core/geometry/detail/plane_moments.h"
+#include "planar_mapping/map/sensor/frame_observation.h"
+#include "planar_mapping/map/store/planar_map_params.h"
 
 namespace planar_mapping {
 
 namespace detail {
 struct MapAccess;
 }
-
-/// Pinhole model of an organized cloud: column = fx x / z + cx, row = fy y / z + cy (pixels).
-struct PinholeCamera {
-  double fx = 0.0;
-  double fy = 0.0;
-  double cx = 0.0;
-  double cy = 0.0;
-  int width = 0;
-  int height = 0;
-};
-
-/// Parameters of PlanarMap. Lengths in metres, angles in radians.
-struct PLANAR_MAPPING_EXPORT PlanarMapParams {
-  CuboidApproximationParams approximation;  ///< resolution s, profile, thickness, ...; up = world z
-  double association_angle = 0.087;  ///< [ours] largest angle between a new plane and its map plane
-  double association_offset = 0.10;  ///< [ours] largest offset between them at the new points
-  double association_gap = 0.5;      ///< [ours] largest gap between their patches
-  bool unknown_space = true;         ///< keep track of unknown space (METHOD: III-F, Fig. 5c)
-  double unknown_resolution = 0.0;   ///< side of an unknown cell; 0 = resolution
-  double max_range = 10.0;           ///< space beyond this depth is not judged
-  double min_probability = 0.5;      ///< [ours] cells whose belief falls below this are removed
-  double belief_gain = 0.5;  ///< [ours] share of the newest frame in a cell's belief, in (0, 1]
-  double miss_factor = 0.7;  ///< [ours] belief is multiplied by it when looked through, in [0, 1]
-  /// [ours] most belief a non-planar cell gets from one frame, and one that a frame with a known
-  /// depth error adds to a plane there is, in (0, 1]; it is lost by one look that does not confirm
-  /// it if miss_factor times it is below min_probability: even where some pixels measure nothing
-  double first_belief = 0.7;
-  /// [ours] points within so many depth errors of a plane's cells, along their ray, are its noise
-  /// and make no cell, in [0, 10]; see FrameObservation::noise
-  double noise_factor = 1.0;
-  /// [ours] a cell is seen if it holds this share of the points it would have if it were full, in
-  /// [0, 1]; where the camera is known. Cells of the first sight of a plane need only
-  /// min_points_per_cell.
-  double min_cell_share = 0.15;
-  /// [ours] or, if that is less, the share of a strip of so many pixels along its edge and of the
-  /// points that the depth error carries beyond half a cell; in [0, 1e6]
-  double rim_pixels = 1.0;
-  /// [ours] compact: a plane's cuboids reach so many root mean square distances of its points
-  /// before and behind it, at most 0.45 (0.75 where that is five cells) and 0.75 of a cell, in
-  /// [0, 10]; 0 = from the plane backwards
-  double surface_factor = 3.0;
-  /// [ours] cells follow a refit of their plane that moves them by more, in resolutions, >= 0
-  double refit_tolerance = 0.1;
-  /// [ours] radians between pixels of the images around the sensor, for clouds without a camera
-  double range_image_step = 0.0087;
-
-  /// The defaults of a profile: Paper takes beliefs as they are and adds nothing of ours.
-  static PlanarMapParams of(Profile profile);
-
-  /// \throws ParameterError
-  void validate() const;
-};
 
 /// A plane of the map, world frame.
 struct MapPlane {
@@ -81,34 +27,6 @@ struct MapPlane {
   PlaneMoments moments;
   std::uint32_t frames = 0;  ///< in how many frames it was seen
   double rms() const { return moments.fit().rms; }
-};
-
-/// What one frame brings to the map. Everything is in the sensor's frame but the pose.
-struct FrameObservation {
-  Pose T_world_sensor = Pose::Identity();
-  double timestamp = 0.0;            ///< seconds
-  PointsView points;                 ///< the whole cloud, as measured
-  const Indices* indices = nullptr;  ///< the points to be mapped; null = all
-  const Indices* ground = nullptr;   ///< removed ground: clears space, makes no cell
-  const std::vector<PlaneSegment>* planes = nullptr;  ///< null = none
-  const std::vector<float>* probability = nullptr;    ///< belief per point; null = 1
-  /// Depth error of a stereo camera: widens what counts as one surface; absent = none.
-  std::optional<StereoNoise> noise;
-  /// Known intrinsics of an organized cloud; absent = estimated from it, else
-  /// six images around the sensor are made of the points.
-  std::optional<PinholeCamera> camera;
-};
-
-/// What an insertion did.
-struct FrameUpdate {
-  std::size_t planes_new = 0;
-  std::size_t planes_matched = 0;
-  std::size_t planes_merged = 0;  ///< planes of the map that turned out to be another one
-  std::size_t cells_added = 0;
-  std::size_t cells_removed = 0;
-  std::size_t patches_rebuilt = 0;
-  std::size_t absorbed_points = 0;
-  std::size_t dropped_points = 0;  ///< not finite, beyond the world, or too few in their cell
 };
 
 /// The map of planar cuboids: planes with their patches, non-planar cells, unknown space

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Between frames a map is packed. Whatever is asked of it then, and whether it is copied, saved and
-// loaded meanwhile, it goes on as if nothing had happened.
+// Whatever is asked of a map between frames, and whether it is copied, saved and loaded meanwhile,
+// it goes on as if nothing had happened.
 #include <gtest/gtest.h>
 
 #include <thread>
@@ -14,7 +14,7 @@
 namespace planar_mapping {
 namespace {
 
-/// There and back again, so that patches that rested are touched once more.
+/// There and back again, so that patches that were left are touched once more.
 const std::vector<int> kWalk = {0, 1, 2, 3, 3, 2, 1, 0};
 
 void insert(PlanarMap& map, const test::View& view) {
@@ -59,7 +59,7 @@ std::vector<Vector3> placesIn(Random& random) {
   return places;
 }
 
-TEST(MapAtRest, GoesOnAsIfNothingHadBeenAsked) {
+TEST(MapState, GoesOnAsIfNothingHadBeenAsked) {
   const std::vector<test::View> views = test::noisyWalk(kWalk);
   Random random(4);
   const std::vector<Vector3> places = placesIn(random);
@@ -98,7 +98,7 @@ TEST(MapAtRest, GoesOnAsIfNothingHadBeenAsked) {
   }
 }
 
-TEST(MapAtRest, AnswersSeveralThreadsAtOnce) {
+TEST(MapState, AnswersSeveralThreadsAtOnce) {
   const std::vector<test::View> views = test::noisyWalk(kWalk);
   Random random(5);
   const std::vector<Vector3> places = placesIn(random);

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Rasters of planes are packed between frames. Whatever happens to their cells, and whenever they
-// are packed, they hold what a plain map of cells would.
-#include "store/open_raster.h"
+// Whatever happens to the cells of a raster, and whenever it is committed, it holds what a plain
+// map of cells would.
+#include "store/tile_raster.h"
 
 #include <gtest/gtest.h>
 
@@ -63,12 +63,6 @@ class Twin {
       }
     }
   }
-  void pack(std::uint32_t revision) {
-    PackWriter out;
-    EXPECT_EQ(raster_.pack(revision, out), !cells_.empty());
-    bytes_.swap(out.bytes);
-    raster_ = OpenRaster(PackReader(bytes_.data()));
-  }
   void expectTheSame() {
     std::map<Cell, std::uint8_t> held;
     raster_.forEachTile([&](std::int32_t ta, std::int32_t tb, const RasterTile& tile) {
@@ -103,23 +97,21 @@ class Twin {
     EXPECT_EQ(window.high_b, tight.high_b);
   }
   Random& random() { return random_; }
-  OpenRaster& raster() { return raster_; }
-  const std::vector<std::uint8_t>& bytes() const { return bytes_; }
+  TileRaster& raster() { return raster_; }
 
  private:
   Random random_;
-  OpenRaster raster_;
+  TileRaster raster_;
   std::map<Cell, std::uint8_t> cells_;
-  std::vector<std::uint8_t> bytes_;
 };
 
-TEST(OpenRaster, HoldsTheSameCellsWheneverItIsPacked) {
+TEST(TileRaster, HoldsTheSameCellsWheneverItIsCommitted) {
   for (std::uint64_t seed = 0; seed < 6; ++seed) {
     Twin twin(seed);
     for (std::uint32_t step = 1; step <= 12; ++step) {
       twin.change();
       if (twin.random().uniform(0.0, 1.0) > 0.5) continue;
-      twin.pack(step);
+      twin.raster().commit(step);
       twin.expectTightWindow();
       if (twin.random().uniform(0.0, 1.0) < 0.5) twin.expectTheSame();
     }
@@ -127,55 +119,38 @@ TEST(OpenRaster, HoldsTheSameCellsWheneverItIsPacked) {
   }
 }
 
-TEST(OpenRaster, PacksToTheSameBytesHoweverItCameAbout) {
-  Twin often(7), once(7);
-  for (std::uint32_t step = 1; step <= 12; ++step) {
-    often.change();
-    once.change();
-    often.pack(1);
-  }
-  once.pack(1);
-  EXPECT_EQ(often.bytes(), once.bytes());
-}
-
-TEST(OpenRaster, StampsThePatchesThatChangedOnly) {
+TEST(TileRaster, StampsThePatchesThatChangedOnly) {
   Twin twin(3);
-  twin.raster().setAnchor(0, 0);
+  TileRaster& raster = twin.raster();
+  raster.setAnchor(0, 0);
   twin.set({10, 10}, 17);
   twin.set({10 + kPatchCells, 10}, 17);
-  twin.pack(5);
-  ASSERT_EQ(twin.raster().patches(), 2u);
-  EXPECT_EQ(twin.raster().dirtyPatches(), 0u);
+  EXPECT_EQ(raster.commit(5), 2u);
+  ASSERT_EQ(raster.patches().size(), 2u);
+  EXPECT_EQ(raster.commit(5), 0u);
   twin.set({11 + kPatchCells, 10}, 17);
-  EXPECT_EQ(twin.raster().dirtyPatches(), 1u);
-  twin.pack(6);
-  EXPECT_EQ(twin.raster().revision(0), 5u);
-  EXPECT_EQ(twin.raster().revision(1), 6u);
-  twin.raster().markAllDirty();
-  twin.pack(7);
-  EXPECT_EQ(twin.raster().revision(0), 7u);
+  EXPECT_EQ(raster.commit(6), 1u);
+  EXPECT_EQ(raster.patches()[0].revision, 5u);
+  EXPECT_EQ(raster.patches()[1].revision, 6u);
+  raster.markAllDirty();
+  EXPECT_EQ(raster.commit(7), 2u);
+  EXPECT_EQ(raster.patches()[0].revision, 7u);
   twin.remove({10, 10});
-  twin.pack(8);
-  ASSERT_EQ(twin.raster().patches(), 1u);
-  EXPECT_EQ(twin.raster().revision(0), 7u);
+  EXPECT_EQ(raster.commit(8), 1u);
+  ASSERT_EQ(raster.patches().size(), 1u);
+  EXPECT_EQ(raster.patches()[0].revision, 7u);
   twin.expectTheSame();
 }
 
-TEST(OpenRaster, TakesFewBytes) {
-  Twin wall(1);
-  for (std::int32_t b = 0; b < 24; ++b) {
-    for (std::int32_t a = 0; a < 128; ++a) wall.set({a, b}, 17);
-  }
-  wall.pack(1);
-  EXPECT_LT(wall.bytes().size(), 48u * 3u + 40u);  // of 48 tiles
-  Twin doubtful(2);
-  for (std::int32_t b = 0; b < 64; ++b) {
-    for (std::int32_t a = 0; a < 64; ++a) {
-      doubtful.set({a, b}, static_cast<std::uint8_t>(whole(doubtful.random(), 1, 17)));
-    }
-  }
-  doubtful.pack(1);
-  EXPECT_LE(doubtful.bytes().size(), 64u * 43u + 80u);  // five bits each
+TEST(TileRaster, ForgetsTilesWithoutACell) {
+  Twin twin(1);
+  for (std::int32_t a = 0; a < 512; ++a) twin.set({a, 0}, 17);
+  twin.raster().commit(1);
+  for (std::int32_t a = 8; a < 512; ++a) twin.remove({a, 0});
+  twin.raster().commit(2);
+  EXPECT_NE(twin.raster().find(0, 0), nullptr);
+  EXPECT_EQ(twin.raster().find(1, 0), nullptr);
+  twin.expectTheSame();
 }
 
 }  // namespace

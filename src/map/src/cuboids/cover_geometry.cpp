@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboids/box_planes.h"
+#include "cuboids/cover_geometry.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,8 +8,8 @@
 namespace planar_mapping::detail {
 namespace {
 
-constexpr double kMostCells = 2.0;  ///< thickness
-constexpr double kLeastShare = 0.5;
+constexpr double kMaxThickness = 2.0;  ///< cells
+constexpr double kMinFraction = 0.5;   ///< of the face, over cells of the plane
 
 /// The box with its axes renamed: n along that of its axes which is nearest to the plane's normal.
 Cuboid renamed(const Cuboid& box, const PlaneFrame& frame) {
@@ -32,8 +32,8 @@ Cuboid renamed(const Cuboid& box, const PlaneFrame& frame) {
   return result;
 }
 
-/// Share of the face of a box, by squares of the size of a cell, that is over cells of a plane.
-double shareOver(const Cuboid& box, const NearPlane& plane, double cell) {
+/// Fraction of the face of a box, by squares of the size of a cell, that is over cells of a plane.
+double fractionOver(const Cuboid& box, const PlaneLayer& plane, double cell) {
   const int columns = std::max(1, static_cast<int>(std::lround(box.size.x() / cell)));
   const int rows = std::max(1, static_cast<int>(std::lround(box.size.y() / cell)));
   int over = 0;
@@ -41,7 +41,7 @@ double shareOver(const Cuboid& box, const NearPlane& plane, double cell) {
     for (int column = 0; column < columns; ++column) {
       const Vector3 place(((column + 0.5) / columns - 0.5) * box.size.x(),
                           ((row + 0.5) / rows - 0.5) * box.size.y(), 0.0);
-      const Vector3 at = plane.frame.toPlane(box.center + box.orientation * place);
+      const Vector3 at = plane.frame().toPlane(box.center + box.orientation * place);
       over += plane.raster.at(static_cast<std::int32_t>(std::floor(at.x() / cell)),
                               static_cast<std::int32_t>(std::floor(at.y() / cell)))
                   ? 1
@@ -53,26 +53,26 @@ double shareOver(const Cuboid& box, const NearPlane& plane, double cell) {
 
 }  // namespace
 
-void namePlanes(const MapData& map, const std::vector<NearPlane>& near,
+void namePlanes(const MapData& map, const std::vector<const PlaneLayer*>& near,
                 std::vector<Cuboid>& boxes) {
   const double cell = map.resolution();
   const double least_cosine = std::cos(map.params.association_angle);
   for (Cuboid& box : boxes) {
     const Cuboid unnamed = box;
     double largest = 0.0;
-    for (const NearPlane& plane : near) {
-      const PlaneFrame& frame = plane.frame;
+    for (const PlaneLayer* plane : near) {
+      const PlaneFrame& frame = plane->frame();
       Cuboid named = renamed(unnamed, frame);
       if ((named.orientation * Vector3::UnitZ()).dot(frame.n) < least_cosine ||
-          named.size.z() > kMostCells * cell * (1.0 + 1e-9) ||
+          named.size.z() > kMaxThickness * cell * (1.0 + 1e-9) ||
           std::abs(frame.toPlane(named.center).z()) > 0.5 * named.size.z() + 0.5 * cell) {
         continue;
       }
-      const double share = shareOver(named, plane, cell);
-      if (share < kLeastShare || share <= largest) continue;
-      largest = share;
+      const double fraction = fractionOver(named, *plane, cell);
+      if (fraction < kMinFraction || fraction <= largest) continue;
+      largest = fraction;
       box = named;
-      box.plane_id = plane.id;
+      box.plane_id = plane->id;
     }
   }
 }

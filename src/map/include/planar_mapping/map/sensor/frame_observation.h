@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "planar_mapping/core/base/types.h"
+#include "planar_mapping/core/geometry/pinhole_camera.h"
+#include "planar_mapping/core/geometry/stereo_noise.h"
+#include "planar_mapping/core/planes/multi_plane.h"
+
+namespace planar_mapping {
+
+/// What one frame brings to the map. Everything is in the sensor's frame but the pose.
+struct FrameObservation {
+  Pose T_world_sensor = Pose::Identity();
+  double timestamp = 0.0;            ///< seconds
+  PointsView points;                 ///< the whole cloud, as measured
+  const Indices* indices = nullptr;  ///< the points to be mapped; null = all
+  const Indices* ground = nullptr;   ///< removed ground: clears space, makes no cell
+  const std::vector<PlaneSegment>* planes = nullptr;  ///< null = none
+  const std::vector<float>* probability = nullptr;    ///< belief per point; null = 1
+  /// Depth error of a stereo camera: widens what counts as one surface; absent = none.
+  std::optional<StereoNoise> noise;
+  /// Known intrinsics of an organized cloud; absent = estimated from it, else
+  /// six images around the sensor are made of the points.
+  std::optional<PinholeCamera> camera;
+};
+
+/// What an insertion did.
+struct FrameUpdate {
+  std::size_t planes_new = 0;
+  std::size_t planes_matched = 0;
+  std::size_t planes_merged = 0;  ///< planes of the map that turned out to be another one
+  std::size_t cells_added = 0;
+  std::size_t cells_removed = 0;
+  std::size_t patches_rebuilt = 0;
+  std::size_t absorbed_points = 0;
+  std::size_t dropped_points = 0;  ///< not finite, beyond the world, or too few in their cell
+};
+
+}  // namespace planar_mapping

@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "store/map_data.h"
+
+#include <algorithm>
+
+namespace planar_mapping::detail {
+
+std::size_t MapData::memoryBytes() const {
+  std::size_t bytes = capacityBytes(planes) + capacityBytes(trajectory) + cells.memoryBytes() +
+                      unknown.memoryBytes();
+  for (const PlaneLayer& layer : planes) bytes += layer.raster.memoryBytes();
+  return bytes;
+}
+
+const PlaneLayer& MapData::plane(std::int32_t id) const {
+  return *std::lower_bound(planes.begin(), planes.end(), id,
+                           [](const PlaneLayer& p, std::int32_t i) { return p.id < i; });
+}
+
+std::size_t MapData::commit() {
+  std::size_t modified = cells.commit(revision());
+  for (PlaneLayer& layer : planes) {
+    layer.settle();
+    modified += layer.raster.commit(revision());
+  }
+  // The id of a plane without a cell is not given out again.
+  planes.erase(std::remove_if(planes.begin(), planes.end(),
+                              [](const PlaneLayer& p) { return p.raster.patches().empty(); }),
+               planes.end());
+  return modified;
+}
+
+}  // namespace planar_mapping::detail
