@@ -6,12 +6,14 @@
 #include <cmath>
 #include <map>
 
+#include "planes/organized/organized_coherence.h"
+
 namespace planar_mapping::detail {
 namespace {
 
 /// Whether the errors of pixels cancel within tiles, as those of matching do and the relief of a
 /// rough surface does not.
-bool areTilesSmoother(const DisparityPlane& plane, const std::vector<TilePart>& parts,
+bool areTilesSmoother(const PlaneCandidate& plane, const std::vector<TilePart>& parts,
                       const PartList& list, const DisparityParams& params) {
   double squares = 0.0;
   for (const std::size_t i : list) {
@@ -24,7 +26,7 @@ bool areTilesSmoother(const DisparityPlane& plane, const std::vector<TilePart>& 
 
 /// Points of no plane beside a part, in the quarters of the tile that it is in: off the plane by
 /// one to three widths of its band.
-double countBeside(const DisparityPlane& plane, const TilePart& part, const TiledCloud& cloud,
+double countBeside(const PlaneCandidate& plane, const TilePart& part, const TiledCloud& cloud,
                    const std::int16_t* labels, const DisparityParams& params) {
   constexpr double kReach = 3.0;  // widths of the band
   const float* x = cloud.x(part.tile);
@@ -37,9 +39,11 @@ double countBeside(const DisparityPlane& plane, const TilePart& part, const Tile
     if (std::find(first, first + kQuarterArea, part.label) == first + kQuarterArea) continue;
     for (int k = quarter; k < quarter + kQuarterArea; ++k) {
       if (labels[k] >= 0) continue;
-      const double band = std::max(least, plane.pixels(params.distance_threshold, d[k]));
+      const double band =
+          std::max(least, DisparityFit::toPixels(plane, params.distance_threshold, d[k]));
       // False for a hole.
-      if (std::fabs(d[k] - (plane.p * x[k] + plane.q * y[k] + plane.r)) <= kReach * band) {
+      if (std::fabs(d[k] - (plane.normal[0] * x[k] + plane.normal[1] * y[k] + plane.offset)) <=
+          kReach * band) {
         beside += 1.0;
       }
     }
@@ -82,13 +86,15 @@ double countTogether(const std::vector<TilePart>& parts, const PartList& list, i
 
 }  // namespace
 
-bool isNoiseOfPlane(const DisparityPlane& plane, const std::vector<TilePart>& parts,
+bool isNoiseOfPlane(const PlaneCandidate& plane, const std::vector<TilePart>& parts,
                     const PartList& list, const TiledCloud& cloud,
                     const std::vector<std::int16_t>& labels, const DisparityParams& params) {
   if (list.size() < static_cast<std::size_t>(params.least_noisy_tiles)) return false;
   if (plane.residual > params.most_noisy_residual * params.noise) return false;
   if (!areTilesSmoother(plane, parts, list, params)) return false;
-  if (bendOf(plane, parts, list, params).advantage > params.bent_advantage) return false;
+  if (bendOf(plane, parts, list, {Vector3::UnitX(), Vector3::UnitY()}).advantage >
+      params.bent_advantage)
+    return false;
   // A direction in doubt says nothing about what lies farther on.
   if (countTogether(parts, list, cloud.columns) < params.least_together * plane.sums[kN]) {
     return false;

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "planes/disparity/disparity_coherence.h"
+#include "planes/disparity/disparity_fit.h"
 
 namespace planar_mapping::detail {
 
@@ -16,7 +16,7 @@ namespace planar_mapping::detail {
 /// \param parts   of all planes
 /// \param list    those of this plane
 /// \param labels  plane per pixel in tile order, -1 = none
-bool isNoiseOfPlane(const DisparityPlane& plane, const std::vector<TilePart>& parts,
+bool isNoiseOfPlane(const PlaneCandidate& plane, const std::vector<TilePart>& parts,
                     const PartList& list, const TiledCloud& cloud,
                     const std::vector<std::int16_t>& labels, const DisparityParams& params);
 

@@ -37,11 +37,6 @@ struct Count {
   }
 };
 
-double cosine(const PlaneCandidate& plane, const CellFit& fit) {
-  return std::fabs(plane.normal[0] * fit.normal[0] + plane.normal[1] * fit.normal[1] +
-                   plane.normal[2] * fit.normal[2]);
-}
-
 /// Which planes the pixels of each quarter have, ascending by quarter.
 std::vector<Share> sharesOf(const TiledCloud& cloud, const PixelAssigner& pixels) {
   std::vector<Share> shares;
@@ -111,9 +106,9 @@ bool isInside(const Share& share, const std::vector<Share>& shares,
 
 /// Compares the normals around every share with that of its plane.
 void compare(const TiledCloud& cloud, const Surroundings& surroundings,
-             const std::vector<PlaneCandidate>& planes, const RangeNoise& noise,
-             const OrganizedParams& params, const std::vector<std::int32_t>& first,
-             std::vector<Share>& shares) {
+             const std::vector<PlaneCandidate>& planes, const MetricFit& fit,
+             const std::vector<std::int32_t>& first, std::vector<Share>& shares) {
+  const OrganizedParams& params = fit.params();
   std::vector<std::int32_t> all;
   for (const Share& share : shares) {
     if (all.empty() || all.back() != share.quarter) all.push_back(share.quarter);
@@ -126,7 +121,7 @@ void compare(const TiledCloud& cloud, const Surroundings& surroundings,
   for (Share& share : shares) {
     while (all[i] != share.quarter) ++i;
     const auto label = static_cast<std::size_t>(share.label);
-    share.near = cosine(planes[label], small[i]) >= min_cosine;
+    share.near = planes[label].cosine(small[i].normal) >= min_cosine;
     share.wide = share.agrees = share.near;
     if (!share.near && !isInside(share, shares, first, surroundings, params)) {
       share.undecided = share.agrees = true;
@@ -146,7 +141,8 @@ void compare(const TiledCloud& cloud, const Surroundings& surroundings,
   for (const Share& share : shares) {
     while (all[i] != share.quarter) ++i;
     if (clear(share) || (!noisy.empty() && noisy.back() == share.quarter)) continue;
-    const double error = params.growing_factor * normalError(small[i], noise, cloud.sensor, params);
+    const double error =
+        params.growing_factor * normalError(small[i], fit.noise(), cloud.sensor, params);
     if (!(error > params.clear_normal_share * params.coherent_angle)) continue;
     noisy.push_back(share.quarter);
     small_of_noisy.push_back(&small[i]);
@@ -156,7 +152,7 @@ void compare(const TiledCloud& cloud, const Surroundings& surroundings,
       surroundings.fits(noisy, params.wide_surroundings, cloud.room[1]);
   // Wide surroundings reach beyond the small planes that stand out of white noise: they do not
   // count against them.
-  const bool white = noise.correlated_pixels <= params.white_correlation;
+  const bool white = fit.noise().correlated_pixels <= params.white_correlation;
   std::size_t j = 0;
   for (Share& share : shares) {
     while (j < noisy.size() && noisy[j] < share.quarter) ++j;
@@ -167,25 +163,25 @@ void compare(const TiledCloud& cloud, const Surroundings& surroundings,
       continue;
     }
     const PlaneCandidate& plane = planes[static_cast<std::size_t>(share.label)];
-    share.wide = cosine(plane, wide[j]) >= min_cosine;
+    share.wide = plane.cosine(wide[j].normal) >= min_cosine;
     share.agrees = share.near || share.wide;
     if (share.agrees) continue;
     const double allowed =
         std::min(params.most_coherent_angle, std::max(params.coherent_angle, errors[j]));
-    share.agrees = cosine(plane, *small_of_noisy[j]) >= std::cos(allowed);
+    share.agrees = plane.cosine(small_of_noisy[j]->normal) >= std::cos(allowed);
   }
 }
 
 }  // namespace
 
 void freeDisagreeing(const TiledCloud& cloud, const std::vector<PlaneCandidate>& planes,
-                     const RangeNoise& noise, const OrganizedParams& params, int threads,
-                     PixelAssigner& pixels) {
+                     const MetricFit& fit, int threads, PixelAssigner& pixels) {
+  const OrganizedParams& params = fit.params();
   std::vector<Share> shares = sharesOf(cloud, pixels);
   if (shares.empty()) return;
   const Surroundings surroundings(cloud, params, threads);
   const std::vector<std::int32_t> first = firstShares(shares, surroundings);
-  compare(cloud, surroundings, planes, noise, params, first, shares);
+  compare(cloud, surroundings, planes, fit, first, shares);
 
   std::vector<Count> counts(planes.size());
   for (const Share& share : shares) counts[static_cast<std::size_t>(share.label)].add(share);

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "planes/organized/organized_refinement.h"
+#include "planes/organized/organized_assignment.h"
 
 namespace planar_mapping::detail {
 
@@ -14,7 +14,6 @@ namespace planar_mapping::detail {
 /// vouch for itself. They are wider where the noise is too large for a small window. A plane nearly
 /// all of whose pixels agree keeps them all, one that few agree with loses them all.
 void freeDisagreeing(const TiledCloud& cloud, const std::vector<PlaneCandidate>& planes,
-                     const RangeNoise& noise, const OrganizedParams& params, int threads,
-                     PixelAssigner& pixels);
+                     const MetricFit& fit, int threads, PixelAssigner& pixels);
 
 }  // namespace planar_mapping::detail

@@ -3,9 +3,7 @@
 #include "planes/organized/organized_cells.h"
 
 #include <algorithm>
-#include <cmath>
 
-#include "base/organized_lanes.h"
 #include "planar_mapping/core/base/detail/parallel.h"
 #include "planar_mapping/core/base/detail/simd.h"
 
@@ -38,143 +36,6 @@ void sumColumns(double* data, int columns, int rows, int radius, double* padded)
       for (int column = 0; column < columns; ++column) line[column] += padded[column + shift];
     }
   }
-}
-
-// Square roots that need not report errors are vectors like the rest.
-#if defined(__GNUC__) && !defined(__clang__)
-#define PLANAR_MAPPING_FREE_ROOTS __attribute__((optimize("no-math-errno,no-trapping-math")))
-#else
-#define PLANAR_MAPPING_FREE_ROOTS
-#endif
-
-constexpr std::size_t kBlock = 32;  ///< cells that are fitted together
-
-/// What is left of a plane's normal where the rays run along it, squared.
-constexpr double kGrazing = 1e-6;
-
-// Least squares along the ray to the mean, whose direction is exact: the normal n minimises
-// n^T C n for n . ray = 1, which makes it the adjugate of the covariance C times the ray. Least
-// squares across the plane would lie any way where the noise is as large as the cell.
-PLANAR_MAPPING_MULTIVERSION PLANAR_MAPPING_FREE_ROOTS void fitAll(const double* sums,
-                                                                  std::size_t cells,
-                                                                  const double* sensor,
-                                                                  float* out) {
-  constexpr int kFields = 9;
-  static_assert(sizeof(CellFit) == kFields * sizeof(float), "CellFit is written as nine floats");
-  float fields[kFields][kBlock];
-  for (std::size_t begin = 0; begin < cells; begin += kBlock) {
-    const std::size_t count = cells - begin < kBlock ? cells - begin : kBlock;
-    const double* s = sums + begin;
-    double points = 0.0;
-    for (std::size_t i = 0; i < count; ++i) points += s[i];
-    if (!(points > 0.0)) {
-      for (std::size_t i = 0; i < count * kFields; ++i) out[begin * kFields + i] = 0.0F;
-      continue;
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-      const double n = s[kN * cells + i];
-      const double inverse = n > 2.5 ? 1.0 / n : 0.0;
-      const double mx = s[kX * cells + i] * inverse;
-      const double my = s[kY * cells + i] * inverse;
-      const double mz = s[kZ * cells + i] * inverse;
-      const double xx = s[kXX * cells + i] * inverse - mx * mx;
-      const double yy = s[kYY * cells + i] * inverse - my * my;
-      const double zz = s[kZZ * cells + i] * inverse - mz * mz;
-      const double trace = xx + yy + zz;
-      const double scale = trace > 1e-20 ? 1.0 / trace : 0.0;
-      // Covariance divided by its trace, rows (a b c), (b d e), (c e f), and its adjugate.
-      const double a = xx * scale;
-      const double b = (s[kXY * cells + i] * inverse - mx * my) * scale;
-      const double c = (s[kXZ * cells + i] * inverse - mx * mz) * scale;
-      const double d = yy * scale;
-      const double e = (s[kYZ * cells + i] * inverse - my * mz) * scale;
-      const double f = zz * scale;
-      const double aa = d * f - e * e;
-      const double ab = c * e - b * f;
-      const double ac = b * e - c * d;
-      const double bb = a * f - c * c;
-      const double bc = b * c - a * e;
-      const double cc = a * d - b * b;
-      const double rx = mx - sensor[0];
-      const double ry = my - sensor[1];
-      const double rz = mz - sensor[2];
-      const double squared_range = rx * rx + ry * ry + rz * rz;
-      const double to_unit = squared_range > 1e-20 ? 1.0 / __builtin_sqrt(squared_range) : 0.0;
-      const double ux = rx * to_unit;
-      const double uy = ry * to_unit;
-      const double uz = rz * to_unit;
-      double nx = aa * ux + ab * uy + ac * uz;
-      double ny = ab * ux + bb * uy + bc * uz;
-      double nz = ac * ux + bc * uy + cc * uz;
-      double nn = nx * nx + ny * ny + nz * nz;
-      // Where the rays run along the plane, the longest column is normal to it.
-      const double a2 = aa * aa + ab * ab + ac * ac;
-      const double b2 = ab * ab + bb * bb + bc * bc;
-      const double c2 = ac * ac + bc * bc + cc * cc;
-      const bool grazing = nn <= kGrazing * (a2 + b2 + c2);
-      const bool second = b2 > a2 && b2 >= c2;
-      const bool third = c2 > a2 && c2 > b2;
-      nx = grazing ? (third ? ac : (second ? ab : aa)) : nx;
-      ny = grazing ? (third ? bc : (second ? bb : ab)) : ny;
-      nz = grazing ? (third ? cc : (second ? bc : ac)) : nz;
-      nn = grazing ? (third ? c2 : (second ? b2 : a2)) : nn;
-      // A point or a line has no plane: the adjugate vanishes.
-      const double length = nn > 1e-14 ? 1.0 / __builtin_sqrt(nn) : 0.0;
-      nx *= length;
-      ny *= length;
-      nz *= length;
-      const double square =
-          a * nx * nx + d * ny * ny + f * nz * nz + 2.0 * (b * nx * ny + c * nx * nz + e * ny * nz);
-      const double across = square > 0.0 ? square : 0.0;
-      // Without the noise along the rays the covariance is flat; its middle eigenvalue is left.
-      const double cosine = nx * ux + ny * uy + nz * uz;
-      const double along = grazing ? across : across / (cosine * cosine + 1e-12);
-      const double in_rays =
-          a * ux * ux + d * uy * uy + f * uz * uz + 2.0 * (b * ux * uy + c * ux * uz + e * uy * uz);
-      const double rest = 1.0 - along;
-      const double product = aa + bb + cc - along * (1.0 - in_rays);
-      const double root = rest * rest - 4.0 * product;
-      const double middle = 0.5 * (rest - __builtin_sqrt(root > 0.0 ? root : 0.0));
-      const double size = trace > 0.0 ? trace : 0.0;
-      fields[0][i] = static_cast<float>(nx);
-      fields[1][i] = static_cast<float>(ny);
-      fields[2][i] = static_cast<float>(nz);
-      fields[3][i] = static_cast<float>(mx);
-      fields[4][i] = static_cast<float>(my);
-      fields[5][i] = static_cast<float>(mz);
-      fields[6][i] = static_cast<float>(__builtin_sqrt(across * size));
-      fields[7][i] = static_cast<float>(__builtin_sqrt((middle > 0.0 ? middle : 0.0) * size));
-      fields[8][i] = static_cast<float>(n);
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-      for (int field = 0; field < kFields; ++field) {
-        out[(begin + i) * kFields + static_cast<std::size_t>(field)] = fields[field][i];
-      }
-    }
-  }
-}
-
-struct NoiseSample {
-  double squared_range;
-  double noise;
-};
-
-std::vector<NoiseSample> noiseSamples(const std::vector<CellFit>& windows, double min_count,
-                                      const Vector3& sensor) {
-  constexpr double kMinCosine = 0.2;  // more oblique windows tell little about the range
-  std::vector<NoiseSample> samples;
-  for (const CellFit& fit : windows) {
-    if (fit.count < min_count) continue;
-    const double ray[3] = {fit.mean[0] - sensor.x(), fit.mean[1] - sensor.y(),
-                           fit.mean[2] - sensor.z()};
-    const double squared_range = ray[0] * ray[0] + ray[1] * ray[1] + ray[2] * ray[2];
-    const double along =
-        std::fabs(ray[0] * fit.normal[0] + ray[1] * fit.normal[1] + ray[2] * fit.normal[2]);
-    if (!(along * along > kMinCosine * kMinCosine * squared_range)) continue;
-    const double deviation = fit.residual * std::sqrt(squared_range) / along;
-    if (std::isfinite(deviation)) samples.push_back({squared_range, deviation});
-  }
-  return samples;
 }
 
 }  // namespace
@@ -220,122 +81,25 @@ CellGrid windowSums(const CellGrid& grid, int radius, double* room) {
   return windows;
 }
 
-std::vector<CellFit> fitCells(const CellGrid& grid, const Vector3& sensor) {
-  std::vector<CellFit> fits(static_cast<std::size_t>(grid.cells()));
-  if (!fits.empty()) fitAll(grid.sums, fits.size(), sensor.data(), fits.front().normal);
-  return fits;
-}
-
-CellFit fitSums(const MomentSums& sums, const Vector3& sensor) {
-  CellFit fit;
-  fitAll(sums.data(), 1, sensor.data(), fit.normal);
-  return fit;
-}
-
-RangeNoise estimateNoise(const std::vector<CellFit>& windows, int capacity, const Vector3& sensor,
-                         const OrganizedParams& params) {
-  constexpr double kFull = 0.8;    // share of a window; emptier ones lie at depth edges
-  constexpr double kSparse = 0.3;  // enough where the whole image is sparse
-  constexpr std::size_t kBins = 8;
-  constexpr std::size_t kMinSamples = 4 * kBins;
-  std::vector<NoiseSample> samples = noiseSamples(windows, kFull * capacity, sensor);
-  if (samples.size() < kMinSamples) samples = noiseSamples(windows, kSparse * capacity, sensor);
-  RangeNoise noise;
-  if (samples.size() < kBins) {
-    noise.constant = params.assumed_noise * params.distance_threshold;
-    return noise;
-  }
-  std::sort(samples.begin(), samples.end(), [](const NoiseSample& a, const NoiseSample& b) {
-    return a.squared_range < b.squared_range;
-  });
-  // Weighted least squares of quantile = constant + quadratic r^2 over bins of equal count.
-  double w = 0.0, wx = 0.0, wxx = 0.0, wy = 0.0, wxy = 0.0;
-  for (std::size_t bin = 0; bin < kBins; ++bin) {
-    const auto begin = samples.begin() + static_cast<std::ptrdiff_t>(bin * samples.size() / kBins);
-    const auto end =
-        samples.begin() + static_cast<std::ptrdiff_t>((bin + 1) * samples.size() / kBins);
-    const double squared_range = (begin + (end - begin) / 2)->squared_range;
-    const auto at = begin + static_cast<std::ptrdiff_t>(params.noise_quantile *
-                                                        static_cast<double>(end - begin));
-    std::nth_element(begin, at, end,
-                     [](const NoiseSample& a, const NoiseSample& b) { return a.noise < b.noise; });
-    const double weight = 1.0 / std::max(at->noise * at->noise, 1e-12);
-    w += weight;
-    wx += weight * squared_range;
-    wxx += weight * squared_range * squared_range;
-    wy += weight * at->noise;
-    wxy += weight * squared_range * at->noise;
-  }
-  const double determinant = w * wxx - wx * wx;
-  if (determinant > 1e-9 * w * wxx) {
-    noise.constant = (wxx * wy - wx * wxy) / determinant;
-    noise.quadratic = (w * wxy - wx * wy) / determinant;
-  }
-  if (!(noise.constant >= 0.0) || !(noise.quadratic > 0.0)) {
-    const bool falls = noise.quadratic < 0.0 || !(determinant > 1e-9 * w * wxx);
-    noise.constant = falls ? wy / w : 0.0;
-    noise.quadratic = falls ? 0.0 : wxy / wxx;
-  }
-  noise.constant = std::min(noise.constant, params.max_constant_noise * params.distance_threshold);
-  noise.quadratic = std::min(noise.quadratic, params.max_quadratic_noise);
-  return noise;
-}
-
-double correlatedPixels(const CellGrid& grid, const std::vector<CellFit>& windows,
-                        const RangeNoise& noise, const Vector3& sensor,
-                        const OrganizedParams& params) {
-  constexpr double kFull = 0.95;      // share of a window
-  constexpr double kFlat = 1.3;       // residual over noise
-  constexpr int kStep = 2;            // windows overlap: every other one tells enough
-  constexpr double kFreedom = 6.0;    // of nine means about their plane
-  constexpr double kQuantile = 0.35;  // as for the noise: the others see structure
-  constexpr std::size_t kMinSamples = 16;
-  std::vector<double> samples;
-  for (int row = 1; row + 1 < grid.rows; row += kStep) {
-    for (int column = 1; column + 1 < grid.columns; column += kStep) {
-      const CellFit& fit = windows[static_cast<std::size_t>(row) * grid.columns + column];
-      if (fit.count < kFull * 9.0 * grid.capacity || !(fit.residual > 0.0F)) continue;
-      const Vector3 ray = Vector3(fit.mean[0], fit.mean[1], fit.mean[2]) - sensor;
-      const double along =
-          std::fabs(ray.x() * fit.normal[0] + ray.y() * fit.normal[1] + ray.z() * fit.normal[2]);
-      if (fit.residual * ray.norm() > kFlat * along * noise.at(ray.squaredNorm())) continue;
-      double squares = 0.0;
-      for (int r = row - 1; r <= row + 1; ++r) {
-        for (int c = column - 1; c <= column + 1; ++c) {
-          const int cell = r * grid.columns + c;
-          const double inverse = 1.0 / grid.count(cell);
-          const double off = fit.normal[0] * (grid.moment(kX)[cell] * inverse - fit.mean[0]) +
-                             fit.normal[1] * (grid.moment(kY)[cell] * inverse - fit.mean[1]) +
-                             fit.normal[2] * (grid.moment(kZ)[cell] * inverse - fit.mean[2]);
-          squares += off * off;
-        }
-      }
-      const double residual = fit.residual;
-      samples.push_back(grid.capacity * squares / kFreedom / (residual * residual));
+MomentSums sumWindow(const CellGrid& grid, int cell, int radius) {
+  const int row = cell / grid.columns;
+  const int column = cell % grid.columns;
+  const int top = std::max(0, row - radius);
+  const int bottom = std::min(grid.rows - 1, row + radius);
+  const int left = std::max(0, column - radius);
+  const int right = std::min(grid.columns - 1, column + radius);
+  MomentSums sums;
+  for (int m = 0; m < kMoments; ++m) {
+    const double* line = grid.moment(m) + static_cast<std::size_t>(top) * grid.columns;
+    double window = 0.0;
+    for (int c = left; c <= right; ++c) {
+      double sum = line[c];
+      for (int r = 1; r <= bottom - top; ++r) sum += line[r * grid.columns + c];
+      window += sum;
     }
+    sums[static_cast<std::size_t>(m)] = window;
   }
-  if (samples.size() < kMinSamples) return params.assumed_correlation;
-  const auto at = samples.begin() +
-                  static_cast<std::ptrdiff_t>(kQuantile * static_cast<double>(samples.size()));
-  std::nth_element(samples.begin(), at, samples.end());
-  return std::min(std::max(1.0, *at), static_cast<double>(grid.capacity));
-}
-
-double normalError(const CellFit& fit, const RangeNoise& noise, const Vector3& sensor,
-                   const OrganizedParams& params) {
-  const double ray[3] = {fit.mean[0] - sensor.x(), fit.mean[1] - sensor.y(),
-                         fit.mean[2] - sensor.z()};
-  const double squared_range = ray[0] * ray[0] + ray[1] * ray[1] + ray[2] * ray[2];
-  const double along =
-      std::fabs(ray[0] * fit.normal[0] + ray[1] * fit.normal[1] + ray[2] * fit.normal[2]);
-  const double expected = noise.at(squared_range) * along / std::sqrt(squared_range);
-  const double sigma = std::min(expected, static_cast<double>(fit.residual));
-  const double correlated = noise.correlated_pixels <= params.white_correlation
-                                ? noise.correlated_pixels
-                                : params.correlated_normal_pixels;
-  const double independent = std::max(1.0, fit.count / correlated);
-  const double error = sigma / (fit.extent * std::sqrt(independent));
-  return std::isfinite(error) ? error : M_PI_2;
+  return sums;
 }
 
 }  // namespace planar_mapping::detail

@@ -14,9 +14,9 @@
 #include <utility>
 
 #include "base/organized_lanes.h"
-#include "planes/organized/organized_refinement.h"
 #include "planar_mapping/core/base/detail/parallel.h"
 #include "planar_mapping/core/base/detail/simd.h"
+#include "planes/organized/organized_assignment.h"
 
 namespace planar_mapping::detail {
 
@@ -169,20 +169,19 @@ bool PixelAssigner::isNoisy() const {
 }
 
 int PixelAssigner::commonestAround(int tile, std::int16_t* planes) const {
-  constexpr int kMost = 12;
   constexpr int kLeastPixels = kTileArea / 4;  // of a third plane
   const int row = tile / cloud_.columns;
   const int column = tile % cloud_.columns;
-  int counts[kMost] = {};
+  int counts[kMaxAround] = {};
   int size = 0;
-  std::int16_t labels[kMost];
+  std::int16_t labels[kMaxAround];
   for (int r = std::max(0, row - 1); r <= std::min(cloud_.rows - 1, row + 1); ++r) {
     for (int c = std::max(0, column - 1); c <= std::min(cloud_.columns - 1, column + 1); ++c) {
       const Summary& held = summaries_[static_cast<std::size_t>(r) * cloud_.columns + c];
       for (int k = 0; k < held.planes.size; ++k) {
         int at = 0;
         while (at < size && labels[at] != held.planes.label[k]) ++at;
-        if (at == kMost) continue;
+        if (at == kMaxAround) continue;
         if (at == size) labels[size++] = held.planes.label[k];
         counts[at] += held.count[k];
       }
@@ -218,17 +217,6 @@ struct PixelAssigner::EdgeTile {
   }
 };
 
-/// How much worse the farther than the nearer of two planes fits wherever they meet.
-struct PixelAssigner::EdgePair {
-  std::int16_t first = 0;  ///< the smaller label
-  std::int16_t second = 0;
-  float votes = 0.0F;
-
-  bool operator<(const EdgePair& other) const {
-    return first < other.first || (first == other.first && second < other.second);
-  }
-};
-
 void PixelAssigner::describe(const EdgeTile& at, const std::vector<PlaneCandidate>& planes,
                              EdgePlane* edge) const {
   for (int i = 0; i < at.planes; ++i) {
@@ -236,7 +224,7 @@ void PixelAssigner::describe(const EdgeTile& at, const std::vector<PlaneCandidat
     for (int axis = 0; axis < 3; ++axis)
       edge[i].normal[axis] = static_cast<float>(plane.normal[axis]);
     edge[i].offset = static_cast<float>(plane.offset);
-    edge[i].height = static_cast<float>(plane.distance(cloud_.sensor.data()));
+    edge[i].height = static_cast<float>(plane.height);
   }
 }
 
@@ -296,48 +284,7 @@ void PixelAssigner::vote(const std::vector<PlaneCandidate>& planes,
   }
 }
 
-std::vector<PixelAssigner::EdgePair> PixelAssigner::pairsOf(
-    const std::vector<std::vector<EdgeTile>>& rows) {
-  std::vector<EdgePair> pairs;
-  for (const std::vector<EdgeTile>& row : rows) {
-    for (const EdgeTile& at : row) {
-      if (at.planes != 2) continue;
-      const auto [first, second] = std::minmax(at.labels[0], at.labels[1]);
-      pairs.push_back({first, second, at.votes[0] - at.votes[1]});
-    }
-  }
-  std::stable_sort(pairs.begin(), pairs.end());
-  std::size_t size = 0;
-  for (const EdgePair& pair : pairs) {
-    if (size > 0 && !(pairs[size - 1] < pair)) {
-      pairs[size - 1].votes += pair.votes;
-    } else {
-      pairs[size++] = pair;
-    }
-  }
-  pairs.resize(size);
-  return pairs;
-}
-
-void PixelAssigner::settle(const std::vector<PlaneCandidate>& planes,
-                           const std::vector<EdgePair>& pairs, EdgeTile& at) {
-  // How two planes meet elsewhere decides where the noise does not let the tile tell.
-  const auto elsewhere = [&](int i, int j, bool farther) {
-    const auto [first, second] = std::minmax(at.labels[i], at.labels[j]);
-    const EdgePair wanted{first, second, 0.0F};
-    const auto found = std::lower_bound(pairs.begin(), pairs.end(), wanted);
-    if (found == pairs.end() || wanted < *found) return 0.0F;
-    const auto most = static_cast<float>(params_.edge_consent);
-    const float votes = std::min(most, std::max(-most, found->votes));
-    return 0.5F * (farther ? votes : -votes);
-  };
-  for (int o = 0; o < at.orders(); ++o) {
-    const EdgeOrder& order = kOrders[o];
-    at.votes[o] += elsewhere(order.planes[0], order.planes[1], order.farther[0]);
-    if (at.planes < 3) continue;
-    at.votes[o] += elsewhere(order.planes[0], order.planes[2], order.farther[1]);
-    at.votes[o] += elsewhere(order.planes[1], order.planes[2], order.farther[1]);
-  }
+void PixelAssigner::settle(const std::vector<PlaneCandidate>& planes, EdgeTile& at) {
   EdgePlane edge[kEdgePlanes];
   describe(at, planes, edge);
   const EdgeOrder& order = kOrders[std::min_element(at.votes, at.votes + at.orders()) - at.votes];
@@ -361,9 +308,8 @@ void PixelAssigner::settleEdges(const std::vector<PlaneCandidate>& planes) {
     }
   });
   vote(planes, rows);
-  const std::vector<EdgePair> pairs = pairsOf(rows);
   parallelFor(rows.size(), threads_, [&](std::size_t row) {
-    for (EdgeTile& at : rows[row]) settle(planes, pairs, at);
+    for (EdgeTile& at : rows[row]) settle(planes, at);
   });
 }
 

@@ -50,14 +50,14 @@ struct SightSums {
 };
 
 /// Whether the noise at a range blurs edges: it is white and beyond how flat surfaces are.
-bool blursEdges(const RangeNoise& noise, double squared_range, const OrganizedParams& params) {
-  return noise.correlated_pixels <= params.white_correlation &&
-         noise.at(squared_range) > params.flat_share * params.distance_threshold;
+bool blursEdges(const MetricFit& fit, double squared_range) {
+  const OrganizedParams& params = fit.params();
+  return fit.noise().correlated_pixels <= params.white_correlation &&
+         fit.noise().at(squared_range) > params.flat_share * params.distance_threshold;
 }
 
 /// The tiles of each plane where the noise blurs edges.
-std::vector<std::vector<Sight>> sightsOf(const CellGrid& tiles, const RangeNoise& noise,
-                                         const Vector3& sensor, const OrganizedParams& params,
+std::vector<std::vector<Sight>> sightsOf(const CellGrid& tiles, const MetricFit& fit,
                                          std::size_t planes,
                                          const std::vector<std::int16_t>& tile_labels) {
   std::vector<std::vector<Sight>> sights(planes);
@@ -67,16 +67,16 @@ std::vector<std::vector<Sight>> sightsOf(const CellGrid& tiles, const RangeNoise
     if (label < 0 || !(n > 0.0)) continue;
     const Vector3 ray = Vector3(tiles.moment(kX)[tile] / n, tiles.moment(kY)[tile] / n,
                                 tiles.moment(kZ)[tile] / n) -
-                        sensor;
+                        fit.sensor();
     const double range = ray.norm();
-    if (!(range > 0.0) || !blursEdges(noise, range * range, params)) continue;
+    if (!(range > 0.0) || !blursEdges(fit, range * range)) continue;
     Sight sight;
     sight.tile = tile;
     sight.place[0] = tile % tiles.columns;
     sight.place[1] = tile / tiles.columns;
     sight.direction = ray / range;
     sight.inverse_range = 1.0 / range;
-    const double sigma = noise.at(range * range) * sight.inverse_range * sight.inverse_range;
+    const double sigma = fit.noise().at(range * range) * sight.inverse_range * sight.inverse_range;
     sight.weight = n / (sigma * sigma);
     sights[static_cast<std::size_t>(label)].push_back(sight);
   }
@@ -177,11 +177,11 @@ std::vector<Region> cutAll(Region region, const OrganizedParams& params) {
 
 }  // namespace
 
-void cutFolds(const CellGrid& tiles, const RangeNoise& noise, const Vector3& sensor,
-              const OrganizedParams& params, std::vector<PlaneCandidate>& planes,
+void cutFolds(const CellGrid& tiles, const MetricFit& fit, std::vector<PlaneCandidate>& planes,
               std::vector<std::int16_t>& tile_labels) {
-  if (noise.correlated_pixels > params.white_correlation) return;
-  for (Region& region : sightsOf(tiles, noise, sensor, params, planes.size(), tile_labels)) {
+  const OrganizedParams& params = fit.params();
+  if (fit.noise().correlated_pixels > params.white_correlation) return;
+  for (Region& region : sightsOf(tiles, fit, planes.size(), tile_labels)) {
     const std::vector<Region> parts = cutAll(std::move(region), params);
     for (std::size_t i = 1; i < parts.size() && planes.size() < kMaxCandidates; ++i) {
       for (const Sight& sight : parts[i]) {
@@ -194,22 +194,21 @@ void cutFolds(const CellGrid& tiles, const RangeNoise& noise, const Vector3& sen
 }
 
 bool isFold(const PlaneCandidate& one, const PlaneCandidate& other, const PlaneCandidate& joined,
-            const RangeNoise& noise, const Vector3& sensor, const OrganizedParams& params) {
-  const Vector3 first(one.normal[0], one.normal[1], one.normal[2]);
-  const Vector3 second(other.normal[0], other.normal[1], other.normal[2]);
-  if (angleBetween(first, second) <= params.fold_angle) return false;
+            const MetricFit& fit) {
+  if (std::acos(std::min(1.0, one.cosine(other.direction))) <= fit.params().fold_angle) {
+    return false;
+  }
   double gain = 0.0;
   for (const PlaneCandidate* side : {&one, &other}) {
     const double n = side->sums[kN];
     const Vector3 ray =
-        Vector3(side->sums[kX] / n, side->sums[kY] / n, side->sums[kZ] / n) - sensor;
-    if (!blursEdges(noise, ray.squaredNorm(), params)) return false;
-    const double along = std::fabs(side->distance(sensor.data())) / ray.norm();
-    const double sigma = noise.at(ray.squaredNorm()) * along;
+        Vector3(side->sums[kX] / n, side->sums[kY] / n, side->sums[kZ] / n) - fit.sensor();
+    if (!blursEdges(fit, ray.squaredNorm())) return false;
+    const double sigma = fit.noise().at(ray.squaredNorm()) * std::fabs(side->height) / ray.norm();
     const double excess = joined.meanSquare(side->sums) - side->residual * side->residual;
     gain += n * excess / (sigma * sigma);
   }
-  return gain > params.fold_gain;
+  return gain > fit.params().fold_gain;
 }
 
 }  // namespace planar_mapping::detail

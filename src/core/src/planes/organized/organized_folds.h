@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "planes/organized/organized_growing.h"
+#include "planes/organized/metric_fit.h"
 
 namespace planar_mapping::detail {
 
@@ -15,12 +15,11 @@ namespace planar_mapping::detail {
 /// the sides are at an angle, and so are its parts. Only where the noise is white, because only
 /// then is what chance gains known.
 /// \param tile_labels plane of each tile, -1 = none; cut off parts get new planes, without sums
-void cutFolds(const CellGrid& tiles, const RangeNoise& noise, const Vector3& sensor,
-              const OrganizedParams& params, std::vector<PlaneCandidate>& planes,
+void cutFolds(const CellGrid& tiles, const MetricFit& fit, std::vector<PlaneCandidate>& planes,
               std::vector<std::int16_t>& tile_labels);
 
 /// Whether two planes, which together are \p joined, are the sides of a fold.
 bool isFold(const PlaneCandidate& one, const PlaneCandidate& other, const PlaneCandidate& joined,
-            const RangeNoise& noise, const Vector3& sensor, const OrganizedParams& params);
+            const MetricFit& fit);
 
 }  // namespace planar_mapping::detail

@@ -154,38 +154,4 @@ void listSegments(const PointsView& points, const TiledCloud& cloud,
   }
 }
 
-void writeSegments(const PointsView& points, const TiledCloud& cloud,
-                   const std::vector<PlaneCandidate>& planes, const PixelAssigner& pixels,
-                   const std::vector<TilePart>& parts, const MultiPlaneParams& params,
-                   const Vector3& sensor, PlaneSet& set) {
-  std::vector<std::size_t> order;
-  for (std::size_t i = 0; i < planes.size(); ++i) {
-    if (planes[i].valid) order.push_back(i);
-  }
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return planes[a].sums[kN] > planes[b].sums[kN];
-  });
-  set.planes.resize(order.size());
-  std::vector<PlaneSegment*> segments(planes.size(), nullptr);
-  Pose shift = Pose::Identity();
-  shift.translation() = cloud.origin;
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const PlaneCandidate& plane = planes[order[i]];
-    PlaneSegment& segment = set.planes[i];
-    segments[order[i]] = &segment;
-    Matrix3 outer;
-    outer << plane.sums[kXX], plane.sums[kXY], plane.sums[kXZ], plane.sums[kXY], plane.sums[kYY],
-        plane.sums[kYZ], plane.sums[kXZ], plane.sums[kYZ], plane.sums[kZZ];
-    const Vector3 sum(plane.sums[kX], plane.sums[kY], plane.sums[kZ]);
-    segment.moments = PlaneMoments::fromSums(plane.sums[kN], sum, outer, Vector3::Zero());
-    segment.moments = segment.moments.transformed(shift);
-    const Vector3 normal(plane.normal[0], plane.normal[1], plane.normal[2]);
-    segment.plane = orientedTowards({normal, plane.offset - normal.dot(cloud.origin)}, sensor);
-    segment.rms = std::sqrt(plane.meanSquare(plane.sums));
-    segment.tilt = normalizedTilt(segment.plane);
-    segment.covariance = segment.moments.planeCovariance(segment.moments.fit());
-  }
-  listSegments(points, cloud, pixels.labels(), parts, params.patch_gap, segments);
-}
-
 }  // namespace planar_mapping::detail

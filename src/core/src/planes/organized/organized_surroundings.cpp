@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstring>
 
-#include "planes/organized/organized_growing.h"
 #include "base/organized_lanes.h"
 #include "planar_mapping/core/base/detail/parallel.h"
 #include "planar_mapping/core/base/detail/simd.h"

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "planes/organized/organized_cells.h"
+#include "planes/organized/metric_fit.h"
 
 namespace planar_mapping::detail {
 

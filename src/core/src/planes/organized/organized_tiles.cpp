@@ -75,33 +75,60 @@ void copyTileRow(const PointsView& points, const float* origin, int tile_row, in
   }
 }
 
+/// The points of row \p tile_row of tiles that are listed, ascending.
 void copyIndexed(const PointsView& points, const Indices& indices, const float* origin,
-                 TiledCloud& cloud) {
-  std::fill(cloud.xyz, cloud.xyz + std::size_t{3} * kTileArea * cloud.tiles(), kNaN);
-  for (const int index : indices) {
-    const int row = index / cloud.width;
-    const int column = index % cloud.width;
-    const int tile = (row / kTileSide) * cloud.columns + column / kTileSide;
-    copyPixel(points[static_cast<std::size_t>(index)], origin,
-              cloud.xyz + std::size_t{3} * kTileArea * tile +
-                  pixelInTile(row % kTileSide, column % kTileSide));
+                 int tile_row, int columns, float* tiles) {
+  std::fill_n(tiles, std::size_t{3} * kTileArea * columns, kNaN);
+  const int width = static_cast<int>(points.width);
+  const int height = static_cast<int>(points.height);
+  const int first = tile_row * kTileSide;
+  auto at = std::lower_bound(indices.begin(), indices.end(), first * width);
+  for (int row = first; row < std::min(height, first + kTileSide); ++row) {
+    for (; at != indices.end() && *at < (row + 1) * width; ++at) {
+      const int column = *at - row * width;
+      copyPixel(points[static_cast<std::size_t>(*at)], origin,
+                tiles + std::size_t{3} * kTileArea * (column / kTileSide) +
+                    pixelInTile(row - first, column % kTileSide));
+    }
+  }
+}
+
+/// Points to disparity space, in place; what is not in front of the camera becomes NaN.
+PLANAR_MAPPING_MULTIVERSION
+void toDisparities(float focal, float factor, int columns, float* tiles) {
+  const FloatLanes none = FloatLanes{} + kNaN;
+  for (int column = 0; column < columns; ++column) {
+    float* tile = tiles + std::size_t{3} * kTileArea * column;
+    for (int k = 0; k < kTileArea; k += kLanes) {
+      FloatLanes x, y, z;
+      load(tile + k, x);
+      load(tile + kTileArea + k, y);
+      load(tile + 2 * kTileArea + k, z);
+      const FloatLanes inverse = 1.0F / z;
+      x = focal * x * inverse;
+      y = focal * y * inverse;
+      z = factor * inverse;
+      // Zero, or NaN if anything is not finite: a point at infinity has no disparity, one behind
+      // the camera a negative one.
+      FloatLanes mark = (x - x) + (y - y) + (z - z);
+      mark = z > 0.0F ? mark : none;
+      x += mark;
+      y += mark;
+      z += mark;
+      std::memcpy(tile + k, &x, sizeof(x));
+      std::memcpy(tile + kTileArea + k, &y, sizeof(y));
+      std::memcpy(tile + 2 * kTileArea + k, &z, sizeof(z));
+    }
   }
 }
 
 bool findOrigin(const PointsView& points, const Indices* indices, std::size_t& origin) {
-  if (!indices) {
-    for (origin = 0; origin < points.size; ++origin) {
-      if (points.isFinite(origin)) return true;
-    }
-    return false;
+  const std::size_t size = indices ? indices->size() : points.size;
+  for (std::size_t i = 0; i < size; ++i) {
+    origin = indices ? static_cast<std::size_t>((*indices)[i]) : i;
+    if (points.isFinite(origin)) return true;
   }
-  // The first in the image, not in the list: the order of indices must not matter.
-  origin = points.size;
-  for (const int index : *indices) {
-    const auto i = static_cast<std::size_t>(index);
-    if (i < origin && points.isFinite(i)) origin = i;
-  }
-  return origin < points.size;
+  return false;
 }
 
 // Sums about the first point; a pixel counts if it is finite and carries the label (labels may be
@@ -237,7 +264,7 @@ void sumQuartersOfRow(const float* xyz, int columns, double* out) {
 }  // namespace
 
 TiledCloud tileCloud(const PointsView& points, const Indices* indices, const Vector3& sensor,
-                     int threads) {
+                     const StereoNoise* camera, int threads) {
   TiledCloud cloud;
   std::size_t first = 0;
   if (!findOrigin(points, indices, first)) return cloud;
@@ -245,7 +272,7 @@ TiledCloud tileCloud(const PointsView& points, const Indices* indices, const Vec
   cloud.height = static_cast<int>(points.height);
   cloud.columns = (cloud.width + kTileSide - 1) / kTileSide;
   cloud.rows = (cloud.height + kTileSide - 1) / kTileSide;
-  cloud.origin = points.point(first);
+  if (!camera) cloud.origin = points.point(first);
   cloud.sensor = sensor - cloud.origin;
   const std::size_t coordinates = std::size_t{3} * kTileArea * cloud.tiles();
   const std::size_t sums = std::size_t{4} * kMoments * cloud.tiles();
@@ -254,14 +281,18 @@ TiledCloud tileCloud(const PointsView& points, const Indices* indices, const Vec
   cloud.room[0] = cloud.memory.get();
   cloud.room[1] = cloud.room[0] + sums;
   cloud.xyz = reinterpret_cast<float*>(cloud.room[1] + sums);
-  const float* origin = points[first];
-  if (indices) {
-    copyIndexed(points, *indices, origin, cloud);
-    return cloud;
-  }
+  const float zero[3] = {0.0F, 0.0F, 0.0F};
+  const float* origin = camera ? zero : points[first];
+  const auto focal = static_cast<float>(camera ? camera->focal_length : 0.0);
+  const auto factor = static_cast<float>(camera ? camera->baseline * camera->focal_length : 0.0);
   parallelFor(static_cast<std::size_t>(cloud.rows), threads, [&](std::size_t row) {
-    copyTileRow(points, origin, static_cast<int>(row), cloud.columns,
-                cloud.xyz + std::size_t{3} * kTileArea * cloud.columns * row);
+    float* tiles = cloud.xyz + std::size_t{3} * kTileArea * cloud.columns * row;
+    if (indices) {
+      copyIndexed(points, *indices, origin, static_cast<int>(row), cloud.columns, tiles);
+    } else {
+      copyTileRow(points, origin, static_cast<int>(row), cloud.columns, tiles);
+    }
+    if (camera) toDisparities(focal, factor, cloud.columns, tiles);
   });
   return cloud;
 }

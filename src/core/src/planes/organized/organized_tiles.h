@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/core/geometry/stereo_noise.h"
 
 namespace planar_mapping::detail {
 
@@ -44,9 +45,13 @@ struct TiledCloud {
   const float* z(int tile) const { return x(tile) + 2 * kTileArea; }
 };
 
-/// \param indices the points that count, or null for all
+/// \param indices the points that count, ascending, or null for all
+/// \param camera  null for points in metres; else x, y and z become column f x / z, row f y / z and
+///                disparity B f / z in pixels about the principal point, and the origin is zero.
+///                Points that are not in front of the camera then do not count.
+/// \return without tiles if no point is finite
 TiledCloud tileCloud(const PointsView& points, const Indices* indices, const Vector3& sensor,
-                     int threads);
+                     const StereoNoise* camera, int threads);
 
 /// Number, sums and products of points, metres about the origin of the tiled cloud.
 enum Moment { kN, kX, kY, kZ, kXX, kXY, kXZ, kYY, kYZ, kZZ, kMoments };

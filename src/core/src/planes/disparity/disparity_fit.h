@@ -6,8 +6,9 @@
 #include <cmath>
 #include <vector>
 
-#include "planes/organized/organized_cells.h"
 #include "planar_mapping/core/planes/multi_plane.h"
+#include "planes/organized/organized_assignment.h"
+#include "planes/organized/organized_growing.h"
 
 // Disparity space: column X = f x / z, row Y = f y / z and disparity D = B f / z, all in pixels
 // about the principal point. A plane of space is a plane D = p X + q Y + r there, and the error of
@@ -114,13 +115,8 @@ struct DisparityParams {
   }
 };
 
-/// The cloud in disparity space, cut into tiles: x, y and z of TiledCloud are X, Y and D. Points
-/// that are not in front of the camera do not count.
-TiledCloud tileDisparities(const PointsView& points, const Indices* indices,
-                           const StereoNoise& camera, int threads);
-
 /// Regression of D in a cell or the window around it.
-struct DisparityFit {
+struct DisparityWindow {
   float p = 0.0F, q = 0.0F;            ///< slopes
   float x = 0.0F, y = 0.0F, d = 0.0F;  ///< means, pixels
   float residual = 0.0F;               ///< root mean square, pixels of disparity
@@ -128,37 +124,74 @@ struct DisparityFit {
   float count = 0.0F;                  ///< points; 0 if they do not span a plane
 };
 
-DisparityFit fitDisparity(const MomentSums& sums);
-std::vector<DisparityFit> fitDisparities(const CellGrid& grid);
+DisparityWindow fitDisparity(const MomentSums& sums);
+std::vector<DisparityWindow> fitDisparities(const CellGrid& grid);
 
-/// Noise of one pixel, pixels of disparity, from the residuals of windows.
-/// \param capacity points of a full window
-double estimateDisparityNoise(const std::vector<DisparityFit>& windows, int capacity,
-                              const DisparityParams& params);
+/// Planes in disparity space.
+class DisparityFit : public PlaneFit {
+ public:
+  explicit DisparityFit(const DisparityParams& params) : params_(params) {}
 
-/// A plane D = p X + q Y + r while it is looked for.
-struct DisparityPlane {
-  MomentSums sums = {};
-  double p = 0.0, q = 0.0, r = 0.0;
-  double residual = 0.0;               ///< root mean square, pixels of disparity
-  double height = 0.0;                 ///< of the sensor over the plane, metres
-  double normal[3] = {0.0, 0.0, 0.0};  ///< towards the sensor
-  bool valid = false;
+  const DisparityParams& params() const { return params_; }
+  void setNoise(double noise) { params_.noise = noise; }
 
-  /// Fits the plane to the sums; valid is false if they are too few or collinear.
-  void fit(const DisparityParams& params);
-  /// Mean square error of D of other sums, square pixels.
-  double meanSquare(const MomentSums& other) const;
-  /// Mean error of D of other sums, pixels.
-  double meanError(const MomentSums& other) const {
-    return (other[kZ] - p * other[kX] - q * other[kY]) / other[kN] - r;
+  void fit(PlaneCandidate& plane) const override;
+  double joiningCost(const PlaneCandidate& one, const PlaneCandidate& other, bool adjacent,
+                     PlaneCandidate& joined) const override;
+  CoherenceTest coherenceTest(const PlaneCandidate& plane, const std::vector<TilePart>& parts,
+                              const PartList& list) const override;
+  std::vector<char> agree(const PlaneCandidate& plane, const CellGrid& windows) const override;
+  bool isBent(const PlaneCandidate& plane, const Bend& bend) const override;
+
+  /// Unit normal towards the sensor and distance of it for D = p X + q Y + r, metres.
+  void toMetres(double p, double q, double r, double* normal, double& height) const;
+  /// A distance from a plane (metres) at disparity \p d in pixels of disparity.
+  static double toPixels(const PlaneCandidate& plane, double distance, double d) {
+    return distance * d / plane.height;
   }
-  /// What a distance from the plane (metres) at disparity \p d is in pixels of disparity.
-  double pixels(double distance, double d) const { return distance * d / height; }
+  /// Error of a slope in an image, turned into an angle of the plane at a pixel.
+  double toAngle(double slope, double height, double x, double y, double d) const;
+
+ private:
+  /// Whether the means of tiles lie so much nearer to the plane than single pixels that these
+  /// differ by noise of their own alone, not by a rough surface or by errors of matching.
+  bool isNoiseWhite(const PlaneCandidate& plane, const std::vector<TilePart>& parts,
+                    const PartList& list) const;
+
+  DisparityParams params_;
 };
 
-/// Normal towards the sensor and height of it over a plane D = p X + q Y + r.
-void metricPlane(double p, double q, double r, const DisparityParams& params, double* normal,
-                 double& height);
+class DisparityGrower : public CellGrower {
+ public:
+  /// \param room for the sums of windows while they are fitted
+  DisparityGrower(const CellGrid& grid, double* room, const DisparityFit& fit);
+
+  /// Of one pixel, pixels of disparity, from the residuals of windows.
+  double noise();
+
+ private:
+  /// Which cells hold points enough to be planar: kAlone, kTogether with those around, or both.
+  std::vector<std::uint8_t> findFilled() const;
+  void classify() override;
+  bool accepts(const PlaneCandidate& plane, const MomentSums& sums,
+               const CellState& state) const override;
+
+  const DisparityFit& fit_;
+  /// Of 3 x 3 and 5 x 5 windows, of those that may be planar at least; empty = not made yet.
+  std::vector<DisparityWindow> fits_[2];
+};
+
+/// Gives pixels to the plane nearest in disparity, in the tiles a plane was found in and those next
+/// to them.
+class DisparityAssigner : public PixelLabels {
+ public:
+  DisparityAssigner(const TiledCloud& cloud, const CellGrid& tiles, int threads)
+      : PixelLabels(cloud, tiles, true, threads) {}
+  /// Assigns all pixels anew.
+  /// \param fraction of d_T and \param sigmas of the noise: the band that is a plane's, whichever
+  ///        is wider
+  void assign(const std::vector<PlaneCandidate>& planes, const DisparityParams& params,
+              double fraction, double sigmas);
+};
 
 }  // namespace planar_mapping::detail

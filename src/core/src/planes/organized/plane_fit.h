@@ -1,0 +1,98 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "planar_mapping/core/planes/multi_plane.h"
+#include "planes/organized/organized_cells.h"
+
+namespace planar_mapping::detail {
+
+constexpr std::size_t kMaxCandidates = 4096;  ///< planes a frame may hold before merging
+
+/// A plane while it is looked for, in the space of the tiled cloud: normal . p + offset is the
+/// error of a point, in metres across the plane or in pixels of disparity.
+struct PlaneCandidate {
+  MomentSums sums = {};
+  double normal[3] = {0.0, 0.0, 0.0};
+  double offset = 0.0;
+  double direction[3] = {0.0, 0.0, 0.0};  ///< unit normal in metres, whatever the space
+  double height = 0.0;                    ///< signed distance of the sensor, metres
+  double residual = 0.0;                  ///< root mean square error
+  double width = 0.0;  ///< root mean square extent along the shorter axis, metres or pixels
+  bool valid = false;
+
+  double distance(const double* point) const {
+    return normal[0] * point[0] + normal[1] * point[1] + normal[2] * point[2] + offset;
+  }
+  /// Error of the mean of other sums.
+  double meanError(const MomentSums& other) const {
+    return (normal[0] * other[kX] + normal[1] * other[kY] + normal[2] * other[kZ]) / other[kN] +
+           offset;
+  }
+  /// Mean square error of other sums.
+  double meanSquare(const MomentSums& other) const;
+  /// |cosine| between the plane and a direction of unit length.
+  template <typename Scalar>
+  double cosine(const Scalar* other) const {
+    return std::fabs(direction[0] * other[0] + direction[1] * other[1] + direction[2] * other[2]);
+  }
+};
+
+/// The pixels of one plane in one tile.
+struct TilePart {
+  std::int32_t tile = 0;
+  std::int16_t label = -1;
+  std::int16_t finite = 0;  ///< finite pixels of the tile, of this plane or not
+  MomentSums sums = {};
+};
+
+/// Parts of one plane: indices into the list of all parts, ascending by tile.
+using PartList = std::vector<std::size_t>;
+/// The parts of each plane.
+std::vector<PartList> partsOfPlanes(const std::vector<TilePart>& parts, std::size_t planes);
+
+/// How much better a quadratic surface explains the means of the parts of a plane than the plane.
+struct Bend {
+  double slope = 0.0;      ///< between both, root mean square, error per unit of place
+  double advantage = 0.0;  ///< variance ratio (F) in favour of the quadratic surface
+  double bow = 0.0;        ///< root mean square error that the quadratic surface explains
+};
+
+/// What must hold of a plane that is no slice through unrelated objects.
+struct CoherenceTest {
+  /// Fraction of the points in its tiles that are on it and whose surroundings lie as it does.
+  double min_agreement = 0.0;
+  bool own_points_only = false;  ///< points of the tiles that are not on the plane do not count
+  bool may_bend = true;          ///< is not tested for a quadratic surface
+  Vector3 axes[2];               ///< of the places of parts, for the quadratic surface
+};
+
+/// What the searches in metres and in disparity space do not share: fits and their noise.
+class PlaneFit {
+ public:
+  virtual ~PlaneFit() = default;
+
+  /// Fits the plane to its sums; valid is false if they are too few or collinear.
+  virtual void fit(PlaneCandidate& plane) const = 0;
+  /// Improves a fitted plane by the noise of each of its parts.
+  virtual void refine(PlaneCandidate& /*plane*/, const std::vector<TilePart>& /*parts*/,
+                      const PartList& /*list*/) const {}
+  /// How badly two planes fit their common one, in units of what noise and the flatness of surfaces
+  /// allow; they are two planes from 1 on.
+  /// \param adjacent their cells touch or have one cell between them
+  /// \param joined   becomes the common plane
+  virtual double joiningCost(const PlaneCandidate& one, const PlaneCandidate& other, bool adjacent,
+                             PlaneCandidate& joined) const = 0;
+  virtual CoherenceTest coherenceTest(const PlaneCandidate& plane,
+                                      const std::vector<TilePart>& parts,
+                                      const PartList& list) const = 0;
+  /// Which of the windows, each the sums of points of the plane, lie as the plane does.
+  virtual std::vector<char> agree(const PlaneCandidate& plane, const CellGrid& windows) const = 0;
+  virtual bool isBent(const PlaneCandidate& plane, const Bend& bend) const = 0;
+};
+
+}  // namespace planar_mapping::detail
