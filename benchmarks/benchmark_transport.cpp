@@ -3,7 +3,7 @@
 
 // What it costs to take frames of 640 x 480 from a front-end to the mapping side: bytes and time,
 // on the five depth frames of shared/data where they are, else on a simulated wall. Figures of
-// docs/front_end_protocol.md.
+// docs/dev/front_end_protocol.md.
 #include <benchmark/benchmark.h>
 
 #include <filesystem>

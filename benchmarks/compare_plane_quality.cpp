@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Planes of labelled and of simulated clouds, found by us and by the peers, judged by the
-// definitions of Hoover et al. at 80 % overlap: the tables of docs/plane_quality.md.
+// definitions of Hoover et al. at 80 % overlap: the tables of docs/results.md.
 //   compare_plane_quality [REPETITIONS [SET ...]]     prints Markdown
 //   PLANE_QUALITY_CSV=FILE ...                         writes all rows as CSV besides
 //   PLANE_QUALITY_METHODS=TEXT ...                     only methods with TEXT in their names

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Planes from key features, from dense points, or from both, on simulated stereo frames of which
-// one knows the planes: prints the table of docs/planes_from_features.md.
+// one knows the planes: prints the table of docs/results.md.
 //
 //   compare_plane_sources [frames] [features]
 #include <algorithm>

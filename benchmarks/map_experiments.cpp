@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Figures of docs/occupancy.md: map_experiments [outliers | rest | corridor]
+// Figures of docs/results.md: map_experiments [outliers | rest | corridor]
 #include <algorithm>
 #include <cstdio>
 #include <cstring>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // What noise leaves to any search for planes, beside what ours finds: the bounds of
-// docs/plane_quality.md.
+// docs/results.md.
 //   plane_bounds     prints Markdown
 #include <cmath>
 #include <cstdio>

@@ -4,7 +4,8 @@
 - Relative links and their anchors resolve.
 - Lines have at most 160 columns, but for the generated docs/parameters.md.
 - A block of code after `<!-- examples/FILE -->` stands in that file, but for indentation; `// ...` leaves lines out.
-- `stage.key=value` names a key of docs/parameters.md, `test_name` a test, and a path of the sources exists.
+- `stage.key=value` names a key of docs/parameters.md, `test_name` a test, a path of the sources exists, and
+  so do the classes and functions that docs/method.md and docs/architecture.md name.
 """
 import os
 import re
@@ -60,6 +61,13 @@ def snippet_problems(text):
                 yield f"code differs from {path}: {lines_of(part)[0]} ..."
 
 
+def symbol_problems(text, symbols):
+    for quoted in re.findall(r"`([A-Za-z:]+)(?:\(\))?`", prose(text)):
+        for name in quoted.split("::"):
+            if re.search(r"[a-z][A-Z]", name) and name not in symbols:
+                yield f"the sources have no {name}"
+
+
 def name_problems(text, keys, tests):
     for stage, key in re.findall(r"\b([a-z_]{3,})\.([a-z_]+)=", text):
         if stage in {entry[0] for entry in keys} and (stage, key) not in keys | {(stage, "enabled")}:
@@ -77,6 +85,8 @@ def main():
                            capture_output=True, text=True, check=True).stdout.split("\n")
     names = [name for name in names if os.path.exists(os.path.join(ROOT, name))]
     tests = {os.path.basename(name)[:-4] for name in names if re.match(r"tests/.*/test_\w+\.cpp$", name)}
+    sources = " ".join(read(name) for name in names if re.search(r"\.(h|hpp)$", name))
+    symbols = set(re.findall(r"\w+", sources))
     keys = set()
     for line in read("docs/parameters.md").splitlines():
         if line.startswith("### "):
@@ -92,6 +102,8 @@ def main():
                      if len(line) > MAX_COLUMNS and page != "docs/parameters.md"]
         for check in (link_problems(page, text), snippet_problems(text), name_problems(text, keys, tests)):
             problems += [f"{page}: {problem}" for problem in check]
+        if page in ("docs/method.md", "docs/architecture.md"):
+            problems += [f"{page}: {problem}" for problem in symbol_problems(text, symbols)]
     print("\n".join(problems) or "docs: nothing to say")
     sys.exit(1 if problems else 0)
 

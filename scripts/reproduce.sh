@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Everything that docs/evaluation.md tells of, in one folder: tables, figures, one summary.
+# Everything that docs/results.md tells of, in one folder: tables, figures, one summary.
 #   scripts/reproduce.sh [OUT]        default: out/evaluation below the project
 #   scripts/reproduce.sh OUT --quick  two places of five frames: looks right in a few minutes
 # Recorded sequences are taken from PLANAR_MAPPING_DATA (default: ../shared/data) where they are.

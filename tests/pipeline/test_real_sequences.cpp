@@ -134,7 +134,7 @@ TEST_F(RealSequences, CameraAtRestAddsFewCells) {
     return volume / (s * s * s);
   };
   EXPECT_LE(100 * ten.map.cuboids().size(), 105 * one.map.cuboids().size());
-  // What flickers widens boxes: more than their number grows (docs/results.md).
+  // What flickers widens boxes: more than their number grows.
   EXPECT_LE(cells(ten.map), 1.11 * cells(one.map));
   for (const Pose& pose : ten.estimated) {
     EXPECT_LT((pose.translation() - ten.estimated.front().translation()).norm(), 0.02);

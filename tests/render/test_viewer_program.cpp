@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-// planar_map_viewer as scripts call it: exit codes and messages of docs/viewer.md.
+// planar_map_viewer as scripts call it: exit codes and messages of docs/command_line.md.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>

@@ -2,12 +2,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/pipeline/parameter.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
+
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace {
@@ -220,6 +223,15 @@ void ParameterTable::addWord(const std::string& name, std::vector<std::string> w
   parameter.set = [set = std::move(set)](const ParameterValue& v) {
     set(std::get<std::string>(v));
   };
+}
+
+void ParameterTable::basic(const std::vector<std::string>& names) {
+  for (const std::string& name : names) {
+    const auto of_name = [&](const Parameter& parameter) { return parameter.name == name; };
+    const auto found = std::find_if(parameters_.begin(), parameters_.end(), of_name);
+    if (found == parameters_.end()) throw InputError("there is no parameter '" + name + "'");
+    found->basic = true;
+  }
 }
 
 const Parameter* ParameterTable::find(const std::string& name) const {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // How good the planes of labelled clouds are, with default parameters: the figures of
-// docs/plane_quality.md may not get worse.
+// docs/results.md may not get worse.
 #include <gtest/gtest.h>
 
 #include "labelled_clouds.h"

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pipeline/stage_table.h"
 
 namespace planar_mapping {
@@ -46,6 +47,17 @@ TEST(Parameter, RangesSayAndCheckTheSame) {
   for (const Range& range : {Range::positive(), Range::between(0, 1), Range::any()}) {
     EXPECT_FALSE(range.contains(std::numeric_limits<double>::quiet_NaN()) && range.low_open);
   }
+}
+
+TEST(Parameter, BasicOnesAreMarkedByName) {
+  ParameterTable table;
+  double first = 1.0, second = 2.0;
+  table.number("first_m", first, Range::any(), "");
+  table.number("second_m", second, Range::any(), "");
+  table.basic({"second_m"});
+  EXPECT_FALSE(table.find("first_m")->basic);
+  EXPECT_TRUE(table.find("second_m")->basic);
+  EXPECT_THROW(table.basic({"third_m"}), InputError);
 }
 
 TEST(Parameter, TextThatYamlCouldMisreadIsQuoted) {

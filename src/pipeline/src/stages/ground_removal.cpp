@@ -56,6 +56,7 @@ class GroundRemovalStage : public Stage {
                   "[ours] points that must support the ground");
     table.integer("sample_size", params_.sample_size, Range::atLeast(100),
                   "[ours] points the estimate looks at");
+    table.basic({"camera_height_m", "up", "optical_axis", "distance_threshold_m"});
   }
   void configure(const RunSettings& settings) override {
     params_.seed = settings.seed;

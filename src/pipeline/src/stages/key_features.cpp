@@ -67,6 +67,7 @@ class KeyFeaturesStage : public Stage {
                   "[ours] features of clouds: points in such a cell");
     table.integer("max_cells", cloud_params_.max_features, Range::between(1, 1000000),
                   "[ours] features of clouds: at most");
+    table.basic({"source", "detector", "max_features"});
   }
   void configure(const RunSettings& settings) override {
     params_.seed = settings.seed;

@@ -97,6 +97,7 @@ void KlOccupancyStage::declare(ParameterTable& table) {
                "log-odds are kept below those of this probability, between 0.5 and 1");
   table.integer("max_unseen_frames", params_.beliefs.max_unseen_frames, Range::atLeast(0),
                 "[ours] features not seen for this many frames are forgotten; 0 = never");
+  table.basic({"resolution_m", "features", "update"});
 }
 
 void KlOccupancyStage::process(Frame& frame) {

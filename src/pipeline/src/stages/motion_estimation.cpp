@@ -50,6 +50,7 @@ class MotionEstimationStage : public Stage {
                  "[ours] without stereo noise: depth error per square of depth, 1/m");
     declareSearch(table);
     declareClouds(table);
+    table.basic({"poses", "start", "camera_height_m", "clouds"});
   }
   void configure(const RunSettings& settings) override {
     params_.seed = settings.seed;

@@ -67,6 +67,7 @@ class MultiPlaneSegmentationStage : public Stage {
                  "[ours] standard deviations by which a plane must exceed clutter");
     table.number("max_normal_deviation_deg", params_.max_normal_deviation, Range::above(0.0, 90.0),
                  "[ours] largest angle between a plane and the surface at its points");
+    table.basic({"source", "distance_threshold_m", "min_inliers", "noise", "noise_factor"});
   }
   void configure(const RunSettings& settings) override {
     params_.seed = settings.seed;

@@ -92,6 +92,9 @@ class PlanarCuboidApproximationStage : public Stage {
                  "[ours] cells follow a refit of their plane that moves them by more");
     table.number("range_image_step_deg", params_.range_image_step, Range::between(0.06, 28.0),
                  "[ours] pixel of the spherical image, for clouds of no camera");
+    table.basic({"resolution_m", "absorption_cells", "up", "association_offset_m", "unknown_space",
+                 "max_range_m", "min_probability", "miss_factor", "first_belief",
+                 "min_cell_share"});
   }
   void configure(const RunSettings& settings) override {
     params_.approximation.threads = settings.threads;

@@ -78,6 +78,7 @@ class StereoMatchingStage : public Stage {
                  "[ours] mean gray value of a frame that can be used");
     table.number("min_density", min_density_, Range::between(0.0, 1.0),
                  "[ours] share of the pixels of a usable frame that have a disparity");
+    table.basic({"disparities_px", "paths", "uniqueness_percent", "speckle_side_m", "min_texture"});
   }
   void applyProfile(Profile profile) override {
     if (profile == Profile::Paper) params_.refine = false;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// How many wrong cells survive wrong matches and flying pixels: docs/occupancy.md has the table.
+// How many wrong cells survive wrong matches and flying pixels: docs/results.md has the table.
 #include <gtest/gtest.h>
 
 #include "occupancy_experiment.h"

@@ -26,9 +26,9 @@ PLANAR_MAPPING_EXPORT std::vector<GridBox> fuseCells(const std::vector<GridCell>
 /// could reach at best if it knew all cells beforehand, up to the greed of the search. The bound
 /// against which nobody can say that the baseline was weak. Each cell that is left gets the box
 /// with most new cells of the six that grow from it along the axes in different order; cells with
-/// few neighbours come first, and boxes that turn out to be superfluous are taken away. \param
-/// cells  any order, repeated ones count once \throws InputError for a cell 2^20 or more cells from
-/// the origin
+/// few neighbours come first, and redundant boxes are removed.
+/// \param cells  any order, repeated ones count once
+/// \throws InputError for a cell 2^20 or more cells from the origin
 PLANAR_MAPPING_EXPORT std::vector<GridBox> greedyCover(const std::vector<GridCell>& cells);
 
 /// RA, the baseline of axis-aligned rectangular cuboids (RMAP), a **reconstruction**: the better of

@@ -49,6 +49,7 @@ struct Parameter {
   Range range;
   std::vector<std::string> words;  ///< of an enumeration
   bool automatic = false;          ///< the word `auto` is allowed
+  bool basic = false;              ///< of interest in a first configuration; others are advanced
   std::string meaning;
   std::function<ParameterValue()> get;
   std::function<void(const ParameterValue&)> set;
@@ -99,6 +100,10 @@ class PLANAR_MAPPING_EXPORT ParameterTable {
           }
         });
   }
+
+  /// Marks parameters declared before as basic.
+  /// \throws InputError if there is none of a name
+  void basic(const std::vector<std::string>& names);
 
   const std::vector<Parameter>& parameters() const { return parameters_; }
   /// Null if there is none of that name.

@@ -24,7 +24,7 @@ struct ListenerOptions {
   std::function<void(const std::string&)> say;
 };
 
-/// Frames of a front-end in another process, over TCP (docs/front_end_protocol.md).
+/// Frames of a front-end in another process, over TCP (docs/dev/front_end_protocol.md).
 ///
 /// Listens from construction on, in a thread of its own; at most ListenerSettings::window frames
 /// wait in memory. A front-end that goes away has ListenerSettings::timeout to come back and goes

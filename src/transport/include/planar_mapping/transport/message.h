@@ -16,8 +16,8 @@
 namespace planar_mapping {
 namespace transport {
 
-/// The peer broke the protocol of docs/front_end_protocol.md: damaged, cut, too long, contradictory
-/// or out of turn. The message says what, in one sentence.
+/// The peer broke the protocol of docs/dev/front_end_protocol.md: damaged, cut, too long,
+/// contradictory or out of turn. The message says what, in one sentence.
 class PLANAR_MAPPING_EXPORT ProtocolError : public InputError {
  public:
   using InputError::InputError;

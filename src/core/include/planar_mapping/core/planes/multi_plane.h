@@ -166,8 +166,8 @@ PLANAR_MAPPING_EXPORT PlaneSet findPlanes(const PointsView& points, const Indice
 /// plain wall has no features. Where there are no key features, features.samples points spread
 /// evenly over the indices take their place.
 /// \param features positions in the frame of \p points; non-finite ones are skipped and counted
-/// \return planes as findPlanes() returns them: inliers are points of the cloud, largest plane
-/// first \throws ParameterError, InputError as findPlanes()
+/// \return planes as findPlanes() returns them: inliers are points of the cloud, largest first
+/// \throws ParameterError, InputError as findPlanes()
 PLANAR_MAPPING_EXPORT PlaneSet segmentPlanes(const PointsView& points, const Indices* indices,
                                              const std::vector<KeyFeature>& features,
                                              const MultiPlaneParams& params,
