@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <set>
@@ -236,8 +237,8 @@ TEST(Stages, SpaceIsJudgedAsFarAsPointsAreMapped) {
     pipeline.process(frame);
     return pipeline.map().params().max_range;
   };
-  // Where z^2 / (0.1 m 500 px) 0.5 px = 0.1 m: at sqrt(10), of which three digits are kept.
-  EXPECT_EQ(3.16, rangeWith("", "auto"));
+  // Where z^2 / (0.1 m 500 px) 0.5 px = 0.1 m.
+  EXPECT_NEAR(std::sqrt(10.0), rangeWith("", "auto"), 1e-9);
   EXPECT_EQ(4.0, rangeWith("", "4.0"));
   EXPECT_NEAR(5.2, rangeWith("    enabled: false\n", "auto"), 0.3);
 }
