@@ -79,7 +79,7 @@ TEST_P(FarMap, IsReadAsItWasWritten) {
   params.unknown_space = resolution > 0.02;
   PlanarMap map(params);
   Scene scene;
-  scene.camera = {80.0, 80.0, 63.5, 47.5, 128, 96};
+  scene.camera = {40.0, 40.0, 31.5, 23.5, 64, 48};
   for (int i = 0; i < 2; ++i) {
     const Vector3 from(0.1 * i, 0.0, 1.0);
     test::View view = look(scene, lookFrom(from), i);
