@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "planar_mapping/map/planar_map.h"
+#include "planar_mapping/map/store/planar_map_params.h"
 
 namespace planar_mapping::detail {
 
