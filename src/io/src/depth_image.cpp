@@ -4,8 +4,8 @@
 
 #include <limits>
 
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/base/detail/simd.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace io {
@@ -36,9 +36,9 @@ DepthProjector::DepthProjector(const PinholeCamera& camera, double depth_scale) 
   height_ = static_cast<std::uint32_t>(camera.height);
   metres_per_unit_ = static_cast<float>(1.0 / depth_scale);
   for (std::uint32_t column = 0; column < width_; ++column)
-    column_slope_.push_back(static_cast<float>((column - camera.cx) / camera.fx));
+    column_slope_.push_back(static_cast<float>(camera.rayOf(column, 0.0).x()));
   for (std::uint32_t row = 0; row < height_; ++row)
-    row_slope_.push_back(static_cast<float>((row - camera.cy) / camera.fy));
+    row_slope_.push_back(static_cast<float>(camera.rayOf(0.0, row).y()));
 }
 
 void DepthProjector::project(const DepthImage& image, CloudData& cloud) const {

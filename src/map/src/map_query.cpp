@@ -16,8 +16,8 @@
 namespace planar_mapping {
 namespace {
 
-constexpr double kMostCells = 1e7;
-constexpr double kMostOccupied = 1e9;  ///< cells of maps that are compared
+constexpr double kMaxCells = 1e7;
+constexpr double kMaxOccupied = 1e9;  ///< cells of maps that are compared
 
 /// The part [from, to] of a line that lies in a box around the origin. \return whether there is one
 bool clip(const Vector3& half, const Vector3& origin, const Vector3& direction, double& from,
@@ -66,7 +66,7 @@ void requireFinite(const Vector3& v, const char* what) {
 }
 
 void requireFew(double cells, const char* what) {
-  if (cells <= kMostCells) return;
+  if (cells <= kMaxCells) return;
   throw ParameterError(std::string(what) +
                        " meets more than 10 million cells: ask for a smaller one");
 }
@@ -174,7 +174,7 @@ std::vector<Cell> occupiedCells(const PlanarMap& map, double side) {
     const Vector3 low = cuboid.center - reach;
     const Vector3 high = cuboid.center + reach;
     total += std::max((cuboid.size / side).prod(), (2.0 * reach / side).head<2>().prod());
-    if (!(total < kMostOccupied)) {
+    if (!(total < kMaxOccupied)) {
       throw ParameterError("a map whose cuboids hold more than 1e9 cells cannot be compared");
     }
     for (std::int32_t x = first(low.x()); x <= last(high.x()); ++x) {

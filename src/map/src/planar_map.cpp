@@ -88,10 +88,7 @@ FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
   detail::Frame frame = detail::makeFrame(observation);
   detail::MapData& map = impl_->data;
   impl_->changed();
-  detail::StoredPose pose =
-      detail::StoredPose::from(observation.timestamp, frame.orientation, frame.sensor);
-  if (!map.trajectory.empty()) pose.alignTo(map.trajectory.back());
-  map.trajectory.push_back(pose);
+  map.trajectory.push_back({observation.timestamp, frame.sensor, frame.orientation});
   if (map.params.unknown_space || map.params.miss_factor < 1.0) {
     frame.images = detail::makeDepthImages(observation, frame.rotation, frame.sensor, frame.use,
                                            map.params.range_image_step);
@@ -228,8 +225,8 @@ const std::vector<std::pair<double, Pose>>& PlanarMap::trajectory() const {
   std::vector<std::pair<double, Pose>>& trajectory = cache.openLists().trajectory;
   // Poses are only ever added, until the map is made anew.
   for (std::size_t i = trajectory.size(); i < impl_->data.trajectory.size(); ++i) {
-    const detail::StoredPose& stored = impl_->data.trajectory[i];
-    trajectory.emplace_back(stored.timestamp, stored.pose());
+    const detail::FramePose& frame = impl_->data.trajectory[i];
+    trajectory.emplace_back(frame.timestamp, frame.pose());
   }
   return trajectory;
 }

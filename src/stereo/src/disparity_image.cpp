@@ -52,15 +52,14 @@ void triangulate(const DisparityImage& disparity, const io::Calibration& calibra
   xyz.resize(3 * disparity.values.size());
   std::vector<float> column_slope(width);
   for (std::size_t column = 0; column < width; ++column) {
-    column_slope[column] =
-        static_cast<float>((static_cast<double>(column) - camera.cx) / camera.fx);
+    column_slope[column] = static_cast<float>(camera.rayOf(static_cast<double>(column), 0.0).x());
   }
   const auto depth_of_one = static_cast<float>(camera.fx * *calibration.baseline);
   const auto shift = static_cast<float>(calibration.cx_right - camera.cx);
   for (int row = 0; row < disparity.height; ++row) {
     const std::size_t start = static_cast<std::size_t>(row) * width;
     triangulateRow(disparity.values.data() + start, column_slope.data(),
-                   static_cast<float>((row - camera.cy) / camera.fy), depth_of_one, shift,
+                   static_cast<float>(camera.rayOf(0.0, row).y()), depth_of_one, shift,
                    disparity.width, xyz.data() + 3 * start);
   }
 }

@@ -295,8 +295,7 @@ std::vector<KeyFeature> FeatureTracker::Impl::trackStereo(const cv::Mat& left, c
     feature.row = places[i].row;
     feature.disparity = static_cast<float>(disparity);
     const double depth = depth_of_one / from_infinity;
-    feature.position = Vector3((double{feature.column} - camera.cx) / camera.fx * depth,
-                               (double{feature.row} - camera.cy) / camera.fy * depth, depth);
+    feature.position = depth * camera.rayOf(double{feature.column}, double{feature.row});
     features.push_back(feature);
     used.push_back(i);
   }

@@ -97,7 +97,7 @@ void SurfaceTruth::addView(const Rendering& view, const Pose& T_world_camera,
       if (view.object[i] < 0 || depth > params.max_depth ||
           static_cast<double>(view.incidence[i]) < params.min_incidence)
         continue;
-      const Vector3 direction((column - camera.cx) / camera.fx, (row - camera.cy) / camera.fy, 1.0);
+      const Vector3 direction = camera.rayOf(column, row);
       const Vector3 point = T_world_camera * (depth * direction + kBehind * direction.normalized());
       std::uint64_t key = 0;
       if (point.z() <= params.ground_height || !detail::cellKeyOf(point, kSeenSide, key)) continue;

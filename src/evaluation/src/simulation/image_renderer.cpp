@@ -6,9 +6,9 @@
 #include <array>
 #include <cmath>
 
-#include "simulation/object_view.h"
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/base/detail/parallel.h"
+#include "planar_mapping/core/base/error.h"
+#include "simulation/object_view.h"
 #include "simulation/surface_shading.h"
 
 namespace planar_mapping {
@@ -89,8 +89,7 @@ class ImageRenderer {
       const int reversed = (k & 1) << 3 | (k & 2) << 1 | (k & 4) >> 1 | (k & 8) >> 3;
       const double dx = (k + 0.5) / kSubRays - 0.5;
       const double dy = (reversed + 0.5) / kSubRays - 0.5;
-      const Vector3 ray((column + dx - camera.cx) / camera.fx, (row + dy - camera.cy) / camera.fy,
-                        1.0);
+      const Vector3 ray = camera.rayOf(column + dx, row + dy);
       const Share met = nearestTo(neighbours, ray);
       auto known = std::find_if(shares.begin(), shares.begin() + count, [&met](const Share& share) {
         return share.view == met.view && share.face == met.face;

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <limits>
 
-#include "simulation/object_view.h"
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/base/detail/parallel.h"
+#include "planar_mapping/core/base/error.h"
+#include "simulation/object_view.h"
 #include "simulation/surface_shading.h"
 
 namespace planar_mapping {
@@ -23,7 +23,6 @@ void findSurfaces(const std::vector<ObjectView>& views, int begin, int end, Rend
   for (const ObjectView& view : views) {
     const PixelWindow& window = view.window;
     for (int row = std::max(begin, window.row_begin); row < std::min(end, window.row_end); ++row) {
-      const double y = (row - camera.cy) / camera.fy;
       const std::size_t first =
           static_cast<std::size_t>(row) * static_cast<std::size_t>(camera.width);
       for (int column = window.column_begin; column < window.column_end; ++column) {
@@ -32,7 +31,7 @@ void findSurfaces(const std::vector<ObjectView>& views, int begin, int end, Rend
         if (taken && view.nearest > image.depth[i]) continue;
         double t = 0.0;
         int face = 0;
-        if (!view.hit(Vector3((column - camera.cx) / camera.fx, y, 1.0), t, face)) continue;
+        if (!view.hit(camera.rayOf(column, row), t, face)) continue;
         const auto depth = static_cast<float>(t);
         if (taken &&
             (depth > image.depth[i] || (depth == image.depth[i] && view.index > image.object[i])))
@@ -53,7 +52,7 @@ void shadeRun(const SurfaceShader& shader, int row, int begin, int end, Renderin
                             static_cast<std::size_t>(begin);
   for (int column = begin; column < end; ++column) {
     const std::size_t i = first + static_cast<std::size_t>(column - begin);
-    const Vector3 ray((column - camera.cx) / camera.fx, (row - camera.cy) / camera.fy, 1.0);
+    const Vector3 ray = camera.rayOf(column, row);
     SurfacePatch& patch = patches[column - begin];
     patch = shader.patchAt(static_cast<double>(image.depth[i]), ray);
     image.incidence[i] = static_cast<float>(patch.incidence);

@@ -60,8 +60,9 @@ std::vector<SimulatedFeatures::Sight> SimulatedFeatures::landmarksInView(
   for (std::size_t i = 0; i < landmarks_.size(); ++i) {
     const Vector3 p = T_camera_world * landmarks_[i].position;
     if (p.z() <= 0.0) continue;
-    const double column = camera.fx * p.x() / p.z() + camera.cx;
-    const double row = camera.fy * p.y() / p.z() + camera.cy;
+    const Vector2 place = camera.project(p);
+    const double column = place.x();
+    const double row = place.y();
     const double disparity = baseline * camera.fx / p.z();
     // In both images, and what their pixel shows.
     if (!(column >= disparity && column <= camera.width - 1 && row >= 0.0 &&
@@ -89,10 +90,10 @@ void SimulatedFeatures::findNewLandmarks(const SimulatedFrame& frame, std::size_
         truth.texture[pixel] <= 0.0f)
       continue;
     const auto width = static_cast<std::size_t>(camera.width);
-    const double x = (static_cast<double>(pixel % width) - camera.cx) / camera.fx;
-    const double y = (static_cast<double>(pixel / width) - camera.cy) / camera.fy;
+    const Vector3 ray =
+        camera.rayOf(static_cast<double>(pixel % width), static_cast<double>(pixel / width));
     const auto depth = static_cast<double>(truth.depth[pixel]);
-    const Vector3 position = frame.T_world_camera * (depth * Vector3(x, y, 1.0));
+    const Vector3 position = frame.T_world_camera * (depth * ray);
     landmarks_.push_back({position, truth.object[pixel], 0});
     ++found;
   }
@@ -135,8 +136,7 @@ std::vector<SimulatedFeature> SimulatedFeatures::next(const SimulatedFrame& fram
     feature.column = static_cast<float>(column);
     feature.row = static_cast<float>(row);
     feature.disparity = static_cast<float>(disparity);
-    feature.position =
-        depth * Vector3((column - camera.cx) / camera.fx, (row - camera.cy) / camera.fy, 1.0);
+    feature.position = depth * camera.rayOf(column, row);
     feature.sightings = ++landmarks_[static_cast<std::size_t>(sight.identity)].sightings;
     features.push_back(result);
   }

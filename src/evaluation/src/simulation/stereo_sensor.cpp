@@ -208,9 +208,10 @@ std::vector<float> pointsOf(const std::vector<float>& disparity, const PinholeCa
     for (int column = 0; column < camera.width; ++column, ++i) {
       if (disparity[i] <= 0.0f) continue;
       const double z = baseline * camera.fx / disparity[i];
-      xyz[3 * i] = static_cast<float>((column - camera.cx) / camera.fx * z);
-      xyz[3 * i + 1] = static_cast<float>((row - camera.cy) / camera.fy * z);
-      xyz[3 * i + 2] = static_cast<float>(z);
+      const Vector3 point = z * camera.rayOf(column, row);
+      for (std::size_t k = 0; k < 3; ++k) {
+        xyz[3 * i + k] = static_cast<float>(point[static_cast<int>(k)]);
+      }
     }
   return xyz;
 }

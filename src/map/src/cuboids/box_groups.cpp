@@ -15,13 +15,13 @@ namespace {
 
 /// Half cells between boxes that may have to do with each other: a half cell that boxes may stand
 /// for lies at most one beside each, and they may be made of half cells at most two apart.
-constexpr std::int32_t kFarthest = 4;
+constexpr std::int32_t kMaxGap = 4;
 /// Half cells between boxes of which one stands for what is beside the other.
 constexpr std::int32_t kNear = 2;
 /// More, or farther apart, are covered anew face by face: a group takes time as a whole, and a grid
 /// around it memory.
-constexpr std::size_t kMostBoxes = 16384;
-constexpr double kMostVolume = 1 << 26;  ///< half cells
+constexpr std::size_t kMaxBoxes = 16384;
+constexpr double kMaxVolume = 1 << 26;  ///< half cells
 /// So many around a group have to do with it at most, on both sides together.
 constexpr std::int32_t kAround = 24;
 /// Boxes are looked up in cubes of 2^5 half cells.
@@ -59,7 +59,7 @@ class Grouping {
     linkNeighbours();
     std::vector<std::vector<std::uint32_t>> groups;
     for (std::vector<std::uint32_t>& part : parts()) {
-      if (part.size() <= kMostBoxes && volumeOf(part) <= kMostVolume) {
+      if (part.size() <= kMaxBoxes && volumeOf(part) <= kMaxVolume) {
         groups.push_back(std::move(part));
       } else {
         addFaces(part, groups);
@@ -90,7 +90,7 @@ class Grouping {
       const auto cube = [](const Int3& at, std::int32_t by) {
         return Int3{(at.x + by) >> kCubeBits, (at.y + by) >> kCubeBits, (at.z + by) >> kCubeBits};
       };
-      forEachPlace(cube(extents_[i].low, -kFarthest), cube(extents_[i].high, kFarthest),
+      forEachPlace(cube(extents_[i].low, -kMaxGap), cube(extents_[i].high, kMaxGap),
                    [&](const Int3& at) { in_cube.emplace_back(packKey(at), i); });
     }
     std::sort(in_cube.begin(), in_cube.end());
@@ -103,7 +103,7 @@ class Grouping {
 
   void link(std::uint32_t i, std::uint32_t j) {
     const std::int32_t gap = gapBetween(extents_[i], extents_[j]);
-    if (gap > kFarthest) return;
+    if (gap > kMaxGap) return;
     parent_[root(i)] = root(j);
     if (gap <= kNear && regionOf(i) != regionOf(j)) across_.emplace_back(i, j);
   }

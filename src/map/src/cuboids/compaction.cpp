@@ -57,6 +57,7 @@ void Compaction::updateCovers(const MapData& map) {
     } else {
       const SurfaceCover made = coverPatch(task.layer->raster.tilesOf(*task.patch), params);
       cover.rectangles.clear();
+      cover.rectangles.reserve(made.rectangles.size());
       for (std::size_t r = 0; r < made.rectangles.size(); ++r) {
         cover.rectangles.push_back({made.rectangles[r], made.probability[r], false});
       }

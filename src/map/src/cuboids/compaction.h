@@ -45,6 +45,7 @@ class Compaction {
 
     void setBoxes(std::vector<Cuboid> all) {
       boxes = std::move(all);
+      boxes.shrink_to_fit();
       joined.assign(boxes.size(), 0);
     }
   };

@@ -61,7 +61,7 @@ std::vector<Cuboid> RegionCover::boxes() {
   if (!map_.isCompact()) {
     const std::uint32_t frame = map_.cells.regions.value(region).frame;
     const Vector3 sensor =
-        frame < map_.trajectory.size() ? map_.trajectory[frame].sensor() : Vector3(Vector3::Zero());
+        frame < map_.trajectory.size() ? map_.trajectory[frame].position : Vector3(Vector3::Zero());
     return cuboidsOfCells(cells, params, sensor);
   }
   if (effort_ == CoverEffort::Quick) {
@@ -94,6 +94,7 @@ std::vector<std::uint64_t> regionsOf(const MapData& map, const PlaneFrame& frame
   }
   std::sort(regions.begin(), regions.end());
   regions.erase(std::unique(regions.begin(), regions.end()), regions.end());
+  regions.shrink_to_fit();
   return regions;
 }
 

@@ -12,24 +12,12 @@
 namespace planar_mapping::detail {
 namespace {
 
-PoseRecord recordOf(const StoredPose& stored) {
-  PoseRecord pose;
-  pose.timestamp = stored.timestamp;
-  pose.position = stored.sensor();
-  for (int i = 0; i < 4; ++i) {
-    pose.orientation.coeffs()[i] = stored.orientation[static_cast<std::size_t>(i)];
-  }
-  pose.orientation.coeffs() /= StoredPose::kOrientationUnits;
-  return pose;
-}
-
 void recordPlane(const PlaneLayer& layer, MapRecord& record) {
   PlaneRecord plane;
   plane.id = layer.id;
   plane.frames = layer.frames;
-  const PlaneFit fit = layer.stored().fit();
-  plane.frame = fit.frame;
-  plane.moments = fit.moments;
+  plane.frame = layer.frame();
+  plane.moments = layer.moments();
   plane.anchor = {layer.raster.anchorA(), layer.raster.anchorB()};
   std::vector<CellLabels> tiles;
   layer.raster.forEachTile([&](std::int32_t a, std::int32_t b, const RasterTile& tile) {
@@ -49,8 +37,9 @@ void recordPlane(const PlaneLayer& layer, MapRecord& record) {
 PlaneLayer layerOf(const PlaneRecord& plane, LabelTree::Walk& tiles, const std::uint8_t*& next) {
   PlaneLayer layer;
   layer.id = plane.id;
-  layer.restore(StoredPlane::from(plane.frame, plane.moments));
   layer.frames = plane.frames;
+  layer.setFrame(plane.frame);
+  layer.setMoments(plane.moments);
   TileRaster& raster = layer.raster;
   raster.setAnchor(plane.anchor[0], plane.anchor[1]);
   for (std::uint32_t r = 0; r < plane.regions; ++r) {
@@ -77,7 +66,7 @@ void recordCells(const CellLayer& cells, MapRecord& record) {
     const CellBlock& block = *blocks.find(packKey(b.at));
     forEachBit(b.low, [&](std::size_t bit) {
       record.beliefs.push_back(block.belief(bit));
-      if (block.hasMeans()) {
+      if (record.params.approximation.profile == Profile::Paper) {
         record.means.push_back(block.mean(bit));
       } else {
         record.octants.push_back(block.octants(bit));
@@ -172,26 +161,21 @@ MapRecord recordOf(const MapData& map, std::vector<Cuboid> cuboids) {
   for (const PlaneLayer& layer : map.planes) recordPlane(layer, record);
   recordCells(map.cells, record);
   record.space = treeOf(map.unknown, false);
-  record.trajectory.reserve(map.trajectory.size());
-  for (const StoredPose& pose : map.trajectory) record.trajectory.push_back(recordOf(pose));
+  record.trajectory = map.trajectory;
   return record;
 }
 
 MapData mapOf(const MapRecord& record) {
   MapData map;
   map.params = record.params;
-  for (const PoseRecord& pose : record.trajectory) {
-    map.trajectory.push_back(StoredPose::from(pose.timestamp, pose.orientation, pose.position));
-  }
+  map.trajectory = record.trajectory;
   map.next_plane_id = record.next_plane_id;
   LabelTree::Walk tiles(record.tiles);
   const std::uint8_t* next = record.beliefs.data();
-  for (const PlaneRecord& plane : record.planes) {
-    map.planes.push_back(layerOf(plane, tiles, next));
-  }
+  for (const PlaneRecord& plane : record.planes) map.planes.push_back(layerOf(plane, tiles, next));
   restoreCells(record, next, map);
-  map.commit();
   restoreSpace(record, map.unknown);
+  map.commit();
   return map;
 }
 

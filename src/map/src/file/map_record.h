@@ -11,13 +11,6 @@
 
 namespace planar_mapping::detail {
 
-/// What a file holds of a frame.
-struct PoseRecord {
-  double timestamp = 0.0;  ///< seconds
-  Vector3 position = Vector3::Zero();
-  Quaternion orientation = Quaternion::Identity();
-};
-
 /// What a file holds of a plane, beside its cells.
 struct PlaneRecord {
   std::int32_t id = 0;
@@ -43,7 +36,7 @@ struct MapRecord {
   std::vector<CellBlock::Mean> means;        ///< of the cells of blocks, in the paper's
   std::vector<std::uint32_t> region_frames;  ///< by CellLayer::regionKey(), ascending
   LabelTree space{3};
-  std::vector<PoseRecord> trajectory;
+  std::vector<FramePose> trajectory;
 };
 
 /// \param cuboids of the map

@@ -231,14 +231,14 @@ void codeSpace(Columns& columns, MapRecord& record) {
 }
 
 void codePoses(Columns& columns, MapRecord& record) {
-  std::vector<PoseRecord>& poses = record.trajectory;
+  std::vector<FramePose>& poses = record.trajectory;
   columns.size(poses, 64);
-  columns.column(poses, [](PoseRecord& p) -> double& { return p.timestamp; });
-  vectorColumns(columns, poses, [](PoseRecord& p) -> Vector3& { return p.position; });
+  columns.column(poses, [](FramePose& p) -> double& { return p.timestamp; });
+  vectorColumns(columns, poses, [](FramePose& p) -> Vector3& { return p.position; });
   for (Eigen::Index k = 0; k < 4; ++k) {
-    columns.column(poses, [k](PoseRecord& p) -> double& { return p.orientation.coeffs()[k]; });
+    columns.column(poses, [k](FramePose& p) -> double& { return p.orientation.coeffs()[k]; });
   }
-  for (const PoseRecord& p : poses) {
+  for (const FramePose& p : poses) {
     require(columns, std::isfinite(p.timestamp), "has a time that is none");
     require(columns, isNear(p.position), "has a pose out of reach");
     require(columns, isUnit(p.orientation.squaredNorm()), "has a quaternion not of length 1");

@@ -89,16 +89,16 @@ class DepthTolerance {
     for (int i = 0; i < 3; ++i) sensor_[i] = frame.sensor[i] / s;
     if (!frame.observation->noise) return;
     const StereoNoise& noise = *frame.observation->noise;
-    // dz / z = z dd / (B f): the share of the ray by which a point at depth z may be off.
-    share_ = map.params.noise_factor * s * noise.depthError(1.0);
+    // dz / z = z dd / (B f): the fraction of the ray by which a point at depth z may be off.
+    fraction_ = map.params.noise_factor * s * noise.depthError(1.0);
     for (int i = 0; i < 3; ++i) forward_[i] = frame.rotation(i, 2);
   }
-  bool isNone() const { return share_ == 0.0; }
+  bool isNone() const { return fraction_ == 0.0; }
   /// Of a point, and of all points within \p radius of it.
   double at(const double* p, double radius = 0.0) const {
     const double z = radius + forward_[0] * (p[0] - sensor_[0]) +
                      forward_[1] * (p[1] - sensor_[1]) + forward_[2] * (p[2] - sensor_[2]);
-    return z > 0.0 ? share_ * z * z : 0.0;
+    return z > 0.0 ? fraction_ * z * z : 0.0;
   }
   /// Moves the point along its ray onto a plane. \return false if that is too far
   bool moveOnto(const double* plane, const double* p, double* moved) const {
@@ -106,16 +106,16 @@ class DepthTolerance {
     for (int i = 0; i < 3; ++i) ray[i] = p[i] - sensor_[i];
     const double slope = plane[0] * ray[0] + plane[1] * ray[1] + plane[2] * ray[2];
     const double z = forward_[0] * ray[0] + forward_[1] * ray[1] + forward_[2] * ray[2];
-    const double share = -Cover::along(plane, p) / slope;
-    if (!(std::abs(share) <= share_ * z)) return false;  // false for a ray along the plane
-    for (int i = 0; i < 3; ++i) moved[i] = p[i] + share * ray[i];
+    const double fraction = -Cover::along(plane, p) / slope;
+    if (!(std::abs(fraction) <= fraction_ * z)) return false;  // false for a ray along the plane
+    for (int i = 0; i < 3; ++i) moved[i] = p[i] + fraction * ray[i];
     return true;
   }
 
  private:
   double sensor_[3];
   double forward_[3] = {0.0, 0.0, 0.0};
-  double share_ = 0.0;
+  double fraction_ = 0.0;
 };
 
 /// Planes that may cover points of each block.
@@ -156,8 +156,8 @@ std::vector<Cover> coversNear(const MapData& map, const Vector3& low, const Vect
   return covers;
 }
 
-/// Cells that the planes touched in this frame cover now are no longer needed.
-void giveUpCovered(MapData& map, Frame& frame) {
+/// Removes cells that the planes touched in this frame cover now.
+void removeCovered(MapData& map, Frame& frame) {
   if (map.cells.empty()) return;
   const double s = map.resolution();
   const auto frame_number = static_cast<std::uint32_t>(map.trajectory.size() - 1);
@@ -215,11 +215,11 @@ void applyHits(MapData& map, Frame& frame, const KeyMap<BlockHits>& hits) {
     std::uint64_t seen = 0;
     const Vector3 middle =
         4.0 * map.resolution() * (Vector3(at.x, at.y, at.z) + Vector3::Constant(0.5));
-    const double share = frame.pointsToBeSeen(params, middle, 1.0);
+    const double min_count = frame.pointsToBeSeen(params, middle, 1.0);
     for (std::size_t bit = 0; bit < 64; ++bit) {
       const std::uint32_t count = hit.count[bit];
       if (count == 0) continue;
-      if (count < share) {
+      if (count < min_count) {
         frame.update.dropped_points += count;
         continue;
       }
@@ -274,7 +274,7 @@ void applyHits(MapData& map, Frame& frame, const KeyMap<BlockHits>& hits) {
 }  // namespace
 
 void integrateCells(MapData& map, Frame& frame) {
-  giveUpCovered(map, frame);
+  removeCovered(map, frame);
   if (frame.non_planar.empty()) return;
   Points points = toCells(map, frame);
   const std::size_t n = frame.non_planar.size();

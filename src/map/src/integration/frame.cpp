@@ -8,8 +8,8 @@
 #include <string>
 
 #include "planar_mapping/core/base/detail/marked_positions.h"
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/base/detail/simd.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping::detail {
 namespace {
@@ -17,7 +17,7 @@ namespace {
 /// How far a rotation may be from orthonormal: float poses of other libraries pass.
 constexpr double kRotationTolerance = 1e-3;
 /// Metres; points beyond are in nobody's world, and their squares would soon overflow a float.
-constexpr double kLargestCoordinate = 1e9;
+constexpr double kMaxCoordinate = 1e9;
 
 /// The largest of the indices as unsigned numbers: negative ones are larger than all others.
 PLANAR_MAPPING_MULTIVERSION
@@ -92,7 +92,7 @@ void requireIndices(const Indices& indices, std::size_t size, const char* what) 
 }
 
 void requireCamera(const PinholeCamera& camera, const PointsView& points) {
-  constexpr int kLargestImage = 1 << 14;
+  constexpr int kMaxImageSide = 1 << 14;
   const bool is_finite = std::isfinite(camera.fx) && std::isfinite(camera.fy) &&
                          std::isfinite(camera.cx) && std::isfinite(camera.cy);
   if (!is_finite || !(camera.fx > 0.0) || !(camera.fy > 0.0)) {
@@ -104,7 +104,7 @@ void requireCamera(const PinholeCamera& camera, const PointsView& points) {
                      static_cast<std::uint32_t>(camera.height) != points.height)) {
       throw InputError("the camera of the frame has another size than its organized cloud");
     }
-  } else if (!has_size || camera.width > kLargestImage || camera.height > kLargestImage) {
+  } else if (!has_size || camera.width > kMaxImageSide || camera.height > kMaxImageSide) {
     throw InputError("the camera of the frame has no usable image size");
   }
 }
@@ -113,7 +113,7 @@ PlaneMoments momentsOf(const PointsView& points, const Indices& inliers) {
   PlaneMoments moments;
   for (const int i : inliers) {
     const Vector3 p = points.point(static_cast<std::size_t>(i));
-    if (p.cwiseAbs().maxCoeff() < kLargestCoordinate) moments.add(p);  // false for NaN
+    if (p.cwiseAbs().maxCoeff() < kMaxCoordinate) moments.add(p);  // false for NaN
   }
   return moments;
 }
@@ -198,9 +198,9 @@ Frame makeFrame(const FrameObservation& observation) {
     }
   }
 
-  // What is left after the planes took their points is the non-planar part.
-  std::vector<std::uint8_t> rest = frame.use;
-  if (rest.empty()) rest.assign(n, 1);
+  // Points that no plane claims are non-planar.
+  std::vector<std::uint8_t> unclaimed = frame.use;
+  if (unclaimed.empty()) unclaimed.assign(n, 1);
   if (observation.planes != nullptr) {
     for (const PlaneSegment& segment : *observation.planes) {
       requireIndices(segment.inliers, n, "inliers of a plane");
@@ -210,15 +210,16 @@ Frame makeFrame(const FrameObservation& observation) {
         throw InputError("a plane of the frame is not finite or has no unit normal");
       }
       const PlaneMoments& m = segment.moments;
-      constexpr double kLargestScatter = 1e30;
+      constexpr double kMaxScatter = 1e30;
       if (!std::isfinite(m.weight()) || !m.mean().allFinite() ||
-          !(m.scatter().cwiseAbs().maxCoeff() < kLargestScatter)) {
+          !(m.scatter().cwiseAbs().maxCoeff() < kMaxScatter)) {
         throw InputError("the moments of a plane of the frame are not finite or too large");
       }
     }
     for (const PlaneSegment& segment : *observation.planes) {
-      frame.inliers.push_back(frame.use.empty() ? std::nullopt : filtered(segment.inliers, rest));
-      setBytes(segment.inliers, 0, rest);
+      frame.inliers.push_back(frame.use.empty() ? std::nullopt
+                                                : filtered(segment.inliers, unclaimed));
+      setBytes(segment.inliers, 0, unclaimed);
       const Indices& inliers = frame.inliersOf(frame.planes.size());
       frame.planes.push_back(
           orientedTowards(transformed(segment.plane, T_world_sensor), frame.sensor));
@@ -227,7 +228,7 @@ Frame makeFrame(const FrameObservation& observation) {
               .transformed(T_world_sensor));
     }
   }
-  frame.non_planar = positionsOf(rest);
+  frame.non_planar = positionsOf(unclaimed);
   return frame;
 }
 

@@ -36,7 +36,7 @@ struct Frame {
   Indices non_planar;
   std::vector<PlaneHits> hits;  ///< one per touched map plane
   AbsorbedCells absorbed;
-  /// The images to judge cells by; may be empty.
+  /// Depth images that cells are tested against; may be empty.
   std::vector<DepthImage> images;
   KeyMap<std::uint64_t> cell_hits;  ///< bits of the non-planar cells seen, by block
   FrameUpdate update;

@@ -37,12 +37,9 @@ bool isWithin(const Vector3& point, double side) {
 
 void takeTrajectory(MapData& map, const MapData& other, const Pose& T) {
   const Quaternion turn(T.linear());
-  for (const StoredPose& from : other.trajectory) {
-    const Quaternion orientation(from.pose().linear());
-    StoredPose pose =
-        StoredPose::from(from.timestamp, (turn * orientation).normalized(), T * from.sensor());
-    if (!map.trajectory.empty()) pose.alignTo(map.trajectory.back());
-    map.trajectory.push_back(pose);
+  for (const FramePose& from : other.trajectory) {
+    map.trajectory.push_back(
+        {from.timestamp, T * from.position, (turn * from.orientation).normalized()});
   }
 }
 
@@ -54,7 +51,6 @@ void takePlanes(MapData& map, const MapData& other, const Pose& T, Frame& frame)
     PlaneFrame placed = layer.frame();
     placed.origin = T * placed.origin;
     placed.u = T.linear() * placed.u;
-    placed.v = T.linear() * placed.v;
     placed.n = T.linear() * placed.n;
     layer.setFrame(placed);
     layer.setMoments(moments);

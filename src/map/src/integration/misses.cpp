@@ -12,7 +12,7 @@ namespace {
 /// A cell is missed only if everything measured over it lies behind it by this many resolutions.
 constexpr double kMissMargin = 1.0;
 /// A cell without a point is doubted only if so many pixels face it, ...
-constexpr double kFewestPixels = 9.0;
+constexpr double kMinPixels = 9.0;
 /// ... and what is measured over it is not nearer than it by so many resolutions and depth errors:
 /// then it is hidden, not missing.
 constexpr double kHiddenCells = 3.0;
@@ -65,7 +65,7 @@ class MissTest {
     const DepthImage::Look look = image_.look(cell.centre, 0.5 * half_, true);
     if (!look.inside || !(look.far <= max_range_)) return false;
     const double error = noise_->depthError(cell.centre.z());
-    if (cell.facing * image_.pixelsOf(resolution_, cell.centre.z()) < kFewestPixels ||
+    if (cell.facing * image_.pixelsOf(resolution_, cell.centre.z()) < kMinPixels ||
         !(look.farthest > look.near - resolution_ - cell.errors * error)) {
       return false;
     }

@@ -64,8 +64,7 @@ CellWindow startRaster(const MapData& map, const Frame& frame, PlaneLayer& layer
   PlaneFrame started = layer.frame();
   started.origin =
       layer.frame().fromPlane({low[0] * map.resolution(), low[1] * map.resolution(), 0.0});
-  // As it will be kept, so that the next frame finds the same points in the same cells.
-  layer.setFrame(StoredPlane::from(started, PlaneMoments()).frame());
+  layer.setFrame(started);
   window.low_a = window.low_b = 0;
   window.high_a = static_cast<std::int32_t>(std::min(cells[0], 1.0 * kLatticeLimit)) - 1;
   window.high_b = static_cast<std::int32_t>(std::min(cells[1], 1.0 * kLatticeLimit)) - 1;
@@ -137,13 +136,13 @@ void applyHits(const MapData& map, Frame& frame, PlaneLayer& layer, const PlaneH
     unpackKey(key, tile_a, tile_b);
     RasterTile* tile = layer.raster.find(tile_a, tile_b);
     bool changed = false;
-    double share = 0.0;
+    double min_count = 0.0;  // of a cell that is seen
     if (!plane_hits.is_new) {
       const double s = map.resolution();
       const Vector3 middle =
           layer.frame().fromPlane({(8 * tile_a + 4) * s, (8 * tile_b + 4) * s, 0});
       const double facing = layer.frame().n.dot((frame.sensor - middle).normalized());
-      share = frame.pointsToBeSeen(params, middle, facing);
+      min_count = frame.pointsToBeSeen(params, middle, facing);
     }
     for (std::size_t bit = 0; bit < 64; ++bit) {
       const std::uint32_t count = hit.count[bit];
@@ -164,7 +163,7 @@ void applyHits(const MapData& map, Frame& frame, PlaneLayer& layer, const PlaneH
         continue;
       }
       const std::uint8_t belief = quantiseBelief(std::min(q, most));
-      if (count < enough || count < share || !isKept(belief, params.min_probability)) {
+      if (count < enough || count < min_count || !isKept(belief, params.min_probability)) {
         frame.update.dropped_points += count;
         continue;
       }

@@ -12,13 +12,13 @@
 namespace planar_mapping::detail {
 namespace {
 
-constexpr double kNearPlane = 1e-3;  ///< metres; boxes that reach closer are not judged
+constexpr double kNearPlane = 1e-3;  ///< metres; boxes that reach closer are skipped
 constexpr int kTileShift = 2;        ///< 4 x 4 pixels
 
 /// Depths of a row; 0 where there is none.
 PLANAR_MAPPING_MULTIVERSION
 void readRow(const float* points, std::size_t stride, std::size_t n, float* depth) {
-  constexpr float kLargest = std::numeric_limits<float>::max();
+  constexpr float kMaxDepth = std::numeric_limits<float>::max();
   std::size_t i = 0;
   for (; i + 4 <= n; i += 4) {
     float x[4], y[4];
@@ -28,7 +28,7 @@ void readRow(const float* points, std::size_t stride, std::size_t n, float* dept
   for (; i < n; ++i) depth[i] = points[i * stride + 2];
   for (i = 0; i < n; ++i) {
     const float z = depth[i];
-    depth[i] = (z > 0.0f) & (z <= kLargest) ? z : 0.0f;
+    depth[i] = (z > 0.0f) & (z <= kMaxDepth) ? z : 0.0f;
   }
 }
 
@@ -320,8 +320,8 @@ std::vector<DepthImage> makeDepthImages(const FrameObservation& observation,
 std::optional<PinholeCamera> estimateCamera(const PointsView& points) {
   if (!points.isOrganized() || points.width < 2) return std::nullopt;
   constexpr std::size_t kSamples = 4096;
-  constexpr std::size_t kFewest = 32;
-  constexpr double kLargestError = 0.5;  // pixels, root mean square
+  constexpr std::size_t kMinSamples = 32;
+  constexpr double kMaxError = 0.5;  // pixels, root mean square
   // column = fx (x / z) + cx and row = fy (y / z) + cy: two straight lines.
   struct Line {
     double n = 0, a = 0, b = 0, aa = 0, ab = 0, bb = 0;
@@ -352,10 +352,10 @@ std::optional<PinholeCamera> estimateCamera(const PointsView& points) {
     columns.add(static_cast<double>(p[0]) / p[2], static_cast<double>(i % points.width));
     rows.add(static_cast<double>(p[1]) / p[2], static_cast<double>(i / points.width));
   }
-  if (columns.n < kFewest) return std::nullopt;
+  if (columns.n < kMinSamples) return std::nullopt;
   const std::array<double, 3> c = columns.fit();
   const std::array<double, 3> r = rows.fit();
-  if (!(c[0] > 1.0 && r[0] > 1.0 && c[2] < kLargestError && r[2] < kLargestError)) {
+  if (!(c[0] > 1.0 && r[0] > 1.0 && c[2] < kMaxError && r[2] < kMaxError)) {
     return std::nullopt;
   }
   return PinholeCamera{

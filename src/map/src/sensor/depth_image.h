@@ -55,7 +55,7 @@ class DepthImage {
   /// \param whole  what the image cuts is of no interest: then the depths are not looked up
   Look look(const Vector3& centre, const Vector3& half, bool whole) const;
   Vector3 toCamera(const Vector3& world) const { return inverse_ * (world - position_); }
-  /// Is this image the one to judge by for a box at this place (camera frame)?
+  /// Is this image the one to look at for a box at this place (camera frame)?
   bool isResponsible(const Vector3& centre) const {
     return !shared_ || (std::abs(centre.x()) <= centre.z() && std::abs(centre.y()) <= centre.z());
   }
@@ -93,9 +93,9 @@ class DepthImage {
   std::vector<Level> levels_;
 };
 
-/// The images a frame is judged by: one of the camera's, or for a cloud without a camera the six
-/// faces of a cube around the sensor, along the world's axes.
-/// \param use see DepthImage::fill()
+/// The images that cells are tested against: one of the camera's, or for a cloud without a camera
+/// the six faces of a cube around the sensor, along the world's axes. \param use see
+/// DepthImage::fill()
 std::vector<DepthImage> makeDepthImages(const FrameObservation& observation,
                                         const Matrix3& rotation, const Vector3& position,
                                         const std::vector<std::uint8_t>& use, double step);

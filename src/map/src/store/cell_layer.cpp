@@ -41,6 +41,7 @@ std::size_t CellLayer::commit(std::uint32_t revision) {
 std::vector<NonPlanarCell> CellLayer::cellsOf(std::size_t region,
                                               const CuboidApproximationParams& params) const {
   std::vector<NonPlanarCell> cells;
+  const bool has_means = params.profile == Profile::Paper;
   forEachBlock(region, [&](const Int3& at, const CellBlock& block) {
     forEachBit(block.occupied(), [&](std::size_t bit) {
       const Int3 c = cellOf(at, static_cast<int>(bit));
@@ -49,13 +50,13 @@ std::vector<NonPlanarCell> CellLayer::cellsOf(std::size_t region,
       cell.y = c.y;
       cell.z = c.z;
       Vector3 within(0.5, 0.5, 0.5);
-      if (block.hasMeans()) {
+      if (has_means) {
         const CellBlock::Mean m = block.mean(bit);
         within = Vector3(m[0] + 0.5, m[1] + 0.5, m[2] + 0.5) / 256.0;
       }
       cell.mean = params.resolution * (Vector3(c.x, c.y, c.z) + within);
       cell.weight = static_cast<float>(params.min_points_per_cell);  // it passed that test
-      if (!block.hasMeans()) cell.octants = block.octants(bit);
+      if (!has_means) cell.octants = block.octants(bit);
       cell.probability = beliefOf(block.belief(bit));
       cells.push_back(cell);
     });

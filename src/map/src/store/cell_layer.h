@@ -20,35 +20,44 @@ class CellBlock {
 
   std::uint64_t occupied() const { return occupied_; }  ///< bit 16 z + 4 y + x
   // Of an occupied cell:
-  std::uint8_t belief(std::size_t bit) const { return beliefs_[bit]; }
-  /// Eighths of the cell that hold points, in the compact profile.
-  std::uint8_t octants(std::size_t bit) const { return octants_[bit]; }
-  Mean mean(std::size_t bit) const { return means_[bit]; }
-  /// Only the paper's profile, which fits planes to them, keeps means, and no octants.
-  bool hasMeans() const { return !means_.empty(); }
+  std::uint8_t belief(std::size_t bit) const { return cells_[rankOf(bit)].belief; }
+  /// Eighths of the cell that hold points; only the compact profile keeps them.
+  std::uint8_t octants(std::size_t bit) const { return cells_[rankOf(bit)].octants; }
+  /// Only the paper's profile, which fits planes to them, keeps means.
+  Mean mean(std::size_t bit) const { return cells_[rankOf(bit)].mean; }
 
   /// Makes the cell occupied if it is not yet; then it has no octants and no mean.
   void setBelief(std::size_t bit, std::uint8_t belief) {
     const std::uint64_t flag = std::uint64_t{1} << bit;
-    beliefs_[bit] = belief;
-    if ((occupied_ & flag) != 0) return;
-    occupied_ |= flag;
-    octants_[bit] = 0;
-    if (hasMeans()) means_[bit] = {};
+    const std::size_t rank = rankOf(bit);
+    if ((occupied_ & flag) == 0) {
+      cells_.insert(cells_.begin() + static_cast<std::ptrdiff_t>(rank), Cell());
+      occupied_ |= flag;
+    }
+    cells_[rank].belief = belief;
   }
-  void setOctants(std::size_t bit, std::uint8_t octants) { octants_[bit] = octants; }
-  void setMean(std::size_t bit, const Mean& mean) {
-    if (!hasMeans()) means_.resize(64);
-    means_[bit] = mean;
+  void setOctants(std::size_t bit, std::uint8_t octants) { cells_[rankOf(bit)].octants = octants; }
+  void setMean(std::size_t bit, const Mean& mean) { cells_[rankOf(bit)].mean = mean; }
+  void remove(std::size_t bit) {
+    cells_.erase(cells_.begin() + static_cast<std::ptrdiff_t>(rankOf(bit)));
+    occupied_ &= ~(std::uint64_t{1} << bit);
   }
-  void remove(std::size_t bit) { occupied_ &= ~(std::uint64_t{1} << bit); }
-  std::size_t memoryBytes() const { return capacityBytes(means_); }  ///< on the heap
+  std::size_t memoryBytes() const { return capacityBytes(cells_); }  ///< on the heap
 
  private:
+  struct Cell {
+    std::uint8_t belief = 0;
+    std::uint8_t octants = 0;
+    Mean mean{};
+  };
+  /// Number of occupied cells before a bit.
+  std::size_t rankOf(std::size_t bit) const {
+    const std::uint64_t before = occupied_ & ((std::uint64_t{1} << bit) - 1);
+    return static_cast<std::size_t>(__builtin_popcountll(before));
+  }
+
   std::uint64_t occupied_ = 0;
-  std::array<std::uint8_t, 64> beliefs_{};
-  std::array<std::uint8_t, 64> octants_{};
-  std::vector<Mean> means_;
+  std::vector<Cell> cells_;  ///< of the occupied bits, ascending
 };
 
 /// Points of one frame in a block.

@@ -96,6 +96,10 @@ class KeyMap {
     const std::size_t found = indexOf(key);
     if (found != kNone) return found;
     if (size() == UINT32_MAX) throw std::bad_alloc();
+    if (size() == keys_.capacity()) {  // by a quarter: there are many tables, and values are large
+      keys_.reserve(size() + size() / 4 + 1);
+      values_.reserve(size() + size() / 4 + 1);
+    }
     keys_.push_back(key);
     values_.emplace_back();
     if (4 * size() > 3 * slots_.size()) {

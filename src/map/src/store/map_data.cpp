@@ -20,14 +20,12 @@ const PlaneLayer& MapData::plane(std::int32_t id) const {
 
 std::size_t MapData::commit() {
   std::size_t modified = cells.commit(revision());
-  for (PlaneLayer& layer : planes) {
-    layer.settle();
-    modified += layer.raster.commit(revision());
-  }
+  for (PlaneLayer& layer : planes) modified += layer.raster.commit(revision());
   // The id of a plane without a cell is not given out again.
   planes.erase(std::remove_if(planes.begin(), planes.end(),
                               [](const PlaneLayer& p) { return p.raster.patches().empty(); }),
                planes.end());
+  planes.shrink_to_fit();
   return modified;
 }
 

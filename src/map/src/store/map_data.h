@@ -8,10 +8,26 @@
 #include "planar_mapping/map/store/planar_map_params.h"
 #include "store/cell_layer.h"
 #include "store/plane_layer.h"
-#include "store/stored_pose.h"
 #include "store/unknown_space.h"
 
 namespace planar_mapping::detail {
+
+/// Largest coordinate of a pose, metres.
+constexpr double kFarthestPose = 1e14;
+
+/// Pose of the sensor in the world when a frame was taken.
+struct FramePose {
+  double timestamp = 0.0;  ///< seconds
+  Vector3 position = Vector3::Zero();
+  Quaternion orientation = Quaternion::Identity();
+
+  Pose pose() const {
+    Pose pose = Pose::Identity();
+    pose.linear() = orientation.toRotationMatrix();
+    pose.translation() = position;
+    return pose;
+  }
+};
 
 /// All that a map knows: plain values, copied with it and written to its file.
 struct MapData {
@@ -20,7 +36,7 @@ struct MapData {
   std::int32_t next_plane_id = 0;
   CellLayer cells;
   UnknownSpace unknown;
-  std::vector<StoredPose> trajectory;
+  std::vector<FramePose> trajectory;
 
   double resolution() const { return params.approximation.resolution; }
   double unknownResolution() const {

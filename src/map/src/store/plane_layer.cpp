@@ -9,25 +9,14 @@ namespace planar_mapping::detail {
 
 void PlaneLayer::setFrame(const PlaneFrame& wanted) {
   frame_ = wanted;
-  plane_ = planeOf(wanted);
-  settled_ = false;
+  frame_.v = frame_.n.cross(frame_.u);
+  plane_ = {frame_.n, -frame_.n.dot(frame_.origin)};
+  ++frame_revision_;
 }
 
 void PlaneLayer::setMoments(const PlaneMoments& moments) {
-  moments_ = moments;
-  settled_ = false;
-}
-
-void PlaneLayer::settle() {
-  if (!settled_) restore(StoredPlane::from(frame_, moments_));
-}
-
-void PlaneLayer::restore(const StoredPlane& plane) {
-  if (!stored_.hasFrameOf(plane)) ++frame_revision_;
-  stored_ = plane;
-  setFrame(plane.frame());
-  moments_ = plane.moments(frame_);
-  settled_ = true;
+  const Matrix3 symmetric = 0.5 * (moments.scatter() + moments.scatter().transpose());
+  moments_ = PlaneMoments::fromSums(moments.weight(), Vector3::Zero(), symmetric, moments.mean());
 }
 
 void PlaneLayer::setCell(std::int32_t a, std::int32_t b, std::uint8_t belief) {

@@ -5,7 +5,8 @@
 #include <array>
 #include <cstdint>
 
-#include "store/stored_plane.h"
+#include "planar_mapping/core/cuboids/raster/detail/plane_raster.h"
+#include "planar_mapping/core/geometry/detail/plane_moments.h"
 #include "store/tile_raster.h"
 
 namespace planar_mapping::detail {
@@ -30,14 +31,12 @@ class PlaneLayer {
   const PlaneFrame& frame() const { return frame_; }
   const Plane& plane() const { return plane_; }
   const PlaneMoments& moments() const { return moments_; }
-  /// Another number for another frame.
+  /// Bumped whenever the frame moves.
   std::uint32_t frameRevision() const { return frame_revision_; }
+  /// \param wanted  v is taken to be n x u
   void setFrame(const PlaneFrame& wanted);
+  /// Takes the symmetric part of the scatter: as it is after it was saved and loaded.
   void setMoments(const PlaneMoments& moments);
-  /// Rounds frame and moments as the file does, if they changed.
-  void settle();
-  const StoredPlane& stored() const { return stored_; }
-  void restore(const StoredPlane& plane);
 
   /// Makes the cell occupied if it is not yet.
   void setCell(std::int32_t a, std::int32_t b, std::uint8_t belief);
@@ -56,9 +55,7 @@ class PlaneLayer {
   PlaneFrame frame_;
   Plane plane_;
   PlaneMoments moments_;
-  StoredPlane stored_;
   std::uint32_t frame_revision_ = 0;
-  bool settled_ = true;  ///< frame and moments are those that are stored
 };
 
 }  // namespace planar_mapping::detail

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "store/map_data.h"
 #include "planar_mapping/core/cuboids/detail/compact_cover.h"
+#include "store/map_data.h"
 
 namespace planar_mapping::detail {
 
@@ -18,22 +18,22 @@ struct SurfaceBand {
   double back = 0.0;
 };
 
-/// What surfaceSpread() says: steps of the band up to kLinear of them, then kMost - kLinear wider
+/// What surfaceSpread() says: steps of the band up to kLinear of them, then kMax - kLinear wider
 /// classes, a cell each, from kWide cells on.
 struct SurfaceSpread {
   static constexpr std::uint8_t kLinear = 12;
-  static constexpr std::uint8_t kMost = 15;
+  static constexpr std::uint8_t kMax = 15;
   static constexpr double kWide = 3.0;  ///< cells
 };
 
 /// How far from a plane its points are: surface_factor root mean square distances. In steps, or
-/// every frame would move every cuboid a little. A function of what the file keeps of the plane.
+/// every frame would move every cuboid a little.
 inline std::uint8_t surfaceSpread(const MapData& map, const PlaneMoments& moments) {
   using Spread = SurfaceSpread;
   if (!map.isCompact() || !(map.params.surface_factor > 0.0)) return 0;
   const double cells = map.params.surface_factor * moments.fit().rms / map.resolution();
-  constexpr double kWidest = Spread::kWide + (Spread::kMost - Spread::kLinear - 1);
-  if (!(cells < kWidest)) return Spread::kMost;  // also if it is no number
+  constexpr double kWidest = Spread::kWide + (Spread::kMax - Spread::kLinear - 1);
+  if (!(cells < kWidest)) return Spread::kMax;  // also if it is no number
   if (cells >= Spread::kWide) {
     return static_cast<std::uint8_t>(Spread::kLinear + 1 + std::floor(cells - Spread::kWide));
   }

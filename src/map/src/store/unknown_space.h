@@ -21,14 +21,14 @@ using CubeBits = std::array<std::uint64_t, 8>;
 /// that is why free cells are remembered as well.
 ///
 /// Where nothing nearby was seen free, at the rim of what a frame sees and at its largest range,
-/// hidden cells are judged by blocks of 4 x 4 x 4, by the middle of the block: nothing is certain
+/// hidden cells are marked by blocks of 4 x 4 x 4, by the middle of the block: nothing is certain
 /// there, and following the rim cell by cell would cost most of the memory. A block of which a
 /// frame sees nothing free and part hidden is hidden as a whole.
 class UnknownSpace {
  public:
   using Block = SpaceBlock;
 
-  /// Judges the cells in the frustum of an image, up to \p max_range, by its depths.
+  /// Marks the cells in the frustum of an image, up to \p max_range, by its depths.
   void integrate(const DepthImage& image, double cell, double max_range);
   bool isUnknown(const Int3& cell) const { return (around(cell).unknown >> bitOf(cell) & 1u) != 0; }
   struct Surroundings {

@@ -38,7 +38,6 @@ Cells contentOf(const CellLayer& layer, bool with_means) {
   Cells cells;
   layer.forEachBlock([&](const Int3& at, const CellBlock& block) {
     EXPECT_NE(block.occupied(), 0u);
-    EXPECT_EQ(block.hasMeans(), with_means);
     for (std::uint64_t bits = block.occupied(); bits != 0; bits &= bits - 1) {
       const auto bit = static_cast<std::size_t>(__builtin_ctzll(bits));
       const Int3 c = CellLayer::cellOf(at, static_cast<int>(bit));

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/geometry/pinhole_camera.h"
 #include "planar_mapping/evaluation/scene.h"
-#include "planar_mapping/map/planar_map.h"
 
 namespace planar_mapping {
 namespace evaluation {

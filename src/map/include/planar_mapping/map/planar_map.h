@@ -35,7 +35,8 @@ struct MapPlane {
 /// World frame, z up, metres, up to 2^20 cells from the origin (100 km at 0.1 m); points beyond are
 /// dropped and counted. Exactly one of isOccupied(), isFree() and isUnknown() holds anywhere.
 ///
-/// Cuboids are derived when they are asked for, again only where the map changed. Over frames
+/// Cuboids are derived when they are asked for, again only where the map changed. Nothing is
+/// rounded: planes and poses keep double precision, also in the file. Over frames
 /// - a plane is refitted from moments; its cells ride along with it and are never resampled;
 /// - a cell's belief moves by belief_gain towards what the newest frame says, and is multiplied by
 ///   miss_factor when the sensor looks through it, or looks where it is and measures there without
@@ -61,9 +62,9 @@ class PLANAR_MAPPING_EXPORT PlanarMap {
 
   /// The map without what only further frames need, for planners, simulators and narrow radio
   /// links: cuboids() and unknown space. It answers all queries as this map does, but that the
-  /// probability of cuboids is 1, and takes a fraction of the bytes. Planes, cells, trajectory, seen
-  /// free space and the parameters that say how frames are integrated are gone (params() has their
-  /// defaults), and nothing can be added. A finished map gives itself.
+  /// probability of cuboids is 1, and takes a fraction of the bytes. Planes, cells, trajectory,
+  /// seen free space and the parameters that say how frames are integrated are gone (params() has
+  /// their defaults), and nothing can be added. A finished map gives itself.
   PlanarMap finished() const;
   bool isFinished() const;
 
