@@ -10,7 +10,6 @@ namespace planar_mapping::detail {
 namespace {
 
 constexpr double kMinCellFraction = 0.3;  // of a cell that joins a plane as a whole
-constexpr int kMinCells = 3;              // of a region
 
 }  // namespace
 
@@ -61,11 +60,12 @@ void CellGrower::collect(int seed, PlaneCandidate plane, bool refit,
   sums = {};
   ++visit_;
   cells.push_back(seed);
+  sums_of_.assign(1, sumsOf(grid_, seed));
   visited_[static_cast<std::size_t>(seed)] = visit_;
   double refit_at = plane.sums[kN];
   for (std::size_t head = 0; head < cells.size(); ++head) {
     const int cell = cells[head];
-    addSums(sums, sumsOf(grid_, cell));
+    addSums(sums, sums_of_[head]);
     if (refit && sums[kN] > refit_at) {
       plane.sums = sums;
       fit_.fit(plane);
@@ -82,7 +82,10 @@ void CellGrower::collect(int seed, PlaneCandidate plane, bool refit,
       if (visited_[i] == visit_ || labels[i] >= 0) continue;
       visited_[i] = visit_;
       if (!(grid_.count(next) >= kMinCellFraction * grid_.capacity)) continue;
-      if (accepts(plane, sumsOf(grid_, next), states_[i])) cells.push_back(next);
+      const MomentSums of_next = sumsOf(grid_, next);
+      if (!accepts(plane, of_next, states_[i])) continue;
+      cells.push_back(next);
+      sums_of_.push_back(of_next);
     }
   }
 }

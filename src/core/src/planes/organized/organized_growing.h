@@ -10,6 +10,8 @@
 
 namespace planar_mapping::detail {
 
+constexpr int kMinCells = 3;  ///< of a region: three points span a plane
+
 /// What growing needs to know of a cell.
 struct CellState {
   float normal[3];         ///< of the window or the cell, metres; zero if neither is planar
@@ -51,6 +53,7 @@ class CellGrower {
                std::vector<int>& cells, MomentSums& sums);
 
   const PlaneFit& fit_;
+  std::vector<MomentSums> sums_of_;  ///< of the cells that are collected
   std::vector<int> visited_;
   int visit_ = 0;
 };

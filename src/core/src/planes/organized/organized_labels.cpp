@@ -209,14 +209,15 @@ const std::vector<TilePart>& PixelLabels::parts() {
       TilePart& part = parts.back();
       part.tile = tile;
       part.label = summary.planes.label[k];
-      part.finite =
-          by_quarters_
-              ? static_cast<std::int16_t>(countFiniteAround(cloud_.x(tile), labels, part.label))
-              : finite;
+      part.finite = finite;
       if (summary.count[k] == finite) {
         part.sums = sumsOf(tiles_, tile);
       } else {
         sumLabelledPixels(cloud_, tile, labels, part.label, part.sums.data());
+        if (by_quarters_) {
+          part.finite =
+              static_cast<std::int16_t>(countFiniteAround(cloud_.x(tile), labels, part.label));
+        }
       }
     }
   }
@@ -225,6 +226,9 @@ const std::vector<TilePart>& PixelLabels::parts() {
 }
 
 void PixelLabels::relabel(const std::vector<std::int16_t>& target) {
+  std::size_t same = 0;
+  while (same < target.size() && target[same] == static_cast<std::int16_t>(same)) ++same;
+  if (same == target.size()) return;
   for (std::size_t tile = 0; tile < summaries_.size(); ++tile) {
     presence_[tile].rename(target);
     grown_[tile].rename(target);
