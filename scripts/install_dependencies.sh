@@ -11,7 +11,7 @@ packages=(
   liboctomap-dev
   libegl1 libgl1-mesa-dri
   libgtest-dev libbenchmark-dev
-  xvfb xauth
+  xvfb xauth doxygen
   python3 python3-numpy python3-zstandard
 )
 

@@ -38,7 +38,7 @@ def rows_of(out, folder, scene):
 def tables(out):
     cells = ["| input | s m | SG | OG | RA | paper | **PG** | PG/RA | eta | error % SG / RA / PG "
              "| complete % RA / PG | covered % RA / PG |", "|---" * 12 + "|"]
-    sizes = ["| input | s m | memory kB OG / PG | PG/OG | kB `.bt` / full / finished | full/`.bt` | finished/`.bt` "
+    sizes = ["| input | s m | memory kB OG / PG | PG/OG | kB `.bt` / `.ot` / full / finished | full/`.ot` | finished/`.bt` "
              "| PG is behind in |", "|---" * 8 + "|"]
     for folder, scene, name in INPUTS:
         for s, of in rows_of(out, folder, scene):
@@ -49,11 +49,11 @@ def tables(out):
                          f"| {percent([r['error_percent'] for r in (sg, ra, pg)])} "
                          f"| {percent([r['completeness'] and 100 * r['completeness'] for r in (ra, pg)])} "
                          f"| {percent([100 * r['coverage'] for r in (ra, pg)])} |")
-            bt = og["file_bytes"]
+            files = [og["file_bytes"], og["ot_bytes"], pg["file_bytes"], pg["finished_bytes"]]
             sizes.append(f"| {name} | {s} | {short(og['memory_bytes'] / 1e3)} / {short(pg['memory_bytes'] / 1e3)} "
                          f"| {pg['memory_bytes'] / og['memory_bytes']:.3f} "
-                         f"| {short(bt / 1e3)} / {short(pg['file_bytes'] / 1e3)} / {short(pg['finished_bytes'] / 1e3)} "
-                         f"| {pg['file_bytes'] / bt:.2f} | {pg['finished_bytes'] / bt:.2f} "
+                         f"| {' / '.join(short(size / 1e3) for size in files)} "
+                         f"| {files[2] / files[1]:.2f} | {files[3] / files[0]:.2f} "
                          f"| {behind(pg['loses_to'])} |")
     return "\n".join(cells), "\n".join(sizes)
 
