@@ -16,11 +16,6 @@ inline std::uint64_t hashOf(std::uint64_t key) {
   return key ^ (key >> 29u);
 }
 
-/// Where a hash table of 2^n slots starts to look for a key; mask = 2^n - 1.
-inline std::size_t hashSlot(std::uint64_t key, std::size_t mask) {
-  return hashOf(key) & mask;
-}
-
 /// Numbers the cells of a grid fixed in the world that the points of a frame lie in, each plane on
 /// its own, with one look-up a run of points. Cells two million apart share a number.
 class FrameCells {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "base/point_indices.h"
 #include "ground/ground_model.h"
@@ -31,13 +32,21 @@ void requireLength(const char* name, double value) {
   requireInRange(name, value, 0.0, kMax, "m");
 }
 
-std::size_t countFinite(const PointsView& points, const Indices* indices) {
-  std::size_t finite = 0;
-  for (std::size_t k = 0; k < detail::countOf(points, indices); ++k) {
-    finite += points.isFinite(detail::at(indices, k)) ? 1 : 0;
+/// False if all points that count are finite; else lists those that are.
+bool hasNotFinite(const PointsView& points, const Indices* indices, Indices& finite) {
+  const std::size_t n = detail::countOf(points, indices);
+  bool all = true;
+  for (std::size_t k = 0; k < n; ++k) all = all & points.isFinite(detail::at(indices, k));
+  if (all) return false;
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::size_t i = detail::at(indices, k);
+    if (points.isFinite(i)) finite.push_back(static_cast<int>(i));
   }
-  return finite;
+  return true;
 }
+
+Ground findAmongFinite(const PointsView& points, const Indices* indices,
+                       const GroundParams& params);
 
 }  // namespace
 
@@ -79,17 +88,34 @@ const char* toString(GroundStatus status) {
   return "invalid";
 }
 
-Ground findGround(const PointsView& points, const Indices* indices, const GroundParams& params,
-                  const Vector3& sensor) {
+Ground findGround(const PointsView& points, const Indices* indices, const GroundParams& params) {
   params.validate();
   detail::requireIndices(points, indices);
-  if (!sensor.allFinite()) throw InputError("sensor: its position is not finite");
+  Indices finite;
+  if (!hasNotFinite(points, indices, finite)) return findAmongFinite(points, indices, params);
+  // Points that are not finite count for nothing: the sample is that of the others alone.
+  Ground ground = findAmongFinite(points, &finite, params);
+  const std::size_t n = detail::countOf(points, indices);
+  ground.diagnostics.points_considered = n;
+  ground.diagnostics.points_not_finite = n - finite.size();
+  const std::vector<std::uint8_t> marks =
+      std::exchange(ground.is_ground, std::vector<std::uint8_t>(n, 0));
+  auto mark = marks.begin();
+  for (std::size_t k = 0; k < n; ++k) {
+    if (points.isFinite(detail::at(indices, k))) ground.is_ground[k] = *mark++;
+  }
+  return ground;
+}
 
+namespace {
+
+Ground findAmongFinite(const PointsView& points, const Indices* indices,
+                       const GroundParams& params) {
   Ground ground;
   const std::size_t n = detail::countOf(points, indices);
   ground.diagnostics.points_considered = n;
   const detail::GroundFrame frame(
-      params, params.up ? *params.up : verticalOf(points, indices, Pose::Identity()), sensor);
+      params, params.up ? *params.up : verticalOf(points, indices, Pose::Identity()));
   detail::GroundSample sample = detail::drawGroundSample(points, indices, params, frame);
   const auto sampled = static_cast<double>(sample.size());
   ground.diagnostics.points_sampled = sample.size();
@@ -106,7 +132,6 @@ Ground findGround(const PointsView& points, const Indices* indices, const Ground
   }
   if (ground.diagnostics.status != GroundStatus::Found) {
     ground.is_ground.assign(n, 0);
-    ground.diagnostics.points_not_finite = n - countFinite(points, indices);
     return ground;
   }
 
@@ -114,10 +139,9 @@ Ground findGround(const PointsView& points, const Indices* indices, const Ground
   ground.height = estimate.plane.height();
   Pose T_cloud_ground = Pose::Identity();
   T_cloud_ground.linear() = frame.axes.transpose();
-  T_cloud_ground.translation() = sensor;
   const PlaneMoments moments = estimate.moments.transformed(T_cloud_ground);
   const PlaneMoments::Fit fit = moments.fit();
-  ground.plane = orientedTowards(fit.plane, sensor);
+  ground.plane = orientedTowards(fit.plane, Vector3::Zero());
   ground.covariance = moments.planeCovariance(fit);
   ground.rms = fit.rms;
   const detail::GroundBends bends(sample, estimate, params, frame);
@@ -126,4 +150,5 @@ Ground findGround(const PointsView& points, const Indices* indices, const Ground
   return ground;
 }
 
+}  // namespace
 }  // namespace planar_mapping

@@ -5,20 +5,19 @@
 #include <cstdint>
 #include <cstring>
 
-#include "ground/ground_model.h"
 #include "base/organized_lanes.h"
+#include "base/point_indices.h"
+#include "ground/ground_model.h"
 #include "planar_mapping/core/base/detail/gather_points.h"
 #include "planar_mapping/core/base/detail/marked_positions.h"
 #include "planar_mapping/core/base/detail/parallel.h"
 #include "planar_mapping/core/base/detail/simd.h"
-#include "base/point_indices.h"
 
 namespace planar_mapping::detail {
 namespace {
 
 /// All that the pass over the points needs, as plain numbers.
 struct Kernel {
-  float sensor[3];
   float normal[3];  ///< of the plane at the sensor, unit, upwards
   float height;
   float depth_axis[3];
@@ -35,7 +34,7 @@ struct Kernel {
 
 // Points are dealt with in blocks that stay in the first cache.
 constexpr std::size_t kBlock = 512;
-/// Of these, so many together have one piece of the ground under them, mostly.
+/// Points in a row that mostly have one piece of the ground under them.
 constexpr std::size_t kTogether = 16;
 static_assert(kBlock % kTogether == 0, "what is beyond the points of a block is in it");
 struct Block {
@@ -115,9 +114,9 @@ void classify(std::size_t n, const Kernel& kernel, Block& block) {
   const Kernel k = kernel;
   std::int32_t finite = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    const float px = block.x[i] - k.sensor[0];
-    const float py = block.y[i] - k.sensor[1];
-    const float pz = block.z[i] - k.sensor[2];
+    const float px = block.x[i];
+    const float py = block.y[i];
+    const float pz = block.z[i];
     const float along = k.depth_axis[0] * px + k.depth_axis[1] * py + k.depth_axis[2] * pz;
     block.x[i] = k.forwards[0] * px + k.forwards[1] * py + k.forwards[2] * pz;
     block.y[i] = k.left[0] * px + k.left[1] * py + k.left[2] * pz;
@@ -197,7 +196,6 @@ Kernel makeKernel(const GroundParams& params, const GroundFrame& frame, const Gr
       plane.cosine() * (frame.axes.transpose() * Vector3(-plane.slope_x, -plane.slope_y, 1.0));
   Kernel kernel;
   for (int i = 0; i < 3; ++i) {
-    kernel.sensor[i] = static_cast<float>(frame.sensor[i]);
     kernel.normal[i] = static_cast<float>(normal[i]);
     kernel.depth_axis[i] = static_cast<float>(frame.depth_axis[i]);
     kernel.forwards[i] = static_cast<float>(frame.axes(0, i));
@@ -207,7 +205,7 @@ Kernel makeKernel(const GroundParams& params, const GroundFrame& frame, const Gr
   kernel.threshold = static_cast<float>(frame.distance_threshold);
   kernel.noise = static_cast<float>(frame.noise_per_depth_and_height * plane.height());
   kernel.wall_height = static_cast<float>(params.wall_height);
-  // Without a search for walls nothing in the band is left to be judged.
+  // Without a search for walls all of the band is ground.
   kernel.foot = params.wall_height > 0.0 ? static_cast<float>(params.wall_foot_threshold) : 1e9f;
   kernel.columns_per_metre = static_cast<float>(1.0 / params.wall_cell);
   bends.describe(kernel.origin_x, kernel.origin_y, kernel.cells_per_metre, kernel.pieces);

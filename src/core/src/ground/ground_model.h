@@ -13,9 +13,8 @@ namespace planar_mapping::detail {
 
 /// Axes at the sensor: x forwards, y left, z up; and how wide the band around the ground is.
 struct GroundFrame {
-  GroundFrame(const GroundParams& params, const Vector3& up, const Vector3& sensor);
+  GroundFrame(const GroundParams& params, const Vector3& up);
 
-  Vector3 sensor;
   Matrix3 axes;        ///< rows: forwards, left, up
   Vector3 depth_axis;  ///< unit, or zero: depth is the distance
   double distance_threshold;
@@ -24,7 +23,7 @@ struct GroundFrame {
   double band(double depth, double height) const {
     return std::max(distance_threshold, noise_per_depth_and_height * height * depth);
   }
-  Vector3 local(const Vector3& p) const { return axes * (p - sensor); }
+  Vector3 local(const Vector3& p) const { return axes * p; }
   double depth(const Vector3& p) const;
 };
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "base/point_indices.h"
-#include "grid/labelled_cells.h"
+#include "grid/cell_table.h"
 #include "ground/ground_model.h"
 #include "planar_mapping/core/base/detail/gather_points.h"
 #include "planar_mapping/core/base/detail/random.h"
@@ -13,12 +13,12 @@
 namespace planar_mapping::detail {
 namespace {
 
-constexpr int kMaxDraws = 3000;       // triples drawn
-constexpr int kMaxScored = 600;       // hypotheses scored on the small sample
-constexpr std::size_t kSmall = 512;   // points of the small sample
-constexpr int kFinalists = 8;         // hypotheses scored on the whole sample
-constexpr int kRefits = 3;            // rounds of least squares
-constexpr double kNarrowShare = 0.4;  // of the band, in the last of them
+constexpr int kMaxDraws = 3000;          // triples drawn
+constexpr int kMaxScored = 600;          // hypotheses scored on the small sample
+constexpr std::size_t kSmall = 512;      // points of the small sample
+constexpr int kFinalists = 8;            // hypotheses scored on the whole sample
+constexpr int kRefits = 3;               // rounds of least squares
+constexpr double kNarrowFraction = 0.4;  // of the band, in the last of them
 
 /// Points within the band minus points below it, times 256: nothing lies under the ground but
 /// noise.
@@ -119,8 +119,8 @@ std::vector<Hypothesis> drawHypotheses(const Candidates& c, const GroundParams& 
   return best;
 }
 
-/// Least squares on the points within a share of the band, weighted by 1 / band^2.
-bool refit(const Candidates& c, double reference_band, double share_of_band, GroundPlane& plane,
+/// Least squares on the points within a fraction of the band, weighted by 1 / band^2.
+bool refit(const Candidates& c, double reference_band, double fraction_of_band, GroundPlane& plane,
            PlaneMoments& moments) {
   const double cosine = plane.cosine();
   // About the foot of the sensor, so that the sums stay small.
@@ -131,7 +131,7 @@ bool refit(const Candidates& c, double reference_band, double share_of_band, Gro
     const double y = c.y[i];
     const double z = c.z[i] - plane.offset;
     const double d = (z - plane.slope_x * x - plane.slope_y * y) * cosine;
-    if (!(std::abs(d) <= share_of_band * c.band[i])) continue;
+    if (!(std::abs(d) <= fraction_of_band * c.band[i])) continue;
     const double relative = reference_band / c.band[i];
     const double weight = relative * relative;
     n += weight;
@@ -169,11 +169,8 @@ double GroundPlane::cosine() const {
   return 1.0 / std::sqrt(1.0 + slope_x * slope_x + slope_y * slope_y);
 }
 
-GroundFrame::GroundFrame(const GroundParams& params, const Vector3& upwards,
-                         const Vector3& sensor_position)
-    : sensor(sensor_position),
-      distance_threshold(params.distance_threshold),
-      noise_per_depth_and_height(0.0) {
+GroundFrame::GroundFrame(const GroundParams& params, const Vector3& upwards)
+    : distance_threshold(params.distance_threshold), noise_per_depth_and_height(0.0) {
   const Vector3 up = upwards.normalized();
   const Vector3 optical = params.optical_axis.normalized();
   Vector3 forwards = optical - up.dot(optical) * up;
@@ -195,7 +192,7 @@ GroundFrame::GroundFrame(const GroundParams& params, const Vector3& upwards,
 }
 
 double GroundFrame::depth(const Vector3& p) const {
-  return depth_axis.isZero(0.0) ? (p - sensor).norm() : std::abs(depth_axis.dot(p - sensor));
+  return depth_axis.isZero(0.0) ? p.norm() : std::abs(depth_axis.dot(p));
 }
 
 GroundSample drawGroundSample(const PointsView& points, const Indices* indices,
@@ -244,15 +241,14 @@ void dropUprights(GroundSample& sample, const GroundParams& params, const Ground
   const double steepest = std::tan(params.max_slope) + std::hypot(std::tan(params.pitch_tolerance),
                                                                   std::tan(params.roll_tolerance));
   const double climb = side * steepest + 2.0 * frame.distance_threshold;
-  LabelledCells columns;
+  CellTable columns;
   std::vector<std::int32_t> column_of(sample.size(), -1);
   std::vector<float> lowest;
   for (std::size_t i = 0; i < sample.size(); ++i) {
     const double a = std::floor(sample.x[i] / side);
     const double b = std::floor(sample.y[i] / side);
     if (!(std::abs(a) < 1e9 && std::abs(b) < 1e9)) continue;
-    column_of[i] =
-        columns.insert({0, static_cast<std::int32_t>(a), static_cast<std::int32_t>(b), 0});
+    column_of[i] = columns.insert({static_cast<std::int32_t>(a), static_cast<std::int32_t>(b), 0});
     if (static_cast<std::size_t>(column_of[i]) == lowest.size()) lowest.push_back(sample.z[i]);
     lowest[column_of[i]] = std::min(lowest[column_of[i]], sample.z[i]);
   }
@@ -325,8 +321,8 @@ GroundStatus estimateGround(const GroundSample& sample, const GroundParams& para
     bool good = true;
     for (int round = 0; round < kRefits && good; ++round) {
       // The last look is a narrow one: what stands on the ground lies on one side of it.
-      const double share = round + 1 < kRefits ? 1.0 : kNarrowShare;
-      good = refit(candidates, frame.distance_threshold, share, plane, moments);
+      const double fraction = round + 1 < kRefits ? 1.0 : kNarrowFraction;
+      good = refit(candidates, frame.distance_threshold, fraction, plane, moments);
     }
     if (!good || !withinPriors(plane, params)) continue;
     if (static_cast<double>(countInliers(candidates, plane)) < needed) continue;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <unordered_map>
 #include <vector>
 
 #include "grid/frame_cells.h"
@@ -15,7 +16,7 @@ namespace planar_mapping::detail {
 /// whose track is their cell, at the price of one look-up a cell instead of several a point.
 class CellBeliefs {
  public:
-  std::size_t size() const { return known_; }
+  std::size_t size() const { return known_.size(); }
 
   /// One frame.
   /// \param support   Eq. 4 of the samples of each group
@@ -26,16 +27,11 @@ class CellBeliefs {
 
  private:
   struct Belief {
-    std::uint64_t cell = FrameCells::kNoCell;
     double value = 0.0;
-    std::int64_t frame = 0;  ///< when last seen; 0 = new
+    std::int64_t frame = 0;  ///< when last seen
   };
 
-  Belief& at(std::uint64_t cell, std::int64_t oldest);
-  void rebuild(std::int64_t oldest);
-
-  std::vector<Belief> slots_;  ///< open addressing, a power of two
-  std::size_t known_ = 0;
+  std::unordered_map<std::uint64_t, Belief> known_;  ///< by cell
   std::int64_t frame_ = 0;
   std::vector<std::int32_t> order_;  ///< groups by cell; kept for its memory
 };

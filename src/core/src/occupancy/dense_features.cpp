@@ -8,8 +8,7 @@
 namespace planar_mapping::detail {
 
 void DenseFeatures::sample(const Indices& indices, const FrameCells& cells, int per_group) {
-  // So many are copied at a time, whether a run has as many or not: what belongs to the next runs
-  // is written again.
+  // Copied this many at a time: what belongs to the next runs is written again.
   constexpr std::size_t kAtOnce = 8;
   support_.assign(cells.groups().size(), Support());
   const std::size_t most =
@@ -41,8 +40,8 @@ void DenseFeatures::sample(const Indices& indices, const FrameCells& cells, int 
   groups_.resize(number);
 }
 
-void DenseFeatures::judge(const PointsView& points, const OccupancyParams& params,
-                          const std::vector<double>* known) {
+void DenseFeatures::observe(const PointsView& points, const OccupancyParams& params,
+                            const std::vector<double>* known) {
   if (known != nullptr) {
     std::size_t left = 0;
     for (std::size_t k = 0; k < points_.size(); ++k) {

@@ -11,11 +11,11 @@
 
 namespace planar_mapping::detail {
 
-/// Up to so many points of each group of a frame, judged by Eq. 4 among themselves.
+/// Points sampled from each group of a frame, and Eq. 4 over the samples of a group.
 class DenseFeatures {
  public:
   struct Support {
-    double sum = 0.0;        ///< of the probabilities
+    double sum = 0.0;        ///< of Eq. 4
     std::int32_t count = 0;  ///< of the points sampled
   };
 
@@ -23,8 +23,8 @@ class DenseFeatures {
   void sample(const Indices& indices, const FrameCells& cells, int per_group);
   /// Eq. 4; the points are relative to the sensor.
   /// \param known beliefs of groups, not negative where the support is not asked for; null = none
-  void judge(const PointsView& points, const OccupancyParams& params,
-             const std::vector<double>* known = nullptr);
+  void observe(const PointsView& points, const OccupancyParams& params,
+               const std::vector<double>* known = nullptr);
   const Support& support(std::int32_t group) const {
     return support_[static_cast<std::size_t>(group)];
   }

@@ -44,7 +44,7 @@ struct KlOccupancy::Impl {
   OccupancyParams occupancy;  ///< with the floor of the range error
   FeatureBeliefs tracks;
   detail::CellBeliefs cell_beliefs;
-  bool has_before = false;  ///< a frame judged by tracks, ...
+  bool has_before = false;  ///< a frame taken by tracks, ...
   std::optional<Pose> T_world_before;
   bool before_is_last = false;  ///< ... which is the one before
 
@@ -112,7 +112,7 @@ void KlOccupancy::reset() {
   impl_->has_before = impl_->before_is_last = false;
 }
 
-/// Since the last frame judged by tracks.
+/// Since the last frame taken by tracks.
 std::optional<FrameMotion> KlOccupancy::Impl::motionOf(const OccupancyFrame& frame) const {
   if (!has_before) return std::nullopt;
   if (frame.motion && before_is_last) return frame.motion;
@@ -166,7 +166,7 @@ KlOccupancyDiagnostics KlOccupancy::update(const OccupancyFrame& frame,
     own.has_before = true;
     own.T_world_before = frame.T_world_sensor;
   } else {
-    own.samples.judge(frame.points, own.occupancy);
+    own.samples.observe(frame.points, own.occupancy);
     report.beliefs =
         own.cell_beliefs.update(own.cells.groups(), own.samples, own.params.beliefs, own.of_group);
   }

@@ -79,7 +79,7 @@ double featureProbability(double range, double mean_range, double range_error, d
 
 std::vector<float> featureProbabilities(const PointsView& points, const Indices* indices,
                                         const std::vector<std::int32_t>& groups,
-                                        const OccupancyParams& params, const Vector3& sensor) {
+                                        const OccupancyParams& params) {
   params.validate();
   detail::requireIndices(points, indices);
   const std::size_t n = detail::countOf(points, indices);
@@ -96,7 +96,7 @@ std::vector<float> featureProbabilities(const PointsView& points, const Indices*
   std::vector<double> range(n);
   for (std::size_t k = 0; k < n; ++k) {
     const std::size_t i = detail::at(indices, k);
-    range[k] = points.isFinite(i) ? (points.point(i) - sensor).norm() : -1.0;
+    range[k] = points.isFinite(i) ? points.point(i).norm() : -1.0;
     if (range[k] < 0.0 || slot_of[k] < 0) continue;
     range_sum[slot_of[k]] += range[k];
     ++count[slot_of[k]];
@@ -111,7 +111,7 @@ std::vector<float> featureProbabilities(const PointsView& points, const Indices*
       result[k] = static_cast<float>(params.single_feature_probability);
       continue;
     }
-    const Vector3 point = points.point(detail::at(indices, k)) - sensor;
+    const Vector3 point = points.point(detail::at(indices, k));
     const double mean = range_sum[slot] / count[slot];
     const double depth = axis > 0.0 ? std::abs(point.dot(params.optical_axis)) / axis : range[k];
     const double error = std::max(rangeErrorOf(mean, depth, params.noise), params.min_range_error);

@@ -204,7 +204,7 @@ void TrackedCells::update(const OccupancyFrame& frame, const Indices& indices,
     params.doubt_spreads ? spread(std::move(known)) : spreadBelieved();
   }
 
-  dense.judge(frame.points, occupancy, &values_);
+  dense.observe(frame.points, occupancy, &values_);
   of_group.resize(groups_of_points);
   for (std::size_t g = 0; g < groups_of_points; ++g) {
     double value = values_[g];

@@ -100,17 +100,6 @@ TEST(Occupancy, RangeErrorFloorForgivesTheSizeOfTheCell) {
   EXPECT_NEAR(floor[0], std::exp(-0.5 * 0.36), 1e-3);
 }
 
-TEST(Occupancy, DependsOnlyOnThePositionRelativeToTheSensor) {
-  const Vector3 sensor(1.0, -2.0, 0.5);
-  std::vector<float> at_origin{0.1f, 0.2f, 2.0f, 0.1f, 0.25f, 2.1f};
-  std::vector<float> moved(at_origin);
-  for (std::size_t i = 0; i < moved.size(); ++i) moved[i] += static_cast<float>(sensor[i % 3]);
-  const auto a = featureProbabilities(viewOf(at_origin), nullptr, {0, 0}, OccupancyParams());
-  const auto b = featureProbabilities(viewOf(moved), nullptr, {0, 0}, OccupancyParams(), sensor);
-  EXPECT_NEAR(a[0], b[0], 1e-3);
-  EXPECT_NEAR(a[1], b[1], 1e-3);
-}
-
 TEST(Occupancy, StaysInRangeForHostileInput) {
   Random random(1);
   std::vector<float> xyz;

@@ -20,15 +20,10 @@ std::vector<std::uint8_t> GroundRemoval<PointT>::test(const PointCloud& cloud,
                                                       const Indices* indices) {
   ground_ = Ground();
   const CloudView view = viewOf(cloud);
-  const PointsView& points = view;
-  ground_ = tracker_.update(points, indices, sensorPoseOf(cloud, sensor_pose_));
+  ground_ = tracker_.update(view, indices, sensorPoseOf(cloud, sensor_pose_));
   std::vector<std::uint8_t> verdicts = ground_.is_ground;
   static_assert(detail::kPasses == 0 && detail::kFails == 1, "as Ground::is_ground");
-  if (ground_.diagnostics.points_not_finite == 0) return verdicts;
-  for (std::size_t k = 0; k < verdicts.size(); ++k) {
-    const std::size_t i = indices ? static_cast<std::size_t>((*indices)[k]) : k;
-    if (!points.isFinite(i)) verdicts[k] = detail::kInvalid;
-  }
+  if (ground_.diagnostics.points_not_finite > 0) this->markNotFinite(view, indices, verdicts);
   return verdicts;
 }
 

@@ -39,10 +39,8 @@ std::vector<std::uint8_t> KLOccupancyFilter<PointT>::test(const PointCloud& clou
   for (std::size_t k = 0; k < verdicts.size(); ++k) {
     const std::size_t i = indices ? static_cast<std::size_t>((*indices)[k]) : k;
     verdicts[k] = probabilities_[i] >= limit ? detail::kPasses : detail::kFails;
-    if (diagnostics_.points_not_finite > 0 && !frame.points.isFinite(i)) {
-      verdicts[k] = detail::kInvalid;
-    }
   }
+  if (diagnostics_.points_not_finite > 0) this->markNotFinite(view, indices, verdicts);
   return verdicts;
 }
 

@@ -36,6 +36,15 @@ void PointFilter<PointT>::unshare() {
 }
 
 template <typename PointT>
+void PointFilter<PointT>::markNotFinite(const PointsView& points, const Indices* indices,
+                                        std::vector<std::uint8_t>& verdicts) {
+  for (std::size_t k = 0; k < verdicts.size(); ++k) {
+    const std::size_t i = indices ? static_cast<std::size_t>((*indices)[k]) : k;
+    if (!points.isFinite(i)) verdicts[k] = kInvalid;
+  }
+}
+
+template <typename PointT>
 void PointFilter<PointT>::applyFilter(pcl::Indices& indices) {
   this->removed_indices_->clear();
   const pcl::Indices& all = *this->indices_;

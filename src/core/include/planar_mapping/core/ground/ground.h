@@ -93,14 +93,11 @@ struct Ground {
 
 /// Finds the ground of a frame and the points on it. O(points), from a fixed-size sample; the
 /// result does not depend on anything but the arguments.
-/// \param points  the cloud; non-finite points are skipped and counted
+/// \param points  relative to the sensor; non-finite ones are skipped and counted
 /// \param indices the points that count, or null for all
-/// \param sensor  position of the sensor in the cloud's frame
-/// \throws ParameterError for bad parameters; InputError for an index outside the cloud or a
-///         sensor that is not finite
+/// \throws ParameterError for bad parameters; InputError for an index outside the cloud
 PLANAR_MAPPING_EXPORT Ground findGround(const PointsView& points, const Indices* indices,
-                                        const GroundParams& params,
-                                        const Vector3& sensor = Vector3::Zero());
+                                        const GroundParams& params);
 
 /// Follows the ground over the frames of a sensor whose pose is known: the engine of GroundRemoval
 /// and of the stage `ground_removal`.

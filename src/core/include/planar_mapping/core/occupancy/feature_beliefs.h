@@ -14,7 +14,7 @@
 
 namespace planar_mapping {
 
-/// What x is in Eq. 9; METHOD leaves the choice to the measured mapping error.
+/// What x is in Eq. 9, which the paper leaves open.
 enum class MotionReading : std::uint8_t {
   FeaturePosition,  ///< the feature's position, carried over by R, T
   RobotPose,        ///< the robot's pose: measured motion against predicted motion

@@ -47,16 +47,15 @@ PLANAR_MAPPING_EXPORT double featureProbability(double range, double mean_range,
                                                 double eta1 = 1.0);
 
 /// Eq. 4 for many features at once; O(n log n).
-/// \param points  the features, metres
+/// \param points  the features, relative to the sensor, metres
 /// \param indices the features that count, or null for all
-/// \param groups  group of each feature of \p indices, in its order (METHOD: the features in one
-///                grid cell of one plane); any values, negative = a group of its own
-/// \param sensor  position of the sensor, in the frame of the points
+/// \param groups  group of each feature of \p indices, in its order (the features in one grid cell
+///                of one plane); any values, negative = a group of its own
 /// \return one belief per feature of \p indices, in its order; 0 for a non-finite one, which does
 ///         not count in its group either
 /// \throws ParameterError; InputError for an index outside the cloud or sizes that disagree
 PLANAR_MAPPING_EXPORT std::vector<float> featureProbabilities(
     const PointsView& points, const Indices* indices, const std::vector<std::int32_t>& groups,
-    const OccupancyParams& params, const Vector3& sensor = Vector3::Zero());
+    const OccupancyParams& params);
 
 }  // namespace planar_mapping

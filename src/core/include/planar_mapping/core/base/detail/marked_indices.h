@@ -8,9 +8,8 @@
 
 namespace planar_mapping::detail {
 
-/// Copies the indices whose mark (0 or 1) is the wanted one. Points side by side mostly share their
-/// mark, so that eight are looked at together; which of the others are wanted no branch could
-/// foresee.
+/// Copies the indices whose mark (0 or 1) is the wanted one. Neighbours mostly have the same mark,
+/// so eight are compared at a time; the others are copied without a branch.
 /// \param to room for one more than are wanted; may be where the indices are
 /// \return one past the last that was copied
 inline int* copyMarked(const int* indices, const std::uint8_t* marks, std::size_t n,
