@@ -35,7 +35,8 @@ TEST(CuboidApproximation, PlanarCuboidsMoveWithTheSensor) {
   ASSERT_EQ(count, 3);
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
     const Cuboid expected = transformed(before[i], T);
-    EXPECT_NEAR((expected.center - after[i].center).norm(), 0.0, 3e-4);  // as planes are kept
+    // A map keeps planes to a tenth of a millimetre along each axis, at either end.
+    EXPECT_NEAR((expected.center - after[i].center).norm(), 0.0, 5e-4);
     EXPECT_TRUE(expected.size.isApprox(after[i].size, 1e-9));
     EXPECT_NEAR(expected.orientation.angularDistance(after[i].orientation), 0.0, 1e-4);
   }
