@@ -8,13 +8,14 @@
 
 #include <filesystem>
 
+#include "message.h"
 #include "planar_mapping/pipeline/sequence_source.h"
 #include "transport_session.h"
 
 namespace planar_mapping::transport {
 namespace {
 
-constexpr std::size_t kLargestPoints = 10000000;
+constexpr std::size_t kMaxPoints = 10000000;
 constexpr std::uint64_t kFramesSent = 50;
 
 /// Four frames, with 300 key features each.
@@ -44,7 +45,7 @@ void encodeFrames(benchmark::State& state, CloudEncoding encoding) {
   std::size_t i = 0;
   double bytes = 0.0;
   for (auto _ : state) {
-    const Bytes body = encodeFrame(frames()[i++ % 4], 0, encoding);
+    const Bytes body = encodeFrame({}, 0, frames()[i++ % 4], encoding);
     bytes += static_cast<double>(body.size());
     benchmark::DoNotOptimize(body.data());
   }
@@ -53,21 +54,25 @@ void encodeFrames(benchmark::State& state, CloudEncoding encoding) {
 
 void decodeFrames(benchmark::State& state, CloudEncoding encoding) {
   std::vector<Bytes> bodies;
-  for (const Frame& frame : frames()) bodies.push_back(encodeFrame(frame, 0, encoding));
+  for (const Frame& frame : frames()) bodies.push_back(encodeFrame({}, 0, frame, encoding));
   std::size_t i = 0;
   for (auto _ : state) {
-    const FrameMessage message = decodeFrame(bodies[i++ % 4], kLargestPoints);
-    benchmark::DoNotOptimize(message.frame.cloud->size());
+    const Bytes& body = bodies[i++ % 4];
+    ByteReader reader(body.data(), body.size());
+    decode<InputDescription>(reader);
+    decode<Count>(reader);
+    benchmark::DoNotOptimize(decodeFrame(reader, kMaxPoints).cloud->size());
   }
 }
 
 /// A front-end that has its frames ready, and a mapping side that does nothing with them.
 void overLoopback(benchmark::State& state, CloudEncoding encoding) {
-  class Producer : public FrameProducer {
+  class Source : public FrameSource {
    public:
-    Ready describe() const override {
-      return {io::SequenceKind::Rgbd, io::PoseSource::File, kFramesSent, 1, "benchmark"};
-    }
+    std::vector<std::string> names() const override { return {"benchmark"}; }
+    io::SequenceKind kind() const override { return io::SequenceKind::Rgbd; }
+    io::PoseSource poseSource() const override { return io::PoseSource::File; }
+    std::optional<std::size_t> size() const override { return kFramesSent; }
     std::optional<Frame> next() override {
       if (position_ == kFramesSent) return std::nullopt;
       return frames()[position_++ % 4];
@@ -84,7 +89,7 @@ void overLoopback(benchmark::State& state, CloudEncoding encoding) {
     options.encoding = encoding;
     auto sender = std::async(std::launch::async, [&]() {
       return runFrontEnd(
-          listener.endpoint(), [](const std::string&) { return std::make_unique<Producer>(); },
+          listener.endpoint(), [](const std::string&) { return std::make_unique<Source>(); },
           options);
     });
     (void)listener.kind();

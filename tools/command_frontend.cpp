@@ -9,7 +9,9 @@
 #include <memory>
 
 #include "commands.h"
+#include "network_input.h"
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/pipeline/front_end_source.h"
 #if PLANAR_MAPPING_HAS_TRANSPORT
 #include "planar_mapping/transport/front_end.h"
 #endif
@@ -24,6 +26,7 @@ struct FrontendArguments {
   double timeout = 30.0;
   int threads = -1;
   std::string encoding = "compact";
+  std::string keys;
   bool quiet = false;
 };
 
@@ -41,7 +44,7 @@ extern "C" void requestFrontendStop(int number) {
 transport::Endpoint endpointOf(const FrontendArguments& arguments) {
   try {
     const transport::Endpoint endpoint = transport::parseEndpoint(arguments.endpoint);
-    if (endpoint.port == 0) throw InputError("port 0 is to listen only");
+    if (endpoint.port == 0 && !endpoint.isIpc()) throw InputError("port 0 is to listen only");
     return endpoint;
   } catch (const InputError& error) {
     throw UsageError(std::string("--connect: ") + error.what());
@@ -58,6 +61,7 @@ int run(const FrontendArguments& arguments) {
   options.timeout = arguments.timeout;
   options.encoding = arguments.encoding == "raw" ? transport::CloudEncoding::Raw
                                                  : transport::CloudEncoding::Compact;
+  if (!arguments.keys.empty()) options.keys = readKeyFile(arguments.keys);
   options.stop = &stop_requested;
   options.say = [](const std::string& text) { std::cerr << "planar_map: " << text << std::endl; };
   if (!arguments.quiet && isatty(STDERR_FILENO) == 1) {
@@ -65,10 +69,9 @@ int run(const FrontendArguments& arguments) {
       std::cerr << "\rframe " << done << " of " << all << (done == all ? "\n" : "") << std::flush;
     };
   }
-  const transport::FrontEndInput input = {arguments.inputs, arguments.poses, arguments.threads};
+  const FrontEndInput input = {arguments.inputs, arguments.poses, arguments.threads};
   const transport::FrontEndResult result = transport::runFrontEnd(
-      endpoint,
-      [&input](const std::string& yaml) { return transport::makePipelineProducer(yaml, input); },
+      endpoint, [&input](const std::string& yaml) { return makeFrontEndSource(yaml, input); },
       options);
   if (result.interrupted) {
     std::cerr << "planar_map: interrupted after " << result.frames_sent << " frames\n";
@@ -103,13 +106,13 @@ void addFrontendCommand(CLI::App& app, int& exit_code) {
       ->allow_extra_args(true);
   command
       ->add_option("--connect", arguments->endpoint,
-                   "[HOST:]PORT of the mapping side; only a port = 127.0.0.1")
+                   "[HOST:]PORT or ipc://PATH of the mapping side; only a port = 127.0.0.1")
       ->required();
   command->add_option("--poses", arguments->poses,
                       "Trajectory (TUM: timestamp tx ty tz qx qy qz qw), a line a frame");
   command
       ->add_option("--timeout", arguments->timeout,
-                   "Seconds to wait for a mapping side that is not there or says nothing")
+                   "Seconds to wait for a mapping side that is not there or went away")
       ->capture_default_str()
       ->check(CLI::Range(0.01, 1e6));
   command->add_option("-j,--threads", arguments->threads, "Threads, 0 = all cores")
@@ -119,6 +122,8 @@ void addFrontendCommand(CLI::App& app, int& exit_code) {
                    "compact or raw: how clouds travel; both are exact")
       ->capture_default_str()
       ->check(CLI::IsMember({"compact", "raw"}));
+  command->add_option("--keys", arguments->keys,
+                      "Key file of planar_map keys, where the mapping side has --keys");
   command->add_flag("-q,--quiet", arguments->quiet, "Say nothing but warnings and errors");
   command->callback([arguments, &exit_code]() { exit_code = run(*arguments); });
 }

@@ -29,6 +29,7 @@ class UsageError : public std::runtime_error {
 // its callback does the work, throws one of our errors, or sets the exit code.
 void addRunCommand(CLI::App& app, int& exit_code);
 void addFrontendCommand(CLI::App& app, int& exit_code);
+void addKeysCommand(CLI::App& app, int& exit_code);
 void addValidateCommand(CLI::App& app, int& exit_code);
 void addConfigCommand(CLI::App& app, int& exit_code);
 void addStagesCommand(CLI::App& app, int& exit_code);

@@ -37,6 +37,7 @@ int run(int argc, char** argv) {
   int exit_code = kDone;
   addRunCommand(app, exit_code);
   addFrontendCommand(app, exit_code);
+  addKeysCommand(app, exit_code);
   addValidateCommand(app, exit_code);
   addConfigCommand(app, exit_code);
   addStagesCommand(app, exit_code);

@@ -6,6 +6,7 @@
 
 #include "commands.h"
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/pipeline/front_end_source.h"
 #if PLANAR_MAPPING_HAS_TRANSPORT
 #include "planar_mapping/transport/frame_listener.h"
 #endif
@@ -14,8 +15,8 @@ namespace planar_mapping::tools {
 
 void addListenOptions(CLI::App& command, ListenArguments& arguments) {
   auto* listen = command.add_option("--listen", arguments.endpoint,
-                                    "[HOST:]PORT to wait at for a front-end in place of -i; only a "
-                                    "port = 127.0.0.1, port 0 = any free one");
+                                    "[HOST:]PORT or ipc://PATH to wait at for a front-end in place "
+                                    "of -i; only a port = 127.0.0.1, port 0 = any free one");
   listen->excludes(command.get_option("--input"))->excludes(command.get_option("--poses"));
   command
       .add_option("--timeout", arguments.timeout,
@@ -28,6 +29,14 @@ void addListenOptions(CLI::App& command, ListenArguments& arguments) {
                   "Largest frame taken from the network, MiB")
       ->capture_default_str()
       ->check(CLI::Range(0.0625, 4095.0))
+      ->needs(listen);
+  command
+      .add_option("--keys", arguments.keys,
+                  "Key file of planar_map keys: encrypt, and admit its front-ends only")
+      ->needs(listen);
+  command
+      .add_flag("--insecure", arguments.insecure,
+                "Listen to other machines without keys: whoever reaches the port may send frames")
       ->needs(listen);
 }
 
@@ -43,9 +52,19 @@ std::unique_ptr<FrameSource> listenForFrontEnd(const ListenArguments& arguments,
     throw UsageError(std::string("--listen: ") + error.what());
   }
   transport::ListenerOptions options;
-  options.settings.configuration = transport::frontEndYaml(configuration);
-  options.settings.timeout = arguments.timeout;
-  options.settings.largest_frame =
+  if (!arguments.keys.empty()) options.keys = readKeyFile(arguments.keys);
+  if (arguments.keys.empty() && !transport::isLoopback(endpoint)) {
+    if (!arguments.insecure) {
+      throw UsageError("--listen " + arguments.endpoint +
+                       " is open to other machines: make keys with 'planar_map keys -o DIR' and "
+                       "give --keys DIR/mapper.key, or take the risk with --insecure");
+    }
+    std::cerr << "planar_map: warning: without --keys whoever reaches " << arguments.endpoint
+              << " can read and send frames" << std::endl;
+  }
+  options.configuration = frontEndYaml(configuration);
+  options.timeout = arguments.timeout;
+  options.max_frame =
       static_cast<std::size_t>(arguments.max_message_mb * static_cast<double>(1U << 20U));
   options.stop = &stop;
   options.expected = hasStage(configuration, StageKind::Images) ? io::SequenceKind::Stereo

@@ -8,6 +8,9 @@
 
 #include "planar_mapping/pipeline/configuration.h"
 #include "planar_mapping/pipeline/frame_source.h"
+#if PLANAR_MAPPING_HAS_TRANSPORT
+#include "planar_mapping/transport/endpoint.h"
+#endif
 
 namespace planar_mapping::tools {
 
@@ -16,6 +19,8 @@ struct ListenArguments {
   std::string endpoint;  ///< empty = frames from files
   double timeout = 30.0;
   double max_message_mb = 64.0;
+  std::string keys;  ///< file; empty = without encryption
+  bool insecure = false;
 };
 
 void addListenOptions(CLI::App& command, ListenArguments& arguments);
@@ -26,5 +31,11 @@ void addListenOptions(CLI::App& command, ListenArguments& arguments);
 std::unique_ptr<FrameSource> listenForFrontEnd(const ListenArguments& arguments,
                                                const Configuration& configuration,
                                                const std::atomic<bool>& stop);
+
+#if PLANAR_MAPPING_HAS_TRANSPORT
+/// Lines `secret KEY`, `public KEY` and `peer KEY` (one or more), as `planar_map keys` writes them.
+/// \throws IoError; InputError if it is no key file or others can read it
+transport::Keys readKeyFile(const std::string& path);
+#endif
 
 }  // namespace planar_mapping::tools

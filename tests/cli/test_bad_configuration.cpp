@@ -27,6 +27,28 @@ class BadConfiguration : public CliTest {
 
 constexpr const char* kHead = "version: 1\nstages:\n";
 
+TEST_F(BadConfiguration, TextThatTheParserDoesNotEndOnEndsAtOnce) {
+  expectProblems(",", {"1:1: the configuration is empty; it starts with 'version: 1'"});
+  const std::string path = write("bad.yaml", "version: 1\n---\n,");
+  const ProgramResult second = planarMap({"validate", path});
+  EXPECT_EQ(3, second.exit_code);
+  EXPECT_NE(std::string::npos, second.err.find("a configuration is one YAML document"));
+}
+
+TEST_F(BadConfiguration, GiantsAreRefusedBeforeTheyAreBuilt) {
+  const auto refuses = [this](const std::string& yaml, const std::string& part) {
+    const ProgramResult result = planarMap({"validate", write("bad.yaml", yaml)});
+    EXPECT_EQ(3, result.exit_code);
+    EXPECT_NE(std::string::npos, result.err.find(part)) << result.err;
+    EXPECT_LT(result.peak_kilobytes, 300000);
+  };
+  refuses("version: " + std::string(2000000, '1'), "larger than 1 MiB");
+  refuses("a: " + std::string(40, '[') + std::string(40, ']'), "32 levels");
+  std::string many = "a: [";
+  for (int i = 0; i < 150000; ++i) many += "1,";
+  refuses(many + "1]", "more than 100,000 values");
+}
+
 TEST_F(BadConfiguration, UnknownStage) {
   expectProblems(std::string(kHead) + "  - stage: multi_plane_segmentatoin\n",
                  {"3:12: there is no stage 'multi_plane_segmentatoin'; did you mean "

@@ -214,14 +214,80 @@ TEST_F(FrontendTest, APortInUseIsNamed) {
   mapper.signal(SIGTERM);
 }
 
-TEST_F(FrontendTest, AMissingInputIsToldToBothSides) {
+TEST_F(FrontendTest, AMissingInputIsToldToBothSidesAndTheMapperWaitsForTheRightOne) {
   Mapper mapper(*this, runArguments("pcd_sequence.yaml", "out", {"--listen", "0"}));
   const ProgramResult sent = frontEnd(mapper.port(), {"-i", directory_ / "nothing"});
   EXPECT_EQ(4, sent.exit_code);
   expectOneSentence(sent, "nothing");
+  EXPECT_EQ(0, frontEnd(mapper.port(), clouds(2)).exit_code);
   const ProgramResult mapped = mapper.wait();
-  EXPECT_EQ(4, mapped.exit_code);
-  EXPECT_NE(std::string::npos, mapped.err.find("the front-end gave up: "));
+  EXPECT_EQ(0, mapped.exit_code);
+  EXPECT_NE(std::string::npos, mapped.err.find("a front-end gave up before its first frame: "));
+}
+
+TEST_F(FrontendTest, OnlyFrontEndsWithAKnownKeyGetThrough) {
+  const std::vector<std::string> input = clouds(4);
+  const auto with = [&input](const std::string& keys) {
+    std::vector<std::string> arguments = input;
+    arguments.insert(arguments.end(), {"--keys", keys, "--timeout", "3"});
+    return arguments;
+  };
+  ASSERT_EQ(0, planarMap(runArguments("pcd_sequence.yaml", "one", input)).exit_code);
+  for (const char* name : {"frontend", "robot2"}) {
+    EXPECT_EQ(0, planarMap({"keys", "-o", directory_ / "keys", "--name", name}).exit_code);
+  }
+  EXPECT_EQ(0, planarMap({"keys", "-o", directory_ / "others"}).exit_code);
+  const ProgramResult again = planarMap({"keys", "-o", directory_ / "keys"});
+  EXPECT_EQ(2, again.exit_code);
+  expectOneSentence(again, "frontend.key' exists; --force overwrites it");
+  Mapper mapper(*this, runArguments("pcd_sequence.yaml", "two",
+                                    {"--listen", "0", "--keys", directory_ / "keys/mapper.key"}));
+  const ProgramResult other = frontEnd(mapper.port(), with(directory_ / "others/frontend.key"));
+  EXPECT_EQ(4, other.exit_code) << other.err;
+  EXPECT_EQ(4, frontEnd(mapper.port(), clouds(1)).exit_code);  // without a key
+  const ProgramResult known = frontEnd(mapper.port(), with(directory_ / "keys/robot2.key"));
+  EXPECT_EQ(0, known.exit_code) << known.err;
+  EXPECT_EQ(0, mapper.wait().exit_code);
+  expectSameMap("one", "two");
+}
+
+TEST_F(FrontendTest, KeyFilesOfOthersAndOpenOnesAreRefused) {
+  EXPECT_EQ(0, planarMap({"keys", "-o", directory_ / "keys"}).exit_code);
+  std::filesystem::permissions(directory_ / "keys/mapper.key", std::filesystem::perms::group_read,
+                               std::filesystem::perm_options::add);
+  const auto listen = [this](const std::string& keys) {
+    return planarMap(runArguments("pcd_sequence.yaml", "out", {"--listen", "0", "--keys", keys}));
+  };
+  expectOneSentence(listen(directory_ / "keys/mapper.key"), "others can read this key");
+  expectOneSentence(listen(directory_ / "keys/nothing.key"), "cannot be read");
+  std::ofstream(directory_ / "keys/frontend.key") << "secret x";
+  expectOneSentence(listen(directory_ / "keys/frontend.key"), "this is no key file");
+}
+
+TEST_F(FrontendTest, ListeningToOtherMachinesNeedsKeysOrInsecure) {
+  const ProgramResult refused =
+      planarMap(runArguments("pcd_sequence.yaml", "out", {"--listen", "0.0.0.0:0"}));
+  EXPECT_EQ(2, refused.exit_code);
+  expectOneSentence(refused, "take the risk with --insecure");
+  const ProgramResult allowed = planarMap(runArguments(
+      "pcd_sequence.yaml", "out", {"--listen", "0.0.0.0:0", "--insecure", "--timeout", "0.1"}));
+  EXPECT_EQ(4, allowed.exit_code);
+  EXPECT_EQ(0U, allowed.err.find("planar_map: warning: without --keys whoever reaches"));
+}
+
+TEST_F(FrontendTest, AMapperThatHangsIsGivenUp) {
+  Mapper mapper(*this, runArguments("pcd_sequence.yaml", "out", {"--listen", "0"}));
+  auto sender = std::async(std::launch::async, [&]() {
+    std::vector<std::string> arguments = clouds(30);
+    arguments.insert(arguments.end(), {"--timeout", "1"});
+    return frontEnd(mapper.port(), arguments);
+  });
+  mapper.waitForFrames(2);
+  mapper.signal(SIGSTOP);
+  const ProgramResult sent = sender.get();
+  EXPECT_EQ(4, sent.exit_code);
+  EXPECT_NE(std::string::npos, sent.err.find("lost the connection")) << sent.err;
+  EXPECT_LT(sent.seconds, 20.0);
 }
 
 }  // namespace

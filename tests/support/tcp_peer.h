@@ -3,7 +3,6 @@
 #pragma once
 
 #include <arpa/inet.h>
-#include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -14,10 +13,9 @@
 
 namespace planar_mapping {
 
-/// A TCP connection or a listening socket on 127.0.0.1 that does whatever a test wants.
+/// A TCP connection to 127.0.0.1, or a socket listening there, that speaks no ZeroMQ.
 class TcpPeer {
  public:
-  /// Connects.
   static TcpPeer to(std::uint16_t port) {
     TcpPeer peer;
     sockaddr_in address = loopback(port);
@@ -26,7 +24,7 @@ class TcpPeer {
     }
     return peer;
   }
-  /// Listens on a free port.
+  /// On a free port. Connections are made by the system, and nothing is ever answered.
   static TcpPeer listening() {
     TcpPeer peer;
     sockaddr_in address = loopback(0);
@@ -40,15 +38,12 @@ class TcpPeer {
     return peer;
   }
   TcpPeer accept() const {
-    TcpPeer peer(::accept(descriptor_, nullptr, nullptr));
-    if (peer.descriptor_ < 0) throw std::runtime_error("cannot accept");
+    TcpPeer peer;
+    ::close(std::exchange(peer.descriptor_, ::accept(descriptor_, nullptr, nullptr)));
     return peer;
   }
-
   TcpPeer(TcpPeer&& other) noexcept
       : descriptor_(std::exchange(other.descriptor_, -1)), port_(other.port_) {}
-  TcpPeer(const TcpPeer&) = delete;
-  TcpPeer& operator=(const TcpPeer&) = delete;
   ~TcpPeer() {
     if (descriptor_ >= 0) ::close(descriptor_);
   }
@@ -59,30 +54,9 @@ class TcpPeer {
     return ::send(descriptor_, bytes.data(), bytes.size(), MSG_NOSIGNAL) ==
            static_cast<ssize_t>(bytes.size());
   }
-  template <typename Container>
-  bool sendBytes(const Container& bytes) {
-    return send(std::string(bytes.begin(), bytes.end()));
-  }
-  /// What the other side sends until it closes or time is up.
-  std::string readAll(double seconds, bool* closed = nullptr) {
-    std::string all;
-    char buffer[65536];
-    if (closed != nullptr) *closed = false;
-    pollfd item = {descriptor_, POLLIN, 0};
-    while (::poll(&item, 1, static_cast<int>(1000.0 * seconds)) > 0) {
-      const ssize_t count = ::recv(descriptor_, buffer, sizeof(buffer), 0);
-      if (count <= 0) {
-        if (closed != nullptr) *closed = true;
-        break;
-      }
-      all.append(buffer, static_cast<std::size_t>(count));
-    }
-    return all;
-  }
 
  private:
-  TcpPeer() : TcpPeer(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {}
-  explicit TcpPeer(int descriptor) : descriptor_(descriptor) {
+  TcpPeer() : descriptor_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
     const int yes = 1;  // the port can be taken again at once
     ::setsockopt(descriptor_, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
   }

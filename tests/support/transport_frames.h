@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/transport/message.h"
+#include "planar_mapping/pipeline/frame.h"
 
 namespace planar_mapping {
 
@@ -58,7 +58,7 @@ inline Frame transportFrame(std::uint32_t width, std::uint32_t height, std::uint
   frame.points_input = frame.cloud->size();
   frame.features = 5;
   frame.matches = 4;
-  frame.statistics = {{"disparity_share", 0.75}, {"stereo_ms", 12.5}};
+  frame.statistics = {{"disparity_fraction", 0.75}, {"stereo_ms", 12.5}};
   frame.stage_ms = {12.5, 0.0, 3.25};
   frame.notes = {"a note"};
   frame.warnings = {"a warning", "another"};

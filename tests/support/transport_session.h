@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/transport/frame_listener.h"
 #include "planar_mapping/transport/front_end.h"
 #include "transport_frames.h"
@@ -15,7 +16,7 @@
 namespace planar_mapping::transport {
 
 /// Frames without a sequence or stages. Counts what it makes, and can fail.
-class FakeProducer : public FrameProducer {
+class FakeSource : public FrameSource {
  public:
   struct Plan {
     std::uint64_t frames = 8;
@@ -25,11 +26,12 @@ class FakeProducer : public FrameProducer {
     const std::atomic<bool>* may_fail = nullptr;  ///< waits for it, 20 s at most
   };
 
-  explicit FakeProducer(const Plan& plan) : plan_(plan) {}
+  explicit FakeSource(const Plan& plan) : plan_(plan) {}
 
-  Ready describe() const override {
-    return {io::SequenceKind::Clouds, io::PoseSource::File, plan_.frames, 4711, "fake"};
-  }
+  std::vector<std::string> names() const override { return {"fake"}; }
+  io::SequenceKind kind() const override { return io::SequenceKind::Clouds; }
+  io::PoseSource poseSource() const override { return io::PoseSource::File; }
+  std::optional<std::size_t> size() const override { return plan_.frames; }
   std::optional<Frame> next() override {
     if (position_ == plan_.fails_at) {
       for (int i = 0; i < 20000 && plan_.may_fail != nullptr && !*plan_.may_fail; ++i) {
@@ -50,8 +52,8 @@ class FakeProducer : public FrameProducer {
 
 inline ListenerOptions listenerOptions(double timeout = 5.0) {
   ListenerOptions options;
-  options.settings.configuration = "version: 1\n";
-  options.settings.timeout = timeout;
+  options.configuration = "version: 1\n";
+  options.timeout = timeout;
   return options;
 }
 
@@ -61,20 +63,20 @@ inline FrontEndOptions frontEndOptions(double timeout = 5.0) {
   return options;
 }
 
-inline FrontEndResult sendFakeFrames(const Endpoint& endpoint, const FakeProducer::Plan& plan,
+inline FrontEndResult sendFakeFrames(const Endpoint& endpoint, const FakeSource::Plan& plan,
                                      const FrontEndOptions& options = frontEndOptions()) {
   return runFrontEnd(
-      endpoint, [&plan](const std::string&) { return std::make_unique<FakeProducer>(plan); },
+      endpoint, [&plan](const std::string&) { return std::make_unique<FakeSource>(plan); },
       options);
 }
 
 inline std::future<FrontEndResult> sendInBackground(
-    const Endpoint& endpoint, const FakeProducer::Plan& plan,
+    const Endpoint& endpoint, const FakeSource::Plan& plan,
     const FrontEndOptions& options = frontEndOptions()) {
   return std::async(std::launch::async, [=]() { return sendFakeFrames(endpoint, plan, options); });
 }
 
-/// Takes all frames and checks that they are those of FakeProducer, each once and in order.
+/// Takes all frames and checks that they are those of FakeSource, each once and in order.
 inline std::uint64_t takeAll(FrameListener& listener, std::uint64_t first = 0) {
   std::uint64_t taken = first;
   while (const std::optional<Frame> frame = listener.next()) {

@@ -2,17 +2,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "yaml_source.h"
 
+#include <yaml-cpp/eventhandler.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <sstream>
 
 #include "spelling.h"
 
 namespace planar_mapping::detail {
 namespace {
+
+constexpr int kMaxNodes = 100000;
+constexpr int kMaxDepth = 32;
 
 /// Decimal numbers only: from_chars also takes "nan", "inf" and so would we.
 bool parseNumber(const std::string& text, double& value) {
@@ -77,6 +83,43 @@ bool readWord(const Parameter& parameter, const std::string& text, ParameterValu
   return true;
 }
 
+/// Counts what a text holds before memory is taken for it. \throws YAML::Exception
+class DocumentGuard : public YAML::EventHandler {
+ public:
+  YAML::Mark start;      ///< of the last document
+  bool is_empty = true;  ///< so far
+
+  void OnDocumentStart(const YAML::Mark& mark) override { start = mark; }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t) override { count(mark, 0, false); }
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override { count(mark, 0, true); }
+  void OnScalar(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                const std::string&) override {
+    count(mark, 0, true);
+  }
+  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {
+    count(mark, 1, true);
+  }
+  void OnSequenceEnd() override { --depth_; }
+  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {
+    count(mark, 1, true);
+  }
+  void OnMapEnd() override { --depth_; }
+
+ private:
+  void count(const YAML::Mark& mark, int levels, bool has_content) {
+    depth_ += levels;
+    is_empty = is_empty && !has_content;
+    if (++nodes_ > kMaxNodes || depth_ > kMaxDepth) {
+      throw YAML::ParserException(mark, "there are more than 100,000 values or 32 levels");
+    }
+  }
+  int nodes_ = 0;
+  int depth_ = 0;
+};
+
 }  // namespace
 
 void ProblemList::add(const YAML::Mark& mark, const std::string& text) {
@@ -102,22 +145,24 @@ std::vector<std::string> ProblemList::sorted() const {
 }
 
 YAML::Node loadDocument(const std::string& text, ProblemList& problems) {
-  std::vector<YAML::Node> documents;
+  const YAML::Node nothing(YAML::NodeType::Undefined);
   try {
-    documents = YAML::LoadAll(text);
+    // YAML::LoadAll() does not end where a document takes nothing from the text, as in ",".
+    std::istringstream in(text);
+    YAML::Parser parser(in);
+    DocumentGuard guard;
+    if (parser.HandleNextDocument(guard) && !guard.is_empty && parser.HandleNextDocument(guard)) {
+      problems.add(guard.start, "a configuration is one YAML document, here is a second");
+      return nothing;
+    }
+    const YAML::Node document = YAML::Load(text);
+    if (!document.IsNull()) return document;
   } catch (const YAML::Exception& error) {
     problems.add(error.mark, "this is no YAML: " + error.msg);
-    return YAML::Node(YAML::NodeType::Undefined);
+    return nothing;
   }
-  if (documents.empty() || documents.front().IsNull()) {
-    problems.add(YAML::Mark(), "the configuration is empty; it starts with 'version: 1'");
-    return YAML::Node(YAML::NodeType::Undefined);
-  }
-  if (documents.size() > 1) {
-    problems.add(documents[1].Mark(), "a configuration is one YAML document, here is a second");
-    return YAML::Node(YAML::NodeType::Undefined);
-  }
-  return documents.front();
+  problems.add(YAML::Mark(), "the configuration is empty; it starts with 'version: 1'");
+  return nothing;
 }
 
 std::vector<std::pair<YAML::Node, YAML::Node>> entriesOf(const YAML::Node& mapping,

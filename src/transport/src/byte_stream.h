@@ -3,110 +3,135 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <cstring>
+#include <optional>
 #include <string>
 #include <type_traits>
+#include <utility>
+#include <vector>
 
-#include "planar_mapping/transport/message.h"
+#include "planar_mapping/core/base/error.h"
 
-namespace planar_mapping::transport::detail {
+namespace planar_mapping::transport {
 
-/// Little-endian, whatever the machine is.
-class ByteWriter {
+/// The peer broke the protocol: damaged, cut, too long, contradictory or out of turn.
+class ProtocolError : public InputError {
  public:
-  explicit ByteWriter(Bytes& bytes) : bytes_(bytes) {}
-
-  template <typename Integer>
-  void integer(Integer value) {
-    static_assert(std::is_unsigned_v<Integer>, "signed values travel as two's complement");
-    for (std::size_t i = 0; i < sizeof(value); ++i) {
-      bytes_.push_back(static_cast<std::uint8_t>(value >> (8U * i)));
-    }
-  }
-  void boolean(bool value) { integer(static_cast<std::uint8_t>(value ? 1 : 0)); }
-  void real(float value) {
-    std::uint32_t bits = 0;
-    std::memcpy(&bits, &value, sizeof(bits));
-    integer(bits);
-  }
-  void real(double value) {
-    std::uint64_t bits = 0;
-    std::memcpy(&bits, &value, sizeof(bits));
-    integer(bits);
-  }
-  /// Cut at kLargestText unless told otherwise.
-  void text(const std::string& value, std::size_t largest = kLargestText) {
-    const std::size_t size = std::min(value.size(), largest);
-    integer(static_cast<std::uint32_t>(size));
-    bytes_.insert(bytes_.end(), value.begin(), value.begin() + static_cast<std::ptrdiff_t>(size));
-  }
-
- private:
-  Bytes& bytes_;
+  using InputError::InputError;
 };
 
-/// Reads what ByteWriter wrote, and trusts nothing. Messages name the field.
+using Bytes = std::vector<std::uint8_t>;
+
+constexpr std::size_t kMaxText = 1024;  ///< bytes of one text; longer ones are cut
+static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "numbers travel little-endian");
+
+// ByteWriter and ByteReader have the same functions, so that one template lists the fields of a
+// message for both directions.
+class ByteWriter {
+ public:
+  Bytes bytes;
+
+  template <typename Number>
+  void number(const Number& value, const char* /*field*/) {
+    static_assert(std::is_arithmetic_v<Number>);
+    put(&value, sizeof(value));
+  }
+  void size(std::size_t value, const char* field) { number(std::uint64_t{value}, field); }
+  template <typename Enumeration>
+  void enumeration(Enumeration value, Enumeration /*last*/, const char* field) {
+    number(static_cast<std::uint8_t>(value), field);
+  }
+  void text(const std::string& value, const char* field, std::size_t max_size = kMaxText,
+            bool /*raw*/ = false) {
+    const std::size_t size = std::min(value.size(), max_size);
+    number(static_cast<std::uint32_t>(size), field);
+    put(value.data(), size);
+  }
+  template <typename Items>
+  void resize(const Items& items, const char* field, std::size_t /*item_bytes*/,
+              std::size_t max_count) {
+    if (items.size() > max_count) throw InputError(std::string("too many ") + field);
+    number(static_cast<std::uint32_t>(items.size()), field);
+  }
+  template <typename Value>
+  bool optional(const std::optional<Value>& value, const char* field) {
+    number(value.has_value(), field);
+    return value.has_value();
+  }
+  void put(const void* data, std::size_t size) {
+    const auto* first = static_cast<const std::uint8_t*>(data);
+    bytes.insert(bytes.end(), first, first + size);
+  }
+};
+
+/// Trusts nothing. \throws ProtocolError naming the field
 class ByteReader {
  public:
-  ByteReader(const std::uint8_t* data, std::size_t size) : data_(data), end_(data + size) {}
-  explicit ByteReader(const Bytes& bytes) : ByteReader(bytes.data(), bytes.size()) {}
+  ByteReader(const void* data, std::size_t size)
+      : data_(static_cast<const std::uint8_t*>(data)), end_(data_ + size) {}
 
-  template <typename Integer>
-  Integer integer(const char* field) {
-    static_assert(std::is_unsigned_v<Integer>, "signed values travel as two's complement");
-    const std::uint8_t* bytes = take(sizeof(Integer), field);
-    Integer value = 0;
-    for (std::size_t i = 0; i < sizeof(Integer); ++i) {
-      value = static_cast<Integer>(value | (static_cast<Integer>(bytes[i]) << (8U * i)));
-    }
-    return value;
+  template <typename Number>
+  void number(Number& value, const char* field) {
+    static_assert(std::is_arithmetic_v<Number>);
+    const std::uint8_t* bytes = take(sizeof(value), field);
+    if (std::is_same_v<Number, bool> && *bytes > 1) fail(field, "is neither 0 nor 1");
+    std::memcpy(&value, bytes, sizeof(value));
   }
-  bool boolean(const char* field) {
-    const auto value = integer<std::uint8_t>(field);
-    if (value > 1) throw ProtocolError(std::string("field '") + field + "' is neither 0 nor 1");
-    return value == 1;
+  void size(std::size_t& value, const char* field) {
+    std::uint64_t read = 0;
+    number(read, field);
+    value = static_cast<std::size_t>(read);
   }
-  float real32(const char* field) {
-    const auto bits = integer<std::uint32_t>(field);
-    float value = 0.0F;
-    std::memcpy(&value, &bits, sizeof(value));
-    return value;
+  template <typename Enumeration>
+  void enumeration(Enumeration& value, Enumeration last, const char* field) {
+    std::uint8_t read = 0;
+    number(read, field);
+    if (read > static_cast<std::uint8_t>(last)) fail(field, "has an unknown value");
+    value = static_cast<Enumeration>(read);
   }
-  double real64(const char* field) {
-    const auto bits = integer<std::uint64_t>(field);
-    double value = 0.0;
-    std::memcpy(&value, &bits, sizeof(value));
-    return value;
+  /// One line of printable ASCII, unless \p raw: what could disturb a terminal becomes '?'.
+  void text(std::string& value, const char* field, std::size_t max_size = kMaxText,
+            bool raw = false) {
+    const std::size_t size = count(field, 1, max_size);
+    value.assign(reinterpret_cast<const char*>(take(size, field)), size);
+    const auto is_other = [](char c) { return c < ' ' || c > '~'; };
+    if (!raw) std::replace_if(value.begin(), value.end(), is_other, '?');
   }
-  std::string text(const char* field, std::size_t largest = kLargestText) {
-    const std::size_t size = count(field, 1, largest);
-    const std::uint8_t* bytes = take(size, field);
-    return {reinterpret_cast<const char*>(bytes), size};
+  /// Takes no memory that was not sent.
+  template <typename Items>
+  void resize(Items& items, const char* field, std::size_t item_bytes, std::size_t max_count) {
+    items.resize(count(field, item_bytes, max_count));
   }
-  /// Number of items that follow, each of at least \p item_bytes, so that nobody makes us allocate
-  /// more than was sent.
-  std::size_t count(const char* field, std::size_t item_bytes, std::size_t largest) {
-    const auto value = std::size_t{integer<std::uint32_t>(field)};
-    if (value > largest || value > left() / item_bytes) {
-      throw ProtocolError(std::string("field '") + field + "' announces " + std::to_string(value) +
-                          " items, more than there are");
-    }
-    return value;
+  template <typename Value>
+  bool optional(std::optional<Value>& value, const char* field) {
+    bool has_value = false;
+    number(has_value, field);
+    if (has_value) value.emplace();
+    return has_value;
   }
   const std::uint8_t* take(std::size_t size, const char* field) {
-    if (size > left()) throw ProtocolError(std::string("it ends within field '") + field + "'");
-    const std::uint8_t* bytes = data_;
-    data_ += size;
-    return bytes;
+    if (size > left()) fail(field, "is cut");
+    return std::exchange(data_, data_ + size);
   }
   std::size_t left() const { return static_cast<std::size_t>(end_ - data_); }
   void expectEnd() const {
-    if (left() > 0) throw ProtocolError(std::to_string(left()) + " bytes follow its last field");
+    if (left() > 0) throw ProtocolError(std::to_string(left()) + " bytes follow the last field");
+  }
+  [[noreturn]] static void fail(const char* field, const std::string& problem) {
+    throw ProtocolError(std::string("field '") + field + "' " + problem);
   }
 
  private:
+  std::size_t count(const char* field, std::size_t item_bytes, std::size_t max_count) {
+    std::uint32_t count = 0;
+    number(count, field);
+    if (count > max_count || count > left() / item_bytes) fail(field, "has too many items");
+    return count;
+  }
+
   const std::uint8_t* data_;
   const std::uint8_t* end_;
 };
 
-}  // namespace planar_mapping::transport::detail
+}  // namespace planar_mapping::transport

@@ -4,6 +4,7 @@
 
 #include <netdb.h>
 #include <sys/socket.h>
+#include <zmq.h>
 
 #include <charconv>
 #include <memory>
@@ -14,8 +15,9 @@ namespace planar_mapping::transport {
 
 Endpoint parseEndpoint(const std::string& text) {
   const InputError error("'" + text + "' is not HOST:PORT with a port of 0 to 65535");
-  const std::size_t colon = text.rfind(':');
   Endpoint endpoint;
+  if (text.size() > 6 && Endpoint{text, 0}.isIpc()) return {text, 0};
+  const std::size_t colon = text.rfind(':');
   std::string port = text;
   if (colon != std::string::npos) {
     endpoint.host = text.substr(0, colon);
@@ -34,38 +36,48 @@ Endpoint parseEndpoint(const std::string& text) {
 }
 
 std::string toText(const Endpoint& endpoint) {
+  if (endpoint.isIpc()) return endpoint.host;
   const bool is_ipv6 = endpoint.host.find(':') != std::string::npos;
   return (is_ipv6 ? "[" + endpoint.host + "]" : endpoint.host) + ":" +
          std::to_string(endpoint.port);
 }
 
 Endpoint resolved(const Endpoint& endpoint) {
+  if (endpoint.isIpc()) return endpoint;
   // RFC 6761: this name is the loopback, whether or not the machine has a list of hosts.
   if (endpoint.host == "localhost") return {"127.0.0.1", endpoint.port};
   addrinfo hints{};
-  hints.ai_family = AF_UNSPEC;
   hints.ai_socktype = SOCK_STREAM;
   addrinfo* found = nullptr;
-  int problem = ::getaddrinfo(endpoint.host.c_str(), nullptr, &hints, &found);
-  const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> owner(found, &::freeaddrinfo);
   char address[NI_MAXHOST] = {};
-  if (problem == 0) {
-    // IPv4 where there is one.
-    const addrinfo* best = found;
-    for (const addrinfo* item = found; item != nullptr; item = item->ai_next) {
-      if (item->ai_family == AF_INET) {
-        best = item;
-        break;
-      }
+  // IPv4 where there is one.
+  for (const int family : {AF_INET, AF_INET6}) {
+    hints.ai_family = family;
+    const int problem = ::getaddrinfo(endpoint.host.c_str(), nullptr, &hints, &found);
+    if (problem != 0 && family == AF_INET) continue;
+    const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> owner(found, &::freeaddrinfo);
+    if (problem != 0 || ::getnameinfo(found->ai_addr, found->ai_addrlen, address, sizeof(address),
+                                      nullptr, 0, NI_NUMERICHOST) != 0) {
+      throw InputError("the host name '" + endpoint.host +
+                       "' cannot be resolved: " + ::gai_strerror(problem));
     }
-    problem = ::getnameinfo(best->ai_addr, best->ai_addrlen, address, sizeof(address), nullptr, 0,
-                            NI_NUMERICHOST);
-  }
-  if (problem != 0) {
-    throw InputError("the host name '" + endpoint.host +
-                     "' cannot be resolved: " + ::gai_strerror(problem));
+    break;
   }
   return {address, endpoint.port};
+}
+
+bool isLoopback(const Endpoint& endpoint) {
+  const std::string host = resolved(endpoint).host;
+  return endpoint.isIpc() || host.compare(0, 4, "127.") == 0 || host == "::1";
+}
+
+Keys makeKeys() {
+  char public_key[41] = {};
+  char secret_key[41] = {};
+  if (::zmq_curve_keypair(public_key, secret_key) != 0) {
+    throw Error(std::string("no keys can be made: ") + ::zmq_strerror(::zmq_errno()));
+  }
+  return {secret_key, public_key, {}};
 }
 
 }  // namespace planar_mapping::transport

@@ -25,15 +25,25 @@ TEST(Endpoint, APortAloneStaysOnThisMachine) {
 }
 
 TEST(Endpoint, TextComesBack) {
-  for (const char* text : {"127.0.0.1:0", "[::1]:65535", "a-b.c:1"}) {
+  for (const char* text : {"127.0.0.1:0", "[::1]:65535", "a-b.c:1", "ipc:///tmp/x"}) {
     EXPECT_EQ(text, toText(parseEndpoint(text)));
   }
 }
 
 TEST(Endpoint, AnythingElseIsAnError) {
-  for (const char* text : {"", ":", "host:", ":5555", "host:65536", "host:-1", "host:12x", "host",
-                           "::1:80", "[]:80", "[::1]", "a b:1", "tcp://host:1", "1.5", " 80"}) {
+  for (const char* text :
+       {"", ":", "host:", ":5555", "host:65536", "host:-1", "host:12x", "host", "::1:80", "[]:80",
+        "[::1]", "a b:1", "tcp://host:1", "ipc://", "1.5", " 80"}) {
     EXPECT_THROW(parseEndpoint(text), InputError) << text;
+  }
+}
+
+TEST(Endpoint, OnlyThisMachineIsLoopback) {
+  for (const char* text : {"5555", "localhost:1", "127.8.9.1:1", "[::1]:1", "ipc:///tmp/x"}) {
+    EXPECT_TRUE(isLoopback(parseEndpoint(text))) << text;
+  }
+  for (const char* text : {"0.0.0.0:1", "[::]:1", "192.0.2.1:1"}) {
+    EXPECT_FALSE(isLoopback(parseEndpoint(text))) << text;
   }
 }
 

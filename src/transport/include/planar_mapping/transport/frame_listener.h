@@ -6,29 +6,34 @@
 #include <functional>
 #include <memory>
 
-#include "planar_mapping/pipeline/configuration.h"
 #include "planar_mapping/pipeline/frame_source.h"
-#include "planar_mapping/transport/detail/listener_session.h"
 #include "planar_mapping/transport/endpoint.h"
 
 namespace planar_mapping {
 namespace transport {
 
 struct ListenerOptions {
-  ListenerSettings settings;
+  std::string configuration;  ///< frontEndYaml() of the run
+  double timeout = 30.0;      ///< [ours] seconds without a frame after which it gives up, > 0
+  std::uint32_t window = 4;   ///< [ours] frames the front-end may be ahead, 1 to 1024
+  std::size_t max_frame = std::size_t{64} << 20U;  ///< bytes of a message, 64 KiB to 4 GiB
+  Keys keys;                                       ///< empty = anybody may connect, in the clear
   const std::atomic<bool>* stop = nullptr;  ///< set by a signal: next() gives nothing from then on
-  /// What kind() says where the stop came before any front-end.
+  /// What kind() returns where the stop came before any front-end.
   io::SequenceKind expected = io::SequenceKind::Clouds;
-  /// What a person should know at once: peers that come, go or are turned away. Called from the
-  /// thread that calls next().
+  /// Peers that come, go or are refused: at most 100 sentences in a session.
   std::function<void(const std::string&)> say;
+
+  /// \throws ParameterError
+  PLANAR_MAPPING_EXPORT void validate() const;
 };
 
-/// Frames of a front-end in another process, over TCP (docs/dev/front_end_protocol.md).
+/// Frames of a front-end in another process (docs/dev/front_end_protocol.md).
 ///
-/// Listens from construction on, in a thread of its own; at most ListenerSettings::window frames
-/// wait in memory. A front-end that goes away has ListenerSettings::timeout to come back and goes
-/// on where it was. Destruction tells the front-end that the session is over.
+/// A session belongs to the front-end that sends the first valid frame; nobody else can end or
+/// delay it. A front-end that goes away has ListenerOptions::timeout to come back, and continues
+/// with the next frame. Destruction tells the front-end that the session is over.
+/// Not thread-safe: all calls from one thread.
 class PLANAR_MAPPING_EXPORT FrameListener : public FrameSource {
  public:
   /// \throws InputError if it cannot listen there; ParameterError
@@ -40,23 +45,19 @@ class PLANAR_MAPPING_EXPORT FrameListener : public FrameSource {
   /// Where it listens; the port is the one that was taken.
   const Endpoint& endpoint() const;
 
+  /// These wait for the first frame. \throws InputError if none comes
   std::vector<std::string> names() const override;
-  /// Both wait for a front-end, as names() does. \throws InputError if none comes
   io::SequenceKind kind() const override;
   io::PoseSource poseSource() const override;
+  /// Unknown before the first frame; does not wait.
   std::optional<std::size_t> size() const override;
-  /// \throws InputError if the front-end went away, says that it cannot go on, or none came
+  /// \throws InputError if the front-end went away, reports that it cannot continue, or none came
   std::optional<Frame> next() override;
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
-
-/// What a front-end has to know of a configuration: stages through the last Images or Features
-/// stage (of a configuration without any, the first one, which the front-end does not run), which
-/// frames, profile and seed; nothing that names a file.
-PLANAR_MAPPING_EXPORT std::string frontEndYaml(const Configuration& configuration);
 
 }  // namespace transport
 }  // namespace planar_mapping

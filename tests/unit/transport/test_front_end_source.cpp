@@ -4,8 +4,9 @@
 
 #include <fstream>
 
-#include "planar_mapping/transport/frame_listener.h"
-#include "planar_mapping/transport/front_end.h"
+#include "message.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/pipeline/front_end_source.h"
 #include "temporary_directory.h"
 #include "transport_session.h"
 
@@ -23,7 +24,7 @@ std::string frontEndPart() {
   return frontEndYaml(parseConfiguration(kConfiguration, "test.yaml", table));
 }
 
-class PipelineProducerTest : public ::testing::Test {
+class FrontEndSourceTest : public ::testing::Test {
  protected:
   std::string cloud(const std::string& name, int points) const {
     const std::string path = directory_ / name;
@@ -42,7 +43,7 @@ class PipelineProducerTest : public ::testing::Test {
   TemporaryDirectory directory_;
 };
 
-TEST_F(PipelineProducerTest, TheConfigurationSentNamesNoFiles) {
+TEST_F(FrontEndSourceTest, TheConfigurationSentNamesNoFiles) {
   const std::string yaml = frontEndPart();
   EXPECT_EQ(std::string::npos, yaml.find("secret")) << yaml;
   EXPECT_EQ(std::string::npos, yaml.find("threads")) << yaml;
@@ -51,42 +52,42 @@ TEST_F(PipelineProducerTest, TheConfigurationSentNamesNoFiles) {
   EXPECT_EQ(std::string::npos, yaml.find("planar_cuboid_approximation")) << yaml;
 }
 
-TEST_F(PipelineProducerTest, GivesTheFramesTheMappingSideSelected) {
-  const auto producer = makePipelineProducer(frontEndPart(), input());
-  const Ready ready = producer->describe();
-  EXPECT_EQ(io::SequenceKind::Clouds, ready.kind);
-  EXPECT_EQ(io::PoseSource::Viewpoint, ready.pose_source);
-  EXPECT_EQ(3U, ready.frames);
+TEST_F(FrontEndSourceTest, GivesTheFramesTheMappingSideSelected) {
+  const auto source = makeFrontEndSource(frontEndPart(), input());
+  const InputDescription described = describe(*source);
+  EXPECT_EQ(io::SequenceKind::Clouds, described.kind);
+  EXPECT_EQ(io::PoseSource::Viewpoint, described.pose_source);
+  EXPECT_EQ(3U, described.frames);
   for (std::size_t i = 1; i < 4; ++i) {
-    const std::optional<Frame> frame = producer->next();
+    const std::optional<Frame> frame = source->next();
     ASSERT_TRUE(frame.has_value());
     EXPECT_EQ(i, frame->number);
     EXPECT_EQ(3 + i, frame->cloud->size());
     EXPECT_TRUE(frame->front_end_done);
     EXPECT_EQ(Vector3(1, 2, 3), frame->T_world_sensor.translation());
   }
-  EXPECT_FALSE(producer->next().has_value());
+  EXPECT_FALSE(source->next().has_value());
 }
 
-TEST_F(PipelineProducerTest, TheFingerprintTellsInputsApart) {
+TEST_F(FrontEndSourceTest, TheFingerprintTellsInputsApart) {
   const auto fingerprint = [this](const std::vector<std::string>& names) {
     FrontEndInput files;
     for (const std::string& name : names) files.inputs.push_back(cloud(name, 3));
     files.inputs.push_back(cloud("x.pcd", 3));
     files.inputs.push_back(cloud("y.pcd", 3));
-    return makePipelineProducer(frontEndPart(), files)->describe().fingerprint;
+    return describe(*makeFrontEndSource(frontEndPart(), files)).fingerprint;
   };
   EXPECT_EQ(fingerprint({"a.pcd"}), fingerprint({"a.pcd"}));
   EXPECT_NE(fingerprint({"a.pcd"}), fingerprint({"b.pcd"}));
   EXPECT_NE(fingerprint({"a.pcd", "b.pcd"}), fingerprint({"b.pcd", "a.pcd"}));
 }
 
-TEST_F(PipelineProducerTest, WhatCouldHarmThisMachineIsNotTaken) {
+TEST_F(FrontEndSourceTest, WhatCouldHarmThisMachineIsNotTaken) {
   const FrontEndInput files = input();
   const auto refuses = [&files](const std::string& yaml, const std::string& part) {
-    const std::string error = errorOf([&]() { makePipelineProducer(yaml, files); });
+    const std::string error = errorOf([&]() { makeFrontEndSource(yaml, files); });
     EXPECT_NE(std::string::npos, error.find(part)) << error;
-    EXPECT_THROW(makePipelineProducer(yaml, files), ConfigError);
+    EXPECT_THROW(makeFrontEndSource(yaml, files), ConfigError);
   };
   const std::string good = frontEndPart();
   refuses(good + "plugins:\n  - /tmp/evil.so\n", "key 'plugins' is not taken from the network");
@@ -94,6 +95,7 @@ TEST_F(PipelineProducerTest, WhatCouldHarmThisMachineIsNotTaken) {
   refuses("{version: 1, \"plugins\": [x.so], stages: []}", "key 'plugins'");
   refuses("", "this is no configuration");
   refuses("[1, 2]", "this is no configuration");
+  refuses(",", "this is no configuration");
   refuses("a: [", "configuration of the mapping side:");
   refuses("version: 1\nstages:\n  - stage: no_such_stage\n", "no_such_stage");
 }

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include "message.h"
 #include "planar_mapping/core/base/detail/random.h"
-#include "planar_mapping/transport/message.h"
 #include "transport_frames.h"
 
 namespace planar_mapping::transport {
@@ -12,15 +12,31 @@ namespace {
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
+const InputDescription kInput = {io::SequenceKind::Stereo, io::PoseSource::File, 20, 99, "street"};
+
+Bytes encoded(const Frame& frame, CloudEncoding encoding = CloudEncoding::Compact) {
+  return encodeFrame(kInput, 17, frame, encoding);
+}
+Frame decoded(const Bytes& body, std::size_t max_points = kManyPoints) {
+  ByteReader reader(body.data(), body.size());
+  EXPECT_EQ("street", decode<InputDescription>(reader).name);
+  EXPECT_EQ(17U, decode<Count>(reader).frames);
+  return decodeFrame(reader, max_points);
+}
 Frame throughTheWire(const Frame& frame, CloudEncoding encoding = CloudEncoding::Compact) {
-  return decodeFrame(encodeFrame(frame, 0, encoding), kManyPoints).frame;
+  return decoded(encoded(frame, encoding));
+}
+/// Whatever the bytes are.
+Frame decodedOrThrown(const Bytes& body) {
+  ByteReader reader(body.data(), body.size());
+  decode<InputDescription>(reader);
+  decode<Count>(reader);
+  return decodeFrame(reader, kManyPoints);
 }
 
-TEST(FrameMessage, EveryFieldComesBackAsItWas) {
+TEST(FrameCoding, EveryFieldComesBackAsItWas) {
   const Frame sent = transportFrame(32, 24);
-  const FrameMessage message = decodeFrame(encodeFrame(sent, 17), kManyPoints);
-  const Frame& received = message.frame;
-  EXPECT_EQ(17U, message.position);
+  const Frame received = throughTheWire(sent);
   EXPECT_TRUE(received.front_end_done);
   EXPECT_EQ(sent.number, received.number);
   EXPECT_EQ(sent.source, received.source);
@@ -55,7 +71,7 @@ TEST(FrameMessage, EveryFieldComesBackAsItWas) {
   EXPECT_TRUE(sameCloud(*sent.cloud, *received.cloud));
 }
 
-TEST(FrameMessage, BothEncodingsAreExactToTheLastBit) {
+TEST(FrameCoding, BothEncodingsAreExactToTheLastBit) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const Frame frame = transportFrame(33, 17, seed);
     for (const CloudEncoding encoding : {CloudEncoding::Raw, CloudEncoding::Compact}) {
@@ -64,7 +80,7 @@ TEST(FrameMessage, BothEncodingsAreExactToTheLastBit) {
   }
 }
 
-TEST(FrameMessage, CompactPointsAreAsTheDocumentLaysThemOut) {
+TEST(FrameCoding, CompactPointsAreAsTheDocumentLaysThemOut) {
   Frame frame;
   frame.camera = PinholeCamera{1.0, 1.0, 0.0, 0.0, 2, 1};
   frame.cloud = pcl::make_shared<FrameCloud>();
@@ -75,22 +91,22 @@ TEST(FrameMessage, CompactPointsAreAsTheDocumentLaysThemOut) {
   frame.cloud->points.emplace_back(0.0F, 0.0F, 1.0F);
   frame.cloud->points.emplace_back(std::nextafter(1.0F, 2.0F), -0.0F, 1.0F);
   // 1.0F has the bits 0x3F800000, so that dz is 0x3F800000, folded 0x7F000000; -0.0F comes right
-  // before 0.0F.
-  const Bytes expected = {2, 0, 0,    0,    1,    0,    0,    0, 1, 1, 2, 0,
-                          0, 0, 0x80, 0x80, 0x80, 0xF8, 0x07, 0, 0, 0, 2, 1};
-  const Bytes body = encodeFrame(frame, 0);
+  // before 0.0F. Each dz is 1 more, since 0 is a hole.
+  const Bytes expected = {2,    0,    0,    0,    1,    0, 0, 0, 1, 1,
+                          0x81, 0x80, 0x80, 0xF8, 0x07, 0, 0, 1, 2, 1};
+  const Bytes body = encoded(frame);
   ASSERT_GE(body.size(), expected.size());
   EXPECT_EQ(expected, Bytes(body.end() - static_cast<std::ptrdiff_t>(expected.size()), body.end()));
 }
 
-TEST(FrameMessage, CompactIsSmallerForTheCloudOfACamera) {
+TEST(FrameCoding, CompactIsSmallerForTheCloudOfACamera) {
   const Frame frame = transportFrame(160, 120);
-  const double raw = static_cast<double>(encodeFrame(frame, 0, CloudEncoding::Raw).size());
-  const double compact = static_cast<double>(encodeFrame(frame, 0, CloudEncoding::Compact).size());
+  const double raw = static_cast<double>(encoded(frame, CloudEncoding::Raw).size());
+  const double compact = static_cast<double>(encoded(frame).size());
   EXPECT_LT(compact, 0.55 * raw);
 }
 
-TEST(FrameMessage, ACloudThatFitsNoCameraIsSentAsItIs) {
+TEST(FrameCoding, ACloudThatFitsNoCameraIsSentAsItIs) {
   Frame frame = transportFrame(16, 16);
   Random random(3);
   for (pcl::PointXYZ& p : frame.cloud->points) {  // any bits whatever
@@ -104,7 +120,7 @@ TEST(FrameMessage, ACloudThatFitsNoCameraIsSentAsItIs) {
   EXPECT_TRUE(sameCloud(*frame.cloud, *throughTheWire(frame).cloud));
 }
 
-TEST(FrameMessage, ExtremeValuesSurviveBothEncodings) {
+TEST(FrameCoding, ExtremeValuesSurviveBothEncodings) {
   Frame frame = transportFrame(4, 3);
   const float values[] = {0.0F,  -0.0F,  1e-45F, -1e-45F, 3.4e38F, -3.4e38F,
                           1e12F, -1e12F, 1.0F,   -1.0F,   1e-30F,  0.1F};
@@ -116,7 +132,7 @@ TEST(FrameMessage, ExtremeValuesSurviveBothEncodings) {
   }
 }
 
-TEST(FrameMessage, PartlyFinitePointsAreHoles) {
+TEST(FrameCoding, PartlyFinitePointsAreHoles) {
   Frame frame = transportFrame(3, 2);
   frame.cloud->points[0] = pcl::PointXYZ(1.0F, kNaN, 2.0F);
   frame.cloud->points[1] = pcl::PointXYZ(kInfinity, 1.0F, 2.0F);
@@ -126,7 +142,7 @@ TEST(FrameMessage, PartlyFinitePointsAreHoles) {
   EXPECT_TRUE(sameCloud(*frame.cloud, *received.cloud));
 }
 
-TEST(FrameMessage, EmptyAndUnorganizedAndHoleOnlyCloudsTravel) {
+TEST(FrameCoding, EmptyAndUnorganizedAndHoleOnlyCloudsTravel) {
   Frame frame = transportFrame(0, 0);
   frame.skip_reason = "the left image is black";
   frame.key_features.clear();
@@ -143,7 +159,7 @@ TEST(FrameMessage, EmptyAndUnorganizedAndHoleOnlyCloudsTravel) {
   EXPECT_TRUE(sameCloud(*frame.cloud, *throughTheWire(frame).cloud));
 }
 
-TEST(FrameMessage, WithoutPoseCameraAndBaselineTheyStayAbsent) {
+TEST(FrameCoding, WithoutPoseCameraAndBaselineTheyStayAbsent) {
   Frame frame = transportFrame(4, 4);
   frame.camera.reset();
   frame.given_pose.reset();
@@ -154,11 +170,11 @@ TEST(FrameMessage, WithoutPoseCameraAndBaselineTheyStayAbsent) {
   EXPECT_FALSE(received.baseline.has_value());
 }
 
-TEST(FrameMessage, WhatCouldNotBeReceivedIsNotSent) {
+TEST(FrameCoding, WhatCouldNotBeReceivedIsNotSent) {
   const auto refuses = [](const std::function<void(Frame&)>& change) {
     Frame frame = transportFrame(4, 4);
     change(frame);
-    EXPECT_THROW(encodeFrame(frame, 0), InputError);
+    EXPECT_THROW(encoded(frame), InputError);
   };
   refuses([](Frame& f) { f.timestamp = kNaN; });
   refuses([](Frame& f) { f.T_world_sensor.translation().x() = kInfinity; });
@@ -181,26 +197,25 @@ TEST(FrameMessage, WhatCouldNotBeReceivedIsNotSent) {
   refuses([](Frame& f) { f.cloud.reset(); });
 }
 
-TEST(FrameMessage, EveryCutIsAnError) {
+TEST(FrameCoding, EveryCutIsAnError) {
   for (const CloudEncoding encoding : {CloudEncoding::Raw, CloudEncoding::Compact}) {
-    const Bytes body = encodeFrame(transportFrame(6, 4), 0, encoding);
+    const Bytes body = encoded(transportFrame(6, 4), encoding);
     for (std::size_t size = 0; size < body.size(); ++size) {
       const Bytes cut(body.begin(), body.begin() + static_cast<std::ptrdiff_t>(size));
-      EXPECT_THROW(decodeFrame(cut, kManyPoints), ProtocolError) << size;
+      EXPECT_THROW(decodedOrThrown(cut), ProtocolError) << size;
     }
     Bytes longer = body;
     longer.push_back(0);
-    EXPECT_THROW(decodeFrame(longer, kManyPoints), ProtocolError);
+    EXPECT_THROW(decodedOrThrown(longer), ProtocolError);
   }
 }
 
-// The checksum is not looked at here: whatever gets past it must do no harm.
-TEST(FrameMessage, DamagedBodiesThrowOrDecodeToSomethingConsistent) {
+TEST(FrameCoding, DamagedBodiesThrowOrDecodeToSomethingConsistent) {
   Random random(11);
   int decoded = 0;
   for (int i = 0; i < 6000; ++i) {
     const auto encoding = static_cast<CloudEncoding>(random.below(2));
-    Bytes body = encodeFrame(transportFrame(6, 4, 1 + random.below(9)), 0, encoding);
+    Bytes body = encoded(transportFrame(6, 4, 1 + random.below(9)), encoding);
     const std::size_t changes = 1 + random.below(4);
     for (std::size_t k = 0; k < changes; ++k) {
       const std::size_t at = random.below(body.size());
@@ -220,7 +235,7 @@ TEST(FrameMessage, DamagedBodiesThrowOrDecodeToSomethingConsistent) {
       }
     }
     try {
-      const Frame frame = decodeFrame(body, kManyPoints).frame;
+      const Frame frame = decodedOrThrown(body);
       ++decoded;
       EXPECT_EQ(frame.cloud->size(), std::size_t{frame.cloud->width} * frame.cloud->height);
       EXPECT_TRUE(frame.T_world_sensor.matrix().allFinite());
@@ -228,7 +243,7 @@ TEST(FrameMessage, DamagedBodiesThrowOrDecodeToSomethingConsistent) {
         EXPECT_TRUE(feature.position.allFinite());
         EXPECT_GE(feature.track, 0);
       }
-      EXPECT_NO_THROW(encodeFrame(frame, 0));
+      EXPECT_NO_THROW(encoded(frame));
     } catch (const ProtocolError&) {
       continue;
     }
@@ -236,22 +251,61 @@ TEST(FrameMessage, DamagedBodiesThrowOrDecodeToSomethingConsistent) {
   EXPECT_GT(decoded, 100);  // most changed coordinates are coordinates still
 }
 
-TEST(FrameMessage, AHugeCloudOfHolesIsRefusedBeforeMemoryIsTaken) {
-  Frame frame = transportFrame(0, 0);
-  Bytes body = encodeFrame(frame, 0);
-  // The cloud is the last section: width, height, is_dense, encoding, present.
-  const std::size_t cloud = body.size() - 14;
+TEST(FrameCoding, AHugeCloudOfHolesIsRefusedBeforeMemoryIsTaken) {
+  Bytes body = encoded(transportFrame(0, 0));
+  const std::size_t cloud =
+      body.size() - 10;  // the last section: width, height, is_dense, encoding
   for (std::size_t i = 0; i < 8; ++i) body[cloud + i] = i % 4 == 2 ? 1 : 0;  // 65536 x 65536
-  EXPECT_THROW(decodeFrame(body, kManyPoints), ProtocolError);
+  EXPECT_THROW(decoded(body), ProtocolError);
   for (std::size_t i = 0; i < 8; ++i) body[cloud + i] = 0xFF;
-  EXPECT_THROW(decodeFrame(body, std::numeric_limits<std::size_t>::max()), ProtocolError);
+  EXPECT_THROW(decoded(body, std::numeric_limits<std::size_t>::max()), ProtocolError);
 }
 
-TEST(FrameMessage, TheLimitOfPointsCountsHoles) {
-  Frame frame = transportFrame(10, 10);
-  const Bytes body = encodeFrame(frame, 0);
-  EXPECT_NO_THROW(decodeFrame(body, 100));
-  EXPECT_THROW(decodeFrame(body, 99), ProtocolError);
+TEST(FrameCoding, TheLimitOfPointsCountsHoles) {
+  const Bytes body = encoded(transportFrame(10, 10));
+  EXPECT_NO_THROW(decoded(body, 100));
+  EXPECT_THROW(decoded(body, 99), ProtocolError);
+}
+
+TEST(FrameCoding, NotesAreLimitedInNumberAndLength) {
+  Frame frame = transportFrame(4, 4);
+  frame.notes.assign(1000, std::string(100000, 'x'));
+  const Frame received = throughTheWire(frame);
+  EXPECT_EQ(32U, received.notes.size());
+  EXPECT_EQ(kMaxText, received.notes.front().size());
+}
+
+TEST(FrameCoding, TextsOfAPeerAreOneLineOfPrintableAscii) {
+  Frame frame = transportFrame(2, 2);
+  frame.notes = {"a\nb\x1B[31m\x7F \xC3\xA9"};
+  EXPECT_EQ("a?b?[31m? ??", throughTheWire(frame).notes.front());
+}
+
+TEST(FrameCoding, EnvelopesOfOthersAreRefused) {
+  const auto open = [](const Bytes& bytes) {
+    Received received;
+    received.envelope = zmq::message_t(bytes.data(), bytes.size());
+    received.open();
+    return received.type;
+  };
+  const Bytes good = {'P', 'M', 'F', 'E', 2, 0, 3, 0, 1, 2, 3, 4, 5, 6, 7, 8};
+  EXPECT_EQ(MessageType::Frame, open(good));
+  for (std::size_t size = 0; size < good.size(); ++size) {
+    EXPECT_THROW(open(Bytes(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size))),
+                 ProtocolError);
+  }
+  Bytes bad = good;
+  bad[0] = 'G';
+  EXPECT_THROW(open(bad), ProtocolError);
+  bad = good;
+  bad[4] = 1;
+  EXPECT_THROW(open(bad), VersionError);
+  bad = good;
+  bad[6] = 7;
+  EXPECT_THROW(open(bad), ProtocolError);
+  bad = good;
+  bad.push_back(0);
+  EXPECT_THROW(open(bad), ProtocolError);
 }
 
 }  // namespace
