@@ -29,6 +29,11 @@ void MappingInput::setPlanes(const std::vector<pcl::PointIndices>& inliers,
   planes_ = std::move(segments);
 }
 
+void MappingInput::setNoiseModel(const std::optional<StereoNoise>& noise) {
+  if (noise) noise->validate();
+  noise_ = noise;
+}
+
 FrameUpdate MappingInput::insertInto(PlanarMap& map, const PointsView& points,
                                      const Indices* indices, const Pose& T_world_sensor,
                                      std::uint64_t stamp_us) const {

@@ -94,6 +94,7 @@ void checkMappingSetters() {
   object.setCamera(PinholeCamera{1.0, 2.0, 3.0, 4.0, 5, 6});
   EXPECT_EQ(object.getCamera()->height, 6);
   object.setNoiseModel(StereoNoise{0.1, 400.0, 0.25});
+  EXPECT_THROW(object.setNoiseModel(StereoNoise{kNan, 400.0, 0.25}), ParameterError);
   EXPECT_EQ(object.getNoiseModel()->focal_length, 400.0);
 }
 

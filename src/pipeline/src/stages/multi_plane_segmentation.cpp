@@ -6,6 +6,7 @@
 
 #include "builtin.h"
 #include "noise_keys.h"
+#include "shared_indices.h"
 
 namespace planar_mapping {
 namespace {
@@ -90,7 +91,7 @@ class MultiPlaneSegmentationStage : public Stage {
   void process(Frame& frame) override {
     segmentation_.setParams(params_);
     segmentation_.setInputCloud(frame.cloud);
-    segmentation_.setIndices(pcl::IndicesPtr(pcl::IndicesPtr(), &frame.indices));  // in place
+    segmentation_.setIndices(detail::sharedIndices(frame.indices));
     segmentation_.setInputFeatures(frame.key_features);
     segmentation_.segment();
     frame.planes = segmentation_.getPlanes();

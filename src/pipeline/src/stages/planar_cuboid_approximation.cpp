@@ -5,6 +5,7 @@
 #include "builtin.h"
 #include "noise_keys.h"
 #include "planar_mapping/surface/planar_mapping.h"
+#include "shared_indices.h"
 
 namespace planar_mapping {
 namespace {
@@ -119,7 +120,7 @@ class PlanarCuboidApproximationStage : public Stage {
   void process(Frame& frame) override {
     mapping_.setMap(*frame.map);
     mapping_.setInputCloud(frame.cloud);
-    mapping_.setIndices(pcl::IndicesPtr(pcl::IndicesPtr(), &frame.indices));  // in place
+    mapping_.setIndices(detail::sharedIndices(frame.indices));
     mapping_.setSensorPose(frame.T_world_sensor);
     mapping_.setTimestamp(frame.timestamp);
     mapping_.setGroundIndices(frame.ground);

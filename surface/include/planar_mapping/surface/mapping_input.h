@@ -59,8 +59,9 @@ class PLANAR_MAPPING_EXPORT MappingInput {
   void setCamera(const std::optional<PinholeCamera>& camera) { camera_ = camera; }
   const std::optional<PinholeCamera>& getCamera() const { return camera_; }
 
-  /// Depth error of a stereo camera; std::nullopt (the default) = none. Checked with the frame.
-  void setNoiseModel(const std::optional<StereoNoise>& noise) { noise_ = noise; }
+  /// Depth error of a stereo camera; std::nullopt (the default) = none.
+  /// \throws ParameterError
+  void setNoiseModel(const std::optional<StereoNoise>& noise);
   const std::optional<StereoNoise>& getNoiseModel() const { return noise_; }
 
   // Every setter below throws ParameterError, and changes nothing, if the value is out of range.
