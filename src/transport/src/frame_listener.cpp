@@ -16,7 +16,6 @@ namespace {
 constexpr double kPollInterval = 0.05;  // seconds between looks at deadlines and at the stop flag
 constexpr double kAckInterval = 0.25;   // seconds; shows whether the front-end is there
 constexpr int kMaxMessagesPerTurn = 64;
-constexpr int kMaxReplies = 8;  // that wait for a peer; further ones are dropped
 constexpr int kMaxEvents = 100;
 constexpr std::size_t kMaxGreeted = 16;  // peers that are told of the end
 // Of a session: what a front-end may add to run.log and to the columns of frames.csv.
@@ -122,7 +121,6 @@ void FrameListener::Impl::listen(const Endpoint& where) {
   configure(router, address, options.keys, options.max_frame + kMaxText + 64, options.timeout);
   router.set(zmq::sockopt::zap_domain, "planar_mapping");
   router.set(zmq::sockopt::router_mandatory, 1);  // sending tells that a peer is gone
-  router.set(zmq::sockopt::sndhwm, kMaxReplies);
   router.set(zmq::sockopt::rcvhwm, static_cast<int>(options.window) + 4);
   if (!options.keys.secret_key.empty()) router.set(zmq::sockopt::curve_server, 1);
   router.bind(zmqAddress(address));
