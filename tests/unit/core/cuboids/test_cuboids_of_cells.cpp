@@ -11,7 +11,7 @@
 
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/error.h"
-#include "planar_mapping/core/cuboids/cuboid_approximation.h"
+#include "planar_mapping/core/cuboids/detail/compact_cover.h"
 
 namespace planar_mapping {
 namespace {
