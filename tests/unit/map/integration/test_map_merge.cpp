@@ -167,7 +167,7 @@ TEST(MergeMaps, LeavesOutWhatLiesBeyondTheLattice) {
   map.merge(walk(2, 4), far);
   EXPECT_EQ(map.frames(), 4u);
   EXPECT_EQ(map.planes().size(), walk(0, 2).planes().size());
-  EXPECT_TRUE(map.isOccupied({0.0, 5.0, 1.5}));
+  EXPECT_TRUE(map.isOccupied({0.0, 5.05, 1.5}));  // within the wall, not on its face
 }
 
 }  // namespace
