@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "planes/organized/organized_surroundings.h"
-
 namespace planar_mapping::detail {
 namespace {
 
