@@ -4,8 +4,8 @@
 
 #include <limits>
 
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/base/detail/simd.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace io {
