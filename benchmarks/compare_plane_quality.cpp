@@ -18,7 +18,7 @@
 #include "labelled_clouds.h"
 #include "peer_planes.h"
 #include "planar_mapping/core/planes/multi_plane.h"
-#include "planar_mapping/evaluation/plane_quality.h"
+#include "evaluation/plane_quality.h"
 
 namespace {
 

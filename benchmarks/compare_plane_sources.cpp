@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "planar_mapping/core/planes/multi_plane.h"
-#include "planar_mapping/evaluation/simulated_features.h"
+#include "evaluation/simulated_features.h"
 #include "planar_mapping/evaluation/simulation.h"
 
 namespace {

@@ -11,8 +11,8 @@
 
 #include "labelled_clouds.h"
 #include "planar_mapping/core/planes/multi_plane.h"
-#include "planar_mapping/evaluation/plane_bounds.h"
-#include "planar_mapping/evaluation/plane_quality.h"
+#include "evaluation/plane_bounds.h"
+#include "evaluation/plane_quality.h"
 
 namespace {
 

@@ -1,21 +1,17 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include <pcl/console/print.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <csignal>
 #include <filesystem>
 #include <iostream>
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "commands.h"
 #include "evaluation/artefact_file.h"
 #include "evaluation/evaluation_run.h"
 #include "evaluation/machine_facts.h"
 #include "evaluation/variants.h"
+#include "frame_command.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pipeline/output.h"
 #include "viewer_program.h"
@@ -25,20 +21,8 @@ namespace {
 
 constexpr double kRadiansPerDegree = 0.017453292519943295;
 
-std::atomic<bool> stop_requested{false};
-
-/// The first signal asks to save what was done; a second one ends the program at once.
-extern "C" void stopEvaluation(int number) {
-  stop_requested = true;
-  std::signal(number, SIG_DFL);
-}
-
-struct EvaluateArguments {
-  std::string configuration;
-  std::vector<std::string> inputs;
+struct EvaluateArguments : FrameArguments {
   std::string output;
-  std::string poses;
-  std::vector<std::string> assignments;
   std::vector<double> cells = {0.05, 0.1, 0.2, 0.3, 0.4, 0.5};
   std::vector<std::string> scenes = {"corridor", "outdoor"};
   double yaw_deg = 0.0;
@@ -47,32 +31,12 @@ struct EvaluateArguments {
   bool ablation = false;
   bool no_figures = false;
   int threads = 1;
-  std::int64_t seed = -1;
-  bool force = false;
-  bool quiet = false;
-  bool json = false;
-  std::string progress = "auto";
 };
 
 Configuration load(const EvaluateArguments& arguments, const std::string& profile,
-                   const std::vector<std::string>& assignments) {
-  StageTable table;
-  registerBuiltinStages(table);
-  ConfigurationOverrides overrides;
-  overrides.assignments = arguments.assignments;
-  overrides.assignments.insert(overrides.assignments.end(), assignments.begin(), assignments.end());
-  overrides.assignments.push_back("threads=1");
-  if (arguments.seed >= 0) {
-    overrides.assignments.push_back("seed=" + std::to_string(arguments.seed));
-  }
-  overrides.profile = profile;
-  Configuration configuration = loadConfiguration(arguments.configuration, table, overrides);
-  if (!arguments.inputs.empty()) {
-    configuration.inputs = arguments.inputs;
-    configuration.poses.clear();
-  }
-  if (!arguments.poses.empty()) configuration.poses = arguments.poses;
-  return configuration;
+                   std::vector<std::string> assignments) {
+  assignments.emplace_back("threads=1");
+  return loadFor(arguments, profile, std::move(assignments));
 }
 
 /// "stage.resolution_m=s" for each stage that has a cell size.
@@ -103,14 +67,9 @@ std::vector<PlanarMethod> methodsOf(const EvaluateArguments& arguments,
   return methods;
 }
 
-void drawBar(const EvaluationProgress& progress) {
-  constexpr std::size_t kWidth = 30;
-  const std::size_t filled = kWidth * progress.done / std::max<std::size_t>(1, progress.all);
-  std::cerr << "\r[" << std::string(filled, '#') << std::string(kWidth - filled, '.') << "] "
-            << progress.done << "/" << progress.all << "  " << progress.scene << ", place "
-            << progress.place << "   ";
-  if (progress.done == progress.all) std::cerr << '\n';
-  std::cerr.flush();
+void showProgress(const EvaluationProgress& progress) {
+  drawBar(progress.done, progress.all,
+          progress.scene + ", place " + std::to_string(progress.place));
 }
 
 void writeJsonLine(const EvaluationProgress& progress) {
@@ -261,10 +220,7 @@ int evaluate(const EvaluateArguments& arguments) {
     throw UsageError(error.what());
   }
 
-  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
-  std::signal(SIGINT, stopEvaluation);
-  std::signal(SIGTERM, stopEvaluation);
-  std::signal(SIGXFSZ, SIG_IGN);
+  const std::atomic<bool>& stop_requested = stopOnSignal();
   EvaluationJob job;
   job.methods = std::move(methods);
   job.methods.measure_heap = arguments.threads == 1;
@@ -272,8 +228,8 @@ int evaluate(const EvaluateArguments& arguments) {
   job.stop = &stop_requested;
   if (arguments.progress == "jsonl") {
     job.progress = writeJsonLine;
-  } else if (arguments.progress == "auto" && !arguments.quiet && isatty(STDERR_FILENO) == 1) {
-    job.progress = drawBar;
+  } else if (arguments.wantsBar()) {
+    job.progress = showProgress;
   }
   std::vector<evaluation::PlaceResult> results;
   PlaceMaps maps;  // of the first scene, in the middle of its path
@@ -320,11 +276,7 @@ void addEvaluateCommand(CLI::App& app, int& exit_code) {
   const auto arguments = std::make_shared<EvaluateArguments>();
   command->add_option("config", arguments->configuration, "Configuration file (*.yaml)")
       ->required();
-  command
-      ->add_option("-i,--input", arguments->inputs,
-                   "PCD or PLY files, a directory of them, or a sequence folder; without, "
-                   "simulated scenes")
-      ->allow_extra_args(true);
+  addInputOption(*command, arguments->inputs, arguments->poses, "; without, simulated scenes");
   command->add_option("-o,--output", arguments->output, "Directory for the results")->required();
   command->add_option("--cells", arguments->cells, "Cell sizes, metres, comma-separated")
       ->delimiter(',')
@@ -347,10 +299,7 @@ void addEvaluateCommand(CLI::App& app, int& exit_code) {
                    "Consecutive frames that make a place; 0 = all frames are one place")
       ->capture_default_str()
       ->check(CLI::Range(0, 1000000));
-  command->add_option("--poses", arguments->poses,
-                      "Trajectory (TUM: timestamp tx ty tz qx qy qz qw), a line a frame");
-  command->add_option("--set", arguments->assignments, "stage.key=value, repeatable")
-      ->allow_extra_args(false);
+  addFrameOptions(*command, *arguments);
   command->add_flag("--ablation", arguments->ablation,
                     "Also maps without one idea each; writes ablation.*");
   command
@@ -361,13 +310,6 @@ void addEvaluateCommand(CLI::App& app, int& exit_code) {
   command->add_option("-j,--threads", arguments->threads, "Places beside each other")
       ->capture_default_str()
       ->check(CLI::Range(1, 256));
-  command->add_option("--seed", arguments->seed, "Seed of everything random, >= 0")
-      ->check(CLI::NonNegativeNumber);
-  command->add_flag("--force", arguments->force, "Overwrite earlier results");
-  command->add_option("--progress", arguments->progress, "auto, none or jsonl, on stderr")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"auto", "none", "jsonl"}));
-  command->add_flag("-q,--quiet", arguments->quiet, "Say nothing but errors");
   command->add_flag("--json", arguments->json, "Print evaluation.json instead of the tables");
   command->callback([arguments, &exit_code]() { exit_code = evaluate(*arguments); });
 }

@@ -1,14 +1,11 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include <pcl/console/print.h>
 #include <unistd.h>
 
-#include <atomic>
-#include <csignal>
 #include <iostream>
 #include <memory>
 
-#include "commands.h"
+#include "frame_command.h"
 #include "network_input.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pipeline/front_end_source.h"
@@ -32,15 +29,6 @@ struct FrontendArguments {
 
 #if PLANAR_MAPPING_HAS_TRANSPORT
 
-std::atomic<bool> stop_requested{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler writes it");
-
-/// The first signal says goodbye to the mapping side; a second one ends the program at once.
-extern "C" void requestFrontendStop(int number) {
-  stop_requested = true;
-  std::signal(number, SIG_DFL);
-}
-
 transport::Endpoint endpointOf(const FrontendArguments& arguments) {
   try {
     const transport::Endpoint endpoint = transport::parseEndpoint(arguments.endpoint);
@@ -53,16 +41,12 @@ transport::Endpoint endpointOf(const FrontendArguments& arguments) {
 
 int run(const FrontendArguments& arguments) {
   const transport::Endpoint endpoint = endpointOf(arguments);
-  // Everything there is to say goes through our own errors.
-  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
-  std::signal(SIGINT, requestFrontendStop);
-  std::signal(SIGTERM, requestFrontendStop);
   transport::FrontEndOptions options;
   options.timeout = arguments.timeout;
   options.encoding = arguments.encoding == "raw" ? transport::CloudEncoding::Raw
                                                  : transport::CloudEncoding::Compact;
   if (!arguments.keys.empty()) options.keys = readKeyFile(arguments.keys);
-  options.stop = &stop_requested;
+  options.stop = &stopOnSignal();
   options.say = [](const std::string& text) { std::cerr << "planar_map: " << text << std::endl; };
   if (!arguments.quiet && isatty(STDERR_FILENO) == 1) {
     options.progress = [](std::uint64_t done, std::uint64_t all) {
@@ -99,17 +83,12 @@ void addFrontendCommand(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand(
       "frontend", "Images to clouds and features, sent to a run --listen elsewhere");
   const auto arguments = std::make_shared<FrontendArguments>();
-  command
-      ->add_option("-i,--input", arguments->inputs,
-                   "PCD or PLY files, a directory of them, or a sequence folder")
-      ->required()
-      ->allow_extra_args(true);
+  addInputOption(*command, arguments->inputs, arguments->poses);
+  command->get_option("--input")->required();
   command
       ->add_option("--connect", arguments->endpoint,
                    "[HOST:]PORT or ipc://PATH of the mapping side; only a port = 127.0.0.1")
       ->required();
-  command->add_option("--poses", arguments->poses,
-                      "Trajectory (TUM: timestamp tx ty tz qx qy qz qw), a line a frame");
   command
       ->add_option("--timeout", arguments->timeout,
                    "Seconds to wait for a mapping side that is not there or went away")

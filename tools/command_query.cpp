@@ -10,7 +10,6 @@
 
 #include "command_help.h"
 #include "commands.h"
-#include "number_list.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/cloud_file.h"
 #include "planar_mapping/io/map_file.h"

@@ -13,7 +13,7 @@
 
 #include "furnished_room.h"
 #include "planar_mapping/core/base/types.h"
-#include "planar_mapping/evaluation/plane_quality.h"
+#include "evaluation/plane_quality.h"
 #include "planar_mapping/evaluation/simulation.h"
 #include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/cloud_file.h"

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/io/atomic_file.h"
 #include "planar_mapping/io/cloud_file.h"
 #include "planar_mapping/io/map_file.h"
 #include "planar_mapping/visualization/projection_2d.h"
@@ -96,7 +97,7 @@ void declare(CLI::App& app, Arguments& a) {
                  "what starts above it does not count, metres above the ground")
       ->capture_default_str();
   app.add_option("--reference", a.reference, "compare with this PNG; exit code 6 if it differs");
-  app.add_option("--threshold", a.threshold, "share of pixels that may differ (0 to 1)")
+  app.add_option("--threshold", a.threshold, "fraction of pixels that may differ (0 to 1)")
       ->capture_default_str();
   app.add_flag("-f,--force", a.force, "overwrite an existing PNG");
   app.set_version_flag("--version", PLANAR_MAPPING_VERSION);
@@ -200,7 +201,11 @@ int run(int argc, char** argv) {
       throw ParameterError("--projection-2d needs the picture's name: -o FILE.png");
     }
     const ViewOptions options = viewOptions(arguments);
-    if (!arguments.snapshot.empty()) requireWritablePng(arguments.snapshot, arguments.force);
+    // What cannot be written is refused before anything is drawn.
+    if (!arguments.snapshot.empty()) {
+      io::AtomicFile(arguments.snapshot,
+                     arguments.force ? io::Overwrite::Allow : io::Overwrite::Refuse);
+    }
     return draw(arguments, options);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kDone : kUsage;

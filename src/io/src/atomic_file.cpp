@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::size_t kBufferSize = std::size_t{1} << 18;
 constexpr int kAttempts = 1000;
-constexpr const char* kExists = "exists already and is not overwritten without being asked to";
+constexpr const char* kExists = "exists already and is not overwritten (--force overwrites)";
 
 std::string directoryOf(const std::string& path) {
   const std::size_t slash = path.find_last_of('/');

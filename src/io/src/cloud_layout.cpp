@@ -3,7 +3,6 @@
 #include "cloud_layout.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -18,43 +17,18 @@ constexpr std::uint64_t kLargestRecord = std::uint64_t{1} << 28;
 constexpr std::uint64_t kMostPoints = std::numeric_limits<int>::max();
 constexpr std::size_t kBlock = std::size_t{1} << 20;
 
-template <typename T>
-T load(const std::uint8_t* bytes, bool big_endian) {
-  T value;
-  if (!big_endian) {
-    std::memcpy(&value, bytes, sizeof(T));
-    return value;
-  }
-  std::array<std::uint8_t, sizeof(T)> raw;
-  std::reverse_copy(bytes, bytes + sizeof(T), raw.begin());
-  std::memcpy(&value, raw.data(), sizeof(T));
-  return value;
-}
-
 double loadNumber(const std::uint8_t* bytes, ScalarType type, bool big_endian) {
-  switch (type) {
-    case ScalarType::I8:
-      return load<std::int8_t>(bytes, big_endian);
-    case ScalarType::U8:
-      return load<std::uint8_t>(bytes, big_endian);
-    case ScalarType::I16:
-      return load<std::int16_t>(bytes, big_endian);
-    case ScalarType::U16:
-      return load<std::uint16_t>(bytes, big_endian);
-    case ScalarType::I32:
-      return load<std::int32_t>(bytes, big_endian);
-    case ScalarType::U32:
-      return load<std::uint32_t>(bytes, big_endian);
-    case ScalarType::I64:
-      return static_cast<double>(load<std::int64_t>(bytes, big_endian));
-    case ScalarType::U64:
-      return static_cast<double>(load<std::uint64_t>(bytes, big_endian));
-    case ScalarType::F32:
-      return load<float>(bytes, big_endian);
-    case ScalarType::F64:
-      return load<double>(bytes, big_endian);
+  const std::uint64_t bits = loadBits(bytes, type.size, big_endian);
+  if (type.kind == 'U') return static_cast<double>(bits);
+  if (type.kind == 'I') {
+    const unsigned unused = 64u - 8u * type.size;  // shifted out and in again: the sign fills them
+    return static_cast<double>(static_cast<std::int64_t>(bits << unused) >> unused);
   }
-  return 0.0;
+  float narrow;
+  double wide;
+  std::memcpy(&narrow, &bits, sizeof narrow);
+  std::memcpy(&wide, &bits, sizeof wide);
+  return type.size == 4 ? static_cast<double>(narrow) : wide;
 }
 
 /// The cast alone is undefined beyond the range of float.
@@ -79,36 +53,13 @@ std::uint32_t colorOfNumber(double value, bool is_float) {
   return bits & 0xFFFFFFu;
 }
 
-bool isFloat(ScalarType type) {
-  return type == ScalarType::F32 || type == ScalarType::F64;
-}
-
 }  // namespace
 
-std::size_t sizeOf(ScalarType type) {
-  switch (type) {
-    case ScalarType::I8:
-    case ScalarType::U8:
-      return 1;
-    case ScalarType::I16:
-    case ScalarType::U16:
-      return 2;
-    case ScalarType::I32:
-    case ScalarType::U32:
-    case ScalarType::F32:
-      return 4;
-    case ScalarType::I64:
-    case ScalarType::U64:
-    case ScalarType::F64:
-      return 8;
-  }
-  return 0;
-}
-
-std::string nameOf(ScalarType type) {
-  const bool is_signed = type == ScalarType::I8 || type == ScalarType::I16 ||
-                         type == ScalarType::I32 || type == ScalarType::I64;
-  return (isFloat(type) ? "F" : is_signed ? "I" : "U") + std::to_string(sizeOf(type));
+std::uint64_t loadBits(const std::uint8_t* bytes, std::size_t size, bool big_endian) {
+  std::uint64_t bits = 0;
+  if (!big_endian) std::memcpy(&bits, bytes, size);
+  for (std::size_t i = 0; big_endian && i < size; ++i) bits = bits << 8u | bytes[i];
+  return bits;
 }
 
 void placeFields(const std::string& path, std::vector<CloudField>& fields) {
@@ -118,7 +69,7 @@ void placeFields(const std::string& path, std::vector<CloudField>& fields) {
     field.offset = offset;
     field.word = word;
     if (field.count > kLargestRecord) throw IoError(path, "a point has too many values");
-    offset += field.count * sizeOf(field.type);
+    offset += field.count * field.type.size;
     word += field.count;
     if (offset > kLargestRecord) throw IoError(path, "a point has too many values");
   }
@@ -128,7 +79,7 @@ CloudFiller::CloudFiller(const std::string& path, const std::vector<CloudField>&
                          const CloudChannels& channels)
     : path_(path) {
   for (const CloudField& field : fields) {
-    record_size_ += field.count * sizeOf(field.type);
+    record_size_ += field.count * field.type.size;
     words_ += field.count;
     addColumn(field, channels);
   }
@@ -181,18 +132,19 @@ void CloudFiller::addColumn(const CloudField& field, const CloudChannels& channe
   if (known == std::end(kNames) || field.count == 0) return;
   const Target target = known->target;
   if (target == Target::X || target == Target::Y || target == Target::Z) {
-    if (!isFloat(field.type) || field.count != 1)
-      throw IoError(path_, "field '" + field.name + "' is of type " + nameOf(field.type) +
+    if (!field.type.isFloat() || field.count != 1)
+      throw IoError(path_, "field '" + field.name + "' is of type " + field.type.kind +
+                               std::to_string(field.type.size) +
                                (field.count != 1 ? " x " + std::to_string(field.count) : "") +
                                "; x, y and z must be single F4 or F8 values");
   } else {
     const bool wanted = target == Target::Label       ? channels.labels
                         : target == Target::Intensity ? channels.intensities
                                                       : channels.colors;
-    const bool usable = target == Target::PackedColor ? sizeOf(field.type) == 4
+    const bool usable = target == Target::PackedColor ? field.type.size == 4
                         : target == Target::Label || target == Target::Intensity
                             ? true
-                            : field.type == ScalarType::U8;
+                            : field.type == ScalarType{'U', 1};
     const bool known_already = std::any_of(
         columns_.begin(), columns_.end(), [target](const Column& c) { return c.target == target; });
     if (!wanted || !usable || field.count != 1 || known_already) return;
@@ -241,7 +193,7 @@ void CloudFiller::fillColumn(CloudData& cloud, const Column& column, const std::
     case Target::Z: {
       float* out = cloud.xyz.data() + 3 * first +
                    (static_cast<std::size_t>(column.target) - static_cast<std::size_t>(Target::X));
-      if (type == ScalarType::F32 && !big_endian) {
+      if (type == ScalarType{'F', 4} && !big_endian) {
         for (std::size_t i = 0; i < count; ++i) std::memcpy(out + 3 * i, data + i * stride, 4);
       } else {
         for (std::size_t i = 0; i < count; ++i)
@@ -252,7 +204,7 @@ void CloudFiller::fillColumn(CloudData& cloud, const Column& column, const std::
     case Target::PackedColor: {
       std::uint32_t* out = cloud.colors.data() + first;
       for (std::size_t i = 0; i < count; ++i)
-        out[i] = load<std::uint32_t>(data + i * stride, big_endian) & 0xFFFFFFu;
+        out[i] = static_cast<std::uint32_t>(loadBits(data + i * stride, 4, big_endian)) & 0xFFFFFFu;
       break;
     }
     case Target::Red:
@@ -267,7 +219,7 @@ void CloudFiller::fillColumn(CloudData& cloud, const Column& column, const std::
     }
     case Target::Label: {
       std::uint32_t* out = cloud.labels.data() + first;
-      if (type == ScalarType::U32 && !big_endian) {
+      if (type == ScalarType{'U', 4} && !big_endian) {
         for (std::size_t i = 0; i < count; ++i) std::memcpy(out + i, data + i * stride, 4);
       } else {
         for (std::size_t i = 0; i < count; ++i)
@@ -294,8 +246,8 @@ void CloudFiller::fillRecords(CloudData& cloud, const std::uint8_t* records, std
 void CloudFiller::fillTransposed(CloudData& cloud, const std::uint8_t* data) const {
   const std::size_t count = cloud.size();
   for (const Column& column : columns_)
-    fillColumn(cloud, column, data + column.field.offset * count, sizeOf(column.field.type), 0,
-               count, false);
+    fillColumn(cloud, column, data + column.field.offset * count, column.field.type.size, 0, count,
+               false);
 }
 
 void CloudFiller::fillFromFile(CloudData& cloud, InputFile& file, bool big_endian) const {
@@ -329,7 +281,7 @@ void CloudFiller::parseWord(CloudData& cloud, const Column& column, std::size_t 
   if (!parseNumber(word, value)) fail();
   switch (column.target) {
     case Target::PackedColor:
-      cloud.colors[point] = colorOfNumber(value, isFloat(column.field.type));
+      cloud.colors[point] = colorOfNumber(value, column.field.type.isFloat());
       break;
     case Target::Red:
       cloud.colors[point] |= (toLabel(value) & 0xFFu) << 16u;

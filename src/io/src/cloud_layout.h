@@ -14,15 +14,22 @@
 namespace planar_mapping {
 namespace io {
 
-enum class ScalarType { I8, U8, I16, U16, I32, U32, I64, U64, F32, F64 };
-std::size_t sizeOf(ScalarType type);
-/// "F4", "U1", ... as PCD says it in TYPE and SIZE.
-std::string nameOf(ScalarType type);
+/// The type of a number as PCD says it in TYPE and SIZE.
+struct ScalarType {
+  char kind = 'F';  ///< F = float, I = signed, U = unsigned
+  std::uint8_t size = 4;
+
+  bool isFloat() const { return kind == 'F'; }
+  bool operator==(const ScalarType& o) const { return kind == o.kind && size == o.size; }
+};
+
+/// The bytes of a number, whatever its type.
+std::uint64_t loadBits(const std::uint8_t* bytes, std::size_t size, bool big_endian);
 
 /// A field of a record: a PCD field or a scalar property of a PLY vertex.
 struct CloudField {
   std::string name;
-  ScalarType type = ScalarType::F32;
+  ScalarType type;
   std::uint64_t count = 1;   ///< values in it
   std::uint64_t offset = 0;  ///< bytes before it in the record
   std::uint64_t word = 0;    ///< values before it in the record
@@ -39,7 +46,6 @@ class CloudFiller {
               const CloudChannels& channels);
 
   std::size_t recordSize() const { return record_size_; }
-  std::size_t wordsPerRecord() const { return words_; }
 
   /// \throws IoError unless 1 <= width * height <= 2^31 - 1 and as many records as that fit into
   /// \p bytes_left

@@ -61,29 +61,17 @@ Image readImage(const std::string& path) {
   const std::vector<std::uint8_t> bytes = readWholeFile(path, detail::kLargestImageFile);
   if (isJpeg(bytes)) return decodeJpeg(path, bytes);
   if (!detail::isPng(bytes)) throw IoError(path, "is neither a PNG nor a JPEG image");
-  PngImage png = detail::decodePng(path, bytes, detail::PngPixels::GrayOrColor);
-  Image image;
-  image.width = static_cast<int>(png.width);
-  image.height = static_cast<int>(png.height);
-  image.channels = png.channels;
-  image.pixels = std::move(png.bytes);
-  return image;
+  PngImage png = detail::decodePng(path, bytes, false);
+  return {static_cast<int>(png.width), static_cast<int>(png.height), png.channels,
+          std::move(png.bytes)};
 }
 
 void writeImage(const std::string& path, const Image& image, Overwrite overwrite) {
-  const bool sound = image.width > 0 && image.height > 0 &&
-                     (image.channels == 1 || image.channels == 3) &&
-                     image.pixels.size() == static_cast<std::size_t>(image.width) *
-                                                static_cast<std::size_t>(image.height) *
-                                                static_cast<std::size_t>(image.channels);
-  if (!sound)
+  if (image.width <= 0 || image.height <= 0 || (image.channels != 1 && image.channels != 3))
     throw InputError(
-        "an image without pixels, or with others than its size says, cannot be written to " + path);
-  PngImage png;
-  png.width = static_cast<std::uint32_t>(image.width);
-  png.height = static_cast<std::uint32_t>(image.height);
-  png.channels = image.channels;
-  png.bytes = image.pixels;
+        "an image of no size, or of other than 1 or 3 channels, cannot be written to " + path);
+  PngImage png{static_cast<std::uint32_t>(image.width), static_cast<std::uint32_t>(image.height),
+               image.channels, 1, image.pixels};
   detail::writePng(path, png, overwrite);
 }
 

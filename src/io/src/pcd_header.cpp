@@ -17,21 +17,11 @@ constexpr std::size_t kMostHeaderLines = 1000;
 constexpr double kShortestQuaternion = 1e-6;
 
 std::optional<ScalarType> scalarType(std::string_view type, std::uint64_t size) {
-  if (type == "F") {
-    if (size == 4) return ScalarType::F32;
-    if (size == 8) return ScalarType::F64;
-  } else if (type == "I") {
-    if (size == 1) return ScalarType::I8;
-    if (size == 2) return ScalarType::I16;
-    if (size == 4) return ScalarType::I32;
-    if (size == 8) return ScalarType::I64;
-  } else if (type == "U") {
-    if (size == 1) return ScalarType::U8;
-    if (size == 2) return ScalarType::U16;
-    if (size == 4) return ScalarType::U32;
-    if (size == 8) return ScalarType::U64;
-  }
-  return std::nullopt;
+  const bool is_integer = type == "I" || type == "U";
+  const bool known = (is_integer && (size == 1 || size == 2)) ||
+                     ((is_integer || type == "F") && (size == 4 || size == 8));
+  if (!known) return std::nullopt;
+  return ScalarType{type[0], static_cast<std::uint8_t>(size)};
 }
 
 /// The header's lines by key, each with its words.
@@ -144,7 +134,7 @@ PcdHeader readPcdHeader(const std::string& path, LineReader& lines) {
     if (!type && !padding)
       throw IoError(path, "field '" + names[i] + "' has TYPE " + quoted(types[i]) + " and SIZE " +
                               std::to_string(sizes[i]) + ", which do not exist together");
-    field.type = type.value_or(ScalarType::U8);
+    field.type = type.value_or(ScalarType{'U', 1});
     if (padding && !type) {
       if (sizes[i] > std::numeric_limits<std::uint32_t>::max() ||
           counts[i] > std::numeric_limits<std::uint32_t>::max())

@@ -19,7 +19,7 @@ constexpr std::size_t kMostHeaderLines = 10000;
 
 struct Property {
   bool is_list = false;
-  ScalarType count_type = ScalarType::U8;
+  ScalarType count_type{'U', 1};
   CloudField field;
 };
 
@@ -47,12 +47,10 @@ std::optional<ScalarType> scalarType(std::string_view name) {
     ScalarType type;
   };
   static constexpr Name kNames[] = {
-      {"char", ScalarType::I8},     {"int8", ScalarType::I8},     {"uchar", ScalarType::U8},
-      {"uint8", ScalarType::U8},    {"short", ScalarType::I16},   {"int16", ScalarType::I16},
-      {"ushort", ScalarType::U16},  {"uint16", ScalarType::U16},  {"int", ScalarType::I32},
-      {"int32", ScalarType::I32},   {"uint", ScalarType::U32},    {"uint32", ScalarType::U32},
-      {"float", ScalarType::F32},   {"float32", ScalarType::F32}, {"double", ScalarType::F64},
-      {"float64", ScalarType::F64},
+      {"char", {'I', 1}},  {"int8", {'I', 1}},    {"uchar", {'U', 1}},  {"uint8", {'U', 1}},
+      {"short", {'I', 2}}, {"int16", {'I', 2}},   {"ushort", {'U', 2}}, {"uint16", {'U', 2}},
+      {"int", {'I', 4}},   {"int32", {'I', 4}},   {"uint", {'U', 4}},   {"uint32", {'U', 4}},
+      {"float", {'F', 4}}, {"float32", {'F', 4}}, {"double", {'F', 8}}, {"float64", {'F', 8}},
   };
   for (const Name& known : kNames)
     if (name == known.name) return known.type;
@@ -118,10 +116,9 @@ class HeaderReader {
     if (!property.is_list && words.size() != 3) failAtLine("a property needs a type and a name");
     const std::optional<ScalarType> type = scalarType(words[words.size() - 2]);
     const std::optional<ScalarType> count_type =
-        property.is_list ? scalarType(words[2]) : std::optional(ScalarType::U8);
+        property.is_list ? scalarType(words[2]) : std::optional(ScalarType{'U', 1});
     if (!type || !count_type) failAtLine("unknown type of a property");
-    if (*count_type == ScalarType::F32 || *count_type == ScalarType::F64)
-      failAtLine("the length of a list must be of an integer type");
+    if (count_type->isFloat()) failAtLine("the length of a list must be of an integer type");
     property.field.name = std::string(words.back());
     property.field.type = *type;
     property.count_type = *count_type;
@@ -149,14 +146,6 @@ std::vector<CloudField> vertexFields(const std::string& path, const PlyHeader& h
   return fields;
 }
 
-std::uint64_t listLength(const std::uint8_t* bytes, ScalarType type, bool big_endian) {
-  const std::size_t size = sizeOf(type);
-  std::uint64_t length = 0;
-  for (std::size_t i = 0; i < size; ++i)
-    length = length << 8u | bytes[big_endian ? i : size - 1 - i];
-  return length;
-}
-
 /// Binary elements in front of the vertices.
 void skipElement(const Element& element, InputFile& file, bool big_endian) {
   const auto advance = [&file](std::uint64_t bytes) {
@@ -165,7 +154,7 @@ void skipElement(const Element& element, InputFile& file, bool big_endian) {
   };
   if (!element.hasList()) {
     std::uint64_t record = 0;
-    for (const Property& property : element.properties) record += sizeOf(property.field.type);
+    for (const Property& property : element.properties) record += property.field.type.size;
     if (record > 0 && element.count > file.size() / record)
       throw IoError(file.path(), "is cut short");
     advance(element.count * record);
@@ -176,11 +165,11 @@ void skipElement(const Element& element, InputFile& file, bool big_endian) {
       std::uint64_t values = 1;
       if (property.is_list) {
         std::uint8_t bytes[8];
-        file.readExactly(bytes, sizeOf(property.count_type));
-        values = listLength(bytes, property.count_type, big_endian);
+        file.readExactly(bytes, property.count_type.size);
+        values = loadBits(bytes, property.count_type.size, big_endian);
         if (values > file.size()) throw IoError(file.path(), "is cut short");
       }
-      advance(values * sizeOf(property.field.type));
+      advance(values * property.field.type.size);
     }
   }
 }

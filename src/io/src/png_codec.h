@@ -12,13 +12,6 @@ namespace planar_mapping {
 namespace io {
 namespace detail {
 
-/// How pixels are wanted.
-enum class PngPixels : std::uint8_t {
-  Depth,        ///< gray of 16 bits, and nothing else will do
-  Color,        ///< three channels of 8 bits, whatever the file holds
-  GrayOrColor,  ///< one or three channels of 8 bits, as in the file
-};
-
 struct PngImage {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
@@ -35,11 +28,11 @@ constexpr std::size_t kLargestImageFile = std::size_t{1} << 28;
 constexpr std::uint32_t kLargestImageSide = 16384;
 
 bool isPng(const std::vector<std::uint8_t>& bytes);
-/// \param path  for messages
+/// \param path   for messages
+/// \param depth  gray of 16 bits, and nothing else will do; else one or three channels of 8 bits
 /// \throws IoError
-PngImage decodePng(const std::string& path, const std::vector<std::uint8_t>& bytes,
-                   PngPixels wanted);
-/// \throws IoError
+PngImage decodePng(const std::string& path, const std::vector<std::uint8_t>& bytes, bool depth);
+/// \throws IoError, InputError if the image has no pixels, or others than its size says
 void writePng(const std::string& path, PngImage& image, Overwrite overwrite);
 
 }  // namespace detail

@@ -14,7 +14,6 @@ namespace io {
 namespace {
 
 using detail::PngImage;
-using detail::PngPixels;
 
 /// What libpng's callbacks need. Errors leave the library by longjmp; the functions that set the
 /// jump hold nothing that needs a destructor, and throw only after they have returned.
@@ -46,25 +45,23 @@ void onWrite(png_structp png, png_bytep data, png_size_t size) {
 
 void onFlush(png_structp) {}
 
-bool decodeHeader(png_structp png, png_infop info, PngPixels wanted, PngImage& image) {
+bool decodeHeader(png_structp png, png_infop info, bool depth, PngImage& image) {
   if (setjmp(png_jmpbuf(png))) return false;
   png_set_user_limits(png, detail::kLargestImageSide, detail::kLargestImageSide);
   png_read_info(png, info);
   image.width = png_get_image_width(png, info);
   image.height = png_get_image_height(png, info);
-  const int depth = png_get_bit_depth(png, info);
+  const int bits = png_get_bit_depth(png, info);
   const int type = png_get_color_type(png, info);
-  image.channels = wanted == PngPixels::Color ? 3 : 1;
-  image.bytes_per_channel = wanted == PngPixels::Depth ? 2 : 1;
-  if (wanted == PngPixels::Depth) {
-    if (depth != 16 || type != PNG_COLOR_TYPE_GRAY) png_error(png, "not gray of 16 bits");
+  image.channels = !depth && (type & PNG_COLOR_MASK_COLOR) != 0 ? 3 : 1;
+  image.bytes_per_channel = depth ? 2 : 1;
+  if (depth) {
+    if (bits != 16 || type != PNG_COLOR_TYPE_GRAY) png_error(png, "not gray of 16 bits");
     png_set_swap(png);
   } else {
     png_set_expand(png);
     png_set_scale_16(png);
     png_set_strip_alpha(png);
-    if (wanted == PngPixels::Color) png_set_gray_to_rgb(png);
-    if ((type & PNG_COLOR_MASK_COLOR) != 0) image.channels = 3;
   }
   png_set_interlace_handling(png);
   png_read_update_info(png, info);
@@ -79,32 +76,16 @@ bool decodeRows(png_structp png, png_bytepp rows) {
   return true;
 }
 
-PngImage readPng(const std::string& path, PngPixels wanted) {
-  return detail::decodePng(path, readWholeFile(path, detail::kLargestImageFile), wanted);
-}
-
-int colorType(const PngImage& image) {
-  return image.channels == 1 ? PNG_COLOR_TYPE_GRAY : PNG_COLOR_TYPE_RGB;
-}
-
 bool encode(png_structp png, png_infop info, const PngImage& image, png_bytepp rows) {
   if (setjmp(png_jmpbuf(png))) return false;
-  png_set_IHDR(png, info, image.width, image.height, 8 * image.bytes_per_channel, colorType(image),
-               PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  png_set_IHDR(png, info, image.width, image.height, 8 * image.bytes_per_channel,
+               image.channels == 1 ? PNG_COLOR_TYPE_GRAY : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
+               PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   png_write_info(png, info);
   if (image.bytes_per_channel == 2) png_set_swap(png);
   png_write_image(png, rows);
   png_write_end(png, nullptr);
   return true;
-}
-
-void requireSize(const std::string& path, std::size_t pixels, std::uint32_t width,
-                 std::uint32_t height) {
-  if (pixels == 0 || pixels != std::size_t{width} * height)
-    throw InputError(
-        "an image without pixels, or with others than its size says, cannot be "
-        "written to " +
-        path);
 }
 
 }  // namespace
@@ -115,8 +96,7 @@ bool isPng(const std::vector<std::uint8_t>& bytes) {
   return bytes.size() >= 8 && png_sig_cmp(bytes.data(), 0, 8) == 0;
 }
 
-PngImage decodePng(const std::string& path, const std::vector<std::uint8_t>& bytes,
-                   PngPixels wanted) {
+PngImage decodePng(const std::string& path, const std::vector<std::uint8_t>& bytes, bool depth) {
   if (!isPng(bytes)) throw IoError(path, "is no PNG image");
   Context context;
   context.input = &bytes;
@@ -128,7 +108,7 @@ PngImage decodePng(const std::string& path, const std::vector<std::uint8_t>& byt
     throw IoError(path, "cannot be decoded: no memory");
   }
   png_set_read_fn(png, &context, onRead);
-  bool sound = decodeHeader(png, info, wanted, image);
+  bool sound = decodeHeader(png, info, depth, image);
   if (sound) {
     const std::size_t row_size = image.rowSize();
     // A row of an empty image packs to no less than a thousandth (deflate's limit is 1 : 1032).
@@ -149,6 +129,9 @@ PngImage decodePng(const std::string& path, const std::vector<std::uint8_t>& byt
 }
 
 void writePng(const std::string& path, PngImage& image, Overwrite overwrite) {
+  if (image.bytes.empty() || image.bytes.size() != image.rowSize() * image.height)
+    throw InputError(
+        "an image without pixels, or with others than its size says, cannot be written to " + path);
   AtomicFile file(path, overwrite);
   Context context;
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &context, onError, onWarning);
@@ -170,7 +153,8 @@ void writePng(const std::string& path, PngImage& image, Overwrite overwrite) {
 }  // namespace detail
 
 DepthImage readDepthPng(const std::string& path) {
-  const PngImage image = readPng(path, PngPixels::Depth);
+  const PngImage image =
+      detail::decodePng(path, readWholeFile(path, detail::kLargestImageFile), true);
   DepthImage depth;
   depth.width = image.width;
   depth.height = image.height;
@@ -179,41 +163,9 @@ DepthImage readDepthPng(const std::string& path) {
   return depth;
 }
 
-ColorImage readColorPng(const std::string& path) {
-  const PngImage image = readPng(path, PngPixels::Color);
-  ColorImage color;
-  color.width = image.width;
-  color.height = image.height;
-  color.pixels.resize(image.bytes.size() / 3);
-  for (std::size_t i = 0; i < color.pixels.size(); ++i) {
-    const std::uint8_t* rgb = image.bytes.data() + 3 * i;
-    color.pixels[i] = static_cast<std::uint32_t>(rgb[0] << 16 | rgb[1] << 8 | rgb[2]);
-  }
-  return color;
-}
-
 void writeDepthPng(const std::string& path, const DepthImage& depth, Overwrite overwrite) {
-  requireSize(path, depth.values.size(), depth.width, depth.height);
-  PngImage image;
-  image.width = depth.width;
-  image.height = depth.height;
-  image.channels = 1;
-  image.bytes_per_channel = 2;
-  image.bytes.resize(2 * depth.values.size());
-  std::memcpy(image.bytes.data(), depth.values.data(), image.bytes.size());
-  detail::writePng(path, image, overwrite);
-}
-
-void writeColorPng(const std::string& path, const ColorImage& color, Overwrite overwrite) {
-  requireSize(path, color.pixels.size(), color.width, color.height);
-  PngImage image;
-  image.width = color.width;
-  image.height = color.height;
-  image.channels = 3;
-  image.bytes.reserve(3 * color.pixels.size());
-  for (const std::uint32_t pixel : color.pixels)
-    for (const unsigned shift : {16u, 8u, 0u})
-      image.bytes.push_back(static_cast<std::uint8_t>(pixel >> shift & 0xFFu));
+  const auto* bytes = reinterpret_cast<const std::uint8_t*>(depth.values.data());
+  PngImage image{depth.width, depth.height, 1, 2, {bytes, bytes + 2 * depth.values.size()}};
   detail::writePng(path, image, overwrite);
 }
 

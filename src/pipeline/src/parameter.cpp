@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
+#include <type_traits>
 
 #include "planar_mapping/core/base/error.h"
 
@@ -57,6 +58,52 @@ std::string textToYaml(const std::string& text) {
                         text == "false" || text == "yes" || text == "no" || text == "on" ||
                         text == "off" || text == "null" || text == "y" || text == "n";
   return reserved ? quoted(text) : text;
+}
+
+/// \tparam Stored  the alternative of ParameterValue that holds it
+template <typename Stored, typename Value>
+void bind(Parameter& parameter, Value& value) {
+  parameter.get = [&value]() -> ParameterValue { return static_cast<Stored>(value); };
+  parameter.set = [&value](const ParameterValue& v) {
+    value = static_cast<Value>(std::get<Stored>(v));
+  };
+}
+
+template <typename Stored, typename Value>
+void bind(Parameter& parameter, std::optional<Value>& value) {
+  parameter.automatic = true;
+  parameter.get = [&value]() -> ParameterValue {
+    if (!value) return std::monostate{};
+    return static_cast<Stored>(*value);
+  };
+  parameter.set = [&value](const ParameterValue& v) {
+    value.reset();
+    if (const auto* stored = std::get_if<Stored>(&v)) value = static_cast<Value>(*stored);
+  };
+}
+
+/// \tparam Value  double or std::optional<double>
+template <typename Value>
+void bindNumber(Parameter& parameter, Value& value) {
+  parameter.automatic = !std::is_same_v<Value, double>;
+  const double factor = toCode(parameter.name);
+  const auto current = [&value]() { return std::optional<double>(value); };
+  // What the file said is kept, for no rounding of value / factor gives it back for certain. The
+  // default goes through the file's unit too, so that writing and reading it changes no bit.
+  const auto written = std::make_shared<double>(toFile(current().value_or(0.0), factor));
+  if (current()) value = *written * factor;
+  parameter.get = [current, factor, written]() -> ParameterValue {
+    const std::optional<double> now = current();
+    if (!now) return std::monostate{};
+    return *now == *written * factor ? *written : toFile(*now, factor);
+  };
+  parameter.set = [&value, factor, written](const ParameterValue& v) {
+    value = Value();
+    if (const auto* number = std::get_if<double>(&v)) {
+      *written = *number;
+      value = *number * factor;
+    }
+  };
 }
 
 }  // namespace
@@ -123,95 +170,40 @@ Parameter& ParameterTable::add(const std::string& name, ParameterType type, cons
 }
 
 void ParameterTable::flag(const std::string& name, bool& value, const std::string& meaning) {
-  Parameter& parameter = add(name, ParameterType::Flag, Range::any(), meaning);
-  parameter.get = [&value]() -> ParameterValue { return value; };
-  parameter.set = [&value](const ParameterValue& v) { value = std::get<bool>(v); };
+  bind<bool>(add(name, ParameterType::Flag, Range::any(), meaning), value);
 }
 
 void ParameterTable::integer(const std::string& name, int& value, const Range& range,
                              const std::string& meaning) {
-  Parameter& parameter = add(name, ParameterType::Integer, range, meaning);
-  parameter.get = [&value]() -> ParameterValue { return std::int64_t{value}; };
-  parameter.set = [&value](const ParameterValue& v) {
-    value = static_cast<int>(std::get<std::int64_t>(v));
-  };
+  bind<std::int64_t>(add(name, ParameterType::Integer, range, meaning), value);
 }
 
 void ParameterTable::integer(const std::string& name, std::optional<int>& value, const Range& range,
                              const std::string& meaning) {
-  Parameter& parameter = add(name, ParameterType::Integer, range, meaning);
-  parameter.automatic = true;
-  parameter.get = [&value]() -> ParameterValue {
-    if (!value) return std::monostate{};
-    return std::int64_t{*value};
-  };
-  parameter.set = [&value](const ParameterValue& v) {
-    value.reset();
-    if (const auto* number = std::get_if<std::int64_t>(&v)) value = static_cast<int>(*number);
-  };
+  bind<std::int64_t>(add(name, ParameterType::Integer, range, meaning), value);
 }
 
 void ParameterTable::number(const std::string& name, double& value, const Range& range,
                             const std::string& meaning) {
-  const double factor = toCode(name);
-  // The default goes through the file's unit too, so that writing and reading it changes no bit.
-  value = toFile(value, factor) * factor;
-  Parameter& parameter = add(name, ParameterType::Number, range, meaning);
-  // What the file said is kept, for no rounding of value / factor gives it back for certain.
-  const auto written = std::make_shared<double>(toFile(value, factor));
-  parameter.get = [&value, factor, written]() -> ParameterValue {
-    return value == *written * factor ? *written : toFile(value, factor);
-  };
-  parameter.set = [&value, factor, written](const ParameterValue& v) {
-    *written = std::get<double>(v);
-    value = *written * factor;
-  };
+  bindNumber(add(name, ParameterType::Number, range, meaning), value);
 }
 
 void ParameterTable::number(const std::string& name, std::optional<double>& value,
                             const Range& range, const std::string& meaning) {
-  Parameter& parameter = add(name, ParameterType::Number, range, meaning);
-  parameter.automatic = true;
-  const double factor = toCode(name);
-  const auto written = std::make_shared<double>(value ? toFile(*value, factor) : 0.0);
-  if (value) value = *written * factor;
-  parameter.get = [&value, factor, written]() -> ParameterValue {
-    if (!value) return std::monostate{};
-    return *value == *written * factor ? *written : toFile(*value, factor);
-  };
-  parameter.set = [&value, factor, written](const ParameterValue& v) {
-    value.reset();
-    if (const auto* number = std::get_if<double>(&v)) {
-      *written = *number;
-      value = *written * factor;
-    }
-  };
+  bindNumber(add(name, ParameterType::Number, range, meaning), value);
 }
 
 void ParameterTable::text(const std::string& name, std::string& value, const std::string& meaning) {
-  Parameter& parameter = add(name, ParameterType::Text, Range::any(), meaning);
-  parameter.get = [&value]() -> ParameterValue { return value; };
-  parameter.set = [&value](const ParameterValue& v) { value = std::get<std::string>(v); };
+  bind<std::string>(add(name, ParameterType::Text, Range::any(), meaning), value);
 }
 
 void ParameterTable::vector(const std::string& name, Vector3& value, const std::string& meaning) {
-  Parameter& parameter = add(name, ParameterType::Vector, Range::any(), meaning);
-  parameter.get = [&value]() -> ParameterValue { return value; };
-  parameter.set = [&value](const ParameterValue& v) { value = std::get<Vector3>(v); };
+  bind<Vector3>(add(name, ParameterType::Vector, Range::any(), meaning), value);
 }
 
 void ParameterTable::vector(const std::string& name, std::optional<Vector3>& value,
                             const std::string& meaning) {
-  Parameter& parameter = add(name, ParameterType::Vector, Range::any(), meaning);
-  parameter.automatic = true;
-  parameter.get = [&value]() -> ParameterValue {
-    if (!value) return std::monostate{};
-    return *value;
-  };
-  parameter.set = [&value](const ParameterValue& v) {
-    value.reset();
-    if (const auto* vector = std::get_if<Vector3>(&v)) value = *vector;
-  };
+  bind<Vector3>(add(name, ParameterType::Vector, Range::any(), meaning), value);
 }
 
 void ParameterTable::addWord(const std::string& name, std::vector<std::string> words,

@@ -5,8 +5,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
+#include <string_view>
 
-#include "picture_fingerprint.h"
 
 namespace planar_mapping {
 namespace {
@@ -15,6 +16,25 @@ using Clock = std::chrono::steady_clock;
 
 double millisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+/// A number for the pictures of a frame and the depth that came with them: the same pictures give
+/// the same number, and others hardly ever; noise alone makes pictures differ. 0 without pictures.
+std::uint64_t pictureFingerprint(const Frame& frame) {
+  if (frame.images.left.empty()) return 0;
+  std::uint64_t value = 0;
+  const auto add = [&value](const void* bytes, std::size_t size) {
+    value = 31 * value + std::hash<std::string_view>()({static_cast<const char*>(bytes), size});
+  };
+  for (const io::Image* image : {&frame.images.left, &frame.images.right}) {
+    add(image->pixels.data(), image->pixels.size());
+  }
+  // Enough of the depths to see their noise.
+  constexpr std::size_t kStep = 16;
+  for (std::size_t i = 0; i < frame.cloud->size(); i += kStep) {
+    add((*frame.cloud)[i].data, 3 * sizeof(float));
+  }
+  return value;
 }
 
 /// Stages through the last one of these kinds.
@@ -69,7 +89,7 @@ FrameReport Pipeline::runSections(Frame& frame, Extent extent) {
 }
 
 void Pipeline::runFrontEnd(Frame& frame) {
-  const std::uint64_t pictures = detail::pictureFingerprint(frame);
+  const std::uint64_t pictures = pictureFingerprint(frame);
   if (pictures != 0 && pictures == last_pictures_ && frame.skip_reason.empty()) {
     frame.skip_reason =
         "the image is that of the frame before, pixel for pixel; is the camera frozen?";

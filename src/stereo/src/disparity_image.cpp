@@ -28,13 +28,6 @@ void triangulateRow(const float* disparity, const float* column_slope, float row
   }
 }
 
-void requireFitting(const DisparityImage& disparity, const io::Calibration& calibration) {
-  detail::requireStereo(calibration, disparity.width, disparity.height);
-  if (disparity.values.size() !=
-      static_cast<std::size_t>(disparity.width) * static_cast<std::size_t>(disparity.height))
-    throw InputError("the disparity image has other pixels than its size says");
-}
-
 }  // namespace
 
 double DisparityImage::density() const {
@@ -46,7 +39,10 @@ double DisparityImage::density() const {
 
 void triangulate(const DisparityImage& disparity, const io::Calibration& calibration,
                  std::vector<float>& xyz) {
-  requireFitting(disparity, calibration);
+  detail::requireStereo(calibration, disparity.width, disparity.height);
+  if (disparity.values.size() !=
+      static_cast<std::size_t>(disparity.width) * static_cast<std::size_t>(disparity.height))
+    throw InputError("the disparity image has other pixels than its size says");
   const PinholeCamera& camera = calibration.camera;
   const auto width = static_cast<std::size_t>(disparity.width);
   xyz.resize(3 * disparity.values.size());
@@ -62,22 +58,6 @@ void triangulate(const DisparityImage& disparity, const io::Calibration& calibra
                    static_cast<float>(camera.rayOf(0.0, row).y()), depth_of_one, shift,
                    disparity.width, xyz.data() + 3 * start);
   }
-}
-
-std::vector<float> depthErrors(const DisparityImage& disparity, const io::Calibration& calibration,
-                               double disparity_error) {
-  requireFitting(disparity, calibration);
-  requireInRange("disparity_error", disparity_error, 0.0, 1e6, "px");
-  // dz = Z^2 / (f B) dd and Z = f B / d: dz = f B dd / d^2.
-  const auto scale =
-      static_cast<float>(calibration.camera.fx * *calibration.baseline * disparity_error);
-  const auto shift = static_cast<float>(calibration.cx_right - calibration.camera.cx);
-  std::vector<float> errors(disparity.values.size());
-  for (std::size_t i = 0; i < errors.size(); ++i) {
-    const float d = disparity.values[i] + shift;
-    errors[i] = d > kInfinity ? scale / (d * d) : kNaN;
-  }
-  return errors;
 }
 
 }  // namespace planar_mapping

@@ -10,13 +10,42 @@
 #include <set>
 #include <tuple>
 
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/evaluation/grid_cell.h"
 
 namespace planar_mapping {
 namespace evaluation {
 namespace {
+
+using evaluation::completeness;
+using evaluation::coverage;
+using evaluation::freeSpaceViolation;
+using evaluation::heldBackDistance;
+using evaluation::mappingError;
+
+// The figures of a list of cuboids, without an index at hand.
+MappingError mappingError(const std::vector<Cuboid>& cuboids, const SurfaceTruth& truth, double s,
+                          std::size_t standard_cells) {
+  return mappingError(cuboids, CuboidDistance(cuboids), truth, s, standard_cells);
+}
+double completeness(const std::vector<Cuboid>& cuboids, const SurfaceTruth& truth, double s) {
+  return completeness(CuboidDistance(cuboids), truth.visibleCells(s), s);
+}
+double coverage(const std::vector<Cuboid>& cuboids, const std::vector<Vector3>& points,
+                double margin) {
+  return coverage(CuboidDistance(cuboids), points, margin);
+}
+HeldBackDistance heldBackDistance(const std::vector<Cuboid>& cuboids,
+                                  const std::vector<Vector3>& points, double margin) {
+  return heldBackDistance(CuboidDistance(cuboids), points, margin);
+}
+FreeSpaceViolation freeSpaceViolation(const std::vector<Cuboid>& cuboids,
+                                      const std::vector<MeasuredRay>& rays, double s) {
+  CrossedSpace crossed(s, 2.0 * s);
+  crossed.add(rays);
+  return freeSpaceViolation(CuboidDistance(cuboids), crossed);
+}
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();

@@ -13,8 +13,8 @@
 #include <octomap/OcTree.h>
 #endif
 
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace evaluation {
@@ -47,8 +47,8 @@ std::vector<Vector3> wall(double s) {
 TEST_F(OctreeGridTest, OneRayHitsItsEndAndClearsTheCellsBefore) {
   OctreeGrid octree = grid(1.0);
   octree.insert({{4.5, 0.5, 0.5}}, {}, {0.5, 0.5, 0.5});
-  EXPECT_EQ(octree.occupiedCells(), 1u);
-  EXPECT_EQ(octree.freeCells(), 4u);  // cells 0 to 3 along x
+  EXPECT_EQ(octree.counts().occupied_cells, 1u);
+  EXPECT_EQ(octree.counts().free_cells, 4u);  // cells 0 to 3 along x
   const std::vector<Cuboid> cuboids = octree.cuboids();
   ASSERT_EQ(cuboids.size(), 1u);
   EXPECT_TRUE(cuboids[0].center.isApprox(Vector3(4.5, 0.5, 0.5)));
@@ -59,16 +59,16 @@ TEST_F(OctreeGridTest, OneRayHitsItsEndAndClearsTheCellsBefore) {
 TEST_F(OctreeGridTest, GroundClearsAndIsNeverOccupied) {
   OctreeGrid octree = grid(1.0);
   octree.insert({}, {{4.5, 0.5, 0.5}}, {0.5, 0.5, 0.5});
-  EXPECT_EQ(octree.occupiedCells(), 0u);
-  EXPECT_EQ(octree.freeCells(), 4u);
+  EXPECT_EQ(octree.counts().occupied_cells, 0u);
+  EXPECT_EQ(octree.counts().free_cells, 4u);
 }
 
 TEST_F(OctreeGridTest, HitGoesBeforeMiss) {
   // The ray to the far point crosses the cell of the near one.
   OctreeGrid octree = grid(1.0);
   octree.insert({{2.5, 0.5, 0.5}, {4.5, 0.5, 0.5}}, {}, {0.5, 0.5, 0.5});
-  EXPECT_EQ(octree.occupiedCells(), 2u);
-  EXPECT_EQ(octree.freeCells(), 3u);
+  EXPECT_EQ(octree.counts().occupied_cells, 2u);
+  EXPECT_EQ(octree.counts().free_cells, 3u);
 }
 
 TEST_F(OctreeGridTest, MissesOutweighAHitInTheEnd) {
@@ -77,15 +77,15 @@ TEST_F(OctreeGridTest, MissesOutweighAHitInTheEnd) {
   // Log-odds .85 of the hit, -.41 for each look through it: free after the third.
   for (int looks = 1; looks <= 3; ++looks) {
     octree.insert({{4.5, 0.5, 0.5}}, {}, {0.5, 0.5, 0.5});
-    EXPECT_EQ(octree.occupiedCells(), looks < 3 ? 2u : 1u) << looks;
+    EXPECT_EQ(octree.counts().occupied_cells, looks < 3 ? 2u : 1u) << looks;
   }
 }
 
 TEST_F(OctreeGridTest, BeyondTheRangeRaysOnlyClear) {
   OctreeGrid octree = grid(1.0, 3.0);
   octree.insert({{9.5, 0.5, 0.5}}, {}, {0.5, 0.5, 0.5});
-  EXPECT_EQ(octree.occupiedCells(), 0u);
-  EXPECT_EQ(octree.freeCells(), 3u);  // up to x = 3.5, in whose cell the ray ends
+  EXPECT_EQ(octree.counts().occupied_cells, 0u);
+  EXPECT_EQ(octree.counts().free_cells, 3u);  // up to x = 3.5, in whose cell the ray ends
 }
 
 TEST_F(OctreeGridTest, FewPointsOfOneFrameOnlyClear) {
@@ -94,7 +94,7 @@ TEST_F(OctreeGridTest, FewPointsOfOneFrameOnlyClear) {
   const std::vector<Cuboid> cuboids = octree.cuboids();
   ASSERT_EQ(cuboids.size(), 1u);
   EXPECT_TRUE(cuboids[0].center.isApprox(Vector3(0.5, 3.5, 0.5)));
-  EXPECT_EQ(octree.freeCells(), 3u + 3u);  // the sensor's cell is shared
+  EXPECT_EQ(octree.counts().free_cells, 3u + 3u);  // the sensor's cell is shared
 }
 
 TEST_F(OctreeGridTest, FullBlocksOfEightBecomeOneLeaf) {
@@ -104,8 +104,8 @@ TEST_F(OctreeGridTest, FullBlocksOfEightBecomeOneLeaf) {
     block.emplace_back(8.5 + (i & 1), 8.5 + (i >> 1 & 1), 8.5 + (i >> 2 & 1));
   for (int i = 0; i < 10; ++i) octree.insert(block, {}, {0.5, 0.5, 0.5});
   octree.finish();
-  EXPECT_EQ(octree.occupiedLeaves(), 1u);
-  EXPECT_EQ(octree.occupiedCells(), 8u);
+  EXPECT_EQ(octree.counts().occupied_leaves, 1u);
+  EXPECT_EQ(octree.counts().occupied_cells, 8u);
   const std::vector<Cuboid> cuboids = octree.cuboids();
   ASSERT_EQ(cuboids.size(), 1u);
   EXPECT_TRUE(cuboids[0].center.isApprox(Vector3(9.0, 9.0, 9.0)));
@@ -133,18 +133,18 @@ TEST_F(OctreeGridTest, EndsWithFewerLeavesAndTheSameSpace) {
     octree.insert(points, {}, {0.05, 0.05, 0.55});
     points.resize(points.size() * 2 / 3);
   }
-  const std::size_t cells = octree.occupiedCells();
-  const std::size_t free_cells = octree.freeCells();
-  const std::size_t leaves = octree.occupiedLeaves();
-  const std::size_t nodes = octree.nodes();
+  const std::size_t cells = octree.counts().occupied_cells;
+  const std::size_t free_cells = octree.counts().free_cells;
+  const std::size_t leaves = octree.counts().occupied_leaves;
+  const std::size_t nodes = octree.counts().nodes;
   const std::size_t file = octree.fileBytes();
   octree.finish();
-  EXPECT_EQ(octree.occupiedCells(), cells);
-  EXPECT_EQ(octree.freeCells(), free_cells);
-  EXPECT_LE(octree.occupiedLeaves(), leaves);
-  EXPECT_LT(octree.nodes(), nodes);
+  EXPECT_EQ(octree.counts().occupied_cells, cells);
+  EXPECT_EQ(octree.counts().free_cells, free_cells);
+  EXPECT_LE(octree.counts().occupied_leaves, leaves);
+  EXPECT_LT(octree.counts().nodes, nodes);
   EXPECT_EQ(octree.fileBytes(), file);
-  EXPECT_EQ(octree.cuboids().size(), octree.occupiedLeaves());
+  EXPECT_EQ(octree.cuboids().size(), octree.counts().occupied_leaves);
   double volume = 0.0;
   for (const Cuboid& cuboid : octree.cuboids()) volume += cuboid.volume();
   EXPECT_NEAR(volume, 1e-3 * static_cast<double>(cells), 1e-9);
@@ -154,10 +154,11 @@ TEST_F(OctreeGridTest, FileIsAHeaderAndTwoBytesAnInnerNode) {
   OctreeGrid octree = grid(1.0);
   octree.insert({{4.5, 0.5, 0.5}}, {}, {0.5, 0.5, 0.5});
   octree.finish();
-  const std::size_t inner = octree.nodes() - octree.occupiedLeaves() - octree.freeLeaves();
+  const std::size_t inner =
+      octree.counts().nodes - octree.counts().occupied_leaves - octree.counts().free_leaves;
   std::string header = "# Octomap OcTree binary file\n";
   header += "# (feel free to add / change comments, but leave the first line as it is!)\n#\n";
-  header += "id OcTree\nsize " + std::to_string(octree.nodes()) + "\nres 1\ndata\n";
+  header += "id OcTree\nsize " + std::to_string(octree.counts().nodes) + "\nres 1\ndata\n";
   EXPECT_EQ(octree.fileBytes(), header.size() + 2 * inner);
 }
 
@@ -182,7 +183,7 @@ TEST_F(OctreeGridTest, InsertsAndWritesAsOctoMapDoes) {
                          static_cast<float>(origin.z())),
         -1.0, false, true);
   }
-  EXPECT_EQ(octree.nodes(), expected.size());
+  EXPECT_EQ(octree.counts().nodes, expected.size());
   EXPECT_EQ(octree.reportedBytes(), expected.memoryUsage());
   for (const Cuboid& cuboid : octree.cuboids()) {
     const octomap::OcTreeNode* node =
@@ -197,7 +198,7 @@ TEST_F(OctreeGridTest, InsertsAndWritesAsOctoMapDoes) {
   std::ostringstream file;
   expected.writeBinary(file);
   EXPECT_EQ(octree.fileBytes(), file.str().size());
-  EXPECT_EQ(octree.nodes(), expected.size());
+  EXPECT_EQ(octree.counts().nodes, expected.size());
   EXPECT_EQ(octree.reportedBytes(), expected.memoryUsage());
 }
 #endif
@@ -219,7 +220,7 @@ TEST_F(OctreeGridTest, HeapIsWhatMallocSaysOfTheTree) {
   const std::size_t before = heapInUse();
   octree.insert(points, {}, {0.02, 0.02, 0.52});
   const auto measured = static_cast<double>(heapInUse() - before);
-  ASSERT_GT(octree.nodes(), 10000u);
+  ASSERT_GT(octree.counts().nodes, 10000u);
   EXPECT_NEAR(static_cast<double>(octree.heapBytes()) / measured, 1.0, 0.02);
   // FACTS: 1.68 to 1.71 times what OctoMap reports.
   const double ratio =
@@ -251,8 +252,8 @@ TEST_F(OctreeGridTest, OrderOfPointsDoesNotMatter) {
     forwards.insert(points, {}, {0, 0, 1});
     backwards.insert({points.rbegin(), points.rend()}, {}, {0, 0, 1});
   }
-  EXPECT_EQ(forwards.freeCells(), backwards.freeCells());
-  ASSERT_EQ(forwards.occupiedLeaves(), backwards.occupiedLeaves());
+  EXPECT_EQ(forwards.counts().free_cells, backwards.counts().free_cells);
+  ASSERT_EQ(forwards.counts().occupied_leaves, backwards.counts().occupied_leaves);
   const std::vector<Cuboid> a = forwards.cuboids();
   const std::vector<Cuboid> b = backwards.cuboids();
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -264,10 +265,10 @@ TEST_F(OctreeGridTest, OrderOfPointsDoesNotMatter) {
 TEST_F(OctreeGridTest, PointsOutsideTheTreeAreDropped) {
   OctreeGrid octree = grid(0.1);
   octree.insert({{kNan, 0, 0}, {1e9, 0, 0}}, {{0, kNan, 0}}, {0, 0, 0});
-  EXPECT_EQ(octree.droppedPoints(), 3u);
-  EXPECT_EQ(octree.nodes(), 0u);
+  EXPECT_EQ(octree.counts().dropped_points, 3u);
+  EXPECT_EQ(octree.counts().nodes, 0u);
   octree.finish();
-  EXPECT_EQ(octree.occupiedLeaves(), 0u);
+  EXPECT_EQ(octree.counts().occupied_leaves, 0u);
   EXPECT_TRUE(octree.cuboids().empty());
 }
 

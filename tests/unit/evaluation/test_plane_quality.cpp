@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/evaluation/plane_quality.h"
+#include "evaluation/plane_quality.h"
 
 #include <gtest/gtest.h>
 

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/io/image_file.h"
 #include "temporary_directory.h"
 
 namespace planar_mapping {
@@ -37,21 +38,12 @@ TEST(DepthImage, WritesWhatItReads) {
   EXPECT_EQ(back.width, 31u);
   EXPECT_EQ(back.height, 17u);
   EXPECT_EQ(back.values, image.values);
-  ColorImage color;
-  color.width = 2;
-  color.height = 3;
-  color.pixels = {0xFF0000, 0x00FF00, 0x0000FF, 0x010203, 0xFFFFFF, 0};
-  writeColorPng(dir / "c.png", color);
-  EXPECT_EQ(readColorPng(dir / "c.png").pixels, color.pixels);
-  EXPECT_THROW(writeColorPng(dir / "c.png", color), IoError);
+  EXPECT_THROW(writeDepthPng(dir / "d.png", image), IoError);
 }
 
 TEST(DepthImage, RefusesWhatIsNoDepth) {
   const TemporaryDirectory dir;
-  ColorImage color;
-  color.width = color.height = 1;
-  color.pixels = {0};
-  writeColorPng(dir / "c.png", color);
+  writeImage(dir / "c.png", {1, 1, 3, {0, 0, 0}});
   writeFileAtomically(dir / "text.png", "no image");
   writeFileAtomically(dir / "empty.png", "");
   for (const char* name : {"c.png", "text.png", "empty.png", "missing.png", "."}) {

@@ -61,13 +61,11 @@ class SequenceInputs : public ::testing::Test {
     depth.width = width;
     depth.height = 3;
     depth.values.assign(std::size_t{width} * 3, 1500);
-    ColorImage color;
-    color.width = 4;
-    color.height = 3;
-    color.pixels.assign(12, 0x445566);
+    Image color{4, 3, 3, {}};
+    for (int i = 0; i < 12; ++i) color.pixels.insert(color.pixels.end(), {0x44, 0x55, 0x66});
     for (const char* frame : {"/000001.png", "/000000.png"}) {
       writeDepthPng(dir_ / (name + "/depth" + frame), depth);
-      writeColorPng(dir_ / (name + "/rgb" + frame), color);
+      writeImage(dir_ / (name + "/rgb" + frame), color);
     }
     writeFileAtomically(dir_ / (name + "/calib.yaml"), kCamera);
   }

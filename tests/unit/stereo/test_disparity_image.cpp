@@ -8,7 +8,6 @@
 #include <limits>
 
 #include "planar_mapping/core/base/error.h"
-#include "planar_mapping/core/geometry/stereo_noise.h"
 
 namespace planar_mapping {
 namespace {
@@ -50,17 +49,6 @@ TEST(DisparityImage, PointsFollowFromTheEquation) {
   }
 }
 
-TEST(DisparityImage, DepthErrorIsThatOfTheNoiseModel) {
-  const io::Calibration calibration = smallCalibration();
-  std::vector<float> xyz;
-  triangulate(smallImage(), calibration, xyz);
-  const std::vector<float> errors = depthErrors(smallImage(), calibration, 0.25);
-  const StereoNoise noise{0.2, 100.0, 0.25};
-  for (const std::size_t i : {0u, 1u, 5u, 6u})
-    EXPECT_NEAR(errors[i], noise.depthError(xyz[3 * i + 2]), 1e-6) << i;
-  for (const std::size_t i : {2u, 3u, 4u}) EXPECT_TRUE(std::isnan(errors[i])) << i;
-}
-
 TEST(DisparityImage, DensityCountsWhatIsThere) {
   EXPECT_DOUBLE_EQ(smallImage().density(), 7.0 / 8.0);
   EXPECT_DOUBLE_EQ(DisparityImage().density(), 0.0);
@@ -77,8 +65,6 @@ TEST(DisparityImage, RefusesCalibrationsThatDoNotFit) {
   calibration = smallCalibration();
   calibration.unrectified.emplace();
   EXPECT_THROW(triangulate(smallImage(), calibration, xyz), InputError);
-  EXPECT_THROW(depthErrors(smallImage(), smallCalibration(), -1.0), ParameterError);
-  EXPECT_THROW(depthErrors(smallImage(), smallCalibration(), std::nan("")), ParameterError);
   DisparityImage damaged = smallImage();
   damaged.values.pop_back();
   EXPECT_THROW(triangulate(damaged, smallCalibration(), xyz), InputError);

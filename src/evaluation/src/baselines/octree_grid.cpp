@@ -45,21 +45,6 @@ std::size_t innerNodes(const octomap::OcTree& tree) {
   return tree.size() - tree.getNumLeafNodes();
 }
 
-struct LeafCount {
-  std::size_t leaves = 0;
-  std::size_t cells = 0;  ///< of the smallest size
-};
-
-LeafCount leavesOf(const octomap::OcTree& tree, bool occupied) {
-  LeafCount count;
-  for (auto it = tree.begin_leafs(); it != tree.end_leafs(); ++it) {
-    if (tree.isNodeOccupied(*it) != occupied) continue;
-    ++count.leaves;
-    count.cells += std::size_t{1} << (3 * (tree.getTreeDepth() - it.getDepth()));
-  }
-  return count;
-}
-
 octomap::point3d toOctomap(const Vector3& p) {
   return {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())};
 }
@@ -122,10 +107,6 @@ OctreeGrid::~OctreeGrid() = default;
 OctreeGrid::OctreeGrid(OctreeGrid&& other) noexcept = default;
 OctreeGrid& OctreeGrid::operator=(OctreeGrid&& other) noexcept = default;
 
-const OctreeGridParams& OctreeGrid::params() const {
-  return impl_->params;
-}
-
 void OctreeGrid::insert(const std::vector<Vector3>& obstacles, const std::vector<Vector3>& ground,
                         const Vector3& origin) {
   octomap::OcTree& tree = impl_->tree;
@@ -154,28 +135,18 @@ void OctreeGrid::finish() {
   impl_->tree.prune();
 }
 
-std::size_t OctreeGrid::occupiedLeaves() const {
-  return leavesOf(impl_->tree, true).leaves;
-}
-
-std::size_t OctreeGrid::freeLeaves() const {
-  return leavesOf(impl_->tree, false).leaves;
-}
-
-std::size_t OctreeGrid::occupiedCells() const {
-  return leavesOf(impl_->tree, true).cells;
-}
-
-std::size_t OctreeGrid::freeCells() const {
-  return leavesOf(impl_->tree, false).cells;
-}
-
-std::size_t OctreeGrid::nodes() const {
-  return impl_->tree.size();
-}
-
-std::size_t OctreeGrid::droppedPoints() const {
-  return impl_->dropped;
+OctreeGrid::Counts OctreeGrid::counts() const {
+  const octomap::OcTree& tree = impl_->tree;
+  Counts counts;
+  for (auto it = tree.begin_leafs(); it != tree.end_leafs(); ++it) {
+    const bool occupied = tree.isNodeOccupied(*it);
+    ++(occupied ? counts.occupied_leaves : counts.free_leaves);
+    (occupied ? counts.occupied_cells : counts.free_cells) +=
+        std::size_t{1} << (3 * (tree.getTreeDepth() - it.getDepth()));
+  }
+  counts.nodes = tree.size();
+  counts.dropped_points = impl_->dropped;
+  return counts;
 }
 
 std::vector<Cuboid> OctreeGrid::cuboids() const {
@@ -228,9 +199,7 @@ std::size_t OctreeGrid::otBytes() const {
 
 #else
 
-struct OctreeGrid::Impl {
-  OctreeGridParams params;
-};
+struct OctreeGrid::Impl {};
 
 bool OctreeGrid::isAvailable() {
   return false;
@@ -241,28 +210,10 @@ OctreeGrid::OctreeGrid(const OctreeGridParams&) {
 OctreeGrid::~OctreeGrid() = default;
 OctreeGrid::OctreeGrid(OctreeGrid&& other) noexcept = default;
 OctreeGrid& OctreeGrid::operator=(OctreeGrid&& other) noexcept = default;
-const OctreeGridParams& OctreeGrid::params() const {
-  return impl_->params;
-}
 void OctreeGrid::insert(const std::vector<Vector3>&, const std::vector<Vector3>&, const Vector3&) {}
 void OctreeGrid::finish() {}
-std::size_t OctreeGrid::occupiedLeaves() const {
-  return 0;
-}
-std::size_t OctreeGrid::freeLeaves() const {
-  return 0;
-}
-std::size_t OctreeGrid::occupiedCells() const {
-  return 0;
-}
-std::size_t OctreeGrid::freeCells() const {
-  return 0;
-}
-std::size_t OctreeGrid::nodes() const {
-  return 0;
-}
-std::size_t OctreeGrid::droppedPoints() const {
-  return 0;
+OctreeGrid::Counts OctreeGrid::counts() const {
+  return {};
 }
 std::vector<Cuboid> OctreeGrid::cuboids() const {
   return {};

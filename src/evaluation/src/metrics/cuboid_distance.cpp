@@ -14,37 +14,16 @@ namespace evaluation {
 namespace {
 
 constexpr std::uint32_t kLeafBoxes = 4;
-constexpr int kBins = 12;
-constexpr int kDeepestUneven = 32;  ///< below it boxes are halved by rank: 2^32 of them are no more
-constexpr int kDeepest = kDeepestUneven + 34;  ///< nodes that may wait to be visited
+constexpr int kDeepest = 34;  ///< nodes that may wait to be visited: boxes are halved, 2^32 at most
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-struct CuboidDistance::Bounds {
-  double low[3] = {kInfinity, kInfinity, kInfinity};
-  double high[3] = {-kInfinity, -kInfinity, -kInfinity};
-
-  void add(const Bounds& other) {
-    for (int k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], other.low[k]);
-      high[k] = std::max(high[k], other.high[k]);
-    }
-  }
-  double twiceCenter(int axis) const { return low[axis] + high[axis]; }
-  double halfSurface() const {
-    const double x = high[0] - low[0];
-    const double y = high[1] - low[1];
-    const double z = high[2] - low[2];
-    return x < 0.0 ? 0.0 : x * y + y * z + z * x;
-  }
-};
-
 CuboidDistance::CuboidDistance(const std::vector<Cuboid>& cuboids) {
   if (cuboids.empty()) return;
   std::vector<Box> boxes;
-  std::vector<Bounds> bounds(cuboids.size());
+  std::vector<Eigen::AlignedBox3d> bounds;
   boxes.reserve(cuboids.size());
   for (std::size_t i = 0; i < cuboids.size(); ++i) {
     const Cuboid& cuboid = cuboids[i];
@@ -59,112 +38,53 @@ CuboidDistance::CuboidDistance(const std::vector<Cuboid>& cuboids) {
       box.center[r] = cuboid.center[r];
       box.half[r] = half[r];
       for (int c = 0; c < 3; ++c) box.to_local[3 * r + c] = to_local(r, c);
-      bounds[i].low[r] = cuboid.center[r] - reach[r];
-      bounds[i].high[r] = cuboid.center[r] + reach[r];
     }
+    bounds.emplace_back(cuboid.center - reach, cuboid.center + reach);
     box.number = static_cast<std::uint32_t>(i);
     boxes.push_back(box);
   }
   std::vector<std::uint32_t> order(cuboids.size());
   std::iota(order.begin(), order.end(), 0u);
   nodes_.reserve(cuboids.size());
-  build(0, static_cast<std::uint32_t>(order.size()), bounds, order, 0);
+  build(0, static_cast<std::uint32_t>(order.size()), bounds, order);
   boxes_.reserve(boxes.size());
   for (const std::uint32_t i : order) boxes_.push_back(boxes[i]);
 }
 
+/// Halves the boxes along the axis in which their centres lie farthest apart.
 std::uint32_t CuboidDistance::build(std::uint32_t begin, std::uint32_t end,
-                                    const std::vector<Bounds>& bounds,
-                                    std::vector<std::uint32_t>& order, int depth) {
+                                    const std::vector<Eigen::AlignedBox3d>& bounds,
+                                    std::vector<std::uint32_t>& order) {
   const auto number = static_cast<std::uint32_t>(nodes_.size());
-  Bounds all;
+  Eigen::AlignedBox3d all;
+  Eigen::AlignedBox3d centers;
   Node node;
   node.least = std::numeric_limits<std::uint32_t>::max();
   for (std::uint32_t i = begin; i < end; ++i) {
-    all.add(bounds[order[i]]);
+    all.extend(bounds[order[i]]);
+    centers.extend(bounds[order[i]].center());
     node.least = std::min(node.least, order[i]);
   }
-  std::copy(all.low, all.low + 3, node.low);
-  std::copy(all.high, all.high + 3, node.high);
+  Eigen::Map<Vector3>(node.low) = all.min();
+  Eigen::Map<Vector3>(node.high) = all.max();
   node.first = begin;
   node.count = end - begin;
   nodes_.push_back(node);
   if (end - begin <= kLeafBoxes) return number;
-  const std::uint32_t middle = split(begin, end, bounds, order, depth);
-  build(begin, middle, bounds, order, depth + 1);
-  const std::uint32_t right = build(middle, end, bounds, order, depth + 1);
+  Eigen::Index axis = 0;
+  centers.sizes().maxCoeff(&axis);
+  const std::uint32_t middle = begin + (end - begin) / 2;
+  std::nth_element(order.begin() + begin, order.begin() + middle, order.begin() + end,
+                   [&](std::uint32_t l, std::uint32_t r) {
+                     const double a = bounds[l].center()[axis];
+                     const double b = bounds[r].center()[axis];
+                     return a != b ? a < b : l < r;
+                   });
+  build(begin, middle, bounds, order);
+  const std::uint32_t right = build(middle, end, bounds, order);
   nodes_[number].first = right;
   nodes_[number].count = 0;
   return number;
-}
-
-/// Where both sides together have the least surface, each weighed by its boxes: long walls and
-/// small things end up on different sides.
-std::uint32_t CuboidDistance::split(std::uint32_t begin, std::uint32_t end,
-                                    const std::vector<Bounds>& bounds,
-                                    std::vector<std::uint32_t>& order, int depth) {
-  const auto first = order.begin() + begin;
-  const auto last = order.begin() + end;
-  double low[3] = {kInfinity, kInfinity, kInfinity};
-  double high[3] = {-kInfinity, -kInfinity, -kInfinity};
-  for (auto i = first; i != last; ++i) {
-    for (int k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], bounds[*i].twiceCenter(k));
-      high[k] = std::max(high[k], bounds[*i].twiceCenter(k));
-    }
-  }
-  int best_axis = -1;
-  int best_bin = 0;
-  double least = kInfinity;
-  const auto binOf = [&](std::uint32_t box, int axis) {
-    const double share = (bounds[box].twiceCenter(axis) - low[axis]) / (high[axis] - low[axis]);
-    return std::min(static_cast<int>(share * kBins), kBins - 1);
-  };
-  for (int axis = 0; axis < 3 && depth < kDeepestUneven; ++axis) {
-    if (!(high[axis] > low[axis])) continue;
-    Bounds bins[kBins];
-    double count[kBins] = {};
-    for (auto i = first; i != last; ++i) {
-      const int bin = binOf(*i, axis);
-      bins[bin].add(bounds[*i]);
-      count[bin] += 1.0;
-    }
-    double right_cost[kBins] = {};
-    Bounds right;
-    double right_count = 0.0;
-    for (int bin = kBins - 1; bin > 0; --bin) {
-      right.add(bins[bin]);
-      right_count += count[bin];
-      right_cost[bin] = right_count * right.halfSurface();
-    }
-    Bounds left;
-    double left_count = 0.0;
-    for (int bin = 1; bin < kBins; ++bin) {
-      left.add(bins[bin - 1]);
-      left_count += count[bin - 1];
-      const double cost = left_count * left.halfSurface() + right_cost[bin];
-      if (cost >= least) continue;
-      least = cost;
-      best_axis = axis;
-      best_bin = bin;
-    }
-  }
-  if (best_axis >= 0) {
-    const auto middle = std::partition(
-        first, last, [&](std::uint32_t box) { return binOf(box, best_axis) < best_bin; });
-    if (middle != first && middle != last)
-      return static_cast<std::uint32_t>(middle - order.begin());
-  }
-  int axis = 0;
-  for (const int k : {1, 2})
-    if (high[k] - low[k] > high[axis] - low[axis]) axis = k;
-  const auto middle = first + (last - first) / 2;
-  std::nth_element(first, middle, last, [&](std::uint32_t l, std::uint32_t r) {
-    const double a = bounds[l].twiceCenter(axis);
-    const double b = bounds[r].twiceCenter(axis);
-    return a != b ? a < b : l < r;
-  });
-  return static_cast<std::uint32_t>(middle - order.begin());
 }
 
 double CuboidDistance::squaredDistance(const Box& box, const double* point) {

@@ -14,9 +14,8 @@ namespace planar_mapping {
 namespace evaluation {
 namespace {
 
-constexpr double kPartsPerCell = 4.0;  ///< along each axis, of the mapping error
-constexpr double kStepsPerCell = 2.0;  ///< along a ray
-constexpr double kClearanceInCells = 2.0;
+constexpr double kPartsPerCell = 4.0;    ///< along each axis, of the mapping error
+constexpr double kStepsPerCell = 2.0;    ///< along a ray
 constexpr double kLongestRay = 1e4;      ///< metres
 constexpr double kMostParts = 1e6;       ///< of one cuboid, along each axis
 constexpr std::int64_t kBlockParts = 4;  ///< along each axis, decided together
@@ -170,11 +169,6 @@ double combinationEfficiency(std::size_t cells, std::size_t standard_cells) {
   return 1.0 - static_cast<double>(cells) / static_cast<double>(standard_cells);
 }
 
-MappingError mappingError(const std::vector<Cuboid>& cuboids, const SurfaceTruth& truth, double s,
-                          std::size_t standard_cells) {
-  return mappingError(cuboids, CuboidDistance(cuboids), truth, s, standard_cells);
-}
-
 MappingError mappingError(const std::vector<Cuboid>& cuboids, const CuboidDistance& index,
                           const SurfaceTruth& truth, double s, std::size_t standard_cells) {
   requirePositive("s", s, "m");
@@ -185,10 +179,6 @@ MappingError mappingError(const std::vector<Cuboid>& cuboids, const CuboidDistan
   for (std::size_t i = 0; i < cuboids.size(); ++i) count.add(cuboids[i], i, error);
   error.percent = 100.0 * error.wrong_cells / static_cast<double>(standard_cells);
   return error;
-}
-
-double completeness(const std::vector<Cuboid>& cuboids, const SurfaceTruth& truth, double s) {
-  return completeness(CuboidDistance(cuboids), truth.visibleCells(s), s);
 }
 
 double completeness(const CuboidDistance& index, const std::vector<VisibleCell>& visible,
@@ -202,11 +192,6 @@ double completeness(const CuboidDistance& index, const std::vector<VisibleCell>&
   return static_cast<double>(found) / static_cast<double>(visible.size());
 }
 
-double coverage(const std::vector<Cuboid>& cuboids, const std::vector<Vector3>& points,
-                double margin) {
-  return coverage(CuboidDistance(cuboids), points, margin);
-}
-
 double coverage(const CuboidDistance& index, const std::vector<Vector3>& points, double margin) {
   requireInRange("margin", margin, 0.0, std::numeric_limits<double>::max(), "m");
   std::size_t finite = 0;
@@ -218,11 +203,6 @@ double coverage(const CuboidDistance& index, const std::vector<Vector3>& points,
     covered += index.isWithin(point, margin, hint) ? 1 : 0;
   }
   return finite == 0 ? 1.0 : static_cast<double>(covered) / static_cast<double>(finite);
-}
-
-HeldBackDistance heldBackDistance(const std::vector<Cuboid>& cuboids,
-                                  const std::vector<Vector3>& points, double margin) {
-  return heldBackDistance(CuboidDistance(cuboids), points, margin);
 }
 
 HeldBackDistance heldBackDistance(const CuboidDistance& index, const std::vector<Vector3>& points,
@@ -285,13 +265,6 @@ std::size_t CrossedSpace::markedCells(const CuboidDistance& index) const {
     marked += index.isWithin(point, 0.0) ? 1 : 0;
   });
   return marked;
-}
-
-FreeSpaceViolation freeSpaceViolation(const std::vector<Cuboid>& cuboids,
-                                      const std::vector<MeasuredRay>& rays, double s) {
-  CrossedSpace crossed(s, kClearanceInCells * s);
-  crossed.add(rays);
-  return freeSpaceViolation(CuboidDistance(cuboids), crossed);
 }
 
 FreeSpaceViolation freeSpaceViolation(const CuboidDistance& index, const CrossedSpace& crossed) {

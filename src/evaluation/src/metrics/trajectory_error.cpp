@@ -62,6 +62,7 @@ void addSteps(const std::vector<Pose>& estimate, const std::vector<Pose>& refere
   double translation = 0.0;
   double rotation = 0.0;
   for (std::size_t i = 1; i < estimate.size(); ++i) {
+    error.path_length += (reference[i].translation() - reference[i - 1].translation()).norm();
     const Pose step = relativeError(estimate, reference, i - 1, i);
     translation += step.translation().squaredNorm();
     rotation += std::pow(rotationAngle(step), 2);
@@ -71,35 +72,10 @@ void addSteps(const std::vector<Pose>& estimate, const std::vector<Pose>& refere
   error.relative_rotation_rms = std::sqrt(rotation / steps);
 }
 
-void addStretches(const std::vector<Pose>& estimate, const std::vector<Pose>& reference,
-                  double stretch, TrajectoryError& error) {
-  std::vector<double> way(estimate.size(), 0.0);
-  for (std::size_t i = 1; i < reference.size(); ++i) {
-    way[i] = way[i - 1] + (reference[i].translation() - reference[i - 1].translation()).norm();
-  }
-  error.path_length = way.back();
-  double translation = 0.0;
-  double rotation = 0.0;
-  std::size_t end = 0;
-  for (std::size_t i = 0; i < way.size(); ++i) {
-    while (end < way.size() && way[end] - way[i] < stretch) ++end;
-    if (end == way.size()) break;
-    const double length = way[end] - way[i];
-    const Pose part = relativeError(estimate, reference, i, end);
-    translation += part.translation().squaredNorm() / (length * length);
-    rotation += std::pow(rotationAngle(part) / length, 2);
-    ++error.stretches;
-  }
-  if (error.stretches == 0) return;
-  error.stretch_translation_rms = std::sqrt(translation / static_cast<double>(error.stretches));
-  error.stretch_rotation_rms = std::sqrt(rotation / static_cast<double>(error.stretches));
-}
-
 }  // namespace
 
 TrajectoryError trajectoryError(const std::vector<Pose>& estimate,
-                                const std::vector<Pose>& reference, double stretch) {
-  requirePositive("stretch", stretch, "m");
+                                const std::vector<Pose>& reference) {
   if (estimate.size() != reference.size()) {
     throw InputError("the trajectories have " + std::to_string(estimate.size()) + " and " +
                      std::to_string(reference.size()) + " poses");
@@ -112,7 +88,6 @@ TrajectoryError trajectoryError(const std::vector<Pose>& estimate,
   error.T_reference_estimate = alignment(estimate, reference);
   addAbsolute(estimate, reference, error);
   addSteps(estimate, reference, error);
-  addStretches(estimate, reference, stretch, error);
   const Pose end = relativeError(estimate, reference, 0, estimate.size() - 1);
   error.end_translation = end.translation().norm();
   error.end_rotation = rotationAngle(end);

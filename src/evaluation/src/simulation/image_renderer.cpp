@@ -129,10 +129,7 @@ class ImageRenderer {
   std::uint32_t colorOf(const Share& share) const {
     if (share.view == nullptr) return kSkyColor;
     const SurfaceShader shader(*share.view, share.face, view_.camera, params_.plain_share, true);
-    const SurfacePatch patch = shader.patchAt(share.depth / share.rays, share.ray / share.rays);
-    std::uint32_t color = 0;
-    shader.shade(&patch, 1, &color);
-    return color;
+    return shader.colorOf(shader.patchAt(share.depth / share.rays, share.ray / share.rays));
   }
 
   void writePixel(std::uint32_t color, std::size_t i, io::Image& image) const {

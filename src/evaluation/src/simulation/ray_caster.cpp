@@ -14,8 +14,7 @@ namespace planar_mapping {
 namespace evaluation {
 namespace {
 
-constexpr int kBandRows = 16;   ///< of the image, worked on by one thread at a time
-constexpr int kRunPixels = 64;  ///< shaded in one go at most
+constexpr int kBandRows = 16;  ///< of the image, worked on by one thread at a time
 
 /// Depth, object and face of the pixels of rows [begin, end).
 void findSurfaces(const std::vector<ObjectView>& views, int begin, int end, Rendering& image) {
@@ -44,41 +43,20 @@ void findSurfaces(const std::vector<ObjectView>& views, int begin, int end, Rend
   }
 }
 
-/// Pixels next to each other in a row that show one face.
-void shadeRun(const SurfaceShader& shader, int row, int begin, int end, Rendering& image) {
-  const PinholeCamera& camera = image.camera;
-  SurfacePatch patches[kRunPixels];
-  const std::size_t first = static_cast<std::size_t>(row) * static_cast<std::size_t>(camera.width) +
-                            static_cast<std::size_t>(begin);
-  for (int column = begin; column < end; ++column) {
-    const std::size_t i = first + static_cast<std::size_t>(column - begin);
-    const Vector3 ray = camera.rayOf(column, row);
-    SurfacePatch& patch = patches[column - begin];
-    patch = shader.patchAt(static_cast<double>(image.depth[i]), ray);
-    image.incidence[i] = static_cast<float>(patch.incidence);
-    image.texture[i] = static_cast<float>(patch.texture);
-  }
-  if (!image.colors.empty()) shader.shade(patches, end - begin, image.colors.data() + first);
-}
-
 void shadeRows(const std::vector<const ObjectView*>& views, const RenderParams& params, int begin,
                int end, Rendering& image) {
-  const int width = image.camera.width;
+  const PinholeCamera& camera = image.camera;
+  auto i = static_cast<std::size_t>(begin) * static_cast<std::size_t>(camera.width);
   for (int row = begin; row < end; ++row) {
-    const std::size_t first = static_cast<std::size_t>(row) * static_cast<std::size_t>(width);
-    const std::int32_t* objects = image.object.data() + first;
-    const std::uint8_t* faces = image.face.data() + first;
-    for (int column = 0; column < width;) {
-      int run_end = column + 1;
-      while (run_end < width && run_end - column < kRunPixels &&
-             objects[run_end] == objects[column] && faces[run_end] == faces[column])
-        ++run_end;
-      if (objects[column] >= 0) {
-        const SurfaceShader shader(*views[static_cast<std::size_t>(objects[column])], faces[column],
-                                   image.camera, params.plain_share, params.colors);
-        shadeRun(shader, row, column, run_end, image);
-      }
-      column = run_end;
+    for (int column = 0; column < camera.width; ++column, ++i) {
+      if (image.object[i] < 0) continue;
+      const SurfaceShader shader(*views[static_cast<std::size_t>(image.object[i])], image.face[i],
+                                 camera, params.plain_share, params.colors);
+      const Vector3 ray = camera.rayOf(column, row);
+      const SurfacePatch patch = shader.patchAt(static_cast<double>(image.depth[i]), ray);
+      image.incidence[i] = static_cast<float>(patch.incidence);
+      image.texture[i] = static_cast<float>(patch.texture);
+      if (params.colors) image.colors[i] = shader.colorOf(patch);
     }
   }
 }

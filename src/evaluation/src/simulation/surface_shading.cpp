@@ -117,32 +117,15 @@ SurfacePatch SurfaceShader::patchAt(double depth, const Vector3& ray) const {
   return patch;
 }
 
-void SurfaceShader::shade(const SurfacePatch* patches, int count, std::uint32_t* colors) const {
-  TextureSamples samples;
-  for (int done = 0; done < count;) {
-    samples.count = 0;
-    int end = done;
-    for (; end < count && samples.count + patches[end].samples <= TextureSamples::kCapacity;
-         ++end) {
-      const SurfacePatch& patch = patches[end];
-      for (int k = 0; k < patch.samples; ++k) {
-        const double share = (k + 0.5) / patch.samples - 0.5;
-        samples.u[samples.count] = static_cast<float>(patch.u + share * patch.along_u);
-        samples.v[samples.count] = static_cast<float>(patch.v + share * patch.along_v);
-        samples.footprint[samples.count] = static_cast<float>(patch.width);
-        samples.contrast[samples.count] = static_cast<float>(patch.texture);
-        ++samples.count;
-      }
-    }
-    const Material& material = view_.object->material;
-    computeBrightness(material, face_ < kCurvedFace, seed_, samples);
-    const float* next = samples.brightness;
-    for (; done < end; ++done) {
-      double sum = 0.0;
-      for (int k = 0; k < patches[done].samples; ++k) sum += static_cast<double>(*next++);
-      colors[done] = scaled(material.color, patches[done].light * sum / patches[done].samples);
-    }
+std::uint32_t SurfaceShader::colorOf(const SurfacePatch& patch) const {
+  const Material& material = view_.object->material;
+  double sum = 0.0;
+  for (int k = 0; k < patch.samples; ++k) {
+    const double along = (k + 0.5) / patch.samples - 0.5;
+    sum += brightnessAt(material, face_ < kCurvedFace, seed_, patch.u + along * patch.along_u,
+                        patch.v + along * patch.along_v, patch.width, patch.texture);
   }
+  return scaled(material.color, patch.light * sum / patch.samples);
 }
 
 }  // namespace evaluation

@@ -31,8 +31,8 @@ class SurfaceShader {
 
   /// \param ray  through the pixel, camera frame, z = 1
   SurfacePatch patchAt(double depth, const Vector3& ray) const;
-  /// Colours 0xRRGGBB of patches: material, light and pattern, averaged over each patch.
-  void shade(const SurfacePatch* patches, int count, std::uint32_t* colors) const;
+  /// Colour 0xRRGGBB of a patch: material, light and pattern, averaged over the patch.
+  std::uint32_t colorOf(const SurfacePatch& patch) const;
 
  private:
   const ObjectView& view_;

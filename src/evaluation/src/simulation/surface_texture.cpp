@@ -4,114 +4,193 @@
 
 #include <algorithm>
 #include <cmath>
-
-#include "simulation/texture_kernels.h"
+#include <vector>
 
 namespace planar_mapping {
 namespace evaluation {
 namespace {
 
-constexpr float kPlainBrightness = 0.97f;  ///< of surface without texture
+constexpr double kPlainBrightness = 0.97;  ///< of surface without texture
+constexpr int kSide = 1024;                ///< of a tile, texels; a power of two
+constexpr double kTexel = 0.004;           ///< metres
+/// Pieces of this side are shuffled by multiples of the next, which all patterns repeat after.
+constexpr double kPiece = 512 * kTexel;
+constexpr double kShuffle = 128 * kTexel;
 
-double hashed(std::int64_t u, std::int64_t v, std::uint32_t seed) {
+std::uint64_t hashOf(std::int64_t u, std::int64_t v, std::uint32_t seed) {
   std::uint64_t h = static_cast<std::uint64_t>(u) * 0x9E3779B97F4A7C15ULL;
   h ^= static_cast<std::uint64_t>(v) * 0xC2B2AE3D27D4EB4FULL + seed;
   h ^= h >> 29u;
   h *= 0xBF58476D1CE4E5B9ULL;
-  h ^= h >> 32u;
-  return static_cast<double>(h & 0xFFFFFFu) / 16777215.0;
+  return h ^ h >> 32u;
+}
+
+double hashed(std::int64_t u, std::int64_t v, std::uint32_t seed) {
+  return static_cast<double>(hashOf(u, v, seed) & 0xFFFFFFu) / 16777215.0;
+}
+
+/// In [-1, 1].
+float toneOf(int u, int v, std::uint32_t seed) {
+  return static_cast<float>(2.0 * hashed(u, v, seed) - 1.0);
 }
 
 std::int32_t wholeOf(double value) {
   return static_cast<std::int32_t>(std::floor(value));
 }
 
-/// A poster in some square metres: how much of the footprint it covers, and its brightness.
-float posterShare(double share, float u, float v, float footprint, std::uint32_t seed,
-                  float& brightness) {
-  const std::int32_t iu = wholeOf(static_cast<double>(u));
-  const std::int32_t iv = wholeOf(static_cast<double>(v));
-  const std::uint32_t h = cellHash(iu, iv, seed + 7u);
-  if ((h & 0xFFFFu) * (1.0 / 65536.0) >= share) return 0.0f;
-  const auto part = [h](unsigned shift) { return static_cast<float>(h >> shift & 0xFu) / 15.0f; };
-  const float half_u = 0.18f + 0.14f * part(16);
-  const float half_v = 0.20f + 0.18f * part(20);
-  const float du = u - static_cast<float>(iu) - 0.5f - (0.48f - half_u) * (2.0f * part(24) - 1.0f);
-  const float dv = v - static_cast<float>(iv) - 0.5f - (0.48f - half_v) * (2.0f * part(28) - 1.0f);
-  const float inside = std::min(half_u - std::abs(du), half_v - std::abs(dv));
-  const float cover = std::clamp(inside / footprint + 0.5f, 0.0f, 1.0f);
-  if (cover <= 0.0f) return 0.0f;
-  constexpr float kBorder = 0.015f;
-  const float picture_share = std::clamp((inside - kBorder) / footprint + 0.5f, 0.0f, 1.0f);
-  const SamplePlaces place{&du, &dv, &footprint, 1};
-  float picture = 0.75f;
-  addMosaic(place, 0.083f, 0.061f, h, 0.3f, &picture);
-  addMosaic(place, 0.019f, 0.023f, h + 1u, 0.16f, &picture);
-  addSpots(place, 0.13f, h + 2u, 0.2f, &picture);
-  brightness = 0.35f * (1.0f - picture_share) + picture * picture_share;
-  return cover;
-}
+/// An image that repeats, around 0, with copies of half the side each. Lengths are texels.
+class Tile {
+ public:
+  Tile() : levels_(1, std::vector<float>(kSide * kSide, 0.0f)) {}
 
-void hangPosters(double share, std::uint32_t seed, TextureSamples& samples) {
-  for (int i = 0; i < samples.count; ++i) {
-    float poster = 0.0f;
-    const float cover =
-        posterShare(share, samples.u[i], samples.v[i], samples.footprint[i], seed, poster);
-    samples.brightness[i] += cover * (poster - samples.brightness[i]);
+  /// Smooth value noise; slopes are continuous, as creases along the lattice would be lines.
+  Tile& noise(int cell_u, int cell_v, float gain) {
+    const std::uint32_t seed = ++seed_;
+    return paint([=](int u, int v, float& value) {
+      const auto smooth = [](int at, int cell) {
+        const float a = (static_cast<float>(at % cell) + 0.5f) / static_cast<float>(cell);
+        return a * a * (3.0f - 2.0f * a);
+      };
+      const auto corner = [&](int right, int up) {
+        return toneOf((u / cell_u + right) % (kSide / cell_u), (v / cell_v + up) % (kSide / cell_v),
+                      seed);
+      };
+      const float a = smooth(u, cell_u);
+      const float low = corner(0, 0) + a * (corner(1, 0) - corner(0, 0));
+      const float high = corner(0, 1) + a * (corner(1, 1) - corner(0, 1));
+      value += gain * (low + smooth(v, cell_v) * (high - low));
+    });
   }
-}
+  /// Noise of every scale, each as strong as the others: there is something to match from near
+  /// and from far.
+  Tile& allScales(float gain) {
+    for (const int cell : {128, 64, 16, 8, 4, 1}) noise(cell, cell, gain);
+    return *this;
+  }
+  /// A round spot of one tone in each cell.
+  Tile& spots(int cell, float gain) {
+    const std::uint32_t seed = ++seed_;
+    return paint([=](int u, int v, float& value) {
+      const auto random = [&](std::uint32_t k) {
+        return static_cast<float>(hashed(u / cell, v / cell, seed + 1000u * k));
+      };
+      const float radius = 0.1f + 0.25f * random(1);  // in units of the cell, like the rest
+      const auto from = [&](int at, std::uint32_t k) {
+        return (static_cast<float>(at % cell) + 0.5f) / static_cast<float>(cell) - radius -
+               (1.0f - 2.0f * radius) * random(k);
+      };
+      if (std::hypot(from(u, 2), from(v, 3)) < radius)
+        value += gain * toneOf(u / cell, v / cell, seed);
+    });
+  }
+  /// Pieces of one tone each, in rows that are shifted, with joints of the value \p joint.
+  Tile& pieces(int cell_u, int cell_v, int shift, float gain, int joint_width, float joint) {
+    const std::uint32_t seed = ++seed_;
+    return paint([=](int u, int v, float& value) {
+      const int along = (u + shift * (v / cell_v)) % kSide;
+      value += gain * toneOf(along / cell_u, v / cell_v, seed);
+      if (along % cell_u < joint_width || v % cell_v < joint_width) value = joint;
+    });
+  }
+  Tile& finish() {
+    for (int side = kSide / 2; side > 0; side /= 2) {
+      const std::vector<float>& fine = levels_.back();
+      std::vector<float> coarse;
+      for (int v = 0; v < side; ++v)
+        for (int u = 0; u < side; ++u) {
+          const float* corner = fine.data() + 4 * side * v + 2 * u;
+          coarse.push_back(0.25f *
+                           (corner[0] + corner[1] + corner[2 * side] + corner[2 * side + 1]));
+        }
+      levels_.push_back(std::move(coarse));
+    }
+    return *this;
+  }
 
-/// The detail of a pattern (around 0) and the share of joints, for each sample.
-struct PatternParts {
-  float detail[TextureSamples::kCapacity];
-  float joint[TextureSamples::kCapacity];
-  float joint_brightness = 1.0f;
+  /// Average over about the footprint; u, v and footprint in metres.
+  double at(double u, double v, double footprint) const {
+    const double level = std::clamp(std::log2(footprint / kTexel), 0.0, levels_.size() - 1.001);
+    const auto fine = static_cast<std::size_t>(level);
+    const double low = interpolated(fine, u, v);
+    return low + (level - static_cast<double>(fine)) * (interpolated(fine + 1, u, v) - low);
+  }
+
+ private:
+  template <typename Change>
+  Tile& paint(const Change& change) {
+    for (int v = 0; v < kSide; ++v)
+      for (int u = 0; u < kSide; ++u)
+        change(u, v, levels_[0][static_cast<std::size_t>(v * kSide + u)]);
+    return *this;
+  }
+  double interpolated(std::size_t level, double u, double v) const {
+    const int side = kSide >> level;
+    const double per_texel = side / (kSide * kTexel);
+    const double x = u * per_texel - 0.5;
+    const double y = v * per_texel - 0.5;
+    const std::int32_t column = wholeOf(x);
+    const std::int32_t row = wholeOf(y);
+    const auto texel = [&](int right, int up) {
+      return static_cast<double>(levels_[level][static_cast<std::size_t>(
+          ((row + up) & (side - 1)) * side + ((column + right) & (side - 1)))]);
+    };
+    const double low = texel(0, 0) + (x - column) * (texel(1, 0) - texel(0, 0));
+    const double high = texel(0, 1) + (x - column) * (texel(1, 1) - texel(0, 1));
+    return low + (y - row) * (high - low);
+  }
+
+  std::uint32_t seed_ = 0;
+  std::vector<std::vector<float>> levels_;
 };
 
-void layPlanks(const SamplePlaces& at, std::uint32_t seed, PatternParts& parts) {
-  constexpr float kPlank = 0.14f;
-  parts.joint_brightness = 0.6f;
-  widenJoints(at.v, at.footprint, at.count, kPlank, 0.006f, parts.joint);
-  addMosaic(at, 0.9f, kPlank, seed, 0.12f, parts.detail);
-  float shifted[TextureSamples::kCapacity];
-  for (int i = 0; i < at.count; ++i)
-    shifted[i] = at.u[i] + 0.37f * std::floor(at.v[i] * (1.0f / kPlank));
-  const SamplePlaces grain{shifted, at.v, at.footprint, at.count};
-  addNoise(grain, 0.15f, 0.02f, 1.0f, 0.0f, seed + 60u, 0.09f, parts.detail);
-  addNoise(grain, 0.04f, 0.008f, 1.0f, 0.0f, seed + 61u, 0.09f, parts.detail);
-  addAllScales(at, seed + 62u, 0.05f, parts.detail);
-  addSpots(at, 0.11f, seed + 63u, 0.15f, parts.detail);
+const Tile& tileOf(Pattern pattern) {
+  static const Tile plain = Tile().allScales(0.05f).finish();
+  if (pattern == Pattern::Plain) return plain;
+  static const Tile speckles = Tile().allScales(0.11f).spots(32, 0.22f).spots(8, 0.16f).finish();
+  if (pattern == Pattern::Speckles) return speckles;
+  static const Tile planks = Tile()
+                                 .noise(32, 4, 0.09f)
+                                 .noise(8, 2, 0.09f)
+                                 .allScales(0.05f)
+                                 .spots(32, 0.15f)
+                                 .pieces(256, 32, 96, 0.12f, 2, -0.37f)
+                                 .finish();
+  if (pattern == Pattern::Planks) return planks;
+  static const Tile tiles = Tile()
+                                .allScales(0.08f)
+                                .spots(16, 0.3f)
+                                .spots(8, 0.25f)
+                                .pieces(128, 128, 0, 0.07f, 3, -0.32f)
+                                .finish();
+  if (pattern == Pattern::Tiles) return tiles;
+  static const Tile bricks = Tile().allScales(0.09f).pieces(64, 16, 32, 0.2f, 3, 0.33f).finish();
+  return bricks;
 }
 
-void layTiles(const SamplePlaces& at, std::uint32_t seed, PatternParts& parts) {
-  constexpr float kTile = 0.4f;
-  constexpr float kJoint = 0.01f;
-  parts.joint_brightness = 0.65f;
-  widenJoints(at.u, at.footprint, at.count, kTile, kJoint, parts.joint);
-  widenJoints(at.v, at.footprint, at.count, kTile, kJoint, parts.joint);
-  addMosaic(at, kTile, kTile, seed, 0.07f, parts.detail);
-  addAllScales(at, seed + 70u, 0.08f, parts.detail);
-  addSpots(at, 0.09f, seed + 71u, 0.3f, parts.detail);
-  addSpots(at, 0.025f, seed + 72u, 0.25f, parts.detail);
+/// A poster in some square metres: the fraction of the footprint that it covers, its brightness.
+double posterAt(double share, double u, double v, double footprint, std::uint32_t seed,
+                double& brightness) {
+  static const Tile picture = Tile()
+                                  .pieces(16, 16, 0, 0.3f, 0, 0.0f)
+                                  .pieces(4, 4, 0, 0.16f, 0, 0.0f)
+                                  .spots(32, 0.2f)
+                                  .finish();
+  const std::int32_t iu = wholeOf(u);
+  const std::int32_t iv = wholeOf(v);
+  const std::uint64_t h = hashOf(iu, iv, seed + 7u);
+  if (static_cast<double>(h & 0xFFFFu) / 65536.0 >= share) return 0.0;
+  const auto part = [h](unsigned shift) { return static_cast<double>(h >> shift & 0xFu) / 15.0; };
+  const double half_u = 0.18 + 0.14 * part(16);
+  const double half_v = 0.20 + 0.18 * part(20);
+  const double du = u - iu - 0.5 - (0.48 - half_u) * (2.0 * part(24) - 1.0);
+  const double dv = v - iv - 0.5 - (0.48 - half_v) * (2.0 * part(28) - 1.0);
+  const double inside = std::min(half_u - std::abs(du), half_v - std::abs(dv));
+  constexpr double kBorder = 0.015;
+  const double shown = std::clamp((inside - kBorder) / footprint + 0.5, 0.0, 1.0);
+  const double place = 5.0 * static_cast<double>(h >> 32u & 0xFFFFu);  // each shows another part
+  brightness = 0.35 + shown * (0.4 + picture.at(u + place, v, footprint));
+  return std::clamp(inside / footprint + 0.5, 0.0, 1.0);
 }
-
-void layBricks(const SamplePlaces& at, std::uint32_t seed, PatternParts& parts) {
-  constexpr float kCourse = 0.09f;
-  constexpr float kBrick = 0.26f;
-  constexpr float kJoint = 0.012f;
-  parts.joint_brightness = 1.3f;
-  float shifted[TextureSamples::kCapacity];
-  for (int i = 0; i < at.count; ++i) {
-    const auto course = static_cast<std::int32_t>(std::floor(at.v[i] * (1.0f / kCourse)));
-    shifted[i] = at.u[i] + ((course & 1) == 0 ? 0.0f : 0.5f * kBrick);
-  }
-  widenJoints(at.v, at.footprint, at.count, kCourse, kJoint, parts.joint);
-  widenJoints(shifted, at.footprint, at.count, kBrick, kJoint, parts.joint);
-  addMosaic({shifted, at.v, at.footprint, at.count}, kBrick, kCourse, seed, 0.2f, parts.detail);
-  addAllScales(at, seed + 80u, 0.09f, parts.detail);
-}
-
-}  // namespace
 
 double valueNoise(double u, double v, std::uint32_t seed) {
   const std::int32_t iu = wholeOf(u);
@@ -122,6 +201,8 @@ double valueNoise(double u, double v, std::uint32_t seed) {
   const double high = hashed(iu, iv + 1, seed) * (1 - au) + hashed(iu + 1, iv + 1, seed) * au;
   return low * (1 - av) + high * av;
 }
+
+}  // namespace
 
 double textureAt(const Material& material, double u, double v, double plain_share,
                  std::uint32_t seed) {
@@ -134,38 +215,19 @@ double textureAt(const Material& material, double u, double v, double plain_shar
   return std::clamp(material.texture + (1.0 - material.texture) * (2.0 * stretch - 1.0), 0.0, 1.0);
 }
 
-void computeBrightness(const Material& material, bool flat, std::uint32_t seed,
-                       TextureSamples& samples) {
-  if (samples.count == 0) return;
-  PatternParts parts;
-  std::fill_n(parts.detail, samples.count, 0.0f);
-  std::fill_n(parts.joint, samples.count, 0.0f);
-  const SamplePlaces at{samples.u, samples.v, samples.footprint, samples.count};
-  switch (material.pattern) {
-    case Pattern::Plain:
-      addAllScales(at, seed, 0.05f, parts.detail);
-      break;
-    case Pattern::Speckles:
-      addAllScales(at, seed, 0.11f, parts.detail);
-      addSpots(at, 0.16f, seed + 50u, 0.22f, parts.detail);
-      addSpots(at, 0.045f, seed + 51u, 0.16f, parts.detail);
-      break;
-    case Pattern::Planks:
-      layPlanks(at, seed, parts);
-      break;
-    case Pattern::Tiles:
-      layTiles(at, seed, parts);
-      break;
-    case Pattern::Bricks:
-      layBricks(at, seed, parts);
-      break;
+double brightnessAt(const Material& material, bool flat, std::uint32_t seed, double u, double v,
+                    double footprint, double contrast) {
+  double brightness = kPlainBrightness;
+  if (contrast > 0.0) {
+    const std::uint64_t h = hashOf(wholeOf(u / kPiece), wholeOf(v / kPiece), seed);
+    brightness += contrast * tileOf(material.pattern)
+                                 .at(u + kShuffle * static_cast<double>(h & 7u),
+                                     v + kShuffle * static_cast<double>(h >> 3u & 7u), footprint);
   }
-  for (int i = 0; i < samples.count; ++i) {
-    const float joint = samples.contrast[i] > 0.0f ? parts.joint[i] : 0.0f;
-    const float surface = kPlainBrightness + samples.contrast[i] * parts.detail[i];
-    samples.brightness[i] = surface + joint * (parts.joint_brightness - surface);
-  }
-  if (flat && material.posters > 0.0) hangPosters(material.posters, seed, samples);
+  if (!flat || material.posters <= 0.0) return brightness;
+  double poster = 0.0;
+  const double cover = posterAt(material.posters, u, v, footprint, seed, poster);
+  return brightness + cover * (poster - brightness);
 }
 
 }  // namespace evaluation

@@ -4,7 +4,6 @@
 
 #include <vtkCamera.h>
 #include <vtkNew.h>
-#include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 #include <vtkTextActor.h>
 #include <vtkTextProperty.h>
@@ -12,10 +11,9 @@
 #include <algorithm>
 #include <memory>
 
-#include "scene/cuboid_layer.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/visualization/scene_content.h"
-#include "window/render_backend.h"
+#include "scene/cuboid_layer.h"
 #include "window/window_image.h"
 
 namespace planar_mapping {
@@ -25,7 +23,7 @@ using visualization::CuboidLayer;
 
 constexpr Color kWrong = {225, 20, 20};
 constexpr int kTitleHeight = 44;    // pixels above each panel
-constexpr double kPaleness = 0.45;  // share of white in what is right, so that red stands out
+constexpr double kPaleness = 0.45;  // fraction of white in what is right, so that red stands out
 
 Color pale(Color color) {
   const auto mix = [](std::uint8_t channel) {
@@ -90,13 +88,9 @@ Image renderArtefacts(const std::vector<ArtefactPanel>& panels, const CameraView
   }
   const Vector3 origin = 0.5 * (low + high);
   const ScalarRange heights = {low.z(), high.z()};
-  const int all = static_cast<int>(panels.size()) * width;
-  const visualization::CapturedMessages messages;
-  const auto screen = visualization::OffscreenWindow::create(all, height + kTitleHeight);
-  vtkRenderWindow* window = screen->window();
-  window->SetMultiSamples(visualization::kSamplesPerPixel);
   const double split = static_cast<double>(height) / (height + kTitleHeight);
   std::vector<std::unique_ptr<Panel>> drawn;
+  std::vector<vtkRenderer*> renderers;
   ViewOptions options;
   options.cutaway = Cutaway::None;
   for (std::size_t i = 0; i < panels.size(); ++i) {
@@ -118,25 +112,15 @@ Image renderArtefacts(const std::vector<ArtefactPanel>& panels, const CameraView
     panel->title->SetViewport(left, split, right, 1.0);
     panel->title->SetBackground(1.0, 1.0, 1.0);
     panel->title->AddActor2D(titleOf(panels[i].title, width));
-    window->AddRenderer(panel->picture);
-    window->AddRenderer(panel->title);
+    renderers.push_back(panel->picture);
+    renderers.push_back(panel->title);
     place(*panel->picture->GetActiveCamera(), view, origin);
     panel->picture->ResetCameraClippingRange();
     drawn.push_back(std::move(panel));
   }
-  window->Render();
-  if (const std::string error = messages.firstError(); !error.empty()) {
-    throw RenderError("drawing failed (" + screen->name() + "): " + error);
-  }
-  Image image = visualization::imageOf(window);
-  for (const auto& panel : drawn) {
-    window->RemoveRenderer(panel->picture);
-    window->RemoveRenderer(panel->title);
-  }
-  if (isBlank(image)) {
-    throw RenderError("the picture came out blank (" + screen->name() +
-                      "); install libgl1-mesa-dri");
-  }
+  Image image = visualization::renderOffscreen(static_cast<int>(panels.size()) * width,
+                                               height + kTitleHeight, renderers);
+  visualization::requireDrawn(image);
   return image;
 }
 

@@ -44,8 +44,8 @@ void drawMarker(ChartSeries::Marker marker, const Vector2& at, Color color, Canv
   const double diagonal = marker == ChartSeries::Marker::Cross ? kMarker : 0.0;
   const Vector2 along(kMarker, diagonal);
   const Vector2 across = diagonal > 0.0 ? Vector2(kMarker, -diagonal) : Vector2(0.0, kMarker);
-  canvas.line(at - along, at + along, 1.5, color);
-  canvas.line(at - across, at + across, 1.5, color);
+  canvas.line({at - along, at + along}, 1.5, color);
+  canvas.line({at - across, at + across}, 1.5, color);
 }
 
 }  // namespace
@@ -54,20 +54,16 @@ void drawChartLegend(const std::vector<ChartSeries>& series, double width, doubl
                      Canvas& canvas) {
   double all = -kGap;
   for (const ChartSeries& one : series) {
-    all += kLineLength + kSpace + canvas.textWidth(one.name, kFontSize) + kGap;
+    all += kLineLength + kSpace + canvas.textSize(one.name, kFontSize).x() + kGap;
   }
   double x = 0.5 * (width - all);
   for (const ChartSeries& one : series) {
     const Vector2 left(x, y);
     const Vector2 right(x + kLineLength, y);
-    if (one.dashed) {
-      canvas.dashed({left, right}, kLineWidth, 8.0, 5.0, one.color);
-    } else {
-      canvas.line(left, right, kLineWidth, one.color);
-    }
+    canvas.line({left, right}, kLineWidth, one.color, one.dashed);
     drawMarker(one.marker, 0.5 * (left + right), one.color, canvas);
     canvas.text(one.name, {x + kLineLength + kSpace, y}, kFontSize, -1, kInk);
-    x += kLineLength + kSpace + canvas.textWidth(one.name, kFontSize) + kGap;
+    x += kLineLength + kSpace + canvas.textSize(one.name, kFontSize).x() + kGap;
   }
 }
 

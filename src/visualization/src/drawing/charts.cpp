@@ -5,32 +5,27 @@
 #include <vtkAxis.h>
 #include <vtkBrush.h>
 #include <vtkChartXY.h>
-#include <vtkContextActor.h>
-#include <vtkContextScene.h>
 #include <vtkDoubleArray.h>
 #include <vtkNew.h>
 #include <vtkPen.h>
 #include <vtkPlotLine.h>
-#include <vtkRenderWindow.h>
-#include <vtkRenderer.h>
 #include <vtkStringArray.h>
 #include <vtkTable.h>
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "drawing/canvas.h"
 #include "drawing/chart_legend.h"
 #include "planar_mapping/core/base/error.h"
-#include "window/render_backend.h"
+#include "scene/ground.h"
 #include "window/window_image.h"
 
 namespace planar_mapping {
 namespace {
 
-// Pixels. VTK places text between pixels, which cuts it; so it draws lines only, into rectangles
-// that are known, and all text is ours.
+// Pixels. VTK's axes place text between pixels, which cuts it: charts are drawn without text, into
+// rectangles that are known, and the canvas writes it.
 constexpr int kLegendHeight = 56;
 constexpr int kLeft = 84;
 constexpr int kRight = 28;
@@ -92,28 +87,10 @@ AxisRange rangeOf(const Chart& chart) {
   return {low >= 0.0 && low - air < 0.35 * high ? std::min(0.0, low) : low - air, high + air};
 }
 
-std::string shortText(double value) {
-  std::ostringstream out;
-  out.imbue(std::locale::classic());
-  out.precision(6);
-  out << value;
-  return out.str();
-}
-
 /// 1, 10, 100, ..., then 1e5 and so on.
 std::string powerText(int exponent) {
-  if (exponent >= -3 && exponent <= 4) return shortText(std::pow(10.0, exponent));
+  if (exponent >= -3 && exponent <= 4) return visualization::shortNumber(std::pow(10.0, exponent));
   return "1e" + std::to_string(exponent);
-}
-
-/// Steps of 1, 2 or 5 times a power of ten, about six of them.
-double niceStep(double length) {
-  const double rough = length / 6.0;
-  const double power = std::pow(10.0, std::floor(std::log10(rough)));
-  for (const double factor : {1.0, 2.0, 5.0}) {
-    if (rough <= factor * power * 1.0001) return factor * power;
-  }
-  return 10.0 * power;
 }
 
 /// Where an axis has ticks, and what stands there.
@@ -134,11 +111,9 @@ Ticks valueTicks(const Chart& chart) {
     }
     return ticks;
   }
-  const double step = niceStep(range.high - range.low);
-  for (double k = std::ceil(range.low / step - 1e-9); k * step <= range.high + 1e-9 * step; ++k) {
-    ticks.positions.push_back(k * step);
-    ticks.labels.push_back(shortText(k == 0.0 ? 0.0 : k * step));
-  }
+  const double step = visualization::roundStep(range.high - range.low, 6);
+  ticks.positions = visualization::multiples(range.low, range.high, step);
+  for (const double at : ticks.positions) ticks.labels.push_back(visualization::shortNumber(at));
   return ticks;
 }
 
@@ -156,7 +131,7 @@ Ticks argumentTicks(const Chart& chart) {
   Ticks ticks;
   ticks.range = {xs.front() - 0.05 * length, xs.back() + 0.05 * length};
   ticks.positions = xs;
-  for (const double x : xs) ticks.labels.push_back(shortText(x));
+  for (const double x : xs) ticks.labels.push_back(visualization::shortNumber(x));
   return ticks;
 }
 
@@ -279,17 +254,17 @@ void writeTexts(const Chart& chart, const Frame& frame, visualization::Canvas& c
   canvas.text(chart.title, {middle, frame.top - 54.0}, kTitleSize, 0, kInk);
   canvas.text(chart.y_title, {frame.left - 50.0, frame.top - 22.0}, kTextSize, -1, kInk);
   canvas.text(chart.x_title, {middle, bottom + 46.0}, kTextSize, 0, kInk);
-  const auto share = [](double value, const AxisRange& range) {
+  const auto fraction = [](double value, const AxisRange& range) {
     return (value - range.low) / (range.high - range.low);
   };
   const Ticks x = argumentTicks(chart);
   for (std::size_t i = 0; i < x.positions.size(); ++i) {
-    const double at = frame.left + share(x.positions[i], x.range) * frame.width;
+    const double at = frame.left + fraction(x.positions[i], x.range) * frame.width;
     canvas.text(x.labels[i], {at, bottom + 19.0}, kTickSize, 0, kInk);
   }
   const Ticks y = valueTicks(chart);
   for (std::size_t i = 0; i < y.positions.size(); ++i) {
-    const double at = bottom - share(y.positions[i], y.range) * frame.height;
+    const double at = bottom - fraction(y.positions[i], y.range) * frame.height;
     canvas.text(y.labels[i], {frame.left - 10.0, at}, kTickSize, 1, kInk);
   }
 }
@@ -336,39 +311,20 @@ Image renderCharts(const ChartPage& page) {
   const int width = columns * page.chart_width;
   const int height = rows * page.chart_height + kLegendHeight;
   requireInRange("height of the page", height, 1, 16384, "px");
-  const visualization::CapturedMessages messages;
-  const auto screen = visualization::OffscreenWindow::create(width, height);
-  vtkRenderWindow* window = screen->window();
-  window->SetMultiSamples(visualization::kSamplesPerPixel);
-  vtkNew<vtkRenderer> renderer;
-  renderer->SetBackground(1.0, 1.0, 1.0);
-  vtkNew<vtkContextActor> actor;
-  vtkNew<vtkContextScene> scene;
-  actor->SetScene(scene);
-  scene->SetRenderer(renderer);
+  std::vector<vtkSmartPointer<vtkAbstractContextItem>> items;
   for (int i = 0; i < count; ++i) {
-    scene->AddItem(
+    items.push_back(
         makeChart(page.charts[static_cast<std::size_t>(i)], frameOf(page, i, columns), height));
   }
-  renderer->AddActor(actor);
-  window->AddRenderer(renderer);
-  window->Render();
-  if (const std::string error = messages.firstError(); !error.empty()) {
-    throw RenderError("drawing failed (" + screen->name() + "): " + error);
-  }
-  const Image lines = visualization::imageOf(window);
-  window->RemoveRenderer(renderer);
-  if (isBlank(lines)) {
-    throw RenderError("the charts came out blank (" + screen->name() +
-                      "); install libgl1-mesa-dri");
-  }
-  visualization::Canvas canvas(width, height, {255, 255, 255});
-  canvas.draw(lines);
-  for (int i = 0; i < count; ++i) {
-    writeTexts(page.charts[static_cast<std::size_t>(i)], frameOf(page, i, columns), canvas);
-  }
-  visualization::drawChartLegend(legendOf(page), width, height - 0.5 * kLegendHeight, canvas);
-  return canvas.finish();
+  const auto write = [&](visualization::Canvas& canvas) {
+    for (int i = 0; i < count; ++i) {
+      writeTexts(page.charts[static_cast<std::size_t>(i)], frameOf(page, i, columns), canvas);
+    }
+    visualization::drawChartLegend(legendOf(page), width, height - 0.5 * kLegendHeight, canvas);
+  };
+  Image image = visualization::drawPage(width, height, {255, 255, 255}, write, items);
+  visualization::requireDrawn(image);
+  return image;
 }
 
 }  // namespace planar_mapping

@@ -2,46 +2,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/visualization/image.h"
 
-#include <fcntl.h>
-#include <png.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <cstdlib>
-#include <cstring>
-#include <memory>
 
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/io/image_file.h"
 
 namespace planar_mapping {
 
-namespace {
-
-constexpr int kLargestSide = 16384;
-
-void requireSide(const char* name, int side) {
-  requireInRange(name, side, 1, kLargestSide, "px");
-}
-
-// Every byte or an errno.
-int writeAll(int file, const std::vector<std::uint8_t>& bytes) {
-  std::size_t done = 0;
-  while (done < bytes.size()) {
-    const ssize_t n = ::write(file, bytes.data() + done, bytes.size() - done);
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) return n < 0 ? errno : EIO;
-    done += static_cast<std::size_t>(n);
-  }
-  return ::fsync(file) == 0 ? 0 : errno;
-}
-
-}  // namespace
-
 Image::Image(int columns, int rows, Color fill) : width(columns), height(rows) {
-  requireSide("image width", columns);
-  requireSide("image height", rows);
+  requireInRange("image width", columns, 1, 16384, "px");
+  requireInRange("image height", rows, 1, 16384, "px");
   rgb.resize(3 * static_cast<std::size_t>(columns) * rows);
   for (std::size_t i = 0; i < rgb.size(); i += 3) {
     rgb[i] = fill.red;
@@ -93,77 +64,18 @@ ImageDifference compareImages(const Image& a, const Image& b) {
   return difference;
 }
 
-std::vector<std::uint8_t> encodePng(const Image& image) {
-  requireSide("image width", image.width);
-  requireSide("image height", image.height);
-  png_image header{};
-  header.version = PNG_IMAGE_VERSION;
-  header.width = static_cast<png_uint_32>(image.width);
-  header.height = static_cast<png_uint_32>(image.height);
-  header.format = PNG_FORMAT_RGB;
-  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(header);
-  std::vector<std::uint8_t> bytes(size);
-  if (png_image_write_to_memory(&header, bytes.data(), &size, 0, image.rgb.data(), 0, nullptr) ==
-      0) {
-    throw RenderError(std::string("the picture cannot be written as PNG: ") + header.message);
-  }
-  bytes.resize(size);
-  return bytes;
-}
-
 Image readPng(const std::string& path) {
-  struct stat status {};
-  if (::stat(path.c_str(), &status) != 0) throw IoError(path, std::strerror(errno));
-  if (!S_ISREG(status.st_mode)) throw IoError(path, "is not a file");
-  png_image header{};
-  header.version = PNG_IMAGE_VERSION;
-  // png_image_free() by itself: every way out has to pass it.
-  const std::unique_ptr<png_image, decltype(&png_image_free)> guard(&header, png_image_free);
-  if (png_image_begin_read_from_file(&header, path.c_str()) == 0) {
-    throw IoError(path, std::string("cannot be read as a PNG picture: ") + header.message);
-  }
-  if (header.width > kLargestSide || header.height > kLargestSide) {
-    throw IoError(path, "is larger than 16384 x 16384 pixels");
-  }
-  header.format = PNG_FORMAT_RGB;
-  Image image(static_cast<int>(header.width), static_cast<int>(header.height), Color{});
-  const png_color white = {255, 255, 255};
-  if (png_image_finish_read(&header, &white, image.rgb.data(), 0, nullptr) == 0) {
-    throw IoError(path, std::string("cannot be read as a PNG picture: ") + header.message);
+  io::Image file = io::readImage(path);
+  Image image(file.width, file.height, Color{});
+  for (std::size_t i = 0; i < image.rgb.size(); ++i) {
+    image.rgb[i] = file.pixels[file.channels == 3 ? i : i / 3];
   }
   return image;
 }
 
-void requireWritablePng(const std::string& path, bool overwrite) {
-  struct stat status {};
-  if (::stat(path.c_str(), &status) == 0) {
-    if (S_ISDIR(status.st_mode)) throw IoError(path, "is a directory");
-    if (!overwrite) {
-      throw IoError(path, "exists already and is not overwritten (--force overwrites)");
-    }
-    return;
-  }
-  const std::size_t slash = path.rfind('/');
-  const std::string folder =
-      slash == std::string::npos ? "." : path.substr(0, std::max<std::size_t>(slash, 1));
-  if (::access(folder.c_str(), W_OK) != 0) {
-    throw IoError(path, "cannot be written: " + folder + ": " + std::strerror(errno));
-  }
-}
-
 void writePng(const Image& image, const std::string& path, bool overwrite) {
-  requireWritablePng(path, overwrite);
-  const std::vector<std::uint8_t> bytes = encodePng(image);
-  const std::string temporary = path + ".tmp" + std::to_string(::getpid());
-  const int file = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (file < 0) throw IoError(path, std::string("cannot be written: ") + std::strerror(errno));
-  int problem = writeAll(file, bytes);
-  if (::close(file) != 0 && problem == 0) problem = errno;
-  if (problem == 0 && ::rename(temporary.c_str(), path.c_str()) != 0) problem = errno;
-  if (problem != 0) {
-    ::unlink(temporary.c_str());
-    throw IoError(path, std::string("cannot be written: ") + std::strerror(problem));
-  }
+  io::writeImage(path, {image.width, image.height, 3, image.rgb},
+                 overwrite ? io::Overwrite::Allow : io::Overwrite::Refuse);
 }
 
 }  // namespace planar_mapping

@@ -2,14 +2,24 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/visualization/projection_2d.h"
 
+#include <vtkCellArray.h>
+#include <vtkContext2D.h>
+#include <vtkImageData.h>
+#include <vtkMapper.h>
+#include <vtkNew.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkUnsignedCharArray.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "drawing/canvas.h"
-#include "scene/ground.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/visualization/camera.h"
+#include "scene/ground.h"
 
 namespace planar_mapping {
 
@@ -55,11 +65,37 @@ Plan makePlan(const SceneContent& content, const ViewOptions& options, double fo
   return plan;
 }
 
-std::vector<Vector2> outline(const Cuboid& cuboid, const Plan& plan, double scale) {
-  std::vector<Vector2> points;
-  for (const Vector3& corner : corners(cuboid)) points.push_back(plan.at(corner) * scale);
-  return visualization::convexHull(std::move(points));
-}
+/// The sides of cuboids that are seen from above, to be drawn in one go.
+struct Sides {
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkCellArray> polygons;
+  vtkNew<vtkUnsignedCharArray> colors;
+
+  Sides() { colors->SetNumberOfComponents(4); }
+  /// They do not overlap: what lies under one of them is under the cuboid once.
+  void add(const Cuboid& cuboid, const Plan& plan, const Canvas& canvas, Color color,
+           double opacity) {
+    const Matrix3 axes = cuboid.orientation.toRotationMatrix() * cuboid.size.asDiagonal() * 0.5;
+    for (int k = 0; k < 3; ++k) {
+      const double rise = axes.col(k).dot(plan.frame.up);
+      if (rise == 0.0) continue;
+      const Vector3 center = cuboid.center + (rise > 0.0 ? 1.0 : -1.0) * axes.col(k);
+      polygons->InsertNextCell(4);
+      for (const auto& [a, b] : {std::pair(-1, -1), {1, -1}, {1, 1}, {-1, 1}}) {
+        const Vector2 p = plan.at(center + a * axes.col((k + 1) % 3) + b * axes.col((k + 2) % 3));
+        polygons->InsertCellPoint(points->InsertNextPoint(p.x(), canvas.flipped(p.y()), 0.0));
+      }
+      colors->InsertNextTuple4(color.red, color.green, color.blue, std::round(255.0 * opacity));
+    }
+  }
+  void draw(Canvas& canvas) {
+    if (points->GetNumberOfPoints() == 0) return;
+    vtkNew<vtkPolyData> data;
+    data->SetPoints(points);
+    data->SetPolys(polygons);
+    canvas.context().DrawPolyData(0.0f, 0.0f, data, colors, VTK_SCALAR_MODE_USE_CELL_DATA);
+  }
+};
 
 // Lowest and highest point of the cuboid above the ground, metres.
 std::array<double, 2> heights(const Cuboid& cuboid, const GroundFrame& frame) {
@@ -70,43 +106,51 @@ std::array<double, 2> heights(const Cuboid& cuboid, const GroundFrame& frame) {
   return {middle - half, middle + half};
 }
 
-void drawUnknown(const SceneContent& content, const ProjectionOptions& projection, const Plan& plan,
-                 Canvas& canvas) {
-  Image& picture = canvas.large();
-  std::vector<float> column(static_cast<std::size_t>(picture.width) * picture.height, 0.0f);
-  for (const Cuboid& cuboid : content.unknown) {
-    const auto [low, high] = heights(cuboid, plan.frame);
-    const double inside = std::min(high, projection.highest) - std::max(low, projection.lowest);
-    if (inside <= 0.0) continue;
-    visualization::visitConvex(
-        outline(cuboid, plan, canvas.scale()), picture.width, picture.height, [&](int x, int y) {
-          column[static_cast<std::size_t>(y) * picture.width + x] += static_cast<float>(inside);
-        });
-  }
-  // The unknown may reach far beyond what was mapped: the plan ends at its frame.
-  const int scale = canvas.scale();
-  const int left = std::max(0, static_cast<int>(plan.corner.x() * scale));
-  const int right = std::min(picture.width, static_cast<int>(plan.right * scale));
-  const int top = std::max(0, static_cast<int>(plan.top * scale));
-  const int bottom = std::min(picture.height, static_cast<int>(plan.corner.y() * scale));
-  const double enough = projection.unknown_share * (projection.highest - projection.lowest);
-  for (int y = top; y < bottom; ++y) {
-    for (int x = left; x < right; ++x) {
-      const float sum = column[static_cast<std::size_t>(y) * picture.width + x];
-      if (sum > 0.0f && sum >= enough - 1e-6) picture.set(x, y, kUnknown);
+/// Where enough of the column is unknown, as a picture over the plan.
+vtkSmartPointer<vtkImageData> unknownArea(const SceneContent& content, const ViewOptions& options,
+                                          const ProjectionOptions& projection, const Plan& plan) {
+  // What lies over each other is added up by blending: a layer of height h leaves the fraction
+  // 2^(-h / enough) of what is dark, and half of it is gone where all layers are as high as enough.
+  const double enough = projection.unknown_fraction * (projection.highest - projection.lowest);
+  const Image light =
+      visualization::drawPage(options.width, options.height, {0, 0, 0}, [&](Canvas& canvas) {
+        Sides sides;
+        for (const Cuboid& cuboid : content.unknown) {
+          const auto [low, high] = heights(cuboid, plan.frame);
+          const double inside =
+              std::min(high, projection.highest) - std::max(low, projection.lowest);
+          const double opacity = inside < enough ? 1.0 - std::exp2(-inside / enough) : 1.0;
+          if (inside > 0.0) sides.add(cuboid, plan, canvas, {255, 255, 255}, opacity);
+        }
+        sides.draw(canvas);
+      });
+  auto area = vtkSmartPointer<vtkImageData>::New();
+  area->SetDimensions(options.width, options.height, 1);
+  area->AllocateScalars(VTK_UNSIGNED_CHAR, 4);
+  auto* rgba = static_cast<std::uint8_t*>(area->GetScalarPointer());
+  for (int row = options.height - 1; row >= 0; --row) {
+    for (int column = 0; column < options.width; ++column, rgba += 4) {
+      // The unknown may reach far beyond what was mapped: the plan ends at its frame.
+      const bool inside = column + 0.5 > plan.corner.x() && column + 0.5 < plan.right &&
+                          row + 0.5 > plan.top && row + 0.5 < plan.corner.y();
+      rgba[0] = kUnknown.red;
+      rgba[1] = kUnknown.green;
+      rgba[2] = kUnknown.blue;
+      rgba[3] = inside && light.at(column, row).red >= 127 ? 255 : 0;
     }
   }
+  return area;
 }
 
 void drawOccupied(const SceneContent& content, const ProjectionOptions& projection,
                   const Plan& plan, Canvas& canvas) {
-  Image& picture = canvas.large();
+  Sides sides;
   for (const Cuboid& cuboid : content.cuboids) {
     const auto [low, high] = heights(cuboid, plan.frame);
     if (high < projection.lowest || low > projection.highest) continue;
-    visualization::visitConvex(outline(cuboid, plan, canvas.scale()), picture.width, picture.height,
-                               [&](int x, int y) { picture.set(x, y, kOccupied); });
+    sides.add(cuboid, plan, canvas, kOccupied, 1.0);
   }
+  sides.draw(canvas);
 }
 
 void drawPath(const SceneContent& content, const Plan& plan, double font, Canvas& canvas) {
@@ -123,7 +167,7 @@ void drawPath(const SceneContent& content, const Plan& plan, double font, Canvas
                 kPath);
     return;
   }
-  canvas.dashed(path, 0.16 * font, 0.7 * font, 0.45 * font, kPath);
+  canvas.line(path, 0.16 * font, kPath, true);
   // The last stretch gives the heading, not the last two poses: those may jitter.
   Vector2 heading = path.back() - path[path.size() - 2];
   for (std::size_t i = path.size(); i-- > 0;) {
@@ -140,10 +184,10 @@ void drawGrid(const Plan& plan, Canvas& canvas) {
   const GroundFrame& f = plan.frame;
   if (f.step * plan.pixels_per_metre < 4.0) return;
   for (const double v : visualization::multiples(f.low_right, f.high_right, f.step)) {
-    canvas.line(plan.at(v, f.low_forward), plan.at(v, f.high_forward), 1.0, kGrid);
+    canvas.line({plan.at(v, f.low_forward), plan.at(v, f.high_forward)}, 1.0, kGrid);
   }
   for (const double v : visualization::multiples(f.low_forward, f.high_forward, f.step)) {
-    canvas.line(plan.at(f.low_right, v), plan.at(f.high_right, v), 1.0, kGrid);
+    canvas.line({plan.at(f.low_right, v), plan.at(f.high_right, v)}, 1.0, kGrid);
   }
 }
 
@@ -167,19 +211,20 @@ void drawLegend(const SceneContent& content, const ViewOptions& options, const P
   double x = 1.2 * font;
   const auto entry = [&](const std::string& words, Color color) {
     const Vector2 at(x, y - 0.4 * font);
-    const std::vector<Vector2> box = {at, at + Vector2(1.3 * font, 0.0),
-                                      at + Vector2(1.3 * font, 0.8 * font),
-                                      at + Vector2(0.0, 0.8 * font)};
+    std::vector<Vector2> box = {at, at + Vector2(1.3 * font, 0.0),
+                                at + Vector2(1.3 * font, 0.8 * font),
+                                at + Vector2(0.0, 0.8 * font)};
     canvas.fill(box, color);
-    for (std::size_t i = 0; i < 4; ++i) canvas.line(box[i], box[(i + 1) % 4], 1.0, kInk);
+    box.push_back(at);
+    canvas.line(box, 1.0, kInk);
     canvas.text(words, {x + 1.7 * font, y}, 0.9 * font, -1, kInk);
-    x += 3.0 * font + canvas.textWidth(words, 0.9 * font);
+    x += 3.0 * font + canvas.textSize(words, 0.9 * font).x();
   };
   if (options.show.occupied) entry("occupied", kOccupied);
   entry("free", {255, 255, 255});
   if (options.show.unknown) entry("unknown", kUnknown);
   if (options.show.trajectory && !content.trajectory.empty()) {
-    canvas.dashed({{x, y}, {x + 2.2 * font, y}}, 0.16 * font, 0.6 * font, 0.35 * font, kPath);
+    canvas.line({{x, y}, {x + 2.2 * font, y}}, 0.16 * font, kPath, true);
     canvas.text("path", {x + 2.6 * font, y}, 0.9 * font, -1, kInk);
   }
   // Scale bar: a round length of about an eighth of the picture.
@@ -188,9 +233,10 @@ void drawLegend(const SceneContent& content, const ViewOptions& options, const P
   if (length > 0.6 * options.width) return;
   const Vector2 right(options.width - 1.5 * font, y + 0.45 * font);
   const Vector2 left = right - Vector2(length, 0.0);
-  canvas.line(left, right, 0.18 * font, kInk);
+  canvas.line({left, right}, 0.18 * font, kInk);
   for (const Vector2& end : {left, right}) {
-    canvas.line(end - Vector2(0.0, 0.3 * font), end + Vector2(0.0, 0.3 * font), 0.14 * font, kInk);
+    canvas.line({end - Vector2(0.0, 0.3 * font), end + Vector2(0.0, 0.3 * font)}, 0.14 * font,
+                kInk);
   }
   canvas.text(visualization::shortNumber(metres) + " m",
               0.5 * (left + right) - Vector2(0.0, 0.75 * font), 0.85 * font, 0, kInk);
@@ -204,7 +250,7 @@ void ProjectionOptions::validate() const {
   if (!(highest > lowest)) {
     throw ParameterError("the projection's heights are empty: highest must exceed lowest");
   }
-  requireInRange("unknown share of the projection", unknown_share, 0.0, 1.0);
+  requireInRange("unknown fraction of the projection", unknown_fraction, 0.0, 1.0);
 }
 
 Image drawProjection2d(const SceneContent& content, const ViewOptions& options,
@@ -217,14 +263,21 @@ Image drawProjection2d(const SceneContent& content, const ViewOptions& options,
   }
   const double font = std::max(10.0, 0.026 * std::min(options.width, options.height));
   const Plan plan = makePlan(content, options, font);
-  Canvas canvas(options.width, options.height, options.background.value_or(Color{255, 255, 255}));
-  if (options.show.unknown) drawUnknown(content, projection, plan, canvas);
-  if (options.show.ground_grid) drawGrid(plan, canvas);
-  if (options.show.occupied) drawOccupied(content, projection, plan, canvas);
-  if (options.show.trajectory) drawPath(content, plan, font, canvas);
-  if (options.show.axes) drawRulers(plan, font, canvas);
-  if (options.show.legend) drawLegend(content, options, plan, font, canvas);
-  return canvas.finish();
+  vtkSmartPointer<vtkImageData> unknown;
+  if (options.show.unknown) unknown = unknownArea(content, options, projection, plan);
+  return visualization::drawPage(options.width, options.height,
+                                 options.background.value_or(Color{255, 255, 255}),
+                                 [&](Canvas& canvas) {
+                                   if (unknown) canvas.context().DrawImage(0.0f, 0.0f, unknown);
+                                   if (options.show.ground_grid) drawGrid(plan, canvas);
+                                   if (options.show.occupied)
+                                     drawOccupied(content, projection, plan, canvas);
+                                   if (options.show.trajectory)
+                                     drawPath(content, plan, font, canvas);
+                                   if (options.show.axes) drawRulers(plan, font, canvas);
+                                   if (options.show.legend)
+                                     drawLegend(content, options, plan, font, canvas);
+                                 });
 }
 
 }  // namespace planar_mapping

@@ -28,7 +28,6 @@ class CuboidLayer {
   CuboidLayer(std::vector<Cuboid> cuboids, const Vector3& origin, const Vector3& up);
 
   vtkActor* actor() { return actor_; }
-  vtkPolyData* instances() { return instances_; }
   std::size_t size() const { return cuboids_.size(); }
   /// One colour per cuboid.
   void setColors(const std::function<Color(const Cuboid&)>& color);

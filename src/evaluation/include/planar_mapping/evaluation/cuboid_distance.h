@@ -2,12 +2,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
-#include "planar_mapping/core/geometry/cuboid.h"
 #include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/geometry/cuboid.h"
 
 namespace planar_mapping {
 namespace evaluation {
@@ -56,12 +57,9 @@ class PLANAR_MAPPING_EXPORT CuboidDistance {
     std::uint32_t count;  ///< boxes of a leaf, 0 = inner node
     std::uint32_t least;  ///< smallest number below it
   };
-  struct Bounds;
-  std::uint32_t build(std::uint32_t begin, std::uint32_t end, const std::vector<Bounds>& bounds,
-                      std::vector<std::uint32_t>& order, int depth);
-  static std::uint32_t split(std::uint32_t begin, std::uint32_t end,
-                             const std::vector<Bounds>& bounds, std::vector<std::uint32_t>& order,
-                             int depth);
+  std::uint32_t build(std::uint32_t begin, std::uint32_t end,
+                      const std::vector<Eigen::AlignedBox3d>& bounds,
+                      std::vector<std::uint32_t>& order);
   static double squaredDistance(const Box& box, const double* point);
   static double squaredDistance(const Node& node, const double* point);
 

@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "planar_mapping/core/geometry/cuboid.h"
 #include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/geometry/cuboid.h"
 #include "planar_mapping/evaluation/cuboid_distance.h"
 #include "planar_mapping/evaluation/detail/cell_table.h"
 #include "planar_mapping/evaluation/surface_truth.h"
@@ -38,29 +38,21 @@ struct MappingError {
 /// thick along it: nobody gains by thin cells. Parts whose centre is inside a cuboid earlier in the
 /// list do not count again. So N_e of SG is the number of its wrong cells, cells that are wrong in
 /// part counted by that part.
+/// \param index           of \p cuboids
 /// \param standard_cells  A_S
 /// \throws ParameterError; InputError for no standard cells, or an index of another list
-PLANAR_MAPPING_EXPORT MappingError mappingError(const std::vector<Cuboid>& cuboids,
-                                                const SurfaceTruth& truth, double s,
-                                                std::size_t standard_cells);
 PLANAR_MAPPING_EXPORT MappingError mappingError(const std::vector<Cuboid>& cuboids,
                                                 const CuboidDistance& index,
                                                 const SurfaceTruth& truth, double s,
                                                 std::size_t standard_cells);
 
-/// Share of the visible true-surface cells whose surface (the mean of its seen points) is within s
-/// of a cuboid, in [0, 1]; 1 if nothing was visible.
-/// \param truth  with its views added
-PLANAR_MAPPING_EXPORT double completeness(const std::vector<Cuboid>& cuboids,
-                                          const SurfaceTruth& truth, double s);
-/// The same with an index at hand, and with cells that were asked for once: visibleCells(s).
+/// Fraction of the visible true-surface cells whose surface (the mean of its seen points) is within
+/// s of a cuboid, in [0, 1]; 1 if nothing was visible. \param visible SurfaceTruth::visibleCells(s)
 PLANAR_MAPPING_EXPORT double completeness(const CuboidDistance& index,
                                           const std::vector<VisibleCell>& visible, double s);
 
-/// Share of the points inside a cuboid or within the margin (s / 2 in the tables) of one, in [0,
+/// Fraction of the points inside a cuboid or within the margin (s / 2 in the tables) of one, in [0,
 /// 1]; 1 without points. Points that are not finite do not count.
-PLANAR_MAPPING_EXPORT double coverage(const std::vector<Cuboid>& cuboids,
-                                      const std::vector<Vector3>& points, double margin);
 PLANAR_MAPPING_EXPORT double coverage(const CuboidDistance& index,
                                       const std::vector<Vector3>& points, double margin);
 
@@ -74,9 +66,6 @@ struct HeldBackDistance {
 };
 
 /// \param margin  of share_within, s / 2 in the tables
-PLANAR_MAPPING_EXPORT HeldBackDistance heldBackDistance(const std::vector<Cuboid>& cuboids,
-                                                        const std::vector<Vector3>& points,
-                                                        double margin);
 PLANAR_MAPPING_EXPORT HeldBackDistance heldBackDistance(const CuboidDistance& index,
                                                         const std::vector<Vector3>& points,
                                                         double margin);
@@ -115,7 +104,7 @@ class PLANAR_MAPPING_EXPORT CrossedSpace {
   detail::CellTable<Sample> samples_;
 };
 
-/// Share of the volume that rays crossed, well before their end, that is marked occupied: see
+/// Fraction of the volume that rays crossed, well before their end, that is marked occupied: see
 /// CrossedSpace.
 struct FreeSpaceViolation {
   double share = 0.0;           ///< in [0, 1]; 0 where nothing was crossed
@@ -123,10 +112,6 @@ struct FreeSpaceViolation {
   double marked_volume = 0.0;   ///< cubic metres of it that are marked
 };
 
-/// \param s  side of a standard cell; clearance 2 s
-PLANAR_MAPPING_EXPORT FreeSpaceViolation freeSpaceViolation(const std::vector<Cuboid>& cuboids,
-                                                            const std::vector<MeasuredRay>& rays,
-                                                            double s);
 PLANAR_MAPPING_EXPORT FreeSpaceViolation freeSpaceViolation(const CuboidDistance& index,
                                                             const CrossedSpace& crossed);
 

@@ -42,11 +42,9 @@ class PLANAR_MAPPING_EXPORT OctreeGrid {
   OctreeGrid(OctreeGrid&& other) noexcept;
   OctreeGrid& operator=(OctreeGrid&& other) noexcept;
 
-  const OctreeGridParams& params() const;
-
   /// Adds one frame: cells with obstacle points are hit, cells that rays to obstacles or ground
   /// cross are missed; a hit goes before a miss. All in the world frame, metres. Points that are
-  /// not finite or outside the tree (32768 cells from the origin) are counted in droppedPoints().
+  /// not finite or outside the tree (32768 cells from the origin) are counted as dropped.
   /// \throws InputError for an origin that is not finite or outside the tree
   void insert(const std::vector<Vector3>& obstacles, const std::vector<Vector3>& ground,
               const Vector3& origin);
@@ -54,14 +52,15 @@ class PLANAR_MAPPING_EXPORT OctreeGrid {
   /// its fewest leaves. Nothing should be inserted after it: the beliefs are gone.
   void finish();
 
-  /// Number of occupied leaves, N_f of the octree.
-  std::size_t occupiedLeaves() const;
-  std::size_t freeLeaves() const;
-  /// Occupied and free space in cells of the smallest size.
-  std::size_t occupiedCells() const;
-  std::size_t freeCells() const;
-  std::size_t nodes() const;  ///< inner nodes and leaves
-  std::size_t droppedPoints() const;
+  struct Counts {
+    std::size_t occupied_leaves = 0;  ///< N_f of the octree
+    std::size_t free_leaves = 0;
+    std::size_t occupied_cells = 0;  ///< in cells of the smallest size, like the next
+    std::size_t free_cells = 0;
+    std::size_t nodes = 0;  ///< inner nodes and leaves
+    std::size_t dropped_points = 0;
+  };
+  Counts counts() const;
   /// Occupied leaves as cubes of s 2^k, by z, y, x of their centre.
   std::vector<Cuboid> cuboids() const;
 

@@ -22,10 +22,6 @@ struct TrajectoryError {
   /// Relative pose error from each pose to the next.
   double relative_translation_rms = 0.0;
   double relative_rotation_rms = 0.0;
-  /// Relative pose error over stretches of a given length, wherever one starts: error per metre.
-  std::size_t stretches = 0;
-  double stretch_translation_rms = 0.0;  ///< metres per metre
-  double stretch_rotation_rms = 0.0;     ///< radians per metre
   /// Error of the last pose relative to the first one.
   double end_translation = 0.0;
   double end_rotation = 0.0;
@@ -39,12 +35,10 @@ struct TrajectoryError {
 /// Compares two trajectories pose by pose. O(poses).
 /// \param estimate   T_world_sensor of each frame
 /// \param reference  of the same frames; the two worlds may differ by a rigid motion
-/// \param stretch    length of the stretches, metres, > 0
 /// \return zeros for no poses. Where all positions are in a line or at a point, so that they do not
 ///         fix the rotation, the first poses are laid onto each other instead
-/// \throws InputError for sizes that disagree or poses that are not finite, ParameterError
+/// \throws InputError for sizes that disagree or poses that are not finite
 PLANAR_MAPPING_EXPORT TrajectoryError trajectoryError(const std::vector<Pose>& estimate,
-                                                      const std::vector<Pose>& reference,
-                                                      double stretch = 1.0);
+                                                      const std::vector<Pose>& reference);
 
 }  // namespace planar_mapping

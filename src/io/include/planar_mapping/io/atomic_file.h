@@ -40,8 +40,6 @@ class PLANAR_MAPPING_EXPORT AtomicFile {
   void commit();
 
   const std::string& path() const { return path_; }
-  /// For libraries that write to a path of their own accord; they must be done before commit().
-  const std::string& temporaryPath() const { return temporary_path_; }
 
  private:
   void flush();

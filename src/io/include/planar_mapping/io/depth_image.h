@@ -21,24 +21,11 @@ struct DepthImage {
   std::vector<std::uint16_t> values;  ///< 0 = no measurement
 };
 
-/// Three channels of 8 bits as 0xRRGGBB, row major.
-struct ColorImage {
-  std::uint32_t width = 0;
-  std::uint32_t height = 0;
-  std::vector<std::uint32_t> pixels;
-};
-
 /// \throws IoError unless the file is a sound gray PNG of 16 bits
 PLANAR_MAPPING_EXPORT DepthImage readDepthPng(const std::string& path);
-/// Any PNG, turned into 8 bits RGB. \throws IoError
-PLANAR_MAPPING_EXPORT ColorImage readColorPng(const std::string& path);
 /// \throws IoError
 PLANAR_MAPPING_EXPORT void writeDepthPng(const std::string& path, const DepthImage& image,
                                          Overwrite overwrite = Overwrite::Refuse);
-/// \throws IoError
-PLANAR_MAPPING_EXPORT void writeColorPng(const std::string& path, const ColorImage& image,
-                                         Overwrite overwrite = Overwrite::Refuse);
-
 /// Depth images of one camera to organized clouds in its optical frame (x right, y down, z
 /// forward): z = value / depth_scale, x = (column - cx) z / fx, y = (row - cy) z / fy; 0 gives NaN.
 /// The rays are computed once. Const functions may be called from several threads at once.

@@ -33,12 +33,4 @@ struct DisparityImage {
 PLANAR_MAPPING_EXPORT void triangulate(const DisparityImage& disparity,
                                        const io::Calibration& calibration, std::vector<float>& xyz);
 
-/// Depth error of each point, metres: dz = Z^2 / (fx B) * disparity_error (the paper, III-D); NaN
-/// where there is no point.
-/// \param disparity_error  pixels, >= 0
-/// \throws ParameterError; InputError as triangulate()
-PLANAR_MAPPING_EXPORT std::vector<float> depthErrors(const DisparityImage& disparity,
-                                                     const io::Calibration& calibration,
-                                                     double disparity_error = 0.5);
-
 }  // namespace planar_mapping

@@ -30,21 +30,15 @@ PLANAR_MAPPING_EXPORT bool isBlank(const Image& image, int tolerance = 3);
 /// How two pictures of equal size differ.
 struct ImageDifference {
   double mean = 0.0;     ///< mean absolute difference of all channel values, in [0, 1]
-  double changed = 0.0;  ///< share of pixels with a channel more than 16 of 255 apart, in [0, 1]
+  double changed = 0.0;  ///< fraction of pixels with a channel more than 16 of 255 apart, in [0, 1]
 };
 /// \throws InputError if the sizes differ
 PLANAR_MAPPING_EXPORT ImageDifference compareImages(const Image& a, const Image& b);
 
-/// PNG bytes. The same picture gives the same bytes.
-PLANAR_MAPPING_EXPORT std::vector<std::uint8_t> encodePng(const Image& image);
-/// Any PNG as 8-bit RGB; what is transparent lies on white.
+/// An image file as 8-bit RGB, as io::readImage() reads it.
 /// \throws IoError
 PLANAR_MAPPING_EXPORT Image readPng(const std::string& path);
-/// Can the picture be written there, as far as one can tell beforehand?
-/// \throws IoError if it exists and \p overwrite is false, is a directory, or its folder is missing
-PLANAR_MAPPING_EXPORT void requireWritablePng(const std::string& path, bool overwrite);
-/// Written under a temporary name in the same folder and renamed, so that the file is there whole
-/// or not at all.
+/// Writes the file whole or not at all; the same picture gives the same bytes.
 /// \throws IoError if it exists and \p overwrite is false, or cannot be written
 PLANAR_MAPPING_EXPORT void writePng(const Image& image, const std::string& path, bool overwrite);
 

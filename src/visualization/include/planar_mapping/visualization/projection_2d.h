@@ -13,15 +13,15 @@ namespace planar_mapping {
 struct PLANAR_MAPPING_EXPORT ProjectionOptions {
   double lowest = 0.15;         ///< [ours] below it, it is floor
   double highest = 2.0;         ///< [ours] above it, a robot passes under
-  double unknown_share = 0.25;  ///< [ours] unknown if at least this share of the column is
+  double unknown_fraction = 0.25;  ///< [ours] unknown if at least this fraction of the column is
   /// \throws ParameterError
   void validate() const;
 };
 
 /// The map from above as a plan (the paper, Fig. 10b): occupied dark, free white, unknown gray,
-/// the path dashed with an arrow, a scale bar. Plain raster drawing that needs no graphics.
+/// the path dashed with an arrow, a scale bar. Drawn off screen as renderSnapshot() draws.
 /// options: width, height, zoom, show (occupied, unknown, trajectory, ground_grid, legend) apply.
-/// \throws InputError, ParameterError
+/// \throws RenderError if nothing here can draw; InputError, ParameterError
 PLANAR_MAPPING_EXPORT Image drawProjection2d(const SceneContent& content,
                                              const ViewOptions& options = ViewOptions(),
                                              const ProjectionOptions& projection = {});

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <string>
-
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/visualization/image.h"
 #include "planar_mapping/visualization/scene_content.h"
@@ -20,10 +18,5 @@ namespace planar_mapping {
 /// \throws InputError, ParameterError for content or options that cannot be drawn
 PLANAR_MAPPING_EXPORT Image renderSnapshot(const SceneContent& content,
                                            const ViewOptions& options = ViewOptions());
-
-/// renderSnapshot() into a PNG file.
-/// \throws IoError before anything is drawn if the file exists and \p overwrite is false
-PLANAR_MAPPING_EXPORT void saveSnapshot(const SceneContent& content, const ViewOptions& options,
-                                        const std::string& path, bool overwrite = false);
 
 }  // namespace planar_mapping

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "planar_mapping/core/base/error.h"
-#include "planar_mapping/evaluation/plane_quality.h"
+#include "evaluation/plane_quality.h"
 
 namespace planar_mapping {
 namespace evaluation {

@@ -5,10 +5,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "planar_mapping/core/base/export.h"
+#include "evaluation/plane_quality.h"
 #include "planar_mapping/core/base/types.h"
 #include "planar_mapping/core/planes/multi_plane.h"
-#include "planar_mapping/evaluation/plane_quality.h"
 
 // How well planes can be found at best: what the noise of a cloud leaves to a search that knows
 // more than any search can.
@@ -17,7 +16,7 @@ namespace planar_mapping {
 namespace evaluation {
 
 /// What a labelling by planes that are known believes of an image.
-struct PLANAR_MAPPING_EXPORT KnownPlanesParams {
+struct KnownPlanesParams {
   double range_noise = 0.02;  ///< standard deviation along the rays, white, metres, > 0
   /// Cost of two neighbouring pixels on different planes, beside the squared error along the ray
   /// over twice the variance, > 0.
@@ -37,8 +36,9 @@ struct PLANAR_MAPPING_EXPORT KnownPlanesParams {
 /// plane, and time as that.
 /// \return the planes that have points, in their order; only `plane` and `inliers` are filled
 /// \throws InputError if the cloud is not organized; ParameterError
-PLANAR_MAPPING_EXPORT std::vector<PlaneSegment> assignToKnownPlanes(
-    const PointsView& points, const std::vector<Plane>& planes, const KnownPlanesParams& params);
+std::vector<PlaneSegment> assignToKnownPlanes(const PointsView& points,
+                                              const std::vector<Plane>& planes,
+                                              const KnownPlanesParams& params);
 
 /// Another measurement of the same scene: each point on a true plane at the intersection of its ray
 /// with that plane plus white noise along the ray; all others as they are. Planes fitted to it are
@@ -46,12 +46,11 @@ PLANAR_MAPPING_EXPORT std::vector<PlaneSegment> assignToKnownPlanes(
 /// \param range_noise standard deviation, metres, >= 0
 /// \return xyz triples
 /// \throws InputError if sizes disagree; ParameterError
-PLANAR_MAPPING_EXPORT std::vector<float> measuredAgain(const PointsView& points,
-                                                       const PlaneTruth& truth, double range_noise,
-                                                       std::uint64_t seed);
+std::vector<float> measuredAgain(const PointsView& points, const PlaneTruth& truth,
+                                 double range_noise, std::uint64_t seed);
 
 /// Noise of disparities, standard deviations in pixels.
-struct PLANAR_MAPPING_EXPORT DisparityNoise {
+struct DisparityNoise {
   double white = 0.0;   ///< of single pixels, such as rounding (a step over the root of 12), >= 0
   double smooth = 0.0;  ///< of what is a mean of squares of pixels, >= 0
   int smooth_side = 1;  ///< of the squares, pixels, odd
@@ -62,7 +61,7 @@ struct PLANAR_MAPPING_EXPORT DisparityNoise {
 
 /// How noise turns the normal of a plane: standard deviations in the two directions in which it
 /// turns most and least, radians.
-struct PLANAR_MAPPING_EXPORT NormalError {
+struct NormalError {
   double largest = 0.0;
   double smallest = 0.0;
 
@@ -77,9 +76,8 @@ struct PLANAR_MAPPING_EXPORT NormalError {
 /// \param face            indices of the points on the plane, at least three
 /// \param focal_baseline  focal length times baseline, pixels times metres, > 0
 /// \throws InputError if the cloud is not organized or an index is outside; ParameterError
-PLANAR_MAPPING_EXPORT NormalError normalError(const PointsView& points, const Indices& face,
-                                              const Plane& plane, double focal_baseline,
-                                              const DisparityNoise& noise);
+NormalError normalError(const PointsView& points, const Indices& face, const Plane& plane,
+                        double focal_baseline, const DisparityNoise& noise);
 
 }  // namespace evaluation
 }  // namespace planar_mapping

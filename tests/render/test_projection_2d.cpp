@@ -7,7 +7,7 @@
 #include <map>
 #include <tuple>
 
-#include "../../render/scenes.h"
+#include "scenes.h"
 #include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {

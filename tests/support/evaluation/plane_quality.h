@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <vector>
 
-#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/planes/multi_plane.h"
 #include "planar_mapping/core/geometry/plane.h"
 #include "planar_mapping/core/base/types.h"
@@ -18,7 +17,7 @@ constexpr int kOnNoPlane = -1;  ///< known to be on none: a segment there is wro
 constexpr int kNotJudged = -2;  ///< unknown: as if the point were not there
 
 /// The planes of a cloud as they are known.
-struct PLANAR_MAPPING_EXPORT PlaneTruth {
+struct PlaneTruth {
   std::vector<int> labels;    ///< of each point: index into planes, kOnNoPlane or kNotJudged
   std::vector<Plane> planes;  ///< unit normals; their sign does not matter
 
@@ -32,15 +31,15 @@ struct PLANAR_MAPPING_EXPORT PlaneTruth {
 /// \param labels     of each point: any number >= 0, kOnNoPlane or kNotJudged
 /// \param min_points labels with fewer points are not judged, >= 3
 /// \throws InputError if sizes disagree or a label is below kNotJudged; ParameterError
-PLANAR_MAPPING_EXPORT PlaneTruth truthOfLabels(const PointsView& points,
+PlaneTruth truthOfLabels(const PointsView& points,
                                                const std::vector<int>& labels, int min_points = 3);
 /// The same with planes that are known: labels are indices into \p planes.
 /// \throws InputError also for a label that is no such index
-PLANAR_MAPPING_EXPORT PlaneTruth truthOf(const PointsView& points, const std::vector<int>& labels,
+PlaneTruth truthOf(const PointsView& points, const std::vector<int>& labels,
                                          const std::vector<Plane>& planes, int min_points = 3);
 
 /// When two planes count as one and the same.
-struct PLANAR_MAPPING_EXPORT CoplanarParams {
+struct CoplanarParams {
   /// Metres, > 0: how much farther than from their own plane (root of the difference of the mean
   /// squares) the points of the plane with fewer points may be from the other.
   double max_distance = 0.02;
@@ -55,11 +54,11 @@ struct PLANAR_MAPPING_EXPORT CoplanarParams {
 /// planes and segments of a search are joined by one rule, so that neither labels that split a
 /// plane nor a search that does is judged for it.
 /// \throws InputError if sizes disagree; ParameterError
-PLANAR_MAPPING_EXPORT PlaneTruth joinCoplanar(const PointsView& points, const PlaneTruth& truth,
+PlaneTruth joinCoplanar(const PointsView& points, const PlaneTruth& truth,
                                               const CoplanarParams& params);
 /// The same of segments; only `plane` and `inliers` of the result are filled.
 /// \throws InputError if an inlier is outside the cloud; ParameterError
-PLANAR_MAPPING_EXPORT std::vector<PlaneSegment> joinCoplanar(
+std::vector<PlaneSegment> joinCoplanar(
     const PointsView& points, const std::vector<PlaneSegment>& segments,
     const CoplanarParams& params);
 
@@ -69,16 +68,16 @@ PLANAR_MAPPING_EXPORT std::vector<PlaneSegment> joinCoplanar(
 /// pin-holes do not cut a face.
 /// \param min_points least points of a face, >= 3
 /// \throws InputError if the cloud is not organized or sizes disagree; ParameterError
-PLANAR_MAPPING_EXPORT PlaneTruth splitFaces(const PointsView& points, const PlaneTruth& truth,
+PlaneTruth splitFaces(const PointsView& points, const PlaneTruth& truth,
                                             int min_points);
 /// The same of segments; only `plane` (the segment's) and `inliers` of the result are filled.
 /// \throws InputError if an inlier is outside the cloud; ParameterError
-PLANAR_MAPPING_EXPORT std::vector<PlaneSegment> splitFaces(
+std::vector<PlaneSegment> splitFaces(
     const PointsView& points, const std::vector<PlaneSegment>& segments, int min_points);
 
 /// Segments and true planes by the definitions of Hoover et al. ("An experimental comparison of
 /// range image segmentation algorithms", PAMI 18(7), 1996) for an overlap T > 0.5.
-struct PLANAR_MAPPING_EXPORT PlaneQuality {
+struct PlaneQuality {
   int true_planes = 0;
   int segments = 0;  ///< with at least half of their points on points that are judged
   int correct = 0;   ///< pairs that share T of the points of both
@@ -107,7 +106,7 @@ struct PLANAR_MAPPING_EXPORT PlaneQuality {
 /// looked for among the rest. Points that are not judged count nowhere.
 /// \param overlap T, in (0.5, 1]
 /// \throws InputError if an inlier is outside the cloud or in two segments; ParameterError
-PLANAR_MAPPING_EXPORT PlaneQuality judgePlanes(const PlaneTruth& truth,
+PlaneQuality judgePlanes(const PlaneTruth& truth,
                                                const std::vector<PlaneSegment>& segments,
                                                double overlap = 0.8);
 

@@ -5,14 +5,13 @@
 #include <cstdint>
 #include <vector>
 
-#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/geometry/key_feature.h"
 #include "planar_mapping/evaluation/simulation.h"
 
 namespace planar_mapping {
 namespace evaluation {
 
-struct PLANAR_MAPPING_EXPORT SimulatedFeatureParams {
+struct SimulatedFeatureParams {
   int per_frame = 400;      ///< features looked for in each frame, in [1, 100000]
   double noise_px = 0.3;    ///< of column, row and disparity, standard deviation, in [0, 100]
   double miss_share = 0.1;  ///< of those in view that a detector does not find, in [0, 1]
@@ -39,7 +38,7 @@ struct SimulatedFeature {
 /// Key features of known identity in the frames of a simulation, as a stereo front-end would track
 /// them: places on the scene's surfaces that are in view, in both images and not hidden. Frames are
 /// asked for in their order; the same parameters give the same features.
-class PLANAR_MAPPING_EXPORT SimulatedFeatures {
+class SimulatedFeatures {
  public:
   /// \p simulation must outlive this object. \throws ParameterError
   SimulatedFeatures(const Simulation& simulation, const SimulatedFeatureParams& params);

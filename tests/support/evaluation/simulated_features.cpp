@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/evaluation/simulated_features.h"
+#include "evaluation/simulated_features.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,0 +1,88 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "frame_command.h"
+
+#include <pcl/console/print.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <iostream>
+
+#include "planar_mapping/pipeline/pipeline.h"
+
+namespace planar_mapping::tools {
+namespace {
+
+std::atomic<bool> stop_requested{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler writes it");
+
+extern "C" void requestStop(int number) {
+  stop_requested = true;
+  std::signal(number, SIG_DFL);
+}
+
+}  // namespace
+
+bool FrameArguments::wantsBar() const {
+  return progress == "auto" && !quiet && isatty(STDERR_FILENO) == 1;
+}
+
+void addInputOption(CLI::App& command, std::vector<std::string>& inputs, std::string& poses,
+                    const std::string& without) {
+  command
+      .add_option("-i,--input", inputs,
+                  "PCD or PLY files, a directory of them, or a sequence folder" + without)
+      ->allow_extra_args(true);
+  command.add_option("--poses", poses,
+                     "Trajectory (TUM: timestamp tx ty tz qx qy qz qw), a line a frame");
+}
+
+void addFrameOptions(CLI::App& command, FrameArguments& arguments) {
+  command.add_option("--set", arguments.assignments, "stage.key=value, repeatable")
+      ->allow_extra_args(false);
+  command.add_option("--seed", arguments.seed, "Seed of everything random, >= 0")
+      ->check(CLI::NonNegativeNumber);
+  command.add_flag("--force", arguments.force, "Overwrite earlier results");
+  command.add_option("--progress", arguments.progress, "auto, none or jsonl, on stderr")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"auto", "none", "jsonl"}));
+  command.add_flag("-q,--quiet", arguments.quiet, "Say nothing but warnings and errors");
+}
+
+Configuration loadFor(const FrameArguments& arguments, const std::string& profile,
+                      std::vector<std::string> assignments) {
+  StageTable table;
+  registerBuiltinStages(table);
+  ConfigurationOverrides overrides;
+  overrides.assignments = arguments.assignments;
+  // The options are short for assignments, and win over them.
+  if (arguments.seed >= 0) assignments.push_back("seed=" + std::to_string(arguments.seed));
+  overrides.assignments.insert(overrides.assignments.end(), assignments.begin(), assignments.end());
+  if (!profile.empty()) overrides.profile = profile;
+  Configuration configuration = loadConfiguration(arguments.configuration, table, overrides);
+  if (!arguments.inputs.empty()) {
+    configuration.inputs = arguments.inputs;
+    configuration.poses.clear();
+  }
+  if (!arguments.poses.empty()) configuration.poses = arguments.poses;
+  return configuration;
+}
+
+std::atomic<bool>& stopOnSignal() {
+  // Everything there is to say goes through our own errors.
+  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
+  std::signal(SIGINT, requestStop);
+  std::signal(SIGTERM, requestStop);
+  std::signal(SIGXFSZ, SIG_IGN);
+  return stop_requested;
+}
+
+void drawBar(std::size_t done, std::size_t all, const std::string& text) {
+  constexpr std::size_t kWidth = 30;
+  const std::size_t filled = all > 0 ? kWidth * done / all : 0;
+  std::cerr << "\r[" << std::string(filled, '#') << std::string(kWidth - filled, '.') << "] "
+            << done << (all > 0 ? "/" + std::to_string(all) : std::string()) << "  " << text
+            << "   " << (done == all ? "\n" : "") << std::flush;
+}
+
+}  // namespace planar_mapping::tools

@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "commands.h"
+#include "planar_mapping/pipeline/configuration.h"
+
+// What the commands that read frames have in common.
+namespace planar_mapping::tools {
+
+struct FrameArguments {
+  std::string configuration;
+  std::vector<std::string> inputs;
+  std::string poses;
+  std::vector<std::string> assignments;
+  std::int64_t seed = -1;
+  bool force = false;
+  bool quiet = false;
+  bool json = false;
+  std::string progress = "auto";
+
+  /// Is there a person at a terminal who wants to see progress?
+  bool wantsBar() const;
+};
+
+void addInputOption(CLI::App& command, std::vector<std::string>& inputs, std::string& poses,
+                    const std::string& without = "");
+void addFrameOptions(CLI::App& command, FrameArguments& arguments);
+
+/// The configuration with the command line's assignments, then \p assignments, inputs and poses.
+Configuration loadFor(const FrameArguments& arguments, const std::string& profile,
+                      std::vector<std::string> assignments);
+
+/// Set by the first SIGINT or SIGTERM, so that what was done is saved; a second one ends the
+/// program at once. Also silences PCL, and makes a full disk an error of write().
+std::atomic<bool>& stopOnSignal();
+
+/// One line on stderr that is drawn over and over. \param all  0 = unknown
+void drawBar(std::size_t done, std::size_t all, const std::string& text);
+
+}  // namespace planar_mapping::tools
