@@ -10,7 +10,7 @@
 
 #include "message.h"
 #include "planar_mapping/pipeline/sequence_source.h"
-#include "transport_session.h"
+#include "../tests/unit/transport/transport_session.h"
 
 namespace planar_mapping::transport {
 namespace {

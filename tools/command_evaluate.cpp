@@ -14,7 +14,7 @@
 #include "frame_command.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pipeline/output.h"
-#include "viewer_program.h"
+#include "viewer/viewer_program.h"
 
 namespace planar_mapping::tools {
 namespace {

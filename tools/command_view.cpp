@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "commands.h"
-#include "viewer_program.h"
+#include "viewer/viewer_program.h"
 
 // Both commands become planar_map_viewer.
 namespace planar_mapping::tools {

@@ -31,7 +31,8 @@ TEST(MapMemory, OfTenMetresOfANoisyCorridorIsAFifthOfOctoMaps) {
   const PlanarMap& map = pipeline.map();
   ASSERT_GT(map.cuboidCount(), 40u);
   EXPECT_LT(map.memoryBytes(), 100000u);
-  EXPECT_LT(map.serialize().size(), 20000u / 10u);
+  // OctoMap's .ot of the first five frames alone has 78 kB.
+  EXPECT_LT(map.serialize().size(), 78000u / 5u);
 }
 
 }  // namespace

@@ -238,7 +238,7 @@ TEST(Stages, SpaceIsJudgedAsFarAsPointsAreMapped) {
     return pipeline.map().params().max_range;
   };
   // Where z^2 / (0.1 m 500 px) 0.5 px = 0.1 m.
-  EXPECT_NEAR(std::sqrt(10.0), rangeWith("", "auto"), 1e-9);
+  EXPECT_FLOAT_EQ(std::sqrt(10.0F), static_cast<float>(rangeWith("", "auto")));
   EXPECT_EQ(4.0, rangeWith("", "4.0"));
   EXPECT_NEAR(5.2, rangeWith("    enabled: false\n", "auto"), 0.3);
 }

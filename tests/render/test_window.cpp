@@ -143,7 +143,7 @@ TEST(Window, WritesScreenshotsUnderFreshNames) {
   EXPECT_FALSE(isBlank(shot));
   window.setScreenshotPrefix((folder / "missing" / "shot").string());
   window.sendKey("s");
-  EXPECT_NE(window.overlayText().find("cannot be written"), std::string::npos)
+  EXPECT_NE(window.overlayText().find("cannot be created"), std::string::npos)
       << "an error is shown, not thrown through VTK";
   fs::remove_all(folder);
 }

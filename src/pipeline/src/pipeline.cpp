@@ -8,7 +8,6 @@
 #include <functional>
 #include <string_view>
 
-
 namespace planar_mapping {
 namespace {
 
