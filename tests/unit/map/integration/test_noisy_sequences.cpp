@@ -51,12 +51,12 @@ struct AtRest {
   std::size_t first_wrong = 0;
   std::size_t tenth_wrong = 0;
 };
-AtRest tenFramesAtRest(double noise_px) {
+AtRest tenFramesAtRest(double noise_px, std::uint64_t seed) {
   Scene scene;
   scene.camera = {500.0, 500.0, 319.5, 239.5, 640, 480};
   StereoErrors errors = stereo(noise_px);
   errors.pose_position = errors.pose_angle = 0.0;
-  Random random(3);
+  Random random(seed);
   PlanarMap map(paramsWithin(8.0));
   AtRest result;
   for (int i = 0; i < 10; ++i) {
@@ -74,13 +74,24 @@ AtRest tenFramesAtRest(double noise_px) {
 }
 
 TEST(NoisySequences, ACameraAtRestAddsFewCells) {
-  const AtRest quarter = tenFramesAtRest(0.25);
+  // One sequence of noise may be .06 off the mean of several.
+  constexpr std::uint64_t kSeeds = 5;
+  double growth = 0.0;
+  double growth_of_half = 0.0;
+  double wrong = 0.0;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const AtRest quarter = tenFramesAtRest(0.25, seed);
+    const AtRest half = tenFramesAtRest(0.5, seed);
+    const auto first = static_cast<double>(quarter.first);
+    growth += static_cast<double>(quarter.tenth) / first / kSeeds;
+    growth_of_half += static_cast<double>(half.tenth) / first / kSeeds;
+    wrong += static_cast<double>(half.tenth_wrong) / static_cast<double>(half.tenth) / kSeeds;
+  }
   // Occupied is what cuboids hold, and those of several cells reach over the gaps between them.
-  EXPECT_LE(quarter.tenth, 1.08 * static_cast<double>(quarter.first));
-  const AtRest half = tenFramesAtRest(0.5);
+  EXPECT_LE(growth, 1.08);
   // By what there is, which less noise tells: the first look's boxes are tighter than it.
-  EXPECT_LE(half.tenth, 1.26 * static_cast<double>(quarter.first));
-  EXPECT_LE(half.tenth_wrong, half.tenth / 10);
+  EXPECT_LE(growth_of_half, 1.26);
+  EXPECT_LE(wrong, 0.1);
 }
 
 /// A door leaf in the middle of the room, then gone.
