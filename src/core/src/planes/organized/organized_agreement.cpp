@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "planes/organized/organized_surroundings.h"
+
 namespace planar_mapping::detail {
 namespace {
 
