@@ -60,12 +60,11 @@ void CellGrower::collect(int seed, PlaneCandidate plane, bool refit,
   sums = {};
   ++visit_;
   cells.push_back(seed);
-  sums_of_.assign(1, sumsOf(grid_, seed));
   visited_[static_cast<std::size_t>(seed)] = visit_;
   double refit_at = plane.sums[kN];
   for (std::size_t head = 0; head < cells.size(); ++head) {
     const int cell = cells[head];
-    addSums(sums, sums_of_[head]);
+    addSums(sums, sumsOf(grid_, cell));
     if (refit && sums[kN] > refit_at) {
       plane.sums = sums;
       fit_.fit(plane);
@@ -82,10 +81,7 @@ void CellGrower::collect(int seed, PlaneCandidate plane, bool refit,
       if (visited_[i] == visit_ || labels[i] >= 0) continue;
       visited_[i] = visit_;
       if (!(grid_.count(next) >= kMinCellFraction * grid_.capacity)) continue;
-      const MomentSums of_next = sumsOf(grid_, next);
-      if (!accepts(plane, of_next, states_[i])) continue;
-      cells.push_back(next);
-      sums_of_.push_back(of_next);
+      if (accepts(plane, sumsOf(grid_, next), states_[i])) cells.push_back(next);
     }
   }
 }

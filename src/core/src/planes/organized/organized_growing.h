@@ -53,7 +53,6 @@ class CellGrower {
                std::vector<int>& cells, MomentSums& sums);
 
   const PlaneFit& fit_;
-  std::vector<MomentSums> sums_of_;  ///< of the cells that are collected
   std::vector<int> visited_;
   int visit_ = 0;
 };

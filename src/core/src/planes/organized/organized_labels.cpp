@@ -226,9 +226,6 @@ const std::vector<TilePart>& PixelLabels::parts() {
 }
 
 void PixelLabels::relabel(const std::vector<std::int16_t>& target) {
-  std::size_t same = 0;
-  while (same < target.size() && target[same] == static_cast<std::int16_t>(same)) ++same;
-  if (same == target.size()) return;
   for (std::size_t tile = 0; tile < summaries_.size(); ++tile) {
     presence_[tile].rename(target);
     grown_[tile].rename(target);
