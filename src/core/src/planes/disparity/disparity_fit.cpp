@@ -7,6 +7,14 @@
 
 namespace planar_mapping::detail {
 
+DisparityParams::DisparityParams(const MultiPlaneParams& params, const StereoNoise& noise_of_camera)
+    : camera(noise_of_camera),
+      noise(noise_of_camera.disparity_error),
+      distance_threshold(params.distance_threshold),
+      max_normal_deviation(params.max_normal_deviation),
+      noise_factor(params.noise_factor),
+      min_inliers(params.min_inliers) {}
+
 DisparityWindow fitDisparity(const MomentSums& s) {
   constexpr double kFewest = 3.0;
   constexpr double kThinnest = 1e-6;  // of the extents' squares
@@ -97,7 +105,9 @@ double DisparityFit::joiningCost(const PlaneCandidate& one, const PlaneCandidate
   addSums(joined.sums, other.sums);
   fit(joined);
   if (!joined.valid) return kApart;
-  const double flat = params_.touchingDistance();
+  const double flat = params_.merging_factor * params_.growing_share * params_.distance_threshold;
+  const double noise_factor =
+      adjacent ? params_.merging_adjacent_factor : params_.merging_apart_factor;
   double cost = 0.0;
   for (const PlaneCandidate* part : {&one, &other}) {
     const double n = part->sums[kN];
@@ -105,11 +115,11 @@ double DisparityFit::joiningCost(const PlaneCandidate& one, const PlaneCandidate
         std::hypot(joined.normal[0] - part->normal[0], joined.normal[1] - part->normal[1]);
     // Where they touch as far as the noise lets one see.
     if (joined.cosine(part->direction) < std::cos(params_.merging_angle) &&
-        !(adjacent && turn <= params_.growing_sigmas * params_.slopeError(part->width, n))) {
+        !(adjacent && turn <= params_.growing_factor * params_.slopeError(part->width, n))) {
       return kApart;
     }
     const double allowed =
-        std::max(toPixels(joined, flat, part->sums[kZ] / n), params_.tolerance(1.0));
+        std::max(toPixels(joined, flat, part->sums[kZ] / n), noise_factor * params_.tolerance(1.0));
     const double excess = joined.meanSquare(part->sums) - part->residual * part->residual;
     if (!std::isfinite(excess)) return kApart;
     cost = std::max(cost, excess / (allowed * allowed));
@@ -120,8 +130,8 @@ double DisparityFit::joiningCost(const PlaneCandidate& one, const PlaneCandidate
 bool DisparityFit::isNoiseWhite(const PlaneCandidate& plane, const std::vector<TilePart>& parts,
                                 const PartList& list) const {
   constexpr double kFullTile = 0.75 * kTileArea;
+  constexpr double kMinFraction = 0.5;
   constexpr double kMinTiles = 20.0;
-  constexpr double kIndependentPixels = 8.0;  // of the 64 of a tile, at least
   double squares = 0.0;
   double weights = 0.0;
   for (const std::size_t i : list) {
@@ -130,15 +140,17 @@ bool DisparityFit::isNoiseWhite(const PlaneCandidate& plane, const std::vector<T
     squares += parts[i].sums[kN] * error * error;
     weights += parts[i].sums[kN];
   }
-  return weights >= 0.5 * plane.sums[kN] && weights >= kMinTiles * kTileArea &&
-         kIndependentPixels * squares <= weights * plane.residual * plane.residual;
+  const double smooth = params_.white_share * plane.residual;
+  return weights >= kMinFraction * plane.sums[kN] && weights >= kMinTiles * kTileArea &&
+         squares <= weights * smooth * smooth;
 }
 
 CoherenceTest DisparityFit::coherenceTest(const PlaneCandidate& plane,
                                           const std::vector<TilePart>& parts,
                                           const PartList& list) const {
   const double d = plane.sums[kZ] / plane.sums[kN];
-  const bool flat = plane.residual <= toPixels(plane, params_.flatDistance(), d);
+  const bool flat =
+      plane.residual <= toPixels(plane, params_.flat_share * params_.distance_threshold, d);
   CoherenceTest test;
   test.min_agreement = flat ? params_.min_flat_agreement : params_.min_agreement;
   // Where such planes meet, noise mixes their pixels, which says nothing against either.
@@ -161,7 +173,7 @@ std::vector<char> DisparityFit::agree(const PlaneCandidate& plane, const CellGri
     toMetres(fit.p, fit.q, fit.d - fit.p * fit.x - fit.q * fit.y, normal, height);
     const double turn = std::hypot(fit.p - plane.normal[0], fit.q - plane.normal[1]);
     agrees[i] = plane.cosine(normal) >= min_cosine ||
-                turn <= params_.growing_sigmas * params_.slopeError(fit.extent, fit.count);
+                turn <= params_.growing_factor * params_.slopeError(fit.extent, fit.count);
   }
   return agrees;
 }
@@ -172,7 +184,9 @@ bool DisparityFit::isBent(const PlaneCandidate& plane, const Bend& bend) const {
   const double angle =
       std::atan(toAngle(bend.slope, plane.height, sums[kX] / sums[kN], sums[kY] / sums[kN], d));
   return angle > params_.bent_angle && bend.advantage > params_.bent_advantage &&
-         bend.bow > params_.smoothResidual();
+         bend.bow > toPixels(plane, params_.bow_share * params_.distance_threshold, d) &&
+         bend.bow > std::max(params_.bow_factor * params_.noise,
+                             params_.smooth_bow_share * params_.camera.disparity_error);
 }
 
 }  // namespace planar_mapping::detail

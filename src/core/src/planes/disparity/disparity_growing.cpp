@@ -96,23 +96,23 @@ std::vector<std::uint8_t> DisparityGrower::findFilled() const {
 double DisparityGrower::noise() {
   constexpr std::size_t kMinSamples = 20;
   const DisparityParams& params = fit_.params();
-  const double most = params.camera.disparity_error;
+  const double least = params.least_noise_share * params.camera.disparity_error;
+  const double most = params.most_noise_share * params.camera.disparity_error;
   const std::vector<std::uint8_t> filled = findFilled();
-  const bool is_sparse = fits_[0].empty();
-  if (is_sparse) fits_[0].resize(filled.size());
   std::vector<float> residuals;
   for (int cell = 0; cell < grid_.cells(); ++cell) {
     const auto i = static_cast<std::size_t>(cell);
     if ((filled[i] & kTogether) == 0) continue;
-    if (is_sparse) fits_[0][i] = fitDisparity(sumWindow(grid_, cell, 1));
-    if (fits_[0][i].count > 0.0F) residuals.push_back(fits_[0][i].residual);
+    const DisparityWindow fit =
+        fits_[0].empty() ? fitDisparity(sumWindow(grid_, cell, 1)) : fits_[0][i];
+    if (fit.count > 0.0F) residuals.push_back(fit.residual);
   }
   if (residuals.size() < kMinSamples) return most;
   const auto at =
       residuals.begin() + static_cast<std::ptrdiff_t>(params.noise_quantile *
                                                       static_cast<double>(residuals.size() - 1));
   std::nth_element(residuals.begin(), at, residuals.end());
-  return std::min(static_cast<double>(*at), most);
+  return std::clamp(static_cast<double>(*at), least, most);
 }
 
 void DisparityGrower::classify() {
@@ -123,13 +123,14 @@ void DisparityGrower::classify() {
     double normal[3];
     double height = 0.0;
     fit_.toMetres(fit.p, fit.q, fit.d - fit.p * fit.x - fit.q * fit.y, normal, height);
-    const double flat = params.flatDistance() * fit.d / height;
-    const double noise = std::max(params.planar_sigmas * params.noise, params.smoothResidual());
+    const double flat = params.planar_share * params.distance_threshold * fit.d / height;
+    const double noise = std::max(params.planar_factor * params.noise,
+                                  params.smooth_residual_share * params.camera.disparity_error);
     if (!(fit.residual <= std::max(noise, flat))) return false;
     const double error =
         fit_.toAngle(params.slopeError(fit.extent, count), height, fit.x, fit.y, fit.d);
     const double allowed =
-        params.growing_angle_fraction * params.max_normal_deviation + params.growing_sigmas * error;
+        params.growing_angle_share * params.max_normal_deviation + params.growing_factor * error;
     for (int axis = 0; axis < 3; ++axis) state.normal[axis] = static_cast<float>(normal[axis]);
     state.min_cosine = static_cast<float>(allowed < M_PI_2 ? std::cos(allowed) : 0.0);
     state.residual = static_cast<float>(fit.residual / std::max(params.noise, kLeastNoise));
@@ -161,8 +162,9 @@ bool DisparityGrower::accepts(const PlaneCandidate& plane, const MomentSums& sum
                               const CellState& state) const {
   const DisparityParams& params = fit_.params();
   const double allowed =
-      std::max(DisparityFit::toPixels(plane, params.growingDistance(), sums[kZ] / sums[kN]),
-               params.tolerance(params.growing_sigmas));
+      std::max(DisparityFit::toPixels(plane, params.growing_share * params.distance_threshold,
+                                      sums[kZ] / sums[kN]),
+               params.tolerance(params.growing_factor));
   if (!(std::fabs(plane.meanError(sums)) <= allowed)) return false;
   if (!(plane.meanSquare(sums) <= allowed * allowed)) return false;
   return state.planarity == 0 || plane.cosine(state.normal) >= state.min_cosine;
@@ -196,7 +198,7 @@ void DisparityAssigner::assign(const std::vector<PlaneCandidate>& planes,
       if (std::memcmp(before, labels, sizeof(before)) != 0) summarize(tile);
     }
   });
-  updatePresence(kMinPresence, true);
+  updatePresence(params.min_presence, true);
 }
 
 }  // namespace planar_mapping::detail

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "planes/disparity/disparity_doubt.h"
 #include "planes/disparity/disparity_fit.h"
 #include "planes/organized/organized_steps.h"
 #include "planes/plane_search.h"
@@ -44,7 +45,7 @@ Matrix4 covarianceOf(const PlaneCandidate& plane, const DisparityParams& params)
   const MomentSums& s = plane.sums;
   Matrix3 squares;
   squares << s[kXX], s[kXY], s[kX], s[kXY], s[kYY], s[kY], s[kX], s[kY], s[kN];
-  const double variance = plane.residual * plane.residual * std::max(1.0, kCorrelatedPixels);
+  const double variance = plane.residual * plane.residual * std::max(1.0, params.correlated_pixels);
   const Matrix3 of_slopes = variance * squares.inverse();
   // (a, b, c, d) = (-m, B f) / |m| with m = (p f, q f, r), turned towards the sensor.
   const double f = params.camera.focal_length;
@@ -86,14 +87,16 @@ std::vector<Extent> extentsOf(const std::vector<PlaneCandidate>& planes,
 }
 
 /// Frees the pixels of planes whose direction noise leaves open.
-void rejectUncertain(std::vector<PlaneCandidate>& planes, PixelLabels& pixels,
-                     const DisparityParams& params, PlaneSearchDiagnostics& diagnostics) {
-  const double smooth = params.max_smoothness * params.camera.disparity_error;
+void dropUncertain(std::vector<PlaneCandidate>& planes, PixelLabels& pixels,
+                   const TiledCloud& cloud, const DisparityParams& params,
+                   PlaneSearchDiagnostics& diagnostics) {
+  const double smooth = params.rough_share * params.camera.disparity_error;
   std::vector<char> rough(planes.size(), 0);
   for (std::size_t i = 0; i < planes.size(); ++i) {
     rough[i] = planes[i].valid && planes[i].residual > smooth ? 1 : 0;
   }
   const std::vector<Extent> extents = extentsOf(planes, pixels.parts(), rough, params);
+  const std::vector<PartList> lists = partsOfPlanes(pixels.parts(), planes.size());
   std::vector<std::int16_t> target(planes.size(), -1);
   for (std::size_t i = 0; i < planes.size(); ++i) {
     PlaneCandidate& plane = planes[i];
@@ -101,8 +104,12 @@ void rejectUncertain(std::vector<PlaneCandidate>& planes, PixelLabels& pixels,
     const Matrix4 covariance = covarianceOf(plane, params);
     const double variance = covariance(0, 0) + covariance(1, 1) + covariance(2, 2);
     const bool thick =
-        rough[i] != 0 && !(extents[i].across <= params.max_thickness * extents[i].along);
-    const double most = thick ? params.max_thick_direction_error : params.max_direction_error;
+        rough[i] != 0 && !(extents[i].across <= params.thick_share * extents[i].along);
+    double most = thick ? params.max_thick_direction_error : params.max_direction_error;
+    if (thick && variance > most * most &&
+        isNoiseOfPlane(plane, pixels.parts(), lists[i], cloud, pixels.labels(), params)) {
+      most = params.max_noisy_direction_error;
+    }
     if (variance <= most * most) {
       target[i] = static_cast<std::int16_t>(i);
     } else {
@@ -142,7 +149,7 @@ PlaneSet findPlanesDisparity(const PointsView& points, const Indices* indices,
   std::vector<PlaneCandidate> planes;
   DisparityAssigner pixels(cloud, tiles, params.threads);
   const auto assignAndReject = [&] {
-    pixels.assign(planes, own, own.growing_fraction, own.growing_sigmas);
+    pixels.assign(planes, own, own.growing_share, own.growing_factor);
     reject(planes, pixels, params.min_inliers * kMinSeedFraction, cloud, fit, true,
            set.diagnostics);
   };
@@ -161,7 +168,7 @@ PlaneSet findPlanesDisparity(const PointsView& points, const Indices* indices,
   pixels.assign(planes, own, 1.0, own.noise_factor);
   const std::vector<PlaneCandidate> fitted = planes;
   reject(planes, pixels, params.min_inliers, cloud, fit, false, set.diagnostics);
-  rejectUncertain(planes, pixels, own, set.diagnostics);
+  dropUncertain(planes, pixels, cloud, own, set.diagnostics);
 
   const std::vector<PlaneSegment*> segments =
       makeSegments(points, cloud, pixels, params.patch_gap, planes, set);

@@ -160,7 +160,7 @@ RangeNoise noiseOf(const std::vector<CellFit>& windows, int capacity, const Vect
   if (samples.size() < kMinSamples) samples = noiseSamples(windows, kSparse * capacity, sensor);
   RangeNoise noise;
   if (samples.size() < kBins) {
-    noise.constant = params.flatDistance();
+    noise.constant = params.assumed_noise * params.distance_threshold;
     return noise;
   }
   std::sort(samples.begin(), samples.end(), [](const NoiseSample& a, const NoiseSample& b) {
@@ -194,8 +194,7 @@ RangeNoise noiseOf(const std::vector<CellFit>& windows, int capacity, const Vect
     noise.constant = falls ? wy / w : 0.0;
     noise.quadratic = falls ? 0.0 : wxy / wxx;
   }
-  // More than half of d_T is no surface but scatter.
-  noise.constant = std::min(noise.constant, 0.5 * params.distance_threshold);
+  noise.constant = std::min(noise.constant, params.max_constant_noise * params.distance_threshold);
   noise.quadratic = std::min(noise.quadratic, params.max_quadratic_noise);
   return noise;
 }
@@ -205,10 +204,11 @@ RangeNoise noiseOf(const std::vector<CellFit>& windows, int capacity, const Vect
 double correlatedPixels(const CellGrid& grid, const std::vector<CellFit>& windows,
                         const RangeNoise& noise, const Vector3& sensor,
                         const OrganizedParams& params) {
-  constexpr double kFull = 0.95;    // share of a window
-  constexpr double kFlat = 1.3;     // residual over noise
-  constexpr int kStep = 2;          // windows overlap: every other one tells enough
-  constexpr double kFreedom = 6.0;  // of nine means about their plane
+  constexpr double kFull = 0.95;      // share of a window
+  constexpr double kFlat = 1.3;       // residual over noise
+  constexpr int kStep = 2;            // windows overlap: every other one tells enough
+  constexpr double kFreedom = 6.0;    // of nine means about their plane
+  constexpr double kQuantile = 0.35;  // as for the noise: the others see structure
   constexpr std::size_t kMinSamples = 16;
   std::vector<double> samples;
   for (int row = 1; row + 1 < grid.rows; row += kStep) {
@@ -234,10 +234,9 @@ double correlatedPixels(const CellGrid& grid, const std::vector<CellFit>& window
       samples.push_back(grid.capacity * squares / kFreedom / (residual * residual));
     }
   }
-  if (samples.size() < kMinSamples) return RangeNoise().correlated_pixels;
-  const auto at =
-      samples.begin() +
-      static_cast<std::ptrdiff_t>(params.noise_quantile * static_cast<double>(samples.size()));
+  if (samples.size() < kMinSamples) return params.assumed_correlation;
+  const auto at = samples.begin() +
+                  static_cast<std::ptrdiff_t>(kQuantile * static_cast<double>(samples.size()));
   std::nth_element(samples.begin(), at, samples.end());
   return std::min(std::max(1.0, *at), static_cast<double>(grid.capacity));
 }
@@ -263,7 +262,7 @@ RangeNoise estimateNoise(const CellGrid& tiles, const std::vector<CellFit>& fits
   // Small windows tell white noise best, wide ones that which is smooth over many pixels.
   RangeNoise white = noiseOf(fits, tiles.capacity, sensor, params);
   white.correlated_pixels = correlatedPixels(tiles, windows, white, sensor, params);
-  if (white.correlated_pixels <= params.max_white_correlation) return white;
+  if (white.correlated_pixels <= params.white_correlation) return white;
   RangeNoise noise = noiseOf(windows, kWindowCells * tiles.capacity, sensor, params);
   noise.correlated_pixels = correlatedPixels(tiles, windows, noise, sensor, params);
   return noise;
@@ -278,9 +277,9 @@ double normalError(const CellFit& fit, const RangeNoise& noise, const Vector3& s
       std::fabs(ray[0] * fit.normal[0] + ray[1] * fit.normal[1] + ray[2] * fit.normal[2]);
   const double expected = noise.at(squared_range) * along / std::sqrt(squared_range);
   const double sigma = std::min(expected, static_cast<double>(fit.residual));
-  const double correlated = noise.correlated_pixels <= params.max_white_correlation
+  const double correlated = noise.correlated_pixels <= params.white_correlation
                                 ? noise.correlated_pixels
-                                : kCorrelatedPixels;
+                                : params.correlated_normal_pixels;
   const double independent = std::max(1.0, fit.count / correlated);
   const double error = sigma / (fit.extent * std::sqrt(independent));
   return std::isfinite(error) ? error : M_PI_2;
@@ -307,20 +306,24 @@ void MetricFit::refine(PlaneCandidate& plane, const std::vector<TilePart>& parts
   if (!plane.valid || list.size() < 3) return;
   Matrix3 squares = Matrix3::Zero();
   Vector3 products = Vector3::Zero();
+  double mean_range = 0.0;
   for (const std::size_t index : list) {
     const MomentSums& sums = parts[index].sums;
     const double n = sums[kN];
     const Vector3 ray = Vector3(sums[kX] / n, sums[kY] / n, sums[kZ] / n) - sensor_;
     const double range = ray.norm();
     if (!(range > 0.0)) return;
+    mean_range += n * range;
     // Error of 1 / r; a floor keeps the weights of noise-free clouds finite.
     const double sigma =
-        noise_.at(range * range) + params_.min_noise_fraction * params_.distance_threshold;
+        noise_.at(range * range) + params_.smallest_noise_share * params_.distance_threshold;
     const double weight = n * std::pow(range, 4) / (sigma * sigma);
     const Vector3 direction = ray / range;
     squares += weight * direction * direction.transpose();
     products += weight / range * direction;
   }
+  mean_range /= plane.sums[kN];
+  if (std::fabs(plane.height) < params_.min_ray_sine * mean_range) return;
   // m . direction = 1 / r describes the plane m . (p - sensor) = 1.
   const Vector3 m = squares.ldlt().solve(products);
   const double length = m.norm();
@@ -344,14 +347,16 @@ double MetricFit::joiningCost(const PlaneCandidate& one, const PlaneCandidate& o
   fit(joined);
   if (!joined.valid || isFold(one, other, joined, *this)) return kApart;
   // Noise and dents part what touches; what does not must be as flat together as surfaces are.
-  const double flat = adjacent ? params_.touchingDistance() : params_.flatDistance();
+  const double flat =
+      params_.distance_threshold *
+      (adjacent ? params_.merging_factor * params_.growing_share : params_.flat_share);
   double cost = 0.0;
   for (const PlaneCandidate* part : {&one, &other}) {
     if (joined.cosine(part->direction) < std::cos(params_.merging_angle)) return kApart;
     const double n = part->sums[kN];
     const Vector3 mean(part->sums[kX] / n, part->sums[kY] / n, part->sums[kZ] / n);
     const double sigma = noise_.at((mean - sensor_).squaredNorm());
-    const double allowed = std::max(flat, 0.5 * sigma);
+    const double allowed = std::max(flat, params_.merging_factor * sigma);
     const double excess = joined.meanSquare(part->sums) - part->residual * part->residual;
     if (!(excess <= allowed * allowed)) return kApart;
     cost = std::max(cost, excess / (allowed * allowed));
@@ -363,8 +368,8 @@ CoherenceTest MetricFit::coherenceTest(const PlaneCandidate& plane,
                                        const std::vector<TilePart>& /*parts*/,
                                        const PartList& /*list*/) const {
   CoherenceTest test;
-  if (plane.width >= params_.min_straightness * plane.residual) return test;
-  if (plane.width < params_.min_flatness * plane.residual) {
+  if (plane.width >= params_.straight_flatness * plane.residual) return test;
+  if (plane.width < params_.clear_flatness * plane.residual) {
     test.min_agreement = params_.min_agreement;
   }
   test.may_bend = false;
@@ -378,8 +383,9 @@ std::vector<char> MetricFit::agree(const PlaneCandidate& plane, const CellGrid& 
   const std::vector<CellFit> fits = fitCells(windows, sensor_);
   std::vector<char> agrees(fits.size());
   for (std::size_t i = 0; i < fits.size(); ++i) {
-    const double error = params_.growing_sigmas * normalError(fits[i], noise_, sensor_, params_);
-    const double allowed = std::min(M_PI_2, std::max(params_.coherent_angle, error));
+    const double error = params_.growing_factor * normalError(fits[i], noise_, sensor_, params_);
+    const double allowed =
+        std::min(params_.most_coherent_angle, std::max(params_.coherent_angle, error));
     agrees[i] = plane.cosine(fits[i].normal) >= std::cos(allowed);
   }
   return agrees;
@@ -393,7 +399,8 @@ bool MetricFit::isBent(const PlaneCandidate& plane, const Bend& bend) const {
   const Vector3 ray = Vector3(plane.sums[kX] / n, plane.sums[kY] / n, plane.sums[kZ] / n) - sensor_;
   const double along = std::fabs(plane.height) / std::max(ray.norm(), 1e-9);
   const double of_tile = std::sqrt(std::min(1.0, noise_.correlated_pixels / kTileArea));
-  return bend.bow > noise_.at(ray.squaredNorm()) * along * of_tile;  // one sigma of a tile's mean
+  return bend.bow > std::max(params_.bow_share * params_.distance_threshold,
+                             params_.bow_factor * noise_.at(ray.squaredNorm()) * along * of_tile);
 }
 
 }  // namespace planar_mapping::detail

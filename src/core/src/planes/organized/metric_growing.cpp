@@ -12,7 +12,7 @@ MetricGrower::MetricGrower(const CellGrid& grid, bool wide, double* room, const 
       fit_(fit),
       least_noise_(
           fit.params().distance_threshold *
-          (wide ? fit.params().min_noise_fraction : fit.params().min_quarter_noise_fraction)),
+          (wide ? fit.params().smallest_noise_share : fit.params().smallest_quarter_noise_share)),
       fits_(fitCells(grid, fit.sensor())),
       window_fits_(fitCells(windowSums(grid, 1, room), fit.sensor())) {
   if (wide) wide_fits_ = fitCells(windowSums(grid, 2, room), fit.sensor());
@@ -48,14 +48,14 @@ void MetricGrower::classify() {
                                      fit.normal[1] * (fit.mean[1] - sensor.y()) +
                                      fit.normal[2] * (fit.mean[2] - sensor.z()));
       const double noise = noise_over_range * along + least_noise_;
-      if (!(fit.residual <= params.planar_sigmas * noise) || !(fit.extent > 0.0F)) return false;
+      if (!(fit.residual <= params.planar_factor * noise) || !(fit.extent > 0.0F)) return false;
       state.residual = static_cast<float>(fit.residual / (noise_over_range * range + least_noise_));
       if (cells > 9) return true;  // of wide windows the width alone counts
       std::copy(fit.normal, fit.normal + 3, state.normal);
       const double independent = std::max(1.0, count / correlated);
       const double error = noise / (fit.extent * std::sqrt(independent));
-      const double allowed = params.growing_angle_fraction * params.max_normal_deviation +
-                             params.growing_sigmas * error;
+      const double allowed =
+          params.growing_angle_share * params.max_normal_deviation + params.growing_factor * error;
       state.min_cosine = static_cast<float>(allowed < M_PI_2 ? std::cos(allowed) : 0.0);
       return true;
     };
@@ -74,10 +74,11 @@ bool MetricGrower::accepts(const PlaneCandidate& plane, const MomentSums& sums,
   const double noise = state.noise_over_range * std::fabs(distance - plane.height);
   const double noise_of_mean =
       noise * std::sqrt(std::min(1.0, fit_.noise().correlated_pixels * inverse));
-  const double allowed = std::min(std::max(params.growingDistance(), params.growing_sigmas * noise),
-                                  params.flatDistance() + params.growing_sigmas * noise_of_mean);
+  const double allowed = std::min(
+      std::max(params.growing_share * params.distance_threshold, params.growing_factor * noise),
+      params.flat_share * params.distance_threshold + params.growing_factor * noise_of_mean);
   if (!(std::fabs(distance) <= allowed)) return false;
-  const double spread = params.planar_sigmas * noise;
+  const double spread = params.planar_factor * noise;
   if (!(plane.meanSquare(sums) <= allowed * allowed + spread * spread)) return false;
   return state.planarity == 0 || plane.cosine(state.normal) >= state.min_cosine;
 }

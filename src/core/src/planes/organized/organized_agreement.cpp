@@ -10,9 +10,6 @@
 namespace planar_mapping::detail {
 namespace {
 
-constexpr int kSmallRadius = 1;  ///< quarters around one whose normal tells how it lies ...
-constexpr int kWideRadius = 3;   ///< ... and where noise turns that
-
 /// The pixels of one plane in one quarter.
 struct Share {
   std::int32_t quarter = 0;
@@ -85,16 +82,18 @@ std::vector<std::int32_t> firstShares(const std::vector<Share>& shares,
 
 /// Whether enough of the small surroundings of a share has its plane.
 bool isInside(const Share& share, const std::vector<Share>& shares,
-              const std::vector<std::int32_t>& first, const Surroundings& surroundings) {
+              const std::vector<std::int32_t>& first, const Surroundings& surroundings,
+              const OrganizedParams& params) {
+  const int radius = params.small_surroundings;
   const int columns = surroundings.columns();
   const int row = share.quarter / columns;
   const int column = share.quarter % columns;
-  const int left = std::max(0, column - kSmallRadius);
-  const int right = std::min(columns - 1, column + kSmallRadius);
+  const int left = std::max(0, column - radius);
+  const int right = std::min(columns - 1, column + radius);
   int own = 0;
   int all = 0;
-  for (int r = std::max(0, row - kSmallRadius);
-       r <= std::min(surroundings.rows() - 1, row + kSmallRadius); ++r) {
+  for (int r = std::max(0, row - radius); r <= std::min(surroundings.rows() - 1, row + radius);
+       ++r) {
     const auto line = static_cast<std::size_t>(r) * columns;
     for (std::int32_t k = first[line + left]; k < first[line + right + 1]; ++k) {
       const Share& other = shares[static_cast<std::size_t>(k)];
@@ -102,7 +101,7 @@ bool isInside(const Share& share, const std::vector<Share>& shares,
     }
     all += (right - left + 1) * kQuarterArea;
   }
-  return 2 * own >= all;
+  return own >= params.min_own_share * all;
 }
 
 /// Compares the normals around every share with that of its plane.
@@ -114,7 +113,8 @@ void compare(const TiledCloud& cloud, const Surroundings& surroundings,
   for (const Share& share : shares) {
     if (all.empty() || all.back() != share.quarter) all.push_back(share.quarter);
   }
-  const std::vector<CellFit> small = surroundings.fits(all, kSmallRadius, cloud.room[1]);
+  const std::vector<CellFit> small =
+      surroundings.fits(all, params.small_surroundings, cloud.room[1]);
   const double min_cosine = std::cos(params.coherent_angle);
   std::vector<Count> counts(planes.size());
   std::size_t i = 0;
@@ -123,15 +123,16 @@ void compare(const TiledCloud& cloud, const Surroundings& surroundings,
     const auto label = static_cast<std::size_t>(share.label);
     share.near = planes[label].cosine(small[i].normal) >= min_cosine;
     share.wide = share.agrees = share.near;
-    if (!share.near && !isInside(share, shares, first, surroundings)) {
+    if (!share.near && !isInside(share, shares, first, surroundings, params)) {
       share.undecided = share.agrees = true;
     }
     counts[label].add(share);
   }
   // A plane that most small surroundings agree with keeps all its pixels, whatever the others tell.
+  const double clear_share = std::max(params.clear_coherent_share, params.min_coherent_share);
   const auto clear = [&](const Share& share) {
     const Count& count = counts[static_cast<std::size_t>(share.label)];
-    return share.undecided || count.near >= params.clear_coherent_fraction * count.all;
+    return share.undecided || count.near >= clear_share * count.all;
   };
   std::vector<std::int32_t> noisy;
   std::vector<const CellFit*> small_of_noisy;
@@ -141,16 +142,17 @@ void compare(const TiledCloud& cloud, const Surroundings& surroundings,
     while (all[i] != share.quarter) ++i;
     if (clear(share) || (!noisy.empty() && noisy.back() == share.quarter)) continue;
     const double error =
-        params.growing_sigmas * normalError(small[i], fit.noise(), cloud.sensor, params);
-    if (!(error > params.clear_normal_fraction * params.coherent_angle)) continue;
+        params.growing_factor * normalError(small[i], fit.noise(), cloud.sensor, params);
+    if (!(error > params.clear_normal_share * params.coherent_angle)) continue;
     noisy.push_back(share.quarter);
     small_of_noisy.push_back(&small[i]);
     errors.push_back(error);
   }
-  const std::vector<CellFit> wide = surroundings.fits(noisy, kWideRadius, cloud.room[1]);
+  const std::vector<CellFit> wide =
+      surroundings.fits(noisy, params.wide_surroundings, cloud.room[1]);
   // Wide surroundings reach beyond the small planes that stand out of white noise: they do not
   // count against them.
-  const bool white = fit.noise().correlated_pixels <= params.max_white_correlation;
+  const bool white = fit.noise().correlated_pixels <= params.white_correlation;
   std::size_t j = 0;
   for (Share& share : shares) {
     while (j < noisy.size() && noisy[j] < share.quarter) ++j;
@@ -164,7 +166,8 @@ void compare(const TiledCloud& cloud, const Surroundings& surroundings,
     share.wide = plane.cosine(wide[j].normal) >= min_cosine;
     share.agrees = share.near || share.wide;
     if (share.agrees) continue;
-    const double allowed = std::min(M_PI_2, std::max(params.coherent_angle, errors[j]));
+    const double allowed =
+        std::min(params.most_coherent_angle, std::max(params.coherent_angle, errors[j]));
     share.agrees = plane.cosine(small_of_noisy[j]->normal) >= std::cos(allowed);
   }
 }
@@ -222,14 +225,14 @@ void freeDisagreeing(const TiledCloud& cloud, const std::vector<PlaneCandidate>&
   for (std::size_t i = 0; i < shares.size(); ++i) {
     const Share& share = shares[i];
     const auto label = static_cast<std::size_t>(share.label);
-    stays[i] = counts[label].agreeing >= params.clear_coherent_fraction * counts[label].all ||
+    stays[i] = counts[label].agreeing >= params.clear_coherent_share * counts[label].all ||
                majority(share);
     if (stays[i]) remaining[label].add(share);
   }
   for (std::size_t i = 0; i < shares.size(); ++i) {
     const Share& share = shares[i];
     const Count& count = remaining[static_cast<std::size_t>(share.label)];
-    if (stays[i] && std::max(count.near, count.wide) >= params.min_coherent_fraction * count.all) {
+    if (stays[i] && std::max(count.near, count.wide) >= params.min_coherent_share * count.all) {
       continue;
     }
     const int row = share.quarter / surroundings.columns();

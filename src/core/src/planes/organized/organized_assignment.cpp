@@ -112,7 +112,7 @@ void PixelAssigner::assignTile(int tile, const std::vector<PlaneCandidate>& plan
   std::int16_t candidates[kMaxAround];
   const int count = planesAround(tile, reach, candidates);
   if (count == 0) return;
-  const double border = isNoisy(tile) ? params_.growingDistance() : params_.touchingDistance();
+  const double border = isNoisy(tile) ? params_.blurred_border_share : params_.border_share;
   BandedPlane banded[kMaxAround];
   for (int i = 0; i < count; ++i) {
     const PlaneCandidate& plane = planes[static_cast<std::size_t>(candidates[i])];
@@ -123,13 +123,13 @@ void PixelAssigner::assignTile(int tile, const std::vector<PlaneCandidate>& plan
     const double factor = params_.noise_factor * plane.height;
     const double squared_factor = factor * factor;
     const bool inside = reach == 0 || grown_[static_cast<std::size_t>(tile)].holds(candidates[i]);
-    const double band = inside ? params_.distance_threshold : border;
+    const double band = params_.distance_threshold * (inside ? 1.0 : border);
     b.constant = static_cast<float>(band * band);
     b.a = static_cast<float>(squared_factor * noise_.constant * noise_.constant);
     b.b = static_cast<float>(squared_factor * 2.0 * noise_.constant * noise_.quadratic);
     b.c = static_cast<float>(squared_factor * noise_.quadratic * noise_.quadratic);
     const double least =
-        params_.noise_factor * params_.competing_fraction * params_.distance_threshold;
+        params_.noise_factor * params_.competing_share * params_.distance_threshold;
     b.least = static_cast<float>(least * least);
     b.label = candidates[i];
   }
@@ -150,7 +150,7 @@ void PixelAssigner::assign(const std::vector<PlaneCandidate>& planes) {
       }
     }
   });
-  updatePresence(kMinPresence, false);
+  updatePresence(kTileArea / 4, false);
 }
 
 void PixelAssigner::fill(const std::vector<PlaneCandidate>& planes) {

@@ -49,8 +49,6 @@ class PixelLabels {
   }
 
  protected:
-  /// Pixels of a plane in a tile from which on it is looked for around the tile: a quarter.
-  static constexpr int kMinPresence = kQuarterArea;
   static constexpr int kMaxAround = 12;  ///< planes in a tile and those around it
 
   /// What the pixels of a tile have.

@@ -152,12 +152,13 @@ void settleTile(const float* x, const float* y, const float* z, const EdgePlane*
 }  // namespace
 
 bool PixelAssigner::isNoisy(int tile) const {
-  if (noise_.correlated_pixels > params_.max_white_correlation) return false;
+  if (noise_.correlated_pixels > params_.white_correlation) return false;
   const double n = tiles_.count(tile);
   if (!(n > 0.0)) return false;
   const Vector3 mean(tiles_.moment(kX)[tile] / n, tiles_.moment(kY)[tile] / n,
                      tiles_.moment(kZ)[tile] / n);
-  return noise_.at((mean - cloud_.sensor).squaredNorm()) > params_.flatDistance();
+  return noise_.at((mean - cloud_.sensor).squaredNorm()) >
+         params_.flat_share * params_.distance_threshold;
 }
 
 bool PixelAssigner::isNoisy() const {
@@ -234,7 +235,7 @@ EdgeNoise PixelAssigner::edgeNoise() const {
   noise.a = static_cast<float>(constant * constant);
   noise.b = static_cast<float>(2.0 * constant * quadratic);
   noise.c = static_cast<float>(quadratic * quadratic);
-  noise.near = static_cast<float>(params_.edge_sigmas * params_.edge_sigmas);
+  noise.near = static_cast<float>(params_.edge_factor * params_.edge_factor);
   for (int axis = 0; axis < 3; ++axis) noise.sensor[axis] = static_cast<float>(cloud_.sensor[axis]);
   return noise;
 }

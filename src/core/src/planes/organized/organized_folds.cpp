@@ -52,8 +52,8 @@ struct SightSums {
 /// Whether the noise at a range blurs edges: it is white and beyond how flat surfaces are.
 bool blursEdges(const MetricFit& fit, double squared_range) {
   const OrganizedParams& params = fit.params();
-  return fit.noise().correlated_pixels <= params.max_white_correlation &&
-         fit.noise().at(squared_range) > params.flatDistance();
+  return fit.noise().correlated_pixels <= params.white_correlation &&
+         fit.noise().at(squared_range) > params.flat_share * params.distance_threshold;
 }
 
 /// The tiles of each plane where the noise blurs edges.
@@ -114,7 +114,7 @@ void sortAcross(const std::vector<Sight>& region, double angle, std::vector<std:
 std::vector<Sight> cutBest(std::vector<Sight>& region, const OrganizedParams& params) {
   constexpr int kOrientations = 8;
   constexpr std::size_t kMostSteps = 64;  // over the sights of a region
-  const auto least = static_cast<std::size_t>(kMinCells);
+  const auto least = static_cast<std::size_t>(params.min_cells);
   if (region.size() < 2 * least) return {};
   SightSums all;
   for (const Sight& sight : region) all.add(sight);
@@ -180,7 +180,7 @@ std::vector<Region> cutAll(Region region, const OrganizedParams& params) {
 void cutFolds(const CellGrid& tiles, const MetricFit& fit, std::vector<PlaneCandidate>& planes,
               std::vector<std::int16_t>& tile_labels) {
   const OrganizedParams& params = fit.params();
-  if (fit.noise().correlated_pixels > params.max_white_correlation) return;
+  if (fit.noise().correlated_pixels > params.white_correlation) return;
   for (Region& region : sightsOf(tiles, fit, planes.size(), tile_labels)) {
     const std::vector<Region> parts = cutAll(std::move(region), params);
     for (std::size_t i = 1; i < parts.size() && planes.size() < kMaxCandidates; ++i) {

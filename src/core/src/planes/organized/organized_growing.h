@@ -10,8 +10,6 @@
 
 namespace planar_mapping::detail {
 
-constexpr int kMinCells = 3;  ///< of a region: three points span a plane
-
 /// What growing needs to know of a cell.
 struct CellState {
   float normal[3];         ///< of the window or the cell, metres; zero if neither is planar

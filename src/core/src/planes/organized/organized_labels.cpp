@@ -209,15 +209,14 @@ const std::vector<TilePart>& PixelLabels::parts() {
       TilePart& part = parts.back();
       part.tile = tile;
       part.label = summary.planes.label[k];
-      part.finite = finite;
+      part.finite =
+          by_quarters_
+              ? static_cast<std::int16_t>(countFiniteAround(cloud_.x(tile), labels, part.label))
+              : finite;
       if (summary.count[k] == finite) {
         part.sums = sumsOf(tiles_, tile);
       } else {
         sumLabelledPixels(cloud_, tile, labels, part.label, part.sums.data());
-        if (by_quarters_) {
-          part.finite =
-              static_cast<std::int16_t>(countFiniteAround(cloud_.x(tile), labels, part.label));
-        }
       }
     }
   }

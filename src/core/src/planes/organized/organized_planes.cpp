@@ -12,7 +12,14 @@
 namespace planar_mapping::detail {
 namespace {
 
-constexpr int kAssignmentRounds = 2;  ///< rings of tiles around grown cells that are looked at
+OrganizedParams organizedParams(const MultiPlaneParams& params) {
+  OrganizedParams own;
+  own.distance_threshold = params.distance_threshold;
+  own.max_normal_deviation = params.max_normal_deviation;
+  own.noise_factor = params.noise_factor;
+  own.min_inliers = params.min_inliers;
+  return own;
+}
 
 /// Grown tiles as parts of planes.
 std::vector<TilePart> wholeTiles(const CellGrid& tiles, const std::vector<std::int16_t>& labels) {
@@ -85,7 +92,7 @@ PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
       set.diagnostics.points_considered - static_cast<std::size_t>(finite);
   if (!(finite > 0.0)) return set;
 
-  const OrganizedParams own(params);
+  const OrganizedParams own = organizedParams(params);
   MetricFit fit(own, cloud.sensor);
   MetricGrower grower(tiles, true, cloud.room[1], fit);
   RangeNoise noise = grower.noise();
@@ -101,7 +108,7 @@ PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
   cutFolds(tiles, fit, planes, labels);
   refit(planes, wholeTiles(tiles, labels), fit);
   pixels.addCells(tiles, labels);
-  for (int round = 0; round < kAssignmentRounds; ++round) pixels.assign(planes);
+  for (int round = 0; round < own.assignment_rounds; ++round) pixels.assign(planes);
   settleEdges(planes, pixels, fit, own.settling_rounds);
   reject(planes, pixels, params.min_inliers * kMinSeedFraction, cloud, fit, true, set.diagnostics);
   {
@@ -112,7 +119,7 @@ PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
     pixels.addCells(quarters, labels);
     pixels.reopen(quarters, labels);
   }
-  for (int round = 0; round < kAssignmentRounds; ++round) pixels.assign(planes);
+  for (int round = 0; round < own.assignment_rounds; ++round) pixels.assign(planes);
   settleEdges(planes, pixels, fit, 1);
   reject(planes, pixels, params.min_inliers, cloud, fit, true, set.diagnostics);
   // The planes are final; what else lies within d_T of them where they are counts as theirs (Eq.

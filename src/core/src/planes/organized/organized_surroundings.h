@@ -25,8 +25,8 @@ class Surroundings {
  private:
   /// Range difference of one surface; a quarter as spread as this lies across a depth edge.
   float gateAt(float range) const {
-    return static_cast<float>(params_.growingDistance()) +
-           static_cast<float>(params_.same_surface_fraction) * range;
+    return static_cast<float>(params_.same_surface_constant) +
+           static_cast<float>(params_.same_surface_share) * range;
   }
 
   int columns_;
