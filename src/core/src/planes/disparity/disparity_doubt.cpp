@@ -6,7 +6,7 @@
 #include <cmath>
 #include <map>
 
-#include "planes/organized/organized_coherence.h"
+#include "planes/tiles/organized_coherence.h"
 
 namespace planar_mapping::detail {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "planar_mapping/core/planes/multi_plane.h"
 #include "planes/organized/organized_assignment.h"
-#include "planes/organized/organized_growing.h"
+#include "planes/tiles/organized_growing.h"
 
 // Disparity space: column X = f x / z, row Y = f y / z and disparity D = B f / z, all in pixels
 // about the principal point. A plane of space is a plane D = p X + q Y + r there, and the error of

@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "planes/organized/organized_growing.h"
-#include "planes/organized/plane_fit.h"
+#include "planes/tiles/organized_growing.h"
+#include "planes/tiles/plane_fit.h"
 
 namespace planar_mapping::detail {
 

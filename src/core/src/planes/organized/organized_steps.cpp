@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "planes/organized/organized_coherence.h"
-#include "planes/organized/organized_segments.h"
+#include "planes/tiles/organized_coherence.h"
+#include "planes/tiles/organized_segments.h"
 
 namespace planar_mapping::detail {
 namespace {

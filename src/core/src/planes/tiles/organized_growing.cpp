@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planes/organized/organized_growing.h"
+#include "planes/tiles/organized_growing.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "planes/organized/plane_fit.h"
+#include "planes/tiles/plane_fit.h"
 
 namespace planar_mapping::detail {
 

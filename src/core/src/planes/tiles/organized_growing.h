@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "planes/organized/plane_fit.h"
+#include "planes/tiles/plane_fit.h"
 
 namespace planar_mapping::detail {
 

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "planar_mapping/core/base/detail/simd.h"
-#include "planes/organized/organized_growing.h"
+#include "planes/tiles/organized_growing.h"
 
 namespace planar_mapping::detail {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "planes/organized/organized_tiles.h"
+#include "planes/tiles/organized_tiles.h"
 
 namespace planar_mapping::detail {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "planar_mapping/core/planes/multi_plane.h"
-#include "planes/organized/organized_cells.h"
+#include "planes/tiles/organized_cells.h"
 
 namespace planar_mapping::detail {
 

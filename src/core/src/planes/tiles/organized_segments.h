@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "planes/organized/plane_fit.h"
+#include "planes/tiles/plane_fit.h"
 
 namespace planar_mapping::detail {
 
