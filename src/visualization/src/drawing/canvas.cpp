@@ -7,11 +7,13 @@
 #include <vtkContextActor.h>
 #include <vtkContextItem.h>
 #include <vtkContextScene.h>
+#include <vtkImageData.h>
 #include <vtkNew.h>
 #include <vtkPen.h>
 #include <vtkRenderer.h>
 #include <vtkStdString.h>
 #include <vtkTextProperty.h>
+#include <vtkTextRenderer.h>
 
 #include <algorithm>
 #include <array>
@@ -77,12 +79,19 @@ Vector2 Canvas::textSize(const std::string& words, double pixels) {
 
 void Canvas::text(const std::string& words, const Vector2& at, double pixels, int align,
                   Color color) {
-  const Vector2 size = textSize(words, pixels);
-  context_.GetTextProp()->SetColor(color.red / 255.0, color.green / 255.0, color.blue / 255.0);
-  // On whole pixels: between them VTK blurs and cuts text.
-  context_.DrawString(static_cast<float>(std::round(at.x() - 0.5 * (align + 1) * size.x())),
-                      static_cast<float>(std::round(flipped(at.y()) - 0.5 * size.y())),
-                      vtkStdString(words));
+  textSize(words, pixels);  // sets the style
+  vtkTextProperty* style = context_.GetTextProp();
+  style->SetColor(color.red / 255.0, color.green / 255.0, color.blue / 255.0);
+  // Not DrawString(): VTK 9.1 repeats the upper half of some strings below them.
+  vtkTextRenderer* renderer = vtkTextRenderer::GetInstance();
+  if (renderer == nullptr) return;
+  constexpr int kDotsPerInch = 72;
+  vtkNew<vtkImageData> image;
+  std::array<int, 2> size{};
+  renderer->SetScaleToPowerOfTwo(false);
+  if (!renderer->RenderString(style, vtkStdString(words), image, size.data(), kDotsPerInch)) return;
+  context_.DrawImage(static_cast<float>(std::round(at.x() - 0.5 * (align + 1) * size[0])),
+                     static_cast<float>(std::round(flipped(at.y()) - 0.5 * size[1])), image);
 }
 
 Image drawPage(int width, int height, Color background, const std::function<void(Canvas&)>& paint,
