@@ -120,7 +120,8 @@ FrontEndResult FrontEnd::run() {
 }
 
 void FrontEnd::sayGoodbye(ByeReason reason, const std::string& text) {
-  if (!bye_) transport::send(socket_, "", MessageType::Bye, instance_, encode(Bye{reason, text}));
+  if (bye_ || !is_connected_) return;
+  transport::send(socket_, "", MessageType::Bye, instance_, encode(Bye{reason, text}));
 }
 
 /// \return false if the connection was lost
