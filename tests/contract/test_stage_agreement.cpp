@@ -15,6 +15,7 @@
 #include "planar_mapping/segmentation/multi_plane_sac_segmentation.h"
 #include "planar_mapping/surface/planar_cuboid_approximation.h"
 #include "planar_mapping/surface/planar_mapping.h"
+#include "real_data.h"
 #include "temporary_directory.h"
 
 namespace planar_mapping {
@@ -267,14 +268,10 @@ TEST(StageAgreement, PoseOfACloudIsTheOneGivenElseItsViewpoint) {
   expectSamePlanes(frame.planes, planes.getPlanes());
 }
 
-std::string dataPath(const std::string& name) {
-  return std::string(PLANAR_MAPPING_SOURCE_DIR) + "/../shared/data/" + name;
-}
-
 class RealCloud : public testing::TestWithParam<const char*> {};
 
 TEST_P(RealCloud, GivesTheSamePlanesAndCuboids) {
-  const std::string path = dataPath(GetParam());
+  const std::string path = test::realData(GetParam());
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
   expectAgreement(std::move(framesOf(path, 1).front()));
 }
@@ -288,7 +285,7 @@ INSTANTIATE_TEST_SUITE_P(
 class RealSequence : public testing::TestWithParam<const char*> {};
 
 TEST_P(RealSequence, GivesTheSameMap) {
-  const std::string path = dataPath(GetParam());
+  const std::string path = test::realData(GetParam());
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
   constexpr std::size_t kFrames = 5;
   std::vector<Frame> frames = framesOf(path, kFrames);

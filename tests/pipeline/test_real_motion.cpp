@@ -12,6 +12,7 @@
 #include "planar_mapping/evaluation/trajectory_error.h"
 #include "planar_mapping/pipeline/pipeline.h"
 #include "planar_mapping/pipeline/sequence_source.h"
+#include "real_data.h"
 
 namespace planar_mapping {
 namespace {
@@ -35,7 +36,7 @@ Travelled travel(const std::string& configuration_file, const std::vector<std::s
   Configuration configuration =
       loadConfiguration(source + "/config/" + configuration_file, table, overrides);
   for (const std::string& input : inputs) {
-    configuration.inputs.push_back(source + "/../shared/data/" + input);
+    configuration.inputs.push_back(test::realData(input));
   }
   configuration.frames.first = first;
   configuration.frames.last = last;
@@ -62,15 +63,11 @@ double leanOf(const Travelled& travelled) {
   return std::atan2(in_map.head<2>().norm(), in_map.z()) * 180.0 / M_PI;
 }
 
-class RealMotion : public ::testing::Test {
- protected:
-  void SetUp() override {
-    if (!std::filesystem::exists(std::string(PLANAR_MAPPING_SOURCE_DIR) + "/../shared/data"))
-      GTEST_SKIP() << "no real data beside the sources";
-  }
-};
+#define SKIP_IF_MISSING(name) \
+  if (test::isMissing(name)) GTEST_SKIP() << name << " is not beside the sources"
 
-TEST_F(RealMotion, PlainCabinetIsWalkedAround) {
+TEST(RealMotion, PlainCabinetIsWalkedAround) {
+  SKIP_IF_MISSING("rgbd_tum_cabinet");
   // Hardly any feature; turns of up to 17 degrees from frame to frame.
   const Travelled cabinet = travel("rgbd_indoor.yaml", {"rgbd_tum_cabinet"}, 0, -1);
   EXPECT_EQ(0u, cabinet.skipped);
@@ -81,7 +78,8 @@ TEST_F(RealMotion, PlainCabinetIsWalkedAround) {
   EXPECT_LT(leanOf(cabinet), 3.0);  // the floor's depth is off by 2 to 5 cm beyond 2 m
 }
 
-TEST_F(RealMotion, TiltedFirstViewDoesNotMakeTheMapLean) {
+TEST(RealMotion, TiltedFirstViewDoesNotMakeTheMapLean) {
+  SKIP_IF_MISSING("rgbd_tartanair_corridor");
   const Travelled corridor = travel("rgbd_indoor.yaml", {"rgbd_tartanair_corridor"}, 0, 12);
   EXPECT_EQ(0u, corridor.skipped);
   EXPECT_LT(leanOf(corridor), 0.3);
@@ -91,7 +89,8 @@ TEST_F(RealMotion, TiltedFirstViewDoesNotMakeTheMapLean) {
   EXPECT_LT(leanOf(room), 22.0);
 }
 
-TEST_F(RealMotion, ViewsOfARoomAreRegisteredByTheirClouds) {
+TEST(RealMotion, ViewsOfARoomAreRegisteredByTheirClouds) {
+  SKIP_IF_MISSING("clouds_pcl/capture0001.pcd");
   // No images, no poses: forwards and backwards must tell the same.
   std::vector<std::string> views;
   for (const char* number : {"1", "2", "3", "4", "5"}) {
@@ -113,7 +112,7 @@ TEST_F(RealMotion, ViewsOfARoomAreRegisteredByTheirClouds) {
   }
 }
 
-TEST_F(RealMotion, ScansFarApartAreRegisteredByTheirPlanes) {
+TEST(RealMotion, ScansFarApartAreRegisteredByTheirPlanes) {
   // Two scans of a room, 2 m and 41 degrees apart, with nothing known about it. The reference is
   // PCL's ICP from a guess by hand: (1.977, 0.057), 0.712 rad.
   const std::vector<std::string> scans = {"clouds_pcl/room_scan1.pcd", "clouds_pcl/room_scan2.pcd"};
@@ -130,18 +129,23 @@ TEST_F(RealMotion, ScansFarApartAreRegisteredByTheirPlanes) {
   EXPECT_LT(Eigen::AngleAxisd(Matrix3(closed.linear())).angle(), 0.01);
 }
 
-TEST_F(RealMotion, ViewsFarApartAreFoundOrLeftOut) {
+TEST(RealMotion, FramesFarApartAreFound) {
+  SKIP_IF_MISSING("rgbd_icl_livingroom");
   // Every twelfth frame, no features: steps of up to 1 m.
   const Travelled sofa = travel("rgbd_indoor.yaml", {"rgbd_icl_livingroom"}, 0, -1, 1, 12, false);
   EXPECT_EQ(0u, sofa.skipped);
   EXPECT_LT(trajectoryError(sofa.estimated, sofa.given).absolute_rms, 0.02);
-  // Views that share little: none of those that are used is at a wrong place.
+}
+
+TEST(RealMotion, ViewsThatShareLittleAreFoundOrLeftOut) {
+  // None of those that are used is at a wrong place.
   const Travelled room = travel("rgbd_indoor.yaml", {"rgbd_icl_five"}, 0, -1);
   EXPECT_GE(room.estimated.size(), 2u);
   EXPECT_LT(trajectoryError(room.estimated, room.given).absolute_rms, 0.03);
 }
 
-TEST_F(RealMotion, ThreadsDoNotChangeIt) {
+TEST(RealMotion, ThreadsDoNotChangeIt) {
+  SKIP_IF_MISSING("rgbd_tum_cabinet");
   const Travelled one = travel("rgbd_indoor.yaml", {"rgbd_tum_cabinet"}, 16, 22, 1);
   const Travelled two = travel("rgbd_indoor.yaml", {"rgbd_tum_cabinet"}, 16, 22, 2);
   ASSERT_EQ(one.estimated.size(), two.estimated.size());

@@ -12,6 +12,7 @@
 #include "planar_mapping/evaluation/trajectory_error.h"
 #include "planar_mapping/pipeline/pipeline.h"
 #include "planar_mapping/pipeline/sequence_source.h"
+#include "real_data.h"
 
 namespace planar_mapping {
 namespace {
@@ -35,7 +36,7 @@ Mapped mapOf(const std::string& configuration_file, const std::string& sequence,
   overrides.assignments = assignments;
   Configuration configuration =
       loadConfiguration(source + "/config/" + configuration_file, table, overrides);
-  configuration.inputs = {source + "/../shared/data/" + sequence};
+  configuration.inputs = {test::realData(sequence)};
   configuration.frames.first = first;
   configuration.frames.last = last;
   SequenceSource frames(configuration);
@@ -193,6 +194,23 @@ TEST_F(RealSequences, CabinetIsClosedAndStandsOnNoFloor) {
   for (const Cuboid& cuboid : walk.map.cuboids()) {
     const bool beside = (cuboid.center - Vector3(-1.5, 0.44, 0.0)).head<2>().norm() < 1.0;
     EXPECT_FALSE(beside && cuboid.center.z() < 0.05) << cuboid.center.transpose();
+  }
+}
+
+TEST(ShippedSequences, RoomStandsBetweenItsFloorAndItsCeiling) {
+  const Mapped room = mapOf("rgbd_indoor.yaml", "rgbd_icl_five", 0, -1,
+                            {"ground_removal.enabled=false", "motion_estimation.poses=use"});
+  ASSERT_EQ(0u, room.skipped);
+  // y points down: ceiling at -1.13, floor at 1.38.
+  for (const double y : {-1.13, 1.38}) {
+    const MapPlane* plane = planeAt(room.map, Vector3::UnitY(), -y);
+    ASSERT_NE(plane, nullptr) << y;
+    EXPECT_LT(std::abs(std::abs(plane->plane.offset) - std::abs(y)), 0.02) << y;
+    EXPECT_GT(planeAreas(room.map)[plane->id], 0.5) << y;  // of the floor little is seen
+  }
+  for (const Cuboid& cuboid : room.map.cuboids()) {
+    EXPECT_GT(cuboid.center.y(), -1.13 - 0.1);
+    EXPECT_LT(cuboid.center.y(), 1.38 + 0.1);
   }
 }
 

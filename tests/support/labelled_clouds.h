@@ -11,14 +11,15 @@
 #include <utility>
 #include <vector>
 
+#include "evaluation/plane_quality.h"
 #include "furnished_room.h"
 #include "planar_mapping/core/base/types.h"
-#include "evaluation/plane_quality.h"
 #include "planar_mapping/evaluation/simulation.h"
 #include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/cloud_file.h"
 #include "planar_mapping/io/depth_image.h"
 #include "planar_mapping/io/image_file.h"
+#include "real_data.h"
 
 namespace planar_mapping::test {
 
@@ -38,14 +39,6 @@ struct LabelledCloud {
   }
 };
 
-/// Where the labelled sets are looked for.
-inline std::string labelledData() {
-  return PLANAR_MAPPING_SOURCE_DIR "/../shared/data/";
-}
-inline bool isMissing(const std::string& file) {
-  return !std::filesystem::exists(labelledData() + file);
-}
-
 inline LabelledCloud labelled(std::string name, std::vector<float> xyz, std::uint32_t width,
                               std::uint32_t height, const std::vector<int>& labels,
                               int min_points = 3) {
@@ -56,7 +49,7 @@ inline LabelledCloud labelled(std::string name, std::vector<float> xyz, std::uin
 
 /// labelled_icl_frame: label 0 is not labelled.
 inline LabelledCloud readIclFrame() {
-  const std::string set = labelledData() + "labelled_icl_frame/";
+  const std::string set = realData("labelled_icl_frame") + "/";
   const io::Calibration calibration = io::readCalibration(set + "calib.yaml");
   io::CloudData data;
   io::DepthProjector(calibration.camera, *calibration.depth_scale)
@@ -71,7 +64,7 @@ inline LabelledCloud readIclFrame() {
 
 /// labelled_synpeb: intensities of 10 and more are planes, the others none.
 inline LabelledCloud readSynpeb(const std::string& name) {
-  io::CloudData data = io::readCloudFile(labelledData() + "labelled_synpeb/" + name + ".pcd");
+  io::CloudData data = io::readCloudFile(realData("labelled_synpeb/" + name + ".pcd"));
   std::vector<int> labels(data.size());
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const int label = static_cast<int>(std::lround(data.intensities[i]));
@@ -83,8 +76,7 @@ inline LabelledCloud readSynpeb(const std::string& name) {
 /// labelled_mosd_tabletop: the labels of objects join several faces, so that only the table (1 to
 /// 9) is judged.
 inline LabelledCloud readTabletop(const std::string& name) {
-  io::CloudData data =
-      io::readCloudFile(labelledData() + "labelled_mosd_tabletop/" + name + ".pcd");
+  io::CloudData data = io::readCloudFile(realData("labelled_mosd_tabletop/" + name + ".pcd"));
   std::vector<int> labels(data.size());
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const auto label = static_cast<int>(data.labels[i]);

@@ -16,16 +16,12 @@
 #include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/image_file.h"
 #include "planar_mapping/stereo/stereo_matcher.h"
+#include "real_data.h"
 
 // Clouds of real pairs, their planes and ground: our own matching, default parameters.
 namespace planar_mapping::test {
 
-inline const std::string kStereoData = PLANAR_MAPPING_SOURCE_DIR "/../shared/data/";
 inline constexpr double kDegree = M_PI / 180.0;
-
-inline bool isMissing(const std::string& set) {
-  return !std::filesystem::exists(kStereoData + set);
-}
 
 /// A cloud with the noise of its camera.
 struct Cloud {
@@ -60,9 +56,9 @@ inline Cloud cloudOf(const DisparityImage& disparity, const io::Calibration& cal
 
 /// Cloud of pair \p number of a folder of the data.
 inline Cloud matched(const std::string& set, const std::string& number) {
-  const io::Calibration calibration = io::readCalibration(kStereoData + set + "/calib.yaml");
+  const io::Calibration calibration = io::readCalibration(realData(set) + "/calib.yaml");
   const auto read = [&](const char* side) {
-    return io::readImage(kStereoData + set + "/" + side + "/" + number + ".png");
+    return io::readImage(realData(set) + "/" + side + "/" + number + ".png");
   };
   return cloudOf(StereoMatcher().match(read("left"), read("right"), calibration), calibration);
 }

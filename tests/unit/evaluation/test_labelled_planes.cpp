@@ -53,7 +53,7 @@ TEST(LabelledPlanes, RoomFramesNotTunedOn) {
 }
 
 TEST(LabelledPlanes, Polyhedra) {
-  if (test::isMissing("labelled_synpeb")) GTEST_SKIP() << "labelled_synpeb is not there";
+  if (test::isMissing("labelled_synpeb/polyhedra_clean.pcd")) GTEST_SKIP() << "no polyhedra_clean";
   const LabelledCloud cloud = test::readSynpeb("polyhedra_clean");
   const std::vector<PlaneSegment> planes = planesOf(cloud, 100);
   const PlaneQuality quality = judgePlanes(cloud.truth, planes);
@@ -69,7 +69,6 @@ TEST(LabelledPlanes, Polyhedra) {
 }
 
 TEST(LabelledPlanes, SmallImageOfPolyhedra) {
-  if (test::isMissing("labelled_synpeb")) GTEST_SKIP() << "labelled_synpeb is not there";
   const LabelledCloud cloud = test::readSynpeb("small_clean");
   const std::vector<PlaneSegment> planes = planesOf(cloud, 100);
   const PlaneQuality quality = judgePlanes(cloud.truth, planes);
@@ -80,7 +79,7 @@ TEST(LabelledPlanes, SmallImageOfPolyhedra) {
 }
 
 TEST(LabelledPlanes, StairsInNoiseAsLargeAsTheSteps) {
-  if (test::isMissing("labelled_synpeb")) GTEST_SKIP() << "labelled_synpeb is not there";
+  if (test::isMissing("labelled_synpeb/spiral_stairs_noisy.pcd")) GTEST_SKIP() << "no stairs";
   const LabelledCloud cloud = test::readSynpeb("spiral_stairs_noisy");
   const std::vector<PlaneSegment> planes = planesOf(cloud, 100);
   const PlaneQuality quality = judgePlanes(cloud.truth, planes);
@@ -95,7 +94,6 @@ TEST(LabelledPlanes, StairsInNoiseAsLargeAsTheSteps) {
 }
 
 TEST(LabelledPlanes, RenderedRoom) {
-  if (test::isMissing("labelled_icl_frame")) GTEST_SKIP() << "labelled_icl_frame is not there";
   const LabelledCloud cloud = test::readIclFrame();
   const std::vector<PlaneSegment> planes = planesOf(cloud, 100);
   const PlaneQuality quality = joined(cloud, planes);

@@ -22,10 +22,10 @@ using test::groundOf;
 using test::isMissing;
 using test::kDegree;
 using test::kSettings;
-using test::kStereoData;
 using test::limited;
 using test::matched;
 using test::planesOf;
+using test::realData;
 using test::Setting;
 
 std::string number(int frame) {
@@ -110,7 +110,7 @@ TEST(StereoGround, PlasterOfTheFacadeIsTooBrightToBeMatched) {
   const std::string set = "stereo_kitti_street";
   if (isMissing(set)) GTEST_SKIP() << "no " << set;
   // Between two windows: one gray value, so that no matching can tell its columns apart.
-  const io::Image left = io::readImage(kStereoData + set + "/left/000012.png");
+  const io::Image left = io::readImage(realData(set) + "/left/000012.png");
   const Cloud cloud = matched(set, "000012");
   int saturated = 0;
   int matched_pixels = 0;
@@ -129,9 +129,9 @@ TEST(StereoGround, PlasterOfTheFacadeIsTooBrightToBeMatched) {
 TEST(StereoGround, CabinetStandsOnAFloorInEveryFrame) {
   const std::string set = "rgbd_tum_cabinet";
   if (isMissing(set)) GTEST_SKIP() << "no " << set;
-  const io::Calibration calibration = io::readCalibration(kStereoData + set + "/calib.yaml");
+  const io::Calibration calibration = io::readCalibration(realData(set) + "/calib.yaml");
   std::vector<Vector3> up;  // of each frame, in the camera's frame: carried by hand, looking down
-  std::ifstream file(kStereoData + set + "/poses.txt");
+  std::ifstream file(realData(set) + "/poses.txt");
   std::string line;
   while (std::getline(file, line)) {
     if (line.empty() || line[0] == '#') continue;
@@ -143,7 +143,7 @@ TEST(StereoGround, CabinetStandsOnAFloorInEveryFrame) {
   ASSERT_EQ(up.size(), 58U);
   for (int frame = 0; frame < 58; frame += 6) {
     const io::DepthImage depth =
-        io::readDepthPng(kStereoData + set + "/depth/" + number(frame) + ".png");
+        io::readDepthPng(realData(set) + "/depth/" + number(frame) + ".png");
     Cloud cloud;
     cloud.width = static_cast<int>(depth.width);
     cloud.height = static_cast<int>(depth.height);

@@ -15,6 +15,7 @@
 #include "planar_mapping/core/planes/multi_plane.h"
 #include "planar_mapping/io/sequence.h"
 #include "planar_mapping/map/planar_map.h"
+#include "real_data.h"
 
 namespace planar_mapping {
 namespace {
@@ -102,8 +103,7 @@ void PrintTo(const RealCloud& cloud, std::ostream* out) {
 class RealClouds : public ::testing::TestWithParam<RealCloud> {};
 
 TEST_P(RealClouds, FewerCuboidsThanGreedyBoxesAndNoPointLeftOut) {
-  const std::string path =
-      std::string(PLANAR_MAPPING_SOURCE_DIR) + "/../shared/data/" + GetParam().path;
+  const std::string path = test::realData(GetParam().path);
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
   const io::Frame frame = io::Sequence({path}).read(0, io::CloudChannels::none());
   const PointsView points = frame.cloud.view();
