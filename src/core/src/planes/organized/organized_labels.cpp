@@ -160,6 +160,8 @@ void PixelLabels::updatePresence(int min_pixels, bool anew) {
 int PixelLabels::planesAround(int tile, int reach, std::int16_t* planes) const {
   const int row = tile / cloud_.columns;
   const int column = tile % cloud_.columns;
+  const int left = std::max(0, column - reach);
+  const int right = std::min(cloud_.columns - 1, column + reach);
   int count = 0;
   const auto add = [&](const PlaneList& held) {
     for (int k = 0; k < held.size; ++k) {
@@ -170,9 +172,12 @@ int PixelLabels::planesAround(int tile, int reach, std::int16_t* planes) const {
   };
   add(presence_[static_cast<std::size_t>(tile)]);
   for (int r = std::max(0, row - reach); r <= std::min(cloud_.rows - 1, row + reach); ++r) {
-    for (int c = std::max(0, column - reach); c <= std::min(cloud_.columns - 1, column + reach);
-         ++c) {
-      add(presence_[static_cast<std::size_t>(r) * cloud_.columns + c]);
+    const PlaneList* line = presence_.data() + static_cast<std::size_t>(r) * cloud_.columns;
+    for (const PlaneList* held = line + left; held <= line + right; ++held) {
+      // No plane around a tile, or one, is most of an image.
+      if (held->size == 0 || (held->size == 1 && count > 0 && held->label[0] == planes[0]))
+        continue;
+      add(*held);
     }
   }
   return count;
@@ -189,14 +194,13 @@ std::vector<std::int64_t> PixelLabels::counts(std::size_t planes) const {
 }
 
 const std::vector<TilePart>& PixelLabels::parts() {
+  if (std::find(stale_.begin(), stale_.end(), 1) == stale_.end()) return parts_;
   std::vector<TilePart> parts;
   parts.reserve(summaries_.size() + summaries_.size() / 2);
   auto before = parts_.cbegin();
   for (int tile = 0; tile < cloud_.tiles(); ++tile) {
-    const auto first = std::find_if(before, parts_.cend(),
-                                    [&](const TilePart& part) { return part.tile >= tile; });
-    before =
-        std::find_if(first, parts_.cend(), [&](const TilePart& part) { return part.tile > tile; });
+    const auto first = before;
+    while (before != parts_.cend() && before->tile == tile) ++before;
     if (std::exchange(stale_[static_cast<std::size_t>(tile)], 0) == 0) {
       parts.insert(parts.end(), first, before);
       continue;
