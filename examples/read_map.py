@@ -65,7 +65,10 @@ probability = np.ones(n) if is_finished else c.column(n, "<f4")
 steps = c.column(6 * n, "<u4").reshape(6, n).T.astype(int) - 1  # folded: 0, -1, 1, -2, 2, ...
 lengths = np.where(steps % 2, -(steps + 1) // 2, steps // 2) * (0.25 * float(params["resolution"]))
 lengths[steps < 0] = c.column(c.count(), "<f8")  # centre x y z, size u v n
-print("unknown cells", (sections["SPACE"].tree(3, 4)[1] == 2).sum())
+# What is in no region of the tree is unknown with `unseen unknown`, else free.
+space = sections["SPACE"].tree(3, 4)[1]
+print("free cells", (space == 0).sum())
+print("unknown cells", (space == 2).sum())
 if not is_finished:
     planes, cells = sections["PLANES"], sections["CELLS"]
     planes.column(1, "<i4")  # the next id

@@ -223,11 +223,12 @@ TEST(Stages, MapHasTheParametersOfItsStage) {
   pipeline.process(frame);
   EXPECT_EQ(0.2, pipeline.map().params().approximation.resolution);
   EXPECT_NEAR(0.1221730, pipeline.map().params().association_angle, 1e-6);
-  EXPECT_NEAR(5.2, pipeline.map().params().max_range, 0.3);
+  EXPECT_EQ(2048 * 0.2, pipeline.map().params().max_range);
+  EXPECT_NEAR(5.2, pipeline.map().params().miss_range, 0.3);
 }
 
-TEST(Stages, SpaceIsJudgedAsFarAsPointsAreMapped) {
-  const auto rangeWith = [](const std::string& limit, const std::string& range) {
+TEST(Stages, CellsAreMissedAsFarAsPointsAreMappedAndSpaceIsClearedAsFarAsTheyAreMeasured) {
+  const auto rangesWith = [](const std::string& limit, const std::string& range) {
     Frame frame = frameOf(roomPoints(20000));
     Pipeline pipeline = pipelineOf(
         "  - stage: depth_error_limit\n    max_error_m: 0.1\n    noise: given\n"
@@ -235,12 +236,17 @@ TEST(Stages, SpaceIsJudgedAsFarAsPointsAreMapped) {
         limit + "  - stage: planar_cuboid_approximation\n    resolution_m: 0.2\n    max_range_m: " +
         range + "\n");
     pipeline.process(frame);
-    return pipeline.map().params().max_range;
+    const PlanarMapParams& params = pipeline.map().params();
+    return std::make_pair(params.miss_range, params.max_range);
   };
   // Where z^2 / (0.1 m 500 px) 0.5 px = 0.1 m.
-  EXPECT_FLOAT_EQ(std::sqrt(10.0F), static_cast<float>(rangeWith("", "auto")));
-  EXPECT_EQ(4.0, rangeWith("", "4.0"));
-  EXPECT_NEAR(5.2, rangeWith("    enabled: false\n", "auto"), 0.3);
+  EXPECT_FLOAT_EQ(std::sqrt(10.0F), static_cast<float>(rangesWith("", "auto").first));
+  EXPECT_EQ(2048 * 0.2, rangesWith("", "auto").second);
+  EXPECT_EQ(std::make_pair(4.0, 4.0), rangesWith("", "4.0"));
+  EXPECT_NEAR(5.2, rangesWith("    enabled: false\n", "auto").first, 0.3);
+  // The paper's reading: what lies behind the mapped part is not said to be unknown.
+  const auto [missed, judged] = rangesWith("", "auto\n    unseen: free");
+  EXPECT_EQ(missed, judged);
 }
 
 TEST(Stages, ScaleIsThatOfTheCloudNotOfItsOutliers) {

@@ -66,7 +66,9 @@ std::string mapToJson(const PlanarMap& map) {
       "{\n  \"format\": \"planar_mapping map\",\n  \"version\": 1,\n"
       "  \"frame\": \"world, z up, metres\",\n  \"resolution_m\": ";
   appendNumber(out, map.params().approximation.resolution);
-  out += ",\n  \"frames\": ";
+  out += ",\n  \"unseen\": \"";
+  out += map.params().unseen == Unseen::Unknown ? "unknown" : "free";
+  out += "\",\n  \"frames\": ";
   appendNumber(out, map.frames());
   out += ",\n  \"planes\": [";
   bool first = true;

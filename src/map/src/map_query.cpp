@@ -72,7 +72,7 @@ void requireFew(double cells, const char* what) {
 }
 
 /// Goes from cube to cube of space: from cell to cell where a block has unknown ones, else from
-/// block to block, and from region to region where nothing is known of a region.
+/// block to block, and from region to region where a region has none.
 class SpaceWalk {
  public:
   /// \param side of a cell
@@ -92,7 +92,9 @@ class SpaceWalk {
                                 static_cast<std::int32_t>(cell_.z())};
         const detail::UnknownSpace::Surroundings around = space_.around(cell);
         if ((around.unknown >> detail::UnknownSpace::bitOf(cell) & 1u) != 0) return at;
-        level = around.region_is_free ? kRegionLevel : around.unknown == 0 ? kBlockLevel : 0;
+        level = around.region_is_alike ? kRegionLevel : around.unknown == 0 ? kBlockLevel : 0;
+      } else if (space_.isUnseenUnknown()) {
+        return at;
       }
       at = std::max(at, leave(level));
     }
@@ -142,6 +144,9 @@ bool anyUnknown(const detail::UnknownSpace& space, double side, const Vector3& l
   const Vector3 last = (high / side).array().floor();
   requireFew((last - first + Vector3::Ones()).prod(), "the box");
   constexpr double kLimit = detail::kLatticeLimit - 1;
+  if (space.isUnseenUnknown() && (first.minCoeff() < -kLimit || last.maxCoeff() > kLimit)) {
+    return true;
+  }
   if (first.maxCoeff() > kLimit || last.minCoeff() < -kLimit) return false;
   const auto within = [kLimit](double at) {
     return static_cast<std::int32_t>(std::clamp(at, -kLimit, kLimit));
@@ -223,8 +228,10 @@ std::optional<RayHit> castRay(const PlanarMap& map, const Vector3& origin, const
     const double side = data.data.unknownResolution();
     requireFew(3.0 * hit.distance / side, "the ray");
     const double distance =
-        SpaceWalk(data.data.unknown, side, origin, along).enterUnknown(hit.distance);
-    if (distance < hit.distance) {
+        SpaceWalk(data.data.space, side, origin, along).enterUnknown(hit.distance);
+    // Of a cell that a cuboid cuts the rest is mostly unknown: that is no obstacle of its own.
+    const double gap = hit.cuboid >= 0 && distance > 0.0 ? std::sqrt(3.0) * side : 0.0;
+    if (distance < hit.distance - gap) {
       hit.distance = distance;
       hit.state = CellState::Unknown;
       hit.cuboid = -1;
@@ -255,7 +262,7 @@ BoxState stateOfBox(const PlanarMap& map, const Vector3& low, const Vector3& hig
     result.state = CellState::Occupied;
     return result;
   }
-  if (anyUnknown(data.data.unknown, data.data.unknownResolution(), low, high)) {
+  if (anyUnknown(data.data.space, data.data.unknownResolution(), low, high)) {
     result.state = CellState::Unknown;
   }
   return result;

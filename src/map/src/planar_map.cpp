@@ -19,12 +19,26 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
+bool boundsOf(const std::vector<Cuboid>& cuboids, Vector3& low, Vector3& high) {
+  if (cuboids.empty()) return false;
+  low = Vector3::Constant(INFINITY);
+  high = -low;
+  for (const Cuboid& cuboid : cuboids) {
+    for (const Vector3& corner : corners(cuboid)) {
+      low = low.cwiseMin(corner);
+      high = high.cwiseMax(corner);
+    }
+  }
+  return true;
+}
+
 }  // namespace
 
 PlanarMapParams PlanarMapParams::of(Profile profile) {
   PlanarMapParams params;
   params.approximation.profile = profile;
   if (profile == Profile::Compact) return params;
+  params.unseen = Unseen::Free;
   // The features' beliefs as they are; looking through a cell changes nothing.
   params.belief_gain = 1.0;
   params.miss_factor = 1.0;
@@ -40,7 +54,8 @@ void PlanarMapParams::validate() const {
   requireInRange("association_offset", association_offset, 0.0, 1e6, "m");
   requireInRange("association_gap", association_gap, 0.0, 1e6, "m");
   requireInRange("unknown_resolution", unknown_resolution, 0.0, 1e6, "m");
-  requirePositive("max_range", max_range, "m");
+  requireInRange("max_range", max_range, 0.0, 1e6, "m");
+  requireInRange("miss_range", miss_range, 0.0, 1e6, "m");
   requireInRange("min_probability", min_probability, 0.0, 1.0);
   requirePositive("belief_gain", belief_gain);
   requireInRange("belief_gain", belief_gain, 0.0, 1.0);
@@ -56,13 +71,13 @@ void PlanarMapParams::validate() const {
   if (unknown_space) {
     // Beyond that one frame would ask for gigabytes of unknown space.
     const double cell = unknown_resolution > 0.0 ? unknown_resolution : approximation.resolution;
-    requireInRange("max_range", max_range, 0.0, 2048.0 * cell, "m");
+    requireInRange("max_range", max_range, 0.0, detail::kMaxRangeCells * cell, "m");
   }
 }
 
 PlanarMap::PlanarMap(const PlanarMapParams& params) : impl_(std::make_unique<Impl>()) {
   params.validate();
-  impl_->data.params = params;
+  impl_->data = detail::MapData(params);
 }
 PlanarMap::~PlanarMap() = default;
 PlanarMap::PlanarMap(const PlanarMap& other) : impl_(std::make_unique<Impl>(*other.impl_)) {}
@@ -91,7 +106,7 @@ FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
   map.trajectory.push_back({observation.timestamp, frame.sensor, frame.orientation});
   if (map.params.unknown_space || map.params.miss_factor < 1.0) {
     frame.images = detail::makeDepthImages(observation, frame.rotation, frame.sensor, frame.use,
-                                           map.params.range_image_step);
+                                           map.params.range_image_step, map.maxRange());
   }
   // Independent of each other; run in parallel.
   const auto integrateSurfaces = [&] {
@@ -103,7 +118,8 @@ FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
   const auto integrateSpace = [&] {
     if (!map.params.unknown_space) return;
     for (const detail::DepthImage& image : frame.images) {
-      map.unknown.integrate(image, map.unknownResolution(), map.params.max_range);
+      const double range = map.params.max_range > 0.0 ? map.maxRange() : image.farthest();
+      map.space.integrate(image, map.unknownResolution(), range);
     }
   };
   parallelFor(2, map.params.approximation.threads,
@@ -125,7 +141,7 @@ void PlanarMap::clear() {
   impl_->requireGrowing("clear()");
   const PlanarMapParams params = impl_->data.params;
   impl_ = std::make_unique<Impl>();
-  impl_->data.params = params;
+  impl_->data = detail::MapData(params);
 }
 
 detail::Compaction& PlanarMap::Impl::compacted(CoverEffort effort) const {
@@ -135,6 +151,13 @@ detail::Compaction& PlanarMap::Impl::compacted(CoverEffort effort) const {
     cache->counted.store(true, std::memory_order_release);
   }
   return cache->compaction;
+}
+
+detail::SpaceBox PlanarMap::Impl::unknownBox() const {
+  if (!data.space.isUnseenUnknown()) return {};
+  detail::SpaceBox box;
+  if (!boundsOf(occupied().cuboids, box.low, box.high)) box.high = box.low;
+  return box;
 }
 
 PlanarMap::Impl::Occupied PlanarMap::Impl::occupied() const {
@@ -241,10 +264,12 @@ CellState PlanarMap::stateAt(const Vector3& point) const {
   });
   if (occupied) return CellState::Occupied;
   const Vector3 cell = (point / impl_->data.unknownResolution()).array().floor();
-  if (!(cell.cwiseAbs().maxCoeff() < detail::kLatticeLimit)) return CellState::Free;
+  if (!(cell.cwiseAbs().maxCoeff() < detail::kLatticeLimit)) {
+    return impl_->data.space.isUnseenUnknown() ? CellState::Unknown : CellState::Free;
+  }
   const detail::Int3 at{static_cast<std::int32_t>(cell.x()), static_cast<std::int32_t>(cell.y()),
                         static_cast<std::int32_t>(cell.z())};
-  return impl_->data.unknown.isUnknown(at) ? CellState::Unknown : CellState::Free;
+  return impl_->data.space.isUnknown(at) ? CellState::Unknown : CellState::Free;
 }
 
 double PlanarMap::occupancyAt(const Vector3& point) const {
@@ -275,7 +300,8 @@ Indices PlanarMap::cuboidsAt(const Vector3& point, double margin) const {
 std::size_t PlanarMap::unknownCells() const {
   const std::size_t counted = impl_->unknown_cells.load(std::memory_order_acquire);
   if (counted != Impl::kNotCounted) return counted;
-  const detail::KeyMap<detail::CubeBits> unknown = impl_->unknownCells();
+  const detail::KeyMap<detail::CubeBits> unknown =
+      impl_->spaceCells(CellState::Unknown, impl_->unknownBox());
   std::size_t count = 0;
   for (std::size_t i = 0; i < unknown.size(); ++i) {
     for (const std::uint64_t word : unknown.value(i)) {
@@ -287,16 +313,24 @@ std::size_t PlanarMap::unknownCells() const {
 }
 
 std::vector<Cuboid> PlanarMap::unknownCuboids() const {
+  const detail::SpaceBox box = impl_->unknownBox();
+  return spaceCuboids(CellState::Unknown, box.low, box.high);
+}
+
+std::vector<Cuboid> PlanarMap::spaceCuboids(CellState state, const Vector3& box_low,
+                                            const Vector3& box_high) const {
+  if (state == CellState::Occupied) throw ParameterError("space is free or unknown");
   const double s = impl_->data.unknownResolution();
   std::vector<Cuboid> cuboids;
-  for (const detail::CellBlockBox& box : detail::mergeToBoxes(impl_->unknownCells())) {
+  for (const detail::CellBlockBox& box :
+       detail::mergeToBoxes(impl_->spaceCells(state, {box_low, box_high}))) {
     const Vector3 low(box.low.x, box.low.y, box.low.z);
     const Vector3 size(box.size.x, box.size.y, box.size.z);
     Cuboid cuboid;
     cuboid.center = s * (low + 0.5 * size);
     cuboid.size = s * size;
-    cuboid.probability = 0.5f;
-    cuboid.state = CellState::Unknown;
+    cuboid.probability = state == CellState::Unknown ? 0.5f : 0.0f;
+    cuboid.state = state;
     cuboids.push_back(cuboid);
   }
   return cuboids;
@@ -306,21 +340,11 @@ std::size_t PlanarMap::frames() const {
   return impl_->data.trajectory.size();
 }
 bool PlanarMap::empty() const {
-  return cuboids().empty() && unknownCells() == 0;
+  return cuboids().empty() && impl_->data.space.empty();
 }
 
 bool PlanarMap::bounds(Vector3& low, Vector3& high) const {
-  const std::vector<Cuboid>& all = cuboids();
-  if (all.empty()) return false;
-  low = Vector3::Constant(INFINITY);
-  high = -low;
-  for (const Cuboid& cuboid : all) {
-    for (const Vector3& corner : corners(cuboid)) {
-      low = low.cwiseMin(corner);
-      high = high.cwiseMax(corner);
-    }
-  }
-  return true;
+  return boundsOf(cuboids(), low, high);
 }
 
 std::size_t PlanarMap::memoryBytes() const {

@@ -68,10 +68,12 @@ struct PlanarMap::Impl {
     const detail::CuboidIndex& index;
   };
   Occupied occupied() const;
-  /// Unknown cells that no cuboid occupies. They are many: they are not kept.
-  detail::KeyMap<detail::CubeBits> unknownCells() const {
-    return detail::unknownCells(data.unknown, occupied().cuboids, data.unknownResolution());
+  /// Cells of a state that no cuboid occupies. They are many: they are not kept.
+  detail::KeyMap<detail::CubeBits> spaceCells(CellState state, const detail::SpaceBox& box) const {
+    return detail::spaceCells(data.space, state, box, occupied().cuboids, data.unknownResolution());
   }
+  /// Where unknown space is listed.
+  detail::SpaceBox unknownBox() const;
   /// \throws InputError if the map is finished
   void requireGrowing(const char* what) const;
   void changed() {

@@ -28,6 +28,7 @@ TEST(MapJson, HoldsEveryCuboidExactly) {
   const std::vector<Cuboid> unknown = map.unknownCuboids();
   EXPECT_EQ(json.at("resolution_m").get<double>(), 0.1);
   EXPECT_EQ(json.at("frames").get<int>(), 1);
+  EXPECT_EQ(json.at("unseen").get<std::string>(), "unknown");
   ASSERT_EQ(json.at("cuboids").size(), map.cuboids().size() + unknown.size());
   ASSERT_GT(unknown.size(), 0u);
   for (std::size_t i = 0; i < json.at("cuboids").size(); ++i) {

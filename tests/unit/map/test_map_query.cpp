@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "map_scene.h"
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace {
@@ -21,9 +21,9 @@ using test::lookFrom;
 using test::Scene;
 
 /// The room of map_scene.h, seen from its middle: a cabinet 2.04 m in front, unknown behind it.
-PlanarMap roomMap(int frames = 1) {
+PlanarMap roomMap(int frames = 1, Unseen unseen = Unseen::Unknown) {
   PlanarMapParams params;
-  params.unknown_space = true;
+  params.unseen = unseen;
   PlanarMap map(params);
   for (int i = 0; i < frames; ++i) {
     map.insert(look(Scene(), lookFrom({0.1 * i, 0.0, 1.0}), 0.1 * i).frame());
@@ -34,10 +34,10 @@ PlanarMap roomMap(int frames = 1) {
 TEST(CastRay, HitsTheWallWhereItIs) {
   const PlanarMap map = roomMap();
   // Over the boxes to the far wall at y = 5; the direction need not be of unit length.
-  const auto hit = castRay(map, {-0.8, 0.5, 1.2}, {0.0, 3.0, 0.0}, 20.0);
+  const auto hit = castRay(map, {-0.8, 2.0, 1.2}, {0.0, 3.0, 0.0}, 20.0);
   ASSERT_TRUE(hit.has_value());
   EXPECT_EQ(hit->state, CellState::Occupied);
-  EXPECT_NEAR(hit->distance, 4.5, 0.1);
+  EXPECT_NEAR(hit->distance, 3.0, 0.1);
   EXPECT_NEAR(hit->point.y(), 5.0, 0.1);
   ASSERT_GE(hit->cuboid, 0);
   const Cuboid& wall = map.cuboids()[static_cast<std::size_t>(hit->cuboid)];
@@ -47,21 +47,45 @@ TEST(CastRay, HitsTheWallWhereItIs) {
 
 TEST(CastRay, EndsBeforeTheWallIfItsRangeDoes) {
   const PlanarMap map = roomMap();
-  EXPECT_FALSE(castRay(map, {-0.8, 0.5, 1.2}, {0.0, 1.0, 0.0}, 3.0).has_value());
-  EXPECT_TRUE(castRay(map, {-0.8, 0.5, 1.2}, {0.0, 1.0, 0.0}, 5.0).has_value());
+  EXPECT_FALSE(castRay(map, {-0.8, 2.0, 1.2}, {0.0, 1.0, 0.0}, 2.0).has_value());
+  EXPECT_TRUE(castRay(map, {-0.8, 2.0, 1.2}, {0.0, 1.0, 0.0}, 4.0).has_value());
+}
+
+TEST(CastRay, MeetsTheSurfaceThatItsSensorSaw) {
+  // From the sensor through pixels of its image, but for the rim, where cells are seen in part: not
+  // unknown is the rest of a cell that the surface cuts.
+  const test::View view = look(Scene(), lookFrom({0.0, 0.0, 1.0}));
+  PlanarMap map;
+  map.insert(view.frame());
+  int occupied = 0, all = 0;
+  for (int row = 32; row < 208; row += 8) {
+    for (int column = 32; column < 288; column += 8) {
+      const float* p = &view.xyz[3 * static_cast<std::size_t>(row * 320 + column)];
+      const Vector3 point = view.pose * Vector3(p[0], p[1], p[2]);
+      if (point.z() < 0.2) continue;  // the floor is seen at a glancing angle
+      const Vector3 origin = view.pose.translation();
+      const auto hit = castRay(map, origin, point - origin, 20.0);
+      ++all;
+      ASSERT_TRUE(hit.has_value());
+      EXPECT_GT(hit->distance, 0.5);
+      occupied += hit->state == CellState::Occupied ? 1 : 0;
+    }
+  }
+  EXPECT_GT(all, 300);
+  EXPECT_GE(occupied, all * 8 / 10);  // the others pass close by the edges of boxes
 }
 
 TEST(CastRay, StopsAtUnknownSpaceUnlessItIsTransparent) {
   const PlanarMap map = roomMap();
   // From above, down behind the cabinet (its back is at y = 2.96, its top at z = 0.83).
-  const Vector3 origin(-0.77, 3.2, 2.0);
+  const Vector3 origin(-0.77, 3.2, 1.6);
   const Vector3 down(0.0, 0.0, -1.0);
   const auto unknown = castRay(map, origin, down, 5.0);
   ASSERT_TRUE(unknown.has_value());
   EXPECT_EQ(unknown->state, CellState::Unknown);
   EXPECT_EQ(unknown->cuboid, -1);
-  EXPECT_GT(unknown->distance, 1.0);
-  EXPECT_LT(unknown->distance, 2.0);
+  EXPECT_GT(unknown->distance, 0.6);
+  EXPECT_LT(unknown->distance, 1.0);
   EXPECT_TRUE(map.isUnknown(unknown->point + 0.01 * down));
   EXPECT_FALSE(map.isUnknown(unknown->point - 0.01 * down));
   const auto through = castRay(map, origin, down, 5.0, UnknownSpaceIs::Transparent);
@@ -79,7 +103,9 @@ TEST(CastRay, AgreesWithTheStateOfPointsAlongIt) {
     const Vector3 along = direction.normalized();
     const auto hit = castRay(map, origin, direction, 4.0);
     const double end = hit ? hit->distance : 4.0;
-    for (double t = 0.005; t < end - 1e-9; t += 0.01) {
+    // Of the cell that a cuboid cuts the rest may be unknown.
+    const double gap = hit && hit->state == CellState::Occupied ? 0.1 * std::sqrt(3.0) : 0.0;
+    for (double t = 0.005; t < end - 1e-9 - gap; t += 0.01) {
       ASSERT_EQ(map.stateAt(origin + t * along), CellState::Free) << i << " at " << t;
     }
     if (!hit || hit->distance == 0.0) continue;
@@ -137,7 +163,7 @@ TEST(CastRay, FindsTheCuboidThatALinearSearchFinds) {
 }
 
 TEST(CastRay, ComesFromAfarThroughUnknownSpace) {
-  const PlanarMap map = roomMap();
+  const PlanarMap map = roomMap(1, Unseen::Free);
   // Along a border of cells, from where no cell has a number, to the hidden space behind the
   // cabinet.
   const Vector3 origin(-0.8, 3.2, 2e5);
@@ -145,6 +171,11 @@ TEST(CastRay, ComesFromAfarThroughUnknownSpace) {
   ASSERT_TRUE(hit.has_value());
   EXPECT_EQ(hit->state, CellState::Unknown);
   EXPECT_LT(hit->point.z(), 2.0);
+  // Where nothing is known it is at an end at once.
+  const auto unseen = castRay(roomMap(), origin, {0.0, 0.0, -1.0}, 3e5);
+  ASSERT_TRUE(unseen.has_value());
+  EXPECT_EQ(unseen->state, CellState::Unknown);
+  EXPECT_EQ(unseen->distance, 0.0);
 }
 
 TEST(CastRay, RefusesWhatIsNoRay) {
@@ -157,7 +188,9 @@ TEST(CastRay, RefusesWhatIsNoRay) {
 
 TEST(StateOfBox, IsThatOfItsWorstPart) {
   const PlanarMap map = roomMap();
-  EXPECT_EQ(stateOfBox(map, {-0.2, 0.6, 0.9}, {0.2, 1.0, 1.1}).state, CellState::Free);
+  EXPECT_EQ(stateOfBox(map, {-0.2, 0.9, 0.7}, {0.2, 1.3, 0.9}).state, CellState::Free);
+  EXPECT_EQ(stateOfBox(map, {-0.2, -0.4, 0.7}, {0.2, 1.3, 0.9}).state, CellState::Unknown);
+  EXPECT_EQ(stateOfBox(map, {1e7, 1e7, 1e7}, {1e7, 1e7, 1e7}).state, CellState::Unknown);
   EXPECT_EQ(stateOfBox(map, {-1.0, 3.1, 0.2}, {-0.6, 3.3, 0.4}).state, CellState::Unknown);
   const BoxState wall = stateOfBox(map, {-0.5, 4.8, 1.0}, {0.5, 5.2, 1.5});
   EXPECT_EQ(wall.state, CellState::Occupied);

@@ -11,8 +11,8 @@
 
 #include "map_scene.h"
 #include "map_walk.h"
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace {
@@ -35,14 +35,14 @@ bool sameCuboid(const Cuboid& a, const Cuboid& b) {
          std::abs(a.probability - b.probability) < 0.5 * kBeliefStep + 1e-6;
 }
 
-TEST(PlanarMap, IsEmptyAndFreeBeforeAnything) {
+TEST(PlanarMap, IsEmptyAndUnknownBeforeAnything) {
   const PlanarMap map;
   Vector3 low, high;
   EXPECT_TRUE(map.empty());
   EXPECT_EQ(map.frames(), 0u);
   EXPECT_FALSE(map.bounds(low, high));
-  EXPECT_TRUE(map.isFree({1.0, 2.0, 3.0}));
-  EXPECT_EQ(map.occupancyAt({0.0, 0.0, 0.0}), 0.0);
+  EXPECT_TRUE(map.isUnknown({1.0, 2.0, 3.0}));
+  EXPECT_EQ(map.occupancyAt({0.0, 0.0, 0.0}), 0.5);
   EXPECT_TRUE(map.unknownCuboids().empty());
 }
 
@@ -123,7 +123,7 @@ TEST(PlanarMap, FollowsTheBeliefOfThePoints) {
   EXPECT_NEAR(map.occupancyAt(on_wall), 0.7, kBeliefStep);
   std::fill(belief.begin(), belief.end(), 0.0f);
   map.insert(frame);  // 0.35: below the least belief
-  EXPECT_TRUE(map.isFree(on_wall));
+  EXPECT_FALSE(map.isOccupied(on_wall));
   EXPECT_TRUE(map.cuboids().empty());
   EXPECT_TRUE(map.planes().empty());
 }
@@ -191,7 +191,7 @@ TEST(PlanarMap, IsInExactlyOneOfThreeStatesAnywhere) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_TRUE(map.isUnknown({nan, 0.0, 0.0}));  // a robot must not be told that it may go there
   EXPECT_TRUE(map.isUnknown({0.0, 0.0, std::numeric_limits<double>::infinity()}));
-  EXPECT_TRUE(map.isFree({1e300, 0.0, 0.0}));
+  EXPECT_TRUE(map.isUnknown({1e300, 0.0, 0.0}));
 }
 
 TEST(PlanarMap, FindsTheCuboidsABruteForceSearchFinds) {
@@ -284,7 +284,8 @@ TEST(PlanarMap, RejectsBadParameters) {
   rejects([](PlanarMapParams& p) { p.first_belief = 0.0; });
   rejects([](PlanarMapParams& p) { p.noise_factor = -1.0; });
   rejects([](PlanarMapParams& p) { p.min_cell_share = std::nan(""); });
-  rejects([](PlanarMapParams& p) { p.max_range = 0.0; });
+  rejects([](PlanarMapParams& p) { p.max_range = -1.0; });
+  rejects([](PlanarMapParams& p) { p.miss_range = std::nan(""); });
   rejects([](PlanarMapParams& p) { p.max_range = 1e6; });  // would be 1e21 unknown cells
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "store/set_bits.h"
 #include "store/unknown_space.h"
 
 namespace planar_mapping::detail {
@@ -37,7 +38,7 @@ void clearOccupied(const Int3& cube, const Cuboid& cuboid, double cell, CubeBits
   }
 }
 
-/// Unknown cells left to be put into boxes.
+/// Cells left to be put into boxes.
 class Remaining {
  public:
   explicit Remaining(const KeyMap<CubeBits>& cubes) : cubes_(cubes) {}
@@ -75,16 +76,35 @@ class Remaining {
 
 }  // namespace
 
-KeyMap<CubeBits> unknownCells(const UnknownSpace& space, const std::vector<Cuboid>& occupied,
-                              double cell) {
+KeyMap<CubeBits> spaceCells(const UnknownSpace& space, CellState state, const SpaceBox& box,
+                            const std::vector<Cuboid>& occupied, double cell) {
+  // Cells with their middles in the box.
+  const auto first = [&](double at) { return std::ceil(at / cell - 0.5); };
+  const auto last = [&](double at) { return std::floor(at / cell - 0.5); };
+  const Vector3 lowest = box.low.unaryExpr(first), highest = box.high.unaryExpr(last);
   KeyMap<CubeBits> cubes;
   space.forEachBlock([&](const Int3& at, const UnknownSpace::Block& block) {
-    if (block.unknown == 0) return;
+    std::uint64_t cells = state == CellState::Free  ? block.free
+                          : space.isUnseenUnknown() ? ~block.free
+                                                    : block.unknown;
+    if (cells == 0) return;
+    const Vector3 corner = 4.0 * Vector3(at.x, at.y, at.z);
+    if ((corner.array() > highest.array()).any() || (corner.array() + 3.0 < lowest.array()).any())
+      return;
+    if ((corner.array() < lowest.array()).any() || (corner.array() + 3.0 > highest.array()).any()) {
+      forEachBit(cells, [&](std::size_t bit) {
+        const Vector3 c = corner + Vector3(bit & 3u, bit >> 2u & 3u, bit >> 4u);
+        const bool inside =
+            (c.array() >= lowest.array()).all() && (c.array() <= highest.array()).all();
+        if (!inside) cells &= ~(std::uint64_t{1} << bit);
+      });
+      if (cells == 0) return;
+    }
     CubeBits& bits = cubes[packKey(Int3{at.x >> 1, at.y >> 1, at.z >> 1})];
     for (int slice = 0; slice < 4; ++slice) {
       std::uint64_t rows = 0;
       for (int row = 0; row < 4; ++row) {
-        rows |= ((block.unknown >> (16 * slice + 4 * row)) & 0xfu) << (8 * row);
+        rows |= ((cells >> (16 * slice + 4 * row)) & 0xfu) << (8 * row);
       }
       bits[static_cast<std::size_t>(4 * (at.z & 1) + slice)] |=
           rows << (32 * (at.y & 1) + 4 * (at.x & 1));

@@ -115,26 +115,31 @@ void restoreCells(const MapRecord& record, const std::uint8_t* belief, MapData& 
   }
 }
 
-/// \param is_finished  then seen free and never seen are alike: no query tells them apart
+/// What is not stored is unknown, or kOccupied where space is free unless something says otherwise;
+/// in a finished map that is free: no query tells never seen from seen free.
 LabelTree treeOf(const UnknownSpace& space, bool is_finished) {
+  const bool is_unknown = space.isUnseenUnknown();
   std::vector<CellLabels> bundles;
   space.forEachBlock([&](const Int3& at, const UnknownSpace::Block& block) {
-    if (is_finished && block.unknown == 0) return;
-    bundles.push_back({at, is_finished ? 0 : ~(block.free | block.unknown), block.unknown});
+    if (is_unknown ? block.free == 0 : is_finished && block.unknown == 0) return;
+    const bool tells_never = !is_unknown && !is_finished;
+    bundles.push_back({at, tells_never ? ~(block.free | block.unknown) : 0,
+                       is_unknown ? ~block.free : block.unknown});
   });
   LabelTree tree(3);
-  tree.add(bundles, is_finished ? kFree : kOccupied);
+  tree.add(bundles, is_unknown ? kUnknown : is_finished ? kFree : kOccupied);
   return tree;
 }
 
 void restoreSpace(const MapRecord& record, UnknownSpace& space) {
+  const bool is_unknown = space.isUnseenUnknown();
   LabelTree::Walk walk(record.space);
   std::vector<UnknownSpace::PlacedBlock> blocks;
   for (std::size_t r = 0; r < record.space.regions(); ++r) {
     blocks.clear();
     walk.next([&](const CellLabels& b) {
-      const std::uint64_t free = record.is_finished ? 0 : ~(b.low | b.high);
-      const std::uint64_t unknown = b.high & ~b.low;
+      const std::uint64_t free = record.is_finished && !is_unknown ? 0 : ~(b.low | b.high);
+      const std::uint64_t unknown = is_unknown ? 0 : b.high & ~b.low;
       if ((free | unknown) != 0) blocks.push_back({b.at, {free, unknown}});
     });
     space.add(blocks);
@@ -149,7 +154,7 @@ MapRecord finishedRecordOf(const MapData& map, std::vector<Cuboid> cuboids) {
   record.params = parametersOf(parameterText(map.params, true));
   record.cuboids = std::move(cuboids);
   for (Cuboid& cuboid : record.cuboids) cuboid.probability = 1.0f;
-  record.space = treeOf(map.unknown, true);
+  record.space = treeOf(map.space, true);
   return record;
 }
 
@@ -160,21 +165,20 @@ MapRecord recordOf(const MapData& map, std::vector<Cuboid> cuboids) {
   record.next_plane_id = map.next_plane_id;
   for (const PlaneLayer& layer : map.planes) recordPlane(layer, record);
   recordCells(map.cells, record);
-  record.space = treeOf(map.unknown, false);
+  record.space = treeOf(map.space, false);
   record.trajectory = map.trajectory;
   return record;
 }
 
 MapData mapOf(const MapRecord& record) {
-  MapData map;
-  map.params = record.params;
+  MapData map(record.params);
   map.trajectory = record.trajectory;
   map.next_plane_id = record.next_plane_id;
   LabelTree::Walk tiles(record.tiles);
   const std::uint8_t* next = record.beliefs.data();
   for (const PlaneRecord& plane : record.planes) map.planes.push_back(layerOf(plane, tiles, next));
   restoreCells(record, next, map);
-  restoreSpace(record, map.unknown);
+  restoreSpace(record, map.space);
   map.commit();
   return map;
 }

@@ -22,6 +22,10 @@ std::string textOf(Profile value) {
   return value == Profile::Compact ? "compact" : "paper";
 }
 
+std::string textOf(Unseen value) {
+  return value == Unseen::Unknown ? "unknown" : "free";
+}
+
 template <typename Number>
 bool parse(const std::string& text, Number& value) {
   const char* end = text.data() + text.size();
@@ -36,6 +40,10 @@ bool parse(const std::string& text, Profile& value) {
   value = text == "compact" ? Profile::Compact : Profile::Paper;
   return value == Profile::Compact || text == "paper";
 }
+bool parse(const std::string& text, Unseen& value) {
+  value = text == "unknown" ? Unseen::Unknown : Unseen::Free;
+  return value == Unseen::Unknown || text == "free";
+}
 
 /// Calls visit(name, value) for every parameter; of a finished map for those that queries depend
 /// on.
@@ -49,6 +57,7 @@ void forEachParameter(Params& p, bool is_finished, Visit&& visit) {
   visit("up_y", a.up.y());
   visit("up_z", a.up.z());
   visit("unknown_space", p.unknown_space);
+  visit("unseen", p.unseen);
   visit("unknown_resolution", p.unknown_resolution);
   visit("max_range", p.max_range);
   if (is_finished) return;
@@ -65,6 +74,7 @@ void forEachParameter(Params& p, bool is_finished, Visit&& visit) {
   visit("min_probability", p.min_probability);
   visit("belief_gain", p.belief_gain);
   visit("miss_factor", p.miss_factor);
+  visit("miss_range", p.miss_range);
   visit("first_belief", p.first_belief);
   visit("noise_factor", p.noise_factor);
   visit("min_cell_share", p.min_cell_share);
@@ -86,6 +96,7 @@ std::string parameterText(const PlanarMapParams& params, bool is_finished) {
 
 PlanarMapParams parametersOf(const std::string& text) {
   PlanarMapParams params;
+  params.unseen = Unseen::Free;  // of maps that do not say
   std::istringstream lines(text);
   std::string name;
   std::string value;

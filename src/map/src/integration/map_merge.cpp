@@ -165,8 +165,9 @@ SpaceBlock blockFrom(const KeyMap<SpaceBlock>& known, const Int3& at, double s, 
 void takeSpace(MapData& map, const MapData& other, const Pose& T) {
   const double s = map.unknownResolution();
   KeyMap<SpaceBlock> known;
-  other.unknown.forEachBlock(
-      [&](const Int3& at, const SpaceBlock& block) { known[packKey(at)] = block; });
+  other.space.forEachBlock([&](const Int3& at, const SpaceBlock& block) {
+    if ((block.free | block.unknown) != 0) known[packKey(at)] = block;
+  });
   // Every block of this map that one of the other may reach, once.
   const double reach = 0.5 * 4.0 * s * T.linear().cwiseAbs().rowwise().sum().maxCoeff();
   KeyMap<std::uint8_t> reached;
@@ -195,7 +196,7 @@ void takeSpace(MapData& map, const MapData& other, const Pose& T) {
     const SpaceBlock block = blockFrom(known, at, s, back);
     if ((block.free | block.unknown) != 0) blocks.push_back({at, block});
   }
-  map.unknown.add(blocks);
+  map.space.add(blocks);
 }
 
 }  // namespace

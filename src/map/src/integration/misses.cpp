@@ -35,7 +35,7 @@ class MissTest {
   MissTest(const MapData& map, const Frame& frame, const DepthImage& image)
       : image_(image),
         noise_(frame.observation->noise),
-        max_range_(map.params.max_range),
+        max_range_(map.missRange()),
         resolution_(map.resolution()),
         margin_(kMissMargin * map.resolution()),
         // Half the diagonal of a square: holds a cell turned about any axis of it.
@@ -115,7 +115,7 @@ void missPlane(const MapData& map, Frame& frame, const MissTest& test, PlaneLaye
   const auto missTile = [&](std::int32_t ta, std::int32_t tb, const RasterTile&) {
     // Most tiles of a large plane are far away or behind the camera.
     const double depth = origin.z() + (8 * ta + 4) * s * u.z() + (8 * tb + 4) * s * v.z();
-    if (depth + half_tile.z() <= 0.0 || depth - half_tile.z() > map.params.max_range) return;
+    if (depth + half_tile.z() <= 0.0 || depth - half_tile.z() > map.missRange()) return;
     const Vector3 middle = origin + (8 * ta + 4) * s * u + (8 * tb + 4) * s * v;
     if (!test.mayBeMissed(middle, half_tile)) return;
     RasterTile& tile = *layer.raster.find(ta, tb);
@@ -146,7 +146,7 @@ void missPlane(const MapData& map, Frame& frame, const MissTest& test, PlaneLaye
         origin + (8 * w.low_a + 4.0 * columns) * s * u + (8 * w.low_b + 4.0 * rows) * s * v;
     const Vector3 half =
         4.0 * s * (columns * u.cwiseAbs() + rows * v.cwiseAbs()) + Vector3::Constant(1.01 * s);
-    if (middle.z() + half.z() <= 0.0 || middle.z() - half.z() > map.params.max_range ||
+    if (middle.z() + half.z() <= 0.0 || middle.z() - half.z() > map.missRange() ||
         !test.mayBeMissed(middle, half)) {
       continue;
     }

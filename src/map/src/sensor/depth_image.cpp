@@ -14,6 +14,8 @@ namespace {
 
 constexpr double kNearPlane = 1e-3;  ///< metres; boxes that reach closer are skipped
 constexpr int kTileShift = 2;        ///< 4 x 4 pixels
+/// A tile is clear only if at least this fraction of its pixels is measured.
+constexpr float kMinMeasured = 0.5f;
 
 /// Depths of a row; 0 where there is none.
 PLANAR_MAPPING_MULTIVERSION
@@ -42,35 +44,42 @@ void markUse(const std::uint8_t* used, const float* depth, std::size_t n, std::u
 }
 
 PLANAR_MAPPING_MULTIVERSION
-void widenRow(const float* depth, std::size_t n, float* nearest, float* farthest) {
+void widenRow(const float* depth, std::size_t n, float* nearest, float* nearest_measured,
+              float* farthest, float* measured) {
+  constexpr float kMaxDepth = std::numeric_limits<float>::max();
   for (std::size_t i = 0; i < n; ++i) {
-    nearest[i] = depth[i] < nearest[i] ? depth[i] : nearest[i];
-    farthest[i] = depth[i] > farthest[i] ? depth[i] : farthest[i];
+    const float z = depth[i];
+    const float near = z > 0.0f ? z : kMaxDepth;
+    nearest[i] = z < nearest[i] ? z : nearest[i];
+    nearest_measured[i] = near < nearest_measured[i] ? near : nearest_measured[i];
+    farthest[i] = z > farthest[i] ? z : farthest[i];
+    measured[i] += z > 0.0f ? 1.0f : 0.0f;
   }
 }
 
 }  // namespace
 
 DepthImage::DepthImage(const PinholeCamera& camera, const Matrix3& rotation,
-                       const Vector3& position, bool shared)
+                       const Vector3& position, bool shared, double clear_range)
     : camera_(camera),
       inverse_(rotation.transpose()),
       turn_(rotation.transpose().cwiseAbs()),
       position_(position),
       shared_(shared),
+      clear_range_(static_cast<float>(clear_range)),
       shift_(shared ? 0 : kTileShift) {
   Level level;
   level.width = (camera.width + (1 << shift_) - 1) >> shift_;
   level.height = (camera.height + (1 << shift_) - 1) >> shift_;
-  level.tiles.assign(static_cast<std::size_t>(level.width) * level.height, Tile());
+  level.tiles.assign(static_cast<std::size_t>(level.width) * level.height, Tile::Zero());
   levels_.push_back(std::move(level));
 }
 
 void DepthImage::fill(const PointsView& points, const std::vector<std::uint8_t>& use) {
   const std::size_t width = points.width;
   std::vector<float> depth(width);
-  std::vector<float> nearest(width);
-  std::vector<float> farthest(width);
+  std::vector<float> nearest(width), nearest_measured(width), farthest(width), measured(width);
+  is_sparse_ = false;
   Level& level = levels_.front();
   const auto tiles = static_cast<std::size_t>(level.width);
   // What is beyond the image is no measurement.
@@ -79,13 +88,17 @@ void DepthImage::fill(const PointsView& points, const std::vector<std::uint8_t>&
   use_.assign((tiles + 1) * (static_cast<std::size_t>(level.height) + 1), 0);
   for (int tile_row = 0; tile_row < level.height; ++tile_row) {
     std::fill(nearest.begin(), nearest.end(), std::numeric_limits<float>::infinity());
+    std::fill(nearest_measured.begin(), nearest_measured.end(),
+              std::numeric_limits<float>::infinity());
     std::fill(farthest.begin(), farthest.end(), 0.0f);
+    std::fill(measured.begin(), measured.end(), 0.0f);
     std::fill(marks.begin(), marks.end(), std::uint8_t{0});
     const std::uint32_t first = static_cast<std::uint32_t>(tile_row) << shift_;
     const std::uint32_t last = std::min(first + (1u << shift_), points.height);
     for (std::uint32_t row = first; row < last; ++row) {
       readRow(points[row * width], points.stride, width, depth.data());
-      widenRow(depth.data(), width, nearest.data(), farthest.data());
+      widenRow(depth.data(), width, nearest.data(), nearest_measured.data(), farthest.data(),
+               measured.data());
       markUse(use.empty() ? all.data() : &use[row * width], depth.data(), width, marks.data());
     }
     Tile* row_of_tiles = &level.tiles[static_cast<std::size_t>(tile_row) * tiles];
@@ -93,13 +106,18 @@ void DepthImage::fill(const PointsView& points, const std::vector<std::uint8_t>&
     for (std::size_t t = 0; t < tiles; ++t) {
       const std::size_t begin = t << shift_;
       const std::size_t end = std::min(begin + (std::size_t{1} << shift_), width);
-      Tile tile{nearest[begin], farthest[begin]};
+      Tile tile(nearest[begin], nearest_measured[begin], -farthest[begin], 0.0f);
+      float pixels = measured[begin];
       std::uint64_t marked = marks[begin];
       for (std::size_t i = begin + 1; i < end; ++i) {
-        tile.nearest = std::min(tile.nearest, nearest[i]);
-        tile.farthest = std::max(tile.farthest, farthest[i]);
+        tile = tile.min(Tile(nearest[i], nearest_measured[i], -farthest[i], 0.0f));
+        pixels += measured[i];
         marked |= marks[i];
       }
+      const auto pixels_of_tile = static_cast<float>((end - begin) * (last - first));
+      tile[kClear] =
+          pixels >= kMinMeasured * pixels_of_tile ? std::min(tile[kClear], clear_range_) : 0.0f;
+      tile[kClearest] = -tile[kClear];
       row_of_tiles[t] = tile;
       uses[t] = (marked & 1u) + ((marked >> 1) << 32);
     }
@@ -128,8 +146,14 @@ void DepthImage::add(const Vector3& point) {
   Tile& tile = level.tiles[(static_cast<std::size_t>(row) >> shift_) * level.width +
                            (static_cast<std::size_t>(column) >> shift_)];
   const auto depth = static_cast<float>(point.z());
-  tile.nearest = tile.nearest > 0.0f ? std::min(tile.nearest, depth) : depth;
-  tile.farthest = std::max(tile.farthest, depth);
+  if (!(tile[kNearest] > 0.0f && tile[kNearest] <= depth)) {
+    rays_.resize(level.tiles.size());
+    rays_[static_cast<std::size_t>(&tile - level.tiles.data())] = point.hnormalized().cast<float>();
+  }
+  tile[kNearest] = tile[kNearest] > 0.0f ? std::min(tile[kNearest], depth) : depth;
+  tile[kFarthest] = std::min(tile[kFarthest], -depth);
+  tile[kClear] = std::min(tile[kNearest], clear_range_);
+  tile[kClearest] = -tile[kClear];
 }
 
 void DepthImage::finish() {
@@ -147,10 +171,7 @@ void DepthImage::finish() {
         const int left = 2 * column;
         const int right = std::min(left + 1, fine.width - 1);
         Tile& tile = coarse.tiles[static_cast<std::size_t>(row) * coarse.width + column];
-        tile.nearest = std::min(std::min(upper[left].nearest, upper[right].nearest),
-                                std::min(lower[left].nearest, lower[right].nearest));
-        tile.farthest = std::max(std::max(upper[left].farthest, upper[right].farthest),
-                                 std::max(lower[left].farthest, lower[right].farthest));
+        tile = upper[left].min(upper[right]).min(lower[left].min(lower[right]));
       }
     }
     levels_.push_back(std::move(coarse));
@@ -197,8 +218,15 @@ DepthImage::Look DepthImage::look(const Vector3& c, const Vector3& half, bool wh
   result.far = c.z() + half.z();
   if (result.far <= kNearPlane) return result;
   if (result.near <= kNearPlane) {  // around the camera: seen, but not to be told apart
-    result.visible = true;
+    const auto meets = [&](double nearest, double farthest, double f, double low, double high) {
+      return f * farthest >= -low * result.far && f * nearest <= high * result.far;
+    };
+    result.visible = meets(c.x() - half.x(), c.x() + half.x(), camera_.fx, camera_.cx + 0.5,
+                           camera_.width - camera_.cx - 0.5) &&
+                     meets(c.y() - half.y(), c.y() + half.y(), camera_.fy, camera_.cy + 0.5,
+                           camera_.height - camera_.cy - 0.5);
     result.farthest = farthest();
+    result.clearest = clearest();
     return result;
   }
   double edges[4];
@@ -230,22 +258,41 @@ DepthImage::Look DepthImage::look(const Vector3& c, const Vector3& half, bool wh
   const Level& level = levels_[static_cast<std::size_t>(l)];
   const int xs[3] = {x0, std::min(x0 + 1, x1), x1};
   const int ys[3] = {y0, std::min(y0 + 1, y1), y1};
-  const auto smaller = [](float a, float b) { return a < b ? a : b; };
-  const auto larger = [](float a, float b) { return a > b ? a : b; };
-  float nearest = std::numeric_limits<float>::infinity();
-  float farthest = 0.0f;
+  Tile all = Tile::Constant(std::numeric_limits<float>::infinity());
   for (const int y : ys) {
     // Of each row first: what need not wait for each other is computed together.
     const Tile* row = &level.tiles[static_cast<std::size_t>(y) * level.width];
-    const Tile& first = row[xs[0]];
-    const Tile& second = row[xs[1]];
-    const Tile& third = row[xs[2]];
-    nearest = smaller(smaller(smaller(first.nearest, second.nearest), third.nearest), nearest);
-    farthest = larger(larger(larger(first.farthest, second.farthest), third.farthest), farthest);
+    all = all.min(row[xs[0]].min(row[xs[1]]).min(row[xs[2]]));
   }
-  result.nearest = nearest;
-  result.farthest = farthest;
+  result.nearest = all[kNearest];
+  result.farthest = -all[kFarthest];
+  result.clear = all[kClear];
+  result.clearest = -all[kClearest];
   return result;
+}
+
+std::uint64_t DepthImage::clearCells(const Vector3& first, const Matrix3& axes) const {
+  constexpr std::size_t kCells = 64;
+  float column[kCells], row[kCells], depth[kCells];
+  const auto fx = static_cast<float>(camera_.fx), fy = static_cast<float>(camera_.fy);
+  const auto cx = static_cast<float>(camera_.cx + 0.5), cy = static_cast<float>(camera_.cy + 0.5);
+  const Eigen::Vector3f start = first.cast<float>();
+  const Eigen::Matrix3f step = axes.cast<float>();
+  for (std::size_t i = 0; i < kCells; ++i) {
+    const auto x = static_cast<float>(i & 3u), y = static_cast<float>(i >> 2u & 3u);
+    const auto z = static_cast<float>(i >> 4u);
+    depth[i] = start.z() + x * step(2, 0) + y * step(2, 1) + z * step(2, 2);
+    const float inverse = 1.0f / depth[i];
+    column[i] = fx * (start.x() + x * step(0, 0) + y * step(0, 1) + z * step(0, 2)) * inverse + cx;
+    row[i] = fy * (start.y() + x * step(1, 0) + y * step(1, 1) + z * step(1, 2)) * inverse + cy;
+  }
+  std::uint64_t clear = 0;
+  for (std::size_t i = 0; i < kCells; ++i) {
+    const bool is_clear =
+        depth[i] > static_cast<float>(kNearPlane) && clearAt(column[i], row[i]) > depth[i];
+    clear |= std::uint64_t{is_clear} << i;
+  }
+  return clear;
 }
 
 void DepthImage::bounds(double depth, Vector3& low, Vector3& high) const {
@@ -262,7 +309,8 @@ void DepthImage::bounds(double depth, Vector3& low, Vector3& high) const {
 
 std::vector<DepthImage> makeDepthImages(const FrameObservation& observation,
                                         const Matrix3& rotation, const Vector3& position,
-                                        const std::vector<std::uint8_t>& use, double step) {
+                                        const std::vector<std::uint8_t>& use, double step,
+                                        double clear_range) {
   const PointsView& points = observation.points;
   std::vector<DepthImage> images;
   if (points.size == 0) return images;
@@ -272,7 +320,7 @@ std::vector<DepthImage> makeDepthImages(const FrameObservation& observation,
     const bool organized = points.isOrganized();
     camera->width = organized ? static_cast<int>(points.width) : camera->width;
     camera->height = organized ? static_cast<int>(points.height) : camera->height;
-    images.emplace_back(*camera, rotation, position, false);
+    images.emplace_back(*camera, rotation, position, false, clear_range);
     if (organized) {
       images.back().fill(points, use);
     } else {
@@ -297,7 +345,7 @@ std::vector<DepthImage> makeDepthImages(const FrameObservation& observation,
       axes.col(2) = sign * Vector3::Unit(axis);
       axes.col(0) = Vector3::Unit((axis + 1) % 3);
       axes.col(1) = axes.col(2).cross(axes.col(0));
-      DepthImage image(face, axes, position, true);
+      DepthImage image(face, axes, position, true, clear_range);
       bool any = false;
       for (std::size_t i = 0; i < points.size; ++i) {
         if (!points.isFinite(i)) continue;

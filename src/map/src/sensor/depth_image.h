@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
+#include <Eigen/Core>
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -14,6 +15,9 @@ namespace planar_mapping::detail {
 /// Smallest and largest depth of a pinhole image over rectangles of pixels, by a pyramid.
 ///
 /// What a pixel without a measurement says is nothing: it counts neither as near nor as far.
+///
+/// The lowest tiles also have the depth up to which they are *clear*: rays passed there. It is that
+/// of the nearest measurement; 0 where too few pixels have one.
 class DepthImage {
  public:
   /// What the image says about a box in front of the camera.
@@ -24,13 +28,16 @@ class DepthImage {
     double far = 0.0;
     float nearest = 0.0f;   ///< smallest depth measured over the box; 0 if a pixel has none
     float farthest = 0.0f;  ///< largest depth measured over the box; 0 if there is none
+    float clear = 0.0f;     ///< depth up to which all tiles over the box are clear
+    float clearest = 0.0f;  ///< the same of any of them
   };
 
   /// \param camera   of the image
   /// \param rotation camera to world, \param position of the camera in the world
   /// \param shared   one of several images side by side, each responsible for its own quadrant
+  /// \param clear_range  depth beyond which nothing is clear, metres
   DepthImage(const PinholeCamera& camera, const Matrix3& rotation, const Vector3& position,
-             bool shared);
+             bool shared, double clear_range);
 
   /// Depths of an organized cloud in the camera's own frame, and which of them went into the map.
   /// \param use one byte per point, 0 = not mapped; empty = all are
@@ -64,41 +71,93 @@ class DepthImage {
   const Matrix3& inverseRotation() const { return inverse_; }
   /// World bounds of what the image sees up to a depth.
   void bounds(double depth, Vector3& low, Vector3& high) const;
-  float farthest() const { return levels_.back().tiles.front().farthest; }
+  const Vector3& position() const { return position_; }
+  float farthest() const { return -levels_.back().tiles.front()[kFarthest]; }
+  float clearest() const { return -levels_.back().tiles.front()[kClearest]; }
+  /// Are there rays for some tiles only, with gaps between them?
+  bool isSparse() const { return is_sparse_; }
+  /// Which cells of a block are clear: the tile at their middle is. Bit 16 z + 4 y + x; camera
+  /// frame. \param first middle of the first cell, \param axes a step along x, y, z
+  std::uint64_t clearCells(const Vector3& first, const Matrix3& axes) const;
+  /// Calls visit(ray, depth) for rays (world, 1 long along the optical axis) that are clear up to a
+  /// depth: a few across the image, of a sparse one that of the nearest measurement of each tile.
+  template <typename Visit>
+  void forEachRay(Visit&& visit) const;
 
  private:
   /// Corners in pixels of what the box covers; false if it reaches behind the camera.
   bool footprint(const Vector3& centre, const Vector3& half, double corners[4]) const;
   void sumUses();
 
-  struct Tile {
-    float nearest = 0.0f;
-    float farthest = 0.0f;
-  };
+  /// All four as something of which the smallest counts, so that they are compared at once.
+  using Tile = Eigen::Array4f;
+  enum { kNearest, kClear, kFarthest, kClearest };  ///< the last two negative
   struct Level {
     int width = 0;
     int height = 0;
     std::vector<Tile> tiles;
   };
+  /// Depth up to which the tile at a pixel is clear; 0 outside of the image.
+  float clearAt(float column, float row) const {
+    if (!(column >= 0.0f && row >= 0.0f && column < static_cast<float>(camera_.width) &&
+          row < static_cast<float>(camera_.height))) {
+      return 0.0f;
+    }
+    const Level& level = levels_.front();
+    return level.tiles[static_cast<std::size_t>((static_cast<int>(row) >> shift_) * level.width +
+                                                (static_cast<int>(column) >> shift_))][kClear];
+  }
+  float pixelAt(float column, float row) const {
+    if (!(column >= 0.0f && row >= 0.0f && column < static_cast<float>(camera_.width) &&
+          row < static_cast<float>(camera_.height))) {
+      return 0.0f;
+    }
+    return pixels_[static_cast<std::size_t>(static_cast<int>(row) * camera_.width +
+                                            static_cast<int>(column))];
+  }
 
   PinholeCamera camera_;
   Matrix3 inverse_;
   Matrix3 turn_;
   Vector3 position_;
   bool shared_;
+  bool is_sparse_ = true;
+  float clear_range_;
   int shift_;  ///< log2 of the side of the tiles of the lowest level, pixels
   /// Tiles above and left of each corner that hold a measurement that went into the map and, in
   /// the upper half, one that did not.
   std::vector<std::uint64_t> use_;
   std::vector<Level> levels_;
+  std::vector<Eigen::Vector2f> rays_;  ///< of a sparse image: to the nearest measurement of a tile
+  std::vector<float> pixels_;
 };
+
+template <typename Visit>
+void DepthImage::forEachRay(Visit&& visit) const {
+  constexpr int kRays = 16;  ///< across the image
+  const Level& level = levels_.front();
+  const int step = is_sparse_ ? 1 : std::max(1, level.width / kRays);
+  const double middle = 0.5 * ((1 << shift_) - 1);
+  for (int row = step / 2; row < level.height; row += step) {
+    for (int column = step / 2; column < level.width; column += step) {
+      const auto tile = static_cast<std::size_t>(row * level.width + column);
+      const float clear = level.tiles[tile][kClear];
+      if (!(clear > 0.0f)) continue;
+      const Vector3 ray =
+          is_sparse_ ? Vector3(rays_[tile].homogeneous().cast<double>())
+                     : camera_.rayOf((column << shift_) + middle, (row << shift_) + middle);
+      visit(Vector3(inverse_.transpose() * ray), static_cast<double>(clear));
+    }
+  }
+}
 
 /// The images that cells are tested against: one of the camera's, or for a cloud without a camera
 /// the six faces of a cube around the sensor, along the world's axes. \param use see
-/// DepthImage::fill()
+/// DepthImage::fill(), \param clear_range see DepthImage()
 std::vector<DepthImage> makeDepthImages(const FrameObservation& observation,
                                         const Matrix3& rotation, const Vector3& position,
-                                        const std::vector<std::uint8_t>& use, double step);
+                                        const std::vector<std::uint8_t>& use, double step,
+                                        double clear_range);
 
 /// Pinhole model that explains an organized cloud to a fraction of a pixel, if there is one.
 std::optional<PinholeCamera> estimateCamera(const PointsView& points);

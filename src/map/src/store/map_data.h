@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -31,16 +32,25 @@ struct FramePose {
 
 /// All that a map knows: plain values, copied with it and written to its file.
 struct MapData {
+  explicit MapData(const PlanarMapParams& p = PlanarMapParams()) : params(p), space(p.unseen) {}
+
   PlanarMapParams params;
   std::vector<PlaneLayer> planes;  ///< by id, ascending
   std::int32_t next_plane_id = 0;
   CellLayer cells;
-  UnknownSpace unknown;
+  UnknownSpace space;
   std::vector<FramePose> trajectory;
 
   double resolution() const { return params.approximation.resolution; }
   double unknownResolution() const {
     return params.unknown_resolution > 0.0 ? params.unknown_resolution : resolution();
+  }
+  /// Depths up to which frames say what space is, and which cells are missed.
+  double maxRange() const {
+    return params.max_range > 0.0 ? params.max_range : kMaxRangeCells * unknownResolution();
+  }
+  double missRange() const {
+    return params.miss_range > 0.0 ? std::min(params.miss_range, maxRange()) : maxRange();
   }
   double thickness() const {
     const CuboidApproximationParams& p = params.approximation;

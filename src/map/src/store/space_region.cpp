@@ -62,6 +62,14 @@ void skipCells(const std::uint8_t*& at) {
 
 }  // namespace
 
+SpaceBlock SpaceRegion::takeBlock(Kinds kinds, const std::uint8_t*& at) {
+  SpaceBlock b;
+  if (kinds != kUnknownOrNever) b.free = takeCells(at);
+  if (kinds == kUnknownOrNever || kinds == kAllThree) b.unknown = takeCells(at);
+  if (kinds == kFreeOrUnknown) b.unknown = ~b.free;
+  return b;
+}
+
 std::uint64_t SpaceRegion::labelsOf(std::size_t row, std::size_t own) const {
   if (isAlike(row)) return kEach * (row_labels_ >> (2 * row) & 3u);
   std::uint64_t labels = 0;
@@ -124,17 +132,18 @@ void SpaceRegion::unpack(Blocks& blocks) const {
       const auto label = static_cast<std::uint8_t>(labels >> (2 * i) & 3u);
       blocks.labels[row * kRow + i] = label;
       if (label != kMixed) continue;
-      SpaceBlock& b = blocks.cells[row * kRow + i];
-      b = {};
-      const Kinds kinds = kindsOf(mixed++);
-      if (kinds != kUnknownOrNever) b.free = takeCells(at);
-      if (kinds == kUnknownOrNever || kinds == kAllThree) b.unknown = takeCells(at);
-      if (kinds == kFreeOrUnknown) b.unknown = ~b.free;
+      blocks.cells[row * kRow + i] = takeBlock(kindsOf(mixed++), at);
     }
   }
 }
 
-std::uint64_t SpaceRegion::unknownOf(std::size_t block) const {
+SpaceRegion SpaceRegion::allFree() {
+  SpaceRegion region;
+  region.row_labels_ = 0x55555555u * kFree;
+  return region;
+}
+
+SpaceBlock SpaceRegion::cellsOf(std::size_t block) const {
   const std::size_t row = block / kRow;
   const std::size_t place = 2 * (block % kRow);
   std::size_t mixed = 0;
@@ -144,7 +153,7 @@ std::uint64_t SpaceRegion::unknownOf(std::size_t block) const {
   }
   const std::uint64_t labels = labelsOf(row, own);
   const std::uint64_t label = labels >> place & 3u;
-  if (label != kMixed) return label == kUnknown ? ~std::uint64_t{0} : 0;
+  if (label != kMixed) return {label == kFree ? kAll : 0, label == kUnknown ? kAll : 0};
   mixed += countMixed(labels & ((std::uint64_t{1} << place) - 1));
 
   const std::uint8_t* at = firstCells();
@@ -152,11 +161,7 @@ std::uint64_t SpaceRegion::unknownOf(std::size_t block) const {
     if (kindsOf(m) == kAllThree) skipCells(at);
     skipCells(at);
   }
-  const Kinds kinds = kindsOf(mixed);
-  if (kinds == kFreeOrNever) return 0;
-  if (kinds == kAllThree) skipCells(at);
-  const std::uint64_t cells = takeCells(at);
-  return kinds == kFreeOrUnknown ? ~cells : cells;
+  return takeBlock(kindsOf(mixed), at);
 }
 
 }  // namespace planar_mapping::detail

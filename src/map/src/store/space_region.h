@@ -39,8 +39,10 @@ class SpaceRegion {
 
   void pack(const Blocks& blocks);
   void unpack(Blocks& blocks) const;
-  /// The unknown cells of a block, as in SpaceBlock.
-  std::uint64_t unknownOf(std::size_t block) const;
+  /// The cells of a block.
+  SpaceBlock cellsOf(std::size_t block) const;
+  static SpaceRegion allFree();
+  bool isAllFree() const { return alike_ == 0xffff && row_labels_ == 0x55555555u * kFree; }
   std::size_t memoryBytes() const { return bytes_.capacity(); }
 
  private:
@@ -51,6 +53,8 @@ class SpaceRegion {
   /// Of what kinds the cells of a mixed block are, and so what its bits say.
   enum Kinds : std::uint8_t { kFreeOrNever, kUnknownOrNever, kFreeOrUnknown, kAllThree };
 
+  /// The cells of a mixed block, whose bytes are passed.
+  static SpaceBlock takeBlock(Kinds kinds, const std::uint8_t*& at);
   bool isAlike(std::size_t row) const { return (alike_ >> row & 1u) != 0; }
   /// \param own number of the row among those that are not alike, if it is one
   std::uint64_t labelsOf(std::size_t row, std::size_t own) const;

@@ -10,7 +10,13 @@ namespace {
 
 constexpr std::uint64_t kAllCells = ~std::uint64_t{0};
 constexpr int kBlockLevel = 2;
-constexpr int kRootLevel = 5;  ///< the walk starts at regions of 32 cells
+constexpr int kRegionLevel = 5;
+constexpr int kRootLevel = 9;  ///< the walk starts at cubes of 512 cells
+/// Blocks of which the side is less than this fraction of their distance are free as a whole or not
+/// at all; those of s = 0.1 m from 20 m on.
+constexpr double kFarBlock = 0.02;
+/// Up to so many cells from the sensor a cell is free if any ray passes it.
+constexpr double kNearCells = 5.0;
 
 }  // namespace
 
@@ -33,7 +39,7 @@ class UnknownSpace::OpenRegion {
 
   /// Are all cells of a node known to be free? \param level that of a block or of 2 x 2 x 2 blocks
   bool isKnownFree(int level, const Int3& low) const {
-    const std::size_t first = placeOf({low.x >> 2, low.y >> 2, low.z >> 2});
+    const std::size_t first = placeOf(blockOf(low));
     if (level == kBlockLevel) return blocks_.labels[first] == SpaceRegion::kFree;
     for (const std::size_t step : {0, 1, 8, 9, 64, 65, 72, 73}) {
       if (blocks_.labels[first + step] != SpaceRegion::kFree) return false;
@@ -41,16 +47,9 @@ class UnknownSpace::OpenRegion {
     return true;
   }
 
-  /// The same for a node of a block.
-  bool isKnownFreeInBlock(int level, const Int3& low) const {
-    const std::size_t block = placeOf({low.x >> 2, low.y >> 2, low.z >> 2});
-    return (cellsOf(level, low) & ~blocks_.cellsOf(block).free) == 0;
-  }
-
-  /// Marks all cells of a node. What was seen free stays free.
+  /// Marks all cells of a node of blocks. What was seen free stays free.
   void mark(int level, const Int3& low, bool free) {
-    const Int3 block{low.x >> 2, low.y >> 2, low.z >> 2};
-    if (level < kBlockLevel) return mark(block, cellsOf(level, low), free);
+    const Int3 block = blockOf(low);
     const std::int32_t side = std::int32_t{1} << (level - kBlockLevel);
     for (std::int32_t z = block.z; z < block.z + side; ++z) {
       for (std::int32_t y = block.y; y < block.y + side; ++y) {
@@ -89,26 +88,25 @@ class UnknownSpace::OpenRegion {
   }
 
  private:
-  /// Bits of a node of 2^level cells in its block.
-  static std::uint64_t cellsOf(int level, const Int3& low) {
-    constexpr std::uint64_t kCube[3] = {0x1u, 0x330033u, ~std::uint64_t{0}};
-    return kCube[level] << (16 * (low.z & 3) + 4 * (low.y & 3) + (low.x & 3));
-  }
-
   UnknownSpace& space_;
   std::uint64_t key_ = 0;
   bool changed_ = false;
   SpaceRegion::Blocks blocks_;
 };
 
-/// Goes down from large cubes to cells and stops where the image says the same of all cells.
+/// Goes down from large cubes to blocks and stops where the image says the same of all cells.
 /// Stopping early never changes the result: a cube's footprint in the image contains those of its
 /// cells at every level of the pyramid.
 class UnknownSpace::Walk {
  public:
   Walk(UnknownSpace& space, const DepthImage& image, double cell, double max_range)
-      : region_(space), image_(image), cell_(cell), max_range_(max_range) {
-    const Matrix3& r = image.inverseRotation();
+      : space_(space),
+        region_(space),
+        image_(image),
+        cell_(cell),
+        max_range_(max_range),
+        marks_hidden_(!space.isUnseenUnknown()),
+        axes_(cell * image.inverseRotation()) {
     for (int level = 0; level <= kRootLevel; ++level) {
       // All cells, each as a box along the camera's axes, about the middle of the cube.
       const double half = 0.5 * cell * static_cast<double>(1 << level);
@@ -117,7 +115,7 @@ class UnknownSpace::Walk {
       for (int child = 0; child < 8; ++child) {
         const Vector3 to((child & 1) != 0 ? 0.5 : -0.5, (child & 2) != 0 ? 0.5 : -0.5,
                          (child & 4) != 0 ? 0.5 : -0.5);
-        child_[level][child] = r * (half * to);
+        child_[level][child] = image.inverseRotation() * (half * to);
       }
     }
   }
@@ -125,39 +123,32 @@ class UnknownSpace::Walk {
   void root(const Int3& low) {
     const Vector3 middle =
         cell_ * (Vector3(low.x, low.y, low.z) + Vector3::Constant(0.5 * (1 << kRootLevel)));
-    region_.open({low.x >> kBlockLevel, low.y >> kBlockLevel, low.z >> kBlockLevel});
     node(kRootLevel, low, image_.toCamera(middle));
-    region_.close();
   }
 
  private:
   void node(int level, const Int3& low, const Vector3& centre) {
     // What was seen free stays free: nothing to be learnt there.
-    if (level >= kBlockLevel && level <= kBlockLevel + 1 && region_.isKnownFree(level, low)) return;
-    // Nor in part of a block that will not be marked as hidden any more.
-    if (level < kBlockLevel && any_free_ && region_.isKnownFreeInBlock(level, low)) return;
-    // Where the image ends nothing is certain; to follow its rim cell by cell is not worth it.
-    const bool whole = level < kBlockLevel;
-    const DepthImage::Look look = image_.look(centre, half_[level], whole);
-    if (whole && !look.inside) return;
-    if (!look.visible || look.near > max_range_ || look.farthest <= 0.0f) return;
-    const bool hidden = look.farthest < look.near;
-    if (look.inside && look.far <= max_range_) {
-      if (hidden) return mark(level, low, false);
-      if (look.nearest > look.far) return mark(level, low, true);
-    }
-    if (level == 0) {
-      if (look.farthest > look.far && look.far <= max_range_ && look.near > 0.0) {
-        mark(level, low, true);
+    if (level == kRegionLevel && space_.isFreeRegion(low)) return;
+    if (level <= kBlockLevel + 1 && region_.isKnownFree(level, low)) return;
+    const DepthImage::Look look = image_.look(centre, half_[level], false);
+    if (!look.visible) return;
+    const bool hides = marks_hidden_ && look.farthest > 0.0f && look.near <= max_range_;
+    if (!(look.clearest > look.near) && !hides) return;
+    const bool is_hidden = hides && look.farthest < look.near;
+    if (look.inside) {
+      if (look.clear > look.far) return free(level, low);
+      if (is_hidden && look.far <= max_range_ && level <= kRegionLevel) {
+        if (level == kRegionLevel) region_.open(blockOf(low));
+        region_.mark(level, low, false);
+        if (level == kRegionLevel) region_.close();
+        return;
       }
-      return;
     }
-    if (level == kBlockLevel && hidden) {
-      const DepthImage::Look middle = image_.look(centre, half_[0], true);
-      if (middle.inside && middle.far <= max_range_) region_.mark(level, low, false);
-      return;
-    }
-    if (level == kBlockLevel) any_free_ = any_hidden_ = false;
+    const bool is_far = cell_ * static_cast<double>(1 << level) <= kFarBlock * look.near;
+    if (level == kBlockLevel) return block(blockOf(low), centre, is_hidden, is_far);
+    if (is_far && !hides) return;
+    if (level == kRegionLevel) region_.open(blockOf(low));
     const std::int32_t half = std::int32_t{1} << (level - 1);
     for (int child = 0; child < 8; ++child) {
       node(level - 1,
@@ -165,32 +156,119 @@ class UnknownSpace::Walk {
             low.z + ((child & 4) != 0 ? half : 0)},
            centre + child_[level][child]);
     }
-    // Nothing of it was seen free: what is not hidden is where the surface is.
-    if (level == kBlockLevel && any_hidden_ && !any_free_) region_.mark(level, low, false);
+    if (level == kRegionLevel) region_.close();
   }
 
-  void mark(int level, const Int3& low, bool free) {
-    (free ? any_free_ : any_hidden_) = true;
-    region_.mark(level, low, free);
+  void free(int level, const Int3& low) {
+    if (level < kRegionLevel) return region_.mark(level, low, true);
+    const std::int32_t side = std::int32_t{1} << level;
+    for (std::int32_t z = low.z; z < low.z + side; z += 1 << kRegionLevel) {
+      for (std::int32_t y = low.y; y < low.y + side; y += 1 << kRegionLevel) {
+        for (std::int32_t x = low.x; x < low.x + side; x += 1 << kRegionLevel) {
+          space_.regions_[regionOf(blockOf({x, y, z}))] = SpaceRegion::allFree();
+        }
+      }
+    }
   }
 
+  /// Cell by cell. \param is_hidden all of it, as far as the image sees it
+  void block(const Int3& at, const Vector3& centre, bool is_hidden, bool is_far) {
+    const std::uint64_t free =
+        is_far || image_.isSparse()
+            ? 0
+            : image_.clearCells(centre - axes_ * Vector3::Constant(1.5), axes_);
+    region_.mark(at, free, true);
+    if (!marks_hidden_) return;
+    std::uint64_t hidden = 0;
+    if (is_hidden) {
+      hidden = isHidden(centre) ? kAllCells : 0;
+    } else {
+      for (int bit = 0; bit < 64; ++bit) {
+        if ((free >> bit & 1u) != 0) continue;
+        const Vector3 offset((bit & 3) - 1.5, (bit >> 2 & 3) - 1.5, (bit >> 4) - 1.5);
+        hidden |= std::uint64_t{isHidden(centre + axes_ * offset)} << bit;
+      }
+      // Nothing of it was seen free: what is not hidden is where the surface is.
+      if (hidden != 0 && free == 0) hidden = kAllCells;
+    }
+    region_.mark(at, hidden, false);
+  }
+
+  /// Does the cell lie behind all that is measured over it?
+  bool isHidden(const Vector3& centre) const {
+    const DepthImage::Look look = image_.look(centre, half_[0], true);
+    return look.inside && look.far <= max_range_ && look.farthest > 0.0f &&
+           look.farthest < look.near;
+  }
+
+  UnknownSpace& space_;
   OpenRegion region_;
   const DepthImage& image_;
   const double cell_;
   const double max_range_;
+  const bool marks_hidden_;
+  const Matrix3 axes_;  ///< from cell to cell, in the camera's frame
   Vector3 half_[kRootLevel + 1];
   Vector3 child_[kRootLevel + 1][8];
-  bool any_free_ = false;  ///< what this image says of the block being walked through
-  bool any_hidden_ = false;
 };
 
+/// Marks the cells that rays pass: of a sparse image to their ends, but for the cell where they
+/// end.
+void UnknownSpace::integrateRays(const DepthImage& image, double cell) {
+  KeyMap<std::uint64_t> blocks;
+  const Vector3 origin = image.position() / cell;
+  image.forEachRay([&](const Vector3& ray, double depth) {
+    if (!image.isSparse()) depth = std::min(depth, kNearCells * cell);
+    const Vector3 end = origin + depth / cell * ray;
+    constexpr double kLimit = kLatticeLimit - 1;
+    if (!(std::max(origin.cwiseAbs().maxCoeff(), end.cwiseAbs().maxCoeff()) < kLimit)) return;
+    Vector3 at = origin.array().floor(), next, step;
+    for (int i = 0; i < 3; ++i) {
+      const double border = ray[i] > 0.0 ? at[i] + 1.0 : at[i];
+      const double length = end[i] - origin[i];
+      next[i] = length == 0.0 ? 2.0 : (border - origin[i]) / length;
+      step[i] = length == 0.0 ? 2.0 : 1.0 / std::abs(length);
+    }
+    std::uint64_t key = 0;
+    std::uint64_t cells = 0;
+    for (int axis = 0;;) {
+      const Int3 c{static_cast<std::int32_t>(at.x()), static_cast<std::int32_t>(at.y()),
+                   static_cast<std::int32_t>(at.z())};
+      next.minCoeff(&axis);
+      if (next[axis] > 1.0 && image.isSparse()) break;
+      if (packKey(blockOf(c)) != key) {
+        if (cells != 0) blocks[key] |= cells;
+        key = packKey(blockOf(c));
+        cells = 0;
+      }
+      cells |= std::uint64_t{1} << bitOf(c);
+      if (next[axis] > 1.0) break;
+      at[axis] += ray[axis] > 0.0 ? 1.0 : -1.0;
+      next[axis] += step[axis];
+    }
+    if (cells != 0) blocks[key] |= cells;
+  });
+  std::vector<PlacedBlock> placed;
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    placed.push_back({unpackKey(blocks.key(i)), {blocks.value(i), 0}});
+  }
+  std::sort(placed.begin(), placed.end(), [](const PlacedBlock& a, const PlacedBlock& b) {
+    return regionOf(a.at) < regionOf(b.at);
+  });
+  add(placed);
+}
+
 void UnknownSpace::integrate(const DepthImage& image, double cell, double max_range) {
+  const double range = isUnseenUnknown() ? image.clearest() : max_range;
+  if (!(image.clearest() > 0.0f)) return;
   Vector3 low, high;
-  image.bounds(max_range, low, high);
+  image.bounds(range, low, high);
   constexpr std::int32_t kSide = 1 << kRootLevel;
   constexpr double kLimit = kLatticeLimit / kSide - 1;
   low = (low / (cell * kSide)).array().floor().max(-kLimit).min(kLimit);
   high = (high / (cell * kSide)).array().floor().max(-kLimit).min(kLimit);
+  integrateRays(image, cell);
+  if (image.isSparse() && isUnseenUnknown()) return;
   Walk walk(*this, image, cell, max_range);
   for (auto z = static_cast<std::int32_t>(low.z()); z <= high.z(); ++z) {
     for (auto y = static_cast<std::int32_t>(low.y()); y <= high.y(); ++y) {
@@ -216,10 +294,13 @@ void UnknownSpace::add(const std::vector<PlacedBlock>& blocks) {
 }
 
 UnknownSpace::Surroundings UnknownSpace::around(const Int3& cell) const {
-  const Int3 block{cell.x >> 2, cell.y >> 2, cell.z >> 2};
+  const Int3 block = blockOf(cell);
   const SpaceRegion* region = regions_.find(regionOf(block));
-  if (region == nullptr) return {0, true};
-  return {region->unknownOf(placeOf(block)), false};
+  if (region == nullptr) return {isUnseenUnknown() ? kAllCells : 0, true};
+  if (region->isAllFree()) return {0, true};
+  const std::size_t place = placeOf(block);
+  const SpaceBlock cells = region->cellsOf(place);
+  return {isUnseenUnknown() ? ~cells.free : cells.unknown, false};
 }
 
 std::size_t UnknownSpace::memoryBytes() const {

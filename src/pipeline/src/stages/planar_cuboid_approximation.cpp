@@ -56,12 +56,20 @@ class PlanarCuboidApproximationStage : public Stage {
                  "[ours] largest offset between them; auto = resolution_m");
     table.number("association_gap_m", association_gap_, Range::atLeast(0.0),
                  "[ours] largest gap between their patches; auto = five times resolution_m");
-    table.flag("unknown_space", params_.unknown_space, "keep track of unknown space (Fig. 5c)");
+    table.flag("unknown_space", params_.unknown_space,
+               "keep track of free and unknown space (Fig. 5c)");
+    table.word("unseen", params_.unseen, {{"unknown", Unseen::Unknown}, {"free", Unseen::Free}},
+               "[ours] what space is that no frame saw; free = all but what lies behind "
+               "something (the paper)");
     table.number("unknown_resolution_m", params_.unknown_resolution, Range::atLeast(0.0),
-                 "side of an unknown cell; 0 = resolution_m");
+                 "side of a cell of free or unknown space; 0 = resolution_m");
     table.number("max_range_m", max_range_, Range::positive(),
-                 "space farther from the sensor is not judged; auto = as far as depth_error_limit "
-                 "lets points be mapped, without it 99 % of the points are nearer");
+                 "frames say what space is up to this depth; auto = as far as they measure, with "
+                 "unseen: free as far as points are mapped (miss_range_m)");
+    table.number("miss_range_m", miss_range_, Range::positive(),
+                 "[ours] cells up to this depth lose belief by miss_factor; auto = as far as "
+                 "depth_error_limit lets points be mapped, without it 99 % of the points are "
+                 "nearer; at most max_range_m");
     table.number("min_probability", params_.min_probability, Range::between(0.0, 1.0),
                  "[ours] cells believed less than this are removed");
     table.number("belief_gain", params_.belief_gain, Range::above(0.0, 1.0),
@@ -93,7 +101,7 @@ class PlanarCuboidApproximationStage : public Stage {
     table.number("range_image_step_deg", params_.range_image_step, Range::between(0.06, 28.0),
                  "[ours] pixel of the spherical image, for clouds of no camera");
     table.basic({"resolution_m", "absorption_cells", "up", "association_offset_m", "unknown_space",
-                 "max_range_m", "min_probability", "miss_factor", "first_belief",
+                 "unseen", "max_range_m", "min_probability", "miss_factor", "first_belief",
                  "min_cell_share"});
   }
   void configure(const RunSettings& settings) override {
@@ -105,8 +113,13 @@ class PlanarCuboidApproximationStage : public Stage {
     if (!resolution_) resolution_ = automaticResolution(scale);
     if (!association_offset_) association_offset_ = *resolution_;
     if (!association_gap_) association_gap_ = 5.0 * *resolution_;
-    // Beyond what is mapped there would be borders, as noisy as the depths, of nothing in the map.
-    if (!max_range_) max_range_ = automaticMaxRange(scale.depth_limit.value_or(scale.max_range));
+    const double mapped = withinLimit(scale.depth_limit.value_or(scale.max_range));
+    if (!miss_range_) miss_range_ = max_range_.value_or(mapped);
+    // Free space ends where measurements do. What is hidden beyond what is mapped would be borders,
+    // as noisy as the depths, of nothing in the map.
+    if (!max_range_) {
+      max_range_ = withinLimit(params_.unseen == Unseen::Free ? mapped : kMaxCells * *resolution_);
+    }
     if (!up_) up_ = scale.up;
     noise_.adapt(scale);
     params_.approximation.resolution = *resolution_;
@@ -114,6 +127,7 @@ class PlanarCuboidApproximationStage : public Stage {
     params_.association_offset = *association_offset_;
     params_.association_gap = *association_gap_;
     params_.max_range = *max_range_;
+    params_.miss_range = *miss_range_;
     params_.validate();
   }
   void configureMap(PlanarMapParams& params) const override { params = params_; }
@@ -133,9 +147,9 @@ class PlanarCuboidApproximationStage : public Stage {
   }
 
  private:
-  /// The map keeps track of unknown space up to 2,048 of its cells away.
-  double automaticMaxRange(double range) const {
-    constexpr double kMaxCells = 2048.0;
+  static constexpr double kMaxCells = 2048.0;
+  /// The map keeps track of space up to so many of its cells away.
+  double withinLimit(double range) const {
     const double unknown = params_.unknown_resolution;
     const double cell = unknown > 0.0 ? unknown : *resolution_;
     return std::clamp(range, cell, kMaxCells * cell);
@@ -147,7 +161,8 @@ class PlanarCuboidApproximationStage : public Stage {
   std::optional<double> resolution_ = 0.1;
   std::optional<double> association_offset_ = 0.1;
   std::optional<double> association_gap_ = 0.5;
-  std::optional<double> max_range_ = 10.0;
+  std::optional<double> max_range_;
+  std::optional<double> miss_range_;
   std::optional<Vector3> up_ = Vector3::UnitZ();
 };
 

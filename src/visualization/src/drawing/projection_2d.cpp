@@ -106,16 +106,19 @@ std::array<double, 2> heights(const Cuboid& cuboid, const GroundFrame& frame) {
   return {middle - half, middle + half};
 }
 
-/// Where enough of the column is unknown, as a picture over the plan.
+/// Where enough of the column is unknown, or too little is free where all else is unknown, as a
+/// picture over the plan.
 vtkSmartPointer<vtkImageData> unknownArea(const SceneContent& content, const ViewOptions& options,
                                           const ProjectionOptions& projection, const Plan& plan) {
   // What lies over each other is added up by blending: a layer of height h leaves the fraction
   // 2^(-h / enough) of what is dark, and half of it is gone where all layers are as high as enough.
-  const double enough = projection.unknown_fraction * (projection.highest - projection.lowest);
+  const bool by_free = content.unseen == Unseen::Unknown;
+  const double enough = (by_free ? projection.free_fraction : projection.unknown_fraction) *
+                        (projection.highest - projection.lowest);
   const Image light =
       visualization::drawPage(options.width, options.height, {0, 0, 0}, [&](Canvas& canvas) {
         Sides sides;
-        for (const Cuboid& cuboid : content.unknown) {
+        for (const Cuboid& cuboid : by_free ? content.free : content.unknown) {
           const auto [low, high] = heights(cuboid, plan.frame);
           const double inside =
               std::min(high, projection.highest) - std::max(low, projection.lowest);
@@ -136,7 +139,7 @@ vtkSmartPointer<vtkImageData> unknownArea(const SceneContent& content, const Vie
       rgba[0] = kUnknown.red;
       rgba[1] = kUnknown.green;
       rgba[2] = kUnknown.blue;
-      rgba[3] = inside && light.at(column, row).red >= 127 ? 255 : 0;
+      rgba[3] = inside && (light.at(column, row).red >= 127) != by_free ? 255 : 0;
     }
   }
   return area;
@@ -250,6 +253,7 @@ void ProjectionOptions::validate() const {
   if (!(highest > lowest)) {
     throw ParameterError("the projection's heights are empty: highest must exceed lowest");
   }
+  requireInRange("free fraction of the projection", free_fraction, 0.0, 1.0);
   requireInRange("unknown fraction of the projection", unknown_fraction, 0.0, 1.0);
 }
 

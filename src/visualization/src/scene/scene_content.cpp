@@ -72,6 +72,7 @@ bool SceneContent::bounds(Vector3& low, Vector3& high) const {
 void SceneContent::validate() const {
   requireDrawable(cuboids, "cuboid");
   requireDrawable(unknown, "unknown cuboid");
+  requireDrawable(free, "free cuboid");
   for (std::size_t i = 0; i < trajectory.size(); ++i) {
     if (!trajectory[i].matrix().allFinite()) {
       throw InputError("pose " + std::to_string(i) + " of the trajectory is not finite");
@@ -99,6 +100,11 @@ SceneContent sceneContent(const PlanarMap& map) {
   content.planes = map.planes().size();
   content.resolution = map.params().approximation.resolution;
   content.up = estimateUp(content);
+  content.unseen = map.params().unseen;
+  Vector3 low, high;
+  if (content.unseen == Unseen::Unknown && content.bounds(low, high)) {
+    content.free = map.spaceCuboids(CellState::Free, low, high);
+  }
   return content;
 }
 

@@ -48,7 +48,7 @@ TEST(JoinedBoxes, ABoxOverManyRegionsIsOne) {
   EXPECT_TRUE(map.cuboids().front().size.isApprox(Vector3(20.0, 0.2, 9.0)));
   EXPECT_GT(map.cuboidCountAtMost(), 0u);
   EXPECT_TRUE(map.isOccupied({-3.2, -7.9, 3.2}));
-  EXPECT_TRUE(map.isFree({-3.2, -7.6, 3.2}));
+  EXPECT_FALSE(map.isOccupied({-3.2, -7.6, 3.2}));
 }
 
 TEST(JoinedBoxes, GrowWithTheMap) {

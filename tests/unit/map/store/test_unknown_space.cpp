@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
+// Space that is free unless something hides it: the paper's reading, Unseen::Free.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -25,6 +26,7 @@ PlanarMapParams paramsAt(double resolution, double max_range = 8.0) {
   PlanarMapParams params;
   params.approximation.resolution = resolution;
   params.max_range = max_range;
+  params.unseen = Unseen::Free;
   return params;
 }
 

@@ -15,7 +15,8 @@ namespace io {
 /// `{"format", "version", "frame", "resolution_m", "planes": [...], "cuboids": [...]}`.
 /// A plane has `id`, `coefficients` [a, b, c, d], `tilt_rad` and `rms_m`; a cuboid has `center`,
 /// `size` (full lengths), `quaternion_xyzw`, `plane_id` (-1 = none), `probability` and `state`.
-/// Occupied cuboids come first, in the order of PlanarMap::cuboids(), then unknown space.
+/// Occupied cuboids come first, in the order of PlanarMap::cuboids(), then unknown space as
+/// PlanarMap::unknownCuboids() lists it; `unseen` says what space is beyond.
 /// Numbers read back as the same values, in any locale.
 PLANAR_MAPPING_EXPORT std::string mapToJson(const PlanarMap& map);
 

@@ -26,7 +26,8 @@ struct RayHit {
 enum class UnknownSpaceIs : std::uint8_t { AnObstacle, Transparent };
 
 /// The first cuboid, or cell of unknown space, that the ray from \p origin along \p direction (any
-/// length but 0) enters within \p range.
+/// length but 0) enters within \p range. Unknown space through which the ray comes from free space
+/// to a cuboid within the diagonal of a cell is not one: the cuboid cuts its cell.
 /// \throws ParameterError if a number is not finite, direction is 0, range is not positive, or the
 ///         ray would pass more than 10 million cells
 PLANAR_MAPPING_EXPORT std::optional<RayHit> castRay(

@@ -94,8 +94,13 @@ class PLANAR_MAPPING_EXPORT PlanarMap {
   /// last question is covered as cuboids() has it, the rest by a quicker search, so that the answer
   /// takes a fraction of the time and depends on when it was asked.
   std::size_t cuboidCountAtMost() const;
-  /// Unknown space as axis-aligned cuboids (state Unknown, plane_id -1), merged.
+  /// Unknown space as axis-aligned cuboids (state Unknown, plane_id -1), merged. With
+  /// Unseen::Unknown, where it has no end, the part within bounds().
   std::vector<Cuboid> unknownCuboids() const;
+  /// Free or unknown space (state) as unknownCuboids(): the cells with their centres in a box,
+  /// metres; what no frame saw anything of within 32 cells or more is not listed.
+  /// \throws ParameterError if state is Occupied
+  std::vector<Cuboid> spaceCuboids(CellState state, const Vector3& low, const Vector3& high) const;
   const std::vector<MapPlane>& planes() const;
   /// The sensor poses of the frames in order, with their time stamps.
   const std::vector<std::pair<double, Pose>>& trajectory() const;
@@ -109,7 +114,7 @@ class PLANAR_MAPPING_EXPORT PlanarMap {
   /// Indices into cuboids() of those that contain the point (within margin, metres), ascending.
   Indices cuboidsAt(const Vector3& point, double margin = 0.0) const;
 
-  std::size_t unknownCells() const;
+  std::size_t unknownCells() const;  ///< those of unknownCuboids()
   std::size_t frames() const;
   bool empty() const;
   /// Axis-aligned bounds of the occupied cuboids; false if there are none.

@@ -11,9 +11,14 @@ namespace planar_mapping {
 
 /// What counts in the 2-D projection. Heights in metres above groundHeight().
 struct PLANAR_MAPPING_EXPORT ProjectionOptions {
-  double lowest = 0.15;         ///< [ours] below it, it is floor
-  double highest = 2.0;         ///< [ours] above it, a robot passes under
-  double unknown_fraction = 0.25;  ///< [ours] unknown if at least this fraction of the column is
+  double lowest = 0.15;  ///< [ours] below it, it is floor
+  double highest = 2.0;  ///< [ours] above it, a robot passes under
+  /// [ours] free if at least this fraction of the column is, else unknown; where all is unknown
+  /// that was not seen free
+  double free_fraction = 0.25;
+  /// [ours] unknown if at least this fraction of the column is; where all is free that is not
+  /// unknown
+  double unknown_fraction = 0.25;
   /// \throws ParameterError
   void validate() const;
 };

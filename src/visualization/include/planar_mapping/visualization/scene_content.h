@@ -6,9 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/geometry/cuboid.h"
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/core/geometry/cuboid.h"
+#include "planar_mapping/map/store/planar_map_params.h"
 
 namespace planar_mapping {
 
@@ -26,6 +27,8 @@ struct SceneCloud {
 struct PLANAR_MAPPING_EXPORT SceneContent {
   std::vector<Cuboid> cuboids;     ///< occupied ones; Cuboid::size holds full lengths
   std::vector<Cuboid> unknown;     ///< unknown space
+  std::vector<Cuboid> free;        ///< what was seen free, for plans; see unseen
+  Unseen unseen = Unseen::Free;    ///< what space is of which neither says anything
   std::vector<Pose> trajectory;    ///< T_world_sensor per frame, in order
   std::vector<SceneCloud> clouds;  ///< overlays
   std::size_t planes = 0;          ///< number of planes, for the legend; 0 = count the ids

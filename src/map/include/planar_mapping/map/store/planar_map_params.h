@@ -2,10 +2,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
+
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/cuboids/cuboid_approximation.h"
 
 namespace planar_mapping {
+
+/// What space is that no measurement ever passed and no cuboid occupies.
+enum class Unseen : std::uint8_t {
+  Unknown,  ///< unknown: only what was seen free is free
+  Free      ///< the paper's reading (III-F): free, but for what lies behind what was measured
+};
 
 /// Parameters of PlanarMap. Lengths in metres, angles in radians.
 struct PLANAR_MAPPING_EXPORT PlanarMapParams {
@@ -13,11 +21,16 @@ struct PLANAR_MAPPING_EXPORT PlanarMapParams {
   double association_angle = 0.087;  ///< [ours] largest angle between a new plane and its map plane
   double association_offset = 0.10;  ///< [ours] largest offset between them at the new points
   double association_gap = 0.5;      ///< [ours] largest gap between their patches
-  bool unknown_space = true;         ///< keep track of unknown space (METHOD: III-F, Fig. 5c)
-  double unknown_resolution = 0.0;   ///< side of an unknown cell; 0 = resolution
-  double max_range = 10.0;           ///< space beyond this depth is not judged
-  double min_probability = 0.5;      ///< [ours] cells whose belief falls below this are removed
-  double belief_gain = 0.5;  ///< [ours] share of the newest frame in a cell's belief, in (0, 1]
+  bool unknown_space = true;         ///< keep track of free and unknown space (III-F, Fig. 5c)
+  Unseen unseen = Unseen::Unknown;   ///< [ours] what space is that was never observed
+  double unknown_resolution = 0.0;   ///< side of a cell of free or unknown space; 0 = resolution
+  /// Depth up to which frames say what space is; 0 = as far as the sensor measures, at most 2,048
+  /// cells
+  double max_range = 0.0;
+  /// [ours] depth up to which occupied cells lose belief by miss_factor; 0 = max_range
+  double miss_range = 0.0;
+  double min_probability = 0.5;  ///< [ours] cells whose belief falls below this are removed
+  double belief_gain = 0.5;      ///< [ours] share of the newest frame in a cell's belief, in (0, 1]
   double miss_factor = 0.7;  ///< [ours] belief is multiplied by it when looked through, in [0, 1]
   /// [ours] most belief a non-planar cell gets from one frame, and one that a frame with a known
   /// depth error adds to a plane there is, in (0, 1]; it is lost by one look that does not confirm
