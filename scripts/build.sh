@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Configures and builds one preset, or only some of its targets. Quick when nothing changed.
-#   scripts/build.sh [release|dev|asan|tsan|core-only [TARGET...]]
+#   scripts/build.sh [release|dev|asan|tsan|package|core-only [TARGET...]]
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 preset=${1:-release}

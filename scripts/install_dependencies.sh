@@ -10,9 +10,12 @@ packages=(
   libopencv-dev libopencv-contrib-dev libdlib-dev libblas-dev liblapack-dev libturbojpeg0-dev libzmq3-dev cppzmq-dev
   liboctomap-dev
   libegl1 libgl1-mesa-dri
+  python3 python3-dev python3-numpy pybind11-dev
+  file help2man  # packages, manual pages
+  # Tests only.
   libgtest-dev libbenchmark-dev
   xvfb xauth doxygen
-  python3 python3-numpy python3-zstandard
+  python3-zstandard python3-pytest python3-matplotlib
 )
 
 missing=()
