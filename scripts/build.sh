@@ -5,7 +5,11 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 preset=${1:-release}
 targets=("${@:2}")
-scripts/install_dependencies.sh
+if [[ ${#targets[@]} -gt 0 || $preset == package ]]; then  # the demonstration needs no tools of tests
+  scripts/install_dependencies.sh --build-only
+else
+  scripts/install_dependencies.sh
+fi
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 if ! cmake --preset "$preset" >"$log" 2>&1; then

@@ -125,7 +125,7 @@ class PlanarMap:
         min_inliers: int = 100,
         timestamp: float = 0.0,
     ) -> FrameUpdate:
-        """Adds a depth image, (H, W) of uint16 or float: depth in metres = value / scale, 0 and what is not finite = no
+        """Adds a depth image, (H, W), uint16 as it is: depth in metres = value / scale; 0 and what is not finite = no
         measurement. K: 3 x 3 camera matrix of the rectified image. Points beyond max_depth are not mapped."""
     def merge(self, other: PlanarMap, T: Optional[npt.ArrayLike] = None) -> FrameUpdate:
         """Adds what another map knows; T = T_map_other."""

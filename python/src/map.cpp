@@ -85,15 +85,16 @@ FrameUpdate insertDepth(SharedMap& self, const py::array& image, const py::objec
   const auto height = static_cast<std::uint32_t>(image.shape(0));
   const io::DepthProjector projector(camera, scale);
   io::CloudData cloud;
+  const char kind = image.dtype().kind();
   if (py::isinstance<py::array_t<std::uint16_t>>(image)) {
     const auto values = py::array_t<std::uint16_t, py::array::c_style>::ensure(image);
     projector.project({width, height, {values.data(), values.data() + values.size()}}, cloud);
-  } else if (image.dtype().kind() == 'f') {
+  } else if (kind == 'f' || kind == 'i' || kind == 'u') {
     const auto values =
         py::array_t<float, py::array::c_style | py::array::forcecast>::ensure(image);
     projector.project(values.data(), cloud);
   } else {
-    throw py::type_error("the depth image must be of uint16 or float, not of " +
+    throw py::type_error("the depth image must be of numbers, not of " +
                          std::string(py::str(image.dtype())));
   }
   FrameInput frame;

@@ -88,7 +88,8 @@ def test_depth_images_are_clouds():
     cloud = cloud_of(depth)
     cloud[10:20, 10:20] = np.nan
     expected = mapped(cloud, K=K).cuboids()
-    for image, scale in [((5000 * depth).round().astype(np.uint16), 5000.0), (depth, 1.0), (depth.astype(np.float32), 1.0),
+    counts = (5000 * depth).round().astype(np.uint16)
+    for image, scale in [(counts, 5000.0), (counts.astype(">u2"), 5000.0), (counts.astype(np.int32), 5000.0), (depth, 1.0), (depth.astype(np.float32), 1.0),
                          (np.where(depth > 0, depth, np.nan), 1.0), (np.where(depth > 0, depth, np.inf), 1.0)]:
         made = pm.PlanarMap(resolution=0.1)
         made.insert_depth(image, K, scale, T_WORLD_CAMERA)
@@ -154,10 +155,14 @@ def test_maps_are_those_of_the_program(sequence, tmp_path):
 
 @pytest.mark.parametrize("extension", ["csv", "json", "ply", "obj", "sdf", "pmap"])
 def test_exports_are_those_of_convert(wall_map, tmp_path, extension):
+    ours, theirs = tmp_path / "ours", tmp_path / "theirs"
+    for folder in (ours, theirs):
+        folder.mkdir()
     wall_map.save(tmp_path / "map.pmap")
-    wall_map.export(str(tmp_path / f"ours.{extension}"))
-    planar_map("convert", tmp_path / "map.pmap", tmp_path / f"theirs.{extension}")
-    assert (tmp_path / f"ours.{extension}").read_bytes() == (tmp_path / f"theirs.{extension}").read_bytes()
+    wall_map.export(str(ours / f"map.{extension}"))
+    planar_map("convert", tmp_path / "map.pmap", theirs / f"map.{extension}")
+    written = {path.name: path.read_bytes() for path in ours.iterdir()}
+    assert written and written == {path.name: path.read_bytes() for path in theirs.iterdir()}
 
 
 def test_saved_copied_and_pickled_maps_are_the_same(wall_map, tmp_path):
