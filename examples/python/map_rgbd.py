@@ -59,13 +59,13 @@ for path, time, T_world_camera in frames:
     world.insert_depth(depth, K, calibration["depth_scale"], turn @ T_world_camera, timestamp=time)
 print(f"{world.frames} frames, {len(world.planes())} planes, {len(world)} cuboids")
 
-# %% What is at the height of the camera? Where is the wall?
+# %% What is at half the height of the map? Where do rays from the last camera end there?
 (low, high), (times, poses) = world.bounds(), world.trajectory()
-height = poses[:, 2, 3].mean()
+height = 0.5 * (low[2] + high[2])
 x, y = np.meshgrid(np.arange(low[0], high[0], 0.05), np.arange(low[1], high[1], 0.05))
 state = world.state(np.stack([x, y, np.full_like(x, height)], axis=-1).reshape(-1, 3)).reshape(x.shape)
 angles = np.radians(np.arange(0, 360, 5))
-rays = world.cast_rays(poses[-1, :3, 3], np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=-1), 20.0)
+rays = world.cast_rays([*poses[-1, :2, 3], height], np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=-1), 20.0)
 ends = rays["point"][rays["state"] == planar_mapping.OCCUPIED]
 
 # %% A picture of it

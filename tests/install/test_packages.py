@@ -110,6 +110,14 @@ def test_python_imports_and_maps(root, cloud, tmp_path):
     assert (packages / "planar_mapping/__init__.pyi").exists() and (packages / "planar_mapping/py.typed").exists()
 
 
+def test_the_python_example_runs_from_the_documentation(root, tmp_path):
+    pytest.importorskip("matplotlib", reason="matplotlib is missing: install python3-matplotlib")
+    script = root / "usr/share/doc/planar-mapping-doc/examples/python/map_rgbd.py"
+    environment = {"PYTHONPATH": str(root / "usr/lib/python3/dist-packages"), "MPLCONFIGDIR": str(tmp_path)}
+    assert run(sys.executable, script, cwd=tmp_path, env=environment).startswith("5 frames")
+    assert (tmp_path / "map.png").exists()
+
+
 def test_each_package_has_its_licence_and_tools_their_manual_pages(root):
     for name in PACKAGES:
         assert "BSD 3-Clause" in (root / "usr/share/doc" / name / "copyright").read_text()
