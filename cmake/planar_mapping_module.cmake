@@ -3,8 +3,15 @@
 #   planar_mapping_module(NAME core SOURCES src/a.cpp ... PUBLIC Eigen3::Eigen PRIVATE Threads::Threads
 #                         PRECOMPILE <Eigen/Geometry>)
 #
-# Headers are taken from include/. Modules are exported as planar_mapping::NAME.
+# Headers are taken from include/. Modules are exported as planar_mapping::NAME. COMPONENT is the install component of
+# the library, runtime if it is not given.
 set_property(GLOBAL PROPERTY PLANAR_MAPPING_MODULES "")
+
+# What is installed finds our libraries by its own place: it runs with an empty environment, wherever it is moved.
+function(planar_mapping_set_rpath target folder)
+  file(RELATIVE_PATH to_libraries /prefix/${folder} /prefix/${CMAKE_INSTALL_LIBDIR})
+  set_target_properties(${target} PROPERTIES INSTALL_RPATH "$ORIGIN/${to_libraries}")
+endfunction()
 
 function(planar_mapping_set_flags target)
   target_compile_features(${target} PUBLIC cxx_std_17)
@@ -27,7 +34,10 @@ function(planar_mapping_set_flags target)
 endfunction()
 
 function(planar_mapping_module)
-  cmake_parse_arguments(ARG "" "NAME" "SOURCES;PUBLIC;PRIVATE;PRECOMPILE" ${ARGN})
+  cmake_parse_arguments(ARG "" "NAME;COMPONENT" "SOURCES;PUBLIC;PRIVATE;PRECOMPILE" ${ARGN})
+  if(NOT ARG_COMPONENT)
+    set(ARG_COMPONENT runtime)
+  endif()
   set(target planar_mapping_${ARG_NAME})
   # Tests call internal functions too: where tests are built, libraries show them, else only what is public.
   set(visibility hidden)
@@ -45,6 +55,7 @@ function(planar_mapping_module)
     POSITION_INDEPENDENT_CODE ON
     CXX_EXTENSIONS OFF)
   planar_mapping_set_flags(${target})
+  planar_mapping_set_rpath(${target} ${CMAKE_INSTALL_LIBDIR})
   # A product and a sum stay two operations: only some processors can fuse them, and maps are the same on all.
   # Libraries alone compute maps.
   target_compile_options(${target} PRIVATE -ffp-contract=off -fno-semantic-interposition)
@@ -55,9 +66,9 @@ function(planar_mapping_module)
   target_link_libraries(${target} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
   target_precompile_headers(${target} PRIVATE ${ARG_PRECOMPILE})
   install(TARGETS ${target} EXPORT planar_mapping_${ARG_NAME}_targets
-    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT runtime NAMELINK_COMPONENT development
+    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT ${ARG_COMPONENT} NAMELINK_COMPONENT development
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
-    RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT runtime)
+    RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT ${ARG_COMPONENT})
   install(DIRECTORY include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
   install(EXPORT planar_mapping_${ARG_NAME}_targets NAMESPACE planar_mapping::
     DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/planar_mapping COMPONENT development)
@@ -75,6 +86,12 @@ function(planar_mapping_executable target)
   if(count GREATER 2)  # fewer sources than that compile sooner without
     target_precompile_headers(${target} PRIVATE ${ARG_PRECOMPILE})
   endif()
+endfunction()
+
+# A program that is installed.
+function(planar_mapping_install_program target component)
+  planar_mapping_set_rpath(${target} ${CMAKE_INSTALL_BINDIR})
+  install(TARGETS ${target} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT ${component})
 endfunction()
 
 # For programs that draw: what sanitizers should know of the graphics driver.

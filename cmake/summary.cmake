@@ -1,7 +1,7 @@
 get_property(planar_mapping_modules GLOBAL PROPERTY PLANAR_MAPPING_MODULES)
 message(STATUS "planar_mapping ${PROJECT_VERSION}, build type '${CMAKE_BUILD_TYPE}'")
 message(STATUS "  modules built: ${planar_mapping_modules}")
-foreach(part PCL TOOLS STEREO TRANSPORT VIEWER EXAMPLES TESTS BENCHMARKS)
+foreach(part PCL TOOLS STEREO TRANSPORT VIEWER PYTHON EXAMPLES TESTS BENCHMARKS)
   if(NOT PLANAR_MAPPING_BUILD_${part})
     message(STATUS "  left out: ${part} (PLANAR_MAPPING_BUILD_${part} is OFF)")
   endif()

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Installs the Debian packages the project builds with; does nothing when all are there.
+# Installs the Debian packages the project builds and is tested with; does nothing when all are there.
+#   scripts/install_dependencies.sh [--build-only]     without what only tests need
 # Works as root or with sudo. PLANAR_MAPPING_NO_APT=1 forbids installing: then it only checks.
 set -euo pipefail
 
@@ -11,9 +12,19 @@ packages=(
   liboctomap-dev
   libegl1 libgl1-mesa-dri
   libgtest-dev libbenchmark-dev
-  xvfb xauth doxygen
-  python3 python3-numpy python3-zstandard
+  python3 python3-dev python3-numpy pybind11-dev
+  file help2man  # packages, manual pages
 )
+# Without one of these its tests are left out.
+test_packages=(
+  xvfb xauth doxygen
+  python3-zstandard python3-pytest python3-matplotlib
+)
+case ${1:-} in
+  "") packages+=("${test_packages[@]}") ;;
+  --build-only) ;;
+  *) sed -n '2,4s/^# \{0,1\}//p' "$0"; exit 2 ;;
+esac
 
 missing=()
 for package in "${packages[@]}"; do

@@ -40,6 +40,24 @@ TEST_F(Run, LeavesTheFilesItPromises) {
             list("out"));
 }
 
+TEST_F(Run, ReadyConfigurationsAreFoundByNameUnlessThereIsAFileOfThatName) {
+  const std::string cloud = room();
+  ProgramOptions here;
+  here.directory = directory_ / "";
+  const std::vector<std::string> run = {"run", "single_pcd.yaml", "-i", cloud, "-o", "out", "-q"};
+  const ProgramResult found = planarMap(run, here);
+  EXPECT_EQ(0, found.exit_code) << found.err;
+  EXPECT_TRUE(exists("out/map.pmap"));
+  write("single_pcd.yaml", "version: 1\n");
+  const ProgramResult own = planarMap(run, here);
+  EXPECT_EQ(3, own.exit_code);
+  EXPECT_EQ(0u, own.err.find("single_pcd.yaml:1:1: ")) << own.err;
+  const ProgramResult none = planarMap({"validate", "single_pdc.yaml"}, here);
+  EXPECT_EQ(3, none.exit_code);
+  EXPECT_NE(std::string::npos, none.err.find("there is no such file; ready: ")) << none.err;
+  EXPECT_NE(std::string::npos, none.err.find(", single_pcd.yaml")) << none.err;
+}
+
 TEST_F(Run, MetricsHaveEveryPromisedKeyAndAddUp) {
   ASSERT_EQ(0, runOn(room()).exit_code);
   const Json metrics = Json::parse(read("out/metrics.json"));

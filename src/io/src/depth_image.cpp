@@ -11,17 +11,31 @@ namespace planar_mapping {
 namespace io {
 namespace {
 
-PLANAR_MAPPING_MULTIVERSION
-void projectRow(const std::uint16_t* values, const float* column_slope, float row_slope,
-                float metres_per_unit, std::uint32_t width, float* xyz) {
+template <typename Value>
+PLANAR_MAPPING_INLINE void projectRowOf(const Value* values, const float* column_slope,
+                                        float row_slope, float metres_per_unit, std::uint32_t width,
+                                        float* xyz) {
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+  constexpr float kLargest = std::numeric_limits<float>::max();
   for (std::uint32_t column = 0; column < width; ++column) {
-    const float z =
-        values[column] == 0 ? kNaN : static_cast<float>(values[column]) * metres_per_unit;
+    const auto value = static_cast<float>(values[column]);
+    const float z = value > 0.0f && value <= kLargest ? value * metres_per_unit : kNaN;
     xyz[3 * column + 0] = column_slope[column] * z;
     xyz[3 * column + 1] = row_slope * z;
     xyz[3 * column + 2] = z;
   }
+}
+
+PLANAR_MAPPING_MULTIVERSION
+void projectRow(const std::uint16_t* values, const float* column_slope, float row_slope,
+                float metres_per_unit, std::uint32_t width, float* xyz) {
+  projectRowOf(values, column_slope, row_slope, metres_per_unit, width, xyz);
+}
+
+PLANAR_MAPPING_MULTIVERSION
+void projectRow(const float* values, const float* column_slope, float row_slope,
+                float metres_per_unit, std::uint32_t width, float* xyz) {
+  projectRowOf(values, column_slope, row_slope, metres_per_unit, width, xyz);
 }
 
 }  // namespace
@@ -47,15 +61,24 @@ void DepthProjector::project(const DepthImage& image, CloudData& cloud) const {
     throw InputError("the depth image is " + std::to_string(image.width) + " x " +
                      std::to_string(image.height) + " pixels, its camera " +
                      std::to_string(width_) + " x " + std::to_string(height_));
+  projectImage(image.values.data(), cloud);
+}
+
+void DepthProjector::project(const float* values, CloudData& cloud) const {
+  projectImage(values, cloud);
+}
+
+template <typename Value>
+void DepthProjector::projectImage(const Value* values, CloudData& cloud) const {
   cloud.width = width_;
   cloud.height = height_;
-  cloud.xyz.resize(3 * image.values.size());
+  cloud.xyz.resize(3 * std::size_t{width_} * height_);
   cloud.colors.clear();
   cloud.labels.clear();
   cloud.intensities.clear();
   for (std::size_t row = 0; row < height_; ++row)
-    projectRow(image.values.data() + row * width_, column_slope_.data(), row_slope_[row],
-               metres_per_unit_, width_, cloud.xyz.data() + 3 * row * width_);
+    projectRow(values + row * width_, column_slope_.data(), row_slope_[row], metres_per_unit_,
+               width_, cloud.xyz.data() + 3 * row * width_);
 }
 
 }  // namespace io

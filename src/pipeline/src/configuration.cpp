@@ -10,6 +10,7 @@
 
 #include "configuration_reader.h"
 #include "planar_mapping/core/base/error.h"
+#include "ready_configurations.h"
 
 namespace planar_mapping {
 namespace {
@@ -21,7 +22,9 @@ constexpr std::uintmax_t kLargestFile = 1u << 20u;  // a configuration of a mega
 std::string readText(const std::string& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
-  if (!fs::exists(status)) throw ConfigError({path + ":1:1: there is no such file"});
+  if (!fs::exists(status)) {
+    throw ConfigError({path + ":1:1: there is no such file" + detail::listReadyConfigurations()});
+  }
   if (!fs::is_regular_file(status)) {
     throw ConfigError({path + ":1:1: this is not a file; give a configuration file (*.yaml)"});
   }
@@ -93,7 +96,8 @@ Configuration parseConfiguration(const std::string& text, const std::string& pat
 
 Configuration loadConfiguration(const std::string& path, StageTable& table,
                                 const ConfigurationOverrides& overrides) {
-  return parseConfiguration(readText(path), path, table, overrides);
+  const std::string found = findConfiguration(path);
+  return parseConfiguration(readText(found), found, table, overrides);
 }
 
 std::string effectiveYaml(const Configuration& configuration) {

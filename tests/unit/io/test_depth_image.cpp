@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <string>
 
 #include "planar_mapping/core/base/error.h"
@@ -108,6 +109,27 @@ TEST(DepthProjector, FollowsThePinholeModel) {
   for (std::size_t c = 9; c < 12; ++c) EXPECT_TRUE(std::isnan(cloud.xyz[c]));
   expect_point(4, 0.0, 65.535 / 8, 65.535);
   expect_point(5, 2.0, 0.5, 4.0);
+}
+
+TEST(DepthProjector, FloatsAreProjectedLikeCounts) {
+  constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  PinholeCamera camera{500.0, 400.0, 1.0, 0.5, 3, 2};
+  const DepthImage image{3, 2, {1000, 0, 3000, 0, 0, 0}};
+  const std::vector<float> floats = {1000.0f, 0.0f, 3000.0f, kNaN, kInfinity, -5.0f};
+  CloudData from_counts, from_floats;
+  const DepthProjector projector(camera, 1000.0);
+  projector.project(image, from_counts);
+  projector.project(floats.data(), from_floats);
+  EXPECT_EQ(3u, from_floats.width);
+  EXPECT_EQ(2u, from_floats.height);
+  ASSERT_EQ(from_counts.xyz.size(), from_floats.xyz.size());
+  for (std::size_t i = 0; i < from_counts.xyz.size(); ++i) {
+    EXPECT_TRUE(from_counts.xyz[i] == from_floats.xyz[i] ||
+                (std::isnan(from_counts.xyz[i]) && std::isnan(from_floats.xyz[i])))
+        << i;
+  }
+  EXPECT_FLOAT_EQ(1.0f, from_floats.xyz[2]);
 }
 
 TEST(DepthProjector, RefusesOtherSizesAndBadCameras) {

@@ -37,8 +37,14 @@ class PLANAR_MAPPING_EXPORT DepthProjector {
   /// Overwrites width, height and xyz of \p cloud and clears its other channels.
   /// \throws InputError if the image has another size than the camera
   void project(const DepthImage& image, CloudData& cloud) const;
+  /// The same for depths as floats in the unit of depth_scale, row major, as many as the camera has
+  /// pixels; 0, negative and not finite ones give NaN.
+  void project(const float* values, CloudData& cloud) const;
 
  private:
+  template <typename Value>
+  void projectImage(const Value* values, CloudData& cloud) const;
+
   std::uint32_t width_;
   std::uint32_t height_;
   float metres_per_unit_;

@@ -53,7 +53,13 @@ struct ConfigurationOverrides {
   std::optional<std::string> profile;
 };
 
+/// Where a configuration is: \p name itself, or, if it has no folder and there is no such file in
+/// the working directory, the ready configuration of that name that came with the library
+/// (share/planar_mapping/config above its folder); \p name if there is none.
+PLANAR_MAPPING_EXPORT std::string findConfiguration(const std::string& name);
+
 /// Reads a configuration file and checks all of it.
+/// \param path  a file, or the name of a ready configuration: findConfiguration()
 /// \param table the stages there are; those of plugins named in the file are added to it
 /// \throws ConfigError with every problem as `file:line:col: ...`
 PLANAR_MAPPING_EXPORT Configuration loadConfiguration(const std::string& path, StageTable& table,

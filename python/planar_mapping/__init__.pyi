@@ -1,0 +1,226 @@
+"""Planar surface-based 3D maps: clouds and depth images in, oriented cuboids out.
+
+Lengths are metres. Points of a cloud are in the sensor's frame; T, a 4 x 4 matrix T_world_sensor, maps them to the world
+(z up); a camera's frame has x right, y down, z forward. Maps and their answers are in the world. Functions that take
+long release the interpreter's lock; a map may be used from several threads.
+
+Wrong shapes, sizes and values raise InputError or ParameterError (both are ValueError), wrong types TypeError,
+files IoError (an OSError).
+"""
+from os import PathLike
+from typing import Any, Callable, Mapping, Optional, Sequence, Union
+
+import numpy as np
+import numpy.typing as npt
+
+__version__: str
+
+FREE: int
+OCCUPIED: int
+UNKNOWN: int
+
+_Array = npt.NDArray[Any]
+_Path = Union[str, "PathLike[str]"]
+
+class Error(Exception):
+    """Whatever planar_mapping raises on purpose."""
+
+class InputError(Error, ValueError):
+    """Input that cannot be used: a wrong shape, a pose that is no rigid motion, sizes that disagree."""
+
+class ParameterError(Error, ValueError):
+    """A parameter outside its range; the message says the range and the unit."""
+
+class ConfigError(Error, ValueError):
+    """A bad configuration."""
+
+    problems: list[str]
+    """Every problem as file:line:col: ..."""
+
+class IoError(Error, OSError):
+    """A file that cannot be read or written."""
+
+class OutputExistsError(IoError, FileExistsError):
+    """run() found earlier results, and neither overwrite nor resume was given."""
+
+class FrameUpdate:
+    """What an insertion did."""
+
+    @property
+    def planes_new(self) -> int: ...
+    @property
+    def planes_matched(self) -> int: ...
+    @property
+    def planes_merged(self) -> int: ...
+    @property
+    def cells_added(self) -> int: ...
+    @property
+    def cells_removed(self) -> int: ...
+    @property
+    def dropped_points(self) -> int:
+        """Not finite, beyond the world, or too few in their cell."""
+
+class Segmentation:
+    """The planes of a cloud, largest first."""
+
+    @property
+    def planes(self) -> _Array:
+        """Fields normal (3, towards the sensor), offset, rms, inliers (their number): normal . p + offset = 0."""
+    @property
+    def labels(self) -> npt.NDArray[np.int32]:
+        """The plane of each point, -1 = none: (N) or (H, W)."""
+    def inliers(self, plane: int) -> npt.NDArray[np.int32]:
+        """Indices of the points of a plane, ascending; rows of an organized cloud one after the other. Read only."""
+    def __len__(self) -> int: ...
+
+class PlanarMap:
+    """A map of planar cuboids: what is occupied, free and unknown.
+
+    What methods return are copies: later insertions do not change them.
+    """
+
+    def __init__(
+        self,
+        resolution: float = 0.1,
+        *,
+        profile: str = "compact",
+        max_range: float = 10.0,
+        up: npt.ArrayLike = (0.0, 0.0, 1.0),
+        unknown_space: bool = True,
+        min_probability: Optional[float] = None,
+        threads: int = 1,
+    ) -> None:
+        """resolution: side of the smallest cell. profile: compact or paper. max_range: space beyond is not judged.
+        min_probability: cells believed less are removed; None = as the profile has it. threads: 0 = all cores."""
+    @staticmethod
+    def load(path: _Path) -> PlanarMap:
+        """Reads a .pmap file."""
+    def save(self, path: _Path, *, overwrite: bool = False) -> None:
+        """Writes a .pmap file, whole or not at all."""
+    def export(self, path: _Path, *, unknown: bool = False, overwrite: bool = False) -> None:
+        """Writes a file for other programs; its extension is the format, as in `planar_map convert`."""
+    def insert(
+        self,
+        xyz: npt.ArrayLike,
+        T: Optional[npt.ArrayLike] = None,
+        *,
+        planes: Optional[Segmentation] = None,
+        distance_threshold: Optional[float] = None,
+        min_inliers: int = 100,
+        timestamp: float = 0.0,
+        K: Optional[npt.ArrayLike] = None,
+    ) -> FrameUpdate:
+        """Adds a cloud: (N, 3), or (H, W, 3) if it is organized, float32 is read in place; points that are not finite
+        are skipped. planes: of segment() on the same cloud; None = they are found with distance_threshold (None = half
+        the resolution) and min_inliers. K: 3 x 3 camera matrix of an organized cloud; None = estimated."""
+    def insert_depth(
+        self,
+        image: _Array,
+        K: npt.ArrayLike,
+        scale: float = 1000.0,
+        T: Optional[npt.ArrayLike] = None,
+        *,
+        max_depth: float = 8.0,
+        distance_threshold: Optional[float] = None,
+        min_inliers: int = 100,
+        timestamp: float = 0.0,
+    ) -> FrameUpdate:
+        """Adds a depth image, (H, W), uint16 as it is: depth in metres = value / scale; 0 and what is not finite = no
+        measurement. K: 3 x 3 camera matrix of the rectified image. Points beyond max_depth are not mapped."""
+    def merge(self, other: PlanarMap, T: Optional[npt.ArrayLike] = None) -> FrameUpdate:
+        """Adds what another map knows; T = T_map_other."""
+    def finished(self) -> PlanarMap:
+        """The map without what only further frames need: the same answers, a fraction of the bytes."""
+    def cuboids(self) -> _Array:
+        """Occupied cuboids: fields center (3), size (3, full lengths), orientation (quaternion x y z w: axes u, v, n to
+        the world), plane_id (-1 = none), probability, state."""
+    def unknown_cuboids(self) -> _Array:
+        """Unknown space, with the fields of cuboids()."""
+    def planes(self) -> _Array:
+        """Fields id, frames (in how many it was seen), normal (3), offset, rms: normal . p + offset = 0."""
+    def trajectory(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+        """Time stamps (N) and poses T_world_sensor (N, 4, 4) of the frames."""
+    def bounds(self) -> Optional[npt.NDArray[np.float64]]:
+        """Lowest and highest corner (2, 3) of the occupied cuboids; None without any."""
+    def state(self, points: npt.ArrayLike) -> npt.NDArray[np.uint8]:
+        """FREE, OCCUPIED or UNKNOWN at (N, 3) points; UNKNOWN where a point is not finite."""
+    def probability(self, points: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """Belief that (N, 3) points are occupied: 0 where free, 0.5 where unknown."""
+    def cast_rays(
+        self,
+        origins: npt.ArrayLike,
+        directions: npt.ArrayLike,
+        range: float = 100.0,
+        *,
+        through_unknown: bool = False,
+    ) -> _Array:
+        """Where each ray first meets what is not free: fields distance (inf = nowhere within range), point (3), cuboid
+        (index into cuboids(), -1 = unknown space) and state. origins and directions are (N, 3), or (3) for all rays."""
+    @property
+    def frames(self) -> int: ...
+    @property
+    def is_finished(self) -> bool: ...
+    @property
+    def unknown_cells(self) -> int: ...
+    @property
+    def memory_bytes(self) -> int: ...
+    @property
+    def resolution(self) -> float: ...
+    def __len__(self) -> int:
+        """Number of cuboids()."""
+
+def segment(
+    xyz: npt.ArrayLike,
+    *,
+    distance_threshold: float = 0.05,
+    min_inliers: int = 100,
+    max_planes: int = 0,
+    method: str = "automatic",
+    seed: int = 12345,
+    threads: int = 1,
+) -> Segmentation:
+    """Finds the planes of a cloud, (N, 3) or organized (H, W, 3). max_planes: 0 = all. method: automatic, organized,
+    sequential or multi_ransac. threads: 0 = all cores; the result does not depend on it."""
+
+def approximate(
+    xyz: npt.ArrayLike,
+    T: Optional[npt.ArrayLike] = None,
+    *,
+    resolution: float = 0.1,
+    planes: Optional[Segmentation] = None,
+    profile: str = "compact",
+    up: Optional[npt.ArrayLike] = None,
+    distance_threshold: Optional[float] = None,
+    min_inliers: int = 100,
+    threads: int = 1,
+) -> _Array:
+    """The cuboids of one cloud, with the fields of PlanarMap.cuboids(). up: vertical of the world; None = upwards in the
+    image if the cloud is a camera's, else z. Other arguments as PlanarMap.insert() has them."""
+
+def run(
+    config: _Path,
+    inputs: Union[_Path, Sequence[_Path]],
+    out: _Path,
+    *,
+    poses: Optional[_Path] = None,
+    settings: Mapping[str, Any] = {},
+    profile: Optional[str] = None,
+    frames: Optional[str] = None,
+    threads: Optional[int] = None,
+    seed: Optional[int] = None,
+    overwrite: bool = False,
+    resume: bool = False,
+    progress: Optional[Callable[[int, int, dict[str, Any]], None]] = None,
+) -> dict[str, Any]:
+    """The pipeline, input to map, as `planar_map run CONFIG -i INPUT... -o OUT`: the same files in the folder out.
+
+    config: a file, or the name of a ready configuration such as single_pcd.yaml. settings: {"stage.key": value}.
+    frames: "first:last:step". progress: called after each frame with the frames done, frames in all (0 = not known) and
+    {"source", "planes", "cuboids", "frame_ms"}; what it raises, and Ctrl-C, ends the run after the frame, and what was
+    done is saved. Returns the content of metrics.json; what degrades the map is a RuntimeWarning."""
+
+def read_cloud(path: _Path) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float64]]:
+    """Points of a PCD or PLY file, (N, 3) or organized (H, W, 3), and the pose of its VIEWPOINT (4 x 4)."""
+
+def read_depth(path: _Path) -> npt.NDArray[np.uint16]:
+    """A PNG of one channel of 16 bits, (H, W)."""

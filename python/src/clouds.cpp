@@ -1,0 +1,195 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+
+#include "arrays.h"
+#include "frames.h"
+#include "module.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/geometry/cloud_scale.h"
+#include "planar_mapping/io/cloud_file.h"
+#include "planar_mapping/io/depth_image.h"
+
+namespace planar_mapping::python {
+namespace {
+
+template <typename T>
+T wordOf(const std::string& name, const std::string& word, const std::map<std::string, T>& words) {
+  const auto found = words.find(word);
+  if (found != words.end()) return found->second;
+  std::string list;
+  for (const auto& entry : words) list += (list.empty() ? "" : ", ") + entry.first;
+  throw InputError(name + " is '" + word + "', but must be one of " + list);
+}
+
+Segmentation segment(const py::object& xyz, double distance_threshold, int min_inliers,
+                     int max_planes, const std::string& method, std::uint64_t seed, int threads) {
+  const Cloud cloud(xyz, "xyz");
+  MultiPlaneParams params;
+  params.distance_threshold = distance_threshold;
+  params.min_inliers = min_inliers;
+  params.max_planes = max_planes;
+  params.method = wordOf<PlaneSearchMethod>("method", method,
+                                            {{"automatic", PlaneSearchMethod::Automatic},
+                                             {"multi_ransac", PlaneSearchMethod::MultiRansac},
+                                             {"sequential", PlaneSearchMethod::Sequential},
+                                             {"organized", PlaneSearchMethod::Organized}});
+  params.seed = seed;
+  params.threads = threads;
+  Segmentation result;
+  result.shape = cloud.shape();
+  result.points = cloud.view().size;
+  const py::gil_scoped_release released;
+  const Indices usable = usablePoints(cloud.view());
+  result.planes = findPlanes(cloud.view(), &usable, params).planes;
+  return result;
+}
+
+py::array planesOf(const Segmentation& segmentation) {
+  py::array_t<SegmentRow> rows(static_cast<py::ssize_t>(segmentation.planes.size()));
+  SegmentRow* row = rows.mutable_data();
+  for (const PlaneSegment& segment : segmentation.planes) {
+    for (int i = 0; i < 3; ++i) row->normal[i] = segment.plane.normal[i];
+    row->offset = segment.plane.offset;
+    row->rms = segment.rms;
+    row->inliers = static_cast<std::int32_t>(segment.inliers.size());
+    ++row;
+  }
+  return std::move(rows);
+}
+
+py::array labelsOf(const Segmentation& segmentation) {
+  std::vector<std::int32_t> labels(segmentation.points, -1);
+  for (std::size_t k = 0; k < segmentation.planes.size(); ++k) {
+    for (const int i : segmentation.planes[k].inliers) {
+      labels[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(k);
+    }
+  }
+  return toArray(std::move(labels), segmentation.shape);
+}
+
+/// Indices into the cloud, in the segmentation's own memory.
+py::array inliersOf(const py::object& self, std::size_t plane) {
+  const auto& segmentation = self.cast<const Segmentation&>();
+  if (plane >= segmentation.planes.size()) throw py::index_error("there is no such plane");
+  const Indices& inliers = segmentation.planes[plane].inliers;
+  py::array_t<int> view({static_cast<py::ssize_t>(inliers.size())}, inliers.data(), self);
+  view.attr("flags").attr("writeable") = false;
+  return std::move(view);
+}
+
+py::array approximate(const py::object& xyz, const py::object& T, double resolution,
+                      const Segmentation* planes, const std::string& profile, const py::object& up,
+                      std::optional<double> distance_threshold, int min_inliers, int threads) {
+  const Cloud cloud(xyz, "xyz");
+  FrameInput frame;
+  frame.points = cloud.view();
+  frame.T_world_sensor = poseOf(T, "T");
+  PlanarMapParams params = PlanarMapParams::of(profileOf(profile));
+  params.unknown_space = false;
+  params.approximation.resolution = resolution;
+  params.approximation.threads = threads;
+  params.approximation.up =
+      up.is_none() ? verticalOf(cloud.view(), nullptr, frame.T_world_sensor) : vectorOf(up, "up");
+  params.validate();
+  frame.setPlaneSearch(planes, distance_threshold, min_inliers, resolution);
+  frame.search.threads = threads;
+  std::vector<Cuboid> cuboids;
+  {
+    const py::gil_scoped_release released;
+    PlanarMap map(params);
+    frame.insertInto(map);
+    cuboids = map.cuboids();
+  }
+  return toArray(cuboids);
+}
+
+py::tuple readCloud(const std::filesystem::path& path) {
+  io::CloudData cloud;
+  {
+    const py::gil_scoped_release released;
+    cloud = io::readCloudFile(path.string(), io::CloudChannels::none());
+  }
+  std::vector<py::ssize_t> shape = {static_cast<py::ssize_t>(cloud.size()), 3};
+  if (cloud.height > 1) shape = {cloud.height, cloud.width, 3};
+  return py::make_tuple(toArray(std::move(cloud.xyz), shape), toArray(cloud.T_world_sensor));
+}
+
+py::array readDepth(const std::filesystem::path& path) {
+  io::DepthImage image;
+  {
+    const py::gil_scoped_release released;
+    image = io::readDepthPng(path.string());
+  }
+  return toArray(std::move(image.values), {image.height, image.width});
+}
+
+}  // namespace
+
+Profile profileOf(const std::string& word) {
+  return wordOf<Profile>("profile", word,
+                         {{"compact", Profile::Compact}, {"paper", Profile::Paper}});
+}
+
+void FrameInput::setPlaneSearch(const Segmentation* planes,
+                                std::optional<double> distance_threshold, int min_inliers,
+                                double resolution) {
+  find_planes = planes == nullptr;
+  if (!find_planes) {
+    if (planes->points != points.size) {
+      throw InputError("planes are of a cloud of " + std::to_string(planes->points) +
+                       " points, this one has " + std::to_string(points.size));
+    }
+    setPlanes(planes->planes);
+    return;
+  }
+  search.distance_threshold = distance_threshold.value_or(0.5 * resolution);
+  search.min_inliers = min_inliers;
+  search.validate();
+}
+
+FrameUpdate FrameInput::insertInto(PlanarMap& map) {
+  Indices usable = usablePoints(points);
+  const std::size_t lost = points.size - usable.size();
+  if (max_depth > 0.0) {
+    const auto too_far = [this](int i) {
+      return points[static_cast<std::size_t>(i)][2] > max_depth;
+    };
+    usable.erase(std::remove_if(usable.begin(), usable.end(), too_far), usable.end());
+  }
+  if (find_planes) setPlanes(findPlanes(points, &usable, search).planes);
+  FrameUpdate update = MappingInput::insertInto(map, points, &usable, T_world_sensor, 0);
+  update.dropped_points += lost;
+  return update;
+}
+
+void addClouds(py::module_& module) {
+  using namespace py::literals;
+  py::class_<Segmentation>(module, "Segmentation")
+      .def_property_readonly("planes", &planesOf)
+      .def_property_readonly("labels", &labelsOf)
+      .def("inliers", &inliersOf, "plane"_a)
+      .def("__len__", [](const Segmentation& self) { return self.planes.size(); })
+      .def("__repr__", [](const Segmentation& self) {
+        return "<Segmentation of " + std::to_string(self.points) +
+               " points: " + std::to_string(self.planes.size()) + " planes>";
+      });
+  module.def("segment", &segment, "xyz"_a, py::kw_only(), "distance_threshold"_a = 0.05,
+             "min_inliers"_a = 100, "max_planes"_a = 0, "method"_a = "automatic",
+             "seed"_a = MultiPlaneParams().seed, "threads"_a = 1,
+             "Finds the planes of a cloud, (N, 3) or organized (H, W, 3), metres.");
+  module.def("approximate", &approximate, "xyz"_a, "T"_a = py::none(), py::kw_only(),
+             "resolution"_a = 0.1, "planes"_a = py::none(), "profile"_a = "compact",
+             "up"_a = py::none(), "distance_threshold"_a = py::none(), "min_inliers"_a = 100,
+             "threads"_a = 1, "The cuboids of one cloud, as a structured array.");
+  module.def("read_cloud", &readCloud, "path"_a,
+             "Reads a PCD or PLY file: its points and the pose of its sensor.");
+  module.def("read_depth", &readDepth, "path"_a, "Reads a PNG of 16 bits: (H, W), uint16.");
+}
+
+}  // namespace planar_mapping::python

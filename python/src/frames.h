@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "planar_mapping/core/planes/multi_plane.h"
+#include "planar_mapping/surface/mapping_input.h"
+
+// Frames into a map, as segment(), approximate(), insert() and insert_depth() have them in common.
+namespace planar_mapping::python {
+
+/// The planes of a cloud: what segment() returns.
+struct Segmentation {
+  std::vector<PlaneSegment> planes;
+  std::vector<pybind11::ssize_t> shape;  ///< of the cloud: (N) or (H, W)
+  std::size_t points = 0;
+};
+
+/// \throws InputError if the word is none of compact and paper
+Profile profileOf(const std::string& word);
+
+/// A frame for a map: its cloud, and its planes or how they are found.
+struct FrameInput : MappingInput {
+  PointsView points;
+  double max_depth = 0.0;  ///< points with a larger z are measured, but not mapped; 0 = no limit
+  Pose T_world_sensor = Pose::Identity();
+  bool find_planes = false;
+  MultiPlaneParams search;
+
+  /// Keywords of Python: planes (null = they are looked for), distance_threshold (absent = half the
+  /// resolution) and min_inliers.
+  void setPlaneSearch(const Segmentation* planes, std::optional<double> distance_threshold,
+                      int min_inliers, double resolution);
+  /// Touches no Python object.
+  FrameUpdate insertInto(PlanarMap& map);
+};
+
+}  // namespace planar_mapping::python

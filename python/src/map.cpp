@@ -1,0 +1,329 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <filesystem>
+#include <limits>
+#include <memory>
+
+#include "arrays.h"
+#include "frames.h"
+#include "module.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/io/depth_image.h"
+#include "planar_mapping/io/map_export.h"
+#include "planar_mapping/io/map_file.h"
+#include "planar_mapping/map/map_query.h"
+#include "shared_map.h"
+
+namespace planar_mapping::python {
+namespace {
+
+using MapPointer = std::unique_ptr<SharedMap>;
+
+MapPointer makeMap(double resolution, const std::string& profile, double max_range,
+                   const py::object& up, bool unknown_space, std::optional<double> min_probability,
+                   int threads) {
+  PlanarMapParams params = PlanarMapParams::of(profileOf(profile));
+  params.approximation.resolution = resolution;
+  params.approximation.threads = threads;
+  params.approximation.up = vectorOf(up, "up");
+  params.max_range = max_range;
+  params.unknown_space = unknown_space;
+  if (min_probability) params.min_probability = *min_probability;
+  params.validate();
+  return std::make_unique<SharedMap>(PlanarMap(params));
+}
+
+MapPointer load(const std::filesystem::path& path) {
+  const py::gil_scoped_release released;
+  return std::make_unique<SharedMap>(io::loadMap(path.string()));
+}
+
+io::Overwrite overwriteOf(bool allowed) {
+  return allowed ? io::Overwrite::Allow : io::Overwrite::Refuse;
+}
+
+FrameUpdate insertFrame(SharedMap& self, FrameInput& frame, const Segmentation* planes,
+                        std::optional<double> distance_threshold, int min_inliers,
+                        double timestamp) {
+  frame.setTimestamp(timestamp);
+  const CuboidApproximationParams approximation =
+      self.read([](const PlanarMap& map) { return map.params().approximation; });
+  frame.setPlaneSearch(planes, distance_threshold, min_inliers, approximation.resolution);
+  frame.search.threads = approximation.threads;
+  return self.change([&frame](PlanarMap& map) { return frame.insertInto(map); });
+}
+
+FrameUpdate insert(SharedMap& self, const py::object& xyz, const py::object& T,
+                   const Segmentation* planes, std::optional<double> distance_threshold,
+                   int min_inliers, double timestamp, const py::object& K) {
+  const Cloud cloud(xyz, "xyz");
+  FrameInput frame;
+  frame.points = cloud.view();
+  frame.T_world_sensor = poseOf(T, "T");
+  if (!K.is_none()) {
+    if (cloud.shape().size() != 2) {
+      throw InputError("K belongs to an organized cloud, (H, W, 3)");
+    }
+    frame.setCamera(cameraOf(K, cloud.shape()[0], cloud.shape()[1]));
+  }
+  return insertFrame(self, frame, planes, distance_threshold, min_inliers, timestamp);
+}
+
+FrameUpdate insertDepth(SharedMap& self, const py::array& image, const py::object& K, double scale,
+                        const py::object& T, double max_depth,
+                        std::optional<double> distance_threshold, int min_inliers,
+                        double timestamp) {
+  if (image.ndim() != 2 || image.size() == 0) {
+    throw InputError("the depth image must have the shape (H, W), not " +
+                     std::string(py::str(image.attr("shape"))));
+  }
+  const PinholeCamera camera = cameraOf(K, image.shape(0), image.shape(1));
+  const auto width = static_cast<std::uint32_t>(image.shape(1));
+  const auto height = static_cast<std::uint32_t>(image.shape(0));
+  const io::DepthProjector projector(camera, scale);
+  io::CloudData cloud;
+  const char kind = image.dtype().kind();
+  if (py::isinstance<py::array_t<std::uint16_t>>(image)) {
+    const auto values = py::array_t<std::uint16_t, py::array::c_style>::ensure(image);
+    projector.project({width, height, {values.data(), values.data() + values.size()}}, cloud);
+  } else if (kind == 'f' || kind == 'i' || kind == 'u') {
+    const auto values =
+        py::array_t<float, py::array::c_style | py::array::forcecast>::ensure(image);
+    projector.project(values.data(), cloud);
+  } else {
+    throw py::type_error("the depth image must be of numbers, not of " +
+                         std::string(py::str(image.dtype())));
+  }
+  FrameInput frame;
+  frame.points = cloud.view();
+  frame.T_world_sensor = poseOf(T, "T");
+  frame.setCamera(camera);
+  requirePositive("max_depth", max_depth, "m");
+  frame.max_depth = max_depth;
+  return insertFrame(self, frame, nullptr, distance_threshold, min_inliers, timestamp);
+}
+
+py::array state(const SharedMap& self, const py::object& argument) {
+  const Points points(argument, "points");
+  py::array_t<std::uint8_t> states(static_cast<py::ssize_t>(points.size()));
+  std::uint8_t* out = states.mutable_data();
+  self.read([&](const PlanarMap& map) {
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      out[i] = static_cast<std::uint8_t>(map.stateAt(points[i]));
+    }
+  });
+  return std::move(states);
+}
+
+py::array probability(const SharedMap& self, const py::object& argument) {
+  const Points points(argument, "points");
+  py::array_t<double> beliefs(static_cast<py::ssize_t>(points.size()));
+  double* out = beliefs.mutable_data();
+  self.read([&](const PlanarMap& map) {
+    for (std::size_t i = 0; i < points.size(); ++i) out[i] = map.occupancyAt(points[i]);
+  });
+  return std::move(beliefs);
+}
+
+HitRow hitOf(const std::optional<RayHit>& hit) {
+  if (!hit) {
+    constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+    return {std::numeric_limits<double>::infinity(),
+            {kNaN, kNaN, kNaN},
+            -1,
+            static_cast<std::uint8_t>(CellState::Free)};
+  }
+  return {hit->distance,
+          {hit->point.x(), hit->point.y(), hit->point.z()},
+          hit->cuboid,
+          static_cast<std::uint8_t>(hit->state)};
+}
+
+py::array castRays(const SharedMap& self, const py::object& from, const py::object& along,
+                   double range, bool through_unknown) {
+  const Points origins(from, "origins");
+  const Points directions(along, "directions");
+  const std::size_t count = std::max(origins.size(), directions.size());
+  if ((origins.size() != count && !origins.isSinglePoint()) ||
+      (directions.size() != count && !directions.isSinglePoint())) {
+    throw InputError("there are " + std::to_string(origins.size()) + " origins, but " +
+                     std::to_string(directions.size()) + " directions");
+  }
+  const UnknownSpaceIs unknown =
+      through_unknown ? UnknownSpaceIs::Transparent : UnknownSpaceIs::AnObstacle;
+  py::array_t<HitRow> hits(static_cast<py::ssize_t>(count));
+  HitRow* out = hits.mutable_data();
+  self.read([&](const PlanarMap& map) {
+    for (std::size_t i = 0; i < count; ++i) {
+      try {
+        out[i] = hitOf(castRay(map, origins[origins.isSinglePoint() ? 0 : i],
+                               directions[directions.isSinglePoint() ? 0 : i], range, unknown));
+      } catch (const ParameterError& error) {
+        throw ParameterError("ray " + std::to_string(i) + ": " + error.what());
+      }
+    }
+  });
+  return std::move(hits);
+}
+
+py::array cuboids(const SharedMap& self) {
+  // Derived and copied without the interpreter's lock: another thread may change the map.
+  return toArray(self.read([](const PlanarMap& map) { return map.cuboids(); }));
+}
+
+py::array unknownCuboids(const SharedMap& self) {
+  return toArray(self.read([](const PlanarMap& map) { return map.unknownCuboids(); }));
+}
+
+py::array planes(const SharedMap& self) {
+  return toArray(self.read([](const PlanarMap& map) { return map.planes(); }));
+}
+
+py::tuple trajectory(const SharedMap& self) {
+  const auto poses = self.read([](const PlanarMap& map) { return map.trajectory(); });
+  const auto count = static_cast<py::ssize_t>(poses.size());
+  py::array_t<double> times(count);
+  py::array_t<double> matrices({count, py::ssize_t{4}, py::ssize_t{4}});
+  auto at = matrices.mutable_unchecked<3>();
+  for (py::ssize_t i = 0; i < count; ++i) {
+    const auto& [time, pose] = poses[static_cast<std::size_t>(i)];
+    times.mutable_at(i) = time;
+    for (int row = 0; row < 4; ++row) {
+      for (int column = 0; column < 4; ++column) at(i, row, column) = pose.matrix()(row, column);
+    }
+  }
+  return py::make_tuple(times, matrices);
+}
+
+py::object bounds(const SharedMap& self) {
+  Vector3 low, high;
+  if (!self.read([&](const PlanarMap& map) { return map.bounds(low, high); })) return py::none();
+  py::array_t<double> corners({2, 3});
+  for (int i = 0; i < 3; ++i) {
+    corners.mutable_at(0, i) = low[i];
+    corners.mutable_at(1, i) = high[i];
+  }
+  return std::move(corners);
+}
+
+FrameUpdate merge(SharedMap& self, const SharedMap& other, const py::object& T) {
+  const Pose T_map_other = poseOf(T, "T");
+  const PlanarMap copy = other.read([](const PlanarMap& map) { return map; });
+  return self.change([&](PlanarMap& map) { return map.merge(copy, T_map_other); });
+}
+
+MapPointer copyOf(const SharedMap& self) {
+  return std::make_unique<SharedMap>(self.read([](const PlanarMap& map) { return map; }));
+}
+
+py::bytes serialize(const SharedMap& self) {
+  const auto bytes = self.read([](const PlanarMap& map) { return map.serialize(); });
+  return py::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+}
+
+MapPointer deserialize(const py::bytes& bytes) {
+  const auto text = static_cast<std::string_view>(bytes);
+  const py::gil_scoped_release released;
+  return std::make_unique<SharedMap>(
+      PlanarMap::deserialize(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
+}
+
+/// A property of the map that is a number.
+template <auto Function>
+auto number() {
+  return [](const SharedMap& self) {
+    return self.read([](const PlanarMap& map) { return (map.*Function)(); });
+  };
+}
+
+std::string textOf(const SharedMap& self) {
+  return self.read([](const PlanarMap& map) {
+    return "<PlanarMap of " + std::to_string(map.frames()) +
+           " frames: " + std::to_string(map.planes().size()) + " planes, " +
+           std::to_string(map.cuboidCount()) + " cuboids>";
+  });
+}
+
+}  // namespace
+
+void addMap(py::module_& module) {
+  using namespace py::literals;
+  py::class_<FrameUpdate>(module, "FrameUpdate")
+      .def_readonly("planes_new", &FrameUpdate::planes_new)
+      .def_readonly("planes_matched", &FrameUpdate::planes_matched)
+      .def_readonly("planes_merged", &FrameUpdate::planes_merged)
+      .def_readonly("cells_added", &FrameUpdate::cells_added)
+      .def_readonly("cells_removed", &FrameUpdate::cells_removed)
+      .def_readonly("dropped_points", &FrameUpdate::dropped_points);
+  py::class_<SharedMap>(module, "PlanarMap", "A map of planar cuboids; world frame, z up, metres.")
+      .def(py::init(&makeMap), "resolution"_a = 0.1, py::kw_only(), "profile"_a = "compact",
+           "max_range"_a = 10.0, "up"_a = py::make_tuple(0.0, 0.0, 1.0), "unknown_space"_a = true,
+           "min_probability"_a = py::none(), "threads"_a = 1)
+      .def_static("load", &load, "path"_a, "Reads a .pmap file.")
+      .def(
+          "save",
+          [](const SharedMap& self, const std::filesystem::path& path, bool overwrite) {
+            self.read([&](const PlanarMap& map) {
+              io::saveMap(map, path.string(), overwriteOf(overwrite));
+            });
+          },
+          "path"_a, py::kw_only(), "overwrite"_a = false, "Writes a .pmap file.")
+      .def(
+          "export",
+          [](const SharedMap& self, const std::filesystem::path& path, bool unknown,
+             bool overwrite) {
+            self.read([&](const PlanarMap& map) {
+              io::exportMap(
+                  map, path,
+                  unknown ? io::ExportedSpace::OccupiedAndUnknown : io::ExportedSpace::Occupied,
+                  overwriteOf(overwrite));
+            });
+          },
+          "path"_a, py::kw_only(), "unknown"_a = false, "overwrite"_a = false,
+          "Writes a file for other programs, as `planar_map convert` does.")
+      .def("insert", &insert, "xyz"_a, "T"_a = py::none(), py::kw_only(), "planes"_a = py::none(),
+           "distance_threshold"_a = py::none(), "min_inliers"_a = 100, "timestamp"_a = 0.0,
+           "K"_a = py::none(), "Adds a cloud of the sensor's frame; T = T_world_sensor.")
+      .def("insert_depth", &insertDepth, "image"_a, "K"_a, "scale"_a = 1000.0, "T"_a = py::none(),
+           py::kw_only(), "max_depth"_a = 8.0, "distance_threshold"_a = py::none(),
+           "min_inliers"_a = 100, "timestamp"_a = 0.0,
+           "Adds a depth image of a pinhole camera; T = T_world_camera.")
+      .def("merge", &merge, "other"_a, "T"_a = py::none(), "Adds another map; T = T_map_other.")
+      .def(
+          "finished",
+          [](const SharedMap& self) {
+            return std::make_unique<SharedMap>(
+                self.read([](const PlanarMap& map) { return map.finished(); }));
+          },
+          "The map without what only further frames need.")
+      .def("cuboids", &cuboids, "Occupied cuboids.")
+      .def("unknown_cuboids", &unknownCuboids, "Unknown space as axis-aligned cuboids.")
+      .def("planes", &planes, "Planes, world frame.")
+      .def("trajectory", &trajectory, "Time stamps (N) and sensor poses (N, 4, 4).")
+      .def("bounds", &bounds, "Corners (2, 3) of the box around the cuboids, or None.")
+      .def("state", &state, "points"_a, "FREE, OCCUPIED or UNKNOWN at each of (N, 3) points.")
+      .def("probability", &probability, "points"_a,
+           "Belief that each of (N, 3) points is occupied.")
+      .def("cast_rays", &castRays, "origins"_a, "directions"_a, "range"_a = 100.0, py::kw_only(),
+           "through_unknown"_a = false, "Where each ray first meets what is not free.")
+      .def_property_readonly("frames", number<&PlanarMap::frames>())
+      .def_property_readonly("is_finished", number<&PlanarMap::isFinished>())
+      .def_property_readonly("unknown_cells", number<&PlanarMap::unknownCells>())
+      .def_property_readonly("memory_bytes", number<&PlanarMap::memoryBytes>())
+      .def_property_readonly("resolution",
+                             [](const SharedMap& self) {
+                               return self.read([](const PlanarMap& map) {
+                                 return map.params().approximation.resolution;
+                               });
+                             })
+      .def("__len__", number<&PlanarMap::cuboidCount>())
+      .def("__copy__", &copyOf)
+      .def("__deepcopy__", [](const SharedMap& self, const py::dict&) { return copyOf(self); })
+      .def("__repr__", &textOf)
+      .def(py::pickle(&serialize, &deserialize));
+}
+
+}  // namespace planar_mapping::python

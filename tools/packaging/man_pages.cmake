@@ -1,0 +1,31 @@
+# Manual pages of PROGRAM and its sub-commands in FOLDER, from what --help says: HELP2MAN, VERSION.
+function(write_page name command summary)
+  set(page ${FOLDER}/${name}.1)
+  execute_process(COMMAND ${HELP2MAN} --no-info --version-string=${VERSION} --name=${summary} ${command}
+    OUTPUT_VARIABLE text COMMAND_ERROR_IS_FATAL ANY)
+  string(TOUPPER ${name} title)
+  string(REGEX REPLACE "\n\\.TH [^ ]+ " "\n.TH ${title} " text "${text}")
+  file(WRITE ${page} "${text}")
+  execute_process(COMMAND gzip -9nf ${page} COMMAND_ERROR_IS_FATAL ANY)
+endfunction()
+
+file(REMOVE_RECURSE ${FOLDER})
+file(MAKE_DIRECTORY ${FOLDER})
+get_filename_component(name ${PROGRAM} NAME)
+if(name STREQUAL "planar_map_viewer")
+  write_page(${name} ${PROGRAM} "shows and draws planar maps")
+  return()
+endif()
+write_page(${name} ${PROGRAM} "planar surface-based 3D maps")
+execute_process(COMMAND ${PROGRAM} --help OUTPUT_VARIABLE help COMMAND_ERROR_IS_FATAL ANY)
+string(REGEX REPLACE ".*Subcommands:" "" help "${help}")
+string(REPLACE ";" "," help "${help}")  # they divide lists
+string(REGEX MATCHALL "\n  [a-z]+ +[^\n]+" lines "${help}")
+foreach(line IN LISTS lines)
+  string(REGEX MATCH "([a-z]+) +(.*)" unused "${line}")
+  set(command ${CMAKE_MATCH_1})
+  set(summary "${CMAKE_MATCH_2}")
+  if(NOT command MATCHES "^(view|snapshot)$")  # they are planar_map_viewer
+    write_page(${name}-${command} "${PROGRAM} ${command}" "${summary}")
+  endif()
+endforeach()
