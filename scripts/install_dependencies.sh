@@ -10,7 +10,9 @@ packages=(
   libopencv-dev libopencv-contrib-dev libdlib-dev libblas-dev liblapack-dev libturbojpeg0-dev libzmq3-dev cppzmq-dev
   liboctomap-dev
   libegl1 libgl1-mesa-dri
-  libgtest-dev libbenchmark-dev
+  # Tests only: the readers of exports, FCL and ROS 1 for the examples. Without them their tests are left out.
+  libgtest-dev libbenchmark-dev libassimp-dev liburdfdom-dev libsdformat-dev octomap-tools libfcl-dev python3-open3d
+  libroscpp-dev libvisualization-msgs-dev libnav-msgs-dev
   xvfb xauth doxygen
   python3 python3-numpy python3-zstandard
 )

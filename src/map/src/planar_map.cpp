@@ -286,20 +286,33 @@ std::size_t PlanarMap::unknownCells() const {
   return count;
 }
 
-std::vector<Cuboid> PlanarMap::unknownCuboids() const {
-  const double s = impl_->data.unknownResolution();
+namespace {
+
+/// The cells as axis-aligned cuboids of this state.
+std::vector<Cuboid> cuboidsOf(const detail::KeyMap<detail::CubeBits>& cells, double side,
+                              CellState state) {
   std::vector<Cuboid> cuboids;
-  for (const detail::CellBlockBox& box : detail::mergeToBoxes(impl_->unknownCells())) {
+  for (const detail::CellBlockBox& box : detail::mergeToBoxes(cells)) {
     const Vector3 low(box.low.x, box.low.y, box.low.z);
     const Vector3 size(box.size.x, box.size.y, box.size.z);
     Cuboid cuboid;
-    cuboid.center = s * (low + 0.5 * size);
-    cuboid.size = s * size;
-    cuboid.probability = 0.5f;
-    cuboid.state = CellState::Unknown;
+    cuboid.center = side * (low + 0.5 * size);
+    cuboid.size = side * size;
+    cuboid.probability = state == CellState::Free ? 0.0f : 0.5f;
+    cuboid.state = state;
     cuboids.push_back(cuboid);
   }
   return cuboids;
+}
+
+}  // namespace
+
+std::vector<Cuboid> PlanarMap::unknownCuboids() const {
+  return cuboidsOf(impl_->unknownCells(), impl_->data.unknownResolution(), CellState::Unknown);
+}
+std::vector<Cuboid> PlanarMap::freeCuboids() const {
+  return cuboidsOf(detail::cellsOf(impl_->data.unknown, &detail::SpaceBlock::free),
+                   impl_->data.unknownResolution(), CellState::Free);
 }
 
 std::size_t PlanarMap::frames() const {

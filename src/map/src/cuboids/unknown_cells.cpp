@@ -75,21 +75,26 @@ class Remaining {
 
 }  // namespace
 
-KeyMap<CubeBits> unknownCells(const UnknownSpace& space, const std::vector<Cuboid>& occupied,
-                              double cell) {
+KeyMap<CubeBits> cellsOf(const UnknownSpace& space, std::uint64_t UnknownSpace::Block::*kind) {
   KeyMap<CubeBits> cubes;
   space.forEachBlock([&](const Int3& at, const UnknownSpace::Block& block) {
-    if (block.unknown == 0) return;
+    if (block.*kind == 0) return;
     CubeBits& bits = cubes[packKey(Int3{at.x >> 1, at.y >> 1, at.z >> 1})];
     for (int slice = 0; slice < 4; ++slice) {
       std::uint64_t rows = 0;
       for (int row = 0; row < 4; ++row) {
-        rows |= ((block.unknown >> (16 * slice + 4 * row)) & 0xfu) << (8 * row);
+        rows |= ((block.*kind >> (16 * slice + 4 * row)) & 0xfu) << (8 * row);
       }
       bits[static_cast<std::size_t>(4 * (at.z & 1) + slice)] |=
           rows << (32 * (at.y & 1) + 4 * (at.x & 1));
     }
   });
+  return cubes;
+}
+
+KeyMap<CubeBits> unknownCells(const UnknownSpace& space, const std::vector<Cuboid>& occupied,
+                              double cell) {
+  KeyMap<CubeBits> cubes = cellsOf(space, &UnknownSpace::Block::unknown);
   if (cubes.empty()) return cubes;
   constexpr double kLimit = kLatticeLimit / 8;
   for (const Cuboid& cuboid : occupied) {

@@ -81,6 +81,9 @@ void UnknownSpace::forEachBlock(Visit&& visit) const {
   }
 }
 
+/// The cells of one kind: free or unknown, whatever occupies them.
+KeyMap<CubeBits> cellsOf(const UnknownSpace& space, std::uint64_t UnknownSpace::Block::*kind);
+
 /// The unknown cells whose centre no cuboid occupies.
 /// \param cell side of a cell, metres
 KeyMap<CubeBits> unknownCells(const UnknownSpace& space, const std::vector<Cuboid>& occupied,

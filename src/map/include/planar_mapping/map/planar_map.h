@@ -96,6 +96,10 @@ class PLANAR_MAPPING_EXPORT PlanarMap {
   std::size_t cuboidCountAtMost() const;
   /// Unknown space as axis-aligned cuboids (state Unknown, plane_id -1), merged.
   std::vector<Cuboid> unknownCuboids() const;
+  /// Space that a measurement passed, as axis-aligned cuboids (state Free, plane_id -1) that do not
+  /// overlap each other. A cell that a cuboid fills in part is listed whole: where both are, the
+  /// cuboid counts. A finished map does not know what was seen.
+  std::vector<Cuboid> freeCuboids() const;
   const std::vector<MapPlane>& planes() const;
   /// The sensor poses of the frames in order, with their time stamps.
   const std::vector<std::pair<double, Pose>>& trajectory() const;
