@@ -23,7 +23,7 @@ endif()
 if(PLANAR_MAPPING_BUILD_TOOLS)
   find_package(octomap 1.9 QUIET)
   if(NOT octomap_FOUND)
-    message(WARNING "OctoMap is missing: the octree baseline is left out of the evaluation (install liboctomap-dev)")
+    message(WARNING "OctoMap is missing: no .bt and .ot, and no octree baseline in the evaluation (install liboctomap-dev)")
   endif()
 endif()
 if(NOT PLANAR_MAPPING_BUILD_TOOLS)
@@ -51,7 +51,8 @@ endif()
 if(PLANAR_MAPPING_BUILD_VIEWER)
   find_package(VTK 9.1 COMPONENTS ChartsCore CommonCore CommonDataModel FiltersCore FiltersGeneral FiltersSources
                IOImage InteractionStyle InteractionWidgets RenderingAnnotation RenderingContextOpenGL2 RenderingCore
-               RenderingFreeType RenderingOpenGL2 RenderingUI ViewsContext2D QUIET)
+               RenderingFreeType RenderingOpenGL2 RenderingUI ViewsContext2D
+               OPTIONAL_COMPONENTS IOGeometry IOPLY IOXML QUIET)  # these for tests of exports
   find_package(OpenGL COMPONENTS EGL QUIET)
   find_package(GLEW QUIET)
   find_package(X11 QUIET)

@@ -19,6 +19,8 @@ packages=(
 test_packages=(
   xvfb xauth doxygen
   python3-zstandard python3-pytest python3-matplotlib
+  libassimp-dev liburdfdom-dev libsdformat-dev octomap-tools libfcl-dev python3-open3d  # readers of exports
+  libroscpp-dev libvisualization-msgs-dev libnav-msgs-dev                               # examples/ros1
 )
 case ${1:-} in
   "") packages+=("${test_packages[@]}") ;;

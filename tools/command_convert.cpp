@@ -10,38 +10,81 @@
 #include "planar_mapping/io/map_file.h"
 
 namespace planar_mapping::tools {
+namespace {
+
+struct Arguments {
+  std::string map;
+  std::string output;
+  std::string band;
+  bool finished = false;
+  bool surface = false;
+  bool force = false;
+  io::ExportOptions options;
+};
+
+std::string formatTable() {
+  std::string text = "Formats, by the extension of the output:\n";
+  for (const io::ExportFormat& format : io::exportFormats()) {
+    std::string name = format.extension == "/" ? "NAME/" : format.extension;
+    name.resize(8, ' ');
+    text += "  " + name + format.readers + '\n';
+  }
+  return text;
+}
+
+void convert(Arguments arguments) {
+  io::ExportOptions& options = arguments.options;
+  if (!arguments.band.empty()) {
+    const auto [low, high] = numbersOf<2>("--band", arguments.band);
+    options.band.low = low;
+    options.band.high = high;
+  }
+  if (arguments.surface) options.points = io::ExportedPoints::Surface;
+  if (arguments.force) options.overwrite = io::Overwrite::Allow;
+  PlanarMap map = io::loadMap(arguments.map);
+  if (arguments.finished) map = map.finished();
+  try {
+    for (const std::string& file : io::exportedFiles(arguments.output)) {
+      requireNew(file, arguments.force);
+    }
+    io::exportMap(map, arguments.output, options);
+  } catch (const ParameterError& error) {  // of the extension or an option
+    throw UsageError(error.what());
+  }
+}
+
+}  // namespace
 
 void addConvertCommand(CLI::App& app, int& exit_code) {
-  struct Arguments {
-    std::string map;
-    std::string output;
-    bool unknown = false;
-    bool finished = false;
-    bool force = false;
-  };
   auto* command = app.add_subcommand("convert", "A map as a file for other programs");
   const auto arguments = std::make_shared<Arguments>();
+  io::ExportOptions& options = arguments->options;
   command->add_option("map", arguments->map, "Map (*.pmap)")->required();
   command
       ->add_option("output", arguments->output,
-                   "File to write; its extension chooses the format: " + io::exportExtensions())
+                   "File to write; its extension chooses the format (see below)")
       ->required();
-  command->add_flag("--unknown", arguments->unknown, "Unknown space as well (pmap, json: always)");
+  command->add_flag("--unknown", options.unknown,
+                    "Unknown space as boxes too (pmap, json, bt, ot, pgm: always told)");
   command->add_flag("--finished", arguments->finished,
                     "Leave out what only further frames need (pmap: far fewer bytes)");
-  command->add_flag("--force", arguments->force, "Overwrite a file that exists");
+  command->add_option("--cell", options.cell,
+                      "bt, ot, pgm: side of a cell, m [the map's resolution]");
+  command->add_option("--band", arguments->band,
+                      "pgm: heights over the ground that count, m: LOW,HIGH [0.15,2]");
+  command->add_option("--ground", options.band.ground,
+                      "pgm: height of the ground in the map, m [found]");
+  command->add_flag("--surface", arguments->surface,
+                    "pcd: points on the faces instead of the centres of cuboids");
+  command->add_option("--spacing", options.spacing,
+                      "pcd: between points on a face, m [half the map's resolution]");
+  command
+      ->add_option("--frame-id", options.frame_id, "json, csv, urdf, pgm: name of the map's frame")
+      ->capture_default_str();
+  command->add_flag("--force", arguments->force, "Overwrite files that exist");
+  command->footer(formatTable());
   command->callback([arguments, &exit_code]() {
-    PlanarMap map = io::loadMap(arguments->map);
-    if (arguments->finished) map = map.finished();
-    requireNew(arguments->output, arguments->force);
-    try {
-      io::exportMap(
-          map, arguments->output,
-          arguments->unknown ? io::ExportedSpace::OccupiedAndUnknown : io::ExportedSpace::Occupied,
-          arguments->force ? io::Overwrite::Allow : io::Overwrite::Refuse);
-    } catch (const ParameterError& error) {  // of the extension
-      throw UsageError(error.what());
-    }
+    convert(*arguments);
     exit_code = kDone;
   });
 }

@@ -90,20 +90,81 @@ TEST_F(MapCommands, QueryRefusesWhatIsNoQuestion) {
 
 TEST_F(MapCommands, ConvertWritesByExtensionAndNeverOverUnasked) {
   const std::string file = map();
-  for (const char* extension : {"pmap", "json", "csv", "ply", "obj", "sdf"}) {
-    const std::string name = std::string("converted.") + extension;
+  for (const char* name : {"c.pmap", "c.json", "c.csv", "c.sdf", "c/", "c.urdf", "c.scene", "c.pgm",
+                           "c.bt", "c.ot", "c.vtp", "c.glb", "c.ply", "c.obj", "c.stl", "c.pcd"}) {
     EXPECT_EQ(planarMap({"convert", file, directory_ / name}).exit_code, 0) << name;
-    EXPECT_GT(read(name).size(), 100u) << name;
+    const std::string written = name == std::string("c/") ? "c/model.sdf" : name;
+    EXPECT_GT(read(written).size(), 100u) << name;
     const ProgramResult again = planarMap({"convert", file, directory_ / name});
     EXPECT_EQ(again.exit_code, 2) << name;
-    EXPECT_NE(again.err.find(name), std::string::npos) << again.err;
+    EXPECT_NE(again.err.find(written), std::string::npos) << again.err;
     EXPECT_EQ(planarMap({"convert", file, directory_ / name, "--force"}).exit_code, 0) << name;
   }
-  EXPECT_EQ(read("converted.pmap"), read("out1/map.pmap"));
-  EXPECT_EQ(read("converted.json"), read("out1/map.json"));
-  const ProgramResult unheard = planarMap({"convert", file, directory_ / "map.stl"});
+  for (const char* beside : {"c.yaml", "c.mtl", "c/model.config"}) EXPECT_TRUE(exists(beside));
+  EXPECT_EQ(read("c.pmap"), read("out1/map.pmap"));
+  EXPECT_EQ(read("c.json"), read("out1/map.json"));
+  const ProgramResult unheard = planarMap({"convert", file, directory_ / "map.docx"});
   EXPECT_EQ(unheard.exit_code, 2);
-  EXPECT_NE(unheard.err.find("ply"), std::string::npos) << unheard.err;
+  EXPECT_NE(unheard.err.find(".ply"), std::string::npos) << unheard.err;
+}
+
+TEST_F(MapCommands, ConvertHelpSaysWhoReadsWhat) {
+  const ProgramResult help = planarMap({"convert", "--help"});
+  ASSERT_EQ(help.exit_code, 0);
+  for (const char* line : {".scene  collision objects: MoveIt", ".pgm    with its .yaml: nav2",
+                           "ParaView", "--band"}) {
+    EXPECT_NE(help.out.find(line), std::string::npos) << line << help.out;
+  }
+}
+
+TEST_F(MapCommands, ConvertTakesItsOptions) {
+  const std::string file = map();
+  ASSERT_EQ(planarMap({"convert", file, directory_ / "m.pgm", "--cell", "0.5", "--band", "0.2,1.0",
+                       "--ground", "-0.5", "--frame-id", "odom"})
+                .exit_code,
+            0);
+  EXPECT_NE(read("m.yaml").find("frame odom, from -0.3 to 0.5 m"), std::string::npos);
+  EXPECT_NE(read("m.yaml").find("resolution: 0.5\n"), std::string::npos);
+  ASSERT_EQ(planarMap({"convert", file, directory_ / "c.pcd"}).exit_code, 0);
+  ASSERT_EQ(
+      planarMap({"convert", file, directory_ / "s.pcd", "--surface", "--spacing", "0.1"}).exit_code,
+      0);
+  EXPECT_GT(read("s.pcd").size(), 2 * read("c.pcd").size());
+  for (const std::vector<std::string>& wrong : {std::vector<std::string>{"--band", "1,0"},
+                                                {"--band", "1"},
+                                                {"--cell", "-1"},
+                                                {"--cell", "nan"},
+                                                {"--frame-id", "a b"}}) {
+    std::vector<std::string> arguments = {"convert", file, directory_ / "x.pgm"};
+    arguments.insert(arguments.end(), wrong.begin(), wrong.end());
+    EXPECT_EQ(planarMap(arguments).exit_code, 2) << wrong[0] << wrong[1];
+    EXPECT_FALSE(exists("x.pgm"));
+  }
+}
+
+TEST_F(MapCommands, ConvertIntoTooFineAnOctreeFailsInBoundedMemory) {
+  const ProgramResult result =
+      planarMap({"convert", map(), directory_ / "m.bt", "--cell", "0.005"});
+  EXPECT_EQ(result.exit_code, 2) << result.err;
+  EXPECT_NE(result.err.find("--cell 0.01"), std::string::npos) << result.err;
+  EXPECT_LT(result.peak_kilobytes, 1'500'000);
+  EXPECT_FALSE(exists("m.bt"));
+}
+
+TEST_F(MapCommands, ConvertOntoAFullDiskLeavesNothing) {
+  const std::string file = map();
+  for (const char* name : {"m.csv", "m.sdf", "m/", "m.urdf", "m.scene", "m.pgm", "m.bt", "m.ot",
+                           "m.vtp", "m.glb", "m.ply", "m.obj", "m.stl", "m.pcd"}) {
+    ProgramOptions options;
+    options.file_size_limit = 64;
+    const ProgramResult result = planarMap({"convert", file, directory_ / name}, options);
+    EXPECT_EQ(result.exit_code, 1) << name << result.err;
+    expectOneSentence(result, "m");
+    for (const std::string& left : list(name == std::string("m/") ? "m" : ".")) {
+      EXPECT_NE(left.rfind("m.", 0), 0u) << name << ": " << left;
+      EXPECT_EQ(left.find(".tmp"), std::string::npos) << left;
+    }
+  }
 }
 
 TEST_F(MapCommands, FinishedMapsAreReadWhereverMapsAre) {

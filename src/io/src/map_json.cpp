@@ -61,10 +61,14 @@ void appendLines(std::string& out, bool& first, const Items& items, Append&& app
 
 }  // namespace
 
-std::string mapToJson(const PlanarMap& map) {
+std::string mapToJson(const PlanarMap& map, const std::string& frame_id) {
   std::string out =
       "{\n  \"format\": \"planar_mapping map\",\n  \"version\": 1,\n"
-      "  \"frame\": \"world, z up, metres\",\n  \"resolution_m\": ";
+      "  \"frame_id\": \"" +
+      frame_id + "\",\n  \"up\": ";
+  const Vector3 up = map.params().approximation.up.normalized();
+  append(out, {up.x(), up.y(), up.z()});
+  out += ",\n  \"unit\": \"m\",\n  \"resolution_m\": ";
   appendNumber(out, map.params().approximation.resolution);
   out += ",\n  \"unseen\": \"";
   out += map.params().unseen == Unseen::Unknown ? "unknown" : "free";

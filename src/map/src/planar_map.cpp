@@ -317,6 +317,11 @@ std::vector<Cuboid> PlanarMap::unknownCuboids() const {
   return spaceCuboids(CellState::Unknown, box.low, box.high);
 }
 
+std::vector<Cuboid> PlanarMap::freeCuboids() const {
+  const detail::SpaceBox all;
+  return spaceCuboids(CellState::Free, all.low, all.high);
+}
+
 std::vector<Cuboid> PlanarMap::spaceCuboids(CellState state, const Vector3& box_low,
                                             const Vector3& box_high) const {
   if (state == CellState::Occupied) throw ParameterError("space is free or unknown");

@@ -27,6 +27,9 @@ TEST(MapJson, HoldsEveryCuboidExactly) {
   const nlohmann::json json = nlohmann::json::parse(mapToJson(map));
   const std::vector<Cuboid> unknown = map.unknownCuboids();
   EXPECT_EQ(json.at("resolution_m").get<double>(), 0.1);
+  EXPECT_EQ(json.at("frame_id"), "map");
+  EXPECT_EQ(json.at("unit"), "m");
+  EXPECT_EQ(json.at("up"), nlohmann::json({0.0, 0.0, 1.0}));
   EXPECT_EQ(json.at("frames").get<int>(), 1);
   EXPECT_EQ(json.at("unseen").get<std::string>(), "unknown");
   ASSERT_EQ(json.at("cuboids").size(), map.cuboids().size() + unknown.size());
@@ -49,6 +52,14 @@ TEST(MapJson, HoldsEveryCuboidExactly) {
     EXPECT_EQ(cuboid.at("probability").get<float>(), expected.probability);
     EXPECT_EQ(cuboid.at("state").get<std::string>(), i < occupied ? "occupied" : "unknown");
   }
+}
+
+TEST(MapJson, TellsFrameAndUpAxis) {
+  PlanarMapParams params;
+  params.approximation.up = -Vector3::UnitY();
+  const nlohmann::json json = nlohmann::json::parse(mapToJson(PlanarMap(params), "camera/left"));
+  EXPECT_EQ(json.at("frame_id"), "camera/left");
+  EXPECT_EQ(json.at("up"), nlohmann::json({0.0, -1.0, 0.0}));
 }
 
 TEST(MapJson, HoldsThePlanes) {

@@ -11,14 +11,17 @@
 namespace planar_mapping {
 namespace io {
 
-/// The cuboids of a map as readable JSON, a cuboid a line; metres, world frame:
-/// `{"format", "version", "frame", "resolution_m", "planes": [...], "cuboids": [...]}`.
+/// The cuboids of a map as readable JSON, a cuboid a line; in the axes of the map:
+/// `{"format", "version", "frame_id", "up", "unit", "resolution_m", "frames", "planes": [...],
+/// "cuboids": [...]}`. `up` is the unit vector that points up, `unit` is "m".
 /// A plane has `id`, `coefficients` [a, b, c, d], `tilt_rad` and `rms_m`; a cuboid has `center`,
 /// `size` (full lengths), `quaternion_xyzw`, `plane_id` (-1 = none), `probability` and `state`.
 /// Occupied cuboids come first, in the order of PlanarMap::cuboids(), then unknown space as
 /// PlanarMap::unknownCuboids() lists it; `unseen` says what space is beyond.
 /// Numbers read back as the same values, in any locale.
-PLANAR_MAPPING_EXPORT std::string mapToJson(const PlanarMap& map);
+/// \param frame_id name of the map's frame, of letters, digits and _-./
+PLANAR_MAPPING_EXPORT std::string mapToJson(const PlanarMap& map,
+                                            const std::string& frame_id = "map");
 
 /// Writes mapToJson() to a file, whole or not at all.
 /// \throws IoError if the file exists and must not be overwritten, or cannot be written

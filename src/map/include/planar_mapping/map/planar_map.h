@@ -101,6 +101,8 @@ class PLANAR_MAPPING_EXPORT PlanarMap {
   /// metres; what no frame saw anything of within 32 cells or more is not listed.
   /// \throws ParameterError if state is Occupied
   std::vector<Cuboid> spaceCuboids(CellState state, const Vector3& low, const Vector3& high) const;
+  /// All space that a measurement passed: spaceCuboids() of state Free without a box.
+  std::vector<Cuboid> freeCuboids() const;
   const std::vector<MapPlane>& planes() const;
   /// The sensor poses of the frames in order, with their time stamps.
   const std::vector<std::pair<double, Pose>>& trajectory() const;

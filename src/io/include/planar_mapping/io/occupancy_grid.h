@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/base/types.h"
+#include "planar_mapping/map/planar_map.h"
+
+namespace planar_mapping {
+namespace io {
+
+/// The heights that a flat map looks at, metres.
+struct GridBand {
+  double low = 0.15;  ///< [ours] over the ground: below it is floor
+  double high = 2.0;  ///< [ours] over the ground: above it a robot passes under
+  /// Height of the ground along the map's up axis; NaN = found: 0 where the map starts at most 1 m
+  /// above or 0.35 m below it, else the lowest floor or lower end of a cuboid, but for the
+  /// lowest hundredth of the occupied volume.
+  double ground = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// A map seen from above, as ROS has it (nav_msgs/OccupancyGrid).
+struct OccupancyGrid {
+  static constexpr std::int8_t kFree = 0;
+  static constexpr std::int8_t kOccupied = 100;
+  static constexpr std::int8_t kUnknown = -1;
+
+  std::uint32_t width = 0;   ///< cells along x
+  std::uint32_t height = 0;  ///< cells along y
+  double cell = 0.1;         ///< side, metres
+  /// Lower left corner of cell 0, in the axes of the map turned so that its up axis is z; a
+  /// multiple of the cell.
+  Vector2 origin = Vector2::Zero();
+  double ground = 0.0;              ///< height the band counts from, metres
+  std::vector<std::int8_t> values;  ///< row by row, the row of smallest y first
+
+  std::int8_t at(std::uint32_t x, std::uint32_t y) const {
+    return values[std::size_t{y} * width + x];
+  }
+};
+
+/// A cell is occupied if a cuboid meets the column over it within the band; else free if at least
+/// three quarters of the column's height over its middle were seen free; else unknown.
+/// \param cell side, metres; 0 = the map's resolution
+/// \throws ParameterError if cell or band are out of range, or there would be more than 50 million
+///         cells
+PLANAR_MAPPING_EXPORT OccupancyGrid occupancyGrid(const PlanarMap& map, double cell = 0.0,
+                                                  const GridBand& band = GridBand());
+
+}  // namespace io
+}  // namespace planar_mapping

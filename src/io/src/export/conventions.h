@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+#include "number_text.h"
+#include "planar_mapping/core/geometry/cuboid.h"
+
+// How other programs write what a Cuboid holds. Nothing else converts angles, quaternions, lengths,
+// colours or the order of corners.
+namespace planar_mapping::io {
+
+/// Parts in [0, 255], as on a screen (sRGB).
+struct Colour {
+  int red, green, blue;
+  double alpha = 1.0;  ///< below 1: unknown space
+};
+/// Hues a golden angle apart, so that neighbours in number differ; gray without a plane.
+Colour colourOf(const Cuboid& cuboid);
+
+/// "plane_7", "no_plane" or "unknown": what meshes and materials are named after.
+std::string groupOf(const Cuboid& cuboid);
+
+/// Angles about the fixed x, y and z axes, in this order, radians (URDF, SDFormat).
+Vector3 rollPitchYaw(const Quaternion& q);
+
+/// The rotation that turns \p up to \p to; for up = -y (a camera's frame) and to = z, forward
+/// becomes y and right stays x.
+Quaternion turning(const Vector3& up, const Vector3& to);
+
+/// Faces by corners(), wound outwards, and the same as triangles.
+constexpr int kFaces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
+                              {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
+constexpr int kTriangles[12][3] = {{0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5},
+                                   {0, 1, 5}, {0, 5, 4}, {2, 6, 7}, {2, 7, 3},
+                                   {0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}};
+
+inline void appendVector(std::string& out, const Vector3& v, const char* separator = " ") {
+  appendNumbers(out, {v.x(), v.y(), v.z()}, separator);
+}
+/// x, y, z, w.
+inline void appendXyzw(std::string& out, const Quaternion& q, const char* separator = " ") {
+  appendNumbers(out, {q.x(), q.y(), q.z(), q.w()}, separator);
+}
+/// Parts in [0, 1].
+inline void appendRgba(std::string& out, const Colour& c) {
+  appendNumbers(out, {c.red / 255.0, c.green / 255.0, c.blue / 255.0, c.alpha}, " ");
+}
+
+}  // namespace planar_mapping::io

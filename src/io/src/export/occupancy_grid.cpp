@@ -1,0 +1,226 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/io/occupancy_grid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "export/conventions.h"
+#include "export/exported_map.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/geometry/detail/oriented_box.h"
+
+namespace planar_mapping::io {
+namespace {
+
+constexpr double kMaxCells = 5e7;
+constexpr double kFreeFraction = 0.75;  ///< of a column, as in the plan of a snapshot
+
+Cuboid turned(const Quaternion& turn, Cuboid cuboid) {
+  cuboid.center = turn * cuboid.center;
+  cuboid.orientation = turn * cuboid.orientation;
+  return cuboid;
+}
+
+double halfHeight(const Cuboid& cuboid) {
+  return 0.5 * cuboid.orientation.toRotationMatrix().row(2).cwiseAbs().dot(cuboid.size);
+}
+
+/// See GridBand::ground; the cuboids are upright.
+double groundOf(const std::vector<Cuboid>& cuboids) {
+  constexpr double kStrayFraction = 0.01;
+  constexpr double kMinUpright = 0.98;          // cosine of 11 degrees
+  std::vector<std::pair<double, double>> ends;  // height, weight
+  double stray = 0.0;
+  for (const Cuboid& cuboid : cuboids) {
+    if (cuboid.state != CellState::Occupied) continue;
+    // One walks on a floor, not below it.
+    const bool lies = cuboid.plane_id >= 0 &&
+                      (cuboid.orientation * Vector3::UnitZ()).cwiseAbs().z() > kMinUpright;
+    ends.emplace_back(cuboid.center.z() + (lies ? 1.0 : -1.0) * halfHeight(cuboid),
+                      cuboid.volume());
+    stray += kStrayFraction * cuboid.volume();
+  }
+  if (ends.empty()) return 0.0;
+  std::sort(ends.begin(), ends.end());
+  double lowest = ends.front().first;
+  for (const auto& [height, weight] : ends) {
+    lowest = height;
+    stray -= weight;
+    if (stray <= 0.0) break;
+  }
+  return lowest >= -0.35 && lowest <= 1.0 ? 0.0 : lowest;
+}
+
+/// Cells from first to last, both included.
+struct Range {
+  int first, last;
+};
+
+/// The grid while it is made; low and high are the heights of the band.
+struct Columns {
+  OccupancyGrid grid;
+  double low, high;
+
+  Range range(double from, double to, double origin, std::uint32_t count) const {
+    const double last = static_cast<double>(count) - 1.0;
+    return {static_cast<int>(std::clamp(std::floor((from - origin) / grid.cell), 0.0, last)),
+            static_cast<int>(std::clamp(std::floor((to - origin) / grid.cell), 0.0, last))};
+  }
+  template <typename Visit>
+  void forEachCellBelow(const Cuboid& cuboid, const Vector3& reach, Visit&& visit) const {
+    const Vector3& c = cuboid.center;
+    const Range x = range(c.x() - reach.x(), c.x() + reach.x(), grid.origin.x(), grid.width);
+    const Range y = range(c.y() - reach.y(), c.y() + reach.y(), grid.origin.y(), grid.height);
+    for (int j = y.first; j <= y.last; ++j) {
+      for (int i = x.first; i <= x.last; ++i) {
+        visit(static_cast<std::size_t>(j) * grid.width + static_cast<std::size_t>(i),
+              grid.origin + grid.cell * Vector2(i + 0.5, j + 0.5));
+      }
+    }
+  }
+};
+
+/// How much of the vertical line through a point is in the cuboid, between two heights.
+double lengthInside(const Matrix3& to_local, const Cuboid& cuboid, const Vector2& at, double low,
+                    double high) {
+  const Vector3 from = to_local * (Vector3(at.x(), at.y(), 0.0) - cuboid.center);
+  const Vector3 along = to_local.col(2);
+  for (int i = 0; i < 3; ++i) {
+    const double half = 0.5 * cuboid.size[i];
+    if (std::abs(along[i]) < 1e-12) {
+      if (std::abs(from[i]) > half) return 0.0;
+      continue;
+    }
+    const double a = (-half - from[i]) / along[i], b = (half - from[i]) / along[i];
+    low = std::max(low, std::min(a, b));
+    high = std::min(high, std::max(a, b));
+  }
+  return std::max(0.0, high - low);
+}
+
+/// Makes room for all that lies in the band.
+void placeGrid(const std::vector<Cuboid>& cuboids, const std::vector<Cuboid>& free,
+               Columns& columns) {
+  Vector2 low = Vector2::Constant(INFINITY), high = -low;
+  for (const std::vector<Cuboid>* list : {&cuboids, &free}) {
+    for (const Cuboid& cuboid : *list) {
+      const Vector3 reach = detail::OrientedBox(cuboid).reach();
+      if (cuboid.center.z() + reach.z() <= columns.low ||
+          cuboid.center.z() - reach.z() >= columns.high) {
+        continue;
+      }
+      low = low.cwiseMin((cuboid.center - reach).head<2>());
+      high = high.cwiseMax((cuboid.center + reach).head<2>());
+    }
+  }
+  if (!low.allFinite()) low = high = Vector2::Zero();
+  OccupancyGrid& grid = columns.grid;
+  // What ends on a line between two cells, but for rounding, does not reach the next one.
+  const Vector2 first = (low / grid.cell).array() + 1e-6, last = (high / grid.cell).array() - 1e-6;
+  const Vector2 begin = first.array().floor();
+  const Vector2 count = (last.array().ceil() - begin.array()).max(1.0);
+  if (!(count.prod() <= kMaxCells)) {
+    const double smallest = grid.cell * std::sqrt(count.prod() / kMaxCells);
+    throw ParameterError("cells of " + std::to_string(grid.cell) +
+                         " m make a grid of more than 50 million; take at least --cell " +
+                         std::to_string(1.1 * smallest));
+  }
+  grid.origin = grid.cell * begin;
+  grid.width = static_cast<std::uint32_t>(count.x());
+  grid.height = static_cast<std::uint32_t>(count.y());
+}
+
+}  // namespace
+
+OccupancyGrid gridOf(const ExportedMap& map) {
+  const GridBand& band = map.options.band;
+  requireInRange("band low", band.low, -1e6, 1e6, "m");
+  requireInRange("band high", band.high, -1e6, 1e6, "m");
+  if (!(band.low < band.high)) throw ParameterError("a band must end above its beginning");
+  const Quaternion turn = turning(map.up, Vector3::UnitZ());
+  std::vector<Cuboid> cuboids, free;
+  for (const Cuboid& cuboid : map.cuboids) cuboids.push_back(turned(turn, cuboid));
+  for (const Cuboid& cuboid : map.free) free.push_back(turned(turn, cuboid));
+
+  Columns columns;
+  OccupancyGrid& grid = columns.grid;
+  grid.cell = map.cell();
+  grid.ground = std::isnan(band.ground) ? groundOf(cuboids) : band.ground;
+  requireInRange("ground", grid.ground, -1e6, 1e6, "m");
+  columns.low = grid.ground + band.low;
+  columns.high = grid.ground + band.high;
+  placeGrid(cuboids, free, columns);
+  const std::size_t count = std::size_t{grid.width} * grid.height;
+
+  std::vector<float> seen(count, 0.0f);  // height that was seen free
+  for (const Cuboid& cuboid : free) {
+    const Matrix3 to_local = cuboid.orientation.conjugate().toRotationMatrix();
+    columns.forEachCellBelow(
+        cuboid, detail::OrientedBox(cuboid).reach(), [&](std::size_t i, const Vector2& at) {
+          seen[i] +=
+              static_cast<float>(lengthInside(to_local, cuboid, at, columns.low, columns.high));
+        });
+  }
+  const auto enough = static_cast<float>(kFreeFraction * (band.high - band.low));
+  grid.values.assign(count, OccupancyGrid::kUnknown);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (seen[i] >= enough * (1.0f - 1e-5f)) grid.values[i] = OccupancyGrid::kFree;
+  }
+  const Vector3 half =
+      (1.0 - 1e-6) * 0.5 * Vector3(grid.cell, grid.cell, columns.high - columns.low);
+  for (const Cuboid& cuboid : cuboids) {
+    if (cuboid.state != CellState::Occupied) continue;
+    const detail::OrientedBox box(cuboid);
+    columns.forEachCellBelow(cuboid, box.reach(), [&](std::size_t i, const Vector2& at) {
+      if (box.meets({at.x(), at.y(), 0.5 * (columns.low + columns.high)}, half)) {
+        grid.values[i] = OccupancyGrid::kOccupied;
+      }
+    });
+  }
+  return grid;
+}
+
+OccupancyGrid occupancyGrid(const PlanarMap& map, double cell, const GridBand& band) {
+  requireInRange("cell", cell, 0.0, 1e6, "m");
+  ExportOptions options;
+  options.cell = cell;
+  options.band = band;
+  return gridOf(exportedOf(map, Space::Free, options));
+}
+
+Contents writePgm(const ExportedMap& map, const std::string& path) {
+  const OccupancyGrid grid = gridOf(map);
+  std::string pgm = "P5\n# planar_mapping, ";
+  appendNumber(pgm, grid.cell);
+  pgm += " m/pix\n" + std::to_string(grid.width) + ' ' + std::to_string(grid.height) + "\n255\n";
+  pgm.reserve(pgm.size() + grid.values.size());
+  for (std::uint32_t y = grid.height; y-- > 0;) {  // the first row has the largest y
+    for (std::uint32_t x = 0; x < grid.width; ++x) {
+      const std::int8_t value = grid.at(x, y);
+      pgm += static_cast<char>(value == OccupancyGrid::kOccupied ? 0
+                               : value == OccupancyGrid::kFree   ? 254
+                                                                 : 205);
+    }
+  }
+  std::string yaml = "# planar_mapping, frame " + map.options.frame_id + ", from ";
+  appendNumber(yaml, grid.ground + map.options.band.low);
+  yaml += " to ";
+  appendNumber(yaml, grid.ground + map.options.band.high);
+  yaml += " m along its up axis\n";
+  if (!map.up.isApprox(Vector3::UnitZ())) {
+    yaml += "# The axes are those of the map turned by the quaternion x, y, z, w: ";
+    appendXyzw(yaml, turning(map.up, Vector3::UnitZ()), ", ");
+    yaml += '\n';
+  }
+  // 205 is read as unknown only with a threshold of 0.196, not with 0.25.
+  yaml += "image: " + stemOf(path) + ".pgm\nmode: trinary\nresolution: ";
+  appendNumber(yaml, grid.cell);
+  yaml += "\norigin: [";
+  appendNumbers(yaml, {grid.origin.x(), grid.origin.y(), 0.0}, ", ");
+  yaml += "]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n";
+  return {std::move(pgm), std::move(yaml)};
+}
+
+}  // namespace planar_mapping::io

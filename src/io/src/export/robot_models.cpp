@@ -1,0 +1,124 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+// Boxes to collide with and to see: SDFormat, URDF, MoveIt.
+#include <map>
+
+#include "export/conventions.h"
+#include "export/exported_map.h"
+
+namespace planar_mapping::io {
+namespace {
+
+/// A name that is unique in the file and sorts by number.
+std::string nameOf(std::size_t i) {
+  const std::string number = std::to_string(i);
+  return "cuboid_" + std::string(number.size() < 6 ? 6 - number.size() : 0, '0') + number;
+}
+
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '&') {
+      out += "&amp;";
+    } else if (c == '<') {
+      out += "&lt;";
+    } else if (c == '"') {
+      out += "&quot;";
+    } else {
+      out += c;
+    }
+  }
+  return out;
+}
+
+std::string sdfOf(const ExportedMap& map, const std::string& name) {
+  // Gravity of a simulator points along -z.
+  const Vector3 upright = rollPitchYaw(turning(map.up, Vector3::UnitZ()));
+  std::string out = "<?xml version=\"1.0\"?>\n<sdf version=\"1.7\">\n<model name=\"" +
+                    escaped(name) + "\">\n<static>true</static>\n<pose>0 0 0 ";
+  appendVector(out, upright);
+  out += "</pose>\n<link name=\"link\">\n";
+  for (std::size_t i = 0; i < map.cuboids.size(); ++i) {
+    const Cuboid& c = map.cuboids[i];
+    std::string box = "<pose>";
+    appendVector(box, c.center);
+    box += ' ';
+    appendVector(box, rollPitchYaw(c.orientation));
+    box += "</pose><geometry><box><size>";
+    appendVector(box, c.size);
+    box += "</size></box></geometry>";
+    const Colour colour = colourOf(c);
+    std::string look = "<material><ambient>";
+    appendRgba(look, colour);
+    look += "</ambient><diffuse>";
+    appendRgba(look, colour);
+    look += "</diffuse></material>";
+    if (colour.alpha < 1.0) look += "<transparency>0.7</transparency>";
+    const std::string cuboid = nameOf(i);
+    out += "<collision name=\"" + cuboid + "\">" + box + "</collision>\n";
+    out += "<visual name=\"" + cuboid + "\">" + box + look + "</visual>\n";
+  }
+  return out + "</link>\n</model>\n</sdf>\n";
+}
+
+}  // namespace
+
+Contents writeSdf(const ExportedMap& map, const std::string& path) {
+  return {sdfOf(map, stemOf(path))};
+}
+
+Contents writeModelFolder(const ExportedMap& map, const std::string& path) {
+  const std::string name = stemOf(path);
+  const std::string config =
+      "<?xml version=\"1.0\"?>\n<model>\n<name>" + escaped(name) +
+      "</name>\n<version>1.0</version>\n<sdf version=\"1.7\">model.sdf</sdf>\n<description>A map "
+      "of planar_mapping.</description>\n</model>\n";
+  return {sdfOf(map, name), config};
+}
+
+Contents writeUrdf(const ExportedMap& map, const std::string& path) {
+  std::string out = "<?xml version=\"1.0\"?>\n<robot name=\"" + escaped(stemOf(path)) + "\">\n";
+  std::map<std::string, Colour> materials;
+  for (const Cuboid& c : map.cuboids) materials.emplace(groupOf(c), colourOf(c));
+  for (const auto& [name, colour] : materials) {
+    out += "<material name=\"" + name + "\"><color rgba=\"";
+    appendRgba(out, colour);
+    out += "\"/></material>\n";
+  }
+  out += "<link name=\"" + escaped(map.options.frame_id) + "\">\n";
+  for (std::size_t i = 0; i < map.cuboids.size(); ++i) {
+    const Cuboid& c = map.cuboids[i];
+    std::string box = "<origin xyz=\"";
+    appendVector(box, c.center);
+    box += "\" rpy=\"";
+    appendVector(box, rollPitchYaw(c.orientation));
+    box += "\"/><geometry><box size=\"";
+    appendVector(box, c.size);
+    box += "\"/></geometry>";
+    const std::string name = nameOf(i);
+    out += "<collision name=\"" + name + "\">" + box + "</collision>\n";
+    out += "<visual name=\"" + name + "\">" + box + "<material name=\"" + groupOf(c) +
+           "\"/></visual>\n";
+  }
+  return {out + "</link>\n</robot>\n"};
+}
+
+Contents writeScene(const ExportedMap& map, const std::string& path) {
+  std::string out = stemOf(path) + '\n';
+  for (std::size_t i = 0; i < map.cuboids.size(); ++i) {
+    const Cuboid& c = map.cuboids[i];
+    // Object pose, number of shapes, shape, its pose, its colour, number of subframes.
+    out += "* " + nameOf(i) + "\n0 0 0\n0 0 0 1\n1\nbox\n";
+    appendVector(out, c.size);
+    out += '\n';
+    appendVector(out, c.center);
+    out += '\n';
+    appendXyzw(out, c.orientation);
+    out += '\n';
+    appendRgba(out, colourOf(c));
+    out += "\n0\n";
+  }
+  return {out + ".\n"};
+}
+
+}  // namespace planar_mapping::io
