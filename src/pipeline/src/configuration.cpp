@@ -87,13 +87,18 @@ bool hasStage(const Configuration& configuration, StageKind kind) {
 }
 
 Configuration parseConfiguration(const std::string& text, const std::string& path,
-                                 StageTable& table, const ConfigurationOverrides& overrides) {
-  return detail::ConfigurationReader(path, table, overrides).read(text);
+                                 StageTable& table, const ConfigurationOverrides& overrides,
+                                 Plugins plugins) {
+  // Nothing of a file that is rejected is executed.
+  Configuration configuration =
+      detail::ConfigurationReader(path, table, overrides, false).read(text);
+  if (configuration.plugins.empty() || plugins == Plugins::Ignore) return configuration;
+  return detail::ConfigurationReader(path, table, overrides, true).read(text);
 }
 
 Configuration loadConfiguration(const std::string& path, StageTable& table,
-                                const ConfigurationOverrides& overrides) {
-  return parseConfiguration(readText(path), path, table, overrides);
+                                const ConfigurationOverrides& overrides, Plugins plugins) {
+  return parseConfiguration(readText(path), path, table, overrides, plugins);
 }
 
 std::string effectiveYaml(const Configuration& configuration) {
