@@ -5,6 +5,7 @@
 
 #include "commands.h"
 #include "parameter_text.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pipeline/configuration.h"
 
 namespace planar_mapping::tools {
@@ -27,6 +28,16 @@ std::string explain(const StageTable& table, const std::string& key) {
     throw UsageError("no stage has a key '" + key + "'; planar_map config --defaults shows all");
   }
   return text;
+}
+
+/// Nothing is executed: without its plugins a file cannot be resolved.
+std::string effective(const std::string& path, StageTable& table,
+                      const ConfigurationOverrides& overrides) {
+  const Configuration configuration = loadConfiguration(path, table, overrides, Plugins::Ignore);
+  if (configuration.unknown_stages.empty()) return effectiveYaml(configuration);
+  throw ConfigError({path + ":1:1: stage '" + configuration.unknown_stages.front() +
+                     "' is of a plugin, which run alone loads; config.resolved.yaml of a run has "
+                     "all values"});
 }
 
 }  // namespace
@@ -62,8 +73,7 @@ void addConfigCommand(CLI::App& app, int& exit_code) {
     } else if (!arguments->explain.empty()) {
       std::cout << explain(table, arguments->explain);
     } else {
-      std::cout << effectiveYaml(
-          loadConfiguration(arguments->effective, table, arguments->overrides));
+      std::cout << effective(arguments->effective, table, arguments->overrides);
     }
   });
 }

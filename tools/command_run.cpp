@@ -9,6 +9,7 @@
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pipeline/output.h"
 #include "planar_mapping/pipeline/runner.h"
+#include "stop_guard.h"
 
 namespace planar_mapping::tools {
 namespace {
@@ -18,6 +19,7 @@ struct RunArguments : FrameArguments {
   std::string profile;
   std::string frames;
   int threads = -1;
+  double checkpoint_s = RunOptions().checkpoint_s;
   bool resume = false;
   bool strict = false;
   bool verbose = false;
@@ -92,12 +94,20 @@ int run(const RunArguments& arguments) {
   options.output = arguments.output;
   options.overwrite = arguments.force;
   options.resume = arguments.resume;
+  options.checkpoint_s = arguments.checkpoint_s;
   options.stop = &stopOnSignal();
+  StopGuard guard(*options.stop, arguments.output);
+  options.saving = &guard.saving();
   if (arguments.progress == "jsonl") {
     options.progress = writeJsonLine;
   } else if (arguments.wantsBar()) {
     options.progress = showReport;
   }
+  options.progress = [&guard, show = options.progress](std::size_t done, std::size_t all,
+                                                       const FrameReport& report) {
+    guard.frameDone();
+    if (show) show(done, all, report);
+  };
   if (arguments.verbose) {
     options.log = [](const std::string& line) { std::cerr << line << '\n'; };
   }
@@ -117,6 +127,9 @@ int run(const RunArguments& arguments) {
     for (const std::string& warning : result.warnings) {
       std::cerr << "planar_map: warning: " << warning << '\n';
     }
+  }
+  if (result.was_finished) {
+    std::cerr << "planar_map: the run in " << result.output << " is finished; nothing was done\n";
   }
   if (result.interrupted) {
     std::cerr << "planar_map: interrupted; what was done so far is in " << result.output
@@ -143,6 +156,11 @@ void addRunCommand(CLI::App& app, int& exit_code) {
   command->add_option("--frames", arguments->frames, "A:B:STEP, frames A to B - 1");
   command->add_option("-j,--threads", arguments->threads, "Threads, 0 = all cores")
       ->check(CLI::Range(0, 1024));
+  command
+      ->add_option("--checkpoint", arguments->checkpoint_s,
+                   "Save every so many seconds, for --resume after a crash; 0 = each frame")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
   auto* resume = command->add_flag("--resume", arguments->resume, "Continue an interrupted run");
   resume->excludes("--force");
   command->add_flag("--strict", arguments->strict, "Exit code 5 if the result is degraded");

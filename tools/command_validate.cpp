@@ -25,7 +25,12 @@ void addValidateCommand(CLI::App& app, int& exit_code) {
   command->callback([arguments, &exit_code]() {
     StageTable table;
     registerBuiltinStages(table);
-    loadConfiguration(arguments->configuration, table, arguments->overrides);
+    const Configuration configuration =
+        loadConfiguration(arguments->configuration, table, arguments->overrides, Plugins::Ignore);
+    for (const std::string& name : configuration.unknown_stages) {
+      std::cerr << arguments->configuration << ": stage '" << name
+                << "' is not checked: plugins are loaded by run alone\n";
+    }
     if (!arguments->quiet) std::cout << arguments->configuration << ": no problems\n";
     exit_code = kDone;
   });

@@ -73,7 +73,11 @@ int main(int argc, char** argv) {
   using namespace planar_mapping;
   using namespace planar_mapping::tools;
   try {
-    return run(argc, argv);
+    const int exit_code = run(argc, argv);
+    std::cout.flush();
+    if (std::cout) return exit_code;
+    return report("the answer cannot be written to standard output: is the disk full?",
+                  kInternalFailure);
   } catch (const UsageError& error) {
     return report(error.what(), kUsage);
   } catch (const ConfigError& error) {

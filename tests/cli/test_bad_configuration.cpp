@@ -198,14 +198,25 @@ TEST_F(BadConfiguration, SetIsCheckedLikeTheFile) {
 TEST_F(BadConfiguration, MissingPluginAndForeignLibrary) {
   const std::string head = "version: 1\nplugins: [libmine.so]\nstages:\n  - stage: voxel_grid\n";
   const std::string path = write("plugin.yaml", head);
-  const ProgramResult missing = planarMap({"validate", path});
+  const std::vector<std::string> run = {"run", path, "-i", room(), "-o", directory_ / "out"};
+  const ProgramResult missing = planarMap(run);
   EXPECT_EQ(3, missing.exit_code);
   EXPECT_NE(std::string::npos, missing.err.find(path + ":2:11: plugin ")) << missing.err;
   EXPECT_NE(std::string::npos, missing.err.find("there is no such shared library")) << missing.err;
   write("libmine.so", "not a library");
-  const ProgramResult foreign = planarMap({"validate", path});
+  const ProgramResult foreign = planarMap(run);
   EXPECT_EQ(3, foreign.exit_code);
   EXPECT_NE(std::string::npos, foreign.err.find("cannot be loaded as a plugin")) << foreign.err;
+}
+
+TEST_F(BadConfiguration, PluginInAFolderIsNamedByAnAbsolutePath) {
+  for (const char* name : {"plugins/libmine.so", "../libmine.so", "./libmine.so"}) {
+    const std::string path = write("plugin.yaml", std::string("version: 1\nplugins: [") + name +
+                                                      "]\nstages:\n  - stage: voxel_grid\n");
+    const ProgramResult result = planarMap({"validate", path});
+    EXPECT_EQ(3, result.exit_code);
+    EXPECT_NE(std::string::npos, result.err.find("has to be named by an absolute path")) << name;
+  }
 }
 
 }  // namespace

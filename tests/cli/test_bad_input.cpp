@@ -22,7 +22,7 @@ class BadInput : public CliTest {
   ProgramResult expectMapped(const std::string& input) const {
     const ProgramResult result = runOn(input);
     EXPECT_EQ(0, result.exit_code) << result.err;
-    EXPECT_EQ(7u, list("out").size());
+    EXPECT_EQ(9u, list("out").size());
     return result;
   }
 };
@@ -129,6 +129,19 @@ TEST_F(BadInput, CoordinatesOfABillionAreMappedOrRefusedInOneSentence) {
   EXPECT_LE(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
 }
 
+TEST_F(BadInput, ScaleWithoutUsableParametersIsTheFaultOfTheInput) {
+  for (const double scale : {1e9, 1e-9}) {
+    std::vector<float> xyz = roomPoints(2000);
+    for (float& value : xyz) value = static_cast<float>(scale * value);
+    const std::string cloud = write("scaled.pcd", binaryPcd(xyz));
+    const ProgramResult result = runOn(cloud, {"--force"});
+    if (result.exit_code == 0) continue;
+    EXPECT_EQ(4, result.exit_code) << scale;
+    expectOneSentence(result, "m across");
+    EXPECT_NE(std::string::npos, result.err.find(cloud)) << result.err;
+  }
+}
+
 TEST_F(BadInput, OnePointABillionMetresAwayDoesNotSpoilTheRest) {
   std::vector<float> xyz = roomPoints(20000);
   xyz.insert(xyz.end(), {1e9f, -1e9f, 1e9f});
@@ -192,7 +205,7 @@ TEST_F(BadInput, WhatWasDoneBeforeABadFrameIsSaved) {
       planarMap({"run", config("pcd_sequence.yaml"), "-i", a, bad, "-o", directory_ / "out", "-q"});
   EXPECT_EQ(4, result.exit_code);
   expectOneSentence(result, "b.pcd");
-  EXPECT_EQ(7u, list("out").size());
+  EXPECT_EQ(9u, list("out").size());
   EXPECT_NE(std::string::npos, read("out/metrics.json").find("\"frames\": 1"));
 }
 

@@ -79,6 +79,21 @@ TEST_F(Commands, ReferencePageIsUpToDate) {
       << "write it again: planar_map stages --markdown > docs/parameters.md";
 }
 
+TEST_F(Commands, StandardOutputThatCannotBeWrittenIsAnError) {
+  ASSERT_EQ(0, runOn(room()).exit_code);
+  const std::string map = directory_ / "out/map.pmap";
+  for (const std::string& command :
+       {"info " + map, "info " + map + " --json", "query " + map + " --point 1,0,0",
+        std::string("config --defaults"), std::string("stages"),
+        "run " + config("single_pcd.yaml") + " -i " + directory_ / "room.pcd" + " --json -o " +
+            directory_ / "again"}) {
+    const ProgramResult result =
+        runProgram({"/bin/sh", "-c", program() + " " + command + " > /dev/full"});
+    EXPECT_EQ(1, result.exit_code) << command;
+    expectOneSentence(result, "standard output");
+  }
+}
+
 TEST_F(Commands, InfoOfACloud) {
   const ProgramResult result = planarMap({"info", room(), "--json"});
   ASSERT_EQ(0, result.exit_code) << result.err;

@@ -37,7 +37,7 @@ TEST_F(Interruption, SignalsFinishTheFrameAndSave) {
     const std::string output = "out" + std::to_string(number);
     const ProgramResult result = planarMap(longRun(output, 400), signalAfterAFrame(number));
     EXPECT_EQ(130, result.exit_code) << result.signal << result.err;
-    EXPECT_EQ(7u, list(output).size());
+    EXPECT_EQ(9u, list(output).size());
     const Json metrics = Json::parse(read(output + "/metrics.json"));
     EXPECT_GE(metrics["frames"], 2);
     EXPECT_LT(metrics["frames"], 400);
@@ -94,6 +94,78 @@ TEST_F(Interruption, ResumeContinuesWhereTheRunStopped) {
   EXPECT_EQ(40, std::count(trajectory.begin(), trajectory.end(), '\n') -
                     std::count(trajectory.begin(), trajectory.end(), '#'));
   EXPECT_LT(done, 40);
+}
+
+TEST_F(Interruption, KilledRunResumesFromItsLastCheckpoint) {
+  ASSERT_EQ(0, planarMap(longRun("whole", 12)).exit_code);
+  std::vector<std::string> arguments = longRun("out", 12);
+  arguments.insert(arguments.end(), {"--checkpoint", "0"});
+  const ProgramResult killed = planarMap(arguments, signalAfterAFrame(SIGKILL));
+  ASSERT_EQ(SIGKILL, killed.signal);
+  const int done = Json::parse(read("out/metrics.json"))["frames"];
+  EXPECT_GE(done, 1);
+  EXPECT_EQ(0, planarMap({"info", directory_ / "out/map.pmap"}).exit_code);
+  arguments.push_back("--resume");
+  const ProgramResult resumed = planarMap(arguments);
+  ASSERT_EQ(0, resumed.exit_code) << resumed.err;
+  // A line of progress for each frame that was left.
+  EXPECT_EQ(12 - done, std::count(resumed.err.begin(), resumed.err.end(), '\n')) << resumed.err;
+  for (const char* name : {"map.pmap", "map.json", "trajectory_tum.txt"}) {
+    EXPECT_TRUE(read(std::string("whole/") + name) == read(std::string("out/") + name)) << name;
+  }
+  const ProgramResult again = planarMap(arguments);
+  EXPECT_EQ(0, again.exit_code);
+  EXPECT_NE(std::string::npos, again.err.find("is finished; nothing was done")) << again.err;
+}
+
+TEST_F(Interruption, NamesWithNewlinesAreResumed) {
+  const std::string first = room("a\nb,\"c\".pcd");
+  std::vector<std::string> arguments = {
+      "run", config("pcd_sequence.yaml"), "-i", first,        "-i",    first,          "-i", first,
+      "-o",  directory_ / "out",          "-q", "--progress", "jsonl", "--checkpoint", "0"};
+  planarMap(arguments, signalAfterAFrame(SIGKILL));
+  ASSERT_TRUE(exists("out/run.state"));
+  arguments.push_back("--resume");
+  const ProgramResult resumed = planarMap(arguments);
+  EXPECT_EQ(0, resumed.exit_code) << resumed.err;
+  EXPECT_EQ(3, Json::parse(read("out/metrics.json"))["frames"]);
+}
+
+TEST_F(Interruption, SignalIsObeyedWithinAFrame) {
+  const std::string cloud = write("large.pcd", binaryPcd(roomPoints(3000000)));
+  ProgramOptions options;
+  auto sent = std::make_shared<std::chrono::steady_clock::time_point>();
+  options.while_running = [sent, start = std::chrono::steady_clock::now()](pid_t child,
+                                                                           const std::string&) {
+    const auto now = std::chrono::steady_clock::now();
+    if (*sent != std::chrono::steady_clock::time_point() ||
+        now - start < std::chrono::milliseconds(300)) {
+      return;
+    }
+    *sent = now;
+    ::kill(child, SIGTERM);
+  };
+  const ProgramResult result = planarMap(
+      {"run", config("single_pcd.yaml"), "-i", cloud, "-i", cloud, "-o", directory_ / "out", "-q"},
+      options);
+  const std::chrono::duration<double> obeyed = std::chrono::steady_clock::now() - *sent;
+  EXPECT_EQ(130, result.exit_code) << result.err;
+  EXPECT_LT(obeyed.count(), 2.0);  // a second, and what other programs take
+}
+
+TEST_F(Interruption, SecondRunInTheSameDirectoryIsRefused) {
+  ProgramOptions options;
+  ProgramResult second;
+  options.while_running = [&](pid_t, const std::string& err) {
+    if (second.exit_code != -1 || err.find("\"done\":2") == std::string::npos) return;
+    second = planarMap({"run", config("single_pcd.yaml"), "-i", room("other.pcd"), "-o",
+                        directory_ / "out", "--force"});
+  };
+  const ProgramResult first = planarMap(longRun("out", 40), options);
+  EXPECT_EQ(0, first.exit_code) << first.err;
+  EXPECT_EQ(2, second.exit_code);
+  expectOneSentence(second, "another run is writing to this directory");
+  EXPECT_EQ(40, Json::parse(read("out/metrics.json"))["frames"]);
 }
 
 }  // namespace

@@ -35,8 +35,9 @@ class Run : public CliTest {
 
 TEST_F(Run, LeavesTheFilesItPromises) {
   ASSERT_EQ(0, runOn(room()).exit_code);
-  EXPECT_EQ((std::vector<std::string>{"config.resolved.yaml", "frames.csv", "map.json", "map.pmap",
-                                      "metrics.json", "run.log", "trajectory_tum.txt"}),
+  EXPECT_EQ((std::vector<std::string>{"config.resolved.yaml", "frames.csv", "manifest.json",
+                                      "map.json", "map.pmap", "metrics.json", "run.log",
+                                      "run.state", "trajectory_tum.txt"}),
             list("out"));
 }
 

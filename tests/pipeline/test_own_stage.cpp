@@ -14,6 +14,9 @@ class OwnStage : public CliTest {
                                  "  - stage: multi_plane_segmentation\n" +
                                  "  - stage: planar_cuboid_approximation\n");
   }
+  ProgramResult run(const std::string& yaml) const {
+    return planarMap({"run", yaml, "-i", room(), "-o", directory_ / "out", "-q"});
+  }
 };
 
 TEST_F(OwnStage, RunsFromALibraryBesideTheConfiguration) {
@@ -33,7 +36,7 @@ TEST_F(OwnStage, RunsFromALibraryBesideTheConfiguration) {
 
 TEST_F(OwnStage, ItsParametersAreCheckedLikeOurs) {
   const std::string yaml = yamlWith(OWN_STAGE_PLUGIN, "max_rang_m: 3.0");
-  const ProgramResult result = planarMap({"validate", yaml});
+  const ProgramResult result = run(yaml);
   EXPECT_EQ(3, result.exit_code);
   EXPECT_EQ(yaml +
                 ":5:5: stage 'range_limit' has no key 'max_rang_m'; did you mean "
@@ -49,7 +52,7 @@ TEST_F(OwnStage, IsDescribedLikeOurs) {
 }
 
 TEST_F(OwnStage, PluginForAnotherInterfaceIsRefused) {
-  const ProgramResult result = planarMap({"validate", yamlWith(OLD_PLUGIN, "max_range_m: 3.0")});
+  const ProgramResult result = run(yamlWith(OLD_PLUGIN, "max_range_m: 3.0"));
   EXPECT_EQ(3, result.exit_code);
   EXPECT_NE(std::string::npos, result.err.find("was built for plugin interface 0")) << result.err;
 }
@@ -58,16 +61,43 @@ TEST_F(OwnStage, LibraryThatIsNoPluginIsRefused) {
   const std::string core =
       std::string(PLANAR_MAPPING_BIN_DIR) + "/../lib/libplanar_mapping_core.so";
   if (!std::filesystem::exists(core)) GTEST_SKIP() << "the libraries are static";
-  const ProgramResult result = planarMap({"validate", yamlWith(core, "max_range_m: 3.0")});
+  const ProgramResult result = run(yamlWith(core, "max_range_m: 3.0"));
   EXPECT_EQ(3, result.exit_code);
   EXPECT_NE(std::string::npos, result.err.find("no plugin of planar_mapping")) << result.err;
 }
 
 TEST_F(OwnStage, TheSamePluginTwiceIsRefused) {
   const std::string both = std::string(OWN_STAGE_PLUGIN) + ", " + OWN_STAGE_PLUGIN;
-  const ProgramResult result = planarMap({"validate", yamlWith(both, "max_range_m: 3.0")});
+  const ProgramResult result = run(yamlWith(both, "max_range_m: 3.0"));
   EXPECT_EQ(3, result.exit_code);
   EXPECT_NE(std::string::npos, result.err.find("a name that is already taken")) << result.err;
+}
+
+TEST_F(OwnStage, NothingIsExecutedButByRunOfASoundFile) {
+  ::setenv("PLUGIN_MARK", (directory_ / "mark").c_str(), 1);
+  const std::string sound = yamlWith(MARKING_PLUGIN, "max_range_m: 3.0");
+  const ProgramResult validated = planarMap({"validate", sound});
+  EXPECT_EQ(0, validated.exit_code);
+  EXPECT_NE(std::string::npos, validated.err.find("stage 'range_limit' is not checked"));
+  EXPECT_EQ(3, planarMap({"config", "--effective", sound}).exit_code);
+  const std::string rejected =
+      write("rejected.yaml", std::string("version: 99\nplugins: [") + MARKING_PLUGIN +
+                                 "]\nstages:\n  - stage: planar_cuboid_approximation\n");
+  EXPECT_EQ(3, run(rejected).exit_code);
+  EXPECT_EQ(3, planarMap({"validate", rejected}).exit_code);
+  EXPECT_FALSE(exists("mark"));
+  EXPECT_EQ(3, run(sound).exit_code) << "it has no stage";
+  EXPECT_TRUE(exists("mark"));
+  ::unsetenv("PLUGIN_MARK");
+}
+
+TEST_F(OwnStage, ConfigurationWithoutItsPluginIsCheckedAllTheSame) {
+  const ProgramResult result = planarMap(
+      {"validate", write("own.yaml", std::string("version: 1\nplugins: [") + OWN_STAGE_PLUGIN +
+                                         "]\nstages:\n  - stage: range_limit\n"
+                                         "  - stage: voxel_grid\n    leaf: 1\n")});
+  EXPECT_EQ(3, result.exit_code);
+  EXPECT_NE(std::string::npos, result.err.find("has no key 'leaf'")) << result.err;
 }
 
 }  // namespace

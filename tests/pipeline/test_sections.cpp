@@ -37,10 +37,17 @@ class Spy : public Stage {
     }
     if (kKind == StageKind::Motion) frame.T_world_sensor.translation().x() = 7.0;
     if (!skip_.empty()) frame.skip_reason = skip_;
+    ++frames_;
+  }
+  std::string saveState() const override { return std::to_string(frames_); }
+  void loadState(const std::string& bytes) override {
+    frames_ = std::stoi(bytes);
+    if (frames_ > 0) seen.push_back(name_ + " remembers " + bytes);
   }
 
  private:
   std::string name_;
+  int frames_ = 0;
   std::string skip_;
 };
 
@@ -133,12 +140,35 @@ TEST(Sections, FrontEndAndTheRestInTwoPipelinesEqualOne) {
             seen);
 }
 
-TEST(Sections, ReplayDoesEverythingButTheMap) {
-  Pipeline pipeline = pipelineOf();
-  Frame frame = frameOf(0);
-  pipeline.replay(frame);
-  EXPECT_EQ("points 0", seen.back());
-  EXPECT_EQ(1, std::count(seen.begin(), seen.end(), "map adapts to 3 of stereo"));
+TEST(Sections, ContinuesWhereAnotherPipelineStopped) {
+  Pipeline first = pipelineOf();
+  Frame frame = frameOf(0, 50);
+  first.process(frame);
+  const std::string state = first.saveState();
+  Pipeline second = pipelineOf();
+  second.loadState(state, first.map());
+  EXPECT_EQ((Notes{"images adapts to 0 of stereo", "features adapts to 3 of stereo",
+                   "motion adapts to 3 of stereo", "points adapts to 3 of stereo",
+                   "map adapts to 3 of stereo", "images remembers 1", "features remembers 1",
+                   "motion remembers 1", "points remembers 1", "map remembers 1"}),
+            seen);
+  seen.clear();
+  Frame same = frameOf(1, 50);
+  EXPECT_NE(std::string::npos, second.process(same).skip_reason.find("frozen"));
+  Frame next = frameOf(2, 51);
+  EXPECT_EQ("", second.process(next).skip_reason);
+  EXPECT_EQ((Notes{"images 2", "features 2", "motion 2", "points 2", "map 2"}), seen);
+  EXPECT_EQ(state.size(), second.saveState().size());
+}
+
+TEST(Sections, StateOfOtherStagesIsRefused) {
+  const std::string state = pipelineOf().saveState();
+  StageTable table;
+  add<StageKind::Map>(table, "map");
+  Pipeline other(parseConfiguration("version: 1\nstages:\n  - stage: map\n", "test", table));
+  EXPECT_THROW(other.loadState(state, PlanarMap()), Error);
+  Pipeline same = pipelineOf();
+  EXPECT_THROW(same.loadState(state.substr(0, state.size() - 1), PlanarMap()), Error);
 }
 
 TEST(Sections, DisabledStageIsLeftOut) {

@@ -119,12 +119,15 @@ void AtomicFile::commit() {
   descriptor_ = -1;
   // Some network file systems report a full disk only here.
   if (::close(done) != 0 && errno != EINTR) fail("cannot be written", errno);
-  // The new name itself survives a power failure only after this; not every file system offers it.
-  const int directory = ::open(directory_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (directory >= 0) {
-    ::fsync(directory);
-    ::close(directory);
-  }
+  syncDirectory(directory_);
+}
+
+void syncDirectory(const std::string& path) {
+  const int directory = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (directory < 0) return;
+  const bool failed = ::fsync(directory) != 0 && errno == EIO;
+  ::close(directory);
+  if (failed) throw IoError(path, "cannot be written: " + std::generic_category().message(EIO));
 }
 
 void writeFileAtomically(const std::string& path, const void* data, std::size_t size,

@@ -21,6 +21,7 @@ constexpr std::size_t kLargestFile = std::size_t{1} << 20;
 constexpr double kLargestImage = 65535;
 constexpr double kTiny = 1e-9;
 constexpr double kHuge = 1e9;
+constexpr double kLongestBaseline = 100.0;  // metres: farther apart is no stereo camera
 
 class Reader {
  public:
@@ -126,8 +127,8 @@ UnrectifiedPair readUnrectified(const Reader& reader, const PinholeCamera& left)
   pair.T_right_left.linear() = Eigen::Quaterniond(R).normalized().toRotationMatrix();
   pair.T_right_left.translation() = Vector3(translation[0], translation[1], translation[2]);
   const double baseline = pair.T_right_left.translation().norm();
-  if (!(baseline >= kTiny && baseline <= kHuge))
-    reader.fail("translation_m", "translation_m is no baseline: its length is 0 or beyond 1e9");
+  if (!(baseline >= kTiny && baseline <= kLongestBaseline))
+    reader.fail("translation_m", "translation_m is no baseline: its length is 0 or beyond 100 m");
   return pair;
 }
 
@@ -153,7 +154,8 @@ Calibration readCalibration(const std::string& path) {
   calibration.camera.fy = reader.number("fy", kTiny, kHuge);
   calibration.camera.cx = reader.number("cx", -kHuge, kHuge);
   calibration.camera.cy = reader.number("cy", -kHuge, kHuge);
-  if (reader.has("baseline_m")) calibration.baseline = reader.number("baseline_m", kTiny, kHuge);
+  if (reader.has("baseline_m"))
+    calibration.baseline = reader.number("baseline_m", kTiny, kLongestBaseline);
   calibration.cx_right =
       reader.has("cx_right") ? reader.number("cx_right", -kHuge, kHuge) : calibration.camera.cx;
   if (reader.has("depth_scale"))

@@ -68,6 +68,11 @@ bool LineReader::next(std::string_view& line) {
     if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
     begin_ += length + (newline != nullptr ? 1 : 0);
     ++number_;
+    // Editors of Windows begin a text with a byte order mark.
+    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+    if (number_ == 1 && line.substr(0, kByteOrderMark.size()) == kByteOrderMark) {
+      line.remove_prefix(kByteOrderMark.size());
+    }
     return true;
   }
 }

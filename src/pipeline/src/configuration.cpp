@@ -90,14 +90,19 @@ bool hasStage(const Configuration& configuration, StageKind kind) {
 }
 
 Configuration parseConfiguration(const std::string& text, const std::string& path,
-                                 StageTable& table, const ConfigurationOverrides& overrides) {
-  return detail::ConfigurationReader(path, table, overrides).read(text);
+                                 StageTable& table, const ConfigurationOverrides& overrides,
+                                 Plugins plugins) {
+  // Nothing of a file that is rejected is executed.
+  Configuration configuration =
+      detail::ConfigurationReader(path, table, overrides, false).read(text);
+  if (configuration.plugins.empty() || plugins == Plugins::Ignore) return configuration;
+  return detail::ConfigurationReader(path, table, overrides, true).read(text);
 }
 
 Configuration loadConfiguration(const std::string& path, StageTable& table,
-                                const ConfigurationOverrides& overrides) {
+                                const ConfigurationOverrides& overrides, Plugins plugins) {
   const std::string found = findConfiguration(path);
-  return parseConfiguration(readText(found), found, table, overrides);
+  return parseConfiguration(readText(found), found, table, overrides, plugins);
 }
 
 std::string effectiveYaml(const Configuration& configuration) {

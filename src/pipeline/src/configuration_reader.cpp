@@ -73,8 +73,12 @@ Parameter enabledParameter(ConfiguredStage& stage) {
 }  // namespace
 
 ConfigurationReader::ConfigurationReader(const std::string& path, StageTable& table,
-                                         const ConfigurationOverrides& overrides)
-    : path_(path), table_(table), overrides_(overrides), problems_(path) {
+                                         const ConfigurationOverrides& overrides, bool with_plugins)
+    : path_(path),
+      table_(table),
+      overrides_(overrides),
+      with_plugins_(with_plugins),
+      problems_(path) {
   configuration_.path = path;
 }
 
@@ -108,9 +112,10 @@ void ConfigurationReader::readTop(const YAML::Node& root) {
   }
   // The profile decides on the stages' defaults and plugins on their names: both come first.
   readProfile(find("profile"));
+  if (find("plugins").IsDefined()) readPlugins(find("plugins"));
   for (const auto& entry : entries) {
     const std::string& key = entry.first.Scalar();
-    if (key == "profile" || key == "stages") continue;
+    if (key == "profile" || key == "plugins" || key == "stages") continue;
     if (std::find(kTopKeys.begin(), kTopKeys.end(), key) == kTopKeys.end()) {
       problems_.add(entry.first.Mark(),
                     "there is no key '" + key + "' here" + didYouMean(key, kTopKeys));
@@ -182,8 +187,6 @@ void ConfigurationReader::readTopEntry(const std::string& key, const YAML::Node&
     } catch (const InputError& error) {
       report(error.what());
     }
-  } else if (key == "plugins") {
-    readPlugins(value);
   }
 }
 
@@ -212,9 +215,17 @@ void ConfigurationReader::readPlugins(const YAML::Node& list) {
   for (const auto& item : list) {
     if (i >= paths.size()) break;
     const std::string& path = paths[i++];
+    const std::filesystem::path name = item.Scalar();
+    if (!name.is_absolute() && name.has_parent_path()) {
+      problems_.add(item.Mark(), "plugin " + item.Scalar() +
+                                     " has to be named by an absolute path, or lie beside the "
+                                     "configuration file and be named without a folder");
+      continue;
+    }
+    configuration_.plugins.push_back(path);
+    if (!with_plugins_) continue;
     try {
       loadPlugin(path, table_);
-      configuration_.plugins.push_back(path);
     } catch (const Error& error) {
       problems_.add(item.Mark(), std::string("plugin ") + error.what());
     }
@@ -255,6 +266,10 @@ void ConfigurationReader::readStage(const YAML::Node& entry) {
   if (!option.empty()) {
     problems_.add(name_node->Mark(), "stage '" + name + "' was not built; configure with -D" +
                                          option + "=ON and its dependencies installed");
+    return;
+  }
+  if (known == nullptr && !with_plugins_ && !configuration_.plugins.empty()) {
+    configuration_.unknown_stages.push_back(name);
     return;
   }
   if (known == nullptr) {
@@ -351,7 +366,7 @@ void ConfigurationReader::applyAssignment(const std::string& assignment) {
     ParameterValue parsed;
     if (readValue(*parameter, value, parsed, report)) parameter->set(parsed);
   }
-  if (!found) {
+  if (!found && !mayBeOfAPlugin(name)) {
     report("there is no stage '" + name + "' in " + path_ + didYouMean(name, chain));
   }
 }
@@ -389,6 +404,11 @@ std::string ConfigurationReader::absolutePath(const std::string& path) const {
   namespace fs = std::filesystem;
   if (fs::path(path).is_absolute()) return path;
   return fs::absolute(fs::path(path_).parent_path() / path).lexically_normal().string();
+}
+
+bool ConfigurationReader::mayBeOfAPlugin(const std::string& stage) const {
+  const std::vector<std::string>& names = configuration_.unknown_stages;
+  return std::find(names.begin(), names.end(), stage) != names.end();
 }
 
 std::vector<std::string> ConfigurationReader::stageNames() const {

@@ -13,8 +13,10 @@ namespace planar_mapping::detail {
 /// Walks the YAML tree of one configuration and collects every problem before it gives up.
 class ConfigurationReader {
  public:
+  /// \param with_plugins  load those that the file names; without, stages that nothing else has are
+  ///     taken to be of plugins, left out and listed in Configuration::unknown_stages
   ConfigurationReader(const std::string& path, StageTable& table,
-                      const ConfigurationOverrides& overrides);
+                      const ConfigurationOverrides& overrides, bool with_plugins);
   /// \throws ConfigError
   Configuration read(const std::string& text);
 
@@ -34,11 +36,13 @@ class ConfigurationReader {
   void checkOrder(const std::vector<YAML::Mark>& marks);
   void configureStages();
   std::string absolutePath(const std::string& path) const;
+  bool mayBeOfAPlugin(const std::string& stage) const;
   std::vector<std::string> stageNames() const;
 
   std::string path_;
   StageTable& table_;
   const ConfigurationOverrides& overrides_;
+  const bool with_plugins_;
   ProblemList problems_;
   Configuration configuration_;
   std::vector<YAML::Mark> stage_marks_;  ///< of configuration_.stages

@@ -6,4 +6,10 @@ namespace planar_mapping {
 
 FrameSource::~FrameSource() = default;
 
+std::size_t FrameSource::skip(std::size_t count) {
+  std::size_t skipped = 0;
+  while (skipped < count && next()) ++skipped;
+  return skipped;
+}
+
 }  // namespace planar_mapping

@@ -8,6 +8,9 @@
 #include <functional>
 #include <string_view>
 
+#include "planar_mapping/core/base/detail/state_archive.h"
+#include "planar_mapping/core/base/error.h"
+
 namespace planar_mapping {
 namespace {
 
@@ -48,42 +51,69 @@ std::size_t sizeThrough(const Configuration& configuration,
   return size;
 }
 
+/// What `auto` becomes is the input's fault, not that of the configuration.
+void adaptStage(const ConfiguredStage& stage, const CloudScale& scale, const std::string& source) {
+  try {
+    stage.stage->adapt(scale);
+  } catch (const ParameterError& error) {
+    throw InputError(source + ": this input, " + formatNumber(scale.extent) +
+                     " m across, leaves no value of " + stage.name +
+                     " that can be used: " + error.what() +
+                     "; is it in metres? scale it, or write the value into the configuration");
+  }
+}
+
+template <typename Archive>
+void visitScale(CloudScale& scale, Archive& archive) {
+  archive(scale.extent, scale.spacing, scale.max_range, scale.depth_limit, scale.points,
+          scale.stereo, scale.optical, scale.up);
+}
+
+void putScale(std::optional<CloudScale> scale, detail::StateWriter& writer) {
+  writer(scale.has_value());
+  if (scale) visitScale(*scale, writer);
+}
+
+std::optional<CloudScale> takeScale(detail::StateReader& reader) {
+  bool has_value = false;
+  reader(has_value);
+  if (!has_value) return std::nullopt;
+  CloudScale scale;
+  visitScale(scale, reader);
+  return scale;
+}
+
 }  // namespace
 
 Pipeline::Pipeline(Configuration configuration)
     : configuration_(std::move(configuration)),
       front_end_size_(sizeThrough(configuration_, {StageKind::Images, StageKind::Features})),
       sensing_size_(std::max(front_end_size_, sizeThrough(configuration_, {StageKind::Motion}))),
-      adapted_(configuration_.stages.size(), false) {}
+      sensing_scales_(sensing_size_) {}
 
 FrameReport Pipeline::process(Frame& frame) {
-  return runSections(frame, Extent::All);
+  return runSections(frame, false);
 }
 
 FrameReport Pipeline::processFrontEnd(Frame& frame) {
-  return runSections(frame, Extent::FrontEnd);
+  return runSections(frame, true);
 }
 
-FrameReport Pipeline::replay(Frame& frame) {
-  return runSections(frame, Extent::WithoutMap);
-}
-
-FrameReport Pipeline::runSections(Frame& frame, Extent extent) {
+FrameReport Pipeline::runSections(Frame& frame, bool front_end_only) {
   const Clock::time_point start = Clock::now();
   frame.map = &map_;
   frame.stage_ms.resize(configuration_.stages.size(), 0.0);
   if (!frame.front_end_done) runFrontEnd(frame);
-  if (extent != Extent::FrontEnd) {
+  if (!front_end_only) {
     findUsablePoints(frame);
     for (std::size_t i = front_end_size_; i < sensing_size_; ++i) runStage(i, frame);
-    if (frame.skip_reason.empty()) adaptMapping(frame);
-    for (std::size_t i = sensing_size_; i < configuration_.stages.size(); ++i) {
-      const bool is_map = configuration_.stages[i].kind == StageKind::Map;
-      if (!is_map || extent != Extent::WithoutMap) runStage(i, frame);
-    }
+    if (frame.skip_reason.empty() && !mapping_scale_) adaptMapping(knownScale(frame), frame.source);
+    for (std::size_t i = sensing_size_; i < configuration_.stages.size(); ++i) runStage(i, frame);
   }
+  const double frame_ms = millisecondsSince(start);
+  countCuboids();
   FrameReport result = report(frame);
-  result.frame_ms = millisecondsSince(start);
+  result.frame_ms = frame_ms;
   return result;
 }
 
@@ -102,9 +132,9 @@ void Pipeline::runStage(std::size_t index, Frame& frame) {
   if (!frame.skip_reason.empty() || !configuration_.stages[index].enabled) return;
   const Clock::time_point start = Clock::now();
   Stage& stage = *configuration_.stages[index].stage;
-  if (!adapted_[index]) {
-    adapted_[index] = true;
-    stage.adapt(knownScale(frame));
+  if (index < sensing_size_ && !sensing_scales_[index]) {
+    adaptStage(configuration_.stages[index], sensing_scales_[index].emplace(knownScale(frame)),
+               frame.source);
   }
   stage.process(frame);
   frame.stage_ms[index] = millisecondsSince(start);
@@ -114,9 +144,37 @@ bool Pipeline::hasStage(StageKind kind) const {
   return planar_mapping::hasStage(configuration_, kind);
 }
 
-void Pipeline::continueFrom(PlanarMap map) {
-  map_ = std::move(map);
-  continued_ = true;
+std::string Pipeline::saveState() const {
+  detail::StateWriter writer;
+  writer(last_pictures_, counted_frames_, cuboids_);
+  for (const std::optional<CloudScale>& scale : sensing_scales_) putScale(scale, writer);
+  putScale(mapping_scale_, writer);
+  for (const ConfiguredStage& stage : configuration_.stages) {
+    writer(stage.name, stage.stage->saveState());
+  }
+  return writer.take();
+}
+
+void Pipeline::loadState(const std::string& state, PlanarMap map) {
+  detail::StateReader reader(state);
+  reader(last_pictures_, counted_frames_, cuboids_);
+  for (std::size_t i = 0; i < sensing_size_; ++i) {
+    sensing_scales_[i] = takeScale(reader);
+    if (sensing_scales_[i]) configuration_.stages[i].stage->adapt(*sensing_scales_[i]);
+  }
+  const std::optional<CloudScale> mapping_scale = takeScale(reader);
+  if (mapping_scale) {
+    adaptMapping(*mapping_scale, configuration_.path);
+    map_ = std::move(map);
+  }
+  for (const ConfiguredStage& stage : configuration_.stages) {
+    std::string name;
+    std::string bytes;
+    reader(name, bytes);
+    if (name != stage.name) throw Error("the saved state is of other stages");
+    stage.stage->loadState(bytes);
+  }
+  reader.finish();
 }
 
 void Pipeline::findUsablePoints(Frame& frame) const {
@@ -140,22 +198,25 @@ CloudScale Pipeline::knownScale(const Frame& frame) const {
   return scale;
 }
 
-void Pipeline::adaptMapping(const Frame& frame) {
-  if (mapping_adapted_) return;
-  mapping_adapted_ = true;
-  CloudScale scale = knownScale(frame);
+void Pipeline::adaptMapping(CloudScale scale, const std::string& source) {
+  mapping_scale_ = scale;
   for (std::size_t i = sensing_size_; i < configuration_.stages.size(); ++i) {
     const ConfiguredStage& configured = configuration_.stages[i];
-    configured.stage->adapt(scale);
+    adaptStage(configured, scale, source);
     if (configured.enabled) configured.stage->limit(scale);
-    adapted_[i] = true;
   }
-  if (continued_) return;
   PlanarMapParams params;
   for (const ConfiguredStage& stage : configuration_.stages) {
     if (stage.enabled) stage.stage->configureMap(params);
   }
   map_ = PlanarMap(params);
+}
+
+/// Counting takes as long as many frames once the map is large: again after a tenth more frames.
+void Pipeline::countCuboids() {
+  if (10 * map_.frames() <= 11 * counted_frames_) return;
+  counted_frames_ = map_.frames();
+  cuboids_ = map_.cuboidCountAtMost();
 }
 
 FrameReport Pipeline::report(const Frame& frame) const {
@@ -186,7 +247,7 @@ FrameReport Pipeline::report(const Frame& frame) const {
   report.planes = frame.planes.size();
   report.planes_new = frame.update.planes_new;
   report.planes_matched = frame.update.planes_matched;
-  report.cuboids = map_.cuboidCountAtMost();
+  report.cuboids = cuboids_;
   report.map_bytes = map_.memoryBytes();
   return report;
 }

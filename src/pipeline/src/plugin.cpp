@@ -28,7 +28,8 @@ void loadPlugin(const std::string& path, StageTable& table) {
                   "there is no such shared library; plugin paths are relative to the "
                   "configuration file");
   }
-  void* library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+  const std::string file = std::filesystem::absolute(path).string();  // not one of the search path
+  void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (library == nullptr) throw IoError(path, "cannot be loaded as a plugin: " + lastLoaderError());
   auto* version = reinterpret_cast<int (*)()>(dlsym(library, kInterfaceSymbol));
   auto* stages = reinterpret_cast<void (*)(StageTable*)>(dlsym(library, kStagesSymbol));

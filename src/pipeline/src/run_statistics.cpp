@@ -5,12 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <numeric>
-#include <sstream>
 
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/base/detail/parallel.h"
 #include "planar_mapping/evaluation/cuboid_distance.h"
 #include "planar_mapping/evaluation/trajectory_error.h"
@@ -128,69 +125,10 @@ std::string statisticText(const FrameReport& report, const std::string& name) {
   return "";
 }
 
-std::vector<std::string> splitCsvLine(const std::string& line) {
-  std::vector<std::string> cells(1);
-  bool quoted = false;
-  for (const char c : line) {
-    if (c == '"') {
-      // A doubled quote inside quotes is one; the pair toggles twice.
-      if (!quoted && !cells.back().empty()) cells.back() += '"';
-      quoted = !quoted;
-    } else if (c == ',' && !quoted) {
-      cells.emplace_back();
-    } else {
-      cells.back() += c;
-    }
-  }
-  return cells;
-}
-
-std::vector<FrameReport> parseRows(const std::string& csv, const Configuration& configuration) {
-  const std::string fixed_header = fixedCsvHeader(configuration);
-  const std::size_t stages = configuration.stages.size();
-  const auto fields = countFields();
-  const std::size_t fixed = 5 + stages + fields.size() + 1;
-  std::istringstream lines(csv);
-  std::string line;
-  if (!std::getline(lines, line) ||
-      (line + ",").compare(0, fixed_header.size() + 1, fixed_header + ",") != 0) {
-    throw InputError("frames.csv is of another configuration");
-  }
-  const std::vector<std::string> names = splitCsvLine(line);
-  std::vector<FrameReport> reports;
-  while (std::getline(lines, line)) {
-    const std::vector<std::string> cells = splitCsvLine(line);
-    if (cells.size() != names.size()) {
-      throw InputError("frames.csv is damaged in row " + std::to_string(reports.size() + 1));
-    }
-    const auto number = [&cells](std::size_t i) { return std::strtod(cells[i].c_str(), nullptr); };
-    FrameReport report;
-    report.number = static_cast<std::size_t>(number(0));
-    report.source = cells[1];
-    report.timestamp = number(2);
-    report.read_ms = number(3);
-    for (std::size_t i = 0; i < stages; ++i) report.stage_ms.push_back(number(4 + i));
-    report.frame_ms = number(4 + stages);
-    for (std::size_t i = 0; i < fields.size(); ++i) {
-      report.*fields[i] = static_cast<std::size_t>(number(5 + stages + i));
-    }
-    report.skip_reason = cells[fixed - 1];
-    for (std::size_t i = fixed; i < cells.size(); ++i) {
-      if (!cells[i].empty()) report.statistics.push_back({names[i], number(i)});
-    }
-    reports.push_back(std::move(report));
-  }
-  return reports;
-}
-
 }  // namespace
 
 void RunStatistics::add(const FrameReport& report, const Frame& frame, const PlanarMap& map) {
   reports_.push_back(report);
-  replay(frame, map);
-}
-
-void RunStatistics::replay(const Frame& frame, const PlanarMap& map) {
   if (!frame.skip_reason.empty()) return;
   addPoses(frame);
   StandardCells& cells = standardCells(map);
@@ -229,16 +167,6 @@ RunStatistics::Coverage RunStatistics::coverageOf(const PlanarMap& map) const {
 StandardCells& RunStatistics::standardCells(const PlanarMap& map) {
   if (standard_cells_.empty()) standard_cells_.emplace_back(map.params().approximation.resolution);
   return standard_cells_.front();
-}
-
-void RunStatistics::restore(const Configuration& configuration, const std::string& frames_csv,
-                            const std::string& metrics_json) {
-  reports_ = parseRows(frames_csv, configuration);
-  const Json metrics = Json::parse(metrics_json, nullptr, /*allow_exceptions=*/false);
-  const bool sound = metrics.is_object() &&
-                     metrics.value("frames", -1) == static_cast<int>(reports_.size()) &&
-                     metrics.contains("coverage_points");
-  if (!sound) throw InputError("metrics.json and frames.csv do not belong together");
 }
 
 std::size_t RunStatistics::usedFrames() const {

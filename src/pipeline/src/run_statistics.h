@@ -15,13 +15,6 @@ class RunStatistics {
  public:
   /// After the frame is in the map.
   void add(const FrameReport& report, const Frame& frame, const PlanarMap& map);
-  /// Takes over the rows of an interrupted run from its files; each of its frames then
-  /// has to be replayed.
-  /// \throws InputError if the texts are not what framesCsv() and metricsJson() write
-  void restore(const Configuration& configuration, const std::string& frames_csv,
-               const std::string& metrics_json);
-  /// Counts the cells of a frame that is in the map already.
-  void replay(const Frame& frame, const PlanarMap& map);
   std::string framesCsv(const Configuration& configuration) const;
   std::string metricsJson(const Configuration& configuration, const PlanarMap& map,
                           std::size_t file_bytes, bool interrupted) const;
@@ -30,6 +23,9 @@ class RunStatistics {
   std::size_t usedFrames() const;
   /// \pre a frame was left out
   const FrameReport& firstSkipped() const;
+  /// For a run that is continued by another process.
+  template <typename Archive>
+  void visitState(Archive& archive);
 
  private:
   struct Coverage {
@@ -47,5 +43,25 @@ class RunStatistics {
   std::vector<Pose> estimated_poses_;
   std::vector<Pose> given_poses_;
 };
+
+template <typename Archive>
+void RunStatistics::visitState(Archive& archive) {
+  std::size_t count = reports_.size();
+  archive(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (Archive::kReads) reports_.emplace_back();  // one by one: the count may be damaged
+    FrameReport& r = reports_[i];
+    std::size_t statistics = r.statistics.size();
+    archive(r.number, r.source, r.timestamp, r.read_ms, r.stage_ms, r.frame_ms, r.skip_reason,
+            r.points_input, r.points_valid, r.points_ground, r.points_planar, r.points_non_planar,
+            r.points_rejected, r.features, r.matches, r.inliers, r.planes, r.planes_new,
+            r.planes_matched, r.cuboids, r.map_bytes, statistics);
+    for (std::size_t k = 0; k < statistics; ++k) {
+      if (Archive::kReads) r.statistics.emplace_back();
+      archive(r.statistics[k].name, r.statistics[k].value);
+    }
+  }
+  archive(standard_cells_, estimated_poses_, given_poses_);
+}
 
 }  // namespace planar_mapping::detail

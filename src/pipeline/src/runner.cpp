@@ -2,13 +2,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/pipeline/runner.h"
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/base/error.h"
-#include "planar_mapping/io/atomic_file.h"
-#include "planar_mapping/io/map_file.h"
 #include "planar_mapping/io/map_json.h"
 #include "planar_mapping/io/pose_file.h"
 #include "planar_mapping/pipeline/output.h"
@@ -20,7 +21,31 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A resolved configuration without what does not change the map.
+/// First line of run.state.
+constexpr const char* kStateFormat = "planar_map run state 1, version " PLANAR_MAPPING_VERSION "\n";
+
+std::chrono::steady_clock::duration secondsOf(double seconds) {
+  constexpr double kLongest = 1e8;  // years
+  return std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+      std::chrono::duration<double>(std::min(seconds, kLongest)));
+}
+
+/// Sets a flag, if there is one, for as long as it lives.
+class SavingFlag {
+ public:
+  explicit SavingFlag(std::atomic<bool>* flag) : flag_(flag) { set(true); }
+  ~SavingFlag() { set(false); }
+  SavingFlag(const SavingFlag&) = delete;
+  SavingFlag& operator=(const SavingFlag&) = delete;
+
+ private:
+  void set(bool value) const {
+    if (flag_ != nullptr) *flag_ = value;
+  }
+  std::atomic<bool>* flag_;
+};
+
+/// A configuration without what does not change the map.
 std::string comparable(const std::string& yaml) {
   std::istringstream lines(yaml);
   std::string out;
@@ -34,31 +59,46 @@ std::string comparable(const std::string& yaml) {
 class Run {
  public:
   Run(Configuration configuration, FrameSource& source, const RunOptions& options)
-      : options_(options), pipeline_(std::move(configuration)), source_(source) {}
+      : options_(options),
+        pipeline_(std::move(configuration)),
+        source_(source),
+        directory_(options.output, outputFileNames(), options.overwrite || options.resume) {
+    result_.output = directory_.path();
+    asked_for_ = comparable(effectiveYaml(pipeline_.configuration()));
+  }
 
   RunResult execute();
 
  private:
-  void loadEarlierRun();
-  void replayFrames(std::size_t count);
+  using Clock = std::chrono::steady_clock;
+
+  bool resume();
+  void loadState(const std::string& state);
   void processFrames();
   void processFrame(Frame frame, double read_ms);
   void checkTimestamp(Frame& frame);
+  void checkpoint();
   void save(bool interrupted);
   void checkResult();
   void warnOfSkippedFrames();
   bool stopRequested() const { return options_.stop != nullptr && *options_.stop; }
   void log(const std::string& line);
   void warn(const std::string& text);
+  template <typename Archive>
+  void visitState(Archive& archive) {
+    archive(asked_for_, statistics_, last_timestamp_, warned_of_time_, result_.warnings);
+  }
 
   const RunOptions& options_;
   Pipeline pipeline_;
   FrameSource& source_;
+  const OutputDirectory directory_;
   detail::RunStatistics statistics_;
   std::string log_text_;
-  std::size_t resumed_ = 0;  ///< frames an earlier run has done
+  std::string asked_for_;  ///< the configuration before any `auto` is resolved
   std::optional<double> last_timestamp_;
   bool warned_of_time_ = false;
+  Clock::time_point next_checkpoint_;
   RunResult result_;
 };
 
@@ -74,13 +114,15 @@ Configuration withAbsolutePaths(Configuration configuration) {
 }
 
 RunResult Run::execute() {
-  requireStagesFor(source_, pipeline_.configuration());
-  const OutputDirectory directory(options_.output, outputFileNames(),
-                                  options_.overwrite || options_.resume);
-  result_.output = directory.path();
-  if (options_.resume) loadEarlierRun();
+  if (options_.resume && resume()) {
+    result_.was_finished = true;
+    return std::move(result_);
+  }
   log("planar_map " PLANAR_MAPPING_VERSION ", configuration " + pipeline_.configuration().path);
   for (const std::string& input : source_.names()) log("input " + input);
+  if (statistics_.frames() > 0) {
+    log("resumed after " + std::to_string(statistics_.frames()) + " frames");
+  }
   try {
     processFrames();
   } catch (const Error& error) {
@@ -95,49 +137,54 @@ RunResult Run::execute() {
   return std::move(result_);
 }
 
-void Run::loadEarlierRun() {
-  const OutputDirectory directory(options_.output, outputFileNames(), true);
-  std::error_code ignored;
-  const std::string path = directory.pathOf("map.pmap");
-  if (!fs::exists(path, ignored)) return;
-  const auto text = [&directory](const std::string& name) {
-    const std::vector<std::uint8_t> bytes = io::readWholeFile(directory.pathOf(name));
-    return std::string(bytes.begin(), bytes.end());
+/// Takes over what an earlier run has saved. \return whether it was finished
+bool Run::resume() {
+  const auto exists = [this](const std::string& name) {
+    std::error_code ignored;
+    return fs::exists(directory_.pathOf(name), ignored);
   };
+  const std::vector<std::string>& names = outputFileNames();
+  if (std::none_of(names.begin(), names.end(), exists)) return false;
   try {
-    statistics_.restore(pipeline_.configuration(), text("frames.csv"), text("metrics.json"));
-    const std::string bytes = text("map.pmap");
-    PlanarMap map =
-        PlanarMap::deserialize(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
-    // A map that no frame has reached has no parameters yet.
-    if (statistics_.usedFrames() > 0) pipeline_.continueFrom(std::move(map));
-    replayFrames(statistics_.frames());
-    if (comparable(effectiveYaml(pipeline_.configuration())) !=
-        comparable(text("config.resolved.yaml"))) {
-      throw InputError("it was made with another configuration or input");
-    }
-    log_text_ = text("run.log");
+    loadState(directory_.read("run.state"));
+    log_text_ = directory_.read("run.log");
+    const std::string metrics = directory_.read("metrics.json");
+    const std::size_t done = statistics_.frames();
+    if (source_.skip(done) < done) throw InputError("it holds more frames than are asked for");
+    const bool was_interrupted =
+        nlohmann::json::parse(metrics, nullptr, false).value("interrupted", true);
+    if (was_interrupted || source_.size() != done) return false;
+    result_.metrics_json = metrics;
+    return true;
   } catch (const IoError&) {
     throw;
   } catch (const Error& error) {
-    throw InputError(directory.path() + ": this run cannot be resumed: " + error.what() +
+    throw InputError(directory_.path() + ": this run cannot be resumed: " + error.what() +
                      "; start again with --force");
   }
 }
 
-/// Takes the stages to the state they had when the earlier run stopped.
-void Run::replayFrames(std::size_t count) {
-  for (; resumed_ < count; ++resumed_) {
-    std::optional<Frame> frame = source_.next();
-    if (!frame) throw InputError("it holds more frames than are asked for");
-    checkTimestamp(*frame);
-    pipeline_.replay(*frame);
-    statistics_.replay(*frame, pipeline_.map());
+void Run::loadState(const std::string& state) {
+  constexpr std::string_view kStart = kStateFormat;
+  if (state.compare(0, kStart.size(), kStart) != 0) {
+    throw InputError("it was made by another version, not " PLANAR_MAPPING_VERSION);
   }
+  const std::string wanted = asked_for_;
+  std::string stages;
+  detail::StateReader reader(std::string_view(state).substr(kStart.size()));
+  visitState(reader);
+  reader(stages);
+  reader.finish();
+  if (wanted != asked_for_ && wanted != comparable(directory_.read("config.resolved.yaml"))) {
+    throw InputError("it was made with another configuration or input");
+  }
+  const std::string map = directory_.read("map.pmap");
+  pipeline_.loadState(stages, PlanarMap::deserialize(
+                                  reinterpret_cast<const std::uint8_t*>(map.data()), map.size()));
 }
 
 void Run::processFrames() {
-  using Clock = std::chrono::steady_clock;
+  next_checkpoint_ = Clock::now() + secondsOf(options_.checkpoint_s);
   for (;;) {
     if (!stopRequested()) {
       const Clock::time_point start = Clock::now();
@@ -145,6 +192,7 @@ void Run::processFrames() {
       const std::chrono::duration<double, std::milli> read = Clock::now() - start;
       if (frame) {
         processFrame(std::move(*frame), read.count());
+        checkpoint();
         continue;
       }
     }
@@ -223,25 +271,48 @@ void Run::warnOfSkippedFrames() {
        ", " + first.skip_reason);
 }
 
+/// Saves from time to time. A disk that is full now may have room at the end.
+void Run::checkpoint() {
+  constexpr double kOtherWork = 9.0;  // times that of saving
+  const Clock::time_point start = Clock::now();
+  if (start < next_checkpoint_ || statistics_.usedFrames() == 0) return;
+  try {
+    save(true);
+  } catch (const OutputError& error) {
+    warn(std::string("nothing could be saved on the way: ") + error.what());
+  }
+  const std::chrono::duration<double> taken = Clock::now() - start;
+  const bool always = options_.checkpoint_s <= 0.0;
+  next_checkpoint_ =
+      Clock::now() +
+      secondsOf(always ? 0.0 : std::max(options_.checkpoint_s, kOtherWork * taken.count()));
+}
+
 void Run::save(bool interrupted) {
-  const OutputDirectory directory(options_.output, outputFileNames(), true);
+  const SavingFlag flag(options_.saving);
   const PlanarMap& map = pipeline_.map();
   const Configuration& configuration = pipeline_.configuration();
   const std::vector<std::uint8_t> bytes = map.serialize();
+  // What cannot be read must not replace what can.
+  PlanarMap::deserialize(bytes.data(), bytes.size());
   std::vector<io::StampedPose> trajectory;
   for (const auto& stamped : map.trajectory())
     trajectory.push_back({stamped.first, stamped.second});
-  log("saved to " + directory.path() + ": " + std::to_string(map.planes().size()) + " planes, " +
+  log("saved to " + directory_.path() + ": " + std::to_string(map.planes().size()) + " planes, " +
       std::to_string(map.cuboids().size()) + " cuboids, " + std::to_string(bytes.size()) +
       " bytes");
-  directory.write("config.resolved.yaml", effectiveYaml(configuration));
-  directory.write("trajectory_tum.txt", io::toTum(trajectory));
-  directory.write("frames.csv", statistics_.framesCsv(configuration));
-  directory.write("run.log", log_text_);
-  directory.write("map.json", io::mapToJson(map));
+  detail::StateWriter state;
+  visitState(state);
+  state(pipeline_.saveState());
   result_.metrics_json = statistics_.metricsJson(configuration, map, bytes.size(), interrupted);
-  directory.write("metrics.json", result_.metrics_json);
-  directory.write("map.pmap", {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  directory_.commit({{"config.resolved.yaml", effectiveYaml(configuration)},
+                     {"trajectory_tum.txt", io::toTum(trajectory)},
+                     {"frames.csv", statistics_.framesCsv(configuration)},
+                     {"run.log", log_text_},
+                     {"map.json", io::mapToJson(map)},
+                     {"metrics.json", result_.metrics_json},
+                     {"map.pmap", std::string(bytes.begin(), bytes.end())},
+                     {"run.state", kStateFormat + state.take()}});
 }
 
 void Run::log(const std::string& line) {
@@ -257,13 +328,9 @@ void Run::warn(const std::string& text) {
 }  // namespace
 
 const std::vector<std::string>& outputFileNames() {
-  static const std::vector<std::string> names = {"config.resolved.yaml",
-                                                 "trajectory_tum.txt",
-                                                 "frames.csv",
-                                                 "run.log",
-                                                 "map.json",
-                                                 "metrics.json",
-                                                 "map.pmap"};
+  static const std::vector<std::string> names = {
+      "config.resolved.yaml", "trajectory_tum.txt", "frames.csv", "run.log",      "map.json",
+      "metrics.json",         "map.pmap",           "run.state",  "manifest.json"};
   return names;
 }
 
@@ -295,6 +362,7 @@ RunResult runPipeline(Configuration configuration, const RunOptions& options) {
 }
 
 RunResult runPipeline(Configuration configuration, FrameSource& source, const RunOptions& options) {
+  requireStagesFor(source, configuration);
   return Run(std::move(configuration), source, options).execute();
 }
 

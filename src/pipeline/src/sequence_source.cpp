@@ -87,4 +87,10 @@ std::optional<Frame> SequenceSource::next() {
   return frame;
 }
 
+std::size_t SequenceSource::skip(std::size_t count) {
+  const std::size_t skipped = std::min(count, selected_.size() - position_);
+  position_ += skipped;
+  return skipped;
+}
+
 }  // namespace planar_mapping

@@ -4,6 +4,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <utility>
+#include <vector>
 
 #include "planar_mapping/core/base/types.h"
 #include "planar_mapping/evaluation/detail/cell_table.h"
@@ -19,7 +21,7 @@ class StandardCells {
     float point[3] = {0.0f, 0.0f, 0.0f};  ///< one of them: the last that made their number 2^n
   };
 
-  explicit StandardCells(double resolution) : resolution_(resolution) {}
+  explicit StandardCells(double resolution = 1.0) : resolution_(resolution) {}
   /// World frame, metres. What is beyond the grid, as it is beyond any map, is left out.
   void add(const Vector3& point) {
     std::uint64_t key = 0;
@@ -34,6 +36,15 @@ class StandardCells {
   template <typename Visitor>
   void forEach(const Visitor& visit) const {
     cells_.forEach([&visit](std::uint64_t, const Cell& cell) { visit(cell); });
+  }
+  template <typename Archive>
+  void visitState(Archive& archive) {
+    std::vector<std::pair<std::uint64_t, Cell>> cells;
+    cells_.forEach([&](std::uint64_t key, const Cell& cell) { cells.emplace_back(key, cell); });
+    archive(resolution_, cells);
+    if (Archive::kReads) {
+      for (const auto& [key, cell] : cells) cells_[key] = cell;
+    }
   }
 
  private:

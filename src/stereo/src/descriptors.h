@@ -36,6 +36,10 @@ class Descriptors {
   void distances(std::size_t row, const Descriptors& other, std::int32_t* out) const;
 
   std::size_t length() const { return length_; }
+  template <typename Archive>
+  void visitState(Archive& archive) {
+    archive(binary_, length_, values_, words_);
+  }
 
  private:
   std::size_t stored() const { return binary_ ? words_.size() : values_.size(); }

@@ -10,6 +10,7 @@
 #include "feature_detection.h"
 #include "feature_refinement.h"
 #include "planar_mapping/core/base/detail/parallel.h"
+#include "planar_mapping/core/base/detail/state_archive.h"
 #include "stereo_features.h"
 #include "track_memory.h"
 
@@ -124,6 +125,20 @@ struct FeatureTracker::Impl {
   FeatureReport report;
   TrackMemory memory;
   cv::Mat last_image;
+
+  template <typename Archive>
+  void visitState(Archive& archive) {
+    int rows = last_image.rows;
+    int columns = last_image.cols;
+    std::vector<std::uint8_t> pixels(last_image.data, last_image.data + last_image.total());
+    archive(memory, rows, columns, pixels);
+    if (!Archive::kReads) return;
+    if (rows < 0 || columns < 0 ||
+        pixels.size() != static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns)) {
+      throw Error("the saved state of the features has an image of another size");
+    }
+    last_image = cv::Mat(rows, columns, CV_8U, pixels.data()).clone();
+  }
 };
 
 std::vector<int> FeatureTracker::Impl::matchPair(const DetectedFeatures& left,
@@ -375,6 +390,13 @@ std::vector<KeyFeature> FeatureTracker::track(const io::Image& image, const Poin
 void FeatureTracker::reset() {
   impl_->memory.clear();
   impl_->last_image.release();
+}
+
+std::string FeatureTracker::saveState() const {
+  return detail::stateOf(*impl_);
+}
+void FeatureTracker::loadState(std::string_view bytes) {
+  detail::restoreState(*impl_, bytes);
 }
 
 }  // namespace planar_mapping

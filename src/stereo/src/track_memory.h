@@ -28,6 +28,10 @@ struct TrackSet {
     tracks.push_back(track);
     descriptors.add(from, row);
   }
+  template <typename Archive>
+  void visitState(Archive& archive) {
+    archive(tracks, descriptors);
+  }
 };
 
 /// The tracks of the last frame and those lost before it, so that a feature keeps its number when
@@ -51,6 +55,10 @@ class TrackMemory {
   std::int64_t frame() const { return frame_; }
   std::size_t lost() const { return lost_.size(); }
   void clear();
+  template <typename Archive>
+  void visitState(Archive& archive) {
+    archive(last_, lost_, frame_, next_number_);
+  }
 
  private:
   TrackSet last_;

@@ -76,6 +76,7 @@ TEST_F(CalibrationFile, NamesWhatIsWrong) {
   expectProblem(camera + "depth_scale: nan\n", "is not in");
   expectProblem(camera + "baseline_m: 0.12 m\n", "baseline_m is no number");
   expectProblem(camera + "baseline_m: [1]\n", "baseline_m is no number");
+  expectProblem(camera + "baseline_m: 1e9\n", "is not in");
   expectProblem("image_width: 640.5\nimage_height: 1\nfx: 1\nfy: 1\ncx: 1\ncy: 1\n",
                 "no whole number");
   expectProblem("image_width: 1e9\nimage_height: 1\nfx: 1\nfy: 1\ncx: 1\ncy: 1\n", "is not in");

@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <string>
 
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/core/base/error.h"
 #include "temporary_directory.h"
 
 namespace planar_mapping {
@@ -48,6 +48,13 @@ TEST_F(PoseFile, ReadsTum) {
   EXPECT_TRUE((poses[1].pose * Vector3(1, 0, 0)).isApprox(Vector3(0, 1, 0), 1e-6));
   EXPECT_TRUE((poses[1].pose.linear() * poses[1].pose.linear().transpose())
                   .isApprox(Matrix3::Identity(), 1e-14));
+}
+
+TEST_F(PoseFile, ByteOrderMarkIsNoPartOfTheFirstLine) {
+  EXPECT_EQ(readTumPoses(write("\xEF\xBB\xBF"
+                               "0 1 2 3 0 0 0 1\n1 0 0 0 0 0 0 1\n"))
+                .size(),
+            2u);
 }
 
 TEST_F(PoseFile, EmptyFileHasNoPoses) {

@@ -8,8 +8,11 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <vector>
 
+#include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/ground/ground.h"
 #include "planar_mapping/filters/detail/point_filter.h"
@@ -52,6 +55,10 @@ class PLANAR_MAPPING_EXPORT GroundRemoval : public detail::PointFilter<PointT> {
   const std::optional<Pose>& getSensorPose() const { return sensor_pose_; }
   /// Forgets where the ground was; parameters stay.
   void reset() { tracker_.reset(); }
+  /// What reset() clears, for another process to continue with; bytes of the same build.
+  std::string saveState() const { return detail::stateOf(tracker_); }
+  /// \throws Error if the bytes are not what saveState() wrote
+  void loadState(std::string_view bytes) { detail::restoreState(tracker_, bytes); }
 
   // Results of the last filter().
 

@@ -8,6 +8,8 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "planar_mapping/core/base/export.h"
@@ -77,6 +79,10 @@ class PLANAR_MAPPING_EXPORT KLOccupancyFilter : public detail::PointFilter<Point
 
   /// Forgets all beliefs; parameters and inputs stay.
   void reset() { occupancy_.reset(); }
+  /// What reset() clears, for another process to continue with; bytes of the same build.
+  std::string saveState() const { return occupancy_.saveState(); }
+  /// \throws Error if the bytes are not what saveState() wrote
+  void loadState(std::string_view bytes) { occupancy_.loadState(bytes); }
 
   // Results of the last filter().
 

@@ -24,6 +24,10 @@ class CellBeliefs {
   FeatureBeliefs::Summary update(const std::vector<FrameCells::Group>& groups,
                                  const DenseFeatures& support, const FeatureBeliefParams& params,
                                  std::vector<float>& of_group);
+  template <typename Archive>
+  void visitState(Archive& archive) {
+    archive(known_, frame_);
+  }
 
  private:
   struct Belief {

@@ -10,6 +10,7 @@
 #include "base/point_indices.h"
 #include "occupancy/cell_beliefs.h"
 #include "occupancy/tracked_cells.h"
+#include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
@@ -47,6 +48,11 @@ struct KlOccupancy::Impl {
   bool has_before = false;  ///< a frame taken by tracks, ...
   std::optional<Pose> T_world_before;
   bool before_is_last = false;  ///< ... which is the one before
+
+  template <typename Archive>
+  void visitState(Archive& archive) {
+    archive(tracks, cell_beliefs, has_before, T_world_before, before_is_last);
+  }
 
   // Of the frame; kept for their memory.
   detail::FrameCells cells;
@@ -110,6 +116,13 @@ void KlOccupancy::reset() {
   impl_->tracks.clear();
   impl_->cell_beliefs = detail::CellBeliefs();
   impl_->has_before = impl_->before_is_last = false;
+}
+
+std::string KlOccupancy::saveState() const {
+  return detail::stateOf(*impl_);
+}
+void KlOccupancy::loadState(std::string_view bytes) {
+  detail::restoreState(*impl_, bytes);
 }
 
 /// Since the last frame taken by tracks.

@@ -23,6 +23,12 @@ struct Landmark {
   int sightings = 0;            ///< in kept keyframes
   std::int64_t last_frame = 0;  ///< it was seen in
   int disagreements = 0;        ///< in a row
+
+  template <typename Archive>
+  void visitState(Archive& archive) {
+    archive(position, information, prior_position, prior_information, sightings, last_frame,
+            disagreements);
+  }
 };
 
 struct Keyframe {
@@ -30,6 +36,15 @@ struct Keyframe {
   bool fixed = false;
   std::optional<MotionPrior> prior;
   std::vector<std::pair<std::int64_t, FeatureSighting>> sightings;  ///< by track
+
+  template <typename Archive>
+  void visitState(Archive& archive) {
+    bool has_prior = prior.has_value();
+    archive(T_sensor_world, fixed, sightings, has_prior);
+    if (!has_prior) return;
+    if (!prior) prior.emplace();
+    archive(prior->T_now_before, prior->covariance);
+  }
 };
 
 /// Landmarks and the keyframes that saw them. Bounded: see OdometryParams.
@@ -52,6 +67,10 @@ class LocalMap {
                   std::int64_t frame);
   void removePassing();
   void remove(std::int64_t track);
+  template <typename Archive>
+  void visitState(Archive& archive) {
+    archive(landmarks_, keyframes_, passing_);
+  }
 
  private:
   void addLandmark(std::int64_t track, const Pose& T_sensor_world, const FeatureSighting& sighting,

@@ -9,6 +9,7 @@
 #include "odometry/local_map.h"
 #include "odometry/motion_refinement.h"
 #include "odometry/odometry_frame.h"
+#include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
@@ -91,6 +92,11 @@ class Odometry::Implementation {
   const detail::LocalMap& map() const { return map_; }
   bool started() const { return started_; }
   void setStart(const Pose& pose) { start_ = pose; }
+  template <typename Archive>
+  void visitState(Archive& archive) {
+    archive(map_, start_, started_, frame_, has_pose_, T_sensor_world_, covariance_, velocity_,
+            has_velocity_, lost_frames_, most_inliers_);
+  }
 
  private:
   void start(const std::vector<detail::SeenFeature>& seen, const std::optional<PosePrior>& prior,
@@ -378,6 +384,13 @@ std::size_t Odometry::keyframes() const {
 std::optional<Vector3> Odometry::landmark(std::int64_t track) const {
   const detail::Landmark* found = implementation_->map().find(track);
   return found == nullptr ? std::nullopt : std::optional<Vector3>(found->position);
+}
+
+std::string Odometry::saveState() const {
+  return detail::stateOf(*implementation_);
+}
+void Odometry::loadState(std::string_view bytes) {
+  detail::restoreState(*implementation_, bytes);
 }
 
 }  // namespace planar_mapping

@@ -26,6 +26,7 @@ struct SeenThrough {
 /// How far a sensor saw, by direction: the least range of each bin of azimuth and elevation.
 class SeenRanges {
  public:
+  SeenRanges() = default;
   /// \param cloud sensor's frame
   SeenRanges(const PointsView& cloud, const SurfaceMapParams& params);
 
@@ -33,12 +34,16 @@ class SeenRanges {
   /// nothing it saw there is as near. What it saw in front of a plane hides it, which says nothing.
   /// \param T_sensor_planes from the planes' frame to the sensor's
   SeenThrough judge(const std::vector<Surfel>& planes, const Pose& T_sensor_planes) const;
+  template <typename Archive>
+  void visitState(Archive& archive) {
+    archive(cell_, ranges_);
+  }
 
  private:
   /// Of the bin of this direction and the eight around it: its own must have been looked at.
   double leastAround(const Vector3& direction) const;
 
-  double cell_;
+  double cell_ = 0.0;
   std::vector<float> ranges_;  ///< by bin; infinite where there is no point
 };
 

@@ -151,6 +151,10 @@ void SurfaceCells::limit(std::size_t most) {
     if (cell.last_frame >= oldest) kept.push_back(std::move(cell));
   }
   cells_ = std::move(kept);
+  numberCells();
+}
+
+void SurfaceCells::numberCells() {
   number_.clear();
   for (std::size_t i = 0; i < cells_.size(); ++i) {
     number_.emplace(cells_[i].index, static_cast<std::uint32_t>(i));

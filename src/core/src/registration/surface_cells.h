@@ -18,6 +18,11 @@ struct Surfel {
   double deviation = 0.0;            ///< of the points across it, metres
   double error = 0.0;                ///< standard deviation of the depth of one of them, metres
   bool planar = false;
+
+  template <typename Archive>
+  void visitState(Archive& archive) {
+    archive(center, normal, deviation, error, planar);
+  }
 };
 
 struct CellIndex {
@@ -52,6 +57,11 @@ class SurfaceCells {
   double planarShare() const;
   /// Keeps the cells seen last.
   void limit(std::size_t most);
+  template <typename Archive>
+  void visitState(Archive& archive) {
+    archive(cells_);
+    if (Archive::kReads) numberCells();
+  }
 
  private:
   struct Hash {
@@ -67,11 +77,17 @@ class SurfaceCells {
     std::int64_t last_frame = 0;
     bool changed = false;
     Surfel surfel;
+
+    template <typename Archive>
+    void visitState(Archive& archive) {
+      archive(index, points, weight, sum, squares, towards, last_frame, changed, surfel);
+    }
   };
   Vector3 corner(const CellIndex& index) const {
     return cell_ * Vector3(index.x, index.y, index.z);
   }
   void fitCell(Cell& cell, const SurfaceMapParams& params) const;
+  void numberCells();
 
   double cell_;
   CellShape shape_;

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/odometry/motion_estimation.h"
 #include "registration/seen_through.h"
@@ -124,6 +125,10 @@ class SurfaceMap::Implementation {
 
   const SurfaceMapParams& params() const { return params_; }
   std::size_t cells() const { return fine_.size(); }
+  template <typename Archive>
+  void visitState(Archive& archive) {
+    archive(views_, fine_, coarse_, edges_, frame_);
+  }
 
  private:
   static std::vector<detail::Surfel> within(const detail::SurfaceCells& cells, const Vector3& place,
@@ -192,7 +197,12 @@ class SurfaceMap::Implementation {
   /// Where a cloud was seen from, and how far.
   struct View {
     detail::SeenRanges seen;
-    Pose T_sensor_world;
+    Pose T_sensor_world = Pose::Identity();
+
+    template <typename Archive>
+    void visitState(Archive& archive) {
+      archive(seen, T_sensor_world);
+    }
   };
 
   SurfaceMapParams params_;
@@ -231,6 +241,13 @@ CloudRegistration SurfaceMap::locate(const PointsView& cloud, const Pose& guess)
 
 std::size_t SurfaceMap::cells() const {
   return implementation_->cells();
+}
+
+std::string SurfaceMap::saveState() const {
+  return detail::stateOf(*implementation_);
+}
+void SurfaceMap::loadState(std::string_view bytes) {
+  detail::restoreState(*implementation_, bytes);
 }
 
 }  // namespace planar_mapping

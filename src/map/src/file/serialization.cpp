@@ -5,13 +5,13 @@
 #include <zstd.h>
 
 #include <algorithm>
-#include <array>
 #include <cstring>
 #include <string>
 #include <utility>
 
 #include "file/columns.h"
 #include "file/sections.h"
+#include "planar_mapping/core/base/detail/crc32.h"
 #include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping::detail {
@@ -32,22 +32,6 @@ constexpr std::uint64_t kMaxRatio = 256;
 /// A frame that says nothing: magic number and size, then so many bytes.
 constexpr std::uint8_t kSkippable[4] = {0x50, 0x2a, 0x4d, 0x18};
 
-/// CRC-32 of zlib and PNG (polynomial 0xEDB88320, reflected), of bytes after others.
-std::uint32_t crc32(std::uint32_t before, const std::uint8_t* data, std::size_t size) {
-  static const std::array<std::uint32_t, 256> table = [] {
-    std::array<std::uint32_t, 256> made{};
-    for (std::uint32_t i = 0; i < 256; ++i) {
-      made[i] = i;
-      for (int bit = 0; bit < 8; ++bit) {
-        made[i] = (made[i] & 1u) != 0 ? 0xEDB88320u ^ (made[i] >> 1u) : made[i] >> 1u;
-      }
-    }
-    return made;
-  }();
-  std::uint32_t crc = ~before;
-  for (std::size_t i = 0; i < size; ++i) crc = table[(crc ^ data[i]) & 0xffu] ^ (crc >> 8u);
-  return ~crc;
-}
 std::uint32_t checksumOf(const std::uint8_t* file, std::size_t size) {
   return crc32(crc32(0, file, kChecked), file + kHeader, size - kHeader);
 }

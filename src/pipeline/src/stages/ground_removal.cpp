@@ -80,6 +80,8 @@ class GroundRemovalStage : public Stage {
     frame.notes.push_back(frame.source +
                           ": no ground: " + toString(filter_.getDiagnostics().status));
   }
+  std::string saveState() const override { return filter_.saveState(); }
+  void loadState(const std::string& bytes) override { filter_.loadState(bytes); }
 
  private:
   GroundParams params_;

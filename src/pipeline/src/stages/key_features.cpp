@@ -3,6 +3,7 @@
 #include <string>
 
 #include "builtin.h"
+#include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/stereo/cloud_features.h"
 #include "planar_mapping/stereo/feature_tracker.h"
@@ -91,6 +92,18 @@ class KeyFeaturesStage : public Stage {
     } else {
       sampleCloud(frame);
     }
+  }
+  std::string saveState() const override {
+    detail::StateWriter writer;
+    writer(tracker_.saveState(), sampler_);
+    return writer.take();
+  }
+  void loadState(const std::string& bytes) override {
+    detail::StateReader reader(bytes);
+    std::string tracker;
+    reader(tracker, sampler_);
+    reader.finish();
+    tracker_.loadState(tracker);
   }
 
  private:

@@ -38,6 +38,8 @@ class KlOccupancyStage : public Stage {
     filter_.setParams(params_);
   }
   void process(Frame& frame) override;
+  std::string saveState() const override { return filter_.saveState(); }
+  void loadState(const std::string& bytes) override { filter_.loadState(bytes); }
 
  private:
   KlOccupancyParams params_;

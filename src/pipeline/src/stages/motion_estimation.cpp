@@ -5,6 +5,7 @@
 
 #include "builtin.h"
 #include "noise_keys.h"
+#include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/odometry/odometry.h"
 #include "planar_mapping/core/registration/detail/surface_map.h"
 #include "start_pose.h"
@@ -78,6 +79,8 @@ class MotionEstimationStage : public Stage {
                               ? frame.motion->T_now_before.translation().norm()
                               : 0.0});
   }
+  std::string saveState() const override;
+  void loadState(const std::string& bytes) override;
 
  private:
   void declareSearch(ParameterTable& table) {
@@ -149,18 +152,24 @@ class MotionEstimationStage : public Stage {
       camera.depth_error = 0.0;
       camera.depth_error_growth = noise->disparity_error / (noise->baseline * noise->focal_length);
     }
-    odometry_.emplace(params_);
     const bool pair = frame.baseline || !frame.images.right.empty();
-    if (clouds_ == Clouds::On || (clouds_ == Clouds::Auto && !pair)) {
+    const bool with_clouds = clouds_ == Clouds::On || (clouds_ == Clouds::Auto && !pair);
+    if (with_clouds) {
       if (cloud_cell_) {
         surface_params_.cell = *cloud_cell_;
       } else if (frame.cloud) {
         surface_params_.cell = surfaceCellFor(viewOf(*frame.cloud), surface_params_);
       }
       surface_params_.reach = cloud_reach_.value_or(kReachInCells * surface_params_.cell);
-      surface_params_.optical_axis = optical_ ? Vector3::UnitZ() : Vector3(Vector3::Zero());
-      surfaces_.emplace(surface_params_);
     }
+    begin(with_clouds);
+  }
+
+  void begin(bool with_clouds) {
+    odometry_.emplace(params_);
+    if (!with_clouds) return;
+    surface_params_.optical_axis = optical_ ? Vector3::UnitZ() : Vector3(Vector3::Zero());
+    surfaces_.emplace(surface_params_);
   }
 
   void takeGiven(Frame& frame) {
@@ -283,6 +292,33 @@ class MotionEstimationStage : public Stage {
   std::optional<SurfaceMap> surfaces_;
   std::optional<Pose> T_sensor_world_;  ///< of the last frame with a pose
 };
+
+std::string MotionEstimationStage::saveState() const {
+  detail::StateWriter writer;
+  writer(T_sensor_world_, odometry_.has_value());
+  if (odometry_) {
+    writer(params_.camera, surface_params_.cell, surface_params_.reach, surfaces_.has_value(),
+           odometry_->saveState(), surfaces_ ? surfaces_->saveState() : std::string());
+  }
+  return writer.take();
+}
+
+void MotionEstimationStage::loadState(const std::string& bytes) {
+  detail::StateReader reader(bytes);
+  bool is_prepared = false;
+  reader(T_sensor_world_, is_prepared);
+  if (is_prepared) {
+    bool with_clouds = false;
+    std::string odometry;
+    std::string surfaces;
+    reader(params_.camera, surface_params_.cell, surface_params_.reach, with_clouds, odometry,
+           surfaces);
+    begin(with_clouds);
+    odometry_->loadState(odometry);
+    if (surfaces_) surfaces_->loadState(surfaces);
+  }
+  reader.finish();
+}
 
 }  // namespace
 

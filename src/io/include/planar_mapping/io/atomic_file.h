@@ -61,6 +61,10 @@ PLANAR_MAPPING_EXPORT void writeFileAtomically(const std::string& path, const vo
 PLANAR_MAPPING_EXPORT void writeFileAtomically(const std::string& path, std::string_view text,
                                                Overwrite overwrite = Overwrite::Refuse);
 
+/// Makes what was renamed within a directory survive a power failure, where the file system offers
+/// that. \throws IoError if the disk reports an error
+PLANAR_MAPPING_EXPORT void syncDirectory(const std::string& path);
+
 /// Reads a whole regular file. \throws IoError if it is missing, no regular file, unreadable or
 /// larger than \p largest_size bytes
 PLANAR_MAPPING_EXPORT std::vector<std::uint8_t> readWholeFile(

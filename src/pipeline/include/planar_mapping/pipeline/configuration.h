@@ -42,6 +42,16 @@ struct Configuration {
   FrameSelection frames;
   std::vector<std::string> plugins;  ///< shared libraries, absolute
   std::vector<ConfiguredStage> stages;
+  /// Stages that are left out because their plugins were not loaded; empty in a configuration that
+  /// can be run.
+  std::vector<std::string> unknown_stages;
+};
+
+/// What may be done with the plugins that a configuration names: their code runs with the rights
+/// of the program as soon as they are loaded.
+enum class Plugins : std::uint8_t {
+  Load,    ///< once all that can be checked without them is free of problems
+  Ignore,  ///< see Configuration::unknown_stages
 };
 
 /// Whether any enabled stage is of this kind.
@@ -59,15 +69,18 @@ struct ConfigurationOverrides {
 PLANAR_MAPPING_EXPORT std::string findConfiguration(const std::string& name);
 
 /// Reads a configuration file and checks all of it.
+/// Plugins are named by an absolute path, or by the name of a file beside the configuration.
 /// \param path  a file, or the name of a ready configuration: findConfiguration()
-/// \param table the stages there are; those of plugins named in the file are added to it
+/// \param table the stages there are; those of plugins that are loaded are added to it
 /// \throws ConfigError with every problem as `file:line:col: ...`
 PLANAR_MAPPING_EXPORT Configuration loadConfiguration(const std::string& path, StageTable& table,
-                                                      const ConfigurationOverrides& overrides = {});
+                                                      const ConfigurationOverrides& overrides = {},
+                                                      Plugins plugins = Plugins::Load);
 /// As above, from text; \p path is for messages and relative paths only.
-PLANAR_MAPPING_EXPORT Configuration
-parseConfiguration(const std::string& text, const std::string& path, StageTable& table,
-                   const ConfigurationOverrides& overrides = {});
+PLANAR_MAPPING_EXPORT Configuration parseConfiguration(const std::string& text,
+                                                       const std::string& path, StageTable& table,
+                                                       const ConfigurationOverrides& overrides = {},
+                                                       Plugins plugins = Plugins::Load);
 
 /// The whole configuration as YAML, every value written out; reading it gives the same run.
 PLANAR_MAPPING_EXPORT std::string effectiveYaml(const Configuration& configuration);

@@ -25,22 +25,51 @@ class PLANAR_MAPPING_EXPORT OutputExistsError : public OutputError {
   ~OutputExistsError() override;
 };
 
-/// The directory a run writes to. Files appear whole or not at all.
+/// A file of a result.
+struct OutputFile {
+  std::string name;
+  std::string content;
+};
+
+/// The directory a run writes to, which is locked for as long as the object lives.
+///
+/// commit() replaces a set of files at once: whenever the process is killed or the power fails, the
+/// directory has, after the next OutputDirectory was made of it, all of the new files or all of the
+/// old ones. New files are written to the folder `.saving`, flushed and read back; renaming that to
+/// `.saved` is the commit; then each file is moved to its place, which the next run does if this
+/// one cannot. `manifest.json` has size and CRC-32 of each file.
 class PLANAR_MAPPING_EXPORT OutputDirectory {
  public:
-  /// Makes the directory and tries whether it can be written, before any work is done.
+  /// Makes and locks the directory, ends a commit that was cut off, removes temporary files of
+  /// killed runs, all before any work is done.
   /// \param names     files that are going to be written
   /// \param overwrite whether they may exist
-  /// \throws OutputExistsError, OutputError
+  /// \throws OutputExistsError also where another run has the lock; OutputError
   OutputDirectory(const std::string& path, const std::vector<std::string>& names, bool overwrite);
+  ~OutputDirectory();
+  OutputDirectory(const OutputDirectory&) = delete;
+  OutputDirectory& operator=(const OutputDirectory&) = delete;
 
-  /// \throws OutputError; an earlier file of that name is then as it was
+  /// One file. \throws OutputError; an earlier file of that name is then as it was
   void write(const std::string& name, std::string_view content) const;
+  /// All these files and manifest.json, or none.
+  /// \throws OutputError; the earlier files are then as they were, unless the message says that the
+  ///         new ones are going to be moved to their places
+  void commit(const std::vector<OutputFile>& files) const;
+  /// A file of the last commit.
+  /// \throws InputError if it is missing or not the one that was committed
+  std::string read(const std::string& name) const;
   std::string pathOf(const std::string& name) const;
   const std::string& path() const { return path_; }
 
  private:
+  void lock();
+  void unlock();
+  void recover(const std::vector<std::string>& names) const;
+  void moveIntoPlace() const;
+
   std::string path_;
+  int lock_ = -1;  ///< descriptor
 };
 
 }  // namespace planar_mapping

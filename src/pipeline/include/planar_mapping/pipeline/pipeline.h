@@ -35,7 +35,9 @@ struct FrameReport {
   std::size_t planes = 0;
   std::size_t planes_new = 0;
   std::size_t planes_matched = 0;
-  std::size_t cuboids = 0;  ///< in the map, after the frame: PlanarMap::cuboidCountAtMost()
+  /// In the map, PlanarMap::cuboidCountAtMost(): of the last of the frames after which they were
+  /// counted, which get rarer as the map grows.
+  std::size_t cuboids = 0;
   std::size_t map_bytes = 0;
   std::vector<FrameStatistic> statistics;  ///< of the stages
 };
@@ -66,36 +68,38 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   /// configuration, in this or another process, does the rest.
   FrameReport processFrontEnd(Frame& frame);
 
-  /// process() without putting the frame into the map: what stages remember of it comes back when
-  /// an interrupted run continues with the map it has saved.
-  FrameReport replay(Frame& frame);
-
   const PlanarMap& map() const { return map_; }
-  /// Continues an earlier map, whose parameters stay.
-  void continueFrom(PlanarMap map);
+  /// What the stages remember of the frames so far; the map is apart.
+  std::string saveState() const;
+  /// Continues where another pipeline of the same configuration was when it had this map and
+  /// saveState(); before the first frame.
+  /// \throws Error if the state is not of such a pipeline
+  void loadState(const std::string& state, PlanarMap map);
   /// With the values that `auto` took, once a frame has been processed.
   const Configuration& configuration() const { return configuration_; }
   /// Whether any stage is of this kind.
   bool hasStage(StageKind kind) const;
 
  private:
-  enum class Extent : std::uint8_t { All, FrontEnd, WithoutMap };
-  FrameReport runSections(Frame& frame, Extent extent);
+  FrameReport runSections(Frame& frame, bool front_end_only);
   void runFrontEnd(Frame& frame);
   void runStage(std::size_t index, Frame& frame);
   void findUsablePoints(Frame& frame) const;
   CloudScale knownScale(const Frame& frame) const;
-  void adaptMapping(const Frame& frame);
+  void adaptMapping(CloudScale scale, const std::string& source);
+  void countCuboids();
   FrameReport report(const Frame& frame) const;
 
   Configuration configuration_;
   PlanarMap map_;
   std::size_t front_end_size_ = 0;   ///< stages through the last Images or Features stage
   std::size_t sensing_size_ = 0;     ///< and through the last Motion stage
-  std::vector<bool> adapted_;        ///< stages
   std::uint64_t last_pictures_ = 0;  ///< fingerprint of the images of the frame before; 0 = none
-  bool mapping_adapted_ = false;
-  bool continued_ = false;
+  /// What the stages of sections 1 and 2, and all those of section 3, were adapted to.
+  std::vector<std::optional<CloudScale>> sensing_scales_;
+  std::optional<CloudScale> mapping_scale_;
+  std::size_t counted_frames_ = 0;  ///< in the map when its cuboids were counted
+  std::size_t cuboids_ = 0;
 };
 
 }  // namespace planar_mapping

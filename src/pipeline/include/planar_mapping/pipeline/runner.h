@@ -16,10 +16,14 @@ namespace planar_mapping {
 
 /// What a run is asked for beside its configuration.
 struct RunOptions {
-  std::string output;                       ///< directory
-  bool overwrite = false;                   ///< --force
-  bool resume = false;                      ///< continue an interrupted run in the same directory
+  std::string output;      ///< directory
+  bool overwrite = false;  ///< --force
+  bool resume = false;     ///< continue an interrupted run in the same directory
+  /// Everything is saved so often while the run goes on, >= 0, or more rarely where saving takes
+  /// more than a tenth of the time; 0 = after each frame. A killed run then resumes from there.
+  double checkpoint_s = 30.0;
   const std::atomic<bool>* stop = nullptr;  ///< set by a signal: finish the frame, then save
+  std::atomic<bool>* saving = nullptr;      ///< is set while files are being saved
   /// Called after each frame: frames done, frames in all (0 = not known), the frame.
   std::function<void(std::size_t, std::size_t, const FrameReport&)> progress;
   /// Called for each line of run.log as it comes about.
@@ -29,6 +33,7 @@ struct RunOptions {
 /// What came out of a run.
 struct RunResult {
   bool interrupted = false;
+  bool was_finished = false;          ///< there was nothing to resume
   std::vector<std::string> warnings;  ///< not empty: the result is degraded
   std::string metrics_json;           ///< what metrics.json says
   std::string output;                 ///< directory with all files

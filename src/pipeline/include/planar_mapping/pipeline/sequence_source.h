@@ -27,6 +27,7 @@ class PLANAR_MAPPING_EXPORT SequenceSource : public FrameSource {
   io::PoseSource poseSource() const override { return sequence_.poseSource(); }
   std::optional<std::size_t> size() const override { return selected_.size(); }
   std::optional<Frame> next() override;
+  std::size_t skip(std::size_t count) override;
 
  private:
   std::vector<std::string> names_;

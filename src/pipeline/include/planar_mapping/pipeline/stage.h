@@ -3,9 +3,10 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
-#include "planar_mapping/core/cuboids/cuboid_approximation.h"
 #include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/cuboids/cuboid_approximation.h"
 #include "planar_mapping/pipeline/frame.h"
 #include "planar_mapping/pipeline/parameter.h"
 
@@ -43,8 +44,10 @@ struct RunSettings {
 ///       void process(Frame& frame) override;
 ///     };
 ///
-/// A stage may keep state between frames: one object lives as long as the run. It is called from
-/// one thread at a time. What it throws (InputError, ParameterError, ...) ends the run.
+/// A stage may keep state between frames: one object lives as long as the run. One that does has
+/// to override saveState() and loadState(), or a resumed run differs from one that was not
+/// interrupted. It is called from one thread at a time. What it throws (InputError,
+/// ParameterError, ...) ends the run.
 class PLANAR_MAPPING_EXPORT Stage {
  public:
   virtual ~Stage();
@@ -67,6 +70,13 @@ class PLANAR_MAPPING_EXPORT Stage {
   virtual void configureMap(PlanarMapParams& params) const;
   /// Does the work on one frame.
   virtual void process(Frame& frame) = 0;
+  /// What the stage remembers of the frames so far, as bytes of its own; empty = nothing, which is
+  /// what a stage that does not override it says. Called between frames.
+  virtual std::string saveState() const;
+  /// Continues from what saveState() of such a stage with the same parameters returned. Called
+  /// before the first frame, after adapt() with the scale that the other stage got.
+  /// \throws Error if the bytes are not such
+  virtual void loadState(const std::string& bytes);
 };
 
 }  // namespace planar_mapping

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "planar_mapping/core/base/export.h"
-#include "planar_mapping/core/geometry/key_feature.h"
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/core/geometry/key_feature.h"
 
 namespace planar_mapping {
 
@@ -41,6 +41,11 @@ class PLANAR_MAPPING_EXPORT CloudFeatureSampler {
                                  const std::optional<Pose>& T_world_sensor);
 
   void reset();
+  /// What is kept between frames: see core/base/detail/state_archive.h.
+  template <typename Archive>
+  void visitState(Archive& archive) {
+    archive(frame_, next_track_, cells_);
+  }
 
  private:
   struct Cell {

@@ -7,14 +7,15 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "planar_mapping/core/base/export.h"
-#include "planar_mapping/core/occupancy/feature_beliefs.h"
+#include "planar_mapping/core/base/types.h"
 #include "planar_mapping/core/geometry/feature_camera.h"
 #include "planar_mapping/core/geometry/key_feature.h"
+#include "planar_mapping/core/occupancy/feature_beliefs.h"
 #include "planar_mapping/core/odometry/motion_estimation.h"
-#include "planar_mapping/core/base/types.h"
 
 namespace planar_mapping {
 
@@ -111,6 +112,12 @@ class PLANAR_MAPPING_EXPORT Odometry {
   std::size_t keyframes() const;
   /// Position of a landmark in the world, or nothing if it is not known.
   std::optional<Vector3> landmark(std::int64_t track) const;
+  /// What is remembered of the frames before, for another process to continue with; bytes of the
+  /// same build.
+  std::string saveState() const;
+  /// Into an object with the same parameters: it goes on as the other would have, bit for bit.
+  /// \throws Error if the bytes are not what saveState() wrote
+  void loadState(std::string_view bytes);
 
  private:
   class Implementation;

@@ -6,10 +6,12 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
+#include <string_view>
 
 #include "planar_mapping/core/base/export.h"
-#include "planar_mapping/core/occupancy/motion_factor.h"
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/core/occupancy/motion_factor.h"
 
 namespace planar_mapping {
 
@@ -111,6 +113,12 @@ class PLANAR_MAPPING_EXPORT SurfaceMap {
   CloudRegistration locate(const PointsView& cloud, const Pose& guess) const;
 
   std::size_t cells() const;
+  /// What is remembered of the frames before, for another process to continue with; bytes of the
+  /// same build.
+  std::string saveState() const;
+  /// Into an object with the same parameters: it goes on as the other would have, bit for bit.
+  /// \throws Error if the bytes are not what saveState() wrote
+  void loadState(std::string_view bytes);
 
  private:
   class Implementation;

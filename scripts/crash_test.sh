@@ -1,0 +1,63 @@
+#!/bin/bash
+# Kills runs at random moments and counts what a resumed run makes of them:
+#
+#   scripts/crash_test.sh [N]        N kills, 1000 if not given; SEED=3 for other moments
+#
+# A run saves after each frame. After each kill map.pmap has to be readable, and --resume goes on;
+# each run that comes to its end has to leave the bytes of an uninterrupted one. Every other run
+# overwrites (--force) the result of the run before. Ends with code 1 if anything was wrong.
+set -euo pipefail
+
+kills=${1:-1000}
+root=$(cd "$(dirname "$0")/.." && pwd)
+tool=${PLANAR_MAP:-$root/build/bin/planar_map}
+RANDOM=${SEED:-1}
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+"$tool" simulate corridor --frames 8 --step 0.3 --width 80 --height 60 -o "$work/input" -q
+run() {  # in a sub-shell, which becomes the program
+  exec "$tool" run "$root/config/pcd_sequence.yaml" -i "$work/input" --checkpoint 0 -q "$@" \
+    > "$work/out.txt" 2>&1
+}
+# What has to be the same: all but times and memory.
+results() {
+  sha256sum < "$1/map.pmap"
+  sha256sum < "$1/map.json"
+  sha256sum < "$1/trajectory_tum.txt"
+  sed -e '/"time_ms"/,$d' -e '/"memory_bytes"/d' "$1/metrics.json"
+}
+
+begin=$(date +%s%N)
+(run -o "$work/whole")
+longest_us=$(( ($(date +%s%N) - begin) / 1000 ))
+results "$work/whole" > "$work/expected"
+
+done_kills=0; unreadable=0; wrong=0; refused=0; finished=0
+options=()
+while [ "$done_kills" -lt "$kills" ]; do
+  (run -o "$work/out" "${options[@]}") & child=$!
+  moment=$(( (RANDOM * 32768 + RANDOM) % longest_us ))
+  sleep "$((moment / 1000000)).$(printf '%06d' $((moment % 1000000)))"
+  if kill -9 "$child" 2> /dev/null; then
+    done_kills=$((done_kills + 1))
+  fi
+  code=0; wait "$child" 2> /dev/null || code=$?
+  if [ -e "$work/out/map.pmap" ] && ! "$tool" info "$work/out/map.pmap" > /dev/null 2>&1; then
+    unreadable=$((unreadable + 1))
+  fi
+  options=(--resume)
+  if [ "$code" -eq 0 ]; then
+    finished=$((finished + 1))
+    results "$work/out" > "$work/found"
+    cmp -s "$work/expected" "$work/found" || wrong=$((wrong + 1))
+    if [ $((finished % 2)) -eq 0 ]; then rm -rf "$work/out"; options=(); else options=(--force); fi
+  elif [ "$code" -ne 137 ]; then
+    refused=$((refused + 1))
+    cat "$work/out.txt"
+    rm -rf "$work/out"; options=()
+  fi
+done
+echo "$done_kills kills, $finished runs finished: $unreadable unreadable maps, $wrong wrong results," \
+  "$refused runs that could not be resumed"
+[ $((unreadable + wrong + refused)) -eq 0 ]
