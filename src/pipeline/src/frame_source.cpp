@@ -6,4 +6,8 @@ namespace planar_mapping {
 
 FrameSource::~FrameSource() = default;
 
+std::vector<std::string> FrameSource::notes() const {
+  return {};
+}
+
 }  // namespace planar_mapping

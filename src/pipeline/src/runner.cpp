@@ -44,6 +44,7 @@ class Run {
   void processFrames();
   void processFrame(Frame frame, double read_ms);
   void checkTimestamp(Frame& frame);
+  void publishMap();
   void save(bool interrupted);
   void checkResult();
   void warnOfSkippedFrames();
@@ -59,6 +60,8 @@ class Run {
   std::size_t resumed_ = 0;  ///< frames an earlier run has done
   std::optional<double> last_timestamp_;
   bool warned_of_time_ = false;
+  std::chrono::steady_clock::time_point published_;
+  std::chrono::duration<double> publishing_time_{0.0};
   RunResult result_;
 };
 
@@ -67,8 +70,8 @@ Configuration withAbsolutePaths(Configuration configuration) {
   for (std::string& input : configuration.inputs) {
     input = fs::absolute(input).lexically_normal().string();
   }
-  if (!configuration.poses.empty()) {
-    configuration.poses = fs::absolute(configuration.poses).lexically_normal().string();
+  for (std::string* path : {&configuration.poses, &configuration.calibration}) {
+    if (!path->empty()) *path = fs::absolute(*path).lexically_normal().string();
   }
   return configuration;
 }
@@ -81,6 +84,7 @@ RunResult Run::execute() {
   if (options_.resume) loadEarlierRun();
   log("planar_map " PLANAR_MAPPING_VERSION ", configuration " + pipeline_.configuration().path);
   for (const std::string& input : source_.names()) log("input " + input);
+  for (const std::string& note : source_.notes()) log("input: " + note);
   try {
     processFrames();
   } catch (const Error& error) {
@@ -172,9 +176,23 @@ void Run::processFrame(Frame frame, double read_ms) {
   } else {
     log(name + "left out: " + report.skip_reason);
   }
+  if (options_.publish) publishMap();
   if (options_.progress) {
     options_.progress(statistics_.frames(), source_.size().value_or(0), report);
   }
+}
+
+/// As often as it takes no more than a tenth of the time.
+void Run::publishMap() {
+  using Clock = std::chrono::steady_clock;
+  constexpr double kMinPeriods = 10.0;
+  const Clock::time_point start = Clock::now();
+  if (start - published_ < kMinPeriods * publishing_time_) return;
+  const std::vector<std::uint8_t> bytes = pipeline_.map().serialize();
+  OutputDirectory(options_.output, outputFileNames(), true)
+      .write("map.pmap", {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  published_ = Clock::now();
+  publishing_time_ = published_ - start;
 }
 
 /// Frames count in the order of the input; their times are labels. A clock that goes backwards is

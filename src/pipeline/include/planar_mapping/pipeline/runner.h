@@ -19,6 +19,7 @@ struct RunOptions {
   std::string output;                       ///< directory
   bool overwrite = false;                   ///< --force
   bool resume = false;                      ///< continue an interrupted run in the same directory
+  bool publish = false;                     ///< keep map.pmap up to date while frames come
   const std::atomic<bool>* stop = nullptr;  ///< set by a signal: finish the frame, then save
   /// Called after each frame: frames done, frames in all (0 = not known), the frame.
   std::function<void(std::size_t, std::size_t, const FrameReport&)> progress;
