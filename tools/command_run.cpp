@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "frame_command.h"
-#include "input_choice.h"
+#include "input/input_choice.h"
 #include "network_input.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pipeline/output.h"

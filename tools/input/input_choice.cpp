@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "input_choice.h"
+#include "input/input_choice.h"
 
 #include <algorithm>
 #include <filesystem>
