@@ -276,7 +276,8 @@ void addEvaluateCommand(CLI::App& app, int& exit_code) {
   const auto arguments = std::make_shared<EvaluateArguments>();
   command->add_option("config", arguments->configuration, "Configuration file (*.yaml)")
       ->required();
-  addInputOption(*command, arguments->inputs, arguments->poses, "; without, simulated scenes");
+  addInputOption(*command, arguments->inputs, arguments->poses, arguments->calibration,
+                 "; without, simulated scenes");
   command->add_option("-o,--output", arguments->output, "Directory for the results")->required();
   command->add_option("--cells", arguments->cells, "Cell sizes, metres, comma-separated")
       ->delimiter(',')

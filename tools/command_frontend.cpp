@@ -19,6 +19,7 @@ namespace {
 struct FrontendArguments {
   std::vector<std::string> inputs;
   std::string poses;
+  std::string calibration;
   std::string endpoint;
   double timeout = 30.0;
   int threads = -1;
@@ -53,7 +54,8 @@ int run(const FrontendArguments& arguments) {
       std::cerr << "\rframe " << done << " of " << all << (done == all ? "\n" : "") << std::flush;
     };
   }
-  const FrontEndInput input = {arguments.inputs, arguments.poses, arguments.threads};
+  const FrontEndInput input = {arguments.inputs, arguments.poses, arguments.threads,
+                               arguments.calibration};
   const transport::FrontEndResult result = transport::runFrontEnd(
       endpoint, [&input](const std::string& yaml) { return makeFrontEndSource(yaml, input); },
       options);
@@ -83,7 +85,7 @@ void addFrontendCommand(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand(
       "frontend", "Images to clouds and features, sent to a run --listen elsewhere");
   const auto arguments = std::make_shared<FrontendArguments>();
-  addInputOption(*command, arguments->inputs, arguments->poses);
+  addInputOption(*command, arguments->inputs, arguments->poses, arguments->calibration);
   command->get_option("--input")->required();
   command
       ->add_option("--connect", arguments->endpoint,

@@ -56,7 +56,8 @@ Json cloudInfo(const std::string& path) {
     high = finite == 0 ? p : high.cwiseMax(p).eval();
     ++finite;
   }
-  Json info = {{"type", header.format == io::CloudFormat::Pcd ? "pcd" : "ply"},
+  const char* const formats[] = {"none", "pcd", "ply", "kitti scan"};
+  Json info = {{"type", formats[static_cast<int>(header.format)]},
                {"encoding", header.encoding},
                {"width", cloud.width},
                {"height", cloud.height},
@@ -77,7 +78,12 @@ Json sequenceInfo(const std::string& path) {
   const char* kind = sequence.kind() == io::SequenceKind::Rgbd     ? "rgbd"
                      : sequence.kind() == io::SequenceKind::Stereo ? "stereo"
                                                                    : "clouds";
-  Json info = {{"type", "sequence"}, {"kind", kind}, {"frames", sequence.size()}, {"poses", poses}};
+  Json info = {{"type", "sequence"},
+               {"layout", sequence.layout()},
+               {"kind", kind},
+               {"frames", sequence.size()},
+               {"poses", poses}};
+  if (!sequence.notes().empty()) info["notes"] = sequence.notes();
   if (sequence.calibration()) {
     const PinholeCamera& camera = sequence.calibration()->camera;
     info["image"] = {{"width", camera.width}, {"height", camera.height}};

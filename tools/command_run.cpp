@@ -1,14 +1,17 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "frame_command.h"
+#include "input/input_choice.h"
 #include "network_input.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pipeline/output.h"
 #include "planar_mapping/pipeline/runner.h"
+#include "planar_mapping/pipeline/watch_source.h"
 #include "stop_guard.h"
 
 namespace planar_mapping::tools {
@@ -23,8 +26,58 @@ struct RunArguments : FrameArguments {
   bool resume = false;
   bool strict = false;
   bool verbose = false;
+  std::vector<std::string> words;  ///< configuration, inputs, or both
+  std::string watched;             ///< folder
+  double idle = 0.0;
   ListenArguments listen;
 };
+
+WatchOptions watchOptionsOf(const RunArguments& arguments) {
+  return {arguments.idle, &stopOnSignal()};
+}
+
+/// Sorts the words into configuration and inputs; the inputs choose a configuration where none is
+/// given.
+void findConfiguration(RunArguments& arguments) {
+  // -i takes all words after it, a configuration too.
+  std::vector<std::string> words = arguments.words;
+  words.insert(words.end(), arguments.inputs.begin(), arguments.inputs.end());
+  arguments.inputs.clear();
+  for (const std::string& word : words) {
+    if (!isConfigurationName(word)) {
+      arguments.inputs.push_back(word);
+    } else if (arguments.configuration.empty()) {
+      arguments.configuration = word;
+    } else {
+      throw UsageError("run takes one configuration, not '" + arguments.configuration + "' and '" +
+                       word + "'");
+    }
+  }
+  const bool watches = !arguments.watched.empty();
+  const bool listens = !arguments.listen.endpoint.empty();
+  if (!arguments.inputs.empty() && (watches || listens)) {
+    throw UsageError(std::string("the frames come by ") + (watches ? "--watch" : "--listen") +
+                     ": leave '" + arguments.inputs.front() + "' out");
+  }
+  if (watches) arguments.inputs = {arguments.watched};
+  if (!arguments.configuration.empty()) return;
+  if (arguments.inputs.empty()) {
+    throw UsageError(listens ? "--listen needs a configuration (*.yaml)"
+                             : "run needs an input or a configuration (*.yaml); see planar_map run "
+                               "--help");
+  }
+  io::SequenceOptions options;
+  options.poses_file = arguments.poses;
+  options.calibration_file = arguments.calibration;
+  const InputChoice choice = chooseConfiguration(
+      arguments.inputs.front(),
+      watches ? waitForFrames(arguments.inputs, options, watchOptionsOf(arguments))
+              : io::Sequence(arguments.inputs, options));
+  arguments.configuration = choice.configuration;
+  arguments.assignments.insert(arguments.assignments.begin(), choice.assignments.begin(),
+                               choice.assignments.end());
+  if (!arguments.quiet) std::cerr << "planar_map: " << choice.sentence << '\n';
+}
 
 Configuration configurationOf(const RunArguments& arguments) {
   std::vector<std::string> assignments;
@@ -86,10 +139,20 @@ RunResult runOnNetwork(const RunArguments& arguments, RunOptions options) {
   }
 }
 
-int run(const RunArguments& arguments) {
+/// Frames as a recorder writes them.
+RunResult runOnWatched(const RunArguments& arguments, RunOptions options) {
+  Configuration configuration = configurationOf(arguments);
+  WatchSource source(configuration, watchOptionsOf(arguments));
+  constexpr double kMaxAge = 0.5;  // seconds that the map of a viewer may lag behind
+  options.checkpoint_s = std::min(options.checkpoint_s, kMaxAge);
+  return runPipeline(std::move(configuration), source, options);
+}
+
+int run(RunArguments& arguments) {
   if (arguments.resume && arguments.force) {
     throw UsageError("--resume continues the map, --force overwrites it: give one of them");
   }
+  findConfiguration(arguments);
   RunOptions options;
   options.output = arguments.output;
   options.overwrite = arguments.force;
@@ -113,8 +176,10 @@ int run(const RunArguments& arguments) {
   }
   RunResult result;
   try {
-    result = arguments.listen.endpoint.empty() ? runPipeline(configurationOf(arguments), options)
-                                               : runOnNetwork(arguments, options);
+    result = !arguments.watched.empty() ? runOnWatched(arguments, options)
+             : !arguments.listen.endpoint.empty()
+                 ? runOnNetwork(arguments, options)
+                 : runPipeline(configurationOf(arguments), options);
   } catch (const OutputExistsError& error) {
     throw UsageError(error.what());
   }
@@ -144,12 +209,25 @@ int run(const RunArguments& arguments) {
 void addRunCommand(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand("run", "Make a map: the pipeline, input to map");
   const auto arguments = std::make_shared<RunArguments>();
-  command->add_option("config", arguments->configuration, "Configuration file (*.yaml)")
-      ->required();
-  addInputOption(*command, arguments->inputs, arguments->poses);
+  command
+      ->add_option("input", arguments->words,
+                   "Configuration (*.yaml), and inputs as of -i; without a configuration a ready "
+                   "one is chosen by the input")
+      ->option_text("[CONFIG.yaml] [INPUT...]");
+  addInputOption(*command, arguments->inputs, arguments->poses, arguments->calibration);
   command->add_option("-o,--output", arguments->output, "Directory for the results")
       ->capture_default_str();
   addListenOptions(*command, arguments->listen);
+  auto* watch = command->add_option("--watch", arguments->watched,
+                                    "Folder to map while a recorder writes it, in place of -i; "
+                                    "map.pmap follows (planar_map view --follow)");
+  watch->excludes("--input")->excludes("--listen");
+  command
+      ->add_option("--idle", arguments->idle,
+                   "Seconds without a new frame after which --watch ends; 0 = at a signal only")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1e6))
+      ->needs(watch);
   addFrameOptions(*command, *arguments);
   command->add_option("--profile", arguments->profile, "paper or compact")
       ->check(CLI::IsMember({"paper", "compact"}));

@@ -28,13 +28,17 @@ bool FrameArguments::wantsBar() const {
 }
 
 void addInputOption(CLI::App& command, std::vector<std::string>& inputs, std::string& poses,
-                    const std::string& without) {
+                    std::string& calibration, const std::string& without) {
   command
       .add_option("-i,--input", inputs,
-                  "PCD or PLY files, a directory of them, or a sequence folder" + without)
+                  "PCD, PLY or .bin files, a directory of them, or a folder: ours, KITTI, TUM "
+                  "RGB-D, ICL-NUIM, EuRoC, Middlebury, Open3D" +
+                      without)
       ->allow_extra_args(true);
   command.add_option("--poses", poses,
-                     "Trajectory (TUM: timestamp tx ty tz qx qy qz qw), a line a frame");
+                     "Trajectory (TUM: timestamp tx ty tz qx qy qz qw; KITTI: 12 numbers), a line "
+                     "a frame or matched by time");
+  command.add_option("--calib", calibration, "Calibration (calib.yaml) in place of the folder's");
 }
 
 void addFrameOptions(CLI::App& command, FrameArguments& arguments) {
@@ -63,8 +67,10 @@ Configuration loadFor(const FrameArguments& arguments, const std::string& profil
   if (!arguments.inputs.empty()) {
     configuration.inputs = arguments.inputs;
     configuration.poses.clear();
+    configuration.calibration.clear();
   }
   if (!arguments.poses.empty()) configuration.poses = arguments.poses;
+  if (!arguments.calibration.empty()) configuration.calibration = arguments.calibration;
   return configuration;
 }
 

@@ -17,6 +17,7 @@ struct FrameArguments {
   std::string configuration;
   std::vector<std::string> inputs;
   std::string poses;
+  std::string calibration;
   std::vector<std::string> assignments;
   std::int64_t seed = -1;
   bool force = false;
@@ -29,7 +30,7 @@ struct FrameArguments {
 };
 
 void addInputOption(CLI::App& command, std::vector<std::string>& inputs, std::string& poses,
-                    const std::string& without = "");
+                    std::string& calibration, const std::string& without = "");
 void addFrameOptions(CLI::App& command, FrameArguments& arguments);
 
 /// The configuration with the command line's assignments, then \p assignments, inputs and poses.

@@ -80,7 +80,8 @@ std::string defaultsYaml(const StageTable& table, Profile profile) {
       "threads: 1            # 0 = all cores; never changes the result\n"
       "frames: \"0::1\"        # first:last:step\n"
       "# inputs: [cloud.pcd] # files or folders, relative to this file\n"
-      "# poses: poses.txt    # trajectory in TUM format\n"
+      "# poses: poses.txt    # trajectory in TUM or KITTI format\n"
+      "# calibration: calib.yaml  # in place of that of the input\n"
       "# plugins: [libmy_stage.so]\n"
       "stages:\n";
   for (const StageEntry& entry : table.entries()) {
@@ -110,7 +111,9 @@ std::string referencePage(const StageTable& table) {
       "| `seed` | of everything random, >= 0, default 12345 |\n"
       "| `threads` | 0 = all cores, default 1; never changes the result |\n"
       "| `inputs` | files or folders, relative to the configuration file |\n"
-      "| `poses` | trajectory in TUM format, relative to the configuration file |\n"
+      "| `poses` | trajectory in TUM or KITTI format, relative to the configuration file |\n"
+      "| `calibration` | a calib.yaml in place of that of the input, relative to the configuration "
+      "file |\n"
       "| `frames` | `\"first:last:step\"`, default all |\n"
       "| `plugins` | shared libraries with stages: absolute paths, or names of files beside the "
       "configuration file; `run` alone loads them |\n"

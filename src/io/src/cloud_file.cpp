@@ -30,14 +30,15 @@ CloudFormat formatOf(InputFile& file) {
   } catch (const IoError&) {
     // A line too long for a header: no text file.
   }
-  return CloudFormat::None;
+  return isVelodyne(file) ? CloudFormat::Velodyne : CloudFormat::None;
 }
 
 CloudFormat requireFormat(const std::string& path) {
   InputFile file(path);
   if (file.size() == 0) throw IoError(path, "is empty");
   const CloudFormat format = formatOf(file);
-  if (format == CloudFormat::None) throw IoError(path, "is neither a PCD nor a PLY file");
+  if (format == CloudFormat::None)
+    throw IoError(path, "is neither a PCD nor a PLY file, nor a KITTI scan (.bin)");
   return format;
 }
 
@@ -53,12 +54,17 @@ CloudFormat recognizeCloudFile(const std::string& path) {
 }
 
 CloudData readCloudFile(const std::string& path, const CloudChannels& channels) {
-  return requireFormat(path) == CloudFormat::Pcd ? readPcd(path, channels)
-                                                 : readPly(path, channels);
+  const CloudFormat format = requireFormat(path);
+  return format == CloudFormat::Pcd   ? readPcd(path, channels)
+         : format == CloudFormat::Ply ? readPly(path, channels)
+                                      : readVelodyne(path, channels);
 }
 
 CloudFileInfo readCloudFileInfo(const std::string& path) {
-  return requireFormat(path) == CloudFormat::Pcd ? readPcdInfo(path) : readPlyInfo(path);
+  const CloudFormat format = requireFormat(path);
+  return format == CloudFormat::Pcd   ? readPcdInfo(path)
+         : format == CloudFormat::Ply ? readPlyInfo(path)
+                                      : readVelodyneInfo(path);
 }
 
 }  // namespace io

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "input_file.h"
 #include "planar_mapping/io/cloud_file.h"
 
 namespace planar_mapping {
@@ -15,6 +16,10 @@ CloudData readPcd(const std::string& path, const CloudChannels& channels);
 CloudFileInfo readPcdInfo(const std::string& path);
 CloudData readPly(const std::string& path, const CloudChannels& channels);
 CloudFileInfo readPlyInfo(const std::string& path);
+/// By its ending, size and first points: there is no header.
+bool isVelodyne(InputFile& file);
+CloudData readVelodyne(const std::string& path, const CloudChannels& channels);
+CloudFileInfo readVelodyneInfo(const std::string& path);
 
 }  // namespace io
 }  // namespace planar_mapping

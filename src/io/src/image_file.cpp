@@ -24,7 +24,8 @@ bool isJpeg(const std::vector<std::uint8_t>& bytes) {
   return bytes.size() >= 3 && bytes[0] == 0xFF && bytes[1] == 0xD8 && bytes[2] == 0xFF;
 }
 
-Image decodeJpeg(const std::string& path, const std::vector<std::uint8_t>& bytes) {
+Image decodeJpeg(const std::string& path, const std::vector<std::uint8_t>& bytes,
+                 bool header_only) {
   const Decoder decoder(tjInitDecompress());
   if (!decoder) throw IoError(path, "cannot be decoded: no memory");
   const auto fail = [&]() {
@@ -40,6 +41,7 @@ Image decodeJpeg(const std::string& path, const std::vector<std::uint8_t>& bytes
   constexpr int kLargest = static_cast<int>(detail::kLargestImageSide);
   if (image.width > kLargest || image.height > kLargest)
     throw IoError(path, "is no usable JPEG image: more than 16384 pixels a side");
+  if (header_only) return image;
   const std::size_t pixels =
       static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
   // A block of 64 pixels takes one bit at the very least.
@@ -59,11 +61,30 @@ Image decodeJpeg(const std::string& path, const std::vector<std::uint8_t>& bytes
 
 Image readImage(const std::string& path) {
   const std::vector<std::uint8_t> bytes = readWholeFile(path, detail::kLargestImageFile);
-  if (isJpeg(bytes)) return decodeJpeg(path, bytes);
+  if (isJpeg(bytes)) return decodeJpeg(path, bytes, false);
   if (!detail::isPng(bytes)) throw IoError(path, "is neither a PNG nor a JPEG image");
   PngImage png = detail::decodePng(path, bytes, false);
   return {static_cast<int>(png.width), static_cast<int>(png.height), png.channels,
           std::move(png.bytes)};
+}
+
+Image readImageSize(const std::string& path) {
+  const std::vector<std::uint8_t> bytes = readWholeFile(path, detail::kLargestImageFile);
+  if (isJpeg(bytes)) return decodeJpeg(path, bytes, true);
+  constexpr std::size_t kHeader = 24;  // signature, length and type of IHDR, width, height
+  if (!detail::isPng(bytes) || bytes.size() < kHeader)
+    throw IoError(path, "is neither a PNG nor a JPEG image");
+  const auto side = [&bytes](std::size_t at) {
+    std::uint32_t value = 0;
+    for (std::size_t i = at; i < at + 4; ++i) value = value << 8u | bytes[i];
+    return value;
+  };
+  if (side(16) - 1 >= detail::kLargestImageSide || side(20) - 1 >= detail::kLargestImageSide)
+    throw IoError(path, "is no usable PNG image: no pixels, or more than 16384 a side");
+  Image image;
+  image.width = static_cast<int>(side(16));
+  image.height = static_cast<int>(side(20));
+  return image;
 }
 
 void writeImage(const std::string& path, const Image& image, Overwrite overwrite) {

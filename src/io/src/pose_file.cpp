@@ -3,6 +3,7 @@
 #include "planar_mapping/io/pose_file.h"
 
 #include <cmath>
+#include <functional>
 
 #include "input_file.h"
 #include "number_text.h"
@@ -15,23 +16,27 @@ namespace {
 
 constexpr std::size_t kLongestLine = 4096;
 
-StampedPose parsePose(const std::string& path, std::size_t number,
-                      const std::vector<std::string_view>& words, double norm_tolerance) {
-  const auto fail = [&](const std::string& problem) {
-    throw IoError(path, "line " + std::to_string(number) + ": " + problem);
-  };
-  if (words.size() != 8)
-    fail("needs 8 numbers (timestamp tx ty tz qx qy qz qw), has " + std::to_string(words.size()));
-  double v[8] = {};
-  for (std::size_t i = 0; i < 8; ++i)
+using Words = std::vector<std::string_view>;
+
+template <std::size_t N>
+void parseNumbers(const Words& words, const char* format, double (&v)[N]) {
+  if (words.size() != N)
+    throw InputError("needs " + std::to_string(N) + " numbers (" + format + "), has " +
+                     std::to_string(words.size()));
+  for (std::size_t i = 0; i < N; ++i)
     if (!parseNumber(words[i], v[i]) || !std::isfinite(v[i]))
-      fail(quoted(words[i]) + " is no finite number");
+      throw InputError(quoted(words[i]) + " is no finite number");
+}
+
+StampedPose parseTumPose(const Words& words, double norm_tolerance) {
+  double v[8] = {};
+  parseNumbers(words, "timestamp tx ty tz qx qy qz qw", v);
   const Eigen::Quaterniond rotation(v[7], v[4], v[5], v[6]);
   const double norm = rotation.norm();
   if (!(std::abs(norm - 1.0) <= norm_tolerance)) {
     std::string length;
     appendNumber(length, norm);
-    fail("the quaternion has length " + length + " instead of 1");
+    throw InputError("the quaternion has length " + length + " instead of 1");
   }
   StampedPose pose;
   pose.timestamp = v[0];
@@ -40,19 +45,59 @@ StampedPose parsePose(const std::string& path, std::size_t number,
   return pose;
 }
 
+StampedPose parseKittiPose(const Words& words, std::size_t number) {
+  constexpr double kTolerance = 1e-3;  // of rotations written with few digits
+  constexpr double kRounding = 1e-12;  // better than this they are taken as they are
+  double v[12] = {};
+  parseNumbers(words, "3 x 4 matrix, row by row", v);
+  StampedPose pose;
+  pose.timestamp = static_cast<double>(number);
+  Matrix3 R;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) R(row, column) = v[4 * row + column];
+    pose.pose.translation()[row] = v[4 * row + 3];
+  }
+  const double error = (R * R.transpose() - Matrix3::Identity()).cwiseAbs().maxCoeff();
+  if (!(error <= kTolerance) || R.determinant() < 0.0)
+    throw InputError("its first three columns are no rotation matrix");
+  pose.pose.linear() =
+      error <= kRounding ? R : Eigen::Quaterniond(R).normalized().toRotationMatrix();
+  return pose;
+}
+
+void forEachPoseLine(const std::string& path, const std::function<void(const Words&)>& visit) {
+  InputFile file(path);
+  LineReader lines(file, kLongestLine);
+  std::string_view line;
+  while (lines.next(line)) {
+    const Words words = splitWords(line.substr(0, line.find('#')));
+    try {
+      if (!words.empty()) visit(words);
+    } catch (const InputError& error) {
+      throw IoError(path, "line " + std::to_string(lines.number()) + ": " + error.what());
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<StampedPose> readTumPoses(const std::string& path, double norm_tolerance) {
-  InputFile file(path);
-  LineReader lines(file, kLongestLine);
   std::vector<StampedPose> poses;
-  std::string_view line;
-  while (lines.next(line)) {
-    const std::vector<std::string_view> words = splitWords(line.substr(0, line.find('#')));
-    if (words.empty()) continue;
-    poses.push_back(parsePose(path, lines.number(), words, norm_tolerance));
-  }
+  forEachPoseLine(
+      path, [&](const Words& words) { poses.push_back(parseTumPose(words, norm_tolerance)); });
   return poses;
+}
+
+Trajectory readTrajectory(const std::string& path) {
+  constexpr double kNormTolerance = 1e-3;
+  Trajectory trajectory;
+  std::vector<StampedPose>& poses = trajectory.poses;
+  forEachPoseLine(path, [&](const Words& words) {
+    if (poses.empty()) trajectory.has_times = words.size() != 12;
+    poses.push_back(trajectory.has_times ? parseTumPose(words, kNormTolerance)
+                                         : parseKittiPose(words, poses.size()));
+  });
+  return trajectory;
 }
 
 std::string toTum(const std::vector<StampedPose>& poses) {

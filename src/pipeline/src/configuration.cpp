@@ -116,6 +116,9 @@ std::string effectiveYaml(const Configuration& configuration) {
   if (!configuration.poses.empty()) {
     yaml += "poses: " + toYaml(ParameterValue(configuration.poses)) + "\n";
   }
+  if (!configuration.calibration.empty()) {
+    yaml += "calibration: " + toYaml(ParameterValue(configuration.calibration)) + "\n";
+  }
   yaml += "frames: \"" + configuration.frames.text() + "\"\n";
   appendList(yaml, "plugins", configuration.plugins);
   yaml += configuration.stages.empty() ? "stages: []\n" : "stages:\n";

@@ -12,8 +12,8 @@
 namespace planar_mapping::detail {
 namespace {
 
-const std::vector<std::string> kTopKeys = {"version", "profile", "seed",    "threads", "inputs",
-                                           "poses",   "frames",  "plugins", "stages"};
+const std::vector<std::string> kTopKeys = {"version", "profile",     "seed",   "threads", "inputs",
+                                           "poses",   "calibration", "frames", "plugins", "stages"};
 const std::vector<std::string> kProfiles = {"paper", "compact"};
 
 const char* placeOf(StageKind kind) {
@@ -175,11 +175,14 @@ void ConfigurationReader::readTopEntry(const std::string& key, const YAML::Node&
     }
   } else if (key == "inputs") {
     readStringList(key, value, report, configuration_.inputs);
-  } else if (key == "poses") {
+  } else if (key == "poses" || key == "calibration") {
     if (value.IsScalar() && !value.Scalar().empty()) {
-      configuration_.poses = absolutePath(value.Scalar());
+      std::string& path = key == "poses" ? configuration_.poses : configuration_.calibration;
+      path = absolutePath(value.Scalar());
     } else {
-      report("poses must be the path of a trajectory in TUM format, not " + describe(value));
+      report(key + " must be the path of a " +
+             (key == "poses" ? "trajectory in TUM or KITTI format" : "calib.yaml") + ", not " +
+             describe(value));
     }
   } else if (key == "frames") {
     try {

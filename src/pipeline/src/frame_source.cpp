@@ -12,4 +12,8 @@ std::size_t FrameSource::skip(std::size_t count) {
   return skipped;
 }
 
+std::vector<std::string> FrameSource::notes() const {
+  return {};
+}
+
 }  // namespace planar_mapping

@@ -70,7 +70,8 @@ std::string frontEndYaml(const Configuration& configuration) {
   for (std::string line; std::getline(lines, line);) {
     if (!line.empty() && line.front() != ' ') {  // top level
       const std::string key = line.substr(0, line.find(':'));
-      keeps = key != "inputs" && key != "poses" && key != "plugins" && key != "threads";
+      keeps = key != "inputs" && key != "poses" && key != "calibration" && key != "plugins" &&
+              key != "threads";
     } else if (line.compare(0, 10, "  - stage:") == 0 && ++stages > wanted) {
       keeps = false;
     }
@@ -91,6 +92,7 @@ std::unique_ptr<FrameSource> makeFrontEndSource(const std::string& yaml,
   Configuration configuration = parseConfiguration(yaml, kName, table, overrides);
   configuration.inputs = input.inputs;
   configuration.poses = input.poses;
+  configuration.calibration = input.calibration;
   return std::make_unique<FrontEndSource>(std::move(configuration));
 }
 

@@ -107,8 +107,8 @@ Configuration withAbsolutePaths(Configuration configuration) {
   for (std::string& input : configuration.inputs) {
     input = fs::absolute(input).lexically_normal().string();
   }
-  if (!configuration.poses.empty()) {
-    configuration.poses = fs::absolute(configuration.poses).lexically_normal().string();
+  for (std::string* path : {&configuration.poses, &configuration.calibration}) {
+    if (!path->empty()) *path = fs::absolute(*path).lexically_normal().string();
   }
   return configuration;
 }
@@ -120,6 +120,7 @@ RunResult Run::execute() {
   }
   log("planar_map " PLANAR_MAPPING_VERSION ", configuration " + pipeline_.configuration().path);
   for (const std::string& input : source_.names()) log("input " + input);
+  for (const std::string& note : source_.notes()) log("input: " + note);
   if (statistics_.frames() > 0) {
     log("resumed after " + std::to_string(statistics_.frames()) + " frames");
   }

@@ -9,21 +9,6 @@
 namespace planar_mapping {
 namespace {
 
-io::SequenceOptions optionsOf(const Configuration& configuration) {
-  if (configuration.inputs.empty()) {
-    throw InputError("there is no input; give it with -i FILE_OR_FOLDER or as 'inputs' in " +
-                     configuration.path);
-  }
-  io::SequenceOptions options;
-  options.poses_file = configuration.poses;
-  if (hasStage(configuration, StageKind::Images)) {
-    options.preferred = io::SequenceKind::Stereo;
-  } else if (hasStage(configuration, StageKind::Features)) {
-    options.preferred = io::SequenceKind::Rgbd;
-  }
-  return options;
-}
-
 std::vector<std::size_t> select(const FrameSelection& selection, std::size_t count) {
   std::vector<std::size_t> frames;
   const auto size = static_cast<std::int64_t>(count);
@@ -54,37 +39,68 @@ FrameCloud::Ptr cloudOf(const io::CloudData& data) {
 
 }  // namespace
 
+io::SequenceOptions sequenceOptions(const Configuration& configuration) {
+  if (configuration.inputs.empty()) {
+    throw InputError("there is no input; give it with -i FILE_OR_FOLDER or as 'inputs' in " +
+                     configuration.path);
+  }
+  io::SequenceOptions options;
+  options.poses_file = configuration.poses;
+  options.calibration_file = configuration.calibration;
+  if (hasStage(configuration, StageKind::Images)) {
+    options.preferred = io::SequenceKind::Stereo;
+  } else if (hasStage(configuration, StageKind::Features)) {
+    options.preferred = io::SequenceKind::Rgbd;
+  }
+  return options;
+}
+
+std::vector<std::string> describe(const io::Sequence& sequence) {
+  const std::size_t count = sequence.size();
+  const char* const frames[] = {"cloud", "RGB-D frame", "image pair"};
+  const char* const poses[] = {"no poses", "the pose of each file", "poses of a file"};
+  std::vector<std::string> notes = sequence.notes();
+  notes.insert(notes.begin(), sequence.layout() + ": " + std::to_string(count) + " " +
+                                  frames[static_cast<int>(sequence.kind())] +
+                                  (count == 1 ? "" : "s") + ", " +
+                                  poses[static_cast<int>(sequence.poseSource())]);
+  return notes;
+}
+
+Frame readFrame(const io::Sequence& sequence, std::size_t index, bool with_images) {
+  Frame frame;
+  io::Frame read;
+  try {
+    read = sequence.read(index, io::CloudChannels::none(), with_images);
+  } catch (const IoError& error) {
+    if (sequence.kind() == io::SequenceKind::Clouds) throw;
+    read = sequence.describe(index);
+    frame.skip_reason = error.what();
+  }
+  frame.number = index;
+  frame.source = sequence.path(index);
+  frame.timestamp = read.timestamp;
+  frame.given_pose = read.T_world_sensor;
+  frame.T_world_sensor = read.T_world_sensor.value_or(Pose::Identity());
+  frame.camera = read.camera;
+  if (sequence.calibration()) frame.baseline = sequence.calibration()->baseline;
+  frame.images.left = std::move(read.left);
+  frame.images.right = std::move(read.right);
+  if (with_images) frame.images.calibration = sequence.calibration();
+  frame.cloud = cloudOf(read.cloud);
+  return frame;
+}
+
 SequenceSource::SequenceSource(const Configuration& configuration)
     : names_(configuration.inputs),
-      sequence_(configuration.inputs, optionsOf(configuration)),
+      sequence_(configuration.inputs, sequenceOptions(configuration)),
       with_images_(hasStage(configuration, StageKind::Images) ||
                    hasStage(configuration, StageKind::Features)),
       selected_(select(configuration.frames, sequence_.size())) {}
 
 std::optional<Frame> SequenceSource::next() {
   if (position_ == selected_.size()) return std::nullopt;
-  const std::size_t index = selected_[position_++];
-  Frame frame;
-  io::Frame read;
-  try {
-    read = sequence_.read(index, io::CloudChannels::none(), with_images_);
-  } catch (const IoError& error) {
-    if (sequence_.kind() == io::SequenceKind::Clouds) throw;
-    read = sequence_.describe(index);
-    frame.skip_reason = error.what();
-  }
-  frame.number = index;
-  frame.source = sequence_.path(index);
-  frame.timestamp = read.timestamp;
-  frame.given_pose = read.T_world_sensor;
-  frame.T_world_sensor = read.T_world_sensor.value_or(Pose::Identity());
-  frame.camera = read.camera;
-  if (sequence_.calibration()) frame.baseline = sequence_.calibration()->baseline;
-  frame.images.left = std::move(read.left);
-  frame.images.right = std::move(read.right);
-  if (with_images_) frame.images.calibration = sequence_.calibration();
-  frame.cloud = cloudOf(read.cloud);
-  return frame;
+  return readFrame(sequence_, selected_[position_++], with_images_);
 }
 
 std::size_t SequenceSource::skip(std::size_t count) {

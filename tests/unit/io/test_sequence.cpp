@@ -223,7 +223,7 @@ TEST_F(SequenceInputs, FrameWithASingleImageKeepsItsPlaceInTheSequence) {
   EXPECT_EQ(no_right.describe(2).timestamp, 12.0);
   EXPECT_EQ(no_right.describe(2).name, "000002.png");
   EXPECT_THROW(no_right.describe(3), InputError);
-  expectProblem({dir_ / "stereo"}, "000002.png: has no image of the same name in right/");
+  expectProblem({dir_ / "stereo"}, "000002.png: has no right image of the same name");
 
   fs::rename(dir_ / "stereo/left/000002.png", dir_ / "stereo/right/000002.png");
   const Sequence no_left({dir_ / "stereo"});
@@ -267,7 +267,7 @@ TEST_F(SequenceInputs, SaysWhatIsWrongWithStereo) {
   expectProblem({dir_ / "sizes"}, "000001.png: is 5 x 3, its left image 4 x 3");
   fs::remove(dir_ / "sizes/left/000001.png");
   writeImage(dir_ / "sizes/left/000001.png", grayImage(5, 0));
-  expectProblem({dir_ / "sizes"}, "is 5 x 3, but calib.yaml says 4 x 3");
+  expectProblem({dir_ / "sizes"}, "is 5 x 3, but its calibration says 4 x 3");
 
   addStereo("twice");
   fs::copy_file(dir_ / "twice/left/000000.png", dir_ / "twice/left/000000.jpg");

@@ -122,7 +122,8 @@ bool StereoMatchingStage::usableImages(Frame& frame) const {
   return frame.skip_reason.empty();
 }
 
-/// Later stages see a rectified pair only.
+/// Later stages see a rectified pair only. A given pose is that of the left camera as it is; the
+/// rectified one is turned about its centre.
 void StereoMatchingStage::rectify(Frame& frame) {
   FrameImages& images = frame.images;
   if (!images.calibration->unrectified) return;
@@ -130,6 +131,9 @@ void StereoMatchingStage::rectify(Frame& frame) {
   images.left = rectifier_->rectifyLeft(images.left);
   images.right = rectifier_->rectifyRight(images.right);
   images.calibration = rectifier_->calibration();
+  if (!frame.given_pose) return;
+  frame.given_pose->linear() = frame.given_pose->linear() * rectifier_->rotation().transpose();
+  frame.T_world_sensor = *frame.given_pose;
 }
 
 bool StereoMatchingStage::usableResult(const StereoReport& report, Frame& frame) const {

@@ -45,14 +45,14 @@ struct CloudChannels {
   static CloudChannels none() { return {false, false, false}; }
 };
 
-enum class CloudFormat { None, Pcd, Ply };
+enum class CloudFormat { None, Pcd, Ply, Velodyne };
 
-/// Says by its first bytes what a file is; None for anything but PCD and PLY, also for a missing
-/// file.
+/// Says by its first bytes what a file is; None for anything but PCD, PLY and KITTI's scans (.bin:
+/// x, y, z, intensity as float32), also for a missing file.
 PLANAR_MAPPING_EXPORT CloudFormat recognizeCloudFile(const std::string& path);
 
 /// Reads a PCD (versions 0.5 to 0.7; ascii, binary, binary_compressed) or PLY (1.0; ascii, binary
-/// of either byte order) file, whichever its first bytes say.
+/// of either byte order) file, whichever its first bytes say, or a scan as KITTI writes it (.bin).
 ///
 /// x, y, z must be float32 or float64 (then rounded to float32) at any position among the fields;
 /// fields we do not know are skipped. Memory is bounded by the size of the file, not by what its

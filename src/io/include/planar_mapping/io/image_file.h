@@ -28,6 +28,11 @@ struct Image {
 ///         a side
 PLANAR_MAPPING_EXPORT Image readImage(const std::string& path);
 
+/// Width and height by the header of a PNG or JPEG image, which is not decoded. channels and pixels
+/// stay empty.
+/// \throws IoError as readImage()
+PLANAR_MAPPING_EXPORT Image readImageSize(const std::string& path);
+
 /// Writes a PNG image, atomically.
 /// \throws IoError, InputError if sizes disagree
 PLANAR_MAPPING_EXPORT void writeImage(const std::string& path, const Image& image,

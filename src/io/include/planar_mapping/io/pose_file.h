@@ -24,6 +24,17 @@ struct StampedPose {
 PLANAR_MAPPING_EXPORT std::vector<StampedPose> readTumPoses(const std::string& path,
                                                             double norm_tolerance = 1e-3);
 
+/// Poses of a file in either of the usual formats.
+struct Trajectory {
+  std::vector<StampedPose> poses;
+  bool has_times = true;  ///< false for KITTI's: timestamps are the numbers of the lines, from 0
+};
+
+/// Reads a trajectory as TUM (8 numbers a line) or KITTI odometry (12 numbers a line: the upper
+/// three rows of T_world_camera, row by row) write it, whichever its first line is.
+/// \throws IoError with the line number: wrong count, no number, not finite, no rotation
+PLANAR_MAPPING_EXPORT Trajectory readTrajectory(const std::string& path);
+
 /// The same text for every locale; doubles survive writing and reading.
 PLANAR_MAPPING_EXPORT std::string toTum(const std::vector<StampedPose>& poses);
 /// \throws IoError

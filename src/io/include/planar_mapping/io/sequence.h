@@ -17,22 +17,22 @@ namespace planar_mapping {
 namespace io {
 
 enum class SequenceKind {
-  Clouds,  ///< PCD or PLY files
+  Clouds,  ///< PCD, PLY or KITTI .bin files
   Rgbd,    ///< depth images, with or without colour
-  Stereo   ///< rectified pairs: frames bring images and no cloud
+  Stereo   ///< pairs: frames bring images and no cloud
 };
 /// Where the poses of a sequence come from.
 enum class PoseSource {
   None,       ///< nowhere: motion has to be estimated
   Viewpoint,  ///< the VIEWPOINT of each PCD file; identity for PLY
-  File        ///< poses.txt or the file given
+  File        ///< a file of the folder, or the one given
 };
 
 /// One frame, read when asked for.
 struct Frame {
   std::size_t index = 0;                ///< in the sequence
   std::string name;                     ///< of the file it was read from, without its directory
-  double timestamp = 0.0;               ///< seconds; of the pose file, else the index
+  double timestamp = 0.0;               ///< seconds; of the layout or the pose file, else the index
   CloudData cloud;                      ///< sensor frame; empty for SequenceKind::Stereo
   Image left;                           ///< of a pair, or the colour image of RGB-D
   Image right;                          ///< of a pair
@@ -42,19 +42,28 @@ struct Frame {
 
 /// What to read of a sequence.
 struct SequenceOptions {
-  std::string poses_file;  ///< TUM, T_world_sensor; empty = poses.txt of the folder, else VIEWPOINT
+  /// TUM or KITTI, T_world_sensor; empty = those of the folder, else VIEWPOINT.
+  std::string poses_file;
   /// Taken of a folder that holds several kinds; absent = clouds, else RGB-D, else stereo.
   std::optional<SequenceKind> preferred;
+  std::string calibration_file;  ///< a calib.yaml; empty = the calibration of the folder
+  /// More frames may come: a sequence ends at its last pose, and may still be empty.
+  bool growing = false;
 };
 
 /// A row of frames behind the inputs of the command line, recognised by content:
-/// - PCD and PLY files, in the order given;
+/// - PCD, PLY and KITTI .bin files, in the order given;
 /// - a directory of such files, in name order;
 /// - a sequence folder: calib.yaml with clouds/, or depth/ (and rgb/), or left/ and right/, and
-///   optionally poses.txt; clouds/ may do without calib.yaml.
-/// Images of one frame have the same name up to the extension. The frames of a stereo sequence are
-/// the names in left/ and right/ together: one with a single image has a place, but cannot be read.
-/// Line i of the pose file belongs to frame i; there must be as many as frames.
+///   optionally poses.txt; clouds/ may do without calib.yaml;
+/// - a folder as KITTI odometry, TUM RGB-D, ICL-NUIM, EuRoC (ASL), Middlebury and Open3D have it.
+///
+/// In a sequence folder images of one frame have the same name up to the extension. The frames of
+/// a stereo sequence are the names in left/ and right/ together: one with a single image has a
+/// place, but cannot be read. In the other layouts frames without a partner, or without a pose
+/// where there are poses, are left out (notes()).
+/// Line i of a pose file belongs to frame i where there are as many lines as frames; else both
+/// need times, which differ by 20 ms at most.
 ///
 /// Opening lists files and reads poses and calibration, not the frames. Const functions may be
 /// called from several threads at once.
@@ -62,19 +71,25 @@ class PLANAR_MAPPING_EXPORT Sequence {
  public:
   /// \param inputs  files and directories, at least one
   /// \throws IoError if something is missing, unreadable or not recognised, the calibration lacks a
-  ///         key, or poses do not match frames in number; InputError without inputs
+  ///         key, or poses match frames neither in number nor in time; InputError without inputs
   explicit Sequence(const std::vector<std::string>& inputs, const SequenceOptions& options = {});
   Sequence(const std::vector<std::string>& inputs, const std::string& poses_file);
   ~Sequence();
   Sequence(Sequence&& other) noexcept;
   Sequence& operator=(Sequence&& other) noexcept;
 
+  /// What the input was recognised as: "KITTI odometry", "cloud files" ...
+  const std::string& layout() const;
+  /// What was left out and why, a sentence each.
+  const std::vector<std::string>& notes() const;
   SequenceKind kind() const;
   PoseSource poseSource() const;
   std::size_t size() const;
   /// The file frame \p index is read from: cloud, depth image or left image.
   /// \throws InputError if there is no such frame
   const std::string& path(std::size_t index) const;
+  /// All files of the frame: that one and, where there is one, its colour or right image.
+  std::vector<std::string> files(std::size_t index) const;
   const std::optional<Calibration>& calibration() const;
 
   /// Everything of the frame but its images and cloud: name, time, pose, camera. A VIEWPOINT is in

@@ -38,7 +38,8 @@ struct Configuration {
   std::string path;  ///< of the file
   RunSettings settings;
   std::vector<std::string> inputs;  ///< absolute, or relative to the working directory
-  std::string poses;                ///< TUM file; empty = none
+  std::string poses;                ///< TUM or KITTI file; empty = of the input, if any
+  std::string calibration;          ///< a calib.yaml; empty = of the input
   FrameSelection frames;
   std::vector<std::string> plugins;  ///< shared libraries, absolute
   std::vector<ConfiguredStage> stages;

@@ -20,6 +20,8 @@ class PLANAR_MAPPING_EXPORT FrameSource {
 
   /// What a person calls the input, for run.log and messages: paths, or an address. At least one.
   virtual std::vector<std::string> names() const = 0;
+  /// What there is to say of the input, a sentence each, for run.log.
+  virtual std::vector<std::string> notes() const;
   /// What frames bring before any stage has seen them. Frames of SequenceKind::Stereo have images
   /// and no cloud, so that the configuration needs a stage that makes one.
   virtual io::SequenceKind kind() const = 0;

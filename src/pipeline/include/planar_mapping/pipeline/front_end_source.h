@@ -20,8 +20,9 @@ PLANAR_MAPPING_EXPORT std::string frontEndYaml(const Configuration& configuratio
 /// Input of a front-end.
 struct FrontEndInput {
   std::vector<std::string> inputs;  ///< as of `planar_map run -i`
-  std::string poses;                ///< TUM file; empty = of the input
+  std::string poses;                ///< TUM or KITTI file; empty = of the input
   int threads = -1;                 ///< -1 = 1, 0 = all cores; changes no result
+  std::string calibration;          ///< a calib.yaml; empty = of the input
 };
 
 /// Frames of files after the stages through Features (Frame::front_end_done). The same input and

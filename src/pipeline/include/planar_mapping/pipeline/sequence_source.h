@@ -12,6 +12,16 @@
 
 namespace planar_mapping {
 
+/// What a configuration asks of its inputs: poses, calibration, the kind its stages need.
+PLANAR_MAPPING_EXPORT io::SequenceOptions sequenceOptions(const Configuration& configuration);
+/// What was recognised and what was left out, a sentence each.
+PLANAR_MAPPING_EXPORT std::vector<std::string> describe(const io::Sequence& sequence);
+
+/// Frame \p index as FrameSource::next() gives it.
+/// \throws IoError if a cloud cannot be read
+PLANAR_MAPPING_EXPORT Frame readFrame(const io::Sequence& sequence, std::size_t index,
+                                      bool with_images);
+
 /// The frames of files and folders, as a configuration asks for them: inputs, poses, which frames.
 /// A folder that holds several kinds is read as what the stages need: pairs with an Images stage,
 /// depth and colour images with a Features stage, else clouds. A damaged or missing image makes a
@@ -23,6 +33,7 @@ class PLANAR_MAPPING_EXPORT SequenceSource : public FrameSource {
   explicit SequenceSource(const Configuration& configuration);
 
   std::vector<std::string> names() const override { return names_; }
+  std::vector<std::string> notes() const override { return describe(sequence_); }
   io::SequenceKind kind() const override { return sequence_.kind(); }
   io::PoseSource poseSource() const override { return sequence_.poseSource(); }
   std::optional<std::size_t> size() const override { return selected_.size(); }

@@ -1,0 +1,135 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "layouts/folder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/io/cloud_file.h"
+#include "text_lines.h"
+
+namespace planar_mapping {
+namespace io {
+namespace layouts {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kLongestLine = 4096;
+
+std::string extensionOf(const std::string& file) {
+  return fs::path(file).extension().string();
+}
+
+}  // namespace
+
+bool isDirectory(const std::string& path) {
+  std::error_code ignored;
+  return fs::is_directory(path, ignored);
+}
+
+bool exists(const std::string& path) {
+  std::error_code ignored;
+  return fs::exists(path, ignored);
+}
+
+std::string joined(const std::string& folder, const std::string& name) {
+  return (fs::path(folder) / name).string();
+}
+
+std::string nameOf(const std::string& folder) {
+  std::error_code ignored;
+  fs::path path = fs::absolute(folder, ignored).lexically_normal();
+  if (path.filename().empty()) path = path.parent_path();
+  return path.filename().string();
+}
+
+std::string stemOf(const std::string& path) {
+  return fs::path(path).stem().string();
+}
+
+std::vector<std::string> filesOf(const std::string& folder) {
+  std::vector<std::string> names;
+  std::error_code error;
+  fs::directory_iterator entry(folder, error);
+  for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
+    std::error_code ignored;
+    const std::string name = entry->path().filename().string();
+    if (name.front() != '.' && entry->is_regular_file(ignored)) names.push_back(name);
+  }
+  if (error) throw IoError(folder, "cannot be listed: " + error.message());
+  std::sort(names.begin(), names.end());
+  for (std::string& name : names) name = joined(folder, name);
+  return names;
+}
+
+std::vector<std::string> cloudFilesOf(const std::string& folder) {
+  std::vector<std::string> files;
+  for (const std::string& file : filesOf(folder))
+    if (recognizeCloudFile(file) != CloudFormat::None) files.push_back(file);
+  return files;
+}
+
+std::vector<std::string> imageFilesOf(const std::string& folder) {
+  std::vector<std::string> files;
+  for (const std::string& file : filesOf(folder)) {
+    const std::string extension = extensionOf(file);
+    if (extension == ".png" || extension == ".jpg" || extension == ".jpeg") files.push_back(file);
+  }
+  return files;
+}
+
+void sortByNumber(std::vector<std::string>& files) {
+  // Of names of digits the shorter one is the lesser number.
+  std::stable_sort(files.begin(), files.end(),
+                   [](const std::string& a, const std::string& b) { return a.size() < b.size(); });
+}
+
+std::map<std::string, std::string> imagesByName(const std::string& folder) {
+  std::map<std::string, std::string> images;
+  for (const std::string& file : imageFilesOf(folder)) {
+    if (!images.emplace(stemOf(file), file).second)
+      throw IoError(file, "another image of this name stands beside it");
+  }
+  return images;
+}
+
+void forEachLine(
+    const std::string& path, const std::string& separators,
+    const std::function<void(const std::vector<std::string_view>&, std::size_t)>& visit) {
+  InputFile file(path);
+  LineReader lines(file, kLongestLine);
+  std::string_view line;
+  std::string text;
+  while (lines.next(line)) {
+    text = line.substr(0, line.find('#'));
+    if (lines.number() == 1 && text.compare(0, 3, "\xEF\xBB\xBF") == 0) text.erase(0, 3);
+    for (char& c : text)
+      if (separators.find(c) != std::string::npos) c = ' ';
+    const std::vector<std::string_view> words = splitWords(text);
+    if (!words.empty()) visit(words, lines.number());
+  }
+}
+
+double finiteNumber(std::string_view word, const std::string& path, std::size_t line) {
+  double value = 0.0;
+  if (!parseNumber(word, value) || !std::isfinite(value))
+    throw IoError(path,
+                  "line " + std::to_string(line) + ": " + quoted(word) + " is no finite number");
+  return value;
+}
+
+void finiteNumbers(const std::vector<std::string_view>& words, std::size_t first, double* values,
+                   std::size_t count, const std::string& path, std::size_t line) {
+  if (words.size() < first + count)
+    throw IoError(path, "line " + std::to_string(line) + ": needs " +
+                            std::to_string(first + count) + " values, has " +
+                            std::to_string(words.size()));
+  for (std::size_t i = 0; i < count; ++i) values[i] = finiteNumber(words[first + i], path, line);
+}
+
+}  // namespace layouts
+}  // namespace io
+}  // namespace planar_mapping

@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace planar_mapping {
+namespace io {
+namespace layouts {
+
+bool isDirectory(const std::string& path);
+bool exists(const std::string& path);
+std::string joined(const std::string& folder, const std::string& name);
+/// The last part of a path, also where it ends in "/" or is ".".
+std::string nameOf(const std::string& folder);
+std::string stemOf(const std::string& path);
+
+/// The regular files of a folder in name order, hidden ones (and so temporary ones) left out.
+std::vector<std::string> filesOf(const std::string& folder);
+std::vector<std::string> cloudFilesOf(const std::string& folder);
+std::vector<std::string> imageFilesOf(const std::string& folder);
+/// "2.png" before "10.png".
+void sortByNumber(std::vector<std::string>& files);
+
+/// Paths of images by file name without extension. \throws IoError if two have the same
+std::map<std::string, std::string> imagesByName(const std::string& folder);
+
+/// Calls \p visit with the words of each line that is not empty, and the number of the line; what
+/// follows a # is left out.
+/// \param separators  characters between words beside blanks and tabs
+void forEachLine(
+    const std::string& path, const std::string& separators,
+    const std::function<void(const std::vector<std::string_view>&, std::size_t)>& visit);
+/// \throws IoError naming path and line
+double finiteNumber(std::string_view word, const std::string& path, std::size_t line);
+/// As many finite numbers as there are in \p values.
+void finiteNumbers(const std::vector<std::string_view>& words, std::size_t first, double* values,
+                   std::size_t count, const std::string& path, std::size_t line);
+
+}  // namespace layouts
+}  // namespace io
+}  // namespace planar_mapping

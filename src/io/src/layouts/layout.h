@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "planar_mapping/core/base/types.h"
+#include "planar_mapping/io/sequence.h"
+
+namespace planar_mapping {
+namespace io {
+namespace layouts {
+
+struct FrameEntry {
+  std::string file;     ///< cloud, depth image or left image
+  std::string partner;  ///< colour or right image; "" = none
+  std::optional<double> timestamp;
+  std::optional<Pose> T_world_sensor;
+};
+
+/// What a folder holds, in the one form that Sequence reads frames from. Each layout has a reader
+/// that makes one.
+struct Description {
+  std::string layout;  ///< as messages call it: "KITTI odometry"
+  SequenceKind kind = SequenceKind::Clouds;
+  PoseSource pose_source = PoseSource::None;
+  bool has_color = false;  ///< of RGB-D
+  std::vector<FrameEntry> frames;
+  std::optional<Calibration> calibration;
+  std::vector<std::string> notes;  ///< what was left out, a sentence each
+};
+
+// A reader for each layout. has...() looks at names only; read...() lists files and reads
+// calibration and poses.
+
+bool hasKitti(const std::string& folder);
+Description readKitti(const std::string& folder, const SequenceOptions& options);
+
+bool hasTum(const std::string& folder);
+Description readTum(const std::string& folder, const SequenceOptions& options);
+
+bool hasIcl(const std::string& folder);
+Description readIcl(const std::string& folder, const SequenceOptions& options);
+
+bool hasEuroc(const std::string& folder);
+Description readEuroc(const std::string& folder, const SequenceOptions& options);
+
+bool hasMiddlebury(const std::string& folder);
+Description readMiddlebury(const std::string& folder, const SequenceOptions& options);
+
+bool hasOpen3d(const std::string& folder);
+Description readOpen3d(const std::string& folder, const SequenceOptions& options);
+
+/// Our own sequence folder.
+bool hasNative(const std::string& folder);
+Description readNative(const std::string& folder, const SequenceOptions& options);
+
+/// The folder by the one layout it has, or a directory of cloud files.
+/// \throws IoError if it has none or several, or if a part is missing
+Description readFolder(const std::string& folder, const SequenceOptions& options);
+
+/// Whether it is more than a directory of cloud files.
+bool isSequenceFolder(const std::string& folder);
+
+/// Puts the poses of \p file on the frames: line by line where there are as many, else by time
+/// where frames have times. A growing sequence ends at the last pose.
+void addPoses(const std::string& file, bool growing, Description& description);
+
+}  // namespace layouts
+}  // namespace io
+}  // namespace planar_mapping

@@ -1,0 +1,126 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+
+#include "layouts/folder.h"
+#include "layouts/layout.h"
+#include "planar_mapping/core/base/error.h"
+
+namespace planar_mapping {
+namespace io {
+namespace layouts {
+namespace {
+
+using ImagesByName = std::map<std::string, std::string>;
+
+void readClouds(const std::string& folder, Description& description) {
+  const std::string clouds = joined(folder, "clouds");
+  for (const std::string& file : cloudFilesOf(clouds))
+    description.frames.push_back({file, {}, {}, {}});
+  if (description.frames.empty()) throw IoError(clouds, "holds no PCD or PLY files");
+  description.pose_source = PoseSource::Viewpoint;
+}
+
+void readRgbd(const std::string& folder, Description& description) {
+  const std::string depth = joined(folder, "depth");
+  for (const std::string& file : imageFilesOf(depth))
+    description.frames.push_back({file, {}, {}, {}});
+  if (description.frames.empty()) throw IoError(depth, "holds no PNG images");
+  const std::string rgb = joined(folder, "rgb");
+  description.has_color = isDirectory(rgb);
+  if (!description.has_color) return;
+  const ImagesByName colors = imagesByName(rgb);
+  std::size_t matches = 0;
+  for (FrameEntry& frame : description.frames) {
+    const auto color = colors.find(stemOf(frame.file));
+    if (color == colors.end()) continue;
+    frame.partner = color->second;
+    ++matches;
+  }
+  if (matches == 0)
+    throw IoError(folder, "rgb/ (" + std::to_string(colors.size()) + " images) and depth/ (" +
+                              std::to_string(description.frames.size()) +
+                              ") do not match by file name");
+}
+
+void readStereo(const std::string& folder, Description& description) {
+  const std::string left = joined(folder, "left");
+  const std::string right = joined(folder, "right");
+  if (!isDirectory(right)) throw IoError(right, "no such directory; a stereo sequence needs it");
+  const ImagesByName left_images = imagesByName(left);
+  const ImagesByName right_images = imagesByName(right);
+  ImagesByName all = left_images;
+  all.insert(right_images.begin(), right_images.end());
+  std::size_t pairs = 0;
+  for (const auto& entry : all) {
+    const auto in_left = left_images.find(entry.first);
+    const auto in_right = right_images.find(entry.first);
+    const bool has_left = in_left != left_images.end();
+    const bool has_right = in_right != right_images.end();
+    // A missing left image has the name it should have: the frame keeps its place.
+    const std::string name = entry.second.substr(entry.second.rfind('/') + 1);
+    description.frames.push_back({has_left ? in_left->second : joined(left, name),
+                                  has_right ? in_right->second : "",
+                                  {},
+                                  {}});
+    if (has_left && has_right) ++pairs;
+  }
+  if (pairs == 0)
+    throw IoError(folder, "left/ (" + std::to_string(left_images.size()) + " images) and right/ (" +
+                              std::to_string(right_images.size()) +
+                              ") have no file name in common");
+}
+
+}  // namespace
+
+bool hasNative(const std::string& folder) {
+  for (const char* part : {"clouds", "left", "right", "depth"})
+    if (isDirectory(joined(folder, part))) return true;
+  return exists(joined(folder, "calib.yaml"));
+}
+
+Description readNative(const std::string& folder, const SequenceOptions& options) {
+  Description description;
+  description.layout = "sequence folder";
+  const std::string calibration = joined(folder, "calib.yaml");
+  if (exists(calibration)) description.calibration = readCalibration(calibration);
+
+  std::vector<SequenceKind> kinds;
+  if (isDirectory(joined(folder, "clouds"))) kinds.push_back(SequenceKind::Clouds);
+  if (isDirectory(joined(folder, "depth"))) kinds.push_back(SequenceKind::Rgbd);
+  if (isDirectory(joined(folder, "left"))) kinds.push_back(SequenceKind::Stereo);
+  if (kinds.empty()) {
+    const char* problem = isDirectory(joined(folder, "right"))
+                              ? "has right/ but no left/, which a stereo sequence needs"
+                              : "has a calib.yaml, but neither clouds/ nor depth/ nor left/ and "
+                                "right/";
+    throw IoError(folder, problem);
+  }
+  const bool has_preferred =
+      options.preferred && std::find(kinds.begin(), kinds.end(), *options.preferred) != kinds.end();
+  description.kind = has_preferred ? *options.preferred : kinds.front();
+  const bool is_depth = description.kind == SequenceKind::Rgbd;
+  const bool knows_camera = description.calibration || !options.calibration_file.empty();
+  if (!knows_camera && description.kind != SequenceKind::Clouds)
+    throw IoError(calibration, std::string("no such file; ") +
+                                   (is_depth ? "an RGB-D sequence" : "a stereo sequence") +
+                                   " needs it, or a calibration by --calib FILE");
+  switch (description.kind) {
+    case SequenceKind::Clouds:
+      readClouds(folder, description);
+      break;
+    case SequenceKind::Rgbd:
+      readRgbd(folder, description);
+      break;
+    case SequenceKind::Stereo:
+      readStereo(folder, description);
+      break;
+  }
+  const std::string poses = joined(folder, "poses.txt");
+  if (options.poses_file.empty() && exists(poses)) addPoses(poses, options.growing, description);
+  return description;
+}
+
+}  // namespace layouts
+}  // namespace io
+}  // namespace planar_mapping

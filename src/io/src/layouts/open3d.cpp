@@ -1,0 +1,170 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "layouts/folder.h"
+#include "layouts/layout.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/io/atomic_file.h"
+
+// Open3D's reconstruction system: depth/ and color/ (or image/, rgb/), camera_intrinsic.json and
+// trajectory.log, which may lie in scene/.
+namespace planar_mapping {
+namespace io {
+namespace layouts {
+namespace {
+
+/// The first of several names that is there, else "".
+std::string firstOf(const std::string& folder, const std::vector<std::string>& names) {
+  for (const std::string& name : names)
+    if (exists(joined(folder, name))) return joined(folder, name);
+  return "";
+}
+
+std::string colorFolderOf(const std::string& folder) {
+  return firstOf(folder, {"color", "image", "rgb"});
+}
+
+std::string intrinsicsOf(const std::string& folder) {
+  return firstOf(
+      folder, {"camera_intrinsic.json", "intrinsic.json", "camera.json", "camera_primesense.json"});
+}
+
+std::string trajectoryOf(const std::string& folder) {
+  return firstOf(folder, {"trajectory.log", "scene/trajectory.log", "test_scene/trajectory.log"});
+}
+
+Calibration readIntrinsics(const std::string& path) {
+  constexpr std::size_t kLargest = std::size_t{1} << 20;
+  constexpr double kDepthScale = 1000.0;  // of Open3D's readers, where nothing else is said
+  const std::vector<std::uint8_t> bytes = readWholeFile(path, kLargest);
+  const auto json = nlohmann::json::parse(bytes, nullptr, /*allow_exceptions=*/false);
+  const auto number = [&](const nlohmann::json& value) {
+    return value.is_number() ? value.get<double>() : std::nan("");
+  };
+  const bool sound = json.is_object() && json.contains("width") && json.contains("height") &&
+                     json.contains("intrinsic_matrix") && json["intrinsic_matrix"].is_array() &&
+                     json["intrinsic_matrix"].size() == 9;
+  if (!sound)
+    throw IoError(path,
+                  "is no camera of Open3D: it needs width, height and intrinsic_matrix (9 "
+                  "numbers, column by column)");
+  const auto& k = json["intrinsic_matrix"];
+  const double width = number(json["width"]);
+  const double height = number(json["height"]);
+  Calibration calibration;
+  PinholeCamera& camera = calibration.camera;
+  camera.fx = number(k[0]);
+  camera.fy = number(k[4]);
+  camera.cx = number(k[6]);
+  camera.cy = number(k[7]);
+  if (!(width >= 1 && width <= 65535 && height >= 1 && height <= 65535 && camera.fx > 0.0 &&
+        camera.fy > 0.0 && std::isfinite(camera.cx) && std::isfinite(camera.cy)))
+    throw IoError(path, "size and focal lengths must be numbers > 0, the centre finite");
+  camera.width = static_cast<int>(width);
+  camera.height = static_cast<int>(height);
+  calibration.cx_right = camera.cx;
+  calibration.depth_scale =
+      json.contains("depth_scale") ? number(json["depth_scale"]) : kDepthScale;
+  if (!(*calibration.depth_scale > 0.0)) throw IoError(path, "depth_scale must be > 0");
+  return calibration;
+}
+
+void listImages(const std::string& folder, Description& description) {
+  const std::string depth = joined(folder, "depth");
+  const std::vector<std::string> depths = imageFilesOf(depth);
+  if (depths.empty()) throw IoError(depth, "holds no PNG images");
+  const std::string color_folder = colorFolderOf(folder);
+  description.has_color = !color_folder.empty();
+  std::vector<std::string> colors;
+  if (description.has_color) {
+    // By their order: names of both may hold different times.
+    colors = imageFilesOf(color_folder);
+    if (colors.size() != depths.size())
+      throw IoError(color_folder, "holds " + std::to_string(colors.size()) + " images for " +
+                                      std::to_string(depths.size()) +
+                                      " depth images; they belong together in name order");
+  }
+  for (std::size_t i = 0; i < depths.size(); ++i)
+    description.frames.push_back({depths[i], colors.empty() ? "" : colors[i], {}, {}});
+}
+
+/// Blocks of five lines: three numbers, the first that of the frame, and T_world_camera.
+void addTrajectory(const std::string& path, Description& description) {
+  std::vector<std::vector<double>> rows;
+  forEachLine(path, "", [&](const std::vector<std::string_view>& words, std::size_t line) {
+    const std::size_t wanted = rows.size() % 5 == 0 ? 3 : 4;
+    rows.emplace_back(wanted);
+    finiteNumbers(words, 0, rows.back().data(), wanted, path, line);
+  });
+  if (rows.size() % 5 != 0) throw IoError(path, "is cut short: a pose has five lines");
+  std::vector<FrameEntry>& frames = description.frames;
+  for (std::size_t i = 0; i < rows.size(); i += 5) {
+    const double number = rows[i][0];
+    if (!(number >= 0 && number < static_cast<double>(frames.size())))
+      throw IoError(path, "has a pose of frame " + std::to_string(static_cast<long>(number)) +
+                              ", but there are " + std::to_string(frames.size()) + " frames");
+    Matrix3 R;
+    Pose pose = Pose::Identity();
+    for (int row = 0; row < 3; ++row) {
+      const std::vector<double>& values = rows[i + 1 + static_cast<std::size_t>(row)];
+      R.row(row) = Vector3(values[0], values[1], values[2]);
+      pose.translation()[row] = values[3];
+    }
+    const double error = (R * R.transpose() - Matrix3::Identity()).cwiseAbs().maxCoeff();
+    if (!(error <= 1e-3) || R.determinant() < 0.0)
+      throw IoError(path, "the pose of frame " + std::to_string(static_cast<long>(number)) +
+                              " has no rotation matrix");
+    pose.linear() = error <= 1e-12 ? R : Eigen::Quaterniond(R).normalized().toRotationMatrix();
+    frames[static_cast<std::size_t>(number)].T_world_sensor = pose;
+  }
+  const std::size_t all = frames.size();
+  std::vector<FrameEntry> kept;
+  for (FrameEntry& frame : frames)
+    if (frame.T_world_sensor) kept.push_back(std::move(frame));
+  frames = std::move(kept);
+  if (frames.empty()) throw IoError(path, "holds no pose");
+  if (frames.size() < all)
+    description.notes.push_back(std::to_string(all - frames.size()) + " of " + std::to_string(all) +
+                                " frames are left out: " + path + " has no pose of them");
+  description.pose_source = PoseSource::File;
+}
+
+}  // namespace
+
+bool hasOpen3d(const std::string& folder) {
+  if (!isDirectory(joined(folder, "depth"))) return false;
+  return isDirectory(joined(folder, "color")) || isDirectory(joined(folder, "image")) ||
+         !intrinsicsOf(folder).empty() || !trajectoryOf(folder).empty();
+}
+
+Description readOpen3d(const std::string& folder, const SequenceOptions& options) {
+  constexpr double kFramesPerSecond = 30.0;
+  Description description;
+  description.layout = "Open3D RGB-D";
+  description.kind = SequenceKind::Rgbd;
+  listImages(folder, description);
+  for (std::size_t i = 0; i < description.frames.size(); ++i)
+    description.frames[i].timestamp = static_cast<double>(i) / kFramesPerSecond;
+  if (options.calibration_file.empty()) {
+    const std::string own = joined(folder, "calib.yaml");
+    const std::string intrinsics = intrinsicsOf(folder);
+    if (exists(own)) {
+      description.calibration = readCalibration(own);
+    } else if (!intrinsics.empty()) {
+      description.calibration = readIntrinsics(intrinsics);
+    } else {
+      throw IoError(folder,
+                    "the camera is not known: put Open3D's camera_intrinsic.json here, or "
+                    "give a calib.yaml by --calib FILE");
+    }
+  }
+  const std::string trajectory = trajectoryOf(folder);
+  if (options.poses_file.empty() && !trajectory.empty()) addTrajectory(trajectory, description);
+  return description;
+}
+
+}  // namespace layouts
+}  // namespace io
+}  // namespace planar_mapping

@@ -1,0 +1,206 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/io/sequence.h"
+
+#include <filesystem>
+#include <iterator>
+
+#include "layouts/folder.h"
+#include "layouts/layout.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/io/depth_image.h"
+
+namespace planar_mapping {
+namespace io {
+namespace {
+
+std::string sizeText(const Image& image) {
+  return std::to_string(image.width) + " x " + std::to_string(image.height);
+}
+
+/// 0xRRGGBB a pixel.
+std::vector<std::uint32_t> packedColors(const Image& image) {
+  std::vector<std::uint32_t> colors;
+  const auto channels = static_cast<std::size_t>(image.channels);
+  colors.reserve(image.pixels.size() / channels);
+  for (std::size_t i = 0; i < image.pixels.size(); i += channels) {
+    const std::uint8_t* pixel = &image.pixels[i];
+    const std::uint8_t* last = pixel + channels - 1;  // of gray, the same as the first
+    colors.push_back(std::uint32_t{pixel[0]} << 16u | std::uint32_t{pixel[channels / 2]} << 8u |
+                     *last);
+  }
+  return colors;
+}
+
+}  // namespace
+
+struct Sequence::Impl {
+  layouts::Description sequence;
+  SequenceOptions options;
+  std::optional<DepthProjector> projector;
+
+  void addInput(const std::string& input, bool only_input);
+  void requireCalibration(const std::string& input) const;
+  void readRgbd(const layouts::FrameEntry& entry, const CloudChannels& channels, bool images,
+                Frame& frame) const;
+  void readPair(const layouts::FrameEntry& entry, Frame& frame) const;
+};
+
+void Sequence::Impl::addInput(const std::string& input, bool only_input) {
+  if (!layouts::exists(input)) throw IoError(input, "no such file or directory");
+  if (!layouts::isDirectory(input)) {
+    // Recognised when it is read; here only what would not be readable at all is refused early.
+    if (recognizeCloudFile(input) == CloudFormat::None) readCloudFileInfo(input);
+    sequence.frames.push_back({input, {}, {}, {}});
+    return;
+  }
+  if (only_input) {
+    sequence = layouts::readFolder(input, options);
+    return;
+  }
+  if (layouts::isSequenceFolder(input))
+    throw IoError(input, "a sequence folder must be the only input");
+  SequenceOptions without_poses = options;
+  without_poses.poses_file = input;  // poses.txt is of one directory's files only
+  layouts::Description folder = layouts::readFolder(input, without_poses);
+  std::move(folder.frames.begin(), folder.frames.end(), std::back_inserter(sequence.frames));
+}
+
+/// What images need to be of use.
+void Sequence::Impl::requireCalibration(const std::string& input) const {
+  if (sequence.kind == SequenceKind::Clouds) return;
+  const std::string file = options.calibration_file.empty() ? layouts::joined(input, "calib.yaml")
+                                                            : options.calibration_file;
+  const Calibration& known = *sequence.calibration;
+  if (sequence.kind == SequenceKind::Rgbd && !known.depth_scale)
+    throw IoError(file, "has no key 'depth_scale', which depth images need");
+  if (sequence.kind == SequenceKind::Stereo && !known.baseline)
+    throw IoError(file, "has no key 'baseline_m', which image pairs need");
+}
+
+void Sequence::Impl::readRgbd(const layouts::FrameEntry& entry, const CloudChannels& channels,
+                              bool images, Frame& frame) const {
+  const std::string& path = entry.file;
+  const PinholeCamera& camera = sequence.calibration->camera;
+  try {
+    projector->project(readDepthPng(path), frame.cloud);
+  } catch (const InputError& error) {
+    throw IoError(path, error.what());
+  }
+  if (!sequence.has_color || !(images || channels.colors)) return;
+  const std::string& partner = entry.partner;
+  if (partner.empty()) throw IoError(path, "has no image of the same name in rgb/");
+  Image image = readImage(partner);
+  if (image.width != camera.width || image.height != camera.height)
+    throw IoError(partner, "is " + sizeText(image) + ", another size than its depth image");
+  if (channels.colors) frame.cloud.colors = packedColors(image);
+  if (images) frame.left = std::move(image);
+}
+
+void Sequence::Impl::readPair(const layouts::FrameEntry& entry, Frame& frame) const {
+  const std::string& path = entry.file;
+  const std::string& partner = entry.partner;
+  if (partner.empty()) throw IoError(path, "has no right image of the same name");
+  if (!layouts::exists(path))
+    throw IoError(path, "no such file, but there is a right image of this name");
+  frame.left = readImage(path);
+  frame.right = readImage(partner);
+  const PinholeCamera& camera = sequence.calibration->camera;
+  if (frame.right.width != frame.left.width || frame.right.height != frame.left.height)
+    throw IoError(partner,
+                  "is " + sizeText(frame.right) + ", its left image " + sizeText(frame.left));
+  if (frame.left.width != camera.width || frame.left.height != camera.height)
+    throw IoError(path, "is " + sizeText(frame.left) + ", but its calibration says " +
+                            std::to_string(camera.width) + " x " + std::to_string(camera.height));
+}
+
+Sequence::Sequence(const std::vector<std::string>& inputs, const SequenceOptions& options)
+    : impl_(std::make_unique<Impl>()) {
+  if (inputs.empty()) throw InputError("no input given");
+  impl_->options = options;
+  layouts::Description& sequence = impl_->sequence;
+  sequence.layout = "cloud files";
+  sequence.pose_source = PoseSource::Viewpoint;
+  for (const std::string& input : inputs) impl_->addInput(input, inputs.size() == 1);
+  if (!options.calibration_file.empty())
+    sequence.calibration = readCalibration(options.calibration_file);
+  impl_->requireCalibration(inputs.front());
+  if (sequence.kind == SequenceKind::Rgbd)
+    impl_->projector.emplace(sequence.calibration->camera, *sequence.calibration->depth_scale);
+  if (!options.poses_file.empty()) layouts::addPoses(options.poses_file, options.growing, sequence);
+}
+
+Sequence::Sequence(const std::vector<std::string>& inputs, const std::string& poses_file)
+    : Sequence(inputs, SequenceOptions{poses_file, std::nullopt, {}, false}) {}
+
+Sequence::~Sequence() = default;
+Sequence::Sequence(Sequence&& other) noexcept = default;
+Sequence& Sequence::operator=(Sequence&& other) noexcept = default;
+
+const std::string& Sequence::layout() const {
+  return impl_->sequence.layout;
+}
+const std::vector<std::string>& Sequence::notes() const {
+  return impl_->sequence.notes;
+}
+SequenceKind Sequence::kind() const {
+  return impl_->sequence.kind;
+}
+PoseSource Sequence::poseSource() const {
+  return impl_->sequence.pose_source;
+}
+std::size_t Sequence::size() const {
+  return impl_->sequence.frames.size();
+}
+const std::optional<Calibration>& Sequence::calibration() const {
+  return impl_->sequence.calibration;
+}
+
+const std::string& Sequence::path(std::size_t index) const {
+  if (index >= size())
+    throw InputError("frame " + std::to_string(index) + " of " + std::to_string(size()));
+  return impl_->sequence.frames[index].file;
+}
+
+std::vector<std::string> Sequence::files(std::size_t index) const {
+  std::vector<std::string> files = {path(index)};
+  const std::string& partner = impl_->sequence.frames[index].partner;
+  if (!partner.empty()) files.push_back(partner);
+  return files;
+}
+
+Frame Sequence::describe(std::size_t index) const {
+  Frame frame;
+  frame.index = index;
+  frame.name = std::filesystem::path(path(index)).filename().string();
+  const layouts::FrameEntry& entry = impl_->sequence.frames[index];
+  frame.timestamp = entry.timestamp.value_or(static_cast<double>(index));
+  frame.T_world_sensor = entry.T_world_sensor;
+  if (calibration()) frame.camera = calibration()->camera;
+  return frame;
+}
+
+Frame Sequence::read(std::size_t index, const CloudChannels& channels, bool images) const {
+  Frame frame = describe(index);
+  const layouts::FrameEntry& entry = impl_->sequence.frames[index];
+  switch (kind()) {
+    case SequenceKind::Rgbd:
+      impl_->readRgbd(entry, channels, images, frame);
+      break;
+    case SequenceKind::Stereo:
+      impl_->readPair(entry, frame);
+      break;
+    case SequenceKind::Clouds:
+      frame.cloud = readCloudFile(entry.file, channels);
+      // The calibration speaks of organized clouds of its own size only.
+      if (frame.camera && (frame.cloud.width != static_cast<std::uint32_t>(frame.camera->width) ||
+                           frame.cloud.height != static_cast<std::uint32_t>(frame.camera->height)))
+        frame.camera.reset();
+      break;
+  }
+  if (poseSource() == PoseSource::Viewpoint) frame.T_world_sensor = frame.cloud.T_world_sensor;
+  return frame;
+}
+
+}  // namespace io
+}  // namespace planar_mapping

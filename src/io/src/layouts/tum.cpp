@@ -1,0 +1,134 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+
+#include "layouts/folder.h"
+#include "layouts/layout.h"
+#include "layouts/times.h"
+#include "planar_mapping/core/base/error.h"
+#include "text_lines.h"
+
+// TUM RGB-D: rgb.txt and depth.txt list `timestamp file`, or associations.txt pairs of both;
+// groundtruth.txt has poses of its own times.
+namespace planar_mapping {
+namespace io {
+namespace layouts {
+namespace {
+
+std::string fileOfLine(const std::string& folder, std::string_view word, const std::string& list,
+                       std::size_t line) {
+  const std::string file = joined(folder, std::string(word));
+  if (word.empty() || word.front() == '/' || word.find("..") != std::string_view::npos)
+    throw IoError(
+        list, "line " + std::to_string(line) + ": " + quoted(word) + " is no file of this folder");
+  return file;
+}
+
+std::vector<StampedFile> readList(const std::string& folder, const char* name) {
+  const std::string path = joined(folder, name);
+  if (!exists(path)) throw IoError(path, "no such file; TUM RGB-D has rgb.txt and depth.txt");
+  std::vector<StampedFile> files;
+  forEachLine(path, ",", [&](const std::vector<std::string_view>& words, std::size_t line) {
+    if (words.size() != 2)
+      throw IoError(path, "line " + std::to_string(line) + ": is not `timestamp file`");
+    files.push_back({finiteNumber(words[0], path, line), fileOfLine(folder, words[1], path, line)});
+  });
+  if (files.empty()) throw IoError(path, "lists no image");
+  std::stable_sort(files.begin(), files.end(), [](const StampedFile& a, const StampedFile& b) {
+    return a.timestamp < b.timestamp;
+  });
+  return files;
+}
+
+void readLists(const std::string& folder, Description& description) {
+  const std::vector<StampedFile> depths = readList(folder, "depth.txt");
+  const std::vector<StampedFile> colors = readList(folder, "rgb.txt");
+  for (const StampedFile& depth : depths) {
+    const StampedFile* color = nearestFile(colors, depth.timestamp);
+    if (color == nullptr) continue;
+    description.frames.push_back({depth.file, color->file, depth.timestamp, {}});
+  }
+  const std::size_t left_out = depths.size() - description.frames.size();
+  const std::string what =
+      std::to_string(left_out) + " of " + std::to_string(depths.size()) + " depth images";
+  if (description.frames.empty())
+    throw IoError(folder, "rgb.txt has no image within 20 ms of any of depth.txt");
+  if (left_out > 0)
+    description.notes.push_back(what + " are left out: no colour image within 20 ms of them");
+}
+
+/// The cameras of the data set, by the author's calibration of the colour camera that depth is
+/// registered to.
+std::optional<Calibration> freiburgCamera(const std::string& folder) {
+  struct Known {
+    const char* names[2];
+    PinholeCamera camera;
+  };
+  static const Known kKnown[] = {{{"freiburg1", "fr1"}, {517.3, 516.5, 318.6, 255.3, 640, 480}},
+                                 {{"freiburg2", "fr2"}, {520.9, 521.0, 325.1, 249.7, 640, 480}},
+                                 {{"freiburg3", "fr3"}, {535.4, 539.2, 320.1, 247.6, 640, 480}}};
+  const std::string name = nameOf(folder);
+  for (const Known& known : kKnown) {
+    for (const char* part : known.names) {
+      if (name.find(part) == std::string::npos) continue;
+      Calibration calibration;
+      calibration.camera = known.camera;
+      calibration.cx_right = known.camera.cx;
+      calibration.depth_scale = 5000.0;
+      return calibration;
+    }
+  }
+  return std::nullopt;
+}
+
+void readAssociations(const std::string& folder, Description& description) {
+  const std::string path = joined(folder, "associations.txt");
+  forEachLine(path, ",", [&](const std::vector<std::string_view>& words, std::size_t line) {
+    if (words.size() != 4)
+      throw IoError(path, "line " + std::to_string(line) + ": is not `time file time file`");
+    const bool depth_first = words[1].compare(0, 5, "depth") == 0;
+    const std::size_t depth = depth_first ? 0 : 2;
+    description.frames.push_back({fileOfLine(folder, words[depth + 1], path, line),
+                                  fileOfLine(folder, words[3 - depth], path, line),
+                                  finiteNumber(words[depth], path, line),
+                                  {}});
+  });
+  if (description.frames.empty()) throw IoError(path, "lists no image");
+}
+
+}  // namespace
+
+bool hasTum(const std::string& folder) {
+  return exists(joined(folder, "depth.txt")) || exists(joined(folder, "rgb.txt")) ||
+         (exists(joined(folder, "associations.txt")) && !hasIcl(folder));
+}
+
+Description readTum(const std::string& folder, const SequenceOptions& options) {
+  Description description;
+  description.layout = "TUM RGB-D";
+  description.kind = SequenceKind::Rgbd;
+  description.has_color = true;
+  const bool has_lists = exists(joined(folder, "depth.txt")) || exists(joined(folder, "rgb.txt"));
+  if (has_lists) {
+    readLists(folder, description);
+  } else {
+    readAssociations(folder, description);
+  }
+  if (options.calibration_file.empty()) {
+    const std::string own = joined(folder, "calib.yaml");
+    description.calibration = exists(own) ? readCalibration(own) : freiburgCamera(folder);
+    if (!description.calibration)
+      throw IoError(folder,
+                    "the camera is not known: give its calib.yaml (image_width, image_height, fx, "
+                    "fy, cx, cy, depth_scale) by --calib FILE or put it here, or let the folder's "
+                    "name say freiburg1, freiburg2 or freiburg3");
+  }
+  const std::string poses = joined(folder, "groundtruth.txt");
+  if (options.poses_file.empty() && exists(poses))
+    addPosesByTime(poses, readTumPoses(poses), Pose::Identity(), description);
+  return description;
+}
+
+}  // namespace layouts
+}  // namespace io
+}  // namespace planar_mapping
