@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "planar_mapping/io/cloud_file.h"
+#include "planar_mapping/pipeline/configuration.h"
 #include "planar_mapping/pipeline/sequence_source.h"
 
 namespace planar_mapping::tools {
@@ -63,7 +64,7 @@ InputChoice chooseConfiguration(const std::string& input, const io::Sequence& se
       break;
   }
   InputChoice choice;
-  choice.configuration = readyConfiguration(ready.name);
+  choice.configuration = findConfiguration(ready.name);
   choice.assignments = ready.assignments;
   std::string settings;
   for (const std::string& assignment : ready.assignments) settings += " --set " + assignment;
@@ -77,16 +78,6 @@ InputChoice chooseConfiguration(const std::string& input, const io::Sequence& se
 bool isConfigurationName(const std::string& word) {
   const std::string extension = fs::path(word).extension().string();
   return extension == ".yaml" || extension == ".yml";
-}
-
-std::string readyConfiguration(const std::string& name) {
-  std::error_code error;
-  const fs::path bin = fs::read_symlink("/proc/self/exe", error).parent_path();
-  for (const fs::path& folder :
-       {bin / "../share/planar_mapping/config", bin / "../../config", fs::path("config")}) {
-    if (fs::exists(folder / name, error)) return (folder / name).lexically_normal().string();
-  }
-  return name;
 }
 
 }  // namespace planar_mapping::tools

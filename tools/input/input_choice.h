@@ -22,8 +22,4 @@ InputChoice chooseConfiguration(const std::string& input, const io::Sequence& se
 /// Whether a word of the command line is a configuration, not an input.
 bool isConfigurationName(const std::string& word);
 
-/// Where config/NAME is: beside the program as it was installed or built, or in the working
-/// directory; NAME itself if nowhere.
-std::string readyConfiguration(const std::string& name);
-
 }  // namespace planar_mapping::tools
