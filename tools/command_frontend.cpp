@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "frame_command.h"
-#include "network_input.h"
+#include "input/network_input.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pipeline/front_end_source.h"
 #if PLANAR_MAPPING_HAS_TRANSPORT

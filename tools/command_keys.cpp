@@ -9,7 +9,7 @@
 #include <memory>
 
 #include "command_help.h"
-#include "network_input.h"
+#include "input/network_input.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/atomic_file.h"
 

@@ -7,7 +7,7 @@
 
 #include "frame_command.h"
 #include "input/input_choice.h"
-#include "network_input.h"
+#include "input/network_input.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pipeline/output.h"
 #include "planar_mapping/pipeline/runner.h"

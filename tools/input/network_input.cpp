@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "network_input.h"
+#include "input/network_input.h"
 
 #include <iostream>
 
