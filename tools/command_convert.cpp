@@ -41,12 +41,12 @@ void convert(Arguments arguments) {
   }
   if (arguments.surface) options.points = io::ExportedPoints::Surface;
   if (arguments.force) options.overwrite = io::Overwrite::Allow;
-  PlanarMap map = io::loadMap(arguments.map);
-  if (arguments.finished) map = map.finished();
   try {
     for (const std::string& file : io::exportedFiles(arguments.output)) {
       requireNew(file, arguments.force);
     }
+    PlanarMap map = io::loadMap(arguments.map);
+    if (arguments.finished) map = map.finished();
     io::exportMap(map, arguments.output, options);
   } catch (const ParameterError& error) {  // of the extension or an option
     throw UsageError(error.what());

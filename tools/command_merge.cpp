@@ -1,7 +1,9 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "command_help.h"
@@ -34,17 +36,47 @@ std::vector<Pose> posesOf(const Arguments& arguments) {
   return poses;
 }
 
+struct PlacedMap {
+  std::string path;
+  PlanarMap map;
+  Pose pose;
+
+  /// The map that began first comes first; of those without times the one that looks smaller.
+  bool isBefore(const PlacedMap& other) const {
+    const auto key = [](const PlacedMap& placed) {
+      const Eigen::Matrix4d pose = placed.pose.matrix();
+      return std::make_pair(placed.map.frames() > 0 ? placed.map.trajectory().front().first : 0.0,
+                            std::vector<double>(pose.data(), pose.data() + pose.size()));
+    };
+    const auto mine = key(*this), others = key(other);
+    if (mine.first != others.first) return mine.first < others.first;
+    const std::vector<std::uint8_t> bytes = map.serialize(), other_bytes = other.map.serialize();
+    return bytes != other_bytes ? bytes < other_bytes : mine.second < others.second;
+  }
+};
+
+/// The same map in whatever order the files are named.
 void merge(const Arguments& arguments) {
   requireNew(arguments.output, arguments.force);
   const std::vector<Pose> poses = posesOf(arguments);
-  PlanarMap merged;
+  std::vector<PlacedMap> maps;
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    const PlanarMap map = io::loadMap(arguments.maps[i]);
-    if (i == 0) merged = PlanarMap(map.params());
+    maps.push_back({arguments.maps[i], io::loadMap(arguments.maps[i]), poses[i]});
+  }
+  std::sort(maps.begin(), maps.end(),
+            [](const PlacedMap& a, const PlacedMap& b) { return a.isBefore(b); });
+  PlanarMap merged(maps.front().map.params());
+  for (const PlacedMap& placed : maps) {
     try {
-      merged.merge(map, poses[i]);
+      const bool is_first = &placed == &maps.front();
+      if (is_first && !placed.map.isFinished() &&
+          placed.pose.matrix() == Pose::Identity().matrix()) {
+        merged = placed.map;
+      } else {
+        merged.merge(placed.map, placed.pose);
+      }
     } catch (const InputError& error) {
-      throw IoError(arguments.maps[i], error.what());
+      throw IoError(placed.path, error.what());
     }
   }
   io::saveMap(merged, arguments.output,

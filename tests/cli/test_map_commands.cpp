@@ -273,6 +273,25 @@ TEST_F(MapCommands, MergeMakesOneMapOfSeveral) {
   EXPECT_EQ(planarMap({"merge", first, second, "-o", merged, "--force"}).exit_code, 0);
 }
 
+TEST_F(MapCommands, MergeDoesNotDependOnTheOrderOfFiles) {
+  const std::string first = map(1), second = map(2), third = map(3);
+  const std::string poses = write("ab.txt", "0 0 0 0 0 0 0 1\n0 20 0 0 0 0 0 1\n");
+  const std::string other_poses = write("ba.txt", "0 20 0 0 0 0 0 1\n0 0 0 0 0 0 0 1\n");
+  const auto merged = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), "merge");
+    arguments.insert(arguments.end(), {"-o", directory_ / "merged.pmap", "--force"});
+    const ProgramResult result = planarMap(arguments);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return read("merged.pmap");
+  };
+  const std::string expected = merged({first, second, third});
+  EXPECT_EQ(merged({third, first, second}), expected);
+  EXPECT_EQ(merged({second, first, third}), expected);
+  EXPECT_EQ(merged({first, second, "--poses", poses}),
+            merged({second, first, "--poses", other_poses}));
+  EXPECT_EQ(merged({first, first, first}), read("out1/map.pmap"));
+}
+
 TEST_F(MapCommands, MergePlacesMapsByTheirPoses) {
   const std::string first = map(1);
   const std::string poses = write("poses.txt", "0 0 0 0 0 0 0 1\n0 20 0 0 0 0 0 1\n");

@@ -153,20 +153,24 @@ TEST(OctoMapFile, OfAMapSaysWhatTheMapSays) {
   io::exportMap(map, directory / "m.bt");
   octomap::OcTree tree(directory / "m.bt");
   std::map<char, std::size_t> seen;
-  std::size_t free = 0;
+  std::size_t free = 0, inside = 0;
+  const Vector3 low(-0.5, 0.5, 0.5), high(0.5, 1.5, 1.5);
   for (const Cuboid& box : map.freeCuboids()) {
     EXPECT_EQ(box.state, CellState::Free);
-    const Vector3 low = box.center - 0.5 * box.size;
+    const Vector3 corner = box.center - 0.5 * box.size;
     for (double x = 0.05; x < box.size.x(); x += 0.1) {
       for (double y = 0.05; y < box.size.y(); y += 0.1) {
         for (double z = 0.05; z < box.size.z(); z += 0.1) {
-          const Vector3 p = low + Vector3(x, y, z);
+          const Vector3 p = corner + Vector3(x, y, z);
           const char state = stateIn(tree, p);
           ++seen[state];
           const CellState expected = map.stateAt(p);
           ASSERT_TRUE(state != 'f' || expected == CellState::Free) << p.transpose();
           ASSERT_TRUE(state == 'o' || expected != CellState::Occupied) << p.transpose();
           ++free;
+          const bool is_inside =
+              (p.array() > low.array()).all() && (p.array() < high.array()).all();
+          inside += is_inside ? 1 : 0;
         }
       }
     }
@@ -174,10 +178,35 @@ TEST(OctoMapFile, OfAMapSaysWhatTheMapSays) {
   EXPECT_EQ(seen['?'], 0u);
   EXPECT_GT(seen['f'], free / 2);
   EXPECT_GT(free, 10000u);
+  double volume = 0.0;
+  for (const Cuboid& box : map.spaceCuboids(CellState::Free, low, high)) volume += box.volume();
+  EXPECT_NEAR(volume, 1e-3 * static_cast<double>(inside), 1e-9);
+  EXPECT_GT(inside, 100u);
+  EXPECT_THROW(map.spaceCuboids(CellState::Occupied, low, high), ParameterError);
   for (const Cuboid& box : map.unknownCuboids()) {
     EXPECT_NE(stateIn(tree, box.center + Vector3(1e-3, 1e-3, 1e-3)), 'f');
   }
   for (const Cuboid& cuboid : map.cuboids()) EXPECT_EQ(stateIn(tree, cuboid.center), 'o');
+}
+
+TEST(OctoMapFile, OfAMapWithOtherCellsIsOccupiedWhereTheMapIs) {
+  const PlanarMap map = test::mapOfFrames(2);
+  for (const double cell : {0.07, 0.2, 0.35}) {
+    const TemporaryDirectory directory;
+    io::ExportOptions options;
+    options.cell = cell;
+    io::exportMap(map, directory / "m.bt", options);
+    octomap::OcTree tree(directory / "m.bt");
+    std::size_t free = 0;
+    for (auto leaf = tree.begin_leafs(); leaf != tree.end_leafs(); ++leaf) {
+      if (tree.isNodeOccupied(*leaf)) continue;
+      ++free;
+      const octomap::point3d p = leaf.getCoordinate();
+      ASSERT_EQ(map.stateAt({p.x(), p.y(), p.z()}), CellState::Free);
+    }
+    EXPECT_GT(free, 100u) << cell;
+    for (const Cuboid& cuboid : map.cuboids()) ASSERT_EQ(stateIn(tree, cuboid.center), 'o');
+  }
 }
 
 TEST(OctoMapFile, OfNothingIsAnEmptyTree) {
@@ -186,17 +215,24 @@ TEST(OctoMapFile, OfNothingIsAnEmptyTree) {
   EXPECT_EQ(tree.size(), 0u);
 }
 
-TEST(OctoMapFile, TooSmallCellsAreRefusedAndALargerOneIsNamed) {
-  io::ExportedMap map = scene(500);
-  for (const double cell : {0.01, 1e-5}) {  // too many, too far from the origin
-    map.options.cell = cell;
-    try {
-      io::writeOctree(map, "m.bt");
-      FAIL();
-    } catch (const ParameterError& error) {
-      EXPECT_NE(std::string(error.what()).find("larger"), std::string::npos) << error.what();
-    }
-  }
+TEST(OctoMapFile, FreeSpaceInPartOfACellIsUnknown) {
+  io::ExportedMap map;
+  Cuboid box;
+  box.center = {0.53, 0.53, 0.53};
+  box.size = {0.12, 0.12, 0.12};  // reaches into eight cells and fills none
+  box.state = CellState::Free;
+  map.free = {box};
+  const test::Exported alone(io::writeOctree, map, "m.bt");
+  EXPECT_EQ(octomap::OcTree(alone.path()).size(), 0u);
+  Cuboid far;
+  far.center = {-3.05, 0.05, 0.05};
+  far.size = {0.05, 0.05, 0.05};
+  map.cuboids = {far};
+  const test::Exported beside(io::writeOctree, map, "m.bt");
+  octomap::OcTree tree(beside.path());
+  EXPECT_EQ(tree.getNumLeafNodes(), 1u);
+  EXPECT_EQ(stateIn(tree, far.center), 'o');
+  EXPECT_EQ(stateIn(tree, box.center), '?');
 }
 
 }  // namespace

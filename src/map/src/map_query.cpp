@@ -12,6 +12,7 @@
 
 #include "planar_map_impl.h"
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/geometry/detail/oriented_box.h"
 
 namespace planar_mapping {
 namespace {
@@ -40,25 +41,6 @@ bool clip(const Cuboid& cuboid, const Vector3& origin, const Vector3& direction,
   const Quaternion to_local = cuboid.orientation.conjugate();
   return clip(0.5 * cuboid.size, to_local * (origin - cuboid.center), to_local * direction, from,
               to);
-}
-
-/// Do an oriented and an axis-aligned box meet? No axis separates them: those of both and their
-/// cross products.
-bool meets(const Cuboid& cuboid, const Vector3& center, const Vector3& half) {
-  const Matrix3 axes = cuboid.orientation.toRotationMatrix();
-  const Vector3 between = cuboid.center - center;
-  const auto separates = [&](const Vector3& axis) {
-    const double reach =
-        half.dot(axis.cwiseAbs()) + 0.5 * cuboid.size.dot((axes.transpose() * axis).cwiseAbs());
-    return std::abs(between.dot(axis)) > reach;
-  };
-  for (int i = 0; i < 3; ++i) {
-    if (separates(Vector3::Unit(i)) || separates(axes.col(i))) return false;
-    for (int k = 0; k < 3; ++k) {
-      if (separates(Vector3::Unit(i).cross(axes.col(k)))) return false;
-    }
-  }
-  return true;
 }
 
 void requireFinite(const Vector3& v, const char* what) {
@@ -252,7 +234,7 @@ BoxState stateOfBox(const PlanarMap& map, const Vector3& low, const Vector3& hig
   const std::vector<Cuboid>& cuboids = map.cuboids();
   BoxState result;
   data.occupied().index.visitBox(low, high, [&](std::uint32_t i) {
-    if (meets(cuboids[i], 0.5 * (low + high), 0.5 * (high - low))) {
+    if (detail::OrientedBox(cuboids[i]).meets(0.5 * (low + high), 0.5 * (high - low))) {
       result.cuboids.push_back(static_cast<int>(i));
     }
     return true;

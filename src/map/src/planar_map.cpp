@@ -133,8 +133,10 @@ FrameUpdate PlanarMap::merge(const PlanarMap& other, const Pose& T_map_other) {
   impl_->requireGrowing("merge()");
   other.impl_->requireGrowing("merge()");
   if (&other == this) return merge(PlanarMap(other), T_map_other);
+  const FrameUpdate update = detail::mergeMaps(impl_->data, other.impl_->data, T_map_other);
   impl_->changed();
-  return detail::mergeMaps(impl_->data, other.impl_->data, T_map_other);
+  impl_->cache = std::make_unique<Impl::Cache>();  // revisions may have begun anew
+  return update;
 }
 
 void PlanarMap::clear() {

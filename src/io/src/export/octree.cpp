@@ -52,6 +52,7 @@ class Builder : public octomap::OcTree {
     tree_size = 1;
     size_changed = true;
     fill(root, {Vector3::Zero(), half, 0}, {0, cuboids_.size()}, {0, free_.size()});
+    if (isEmpty(root)) clear();  // read back, a root alone would be one huge occupied cell
   }
 
   /// What OctoMap's own writers make, but silently and with all digits of the resolution.
@@ -138,12 +139,18 @@ class Builder : public octomap::OcTree {
       } else if (!is_cell && !(met.empty() && over.empty())) {
         octomap::OcTreeNode* child = addChild(parent, k);
         fill(child, cube, met, over);
-        // Without children it would be a leaf, and leaves are known: a pruned one has its value.
-        if (!nodeHasChildren(child) && child->getLogOdds() == 0.0f) deleteNodeChild(parent, k);
+        if (isEmpty(child)) deleteNodeChild(parent, k);
       }
     }
     cuboids_.resize(met.begin);
     free_.resize(over.begin);
+  }
+
+  /// Did nothing in the cube of an opened node turn out to be known? A pruned one has its value.
+  bool isEmpty(octomap::OcTreeNode* node) {
+    if (nodeHasChildren(node) || node->getLogOdds() != 0.0f) return false;
+    expandNode(node);  // OctoMap gives the list of children back when it prunes, and only then
+    return pruneNode(node);
   }
 
   octomap::OcTreeNode* addChild(octomap::OcTreeNode* parent, unsigned k) {

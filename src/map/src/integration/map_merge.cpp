@@ -4,24 +4,52 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
+#include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
+#include "file/map_record.h"
+#include "file/serialization.h"
 #include "integration/frame.h"
 #include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping::detail {
 namespace {
 
-void requireAlike(const MapData& map, const MapData& other) {
+void requireSame(const char* what, double ours, double other) {
+  if (ours == other) return;
+  const auto text = [](double metres) {
+    std::ostringstream out;
+    out << metres << " m";
+    return out.str();
+  };
+  throw InputError("maps with different " + std::string(what) + " cannot be merged: " + text(ours) +
+                   " here, " + text(other) + " in the other; map one of them again");
+}
+
+/// \param T of the other map, a rigid motion
+void requireAlike(const MapData& map, const MapData& other, const Pose& T) {
   if (map.isCompact() != other.isCompact()) {
-    throw InputError("maps of different profiles cannot be merged");
+    throw InputError("maps of different profiles cannot be merged; map one of them again");
   }
-  if (map.resolution() != other.resolution() ||
-      map.unknownResolution() != other.unknownResolution() ||
-      map.thickness() != other.thickness()) {
-    throw InputError("maps of different resolutions or thicknesses cannot be merged");
-  }
+  requireSame("resolutions", map.resolution(), other.resolution());
+  requireSame("resolutions of unknown space", map.unknownResolution(), other.unknownResolution());
+  requireSame("thicknesses", map.thickness(), other.thickness());
+  constexpr double kMaxTilt = 0.175;  // 10 degrees: poses of maps are not exact
+  const Vector3 ours = map.params.approximation.up.normalized();
+  const Vector3 theirs = T.linear() * other.params.approximation.up.normalized();
+  if (std::acos(std::clamp(ours.dot(theirs), -1.0, 1.0)) <= kMaxTilt) return;
+  const auto text = [](const Vector3& up) {
+    std::ostringstream out;
+    const Vector3 rounded = (100.0 * up).array().round() / 100.0 + 0.0;  // no -0
+    out << '(' << rounded.x() << ", " << rounded.y() << ", " << rounded.z() << ')';
+    return out.str();
+  };
+  throw InputError("up is " + text(ours) + " here, but " + text(theirs) +
+                   " in the other map, where its pose puts it; it needs a pose that turns one to "
+                   "the other");
 }
 
 Int3 cellAt(const Vector3& point, double side) {
@@ -199,13 +227,7 @@ void takeSpace(MapData& map, const MapData& other, const Pose& T) {
   map.space.add(blocks);
 }
 
-}  // namespace
-
-FrameUpdate mergeMaps(MapData& map, const MapData& other, const Pose& T_map_other) {
-  requireAlike(map, other);
-  Pose T = T_map_other;
-  requirePose(T);
-  T.linear() = Quaternion(T.linear()).normalized().toRotationMatrix();
+FrameUpdate take(MapData& map, const MapData& other, const Pose& T) {
   Frame frame;
   if (other.trajectory.empty()) return frame.update;
   takeTrajectory(map, other, T);
@@ -214,6 +236,51 @@ FrameUpdate mergeMaps(MapData& map, const MapData& other, const Pose& T_map_othe
   if (map.params.unknown_space) takeSpace(map, other, T);
   frame.update.patches_rebuilt = map.commit();
   return frame.update;
+}
+
+/// All that is known of space, whatever the numbers of planes.
+std::vector<std::uint8_t> contentOf(const MapData& map) {
+  MapRecord record = recordOf(map, {});
+  record.params = PlanarMapParams();
+  record.params.approximation = map.params.approximation;
+  record.next_plane_id = 0;
+  for (PlaneRecord& plane : record.planes) plane.id = record.next_plane_id++;
+  return serializeMap(record);
+}
+
+/// Of two maps with frames: negative if \p a began first, 0 if they are the same.
+int compare(const MapData& a, const MapData& b) {
+  const double begins = a.trajectory.front().timestamp - b.trajectory.front().timestamp;
+  if (begins != 0.0) return begins < 0.0 ? -1 : 1;
+  const std::vector<std::uint8_t> content_a = contentOf(a), content_b = contentOf(b);
+  return content_a < content_b ? -1 : content_b < content_a ? 1 : 0;
+}
+
+}  // namespace
+
+FrameUpdate mergeMaps(MapData& map, const MapData& other, const Pose& T_map_other) {
+  Pose T = T_map_other;
+  requirePose(T);
+  T.linear() = Quaternion(T.linear()).normalized().toRotationMatrix();
+  requireAlike(map, other, T);
+  const bool in_place = T.matrix() == Pose::Identity().matrix();
+  if (other.trajectory.empty()) return {};
+  const int order = map.trajectory.empty() ? 1 : compare(map, other);
+  if (order == 0 && in_place) return {};
+  if (order <= 0) return take(map, other, T);
+  // The one that began first takes the other, whichever was asked to.
+  MapData first(map.params);
+  if (in_place && other.params.unseen == map.params.unseen &&
+      other.params.unknown_space == map.params.unknown_space) {
+    first = other;
+    first.params = map.params;
+  } else {
+    take(first, other, T);
+  }
+  FrameUpdate update = take(first, map, Pose::Identity());
+  update.planes_new = first.planes.size() + update.planes_merged - map.planes.size();
+  map = std::move(first);
+  return update;
 }
 
 }  // namespace planar_mapping::detail

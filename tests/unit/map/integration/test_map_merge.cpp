@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <string>
 #include <vector>
 
 #include "map_scene.h"
@@ -85,14 +86,95 @@ TEST(MergeMaps, IntoAnEmptyMapGivesTheSameMap) {
   }
 }
 
-TEST(MergeMaps, WithItselfChangesNothingButTheNumberOfFrames) {
-  const PlanarMap map = walk(0, 4);
-  PlanarMap merged = map;
-  merged.merge(merged);
-  EXPECT_EQ(merged.frames(), 8u);
-  EXPECT_EQ(merged.planes().size(), map.planes().size());
-  EXPECT_EQ(merged.unknownCells(), map.unknownCells());
-  EXPECT_LT(compareMaps(merged, map).share(), 0.01);
+TEST(MergeMaps, WithItselfChangesNothing) {
+  for (const Profile profile : {Profile::Compact, Profile::Paper}) {
+    const PlanarMap map = walk(0, 4, paramsOf(profile));
+    PlanarMap merged = map;
+    merged.merge(merged);
+    EXPECT_EQ(merged.serialize(), map.serialize());
+    merged.merge(map);
+    EXPECT_EQ(merged.serialize(), map.serialize());
+    PlanarMap copy(map.params());
+    copy.merge(map);
+    merged.merge(copy);
+    EXPECT_EQ(merged.frames(), 4u);
+    EXPECT_EQ(merged.serialize(), map.serialize());
+  }
+}
+
+TEST(MergeMaps, WithItselfAtAnotherPlaceIsTwoMaps) {
+  PlanarMap map = walk(0, 2);
+  const std::size_t planes = map.planes().size();
+  Pose away = Pose::Identity();
+  away.translation().x() = 50.0;
+  map.merge(map, away);
+  EXPECT_EQ(map.frames(), 4u);
+  EXPECT_EQ(map.planes().size(), 2 * planes);
+}
+
+TEST(MergeMaps, IsTheSameWhicheverMapTakesTheOther) {
+  for (const Profile profile : {Profile::Compact, Profile::Paper}) {
+    const PlanarMap early = walk(0, 4, paramsOf(profile)), late = walk(3, 7, paramsOf(profile));
+    PlanarMap a = early, b = late;
+    const FrameUpdate into_early = a.merge(late), into_late = b.merge(early);
+    EXPECT_EQ(into_early.planes_new, late.planes().size());
+    EXPECT_EQ(into_late.planes_new, early.planes().size());
+    EXPECT_EQ(a.serialize(), b.serialize());
+    EXPECT_EQ(a.frames(), 7u + 1u);
+    EXPECT_GT(compareMaps(a, early).share(), 0.0);
+    a.insert(viewAt(2).frame());  // what was derived before is not used again
+    b.insert(viewAt(2).frame());
+    EXPECT_EQ(a.serialize(), b.serialize());
+  }
+}
+
+TEST(MergeMaps, IsTheSameWhicheverMapTakesTheOtherWithoutTimes) {
+  const auto timeless = [](int step) {
+    PlanarMap map(paramsOf());
+    View view = viewAt(step);
+    view.timestamp = 0.0;
+    map.insert(view.frame());
+    return map;
+  };
+  const PlanarMap one = timeless(1), other = timeless(5);
+  PlanarMap a = one, b = other;
+  a.merge(other);
+  b.merge(one);
+  EXPECT_EQ(a.frames(), 2u);
+  EXPECT_EQ(a.serialize(), b.serialize());
+}
+
+/// What the message of the refusal says.
+std::string refusalOf(PlanarMap map, const PlanarMap& other,
+                      const Pose& T_map_other = Pose::Identity()) {
+  const std::vector<std::uint8_t> before = map.serialize();
+  try {
+    map.merge(other, T_map_other);
+  } catch (const InputError& error) {
+    EXPECT_EQ(map.serialize(), before);
+    return error.what();
+  }
+  return "";
+}
+
+TEST(MergeMaps, SaysInWhatTheMapsDiffer) {
+  const PlanarMap map = walk(0, 2);
+  PlanarMapParams params = paramsOf();
+  params.approximation.resolution = 0.2;
+  EXPECT_NE(refusalOf(map, walk(0, 1, params)).find("0.1 m here, 0.2 m in the other"),
+            std::string::npos);
+  params = paramsOf();
+  params.unknown_resolution = 0.3;
+  EXPECT_NE(refusalOf(map, walk(0, 1, params)).find("unknown space"), std::string::npos);
+  params = paramsOf();
+  params.approximation.up = -Vector3::UnitY();
+  const Pose camera = Pose(Eigen::AngleAxisd(M_PI / 2, Vector3::UnitX()));  // its y is our z
+  const PlanarMap optical = walk(0, 1, params, camera);
+  EXPECT_NE(refusalOf(map, optical).find("up is (0, 0, 1) here, but (0, -1, 0)"), std::string::npos)
+      << refusalOf(map, optical);
+  Pose turn = Pose::Identity();  // -y to z
+  turn.linear() << 1, 0, 0, 0, 0, 1, 0, -1, 0;
+  EXPECT_EQ(refusalOf(map, optical, turn), "");
 }
 
 TEST(MergeMaps, OfTwoHalvesIsAboutTheMapOfTheWhole) {

@@ -74,14 +74,14 @@ class PLANAR_MAPPING_EXPORT PlanarMap {
   ///         if the pose is not finite,
   ///         or if the map is finished
   FrameUpdate insert(const FrameObservation& frame);
-  /// Adds what another map knows, as if its frames had come after ours, but for what they would
-  /// have seen through here. Its planes come with their rasters; those that lie on one of ours are
-  /// joined with it. Cells of both have the larger belief. Space free in either is not unknown.
-  /// Our parameters stay; frames() and trajectory() count its frames as well.
+  /// Adds what another map knows. Planes that lie on one of ours are joined with it, cells of both
+  /// have the larger belief, space free in either is free. Our parameters stay. The map that began
+  /// first counts as the earlier one: in one world a.merge(b) and b.merge(a) know the same, bit for
+  /// bit, and a.merge(a) changes nothing.
   /// \param T_map_other  from the world of the other to ours; where it is no motion by whole cells
   ///                     non-planar cells and space are resampled, cell by nearest cell
-  /// \throws InputError if profile, resolution or thickness differ, the pose is no rigid motion, or
-  ///         one of the maps is finished
+  /// \throws InputError if profile, resolution or thickness differ, up axes by more than 10 degrees
+  ///         where the pose puts them, the pose is no rigid motion, or one of the maps is finished
   FrameUpdate merge(const PlanarMap& other, const Pose& T_map_other = Pose::Identity());
   /// Forgets everything but the parameters. \throws InputError if the map is finished
   void clear();
