@@ -1,0 +1,27 @@
+#!/usr/bin/env python3
+"""Runs the ```sh blocks of a page of the docs from top to bottom, as they stand, in a new folder.
+
+    run_tutorial.py PAGE BIN_DIR    programs of BIN_DIR are found first; config/ is the one of the sources
+"""
+import os
+import re
+import subprocess
+import sys
+import tempfile
+
+ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+
+
+def main():
+    page, programs = sys.argv[1], os.path.abspath(sys.argv[2])
+    with open(os.path.join(ROOT, page), encoding="utf-8") as file:
+        blocks = re.findall(r"^```sh\n(.*?)^```", file.read(), flags=re.MULTILINE | re.DOTALL)
+    if not blocks:
+        sys.exit(f"{page} has nothing to run")
+    with tempfile.TemporaryDirectory() as folder:
+        os.symlink(os.path.join(ROOT, "config"), os.path.join(folder, "config"))
+        environment = dict(os.environ, PATH=programs + os.pathsep + os.environ["PATH"])
+        sys.exit(subprocess.run(["bash", "-euxo", "pipefail", "-c", "".join(blocks)], cwd=folder, env=environment).returncode)
+
+
+main()
