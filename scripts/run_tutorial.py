@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs the ```sh blocks of a page of the docs from top to bottom, as they stand, in a new folder.
 
-    run_tutorial.py PAGE BIN_DIR    programs of BIN_DIR are found first; config/ is the one of the sources
+    run_tutorial.py PAGE BIN_DIR    programs of BIN_DIR are found first
 """
 import os
 import re
@@ -19,7 +19,6 @@ def main():
     if not blocks:
         sys.exit(f"{page} has nothing to run")
     with tempfile.TemporaryDirectory() as folder:
-        os.symlink(os.path.join(ROOT, "config"), os.path.join(folder, "config"))
         environment = dict(os.environ, PATH=programs + os.pathsep + os.environ["PATH"])
         sys.exit(subprocess.run(["bash", "-euxo", "pipefail", "-c", "".join(blocks)], cwd=folder, env=environment).returncode)
 
