@@ -84,21 +84,37 @@ class PlanarMap:
         resolution: float = 0.1,
         *,
         profile: str = "compact",
-        max_range: float = 10.0,
+        max_range: float = 0.0,
         up: npt.ArrayLike = (0.0, 0.0, 1.0),
         unknown_space: bool = True,
+        unseen: str = "unknown",
         min_probability: Optional[float] = None,
         threads: int = 1,
     ) -> None:
-        """resolution: side of the smallest cell. profile: compact or paper. max_range: space beyond is not judged.
-        min_probability: cells believed less are removed; None = as the profile has it. threads: 0 = all cores."""
+        """resolution: side of the smallest cell. profile: compact or paper. max_range: frames say nothing of space
+        beyond; 0 = as far as the sensor measures. unknown_space: keep track of free and unknown space. unseen: what space
+        is that was never observed, unknown or free. min_probability: cells believed less are removed; None = as the
+        profile has it. threads: 0 = all cores."""
     @staticmethod
     def load(path: _Path) -> PlanarMap:
         """Reads a .pmap file."""
     def save(self, path: _Path, *, overwrite: bool = False) -> None:
         """Writes a .pmap file, whole or not at all."""
-    def export(self, path: _Path, *, unknown: bool = False, overwrite: bool = False) -> None:
-        """Writes a file for other programs; its extension is the format, as in `planar_map convert`."""
+    def export(
+        self,
+        path: _Path,
+        *,
+        unknown: bool = False,
+        cell: float = 0.0,
+        band: tuple[float, float] = (0.15, 2.0),
+        ground: Optional[float] = None,
+        surface: bool = False,
+        spacing: float = 0.0,
+        frame_id: str = "map",
+        overwrite: bool = False,
+    ) -> None:
+        """Writes a file for other programs; its extension is the format, and arguments are the options, of `planar_map
+        convert`: see docs/exports.md."""
     def insert(
         self,
         xyz: npt.ArrayLike,
@@ -136,6 +152,8 @@ class PlanarMap:
         the world), plane_id (-1 = none), probability, state."""
     def unknown_cuboids(self) -> _Array:
         """Unknown space, with the fields of cuboids()."""
+    def free_cuboids(self) -> _Array:
+        """Space that a measurement passed, with the fields of cuboids()."""
     def planes(self) -> _Array:
         """Fields id, frames (in how many it was seen), normal (3), offset, rms: normal . p + offset = 0."""
     def trajectory(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:

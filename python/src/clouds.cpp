@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <map>
 
 #include "arrays.h"
 #include "frames.h"
@@ -17,15 +16,6 @@
 
 namespace planar_mapping::python {
 namespace {
-
-template <typename T>
-T wordOf(const std::string& name, const std::string& word, const std::map<std::string, T>& words) {
-  const auto found = words.find(word);
-  if (found != words.end()) return found->second;
-  std::string list;
-  for (const auto& entry : words) list += (list.empty() ? "" : ", ") + entry.first;
-  throw InputError(name + " is '" + word + "', but must be one of " + list);
-}
 
 Segmentation segment(const py::object& xyz, double distance_threshold, int min_inliers,
                      int max_planes, const std::string& method, std::uint64_t seed, int threads) {

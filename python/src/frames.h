@@ -4,10 +4,12 @@
 
 #include <pybind11/pybind11.h>
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/planes/multi_plane.h"
 #include "planar_mapping/surface/mapping_input.h"
 
@@ -20,6 +22,17 @@ struct Segmentation {
   std::vector<pybind11::ssize_t> shape;  ///< of the cloud: (N) or (H, W)
   std::size_t points = 0;
 };
+
+/// What a word stands for.
+/// \throws InputError that lists the words there are
+template <typename T>
+T wordOf(const std::string& name, const std::string& word, const std::map<std::string, T>& words) {
+  const auto found = words.find(word);
+  if (found != words.end()) return found->second;
+  std::string list;
+  for (const auto& entry : words) list += (list.empty() ? "" : ", ") + entry.first;
+  throw InputError(name + " is '" + word + "', but must be one of " + list);
+}
 
 /// \throws InputError if the word is none of compact and paper
 Profile profileOf(const std::string& word);

@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <limits>
 #include <memory>
+#include <optional>
+#include <utility>
 
 #include "arrays.h"
 #include "frames.h"
@@ -23,14 +25,16 @@ namespace {
 using MapPointer = std::unique_ptr<SharedMap>;
 
 MapPointer makeMap(double resolution, const std::string& profile, double max_range,
-                   const py::object& up, bool unknown_space, std::optional<double> min_probability,
-                   int threads) {
+                   const py::object& up, bool unknown_space, const std::string& unseen,
+                   std::optional<double> min_probability, int threads) {
   PlanarMapParams params = PlanarMapParams::of(profileOf(profile));
   params.approximation.resolution = resolution;
   params.approximation.threads = threads;
   params.approximation.up = vectorOf(up, "up");
   params.max_range = max_range;
   params.unknown_space = unknown_space;
+  params.unseen =
+      wordOf<Unseen>("unseen", unseen, {{"unknown", Unseen::Unknown}, {"free", Unseen::Free}});
   if (min_probability) params.min_probability = *min_probability;
   params.validate();
   return std::make_unique<SharedMap>(PlanarMap(params));
@@ -43,6 +47,22 @@ MapPointer load(const std::filesystem::path& path) {
 
 io::Overwrite overwriteOf(bool allowed) {
   return allowed ? io::Overwrite::Allow : io::Overwrite::Refuse;
+}
+
+void exportTo(const SharedMap& self, const std::filesystem::path& path, bool unknown, double cell,
+              std::pair<double, double> band, std::optional<double> ground, bool surface,
+              double spacing, const std::string& frame_id, bool overwrite) {
+  io::ExportOptions options;
+  options.unknown = unknown;
+  options.cell = cell;
+  options.band.low = band.first;
+  options.band.high = band.second;
+  if (ground) options.band.ground = *ground;
+  options.points = surface ? io::ExportedPoints::Surface : io::ExportedPoints::Centers;
+  options.spacing = spacing;
+  options.frame_id = frame_id;
+  options.overwrite = overwriteOf(overwrite);
+  self.read([&](const PlanarMap& map) { io::exportMap(map, path.string(), options); });
 }
 
 FrameUpdate insertFrame(SharedMap& self, FrameInput& frame, const Segmentation* planes,
@@ -178,6 +198,10 @@ py::array unknownCuboids(const SharedMap& self) {
   return toArray(self.read([](const PlanarMap& map) { return map.unknownCuboids(); }));
 }
 
+py::array freeCuboids(const SharedMap& self) {
+  return toArray(self.read([](const PlanarMap& map) { return map.freeCuboids(); }));
+}
+
 py::array planes(const SharedMap& self) {
   return toArray(self.read([](const PlanarMap& map) { return map.planes(); }));
 }
@@ -260,8 +284,8 @@ void addMap(py::module_& module) {
       .def_readonly("dropped_points", &FrameUpdate::dropped_points);
   py::class_<SharedMap>(module, "PlanarMap", "A map of planar cuboids; world frame, z up, metres.")
       .def(py::init(&makeMap), "resolution"_a = 0.1, py::kw_only(), "profile"_a = "compact",
-           "max_range"_a = 10.0, "up"_a = py::make_tuple(0.0, 0.0, 1.0), "unknown_space"_a = true,
-           "min_probability"_a = py::none(), "threads"_a = 1)
+           "max_range"_a = 0.0, "up"_a = py::make_tuple(0.0, 0.0, 1.0), "unknown_space"_a = true,
+           "unseen"_a = "unknown", "min_probability"_a = py::none(), "threads"_a = 1)
       .def_static("load", &load, "path"_a, "Reads a .pmap file.")
       .def(
           "save",
@@ -271,19 +295,10 @@ void addMap(py::module_& module) {
             });
           },
           "path"_a, py::kw_only(), "overwrite"_a = false, "Writes a .pmap file.")
-      .def(
-          "export",
-          [](const SharedMap& self, const std::filesystem::path& path, bool unknown,
-             bool overwrite) {
-            self.read([&](const PlanarMap& map) {
-              io::exportMap(
-                  map, path,
-                  unknown ? io::ExportedSpace::OccupiedAndUnknown : io::ExportedSpace::Occupied,
-                  overwriteOf(overwrite));
-            });
-          },
-          "path"_a, py::kw_only(), "unknown"_a = false, "overwrite"_a = false,
-          "Writes a file for other programs, as `planar_map convert` does.")
+      .def("export", &exportTo, "path"_a, py::kw_only(), "unknown"_a = false, "cell"_a = 0.0,
+           "band"_a = py::make_tuple(io::GridBand().low, io::GridBand().high),
+           "ground"_a = py::none(), "surface"_a = false, "spacing"_a = 0.0, "frame_id"_a = "map",
+           "overwrite"_a = false, "Writes a file for other programs, as `planar_map convert` does.")
       .def("insert", &insert, "xyz"_a, "T"_a = py::none(), py::kw_only(), "planes"_a = py::none(),
            "distance_threshold"_a = py::none(), "min_inliers"_a = 100, "timestamp"_a = 0.0,
            "K"_a = py::none(), "Adds a cloud of the sensor's frame; T = T_world_sensor.")
@@ -301,6 +316,7 @@ void addMap(py::module_& module) {
           "The map without what only further frames need.")
       .def("cuboids", &cuboids, "Occupied cuboids.")
       .def("unknown_cuboids", &unknownCuboids, "Unknown space as axis-aligned cuboids.")
+      .def("free_cuboids", &freeCuboids, "Space that a measurement passed.")
       .def("planes", &planes, "Planes, world frame.")
       .def("trajectory", &trajectory, "Time stamps (N) and sensor poses (N, 4, 4).")
       .def("bounds", &bounds, "Corners (2, 3) of the box around the cuboids, or None.")

@@ -147,6 +147,7 @@ def test_examples_build_where_they_are_copied_to(root, tmp_path):
     shutil.copytree(root / "usr/share/doc/planar-mapping-doc/examples", tmp_path / "examples")
     configure(tmp_path / "examples", tmp_path / "build", root)
     assert "100% tests passed" in run("ctest", "--test-dir", tmp_path / "build")
+    run("cmake", "-S", tmp_path / "examples/own_stage", "-B", tmp_path / "alone", f"-DCMAKE_PREFIX_PATH={root}/usr")
 
 
 def test_the_readme_builds_as_it_stands(root, cloud, tmp_path):
