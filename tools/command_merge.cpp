@@ -42,7 +42,8 @@ void merge(const Arguments& arguments) {
     const PlanarMap map = io::loadMap(arguments.maps[i]);
     if (i == 0) merged = PlanarMap(map.params());
     try {
-      merged.merge(map, poses[i]);
+      merged.merge(map, Eigen::Translation3d(-merged.params().origin) * poses[i] *
+                            Eigen::Translation3d(map.params().origin));
     } catch (const InputError& error) {
       throw IoError(arguments.maps[i], error.what());
     }
