@@ -6,6 +6,7 @@
 #include <string>
 
 #include "commands.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/map_file.h"
 #include "planar_mapping/map/map_query.h"
 
@@ -54,6 +55,10 @@ void addCompareCommand(CLI::App& app, int& exit_code) {
   command->callback([arguments, &exit_code]() {
     const PlanarMap first = io::loadMap(arguments->first);
     const PlanarMap second = io::loadMap(arguments->second);
+    if (first.params().origin != second.params().origin) {
+      throw InputError(arguments->second + ": this map has another origin than " +
+                       arguments->first + " (planar_map info shows both)");
+    }
     const MapDifference difference = compareMaps(first, second);
     const Json a = factsOf(first), b = factsOf(second);
     if (arguments->json) {

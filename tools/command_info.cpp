@@ -33,6 +33,9 @@ Json mapInfo(const std::string& path) {
   info["cuboids"] = {{"planar", planar},
                      {"non_planar", map.cuboids().size() - planar},
                      {"total", map.cuboids().size()}};
+  if (const Vector3& origin = map.params().origin; !origin.isZero(0.0)) {
+    info["origin_m"] = toJson(origin);
+  }
   info["unknown_cells"] = map.unknownCells();
   info["memory_bytes"] = map.memoryBytes();
   info["file_bytes"] = fs::file_size(path);
@@ -66,7 +69,10 @@ Json cloudInfo(const std::string& path) {
                {"finite", finite},
                {"viewpoint_m", toJson(cloud.T_world_sensor.translation())},
                {"file_bytes", fs::file_size(path)}};
-  if (finite > 0) info["bounds_m"] = {{"low", toJson(low)}, {"high", toJson(high)}};
+  const Vector3& origin = cloud.origin;
+  if (finite > 0) {
+    info["bounds_m"] = {{"low", toJson(origin + low)}, {"high", toJson(origin + high)}};
+  }
   return info;
 }
 

@@ -73,7 +73,8 @@ void merge(const Arguments& arguments) {
           placed.pose.matrix() == Pose::Identity().matrix()) {
         merged = placed.map;
       } else {
-        merged.merge(placed.map, placed.pose);
+        merged.merge(placed.map, Eigen::Translation3d(-merged.params().origin) * placed.pose *
+                                     Eigen::Translation3d(placed.map.params().origin));
       }
     } catch (const InputError& error) {
       throw IoError(placed.path, error.what());

@@ -87,7 +87,7 @@ void answerCloud(const PlanarMap& map, const Arguments& arguments, Json& answers
   if (!arguments.json) std::cout << "x,y,z,state,probability\n";
   for (std::size_t i = 0; i < points.size; ++i) {
     if (!points.isFinite(i)) continue;
-    const Vector3 point = cloud.T_world_sensor * points.point(i);
+    const Vector3 point = cloud.T_world_sensor * points.point(i) - map.params().origin;
     const CellState state = map.stateAt(point);
     ++count[static_cast<std::size_t>(state)];
     if (arguments.json) continue;

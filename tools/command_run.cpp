@@ -12,7 +12,6 @@
 #include "planar_mapping/pipeline/output.h"
 #include "planar_mapping/pipeline/runner.h"
 #include "planar_mapping/pipeline/watch_source.h"
-#include "stop_guard.h"
 
 namespace planar_mapping::tools {
 namespace {

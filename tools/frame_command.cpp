@@ -5,7 +5,10 @@
 #include <pcl/console/print.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
+#include <cstdlib>
+#include <filesystem>
 #include <iostream>
 
 #include "planar_mapping/pipeline/pipeline.h"
@@ -89,6 +92,36 @@ void drawBar(std::size_t done, std::size_t all, const std::string& text) {
   std::cerr << "\r[" << std::string(filled, '#') << std::string(kWidth - filled, '.') << "] "
             << done << (all > 0 ? "/" + std::to_string(all) : std::string()) << "  " << text
             << "   " << (done == all ? "\n" : "") << std::flush;
+}
+
+StopGuard::StopGuard(const std::atomic<bool>& stop, std::string output)
+    : stop_(stop), output_(std::move(output)), thread_([this] { watch(); }) {}
+
+StopGuard::~StopGuard() {
+  over_ = true;
+  thread_.join();
+}
+
+void StopGuard::watch() {
+  constexpr auto kPeriod = std::chrono::milliseconds(20);
+  constexpr int kPatience = 40;  // periods
+  std::size_t frames = 0;
+  for (int waited = 0; !over_; std::this_thread::sleep_for(kPeriod)) {
+    if (!stop_) frames = frames_;
+    // The frame in work has ended since the signal: the rest is saving.
+    if (!stop_ || saving_ || frames_ != frames) {
+      waited = 0;
+      continue;
+    }
+    if (++waited < kPatience) continue;
+    std::error_code ignored;
+    const bool has_map = std::filesystem::exists(output_ + "/map.pmap", ignored);
+    std::cerr << "planar_map: interrupted within a frame that takes longer than a second; "
+              << (has_map ? "what was saved before is in " + output_ + ", --resume continues it"
+                          : "nothing was saved before")
+              << std::endl;
+    std::_Exit(kInterrupted);
+  }
 }
 
 }  // namespace planar_mapping::tools

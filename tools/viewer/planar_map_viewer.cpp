@@ -59,8 +59,7 @@ Vector3 vectorFromString(const std::string& name, const std::string& text) {
 }
 
 void declare(CLI::App& app, Arguments& a) {
-  app.add_option("FILE", a.files,
-                 "map (.pmap), then point clouds (.pcd, .ply) to draw over it")
+  app.add_option("FILE", a.files, "map (.pmap), then point clouds (.pcd, .ply) to draw over it")
       ->required();
   app.add_option("-o,--output,--snapshot", a.snapshot,
                  "write a PNG and open no window; no display is needed");
@@ -127,14 +126,15 @@ ViewOptions viewOptions(const Arguments& a) {
   return options;
 }
 
-SceneCloud sceneCloud(const std::string& path) {
+/// \param origin  of the map's frame in the world
+SceneCloud sceneCloud(const std::string& path, const Vector3& origin) {
   io::CloudChannels channels = io::CloudChannels::none();
   channels.colors = true;
   const io::CloudData data = io::readCloudFile(path, channels);
   SceneCloud cloud;
   cloud.xyz.reserve(data.xyz.size());
   for (std::size_t i = 0; i < data.size(); ++i) {
-    const Vector3 p = data.T_world_sensor * data.view().point(i);
+    const Vector3 p = data.T_world_sensor * data.view().point(i) - origin;
     for (int k = 0; k < 3; ++k) cloud.xyz.push_back(static_cast<float>(p[k]));
   }
   for (const std::uint32_t c : data.colors) {
@@ -148,13 +148,16 @@ SceneCloud sceneCloud(const std::string& path) {
 SceneContent readContent(const Arguments& a) {
   SceneContent content;
   std::size_t first_cloud = 0;
+  Vector3 origin = Vector3::Zero();
   // Clouds alone can be looked at, too.
   if (io::recognizeCloudFile(a.files[0]) == io::CloudFormat::None) {
-    content = sceneContent(io::loadMap(a.files[0]));
+    const PlanarMap map = io::loadMap(a.files[0]);
+    content = sceneContent(map);
+    origin = map.params().origin;
     first_cloud = 1;
   }
   for (std::size_t i = first_cloud; i < a.files.size(); ++i) {
-    content.clouds.push_back(sceneCloud(a.files[i]));
+    content.clouds.push_back(sceneCloud(a.files[i], origin));
   }
   if (a.up != "auto") content.up = vectorFromString("--up", a.up);
   if (content.empty()) throw InputError(a.files[0] + ": the map is empty; nothing to draw");

@@ -107,6 +107,11 @@ void AtomicFile::write(const void* data, std::size_t size) {
   }
 }
 
+std::vector<std::uint8_t> AtomicFile::readBack() {
+  flush();
+  return readWholeFile(temporary_path_);
+}
+
 void AtomicFile::commit() {
   flush();
   if (::fsync(descriptor_) != 0) fail("cannot be written", errno);

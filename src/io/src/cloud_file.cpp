@@ -55,9 +55,12 @@ CloudFormat recognizeCloudFile(const std::string& path) {
 
 CloudData readCloudFile(const std::string& path, const CloudChannels& channels) {
   const CloudFormat format = requireFormat(path);
-  return format == CloudFormat::Pcd   ? readPcd(path, channels)
-         : format == CloudFormat::Ply ? readPly(path, channels)
-                                      : readVelodyne(path, channels);
+  CloudData cloud = format == CloudFormat::Pcd   ? readPcd(path, channels)
+                    : format == CloudFormat::Ply ? readPly(path, channels)
+                                                 : readVelodyne(path, channels);
+  cloud.origin = cloud.origin.array().isNaN().select(0.0, cloud.origin);
+  cloud.T_world_sensor.translate(cloud.origin);
+  return cloud;
 }
 
 CloudFileInfo readCloudFileInfo(const std::string& path) {

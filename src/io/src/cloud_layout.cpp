@@ -53,6 +53,15 @@ std::uint32_t colorOfNumber(double value, bool is_float) {
   return bits & 0xFFFFFFu;
 }
 
+/// The first measurement decides. \param origin  NaN before
+void chooseOrigin(double value, double& origin) {
+  constexpr double kNear = 1000.0;  // metres: a float is exact to 0.1 mm there
+  constexpr double kFarthest = 1e12;
+  if (!std::isnan(origin) || !std::isfinite(value)) return;
+  const double distance = std::abs(value);
+  origin = distance > kNear && distance < kFarthest ? std::round(value) : 0.0;
+}
+
 }  // namespace
 
 std::uint64_t loadBits(const std::uint8_t* bytes, std::size_t size, bool big_endian) {
@@ -178,9 +187,16 @@ void CloudFiller::allocate(CloudData& cloud, std::uint64_t width, std::uint64_t 
   cloud.height = static_cast<std::uint32_t>(height);
   const auto count = static_cast<std::size_t>(width * height);
   cloud.xyz.resize(3 * count);
+  for (const Column& column : columns_) {
+    if (isDouble(column)) cloud.origin[static_cast<Eigen::Index>(column.target)] = NAN;
+  }
   if (has(Target::PackedColor) || has(Target::Red)) cloud.colors.resize(count);
   if (has(Target::Label)) cloud.labels.resize(count);
   if (has(Target::Intensity)) cloud.intensities.resize(count);
+}
+
+bool CloudFiller::isDouble(const Column& column) const {
+  return column.target <= Target::Z && column.field.type == ScalarType{'F', 8};
 }
 
 void CloudFiller::fillColumn(CloudData& cloud, const Column& column, const std::uint8_t* data,
@@ -196,8 +212,12 @@ void CloudFiller::fillColumn(CloudData& cloud, const Column& column, const std::
       if (type == ScalarType{'F', 4} && !big_endian) {
         for (std::size_t i = 0; i < count; ++i) std::memcpy(out + 3 * i, data + i * stride, 4);
       } else {
-        for (std::size_t i = 0; i < count; ++i)
-          out[3 * i] = toFloat(loadNumber(data + i * stride, type, big_endian));
+        double& origin = cloud.origin[static_cast<Eigen::Index>(column.target)];
+        for (std::size_t i = 0; i < count; ++i) {
+          const double value = loadNumber(data + i * stride, type, big_endian);
+          if (isDouble(column)) chooseOrigin(value, origin);
+          out[3 * i] = toFloat(value - origin);
+        }
       }
       break;
     }
@@ -274,7 +294,15 @@ void CloudFiller::parseWord(CloudData& cloud, const Column& column, std::size_t 
   };
   if (column.target <= Target::Z) {
     float& out = cloud.xyz[3 * point + static_cast<std::size_t>(column.target)];
-    if (!parseNumber(word, out)) fail();
+    if (!isDouble(column)) {
+      if (!parseNumber(word, out)) fail();
+      return;
+    }
+    double value = 0.0;
+    if (!parseNumber(word, value)) fail();
+    double& origin = cloud.origin[static_cast<Eigen::Index>(column.target)];
+    chooseOrigin(value, origin);
+    out = toFloat(value - origin);
     return;
   }
   double value = 0.0;

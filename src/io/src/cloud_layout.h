@@ -77,6 +77,7 @@ class CloudFiller {
                   std::size_t stride, std::size_t first, std::size_t count, bool big_endian) const;
   void parseWord(CloudData& cloud, const Column& column, std::size_t point, std::string_view word,
                  std::size_t line) const;
+  bool isDouble(const Column& column) const;
 
   std::string path_;
   std::vector<Column> columns_;  ///< in the order of the fields

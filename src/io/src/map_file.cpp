@@ -12,7 +12,14 @@ namespace io {
 
 void saveMap(const PlanarMap& map, const std::string& path, Overwrite overwrite) {
   const std::vector<std::uint8_t> bytes = map.serialize();
-  writeFileAtomically(path, bytes.data(), bytes.size(), overwrite);
+  AtomicFile file(path, overwrite);
+  file.write(bytes.data(), bytes.size());
+  // What cannot be read back must not replace what can.
+  if (file.readBack() != bytes) {
+    throw IoError(path, "what was read back is not what was written; is the disk faulty?");
+  }
+  PlanarMap::deserialize(bytes.data(), bytes.size());
+  file.commit();
 }
 
 PlanarMap loadMap(const std::string& path) {

@@ -70,6 +70,10 @@ std::string mapToJson(const PlanarMap& map, const std::string& frame_id) {
   append(out, {up.x(), up.y(), up.z()});
   out += ",\n  \"unit\": \"m\",\n  \"resolution_m\": ";
   appendNumber(out, map.params().approximation.resolution);
+  if (const Vector3& origin = map.params().origin; !origin.isZero(0.0)) {
+    out += ",\n  \"origin_m\": ";
+    append(out, {origin.x(), origin.y(), origin.z()});
+  }
   out += ",\n  \"unseen\": \"";
   out += map.params().unseen == Unseen::Unknown ? "unknown" : "free";
   out += "\",\n  \"frames\": ";

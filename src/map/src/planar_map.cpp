@@ -50,6 +50,7 @@ PlanarMapParams PlanarMapParams::of(Profile profile) {
 
 void PlanarMapParams::validate() const {
   approximation.validate();
+  for (const double value : origin) requireInRange("origin", value, -1e9, 1e9, "m");
   requireInRange("association_angle", association_angle, 0.0, 0.5 * kPi, "rad");
   requireInRange("association_offset", association_offset, 0.0, 1e6, "m");
   requireInRange("association_gap", association_gap, 0.0, 1e6, "m");

@@ -55,6 +55,8 @@ std::size_t sizeThrough(const Configuration& configuration,
 void adaptStage(const ConfiguredStage& stage, const CloudScale& scale, const std::string& source) {
   try {
     stage.stage->adapt(scale);
+  } catch (const InputError& error) {
+    throw InputError(source + ": " + error.what());
   } catch (const ParameterError& error) {
     throw InputError(source + ": this input, " + formatNumber(scale.extent) +
                      " m across, leaves no value of " + stage.name +
@@ -105,9 +107,10 @@ FrameReport Pipeline::runSections(Frame& frame, bool front_end_only) {
   frame.stage_ms.resize(configuration_.stages.size(), 0.0);
   if (!frame.front_end_done) runFrontEnd(frame);
   if (!front_end_only) {
+    moveToOrigin(frame);
     findUsablePoints(frame);
     for (std::size_t i = front_end_size_; i < sensing_size_; ++i) runStage(i, frame);
-    if (frame.skip_reason.empty() && !mapping_scale_) adaptMapping(knownScale(frame), frame.source);
+    if (frame.skip_reason.empty() && !mapping_scale_) adaptMapping(knownScale(frame), &frame);
     for (std::size_t i = sensing_size_; i < configuration_.stages.size(); ++i) runStage(i, frame);
   }
   const double frame_ms = millisecondsSince(start);
@@ -115,6 +118,20 @@ FrameReport Pipeline::runSections(Frame& frame, bool front_end_only) {
   FrameReport result = report(frame);
   result.frame_ms = frame_ms;
   return result;
+}
+
+/// Coordinates of countries and the Earth are too large for cells: the map gets an origin of its
+/// own next to the first pose.
+void Pipeline::moveToOrigin(Frame& frame) {
+  constexpr double kFar = 10000.0;  // metres
+  constexpr double kStep = 1000.0;
+  if (!frame.given_pose) return;
+  if (!origin_) {
+    const Vector3 place = frame.given_pose->translation();
+    origin_ = (place.array().abs() > kFar).select(kStep * (place / kStep).array().round(), 0.0);
+  }
+  frame.given_pose->pretranslate(-*origin_);
+  frame.T_world_sensor = *frame.given_pose;
 }
 
 void Pipeline::runFrontEnd(Frame& frame) {
@@ -146,7 +163,7 @@ bool Pipeline::hasStage(StageKind kind) const {
 
 std::string Pipeline::saveState() const {
   detail::StateWriter writer;
-  writer(last_pictures_, counted_frames_, cuboids_);
+  writer(last_pictures_, origin_, counted_frames_, cuboids_);
   for (const std::optional<CloudScale>& scale : sensing_scales_) putScale(scale, writer);
   putScale(mapping_scale_, writer);
   for (const ConfiguredStage& stage : configuration_.stages) {
@@ -157,14 +174,14 @@ std::string Pipeline::saveState() const {
 
 void Pipeline::loadState(const std::string& state, PlanarMap map) {
   detail::StateReader reader(state);
-  reader(last_pictures_, counted_frames_, cuboids_);
+  reader(last_pictures_, origin_, counted_frames_, cuboids_);
   for (std::size_t i = 0; i < sensing_size_; ++i) {
     sensing_scales_[i] = takeScale(reader);
     if (sensing_scales_[i]) configuration_.stages[i].stage->adapt(*sensing_scales_[i]);
   }
   const std::optional<CloudScale> mapping_scale = takeScale(reader);
   if (mapping_scale) {
-    adaptMapping(*mapping_scale, configuration_.path);
+    adaptMapping(*mapping_scale, nullptr);
     map_ = std::move(map);
   }
   for (const ConfiguredStage& stage : configuration_.stages) {
@@ -198,7 +215,9 @@ CloudScale Pipeline::knownScale(const Frame& frame) const {
   return scale;
 }
 
-void Pipeline::adaptMapping(CloudScale scale, const std::string& source) {
+/// \param frame  the first to be mapped; null where a map is continued
+void Pipeline::adaptMapping(CloudScale scale, const Frame* frame) {
+  const std::string& source = frame != nullptr ? frame->source : configuration_.path;
   mapping_scale_ = scale;
   for (std::size_t i = sensing_size_; i < configuration_.stages.size(); ++i) {
     const ConfiguredStage& configured = configuration_.stages[i];
@@ -209,6 +228,8 @@ void Pipeline::adaptMapping(CloudScale scale, const std::string& source) {
   for (const ConfiguredStage& stage : configuration_.stages) {
     if (stage.enabled) stage.stage->configureMap(params);
   }
+  params.origin = origin_.value_or(Vector3::Zero());
+  if (frame != nullptr && frame->without_sensor) params.unknown_space = false;
   map_ = PlanarMap(params);
 }
 
@@ -235,6 +256,7 @@ FrameReport Pipeline::report(const Frame& frame) const {
   report.points_non_planar = frame.indices.size() - report.points_planar;
   const std::size_t kept = frame.indices.size() + frame.ground.size();
   report.points_rejected = frame.points_valid - std::min(frame.points_valid, kept);
+  report.points_beyond = frame.update.points_beyond;
   report.features = frame.features;
   report.matches = frame.matches;
   report.inliers = frame.inliers;

@@ -175,6 +175,12 @@ std::size_t RunStatistics::usedFrames() const {
                     [](const FrameReport& report) { return report.skip_reason.empty(); }));
 }
 
+std::size_t RunStatistics::pointsBeyond() const {
+  std::size_t beyond = 0;
+  for (const FrameReport& report : reports_) beyond += report.points_beyond;
+  return beyond;
+}
+
 const FrameReport& RunStatistics::firstSkipped() const {
   return *std::find_if(reports_.begin(), reports_.end(),
                        [](const FrameReport& report) { return !report.skip_reason.empty(); });
@@ -225,10 +231,13 @@ std::string RunStatistics::metricsJson(const Configuration& configuration, const
                     {"ground", sum(&FrameReport::points_ground)},
                     {"planar", sum(&FrameReport::points_planar)},
                     {"non_planar", sum(&FrameReport::points_non_planar)},
-                    {"rejected", sum(&FrameReport::points_rejected)}};
+                    {"rejected", sum(&FrameReport::points_rejected)},
+                    {"beyond", sum(&FrameReport::points_beyond)}};
   json["planes"] = map.planes().size();
   json["cuboids"] = {
       {"planar", planar_cuboids}, {"non_planar", cuboids - planar_cuboids}, {"total", cuboids}};
+  const Vector3& origin = map.params().origin;
+  json["origin_m"] = {origin.x(), origin.y(), origin.z()};
   json["resolution_m"] = map.params().approximation.resolution;
   json["standard_cells"] = standard_cells;
   // Null where there is nothing to divide by: 0 and 1 would both be claims.

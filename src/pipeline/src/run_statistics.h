@@ -21,6 +21,7 @@ class RunStatistics {
   std::size_t frames() const { return reports_.size(); }
   /// Frames that were not left out.
   std::size_t usedFrames() const;
+  std::size_t pointsBeyond() const;
   /// \pre a frame was left out
   const FrameReport& firstSkipped() const;
   /// For a run that is continued by another process.
@@ -55,7 +56,7 @@ void RunStatistics::visitState(Archive& archive) {
     archive(r.number, r.source, r.timestamp, r.read_ms, r.stage_ms, r.frame_ms, r.skip_reason,
             r.points_input, r.points_valid, r.points_ground, r.points_planar, r.points_non_planar,
             r.points_rejected, r.features, r.matches, r.inliers, r.planes, r.planes_new,
-            r.planes_matched, r.cuboids, r.map_bytes, statistics);
+            r.planes_matched, r.cuboids, r.map_bytes, r.points_beyond, statistics);
     for (std::size_t k = 0; k < statistics; ++k) {
       if (Archive::kReads) r.statistics.emplace_back();
       archive(r.statistics[k].name, r.statistics[k].value);

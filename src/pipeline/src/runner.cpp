@@ -86,7 +86,8 @@ class Run {
   void warn(const std::string& text);
   template <typename Archive>
   void visitState(Archive& archive) {
-    archive(asked_for_, statistics_, last_timestamp_, warned_of_time_, result_.warnings);
+    archive(asked_for_, statistics_, last_timestamp_, warned_of_time_, warned_of_sensor_,
+            result_.warnings);
   }
 
   const RunOptions& options_;
@@ -98,6 +99,7 @@ class Run {
   std::string asked_for_;  ///< the configuration before any `auto` is resolved
   std::optional<double> last_timestamp_;
   bool warned_of_time_ = false;
+  bool warned_of_sensor_ = false;
   Clock::time_point next_checkpoint_;
   RunResult result_;
 };
@@ -211,6 +213,12 @@ void Run::processFrame(Frame frame, double read_ms) {
   checkTimestamp(frame);
   FrameReport report = pipeline_.process(frame);
   report.read_ms = read_ms;
+  if (frame.without_sensor && !warned_of_sensor_) {
+    warned_of_sensor_ = true;
+    frame.warnings.push_back(frame.source +
+                             ": coordinates of the world in place of a sensor's: where the sensor "
+                             "stood is not known, so that no space is free or unknown");
+  }
   for (const std::string& note : frame.notes) log(note);
   for (const std::string& warning : frame.warnings) warn(warning);
   statistics_.add(report, frame, pipeline_.map());
@@ -251,6 +259,10 @@ void Run::checkResult() {
   }
   warnOfSkippedFrames();
   const PlanarMap& map = pipeline_.map();
+  if (const std::size_t beyond = statistics_.pointsBeyond(); beyond > 0) {
+    warn(std::to_string(beyond) +
+         " points were dropped: the map reaches 2^20 cells from its origin along each axis");
+  }
   if (map.empty()) {
     warn(
         "the map is empty: no cell got enough points; look at the stages before the last and at "
@@ -297,8 +309,9 @@ void Run::save(bool interrupted) {
   // What cannot be read must not replace what can.
   PlanarMap::deserialize(bytes.data(), bytes.size());
   std::vector<io::StampedPose> trajectory;
-  for (const auto& stamped : map.trajectory())
-    trajectory.push_back({stamped.first, stamped.second});
+  for (const auto& [timestamp, pose] : map.trajectory()) {
+    trajectory.push_back({timestamp, Eigen::Translation3d(map.params().origin) * pose});
+  }
   log("saved to " + directory_.path() + ": " + std::to_string(map.planes().size()) + " planes, " +
       std::to_string(map.cuboids().size()) + " cuboids, " + std::to_string(bytes.size()) +
       " bytes");

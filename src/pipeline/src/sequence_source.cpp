@@ -88,6 +88,7 @@ Frame readFrame(const io::Sequence& sequence, std::size_t index, bool with_image
   frame.images.right = std::move(read.right);
   if (with_images) frame.images.calibration = sequence.calibration();
   frame.cloud = cloudOf(read.cloud);
+  frame.without_sensor = !read.cloud.origin.isZero(0.0);
   return frame;
 }
 

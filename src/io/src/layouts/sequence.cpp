@@ -198,7 +198,11 @@ Frame Sequence::read(std::size_t index, const CloudChannels& channels, bool imag
         frame.camera.reset();
       break;
   }
-  if (poseSource() == PoseSource::Viewpoint) frame.T_world_sensor = frame.cloud.T_world_sensor;
+  if (poseSource() == PoseSource::Viewpoint) {
+    frame.T_world_sensor = frame.cloud.T_world_sensor;
+  } else if (frame.T_world_sensor) {
+    frame.T_world_sensor->translate(frame.cloud.origin);
+  }
   return frame;
 }
 

@@ -4,6 +4,7 @@
 
 #include <charconv>
 #include <sstream>
+#include <string_view>
 
 #include "planar_mapping/core/base/error.h"
 
@@ -50,6 +51,9 @@ bool parse(const std::string& text, Unseen& value) {
 template <typename Params, typename Visit>
 void forEachParameter(Params& p, bool is_finished, Visit&& visit) {
   auto& a = p.approximation;
+  visit("origin_x", p.origin.x());
+  visit("origin_y", p.origin.y());
+  visit("origin_z", p.origin.z());
   visit("profile", a.profile);
   visit("resolution", a.resolution);
   visit("thickness", a.thickness);
@@ -89,6 +93,8 @@ void forEachParameter(Params& p, bool is_finished, Visit&& visit) {
 std::string parameterText(const PlanarMapParams& params, bool is_finished) {
   std::string text = "frame world\n";
   forEachParameter(params, is_finished, [&](const char* name, const auto& value) {
+    const bool is_origin = std::string_view(name).substr(0, 7) == "origin_";
+    if (is_origin && params.origin.isZero(0.0)) return;  // as it is in most maps
     text += std::string(name) + ' ' + textOf(value) + '\n';
   });
   return text;

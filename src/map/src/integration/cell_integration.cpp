@@ -288,6 +288,7 @@ void integrateCells(MapData& map, Frame& frame) {
     const std::int32_t* c = &points.cells[3 * i];
     if (c[0] == kOutside) {
       ++frame.update.dropped_points;
+      ++frame.update.points_beyond;
       continue;
     }
     const Int3 block = CellLayer::blockOf({c[0], c[1], c[2]});

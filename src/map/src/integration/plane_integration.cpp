@@ -87,6 +87,7 @@ void countHits(Frame& frame, const int* indices, const CellRuns& runs, KeyMap<Ti
     const std::int32_t b = runs.b[begin];
     if (a == kOutside) {
       frame.update.dropped_points += end - begin;
+      frame.update.points_beyond += end - begin;
       continue;
     }
     if ((a >> 3) != last_a || (b >> 3) != last_b) {

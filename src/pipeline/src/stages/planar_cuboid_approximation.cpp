@@ -1,9 +1,11 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <limits>
 
 #include "builtin.h"
 #include "noise_keys.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/surface/planar_mapping.h"
 #include "shared_indices.h"
 
@@ -111,6 +113,7 @@ class PlanarCuboidApproximationStage : public Stage {
   }
   void adapt(const CloudScale& scale) override {
     if (!resolution_) resolution_ = automaticResolution(scale);
+    requirePrecision(scale.max_range, *resolution_);
     if (!association_offset_) association_offset_ = *resolution_;
     if (!association_gap_) association_gap_ = 5.0 * *resolution_;
     const double mapped = withinLimit(scale.depth_limit.value_or(scale.max_range));
@@ -147,6 +150,17 @@ class PlanarCuboidApproximationStage : public Stage {
   }
 
  private:
+  /// Coordinates are floats: far from 0 they are coarser than what is to be mapped.
+  static void requirePrecision(double range, double resolution) {
+    constexpr double kSteps = 8.0;  // of a coordinate in a cell, at least
+    const double step = range * std::numeric_limits<float>::epsilon();
+    if (kSteps * step <= resolution) return;
+    throw InputError(
+        "coordinates reach " + formatNumber(range) + " m, where a float knows steps of " +
+        formatNumber(step) + " m, too coarse for cells of " + formatNumber(resolution) +
+        " m; save x, y, z as doubles (PCD: SIZE 8, PLY: double), or shift the cloud to "
+        "its own place before it is rounded");
+  }
   static constexpr double kMaxCells = 2048.0;
   /// The map keeps track of space up to so many of its cells away.
   double withinLimit(double range) const {

@@ -69,11 +69,11 @@ INSTANTIATE_TEST_SUITE_P(Profiles, MapSerialization,
                          testing::Values(Profile::Compact, Profile::Paper));
 
 /// Resolution and distance from the origin, metres.
-class FarMap : public testing::TestWithParam<std::tuple<double, double>> {};
+class FarMap : public testing::TestWithParam<std::tuple<double, double, Profile>> {};
 
 TEST_P(FarMap, IsReadAsItWasWritten) {
-  const auto [resolution, offset] = GetParam();
-  PlanarMapParams params;
+  const auto [resolution, offset, profile] = GetParam();
+  PlanarMapParams params = PlanarMapParams::of(profile);
   params.approximation.resolution = resolution;
   params.max_range = std::min(10.0, 1000.0 * resolution);
   params.unknown_space = resolution > 0.02;
@@ -95,7 +95,19 @@ TEST_P(FarMap, IsReadAsItWasWritten) {
 
 INSTANTIATE_TEST_SUITE_P(Offsets, FarMap,
                          testing::Combine(testing::Values(0.01, 0.1, 1.0, 10.0),
-                                          testing::Values(0.0, 500.0, 1e4, 1.0485e5, 1e6, 1e7)));
+                                          testing::Values(0.0, 500.0, 1e4, 1.0485e5, 1e6, 1e7),
+                                          testing::Values(Profile::Compact, Profile::Paper)));
+
+TEST(MapOrigin, IsKeptByBothKindsOfFile) {
+  PlanarMapParams params;
+  EXPECT_EQ(load(PlanarMap(params).serialize()).params().origin, Vector3::Zero());
+  params.origin = Vector3(500000.0, 4500000.0, -0.1);
+  const PlanarMap map(params);
+  EXPECT_EQ(load(map.serialize()).params().origin, params.origin);
+  EXPECT_EQ(load(map.finished().serialize()).params().origin, params.origin);
+  params.origin.x() = NAN;
+  EXPECT_THROW(PlanarMap{params}, ParameterError);
+}
 
 }  // namespace
 }  // namespace planar_mapping

@@ -35,6 +35,8 @@ class PLANAR_MAPPING_EXPORT AtomicFile {
 
   void write(const void* data, std::size_t size);
   void write(std::string_view text) { write(text.data(), text.size()); }
+  /// What the file holds so far, as the file system gives it back.
+  std::vector<std::uint8_t> readBack();
   /// Makes the file appear under its name. Nothing may be written afterwards.
   /// \throws IoError also if the file came into being meanwhile and must not be overwritten
   void commit();

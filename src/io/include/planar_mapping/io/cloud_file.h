@@ -17,6 +17,10 @@ namespace io {
 /// A cloud as a file holds it: points in the sensor's frame, metres, row major when organized.
 ///
 /// Optional channels are empty or as long as the cloud. Points without a measurement are NaN.
+///
+/// Doubles that begin farther than a kilometre from 0 along an axis, as UTM and ECEF coordinates
+/// do, would lose their last digits as floats: points are then relative to `origin`, and the pose
+/// is that of this place. Where the sensor stood is not known then.
 struct CloudData {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
@@ -24,7 +28,9 @@ struct CloudData {
   std::vector<std::uint32_t> colors;  ///< 0xRRGGBB a point
   std::vector<std::uint32_t> labels;
   std::vector<float> intensities;
-  Pose T_world_sensor = Pose::Identity();  ///< VIEWPOINT of a PCD; identity elsewhere
+  /// VIEWPOINT of a PCD, identity elsewhere; times a translation by the origin.
+  Pose T_world_sensor = Pose::Identity();
+  Vector3 origin = Vector3::Zero();  ///< of the points in the file's coordinates, whole metres
 
   std::size_t size() const { return xyz.size() / 3; }
   /// Valid as long as the cloud is neither moved from nor changed.
@@ -54,7 +60,7 @@ PLANAR_MAPPING_EXPORT CloudFormat recognizeCloudFile(const std::string& path);
 /// Reads a PCD (versions 0.5 to 0.7; ascii, binary, binary_compressed) or PLY (1.0; ascii, binary
 /// of either byte order) file, whichever its first bytes say, or a scan as KITTI writes it (.bin).
 ///
-/// x, y, z must be float32 or float64 (then rounded to float32) at any position among the fields;
+/// x, y, z must be float32 or float64 (see CloudData::origin) at any position among the fields;
 /// fields we do not know are skipped. Memory is bounded by the size of the file, not by what its
 /// header says: at most the cloud itself, twice that for binary_compressed.
 /// Independent of the locale.

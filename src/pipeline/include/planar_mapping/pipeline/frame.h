@@ -11,12 +11,12 @@
 #include <vector>
 
 #include "planar_mapping/core/base/export.h"
-#include "planar_mapping/core/geometry/cloud_scale.h"
-#include "planar_mapping/core/occupancy/feature_beliefs.h"
-#include "planar_mapping/core/geometry/key_feature.h"
-#include "planar_mapping/core/planes/multi_plane.h"
-#include "planar_mapping/core/geometry/stereo_noise.h"
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/core/geometry/cloud_scale.h"
+#include "planar_mapping/core/geometry/key_feature.h"
+#include "planar_mapping/core/geometry/stereo_noise.h"
+#include "planar_mapping/core/occupancy/feature_beliefs.h"
+#include "planar_mapping/core/planes/multi_plane.h"
 #include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/image_file.h"
 #include "planar_mapping/map/planar_map.h"
@@ -61,6 +61,10 @@ struct Frame {
   /// Why the frame cannot be used (no pose found, black image, ...); the stages after the one that
   /// set it leave the frame out and mapping goes on with the next. Empty = it can.
   std::string skip_reason;
+
+  /// Where the sensor stood among the points is not known (io::CloudData::origin): rays mean
+  /// nothing, and no space is judged.
+  bool without_sensor = false;
 
   FrameCloud::Ptr cloud;  ///< as measured; non-finite where nothing was
   Indices indices;        ///< points that still count, ascending

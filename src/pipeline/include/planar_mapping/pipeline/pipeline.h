@@ -29,6 +29,7 @@ struct FrameReport {
   std::size_t points_planar = 0;
   std::size_t points_non_planar = 0;
   std::size_t points_rejected = 0;  ///< valid, but removed or merged by a stage
+  std::size_t points_beyond = 0;    ///< farther from the map's origin than it reaches; dropped
   std::size_t features = 0;  ///< key features; without a Features stage, those of kl_occupancy
   std::size_t matches = 0;   ///< of those, seen before
   std::size_t inliers = 0;   ///< of those, in agreement with the motion; 0 without a Motion stage
@@ -86,7 +87,8 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   void runStage(std::size_t index, Frame& frame);
   void findUsablePoints(Frame& frame) const;
   CloudScale knownScale(const Frame& frame) const;
-  void adaptMapping(CloudScale scale, const std::string& source);
+  void adaptMapping(CloudScale scale, const Frame* frame);
+  void moveToOrigin(Frame& frame);
   void countCuboids();
   FrameReport report(const Frame& frame) const;
 
@@ -98,6 +100,7 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   /// What the stages of sections 1 and 2, and all those of section 3, were adapted to.
   std::vector<std::optional<CloudScale>> sensing_scales_;
   std::optional<CloudScale> mapping_scale_;
+  std::optional<Vector3> origin_;   ///< PlanarMapParams::origin, once there was a pose
   std::size_t counted_frames_ = 0;  ///< in the map when its cuboids were counted
   std::size_t cuboids_ = 0;
 };

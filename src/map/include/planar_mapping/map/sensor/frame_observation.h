@@ -39,6 +39,7 @@ struct FrameUpdate {
   std::size_t patches_rebuilt = 0;
   std::size_t absorbed_points = 0;
   std::size_t dropped_points = 0;  ///< not finite, beyond the world, or too few in their cell
+  std::size_t points_beyond = 0;   ///< of those, beyond the world
 };
 
 }  // namespace planar_mapping

@@ -17,6 +17,9 @@ enum class Unseen : std::uint8_t {
 
 /// Parameters of PlanarMap. Lengths in metres, angles in radians.
 struct PLANAR_MAPPING_EXPORT PlanarMapParams {
+  /// Where the map's frame is in the world the input came in, metres (e.g. UTM): world coordinates
+  /// are those of the map plus this. The map itself does not use it, it is kept in its file.
+  Vector3 origin = Vector3::Zero();
   CuboidApproximationParams approximation;  ///< resolution s, profile, thickness, ...; up = world z
   double association_angle = 0.087;  ///< [ours] largest angle between a new plane and its map plane
   double association_offset = 0.10;  ///< [ours] largest offset between them at the new points

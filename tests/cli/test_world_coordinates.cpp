@@ -1,0 +1,143 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+// Clouds and poses in the coordinates of a country (UTM) or of the Earth.
+#include <nlohmann/json.hpp>
+
+#include "cli_fixture.h"
+
+namespace planar_mapping {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr double kEast = 500000.0;
+constexpr double kNorth = 4500000.0;
+
+class WorldCoordinates : public CliTest {
+ protected:
+  static std::string pcd(const std::vector<float>& xyz, char size, const std::string& viewpoint,
+                         const std::string& data) {
+    const std::string count = std::to_string(xyz.size() / 3);
+    const std::string sizes = {size, ' ', size, ' ', size};
+    return "VERSION 0.7\nFIELDS x y z\nSIZE " + sizes + "\nTYPE F F F\nCOUNT 1 1 1\nWIDTH " +
+           count + "\nHEIGHT 1\nVIEWPOINT " + viewpoint + "\nPOINTS " + count + "\nDATA " + data;
+  }
+  /// A room in UTM, as doubles or floats, binary or text.
+  std::string utm(bool doubles, bool text) const {
+    const std::vector<float> xyz = roomPoints(20000);
+    std::string file =
+        pcd(xyz, doubles ? '8' : '4', "0 0 0 1 0 0 0", text ? "ascii\n" : "binary\n");
+    char number[40];
+    for (std::size_t i = 0; i < xyz.size(); ++i) {
+      const double value = xyz[i] + (i % 3 == 0 ? kEast : i % 3 == 1 ? kNorth : 0.0);
+      const auto narrow = static_cast<float>(value);
+      if (text) {
+        std::snprintf(number, sizeof number, "%.6f%c", value, i % 3 == 2 ? '\n' : ' ');
+        file += number;
+      } else if (doubles) {
+        file.append(reinterpret_cast<const char*>(&value), sizeof value);
+      } else {
+        file.append(reinterpret_cast<const char*>(&narrow), sizeof narrow);
+      }
+    }
+    return write("utm.pcd", file);
+  }
+  Json map() const { return Json::parse(read("out/map.json")); }
+  Json metrics() const { return Json::parse(read("out/metrics.json")); }
+};
+
+TEST_F(WorldCoordinates, DoublesAreMappedAboutAnOriginThatTheMapKeeps) {
+  ASSERT_EQ(0, runOn(room()).exit_code);
+  const double planes = metrics()["planes"];
+  for (const bool text : {false, true}) {
+    const ProgramResult result = runOn(utm(true, text), {"--force"});
+    ASSERT_EQ(0, result.exit_code) << result.err;
+    EXPECT_EQ(planes, metrics()["planes"]);
+    EXPECT_GT(metrics()["standard_cells"], 100);
+    EXPECT_EQ(0, metrics()["points"]["beyond"]);
+    const Json origin = map()["origin_m"];
+    EXPECT_EQ(origin, metrics()["origin_m"]);
+    for (const Json& cuboid : map()["cuboids"]) {
+      EXPECT_NEAR(kEast + 3.0, double{cuboid["center"][0]} + double{origin[0]}, 3.5);
+      EXPECT_NEAR(kNorth, double{cuboid["center"][1]} + double{origin[1]}, 3.0);
+    }
+    const ProgramResult info = planarMap({"info", directory_ / "out/map.pmap"});
+    EXPECT_NE(std::string::npos, info.out.find("origin_m")) << info.out;
+    // Nobody knows where the sensor was: nothing is said to be seen free.
+    EXPECT_NE(std::string::npos, result.err.find("where the sensor stood is not known"));
+    EXPECT_EQ(0, metrics()["unknown_cells"]);
+  }
+}
+
+TEST_F(WorldCoordinates, FloatsThatCannotHoldTheResolutionAreRefused) {
+  for (const char* file : {"single_pcd.yaml", "pcd_sequence.yaml"}) {
+    const std::string cloud = utm(false, false);
+    const ProgramResult result =
+        planarMap({"run", config(file), "-i", cloud, "-o", directory_ / "out", "-q"});
+    EXPECT_EQ(4, result.exit_code) << result.err;
+    expectOneSentence(result, "where a float knows steps of");
+    EXPECT_NE(std::string::npos, result.err.find(cloud)) << result.err;
+    EXPECT_TRUE(list("out").empty());
+  }
+}
+
+TEST_F(WorldCoordinates, PosesInTheWorldAreMappedAboutAnOrigin) {
+  std::vector<std::string> arguments = {"run", config("pcd_sequence.yaml"), "-o",
+                                        directory_ / "out", "-q"};
+  for (int i = 0; i < 3; ++i) {
+    std::string viewpoint =
+        std::to_string(kEast + 4.0 + 0.1 * i) + " " + std::to_string(kNorth) + " 1 1 0 0 0";
+    const std::vector<float> xyz = roomPoints(20000, static_cast<std::uint64_t>(i + 1));
+    std::string file = pcd(xyz, '4', viewpoint, "binary\n");
+    file.append(reinterpret_cast<const char*>(xyz.data()), xyz.size() * sizeof(float));
+    arguments.insert(arguments.end(), {"-i", write(std::to_string(i) + ".pcd", file)});
+  }
+  const ProgramResult result = planarMap(arguments);
+  ASSERT_EQ(0, result.exit_code) << result.err;
+  EXPECT_EQ((Json{kEast, kNorth, 0.0}), metrics()["origin_m"]);
+  EXPECT_GT(metrics()["standard_cells"], 100);
+  EXPECT_GT(metrics()["unknown_cells"], 0);
+  EXPECT_NE(std::string::npos, read("out/trajectory_tum.txt").find(" 500004.1 4500000 1 "))
+      << read("out/trajectory_tum.txt");
+  // Merged with itself under its own origin, and asked by the cloud it was made of.
+  ASSERT_EQ(0, planarMap({"merge", directory_ / "out/map.pmap", "-o", directory_ / "merged.pmap"})
+                   .exit_code);
+  const ProgramResult same =
+      planarMap({"compare", directory_ / "out/map.pmap", directory_ / "merged.pmap"});
+  EXPECT_EQ(0, same.exit_code) << same.out << same.err;
+  const ProgramResult asked =
+      planarMap({"query", directory_ / "merged.pmap", "--points", directory_ / "0.pcd", "--json"});
+  EXPECT_GT(Json::parse(asked.out)["cloud"]["occupied"], 19000) << asked.out;
+}
+
+TEST_F(WorldCoordinates, MapsOfTwoOriginsAreMergedInTheWorld) {
+  const auto mapAt = [this](const std::string& name, double east) {
+    const std::vector<float> xyz = roomPoints(20000);
+    std::string file = pcd(xyz, '4', std::to_string(east) + " 4500000 1 1 0 0 0", "binary\n");
+    file.append(reinterpret_cast<const char*>(xyz.data()), xyz.size() * sizeof(float));
+    const std::string cloud = write(name + ".pcd", file);
+    EXPECT_EQ(0, planarMap({"run", config("pcd_sequence.yaml"), "-i", cloud, "-o",
+                            directory_ / name, "-q"})
+                     .exit_code);
+    return directory_ / name + "/map.pmap";
+  };
+  const std::string a = mapAt("a", 500000.0);
+  const std::string b = mapAt("b", 500600.0);  // its origin is at 501 km
+  EXPECT_EQ(4, planarMap({"compare", a, b}).exit_code);
+  ASSERT_EQ(0, planarMap({"merge", a, b, "-o", directory_ / "both.pmap"}).exit_code);
+  const ProgramResult query =
+      planarMap({"query", directory_ / "both.pmap", "--points", directory_ / "b.pcd", "--json"});
+  EXPECT_GT(Json::parse(query.out)["cloud"]["occupied"], 19000) << query.out;
+}
+
+TEST_F(WorldCoordinates, PointsBeyondTheMapAreCounted) {
+  std::vector<float> xyz = roomPoints(20000);
+  xyz.insert(xyz.end(), {3e6f, 0.0f, 0.0f});
+  const ProgramResult result = runOn(write("far.pcd", binaryPcd(xyz)));
+  ASSERT_EQ(0, result.exit_code) << result.err;
+  EXPECT_EQ(1, metrics()["points"]["beyond"]);
+  EXPECT_NE(std::string::npos, result.err.find("1 points were dropped")) << result.err;
+}
+
+}  // namespace
+}  // namespace planar_mapping
