@@ -99,6 +99,20 @@ const PlanarMapParams& PlanarMap::params() const {
   return impl_->data.params;
 }
 
+namespace detail {
+namespace {
+
+/// Depth up to which the rays of a frame clear space. A stereo camera measures no depth where the
+/// error is an eighth of it, but that it is farther than this.
+double clearRange(const MapData& map, const FrameObservation& frame) {
+  constexpr double kMaxRelativeError = 0.125;
+  if (map.params.max_range > 0.0 || !frame.noise) return map.maxRange();
+  return std::min(map.maxRange(), kMaxRelativeError / frame.noise->depthError(1.0));
+}
+
+}  // namespace
+}  // namespace detail
+
 FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
   impl_->requireGrowing("insert()");
   detail::Frame frame = detail::makeFrame(observation);
@@ -106,8 +120,9 @@ FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
   impl_->changed();
   map.trajectory.push_back({observation.timestamp, frame.sensor, frame.orientation});
   if (map.params.unknown_space || map.params.miss_factor < 1.0) {
-    frame.images = detail::makeDepthImages(observation, frame.rotation, frame.sensor, frame.use,
-                                           map.params.range_image_step, map.maxRange());
+    frame.images =
+        detail::makeDepthImages(observation, frame.rotation, frame.sensor, frame.use,
+                                map.params.range_image_step, detail::clearRange(map, observation));
   }
   // Independent of each other; run in parallel.
   const auto integrateSurfaces = [&] {

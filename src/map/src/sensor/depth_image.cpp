@@ -44,16 +44,34 @@ void markUse(const std::uint8_t* used, const float* depth, std::size_t n, std::u
 }
 
 PLANAR_MAPPING_MULTIVERSION
-void widenRow(const float* depth, std::size_t n, float* nearest, float* nearest_measured,
-              float* farthest, float* measured) {
+void widenRow(const float* depth, std::size_t n, float* nearest, float* farthest, float* measured) {
   constexpr float kMaxDepth = std::numeric_limits<float>::max();
   for (std::size_t i = 0; i < n; ++i) {
     const float z = depth[i];
     const float near = z > 0.0f ? z : kMaxDepth;
-    nearest[i] = z < nearest[i] ? z : nearest[i];
-    nearest_measured[i] = near < nearest_measured[i] ? near : nearest_measured[i];
+    nearest[i] = near < nearest[i] ? near : nearest[i];
     farthest[i] = z > farthest[i] ? z : farthest[i];
     measured[i] += z > 0.0f ? 1.0f : 0.0f;
+  }
+}
+
+/// Depths of the cells about a middle and the tiles that they are seen in, -1 if in none.
+PLANAR_MAPPING_MULTIVERSION
+void tilesOfCells(const CellOffsets& offsets, const float* centre, const float* intrinsics,
+                  int width, int height, int shift, int tiles_in_row, float* depth,
+                  std::int32_t* tile) {
+  const auto right = static_cast<float>(width), bottom = static_cast<float>(height);
+  for (std::size_t i = 0; i < CellOffsets::kCells; ++i) {
+    const float z = centre[2] + offsets.z[i];
+    const float inverse = 1.0f / z;
+    const float column = intrinsics[0] * (centre[0] + offsets.x[i]) * inverse + intrinsics[2];
+    const float row = intrinsics[1] * (centre[1] + offsets.y[i]) * inverse + intrinsics[3];
+    const bool is_seen = (z > static_cast<float>(kNearPlane)) & (column >= 0.0f) & (row >= 0.0f) &
+                         (column < right) & (row < bottom);
+    const auto c = static_cast<std::int32_t>(is_seen ? column : 0.0f);
+    const auto r = static_cast<std::int32_t>(is_seen ? row : 0.0f);
+    depth[i] = z;
+    tile[i] = is_seen ? (r >> shift) * tiles_in_row + (c >> shift) : -1;
   }
 }
 
@@ -78,7 +96,7 @@ DepthImage::DepthImage(const PinholeCamera& camera, const Matrix3& rotation,
 void DepthImage::fill(const PointsView& points, const std::vector<std::uint8_t>& use) {
   const std::size_t width = points.width;
   std::vector<float> depth(width);
-  std::vector<float> nearest(width), nearest_measured(width), farthest(width), measured(width);
+  std::vector<float> nearest(width), farthest(width), measured(width);
   is_sparse_ = false;
   Level& level = levels_.front();
   const auto tiles = static_cast<std::size_t>(level.width);
@@ -88,8 +106,6 @@ void DepthImage::fill(const PointsView& points, const std::vector<std::uint8_t>&
   use_.assign((tiles + 1) * (static_cast<std::size_t>(level.height) + 1), 0);
   for (int tile_row = 0; tile_row < level.height; ++tile_row) {
     std::fill(nearest.begin(), nearest.end(), std::numeric_limits<float>::infinity());
-    std::fill(nearest_measured.begin(), nearest_measured.end(),
-              std::numeric_limits<float>::infinity());
     std::fill(farthest.begin(), farthest.end(), 0.0f);
     std::fill(measured.begin(), measured.end(), 0.0f);
     std::fill(marks.begin(), marks.end(), std::uint8_t{0});
@@ -97,8 +113,7 @@ void DepthImage::fill(const PointsView& points, const std::vector<std::uint8_t>&
     const std::uint32_t last = std::min(first + (1u << shift_), points.height);
     for (std::uint32_t row = first; row < last; ++row) {
       readRow(points[row * width], points.stride, width, depth.data());
-      widenRow(depth.data(), width, nearest.data(), nearest_measured.data(), farthest.data(),
-               measured.data());
+      widenRow(depth.data(), width, nearest.data(), farthest.data(), measured.data());
       markUse(use.empty() ? all.data() : &use[row * width], depth.data(), width, marks.data());
     }
     Tile* row_of_tiles = &level.tiles[static_cast<std::size_t>(tile_row) * tiles];
@@ -106,19 +121,17 @@ void DepthImage::fill(const PointsView& points, const std::vector<std::uint8_t>&
     for (std::size_t t = 0; t < tiles; ++t) {
       const std::size_t begin = t << shift_;
       const std::size_t end = std::min(begin + (std::size_t{1} << shift_), width);
-      Tile tile(nearest[begin], nearest_measured[begin], -farthest[begin], 0.0f);
-      float pixels = measured[begin];
+      float near = nearest[begin], far = farthest[begin], pixels = measured[begin];
       std::uint64_t marked = marks[begin];
       for (std::size_t i = begin + 1; i < end; ++i) {
-        tile = tile.min(Tile(nearest[i], nearest_measured[i], -farthest[i], 0.0f));
+        near = std::min(near, nearest[i]);
+        far = std::max(far, farthest[i]);
         pixels += measured[i];
         marked |= marks[i];
       }
-      const auto pixels_of_tile = static_cast<float>((end - begin) * (last - first));
-      tile[kClear] =
-          pixels >= kMinMeasured * pixels_of_tile ? std::min(tile[kClear], clear_range_) : 0.0f;
-      tile[kClearest] = -tile[kClear];
-      row_of_tiles[t] = tile;
+      const auto all_pixels = static_cast<float>((end - begin) * (last - first));
+      const float clear = pixels >= kMinMeasured * all_pixels ? std::min(near, clear_range_) : 0.0f;
+      row_of_tiles[t] = {pixels < all_pixels ? 0.0f : near, clear, -far, -clear};
       uses[t] = (marked & 1u) + ((marked >> 1) << 32);
     }
   }
@@ -271,25 +284,20 @@ DepthImage::Look DepthImage::look(const Vector3& c, const Vector3& half, bool wh
   return result;
 }
 
-std::uint64_t DepthImage::clearCells(const Vector3& first, const Matrix3& axes) const {
-  constexpr std::size_t kCells = 64;
-  float column[kCells], row[kCells], depth[kCells];
-  const auto fx = static_cast<float>(camera_.fx), fy = static_cast<float>(camera_.fy);
-  const auto cx = static_cast<float>(camera_.cx + 0.5), cy = static_cast<float>(camera_.cy + 0.5);
-  const Eigen::Vector3f start = first.cast<float>();
-  const Eigen::Matrix3f step = axes.cast<float>();
-  for (std::size_t i = 0; i < kCells; ++i) {
-    const auto x = static_cast<float>(i & 3u), y = static_cast<float>(i >> 2u & 3u);
-    const auto z = static_cast<float>(i >> 4u);
-    depth[i] = start.z() + x * step(2, 0) + y * step(2, 1) + z * step(2, 2);
-    const float inverse = 1.0f / depth[i];
-    column[i] = fx * (start.x() + x * step(0, 0) + y * step(0, 1) + z * step(0, 2)) * inverse + cx;
-    row[i] = fy * (start.y() + x * step(1, 0) + y * step(1, 1) + z * step(1, 2)) * inverse + cy;
-  }
+std::uint64_t DepthImage::clearCells(const Vector3& centre, const CellOffsets& offsets) const {
+  const Level& level = levels_.front();
+  const float intrinsics[4] = {static_cast<float>(camera_.fx), static_cast<float>(camera_.fy),
+                               static_cast<float>(camera_.cx + 0.5),
+                               static_cast<float>(camera_.cy + 0.5)};
+  const Eigen::Vector3f at = centre.cast<float>();
+  float depth[CellOffsets::kCells];
+  std::int32_t tile[CellOffsets::kCells];
+  tilesOfCells(offsets, at.data(), intrinsics, camera_.width, camera_.height, shift_, level.width,
+               depth, tile);
   std::uint64_t clear = 0;
-  for (std::size_t i = 0; i < kCells; ++i) {
+  for (std::size_t i = 0; i < CellOffsets::kCells; ++i) {
     const bool is_clear =
-        depth[i] > static_cast<float>(kNearPlane) && clearAt(column[i], row[i]) > depth[i];
+        tile[i] >= 0 && level.tiles[static_cast<std::size_t>(tile[i])][kClear] > depth[i];
     clear |= std::uint64_t{is_clear} << i;
   }
   return clear;

@@ -12,6 +12,22 @@
 
 namespace planar_mapping::detail {
 
+/// From the middle of a block of 4 x 4 x 4 cells to those of its cells, bit 16 z + 4 y + x.
+struct CellOffsets {
+  static constexpr std::size_t kCells = 64;
+  float x[kCells], y[kCells], z[kCells];
+
+  /// \param axes from cell to cell along x, y, z
+  explicit CellOffsets(const Matrix3& axes) {
+    for (std::size_t i = 0; i < kCells; ++i) {
+      const Vector3 to = axes * Vector3((i & 3u) - 1.5, (i >> 2u & 3u) - 1.5, (i >> 4u) - 1.5);
+      x[i] = static_cast<float>(to.x());
+      y[i] = static_cast<float>(to.y());
+      z[i] = static_cast<float>(to.z());
+    }
+  }
+};
+
 /// Smallest and largest depth of a pinhole image over rectangles of pixels, by a pyramid.
 ///
 /// What a pixel without a measurement says is nothing: it counts neither as near nor as far.
@@ -76,9 +92,8 @@ class DepthImage {
   float clearest() const { return -levels_.back().tiles.front()[kClearest]; }
   /// Are there rays for some tiles only, with gaps between them?
   bool isSparse() const { return is_sparse_; }
-  /// Which cells of a block are clear: the tile at their middle is. Bit 16 z + 4 y + x; camera
-  /// frame. \param first middle of the first cell, \param axes a step along x, y, z
-  std::uint64_t clearCells(const Vector3& first, const Matrix3& axes) const;
+  /// Which cells about the middle of a block (camera frame) are clear: the tile at their own is.
+  std::uint64_t clearCells(const Vector3& centre, const CellOffsets& offsets) const;
   /// Calls visit(ray, depth) for rays (world, 1 long along the optical axis) that are clear up to a
   /// depth: a few across the image, of a sparse one that of the nearest measurement of each tile.
   template <typename Visit>

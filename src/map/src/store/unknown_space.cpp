@@ -13,8 +13,8 @@ constexpr int kBlockLevel = 2;
 constexpr int kRegionLevel = 5;
 constexpr int kRootLevel = 9;  ///< the walk starts at cubes of 512 cells
 /// Blocks of which the side is less than this fraction of their distance are free as a whole or not
-/// at all; those of s = 0.1 m from 20 m on.
-constexpr double kFarBlock = 0.02;
+/// at all; those of s = 0.1 m from 16 m on.
+constexpr double kFarBlock = 0.025;
 /// Up to so many cells from the sensor a cell is free if any ray passes it.
 constexpr double kNearCells = 5.0;
 
@@ -106,7 +106,8 @@ class UnknownSpace::Walk {
         cell_(cell),
         max_range_(max_range),
         marks_hidden_(!space.isUnseenUnknown()),
-        axes_(cell * image.inverseRotation()) {
+        axes_(cell * image.inverseRotation()),
+        offsets_(axes_) {
     for (int level = 0; level <= kRootLevel; ++level) {
       // All cells, each as a box along the camera's axes, about the middle of the cube.
       const double half = 0.5 * cell * static_cast<double>(1 << level);
@@ -174,9 +175,7 @@ class UnknownSpace::Walk {
   /// Cell by cell. \param is_hidden all of it, as far as the image sees it
   void block(const Int3& at, const Vector3& centre, bool is_hidden, bool is_far) {
     const std::uint64_t free =
-        is_far || image_.isSparse()
-            ? 0
-            : image_.clearCells(centre - axes_ * Vector3::Constant(1.5), axes_);
+        is_far || image_.isSparse() ? 0 : image_.clearCells(centre, offsets_);
     region_.mark(at, free, true);
     if (!marks_hidden_) return;
     std::uint64_t hidden = 0;
@@ -208,6 +207,7 @@ class UnknownSpace::Walk {
   const double max_range_;
   const bool marks_hidden_;
   const Matrix3 axes_;  ///< from cell to cell, in the camera's frame
+  const CellOffsets offsets_;
   Vector3 half_[kRootLevel + 1];
   Vector3 child_[kRootLevel + 1][8];
 };
