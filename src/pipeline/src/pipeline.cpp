@@ -36,6 +36,10 @@ std::uint64_t pictureFingerprint(const Frame& frame) {
   return value;
 }
 
+std::string rounded(double value) {
+  return formatNumber(std::round(10.0 * value) / 10.0);
+}
+
 /// Stages through the last one of these kinds.
 std::size_t sizeThrough(const Configuration& configuration,
                         std::initializer_list<StageKind> kinds) {
@@ -140,10 +144,36 @@ CloudScale Pipeline::knownScale(const Frame& frame) const {
   return scale;
 }
 
-void Pipeline::adaptMapping(const Frame& frame) {
+/// What is odd about the first cloud, in a sentence each.
+void Pipeline::remarkOn(const CloudScale& scale, Frame& frame) const {
+  constexpr double kMaxSpacing = 1.0;  // of points that a robot uses, metres
+  constexpr double kMaxRange = 100.0;
+  if (scale.spacing > kMaxSpacing && scale.max_range > kMaxRange) {
+    frame.warnings.push_back(frame.source + ": the points are " + rounded(scale.spacing) +
+                             " apart and up to " + rounded(scale.max_range) +
+                             " from the sensor: if they are in millimetres, scale them by 0.001; "
+                             "all lengths of the map are in the unit of the cloud");
+  }
+  if (!frame.pose_assumed) return;
+  if (scale.has_sensor) {
+    frame.notes.push_back(frame.source +
+                          ": no VIEWPOINT; the sensor is taken to be at the origin "
+                          "of the cloud");
+  } else {
+    frame.warnings.push_back(
+        frame.source +
+        ": no VIEWPOINT, and its points cannot have been seen from its origin: taken as merged of "
+        "many scans, for which no space is free or unknown unless "
+        "planar_cuboid_approximation.unknown_space=true says so");
+  }
+}
+
+void Pipeline::adaptMapping(Frame& frame) {
   if (mapping_adapted_) return;
   mapping_adapted_ = true;
   CloudScale scale = knownScale(frame);
+  scale.has_sensor = !frame.pose_assumed || !isMerged(viewOf(*frame.cloud), &frame.indices);
+  remarkOn(scale, frame);
   for (std::size_t i = sensing_size_; i < configuration_.stages.size(); ++i) {
     const ConfiguredStage& configured = configuration_.stages[i];
     configured.stage->adapt(scale);

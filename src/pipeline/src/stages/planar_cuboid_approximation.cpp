@@ -25,8 +25,8 @@ class PlanarCuboidApproximationStage : public Stage {
   void declare(ParameterTable& table) override {
     CuboidApproximationParams& approximation = params_.approximation;
     table.number("resolution_m", resolution_, Range::positive(),
-                 "s, side of the smallest cell; auto = a hundredth of the cloud's extent, at least "
-                 "four point spacings");
+                 "s, side of the smallest cell; auto = a hundredth of the cloud's extent, at most "
+                 "0.2 m, but at least three point spacings and four times the noise");
     table.number("thickness_m", approximation.thickness, Range::atLeast(0.0),
                  "extension behind the surface; 0 = resolution_m");
     table.number("density_threshold", approximation.density_threshold, Range::above(0.0, 1.0),
@@ -56,7 +56,11 @@ class PlanarCuboidApproximationStage : public Stage {
                  "[ours] largest offset between them; auto = resolution_m");
     table.number("association_gap_m", association_gap_, Range::atLeast(0.0),
                  "[ours] largest gap between their patches; auto = five times resolution_m");
-    table.flag("unknown_space", params_.unknown_space, "keep track of unknown space (Fig. 5c)");
+    table.word(
+        "unknown_space", unknown_space_,
+        {{"auto", UnknownSpace::Auto}, {"true", UnknownSpace::Yes}, {"false", UnknownSpace::No}},
+        "keep track of unknown space (Fig. 5c); auto = unless the cloud is merged of many "
+        "scans, whose rays mean nothing");
     table.number("unknown_resolution_m", params_.unknown_resolution, Range::atLeast(0.0),
                  "side of an unknown cell; 0 = resolution_m");
     table.number("max_range_m", max_range_, Range::positive(),
@@ -108,6 +112,10 @@ class PlanarCuboidApproximationStage : public Stage {
     // Beyond what is mapped there would be borders, as noisy as the depths, of nothing in the map.
     if (!max_range_) max_range_ = automaticMaxRange(scale.depth_limit.value_or(scale.max_range));
     if (!up_) up_ = scale.up;
+    if (unknown_space_ == UnknownSpace::Auto) {
+      unknown_space_ = scale.has_sensor ? UnknownSpace::Yes : UnknownSpace::No;
+    }
+    params_.unknown_space = unknown_space_ == UnknownSpace::Yes;
     noise_.adapt(scale);
     params_.approximation.resolution = *resolution_;
     params_.approximation.up = up_->normalized();
@@ -133,6 +141,8 @@ class PlanarCuboidApproximationStage : public Stage {
   }
 
  private:
+  enum class UnknownSpace : std::uint8_t { Auto, Yes, No };
+
   /// The map keeps track of unknown space up to 2,048 of its cells away.
   double automaticMaxRange(double range) const {
     constexpr double kMaxCells = 2048.0;
@@ -144,6 +154,7 @@ class PlanarCuboidApproximationStage : public Stage {
   PlanarMapParams params_;
   PlanarMapping<pcl::PointXYZ> mapping_;
   detail::NoiseKeys noise_;
+  UnknownSpace unknown_space_ = UnknownSpace::Auto;
   std::optional<double> resolution_ = 0.1;
   std::optional<double> association_offset_ = 0.1;
   std::optional<double> association_gap_ = 0.5;

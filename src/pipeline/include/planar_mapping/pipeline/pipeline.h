@@ -85,7 +85,8 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   void runStage(std::size_t index, Frame& frame);
   void findUsablePoints(Frame& frame) const;
   CloudScale knownScale(const Frame& frame) const;
-  void adaptMapping(const Frame& frame);
+  void adaptMapping(Frame& frame);
+  void remarkOn(const CloudScale& scale, Frame& frame) const;
   FrameReport report(const Frame& frame) const;
 
   Configuration configuration_;
