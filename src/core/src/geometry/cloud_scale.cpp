@@ -55,12 +55,9 @@ double spacingOf(const std::vector<Vector3>& sample, const Vector3& low, double 
   return cell * std::sqrt(static_cast<double>(cells) / static_cast<double>(points));
 }
 
-/// Median over small cells of the RMS distance of their points from their plane.
-double noiseOf(const std::vector<Vector3>& sample, double spacing) {
-  constexpr double kSpacings = 6.0;          // side of a cell
+/// Median over cells of a side of the RMS distance of their points from their plane.
+double noiseIn(const std::vector<Vector3>& sample, double side) {
   constexpr std::ptrdiff_t kMinPoints = 12;  // that tell a plane from its noise
-  if (!(spacing > 0.0)) return 0.0;
-  const double side = kSpacings * spacing;
   struct Place {
     std::uint64_t cell;
     std::size_t point;
@@ -99,6 +96,21 @@ double noiseOf(const std::vector<Vector3>& sample, double spacing) {
     first = last;
   }
   return residuals.empty() ? 0.0 : quantile(residuals, 0.5);
+}
+
+/// In cells as small as hold enough points, and large against the noise, which they cut off.
+double noiseOf(const std::vector<Vector3>& sample, double spacing) {
+  constexpr double kSpacings = 6.0;
+  constexpr double kNoises = 6.0;
+  constexpr int kMaxDoublings = 4;
+  if (!(spacing > 0.0)) return 0.0;
+  double side = kSpacings * spacing;
+  double noise = noiseIn(sample, side);
+  for (int i = 0; i < kMaxDoublings && kNoises * noise > side; ++i) {
+    side *= 2.0;
+    noise = noiseIn(sample, side);
+  }
+  return noise;
 }
 
 PLANAR_MAPPING_MULTIVERSION

@@ -164,6 +164,7 @@ Props makeCornerAxes(const CameraView& view, int picture_width, int picture_heig
   std::sort(order.begin(), order.end(),
             [&](int a, int b) { return view.direction()[a] > view.direction()[b]; });
   Props props;
+  Captions letters;
   for (const int axis : order) {
     const Vector2 tip(size * right[axis], size * view.view_up[axis]);
     const double length = tip.norm();
@@ -179,9 +180,11 @@ Props makeCornerAxes(const CameraView& view, int picture_width, int picture_heig
       props.push_back(makePolygon({outline.begin(), outline.end()}, {cx, cy}, kAxisColors[axis]));
     }
     const Vector2 at = length > 1e-9 ? Vector2(tip * (1.0 + 0.32 * size / length)) : tip;
-    if (length > 0.3 * size) {
-      props.push_back(makeText(std::string(1, "xyz"[axis]), cx + at.x(), cy + at.y(), 0.36 * size,
-                               on_dark, false, true));
+    const std::string letter(1, "xyz"[axis]);
+    const double pixels = std::max(8.0, 0.36 * size);  // no font is smaller
+    if (length > 0.3 * size && letters.takeCentered(letter, cx + at.x(), cy + at.y(), pixels)) {
+      props.push_back(
+          makeText(letter, cx + at.x(), cy + at.y(), 0.36 * size, on_dark, false, true));
     }
   }
   return props;

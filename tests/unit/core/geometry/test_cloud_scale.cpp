@@ -61,19 +61,23 @@ std::vector<float> roomScan(bool through) {
   return xyz;
 }
 
+/// Scans of two other places added: what is hidden from the origin was seen from there.
+std::vector<float> threeScans() {
+  std::vector<float> xyz = roomScan(false);
+  const std::vector<float> other = roomScan(true);
+  for (std::size_t i = 0; i < other.size(); i += 3) {
+    xyz.insert(xyz.end(), {other[i] + 5.0f, other[i + 1], other[i + 2]});
+    xyz.insert(xyz.end(), {other[i] - 5.0f, other[i + 1], other[i + 2]});
+  }
+  return xyz;
+}
+
 TEST(IsMerged, KnowsWhatNoSensorAtTheOriginCanSee) {
   const auto merged = [](const std::vector<float>& xyz) {
     return isMerged(PointsView(xyz.data(), xyz.size() / 3), nullptr);
   };
   EXPECT_FALSE(merged(roomScan(false)));
-  // Two scans of the room, the origin on the table's side: what it hides from one the other saw.
-  std::vector<float> two = roomScan(false);
-  const std::vector<float> other = roomScan(true);
-  for (std::size_t i = 0; i < other.size(); i += 3) {
-    two.insert(two.end(), {other[i] + 5.0f, other[i + 1], other[i + 2]});
-    two.insert(two.end(), {other[i] - 5.0f, other[i + 1], other[i + 2]});
-  }
-  EXPECT_TRUE(merged(two));
+  EXPECT_TRUE(merged(threeScans()));
   // In coordinates of a country.
   std::vector<float> far = roomScan(false);
   for (std::size_t i = 0; i < far.size(); i += 3) far[i] += 1000.0f;
@@ -83,8 +87,7 @@ TEST(IsMerged, KnowsWhatNoSensorAtTheOriginCanSee) {
 }
 
 TEST(IsMerged, OrganizedCloudsAreOfOneScan) {
-  std::vector<float> two = roomScan(false);
-  for (std::size_t i = 0; i < two.size() / 2; i += 3) two[i] += 4.0f;
+  const std::vector<float> two = threeScans();
   PointsView points(two.data(), two.size() / 3);
   EXPECT_TRUE(isMerged(points, nullptr));
   points.width = static_cast<std::uint32_t>(points.size / 2);
@@ -93,17 +96,20 @@ TEST(IsMerged, OrganizedCloudsAreOfOneScan) {
 }
 
 TEST(CloudScale, NoiseIsTheDistanceFromLocalPlanes) {
-  std::vector<float> xyz = wall(50000, 1.0);
-  EXPECT_LT(
-      scaleOf(PointsView(xyz.data(), 50000), usablePoints(PointsView(xyz.data(), 50000))).noise,
-      1e-4);
-  Random random(2);
-  for (std::size_t i = 2; i < xyz.size(); i += 3)
-    xyz[i] += static_cast<float>(0.03 * random.normal());
-  const PointsView points(xyz.data(), 50000);
-  const CloudScale scale = scaleOf(points, usablePoints(points));
-  EXPECT_NEAR(scale.noise, 0.03, 0.01);
-  EXPECT_EQ(automaticResolution(scale), 0.1);
+  const auto scaleWith = [](double noise) {
+    std::vector<float> xyz = wall(50000, 1.0);
+    Random random(2);
+    for (std::size_t i = 2; i < xyz.size(); i += 3) {
+      xyz[i] += static_cast<float>(noise * random.normal());
+    }
+    const PointsView points(xyz.data(), 50000);
+    return scaleOf(points, usablePoints(points));
+  };
+  EXPECT_LT(scaleWith(0.0).noise, 1e-4);
+  EXPECT_NEAR(scaleWith(0.01).noise, 0.01, 0.003);
+  EXPECT_NEAR(scaleWith(0.06).noise, 0.06, 0.02);  // more than the first cells can hold
+  EXPECT_EQ(automaticResolution(scaleWith(0.01)), 0.05);
+  EXPECT_EQ(automaticResolution(scaleWith(0.06)), 0.2);
 }
 
 TEST(AutomaticResolution, FollowsExtentSpacingAndNoise) {
