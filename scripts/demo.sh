@@ -2,7 +2,7 @@
 # From nothing to a map you can look at: installs packages, builds, maps, draws.
 #   scripts/demo.sh                 images of a stereo camera in a generated corridor
 #   scripts/demo.sh FILE.pcd...     your own clouds
-#   scripts/demo.sh FOLDER          your own sequence: left/ and right/, rgb/ and depth/, or clouds/
+#   scripts/demo.sh FOLDER          your own sequence, or one of KITTI, TUM RGB-D, EuRoC, ICL-NUIM, Middlebury, Open3D
 # PLANAR_MAPPING_DEMO_DIR chooses where the results go (default: out/demo below the project).
 set -euo pipefail
 if [[ ${1:-} == -h || ${1:-} == --help ]]; then
@@ -31,22 +31,13 @@ if [[ ${#inputs[@]} -eq 0 ]]; then
     -o "$out/sequence" --force -q
   # The camera's true poses only measure the motion that is found.
   inputs=("$out/sequence")
-  config=config/stereo_indoor.yaml
   options+=(--set motion_estimation.poses=ignore)
-elif [[ ${#inputs[@]} -eq 1 && -f ${inputs[0]} ]]; then
-  config=config/single_pcd.yaml
-elif [[ ${#inputs[@]} -eq 1 && -d ${inputs[0]}/left ]]; then
-  config=config/stereo_indoor.yaml
-elif [[ ${#inputs[@]} -eq 1 && -d ${inputs[0]}/depth ]]; then
-  config=config/rgbd_indoor.yaml
-else
-  config=config/pcd_sequence.yaml
 fi
 
 arguments=("${options[@]}")
 for input in "${inputs[@]}"; do arguments+=(-i "$input"); done
-echo "== mapping with $config"
-"$planar_map" run "$config" "${arguments[@]}" -o "$out/map" --force -q
+echo "== mapping"
+"$planar_map" run "${arguments[@]}" -o "$out/map" --force > /dev/null
 
 echo "== drawing"
 map=$out/map/map.pmap

@@ -39,6 +39,13 @@ Json mapInfo(const std::string& path) {
   info["unknown_cells"] = map.unknownCells();
   info["memory_bytes"] = map.memoryBytes();
   info["file_bytes"] = fs::file_size(path);
+  // A first frame that is not moved gives the map its coordinates.
+  const auto& poses = map.trajectory();
+  const bool is_first =
+      !poses.empty() && poses.front().second.matrix() == Pose::Identity().matrix();
+  info["frame"] = is_first ? "of the first frame" : "world";
+  info["up"] = toJson(approximation.up);
+  if (map.params().unknown_space) info["max_range_m"] = map.params().max_range;
   Vector3 low;
   Vector3 high;
   if (map.bounds(low, high)) info["bounds_m"] = {{"low", toJson(low)}, {"high", toJson(high)}};

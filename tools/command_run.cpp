@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <cstdio>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -99,21 +100,51 @@ void showReport(std::size_t done, std::size_t all, const FrameReport& report) {
 }
 
 void writeJsonLine(std::size_t done, std::size_t all, const FrameReport& report) {
-  const nlohmann::ordered_json line = {{"done", done},
-                                       {"frames", all},
-                                       {"source", report.source},
-                                       {"planes", report.planes},
-                                       {"cuboids", report.cuboids},
-                                       {"frame_ms", report.frame_ms}};
+  nlohmann::ordered_json line = {{"done", done},
+                                 {"frames", all},
+                                 {"source", report.source},
+                                 {"planes", report.planes},
+                                 {"cuboids", report.cuboids},
+                                 {"frame_ms", report.frame_ms},
+                                 {"seconds_left", nullptr}};
+  if (const std::optional<double> left = secondsLeft(done, all)) line["seconds_left"] = *left;
   std::cerr << line.dump() << std::endl;
+}
+
+/// How much of what was measured the map holds, and where the rest went.
+std::string coverageSentence(const nlohmann::json& metrics) {
+  constexpr double kUsual = 0.95;
+  if (!metrics["coverage"].is_number()) return "";
+  const double coverage = metrics["coverage"];
+  const double mappable =
+      metrics["points"]["valid"].get<double>() - metrics["points"]["ground"].get<double>();
+  const double removed = metrics["points"]["rejected"].get<double>() / std::max(mappable, 1.0);
+  char text[256];
+  std::snprintf(text, sizeof text,
+                "%.1f %% of the points lie in a cuboid or within half a cell of one",
+                100.0 * coverage);
+  std::string sentence = text;
+  if (coverage >= kUsual) return sentence;
+  if (2.0 * removed >= 1.0 - coverage) {
+    std::snprintf(text, sizeof text,
+                  "; most of the others are among the %.1f %% that stages before the map removed "
+                  "(too far, too uncertain, believed too little)",
+                  100.0 * removed);
+    return sentence + text;
+  }
+  return sentence +
+         "; most of the others are in cells that got too few points or too little belief "
+         "(min_points_per_cell, min_cell_share, min_probability)";
 }
 
 void printSummary(const RunResult& result) {
   const auto metrics = nlohmann::json::parse(result.metrics_json);
   std::cout << metrics["frames"] << " frames, " << metrics["points"]["valid"] << " points -> "
             << metrics["planes"] << " planes, " << metrics["cuboids"]["total"] << " cuboids ("
-            << metrics["standard_cells"] << " cells of a standard grid)\n"
-            << result.output << "/map.pmap\n";
+            << metrics["standard_cells"] << " cells of a standard grid)\n";
+  const std::string coverage = coverageSentence(metrics);
+  if (!coverage.empty()) std::cout << coverage << '\n';
+  std::cout << result.output << "/map.pmap\n";
 }
 
 /// The same from frames of a front-end elsewhere, which may go away.

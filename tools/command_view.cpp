@@ -17,7 +17,8 @@ CLI::App* addPassThrough(CLI::App& app, const std::string& name, const std::stri
 }  // namespace
 
 void addViewCommand(CLI::App& app, int&) {
-  auto* command = addPassThrough(app, "view", "Look at a map (and clouds) in a window");
+  auto* command = addPassThrough(
+      app, "view", "Look at a map (and clouds) in a window; --follow shows it as it grows");
   command->callback([command]() { becomeViewer(command->remaining()); });
 }
 

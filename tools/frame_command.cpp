@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
@@ -86,11 +87,26 @@ std::atomic<bool>& stopOnSignal() {
   return stop_requested;
 }
 
+std::optional<double> secondsLeft(std::size_t done, std::size_t all) {
+  using Clock = std::chrono::steady_clock;
+  static const Clock::time_point first_time = Clock::now();
+  static const std::size_t first_done = done;
+  if (done <= first_done || all < done) return std::nullopt;
+  const std::chrono::duration<double> elapsed = Clock::now() - first_time;
+  return elapsed.count() * static_cast<double>(all - done) / static_cast<double>(done - first_done);
+}
+
 void drawBar(std::size_t done, std::size_t all, const std::string& text) {
   constexpr std::size_t kWidth = 30;
+  std::string left;
+  if (const std::optional<double> seconds = secondsLeft(done, all); seconds && done < all) {
+    const auto whole = static_cast<long>(std::lround(*seconds));
+    const std::string rest = std::to_string(whole % 60);
+    left = ", " + std::to_string(whole / 60) + (rest.size() < 2 ? ":0" : ":") + rest + " left";
+  }
   const std::size_t filled = all > 0 ? kWidth * done / all : 0;
   std::cerr << "\r[" << std::string(filled, '#') << std::string(kWidth - filled, '.') << "] "
-            << done << (all > 0 ? "/" + std::to_string(all) : std::string()) << "  " << text
+            << done << (all > 0 ? "/" + std::to_string(all) : std::string()) << "  " << text << left
             << "   " << (done == all ? "\n" : "") << std::flush;
 }
 

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -41,6 +42,10 @@ Configuration loadFor(const FrameArguments& arguments, const std::string& profil
 /// Set by the first SIGINT or SIGTERM, so that what was done is saved; a second one ends the
 /// program at once. Also silences PCL, and makes a full disk an error of write().
 std::atomic<bool>& stopOnSignal();
+
+/// Seconds until the last of \p all is done, if those to come take as long as those since the first
+/// call of this process; empty where nothing tells. \param done  of \p all; 0 of all = unknown
+std::optional<double> secondsLeft(std::size_t done, std::size_t all);
 
 /// One line on stderr that is drawn over and over. \param all  0 = unknown
 void drawBar(std::size_t done, std::size_t all, const std::string& text);

@@ -4,10 +4,13 @@
 
 #include <exception>
 #include <iostream>
+#include <map>
 #include <new>
 #include <string>
+#include <vector>
 
 #include "commands.h"
+#include "input/unknown_words.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pipeline/output.h"
 
@@ -25,6 +28,39 @@ void keepFrameBuffers() {
   constexpr int kLargestKept = 32 << 20;
   ::mallopt(M_MMAP_THRESHOLD, kLargestKept);
   ::mallopt(M_TRIM_THRESHOLD, 4 * kLargestKept);
+}
+
+/// What --help of a command ends with.
+void addExamples(CLI::App& app) {
+  static const std::map<std::string, std::vector<std::string>> kExamples = {
+      {"run",
+       {"run cloud.pcd -o out", "run kitti/sequences/00 -o out",
+        "run config/rgbd_indoor.yaml -i sequence -o out --set pass_through.max_m=4",
+        "run --watch recording -o out --idle 10"}},
+      {"frontend", {"frontend -i sequence --connect mapper.local:5600 --keys frontend.key"}},
+      {"keys", {"keys -o keys --name robot1"}},
+      {"validate", {"validate my.yaml"}},
+      {"config",
+       {"config --explain multi_plane_segmentation.distance_threshold_m",
+        "config --effective my.yaml"}},
+      {"stages", {"stages", "stages --describe stereo_matching"}},
+      {"info", {"info out/map.pmap", "info kitti/sequences/00 --json"}},
+      {"query",
+       {"query out/map.pmap --point 1,0,0.5 --ray 0,0,0.4,1,0,0",
+        "query out/map.pmap --points cloud.pcd"}},
+      {"convert", {"convert out/map.pmap map.ply", "convert out/map.pmap map.pmap --finished"}},
+      {"merge", {"merge monday.pmap tuesday.pmap -o both.pmap"}},
+      {"compare", {"compare out/map.pmap other/map.pmap --threshold 0.02"}},
+      {"simulate", {"simulate corridor --write images --frames 12 --step 0.2 -o scene"}},
+      {"evaluate", {"evaluate config/evaluate.yaml --cells 0.1,0.2 -o out"}}};
+  app.footer("planar_map COMMAND --help has the options of a command, and examples.");
+  for (CLI::App* command : app.get_subcommands({})) {
+    const auto examples = kExamples.find(command->get_name());
+    if (examples == kExamples.end()) continue;
+    std::string text = "Examples:";
+    for (const std::string& example : examples->second) text += "\n  planar_map " + example;
+    command->footer(text);
+  }
 }
 
 int run(int argc, char** argv) {
@@ -50,6 +86,7 @@ int run(int argc, char** argv) {
   addSnapshotCommand(app, exit_code);
   addSimulateCommand(app, exit_code);
   addEvaluateCommand(app, exit_code);
+  addExamples(app);
   if (argc < 2) {
     std::cerr << app.help();
     return kUsage;
@@ -62,7 +99,13 @@ int run(int argc, char** argv) {
       app.exit(error);
       return kDone;
     }
-    return report(std::string(error.what()) + "; see planar_map --help", kUsage);
+    const bool unknown = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
+    const std::string suggestion = unknown ? suggestionFor(app) : "";
+    const CLI::App* command = app.get_subcommands().empty() ? &app : app.get_subcommands().front();
+    const std::string name = command == &app ? "" : command->get_name() + " ";
+    return report(
+        error.what() + (suggestion.empty() ? "; see planar_map " + name + "--help" : suggestion),
+        kUsage);
   }
 }
 

@@ -137,9 +137,11 @@ std::string referencePage(const StageTable& table) {
       "From the first frame that is mapped [ours]: the *extent* is the diagonal of the box that "
       "holds the\nmiddle 98 % of the points along each axis, the *spacing* the side of the square "
       "of surface that one\npoint stands for (occupied area, counted in a 64th of the largest "
-      "side, over the number of points).\nThe automatic resolution is the larger of extent / 100 "
-      "and four spacings, rounded to 1, 2 or 5 times\na power of ten; it has the unit of the file, "
-      "so clouds in millimetres work too. The other keys say\nwhat they take from it. "
+      "side, over the number of points),\nthe *noise* the RMS distance of neighbouring points from "
+      "their plane. The automatic resolution is extent / 100, at\nmost 0.2 m, but at least three "
+      "spacings and four times the noise, rounded to 1, 2 or 5 times a power of\nten; it has the "
+      "unit of the file, so clouds in millimetres work too. The other keys say what they take from "
+      "it.\n"
       "`config.resolved.yaml` of a run holds the values that were used.\n\n"
       "## Stages\n";
   for (const StageEntry& entry : table.entries()) {

@@ -146,7 +146,7 @@ TEST_F(BadInput, OnePointABillionMetresAwayDoesNotSpoilTheRest) {
   std::vector<float> xyz = roomPoints(20000);
   xyz.insert(xyz.end(), {1e9f, -1e9f, 1e9f});
   const ProgramResult result = expectMapped(write("outlier.pcd", binaryPcd(xyz)));
-  EXPECT_NE(std::string::npos, read("out/config.resolved.yaml").find("resolution_m: 0.2\n"))
+  EXPECT_NE(std::string::npos, read("out/config.resolved.yaml").find("resolution_m: 0.1\n"))
       << read("out/config.resolved.yaml");
   EXPECT_LT(result.seconds, 20.0);
 }

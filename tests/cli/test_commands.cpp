@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <nlohmann/json.hpp>
 
+#include <sstream>
+
 #include "cli_fixture.h"
 
 namespace planar_mapping {
@@ -175,6 +177,46 @@ TEST_F(Commands, HelpAndVersionGoToStdout) {
     EXPECT_EQ(0, result.exit_code);
     EXPECT_NE("", result.out);
     EXPECT_EQ("", result.err);
+  }
+}
+
+TEST_F(Commands, MisspeltCommandsAndOptionsGetAProposal) {
+  const ProgramResult command = planarMap({"simlate", "corridor"});
+  EXPECT_EQ(2, command.exit_code);
+  expectOneSentence(command, "did you mean 'simulate'?");
+  const ProgramResult option = planarMap({"run", "room.pcd", "--ouput", "out"});
+  EXPECT_EQ(2, option.exit_code);
+  expectOneSentence(option, "did you mean '--output'?");
+  const ProgramResult with_value = planarMap({"simulate", "corridor", "-o", "x", "--fames=3"});
+  expectOneSentence(with_value, "did you mean '--frames'?");
+  const ProgramResult nothing_near = planarMap({"xyzzyplugh"});
+  EXPECT_EQ(2, nothing_near.exit_code);
+  expectOneSentence(nothing_near, "see planar_map --help");
+}
+
+TEST_F(Commands, HelpHasExamplesThatParse) {
+  const std::string all = planarMap({"--help"}).out;
+  for (const std::string command :
+       {"run", "frontend", "keys", "validate", "config", "stages", "info", "query", "convert",
+        "merge", "compare", "simulate", "evaluate"}) {
+    EXPECT_NE(std::string::npos, all.find("\n  " + command)) << command;
+    std::istringstream lines(planarMap({command, "--help"}).out);
+    std::size_t examples = 0;
+    const std::string start = "  planar_map ";
+    for (std::string line; std::getline(lines, line);) {
+      if (line.compare(0, start.size(), start) != 0) continue;
+      ++examples;
+      std::istringstream words(line.substr(start.size()));
+      std::vector<std::string> arguments;
+      for (std::string word; words >> word;) arguments.push_back(word);
+      EXPECT_EQ(command, arguments.front());
+      // Inputs are missing here, but every word is known.
+      ProgramOptions options;
+      options.directory = directory_.path();
+      if (command == "keys" || command == "simulate" || command == "evaluate") continue;
+      EXPECT_NE(2, planarMap(arguments, options).exit_code) << line;
+    }
+    EXPECT_GE(examples, 1u) << command;
   }
 }
 

@@ -52,7 +52,7 @@ TEST_F(Interruption, KilledWhileSavingLeavesTheOldFileOrTheNewOne) {
   ASSERT_EQ(0, runOn(cloud).exit_code);
   const std::string old_map = read("out/map.pmap");
   const std::vector<std::string> other = {"--force", "--set",
-                                          "planar_cuboid_approximation.resolution_m=0.1"};
+                                          "planar_cuboid_approximation.resolution_m=0.2"};
   ASSERT_EQ(0, runOn(cloud, other).exit_code);
   const std::string new_map = read("out/map.pmap");
   ASSERT_TRUE(old_map != new_map);

@@ -154,6 +154,29 @@ TEST_F(Layouts, MiddleburyGivesTheMapOfTheSameFolder) {
   expectSameMap(native, "stereo_indoor.yaml", folder, "Middlebury: 1 image pair, no poses");
 }
 
+TEST_F(Layouts, TheTutorialRunsAsItStands) {
+  std::ifstream page(std::string(PLANAR_MAPPING_SOURCE_DIR) + "/docs/tutorials/kitti_tum_euroc.md");
+  std::string script = "set -e\nexport PATH=" + std::string(PLANAR_MAPPING_BIN_DIR) + ":$PATH\n";
+  bool inside = false;
+  for (std::string line; std::getline(page, line);) {
+    if (line.compare(0, 3, "```") == 0) {
+      inside = line == "```sh";
+    } else if (inside) {
+      script += line + "\n";
+    }
+  }
+  ProgramOptions options;
+  options.directory = directory_.path();
+  const ProgramResult result = runProgram({"/bin/bash", "-c", script}, options);
+  ASSERT_EQ(0, result.exit_code) << result.err;
+  for (const char* out : {"out_kitti", "out_tum", "out_euroc", "out_cloud", "out_live"}) {
+    const Json metrics = Json::parse(read(std::string(out) + "/metrics.json"));
+    EXPECT_GT(metrics["planes"], 0) << out;
+    EXPECT_EQ(0, metrics["frames_skipped"]) << out;
+  }
+  EXPECT_NE(std::string::npos, result.err.find("EuRoC (ASL): 4 image pairs, no poses"));
+}
+
 TEST_F(Layouts, AConfigurationThatIsGivenWins) {
   const std::string cloud = room();
   const ProgramResult result =

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "cli_fixture.h"
 
@@ -255,6 +256,71 @@ TEST_F(Run, ThreeHundredThousandPointsTakeWellUnderASecond) {
   RecordProperty("seconds", std::to_string(result.seconds));
   // The aim is 0.4 s; sanitizers and busy machines get room.
   EXPECT_LT(result.seconds, 8.0);
+}
+
+TEST_F(Run, SaysHowMuchOfThePointsTheMapCovers) {
+  const std::string cloud = room();
+  const ProgramResult usual = planarMap({"run", cloud, "-o", directory_ / "out", "-q", "--json"});
+  ASSERT_EQ(0, usual.exit_code) << usual.err;
+  ASSERT_GT(Json::parse(usual.out)["coverage"].get<double>(), 0.95);
+  const ProgramResult good = planarMap({"run", cloud, "-o", directory_ / "good"});
+  EXPECT_NE(std::string::npos, good.out.find("% of the points lie in a cuboid")) << good.out;
+  EXPECT_EQ(std::string::npos, good.out.find("most of the others")) << good.out;
+  const ProgramResult few = planarMap({"run", cloud, "-o", directory_ / "few", "--set",
+                                       "planar_cuboid_approximation.min_points_per_cell=60"});
+  EXPECT_NE(std::string::npos, few.out.find("too few points")) << few.out;
+}
+
+TEST_F(Run, ProgressHasTheSecondsLeft) {
+  const ProgramResult result = runSequence("out", {"--progress", "jsonl"});
+  ASSERT_EQ(0, result.exit_code) << result.err;
+  std::istringstream lines(result.err);
+  std::vector<Json> reports;
+  for (std::string line; std::getline(lines, line);) reports.push_back(Json::parse(line));
+  ASSERT_EQ(3u, reports.size());
+  EXPECT_TRUE(reports[0]["seconds_left"].is_null());  // nothing tells yet
+  EXPECT_GT(reports[1]["seconds_left"], 0.0);
+  EXPECT_EQ(0.0, reports[2]["seconds_left"]);
+}
+
+TEST_F(Run, CloudInMillimetresGetsASentence) {
+  std::vector<float> xyz = roomPoints(5000);
+  for (float& v : xyz) v *= 1000.0f;
+  const ProgramResult result =
+      planarMap({"run", write("mm.pcd", binaryPcd(xyz)), "-o", directory_ / "out", "-q"});
+  EXPECT_EQ(0, result.exit_code) << result.err;
+  expectOneSentence(result, "scale them by 0.001");
+}
+
+TEST_F(Run, MergedCloudMakesNoFreeOrUnknownSpaceUnlessTold) {
+  std::vector<float> xyz = roomPoints(20000);
+  const std::size_t one = xyz.size();
+  for (std::size_t i = 0; i < one; i += 3)
+    xyz.insert(xyz.end(), {-2.0f * xyz[i], -2.0f * xyz[i + 1], xyz[i + 2]});
+  for (std::size_t i = 0; i < one; i += 3)
+    xyz.insert(xyz.end(), {xyz[i] + 3.0f, xyz[i + 1], 2.0f * xyz[i + 2]});
+  const std::string cloud = write("merged.pcd", binaryPcd(xyz));
+  const ProgramResult result = planarMap({"run", cloud, "-o", directory_ / "out", "-q"});
+  EXPECT_EQ(0, result.exit_code) << result.err;
+  expectOneSentence(result, "taken as merged of many scans");
+  EXPECT_NE(std::string::npos, read("out/config.resolved.yaml").find("unknown_space: \"false\""));
+  const ProgramResult told = planarMap({"run", cloud, "-o", directory_ / "told", "-q", "--set",
+                                        "planar_cuboid_approximation.unknown_space=true"});
+  EXPECT_EQ(0, told.exit_code) << told.err;
+  EXPECT_NE(std::string::npos, read("told/config.resolved.yaml").find("unknown_space: \"true\""));
+  const ProgramResult single = planarMap({"run", room(), "-o", directory_ / "single", "-q"});
+  EXPECT_EQ("", single.err);
+  EXPECT_NE(std::string::npos, read("single/run.log").find("no VIEWPOINT"));
+  EXPECT_NE(std::string::npos, read("single/config.resolved.yaml").find("unknown_space: \"true\""));
+}
+
+TEST_F(Run, InfoHasFrameUpAxisAndRange) {
+  ASSERT_EQ(0, runSequence("out").exit_code);
+  const Json info = Json::parse(planarMap({"info", directory_ / "out/map.pmap", "--json"}).out);
+  EXPECT_EQ("of the first frame", info["frame"]);
+  EXPECT_EQ(Json({0.0, 0.0, 1.0}), info["up"]);
+  EXPECT_GT(info["max_range_m"], 1.0);
+  EXPECT_LT(info["bounds_m"]["low"][0], info["bounds_m"]["high"][0]);
 }
 
 }  // namespace

@@ -5,10 +5,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <thread>
 
 #include "map_scene.h"
 #include "planar_mapping/io/cloud_file.h"
@@ -160,6 +162,43 @@ TEST_F(ViewerProgram, OpensNoWindowWithoutADisplay) {
     EXPECT_EQ(run(path("cloud.pcd"), environment), 7) << message_;
     EXPECT_NE(message_.find("--snapshot"), std::string::npos) << message_;
   }
+}
+
+TEST_F(ViewerProgram, SaysNoToOtherKindsOfPictures) {
+  for (const char* name : {"a.jpg", "a.JPEG", "a.tif"}) {
+    EXPECT_EQ(run(path("cloud.pcd") + " -o " + path(name)), 2) << name;
+    EXPECT_NE(message_.find("pictures are PNG files"), std::string::npos) << message_;
+    EXPECT_FALSE(fs::exists(path(name)));
+  }
+}
+
+TEST_F(ViewerProgram, ProposesTheOptionThatWasMeant) {
+  EXPECT_EQ(run(path("cloud.pcd") + " -o " + path("a.png") + " --colour height"), 2);
+  EXPECT_NE(message_.find("did you mean '--color'?"), std::string::npos) << message_;
+}
+
+TEST_F(ViewerProgram, FollowsAMapThatIsNotThereYet) {
+  EXPECT_EQ(run(path("cloud.pcd") + " --follow -o " + path("a.png")), 2);
+  EXPECT_NE(message_.find("--follow is for windows"), std::string::npos) << message_;
+  const testing::XServer server;
+  if (!server.running()) GTEST_SKIP() << "no Xvfb (package xvfb)";
+  std::thread writer([this]() {
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    PlanarMap map;
+    map.insert(test::look(test::Scene(), test::lookFrom({0.0, 0.0, 1.0})).frame());
+    io::saveMap(map, path("late.pmap"));
+    std::this_thread::sleep_for(std::chrono::milliseconds(1000));
+    std::ofstream(path("late.pmap")) << "half a map";
+  });
+  const std::string command = "timeout 4 env -i DISPLAY=" + server.display() + " " +
+                              PLANAR_MAPPING_BIN_DIR + "/planar_map_viewer --follow " +
+                              path("late.pmap") + " >" + path("out") + " 2>" + path("err");
+  const int status = std::system(command.c_str());
+  writer.join();
+  EXPECT_EQ(WEXITSTATUS(status), 124) << "it is at work until it is ended";
+  std::ifstream file(path("err"));
+  message_.assign(std::istreambuf_iterator<char>(file), {});
+  EXPECT_NE(message_.find("waiting for"), std::string::npos) << message_;
 }
 
 }  // namespace

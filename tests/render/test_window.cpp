@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 
@@ -97,6 +98,54 @@ TEST(Window, AnswersKeysAndClicksOnAnXServer) {
   if (!server.running()) GTEST_SKIP() << "no Xvfb (package xvfb)";
   ::setenv("DISPLAY", server.display().c_str(), 1);
   useWindow(Window::Screen::Display);
+  ::unsetenv("DISPLAY");
+}
+
+/// The room without its table.
+SceneContent emptierRoom() {
+  SceneContent content = testing::room();
+  content.cuboids.erase(content.cuboids.begin() + tableTop(content));
+  return content;
+}
+
+TEST(Window, OtherContentIsSeenFromTheSamePlace) {
+  Window window(testing::room(), small(), Window::Screen::Offscreen);
+  window.sendKey("Escape");
+  window.sendKey("plus");
+  const Image before = window.image();
+  const CameraView view = window.camera();
+  window.setContent(emptierRoom());
+  EXPECT_EQ(view.position, window.camera().position);
+  EXPECT_EQ(view.parallel, window.camera().parallel);
+  EXPECT_GT(compareImages(window.image(), before).changed, 0.002);
+  window.setContent(testing::room());
+  EXPECT_LT(compareImages(window.image(), before).changed, 0.002);
+  SceneContent broken = testing::room();
+  broken.cuboids[0].center.x() = NAN;
+  EXPECT_THROW(window.setContent(broken), InputError);
+  EXPECT_LT(compareImages(window.image(), before).changed, 0.002) << "shown as it was";
+}
+
+TEST(Window, FollowsContentThatChanges) {
+  const testing::XServer server;
+  if (!server.running()) GTEST_SKIP() << "no Xvfb (package xvfb)";
+  ::setenv("DISPLAY", server.display().c_str(), 1);
+  Window window(testing::room(), small());
+  const Image before = window.image();
+  int asked = 0;
+  window.follow(
+      [&]() -> std::optional<SceneContent> {
+        ++asked;
+        if (asked == 1) return emptierRoom();
+        if (asked == 2) throw InputError("half a file");
+        EXPECT_EQ("half a file", window.overlayText());
+        window.press("q");
+        return std::nullopt;
+      },
+      0.02);
+  window.run();
+  EXPECT_GE(asked, 3);
+  EXPECT_GT(compareImages(window.image(), before).changed, 0.002);
   ::unsetenv("DISPLAY");
 }
 

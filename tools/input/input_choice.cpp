@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "input/input_choice.h"
+#include "input_choice.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -38,7 +38,11 @@ bool haveViewpoints(const io::Sequence& sequence) {
 }
 
 Ready chooseClouds(const io::Sequence& sequence) {
-  if (sequence.size() == 1) return {"single_pcd.yaml", {}, ""};
+  if (sequence.size() == 1)
+    return {
+        "single_pcd.yaml",
+        {},
+        haveViewpoints(sequence) ? "" : "no VIEWPOINT: the sensor is taken to be at the origin"};
   Ready ready = {"pcd_sequence.yaml", {}, ""};
   const bool has_poses = sequence.poseSource() == io::PoseSource::File || haveViewpoints(sequence);
   if (!has_poses) {

@@ -1,12 +1,17 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <CLI/CLI.hpp>
+#include <cctype>
+#include <chrono>
 #include <exception>
+#include <filesystem>
 #include <iostream>
 #include <sstream>
 #include <string>
+#include <thread>
 #include <vector>
 
+#include "../input/unknown_words.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/atomic_file.h"
 #include "planar_mapping/io/cloud_file.h"
@@ -44,7 +49,19 @@ struct Arguments {
   double threshold = 0.01;
   bool force = false;
   bool clip = false;
+  bool follow = false;
 };
+
+/// \throws ParameterError for a name that promises another kind of picture
+void requirePngName(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  for (const char* other :
+       {".jpg", ".jpeg", ".bmp", ".gif", ".tif", ".tiff", ".webp", ".svg", ".pdf", ".eps"}) {
+    if (extension == other)
+      throw ParameterError("'" + path + "': pictures are PNG files; call it *.png");
+  }
+}
 
 Vector3 vectorFromString(const std::string& name, const std::string& text) {
   std::istringstream stream(text);
@@ -99,7 +116,13 @@ void declare(CLI::App& app, Arguments& a) {
   app.add_option("--threshold", a.threshold, "fraction of pixels that may differ (0 to 1)")
       ->capture_default_str();
   app.add_flag("-f,--force", a.force, "overwrite an existing PNG");
+  app.add_flag("--follow", a.follow,
+               "wait for the map, and show it anew when its file changes, as run --watch does");
   app.set_version_flag("--version", PLANAR_MAPPING_VERSION);
+  app.footer(
+      "Examples:\n  planar_map view out/map.pmap cloud.pcd\n  planar_map view --follow "
+      "out/map.pmap\n  planar_map snapshot out/map.pmap -o map.png --camera top\n  planar_map "
+      "snapshot out/map.pmap -o plan.png --projection-2d");
 }
 
 ViewOptions viewOptions(const Arguments& a) {
@@ -180,9 +203,56 @@ int compareWithReference(const Image& image, const Arguments& a) {
   return kDiffers;
 }
 
+/// What changes when the file does.
+struct FileState {
+  std::filesystem::file_time_type time;
+  std::uintmax_t size = 0;
+
+  bool operator!=(const FileState& other) const { return time != other.time || size != other.size; }
+};
+
+FileState stateOf(const std::string& path) {
+  std::error_code gone;
+  FileState state;
+  state.time = std::filesystem::last_write_time(path, gone);
+  state.size = std::filesystem::file_size(path, gone);
+  return gone ? FileState() : state;
+}
+
+/// Shows the map of a file that another program writes.
+void followFile(const Arguments& a, const ViewOptions& options) {
+  constexpr auto kPeriod = std::chrono::milliseconds(200);
+  const std::string& path = a.files[0];
+  if (!std::filesystem::exists(path))
+    std::cerr << "planar_map_viewer: waiting for " << path << "\n";
+  FileState shown;
+  const auto read = [&]() -> std::optional<SceneContent> {
+    const FileState now = stateOf(path);
+    if (!(now != shown)) return std::nullopt;
+    shown = now;
+    if (now.size == 0) return std::nullopt;
+    try {
+      return readContent(a);
+    } catch (const InputError&) {  // a map without anything in it yet
+      return std::nullopt;
+    }
+  };
+  std::optional<SceneContent> content;
+  while (!(content = read())) std::this_thread::sleep_for(kPeriod);
+  Window window(std::move(*content), options, Window::Screen::Display, path + " - planar_mapping");
+  window.follow(read, kPeriod.count() * 1e-3);
+  window.run();
+}
+
 int draw(const Arguments& a, const ViewOptions& options) {
+  const bool in_window = a.snapshot.empty() && a.reference.empty() && !a.projection_2d;
+  if (a.follow && !in_window) throw ParameterError("--follow is for windows, not for pictures");
+  if (a.follow) {
+    followFile(a, options);
+    return kDone;
+  }
   const SceneContent content = readContent(a);
-  if (a.snapshot.empty() && a.reference.empty() && !a.projection_2d) {
+  if (in_window) {
     showWindow(content, options, a.files[0] + " - planar_mapping");
     return kDone;
   }
@@ -204,12 +274,16 @@ int run(int argc, char** argv) {
       throw ParameterError("--projection-2d needs the picture's name: -o FILE.png");
     }
     const ViewOptions options = viewOptions(arguments);
+    requirePngName(arguments.snapshot);
     // What cannot be written is refused before anything is drawn.
     if (!arguments.snapshot.empty()) {
       io::AtomicFile(arguments.snapshot,
                      arguments.force ? io::Overwrite::Allow : io::Overwrite::Refuse);
     }
     return draw(arguments, options);
+  } catch (const CLI::ExtrasError& error) {
+    std::cerr << "planar_map_viewer: " << error.what() << suggestionFor(app) << "\n";
+    return kUsage;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kDone : kUsage;
   }

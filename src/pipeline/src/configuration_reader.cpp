@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "planar_mapping/core/base/detail/spelling.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pipeline/plugin.h"
-#include "spelling.h"
 
 namespace planar_mapping::detail {
 namespace {

@@ -39,6 +39,10 @@ std::uint64_t pictureFingerprint(const Frame& frame) {
   return value;
 }
 
+std::string rounded(double value) {
+  return formatNumber(std::round(10.0 * value) / 10.0);
+}
+
 /// Stages through the last one of these kinds.
 std::size_t sizeThrough(const Configuration& configuration,
                         std::initializer_list<StageKind> kinds) {
@@ -68,7 +72,7 @@ void adaptStage(const ConfiguredStage& stage, const CloudScale& scale, const std
 template <typename Archive>
 void visitScale(CloudScale& scale, Archive& archive) {
   archive(scale.extent, scale.spacing, scale.max_range, scale.depth_limit, scale.points,
-          scale.stereo, scale.optical, scale.up);
+          scale.stereo, scale.optical, scale.up, scale.noise, scale.has_sensor);
 }
 
 void putScale(std::optional<CloudScale> scale, detail::StateWriter& writer) {
@@ -110,7 +114,12 @@ FrameReport Pipeline::runSections(Frame& frame, bool front_end_only) {
     moveToOrigin(frame);
     findUsablePoints(frame);
     for (std::size_t i = front_end_size_; i < sensing_size_; ++i) runStage(i, frame);
-    if (frame.skip_reason.empty() && !mapping_scale_) adaptMapping(knownScale(frame), &frame);
+    if (frame.skip_reason.empty() && !mapping_scale_) {
+      CloudScale scale = knownScale(frame);
+      scale.has_sensor = !frame.pose_assumed || !isMerged(viewOf(*frame.cloud), &frame.indices);
+      remarkOn(scale, frame);
+      adaptMapping(scale, &frame);
+    }
     for (std::size_t i = sensing_size_; i < configuration_.stages.size(); ++i) runStage(i, frame);
   }
   const double frame_ms = millisecondsSince(start);
@@ -213,6 +222,30 @@ CloudScale Pipeline::knownScale(const Frame& frame) const {
     scale.stereo->focal_length = frame.camera->fx;
   }
   return scale;
+}
+
+/// What is odd about the first cloud, in a sentence each.
+void Pipeline::remarkOn(const CloudScale& scale, Frame& frame) const {
+  constexpr double kMaxSpacing = 1.0;  // of points that a robot uses, metres
+  constexpr double kMaxRange = 100.0;
+  if (scale.spacing > kMaxSpacing && scale.max_range > kMaxRange) {
+    frame.warnings.push_back(frame.source + ": the points are " + rounded(scale.spacing) +
+                             " apart and up to " + rounded(scale.max_range) +
+                             " from the sensor: if they are in millimetres, scale them by 0.001; "
+                             "all lengths of the map are in the unit of the cloud");
+  }
+  if (!frame.pose_assumed) return;
+  if (scale.has_sensor) {
+    frame.notes.push_back(frame.source +
+                          ": no VIEWPOINT; the sensor is taken to be at the origin "
+                          "of the cloud");
+  } else {
+    frame.warnings.push_back(
+        frame.source +
+        ": no VIEWPOINT, and its points cannot have been seen from its origin: taken as merged of "
+        "many scans, of which no space is known to be free unless "
+        "planar_cuboid_approximation.unknown_space=true says so");
+  }
 }
 
 /// \param frame  the first to be mapped; null where a map is continued

@@ -58,7 +58,7 @@ io::SequenceOptions sequenceOptions(const Configuration& configuration) {
 std::vector<std::string> describe(const io::Sequence& sequence) {
   const std::size_t count = sequence.size();
   const char* const frames[] = {"cloud", "RGB-D frame", "image pair"};
-  const char* const poses[] = {"no poses", "the pose of each file", "poses of a file"};
+  const char* const poses[] = {"no poses", "poses by VIEWPOINT", "poses of a file"};
   std::vector<std::string> notes = sequence.notes();
   notes.insert(notes.begin(), sequence.layout() + ": " + std::to_string(count) + " " +
                                   frames[static_cast<int>(sequence.kind())] +
@@ -82,6 +82,8 @@ Frame readFrame(const io::Sequence& sequence, std::size_t index, bool with_image
   frame.timestamp = read.timestamp;
   frame.given_pose = read.T_world_sensor;
   frame.T_world_sensor = read.T_world_sensor.value_or(Pose::Identity());
+  frame.pose_assumed = sequence.poseSource() == io::PoseSource::Viewpoint &&
+                       frame.T_world_sensor.matrix() == Pose::Identity().matrix();
   frame.camera = read.camera;
   if (sequence.calibration()) frame.baseline = sequence.calibration()->baseline;
   frame.images.left = std::move(read.left);

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/core/base/detail/spelling.h"
+
 #include "yaml_source.h"
 
 #include <yaml-cpp/eventhandler.h>
@@ -11,8 +13,6 @@
 #include <limits>
 #include <map>
 #include <sstream>
-
-#include "spelling.h"
 
 namespace planar_mapping::detail {
 namespace {

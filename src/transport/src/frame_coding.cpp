@@ -51,7 +51,7 @@ bool isUsable(const KeyFeature& feature) {
 
 bool isColumnName(const std::string& name) {
   return !name.empty() && name.size() <= kMaxName &&
-         name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") == std::string::npos;
+         name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_.") == std::string::npos;
 }
 
 /// The same rules for what is sent and what is received; Problem is InputError or ProtocolError.

@@ -10,6 +10,7 @@
 
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pipeline/stage_table.h"
+#include "planar_mapping/stereo/rectification.h"
 #include "stereo_images.h"
 
 namespace planar_mapping {
@@ -109,7 +110,19 @@ TEST(StereoMatchingStage, APairThatIsNotRectifiedIsRectifiedFirst) {
   pair.T_right_left.linear() = Eigen::AngleAxisd(0.01, Vector3::UnitZ()).toRotationMatrix();
   pair.T_right_left.translation() = Vector3(-0.1, 0.0, 0.0);
   frame.images.calibration->unrectified = pair;
+  const Rectifier rectifier(*frame.images.calibration);
+  Pose given = Pose::Identity();
+  given.linear() = Eigen::AngleAxisd(0.4, Vector3(1, 2, 3).normalized()).toRotationMatrix();
+  given.translation() = Vector3(4, 5, 6);
+  frame.given_pose = given;
+  frame.T_world_sensor = given;
   stage("stereo_matching")->process(frame);
+  // A point stays where it is in the world, though the camera that sees it has turned.
+  const Vector3 in_left(0.3, -0.2, 2.0);
+  ASSERT_GT((rectifier.rotation() - Matrix3::Identity()).norm(), 0.005);
+  const Vector3 in_rectified = rectifier.rotation() * in_left;
+  EXPECT_LT((frame.T_world_sensor * in_rectified - given * in_left).norm(), 1e-12);
+  EXPECT_EQ(frame.given_pose->matrix(), frame.T_world_sensor.matrix());
   ASSERT_TRUE(frame.images.calibration);
   EXPECT_FALSE(frame.images.calibration->unrectified);
   EXPECT_NEAR(frame.images.calibration->baseline.value_or(0.0), 0.1, 1e-9);

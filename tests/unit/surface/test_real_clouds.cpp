@@ -12,6 +12,7 @@
 #include <tuple>
 #include <vector>
 
+#include "planar_mapping/core/geometry/cloud_scale.h"
 #include "planar_mapping/core/planes/multi_plane.h"
 #include "planar_mapping/io/sequence.h"
 #include "planar_mapping/map/planar_map.h"
@@ -147,6 +148,30 @@ INSTANTIATE_TEST_SUITE_P(
     [](const ::testing::TestParamInfo<RealCloud>& cloud) {
       return std::filesystem::path(cloud.param.path).stem().string();
     });
+
+/// docs/dev/automatic_parameters.md: these clouds chose the thresholds.
+TEST(RealClouds, MergedCloudsAndResolutionsAreFound) {
+  struct Known {
+    const char* name;
+    bool merged;
+    double resolution;
+  };
+  const Known known[] = {{"clouds_pcl/room_scan1.pcd", false, 0.1},
+                         {"clouds_pcl/room_scan2.pcd", false, 0.2},
+                         {"clouds_pcl/office1.pcd", false, 0.05},
+                         {"clouds_velodyne/street_scan.pcd", false, 0.2},
+                         {"clouds_steps/tilted_steps.pcd", true, 0.05},
+                         {"labelled_office_rooms/room1_gt_fine.pcd", true, 0.05},
+                         {"map_fr079_corridor/geb079_occupied.pcd", true, 0.2}};
+  for (const Known& cloud : known) {
+    if (test::isMissing(cloud.name)) continue;
+    const io::CloudData data =
+        io::readCloudFile(test::realData(cloud.name), io::CloudChannels::none());
+    const Indices usable = usablePoints(data.view());
+    EXPECT_EQ(cloud.merged, isMerged(data.view(), &usable)) << cloud.name;
+    EXPECT_EQ(cloud.resolution, automaticResolution(scaleOf(data.view(), usable))) << cloud.name;
+  }
+}
 
 }  // namespace
 }  // namespace planar_mapping

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/core/geometry/cloud_scale.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -18,6 +19,11 @@ namespace {
 constexpr std::size_t kLargestSample = 100000;  // points that are looked at
 constexpr double kOutlierFraction = 0.01;       // at either end of each axis
 constexpr int kCellsAlongAxis = 64;             // of the grid that measures the surface
+
+bool isUsable(const float* p) {
+  constexpr float kFarthest = 1e12f;
+  return std::abs(p[0]) <= kFarthest && std::abs(p[1]) <= kFarthest && std::abs(p[2]) <= kFarthest;
+}
 
 double quantile(std::vector<float>& values, double fraction) {
   const auto rank = static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
@@ -49,6 +55,64 @@ double spacingOf(const std::vector<Vector3>& sample, const Vector3& low, double 
   return cell * std::sqrt(static_cast<double>(cells) / static_cast<double>(points));
 }
 
+/// Median over cells of a side of the RMS distance of their points from their plane.
+double noiseIn(const std::vector<Vector3>& sample, double side) {
+  constexpr std::ptrdiff_t kMinPoints = 12;  // that tell a plane from its noise
+  struct Place {
+    std::uint64_t cell;
+    std::size_t point;
+  };
+  std::vector<Place> places;
+  places.reserve(sample.size());
+  for (std::size_t i = 0; i < sample.size(); ++i) {
+    const Vector3 p = sample[i] / side;
+    std::uint64_t cell = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double c = std::floor(std::clamp(p[axis], -1e6, 1e6));
+      cell = cell << 21u | (static_cast<std::uint64_t>(c + 1e6) & 0x1FFFFFu);
+    }
+    places.push_back({cell, i});
+  }
+  std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
+    return a.cell != b.cell ? a.cell < b.cell : a.point < b.point;
+  });
+  std::vector<float> residuals;
+  for (auto first = places.begin(); first != places.end();) {
+    auto last = first;
+    Vector3 sum = Vector3::Zero();
+    Matrix3 squares = Matrix3::Zero();
+    for (; last != places.end() && last->cell == first->cell; ++last) {
+      const Vector3 d = sample[last->point] - sample[first->point];
+      sum += d;
+      squares += d * d.transpose();
+    }
+    if (last - first >= kMinPoints) {
+      const auto n = static_cast<double>(last - first);
+      const Matrix3 covariance = squares / n - sum * sum.transpose() / (n * n);
+      Eigen::SelfAdjointEigenSolver<Matrix3> solver;
+      solver.computeDirect(covariance, Eigen::EigenvaluesOnly);
+      residuals.push_back(static_cast<float>(std::sqrt(std::max(solver.eigenvalues()[0], 0.0))));
+    }
+    first = last;
+  }
+  return residuals.empty() ? 0.0 : quantile(residuals, 0.5);
+}
+
+/// In cells as small as hold enough points, and large against the noise, which they cut off.
+double noiseOf(const std::vector<Vector3>& sample, double spacing) {
+  constexpr double kSpacings = 6.0;
+  constexpr double kNoises = 6.0;
+  constexpr int kMaxDoublings = 4;
+  if (!(spacing > 0.0)) return 0.0;
+  double side = kSpacings * spacing;
+  double noise = noiseIn(sample, side);
+  for (int i = 0; i < kMaxDoublings && kNoises * noise > side; ++i) {
+    side *= 2.0;
+    noise = noiseIn(sample, side);
+  }
+  return noise;
+}
+
 PLANAR_MAPPING_MULTIVERSION
 void markUsable(const float* points, std::size_t stride, std::size_t n, std::uint8_t* usable) {
   constexpr float kFarthest = 1e12f;
@@ -65,25 +129,19 @@ void markUsable(const float* points, std::size_t stride, std::size_t n, std::uin
 
 bool isCameraView(const PointsView& points, const Indices* indices) {
   constexpr std::size_t kMaxSample = 100000;
-  constexpr float kFarthest = 1e12f;
   constexpr double kMaxSlope = 2.0;  // 63 degrees; a scan with its floor at z = 0 goes beyond
   constexpr double kMinFraction = 0.99;
-  const auto isUsable = [&](std::size_t i) {
-    const float* p = points[i];
-    return std::abs(p[0]) <= kFarthest && std::abs(p[1]) <= kFarthest &&
-           std::abs(p[2]) <= kFarthest;
-  };
   detail::requireIndices(points, indices);
   const std::size_t n = detail::countOf(points, indices);
   std::size_t usable = 0;
-  for (std::size_t k = 0; k < n; ++k) usable += isUsable(detail::at(indices, k)) ? 1 : 0;
+  for (std::size_t k = 0; k < n; ++k) usable += isUsable(points[detail::at(indices, k)]) ? 1 : 0;
   const std::size_t step = usable / kMaxSample + 1;
   std::size_t number = 0;
   std::size_t sampled = 0;
   std::size_t in_view = 0;
   for (std::size_t k = 0; k < n; ++k) {
     const std::size_t i = detail::at(indices, k);
-    if (!isUsable(i) || number++ % step != 0) continue;
+    if (!isUsable(points[i]) || number++ % step != 0) continue;
     const Vector3 p = points.point(i);
     ++sampled;
     in_view += p.z() > 0.0 && p.head<2>().norm() < kMaxSlope * p.z() ? 1 : 0;
@@ -97,6 +155,53 @@ Vector3 verticalOf(const PointsView& points, const Indices* indices, const Pose&
   Eigen::Index axis = 0;
   up.cwiseAbs().maxCoeff(&axis);
   return up[axis] < 0.0 ? Vector3(-Vector3::Unit(axis)) : Vector3(Vector3::Unit(axis));
+}
+
+bool isMerged(const PointsView& points, const Indices* indices) {
+  constexpr double kDegree = 0.017453292519943295;
+  constexpr double kBehind = 1.5;
+  constexpr double kMaxHidden = 0.2;  // single scans have 0.04 at most, merged ones 0.37 and more
+  constexpr double kMaxExtents = 10.0;
+  constexpr double kEarth = 1e7;           // metres; farther away nothing is a coordinate
+  constexpr std::size_t kMinSights = 100;  // fewer tell nothing
+  if (points.height > 1) return false;
+  detail::requireIndices(points, indices);
+  const std::size_t n = detail::countOf(points, indices);
+  struct Sight {
+    int direction;
+    float range;
+  };
+  std::vector<Sight> sights;
+  Vector3 low = Vector3::Constant(1e300);
+  Vector3 high = -low;
+  for (std::size_t k = 0; k < n; k += n / kLargestSample + 1) {
+    const std::size_t i = detail::at(indices, k);
+    if (!isUsable(points[i])) continue;
+    const Vector3 p = points.point(i);
+    const double range = p.norm();
+    if (!(range > 0.0)) continue;
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+    // Rings of equal height, cut into pieces of equal width.
+    const double ring = std::floor(std::asin(p.z() / range) / kDegree);
+    const double width = std::cos((ring + 0.5) * kDegree) / kDegree;
+    const double piece = std::floor(std::atan2(p.y(), p.x()) * width);
+    sights.push_back(
+        {static_cast<int>(ring) * 1000 + static_cast<int>(piece), static_cast<float>(range)});
+  }
+  if (sights.size() < kMinSights) return false;
+  const double away = Vector3::Zero().cwiseMax(low).cwiseMin(high).norm();
+  if (away > kMaxExtents * (high - low).norm() && away < kEarth) return true;
+  std::sort(sights.begin(), sights.end(), [](const Sight& a, const Sight& b) {
+    return a.direction != b.direction ? a.direction < b.direction : a.range < b.range;
+  });
+  std::size_t hidden = 0;
+  float nearest = 0.0f;
+  for (std::size_t i = 0; i < sights.size(); ++i) {
+    if (i == 0 || sights[i].direction != sights[i - 1].direction) nearest = sights[i].range;
+    hidden += sights[i].range > kBehind * nearest ? 1 : 0;
+  }
+  return static_cast<double>(hidden) > kMaxHidden * static_cast<double>(sights.size());
 }
 
 CloudScale scaleOf(const PointsView& points, const Indices& indices, const Pose& T_world_sensor) {
@@ -123,6 +228,7 @@ CloudScale scaleOf(const PointsView& points, const Indices& indices, const Pose&
   scale.extent = size.norm();
   scale.max_range = quantile(ranges, 1.0 - kOutlierFraction);
   scale.spacing = spacingOf(sample, low, size.maxCoeff(), indices.size());
+  scale.noise = noiseOf(sample, scale.spacing * std::sqrt(static_cast<double>(step)));
   scale.optical = isCameraView(points, &indices);
   scale.up = verticalOf(points, &indices, T_world_sensor);
   return scale;
@@ -130,9 +236,12 @@ CloudScale scaleOf(const PointsView& points, const Indices& indices, const Pose&
 
 double automaticResolution(const CloudScale& scale) {
   constexpr double kExtentFraction = 0.01;
-  constexpr double kSpacings = 4.0;
+  constexpr double kLargest = 0.2;  // metres; what a robot of usual size can plan with
+  constexpr double kSpacings = 3.0;
+  constexpr double kNoises = 4.0;       // half the resolution, d_T, is two standard deviations
   constexpr double kSinglePoint = 0.1;  // without any extent there is nothing to go by
-  const double wanted = std::max(kExtentFraction * scale.extent, kSpacings * scale.spacing);
+  const double wanted = std::max({std::min(kExtentFraction * scale.extent, kLargest),
+                                  kSpacings * scale.spacing, kNoises * scale.noise});
   if (!(wanted > 0.0)) return kSinglePoint;
   const int exponent = static_cast<int>(std::floor(std::log10(wanted)));
   double best = 0.0;

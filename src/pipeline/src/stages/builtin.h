@@ -17,6 +17,4 @@ void addMultiPlaneSegmentation(StageTable& table);
 void addKlOccupancy(StageTable& table);
 void addPlanarCuboidApproximation(StageTable& table);
 
-/// [ours] Side of the smallest cell for a cloud of this size and density, metres: a hundredth of
-/// the extent, at least four point spacings, rounded to 1, 2 or 5 times a power of ten.
 }  // namespace planar_mapping::detail

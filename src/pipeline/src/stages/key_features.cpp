@@ -135,9 +135,9 @@ void KeyFeaturesStage::trackImages(Frame& frame, bool pair) {
   add("tracked", static_cast<double>(report.tracked));
   add("reseen", static_cast<double>(report.reseen));
   add("new_tracks", static_cast<double>(report.new_tracks));
-  add("feature_detect_ms", report.detect_ms);
-  add("feature_stereo_ms", report.stereo_ms);
-  add("feature_track_ms", report.track_ms);
+  add("key_features.detect_ms", report.detect_ms);
+  add("key_features.stereo_ms", report.stereo_ms);
+  add("key_features.track_ms", report.track_ms);
   if (report.swapped) {
     frame.skip_reason = "left and right images seem to be exchanged: " +
                         std::to_string(report.negative_disparities) +

@@ -27,8 +27,8 @@ class PlanarCuboidApproximationStage : public Stage {
   void declare(ParameterTable& table) override {
     CuboidApproximationParams& approximation = params_.approximation;
     table.number("resolution_m", resolution_, Range::positive(),
-                 "s, side of the smallest cell; auto = a hundredth of the cloud's extent, at least "
-                 "four point spacings");
+                 "s, side of the smallest cell; auto = a hundredth of the cloud's extent, at most "
+                 "0.2 m, but at least three point spacings and four times the noise");
     table.number("thickness_m", approximation.thickness, Range::atLeast(0.0),
                  "extension behind the surface; 0 = resolution_m");
     table.number("density_threshold", approximation.density_threshold, Range::above(0.0, 1.0),
@@ -58,8 +58,11 @@ class PlanarCuboidApproximationStage : public Stage {
                  "[ours] largest offset between them; auto = resolution_m");
     table.number("association_gap_m", association_gap_, Range::atLeast(0.0),
                  "[ours] largest gap between their patches; auto = five times resolution_m");
-    table.flag("unknown_space", params_.unknown_space,
-               "keep track of free and unknown space (Fig. 5c)");
+    table.word(
+        "unknown_space", unknown_space_,
+        {{"auto", UnknownSpace::Auto}, {"true", UnknownSpace::Yes}, {"false", UnknownSpace::No}},
+        "keep track of free and unknown space (Fig. 5c); auto = unless the cloud is merged of many "
+        "scans, whose rays mean nothing");
     table.word("unseen", params_.unseen, {{"unknown", Unseen::Unknown}, {"free", Unseen::Free}},
                "[ours] what space is that no frame saw; free = all but what lies behind "
                "something (the paper)");
@@ -124,6 +127,10 @@ class PlanarCuboidApproximationStage : public Stage {
       max_range_ = withinLimit(params_.unseen == Unseen::Free ? mapped : kMaxCells * *resolution_);
     }
     if (!up_) up_ = scale.up;
+    if (unknown_space_ == UnknownSpace::Auto) {
+      unknown_space_ = scale.has_sensor ? UnknownSpace::Yes : UnknownSpace::No;
+    }
+    params_.unknown_space = unknown_space_ == UnknownSpace::Yes;
     noise_.adapt(scale);
     params_.approximation.resolution = *resolution_;
     params_.approximation.up = up_->normalized();
@@ -150,6 +157,8 @@ class PlanarCuboidApproximationStage : public Stage {
   }
 
  private:
+  enum class UnknownSpace : std::uint8_t { Auto, Yes, No };
+
   /// Coordinates are floats: far from 0 they are coarser than what is to be mapped.
   static void requirePrecision(double range, double resolution) {
     constexpr double kSteps = 8.0;  // of a coordinate in a cell, at least
@@ -172,6 +181,7 @@ class PlanarCuboidApproximationStage : public Stage {
   PlanarMapParams params_;
   PlanarMapping<pcl::PointXYZ> mapping_;
   detail::NoiseKeys noise_;
+  UnknownSpace unknown_space_ = UnknownSpace::Auto;
   std::optional<double> resolution_ = 0.1;
   std::optional<double> association_offset_ = 0.1;
   std::optional<double> association_gap_ = 0.5;

@@ -161,9 +161,9 @@ void StereoMatchingStage::process(Frame& frame) {
   frame.statistics.push_back({"stereo_density", report.density});
   frame.statistics.push_back({"disparity_min_px", static_cast<double>(report.min_disparity)});
   frame.statistics.push_back({"disparities_px", static_cast<double>(report.disparities)});
-  frame.statistics.push_back({"disparity_range_ms", report.range_ms});
-  frame.statistics.push_back({"disparity_match_ms", report.match_ms});
-  frame.statistics.push_back({"disparity_refine_ms", report.refine_ms});
+  frame.statistics.push_back({"stereo_matching.range_ms", report.range_ms});
+  frame.statistics.push_back({"stereo_matching.match_ms", report.match_ms});
+  frame.statistics.push_back({"stereo_matching.refine_ms", report.refine_ms});
   if (!usableResult(report, frame)) return;
 
   std::vector<float> xyz;

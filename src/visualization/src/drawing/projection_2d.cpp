@@ -19,6 +19,7 @@
 #include "drawing/canvas.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/visualization/camera.h"
+#include "scene/captions.h"
 #include "scene/ground.h"
 
 namespace planar_mapping {
@@ -198,13 +199,19 @@ void drawRulers(const Plan& plan, double font, Canvas& canvas) {
   const GroundFrame& f = plan.frame;
   const double length = std::max(f.high_right - f.low_right, f.high_forward - f.low_forward);
   const double step = std::max(f.step, visualization::roundStep(length, 12));
+  visualization::Captions captions;
   for (const double v : visualization::multiples(f.low_right, f.high_right, step)) {
-    const Vector2 p = plan.at(v, f.low_forward);
-    canvas.text(visualization::shortNumber(v), p + Vector2(0.0, 0.8 * font), 0.75 * font, 0, kInk);
+    const Vector2 p = plan.at(v, f.low_forward) + Vector2(0.0, 0.8 * font);
+    const std::string text = visualization::shortNumber(v);
+    if (captions.takeCentered(text, p.x(), canvas.flipped(p.y()), 0.75 * font))
+      canvas.text(text, p, 0.75 * font, 0, kInk);
   }
   for (const double v : visualization::multiples(f.low_forward, f.high_forward, step)) {
-    const Vector2 p = plan.at(f.low_right, v);
-    canvas.text(visualization::shortNumber(v), p - Vector2(0.4 * font, 0.0), 0.75 * font, 1, kInk);
+    const Vector2 p = plan.at(f.low_right, v) - Vector2(0.4 * font, 0.0);
+    const std::string text = visualization::shortNumber(v);
+    const double width = visualization::Captions::widthOf(text, 0.75 * font);
+    if (captions.takeCentered(text, p.x() - 0.5 * width, canvas.flipped(p.y()), 0.75 * font))
+      canvas.text(text, p, 0.75 * font, 1, kInk);
   }
 }
 
@@ -212,7 +219,9 @@ void drawLegend(const SceneContent& content, const ViewOptions& options, const P
                 double font, Canvas& canvas) {
   const double y = options.height - 1.3 * font;
   double x = 1.2 * font;
+  const double border = options.width - font;
   const auto entry = [&](const std::string& words, Color color) {
+    if (x + 1.7 * font + canvas.textSize(words, 0.9 * font).x() > border) return;
     const Vector2 at(x, y - 0.4 * font);
     std::vector<Vector2> box = {at, at + Vector2(1.3 * font, 0.0),
                                 at + Vector2(1.3 * font, 0.8 * font),
@@ -226,9 +235,11 @@ void drawLegend(const SceneContent& content, const ViewOptions& options, const P
   if (options.show.occupied) entry("occupied", kOccupied);
   entry("free", {255, 255, 255});
   if (options.show.unknown) entry("unknown", kUnknown);
-  if (options.show.trajectory && !content.trajectory.empty()) {
+  const double path_end = x + 2.6 * font + canvas.textSize("path", 0.9 * font).x();
+  if (options.show.trajectory && !content.trajectory.empty() && path_end < border) {
     canvas.line({{x, y}, {x + 2.2 * font, y}}, 0.16 * font, kPath, true);
     canvas.text("path", {x + 2.6 * font, y}, 0.9 * font, -1, kInk);
+    x = path_end + font;
   }
   // Scale bar: a round length of about an eighth of the picture.
   const double metres = visualization::roundStep(options.width / 12.0 / plan.pixels_per_metre, 1);
@@ -236,6 +247,9 @@ void drawLegend(const SceneContent& content, const ViewOptions& options, const P
   if (length > 0.6 * options.width) return;
   const Vector2 right(options.width - 1.5 * font, y + 0.45 * font);
   const Vector2 left = right - Vector2(length, 0.0);
+  const double text_width =
+      canvas.textSize(visualization::shortNumber(metres) + " m", 0.85 * font).x();
+  if (std::min(left.x(), 0.5 * (left.x() + right.x() - text_width)) < x) return;
   canvas.line({left, right}, 0.18 * font, kInk);
   for (const Vector2& end : {left, right}) {
     canvas.line({end - Vector2(0.0, 0.3 * font), end + Vector2(0.0, 0.3 * font)}, 0.14 * font,

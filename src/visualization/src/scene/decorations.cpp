@@ -107,7 +107,7 @@ Props makeGroundGrid(const GroundFrame& frame, const Vector3& origin, bool on_da
 }
 
 Props makeRuler(const GroundFrame& frame, const Vector3& origin, const CameraView& view,
-                int picture_height, bool on_dark) {
+                int picture_width, int picture_height, bool on_dark, Captions captions) {
   Props props;
   const Vector3 to_viewer = -view.direction();
   if (to_viewer.dot(frame.up) < 0.05) return props;  // from the side numbers would pile up
@@ -123,12 +123,22 @@ Props makeRuler(const GroundFrame& frame, const Vector3& origin, const CameraVie
   const double side_forward = near_low_forward ? frame.low_forward - gap : frame.high_forward + gap;
   const double side_right = near_low_right ? frame.low_right - gap : frame.high_right + gap;
   const int pixels = std::max(9, static_cast<int>(std::lround(0.0165 * picture_height)));
-  const auto numbers = [&](double low, double high, const std::string& name, const auto& place) {
-    for (const double v : multiples(low, high, step)) {
-      props.push_back(billboard(shortNumber(v), place(v, 1.0) - origin, pixels, on_dark));
+  const auto add = [&](const std::string& text, const Vector3& at) {
+    const Vector3 to = at - view.position;
+    const double depth_of = to.dot(view.direction());
+    if (!view.parallel && depth_of <= 0.0) return;
+    const double pixels_per_metre =
+        0.5 * picture_height /
+        (view.parallel ? view.parallel_scale : depth_of * std::tan(0.5 * view.view_angle));
+    const double x = 0.5 * picture_width + pixels_per_metre * to.dot(right_of_picture);
+    const double y = 0.5 * picture_height + pixels_per_metre * to.dot(view.view_up);
+    if (captions.takeCentered(text, x, y, pixels)) {
+      props.push_back(billboard(text, at - origin, pixels, on_dark));
     }
-    const std::string unit = name.empty() ? "m" : name + " (m)";
-    props.push_back(billboard(unit, place(0.5 * (low + high), 2.5) - origin, pixels, on_dark));
+  };
+  const auto numbers = [&](double low, double high, const std::string& name, const auto& place) {
+    add(name.empty() ? "m" : name + " (m)", place(0.5 * (low + high), 2.5));
+    for (const double v : multiples(low, high, step)) add(shortNumber(v), place(v, 1.0));
   };
   numbers(frame.low_right, frame.high_right, axisName(frame.right), [&](double v, double far) {
     return frame.point(v, side_forward + (near_low_forward ? -gap : gap) * (far - 1.0));
@@ -138,6 +148,10 @@ Props makeRuler(const GroundFrame& frame, const Vector3& origin, const CameraVie
             return frame.point(side_right + (near_low_right ? -gap : gap) * (far - 1.0), v);
           });
   return props;
+}
+
+double cornerAxesSide(int picture_width, int picture_height) {
+  return 0.055 * 3.5 * std::min(picture_width, picture_height);
 }
 
 Props makeCornerAxes(const CameraView& view, int picture_width, int picture_height, bool on_dark) {
@@ -150,6 +164,7 @@ Props makeCornerAxes(const CameraView& view, int picture_width, int picture_heig
   std::sort(order.begin(), order.end(),
             [&](int a, int b) { return view.direction()[a] > view.direction()[b]; });
   Props props;
+  Captions letters;
   for (const int axis : order) {
     const Vector2 tip(size * right[axis], size * view.view_up[axis]);
     const double length = tip.norm();
@@ -165,9 +180,11 @@ Props makeCornerAxes(const CameraView& view, int picture_width, int picture_heig
       props.push_back(makePolygon({outline.begin(), outline.end()}, {cx, cy}, kAxisColors[axis]));
     }
     const Vector2 at = length > 1e-9 ? Vector2(tip * (1.0 + 0.32 * size / length)) : tip;
-    if (length > 0.3 * size) {
-      props.push_back(makeText(std::string(1, "xyz"[axis]), cx + at.x(), cy + at.y(), 0.36 * size,
-                               on_dark, false, true));
+    const std::string letter(1, "xyz"[axis]);
+    const double pixels = std::max(8.0, 0.36 * size);  // no font is smaller
+    if (length > 0.3 * size && letters.takeCentered(letter, cx + at.x(), cy + at.y(), pixels)) {
+      props.push_back(
+          makeText(letter, cx + at.x(), cy + at.y(), 0.36 * size, on_dark, false, true));
     }
   }
   return props;

@@ -8,11 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "scene/ground.h"
 #include "planar_mapping/core/base/types.h"
 #include "planar_mapping/visualization/camera.h"
 #include "planar_mapping/visualization/scene_content.h"
 #include "planar_mapping/visualization/view_options.h"
+#include "scene/captions.h"
+#include "scene/ground.h"
 
 namespace planar_mapping::visualization {
 
@@ -22,7 +23,9 @@ using Props = std::vector<vtkSmartPointer<vtkProp>>;
 Props makeGroundGrid(const GroundFrame& frame, const Vector3& origin, bool on_dark);
 /// Numbers along the two sides of the grid that face the camera, with the axes' names.
 Props makeRuler(const GroundFrame& frame, const Vector3& origin, const CameraView& view,
-                int picture_height, bool on_dark);
+                int picture_width, int picture_height, bool on_dark, Captions captions);
+/// The side of the lower left corner that they take, pixels.
+double cornerAxesSide(int picture_width, int picture_height);
 /// Small axes x, y, z of the map in the lower left corner.
 Props makeCornerAxes(const CameraView& view, int picture_width, int picture_height, bool on_dark);
 /// The path as a tube with an arrow, and the axes of some of its poses.

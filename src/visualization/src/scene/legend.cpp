@@ -80,12 +80,17 @@ const char* scaleTitle(ColorBy color) {
 }
 
 void addScale(const SceneContent& content, const ViewOptions& options, double font, bool on_dark,
-              Props& props) {
+              Captions& captions, Props& props) {
   const ScalarRange range = scalarRange(content, options.color);
   const double width = 1.0 * font;
   const double height = 0.42 * options.height;
   const double left = options.width - 4.6 * font;
   const double bottom = 0.5 * (options.height - height);
+  // With its numbers, down to the border: another number between them would seem to be one of them.
+  if (!captions.take(left - 0.6 * font, bottom - 0.5 * font, 5.2 * font, height + 2.5 * font)) {
+    return;
+  }
+  Captions numbers;
   constexpr int kBands = 96;
   for (int i = 0; i < kBands; ++i) {
     const double low = std::round(bottom + i * height / kBands);
@@ -99,6 +104,7 @@ void addScale(const SceneContent& content, const ViewOptions& options, double fo
   const double step = roundStep(span, 6);
   for (const double v : multiples(range.low, range.high, step)) {
     const double y = bottom + height * range.normalized(v);
+    if (!numbers.takeText(shortNumber(v), left, y - 0.36 * font, 0.9 * font)) continue;
     props.push_back(makeRectangle(left + width, y - 0.5, 0.3 * font, 1.0,
                                   on_dark ? Color{220, 220, 220} : Color{60, 60, 60}, 1.0));
     props.push_back(
@@ -198,12 +204,14 @@ vtkSmartPointer<vtkProp> makeTextEndingAt(const std::string& text, double x, dou
 
 }  // namespace
 
-Props makeLegend(const SceneContent& content, const ViewOptions& options, bool on_dark) {
+Props makeLegend(const SceneContent& content, const ViewOptions& options, bool on_dark,
+                 Captions& captions) {
   Props props;
   const double font = std::max(11.0, 0.021 * std::min(options.height, options.width));
   double y = options.height - 2.2 * font;
   for (const Entry& entry : categories(content, options)) {
     const double left = options.width - 11.5 * font;
+    if (!captions.take(left, y - 0.3 * font, 11.0 * font, 1.3 * font)) break;
     const double each =
         2.0 * font / static_cast<double>(std::max<std::size_t>(entry.swatches.size(), 1));
     for (std::size_t i = 0; i < entry.swatches.size(); ++i) {
@@ -214,20 +222,33 @@ Props makeLegend(const SceneContent& content, const ViewOptions& options, bool o
     y -= 1.6 * font;
   }
   if (options.show.occupied && *scaleTitle(options.color) != '\0') {
-    addScale(content, options, font, on_dark, props);
+    addScale(content, options, font, on_dark, captions, props);
   }
-  std::string facts = grouped(content.cuboids.size()) + " cuboids";
+  std::vector<std::string> facts = {grouped(content.cuboids.size()) + " cuboids"};
   if (const std::size_t planes = planeCount(content); planes > 0) {
-    facts += "   " + grouped(planes) + (planes == 1 ? " plane" : " planes");
+    facts.push_back(grouped(planes) + (planes == 1 ? " plane" : " planes"));
   }
-  if (content.resolution > 0.0) facts += "   cell " + shortNumber(content.resolution) + " m";
-  if (options.show.ground_grid) facts += "   grid " + shortNumber(groundFrame(content).step) + " m";
+  if (content.resolution > 0.0) facts.push_back("cell " + shortNumber(content.resolution) + " m");
+  if (options.show.ground_grid) {
+    facts.push_back("grid " + shortNumber(groundFrame(content).step) + " m");
+  }
   const double right = options.width - font;
-  props.push_back(makeTextEndingAt(facts, right, 0.8 * font, font, on_dark));
+  const auto addLine = [&](const std::string& text, double y_of_line, double pixels) {
+    const double left = right - Captions::widthOf(text, pixels);
+    if (left < 0.0 || !captions.takeText(text, left, y_of_line, pixels)) return false;
+    props.push_back(makeTextEndingAt(text, right, y_of_line, pixels, on_dark));
+    return true;
+  };
+  // What does not fit is left out from the end.
+  for (; !facts.empty(); facts.pop_back()) {
+    std::string line;
+    for (const std::string& fact : facts) line += (line.empty() ? "" : "   ") + fact;
+    if (addLine(line, 0.8 * font, font)) break;
+  }
   if (options.show.occupied && options.cutaway != Cutaway::None && planeCount(content) > 0) {
-    const char* missing = options.cutaway == Cutaway::Seen ? "planes seen from behind are left out"
-                                                           : "planes that face down are left out";
-    props.push_back(makeTextEndingAt(missing, right, 2.2 * font, 0.85 * font, on_dark));
+    addLine(options.cutaway == Cutaway::Seen ? "planes seen from behind are left out"
+                                             : "planes that face down are left out",
+            2.2 * font, 0.85 * font);
   }
   return props;
 }

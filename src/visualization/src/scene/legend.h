@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "scene/decorations.h"
 #include "planar_mapping/visualization/colors.h"
+#include "scene/decorations.h"
 
 namespace planar_mapping::visualization {
 
@@ -14,7 +14,8 @@ ScalarRange scalarRange(const SceneContent& content, ColorBy color);
 double scalarOf(const Cuboid& cuboid, ColorBy color, const Vector3& up);
 
 /// What the colours mean, with units, at the right border; and what the map holds below it.
-Props makeLegend(const SceneContent& content, const ViewOptions& options, bool on_dark);
+Props makeLegend(const SceneContent& content, const ViewOptions& options, bool on_dark,
+                 Captions& captions);
 
 /// A text in pixels from the lower left corner; for overlays.
 vtkSmartPointer<vtkProp> makeText(const std::string& text, double x, double y, double pixels,

@@ -122,7 +122,12 @@ void Scene::show(const ViewOptions& options) {
     renderer_->SetBackground2(0.875, 0.90, 0.93);
   }
   replace(grid_, makeGroundGrid(ground_, origin_, isDark(options)), options.show.ground_grid);
-  replace(legend_, makeLegend(content_, options, isDark(options)), options.show.legend);
+  captions_ = Captions();
+  const double corner = cornerAxesSide(options.width, options.height);
+  if (options.show.axes) captions_.take(0.0, 0.0, corner, corner);
+  replace(legend_,
+          options.show.legend ? makeLegend(content_, options, isDark(options), captions_) : Props(),
+          options.show.legend);
 }
 
 void Scene::look(const CameraView& view) {
@@ -160,7 +165,8 @@ void Scene::cameraMoved() {
   non_planar_.setView(view, only_clip);
   unknown_.setView(view, only_clip);
   const bool dark = isDark(options_);
-  replace(ruler_, makeRuler(ground_, origin_, view, options_.height, dark),
+  replace(ruler_,
+          makeRuler(ground_, origin_, view, options_.width, options_.height, dark, captions_),
           options_.show.axes && options_.camera != CameraPreset::FirstPerson);
   replace(corner_axes_, makeCornerAxes(view, options_.width, options_.height, dark),
           options_.show.axes);

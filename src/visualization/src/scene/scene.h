@@ -7,11 +7,11 @@
 
 #include <memory>
 
-#include "scene/cuboid_layer.h"
-#include "scene/decorations.h"
 #include "planar_mapping/visualization/camera.h"
 #include "planar_mapping/visualization/scene_content.h"
 #include "planar_mapping/visualization/view_options.h"
+#include "scene/cuboid_layer.h"
+#include "scene/decorations.h"
 
 namespace planar_mapping::visualization {
 
@@ -44,6 +44,7 @@ class Scene {
   CuboidLayer planar_;
   CuboidLayer non_planar_;
   CuboidLayer unknown_;
+  Captions captions_;  ///< what does not move with the camera
   Props grid_, ruler_, corner_axes_, trajectory_, clouds_, legend_, highlight_;
 };
 

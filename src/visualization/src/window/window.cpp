@@ -18,12 +18,12 @@
 #include <cstdio>
 #include <exception>
 
-#include "window/keys.h"
-#include "scene/legend.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/visualization/picking.h"
-#include "window/render_backend.h"
+#include "scene/legend.h"
 #include "scene/scene.h"
+#include "window/keys.h"
+#include "window/render_backend.h"
 #include "window/window_image.h"
 
 namespace planar_mapping {
@@ -91,7 +91,7 @@ struct Window::Impl {
         options(view_options),
         offscreen(openOffscreen(screen, options)),
         window(offscreen ? offscreen->window() : vtkRenderWindow::New()),
-        scene(content) {
+        scene(std::make_unique<Scene>(content)) {
     if (!offscreen) {
       window->UnRegister(nullptr);  // the smart pointer holds it now
       window->SetSize(options.width, options.height);
@@ -101,9 +101,9 @@ struct Window::Impl {
       interactor.TakeReference(vtkGenericRenderWindowInteractor::New());
     }
     window->SetMultiSamples(visualization::kSamplesPerPixel);
-    window->AddRenderer(scene.renderer());
+    window->AddRenderer(scene->renderer());
     interactor->SetRenderWindow(window);
-    style->SetDefaultRenderer(scene.renderer());
+    style->SetDefaultRenderer(scene->renderer());
     style->on_key = [this](const std::string& key) { guarded([&] { press(key); }); };
     style->on_click = [this](int x, int y) {
       guarded([&] { pick(x + 0.5, options.height - y - 0.5); });
@@ -114,8 +114,8 @@ struct Window::Impl {
       static_cast<Impl*>(self)->beforeRender();
     });
     observer = window->AddObserver(vtkCommand::StartEvent, before_render);
-    scene.show(options);
-    scene.look(placeCamera(content, options));
+    scene->show(options);
+    scene->look(placeCamera(content, options));
     showOverlay("h: help");
     window->Render();
     failOnError();
@@ -125,7 +125,7 @@ struct Window::Impl {
   ~Impl() {
     window->RemoveObserver(observer);
     interactor->SetInteractorStyle(nullptr);
-    window->RemoveRenderer(scene.renderer());
+    window->RemoveRenderer(scene->renderer());
     interactor->SetRenderWindow(nullptr);
     if (!offscreen) window->Finalize();
   }
@@ -150,14 +150,14 @@ struct Window::Impl {
     if (size[0] != options.width || size[1] != options.height) {
       options.width = std::clamp(size[0], 16, 16384);
       options.height = std::clamp(size[1], 16, 16384);
-      scene.show(options);
+      scene->show(options);
       showOverlay(overlay_text);
     }
-    scene.cameraMoved();
+    scene->cameraMoved();
   }
 
   void showOverlay(const std::string& text) {
-    vtkRenderer* renderer = scene.renderer();
+    vtkRenderer* renderer = scene->renderer();
     for (const auto& prop : overlay) renderer->RemoveViewProp(prop);
     overlay.clear();
     overlay_text = text;
@@ -180,6 +180,35 @@ struct Window::Impl {
     for (const auto& prop : overlay) renderer->AddViewProp(prop);
   }
 
+  void setContent(SceneContent other) {
+    other.validate();
+    const CameraView view = scene->camera();
+    window->RemoveRenderer(scene->renderer());
+    scene.reset();  // it refers to the content
+    overlay.clear();
+    content = std::move(other);
+    scene = std::make_unique<Scene>(content);
+    window->AddRenderer(scene->renderer());
+    style->SetDefaultRenderer(scene->renderer());
+    scene->show(options);
+    scene->look(view);
+    showOverlay(overlay_text);
+    window->Render();
+  }
+
+  void follow(std::function<std::optional<SceneContent>()> source, double period) {
+    next = std::move(source);
+    on_timer->SetClientData(this);
+    on_timer->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
+      auto* impl = static_cast<Impl*>(self);
+      impl->guarded([impl] {
+        if (std::optional<SceneContent> other = impl->next()) impl->setContent(std::move(*other));
+      });
+    });
+    interactor->AddObserver(vtkCommand::TimerEvent, on_timer);
+    interactor->CreateRepeatingTimer(static_cast<unsigned long>(std::lround(1000.0 * period)));
+  }
+
   bool press(const std::string& key) {
     std::string message;
     const KeyAction action = visualization::applyKey(key, options, message);
@@ -187,11 +216,11 @@ struct Window::Impl {
       case KeyAction::None:
         return false;
       case KeyAction::PlaceCamera:
-        scene.show(options);
-        scene.look(placeCamera(content, options));
+        scene->show(options);
+        scene->look(placeCamera(content, options));
         break;
       case KeyAction::ChangeView:
-        scene.show(options);
+        scene->show(options);
         break;
       case KeyAction::ZoomIn:
       case KeyAction::ZoomOut:
@@ -204,7 +233,7 @@ struct Window::Impl {
         message = screenshot();
         break;
       case KeyAction::Clear:
-        scene.highlight(-1);
+        scene->highlight(-1);
         break;
       case KeyAction::Quit:
         interactor->TerminateApp();
@@ -217,7 +246,7 @@ struct Window::Impl {
   }
 
   void zoom(double factor) {
-    vtkCamera* camera = scene.renderer()->GetActiveCamera();
+    vtkCamera* camera = scene->renderer()->GetActiveCamera();
     if (camera->GetParallelProjection() != 0) {
       camera->SetParallelScale(camera->GetParallelScale() / factor);
     } else {
@@ -226,10 +255,10 @@ struct Window::Impl {
   }
 
   int pick(double x, double y) {
-    const CameraView view = scene.camera();
+    const CameraView view = scene->camera();
     const int picked =
         pickCuboid(content, sightLine(view, options.width, options.height, x, y), view, options);
-    scene.highlight(picked);
+    scene->highlight(picked);
     showOverlay(picked < 0 ? "nothing there" : describeCuboid(content, picked));
     window->Render();
     return picked;
@@ -255,10 +284,12 @@ struct Window::Impl {
   ViewOptions options;
   std::unique_ptr<OffscreenWindow> offscreen;
   vtkSmartPointer<vtkRenderWindow> window;
-  Scene scene;
+  std::unique_ptr<Scene> scene;
   vtkSmartPointer<vtkRenderWindowInteractor> interactor;
   vtkNew<MapStyle> style;
   vtkNew<vtkCallbackCommand> before_render;
+  vtkNew<vtkCallbackCommand> on_timer;
+  std::function<std::optional<SceneContent>()> next;
   unsigned long observer = 0;
   Props overlay;
   std::string overlay_text;
@@ -279,6 +310,14 @@ void Window::run() {
   impl_->interactor->Start();
 }
 
+void Window::setContent(SceneContent content) {
+  impl_->setContent(std::move(content));
+}
+
+void Window::follow(std::function<std::optional<SceneContent>()> next, double period) {
+  impl_->follow(std::move(next), period);
+}
+
 bool Window::press(const std::string& key) {
   return impl_->press(key);
 }
@@ -292,7 +331,7 @@ const ViewOptions& Window::options() const {
 }
 
 CameraView Window::camera() const {
-  return impl_->scene.camera();
+  return impl_->scene->camera();
 }
 
 std::string Window::overlayText() const {

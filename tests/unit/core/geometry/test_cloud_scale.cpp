@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 #include <numeric>
 #include <vector>
@@ -37,6 +38,95 @@ TEST(CloudScale, MeasuresExtentSpacingAndRange) {
   EXPECT_TRUE(scale.optical);
   EXPECT_EQ(scale.up, Vector3(0, -1, 0));
   EXPECT_EQ(automaticResolution(scale), 0.1);
+}
+
+/// What a sensor at the origin sees of a room of 6 x 4 x 3 m around it, a ray every degree, with a
+/// table before one wall. \param through  rays go on behind what they met first
+std::vector<float> roomScan(bool through) {
+  constexpr double kDegree = 0.017453292519943295;
+  std::vector<float> xyz;
+  for (int ring = -80; ring < 80; ++ring) {
+    for (int step = 0; step < 360; ++step) {
+      const Vector3 ray(std::cos(ring * kDegree) * std::cos(step * kDegree),
+                        std::cos(ring * kDegree) * std::sin(step * kDegree),
+                        std::sin(ring * kDegree));
+      const double wall = (Vector3(3.0, 2.0, 1.5).array() / ray.array().abs()).minCoeff();
+      const bool table = std::abs(ring + 20) < 15 && std::abs(step - 90) < 60;
+      for (const double range : {0.5 * wall, wall}) {
+        if (range < wall ? !table : table && !through) continue;
+        for (int axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(range * ray[axis]));
+      }
+    }
+  }
+  return xyz;
+}
+
+/// Scans of two other places added: what is hidden from the origin was seen from there.
+std::vector<float> threeScans() {
+  std::vector<float> xyz = roomScan(false);
+  const std::vector<float> other = roomScan(true);
+  for (std::size_t i = 0; i < other.size(); i += 3) {
+    xyz.insert(xyz.end(), {other[i] + 5.0f, other[i + 1], other[i + 2]});
+    xyz.insert(xyz.end(), {other[i] - 5.0f, other[i + 1], other[i + 2]});
+  }
+  return xyz;
+}
+
+TEST(IsMerged, KnowsWhatNoSensorAtTheOriginCanSee) {
+  const auto merged = [](const std::vector<float>& xyz) {
+    return isMerged(PointsView(xyz.data(), xyz.size() / 3), nullptr);
+  };
+  EXPECT_FALSE(merged(roomScan(false)));
+  EXPECT_TRUE(merged(threeScans()));
+  // In coordinates of a country.
+  std::vector<float> far = roomScan(false);
+  for (std::size_t i = 0; i < far.size(); i += 3) far[i] += 1000.0f;
+  EXPECT_TRUE(merged(far));
+  EXPECT_FALSE(merged({}));
+  EXPECT_FALSE(merged({0, 0, 0, 1, 2, 3}));
+}
+
+TEST(IsMerged, OrganizedCloudsAreOfOneScan) {
+  const std::vector<float> two = threeScans();
+  PointsView points(two.data(), two.size() / 3);
+  EXPECT_TRUE(isMerged(points, nullptr));
+  points.width = static_cast<std::uint32_t>(points.size / 2);
+  points.height = 2;
+  EXPECT_FALSE(isMerged(points, nullptr));
+}
+
+TEST(CloudScale, NoiseIsTheDistanceFromLocalPlanes) {
+  const auto scaleWith = [](double noise) {
+    std::vector<float> xyz = wall(50000, 1.0);
+    Random random(2);
+    for (std::size_t i = 2; i < xyz.size(); i += 3) {
+      xyz[i] += static_cast<float>(noise * random.normal());
+    }
+    const PointsView points(xyz.data(), 50000);
+    return scaleOf(points, usablePoints(points));
+  };
+  EXPECT_LT(scaleWith(0.0).noise, 1e-4);
+  EXPECT_NEAR(scaleWith(0.01).noise, 0.01, 0.003);
+  EXPECT_NEAR(scaleWith(0.06).noise, 0.06, 0.02);  // more than the first cells can hold
+  EXPECT_EQ(automaticResolution(scaleWith(0.01)), 0.05);
+  EXPECT_EQ(automaticResolution(scaleWith(0.06)), 0.2);
+}
+
+TEST(AutomaticResolution, FollowsExtentSpacingAndNoise) {
+  const auto resolution = [](double extent, double spacing, double noise) {
+    CloudScale scale;
+    scale.extent = extent;
+    scale.spacing = spacing;
+    scale.noise = noise;
+    return automaticResolution(scale);
+  };
+  EXPECT_EQ(0.05, resolution(5.0, 0.005, 0.002));
+  EXPECT_EQ(0.2, resolution(39.0, 0.01, 0.002));    // a corridor
+  EXPECT_EQ(0.2, resolution(1000.0, 0.01, 0.002));  // a dense town
+  EXPECT_EQ(1.0, resolution(1000.0, 0.3, 0.002));   // a sparse one
+  EXPECT_EQ(0.2, resolution(5.0, 0.005, 0.05));     // a noisy room
+  EXPECT_EQ(20.0, resolution(2000.0, 6.0, 2.0));    // millimetres
+  EXPECT_EQ(0.1, resolution(0.0, 0.0, 0.0));
 }
 
 TEST(UsablePoints, AreFiniteAndNotTooFarToSquare) {

@@ -34,7 +34,8 @@ struct FrameImages {
 
 /// A figure a stage leaves in frames.csv, in a column of its own.
 struct FrameStatistic {
-  std::string name;  ///< snake_case, with its unit as suffix
+  /// snake_case, with its unit as suffix; the time of a part of a stage is `stage.part_ms`
+  std::string name;
   double value = 0.0;
 };
 
@@ -54,6 +55,8 @@ struct Frame {
   /// Pose from outside (file, VIEWPOINT, odometry), if there is one. T_world_sensor starts as it
   /// or as identity; a Motion stage decides what T_world_sensor becomes.
   std::optional<Pose> given_pose;
+  /// The pose of the cloud is only assumed: its file has none.
+  bool pose_assumed = false;
   /// The stages up to Features were run on it by another process; they are not run again.
   bool front_end_done = false;
   std::vector<KeyFeature> key_features;  ///< left by a Features stage

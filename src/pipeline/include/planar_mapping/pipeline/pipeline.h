@@ -90,6 +90,7 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   void adaptMapping(CloudScale scale, const Frame* frame);
   void moveToOrigin(Frame& frame);
   void countCuboids();
+  void remarkOn(const CloudScale& scale, Frame& frame) const;
   FrameReport report(const Frame& frame) const;
 
   Configuration configuration_;

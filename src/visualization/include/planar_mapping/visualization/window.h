@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "planar_mapping/core/base/export.h"
@@ -35,6 +36,12 @@ class PLANAR_MAPPING_EXPORT Window {
 
   /// Shows the window until the user closes it (q). Only for Screen::Display.
   void run();
+  /// Shows other content from the same place; the picked cuboid is no longer marked.
+  /// \throws InputError for content that cannot be drawn
+  void setContent(SceneContent content);
+  /// While run() is at work, asks \p next every \p period seconds for new content; nothing = as it
+  /// is. What it throws is shown over the picture.
+  void follow(std::function<std::optional<SceneContent>()> next, double period);
   /// A key as X names it ("h", "c", "1", "Escape"). \return false if it means nothing here
   bool press(const std::string& key);
   /// Picks what is drawn at the pixel (from the top left corner); the cuboid's data is shown.

@@ -15,12 +15,15 @@ namespace planar_mapping {
 struct CloudScale {
   double extent = 0.0;     ///< diagonal of the box of the middle 98 % along each axis, metres
   double spacing = 0.0;    ///< side of the square of surface that one point stands for, metres
+  double noise = 0.0;      ///< RMS distance of neighbouring points from their plane, metres
   double max_range = 0.0;  ///< 99 % of the points are nearer to the sensor, metres
   /// Depth up to which points are mapped, metres, where a stage limits it (Stage::limit).
   std::optional<double> depth_limit;
   std::size_t points = 0;  ///< finite ones
   /// B and f of the calibration; its disparity error is the default.
   std::optional<StereoNoise> stereo;
+  /// False for a cloud of many scans: rays from the origin of its frame mean nothing.
+  bool has_sensor = true;
   bool optical = false;  ///< a camera's frame, z forward: 99 % within 63 degrees of z
   /// Of the world: the axis next to upwards in the image of a camera, else z.
   Vector3 up = Vector3::UnitZ();
@@ -39,8 +42,16 @@ PLANAR_MAPPING_EXPORT Vector3 verticalOf(const PointsView& points, const Indices
 /// Whether a cloud is in a camera's frame, z forward. O(points).
 PLANAR_MAPPING_EXPORT bool isCameraView(const PointsView& points, const Indices* indices);
 
+/// Whether a cloud cannot have been seen from the origin of its frame: it is merged from several
+/// scans. That is so if a fifth of its points lie behind others, 1.5 times as far in the same
+/// direction (of one degree), or if the origin is ten extents away. Organized clouds are of one
+/// scan. O(points). [ours]
+/// \param indices the points that count, or null for all
+PLANAR_MAPPING_EXPORT bool isMerged(const PointsView& points, const Indices* indices);
+
 /// A resolution that suits a cloud: the nearest of 1, 2, 5 x 10^k metres to a hundredth of the
-/// extent, at least four point spacings; 0.1 for a cloud without extent.
+/// extent, at most 0.2 m, but at least three point spacings and four times the noise; 0.1 for a
+/// cloud without extent. [ours]
 PLANAR_MAPPING_EXPORT double automaticResolution(const CloudScale& scale);
 
 /// The points of a cloud that can be used: finite, and no farther than 1e12 along any axis, so that

@@ -5,9 +5,12 @@
 #include <string>
 #include <vector>
 
+#include "planar_mapping/core/base/export.h"
+
 namespace planar_mapping::detail {
 
 /// "; did you mean 'x'?" for the nearest of \p candidates, or "" if none is near.
-std::string didYouMean(const std::string& word, const std::vector<std::string>& candidates);
+PLANAR_MAPPING_EXPORT std::string didYouMean(const std::string& word,
+                                             const std::vector<std::string>& candidates);
 
 }  // namespace planar_mapping::detail

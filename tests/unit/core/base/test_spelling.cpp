@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "spelling.h"
+#include "planar_mapping/core/base/detail/spelling.h"
 
 #include <gtest/gtest.h>
 
