@@ -217,7 +217,7 @@ void Run::processFrame(Frame frame, double read_ms) {
     warned_of_sensor_ = true;
     frame.warnings.push_back(frame.source +
                              ": coordinates of the world in place of a sensor's: where the sensor "
-                             "stood is not known, so that no space is free or unknown");
+                             "stood is not known, so that no space is known to be free");
   }
   for (const std::string& note : frame.notes) log(note);
   for (const std::string& warning : frame.warnings) warn(warning);
