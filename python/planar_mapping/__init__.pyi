@@ -113,8 +113,8 @@ class PlanarMap:
         frame_id: str = "map",
         overwrite: bool = False,
     ) -> None:
-        """Writes a file for other programs; its extension is the format, and arguments are the options, of `planar_map
-        convert`: see docs/exports.md."""
+        """Writes a file for other programs; its extension is the format, and the arguments are the options, of
+        `planar_map convert`."""
     def insert(
         self,
         xyz: npt.ArrayLike,

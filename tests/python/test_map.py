@@ -153,7 +153,7 @@ def test_maps_are_those_of_the_program(sequence, tmp_path):
     assert (made.trajectory()[1] == theirs.trajectory()[1]).all()
 
 
-@pytest.mark.parametrize("extension", ["csv", "json", "ply", "obj", "sdf", "pmap"])
+@pytest.mark.parametrize("extension", ["csv", "json", "ply", "obj", "sdf", "pmap", "bt", "glb", "pgm", "vtp"])
 def test_exports_are_those_of_convert(wall_map, tmp_path, extension):
     ours, theirs = tmp_path / "ours", tmp_path / "theirs"
     for folder in (ours, theirs):
