@@ -8,6 +8,9 @@
 #include "planar_mapping/core/odometry/odometry.h"
 #include "planar_mapping/core/registration/detail/surface_map.h"
 #include "start_pose.h"
+#ifdef PLANAR_MAPPING_HAS_STEREO
+#include "planar_mapping/stereo/detail/view_map.h"
+#endif
 
 namespace planar_mapping {
 namespace {
@@ -150,6 +153,12 @@ class MotionEstimationStage : public Stage {
       camera.depth_error_growth = noise->disparity_error / (noise->baseline * noise->focal_length);
     }
     odometry_.emplace(params_);
+#ifdef PLANAR_MAPPING_HAS_STEREO
+    ViewMapParams view_params;
+    view_params.camera = camera;
+    view_params.seed = params_.seed;
+    views_.emplace(view_params);
+#endif
     const bool pair = frame.baseline || !frame.images.right.empty();
     if (clouds_ == Clouds::On || (clouds_ == Clouds::Auto && !pair)) {
       if (cloud_cell_) {
@@ -175,6 +184,13 @@ class MotionEstimationStage : public Stage {
   }
 
   void registerFrame(Frame& frame, bool given) {
+    cloud_reason_.clear();
+#ifdef PLANAR_MAPPING_HAS_STEREO
+    const bool seen = frame.camera && !frame.images.left.empty() &&
+                      static_cast<int>(frame.cloud->width) == frame.images.left.width &&
+                      static_cast<int>(frame.cloud->height) == frame.images.left.height;
+    view_ = seen ? views_->see(frame.images.left, viewOf(*frame.cloud), *frame.camera) : nullptr;
+#endif
     std::optional<PosePrior> prior;
     if (given) {
       prior = PosePrior{*frame.given_pose,
@@ -186,20 +202,34 @@ class MotionEstimationStage : public Stage {
         return;
       }
       prior = start(frame);
-    } else if (surfaces_) {
-      prior = locateCloud(frame);
+    } else {
+      const std::optional<Placement> placement = place(frame);
+      if (!placement) {
+        ++lost_;
+        odometry_->update({});
+        frame.skip_reason = doubt_;
+        return;
+      }
+      prior = placement->prior;
     }
     const OdometryResult result = odometry_->update(frame.key_features, prior);
     frame.matches = result.matches;
     frame.inliers = result.inliers;
     frame.statistics.push_back({"motion_rms_px", result.registered ? result.rms_px : 0.0});
     if (!result.registered) {
+      ++lost_;
       frame.skip_reason = reasonFor(frame, result);
       return;
     }
+    lost_ = 0;
     if (surfaces_ && result.keyframe && frame.cloud) {
       surfaces_->insert(viewOf(*frame.cloud), result.T_world_sensor);
     }
+#ifdef PLANAR_MAPPING_HAS_STEREO
+    if (view_ && (result.keyframe || views_->empty())) {
+      views_->insert(view_, result.T_world_sensor);
+    }
+#endif
     if (given && poses_ == Poses::Use) {
       takeGiven(frame);
       return;
@@ -227,28 +257,115 @@ class MotionEstimationStage : public Stage {
     return prior;
   }
 
-  /// Where the features do not tell enough: what the cloud says.
-  std::optional<PosePrior> locateCloud(const Frame& frame) {
-    cloud_reason_.clear();
+  /// Where the frame is, if the views agree that it is there: by its features, its cloud, or
+  /// earlier views. Nothing: it is left out.
+  struct Placement {
+    std::optional<PosePrior> prior;  ///< what the features are helped by
+  };
+  std::optional<Placement> place(const Frame& frame) {
+    doubt_.clear();
     const OdometryResult by_features = odometry_->locate(frame.key_features);
-    if (by_features.registered &&
-        by_features.inliers >= static_cast<std::size_t>(enough_inliers_)) {
+    const Pose expected = odometry_->expectedPose();
+    const bool enough = by_features.inliers >= static_cast<std::size_t>(enough_inliers_);
+    const bool many = by_features.inliers >= static_cast<std::size_t>(params_.jump_inliers);
+    const bool features_agree =
+        by_features.registered && agrees(by_features.T_world_sensor, expected, many);
+    if (features_agree && enough) return Placement{};
+    const Pose guess = features_agree ? by_features.T_world_sensor : expected;
+    std::vector<Pose> candidates;
+    if (by_features.registered) candidates.push_back(by_features.T_world_sensor);
+    if (surfaces_) {
+      const CloudRegistration near = surfaces_->locateNear(viewOf(*frame.cloud), guess);
+      noteCloud(near);
+      if (near.found) {
+        if (agrees(near.T_world_sensor, expected, false)) {
+          return helped(frame, near.T_world_sensor, near.covariance, expected, false);
+        }
+#ifdef PLANAR_MAPPING_HAS_STEREO
+        const Pose refined = views_->refined(view_, near.T_world_sensor);
+        if (agrees(refined, expected, false)) {
+          return helped(frame, refined, kByViews, expected, true);
+        }
+        candidates.push_back(refined);
+#endif
+      }
+    }
+    if (features_agree) return Placement{};
+    return placeFar(frame, guess, candidates);
+  }
+
+  std::optional<Placement> placeFar(const Frame& frame, const Pose& guess,
+                                    std::vector<Pose> candidates) {
+#ifdef PLANAR_MAPPING_HAS_STEREO
+    if (view_ && !views_->empty()) {
+      if (surfaces_) {
+        for (const CloudRegistration& one : surfaces_->placesFar(viewOf(*frame.cloud), guess)) {
+          if (one.matched > 0) candidates.push_back(one.T_world_sensor);
+        }
+      }
+      const ViewMap::Location far = views_->locate(view_, guess, candidates, lost_ > kFewLost);
+      if (far.found) {
+        return helped(frame, far.T_world_sensor, kByViews, far.T_world_sensor, true);
+      }
+      doubt_ = far.reason;
       return std::nullopt;
     }
-    const Pose guess =
-        by_features.registered ? by_features.T_world_sensor : odometry_->expectedPose();
-    const CloudRegistration by_cloud = surfaces_->locate(viewOf(*frame.cloud), guess);
-    if (!by_cloud.found) {
+#endif
+    if (!surfaces_) return Placement{};
+    const CloudRegistration far = surfaces_->locate(viewOf(*frame.cloud), guess);
+    return far.found ? helped(frame, far.T_world_sensor, far.covariance, far.T_world_sensor, false)
+                     : Placement{};
+  }
+
+  /// A pose that the features may correct, unless the views object to what comes of it.
+  Placement helped(const Frame& frame, const Pose& T_world_sensor, const Matrix6& covariance,
+                   const Pose& expected, bool by_views) {
+    PosePrior prior;
+    prior.T_world_sensor = T_world_sensor;
+    prior.covariance = covariance;
+    const OdometryResult both = odometry_->locate(frame.key_features, prior);
+    // Beside wrong features the few right ones only pull it away.
+    const bool few = both.inliers < static_cast<std::size_t>(params_.jump_inliers);
+    prior.exact = (by_views && (few || !both.registered)) ||
+                  (both.registered && !agrees(both.T_world_sensor, expected, false));
+    return {prior};
+  }
+
+  /// Whether the views speak for a pose; where they cannot tell, whether it is near where it was
+  /// expected. \param likely  the pose has good support of its own
+  bool agrees(const Pose& T_world_sensor, const Pose& expected, bool likely) {
+#ifdef PLANAR_MAPPING_HAS_STEREO
+    if (!view_ || views_->empty()) return true;
+    const PoseVerdict verdict =
+        views_->judge(view_, T_world_sensor, &expected, lost_ > kFewLost && !likely);
+    if (verdict == PoseVerdict::Confirmed) return true;
+    if (verdict == PoseVerdict::Doubtful && likely) return true;
+    if (verdict == PoseVerdict::Unknown) return likely || follows(T_world_sensor, expected);
+    doubt_ = verdict == PoseVerdict::Ambiguous ? "it looks the same from another place"
+                                               : "earlier views contradict the pose they give";
+    return false;
+#else
+    return true;
+#endif
+  }
+
+  /// Whether a pose is a small step from where it was expected, and the last frame had one.
+  bool follows(const Pose& T_world_sensor, const Pose& expected) const {
+    constexpr double kStep = 0.3;  // metres
+    constexpr double kTurn = 0.3;  // radians
+    const Vector6 apart = motionDifference(expected, T_world_sensor);
+    return lost_ == 0 && (expected.translation() - T_world_sensor.translation()).norm() < kStep &&
+           apart.tail<3>().norm() < kTurn;
+  }
+
+  void noteCloud(const CloudRegistration& by_cloud) {
+    if (by_cloud.found) {
+      cloud_reason_ = "the cloud does not fix the pose either";
+    } else {
       cloud_reason_ = by_cloud.seen_through > surface_params_.max_seen_through
                           ? "where the cloud would fit it sees through what was seen there before"
                           : "the cloud does not lie on what was seen before";
-      return std::nullopt;
     }
-    cloud_reason_ = "the cloud does not fix the pose either";
-    PosePrior prior;
-    prior.T_world_sensor = by_cloud.T_world_sensor;
-    prior.covariance = by_cloud.covariance;
-    return prior;
   }
 
   std::string reasonFor(const Frame& frame, const OdometryResult& result) const {
@@ -281,6 +398,14 @@ class MotionEstimationStage : public Stage {
   std::string cloud_reason_;
   std::optional<Odometry> odometry_;
   std::optional<SurfaceMap> surfaces_;
+  std::string doubt_;
+  static constexpr int kFewLost = 1;  ///< frames: then the camera sees what it saw before them
+  int lost_ = 0;                      ///< frames that were left out since the last one that was not
+  const Matrix6 kByViews = poseCovariance(0.02, 0.01);  ///< of what views settle on
+#ifdef PLANAR_MAPPING_HAS_STEREO
+  std::optional<ViewMap> views_;
+  ViewMap::ViewPtr view_;  ///< of this frame; null without an image
+#endif
   std::optional<Pose> T_sensor_world_;  ///< of the last frame with a pose
 };
 

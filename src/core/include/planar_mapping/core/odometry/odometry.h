@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "planar_mapping/core/base/export.h"
-#include "planar_mapping/core/occupancy/feature_beliefs.h"
+#include "planar_mapping/core/base/types.h"
 #include "planar_mapping/core/geometry/feature_camera.h"
 #include "planar_mapping/core/geometry/key_feature.h"
+#include "planar_mapping/core/occupancy/feature_beliefs.h"
 #include "planar_mapping/core/odometry/motion_estimation.h"
-#include "planar_mapping/core/base/types.h"
 
 namespace planar_mapping {
 
@@ -103,7 +103,8 @@ class PLANAR_MAPPING_EXPORT Odometry {
   /// Where the next frame is expected, by the motion of the last one; the start pose before.
   Pose expectedPose() const;
   /// The pose of a frame by its features alone, without taking it into the map; see update().
-  OdometryResult locate(const std::vector<KeyFeature>& features) const;
+  OdometryResult locate(const std::vector<KeyFeature>& features,
+                        const std::optional<PosePrior>& prior = std::nullopt) const;
 
   /// True once a frame has been registered.
   bool started() const;

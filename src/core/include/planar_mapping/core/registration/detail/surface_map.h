@@ -6,10 +6,11 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "planar_mapping/core/base/export.h"
-#include "planar_mapping/core/occupancy/motion_factor.h"
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/core/occupancy/motion_factor.h"
 
 namespace planar_mapping {
 
@@ -109,6 +110,10 @@ class PLANAR_MAPPING_EXPORT SurfaceMap {
   /// farther around; see SurfaceMapParams::search_reach. It is not found where it fits twice.
   /// \throws InputError if the guess is not finite
   CloudRegistration locate(const PointsView& cloud, const Pose& guess) const;
+  /// The same near the guess alone.
+  CloudRegistration locateNear(const PointsView& cloud, const Pose& guess) const;
+  /// Poses farther away at which the cloud may lie, the best first; `found` where it fits.
+  std::vector<CloudRegistration> placesFar(const PointsView& cloud, const Pose& guess) const;
 
   std::size_t cells() const;
 
