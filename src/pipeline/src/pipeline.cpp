@@ -75,16 +75,52 @@ FrameReport Pipeline::runSections(Frame& frame, Extent extent) {
   if (!frame.front_end_done) runFrontEnd(frame);
   if (extent != Extent::FrontEnd) {
     findUsablePoints(frame);
-    for (std::size_t i = front_end_size_; i < sensing_size_; ++i) runStage(i, frame);
-    if (frame.skip_reason.empty()) adaptMapping(frame);
-    for (std::size_t i = sensing_size_; i < configuration_.stages.size(); ++i) {
-      const bool is_map = configuration_.stages[i].kind == StageKind::Map;
-      if (!is_map || extent != Extent::WithoutMap) runStage(i, frame);
+    const bool sensed = frame.skip_reason.empty();
+    const std::size_t statistics = frame.statistics.size();
+    runMapping(frame, extent);
+    if (frame.skip_reason.empty()) {
+      tryAgain(extent);
+    } else if (sensed && mapping_adapted_ && hasStage(StageKind::Motion)) {
+      constexpr std::size_t kMostLeftOut = 4;
+      left_out_.push_back({frame, 0});
+      left_out_.back().frame.statistics.resize(statistics);
+      if (left_out_.size() > kMostLeftOut) left_out_.erase(left_out_.begin());
     }
   }
   FrameReport result = report(frame);
   result.frame_ms = millisecondsSince(start);
   return result;
+}
+
+void Pipeline::runMapping(Frame& frame, Extent extent) {
+  for (std::size_t i = front_end_size_; i < sensing_size_; ++i) runStage(i, frame);
+  if (frame.skip_reason.empty()) adaptMapping(frame);
+  for (std::size_t i = sensing_size_; i < configuration_.stages.size(); ++i) {
+    const bool is_map = configuration_.stages[i].kind == StageKind::Map;
+    if (!is_map || extent != Extent::WithoutMap) runStage(i, frame);
+  }
+}
+
+void Pipeline::tryAgain(Extent extent) {
+  constexpr int kMostAttempts = 3;
+  std::vector<LeftOut> waiting;
+  for (LeftOut& left_out : left_out_) {
+    Frame frame = left_out.frame;
+    frame.skip_reason.clear();
+    frame.again = true;
+    runMapping(frame, extent);
+    if (frame.skip_reason.empty()) {
+      const FrameReport placed = report(frame);
+      placed_again_.emplace_back(std::move(frame), placed);
+    } else if (++left_out.attempts < kMostAttempts) {
+      waiting.push_back(std::move(left_out));
+    }
+  }
+  left_out_ = std::move(waiting);
+}
+
+std::vector<std::pair<Frame, FrameReport>> Pipeline::takePlacedAgain() {
+  return std::exchange(placed_again_, {});
 }
 
 void Pipeline::runFrontEnd(Frame& frame) {

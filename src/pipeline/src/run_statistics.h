@@ -15,6 +15,8 @@ class RunStatistics {
  public:
   /// After the frame is in the map.
   void add(const FrameReport& report, const Frame& frame, const PlanarMap& map);
+  /// A frame that was left out at first is in the map now.
+  void addAgain(const FrameReport& report, const Frame& frame, const PlanarMap& map);
   /// Takes over the rows of an interrupted run from its files; each of its frames then
   /// has to be replayed.
   /// \throws InputError if the texts are not what framesCsv() and metricsJson() write

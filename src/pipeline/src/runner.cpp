@@ -133,6 +133,9 @@ void Run::replayFrames(std::size_t count) {
     checkTimestamp(*frame);
     pipeline_.replay(*frame);
     statistics_.replay(*frame, pipeline_.map());
+    for (const auto& placed : pipeline_.takePlacedAgain()) {
+      statistics_.replay(placed.first, pipeline_.map());
+    }
   }
 }
 
@@ -171,6 +174,11 @@ void Run::processFrame(Frame frame, double read_ms) {
         " planes, " + std::to_string(report.cuboids) + " cuboids");
   } else {
     log(name + "left out: " + report.skip_reason);
+  }
+  for (const auto& [placed, placed_report] : pipeline_.takePlacedAgain()) {
+    statistics_.addAgain(placed_report, placed, pipeline_.map());
+    log("frame " + std::to_string(placed_report.number) + " " + placed_report.source +
+        ": found its place after all");
   }
   if (options_.progress) {
     options_.progress(statistics_.frames(), source_.size().value_or(0), report);

@@ -70,6 +70,10 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   /// an interrupted run continues with the map it has saved.
   FrameReport replay(Frame& frame);
 
+  /// Frames that a Motion stage left out and that found their place after a later frame: they are in
+  /// the map now. Each is handed over once. Four are kept waiting, the latest, for three frames each.
+  std::vector<std::pair<Frame, FrameReport>> takePlacedAgain();
+
   const PlanarMap& map() const { return map_; }
   /// Continues an earlier map, whose parameters stay.
   void continueFrom(PlanarMap map);
@@ -87,6 +91,8 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   CloudScale knownScale(const Frame& frame) const;
   void adaptMapping(const Frame& frame);
   FrameReport report(const Frame& frame) const;
+  void runMapping(Frame& frame, Extent extent);
+  void tryAgain(Extent extent);
 
   Configuration configuration_;
   PlanarMap map_;
@@ -94,6 +100,12 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   std::size_t sensing_size_ = 0;     ///< and through the last Motion stage
   std::vector<bool> adapted_;        ///< stages
   std::uint64_t last_pictures_ = 0;  ///< fingerprint of the images of the frame before; 0 = none
+  struct LeftOut {
+    Frame frame;
+    int attempts = 0;
+  };
+  std::vector<LeftOut> left_out_;
+  std::vector<std::pair<Frame, FrameReport>> placed_again_;
   bool mapping_adapted_ = false;
   bool continued_ = false;
 };
