@@ -173,6 +173,28 @@ TEST_F(RealMotion, BigStepsAlongAPanelledCorridorAreFound) {
   EXPECT_EQ(0u, wrongSteps(fourth));
 }
 
+TEST_F(RealMotion, AGivenPoseThatContradictsTheImagesIsNamed) {
+  const std::string source = PLANAR_MAPPING_SOURCE_DIR;
+  for (const double off : {0.0, 0.5}) {
+    StageTable table;
+    registerBuiltinStages(table);
+    Configuration configuration =
+        loadConfiguration(source + "/config/rgbd_indoor.yaml", table, ConfigurationOverrides());
+    configuration.inputs.push_back(source + "/../shared/data/rgbd_icl_livingroom");
+    configuration.frames.last = 7;
+    SequenceSource frames(configuration);
+    Pipeline pipeline(std::move(configuration));
+    std::string warnings;
+    while (std::optional<Frame> frame = frames.next()) {
+      if (frame->number == 4) frame->given_pose->translation().x() += off;
+      pipeline.process(*frame);
+      for (const std::string& warning : frame->warnings) warnings += warning + "\n";
+    }
+    EXPECT_EQ(off > 0.0, warnings.find("frame 4 ") != std::string::npos) << warnings;
+    EXPECT_EQ(off > 0.0, warnings.find("contradicts the images") != std::string::npos);
+  }
+}
+
 TEST_F(RealMotion, ThreadsDoNotChangeIt) {
   const Travelled one = travel("rgbd_indoor.yaml", {"rgbd_tum_cabinet"}, 16, 22, 1);
   const Travelled two = travel("rgbd_indoor.yaml", {"rgbd_tum_cabinet"}, 16, 22, 2);
