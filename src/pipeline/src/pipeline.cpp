@@ -91,6 +91,51 @@ std::optional<CloudScale> takeScale(detail::StateReader& reader) {
 
 }  // namespace
 
+/// What stages look at of a frame that waits for its place.
+template <typename Archive>
+void Pipeline::LeftOut::visitState(Archive& archive) {
+  Frame& f = frame;
+  io::Image& image = f.images.left;
+  std::vector<float> xyz;
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  if constexpr (!Archive::kReads) {
+    width = f.cloud->width;
+    height = f.cloud->height;
+    for (const pcl::PointXYZ& point : f.cloud->points) {
+      xyz.insert(xyz.end(), {point.x, point.y, point.z});
+    }
+  }
+  archive(attempts, f.number, f.source, f.timestamp, f.T_world_sensor, f.camera, f.baseline,
+          f.given_pose, f.pose_assumed, f.front_end_done, f.skip_reason, f.without_sensor,
+          f.indices, f.points_input, f.points_valid, f.stage_ms, image.width, image.height,
+          image.channels, image.pixels, width, height, xyz);
+  if constexpr (Archive::kReads) {
+    f.cloud = pcl::make_shared<FrameCloud>();
+    f.cloud->resize(xyz.size() / 3);
+    f.cloud->width = width;
+    f.cloud->height = height;
+    f.cloud->is_dense = false;
+    for (std::size_t i = 0; i < f.cloud->size(); ++i) {
+      f.cloud->points[i] = pcl::PointXYZ(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]);
+    }
+  }
+  std::size_t features = f.key_features.size();
+  std::size_t statistics = f.statistics.size();
+  archive(features, statistics);
+  const auto visitAll = [](std::size_t count, auto& list, const auto& visit) {
+    for (std::size_t i = 0; i < count; ++i) {
+      if constexpr (Archive::kReads) list.emplace_back();
+      visit(list[i]);
+    }
+  };
+  visitAll(features, f.key_features, [&](KeyFeature& k) {
+    archive(k.track, k.sightings, k.column, k.row, k.disparity, k.position);
+  });
+  visitAll(statistics, f.statistics,
+           [&](FrameStatistic& statistic) { archive(statistic.name, statistic.value); });
+}
+
 Pipeline::Pipeline(Configuration configuration)
     : configuration_(std::move(configuration)),
       front_end_size_(sizeThrough(configuration_, {StageKind::Images, StageKind::Features})),
@@ -113,14 +158,14 @@ FrameReport Pipeline::runSections(Frame& frame, bool front_end_only) {
   if (!front_end_only) {
     moveToOrigin(frame);
     findUsablePoints(frame);
-    for (std::size_t i = front_end_size_; i < sensing_size_; ++i) runStage(i, frame);
-    if (frame.skip_reason.empty() && !mapping_scale_) {
-      CloudScale scale = knownScale(frame);
-      scale.has_sensor = !frame.pose_assumed || !isMerged(viewOf(*frame.cloud), &frame.indices);
-      remarkOn(scale, frame);
-      adaptMapping(scale, &frame);
+    const bool sensed = frame.skip_reason.empty();
+    const std::size_t statistics = frame.statistics.size();
+    runMapping(frame);
+    if (frame.skip_reason.empty()) {
+      tryAgain();
+    } else if (sensed && mapping_scale_ && hasStage(StageKind::Motion)) {
+      keepForLater(frame, statistics);
     }
-    for (std::size_t i = sensing_size_; i < configuration_.stages.size(); ++i) runStage(i, frame);
   }
   const double frame_ms = millisecondsSince(start);
   countCuboids();
@@ -141,6 +186,51 @@ void Pipeline::moveToOrigin(Frame& frame) {
   }
   frame.given_pose->pretranslate(-*origin_);
   frame.T_world_sensor = *frame.given_pose;
+}
+
+void Pipeline::runMapping(Frame& frame) {
+  for (std::size_t i = front_end_size_; i < sensing_size_; ++i) runStage(i, frame);
+  if (frame.skip_reason.empty() && !mapping_scale_) {
+    CloudScale scale = knownScale(frame);
+    scale.has_sensor = !frame.pose_assumed || !isMerged(viewOf(*frame.cloud), &frame.indices);
+    remarkOn(scale, frame);
+    adaptMapping(scale, &frame);
+  }
+  for (std::size_t i = sensing_size_; i < configuration_.stages.size(); ++i) runStage(i, frame);
+}
+
+/// \param statistics  how many there were before a Motion stage saw the frame
+void Pipeline::keepForLater(const Frame& frame, std::size_t statistics) {
+  constexpr std::size_t kMaxLeftOut = 4;
+  left_out_.push_back({frame, 0});
+  Frame& kept = left_out_.back().frame;
+  kept.statistics.resize(statistics);
+  kept.images.right = io::Image();
+  kept.images.calibration.reset();
+  if (left_out_.size() > kMaxLeftOut) left_out_.erase(left_out_.begin());
+}
+
+void Pipeline::tryAgain() {
+  constexpr int kMaxAttempts = 3;
+  std::vector<LeftOut> waiting;
+  for (LeftOut& left_out : left_out_) {
+    Frame frame = left_out.frame;
+    frame.skip_reason.clear();
+    frame.again = true;
+    frame.map = &map_;
+    runMapping(frame);
+    if (frame.skip_reason.empty()) {
+      const FrameReport placed = report(frame);
+      placed_again_.emplace_back(std::move(frame), placed);
+    } else if (++left_out.attempts < kMaxAttempts) {
+      waiting.push_back(std::move(left_out));
+    }
+  }
+  left_out_ = std::move(waiting);
+}
+
+std::vector<std::pair<Frame, FrameReport>> Pipeline::takePlacedAgain() {
+  return std::exchange(placed_again_, {});
 }
 
 void Pipeline::runFrontEnd(Frame& frame) {
@@ -172,7 +262,7 @@ bool Pipeline::hasStage(StageKind kind) const {
 
 std::string Pipeline::saveState() const {
   detail::StateWriter writer;
-  writer(last_pictures_, origin_, counted_frames_, cuboids_);
+  writer(last_pictures_, origin_, counted_frames_, cuboids_, left_out_);
   for (const std::optional<CloudScale>& scale : sensing_scales_) putScale(scale, writer);
   putScale(mapping_scale_, writer);
   for (const ConfiguredStage& stage : configuration_.stages) {
@@ -183,7 +273,7 @@ std::string Pipeline::saveState() const {
 
 void Pipeline::loadState(const std::string& state, PlanarMap map) {
   detail::StateReader reader(state);
-  reader(last_pictures_, origin_, counted_frames_, cuboids_);
+  reader(last_pictures_, origin_, counted_frames_, cuboids_, left_out_);
   for (std::size_t i = 0; i < sensing_size_; ++i) {
     sensing_scales_[i] = takeScale(reader);
     if (sensing_scales_[i]) configuration_.stages[i].stage->adapt(*sensing_scales_[i]);

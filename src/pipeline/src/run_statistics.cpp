@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "planar_mapping/core/base/detail/parallel.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/evaluation/cuboid_distance.h"
 #include "planar_mapping/evaluation/trajectory_error.h"
 
@@ -129,6 +130,20 @@ std::string statisticText(const FrameReport& report, const std::string& name) {
 
 void RunStatistics::add(const FrameReport& report, const Frame& frame, const PlanarMap& map) {
   reports_.push_back(report);
+  count(frame, map);
+}
+
+void RunStatistics::addAgain(const FrameReport& report, const Frame& frame, const PlanarMap& map) {
+  for (FrameReport& row : reports_) {
+    if (row.number != report.number) continue;
+    const double read_ms = row.read_ms;
+    row = report;
+    row.read_ms = read_ms;
+  }
+  count(frame, map);
+}
+
+void RunStatistics::count(const Frame& frame, const PlanarMap& map) {
   if (!frame.skip_reason.empty()) return;
   addPoses(frame);
   StandardCells& cells = standardCells(map);

@@ -15,6 +15,8 @@ class RunStatistics {
  public:
   /// After the frame is in the map.
   void add(const FrameReport& report, const Frame& frame, const PlanarMap& map);
+  /// A frame that was left out at first is in the map now.
+  void addAgain(const FrameReport& report, const Frame& frame, const PlanarMap& map);
   std::string framesCsv(const Configuration& configuration) const;
   std::string metricsJson(const Configuration& configuration, const PlanarMap& map,
                           std::size_t file_bytes, bool interrupted) const;
@@ -29,6 +31,7 @@ class RunStatistics {
   void visitState(Archive& archive);
 
  private:
+  void count(const Frame& frame, const PlanarMap& map);
   struct Coverage {
     std::size_t points = 0;
     std::size_t covered = 0;

@@ -229,6 +229,11 @@ void Run::processFrame(Frame frame, double read_ms) {
   } else {
     log(name + "left out: " + report.skip_reason);
   }
+  for (const auto& [placed, placed_report] : pipeline_.takePlacedAgain()) {
+    statistics_.addAgain(placed_report, placed, pipeline_.map());
+    log("frame " + std::to_string(placed_report.number) + " " + placed_report.source +
+        ": found its place after all");
+  }
   if (options_.progress) {
     options_.progress(statistics_.frames(), source_.size().value_or(0), report);
   }

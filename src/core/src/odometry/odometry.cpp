@@ -67,17 +67,18 @@ class Odometry::Implementation {
     return result;
   }
 
-  OdometryResult locate(const std::vector<KeyFeature>& features) const {
+  OdometryResult locate(const std::vector<KeyFeature>& features,
+                        const std::optional<PosePrior>& prior) const {
     OdometryResult result;
     const std::vector<detail::SeenFeature> seen = detail::usableFeatures(features, params_.camera);
     result.features = seen.size();
     std::vector<std::size_t> match_seen;
     const std::vector<FeatureMatch> matches = matchesOf(seen, match_seen);
     result.matches = matches.size();
-    const MotionEstimate estimate = locateMatches(matches, std::nullopt);
+    const MotionEstimate estimate = locateMatches(matches, prior, frame_ + 1);
     result.inliers = estimate.inliers;
     result.rms_px = estimate.rms_px;
-    result.registered = started_ && isBelieved(estimate, matches.size(), std::nullopt);
+    result.registered = started_ && isBelieved(estimate, matches.size(), prior);
     if (result.registered) {
       result.T_world_sensor = estimate.T_now_before.inverse();
     } else {
@@ -119,7 +120,7 @@ class Odometry::Implementation {
     std::vector<std::size_t> match_seen;
     const std::vector<FeatureMatch> matches = matchesOf(seen, match_seen);
     result.matches = matches.size();
-    const MotionEstimate estimate = locateMatches(matches, prior);
+    const MotionEstimate estimate = locateMatches(matches, prior, frame_);
     result.inliers = estimate.inliers;
     result.rms_px = estimate.rms_px;
     if (!isBelieved(estimate, matches.size(), prior)) {
@@ -161,8 +162,8 @@ class Odometry::Implementation {
   }
 
   MotionEstimate locateMatches(const std::vector<FeatureMatch>& matches,
-                               const std::optional<PosePrior>& prior) const {
-    Random random(params_.seed, static_cast<std::uint64_t>(frame_));
+                               const std::optional<PosePrior>& prior, std::int64_t frame) const {
+    Random random(params_.seed, static_cast<std::uint64_t>(frame));
     if (prior && prior->exact) return agreementWith(matches, prior->T_world_sensor.inverse());
     std::optional<MotionPrior> motion_prior;
     if (prior) motion_prior = MotionPrior{prior->T_world_sensor.inverse(), prior->covariance};
@@ -367,9 +368,10 @@ OdometryResult Odometry::update(const std::vector<KeyFeature>& features,
 Pose Odometry::expectedPose() const {
   return implementation_->expectedPose();
 }
-OdometryResult Odometry::locate(const std::vector<KeyFeature>& features) const {
+OdometryResult Odometry::locate(const std::vector<KeyFeature>& features,
+                                const std::optional<PosePrior>& prior) const {
   requireTracks(features);
-  return implementation_->locate(features);
+  return implementation_->locate(features, prior);
 }
 
 bool Odometry::started() const {

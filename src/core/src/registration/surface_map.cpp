@@ -106,21 +106,32 @@ class SurfaceMap::Implementation {
     }
   }
 
-  CloudRegistration locate(const PointsView& cloud, const Pose& guess) const {
+  CloudRegistration locateNear(const PointsView& cloud, const Pose& guess) const {
     const detail::CloudShape shape = detail::shapeOf(cloud, params_);
-    const detail::SeenRanges seen(cloud, params_);
-    double range = params_.reach;
-    for (const detail::Surfel& plane : shape.coarse.planes) {
-      range = std::max(range, plane.center.norm() + params_.reach);
-    }
-    const detail::MappedSurfaces map = near(guess.translation(), range);
+    const detail::MappedSurfaces map = near(guess.translation(), rangeOf(shape));
     const detail::SurfaceRegistration registration(params_, shape, map);
-    const CloudRegistration result =
-        judged(registration.resultOf(registration.run(guess)), shape, seen);
-    if (result.found || !(params_.search_reach > 0.0)) return result;
-    const CloudRegistration elsewhere =
-        lookAround(shape, seen, guess, range + params_.search_reach);
-    return elsewhere.found ? elsewhere : result;
+    return judged(registration.resultOf(registration.run(guess)), shape,
+                  detail::SeenRanges(cloud, params_));
+  }
+
+  std::vector<CloudRegistration> placesFar(const PointsView& cloud, const Pose& guess) const {
+    if (!(params_.search_reach > 0.0)) return {};
+    const detail::CloudShape shape = detail::shapeOf(cloud, params_);
+    return lookAround(shape, detail::SeenRanges(cloud, params_), guess,
+                      rangeOf(shape) + params_.search_reach);
+  }
+
+  /// At the one place where it fits; nowhere if there are two.
+  CloudRegistration locateFar(const PointsView& cloud, const Pose& guess) const {
+    constexpr double kSecondBest = 0.9;  // of the best one's worth, which is no more certain then
+    std::vector<CloudRegistration> found = placesFar(cloud, guess);
+    found.erase(std::remove_if(found.begin(), found.end(), [](const auto& r) { return !r.found; }),
+                found.end());
+    for (const CloudRegistration& other : found) {
+      const bool rival = worth(other) > kSecondBest * worth(found.front());
+      if (rival && !isSamePlace(found.front(), other)) return {};
+    }
+    return found.empty() ? CloudRegistration() : found.front();
   }
 
   const SurfaceMapParams& params() const { return params_; }
@@ -131,6 +142,8 @@ class SurfaceMap::Implementation {
   }
 
  private:
+  static double worth(const CloudRegistration& r) { return r.share - 2.0 * r.seen_through; }
+
   static std::vector<detail::Surfel> within(const detail::SurfaceCells& cells, const Vector3& place,
                                             double range) {
     std::vector<detail::Surfel> planes;
@@ -138,6 +151,14 @@ class SurfaceMap::Implementation {
       if ((plane.center - place).norm() < range) planes.push_back(plane);
     }
     return planes;
+  }
+
+  double rangeOf(const detail::CloudShape& shape) const {
+    double range = params_.reach;
+    for (const detail::Surfel& plane : shape.coarse.planes) {
+      range = std::max(range, plane.center.norm() + params_.reach);
+    }
+    return range;
   }
 
   /// What of the map is near a place.
@@ -163,29 +184,45 @@ class SurfaceMap::Implementation {
     return result;
   }
 
-  /// Far from the guess, at the one place where the cloud fits; nowhere if there are two.
-  CloudRegistration lookAround(const detail::CloudShape& shape, const detail::SeenRanges& seen,
-                               const Pose& guess, double range) const {
-    constexpr double kSecondBest = 0.9;  // of the best one's worth, which is no more certain then
+  /// Far from the guess, the best place first.
+  std::vector<CloudRegistration> lookAround(const detail::CloudShape& shape,
+                                            const detail::SeenRanges& seen, const Pose& guess,
+                                            double range) const {
     const detail::MappedSurfaces map = near(guess.translation(), range);
     const detail::SurfaceRegistration registration(params_, shape, map);
     const detail::SurfaceSearch search(params_, shape.coarse,
                                        within(coarse_, guess.translation(), range));
     std::vector<CloudRegistration> found;
-    for (const Pose& start : search.candidates(guess)) {
-      const CloudRegistration result =
+    std::vector<Pose> starts = search.candidates(guess);
+    for (const Pose& start : walkedAround(shape, guess)) starts.push_back(start.inverse());
+    for (const Pose& start : starts) {
+      CloudRegistration result =
           judged(registration.resultOf(registration.settle(start)), shape, seen);
-      if (result.found && search.knowsPlace(result.T_world_sensor)) found.push_back(result);
+      result.found = result.found && search.knowsPlace(result.T_world_sensor);
+      found.push_back(result);
     }
-    const auto worth = [](const CloudRegistration& r) { return r.share - 2.0 * r.seen_through; };
-    const auto best =
-        std::max_element(found.begin(), found.end(),
-                         [&](const auto& a, const auto& b) { return worth(a) < worth(b); });
-    if (best == found.end()) return {};
-    for (const CloudRegistration& other : found) {
-      if (!isSamePlace(*best, other) && worth(other) > kSecondBest * worth(*best)) return {};
+    std::stable_sort(found.begin(), found.end(),
+                     [&](const auto& a, const auto& b) { return worth(a) > worth(b); });
+    return found;
+  }
+
+  /// The sensor turned on the spot, and carried around what it looks at, about the vertical.
+  static std::vector<Pose> walkedAround(const detail::CloudShape& shape, const Pose& guess) {
+    constexpr double kTurns[] = {-0.8, -0.5, -0.25, 0.25, 0.5, 0.8};  // radians
+    Vector3 middle = Vector3::Zero();
+    for (const detail::Surfel& plane : shape.coarse.planes) middle += plane.center;
+    middle /= std::max<double>(1.0, static_cast<double>(shape.coarse.planes.size()));
+    std::vector<Pose> starts;
+    for (const Vector3& center : {Vector3(Vector3::Zero()), middle}) {
+      const Vector3 in_world = guess * center;
+      for (const double turn : kTurns) {
+        Pose moved = Pose::Identity();
+        moved.linear() = Eigen::AngleAxisd(turn, Vector3::UnitZ()).toRotationMatrix();
+        moved.translation() = in_world - moved.linear() * in_world;
+        starts.push_back(moved * guess);
+      }
     }
-    return *best;
+    return starts;
   }
 
   bool isSamePlace(const CloudRegistration& a, const CloudRegistration& b) const {
@@ -235,8 +272,21 @@ void SurfaceMap::insert(const PointsView& cloud, const Pose& T_world_sensor) {
 }
 
 CloudRegistration SurfaceMap::locate(const PointsView& cloud, const Pose& guess) const {
+  const CloudRegistration near = locateNear(cloud, guess);
+  if (near.found) return near;
+  const CloudRegistration far = implementation_->locateFar(cloud, guess);
+  return far.found ? far : near;
+}
+
+CloudRegistration SurfaceMap::locateNear(const PointsView& cloud, const Pose& guess) const {
   if (!guess.matrix().allFinite()) throw InputError("the guessed pose of a cloud is not finite");
-  return implementation_->locate(cloud, guess);
+  return implementation_->locateNear(cloud, guess);
+}
+
+std::vector<CloudRegistration> SurfaceMap::placesFar(const PointsView& cloud,
+                                                     const Pose& guess) const {
+  if (!guess.matrix().allFinite()) throw InputError("the guessed pose of a cloud is not finite");
+  return implementation_->placesFar(cloud, guess);
 }
 
 std::size_t SurfaceMap::cells() const {

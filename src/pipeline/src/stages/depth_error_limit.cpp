@@ -5,10 +5,10 @@
 #include <cstdint>
 #include <cstring>
 
-#include "planar_mapping/core/base/detail/marked_indices.h"
 #include "builtin.h"
 #include "noise_keys.h"
 #include "planar_mapping/core/base/detail/gather_points.h"
+#include "planar_mapping/core/base/detail/marked_indices.h"
 #include "planar_mapping/core/base/detail/simd.h"
 
 namespace planar_mapping {

@@ -4,17 +4,19 @@
 #include <string>
 
 #include "builtin.h"
-#include "noise_keys.h"
+#include "motion_keys.h"
 #include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/odometry/odometry.h"
 #include "planar_mapping/core/registration/detail/surface_map.h"
-#include "start_pose.h"
+#ifdef PLANAR_MAPPING_HAS_STEREO
+#include "planar_mapping/stereo/detail/view_map.h"
+#endif
 
 namespace planar_mapping {
 namespace {
 
-enum class Poses : std::uint8_t { Use, Prior, Ignore };
-enum class Clouds : std::uint8_t { Auto, On, Off };
+using Poses = detail::MotionKeys::Poses;
+using Clouds = detail::MotionKeys::Clouds;
 
 Matrix6 poseCovariance(double position_error, double orientation_error) {
   Vector6 variance;
@@ -25,49 +27,25 @@ Matrix6 poseCovariance(double position_error, double orientation_error) {
 
 constexpr double kReachInCells = 6.0;
 
-class MotionEstimationStage : public Stage {
+class MotionEstimationStage : public Stage, private detail::MotionKeys {
  public:
   static constexpr const char* kName = "motion_estimation";
   static constexpr const char* kSummary =
       "finds the pose of the frame from its key features (the paper, Eq. 8) or takes a given one";
   static constexpr StageKind kKind = StageKind::Motion;
 
-  void declare(ParameterTable& table) override {
-    table.word("poses", poses_,
-               {{"use", Poses::Use}, {"prior", Poses::Prior}, {"ignore", Poses::Ignore}},
-               "given poses are taken as they are, as a prior, or not at all; frames without one "
-               "are registered by their features");
-    start_.declare(table);
-    table.number("given_position_error_m", given_position_error_, Range::positive(),
-                 "[ours] of given poses");
-    table.number("given_orientation_error_deg", given_orientation_error_, Range::above(0.0, 180.0),
-                 "[ours] of given poses");
-    table.number("pixel_error_px", params_.camera.pixel_error, Range::positive(),
-                 "[ours] of a feature's column and row");
-    noise_.declareOptional(table, "depth error of the features by the stereo noise");
-    table.number("depth_error_m", depth_error_, Range::atLeast(0.0),
-                 "[ours] without stereo noise: depth error near the camera");
-    table.number("depth_error_growth", depth_error_growth_, Range::atLeast(0.0),
-                 "[ours] without stereo noise: depth error per square of depth, 1/m");
-    declareSearch(table);
-    declareClouds(table);
-    table.basic({"poses", "start", "camera_height_m", "clouds"});
-  }
-  void configure(const RunSettings& settings) override {
-    params_.seed = settings.seed;
-    params_.camera.depth_error = depth_error_;
-    params_.camera.depth_error_growth = depth_error_growth_;
-    params_.validate();
-    surface_params_.depth_error = depth_error_;
-    surface_params_.depth_error_growth = depth_error_growth_;
-    surface_params_.validate();
-  }
+  void declare(ParameterTable& table) override { declareKeys(table); }
+  void configure(const RunSettings& settings) override { configureKeys(settings.seed); }
   void adapt(const CloudScale& scale) override {
     noise_.adapt(scale);
     optical_ = scale.optical;
   }
   void process(Frame& frame) override {
     if (!odometry_) prepare(frame);
+    if (frame.again) {
+      placeAgain(frame);
+      return;
+    }
     const bool given = frame.given_pose && poses_ != Poses::Ignore;
     if (given && poses_ == Poses::Use && frame.key_features.empty()) {
       takeGiven(frame);
@@ -83,63 +61,6 @@ class MotionEstimationStage : public Stage {
   void loadState(const std::string& bytes) override;
 
  private:
-  void declareSearch(ParameterTable& table) {
-    MotionParams& motion = params_.motion;
-    table.number("inlier_sigmas", motion.inlier_sigmas, Range::positive(),
-                 "[ours] a feature agrees within so many standard deviations of its noise");
-    table.integer("min_matches", motion.min_matches, Range::atLeast(3),
-                  "[ours] known features a frame needs");
-    table.integer("min_inliers", motion.min_inliers, Range::atLeast(3),
-                  "[ours] of those, how many must agree");
-    table.number("min_inlier_share", motion.min_inlier_share, Range::between(0.0, 1.0),
-                 "[ours] of those, which share must agree");
-    table.integer("max_iterations", motion.max_iterations, Range::atLeast(1),
-                  "[ours] minimal sets tried at most");
-    table.number("max_position_error_m", motion.max_translation_error, Range::positive(),
-                 "[ours] a pose less certain is not used");
-    table.number("max_orientation_error_deg", motion.max_rotation_error, Range::above(0.0, 180.0),
-                 "[ours] a pose less certain is not used");
-    table.number("keyframe_translation", params_.keyframe_translation, Range::positive(),
-                 "[ours] new keyframe after this share of the median depth");
-    table.number("keyframe_rotation_deg", params_.keyframe_rotation, Range::above(0.0, 180.0),
-                 "[ours] new keyframe after this turn");
-    table.integer("max_keyframes", params_.max_keyframes, Range::atLeast(1),
-                  "[ours] kept for registration");
-    table.integer("window_keyframes", params_.window, Range::atLeast(0),
-                  "[ours] corrected together by bundle adjustment; 0 = none");
-    table.integer("max_landmarks", params_.max_landmarks, Range::atLeast(100),
-                  "[ours] kept for registration");
-    table.number("jump_inlier_share", params_.jump_inlier_share, Range::between(0.0, 1.0),
-                 "[ours] share of known features that must agree on a jump, ...");
-    table.integer("jump_inliers", params_.jump_inliers, Range::atLeast(0),
-                  "[ours] ... or so many of them");
-    table.number("jump_distance_m", params_.jump_distance, Range::positive(),
-                 "[ours] a motion so far off the expected one is reported");
-  }
-
-  void declareClouds(ParameterTable& table) {
-    table.word("clouds", clouds_,
-               {{"auto", Clouds::Auto}, {"on", Clouds::On}, {"off", Clouds::Off}},
-               "[ours] where features are too few, the cloud is registered to the surfaces seen "
-               "before; auto = unless it is of a stereo pair");
-    table.integer("enough_inliers", enough_inliers_, Range::atLeast(0),
-                  "[ours] with so many features that agree the cloud is not needed");
-    table.number(
-        "cloud_cell_m", cloud_cell_, Range::positive(),
-        "[ours] side of the cells of those surfaces; auto = 0.05, or the least multiple by "
-        "2, 4, 8 or 16 with which half of the first cloud's points lie on planes of cells");
-    table.number("cloud_reach_m", cloud_reach_, Range::positive(),
-                 "[ours] from how far a cloud is drawn to them; auto = 6 cells");
-    table.number("cloud_search_reach_m", surface_params_.search_reach, Range::atLeast(0.0),
-                 "[ours] from how far, and turned anyhow, it is looked for where it is not found "
-                 "near; 0 = it is not");
-    table.number("cloud_max_seen_through", surface_params_.max_seen_through,
-                 Range::between(0.0, 1.0),
-                 "[ours] share of the cells that may be seen through where the cloud is put");
-    table.number("cloud_min_share", surface_params_.min_share, Range::between(0.0, 1.0),
-                 "[ours] of the cloud's cells that must lie on them");
-  }
-
   void prepare(const Frame& frame) {
     FeatureCamera& camera = params_.camera;
     if (frame.camera) {
@@ -167,9 +88,91 @@ class MotionEstimationStage : public Stage {
 
   void begin(bool with_clouds) {
     odometry_.emplace(params_);
+#ifdef PLANAR_MAPPING_HAS_STEREO
+    ViewMapParams view_params;
+    view_params.camera = params_.camera;
+    view_params.seed = params_.seed;
+    views_.emplace(view_params);
+#endif
     if (!with_clouds) return;
     surface_params_.optical_axis = optical_ ? Vector3::UnitZ() : Vector3(Vector3::Zero());
     surfaces_.emplace(surface_params_);
+  }
+
+  void lookAt(const Frame& frame) {
+#ifdef PLANAR_MAPPING_HAS_STEREO
+    const bool seen = frame.camera && !frame.images.left.empty() &&
+                      static_cast<int>(frame.cloud->width) == frame.images.left.width &&
+                      static_cast<int>(frame.cloud->height) == frame.images.left.height;
+    view_ = seen ? views_->see(frame.images.left, viewOf(*frame.cloud), *frame.camera) : nullptr;
+#endif
+  }
+
+  /// Makes the frame one that later ones are compared with.
+  void remember(const Frame& frame) {
+    if (surfaces_ && frame.cloud) surfaces_->insert(viewOf(*frame.cloud), frame.T_world_sensor);
+#ifdef PLANAR_MAPPING_HAS_STEREO
+    if (view_) views_->insert(view_, frame.T_world_sensor);
+#endif
+  }
+
+  /// A frame that was left out, against what has been seen since. It is no step of the odometry.
+  void placeAgain(Frame& frame) {
+    frame.skip_reason = "it was left out before";
+    if (!T_sensor_world_) return;
+    lookAt(frame);
+    doubt_.clear();
+    const OdometryResult by_features = odometry_->locate(frame.key_features);
+    std::optional<Pose> placed;
+    if (by_features.registered && by_features.inliers >= static_cast<std::size_t>(enough_inliers_))
+      placed = by_features.T_world_sensor;
+#ifdef PLANAR_MAPPING_HAS_STEREO
+    if (!view_ || views_->empty()) return;
+    if (placed && views_->judge(view_, *placed, nullptr, true) != PoseVerdict::Confirmed)
+      placed.reset();
+    if (!placed) {
+      const ViewMap::Location far = views_->locate(view_, T_sensor_world_->inverse(), {}, true);
+      if (far.found) placed = far.T_world_sensor;
+    }
+#endif
+    if (!placed) return;
+    frame.skip_reason.clear();
+    FrameMotion motion;
+    motion.T_now_before = placed->inverse() * T_sensor_world_->inverse();
+    motion.covariance = 2.0 * kByViews;
+    frame.motion = motion;
+    frame.T_world_sensor = *placed;
+    remember(frame);
+    T_sensor_world_ = placed->inverse();
+    out_of_order_ = true;
+  }
+
+  /// The first frame whose given pose is not where its features are.
+  void checkGiven(Frame& frame) {
+    constexpr std::size_t kFewest = 20;    // features,
+    constexpr double kDisagreement = 0.3;  // of which so few agree with it,
+    constexpr double kShift = 0.1;         // metres
+    constexpr double kTurn = M_PI / 36.0;  // radians
+    if (contradicted_ || !odometry_->started()) return;
+    const PosePrior prior{*frame.given_pose, Matrix6::Identity(), true};
+    const OdometryResult given = odometry_->locate(frame.key_features, prior);
+    if (given.matches < kFewest ||
+        static_cast<double>(given.inliers) > kDisagreement * static_cast<double>(given.matches)) {
+      return;
+    }
+    const OdometryResult seen = odometry_->locate(frame.key_features);
+    if (!seen.registered || seen.inliers < std::max(kFewest, 2 * given.inliers)) return;
+    const Pose apart = frame.given_pose->inverse() * seen.T_world_sensor;
+    const double turn = Eigen::AngleAxisd(Matrix3(apart.linear())).angle();
+    if (apart.translation().norm() < kShift && turn < kTurn) return;
+    contradicted_ = true;
+    const auto rounded = [](double value) { return formatNumber(std::round(1e2 * value) / 1e2); };
+    frame.warnings.push_back(
+        "frame " + std::to_string(frame.number) + " " + frame.source +
+        ": its given pose contradicts the images: " + std::to_string(seen.inliers) + " of " +
+        std::to_string(seen.matches) + " known features put it " +
+        rounded(apart.translation().norm()) + " m and " + rounded(turn * 180.0 / M_PI) +
+        " degrees elsewhere; are the poses those of these images, in their order?");
   }
 
   void takeGiven(Frame& frame) {
@@ -184,37 +187,51 @@ class MotionEstimationStage : public Stage {
   }
 
   void registerFrame(Frame& frame, bool given) {
+    cloud_reason_.clear();
+    lookAt(frame);
     std::optional<PosePrior> prior;
     if (given) {
       prior = PosePrior{*frame.given_pose,
                         poseCovariance(given_position_error_, given_orientation_error_),
                         poses_ == Poses::Use};
+      checkGiven(frame);
     } else if (!odometry_->started()) {
       if (T_sensor_world_) {
         frame.skip_reason = "no pose is given and nothing was seen before to find one by";
         return;
       }
       prior = start(frame);
-    } else if (surfaces_) {
-      prior = locateCloud(frame);
+    } else {
+      const std::optional<Placement> placement = place(frame);
+      if (!placement) {
+        ++lost_;
+        odometry_->update({});
+        frame.skip_reason = doubt_;
+        return;
+      }
+      prior = placement->prior;
     }
     const OdometryResult result = odometry_->update(frame.key_features, prior);
     frame.matches = result.matches;
     frame.inliers = result.inliers;
     frame.statistics.push_back({"motion_rms_px", result.registered ? result.rms_px : 0.0});
     if (!result.registered) {
+      ++lost_;
       frame.skip_reason = reasonFor(frame, result);
       return;
     }
-    if (surfaces_ && result.keyframe && frame.cloud) {
-      surfaces_->insert(viewOf(*frame.cloud), result.T_world_sensor);
-    }
+    lost_ = 0;
+    frame.T_world_sensor = result.T_world_sensor;
+    if (result.keyframe) remember(frame);
     if (given && poses_ == Poses::Use) {
       takeGiven(frame);
       return;
     }
-    frame.T_world_sensor = result.T_world_sensor;
     frame.motion = result.motion;
+    if (out_of_order_ && frame.motion && T_sensor_world_) {
+      frame.motion->T_now_before = frame.T_world_sensor.inverse() * T_sensor_world_->inverse();
+      out_of_order_ = false;
+    }
     T_sensor_world_ = frame.T_world_sensor.inverse();
     if (given && result.from_prior && !result.reason.empty()) {
       frame.notes.push_back(frame.source + ": given pose taken as it is: " + result.reason);
@@ -236,28 +253,115 @@ class MotionEstimationStage : public Stage {
     return prior;
   }
 
-  /// Where the features do not tell enough: what the cloud says.
-  std::optional<PosePrior> locateCloud(const Frame& frame) {
-    cloud_reason_.clear();
+  /// Where the frame is, if the views agree that it is there: by its features, its cloud, or
+  /// earlier views. Nothing: it is left out.
+  struct Placement {
+    std::optional<PosePrior> prior;  ///< what the features are helped by
+  };
+  std::optional<Placement> place(const Frame& frame) {
+    doubt_.clear();
     const OdometryResult by_features = odometry_->locate(frame.key_features);
-    if (by_features.registered &&
-        by_features.inliers >= static_cast<std::size_t>(enough_inliers_)) {
+    const Pose expected = odometry_->expectedPose();
+    const bool enough = by_features.inliers >= static_cast<std::size_t>(enough_inliers_);
+    const bool many = by_features.inliers >= static_cast<std::size_t>(params_.jump_inliers);
+    const bool features_agree =
+        by_features.registered && agrees(by_features.T_world_sensor, expected, many);
+    if (features_agree && enough) return Placement{};
+    const Pose guess = features_agree ? by_features.T_world_sensor : expected;
+    std::vector<Pose> candidates;
+    if (by_features.registered) candidates.push_back(by_features.T_world_sensor);
+    if (surfaces_) {
+      const CloudRegistration near = surfaces_->locateNear(viewOf(*frame.cloud), guess);
+      noteCloud(near);
+      if (near.found) {
+        if (agrees(near.T_world_sensor, expected, false)) {
+          return helped(frame, near.T_world_sensor, near.covariance, expected, false);
+        }
+#ifdef PLANAR_MAPPING_HAS_STEREO
+        const Pose refined = views_->refined(view_, near.T_world_sensor);
+        if (agrees(refined, expected, false)) {
+          return helped(frame, refined, kByViews, expected, true);
+        }
+        candidates.push_back(refined);
+#endif
+      }
+    }
+    if (features_agree) return Placement{};
+    return placeFar(frame, guess, candidates);
+  }
+
+  std::optional<Placement> placeFar(const Frame& frame, const Pose& guess,
+                                    std::vector<Pose> candidates) {
+#ifdef PLANAR_MAPPING_HAS_STEREO
+    if (view_ && !views_->empty()) {
+      if (surfaces_) {
+        for (const CloudRegistration& one : surfaces_->placesFar(viewOf(*frame.cloud), guess)) {
+          if (one.matched > 0) candidates.push_back(one.T_world_sensor);
+        }
+      }
+      const ViewMap::Location far = views_->locate(view_, guess, candidates, lost_ > kFewLost);
+      if (far.found) {
+        return helped(frame, far.T_world_sensor, kByViews, far.T_world_sensor, true);
+      }
+      doubt_ = far.reason;
       return std::nullopt;
     }
-    const Pose guess =
-        by_features.registered ? by_features.T_world_sensor : odometry_->expectedPose();
-    const CloudRegistration by_cloud = surfaces_->locate(viewOf(*frame.cloud), guess);
-    if (!by_cloud.found) {
+#endif
+    if (!surfaces_) return Placement{};
+    const CloudRegistration far = surfaces_->locate(viewOf(*frame.cloud), guess);
+    return far.found ? helped(frame, far.T_world_sensor, far.covariance, far.T_world_sensor, false)
+                     : Placement{};
+  }
+
+  /// A pose that the features may correct, unless the views object to what comes of it.
+  Placement helped(const Frame& frame, const Pose& T_world_sensor, const Matrix6& covariance,
+                   const Pose& expected, bool by_views) {
+    PosePrior prior;
+    prior.T_world_sensor = T_world_sensor;
+    prior.covariance = covariance;
+    const OdometryResult both = odometry_->locate(frame.key_features, prior);
+    // Beside wrong features the few right ones only pull it away.
+    const bool few = both.inliers < static_cast<std::size_t>(params_.jump_inliers);
+    prior.exact = (by_views && (few || !both.registered)) ||
+                  (both.registered && !agrees(both.T_world_sensor, expected, false));
+    return {prior};
+  }
+
+  /// Whether the views speak for a pose; where they cannot tell, whether it is near where it was
+  /// expected. \param likely  the pose has good support of its own
+  bool agrees(const Pose& T_world_sensor, const Pose& expected, bool likely) {
+#ifdef PLANAR_MAPPING_HAS_STEREO
+    if (!view_ || views_->empty()) return true;
+    const PoseVerdict verdict =
+        views_->judge(view_, T_world_sensor, &expected, lost_ > kFewLost && !likely);
+    if (verdict == PoseVerdict::Confirmed) return true;
+    if (verdict == PoseVerdict::Doubtful && likely) return true;
+    if (verdict == PoseVerdict::Unknown) return likely || follows(T_world_sensor, expected);
+    doubt_ = verdict == PoseVerdict::Ambiguous ? "it looks the same from another place"
+                                               : "earlier views contradict the pose they give";
+    return false;
+#else
+    return true;
+#endif
+  }
+
+  /// Whether a pose is a small step from where it was expected, and the last frame had one.
+  bool follows(const Pose& T_world_sensor, const Pose& expected) const {
+    constexpr double kStep = 0.3;  // metres
+    constexpr double kTurn = 0.3;  // radians
+    const Vector6 apart = motionDifference(expected, T_world_sensor);
+    return lost_ == 0 && (expected.translation() - T_world_sensor.translation()).norm() < kStep &&
+           apart.tail<3>().norm() < kTurn;
+  }
+
+  void noteCloud(const CloudRegistration& by_cloud) {
+    if (by_cloud.found) {
+      cloud_reason_ = "the cloud does not fix the pose either";
+    } else {
       cloud_reason_ = by_cloud.seen_through > surface_params_.max_seen_through
                           ? "where the cloud would fit it sees through what was seen there before"
                           : "the cloud does not lie on what was seen before";
-      return std::nullopt;
     }
-    cloud_reason_ = "the cloud does not fix the pose either";
-    PosePrior prior;
-    prior.T_world_sensor = by_cloud.T_world_sensor;
-    prior.covariance = by_cloud.covariance;
-    return prior;
   }
 
   std::string reasonFor(const Frame& frame, const OdometryResult& result) const {
@@ -273,32 +377,32 @@ class MotionEstimationStage : public Stage {
     return motion.T_now_before.translation().norm();
   }
 
-  OdometryParams params_;
-  Poses poses_ = Poses::Use;
-  detail::StartPose start_;
-  double given_position_error_ = 0.02;
-  double given_orientation_error_ = 0.01;
-  double depth_error_ = 0.003;
-  double depth_error_growth_ = 0.002;
-  detail::NoiseKeys noise_;
   bool optical_ = true;
-  Clouds clouds_ = Clouds::Auto;
-  int enough_inliers_ = 60;
-  SurfaceMapParams surface_params_;
-  std::optional<double> cloud_cell_;
-  std::optional<double> cloud_reach_;
   std::string cloud_reason_;
   std::optional<Odometry> odometry_;
   std::optional<SurfaceMap> surfaces_;
+  bool out_of_order_ = false;  ///< the last frame with a pose was one placed again
+  bool contradicted_ = false;  ///< a given pose, which is said once
+  std::string doubt_;
+  static constexpr int kFewLost = 1;  ///< frames: then the camera sees what it saw before them
+  int lost_ = 0;                      ///< frames that were left out since the last one that was not
+  const Matrix6 kByViews = poseCovariance(0.02, 0.01);  ///< of what views settle on
+#ifdef PLANAR_MAPPING_HAS_STEREO
+  std::optional<ViewMap> views_;
+  ViewMap::ViewPtr view_;  ///< of this frame; null without an image
+#endif
   std::optional<Pose> T_sensor_world_;  ///< of the last frame with a pose
 };
 
 std::string MotionEstimationStage::saveState() const {
   detail::StateWriter writer;
-  writer(T_sensor_world_, odometry_.has_value());
+  writer(T_sensor_world_, out_of_order_, contradicted_, lost_, odometry_.has_value());
   if (odometry_) {
     writer(params_.camera, surface_params_.cell, surface_params_.reach, surfaces_.has_value(),
            odometry_->saveState(), surfaces_ ? surfaces_->saveState() : std::string());
+#ifdef PLANAR_MAPPING_HAS_STEREO
+    writer(views_->saveState());
+#endif
   }
   return writer.take();
 }
@@ -306,7 +410,7 @@ std::string MotionEstimationStage::saveState() const {
 void MotionEstimationStage::loadState(const std::string& bytes) {
   detail::StateReader reader(bytes);
   bool is_prepared = false;
-  reader(T_sensor_world_, is_prepared);
+  reader(T_sensor_world_, out_of_order_, contradicted_, lost_, is_prepared);
   if (is_prepared) {
     bool with_clouds = false;
     std::string odometry;
@@ -316,6 +420,11 @@ void MotionEstimationStage::loadState(const std::string& bytes) {
     begin(with_clouds);
     odometry_->loadState(odometry);
     if (surfaces_) surfaces_->loadState(surfaces);
+#ifdef PLANAR_MAPPING_HAS_STEREO
+    std::string views;
+    reader(views);
+    views_->loadState(views);
+#endif
   }
   reader.finish();
 }

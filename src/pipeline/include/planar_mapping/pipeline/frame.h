@@ -59,6 +59,8 @@ struct Frame {
   bool pose_assumed = false;
   /// The stages up to Features were run on it by another process; they are not run again.
   bool front_end_done = false;
+  /// A Motion stage left it out before; what came after it may tell where it belongs.
+  bool again = false;
   std::vector<KeyFeature> key_features;  ///< left by a Features stage
   std::optional<FrameMotion> motion;     ///< since the frame before, left by a Motion stage
   /// Why the frame cannot be used (no pose found, black image, ...); the stages after the one that

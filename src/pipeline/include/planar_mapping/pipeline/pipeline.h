@@ -69,6 +69,11 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   /// configuration, in this or another process, does the rest.
   FrameReport processFrontEnd(Frame& frame);
 
+  /// Frames that a Motion stage left out and that found their place after a later frame: they are
+  /// in the map now. Each is handed over once. Four are kept waiting, the latest, for three frames
+  /// each.
+  std::vector<std::pair<Frame, FrameReport>> takePlacedAgain();
+
   const PlanarMap& map() const { return map_; }
   /// What the stages remember of the frames so far; the map is apart.
   std::string saveState() const;
@@ -92,6 +97,9 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   void countCuboids();
   void remarkOn(const CloudScale& scale, Frame& frame) const;
   FrameReport report(const Frame& frame) const;
+  void runMapping(Frame& frame);
+  void keepForLater(const Frame& frame, std::size_t statistics);
+  void tryAgain();
 
   Configuration configuration_;
   PlanarMap map_;
@@ -104,6 +112,14 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   std::optional<Vector3> origin_;   ///< PlanarMapParams::origin, once there was a pose
   std::size_t counted_frames_ = 0;  ///< in the map when its cuboids were counted
   std::size_t cuboids_ = 0;
+  struct LeftOut {
+    Frame frame;
+    int attempts = 0;
+    template <typename Archive>
+    void visitState(Archive& archive);
+  };
+  std::vector<LeftOut> left_out_;
+  std::vector<std::pair<Frame, FrameReport>> placed_again_;
 };
 
 }  // namespace planar_mapping

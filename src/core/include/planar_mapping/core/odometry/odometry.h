@@ -104,7 +104,8 @@ class PLANAR_MAPPING_EXPORT Odometry {
   /// Where the next frame is expected, by the motion of the last one; the start pose before.
   Pose expectedPose() const;
   /// The pose of a frame by its features alone, without taking it into the map; see update().
-  OdometryResult locate(const std::vector<KeyFeature>& features) const;
+  OdometryResult locate(const std::vector<KeyFeature>& features,
+                        const std::optional<PosePrior>& prior = std::nullopt) const;
 
   /// True once a frame has been registered.
   bool started() const;

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/base/types.h"
@@ -111,6 +112,10 @@ class PLANAR_MAPPING_EXPORT SurfaceMap {
   /// farther around; see SurfaceMapParams::search_reach. It is not found where it fits twice.
   /// \throws InputError if the guess is not finite
   CloudRegistration locate(const PointsView& cloud, const Pose& guess) const;
+  /// The same near the guess alone.
+  CloudRegistration locateNear(const PointsView& cloud, const Pose& guess) const;
+  /// Poses farther away at which the cloud may lie, the best first; `found` where it fits.
+  std::vector<CloudRegistration> placesFar(const PointsView& cloud, const Pose& guess) const;
 
   std::size_t cells() const;
   /// What is remembered of the frames before, for another process to continue with; bytes of the

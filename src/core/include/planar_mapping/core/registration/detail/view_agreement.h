@@ -1,0 +1,61 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/base/types.h"
+#include "planar_mapping/core/geometry/feature_camera.h"
+#include "planar_mapping/core/geometry/pinhole_camera.h"
+
+namespace planar_mapping {
+
+/// Depth and gray values of a view in cells of some pixels: what tells whether two views agree.
+struct PLANAR_MAPPING_EXPORT ViewCells {
+  PinholeCamera camera;                 ///< of the cells: its pixels are cells
+  std::vector<Eigen::Vector3f> points;  ///< measured in the middle of the cell; z = 0: none
+  std::vector<float> nearest;           ///< depth in the cell and around it; 0: none in the cell
+  std::vector<float> farthest;          ///< likewise
+  std::vector<float> tones;             ///< gray values freed of local mean and contrast
+  Matrix3 facing = Matrix3::Zero();     ///< mean of n n^T over the normals of the points
+
+  bool empty() const { return points.empty(); }
+};
+
+/// \param gray   row major, of the size of the camera; null = no image, tones are zero
+/// \param cloud  organized, of that size, camera frame
+/// \throws InputError if the cloud has another size
+PLANAR_MAPPING_EXPORT ViewCells viewCellsOf(const std::uint8_t* gray, const PointsView& cloud,
+                                            const PinholeCamera& camera);
+
+/// How far two views agree under a motion.
+struct ViewAgreement {
+  std::size_t cells = 0;     ///< of the smaller view, with depth
+  std::size_t judged = 0;    ///< cells that the other view looks at
+  std::size_t agreeing = 0;  ///< of those, at the depth that the other view measured
+  std::size_t through = 0;   ///< of those, where the other view saw through
+  double texture = 0.0;      ///< mean squared tone of the agreeing cells, in [0, 1]
+  double correlation = 0.0;  ///< of the tones of the agreeing cells, in [-1, 1]
+
+  double share(std::size_t count) const {
+    return judged == 0 ? 0.0 : static_cast<double>(count) / static_cast<double>(judged);
+  }
+};
+
+/// Both ways: of each figure the worse one counts.
+/// \param noise  its depth error
+/// \param step   every n-th row and column of cells, >= 1
+PLANAR_MAPPING_EXPORT ViewAgreement agreementOf(const ViewCells& now, const ViewCells& before,
+                                                const Pose& T_before_now,
+                                                const FeatureCamera& noise, int step = 1);
+
+/// Axes along which the surfaces of a view leave it open where it is, its own frame, unit length.
+PLANAR_MAPPING_EXPORT std::vector<Vector3> openAxes(const ViewCells& view);
+
+/// The shift that moves what is seen by one cell, metres.
+PLANAR_MAPPING_EXPORT double shiftOfACell(const ViewCells& view);
+
+}  // namespace planar_mapping

@@ -1,0 +1,89 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/geometry/pinhole_camera.h"
+#include "planar_mapping/core/odometry/motion_estimation.h"
+#include "planar_mapping/io/image_file.h"
+
+namespace planar_mapping {
+
+/// Parameters of ViewMap; all [ours].
+struct PLANAR_MAPPING_EXPORT ViewMapParams {
+  FeatureCamera camera;     ///< noise of the points
+  int max_features = 1500;  ///< of a view
+  int max_views = 24;       ///< kept, the latest
+  int max_attempts = 6;     ///< views that a frame is registered to, at most
+  std::uint64_t seed = 12345;
+  int threads = 1;  ///< 0 = all cores; changes nothing but the time
+
+  /// \throws ParameterError
+  void validate() const;
+};
+
+/// Whether a pose is the one explanation of a view.
+enum class PoseVerdict : std::uint8_t {
+  Confirmed,  ///< depths and gray values agree with earlier views
+  Unknown,    ///< too little in common with earlier views, or too little texture, to tell
+  Doubtful,   ///< gray values hardly agree
+  Refused,    ///< what was measured lies where an earlier view saw through, or gray values differ
+  Ambiguous,  ///< it agrees as well at another place
+};
+
+/// Earlier views of a camera with depth: tells whether a pose agrees with them, and finds the pose
+/// of a view far from where it is expected, by descriptors that hold over wide baselines (SIFT).
+class PLANAR_MAPPING_EXPORT ViewMap {
+ public:
+  /// An image and its depth. Its features are found when they are first needed.
+  class View;
+  using ViewPtr = std::shared_ptr<View>;
+
+  explicit ViewMap(const ViewMapParams& params = ViewMapParams());
+  ~ViewMap();
+  ViewMap(ViewMap&&) noexcept;
+  ViewMap& operator=(ViewMap&&) noexcept;
+
+  /// \param cloud  organized, of the size of the image
+  /// \throws InputError for other sizes
+  ViewPtr see(const io::Image& image, const PointsView& cloud, const PinholeCamera& camera) const;
+  void insert(const ViewPtr& view, const Pose& T_world_sensor);
+  bool empty() const;
+
+  /// \param expected  where the view is expected, or null where nothing is known: a pose far from
+  ///                  there must not agree at another place as well
+  /// \param strict    gray values must agree very well: the view may show what was never seen
+  PoseVerdict judge(const ViewPtr& view, const Pose& T_world_sensor, const Pose* expected,
+                    bool strict) const;
+
+  /// The next pose at which depths and gray values agree best, within a few pixels and degrees.
+  Pose refined(const ViewPtr& view, const Pose& T_world_sensor) const;
+
+  struct Location {
+    bool found = false;
+    std::string reason;  ///< if it is not
+    Pose T_world_sensor = Pose::Identity();
+  };
+  /// The pose at which depths and gray values agree best, if there is no other like it.
+  /// \param candidates  poses to try beside those that descriptors give
+  /// \param strict      see judge(); no matter where features tell
+  Location locate(const ViewPtr& view, const Pose& guess, const std::vector<Pose>& candidates,
+                  bool strict) const;
+
+  /// The views, for another process to continue with; bytes of the same build.
+  std::string saveState() const;
+  /// \throws Error if the bytes are not what saveState() wrote
+  void loadState(std::string_view bytes);
+
+ private:
+  class Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace planar_mapping

@@ -1,0 +1,153 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+// Poses that views confirm, refuse or cannot tell from others.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "planar_mapping/stereo/detail/view_map.h"
+
+namespace planar_mapping {
+namespace {
+
+constexpr double kWall = 2.0;  ///< depth of the wall, metres
+
+PinholeCamera camera() {
+  return {250.0, 250.0, 159.5, 119.5, 320, 240};
+}
+
+double noiseAt(std::int64_t u, std::int64_t v, std::uint64_t seed) {
+  std::uint64_t h = static_cast<std::uint64_t>(u) * 0x9E3779B97F4A7C15ULL ^
+                    static_cast<std::uint64_t>(v) * 0xC2B2AE3D27D4EB4FULL ^ (seed << 40u);
+  h = (h ^ h >> 29u) * 0xBF58476D1CE4E5B9ULL;
+  return static_cast<double>((h ^ h >> 32u) & 0xFFFFu) / 65535.0;
+}
+
+/// Patches of 7 and of 2.5 cm; \p period repeats them along x, metres, 0 = never.
+double wallTone(double x, double y, double period, std::uint64_t seed) {
+  if (period > 0.0) x -= period * std::floor(x / period);
+  const auto patch = [&](double side, std::uint64_t layer) {
+    return noiseAt(std::lround(std::floor(x / side)), std::lround(std::floor(y / side)),
+                   seed + layer);
+  };
+  return 60.0 + 80.0 * patch(0.07, 1) + 60.0 * patch(0.025, 2);
+}
+
+struct Shot {
+  io::Image image;
+  std::vector<float> xyz;
+
+  PointsView cloud() const { return {xyz.data(), 320u, 240u, 3}; }
+};
+
+/// A wall across the view, seen from x, y before it and turned by \p yaw, radians.
+Shot shoot(const Pose& T_world_camera, double period, std::uint64_t seed) {
+  const PinholeCamera pinhole = camera();
+  Shot shot;
+  shot.image = {320, 240, 1, {}};
+  for (int row = 0; row < 240; ++row) {
+    for (int column = 0; column < 320; ++column) {
+      double tone = 0.0;
+      double depth = 0.0;
+      for (const double offset : {-0.25, 0.25}) {  // four rays a pixel
+        for (const double other : {-0.25, 0.25}) {
+          const Vector3 ray = T_world_camera.linear() * pinhole.rayOf(column + offset, row + other);
+          depth = (kWall - T_world_camera.translation().z()) / ray.z();
+          const Vector3 hit = T_world_camera.translation() + depth * ray;
+          tone += 0.25 * wallTone(hit.x(), hit.y(), period, seed);
+        }
+      }
+      shot.image.pixels.push_back(static_cast<std::uint8_t>(std::lround(tone)));
+      const Vector3 point = depth * pinhole.rayOf(column, row);
+      for (int k = 0; k < 3; ++k) shot.xyz.push_back(static_cast<float>(point[k]));
+    }
+  }
+  return shot;
+}
+
+Pose poseAt(double x, double yaw = 0.0) {
+  Pose pose = Pose::Identity();
+  pose.translation() = Vector3(x, 0.0, 0.0);
+  pose.linear() = Eigen::AngleAxisd(yaw, Vector3::UnitY()).toRotationMatrix();
+  return pose;
+}
+
+ViewMapParams params() {
+  ViewMapParams result;
+  result.camera = {250.0, 250.0, 159.5, 119.5, 0.5, 0.003, 0.002};
+  return result;
+}
+
+ViewMap::ViewPtr see(const ViewMap& map, const Shot& shot) {
+  return map.see(shot.image, shot.cloud(), camera());
+}
+
+TEST(ViewMap, FindsAViewFarFromWhereItIsExpected) {
+  ViewMap map(params());
+  map.insert(see(map, shoot(poseAt(0.0), 0.0, 1)), poseAt(0.0));
+  const Pose truth = poseAt(0.8, 0.44);
+  const ViewMap::Location found =
+      map.locate(see(map, shoot(truth, 0.0, 1)), poseAt(0.0), {}, false);
+  ASSERT_TRUE(found.found) << found.reason;
+  EXPECT_LT((found.T_world_sensor.translation() - truth.translation()).norm(), 0.05);
+  EXPECT_LT(Eigen::AngleAxisd(Matrix3(found.T_world_sensor.linear().transpose() * truth.linear()))
+                .angle(),
+            0.02);
+}
+
+TEST(ViewMap, PanelsThatRepeatAreNoPlace) {
+  // Before identical panels of 1 m nobody can tell a step of 1 m from one of 0 or 2 m.
+  for (const double step : {0.5, 1.0}) {
+    ViewMap map(params());
+    map.insert(see(map, shoot(poseAt(0.0), 1.0, 2)), poseAt(0.0));
+    const Shot shot = shoot(poseAt(step), 1.0, 2);
+    const ViewMap::Location found =
+        map.locate(see(map, shot), poseAt(0.0), {poseAt(step), poseAt(step - 1.0)}, false);
+    EXPECT_FALSE(found.found) << step;
+    EXPECT_NE(found.reason.find("looks the same"), std::string::npos) << found.reason;
+    // Nor is a pose that something else proposes, a panel off what was expected.
+    const Pose expected = poseAt(step - 0.5);
+    EXPECT_EQ(map.judge(see(map, shot), poseAt(step - 1.0), &expected, false),
+              PoseVerdict::Ambiguous);
+    // Where it is expected, it is.
+    const Pose near = poseAt(step);
+    EXPECT_EQ(map.judge(see(map, shot), near, &near, false), PoseVerdict::Confirmed);
+  }
+}
+
+TEST(ViewMap, AViewTwiceIsWhereItWas) {
+  ViewMap map(params());
+  const Shot shot = shoot(poseAt(0.0), 0.0, 3);
+  map.insert(see(map, shot), poseAt(0.0));
+  const ViewMap::Location found = map.locate(see(map, shot), poseAt(0.5), {}, false);
+  ASSERT_TRUE(found.found) << found.reason;
+  EXPECT_LT(found.T_world_sensor.translation().norm(), 1e-3);
+}
+
+TEST(ViewMap, RefusesAnImageOfAnotherPlaceAndDepthsThatCannotBe) {
+  ViewMap map(params());
+  map.insert(see(map, shoot(poseAt(0.0), 0.0, 4)), poseAt(0.0));
+  // Images exchanged: the depth of one view, the image of another.
+  const ViewMap::ViewPtr exchanged = see(map, shoot(poseAt(0.0), 0.0, 5));
+  EXPECT_EQ(map.judge(exchanged, poseAt(0.0), nullptr, false), PoseVerdict::Refused);
+  EXPECT_FALSE(map.locate(exchanged, poseAt(0.0), {}, false).found);
+  // Its wall would stand where the earlier view saw through.
+  const ViewMap::ViewPtr same = see(map, shoot(poseAt(0.0), 0.0, 4));
+  Pose nearer = poseAt(0.0);
+  nearer.translation().z() = -0.6;
+  EXPECT_EQ(map.judge(same, nearer, nullptr, false), PoseVerdict::Refused);
+}
+
+TEST(ViewMap, PlainWallsTellNothing) {
+  ViewMap map(params());
+  Shot plain = shoot(poseAt(0.0), 0.0, 6);
+  for (std::uint8_t& pixel : plain.image.pixels) pixel = 128;
+  map.insert(see(map, plain), poseAt(0.0));
+  EXPECT_EQ(map.judge(see(map, plain), poseAt(0.0), nullptr, false), PoseVerdict::Unknown);
+  EXPECT_FALSE(map.locate(see(map, plain), poseAt(0.0), {poseAt(0.0)}, false).found);
+}
+
+}  // namespace
+}  // namespace planar_mapping
