@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include <csignal>
 #include <memory>
 #include <string>
 
@@ -8,6 +9,7 @@
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/map_export.h"
 #include "planar_mapping/io/map_file.h"
+#include "planar_mapping/pipeline/output.h"
 
 namespace planar_mapping::tools {
 namespace {
@@ -33,6 +35,7 @@ std::string formatTable() {
 }
 
 void convert(Arguments arguments) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error like a full disk
   io::ExportOptions& options = arguments.options;
   if (!arguments.band.empty()) {
     const auto [low, high] = numbersOf<2>("--band", arguments.band);
@@ -41,15 +44,22 @@ void convert(Arguments arguments) {
   }
   if (arguments.surface) options.points = io::ExportedPoints::Surface;
   if (arguments.force) options.overwrite = io::Overwrite::Allow;
+  PlanarMap map;
   try {
     for (const std::string& file : io::exportedFiles(arguments.output)) {
       requireNew(file, arguments.force);
     }
-    PlanarMap map = io::loadMap(arguments.map);
+    map = io::loadMap(arguments.map);
     if (arguments.finished) map = map.finished();
-    io::exportMap(map, arguments.output, options);
-  } catch (const ParameterError& error) {  // of the extension or an option
+  } catch (const ParameterError& error) {  // of the extension
     throw UsageError(error.what());
+  }
+  try {
+    io::exportMap(map, arguments.output, options);
+  } catch (const ParameterError& error) {  // of an option
+    throw UsageError(error.what());
+  } catch (const IoError& error) {
+    throw OutputError(error.what());
   }
 }
 

@@ -44,9 +44,9 @@ struct PlacedMap {
   /// The map that began first comes first; of those without times the one that looks smaller.
   bool isBefore(const PlacedMap& other) const {
     const auto key = [](const PlacedMap& placed) {
-      const Eigen::Matrix4d pose = placed.pose.matrix();
+      const Eigen::Matrix4d T = placed.pose.matrix();
       return std::make_pair(placed.map.frames() > 0 ? placed.map.trajectory().front().first : 0.0,
-                            std::vector<double>(pose.data(), pose.data() + pose.size()));
+                            std::vector<double>(T.data(), T.data() + T.size()));
     };
     const auto mine = key(*this), others = key(other);
     if (mine.first != others.first) return mine.first < others.first;

@@ -144,9 +144,9 @@ TEST_F(MapCommands, ConvertTakesItsOptions) {
 
 TEST_F(MapCommands, ConvertIntoTooFineAnOctreeFailsInBoundedMemory) {
   const ProgramResult result =
-      planarMap({"convert", map(), directory_ / "m.bt", "--cell", "0.005"});
+      planarMap({"convert", map(), directory_ / "m.bt", "--cell", "0.001"});
   EXPECT_EQ(result.exit_code, 2) << result.err;
-  EXPECT_NE(result.err.find("--cell 0.01"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("--cell 0.002"), std::string::npos) << result.err;
   EXPECT_LT(result.peak_kilobytes, 1'500'000);
   EXPECT_FALSE(exists("m.bt"));
 }
