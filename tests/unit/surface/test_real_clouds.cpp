@@ -160,8 +160,8 @@ TEST(RealClouds, MergedCloudsAndResolutionsAreFound) {
                          {"clouds_pcl/room_scan2.pcd", false, 0.2},
                          {"clouds_pcl/office1.pcd", false, 0.05},
                          {"clouds_velodyne/street_scan.pcd", false, 0.2},
-                         {"clouds_steps/tilted_steps.pcd", true, 0.05},
-                         {"labelled_office_rooms/room1_gt_fine.pcd", true, 0.05},
+                         {"clouds_steps/tilted_steps.pcd", true, 0.1},
+                         {"labelled_office_rooms/room1_gt_fine.pcd", true, 0.1},
                          {"map_fr079_corridor/geb079_occupied.pcd", true, 0.2}};
   for (const Known& cloud : known) {
     if (test::isMissing(cloud.name)) continue;

@@ -361,6 +361,10 @@ void Window::sendClick(int x, int y) {
   impl_->interactor->InvokeEvent(vtkCommand::LeftButtonReleaseEvent);
 }
 
+void Window::sendTimer() {
+  impl_->interactor->InvokeEvent(vtkCommand::TimerEvent);
+}
+
 std::string Window::keyHelp() {
   return visualization::keyTable();
 }

@@ -59,6 +59,8 @@ class PLANAR_MAPPING_EXPORT Window {
   /// Sends a key (as a person presses it) or a click through the window's own event handling.
   void sendKey(const std::string& key);
   void sendClick(int x, int y);
+  /// The period of follow() is over once.
+  void sendTimer();
 
   static std::string keyHelp();
 
