@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "file/serialization.h"
@@ -131,15 +132,22 @@ FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
     detail::integrateCells(map, frame);
     detail::integrateMisses(map, frame);
   };
+  double space_range = std::numeric_limits<double>::infinity();
   const auto integrateSpace = [&] {
     if (!map.params.unknown_space) return;
     for (const detail::DepthImage& image : frame.images) {
       const double range = map.params.max_range > 0.0 ? map.maxRange() : image.farthest();
-      map.space.integrate(image, map.unknownResolution(), range);
+      detail::SpaceBudget budget;  // each image has a part: what is near comes first in all
+      budget.ray_cells /= static_cast<double>(frame.images.size());
+      budget.regions /= frame.images.size();
+      budget.cubes /= frame.images.size();
+      map.space.integrate(image, map.unknownResolution(), range, budget);
+      space_range = std::min(space_range, budget.range);
     }
   };
   parallelFor(2, map.params.approximation.threads,
               [&](std::size_t part) { part == 0 ? integrateSurfaces() : integrateSpace(); });
+  frame.update.space_range = space_range;
   detail::mergePlanes(map, frame);
   frame.update.patches_rebuilt = map.commit();
   return frame.update;

@@ -118,17 +118,22 @@ class DepthTolerance {
   double fraction_ = 0.0;
 };
 
+/// A block with points of the frame.
+struct HitBlock {
+  std::uint32_t first_candidate = 0;  ///< planes that may cover points of the block
+  std::uint32_t last_candidate = 0;
+};
+
 /// Planes that may cover points of each block.
 std::vector<std::uint32_t> findCandidates(const std::vector<Cover>& covers, double margin,
-                                          const DepthTolerance& tolerance,
-                                          KeyMap<BlockHits>& hits) {
+                                          const DepthTolerance& tolerance, KeyMap<HitBlock>& hits) {
   std::vector<std::uint32_t> candidates;
   const double radius = 2.0 * std::sqrt(3.0);
   for (std::size_t i = 0; i < hits.size(); ++i) {
     const Int3 block = unpackKey(hits.key(i));
     const double middle[3] = {4.0 * block.x + 2.0, 4.0 * block.y + 2.0, 4.0 * block.z + 2.0};
     const double reach = radius + margin + tolerance.at(middle, radius);
-    BlockHits& hit = hits.value(i);
+    HitBlock& hit = hits.value(i);
     hit.first_candidate = static_cast<std::uint32_t>(candidates.size());
     for (std::size_t c = 0; c < covers.size(); ++c) {
       const double height = Cover::along(covers[c].n, middle);
@@ -201,73 +206,107 @@ void removeCovered(MapData& map, Frame& frame) {
   }
 }
 
-void applyHits(MapData& map, Frame& frame, const KeyMap<BlockHits>& hits) {
+/// \param key  of the block
+void applyHits(MapData& map, Frame& frame, std::uint64_t key, const BlockHits& hit) {
   const PlanarMapParams& params = map.params;
   const bool believed = frame.observation->probability != nullptr;
   const bool with_mean = !map.isCompact();
   const auto enough = static_cast<std::uint32_t>(params.approximation.min_points_per_cell);
   const auto frame_number = static_cast<std::uint32_t>(map.trajectory.size() - 1);
-  for (std::size_t i = 0; i < hits.size(); ++i) {
-    const BlockHits& hit = hits.value(i);
-    const Int3 at = unpackKey(hits.key(i));
-    CellBlock* block = map.cells.find(at);
-    bool changed = false;
-    std::uint64_t seen = 0;
-    const Vector3 middle =
-        4.0 * map.resolution() * (Vector3(at.x, at.y, at.z) + Vector3::Constant(0.5));
-    const double min_count = frame.pointsToBeSeen(params, middle, 1.0);
-    for (std::size_t bit = 0; bit < 64; ++bit) {
-      const std::uint32_t count = hit.count[bit];
-      if (count == 0) continue;
-      if (count < min_count) {
-        frame.update.dropped_points += count;
-        continue;
-      }
-      const double q = believed ? static_cast<double>(hit.belief[bit]) / count : 1.0;
-      const std::uint64_t flag = std::uint64_t{1} << bit;
-      seen |= flag;
-      const bool known = block != nullptr && (block->occupied() & flag) != 0;
-      const std::uint8_t before = known ? block->belief(bit) : 0;
-      const std::uint8_t after =
-          known
-              ? afterHit(before, q, params.belief_gain)
-              : quantiseBelief(std::min(q, std::max(params.first_belief, params.min_probability)));
-      if (!known && (count < enough || !isKept(after, params.min_probability))) {
-        frame.update.dropped_points += count;
-        continue;
-      }
-      if (!known) {
-        if (block == nullptr) block = &map.cells.blockAt(at);
-        ++frame.update.cells_added;
-      }
-      // Each profile keeps what its cuboids are made from, which is what the file holds.
-      const int before_octants = known ? block->octants(bit) : 0;
-      const auto octants =
-          static_cast<std::uint8_t>(with_mean ? 0 : before_octants | hit.octants[bit]);
-      changed |= after != before || octants != before_octants;
-      if (!isKept(after, params.min_probability)) {
-        block->remove(bit);
-        ++frame.update.cells_removed;
-        continue;
-      }
-      block->setBelief(bit, after);
-      if (!with_mean) {
-        block->setOctants(bit, octants);
-        continue;
-      }
-      const CellBlock::Mean before_mean = known ? block->mean(bit) : CellBlock::Mean{};
-      CellBlock::Mean after_mean{};
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const double fresh = hit.mean[bit][axis] / count;
-        const double old = (before_mean[axis] + 0.5) / 256.0;
-        const double mean = known ? old + params.belief_gain * (fresh - old) : fresh;
-        after_mean[axis] = static_cast<std::uint8_t>(std::clamp(256.0 * mean, 0.0, 255.0));
-      }
-      changed |= after_mean != before_mean;
-      block->setMean(bit, after_mean);
+  const Int3 at = unpackKey(key);
+  CellBlock* block = map.cells.find(at);
+  bool changed = false;
+  std::uint64_t seen = 0;
+  const Vector3 middle =
+      4.0 * map.resolution() * (Vector3(at.x, at.y, at.z) + Vector3::Constant(0.5));
+  const double min_count = frame.pointsToBeSeen(params, middle, 1.0);
+  for (std::size_t bit = 0; bit < 64; ++bit) {
+    const std::uint32_t count = hit.count[bit];
+    if (count == 0) continue;
+    if (count < min_count) {
+      frame.update.dropped_points += count;
+      continue;
     }
-    frame.cell_hits[hits.key(i)] |= seen;
-    if (changed) map.cells.markDirty(at, frame_number);
+    const double q = believed ? static_cast<double>(hit.belief[bit]) / count : 1.0;
+    const std::uint64_t flag = std::uint64_t{1} << bit;
+    seen |= flag;
+    const bool known = block != nullptr && (block->occupied() & flag) != 0;
+    const std::uint8_t before = known ? block->belief(bit) : 0;
+    const std::uint8_t after =
+        known ? afterHit(before, q, params.belief_gain)
+              : quantiseBelief(std::min(q, std::max(params.first_belief, params.min_probability)));
+    if (!known && (count < enough || !isKept(after, params.min_probability))) {
+      frame.update.dropped_points += count;
+      continue;
+    }
+    if (!known) {
+      if (block == nullptr) block = &map.cells.blockAt(at);
+      ++frame.update.cells_added;
+    }
+    // Each profile keeps what its cuboids are made from, which is what the file holds.
+    const int before_octants = known ? block->octants(bit) : 0;
+    const auto octants =
+        static_cast<std::uint8_t>(with_mean ? 0 : before_octants | hit.octants[bit]);
+    changed |= after != before || octants != before_octants;
+    if (!isKept(after, params.min_probability)) {
+      block->remove(bit);
+      ++frame.update.cells_removed;
+      continue;
+    }
+    block->setBelief(bit, after);
+    if (!with_mean) {
+      block->setOctants(bit, octants);
+      continue;
+    }
+    const CellBlock::Mean before_mean = known ? block->mean(bit) : CellBlock::Mean{};
+    CellBlock::Mean after_mean{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double fresh = hit.mean[bit][axis] / count;
+      const double old = (before_mean[axis] + 0.5) / 256.0;
+      const double mean = known ? old + params.belief_gain * (fresh - old) : fresh;
+      after_mean[axis] = static_cast<std::uint8_t>(std::clamp(256.0 * mean, 0.0, 255.0));
+    }
+    changed |= after_mean != before_mean;
+    block->setMean(bit, after_mean);
+  }
+  frame.cell_hits[key] |= seen;
+  if (changed) map.cells.markDirty(at, frame_number);
+}
+
+/// Block by block, in the order of their first points: counts for all of them at once would take
+/// half a kilobyte for each.
+/// \param first  number of points of the blocks, each one place on
+void countBlocks(MapData& map, Frame& frame, const Points& points, const KeyMap<HitBlock>& blocks,
+                 std::vector<std::uint32_t> first) {
+  for (std::size_t b = 0; b < blocks.size(); ++b) first[b + 1] += first[b];
+  std::vector<std::uint32_t> order(first.back());
+  std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+  for (std::size_t i = 0; i < points.block.size(); ++i) {
+    if (points.cells[3 * i] == kOutside) continue;
+    order[next[points.block[i]]++] = static_cast<std::uint32_t>(i);
+  }
+  const std::vector<float>* belief = frame.observation->probability;
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    BlockHits hit;
+    for (std::uint32_t k = first[b]; k < first[b + 1]; ++k) {
+      const std::size_t i = order[k];
+      const std::int32_t* c = &points.cells[3 * i];
+      const double* p = &points.xyz[3 * i];
+      const auto bit = static_cast<std::size_t>(CellLayer::bitOf({c[0], c[1], c[2]}));
+      ++hit.count[bit];
+      const int octant = (p[0] - c[0] >= 0.5 ? 1 : 0) + (p[1] - c[1] >= 0.5 ? 2 : 0) +
+                         (p[2] - c[2] >= 0.5 ? 4 : 0);
+      hit.octants[bit] |= static_cast<std::uint8_t>(1 << octant);
+      if (belief != nullptr) {
+        hit.belief[bit] += (*belief)[static_cast<std::size_t>(frame.non_planar[i])];
+      }
+      if (map.isCompact()) continue;
+      if (hit.mean.empty()) hit.mean.resize(64);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        hit.mean[bit][axis] += static_cast<float>(p[axis] - c[axis]);
+      }
+    }
+    applyHits(map, frame, blocks.key(b), hit);
   }
 }
 
@@ -279,7 +318,7 @@ void integrateCells(MapData& map, Frame& frame) {
   Points points = toCells(map, frame);
   const std::size_t n = frame.non_planar.size();
 
-  KeyMap<BlockHits> hits;
+  KeyMap<HitBlock> hits;
   Vector3 low = Vector3::Constant(INFINITY);
   Vector3 high = -low;
   Int3 last{INT32_MIN, 0, 0};
@@ -321,11 +360,11 @@ void integrateCells(MapData& map, Frame& frame) {
     for (const Cover& cover : covers)
       frame.absorbed.emplace_back(cover.layer->id, KeyMap<std::uint64_t>());
   }
-  const std::vector<float>* belief = frame.observation->probability;
+  std::vector<std::uint32_t> order(hits.size() + 1, 0);  // first of the points of each block
   for (std::size_t i = 0; i < n; ++i) {
-    const std::int32_t* c = &points.cells[3 * i];
+    std::int32_t* c = &points.cells[3 * i];
     if (c[0] == kOutside) continue;
-    BlockHits& hit = hits.value(points.block[i]);
+    const HitBlock& hit = hits.value(points.block[i]);
     const double* p = &points.xyz[3 * i];
     bool absorbed = false;
     for (std::uint32_t k = hit.first_candidate; k < hit.last_candidate && !absorbed; ++k) {
@@ -343,24 +382,12 @@ void integrateCells(MapData& map, Frame& frame) {
     }
     if (absorbed) {
       ++frame.update.absorbed_points;
+      c[0] = kOutside;
       continue;
     }
-    const auto bit = static_cast<std::size_t>(CellLayer::bitOf({c[0], c[1], c[2]}));
-    ++hit.count[bit];
-    const int octant =
-        (p[0] - c[0] >= 0.5 ? 1 : 0) + (p[1] - c[1] >= 0.5 ? 2 : 0) + (p[2] - c[2] >= 0.5 ? 4 : 0);
-    hit.octants[bit] |= static_cast<std::uint8_t>(1 << octant);
-    if (belief != nullptr) {
-      hit.belief[bit] += (*belief)[static_cast<std::size_t>(frame.non_planar[i])];
-    }
-    if (!map.isCompact()) {
-      if (hit.mean.empty()) hit.mean.resize(64);
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        hit.mean[bit][axis] += static_cast<float>(p[axis] - c[axis]);
-      }
-    }
+    ++order[points.block[i] + 1];
   }
-  applyHits(map, frame, hits);
+  countBlocks(map, frame, points, hits, std::move(order));
 }
 
 }  // namespace planar_mapping::detail

@@ -66,8 +66,6 @@ struct BlockHits {
   std::array<std::uint8_t, 64> octants{};
   std::array<float, 64> belief{};          ///< sum over the points
   std::vector<std::array<float, 3>> mean;  ///< sum of the offsets within the cell, cells
-  std::uint32_t first_candidate = 0;       ///< planes that may cover points of the block
-  std::uint32_t last_candidate = 0;
 };
 
 /// Cells of the world grid that hold what lies on no plane.

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 namespace planar_mapping::detail {
 namespace {
@@ -17,6 +19,34 @@ constexpr int kRootLevel = 9;  ///< the walk starts at cubes of 512 cells
 constexpr double kFarBlock = 0.025;
 /// Up to so many cells from the sensor a cell is free if any ray passes it.
 constexpr double kNearCells = 5.0;
+
+/// How far the rays of a sparse image are followed, metres.
+double longestRay(const DepthImage& image, double cell, SpaceBudget& budget) {
+  const double unlimited = std::numeric_limits<double>::infinity();
+  if (!image.isSparse()) return unlimited;
+  const auto cellsWithin = [&](double range) {
+    double cells = 0.0;
+    image.forEachRay([&](const Vector3& ray, double depth) {
+      cells += std::min(depth, range / ray.norm()) * ray.lpNorm<1>() / cell;
+    });
+    return cells;
+  };
+  const double all = cellsWithin(unlimited);
+  if (all <= budget.ray_cells) {
+    budget.ray_cells -= all;
+    return unlimited;
+  }
+  constexpr int kHalvings = 30;
+  double low = 0.0;
+  double high = cell * kLatticeLimit;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = 0.5 * (low + high);
+    (cellsWithin(middle) <= budget.ray_cells ? low : high) = middle;
+  }
+  budget.ray_cells = 0.0;
+  budget.range = std::min(budget.range, low);
+  return low;
+}
 
 }  // namespace
 
@@ -99,8 +129,11 @@ class UnknownSpace::OpenRegion {
 /// cells at every level of the pyramid.
 class UnknownSpace::Walk {
  public:
-  Walk(UnknownSpace& space, const DepthImage& image, double cell, double max_range)
-      : space_(space),
+  Walk(UnknownSpace& space, const DepthImage& image, double cell, double max_range,
+       SpaceBudget& budget)
+      : budget_(budget),
+        whole_regions_(budget.cubes / 2),
+        space_(space),
         region_(space),
         image_(image),
         cell_(cell),
@@ -132,6 +165,8 @@ class UnknownSpace::Walk {
     // What was seen free stays free: nothing to be learnt there.
     if (level == kRegionLevel && space_.isFreeRegion(low)) return;
     if (level <= kBlockLevel + 1 && region_.isKnownFree(level, low)) return;
+    if (budget_.cubes == 0) return leave(level, centre);
+    --budget_.cubes;
     const DepthImage::Look look = image_.look(centre, half_[level], false);
     if (!look.visible) return;
     const bool hides = marks_hidden_ && look.farthest > 0.0f && look.near <= max_range_;
@@ -149,6 +184,7 @@ class UnknownSpace::Walk {
     const bool is_far = cell_ * static_cast<double>(1 << level) <= kFarBlock * look.near;
     if (level == kBlockLevel) return block(blockOf(low), centre, is_hidden, is_far);
     if (is_far && !hides) return;
+    if (level == kRegionLevel && budget_.cubes < whole_regions_) return leave(level, centre);
     if (level == kRegionLevel) region_.open(blockOf(low));
     const std::int32_t half = std::int32_t{1} << (level - 1);
     for (int child = 0; child < 8; ++child) {
@@ -158,6 +194,12 @@ class UnknownSpace::Walk {
            centre + child_[level][child]);
     }
     if (level == kRegionLevel) region_.close();
+  }
+
+  /// Not judged: that would be over the budget.
+  void leave(int level, const Vector3& centre) {
+    const double half = 0.5 * cell_ * static_cast<double>(1 << level);
+    budget_.range = std::min(budget_.range, std::max(0.0, centre.norm() - std::sqrt(3.0) * half));
   }
 
   void free(int level, const Int3& low) {
@@ -200,6 +242,8 @@ class UnknownSpace::Walk {
            look.farthest < look.near;
   }
 
+  SpaceBudget& budget_;
+  const std::size_t whole_regions_;  ///< from so many cubes left on
   UnknownSpace& space_;
   OpenRegion region_;
   const DepthImage& image_;
@@ -212,13 +256,40 @@ class UnknownSpace::Walk {
   Vector3 child_[kRootLevel + 1][8];
 };
 
+/// Leaves out blocks of the farthest regions that are too many.
+/// \param origin  of the rays, in cells
+/// \param blocks  region by region
+void UnknownSpace::keepNearest(const Vector3& origin, double cell, std::vector<PlacedBlock>& blocks,
+                               SpaceBudget& budget) {
+  constexpr double kSide = 1 << kRegionLevel;
+  const auto distanceOf = [&](const PlacedBlock& block) {
+    const Vector3 low(block.at.x >> 3, block.at.y >> 3, block.at.z >> 3);
+    const Vector3 middle = kSide * (low + Vector3::Constant(0.5));
+    return std::max(0.0, (middle - origin).norm() - 0.5 * std::sqrt(3.0) * kSide);
+  };
+  std::vector<double> distances;
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    if (i > 0 && regionOf(blocks[i].at) == regionOf(blocks[i - 1].at)) continue;
+    distances.push_back(distanceOf(blocks[i]));
+  }
+  if (distances.size() <= budget.regions) return;
+  const auto first = distances.begin() + static_cast<std::ptrdiff_t>(budget.regions);
+  std::nth_element(distances.begin(), first, distances.end());
+  const double farthest = *first;
+  blocks.erase(std::remove_if(blocks.begin(), blocks.end(),
+                              [&](const PlacedBlock& b) { return distanceOf(b) >= farthest; }),
+               blocks.end());
+  budget.range = std::min(budget.range, cell * farthest);
+}
+
 /// Marks the cells that rays pass: of a sparse image to their ends, but for the cell where they
 /// end.
-void UnknownSpace::integrateRays(const DepthImage& image, double cell) {
+void UnknownSpace::integrateRays(const DepthImage& image, double cell, SpaceBudget& budget) {
   KeyMap<std::uint64_t> blocks;
+  const double longest = longestRay(image, cell, budget);
   const Vector3 origin = image.position() / cell;
   image.forEachRay([&](const Vector3& ray, double depth) {
-    if (!image.isSparse()) depth = std::min(depth, kNearCells * cell);
+    depth = std::min(depth, image.isSparse() ? longest / ray.norm() : kNearCells * cell);
     const Vector3 end = origin + depth / cell * ray;
     constexpr double kLimit = kLatticeLimit - 1;
     if (!(std::max(origin.cwiseAbs().maxCoeff(), end.cwiseAbs().maxCoeff()) < kLimit)) return;
@@ -255,10 +326,12 @@ void UnknownSpace::integrateRays(const DepthImage& image, double cell) {
   std::sort(placed.begin(), placed.end(), [](const PlacedBlock& a, const PlacedBlock& b) {
     return regionOf(a.at) < regionOf(b.at);
   });
+  keepNearest(origin, cell, placed, budget);
   add(placed);
 }
 
-void UnknownSpace::integrate(const DepthImage& image, double cell, double max_range) {
+void UnknownSpace::integrate(const DepthImage& image, double cell, double max_range,
+                             SpaceBudget& budget) {
   const double range = isUnseenUnknown() ? image.clearest() : max_range;
   if (!(image.clearest() > 0.0f)) return;
   Vector3 low, high;
@@ -267,16 +340,23 @@ void UnknownSpace::integrate(const DepthImage& image, double cell, double max_ra
   constexpr double kLimit = kLatticeLimit / kSide - 1;
   low = (low / (cell * kSide)).array().floor().max(-kLimit).min(kLimit);
   high = (high / (cell * kSide)).array().floor().max(-kLimit).min(kLimit);
-  integrateRays(image, cell);
+  integrateRays(image, cell, budget);
   if (image.isSparse() && isUnseenUnknown()) return;
-  Walk walk(*this, image, cell, max_range);
+  // The budget goes to what is near.
+  const Vector3 sensor = image.position() / (cell * kSide) - Vector3::Constant(0.5);
+  std::vector<std::pair<double, Int3>> roots;
   for (auto z = static_cast<std::int32_t>(low.z()); z <= high.z(); ++z) {
     for (auto y = static_cast<std::int32_t>(low.y()); y <= high.y(); ++y) {
       for (auto x = static_cast<std::int32_t>(low.x()); x <= high.x(); ++x) {
-        walk.root({x * kSide, y * kSide, z * kSide});
+        roots.emplace_back((Vector3(x, y, z) - sensor).norm(),
+                           Int3{x * kSide, y * kSide, z * kSide});
       }
     }
   }
+  std::stable_sort(roots.begin(), roots.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  Walk walk(*this, image, cell, max_range, budget);
+  for (const auto& root : roots) walk.root(root.second);
 }
 
 void UnknownSpace::add(const std::vector<PlacedBlock>& blocks) {

@@ -21,6 +21,18 @@ using CubeBits = std::array<std::uint64_t, 8>;
 /// Space deeper than that many cells is not judged: a frame would ask for gigabytes.
 constexpr double kMaxRangeCells = 2048.0;
 
+/// What the images of a frame may cost together. What is too much is not judged: far space first.
+struct SpaceBudget {
+  /// Rays of a sparse image pass so many cells; some 30 bytes each while a frame is integrated.
+  double ray_cells = 1 << 25;
+  /// Regions of 32 x 32 x 32 cells that they may pass: of lone rays each has its own.
+  std::size_t regions = std::size_t{1} << 14;
+  /// Cubes looked at; of the last half only those of 32 x 32 x 32 cells, as a whole.
+  std::size_t cubes = std::size_t{1} << 24;
+  /// Metres from the sensor up to which all was judged.
+  double range = std::numeric_limits<double>::infinity();
+};
+
 /// Which cells of the world grid were seen free, in whatever order frames come, and, where space is
 /// free unless something says otherwise, which are hidden behind a surface (the paper, III-F,
 /// Fig. 5c). A cell once seen free is never unknown again.
@@ -43,7 +55,11 @@ class UnknownSpace {
 
   /// Marks the cells in the frustum of an image by its depths; those that are hidden up to
   /// \p max_range.
-  void integrate(const DepthImage& image, double cell, double max_range);
+  void integrate(const DepthImage& image, double cell, double max_range, SpaceBudget& budget);
+  void integrate(const DepthImage& image, double cell, double max_range) {
+    SpaceBudget budget;
+    integrate(image, cell, max_range, budget);
+  }
   bool isUnknown(const Int3& cell) const { return (around(cell).unknown >> bitOf(cell) & 1u) != 0; }
   struct Surroundings {
     std::uint64_t unknown = 0;     ///< cells of the block of 4 x 4 x 4 around a cell, see bitOf()
@@ -72,7 +88,9 @@ class UnknownSpace {
   class OpenRegion;
   class Walk;
 
-  void integrateRays(const DepthImage& image, double cell);
+  static void keepNearest(const Vector3& origin, double cell, std::vector<PlacedBlock>& blocks,
+                          SpaceBudget& budget);
+  void integrateRays(const DepthImage& image, double cell, SpaceBudget& budget);
   /// Is all of the region free that has this cell?
   bool isFreeRegion(const Int3& cell) const {
     const SpaceRegion* region = regions_.find(regionOf(blockOf(cell)));

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "builtin.h"
@@ -154,6 +155,12 @@ class PlanarCuboidApproximationStage : public Stage {
     mapping_.setNoiseModel(noise_.optionalNoise());
     frame.update = mapping_.integrate();
     frame.inserted = true;
+    if (std::isfinite(frame.update.space_range)) {
+      frame.notes.push_back(frame.source + ": space is judged up to " +
+                            formatNumber(std::round(frame.update.space_range)) +
+                            " m only, all of it would be too much for one frame; a coarser "
+                            "unknown_resolution_m reaches farther");
+    }
   }
 
  private:
