@@ -108,26 +108,23 @@ TEST_P(CrashSafety, Checkpoints) {
 
 TEST_P(CrashSafety, ResumeOfAnInterruptedRun) {
   // Killed in the middle of its second checkpoint.
-  ASSERT_EQ(SIGKILL, [&] {
-    const std::vector<std::string> shim = {"/usr/bin/env",
-                                           std::string("LD_PRELOAD=") + FAULT_SHIM,
-                                           "FAULT_DIRECTORY=" + directory_ / "half",
-                                           "FAULT_MARK=" + directory_ / "mark",
-                                           "FAULT_KIND=kill",
-                                           "FAULT_AT=75"};
-    std::vector<std::string> arguments = {program(),
-                                          "run",
-                                          config("pcd_sequence.yaml"),
-                                          "-i",
-                                          directory_ / "input",
-                                          "-o",
-                                          directory_ / "half",
-                                          "-q",
-                                          "--checkpoint",
-                                          "0"};
-    arguments.insert(arguments.begin(), shim.begin(), shim.end());
-    return runProgram(arguments).signal;
-  }());
+  const std::vector<std::string> arguments = {"/usr/bin/env",
+                                              std::string("LD_PRELOAD=") + FAULT_SHIM,
+                                              "FAULT_DIRECTORY=" + directory_ / "half",
+                                              "FAULT_MARK=" + directory_ / "mark",
+                                              "FAULT_KIND=kill",
+                                              "FAULT_AT=75",
+                                              program(),
+                                              "run",
+                                              config("pcd_sequence.yaml"),
+                                              "-i",
+                                              directory_ / "input",
+                                              "-o",
+                                              directory_ / "half",
+                                              "-q",
+                                              "--checkpoint",
+                                              "0"};
+  ASSERT_EQ(SIGKILL, runProgram(arguments).signal);
   ASSERT_EQ(1, metrics("half")["frames"]);
   const int operations = forEachFault("half", {"--resume", "--checkpoint", "0"}, 11,
                                       [this](const ProgramResult&) { expectResumes(); });
