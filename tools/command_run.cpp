@@ -173,8 +173,8 @@ RunResult runOnNetwork(const RunArguments& arguments, RunOptions options) {
 RunResult runOnWatched(const RunArguments& arguments, RunOptions options) {
   Configuration configuration = configurationOf(arguments);
   WatchSource source(configuration, watchOptionsOf(arguments));
-  constexpr double kMaxAge = 0.5;  // seconds that the map of a viewer may lag behind
-  options.checkpoint_s = std::min(options.checkpoint_s, kMaxAge);
+  constexpr double kAtOnce = 1e-3;  // a viewer follows; saving takes a tenth of the time at most
+  options.checkpoint_s = std::min(options.checkpoint_s, kAtOnce);
   return runPipeline(std::move(configuration), source, options);
 }
 
@@ -182,6 +182,7 @@ int run(RunArguments& arguments) {
   if (arguments.resume && arguments.force) {
     throw UsageError("--resume continues the map, --force overwrites it: give one of them");
   }
+  stopOnSignal();  // from now on
   findConfiguration(arguments);
   RunOptions options;
   options.output = arguments.output;

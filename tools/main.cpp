@@ -59,7 +59,8 @@ void addExamples(CLI::App& app) {
     if (examples == kExamples.end()) continue;
     std::string text = "Examples:";
     for (const std::string& example : examples->second) text += "\n  planar_map " + example;
-    command->footer(text);
+    const std::string own = command->get_footer();
+    command->footer(own.empty() ? text : own + "\n\n" + text);
   }
 }
 

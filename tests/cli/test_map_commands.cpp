@@ -46,8 +46,9 @@ TEST_F(MapCommands, QueryTellsStatesOfPointsBoxesAndRays) {
   EXPECT_EQ(answers["ray"][0]["state"], "occupied");
   EXPECT_NEAR(answers["ray"][0]["distance_m"].get<double>(), 2.0, 0.1);
   EXPECT_NEAR(answers["ray"][0]["point"][0].get<double>(), 5.0, 0.1);
-  EXPECT_EQ(answers["ray"][1]["state"], "free");
-  EXPECT_FALSE(answers["ray"][1].contains("distance_m"));
+  // No frame has seen what lies there.
+  EXPECT_EQ(answers["ray"][1]["state"], "unknown");
+  EXPECT_TRUE(answers["ray"][1].contains("distance_m"));
 }
 
 TEST_F(MapCommands, QueryTakesNegativeNumbersAndAnswersInLines) {

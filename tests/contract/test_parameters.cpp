@@ -78,7 +78,7 @@ void checkMappingSetters() {
   checkSetter<C>(&C::setAbsorption, &C::getAbsorption, 0.2, {-0.1, 0.6, kNan});
   checkSetter<C>(&C::setUpDirection, &C::getUpDirection, Vector3(0, -1, 0),
                  {Vector3(0, 0, 0), Vector3(kNan, 0, 1), Vector3(0, kInf, 0)});
-  checkSetter<C>(&C::setMaxRange, &C::getMaxRange, 5.0, {0.0, -1.0, kNan, kInf});
+  checkSetter<C>(&C::setMaxRange, &C::getMaxRange, 5.0, {-1.0, kNan, kInf});
   checkSetter<C>(&C::setMinProbability, &C::getMinProbability, 0.2, {-0.1, 1.1, kNan});
   checkSetter<C>(&C::setNumberOfThreads, &C::getNumberOfThreads, 2, {-1});
   C object;
