@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # Configures and builds one preset, or only some of its targets. Quick when nothing changed.
-#   scripts/build.sh [release|dev|asan|tsan|package|core-only [TARGET...]]
+#   scripts/build.sh [release|dev|asan|tsan|core-only [TARGET...]]
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 preset=${1:-release}
 targets=("${@:2}")
-if [[ ${#targets[@]} -gt 0 || $preset == package ]]; then  # the demonstration needs no tools of tests
+if [[ ${#targets[@]} -gt 0 ]]; then  # the demonstration needs no tools of tests
   scripts/install_dependencies.sh --build-only
 else
   scripts/install_dependencies.sh

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds the Debian packages into out/packages.
-#   scripts/package.sh [BUILD]     BUILD: a build tree that is there already, in place of one of its own
+#   scripts/package.sh [BUILD]     BUILD: a build tree that is there already, in place of build/
 set -euo pipefail
 case ${1:-} in
   -h | --help) sed -n '2,3s/^# \{0,1\}//p' "$0"; exit 0 ;;
@@ -9,8 +9,8 @@ case ${1:-} in
 esac
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 if [[ -z ${build:-} ]]; then
-  scripts/build.sh package
-  build=$PWD/build-package
+  scripts/build.sh release
+  build=$PWD/build
 fi
 rm -rf out/packages
 cpack --config "$build/CPackConfig.cmake" -B out/packages >/dev/null
