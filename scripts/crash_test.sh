@@ -13,7 +13,14 @@ root=$(cd "$(dirname "$0")/.." && pwd)
 tool=${PLANAR_MAP:-$root/build/bin/planar_map}
 RANDOM=${SEED:-1}
 work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
+done_kills=0; unreadable=0; wrong=0; refused=0; finished=0
+finish() {
+  rm -rf "$work"
+  echo "$done_kills kills, $finished runs finished: $unreadable unreadable maps, $wrong wrong" \
+    "results, $refused runs that could not be resumed"
+}
+trap finish EXIT
+trap 'exit 130' INT TERM
 
 "$tool" simulate corridor --frames 8 --step 0.3 --width 80 --height 60 -o "$work/input" -q
 run() {  # in a sub-shell, which becomes the program
@@ -33,7 +40,6 @@ begin=$(date +%s%N)
 longest_us=$(( ($(date +%s%N) - begin) / 1000 ))
 results "$work/whole" > "$work/expected"
 
-done_kills=0; unreadable=0; wrong=0; refused=0; finished=0
 options=()
 while [ "$done_kills" -lt "$kills" ]; do
   (run -o "$work/out" "${options[@]}") & child=$!
@@ -58,6 +64,4 @@ while [ "$done_kills" -lt "$kills" ]; do
     rm -rf "$work/out"; options=()
   fi
 done
-echo "$done_kills kills, $finished runs finished: $unreadable unreadable maps, $wrong wrong results," \
-  "$refused runs that could not be resumed"
 [ $((unreadable + wrong + refused)) -eq 0 ]
