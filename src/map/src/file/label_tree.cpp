@@ -24,11 +24,14 @@ Int3 LabelTree::regionOf(const Int3& bundle) const {
 }
 
 void LabelTree::add(std::vector<CellLabels>& bundles, Label background) {
-  std::sort(bundles.begin(), bundles.end(), [this](const CellLabels& l, const CellLabels& r) {
+  const auto isFirst = [this](const CellLabels& l, const CellLabels& r) {
     const Int3 a = regionOf(l.at);
     const Int3 b = regionOf(r.at);
     return a == b ? placeOf(l.at) < placeOf(r.at) : isBefore(a, b);
-  });
+  };
+  if (!std::is_sorted(bundles.begin(), bundles.end(), isFirst)) {
+    std::sort(bundles.begin(), bundles.end(), isFirst);
+  }
   std::vector<Bits> cells(bundlesPerRegion());
   std::vector<std::uint8_t> labels(bundlesPerRegion());
   for (std::size_t i = 0; i < bundles.size();) {

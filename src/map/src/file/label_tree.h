@@ -30,8 +30,9 @@ class LabelTree {
   /// \param dimensions 2 for tiles, 3 for blocks
   explicit LabelTree(int dimensions) : dimensions_(dimensions) {}
 
-  /// Adds the regions of a lattice and sorts the bundles into the order of Walk. Cells that no
-  /// bundle tells of have the label \p background.
+  Int3 regionOf(const Int3& bundle) const;
+  /// Adds the regions of a lattice, or the next one of it, and sorts the bundles into the order of
+  /// Walk. Cells that no bundle tells of have the label \p background.
   void add(std::vector<CellLabels>& bundles, Label background);
   std::size_t regions() const { return regions_.size(); }
   /// How many cells are occupied.
@@ -62,7 +63,6 @@ class LabelTree {
   static constexpr std::int32_t kSide = 8;  ///< of a region, in tiles or blocks
   static Bits bitsOf(std::uint8_t label);
   std::size_t bundlesPerRegion() const { return dimensions_ == 2 ? 64 : 512; }
-  Int3 regionOf(const Int3& bundle) const;
   static std::size_t placeOf(const Int3& bundle) {
     return static_cast<std::size_t>((bundle.x & 7) + 8 * (bundle.y & 7) + 64 * (bundle.z & 7));
   }

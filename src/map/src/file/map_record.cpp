@@ -119,15 +119,20 @@ void restoreCells(const MapRecord& record, const std::uint8_t* belief, MapData& 
 /// in a finished map that is free: no query tells never seen from seen free.
 LabelTree treeOf(const UnknownSpace& space, bool is_finished) {
   const bool is_unknown = space.isUnseenUnknown();
-  std::vector<CellLabels> bundles;
+  const bool tells_never = !is_unknown && !is_finished;
+  const Label background = is_unknown ? kUnknown : is_finished ? kFree : kOccupied;
+  LabelTree tree(3);
+  std::vector<CellLabels> bundles;  // of one region: a large map has millions of blocks
   space.forEachBlock([&](const Int3& at, const UnknownSpace::Block& block) {
     if (is_unknown ? block.free == 0 : is_finished && block.unknown == 0) return;
-    const bool tells_never = !is_unknown && !is_finished;
+    if (!bundles.empty() && !(tree.regionOf(at) == tree.regionOf(bundles[0].at))) {
+      tree.add(bundles, background);
+      bundles.clear();
+    }
     bundles.push_back({at, tells_never ? ~(block.free | block.unknown) : 0,
                        is_unknown ? ~block.free : block.unknown});
   });
-  LabelTree tree(3);
-  tree.add(bundles, is_unknown ? kUnknown : is_finished ? kFree : kOccupied);
+  tree.add(bundles, background);
   return tree;
 }
 

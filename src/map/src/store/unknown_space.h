@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <limits>
@@ -73,7 +74,7 @@ class UnknownSpace {
   static int bitOf(const Int3& cell) { return 16 * (cell.z & 3) + 4 * (cell.y & 3) + (cell.x & 3); }
 
   /// Calls visit(block coordinates, Block) for every block of regions of which something is
-  /// stored, in the order in which they were seen first.
+  /// stored, region by region in the order of isBefore().
   template <typename Visit>
   void forEachBlock(Visit&& visit) const;
   struct PlacedBlock {
@@ -111,9 +112,11 @@ class UnknownSpace {
 template <typename Visit>
 void UnknownSpace::forEachBlock(Visit&& visit) const {
   SpaceRegion::Blocks blocks;
-  for (std::size_t r = 0; r < regions_.size(); ++r) {
-    const Int3 at = unpackKey(regions_.key(r));
-    regions_.value(r).unpack(blocks);
+  std::vector<std::uint64_t> keys = regions_.keys();
+  std::sort(keys.begin(), keys.end());
+  for (const std::uint64_t key : keys) {
+    const Int3 at = unpackKey(key);
+    regions_.find(key)->unpack(blocks);
     for (std::size_t i = 0; i < blocks.labels.size(); ++i) {
       if (blocks.labels[i] == SpaceRegion::kNever && !isUnseenUnknown()) continue;
       visit(Int3{8 * at.x + static_cast<std::int32_t>(i & 7u),
