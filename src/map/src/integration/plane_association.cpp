@@ -13,6 +13,17 @@ namespace {
 /// Points of a segment whose distance to a patch of the map is looked at.
 constexpr std::size_t kGapSamples = 64;
 
+/// Points that scatter about their plane by more than this fraction of their spread along it, and
+/// by more than so many resolutions, have no certain normal: the next frame would fit another one.
+constexpr double kMaxRoughness = 0.15;
+constexpr double kHarmlessScatter = 0.1;
+
+bool isFlat(const PlaneMoments& moments, double resolution) {
+  const PlaneMoments::Fit fit = moments.fit();
+  const double width = std::sqrt(std::max(0.0, fit.eigenvalues[1]));
+  return fit.rms <= std::max(kHarmlessScatter * resolution, kMaxRoughness * width);
+}
+
 /// Root mean square distance of the points behind the moments to a plane.
 double rmsDistance(const PlaneMoments& moments, const Plane& plane) {
   if (!(moments.weight() > 0.0)) return INFINITY;
@@ -228,8 +239,14 @@ void associatePlanes(MapData& map, Frame& frame) {
     ++frame.update.planes_matched;
   }
   std::optional<Vector3> along;  // asks every plane of the map
+  const std::size_t clutter = frame.non_planar.size();
   for (std::size_t k = 0; k < segments; ++k) {
-    if (assigned[k] || frame.inliersOf(k).empty()) continue;
+    const Indices& inliers = frame.inliersOf(k);
+    if (assigned[k] || inliers.empty()) continue;
+    if (map.isCompact() && !isFlat(frame.moments[k], map.resolution())) {
+      frame.non_planar.insert(frame.non_planar.end(), inliers.begin(), inliers.end());
+      continue;
+    }
     if (!along) along = directionOfWalls(map, frame);
     PlaneLayer layer;
     layer.id = map.next_plane_id++;
@@ -241,6 +258,9 @@ void associatePlanes(MapData& map, Frame& frame) {
     frame.hits.back().is_new = true;
     frame.hits.back().segments.push_back(k);
     ++frame.update.planes_new;
+  }
+  if (frame.non_planar.size() > clutter) {
+    std::sort(frame.non_planar.begin(), frame.non_planar.end());
   }
 }
 

@@ -9,6 +9,7 @@
 
 #include "map_scene.h"
 #include "map_walk.h"
+#include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/map/planar_map.h"
 
 namespace planar_mapping {
@@ -167,6 +168,44 @@ TEST(PlaneAssociation, AbsorbsPointsThatAPlaneCovers) {
   PlanarMap whole(paramsAt(0.1));
   whole.insert(view.frame());
   EXPECT_LE(map.cuboids().size(), whole.cuboids().size() + 4);
+}
+
+/// Far measurements of one thing that are as rough as the thing is wide fit another plane in every
+/// frame: they are cells, not a plane each.
+TEST(PlaneAssociation, RoughPointsAreNoNewPlane) {
+  for (const double scatter : {0.005, 0.05}) {
+    PlanarMap map(paramsAt(0.1));
+    Random random(7);
+    std::vector<float> xyz;
+    for (std::uint64_t frame = 0; frame < 3; ++frame) {
+      xyz.clear();
+      PlaneMoments moments;
+      for (int i = 0; i < 4000; ++i) {
+        const Vector3 p(random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3),
+                        3.0 + scatter * random.normal());
+        moments.add(p);
+        for (int k = 0; k < 3; ++k) xyz.push_back(static_cast<float>(p[k]));
+      }
+      std::vector<PlaneSegment> planes(1);
+      planes[0].plane = moments.fit().plane;
+      for (int i = 0; i < 4000; ++i) planes[0].inliers.push_back(i);
+      FrameObservation observation;
+      observation.points = PointsView(xyz.data(), 4000);
+      observation.planes = &planes;
+      map.insert(observation);
+    }
+    const bool is_rough = scatter > 0.01;
+    EXPECT_EQ(map.planes().size(), is_rough ? 0u : 1u);
+    std::size_t covered = 0;
+    for (std::size_t i = 0; i < xyz.size(); i += 3) {
+      const Vector3 p(xyz[i], xyz[i + 1], xyz[i + 2]);
+      covered += std::any_of(map.cuboids().begin(), map.cuboids().end(), [&](const Cuboid& c) {
+        const Vector3 q = c.orientation.conjugate() * (p - c.center);
+        return (q.cwiseAbs() - 0.5 * c.size).maxCoeff() <= 0.05 + 1e-9;
+      });
+    }
+    EXPECT_GT(static_cast<double>(covered), 0.98 * 4000) << scatter;
+  }
 }
 
 }  // namespace
