@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <csignal>
+#include <iomanip>
 #include <iostream>
 #include <memory>
 #include <string>
@@ -11,7 +12,6 @@
 #include "planar_mapping/io/map_export.h"
 #include "planar_mapping/io/map_file.h"
 #include "planar_mapping/pipeline/output.h"
-#include "planar_mapping/pipeline/parameter.h"
 
 namespace planar_mapping::tools {
 namespace {
@@ -60,9 +60,8 @@ void convert(Arguments arguments) {
     io::exportMap(map, arguments.output, options);
     if (const Vector3& origin = map.params().origin; !origin.isZero(0.0)) {
       std::cerr << "planar_map: coordinates in " << arguments.output
-                << " are those of the map; add (" << formatNumber(origin.x()) << ", "
-                << formatNumber(origin.y()) << ", " << formatNumber(origin.z())
-                << ") m for those of the world\n";
+                << " are those of the map; add (" << std::setprecision(15) << origin.x() << ", "
+                << origin.y() << ", " << origin.z() << ") m for those of the world\n";
     }
   } catch (const ParameterError& error) {  // of an option
     throw UsageError(error.what());
