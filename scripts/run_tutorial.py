@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Runs the ```sh blocks of a page of the docs from top to bottom, as they stand, in a new folder.
+"""Runs the ```sh and ```python blocks of a page of the docs from top to bottom, as they stand, in a new folder.
 
-    run_tutorial.py PAGE BIN_DIR    programs of BIN_DIR are found first
+    run_tutorial.py PAGE BIN_DIR    programs of BIN_DIR are found first; python3 and PYTHONPATH are those of this script
 """
 import os
 import re
@@ -15,12 +15,20 @@ ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)),
 def main():
     page, programs = sys.argv[1], os.path.abspath(sys.argv[2])
     with open(os.path.join(ROOT, page), encoding="utf-8") as file:
-        blocks = re.findall(r"^```sh\n(.*?)^```", file.read(), flags=re.MULTILINE | re.DOTALL)
+        blocks = re.findall(r"^```(sh|python)\n(.*?)^```", file.read(), flags=re.MULTILINE | re.DOTALL)
     if not blocks:
         sys.exit(f"{page} has nothing to run")
+    os.environ["PATH"] = programs + os.pathsep + os.environ["PATH"]
+    names = {}
     with tempfile.TemporaryDirectory() as folder:
-        environment = dict(os.environ, PATH=programs + os.pathsep + os.environ["PATH"])
-        sys.exit(subprocess.run(["bash", "-euxo", "pipefail", "-c", "".join(blocks)], cwd=folder, env=environment).returncode)
+        os.chdir(folder)
+        for language, code in blocks:
+            if language == "sh":
+                subprocess.run(["bash", "-euxo", "pipefail", "-c", code], check=True)
+            else:
+                print(code, flush=True)
+                exec(compile(code, page, "exec"), names)
+        os.chdir(ROOT)
 
 
 main()

@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <csignal>
+#include <iomanip>
+#include <iostream>
 #include <memory>
 #include <string>
 
@@ -56,6 +58,11 @@ void convert(Arguments arguments) {
   }
   try {
     io::exportMap(map, arguments.output, options);
+    if (const Vector3& origin = map.params().origin; !origin.isZero(0.0)) {
+      std::cerr << "planar_map: coordinates in " << arguments.output
+                << " are those of the map; add (" << std::setprecision(15) << origin.x() << ", "
+                << origin.y() << ", " << origin.z() << ") m for those of the world\n";
+    }
   } catch (const ParameterError& error) {  // of an option
     throw UsageError(error.what());
   } catch (const IoError& error) {

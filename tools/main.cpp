@@ -35,7 +35,7 @@ void addExamples(CLI::App& app) {
   static const std::map<std::string, std::vector<std::string>> kExamples = {
       {"run",
        {"run cloud.pcd -o out", "run kitti/sequences/00 -o out",
-        "run config/rgbd_indoor.yaml -i sequence -o out --set pass_through.max_m=4",
+        "run rgbd_indoor.yaml -i sequence -o out --set pass_through.max_m=4",
         "run --watch recording -o out --idle 10"}},
       {"frontend", {"frontend -i sequence --connect mapper.local:5600 --keys frontend.key"}},
       {"keys", {"keys -o keys --name robot1"}},
@@ -52,7 +52,7 @@ void addExamples(CLI::App& app) {
       {"merge", {"merge monday.pmap tuesday.pmap -o both.pmap"}},
       {"compare", {"compare out/map.pmap other/map.pmap --threshold 0.02"}},
       {"simulate", {"simulate corridor --write images --frames 12 --step 0.2 -o scene"}},
-      {"evaluate", {"evaluate config/evaluate.yaml --cells 0.1,0.2 -o out"}}};
+      {"evaluate", {"evaluate evaluate.yaml --cells 0.1,0.2 -o out"}}};
   app.footer("planar_map COMMAND --help has the options of a command, and examples.");
   for (CLI::App* command : app.get_subcommands({})) {
     const auto examples = kExamples.find(command->get_name());

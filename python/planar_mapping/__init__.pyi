@@ -184,6 +184,9 @@ class PlanarMap:
     def memory_bytes(self) -> int: ...
     @property
     def resolution(self) -> float: ...
+    @property
+    def origin(self) -> npt.NDArray[np.float64]:
+        """Coordinates of the world are those of the map plus this (0 but for input in UTM or the like)."""
     def __len__(self) -> int:
         """Number of cuboids()."""
 

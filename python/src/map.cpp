@@ -233,6 +233,11 @@ py::object bounds(const SharedMap& self) {
   return std::move(corners);
 }
 
+py::array_t<double> origin(const SharedMap& self) {
+  const Vector3 at = self.read([](const PlanarMap& map) { return map.params().origin; });
+  return py::array_t<double>(3, at.data());
+}
+
 FrameUpdate merge(SharedMap& self, const SharedMap& other, const py::object& T) {
   const Pose T_map_other = poseOf(T, "T");
   const PlanarMap copy = other.read([](const PlanarMap& map) { return map; });
@@ -329,6 +334,7 @@ void addMap(py::module_& module) {
       .def_property_readonly("is_finished", number<&PlanarMap::isFinished>())
       .def_property_readonly("unknown_cells", number<&PlanarMap::unknownCells>())
       .def_property_readonly("memory_bytes", number<&PlanarMap::memoryBytes>())
+      .def_property_readonly("origin", &origin)
       .def_property_readonly("resolution",
                              [](const SharedMap& self) {
                                return self.read([](const PlanarMap& map) {

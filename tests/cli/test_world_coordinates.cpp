@@ -101,6 +101,10 @@ TEST_F(WorldCoordinates, PosesInTheWorldAreMappedAboutAnOrigin) {
   EXPECT_GT(metrics()["unknown_cells"], 0);
   EXPECT_NE(std::string::npos, read("out/trajectory_tum.txt").find(" 500004.1 4500000 1 "))
       << read("out/trajectory_tum.txt");
+  const ProgramResult exported =
+      planarMap({"convert", directory_ / "out/map.pmap", directory_ / "map.obj"});
+  EXPECT_EQ(0, exported.exit_code);
+  EXPECT_NE(std::string::npos, exported.err.find("add (500000, 4500000, 0) m")) << exported.err;
   // Merged with itself under its own origin, and asked by the cloud it was made of.
   ASSERT_EQ(0, planarMap({"merge", directory_ / "out/map.pmap", "-o", directory_ / "merged.pmap"})
                    .exit_code);

@@ -86,6 +86,18 @@ TEST(Glb, IsReadByAssimpWithYUp) {
   EXPECT_EQ(colour.at("plane_1").a, 1.0f);
 }
 
+TEST(Glb, RootNodeSaysTheOrigin) {
+  const io::ExportedMap map = test::manyExported(10);
+  const test::Exported file(io::writeGlb, map, "m.glb");
+  Assimp::Importer importer;
+  const aiMetadata* extras = nullptr;
+  for (const aiNode* node = read(importer, file.path()).mRootNode; node != nullptr;
+       node = node->mNumChildren > 0 ? node->mChildren[0] : nullptr) {
+    if (node->mMetaData != nullptr && node->mMetaData->HasKey("origin_m")) extras = node->mMetaData;
+  }
+  ASSERT_NE(extras, nullptr);
+}
+
 TEST(Glb, MapOfACameraStandsUpright) {
   io::ExportedMap map;
   Cuboid high;

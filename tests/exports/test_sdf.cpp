@@ -67,6 +67,9 @@ TEST(Sdf, ModelFolderIsFoundByItsName) {
   const sdf::Errors errors = root.Load(config);
   ASSERT_TRUE(errors.empty()) << messageOf(errors);
   EXPECT_EQ(root.Model()->Name(), "my office");
+  std::ifstream about(folder.path() + "model.config");
+  const std::string text{std::istreambuf_iterator<char>(about), {}};
+  EXPECT_NE(text.find("origin_m 501000 4500000 0.5."), std::string::npos) << text;
   expectModel(*root.Model(), map);
 }
 

@@ -38,18 +38,20 @@ TEST(Csv, ReadsBackAsTheSameValues) {
   ASSERT_EQ(lines.size(), map.cuboids.size() + 1);
   EXPECT_EQ(lines[0],
             "cuboid_id,frame_id,state,probability,plane_id,center_x_m,center_y_m,center_z_m,"
-            "size_x_m,size_y_m,size_z_m,qx,qy,qz,qw,up_x,up_y,up_z");
+            "size_x_m,size_y_m,size_z_m,qx,qy,qz,qw,up_x,up_y,up_z,origin_x_m,origin_y_m,"
+            "origin_z_m");
   for (std::size_t i = 0; i < map.cuboids.size(); ++i) {
     const Cuboid& c = map.cuboids[i];
     const std::string head = std::to_string(i) + ",odom," + toString(c.state) + ',';
     ASSERT_EQ(lines[i + 1].substr(0, head.size()), head);
-    const std::vector<double> n = numbersOf(lines[i + 1].substr(head.size()), 15, ',');
+    const std::vector<double> n = numbersOf(lines[i + 1].substr(head.size()), 18, ',');
     ASSERT_EQ(static_cast<float>(n[0]), c.probability);
     ASSERT_EQ(n[1], c.plane_id);
     ASSERT_EQ(Vector3(n[2], n[3], n[4]), c.center);
     ASSERT_EQ(Vector3(n[5], n[6], n[7]), c.size);
     ASSERT_EQ(Vector4(n[8], n[9], n[10], n[11]), Vector4(c.orientation.coeffs()));
     ASSERT_EQ(Vector3(n[12], n[13], n[14]), map.up);
+    ASSERT_EQ(Vector3(n[15], n[16], n[17]), map.origin);
   }
 }
 

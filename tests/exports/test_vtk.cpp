@@ -3,12 +3,14 @@
 // VTP, PLY, OBJ and STL, read by VTK as ParaView does.
 #include <vtkCellData.h>
 #include <vtkDataArray.h>
+#include <vtkFieldData.h>
 #include <vtkNew.h>
 #include <vtkOBJReader.h>
 #include <vtkPLYReader.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
 #include <vtkSTLReader.h>
+#include <vtkUnsignedCharArray.h>
 #include <vtkXMLPolyDataReader.h>
 
 #include "export_scene.h"
@@ -31,6 +33,9 @@ TEST(Vtp, IsReadByVtkWithItsArrays) {
   vtkPolyData& data = *reader->GetOutput();
   ASSERT_EQ(data.GetNumberOfPoints(), static_cast<vtkIdType>(8 * map.cuboids.size()));
   ASSERT_EQ(data.GetNumberOfCells(), static_cast<vtkIdType>(6 * map.cuboids.size()));
+  vtkDataArray* origin = data.GetFieldData()->GetArray("origin_m");
+  ASSERT_NE(origin, nullptr);
+  EXPECT_EQ(Vector3(origin->GetTuple3(0)), map.origin);
   vtkCellData& cells = *data.GetCellData();
   ASSERT_EQ(cells.GetNumberOfArrays(), 5);
   for (const char* name : {"cuboid_id", "plane_id", "probability", "state", "size"}) {
@@ -52,6 +57,16 @@ TEST(Vtp, IsReadByVtkWithItsArrays) {
       ASSERT_EQ(data.GetCell(face)->GetNumberOfPoints(), 4);
     }
   }
+}
+
+TEST(Stl, HeaderReadByVtkSaysTheOrigin) {
+  const test::Exported file(io::writeStl, test::manyExported(10), "m.stl");
+  vtkNew<vtkSTLReader> reader;
+  reader->SetFileName(file.path().c_str());
+  reader->Update();
+  vtkUnsignedCharArray& header = *reader->GetBinaryHeader();
+  const std::string text(header.GetPointer(0), header.GetPointer(0) + header.GetNumberOfValues());
+  EXPECT_NE(text.find("origin_m 501000 4500000 0.5 "), std::string::npos) << text;
 }
 
 template <typename Reader>

@@ -64,3 +64,13 @@ def test_import_loads_neither_opencv_nor_pcl_io():
     code = "import planar_mapping; print(open('/proc/self/maps').read())"
     maps = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert "libplanar_mapping_map" in maps and "opencv" not in maps and "vtk" not in maps.lower()
+
+
+def test_maps_in_the_coordinates_of_a_country_say_their_origin(sequence, tmp_path):
+    poses = tmp_path / "utm.txt"
+    lines = [line.split() for line in (sequence / "poses.txt").read_text().splitlines() if not line.startswith("#")]
+    poses.write_text("".join(" ".join([t, str(float(x) + 501000), str(float(y) + 4500000), *rest]) + "\n" for t, x, y, *rest in lines))
+    pm.run("pcd_sequence.yaml", sorted((sequence / "clouds").iterdir()), tmp_path / "out", poses=poses)
+    made = pm.PlanarMap.load(tmp_path / "out/map.pmap")
+    assert made.origin.tolist() == [501000.0, 4500000.0, 0.0] and abs(made.bounds()).max() < 100
+    assert pm.PlanarMap().origin.tolist() == [0.0, 0.0, 0.0]

@@ -130,6 +130,52 @@ TEST_F(Charts, ChartsStandBesideEachOtherAndTheLegendNamesEachSeriesOnce) {
   EXPECT_GT(all, find(image, kRed, 0, image.width, page.chart_height).pixels) << "legend";
 }
 
+/// Whether a column has ink between two rows.
+bool hasInk(const Image& image, int column, int from, int to) {
+  for (int row = from; row < to; ++row) {
+    const Color c = image.at(column, row);
+    if (c.red + c.green + c.blue < 600) return true;
+  }
+  return false;
+}
+
+TEST_F(Charts, NumbersOfAnAxisNeverMeet) {
+  ChartPage page = pageOf({line("SG", kRed, {1.0, 2.0, 3.0, 2.0, 1.0, 2.0, 3.0, 4.0})});
+  page.charts[0].series[0].x = {0.05, 0.06, 0.07, 0.08, 0.1, 0.11, 0.5, 1.0};
+  const Image image = renderCharts(page);
+  // "0.05" is some 30 pixels wide, and parts of a text are at most 5 apart.
+  int first = -1, last = -1, texts = 0;
+  for (int column = 0; column < image.width; ++column) {
+    if (!hasInk(image, column, page.chart_height - 58, page.chart_height - 40)) continue;
+    if (first < 0 || column - last > 5) {
+      first = column;
+      ++texts;
+    }
+    last = column;
+    EXPECT_LT(last - first, 40) << "texts meet at column " << column;
+  }
+  EXPECT_GE(texts, 4);
+  EXPECT_LT(texts, 8);
+}
+
+TEST_F(Charts, LegendHasAsManyRowsAsItNeeds) {
+  ChartPage page = pageOf({});
+  for (const char* name : {"SG (standard grid)", "OG (octree)", "RA (rectangular cuboids)",
+                           "PG (paper)", "PG (compact)"}) {
+    page.charts[0].series.push_back(line(name, kBlue, {1.0, 2.0}));
+  }
+  page.charts[0].series[4].color = kRed;
+  page.charts[0].title = std::string(200, 'W');
+  const Image image = renderCharts(page);
+  for (const int column : {0, image.width - 1}) {
+    EXPECT_FALSE(hasInk(image, column, 0, image.height)) << "cut off at column " << column;
+  }
+  const int one_row = renderCharts(pageOf({line("SG", kRed, {1.0, 2.0})})).height;
+  EXPECT_GT(image.height, one_row);
+  const int all = find(image, kRed, 0, image.width, image.height).pixels;
+  EXPECT_GT(all, find(image, kRed, 0, image.width, page.chart_height).pixels + 100);
+}
+
 TEST(ChartPages, RefuseWhatCannotBeAPage) {
   EXPECT_THROW(renderCharts(ChartPage()), InputError);
   EXPECT_THROW(renderCharts(pageOf({})), InputError);

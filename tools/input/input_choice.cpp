@@ -24,7 +24,7 @@ Ready choosePair(const io::Sequence& sequence) {
   constexpr double kCarBaseline = 0.3;  // metres; wider pairs are mounted on cars
   const double baseline = *sequence.calibration()->baseline;
   if (baseline > kCarBaseline) return {"stereo_outdoor.yaml", {}, "baseline above 0.3 m"};
-  return {"stereo_indoor.yaml", {}, "config/stereo_outdoor.yaml is for wide places"};
+  return {"stereo_indoor.yaml", {}, "stereo_outdoor.yaml is for wide places"};
 }
 
 /// Do the files say where the sensor was? The first ones are enough to know.
@@ -38,13 +38,12 @@ bool haveViewpoints(const io::Sequence& sequence) {
 }
 
 Ready chooseClouds(const io::Sequence& sequence) {
-  if (sequence.size() == 1)
-    return {
-        "single_pcd.yaml",
-        {},
-        haveViewpoints(sequence) ? "" : "no VIEWPOINT: the sensor is taken to be at the origin"};
-  Ready ready = {"pcd_sequence.yaml", {}, ""};
   const bool has_poses = sequence.poseSource() == io::PoseSource::File || haveViewpoints(sequence);
+  if (sequence.size() == 1)
+    return {"single_pcd.yaml",
+            {},
+            has_poses ? "" : "no VIEWPOINT: the sensor is taken to be at the origin"};
+  Ready ready = {"pcd_sequence.yaml", {}, ""};
   if (!has_poses) {
     ready.assignments.emplace_back("motion_estimation.enabled=true");
     ready.why = "without poses their motion is estimated; --poses FILE gives them";

@@ -4,7 +4,9 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <set>
 
@@ -132,10 +134,22 @@ UnrectifiedPair readUnrectified(const Reader& reader, const PinholeCamera& left)
   return pair;
 }
 
-/// Keys that mean something only beside rotation and translation_m.
+constexpr const char* kLensKeys[] = {"k1", "k2", "p1", "p2", "k3"};
+
+bool hasLens(const Reader& reader) {
+  return std::any_of(std::begin(kLensKeys), std::end(kLensKeys),
+                     [&](const char* key) { return reader.has(key); });
+}
+
+/// Keys that mean something only beside rotation and translation_m; those of one lens also beside
+/// depth_scale.
 void refuseUnrectifiedKeys(const Reader& reader) {
-  for (const char* key : {"fx_right", "fy_right", "cy_right", "k1", "k2", "p1", "p2", "k3",
-                          "k1_right", "k2_right", "p1_right", "p2_right", "k3_right", "rotation"}) {
+  std::vector<const char*> keys = {"fx_right", "fy_right", "cy_right", "k1_right", "k2_right",
+                                   "p1_right", "p2_right", "k3_right", "rotation"};
+  if (!reader.has("depth_scale")) {
+    keys.insert(keys.end(), std::begin(kLensKeys), std::end(kLensKeys));
+  }
+  for (const char* key : keys) {
     if (reader.has(key))
       reader.fail(key, std::string(key) +
                            " belongs to a pair that is not rectified, which also has rotation and "
@@ -167,6 +181,7 @@ Calibration readCalibration(const std::string& path) {
     calibration.baseline = calibration.unrectified->T_right_left.translation().norm();
   } else {
     refuseUnrectifiedKeys(reader);
+    if (hasLens(reader)) calibration.distortion = readDistortion(reader, "");
   }
   return calibration;
 }
@@ -184,15 +199,16 @@ std::string toYaml(const Calibration& calibration) {
   add("fy", calibration.camera.fy);
   add("cx", calibration.camera.cx);
   add("cy", calibration.camera.cy);
+  const auto addLens = [&add](const LensDistortion& lens, const std::string& suffix) {
+    add(("k1" + suffix).c_str(), lens.k1);
+    add(("k2" + suffix).c_str(), lens.k2);
+    add(("p1" + suffix).c_str(), lens.p1);
+    add(("p2" + suffix).c_str(), lens.p2);
+    add(("k3" + suffix).c_str(), lens.k3);
+  };
+  if (calibration.distortion) addLens(*calibration.distortion, "");
   if (calibration.unrectified) {
     const UnrectifiedPair& pair = *calibration.unrectified;
-    const auto addLens = [&add](const LensDistortion& lens, const std::string& suffix) {
-      add(("k1" + suffix).c_str(), lens.k1);
-      add(("k2" + suffix).c_str(), lens.k2);
-      add(("p1" + suffix).c_str(), lens.p1);
-      add(("p2" + suffix).c_str(), lens.p2);
-      add(("k3" + suffix).c_str(), lens.k3);
-    };
     addLens(pair.left, "");
     addLens(pair.right, "_right");
     add("fx_right", pair.right_camera.fx);

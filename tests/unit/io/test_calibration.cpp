@@ -113,6 +113,15 @@ TEST_F(CalibrationFile, ReadsAPairThatIsNotRectified) {
   EXPECT_EQ(back.unrectified->right_camera.cy, 241.0);
 }
 
+TEST_F(CalibrationFile, RgbdCameraMayHaveALensWithDistortion) {
+  const Calibration calibration = read(std::string(kCamera) + "depth_scale: 1000\nk1: 0.2\n");
+  EXPECT_EQ(calibration.distortion.value().k1, 0.2);
+  EXPECT_EQ(calibration.distortion->k3, 0.0);
+  EXPECT_FALSE(calibration.unrectified);
+  EXPECT_EQ(read(toYaml(calibration)).distortion.value().k1, 0.2);
+  EXPECT_FALSE(read(std::string(kCamera) + "depth_scale: 1000\n").distortion);
+}
+
 TEST_F(CalibrationFile, NamesWhatIsWrongWithAPairThatIsNotRectified) {
   const std::string camera = kCamera;
   const std::string rotation = "rotation: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n";

@@ -58,6 +58,31 @@ TEST(MapExport, KnowsTheFilesBesideTheFirst) {
   }
 }
 
+TEST(MapExport, OriginIsSaidWhereThereIsOne) {
+  const TemporaryDirectory directory;
+  const auto files = [&](const std::string& name, const Vector3& origin) {
+    PlanarMapParams params;
+    params.origin = origin;
+    io::ExportOptions options;
+    options.overwrite = io::Overwrite::Allow;
+    io::exportMap(PlanarMap(params), directory / name, options);
+    std::string text;
+    for (const std::string& file : io::exportedFiles(directory / name)) {
+      text += bytesOf(file);
+    }
+    return text;
+  };
+  const Vector3 utm(501000.0, 4500000.0, 0.5);
+  for (const char* name : {"m.sdf", "office/", "m.urdf", "m.pgm", "m.bt", "m.ot", "m.ply", "m.obj",
+                           "m.stl", "m.pcd"}) {
+    EXPECT_NE(files(name, utm).find("origin_m 501000 4500000 0.5"), std::string::npos) << name;
+    EXPECT_EQ(files(name, Vector3::Zero()).find("origin_m"), std::string::npos) << name;
+  }
+  EXPECT_NE(files("m.glb", utm).find("\"origin_m\":[501000,4500000,0.5]"), std::string::npos);
+  EXPECT_NE(files("m.json", utm).find("\"origin_m\": [501000, 4500000, 0.5]"), std::string::npos);
+  EXPECT_EQ(files("m.glb", Vector3::Zero()).find("origin_m"), std::string::npos);
+}
+
 TEST(MapExport, UnknownSpaceIsWrittenWhenAskedFor) {
   const TemporaryDirectory directory;
   for (const char* name : {"m.csv", "m.sdf", "m.urdf", "m.scene", "m.vtp", "m.glb", "m.ply",

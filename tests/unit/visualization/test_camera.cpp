@@ -150,7 +150,7 @@ TEST(GroundHeight, IsZeroWhereTheMapStandsOnIt) {
   EXPECT_EQ(groundHeight(testing::room()), 0.0);
   SceneContent high;
   high.cuboids.push_back(testing::plate({0, 0, 5.8}, {0, 0, 1}, 1, 1, 0, 0.2));
-  EXPECT_NEAR(groundHeight(high), 5.6, 1e-12);
+  EXPECT_NEAR(groundHeight(high), 5.8, 1e-12);  // one stands on it
   EXPECT_EQ(groundHeight(SceneContent()), 0.0);
 }
 
@@ -161,7 +161,7 @@ TEST(GroundHeight, IgnoresAFewStrayCellsBelowTheFloor) {
   stray.center = Vector3(1, 1, -3);
   stray.size = Vector3(0.1, 0.1, 0.1);
   content.cuboids.push_back(stray);
-  EXPECT_NEAR(groundHeight(content), 5.6, 1e-12);
+  EXPECT_NEAR(groundHeight(content), 5.8, 1e-12);
 }
 
 }  // namespace

@@ -15,6 +15,7 @@ struct ExportedMap {
   std::vector<Cuboid> cuboids;  ///< occupied, then unknown if asked for
   std::vector<Cuboid> free;     ///< seen free; only for formats that say so
   Vector3 up = Vector3::UnitZ();
+  Vector3 origin = Vector3::Zero();  ///< PlanarMapParams::origin
   double resolution = 0.1;
   ExportOptions options;
 
@@ -44,6 +45,9 @@ Contents writeModelFolder(const ExportedMap& map, const std::string& path);
 Contents writeStl(const ExportedMap& map, const std::string& path);
 Contents writeUrdf(const ExportedMap& map, const std::string& path);
 Contents writeVtp(const ExportedMap& map, const std::string& path);
+
+/// "origin_m X Y Z" between two texts for a map that has an origin of its own, else nothing.
+std::string originNote(const ExportedMap& map, const char* before, const char* after);
 
 /// The name of a file without folder and extension, or of a folder.
 std::string stemOf(const std::string& path);

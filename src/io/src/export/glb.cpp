@@ -86,12 +86,18 @@ class Model {
   }
 
   /// \param turn from the axes of the map to y up
-  std::string bytes(const Quaternion& turn) const {
+  /// \param origin of the map
+  std::string bytes(const Quaternion& turn, const Vector3& origin) const {
     std::string json =
         "{\"asset\":{\"version\":\"2.0\",\"generator\":\"planar_mapping\"},\"scene\":0,\"scenes\":"
         "[{\"nodes\":[0]}],\"nodes\":[{\"name\":\"planar_map\",\"rotation\":[";
     appendXyzw(json, turn, ",");
     json += ']';
+    if (!origin.isZero(0.0)) {
+      json += ",\"extras\":{\"origin_m\":";
+      appendJson(json, origin);
+      json += '}';
+    }
     if (meshes_ > 0) json += ",\"children\":[";
     for (int i = 1; i <= meshes_; ++i) json += (i > 1 ? "," : "") + std::to_string(i);
     if (meshes_ > 0) json += ']';
@@ -150,7 +156,7 @@ Contents writeGlb(const ExportedMap& map, const std::string&) {
   const Vector3 origin = (sum / count).array().round();
   Model model;
   for (const auto& [name, cuboids] : groups) model.add(name, cuboids, origin);
-  return {model.bytes(turning(map.up, Vector3::UnitY()))};
+  return {model.bytes(turning(map.up, Vector3::UnitY()), map.origin)};
 }
 
 }  // namespace planar_mapping::io

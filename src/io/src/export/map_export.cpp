@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "export/conventions.h"
 #include "export/exported_map.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/map_file.h"
@@ -88,6 +89,7 @@ ExportedMap exportedOf(const PlanarMap& map, Space space, const ExportOptions& o
   ExportedMap exported;
   exported.cuboids = map.cuboids();
   exported.up = map.params().approximation.up.normalized();
+  exported.origin = map.params().origin;
   exported.resolution = map.params().approximation.resolution;
   exported.options = options;
   if (space == Space::Free) {
@@ -97,6 +99,13 @@ ExportedMap exportedOf(const PlanarMap& map, Space space, const ExportOptions& o
     exported.cuboids.insert(exported.cuboids.end(), unknown.begin(), unknown.end());
   }
   return exported;
+}
+
+std::string originNote(const ExportedMap& map, const char* before, const char* after) {
+  if (map.origin.isZero(0.0)) return "";
+  std::string note = std::string(before) + "origin_m ";
+  appendVector(note, map.origin);
+  return note + after;
 }
 
 std::string stemOf(const std::string& path) {

@@ -13,8 +13,8 @@ namespace planar_mapping::io {
 Contents writePly(const ExportedMap& map, const std::string&) {
   const std::size_t count = map.cuboids.size();
   std::string out =
-      "ply\nformat binary_little_endian 1.0\ncomment planar_mapping, metres\nelement vertex " +
-      std::to_string(8 * count) +
+      "ply\nformat binary_little_endian 1.0\ncomment planar_mapping, metres\n" +
+      originNote(map, "comment ", "\n") + "element vertex " + std::to_string(8 * count) +
       "\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\nproperty uchar "
       "green\nproperty uchar blue\nelement face " +
       std::to_string(12 * count) + "\nproperty list uchar int vertex_indices\nend_header\n";
@@ -44,7 +44,8 @@ Contents writeObj(const ExportedMap& map, const std::string& path) {
   for (std::size_t i = 0; i < map.cuboids.size(); ++i) {
     groups[groupOf(map.cuboids[i])].push_back(i);
   }
-  std::string out = "# planar_mapping, metres\nmtllib " + stemOf(path) + ".mtl\n";
+  std::string out = "# planar_mapping, metres\n" + originNote(map, "# ", "\n") + "mtllib " +
+                    stemOf(path) + ".mtl\n";
   std::string materials = "# planar_mapping\n";
   std::size_t first = 1;  // vertices count from 1
   for (const auto& [name, members] : groups) {
@@ -77,7 +78,8 @@ Contents writeObj(const ExportedMap& map, const std::string& path) {
 }
 
 Contents writeStl(const ExportedMap& map, const std::string&) {
-  std::string out = "planar_mapping, binary, metres";  // must not begin with "solid"
+  // Must not begin with "solid".
+  std::string out = "planar_mapping, binary, metres" + originNote(map, ", ", "");
   out.resize(80, ' ');
   appendBytes(out, static_cast<std::uint32_t>(12 * map.cuboids.size()));
   out.reserve(out.size() + map.cuboids.size() * 12 * 50);

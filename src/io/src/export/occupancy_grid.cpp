@@ -23,36 +23,6 @@ Cuboid turned(const Quaternion& turn, Cuboid cuboid) {
   return cuboid;
 }
 
-double halfHeight(const Cuboid& cuboid) {
-  return 0.5 * cuboid.orientation.toRotationMatrix().row(2).cwiseAbs().dot(cuboid.size);
-}
-
-/// See GridBand::ground; the cuboids are upright.
-double groundOf(const std::vector<Cuboid>& cuboids) {
-  constexpr double kStrayFraction = 0.01;
-  constexpr double kMinUpright = 0.98;          // cosine of 11 degrees
-  std::vector<std::pair<double, double>> ends;  // height, weight
-  double stray = 0.0;
-  for (const Cuboid& cuboid : cuboids) {
-    if (cuboid.state != CellState::Occupied) continue;
-    // One walks on a floor, not below it.
-    const bool lies = cuboid.plane_id >= 0 &&
-                      (cuboid.orientation * Vector3::UnitZ()).cwiseAbs().z() > kMinUpright;
-    ends.emplace_back(cuboid.center.z() + (lies ? 1.0 : -1.0) * halfHeight(cuboid),
-                      cuboid.volume());
-    stray += kStrayFraction * cuboid.volume();
-  }
-  if (ends.empty()) return 0.0;
-  std::sort(ends.begin(), ends.end());
-  double lowest = ends.front().first;
-  for (const auto& [height, weight] : ends) {
-    lowest = height;
-    stray -= weight;
-    if (stray <= 0.0) break;
-  }
-  return lowest >= -0.35 && lowest <= 1.0 ? 0.0 : lowest;
-}
-
 /// Cells from first to last, both included.
 struct Range {
   int first, last;
@@ -134,6 +104,30 @@ void placeGrid(const std::vector<Cuboid>& cuboids, const std::vector<Cuboid>& fr
 
 }  // namespace
 
+double groundHeight(const std::vector<Cuboid>& cuboids, const Vector3& up) {
+  constexpr double kStrayFraction = 0.01;
+  constexpr double kMinUpright = 0.98;          // cosine of 11 degrees
+  std::vector<std::pair<double, double>> ends;  // height, weight
+  double stray = 0.0;
+  for (const Cuboid& cuboid : cuboids) {
+    const Vector3 local = (cuboid.orientation.conjugate() * up).cwiseAbs();
+    // One walks on a floor, not below it.
+    const bool lies = cuboid.plane_id >= 0 && local.z() > kMinUpright;
+    ends.emplace_back(cuboid.center.dot(up) + (lies ? 0.5 : -0.5) * local.dot(cuboid.size),
+                      cuboid.volume());
+    stray += kStrayFraction * cuboid.volume();
+  }
+  if (ends.empty()) return 0.0;
+  std::sort(ends.begin(), ends.end());
+  double lowest = ends.front().first;
+  for (const auto& [height, weight] : ends) {
+    lowest = height;
+    stray -= weight;
+    if (stray <= 0.0) break;
+  }
+  return lowest >= -0.35 && lowest <= 1.0 ? 0.0 : lowest;
+}
+
 OccupancyGrid gridOf(const ExportedMap& map) {
   const GridBand& band = map.options.band;
   requireInRange("band low", band.low, -1e6, 1e6, "m");
@@ -147,7 +141,7 @@ OccupancyGrid gridOf(const ExportedMap& map) {
   Columns columns;
   OccupancyGrid& grid = columns.grid;
   grid.cell = map.cell();
-  grid.ground = std::isnan(band.ground) ? groundOf(cuboids) : band.ground;
+  grid.ground = std::isnan(band.ground) ? groundHeight(map.cuboids, map.up) : band.ground;
   requireInRange("ground", grid.ground, -1e6, 1e6, "m");
   columns.low = grid.ground + band.low;
   columns.high = grid.ground + band.high;
@@ -214,6 +208,7 @@ Contents writePgm(const ExportedMap& map, const std::string& path) {
     appendXyzw(yaml, turning(map.up, Vector3::UnitZ()), ", ");
     yaml += '\n';
   }
+  yaml += originNote(map, "# ", ": the place of the map's own origin in the world\n");
   // 205 is read as unknown only with a threshold of 0.196, not with 0.25.
   yaml += "image: " + stemOf(path) + ".pgm\nmode: trinary\nresolution: ";
   appendNumber(yaml, grid.cell);

@@ -61,7 +61,8 @@ class Builder : public octomap::OcTree {
     if (binary) toMaxLikelihood();
     if (binary) prune();
     out << (binary ? binaryFileHeader : fileHeader) << "\n# (feel free to add / change comments, "
-        << "but leave the first line as it is!)\n#\nid OcTree\nsize " << size() << "\nres ";
+        << "but leave the first line as it is!)\n#\n"
+        << originNote(map_, "# ", "\n") << "id OcTree\nsize " << size() << "\nres ";
     std::string cell;
     appendNumber(cell, map_.cell());
     out << cell << "\ndata\n";

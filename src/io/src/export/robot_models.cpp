@@ -31,33 +31,50 @@ std::string escaped(const std::string& text) {
   return out;
 }
 
-std::string sdfOf(const ExportedMap& map, const std::string& name) {
-  // Gravity of a simulator points along -z.
-  const Vector3 upright = rollPitchYaw(turning(map.up, Vector3::UnitZ()));
-  std::string out = "<?xml version=\"1.0\"?>\n<sdf version=\"1.7\">\n<model name=\"" +
-                    escaped(name) + "\">\n<static>true</static>\n<pose>0 0 0 ";
-  appendVector(out, upright);
-  out += "</pose>\n<link name=\"link\">\n";
+/// Collision and visual elements of each cuboid: its pose in the words of the format, its size
+/// between the given ones, and how it looks.
+template <typename Look>
+void appendBoxes(std::string& out, const ExportedMap& map, const char* const words[4],
+                 Look&& appendLook) {
   for (std::size_t i = 0; i < map.cuboids.size(); ++i) {
     const Cuboid& c = map.cuboids[i];
-    std::string box = "<pose>";
+    std::string box = words[0];
     appendVector(box, c.center);
-    box += ' ';
+    box += words[1];
     appendVector(box, rollPitchYaw(c.orientation));
-    box += "</pose><geometry><box><size>";
+    box += words[2];
     appendVector(box, c.size);
-    box += "</size></box></geometry>";
-    const Colour colour = colourOf(c);
-    std::string look = "<material><ambient>";
+    box += words[3];
+    const std::string name = nameOf(i);
+    out += "<collision name=\"" + name + "\">" + box + "</collision>\n";
+    out += "<visual name=\"" + name + "\">" + box;
+    appendLook(out, c);
+    out += "</visual>\n";
+  }
+}
+
+std::string xmlHead(const ExportedMap& map) {
+  return "<?xml version=\"1.0\"?>\n" + originNote(map, "<!-- ", " -->\n");
+}
+
+std::string sdfOf(const ExportedMap& map, const std::string& name) {
+  constexpr const char* kWords[] = {"<pose>", " ", "</pose><geometry><box><size>",
+                                    "</size></box></geometry>"};
+  // Gravity of a simulator points along -z.
+  const Vector3 upright = rollPitchYaw(turning(map.up, Vector3::UnitZ()));
+  std::string out = xmlHead(map) + "<sdf version=\"1.7\">\n<model name=\"" + escaped(name) +
+                    "\">\n<static>true</static>\n<pose>0 0 0 ";
+  appendVector(out, upright);
+  out += "</pose>\n<link name=\"link\">\n";
+  appendBoxes(out, map, kWords, [](std::string& look, const Cuboid& cuboid) {
+    const Colour colour = colourOf(cuboid);
+    look += "<material><ambient>";
     appendRgba(look, colour);
     look += "</ambient><diffuse>";
     appendRgba(look, colour);
     look += "</diffuse></material>";
     if (colour.alpha < 1.0) look += "<transparency>0.7</transparency>";
-    const std::string cuboid = nameOf(i);
-    out += "<collision name=\"" + cuboid + "\">" + box + "</collision>\n";
-    out += "<visual name=\"" + cuboid + "\">" + box + look + "</visual>\n";
-  }
+  });
   return out + "</link>\n</model>\n</sdf>\n";
 }
 
@@ -72,12 +89,15 @@ Contents writeModelFolder(const ExportedMap& map, const std::string& path) {
   const std::string config =
       "<?xml version=\"1.0\"?>\n<model>\n<name>" + escaped(name) +
       "</name>\n<version>1.0</version>\n<sdf version=\"1.7\">model.sdf</sdf>\n<description>A map "
-      "of planar_mapping.</description>\n</model>\n";
+      "of planar_mapping" +
+      originNote(map, ", ", "") + ".</description>\n</model>\n";
   return {sdfOf(map, name), config};
 }
 
 Contents writeUrdf(const ExportedMap& map, const std::string& path) {
-  std::string out = "<?xml version=\"1.0\"?>\n<robot name=\"" + escaped(stemOf(path)) + "\">\n";
+  constexpr const char* kWords[] = {"<origin xyz=\"", "\" rpy=\"", "\"/><geometry><box size=\"",
+                                    "\"/></geometry>"};
+  std::string out = xmlHead(map) + "<robot name=\"" + escaped(stemOf(path)) + "\">\n";
   std::map<std::string, Colour> materials;
   for (const Cuboid& c : map.cuboids) materials.emplace(groupOf(c), colourOf(c));
   for (const auto& [name, colour] : materials) {
@@ -86,20 +106,9 @@ Contents writeUrdf(const ExportedMap& map, const std::string& path) {
     out += "\"/></material>\n";
   }
   out += "<link name=\"" + escaped(map.options.frame_id) + "\">\n";
-  for (std::size_t i = 0; i < map.cuboids.size(); ++i) {
-    const Cuboid& c = map.cuboids[i];
-    std::string box = "<origin xyz=\"";
-    appendVector(box, c.center);
-    box += "\" rpy=\"";
-    appendVector(box, rollPitchYaw(c.orientation));
-    box += "\"/><geometry><box size=\"";
-    appendVector(box, c.size);
-    box += "\"/></geometry>";
-    const std::string name = nameOf(i);
-    out += "<collision name=\"" + name + "\">" + box + "</collision>\n";
-    out += "<visual name=\"" + name + "\">" + box + "<material name=\"" + groupOf(c) +
-           "\"/></visual>\n";
-  }
+  appendBoxes(out, map, kWords, [](std::string& look, const Cuboid& cuboid) {
+    look += "<material name=\"" + groupOf(cuboid) + "\"/>";
+  });
   return {out + "</link>\n</robot>\n"};
 }
 

@@ -41,9 +41,11 @@ void appendCellArray(std::string& out, const ExportedMap& map, const std::string
 Contents writeCsv(const ExportedMap& map, const std::string&) {
   std::string out =
       "cuboid_id,frame_id,state,probability,plane_id,center_x_m,center_y_m,center_z_m,size_x_m,"
-      "size_y_m,size_z_m,qx,qy,qz,qw,up_x,up_y,up_z\n";
-  std::string up;
-  appendVector(up, map.up, ",");
+      "size_y_m,size_z_m,qx,qy,qz,qw,up_x,up_y,up_z,origin_x_m,origin_y_m,origin_z_m\n";
+  std::string axes;
+  appendVector(axes, map.up, ",");
+  axes += ',';
+  appendVector(axes, map.origin, ",");
   for (std::size_t i = 0; i < map.cuboids.size(); ++i) {
     const Cuboid& c = map.cuboids[i];
     appendNumber(out, i);
@@ -57,17 +59,22 @@ Contents writeCsv(const ExportedMap& map, const std::string&) {
     appendVector(out, c.size, ",");
     out += ',';
     appendXyzw(out, c.orientation, ",");
-    out += ',' + up + '\n';
+    out += ',' + axes + '\n';
   }
   return {std::move(out)};
 }
 
 Contents writeVtp(const ExportedMap& map, const std::string&) {
   const std::size_t count = map.cuboids.size();
+  std::string origin;
+  appendVector(origin, map.origin);
   std::string out =
       "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" "
-      "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<PolyData>\n<Piece NumberOfPoints=\"" +
-      std::to_string(8 * count) + "\" NumberOfPolys=\"" + std::to_string(6 * count) +
+      "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<PolyData>\n<FieldData>\n<DataArray "
+      "type=\"Float64\" Name=\"origin_m\" NumberOfComponents=\"3\" NumberOfTuples=\"1\" "
+      "format=\"ascii\">" +
+      origin + "</DataArray>\n</FieldData>\n<Piece NumberOfPoints=\"" + std::to_string(8 * count) +
+      "\" NumberOfPolys=\"" + std::to_string(6 * count) +
       "\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\">\n<Points>\n";
   appendArray(out, map, "type=\"Float64\" NumberOfComponents=\"3\"",
               [&](const Cuboid& cuboid, std::size_t) {
@@ -132,7 +139,8 @@ Contents writePoints(const ExportedMap& map, const std::string&) {
   }
   const std::string points = std::to_string(static_cast<std::size_t>(count));
   std::string out =
-      "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z rgb probability "
+      "# .PCD v0.7 - Point Cloud Data file format\n" + originNote(map, "# ", "\n") +
+      "VERSION 0.7\nFIELDS x y z rgb probability "
       "plane_id cuboid_id state\nSIZE 4 4 4 4 4 4 4 1\nTYPE F F F U F I I U\nCOUNT 1 1 1 1 1 1 1 "
       "1\nWIDTH " +
       points + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + points + "\nDATA binary\n";

@@ -7,6 +7,7 @@
 
 #include "layouts/folder.h"
 #include "layouts/layout.h"
+#include "layouts/undistortion.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/depth_image.h"
 
@@ -38,6 +39,7 @@ struct Sequence::Impl {
   layouts::Description sequence;
   SequenceOptions options;
   std::optional<DepthProjector> projector;
+  std::optional<layouts::Undistorter> undistorter;
 
   void addInput(const std::string& input, bool only_input);
   void requireCalibration(const std::string& input) const;
@@ -83,7 +85,9 @@ void Sequence::Impl::readRgbd(const layouts::FrameEntry& entry, const CloudChann
   const std::string& path = entry.file;
   const PinholeCamera& camera = sequence.calibration->camera;
   try {
-    projector->project(readDepthPng(path), frame.cloud);
+    DepthImage depth = readDepthPng(path);
+    if (undistorter) depth = undistorter->undistorted(depth);
+    projector->project(depth, frame.cloud);
   } catch (const InputError& error) {
     throw IoError(path, error.what());
   }
@@ -93,6 +97,7 @@ void Sequence::Impl::readRgbd(const layouts::FrameEntry& entry, const CloudChann
   Image image = readImage(partner);
   if (image.width != camera.width || image.height != camera.height)
     throw IoError(partner, "is " + sizeText(image) + ", another size than its depth image");
+  if (undistorter) image = undistorter->undistorted(image);
   if (channels.colors) frame.cloud.colors = packedColors(image);
   if (images) frame.left = std::move(image);
 }
@@ -125,8 +130,12 @@ Sequence::Sequence(const std::vector<std::string>& inputs, const SequenceOptions
   if (!options.calibration_file.empty())
     sequence.calibration = readCalibration(options.calibration_file);
   impl_->requireCalibration(inputs.front());
-  if (sequence.kind == SequenceKind::Rgbd)
-    impl_->projector.emplace(sequence.calibration->camera, *sequence.calibration->depth_scale);
+  if (sequence.kind == SequenceKind::Rgbd) {
+    const Calibration& calibration = *sequence.calibration;
+    impl_->projector.emplace(calibration.camera, *calibration.depth_scale);
+    if (calibration.distortion)
+      impl_->undistorter.emplace(calibration.camera, *calibration.distortion);
+  }
   if (!options.poses_file.empty()) layouts::addPoses(options.poses_file, options.growing, sequence);
 }
 

@@ -57,16 +57,22 @@ void readLists(const std::string& folder, Description& description) {
     description.notes.push_back(what + " are left out: no colour image within 20 ms of them");
 }
 
-/// The cameras of the data set, by the author's calibration of the colour camera that depth is
-/// registered to.
+/// The cameras of the data set, by the authors' calibration of the colour camera that depth is
+/// registered to; images of freiburg3 are undistorted already.
 std::optional<Calibration> freiburgCamera(const std::string& folder) {
   struct Known {
     const char* names[2];
     PinholeCamera camera;
+    std::optional<LensDistortion> lens;
   };
-  static const Known kKnown[] = {{{"freiburg1", "fr1"}, {517.3, 516.5, 318.6, 255.3, 640, 480}},
-                                 {{"freiburg2", "fr2"}, {520.9, 521.0, 325.1, 249.7, 640, 480}},
-                                 {{"freiburg3", "fr3"}, {535.4, 539.2, 320.1, 247.6, 640, 480}}};
+  static const Known kKnown[] = {
+      {{"freiburg1", "fr1"},
+       {517.3, 516.5, 318.6, 255.3, 640, 480},
+       LensDistortion{0.2624, -0.9531, -0.0054, 0.0026, 1.1633}},
+      {{"freiburg2", "fr2"},
+       {520.9, 521.0, 325.1, 249.7, 640, 480},
+       LensDistortion{0.2312, -0.7849, -0.0033, -0.0001, 0.9172}},
+      {{"freiburg3", "fr3"}, {535.4, 539.2, 320.1, 247.6, 640, 480}, {}}};
   const std::string name = nameOf(folder);
   for (const Known& known : kKnown) {
     for (const char* part : known.names) {
@@ -74,6 +80,7 @@ std::optional<Calibration> freiburgCamera(const std::string& folder) {
       Calibration calibration;
       calibration.camera = known.camera;
       calibration.cx_right = known.camera.cx;
+      calibration.distortion = known.lens;
       calibration.depth_scale = 5000.0;
       return calibration;
     }

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "scene/captions.h"
+
 namespace planar_mapping::visualization {
 namespace {
 
@@ -13,6 +15,8 @@ constexpr double kLineWidth = 2.5;
 constexpr double kSpace = 10.0;  // between line and name
 constexpr double kGap = 38.0;    // between entries
 constexpr double kMarker = 5.0;  // half its size
+constexpr int kRowHeight = 28;
+constexpr int kMargin = 14;  // above and below
 constexpr Color kInk = {26, 26, 26};
 
 /// A regular polygon, its first corner at the given angle.
@@ -48,22 +52,43 @@ void drawMarker(ChartSeries::Marker marker, const Vector2& at, Color color, Canv
   canvas.line({at - across, at + across}, 1.5, color);
 }
 
+double widthOf(const ChartSeries& series) {
+  return kLineLength + kSpace + Captions::widthOf(series.name, kFontSize);
+}
+
 }  // namespace
 
-void drawChartLegend(const std::vector<ChartSeries>& series, double width, double y,
-                     Canvas& canvas) {
-  double all = -kGap;
+ChartLegend::ChartLegend(const std::vector<ChartSeries>& series, double width) : width_(width) {
+  double x = 0.0;
   for (const ChartSeries& one : series) {
-    all += kLineLength + kSpace + canvas.textSize(one.name, kFontSize).x() + kGap;
+    if (rows_.empty() || x + kGap + widthOf(one) > width) {
+      rows_.emplace_back();
+      x = -kGap;
+    }
+    rows_.back().push_back(one);
+    x += kGap + widthOf(one);
   }
-  double x = 0.5 * (width - all);
-  for (const ChartSeries& one : series) {
-    const Vector2 left(x, y);
-    const Vector2 right(x + kLineLength, y);
-    canvas.line({left, right}, kLineWidth, one.color, one.dashed);
-    drawMarker(one.marker, 0.5 * (left + right), one.color, canvas);
-    canvas.text(one.name, {x + kLineLength + kSpace, y}, kFontSize, -1, kInk);
-    x += kLineLength + kSpace + canvas.textSize(one.name, kFontSize).x() + kGap;
+}
+
+int ChartLegend::height() const {
+  return 2 * kMargin + kRowHeight * static_cast<int>(rows_.size());
+}
+
+void ChartLegend::draw(double top, Canvas& canvas) const {
+  double y = top + kMargin + 0.5 * kRowHeight;
+  for (const std::vector<ChartSeries>& row : rows_) {
+    double all = -kGap;
+    for (const ChartSeries& one : row) all += widthOf(one) + kGap;
+    double x = 0.5 * (width_ - all);
+    for (const ChartSeries& one : row) {
+      const Vector2 left(x, y);
+      const Vector2 right(x + kLineLength, y);
+      canvas.line({left, right}, kLineWidth, one.color, one.dashed);
+      drawMarker(one.marker, 0.5 * (left + right), one.color, canvas);
+      canvas.text(one.name, {x + kLineLength + kSpace, y}, kFontSize, -1, kInk);
+      x += widthOf(one) + kGap;
+    }
+    y += kRowHeight;
   }
 }
 

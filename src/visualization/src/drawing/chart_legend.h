@@ -9,8 +9,17 @@
 
 namespace planar_mapping::visualization {
 
-/// Lines, markers and names in one row, centred on a page of that width; \p y is its middle.
-void drawChartLegend(const std::vector<ChartSeries>& series, double width, double y,
-                     Canvas& canvas);
+/// Lines, markers and names, centred below the charts of a page, in as many rows as they need.
+class ChartLegend {
+ public:
+  /// \param width  of the page, pixels
+  ChartLegend(const std::vector<ChartSeries>& series, double width);
+  int height() const;
+  void draw(double top, Canvas& canvas) const;
+
+ private:
+  double width_;
+  std::vector<std::vector<ChartSeries>> rows_;
+};
 
 }  // namespace planar_mapping::visualization

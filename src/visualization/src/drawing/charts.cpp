@@ -18,6 +18,7 @@
 #include "drawing/canvas.h"
 #include "drawing/chart_legend.h"
 #include "planar_mapping/core/base/error.h"
+#include "scene/captions.h"
 #include "scene/ground.h"
 #include "window/window_image.h"
 
@@ -26,7 +27,6 @@ namespace {
 
 // Pixels. VTK's axes place text between pixels, which cuts it: charts are drawn without text, into
 // rectangles that are known, and the canvas writes it.
-constexpr int kLegendHeight = 56;
 constexpr int kLeft = 84;
 constexpr int kRight = 28;
 constexpr int kTop = 80;
@@ -247,25 +247,42 @@ vtkSmartPointer<vtkChartXY> makeChart(const Chart& chart, const Frame& frame, in
   return item;
 }
 
+/// What of a text fits into a width.
+std::string fitted(std::string text, double pixels, double width, visualization::Canvas& canvas) {
+  if (canvas.textSize(text, pixels).x() <= width) return text;
+  while (!text.empty() && canvas.textSize(text + "...", pixels).x() > width) text.pop_back();
+  return text + "...";
+}
+
 void writeTexts(const Chart& chart, const Frame& frame, visualization::Canvas& canvas) {
   const double right = frame.left + frame.width;
   const double bottom = frame.top + frame.height;
   const double middle = 0.5 * (frame.left + right);
-  canvas.text(chart.title, {middle, frame.top - 54.0}, kTitleSize, 0, kInk);
+  const double title_width = frame.width + 2.0 * kRight;
+  canvas.text(fitted(chart.title, kTitleSize, title_width, canvas), {middle, frame.top - 54.0},
+              kTitleSize, 0, kInk);
   canvas.text(chart.y_title, {frame.left - 50.0, frame.top - 22.0}, kTextSize, -1, kInk);
   canvas.text(chart.x_title, {middle, bottom + 46.0}, kTextSize, 0, kInk);
   const auto fraction = [](double value, const AxisRange& range) {
     return (value - range.low) / (range.high - range.low);
   };
+  visualization::Captions captions;
+  const auto label = [&](const std::string& text, const Vector2& at, int align) {
+    const Vector2 size = canvas.textSize(text, kTickSize);
+    const double left = at.x() - 0.5 * (align + 1) * size.x();
+    if (captions.take(left, canvas.flipped(at.y() + 0.5 * size.y()), size.x() + 0.4 * kTickSize,
+                      size.y()))
+      canvas.text(text, at, kTickSize, align, kInk);
+  };
   const Ticks x = argumentTicks(chart);
   for (std::size_t i = 0; i < x.positions.size(); ++i) {
     const double at = frame.left + fraction(x.positions[i], x.range) * frame.width;
-    canvas.text(x.labels[i], {at, bottom + 19.0}, kTickSize, 0, kInk);
+    label(x.labels[i], {at, bottom + 19.0}, 0);
   }
   const Ticks y = valueTicks(chart);
   for (std::size_t i = 0; i < y.positions.size(); ++i) {
     const double at = bottom - fraction(y.positions[i], y.range) * frame.height;
-    canvas.text(y.labels[i], {frame.left - 10.0, at}, kTickSize, 1, kInk);
+    label(y.labels[i], {frame.left - 10.0, at}, 1);
   }
 }
 
@@ -309,7 +326,8 @@ Image renderCharts(const ChartPage& page) {
   const int columns = std::min(page.columns, count);
   const int rows = (count + columns - 1) / columns;
   const int width = columns * page.chart_width;
-  const int height = rows * page.chart_height + kLegendHeight;
+  const visualization::ChartLegend legend(legendOf(page), width);
+  const int height = rows * page.chart_height + legend.height();
   requireInRange("height of the page", height, 1, 16384, "px");
   std::vector<vtkSmartPointer<vtkAbstractContextItem>> items;
   for (int i = 0; i < count; ++i) {
@@ -320,7 +338,7 @@ Image renderCharts(const ChartPage& page) {
     for (int i = 0; i < count; ++i) {
       writeTexts(page.charts[static_cast<std::size_t>(i)], frameOf(page, i, columns), canvas);
     }
-    visualization::drawChartLegend(legendOf(page), width, height - 0.5 * kLegendHeight, canvas);
+    legend.draw(rows * page.chart_height, canvas);
   };
   Image image = visualization::drawPage(width, height, {255, 255, 255}, write, items);
   visualization::requireDrawn(image);

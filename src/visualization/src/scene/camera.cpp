@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/io/occupancy_grid.h"
 
 namespace planar_mapping {
 
@@ -185,38 +186,23 @@ void horizontalAxes(const Vector3& up, Vector3& right, Vector3& forward) {
 }
 
 double groundHeight(const SceneContent& content) {
-  // A few stray cells deep below the floor must not become the ground.
-  constexpr double kStrayShare = 0.01;
   const Vector3 up = content.up.normalized();
-  std::vector<std::pair<double, double>> bottoms;  // height, weight
-  const auto add = [&](const std::vector<Cuboid>& cuboids) {
-    for (const Cuboid& cuboid : cuboids) {
-      const Vector3 half = 0.5 * (cuboid.orientation.toRotationMatrix().transpose() * up)
-                                     .cwiseAbs()
-                                     .cwiseProduct(cuboid.size);
-      bottoms.emplace_back(cuboid.center.dot(up) - half.sum(), cuboid.volume());
-    }
-  };
-  add(content.cuboids);
+  if (!content.cuboids.empty()) return io::groundHeight(content.cuboids, up);
+  std::vector<double> heights;
   for (const SceneCloud& cloud : content.clouds) {
-    if (!content.cuboids.empty()) break;
     for (std::size_t i = 0; i < cloud.size(); ++i) {
       const Vector3 p(cloud.xyz[3 * i], cloud.xyz[3 * i + 1], cloud.xyz[3 * i + 2]);
-      if (p.allFinite()) bottoms.emplace_back(p.dot(up), 1.0);
+      if (p.allFinite()) heights.push_back(p.dot(up));
     }
   }
-  if (bottoms.empty()) add(content.unknown);
-  if (bottoms.empty()) return 0.0;
-  std::sort(bottoms.begin(), bottoms.end());
-  double stray = 0.0;
-  for (const auto& bottom : bottoms) stray += kStrayShare * bottom.second;
-  double lowest = bottoms.front().first;
-  for (const auto& [height, weight] : bottoms) {
-    lowest = height;
-    stray -= weight;
-    if (stray <= 0.0) break;
-  }
-  return lowest >= -0.33 && lowest <= 1.0 ? 0.0 : lowest;
+  if (heights.empty()) return io::groundHeight(content.unknown, up);
+  // A few stray points deep below the floor must not become the ground.
+  const auto low = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 100);
+  std::nth_element(heights.begin(), low, heights.end());
+  Cuboid point;
+  point.center = *low * up;
+  point.size = Vector3::Zero();
+  return io::groundHeight({point}, up);
 }
 
 CameraView placeCamera(const SceneContent& content, const ViewOptions& options) {

@@ -39,12 +39,14 @@ struct UnrectifiedPair {
 /// A pair that is not rectified has, in place of baseline_m: rotation (9 numbers, row by row) and
 /// translation_m (3 numbers), which map points of the left camera into the right one; k1, k2, p1,
 /// p2, k3 of the left lens and k1_right, ... of the right one, 0 where not given; fx_right,
-/// fy_right, cx_right, cy_right, as the left ones where not given.
+/// fy_right, cx_right, cy_right, as the left ones where not given. An RGB-D camera may have k1 ...
+/// k3 too; its images are undistorted when they are read.
 struct Calibration {
   PinholeCamera camera;
   std::optional<double> baseline;  ///< metres
   double cx_right = 0.0;           ///< pixels; = camera.cx where the file does not say
   std::optional<double> depth_scale;
+  std::optional<LensDistortion> distortion;    ///< of RGB-D images
   std::optional<UnrectifiedPair> unrectified;  ///< the images have to be rectified first
 };
 

@@ -13,7 +13,8 @@ namespace io {
 
 /// The cuboids of a map as readable JSON, a cuboid a line; in the axes of the map:
 /// `{"format", "version", "frame_id", "up", "unit", "resolution_m", "frames", "planes": [...],
-/// "cuboids": [...]}`. `up` is the unit vector that points up, `unit` is "m".
+/// "cuboids": [...]}`. `up` is the unit vector that points up, `unit` is "m"; a map with an origin
+/// of its own has `origin_m`, to be added for coordinates of the world.
 /// A plane has `id`, `coefficients` [a, b, c, d], `tilt_rad` and `rms_m`; a cuboid has `center`,
 /// `size` (full lengths), `quaternion_xyzw`, `plane_id` (-1 = none), `probability` and `state`.
 /// Occupied cuboids come first, in the order of PlanarMap::cuboids(), then unknown space as

@@ -43,6 +43,10 @@ struct OccupancyGrid {
   }
 };
 
+/// Height of the ground along \p up, a unit vector: what GridBand::ground finds, metres; 0 without
+/// cuboids.
+PLANAR_MAPPING_EXPORT double groundHeight(const std::vector<Cuboid>& cuboids, const Vector3& up);
+
 /// A cell is occupied if a cuboid meets the column over it within the band; else free if at least
 /// three quarters of the column's height over its middle were seen free; else unknown.
 /// \param cell side, metres; 0 = the map's resolution

@@ -31,8 +31,8 @@ struct CameraView {
 PLANAR_MAPPING_EXPORT CameraView placeCamera(const SceneContent& content,
                                              const ViewOptions& options);
 
-/// Height of the ground along content.up: 0 where the content starts within a metre above or a
-/// third of a metre below it (METHOD: z = 0 is the ground), else the lowest point, metres. [ours]
+/// Height of the ground along content.up, metres: io::groundHeight() of the cuboids, else of the
+/// clouds or the unknown space. [ours]
 /// The lowest hundredth of the occupied volume counts as stray.
 PLANAR_MAPPING_EXPORT double groundHeight(const SceneContent& content);
 

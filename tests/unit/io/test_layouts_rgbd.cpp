@@ -1,0 +1,146 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+// Public data sets of depth images.
+#include <cmath>
+
+#include "layout_folders.h"
+
+namespace planar_mapping::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST_F(LayoutFolders, TumMatchesByTimeAndKnowsItsCameras) {
+  const Sequence sequence({tum()});
+  EXPECT_EQ("TUM RGB-D", sequence.layout());
+  ASSERT_EQ(3u, sequence.size());
+  EXPECT_EQ(520.9, sequence.calibration()->camera.fx);
+  EXPECT_EQ(5000.0, *sequence.calibration()->depth_scale);
+  EXPECT_EQ(10.1, sequence.describe(1).timestamp);
+  EXPECT_NEAR(2.0, sequence.describe(1).T_world_sensor->translation().x(), 1e-9);
+  EXPECT_TRUE(sequence.notes().empty());
+}
+
+TEST_F(LayoutFolders, TumPosesBetweenTwoAreInterpolated) {
+  const std::string folder = tum();
+  write("freiburg2_desk/groundtruth.txt",
+        "9.96 0 0 0 0 0 0 1\n10.04 8 0 0 0 0 1 0\n10.3 9 0 0 0 0 0 1\n");
+  const Sequence sequence({folder});
+  ASSERT_EQ(1u, sequence.size());  // 10.1 and 10.2 are too far from any pose
+  const Pose pose = *sequence.describe(0).T_world_sensor;
+  EXPECT_NEAR(4.0, pose.translation().x(), 1e-9);
+  EXPECT_NEAR(0.0, pose.linear()(0, 0), 1e-9);  // half of half a turn
+  ASSERT_EQ(1u, sequence.notes().size());
+  EXPECT_NE(std::string::npos, sequence.notes()[0].find("2 of 3 frames are left out"));
+}
+
+TEST_F(LayoutFolders, TumLeavesOutWhatHasNoPartner) {
+  const std::string folder = tum();
+  write("freiburg2_desk/rgb.txt", "10.008 rgb/10.008.png\n10.15 rgb/10.108.png\n");
+  const Sequence sequence({folder});
+  EXPECT_EQ(1u, sequence.size());
+  EXPECT_NE(std::string::npos, sequence.notes().at(0).find("2 of 3 depth images"));
+  write("freiburg2_desk/rgb.txt", "99 rgb/10.008.png\n");
+  expectProblem(folder, "rgb.txt has no image within 20 ms");
+}
+
+TEST_F(LayoutFolders, TumSaysWhatIsMissing) {
+  expectProblem(tum("desk"), "give its calib.yaml");
+  const std::string folder = tum();
+  write("freiburg2_desk/groundtruth.txt", "500 0 0 0 0 0 0 1\n");
+  expectProblem(folder, "no pose within 20 ms of any of the 3 frames");
+  write("freiburg2_desk/depth.txt", "10.0 ../../../etc/passwd\n");
+  expectProblem(folder, "is no file of this folder");
+  write("freiburg2_desk/depth.txt", "soon depth/10.0.png\n");
+  expectProblem(folder, "line 1: 'soon' is no finite number");
+  fs::remove(folder + "/depth.txt");
+  expectProblem(folder, "depth.txt: no such file");
+}
+
+TEST_F(LayoutFolders, TumAssociationsMayComeInEitherOrder) {
+  const std::string folder = tum();
+  fs::remove(folder + "/rgb.txt");
+  fs::remove(folder + "/depth.txt");
+  const std::string list = "freiburg2_desk/associations.txt";
+  write(list, "10.008 rgb/10.008.png 10.0 depth/10.0.png\n");
+  EXPECT_EQ(10.0, Sequence({folder}).describe(0).timestamp);
+  EXPECT_NE(std::string::npos, Sequence({folder}).path(0).find("/depth/"));
+  write(list, "10.0 depth/10.0.png 10.008 rgb/10.008.png\n");
+  EXPECT_EQ(10.0, Sequence({folder}).describe(0).timestamp);
+  EXPECT_NE(std::string::npos, Sequence({folder}).files(0).at(1).find("/rgb/"));
+}
+
+TEST_F(LayoutFolders, Open3dTakesImagesInOrder) {
+  const std::string folder = open3d();
+  const Sequence sequence({folder});
+  EXPECT_EQ("Open3D RGB-D", sequence.layout());
+  ASSERT_EQ(2u, sequence.size());
+  EXPECT_EQ(2.5, sequence.calibration()->camera.fy);
+  EXPECT_EQ(1.5, sequence.calibration()->camera.cx);
+  EXPECT_EQ(1000.0, *sequence.calibration()->depth_scale);
+  EXPECT_EQ(0.5, sequence.describe(1).T_world_sensor->translation().x());
+  EXPECT_FALSE(sequence.read(1).left.empty());
+  write("o3d/trajectory.log", "0 0 1\n1 0 0 0\n");
+  expectProblem(folder, "is cut short");
+  fs::remove(folder + "/trajectory.log");
+  EXPECT_EQ(PoseSource::None, Sequence({folder}).poseSource());
+  fs::remove(folder + "/camera_intrinsic.json");
+  expectProblem(folder, "put Open3D's camera_intrinsic.json here");
+  fs::remove(folder + "/color/000000-1234.jpg.png");
+  expectProblem(folder, "holds 1 images for 2 depth images");
+}
+
+TEST_F(LayoutFolders, IclIsMirroredAndInNumberOrder) {
+  const Sequence sequence({icl()});
+  EXPECT_EQ("ICL-NUIM", sequence.layout());
+  ASSERT_EQ(3u, sequence.size());
+  EXPECT_NE(std::string::npos, sequence.path(2).find("/10.png"));
+  const Pose pose = *sequence.describe(0).T_world_sensor;
+  EXPECT_EQ(-1.0, pose.translation().y());
+  // The given rotation takes x to y, y to z, z to x; mirrored in y on both sides.
+  EXPECT_LT((pose.linear() * Vector3::UnitX() + Vector3::UnitY()).norm(), 1e-12);
+  EXPECT_LT((pose.linear() * Vector3::UnitZ() - Vector3::UnitX()).norm(), 1e-12);
+  EXPECT_NEAR(1.0, pose.linear().determinant(), 1e-12);
+}
+
+/// Pixels of a lens with distortion, made with an inverse of its own: a slanted wall, coloured by
+/// where it is.
+TEST_F(LayoutFolders, TumImagesOfALensWithDistortionAreUndistorted) {
+  const std::string name = "freiburg1_wall";
+  tum(name);
+  const PinholeCamera camera{517.3, 516.5, 318.6, 255.3, 640, 480};
+  DepthImage depth{640, 480, std::vector<std::uint16_t>(640 * 480)};
+  Image image{640, 480, 1, std::vector<std::uint8_t>(640 * 480)};
+  for (int row = 0; row < 480; ++row) {
+    for (int column = 0; column < 640; ++column) {
+      const double u = (column - camera.cx) / camera.fx, v = (row - camera.cy) / camera.fy;
+      double x = u, y = v;
+      for (int times = 0; times < 50; ++times) {
+        const double r2 = x * x + y * y;
+        const double radial = 1.0 + 0.2624 * r2 - 0.9531 * r2 * r2 + 1.1633 * r2 * r2 * r2;
+        const double dx = -2.0 * 0.0054 * x * y + 0.0026 * (r2 + 2.0 * x * x);
+        const double dy = -0.0054 * (r2 + 2.0 * y * y) + 2.0 * 0.0026 * x * y;
+        x = (u - dx) / radial;
+        y = (v - dy) / radial;
+      }
+      const auto i = static_cast<std::size_t>(row * 640 + column);
+      depth.values[i] = static_cast<std::uint16_t>(std::lround(5000.0 * 2.0 / (1.0 - 0.5 * x)));
+      image.pixels[i] = static_cast<std::uint8_t>(std::lround(128.0 + 150.0 * x));
+    }
+  }
+  writeDepthPng(dir_ / (name + "/depth/10.0.png"), depth, Overwrite::Allow);
+  writeImage(dir_ / (name + "/rgb/10.008.png"), image, Overwrite::Allow);
+  const Frame frame = Sequence({dir_ / name}).read(0);
+  std::size_t seen = 0;
+  for (std::size_t i = 0; i < frame.cloud.size(); ++i) {
+    if (!frame.cloud.view().isFinite(i)) continue;
+    ++seen;
+    const float *const p = &frame.cloud.xyz[3 * i], x = p[0] / p[2];
+    ASSERT_NEAR(p[2], 2.0 + 0.5 * p[0], 0.004) << i;  // half a pixel, 0.2 mm of the file
+    ASSERT_NEAR(frame.left.pixels[i], 128.0 + 150.0 * x, 1.1) << i;
+  }
+  EXPECT_GT(seen, frame.cloud.size() * 9 / 10);
+}
+
+}  // namespace
+}  // namespace planar_mapping::io
