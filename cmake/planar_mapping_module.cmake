@@ -25,11 +25,20 @@ function(planar_mapping_set_flags target)
     # Under asan Eigen would align memory by hand, and free by hand what packaged PCL took from malloc.
     target_compile_definitions(${target} PRIVATE EIGEN_MALLOC_ALREADY_ALIGNED=1)
     target_link_options(${target} PRIVATE -fsanitize=address,undefined)
+    if(CMAKE_CXX_COMPILER_ID MATCHES Clang)
+      # gcc says by this macro that it sanitizes; types of packaged libraries have no instrumented vtables.
+      target_compile_definitions(${target} PRIVATE __SANITIZE_ADDRESS__)
+      target_compile_options(${target} PRIVATE -fno-sanitize=vptr,function)
+    endif()
   elseif(PLANAR_MAPPING_SANITIZE STREQUAL "thread")
     target_compile_options(${target} PRIVATE -fsanitize=thread -fno-omit-frame-pointer)
     target_link_options(${target} PRIVATE -fsanitize=thread)
   elseif(PLANAR_MAPPING_SANITIZE)
     message(FATAL_ERROR "PLANAR_MAPPING_SANITIZE must be empty, address or thread")
+  endif()
+  if(PLANAR_MAPPING_FUZZ)
+    target_compile_options(${target} PRIVATE -fsanitize=fuzzer-no-link,float-cast-overflow
+                           -fno-sanitize-recover=float-cast-overflow)
   endif()
 endfunction()
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs the Debian packages the project builds and is tested with; does nothing when all are there.
-#   scripts/install_dependencies.sh [--build-only]     without what only tests need
+#   scripts/install_dependencies.sh [--build-only | --fuzz]     without what only tests need, or with clang as well
 # Works as root or with sudo. PLANAR_MAPPING_NO_APT=1 forbids installing: then it only checks.
 set -euo pipefail
 
@@ -17,7 +17,7 @@ packages=(
 )
 # Without one of these its tests are left out.
 test_packages=(
-  xvfb xauth doxygen
+  xvfb xauth doxygen librapidcheck-dev
   python3-zstandard python3-pytest python3-matplotlib
   libassimp-dev liburdfdom-dev liburdfdom-tools libsdformat-dev octomap-tools libfcl-dev python3-open3d  # readers of exports
   libroscpp-dev libvisualization-msgs-dev libnav-msgs-dev                               # examples/ros1
@@ -25,6 +25,7 @@ test_packages=(
 case ${1:-} in
   "") packages+=("${test_packages[@]}") ;;
   --build-only) ;;
+  --fuzz) packages+=("${test_packages[@]}" clang libclang-rt-14-dev) ;;
   *) sed -n '2,4s/^# \{0,1\}//p' "$0"; exit 2 ;;
 esac
 

@@ -136,7 +136,8 @@ FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
   const auto integrateSpace = [&] {
     if (!map.params.unknown_space) return;
     for (const detail::DepthImage& image : frame.images) {
-      const double range = map.params.max_range > 0.0 ? map.maxRange() : image.farthest();
+      double range = map.maxRange();
+      if (!(map.params.max_range > 0.0)) range = std::min<double>(range, image.farthest());
       detail::SpaceBudget budget;  // each image has a part: what is near comes first in all
       budget.ray_cells /= static_cast<double>(frame.images.size());
       budget.regions /= frame.images.size();

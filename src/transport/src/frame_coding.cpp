@@ -90,6 +90,8 @@ void transferFields(Archive& archive, FrameType& frame) {
   archive.number(frame.timestamp, "timestamp");
   archive.text(frame.source, "source");
   archive.text(frame.skip_reason, "skip_reason");
+  archive.number(frame.pose_assumed, "pose_assumed");
+  archive.number(frame.without_sensor, "without_sensor");
   transferPose(archive, frame.T_world_sensor, "T_world_sensor");
   if (archive.optional(frame.given_pose, "given_pose")) {
     transferPose(archive, *frame.given_pose, "given_pose");

@@ -23,6 +23,8 @@ inline Frame transportFrame(std::uint32_t width, std::uint32_t height, std::uint
       PinholeCamera{0.8 * width + 1.0,   0.8 * width + 1.0,       0.5 * width - 0.25,
                     0.5 * height + 0.25, static_cast<int>(width), static_cast<int>(height)};
   frame.baseline = 0.12;
+  frame.pose_assumed = seed % 2 != 0;
+  frame.without_sensor = seed % 3 != 0;
   Pose pose = Pose::Identity();
   pose.linear() = Quaternion(0.9, 0.1, -0.2, 0.3).normalized().toRotationMatrix();
   pose.translation() = Vector3(1.5, -2.5, 0.37);
