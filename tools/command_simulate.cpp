@@ -69,7 +69,8 @@ void addOptions(CLI::App& command, SimulateArguments& arguments) {
       ->capture_default_str();
   command.add_flag("--moving", params.moving,
                    "Adds a person who leaves and, in the corridor, a door that opens");
-  command.add_option("--seed", params.seed, "Seed of the noise")->capture_default_str();
+  command.add_option("--seed", params.seed, "Seed of the noise, and of the layout of white")
+      ->capture_default_str();
   command.add_option("--yaw-deg", arguments.yaw_deg, "Turns the whole world about z, degrees")
       ->capture_default_str();
   command.add_option("--width", params.width, "Image width, pixels, 8 to 8192")
@@ -97,6 +98,10 @@ void addOptions(CLI::App& command, SimulateArguments& arguments) {
   command
       .add_option("--image-noise", params.image_noise,
                   "Standard deviation of the images' pixels, gray levels of 255")
+      ->capture_default_str();
+  command
+      .add_option("--right-exposure", params.right_exposure,
+                  "Brightness of the right images, where the left ones have 1, > 0")
       ->capture_default_str();
   command.add_flag("--color", params.color_images, "Images in RGB instead of gray");
   command.add_flag("--perfect", arguments.perfect, "No noise, holes or flying pixels");

@@ -7,10 +7,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/ground/ground.h"
 #include "planar_mapping/core/planes/multi_plane.h"
 #include "planar_mapping/io/calibration.h"
@@ -55,12 +57,19 @@ inline Cloud cloudOf(const DisparityImage& disparity, const io::Calibration& cal
 }
 
 /// Cloud of pair \p number of a folder of the data.
-inline Cloud matched(const std::string& set, const std::string& number) {
+/// \param draw  if not 0, of all but a hundredth of the pixels, another one for each draw: what a
+///              search finds in foliage hangs on single pixels
+inline Cloud matched(const std::string& set, const std::string& number, int draw = 0) {
   const io::Calibration calibration = io::readCalibration(realData(set) + "/calib.yaml");
   const auto read = [&](const char* side) {
     return io::readImage(realData(set) + "/" + side + "/" + number + ".png");
   };
-  return cloudOf(StereoMatcher().match(read("left"), read("right"), calibration), calibration);
+  DisparityImage disparity = StereoMatcher().match(read("left"), read("right"), calibration);
+  Random random(static_cast<std::uint64_t>(draw));
+  for (float& value : disparity.values) {
+    if (draw != 0 && random.below(100) == 0) value = std::numeric_limits<float>::quiet_NaN();
+  }
+  return cloudOf(disparity, calibration);
 }
 
 /// The defaults of the library and the values of the ready configurations.

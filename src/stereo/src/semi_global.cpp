@@ -8,27 +8,15 @@
 #include <limits>
 #include <opencv2/calib3d.hpp>
 
+#include "three_paths.h"
+
 namespace planar_mapping::detail {
 namespace {
 
 constexpr int kFixedPoint = 16;  // of OpenCV's disparities
 
-int modeOf(SmoothnessPaths paths) {
-  switch (paths) {
-    case SmoothnessPaths::Three:
-      return cv::StereoSGBM::MODE_SGBM_3WAY;
-    case SmoothnessPaths::Five:
-      return cv::StereoSGBM::MODE_SGBM;
-    case SmoothnessPaths::Eight:
-      break;
-  }
-  return cv::StereoSGBM::MODE_HH;
-}
-
-}  // namespace
-
-cv::Mat matchSemiGlobally(const cv::Mat& left, const cv::Mat& right,
-                          const SemiGlobalParams& params) {
+/// In units of 1 / 16 pixel; (min_disparity - 1) * 16 = none.
+cv::Mat matchWithOpenCv(const cv::Mat& left, const cv::Mat& right, const SemiGlobalParams& params) {
   const int disparities = (params.disparities + 15) / 16 * 16;  // OpenCV wants whole sixteens
   const int beyond = params.min_disparity + disparities;
   const int pad_left = std::max(beyond, 0);
@@ -48,11 +36,19 @@ cv::Mat matchSemiGlobally(const cv::Mat& left, const cv::Mat& right,
   const cv::Ptr<cv::StereoSGBM> matcher = cv::StereoSGBM::create(
       params.min_disparity, disparities, params.block_size, small,
       std::max(penalty(params.smoothness_large), small + 1), tolerance, params.prefilter_cap,
-      static_cast<int>(std::lround(params.uniqueness_percent)), 0, 0, modeOf(params.paths));
+      static_cast<int>(std::lround(params.uniqueness_percent)), 0, 0,
+      params.paths == SmoothnessPaths::Five ? cv::StereoSGBM::MODE_SGBM : cv::StereoSGBM::MODE_HH);
   cv::Mat fixed;
   matcher->compute(wide_left, wide_right, fixed);
-  fixed = fixed.colRange(pad_left, pad_left + left.cols).clone();
+  return fixed.colRange(pad_left, pad_left + left.cols).clone();
+}
 
+}  // namespace
+
+cv::Mat matchSemiGlobally(const cv::Mat& left, const cv::Mat& right,
+                          const SemiGlobalParams& params) {
+  cv::Mat fixed = params.paths == SmoothnessPaths::Three ? matchAlongThreePaths(left, right, params)
+                                                         : matchWithOpenCv(left, right, params);
   const int none = (params.min_disparity - 1) * kFixedPoint;
   for (int row = 0; row < fixed.rows; ++row) {
     auto* values = fixed.ptr<std::int16_t>(row);

@@ -20,6 +20,7 @@ struct SemiGlobalParams {
   double left_right_tolerance = 1.0;
   int speckle_size = 100;
   double speckle_range = 1.0;
+  int threads = 1;
 };
 
 /// Disparities of the left image as floats, NaN = none; also of the columns that OpenCV leaves out

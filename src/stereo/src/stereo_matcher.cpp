@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 #ifdef PLANAR_MAPPING_HAS_XIMGPROC
 #include <opencv2/ximgproc/disparity_filter.hpp>
@@ -37,8 +38,8 @@ detail::SemiGlobalParams fineParams(const StereoMatcherParams& params) {
   fine.prefilter_cap = params.prefilter_cap;
   fine.uniqueness_percent = params.uniqueness_percent;
   fine.left_right_tolerance = params.left_right_tolerance;
-  fine.speckle_size = params.speckle_size;
-  fine.speckle_range = params.speckle_range;
+  fine.speckle_size = 0;  // after the other checks
+  fine.threads = params.threads;
   return fine;
 }
 
@@ -70,6 +71,57 @@ void removePlain(const cv::Mat& contrast, const StereoMatcherParams& params, cv:
     for (int column = 0; column < disparity.cols; ++column) {
       if (sum[column] < least) values[column] = std::numeric_limits<float>::quiet_NaN();
     }
+  }
+}
+
+/// Removes what nothing tells: pixels whose surroundings do not look alike in both images. Of those
+/// between both bounds the ones stay that are among pixels that do.
+void removeUnlike(const std::vector<float>& agreement, const StereoMatcherParams& params,
+                  cv::Mat& disparity) {
+  if (params.min_agreement <= 0.0) return;
+  constexpr double kWeak = 0.5;  // of the least agreement
+  constexpr int kMinAlike = 3;   // of ten around
+  const auto least = static_cast<float>(params.min_agreement);
+  cv::Mat known(disparity.size(), CV_8U);
+  cv::Mat alike(disparity.size(), CV_8U);
+  const auto total = disparity.total();
+  const auto* values = disparity.ptr<float>();
+  for (std::size_t i = 0; i < total; ++i) {
+    known.data[i] = std::isnan(values[i]) ? 0 : 1;
+    alike.data[i] = agreement[i] >= least ? known.data[i] : std::uint8_t{0};
+  }
+  const cv::Size window(params.texture_window, params.texture_window);
+  cv::Mat known_around;
+  cv::Mat alike_around;
+  const auto sum = [&](const cv::Mat& marks, cv::Mat& sums) {
+    cv::boxFilter(marks, sums, CV_32S, window, cv::Point(-1, -1), false, cv::BORDER_REFLECT);
+  };
+  sum(known, known_around);
+  sum(alike, alike_around);
+  for (std::size_t i = 0; i < total; ++i) {
+    if (alike.data[i] != 0) continue;
+    const bool is_among =
+        10 * alike_around.ptr<std::int32_t>()[i] >= kMinAlike * known_around.ptr<std::int32_t>()[i];
+    if (!is_among || !(agreement[i] >= kWeak * least))
+      disparity.ptr<float>()[i] = std::numeric_limits<float>::quiet_NaN();
+  }
+}
+
+/// Removes connected regions of few pixels.
+void removeSpeckles(const StereoMatcherParams& params, cv::Mat& disparity) {
+  if (params.speckle_size <= 0) return;
+  constexpr float kFixedPoint = 16.0f;
+  constexpr std::int16_t kNone = std::numeric_limits<std::int16_t>::min();
+  cv::Mat fixed(disparity.size(), CV_16S);
+  auto* out = fixed.ptr<std::int16_t>();
+  auto* values = disparity.ptr<float>();
+  const auto total = disparity.total();
+  for (std::size_t i = 0; i < total; ++i) {
+    out[i] = std::isnan(values[i]) ? kNone : static_cast<std::int16_t>(kFixedPoint * values[i]);
+  }
+  cv::filterSpeckles(fixed, kNone, params.speckle_size, kFixedPoint * params.speckle_range);
+  for (std::size_t i = 0; i < total; ++i) {
+    if (out[i] == kNone) values[i] = std::numeric_limits<float>::quiet_NaN();
   }
 }
 
@@ -184,6 +236,7 @@ void StereoMatcherParams::validate() const {
   requirePositive("speckle_range", speckle_range, "px");
   requireInRange("speckle_range", speckle_range, 0.0, kLargestDisparity, "px");
   requireInRange("min_texture", min_texture, 0.0, 255.0);
+  requireInRange("min_agreement", min_agreement, 0.0, 1.0);
   requireOdd("texture_window", texture_window, 3, 255);
   requireOdd("refine_window", refine_window, 3, 31);
   requirePositive("wls_lambda", wls_lambda);
@@ -251,17 +304,19 @@ DisparityImage StereoMatcher::match(const io::Image& left, const io::Image& righ
 
   cv::Mat disparity = detail::matchSemiGlobally(l, r, fine);
   removePlain(contrast, params_, disparity);
+  out.match_ms = watch.lap();
+  std::vector<float> agreement(disparity.total());
+  detail::refineDisparity(l.data, r.data, left.width, left.height, params_.refine_window,
+                          params_.refine, params_.threads, disparity.ptr<float>(),
+                          agreement.data());
+  removeUnlike(agreement, params_, disparity);
+  removeSpeckles(params_, disparity);
   if (params_.speckle_side > 0.0 && calibration.baseline) {
     removeTiny(infinity, *calibration.baseline, params_, disparity);
   }
-  out.match_ms = watch.lap();
 #ifdef PLANAR_MAPPING_HAS_XIMGPROC
   if (params_.wls) disparity = smoothByWls(l, r, disparity, fine, params_);
 #endif
-  if (params_.refine) {
-    detail::refineDisparity(l.data, r.data, left.width, left.height, params_.refine_window,
-                            params_.threads, disparity.ptr<float>());
-  }
   DisparityImage result;
   result.width = left.width;
   result.height = left.height;

@@ -13,10 +13,11 @@
 namespace planar_mapping::detail {
 namespace {
 
-constexpr int kSums = 5;               // of a window: g g, g r, g, r, 1
-constexpr int kRowsPerChunk = 32;      // of work
-constexpr float kSimilar = 1.0f;       // disparities that differ more belong to other surfaces
-constexpr float kLargestShift = 0.3f;  // the pull to whole disparities is less
+constexpr int kSums = 7;                 // of a window: g g, g r, g, r, 1, h h, h
+constexpr int kRowsPerChunk = 32;        // of work
+constexpr float kSimilar = 1.0f;         // disparities that differ more belong to other surfaces
+constexpr float kLargestShift = 0.35f;  // what is found before is no farther off
+constexpr float kLeastContrast = 0.05f;  // likewise, of gradients: rounding of gray values
 constexpr float kNoise = 16.0f;  // gray levels squared: where there is less contrast, trust less
 
 /// Mean over the similar ones of 5 x 5, which lie in `rows`, at columns [2, width - 2).
@@ -40,7 +41,8 @@ void smoothRow(const float* const* rows, int width, float* out) {
   }
 }
 
-/// Gradient g and residual r of each pixel at its disparity, as the five products that are summed.
+/// Gradient g (mean of both images), half the difference h of the two, and residual r of each pixel
+/// at its disparity, as the products that are summed.
 PLANAR_MAPPING_MULTIVERSION
 void residualRow(const float* left, const float* right, const float* disparity, int width,
                  float* out) {
@@ -49,6 +51,8 @@ void residualRow(const float* left, const float* right, const float* disparity, 
   float* g1 = out + 2 * width;
   float* r1 = out + 3 * width;
   float* one = out + 4 * width;
+  float* hh = out + 5 * width;
+  float* h1 = out + 6 * width;
   for (int x = 1; x < width - 1; ++x) {
     const float position = static_cast<float>(x) - disparity[x];
     const bool inside = position >= 1.0f && position < static_cast<float>(width - 2);
@@ -62,8 +66,10 @@ void residualRow(const float* left, const float* right, const float* disparity, 
     const float value = b + fraction * (c - b);
     // Both gradients: a Gauss-Newton step with their mean errs only in the third order.
     const float slope_right = 0.5f * ((c - a) + fraction * ((d - b) - (c - a)));
-    const float slope = 0.5f * (slope_right + 0.5f * (left[x + 1] - left[x - 1]));
+    const float slope_left = 0.5f * (left[x + 1] - left[x - 1]);
+    const float slope = 0.5f * (slope_right + slope_left);
     const float weight = inside ? 1.0f : 0.0f;
+    const float h = weight * 0.5f * (slope_right - slope_left);
     const float g = weight * slope;
     const float r = weight * (left[x] - value);
     gg[x] = g * g;
@@ -71,6 +77,8 @@ void residualRow(const float* left, const float* right, const float* disparity, 
     g1[x] = g;
     r1[x] = r;
     one[x] = weight;
+    hh[x] = h * h;
+    h1[x] = h;
   }
 }
 
@@ -88,6 +96,25 @@ void sumAlong(const float* values, int width, int window, float* out) {
 PLANAR_MAPPING_MULTIVERSION
 void addRow(const float* values, int count, float* sums) {
   for (int i = 0; i < count; ++i) sums[i] += values[i];
+}
+
+PLANAR_MAPPING_MULTIVERSION
+void agreementRow(const float* sums, int width, int half, float* agreement) {
+  const float* gg = sums;
+  const float* g1 = sums + 2 * width;
+  const float* one = sums + 4 * width;
+  const float* hh = sums + 5 * width;
+  const float* h1 = sums + 6 * width;
+  for (int x = half; x < width - half; ++x) {
+    const float count = std::max(one[x], 1.0f);
+    const float common = gg[x] - g1[x] * g1[x] / count;
+    const float different = hh[x] - h1[x] * h1[x] / count;
+    agreement[x] = (common - different) / (common + different + kLeastContrast * count);
+  }
+  for (int x = 0; x < half; ++x) {
+    agreement[x] = agreement[half];
+    agreement[width - 1 - x] = agreement[width - 1 - half];
+  }
 }
 
 PLANAR_MAPPING_MULTIVERSION
@@ -118,11 +145,21 @@ class Refinement {
         left_(left, left + pixels()),
         right_(right, right + pixels()) {}
 
-  void run(float* disparity) {
+  void run(bool refine, float* disparity, float* agreement) {
     std::vector<float> smooth(disparity, disparity + pixels());
-    forRows([&](int first, int last) { smoothRows(disparity, first, last, smooth.data()); });
-    std::copy(smooth.begin(), smooth.end(), disparity);
-    forRows([&](int first, int last) { shiftRows(smooth.data(), first, last, disparity); });
+    if (refine) {
+      forRows([&](int first, int last) { smoothRows(disparity, first, last, smooth.data()); });
+      std::copy(smooth.begin(), smooth.end(), disparity);
+    }
+    forRows([&](int first, int last) {
+      shiftRows(smooth.data(), first, last, refine ? disparity : nullptr, agreement);
+    });
+    const int half = window_ / 2;
+    for (int row = 0; row < half; ++row) {
+      std::copy_n(agreement + rowStart(half), width_, agreement + rowStart(row));
+      std::copy_n(agreement + rowStart(height_ - 1 - half), width_,
+                  agreement + rowStart(height_ - 1 - row));
+    }
   }
 
  private:
@@ -147,7 +184,7 @@ class Refinement {
       smoothRow(rows, width_, out + rowStart(row));
     }
   }
-  void shiftRows(const float* disparity, int first, int last, float* out) const {
+  void shiftRows(const float* disparity, int first, int last, float* out, float* agreement) const {
     const int half = window_ / 2;
     const std::size_t stride = rowStart(kSums);
     // The summed rows of a window stay in a ring.
@@ -168,7 +205,8 @@ class Refinement {
       for (int k = 0; k < window_; ++k)
         addRow(ring.data() + stride * static_cast<std::size_t>(k), static_cast<int>(stride),
                sums.data());
-      shiftRow(sums.data(), width_, half, out + rowStart(center));
+      if (out != nullptr) shiftRow(sums.data(), width_, half, out + rowStart(center));
+      agreementRow(sums.data(), width_, half, agreement + rowStart(center));
     }
   }
 
@@ -183,9 +221,13 @@ class Refinement {
 }  // namespace
 
 void refineDisparity(const std::uint8_t* left, const std::uint8_t* right, int width, int height,
-                     int window, int threads, float* disparity) {
-  if (width < 2 * window || height < 2 * window) return;
-  Refinement(left, right, width, height, window, threads).run(disparity);
+                     int window, bool refine, int threads, float* disparity, float* agreement) {
+  if (width < 2 * window || height < 2 * window) {
+    std::fill_n(agreement, static_cast<std::size_t>(width) * static_cast<std::size_t>(height),
+                1.0f);
+    return;
+  }
+  Refinement(left, right, width, height, window, threads).run(refine, disparity, agreement);
 }
 
 }  // namespace planar_mapping::detail

@@ -76,19 +76,13 @@ TEST(Staircase, HardlyAnyOfTheRisersIsMeasured) {
       {"upper, left of the rail", {{{773, 593}, {919, 630}, {870, 692}, {780, 667}}}},
       {"upper, rail to post", {{{978, 643}, {1085, 668}, {1083, 764}, {923, 714}}}},
       {"upper, beyond the bars", {{{1320, 730}, {1354, 738}, {1308, 834}, {1263, 820}}}},
+      {"upper, post to first bar", {{{1148, 688}, {1180, 696}, {1178, 794}, {1147, 787}}}},
   };
   for (const Piece& piece : pieces) {
     const Count count = measured(piece, disparity);
     ASSERT_GT(count.pixels, 3000) << piece.name;
     EXPECT_LT(count.agreeing, 0.35 * count.pixels) << piece.name;
   }
-  // One strip, between the post and the first bar, is measured well: smaller than any plane that
-  // is looked for (a 300th of the pixels that have a disparity).
-  const Piece strip = {"strip", {{{1148, 688}, {1180, 696}, {1178, 794}, {1147, 787}}}};
-  const Count count = measured(strip, disparity);
-  const double least = disparity.density() * disparity.width * disparity.height / 300.0;
-  EXPECT_GT(count.agreeing, 0.6 * count.pixels);
-  EXPECT_LT(count.agreeing, least);
 }
 
 }  // namespace

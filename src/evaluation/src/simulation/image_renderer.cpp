@@ -156,7 +156,8 @@ class ImageRenderer {
                                            (h >> 32u & 0xFFFFu) + (h >> 48u));
     constexpr double kMean = 2.0 * 65535.0;
     const double normal = (sum - kMean) / (65536.0 * std::sqrt(4.0 / 12.0));
-    return static_cast<std::uint8_t>(std::clamp(value + sensor_.noise * normal, 0.0, 255.0) + 0.5);
+    return static_cast<std::uint8_t>(
+        std::clamp(sensor_.exposure * value + sensor_.noise * normal, 0.0, 255.0) + 0.5);
   }
 
   const Rendering& view_;
@@ -170,6 +171,7 @@ class ImageRenderer {
 
 void ImageSensorParams::validate() const {
   requireInRange("noise", noise, 0.0, 100.0, "gray levels");
+  requirePositive("exposure", exposure);
 }
 
 io::Image renderImage(const Scene& scene, const Rendering& view, const Pose& T_world_camera,

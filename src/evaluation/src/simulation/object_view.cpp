@@ -154,6 +154,8 @@ std::vector<ObjectView> viewsOf(const Scene& scene, const PinholeCamera& camera,
     if (!object.isThere(frame)) continue;
     ObjectView view;
     view.object = &object;
+    view.scene = &scene;
+    view.frame = frame;
     view.index = static_cast<int>(i);
     view.half = 0.5 * object.size;
     const Pose T_camera_object = T_camera_world * object.T_world_object;

@@ -20,6 +20,8 @@ struct PixelWindow {
 /// parameter of a point of the ray is its depth.
 struct ObjectView {
   const SceneObject* object = nullptr;
+  const Scene* scene = nullptr;  ///< it belongs to
+  int frame = 0;
   int index = 0;
   Matrix3 R_object_camera = Matrix3::Identity();
   Vector3 origin = Vector3::Zero();  ///< the camera, object frame

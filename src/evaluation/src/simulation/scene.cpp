@@ -39,6 +39,7 @@ void Scene::rotate(double yaw) {
   for (SceneObject& object : objects) object.T_world_object = turn * object.T_world_object;
   for (Pose& pose : path) pose = turn * pose;
   light = turn.linear() * light;
+  if (lamp) lamp = turn * *lamp;
 }
 
 ScenePlanes planesOf(const Scene& scene) {
@@ -59,7 +60,7 @@ ScenePlanes planesOf(const Scene& scene) {
 }
 
 const std::vector<std::string>& sceneNames() {
-  static const std::vector<std::string> names = {"room", "corridor", "outdoor", "rooms"};
+  static const std::vector<std::string> names = {"room", "corridor", "outdoor", "rooms", "white"};
   return names;
 }
 
@@ -91,6 +92,8 @@ Scene makeScene(const SceneParams& params) {
     buildCorridor(builder);
   } else if (params.name == "outdoor") {
     buildOutdoor(builder);
+  } else if (params.name == "white") {
+    buildWhite(builder);
   } else {
     buildRooms(builder);
   }

@@ -56,6 +56,7 @@ void buildCorridor(SceneBuilder& builder);
 void buildLongCorridor(SceneBuilder& builder);
 void buildOutdoor(SceneBuilder& builder);
 void buildRooms(SceneBuilder& builder);
+void buildWhite(SceneBuilder& builder);
 
 }  // namespace evaluation
 }  // namespace planar_mapping

@@ -27,6 +27,7 @@ void SimulationParams::validate() const {
   requireInRange("focal_length", focal_length, 0.0, 1e6, "px");
   requireInRange("plain_share", plain_share, 0.0, 1.0);
   requireInRange("image_noise", image_noise, 0.0, 100.0, "gray levels");
+  requirePositive("right_exposure", right_exposure);
   requirePositive("speed", speed, "m/s");
   requireInRange("threads", threads, 0, 1024);
   sensor.validate();
@@ -41,6 +42,7 @@ SceneParams SimulationParams::sceneParams() const {
   result.step = step;
   result.length = length;
   result.moving = moving;
+  result.seed = seed;
   return result;
 }
 
@@ -124,6 +126,7 @@ SimulatedFrame Simulation::frame(std::size_t index) const {
   sensor.seed = nextSeed();
   frame.left = renderImage(scene_, frame.truth, frame.T_world_camera, rendering, sensor);
   Pose T_world_right = frame.T_world_camera;
+  sensor.exposure = params_.right_exposure;
   T_world_right.translation() += params_.sensor.baseline * frame.T_world_camera.linear().col(0);
   sensor.seed = nextSeed();
   frame.right = renderImage(scene_, render(scene_, camera, T_world_right, rendering), T_world_right,

@@ -92,8 +92,12 @@ SurfacePatch SurfaceShader::patchAt(double depth, const Vector3& ray) const {
   patch.v = std::fmod(frame.v, kTexturePeriod);
   patch.texture = textureAt(object.material, patch.u, patch.v, plain_share_, seed_);
   if (!colors_) return patch;
-  const double side = frame.normal.dot(view_.light);
-  patch.light = 0.62 + (side > 0.0 ? 0.33 : -0.12) * side;
+  if (view_.scene->lamp) {
+    patch.light = lampLight(local, frame.normal, direction);
+  } else {
+    const double side = frame.normal.dot(view_.light);
+    patch.light = 0.62 + (side > 0.0 ? 0.33 : -0.12) * side;
+  }
 
   // A step of one pixel moves the ray, and its end along the ray so that it stays on the surface.
   const double slope = std::max(toward, kSmallestCosine * length);
@@ -115,6 +119,34 @@ SurfacePatch SurfaceShader::patchAt(double depth, const Vector3& ray) const {
       std::max({area / std::max(longer, kSmallestSide), longer / kLargestStretch, kSmallestSide});
   patch.samples = std::clamp(static_cast<int>(longer / patch.width + 0.5), 1, kLargestStretch);
   return patch;
+}
+
+double SurfaceShader::lampLight(const Vector3& local, const Vector3& normal,
+                                const Vector3& direction) const {
+  constexpr double kAmbient = 0.5;
+  constexpr double kDirect = 0.45;    // of a surface that faces the lamp at the usual distance,
+  constexpr double kUsual = 2.0;      // metres,
+  constexpr double kStrongest = 2.0;  // and no more than so many times that
+  constexpr double kMirror = 80.0;    // exponent of the reflection
+  const Scene& scene = *view_.scene;
+  const Pose& T_world_object = view_.object->T_world_object;
+  const Vector3 point = T_world_object * local + 1e-4 * (T_world_object.linear() * normal);
+  const Vector3 to_lamp = *scene.lamp - point;
+  const double distance = to_lamp.norm();
+  const Vector3 n = T_world_object.linear() * normal;
+  const double facing = n.dot(to_lamp) / distance;
+  if (facing <= 0.0) return kAmbient;
+  for (const SceneObject& object : scene.objects) {
+    double t = 0.0;
+    int face = 0;
+    if (object.isThere(view_.frame) && intersect(object, point, to_lamp, t, face) && t < 1.0)
+      return kAmbient;
+  }
+  const double fall_off = std::min(kStrongest, kUsual * kUsual / (distance * distance));
+  const Vector3 ray = (T_world_object.linear() * direction).normalized();
+  const double mirrored = std::max(0.0, (ray - 2.0 * n.dot(ray) * n).dot(to_lamp) / distance);
+  return kAmbient + kDirect * facing * fall_off +
+         view_.object->material.gloss * std::pow(mirrored, kMirror);
 }
 
 std::uint32_t SurfaceShader::colorOf(const SurfacePatch& patch) const {

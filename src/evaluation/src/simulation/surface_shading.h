@@ -35,6 +35,10 @@ class SurfaceShader {
   std::uint32_t colorOf(const SurfacePatch& patch) const;
 
  private:
+  /// Light of the scene's lamp at a point of the surface (object frame) that is seen along \p
+  /// direction.
+  double lampLight(const Vector3& local, const Vector3& normal, const Vector3& direction) const;
+
   const ObjectView& view_;
   int face_;
   Vector3 pixel_right_;  ///< step of the ray from pixel to pixel, object frame

@@ -211,6 +211,7 @@ double textureAt(const Material& material, double u, double v, double plain_shar
       hashed(wholeOf(u / kPlainPatch), wholeOf(v / kPlainPatch), seed + 19u) < plain_share)
     return 0.0;
   if (material.texture >= 1.0) return 1.0;
+  if (material.texture <= 0.0) return 0.0;
   const double stretch = valueNoise(u / 0.35, v / 0.35, seed + 17u);
   return std::clamp(material.texture + (1.0 - material.texture) * (2.0 * stretch - 1.0), 0.0, 1.0);
 }

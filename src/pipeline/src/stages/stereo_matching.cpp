@@ -64,8 +64,11 @@ class StereoMatchingStage : public Stage {
     table.number("min_texture", params_.min_texture, Range::between(0.0, 255.0),
                  "[ours] where neighbours differ by less gray values on average, there is no "
                  "disparity; 0 = off");
+    table.number("min_agreement", params_.min_agreement, Range::between(0.0, 1.0),
+                 "[ours] least correlation of the gradients of both images around a pixel, which "
+                 "noise does not have; half of it among pixels that have it; 0 = off");
     table.integer("texture_window_px", params_.texture_window, Range::between(3, 255),
-                  "[ours] side of the window of that average, odd");
+                  "[ours] side of the windows of both, odd");
     table.flag("refine", params_.refine,
                "[ours] least squares on gray values against the pull to whole disparities");
     table.integer("refine_window_px", params_.refine_window, Range::between(3, 31),

@@ -16,6 +16,7 @@ struct PLANAR_MAPPING_EXPORT ImageSensorParams {
   bool color = false;      ///< RGB instead of gray
   double noise = 1.5;      ///< standard deviation of each pixel, gray levels of 255, in [0, 100]
   std::uint64_t seed = 0;  ///< of the noise
+  double exposure = 1.0;   ///< factor of all gray values, > 0; they are cut off at 255
 
   /// \throws ParameterError
   void validate() const;

@@ -5,12 +5,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/export.h"
-#include "planar_mapping/core/geometry/plane.h"
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/core/geometry/plane.h"
 
 namespace planar_mapping {
 namespace evaluation {
@@ -26,10 +28,13 @@ enum class Pattern { Plain, Speckles, Planks, Tiles, Bricks };
 struct Material {
   std::uint32_t color = 0x808080;  ///< 0xRRGGBB
   Pattern pattern = Pattern::Speckles;
-  /// How well stereo finds its way on it, in [0, 1]; plain surfaces (0) leave holes.
+  /// How well stereo finds its way on it, in [0, 1]; at 0 it is of one colour, and leaves holes.
   double texture = 1.0;
   /// Share of the square metres of a flat face that have a poster on them, in [0, 1].
   double posters = 0.0;
+  /// Brightness of the lamp's reflection, in units of the colour: it lies where a mirror shows the
+  /// lamp, so that two cameras see it behind the surface.
+  double gloss = 0.0;
 };
 
 /// A solid of the scene. A box has faces 0 to 5: -x, +x, -y, +y, -z, +z of its own axes; a
@@ -56,6 +61,8 @@ struct PLANAR_MAPPING_EXPORT Scene {
   std::vector<Pose> path;                                 ///< T_world_camera, camera optical frame
   double camera_height = 0.0;                             ///< above the ground, metres
   Vector3 light = Vector3(0.35, -0.5, 0.8).normalized();  ///< towards it, unit length
+  /// A lamp in place of that light: nearer surfaces are brighter, and objects throw shadows.
+  std::optional<Vector3> lamp;
 
   /// Turns objects, path and light about the world's z axis (radians), so that walls no longer
   /// lie along the axes a grid would favour.
@@ -87,12 +94,13 @@ struct PLANAR_MAPPING_EXPORT SceneParams {
   double length = 0.0;  ///< of the corridor, metres, [8, 1000]; 0 = the hand-made one of 16 m
   /// Adds what does not stay: a person who leaves, and a door that opens.
   bool moving = false;
+  std::uint64_t seed = Random::kDefaultSeed;  ///< of the layout of "white"
 
   /// \throws ParameterError; InputError for an unknown name
   void validate() const;
 };
 
-/// Names makeScene() knows: "room", "corridor", "outdoor", "rooms".
+/// Names makeScene() knows: "room", "corridor", "outdoor", "rooms", "white".
 PLANAR_MAPPING_EXPORT const std::vector<std::string>& sceneNames();
 
 /// Builds a scene with its path.
@@ -101,7 +109,10 @@ PLANAR_MAPPING_EXPORT const std::vector<std::string>& sceneNames();
 /// - outdoor: 30 x 10 m between walls, steps, trunks, columns and pillars, camera at 0.37 m; a
 ///   carton and a bicycle stand are moved half way;
 /// - rooms: two rooms side by side whose outer walls are one plane each, a doorway between them,
-///   camera at 0.37 m.
+///   camera at 0.37 m;
+/// - white: a closed room whose walls and ceiling are of one colour, with base boards, pictures, a
+///   door, a lamp, shadows and a glossy cabinet, all placed by the seed; camera at 1 m turning once
+///   around.
 /// \throws as SceneParams::validate()
 PLANAR_MAPPING_EXPORT Scene makeScene(const SceneParams& params);
 /// The same with \p frames along the usual path.

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/evaluation/image_renderer.h"
 #include "planar_mapping/evaluation/ray_caster.h"
 #include "planar_mapping/evaluation/scene.h"
@@ -25,20 +25,21 @@ struct PLANAR_MAPPING_EXPORT SimulationParams {
   double step = 0.0;          ///< metres
   double length = 0.0;        ///< metres
   bool moving = false;
-  double yaw = 0.0;           ///< of the whole world about z, radians
-  int width = 640;            ///< pixels, [8, 8192]
-  int height = 480;           ///< pixels, [8, 8192]
-  double focal_length = 0.0;  ///< pixels; 0 = 500 for a width of 640, in proportion
-  double plain_share = 0.0;   ///< of all surface, in patches: nothing to match, in [0, 1]
-  bool clouds = true;         ///< measure disparities and points
-  bool images = false;        ///< render the left and the right image
-  bool color_images = false;  ///< RGB instead of gray
-  double image_noise = 1.5;   ///< standard deviation, gray levels of 255
-  bool colors = true;         ///< of the truth; images need them, clouds can do without
+  double yaw = 0.0;             ///< of the whole world about z, radians
+  int width = 640;              ///< pixels, [8, 8192]
+  int height = 480;             ///< pixels, [8, 8192]
+  double focal_length = 0.0;    ///< pixels; 0 = 500 for a width of 640, in proportion
+  double plain_share = 0.0;     ///< of all surface, in patches: nothing to match, in [0, 1]
+  bool clouds = true;           ///< measure disparities and points
+  bool images = false;          ///< render the left and the right image
+  bool color_images = false;    ///< RGB instead of gray
+  double image_noise = 1.5;     ///< standard deviation, gray levels of 255
+  double right_exposure = 1.0;  ///< of the right camera, where the left one has 1; > 0
+  bool colors = true;           ///< of the truth; images need them, clouds can do without
   StereoSensorParams sensor;
-  std::uint64_t seed = Random::kDefaultSeed;
-  double speed = 0.4;  ///< of the camera, m/s; makes the time stamps
-  int threads = 1;     ///< 0 = all cores; changes nothing but the time
+  std::uint64_t seed = Random::kDefaultSeed;  ///< of the noise, and the layout of "white"
+  double speed = 0.4;                         ///< of the camera, m/s; makes the time stamps
+  int threads = 1;                            ///< 0 = all cores; changes nothing but the time
 
   /// \throws ParameterError; InputError for an unknown scene
   void validate() const;

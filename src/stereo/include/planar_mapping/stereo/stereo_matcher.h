@@ -47,7 +47,11 @@ struct PLANAR_MAPPING_EXPORT StereoMatcherParams {
   /// Where neighbours along the row differ by less on average of a window, in gray values, nothing
   /// can be told: without this, semi-global matching sees plain surfaces wherever it likes.
   double min_texture = 0.2;
-  int texture_window = 25;  ///< side of that window, odd
+  /// [ours] Least correlation of the gradients of both images around a pixel: noise has none, which
+  /// matching takes for texture where there is nothing else. Half of it is enough among pixels that
+  /// have it (three of ten in texture_window); 0 = off.
+  double min_agreement = 0.35;
+  int texture_window = 25;  ///< side of the windows of both, odd
   /// Least squares on the gray values around each pixel, against the pull to whole disparities.
   bool refine = true;
   int refine_window = 9;  ///< side of the window, odd
@@ -78,8 +82,8 @@ struct StereoReport {
   double refine_ms = 0.0;   ///< sub-pixel pass, or wls
 };
 
-/// Dense disparity of a rectified pair: semi-global matching of blocks (Hirschmueller, PAMI 2008,
-/// as in OpenCV), left-right check, speckle filter, sub-pixel refinement.
+/// Dense disparity of a rectified pair: semi-global matching of blocks (Hirschmueller, PAMI 2008),
+/// left-right check, sub-pixel refinement, checks for texture and agreement, speckle filter.
 ///
 /// match() may be called from several threads at once. The result depends on the images and the
 /// parameters only.
