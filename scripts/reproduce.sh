@@ -26,6 +26,8 @@ evaluate() {
   local name=$1 config=$2 code=0
   shift 2
   echo "== $name"
+  # The same cover with all points as clutter: what planes buy is a column of the tables.
+  [[ $name == ablation ]] || set -- "$@" --variant no_planes:multi_plane_segmentation.enabled=false
   "$planar_map" evaluate "$config" "$@" ${quick[@]+"${quick[@]}"} -j "$jobs" -q --force -o "$out/$name" || code=$?
   [[ $code -eq 0 || $code -eq 7 ]] || exit "$code"
   parts+=("$name")

@@ -26,29 +26,31 @@ def percent(values):
 
 
 def rows_of(out, folder, scene):
-    path = os.path.join(out, folder, "evaluation.json")
-    if not os.path.exists(path):
-        return []
-    with open(path, encoding="utf-8") as file:
-        results = [r for r in json.load(file)["results"] if r["scene"].startswith(scene)]
+    results = []
+    for name in ("evaluation.json", "ablation.json"):
+        path = os.path.join(out, folder, name)
+        if os.path.exists(path):
+            with open(path, encoding="utf-8") as file:
+                results += [r for r in json.load(file)["results"] if r["scene"].startswith(scene)]
     sizes = sorted({r["cell_m"] for r in results})
     return [(s, {r["method"]: r for r in results if r["cell_m"] == s}) for s in sizes]
 
 
 def tables(out):
-    cells = ["| input | s m | SG | OG | RA | paper | **PG** | PG/RA | eta | error % SG / RA / PG "
-             "| complete % RA / PG | covered % RA / PG |", "|---" * 12 + "|"]
+    cells = ["| input | s m | SG | OG | RA | paper | no planes | **PG** | PG/RA | eta | error % SG / OG / RA / no planes / PG "
+             "| complete % OG / RA / PG | covered % OG / RA / PG | free marked % SG / OG / RA / no planes / PG |", "|---" * 14 + "|"]
     sizes = ["| input | s m | memory kB OG / PG | PG/OG | kB `.bt` / `.ot` / full / finished | full/`.ot` | finished/`.bt` "
              "| PG is behind in |", "|---" * 8 + "|"]
     for folder, scene, name in INPUTS:
         for s, of in rows_of(out, folder, scene):
-            sg, og, ra, paper, pg = (of[m] for m in ("SG", "OG", "RA", "PG_paper", "PG"))
-            count = " | ".join(f"{r['cells']:.0f}" for r in (sg, og, ra, paper))
+            sg, og, ra, paper, boxes, pg = (of[m] for m in ("SG", "OG", "RA", "PG_paper", "no_planes", "PG"))
+            count = " | ".join(f"{r['cells']:.0f}" for r in (sg, og, ra, paper, boxes))
             cells.append(f"| {name} | {s} | {count} | **{pg['cells']:.0f}** | {pg['cells'] / ra['cells']:.2f} "
                          f"| {pg['combination_efficiency']:.3f} "
-                         f"| {percent([r['error_percent'] for r in (sg, ra, pg)])} "
-                         f"| {percent([r['completeness'] and 100 * r['completeness'] for r in (ra, pg)])} "
-                         f"| {percent([100 * r['coverage'] for r in (ra, pg)])} |")
+                         f"| {percent([r['error_percent'] for r in (sg, og, ra, boxes, pg)])} "
+                         f"| {percent([r['completeness'] and 100 * r['completeness'] for r in (og, ra, pg)])} "
+                         f"| {percent([100 * r['coverage'] for r in (og, ra, pg)])} "
+                         f"| {percent([100 * r['free_space_violation'] for r in (sg, og, ra, boxes, pg)])} |")
             files = [og["file_bytes"], og["ot_bytes"], pg["file_bytes"], pg["finished_bytes"]]
             sizes.append(f"| {name} | {s} | {short(og['memory_bytes'] / 1e3)} / {short(pg['memory_bytes'] / 1e3)} "
                          f"| {pg['memory_bytes'] / og['memory_bytes']:.3f} "
