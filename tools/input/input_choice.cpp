@@ -42,7 +42,7 @@ Ready chooseClouds(const io::Sequence& sequence) {
   if (sequence.size() == 1)
     return {"single_pcd.yaml",
             {},
-            has_poses ? "" : "no VIEWPOINT: the sensor is taken to be at the origin"};
+            has_poses ? "" : "none is given: the sensor is taken to be at the origin"};
   Ready ready = {"pcd_sequence.yaml", {}, ""};
   if (!has_poses) {
     ready.assignments.emplace_back("motion_estimation.enabled=true");
