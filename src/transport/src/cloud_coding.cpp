@@ -170,7 +170,9 @@ FrameCloud::Ptr readCloud(ByteReader& reader, const std::optional<PinholeCamera>
   reader.enumeration(encoding, CloudEncoding::Compact, "encoding");
   const bool is_compact = encoding == CloudEncoding::Compact;
   const std::uint64_t size = std::uint64_t{cloud->width} * cloud->height;
-  if (size > max_points || size > reader.left() / (is_compact ? 1 : kRawPointBytes)) {
+  // No side of an empty cloud is longer either: memory is taken for it.
+  if (size > max_points || size > reader.left() / (is_compact ? 1 : kRawPointBytes) ||
+      std::max(cloud->width, cloud->height) > max_points) {
     ByteReader::fail("points", "has too many items");
   }
   if (is_compact && !camera) ByteReader::fail("camera", "is missing for a compact cloud");

@@ -261,6 +261,9 @@ TEST(FrameCoding, AHugeCloudOfHolesIsRefusedBeforeMemoryIsTaken) {
   EXPECT_THROW(decoded(body), ProtocolError);
   for (std::size_t i = 0; i < 8; ++i) body[cloud + i] = 0xFF;
   EXPECT_THROW(decoded(body, std::numeric_limits<std::size_t>::max()), ProtocolError);
+  for (std::size_t i = 0; i < 4; ++i) body[cloud + i] = 0;  // no column, 4e9 rows, compact
+  body.back() = 1;
+  EXPECT_THROW(decoded(body), ProtocolError);
 }
 
 TEST(FrameCoding, TheLimitOfPointsCountsHoles) {

@@ -93,8 +93,9 @@ std::vector<int> bestShifts(const std::vector<double>& from, const std::vector<d
   std::vector<int> best;
   for (const auto& [sum, shift] : sums) {
     if (sum <= 0.0 || best.size() == kMostShifts) break;
-    const bool beside = std::any_of(best.begin(), best.end(),
-                                    [&](int other) { return std::abs(other - shift) <= 1; });
+    const bool beside = std::any_of(best.begin(), best.end(), [&shift = shift](int other) {
+      return std::abs(other - shift) <= 1;
+    });
     if (!beside) best.push_back(shift);
   }
   return best;
