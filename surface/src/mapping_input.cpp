@@ -51,6 +51,7 @@ FrameUpdate MappingInput::insertInto(PlanarMap& map, const PointsView& points,
   frame.ground = &ground_;
   frame.planes = &planes_;
   if (!probabilities_.empty()) frame.probability = &probabilities_;
+  if (!assumed_.empty()) frame.assumed = &assumed_;
   frame.camera = camera_;
   frame.noise = noise_;
   FrameUpdate update = map.insert(frame);

@@ -177,8 +177,8 @@ struct Choice {
 
 /// The path from the right is added; the best disparity of each pixel.
 PLANAR_MAPPING_MULTIVERSION
-void passBackward(const Byte* costs, int width, int count, Penalties p, int uniqueness, Byte* left,
-                  Word* __restrict total, Choice* out) {
+void passBackward(const Byte* costs, int width, int count, Penalties p, std::uint64_t rival_factor,
+                  Byte* left, Word* __restrict total, Choice* out) {
   const int stride = count + 2;
   Byte* before = left;
   Byte* now = left + stride;
@@ -201,7 +201,7 @@ void passBackward(const Byte* costs, int width, int count, Penalties p, int uniq
     std::swap(before, now);
     Word smallest = 65535;
     for (int k = 0; k < kLanes; ++k) smallest = std::min(smallest, lowest[k]);
-    const Word rival = static_cast<Word>(100 * smallest / (100 - uniqueness));
+    const Word rival = static_cast<Word>(smallest * rival_factor >> 16u);
     Word rivals[kLanes];
     Word places[kLanes];  // of the smallest
     for (int k = 0; k < kLanes; ++k) rivals[k] = 0, places[k] = 65535;
@@ -359,6 +359,9 @@ void Matching::matchRows(int first, int last, cv::Mat& out) const {
     const std::size_t d = i % static_cast<std::size_t>(count_ + 2);
     if (d > 0 && d <= static_cast<std::size_t>(count_)) above[i] = 0;
   }
+  // Costs that are no rivals are larger by this factor, in units of 2^-16.
+  const auto rival_factor = static_cast<std::uint64_t>(
+      65536.0 * 100.0 / (100.0 - std::min(params_.uniqueness_percent, 99.0)));
   const int begin = std::max(0, first - kWarmUp);
   for (int row = begin - half; row < last + half; ++row) {
     prepare(std::clamp(row, 0, left_.rows - 1), rows);
@@ -373,9 +376,8 @@ void Matching::matchRows(int first, int last, cv::Mat& out) const {
     std::swap(above, fresh_above);
     if (center < first) continue;
     std::fill(right_cost.begin(), right_cost.end(), Word{65535});
-    passBackward(costs.data(), width, count_, penalties_,
-                 static_cast<int>(std::lround(std::min(params_.uniqueness_percent, 99.0))),
-                 path.data(), total.data(), choices.data());
+    passBackward(costs.data(), width, count_, penalties_, rival_factor, path.data(), total.data(),
+                 choices.data());
     lookFromRight(total.data(), width, count_, right_cost.data(), right_disparity.data());
     choose(choices, right_disparity, out.ptr<std::int16_t>(center));
   }

@@ -10,6 +10,7 @@ namespace {
 constexpr std::size_t kMaxFeatures = 1000000;
 constexpr std::size_t kFeatureBytes = 48;
 constexpr std::size_t kMaxStatistics = 64;
+constexpr std::size_t kMaxTiles = 1u << 24;
 constexpr std::size_t kMaxStages = 256;
 constexpr std::size_t kMaxNotes = 32;  // and warnings; further ones are not sent
 constexpr std::size_t kMaxName = 64;   // of a statistic
@@ -116,6 +117,8 @@ void transferFields(Archive& archive, FrameType& frame) {
     }
     for (int axis = 0; axis < 3; ++axis) archive.number(feature.position[axis], "position");
   }
+  archive.resize(frame.even, "even", 1, kMaxTiles);
+  for (auto& flags : frame.even) archive.number(flags, "even");
   archive.resize(frame.statistics, "statistics", sizeof(std::uint32_t) + sizeof(double),
                  kMaxStatistics);
   for (auto& statistic : frame.statistics) {
@@ -154,6 +157,10 @@ Frame decodeFrame(ByteReader& reader, std::size_t max_points) {
   transferNotes(reader, frame.warnings, "warnings");
   check<ProtocolError>(frame);
   frame.cloud = readCloud(reader, frame.camera, max_points);
+  const std::size_t tiles =
+      std::size_t{frame.cloud->width / kEvenTileSide} * (frame.cloud->height / kEvenTileSide);
+  if (!frame.even.empty() && frame.even.size() != tiles)
+    throw ProtocolError("field 'even' has another size than the cloud");
   reader.expectEnd();
   return frame;
 }

@@ -150,6 +150,38 @@ TEST(StereoMatcher, BlackAndUniformImagesHaveNoDisparity) {
   }
 }
 
+TEST(StereoMatcher, ExposuresOfTheCamerasMayDiffer) {
+  const DisparityPlane plane{12.0, 0.0, 0.06};
+  ImagePair pair = pairOf(Pattern(15), plane, kWidth, kHeight);
+  for (std::uint8_t& value : pair.right.pixels) value = static_cast<std::uint8_t>(0.7 * value);
+  const Errors errors = errorsOf(match(pair), plane);
+  EXPECT_GT(errors.density, 0.9);
+  EXPECT_LT(errors.bad, 0.01);
+}
+
+TEST(StereoMatcher, NoiseOnAPlainSurfaceIsNoTexture) {
+  const DisparityPlane plane{20.0, 0.0, 0.0};
+  ImagePair pair = pairOf(Pattern(14), plane, kWidth, kHeight);
+  std::uint32_t random = 1;
+  for (io::Image* image : {&pair.left, &pair.right}) {
+    for (int row = 0; row < kHeight; ++row) {
+      for (int column = kWidth / 2; column < kWidth; ++column) {
+        random = random * 1664525u + 1013904223u;
+        image->pixels[static_cast<std::size_t>(row * kWidth + column)] =
+            static_cast<std::uint8_t>(200 + (random >> 24u) % 7);
+      }
+    }
+  }
+  const DisparityImage disparity = match(pair);
+  int found = 0;
+  for (int row = 0; row < kHeight; ++row) {
+    for (int column = kWidth / 2 + 24; column < kWidth; ++column)
+      found += std::isnan(disparity.at(column, row)) ? 0 : 1;
+  }
+  EXPECT_LT(found, kHeight * (kWidth / 2 - 24) / 50);
+  EXPECT_NEAR(disparity.at(80, kHeight / 2), 20.0, 0.2);
+}
+
 TEST(StereoMatcher, APlainSurfaceIsAHole) {
   const DisparityPlane plane{20.0, 0.0, 0.0};
   ImagePair pair = pairOf(Pattern(14), plane, kWidth, kHeight);

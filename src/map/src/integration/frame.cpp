@@ -118,6 +118,16 @@ PlaneMoments momentsOf(const PointsView& points, const Indices& inliers) {
   return moments;
 }
 
+void requireAssumed(const FrameObservation& observation) {
+  const AssumedPoints& assumed = *observation.assumed;
+  const std::size_t planes = observation.planes == nullptr ? 0 : observation.planes->size();
+  if (assumed.of_plane.size() > planes)
+    throw InputError("points are assumed for more planes than the frame has");
+  requireInRange("assumed probability", assumed.probability, 0.0, 1.0);
+  for (const Indices& indices : assumed.of_plane)
+    requireIndices(indices, assumed.xyz.size() / 3, "assumed points");
+}
+
 }  // namespace
 
 void requirePose(const Pose& pose) {
@@ -178,6 +188,8 @@ Frame makeFrame(const FrameObservation& observation) {
       throw InputError("a belief is outside [0, 1]");
     }
   }
+
+  if (observation.assumed != nullptr) requireAssumed(observation);
 
   Frame frame;
   frame.observation = &observation;

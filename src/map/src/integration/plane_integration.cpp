@@ -74,9 +74,17 @@ CellWindow startRaster(const MapData& map, const Frame& frame, PlaneLayer& layer
   return window;
 }
 
+/// Of points: one each, or the same for all.
+struct Beliefs {
+  const std::vector<float>* each = nullptr;
+  float all = 1.0f;
+
+  float of(int i) const { return each == nullptr ? all : (*each)[static_cast<std::size_t>(i)]; }
+};
+
 /// Counts points of a segment in the cells of its map plane.
-void countHits(Frame& frame, const int* indices, const CellRuns& runs, KeyMap<TileHits>& hits) {
-  const std::vector<float>* belief = frame.observation->probability;
+void countHits(Frame& frame, const int* indices, const CellRuns& runs, const Beliefs& beliefs,
+               KeyMap<TileHits>& hits) {
   std::int32_t last_a = kOutside;
   std::int32_t last_b = kOutside;
   TileHits* tile = nullptr;
@@ -97,35 +105,39 @@ void countHits(Frame& frame, const int* indices, const CellRuns& runs, KeyMap<Ti
     }
     const auto bit = static_cast<std::size_t>(8 * (b & 7) + (a & 7));
     tile->count[bit] += end - begin;
-    if (belief == nullptr) continue;
     float sum = tile->belief[bit];
-    for (std::uint32_t i = begin; i < end; ++i) {
-      sum += (*belief)[static_cast<std::size_t>(indices[i])];
-    }
+    for (std::uint32_t i = begin; i < end; ++i) sum += beliefs.of(indices[i]);
     tile->belief[bit] = sum;
   }
 }
 
-/// Counts the points of a segment in the cells of a plane, those of the window only.
+/// Counts the points of a segment, measured and assumed, in the cells of a plane, those of the
+/// window only.
 void countSegment(const MapData& map, Frame& frame, const PlaneLayer& layer, std::size_t segment,
                   const CellWindow& window, KeyMap<TileHits>& hits) {
   const ToCells to_cells(map, frame, layer.frame());
-  const PointsView& points = frame.observation->points;
-  const Indices& inliers = frame.inliersOf(segment);
   double u[kBatch];
   double v[kBatch];
   CellRuns runs;
-  forEachBatch(inliers, [&](std::size_t begin, std::size_t n) {
-    planeCoordinates(points.data, points.stride, inliers.data() + begin, n, to_cells.m, u, v);
-    runs.find(u, v, n, window);
-    countHits(frame, inliers.data() + begin, runs, hits);
-  });
+  const auto count = [&](const float* data, std::size_t stride, const Indices& indices,
+                         const Beliefs& beliefs) {
+    forEachBatch(indices, [&](std::size_t begin, std::size_t n) {
+      planeCoordinates(data, stride, indices.data() + begin, n, to_cells.m, u, v);
+      runs.find(u, v, n, window);
+      countHits(frame, indices.data() + begin, runs, beliefs, hits);
+    });
+  };
+  const PointsView& points = frame.observation->points;
+  count(points.data, points.stride, frame.inliersOf(segment), {frame.observation->probability});
+  const AssumedPoints* assumed = frame.observation->assumed;
+  if (assumed == nullptr || segment >= assumed->of_plane.size()) return;
+  count(assumed->xyz.data(), 3, assumed->of_plane[segment],
+        {nullptr, static_cast<float>(assumed->probability)});
 }
 
 void applyHits(const MapData& map, Frame& frame, PlaneLayer& layer, const PlaneHits& plane_hits) {
   const KeyMap<TileHits>& hits = plane_hits.tiles;
   const PlanarMapParams& params = map.params;
-  const bool believed = frame.observation->probability != nullptr;
   const auto enough = static_cast<std::uint32_t>(params.approximation.min_points_per_cell);
   // What the first sight of a plane holds is as certain as the plane; what noise adds is not.
   const bool is_sure = plane_hits.is_new || !frame.observation->noise;
@@ -148,7 +160,7 @@ void applyHits(const MapData& map, Frame& frame, PlaneLayer& layer, const PlaneH
     for (std::size_t bit = 0; bit < 64; ++bit) {
       const std::uint32_t count = hit.count[bit];
       if (count == 0) continue;
-      const double q = believed ? static_cast<double>(hit.belief[bit]) / count : 1.0;
+      const double q = static_cast<double>(hit.belief[bit]) / count;
       const std::uint64_t flag = std::uint64_t{1} << bit;
       if (tile != nullptr && (tile->occupied() & flag) != 0) {
         const std::uint8_t before = tile->belief(bit);

@@ -22,6 +22,7 @@ class MultiPlaneSegmentationStage : public Stage {
     params_.method = PlaneSearchMethod::MultiRansac;
     params_.source = PlaneSource::Features;
     params_.features.refine = false;
+    assumed_probability_ = 0.0;
     noise_.setSource(detail::NoiseKeys::Source::None);
   }
   void declare(ParameterTable& table) override {
@@ -68,6 +69,9 @@ class MultiPlaneSegmentationStage : public Stage {
                  "[ours] standard deviations by which a plane must exceed clutter");
     table.number("max_normal_deviation_deg", params_.max_normal_deviation, Range::above(0.0, 90.0),
                  "[ours] largest angle between a plane and the surface at its points");
+    table.number("assumed_probability", assumed_probability_, Range::between(0.0, 1.0),
+                 "[ours] belief in a plane where a stereo camera measures nothing between its "
+                 "points, as the image is even: a white wall; 0 = none");
     table.basic({"source", "distance_threshold_m", "min_inliers", "noise", "noise_factor"});
   }
   void configure(const RunSettings& settings) override {
@@ -95,6 +99,12 @@ class MultiPlaneSegmentationStage : public Stage {
     segmentation_.setInputFeatures(frame.key_features);
     segmentation_.segment();
     frame.planes = segmentation_.getPlanes();
+    if (assumed_probability_ > 0.0 && !frame.even.empty() && frame.camera) {
+      frame.assumed = assumePoints(viewOf(*frame.cloud), *frame.camera, frame.even, frame.planes);
+      frame.assumed.probability = assumed_probability_;
+      frame.statistics.push_back(
+          {"assumed_points", static_cast<double>(frame.assumed.xyz.size() / 3)});
+    }
     if (params_.source == PlaneSource::Dense) return;
     const auto number = static_cast<double>(frame.planes.size());
     const auto dense =
@@ -107,6 +117,7 @@ class MultiPlaneSegmentationStage : public Stage {
   MultiPlaneParams params_;
   MultiPlaneSACSegmentation<pcl::PointXYZ> segmentation_;
   std::optional<double> distance_threshold_ = 0.05;
+  double assumed_probability_ = 0.6;
   std::optional<int> min_inliers_ = 100;
   detail::NoiseKeys noise_;
 };

@@ -151,6 +151,7 @@ class PlanarCuboidApproximationStage : public Stage {
     mapping_.setGroundIndices(frame.ground);
     mapping_.setPlanes(frame.planes);
     mapping_.setPointProbabilities(frame.probability);
+    mapping_.setAssumedPoints(frame.assumed);
     mapping_.setCamera(frame.camera);
     mapping_.setNoiseModel(noise_.optionalNoise());
     frame.update = mapping_.integrate();

@@ -168,6 +168,8 @@ void StereoMatchingStage::process(Frame& frame) {
   frame.statistics.push_back({"stereo_matching.match_ms", report.match_ms});
   frame.statistics.push_back({"stereo_matching.refine_ms", report.refine_ms});
   if (!usableResult(report, frame)) return;
+  frame.even =
+      evenTiles(io::toGray(frame.images.left).pixels.data(), disparity.width, disparity.height);
 
   std::vector<float> xyz;
   triangulate(disparity, calibration, xyz);

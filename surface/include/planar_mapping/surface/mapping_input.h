@@ -43,6 +43,10 @@ class PLANAR_MAPPING_EXPORT MappingInput {
   }
   const std::vector<float>& getPointProbabilities() const { return probabilities_; }
 
+  /// Of the planes, where nothing was measured, see assumePoints(); empty (the default) = none.
+  void setAssumedPoints(const AssumedPoints& assumed) { assumed_ = assumed; }
+  const AssumedPoints& getAssumedPoints() const { return assumed_; }
+
   /// Points that were removed as ground: they clear space, but make no cuboid.
   void setGroundIndices(const Indices& ground) { ground_ = ground; }
   const Indices& getGroundIndices() const { return ground_; }
@@ -118,6 +122,7 @@ class PLANAR_MAPPING_EXPORT MappingInput {
  private:
   std::vector<PlaneSegment> planes_;
   std::vector<float> probabilities_;
+  AssumedPoints assumed_;
   Indices ground_;
   std::optional<Pose> sensor_pose_;
   std::optional<double> timestamp_;

@@ -51,6 +51,7 @@ struct Frame {
   std::optional<PinholeCamera> camera;  ///< of an organized cloud, where known
   std::optional<double> baseline;       ///< of a stereo camera, metres, where known
   FrameImages images;                   ///< where the input has any
+  std::vector<std::uint8_t> even;       ///< evenTiles() of the left image of a stereo pair
 
   /// Pose from outside (file, VIEWPOINT, odometry), if there is one. T_world_sensor starts as it
   /// or as identity; a Motion stage decides what T_world_sensor becomes.
@@ -76,6 +77,7 @@ struct Frame {
   Indices ground;         ///< removed as ground, ascending: it clears space but makes no cell
   std::vector<PlaneSegment> planes;
   std::vector<float> probability;  ///< belief per point of the cloud; empty = 1
+  AssumedPoints assumed;           ///< of the planes, where nothing was measured
 
   std::size_t points_input = 0;            ///< in the file
   std::size_t points_valid = 0;            ///< finite ones

@@ -10,6 +10,7 @@
 #include "planar_mapping/core/base/types.h"
 #include "planar_mapping/core/geometry/pinhole_camera.h"
 #include "planar_mapping/core/geometry/stereo_noise.h"
+#include "planar_mapping/core/planes/assumed_points.h"
 #include "planar_mapping/core/planes/multi_plane.h"
 
 namespace planar_mapping {
@@ -23,6 +24,9 @@ struct FrameObservation {
   const Indices* ground = nullptr;   ///< removed ground: clears space, makes no cell
   const std::vector<PlaneSegment>* planes = nullptr;  ///< null = none
   const std::vector<float>* probability = nullptr;    ///< belief per point; null = 1
+  /// Of the planes, where nothing was measured: makes cells, clears no space, moves no plane; null
+  /// = none.
+  const AssumedPoints* assumed = nullptr;
   /// Depth error of a stereo camera: widens what counts as one surface; absent = none.
   std::optional<StereoNoise> noise;
   /// Known intrinsics of an organized cloud; absent = estimated from it, else
