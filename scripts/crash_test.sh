@@ -15,9 +15,11 @@ RANDOM=${SEED:-1}
 work=$(mktemp -d)
 done_kills=0; unreadable=0; wrong=0; refused=0; finished=0
 finish() {
-  rm -rf "$work"
   echo "$done_kills kills, $finished runs finished: $unreadable unreadable maps, $wrong wrong" \
     "results, $refused runs that could not be resumed"
+  kill -9 "${child:-}" 2> /dev/null || true
+  wait
+  rm -rf "$work"
 }
 trap finish EXIT
 trap 'exit 130' INT TERM
@@ -47,6 +49,9 @@ while [ "$done_kills" -lt "$kills" ]; do
   sleep "$((moment / 1000000)).$(printf '%06d' $((moment % 1000000)))"
   if kill -9 "$child" 2> /dev/null; then
     done_kills=$((done_kills + 1))
+    longest_us=$((longest_us * 21 / 20))
+  else  # the machine has become faster: most runs are to be killed
+    longest_us=$((longest_us * 9 / 10))
   fi
   code=0; wait "$child" 2> /dev/null || code=$?
   if [ -e "$work/out/map.pmap" ] && ! "$tool" info "$work/out/map.pmap" > /dev/null 2>&1; then

@@ -72,8 +72,7 @@ bool isHandled(zmq::socket_t& socket, const std::future<std::uint64_t>& taken) {
   send(socket, "", MessageType::Hello, kRobot, {});
   for (const auto start = Clock::now(); secondsSince(start) < kPatience;) {
     if (taken.wait_for(std::chrono::seconds(0)) == std::future_status::ready) return true;
-    zmq::pollitem_t item{socket.handle(), 0, ZMQ_POLLIN, 0};
-    zmq::poll(&item, 1, std::chrono::milliseconds(5));
+    poll(socket, socket, 0.005);
     while (std::optional<Received> received = receive(socket, false)) {
       received->open();
       if (received->type == MessageType::Welcome) return true;
