@@ -27,7 +27,7 @@ def percent(values):
 
 def rows_of(out, folder, scene):
     results = []
-    for name in ("evaluation.json", "ablation.json"):
+    for name in ("ablation.json", "evaluation.json"):  # what is in both is compared with SG, OG and RA in the last
         path = os.path.join(out, folder, name)
         if os.path.exists(path):
             with open(path, encoding="utf-8") as file:
