@@ -123,10 +123,12 @@ UnrectifiedPair readUnrectified(const Reader& reader, const PinholeCamera& left)
   Matrix3 R;
   for (int i = 0; i < 9; ++i) R(i / 3, i % 3) = rotation[static_cast<std::size_t>(i)];
   constexpr double kTolerance = 1e-3;  // of a rotation written with few digits
-  if ((R * R.transpose() - Matrix3::Identity()).cwiseAbs().maxCoeff() > kTolerance ||
-      R.determinant() < 0.0)
+  constexpr double kRounding = 1e-12;  // of one that we wrote, which stays as it is
+  const double error = (R * R.transpose() - Matrix3::Identity()).cwiseAbs().maxCoeff();
+  if (error > kTolerance || R.determinant() < 0.0)
     reader.fail("rotation", "rotation is no rotation matrix");
-  pair.T_right_left.linear() = Eigen::Quaterniond(R).normalized().toRotationMatrix();
+  if (error > kRounding) R = Eigen::Quaterniond(R).normalized().toRotationMatrix();
+  pair.T_right_left.linear() = R;
   pair.T_right_left.translation() = Vector3(translation[0], translation[1], translation[2]);
   const double baseline = pair.T_right_left.translation().norm();
   if (!(baseline >= kTiny && baseline <= kLongestBaseline))

@@ -244,24 +244,9 @@ std::vector<float> CoverWindow::probabilities(const CellNumbers& numbers) const 
   return of_cell;
 }
 
-/// Boxes may reach into a half cell beside those that hold something by the tolerance: all around
-/// cells of clutter, but only across faces beside pieces of surfaces. Boxes about the rest of a
-/// slanted plane would else stand far out of it into space that is free. What is required has at
-/// least its whole cell.
+/// Boxes may reach into a half cell beside those that hold something by the tolerance.
 BitGrid CoverWindow::roomForBoxes() const {
-  BitGrid room = allowed_;
-  if (rules_.tolerance[0] == 0) return room;
-  room.unite(exact_.dilated(rules_.tolerance));
-  for (std::size_t k = 0; k < 3; ++k) {
-    std::array<std::int32_t, 3> axis{};
-    axis[k] = rules_.tolerance[k];
-    room.unite(allowed_.dilated(axis));
-  }
-  required_.forEach(required_.window(), [&](std::int32_t x, std::int32_t y, std::int32_t z) {
-    const LatticeCell low{x & ~1, y & ~1, z & ~1};  // the window starts at a whole cell
-    room.fill({low, {low[0] + 2, low[1] + 2, low[2] + 2}});
-  });
-  return room;
+  return allowed_.dilated(rules_.tolerance);
 }
 
 bool CoverWindow::needsAtLeast(std::size_t boxes) const {

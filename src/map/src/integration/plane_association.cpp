@@ -15,6 +15,7 @@ constexpr std::size_t kGapSamples = 64;
 
 /// Points that scatter about their plane by more than this fraction of their spread along it, and
 /// by more than so many resolutions, have no certain normal: the next frame would fit another one.
+/// Where the depth error is known, the search for planes has judged that.
 constexpr double kMaxRoughness = 0.15;
 constexpr double kHarmlessScatter = 0.1;
 
@@ -243,7 +244,8 @@ void associatePlanes(MapData& map, Frame& frame) {
   for (std::size_t k = 0; k < segments; ++k) {
     const Indices& inliers = frame.inliersOf(k);
     if (assigned[k] || inliers.empty()) continue;
-    if (map.isCompact() && !isFlat(frame.moments[k], map.resolution())) {
+    if (map.isCompact() && !frame.observation->noise &&
+        !isFlat(frame.moments[k], map.resolution())) {
       frame.non_planar.insert(frame.non_planar.end(), inliers.begin(), inliers.end());
       continue;
     }

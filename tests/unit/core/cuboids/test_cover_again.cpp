@@ -4,7 +4,6 @@
 // What was covered in parts is covered anew as a whole.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <vector>
 
 #include "planar_mapping/core/cuboids/detail/compact_cover.h"
@@ -60,35 +59,6 @@ TEST(CoverAgain, KeepsBoxesWhereItFindsNoFewer) {
   const std::vector<Cuboid> again = coverAgain(boxes, cells, {}, {wall}, params);
   ASSERT_EQ(again.size(), 1u);
   EXPECT_NEAR(again.front().center.x(), 0.95, 1e-9);
-}
-
-/// What is left of a plane at 45 degrees: boxes about it reach a half cell before and behind it,
-/// not farther into what may be free.
-TEST(BoxCover, AboutASlantedPlaneStaysNearIt) {
-  const CuboidApproximationParams params;
-  std::vector<SurfacePiece> pieces;
-  for (int i = 0; i < 40; ++i) {
-    for (int z = 0; z < 8; ++z) {
-      const double along = 0.025 * i + 0.0125;
-      pieces.push_back({Vector3(along, along, 0.025 * z + 0.0125), 1.0f});
-    }
-  }
-  const std::vector<Cuboid> boxes = boxesFor({}, pieces, {}, params);
-  ASSERT_FALSE(boxes.empty());
-  for (const Cuboid& box : boxes) {
-    // The corners farthest from the plane x = y, in half cells along x.
-    const double low = box.center.x() + 0.5 * box.size.x() - (box.center.y() - 0.5 * box.size.y());
-    const double high = box.center.y() + 0.5 * box.size.y() - (box.center.x() - 0.5 * box.size.x());
-    EXPECT_LE(std::max(low, high) / (0.5 * params.resolution), 2.0 + 1e-9)
-        << box.center.transpose();
-  }
-  for (const SurfacePiece& piece : pieces) {
-    const bool is_covered = std::any_of(boxes.begin(), boxes.end(), [&](const Cuboid& box) {
-      return ((piece.center - box.center).cwiseAbs() - 0.5 * box.size).maxCoeff() <=
-             0.5 * params.resolution + 1e-9;
-    });
-    EXPECT_TRUE(is_covered) << piece.center.transpose();
-  }
 }
 
 }  // namespace

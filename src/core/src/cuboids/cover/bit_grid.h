@@ -64,10 +64,6 @@ class BitGrid {
   void clearWordOf(const LatticeCell& c) { row(c[1], c[2])[c[0] >> 6] = 0; }
   /// The box must lie within the window.
   void fill(const LatticeBox& box);
-  /// Switches on what is on in a grid of the same size.
-  void unite(const BitGrid& other) {
-    for (std::size_t i = 0; i < bits_.size(); ++i) bits_[i] |= other.bits_[i];
-  }
   std::int64_t count() const;
   /// With all cells that differ by at most one along each axis of \p axes from one that is on.
   BitGrid dilated(std::array<std::int32_t, 3> axes) const;

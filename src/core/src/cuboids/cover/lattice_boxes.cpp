@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboids/cover/lattice_boxes.h"
 
-#include <algorithm>
 #include <numeric>
 
 namespace planar_mapping::detail {
@@ -40,19 +39,6 @@ bool isLargeEnough(const LatticeBox& box, const CoverRules& rules) {
     if (box.size(k) < rules.smallest[k]) return false;
   }
   return true;
-}
-
-/// The least box of allowed cells that holds the cell, best of whole cells of the user.
-bool findLeast(const LatticeCell& cell, const BitGrid& allowed, const CoverRules& rules,
-               LatticeBox& least) {
-  int most = -1;
-  forEachFit(allowed, {{}, rules.smallest}, boxOf(cell), [&](const LatticeBox& box) {
-    const int even = (box.low[0] & 1) + (box.low[1] & 1) + (box.low[2] & 1);
-    if (3 - even > most) least = box;
-    most = std::max(most, 3 - even);
-    return true;
-  });
-  return most >= 0;
 }
 
 /// Widens the box towards \p need where an eighth of the layer beyond a face is required: then it
@@ -111,18 +97,6 @@ std::vector<LatticeBox> largestBoxes(const BitGrid& required, const BitGrid& all
     }
     for (const LatticeCell& cell : cells) done.clearWordOf(cell);
   }
-  // Cells that grew only to where there is no room for a box.
-  BitGrid left = required;
-  for (const LatticeBox& box : found) left.clear(grown(box, rules.tolerance));
-  left.forEach(left.window(), [&](std::int32_t x, std::int32_t y, std::int32_t z) {
-    LatticeBox least;
-    if (!findLeast({x, y, z}, allowed, rules, least)) return;
-    for (const AxisOrder& order : kAxisOrders) {
-      LatticeBox box = least;
-      for (const std::size_t axis : order) grow(allowed, box, axis);
-      found.push_back(box);
-    }
-  });
   std::sort(found.begin(), found.end());
   found.erase(std::unique(found.begin(), found.end()), found.end());
   return found;

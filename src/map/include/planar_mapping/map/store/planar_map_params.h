@@ -48,7 +48,7 @@ struct PLANAR_MAPPING_EXPORT PlanarMapParams {
   double min_cell_share = 0.15;
   /// [ours] or, if that is less, the share of a strip of so many pixels along its edge and of the
   /// points that the depth error carries beyond half a cell; in [0, 1e6]
-  double rim_pixels = 3.0;
+  double rim_pixels = 1.0;
   /// [ours] compact: a plane's cuboids reach so many root mean square distances of its points
   /// before and behind it, at most 0.45 (0.75 where that is five cells) and 0.75 of a cell, in
   /// [0, 10]; 0 = from the plane backwards
