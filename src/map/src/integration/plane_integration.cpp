@@ -79,7 +79,12 @@ struct Beliefs {
   const std::vector<float>* each = nullptr;
   float all = 1.0f;
 
-  float of(int i) const { return each == nullptr ? all : (*each)[static_cast<std::size_t>(i)]; }
+  /// The sum with those of some points added.
+  float addedTo(float sum, const int* first, const int* last) const {
+    if (each == nullptr) return sum + all * static_cast<float>(last - first);
+    for (; first != last; ++first) sum += (*each)[static_cast<std::size_t>(*first)];
+    return sum;
+  }
 };
 
 /// Counts points of a segment in the cells of its map plane.
@@ -105,9 +110,7 @@ void countHits(Frame& frame, const int* indices, const CellRuns& runs, const Bel
     }
     const auto bit = static_cast<std::size_t>(8 * (b & 7) + (a & 7));
     tile->count[bit] += end - begin;
-    float sum = tile->belief[bit];
-    for (std::uint32_t i = begin; i < end; ++i) sum += beliefs.of(indices[i]);
-    tile->belief[bit] = sum;
+    tile->belief[bit] = beliefs.addedTo(tile->belief[bit], indices + begin, indices + end);
   }
 }
 
