@@ -15,14 +15,20 @@ constexpr std::size_t kGapSamples = 64;
 
 /// Points that scatter about their plane by more than this fraction of their spread along it, and
 /// by more than so many resolutions, have no certain normal: the next frame would fit another one.
-/// Where the depth error is known, the search for planes has judged that.
 constexpr double kMaxRoughness = 0.15;
 constexpr double kHarmlessScatter = 0.1;
+/// What is smaller than 3 x 3 cells is told as exactly by the cells of its points.
+constexpr double kMinCells = 9.0;
 
-bool isFlat(const PlaneMoments& moments, double resolution) {
+/// Are the points of a segment that is on no plane of the map a plane of it, or just cells?
+bool isPlane(const MapData& map, const Frame& frame, const PlaneMoments& moments) {
+  const double s = map.resolution();
   const PlaneMoments::Fit fit = moments.fit();
-  const double width = std::sqrt(std::max(0.0, fit.eigenvalues[1]));
-  return fit.rms <= std::max(kHarmlessScatter * resolution, kMaxRoughness * width);
+  const Vector3 spread = fit.eigenvalues.cwiseMax(0.0).cwiseSqrt();  // of a side a: a / sqrt(12)
+  if (12.0 * spread[1] * spread[2] < kMinCells * s * s) return false;
+  // Where the depth error is known, the search for planes has judged the roughness.
+  return frame.observation->noise ||
+         fit.rms <= std::max(kHarmlessScatter * s, kMaxRoughness * spread[1]);
 }
 
 /// Root mean square distance of the points behind the moments to a plane.
@@ -244,8 +250,7 @@ void associatePlanes(MapData& map, Frame& frame) {
   for (std::size_t k = 0; k < segments; ++k) {
     const Indices& inliers = frame.inliersOf(k);
     if (assigned[k] || inliers.empty()) continue;
-    if (map.isCompact() && !frame.observation->noise &&
-        !isFlat(frame.moments[k], map.resolution())) {
+    if (map.isCompact() && !isPlane(map, frame, frame.moments[k])) {
       frame.non_planar.insert(frame.non_planar.end(), inliers.begin(), inliers.end());
       continue;
     }
