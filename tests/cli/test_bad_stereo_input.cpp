@@ -115,8 +115,7 @@ TEST_F(BadStereoInput, MissingRightImageCostsItsFrame) {
   writeCorridor({0, 1, 2});
   fs::remove(imagePath("right", 1));
   expectDegraded(3, 1, "1 of 3 frames left out");
-  EXPECT_NE(std::string::npos,
-            read("out/frames.csv").find("has no right image of the same name"));
+  EXPECT_NE(std::string::npos, read("out/frames.csv").find("has no right image of the same name"));
 }
 
 TEST_F(BadStereoInput, MissingRightFolder) {
@@ -157,6 +156,54 @@ TEST_F(BadStereoInput, WrongCalibrationKeys) {
   }
   write("seq/calib.yaml", "image_width: 320\nimage_height: 240\nbaseline_m: 0.12\n");
   expectRefused("calib.yaml: has no key 'fx'");
+}
+
+TEST_F(BadStereoInput, CalibrationOfAnotherImageIsRefused) {
+  writeCorridor({0});
+  std::string calibration = std::string(kCalibration) + "baseline_m: 0.12\n";
+  calibration.replace(calibration.find("159.5"), 5, "700.5");
+  write("seq/calib.yaml", calibration);
+  expectRefused("calib.yaml: line 5: cx is far outside an image 320 wide");
+}
+
+/// A baseline ten times too large, or a principal point far off: given poses tell.
+TEST_F(BadStereoInput, CalibrationOfAnotherCameraIsSaid) {
+  const std::vector<std::size_t> frames = {0, 2, 4, 6, 8};
+  writeCorridor(frames);
+  std::vector<io::StampedPose> poses;
+  for (const std::size_t frame : frames)
+    poses.push_back({0.1 * static_cast<double>(frame), corridorPair(frame).T_world_camera});
+  io::writeTumPoses(directory_ / "seq/poses.txt", poses);
+  EXPECT_EQ("", runStereo().err);
+  writeCalibration("baseline_m: 1.2\n");
+  EXPECT_NE(std::string::npos, runStereo().err.find("its given pose contradicts the images"));
+  std::string calibration = std::string(kCalibration) + "baseline_m: 0.12\n";
+  calibration.replace(calibration.find("159.5"), 5, "259.5");
+  write("seq/calib.yaml", calibration);
+  EXPECT_NE(std::string::npos, runStereo().err.find("its given pose contradicts the images"));
+}
+
+TEST_F(BadStereoInput, JumpsOfTheExposureMoveNoPose) {
+  // Every other pair is darker by half, as after a door that opens to the light.
+  const std::vector<std::size_t> frames = {0, 1, 2, 3, 4, 5, 6, 7};
+  for (const std::size_t frame : frames) {
+    Pair pair = corridorPair(frame);
+    for (io::Image* image : {&pair.left, &pair.right}) {
+      for (std::uint8_t& pixel : image->pixels) pixel /= frame % 2 == 0 ? 1 : 2;
+    }
+    writePair(frame, pair.left, pair.right);
+  }
+  const ProgramResult result = runStereo();
+  EXPECT_EQ(0, result.exit_code) << result.err;
+  const std::vector<io::StampedPose> used = trajectory();
+  EXPECT_GE(used.size(), 7u) << result.err;
+  const Pose T_start = corridorPair(0).T_world_camera.inverse();
+  for (const io::StampedPose& stamped : used) {
+    const auto frame = static_cast<std::size_t>(stamped.timestamp);
+    const Pose expected = T_start * corridorPair(frame).T_world_camera;
+    const Pose found = used.front().pose.inverse() * stamped.pose;
+    EXPECT_LT((found.translation() - expected.translation()).norm(), 0.05) << frame;
+  }
 }
 
 TEST_F(BadStereoInput, SwappedLeftAndRightIsSaid) {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The camera's motion on real sequences, where features alone do not give it.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -21,22 +22,24 @@ struct Travelled {
   std::vector<Pose> estimated;
   std::vector<Pose> given;
   std::size_t skipped = 0;
+  std::string warnings;
 };
 
 /// Poses of frames [first, last) of a sequence beside the sources; given ones only measure.
 Travelled travel(const std::string& configuration_file, const std::vector<std::string>& inputs,
-                 int first, int last, int threads = 1, int step = 1, bool features = true) {
+                 int first, int last, int threads = 1, int step = 1, bool features = true,
+                 const std::string& poses = "ignore") {
   const std::string source = PLANAR_MAPPING_SOURCE_DIR;
   StageTable table;
   registerBuiltinStages(table);
   ConfigurationOverrides overrides;
-  overrides.assignments = {"motion_estimation.enabled=true", "motion_estimation.poses=ignore",
+  overrides.assignments = {"motion_estimation.enabled=true", "motion_estimation.poses=" + poses,
                            "threads=" + std::to_string(threads)};
   if (!features) overrides.assignments.push_back("key_features.enabled=false");
   Configuration configuration =
       loadConfiguration(source + "/config/" + configuration_file, table, overrides);
   for (const std::string& input : inputs) {
-    configuration.inputs.push_back(test::realData(input));
+    configuration.inputs.push_back(input[0] == '/' ? input : test::realData(input));
   }
   configuration.frames.first = first;
   configuration.frames.last = last;
@@ -46,6 +49,7 @@ Travelled travel(const std::string& configuration_file, const std::vector<std::s
   Travelled travelled;
   while (std::optional<Frame> frame = frames.next()) {
     pipeline.process(*frame);
+    for (const std::string& warning : frame->warnings) travelled.warnings += warning + "\n";
     if (!frame->skip_reason.empty()) {
       ++travelled.skipped;
       continue;
@@ -196,6 +200,31 @@ TEST(RealMotion, AGivenPoseThatContradictsTheImagesIsNamed) {
     EXPECT_EQ(off > 0.0, warnings.find("frame 4 ") != std::string::npos) << warnings;
     EXPECT_EQ(off > 0.0, warnings.find("contradicts the images") != std::string::npos);
   }
+}
+
+/// The depth of each frame is that of the next one.
+TEST(RealMotion, DepthOfAnotherMomentIsSaidAndNotMapped) {
+  SKIP_IF_MISSING("rgbd_tum_cabinet");
+  namespace fs = std::filesystem;
+  const fs::path data = test::realData("rgbd_tum_cabinet");
+  const fs::path folder =
+      fs::temp_directory_path() / ("depth_of_another_moment_" + std::to_string(::getpid()));
+  fs::create_directories(folder / "depth");
+  for (const char* name : {"calib.yaml", "poses.txt", "rgb"})
+    fs::create_symlink(fs::absolute(data / name), folder / name);
+  std::vector<std::string> names;
+  for (const fs::directory_entry& file : fs::directory_iterator(data / "depth"))
+    names.push_back(file.path().filename().string());
+  std::sort(names.begin(), names.end());
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::string& next = names[std::min(i + 1, names.size() - 1)];
+    fs::create_symlink(fs::absolute(data / "depth" / next), folder / "depth" / names[i]);
+  }
+  const Travelled without_poses = travel("rgbd_indoor.yaml", {folder}, 0, 24);
+  const Travelled with_poses = travel("rgbd_indoor.yaml", {folder}, 0, 24, 1, 1, true, "use");
+  fs::remove_all(folder);
+  EXPECT_GE(without_poses.skipped, 20u);
+  EXPECT_NE(std::string::npos, with_poses.warnings.find("contradicts the images"));
 }
 
 TEST(RealMotion, ThreadsDoNotChangeIt) {

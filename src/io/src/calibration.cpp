@@ -170,6 +170,12 @@ Calibration readCalibration(const std::string& path) {
   calibration.camera.fy = reader.number("fy", kTiny, kHuge);
   calibration.camera.cx = reader.number("cx", -kHuge, kHuge);
   calibration.camera.cy = reader.number("cy", -kHuge, kHuge);
+  // A cut image may lack its principal point; one far from it is of another image.
+  const PinholeCamera& camera = calibration.camera;
+  if (!(std::abs(camera.cx - 0.5 * camera.width) <= camera.width))
+    reader.fail("cx", "cx is far outside an image " + std::to_string(camera.width) + " wide");
+  if (!(std::abs(camera.cy - 0.5 * camera.height) <= camera.height))
+    reader.fail("cy", "cy is far outside an image " + std::to_string(camera.height) + " high");
   if (reader.has("baseline_m"))
     calibration.baseline = reader.number("baseline_m", kTiny, kLongestBaseline);
   calibration.cx_right =

@@ -172,7 +172,8 @@ class MotionEstimationStage : public Stage, private detail::MotionKeys {
         ": its given pose contradicts the images: " + std::to_string(seen.inliers) + " of " +
         std::to_string(seen.matches) + " known features put it " +
         rounded(apart.translation().norm()) + " m and " + rounded(turn * 180.0 / M_PI) +
-        " degrees elsewhere; are the poses those of these images, in their order?");
+        " degrees elsewhere; are images, depths, poses and calibration of one camera, in one "
+        "order?");
   }
 
   void takeGiven(Frame& frame) {
