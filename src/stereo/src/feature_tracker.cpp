@@ -104,6 +104,10 @@ void FeatureTrackerParams::validate() const {
   requireInRange("threads", threads, 0, 4096);
 }
 
+/// Fewer features with a depth in the cloud are too few to lose those without: then the right image
+/// is searched for features, too, which takes as long as the left one.
+constexpr std::size_t kEnoughFeatures = 300;
+
 struct FeatureTracker::Impl {
   explicit Impl(const FeatureTrackerParams& wanted) : params(wanted) { params.validate(); }
 
@@ -246,44 +250,48 @@ std::vector<KeyFeature> FeatureTracker::Impl::trackStereo(const cv::Mat& left, c
                                                           const io::Calibration& calibration,
                                                           const PointsView& cloud) {
   report = FeatureReport();
-  // One image a thread; OpenCV's own threads would only wait for each other.
-  const detail::OpenCvThreads threads(1);
+  const detail::OpenCvThreads threads(params.threads);
   detail::Stopwatch watch;
-  DetectedFeatures found[2];
-  parallelFor(2, params.threads, [&](std::size_t side) {
-    // More on the right: what was chosen on the left must not miss its partner by a near choice.
-    const int count =
-        side == 0 ? params.max_features : params.max_features + params.max_features / 2;
-    found[side] = detail::detectFeatures(side == 0 ? left : right, params, count);
-  });
-  report.features_left = found[0].size();
-  report.features_right = found[1].size();
-  report.detect_ms = watch.lap();
-
+  const DetectedFeatures found = detail::detectFeatures(left, params, params.max_features);
   const PinholeCamera& camera = calibration.camera;
   const double infinity = camera.cx - calibration.cx_right;
-  const std::vector<int> matches = matchPair(found[0], found[1], infinity, left.cols);
+  const double depth_of_one = camera.fx * *calibration.baseline;
+  std::vector<float> disparity_of(found.size(), std::numeric_limits<float>::quiet_NaN());
+  std::size_t known = 0;
+  for (std::size_t i = 0; i < found.size() && cloud.size > 0; ++i) {
+    const auto column = static_cast<std::size_t>(std::lround(found.places[i].column));
+    const auto row = static_cast<std::size_t>(std::lround(found.places[i].row));
+    if (column >= cloud.width || row >= cloud.height) continue;
+    const float depth = cloud[row * cloud.width + column][2];
+    disparity_of[i] = static_cast<float>(depth_of_one / depth + infinity);
+    known += std::isfinite(disparity_of[i]) ? 1 : 0;
+  }
+  report.features_left = found.size();
+  if (known < kEnoughFeatures) {
+    // More on the right: what was chosen on the left must not miss its partner by a near choice.
+    const DetectedFeatures others =
+        detail::detectFeatures(right, params, params.max_features + params.max_features / 2);
+    report.features_right = others.size();
+    const std::vector<int> matches = matchPair(found, others, infinity, left.cols);
+    for (std::size_t i = 0; i < matches.size(); ++i) {
+      if (matches[i] < 0) continue;
+      const Detection& other = others.places[static_cast<std::size_t>(matches[i])];
+      disparity_of[i] = found.places[i].column - other.column;
+      ++report.descriptor_matches;
+    }
+  }
+  report.detect_ms = watch.lap();
+
   detail::Descriptors descriptors;
   std::vector<Detection> places;
   std::vector<float> disparities;
-  const double depth_of_one = camera.fx * *calibration.baseline;
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    const Detection& place = found[0].places[i];
-    float disparity = std::numeric_limits<float>::quiet_NaN();
-    if (matches[i] >= 0) {
-      disparity = place.column - found[1].places[static_cast<std::size_t>(matches[i])].column;
-      ++report.descriptor_matches;
-    } else if (cloud.size > 0) {
-      const auto column = static_cast<std::size_t>(std::lround(place.column));
-      const auto row = static_cast<std::size_t>(std::lround(place.row));
-      if (column >= cloud.width || row >= cloud.height) continue;
-      const float depth = cloud[row * cloud.width + column][2];
-      disparity = static_cast<float>(depth_of_one / depth + infinity);
-    }
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const Detection& place = found.places[i];
+    const float disparity = disparity_of[i];
     if (!std::isfinite(disparity)) continue;
     places.push_back(place);
     disparities.push_back(disparity);
-    descriptors.add(found[0].descriptors, i);
+    descriptors.add(found.descriptors, i);
   }
   report.stereo_ms = watch.lap();
   const std::vector<TrackMemory::Identity> identities = identify(descriptors);

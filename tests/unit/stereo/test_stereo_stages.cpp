@@ -151,7 +151,7 @@ TEST(KeyFeaturesStage, FollowsFeaturesOfPairs) {
     }
     EXPECT_EQ(statistic(frame, "stereo_matches"), static_cast<double>(frame.key_features.size()));
     EXPECT_GE(statistic(frame, "features_left"), statistic(frame, "stereo_matches"));
-    EXPECT_GT(statistic(frame, "features_right"), 0.0);
+    EXPECT_EQ(statistic(frame, "features_right"), 0.0);  // the cloud has the depth of enough
   }
 }
 

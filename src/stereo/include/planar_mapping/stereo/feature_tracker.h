@@ -64,7 +64,7 @@ PLANAR_MAPPING_EXPORT bool hasSurf();
 /// What the tracker did with a frame.
 struct FeatureReport {
   std::size_t features_left = 0;
-  std::size_t features_right = 0;
+  std::size_t features_right = 0;      ///< 0 where the cloud has the depth of enough
   std::size_t descriptor_matches = 0;  ///< left to right, before the sub-pixel pass
   std::size_t stereo_matches = 0;      ///< with a disparity, or with depth for RGB-D
   std::size_t tracked = 0;             ///< seen in the frame before
@@ -97,8 +97,9 @@ class PLANAR_MAPPING_EXPORT FeatureTracker {
   const FeatureTrackerParams& params() const;
 
   /// A rectified pair. Features without a match in the right image are left out.
-  /// \param cloud  organized, of the pair, or empty: features that were detected in the left image
-  ///               only are looked for in the right one where the cloud says
+  /// \param cloud  organized, of the pair, or empty: features are looked for in the right image
+  ///               where the cloud says. Where it has the depth of few, the right image has its own
+  ///               features detected, and what has the same descriptor is the same.
   /// \throws InputError if the images are empty or of different sizes, the calibration has no
   ///         baseline or another size, or the cloud has another size
   std::vector<KeyFeature> track(const io::Image& left, const io::Image& right,
