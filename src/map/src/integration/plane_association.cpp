@@ -17,15 +17,48 @@ constexpr std::size_t kGapSamples = 64;
 /// by more than so many resolutions, have no certain normal: the next frame would fit another one.
 constexpr double kMaxRoughness = 0.15;
 constexpr double kHarmlessScatter = 0.1;
-/// What is smaller than 3 x 3 cells is told as exactly by the cells of its points.
+/// Where the map has something already, what is smaller than 3 x 3 cells is no other plane: every
+/// frame would fit another one.
 constexpr double kMinCells = 9.0;
 
-/// Are the points of a segment that is on no plane of the map a plane of it, or just cells?
-bool isPlane(const MapData& map, const Frame& frame, const PlaneMoments& moments) {
+/// Is the point in an occupied cell, or within one resolution of a plane's?
+bool isMapped(const MapData& map, const Vector3& world) {
   const double s = map.resolution();
-  const PlaneMoments::Fit fit = moments.fit();
+  const Vector3 at = (world / s).array().floor();
+  if (!(at.cwiseAbs().maxCoeff() < kLatticeLimit)) return false;
+  const Int3 cell{static_cast<std::int32_t>(at.x()), static_cast<std::int32_t>(at.y()),
+                  static_cast<std::int32_t>(at.z())};
+  const CellBlock* block = map.cells.find(CellLayer::blockOf(cell));
+  if (block != nullptr && ((block->occupied() >> CellLayer::bitOf(cell)) & 1u) != 0) return true;
+  return std::any_of(map.planes.begin(), map.planes.end(), [&](const PlaneLayer& layer) {
+    std::int32_t a = 0, b = 0;
+    return std::abs(layer.plane().signedDistance(world)) <= s && layer.cellOf(world, s, a, b) &&
+           layer.raster.at(a, b);
+  });
+}
+
+/// Is most of the segment where the map has something?
+bool isMapped(const MapData& map, const Frame& frame, std::size_t segment) {
+  const Indices& inliers = frame.inliersOf(segment);
+  const PointsView& points = frame.observation->points;
+  const std::size_t step = std::max<std::size_t>(1, inliers.size() / kGapSamples);
+  std::size_t looked = 0, mapped = 0;
+  for (std::size_t i = 0; i < inliers.size(); i += step) {
+    const auto at = static_cast<std::size_t>(inliers[i]);
+    if (!points.isFinite(at)) continue;
+    ++looked;
+    mapped += isMapped(map, frame.rotation * points.point(at) + frame.sensor) ? 1 : 0;
+  }
+  return 2 * mapped > looked;
+}
+
+/// Are the points of a segment that is on no plane of the map a plane of it, or just cells?
+bool isPlane(const MapData& map, const Frame& frame, std::size_t segment) {
+  const double s = map.resolution();
+  const PlaneMoments::Fit fit = frame.moments[segment].fit();
   const Vector3 spread = fit.eigenvalues.cwiseMax(0.0).cwiseSqrt();  // of a side a: a / sqrt(12)
-  if (12.0 * spread[1] * spread[2] < kMinCells * s * s) return false;
+  if (12.0 * spread[1] * spread[2] < kMinCells * s * s && isMapped(map, frame, segment))
+    return false;
   // Where the depth error is known, the search for planes has judged the roughness.
   return frame.observation->noise ||
          fit.rms <= std::max(kHarmlessScatter * s, kMaxRoughness * spread[1]);
@@ -250,7 +283,7 @@ void associatePlanes(MapData& map, Frame& frame) {
   for (std::size_t k = 0; k < segments; ++k) {
     const Indices& inliers = frame.inliersOf(k);
     if (assigned[k] || inliers.empty()) continue;
-    if (map.isCompact() && !isPlane(map, frame, frame.moments[k])) {
+    if (map.isCompact() && !isPlane(map, frame, k)) {
       frame.non_planar.insert(frame.non_planar.end(), inliers.begin(), inliers.end());
       continue;
     }

@@ -18,6 +18,11 @@ CellBlock* CellLayer::find(const Int3& block) {
   return region == nullptr ? nullptr : region->blocks.find(packKey(block));
 }
 
+const CellBlock* CellLayer::find(const Int3& block) const {
+  const Region* region = regions.find(regionKey(block));
+  return region == nullptr ? nullptr : region->blocks.find(packKey(block));
+}
+
 void CellLayer::markDirty(const Int3& block, std::uint32_t frame) {
   Region& region = regions[regionKey(block)];
   region.dirty = true;

@@ -93,6 +93,7 @@ class CellLayer {
 
   /// The block, null if there is none.
   CellBlock* find(const Int3& block);
+  const CellBlock* find(const Int3& block) const;
   /// The block, which is added if it is new; that may move the others.
   CellBlock& blockAt(const Int3& block) { return regions[regionKey(block)].blocks[packKey(block)]; }
   void markDirty(const Int3& block, std::uint32_t frame);

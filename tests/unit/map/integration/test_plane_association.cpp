@@ -173,7 +173,8 @@ TEST(PlaneAssociation, AbsorbsPointsThatAPlaneCovers) {
 /// Far measurements of one thing that are as rough as the thing is wide fit another plane in every
 /// frame: they are cells, not a plane each.
 /// Three frames of points of a square wall; the last are in \p xyz.
-PlanarMap mapOfSquare(double side, double scatter, std::vector<float>& xyz) {
+/// \param known_at_once  else the first frame has its points on no plane
+PlanarMap mapOfSquare(double side, double scatter, bool known_at_once, std::vector<float>& xyz) {
   PlanarMap map(paramsAt(0.1));
   Random random(7);
   const Matrix3 turn = Eigen::AngleAxisd(0.5, Vector3(0.3, 1.0, 0.2).normalized()).matrix();
@@ -193,7 +194,7 @@ PlanarMap mapOfSquare(double side, double scatter, std::vector<float>& xyz) {
     for (int i = 0; i < 4000; ++i) planes[0].inliers.push_back(i);
     FrameObservation observation;
     observation.points = PointsView(xyz.data(), 4000);
-    observation.planes = &planes;
+    if (frame > 0 || known_at_once) observation.planes = &planes;
     map.insert(observation);
   }
   return map;
@@ -212,18 +213,20 @@ double coveredFraction(const PlanarMap& map, const std::vector<float>& xyz) {
 TEST(PlaneAssociation, RoughPointsAreNoNewPlane) {
   for (const double scatter : {0.005, 0.05}) {
     std::vector<float> xyz;
-    const PlanarMap map = mapOfSquare(0.6, scatter, xyz);
+    const PlanarMap map = mapOfSquare(0.6, scatter, true, xyz);
     EXPECT_EQ(map.planes().size(), scatter > 0.01 ? 0u : 1u);
     EXPECT_GT(coveredFraction(map, xyz), 0.98) << scatter;
   }
 }
 
-TEST(PlaneAssociation, WhatIsSmallerThanThreeByThreeCellsIsNoNewPlane) {
+TEST(PlaneAssociation, WhereTheMapHasCellsWhatIsSmallerThanNineIsNoNewPlane) {
   for (const double side : {0.28, 0.32}) {
-    std::vector<float> xyz;
-    const PlanarMap map = mapOfSquare(side, 0.002, xyz);
-    EXPECT_EQ(map.planes().size(), side < 0.3 ? 0u : 1u);
-    EXPECT_GT(coveredFraction(map, xyz), 0.98) << side;
+    for (const bool known_at_once : {true, false}) {
+      std::vector<float> xyz;
+      const PlanarMap map = mapOfSquare(side, 0.002, known_at_once, xyz);
+      EXPECT_EQ(map.planes().size(), side > 0.3 || known_at_once ? 1u : 0u) << side;
+      EXPECT_GT(coveredFraction(map, xyz), 0.98) << side;
+    }
   }
 }
 
