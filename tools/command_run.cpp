@@ -142,6 +142,10 @@ void printSummary(const RunResult& result) {
   std::cout << metrics["frames"] << " frames, " << metrics["points"]["valid"] << " points -> "
             << metrics["planes"] << " planes, " << metrics["cuboids"]["total"] << " cuboids ("
             << metrics["standard_cells"] << " cells of a standard grid)\n";
+  if (metrics["cluttered_regions"] > 0) {
+    std::cout << metrics["cluttered_regions"]
+              << " regions are so cluttered that boxes cover them without a search for fewer\n";
+  }
   const std::string coverage = coverageSentence(metrics);
   if (!coverage.empty()) std::cout << coverage << '\n';
   std::cout << result.output << "/map.pmap\n";
@@ -182,7 +186,7 @@ int run(RunArguments& arguments) {
   if (arguments.resume && arguments.force) {
     throw UsageError("--resume continues the map, --force overwrites it: give one of them");
   }
-  stopOnSignal();  // from now on
+  StopGuard guard(stopOnSignal(), arguments.output);  // from now on
   findConfiguration(arguments);
   RunOptions options;
   options.output = arguments.output;
@@ -190,18 +194,11 @@ int run(RunArguments& arguments) {
   options.resume = arguments.resume;
   options.checkpoint_s = arguments.checkpoint_s;
   options.stop = &stopOnSignal();
-  StopGuard guard(*options.stop, arguments.output);
-  options.saving = &guard.saving();
   if (arguments.progress == "jsonl") {
     options.progress = writeJsonLine;
   } else if (arguments.wantsBar()) {
     options.progress = showReport;
   }
-  options.progress = [&guard, show = options.progress](std::size_t done, std::size_t all,
-                                                       const FrameReport& report) {
-    guard.frameDone();
-    if (show) show(done, all, report);
-  };
   if (arguments.verbose) {
     options.log = [](const std::string& line) { std::cerr << line << '\n'; };
   }

@@ -119,25 +119,24 @@ StopGuard::~StopGuard() {
 }
 
 void StopGuard::watch() {
+  using Clock = std::chrono::steady_clock;
   constexpr auto kPeriod = std::chrono::milliseconds(20);
-  constexpr int kPatience = 40;  // periods
-  std::size_t frames = 0;
-  for (int waited = 0; !over_; std::this_thread::sleep_for(kPeriod)) {
-    if (!stop_) frames = frames_;
-    // The frame in work has ended since the signal: the rest is saving.
-    if (!stop_ || saving_ || frames_ != frames) {
-      waited = 0;
-      continue;
-    }
-    if (++waited < kPatience) continue;
-    std::error_code ignored;
-    const bool has_map = std::filesystem::exists(output_ + "/map.pmap", ignored);
-    std::cerr << "planar_map: interrupted within a frame that takes longer than a second; "
-              << (has_map ? "what was saved before is in " + output_ + ", --resume continues it"
-                          : "nothing was saved before")
-              << std::endl;
-    std::_Exit(kInterrupted);
+  constexpr auto kPatience = std::chrono::milliseconds(700);
+  for (Clock::time_point asked = Clock::now(); Clock::now() - asked < kPatience;) {
+    if (over_) return;
+    if (!stop_) asked = Clock::now();
+    std::this_thread::sleep_for(kPeriod);
   }
+  const auto exists = [this](const char* name) {
+    std::error_code ignored;
+    return std::filesystem::exists(output_ + name, ignored);
+  };
+  std::cerr << "planar_map: interrupted in what takes longer than a second; "
+            << (exists("/map.pmap") || exists("/.saved")
+                    ? "what was saved before is in " + output_ + ", --resume continues it"
+                    : "nothing was saved before")
+            << std::endl;
+  std::_Exit(kInterrupted);
 }
 
 }  // namespace planar_mapping::tools

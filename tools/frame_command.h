@@ -50,8 +50,9 @@ std::optional<double> secondsLeft(std::size_t done, std::size_t all);
 /// One line on stderr that is drawn over and over. \param all  0 = unknown
 void drawBar(std::size_t done, std::size_t all, const std::string& text);
 
-/// Obeys a signal within a second where the frame in work takes longer: ends the program with
-/// kInterrupted. What was saved before stays, and --resume repeats the frames since.
+/// Obeys a signal within a second: where reading, the frame in work and saving take longer, it ends
+/// the program with kInterrupted. What was saved before stays whole, and --resume repeats the
+/// frames since.
 class StopGuard {
  public:
   /// \param stop    set by the signal
@@ -61,18 +62,11 @@ class StopGuard {
   StopGuard(const StopGuard&) = delete;
   StopGuard& operator=(const StopGuard&) = delete;
 
-  /// A frame is done: the run has seen the signal, or will before the next one.
-  void frameDone() { ++frames_; }
-  /// While this is true files are being saved, which is waited for.
-  std::atomic<bool>& saving() { return saving_; }
-
  private:
   void watch();
 
   const std::atomic<bool>& stop_;
   const std::string output_;
-  std::atomic<std::size_t> frames_{0};
-  std::atomic<bool> saving_{false};
   std::atomic<bool> over_{false};
   std::thread thread_;
 };

@@ -1,11 +1,23 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include <chrono>
+#include <csignal>
+#include <functional>
+#include <map>
+#include <memory>
+
 #include "cli_fixture.h"
 
 namespace planar_mapping {
 namespace {
 
-using LargeCloud = CliTest;
+class LargeCloud : public CliTest {
+ protected:
+  ProgramResult mapped(const std::string& configuration, const std::string& cloud) const {
+    return planarMap({"run", config(configuration), "-i", cloud, "-o", directory_ / "out", "-q",
+                      "--force", "-j", "1"});
+  }
+};
 
 TEST_F(LargeCloud, TenMillionPointsTakeTimeAndMemoryInProportion) {
   constexpr std::size_t kPoints = 10000000;
@@ -25,6 +37,99 @@ TEST_F(LargeCloud, TenMillionPointsTakeTimeAndMemoryInProportion) {
   EXPECT_LE(large.processor_seconds, 7.5 * small.processor_seconds);
 #endif
 }
+
+/// The table of shapes in docs/reliability.md, smaller: what more points take, so that what the
+/// program itself takes does not count.
+TEST_F(LargeCloud, PointsOfAnyShapeTakeThreeTimesTheirMemory) {
+  constexpr std::size_t kPoints = 5000000;
+  Random random(2);
+  const auto between = [&](double low, double high) {
+    return static_cast<float>(low + (high - low) * random.uniform());
+  };
+  const std::map<std::string, std::function<std::vector<float>()>> shapes = {
+      {"line",
+       [&] {
+         return std::vector<float>{between(-10, 10), 1.0f, 0.5f};
+       }},
+      {"equal",
+       [] {
+         return std::vector<float>{3.0f, 1.0f, 0.5f};
+       }},
+      {"plane",
+       [&] {
+         return std::vector<float>{between(-10, 10), between(-10, 10), -1.5f};
+       }},
+  };
+  for (const auto& [name, point] : shapes) {
+    std::vector<float> xyz;
+    while (xyz.size() < 3 * kPoints) {
+      const std::vector<float> p = point();
+      xyz.insert(xyz.end(), p.begin(), p.end());
+    }
+    const std::string large = write("large.pcd", binaryPcd(xyz));
+    xyz.resize(3 * kPoints / 2);
+    const std::string small = write("small.pcd", binaryPcd(xyz));
+    for (const char* configuration : {"single_pcd.yaml", "pcd_sequence.yaml"}) {
+      SCOPED_TRACE(name + " with " + configuration);
+      const ProgramResult half = mapped(configuration, small);
+      const ProgramResult whole = mapped(configuration, large);
+      ASSERT_EQ(0, half.exit_code) << half.err;
+      ASSERT_EQ(0, whole.exit_code) << whole.err;
+      const double kilobytes = static_cast<double>(kPoints / 2) * 4 * sizeof(float) / 1024;
+      const double ratio =
+          static_cast<double>(whole.peak_kilobytes - half.peak_kilobytes) / kilobytes;
+      std::cout << name << ", " << configuration << ": " << ratio << " times the cloud\n";
+#ifndef PLANAR_MAPPING_SANITIZED
+      EXPECT_LE(ratio, 3.0);
+#endif
+    }
+  }
+}
+
+class SignalInAPhase : public LargeCloud,
+                       public ::testing::WithParamInterface<std::pair<std::string, int>> {};
+
+/// The signal comes so many milliseconds after a line of run.log: while the cloud is read, while it
+/// is mapped, while its boxes are found and saved.
+TEST_P(SignalInAPhase, EndsTheRunWithinASecondAndLeavesTheEarlierResult) {
+  ASSERT_EQ(0, runOn(room()).exit_code);
+  std::map<std::string, std::string> before;
+  for (const std::string& name : list("out")) before[name] = read("out/" + name);
+  Random random(4);
+  std::vector<float> xyz(3 * 2000000);
+  for (float& value : xyz) value = static_cast<float>(20.0 * random.uniform() - 10.0);
+  const std::string cloud = write("large.pcd", binaryPcd(xyz));
+  using Clock = std::chrono::steady_clock;
+  const auto begin = std::make_shared<Clock::time_point>();
+  const auto sent = std::make_shared<Clock::time_point>();
+  ProgramOptions options;
+  options.while_running = [=](pid_t child, const std::string& err) {
+    const auto [line, milliseconds] = GetParam();
+    if (*sent != Clock::time_point() || err.find(line) == std::string::npos) return;
+    if (*begin == Clock::time_point()) *begin = Clock::now();
+    if (Clock::now() - *begin < std::chrono::milliseconds(milliseconds)) return;
+    *sent = Clock::now();
+    ::kill(child, SIGTERM);
+  };
+  const ProgramResult result = planarMap({"run", config("pcd_sequence.yaml"), "-i", cloud, "-o",
+                                          directory_ / "out", "-v", "--force", "-j", "1"},
+                                         options);
+  const std::chrono::duration<double> obeyed = Clock::now() - *sent;
+  ASSERT_NE(Clock::time_point(), *sent) << "it was over before";
+  EXPECT_EQ(130, result.exit_code) << result.err;
+  EXPECT_LT(obeyed.count(), 2.0);  // a second, and what other programs take
+  EXPECT_NE(std::string::npos, result.err.find("what was saved before is in")) << result.err;
+  for (const auto& [name, bytes] : before) EXPECT_TRUE(bytes == read("out/" + name)) << name;
+  // The next run there finds nothing in its way.
+  ASSERT_EQ(0, runOn(room(), {"--force"}).exit_code);
+  EXPECT_EQ(before["map.pmap"], read("out/map.pmap"));
+  EXPECT_FALSE(exists("out/.saving"));
+}
+
+INSTANTIATE_TEST_SUITE_P(AnyMoment, SignalInAPhase,
+                         ::testing::Values(std::pair("\ninput", 0), std::pair("\ninput", 300),
+                                           std::pair("\ninput", 900), std::pair("\nframe 0", 0),
+                                           std::pair("\nframe 0", 700)));
 
 }  // namespace
 }  // namespace planar_mapping

@@ -251,6 +251,11 @@ std::size_t PlanarMap::cuboidCountAtMost() const {
   const std::lock_guard<std::mutex> lock(impl_->cache->mutex);
   return impl_->compacted(CoverEffort::Quick).count();
 }
+std::size_t PlanarMap::clutteredRegions() const {
+  if (impl_->finished) return 0;
+  const std::lock_guard<std::mutex> lock(impl_->cache->mutex);
+  return impl_->compacted(CoverEffort::Full).clutteredRegions();
+}
 const std::vector<MapPlane>& PlanarMap::planes() const {
   static const std::vector<MapPlane> kNone;
   if (impl_->finished) return kNone;

@@ -2,6 +2,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/pipeline/pipeline.h"
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -253,6 +257,10 @@ void Pipeline::runStage(std::size_t index, Frame& frame) {
                frame.source);
   }
   stage.process(frame);
+#ifdef __GLIBC__
+  constexpr std::size_t kHuge = std::size_t{1} << 21;  // points; usual frames need it all again
+  if (frame.cloud->size() > kHuge) ::malloc_trim(0);
+#endif
   frame.stage_ms[index] = millisecondsSince(start);
 }
 

@@ -170,9 +170,10 @@ RunStatistics::Coverage RunStatistics::coverageOf(const PlanarMap& map) const {
   if (standard_cells_.empty()) return coverage;
   const double margin = 0.5 * map.params().approximation.resolution;
   const evaluation::CuboidDistance index(map.cuboids());
+  std::uint32_t hint = 0;
   standard_cells_.front().forEach([&](const StandardCells::Cell& cell) {
     coverage.points += cell.points;
-    if (index.isWithin(Vector3(cell.point[0], cell.point[1], cell.point[2]), margin)) {
+    if (index.isWithin(Vector3(cell.point[0], cell.point[1], cell.point[2]), margin, hint)) {
       coverage.covered += cell.points;
     }
   });
@@ -251,6 +252,7 @@ std::string RunStatistics::metricsJson(const Configuration& configuration, const
   json["planes"] = map.planes().size();
   json["cuboids"] = {
       {"planar", planar_cuboids}, {"non_planar", cuboids - planar_cuboids}, {"total", cuboids}};
+  json["cluttered_regions"] = map.clutteredRegions();
   const Vector3& origin = map.params().origin;
   json["origin_m"] = {origin.x(), origin.y(), origin.z()};
   json["resolution_m"] = map.params().approximation.resolution;

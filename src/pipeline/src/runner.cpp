@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/pipeline/runner.h"
 
+#include <zstd.h>
+
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
@@ -22,7 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// First line of run.state.
-constexpr const char* kStateFormat = "planar_map run state 1, version " PLANAR_MAPPING_VERSION "\n";
+constexpr const char* kStateFormat = "planar_map run state 2, version " PLANAR_MAPPING_VERSION "\n";
 
 std::chrono::steady_clock::duration secondsOf(double seconds) {
   constexpr double kLongest = 1e8;  // years
@@ -30,20 +32,24 @@ std::chrono::steady_clock::duration secondsOf(double seconds) {
       std::chrono::duration<double>(std::min(seconds, kLongest)));
 }
 
-/// Sets a flag, if there is one, for as long as it lives.
-class SavingFlag {
- public:
-  explicit SavingFlag(std::atomic<bool>* flag) : flag_(flag) { set(true); }
-  ~SavingFlag() { set(false); }
-  SavingFlag(const SavingFlag&) = delete;
-  SavingFlag& operator=(const SavingFlag&) = delete;
+std::string packed(const std::string& bytes) {
+  constexpr int kFastest = 1;
+  std::string out(ZSTD_compressBound(bytes.size()), '\0');
+  const std::size_t size =
+      ZSTD_compress(out.data(), out.size(), bytes.data(), bytes.size(), kFastest);
+  if (ZSTD_isError(size) != 0) throw Error("the state of the run cannot be compressed");
+  out.resize(size);
+  return out;
+}
 
- private:
-  void set(bool value) const {
-    if (flag_ != nullptr) *flag_ = value;
+std::string unpacked(std::string_view bytes) {
+  const unsigned long long size = ZSTD_getFrameContentSize(bytes.data(), bytes.size());
+  std::string out(size < ZSTD_CONTENTSIZE_ERROR ? size : 0, '\0');
+  if (ZSTD_decompress(out.data(), out.size(), bytes.data(), bytes.size()) != out.size()) {
+    throw Error("the saved state is damaged");
   }
-  std::atomic<bool>* flag_;
-};
+  return out;
+}
 
 /// A configuration without what does not change the map.
 std::string comparable(const std::string& yaml) {
@@ -174,7 +180,8 @@ void Run::loadState(const std::string& state) {
   }
   const std::string wanted = asked_for_;
   std::string stages;
-  detail::StateReader reader(std::string_view(state).substr(kStart.size()));
+  const std::string bytes = unpacked(std::string_view(state).substr(kStart.size()));
+  detail::StateReader reader(bytes);
   visitState(reader);
   reader(stages);
   reader.finish();
@@ -307,7 +314,6 @@ void Run::checkpoint() {
 }
 
 void Run::save(bool interrupted) {
-  const SavingFlag flag(options_.saving);
   const PlanarMap& map = pipeline_.map();
   const Configuration& configuration = pipeline_.configuration();
   const std::vector<std::uint8_t> bytes = map.serialize();
@@ -317,9 +323,14 @@ void Run::save(bool interrupted) {
   for (const auto& [timestamp, pose] : map.trajectory()) {
     trajectory.push_back({timestamp, Eigen::Translation3d(map.params().origin) * pose});
   }
+  const std::size_t cluttered = map.clutteredRegions();
   log("saved to " + directory_.path() + ": " + std::to_string(map.planes().size()) + " planes, " +
       std::to_string(map.cuboids().size()) + " cuboids, " + std::to_string(bytes.size()) +
-      " bytes");
+      " bytes" +
+      (cluttered == 0 ? ""
+                      : "; " + std::to_string(cluttered) +
+                            " regions are so cluttered that boxes cover them without a search for "
+                            "fewer"));
   detail::StateWriter state;
   visitState(state);
   state(pipeline_.saveState());
@@ -331,7 +342,7 @@ void Run::save(bool interrupted) {
                      {"map.json", io::mapToJson(map)},
                      {"metrics.json", result_.metrics_json},
                      {"map.pmap", std::string(bytes.begin(), bytes.end())},
-                     {"run.state", kStateFormat + state.take()}});
+                     {"run.state", kStateFormat + packed(state.take())}});
 }
 
 void Run::log(const std::string& line) {

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "planar_mapping/core/base/types.h"
@@ -32,18 +32,27 @@ class StandardCells {
     for (int axis = 0; axis < 3; ++axis) cell.point[axis] = static_cast<float>(point[axis]);
   }
   std::size_t size() const { return cells_.size(); }
-  /// Occupied cells; the order follows from the cells and the order in which they came.
+  /// Occupied cells; neighbours along x come one after the other.
   template <typename Visitor>
   void forEach(const Visitor& visit) const {
-    cells_.forEach([&visit](std::uint64_t, const Cell& cell) { visit(cell); });
+    std::vector<std::uint64_t> keys;
+    keys.reserve(cells_.size());
+    cells_.forEach([&keys](std::uint64_t key, const Cell&) { keys.push_back(key); });
+    std::sort(keys.begin(), keys.end());
+    for (const std::uint64_t key : keys) visit(*cells_.find(key));
   }
   template <typename Archive>
   void visitState(Archive& archive) {
-    std::vector<std::pair<std::uint64_t, Cell>> cells;
-    cells_.forEach([&](std::uint64_t key, const Cell& cell) { cells.emplace_back(key, cell); });
-    archive(resolution_, cells);
-    if (Archive::kReads) {
-      for (const auto& [key, cell] : cells) cells_[key] = cell;
+    std::uint64_t count = cells_.size();
+    archive(resolution_, count);
+    if constexpr (Archive::kReads) {
+      for (std::uint64_t key = 0; count > 0; --count) {
+        Cell cell;
+        archive(key, cell);
+        cells_[key] = cell;
+      }
+    } else {
+      cells_.forEach([&](std::uint64_t key, const Cell& cell) { archive(key, cell); });
     }
   }
 

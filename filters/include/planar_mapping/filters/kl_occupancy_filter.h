@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "planar_mapping/core/base/export.h"
@@ -63,7 +64,7 @@ class PLANAR_MAPPING_EXPORT KLOccupancyFilter : public detail::PointFilter<Point
   const std::vector<std::int64_t>& getInputTracks() const { return tracks_; }
   /// Plane of each point of the input cloud, negative = none. The group of Eq. 4 is the grid cell
   /// of one plane.
-  void setInputPlaneLabels(const std::vector<std::int32_t>& labels) { plane_labels_ = labels; }
+  void setInputPlaneLabels(std::vector<std::int32_t> labels) { plane_labels_ = std::move(labels); }
   const std::vector<std::int32_t>& getInputPlaneLabels() const { return plane_labels_; }
   /// T_world_sensor: coordinates of the points to coordinates of the world; absent = the cloud's.
   void setSensorPose(const std::optional<Pose>& T_world_sensor) { sensor_pose_ = T_world_sensor; }
@@ -89,6 +90,8 @@ class PLANAR_MAPPING_EXPORT KLOccupancyFilter : public detail::PointFilter<Point
   /// One probability in [0, 1] per point of the input cloud; 0 for points that are not finite and
   /// for points outside the indices.
   const std::vector<float>& getProbabilities() const { return probabilities_; }
+  /// The same without a copy; none are left.
+  std::vector<float> takeProbabilities() { return std::exchange(probabilities_, {}); }
   const KlOccupancyDiagnostics& getDiagnostics() const { return diagnostics_; }
   /// All tracks known.
   const FeatureBeliefs& getBeliefs() const { return occupancy_.tracks(); }

@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "planar_mapping/core/base/export.h"
@@ -61,6 +62,8 @@ class PLANAR_MAPPING_EXPORT MultiPlaneSACSegmentation : public pcl::PCLBase<Poin
 
   /// The planes of the last segment(), with covariance, residual, tilt and patches.
   const std::vector<PlaneSegment>& getPlanes() const { return result_.planes; }
+  /// The same without a copy; none are left.
+  std::vector<PlaneSegment> takePlanes() { return std::exchange(result_.planes, {}); }
   /// What the last segment() did.
   const PlaneSearchDiagnostics& getDiagnostics() const { return result_.diagnostics; }
 

@@ -96,7 +96,7 @@ class CoverSearch {
     cover.kept.assign(replaceable_.size(), 1);
     if (!isCompactSet(elements_)) {
       keepAll();
-      coverFar(cover.boxes);
+      coverFar(cover);
       return cover;
     }
     CoverWindow window(rangeOf(elements_, 0, elements_.size()), params_);
@@ -118,10 +118,11 @@ class CoverSearch {
     }
     const std::vector<CellSet> sets = window.cellsOf(surfaces, margin_);
     for (const Cuboid& cuboid : present_) window.allow(cuboid);
-    const std::vector<std::size_t> kept = window.cover(sets, effort_, cover.boxes);
-    const std::size_t cuboids = kept.size() + cover.boxes.size();
+    const auto kept = window.cover(sets, effort_, cover.boxes);
+    cover.is_clutter = !kept;
+    const std::size_t cuboids = (kept ? kept->size() : 0) + cover.boxes.size();
     // The search is no proof: with all of them it may need fewer boxes than it has in their place.
-    if (cuboids > replaceable_.size()) {
+    if (kept && cuboids > replaceable_.size()) {
       const std::size_t most = cuboids - replaceable_.size() - 1;
       if (std::optional<std::vector<Cuboid>> boxes = boxesBesideAll(most)) {
         cover.boxes = std::move(*boxes);
@@ -129,7 +130,8 @@ class CoverSearch {
       }
     }
     cover.kept.assign(replaceable_.size(), 0);
-    for (const std::size_t i : kept) cover.kept[i] = 1;
+    if (!kept) return;
+    for (const std::size_t i : *kept) cover.kept[i] = 1;
   }
 
   /// Boxes beside all of the replaceable cuboids, if no more than \p most are found.
@@ -155,7 +157,7 @@ class CoverSearch {
   }
 
   /// Boxes for elements that lie far apart, window by window, where no cuboid is.
-  void coverFar(std::vector<Cuboid>& boxes) {
+  void coverFar(BoxCover& cover) {
     const auto window = [](const Element& e) {
       return std::make_tuple(e.at[2] >> kWindowBits, e.at[1] >> kWindowBits,
                              e.at[0] >> kWindowBits);
@@ -168,7 +170,7 @@ class CoverSearch {
       while (last < elements_.size() && window(elements_[last]) == window(elements_[first])) ++last;
       CoverWindow some(rangeOf(elements_, first, last), params_);
       some.leaveTo(reaches_);
-      if (some.anyRequired()) some.cover({}, effort_, boxes);
+      if (some.anyRequired()) cover.is_clutter |= !some.cover({}, effort_, cover.boxes);
       first = last;
     }
   }

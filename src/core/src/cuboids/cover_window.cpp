@@ -271,11 +271,16 @@ BoxList CoverWindow::coverOfWholeCells() const {
   return boxes;
 }
 
-std::vector<std::size_t> CoverWindow::cover(const std::vector<CellSet>& sets, CoverEffort effort,
-                                            std::vector<Cuboid>& cuboids) const {
-  const LatticeCoverage coverage =
-      coverWithin(required_, roomForBoxes(), rules_, sets,
-                  effort == CoverEffort::Full ? coverOfWholeCells() : BoxList(), effort);
+std::optional<std::vector<std::size_t>> CoverWindow::cover(const std::vector<CellSet>& sets,
+                                                           CoverEffort effort,
+                                                           std::vector<Cuboid>& cuboids) const {
+  const BitGrid room = roomForBoxes();
+  LatticeCoverage coverage{sweptOver(required_, room, rules_), {}};
+  const bool is_clutter = !coverage.boxes.empty();
+  if (!is_clutter) {
+    coverage = coverWithin(required_, room, rules_, sets,
+                           effort == CoverEffort::Full ? coverOfWholeCells() : BoxList(), effort);
+  }
   const CellNumbers numbers(required_);
   const std::vector<float> probability = probabilities(numbers);
   for (const CoverBox& c : coverage.boxes) {
@@ -291,7 +296,8 @@ std::vector<std::size_t> CoverWindow::cover(const std::vector<CellSet>& sets, Co
     cuboid.probability = static_cast<float>(sum / static_cast<double>(c.members.size()));
     cuboids.push_back(cuboid);
   }
-  return coverage.sets;
+  if (is_clutter) return std::nullopt;
+  return std::move(coverage.sets);
 }
 
 bool CoverWindow::find(const HalfCell& at, LatticeCell& cell) const {

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "cuboids/cover/lattice_cover.h"
@@ -96,9 +97,11 @@ class CoverWindow {
   /// \param sets    of cells, each of something that may stand for them
   /// \param effort  full: no more than boxes of whole cells need, where half cells are tolerated
   /// \param cuboids are added
-  /// \return which of the sets take part, ascending
-  std::vector<std::size_t> cover(const std::vector<CellSet>& sets, CoverEffort effort,
-                                 std::vector<Cuboid>& cuboids) const;
+  /// \return which of the sets take part, ascending; nothing for clutter, of which boxes are not
+  ///         searched for (sweptOver())
+  std::optional<std::vector<std::size_t>> cover(const std::vector<CellSet>& sets,
+                                                CoverEffort effort,
+                                                std::vector<Cuboid>& cuboids) const;
 
  private:
   /// \return false outside the window

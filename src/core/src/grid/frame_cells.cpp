@@ -100,7 +100,13 @@ void FrameCells::number(const PointsView& points, const Indices& indices,
       findStarts(points, indices, labels, begin, std::min(begin + kStretch, indices.size()),
                  starts_[i]);
     });
-    for (std::size_t i = 0; i < at_once; ++i) group = addRuns(starts_[i], group);
+    for (std::size_t i = 0; i < at_once; ++i) {
+      // Room for as many runs in the rest as in the stretches so far: to double it takes too much.
+      const std::size_t runs = runs_.size() + starts_[i].size();
+      const std::size_t all = std::min((runs * stretches) / (first + i + 1), indices.size());
+      if (runs > runs_.capacity()) runs_.reserve(std::max(runs + runs / 8, all + 1));
+      group = addRuns(starts_[i], group);
+    }
   }
   if (!indices.empty()) runs_.push_back({static_cast<std::uint32_t>(indices.size()), group});
 }

@@ -195,6 +195,15 @@ KlOccupancyDiagnostics KlOccupancy::update(const OccupancyFrame& frame,
     }
   }
   report.points_not_finite = own.clearNotFinite(frame, indices, probability);
+  // What usual frames need again and again is kept; that of a huge cloud would be in the way.
+  constexpr std::size_t kMaxPointsKept = std::size_t{1} << 21;
+  if (frame.points.size > kMaxPointsKept) {
+    own.cells = detail::FrameCells();
+    own.samples = detail::DenseFeatures();
+    own.all = Indices();
+    own.no_labels = std::vector<std::int32_t>();
+    own.of_group = std::vector<float>();
+  }
   return report;
 }
 

@@ -22,33 +22,33 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 CuboidDistance::CuboidDistance(const std::vector<Cuboid>& cuboids) {
   if (cuboids.empty()) return;
-  std::vector<Box> boxes;
   std::vector<Eigen::AlignedBox3d> bounds;
-  boxes.reserve(cuboids.size());
+  bounds.reserve(cuboids.size());
   for (std::size_t i = 0; i < cuboids.size(); ++i) {
     const Cuboid& cuboid = cuboids[i];
     if (!cuboid.center.allFinite() || !cuboid.size.allFinite() ||
         !cuboid.orientation.coeffs().allFinite() || cuboid.size.minCoeff() < 0.0)
       throw InputError("cuboid " + std::to_string(i) + " has no finite place and size");
-    const Matrix3 to_local = cuboid.orientation.toRotationMatrix().transpose();
-    const Vector3 half = 0.5 * cuboid.size;
-    const Vector3 reach = to_local.transpose().cwiseAbs() * half;
-    Box box;
-    for (int r = 0; r < 3; ++r) {
-      box.center[r] = cuboid.center[r];
-      box.half[r] = half[r];
-      for (int c = 0; c < 3; ++c) box.to_local[3 * r + c] = to_local(r, c);
-    }
+    const Vector3 reach = cuboid.orientation.toRotationMatrix().cwiseAbs() * (0.5 * cuboid.size);
     bounds.emplace_back(cuboid.center - reach, cuboid.center + reach);
-    box.number = static_cast<std::uint32_t>(i);
-    boxes.push_back(box);
   }
   std::vector<std::uint32_t> order(cuboids.size());
   std::iota(order.begin(), order.end(), 0u);
   nodes_.reserve(cuboids.size());
   build(0, static_cast<std::uint32_t>(order.size()), bounds, order);
-  boxes_.reserve(boxes.size());
-  for (const std::uint32_t i : order) boxes_.push_back(boxes[i]);
+  bounds = std::vector<Eigen::AlignedBox3d>();  // they are as many, and no longer needed
+  boxes_.reserve(cuboids.size());
+  for (const std::uint32_t i : order) {
+    const Matrix3 to_local = cuboids[i].orientation.toRotationMatrix().transpose();
+    Box box;
+    for (int r = 0; r < 3; ++r) {
+      box.center[r] = cuboids[i].center[r];
+      box.half[r] = 0.5 * cuboids[i].size[r];
+      for (int c = 0; c < 3; ++c) box.to_local[3 * r + c] = to_local(r, c);
+    }
+    box.number = i;
+    boxes_.push_back(box);
+  }
 }
 
 /// Halves the boxes along the axis in which their centres lie farthest apart.

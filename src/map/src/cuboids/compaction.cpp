@@ -74,6 +74,7 @@ void Compaction::coverRegion(const MapData& map, const RegionTask& task) {
   Region& region = regions_.value(task.region);
   region.setBoxes(cover.boxes());
   region.provisional = cover.isProvisional();
+  region.is_clutter = cover.isClutter();
   for (const RegionCover::Choice& choice : cover.choices()) {
     covers_[choice.cover].rectangles[choice.rectangle].replaced = choice.replaced;
   }
@@ -165,8 +166,10 @@ void Compaction::joinRegions(const MapData& map) {
   if (joined_.isComplete()) return;
   std::vector<JoinedBoxes::PlacedBox> boxes;
   for (const std::uint64_t key : sortedRegions()) {
+    const Region& region = *regions_.find(key);
+    if (region.is_clutter) continue;
     std::uint32_t number = 0;
-    for (const Cuboid& box : regions_.find(key)->boxes) boxes.push_back({{key, number++}, box});
+    for (const Cuboid& box : region.boxes) boxes.push_back({{key, number++}, box});
   }
   KeyMap<std::vector<std::uint32_t>> covers_in;
   for (std::uint32_t c = 0; c < covers_.size(); ++c) {
@@ -209,6 +212,12 @@ const std::vector<Cuboid>& Compaction::makeList(const MapData& map) {
   }
   joined_.appendTo(list_);
   return list_;
+}
+
+std::size_t Compaction::clutteredRegions() const {
+  std::size_t count = 0;
+  for (std::size_t r = 0; r < regions_.size(); ++r) count += regions_.value(r).is_clutter ? 1 : 0;
+  return count;
 }
 
 std::size_t Compaction::memoryBytes() const {

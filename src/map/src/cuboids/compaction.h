@@ -34,12 +34,15 @@ class Compaction {
   const std::vector<Cuboid>& makeList(const MapData& map);
   const std::vector<Cuboid>& list() const { return list_; }
   std::size_t memoryBytes() const;
+  /// Regions with too many boxes to search for fewer, as of the last update.
+  std::size_t clutteredRegions() const;
 
  private:
   struct Region {
     std::uint32_t revision = 0;
     bool dirty = true;
     bool provisional = false;  ///< covered quickly: that is to be done again
+    bool is_clutter = false;   ///< its boxes are too many to be joined with others
     std::vector<Cuboid> boxes;
     std::vector<char> joined;  ///< of each box: is it replaced by joined ones?
 

@@ -70,7 +70,9 @@ std::vector<Cuboid> RegionCover::boxes() {
   }
   BoxCover cover = coverWithBoxes(cells, pieces_, present_, replaceable_, params, effort_);
   for (std::size_t i = 0; i < cover.kept.size(); ++i) choices_[i].replaced = cover.kept[i] == 0;
-  is_provisional_ = effort_ == CoverEffort::Quick && (!choices_.empty() || cover.boxes.size() > 1);
+  is_clutter_ = cover.is_clutter;
+  is_provisional_ = effort_ == CoverEffort::Quick &&
+                    (!choices_.empty() || (cover.boxes.size() > 1 && !is_clutter_));
   namePlanes(map_, near_, cover.boxes);
   return std::move(cover.boxes);
 }

@@ -34,6 +34,7 @@ class RegionCover {
   const std::vector<Choice>& choices() const { return choices_; }
   /// May more effort need fewer cuboids?
   bool isProvisional() const { return is_provisional_; }
+  bool isClutter() const { return is_clutter_; }
 
  private:
   void addRectangle(const Cuboid& cuboid, const HalfCellRectangle& place, const SurfaceBand& band,
@@ -44,6 +45,7 @@ class RegionCover {
   /// Quick: all rectangles stay.
   const CoverEffort effort_;
   bool is_provisional_ = false;
+  bool is_clutter_ = false;
   Vector3 low_;
   Vector3 high_;
   std::vector<const PlaneLayer*> near_;

@@ -54,32 +54,33 @@ struct Cover {
   }
 };
 
-/// World coordinates of the non-planar points, in cells.
-struct Points {
-  std::vector<double> xyz;
-  std::vector<std::int32_t> cells;  ///< x = kOutside: dropped
-  std::vector<std::uint32_t> block;
-};
+/// World coordinates of points and their cells: found twice, in batches, as keeping them takes more
+/// than the cloud itself.
+class WorldPoints {
+ public:
+  WorldPoints(const MapData& map, const Frame& frame) : view_(frame.observation->points) {
+    const double per_cell = 1.0 / map.resolution();
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) m_[4 * r + c] = frame.rotation(r, c) * per_cell;
+      m_[4 * r + 3] = frame.sensor[r] * per_cell;
+    }
+  }
+  /// Calls visit(i, coordinates, cell) for the points; x of the cell = kOutside: dropped.
+  template <typename Visit>
+  void forEach(const Indices& points, Visit&& visit) const {
+    double xyz[3 * kBatch];
+    std::int32_t cells[3 * kBatch];
+    for (std::size_t begin = 0; begin < points.size(); begin += kBatch) {
+      const std::size_t n = std::min(kBatch, points.size() - begin);
+      worldCells(view_.data, view_.stride, points.data() + begin, n, m_, xyz, cells);
+      for (std::size_t k = 0; k < n; ++k) visit(begin + k, xyz + 3 * k, cells + 3 * k);
+    }
+  }
 
-Points toCells(const MapData& map, const Frame& frame) {
-  const double per_cell = 1.0 / map.resolution();
-  double m[12];
-  for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 3; ++c) m[4 * r + c] = frame.rotation(r, c) * per_cell;
-    m[4 * r + 3] = frame.sensor[r] * per_cell;
-  }
-  const PointsView& view = frame.observation->points;
-  Points points;
-  points.xyz.resize(3 * frame.non_planar.size());
-  points.cells.resize(3 * frame.non_planar.size());
-  points.block.resize(frame.non_planar.size());
-  for (std::size_t begin = 0; begin < frame.non_planar.size(); begin += kBatch) {
-    const std::size_t n = std::min(kBatch, frame.non_planar.size() - begin);
-    worldCells(view.data, view.stride, frame.non_planar.data() + begin, n, m,
-               points.xyz.data() + 3 * begin, points.cells.data() + 3 * begin);
-  }
-  return points;
-}
+ private:
+  const PointsView& view_;
+  double m_[12];
+};
 
 /// How far off its surface, along the ray, a point may be measured; all in cells.
 class DepthTolerance {
@@ -273,40 +274,19 @@ void applyHits(MapData& map, Frame& frame, std::uint64_t key, const BlockHits& h
   if (changed) map.cells.markDirty(at, frame_number);
 }
 
-/// Block by block, in the order of their first points: counts for all of them at once would take
-/// half a kilobyte for each.
-/// \param first  number of points of the blocks, each one place on
-void countBlocks(MapData& map, Frame& frame, const Points& points, const KeyMap<HitBlock>& blocks,
-                 std::vector<std::uint32_t> first) {
-  for (std::size_t b = 0; b < blocks.size(); ++b) first[b + 1] += first[b];
-  std::vector<std::uint32_t> order(first.back());
-  std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
-  for (std::size_t i = 0; i < points.block.size(); ++i) {
-    if (points.cells[3 * i] == kOutside) continue;
-    order[next[points.block[i]]++] = static_cast<std::uint32_t>(i);
-  }
+void addPoint(const MapData& map, const Frame& frame, int point, const double* p,
+              const std::int32_t* c, BlockHits& hit) {
+  const auto bit = static_cast<std::size_t>(CellLayer::bitOf({c[0], c[1], c[2]}));
+  ++hit.count[bit];
+  const int octant =
+      (p[0] - c[0] >= 0.5 ? 1 : 0) + (p[1] - c[1] >= 0.5 ? 2 : 0) + (p[2] - c[2] >= 0.5 ? 4 : 0);
+  hit.octants[bit] |= static_cast<std::uint8_t>(1 << octant);
   const std::vector<float>* belief = frame.observation->probability;
-  for (std::size_t b = 0; b < blocks.size(); ++b) {
-    BlockHits hit;
-    for (std::uint32_t k = first[b]; k < first[b + 1]; ++k) {
-      const std::size_t i = order[k];
-      const std::int32_t* c = &points.cells[3 * i];
-      const double* p = &points.xyz[3 * i];
-      const auto bit = static_cast<std::size_t>(CellLayer::bitOf({c[0], c[1], c[2]}));
-      ++hit.count[bit];
-      const int octant = (p[0] - c[0] >= 0.5 ? 1 : 0) + (p[1] - c[1] >= 0.5 ? 2 : 0) +
-                         (p[2] - c[2] >= 0.5 ? 4 : 0);
-      hit.octants[bit] |= static_cast<std::uint8_t>(1 << octant);
-      if (belief != nullptr) {
-        hit.belief[bit] += (*belief)[static_cast<std::size_t>(frame.non_planar[i])];
-      }
-      if (map.isCompact()) continue;
-      if (hit.mean.empty()) hit.mean.resize(64);
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        hit.mean[bit][axis] += static_cast<float>(p[axis] - c[axis]);
-      }
-    }
-    applyHits(map, frame, blocks.key(b), hit);
+  if (belief != nullptr) hit.belief[bit] += (*belief)[static_cast<std::size_t>(point)];
+  if (map.isCompact()) return;
+  if (hit.mean.empty()) hit.mean.resize(64);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    hit.mean[bit][axis] += static_cast<float>(p[axis] - c[axis]);
   }
 }
 
@@ -315,30 +295,33 @@ void countBlocks(MapData& map, Frame& frame, const Points& points, const KeyMap<
 void integrateCells(MapData& map, Frame& frame) {
   removeCovered(map, frame);
   if (frame.non_planar.empty()) return;
-  Points points = toCells(map, frame);
-  const std::size_t n = frame.non_planar.size();
+  const WorldPoints points(map, frame);
+  constexpr std::uint32_t kNoBlock = UINT32_MAX;
+  std::vector<std::uint32_t> block_of(frame.non_planar.size(), kNoBlock);
+  std::vector<std::uint32_t> first(1, 0);  // of the points of each block, and the end
 
   KeyMap<HitBlock> hits;
   Vector3 low = Vector3::Constant(INFINITY);
   Vector3 high = -low;
   Int3 last{INT32_MIN, 0, 0};
   std::size_t index = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::int32_t* c = &points.cells[3 * i];
+  points.forEach(frame.non_planar, [&](std::size_t i, const double*, const std::int32_t* c) {
     if (c[0] == kOutside) {
       ++frame.update.dropped_points;
       ++frame.update.points_beyond;
-      continue;
+      return;
     }
     const Int3 block = CellLayer::blockOf({c[0], c[1], c[2]});
     if (!(block == last)) {
       index = hits.insert(packKey(block));
       last = block;
+      first.resize(hits.size() + 1, 0);
       low = low.cwiseMin(4.0 * Vector3(block.x, block.y, block.z));
       high = high.cwiseMax(4.0 * Vector3(block.x + 1, block.y + 1, block.z + 1));
     }
-    points.block[i] = static_cast<std::uint32_t>(index);
-  }
+    block_of[i] = static_cast<std::uint32_t>(index);
+    ++first[index + 1];
+  });
   if (hits.empty()) return;
   if (map.cells.empty()) {
     const auto middle = [](double coordinate) {
@@ -360,15 +343,26 @@ void integrateCells(MapData& map, Frame& frame) {
     for (const Cover& cover : covers)
       frame.absorbed.emplace_back(cover.layer->id, KeyMap<std::uint64_t>());
   }
-  std::vector<std::uint32_t> order(hits.size() + 1, 0);  // first of the points of each block
-  for (std::size_t i = 0; i < n; ++i) {
-    std::int32_t* c = &points.cells[3 * i];
-    if (c[0] == kOutside) continue;
-    const HitBlock& hit = hits.value(points.block[i]);
-    const double* p = &points.xyz[3 * i];
+  // Block by block, in the order of their first points: counts for all of them at once would take
+  // half a kilobyte for each.
+  for (std::size_t b = 0; b < hits.size(); ++b) first[b + 1] += first[b];
+  Indices order(first.back());
+  std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+  for (std::size_t i = 0; i < block_of.size(); ++i) {
+    if (block_of[i] != kNoBlock) order[next[block_of[i]]++] = frame.non_planar[i];
+  }
+  block_of = next = std::vector<std::uint32_t>();
+  std::size_t block = 0;
+  BlockHits hit;
+  points.forEach(order, [&](std::size_t k, const double* p, const std::int32_t* c) {
+    if (k == first[block + 1]) {
+      applyHits(map, frame, hits.key(block++), hit);
+      hit = BlockHits();
+    }
+    const HitBlock& near = hits.value(block);
     bool absorbed = false;
-    for (std::uint32_t k = hit.first_candidate; k < hit.last_candidate && !absorbed; ++k) {
-      const Cover& cover = covers[candidates[k]];
+    for (std::uint32_t i = near.first_candidate; i < near.last_candidate && !absorbed; ++i) {
+      const Cover& cover = covers[candidates[i]];
       std::int32_t a = 0, b = 0;
       absorbed = cover.contains(p, margin, a, b);
       double moved[3];
@@ -376,18 +370,17 @@ void integrateCells(MapData& map, Frame& frame) {
         absorbed = cover.contains(moved, margin, a, b);
       }
       if (absorbed) {
-        frame.absorbed[candidates[k]].second[packKey(a >> 3, b >> 3)] |= std::uint64_t{1}
+        frame.absorbed[candidates[i]].second[packKey(a >> 3, b >> 3)] |= std::uint64_t{1}
                                                                          << (8 * (b & 7) + (a & 7));
       }
     }
     if (absorbed) {
       ++frame.update.absorbed_points;
-      c[0] = kOutside;
-      continue;
+    } else {
+      addPoint(map, frame, order[k], p, c, hit);
     }
-    ++order[points.block[i] + 1];
-  }
-  countBlocks(map, frame, points, hits, std::move(order));
+  });
+  applyHits(map, frame, hits.key(block), hit);
 }
 
 }  // namespace planar_mapping::detail

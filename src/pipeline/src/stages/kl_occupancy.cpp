@@ -46,7 +46,6 @@ class KlOccupancyStage : public Stage {
   std::optional<double> resolution_ = params_.resolution;
   detail::NoiseKeys noise_;
   KLOccupancyFilter<pcl::PointXYZ> filter_;
-  std::vector<std::int32_t> labels_;  ///< of the frame; kept for its memory
 };
 
 void KlOccupancyStage::declare(ParameterTable& table) {
@@ -103,21 +102,23 @@ void KlOccupancyStage::declare(ParameterTable& table) {
 }
 
 void KlOccupancyStage::process(Frame& frame) {
-  labels_.assign(frame.cloud->size(), -1);
+  std::vector<std::int32_t> labels(frame.cloud->size(), -1);
   for (std::size_t plane = 0; plane < frame.planes.size(); ++plane) {
     for (const int i : frame.planes[plane].inliers) {
-      labels_[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(plane);
+      labels[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(plane);
     }
   }
   filter_.setInputCloud(frame.cloud);
   filter_.setIndices(detail::sharedIndices(frame.indices));
   filter_.setSensorPose(frame.T_world_sensor);
-  filter_.setInputPlaneLabels(labels_);
+  filter_.setInputPlaneLabels(std::move(labels));
   filter_.setInputKeyFeatures(frame.key_features);
   filter_.setMotion(frame.motion);
   Indices believed;  // the map weighs the others by their probability
   filter_.filter(believed);
-  frame.probability = filter_.getProbabilities();
+  frame.probability = filter_.takeProbabilities();
+  filter_.setInputPlaneLabels({});
+  filter_.setInputCloud(nullptr);
   const FeatureBeliefs::Summary& seen = filter_.getDiagnostics().beliefs;
   frame.features = seen.created + seen.updated;
   frame.matches = seen.updated;

@@ -98,7 +98,8 @@ class MultiPlaneSegmentationStage : public Stage {
     segmentation_.setIndices(detail::sharedIndices(frame.indices));
     segmentation_.setInputFeatures(frame.key_features);
     segmentation_.segment();
-    frame.planes = segmentation_.getPlanes();
+    segmentation_.setInputCloud(nullptr);
+    frame.planes = segmentation_.takePlanes();
     if (assumed_probability_ > 0.0 && !frame.even.empty() && frame.camera) {
       frame.assumed = assumePoints(viewOf(*frame.cloud), *frame.camera, frame.even, frame.planes);
       frame.assumed.probability = assumed_probability_;

@@ -149,12 +149,15 @@ class PlanarCuboidApproximationStage : public Stage {
     mapping_.setSensorPose(frame.T_world_sensor);
     mapping_.setTimestamp(frame.timestamp);
     mapping_.setGroundIndices(frame.ground);
-    mapping_.setPlanes(frame.planes);
-    mapping_.setPointProbabilities(frame.probability);
+    mapping_.setPlanes(std::move(frame.planes));
+    mapping_.setPointProbabilities(std::move(frame.probability));
     mapping_.setAssumedPoints(frame.assumed);
     mapping_.setCamera(frame.camera);
     mapping_.setNoiseModel(noise_.optionalNoise());
     frame.update = mapping_.integrate();
+    frame.planes = mapping_.takePlanes();
+    frame.probability = mapping_.takePointProbabilities();
+    mapping_.setInputCloud(nullptr);
     frame.inserted = true;
     if (std::isfinite(frame.update.space_range)) {
       frame.notes.push_back(frame.source + ": space is judged up to " +

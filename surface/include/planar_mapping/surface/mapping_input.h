@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "planar_mapping/core/base/export.h"
@@ -34,14 +35,18 @@ class PLANAR_MAPPING_EXPORT MappingInput {
   void setPlanes(const std::vector<pcl::PointIndices>& inliers,
                  const std::vector<pcl::ModelCoefficients>& planes);
   /// As above, from MultiPlaneSACSegmentation::getPlanes() or findPlanes(), in double precision.
-  void setPlanes(const std::vector<PlaneSegment>& planes) { planes_ = planes; }
+  void setPlanes(std::vector<PlaneSegment> planes) { planes_ = std::move(planes); }
   const std::vector<PlaneSegment>& getPlanes() const { return planes_; }
+  /// The same without a copy; none are left.
+  std::vector<PlaneSegment> takePlanes() { return std::exchange(planes_, {}); }
 
   /// Belief for each point of the input cloud, in [0, 1]; empty (the default) = 1.
-  void setPointProbabilities(const std::vector<float>& probabilities) {
-    probabilities_ = probabilities;
+  void setPointProbabilities(std::vector<float> probabilities) {
+    probabilities_ = std::move(probabilities);
   }
   const std::vector<float>& getPointProbabilities() const { return probabilities_; }
+  /// The same without a copy; none are left.
+  std::vector<float> takePointProbabilities() { return std::exchange(probabilities_, {}); }
 
   /// Of the planes, where nothing was measured, see assumePoints(); empty (the default) = none.
   void setAssumedPoints(const AssumedPoints& assumed) { assumed_ = assumed; }

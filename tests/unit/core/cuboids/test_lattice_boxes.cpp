@@ -123,6 +123,37 @@ TEST(LatticeCover, EachCellIsInOneBoxOrSetThatStandsForIt) {
   }
 }
 
+TEST(LatticeCover, ClutterIsSweptOverByBoxesThatStandForAllOfIt) {
+  Random random(8);
+  BitGrid required(44, 44, 44);
+  for (int i = 0; i < 9000; ++i) {
+    const auto place = [&] { return 2 + static_cast<std::int32_t>(random.below(40)); };
+    const std::int32_t x = place(), y = place();
+    required.set(x, y, place());
+  }
+  const BitGrid allowed = required.dilated({1, 1, 1});
+  const auto cells = static_cast<std::size_t>(required.count());
+  ASSERT_GT(cells, 8000u);
+  const std::vector<CoverBox> swept = sweptOver(required, allowed, kRules, 100);
+  EXPECT_GT(swept.size(), 100u);
+  EXPECT_LT(3 * swept.size(), cells);
+  BitGrid left = required;
+  std::size_t members = 0;
+  for (const CoverBox& box : swept) {
+    ASSERT_TRUE(allowed.all(box.box));
+    for (const LatticeCell& m : box.members) {
+      ASSERT_TRUE(standsFor(box.box, m));
+      left.reset(m[0], m[1], m[2]);
+      ++members;
+    }
+  }
+  EXPECT_EQ(members, cells);
+  EXPECT_EQ(left.count(), 0);
+  // What can be searched is.
+  EXPECT_TRUE(sweptOver(required, allowed, kRules, swept.size()).empty());
+  EXPECT_TRUE(sweptOver(required, allowed, kRules, cells).empty());
+}
+
 /// Boxes of cells as boxes of half cells.
 BoxList halved(BoxList boxes) {
   for (LatticeBox& box : boxes) {

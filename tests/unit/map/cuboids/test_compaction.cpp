@@ -6,11 +6,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <set>
 #include <vector>
 
 #include "noisy_sequence.h"
+#include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/map/planar_map.h"
 
 namespace planar_mapping {
@@ -121,6 +124,44 @@ TEST(Compaction, ABoxOnAPlaneHasItsNumber) {
   }
   EXPECT_GT(boxes, 0u);
   EXPECT_LT(boxes, map.cuboids().size());
+}
+
+/// Random points in a cube of 6.4 m around the origin.
+std::vector<float> clutter(std::size_t count) {
+  Random random(5);
+  std::vector<float> xyz(3 * count);
+  for (float& value : xyz) value = static_cast<float>(6.4 * random.uniform() - 3.2);
+  return xyz;
+}
+
+TEST(Compaction, ClutterIsCoveredWithoutASearchAndCompletely) {
+  const std::vector<float> xyz = clutter(60000);
+  PlanarMapParams params;
+  params.unknown_space = false;
+  PlanarMap map(params);
+  FrameObservation frame;
+  frame.points = PointsView(xyz.data(), xyz.size() / 3);
+  map.insert(frame);
+  EXPECT_EQ(map.clutteredRegions(), 1u);
+  EXPECT_EQ(map.cuboidCountAtMost(), map.cuboidCount());
+  std::set<std::array<int, 3>> cells;
+  for (std::size_t i = 0; i < frame.points.size; ++i) {
+    const Vector3 cell = (frame.points.point(i) / params.approximation.resolution).array().floor();
+    cells.insert(
+        {static_cast<int>(cell.x()), static_cast<int>(cell.y()), static_cast<int>(cell.z())});
+  }
+  EXPECT_LT(2 * map.cuboidCount(), cells.size());
+  for (std::size_t i = 0; i < frame.points.size; ++i) {
+    const Vector3 p = frame.points.point(i);
+    ASSERT_FALSE(map.cuboidsAt(p, 0.5 * params.approximation.resolution + 1e-6).empty());
+  }
+  const std::vector<std::uint8_t> bytes = map.serialize();
+  const PlanarMap again = PlanarMap::deserialize(bytes.data(), bytes.size());
+  EXPECT_EQ(again.clutteredRegions(), 1u);
+  EXPECT_EQ(numbersOf(again), numbersOf(map));
+  EXPECT_EQ(map.finished().clutteredRegions(), 0u);
+  // Furniture and walls are far from it.
+  EXPECT_EQ(walked(test::noisyWalk({0, 1}), 1, Asked::Fully).clutteredRegions(), 0u);
 }
 
 }  // namespace

@@ -345,6 +345,37 @@ class LatticeCover {
 
 }  // namespace
 
+std::vector<CoverBox> sweptOver(const BitGrid& required, const BitGrid& allowed,
+                                const CoverRules& rules, std::size_t few) {
+  std::vector<CoverBox> swept;
+  if (static_cast<std::size_t>(required.count()) <= few) return swept;
+  BitGrid left = required;
+  required.forEach(required.window(), [&](std::int32_t x, std::int32_t y, std::int32_t z) {
+    if (!left.at(x, y, z)) return;
+    const LatticeBox cell = boxOf({x, y, z});
+    LatticeBox box;
+    forEachFit(allowed, rules, cell, [&](const LatticeBox& fit) {
+      box = fit;  // the last one is the farthest ahead
+      return true;
+    });
+    for (std::size_t k = 0; k < 3; ++k) allowed.extendUp(box, k);
+    swept.emplace_back();
+    LatticeBox need = cell;
+    const LatticeBox reach = grown(box, rules.tolerance);
+    left.forEach(reach, [&](std::int32_t a, std::int32_t b, std::int32_t c) {
+      swept.back().members.push_back({a, b, c});
+      include(need, boxOf({a, b, c}));
+    });
+    left.clear(reach);
+    forEachFit(allowed, rules, need, [&](const LatticeBox& least) {
+      swept.back().box = least;
+      return false;
+    });
+  });
+  if (swept.size() <= few) swept.clear();
+  return swept;
+}
+
 LatticeCoverage coverWithin(const BitGrid& required, const BitGrid& allowed,
                             const CoverRules& rules, const std::vector<CellSet>& sets,
                             const BoxList& other, CoverEffort effort) {

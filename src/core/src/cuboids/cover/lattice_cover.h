@@ -40,4 +40,14 @@ LatticeCoverage coverWithin(const BitGrid& required, const BitGrid& allowed,
                             const CoverRules& rules, const std::vector<CellSet>& sets = {},
                             const BoxList& other = {}, CoverEffort effort = CoverEffort::Quick);
 
+/// [ours] So many boxes are searched for; clutter that needs more gets them without a search, whose
+/// time grows with their square. Walls, furniture and vegetation need a third of it at most.
+constexpr std::size_t kMaxBoxesSearched = 8192;
+
+/// Boxes for the required cells one after the other, by z, y, x: each reaches as far ahead as it
+/// may from the first cell that is left. In time proportional to the cells.
+/// \return nothing if that takes at most \p few boxes: then coverWithin() can be afforded
+std::vector<CoverBox> sweptOver(const BitGrid& required, const BitGrid& allowed,
+                                const CoverRules& rules, std::size_t few = kMaxBoxesSearched);
+
 }  // namespace planar_mapping::detail

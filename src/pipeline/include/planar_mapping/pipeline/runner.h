@@ -23,7 +23,6 @@ struct RunOptions {
   /// more than a tenth of the time; 0 = after each frame. A killed run then resumes from there.
   double checkpoint_s = 30.0;
   const std::atomic<bool>* stop = nullptr;  ///< set by a signal: finish the frame, then save
-  std::atomic<bool>* saving = nullptr;      ///< is set while files are being saved
   /// Called after each frame: frames done, frames in all (0 = not known), the frame.
   std::function<void(std::size_t, std::size_t, const FrameReport&)> progress;
   /// Called for each line of run.log as it comes about.

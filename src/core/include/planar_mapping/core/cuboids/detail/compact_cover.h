@@ -100,6 +100,7 @@ PLANAR_MAPPING_EXPORT std::vector<std::uint8_t> replaceableOf(
 struct BoxCover {
   std::vector<Cuboid> boxes;
   std::vector<std::uint8_t> kept;  ///< which of the replaceable cuboids are still needed
+  bool is_clutter = false;         ///< too many boxes to search for fewer
 };
 
 /// Few axis-aligned boxes on the lattice of half cells for what no present cuboid covers, and the
