@@ -22,7 +22,7 @@ def short(value):
 
 
 def percent(values):
-    return "" if None in values else " / ".join(f"{value:.1f}" for value in values)
+    return "" if None in values else " / ".join(f"{value:.1f}".replace("100.0", "100") for value in values)
 
 
 def rows_of(out, folder, scene):
@@ -37,8 +37,9 @@ def rows_of(out, folder, scene):
 
 
 def tables(out):
-    cells = ["| input | s m | SG | OG | RA | paper | no planes | **PG** | PG/RA | eta | error % SG / OG / RA / no planes / PG "
-             "| complete % OG / RA / PG | covered % OG / RA / PG | free marked % SG / OG / RA / no planes / PG |", "|---" * 14 + "|"]
+    cells = ["| input | s m | SG | OG | RA | paper | no planes | **PG** | PG/RA | eta |", "|---" * 10 + "|"]
+    quality = ["| input | s m | error % SG / OG / RA / no planes / PG | complete % OG / RA / PG | covered % OG / RA / PG "
+               "| free marked % SG / OG / RA / no planes / PG |", "|---" * 6 + "|"]
     sizes = ["| input | s m | memory kB OG / PG | PG/OG | kB `.bt` / `.ot` / full / finished | full/`.ot` | finished/`.bt` "
              "| PG is behind in |", "|---" * 8 + "|"]
     for folder, scene, name in INPUTS:
@@ -46,18 +47,18 @@ def tables(out):
             sg, og, ra, paper, boxes, pg = (of[m] for m in ("SG", "OG", "RA", "PG_paper", "no_planes", "PG"))
             count = " | ".join(f"{r['cells']:.0f}" for r in (sg, og, ra, paper, boxes))
             cells.append(f"| {name} | {s} | {count} | **{pg['cells']:.0f}** | {pg['cells'] / ra['cells']:.2f} "
-                         f"| {pg['combination_efficiency']:.3f} "
-                         f"| {percent([r['error_percent'] for r in (sg, og, ra, boxes, pg)])} "
-                         f"| {percent([r['completeness'] and 100 * r['completeness'] for r in (og, ra, pg)])} "
-                         f"| {percent([100 * r['coverage'] for r in (og, ra, pg)])} "
-                         f"| {percent([100 * r['free_space_violation'] for r in (sg, og, ra, boxes, pg)])} |")
+                         f"| {pg['combination_efficiency']:.3f} |")
+            quality.append(f"| {name} | {s} | {percent([r['error_percent'] for r in (sg, og, ra, boxes, pg)])} "
+                           f"| {percent([r['completeness'] and 100 * r['completeness'] for r in (og, ra, pg)])} "
+                           f"| {percent([100 * r['coverage'] for r in (og, ra, pg)])} "
+                           f"| {percent([100 * r['free_space_violation'] for r in (sg, og, ra, boxes, pg)])} |")
             files = [og["file_bytes"], og["ot_bytes"], pg["file_bytes"], pg["finished_bytes"]]
             sizes.append(f"| {name} | {s} | {short(og['memory_bytes'] / 1e3)} / {short(pg['memory_bytes'] / 1e3)} "
                          f"| {pg['memory_bytes'] / og['memory_bytes']:.3f} "
                          f"| {' / '.join(short(size / 1e3) for size in files)} "
                          f"| {files[2] / files[1]:.2f} | {files[3] / files[0]:.2f} "
                          f"| {behind(pg['loses_to'])} |")
-    return "\n".join(cells), "\n".join(sizes)
+    return {"cells": cells, "quality": quality, "sizes": sizes}
 
 
 def behind(loses_to):
@@ -74,13 +75,13 @@ def main():
         sys.exit(__doc__.strip())
     made = tables(sys.argv[1])
     if len(sys.argv) == 2:
-        print("\n\n".join(made))
+        print("\n\n".join("\n".join(table) for table in made.values()))
         return
     with open(sys.argv[3], encoding="utf-8") as file:
         page = file.read()
-    for name, table in zip(("cells", "sizes"), made):
-        marks = f"<!-- {name} -->", f"<!-- end of {name} -->"
-        page = re.sub(f"{marks[0]}.*?{marks[1]}", lambda _: f"{marks[0]}\n{table}\n{marks[1]}", page, flags=re.DOTALL)
+    for name, table in made.items():
+        text = "\n".join([f"<!-- {name} -->", *table, f"<!-- end of {name} -->"])
+        page = re.sub(f"<!-- {name} -->.*?<!-- end of {name} -->", lambda _: text, page, flags=re.DOTALL)
     with open(sys.argv[3], "w", encoding="utf-8") as file:
         file.write(page)
 
