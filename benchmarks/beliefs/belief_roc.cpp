@@ -5,15 +5,18 @@
 //
 //   belief_roc CONFIG SEQUENCE [STEP [KEY=VALUE...]]
 //
-// SEQUENCE has true depth and true poses (rendered RGB-D); every STEP-th frame is taken. A match is
-// wrong where the point that was seen before, carried over by true depth and pose, lies more than
-// 3 px from the feature. Prints for each rule the area under the ROC curve of the belief after the
-// match, and the fraction of right matches above the belief at which a tenth, or a fifth, of the
-// wrong ones are kept. Equal beliefs count as if in random order.
+// SEQUENCE has true poses and true depth: rendered RGB-D, or what `planar_map simulate --write
+// images` writes, with depth_gt/. Every STEP-th frame is taken. A match is wrong where the point
+// that was seen before, carried over by true depth and pose, lies more than 3 px from the feature,
+// or, of stereo pairs, the measured depth is off by more than three depth errors. Prints for each
+// rule the area under the ROC curve of the belief after the match, and the fraction of right
+// matches above the belief at which a tenth, or a fifth, of the wrong ones are kept. Equal beliefs
+// count as if in random order.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <map>
 #include <string>
 #include <utility>
@@ -21,6 +24,7 @@
 
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/occupancy/kl_occupancy.h"
+#include "planar_mapping/io/depth_image.h"
 #include "planar_mapping/pipeline/pipeline.h"
 #include "planar_mapping/pipeline/sequence_source.h"
 #include "planar_mapping/pipeline/stage_table.h"
@@ -29,7 +33,8 @@ namespace {
 
 using namespace planar_mapping;
 
-constexpr double kWrong = 3.0;  ///< pixels
+constexpr double kWrong = 3.0;          ///< pixels, or depth errors
+constexpr double kTruthScale = 1000.0;  ///< of depth_gt, units a metre
 
 /// A belief after a match, and whether that was right.
 using Verdict = std::pair<double, bool>;
@@ -75,13 +80,13 @@ struct Rule {
   std::vector<Verdict> verdicts;
 };
 
-Rule ruleOf(const char* name, UpdateRule update, double focal_length,
+Rule ruleOf(const char* name, UpdateRule update, const StereoNoise& noise,
             MotionReading reading = MotionReading::FeaturePosition) {
   KlOccupancyParams params;
   params.source = FeatureSource::Tracks;
   params.beliefs.update.rule = update;
   params.beliefs.motion_reading = reading;
-  params.beliefs.occupancy.noise.focal_length = focal_length;
+  params.beliefs.occupancy.noise = noise;
   return {name, KlOccupancy(params), {}};
 }
 
@@ -89,9 +94,31 @@ Rule ruleOf(const char* name, UpdateRule update, double focal_length,
 struct Sighting {
   Pose T_world_sensor;  ///< true
   Pose T_map_sensor;    ///< as the motion found it
-  Vector3 position;
-  Matrix6 covariance;  ///< of the motion up to then
+  Vector3 position;     ///< as measured
+  Matrix6 covariance;   ///< of the motion up to then
+  Vector3 truth;
 };
+
+/// The true depth at the feature: of the pixels about it the one next to what was measured, since
+/// at an edge a fraction of a pixel decides. What was measured where there is no truth beside it.
+double trueDepth(const io::DepthImage& truth, const KeyFeature& feature) {
+  const double measured = feature.position.z();
+  const auto column = static_cast<int>(std::lround(feature.column));
+  const auto row = static_cast<int>(std::lround(feature.row));
+  double best = truth.values.empty() ? measured : 1e9;
+  for (int r = row - 1; r <= row + 1; ++r) {
+    for (int c = column - 1; c <= column + 1; ++c) {
+      if (r < 0 || c < 0 || r >= static_cast<int>(truth.height) ||
+          c >= static_cast<int>(truth.width))
+        continue;
+      const double depth =
+          truth.values[static_cast<std::size_t>(r) * truth.width + static_cast<std::size_t>(c)] /
+          kTruthScale;
+      if (depth > 0.0 && std::abs(depth - measured) < std::abs(best - measured)) best = depth;
+    }
+  }
+  return best;
+}
 
 int run(const std::string& config, const std::string& sequence, int step,
         const std::vector<std::string>& assignments) {
@@ -109,6 +136,7 @@ int run(const std::string& config, const std::string& sequence, int step,
   std::vector<Verdict> by_sighting;  // and Eq. 4 of this sighting
   std::map<std::int64_t, Sighting> seen;
   Matrix6 covariance = Matrix6::Zero();
+  StereoNoise noise;
   std::size_t wrong = 0;
   std::size_t frames = 0;
   while (std::optional<Frame> frame = source.next()) {
@@ -117,12 +145,18 @@ int run(const std::string& config, const std::string& sequence, int step,
     ++frames;
     const PinholeCamera& camera = *frame->camera;
     if (rules.empty()) {
-      rules.push_back(ruleOf("kl", UpdateRule::KullbackLeibler, camera.fx));
+      noise.focal_length = camera.fx;
+      noise.baseline = frame->baseline.value_or(noise.baseline);
+      rules.push_back(ruleOf("kl", UpdateRule::KullbackLeibler, noise));
       rules.push_back(
-          ruleOf("kl, pose", UpdateRule::KullbackLeibler, camera.fx, MotionReading::RobotPose));
-      rules.push_back(ruleOf("log-odds", UpdateRule::LogOdds, camera.fx));
-      rules.push_back(ruleOf("none", UpdateRule::None, camera.fx));
+          ruleOf("kl, pose", UpdateRule::KullbackLeibler, noise, MotionReading::RobotPose));
+      rules.push_back(ruleOf("log-odds", UpdateRule::LogOdds, noise));
+      rules.push_back(ruleOf("none", UpdateRule::None, noise));
     }
+    char name[32];
+    std::snprintf(name, sizeof name, "/depth_gt/%06zu.png", frame->number);
+    io::DepthImage truth;
+    if (std::filesystem::exists(sequence + name)) truth = io::readDepthPng(sequence + name);
     std::vector<std::int32_t> labels(frame->cloud->size(), -1);
     for (std::size_t k = 0; k < frame->planes.size(); ++k)
       for (const int i : frame->planes[k].inliers)
@@ -143,17 +177,20 @@ int run(const std::string& config, const std::string& sequence, int step,
     for (const KeyFeature& feature : frame->key_features) {
       if (feature.track < 0 || !feature.position.allFinite() || !(feature.position.z() > 0.0))
         continue;
-      const Sighting now{*frame->given_pose, frame->T_world_sensor, feature.position, covariance};
+      const double depth = trueDepth(truth, feature);
+      const Sighting now{*frame->given_pose, frame->T_world_sensor, feature.position, covariance,
+                         feature.position * (depth / feature.position.z())};
       const auto [place, is_new] = seen.try_emplace(feature.track, now);
       if (is_new) continue;
       const Sighting before = std::exchange(place->second, now);
-      const Vector3 carried =
-          now.T_world_sensor.inverse() * before.T_world_sensor * before.position;
+      const Vector3 carried = now.T_world_sensor.inverse() * before.T_world_sensor * before.truth;
       if (!(carried.z() > 0.0)) continue;
       const double column = camera.fx * carried.x() / carried.z() + camera.cx;
       const double row = camera.fy * carried.y() / carried.z() + camera.cy;
-      const bool right = std::hypot(column - static_cast<double>(feature.column),
-                                    row - static_cast<double>(feature.row)) <= kWrong;
+      const double off = std::hypot(column - static_cast<double>(feature.column),
+                                    row - static_cast<double>(feature.row));
+      const bool right = off <= kWrong &&
+                         std::abs(feature.position.z() - depth) <= kWrong * noise.depthError(depth);
       wrong += right ? 0 : 1;
       for (Rule& rule : rules)
         rule.verdicts.emplace_back(rule.beliefs.tracks().belief(feature.track).value_or(0.0),
