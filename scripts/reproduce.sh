@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Everything that docs/results.md tells of, in one folder: tables, figures, one summary.
 #   scripts/reproduce.sh [OUT] [PART...]   default: out/evaluation below the project, all parts
-#   scripts/reproduce.sh OUT --quick       two places of five frames: looks right in a few minutes
+#   scripts/reproduce.sh OUT --quick       two places of five frames, no whole sequences: looks right in minutes
 # Parts: methods, seeds, regimes, poses, ablation. Configurations are those of config/ as they are, only the
 # cell size varies. Recorded sequences are taken from PLANAR_MAPPING_DATA (default: ../shared/data) where they are.
 # PLANAR_MAPPING_JOBS places are judged beside each other (default 1: times are of one thread).
@@ -12,13 +12,16 @@ if [[ ${1:-} == -h || ${1:-} == --help ]]; then
 fi
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 out=$(realpath -m "${1:-out/evaluation}")
-quick=()
-if [[ ${2:-} == --quick ]]; then
-  quick=(--places 2 --frames-per-place 5)
-  set -- "$out"
-fi
 parts=" ${*:2} "
-[[ $parts == "  " ]] && parts=" methods seeds regimes poses ablation "
+[[ $# -gt 1 ]] || parts=" methods regimes seeds poses ablation "
+quick=() few=(--places 4)
+if [[ $parts == *" --quick "* ]]; then
+  quick=(--places 2 --frames-per-place 5) few=()
+  parts=" methods regimes seeds ablation "
+fi
+for part in $parts; do
+  [[ " methods regimes seeds poses ablation " == *" $part "* ]] || { echo "there is no part '$part'" >&2; exit 2; }
+done
 data=$(realpath -m "${PLANAR_MAPPING_DATA:-../shared/data}")
 jobs=${PLANAR_MAPPING_JOBS:-1}
 planar_map=${PLANAR_MAPPING_PROGRAM:-build/bin/planar_map}
@@ -31,7 +34,7 @@ evaluate() {
   local name=$1 config=$2 code=0
   shift 2
   echo "== $name"
-  "$planar_map" evaluate "config/$config.yaml" "$@" -j "$jobs" -q --force -o "$out/$name" || code=$?
+  "$planar_map" evaluate "config/$config.yaml" "$@" ${quick[@]+"${quick[@]}"} -j "$jobs" -q --force -o "$out/$name" || code=$?
   [[ $code -eq 0 || $code -eq 7 ]] || exit "$code"
 }
 
@@ -42,25 +45,25 @@ boxes=(--variant no_planes:multi_plane_segmentation.enabled=false)
 inputs() {
   local prefix=$1 set
   shift
-  evaluate "${prefix}simulated" evaluate "$@" ${quick[@]+"${quick[@]}"}
-  evaluate "${prefix}simulated_turned" evaluate --scenes corridor --yaw-deg 30 "$@" ${quick[@]+"${quick[@]}"}
+  evaluate "${prefix}simulated" evaluate "$@"
+  evaluate "${prefix}simulated_turned" evaluate --scenes corridor --yaw-deg 30 "$@"
   for set in rgbd_indoor:rgbd_{tum_cabinet,tartanair_corridor,icl_livingroom,icl_five} \
     stereo_indoor:stereo_euroc_room stereo_outdoor:stereo_kitti_street; do
     [[ -d $data/${set#*:} ]] || continue
-    evaluate "$prefix${set#*:}" "${set%:*}" -i "$data/${set#*:}" "$@" ${quick[@]+"${quick[@]}"}
+    evaluate "$prefix${set#*:}" "${set%:*}" -i "$data/${set#*:}" "$@"
   done
 }
 
 if [[ $parts == *" methods "* ]]; then inputs "" "${boxes[@]}"; fi
 
 # Exact and tolerant covers, with and without the filters, of all methods.
-if [[ $parts == *" regimes "* ]]; then inputs regimes_ --regimes --cells 0.1 --places 4 --no-figures; fi
+if [[ $parts == *" regimes "* ]]; then inputs regimes_ --regimes --cells 0.1 ${few[@]+"${few[@]}"} --no-figures; fi
 
 # Noise, and for white walls the layout, of five seeds.
 if [[ $parts == *" seeds "* ]]; then
   for seed in 1 2 3 4 5; do
-    evaluate "seed_$seed" evaluate --seed "$seed" --scenes corridor,outdoor,white --cells 0.1,0.3 --places 4 \
-      --no-figures "${boxes[@]}" ${quick[@]+"${quick[@]}"}
+    evaluate "seed_$seed" evaluate --seed "$seed" --scenes corridor,outdoor,white --cells 0.1,0.3 \
+      ${few[@]+"${few[@]}"} --no-figures "${boxes[@]}"
   done
 fi
 
@@ -80,7 +83,7 @@ fi
 
 # The share of each idea, at one cell size; its evaluation.* repeat a part of the above.
 if [[ $parts == *" ablation "* ]]; then
-  evaluate ablation evaluate --ablation --cells 0.1 --places 4 --no-figures ${quick[@]+"${quick[@]}"}
+  evaluate ablation evaluate --ablation --cells 0.1 ${few[@]+"${few[@]}"} --no-figures
 fi
 
 # One table to include elsewhere: the facts once, then every input.
