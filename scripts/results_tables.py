@@ -2,7 +2,8 @@
 """The tables of docs/results.md from the output of scripts/reproduce.sh:
 
     scripts/results_tables.py OUT                            prints them
-    scripts/results_tables.py OUT --write docs/results.md    replaces them there; parts that were not run stay as they are
+    scripts/results_tables.py OUT --write PAGE...            replaces them in docs/results.md and README.md; parts that
+                                                             were not run stay as they are
 """
 import json
 import os
@@ -22,6 +23,7 @@ LESS_IS_BETTER = [("cells", "cells"), ("error", "error_percent"), ("wrong of wha
                   ("memory", "memory_bytes"), ("file", "file_bytes"), ("time", "time_ms_per_frame")]
 MORE_IS_BETTER = [("complete within s / 4", "completeness_quarter"), ("covered within s / 2", "coverage"),
                   ("covered within s / 4", "coverage_quarter"), ("covered, inside", "coverage_inside")]
+HALF_A_POINT = 0.005  # completeness and coverage this close are equal
 INFINITE = ("surface_median_m", "surface_p95_m")  # where they are absent
 
 
@@ -50,7 +52,7 @@ def joined(of, methods, figure, factor=1.0, digits=1):
     values = [of[m][figure] for m in methods]
     if None in values:
         return ""
-    return " / ".join(f"{factor * v:.{digits}f}".replace("100.0", "100").replace("inf", "∞") for v in values)
+    return " / ".join(re.sub(r"^100\.0+$", "100", f"{factor * v:.{digits}f}").replace("inf", "∞") for v in values)
 
 
 def head(*columns):
@@ -71,6 +73,8 @@ def method_tables(out):
     sizes = head("input", "s m", "memory kB SG / OG / RA / PG", "file kB RA / `.bt` / `.bt` zstd / `.ot` / finished / full",
                  "ms a frame SG / OG / RA / no planes / PG")
     all_rows = []
+    overview = head("s = 0.1 m", "standard grid", "OctoMap", "cuboids (RMAP)", "ours without planes", "**planar_mapping**",
+                    "free space marked, %: OctoMap / no planes / ours")
     four = ("SG", "OG", "no_planes", "PG")
     for folder, scene, name in INPUTS:
         for s, of in rows_of(out, folder, scene):
@@ -80,6 +84,8 @@ def method_tables(out):
             pg = of["PG"]["cells"]
             cells.append(line(name, s, *count, f"{pg / of['RA']['cells']:.2f}", f"{pg / of['no_planes']['cells']:.2f}",
                               f"{of['PG']['combination_efficiency']:.3f}"))
+            if s == 0.1:
+                overview.append(line(name, *count[:3], *count[4:], joined(of, four[1:], "free_space_violation", 100)))
             files = [of["RA"]["file_bytes"], of["OG"]["file_bytes"], of["OG"]["compressed_bytes"], of["OG"]["ot_bytes"],
                      of["PG"]["finished_bytes"], of["PG"]["file_bytes"]]
             sizes.append(line(name, s, " / ".join(short(of[m]["memory_bytes"] / 1e3) for m in ("SG", "OG", "RA", "PG")),
@@ -90,7 +96,7 @@ def method_tables(out):
             if of["PG"]["error_percent"] is not None:
                 error.append(line(name, s, joined(of, four, "error_percent"), joined(of, four, "wrong_fraction", 100),
                                   joined(of, four[1:], "completeness", 100), joined(of, four[1:], "completeness_quarter", 100)))
-            cover.append(line(name, s, *(joined(of, four, figure, 100, 2).replace("100.00", "100")
+            cover.append(line(name, s, *(joined(of, four, figure, 100, 2)
                                          for figure in ("coverage", "coverage_quarter", "coverage_inside"))))
             space.append(line(name, s, joined(of, four, "surface_median_m", 1e3, 0), joined(of, four, "surface_p95_m", 1e3, 0),
                               joined(of, four, "free_space_violation", 100), joined(of, ("OG", "PG"), "free_not_known", 100)))
@@ -98,15 +104,15 @@ def method_tables(out):
         return {}
     against = ("SG", "OG", "RA", "no_planes")
     summary = head(f"PG in {len(all_rows)} rows: better, equal, worse than", "SG", "OG", "RA", "no planes")
-    for sign, figures in ((1, LESS_IS_BETTER), (-1, MORE_IS_BETTER)):
+    for sign, equal, figures in ((1, 0.0, LESS_IS_BETTER), (-1, HALF_A_POINT, MORE_IS_BETTER)):
         for name, figure in figures:
             counts = []
             for method in against:
                 pairs = [(of["PG"][figure], of[method][figure]) for of in all_rows]
-                signs = [(a > b) - (a < b) for a, b in pairs if a is not None and b is not None]
+                signs = [(a > b + equal) - (a < b - equal) for a, b in pairs if a is not None and b is not None]
                 counts.append(", ".join(str(signs.count(x * sign)) for x in (-1, 0, 1)) if signs else "")
             summary.append(line(name, *counts))
-    return {"summary": summary, "cells": cells, "error": error, "cover": cover, "space": space, "sizes": sizes}
+    return {"overview": overview, "summary": summary, "cells": cells, "error": error, "cover": cover, "space": space, "sizes": sizes}
 
 
 def regimes(out):
@@ -144,8 +150,8 @@ def seeds(out):
 
 def poses(out):
     """Whole sequences: poses as given, and found from the images but judged by the given ones."""
-    table = head("sequence", "s m", "poses", "frames", "rms m", "cells OG / RA / no planes / PG", "covered % SG / OG / no planes / PG",
-                 "surface mm OG / no planes / PG", "free marked % OG / no planes / PG")
+    table = head("sequence", "s m", "poses", "frames", "rms m", "cells OG / RA / boxes / PG", "covered % OG / boxes / PG",
+                 "surface mm OG / boxes / PG", "free marked % OG / boxes / PG")
     names = [("simulated_images", "simulated corridor")] + [(folder, name) for folder, scene, name in INPUTS if not scene]
     for folder, name in names:
         for s in (0.1, 0.2):
@@ -156,28 +162,42 @@ def poses(out):
                 rms = of["PG"]["position_rms_m"]
                 table.append(line(name, s, label, of["PG"]["frames"], "" if rms is None else f"{rms:.3f}",
                                   joined(of, ("OG", "RA", "no_planes", "PG"), "cells", 1, 0),
-                                  joined(of, ("SG", "OG", "no_planes", "PG"), "coverage", 100),
+                                  joined(of, ("OG", "no_planes", "PG"), "coverage", 100),
                                   joined(of, ("OG", "no_planes", "PG"), "surface_median_m", 1e3, 0),
                                   joined(of, ("OG", "no_planes", "PG"), "free_space_violation", 100)))
     return {"poses": table} if len(table) > 2 else {}
 
 
+def ablation(out):
+    """The compact profile without one idea each."""
+    table = head("the profile `compact` with", "corridor: cells", "error %", "covered %", "outdoor: cells", "error %", "covered %")
+    scenes = [dict(rows_of(out, "ablation", scene)).get(0.1) for scene in ("corridor", "outdoor")]
+    if None in scenes:
+        return {}
+    for method in (m for m in scenes[0] if m not in ("SG", "OG", "RA", "PG_paper")):
+        figures = [f for of in scenes for f in (f"{of[method]['cells']:.0f}", joined(of, [method], "error_percent", 1, 2),
+                                                joined(of, [method], "coverage", 100))]
+        table.append(line("**all**" if method == "PG" else method, *figures))
+    return {"ablation": table}
+
+
 def main():
-    if len(sys.argv) not in (2, 4) or sys.argv[1].startswith("-"):
+    if len(sys.argv) == 1 or sys.argv[2:3] not in ([], ["--write"]) or sys.argv[1].startswith("-"):
         sys.exit(__doc__.strip())
     made = {}
-    for make in (method_tables, regimes, seeds, poses):
+    for make in (method_tables, regimes, seeds, poses, ablation):
         made.update(make(sys.argv[1]))
     if len(sys.argv) == 2:
         print("\n\n".join("\n".join(table) for table in made.values()))
         return
-    with open(sys.argv[3], encoding="utf-8") as file:
-        page = file.read()
-    for name, table in made.items():
-        text = "\n".join([f"<!-- {name} -->", *table, f"<!-- end of {name} -->"])
-        page = re.sub(f"<!-- {name} -->.*?<!-- end of {name} -->", lambda _: text, page, flags=re.DOTALL)
-    with open(sys.argv[3], "w", encoding="utf-8") as file:
-        file.write(page)
+    for path in sys.argv[3:]:
+        with open(path, encoding="utf-8") as file:
+            page = file.read()
+        for name, table in made.items():
+            text = "\n".join([f"<!-- {name} -->", *table, f"<!-- end of {name} -->"])
+            page = re.sub(f"<!-- {name} -->.*?<!-- end of {name} -->", lambda _: text, page, flags=re.DOTALL)
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(page)
 
 
 if __name__ == "__main__":
