@@ -150,7 +150,7 @@ def seeds(out):
 
 def poses(out):
     """Whole sequences: poses as given, and found from the images but judged by the given ones."""
-    table = head("sequence", "s m", "poses", "frames", "rms m", "cells OG / RA / boxes / PG", "covered % OG / boxes / PG",
+    table = head("input", "s m", "poses", "frames", "rms m", "cells OG / RA / boxes / PG", "covered % OG / boxes / PG",
                  "surface mm OG / boxes / PG", "free marked % OG / boxes / PG")
     names = [("simulated_images", "simulated corridor")] + [(folder, name) for folder, scene, name in INPUTS if not scene]
     for folder, name in names:
