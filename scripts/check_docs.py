@@ -3,6 +3,7 @@
 
 - Relative links and their anchors resolve.
 - Lines have at most 160 columns, but for the generated docs/parameters.md.
+- Rows of a table begin and end with |, one a line, each with as many cells as its heading.
 - A block of code after `<!-- examples/FILE -->` stands in that file, but for indentation; `// ...` leaves lines out.
 - `stage.key=value` names a key of docs/parameters.md, `test_name` a test, a path of the sources exists, and
   so do the classes and functions that docs/method.md and docs/architecture.md name.
@@ -44,6 +45,19 @@ def link_problems(page, text):
             yield f"link to {target}, which does not exist"
         elif anchor and anchor not in anchors(read(file)):
             yield f"link to {target}, which has no such heading"
+
+
+def table_problems(text):
+    columns = 0  # of the table in which the line is
+    lines = prose(text).split("\n")
+    for above, line in zip([""] + lines, lines):
+        bars = len(re.findall(r"(?<!\\)\|", re.sub(r"`[^`]*`", "", line)))
+        if re.search(r"\|\s*:?---", line):
+            columns = len(re.findall(r"(?<!\\)\|", re.sub(r"`[^`]*`", "", above)))
+        elif not line.strip() or line.startswith("<!--"):
+            columns = 0
+        if columns and (bars != columns or not re.fullmatch(r"\|.*\|", line)):
+            yield f"no row of the table: {line[:60]} ..."
 
 
 def lines_of(code):
@@ -100,7 +114,7 @@ def main():
         text = read(page)
         problems += [f"{page}:{i}: {len(line)} columns" for i, line in enumerate(text.split("\n"), 1)
                      if len(line) > MAX_COLUMNS and page != "docs/parameters.md"]
-        for check in (link_problems(page, text), snippet_problems(text), name_problems(text, keys, tests)):
+        for check in (link_problems(page, text), snippet_problems(text), table_problems(text), name_problems(text, keys, tests)):
             problems += [f"{page}: {problem}" for problem in check]
         if page in ("docs/method.md", "docs/architecture.md"):
             problems += [f"{page}: {problem}" for problem in symbol_problems(text, symbols)]

@@ -1,24 +1,32 @@
 #!/usr/bin/env bash
 # Everything that docs/results.md tells of, in one folder: tables, figures, one summary.
-#   scripts/reproduce.sh [OUT]        default: out/evaluation below the project
-#   scripts/reproduce.sh OUT --quick  two places of five frames: looks right in a few minutes
-# Recorded sequences are taken from PLANAR_MAPPING_DATA (default: ../shared/data) where they are.
+#   scripts/reproduce.sh [OUT] [PART...]   default: out/evaluation below the project, all parts
+#   scripts/reproduce.sh OUT --quick       two places of five frames, no whole sequences: looks right in minutes
+# Parts: methods, seeds, regimes, poses, ablation. Configurations are those of config/ as they are, only the
+# cell size varies. Recorded sequences are taken from PLANAR_MAPPING_DATA (default: ../shared/data) where they are.
 # PLANAR_MAPPING_JOBS places are judged beside each other (default 1: times are of one thread).
 set -euo pipefail
 if [[ ${1:-} == -h || ${1:-} == --help ]]; then
-  sed -n '2,6s/^# \{0,1\}//p' "$0"
+  sed -n '2,7s/^# \{0,1\}//p' "$0"
   exit 0
 fi
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 out=$(realpath -m "${1:-out/evaluation}")
-quick=()
-[[ ${2:-} == --quick ]] && quick=(--places 2 --frames-per-place 5)
+parts=" ${*:2} "
+[[ $# -gt 1 ]] || parts=" methods regimes seeds poses ablation "
+quick=() few=(--places 4)
+if [[ $parts == *" --quick "* ]]; then
+  quick=(--places 2 --frames-per-place 5) few=()
+  parts=" methods regimes seeds ablation "
+fi
+for part in $parts; do
+  [[ " methods regimes seeds poses ablation " == *" $part "* ]] || { echo "there is no part '$part'" >&2; exit 2; }
+done
 data=$(realpath -m "${PLANAR_MAPPING_DATA:-../shared/data}")
 jobs=${PLANAR_MAPPING_JOBS:-1}
 planar_map=${PLANAR_MAPPING_PROGRAM:-build/bin/planar_map}
 if [[ -z ${PLANAR_MAPPING_PROGRAM:-} ]]; then scripts/build.sh release; fi
 mkdir -p "$out"
-parts=()
 
 # evaluate NAME CONFIG OPTIONS...: one evaluation in a folder of its own. Tables without pictures
 # (exit code 7: nothing here can draw) are results, too.
@@ -26,48 +34,63 @@ evaluate() {
   local name=$1 config=$2 code=0
   shift 2
   echo "== $name"
-  # The same cover with all points as clutter: what planes buy is a column of the tables.
-  [[ $name == ablation ]] || set -- "$@" --variant no_planes:multi_plane_segmentation.enabled=false
-  "$planar_map" evaluate "$config" "$@" ${quick[@]+"${quick[@]}"} -j "$jobs" -q --force -o "$out/$name" || code=$?
+  "$planar_map" evaluate "config/$config.yaml" "$@" ${quick[@]+"${quick[@]}"} -j "$jobs" -q --force -o "$out/$name" || code=$?
   [[ $code -eq 0 || $code -eq 7 ]] || exit "$code"
-  parts+=("$name")
 }
 
-# Thresholds between a frame and the map follow the cell size; poses are those of the data set.
-follow=(--set planar_cuboid_approximation.association_offset_m=auto
-        --set planar_cuboid_approximation.association_gap_m=auto)
+# The same cover with all points as clutter: what planes buy is a column of the tables.
+boxes=(--variant no_planes:multi_plane_segmentation.enabled=false)
 
-# Recorded sequences are judged by what they cover of points held back: what few points or looks
-# confirm is kept, at the price of more cuboids. The configurations as they are rather keep maps steady.
-stage=planar_cuboid_approximation
-thin=(--set $stage.min_cell_share=0.07)
-complete=(--set $stage.min_cell_share=0 --set $stage.min_probability=0.2 --set $stage.noise_factor=0)
+# inputs PREFIX OPTIONS...: all scenes and sequences that are there.
+inputs() {
+  local prefix=$1 set
+  shift
+  evaluate "${prefix}simulated" evaluate "$@"
+  evaluate "${prefix}simulated_turned" evaluate --scenes corridor --yaw-deg 30 "$@"
+  for set in rgbd_indoor:rgbd_{tum_cabinet,tartanair_corridor,icl_livingroom,icl_five} \
+    stereo_indoor:stereo_euroc_room stereo_outdoor:stereo_kitti_street; do
+    [[ -d $data/${set#*:} ]] || continue
+    evaluate "$prefix${set#*:}" "${set%:*}" -i "$data/${set#*:}" "$@"
+  done
+}
 
-evaluate simulated config/evaluate.yaml
-evaluate simulated_turned config/evaluate.yaml --scenes corridor --yaw-deg 30
-for set in rgbd_tum_cabinet rgbd_tartanair_corridor rgbd_icl_livingroom rgbd_icl_five; do
-  if [[ -d $data/$set ]]; then
-    evaluate "$set" config/rgbd_indoor.yaml -i "$data/$set" "${follow[@]}" "${thin[@]}"
-  fi
-done
-if [[ -d $data/stereo_euroc_room ]]; then
-  evaluate stereo_euroc_room config/stereo_indoor.yaml -i "$data/stereo_euroc_room" "${follow[@]}" "${complete[@]}"
+if [[ $parts == *" methods "* ]]; then inputs "" "${boxes[@]}"; fi
+
+# Exact and tolerant covers, with and without the filters, of all methods.
+if [[ $parts == *" regimes "* ]]; then inputs regimes_ --regimes --cells 0.1 ${few[@]+"${few[@]}"} --no-figures; fi
+
+# Noise, and for white walls the layout, of five seeds.
+if [[ $parts == *" seeds "* ]]; then
+  for seed in 1 2 3 4 5; do
+    evaluate "seed_$seed" evaluate --seed "$seed" --scenes corridor,outdoor,white --cells 0.1,0.3 \
+      ${few[@]+"${few[@]}"} --no-figures "${boxes[@]}"
+  done
 fi
-if [[ -d $data/stereo_kitti_street ]]; then
-  evaluate stereo_kitti_street config/stereo_outdoor.yaml -i "$data/stereo_kitti_street" "${complete[@]}"
+
+# Whole sequences, with given poses and with those found from the images.
+if [[ $parts == *" poses "* ]]; then
+  "$planar_map" simulate corridor --write images --frames 40 --step 0.2 --seed 7 -q --force -o "$out/simulated_images"
+  for set in stereo_indoor:"$out/simulated_images" \
+    rgbd_indoor:"$data"/rgbd_{tum_cabinet,tartanair_corridor,icl_livingroom} \
+    stereo_indoor:"$data/stereo_euroc_room" stereo_outdoor:"$data/stereo_kitti_street"; do
+    [[ -d ${set#*:} ]] || continue
+    for poses in use ignore; do
+      evaluate "poses_${poses}_$(basename "$set")" "${set%%:*}" -i "${set#*:}" --cells 0.1,0.2 --frames-per-place 0 \
+        --set motion_estimation.poses=$poses --no-figures "${boxes[@]}"
+    done
+  done
 fi
 
 # The share of each idea, at one cell size; its evaluation.* repeat a part of the above.
-evaluate ablation config/evaluate.yaml --ablation --cells 0.1 --places 4 --no-figures
-unset 'parts[-1]'
+if [[ $parts == *" ablation "* ]]; then
+  evaluate ablation evaluate --ablation --cells 0.1 ${few[@]+"${few[@]}"} --no-figures
+fi
 
 # One table to include elsewhere: the facts once, then every input.
-{
-  sed -n '/^### /q;p' "$out/${parts[0]}/evaluation.md"
-  for part in "${parts[@]}"; do sed -n '/^### /,$p' "$out/$part/evaluation.md"; echo; done
-  echo "## Ablation"
-  echo
-  sed -n '/^### /,$p' "$out/ablation/ablation.md"
-} > "$out/summary.md.tmp"
+cat "$out"/*/evaluation.md | awk '!/^- / || !seen[$0]++' > "$out/summary.md.tmp"
+if [[ -d $out/ablation ]]; then
+  printf '\n## Ablation\n' >> "$out/summary.md.tmp"
+  sed -n '/^### /,$p' "$out/ablation/ablation.md" >> "$out/summary.md.tmp"
+fi
 mv "$out/summary.md.tmp" "$out/summary.md"
 echo "$out/summary.md"

@@ -29,6 +29,7 @@ struct EvaluateArguments : FrameArguments {
   PlaceOptions places;
   std::vector<std::string> variants;
   bool ablation = false;
+  bool regimes = false;
   bool no_figures = false;
   int threads = 1;
 };
@@ -199,6 +200,9 @@ int evaluate(const EvaluateArguments& arguments) {
   std::vector<Variant> variants = {{"PG_paper", "paper", {}}, {"PG", "compact", {}}};
   std::vector<Variant> ablation;
   if (arguments.ablation) ablation = ablationVariants();
+  if (arguments.regimes) {
+    for (Variant& variant : regimeVariants()) ablation.push_back(std::move(variant));
+  }
   for (const std::string& text : arguments.variants) ablation.push_back(parseVariant(text));
   const bool ablated = !ablation.empty();
 
@@ -208,6 +212,7 @@ int evaluate(const EvaluateArguments& arguments) {
   MethodOptions methods;
   methods.cells = arguments.cells;
   methods.planar = methodsOf(arguments, ablation);
+  if (arguments.regimes) methods.filtered_by = kFilteredCells;
   for (PlanarMethod& method : methodsOf(arguments, variants)) {
     methods.planar.push_back(std::move(method));
   }
@@ -248,6 +253,7 @@ int evaluate(const EvaluateArguments& arguments) {
     write(*directory, "ablation", header, withoutMethods(results, {"SG", "OG", "RA", "PG_paper"}));
     std::vector<std::string> names;
     for (const Variant& variant : ablation) names.push_back(variant.name);
+    for (const char* name : {"SG_filtered", "OG_filtered", "RA_filtered"}) names.emplace_back(name);
     results = withoutMethods(results, names);
   }
   write(*directory, "evaluation", header, results);
@@ -303,6 +309,9 @@ void addEvaluateCommand(CLI::App& app, int& exit_code) {
   addFrameOptions(*command, *arguments);
   command->add_flag("--ablation", arguments->ablation,
                     "Also maps without one idea each; writes ablation.*");
+  command->add_flag("--regimes", arguments->regimes,
+                    "Also exact and tolerant covers, with and without planes and filters, and the "
+                    "other methods with our filters; in ablation.*");
   command
       ->add_option("--variant", arguments->variants,
                    "NAME:stage.key=value,... one more row of ablation.*, repeatable")

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -82,6 +83,10 @@ TEST_F(Evaluate, TablesHoldEveryMethodAndThePromisedColumns) {
     EXPECT_EQ(row["finished_bytes"].is_number(), is_ours) << row["method"];
     EXPECT_EQ(row["finished_memory_bytes"].is_number(), is_ours) << row["method"];
     EXPECT_EQ(row["ot_bytes"].is_number(), row["method"] == "OG") << row["method"];
+    EXPECT_EQ(row["free_not_known"].is_number(), is_ours || row["method"] == "OG");
+    EXPECT_LE(row["completeness_quarter"], row["completeness_half"]);
+    EXPECT_LE(row["coverage_inside"], row["coverage_quarter"]);
+    EXPECT_LT(row["surface_median_m"], 0.4) << row["method"];
     if (row["method"] == "OG") {
       octree_file = row["file_bytes"];
       EXPECT_GT(row["ot_bytes"], octree_file);
@@ -212,6 +217,51 @@ TEST_F(Evaluate, VariantsGoToATableOfTheirOwn) {
   for (const Json& row : ablation["results"]) methods.push_back(row["method"]);
   EXPECT_EQ((std::vector<std::string>{"no beliefs", "thick", "PG"}), methods);
   for (const Json& row : results()["results"]) EXPECT_NE("thick", row["method"]);
+}
+
+TEST_F(Evaluate, RegimesHoldEveryMethodWithTheSameCells) {
+  const ProgramResult result = evaluate({"--places", "1", "--regimes"});
+  ASSERT_EQ(0, result.exit_code) << result.err;
+  std::map<std::string, Json> rows;
+  for (const char* file : {"out/ablation.json", "out/evaluation.json"}) {
+    const Json json = Json::parse(read(file));
+    for (const Json& row : json["results"]) rows[row["method"]] = row;
+  }
+  for (const char* raw : {"", "_raw"}) {
+    for (const char* cover : {"boxes", "boxes_exact", "planes_exact"}) {
+      ASSERT_EQ(1u, rows.count(std::string(cover) + raw)) << cover << raw;
+    }
+    const double tolerant = rows[std::string("boxes") + raw]["cells"];
+    EXPECT_LT(tolerant, rows[std::string("boxes_exact") + raw]["cells"].get<double>()) << raw;
+  }
+  // The other methods cover the very cells of our exact boxes.
+  for (const char* name : {"SG_filtered", "RA_filtered"}) {
+    ASSERT_EQ(1u, rows.count(name));
+    for (const char* figure : {"coverage", "completeness", "free_space_violation"}) {
+      EXPECT_NEAR(rows["boxes_exact"][figure].get<double>(), rows[name][figure].get<double>(), 2e-3)
+          << name << " " << figure;
+    }
+  }
+  EXPECT_GT(rows["SG_filtered"]["cells"], rows["RA_filtered"]["cells"]);
+  EXPECT_LE(rows["SG_filtered"]["cells"], rows["SG"]["cells"]);
+}
+
+TEST_F(Evaluate, MapsOfPosesThatWereFoundAreJudgedByTheGivenOnes) {
+  ASSERT_EQ(0, planarMap({"simulate", "room", "--write", "images", "--width", "320", "--height",
+                          "240", "--frames", "4", "--step", "0.05", "-o", directory_ / "scene"})
+                   .exit_code);
+  const ProgramResult result =
+      planarMap({"evaluate", config("stereo_indoor.yaml"), "-i", directory_ / "scene", "--cells",
+                 "0.2", "--frames-per-place", "0", "--set", "motion_estimation.poses=ignore",
+                 "--no-figures", "-o", directory_ / "out"});
+  ASSERT_EQ(0, result.exit_code) << result.err;
+  for (const Json& row : results()["results"]) {
+    EXPECT_EQ(4, row["frames"]);
+    EXPECT_GT(row["position_rms_m"], 0.0);
+    EXPECT_LT(row["position_rms_m"], 0.05);
+    if (row["method"] == "PG_paper") continue;
+    EXPECT_GT(row["coverage"], 0.9) << row["method"];
+  }
 }
 
 TEST_F(Evaluate, EveryIdeaOfTheAblationIsASetOfKnownParameters) {

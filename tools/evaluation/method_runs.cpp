@@ -18,6 +18,43 @@ namespace {
 
 using evaluation::Figures;
 
+constexpr std::size_t kMostRays = 20000;  ///< of a place, on which the surface is looked for
+
+using DistanceToTruth = std::function<double(const Vector3&)>;
+
+/// Where the true surface is not known as such, the nearest checked point stands for it.
+DistanceToTruth distanceToTruth(const Place& place) {
+  if (place.truth) {
+    return [truth = place.truth](const Vector3& point) { return truth->distance(point); };
+  }
+  std::vector<Cuboid> points(place.checked.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    points[i].center = place.checked[i];
+    points[i].size = Vector3::Zero();
+  }
+  const auto index = std::make_shared<evaluation::CuboidDistance>(points);
+  return [index](const Vector3& point) { return index->distance(point); };
+}
+
+/// The cells of a lattice that boxes along its axes cover.
+std::vector<evaluation::GridCell> cellsIn(const std::vector<Cuboid>& boxes, double s) {
+  std::vector<evaluation::GridCell> cells;
+  for (const Cuboid& box : boxes) {
+    Eigen::Vector3i low;
+    Eigen::Vector3i high;
+    for (int k = 0; k < 3; ++k) {
+      low[k] = static_cast<int>(std::lround((box.center[k] - 0.5 * box.size[k]) / s));
+      high[k] = static_cast<int>(std::lround((box.center[k] + 0.5 * box.size[k]) / s));
+    }
+    for (int z = low.z(); z < high.z(); ++z)
+      for (int y = low.y(); y < high.y(); ++y)
+        for (int x = low.x(); x < high.x(); ++x) cells.push_back({x, y, z});
+  }
+  std::sort(cells.begin(), cells.end());
+  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+  return cells;
+}
+
 class StopWatch {
  public:
   double milliseconds() const {
@@ -32,7 +69,8 @@ class StopWatch {
 /// What all methods at one place and cell size are judged with.
 class Judge {
  public:
-  Judge(const Place& place, double s) : place_(place), s_(s), crossed_(s, 2.0 * s) {
+  Judge(const Place& place, double s, const DistanceToTruth& to_truth)
+      : place_(place), s_(s), to_truth_(to_truth), crossed_(s, 2.0 * s) {
     crossed_.add(place.rays);
     if (!place.truth) return;
     visible_ = place.truth->visibleCells(s);
@@ -52,24 +90,47 @@ class Judge {
     f.combination_efficiency = evaluation::combinationEfficiency(cuboids.size(), standard_cells_);
     const evaluation::CuboidDistance index(cuboids);
     if (place_.truth) {
-      f.error_percent =
-          evaluation::mappingError(cuboids, index, *place_.truth, s_, standard_cells_).percent;
+      const evaluation::MappingError error =
+          evaluation::mappingError(cuboids, index, *place_.truth, s_, standard_cells_);
+      f.error_percent = error.percent;
+      f.wrong_fraction = error.wrongFraction();
       f.completeness = evaluation::completeness(index, visible_, s_);
+      f.completeness_half = evaluation::completeness(index, visible_, 0.5 * s_);
+      f.completeness_quarter = evaluation::completeness(index, visible_, 0.25 * s_);
     }
     const evaluation::HeldBackDistance held_back =
         evaluation::heldBackDistance(index, place_.checked, 0.5 * s_);
     f.coverage = held_back.share_within;
+    f.coverage_quarter = held_back.share_within_half;
+    f.coverage_inside = held_back.share_inside;
     f.measured_coverage =
         place_.truth ? evaluation::coverage(index, measured_, 0.5 * s_) : held_back.share_within;
     if (std::isfinite(held_back.median)) f.held_back_median_m = held_back.median;
     if (std::isfinite(held_back.percentile_95)) f.held_back_p95_m = held_back.percentile_95;
+    const evaluation::SurfaceDistance surface = evaluation::surfaceDistance(
+        index, place_.rays, 1 + place_.rays.size() / kMostRays, to_truth_);
+    if (std::isfinite(surface.median)) f.surface_median_m = surface.median;
+    if (std::isfinite(surface.percentile_95)) f.surface_p95_m = surface.percentile_95;
     f.free_space_violation = evaluation::freeSpaceViolation(index, crossed_).share;
+    f.frames = static_cast<double>(place_.frames.size());
+    if (!place_.position_errors.empty()) {
+      double sum = 0.0;
+      for (const double error : place_.position_errors) sum += error * error;
+      f.position_rms_m = std::sqrt(sum / *f.frames);
+    }
     return f;
+  }
+  /// Share of the space that rays crossed that is not known to be free.
+  double notKnown(const std::function<bool(const Vector3&)>& is_free) const {
+    if (crossed_.cells() == 0) return 0.0;
+    return 1.0 -
+           static_cast<double>(crossed_.count(is_free)) / static_cast<double>(crossed_.cells());
   }
 
  private:
   const Place& place_;
   double s_;
+  const DistanceToTruth& to_truth_;
   evaluation::CrossedSpace crossed_;
   // Where there is truth:
   std::vector<evaluation::VisibleCell> visible_;
@@ -80,8 +141,9 @@ class Judge {
 /// The methods at one cell size, one after the other.
 class CellRun {
  public:
-  CellRun(const Place& place, const MethodOptions& options, double s, PlanarRuns& planar)
-      : place_(place), options_(options), s_(s), planar_(planar), judge_(place, s) {}
+  CellRun(const Place& place, const MethodOptions& options, double s, PlanarRuns& planar,
+          const DistanceToTruth& to_truth)
+      : place_(place), options_(options), s_(s), planar_(planar), judge_(place, s, to_truth) {}
 
   /// \return false if it was stopped
   bool execute(const std::function<bool()>& done, std::vector<MethodMap>* maps);
@@ -93,6 +155,7 @@ class CellRun {
   void octreeGrid();
   void rectangularApproximation();
   void planarMap(const PlanarMethod& method);
+  void ofFilteredCells(const std::vector<evaluation::GridCell>& cells);
   void add(const std::string& method, Figures figures, std::vector<Cuboid> cuboids);
   double perFrame(double ms) const { return ms / static_cast<double>(place_.frames.size()); }
 
@@ -140,7 +203,9 @@ void CellRun::add(const std::string& method, Figures figures, std::vector<Cuboid
 bool CellRun::standardGrid() {
   const StopWatch watch;
   evaluation::StandardGrid grid(s_, min_points_);
-  for (const PreparedFrame& frame : place_.frames) grid.insert(frame.obstacles);
+  for (const PreparedFrame& frame : place_.frames) {
+    grid.insert(frame.obstacles, frame.ground, frame.frame.T_world_sensor.translation());
+  }
   std::vector<Cuboid> cuboids = grid.cuboids();
   const double ms = watch.milliseconds();
   if (grid.size() == 0) return false;
@@ -172,7 +237,10 @@ void CellRun::octreeGrid() {
   figures.memory_bytes = static_cast<double>(grid.heapBytes());
   figures.heap_bytes = figures.memory_bytes;
   figures.reported_memory_bytes = static_cast<double>(grid.reportedBytes());
+  figures.free_not_known =
+      judge_.notKnown([&grid](const Vector3& point) { return grid.isFree(point); });
   figures.file_bytes = static_cast<double>(grid.fileBytes());
+  figures.compressed_bytes = static_cast<double>(grid.compressedFileBytes());
   figures.ot_bytes = ot_bytes;
   figures.time_ms_per_frame = perFrame(ms);
   add("OG", std::move(figures), std::move(cuboids));
@@ -202,11 +270,30 @@ void CellRun::planarMap(const PlanarMethod& method) {
   figures.memory_bytes = static_cast<double>(run.map.memoryBytes());
   if (options_.measure_heap) figures.heap_bytes = heapBytesOfCopy(run.map);
   figures.file_bytes = static_cast<double>(run.map.serialize().size());
+  figures.free_not_known =
+      judge_.notKnown([&run](const Vector3& point) { return run.map.isFree(point); });
   const PlanarMap finished = run.map.finished();
   figures.finished_bytes = static_cast<double>(finished.serialize().size());
   figures.finished_memory_bytes = static_cast<double>(finished.memoryBytes());
   figures.time_ms_per_frame = perFrame(run.time_ms);
   add(method.name, std::move(figures), run.map.cuboids());
+  if (method.name == options_.filtered_by) ofFilteredCells(cellsIn(run.map.cuboids(), s_));
+}
+
+void CellRun::ofFilteredCells(const std::vector<evaluation::GridCell>& cells) {
+  const std::vector<Cuboid> cubes = evaluation::cuboidsOf(cells, s_);
+  if (evaluation::OctreeGrid::isAvailable()) {
+    evaluation::OctreeGridParams params;
+    params.resolution = s_;
+    evaluation::OctreeGrid tree(params);
+    for (const Cuboid& cube : cubes) tree.insert({cube.center}, {}, cube.center);
+    tree.finish();
+    add("OG_filtered", judge_.figures(tree.cuboids()), tree.cuboids());
+  }
+  evaluation::RectangularApproximation boxes(s_, 1);
+  boxes.approximate(cells);
+  add("RA_filtered", judge_.figures(boxes.cuboids()), boxes.cuboids());
+  add("SG_filtered", judge_.figures(cubes), cubes);
 }
 
 }  // namespace
@@ -215,9 +302,10 @@ std::vector<evaluation::PlaceResult> judgeMethods(const Place& place, const Meth
                                                   const std::function<bool()>& done,
                                                   std::vector<MethodMap>* maps, double maps_cell) {
   PlanarRuns planar(place);
+  const DistanceToTruth to_truth = distanceToTruth(place);
   std::vector<evaluation::PlaceResult> results;
   for (const double s : options.cells) {
-    CellRun run(place, options, s, planar);
+    CellRun run(place, options, s, planar, to_truth);
     const bool complete = run.execute(done, s == maps_cell ? maps : nullptr);
     for (evaluation::PlaceResult& result : run.takeResults()) results.push_back(std::move(result));
     if (!complete) break;

@@ -38,14 +38,29 @@ std::vector<Stretch> stretchesOf(std::size_t frames, const PlaceOptions& options
   return stretches;
 }
 
-std::vector<Vector3> inWorld(const Frame& frame, const Indices& indices) {
+std::vector<Vector3> inWorld(const Frame& frame, const Indices& indices,
+                             const Pose& T_world_sensor) {
   std::vector<Vector3> points;
   points.reserve(indices.size());
   const PointsView view = viewOf(*frame.cloud);
   for (const int i : indices) {
-    points.push_back(frame.T_world_sensor * view.point(static_cast<std::size_t>(i)));
+    points.push_back(T_world_sensor * view.point(static_cast<std::size_t>(i)));
   }
   return points;
+}
+
+/// Where the frame truly was: the given pose where there is one, in the world of the first frame
+/// of the place as that was placed.
+Pose truePose(const Frame& frame, Place& place) {
+  if (!frame.given_pose) return frame.T_world_sensor;
+  if (frame.given_pose->matrix() == frame.T_world_sensor.matrix()) return frame.T_world_sensor;
+  if (place.frames.empty()) {
+    place.T_world_given = frame.T_world_sensor * frame.given_pose->inverse();
+  }
+  const Pose T_world_sensor = place.T_world_given * *frame.given_pose;
+  const Vector3 error = T_world_sensor.translation() - frame.T_world_sensor.translation();
+  place.position_errors.push_back(error.norm());
+  return T_world_sensor;
 }
 
 /// What the pixels of the points hit, without noise; flying pixels, too, hit something.
@@ -73,9 +88,10 @@ void chooseCheckedPoints(Frame& frame, std::size_t step, const evaluation::Rende
   for (std::size_t k = 0; k < frame.indices.size(); ++k) {
     (k % step == step - 1 ? chosen : kept).push_back(frame.indices[k]);
   }
-  const std::vector<Vector3> measured = inWorld(frame, chosen);
+  const Pose T_world_sensor = truePose(frame, place);
+  const std::vector<Vector3> measured = inWorld(frame, chosen, T_world_sensor);
   for (const Vector3& point : measured) {
-    place.rays.push_back({frame.T_world_sensor.translation(), point});
+    place.rays.push_back({T_world_sensor.translation(), point});
   }
   const std::vector<Vector3> checked =
       truth != nullptr ? trulyInWorld(frame, chosen, *truth) : measured;
@@ -97,8 +113,9 @@ void addFrame(Frame frame, const PlaceOptions& options, const evaluation::Render
   frame.front_end_done = true;
   chooseCheckedPoints(frame, options.check_step, truth, place);
   PreparedFrame prepared;
-  prepared.obstacles = inWorld(frame, frame.indices);
-  prepared.ground = inWorld(frame, frame.ground);
+  prepared.obstacles = inWorld(frame, frame.indices, frame.T_world_sensor);
+  prepared.ground = inWorld(frame, frame.ground, frame.T_world_sensor);
+  frame.given_pose = frame.T_world_sensor;  // the mapping stages look for no motion
   prepared.frame = std::move(frame);
   place.frames.push_back(std::move(prepared));
 }

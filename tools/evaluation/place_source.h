@@ -29,11 +29,15 @@ struct PreparedFrame {
 struct Place {
   std::size_t number = 0;
   std::vector<PreparedFrame> frames;
-  /// Rays to the points to look for in the maps, as measured, world frame.
+  Pose T_world_given = Pose::Identity();  ///< world of given poses in that of the frames
+  /// Where the motion was found although poses are given: how far the frames are from those,
+  /// metres. The given ones are aligned at the first frame.
+  std::vector<double> position_errors;
+  /// Rays to the points to look for in the maps, as measured, from given poses, world frame.
   std::vector<evaluation::MeasuredRay> rays;
   /// Where those points truly are: what their pixels hit. As measured where there is no truth.
   std::vector<Vector3> checked;
-  /// Null where the input has no truth; the points were then held back from every method.
+  /// Null where the input has no true surface; the points were then held back from every method.
   std::shared_ptr<const evaluation::SurfaceTruth> truth;
 };
 

@@ -28,6 +28,32 @@ std::vector<Variant> ablationVariants() {
   return kVariants;
 }
 
+std::vector<Variant> regimeVariants() {
+  const std::string stage = "planar_cuboid_approximation.";
+  std::vector<Variant> variants;
+  for (const bool raw : {false, true}) {
+    for (const bool exact : {true, false}) {
+      for (const bool boxes : {true, false}) {
+        Variant variant{boxes ? "boxes" : "planes", "compact", {}};
+        if (boxes) variant.assignments.emplace_back("multi_plane_segmentation.enabled=false");
+        if (exact) {
+          variant.name += "_exact";
+          for (const char* one : {"absorption_cells=0", "hole_size_m=0.000001"})
+            variant.assignments.push_back(stage + one);
+        }
+        if (raw) {
+          variant.name += "_raw";
+          variant.assignments.emplace_back("kl_occupancy.enabled=false");
+          for (const char* one : {"first_belief=1", "min_cell_share=0", "noise=none"})
+            variant.assignments.push_back(stage + one);
+        }
+        if (!variant.assignments.empty()) variants.push_back(std::move(variant));
+      }
+    }
+  }
+  return variants;
+}
+
 Variant parseVariant(const std::string& text) {
   const std::size_t colon = text.find(':');
   Variant variant{text.substr(0, colon), "compact", {}};

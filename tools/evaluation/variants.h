@@ -19,6 +19,12 @@ struct Variant {
 /// The compact profile without one idea each: what is its share?
 std::vector<Variant> ablationVariants();
 
+/// Exact and tolerant covers, with planes and without, with the filters of the planar map and
+/// without (METHOD: IV-B). `boxes` is without planes, `raw` without filters.
+std::vector<Variant> regimeVariants();
+/// The one of them whose boxes cover exactly the cells that pass the filters.
+constexpr const char* kFilteredCells = "boxes_exact";
+
 /// "NAME:stage.key=value,stage.key=value", on the compact profile.
 /// \throws UsageError
 Variant parseVariant(const std::string& text);

@@ -23,6 +23,7 @@ using evaluation::coverage;
 using evaluation::freeSpaceViolation;
 using evaluation::heldBackDistance;
 using evaluation::mappingError;
+using evaluation::surfaceDistance;
 
 // The figures of a list of cuboids, without an index at hand.
 MappingError mappingError(const std::vector<Cuboid>& cuboids, const SurfaceTruth& truth, double s,
@@ -290,7 +291,9 @@ TEST(HeldBack, ByHand) {
   EXPECT_NEAR(result.median, 0.9, 1e-12);         // the tenth of twenty
   EXPECT_NEAR(result.percentile_95, 1.8, 1e-12);  // the nineteenth
   EXPECT_NEAR(result.mean, 0.95, 1e-12);
-  EXPECT_NEAR(result.share_within, 0.3, 1e-12);  // 0 to .5
+  EXPECT_NEAR(result.share_within, 0.3, 1e-12);        // 0 to .5
+  EXPECT_NEAR(result.share_within_half, 0.15, 1e-12);  // 0 to .2
+  EXPECT_NEAR(result.share_inside, 0.05, 1e-12);
 }
 
 TEST(HeldBack, TiltedCuboidByHand) {
@@ -330,6 +333,29 @@ TEST(HeldBack, NothingAtAll) {
   EXPECT_EQ(empty.median, kInfinity);
   EXPECT_EQ(empty.share_within, 0.0);
   EXPECT_EQ(heldBackDistance(CuboidDistance({}), {}, 0.1).points, 0u);
+}
+
+TEST(SurfaceDistanceMetric, IsThatOfWhereRaysEnter) {
+  // A slab from x = 2.9 to 3.1 about a surface at 3 m, and rays that meet it at any angle.
+  Cuboid slab;
+  slab.center = Vector3(3.0, 0.0, 0.0);
+  slab.size = Vector3(0.2, 4.0, 4.0);
+  const auto to_wall = [](const Vector3& point) { return std::abs(point.x() - 3.0); };
+  std::vector<MeasuredRay> rays;
+  for (double y = -1.9; y < 2.0; y += 0.2) rays.push_back({{0, 0, 0}, {3.0, y, 0.3}});
+  const SurfaceDistance near = surfaceDistance(CuboidDistance({slab}), rays, 1, to_wall);
+  EXPECT_NEAR(near.median, 0.1, 1e-3);
+  EXPECT_NEAR(near.percentile_95, 0.1, 1e-3);
+  // One ray of twenty meets a box half way, two miss everything.
+  Cuboid box;
+  box.center = 0.5 * rays[0].end;
+  box.size = Vector3::Constant(0.02);
+  rays[1].end = rays[2].end = Vector3(-3.0, 0.0, 0.0);
+  const SurfaceDistance lost = surfaceDistance(CuboidDistance({slab, box}), rays, 1, to_wall);
+  EXPECT_NEAR(lost.median, 0.1, 1e-3);
+  EXPECT_EQ(lost.percentile_95, kInfinity);
+  rays.resize(1);
+  EXPECT_NEAR(surfaceDistance(CuboidDistance({slab, box}), rays, 1, to_wall).median, 1.51, 1e-3);
 }
 
 TEST(FreeSpace, ByHand) {

@@ -56,6 +56,22 @@ TEST_F(OctreeGridTest, OneRayHitsItsEndAndClearsTheCellsBefore) {
   EXPECT_NEAR(cuboids[0].probability, 0.7, 1e-6);
 }
 
+TEST_F(OctreeGridTest, OnlyWhatRaysCrossedIsFree) {
+  OctreeGrid octree = grid(1.0);
+  octree.insert({{4.5, 0.5, 0.5}}, {}, {0.5, 0.5, 0.5});
+  EXPECT_TRUE(octree.isFree({2.2, 0.9, 0.1}));
+  EXPECT_FALSE(octree.isFree({4.5, 0.5, 0.5}));
+  EXPECT_FALSE(octree.isFree({2.2, 1.1, 0.1}));
+  EXPECT_FALSE(octree.isFree({kNan, 0.0, 0.0}));
+}
+
+TEST_F(OctreeGridTest, ACompressedFileIsTheSmallerOne) {
+  OctreeGrid octree = grid(0.05);
+  octree.insert(wall(0.05), {}, {0.0, 0.0, 1.0});
+  EXPECT_LT(octree.compressedFileBytes(), octree.fileBytes() / 2);
+  EXPECT_GT(octree.compressedFileBytes(), 100u);
+}
+
 TEST_F(OctreeGridTest, GroundClearsAndIsNeverOccupied) {
   OctreeGrid octree = grid(1.0);
   octree.insert({}, {{4.5, 0.5, 0.5}}, {0.5, 0.5, 0.5});

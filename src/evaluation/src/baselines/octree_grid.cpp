@@ -7,6 +7,7 @@
 #ifdef PLANAR_MAPPING_HAS_OCTOMAP
 #include <malloc.h>
 #include <octomap/OcTree.h>
+#include <zstd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -192,6 +193,28 @@ std::size_t OctreeGrid::fileBytes() const {
   return headerBytes(tree, "# Octomap OcTree binary file") + 2 * innerNodes(tree);
 }
 
+std::size_t OctreeGrid::compressedFileBytes() const {
+  constexpr int kLevel = 19;
+  octomap::OcTree tree(impl_->tree);
+  tree.toMaxLikelihood();
+  tree.prune();
+  std::ostringstream stream;
+  tree.writeBinaryData(stream);
+  const std::string data = stream.str();
+  std::string packed(ZSTD_compressBound(data.size()), 0);
+  const std::size_t size =
+      ZSTD_compress(packed.data(), packed.size(), data.data(), data.size(), kLevel);
+  if (ZSTD_isError(size) != 0) throw Error("the octree cannot be compressed");
+  return headerBytes(tree, "# Octomap OcTree binary file") + size;
+}
+
+bool OctreeGrid::isFree(const Vector3& point) const {
+  octomap::OcTreeKey key;
+  if (!point.allFinite() || !impl_->tree.coordToKeyChecked(toOctomap(point), key)) return false;
+  const octomap::OcTreeNode* node = impl_->tree.search(key);
+  return node != nullptr && !impl_->tree.isNodeOccupied(*node);
+}
+
 std::size_t OctreeGrid::otBytes() const {
   constexpr std::size_t kNode = sizeof(float) + 1;  // the log-odds and which children there are
   return headerBytes(impl_->tree, "# Octomap OcTree file") + kNode * impl_->tree.size();
@@ -226,6 +249,12 @@ std::size_t OctreeGrid::heapBytes() const {
 }
 std::size_t OctreeGrid::fileBytes() const {
   return 0;
+}
+std::size_t OctreeGrid::compressedFileBytes() const {
+  return 0;
+}
+bool OctreeGrid::isFree(const Vector3&) const {
+  return false;
 }
 std::size_t OctreeGrid::otBytes() const {
   return 0;

@@ -99,22 +99,33 @@ const std::vector<FigureColumn>& figureColumns() {
       {"standard_cells", &Figures::standard_cells},
       {"combination_efficiency", &Figures::combination_efficiency},
       {"error_percent", &Figures::error_percent},
+      {"wrong_fraction", &Figures::wrong_fraction},
       {"completeness", &Figures::completeness},
+      {"completeness_half", &Figures::completeness_half},
+      {"completeness_quarter", &Figures::completeness_quarter},
       {"coverage", &Figures::coverage},
+      {"coverage_quarter", &Figures::coverage_quarter},
+      {"coverage_inside", &Figures::coverage_inside},
       {"measured_coverage", &Figures::measured_coverage},
       {"held_back_median_m", &Figures::held_back_median_m},
       {"held_back_p95_m", &Figures::held_back_p95_m},
+      {"surface_median_m", &Figures::surface_median_m},
+      {"surface_p95_m", &Figures::surface_p95_m},
       {"free_space_violation", &Figures::free_space_violation},
+      {"free_not_known", &Figures::free_not_known},
       {"memory_bytes", &Figures::memory_bytes},
       {"reported_memory_bytes", &Figures::reported_memory_bytes},
       {"heap_bytes", &Figures::heap_bytes, true},
       {"file_bytes", &Figures::file_bytes},
+      {"compressed_bytes", &Figures::compressed_bytes},
       {"finished_bytes", &Figures::finished_bytes},
       {"finished_memory_bytes", &Figures::finished_memory_bytes},
       {"ot_bytes", &Figures::ot_bytes},
       {"time_ms_per_frame", &Figures::time_ms_per_frame, true},
       {"fused_cells", &Figures::fused_cells},
       {"greedy_cells", &Figures::greedy_cells},
+      {"frames", &Figures::frames},
+      {"position_rms_m", &Figures::position_rms_m},
   };
   return kColumns;
 }
@@ -235,13 +246,13 @@ std::string toMarkdown(const ReportHeader& header, const std::vector<PlaceResult
   for (const Summary& row : summarize(results)) {
     if (first || row.scene != scene) {
       scene = row.scene;
-      markdown +=
-          "\n### " + scene + ", " + std::to_string(row.places) +
-          (row.places == 1 ? " place" : " places: median (quartiles)") +
-          "\n\n"
-          "| s m | method | cells | eta | error % | complete % | covered % | held back mm "
-          "| free space violated % | memory kB | file kB | finished / .ot kB | ms a frame | behind |\n"
-          "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+      markdown += "\n### " + scene + ", " + std::to_string(row.places) +
+                  (row.places == 1 ? " place" : " places: median (quartiles)") +
+                  "\n\n"
+                  "| s m | method | cells | eta | error % | complete % | covered % | held back mm "
+                  "| free space violated % | memory kB | file kB | finished / .ot kB | ms a frame "
+                  "| behind |\n"
+                  "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
     }
     first = false;
     const std::string behind = isBaseline(row.method) ? ""

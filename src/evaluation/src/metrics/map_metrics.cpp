@@ -14,9 +14,12 @@ namespace planar_mapping {
 namespace evaluation {
 namespace {
 
-constexpr double kPartsPerCell = 4.0;    ///< along each axis, of the mapping error
-constexpr double kStepsPerCell = 2.0;    ///< along a ray
-constexpr double kLongestRay = 1e4;      ///< metres
+constexpr double kPartsPerCell = 4.0;  ///< along each axis, of the mapping error
+constexpr double kStepsPerCell = 2.0;  ///< along a ray
+constexpr double kLongestRay = 1e4;    ///< metres
+constexpr double kLostBehind = 2.0;    ///< metres
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kTouched = 1e-4;        ///< metres from a cuboid, along a ray
 constexpr double kMostParts = 1e6;       ///< of one cuboid, along each axis
 constexpr std::int64_t kBlockParts = 4;  ///< along each axis, decided together
 
@@ -182,12 +185,12 @@ MappingError mappingError(const std::vector<Cuboid>& cuboids, const CuboidDistan
 }
 
 double completeness(const CuboidDistance& index, const std::vector<VisibleCell>& visible,
-                    double s) {
-  requirePositive("s", s, "m");
+                    double margin) {
+  requirePositive("margin", margin, "m");
   if (visible.empty()) return 1.0;
   std::uint32_t hint = 0;
   const auto found = std::count_if(visible.begin(), visible.end(), [&](const VisibleCell& cell) {
-    return index.isWithin(cell.point, s, hint);
+    return index.isWithin(cell.point, margin, hint);
   });
   return static_cast<double>(found) / static_cast<double>(visible.size());
 }
@@ -211,13 +214,11 @@ HeldBackDistance heldBackDistance(const CuboidDistance& index, const std::vector
   std::vector<double> distances;
   distances.reserve(points.size());
   double sum = 0.0;
-  std::size_t within = 0;
   std::uint32_t hint = 0;
   for (const Vector3& point : points) {
     if (!point.allFinite()) continue;
     distances.push_back(index.distance(point, hint));
     sum += distances.back();
-    within += distances.back() <= margin ? 1 : 0;
   }
   HeldBackDistance result;
   result.points = distances.size();
@@ -225,7 +226,42 @@ HeldBackDistance heldBackDistance(const CuboidDistance& index, const std::vector
   result.median = nearestRank(distances, 0.5);
   result.percentile_95 = nearestRank(distances, 0.95);
   result.mean = sum / static_cast<double>(distances.size());
-  result.share_within = static_cast<double>(within) / static_cast<double>(distances.size());
+  const auto shareWithin = [&distances](double most) {
+    const auto within = std::count_if(distances.begin(), distances.end(),
+                                      [most](double distance) { return distance <= most; });
+    return static_cast<double>(within) / static_cast<double>(distances.size());
+  };
+  result.share_within = shareWithin(margin);
+  result.share_within_half = shareWithin(0.5 * margin);
+  result.share_inside = shareWithin(0.0);
+  return result;
+}
+
+SurfaceDistance surfaceDistance(const CuboidDistance& index, const std::vector<MeasuredRay>& rays,
+                                std::size_t step,
+                                const std::function<double(const Vector3&)>& to_truth) {
+  requireInRange("step", static_cast<double>(step), 1.0, 1e9);
+  std::vector<double> distances;
+  std::uint32_t hint = 0;
+  for (std::size_t i = 0; i < rays.size(); i += step) {
+    const double length = (rays[i].end - rays[i].origin).norm();
+    if (!(length > 0.0 && length <= kLongestRay)) continue;
+    const Vector3 direction = (rays[i].end - rays[i].origin) / length;
+    // No cuboid is nearer than the nearest one, in whatever direction.
+    double at = 0.0;
+    double clear = kInfinity;
+    while (at <= length + kLostBehind) {
+      clear = index.distance(rays[i].origin + at * direction, hint);
+      if (clear < kTouched) break;
+      at += clear;
+    }
+    const bool entered = clear < kTouched;
+    distances.push_back(entered ? to_truth(rays[i].origin + at * direction) : kInfinity);
+  }
+  SurfaceDistance result;
+  if (distances.empty()) return result;
+  result.median = nearestRank(distances, 0.5);
+  result.percentile_95 = nearestRank(distances, 0.95);
   return result;
 }
 
@@ -255,23 +291,24 @@ void CrossedSpace::add(const std::vector<MeasuredRay>& rays) {
   }
 }
 
-std::size_t CrossedSpace::markedCells(const CuboidDistance& index) const {
-  std::size_t marked = 0;
+std::size_t CrossedSpace::count(const std::function<bool(const Vector3&)>& holds) const {
+  std::size_t counted = 0;
   samples_.forEach([&](std::uint64_t key, const Sample& sample) {
     Vector3 point;
     for (int axis = 0; axis < 3; ++axis)
       point[axis] =
           detail::unpackCell(key, axis) * side_ + static_cast<double>(sample.offset[axis]);
-    marked += index.isWithin(point, 0.0) ? 1 : 0;
+    counted += holds(point) ? 1 : 0;
   });
-  return marked;
+  return counted;
 }
 
 FreeSpaceViolation freeSpaceViolation(const CuboidDistance& index, const CrossedSpace& crossed) {
   FreeSpaceViolation violation;
   if (crossed.cells() == 0) return violation;
   const double volume = crossed.side() * crossed.side() * crossed.side();
-  const auto marked = static_cast<double>(crossed.markedCells(index));
+  const auto marked = static_cast<double>(
+      crossed.count([&index](const Vector3& point) { return index.isWithin(point, 0.0); }));
   violation.share = marked / static_cast<double>(crossed.cells());
   violation.crossed_volume = volume * static_cast<double>(crossed.cells());
   violation.marked_volume = volume * marked;

@@ -194,8 +194,8 @@ class PlanarCuboidApproximationStage : public Stage {
   detail::NoiseKeys noise_;
   UnknownSpace unknown_space_ = UnknownSpace::Auto;
   std::optional<double> resolution_ = 0.1;
-  std::optional<double> association_offset_ = 0.1;
-  std::optional<double> association_gap_ = 0.5;
+  std::optional<double> association_offset_;
+  std::optional<double> association_gap_;
   std::optional<double> max_range_;
   std::optional<double> miss_range_;
   std::optional<Vector3> up_ = Vector3::UnitZ();

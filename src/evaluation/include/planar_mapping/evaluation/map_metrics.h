@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <vector>
 
 #include "planar_mapping/core/base/export.h"
@@ -27,6 +28,8 @@ struct MappingError {
   double percent = 0.0;       ///< e = 100 N_e / A_S
   double wrong_cells = 0.0;   ///< N_e, in standard cells
   double marked_cells = 0.0;  ///< all that is marked, in standard cells
+  /// N_e over what the method itself marks, in [0, 1]; 0 where it marks nothing.
+  double wrongFraction() const { return marked_cells > 0.0 ? wrong_cells / marked_cells : 0.0; }
 };
 
 /// Mapping error e = N_e / A_S * 100 % (METHOD 9): N_e is what is marked occupied farther than s
@@ -47,9 +50,10 @@ PLANAR_MAPPING_EXPORT MappingError mappingError(const std::vector<Cuboid>& cuboi
                                                 std::size_t standard_cells);
 
 /// Fraction of the visible true-surface cells whose surface (the mean of its seen points) is within
-/// s of a cuboid, in [0, 1]; 1 if nothing was visible. \param visible SurfaceTruth::visibleCells(s)
+/// the margin (s, s / 2 and s / 4 in the tables) of a cuboid, in [0, 1]; 1 if nothing was visible.
+/// \param visible  SurfaceTruth::visibleCells(s)
 PLANAR_MAPPING_EXPORT double completeness(const CuboidDistance& index,
-                                          const std::vector<VisibleCell>& visible, double s);
+                                          const std::vector<VisibleCell>& visible, double margin);
 
 /// Fraction of the points inside a cuboid or within the margin (s / 2 in the tables) of one, in [0,
 /// 1]; 1 without points. Points that are not finite do not count.
@@ -62,7 +66,9 @@ struct HeldBackDistance {
   double median = 0.0;     ///< nearest rank, like the next; infinite without cuboids
   double percentile_95 = 0.0;
   double mean = 0.0;
-  double share_within = 1.0;  ///< of the points within the margin
+  double share_within = 1.0;       ///< of the points within the margin
+  double share_within_half = 1.0;  ///< within half of it
+  double share_inside = 1.0;       ///< inside a cuboid
 };
 
 /// \param margin  of share_within, s / 2 in the tables
@@ -75,6 +81,18 @@ struct MeasuredRay {
   Vector3 origin = Vector3::Zero();
   Vector3 end = Vector3::Zero();
 };
+
+/// How far what the sensor sees of the cuboids is from the true surface: where each ray enters the
+/// first cuboid, which is its origin where the sensor stands in one.
+struct SurfaceDistance {
+  double median = 0.0;  ///< metres, nearest rank, like the next; infinite where most rays miss
+  double percentile_95 = 0.0;
+};
+/// \param step      every so many-th ray is followed, >= 1, up to 2 m behind its end
+/// \param to_truth  distance of a point to the true surface, metres
+PLANAR_MAPPING_EXPORT SurfaceDistance
+surfaceDistance(const CuboidDistance& index, const std::vector<MeasuredRay>& rays, std::size_t step,
+                const std::function<double(const Vector3&)>& to_truth);
 
 /// Space that rays crossed: cells of the standard lattice, each with the first point at which a ray
 /// was sampled in it. Made once and asked for each method.
@@ -92,8 +110,8 @@ class PLANAR_MAPPING_EXPORT CrossedSpace {
 
   double side() const { return side_; }
   std::size_t cells() const { return samples_.size(); }
-  /// Number of crossed cells whose sample lies in a cuboid.
-  std::size_t markedCells(const CuboidDistance& index) const;
+  /// Number of crossed cells whose sample is what is asked for.
+  std::size_t count(const std::function<bool(const Vector3&)>& holds) const;
 
  private:
   struct Sample {

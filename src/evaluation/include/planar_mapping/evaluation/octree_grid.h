@@ -6,8 +6,8 @@
 #include <memory>
 #include <vector>
 
-#include "planar_mapping/core/geometry/cuboid.h"
 #include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/geometry/cuboid.h"
 
 namespace planar_mapping {
 namespace evaluation {
@@ -75,6 +75,10 @@ class PLANAR_MAPPING_EXPORT OctreeGrid {
   /// Bytes of the .bt file (header included); as it stands after finish(), which changes nothing
   /// in it.
   std::size_t fileBytes() const;
+  /// The same after zstd at the level of our own map files.
+  std::size_t compressedFileBytes() const;
+  /// Is the leaf about the point there and not occupied?
+  bool isFree(const Vector3& point) const;
   /// Bytes of the .ot file, which has the beliefs: of the tree as it is now.
   std::size_t otBytes() const;
 

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "planar_mapping/core/geometry/cuboid.h"
 #include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/geometry/cuboid.h"
 #include "planar_mapping/evaluation/detail/cell_table.h"
 #include "planar_mapping/evaluation/grid_cell.h"
 
@@ -17,7 +17,7 @@ namespace evaluation {
 /// SG, the baseline every figure of merit refers to: a hash grid of cubic cells. Its number of
 /// cells is A_S of the combination efficiency (the paper, IV-B).
 ///
-/// Lean on purpose: a key and a log-odds value a cell, no free space, nothing to be cleared. A cell
+/// Lean on purpose: a key and a log-odds value a cell, no free space. A cell
 /// is occupied once an insertion brought it min_points points; each such insertion raises its
 /// log-odds as OctoMap does (0.85 up to 3.5).
 class PLANAR_MAPPING_EXPORT StandardGrid {
@@ -32,10 +32,10 @@ class PLANAR_MAPPING_EXPORT StandardGrid {
   /// the origin are counted in droppedPoints(). O(points).
   void insert(const std::vector<Vector3>& world_points);
 
-  /// Adds one frame as RMAP does: the same, and cells that are there and that rays to obstacles or
-  /// ground cross lose belief (0.405 a frame, OctoMap's miss); below 0.5 they are gone. Rays end in
-  /// the middle of the cells the points are in, one for each; a cell that is hit is not missed.
-  /// Points with too few others in their cell clear as well. SG itself clears nothing.
+  /// Adds one frame as OctoMap and RMAP do, and SG in the tables: the same, and cells that are
+  /// there and that rays to obstacles or ground cross lose belief (0.405 a frame, OctoMap's miss);
+  /// below 0.5 they are gone. Rays end in the middle of the cells the points are in, one for each;
+  /// a cell that is hit is not missed. Points with too few others in their cell clear as well.
   /// \throws InputError for an origin that is not on the lattice
   void insert(const std::vector<Vector3>& obstacles, const std::vector<Vector3>& ground,
               const Vector3& origin);
