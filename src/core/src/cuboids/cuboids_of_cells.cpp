@@ -7,16 +7,14 @@
 #include <tuple>
 #include <utility>
 
-#include "cuboids/cell_lookup.h"
 #include "cuboids/plane_cover.h"
+#include "grid/cell_table.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/cuboids/detail/compact_cover.h"
 #include "planar_mapping/core/geometry/detail/plane_moments.h"
 
 namespace planar_mapping {
 namespace {
-
-using detail::CellKey;
 
 /// Sorted by (z, y, x), each cell once, those with too few points left out.
 std::vector<NonPlanarCell> distinctCells(std::vector<NonPlanarCell> cells, int min_points) {
@@ -54,11 +52,38 @@ std::vector<NonPlanarCell> neededCells(std::vector<NonPlanarCell> cells) {
   return cells;
 }
 
-std::vector<CellKey> keysOf(const std::vector<NonPlanarCell>& cells) {
-  std::vector<CellKey> keys;
-  keys.reserve(cells.size());
-  for (const NonPlanarCell& cell : cells) keys.push_back({cell.x, cell.y, cell.z});
-  return keys;
+/// Connected component of each cell (across faces, edges and corners), numbered by first cell.
+/// \param cells distinct
+std::vector<std::size_t> connectedComponents(const std::vector<NonPlanarCell>& cells) {
+  detail::CellTable table(cells.size());
+  for (const NonPlanarCell& cell : cells) table.insert({cell.x, cell.y, cell.z});
+  const std::size_t none = cells.size();
+  std::vector<std::size_t> component(cells.size(), none);
+  std::vector<std::size_t> queue;
+  std::size_t count = 0;
+  for (std::size_t start = 0; start < cells.size(); ++start) {
+    if (component[start] != none) continue;
+    component[start] = count;
+    queue.assign(1, start);
+    while (!queue.empty()) {
+      const NonPlanarCell& cell = cells[queue.back()];
+      queue.pop_back();
+      for (int code = 0; code < 27; ++code) {
+        const std::int64_t x = std::int64_t{cell.x} + code % 3 - 1;
+        const std::int64_t y = std::int64_t{cell.y} + code / 3 % 3 - 1;
+        const std::int64_t z = std::int64_t{cell.z} + code / 9 - 1;
+        const detail::CellKey key{static_cast<std::int32_t>(x), static_cast<std::int32_t>(y),
+                                  static_cast<std::int32_t>(z)};
+        if (key.x != x || key.y != y || key.z != z) continue;  // beyond the range of numbers
+        const std::int32_t i = table.find(key);
+        if (i < 0 || component[static_cast<std::size_t>(i)] != none) continue;
+        component[static_cast<std::size_t>(i)] = count;
+        queue.push_back(static_cast<std::size_t>(i));
+      }
+    }
+    ++count;
+  }
+  return component;
 }
 
 /// A cluster seen from its fitted plane.
@@ -215,14 +240,11 @@ class ClusterSplitter {
 
 std::vector<Cuboid> splitClusters(const std::vector<NonPlanarCell>& cells,
                                   const CuboidApproximationParams& params, const Vector3& sensor) {
-  const std::vector<CellKey> keys = keysOf(cells);
-  const std::vector<std::int32_t> component =
-      detail::connectedComponents(keys, detail::CellLookup(keys));
+  const std::vector<std::size_t> component = connectedComponents(cells);
   std::vector<std::vector<const NonPlanarCell*>> clusters;
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    const auto c = static_cast<std::size_t>(component[i]);
-    if (c >= clusters.size()) clusters.resize(c + 1);
-    clusters[c].push_back(&cells[i]);
+    if (component[i] >= clusters.size()) clusters.resize(component[i] + 1);
+    clusters[component[i]].push_back(&cells[i]);
   }
   std::vector<Cuboid> cuboids;
   for (const std::vector<const NonPlanarCell*>& cluster : clusters) {

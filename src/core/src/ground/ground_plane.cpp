@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/point_indices.h"
+#include "geometry/point_sums.h"
 #include "grid/cell_table.h"
 #include "ground/ground_model.h"
 #include "planar_mapping/core/base/detail/gather_points.h"
@@ -124,8 +125,7 @@ bool refit(const Candidates& c, double reference_band, double fraction_of_band, 
            PlaneMoments& moments) {
   const double cosine = plane.cosine();
   // About the foot of the sensor, so that the sums stay small.
-  double n = 0.0, x1 = 0.0, y1 = 0.0, z1 = 0.0;
-  double xx = 0.0, xy = 0.0, xz = 0.0, yy = 0.0, yz = 0.0, zz = 0.0;
+  PointSums around;
   for (std::size_t i = 0; i < c.size(); ++i) {
     const double x = c.x[i];
     const double y = c.y[i];
@@ -133,22 +133,9 @@ bool refit(const Candidates& c, double reference_band, double fraction_of_band, 
     const double d = (z - plane.slope_x * x - plane.slope_y * y) * cosine;
     if (!(std::abs(d) <= fraction_of_band * c.band[i])) continue;
     const double relative = reference_band / c.band[i];
-    const double weight = relative * relative;
-    n += weight;
-    x1 += weight * x;
-    y1 += weight * y;
-    z1 += weight * z;
-    xx += weight * x * x;
-    xy += weight * x * y;
-    xz += weight * x * z;
-    yy += weight * y * y;
-    yz += weight * y * z;
-    zz += weight * z * z;
+    around.add(x, y, z, relative * relative);
   }
-  Matrix3 outer;
-  outer << xx, xy, xz, xy, yy, yz, xz, yz, zz;
-  const PlaneMoments sums =
-      PlaneMoments::fromSums(n, Vector3(x1, y1, z1), outer, Vector3(0.0, 0.0, plane.offset));
+  const PlaneMoments sums = around.moments({0.0, 0.0, plane.offset});
   const PlaneMoments::Fit fit = sums.fit();
   if (!fit.valid) return false;
   const Plane upwards = fit.plane.normal.z() < 0.0 ? fit.plane.flipped() : fit.plane;

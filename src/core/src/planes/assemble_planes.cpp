@@ -5,43 +5,15 @@
 #include <utility>
 #include <vector>
 
-#include "planes/distance_band.h"
+#include "geometry/point_sums.h"
 #include "planar_mapping/core/base/detail/parallel.h"
+#include "planes/distance_band.h"
 #include "planes/plane_patches.h"
 #include "planes/plane_search.h"
 
 namespace planar_mapping::detail {
 
 namespace {
-
-/// Sums about an origin that one can also take points from again.
-class Sums {
- public:
-  explicit Sums(const Vector3& origin) : ox_(origin[0]), oy_(origin[1]), oz_(origin[2]) {}
-  void add(const float* p, double weight) {
-    const double x = p[0] - ox_, y = p[1] - oy_, z = p[2] - oz_;
-    n_ += weight;
-    x_ += weight * x;
-    y_ += weight * y;
-    z_ += weight * z;
-    xx_ += weight * x * x;
-    xy_ += weight * x * y;
-    xz_ += weight * x * z;
-    yy_ += weight * y * y;
-    yz_ += weight * y * z;
-    zz_ += weight * z * z;
-  }
-  PlaneMoments moments() const {
-    Matrix3 outer;
-    outer << xx_, xy_, xz_, xy_, yy_, yz_, xz_, yz_, zz_;
-    return PlaneMoments::fromSums(n_, {x_, y_, z_}, outer, {ox_, oy_, oz_});
-  }
-
- private:
-  double ox_, oy_, oz_;
-  double n_ = 0, x_ = 0, y_ = 0, z_ = 0;
-  double xx_ = 0, xy_ = 0, xz_ = 0, yy_ = 0, yz_ = 0, zz_ = 0;
-};
 
 /// Near the middle of the inliers, so that sums of squares keep their digits.
 Vector3 roughMiddle(const PointsView& points, const Indices& inliers) {
@@ -54,9 +26,13 @@ Vector3 roughMiddle(const PointsView& points, const Indices& inliers) {
   return sum / std::max(n, 1.0);
 }
 
+void addTo(PointSums& sums, const Vector3& origin, const float* p, double weight) {
+  sums.add(p[0] - origin[0], p[1] - origin[1], p[2] - origin[2], weight);
+}
+
 /// Removes the inliers beyond the band of \p plane, also from \p sums. \return how many
 std::size_t letGo(const PointsView& points, const Plane& plane, const DistanceBand& band,
-                  Indices& inliers, Sums& sums) {
+                  const Vector3& origin, Indices& inliers, PointSums& sums) {
   const double a = plane.normal[0], b = plane.normal[1], c = plane.normal[2];
   std::size_t kept = 0;
   for (const int index : inliers) {
@@ -65,7 +41,7 @@ std::size_t letGo(const PointsView& points, const Plane& plane, const DistanceBa
     if (distance <= band.at(p[2])) {
       inliers[kept++] = index;
     } else {
-      sums.add(p, -1.0);
+      addTo(sums, origin, p, -1.0);
     }
   }
   const std::size_t removed = inliers.size() - kept;
@@ -81,9 +57,12 @@ bool describe(const PointsView& points, const MultiPlaneParams& params, const Ve
     return segment.inliers.size() < static_cast<std::size_t>(params.min_inliers);
   };
   if (too_few()) return false;
-  Sums sums(roughMiddle(points, segment.inliers));
-  for (const int index : segment.inliers) sums.add(points[static_cast<std::size_t>(index)], 1.0);
-  segment.moments = sums.moments();
+  const Vector3 origin = roughMiddle(points, segment.inliers);
+  PointSums sums;
+  for (const int index : segment.inliers) {
+    addTo(sums, origin, points[static_cast<std::size_t>(index)], 1.0);
+  }
+  segment.moments = sums.moments(origin);
   PlaneMoments::Fit fit = segment.moments.fit();
   if (!fit.valid) return false;
   if (rule == InlierRule::WithinThreshold) {
@@ -91,9 +70,10 @@ bool describe(const PointsView& points, const MultiPlaneParams& params, const Ve
     // keeps the plane its inliers were judged by.
     constexpr int kRounds = 8;
     const DistanceBand band(params);
-    for (int round = 1; letGo(points, fit.plane, band, segment.inliers, sums) > 0; ++round) {
+    for (int round = 1; letGo(points, fit.plane, band, origin, segment.inliers, sums) > 0;
+         ++round) {
       if (too_few()) return false;
-      segment.moments = sums.moments();
+      segment.moments = sums.moments(origin);
       if (round == kRounds) break;
       fit = segment.moments.fit();
       if (!fit.valid) return false;

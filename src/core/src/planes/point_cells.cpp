@@ -44,21 +44,6 @@ void addTo(PointSums& s, const float* p, const CellKey& key, double side) {
 
 }  // namespace
 
-void PointSums::add(const PointSums& other, const std::array<double, 3>& shift) {
-  const auto& s = other.sum;
-  const double m = other.n;
-  int k = 0;
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = i; j < 3; ++j, ++k) {
-      outer[static_cast<std::size_t>(k)] += other.outer[static_cast<std::size_t>(k)] +
-                                            s[i] * shift[j] + shift[i] * s[j] +
-                                            m * shift[i] * shift[j];
-    }
-  }
-  for (std::size_t i = 0; i < 3; ++i) sum[i] += s[i] + m * shift[i];
-  n += m;
-}
-
 double chooseCellSide(const PointsView& points, const Indices* indices, double smallest,
                       double share_in_company) {
   std::vector<const float*> sample;

@@ -2,45 +2,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
+#include "geometry/point_sums.h"
 #include "grid/cell_table.h"
-#include "planar_mapping/core/geometry/detail/plane_moments.h"
 #include "planar_mapping/core/base/types.h"
 
 namespace planar_mapping::detail {
-
-/// Number, sum and outer products of the points of a cell, about the centre of the cell.
-struct PointSums {
-  double n = 0;
-  std::array<double, 3> sum{};
-  std::array<double, 6> outer{};  ///< xx, xy, xz, yy, yz, zz
-
-  /// Adds a point, as seen from the point the sums are about.
-  void add(double x, double y, double z) {
-    n += 1.0;
-    sum[0] += x;
-    sum[1] += y;
-    sum[2] += z;
-    outer[0] += x * x;
-    outer[1] += x * y;
-    outer[2] += x * z;
-    outer[3] += y * y;
-    outer[4] += y * z;
-    outer[5] += z * z;
-  }
-  /// Adds sums that are about a point which lies at \p shift as seen from ours.
-  void add(const PointSums& other, const std::array<double, 3>& shift);
-};
 
 /// Points of a cloud in cubic cells. Cells lie on absolute multiples of their side, so a cell
 /// depends on no other point; coordinates beyond 2^30 cells belong to none.
 struct PointCells {
   double side = 0.0;
   CellTable table;
-  std::vector<PointSums> sums;        ///< per cell
+  std::vector<PointSums> sums;        ///< per cell, about its centre
   std::vector<std::int32_t> cell_of;  ///< per point considered, -1 = none
   std::size_t points_not_finite = 0;
 

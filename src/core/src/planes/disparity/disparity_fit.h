@@ -50,10 +50,6 @@ struct DisparityParams {
   double most_noise_share = 1.0;
   /// Errors of matching are smooth: so many pixels count as one measurement of a slope.
   double correlated_pixels = 25.0;
-  /// Share of a cell that must hold points for it to join a plane as a whole.
-  double min_cell_share = 0.3;
-  /// Share of min_inliers that the whole cells of a plane must hold.
-  double min_seed_share = 0.4;
   /// Share of the growing tolerance in metres within which two planes are one, and of that of the
   /// noise: far from each other ...
   double merging_factor = 0.5;
@@ -97,8 +93,6 @@ struct DisparityParams {
   double most_beside = 0.11;    ///< points just off the plane, of those on it
   /// Pixels of a plane in a tile from which on the tiles beside it are searched for more.
   int min_presence = 6;
-  /// Cells of the smallest region.
-  int min_cells = 3;
 
   DisparityParams(const MultiPlaneParams& params, const StereoNoise& noise_of_camera);
   /// B f, pixels times metres.

@@ -52,11 +52,6 @@ struct OrganizedParams {
   double smallest_noise_share = 0.01;
   /// ... and in single quarters of tiles, of which the borders of small planes consist, below this.
   double smallest_quarter_noise_share = 0.015;
-  /// Share of a cell that must hold points for it to join a plane as a whole.
-  double min_cell_share = 0.3;
-  /// Share of min_inliers that the whole cells of a plane must hold; the rest may come from
-  /// border pixels.
-  double min_seed_share = 0.4;
   /// Share of the growing tolerance within which two planes that touch are one; planes that do not
   /// must be as flat together as surfaces are.
   double merging_factor = 0.5;

@@ -10,9 +10,9 @@
 #include <utility>
 
 #include "grid/cell_table.h"
-#include "planes/unorganized/leaf_voters.h"
 #include "planar_mapping/core/base/detail/random.h"
 #include "planes/plane_kernels.h"
+#include "planes/unorganized/leaf_voters.h"
 
 namespace planar_mapping::detail {
 
@@ -235,10 +235,7 @@ class LeafPlaneSearch {
                           (leaf.key.y + 0.5) * leaf_side - origin_.y(),
                           (leaf.key.z + 0.5) * leaf_side - origin_.z()});
     }
-    Matrix3 outer;
-    const auto& o = all.outer;
-    outer << o[0], o[1], o[2], o[1], o[3], o[4], o[2], o[4], o[5];
-    return PlaneMoments::fromSums(all.n, {all.sum[0], all.sum[1], all.sum[2]}, outer, origin_);
+    return all.moments(origin_);
   }
 
   /// Drops voters that stand alone among leaves that disagree, until what is left agrees with

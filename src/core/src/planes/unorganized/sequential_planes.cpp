@@ -5,12 +5,12 @@
 #include <limits>
 #include <vector>
 
-#include "planes/unorganized/cell_assignment.h"
 #include "planes/distance_band.h"
-#include "planes/unorganized/leaf_planes.h"
 #include "planes/plane_search.h"
 #include "planes/point_cells.h"
 #include "planes/surface_leaves.h"
+#include "planes/unorganized/cell_assignment.h"
+#include "planes/unorganized/leaf_planes.h"
 
 namespace planar_mapping::detail {
 
@@ -34,13 +34,6 @@ constexpr double kLeastShareOutside = 0.5;
 constexpr double kMorePoints = 5.0;
 constexpr double kParallel = 0.09;
 constexpr double kBesideInThresholds = 6.0;
-
-PlaneMoments momentsOf(const PointSums& s, const Vector3& origin) {
-  Matrix3 outer;
-  const auto& o = s.outer;
-  outer << o[0], o[1], o[2], o[1], o[3], o[4], o[2], o[4], o[5];
-  return PlaneMoments::fromSums(s.n, {s.sum[0], s.sum[1], s.sum[2]}, outer, origin);
-}
 
 /// Share of the points in the flat cells along each plane whose cell is turned like the plane: all
 /// but the edges of a surface, only some of a cut through clutter.
@@ -137,7 +130,7 @@ PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
   const std::vector<Plane> leaf_planes = planes;
   std::vector<char> good(planes.size(), 0);
   for (std::size_t k = 0; k < planes.size(); ++k) {
-    const PlaneMoments::Fit fit = momentsOf(evidence[k].sums, origin).fit();
+    const PlaneMoments::Fit fit = evidence[k].sums.moments(origin).fit();
     const bool significant = isSignificant(evidence[k], params.significance);
     if (!significant) ++diagnostics.rejected_not_significant;
     const double reach = kBesideInThresholds * params.distance_threshold;
