@@ -63,8 +63,8 @@ if(PLANAR_MAPPING_BUILD_VIEWER)
 endif()
 # Debian's own Python: another one in the PATH has neither its NumPy nor its pybind11.
 find_program(PLANAR_MAPPING_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH DOC "Interpreter of the Python module and of tests")
-if(NOT PLANAR_MAPPING_BUILD_TOOLS OR PLANAR_MAPPING_SANITIZE OR NOT PLANAR_MAPPING_PYTHON)
-  set(PLANAR_MAPPING_BUILD_PYTHON OFF)  # an instrumented module does not load into a Python that is not
+if(NOT PLANAR_MAPPING_BUILD_TOOLS OR PLANAR_MAPPING_SANITIZE STREQUAL "thread" OR NOT PLANAR_MAPPING_PYTHON)
+  set(PLANAR_MAPPING_BUILD_PYTHON OFF)
 endif()
 if(PLANAR_MAPPING_BUILD_PYTHON)
   set(Python_EXECUTABLE ${PLANAR_MAPPING_PYTHON})

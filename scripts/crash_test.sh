@@ -5,7 +5,9 @@
 #
 # A run saves after each frame. After each kill map.pmap has to be readable, and --resume goes on;
 # each run that comes to its end has to leave the bytes of an uninterrupted one. Every other run
-# overwrites (--force) the result of the run before. Ends with code 1 if anything was wrong.
+# overwrites (--force) the result of the run before. Says how many kills came while a result was
+# saved (.saving or .saved is there), and how many met a run that was resumed. Ends with code 1 if
+# anything was wrong.
 set -euo pipefail
 
 kills=${1:-1000}
@@ -13,10 +15,11 @@ root=$(cd "$(dirname "$0")/.." && pwd)
 tool=${PLANAR_MAP:-$root/build/bin/planar_map}
 RANDOM=${SEED:-1}
 work=$(mktemp -d)
-done_kills=0; unreadable=0; wrong=0; refused=0; finished=0
+done_kills=0; in_save=0; in_resume=0; unreadable=0; wrong=0; refused=0; finished=0
 finish() {
-  echo "$done_kills kills, $finished runs finished: $unreadable unreadable maps, $wrong wrong" \
-    "results, $refused runs that could not be resumed"
+  echo "$done_kills kills, $in_save of them while a result was saved, $in_resume in resumed runs;" \
+    "$finished runs finished: $unreadable unreadable maps, $wrong wrong results, $refused runs" \
+    "that could not be resumed"
   kill -9 "${child:-}" 2> /dev/null || true
   wait
   rm -rf "$work"
@@ -36,6 +39,8 @@ results() {
   sha256sum < "$1/trajectory_tum.txt"
   sed -e '/"time_ms"/,$d' -e '/"memory_bytes"/d' "$1/metrics.json"
 }
+# Changes with each operation in these folders: what an earlier run left there does not count.
+saving() { stat -c '%n %i %z' "$work"/out/.sav{ing,ed} 2> /dev/null || true; }
 
 begin=$(date +%s%N)
 (run -o "$work/whole")
@@ -44,16 +49,22 @@ results "$work/whole" > "$work/expected"
 
 options=()
 while [ "$done_kills" -lt "$kills" ]; do
+  left=$(saving)
   (run -o "$work/out" "${options[@]}") & child=$!
   moment=$(( (RANDOM * 32768 + RANDOM) % longest_us ))
   sleep "$((moment / 1000000)).$(printf '%06d' $((moment % 1000000)))"
   if kill -9 "$child" 2> /dev/null; then
-    done_kills=$((done_kills + 1))
     longest_us=$((longest_us * 21 / 20))
   else  # the machine has become faster: most runs are to be killed
     longest_us=$((longest_us * 9 / 10))
   fi
   code=0; wait "$child" 2> /dev/null || code=$?
+  if [ "$code" -eq 137 ]; then
+    done_kills=$((done_kills + 1))
+    now=$(saving)
+    if [ -n "$now" ] && [ "$now" != "$left" ]; then in_save=$((in_save + 1)); fi
+    if [ "${options[*]}" = --resume ]; then in_resume=$((in_resume + 1)); fi
+  fi
   if [ -e "$work/out/map.pmap" ] && ! "$tool" info "$work/out/map.pmap" > /dev/null 2>&1; then
     unreadable=$((unreadable + 1))
   fi

@@ -70,7 +70,7 @@ TEST_F(Interruption, KilledWhileSavingLeavesTheOldFileOrTheNewOne) {
       if (now.count() > moment) ::kill(child, SIGKILL);
     };
     planarMap({"run", config("single_pcd.yaml"), "-i", cloud, "-o", directory_ / "out", "-q",
-               "--force", "--set", "planar_cuboid_approximation.resolution_m=0.1"},
+               other[0], other[1], other[2]},
               options);
     const std::string map = read("out/map.pmap");
     EXPECT_TRUE(map == old_map || map == new_map) << "try " << i;
