@@ -119,10 +119,10 @@ TEST_P(RealClouds, FewerCuboidsThanGreedyBoxesAndNoPointLeftOut) {
     params.approximation.up = GetParam().up;
     params.min_cell_share = 0.0;  // all points count
     PlanarMap map(params);
-    FrameObservation frame;
-    frame.points = points;
-    frame.planes = &found.planes;
-    map.insert(frame);
+    FrameObservation observation;
+    observation.points = points;
+    observation.planes = &found.planes;
+    map.insert(observation);
     return map.cuboids();
   };
   const std::vector<Cuboid> compact = cuboidsOf(Profile::Compact);
