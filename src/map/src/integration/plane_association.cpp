@@ -10,8 +10,8 @@
 namespace planar_mapping::detail {
 namespace {
 
-/// Points of a segment whose distance to a patch of the map is looked at.
-constexpr std::size_t kGapSamples = 64;
+/// Points of a segment that are looked at to see what of the map it is near.
+constexpr std::size_t kSamples = 64;
 
 /// Points that scatter about their plane by more than this fraction of their spread along it, and
 /// by more than so many resolutions, have no certain normal: the next frame would fit another one.
@@ -37,18 +37,28 @@ bool isMapped(const MapData& map, const Vector3& world) {
   });
 }
 
-/// Is most of the segment where the map has something?
-bool isMapped(const MapData& map, const Frame& frame, std::size_t segment) {
+/// Calls visit(world) for up to about kSamples points of the segment, until that is true.
+template <typename Visit>
+bool anySample(const Frame& frame, std::size_t segment, Visit&& visit) {
   const Indices& inliers = frame.inliersOf(segment);
   const PointsView& points = frame.observation->points;
-  const std::size_t step = std::max<std::size_t>(1, inliers.size() / kGapSamples);
-  std::size_t looked = 0, mapped = 0;
+  const std::size_t step = std::max<std::size_t>(1, inliers.size() / kSamples);
   for (std::size_t i = 0; i < inliers.size(); i += step) {
     const auto at = static_cast<std::size_t>(inliers[i]);
     if (!points.isFinite(at)) continue;
-    ++looked;
-    mapped += isMapped(map, frame.rotation * points.point(at) + frame.sensor) ? 1 : 0;
+    if (visit(Vector3(frame.rotation * points.point(at) + frame.sensor))) return true;
   }
+  return false;
+}
+
+/// Is most of the segment where the map has something?
+bool isMapped(const MapData& map, const Frame& frame, std::size_t segment) {
+  std::size_t looked = 0, mapped = 0;
+  anySample(frame, segment, [&](const Vector3& world) {
+    ++looked;
+    mapped += isMapped(map, world) ? 1 : 0;
+    return false;
+  });
   return 2 * mapped > looked;
 }
 
@@ -124,19 +134,11 @@ std::int32_t gapInCells(const MapData& map) {
 }
 
 bool isNear(const MapData& map, const Frame& frame, std::size_t segment, const PlaneLayer& layer) {
-  const Indices& inliers = frame.inliersOf(segment);
-  const PointsView& points = frame.observation->points;
   const std::int32_t gap = gapInCells(map);
-  const std::size_t step = std::max<std::size_t>(1, inliers.size() / kGapSamples);
-  for (std::size_t i = 0; i < inliers.size(); i += step) {
-    const auto at = static_cast<std::size_t>(inliers[i]);
-    if (!points.isFinite(at)) continue;
+  return anySample(frame, segment, [&](const Vector3& world) {
     std::int32_t a = 0, b = 0;
-    const Vector3 world = frame.rotation * points.point(at) + frame.sensor;
-    if (layer.cellOf(world, map.resolution(), a, b) && layer.raster.anyWithin(a, b, gap))
-      return true;
-  }
-  return false;
+    return layer.cellOf(world, map.resolution(), a, b) && layer.raster.anyWithin(a, b, gap);
+  });
 }
 
 /// Do the bounding rectangles, in the raster of the first? Else areNear() is false. This asks for
