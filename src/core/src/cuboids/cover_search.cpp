@@ -1,16 +1,18 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <numeric>
 #include <optional>
-#include <tuple>
 #include <utility>
 
+#include "cuboids/cover/cell_parts.h"
 #include "cuboids/cover_window.h"
 #include "cuboids/plane_cover.h"
 
 namespace planar_mapping {
 namespace {
 
+using detail::CellParts;
 using detail::CellSet;
 using detail::CoverWindow;
 using detail::CuboidReach;
@@ -22,6 +24,8 @@ using detail::WindowSurface;
 
 /// Half cells that are covered together, a cube of this many where they lie too far apart.
 constexpr int kWindowBits = 8;
+/// No box holds half cells of two cubes of this many that do not touch: it reaches one beyond each.
+constexpr int kApartBits = 2;
 /// A window may have this many half cells for each element, beyond a small one.
 constexpr double kVolumePerElement = 512.0;
 constexpr double kSmallVolume = 1 << 22;
@@ -54,6 +58,56 @@ bool isCompactSet(const std::vector<Element>& elements) {
   if (volume <= kSmallVolume) return true;
   return volume <=
          kSmallVolume + kVolumePerElement * static_cast<double>(detail::countHalfCells(elements));
+}
+
+HalfCell cubeOf(const Element& e, int bits) {
+  return {e.at[2] >> bits, e.at[1] >> bits, e.at[0] >> bits};
+}
+
+/// Sorts elements by parts that no box can hold together, then by window if they lie far apart.
+/// \return where those of each begin, and the end
+std::vector<std::size_t> sortByParts(std::vector<Element>& elements, bool by_window) {
+  std::sort(elements.begin(), elements.end(), [](const Element& l, const Element& r) {
+    return cubeOf(l, kApartBits) < cubeOf(r, kApartBits);
+  });
+  std::vector<HalfCell> cubes;
+  std::vector<std::uint32_t> cube_of;
+  for (const Element& e : elements) {
+    const HalfCell cube = cubeOf(e, kApartBits);
+    if (cubes.empty() || cubes.back() != cube) cubes.push_back(cube);
+    cube_of.push_back(static_cast<std::uint32_t>(cubes.size() - 1));
+  }
+  CellParts parts(cubes.size());
+  for (std::uint32_t i = 0; i < cubes.size(); ++i) {
+    const auto& [z, y, x] = cubes[i];
+    // Cubes that touch this one and come later, by rows of three.
+    for (const HalfCell& row :
+         {HalfCell{z, y, x}, {z, y + 1, x}, {z + 1, y - 1, x}, {z + 1, y, x}, {z + 1, y + 1, x}}) {
+      const HalfCell last{row[0], row[1], x + 1};
+      auto at = std::lower_bound(cubes.begin() + i, cubes.end(), HalfCell{row[0], row[1], x - 1});
+      for (; at != cubes.end() && *at <= last; ++at) {
+        parts.unite(i, static_cast<std::uint32_t>(at - cubes.begin()));
+      }
+    }
+  }
+  const auto group = [&](std::size_t i) {
+    return std::make_pair(parts.of(cube_of[i]),
+                          by_window ? cubeOf(elements[i], kWindowBits) : HalfCell{});
+  };
+  std::vector<std::size_t> order(elements.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](std::size_t l, std::size_t r) {
+    return std::make_pair(group(l), l) < std::make_pair(group(r), r);
+  });
+  std::vector<Element> sorted;
+  std::vector<std::size_t> starts;
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    if (k == 0 || group(order[k]) != group(order[k - 1])) starts.push_back(k);
+    sorted.push_back(elements[order[k]]);
+  }
+  starts.push_back(sorted.size());
+  elements = std::move(sorted);
+  return starts;
 }
 
 /// The choice between boxes and small rectangles.
@@ -94,9 +148,10 @@ class CoverSearch {
   BoxCover run() {
     BoxCover cover;
     cover.kept.assign(replaceable_.size(), 1);
-    if (!isCompactSet(elements_)) {
+    const bool is_compact = isCompactSet(elements_);
+    if (!is_compact || (replaceable_.empty() && present_.empty())) {
       keepAll();
-      coverFar(cover);
+      coverApart(!is_compact, cover);
       return cover;
     }
     CoverWindow window(rangeOf(elements_, 0, elements_.size()), params_);
@@ -156,22 +211,15 @@ class CoverSearch {
     }
   }
 
-  /// Boxes for elements that lie far apart, window by window, where no cuboid is.
-  void coverFar(BoxCover& cover) {
-    const auto window = [](const Element& e) {
-      return std::make_tuple(e.at[2] >> kWindowBits, e.at[1] >> kWindowBits,
-                             e.at[0] >> kWindowBits);
-    };
+  /// Boxes for elements part by part, and where they lie far apart window by window, where no
+  /// cuboid is.
+  void coverApart(bool by_window, BoxCover& cover) {
     elements_.resize(surfaces_.front());
-    std::stable_sort(elements_.begin(), elements_.end(),
-                     [&](const Element& l, const Element& r) { return window(l) < window(r); });
-    for (std::size_t first = 0; first < elements_.size();) {
-      std::size_t last = first;
-      while (last < elements_.size() && window(elements_[last]) == window(elements_[first])) ++last;
-      CoverWindow some(rangeOf(elements_, first, last), params_);
+    const std::vector<std::size_t> starts = sortByParts(elements_, by_window);
+    for (std::size_t i = 0; i + 1 < starts.size(); ++i) {
+      CoverWindow some(rangeOf(elements_, starts[i], starts[i + 1]), params_);
       some.leaveTo(reaches_);
       if (some.anyRequired()) cover.is_clutter |= !some.cover({}, effort_, cover.boxes);
-      first = last;
     }
   }
 

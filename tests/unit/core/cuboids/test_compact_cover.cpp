@@ -220,6 +220,65 @@ TEST(CoverWithBoxes, HostileInputGivesSmallAnswers) {
   EXPECT_EQ(boxesFor(far, {}, {}, params).size(), far.size());
 }
 
+std::vector<NonPlanarCell> sparseCells(std::uint64_t seed, int x0, int y0, int z0) {
+  Random random(seed);
+  std::vector<NonPlanarCell> cells;
+  for (int i = 0; i < 1000; ++i) {
+    if (random.uniform() > 0.1) continue;
+    cells.push_back(cellAt(x0 + i % 10, y0 + i / 10 % 10, z0 + i / 100));
+    cells.back().octants = static_cast<std::uint8_t>(1 + random.below(255));
+  }
+  return cells;
+}
+
+std::vector<std::vector<double>> sortedNumbers(const std::vector<Cuboid>& boxes) {
+  std::vector<std::vector<double>> numbers;
+  for (const Cuboid& box : boxes) {
+    numbers.push_back({box.center.x(), box.center.y(), box.center.z(), box.size.x(), box.size.y(),
+                       box.size.z(), box.probability});
+  }
+  std::sort(numbers.begin(), numbers.end());
+  return numbers;
+}
+
+TEST(CoverWithBoxes, CoversWhatNoBoxHoldsTogetherAsIfAlone) {
+  const auto params = paramsWith(0.5);
+  // Four cells between them: nothing reaches from one to the other.
+  const std::vector<NonPlanarCell> left = sparseCells(1, -7, 0, 0);
+  const std::vector<NonPlanarCell> right = sparseCells(2, 7, 3, -5);
+  std::vector<Cuboid> apart = boxesFor(left, {}, {}, params);
+  const std::vector<Cuboid> others = boxesFor(right, {}, {}, params);
+  apart.insert(apart.end(), others.begin(), others.end());
+  std::vector<NonPlanarCell> all = right;
+  all.insert(all.end(), left.begin(), left.end());
+  ASSERT_GT(apart.size(), 50u);
+  EXPECT_EQ(sortedNumbers(boxesFor(all, {}, {}, params)), sortedNumbers(apart));
+  // A cuboid beside them all asks for one window, which finds no fewer.
+  Cuboid beside;
+  beside.center = {0.0, -3.0, 0.0};
+  EXPECT_GE(boxesFor(all, {}, {beside}, params).size(), apart.size());
+}
+
+TEST(CoverWithBoxes, LoneCellsTakeTimeByTheirNumber) {
+  // A quarter of a million such regions are a sparse cloud of ten million points.
+  Random random(3);
+  std::vector<NonPlanarCell> cells;
+  for (int i = 0; i < 40; ++i) {
+    cells.push_back(cellAt(static_cast<int>(random.below(64)), static_cast<int>(random.below(64)),
+                           static_cast<int>(random.below(64))));
+    cells.back().octants = 1;
+  }
+  const auto params = paramsWith(0.5);
+  Cuboid beside;  // asks for one window
+  beside.center = {-3.0, 0.0, 0.0};
+  const auto timeWith = [&](const std::vector<Cuboid>& present) {
+    const std::clock_t start = std::clock();
+    for (int i = 0; i < 20; ++i) EXPECT_GT(boxesFor(cells, {}, present, params).size(), 30u);
+    return static_cast<double>(std::clock() - start);
+  };
+  EXPECT_LT(timeWith({}), 0.5 * timeWith({beside}));
+}
+
 /// Small surfaces of a cluttered place, each in a frame of its own, with loose cells beside them.
 struct Clutter {
   std::vector<ReplaceableCuboid> surfaces;
