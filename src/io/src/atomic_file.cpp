@@ -155,5 +155,13 @@ std::vector<std::uint8_t> readWholeFile(const std::string& path, std::size_t lar
   return bytes;
 }
 
+void readFile(const std::string& path, const ByteSink& sink) {
+  InputFile file(path);
+  std::vector<char> part(kBufferSize);
+  while (const std::size_t size = file.read(part.data(), part.size())) {
+    sink({part.data(), size});
+  }
+}
+
 }  // namespace io
 }  // namespace planar_mapping

@@ -11,6 +11,9 @@ namespace planar_mapping {
 namespace io {
 namespace {
 
+/// The text is handed on in parts of about so many bytes.
+constexpr std::size_t kPart = std::size_t{1} << 16;
+
 void append(std::string& out, std::initializer_list<double> values) {
   out += '[';
   appendNumbers(out, values, ", ");
@@ -51,17 +54,21 @@ void appendCuboid(std::string& out, const Cuboid& cuboid) {
 
 /// One element a line.
 template <typename Items, typename Append>
-void appendLines(std::string& out, bool& first, const Items& items, Append&& append_item) {
+void appendLines(std::string& out, bool& first, const Items& items, Append&& append_item,
+                 const ByteSink& sink) {
   for (const auto& item : items) {
     out += first ? "\n    " : ",\n    ";
     first = false;
     append_item(out, item);
+    if (out.size() < kPart) continue;
+    sink(out);
+    out.clear();
   }
 }
 
 }  // namespace
 
-std::string mapToJson(const PlanarMap& map, const std::string& frame_id) {
+void writeMapJson(const PlanarMap& map, const std::string& frame_id, const ByteSink& sink) {
   std::string out =
       "{\n  \"format\": \"planar_mapping map\",\n  \"version\": 1,\n"
       "  \"frame_id\": \"" +
@@ -80,17 +87,26 @@ std::string mapToJson(const PlanarMap& map, const std::string& frame_id) {
   appendNumber(out, map.frames());
   out += ",\n  \"planes\": [";
   bool first = true;
-  appendLines(out, first, map.planes(), appendPlane);
+  appendLines(out, first, map.planes(), appendPlane, sink);
   out += first ? "],\n  \"cuboids\": [" : "\n  ],\n  \"cuboids\": [";
   first = true;
-  appendLines(out, first, map.cuboids(), appendCuboid);
-  appendLines(out, first, map.unknownCuboids(), appendCuboid);
+  appendLines(out, first, map.cuboids(), appendCuboid, sink);
+  appendLines(out, first, map.unknownCuboids(), appendCuboid, sink);
   out += first ? "]\n}\n" : "\n  ]\n}\n";
-  return out;
+  sink(out);
 }
 
-void saveMapJson(const PlanarMap& map, const std::string& path, Overwrite overwrite) {
-  writeFileAtomically(path, mapToJson(map), overwrite);
+std::string mapToJson(const PlanarMap& map, const std::string& frame_id) {
+  std::string text;
+  writeMapJson(map, frame_id, [&text](std::string_view part) { text += part; });
+  return text;
+}
+
+void saveMapJson(const PlanarMap& map, const std::string& path, Overwrite overwrite,
+                 const std::string& frame_id) {
+  AtomicFile file(path, overwrite);
+  writeMapJson(map, frame_id, [&file](std::string_view part) { file.write(part); });
+  file.commit();
 }
 
 }  // namespace io

@@ -44,9 +44,17 @@ void createDirectory(const std::string& path) {
   }
 }
 
-std::uint32_t checksumOf(std::string_view content) {
-  return detail::crc32(0, reinterpret_cast<const std::uint8_t*>(content.data()), content.size());
-}
+/// What the manifest says of a file.
+struct Checksum {
+  std::size_t bytes = 0;
+  std::uint32_t crc32 = 0;
+
+  void add(std::string_view part) {
+    bytes += part.size();
+    crc32 = detail::crc32(crc32, reinterpret_cast<const std::uint8_t*>(part.data()), part.size());
+  }
+  nlohmann::ordered_json json() const { return {{"bytes", bytes}, {"crc32", crc32}}; }
+};
 
 std::string contentOf(const std::string& path) {
   const std::vector<std::uint8_t> bytes = io::readWholeFile(path);
@@ -65,16 +73,32 @@ bool isTemporaryOf(const std::string& file, const std::string& name) {
   return middle.find_first_not_of("0123456789-") == std::string::npos;
 }
 
-std::string manifestOf(const std::vector<OutputFile>& files) {
-  nlohmann::ordered_json json = {{"version", 1}};
-  for (const OutputFile& file : files) {
-    json["files"][file.name] = {{"bytes", file.content.size()},
-                                {"crc32", checksumOf(file.content)}};
+/// Writes a file and reads it back.
+Checksum writeChecked(const std::string& folder, const OutputFile& content) {
+  const std::string path = folder + content.name;
+  Checksum written;
+  io::AtomicFile file(path, io::Overwrite::Allow);
+  content.write([&](std::string_view part) {
+    written.add(part);
+    file.write(part);
+  });
+  file.commit();
+  Checksum read;
+  io::readFile(path, [&read](std::string_view part) { read.add(part); });
+  if (read.bytes != written.bytes || read.crc32 != written.crc32) {
+    throw OutputError(path + ": what was read back is not what was written; is the disk faulty?");
   }
-  return json.dump(2) + "\n";
+  return written;
 }
 
 }  // namespace
+
+OutputFile::OutputFile(std::string file, std::string content)
+    : OutputFile(std::move(file),
+                 [content = std::move(content)](const io::ByteSink& sink) { sink(content); }) {}
+
+OutputFile::OutputFile(std::string file, std::function<void(const io::ByteSink&)> parts)
+    : name(std::move(file)), write(std::move(parts)) {}
 
 OutputError::~OutputError() = default;
 OutputExistsError::~OutputExistsError() = default;
@@ -170,16 +194,11 @@ void OutputDirectory::commit(const std::vector<OutputFile>& files) const {
     std::error_code error;
     fs::create_directory(saving, error);
     if (error) fail(saving, "cannot be made", error.value());
-    const auto add = [&saving](const std::string& name, const std::string& content) {
-      io::writeFileAtomically(saving + name, content, io::Overwrite::Allow);
-      if (contentOf(saving + name) != content) {
-        throw OutputError(saving + name +
-                          ": what was read back is not what was written; is the "
-                          "disk faulty?");
-      }
-    };
-    for (const OutputFile& file : files) add(file.name, file.content);
-    add(kManifest, manifestOf(files));
+    nlohmann::ordered_json manifest = {{"version", 1}};
+    for (const OutputFile& file : files) {
+      manifest["files"][file.name] = writeChecked(saving, file).json();
+    }
+    writeChecked(saving, {kManifest, manifest.dump(2) + "\n"});
     if (std::rename(saving.c_str(), pathOf(kSaved).c_str()) != 0) {
       fail(path_, "cannot be written", errno);
     }
@@ -235,8 +254,10 @@ std::string OutputDirectory::read(const std::string& name) const {
   } catch (const IoError& error) {
     throw InputError(error.what());
   }
-  const nlohmann::json wanted = {{"bytes", content.size()}, {"crc32", checksumOf(content)}};
-  if (!files.is_object() || !files.contains(name) || files[name] != wanted) {
+  Checksum checksum;
+  checksum.add(content);
+  if (!files.is_object() || !files.contains(name) ||
+      files[name] != nlohmann::json(checksum.json())) {
     throw InputError(name + " is not the file that " + kManifest + " speaks of");
   }
   return content;

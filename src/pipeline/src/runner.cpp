@@ -335,14 +335,17 @@ void Run::save(bool interrupted) {
   visitState(state);
   state(pipeline_.saveState());
   result_.metrics_json = statistics_.metricsJson(configuration, map, bytes.size(), interrupted);
-  directory_.commit({{"config.resolved.yaml", effectiveYaml(configuration)},
-                     {"trajectory_tum.txt", io::toTum(trajectory)},
-                     {"frames.csv", statistics_.framesCsv(configuration)},
-                     {"run.log", log_text_},
-                     {"map.json", io::mapToJson(map)},
-                     {"metrics.json", result_.metrics_json},
-                     {"map.pmap", std::string(bytes.begin(), bytes.end())},
-                     {"run.state", kStateFormat + packed(state.take())}});
+  std::vector<OutputFile> files;  // moved, not copied: they may be large
+  files.emplace_back("config.resolved.yaml", effectiveYaml(configuration));
+  files.emplace_back("trajectory_tum.txt", io::toTum(trajectory));
+  files.emplace_back("frames.csv", statistics_.framesCsv(configuration));
+  files.emplace_back("run.log", log_text_);
+  files.emplace_back("map.json",
+                     [&map](const io::ByteSink& sink) { io::writeMapJson(map, "map", sink); });
+  files.emplace_back("metrics.json", result_.metrics_json);
+  files.emplace_back("map.pmap", std::string(bytes.begin(), bytes.end()));
+  files.emplace_back("run.state", kStateFormat + packed(state.take()));
+  directory_.commit(files);
 }
 
 void Run::log(const std::string& line) {

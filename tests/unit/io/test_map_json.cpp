@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <clocale>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -71,6 +72,22 @@ TEST(MapJson, HoldsThePlanes) {
     EXPECT_EQ(plane.at("id").get<int>(), map.planes()[i].id);
     EXPECT_EQ(plane.at("coefficients")[3].get<double>(), map.planes()[i].plane.offset);
   }
+}
+
+TEST(MapJson, TextComesInSmallParts) {
+  PlanarMapParams params;
+  params.approximation.resolution = 0.025;
+  PlanarMap map(params);
+  map.insert(test::look(test::Scene(), test::lookFrom({0.0, 0.0, 1.0})).frame());
+  std::string text;
+  std::size_t largest = 0;
+  writeMapJson(map, "map", [&](std::string_view part) {
+    text += part;
+    largest = std::max(largest, part.size());
+  });
+  EXPECT_EQ(text, mapToJson(map));
+  ASSERT_GT(text.size(), 200000u);
+  EXPECT_LT(largest, 70000u);
 }
 
 TEST(MapJson, IsValidForAnEmptyMap) {

@@ -133,7 +133,7 @@ void exportMap(const PlanarMap& map, const std::string& path, const ExportOption
   requireName(options.frame_id);
   if (format.extension == std::string(".pmap")) return saveMap(map, path, options.overwrite);
   if (format.write == nullptr) {
-    return writeFileAtomically(path, mapToJson(map, options.frame_id), options.overwrite);
+    return saveMapJson(map, path, options.overwrite, options.frame_id);
   }
   const Contents contents = format.write(exportedOf(map, format.space, options), path);
   if (isFolder(path)) {

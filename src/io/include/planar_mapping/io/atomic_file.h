@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,6 +13,9 @@
 
 namespace planar_mapping {
 namespace io {
+
+/// Takes the parts of a file, one after the other.
+using ByteSink = std::function<void(std::string_view)>;
 
 /// What to do when the file to be written exists already.
 enum class Overwrite { Refuse, Allow };
@@ -71,6 +75,9 @@ PLANAR_MAPPING_EXPORT void syncDirectory(const std::string& path);
 /// larger than \p largest_size bytes
 PLANAR_MAPPING_EXPORT std::vector<std::uint8_t> readWholeFile(
     const std::string& path, std::size_t largest_size = static_cast<std::size_t>(-1));
+
+/// The same, part by part. \throws IoError
+PLANAR_MAPPING_EXPORT void readFile(const std::string& path, const ByteSink& sink);
 
 }  // namespace io
 }  // namespace planar_mapping

@@ -24,10 +24,15 @@ namespace io {
 PLANAR_MAPPING_EXPORT std::string mapToJson(const PlanarMap& map,
                                             const std::string& frame_id = "map");
 
+/// The same text in parts, for maps whose text need not be in memory.
+PLANAR_MAPPING_EXPORT void writeMapJson(const PlanarMap& map, const std::string& frame_id,
+                                        const ByteSink& sink);
+
 /// Writes mapToJson() to a file, whole or not at all.
 /// \throws IoError if the file exists and must not be overwritten, or cannot be written
 PLANAR_MAPPING_EXPORT void saveMapJson(const PlanarMap& map, const std::string& path,
-                                       Overwrite overwrite = Overwrite::Refuse);
+                                       Overwrite overwrite = Overwrite::Refuse,
+                                       const std::string& frame_id = "map");
 
 }  // namespace io
 }  // namespace planar_mapping

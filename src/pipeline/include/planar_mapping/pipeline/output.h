@@ -2,12 +2,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/base/export.h"
+#include "planar_mapping/io/atomic_file.h"
 
 namespace planar_mapping {
 
@@ -27,8 +29,12 @@ class PLANAR_MAPPING_EXPORT OutputExistsError : public OutputError {
 
 /// A file of a result.
 struct OutputFile {
+  OutputFile(std::string file, std::string content);
+  /// \param parts hands its content to a sink
+  OutputFile(std::string file, std::function<void(const io::ByteSink&)> parts);
+
   std::string name;
-  std::string content;
+  std::function<void(const io::ByteSink&)> write;
 };
 
 /// The directory a run writes to, which is locked for as long as the object lives.
