@@ -91,8 +91,6 @@ MECHANISMS = [
     ("walked around", "registration/surface_map.cpp",
      "for (const Pose& start : walkedAround(shape, guess))", "if (!OFF) for (const Pose& start : walkedAround(shape, guess))"),
     ("doubled cells for noise", "geometry/cloud_scale.cpp", "i < kMaxDoublings &&", "i < (OFF ? 0 : kMaxDoublings) &&"),
-    ("cover drawn from another", "cuboids/cover/lattice_cover.cpp",
-     "if (!other.empty()) improveBy(other);", "if (!OFF && !other.empty()) improveBy(other);"),
 ]
 HEADER = """#pragma once
 #include <cstdlib>

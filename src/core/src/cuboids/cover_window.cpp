@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "cuboids/cover/cell_covers.h"
 #include "cuboids/plane_cover.h"
 
 namespace planar_mapping::detail {
@@ -253,34 +252,13 @@ bool CoverWindow::needsAtLeast(std::size_t boxes) const {
   return fewestBoxes(required_, roomForBoxes(), rules_, boxes) >= boxes;
 }
 
-/// Boxes of whole cells; nothing where a box may not hold half cells beside the required ones.
-BoxList CoverWindow::coverOfWholeCells() const {
-  if (rules_.tolerance[0] == 0) return {};
-  BitGrid cells((required_.size()[0] + 1) / 2, (required_.size()[1] + 1) / 2,
-                (required_.size()[2] + 1) / 2);
-  required_.forEach(required_.window(), [&](std::int32_t x, std::int32_t y, std::int32_t z) {
-    cells.set(x / 2, y / 2, z / 2);  // the window starts at a whole cell
-  });
-  BoxList boxes = coverOfCells(cells);
-  for (LatticeBox& box : boxes) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      box.low[k] *= 2;
-      box.high[k] *= 2;
-    }
-  }
-  return boxes;
-}
-
 std::optional<std::vector<std::size_t>> CoverWindow::cover(const std::vector<CellSet>& sets,
                                                            CoverEffort effort,
                                                            std::vector<Cuboid>& cuboids) const {
   const BitGrid room = roomForBoxes();
   LatticeCoverage coverage{sweptOver(required_, room, rules_), {}};
   const bool is_clutter = !coverage.boxes.empty();
-  if (!is_clutter) {
-    coverage = coverWithin(required_, room, rules_, sets,
-                           effort == CoverEffort::Full ? coverOfWholeCells() : BoxList(), effort);
-  }
+  if (!is_clutter) coverage = coverWithin(required_, room, rules_, sets, effort);
   const CellNumbers numbers(required_);
   const std::vector<float> probability = probabilities(numbers);
   for (const CoverBox& c : coverage.boxes) {

@@ -95,7 +95,7 @@ class CoverWindow {
   bool needsAtLeast(std::size_t boxes) const;
   /// Few boxes and sets for the required cells.
   /// \param sets    of cells, each of something that may stand for them
-  /// \param effort  full: no more than boxes of whole cells need, where half cells are tolerated
+  /// \param effort  full: fewer boxes are searched for
   /// \param cuboids are added
   /// \return which of the sets take part, ascending; nothing for clutter, of which boxes are not
   ///         searched for (sweptOver())
@@ -112,7 +112,6 @@ class CoverWindow {
   void shrink();
   LatticeBox markCells(const WindowSurface& surface, double margin, BitGrid& marks) const;
   BitGrid roomForBoxes() const;
-  BoxList coverOfWholeCells() const;
   std::vector<float> probabilities(const CellNumbers& numbers) const;
 
   ElementRange elements_;

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "cuboids/cover/cell_covers.h"
 #include "cuboids/cover/lattice_cover.h"
 #include "planar_mapping/core/base/detail/random.h"
 
@@ -154,81 +153,6 @@ TEST(LatticeCover, ClutterIsSweptOverByBoxesThatStandForAllOfIt) {
   EXPECT_TRUE(sweptOver(required, allowed, kRules, cells).empty());
 }
 
-/// Boxes of cells as boxes of half cells.
-BoxList halved(BoxList boxes) {
-  for (LatticeBox& box : boxes) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      box.low[k] *= 2;
-      box.high[k] *= 2;
-    }
-  }
-  return boxes;
-}
-
-TEST(CellCovers, HoldAllCellsAndNothingElse) {
-  Random random(8);
-  for (int round = 0; round < 20; ++round) {
-    const BitGrid cells = clutter(random);
-    BitGrid left = cells;
-    for (const LatticeBox& box : coverOfCells(cells)) {
-      ASSERT_TRUE(cells.all(box));
-      ASSERT_GT(left.count(box), 0);  // none is superfluous where it comes
-      left.clear(box);
-    }
-    EXPECT_EQ(left.count(), 0);
-  }
-  EXPECT_TRUE(coverOfCells(BitGrid(4, 4, 4)).empty());
-}
-
-TEST(CellCovers, AreTheFewestOfEachPart) {
-  BitGrid cells(30, 12, 3);
-  cells.fill({{1, 1, 1}, {7, 3, 2}});  // a T: two boxes of whichever order
-  cells.fill({{3, 3, 1}, {5, 9, 2}});
-  cells.fill({{12, 4, 1}, {20, 5, 2}});  // a cross: two that overlap, three that do not
-  cells.fill({{15, 1, 1}, {16, 9, 2}});
-  cells.fill({{23, 2, 0}, {28, 10, 3}});
-  EXPECT_EQ(coverOfCells(cells).size(), 5u);
-}
-
-TEST(LatticeCover, NeedsNoMoreThanAnyOtherCover) {
-  std::size_t better = 0;
-  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
-    Random random(seed);
-    // Blocks of whole cells that overlap much.
-    BitGrid cells(70, 70, 28);
-    for (int i = 0; i < 30; ++i) {
-      LatticeCell low{}, high{};
-      for (std::size_t k = 0; k < 3; ++k) {
-        const auto most = static_cast<std::uint32_t>(cells.size()[k] - 2);
-        low[k] = 1 + static_cast<std::int32_t>(random.below(most));
-        high[k] =
-            std::min(low[k] + 1 + static_cast<std::int32_t>(random.below(16)), cells.size()[k] - 1);
-      }
-      cells.fill({low, high});
-    }
-    const BoxList other = coverOfCells(cells);
-    BitGrid required(140, 140, 56);
-    for (const LatticeBox& box : halved(other)) required.fill(box);
-    const BitGrid allowed = required.dilated({1, 1, 1});
-    const std::size_t alone = coverWithin(required, allowed, kRules).boxes.size();
-    const LatticeCoverage quick = coverWithin(required, allowed, kRules, {}, halved(other));
-    EXPECT_LE(quick.boxes.size(), std::min(alone, other.size())) << "seed " << seed;
-    better += quick.boxes.size() < alone ? 1 : 0;
-    const LatticeCoverage full =
-        coverWithin(required, allowed, kRules, {}, halved(other), CoverEffort::Full);
-    EXPECT_LE(full.boxes.size(), quick.boxes.size()) << "seed " << seed;
-    for (const LatticeCoverage* cover : {&quick, &full}) {
-      BitGrid left = required;
-      for (const CoverBox& c : cover->boxes) {
-        ASSERT_TRUE(allowed.all(c.box));
-        left.clear(grown(c.box, kRules.tolerance));
-      }
-      EXPECT_EQ(left.count(), 0);
-    }
-  }
-  EXPECT_GT(better, 0u);
-}
-
 TEST(LatticeCover, FullEffortFindsFewerForCurvedSurfaces) {
   Random random(2);
   std::size_t quick = 0;
@@ -243,7 +167,7 @@ TEST(LatticeCover, FullEffortFindsFewerForCurvedSurfaces) {
       if (std::abs(distance - radius) < 0.9) required.set(at[0], at[1], at[2]);
     }
     const BitGrid allowed = required.dilated({1, 1, 1});
-    const LatticeCoverage cover = coverWithin(required, allowed, kRules, {}, {}, CoverEffort::Full);
+    const LatticeCoverage cover = coverWithin(required, allowed, kRules, {}, CoverEffort::Full);
     BitGrid left = required;
     for (const CoverBox& c : cover.boxes) {
       ASSERT_TRUE(allowed.all(c.box));

@@ -3,13 +3,11 @@
 #include "cuboids/cover/lattice_cover.h"
 
 #include <algorithm>
-#include <iterator>
 #include <numeric>
 #include <queue>
 #include <utility>
 
 #include "cuboids/cover/box_search.h"
-#include "cuboids/cover/cell_parts.h"
 
 namespace planar_mapping::detail {
 
@@ -36,14 +34,13 @@ class LatticeCover {
     for (const LatticeBox& box : boxes_) box_gain_.push_back(required.count(reach(box)));
   }
 
-  LatticeCoverage run(const BoxList& other, CoverEffort effort) {
+  LatticeCoverage run(CoverEffort effort) {
     search(sets_.size());
     if (!sets_.empty()) {
       std::vector<Chosen> with_sets = std::move(chosen_);
       const bool alone = search(0);
       if (!alone || with_sets.size() <= chosen_.size()) chosen_ = std::move(with_sets);
     }
-    if (!other.empty()) improveBy(other);
     if (effort == CoverEffort::Full) searchBoxes();
     return drawnBack();
   }
@@ -68,43 +65,6 @@ class LatticeCover {
 
   void improve() {
     for (bool changed = true; changed;) changed = dissolveAll();
-  }
-
-  /// Takes of another cover the boxes for those of the cells that it needs fewer for.
-  void improveBy(const BoxList& boxes) {
-    std::vector<Chosen> before = std::move(chosen_);
-    chosen_.clear();
-    for (const LatticeBox& box : boxes) {
-      chosen_.emplace_back();
-      chosen_.back().box = box;
-    }
-    assign();
-    dropEmpty();
-    // Parts of the cells for which neither cover has a box that stands for others too.
-    CellParts parts(cells_.size());
-    for (const std::vector<Chosen>* cover : {&before, &chosen_}) {
-      for (const Chosen& c : *cover) {
-        for (const std::uint32_t number : c.members) parts.unite(number, c.members.front());
-      }
-    }
-    std::vector<std::int64_t> saved(cells_.size(), 0);
-    for (const Chosen& c : before) ++saved[parts.of(c.members.front())];
-    for (const Chosen& c : chosen_) --saved[parts.of(c.members.front())];
-    const auto drop = [&](std::vector<Chosen>& cover, bool where_better) {
-      cover.erase(std::remove_if(cover.begin(), cover.end(),
-                                 [&](const Chosen& c) {
-                                   return (saved[parts.of(c.members.front())] > 0) == where_better;
-                                 }),
-                  cover.end());
-    };
-    drop(before, true);
-    drop(chosen_, false);
-    const bool any = !chosen_.empty();
-    before.insert(before.end(), std::make_move_iterator(chosen_.begin()),
-                  std::make_move_iterator(chosen_.end()));
-    chosen_ = std::move(before);
-    ownAgain();
-    if (any) improve();
   }
 
   void dropEmpty() {
@@ -378,8 +338,8 @@ std::vector<CoverBox> sweptOver(const BitGrid& required, const BitGrid& allowed,
 
 LatticeCoverage coverWithin(const BitGrid& required, const BitGrid& allowed,
                             const CoverRules& rules, const std::vector<CellSet>& sets,
-                            const BoxList& other, CoverEffort effort) {
-  return LatticeCover(required, allowed, rules, sets).run(other, effort);
+                            CoverEffort effort) {
+  return LatticeCover(required, allowed, rules, sets).run(effort);
 }
 
 }  // namespace planar_mapping::detail

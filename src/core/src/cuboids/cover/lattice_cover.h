@@ -28,9 +28,8 @@ struct LatticeCoverage {
 ///
 /// Greedy by newly covered cells over the sets and the largest boxes that fit; then boxes and sets
 /// are dissolved into their neighbours, of which boxes grow for it, and each box is drawn back to
-/// the cells it holds. Never more than without the sets, nor than the boxes of \p other, a cover of
-/// boxes of allowed cells, if there is one: where it needs fewer for some of the cells, its boxes
-/// take part there. At full effort fewerSets() of boxes are looked for then, beside the sets.
+/// the cells it holds. Never more than without the sets. At full effort fewerSets() of boxes are
+/// looked for then, beside the sets.
 /// Cells of the lattice are halves of the user's: a pair that starts at an even number is
 /// preferred. Deterministic. Every required cell must lie in a set or in a box of the smallest size
 /// of allowed cells.
@@ -38,7 +37,7 @@ struct LatticeCoverage {
 ///              required ones
 LatticeCoverage coverWithin(const BitGrid& required, const BitGrid& allowed,
                             const CoverRules& rules, const std::vector<CellSet>& sets = {},
-                            const BoxList& other = {}, CoverEffort effort = CoverEffort::Quick);
+                            CoverEffort effort = CoverEffort::Quick);
 
 /// [ours] So many boxes are searched for; clutter that needs more gets them without a search, whose
 /// time grows with their square. Walls, furniture and vegetation need a third of it at most.

@@ -9,7 +9,7 @@ namespace planar_mapping {
 /// How long a cover is improved.
 enum class CoverEffort : std::uint8_t {
   Quick,  ///< no fewer boxes than with the next
-  Full,   ///< the cells of each part alone never need fewer boxes than these are
+  Full,   ///< a search for fewer boxes than the first ones
 };
 
 }  // namespace planar_mapping
