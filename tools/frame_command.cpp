@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
+#include <optional>
 
 #include "planar_mapping/pipeline/pipeline.h"
 
@@ -122,9 +123,10 @@ void StopGuard::watch() {
   using Clock = std::chrono::steady_clock;
   constexpr auto kPeriod = std::chrono::milliseconds(20);
   constexpr auto kPatience = std::chrono::milliseconds(700);
-  for (Clock::time_point asked = Clock::now(); Clock::now() - asked < kPatience;) {
+  // Counted from when the signal was seen: this process may have stood still before.
+  for (std::optional<Clock::time_point> asked; !asked || Clock::now() - *asked < kPatience;) {
     if (over_) return;
-    if (!stop_) asked = Clock::now();
+    if (stop_ && !asked) asked = Clock::now();
     std::this_thread::sleep_for(kPeriod);
   }
   const auto exists = [this](const char* name) {

@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include <chrono>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "cli_fixture.h"
 
@@ -129,6 +131,23 @@ TEST_F(Interruption, NamesWithNewlinesAreResumed) {
   const ProgramResult resumed = planarMap(arguments);
   EXPECT_EQ(0, resumed.exit_code) << resumed.err;
   EXPECT_EQ(3, Json::parse(read("out/metrics.json"))["frames"]);
+}
+
+TEST_F(Interruption, StandingStillIsNoSignal) {
+  // As on a machine with too much other work, or one that was asleep.
+  ProgramOptions options;
+  auto rests = std::make_shared<int>(2);
+  options.while_running = [rests](pid_t child, const std::string& err) {
+    if (*rests == 0 || err.find("\"done\":2") == std::string::npos) return;
+    --*rests;
+    ::kill(child, SIGSTOP);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+    ::kill(child, SIGCONT);
+  };
+  const ProgramResult result = planarMap(longRun("out", 20), options);
+  EXPECT_EQ(0, result.exit_code) << result.err;
+  EXPECT_EQ(20, Json::parse(read("out/metrics.json"))["frames"]);
+  EXPECT_EQ(0, *rests);
 }
 
 TEST_F(Interruption, SignalIsObeyedWithinAFrame) {

@@ -57,7 +57,8 @@ TEST_F(WorldCoordinates, DoublesAreMappedAboutAnOriginThatTheMapKeeps) {
     EXPECT_EQ(0, metrics()["points"]["beyond"]);
     const Json origin = map()["origin_m"];
     EXPECT_EQ(origin, metrics()["origin_m"]);
-    for (const Json& cuboid : map()["cuboids"]) {
+    const Json made = map();
+    for (const Json& cuboid : made["cuboids"]) {
       EXPECT_NEAR(kEast + 3.0, double{cuboid["center"][0]} + double{origin[0]}, 3.5);
       EXPECT_NEAR(kNorth, double{cuboid["center"][1]} + double{origin[1]}, 3.0);
     }

@@ -6,6 +6,7 @@
 
 #ifdef PLANAR_MAPPING_HAS_OCTOMAP
 #include <malloc.h>
+#define OCTOMAP_NODEBUGOUT  // nothing on stderr in builds with assertions either
 #include <octomap/OcTree.h>
 #include <zstd.h>
 

@@ -17,6 +17,7 @@ Contents writeOctree(const ExportedMap&, const std::string& path) {
 
 #else
 
+#define OCTOMAP_NODEBUGOUT  // nothing on stderr in builds with assertions either
 #include <octomap/OcTree.h>
 
 #include <algorithm>
