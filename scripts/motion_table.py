@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The motion found by planar_map and by the peer (benchmarks/motion/peer_motion.cpp) against the truth of sequence folders:
 
-    scripts/motion_table.py DATA... [--bin build/bin] [--thin 1,2,3,5,8] [--only ours|peer] [--verbose]
+    scripts/motion_table.py DATA... [--bin build/bin] [--thin 1,2,3,5,8] [--starts] [--only ours|peer] [--verbose]
 
 DATA are sequence folders with poses.txt, or folders of such. Every n-th frame is taken, with motion_estimation.poses=ignore.
 A step leads from a frame to the next one that was placed. It is right if it is wrong by at most 5 degrees and 10 cm plus 5 % of its length.
@@ -67,22 +67,22 @@ def configuration_of(folder):
     return "stereo_outdoor.yaml" if "street" in folder or "outdoor" in folder else "stereo_indoor.yaml"
 
 
-def ours(binaries, folder, thin):
+def ours(binaries, folder, thin, start):
     """(index before, index, motion) of the steps between frames that were placed."""
     configuration = os.path.join(os.path.dirname(__file__), "..", "config", configuration_of(folder))
     with tempfile.TemporaryDirectory() as out:
         subprocess.run([os.path.join(binaries, "planar_map"), "run", configuration, "-i", folder, "-o", out, "--force", "-q", "-j", "1",
-                        "--frames", f"::{thin}", "--set", "motion_estimation.poses=ignore"],
+                        "--frames", f"{start}::{thin}", "--set", "motion_estimation.poses=ignore"],
                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
         trajectory = os.path.join(out, "trajectory_tum.txt")
         found = lines_of(trajectory) if os.path.exists(trajectory) else []
-    stamps = [float(words[0]) for words in lines_of(os.path.join(folder, "poses.txt"))[::thin]]
+    stamps = [float(words[0]) for words in lines_of(os.path.join(folder, "poses.txt"))[start::thin]]
     placed = sorted((min(range(len(stamps)), key=lambda i: abs(stamps[i] - float(words[0]))), pose_of(words[1:8]))
                     for words in found)
     return [(a[0], b[0], between(a[1], b[1])) for a, b in zip(placed, placed[1:])]
 
 
-def peer(binaries, folder, thin):
+def peer(binaries, folder, thin, _):
     """The peer registers each frame to the one before: a step that it cannot place is missing."""
     output = subprocess.run([os.path.join(binaries, "peer_motion"), folder, str(thin)],
                             capture_output=True, text=True, check=False).stdout
@@ -90,9 +90,9 @@ def peer(binaries, folder, thin):
     return [(int(words[0]) - 1, int(words[0]), pose_of(words[1:8])) for words in rows]
 
 
-def measure(method, binaries, folder, thin):
-    truth = [pose_of(words[1:8]) for words in lines_of(os.path.join(folder, "poses.txt"))[::thin]]
-    steps = (ours if method == "ours" else peer)(binaries, folder, thin)
+def measure(method, binaries, folder, thin, start):
+    truth = [pose_of(words[1:8]) for words in lines_of(os.path.join(folder, "poses.txt"))[start::thin]]
+    steps = (ours if method == "ours" else peer)(binaries, folder, thin, start)
     right, wrong, errors = 0, [], []
     end, path, last = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)), 0.0, 0
     for before, now, motion in steps:
@@ -111,7 +111,7 @@ def measure(method, binaries, folder, thin):
         return math.sqrt(sum(e[k] ** 2 for e in errors) / len(errors)) if errors else float("nan")
     drift = 100 * size(between(between(truth[0], truth[last]), end))[0] / path if path > 0 else float("nan")
     turns = [size(between(a, b))[1] for a, b in zip(truth, truth[1:])]
-    return {"method": method, "folder": folder, "thin": thin, "steps": len(truth) - 1, "right": right, "wrong": wrong,
+    return {"method": method, "folder": folder, "thin": f"{start}::{thin}" if start else thin, "steps": len(truth) - 1, "right": right, "wrong": wrong,
             "rms_m": rms(0), "rms_deg": rms(1), "drift": drift, "turn": sum(turns) / max(1, len(turns))}
 
 
@@ -120,6 +120,7 @@ def main():
     parser.add_argument("data", nargs="+")
     parser.add_argument("--bin", default=os.path.join(os.path.dirname(__file__), "..", "build", "bin"))
     parser.add_argument("--thin", default="1,2,3,5,8")
+    parser.add_argument("--starts", action="store_true", help="thinned sequences from each of their first frames; not of the peer")
     parser.add_argument("--only", choices=["ours", "peer"])
     parser.add_argument("--verbose", action="store_true", help="also the steps that are wrong")
     parser.add_argument("-j", type=int, default=1, help="runs at once")
@@ -130,7 +131,9 @@ def main():
         folders += [f for f in [entry] + inside if os.path.exists(os.path.join(f, "poses.txt")) and
                     os.path.isdir(os.path.join(f, "rgb" if os.path.isdir(os.path.join(f, "rgb")) else "left"))]
     methods = [arguments.only] if arguments.only else ["ours", "peer"]
-    tasks = [(m, arguments.bin, f, int(thin)) for f in folders for thin in arguments.thin.split(",") for m in methods]
+    methods = ["ours"] if arguments.starts else methods
+    tasks = [(m, arguments.bin, f, thin, start) for f in folders for thin in map(int, arguments.thin.split(",")) for m in methods
+             for start in range(thin if arguments.starts else 1)]
     print("| sequence | every | mean turn | method | steps | right | wrong | rms m | rms deg | drift % |")
     print("|---" * 10 + "|")
     total = {m: [0, 0, 0] for m in methods}

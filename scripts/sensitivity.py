@@ -34,6 +34,7 @@ TECHNICAL = re.compile(r"numeric_limits|\d(\.\d+)?e([89]|\d\d)f?\b|0x|~|3e38|^-1
 TECHNICAL_NAMES = re.compile(r"k(\w*Block|Chunk|Together|AtOnce|\w*Lanes|DefaultSeed)$")
 DERIVED = {
     "planes/organized/metric_fit:kFreedom": "nine means less the three coefficients of a plane",
+    "cuboids/cover_search:kApartBits": "boxes reach one half cell beyond what they hold",
     "planes/disparity/disparity_fit:kFewest": "points that make a plane",
     "geometry/cloud_scale:kDegree": "pi / 180",
     "geometry/cloud_scale:kEarth": "coordinates of a country are below the radius of the earth",
@@ -86,7 +87,6 @@ MECHANISMS = [
     ("clutter in groups", "planes/multi_ransac/multi_ransac.cpp", "if (company >= kCompany)", "if (OFF || company >= kCompany)"),
     ("joint assignment", "planes/multi_ransac/multi_ransac.cpp", "round < kAssignments;", "round < (OFF ? 0 : kAssignments);"),
     ("pieces of ground", "ground/ground_labels.cpp", "  if (k.pieces) {", "  if (k.pieces && !OFF) {"),
-    ("bundle adjustment", "odometry/local_map.cpp", "  adjust();", "  if (!OFF) adjust();"),
     ("occluding edges", "registration/surface_edges.cpp", "if (!cloud.isOrganized() ||", "if (OFF || !cloud.isOrganized() ||"),
     ("walked around", "registration/surface_map.cpp",
      "for (const Pose& start : walkedAround(shape, guess))", "if (!OFF) for (const Pose& start : walkedAround(shape, guess))"),

@@ -89,7 +89,7 @@ TEST(ViewMap, FindsAViewFarFromWhereItIsExpected) {
   map.insert(see(map, shoot(poseAt(0.0), 0.0, 1)), poseAt(0.0));
   const Pose truth = poseAt(0.8, 0.44);
   const ViewMap::Location found =
-      map.locate(see(map, shoot(truth, 0.0, 1)), poseAt(0.0), {}, false);
+      map.locate(see(map, shoot(truth, 0.0, 1)), poseAt(0.0), {}, ViewGuess::Motion);
   ASSERT_TRUE(found.found) << found.reason;
   EXPECT_LT((found.T_world_sensor.translation() - truth.translation()).norm(), 0.05);
   EXPECT_LT(Eigen::AngleAxisd(Matrix3(found.T_world_sensor.linear().transpose() * truth.linear()))
@@ -103,8 +103,8 @@ TEST(ViewMap, PanelsThatRepeatAreNoPlace) {
     ViewMap map(params());
     map.insert(see(map, shoot(poseAt(0.0), 1.0, 2)), poseAt(0.0));
     const Shot shot = shoot(poseAt(step), 1.0, 2);
-    const ViewMap::Location found =
-        map.locate(see(map, shot), poseAt(0.0), {poseAt(step), poseAt(step - 1.0)}, false);
+    const ViewMap::Location found = map.locate(
+        see(map, shot), poseAt(0.0), {poseAt(step), poseAt(step - 1.0)}, ViewGuess::Motion);
     EXPECT_FALSE(found.found) << step;
     EXPECT_NE(found.reason.find("looks the same"), std::string::npos) << found.reason;
     // Nor is a pose that something else proposes, a panel off what was expected.
@@ -117,11 +117,23 @@ TEST(ViewMap, PanelsThatRepeatAreNoPlace) {
   }
 }
 
+TEST(ViewMap, RefiningStaysAtThePlace) {
+  ViewMap map(params());
+  map.insert(see(map, shoot(poseAt(0.0), 0.0, 7)), poseAt(0.0));
+  const ViewMap::ViewPtr view = see(map, shoot(poseAt(0.3), 0.0, 7));
+  const std::optional<Pose> near = map.refined(view, poseAt(0.28));
+  ASSERT_TRUE(near.has_value());
+  EXPECT_LT((near->translation() - poseAt(0.3).translation()).norm(), 0.02);
+  // From farther it would climb to another place, or stay where it is no maximum.
+  const std::optional<Pose> far = map.refined(view, poseAt(0.3, 0.3));
+  EXPECT_TRUE(!far || (far->translation() - poseAt(0.3).translation()).norm() > 0.02);
+}
+
 TEST(ViewMap, AViewTwiceIsWhereItWas) {
   ViewMap map(params());
   const Shot shot = shoot(poseAt(0.0), 0.0, 3);
   map.insert(see(map, shot), poseAt(0.0));
-  const ViewMap::Location found = map.locate(see(map, shot), poseAt(0.5), {}, false);
+  const ViewMap::Location found = map.locate(see(map, shot), poseAt(0.5), {}, ViewGuess::Motion);
   ASSERT_TRUE(found.found) << found.reason;
   EXPECT_LT(found.T_world_sensor.translation().norm(), 1e-3);
 }
@@ -132,7 +144,7 @@ TEST(ViewMap, RefusesAnImageOfAnotherPlaceAndDepthsThatCannotBe) {
   // Images exchanged: the depth of one view, the image of another.
   const ViewMap::ViewPtr exchanged = see(map, shoot(poseAt(0.0), 0.0, 5));
   EXPECT_EQ(map.judge(exchanged, poseAt(0.0), nullptr, false), PoseVerdict::Refused);
-  EXPECT_FALSE(map.locate(exchanged, poseAt(0.0), {}, false).found);
+  EXPECT_FALSE(map.locate(exchanged, poseAt(0.0), {}, ViewGuess::Motion).found);
   // Its wall would stand where the earlier view saw through.
   const ViewMap::ViewPtr same = see(map, shoot(poseAt(0.0), 0.0, 4));
   Pose nearer = poseAt(0.0);
@@ -146,7 +158,7 @@ TEST(ViewMap, PlainWallsTellNothing) {
   for (std::uint8_t& pixel : plain.image.pixels) pixel = 128;
   map.insert(see(map, plain), poseAt(0.0));
   EXPECT_EQ(map.judge(see(map, plain), poseAt(0.0), nullptr, false), PoseVerdict::Unknown);
-  EXPECT_FALSE(map.locate(see(map, plain), poseAt(0.0), {poseAt(0.0)}, false).found);
+  EXPECT_FALSE(map.locate(see(map, plain), poseAt(0.0), {poseAt(0.0)}, ViewGuess::Motion).found);
 }
 
 }  // namespace

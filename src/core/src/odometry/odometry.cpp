@@ -89,14 +89,16 @@ class Odometry::Implementation {
 
   Pose expectedPose() const { return has_pose_ ? Pose(expected().inverse()) : start_; }
 
+  bool hasVelocity() const { return has_velocity_ && lost_frames_ == 0; }
+
   const OdometryParams& params() const { return params_; }
   const detail::LocalMap& map() const { return map_; }
   bool started() const { return started_; }
   void setStart(const Pose& pose) { start_ = pose; }
   template <typename Archive>
   void visitState(Archive& archive) {
-    archive(map_, start_, started_, frame_, has_pose_, T_sensor_world_, covariance_, velocity_,
-            has_velocity_, lost_frames_, most_inliers_);
+    archive(map_, start_, started_, frame_, has_pose_, T_keyframe_world_, T_sensor_world_,
+            covariance_, velocity_, has_velocity_, lost_frames_, most_inliers_);
   }
 
  private:
@@ -112,7 +114,7 @@ class Odometry::Implementation {
     started_ = true;
     result.registered = true;
     result.from_prior = prior.has_value();
-    accept(T_world_sensor.inverse(), Matrix6::Zero(), seen, prior, !prior || prior->exact, result);
+    accept(T_world_sensor.inverse(), Matrix6::Zero(), seen, result);
   }
 
   void follow(const std::vector<detail::SeenFeature>& seen, const std::optional<PosePrior>& prior,
@@ -125,20 +127,21 @@ class Odometry::Implementation {
     result.rms_px = estimate.rms_px;
     if (!isBelieved(estimate, matches.size(), prior)) {
       result.reason = detail::reasonFor(estimate, seen.size(), matches.size(), params_.motion);
-      ++lost_frames_;
-      if (!prior || !isCertain(*prior)) return;
+      if (!prior || !isCertain(*prior)) {
+        ++lost_frames_;
+        return;
+      }
       result.from_prior = true;
     }
     result.registered = true;
     if (result.from_prior) {
       const std::vector<detail::SeenFeature> used = judgeMatches(
           seen, match_seen, agreementWith(matches, prior->T_world_sensor.inverse()), result);
-      accept(prior->T_world_sensor.inverse(), prior->covariance, used, prior, false, result);
+      accept(prior->T_world_sensor.inverse(), prior->covariance, used, result);
     } else {
       const std::vector<detail::SeenFeature> used =
           judgeMatches(seen, match_seen, estimate, result);
-      accept(estimate.T_now_before, estimate.covariance, used, prior, prior && prior->exact,
-             result);
+      accept(estimate.T_now_before, estimate.covariance, used, result);
     }
   }
 
@@ -254,27 +257,21 @@ class Odometry::Implementation {
 
   /// The pose stands: the frame goes into the map.
   void accept(const Pose& T_sensor_world, const Matrix6& covariance,
-              const std::vector<detail::SeenFeature>& used, const std::optional<PosePrior>& prior,
-              bool fixed, OdometryResult& result) {
+              const std::vector<detail::SeenFeature>& used, OdometryResult& result) {
     map_.removePassing();
-    std::vector<std::pair<std::int64_t, FeatureSighting>> sightings;
+    std::vector<detail::TrackSighting> sightings;
     sightings.reserve(used.size());
     for (const detail::SeenFeature& one : used) sightings.push_back({one.track, one.sighting});
     result.keyframe = needsKeyframe(T_sensor_world, used, result);
-    Pose corrected = T_sensor_world;
     if (result.keyframe) {
-      std::optional<MotionPrior> motion_prior;
-      if (prior && !prior->exact) {
-        motion_prior = MotionPrior{prior->T_world_sensor.inverse(), prior->covariance};
-      }
-      map_.add({T_sensor_world, fixed, motion_prior, std::move(sightings)}, frame_);
-      corrected = map_.keyframes().back().T_sensor_world;
+      map_.add(T_sensor_world, sightings, frame_);
+      T_keyframe_world_ = T_sensor_world;
       most_inliers_ = 0;
     } else {
       map_.addPassing(T_sensor_world, sightings, frame_);
       most_inliers_ = std::max(most_inliers_, result.inliers);
     }
-    finish(corrected, covariance, result);
+    finish(T_sensor_world, covariance, result);
   }
 
   void finish(const Pose& T_sensor_world, const Matrix6& covariance, OdometryResult& result) {
@@ -302,8 +299,8 @@ class Odometry::Implementation {
 
   bool needsKeyframe(const Pose& T_sensor_world, const std::vector<detail::SeenFeature>& used,
                      const OdometryResult& result) const {
-    if (map_.keyframes().empty() || result.from_prior) return true;
-    const Pose moved = T_sensor_world * lastKeyframePose().inverse();
+    if (!has_pose_ || result.from_prior) return true;
+    const Pose moved = T_sensor_world * T_keyframe_world_.inverse();
     if (rotationAngle(moved) > params_.keyframe_rotation) return true;
     const auto known = static_cast<double>(result.inliers);
     if (known < params_.keyframe_overlap * static_cast<double>(most_inliers_)) return true;
@@ -315,18 +312,14 @@ class Odometry::Implementation {
     return moved.translation().norm() * *middle > params_.keyframe_translation;
   }
 
-  Pose lastKeyframePose() const {
-    return map_.keyframes().empty() ? Pose(Pose::Identity())
-                                    : map_.keyframes().back().T_sensor_world;
-  }
-
   OdometryParams params_;
   detail::LocalMap map_;
   Pose start_ = Pose::Identity();
   bool started_ = false;
   std::int64_t frame_ = 0;
   bool has_pose_ = false;
-  Pose T_sensor_world_ = Pose::Identity();  ///< of the last frame that was registered
+  Pose T_keyframe_world_ = Pose::Identity();  ///< of the last keyframe
+  Pose T_sensor_world_ = Pose::Identity();    ///< of the last frame that was registered
   Matrix6 covariance_ = Matrix6::Zero();
   Pose velocity_ = Pose::Identity();  ///< motion of the last frame
   bool has_velocity_ = false;
@@ -368,6 +361,9 @@ OdometryResult Odometry::update(const std::vector<KeyFeature>& features,
 Pose Odometry::expectedPose() const {
   return implementation_->expectedPose();
 }
+bool Odometry::hasVelocity() const {
+  return implementation_->hasVelocity();
+}
 OdometryResult Odometry::locate(const std::vector<KeyFeature>& features,
                                 const std::optional<PosePrior>& prior) const {
   requireTracks(features);
@@ -379,9 +375,6 @@ bool Odometry::started() const {
 }
 std::size_t Odometry::landmarks() const {
   return implementation_->map().landmarks();
-}
-std::size_t Odometry::keyframes() const {
-  return implementation_->map().keyframes().size();
 }
 std::optional<Vector3> Odometry::landmark(std::int64_t track) const {
   const detail::Landmark* found = implementation_->map().find(track);

@@ -14,9 +14,6 @@ void OdometryParams::validate() const {
   requirePositive("keyframe_translation", keyframe_translation);
   requirePositive("keyframe_rotation", keyframe_rotation, "rad");
   requireInRange("keyframe_overlap", keyframe_overlap, 0.0, 1.0);
-  requireInRange("max_keyframes", max_keyframes, 1, kLargest);
-  requireInRange("window", window, 0, kLargest);
-  requireInRange("adjustment_iterations", adjustment_iterations, 1, kLargest);
   requireInRange("max_landmarks", max_landmarks, 100, kLargest);
   requirePositive("jump_distance", jump_distance, "m");
   requireInRange("jump_inlier_share", jump_inlier_share, 0.0, 1.0);

@@ -131,7 +131,8 @@ class MotionEstimationStage : public Stage, private detail::MotionKeys {
     if (placed && views_->judge(view_, *placed, nullptr, true) != PoseVerdict::Confirmed)
       placed.reset();
     if (!placed) {
-      const ViewMap::Location far = views_->locate(view_, T_sensor_world_->inverse(), {}, true);
+      const ViewMap::Location far =
+          views_->locate(view_, T_sensor_world_->inverse(), {}, ViewGuess::Nothing);
       if (far.found) placed = far.T_world_sensor;
     }
 #endif
@@ -222,6 +223,7 @@ class MotionEstimationStage : public Stage, private detail::MotionKeys {
       return;
     }
     lost_ = 0;
+    by_cloud_ = result.from_prior;
     frame.T_world_sensor = result.T_world_sensor;
     if (result.keyframe) remember(frame);
     if (given && poses_ == Poses::Use) {
@@ -262,7 +264,7 @@ class MotionEstimationStage : public Stage, private detail::MotionKeys {
   std::optional<Placement> place(const Frame& frame) {
     doubt_.clear();
     const OdometryResult by_features = odometry_->locate(frame.key_features);
-    const Pose expected = odometry_->expectedPose();
+    const Pose expected = expectedPose();
     const bool enough = by_features.inliers >= static_cast<std::size_t>(enough_inliers_);
     const bool many = by_features.inliers >= static_cast<std::size_t>(params_.jump_inliers);
     const bool features_agree =
@@ -274,21 +276,61 @@ class MotionEstimationStage : public Stage, private detail::MotionKeys {
     if (surfaces_) {
       const CloudRegistration near = surfaces_->locateNear(viewOf(*frame.cloud), guess);
       noteCloud(near);
+      if (near.found && isSearchedFor()) {
+        candidates.push_back(near.T_world_sensor);
+        std::optional<Placement> far = placeFar(frame, guess, candidates);
+        // The search is coarse: what it confirms is where the cloud says.
+        const bool same = far && far->prior && isCertain(near.covariance) &&
+                          isNear(far->prior->T_world_sensor, near.T_world_sensor);
+        return same ? helped(frame, near.T_world_sensor, near.covariance, expected, false) : far;
+      }
       if (near.found) {
         if (agrees(near.T_world_sensor, expected, false)) {
           return helped(frame, near.T_world_sensor, near.covariance, expected, false);
         }
 #ifdef PLANAR_MAPPING_HAS_STEREO
-        const Pose refined = views_->refined(view_, near.T_world_sensor);
-        if (agrees(refined, expected, false)) {
-          return helped(frame, refined, kByViews, expected, true);
+        const std::optional<Pose> refined = views_->refined(view_, near.T_world_sensor);
+        if (refined && agrees(*refined, expected, false)) {
+          return helped(frame, *refined, kByViews, expected, true);
         }
-        candidates.push_back(refined);
+        candidates.push_back(refined.value_or(near.T_world_sensor));
 #endif
       }
     }
     if (features_agree) return Placement{};
     return placeFar(frame, guess, candidates);
+  }
+
+  bool isCertain(const Matrix6& covariance) const {
+    const MotionParams& most = params_.motion;
+    return std::sqrt(covariance.diagonal().head<3>().maxCoeff()) <= most.max_translation_error &&
+           std::sqrt(covariance.diagonal().tail<3>().maxCoeff()) <= most.max_rotation_error;
+  }
+
+  /// Where no image tells whether a cloud fits, it is begun with where the camera was: the motion
+  /// before, if a cloud alone gave it, is no better.
+  Pose expectedPose() const {
+#ifdef PLANAR_MAPPING_HAS_STEREO
+    if (view_) return odometry_->expectedPose();
+#endif
+    return by_cloud_ && T_sensor_world_ ? T_sensor_world_->inverse() : odometry_->expectedPose();
+  }
+
+  static bool isNear(const Pose& a, const Pose& b) {
+    constexpr double kDistance = 0.15;  // metres
+    constexpr double kTurn = 0.1;       // radians
+    const Vector6 apart = motionDifference(a, b);
+    return (a.translation() - b.translation()).norm() < kDistance && apart.tail<3>().norm() < kTurn;
+  }
+
+  /// Nobody knows how far the camera has moved: where things repeat the next place that fits is no
+  /// better than others.
+  bool isSearchedFor() const {
+#ifdef PLANAR_MAPPING_HAS_STEREO
+    return view_ && !views_->empty() && !odometry_->hasVelocity();
+#else
+    return false;
+#endif
   }
 
   std::optional<Placement> placeFar(const Frame& frame, const Pose& guess,
@@ -300,7 +342,10 @@ class MotionEstimationStage : public Stage, private detail::MotionKeys {
           if (one.matched > 0) candidates.push_back(one.T_world_sensor);
         }
       }
-      const ViewMap::Location far = views_->locate(view_, guess, candidates, lost_ > kFewLost);
+      const ViewMap::Location far = views_->locate(
+          view_, guess, candidates,
+          lost_ > kFewLost ? ViewGuess::Nothing
+                           : (odometry_->hasVelocity() ? ViewGuess::Motion : ViewGuess::Place));
       if (far.found) {
         return helped(frame, far.T_world_sensor, kByViews, far.T_world_sensor, true);
       }
@@ -334,7 +379,8 @@ class MotionEstimationStage : public Stage, private detail::MotionKeys {
 #ifdef PLANAR_MAPPING_HAS_STEREO
     if (!view_ || views_->empty()) return true;
     const PoseVerdict verdict =
-        views_->judge(view_, T_world_sensor, &expected, lost_ > kFewLost && !likely);
+        views_->judge(view_, T_world_sensor, odometry_->hasVelocity() ? &expected : nullptr,
+                      lost_ > kFewLost && !likely);
     if (verdict == PoseVerdict::Confirmed) return true;
     if (verdict == PoseVerdict::Doubtful && likely) return true;
     if (verdict == PoseVerdict::Unknown) return likely || follows(T_world_sensor, expected);
@@ -382,6 +428,7 @@ class MotionEstimationStage : public Stage, private detail::MotionKeys {
   std::string cloud_reason_;
   std::optional<Odometry> odometry_;
   std::optional<SurfaceMap> surfaces_;
+  bool by_cloud_ = false;      ///< the last frame with a pose was placed without its features
   bool out_of_order_ = false;  ///< the last frame with a pose was one placed again
   bool contradicted_ = false;  ///< a given pose, which is said once
   std::string doubt_;
@@ -397,7 +444,7 @@ class MotionEstimationStage : public Stage, private detail::MotionKeys {
 
 std::string MotionEstimationStage::saveState() const {
   detail::StateWriter writer;
-  writer(T_sensor_world_, out_of_order_, contradicted_, lost_, odometry_.has_value());
+  writer(T_sensor_world_, by_cloud_, out_of_order_, contradicted_, lost_, odometry_.has_value());
   if (odometry_) {
     writer(params_.camera, surface_params_.cell, surface_params_.reach, surfaces_.has_value(),
            odometry_->saveState(), surfaces_ ? surfaces_->saveState() : std::string());
@@ -411,7 +458,7 @@ std::string MotionEstimationStage::saveState() const {
 void MotionEstimationStage::loadState(const std::string& bytes) {
   detail::StateReader reader(bytes);
   bool is_prepared = false;
-  reader(T_sensor_world_, out_of_order_, contradicted_, lost_, is_prepared);
+  reader(T_sensor_world_, by_cloud_, out_of_order_, contradicted_, lost_, is_prepared);
   if (is_prepared) {
     bool with_clouds = false;
     std::string odometry;

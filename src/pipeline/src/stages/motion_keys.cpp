@@ -55,10 +55,6 @@ void MotionKeys::declareSearch(ParameterTable& table) {
                "[ours] new keyframe after this share of the median depth");
   table.number("keyframe_rotation_deg", params_.keyframe_rotation, Range::above(0.0, 180.0),
                "[ours] new keyframe after this turn");
-  table.integer("max_keyframes", params_.max_keyframes, Range::atLeast(1),
-                "[ours] kept for registration");
-  table.integer("window_keyframes", params_.window, Range::atLeast(0),
-                "[ours] corrected together by bundle adjustment; 0 = none");
   table.integer("max_landmarks", params_.max_landmarks, Range::atLeast(100),
                 "[ours] kept for registration");
   table.number("jump_inlier_share", params_.jump_inlier_share, Range::between(0.0, 1.0),

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <optional>
 
 #include "cv_image.h"
 #include "planar_mapping/core/base/detail/state_archive.h"
@@ -36,19 +37,22 @@ class ViewMap::Implementation {
     if (strict && support.score < kStrict) return PoseVerdict::Doubtful;
     const double surprise =
         expected == nullptr ? 0.0 : (T_world_sensor.translation() - expected->translation()).norm();
-    if (surprise < shiftToElsewhere(view)) return support.verdict;
-    if (support.score < kStrict) return PoseVerdict::Doubtful;
-    return repeats(view, T_world_sensor, *expected) ? PoseVerdict::Ambiguous : support.verdict;
+    if (expected != nullptr) {
+      if (surprise < shiftToElsewhere(view)) return support.verdict;
+      if (support.score < kStrict) return PoseVerdict::Doubtful;
+    }
+    return repeats(view, T_world_sensor, expected) ? PoseVerdict::Ambiguous : support.verdict;
   }
 
-  Pose refined(const View& view, const Pose& T_world_sensor) const {
+  std::optional<Pose> refined(const View& view, const Pose& T_world_sensor) const {
     Hypothesis one{T_world_sensor, supportOf(view, T_world_sensor, kStep), 0};
     climb(view, one);
+    if (!isSamePlace(view, one.pose, T_world_sensor)) return std::nullopt;
     return one.pose;
   }
 
   Location locate(View& view, const Pose& guess, const std::vector<Pose>& candidates,
-                  bool strict) const {
+                  ViewGuess known) const {
     std::vector<Hypothesis> found;
     for (const Pose& pose : candidates) found.push_back({pose, supportOf(view, pose, kStep)});
     int attempts = 0;
@@ -80,7 +84,7 @@ class ViewMap::Implementation {
     double rival = 0.0;
     for (const Hypothesis& one : apart) {
       if (isSamePlace(view, one.pose, best.pose)) continue;
-      if (isComparable(one, best)) {
+      if (isComparable(one, best) || (known != ViewGuess::Motion && isRival(one, best))) {
         location.reason = "it looks the same from another place";
         return location;
       }
@@ -94,12 +98,12 @@ class ViewMap::Implementation {
     }
     const Support support = supportOf(view, location.T_world_sensor, 1);
     if (support.verdict == PoseVerdict::Confirmed) {
-      location.found = !strict || by_features || support.score > kStrict;
+      location.found = by_features || isEnough(known, best, support.score, rival);
     } else if (support.verdict == PoseVerdict::Doubtful) {
       // From a view that shows most of the same the true place would be among the others.
       location.found =
           by_features ||
-          (!strict && support.score > kLeast &&
+          (known == ViewGuess::Motion && support.score > kLeast &&
            (rival < kFarBehind * support.score || distance(best.pose, guess) < kNearGuess));
     }
     return location;
@@ -185,6 +189,31 @@ class ViewMap::Implementation {
     return isComparable(one.support, best.support) ||
            (one.inliers > 0 && one.support.score > kScore * best.support.score &&
             static_cast<double>(one.inliers) > kInliers * static_cast<double>(best.inliers));
+  }
+
+  /// Likewise where nobody knows how far the camera has moved: where things repeat, the true place
+  /// is not always the one that agrees best.
+  static bool isRival(const Hypothesis& one, const Hypothesis& best) {
+    constexpr double kElsewhere = 0.25;  // metres
+    constexpr double kScore = 0.75;
+    constexpr double kScoreByFeatures = 0.65;  // with so many as these:
+    constexpr double kInliers = 0.4;
+    if (best.inliers >= kManyInliers || one.support.overlap <= 0.5 * best.support.overlap ||
+        (one.pose.translation() - best.pose.translation()).norm() < kElsewhere) {
+      return false;
+    }
+    const bool has_features =
+        static_cast<double>(one.inliers) >= kInliers * static_cast<double>(best.inliers);
+    return one.support.score > (has_features ? kScoreByFeatures : kScore) * best.support.score;
+  }
+
+  /// Whether a confirmed pose has enough for what is known before. \param rival  see locate()
+  static bool isEnough(ViewGuess known, const Hypothesis& best, double score, double rival) {
+    constexpr double kOfPlace = 0.35;
+    constexpr double kAlone = 0.3;  // of the score: no other place comes near it
+    if (known == ViewGuess::Motion) return true;
+    if (known == ViewGuess::Nothing) return best.inliers > 0 && score > kStrict;
+    return score > kOfPlace || rival < kAlone * score;
   }
 
   std::vector<const Placed*> nearestTo(const Pose& pose) const {
@@ -300,13 +329,16 @@ class ViewMap::Implementation {
 
   /// Whether the view agrees as well with the others where it is shifted along what is open, about
   /// as near to where it is expected.
-  bool repeats(const View& view, const Pose& pose, const Pose& expected) const {
-    const double surprise = (pose.translation() - expected.translation()).norm();
+  bool repeats(const View& view, const Pose& pose, const Pose* expected) const {
+    const auto surpriseOf = [&](const Pose& at) {
+      return expected == nullptr ? 0.0 : (at.translation() - expected->translation()).norm();
+    };
+    const double surprise = surpriseOf(pose);
     const Support here = supportOf(view, pose, 2 * kStep);
     for (const Hypothesis& one :
          shiftedOf(view, pose, std::max(shiftToElsewhere(view), 0.5 * surprise))) {
-      const double other = (one.pose.translation() - expected.translation()).norm();
-      if (other < 3.0 * surprise && isComparable(one.support, here)) return true;
+      const bool is_near = surpriseOf(one.pose) <= 3.0 * surprise;
+      if (is_near && isComparable(one.support, here)) return true;
     }
     return false;
   }
@@ -390,13 +422,13 @@ PoseVerdict ViewMap::judge(const ViewPtr& view, const Pose& T_world_sensor, cons
   return implementation_->judge(*view, T_world_sensor, expected, strict);
 }
 
-Pose ViewMap::refined(const ViewPtr& view, const Pose& T_world_sensor) const {
+std::optional<Pose> ViewMap::refined(const ViewPtr& view, const Pose& T_world_sensor) const {
   return implementation_->refined(*view, T_world_sensor);
 }
 
 ViewMap::Location ViewMap::locate(const ViewPtr& view, const Pose& guess,
-                                  const std::vector<Pose>& candidates, bool strict) const {
-  return implementation_->locate(*view, guess, candidates, strict);
+                                  const std::vector<Pose>& candidates, ViewGuess known) const {
+  return implementation_->locate(*view, guess, candidates, known);
 }
 
 }  // namespace planar_mapping

@@ -28,9 +28,6 @@ struct PLANAR_MAPPING_EXPORT OdometryParams {
   double keyframe_translation = 0.05;  ///< > 0
   double keyframe_rotation = 0.087;    ///< ... has turned so far, radians, > 0
   double keyframe_overlap = 0.7;  ///< ... or sees less than this share of the last one, in [0, 1]
-  int max_keyframes = 20;         ///< kept, >= 1; of older ones only their landmarks are
-  int window = 8;  ///< last keyframes the bundle adjustment moves; 0 = no bundle adjustment
-  int adjustment_iterations = 8;  ///< at most, >= 1
   int max_landmarks = 20000;      ///< kept, >= 100; those not seen for longest go first
   /// A motion that differs from the expected one by more than this is a jump, metres, > 0. Things
   /// that repeat, such as tiles, make small sets of wrong matches agree on one: it is believed only
@@ -103,6 +100,9 @@ class PLANAR_MAPPING_EXPORT Odometry {
 
   /// Where the next frame is expected, by the motion of the last one; the start pose before.
   Pose expectedPose() const;
+  /// Whether the last frame was registered and its motion is known: else expectedPose() is where
+  /// the camera was.
+  bool hasVelocity() const;
   /// The pose of a frame by its features alone, without taking it into the map; see update().
   OdometryResult locate(const std::vector<KeyFeature>& features,
                         const std::optional<PosePrior>& prior = std::nullopt) const;
@@ -110,7 +110,6 @@ class PLANAR_MAPPING_EXPORT Odometry {
   /// True once a frame has been registered.
   bool started() const;
   std::size_t landmarks() const;
-  std::size_t keyframes() const;
   /// Position of a landmark in the world, or nothing if it is not known.
   std::optional<Vector3> landmark(std::int64_t track) const;
   /// What is remembered of the frames before, for another process to continue with; bytes of the

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -37,6 +38,13 @@ enum class PoseVerdict : std::uint8_t {
   Ambiguous,  ///< it agrees as well at another place
 };
 
+/// What is known of a view before it is searched for.
+enum class ViewGuess : std::uint8_t {
+  Motion,   ///< where it is expected, by the motion before
+  Place,    ///< where the camera was: nobody knows how far it has moved
+  Nothing,  ///< the view may show what was never seen
+};
+
 /// Earlier views of a camera with depth: tells whether a pose agrees with them, and finds the pose
 /// of a view far from where it is expected, by descriptors that hold over wide baselines (SIFT).
 class PLANAR_MAPPING_EXPORT ViewMap {
@@ -62,8 +70,9 @@ class PLANAR_MAPPING_EXPORT ViewMap {
   PoseVerdict judge(const ViewPtr& view, const Pose& T_world_sensor, const Pose* expected,
                     bool strict) const;
 
-  /// The next pose at which depths and gray values agree best, within a few pixels and degrees.
-  Pose refined(const ViewPtr& view, const Pose& T_world_sensor) const;
+  /// The next pose at which depths and gray values agree best.
+  /// \return nothing if that is another place: farther than noise and a few pixels explain
+  std::optional<Pose> refined(const ViewPtr& view, const Pose& T_world_sensor) const;
 
   struct Location {
     bool found = false;
@@ -72,9 +81,11 @@ class PLANAR_MAPPING_EXPORT ViewMap {
   };
   /// The pose at which depths and gray values agree best, if there is no other like it.
   /// \param candidates  poses to try beside those that descriptors give
-  /// \param strict      see judge(); no matter where features tell
+  /// \param known       the less, the more it takes to believe a pose; no matter where many
+  /// features
+  ///                    tell
   Location locate(const ViewPtr& view, const Pose& guess, const std::vector<Pose>& candidates,
-                  bool strict) const;
+                  ViewGuess known) const;
 
   /// The views, for another process to continue with; bytes of the same build.
   std::string saveState() const;
