@@ -6,7 +6,6 @@
 
 #ifdef PLANAR_MAPPING_HAS_OCTOMAP
 #include <malloc.h>
-#define OCTOMAP_NODEBUGOUT  // nothing on stderr in builds with assertions either
 #include <octomap/OcTree.h>
 #include <zstd.h>
 

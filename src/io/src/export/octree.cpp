@@ -17,7 +17,6 @@ Contents writeOctree(const ExportedMap&, const std::string& path) {
 
 #else
 
-#define OCTOMAP_NODEBUGOUT  // nothing on stderr in builds with assertions either
 #include <octomap/OcTree.h>
 
 #include <algorithm>
