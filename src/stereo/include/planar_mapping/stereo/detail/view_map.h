@@ -81,9 +81,7 @@ class PLANAR_MAPPING_EXPORT ViewMap {
   };
   /// The pose at which depths and gray values agree best, if there is no other like it.
   /// \param candidates  poses to try beside those that descriptors give
-  /// \param known       the less, the more it takes to believe a pose; no matter where many
-  /// features
-  ///                    tell
+  /// \param known       the less, the more it takes to believe a pose; many features suffice
   Location locate(const ViewPtr& view, const Pose& guess, const std::vector<Pose>& candidates,
                   ViewGuess known) const;
 
