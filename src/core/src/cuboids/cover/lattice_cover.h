@@ -40,8 +40,8 @@ LatticeCoverage coverWithin(const BitGrid& required, const BitGrid& allowed,
                             CoverEffort effort = CoverEffort::Quick);
 
 /// [ours] So many boxes are searched for; clutter that needs more gets them without a search, whose
-/// time grows with their square. Walls, furniture and vegetation need a third of it at most.
-constexpr std::size_t kMaxBoxesSearched = 8192;
+/// time grows with their square. The recorded scenes of docs/dev/tried.md need 2,560 at most.
+constexpr std::size_t kMaxBoxesSearched = 3072;
 
 /// Boxes for the required cells one after the other, by z, y, x: each reaches as far ahead as it
 /// may from the first cell that is left. In time proportional to the cells.
