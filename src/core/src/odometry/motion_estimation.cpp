@@ -201,17 +201,17 @@ bool refit(const MotionSearch& search, const std::vector<FeatureMatch>& matches,
   return hypothesis.inliers >= 3;
 }
 
-bool isCertain(const Matrix6& covariance, const MotionParams& params) {
+}  // namespace
+
+bool MotionParams::isCertain(const Matrix6& covariance) const {
   const auto largest = [](const Matrix3& block) {
     return std::sqrt(
         std::max(0.0, Eigen::SelfAdjointEigenSolver<Matrix3>(block).eigenvalues().maxCoeff()));
   };
   return covariance.allFinite() &&
-         largest(covariance.topLeftCorner<3, 3>()) <= params.max_translation_error &&
-         largest(covariance.bottomRightCorner<3, 3>()) <= params.max_rotation_error;
+         largest(covariance.topLeftCorner<3, 3>()) <= max_translation_error &&
+         largest(covariance.bottomRightCorner<3, 3>()) <= max_rotation_error;
 }
-
-}  // namespace
 
 void MotionParams::validate() const {
   constexpr double kLargest = std::numeric_limits<double>::max();
@@ -289,7 +289,7 @@ MotionEstimate estimateMotion(const std::vector<FeatureMatch>& matches, const Fe
   const Eigen::LDLT<Matrix6> solver(refinement.information);
   const double scale = std::max(1.0, result.error_ratio * result.error_ratio);
   const Matrix6 covariance = scale * solver.solve(Matrix6::Identity());
-  if (!solver.isPositive() || !isCertain(covariance, params)) {
+  if (!solver.isPositive() || !params.isCertain(covariance)) {
     result.status = MotionStatus::Uncertain;
     return result;
   }

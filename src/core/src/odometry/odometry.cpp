@@ -127,7 +127,7 @@ class Odometry::Implementation {
     result.rms_px = estimate.rms_px;
     if (!isBelieved(estimate, matches.size(), prior)) {
       result.reason = detail::reasonFor(estimate, seen.size(), matches.size(), params_.motion);
-      if (!prior || !isCertain(*prior)) {
+      if (!prior || !params_.motion.isCertain(prior->covariance)) {
         ++lost_frames_;
         return;
       }
@@ -197,13 +197,6 @@ class Odometry::Implementation {
     if (lost_frames_ > kLongestExtrapolation) return pose;
     for (int i = 0; i <= lost_frames_; ++i) pose = velocity_ * pose;
     return pose;
-  }
-
-  bool isCertain(const PosePrior& prior) const {
-    return std::sqrt(prior.covariance.diagonal().head<3>().maxCoeff()) <=
-               params_.motion.max_translation_error &&
-           std::sqrt(prior.covariance.diagonal().tail<3>().maxCoeff()) <=
-               params_.motion.max_rotation_error;
   }
 
   /// Which matches agree with a pose that is known.

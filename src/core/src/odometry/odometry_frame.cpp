@@ -48,7 +48,8 @@ std::string reasonFor(const MotionEstimate& estimate, std::size_t features, std:
     case MotionStatus::Found:
       break;
   }
-  return "";
+  return "only " + std::to_string(estimate.inliers) + " of " + number(matches, "known feature") +
+         " agree on a jump";
 }
 
 }  // namespace planar_mapping::detail

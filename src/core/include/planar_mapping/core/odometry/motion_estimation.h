@@ -47,6 +47,8 @@ struct PLANAR_MAPPING_EXPORT MotionParams {
   double max_translation_error = 0.3;       ///< metres
   double max_rotation_error = M_PI / 60.0;  ///< radians
 
+  /// Whether a covariance is within these two errors.
+  bool isCertain(const Matrix6& covariance) const;
   /// \throws ParameterError
   void validate() const;
 };

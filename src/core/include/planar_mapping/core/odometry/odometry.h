@@ -69,10 +69,10 @@ struct OdometryResult {
 
 /// Pose of a camera over frames, from its key features (the paper, IV, and Eq. 8).
 ///
-/// Keeps a bounded local map of landmarks, registers each frame to it by estimateMotion() and
-/// corrects the last keyframes and their landmarks by bundle adjustment. A feature that comes back
-/// under its identity counts however long it was away, so a frame after a gap is registered as
-/// soon as it sees something known. A frame that cannot be registered changes nothing.
+/// Keeps a bounded local map of landmarks, which each sighting makes more certain, and registers
+/// each frame to it by estimateMotion(). A feature that comes back under its identity counts
+/// however long it was away, so a frame after a gap is registered as soon as it sees something
+/// known. A frame that cannot be registered changes nothing.
 ///
 /// Where nothing known is ever seen again, no frame is registered again: a guessed pose would put
 /// a second copy of the world into the map. A prior restarts it (see PosePrior).

@@ -1,0 +1,258 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "frame_locator.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "planar_mapping/core/base/detail/state_archive.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+constexpr int kFewLost = 1;  // frames: then the camera sees what it saw before them
+
+bool isNear(const Pose& a, const Pose& b) {
+  constexpr double kDistance = 0.15;  // metres
+  constexpr double kTurn = 0.1;       // radians
+  const Vector6 apart = motionDifference(a, b);
+  return (a.translation() - b.translation()).norm() < kDistance && apart.tail<3>().norm() < kTurn;
+}
+
+}  // namespace
+
+Matrix6 poseCovariance(double position_error, double orientation_error) {
+  Vector6 variance;
+  variance << Vector3::Constant(position_error * position_error),
+      Vector3::Constant(orientation_error * orientation_error);
+  return Matrix6(variance.asDiagonal());
+}
+
+FrameLocator::FrameLocator(const OdometryParams& params, const SurfaceMapParams* surface,
+                           int enough_inliers)
+    : params_(params), enough_inliers_(enough_inliers), odometry_(params) {
+#ifdef PLANAR_MAPPING_HAS_STEREO
+  ViewMapParams view_params;
+  view_params.camera = params.camera;
+  view_params.seed = params.seed;
+  views_.emplace(view_params);
+#endif
+  if (surface == nullptr) return;
+  max_seen_through_ = surface->max_seen_through;
+  surfaces_.emplace(*surface);
+}
+
+void FrameLocator::lookAt(const Frame& frame) {
+  doubt_.clear();
+  cloud_reason_.clear();
+#ifdef PLANAR_MAPPING_HAS_STEREO
+  const bool seen = frame.camera && !frame.images.left.empty() &&
+                    static_cast<int>(frame.cloud->width) == frame.images.left.width &&
+                    static_cast<int>(frame.cloud->height) == frame.images.left.height;
+  view_ = seen ? views_->see(frame.images.left, viewOf(*frame.cloud), *frame.camera) : nullptr;
+#endif
+}
+
+void FrameLocator::remember(const Frame& frame) {
+  if (surfaces_ && frame.cloud) surfaces_->insert(viewOf(*frame.cloud), frame.T_world_sensor);
+#ifdef PLANAR_MAPPING_HAS_STEREO
+  if (view_) views_->insert(view_, frame.T_world_sensor);
+#endif
+}
+
+void FrameLocator::accept(const OdometryResult& result) {
+  lost_ = 0;
+  by_cloud_ = result.from_prior;
+}
+
+bool FrameLocator::isEnough(const OdometryResult& by_features) const {
+  return by_features.inliers >= static_cast<std::size_t>(enough_inliers_);
+}
+
+std::optional<Pose> FrameLocator::placeAgain(const Frame& frame) {
+  const OdometryResult by_features = odometry_.locate(frame.key_features);
+  std::optional<Pose> placed;
+  if (by_features.registered && isEnough(by_features)) placed = by_features.T_world_sensor;
+#ifdef PLANAR_MAPPING_HAS_STEREO
+  if (!view_ || views_->empty()) return std::nullopt;
+  if (placed && views_->judge(view_, *placed, nullptr, true) != PoseVerdict::Confirmed)
+    placed.reset();
+  if (!placed) {
+    const ViewMap::Location far = views_->locate(view_, *last_pose_, {}, ViewGuess::Nothing);
+    if (far.found) placed = far.T_world_sensor;
+  }
+#endif
+  return placed;
+}
+
+std::optional<FrameLocator::Placement> FrameLocator::place(const Frame& frame) {
+  const OdometryResult by_features = odometry_.locate(frame.key_features);
+  const Pose expected = expectedPose();
+  const bool many = by_features.inliers >= static_cast<std::size_t>(params_.jump_inliers);
+  const bool features_agree =
+      by_features.registered && agrees(by_features.T_world_sensor, expected, many);
+  if (features_agree && isEnough(by_features)) return Placement{};
+  const Pose guess = features_agree ? by_features.T_world_sensor : expected;
+  std::vector<Pose> candidates;
+  if (by_features.registered) candidates.push_back(by_features.T_world_sensor);
+  if (surfaces_) {
+    const CloudRegistration near = surfaces_->locateNear(viewOf(*frame.cloud), guess);
+    noteCloud(near);
+    if (near.found && isSearchedFor()) {
+      candidates.push_back(near.T_world_sensor);
+      std::optional<Placement> far = placeFar(frame, guess, candidates);
+      // The search is coarse: what it confirms is where the cloud says.
+      const bool same = far && far->prior && params_.motion.isCertain(near.covariance) &&
+                        isNear(far->prior->T_world_sensor, near.T_world_sensor);
+      return same ? helped(frame, near.T_world_sensor, near.covariance, expected, false) : far;
+    }
+    if (near.found) {
+      if (agrees(near.T_world_sensor, expected, false)) {
+        return helped(frame, near.T_world_sensor, near.covariance, expected, false);
+      }
+#ifdef PLANAR_MAPPING_HAS_STEREO
+      const std::optional<Pose> refined = views_->refined(view_, near.T_world_sensor);
+      if (refined && agrees(*refined, expected, false)) {
+        return helped(frame, *refined, covarianceByViews(), expected, true);
+      }
+      candidates.push_back(refined.value_or(near.T_world_sensor));
+#endif
+    }
+  }
+  if (features_agree) return Placement{};
+  return placeFar(frame, guess, candidates);
+}
+
+/// Where no image tells whether a cloud fits, it is begun with where the camera was: the motion
+/// before, if a cloud alone gave it, is no better.
+Pose FrameLocator::expectedPose() const {
+#ifdef PLANAR_MAPPING_HAS_STEREO
+  if (view_) return odometry_.expectedPose();
+#endif
+  return by_cloud_ && last_pose_ ? *last_pose_ : odometry_.expectedPose();
+}
+
+/// Nobody knows how far the camera has moved: where things repeat the next place that fits is no
+/// better than others.
+bool FrameLocator::isSearchedFor() const {
+#ifdef PLANAR_MAPPING_HAS_STEREO
+  return view_ && !views_->empty() && !odometry_.hasVelocity();
+#else
+  return false;
+#endif
+}
+
+std::optional<FrameLocator::Placement> FrameLocator::placeFar(const Frame& frame, const Pose& guess,
+                                                              std::vector<Pose> candidates) {
+#ifdef PLANAR_MAPPING_HAS_STEREO
+  if (view_ && !views_->empty()) {
+    if (surfaces_) {
+      for (const CloudRegistration& one : surfaces_->placesFar(viewOf(*frame.cloud), guess)) {
+        if (one.matched > 0) candidates.push_back(one.T_world_sensor);
+      }
+    }
+    const ViewMap::Location far = views_->locate(
+        view_, guess, candidates,
+        lost_ > kFewLost ? ViewGuess::Nothing
+                         : (odometry_.hasVelocity() ? ViewGuess::Motion : ViewGuess::Place));
+    if (far.found) {
+      return helped(frame, far.T_world_sensor, covarianceByViews(), far.T_world_sensor, true);
+    }
+    doubt_ = far.reason;
+    return std::nullopt;
+  }
+#endif
+  if (!surfaces_) return Placement{};
+  const CloudRegistration far = surfaces_->locate(viewOf(*frame.cloud), guess);
+  return far.found ? helped(frame, far.T_world_sensor, far.covariance, far.T_world_sensor, false)
+                   : Placement{};
+}
+
+/// A pose that the features may correct, unless the views object to what comes of it.
+FrameLocator::Placement FrameLocator::helped(const Frame& frame, const Pose& T_world_sensor,
+                                             const Matrix6& covariance, const Pose& expected,
+                                             bool by_views) {
+  PosePrior prior;
+  prior.T_world_sensor = T_world_sensor;
+  prior.covariance = covariance;
+  const OdometryResult both = odometry_.locate(frame.key_features, prior);
+  // Beside wrong features the few right ones only pull it away.
+  const bool few = both.inliers < static_cast<std::size_t>(params_.jump_inliers);
+  prior.exact = (by_views && (few || !both.registered)) ||
+                (both.registered && !agrees(both.T_world_sensor, expected, false));
+  return {prior};
+}
+
+/// Whether the views speak for a pose; where they cannot tell, whether it is near where it was
+/// expected. \param likely  the pose has good support of its own
+bool FrameLocator::agrees(const Pose& T_world_sensor, const Pose& expected, bool likely) {
+#ifdef PLANAR_MAPPING_HAS_STEREO
+  if (!view_ || views_->empty()) return true;
+  const PoseVerdict verdict =
+      views_->judge(view_, T_world_sensor, odometry_.hasVelocity() ? &expected : nullptr,
+                    lost_ > kFewLost && !likely);
+  if (verdict == PoseVerdict::Confirmed) return true;
+  if (verdict == PoseVerdict::Doubtful && likely) return true;
+  if (verdict == PoseVerdict::Unknown) return likely || follows(T_world_sensor, expected);
+  doubt_ = verdict == PoseVerdict::Ambiguous ? "it looks the same from another place"
+                                             : "earlier views contradict the pose they give";
+  return false;
+#else
+  return true;
+#endif
+}
+
+/// Whether a pose is a small step from where it was expected, and the last frame had one.
+bool FrameLocator::follows(const Pose& T_world_sensor, const Pose& expected) const {
+  constexpr double kStep = 0.3;  // metres
+  constexpr double kTurn = 0.3;  // radians
+  const Vector6 apart = motionDifference(expected, T_world_sensor);
+  return lost_ == 0 && (expected.translation() - T_world_sensor.translation()).norm() < kStep &&
+         apart.tail<3>().norm() < kTurn;
+}
+
+void FrameLocator::noteCloud(const CloudRegistration& by_cloud) {
+  if (by_cloud.found) {
+    cloud_reason_ = "the cloud does not fix the pose either";
+  } else {
+    cloud_reason_ = by_cloud.seen_through > max_seen_through_
+                        ? "where the cloud would fit it sees through what was seen there before"
+                        : "the cloud does not lie on what was seen before";
+  }
+}
+
+std::string FrameLocator::reasonFor(const Frame& frame, const OdometryResult& result) const {
+  std::string reason = result.reason;
+  if (frame.key_features.empty()) {
+    reason = surfaces_ ? "there are no key features"
+                       : "no pose is given and there are no key features to find one by";
+  }
+  return cloud_reason_.empty() ? reason : reason + ", and " + cloud_reason_;
+}
+
+std::string FrameLocator::saveState() const {
+  StateWriter writer;
+  writer(last_pose_, by_cloud_, lost_, odometry_.saveState(),
+         surfaces_ ? surfaces_->saveState() : std::string());
+#ifdef PLANAR_MAPPING_HAS_STEREO
+  writer(views_->saveState());
+#endif
+  return writer.take();
+}
+
+void FrameLocator::loadState(const std::string& bytes) {
+  StateReader reader(bytes);
+  std::string odometry;
+  std::string surfaces;
+  reader(last_pose_, by_cloud_, lost_, odometry, surfaces);
+  odometry_.loadState(odometry);
+  if (surfaces_) surfaces_->loadState(surfaces);
+#ifdef PLANAR_MAPPING_HAS_STEREO
+  std::string views;
+  reader(views);
+  views_->loadState(views);
+#endif
+  reader.finish();
+}
+
+}  // namespace planar_mapping::detail

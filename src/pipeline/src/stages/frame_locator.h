@@ -1,0 +1,88 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "planar_mapping/core/odometry/odometry.h"
+#include "planar_mapping/core/registration/detail/surface_map.h"
+#include "planar_mapping/pipeline/frame.h"
+#ifdef PLANAR_MAPPING_HAS_STEREO
+#include "planar_mapping/stereo/detail/view_map.h"
+#endif
+
+namespace planar_mapping::detail {
+
+/// Independent errors of a position, metres, and an orientation, radians.
+Matrix6 poseCovariance(double position_error, double orientation_error);
+
+/// [ours] Finds where a frame is by its features, its cloud, and what its image shows, each against
+/// what earlier frames had of it. What they do not agree on is not believed.
+class FrameLocator {
+ public:
+  /// \param surface         null: clouds do not take part
+  /// \param enough_inliers  features with which a pose is believed without a cloud
+  FrameLocator(const OdometryParams& params, const SurfaceMapParams* surface, int enough_inliers);
+
+  Odometry& odometry() { return odometry_; }
+  bool usesClouds() const { return surfaces_.has_value(); }
+
+  /// The frame that the next calls are about.
+  void lookAt(const Frame& frame);
+  /// What helps to find the pose of a frame that follows earlier ones; the features may correct it.
+  struct Placement {
+    std::optional<PosePrior> prior;
+  };
+  /// Nothing where the views of earlier frames do not agree, or object: see doubt().
+  std::optional<Placement> place(const Frame& frame);
+  /// The pose of a frame that was left out, by what has been seen since.
+  std::optional<Pose> placeAgain(const Frame& frame);
+  /// Makes the frame one that later ones are compared with.
+  void remember(const Frame& frame);
+  /// What became of the frame.
+  void leaveOut() { ++lost_; }
+  void accept(const OdometryResult& result);
+  void setLastPose(const Pose& T_world_sensor) { last_pose_ = T_world_sensor; }
+
+  const std::optional<Pose>& lastPose() const { return last_pose_; }
+  /// Why place() found nothing.
+  const std::string& doubt() const { return doubt_; }
+  /// Why the frame could not be registered.
+  std::string reasonFor(const Frame& frame, const OdometryResult& result) const;
+  /// Of a pose that views settle on.
+  static Matrix6 covarianceByViews() { return poseCovariance(0.02, 0.01); }
+
+  std::string saveState() const;
+  void loadState(const std::string& bytes);
+
+ private:
+  std::optional<Placement> placeFar(const Frame& frame, const Pose& guess,
+                                    std::vector<Pose> candidates);
+  Placement helped(const Frame& frame, const Pose& T_world_sensor, const Matrix6& covariance,
+                   const Pose& expected, bool by_views);
+  Pose expectedPose() const;
+  bool isSearchedFor() const;
+  bool agrees(const Pose& T_world_sensor, const Pose& expected, bool likely);
+  bool follows(const Pose& T_world_sensor, const Pose& expected) const;
+  bool isEnough(const OdometryResult& by_features) const;
+  void noteCloud(const CloudRegistration& by_cloud);
+
+  OdometryParams params_;
+  const int enough_inliers_;
+  Odometry odometry_;
+  double max_seen_through_ = 0.0;
+  std::optional<SurfaceMap> surfaces_;
+#ifdef PLANAR_MAPPING_HAS_STEREO
+  std::optional<ViewMap> views_;
+  ViewMap::ViewPtr view_;  ///< of this frame; null without an image
+#endif
+  std::optional<Pose> last_pose_;  ///< T_world_sensor of the last frame that has one
+  bool by_cloud_ = false;          ///< that frame was placed without its features
+  int lost_ = 0;                   ///< frames that were left out since
+  std::string doubt_;
+  std::string cloud_reason_;
+};
+
+}  // namespace planar_mapping::detail
