@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/core/geometry/camera.h"
 #include "planar_mapping/core/geometry/cuboid.h"
-#include "planar_mapping/core/geometry/pinhole_camera.h"
 #include "planar_mapping/map/planar_map.h"
 
 // NumPy arrays as our types, and back. What is read in place is kept alive by the object that

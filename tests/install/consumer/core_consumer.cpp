@@ -3,7 +3,7 @@
 #include <cstdio>
 
 #include "planar_mapping/core/base/error.h"
-#include "planar_mapping/core/occupancy/kl_update.h"
+#include "planar_mapping/core/occupancy/occupancy.h"
 
 int main() {
   try {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "planar_mapping/core/geometry/key_feature.h"
+#include "planar_mapping/core/geometry/camera.h"
 #include "planar_mapping/evaluation/simulation.h"
 
 namespace planar_mapping {

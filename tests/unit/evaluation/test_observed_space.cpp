@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/geometry/stereo_noise.h"
+#include "planar_mapping/core/geometry/camera.h"
 #include "planar_mapping/core/planes/multi_plane.h"
 #include "planar_mapping/evaluation/simulation.h"
 #include "planar_mapping/map/planar_map.h"

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/core/geometry/stereo_noise.h"
+#include "planar_mapping/core/geometry/camera.h"
 
 #include <limits>
 

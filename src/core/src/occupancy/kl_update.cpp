@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/core/occupancy/kl_update.h"
+#include "planar_mapping/core/occupancy/occupancy.h"
 
 #include <algorithm>
 #include <cmath>

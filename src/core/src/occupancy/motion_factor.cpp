@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/core/occupancy/motion_factor.h"
+#include "planar_mapping/core/occupancy/occupancy.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "planar_mapping/core/geometry/stereo_noise.h"
+#include "planar_mapping/core/geometry/camera.h"
 #include "planar_mapping/pipeline/frame.h"
 #include "planar_mapping/pipeline/parameter.h"
 

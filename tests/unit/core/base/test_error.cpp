@@ -7,7 +7,7 @@
 #include <limits>
 #include <string>
 
-#include "planar_mapping/core/geometry/stereo_noise.h"
+#include "planar_mapping/core/geometry/camera.h"
 
 namespace planar_mapping {
 namespace {

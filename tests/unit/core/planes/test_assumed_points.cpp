@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/core/planes/assumed_points.h"
+#include "planar_mapping/core/planes/detail/assumed_points.h"
 
 #include <gtest/gtest.h>
 

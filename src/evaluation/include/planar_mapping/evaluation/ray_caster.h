@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "planar_mapping/core/base/export.h"
-#include "planar_mapping/core/geometry/pinhole_camera.h"
+#include "planar_mapping/core/geometry/camera.h"
 #include "planar_mapping/evaluation/scene.h"
 
 namespace planar_mapping {

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "planar_mapping/core/base/export.h"
-#include "planar_mapping/core/geometry/pinhole_camera.h"
+#include "planar_mapping/core/geometry/camera.h"
 
 namespace planar_mapping {
 namespace io {

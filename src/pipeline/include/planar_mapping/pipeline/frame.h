@@ -12,9 +12,8 @@
 
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/core/geometry/camera.h"
 #include "planar_mapping/core/geometry/cloud_scale.h"
-#include "planar_mapping/core/geometry/key_feature.h"
-#include "planar_mapping/core/geometry/stereo_noise.h"
 #include "planar_mapping/core/occupancy/feature_beliefs.h"
 #include "planar_mapping/core/planes/multi_plane.h"
 #include "planar_mapping/io/calibration.h"

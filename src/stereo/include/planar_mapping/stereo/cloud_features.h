@@ -9,7 +9,7 @@
 
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/base/types.h"
-#include "planar_mapping/core/geometry/key_feature.h"
+#include "planar_mapping/core/geometry/camera.h"
 
 namespace planar_mapping {
 

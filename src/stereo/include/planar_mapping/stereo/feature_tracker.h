@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "planar_mapping/core/base/export.h"
-#include "planar_mapping/core/geometry/key_feature.h"
+#include "planar_mapping/core/geometry/camera.h"
 #include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/image_file.h"
 

@@ -7,7 +7,7 @@
 
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/base/types.h"
-#include "planar_mapping/core/geometry/stereo_noise.h"
+#include "planar_mapping/core/geometry/camera.h"
 
 namespace planar_mapping {
 

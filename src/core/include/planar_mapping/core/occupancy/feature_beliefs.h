@@ -9,7 +9,6 @@
 
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/occupancy/detail/belief_update.h"
-#include "planar_mapping/core/occupancy/motion_factor.h"
 #include "planar_mapping/core/occupancy/occupancy.h"
 
 namespace planar_mapping {

@@ -11,7 +11,7 @@
 
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/base/types.h"
-#include "planar_mapping/core/geometry/key_feature.h"
+#include "planar_mapping/core/geometry/camera.h"
 #include "planar_mapping/core/occupancy/feature_beliefs.h"
 
 namespace planar_mapping {

@@ -7,11 +7,11 @@
 #include <optional>
 #include <vector>
 
-#include "planar_mapping/core/base/export.h"
-#include "planar_mapping/core/geometry/feature_camera.h"
-#include "planar_mapping/core/occupancy/motion_factor.h"
 #include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/core/geometry/camera.h"
+#include "planar_mapping/core/occupancy/occupancy.h"
 
 namespace planar_mapping {
 

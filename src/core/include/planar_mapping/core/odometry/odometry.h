@@ -12,8 +12,7 @@
 
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/base/types.h"
-#include "planar_mapping/core/geometry/feature_camera.h"
-#include "planar_mapping/core/geometry/key_feature.h"
+#include "planar_mapping/core/geometry/camera.h"
 #include "planar_mapping/core/occupancy/feature_beliefs.h"
 #include "planar_mapping/core/odometry/motion_estimation.h"
 

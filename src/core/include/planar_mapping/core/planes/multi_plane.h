@@ -9,10 +9,9 @@
 
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/core/geometry/camera.h"
 #include "planar_mapping/core/geometry/detail/plane_moments.h"
-#include "planar_mapping/core/geometry/key_feature.h"
 #include "planar_mapping/core/geometry/plane.h"
-#include "planar_mapping/core/geometry/stereo_noise.h"
 
 namespace planar_mapping {
 

@@ -8,9 +8,8 @@
 #include <vector>
 
 #include "planar_mapping/core/base/types.h"
-#include "planar_mapping/core/geometry/pinhole_camera.h"
-#include "planar_mapping/core/geometry/stereo_noise.h"
-#include "planar_mapping/core/planes/assumed_points.h"
+#include "planar_mapping/core/geometry/camera.h"
+#include "planar_mapping/core/planes/detail/assumed_points.h"
 #include "planar_mapping/core/planes/multi_plane.h"
 
 namespace planar_mapping {

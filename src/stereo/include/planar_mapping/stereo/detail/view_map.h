@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "planar_mapping/core/base/export.h"
-#include "planar_mapping/core/geometry/pinhole_camera.h"
+#include "planar_mapping/core/geometry/camera.h"
 #include "planar_mapping/core/odometry/motion_estimation.h"
 #include "planar_mapping/io/image_file.h"
 

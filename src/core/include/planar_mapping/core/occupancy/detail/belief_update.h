@@ -5,8 +5,8 @@
 #include <cstdint>
 
 #include "planar_mapping/core/base/export.h"
-#include "planar_mapping/core/occupancy/kl_update.h"
 #include "planar_mapping/core/occupancy/detail/log_odds.h"
+#include "planar_mapping/core/occupancy/occupancy.h"
 
 namespace planar_mapping {
 

@@ -12,7 +12,7 @@
 
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/base/types.h"
-#include "planar_mapping/core/occupancy/motion_factor.h"
+#include "planar_mapping/core/occupancy/occupancy.h"
 
 namespace planar_mapping {
 

@@ -8,8 +8,7 @@
 
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/base/types.h"
-#include "planar_mapping/core/geometry/feature_camera.h"
-#include "planar_mapping/core/geometry/pinhole_camera.h"
+#include "planar_mapping/core/geometry/camera.h"
 
 namespace planar_mapping {
 

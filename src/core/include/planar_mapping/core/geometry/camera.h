@@ -2,11 +2,56 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
+#include <limits>
+
 #include "planar_mapping/core/base/export.h"
-#include "planar_mapping/core/geometry/key_feature.h"
 #include "planar_mapping/core/base/types.h"
 
 namespace planar_mapping {
+
+/// Pinhole model of a rectified image: column = fx x / z + cx, row = fy y / z + cy (pixels, their
+/// centres at whole numbers) of a point in the camera's frame (x right, y down, z forward, metres).
+struct PinholeCamera {
+  double fx = 0.0;
+  double fy = 0.0;
+  double cx = 0.0;
+  double cy = 0.0;
+  int width = 0;
+  int height = 0;
+
+  /// The point at depth 1 that a pixel shows.
+  Vector3 rayOf(double column, double row) const {
+    return {(column - cx) / fx, (row - cy) / fy, 1.0};
+  }
+  /// Column and row of a point; its depth must not be 0.
+  Vector2 project(const Vector3& point) const {
+    return {fx * point.x() / point.z() + cx, fy * point.y() / point.z() + cy};
+  }
+};
+
+/// Depth error of a stereo camera, dz = z^2 / (B f) * dd (the paper, III-D).
+struct PLANAR_MAPPING_EXPORT StereoNoise {
+  double baseline = 0.12;        ///< B, metres, > 0
+  double focal_length = 500.0;   ///< f, pixels, > 0
+  double disparity_error = 0.5;  ///< dd, pixels, >= 0
+
+  /// dz at depth \p z (metres).
+  double depthError(double z) const { return z * z / (baseline * focal_length) * disparity_error; }
+  /// \throws ParameterError
+  void validate() const;
+};
+
+/// A key feature of one frame: a place that is recognised in other frames, with its 3-D position
+/// (the paper, III-B; METHOD section 1).
+struct KeyFeature {
+  std::int64_t track = -1;     ///< identity over frames, >= 0; a feature seen again keeps it
+  std::int32_t sightings = 1;  ///< frames it was seen in so far, this one counted
+  float column = std::numeric_limits<float>::quiet_NaN();     ///< pixels, left or only image
+  float row = std::numeric_limits<float>::quiet_NaN();        ///< pixels
+  float disparity = std::numeric_limits<float>::quiet_NaN();  ///< pixels; NaN without a stereo pair
+  Vector3 position = Vector3::Zero();                         ///< sensor's frame, metres
+};
 
 /// What a camera measures of a point: column and row in pixels, and 1 / z in 1/m. The error of a
 /// stereo camera's disparity d = B f / z is one number at any depth, so that in these three the

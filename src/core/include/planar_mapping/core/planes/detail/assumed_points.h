@@ -7,7 +7,7 @@
 
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/base/types.h"
-#include "planar_mapping/core/geometry/pinhole_camera.h"
+#include "planar_mapping/core/geometry/camera.h"
 #include "planar_mapping/core/planes/multi_plane.h"
 
 namespace planar_mapping {
