@@ -8,9 +8,9 @@
 
 #include <filesystem>
 
+#include "../tests/unit/transport/transport_session.h"
 #include "message.h"
 #include "planar_mapping/pipeline/sequence_source.h"
-#include "../tests/unit/transport/transport_session.h"
 
 namespace planar_mapping::transport {
 namespace {
@@ -66,7 +66,7 @@ void decodeFrames(benchmark::State& state, CloudEncoding encoding) {
 }
 
 /// A front-end that has its frames ready, and a mapping side that does nothing with them.
-void overLoopback(benchmark::State& state, CloudEncoding encoding) {
+void overLoopback(benchmark::State& state, CloudEncoding encoding, bool with_keys) {
   class Source : public FrameSource {
    public:
     std::vector<std::string> names() const override { return {"benchmark"}; }
@@ -84,9 +84,16 @@ void overLoopback(benchmark::State& state, CloudEncoding encoding) {
   frames();
   double bytes = 0.0;
   for (auto _ : state) {
-    FrameListener listener({"127.0.0.1", 0}, listenerOptions());
+    ListenerOptions listening = listenerOptions();
     FrontEndOptions options = frontEndOptions();
     options.encoding = encoding;
+    if (with_keys) {
+      listening.keys = makeKeys();
+      options.keys = makeKeys();
+      listening.keys.peers = {options.keys.public_key};
+      options.keys.peers = {listening.keys.public_key};
+    }
+    FrameListener listener({"127.0.0.1", 0}, listening);
     auto sender = std::async(std::launch::async, [&]() {
       return runFrontEnd(
           listener.endpoint(), [](const std::string&) { return std::make_unique<Source>(); },
@@ -106,11 +113,19 @@ BENCHMARK_CAPTURE(encodeFrames, raw, CloudEncoding::Raw)->Unit(benchmark::kMilli
 BENCHMARK_CAPTURE(encodeFrames, compact, CloudEncoding::Compact)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(decodeFrames, raw, CloudEncoding::Raw)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(decodeFrames, compact, CloudEncoding::Compact)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(overLoopback, raw, CloudEncoding::Raw)
+BENCHMARK_CAPTURE(overLoopback, raw, CloudEncoding::Raw, false)
     ->Unit(benchmark::kMillisecond)
     ->UseManualTime()
     ->Iterations(5);
-BENCHMARK_CAPTURE(overLoopback, compact, CloudEncoding::Compact)
+BENCHMARK_CAPTURE(overLoopback, raw_with_keys, CloudEncoding::Raw, true)
+    ->Unit(benchmark::kMillisecond)
+    ->UseManualTime()
+    ->Iterations(5);
+BENCHMARK_CAPTURE(overLoopback, compact, CloudEncoding::Compact, false)
+    ->Unit(benchmark::kMillisecond)
+    ->UseManualTime()
+    ->Iterations(5);
+BENCHMARK_CAPTURE(overLoopback, compact_with_keys, CloudEncoding::Compact, true)
     ->Unit(benchmark::kMillisecond)
     ->UseManualTime()
     ->Iterations(5);
