@@ -12,11 +12,10 @@ namespace {
 
 constexpr int kFewLost = 1;  // frames: then the camera sees what it saw before them
 
-bool isNear(const Pose& a, const Pose& b) {
-  constexpr double kDistance = 0.15;  // metres
-  constexpr double kTurn = 0.1;       // radians
-  const Vector6 apart = motionDifference(a, b);
-  return (a.translation() - b.translation()).norm() < kDistance && apart.tail<3>().norm() < kTurn;
+/// Are two poses less than so many metres and radians apart?
+bool isNear(const Pose& a, const Pose& b, double distance, double turn) {
+  return (a.translation() - b.translation()).norm() < distance &&
+         motionDifference(a, b).tail<3>().norm() < turn;
 }
 
 }  // namespace
@@ -30,16 +29,14 @@ Matrix6 poseCovariance(double position_error, double orientation_error) {
 
 FrameLocator::FrameLocator(const OdometryParams& params, const SurfaceMapParams* surface,
                            int enough_inliers)
-    : params_(params), enough_inliers_(enough_inliers), odometry_(params) {
+    : enough_inliers_(enough_inliers), odometry_(params) {
 #ifdef PLANAR_MAPPING_HAS_STEREO
   ViewMapParams view_params;
   view_params.camera = params.camera;
   view_params.seed = params.seed;
   views_.emplace(view_params);
 #endif
-  if (surface == nullptr) return;
-  max_seen_through_ = surface->max_seen_through;
-  surfaces_.emplace(*surface);
+  if (surface != nullptr) surfaces_.emplace(*surface);
 }
 
 void FrameLocator::lookAt(const Frame& frame) {
@@ -88,7 +85,8 @@ std::optional<Pose> FrameLocator::placeAgain(const Frame& frame) {
 std::optional<FrameLocator::Placement> FrameLocator::place(const Frame& frame) {
   const OdometryResult by_features = odometry_.locate(frame.key_features);
   const Pose expected = expectedPose();
-  const bool many = by_features.inliers >= static_cast<std::size_t>(params_.jump_inliers);
+  const bool many =
+      by_features.inliers >= static_cast<std::size_t>(odometry_.params().jump_inliers);
   const bool features_agree =
       by_features.registered && agrees(by_features.T_world_sensor, expected, many);
   if (features_agree && isEnough(by_features)) return Placement{};
@@ -102,8 +100,8 @@ std::optional<FrameLocator::Placement> FrameLocator::place(const Frame& frame) {
       candidates.push_back(near.T_world_sensor);
       std::optional<Placement> far = placeFar(frame, guess, candidates);
       // The search is coarse: what it confirms is where the cloud says.
-      const bool same = far && far->prior && params_.motion.isCertain(near.covariance) &&
-                        isNear(far->prior->T_world_sensor, near.T_world_sensor);
+      const bool same = far && far->prior && odometry_.params().motion.isCertain(near.covariance) &&
+                        isNear(far->prior->T_world_sensor, near.T_world_sensor, 0.15, 0.1);
       return same ? helped(frame, near.T_world_sensor, near.covariance, expected, false) : far;
     }
     if (near.found) {
@@ -177,7 +175,7 @@ FrameLocator::Placement FrameLocator::helped(const Frame& frame, const Pose& T_w
   prior.covariance = covariance;
   const OdometryResult both = odometry_.locate(frame.key_features, prior);
   // Beside wrong features the few right ones only pull it away.
-  const bool few = both.inliers < static_cast<std::size_t>(params_.jump_inliers);
+  const bool few = both.inliers < static_cast<std::size_t>(odometry_.params().jump_inliers);
   prior.exact = (by_views && (few || !both.registered)) ||
                 (both.registered && !agrees(both.T_world_sensor, expected, false));
   return {prior};
@@ -204,18 +202,14 @@ bool FrameLocator::agrees(const Pose& T_world_sensor, const Pose& expected, bool
 
 /// Whether a pose is a small step from where it was expected, and the last frame had one.
 bool FrameLocator::follows(const Pose& T_world_sensor, const Pose& expected) const {
-  constexpr double kStep = 0.3;  // metres
-  constexpr double kTurn = 0.3;  // radians
-  const Vector6 apart = motionDifference(expected, T_world_sensor);
-  return lost_ == 0 && (expected.translation() - T_world_sensor.translation()).norm() < kStep &&
-         apart.tail<3>().norm() < kTurn;
+  return lost_ == 0 && isNear(expected, T_world_sensor, 0.3, 0.3);
 }
 
 void FrameLocator::noteCloud(const CloudRegistration& by_cloud) {
   if (by_cloud.found) {
     cloud_reason_ = "the cloud does not fix the pose either";
   } else {
-    cloud_reason_ = by_cloud.seen_through > max_seen_through_
+    cloud_reason_ = by_cloud.seen_through > surfaces_->params().max_seen_through
                         ? "where the cloud would fit it sees through what was seen there before"
                         : "the cloud does not lie on what was seen before";
   }

@@ -69,10 +69,8 @@ class FrameLocator {
   bool isEnough(const OdometryResult& by_features) const;
   void noteCloud(const CloudRegistration& by_cloud);
 
-  OdometryParams params_;
   const int enough_inliers_;
   Odometry odometry_;
-  double max_seen_through_ = 0.0;
   std::optional<SurfaceMap> surfaces_;
 #ifdef PLANAR_MAPPING_HAS_STEREO
   std::optional<ViewMap> views_;
