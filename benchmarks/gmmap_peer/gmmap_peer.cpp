@@ -114,17 +114,16 @@ struct Judgement {
   std::size_t ends = 0, ends_covered = 0;
   std::size_t unseen = 0, unseen_unknown = 0;
 
-  void print(const char* name, double file_bytes, double milliseconds) const {
+  void print(const char* name, double file_bytes) const {
     const auto percent = [](std::size_t part, std::size_t all) {
       return all == 0 ? NAN : 100.0 * double(part) / double(all);
     };
     std::printf(
-        "%-8s passed: occupied %.2f %%, free %.2f %%; ends covered %.2f %%; unseen unknown %.2f "
+        "%-6s passed: occupied %.2f %%, free %.2f %%; ends covered %.2f %%; unseen unknown %.2f "
         "%%; "
-        "%.1f kB; %.1f ms a frame\n",
+        "%.1f kB\n",
         name, percent(passed_occupied, passed), percent(passed_free, passed),
-        percent(ends_covered, ends), percent(unseen_unknown, unseen), file_bytes / 1e3,
-        milliseconds);
+        percent(ends_covered, ends), percent(unseen_unknown, unseen), file_bytes / 1e3);
   }
 };
 
@@ -233,13 +232,14 @@ int judgeBoth(const std::string& data, const std::string& given, const std::stri
     const double p = peer.computeOccupancy(point.cast<float>(), evidence);
     if (p > occupied) return State::Occupied;
     return p < 1 - occupied ? State::Free : State::Unknown;
-  }).print("GMMap", double(saved.str().size()), time.count() / frames);
+  }).print("GMMap", double(saved.str().size()));
   const pm::PlanarMap map = pm::io::loadMap(map_file);
   judge(truth, [&](const pm::Vector3& point) {
     return map.stateAt(point);
-  }).print("ours", double(fs::file_size(map_file)), NAN);
-  std::printf("GMMap: %d Gaussians; ours: %zu cuboids\n",
-              peer.numOfObsGMMs() + peer.numOfFreeGMMs(), map.cuboids().size());
+  }).print("ours", double(fs::file_size(map_file)));
+  std::printf("GMMap: %d Gaussians, %.1f ms a frame; ours: %zu cuboids\n",
+              peer.numOfObsGMMs() + peer.numOfFreeGMMs(), time.count() / frames,
+              map.cuboids().size());
   return 0;
 }
 
