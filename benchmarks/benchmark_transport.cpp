@@ -109,26 +109,19 @@ void overLoopback(benchmark::State& state, CloudEncoding encoding, bool with_key
   state.counters["bytes"] = benchmark::Counter(bytes, benchmark::Counter::kAvgIterations);
 }
 
+void fiveSessions(benchmark::internal::Benchmark* benchmark) {
+  benchmark->Unit(benchmark::kMillisecond)->UseManualTime()->Iterations(5);
+}
+
 BENCHMARK_CAPTURE(encodeFrames, raw, CloudEncoding::Raw)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(encodeFrames, compact, CloudEncoding::Compact)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(decodeFrames, raw, CloudEncoding::Raw)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(decodeFrames, compact, CloudEncoding::Compact)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(overLoopback, raw, CloudEncoding::Raw, false)
-    ->Unit(benchmark::kMillisecond)
-    ->UseManualTime()
-    ->Iterations(5);
-BENCHMARK_CAPTURE(overLoopback, raw_with_keys, CloudEncoding::Raw, true)
-    ->Unit(benchmark::kMillisecond)
-    ->UseManualTime()
-    ->Iterations(5);
-BENCHMARK_CAPTURE(overLoopback, compact, CloudEncoding::Compact, false)
-    ->Unit(benchmark::kMillisecond)
-    ->UseManualTime()
-    ->Iterations(5);
+BENCHMARK_CAPTURE(overLoopback, raw, CloudEncoding::Raw, false)->Apply(fiveSessions);
+BENCHMARK_CAPTURE(overLoopback, raw_with_keys, CloudEncoding::Raw, true)->Apply(fiveSessions);
+BENCHMARK_CAPTURE(overLoopback, compact, CloudEncoding::Compact, false)->Apply(fiveSessions);
 BENCHMARK_CAPTURE(overLoopback, compact_with_keys, CloudEncoding::Compact, true)
-    ->Unit(benchmark::kMillisecond)
-    ->UseManualTime()
-    ->Iterations(5);
+    ->Apply(fiveSessions);
 
 }  // namespace
 }  // namespace planar_mapping::transport

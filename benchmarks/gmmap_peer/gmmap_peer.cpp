@@ -2,13 +2,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // GMMap (Li, Karaman and Sze, T-RO 2024) and our map of the same depth images, judged by the same
 // pixels, which neither got.
-//   gmmap_peer prepare DATA OUT              an RGB-D folder without every 16th pixel in both
-//   directions gmmap_peer judge DATA OUT MAP SETTINGS [OCCUPIED]
-// MAP is what `planar_map run` made of OUT, SETTINGS an example/*/*.json of GMMap. Something is
-// occupied from a probability of OCCUPIED on (0.5), free below 1 - OCCUPIED, unknown at 0.5.
+//
+//   gmmap_peer prepare DATA OUT
+//   gmmap_peer judge DATA OUT MAP SETTINGS [OCCUPIED]
+//
+// OUT is the RGB-D folder DATA without every 16th pixel in both directions, MAP what `planar_map
+// run` made of OUT, SETTINGS an example/*/*.json of GMMap. Something is occupied above a
+// probability of OCCUPIED (0.5), free below 1 - OCCUPIED, else unknown.
 #include <yaml-cpp/yaml.h>
 
-#include <array>
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -53,8 +56,7 @@ void prepare(const fs::path& data, const fs::path& out) {
   }
 }
 
-gmm::map_param readSettings(const std::string& path, const pm::PinholeCamera& camera) {
-  const YAML::Node file = YAML::LoadFile(path);
+gmm::map_param parametersOf(const YAML::Node& file, const pm::PinholeCamera& camera) {
   const YAML::Node fusion = file["gmm_fusion_parameters"];
   const YAML::Node clustering = file["gmm_clustering_parameters"];
   const YAML::Node scanline = clustering["scanline_segmentation"];
@@ -118,12 +120,11 @@ struct Judgement {
     const auto percent = [](std::size_t part, std::size_t all) {
       return all == 0 ? NAN : 100.0 * double(part) / double(all);
     };
-    std::printf(
-        "%-6s passed: occupied %.2f %%, free %.2f %%; ends covered %.2f %%; unseen unknown %.2f "
-        "%%; "
-        "%.1f kB\n",
-        name, percent(passed_occupied, passed), percent(passed_free, passed),
-        percent(ends_covered, ends), percent(unseen_unknown, unseen), file_bytes / 1e3);
+    std::printf("%-6s passed: occupied %.2f %%, free %.2f %%; ends covered %.2f %%; ", name,
+                percent(passed_occupied, passed), percent(passed_free, passed),
+                percent(ends_covered, ends));
+    std::printf("unseen unknown %.2f %%; %.1f kB\n", percent(unseen_unknown, unseen),
+                file_bytes / 1e3);
   }
 };
 
@@ -141,40 +142,64 @@ std::vector<pm::Vector3> ball() {
   return offsets;
 }
 
-template <typename StateAt>
-Judgement judge(const pm::io::Sequence& sequence, const StateAt& state_at) {
-  const std::vector<pm::Vector3> near = ball();
-  Judgement result;
-  std::vector<pm::io::Frame> frames;
-  pm::Vector3 low = pm::Vector3::Constant(1e9), high = -low;
+// Where a frame was, and the points of its pixels that were held back, in its own frame.
+struct View {
+  pm::Pose pose;
+  std::vector<pm::Vector3> points;
+};
+
+std::vector<View> readViews(const pm::io::Sequence& sequence) {
+  std::vector<View> views;
   for (std::size_t i = 0; i < sequence.size(); ++i) {
-    frames.push_back(sequence.read(i, pm::io::CloudChannels(), false));
-    const pm::io::Frame& frame = frames.back();
-    const pm::Pose& pose = frame.T_world_sensor.value();
+    const pm::io::Frame frame = sequence.read(i, pm::io::CloudChannels(), false);
+    views.push_back({frame.T_world_sensor.value(), {}});
     for (int row = 0; row < int(frame.cloud.height); ++row) {
       for (int column = 0; column < int(frame.cloud.width); ++column) {
         if (!isHeldBack(row, column)) continue;
         const std::size_t pixel = std::size_t(row) * frame.cloud.width + std::size_t(column);
         const float* const p = &frame.cloud.xyz[3 * pixel];
         const pm::Vector3 point(p[0], p[1], p[2]);
-        if (!point.allFinite() || point.z() > kMaxRange) continue;
-        const double range = point.norm();
-        for (double at = 0.3; at < range - 0.2; at += 0.05) {
-          const State state = state_at(pose * (point * (at / range)));
-          ++result.passed;
-          result.passed_occupied += state == State::Occupied;
-          result.passed_free += state == State::Free;
-        }
-        const pm::Vector3 end = pose * point;
-        low = low.cwiseMin(end);
-        high = high.cwiseMax(end);
-        ++result.ends;
-        for (const pm::Vector3& offset : near) {
-          if (state_at(end + offset) != State::Occupied) continue;
-          ++result.ends_covered;
-          break;
-        }
+        if (point.allFinite() && point.z() <= kMaxRange) views.back().points.push_back(point);
       }
+    }
+  }
+  return views;
+}
+
+bool isSeen(const pm::Vector3& point, const std::vector<View>& views,
+            const pm::PinholeCamera& camera) {
+  constexpr double kMargin = 20.0;  // pixels: the sides of Gaussians and cells
+  return std::any_of(views.begin(), views.end(), [&](const View& view) {
+    const pm::Vector3 local = view.pose.inverse() * point;
+    if (local.z() <= 0) return false;
+    const pm::Vector2 at = camera.project(local);
+    return at.x() > -kMargin && at.y() > -kMargin && at.x() < camera.width + kMargin &&
+           at.y() < camera.height + kMargin;
+  });
+}
+
+template <typename StateAt>
+Judgement judge(const std::vector<View>& views, const pm::PinholeCamera& camera,
+                const StateAt& state_at) {
+  const std::vector<pm::Vector3> near = ball();
+  Judgement result;
+  pm::Vector3 low = pm::Vector3::Constant(1e9), high = -low;
+  for (const View& view : views) {
+    for (const pm::Vector3& point : view.points) {
+      const double range = point.norm();
+      for (double at = 0.3; at < range - 0.2; at += 0.05) {
+        const State state = state_at(view.pose * (point * (at / range)));
+        ++result.passed;
+        result.passed_occupied += state == State::Occupied;
+        result.passed_free += state == State::Free;
+      }
+      const pm::Vector3 end = view.pose * point;
+      low = low.cwiseMin(end);
+      high = high.cwiseMax(end);
+      ++result.ends;
+      result.ends_covered += std::any_of(near.begin(), near.end(), [&](const pm::Vector3& offset) {
+        return state_at(end + offset) == State::Occupied;
+      });
     }
   }
   // Space that no view holds, up to a metre outside the ends.
@@ -184,17 +209,7 @@ Judgement judge(const pm::io::Sequence& sequence, const StateAt& state_at) {
     for (int axis = 0; axis < 3; ++axis) {
       point[axis] = std::uniform_real_distribution<double>(low[axis] - 1, high[axis] + 1)(random);
     }
-    bool seen = false;
-    for (const pm::io::Frame& frame : frames) {
-      const pm::Vector3 local = frame.T_world_sensor->inverse() * point;
-      if (local.z() <= 0 || !frame.camera) continue;
-      const double u = frame.camera->fx * local.x() / local.z() + frame.camera->cx;
-      const double v = frame.camera->fy * local.y() / local.z() + frame.camera->cy;
-      // a margin of 20 pixels: the sides of Gaussians and cells
-      seen = u > -20 && v > -20 && u < frame.camera->width + 20 && v < frame.camera->height + 20;
-      if (seen) break;
-    }
-    if (seen) continue;
+    if (isSeen(point, views, camera)) continue;
     ++result.unseen;
     result.unseen_unknown += state_at(point) == State::Unknown;
   }
@@ -202,11 +217,14 @@ Judgement judge(const pm::io::Sequence& sequence, const StateAt& state_at) {
 }
 
 int judgeBoth(const std::string& data, const std::string& given, const std::string& map_file,
-              const std::string& settings, double occupied) {
-  const pm::io::Sequence truth({data}), input({given});
+              const std::string& settings_file, double occupied) {
+  const pm::io::Sequence input({given});
+  const pm::PinholeCamera camera = input.calibration().value().camera;
+  const std::vector<View> views = readViews(pm::io::Sequence({data}));
+  const YAML::Node settings = YAML::LoadFile(settings_file);
   std::ostringstream quiet;  // GMMap talks
   auto* const terminal = std::cout.rdbuf(quiet.rdbuf());
-  const gmm::map_param parameters = readSettings(settings, input.calibration().value().camera);
+  const gmm::map_param parameters = parametersOf(settings, camera);
   std::atomic<bool> yes{true}, also{true}, fuse{true};
   gmm::GMMMap peer(parameters, &yes, &also, &fuse);
   std::chrono::duration<double, std::milli> time{};
@@ -226,19 +244,19 @@ int judgeBoth(const std::string& data, const std::string& given, const std::stri
   std::ostringstream saved;
   peer.save(saved);
   const float evidence =
-      YAML::LoadFile(settings)["occupancy_inference_parameters"]["unexplored_evidence"].as<float>();
-  const double frames = double(input.size());
-  judge(truth, [&](const pm::Vector3& point) {
+      settings["occupancy_inference_parameters"]["unexplored_evidence"].as<float>();
+  const Judgement of_peer = judge(views, camera, [&](const pm::Vector3& point) {
     const double p = peer.computeOccupancy(point.cast<float>(), evidence);
     if (p > occupied) return State::Occupied;
     return p < 1 - occupied ? State::Free : State::Unknown;
-  }).print("GMMap", double(saved.str().size()));
+  });
+  of_peer.print("GMMap", double(saved.str().size()));
   const pm::PlanarMap map = pm::io::loadMap(map_file);
-  judge(truth, [&](const pm::Vector3& point) {
+  judge(views, camera, [&](const pm::Vector3& point) {
     return map.stateAt(point);
   }).print("ours", double(fs::file_size(map_file)));
   std::printf("GMMap: %d Gaussians, %.1f ms a frame; ours: %zu cuboids\n",
-              peer.numOfObsGMMs() + peer.numOfFreeGMMs(), time.count() / frames,
+              peer.numOfObsGMMs() + peer.numOfFreeGMMs(), time.count() / double(input.size()),
               map.cuboids().size());
   return 0;
 }
