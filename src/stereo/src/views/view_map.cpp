@@ -97,7 +97,10 @@ class ViewMap::Implementation {
       if (by_features && one.inliers == best.inliers) location.T_world_sensor = one.pose;
     }
     const Support support = supportOf(view, location.T_world_sensor, 1);
-    if (support.verdict == PoseVerdict::Confirmed) {
+    if (known != ViewGuess::Motion && support.overlap < kMostOfWall && isOneWall(view, best.pose) &&
+        (rival > kFarBehind * support.score || (best.inliers == 0 && support.score < kStrict))) {
+      location.reason = "it looks the same from another place";
+    } else if (support.verdict == PoseVerdict::Confirmed) {
       location.found = by_features || isEnough(known, best, support.score, rival);
     } else if (support.verdict == PoseVerdict::Doubtful) {
       // From a view that shows most of the same the true place would be among the others.
@@ -127,7 +130,9 @@ class ViewMap::Implementation {
   static constexpr double kLeast = 0.2;      ///< score of a place at all
   static constexpr double kFarBehind = 0.5;  ///< of the best score: the next one is no rival
   static constexpr double kNearGuess = 0.6;  ///< see distance()
-  static constexpr double kSameTurn = 8.0;   ///< cells
+  /// Least overlap before one wall, where another place comes near: panels repeat beyond it.
+  static constexpr double kMostOfWall = 0.75;
+  static constexpr double kSameTurn = 8.0;  ///< cells
   static constexpr double kMaxShift = 2.5;
 
   struct Placed {
@@ -213,7 +218,13 @@ class ViewMap::Implementation {
     constexpr double kAlone = 0.3;  // of the score: no other place comes near it
     if (known == ViewGuess::Motion) return true;
     if (known == ViewGuess::Nothing) return best.inliers > 0 && score > kStrict;
-    return score > kOfPlace || rival < kAlone * score;
+    return score > kOfPlace || (score > kLeast && rival < kAlone * score);
+  }
+
+  /// Whether the view, or the one next to it, sees little but one wall.
+  bool isOneWall(const View& view, const Pose& T_world_sensor) const {
+    const View& next = *nearestTo(T_world_sensor).front()->view;
+    return openAxes(view.cells).size() > 1 || openAxes(next.cells).size() > 1;
   }
 
   std::vector<const Placed*> nearestTo(const Pose& pose) const {
