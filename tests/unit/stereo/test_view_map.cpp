@@ -117,6 +117,54 @@ TEST(ViewMap, PanelsThatRepeatAreNoPlace) {
   }
 }
 
+/// A plain pillar in front of the wall, over the columns [first, last).
+void standBefore(Shot& shot, int first, int last, double depth) {
+  for (int row = 0; row < 240; ++row) {
+    for (int column = first; column < last; ++column) {
+      const std::size_t i = static_cast<std::size_t>(row) * 320 + static_cast<std::size_t>(column);
+      shot.image.pixels[i] = 50;
+      const Vector3 point = depth * camera().rayOf(column, row);
+      for (int k = 0; k < 3; ++k) shot.xyz[3 * i + static_cast<std::size_t>(k)] = float(point[k]);
+    }
+  }
+}
+
+TEST(ViewMap, APersonWhoWalksThroughIsNoContradiction) {
+  // A third of each view is covered by what stood elsewhere before: the views see through it.
+  ViewMap map(params());
+  Shot before = shoot(poseAt(0.0), 0.0, 5);
+  standBefore(before, 20, 130, 1.0);
+  map.insert(see(map, before), poseAt(0.0));
+  const Pose truth = poseAt(0.15, 0.05);
+  Shot now = shoot(truth, 0.0, 5);
+  standBefore(now, 180, 290, 1.0);
+  const ViewMap::ViewPtr view = see(map, now);
+  EXPECT_EQ(map.judge(view, truth, nullptr, false), PoseVerdict::Refused);
+  for (const ViewGuess known : {ViewGuess::Motion, ViewGuess::Place, ViewGuess::Nothing}) {
+    const ViewMap::Location found = map.locate(view, poseAt(0.0), {}, known);
+    ASSERT_TRUE(found.found) << found.reason;
+    EXPECT_LT((found.T_world_sensor.translation() - truth.translation()).norm(), 0.02);
+  }
+  const std::optional<Pose> by_features = map.locateByFeatures(view, poseAt(0.0));
+  ASSERT_TRUE(by_features.has_value());
+  EXPECT_LT((by_features->translation() - truth.translation()).norm(), 0.02);
+  // Of another wall there are not enough that agree.
+  Shot elsewhere = shoot(truth, 0.0, 6);
+  standBefore(elsewhere, 180, 290, 1.0);
+  EXPECT_FALSE(map.locateByFeatures(see(map, elsewhere), poseAt(0.0)).has_value());
+}
+
+TEST(ViewMap, BeforeDoorsAlikeAStepIsNoStandstill) {
+  // A step of 1.4 m before doors 1.5 m apart looks like one of -0.1 m, which overlaps far more.
+  ViewMap map(params());
+  map.insert(see(map, shoot(poseAt(0.0), 1.5, 3)), poseAt(0.0));
+  const ViewMap::ViewPtr view = see(map, shoot(poseAt(1.4), 1.5, 3));
+  for (const ViewGuess known : {ViewGuess::Place, ViewGuess::Nothing}) {
+    const ViewMap::Location found = map.locate(view, poseAt(0.0), {poseAt(1.4)}, known);
+    EXPECT_FALSE(found.found) << found.T_world_sensor.translation().transpose();
+  }
+}
+
 TEST(ViewMap, RefiningStaysAtThePlace) {
   ViewMap map(params());
   map.insert(see(map, shoot(poseAt(0.0), 0.0, 7)), poseAt(0.0));

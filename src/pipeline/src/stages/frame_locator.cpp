@@ -117,8 +117,15 @@ std::optional<FrameLocator::Placement> FrameLocator::place(const Frame& frame) {
 #endif
     }
   }
-  if (features_agree) return Placement{};
-  return placeFar(frame, guess, candidates);
+  if (!features_agree) return placeFar(frame, guess, candidates);
+#ifdef PLANAR_MAPPING_HAS_STEREO
+  if (view_ && !views_->empty()) {
+    // Few features, in a corner of the image, are right and yet no good pose.
+    const std::optional<Pose> precise = views_->locateByFeatures(view_, guess);
+    if (precise) return helped(frame, *precise, covarianceByViews(), *precise, true);
+  }
+#endif
+  return Placement{};
 }
 
 /// Where no image tells whether a cloud fits, it is begun with where the camera was: the motion

@@ -51,17 +51,22 @@ class ViewMap::Implementation {
     return one.pose;
   }
 
+  std::optional<Pose> locateByFeatures(View& view, const Pose& guess) const {
+    const std::vector<Hypothesis> found = registerToSome(view, guess);
+    const Hypothesis* one = byManyFeatures(view, found);
+    return one == nullptr ? std::nullopt : std::optional<Pose>(one->pose);
+  }
+
   Location locate(View& view, const Pose& guess, const std::vector<Pose>& candidates,
                   ViewGuess known) const {
     std::vector<Hypothesis> found;
     for (const Pose& pose : candidates) found.push_back({pose, supportOf(view, pose, kStep)});
-    int attempts = 0;
-    for (const Placed* other : attemptsFor(guess)) {
-      if (attempts++ == params_.max_attempts) break;
-      for (Hypothesis& one : registerTo(view, *other, guess)) {
-        one.support = supportOf(view, one.pose, kStep);
-        found.push_back(one);
-      }
+    for (Hypothesis& one : registerToSome(view, guess)) found.push_back(one);
+    Location location;
+    if (const Hypothesis* one = byManyFeatures(view, found)) {
+      location.T_world_sensor = one->pose;
+      location.found = true;
+      return location;
     }
     sortBySupport(found);
     std::vector<Hypothesis> apart;
@@ -70,7 +75,6 @@ class ViewMap::Implementation {
       const auto same = [&](const Hypothesis& h) { return isSamePlace(view, h.pose, one.pose); };
       if (std::none_of(apart.begin(), apart.end(), same)) apart.push_back(one);
     }
-    Location location;
     location.reason = "no earlier view shows enough of the same";
     if (apart.empty()) return location;
     for (Hypothesis& one : apart) climb(view, one);
@@ -81,10 +85,14 @@ class ViewMap::Implementation {
       climb(view, one);
       apart.push_back(one);
     }
+    constexpr double kOfOverlap = 0.25;
+    const bool one_wall = known != ViewGuess::Motion && isOneWall(view, best.pose);
     double rival = 0.0;
     for (const Hypothesis& one : apart) {
       if (isSamePlace(view, one.pose, best.pose)) continue;
-      if (isComparable(one, best) || (known != ViewGuess::Motion && isRival(one, best))) {
+      if (isComparable(one, best) || (known != ViewGuess::Motion && isRival(one, best)) ||
+          (one_wall && one.support.score > kComparable * best.support.score &&
+           one.support.overlap > kOfOverlap * best.support.overlap)) {
         location.reason = "it looks the same from another place";
         return location;
       }
@@ -92,22 +100,17 @@ class ViewMap::Implementation {
     }
     // Many features tell the pose better than gray values do.
     location.T_world_sensor = best.pose;
-    const bool by_features = best.inliers >= kManyInliers;
     for (const Hypothesis& one : found) {
-      if (by_features && one.inliers == best.inliers) location.T_world_sensor = one.pose;
+      if (best.inliers >= kManyInliers && one.inliers == best.inliers) {
+        location.T_world_sensor = one.pose;
+      }
     }
     const Support support = supportOf(view, location.T_world_sensor, 1);
-    if (known != ViewGuess::Motion && support.overlap < kMostOfWall && isOneWall(view, best.pose) &&
+    if (one_wall && support.overlap < kMostOfWall && support.score < kStrong &&
         (rival > kFarBehind * support.score || (best.inliers == 0 && support.score < kStrict))) {
       location.reason = "it looks the same from another place";
-    } else if (support.verdict == PoseVerdict::Confirmed) {
-      location.found = by_features || isEnough(known, best, support.score, rival);
-    } else if (support.verdict == PoseVerdict::Doubtful) {
-      // From a view that shows most of the same the true place would be among the others.
-      location.found =
-          by_features ||
-          (known == ViewGuess::Motion && support.score > kLeast &&
-           (rival < kFarBehind * support.score || distance(best.pose, guess) < kNearGuess));
+    } else {
+      location.found = isEnough(known, best.inliers, support, rival, distance(best.pose, guess));
     }
     return location;
   }
@@ -126,10 +129,13 @@ class ViewMap::Implementation {
   static constexpr double kRoughness = 0.5;   ///< what it may gain by climbing
   static constexpr std::size_t kMostClimbed = 4;
   static constexpr std::size_t kManyInliers = 20;
-  static constexpr double kStrict = 0.5;     ///< least score of a pose by little but gray values
-  static constexpr double kLeast = 0.2;      ///< score of a place at all
-  static constexpr double kFarBehind = 0.5;  ///< of the best score: the next one is no rival
-  static constexpr double kNearGuess = 0.6;  ///< see distance()
+  static constexpr double kStrong = 0.7;      ///< score of a pose beyond doubt
+  static constexpr double kStrict = 0.5;      ///< least score of a pose by little but gray values
+  static constexpr double kConfirmed = 0.4;   ///< least correlation of a confirmed pose
+  static constexpr double kLeast = 0.2;       ///< score of a place at all
+  static constexpr double kComparable = 0.9;  ///< of the best score
+  static constexpr double kFarBehind = 0.5;   ///< of the best score: the next one is no rival
+  static constexpr double kNearGuess = 0.6;   ///< see distance()
   /// Least overlap before one wall, where another place comes near: panels repeat beyond it.
   static constexpr double kMostOfWall = 0.75;
   static constexpr double kSameTurn = 8.0;  ///< cells
@@ -148,8 +154,10 @@ class ViewMap::Implementation {
   /// What the witnesses say of a pose.
   struct Support {
     PoseVerdict verdict = PoseVerdict::Unknown;
-    double score = 0.0;    ///< mean, by how much they see; at most 1
-    double overlap = 0.0;  ///< of the one that sees most
+    double score = 0.0;        ///< mean, by how much they see; at most 1
+    double correlation = 0.0;  ///< likewise
+    double agreeing = 0.0;     ///< likewise
+    double overlap = 0.0;      ///< of the one that sees most
   };
   struct Hypothesis {
     Pose pose;
@@ -184,7 +192,6 @@ class ViewMap::Implementation {
 
   /// Whether a support is as good as the best one, but for doubt.
   static bool isComparable(const Support& one, const Support& best) {
-    constexpr double kComparable = 0.9;
     return one.score > kComparable * best.score && one.overlap > 0.5 * best.overlap;
   }
   /// Likewise by features, where gray values agree somewhat.
@@ -212,13 +219,45 @@ class ViewMap::Implementation {
     return one.support.score > (has_features ? kScoreByFeatures : kScore) * best.support.score;
   }
 
-  /// Whether a confirmed pose has enough for what is known before. \param rival  see locate()
-  static bool isEnough(ViewGuess known, const Hypothesis& best, double score, double rival) {
+  /// Whether a pose has enough for what is known before. \param rival  see locate()
+  static bool isEnough(ViewGuess known, std::size_t inliers, const Support& support, double rival,
+                       double distance) {
     constexpr double kOfPlace = 0.35;
-    constexpr double kAlone = 0.3;  // of the score: no other place comes near it
-    if (known == ViewGuess::Motion) return true;
-    if (known == ViewGuess::Nothing) return best.inliers > 0 && score > kStrict;
-    return score > kOfPlace || (score > kLeast && rival < kAlone * score);
+    const double score = support.score;
+    const bool confirmed = support.verdict == PoseVerdict::Confirmed;
+    const bool many = inliers >= kManyInliers;
+    if ((!confirmed && support.verdict != PoseVerdict::Doubtful) || score <= kLeast) return false;
+    if (known == ViewGuess::Motion) {
+      // From a view that shows most of the same the true place would be among the others.
+      return many || confirmed || rival < kFarBehind * score || distance < kNearGuess;
+    }
+    if (known == ViewGuess::Nothing) return confirmed && inliers > 0 && score > kStrict;
+    return (confirmed || many) && score > kOfPlace;
+  }
+
+  /// The pose of very many features, where none else has half of them and what lies at the same
+  /// depth looks the same. What else differs may have moved: a person fills much of a view.
+  const Hypothesis* byManyFeatures(const View& view, const std::vector<Hypothesis>& found) const {
+    constexpr std::size_t kVeryMany = 60;
+    constexpr double kMinAgreeing = 0.25;
+    const auto best = std::max_element(
+        found.begin(), found.end(),
+        [](const Hypothesis& a, const Hypothesis& b) { return a.inliers < b.inliers; });
+    if (best == found.end() || best->inliers < kVeryMany) return nullptr;
+    const Support support = supportOf(view, best->pose, 1);
+    if (support.agreeing < kMinAgreeing || support.correlation < kConfirmed) return nullptr;
+    const bool fits = support.score > kLeast;
+    const auto isOther = [&](const Hypothesis& one) {
+      return !isSamePlace(view, one.pose, best->pose) &&
+             (2 * one.inliers > best->inliers ||
+              (fits && isComparable(one.support, best->support)));
+    };
+    if (std::any_of(found.begin(), found.end(), isOther)) return nullptr;
+    // Where all repeats, so do the features.
+    std::vector<Hypothesis> shifted;
+    if (fits) shifted = shiftedOf(view, best->pose, shiftToElsewhere(view));
+    for (Hypothesis& one : shifted) climb(view, one);
+    return std::none_of(shifted.begin(), shifted.end(), isOther) ? &*best : nullptr;
   }
 
   /// Whether the view, or the one next to it, sees little but one wall.
@@ -255,13 +294,11 @@ class ViewMap::Implementation {
     constexpr double kMinAgreeing = 0.5;
     constexpr double kMinTexture = 0.05;
     constexpr double kRefused = 0.2;
-    constexpr double kConfirmed = 0.4;
     constexpr double kThroughWeight = 2.0;  // what cannot be counts more than what differs
     Support support;
     int witnesses = 0;
     double weights = 0.0;
     double texture = 0.0;
-    double correlation = 0.0;
     for (const Placed* other : nearestTo(T_world_sensor)) {
       if (witnesses == kWitnesses) break;
       const ViewAgreement one =
@@ -274,7 +311,8 @@ class ViewMap::Implementation {
       if (one.share(one.through) > kMaxThrough || one.share(one.agreeing) < kMinAgreeing) {
         support.verdict = PoseVerdict::Refused;
       }
-      correlation += overlap * one.correlation;
+      support.correlation += overlap * one.correlation;
+      support.agreeing += overlap * one.share(one.agreeing);
       support.score += overlap * (one.correlation * one.share(one.agreeing) -
                                   kThroughWeight * one.share(one.through));
       texture += overlap * one.texture;
@@ -283,10 +321,12 @@ class ViewMap::Implementation {
     }
     if (witnesses == 0) return support;
     support.score /= weights;
+    support.correlation /= weights;
+    support.agreeing /= weights;
     if (support.verdict == PoseVerdict::Refused || texture / weights < kMinTexture) return support;
     support.verdict = PoseVerdict::Doubtful;
-    if (correlation / weights < kRefused) support.verdict = PoseVerdict::Refused;
-    if (correlation / weights > kConfirmed) support.verdict = PoseVerdict::Confirmed;
+    if (support.correlation < kRefused) support.verdict = PoseVerdict::Refused;
+    if (support.correlation > kConfirmed) support.verdict = PoseVerdict::Confirmed;
     return support;
   }
 
@@ -352,6 +392,20 @@ class ViewMap::Implementation {
       if (is_near && isComparable(one.support, here)) return true;
     }
     return false;
+  }
+
+  /// To as many views as may be tried.
+  std::vector<Hypothesis> registerToSome(View& view, const Pose& guess) const {
+    std::vector<Hypothesis> found;
+    int attempts = 0;
+    for (const Placed* other : attemptsFor(guess)) {
+      if (attempts++ == params_.max_attempts) break;
+      for (Hypothesis& one : registerTo(view, *other, guess)) {
+        one.support = supportOf(view, one.pose, kStep);
+        found.push_back(one);
+      }
+    }
+    return found;
   }
 
   /// Poses that matches of descriptors give: of many wrong matches some agree by chance or because
@@ -435,6 +489,10 @@ PoseVerdict ViewMap::judge(const ViewPtr& view, const Pose& T_world_sensor, cons
 
 std::optional<Pose> ViewMap::refined(const ViewPtr& view, const Pose& T_world_sensor) const {
   return implementation_->refined(*view, T_world_sensor);
+}
+
+std::optional<Pose> ViewMap::locateByFeatures(const ViewPtr& view, const Pose& guess) const {
+  return implementation_->locateByFeatures(*view, guess);
 }
 
 ViewMap::Location ViewMap::locate(const ViewPtr& view, const Pose& guess,

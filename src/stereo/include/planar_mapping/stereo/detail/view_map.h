@@ -74,6 +74,10 @@ class PLANAR_MAPPING_EXPORT ViewMap {
   /// \return nothing if that is another place: farther than noise and a few pixels explain
   std::optional<Pose> refined(const ViewPtr& view, const Pose& T_world_sensor) const;
 
+  /// The pose that very many features give, if none else has half of them and gray values agree at
+  /// what lies at the same depth; the rest may have moved.
+  std::optional<Pose> locateByFeatures(const ViewPtr& view, const Pose& guess) const;
+
   struct Location {
     bool found = false;
     std::string reason;  ///< if it is not
