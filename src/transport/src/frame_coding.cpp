@@ -129,6 +129,30 @@ void transferFields(Archive& archive, FrameType& frame) {
   for (auto& ms : frame.stage_ms) archive.number(ms, "stage_ms");
 }
 
+/// What the mapping side compares views by: the gray left image, if it has the size of the cloud.
+void writeImage(ByteWriter& writer, const Frame& frame) {
+  const io::Image& left = frame.images.left;
+  const bool is_seen = frame.camera && !left.empty() &&
+                       left.width == static_cast<int>(frame.cloud->width) &&
+                       left.height == static_cast<int>(frame.cloud->height);
+  const io::Image gray = is_seen ? io::toGray(left) : io::Image();
+  writer.resize(gray.pixels, "image", 1, gray.pixels.size());
+  writer.put(gray.pixels.data(), gray.pixels.size());
+}
+
+void readImage(ByteReader& reader, Frame& frame) {
+  std::vector<std::uint8_t> pixels;
+  reader.resize(pixels, "image", 1, frame.cloud->size());
+  if (pixels.empty()) return;
+  if (pixels.size() != frame.cloud->size() || !frame.camera) {
+    throw ProtocolError("field 'image' has another size than the cloud");
+  }
+  const std::uint8_t* data = reader.take(pixels.size(), "image");
+  pixels.assign(data, data + pixels.size());
+  frame.images.left = {static_cast<int>(frame.cloud->width), static_cast<int>(frame.cloud->height),
+                       1, std::move(pixels)};
+}
+
 std::vector<std::string> firstOf(const std::vector<std::string>& texts) {
   const auto count = static_cast<std::ptrdiff_t>(std::min(texts.size(), kMaxNotes));
   return {texts.begin(), texts.begin() + count};
@@ -146,6 +170,7 @@ Bytes encodeFrame(const InputDescription& input, std::uint64_t position, const F
   transferNotes(writer, firstOf(frame.notes), "notes");
   transferNotes(writer, firstOf(frame.warnings), "warnings");
   writeCloud(writer, *frame.cloud, frame.camera, encoding);
+  writeImage(writer, frame);
   return std::move(writer.bytes);
 }
 
@@ -161,6 +186,7 @@ Frame decodeFrame(ByteReader& reader, std::size_t max_points) {
       std::size_t{frame.cloud->width / kEvenTileSide} * (frame.cloud->height / kEvenTileSide);
   if (!frame.even.empty() && frame.even.size() != tiles)
     throw ProtocolError("field 'even' has another size than the cloud");
+  readImage(reader, frame);
   reader.expectEnd();
   return frame;
 }

@@ -99,8 +99,8 @@ Message decode(ByteReader& reader) {
 }
 
 /// What the front-end made of a frame, after its position among those sent: cloud, key features,
-/// given pose, camera, statistics, notes. Images stay behind. Points with a coordinate that is not
-/// finite arrive as three NaN. \throws InputError for what the receiver would refuse
+/// given pose, camera, statistics, notes, the left image in gray. Points with a coordinate that is
+/// not finite arrive as three NaN. \throws InputError for what the receiver would refuse
 Bytes encodeFrame(const InputDescription& input, std::uint64_t position, const Frame& frame,
                   CloudEncoding encoding);
 /// \param max_points  of a cloud, holes counted. \throws ProtocolError

@@ -94,8 +94,9 @@ TEST(FrameCoding, CompactPointsAreAsTheDocumentLaysThemOut) {
   frame.cloud->points.emplace_back(std::nextafter(1.0F, 2.0F), -0.0F, 1.0F);
   // 1.0F has the bits 0x3F800000, so that dz is 0x3F800000, folded 0x7F000000; -0.0F comes right
   // before 0.0F. Each dz is 1 more, since 0 is a hole.
-  const Bytes expected = {2,    0,    0,    0,    1,    0, 0, 0, 1, 1,
-                          0x81, 0x80, 0x80, 0xF8, 0x07, 0, 0, 1, 2, 1};
+  // No image follows.
+  const Bytes expected = {2,    0,    0,    0, 1, 0, 0, 0, 1, 1, 0x81, 0x80,
+                          0x80, 0xF8, 0x07, 0, 0, 1, 2, 1, 0, 0, 0,    0};
   const Bytes body = encoded(frame);
   ASSERT_GE(body.size(), expected.size());
   EXPECT_EQ(expected, Bytes(body.end() - static_cast<std::ptrdiff_t>(expected.size()), body.end()));
@@ -106,6 +107,28 @@ TEST(FrameCoding, CompactIsSmallerForTheCloudOfACamera) {
   const double raw = static_cast<double>(encoded(frame, CloudEncoding::Raw).size());
   const double compact = static_cast<double>(encoded(frame).size());
   EXPECT_LT(compact, 0.55 * raw);
+}
+
+TEST(FrameCoding, TheLeftImageTravelsInGray) {
+  // Without it the mapping side could not compare views, and its poses would be others.
+  Frame frame = transportFrame(16, 12);
+  frame.images.left = {16, 12, 3, std::vector<std::uint8_t>(16 * 12 * 3)};
+  for (std::size_t i = 0; i < frame.images.left.pixels.size(); ++i) {
+    frame.images.left.pixels[i] = static_cast<std::uint8_t>(7 * i);
+  }
+  const io::Image gray = io::toGray(frame.images.left);
+  const Frame received = throughTheWire(frame);
+  EXPECT_EQ(16, received.images.left.width);
+  EXPECT_EQ(12, received.images.left.height);
+  EXPECT_EQ(1, received.images.left.channels);
+  EXPECT_EQ(gray.pixels, received.images.left.pixels);
+  EXPECT_TRUE(received.images.right.empty());
+  // No view without a camera or of another size than the cloud.
+  frame.camera.reset();
+  EXPECT_TRUE(throughTheWire(frame).images.left.empty());
+  frame = transportFrame(16, 12);
+  frame.images.left = {8, 12, 1, std::vector<std::uint8_t>(8 * 12)};
+  EXPECT_TRUE(throughTheWire(frame).images.left.empty());
 }
 
 TEST(FrameCoding, ACloudThatFitsNoCameraIsSentAsItIs) {
@@ -293,7 +316,7 @@ TEST(FrameCoding, EnvelopesOfOthersAreRefused) {
     received.open();
     return received.type;
   };
-  const Bytes good = {'P', 'M', 'F', 'E', 3, 0, 3, 0, 1, 2, 3, 4, 5, 6, 7, 8};
+  const Bytes good = {'P', 'M', 'F', 'E', 4, 0, 3, 0, 1, 2, 3, 4, 5, 6, 7, 8};
   EXPECT_EQ(MessageType::Frame, open(good));
   for (std::size_t size = 0; size < good.size(); ++size) {
     EXPECT_THROW(open(Bytes(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size))),

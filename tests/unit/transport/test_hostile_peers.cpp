@@ -125,7 +125,7 @@ TEST_F(HostilePeers, AStrangerWhoNamesAnInputAndGoesLocksNobodyOut) {
     Bytes damaged = frameBody(0, other);
     damaged.pop_back();
     stranger.send(MessageType::Frame, damaged);
-    expectBye(stranger, ByeReason::Protocol, "field 'points'");
+    expectBye(stranger, ByeReason::Protocol, "field 'image'");
   }
   expectTheRunSucceeds();
 }
@@ -208,7 +208,7 @@ TEST_F(HostilePeers, ADamagedFrameEndsTheConnectionAndKeepsTheMap) {
   robot.send(MessageType::Frame, frameBody(2));  // after a gap: is to be sent again
   robot.send(MessageType::End, encode(kFake, Count{3}));
   Bytes damaged = frameBody(1);
-  damaged.resize(damaged.size() - 3);
+  damaged.resize(damaged.size() - sizeof(std::uint32_t) - 3);  // no image follows the points
   robot.send(MessageType::Frame, damaged);
   expectBye(robot, ByeReason::Protocol, "field 'points'");
   expectTheRunSucceeds();

@@ -119,7 +119,7 @@ std::optional<FrameLocator::Placement> FrameLocator::place(const Frame& frame) {
   }
   if (!features_agree) return placeFar(frame, guess, candidates);
 #ifdef PLANAR_MAPPING_HAS_STEREO
-  if (surfaces_ && view_ && !views_->empty()) {
+  if (view_ && !views_->empty()) {
     // Few features, in a corner of the image, are right and yet no good pose.
     const std::optional<Pose> precise = views_->locateByFeatures(view_, guess);
     if (precise) return helped(frame, *precise, covarianceByViews(), *precise, true);
