@@ -153,6 +153,32 @@ TEST(LatticeCover, ClutterIsSweptOverByBoxesThatStandForAllOfIt) {
   EXPECT_TRUE(sweptOver(required, allowed, kRules, cells).empty());
 }
 
+/// Exact covers forbid what lies beside a half cell: no box of a whole cell has room then.
+TEST(LatticeCover, WhereNoBoxHasRoomACellIsABox) {
+  const CoverRules exact{{0, 0, 0}, {2, 2, 2}};
+  BitGrid required(44, 44, 44);
+  for (std::int32_t x = 2; x < 42; x += 3) {
+    for (std::int32_t y = 2; y < 42; y += 3) {
+      for (std::int32_t z = 2; z < 42; z += 3) required.set(x, y, z);
+    }
+  }
+  required.fill({{2, 2, 2}, {4, 4, 4}});
+  const std::int64_t cells = required.count();
+  const auto expectAll = [&](const std::vector<CoverBox>& boxes) {
+    EXPECT_EQ(boxes.size(), static_cast<std::size_t>(cells) - 7);
+    BitGrid left = required;
+    for (const CoverBox& box : boxes) {
+      EXPECT_FALSE(box.members.empty());
+      EXPECT_TRUE(required.all(box.box));
+      for (std::size_t k = 0; k < 3; ++k) EXPECT_GT(box.box.size(k), 0);
+      left.clear(box.box);
+    }
+    EXPECT_EQ(left.count(), 0);
+  };
+  expectAll(sweptOver(required, required, exact, 100));
+  expectAll(coverWithin(required, required, exact, {}, CoverEffort::Full).boxes);
+}
+
 TEST(LatticeCover, FullEffortFindsFewerForCurvedSurfaces) {
   Random random(2);
   std::size_t quick = 0;

@@ -12,9 +12,9 @@ namespace {
 constexpr std::size_t kMostPairs = std::size_t{1} << 20;
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 
-/// A box that stands for all of \p need, which one must, and cannot grow.
+/// A box that stands for all of \p need and cannot grow; from \p need itself where none has room.
 LatticeBox largestAround(const LatticeBox& need, const BoxSpace& space) {
-  LatticeBox box;
+  LatticeBox box = need;
   forEachFit(space.allowed, space.rules, need, [&](const LatticeBox& least) {
     box = least;
     return false;

@@ -62,7 +62,7 @@ LatticeBox widened(LatticeBox box, const LatticeBox& need, const BitGrid& requir
 
 LatticeBox drawnBackTo(const LatticeBox& need, const BitGrid& required, const BitGrid& allowed,
                        const CoverRules& rules) {
-  LatticeBox best;
+  LatticeBox best = need;
   std::int64_t most = -1;
   forEachFit(allowed, rules, need, [&](const LatticeBox& least) {
     const LatticeBox box = widened(least, need, required, allowed);

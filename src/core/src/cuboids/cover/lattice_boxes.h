@@ -107,7 +107,7 @@ std::vector<LatticeBox> largestBoxes(const BitGrid& required, const BitGrid& all
                                      const CoverRules& rules);
 
 /// Of the least boxes of allowed cells that stand for all of \p need the one that holds most of it;
-/// on whole cells if there is a choice. One of them must.
+/// on whole cells if there is a choice; \p need itself if none has room.
 LatticeBox drawnBackTo(const LatticeBox& need, const BitGrid& required, const BitGrid& allowed,
                        const CoverRules& rules);
 

@@ -153,6 +153,11 @@ class LatticeCover {
       chosen_.back().box = boxes_[i - sets];
       left.clear(reach(boxes_[i - sets]));
     }
+    // Where no box of the least size has room, a cell is a box.
+    left.forEach(left.window(), [&](std::int32_t x, std::int32_t y, std::int32_t z) {
+      chosen_.emplace_back();
+      chosen_.back().box = boxOf({x, y, z});
+    });
     return open == 0;
   }
 
@@ -313,13 +318,14 @@ std::vector<CoverBox> sweptOver(const BitGrid& required, const BitGrid& allowed,
   required.forEach(required.window(), [&](std::int32_t x, std::int32_t y, std::int32_t z) {
     if (!left.at(x, y, z)) return;
     const LatticeBox cell = boxOf({x, y, z});
-    LatticeBox box;
+    LatticeBox box = cell;  // also where no box of the least size has room
     forEachFit(allowed, rules, cell, [&](const LatticeBox& fit) {
       box = fit;  // the last one is the farthest ahead
       return true;
     });
     for (std::size_t k = 0; k < 3; ++k) allowed.extendUp(box, k);
     swept.emplace_back();
+    swept.back().box = box;
     LatticeBox need = cell;
     const LatticeBox reach = grown(box, rules.tolerance);
     left.forEach(reach, [&](std::int32_t a, std::int32_t b, std::int32_t c) {
