@@ -18,7 +18,9 @@ constexpr float kLeastNoise = 2.0f;  // gray levels: saturated parts of an image
 constexpr double kReach = 1.2;  // farthest assumed depth of a plane, in units of its measured ones
 constexpr double kMinCosine = 0.1;  // between ray and normal: along a wall nothing can be said
 constexpr int kNothing = -1;
-constexpr int kPasses = 4;  // what is assumed in one is an end in the next
+constexpr int kLeastMeasured = kSide * kSide / 2;  // pixels of a tile at the end of a hole
+constexpr double kBand = 2.0;                      // about a plane, in units of its residual
+constexpr int kPasses = 4;                         // what is assumed in one is an end in the next
 
 /// Opposite ones are four apart.
 constexpr std::array<std::array<int, 2>, 8> kDirections = {
@@ -52,6 +54,10 @@ class Assumption {
   }
   bool isHole(std::size_t tile) const { return tiles_[tile].measured == 0 && even_[tile] % 2 == 1; }
   void labelTiles();
+  bool isBesideHole(int x, int y) const;
+  /// The plane that most of what a tile measured lies on; pictures and base boards are too small
+  /// to be found as its part.
+  int planeUnder(int x, int y) const;
   /// What is measured at the end of the even tiles in a direction, of all tiles.
   std::vector<int> endsTowards(std::size_t direction) const;
   int planeAround(std::size_t tile, const std::array<std::vector<int>, 8>& ends) const;
@@ -65,6 +71,7 @@ class Assumption {
   int height_;
   std::vector<Tile> tiles_;
   std::vector<double> farthest_;  ///< measured depth of each plane
+  std::vector<double> depth_;     ///< mean of the measured ones of each plane
 };
 
 void Assumption::labelTiles() {
@@ -82,13 +89,58 @@ void Assumption::labelTiles() {
   for (std::size_t plane = 0; plane < planes_.size(); ++plane) {
     std::fill(votes.begin(), votes.end(), std::uint8_t{0});
     double farthest = 0.0;
+    double sum = 0.0;
     for (const int i : planes_[plane].inliers) {
-      farthest = std::max(farthest, double{cloud_[static_cast<std::size_t>(i)][2]});
+      const double depth = cloud_[static_cast<std::size_t>(i)][2];
+      farthest = std::max(farthest, depth);
+      sum += depth;
       if (!tileOf(static_cast<std::size_t>(i), tile)) continue;
       if (2 * ++votes[tile] > tiles_[tile].measured) tiles_[tile].plane = static_cast<int>(plane);
     }
     farthest_.push_back(farthest);
+    depth_.push_back(sum / static_cast<double>(planes_[plane].inliers.size()));
   }
+  for (int y = 0; y < height_; ++y) {
+    for (int x = 0; x < width_; ++x) {
+      Tile& own = tiles_[at(x, y)];
+      if (own.plane == kNothing && own.measured >= kLeastMeasured && isBesideHole(x, y))
+        own.plane = planeUnder(x, y);
+    }
+  }
+}
+
+bool Assumption::isBesideHole(int x, int y) const {
+  for (const auto& [dx, dy] : kDirections) {
+    const int u = x + dx;
+    const int v = y + dy;
+    if (u >= 0 && v >= 0 && u < width_ && v < height_ && isHole(at(u, v))) return true;
+  }
+  return false;
+}
+
+int Assumption::planeUnder(int x, int y) const {
+  const int measured = tiles_[at(x, y)].measured;
+  int best = kNothing;
+  int most = measured / 2;
+  for (std::size_t plane = 0; plane < planes_.size(); ++plane) {
+    const Plane& fit = planes_[plane].plane;
+    const double band = kBand * planes_[plane].rms;
+    int count = 0;
+    for (int row = kSide * y; row < kSide * (y + 1); ++row) {
+      for (int column = kSide * x; column < kSide * (x + 1); ++column) {
+        const std::size_t i =
+            static_cast<std::size_t>(row) * cloud_.width + static_cast<std::size_t>(column);
+        if (!cloud_.isFinite(i)) continue;
+        const Vector3 point = cloud_.point(i);
+        const double growth = point.z() / depth_[plane];  // a stereo camera's noise by its square
+        count += std::abs(fit.signedDistance(point)) <= band * std::max(1.0, growth * growth);
+      }
+    }
+    if (count <= most) continue;
+    most = count;
+    best = static_cast<int>(plane);
+  }
+  return best;
 }
 
 std::vector<int> Assumption::endsTowards(std::size_t direction) const {

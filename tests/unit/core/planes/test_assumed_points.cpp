@@ -54,6 +54,18 @@ TEST(AssumedPoints, BetweenTwoPlanesNothingIs) {
   EXPECT_TRUE(Wall(true).assumed().empty());
 }
 
+/// A picture or a base board has too few points to be found as part of the plane it lies on.
+TEST(AssumedPoints, WhatLiesOnAPlaneIsAnEndOfIt) {
+  Wall wall(true);
+  wall.planes.resize(1);
+  wall.planes[0].rms = 0.01;
+  EXPECT_EQ(wall.assumed().of_plane[0].size(), std::size_t{(kWidth - 16) * kHeight});
+  for (int i = 0; i < kWidth * kHeight; ++i) {
+    if (i % kWidth >= kWidth - 8) wall.xyz[static_cast<std::size_t>(3 * i + 2)] -= 0.03f;
+  }
+  EXPECT_TRUE(wall.assumed().empty());
+}
+
 TEST(AssumedPoints, WhatHasAnEdgeAroundItIsAnotherThing) {
   Wall wall;
   for (int row = 16; row < 44; ++row) {
