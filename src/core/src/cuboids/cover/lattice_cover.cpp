@@ -17,6 +17,8 @@ using Cell = LatticeCell;
 
 /// A box or set of more cells is not dissolved into its neighbours: they hardly ever have room.
 constexpr std::size_t kMostMoved = 4096;
+/// Boxes alone that are so many more than the cover with sets are not searched for fewer.
+constexpr std::size_t kMaxMoreBoxes = 2;
 /// Neighbours of a box have cells this near.
 constexpr std::array<std::int32_t, 3> kNear{2, 2, 2};
 
@@ -35,13 +37,15 @@ class LatticeCover {
   }
 
   LatticeCoverage run(CoverEffort effort) {
+    const bool is_full = effort == CoverEffort::Full;
     search(sets_.size());
+    if (is_full) searchBoxes();
     if (!sets_.empty()) {
       std::vector<Chosen> with_sets = std::move(chosen_);
       const bool alone = search(0);
+      if (is_full && chosen_.size() <= with_sets.size() + kMaxMoreBoxes) searchBoxes();
       if (!alone || with_sets.size() <= chosen_.size()) chosen_ = std::move(with_sets);
     }
-    if (effort == CoverEffort::Full) searchBoxes();
     return drawnBack();
   }
 

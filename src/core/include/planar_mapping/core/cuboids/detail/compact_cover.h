@@ -89,12 +89,14 @@ struct ReplaceableCuboid {
   std::vector<SurfacePiece> pieces;  ///< of its plane that it covers
 };
 
-/// Which rectangles of a surface have so few cells that boxes may do as well: those of up to 32,
-/// and of up to 128 beside a larger one, which keeps the surface a plane. None without
-/// rectangle_cells.
-/// \return one byte per rectangle, 1 if it may be replaced
+/// Which cuboids of a surface boxes may take the place of: those of up to 32 cells, and of up to
+/// 128 beside a larger one, which keeps the surface a plane. What slants through the grid by more
+/// than half a cell would become stairs of boxes, which reach into free space: of up to 8 cells
+/// only. None without rectangle_cells.
+/// \param cuboids of its rectangles, see cuboidOf()
+/// \return one byte per cuboid, 1 if it may be replaced
 PLANAR_MAPPING_EXPORT std::vector<std::uint8_t> replaceableOf(
-    const std::vector<HalfCellRectangle>& rectangles, const CuboidApproximationParams& params);
+    const std::vector<Cuboid>& cuboids, const CuboidApproximationParams& params);
 
 /// What coverWithBoxes() makes.
 struct BoxCover {
