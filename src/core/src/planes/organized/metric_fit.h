@@ -20,6 +20,12 @@ struct RangeNoise {
 
 /// Parameters of the organized search beyond MultiPlaneParams; all [ours].
 struct OrganizedParams {
+  explicit OrganizedParams(const MultiPlaneParams& params)
+      : distance_threshold(params.distance_threshold),
+        max_normal_deviation(params.max_normal_deviation),
+        noise_factor(params.noise_factor),
+        min_inliers(params.min_inliers) {}
+
   double distance_threshold = 0.05;   ///< d_T, metres
   double max_normal_deviation = 0.5;  ///< radians
   double noise_factor = 3.0;          ///< k of d_T(z) = max(d_T, k sigma(z))
@@ -124,6 +130,16 @@ struct CellFit {
   float residual;  ///< root mean square distance, metres
   float extent;    ///< root mean square extent along the shorter axis of the plane, metres
   float count;     ///< points
+
+  /// Of the mean from the sensor.
+  double squaredRange(const Vector3& sensor) const { return ray(sensor).squaredNorm(); }
+  /// Distance of the sensor from the plane.
+  double height(const Vector3& sensor) const {
+    return std::fabs(ray(sensor).dot(Vector3(normal[0], normal[1], normal[2])));
+  }
+
+ private:
+  Vector3 ray(const Vector3& sensor) const { return Vector3(mean[0], mean[1], mean[2]) - sensor; }
 };
 
 /// Least-squares planes of all cells of a grid; a zero normal where there is none.
@@ -150,6 +166,12 @@ class MetricFit : public PlaneFit {
   const OrganizedParams& params() const { return params_; }
   const Vector3& sensor() const { return sensor_; }
   const RangeNoise& noise() const { return noise_; }
+  /// Whether the noise is that of single pixels.
+  bool isWhite() const { return noise_.correlated_pixels <= params_.white_correlation; }
+  /// Whether noise blurs edges at this range: it is white and beyond how flat surfaces are.
+  bool blursEdges(double squared_range) const {
+    return isWhite() && noise_.at(squared_range) > params_.flat_share * params_.distance_threshold;
+  }
   void setNoise(const RangeNoise& noise) { noise_ = noise; }
 
   void fit(PlaneCandidate& plane) const override;

@@ -89,7 +89,7 @@ struct EdgeNoise;
 class PixelAssigner : public PixelLabels {
  public:
   PixelAssigner(const TiledCloud& cloud, const CellGrid& tiles, const MetricFit& fit, int threads)
-      : PixelLabels(cloud, tiles, false, threads), noise_(fit.noise()), params_(fit.params()) {}
+      : PixelLabels(cloud, tiles, false, threads), fit_(fit) {}
 
   /// Frees the pixels of the tiles these cells lie in or next to.
   void reopen(const CellGrid& grid, const std::vector<std::int16_t>& cell_labels);
@@ -127,8 +127,7 @@ class PixelAssigner : public PixelLabels {
   void settle(const std::vector<PlaneCandidate>& planes, EdgeTile& at);
   bool changedAround(int tile) const;
 
-  RangeNoise noise_;
-  OrganizedParams params_;
+  const MetricFit& fit_;
 };
 
 }  // namespace planar_mapping::detail

@@ -12,11 +12,6 @@ namespace {
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-Vector3 meanOf(const MomentSums& sums) {
-  const double n = sums[kN];
-  return {sums[kX] / n, sums[kY] / n, sums[kZ] / n};
-}
-
 /// Fraction of the points in the tiles of a plane that belong to it and whose 3 x 3 tiles, as far
 /// as they are on the plane, lie as the plane does.
 double agreement(const PlaneCandidate& plane, const std::vector<TilePart>& parts,
