@@ -111,11 +111,11 @@ struct DisparityParams {
 
 /// Regression of D in a cell or the window around it.
 struct DisparityWindow {
-  float p = 0.0F, q = 0.0F;            ///< slopes
-  float x = 0.0F, y = 0.0F, d = 0.0F;  ///< means, pixels
-  float residual = 0.0F;               ///< root mean square, pixels of disparity
-  float extent = 0.0F;                 ///< root mean square, shorter axis of the image, pixels
-  float count = 0.0F;                  ///< points; 0 if they do not span a plane
+  double p = 0.0, q = 0.0;           ///< slopes
+  double x = 0.0, y = 0.0, d = 0.0;  ///< means, pixels
+  double residual = 0.0;             ///< root mean square, pixels of disparity
+  double extent = 0.0;               ///< root mean square, shorter axis of the image, pixels
+  double count = 0.0;                ///< points; 0 if they do not span a plane
 };
 
 DisparityWindow fitDisparity(const MomentSums& sums);
@@ -130,8 +130,8 @@ class DisparityFit : public PlaneFit {
   void setNoise(double noise) { params_.noise = noise; }
 
   void fit(PlaneCandidate& plane) const override;
-  double joiningCost(const PlaneCandidate& one, const PlaneCandidate& other, bool adjacent,
-                     PlaneCandidate& joined) const override;
+  bool areOne(const PlaneCandidate& one, const PlaneCandidate& other, bool adjacent,
+              PlaneCandidate& joined) const override;
   CoherenceTest coherenceTest(const PlaneCandidate& plane, const std::vector<TilePart>& parts,
                               const PartList& list) const override;
   std::vector<char> agree(const PlaneCandidate& plane, const CellGrid& windows) const override;

@@ -332,28 +332,25 @@ void MetricFit::refine(PlaneCandidate& plane, const std::vector<TilePart>& parts
   if (along.residual <= params_.max_residual_growth * plane.residual) plane = along;
 }
 
-double MetricFit::joiningCost(const PlaneCandidate& one, const PlaneCandidate& other, bool adjacent,
-                              PlaneCandidate& joined) const {
-  constexpr double kApart = 2.0;
-  if (one.cosine(other.direction) < std::cos(2.0 * params_.merging_angle)) return kApart;
+bool MetricFit::areOne(const PlaneCandidate& one, const PlaneCandidate& other, bool adjacent,
+                       PlaneCandidate& joined) const {
+  if (one.cosine(other.direction) < std::cos(2.0 * params_.merging_angle)) return false;
   joined.sums = one.sums;
   addSums(joined.sums, other.sums);
   fit(joined);
-  if (!joined.valid || isFold(one, other, joined, *this)) return kApart;
+  if (!joined.valid || isFold(one, other, joined, *this)) return false;
   // Noise and dents part what touches; what does not must be as flat together as surfaces are.
   const double flat =
       params_.distance_threshold *
       (adjacent ? params_.merging_factor * params_.growing_share : params_.flat_share);
-  double cost = 0.0;
   for (const PlaneCandidate* part : {&one, &other}) {
-    if (joined.cosine(part->direction) < std::cos(params_.merging_angle)) return kApart;
+    if (joined.cosine(part->direction) < std::cos(params_.merging_angle)) return false;
     const double sigma = noise_.at((meanOf(part->sums) - sensor_).squaredNorm());
     const double allowed = std::max(flat, params_.merging_factor * sigma);
     const double excess = joined.meanSquare(part->sums) - part->residual * part->residual;
-    if (!(excess <= allowed * allowed)) return kApart;
-    cost = std::max(cost, excess / (allowed * allowed));
+    if (!(excess < allowed * allowed)) return false;
   }
-  return cost;
+  return true;
 }
 
 CoherenceTest MetricFit::coherenceTest(const PlaneCandidate& plane,

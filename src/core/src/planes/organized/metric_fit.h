@@ -180,8 +180,8 @@ class MetricFit : public PlaneFit {
   /// far points weigh less. Keeps the plane where the rays graze it.
   void refine(PlaneCandidate& plane, const std::vector<TilePart>& parts,
               const PartList& list) const override;
-  double joiningCost(const PlaneCandidate& one, const PlaneCandidate& other, bool adjacent,
-                     PlaneCandidate& joined) const override;
+  bool areOne(const PlaneCandidate& one, const PlaneCandidate& other, bool adjacent,
+              PlaneCandidate& joined) const override;
   /// Only planes whose residual is not small compared with their width are tested.
   CoherenceTest coherenceTest(const PlaneCandidate& plane, const std::vector<TilePart>& parts,
                               const PartList& list) const override;

@@ -81,12 +81,11 @@ class PlaneFit {
   /// Improves a fitted plane by the noise of each of its parts.
   virtual void refine(PlaneCandidate& /*plane*/, const std::vector<TilePart>& /*parts*/,
                       const PartList& /*list*/) const {}
-  /// How badly two planes fit their common one, in units of what noise and the flatness of surfaces
-  /// allow; they are two planes from 1 on.
+  /// Whether two planes fit their common one within what noise and the flatness of surfaces allow.
   /// \param adjacent their cells touch or have one cell between them
   /// \param joined   becomes the common plane
-  virtual double joiningCost(const PlaneCandidate& one, const PlaneCandidate& other, bool adjacent,
-                             PlaneCandidate& joined) const = 0;
+  virtual bool areOne(const PlaneCandidate& one, const PlaneCandidate& other, bool adjacent,
+                      PlaneCandidate& joined) const = 0;
   virtual CoherenceTest coherenceTest(const PlaneCandidate& plane,
                                       const std::vector<TilePart>& parts,
                                       const PartList& list) const = 0;
