@@ -37,11 +37,6 @@ bool cellOf(const float* p, double inverse_side, CellKey& key) {
   return true;
 }
 
-/// Adds \p p to the sums of the cell \p key, about its centre.
-void addTo(PointSums& s, const float* p, const CellKey& key, double side) {
-  s.add(p[0] - (key.x + 0.5) * side, p[1] - (key.y + 0.5) * side, p[2] - (key.z + 0.5) * side);
-}
-
 }  // namespace
 
 double chooseCellSide(const PointsView& points, const Indices* indices, double smallest,
@@ -96,27 +91,10 @@ PointCells buildPointCells(const PointsView& points, const Indices* indices, dou
     const std::int32_t cell = grid.table.insert(key);
     grid.cell_of[k] = cell;
     if (static_cast<std::size_t>(cell) == grid.sums.size()) grid.sums.emplace_back();
-    addTo(grid.sums[static_cast<std::size_t>(cell)], p, key, side);
+    grid.sums[static_cast<std::size_t>(cell)].add(
+        p[0] - (key.x + 0.5) * side, p[1] - (key.y + 0.5) * side, p[2] - (key.z + 0.5) * side);
   }
   return grid;
-}
-
-PointCells splitCells(const PointsView& points, const Indices* indices, const PointCells& grid,
-                      const std::vector<char>& split, int levels) {
-  PointCells fine;
-  fine.side = grid.side / (1 << levels);
-  const double inverse_side = 1.0 / fine.side;
-  for (std::size_t k = 0; k < grid.cell_of.size(); ++k) {
-    const std::int32_t home = grid.cell_of[k];
-    if (home < 0 || split[static_cast<std::size_t>(home)] == 0) continue;
-    const float* p = points[indices != nullptr ? static_cast<std::size_t>((*indices)[k]) : k];
-    CellKey key;
-    if (!cellOf(p, inverse_side, key)) continue;
-    const auto cell = static_cast<std::size_t>(fine.table.insert(key));
-    if (cell == fine.sums.size()) fine.sums.emplace_back();
-    addTo(fine.sums[cell], p, key, fine.side);
-  }
-  return fine;
 }
 
 }  // namespace planar_mapping::detail
