@@ -122,11 +122,15 @@ PlaneSet assemblePlaneSet(const PointsView& points, const std::vector<std::int32
       ++set.diagnostics.rejected_too_small;
     }
   }
-  std::sort(set.planes.begin(), set.planes.end(), [](const PlaneSegment& a, const PlaneSegment& b) {
+  sortBySize(set.planes);
+  return set;
+}
+
+void sortBySize(std::vector<PlaneSegment>& planes) {
+  std::sort(planes.begin(), planes.end(), [](const PlaneSegment& a, const PlaneSegment& b) {
     if (a.inliers.size() != b.inliers.size()) return a.inliers.size() > b.inliers.size();
     return a.inliers.front() < b.inliers.front();
   });
-  return set;
 }
 
 }  // namespace planar_mapping::detail

@@ -40,4 +40,7 @@ PlaneSet assemblePlaneSet(const PointsView& points, const std::vector<std::int32
                           const std::vector<Plane>& planes, const MultiPlaneParams& params,
                           const Vector3& sensor, InlierRule rule = InlierRule::AsLabelled);
 
+/// Largest first.
+void sortBySize(std::vector<PlaneSegment>& planes);
+
 }  // namespace planar_mapping::detail

@@ -10,7 +10,6 @@
 
 #include "planar_mapping/core/base/error.h"
 #include "planes/distance_band.h"
-#include "planes/from_features/surface_squares.h"
 #include "planes/plane_search.h"
 
 namespace planar_mapping {
@@ -88,27 +87,14 @@ bool continues(const PlaneSegment& dense, const PlaneSegment& of_features, doubl
          std::fabs(dense.plane.signedDistance(other)) <= band.at(other.z());
 }
 
-void sortBySize(std::vector<PlaneSegment>& planes) {
-  std::sort(planes.begin(), planes.end(), [](const PlaneSegment& a, const PlaneSegment& b) {
-    if (a.inliers.size() != b.inliers.size()) return a.inliers.size() > b.inliers.size();
-    return a.inliers.front() < b.inliers.front();
-  });
-}
-
 /// Planes of features with their dense points, refitted; doubtful ones are let go.
 PlaneSet densePlanesOf(const std::vector<Plane>& planes, const PointsView& points,
                        const Indices& indices, const MultiPlaneParams& params,
                        const Vector3& sensor, FeaturePlaneDiagnostics& diagnostics) {
   std::vector<std::int32_t> labels = clusterByPlane(points, planes, params);
   keepIndexed(indices, labels);
-  if (params.features.refine) {
-    diagnostics.rejected_not_surface =
-        detail::keepSurfaces(points, indices, planes, params, labels);
-  }
   PlaneSet set = detail::assemblePlaneSet(points, labels, planes, params, sensor);
-  // Planes that lost all points are too small as well.
-  diagnostics.rejected_too_small =
-      set.diagnostics.rejected_too_small - diagnostics.rejected_not_surface;
+  diagnostics.rejected_too_small = set.diagnostics.rejected_too_small;
   const auto before = [&](const PlaneSegment& segment) {
     const auto first = static_cast<std::size_t>(segment.inliers.front());
     return planes[static_cast<std::size_t>(labels[first])];
@@ -214,7 +200,7 @@ PlaneSet planesFromFeatures(const PointsView& points, const Indices& indices,
     set.diagnostics = found.diagnostics;
     addDense(points, std::move(found.planes), params, sensor, own, set);
   }
-  sortBySize(set.planes);
+  detail::sortBySize(set.planes);
   set.diagnostics.points_considered = indices.size();
   const auto most = static_cast<std::size_t>(params.max_planes);
   if (most > 0 && set.planes.size() > most) {
@@ -228,14 +214,10 @@ PlaneSet planesFromFeatures(const PointsView& points, const Indices& indices,
 }  // namespace
 
 void FeaturePlaneParams::validate() const {
-  constexpr double kMax = std::numeric_limits<double>::max();
   constexpr double kMaxCount = std::numeric_limits<int>::max();
   requireInRange("samples", samples, 0, kMaxCount, "points");
   requireInRange("min_features", min_features, 3, kMaxCount, "features");
   requirePositive("feature_error_factor", feature_error_factor);
-  requirePositive("square_side", square_side);
-  requireInRange("square_dominance", square_dominance, 1.0, kMax);
-  requireInRange("min_surface_share", min_surface_share, 0.0, 1.0);
   requirePositive("max_refit_turn", max_refit_turn, "rad");
   requireInRange("max_refit_turn", max_refit_turn, 0.0, M_PI_2, "rad");
   requireInRange("joining_angle", joining_angle, 0.0, M_PI_2, "rad");
