@@ -4,10 +4,11 @@
 #include <array>
 #include <vector>
 
-#include "planes/distance_band.h"
-#include "planar_mapping/core/planes/multi_plane.h"
 #include "planar_mapping/core/base/detail/parallel.h"
+#include "planar_mapping/core/planes/multi_plane.h"
+#include "planes/distance_band.h"
 #include "planes/plane_kernels.h"
+#include "planes/plane_search.h"
 
 namespace planar_mapping {
 
@@ -59,6 +60,18 @@ std::vector<std::int32_t> clusterByPlane(const PointsView& points, const std::ve
                          labels.data() + begin);
   });
   return labels;
+}
+
+std::vector<std::int32_t> detail::clusterIndexed(const PointsView& points, const Indices* indices,
+                                                 const std::vector<Plane>& planes,
+                                                 const MultiPlaneParams& params) {
+  std::vector<std::int32_t> labels = clusterByPlane(points, planes, params);
+  if (indices == nullptr) return labels;
+  std::vector<std::int32_t> kept(labels.size(), -1);
+  for (const int i : *indices) {
+    kept[static_cast<std::size_t>(i)] = labels[static_cast<std::size_t>(i)];
+  }
+  return kept;
 }
 
 }  // namespace planar_mapping

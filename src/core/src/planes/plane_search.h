@@ -40,6 +40,11 @@ PlaneSet assemblePlaneSet(const PointsView& points, const std::vector<std::int32
                           const std::vector<Plane>& planes, const MultiPlaneParams& params,
                           const Vector3& sensor, InlierRule rule = InlierRule::AsLabelled);
 
+/// clusterByPlane() for the points that count.
+std::vector<std::int32_t> clusterIndexed(const PointsView& points, const Indices* indices,
+                                         const std::vector<Plane>& planes,
+                                         const MultiPlaneParams& params);
+
 /// Largest first.
 void sortBySize(std::vector<PlaneSegment>& planes);
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/point_indices.h"
+
 namespace planar_mapping::detail {
 
 namespace {
@@ -42,10 +44,10 @@ bool cellOf(const float* p, double inverse_side, CellKey& key) {
 double chooseCellSide(const PointsView& points, const Indices* indices, double smallest,
                       double share_in_company) {
   std::vector<const float*> sample;
-  const std::size_t considered = indices != nullptr ? indices->size() : points.size;
+  const std::size_t considered = countOf(points, indices);
   sample.reserve(considered / kSampleShare + considered / 64 + 16);
   for (std::size_t k = 0; k < considered; ++k) {
-    const float* p = points[indices != nullptr ? static_cast<std::size_t>((*indices)[k]) : k];
+    const float* p = points[at(indices, k)];
     if (isSampled(p) && std::isfinite(p[0] + p[1] + p[2])) sample.push_back(p);
   }
   double side = smallest;
@@ -76,10 +78,10 @@ PointCells buildPointCells(const PointsView& points, const Indices* indices, dou
   PointCells grid;
   grid.side = side;
   const double inverse_side = 1.0 / side;
-  const std::size_t considered = indices != nullptr ? indices->size() : points.size;
+  const std::size_t considered = countOf(points, indices);
   grid.cell_of.resize(considered);
   for (std::size_t k = 0; k < considered; ++k) {
-    const float* p = points[indices != nullptr ? static_cast<std::size_t>((*indices)[k]) : k];
+    const float* p = points[at(indices, k)];
     CellKey key;
     if (!cellOf(p, inverse_side, key)) {
       grid.cell_of[k] = -1;

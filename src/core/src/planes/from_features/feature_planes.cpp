@@ -66,15 +66,6 @@ std::vector<Plane> planesOf(const std::vector<KeyFeature>& features, const Multi
   return planes;
 }
 
-/// Labels of the points that do not count become -1.
-void keepIndexed(const Indices& indices, std::vector<std::int32_t>& labels) {
-  std::vector<std::int32_t> kept(labels.size(), -1);
-  for (const int i : indices) {
-    kept[static_cast<std::size_t>(i)] = labels[static_cast<std::size_t>(i)];
-  }
-  labels.swap(kept);
-}
-
 /// Whether a plane of the dense search lies on one of features: the same direction, and its middle
 /// within the band.
 bool continues(const PlaneSegment& dense, const PlaneSegment& of_features, double joining_angle,
@@ -91,8 +82,7 @@ bool continues(const PlaneSegment& dense, const PlaneSegment& of_features, doubl
 PlaneSet densePlanesOf(const std::vector<Plane>& planes, const PointsView& points,
                        const Indices& indices, const MultiPlaneParams& params,
                        const Vector3& sensor, FeaturePlaneDiagnostics& diagnostics) {
-  std::vector<std::int32_t> labels = clusterByPlane(points, planes, params);
-  keepIndexed(indices, labels);
+  const std::vector<std::int32_t> labels = detail::clusterIndexed(points, &indices, planes, params);
   PlaneSet set = detail::assemblePlaneSet(points, labels, planes, params, sensor);
   diagnostics.rejected_too_small = set.diagnostics.rejected_too_small;
   const auto before = [&](const PlaneSegment& segment) {

@@ -268,8 +268,7 @@ RangeNoise estimateNoise(const CellGrid& tiles, const std::vector<CellFit>& fits
 double normalError(const CellFit& fit, const RangeNoise& noise, const Vector3& sensor,
                    const OrganizedParams& params) {
   const double squared_range = fit.squaredRange(sensor);
-  const double expected =
-      noise.at(squared_range) * fit.height(sensor) / std::sqrt(squared_range);
+  const double expected = noise.at(squared_range) * fit.height(sensor) / std::sqrt(squared_range);
   const double sigma = std::min(expected, static_cast<double>(fit.residual));
   const double correlated = noise.correlated_pixels <= params.white_correlation
                                 ? noise.correlated_pixels

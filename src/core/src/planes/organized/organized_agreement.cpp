@@ -209,8 +209,8 @@ class ShareGrid {
 
 /// Compares the normals around every share with that of its plane.
 void compare(const TiledCloud& cloud, const Surroundings& surroundings,
-             const std::vector<PlaneCandidate>& planes, const MetricFit& fit,
-             const ShareGrid& grid, std::vector<Share>& shares) {
+             const std::vector<PlaneCandidate>& planes, const MetricFit& fit, const ShareGrid& grid,
+             std::vector<Share>& shares) {
   const OrganizedParams& params = fit.params();
   std::vector<std::int32_t> all;
   for (const Share& share : shares) {

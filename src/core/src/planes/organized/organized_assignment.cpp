@@ -130,8 +130,7 @@ void PixelAssigner::assignTile(int tile, const std::vector<PlaneCandidate>& plan
     b.a = static_cast<float>(squared_factor * noise.constant * noise.constant);
     b.b = static_cast<float>(squared_factor * 2.0 * noise.constant * noise.quadratic);
     b.c = static_cast<float>(squared_factor * noise.quadratic * noise.quadratic);
-    const double least =
-        params.noise_factor * params.competing_share * params.distance_threshold;
+    const double least = params.noise_factor * params.competing_share * params.distance_threshold;
     b.least = static_cast<float>(least * least);
     b.label = candidates[i];
   }

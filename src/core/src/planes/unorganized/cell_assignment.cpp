@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/point_indices.h"
 #include "planar_mapping/core/base/detail/parallel.h"
 
 namespace planar_mapping::detail {
@@ -99,7 +100,7 @@ std::vector<PlaneEvidence> gatherEvidence(const PointsView& points, const Indice
       if (grid.cell_of[k] < 0) continue;
       const auto& cell = candidates[static_cast<std::size_t>(grid.cell_of[k])];
       if (cell[0] < 0) continue;
-      const float* p = points[indices != nullptr ? static_cast<std::size_t>((*indices)[k]) : k];
+      const float* p = points[at(indices, k)];
       const Nearest nearest = nearestCandidate(p, cell, planes);
       const double threshold = band.at(p[2]);
       if (nearest.distance > 2.0 * threshold) continue;
@@ -138,7 +139,7 @@ std::vector<std::int32_t> labelPoints(const PointsView& points, const Indices* i
       if (grid.cell_of[k] < 0) continue;
       const auto& cell = candidates[static_cast<std::size_t>(grid.cell_of[k])];
       if (cell[0] < 0) continue;
-      const std::size_t i = indices != nullptr ? static_cast<std::size_t>((*indices)[k]) : k;
+      const std::size_t i = at(indices, k);
       const Nearest nearest = nearestCandidate(points[i], cell, planes);
       if (nearest.distance <= band.at(points[i][2])) labels[i] = nearest.plane;
     }

@@ -41,8 +41,7 @@ std::vector<double> agreementWith(const std::vector<Plane>& planes, const PointC
                                   const SurfaceLeaves& surface, const CellCandidates& candidates) {
   std::vector<double> agreeing(planes.size(), 0.0), all(planes.size(), 0.0);
   for (std::size_t cell = 0; cell < grid.sums.size(); ++cell) {
-    const SurfaceLeaf& leaf =
-        surface.leaves[static_cast<std::size_t>(surface.leaf_of_cell[cell])];
+    const SurfaceLeaf& leaf = surface.leaves[static_cast<std::size_t>(surface.leaf_of_cell[cell])];
     if (!leaf.planar) continue;
     const double weight = grid.sums[cell].n;
     const double angle = std::min(kSameTurn + kSureOfNormal * leaf.normal_deviation, M_PI_2);
