@@ -13,7 +13,7 @@ void checkView(const PointsView& points, const Vector3& sensor);
 /// Checks the indices and returns them ascending without repetitions; \p storage holds the copy
 /// if one is needed.
 /// \throws InputError for one outside the cloud
-const Indices* checkedIndices(const Indices& indices, std::size_t size, Indices& storage);
+const Indices* checkedIndices(const PointsView& points, const Indices& indices, Indices& storage);
 
 PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
                              const MultiPlaneParams& params, const Vector3& sensor);

@@ -232,7 +232,7 @@ PlaneSet segmentPlanes(const PointsView& points, const Indices* indices,
   }
   if (params.source == PlaneSource::Dense) return findPlanes(points, indices, params, sensor);
   Indices storage;
-  indices = detail::checkedIndices(*indices, points.size, storage);
+  indices = detail::checkedIndices(points, *indices, storage);
   if (!features.empty()) return planesFromFeatures(points, *indices, features, params, sensor);
   const std::vector<KeyFeature> samples = sampled(points, *indices, params.features.samples);
   // A plane large enough among all points holds its fraction of the samples.
