@@ -84,9 +84,7 @@ MECHANISMS = [
     ("clutter in groups", "planes/multi_ransac/multi_ransac.cpp", "if (company >= kCompany)", "if (OFF || company >= kCompany)"),
     ("joint assignment", "planes/multi_ransac/multi_ransac.cpp", "round < kAssignments;", "round < (OFF ? 0 : kAssignments);"),
     ("pieces of ground", "ground/ground_labels.cpp", "  if (k.pieces) {", "  if (k.pieces && !OFF) {"),
-    ("occluding edges", "registration/surface_edges.cpp", "if (!cloud.isOrganized() ||", "if (OFF || !cloud.isOrganized() ||"),
-    ("walked around", "registration/surface_map.cpp",
-     "for (const Pose& start : walkedAround(shape, guess))", "if (!OFF) for (const Pose& start : walkedAround(shape, guess))"),
+    ("occluding edges", "registration/surface_shape.cpp", "if (!cloud.isOrganized() ||", "if (OFF || !cloud.isOrganized() ||"),
     ("doubled cells for noise", "geometry/cloud_scale.cpp", "i < kMaxDoublings &&", "i < (OFF ? 0 : kMaxDoublings) &&"),
 ]
 HEADER = """#pragma once

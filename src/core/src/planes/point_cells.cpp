@@ -11,7 +11,6 @@ namespace planar_mapping::detail {
 
 namespace {
 
-constexpr double kFarthestCell = 1 << 30;
 constexpr std::uint32_t kSampleShare = 8;
 
 /// Drawn by the bits of its coordinates, so that the order of the points does not matter.
@@ -22,21 +21,6 @@ bool isSampled(const float* p) {
   h ^= h >> 15u;
   h *= 0x2C1B3C6Du;
   return (h >> 16u) % kSampleShare == 0;
-}
-
-/// The cell of \p p; false if it is not finite or too far away.
-bool cellOf(const float* p, double inverse_side, CellKey& key) {
-  const double x = p[0] * inverse_side, y = p[1] * inverse_side, z = p[2] * inverse_side;
-  if (!(std::abs(x) < kFarthestCell && std::abs(y) < kFarthestCell &&
-        std::abs(z) < kFarthestCell)) {
-    return false;
-  }
-  const auto down = [](double v) {
-    const auto whole = static_cast<std::int32_t>(v);
-    return whole - static_cast<std::int32_t>(v < whole);
-  };
-  key = {down(x), down(y), down(z)};
-  return true;
 }
 
 }  // namespace
@@ -58,7 +42,8 @@ double chooseCellSide(const PointsView& points, const Indices* indices, double s
     std::size_t inside = 0;
     for (const float* p : sample) {
       CellKey key;
-      if (!cellOf(p, 1.0 / side, key)) continue;
+      const double inverse = 1.0 / side;
+      if (!cellOf(p[0] * inverse, p[1] * inverse, p[2] * inverse, key)) continue;
       ++inside;
       const auto cell = static_cast<std::size_t>(table.insert(key));
       if (cell == count.size()) count.push_back(0);
@@ -83,11 +68,9 @@ PointCells buildPointCells(const PointsView& points, const Indices* indices, dou
   for (std::size_t k = 0; k < considered; ++k) {
     const float* p = points[at(indices, k)];
     CellKey key;
-    if (!cellOf(p, inverse_side, key)) {
+    if (!cellOf(p[0] * inverse_side, p[1] * inverse_side, p[2] * inverse_side, key)) {
       grid.cell_of[k] = -1;
-      if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) {
-        ++grid.points_not_finite;
-      }
+      grid.points_not_finite += points.isFinite(at(indices, k)) ? 0 : 1;
       continue;
     }
     const std::int32_t cell = grid.table.insert(key);

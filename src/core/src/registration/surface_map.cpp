@@ -13,7 +13,6 @@
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/odometry/motion_estimation.h"
 #include "registration/seen_through.h"
-#include "registration/surface_edges.h"
 #include "registration/surface_registration.h"
 #include "registration/surface_search.h"
 #include "registration/surface_shape.h"
