@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "odometry/local_map.h"
 #include "odometry/motion_refinement.h"
@@ -45,6 +46,19 @@ void requireTracks(const std::vector<KeyFeature>& features) {
 }
 
 }  // namespace
+
+void OdometryParams::validate() const {
+  constexpr double kLargest = std::numeric_limits<double>::max();
+  camera.validate();
+  motion.validate();
+  requirePositive("keyframe_translation", keyframe_translation);
+  requirePositive("keyframe_rotation", keyframe_rotation, "rad");
+  requireInRange("keyframe_overlap", keyframe_overlap, 0.0, 1.0);
+  requireInRange("max_landmarks", max_landmarks, 100, kLargest);
+  requirePositive("jump_distance", jump_distance, "m");
+  requireInRange("jump_inlier_share", jump_inlier_share, 0.0, 1.0);
+  requireInRange("jump_inliers", jump_inliers, 0, kLargest);
+}
 
 class Odometry::Implementation {
  public:
