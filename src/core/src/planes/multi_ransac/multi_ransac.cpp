@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/core/base/detail/simd.h"
 #include "planes/distance_band.h"
 #include "planes/multi_ransac/sparse_points.h"
-#include "planes/plane_kernels.h"
 #include "planes/plane_search.h"
 #include "planes/point_cells.h"
 #include "planes/surface_leaves.h"
@@ -53,6 +53,25 @@ struct Model {
   std::vector<std::int32_t> inliers;  ///< unique points
   double support = 0.0;               ///< inliers in company
 };
+
+/// Where each point is as seen from a plane: kOn (within its band), kAbove and kBelow in the slab
+/// of the same thickness beside it, 0 elsewhere, farther than the square of the reach from
+/// (cx, cy, cz), or where \p mask is kTaken.
+PLANAR_MAPPING_MULTIVERSION
+void classify(const float* x, const float* y, const float* z, const float* inverse_band,
+              const std::uint8_t* mask, std::size_t n, float a, float b, float c, float d, float cx,
+              float cy, float cz, float squared_reach, std::uint8_t* place) {
+  for (std::size_t i = 0; i < n; ++i) {
+    const float distance = (a * x[i] + b * y[i] + c * z[i] + d) * inverse_band[i];
+    const float dx = x[i] - cx, dy = y[i] - cy, dz = z[i] - cz;
+    const float away = dx * dx + dy * dy + dz * dz;
+    const int on = static_cast<int>(distance <= 1.0f) & static_cast<int>(distance >= -1.0f);
+    const int above = static_cast<int>(distance > 1.0f) & static_cast<int>(distance <= 3.0f);
+    const int below = static_cast<int>(distance < -1.0f) & static_cast<int>(distance >= -3.0f);
+    const int within = -static_cast<int>(away <= squared_reach);
+    place[i] = static_cast<std::uint8_t>((on + 2 * above + 3 * below) & within & mask[i]);
+  }
+}
 
 class MultiRansac {
  public:

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "planes/distance_band.h"
 #include "planar_mapping/core/base/types.h"
+#include "planes/distance_band.h"
 
 namespace planar_mapping::detail {
 
