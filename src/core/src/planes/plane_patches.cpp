@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planes/plane_patches.h"
+#include "planes/plane_search.h"
 
 #include <algorithm>
 #include <cmath>

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "planes/distance_band.h"
 #include "planar_mapping/core/base/types.h"
+#include "planes/distance_band.h"
 #include "planes/point_cells.h"
 
 namespace planar_mapping::detail {

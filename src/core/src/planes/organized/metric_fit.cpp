@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "planar_mapping/core/base/detail/simd.h"
-#include "planes/organized/organized_folds.h"
 
 namespace planar_mapping::detail {
 namespace {

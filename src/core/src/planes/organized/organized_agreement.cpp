@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planes/organized/organized_agreement.h"
+#include "planes/organized/organized_assignment.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planes/organized/organized_folds.h"
+#include "planes/organized/metric_fit.h"
 
 #include <Eigen/LU>
 #include <algorithm>

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "planes/organized/organized_agreement.h"
-#include "planes/organized/organized_folds.h"
+#include "planes/organized/metric_fit.h"
+#include "planes/organized/organized_assignment.h"
 #include "planes/organized/organized_steps.h"
 #include "planes/plane_search.h"
 

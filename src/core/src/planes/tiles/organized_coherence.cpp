@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planes/tiles/organized_coherence.h"
+#include "planes/tiles/plane_fit.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
