@@ -52,7 +52,9 @@ class Surroundings {
         spread_(sums_.size(), 0.0F) {
     parallelFor(static_cast<std::size_t>(cloud.rows), threads, [&](std::size_t row) {
       const std::size_t begin = 2 * row * static_cast<std::size_t>(columns);
-      sumQuarters(cloud, static_cast<int>(row), &sums_[begin]);
+      static_assert(sizeof(MomentSums) == kMoments * sizeof(double), "written as plain numbers");
+      sumQuarters(cloud.x(static_cast<int>(row) * cloud.columns), cloud.columns,
+                  sums_[begin].data());
       for (std::size_t i = begin; i < begin + 2 * static_cast<std::size_t>(columns); ++i) {
         const MomentSums& s = sums_[i];
         if (!(s[kN] > 0.0)) continue;
