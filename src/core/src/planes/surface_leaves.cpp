@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planes/surface_leaves.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -121,42 +122,16 @@ class LeafBuilder {
 
 }  // namespace
 
-LocalFit fitLocally(const PointSums& s) {
+LocalFit fitLocally(const PointSums& sums) {
+  const PlaneMoments moments = sums.moments(Vector3::Zero());
+  const Eigen::SelfAdjointEigenSolver<Matrix3> solver =
+      Eigen::SelfAdjointEigenSolver<Matrix3>().computeDirect(moments.scatter() / sums.n);
   LocalFit fit;
-  const double w = 1.0 / s.n;
-  const double mx = s.sum[0] * w, my = s.sum[1] * w, mz = s.sum[2] * w;
-  const double a = s.outer[0] * w - mx * mx, b = s.outer[1] * w - mx * my;
-  const double c = s.outer[2] * w - mx * mz, d = s.outer[3] * w - my * my;
-  const double e = s.outer[4] * w - my * mz, f = s.outer[5] * w - mz * mz;
-  fit.mean = {mx, my, mz};
-  // Newton from below on the characteristic polynomial meets the smallest eigenvalue first.
-  const double c2 = a + d + f;
-  const double c1 = a * d - b * b + a * f - c * c + d * f - e * e;
-  const double c0 = a * (d * f - e * e) - b * (b * f - c * e) + c * (b * e - c * d);
-  double low = 0.0;
-  for (int i = 0; i < 16; ++i) {
-    const double value = ((low - c2) * low + c1) * low - c0;
-    const double slope = (3.0 * low - 2.0 * c2) * low + c1;
-    if (!(slope > 0.0)) break;
-    const double step = value / slope;
-    low -= step;
-    if (std::abs(step) <= 1e-9 * c2) break;
-  }
-  low = std::clamp(low, 0.0, c2 / 3.0);
-  const double rest = c2 - low;
-  const double product = std::max(0.0, c1 - low * rest);
-  const double root = std::sqrt(std::max(0.0, rest * rest - 4.0 * product));
-  fit.eigenvalues[0] = low;
-  fit.eigenvalues[1] = std::max(low, 0.5 * (rest - root));
-  fit.eigenvalues[2] = 0.5 * (rest + root);
-  // The eigenvector is orthogonal to all rows of M - low I: the longest cross product of two.
-  const Vector3 r0(a - low, b, c), r1(b, d - low, e), r2(c, e, f - low);
-  const Vector3 n01 = r0.cross(r1), n02 = r0.cross(r2), n12 = r1.cross(r2);
-  const double l01 = n01.squaredNorm(), l02 = n02.squaredNorm(), l12 = n12.squaredNorm();
-  const double longest = std::max({l01, l02, l12});
-  if (longest > 0.0) {
-    fit.normal = (longest == l01 ? n01 : longest == l02 ? n02 : n12) / std::sqrt(longest);
-  }
+  fit.mean = moments.mean();
+  fit.eigenvalues = solver.eigenvalues().cwiseMax(0.0);
+  // A line has no plane.
+  constexpr double kThinnest = 1e-12;
+  if (fit.eigenvalues[1] > kThinnest * fit.eigenvalues[2]) fit.normal = solver.eigenvectors().col(0);
   return fit;
 }
 
