@@ -78,10 +78,32 @@ bool continues(const PlaneSegment& dense, const PlaneSegment& of_features, doubl
          std::fabs(dense.plane.signedDistance(other)) <= band.at(other.z());
 }
 
+/// Whether a plane holds more points than the slabs beside it; \p indices are sampled.
+bool isSurface(const Plane& plane, const PointsView& points, const Indices& indices,
+               const MultiPlaneParams& params) {
+  constexpr std::size_t kSample = 32768;
+  const detail::DistanceBand band(params);
+  double on = 0.0, above = 0.0, below = 0.0;
+  for (std::size_t k = 0; k < indices.size(); k += 1 + indices.size() / kSample) {
+    const Vector3 p = points.point(static_cast<std::size_t>(indices[k]));
+    const double distance = plane.signedDistance(p) / band.at(p.z());
+    if (!(std::fabs(distance) <= 3.0)) continue;
+    (distance > 1.0 ? above : distance < -1.0 ? below : on) += 1.0;
+  }
+  return on >= params.features.min_dominance * std::max(above, below);
+}
+
 /// Planes of features with their dense points, refitted; doubtful ones are let go.
-PlaneSet densePlanesOf(const std::vector<Plane>& planes, const PointsView& points,
-                       const Indices& indices, const MultiPlaneParams& params,
-                       const Vector3& sensor, FeaturePlaneDiagnostics& diagnostics) {
+PlaneSet densePlanesOf(std::vector<Plane> planes, const PointsView& points, const Indices& indices,
+                       const MultiPlaneParams& params, const Vector3& sensor,
+                       FeaturePlaneDiagnostics& diagnostics) {
+  if (params.features.refine) {
+    const auto surfaces = std::remove_if(planes.begin(), planes.end(), [&](const Plane& plane) {
+      return !isSurface(plane, points, indices, params);
+    });
+    diagnostics.rejected_not_surface = static_cast<std::size_t>(planes.end() - surfaces);
+    planes.erase(surfaces, planes.end());
+  }
   const std::vector<std::int32_t> labels = detail::clusterIndexed(points, &indices, planes, params);
   PlaneSet set = detail::assemblePlaneSet(points, labels, planes, params, sensor);
   diagnostics.rejected_too_small = set.diagnostics.rejected_too_small;
@@ -208,6 +230,7 @@ void FeaturePlaneParams::validate() const {
   requireInRange("samples", samples, 0, kMaxCount, "points");
   requireInRange("min_features", min_features, 3, kMaxCount, "features");
   requirePositive("feature_error_factor", feature_error_factor);
+  requireInRange("min_dominance", min_dominance, 1.0, std::numeric_limits<double>::max());
   requirePositive("max_refit_turn", max_refit_turn, "rad");
   requireInRange("max_refit_turn", max_refit_turn, 0.0, M_PI_2, "rad");
   requireInRange("joining_angle", joining_angle, 0.0, M_PI_2, "rad");

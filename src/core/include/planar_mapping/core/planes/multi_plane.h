@@ -44,8 +44,12 @@ struct PLANAR_MAPPING_EXPORT FeaturePlaneParams {
   /// [ours] Disparity errors a feature may lie off its plane where the noise is given; without, it
   /// is d_T. > 0
   double feature_error_factor = 1.5;
-  /// [ours] Planes are refitted to their points. Without, points only belong, as in the paper.
+  /// [ours] A plane is kept only where it is a surface (min_dominance), and is refitted to its
+  /// points. Without, points only belong, as in the paper.
   bool refine = true;
+  /// [ours] Times as many points as in either slab of the same thickness beside it that a plane
+  /// must hold, >= 1: a plane through unrelated objects has as many beside it as on it.
+  double min_dominance = 1.5;
   /// [ours] Largest turn of a plane when it is refitted to its points, radians, in (0, pi/2]: one
   /// that turns farther stood on features of several surfaces.
   double max_refit_turn = 0.2;
@@ -102,6 +106,7 @@ struct FeaturePlaneDiagnostics {
   std::size_t features_considered = 0;
   std::size_t features_not_finite = 0;
   std::size_t planes_of_features = 0;      ///< that multi-RANSAC proposed
+  std::size_t rejected_not_surface = 0;    ///< their points lie beside them as well
   std::size_t rejected_turned = 0;         ///< by the refit
   std::size_t rejected_too_small = 0;      ///< fewer than min_inliers points
   std::size_t planes_joined = 0;           ///< of the dense search, continuing one of features
@@ -151,9 +156,10 @@ PLANAR_MAPPING_EXPORT PlaneSet findPlanes(const PointsView& points, const Indice
 /// Finds the planes of a frame in what params.source names (the paper, III-C).
 ///
 /// Dense: findPlanes(). Else multi-RANSAC on the key features proposes planes, points are clustered
-/// to them (Eq. 11, clusterByPlane()), and [ours] each plane is refitted to its points; Auto then
-/// searches the points on none of these planes: a plain wall has no features. Where there are no key features, features.samples points spread
-/// evenly over the indices take their place.
+/// to them (Eq. 11, clusterByPlane()), and [ours] each plane that is a surface is refitted to its
+/// points; Auto then searches the points on none of these planes: a plain wall has no features.
+/// Where there are no key features, features.samples points spread evenly over the indices take
+/// their place.
 /// \param features positions in the frame of \p points; non-finite ones are skipped and counted
 /// \return planes as findPlanes() returns them: inliers are points of the cloud, largest first
 /// \throws ParameterError, InputError as findPlanes()
