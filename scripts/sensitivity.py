@@ -81,15 +81,10 @@ MECHANISMS = [
      "const bool significant = isSignificant(", "const bool significant = OFF || isSignificant("),
     ("company of leaves", "planes/unorganized/leaf_voters.h",
      "return agree >= kLeastCompany * (agree + oppose);", "return OFF || agree >= kLeastCompany * (agree + oppose);"),
-    ("crowded cells", "planes/surface_leaves.cpp", "if (grid.sums[cell].n < kCrowd) continue;", "if (OFF || grid.sums[cell].n < kCrowd) continue;"),
-    ("surface squares", "planes/from_features/feature_planes.cpp",
-     "if (params.features.refine) {\n    diagnostics", "if (!OFF && params.features.refine) {\n    diagnostics"),
     ("clutter in groups", "planes/multi_ransac/multi_ransac.cpp", "if (company >= kCompany)", "if (OFF || company >= kCompany)"),
     ("joint assignment", "planes/multi_ransac/multi_ransac.cpp", "round < kAssignments;", "round < (OFF ? 0 : kAssignments);"),
     ("pieces of ground", "ground/ground_labels.cpp", "  if (k.pieces) {", "  if (k.pieces && !OFF) {"),
-    ("occluding edges", "registration/surface_edges.cpp", "if (!cloud.isOrganized() ||", "if (OFF || !cloud.isOrganized() ||"),
-    ("walked around", "registration/surface_map.cpp",
-     "for (const Pose& start : walkedAround(shape, guess))", "if (!OFF) for (const Pose& start : walkedAround(shape, guess))"),
+    ("occluding edges", "registration/surface_shape.cpp", "if (!cloud.isOrganized() ||", "if (OFF || !cloud.isOrganized() ||"),
     ("doubled cells for noise", "geometry/cloud_scale.cpp", "i < kMaxDoublings &&", "i < (OFF ? 0 : kMaxDoublings) &&"),
 ]
 HEADER = """#pragma once

@@ -274,17 +274,15 @@ void requireMetres(const PointsView& points, const Indices* indices, double max_
   constexpr std::size_t kSample = 256;
   constexpr double kRanges = 30.0;
   const double near = kRanges * max_spacing;
-  const std::size_t count = indices != nullptr ? indices->size() : points.size;
-  const auto at = [&](std::size_t i) {
-    return indices != nullptr ? static_cast<std::size_t>((*indices)[i]) : i;
-  };
+  const std::size_t count = detail::countOf(points, indices);
   // Nearly all clouds end here.
   std::size_t far = 0;
   std::size_t finite = 0;
   for (std::size_t i = 0; i < count; i += 1 + count / kSample) {
-    if (at(i) >= points.size || !points.isFinite(at(i))) continue;
+    const std::size_t index = detail::at(indices, i);
+    if (index >= points.size || !points.isFinite(index)) continue;
     ++finite;
-    if (points.point(at(i)).norm() > near) ++far;
+    if (points.point(index).norm() > near) ++far;
   }
   const auto isMost = [](std::size_t part, std::size_t all) {
     return static_cast<double>(part) >= (1.0 - kOutlierFraction) * static_cast<double>(all);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -24,6 +25,20 @@ struct CellKey {
   /// The cell of twice the side that holds this one.
   CellKey parent() const { return {x >> 1, y >> 1, z >> 1}; }
 };
+
+/// The cell of a place in units of the side; false beyond 2^30 cells and for what is not a number.
+inline bool cellOf(double x, double y, double z, CellKey& key) {
+  constexpr double kFarthest = 1 << 30;
+  if (!(std::abs(x) < kFarthest && std::abs(y) < kFarthest && std::abs(z) < kFarthest)) {
+    return false;
+  }
+  const auto down = [](double v) {
+    const auto whole = static_cast<std::int32_t>(v);
+    return whole - static_cast<std::int32_t>(v < whole);
+  };
+  key = {down(x), down(y), down(z)};
+  return true;
+}
 
 /// Hash table from cells to consecutive numbers in order of insertion.
 class CellTable {

@@ -172,12 +172,6 @@ std::int32_t FrameCells::groupOf(const Start& start) {
   return insert(cell, start.label);
 }
 
-std::int32_t FrameCells::groupAt(std::size_t k) const {
-  const auto run = std::upper_bound(runs_.begin(), runs_.end(), k,
-                                    [](std::size_t i, const Run& r) { return i < r.end; });
-  return run == runs_.end() ? -1 : run->group;
-}
-
 void FrameCells::giveToPoints(const Indices& indices, const std::vector<float>& of_group,
                               float otherwise, std::vector<float>& values) const {
   // Four points at a time: what belongs to the next runs is given their values after that.

@@ -51,8 +51,6 @@ class FrameCells {
   const std::vector<Group>& groups() const { return groups_; }
   /// The indices of number() in runs: neighbouring pixels are mostly in the same cell.
   const std::vector<Run>& runs() const { return runs_; }
-  /// Group of the k-th index of number(); -1 if it is in no cell.
-  std::int32_t groupAt(std::size_t k) const;
   /// Gives the points the value of their group, those in no cell \p otherwise.
   /// \param indices of number()
   /// \param values  per point of the cloud; those of other points stay

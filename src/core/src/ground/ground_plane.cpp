@@ -232,10 +232,9 @@ void dropUprights(GroundSample& sample, const GroundParams& params, const Ground
   std::vector<std::int32_t> column_of(sample.size(), -1);
   std::vector<float> lowest;
   for (std::size_t i = 0; i < sample.size(); ++i) {
-    const double a = std::floor(sample.x[i] / side);
-    const double b = std::floor(sample.y[i] / side);
-    if (!(std::abs(a) < 1e9 && std::abs(b) < 1e9)) continue;
-    column_of[i] = columns.insert({static_cast<std::int32_t>(a), static_cast<std::int32_t>(b), 0});
+    CellKey column;
+    if (!cellOf(sample.x[i] / side, sample.y[i] / side, 0.0, column)) continue;
+    column_of[i] = columns.insert(column);
     if (static_cast<std::size_t>(column_of[i]) == lowest.size()) lowest.push_back(sample.z[i]);
     lowest[column_of[i]] = std::min(lowest[column_of[i]], sample.z[i]);
   }

@@ -3,19 +3,13 @@
 #include "occupancy/dense_features.h"
 
 #include <algorithm>
-#include <cstring>
 
 namespace planar_mapping::detail {
 
 void DenseFeatures::sample(const Indices& indices, const FrameCells& cells, int per_group) {
-  // Copied this many at a time: what belongs to the next runs is written again.
-  constexpr std::size_t kAtOnce = 8;
   support_.assign(cells.groups().size(), Support());
-  const std::size_t most =
-      std::min(indices.size(), support_.size() * static_cast<std::size_t>(per_group));
-  points_.resize(most + kAtOnce);
-  groups_.resize(most + kAtOnce);
-  std::size_t number = 0;
+  points_.clear();
+  groups_.clear();
   std::size_t begin = 0;
   for (const FrameCells::Run& run : cells.runs()) {
     if (run.group >= 0) {
@@ -23,21 +17,11 @@ void DenseFeatures::sample(const Indices& indices, const FrameCells& cells, int 
       const std::size_t taken =
           std::min(run.end - begin, static_cast<std::size_t>(per_group - count));
       count += static_cast<std::int32_t>(taken);
-      std::size_t k = 0;
-      for (; k < taken && begin + k + kAtOnce <= indices.size(); k += kAtOnce) {
-        std::memcpy(&points_[number + k], &indices[begin + k], kAtOnce * sizeof(int));
-        std::fill_n(&groups_[number + k], kAtOnce, run.group);
-      }
-      for (; k < taken; ++k) {
-        points_[number + k] = indices[begin + k];
-        groups_[number + k] = run.group;
-      }
-      number += taken;
+      points_.insert(points_.end(), &indices[begin], &indices[begin] + taken);
+      groups_.insert(groups_.end(), taken, run.group);
     }
     begin = run.end;
   }
-  points_.resize(number);
-  groups_.resize(number);
 }
 
 void DenseFeatures::observe(const PointsView& points, const OccupancyParams& params,

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "grid/spread_outwards.h"
@@ -17,52 +16,32 @@ constexpr double kAgreement = 3.0;
 /// Less belief is doubt, as in Eq. 10.
 constexpr double kBelieved = 0.5;
 
-/// Group of the point at the pixel of a feature.
-class PixelGroups {
- public:
-  PixelGroups(const PointsView& points, const Indices& indices, const FrameCells& cells)
-      : points_(points), indices_(indices), cells_(cells) {
-    if (!points.isOrganized() || std::is_sorted(indices.begin(), indices.end())) return;
-    places_.resize(indices.size());
-    std::iota(places_.begin(), places_.end(), 0);
-    std::sort(places_.begin(), places_.end(),
-              [&](int a, int b) { return pointAt(a) < pointAt(b); });
+/// Group of each point of the cloud, -1 = none.
+std::vector<std::int32_t> groupsOfPoints(const PointsView& points, const Indices& indices,
+                                         const FrameCells& cells) {
+  std::vector<std::int32_t> groups(points.size, -1);
+  std::size_t k = 0;
+  for (const FrameCells::Run& run : cells.runs()) {
+    for (; k < run.end; ++k) groups[static_cast<std::size_t>(indices[k])] = run.group;
   }
+  return groups;
+}
 
-  /// -1 where the cloud has no point, or one farther than the tolerance from the feature.
-  std::int32_t at(const KeyFeature& feature, double tolerance) const {
-    const float column = std::round(feature.column);
-    const float row = std::round(feature.row);
-    if (!points_.isOrganized() || !(column >= 0.0f) || !(row >= 0.0f) ||
-        column >= static_cast<float>(points_.width) || row >= static_cast<float>(points_.height)) {
-      return -1;
-    }
-    const std::size_t pixel =
-        static_cast<std::size_t>(row) * points_.width + static_cast<std::size_t>(column);
-    const std::ptrdiff_t place = placeOf(static_cast<int>(pixel));
-    if (place < 0 || !points_.isFinite(pixel)) return -1;
-    if (!((points_.point(pixel) - feature.position).norm() <= tolerance)) return -1;
-    return cells_.groupAt(static_cast<std::size_t>(place));
+/// Group of the point at the pixel of a feature, -1 where the cloud has none, or one farther than
+/// the tolerance from the feature.
+std::int32_t groupAtPixel(const PointsView& points, const std::vector<std::int32_t>& groups,
+                          const KeyFeature& feature, double tolerance) {
+  const float column = std::round(feature.column);
+  const float row = std::round(feature.row);
+  if (!(column >= 0.0f) || !(row >= 0.0f) || column >= static_cast<float>(points.width) ||
+      row >= static_cast<float>(points.height)) {
+    return -1;
   }
-
- private:
-  int pointAt(int place) const { return indices_[static_cast<std::size_t>(place)]; }
-  /// Position of a point among the indices, -1 if it is not there.
-  std::ptrdiff_t placeOf(int point) const {
-    if (places_.empty()) {
-      const auto place = std::lower_bound(indices_.begin(), indices_.end(), point);
-      return place != indices_.end() && *place == point ? place - indices_.begin() : -1;
-    }
-    const auto place = std::lower_bound(places_.begin(), places_.end(), point,
-                                        [&](int a, int wanted) { return pointAt(a) < wanted; });
-    return place != places_.end() && pointAt(*place) == point ? *place : -1;
-  }
-
-  const PointsView& points_;
-  const Indices& indices_;
-  const FrameCells& cells_;
-  std::vector<int> places_;  ///< in the order of the points they stand for; empty = ascending
-};
+  const std::size_t pixel =
+      static_cast<std::size_t>(row) * points.width + static_cast<std::size_t>(column);
+  if (!points.isFinite(pixel)) return -1;
+  return (points.point(pixel) - feature.position).norm() <= tolerance ? groups[pixel] : -1;
+}
 
 bool isTracked(const OccupancyFrame& frame, int point) {
   return frame.tracks != nullptr && (*frame.tracks)[static_cast<std::size_t>(point)] >= 0;
@@ -94,12 +73,14 @@ void TrackedCells::collect(const OccupancyFrame& frame, const Indices& indices, 
     }
   }
   if (frame.key_features == nullptr) return;
-  const PixelGroups pixels(frame.points, indices, cells);
+  std::vector<std::int32_t> groups;
+  if (frame.points.isOrganized()) groups = groupsOfPoints(frame.points, indices, cells);
   for (const KeyFeature& feature : *frame.key_features) {
     if (feature.track < 0 || !feature.position.allFinite()) continue;
     const double depth = depthOf(feature.position, occupancy.optical_axis);
+    const double tolerance = std::max(resolution, kAgreement * occupancy.noise.depthError(depth));
     std::int32_t group =
-        pixels.at(feature, std::max(resolution, kAgreement * occupancy.noise.depthError(depth)));
+        groups.empty() ? -1 : groupAtPixel(frame.points, groups, feature, tolerance);
     const std::uint64_t cell = cells.cellOf(feature.position);
     if (group < 0 && cell != FrameCells::kNoCell) group = cells.insert(cell, -1);
     add(feature.track, feature.position, group);

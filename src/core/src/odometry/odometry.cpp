@@ -5,10 +5,10 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "odometry/local_map.h"
 #include "odometry/motion_refinement.h"
-#include "odometry/odometry_frame.h"
 #include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/base/error.h"
 
@@ -35,6 +35,63 @@ Matrix6 composed(const Matrix6& of_a, const Pose& a, const Matrix6& of_b) {
   return of_a + adjoint * of_b * adjoint.transpose();
 }
 
+/// A feature of a frame that can be used.
+struct SeenFeature {
+  std::size_t feature = 0;  ///< its number in the frame
+  std::int64_t track = 0;
+  FeatureSighting sighting;
+};
+
+/// Features with a usable position and a track of their own, by track.
+std::vector<SeenFeature> usableFeatures(const std::vector<KeyFeature>& features,
+                                        const FeatureCamera& camera) {
+  std::vector<SeenFeature> seen;
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    SeenFeature one;
+    one.feature = i;
+    one.track = features[i].track;
+    if (sightingOf(camera, features[i], one.sighting)) seen.push_back(one);
+  }
+  std::sort(seen.begin(), seen.end(),
+            [](const SeenFeature& a, const SeenFeature& b) { return a.track < b.track; });
+  // Of a track that is in two places at once, nobody knows which.
+  std::vector<SeenFeature> unique;
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    const bool repeated = (i > 0 && seen[i - 1].track == seen[i].track) ||
+                          (i + 1 < seen.size() && seen[i + 1].track == seen[i].track);
+    if (!repeated) unique.push_back(seen[i]);
+  }
+  return unique;
+}
+
+/// "1 feature", "3 features".
+std::string number(std::size_t value, const char* thing) {
+  return std::to_string(value) + " " + thing + (value == 1 ? "" : "s");
+}
+
+/// Why features do not fix a pose, a sentence without full stop; of a motion that was found and is
+/// not believed, see OdometryParams::jump_distance.
+std::string reasonFor(const MotionEstimate& estimate, std::size_t features, std::size_t matches,
+                      const MotionParams& params) {
+  switch (estimate.status) {
+    case MotionStatus::TooFewMatches:
+      return "only " + std::to_string(matches) + " of " + number(features, "feature") +
+             " are known from earlier frames, " + std::to_string(params.min_matches) +
+             " are needed";
+    case MotionStatus::TooFewInliers:
+      return "only " + std::to_string(estimate.inliers) + " of " +
+             number(matches, "known feature") +
+             " agree on a motion: wrong matches or moving things";
+    case MotionStatus::Uncertain:
+      return "the " + number(estimate.inliers, "known feature") +
+             " that agree do not fix the pose well enough";
+    case MotionStatus::Found:
+      break;
+  }
+  return "only " + std::to_string(estimate.inliers) + " of " + number(matches, "known feature") +
+         " agree on a jump";
+}
+
 void requireTracks(const std::vector<KeyFeature>& features) {
   for (const KeyFeature& feature : features) {
     if (feature.track < 0) {
@@ -46,6 +103,19 @@ void requireTracks(const std::vector<KeyFeature>& features) {
 
 }  // namespace
 
+void OdometryParams::validate() const {
+  constexpr double kLargest = std::numeric_limits<double>::max();
+  camera.validate();
+  motion.validate();
+  requirePositive("keyframe_translation", keyframe_translation);
+  requirePositive("keyframe_rotation", keyframe_rotation, "rad");
+  requireInRange("keyframe_overlap", keyframe_overlap, 0.0, 1.0);
+  requireInRange("max_landmarks", max_landmarks, 100, kLargest);
+  requirePositive("jump_distance", jump_distance, "m");
+  requireInRange("jump_inlier_share", jump_inlier_share, 0.0, 1.0);
+  requireInRange("jump_inliers", jump_inliers, 0, kLargest);
+}
+
 class Odometry::Implementation {
  public:
   explicit Implementation(const OdometryParams& params) : params_(params), map_(params) {
@@ -56,7 +126,7 @@ class Odometry::Implementation {
                         const std::optional<PosePrior>& prior) {
     OdometryResult result;
     result.is_inlier.assign(features.size(), 0);
-    const std::vector<detail::SeenFeature> seen = detail::usableFeatures(features, params_.camera);
+    const std::vector<SeenFeature> seen = usableFeatures(features, params_.camera);
     result.features = seen.size();
     ++frame_;
     if (!started_) {
@@ -70,7 +140,7 @@ class Odometry::Implementation {
   OdometryResult locate(const std::vector<KeyFeature>& features,
                         const std::optional<PosePrior>& prior) const {
     OdometryResult result;
-    const std::vector<detail::SeenFeature> seen = detail::usableFeatures(features, params_.camera);
+    const std::vector<SeenFeature> seen = usableFeatures(features, params_.camera);
     result.features = seen.size();
     std::vector<std::size_t> match_seen;
     const std::vector<FeatureMatch> matches = matchesOf(seen, match_seen);
@@ -82,7 +152,7 @@ class Odometry::Implementation {
     if (result.registered) {
       result.T_world_sensor = estimate.T_now_before.inverse();
     } else {
-      result.reason = detail::reasonFor(estimate, seen.size(), matches.size(), params_.motion);
+      result.reason = reasonFor(estimate, seen.size(), matches.size(), params_.motion);
     }
     return result;
   }
@@ -102,11 +172,11 @@ class Odometry::Implementation {
   }
 
  private:
-  void start(const std::vector<detail::SeenFeature>& seen, const std::optional<PosePrior>& prior,
+  void start(const std::vector<SeenFeature>& seen, const std::optional<PosePrior>& prior,
              OdometryResult& result) {
     const bool given = prior && prior->exact;
     if (!given && seen.size() < static_cast<std::size_t>(params_.motion.min_matches)) {
-      result.reason = "only " + detail::number(seen.size(), "feature") + " to start from, " +
+      result.reason = "only " + number(seen.size(), "feature") + " to start from, " +
                       std::to_string(params_.motion.min_matches) + " are needed";
       return;
     }
@@ -117,7 +187,7 @@ class Odometry::Implementation {
     accept(T_world_sensor.inverse(), Matrix6::Zero(), seen, result);
   }
 
-  void follow(const std::vector<detail::SeenFeature>& seen, const std::optional<PosePrior>& prior,
+  void follow(const std::vector<SeenFeature>& seen, const std::optional<PosePrior>& prior,
               OdometryResult& result) {
     std::vector<std::size_t> match_seen;
     const std::vector<FeatureMatch> matches = matchesOf(seen, match_seen);
@@ -126,7 +196,7 @@ class Odometry::Implementation {
     result.inliers = estimate.inliers;
     result.rms_px = estimate.rms_px;
     if (!isBelieved(estimate, matches.size(), prior)) {
-      result.reason = detail::reasonFor(estimate, seen.size(), matches.size(), params_.motion);
+      result.reason = reasonFor(estimate, seen.size(), matches.size(), params_.motion);
       if (!prior || !params_.motion.isCertain(prior->covariance)) {
         ++lost_frames_;
         return;
@@ -135,18 +205,17 @@ class Odometry::Implementation {
     }
     result.registered = true;
     if (result.from_prior) {
-      const std::vector<detail::SeenFeature> used = judgeMatches(
+      const std::vector<SeenFeature> used = judgeMatches(
           seen, match_seen, agreementWith(matches, prior->T_world_sensor.inverse()), result);
       accept(prior->T_world_sensor.inverse(), prior->covariance, used, result);
     } else {
-      const std::vector<detail::SeenFeature> used =
-          judgeMatches(seen, match_seen, estimate, result);
+      const std::vector<SeenFeature> used = judgeMatches(seen, match_seen, estimate, result);
       accept(estimate.T_now_before, estimate.covariance, used, result);
     }
   }
 
   /// Features the map knows, and which they are.
-  std::vector<FeatureMatch> matchesOf(const std::vector<detail::SeenFeature>& seen,
+  std::vector<FeatureMatch> matchesOf(const std::vector<SeenFeature>& seen,
                                       std::vector<std::size_t>& match_seen) const {
     std::vector<FeatureMatch> matches;
     for (std::size_t i = 0; i < seen.size(); ++i) {
@@ -223,14 +292,13 @@ class Odometry::Implementation {
 
   /// Features of the frame that may enter the map: new ones and those that agree with it. A
   /// landmark that is contradicted time and again is forgotten: its track has slipped.
-  std::vector<detail::SeenFeature> judgeMatches(const std::vector<detail::SeenFeature>& seen,
-                                                const std::vector<std::size_t>& match_seen,
-                                                const MotionEstimate& estimate,
-                                                OdometryResult& result) {
+  std::vector<SeenFeature> judgeMatches(const std::vector<SeenFeature>& seen,
+                                        const std::vector<std::size_t>& match_seen,
+                                        const MotionEstimate& estimate, OdometryResult& result) {
     constexpr int kDisagreements = 3;
     std::vector<std::uint8_t> contradicts(seen.size(), 0);
     for (std::size_t m = 0; m < match_seen.size(); ++m) {
-      const detail::SeenFeature& one = seen[match_seen[m]];
+      const SeenFeature& one = seen[match_seen[m]];
       detail::Landmark* landmark = map_.find(one.track);
       if (estimate.is_inlier[m] != 0) {
         landmark->disagreements = 0;
@@ -241,7 +309,7 @@ class Odometry::Implementation {
         contradicts[match_seen[m]] = 1;
       }
     }
-    std::vector<detail::SeenFeature> used;
+    std::vector<SeenFeature> used;
     for (std::size_t i = 0; i < seen.size(); ++i) {
       if (contradicts[i] == 0) used.push_back(seen[i]);
     }
@@ -250,11 +318,11 @@ class Odometry::Implementation {
 
   /// The pose stands: the frame goes into the map.
   void accept(const Pose& T_sensor_world, const Matrix6& covariance,
-              const std::vector<detail::SeenFeature>& used, OdometryResult& result) {
+              const std::vector<SeenFeature>& used, OdometryResult& result) {
     map_.removePassing();
     std::vector<detail::TrackSighting> sightings;
     sightings.reserve(used.size());
-    for (const detail::SeenFeature& one : used) sightings.push_back({one.track, one.sighting});
+    for (const SeenFeature& one : used) sightings.push_back({one.track, one.sighting});
     result.keyframe = needsKeyframe(T_sensor_world, used, result);
     if (result.keyframe) {
       map_.add(T_sensor_world, sightings, frame_);
@@ -290,7 +358,7 @@ class Odometry::Implementation {
     covariance_ = covariance;
   }
 
-  bool needsKeyframe(const Pose& T_sensor_world, const std::vector<detail::SeenFeature>& used,
+  bool needsKeyframe(const Pose& T_sensor_world, const std::vector<SeenFeature>& used,
                      const OdometryResult& result) const {
     if (!has_pose_ || result.from_prior) return true;
     const Pose moved = T_sensor_world * T_keyframe_world_.inverse();
@@ -299,7 +367,7 @@ class Odometry::Implementation {
     if (known < params_.keyframe_overlap * static_cast<double>(most_inliers_)) return true;
     if (used.empty()) return false;
     std::vector<double> inverse_depth;
-    for (const detail::SeenFeature& one : used) inverse_depth.push_back(one.sighting.inverse_depth);
+    for (const SeenFeature& one : used) inverse_depth.push_back(one.sighting.inverse_depth);
     const auto middle = inverse_depth.begin() + static_cast<std::ptrdiff_t>(used.size() / 2);
     std::nth_element(inverse_depth.begin(), middle, inverse_depth.end());
     return moved.translation().norm() * *middle > params_.keyframe_translation;

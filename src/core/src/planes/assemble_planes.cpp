@@ -8,7 +8,6 @@
 #include "geometry/point_sums.h"
 #include "planar_mapping/core/base/detail/parallel.h"
 #include "planes/distance_band.h"
-#include "planes/plane_patches.h"
 #include "planes/plane_search.h"
 
 namespace planar_mapping::detail {
@@ -122,11 +121,15 @@ PlaneSet assemblePlaneSet(const PointsView& points, const std::vector<std::int32
       ++set.diagnostics.rejected_too_small;
     }
   }
-  std::sort(set.planes.begin(), set.planes.end(), [](const PlaneSegment& a, const PlaneSegment& b) {
+  sortBySize(set.planes);
+  return set;
+}
+
+void sortBySize(std::vector<PlaneSegment>& planes) {
+  std::sort(planes.begin(), planes.end(), [](const PlaneSegment& a, const PlaneSegment& b) {
     if (a.inliers.size() != b.inliers.size()) return a.inliers.size() > b.inliers.size();
     return a.inliers.front() < b.inliers.front();
   });
-  return set;
 }
 
 }  // namespace planar_mapping::detail

@@ -4,16 +4,47 @@
 #include <array>
 #include <vector>
 
-#include "planes/distance_band.h"
-#include "planar_mapping/core/planes/multi_plane.h"
 #include "planar_mapping/core/base/detail/parallel.h"
-#include "planes/plane_kernels.h"
+#include "planar_mapping/core/base/detail/simd.h"
+#include "planar_mapping/core/planes/multi_plane.h"
+#include "planes/distance_band.h"
+#include "planes/plane_search.h"
 
 namespace planar_mapping {
 
 namespace {
+
 constexpr std::size_t kBlock = 1024;
+
+/// Gives each point the nearest of \p planes, (a, b, c, d) about the origin of the points, within
+/// max(constant, per_square_depth * depth^2). \p best holds scratch of \p n floats; \p label gets
+/// the plane or -1.
+PLANAR_MAPPING_MULTIVERSION
+void nearestPlane(const float* x, const float* y, const float* z, const float* depth, std::size_t n,
+                  const float* planes, std::size_t number_of_planes, float constant,
+                  float per_square_depth, float* best, std::int32_t* label) {
+  // The band includes its border: start a little outside it.
+  const float border = 1.0f + 1e-6f;
+  for (std::size_t i = 0; i < n; ++i) {
+    const float follows = per_square_depth * depth[i] * depth[i];
+    best[i] = border * (follows > constant ? follows : constant);
+    label[i] = -1;
+  }
+  for (std::size_t p = 0; p < number_of_planes; ++p) {
+    const float a = planes[4 * p], b = planes[4 * p + 1];
+    const float c = planes[4 * p + 2], d = planes[4 * p + 3];
+    const auto name = static_cast<std::int32_t>(p);
+    for (std::size_t i = 0; i < n; ++i) {
+      const float signed_distance = a * x[i] + b * y[i] + c * z[i] + d;
+      const float distance = signed_distance < 0.0f ? -signed_distance : signed_distance;
+      const bool nearer = distance < best[i];
+      best[i] = nearer ? distance : best[i];
+      label[i] = nearer ? name : label[i];
+    }
+  }
 }
+
+}  // namespace
 
 std::vector<std::int32_t> clusterByPlane(const PointsView& points, const std::vector<Plane>& planes,
                                          const MultiPlaneParams& params) {
@@ -53,12 +84,23 @@ std::vector<std::int32_t> clusterByPlane(const PointsView& points, const std::ve
       }
       shifted.push_back(static_cast<float>(plane.signedDistance(origin)));
     }
-    detail::nearestPlane(x.data(), y.data(), z.data(), depth.data(), n, shifted.data(),
-                         planes.size(), static_cast<float>(band.constant),
-                         static_cast<float>(band.per_square_depth), best.data(),
-                         labels.data() + begin);
+    nearestPlane(x.data(), y.data(), z.data(), depth.data(), n, shifted.data(), planes.size(),
+                 static_cast<float>(band.constant), static_cast<float>(band.per_square_depth),
+                 best.data(), labels.data() + begin);
   });
   return labels;
+}
+
+std::vector<std::int32_t> detail::clusterIndexed(const PointsView& points, const Indices* indices,
+                                                 const std::vector<Plane>& planes,
+                                                 const MultiPlaneParams& params) {
+  std::vector<std::int32_t> labels = clusterByPlane(points, planes, params);
+  if (indices == nullptr) return labels;
+  std::vector<std::int32_t> kept(labels.size(), -1);
+  for (const int i : *indices) {
+    kept[static_cast<std::size_t>(i)] = labels[static_cast<std::size_t>(i)];
+  }
+  return kept;
 }
 
 }  // namespace planar_mapping

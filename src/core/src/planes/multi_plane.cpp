@@ -7,6 +7,7 @@
 #include <limits>
 #include <string>
 
+#include "base/point_indices.h"
 #include "planar_mapping/core/base/error.h"
 #include "planes/plane_search.h"
 
@@ -32,27 +33,14 @@ void checkView(const PointsView& points, const Vector3& sensor) {
   if (!sensor.allFinite()) throw InputError("the position of the sensor is not finite");
 }
 
-/// Checks the indices and returns them ascending without repetitions; \p storage holds the copy
-/// if one is needed.
-const Indices* checkedIndices(const Indices& indices, std::size_t size, Indices& storage) {
-  // Without branches, as nearly all lists are as they should be. -1 is larger than any size.
-  const auto limit = static_cast<unsigned>(std::min<std::size_t>(size, 1U << 31U));
-  unsigned outside = 0;
+const Indices* checkedIndices(const PointsView& points, const Indices& indices, Indices& storage) {
+  requireIndices(points, &indices);
+  // Without branches, as nearly all lists are as they should be.
   unsigned unordered = 0;
-  for (std::size_t i = 0; i < indices.size(); ++i) {
-    outside |= static_cast<unsigned>(indices[i]) >= limit ? 1U : 0U;
-  }
   for (std::size_t i = 1; i < indices.size(); ++i) {
     unordered |= indices[i] <= indices[i - 1] ? 1U : 0U;
   }
-  if (outside != 0) {
-    const auto is_outside = [&](int i) { return static_cast<unsigned>(i) >= limit; };
-    throw InputError("index " +
-                     std::to_string(*std::find_if(indices.begin(), indices.end(), is_outside)) +
-                     " is outside the cloud of " + std::to_string(size) + " points");
-  }
-  const bool ascending = unordered == 0;
-  if (ascending) return &indices;
+  if (unordered == 0) return &indices;
   storage = indices;
   std::sort(storage.begin(), storage.end());
   storage.erase(std::unique(storage.begin(), storage.end()), storage.end());
@@ -129,8 +117,8 @@ PlaneSet findPlanes(const PointsView& points, const Indices* indices,
   params.validate();
   detail::checkView(points, sensor);
   Indices storage;
-  if (indices != nullptr) indices = detail::checkedIndices(*indices, points.size, storage);
-  const std::size_t considered = indices != nullptr ? indices->size() : points.size;
+  if (indices != nullptr) indices = detail::checkedIndices(points, *indices, storage);
+  const std::size_t considered = detail::countOf(points, indices);
 
   const PlaneSearchMethod method = params.method == PlaneSearchMethod::Automatic
                                        ? chooseMethod(points, indices, params, considered, sensor)

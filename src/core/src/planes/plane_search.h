@@ -13,7 +13,7 @@ void checkView(const PointsView& points, const Vector3& sensor);
 /// Checks the indices and returns them ascending without repetitions; \p storage holds the copy
 /// if one is needed.
 /// \throws InputError for one outside the cloud
-const Indices* checkedIndices(const Indices& indices, std::size_t size, Indices& storage);
+const Indices* checkedIndices(const PointsView& points, const Indices& indices, Indices& storage);
 
 PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
                              const MultiPlaneParams& params, const Vector3& sensor);
@@ -39,5 +39,22 @@ enum class InlierRule : std::uint8_t {
 PlaneSet assemblePlaneSet(const PointsView& points, const std::vector<std::int32_t>& labels,
                           const std::vector<Plane>& planes, const MultiPlaneParams& params,
                           const Vector3& sensor, InlierRule rule = InlierRule::AsLabelled);
+
+/// clusterByPlane() for the points that count.
+std::vector<std::int32_t> clusterIndexed(const PointsView& points, const Indices* indices,
+                                         const std::vector<Plane>& planes,
+                                         const MultiPlaneParams& params);
+
+/// Largest first.
+void sortBySize(std::vector<PlaneSegment>& planes);
+
+/// Splits the inliers of a segment into connected patches on a bitmap in its plane and writes
+/// segment.patches and segment.number_of_patches. Inliers within \p gap of each other are always
+/// connected, inliers more than 2.2 gaps from all others of a patch never.
+void findPatches(const PointsView& points, double gap, PlaneSegment& segment);
+
+/// [ours] The gap when none is given: four thresholds, or four times the mean spacing of the
+/// inliers where they are sparser than that.
+double automaticPatchGap(const PlaneMoments::Fit& fit, double inliers, double distance_threshold);
 
 }  // namespace planar_mapping::detail

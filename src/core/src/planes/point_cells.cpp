@@ -5,11 +5,12 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/point_indices.h"
+
 namespace planar_mapping::detail {
 
 namespace {
 
-constexpr double kFarthestCell = 1 << 30;
 constexpr std::uint32_t kSampleShare = 8;
 
 /// Drawn by the bits of its coordinates, so that the order of the points does not matter.
@@ -22,35 +23,15 @@ bool isSampled(const float* p) {
   return (h >> 16u) % kSampleShare == 0;
 }
 
-/// The cell of \p p; false if it is not finite or too far away.
-bool cellOf(const float* p, double inverse_side, CellKey& key) {
-  const double x = p[0] * inverse_side, y = p[1] * inverse_side, z = p[2] * inverse_side;
-  if (!(std::abs(x) < kFarthestCell && std::abs(y) < kFarthestCell &&
-        std::abs(z) < kFarthestCell)) {
-    return false;
-  }
-  const auto down = [](double v) {
-    const auto whole = static_cast<std::int32_t>(v);
-    return whole - static_cast<std::int32_t>(v < whole);
-  };
-  key = {down(x), down(y), down(z)};
-  return true;
-}
-
-/// Adds \p p to the sums of the cell \p key, about its centre.
-void addTo(PointSums& s, const float* p, const CellKey& key, double side) {
-  s.add(p[0] - (key.x + 0.5) * side, p[1] - (key.y + 0.5) * side, p[2] - (key.z + 0.5) * side);
-}
-
 }  // namespace
 
 double chooseCellSide(const PointsView& points, const Indices* indices, double smallest,
                       double share_in_company) {
   std::vector<const float*> sample;
-  const std::size_t considered = indices != nullptr ? indices->size() : points.size;
+  const std::size_t considered = countOf(points, indices);
   sample.reserve(considered / kSampleShare + considered / 64 + 16);
   for (std::size_t k = 0; k < considered; ++k) {
-    const float* p = points[indices != nullptr ? static_cast<std::size_t>((*indices)[k]) : k];
+    const float* p = points[at(indices, k)];
     if (isSampled(p) && std::isfinite(p[0] + p[1] + p[2])) sample.push_back(p);
   }
   double side = smallest;
@@ -61,7 +42,8 @@ double chooseCellSide(const PointsView& points, const Indices* indices, double s
     std::size_t inside = 0;
     for (const float* p : sample) {
       CellKey key;
-      if (!cellOf(p, 1.0 / side, key)) continue;
+      const double inverse = 1.0 / side;
+      if (!cellOf(p[0] * inverse, p[1] * inverse, p[2] * inverse, key)) continue;
       ++inside;
       const auto cell = static_cast<std::size_t>(table.insert(key));
       if (cell == count.size()) count.push_back(0);
@@ -81,42 +63,23 @@ PointCells buildPointCells(const PointsView& points, const Indices* indices, dou
   PointCells grid;
   grid.side = side;
   const double inverse_side = 1.0 / side;
-  const std::size_t considered = indices != nullptr ? indices->size() : points.size;
+  const std::size_t considered = countOf(points, indices);
   grid.cell_of.resize(considered);
   for (std::size_t k = 0; k < considered; ++k) {
-    const float* p = points[indices != nullptr ? static_cast<std::size_t>((*indices)[k]) : k];
+    const float* p = points[at(indices, k)];
     CellKey key;
-    if (!cellOf(p, inverse_side, key)) {
+    if (!cellOf(p[0] * inverse_side, p[1] * inverse_side, p[2] * inverse_side, key)) {
       grid.cell_of[k] = -1;
-      if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) {
-        ++grid.points_not_finite;
-      }
+      grid.points_not_finite += points.isFinite(at(indices, k)) ? 0 : 1;
       continue;
     }
     const std::int32_t cell = grid.table.insert(key);
     grid.cell_of[k] = cell;
     if (static_cast<std::size_t>(cell) == grid.sums.size()) grid.sums.emplace_back();
-    addTo(grid.sums[static_cast<std::size_t>(cell)], p, key, side);
+    grid.sums[static_cast<std::size_t>(cell)].add(
+        p[0] - (key.x + 0.5) * side, p[1] - (key.y + 0.5) * side, p[2] - (key.z + 0.5) * side);
   }
   return grid;
-}
-
-PointCells splitCells(const PointsView& points, const Indices* indices, const PointCells& grid,
-                      const std::vector<char>& split, int levels) {
-  PointCells fine;
-  fine.side = grid.side / (1 << levels);
-  const double inverse_side = 1.0 / fine.side;
-  for (std::size_t k = 0; k < grid.cell_of.size(); ++k) {
-    const std::int32_t home = grid.cell_of[k];
-    if (home < 0 || split[static_cast<std::size_t>(home)] == 0) continue;
-    const float* p = points[indices != nullptr ? static_cast<std::size_t>((*indices)[k]) : k];
-    CellKey key;
-    if (!cellOf(p, inverse_side, key)) continue;
-    const auto cell = static_cast<std::size_t>(fine.table.insert(key));
-    if (cell == fine.sums.size()) fine.sums.emplace_back();
-    addTo(fine.sums[cell], p, key, fine.side);
-  }
-  return fine;
 }
 
 }  // namespace planar_mapping::detail

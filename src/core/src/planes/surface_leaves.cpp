@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planes/surface_leaves.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace planar_mapping::detail {
 
@@ -17,15 +19,6 @@ constexpr double kLeastSideInBands = 3.0;
 constexpr double kLeastWidth = 0.05;
 // Squared thickness against squared width.
 constexpr double kMostThickness = 0.4;
-// Leaves smaller than a cell are only for what is beyond doubt.
-constexpr double kLeastPointsIfFine = 64.0;
-constexpr double kMostThicknessIfFine = 0.2;
-// Cells with so many points are split if these spread no wider than this share of the side; a
-// surface right across would by 0.29.
-constexpr double kCrowd = 1024.0;
-constexpr double kCrowdWidth = 0.2;
-// A cell stays split if its finer leaves show so much of its points; the rest are crumbs.
-constexpr double kLeastShareIfSplit = 0.5;
 
 bool isNarrow(const LocalFit& fit, double side) {
   return !(fit.eigenvalues[1] > kLeastWidth * kLeastWidth * side * side);
@@ -40,95 +33,38 @@ bool isThickAsWide(const LocalFit& fit, double band) {
 /// Makes leaves level by level; what has none at one level is pooled by parent for the next.
 class LeafBuilder {
  public:
-  LeafBuilder(const PointCells& grid, const std::vector<char>& split, const PointCells& fine,
-              const DistanceBand& band)
-      : grid_(grid), split_(split), band_(band) {
-    result_.side = grid.side / (1 << kGridLevel);
-    for (std::size_t i = 0; i < fine.sums.size(); ++i) {
-      CellKey home = fine.table.key(i);
-      keys_.push_back(home);
-      for (int up = 0; up < kGridLevel; ++up) home = home.parent();
-      const std::int32_t cell = grid.table.find(home);
-      if (cell >= 0) waiting_.push_back({cell, static_cast<std::int32_t>(i)});
-    }
-    sums_ = fine.sums;
+  LeafBuilder(const PointCells& grid, const DistanceBand& band) : band_(band), sums_(grid.sums) {
+    result_.side = grid.side;
+    for (std::size_t i = 0; i < sums_.size(); ++i) keys_.push_back(grid.table.key(i));
+    piece_of_cell_.resize(sums_.size());
+    std::iota(piece_of_cell_.begin(), piece_of_cell_.end(), 0);
+    result_.leaf_of_cell.assign(sums_.size(), -1);
   }
 
   SurfaceLeaves run() {
     double side = result_.side;
     for (int level = 0; level <= kTopLevel; ++level, side *= 2.0) {
-      if (level == kGridLevel) addCells();
       const std::vector<std::int32_t> leaf = makeLeaves(level, side);
       poolTheRest(leaf, side);
     }
-    sortLeavesInCells();
     return std::move(result_);
   }
 
  private:
-  /// Piece of the level that the points of a cell of the grid wait in.
-  struct Waiting {
-    std::int32_t cell;
-    std::int32_t piece;
-  };
-
-  void sortLeavesInCells() {
-    std::vector<LeafInCell>& all = result_.leaves_in_cells;
-    std::sort(all.begin(), all.end(), [](const LeafInCell& a, const LeafInCell& b) {
-      return a.cell != b.cell ? a.cell < b.cell : a.leaf < b.leaf;
-    });
-    all.erase(std::unique(all.begin(), all.end(),
-                          [](const LeafInCell& a, const LeafInCell& b) {
-                            return a.cell == b.cell && a.leaf == b.leaf;
-                          }),
-              all.end());
-  }
-
-  /// All cells that are not split, or were in vain.
-  void addCells() {
-    keys_.clear();
-    sums_.clear();
-    waiting_.clear();
-    sortLeavesInCells();
-    std::vector<double> shown(grid_.sums.size(), 0.0);
-    for (const LeafInCell& entry : result_.leaves_in_cells) {
-      const SurfaceLeaf& leaf = result_.leaves[static_cast<std::size_t>(entry.leaf)];
-      if (leaf.planar) shown[static_cast<std::size_t>(entry.cell)] += leaf.sums.n;
-    }
-    const auto isSplit = [&](std::size_t cell) {
-      return split_[cell] != 0 && shown[cell] >= kLeastShareIfSplit * grid_.sums[cell].n;
-    };
-    for (const LeafInCell& entry : result_.leaves_in_cells) {
-      if (isSplit(static_cast<std::size_t>(entry.cell))) continue;
-      result_.leaves[static_cast<std::size_t>(entry.leaf)].planar = false;
-    }
-    for (std::size_t cell = 0; cell < grid_.sums.size(); ++cell) {
-      if (isSplit(cell)) continue;
-      waiting_.push_back(
-          {static_cast<std::int32_t>(cell), static_cast<std::int32_t>(keys_.size())});
-      keys_.push_back(grid_.table.key(cell));
-      sums_.push_back(grid_.sums[cell]);
-    }
-  }
-
   /// \return leaf of each piece, -1 = none yet
   std::vector<std::int32_t> makeLeaves(int level, double side) {
-    const bool last = level == kTopLevel, finer = level < kGridLevel;
+    const bool last = level == kTopLevel;
     std::vector<std::int32_t> leaf(keys_.size(), -1);
     for (std::size_t i = 0; i < keys_.size(); ++i) {
       const CellKey& key = keys_[i];
       const PointSums& sums = sums_[i];
       const Vector3 centre = Vector3(key.x + 0.5, key.y + 0.5, key.z + 0.5) * side;
       const double threshold = band_.at(centre.z() + sums.sum[2] / sums.n);
-      if (finer ? sums.n < kLeastPointsIfFine
-                : !last && (sums.n < kLeastPoints || side < kLeastSideInBands * threshold)) {
-        continue;
-      }
+      if (!last && (sums.n < kLeastPoints || side < kLeastSideInBands * threshold)) continue;
       SurfaceLeaf candidate;
       if (sums.n >= kLeastPoints) {
         const LocalFit fit = fitLocally(sums);
         if (!last && (isNarrow(fit, side) || isThickAsWide(fit, threshold))) continue;
-        if (finer && fit.eigenvalues[0] > kMostThicknessIfFine * fit.eigenvalues[1]) continue;
         candidate.planar = isSurface(fit, side, threshold);
         candidate.mean = centre + fit.mean;
         candidate.normal = fit.normal;
@@ -167,67 +103,35 @@ class LeafBuilder {
       next_sums[static_cast<std::size_t>(parent)].add(
           sums_[i], {offset(keys_[i].x), offset(keys_[i].y), offset(keys_[i].z)});
     }
-    std::size_t left = 0;
-    for (const Waiting& w : waiting_) {
-      const auto piece = static_cast<std::size_t>(w.piece);
-      if (leaf[piece] >= 0) {
-        result_.leaves_in_cells.push_back({w.cell, leaf[piece]});
-      } else {
-        waiting_[left++] = {w.cell, next_of[piece]};
-      }
+    for (std::size_t cell = 0; cell < piece_of_cell_.size(); ++cell) {
+      if (result_.leaf_of_cell[cell] >= 0) continue;
+      const auto piece = static_cast<std::size_t>(piece_of_cell_[cell]);
+      result_.leaf_of_cell[cell] = leaf[piece];
+      piece_of_cell_[cell] = next_of[piece];
     }
-    waiting_.resize(left);
     keys_.swap(next_keys);
     sums_.swap(next_sums);
   }
 
-  const PointCells& grid_;
-  const std::vector<char>& split_;
   const DistanceBand& band_;
   SurfaceLeaves result_;
   std::vector<CellKey> keys_;  ///< of the pieces of the level
   std::vector<PointSums> sums_;
-  std::vector<Waiting> waiting_;
+  std::vector<std::int32_t> piece_of_cell_;  ///< that the points of cells without a leaf wait in
 };
 
 }  // namespace
 
-LocalFit fitLocally(const PointSums& s) {
+LocalFit fitLocally(const PointSums& sums) {
+  const PlaneMoments moments = sums.moments(Vector3::Zero());
+  const Eigen::SelfAdjointEigenSolver<Matrix3> solver =
+      Eigen::SelfAdjointEigenSolver<Matrix3>().computeDirect(moments.scatter() / sums.n);
   LocalFit fit;
-  const double w = 1.0 / s.n;
-  const double mx = s.sum[0] * w, my = s.sum[1] * w, mz = s.sum[2] * w;
-  const double a = s.outer[0] * w - mx * mx, b = s.outer[1] * w - mx * my;
-  const double c = s.outer[2] * w - mx * mz, d = s.outer[3] * w - my * my;
-  const double e = s.outer[4] * w - my * mz, f = s.outer[5] * w - mz * mz;
-  fit.mean = {mx, my, mz};
-  // Newton from below on the characteristic polynomial meets the smallest eigenvalue first.
-  const double c2 = a + d + f;
-  const double c1 = a * d - b * b + a * f - c * c + d * f - e * e;
-  const double c0 = a * (d * f - e * e) - b * (b * f - c * e) + c * (b * e - c * d);
-  double low = 0.0;
-  for (int i = 0; i < 16; ++i) {
-    const double value = ((low - c2) * low + c1) * low - c0;
-    const double slope = (3.0 * low - 2.0 * c2) * low + c1;
-    if (!(slope > 0.0)) break;
-    const double step = value / slope;
-    low -= step;
-    if (std::abs(step) <= 1e-9 * c2) break;
-  }
-  low = std::clamp(low, 0.0, c2 / 3.0);
-  const double rest = c2 - low;
-  const double product = std::max(0.0, c1 - low * rest);
-  const double root = std::sqrt(std::max(0.0, rest * rest - 4.0 * product));
-  fit.eigenvalues[0] = low;
-  fit.eigenvalues[1] = std::max(low, 0.5 * (rest - root));
-  fit.eigenvalues[2] = 0.5 * (rest + root);
-  // The eigenvector is orthogonal to all rows of M - low I: the longest cross product of two.
-  const Vector3 r0(a - low, b, c), r1(b, d - low, e), r2(c, e, f - low);
-  const Vector3 n01 = r0.cross(r1), n02 = r0.cross(r2), n12 = r1.cross(r2);
-  const double l01 = n01.squaredNorm(), l02 = n02.squaredNorm(), l12 = n12.squaredNorm();
-  const double longest = std::max({l01, l02, l12});
-  if (longest > 0.0) {
-    fit.normal = (longest == l01 ? n01 : longest == l02 ? n02 : n12) / std::sqrt(longest);
-  }
+  fit.mean = moments.mean();
+  fit.eigenvalues = solver.eigenvalues().cwiseMax(0.0);
+  // A line has no plane.
+  constexpr double kThinnest = 1e-12;
+  if (fit.eigenvalues[1] > kThinnest * fit.eigenvalues[2]) fit.normal = solver.eigenvectors().col(0);
   return fit;
 }
 
@@ -236,19 +140,8 @@ bool isSurface(const LocalFit& fit, double side, double band) {
          fit.eigenvalues[0] <= kMostThickness * fit.eigenvalues[1] && !isNarrow(fit, side);
 }
 
-std::vector<char> crowdedCells(const PointCells& grid) {
-  std::vector<char> crowded(grid.sums.size(), 0);
-  const double width = kCrowdWidth * grid.side;
-  for (std::size_t cell = 0; cell < crowded.size(); ++cell) {
-    if (grid.sums[cell].n < kCrowd) continue;
-    crowded[cell] = fitLocally(grid.sums[cell]).eigenvalues[1] < width * width ? 1 : 0;
-  }
-  return crowded;
-}
-
-SurfaceLeaves buildSurfaceLeaves(const PointCells& grid, const std::vector<char>& split,
-                                 const PointCells& fine, const DistanceBand& band) {
-  return LeafBuilder(grid, split, fine, band).run();
+SurfaceLeaves buildSurfaceLeaves(const PointCells& grid, const DistanceBand& band) {
+  return LeafBuilder(grid, band).run();
 }
 
 }  // namespace planar_mapping::detail

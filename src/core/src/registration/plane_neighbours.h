@@ -9,8 +9,7 @@
 
 namespace planar_mapping::detail {
 
-/// Planes or lines for a search within a distance, sorted into cells of that
-/// size.
+/// Planes or lines for a search within a distance, in cells of that size.
 class PlaneNeighbours {
  public:
   /// \param reach  of the search, metres, > 0
@@ -22,16 +21,11 @@ class PlaneNeighbours {
                         double min_cosine) const;
 
  private:
-  struct Entry {
-    CellIndex cell;
-    std::uint32_t plane = 0;
-  };
-  bool cellOf(const Vector3& point, CellIndex& cell) const;
-
   double reach_;
   CellShape shape_;
   std::vector<Surfel> planes_;
-  std::vector<Entry> entries_;  ///< by x, y, z, plane
+  CellTable cells_;
+  std::vector<std::vector<std::uint32_t>> members_;  ///< planes in each cell
 };
 
 }  // namespace planar_mapping::detail

@@ -12,37 +12,19 @@ namespace {
 /// More points make a plane no better: their errors are not independent. What came first stays, so
 /// that the map does not follow the drift of what is registered to it.
 constexpr int kEnoughPoints = 2000;
-constexpr double kFarthestCell = 1e9;
-
-bool cellOf(const Vector3& point, double side, CellIndex& index) {
-  const Vector3 scaled = point / side;
-  if (!(scaled.cwiseAbs().maxCoeff() < kFarthestCell)) return false;
-  index = {static_cast<std::int32_t>(std::floor(scaled.x())),
-           static_cast<std::int32_t>(std::floor(scaled.y())),
-           static_cast<std::int32_t>(std::floor(scaled.z()))};
-  return true;
-}
 
 }  // namespace
 
-std::size_t SurfaceCells::Hash::operator()(const CellIndex& index) const {
-  std::uint64_t h = static_cast<std::uint32_t>(index.x) * 0x9E3779B97F4A7C15ULL;
-  h = (h ^ (h >> 32u) ^ static_cast<std::uint32_t>(index.y)) * 0xC2B2AE3D27D4EB4FULL;
-  h = (h ^ (h >> 29u) ^ static_cast<std::uint32_t>(index.z)) * 0x165667B19E3779F9ULL;
-  return static_cast<std::size_t>(h ^ (h >> 32u));
-}
-
 void SurfaceCells::add(const Vector3& point, const Vector3& sensor, double error,
                        std::int64_t frame) {
-  CellIndex index;
-  if (!cellOf(point, cell_, index)) return;
-  const auto [found, is_new] =
-      number_.try_emplace(index, static_cast<std::uint32_t>(cells_.size()));
-  if (is_new) {
+  CellKey index;
+  if (!cellOf(point.x() / cell_, point.y() / cell_, point.z() / cell_, index)) return;
+  const auto number = static_cast<std::size_t>(number_.insert(index));
+  if (number == cells_.size()) {
     cells_.emplace_back();
     cells_.back().index = index;
   }
-  Cell& cell = cells_[found->second];
+  Cell& cell = cells_[number];
   cell.last_frame = frame;
   if (cell.points >= kEnoughPoints) return;
   const double weight = 1.0 / (error * error);
@@ -91,17 +73,18 @@ void SurfaceCells::fitCell(Cell& cell, const SurfaceMapParams& params) const {
   surfel.planar = surfel.normal.allFinite();
 }
 
-const Surfel* SurfaceCells::at(const CellIndex& index) const {
-  const auto found = number_.find(index);
-  if (found == number_.end()) return nullptr;
-  const Surfel& surfel = cells_[found->second].surfel;
+const Surfel* SurfaceCells::at(const CellKey& index) const {
+  const std::int32_t found = number_.find(index);
+  if (found < 0) return nullptr;
+  const Surfel& surfel = cells_[static_cast<std::size_t>(found)].surfel;
   return surfel.planar ? &surfel : nullptr;
 }
 
 const Surfel* SurfaceCells::nearest(const Vector3& point, const Vector3& normal,
                                     double min_cosine) const {
-  CellIndex low;
-  if (!cellOf(point - Vector3::Constant(0.5 * cell_), cell_, low)) return nullptr;
+  CellKey low;
+  const Vector3 scaled = (point - Vector3::Constant(0.5 * cell_)) / cell_;
+  if (!cellOf(scaled.x(), scaled.y(), scaled.z(), low)) return nullptr;
   const Surfel* best = nullptr;
   double best_distance = 0.0;
   for (int i = 0; i < 8; ++i) {
@@ -155,10 +138,8 @@ void SurfaceCells::limit(std::size_t most) {
 }
 
 void SurfaceCells::numberCells() {
-  number_.clear();
-  for (std::size_t i = 0; i < cells_.size(); ++i) {
-    number_.emplace(cells_[i].index, static_cast<std::uint32_t>(i));
-  }
+  number_ = CellTable(cells_.size());
+  for (const Cell& cell : cells_) number_.insert(cell.index);
 }
 
 }  // namespace planar_mapping::detail

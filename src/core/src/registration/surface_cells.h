@@ -4,9 +4,9 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <unordered_map>
 #include <vector>
 
+#include "grid/cell_table.h"
 #include "planar_mapping/core/registration/detail/surface_map.h"
 
 namespace planar_mapping::detail {
@@ -25,13 +25,6 @@ struct Surfel {
   }
 };
 
-struct CellIndex {
-  std::int32_t x = 0, y = 0, z = 0;
-  bool operator==(const CellIndex& other) const {
-    return x == other.x && y == other.y && z == other.z;
-  }
-};
-
 enum class CellShape : std::uint8_t { Plane, Line };
 
 /// Weighted moments of points in the cells of one grid, and the planes or lines they are on.
@@ -46,7 +39,7 @@ class SurfaceCells {
   /// Fits the planes of the cells that have changed.
   void fit(const SurfaceMapParams& params);
   /// Plane of this cell, or null.
-  const Surfel* at(const CellIndex& index) const;
+  const Surfel* at(const CellKey& index) const;
   /// The plane next to a point, of the eight cells around it, that faces \p normal; the line that
   /// runs along it, either way.
   const Surfel* nearest(const Vector3& point, const Vector3& normal, double min_cosine) const;
@@ -64,11 +57,8 @@ class SurfaceCells {
   }
 
  private:
-  struct Hash {
-    std::size_t operator()(const CellIndex& index) const;
-  };
   struct Cell {
-    CellIndex index;
+    CellKey index;
     int points = 0;
     double weight = 0.0;
     Vector3 sum = Vector3::Zero();  ///< about the cell's corner
@@ -83,16 +73,14 @@ class SurfaceCells {
       archive(index, points, weight, sum, squares, towards, last_frame, changed, surfel);
     }
   };
-  Vector3 corner(const CellIndex& index) const {
-    return cell_ * Vector3(index.x, index.y, index.z);
-  }
+  Vector3 corner(const CellKey& index) const { return cell_ * Vector3(index.x, index.y, index.z); }
   void fitCell(Cell& cell, const SurfaceMapParams& params) const;
   void numberCells();
 
   double cell_;
   CellShape shape_;
   std::vector<Cell> cells_;
-  std::unordered_map<CellIndex, std::uint32_t, Hash> number_;  // looked up, never iterated
+  CellTable number_;
 };
 
 }  // namespace planar_mapping::detail

@@ -13,7 +13,6 @@
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/odometry/motion_estimation.h"
 #include "registration/seen_through.h"
-#include "registration/surface_edges.h"
 #include "registration/surface_registration.h"
 #include "registration/surface_search.h"
 #include "registration/surface_shape.h"
@@ -193,9 +192,7 @@ class SurfaceMap::Implementation {
     const detail::SurfaceSearch search(params_, shape.coarse,
                                        within(coarse_, guess.translation(), range));
     std::vector<CloudRegistration> found;
-    std::vector<Pose> starts = search.candidates(guess);
-    for (const Pose& start : walkedAround(shape, guess)) starts.push_back(start.inverse());
-    for (const Pose& start : starts) {
+    for (const Pose& start : search.candidates(guess)) {
       CloudRegistration result =
           judged(registration.resultOf(registration.settle(start)), shape, seen);
       result.found = result.found && search.knowsPlace(result.T_world_sensor);
@@ -204,25 +201,6 @@ class SurfaceMap::Implementation {
     std::stable_sort(found.begin(), found.end(),
                      [&](const auto& a, const auto& b) { return worth(a) > worth(b); });
     return found;
-  }
-
-  /// The sensor turned on the spot, and carried around what it looks at, about the vertical.
-  static std::vector<Pose> walkedAround(const detail::CloudShape& shape, const Pose& guess) {
-    constexpr double kTurns[] = {-0.8, -0.5, -0.25, 0.25, 0.5, 0.8};  // radians
-    Vector3 middle = Vector3::Zero();
-    for (const detail::Surfel& plane : shape.coarse.planes) middle += plane.center;
-    middle /= std::max<double>(1.0, static_cast<double>(shape.coarse.planes.size()));
-    std::vector<Pose> starts;
-    for (const Vector3& center : {Vector3(Vector3::Zero()), middle}) {
-      const Vector3 in_world = guess * center;
-      for (const double turn : kTurns) {
-        Pose moved = Pose::Identity();
-        moved.linear() = Eigen::AngleAxisd(turn, Vector3::UnitZ()).toRotationMatrix();
-        moved.translation() = in_world - moved.linear() * in_world;
-        starts.push_back(moved * guess);
-      }
-    }
-    return starts;
   }
 
   bool isSamePlace(const CloudRegistration& a, const CloudRegistration& b) const {

@@ -32,6 +32,10 @@ struct CloudShape {
 /// \param cell  side of the fine cells; the coarse ones are twice as large
 CloudShape shapeOf(const PointsView& cloud, const SurfaceMapParams& params);
 
+/// Points of an organized cloud where a surface ends in front of something farther away: the edges
+/// of a box stay where they are while it is walked around. Empty for clouds without rows.
+std::vector<Vector3> occludingEdges(const PointsView& cloud, const SurfaceMapParams& params);
+
 /// Weights of planes by how many face the same way. O(planes^2).
 std::vector<double> directionWeights(const std::vector<Surfel>& planes,
                                      const SurfaceMapParams& params);

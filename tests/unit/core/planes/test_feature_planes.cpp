@@ -230,9 +230,7 @@ TEST(FeaturePlanes, RejectsParametersOutOfRange) {
   };
   fails([](MultiPlaneParams& p) { p.features.min_features = 2; });
   fails([](MultiPlaneParams& p) { p.features.feature_error_factor = 0.0; });
-  fails([](MultiPlaneParams& p) { p.features.square_side = 0.0; });
-  fails([](MultiPlaneParams& p) { p.features.square_dominance = 0.9; });
-  fails([](MultiPlaneParams& p) { p.features.min_surface_share = kNaN; });
+  fails([](MultiPlaneParams& p) { p.features.min_dominance = 0.9; });
   fails([](MultiPlaneParams& p) { p.features.max_refit_turn = 0.0; });
   fails([](MultiPlaneParams& p) { p.features.max_refit_turn = 2.0; });
   fails([](MultiPlaneParams& p) { p.features.joining_angle = -0.1; });

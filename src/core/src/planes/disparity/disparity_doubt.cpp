@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planes/disparity/disparity_doubt.h"
+#include "planes/disparity/disparity_fit.h"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 
-#include "planes/tiles/organized_coherence.h"
+#include "planes/tiles/plane_fit.h"
 
 namespace planar_mapping::detail {
 namespace {

@@ -34,17 +34,15 @@ DisparityWindow fitDisparity(const MomentSums& s) {
   const double determinant = xx * yy - xy * xy;
   const double trace = xx + yy;
   if (!(determinant > kThinnest * trace * trace) || !(trace > 0.0)) return fit;
-  const double p = (yy * xd - xy * yd) / determinant;
-  const double q = (xx * yd - xy * xd) / determinant;
   const double larger = 0.5 * (trace + std::sqrt((xx - yy) * (xx - yy) + 4.0 * xy * xy));
-  fit.p = static_cast<float>(p);
-  fit.q = static_cast<float>(q);
-  fit.x = static_cast<float>(mx);
-  fit.y = static_cast<float>(my);
-  fit.d = static_cast<float>(md);
-  fit.residual = static_cast<float>(std::sqrt(std::max(0.0, dd - p * xd - q * yd)));
-  fit.extent = static_cast<float>(std::sqrt(determinant / larger));
-  fit.count = static_cast<float>(n);
+  fit.p = (yy * xd - xy * yd) / determinant;
+  fit.q = (xx * yd - xy * xd) / determinant;
+  fit.x = mx;
+  fit.y = my;
+  fit.d = md;
+  fit.residual = std::sqrt(std::max(0.0, dd - fit.p * xd - fit.q * yd));
+  fit.extent = std::sqrt(determinant / larger);
+  fit.count = n;
   return fit;
 }
 
@@ -73,42 +71,28 @@ double DisparityFit::toAngle(double slope, double height, double x, double y, do
 }
 
 void DisparityFit::fit(PlaneCandidate& plane) const {
-  const MomentSums& sums = plane.sums;
-  const DisparityWindow found = fitDisparity(sums);
-  plane.valid = found.count > 0.0F && std::isfinite(found.p) && std::isfinite(found.q);
+  const DisparityWindow found = fitDisparity(plane.sums);
+  plane.valid = found.count > 0.0 && std::isfinite(found.p) && std::isfinite(found.q);
   if (!plane.valid) return;
-  // Again in double precision: a plane may be as wide as the image.
-  const double n = sums[kN];
-  const double mx = sums[kX] / n;
-  const double my = sums[kY] / n;
-  const double md = sums[kZ] / n;
-  const double xx = sums[kXX] / n - mx * mx;
-  const double xy = sums[kXY] / n - mx * my;
-  const double yy = sums[kYY] / n - my * my;
-  const double xd = sums[kXZ] / n - mx * md;
-  const double yd = sums[kYZ] / n - my * md;
-  const double determinant = xx * yy - xy * xy;
-  plane.normal[0] = (yy * xd - xy * yd) / determinant;
-  plane.normal[1] = (xx * yd - xy * xd) / determinant;
+  plane.normal[0] = found.p;
+  plane.normal[1] = found.q;
   plane.normal[2] = -1.0;
-  plane.offset = md - plane.normal[0] * mx - plane.normal[1] * my;
+  plane.offset = found.d - found.p * found.x - found.q * found.y;
   plane.residual = found.residual;
   plane.width = found.extent;
   toMetres(plane.normal[0], plane.normal[1], plane.offset, plane.direction, plane.height);
   plane.valid = std::isfinite(plane.height) && plane.height > 0.0;
 }
 
-double DisparityFit::joiningCost(const PlaneCandidate& one, const PlaneCandidate& other,
-                                 bool adjacent, PlaneCandidate& joined) const {
-  constexpr double kApart = 2.0;
+bool DisparityFit::areOne(const PlaneCandidate& one, const PlaneCandidate& other, bool adjacent,
+                          PlaneCandidate& joined) const {
   joined.sums = one.sums;
   addSums(joined.sums, other.sums);
   fit(joined);
-  if (!joined.valid) return kApart;
+  if (!joined.valid) return false;
   const double flat = params_.merging_factor * params_.growing_share * params_.distance_threshold;
   const double noise_factor =
       adjacent ? params_.merging_adjacent_factor : params_.merging_apart_factor;
-  double cost = 0.0;
   for (const PlaneCandidate* part : {&one, &other}) {
     const double n = part->sums[kN];
     const double turn =
@@ -116,15 +100,14 @@ double DisparityFit::joiningCost(const PlaneCandidate& one, const PlaneCandidate
     // Where they touch as far as the noise lets one see.
     if (joined.cosine(part->direction) < std::cos(params_.merging_angle) &&
         !(adjacent && turn <= params_.growing_factor * params_.slopeError(part->width, n))) {
-      return kApart;
+      return false;
     }
     const double allowed =
         std::max(toPixels(joined, flat, part->sums[kZ] / n), noise_factor * params_.tolerance(1.0));
     const double excess = joined.meanSquare(part->sums) - part->residual * part->residual;
-    if (!std::isfinite(excess)) return kApart;
-    cost = std::max(cost, excess / (allowed * allowed));
+    if (!(excess < allowed * allowed)) return false;
   }
-  return cost;
+  return true;
 }
 
 bool DisparityFit::isNoiseWhite(const PlaneCandidate& plane, const std::vector<TilePart>& parts,
@@ -167,7 +150,7 @@ std::vector<char> DisparityFit::agree(const PlaneCandidate& plane, const CellGri
   std::vector<char> agrees(fits.size(), 0);
   for (std::size_t i = 0; i < fits.size(); ++i) {
     const DisparityWindow& fit = fits[i];
-    if (!(fit.count > 0.0F)) continue;
+    if (!(fit.count > 0.0)) continue;
     double normal[3];
     double height = 0.0;
     toMetres(fit.p, fit.q, fit.d - fit.p * fit.x - fit.q * fit.y, normal, height);

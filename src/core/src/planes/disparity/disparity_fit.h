@@ -111,11 +111,11 @@ struct DisparityParams {
 
 /// Regression of D in a cell or the window around it.
 struct DisparityWindow {
-  float p = 0.0F, q = 0.0F;            ///< slopes
-  float x = 0.0F, y = 0.0F, d = 0.0F;  ///< means, pixels
-  float residual = 0.0F;               ///< root mean square, pixels of disparity
-  float extent = 0.0F;                 ///< root mean square, shorter axis of the image, pixels
-  float count = 0.0F;                  ///< points; 0 if they do not span a plane
+  double p = 0.0, q = 0.0;           ///< slopes
+  double x = 0.0, y = 0.0, d = 0.0;  ///< means, pixels
+  double residual = 0.0;             ///< root mean square, pixels of disparity
+  double extent = 0.0;               ///< root mean square, shorter axis of the image, pixels
+  double count = 0.0;                ///< points; 0 if they do not span a plane
 };
 
 DisparityWindow fitDisparity(const MomentSums& sums);
@@ -130,8 +130,8 @@ class DisparityFit : public PlaneFit {
   void setNoise(double noise) { params_.noise = noise; }
 
   void fit(PlaneCandidate& plane) const override;
-  double joiningCost(const PlaneCandidate& one, const PlaneCandidate& other, bool adjacent,
-                     PlaneCandidate& joined) const override;
+  bool areOne(const PlaneCandidate& one, const PlaneCandidate& other, bool adjacent,
+              PlaneCandidate& joined) const override;
   CoherenceTest coherenceTest(const PlaneCandidate& plane, const std::vector<TilePart>& parts,
                               const PartList& list) const override;
   std::vector<char> agree(const PlaneCandidate& plane, const CellGrid& windows) const override;
@@ -187,5 +187,16 @@ class DisparityAssigner : public PixelLabels {
   void assign(const std::vector<PlaneCandidate>& planes, const DisparityParams& params,
               double fraction, double sigmas);
 };
+
+/// Whether noise alone explains what lies off a plane that is thick for its width, as a trunk, a
+/// shrub or a cushion is not explained: the residual is no larger than the noise of the frame and
+/// much smaller in means of tiles, no quadratic surface fits better, its points lie together, and
+/// hardly a point lies just in front of the plane or behind it.
+/// \param parts   of all planes
+/// \param list    those of this plane
+/// \param labels  plane per pixel in tile order, -1 = none
+bool isNoiseOfPlane(const PlaneCandidate& plane, const std::vector<TilePart>& parts,
+                    const PartList& list, const TiledCloud& cloud,
+                    const std::vector<std::int16_t>& labels, const DisparityParams& params);
 
 }  // namespace planar_mapping::detail

@@ -99,20 +99,20 @@ double DisparityGrower::noise() {
   const double least = params.least_noise_share * params.camera.disparity_error;
   const double most = params.most_noise_share * params.camera.disparity_error;
   const std::vector<std::uint8_t> filled = findFilled();
-  std::vector<float> residuals;
+  std::vector<double> residuals;
   for (int cell = 0; cell < grid_.cells(); ++cell) {
     const auto i = static_cast<std::size_t>(cell);
     if ((filled[i] & kTogether) == 0) continue;
     const DisparityWindow fit =
         fits_[0].empty() ? fitDisparity(sumWindow(grid_, cell, 1)) : fits_[0][i];
-    if (fit.count > 0.0F) residuals.push_back(fit.residual);
+    if (fit.count > 0.0) residuals.push_back(fit.residual);
   }
   if (residuals.size() < kMinSamples) return most;
   const auto at =
       residuals.begin() + static_cast<std::ptrdiff_t>(params.noise_quantile *
                                                       static_cast<double>(residuals.size() - 1));
   std::nth_element(residuals.begin(), at, residuals.end());
-  return std::clamp(static_cast<double>(*at), least, most);
+  return std::clamp(*at, least, most);
 }
 
 void DisparityGrower::classify() {

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "planes/disparity/disparity_doubt.h"
 #include "planes/disparity/disparity_fit.h"
 #include "planes/organized/organized_steps.h"
 #include "planes/plane_search.h"

@@ -10,7 +10,6 @@
 
 #include "planar_mapping/core/base/error.h"
 #include "planes/distance_band.h"
-#include "planes/from_features/surface_squares.h"
 #include "planes/plane_search.h"
 
 namespace planar_mapping {
@@ -67,15 +66,6 @@ std::vector<Plane> planesOf(const std::vector<KeyFeature>& features, const Multi
   return planes;
 }
 
-/// Labels of the points that do not count become -1.
-void keepIndexed(const Indices& indices, std::vector<std::int32_t>& labels) {
-  std::vector<std::int32_t> kept(labels.size(), -1);
-  for (const int i : indices) {
-    kept[static_cast<std::size_t>(i)] = labels[static_cast<std::size_t>(i)];
-  }
-  labels.swap(kept);
-}
-
 /// Whether a plane of the dense search lies on one of features: the same direction, and its middle
 /// within the band.
 bool continues(const PlaneSegment& dense, const PlaneSegment& of_features, double joining_angle,
@@ -88,27 +78,35 @@ bool continues(const PlaneSegment& dense, const PlaneSegment& of_features, doubl
          std::fabs(dense.plane.signedDistance(other)) <= band.at(other.z());
 }
 
-void sortBySize(std::vector<PlaneSegment>& planes) {
-  std::sort(planes.begin(), planes.end(), [](const PlaneSegment& a, const PlaneSegment& b) {
-    if (a.inliers.size() != b.inliers.size()) return a.inliers.size() > b.inliers.size();
-    return a.inliers.front() < b.inliers.front();
-  });
+/// Whether a plane holds more points than the slabs beside it; \p indices are sampled.
+bool isSurface(const Plane& plane, const PointsView& points, const Indices& indices,
+               const MultiPlaneParams& params) {
+  constexpr std::size_t kSample = 32768;
+  const detail::DistanceBand band(params);
+  double on = 0.0, above = 0.0, below = 0.0;
+  for (std::size_t k = 0; k < indices.size(); k += 1 + indices.size() / kSample) {
+    const Vector3 p = points.point(static_cast<std::size_t>(indices[k]));
+    const double distance = plane.signedDistance(p) / band.at(p.z());
+    if (!(std::fabs(distance) <= 3.0)) continue;
+    (distance > 1.0 ? above : distance < -1.0 ? below : on) += 1.0;
+  }
+  return on >= params.features.min_dominance * std::max(above, below);
 }
 
 /// Planes of features with their dense points, refitted; doubtful ones are let go.
-PlaneSet densePlanesOf(const std::vector<Plane>& planes, const PointsView& points,
-                       const Indices& indices, const MultiPlaneParams& params,
-                       const Vector3& sensor, FeaturePlaneDiagnostics& diagnostics) {
-  std::vector<std::int32_t> labels = clusterByPlane(points, planes, params);
-  keepIndexed(indices, labels);
+PlaneSet densePlanesOf(std::vector<Plane> planes, const PointsView& points, const Indices& indices,
+                       const MultiPlaneParams& params, const Vector3& sensor,
+                       FeaturePlaneDiagnostics& diagnostics) {
   if (params.features.refine) {
-    diagnostics.rejected_not_surface =
-        detail::keepSurfaces(points, indices, planes, params, labels);
+    const auto surfaces = std::remove_if(planes.begin(), planes.end(), [&](const Plane& plane) {
+      return !isSurface(plane, points, indices, params);
+    });
+    diagnostics.rejected_not_surface = static_cast<std::size_t>(planes.end() - surfaces);
+    planes.erase(surfaces, planes.end());
   }
+  const std::vector<std::int32_t> labels = detail::clusterIndexed(points, &indices, planes, params);
   PlaneSet set = detail::assemblePlaneSet(points, labels, planes, params, sensor);
-  // Planes that lost all points are too small as well.
-  diagnostics.rejected_too_small =
-      set.diagnostics.rejected_too_small - diagnostics.rejected_not_surface;
+  diagnostics.rejected_too_small = set.diagnostics.rejected_too_small;
   const auto before = [&](const PlaneSegment& segment) {
     const auto first = static_cast<std::size_t>(segment.inliers.front());
     return planes[static_cast<std::size_t>(labels[first])];
@@ -214,7 +212,7 @@ PlaneSet planesFromFeatures(const PointsView& points, const Indices& indices,
     set.diagnostics = found.diagnostics;
     addDense(points, std::move(found.planes), params, sensor, own, set);
   }
-  sortBySize(set.planes);
+  detail::sortBySize(set.planes);
   set.diagnostics.points_considered = indices.size();
   const auto most = static_cast<std::size_t>(params.max_planes);
   if (most > 0 && set.planes.size() > most) {
@@ -228,14 +226,11 @@ PlaneSet planesFromFeatures(const PointsView& points, const Indices& indices,
 }  // namespace
 
 void FeaturePlaneParams::validate() const {
-  constexpr double kMax = std::numeric_limits<double>::max();
   constexpr double kMaxCount = std::numeric_limits<int>::max();
   requireInRange("samples", samples, 0, kMaxCount, "points");
   requireInRange("min_features", min_features, 3, kMaxCount, "features");
   requirePositive("feature_error_factor", feature_error_factor);
-  requirePositive("square_side", square_side);
-  requireInRange("square_dominance", square_dominance, 1.0, kMax);
-  requireInRange("min_surface_share", min_surface_share, 0.0, 1.0);
+  requireInRange("min_dominance", min_dominance, 1.0, std::numeric_limits<double>::max());
   requirePositive("max_refit_turn", max_refit_turn, "rad");
   requireInRange("max_refit_turn", max_refit_turn, 0.0, M_PI_2, "rad");
   requireInRange("joining_angle", joining_angle, 0.0, M_PI_2, "rad");
@@ -260,7 +255,7 @@ PlaneSet segmentPlanes(const PointsView& points, const Indices* indices,
   }
   if (params.source == PlaneSource::Dense) return findPlanes(points, indices, params, sensor);
   Indices storage;
-  indices = detail::checkedIndices(*indices, points.size, storage);
+  indices = detail::checkedIndices(points, *indices, storage);
   if (!features.empty()) return planesFromFeatures(points, *indices, features, params, sensor);
   const std::vector<KeyFeature> samples = sampled(points, *indices, params.features.samples);
   // A plane large enough among all points holds its fraction of the samples.

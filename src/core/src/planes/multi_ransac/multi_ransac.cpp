@@ -8,12 +8,12 @@
 #include <utility>
 #include <vector>
 
-#include "planes/distance_band.h"
 #include "planar_mapping/core/base/detail/random.h"
-#include "planes/plane_kernels.h"
+#include "planar_mapping/core/base/detail/simd.h"
+#include "planes/distance_band.h"
+#include "planes/multi_ransac/sparse_points.h"
 #include "planes/plane_search.h"
 #include "planes/point_cells.h"
-#include "planes/multi_ransac/sparse_points.h"
 #include "planes/surface_leaves.h"
 
 // Multi-RANSAC after Zuliani, Kenney and Manjunath (ICIP 2005): every iteration draws up to W
@@ -43,7 +43,6 @@ constexpr double kClutterSpread = 2.0;
 constexpr double kClutterDoubt = 3.0;
 // Seeds that fall on a plane and still miss it, because their samples are mixed.
 constexpr double kShareOfGoodSeeds = 0.5;
-constexpr int kAssignments = 2;
 constexpr int kFailuresInARow = 2;
 constexpr int kLeastIterations = 2;
 constexpr int kMostIterations = 1000;
@@ -53,8 +52,26 @@ struct Model {
   Plane plane;                        ///< about the origin of the points
   std::vector<std::int32_t> inliers;  ///< unique points
   double support = 0.0;               ///< inliers in company
-  bool significant = false;
 };
+
+/// Where each point is as seen from a plane: kOn (within its band), kAbove and kBelow in the slab
+/// of the same thickness beside it, 0 elsewhere, farther than the square of the reach from
+/// (cx, cy, cz), or where \p mask is kTaken.
+PLANAR_MAPPING_MULTIVERSION
+void classify(const float* x, const float* y, const float* z, const float* inverse_band,
+              const std::uint8_t* mask, std::size_t n, float a, float b, float c, float d, float cx,
+              float cy, float cz, float squared_reach, std::uint8_t* place) {
+  for (std::size_t i = 0; i < n; ++i) {
+    const float distance = (a * x[i] + b * y[i] + c * z[i] + d) * inverse_band[i];
+    const float dx = x[i] - cx, dy = y[i] - cy, dz = z[i] - cz;
+    const float away = dx * dx + dy * dy + dz * dz;
+    const int on = static_cast<int>(distance <= 1.0f) & static_cast<int>(distance >= -1.0f);
+    const int above = static_cast<int>(distance > 1.0f) & static_cast<int>(distance <= 3.0f);
+    const int below = static_cast<int>(distance < -1.0f) & static_cast<int>(distance >= -3.0f);
+    const int within = -static_cast<int>(away <= squared_reach);
+    place[i] = static_cast<std::uint8_t>((on + 2 * above + 3 * below) & within & mask[i]);
+  }
+}
 
 class MultiRansac {
  public:
@@ -82,7 +99,12 @@ class MultiRansac {
         break;
       }
     }
-    return assignJointly();
+    std::vector<Plane> planes;
+    for (const Model& model : models_) {
+      planes.push_back(
+          {model.plane.normal, model.plane.offset - model.plane.normal.dot(points_.origin)});
+    }
+    return planes;
   }
 
  private:
@@ -250,13 +272,14 @@ class MultiRansac {
     }
     const double beside = 0.5 * (in_company[kAbove] + in_company[kBelow]);
     model.support = in_company[kOn];
-    model.significant = model.support - kClutterDoubt * beside >=
-                        params_.significance * std::sqrt(kClutterSpread * (beside + kLeastClutter));
+    const bool significant =
+        model.support - kClutterDoubt * beside >=
+        params_.significance * std::sqrt(kClutterSpread * (beside + kLeastClutter));
     if (model.inliers.size() < static_cast<std::size_t>(params_.min_inliers)) {
       ++diagnostics_.rejected_too_small;
       return false;
     }
-    if (!model.significant && params_.number_of_models == 0) {
+    if (!significant && params_.number_of_models == 0) {
       ++diagnostics_.rejected_not_significant;
       return false;
     }
@@ -304,36 +327,6 @@ class MultiRansac {
     return better;
   }
 
-  /// Points to their nearest plane, planes to their points, and again.
-  std::vector<Plane> assignJointly() {
-    std::vector<Plane> planes;
-    for (const Model& model : models_) planes.push_back(model.plane);
-    std::vector<std::int32_t> label(points_.size());
-    std::vector<float> nearest(points_.size());
-    setAllFree();
-    for (int round = 0; round < kAssignments; ++round) {
-      std::fill(nearest.begin(), nearest.end(), std::numeric_limits<float>::max());
-      std::fill(label.begin(), label.end(), -1);
-      for (std::size_t k = 0; k < planes.size(); ++k) {
-        forEachNear(planes[k], Vector3::Zero(), std::numeric_limits<double>::infinity(),
-                    [&](std::size_t i, std::uint8_t place) {
-                      if (place != kOn) return;
-                      const auto d = static_cast<float>(std::abs(planes[k].signedDistance(at(i))));
-                      if (d >= nearest[i]) return;
-                      nearest[i] = d;
-                      label[i] = static_cast<std::int32_t>(k);
-                    });
-      }
-      std::vector<PointSums> sums(planes.size());
-      for (std::size_t i = 0; i < points_.size(); ++i) {
-        if (label[i] >= 0) addPoint(i, sums[static_cast<std::size_t>(label[i])]);
-      }
-      for (std::size_t k = 0; k < planes.size(); ++k) refit(sums[k], planes[k]);
-    }
-    for (Plane& plane : planes) plane.offset -= plane.normal.dot(points_.origin);
-    return planes;
-  }
-
   const SparsePoints& points_;
   const MultiPlaneParams& params_;
   PlaneSearchDiagnostics& diagnostics_;
@@ -350,27 +343,13 @@ class MultiRansac {
 
 PlaneSet findPlanesMultiRansac(const PointsView& points, const Indices* indices,
                                const MultiPlaneParams& params, const Vector3& sensor) {
-  const DistanceBand band(params);
-  const SparsePoints sparse = prepareSparsePoints(points, indices, band);
+  const SparsePoints sparse = prepareSparsePoints(points, indices, DistanceBand(params));
   PlaneSearchDiagnostics diagnostics;
   diagnostics.points_not_finite = sparse.points_not_finite;
   diagnostics.duplicate_points = sparse.duplicate_points;
   const std::vector<Plane> planes = MultiRansac(sparse, params, diagnostics).run();
 
-  std::vector<std::int32_t> labels(points.size, -1);
-  const std::size_t considered = sparse.unique_of.size();
-  for (std::size_t k = 0; k < considered; ++k) {
-    if (sparse.unique_of[k] < 0) continue;
-    const std::size_t i = indices != nullptr ? static_cast<std::size_t>((*indices)[k]) : k;
-    const Vector3 p = points.point(i);
-    double nearest = band.at(p.z());
-    for (std::size_t plane = 0; plane < planes.size(); ++plane) {
-      const double distance = std::abs(planes[plane].signedDistance(p));
-      if (distance > nearest) continue;
-      nearest = distance;
-      labels[i] = static_cast<std::int32_t>(plane);
-    }
-  }
+  const std::vector<std::int32_t> labels = clusterIndexed(points, indices, planes, params);
   PlaneSet set =
       assemblePlaneSet(points, labels, planes, params, sensor, InlierRule::WithinThreshold);
   set.diagnostics = diagnostics;

@@ -8,6 +8,7 @@
 #include <limits>
 #include <utility>
 
+#include "base/point_indices.h"
 #include "grid/cell_table.h"
 
 namespace planar_mapping::detail {
@@ -21,28 +22,23 @@ constexpr std::size_t kProbes = 64;
 constexpr std::size_t kMostNeighbours = 32;
 constexpr double kFarthestCell = 1 << 30;
 
-/// Places of the considered points, equal coordinates next to each other, non-finite ones left out.
+/// The considered points, equal coordinates next to each other, non-finite ones left out.
 std::vector<std::int32_t> sortedFinite(const PointsView& points, const Indices* indices,
                                        SparsePoints& result) {
-  const std::size_t considered = indices != nullptr ? indices->size() : points.size;
+  const std::size_t considered = countOf(points, indices);
   std::vector<std::int32_t> order;
   order.reserve(considered);
-  const auto at = [&](std::int32_t k) {
-    return points[indices != nullptr
-                      ? static_cast<std::size_t>((*indices)[static_cast<std::size_t>(k)])
-                      : static_cast<std::size_t>(k)];
-  };
   for (std::size_t k = 0; k < considered; ++k) {
-    const float* p = at(static_cast<std::int32_t>(k));
-    if (std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2])) {
-      order.push_back(static_cast<std::int32_t>(k));
+    const std::size_t i = at(indices, k);
+    if (points.isFinite(i)) {
+      order.push_back(static_cast<std::int32_t>(i));
     } else {
       ++result.points_not_finite;
     }
   }
   std::sort(order.begin(), order.end(), [&](std::int32_t i, std::int32_t j) {
-    const float* p = at(i);
-    const float* q = at(j);
+    const float* p = points[static_cast<std::size_t>(i)];
+    const float* q = points[static_cast<std::size_t>(j)];
     if (p[0] != q[0]) return p[0] < q[0];
     if (p[1] != q[1]) return p[1] < q[1];
     if (p[2] != q[2]) return p[2] < q[2];
@@ -156,21 +152,14 @@ void findNeighbours(SparsePoints& points) {
 SparsePoints prepareSparsePoints(const PointsView& points, const Indices* indices,
                                  const DistanceBand& band) {
   SparsePoints result;
-  const std::size_t considered = indices != nullptr ? indices->size() : points.size;
-  result.unique_of.assign(considered, -1);
   const std::vector<std::int32_t> order = sortedFinite(points, indices, result);
   if (order.empty()) return result;
-  const auto at = [&](std::int32_t k) {
-    return points[indices != nullptr
-                      ? static_cast<std::size_t>((*indices)[static_cast<std::size_t>(k)])
-                      : static_cast<std::size_t>(k)];
-  };
   // The middle one along x is amidst the points and, unlike a mean, one of them.
-  const float* middle = at(order[order.size() / 2]);
+  const float* middle = points[static_cast<std::size_t>(order[order.size() / 2])];
   result.origin = Vector3(middle[0], middle[1], middle[2]);
   const float* before = nullptr;
-  for (const std::int32_t k : order) {
-    const float* p = at(k);
+  for (const std::int32_t i : order) {
+    const float* p = points[static_cast<std::size_t>(i)];
     if (before != nullptr && p[0] == before[0] && p[1] == before[1] && p[2] == before[2]) {
       ++result.duplicate_points;
     } else {
@@ -180,7 +169,6 @@ SparsePoints prepareSparsePoints(const PointsView& points, const Indices* indice
       result.inverse_band.push_back(static_cast<float>(1.0 / band.at(p[2])));
     }
     before = p;
-    result.unique_of[static_cast<std::size_t>(k)] = static_cast<std::int32_t>(result.size() - 1);
   }
   result.radius = chooseRadius(result);
   findNeighbours(result);

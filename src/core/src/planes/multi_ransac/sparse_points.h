@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "planes/distance_band.h"
 #include "planar_mapping/core/base/types.h"
+#include "planes/distance_band.h"
 
 namespace planar_mapping::detail {
 
@@ -18,8 +18,7 @@ struct SparsePoints {
   std::vector<float> inverse_band;       ///< 1 / d_T(z) of each
   std::vector<std::int32_t> first_near;  ///< neighbours of i: near[first_near[i]] ...
   std::vector<std::int32_t> near;
-  double radius = 0.0;                  ///< within which points are neighbours
-  std::vector<std::int32_t> unique_of;  ///< per point considered, -1 = not finite
+  double radius = 0.0;  ///< within which points are neighbours
   std::size_t points_not_finite = 0;
   std::size_t duplicate_points = 0;
 

@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "planar_mapping/core/base/detail/simd.h"
-#include "planes/organized/organized_folds.h"
 
 namespace planar_mapping::detail {
 namespace {
@@ -137,11 +136,8 @@ std::vector<NoiseSample> noiseSamples(const std::vector<CellFit>& windows, doubl
   std::vector<NoiseSample> samples;
   for (const CellFit& fit : windows) {
     if (fit.count < min_count) continue;
-    const double ray[3] = {fit.mean[0] - sensor.x(), fit.mean[1] - sensor.y(),
-                           fit.mean[2] - sensor.z()};
-    const double squared_range = ray[0] * ray[0] + ray[1] * ray[1] + ray[2] * ray[2];
-    const double along =
-        std::fabs(ray[0] * fit.normal[0] + ray[1] * fit.normal[1] + ray[2] * fit.normal[2]);
+    const double squared_range = fit.squaredRange(sensor);
+    const double along = fit.height(sensor);
     if (!(along * along > kMinCosine * kMinCosine * squared_range)) continue;
     const double deviation = fit.residual * std::sqrt(squared_range) / along;
     if (std::isfinite(deviation)) samples.push_back({squared_range, deviation});
@@ -215,18 +211,18 @@ double correlatedPixels(const CellGrid& grid, const std::vector<CellFit>& window
     for (int column = 1; column + 1 < grid.columns; column += kStep) {
       const CellFit& fit = windows[static_cast<std::size_t>(row) * grid.columns + column];
       if (fit.count < kFull * 9.0 * grid.capacity || !(fit.residual > 0.0F)) continue;
-      const Vector3 ray = Vector3(fit.mean[0], fit.mean[1], fit.mean[2]) - sensor;
-      const double along =
-          std::fabs(ray.x() * fit.normal[0] + ray.y() * fit.normal[1] + ray.z() * fit.normal[2]);
-      if (fit.residual * ray.norm() > kFlat * along * noise.at(ray.squaredNorm())) continue;
+      const double squared_range = fit.squaredRange(sensor);
+      if (fit.residual * std::sqrt(squared_range) >
+          kFlat * fit.height(sensor) * noise.at(squared_range)) {
+        continue;
+      }
       double squares = 0.0;
       for (int r = row - 1; r <= row + 1; ++r) {
         for (int c = column - 1; c <= column + 1; ++c) {
-          const int cell = r * grid.columns + c;
-          const double inverse = 1.0 / grid.count(cell);
-          const double off = fit.normal[0] * (grid.moment(kX)[cell] * inverse - fit.mean[0]) +
-                             fit.normal[1] * (grid.moment(kY)[cell] * inverse - fit.mean[1]) +
-                             fit.normal[2] * (grid.moment(kZ)[cell] * inverse - fit.mean[2]);
+          const Vector3 mean = meanOf(grid, r * grid.columns + c);
+          const double off = fit.normal[0] * (mean[0] - fit.mean[0]) +
+                             fit.normal[1] * (mean[1] - fit.mean[1]) +
+                             fit.normal[2] * (mean[2] - fit.mean[2]);
           squares += off * off;
         }
       }
@@ -270,12 +266,8 @@ RangeNoise estimateNoise(const CellGrid& tiles, const std::vector<CellFit>& fits
 
 double normalError(const CellFit& fit, const RangeNoise& noise, const Vector3& sensor,
                    const OrganizedParams& params) {
-  const double ray[3] = {fit.mean[0] - sensor.x(), fit.mean[1] - sensor.y(),
-                         fit.mean[2] - sensor.z()};
-  const double squared_range = ray[0] * ray[0] + ray[1] * ray[1] + ray[2] * ray[2];
-  const double along =
-      std::fabs(ray[0] * fit.normal[0] + ray[1] * fit.normal[1] + ray[2] * fit.normal[2]);
-  const double expected = noise.at(squared_range) * along / std::sqrt(squared_range);
+  const double squared_range = fit.squaredRange(sensor);
+  const double expected = noise.at(squared_range) * fit.height(sensor) / std::sqrt(squared_range);
   const double sigma = std::min(expected, static_cast<double>(fit.residual));
   const double correlated = noise.correlated_pixels <= params.white_correlation
                                 ? noise.correlated_pixels
@@ -310,7 +302,7 @@ void MetricFit::refine(PlaneCandidate& plane, const std::vector<TilePart>& parts
   for (const std::size_t index : list) {
     const MomentSums& sums = parts[index].sums;
     const double n = sums[kN];
-    const Vector3 ray = Vector3(sums[kX] / n, sums[kY] / n, sums[kZ] / n) - sensor_;
+    const Vector3 ray = meanOf(sums) - sensor_;
     const double range = ray.norm();
     if (!(range > 0.0)) return;
     mean_range += n * range;
@@ -338,30 +330,25 @@ void MetricFit::refine(PlaneCandidate& plane, const std::vector<TilePart>& parts
   if (along.residual <= params_.max_residual_growth * plane.residual) plane = along;
 }
 
-double MetricFit::joiningCost(const PlaneCandidate& one, const PlaneCandidate& other, bool adjacent,
-                              PlaneCandidate& joined) const {
-  constexpr double kApart = 2.0;
-  if (one.cosine(other.direction) < std::cos(2.0 * params_.merging_angle)) return kApart;
+bool MetricFit::areOne(const PlaneCandidate& one, const PlaneCandidate& other, bool adjacent,
+                       PlaneCandidate& joined) const {
+  if (one.cosine(other.direction) < std::cos(2.0 * params_.merging_angle)) return false;
   joined.sums = one.sums;
   addSums(joined.sums, other.sums);
   fit(joined);
-  if (!joined.valid || isFold(one, other, joined, *this)) return kApart;
+  if (!joined.valid || isFold(one, other, joined, *this)) return false;
   // Noise and dents part what touches; what does not must be as flat together as surfaces are.
   const double flat =
       params_.distance_threshold *
       (adjacent ? params_.merging_factor * params_.growing_share : params_.flat_share);
-  double cost = 0.0;
   for (const PlaneCandidate* part : {&one, &other}) {
-    if (joined.cosine(part->direction) < std::cos(params_.merging_angle)) return kApart;
-    const double n = part->sums[kN];
-    const Vector3 mean(part->sums[kX] / n, part->sums[kY] / n, part->sums[kZ] / n);
-    const double sigma = noise_.at((mean - sensor_).squaredNorm());
+    if (joined.cosine(part->direction) < std::cos(params_.merging_angle)) return false;
+    const double sigma = noise_.at((meanOf(part->sums) - sensor_).squaredNorm());
     const double allowed = std::max(flat, params_.merging_factor * sigma);
     const double excess = joined.meanSquare(part->sums) - part->residual * part->residual;
-    if (!(excess <= allowed * allowed)) return kApart;
-    cost = std::max(cost, excess / (allowed * allowed));
+    if (!(excess < allowed * allowed)) return false;
   }
-  return cost;
+  return true;
 }
 
 CoherenceTest MetricFit::coherenceTest(const PlaneCandidate& plane,
@@ -395,8 +382,7 @@ bool MetricFit::isBent(const PlaneCandidate& plane, const Bend& bend) const {
   if (!(std::atan(bend.slope) > params_.bent_angle) || !(bend.advantage > params_.bent_advantage)) {
     return false;
   }
-  const double n = plane.sums[kN];
-  const Vector3 ray = Vector3(plane.sums[kX] / n, plane.sums[kY] / n, plane.sums[kZ] / n) - sensor_;
+  const Vector3 ray = meanOf(plane.sums) - sensor_;
   const double along = std::fabs(plane.height) / std::max(ray.norm(), 1e-9);
   const double of_tile = std::sqrt(std::min(1.0, noise_.correlated_pixels / kTileArea));
   return bend.bow > std::max(params_.bow_share * params_.distance_threshold,

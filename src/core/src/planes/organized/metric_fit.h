@@ -20,6 +20,12 @@ struct RangeNoise {
 
 /// Parameters of the organized search beyond MultiPlaneParams; all [ours].
 struct OrganizedParams {
+  explicit OrganizedParams(const MultiPlaneParams& params)
+      : distance_threshold(params.distance_threshold),
+        max_normal_deviation(params.max_normal_deviation),
+        noise_factor(params.noise_factor),
+        min_inliers(params.min_inliers) {}
+
   double distance_threshold = 0.05;   ///< d_T, metres
   double max_normal_deviation = 0.5;  ///< radians
   double noise_factor = 3.0;          ///< k of d_T(z) = max(d_T, k sigma(z))
@@ -124,6 +130,16 @@ struct CellFit {
   float residual;  ///< root mean square distance, metres
   float extent;    ///< root mean square extent along the shorter axis of the plane, metres
   float count;     ///< points
+
+  /// Of the mean from the sensor.
+  double squaredRange(const Vector3& sensor) const { return ray(sensor).squaredNorm(); }
+  /// Distance of the sensor from the plane.
+  double height(const Vector3& sensor) const {
+    return std::fabs(ray(sensor).dot(Vector3(normal[0], normal[1], normal[2])));
+  }
+
+ private:
+  Vector3 ray(const Vector3& sensor) const { return Vector3(mean[0], mean[1], mean[2]) - sensor; }
 };
 
 /// Least-squares planes of all cells of a grid; a zero normal where there is none.
@@ -150,6 +166,12 @@ class MetricFit : public PlaneFit {
   const OrganizedParams& params() const { return params_; }
   const Vector3& sensor() const { return sensor_; }
   const RangeNoise& noise() const { return noise_; }
+  /// Whether the noise is that of single pixels.
+  bool isWhite() const { return noise_.correlated_pixels <= params_.white_correlation; }
+  /// Whether noise blurs edges at this range: it is white and beyond how flat surfaces are.
+  bool blursEdges(double squared_range) const {
+    return isWhite() && noise_.at(squared_range) > params_.flat_share * params_.distance_threshold;
+  }
   void setNoise(const RangeNoise& noise) { noise_ = noise; }
 
   void fit(PlaneCandidate& plane) const override;
@@ -158,8 +180,8 @@ class MetricFit : public PlaneFit {
   /// far points weigh less. Keeps the plane where the rays graze it.
   void refine(PlaneCandidate& plane, const std::vector<TilePart>& parts,
               const PartList& list) const override;
-  double joiningCost(const PlaneCandidate& one, const PlaneCandidate& other, bool adjacent,
-                     PlaneCandidate& joined) const override;
+  bool areOne(const PlaneCandidate& one, const PlaneCandidate& other, bool adjacent,
+              PlaneCandidate& joined) const override;
   /// Only planes whose residual is not small compared with their width are tested.
   CoherenceTest coherenceTest(const PlaneCandidate& plane, const std::vector<TilePart>& parts,
                               const PartList& list) const override;
@@ -192,5 +214,19 @@ class MetricGrower : public CellGrower {
   std::vector<CellFit> window_fits_;
   std::vector<CellFit> wide_fits_;
 };
+
+/// Cuts planes that grew over folds. In noise as large as a cell, the normals of cells do not tell
+/// the two sides of a blunt fold apart and both fit one plane about as well as their own, point by
+/// point; all points together do not. A region is cut along the straight line in the image that
+/// leaves least squares along the rays the least error, as long as that gains more than chance and
+/// the sides are at an angle, and so are its parts. Only where the noise is white, because only
+/// then is what chance gains known.
+/// \param tile_labels plane of each tile, -1 = none; cut off parts get new planes, without sums
+void cutFolds(const CellGrid& tiles, const MetricFit& fit, std::vector<PlaneCandidate>& planes,
+              std::vector<std::int16_t>& tile_labels);
+
+/// Whether two planes, which together are \p joined, are the sides of a fold.
+bool isFold(const PlaneCandidate& one, const PlaneCandidate& other, const PlaneCandidate& joined,
+            const MetricFit& fit);
 
 }  // namespace planar_mapping::detail

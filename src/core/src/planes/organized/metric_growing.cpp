@@ -29,13 +29,9 @@ void MetricGrower::classify() {
   const double correlated = fit_.noise().correlated_pixels;
   for (int cell = 0; cell < grid_.cells(); ++cell) {
     const auto i = static_cast<std::size_t>(cell);
-    const double n = grid_.count(cell);
-    if (!(n >= 1.0)) continue;
+    if (!(grid_.count(cell) >= 1.0)) continue;
     CellState& state = states_[i];
-    const Vector3 ray =
-        Vector3(grid_.moment(kX)[cell], grid_.moment(kY)[cell], grid_.moment(kZ)[cell]) / n -
-        sensor;
-    const double squared_range = ray.squaredNorm();
+    const double squared_range = (meanOf(grid_, cell) - sensor).squaredNorm();
     if (!std::isfinite(squared_range)) continue;
     const double range = std::sqrt(squared_range);
     const double sigma = fit_.noise().at(squared_range);
@@ -44,10 +40,7 @@ void MetricGrower::classify() {
     const auto planar = [&](const CellFit& fit, int cells) {
       const double count = fit.count;
       if (!(count >= kMinFraction * cells * grid_.capacity)) return false;
-      const double along = std::fabs(fit.normal[0] * (fit.mean[0] - sensor.x()) +
-                                     fit.normal[1] * (fit.mean[1] - sensor.y()) +
-                                     fit.normal[2] * (fit.mean[2] - sensor.z()));
-      const double noise = noise_over_range * along + least_noise_;
+      const double noise = noise_over_range * fit.height(sensor) + least_noise_;
       if (!(fit.residual <= params.planar_factor * noise) || !(fit.extent > 0.0F)) return false;
       state.residual = static_cast<float>(fit.residual / (noise_over_range * range + least_noise_));
       if (cells > 9) return true;  // of wide windows the width alone counts

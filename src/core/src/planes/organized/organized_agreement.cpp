@@ -1,14 +1,121 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planes/organized/organized_agreement.h"
+#include "planes/organized/organized_assignment.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
-#include "planes/organized/organized_surroundings.h"
+#include "planar_mapping/core/base/detail/parallel.h"
+#include "planar_mapping/core/base/detail/simd.h"
 
 namespace planar_mapping::detail {
 namespace {
+
+/// Adds up the quarters of a window that are at about the range given and not spread.
+PLANAR_MAPPING_MULTIVERSION
+void sumGated(const double* sums, const float* range, const float* spread, int columns, int rows,
+              int width, float at, float gate, double* out) {
+  using Eight = double __attribute__((vector_size(8 * sizeof(double))));
+  using Two = double __attribute__((vector_size(2 * sizeof(double))));
+  static_assert(kMoments == 10, "the sums of a quarter are a vector of eight and one of two");
+  Eight first = {};
+  Two second = {};
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < width; ++column) {
+      const std::size_t i = static_cast<std::size_t>(row) * columns + column;
+      if (!(__builtin_fabsf(range[i] - at) <= gate && spread[i] <= gate)) continue;
+      Eight eight;
+      Two two;
+      std::memcpy(&eight, sums + i * kMoments, sizeof(eight));
+      std::memcpy(&two, sums + i * kMoments + 8, sizeof(two));
+      first += eight;
+      second += two;
+    }
+  }
+  std::memcpy(out, &first, sizeof(first));
+  std::memcpy(out + 8, &second, sizeof(second));
+}
+
+/// How the measured points around the quarters of tiles lie, of a plane or not. Quarters form a
+/// grid of 2 columns x 2 rows per tile.
+class Surroundings {
+ public:
+  Surroundings(const TiledCloud& cloud, const OrganizedParams& params, int threads)
+      : columns(2 * cloud.columns),
+        rows(2 * cloud.rows),
+        cloud_(cloud),
+        params_(params),
+        threads_(threads),
+        sums_(static_cast<std::size_t>(columns) * rows),
+        range_(sums_.size(), -1.0F),
+        spread_(sums_.size(), 0.0F) {
+    parallelFor(static_cast<std::size_t>(cloud.rows), threads, [&](std::size_t row) {
+      const std::size_t begin = 2 * row * static_cast<std::size_t>(columns);
+      static_assert(sizeof(MomentSums) == kMoments * sizeof(double), "written as plain numbers");
+      sumQuarters(cloud.x(static_cast<int>(row) * cloud.columns), cloud.columns,
+                  sums_[begin].data());
+      for (std::size_t i = begin; i < begin + 2 * static_cast<std::size_t>(columns); ++i) {
+        const MomentSums& s = sums_[i];
+        if (!(s[kN] > 0.0)) continue;
+        const Vector3 mean = meanOf(s);
+        const double square = (s[kXX] + s[kYY] + s[kZZ]) / s[kN] - mean.squaredNorm();
+        range_[i] = static_cast<float>((mean - cloud.sensor).norm());
+        spread_[i] = std::sqrt(std::max(0.0F, static_cast<float>(square)));
+      }
+    });
+  }
+
+  /// Planes of what lies around the quarters, up to \p radius quarters away, at about their range.
+  std::vector<CellFit> fits(const std::vector<std::int32_t>& quarters, int radius) const {
+    constexpr std::size_t kChunk = 512;
+    CellGrid windows;
+    windows.columns = static_cast<int>(quarters.size());
+    windows.rows = 1;
+    windows.allocate(cloud_.room[1]);
+    parallelFor((quarters.size() + kChunk - 1) / kChunk, threads_, [&](std::size_t chunk) {
+      const std::size_t end = std::min(quarters.size(), (chunk + 1) * kChunk);
+      for (std::size_t i = chunk * kChunk; i < end; ++i) {
+        const auto at = static_cast<std::size_t>(quarters[i]);
+        const Window window = around(quarters[i], radius);
+        // Range difference of one surface; a quarter as spread as this lies across a depth edge.
+        const float gate = static_cast<float>(params_.same_surface_constant) +
+                           static_cast<float>(params_.same_surface_share) * range_[at];
+        const std::size_t first = static_cast<std::size_t>(window.top) * columns + window.left;
+        MomentSums sums;
+        sumGated(sums_[first].data(), &range_[first], &spread_[first], columns,
+                 window.bottom - window.top + 1, window.right - window.left + 1, range_[at], gate,
+                 sums.data());
+        // The quarter itself counts however spread it is.
+        if (spread_[at] > gate) addSums(sums, sums_[at]);
+        for (int m = 0; m < kMoments; ++m) windows.moment(m)[i] = sums[static_cast<std::size_t>(m)];
+      }
+    });
+    return fitCells(windows, cloud_.sensor);
+  }
+
+  struct Window {
+    int top, bottom, left, right;
+  };
+  /// Quarters up to \p radius away, cut off at the border.
+  Window around(std::int32_t quarter, int radius) const {
+    const int row = quarter / columns;
+    const int column = quarter % columns;
+    return {std::max(0, row - radius), std::min(rows - 1, row + radius),
+            std::max(0, column - radius), std::min(columns - 1, column + radius)};
+  }
+
+  const int columns;
+  const int rows;
+
+ private:
+  const TiledCloud& cloud_;
+  const OrganizedParams& params_;
+  int threads_;
+  std::vector<MomentSums> sums_;  ///< of all measured points of each quarter
+  std::vector<float> range_;      ///< of their mean from the sensor, metres; negative if none
+  std::vector<float> spread_;     ///< root mean square distance from the mean, metres
+};
 
 /// The pixels of one plane in one quarter.
 struct Share {
@@ -70,51 +177,48 @@ std::vector<Share> sharesOf(const TiledCloud& cloud, const PixelAssigner& pixels
   return shares;
 }
 
-/// Where the shares of each quarter begin, and one past the last.
-std::vector<std::int32_t> firstShares(const std::vector<Share>& shares,
-                                      const Surroundings& surroundings) {
-  std::vector<std::int32_t> first(
-      static_cast<std::size_t>(surroundings.columns()) * surroundings.rows() + 1, 0);
-  for (const Share& share : shares) ++first[static_cast<std::size_t>(share.quarter) + 1];
-  for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
-  return first;
-}
-
-/// Whether enough of the small surroundings of a share has its plane.
-bool isInside(const Share& share, const std::vector<Share>& shares,
-              const std::vector<std::int32_t>& first, const Surroundings& surroundings,
-              const OrganizedParams& params) {
-  const int radius = params.small_surroundings;
-  const int columns = surroundings.columns();
-  const int row = share.quarter / columns;
-  const int column = share.quarter % columns;
-  const int left = std::max(0, column - radius);
-  const int right = std::min(columns - 1, column + radius);
-  int own = 0;
-  int all = 0;
-  for (int r = std::max(0, row - radius); r <= std::min(surroundings.rows() - 1, row + radius);
-       ++r) {
-    const auto line = static_cast<std::size_t>(r) * columns;
-    for (std::int32_t k = first[line + left]; k < first[line + right + 1]; ++k) {
-      const Share& other = shares[static_cast<std::size_t>(k)];
-      own += other.label == share.label ? other.pixels : 0;
-    }
-    all += (right - left + 1) * kQuarterArea;
+/// The shares of all quarters, found by place.
+class ShareGrid {
+ public:
+  ShareGrid(const std::vector<Share>& shares, const Surroundings& surroundings)
+      : shares_(shares),
+        surroundings_(surroundings),
+        first_(static_cast<std::size_t>(surroundings.columns) * surroundings.rows + 1, 0) {
+    for (const Share& share : shares) ++first_[static_cast<std::size_t>(share.quarter) + 1];
+    for (std::size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
   }
-  return own >= params.min_own_share * all;
-}
+
+  /// Calls visit(share) for those of the same plane up to \p radius quarters away.
+  /// \return pixels of all quarters within that reach, of the plane or not
+  template <typename Visit>
+  int forSamePlane(const Share& share, int radius, const Visit& visit) const {
+    const Surroundings::Window window = surroundings_.around(share.quarter, radius);
+    for (int row = window.top; row <= window.bottom; ++row) {
+      const auto line = static_cast<std::size_t>(row) * surroundings_.columns;
+      for (std::int32_t k = first_[line + window.left]; k < first_[line + window.right + 1]; ++k) {
+        const Share& other = shares_[static_cast<std::size_t>(k)];
+        if (other.label == share.label) visit(other);
+      }
+    }
+    return (window.bottom - window.top + 1) * (window.right - window.left + 1) * kQuarterArea;
+  }
+
+ private:
+  const std::vector<Share>& shares_;
+  const Surroundings& surroundings_;
+  std::vector<std::int32_t> first_;  ///< share of each quarter, and one past the last
+};
 
 /// Compares the normals around every share with that of its plane.
 void compare(const TiledCloud& cloud, const Surroundings& surroundings,
-             const std::vector<PlaneCandidate>& planes, const MetricFit& fit,
-             const std::vector<std::int32_t>& first, std::vector<Share>& shares) {
+             const std::vector<PlaneCandidate>& planes, const MetricFit& fit, const ShareGrid& grid,
+             std::vector<Share>& shares) {
   const OrganizedParams& params = fit.params();
   std::vector<std::int32_t> all;
   for (const Share& share : shares) {
     if (all.empty() || all.back() != share.quarter) all.push_back(share.quarter);
   }
-  const std::vector<CellFit> small =
-      surroundings.fits(all, params.small_surroundings, cloud.room[1]);
+  const std::vector<CellFit> small = surroundings.fits(all, params.small_surroundings);
   const double min_cosine = std::cos(params.coherent_angle);
   std::vector<Count> counts(planes.size());
   std::size_t i = 0;
@@ -123,8 +227,11 @@ void compare(const TiledCloud& cloud, const Surroundings& surroundings,
     const auto label = static_cast<std::size_t>(share.label);
     share.near = planes[label].cosine(small[i].normal) >= min_cosine;
     share.wide = share.agrees = share.near;
-    if (!share.near && !isInside(share, shares, first, surroundings, params)) {
-      share.undecided = share.agrees = true;
+    if (!share.near) {
+      int own = 0;
+      const int within = grid.forSamePlane(share, params.small_surroundings,
+                                           [&](const Share& other) { own += other.pixels; });
+      if (own < params.min_own_share * within) share.undecided = share.agrees = true;
     }
     counts[label].add(share);
   }
@@ -148,11 +255,10 @@ void compare(const TiledCloud& cloud, const Surroundings& surroundings,
     small_of_noisy.push_back(&small[i]);
     errors.push_back(error);
   }
-  const std::vector<CellFit> wide =
-      surroundings.fits(noisy, params.wide_surroundings, cloud.room[1]);
+  const std::vector<CellFit> wide = surroundings.fits(noisy, params.wide_surroundings);
   // Wide surroundings reach beyond the small planes that stand out of white noise: they do not
   // count against them.
-  const bool white = fit.noise().correlated_pixels <= params.white_correlation;
+  const bool white = fit.isWhite();
   std::size_t j = 0;
   for (Share& share : shares) {
     while (j < noisy.size() && noisy[j] < share.quarter) ++j;
@@ -180,43 +286,20 @@ void freeDisagreeing(const TiledCloud& cloud, const std::vector<PlaneCandidate>&
   std::vector<Share> shares = sharesOf(cloud, pixels);
   if (shares.empty()) return;
   const Surroundings surroundings(cloud, params, threads);
-  const std::vector<std::int32_t> first = firstShares(shares, surroundings);
-  compare(cloud, surroundings, planes, fit, first, shares);
+  const ShareGrid grid(shares, surroundings);
+  compare(cloud, surroundings, planes, fit, grid, shares);
 
   std::vector<Count> counts(planes.size());
   for (const Share& share : shares) counts[static_cast<std::size_t>(share.label)].add(share);
 
-  std::vector<std::int32_t> disagreeing(shares.size() + 1, 0);  // shares before each
-  for (std::size_t i = 0; i < shares.size(); ++i) {
-    disagreeing[i + 1] = disagreeing[i] + (shares[i].agrees ? 0 : 1);
-  }
-
   // The majority of the neighbourhood decides: single normals are noisy.
   const auto majority = [&](const Share& share) {
-    const int row = share.quarter / surroundings.columns();
-    const int column = share.quarter % surroundings.columns();
-    const int top = std::max(0, row - 1);
-    const int bottom = std::min(surroundings.rows() - 1, row + 1);
-    const int left = std::max(0, column - 1);
-    const int right = std::min(surroundings.columns() - 1, column + 1);
-    std::int32_t doubtful = 0;
-    for (int r = top; r <= bottom; ++r) {
-      const auto line = static_cast<std::size_t>(r) * surroundings.columns();
-      doubtful += disagreeing[static_cast<std::size_t>(first[line + right + 1])] -
-                  disagreeing[static_cast<std::size_t>(first[line + left])];
-    }
-    if (doubtful == 0) return true;
     int agreeing = 0;
     int all = 0;
-    for (int r = top; r <= bottom; ++r) {
-      const auto line = static_cast<std::size_t>(r) * surroundings.columns();
-      for (std::int32_t k = first[line + left]; k < first[line + right + 1]; ++k) {
-        const Share& other = shares[static_cast<std::size_t>(k)];
-        if (other.label != share.label) continue;
-        all += other.pixels;
-        agreeing += other.agrees ? other.pixels : 0;
-      }
-    }
+    grid.forSamePlane(share, 1, [&](const Share& other) {
+      all += other.pixels;
+      agreeing += other.agrees ? other.pixels : 0;
+    });
     return 2 * agreeing >= all;
   };
   // Shares that stay; of them as many must agree without allowance for noise.
@@ -235,8 +318,8 @@ void freeDisagreeing(const TiledCloud& cloud, const std::vector<PlaneCandidate>&
     if (stays[i] && std::max(count.near, count.wide) >= params.min_coherent_share * count.all) {
       continue;
     }
-    const int row = share.quarter / surroundings.columns();
-    const int column = share.quarter % surroundings.columns();
+    const int row = share.quarter / surroundings.columns;
+    const int column = share.quarter % surroundings.columns;
     pixels.free(row / 2 * cloud.columns + column / 2, (row % 2) * 2 + column % 2, share.label);
   }
   pixels.recount();

@@ -112,7 +112,9 @@ void PixelAssigner::assignTile(int tile, const std::vector<PlaneCandidate>& plan
   std::int16_t candidates[kMaxAround];
   const int count = planesAround(tile, reach, candidates);
   if (count == 0) return;
-  const double border = isNoisy(tile) ? params_.blurred_border_share : params_.border_share;
+  const OrganizedParams& params = fit_.params();
+  const RangeNoise& noise = fit_.noise();
+  const double border = isNoisy(tile) ? params.blurred_border_share : params.border_share;
   BandedPlane banded[kMaxAround];
   for (int i = 0; i < count; ++i) {
     const PlaneCandidate& plane = planes[static_cast<std::size_t>(candidates[i])];
@@ -120,16 +122,15 @@ void PixelAssigner::assignTile(int tile, const std::vector<PlaneCandidate>& plan
     for (int axis = 0; axis < 3; ++axis) b.normal[axis] = static_cast<float>(plane.normal[axis]);
     b.offset = static_cast<float>(plane.offset);
     // On the plane the noise along the ray counts by the cosine |sensor distance| / r.
-    const double factor = params_.noise_factor * plane.height;
+    const double factor = params.noise_factor * plane.height;
     const double squared_factor = factor * factor;
     const bool inside = reach == 0 || grown_[static_cast<std::size_t>(tile)].holds(candidates[i]);
-    const double band = params_.distance_threshold * (inside ? 1.0 : border);
+    const double band = params.distance_threshold * (inside ? 1.0 : border);
     b.constant = static_cast<float>(band * band);
-    b.a = static_cast<float>(squared_factor * noise_.constant * noise_.constant);
-    b.b = static_cast<float>(squared_factor * 2.0 * noise_.constant * noise_.quadratic);
-    b.c = static_cast<float>(squared_factor * noise_.quadratic * noise_.quadratic);
-    const double least =
-        params_.noise_factor * params_.competing_share * params_.distance_threshold;
+    b.a = static_cast<float>(squared_factor * noise.constant * noise.constant);
+    b.b = static_cast<float>(squared_factor * 2.0 * noise.constant * noise.quadratic);
+    b.c = static_cast<float>(squared_factor * noise.quadratic * noise.quadratic);
+    const double least = params.noise_factor * params.competing_share * params.distance_threshold;
     b.least = static_cast<float>(least * least);
     b.label = candidates[i];
   }

@@ -89,7 +89,7 @@ struct EdgeNoise;
 class PixelAssigner : public PixelLabels {
  public:
   PixelAssigner(const TiledCloud& cloud, const CellGrid& tiles, const MetricFit& fit, int threads)
-      : PixelLabels(cloud, tiles, false, threads), noise_(fit.noise()), params_(fit.params()) {}
+      : PixelLabels(cloud, tiles, false, threads), fit_(fit) {}
 
   /// Frees the pixels of the tiles these cells lie in or next to.
   void reopen(const CellGrid& grid, const std::vector<std::int16_t>& cell_labels);
@@ -127,8 +127,15 @@ class PixelAssigner : public PixelLabels {
   void settle(const std::vector<PlaneCandidate>& planes, EdgeTile& at);
   bool changedAround(int tile) const;
 
-  RangeNoise noise_;
-  OrganizedParams params_;
+  const MetricFit& fit_;
 };
+
+/// Frees the pixels whose surroundings do not lie as their plane does: what a plane cuts out of
+/// objects it passes through, and what of a bent surface has turned away from it. Surroundings are
+/// all measured points near a quarter of a tile, of the plane or not, so that a thin slice cannot
+/// vouch for itself. They are wider where the noise is too large for a small window. A plane nearly
+/// all of whose pixels agree keeps them all, one that few agree with loses them all.
+void freeDisagreeing(const TiledCloud& cloud, const std::vector<PlaneCandidate>& planes,
+                     const MetricFit& fit, int threads, PixelAssigner& pixels);
 
 }  // namespace planar_mapping::detail

@@ -152,13 +152,8 @@ void settleTile(const float* x, const float* y, const float* z, const EdgePlane*
 }  // namespace
 
 bool PixelAssigner::isNoisy(int tile) const {
-  if (noise_.correlated_pixels > params_.white_correlation) return false;
-  const double n = tiles_.count(tile);
-  if (!(n > 0.0)) return false;
-  const Vector3 mean(tiles_.moment(kX)[tile] / n, tiles_.moment(kY)[tile] / n,
-                     tiles_.moment(kZ)[tile] / n);
-  return noise_.at((mean - cloud_.sensor).squaredNorm()) >
-         params_.flat_share * params_.distance_threshold;
+  return tiles_.count(tile) > 0.0 &&
+         fit_.blursEdges((meanOf(tiles_, tile) - cloud_.sensor).squaredNorm());
 }
 
 bool PixelAssigner::isNoisy() const {
@@ -229,13 +224,13 @@ void PixelAssigner::describe(const EdgeTile& at, const std::vector<PlaneCandidat
 }
 
 EdgeNoise PixelAssigner::edgeNoise() const {
-  const double constant = noise_.constant;
-  const double quadratic = noise_.quadratic;
+  const double constant = fit_.noise().constant;
+  const double quadratic = fit_.noise().quadratic;
   EdgeNoise noise;
   noise.a = static_cast<float>(constant * constant);
   noise.b = static_cast<float>(2.0 * constant * quadratic);
   noise.c = static_cast<float>(quadratic * quadratic);
-  noise.near = static_cast<float>(params_.edge_factor * params_.edge_factor);
+  noise.near = static_cast<float>(fit_.params().edge_factor * fit_.params().edge_factor);
   for (int axis = 0; axis < 3; ++axis) noise.sensor[axis] = static_cast<float>(cloud_.sensor[axis]);
   return noise;
 }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planes/organized/organized_folds.h"
+#include "planes/organized/metric_fit.h"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -49,13 +49,6 @@ struct SightSums {
   double chiSquare(const Vector3& plane) const { return constant - plane.dot(products); }
 };
 
-/// Whether the noise at a range blurs edges: it is white and beyond how flat surfaces are.
-bool blursEdges(const MetricFit& fit, double squared_range) {
-  const OrganizedParams& params = fit.params();
-  return fit.noise().correlated_pixels <= params.white_correlation &&
-         fit.noise().at(squared_range) > params.flat_share * params.distance_threshold;
-}
-
 /// The tiles of each plane where the noise blurs edges.
 std::vector<std::vector<Sight>> sightsOf(const CellGrid& tiles, const MetricFit& fit,
                                          std::size_t planes,
@@ -65,11 +58,9 @@ std::vector<std::vector<Sight>> sightsOf(const CellGrid& tiles, const MetricFit&
     const std::int16_t label = tile_labels[static_cast<std::size_t>(tile)];
     const double n = tiles.count(tile);
     if (label < 0 || !(n > 0.0)) continue;
-    const Vector3 ray = Vector3(tiles.moment(kX)[tile] / n, tiles.moment(kY)[tile] / n,
-                                tiles.moment(kZ)[tile] / n) -
-                        fit.sensor();
+    const Vector3 ray = meanOf(tiles, tile) - fit.sensor();
     const double range = ray.norm();
-    if (!(range > 0.0) || !blursEdges(fit, range * range)) continue;
+    if (!(range > 0.0) || !fit.blursEdges(range * range)) continue;
     Sight sight;
     sight.tile = tile;
     sight.place[0] = tile % tiles.columns;
@@ -180,7 +171,7 @@ std::vector<Region> cutAll(Region region, const OrganizedParams& params) {
 void cutFolds(const CellGrid& tiles, const MetricFit& fit, std::vector<PlaneCandidate>& planes,
               std::vector<std::int16_t>& tile_labels) {
   const OrganizedParams& params = fit.params();
-  if (fit.noise().correlated_pixels > params.white_correlation) return;
+  if (!fit.isWhite()) return;
   for (Region& region : sightsOf(tiles, fit, planes.size(), tile_labels)) {
     const std::vector<Region> parts = cutAll(std::move(region), params);
     for (std::size_t i = 1; i < parts.size() && planes.size() < kMaxCandidates; ++i) {
@@ -200,13 +191,11 @@ bool isFold(const PlaneCandidate& one, const PlaneCandidate& other, const PlaneC
   }
   double gain = 0.0;
   for (const PlaneCandidate* side : {&one, &other}) {
-    const double n = side->sums[kN];
-    const Vector3 ray =
-        Vector3(side->sums[kX] / n, side->sums[kY] / n, side->sums[kZ] / n) - fit.sensor();
-    if (!blursEdges(fit, ray.squaredNorm())) return false;
+    const Vector3 ray = meanOf(side->sums) - fit.sensor();
+    if (!fit.blursEdges(ray.squaredNorm())) return false;
     const double sigma = fit.noise().at(ray.squaredNorm()) * std::fabs(side->height) / ray.norm();
     const double excess = joined.meanSquare(side->sums) - side->residual * side->residual;
-    gain += n * excess / (sigma * sigma);
+    gain += side->sums[kN] * excess / (sigma * sigma);
   }
   return gain > fit.params().fold_gain;
 }

@@ -220,7 +220,7 @@ const std::vector<TilePart>& PixelLabels::parts() {
       if (summary.count[k] == finite) {
         part.sums = sumsOf(tiles_, tile);
       } else {
-        sumLabelledPixels(cloud_, tile, labels, part.label, part.sums.data());
+        sumLabelledPixels(cloud_.x(tile), labels, part.label, part.sums.data());
       }
     }
   }

@@ -4,22 +4,13 @@
 #include <cmath>
 #include <numeric>
 
-#include "planes/organized/organized_agreement.h"
-#include "planes/organized/organized_folds.h"
+#include "planes/organized/metric_fit.h"
+#include "planes/organized/organized_assignment.h"
 #include "planes/organized/organized_steps.h"
 #include "planes/plane_search.h"
 
 namespace planar_mapping::detail {
 namespace {
-
-OrganizedParams organizedParams(const MultiPlaneParams& params) {
-  OrganizedParams own;
-  own.distance_threshold = params.distance_threshold;
-  own.max_normal_deviation = params.max_normal_deviation;
-  own.noise_factor = params.noise_factor;
-  own.min_inliers = params.min_inliers;
-  return own;
-}
 
 /// Grown tiles as parts of planes.
 std::vector<TilePart> wholeTiles(const CellGrid& tiles, const std::vector<std::int16_t>& labels) {
@@ -92,7 +83,7 @@ PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
       set.diagnostics.points_considered - static_cast<std::size_t>(finite);
   if (!(finite > 0.0)) return set;
 
-  const OrganizedParams own = organizedParams(params);
+  const OrganizedParams own(params);
   MetricFit fit(own, cloud.sensor);
   MetricGrower grower(tiles, true, cloud.room[1], fit);
   RangeNoise noise = grower.noise();

@@ -5,8 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "planes/tiles/organized_coherence.h"
-#include "planes/tiles/organized_segments.h"
+#include "planes/tiles/plane_fit.h"
 
 namespace planar_mapping::detail {
 namespace {

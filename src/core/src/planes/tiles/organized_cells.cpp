@@ -48,7 +48,8 @@ CellGrid tileGrid(const TiledCloud& cloud, int threads) {
   grid.allocate(nullptr);
   parallelFor(static_cast<std::size_t>(cloud.rows), threads, [&](std::size_t row) {
     const int first = static_cast<int>(row) * cloud.columns;
-    sumTiles(cloud, first, first + cloud.columns, grid.sums);
+    sumTiles(cloud.xyz, first, first + cloud.columns, static_cast<std::size_t>(grid.cells()),
+             grid.sums);
   });
   return grid;
 }
@@ -62,7 +63,8 @@ CellGrid freeQuarterGrid(const TiledCloud& cloud, const std::vector<std::int16_t
   grid.allocate(cloud.room[0]);
   parallelFor(static_cast<std::size_t>(cloud.rows), threads, [&](std::size_t row) {
     const int first = static_cast<int>(row);
-    sumFreeQuarters(cloud, labels.data(), first, first + 1, grid.sums);
+    sumFreeQuarters(cloud.xyz, labels.data(), cloud.columns, first, first + 1,
+                    static_cast<std::size_t>(grid.cells()), grid.sums);
   });
   return grid;
 }

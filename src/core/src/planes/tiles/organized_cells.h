@@ -47,5 +47,12 @@ inline MomentSums sumsOf(const CellGrid& grid, int cell) {
   for (int m = 0; m < kMoments; ++m) sums[static_cast<std::size_t>(m)] = grid.moment(m)[cell];
   return sums;
 }
+inline Vector3 meanOf(const MomentSums& sums) {
+  return Vector3(sums[kX], sums[kY], sums[kZ]) / sums[kN];
+}
+inline Vector3 meanOf(const CellGrid& grid, int cell) {
+  return Vector3(grid.moment(kX)[cell], grid.moment(kY)[cell], grid.moment(kZ)[cell]) /
+         grid.count(cell);
+}
 
 }  // namespace planar_mapping::detail

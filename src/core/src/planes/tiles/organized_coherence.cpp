@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planes/tiles/organized_coherence.h"
+#include "planes/tiles/plane_fit.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -11,11 +11,6 @@ namespace {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
-
-Vector3 meanOf(const MomentSums& sums) {
-  const double n = sums[kN];
-  return {sums[kX] / n, sums[kY] / n, sums[kZ] / n};
-}
 
 /// Fraction of the points in the tiles of a plane that belong to it and whose 3 x 3 tiles, as far
 /// as they are on the plane, lie as the plane does.

@@ -86,7 +86,7 @@ std::vector<std::int16_t> mergeCandidates(std::vector<PlaneCandidate>& planes,
     PlaneCandidate joined;
     const auto isOneWith = [&](std::size_t large) {
       return planes[large].valid && target[large] == static_cast<std::int16_t>(large) &&
-             fit.joiningCost(planes[large], planes[small], touches(small, large), joined) < 1.0;
+             fit.areOne(planes[large], planes[small], touches(small, large), joined);
     };
     const auto found =
         std::find_if(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(i), isOneWith);

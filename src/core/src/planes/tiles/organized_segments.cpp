@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planes/tiles/organized_segments.h"
+#include "planes/tiles/plane_fit.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <numeric>
 
-#include "planes/plane_patches.h"
+#include "planes/plane_search.h"
 
 namespace planar_mapping::detail {
 namespace {

@@ -209,58 +209,6 @@ PLANAR_MAPPING_INLINE void sumPixels(const float* x, const float* y, const float
   out[kZZ * out_stride] = sumOf(sum_zz) + 2.0 * cz * sz + n * cz * cz;
 }
 
-PLANAR_MAPPING_MULTIVERSION
-void sumTileRange(const float* xyz, int first_tile, int last_tile, std::size_t out_stride,
-                  double* out) {
-  for (int tile = first_tile; tile < last_tile; ++tile) {
-    const float* x = xyz + std::size_t{3} * kTileArea * tile;
-    sumPixels(x, x + kTileArea, x + 2 * kTileArea, nullptr, 0, kTileArea, out + tile, out_stride);
-  }
-}
-
-PLANAR_MAPPING_MULTIVERSION
-void sumQuarterRows(const float* xyz, const std::int16_t* labels, int columns, int first_row,
-                    int last_row, std::size_t out_stride, double* out) {
-  for (int row = first_row; row < last_row; ++row) {
-    // Two rows of quarters; most quarters have no free pixel.
-    double* first = out + static_cast<std::size_t>(4) * row * columns;
-    for (int m = 0; m < kMoments; ++m) std::fill_n(first + m * out_stride, 4 * columns, 0.0);
-    for (int column = 0; column < columns; ++column) {
-      const std::size_t tile = static_cast<std::size_t>(row) * columns + column;
-      const float* x = xyz + 3 * kTileArea * tile;
-      const std::int16_t* tile_labels = labels + kTileArea * tile;
-      for (int quarter = 0; quarter < 4; ++quarter) {
-        const int at = quarter * kQuarterArea;
-        const std::size_t cell =
-            (static_cast<std::size_t>(2 * row + quarter / 2) * columns + column) * 2 + quarter % 2;
-        ShortLanes held;
-        std::memcpy(&held, tile_labels + at, sizeof(held));
-        if (smallestOf(held) >= 0) continue;
-        sumPixels(x + at, x + kTileArea + at, x + 2 * kTileArea + at, tile_labels + at, -1,
-                  kQuarterArea, out + cell, out_stride);
-      }
-    }
-  }
-}
-
-PLANAR_MAPPING_MULTIVERSION
-void sumLabelled(const float* x, const std::int16_t* labels, std::int16_t label, double* out) {
-  sumPixels(x, x + kTileArea, x + 2 * kTileArea, labels, label, kTileArea, out, 1);
-}
-
-PLANAR_MAPPING_MULTIVERSION
-void sumQuartersOfRow(const float* xyz, int columns, double* out) {
-  for (int column = 0; column < columns; ++column) {
-    const float* x = xyz + std::size_t{3} * kTileArea * column;
-    for (int quarter = 0; quarter < 4; ++quarter) {
-      const std::size_t cell = static_cast<std::size_t>(quarter / 2 * columns + column) * 2;
-      const float* at = x + quarter * kQuarterArea;
-      sumPixels(at, at + kTileArea, at + 2 * kTileArea, nullptr, 0, kQuarterArea,
-                out + (cell + quarter % 2) * kMoments, 1);
-    }
-  }
-}
-
 }  // namespace
 
 TiledCloud tileCloud(const PointsView& points, const Indices* indices, const Vector3& sensor,
@@ -297,24 +245,57 @@ TiledCloud tileCloud(const PointsView& points, const Indices* indices, const Vec
   return cloud;
 }
 
-void sumTiles(const TiledCloud& cloud, int first_tile, int last_tile, double* out) {
-  sumTileRange(cloud.xyz, first_tile, last_tile, static_cast<std::size_t>(cloud.tiles()), out);
+PLANAR_MAPPING_MULTIVERSION
+void sumTiles(const float* xyz, int first_tile, int last_tile, std::size_t out_stride,
+              double* out) {
+  for (int tile = first_tile; tile < last_tile; ++tile) {
+    const float* x = xyz + std::size_t{3} * kTileArea * tile;
+    sumPixels(x, x + kTileArea, x + 2 * kTileArea, nullptr, 0, kTileArea, out + tile, out_stride);
+  }
 }
 
-void sumFreeQuarters(const TiledCloud& cloud, const std::int16_t* labels, int first_row,
-                     int last_row, double* out) {
-  sumQuarterRows(cloud.xyz, labels, cloud.columns, first_row, last_row,
-                 static_cast<std::size_t>(4) * cloud.tiles(), out);
+PLANAR_MAPPING_MULTIVERSION
+void sumFreeQuarters(const float* xyz, const std::int16_t* labels, int columns, int first_row,
+                     int last_row, std::size_t out_stride, double* out) {
+  for (int row = first_row; row < last_row; ++row) {
+    // Two rows of quarters; most quarters have no free pixel.
+    double* first = out + static_cast<std::size_t>(4) * row * columns;
+    for (int m = 0; m < kMoments; ++m) std::fill_n(first + m * out_stride, 4 * columns, 0.0);
+    for (int column = 0; column < columns; ++column) {
+      const std::size_t tile = static_cast<std::size_t>(row) * columns + column;
+      const float* x = xyz + 3 * kTileArea * tile;
+      const std::int16_t* tile_labels = labels + kTileArea * tile;
+      for (int quarter = 0; quarter < 4; ++quarter) {
+        const int at = quarter * kQuarterArea;
+        const std::size_t cell =
+            (static_cast<std::size_t>(2 * row + quarter / 2) * columns + column) * 2 + quarter % 2;
+        ShortLanes held;
+        std::memcpy(&held, tile_labels + at, sizeof(held));
+        if (smallestOf(held) >= 0) continue;
+        sumPixels(x + at, x + kTileArea + at, x + 2 * kTileArea + at, tile_labels + at, -1,
+                  kQuarterArea, out + cell, out_stride);
+      }
+    }
+  }
 }
 
-void sumQuarters(const TiledCloud& cloud, int row, MomentSums* out) {
-  static_assert(sizeof(MomentSums) == kMoments * sizeof(double), "written as plain numbers");
-  sumQuartersOfRow(cloud.x(row * cloud.columns), cloud.columns, out->data());
+PLANAR_MAPPING_MULTIVERSION
+void sumLabelledPixels(const float* x, const std::int16_t* labels, std::int16_t label,
+                       double* out) {
+  sumPixels(x, x + kTileArea, x + 2 * kTileArea, labels, label, kTileArea, out, 1);
 }
 
-void sumLabelledPixels(const TiledCloud& cloud, int tile, const std::int16_t* labels,
-                       std::int16_t label, double* out) {
-  sumLabelled(cloud.x(tile), labels, label, out);
+PLANAR_MAPPING_MULTIVERSION
+void sumQuarters(const float* xyz, int columns, double* out) {
+  for (int column = 0; column < columns; ++column) {
+    const float* x = xyz + std::size_t{3} * kTileArea * column;
+    for (int quarter = 0; quarter < 4; ++quarter) {
+      const std::size_t cell = static_cast<std::size_t>(quarter / 2 * columns + column) * 2;
+      const float* at = x + quarter * kQuarterArea;
+      sumPixels(at, at + kTileArea, at + 2 * kTileArea, nullptr, 0, kQuarterArea,
+                out + (cell + quarter % 2) * kMoments, 1);
+    }
+  }
 }
 
 }  // namespace planar_mapping::detail

@@ -57,19 +57,21 @@ TiledCloud tileCloud(const PointsView& points, const Indices* indices, const Vec
 enum Moment { kN, kX, kY, kZ, kXX, kXY, kXZ, kYY, kYZ, kZZ, kMoments };
 using MomentSums = std::array<double, kMoments>;
 
-/// Sums of every tile, out[moment * tiles + tile].
-void sumTiles(const TiledCloud& cloud, int first_tile, int last_tile, double* out);
+// Sums of the points of tiled clouds; \p xyz is TiledCloud::xyz, \p x that of one tile.
 
-/// Sums of every quarter over the pixels without a label; quarters form a grid of 2 * columns by
-/// 2 * rows cells, out[moment * cells + cell].
-void sumFreeQuarters(const TiledCloud& cloud, const std::int16_t* labels, int first_row,
-                     int last_row, double* out);
+/// Of every tile, out[moment * out_stride + tile].
+void sumTiles(const float* xyz, int first_tile, int last_tile, std::size_t out_stride, double* out);
 
-/// Sums of all pixels of every quarter in a row of tiles, two rows of 2 * columns cells.
-void sumQuarters(const TiledCloud& cloud, int row, MomentSums* out);
+/// Of every quarter over the pixels without a label; quarters form a grid of 2 * columns by
+/// 2 * rows cells, out[moment * out_stride + cell].
+/// \param columns tiles in a row
+void sumFreeQuarters(const float* xyz, const std::int16_t* labels, int columns, int first_row,
+                     int last_row, std::size_t out_stride, double* out);
 
-/// Sums of the pixels of a tile that carry \p label; \p labels are those of the tile.
-void sumLabelledPixels(const TiledCloud& cloud, int tile, const std::int16_t* labels,
-                       std::int16_t label, double* out);
+/// Of all pixels of every quarter in a row of tiles, two rows of 2 * columns cells.
+void sumQuarters(const float* xyz, int columns, double* out);
+
+/// Of the pixels of a tile that carry \p label; \p labels are those of the tile.
+void sumLabelledPixels(const float* x, const std::int16_t* labels, std::int16_t label, double* out);
 
 }  // namespace planar_mapping::detail

@@ -81,12 +81,11 @@ class PlaneFit {
   /// Improves a fitted plane by the noise of each of its parts.
   virtual void refine(PlaneCandidate& /*plane*/, const std::vector<TilePart>& /*parts*/,
                       const PartList& /*list*/) const {}
-  /// How badly two planes fit their common one, in units of what noise and the flatness of surfaces
-  /// allow; they are two planes from 1 on.
+  /// Whether two planes fit their common one within what noise and the flatness of surfaces allow.
   /// \param adjacent their cells touch or have one cell between them
   /// \param joined   becomes the common plane
-  virtual double joiningCost(const PlaneCandidate& one, const PlaneCandidate& other, bool adjacent,
-                             PlaneCandidate& joined) const = 0;
+  virtual bool areOne(const PlaneCandidate& one, const PlaneCandidate& other, bool adjacent,
+                      PlaneCandidate& joined) const = 0;
   virtual CoherenceTest coherenceTest(const PlaneCandidate& plane,
                                       const std::vector<TilePart>& parts,
                                       const PartList& list) const = 0;
@@ -94,5 +93,26 @@ class PlaneFit {
   virtual std::vector<char> agree(const PlaneCandidate& plane, const CellGrid& windows) const = 0;
   virtual bool isBent(const PlaneCandidate& plane, const Bend& bend) const = 0;
 };
+
+/// Tells planes from bent surfaces and from slices through unrelated objects: the tiles of a plane
+/// must be filled with points whose neighbourhoods lie as the plane does, and a quadratic surface
+/// must not explain them better.
+/// \param parts ascending by tile
+/// \return true per plane that is one
+std::vector<char> coherentPlanes(const std::vector<PlaneCandidate>& planes,
+                                 const std::vector<TilePart>& parts, int columns, int tiles,
+                                 const PlaneFit& fit);
+
+/// Fits a quadratic surface to the means of the parts; zero where they are too few.
+/// \param axes of the places of the parts
+Bend bendOf(const PlaneCandidate& plane, const std::vector<TilePart>& parts, const PartList& list,
+            const Vector3 (&axes)[2]);
+
+/// Writes inliers and patches of \p segments, one per label, null for a label without pixels.
+/// \param parts     what of each tile has which label, ascending by tile
+/// \param patch_gap metres that separate patches; 0 = patches are connected over adjacent tiles
+void listSegments(const PointsView& points, const TiledCloud& cloud,
+                  const std::vector<std::int16_t>& labels, const std::vector<TilePart>& parts,
+                  double patch_gap, const std::vector<PlaneSegment*>& segments);
 
 }  // namespace planar_mapping::detail

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/point_indices.h"
 #include "planar_mapping/core/base/detail/parallel.h"
 
 namespace planar_mapping::detail {
@@ -34,6 +35,25 @@ Nearest nearestCandidate(const float* p, const std::array<std::int32_t, kPlanesP
   return best;
 }
 
+/// Calls visit(chunk, point, nearest) for the points of cells with candidates, in chunks on
+/// several threads.
+template <typename Visit>
+void forEachNearest(const PointsView& points, const Indices* indices, const PointCells& grid,
+                    const CellCandidates& candidates, const std::vector<Plane>& planes, int threads,
+                    const Visit& visit) {
+  const std::size_t considered = grid.cell_of.size();
+  parallelFor((considered + kChunk - 1) / kChunk, threads, [&](std::size_t chunk) {
+    const std::size_t end = std::min(considered, (chunk + 1) * kChunk);
+    for (std::size_t k = chunk * kChunk; k < end; ++k) {
+      if (grid.cell_of[k] < 0) continue;
+      const auto& cell = candidates[static_cast<std::size_t>(grid.cell_of[k])];
+      if (cell[0] < 0) continue;
+      const std::size_t i = at(indices, k);
+      visit(chunk, i, nearestCandidate(points[i], cell, planes));
+    }
+  });
+}
+
 void insertCandidate(std::array<std::int32_t, kPlanesPerCell>& cell, std::int32_t plane) {
   for (std::int32_t& candidate : cell) {
     if (candidate == plane) return;
@@ -57,17 +77,9 @@ CellCandidates candidatesOfCells(const PointCells& grid, const SurfaceLeaves& su
       plane_of_leaf[static_cast<std::size_t>(leaf)] = static_cast<std::int32_t>(k);
     }
   }
-  // A crowd of points is its own surface and nobody else's.
-  std::vector<char> clear(grid.sums.size(), 0);
-  for (const LeafInCell& entry : surface.leaves_in_cells) {
-    const bool fine = surface.leaves[static_cast<std::size_t>(entry.leaf)].level < kGridLevel;
-    const bool found = plane_of_leaf[static_cast<std::size_t>(entry.leaf)] >= 0;
-    if (fine && found) clear[static_cast<std::size_t>(entry.cell)] = 1;
-  }
-  for (const LeafInCell& entry : surface.leaves_in_cells) {
-    const std::int32_t k = plane_of_leaf[static_cast<std::size_t>(entry.leaf)];
+  for (std::size_t cell = 0; cell < grid.sums.size(); ++cell) {
+    const std::int32_t k = plane_of_leaf[static_cast<std::size_t>(surface.leaf_of_cell[cell])];
     if (k < 0) continue;
-    const auto cell = static_cast<std::size_t>(entry.cell);
     const Plane& plane = planes[static_cast<std::size_t>(k)].plane;
     const double half_cell = 0.5 * grid.side * plane.normal.lpNorm<1>();
     const double here = plane.signedDistance(grid.centre(cell));
@@ -82,7 +94,7 @@ CellCandidates candidatesOfCells(const PointCells& grid, const SurfaceLeaves& su
           const bool itself = dx == 0 && dy == 0 && dz == 0;
           const std::int32_t other = itself ? static_cast<std::int32_t>(cell)
                                             : grid.table.find({key.x + dx, key.y + dy, key.z + dz});
-          if (other < 0 || (!itself && clear[static_cast<std::size_t>(other)] != 0)) continue;
+          if (other < 0) continue;
           insertCandidate(candidates[static_cast<std::size_t>(other)], k);
         }
       }
@@ -96,30 +108,21 @@ std::vector<PlaneEvidence> gatherEvidence(const PointsView& points, const Indice
                                           const std::vector<Plane>& planes, const Vector3& origin,
                                           const MultiPlaneParams& params) {
   const DistanceBand band(params);
-  const std::size_t considered = grid.cell_of.size();
-  const std::size_t chunks = (considered + kChunk - 1) / kChunk;
-  std::vector<std::vector<PlaneEvidence>> parts(chunks);
-  parallelFor(chunks, params.threads, [&](std::size_t chunk) {
-    std::vector<PlaneEvidence>& part = parts[chunk];
-    part.resize(planes.size());
-    const std::size_t end = std::min(considered, (chunk + 1) * kChunk);
-    for (std::size_t k = chunk * kChunk; k < end; ++k) {
-      if (grid.cell_of[k] < 0) continue;
-      const auto& cell = candidates[static_cast<std::size_t>(grid.cell_of[k])];
-      if (cell[0] < 0) continue;
-      const float* p = points[indices != nullptr ? static_cast<std::size_t>((*indices)[k]) : k];
-      const Nearest nearest = nearestCandidate(p, cell, planes);
-      const double threshold = band.at(p[2]);
-      if (nearest.distance > 2.0 * threshold) continue;
-      PlaneEvidence& evidence = part[static_cast<std::size_t>(nearest.plane)];
-      if (nearest.distance > threshold) {
-        (nearest.above ? evidence.above : evidence.below) += 1.0;
-        continue;
-      }
-      evidence.inner += 2.0 * nearest.distance <= threshold ? 1.0 : 0.0;
-      evidence.sums.add(p[0] - origin[0], p[1] - origin[1], p[2] - origin[2]);
+  std::vector<std::vector<PlaneEvidence>> parts((grid.cell_of.size() + kChunk - 1) / kChunk);
+  for (std::vector<PlaneEvidence>& part : parts) part.resize(planes.size());
+  const auto add = [&](std::size_t chunk, std::size_t i, const Nearest& nearest) {
+    const float* p = points[i];
+    const double threshold = band.at(p[2]);
+    if (nearest.distance > 2.0 * threshold) return;
+    PlaneEvidence& evidence = parts[chunk][static_cast<std::size_t>(nearest.plane)];
+    if (nearest.distance > threshold) {
+      (nearest.above ? evidence.above : evidence.below) += 1.0;
+      return;
     }
-  });
+    evidence.inner += 2.0 * nearest.distance <= threshold ? 1.0 : 0.0;
+    evidence.sums.add(p[0] - origin[0], p[1] - origin[1], p[2] - origin[2]);
+  };
+  forEachNearest(points, indices, grid, candidates, planes, params.threads, add);
   std::vector<PlaneEvidence> all(planes.size());
   for (const std::vector<PlaneEvidence>& part : parts) {
     for (std::size_t k = 0; k < part.size(); ++k) {
@@ -138,19 +141,10 @@ std::vector<std::int32_t> labelPoints(const PointsView& points, const Indices* i
                                       const MultiPlaneParams& params) {
   const DistanceBand band(params);
   std::vector<std::int32_t> labels(points.size, -1);
-  const std::size_t considered = grid.cell_of.size();
-  const std::size_t chunks = (considered + kChunk - 1) / kChunk;
-  parallelFor(chunks, params.threads, [&](std::size_t chunk) {
-    const std::size_t end = std::min(considered, (chunk + 1) * kChunk);
-    for (std::size_t k = chunk * kChunk; k < end; ++k) {
-      if (grid.cell_of[k] < 0) continue;
-      const auto& cell = candidates[static_cast<std::size_t>(grid.cell_of[k])];
-      if (cell[0] < 0) continue;
-      const std::size_t i = indices != nullptr ? static_cast<std::size_t>((*indices)[k]) : k;
-      const Nearest nearest = nearestCandidate(points[i], cell, planes);
-      if (nearest.distance <= band.at(points[i][2])) labels[i] = nearest.plane;
-    }
-  });
+  const auto label = [&](std::size_t /*chunk*/, std::size_t i, const Nearest& nearest) {
+    if (nearest.distance <= band.at(points[i][2])) labels[i] = nearest.plane;
+  };
+  forEachNearest(points, indices, grid, candidates, planes, params.threads, label);
   return labels;
 }
 

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "planes/unorganized/leaf_planes.h"
 #include "planes/point_cells.h"
+#include "planes/unorganized/leaf_planes.h"
 
 namespace planar_mapping::detail {
 

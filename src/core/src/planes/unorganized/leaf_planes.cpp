@@ -11,7 +11,7 @@
 
 #include "grid/cell_table.h"
 #include "planar_mapping/core/base/detail/random.h"
-#include "planes/plane_kernels.h"
+#include "planar_mapping/core/base/detail/simd.h"
 #include "planes/unorganized/leaf_voters.h"
 
 namespace planar_mapping::detail {
@@ -19,7 +19,7 @@ namespace planar_mapping::detail {
 namespace {
 
 // Blocks of 4, 2 and 1 cells a side propose planes, in this order: the larger, the surer.
-constexpr int kLargestBlockLevel = kGridLevel + 2;
+constexpr int kLargestBlockLevel = 2;
 // Beyond these numbers proposals and voters are drawn at random.
 constexpr std::size_t kMostProposals = 4096;
 constexpr std::size_t kMostVoters = 16384;
@@ -44,6 +44,23 @@ struct Proposal {
   std::int64_t score = 0;
   std::size_t age = 0;  ///< planes accepted when the score was taken
 };
+
+/// Weight of the leaves within their band of the plane whose normals agree with it to \p cosine.
+/// Integer weights: a float sum would not be vectorised without reordering it.
+PLANAR_MAPPING_MULTIVERSION
+std::int32_t scorePlane(const LeafColumns& leaves, std::size_t begin, std::size_t end, float a,
+                        float b, float c, float d, float cosine) {
+  const LeafColumns l = leaves;
+  std::int32_t score = 0;
+  for (std::size_t i = begin; i < end; ++i) {
+    const float distance = a * l.x[i] + b * l.y[i] + c * l.z[i] + d;
+    const float agreement = a * l.nx[i] + b * l.ny[i] + c * l.nz[i];
+    const bool near = (distance < 0.0f ? -distance : distance) <= l.band[i];
+    const bool agrees = (agreement < 0.0f ? -agreement : agreement) >= cosine;
+    score += near & agrees ? l.weight[i] : 0;
+  }
+  return score;
+}
 
 /// Middle of the planar leaves by medians, so that a far point cannot take the precision away.
 Vector3 medianOfMeans(const SurfaceLeaves& surface) {
@@ -76,7 +93,7 @@ class LeafPlaneSearch {
         least_(kShareThatVotes * params.min_inliers) {}
 
   std::vector<LeafPlane> run() {
-    for (int level = kLargestBlockLevel; level >= kGridLevel && !stopped_; --level) {
+    for (int level = kLargestBlockLevel; level >= 0 && !stopped_; --level) {
       while (!stopped_ && voters_.size() > 0) {
         const std::size_t before = planes_.size();
         const bool all = searchAt(level);
@@ -154,10 +171,10 @@ class LeafPlaneSearch {
       const Vector3 centre = Vector3(key.x + 0.5, key.y + 0.5, key.z + 0.5) * block_side;
       offer(members[b], centre, block_side, proposals);
     }
-    // Leaves finer than a cell speak for themselves, and in the end the larger ones do.
-    for (std::size_t i = 0; i < voters_.size(); ++i) {
+    // In the end leaves larger than a cell speak for themselves.
+    for (std::size_t i = 0; level == 0 && i < voters_.size(); ++i) {
       const SurfaceLeaf& leaf = surface_.leaves[static_cast<std::size_t>(voters_.name(i))];
-      if (leaf.level == kGridLevel || (leaf.level > kGridLevel && level > kGridLevel)) continue;
+      if (leaf.level == 0) continue;
       offer({voters_.name(i)}, surface_.centreOf(leaf), surface_.sideOf(leaf), proposals);
     }
     return proposals;
@@ -197,11 +214,17 @@ class LeafPlaneSearch {
 
   void score(Proposal& proposal) {
     ++diagnostics_.hypotheses;
-    const Vector3& n = proposal.plane.normal;
-    proposal.score = scorePlane((sampled_ ? sample_ : voters_).columns(), static_cast<float>(n[0]),
-                                static_cast<float>(n[1]), static_cast<float>(n[2]),
-                                static_cast<float>(proposal.plane.signedDistance(origin_)),
-                                static_cast<float>(cosine_));
+    const Eigen::Vector3f n = proposal.plane.normal.cast<float>();
+    const auto d = static_cast<float>(proposal.plane.signedDistance(origin_));
+    const LeafColumns leaves = (sampled_ ? sample_ : voters_).columns();
+    proposal.score = 0;
+    // A block of 2^15 leaves of at most 2^15 each cannot overflow; larger leaves count as that
+    // much.
+    constexpr std::size_t kBlock = 1U << 15U;
+    for (std::size_t begin = 0; begin < leaves.n; begin += kBlock) {
+      proposal.score += scorePlane(leaves, begin, std::min(leaves.n, begin + kBlock), n[0], n[1],
+                                   n[2], d, static_cast<float>(cosine_));
+    }
     proposal.age = planes_.size();
   }
 

@@ -8,9 +8,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "planar_mapping/core/geometry/plane.h"
 #include "planar_mapping/core/base/detail/random.h"
-#include "planes/plane_kernels.h"
+#include "planar_mapping/core/geometry/plane.h"
 #include "planes/surface_leaves.h"
 
 namespace planar_mapping::detail {
@@ -54,6 +53,13 @@ inline bool hasCompany(const SurfaceLeaves& surface, const SurfaceLeaf& leaf, do
   });
   return agree >= kLeastCompany * (agree + oppose);
 }
+
+/// Leaves as columns: mean, unit normal, half width of the band and weight.
+struct LeafColumns {
+  const float *x, *y, *z, *nx, *ny, *nz, *band;
+  const std::int32_t* weight;
+  std::size_t n;
+};
 
 /// The leaves that no plane has yet, as columns about a common origin.
 class Voters {

@@ -44,16 +44,12 @@ struct PLANAR_MAPPING_EXPORT FeaturePlaneParams {
   /// [ours] Disparity errors a feature may lie off its plane where the noise is given; without, it
   /// is d_T. > 0
   double feature_error_factor = 1.5;
-  /// [ours] Points join a plane only where it is a surface (square_side to min_surface_share), and
-  /// it is refitted to them. Without, points only belong, as in the paper.
+  /// [ours] A plane is kept only where it is a surface (min_dominance), and is refitted to its
+  /// points. Without, points only belong, as in the paper.
   bool refine = true;
-  /// [ours] Side of the squares of a plane that are tested one by one, in units of d_T, > 0.
-  double square_side = 4.0;
-  /// [ours] A square is surface if it holds this many times the points of either slab beside it,
-  /// >= 1: a plane through unrelated objects has as many beside it as on it.
-  double square_dominance = 1.5;
-  /// [ours] Fraction of a plane's points that must lie in such squares, in [0, 1].
-  double min_surface_share = 0.5;
+  /// [ours] Times as many points as in either slab of the same thickness beside it that a plane
+  /// must hold, >= 1: a plane through unrelated objects has as many beside it as on it.
+  double min_dominance = 1.5;
   /// [ours] Largest turn of a plane when it is refitted to its points, radians, in (0, pi/2]: one
   /// that turns farther stood on features of several surfaces.
   double max_refit_turn = 0.2;
@@ -160,10 +156,10 @@ PLANAR_MAPPING_EXPORT PlaneSet findPlanes(const PointsView& points, const Indice
 /// Finds the planes of a frame in what params.source names (the paper, III-C).
 ///
 /// Dense: findPlanes(). Else multi-RANSAC on the key features proposes planes, points are clustered
-/// to them (Eq. 11, clusterByPlane()), and [ours] each plane is kept where its points are a surface
-/// of their own, and refitted to them; Auto then searches the points on none of these planes: a
-/// plain wall has no features. Where there are no key features, features.samples points spread
-/// evenly over the indices take their place.
+/// to them (Eq. 11, clusterByPlane()), and [ours] each plane that is a surface is refitted to its
+/// points; Auto then searches the points on none of these planes: a plain wall has no features.
+/// Where there are no key features, features.samples points spread evenly over the indices take
+/// their place.
 /// \param features positions in the frame of \p points; non-finite ones are skipped and counted
 /// \return planes as findPlanes() returns them: inliers are points of the cloud, largest first
 /// \throws ParameterError, InputError as findPlanes()

@@ -27,112 +27,48 @@
 /// The bytes are for the same build on the same kind of machine.
 namespace planar_mapping::detail {
 
-class StateWriter {
+/// Writes values, or reads them back in the same order.
+/// \throws Error where the bytes to be read end too early
+template <bool reads>
+class StateArchive {
  public:
-  static constexpr bool kReads = false;
+  static constexpr bool kReads = reads;
+
+  StateArchive() = default;
+  explicit StateArchive(std::string_view bytes) : rest_(bytes) {}
 
   template <typename... Values>
-  void operator()(const Values&... values) {
-    (put(values), ...);
+  void operator()(Values&&... values) {
+    // What is written is not changed.
+    (visit(const_cast<std::remove_const_t<std::remove_reference_t<Values>>&>(values)), ...);
   }
-  std::string take() { return std::move(bytes_); }
-
- private:
-  void raw(const void* data, std::size_t size) {
-    if (size > 0) bytes_.append(static_cast<const char*>(data), size);
-  }
-  template <typename T>
-  void put(const T& value) {
-    static_assert(!std::is_pointer_v<T>, "a pointer means nothing to another process");
-    if constexpr (std::is_trivially_copyable_v<T>) {
-      raw(&value, sizeof value);
-    } else {
-      const_cast<T&>(value).visitState(*this);  // which only reads it
-    }
-  }
-  template <typename S, int R, int C, int O, int MR, int MC>
-  void put(const Eigen::Matrix<S, R, C, O, MR, MC>& value) {
-    static_assert(R > 0 && C > 0, "of a fixed size");
-    raw(value.data(), sizeof(S) * R * C);
-  }
-  template <typename S, int D, int M, int O>
-  void put(const Eigen::Transform<S, D, M, O>& value) {
-    put(value.matrix());
-  }
-  template <typename A, typename B>
-  void put(const std::pair<A, B>& value) {
-    (*this)(value.first, value.second);
-  }
-  template <typename T>
-  void put(const std::optional<T>& value) {
-    put(value.has_value());
-    if (value) put(*value);
-  }
-  template <typename List>
-  void putList(const List& list) {
-    put(std::uint64_t{list.size()});
-    for (const auto& value : list) put(value);
-  }
-  void put(const std::string& text) {
-    put(std::uint64_t{text.size()});
-    raw(text.data(), text.size());
-  }
-  template <typename T>
-  void put(const std::vector<T>& list) {
-    if constexpr (std::is_trivially_copyable_v<T>) {
-      put(std::uint64_t{list.size()});
-      raw(list.data(), list.size() * sizeof(T));
-    } else {
-      putList(list);
-    }
-  }
-  template <typename T>
-  void put(const std::deque<T>& list) {
-    putList(list);
-  }
-  template <typename K, typename V>
-  void put(const std::map<K, V>& table) {
-    putList(table);
-  }
-  template <typename K, typename V>
-  void put(const std::unordered_map<K, V>& table) {
-    putList(table);
-  }
-
-  std::string bytes_;
-};
-
-/// \throws Error where the bytes end too early
-class StateReader {
- public:
-  static constexpr bool kReads = true;
-
-  explicit StateReader(std::string_view bytes) : bytes_(bytes) {}
-
-  template <typename... Values>
-  void operator()(Values&... values) {
-    (get(values), ...);
-  }
+  /// The bytes written.
+  std::string take() { return std::move(written_); }
   /// \throws Error if there are more bytes than were read
   void finish() const {
-    if (!bytes_.empty()) throw Error("the saved state has another size than expected");
+    if (!rest_.empty()) throw Error("the saved state has another size than expected");
   }
 
  private:
   void raw(void* data, std::size_t size) {
-    if (size > bytes_.size()) throw Error("the saved state is cut short");
-    if (size > 0) std::memcpy(data, bytes_.data(), size);
-    bytes_.remove_prefix(size);
+    if (size == 0) return;
+    if constexpr (kReads) {
+      if (size > rest_.size()) throw Error("the saved state is cut short");
+      std::memcpy(data, rest_.data(), size);
+      rest_.remove_prefix(size);
+    } else {
+      written_.append(static_cast<const char*>(data), size);
+    }
   }
   /// Number of values that follow, each of at least so many bytes.
-  std::size_t count(std::size_t least = 1) {
-    std::uint64_t size = 0;
-    get(size);
-    if (size > bytes_.size() / least) throw Error("the saved state is cut short");
+  std::size_t count(std::uint64_t size, std::size_t least = 1) {
+    visit(size);
+    if (kReads && size > rest_.size() / least) throw Error("the saved state is cut short");
     return static_cast<std::size_t>(size);
   }
   template <typename T>
-  void get(T& value) {
+  void visit(T& value) {
+    static_assert(!std::is_pointer_v<T>, "a pointer means nothing to another process");
     if constexpr (std::is_trivially_copyable_v<T>) {
       raw(&value, sizeof value);
     } else {
@@ -140,66 +76,83 @@ class StateReader {
     }
   }
   template <typename S, int R, int C, int O, int MR, int MC>
-  void get(Eigen::Matrix<S, R, C, O, MR, MC>& value) {
+  void visit(Eigen::Matrix<S, R, C, O, MR, MC>& value) {
+    static_assert(R > 0 && C > 0, "of a fixed size");
     raw(value.data(), sizeof(S) * R * C);
   }
   template <typename S, int D, int M, int O>
-  void get(Eigen::Transform<S, D, M, O>& value) {
-    get(value.matrix());
+  void visit(Eigen::Transform<S, D, M, O>& value) {
+    visit(value.matrix());
   }
   template <typename A, typename B>
-  void get(std::pair<A, B>& value) {
+  void visit(std::pair<A, B>& value) {
     (*this)(value.first, value.second);
   }
   template <typename T>
-  void get(std::optional<T>& value) {
-    bool has_value = false;
-    get(has_value);
-    value.reset();
-    if (has_value) get(value.emplace());
+  void visit(std::optional<T>& value) {
+    bool has_value = value.has_value();
+    visit(has_value);
+    if constexpr (kReads) {
+      value.reset();
+      if (has_value) value.emplace();
+    }
+    if (value) visit(*value);
   }
-  void get(std::string& text) {
-    text.resize(count());
+  void visit(std::string& text) {
+    text.resize(count(text.size()));
     raw(text.data(), text.size());
   }
   template <typename T>
-  void get(std::vector<T>& list) {
+  void visit(std::vector<T>& list) {
     if constexpr (std::is_trivially_copyable_v<T>) {
-      list.resize(count(sizeof(T)));
+      list.resize(count(list.size(), sizeof(T)));
       raw(list.data(), list.size() * sizeof(T));
     } else {
-      getList(list);
+      visitList(list);
     }
   }
   template <typename T>
-  void get(std::deque<T>& list) {
-    getList(list);
+  void visit(std::deque<T>& list) {
+    visitList(list);
+  }
+  template <typename K, typename V>
+  void visit(std::map<K, V>& table) {
+    visitTable(table);
+  }
+  template <typename K, typename V>
+  void visit(std::unordered_map<K, V>& table) {
+    visitTable(table);
   }
   template <typename List>
-  void getList(List& list) {
-    list.clear();
-    for (std::size_t left = count(); left > 0; --left) get(list.emplace_back());
-  }
-  template <typename K, typename V>
-  void get(std::map<K, V>& table) {
-    getTable(table);
-  }
-  template <typename K, typename V>
-  void get(std::unordered_map<K, V>& table) {
-    getTable(table);
+  void visitList(List& list) {
+    std::size_t left = count(list.size());
+    if constexpr (kReads) {
+      list.clear();
+      for (; left > 0; --left) visit(list.emplace_back());
+    } else {
+      for (auto& value : list) visit(value);
+    }
   }
   template <typename Table>
-  void getTable(Table& table) {
-    table.clear();
-    for (std::size_t left = count(); left > 0; --left) {
-      typename Table::key_type key{};
-      get(key);
-      get(table[key]);
+  void visitTable(Table& table) {
+    std::size_t left = count(table.size());
+    if constexpr (kReads) {
+      table.clear();
+      for (; left > 0; --left) {
+        typename Table::key_type key{};
+        visit(key);
+        visit(table[key]);
+      }
+    } else {
+      for (auto& [key, value] : table) (*this)(key, value);
     }
   }
 
-  std::string_view bytes_;
+  std::string written_;
+  std::string_view rest_;  ///< to be read
 };
+using StateWriter = StateArchive<false>;
+using StateReader = StateArchive<true>;
 
 template <typename T>
 std::string stateOf(const T& object) {

@@ -9,6 +9,12 @@
 
 namespace planar_mapping {
 
+void StereoNoise::validate() const {
+  requirePositive("baseline", baseline, "m");
+  requirePositive("focal_length", focal_length, "px");
+  requireInRange("disparity_error", disparity_error, 0.0, std::numeric_limits<double>::max(), "px");
+}
+
 FeatureCamera FeatureCamera::stereo(double fx, double fy, double cx, double cy, double baseline,
                                     double disparity_error) {
   requirePositive("baseline", baseline, "m");

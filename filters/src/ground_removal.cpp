@@ -4,7 +4,13 @@
 
 namespace planar_mapping {
 
+template class GroundRemoval<pcl::PointXYZ>;
+template class GroundRemoval<pcl::PointXYZI>;
+template class GroundRemoval<pcl::PointXYZL>;
 template class GroundRemoval<pcl::PointXYZRGB>;
 template class GroundRemoval<pcl::PointXYZRGBA>;
+template class GroundRemoval<pcl::PointNormal>;
+template class GroundRemoval<pcl::PointXYZRGBNormal>;
+template class GroundRemoval<pcl::PointXYZINormal>;
 
 }  // namespace planar_mapping

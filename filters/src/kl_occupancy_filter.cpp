@@ -4,7 +4,13 @@
 
 namespace planar_mapping {
 
+template class KLOccupancyFilter<pcl::PointXYZ>;
+template class KLOccupancyFilter<pcl::PointXYZI>;
+template class KLOccupancyFilter<pcl::PointXYZL>;
 template class KLOccupancyFilter<pcl::PointXYZRGB>;
 template class KLOccupancyFilter<pcl::PointXYZRGBA>;
+template class KLOccupancyFilter<pcl::PointNormal>;
+template class KLOccupancyFilter<pcl::PointXYZRGBNormal>;
+template class KLOccupancyFilter<pcl::PointXYZINormal>;
 
 }  // namespace planar_mapping
