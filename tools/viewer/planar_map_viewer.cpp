@@ -221,9 +221,10 @@ void followFile(const Arguments& a, const ViewOptions& options) {
   };
   std::optional<SceneContent> content;
   while (!(content = read())) std::this_thread::sleep_for(kPeriod);
-  Window window(std::move(*content), options, Window::Screen::Display, path + " - planar_mapping");
-  window.follow(read, kPeriod.count() * 1e-3);
-  window.run();
+  const std::unique_ptr<Window> window =
+      openWindow(std::move(*content), options, Window::Screen::Display, path + " - planar_mapping");
+  window->follow(read, kPeriod.count() * 1e-3);
+  window->run();
 }
 
 int draw(const Arguments& a, const ViewOptions& options) {
@@ -235,7 +236,7 @@ int draw(const Arguments& a, const ViewOptions& options) {
   }
   const SceneContent content = readContent(a);
   if (in_window) {
-    showWindow(content, options, a.files[0] + " - planar_mapping");
+    openWindow(content, options, Window::Screen::Display, a.files[0] + " - planar_mapping")->run();
     return kDone;
   }
   const Image image = a.projection_2d ? drawProjection2d(content, options, a.projection)
