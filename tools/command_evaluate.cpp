@@ -1,23 +1,59 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include <pcl/pcl_config.h>
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
 
-#include "evaluation/artefact_file.h"
 #include "evaluation/evaluation_run.h"
-#include "evaluation/machine_facts.h"
 #include "evaluation/variants.h"
 #include "frame_command.h"
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/evaluation/octree_grid.h"
 #include "planar_mapping/pipeline/output.h"
-#include "viewer/viewer_program.h"
 
 namespace planar_mapping::tools {
 namespace {
+
+std::string processorName() {
+  std::ifstream in("/proc/cpuinfo");
+  for (std::string line; std::getline(in, line);) {
+    const std::size_t colon = line.find(": ");
+    if (line.compare(0, 10, "model name") == 0 && colon != std::string::npos) {
+      return line.substr(colon + 2);
+    }
+  }
+  return "unknown";
+}
+
+std::string compilerName() {
+#if defined(__clang__)
+  return "clang " __clang_version__;
+#else
+  return "gcc " __VERSION__;
+#endif
+}
+
+/// What figures depend on beside the input: versions of ours, the compiler and the libraries, and
+/// the machine.
+std::vector<std::pair<std::string, std::string>> machineFacts() {
+  return {{"version", "planar_mapping " PLANAR_MAPPING_VERSION},
+          {"compiler", compilerName()},
+          {"processor", processorName()},
+          {"cores", std::to_string(std::thread::hardware_concurrency())},
+          {"octomap", evaluation::makeOctreeGrid(1.0) ? PLANAR_MAPPING_OCTOMAP_VERSION
+                                                      : "not built in: OG is left out"},
+          {"pcl", PCL_VERSION_PRETTY},
+          {"vtk", PLANAR_MAPPING_VTK_VERSION}};
+}
 
 constexpr double kRadiansPerDegree = 0.017453292519943295;
 

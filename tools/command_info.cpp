@@ -5,7 +5,6 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "command_help.h"
 #include "commands.h"
 #include "planar_mapping/io/cloud_file.h"
 #include "planar_mapping/io/map_file.h"

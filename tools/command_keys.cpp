@@ -8,7 +8,7 @@
 #include <iostream>
 #include <memory>
 
-#include "command_help.h"
+#include "commands.h"
 #include "input/network_input.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/atomic_file.h"

@@ -6,7 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "command_help.h"
 #include "commands.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/map_file.h"

@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "command_help.h"
 #include "commands.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/cloud_file.h"

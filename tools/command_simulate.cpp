@@ -38,6 +38,7 @@ void addOptions(CLI::App& command, SimulateArguments& arguments) {
       ->check(CLI::IsMember(evaluation::sceneNames()));
   command.add_option("-o,--output", arguments.directory, "Directory the sequence is written to")
       ->required();
+  command.option_defaults()->always_capture_default();
   static const std::map<std::string, Content> kContents = {
       {"clouds", Content::Clouds}, {"images", Content::Images}, {"both", Content::Both}};
   command
@@ -47,8 +48,7 @@ void addOptions(CLI::App& command, SimulateArguments& arguments) {
           "both: images, and the clouds in DIR/measured")
       ->transform(CLI::CheckedTransformer(kContents, CLI::ignore_case).description(""))
       ->option_text("clouds|images|both [clouds]");
-  command.add_option("--frames", params.frames, "Frames along the path, >= 1")
-      ->capture_default_str();
+  command.add_option("--frames", params.frames, "Frames along the path, >= 1");
   static const std::map<std::string, evaluation::Path> kPaths = {
       {"forward", evaluation::Path::Forward},
       {"return", evaluation::Path::Return},
@@ -59,54 +59,32 @@ void addOptions(CLI::App& command, SimulateArguments& arguments) {
                   "standing: all frames from the first place")
       ->transform(CLI::CheckedTransformer(kPaths, CLI::ignore_case).description(""))
       ->option_text("forward|return|standing [forward]");
-  command
-      .add_option("--step", params.step,
-                  "Metres between frames, >= 0; 0 = the frames are spread over the whole path")
-      ->capture_default_str();
-  command
-      .add_option("--length", params.length,
-                  "Length of the corridor, metres, 8 to 1000; 0 = the hand-made one of 16 m")
-      ->capture_default_str();
+  command.add_option("--step", params.step,
+                     "Metres between frames, >= 0; 0 = the frames are spread over the whole path");
+  command.add_option("--length", params.length,
+                     "Length of the corridor, metres, 8 to 1000; 0 = the hand-made one of 16 m");
   command.add_flag("--moving", params.moving,
                    "Adds a person who leaves and, in the corridor, a door that opens");
-  command.add_option("--seed", params.seed, "Seed of the noise, and of the layout of white")
-      ->capture_default_str();
-  command.add_option("--yaw-deg", arguments.yaw_deg, "Turns the whole world about z, degrees")
-      ->capture_default_str();
-  command.add_option("--width", params.width, "Image width, pixels, 8 to 8192")
-      ->capture_default_str();
-  command.add_option("--height", params.height, "Image height, pixels, 8 to 8192")
-      ->capture_default_str();
-  command
-      .add_option("--focal-length", params.focal_length,
-                  "Focal length, pixels; 0 = 500 for a width of 640, in proportion")
-      ->capture_default_str();
-  command.add_option("--baseline", params.sensor.baseline, "Stereo baseline, metres, > 0")
-      ->capture_default_str();
-  command
-      .add_option("--noise-px", params.sensor.noise_px,
-                  "Standard deviation of the disparity, pixels, >= 0")
-      ->capture_default_str();
-  command
-      .add_option("--wrong-matches", params.sensor.wrong_share,
-                  "Share of the measured pixels with a random disparity instead, 0 to 1")
-      ->capture_default_str();
-  command
-      .add_option("--plain-share", params.plain_share,
-                  "Share of all surface that has no texture, in patches, 0 to 1")
-      ->capture_default_str();
-  command
-      .add_option("--image-noise", params.image_noise,
-                  "Standard deviation of the images' pixels, gray levels of 255")
-      ->capture_default_str();
-  command
-      .add_option("--right-exposure", params.right_exposure,
-                  "Brightness of the right images, where the left ones have 1, > 0")
-      ->capture_default_str();
+  command.add_option("--seed", params.seed, "Seed of the noise, and of the layout of white");
+  command.add_option("--yaw-deg", arguments.yaw_deg, "Turns the whole world about z, degrees");
+  command.add_option("--width", params.width, "Image width, pixels, 8 to 8192");
+  command.add_option("--height", params.height, "Image height, pixels, 8 to 8192");
+  command.add_option("--focal-length", params.focal_length,
+                     "Focal length, pixels; 0 = 500 for a width of 640, in proportion");
+  command.add_option("--baseline", params.sensor.baseline, "Stereo baseline, metres, > 0");
+  command.add_option("--noise-px", params.sensor.noise_px,
+                     "Standard deviation of the disparity, pixels, >= 0");
+  command.add_option("--wrong-matches", params.sensor.wrong_share,
+                     "Share of the measured pixels with a random disparity instead, 0 to 1");
+  command.add_option("--plain-share", params.plain_share,
+                     "Share of all surface that has no texture, in patches, 0 to 1");
+  command.add_option("--image-noise", params.image_noise,
+                     "Standard deviation of the images' pixels, gray levels of 255");
+  command.add_option("--right-exposure", params.right_exposure,
+                     "Brightness of the right images, where the left ones have 1, > 0");
   command.add_flag("--color", params.color_images, "Images in RGB instead of gray");
   command.add_flag("--perfect", arguments.perfect, "No noise, holes or flying pixels");
-  command.add_option("--threads", params.threads, "0 = all cores; changes nothing but the time")
-      ->capture_default_str();
+  command.add_option("--threads", params.threads, "0 = all cores; changes nothing but the time");
   command.add_flag("--force", arguments.force, "Overwrite files that exist");
   command.add_flag("-q,--quiet", arguments.quiet, "No progress");
 }

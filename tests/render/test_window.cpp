@@ -47,7 +47,8 @@ int tableTop(const SceneContent& content) {
 // The same session for both kinds of screen: keys and clicks through VTK's events.
 void useWindow(Window::Screen screen) {
   const SceneContent content = testing::room();
-  Window window(content, small(), screen);
+  const std::unique_ptr<Window> opened = openWindow(content, small(), screen);
+  Window& window = *opened;
   const Image first = window.image();
   EXPECT_FALSE(isBlank(first));
 
@@ -109,7 +110,9 @@ SceneContent emptierRoom() {
 }
 
 TEST(Window, OtherContentIsSeenFromTheSamePlace) {
-  Window window(testing::room(), small(), Window::Screen::Offscreen);
+  const std::unique_ptr<Window> opened =
+      openWindow(testing::room(), small(), Window::Screen::Offscreen);
+  Window& window = *opened;
   window.sendKey("Escape");
   window.sendKey("plus");
   const Image before = window.image();
@@ -127,7 +130,9 @@ TEST(Window, OtherContentIsSeenFromTheSamePlace) {
 }
 
 TEST(Window, FollowsContentThatChanges) {
-  Window window(testing::room(), small(), Window::Screen::Offscreen);
+  const std::unique_ptr<Window> opened =
+      openWindow(testing::room(), small(), Window::Screen::Offscreen);
+  Window& window = *opened;
   const Image before = window.image();
   int asked = 0;
   window.follow(
@@ -152,7 +157,9 @@ TEST(Window, FollowsContentThatChanges) {
 TEST(Window, ShowsWhatTheSnapshotShows) {
   ViewOptions options = small();
   options.show = Layers::fromString("occupied,edges,ground-grid,trajectory");
-  Window window(testing::room(), options, Window::Screen::Offscreen);
+  const std::unique_ptr<Window> opened =
+      openWindow(testing::room(), options, Window::Screen::Offscreen);
+  Window& window = *opened;
   window.press("Escape");
   EXPECT_LT(compareImages(window.image(), renderSnapshot(testing::room(), options)).changed, 0.005);
 }
@@ -161,7 +168,8 @@ TEST(Window, RefusesToOpenWithoutADisplay) {
   for (const char* display : {"", ":77"}) {
     ::setenv("DISPLAY", display, 1);
     try {
-      Window window(testing::room(), small());
+      const std::unique_ptr<Window> opened = openWindow(testing::room(), small());
+      Window& window = *opened;
       FAIL() << "opened a window on '" << display << "'";
     } catch (const RenderError& error) {
       EXPECT_NE(std::string(error.what()).find("--snapshot"), std::string::npos) << error.what();
@@ -175,14 +183,16 @@ TEST(Window, RefusesAnXServerWithoutOpenGl) {
   const testing::XServer server({"-extension", "GLX"});
   if (!server.running()) GTEST_SKIP() << "no Xvfb (package xvfb)";
   ::setenv("DISPLAY", server.display().c_str(), 1);
-  EXPECT_THROW(Window(testing::room(), small()), RenderError);
+  EXPECT_THROW(openWindow(testing::room(), small()), RenderError);
   ::unsetenv("DISPLAY");
 }
 
 TEST(Window, WritesScreenshotsUnderFreshNames) {
   const fs::path folder = fs::temp_directory_path() / ("window_" + std::to_string(::getpid()));
   fs::create_directories(folder);
-  Window window(testing::room(), small(), Window::Screen::Offscreen);
+  const std::unique_ptr<Window> opened =
+      openWindow(testing::room(), small(), Window::Screen::Offscreen);
+  Window& window = *opened;
   window.setScreenshotPrefix((folder / "shot").string());
   window.sendKey("s");
   EXPECT_EQ(window.overlayText(), "written: " + (folder / "shot_001.png").string());
@@ -200,7 +210,8 @@ TEST(Window, WritesScreenshotsUnderFreshNames) {
 TEST(Window, ShowsAnErrorInsteadOfThrowingFromAKey) {
   SceneContent content = testing::room();
   content.trajectory.clear();
-  Window window(content, small(), Window::Screen::Offscreen);
+  const std::unique_ptr<Window> opened = openWindow(content, small(), Window::Screen::Offscreen);
+  Window& window = *opened;
   window.sendKey("7");
   EXPECT_NE(window.overlayText().find("no trajectory"), std::string::npos);
 }

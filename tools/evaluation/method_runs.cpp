@@ -2,12 +2,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "method_runs.h"
 
+#include <malloc.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstddef>
+#include <memory>
 #include <utility>
 
-#include "heap_meter.h"
 #include "planar_mapping/evaluation/octree_grid.h"
 #include "planar_mapping/evaluation/rectangular_approximation.h"
 #include "planar_mapping/evaluation/standard_grid.h"
@@ -15,6 +18,21 @@
 
 namespace planar_mapping::tools {
 namespace {
+
+/// Bytes that a copy of \p original takes of the heap, rounding of malloc included. Means nothing
+/// while other threads are at work.
+template <typename T>
+double heapBytesOfCopy(const T& original) {
+  const std::size_t before = heapInUse();
+  const T copy(original);
+  return static_cast<double>(heapInUse() - before);
+}
+
+/// Bytes that this process has taken from malloc and not given back.
+std::size_t heapInUse() {
+  const struct mallinfo2 info = ::mallinfo2();
+  return info.uordblks + info.hblkhd;
+}
 
 using evaluation::Figures;
 
@@ -111,7 +129,7 @@ class Judge {
         index, place_.rays, 1 + place_.rays.size() / kMostRays, to_truth_);
     if (std::isfinite(surface.median)) f.surface_median_m = surface.median;
     if (std::isfinite(surface.percentile_95)) f.surface_p95_m = surface.percentile_95;
-    f.free_space_violation = evaluation::freeSpaceViolation(index, crossed_).share;
+    f.free_space_violation = evaluation::freeSpaceViolation(index, crossed_);
     f.frames = static_cast<double>(place_.frames.size());
     if (!place_.position_errors.empty()) {
       double sum = 0.0;
@@ -220,27 +238,24 @@ bool CellRun::standardGrid() {
 }
 
 void CellRun::octreeGrid() {
-  if (!evaluation::OctreeGrid::isAvailable()) return;
   const StopWatch watch;
-  evaluation::OctreeGridParams params;
-  params.resolution = s_;
-  params.min_points = min_points_;
-  evaluation::OctreeGrid grid(params);
+  const std::unique_ptr<evaluation::OctreeGrid> grid = evaluation::makeOctreeGrid(s_, min_points_);
+  if (!grid) return;
   for (const PreparedFrame& frame : place_.frames) {
-    grid.insert(frame.obstacles, frame.ground, frame.frame.T_world_sensor.translation());
+    grid->insert(frame.obstacles, frame.ground, frame.frame.T_world_sensor.translation());
   }
-  const auto ot_bytes = static_cast<double>(grid.otBytes());  // finish() takes the beliefs
-  grid.finish();
-  std::vector<Cuboid> cuboids = grid.cuboids();
+  const auto ot_bytes = static_cast<double>(grid->otBytes());  // finish() takes the beliefs
+  grid->finish();
+  std::vector<Cuboid> cuboids = grid->cuboids();
   const double ms = watch.milliseconds();
   Figures figures = judge_.figures(cuboids);
-  figures.memory_bytes = static_cast<double>(grid.heapBytes());
+  figures.memory_bytes = static_cast<double>(grid->heapBytes());
   figures.heap_bytes = figures.memory_bytes;
-  figures.reported_memory_bytes = static_cast<double>(grid.reportedBytes());
+  figures.reported_memory_bytes = static_cast<double>(grid->reportedBytes());
   figures.free_not_known =
-      judge_.notKnown([&grid](const Vector3& point) { return grid.isFree(point); });
-  figures.file_bytes = static_cast<double>(grid.fileBytes());
-  figures.compressed_bytes = static_cast<double>(grid.compressedFileBytes());
+      judge_.notKnown([&grid](const Vector3& point) { return grid->isFree(point); });
+  figures.file_bytes = static_cast<double>(grid->fileBytes());
+  figures.compressed_bytes = static_cast<double>(grid->compressedFileBytes());
   figures.ot_bytes = ot_bytes;
   figures.time_ms_per_frame = perFrame(ms);
   add("OG", std::move(figures), std::move(cuboids));
@@ -248,11 +263,11 @@ void CellRun::octreeGrid() {
 
 void CellRun::rectangularApproximation() {
   const StopWatch watch;
-  evaluation::RectangularApproximation boxes(s_, min_points_);
+  evaluation::StandardGrid grid(s_, min_points_);
   for (const PreparedFrame& frame : place_.frames) {
-    boxes.insert(frame.obstacles, frame.ground, frame.frame.T_world_sensor.translation());
+    grid.insert(frame.obstacles, frame.ground, frame.frame.T_world_sensor.translation());
   }
-  boxes.finish();
+  const evaluation::RectangularApproximation boxes(s_, grid.cells());
   std::vector<Cuboid> cuboids = boxes.cuboids();
   const double ms = watch.milliseconds();
   Figures figures = judge_.figures(cuboids);
@@ -282,16 +297,12 @@ void CellRun::planarMap(const PlanarMethod& method) {
 
 void CellRun::ofFilteredCells(const std::vector<evaluation::GridCell>& cells) {
   const std::vector<Cuboid> cubes = evaluation::cuboidsOf(cells, s_);
-  if (evaluation::OctreeGrid::isAvailable()) {
-    evaluation::OctreeGridParams params;
-    params.resolution = s_;
-    evaluation::OctreeGrid tree(params);
-    for (const Cuboid& cube : cubes) tree.insert({cube.center}, {}, cube.center);
-    tree.finish();
-    add("OG_filtered", judge_.figures(tree.cuboids()), tree.cuboids());
+  if (const std::unique_ptr<evaluation::OctreeGrid> tree = evaluation::makeOctreeGrid(s_)) {
+    for (const Cuboid& cube : cubes) tree->insert({cube.center}, {}, cube.center);
+    tree->finish();
+    add("OG_filtered", judge_.figures(tree->cuboids()), tree->cuboids());
   }
-  evaluation::RectangularApproximation boxes(s_, 1);
-  boxes.approximate(cells);
+  const evaluation::RectangularApproximation boxes(s_, cells);
   add("RA_filtered", judge_.figures(boxes.cuboids()), boxes.cuboids());
   add("SG_filtered", judge_.figures(cubes), cubes);
 }

@@ -11,10 +11,23 @@
 #include "planar_mapping/pipeline/pipeline.h"
 #include "planar_mapping/pipeline/runner.h"
 #include "planar_mapping/pipeline/sequence_source.h"
-#include "prepared_stages.h"
 
 namespace planar_mapping::tools {
 namespace {
+
+bool isMapping(const ConfiguredStage& stage) {
+  return stage.kind == StageKind::Planes || stage.kind == StageKind::Beliefs ||
+         stage.kind == StageKind::Map;
+}
+
+bool isSensing(const ConfiguredStage& stage) {
+  return stage.kind == StageKind::Images || stage.kind == StageKind::Features ||
+         stage.kind == StageKind::Motion;
+}
+
+auto firstMapping(Configuration& configuration) {
+  return std::find_if(configuration.stages.begin(), configuration.stages.end(), isMapping);
+}
 
 /// Frames of the whole path of a simulated scene: at 0.4 m/s, ten places of ten frames.
 constexpr std::size_t kSimulatedFrames = 100;
@@ -199,15 +212,8 @@ class SimulatedPlaces : public PlaceSource {
     frame.given_pose = seen.T_world_camera;
     frame.camera = simulation_.params().camera();
     frame.baseline = simulation_.params().sensor.baseline;
-    frame.cloud = pcl::make_shared<FrameCloud>();
-    frame.cloud->points.resize(seen.truth.size());
-    for (std::size_t i = 0; i < seen.truth.size(); ++i) {
-      const float* p = &seen.xyz[3 * i];
-      frame.cloud->points[i] = pcl::PointXYZ(p[0], p[1], p[2]);
-    }
-    frame.cloud->width = static_cast<std::uint32_t>(frame.camera->width);
-    frame.cloud->height = static_cast<std::uint32_t>(frame.camera->height);
-    frame.cloud->is_dense = false;
+    frame.cloud = cloudOf(seen.xyz, static_cast<std::uint32_t>(frame.camera->width),
+                          static_cast<std::uint32_t>(frame.camera->height));
     return frame;
   }
 
@@ -295,6 +301,19 @@ std::unique_ptr<PlaceSource> simulatedPlaces(const evaluation::SimulationParams&
 
 std::unique_ptr<PlaceSource> recordedPlaces(const PlaceOptions& options, ConfigurationLoader load) {
   return std::make_unique<RecordedPlaces>(options, std::move(load));
+}
+
+void keepPreparingStages(Configuration& configuration) {
+  configuration.stages.erase(firstMapping(configuration), configuration.stages.end());
+}
+
+void keepMappingStages(Configuration& configuration) {
+  configuration.stages.erase(configuration.stages.begin(), firstMapping(configuration));
+}
+
+void dropSensingStages(Configuration& configuration) {
+  auto& stages = configuration.stages;
+  stages.erase(std::remove_if(stages.begin(), stages.end(), isSensing), stages.end());
 }
 
 }  // namespace planar_mapping::tools

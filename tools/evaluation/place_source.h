@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -16,6 +15,14 @@
 #include "planar_mapping/pipeline/frame.h"
 
 namespace planar_mapping::tools {
+
+/// The stages that prepare a frame for any method: those before the first that finds planes,
+/// judges points or makes a map. The others are taken out.
+void keepPreparingStages(Configuration& configuration);
+/// The others alone.
+void keepMappingStages(Configuration& configuration);
+/// Stages that need images or find poses; simulated clouds come with poses.
+void dropSensingStages(Configuration& configuration);
 
 /// A frame as every method gets it: taken through the configuration's stages up to those that find
 /// planes, without the points that are held back.

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "planar_mapping/pipeline/pipeline.h"
-#include "prepared_stages.h"
 
 namespace planar_mapping::tools {
 namespace {

@@ -11,6 +11,7 @@
 #include <thread>
 #include <vector>
 
+#include "../commands.h"
 #include "../input/unknown_words.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/atomic_file.h"
@@ -25,16 +26,6 @@
 namespace planar_mapping::tools {
 namespace {
 
-// CLI.md, "Streams and exit codes".
-enum ExitCode {
-  kDone = 0,
-  kInternal = 1,
-  kUsage = 2,
-  kInput = 4,
-  kDiffers = 6,
-  kNoRendering = 7,
-};
-
 struct Arguments {
   std::vector<std::string> files;
   std::string snapshot;
@@ -42,13 +33,12 @@ struct Arguments {
   std::string show, background, up = "auto";
   std::string camera_position, focal_point, view_up;
   double zoom = 1.0, point_size = 2.0;
-  double clip_above = 0.0;
+  std::optional<double> clip_above;
   bool projection_2d = false;
   ProjectionOptions projection;
   std::string reference;
   double threshold = 0.01;
   bool force = false;
-  bool clip = false;
   bool follow = false;
 };
 
@@ -76,20 +66,18 @@ Vector3 vectorFromString(const std::string& name, const std::string& text) {
 }
 
 void declare(CLI::App& app, Arguments& a) {
+  app.option_defaults()->always_capture_default();
   app.add_option("FILE", a.files, "map (.pmap), then point clouds (.pcd, .ply) to draw over it")
       ->required();
   app.add_option("-o,--output,--snapshot", a.snapshot,
                  "write a PNG and open no window; no display is needed");
-  app.add_option("--size", a.size, "picture or window, pixels (16x16 to 16384x16384)")
-      ->capture_default_str();
-  app.add_option("--camera", a.camera, "iso, top, front, back, left, right or first-person")
-      ->capture_default_str();
+  app.add_option("--size", a.size, "picture or window, pixels (16x16 to 16384x16384)");
+  app.add_option("--camera", a.camera, "iso, top, front, back, left, right or first-person");
   app.add_option("--camera-position", a.camera_position, "where the camera is: x,y,z in metres");
   app.add_option("--focal-point", a.focal_point, "what it looks at: x,y,z in metres");
   app.add_option("--view-up", a.view_up, "what is up in the picture: x,y,z");
-  app.add_option("--zoom", a.zoom, "2 shows half as much (0 to 1000)")->capture_default_str();
-  app.add_option("--color", a.color, "plane, height, probability, state or tilt")
-      ->capture_default_str();
+  app.add_option("--zoom", a.zoom, "2 shows half as much (0 to 1000)");
+  app.add_option("--color", a.color, "plane, height, probability, state or tilt");
   app.add_option("--show", a.show,
                  "layers, comma-separated: occupied, unknown, trajectory, cloud, edges, axes, "
                  "ground-grid, legend; or all, none [all but unknown; --projection-2d: all]");
@@ -97,24 +85,18 @@ void declare(CLI::App& app, Arguments& a) {
                  "#rrggbb, white, black, gray, light or dark [a light gradient]");
   app.add_option("--cutaway", a.cutaway,
                  "what hides a room is left out: none; ceiling; seen = surfaces show only from "
-                 "the side they were seen from")
-      ->capture_default_str();
+                 "the side they were seen from");
   app.add_option("--clip-above", a.clip_above, "leave out what lies above this height, metres");
-  app.add_option("--up", a.up, "the map's axis against gravity: x,y,z, or auto")
-      ->capture_default_str();
-  app.add_option("--point-size", a.point_size, "of clouds, pixels (1 to 50)")
-      ->capture_default_str();
+  app.add_option("--up", a.up, "the map's axis against gravity: x,y,z, or auto");
+  app.add_option("--point-size", a.point_size, "of clouds, pixels (1 to 50)");
   app.add_flag("--projection-2d", a.projection_2d,
                "draw a plan: occupied dark, free white, unknown gray, the path dashed");
   app.add_option("--projection-low", a.projection.lowest,
-                 "what ends below it is floor, metres above the ground")
-      ->capture_default_str();
+                 "what ends below it is floor, metres above the ground");
   app.add_option("--projection-high", a.projection.highest,
-                 "what starts above it does not count, metres above the ground")
-      ->capture_default_str();
+                 "what starts above it does not count, metres above the ground");
   app.add_option("--reference", a.reference, "compare with this PNG; exit code 6 if it differs");
-  app.add_option("--threshold", a.threshold, "fraction of pixels that may differ (0 to 1)")
-      ->capture_default_str();
+  app.add_option("--threshold", a.threshold, "fraction of pixels that may differ (0 to 1)");
   app.add_flag("-f,--force", a.force, "overwrite an existing PNG");
   app.add_flag("--follow", a.follow,
                "wait for the map, and show it anew when its file changes, as run --watch does");
@@ -140,7 +122,7 @@ ViewOptions viewOptions(const Arguments& a) {
   if (!a.focal_point.empty())
     options.focal_point = vectorFromString("--focal-point", a.focal_point);
   if (!a.view_up.empty()) options.view_up = vectorFromString("--view-up", a.view_up);
-  if (a.clip) options.clip_above = a.clip_above;
+  options.clip_above = a.clip_above;
   options.zoom = a.zoom;
   options.point_size = a.point_size;
   options.validate();
@@ -193,14 +175,14 @@ int compareWithReference(const Image& image, const Arguments& a) {
     std::cerr << "planar_map_viewer: " << a.reference << " is " << reference.width << "x"
               << reference.height << ", the picture is " << image.width << "x" << image.height
               << "; set --size\n";
-    return kDiffers;
+    return kOverThreshold;
   }
   const double changed = compareImages(image, reference).changed;
   std::cout << "changed pixels: " << changed << " (threshold " << a.threshold << ")\n";
   if (changed <= a.threshold) return kDone;
   std::cerr << "planar_map_viewer: the picture differs from " << a.reference << " in "
             << 100.0 * changed << " % of its pixels; allowed are " << 100.0 * a.threshold << " %\n";
-  return kDiffers;
+  return kOverThreshold;
 }
 
 /// What changes when the file does.
@@ -239,9 +221,10 @@ void followFile(const Arguments& a, const ViewOptions& options) {
   };
   std::optional<SceneContent> content;
   while (!(content = read())) std::this_thread::sleep_for(kPeriod);
-  Window window(std::move(*content), options, Window::Screen::Display, path + " - planar_mapping");
-  window.follow(read, kPeriod.count() * 1e-3);
-  window.run();
+  const std::unique_ptr<Window> window =
+      openWindow(std::move(*content), options, Window::Screen::Display, path + " - planar_mapping");
+  window->follow(read, kPeriod.count() * 1e-3);
+  window->run();
 }
 
 int draw(const Arguments& a, const ViewOptions& options) {
@@ -253,7 +236,7 @@ int draw(const Arguments& a, const ViewOptions& options) {
   }
   const SceneContent content = readContent(a);
   if (in_window) {
-    showWindow(content, options, a.files[0] + " - planar_mapping");
+    openWindow(content, options, Window::Screen::Display, a.files[0] + " - planar_mapping")->run();
     return kDone;
   }
   const Image image = a.projection_2d ? drawProjection2d(content, options, a.projection)
@@ -269,7 +252,6 @@ int run(int argc, char** argv) {
   declare(app, arguments);
   try {
     app.parse(argc, argv);
-    arguments.clip = app.count("--clip-above") > 0;
     if (arguments.projection_2d && arguments.snapshot.empty() && arguments.reference.empty()) {
       throw ParameterError("--projection-2d needs the picture's name: -o FILE.png");
     }
@@ -305,10 +287,10 @@ int main(int argc, char** argv) {
   } catch (const ParameterError& error) {
     return tools::report(error, tools::kUsage);
   } catch (const RenderError& error) {
-    return tools::report(error, tools::kNoRendering);
+    return tools::report(error, tools::kNoRenderer);
   } catch (const Error& error) {
-    return tools::report(error, tools::kInput);
+    return tools::report(error, tools::kInputUnreadable);
   } catch (const std::exception& error) {
-    return tools::report(error, tools::kInternal);
+    return tools::report(error, tools::kInternalFailure);
   }
 }

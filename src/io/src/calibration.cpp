@@ -7,10 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <set>
 
-#include "number_text.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/atomic_file.h"
 #include "text_lines.h"
@@ -122,13 +120,9 @@ UnrectifiedPair readUnrectified(const Reader& reader, const PinholeCamera& left)
   const std::vector<double> translation = reader.numbers("translation_m", 3);
   Matrix3 R;
   for (int i = 0; i < 9; ++i) R(i / 3, i % 3) = rotation[static_cast<std::size_t>(i)];
-  constexpr double kTolerance = 1e-3;  // of a rotation written with few digits
-  constexpr double kRounding = 1e-12;  // of one that we wrote, which stays as it is
-  const double error = (R * R.transpose() - Matrix3::Identity()).cwiseAbs().maxCoeff();
-  if (error > kTolerance || R.determinant() < 0.0)
-    reader.fail("rotation", "rotation is no rotation matrix");
-  if (error > kRounding) R = Eigen::Quaterniond(R).normalized().toRotationMatrix();
-  pair.T_right_left.linear() = R;
+  const std::optional<Matrix3> exact = rotationOf(R);
+  if (!exact) reader.fail("rotation", "rotation is no rotation matrix");
+  pair.T_right_left.linear() = *exact;
   pair.T_right_left.translation() = Vector3(translation[0], translation[1], translation[2]);
   const double baseline = pair.T_right_left.translation().norm();
   if (!(baseline >= kTiny && baseline <= kLongestBaseline))

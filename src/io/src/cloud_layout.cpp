@@ -199,60 +199,51 @@ bool CloudFiller::isDouble(const Column& column) const {
   return column.target <= Target::Z && column.field.type == ScalarType{'F', 8};
 }
 
-void CloudFiller::fillColumn(CloudData& cloud, const Column& column, const std::uint8_t* data,
-                             std::size_t stride, std::size_t first, std::size_t count,
-                             bool big_endian) const {
-  const ScalarType type = column.field.type;
+void CloudFiller::store(CloudData& cloud, const Column& column, std::size_t point,
+                        double value) const {
   switch (column.target) {
     case Target::X:
     case Target::Y:
     case Target::Z: {
-      float* out = cloud.xyz.data() + 3 * first +
-                   (static_cast<std::size_t>(column.target) - static_cast<std::size_t>(Target::X));
-      if (type == ScalarType{'F', 4} && !big_endian) {
-        for (std::size_t i = 0; i < count; ++i) std::memcpy(out + 3 * i, data + i * stride, 4);
-      } else {
-        double& origin = cloud.origin[static_cast<Eigen::Index>(column.target)];
-        for (std::size_t i = 0; i < count; ++i) {
-          const double value = loadNumber(data + i * stride, type, big_endian);
-          if (isDouble(column)) chooseOrigin(value, origin);
-          out[3 * i] = toFloat(value - origin);
-        }
-      }
+      double& origin = cloud.origin[static_cast<Eigen::Index>(column.target)];
+      if (isDouble(column)) chooseOrigin(value, origin);
+      cloud.xyz[3 * point + static_cast<std::size_t>(column.target)] = toFloat(value - origin);
       break;
     }
-    case Target::PackedColor: {
-      std::uint32_t* out = cloud.colors.data() + first;
-      for (std::size_t i = 0; i < count; ++i)
-        out[i] = static_cast<std::uint32_t>(loadBits(data + i * stride, 4, big_endian)) & 0xFFFFFFu;
+    case Target::PackedColor:
+      cloud.colors[point] = colorOfNumber(value, column.field.type.isFloat());
       break;
-    }
     case Target::Red:
     case Target::Green:
     case Target::Blue: {
-      const unsigned shift = column.target == Target::Red     ? 16u
-                             : column.target == Target::Green ? 8u
-                                                              : 0u;
-      for (std::size_t i = 0; i < count; ++i)
-        cloud.colors[first + i] |= static_cast<std::uint32_t>(data[i * stride]) << shift;
+      const unsigned place =
+          static_cast<unsigned>(column.target) - static_cast<unsigned>(Target::Red);
+      cloud.colors[point] |= (toLabel(value) & 0xFFu) << (16u - 8u * place);
       break;
     }
-    case Target::Label: {
-      std::uint32_t* out = cloud.labels.data() + first;
-      if (type == ScalarType{'U', 4} && !big_endian) {
-        for (std::size_t i = 0; i < count; ++i) std::memcpy(out + i, data + i * stride, 4);
-      } else {
-        for (std::size_t i = 0; i < count; ++i)
-          out[i] = toLabel(loadNumber(data + i * stride, type, big_endian));
-      }
+    case Target::Label:
+      cloud.labels[point] = toLabel(value);
       break;
-    }
-    case Target::Intensity: {
-      float* out = cloud.intensities.data() + first;
-      for (std::size_t i = 0; i < count; ++i)
-        out[i] = toFloat(loadNumber(data + i * stride, type, big_endian));
+    case Target::Intensity:
+      cloud.intensities[point] = toFloat(value);
       break;
-    }
+  }
+}
+
+void CloudFiller::fillColumn(CloudData& cloud, const Column& column, const std::uint8_t* data,
+                             std::size_t stride, std::size_t first, std::size_t count,
+                             bool big_endian) const {
+  const ScalarType type = column.field.type;
+  if (column.target <= Target::Z && type == ScalarType{'F', 4} && !big_endian) {
+    float* out = cloud.xyz.data() + 3 * first + static_cast<std::size_t>(column.target);
+    for (std::size_t i = 0; i < count; ++i) std::memcpy(out + 3 * i, data + i * stride, 4);
+  } else if (column.target == Target::PackedColor) {
+    std::uint32_t* out = cloud.colors.data() + first;
+    for (std::size_t i = 0; i < count; ++i)
+      out[i] = static_cast<std::uint32_t>(loadBits(data + i * stride, 4, big_endian)) & 0xFFFFFFu;
+  } else {
+    for (std::size_t i = 0; i < count; ++i)
+      store(cloud, column, first + i, loadNumber(data + i * stride, type, big_endian));
   }
 }
 
@@ -289,43 +280,14 @@ void CloudFiller::fillFromFile(CloudData& cloud, InputFile& file, bool big_endia
 
 void CloudFiller::parseWord(CloudData& cloud, const Column& column, std::size_t point,
                             std::string_view word, std::size_t line) const {
-  const auto fail = [&]() {
-    throw IoError(path_, "line " + std::to_string(line) + ": " + quoted(word) + " is no number");
-  };
-  if (column.target <= Target::Z) {
-    float& out = cloud.xyz[3 * point + static_cast<std::size_t>(column.target)];
-    if (!isDouble(column)) {
-      if (!parseNumber(word, out)) fail();
-      return;
-    }
-    double value = 0.0;
-    if (!parseNumber(word, value)) fail();
-    double& origin = cloud.origin[static_cast<Eigen::Index>(column.target)];
-    chooseOrigin(value, origin);
-    out = toFloat(value - origin);
-    return;
-  }
   double value = 0.0;
-  if (!parseNumber(word, value)) fail();
-  switch (column.target) {
-    case Target::PackedColor:
-      cloud.colors[point] = colorOfNumber(value, column.field.type.isFloat());
-      break;
-    case Target::Red:
-      cloud.colors[point] |= (toLabel(value) & 0xFFu) << 16u;
-      break;
-    case Target::Green:
-      cloud.colors[point] |= (toLabel(value) & 0xFFu) << 8u;
-      break;
-    case Target::Blue:
-      cloud.colors[point] |= toLabel(value) & 0xFFu;
-      break;
-    case Target::Label:
-      cloud.labels[point] = toLabel(value);
-      break;
-    default:
-      cloud.intensities[point] = toFloat(value);
-  }
+  const bool is_float = column.target <= Target::Z && !isDouble(column);
+  const bool sound =
+      is_float ? parseNumber(word, cloud.xyz[3 * point + static_cast<std::size_t>(column.target)])
+               : parseNumber(word, value);
+  if (!sound)
+    throw IoError(path_, "line " + std::to_string(line) + ": " + quoted(word) + " is no number");
+  if (!is_float) store(cloud, column, point, value);
 }
 
 void CloudFiller::fillLines(CloudData& cloud, LineReader& lines) const {

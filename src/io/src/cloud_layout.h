@@ -8,11 +8,21 @@
 #include <string_view>
 #include <vector>
 
+#include "input_file.h"
 #include "planar_mapping/io/cloud_file.h"
 #include "text_lines.h"
 
 namespace planar_mapping {
 namespace io {
+
+// The readers are ours rather than pcl_io's: that library is linked against VTK in distribution
+// packages (start-up time and a display stack on the mapping path), and it allocates what a header
+// announces before looking at the file. Robots meet cut-off and damaged files.
+
+CloudData readPcd(const std::string& path, const CloudChannels& channels);
+CloudFileInfo readPcdInfo(const std::string& path);
+CloudData readPly(const std::string& path, const CloudChannels& channels);
+CloudFileInfo readPlyInfo(const std::string& path);
 
 /// The type of a number as PCD says it in TYPE and SIZE.
 struct ScalarType {
@@ -75,6 +85,7 @@ class CloudFiller {
   void addColumn(const CloudField& field, const CloudChannels& channels);
   void fillColumn(CloudData& cloud, const Column& column, const std::uint8_t* data,
                   std::size_t stride, std::size_t first, std::size_t count, bool big_endian) const;
+  void store(CloudData& cloud, const Column& column, std::size_t point, double value) const;
   void parseWord(CloudData& cloud, const Column& column, std::size_t point, std::string_view word,
                  std::size_t line) const;
   bool isDouble(const Column& column) const;

@@ -2,10 +2,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/io/map_json.h"
 
-#include <cmath>
+#include <cstdint>
 #include <initializer_list>
+#include <vector>
 
-#include "number_text.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/io/map_file.h"
+#include "text_lines.h"
 
 namespace planar_mapping {
 namespace io {
@@ -107,6 +110,29 @@ void saveMapJson(const PlanarMap& map, const std::string& path, Overwrite overwr
   AtomicFile file(path, overwrite);
   writeMapJson(map, frame_id, [&file](std::string_view part) { file.write(part); });
   file.commit();
+}
+
+void saveMap(const PlanarMap& map, const std::string& path, Overwrite overwrite) {
+  const std::vector<std::uint8_t> bytes = map.serialize();
+  AtomicFile file(path, overwrite);
+  file.write(bytes.data(), bytes.size());
+  // What cannot be read back must not replace what can.
+  if (file.readBack() != bytes) {
+    throw IoError(path, "what was read back is not what was written; is the disk faulty?");
+  }
+  PlanarMap::deserialize(bytes.data(), bytes.size());
+  file.commit();
+}
+
+PlanarMap loadMap(const std::string& path) {
+  const std::vector<std::uint8_t> bytes = readWholeFile(path);
+  try {
+    return PlanarMap::deserialize(bytes.data(), bytes.size());
+  } catch (const IoError&) {
+    throw;
+  } catch (const Error& error) {
+    throw IoError(path, error.what());
+  }
 }
 
 }  // namespace io

@@ -1,13 +1,11 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <cstring>
 
-#include "number_text.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/cloud_file.h"
+#include "text_lines.h"
 
 namespace planar_mapping {
 namespace io {

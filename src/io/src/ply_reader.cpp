@@ -1,10 +1,8 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
-#include <cstring>
 #include <optional>
 
-#include "cloud_formats.h"
 #include "cloud_layout.h"
 #include "planar_mapping/core/base/error.h"
 #include "text_lines.h"

@@ -6,7 +6,6 @@
 #include <functional>
 
 #include "input_file.h"
-#include "number_text.h"
 #include "planar_mapping/core/base/error.h"
 #include "text_lines.h"
 
@@ -28,12 +27,13 @@ void parseNumbers(const Words& words, const char* format, double (&v)[N]) {
       throw InputError(quoted(words[i]) + " is no finite number");
 }
 
-StampedPose parseTumPose(const Words& words, double norm_tolerance) {
+StampedPose parseTumPose(const Words& words) {
+  constexpr double kNormTolerance = 1e-3;
   double v[8] = {};
   parseNumbers(words, "timestamp tx ty tz qx qy qz qw", v);
   const Eigen::Quaterniond rotation(v[7], v[4], v[5], v[6]);
   const double norm = rotation.norm();
-  if (!(std::abs(norm - 1.0) <= norm_tolerance)) {
+  if (!(std::abs(norm - 1.0) <= kNormTolerance)) {
     std::string length;
     appendNumber(length, norm);
     throw InputError("the quaternion has length " + length + " instead of 1");
@@ -46,8 +46,6 @@ StampedPose parseTumPose(const Words& words, double norm_tolerance) {
 }
 
 StampedPose parseKittiPose(const Words& words, std::size_t number) {
-  constexpr double kTolerance = 1e-3;  // of rotations written with few digits
-  constexpr double kRounding = 1e-12;  // better than this they are taken as they are
   double v[12] = {};
   parseNumbers(words, "3 x 4 matrix, row by row", v);
   StampedPose pose;
@@ -57,11 +55,9 @@ StampedPose parseKittiPose(const Words& words, std::size_t number) {
     for (int column = 0; column < 3; ++column) R(row, column) = v[4 * row + column];
     pose.pose.translation()[row] = v[4 * row + 3];
   }
-  const double error = (R * R.transpose() - Matrix3::Identity()).cwiseAbs().maxCoeff();
-  if (!(error <= kTolerance) || R.determinant() < 0.0)
-    throw InputError("its first three columns are no rotation matrix");
-  pose.pose.linear() =
-      error <= kRounding ? R : Eigen::Quaterniond(R).normalized().toRotationMatrix();
+  const std::optional<Matrix3> exact = rotationOf(R);
+  if (!exact) throw InputError("its first three columns are no rotation matrix");
+  pose.pose.linear() = *exact;
   return pose;
 }
 
@@ -81,20 +77,18 @@ void forEachPoseLine(const std::string& path, const std::function<void(const Wor
 
 }  // namespace
 
-std::vector<StampedPose> readTumPoses(const std::string& path, double norm_tolerance) {
+std::vector<StampedPose> readTumPoses(const std::string& path) {
   std::vector<StampedPose> poses;
-  forEachPoseLine(
-      path, [&](const Words& words) { poses.push_back(parseTumPose(words, norm_tolerance)); });
+  forEachPoseLine(path, [&](const Words& words) { poses.push_back(parseTumPose(words)); });
   return poses;
 }
 
 Trajectory readTrajectory(const std::string& path) {
-  constexpr double kNormTolerance = 1e-3;
   Trajectory trajectory;
   std::vector<StampedPose>& poses = trajectory.poses;
   forEachPoseLine(path, [&](const Words& words) {
     if (poses.empty()) trajectory.has_times = words.size() != 12;
-    poses.push_back(trajectory.has_times ? parseTumPose(words, kNormTolerance)
+    poses.push_back(trajectory.has_times ? parseTumPose(words)
                                          : parseKittiPose(words, poses.size()));
   });
   return trajectory;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "text_lines.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -104,6 +105,14 @@ bool parseNumber(std::string_view word, float& value) {
 
 bool parseNumber(std::string_view word, std::uint64_t& value) {
   return parse(word, value) == std::errc();
+}
+
+std::optional<Matrix3> rotationOf(const Matrix3& R) {
+  constexpr double kTolerance = 1e-3;
+  constexpr double kRounding = 1e-12;
+  const double error = (R * R.transpose() - Matrix3::Identity()).cwiseAbs().maxCoeff();
+  if (!(error <= kTolerance) || R.determinant() < 0.0) return std::nullopt;
+  return error <= kRounding ? R : Matrix3(Eigen::Quaterniond(R).normalized().toRotationMatrix());
 }
 
 std::string quoted(std::string_view word) {

@@ -2,15 +2,38 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <charconv>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
+#include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "input_file.h"
+#include "planar_mapping/core/base/types.h"
 
 namespace planar_mapping {
 namespace io {
+
+/// Shortest text that reads back as the same value; std::to_chars knows no locale.
+template <typename Number>
+void appendNumber(std::string& out, Number value) {
+  char text[40];
+  const std::to_chars_result end = std::to_chars(text, text + sizeof text, value);
+  out.append(text, end.ptr);
+}
+
+inline void appendNumbers(std::string& out, std::initializer_list<double> values,
+                          const char* separator) {
+  bool first = true;
+  for (const double value : values) {
+    if (!first) out += separator;
+    first = false;
+    appendNumber(out, value);
+  }
+}
 
 /// Lines of a file, read in blocks: an ascii cloud of gigabytes never lies in memory as text.
 class LineReader {
@@ -54,6 +77,10 @@ std::vector<std::string_view> splitWords(std::string_view text);
 bool parseNumber(std::string_view word, float& value);
 bool parseNumber(std::string_view word, double& value);
 bool parseNumber(std::string_view word, std::uint64_t& value);
+
+/// A rotation that was written with few digits, made exact; one of full precision stays as it is.
+/// Nothing for a matrix that is no rotation.
+std::optional<Matrix3> rotationOf(const Matrix3& R);
 
 /// \p word fit for an error message: printable and not long.
 std::string quoted(std::string_view word);

@@ -2,20 +2,52 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/pipeline/configuration.h"
 
+#include <dlfcn.h>
+
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <string>
+#include <vector>
 
-#include "configuration_reader.h"
 #include "planar_mapping/core/base/error.h"
-#include "ready_configurations.h"
 
 namespace planar_mapping {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// share/planar_mapping/config beside the folder of this library (of the program, if it is linked
+/// statically) or up to three folders higher: lib/x86_64-linux-gnu and lib/python3/dist-packages
+/// are below lib. Empty if there is none.
+fs::path readyConfigurations() {
+  constexpr int kMaxLevels = 4;
+  Dl_info self{};
+  if (::dladdr(reinterpret_cast<const void*>(&findConfiguration), &self) == 0) return {};
+  std::error_code error;
+  fs::path folder = fs::canonical(self.dli_fname, error).parent_path();
+  for (int level = 0; level < kMaxLevels && folder.has_relative_path(); ++level) {
+    folder = folder.parent_path();
+    fs::path configurations = folder / "share" / "planar_mapping" / "config";
+    if (fs::is_directory(configurations, error)) return configurations;
+  }
+  return {};
+}
+
+/// For a message: "; ready: a.yaml, b.yaml", empty if there are none.
+std::string listReadyConfigurations() {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(readyConfigurations(), error)) {
+    names.push_back(entry.path().filename().string());
+  }
+  std::sort(names.begin(), names.end());
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "; ready: " : ", ") + name;
+  return list;
+}
 
 constexpr std::uintmax_t kLargestFile = 1u << 20u;  // a configuration of a megabyte is a mistake
 
@@ -23,7 +55,7 @@ std::string readText(const std::string& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (!fs::exists(status)) {
-    throw ConfigError({path + ":1:1: there is no such file" + detail::listReadyConfigurations()});
+    throw ConfigError({path + ":1:1: there is no such file" + listReadyConfigurations()});
   }
   if (!fs::is_regular_file(status)) {
     throw ConfigError({path + ":1:1: this is not a file; give a configuration file (*.yaml)"});
@@ -89,16 +121,6 @@ bool hasStage(const Configuration& configuration, StageKind kind) {
       [kind](const ConfiguredStage& stage) { return stage.kind == kind && stage.enabled; });
 }
 
-Configuration parseConfiguration(const std::string& text, const std::string& path,
-                                 StageTable& table, const ConfigurationOverrides& overrides,
-                                 Plugins plugins) {
-  // Nothing of a file that is rejected is executed.
-  Configuration configuration =
-      detail::ConfigurationReader(path, table, overrides, false).read(text);
-  if (configuration.plugins.empty() || plugins == Plugins::Ignore) return configuration;
-  return detail::ConfigurationReader(path, table, overrides, true).read(text);
-}
-
 Configuration loadConfiguration(const std::string& path, StageTable& table,
                                 const ConfigurationOverrides& overrides, Plugins plugins) {
   const std::string found = findConfiguration(path);
@@ -130,6 +152,13 @@ std::string effectiveYaml(const Configuration& configuration) {
     }
   }
   return yaml;
+}
+
+std::string findConfiguration(const std::string& name) {
+  std::error_code error;
+  if (name.empty() || fs::path(name).has_parent_path() || fs::exists(name, error)) return name;
+  const fs::path ready = readyConfigurations() / name;
+  return ready.is_absolute() && fs::is_regular_file(ready, error) ? ready.string() : name;
 }
 
 }  // namespace planar_mapping

@@ -1,20 +1,63 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "configuration_reader.h"
-
 #include <algorithm>
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "planar_mapping/core/base/detail/spelling.h"
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/pipeline/configuration.h"
 #include "planar_mapping/pipeline/plugin.h"
+#include "yaml_source.h"
 
 namespace planar_mapping::detail {
 namespace {
 
+/// Walks the YAML tree of one configuration and collects every problem before it gives up.
+class ConfigurationReader {
+ public:
+  /// \param with_plugins  load those that the file names; without, stages that nothing else has are
+  ///     taken to be of plugins, left out and listed in Configuration::unknown_stages
+  ConfigurationReader(const std::string& path, StageTable& table,
+                      const ConfigurationOverrides& overrides, bool with_plugins);
+  /// \throws ConfigError
+  Configuration read(const std::string& text);
+
+ private:
+  void readTop(const YAML::Node& root);
+  void readTopEntry(const std::string& key, const YAML::Node& value, const Report& report);
+  void readProfile(const YAML::Node& root);
+  void readSetting(const std::string& key, const YAML::Node& value, const Report& report);
+  void readStringList(const std::string& key, const YAML::Node& value, const Report& report,
+                      std::vector<std::string>& list) const;
+  void readPlugins(const YAML::Node& list);
+  void readStages(const YAML::Node& list);
+  void readStage(const YAML::Node& entry);
+  void readStageKeys(ConfiguredStage& stage,
+                     const std::vector<std::pair<YAML::Node, YAML::Node>>& entries);
+  void applyAssignments();
+  void applyAssignment(const std::string& assignment);
+  void checkOrder(const std::vector<YAML::Mark>& marks);
+  void configureStages();
+  std::string absolutePath(const std::string& path) const;
+  bool mayBeOfAPlugin(const std::string& stage) const;
+  std::vector<std::string> stageNames() const;
+
+  std::string path_;
+  StageTable& table_;
+  const ConfigurationOverrides& overrides_;
+  const bool with_plugins_;
+  ProblemList problems_;
+  Configuration configuration_;
+  ParameterTable settings_;  ///< the keys of the top level that are numbers or words
+  int version_ = 1;
+  int seed_ = static_cast<int>(RunSettings().seed);
+  std::vector<YAML::Mark> stage_marks_;  ///< of configuration_.stages
+};
+
 const std::vector<std::string> kTopKeys = {"version", "profile",     "seed",   "threads", "inputs",
                                            "poses",   "calibration", "frames", "plugins", "stages"};
-const std::vector<std::string> kProfiles = {"paper", "compact"};
 
 const char* placeOf(StageKind kind) {
   switch (kind) {
@@ -36,26 +79,6 @@ const char* placeOf(StageKind kind) {
       break;
   }
   return "may stand anywhere";
-}
-
-/// An integer of the top level, checked like a stage's parameter.
-Parameter topInteger(const std::string& name, const Range& range, std::int64_t default_value) {
-  Parameter parameter;
-  parameter.name = name;
-  parameter.type = ParameterType::Integer;
-  parameter.range = range;
-  parameter.get = [default_value]() -> ParameterValue { return default_value; };
-  return parameter;
-}
-
-Parameter topWord(const std::string& name, const std::vector<std::string>& words,
-                  const std::string& default_value) {
-  Parameter parameter;
-  parameter.name = name;
-  parameter.type = ParameterType::Word;
-  parameter.words = words;
-  parameter.get = [default_value]() -> ParameterValue { return default_value; };
-  return parameter;
 }
 
 /// The key that every stage has beside its own.
@@ -80,6 +103,11 @@ ConfigurationReader::ConfigurationReader(const std::string& path, StageTable& ta
       with_plugins_(with_plugins),
       problems_(path) {
   configuration_.path = path;
+  settings_.word("profile", configuration_.settings.profile,
+                 {{"paper", Profile::Paper}, {"compact", Profile::Compact}}, "");
+  settings_.integer("version", version_, Range::between(1, Configuration::kVersion), "");
+  settings_.integer("seed", seed_, Range::atLeast(0), "");
+  settings_.integer("threads", configuration_.settings.threads, Range::between(0, 1024), "");
 }
 
 Configuration ConfigurationReader::read(const std::string& text) {
@@ -128,51 +156,43 @@ void ConfigurationReader::readTop(const YAML::Node& root) {
   if (find("stages").IsDefined()) readStages(find("stages"));
   applyAssignments();
   checkOrder(stage_marks_);
+  configuration_.settings.seed = static_cast<std::uint64_t>(seed_);
   if (problems_.empty()) configureStages();
 }
 
 void ConfigurationReader::readProfile(const YAML::Node& value) {
-  const Parameter parameter = topWord("profile", kProfiles, "compact");
-  ParameterValue word = std::string("compact");
   if (value.IsDefined()) {
-    readValue(parameter, value, word,
-              [this, &value](const std::string& text) { problems_.add(value.Mark(), text); });
+    readSetting("profile", value,
+                [this, &value](const std::string& text) { problems_.add(value.Mark(), text); });
   }
   for (const std::string& assignment : overrides_.assignments) {
-    if (assignment.compare(0, 8, "profile=") == 0) {
-      const YAML::Node node(assignment.substr(8));
-      readValue(parameter, node, word, [this, &assignment](const std::string& text) {
-        problems_.addElsewhere("--set " + assignment, text);
-      });
-    }
+    if (assignment.compare(0, 8, "profile=") != 0) continue;
+    readSetting("profile", YAML::Node(assignment.substr(8)), [&](const std::string& text) {
+      problems_.addElsewhere("--set " + assignment, text);
+    });
   }
   if (overrides_.profile) {
-    readValue(parameter, YAML::Node(*overrides_.profile), word, [this](const std::string& text) {
+    readSetting("profile", YAML::Node(*overrides_.profile), [this](const std::string& text) {
       problems_.addElsewhere("--profile " + *overrides_.profile, text);
     });
   }
-  configuration_.settings.profile =
-      std::get<std::string>(word) == "paper" ? Profile::Paper : Profile::Compact;
+}
+
+void ConfigurationReader::readSetting(const std::string& key, const YAML::Node& value,
+                                      const Report& report) {
+  const Parameter& parameter = *settings_.find(key);
+  ParameterValue parsed;
+  if (readValue(parameter, value, parsed, report)) parameter.set(parsed);
 }
 
 void ConfigurationReader::readTopEntry(const std::string& key, const YAML::Node& value,
                                        const Report& report) {
-  ParameterValue number;
   if (key == "version") {
-    if (readValue(topInteger(key, Range::between(1, Configuration::kVersion), 1), value, number,
-                  [&report](const std::string& text) {
-                    report(text + "; this program reads version 1");
-                  })) {
-      return;
-    }
-  } else if (key == "seed") {
-    if (readValue(topInteger(key, Range::atLeast(0), 12345), value, number, report)) {
-      configuration_.settings.seed = static_cast<std::uint64_t>(std::get<std::int64_t>(number));
-    }
-  } else if (key == "threads") {
-    if (readValue(topInteger(key, Range::between(0, 1024), 1), value, number, report)) {
-      configuration_.settings.threads = static_cast<int>(std::get<std::int64_t>(number));
-    }
+    readSetting(key, value, [&report](const std::string& text) {
+      report(text + "; this program reads version 1");
+    });
+  } else if (settings_.find(key) != nullptr) {
+    readSetting(key, value, report);
   } else if (key == "inputs") {
     readStringList(key, value, report, configuration_.inputs);
   } else if (key == "poses" || key == "calibration") {
@@ -421,3 +441,17 @@ std::vector<std::string> ConfigurationReader::stageNames() const {
 }
 
 }  // namespace planar_mapping::detail
+
+namespace planar_mapping {
+
+Configuration parseConfiguration(const std::string& text, const std::string& path,
+                                 StageTable& table, const ConfigurationOverrides& overrides,
+                                 Plugins plugins) {
+  // Nothing of a file that is rejected is executed.
+  Configuration configuration =
+      detail::ConfigurationReader(path, table, overrides, false).read(text);
+  if (configuration.plugins.empty() || plugins == Plugins::Ignore) return configuration;
+  return detail::ConfigurationReader(path, table, overrides, true).read(text);
+}
+
+}  // namespace planar_mapping

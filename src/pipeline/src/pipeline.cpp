@@ -114,16 +114,7 @@ void Pipeline::LeftOut::visitState(Archive& archive) {
           f.given_pose, f.pose_assumed, f.front_end_done, f.skip_reason, f.without_sensor,
           f.indices, f.even, f.points_input, f.points_valid, f.stage_ms, image.width, image.height,
           image.channels, image.pixels, width, height, xyz);
-  if constexpr (Archive::kReads) {
-    f.cloud = pcl::make_shared<FrameCloud>();
-    f.cloud->resize(xyz.size() / 3);
-    f.cloud->width = width;
-    f.cloud->height = height;
-    f.cloud->is_dense = false;
-    for (std::size_t i = 0; i < f.cloud->size(); ++i) {
-      f.cloud->points[i] = pcl::PointXYZ(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]);
-    }
-  }
+  if constexpr (Archive::kReads) f.cloud = cloudOf(xyz, width, height);
   std::size_t features = f.key_features.size();
   std::size_t statistics = f.statistics.size();
   archive(features, statistics);

@@ -5,6 +5,8 @@
 #include <algorithm>
 
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/pipeline/frame.h"
+#include "planar_mapping/pipeline/frame_source.h"
 
 namespace planar_mapping {
 namespace {
@@ -21,20 +23,6 @@ std::vector<std::size_t> select(const FrameSelection& selection, std::size_t cou
                      " frames of the input");
   }
   return frames;
-}
-
-FrameCloud::Ptr cloudOf(const io::CloudData& data) {
-  FrameCloud::Ptr cloud = pcl::make_shared<FrameCloud>();
-  const std::size_t count = data.size();
-  cloud->points.resize(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const float* p = &data.xyz[3 * i];
-    cloud->points[i] = pcl::PointXYZ(p[0], p[1], p[2]);
-  }
-  cloud->width = data.width;
-  cloud->height = data.height;
-  cloud->is_dense = false;
-  return cloud;
 }
 
 }  // namespace
@@ -89,7 +77,7 @@ Frame readFrame(const io::Sequence& sequence, std::size_t index, bool with_image
   frame.images.left = std::move(read.left);
   frame.images.right = std::move(read.right);
   if (with_images) frame.images.calibration = sequence.calibration();
-  frame.cloud = cloudOf(read.cloud);
+  frame.cloud = cloudOf(read.cloud.xyz, read.cloud.width, read.cloud.height);
   frame.without_sensor = !read.cloud.origin.isZero(0.0);
   return frame;
 }
@@ -110,6 +98,39 @@ std::size_t SequenceSource::skip(std::size_t count) {
   const std::size_t skipped = std::min(count, selected_.size() - position_);
   position_ += skipped;
   return skipped;
+}
+
+FrameCloud::Ptr cloudOf(const std::vector<float>& xyz, std::uint32_t width, std::uint32_t height) {
+  FrameCloud::Ptr cloud = pcl::make_shared<FrameCloud>();
+  cloud->points.resize(xyz.size() / 3);
+  for (std::size_t i = 0; i < cloud->size(); ++i) {
+    cloud->points[i] = pcl::PointXYZ(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]);
+  }
+  cloud->width = width;
+  cloud->height = height;
+  cloud->is_dense = false;
+  return cloud;
+}
+
+PointsView viewOf(const FrameCloud& cloud) {
+  static_assert(sizeof(pcl::PointXYZ) % sizeof(float) == 0, "points are read as rows of floats");
+  PointsView view(reinterpret_cast<const float*>(cloud.points.data()), cloud.size(),
+                  sizeof(pcl::PointXYZ) / sizeof(float));
+  view.width = cloud.width;
+  view.height = cloud.height;
+  return view;
+}
+
+FrameSource::~FrameSource() = default;
+
+std::size_t FrameSource::skip(std::size_t count) {
+  std::size_t skipped = 0;
+  while (skipped < count && next()) ++skipped;
+  return skipped;
+}
+
+std::vector<std::string> FrameSource::notes() const {
+  return {};
 }
 
 }  // namespace planar_mapping

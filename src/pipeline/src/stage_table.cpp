@@ -35,4 +35,6 @@ std::string StageTable::missingOption(const std::string& name) const {
   return "";
 }
 
+Stage::~Stage() = default;
+
 }  // namespace planar_mapping

@@ -10,6 +10,7 @@
 
 #include "box_scene.h"
 #include "planar_mapping/evaluation/rectangular_approximation.h"
+#include "planar_mapping/evaluation/standard_grid.h"
 
 namespace planar_mapping::evaluation {
 namespace {
@@ -18,10 +19,9 @@ std::size_t boxesOfRA(const std::vector<float>& xyz, double cell) {
   std::vector<Vector3> points;
   for (std::size_t i = 0; i < xyz.size(); i += 3)
     points.emplace_back(xyz[i], xyz[i + 1], xyz[i + 2]);
-  RectangularApproximation boxes(cell);
-  boxes.insert(points);
-  boxes.finish();
-  return boxes.size();
+  StandardGrid grid(cell);
+  grid.insert(points);
+  return RectangularApproximation(cell, grid.cells()).size();
 }
 
 struct SceneSize {

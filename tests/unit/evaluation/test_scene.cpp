@@ -55,7 +55,7 @@ TEST(Scene, CameraNeverStandsInsideAnything) {
 
 SceneParams paramsOf(const std::string& name, int frames, Path path) {
   SceneParams params;
-  params.name = name;
+  params.scene = name;
   params.frames = frames;
   params.path = path;
   return params;
@@ -190,7 +190,7 @@ TEST(Scene, UnknownNamesAndNoFramesAreRefused) {
   SceneParams params;
   params.length = 20.0;
   EXPECT_THROW(makeScene(params), ParameterError) << "only corridors have a length";
-  params.name = "corridor";
+  params.scene = "corridor";
   params.length = 2.0;
   EXPECT_THROW(makeScene(params), ParameterError);
   params.length = 0.0;

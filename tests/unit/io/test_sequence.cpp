@@ -126,7 +126,9 @@ TEST_F(SequenceInputs, DirectoryOfCloudsIsReadInNameOrderWithViewpoints) {
 TEST_F(SequenceInputs, FilesKeepTheOrderGivenAndTakePosesFromAFile) {
   addClouds("scans");
   writeTumPoses(dir_ / "poses.txt", posesOf(2));
-  const Sequence sequence({dir_ / "scans/c.pcd", dir_ / "scans/a.pcd"}, dir_ / "poses.txt");
+  SequenceOptions options;
+  options.poses_file = dir_ / "poses.txt";
+  const Sequence sequence({dir_ / "scans/c.pcd", dir_ / "scans/a.pcd"}, options);
   EXPECT_EQ(sequence.poseSource(), PoseSource::File);
   ASSERT_EQ(sequence.size(), 2u);
   EXPECT_EQ(sequence.read(0).cloud.xyz[0], 3.0f);

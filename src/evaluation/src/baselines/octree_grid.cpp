@@ -10,7 +10,6 @@
 #include <zstd.h>
 
 #include <algorithm>
-#include <cmath>
 #include <new>
 #include <sstream>
 #include <unordered_map>
@@ -19,20 +18,9 @@
 namespace planar_mapping {
 namespace evaluation {
 
-void OctreeGridParams::validate() const {
-  requirePositive("resolution", resolution, "m");
-  requireInRange("max_range", max_range, -1e9, 1e9, "m");
-  requireInRange("min_points", min_points, 1, 1e9);
-  requireInRange("hit", hit, 0.5, 1.0);
-  requireInRange("miss", miss, 0.0, 0.5);
-  requireInRange("clamping_min", clamping_min, 0.0, 0.5);
-  requireInRange("clamping_max", clamping_max, 0.5, 1.0);
-  requireInRange("occupied_at_least", occupied_at_least, 0.0, 1.0);
-}
+namespace {
 
 #ifdef PLANAR_MAPPING_HAS_OCTOMAP
-
-namespace {
 
 /// Size of the heap block that an allocation of so many bytes gets, its header included.
 std::size_t blockBytes(std::size_t bytes) {
@@ -63,204 +51,149 @@ std::size_t headerBytes(const octomap::OcTree& tree, const char* title) {
 /// Cells in which rays end, with the number of obstacle points in them.
 using RayEnds = std::unordered_map<octomap::OcTreeKey, int, octomap::OcTreeKey::KeyHash>;
 
-}  // namespace
+/// The tree has OctoMap's own parameters.
+class OctomapGrid : public OctreeGrid {
+ public:
+  OctomapGrid(double s, int min_points) : tree_(s), min_points_(min_points) {}
 
-struct OctreeGrid::Impl {
-  explicit Impl(const OctreeGridParams& p) : params(p), tree(p.resolution) {
-    tree.setProbHit(p.hit);
-    tree.setProbMiss(p.miss);
-    tree.setClampingThresMin(p.clamping_min);
-    tree.setClampingThresMax(p.clamping_max);
-    tree.setOccupancyThres(p.occupied_at_least);
+  void insert(const std::vector<Vector3>& obstacles, const std::vector<Vector3>& ground,
+              const Vector3& origin) override {
+    octomap::OcTreeKey key;
+    if (!origin.allFinite() || !tree_.coordToKeyChecked(toOctomap(origin), key))
+      throw InputError("the sensor is outside the octree");
+    RayEnds ends;
+    add(obstacles, true, ends);
+    add(ground, false, ends);
+    const octomap::point3d start = toOctomap(origin);
+    octomap::KeySet hit;
+    octomap::KeySet crossed;
+    octomap::KeyRay ray;
+    for (const auto& [end, points] : ends) {
+      if (points >= min_points_) hit.insert(end);
+      if (tree_.computeRayKeys(start, tree_.keyToCoord(end), ray))
+        crossed.insert(ray.begin(), ray.end());
+    }
+    for (const octomap::OcTreeKey& cell : crossed)
+      if (hit.find(cell) == hit.end()) tree_.updateNode(cell, false);
+    for (const octomap::OcTreeKey& cell : hit) tree_.updateNode(cell, true);
   }
 
-  void add(const std::vector<Vector3>& points, bool obstacles, const Vector3& origin,
-           RayEnds& ends) {
+  void finish() override {
+    tree_.toMaxLikelihood();
+    tree_.prune();
+  }
+
+  Counts counts() const override {
+    Counts counts;
+    for (auto it = tree_.begin_leafs(); it != tree_.end_leafs(); ++it) {
+      const bool occupied = tree_.isNodeOccupied(*it);
+      ++(occupied ? counts.occupied_leaves : counts.free_leaves);
+      (occupied ? counts.occupied_cells : counts.free_cells) +=
+          std::size_t{1} << (3 * (tree_.getTreeDepth() - it.getDepth()));
+    }
+    counts.nodes = tree_.size();
+    counts.dropped_points = dropped_;
+    return counts;
+  }
+
+  std::vector<Cuboid> cuboids() const override {
+    std::vector<Cuboid> cuboids;
+    const double s = tree_.getResolution();
+    for (auto it = tree_.begin_leafs(); it != tree_.end_leafs(); ++it) {
+      if (!tree_.isNodeOccupied(*it)) continue;
+      const unsigned level = tree_.getTreeDepth() - it.getDepth();
+      const octomap::OcTreeKey key = it.getKey();
+      const double cells = static_cast<double>(std::size_t{1} << level);
+      Cuboid cuboid;  // from the key, for getX() is a float
+      for (int axis = 0; axis < 3; ++axis) {
+        const int low = (static_cast<int>(key[static_cast<unsigned>(axis)]) >> level) << level;
+        cuboid.center[axis] = s * (low - 32768 + 0.5 * cells);
+      }
+      cuboid.size = Vector3::Constant(s * cells);
+      cuboid.probability = static_cast<float>(it->getOccupancy());
+      cuboids.push_back(cuboid);
+    }
+    std::sort(cuboids.begin(), cuboids.end(), [](const Cuboid& a, const Cuboid& b) {
+      for (const int axis : {2, 1, 0})
+        if (a.center[axis] != b.center[axis]) return a.center[axis] < b.center[axis];
+      return false;
+    });
+    return cuboids;
+  }
+
+  std::size_t reportedBytes() const override { return tree_.memoryUsage(); }
+
+  std::size_t heapBytes() const override {
+    return sizeof(octomap::OcTree) + tree_.size() * blockBytes(sizeof(octomap::OcTreeNode)) +
+           innerNodes(tree_) * blockBytes(8 * sizeof(octomap::OcTreeNode*));
+  }
+
+  std::size_t fileBytes() const override {
+    octomap::OcTree tree(tree_);
+    tree.toMaxLikelihood();
+    tree.prune();
+    return headerBytes(tree, "# Octomap OcTree binary file") + 2 * innerNodes(tree);
+  }
+
+  std::size_t compressedFileBytes() const override {
+    constexpr int kLevel = 19;
+    octomap::OcTree tree(tree_);
+    tree.toMaxLikelihood();
+    tree.prune();
+    std::ostringstream stream;
+    tree.writeBinaryData(stream);
+    const std::string data = stream.str();
+    std::string packed(ZSTD_compressBound(data.size()), 0);
+    const std::size_t size =
+        ZSTD_compress(packed.data(), packed.size(), data.data(), data.size(), kLevel);
+    if (ZSTD_isError(size) != 0) throw Error("the octree cannot be compressed");
+    return headerBytes(tree, "# Octomap OcTree binary file") + size;
+  }
+
+  bool isFree(const Vector3& point) const override {
+    octomap::OcTreeKey key;
+    if (!point.allFinite() || !tree_.coordToKeyChecked(toOctomap(point), key)) return false;
+    const octomap::OcTreeNode* node = tree_.search(key);
+    return node != nullptr && !tree_.isNodeOccupied(*node);
+  }
+
+  std::size_t otBytes() const override {
+    constexpr std::size_t kNode = sizeof(float) + 1;  // the log-odds and which children there are
+    return headerBytes(tree_, "# Octomap OcTree file") + kNode * tree_.size();
+  }
+
+ private:
+  /// Takes note of the cells the points are in.
+  void add(const std::vector<Vector3>& points, bool obstacles, RayEnds& ends) {
     for (const Vector3& point : points) {
-      const double range = (point - origin).norm();
-      const bool is_far = params.max_range >= 0.0 && range > params.max_range;
-      const Vector3 end = is_far ? origin + (point - origin) * (params.max_range / range) : point;
       octomap::OcTreeKey key;
-      if (!end.allFinite() || !tree.coordToKeyChecked(toOctomap(end), key)) {
-        ++dropped;
+      if (!point.allFinite() || !tree_.coordToKeyChecked(toOctomap(point), key)) {
+        ++dropped_;
         continue;
       }
       int& count = ends[key];
-      if (obstacles && !is_far) ++count;
+      if (obstacles) ++count;
     }
   }
 
-  OctreeGridParams params;
-  octomap::OcTree tree;
-  std::size_t dropped = 0;
+  octomap::OcTree tree_;
+  int min_points_;
+  std::size_t dropped_ = 0;
 };
 
-bool OctreeGrid::isAvailable() {
-  return true;
-}
-
-OctreeGrid::OctreeGrid(const OctreeGridParams& params) {
-  params.validate();
-  impl_ = std::make_unique<Impl>(params);
-}
-
-OctreeGrid::~OctreeGrid() = default;
-OctreeGrid::OctreeGrid(OctreeGrid&& other) noexcept = default;
-OctreeGrid& OctreeGrid::operator=(OctreeGrid&& other) noexcept = default;
-
-void OctreeGrid::insert(const std::vector<Vector3>& obstacles, const std::vector<Vector3>& ground,
-                        const Vector3& origin) {
-  octomap::OcTree& tree = impl_->tree;
-  octomap::OcTreeKey key;
-  if (!origin.allFinite() || !tree.coordToKeyChecked(toOctomap(origin), key))
-    throw InputError("the sensor is outside the octree");
-  RayEnds ends;
-  impl_->add(obstacles, true, origin, ends);
-  impl_->add(ground, false, origin, ends);
-  const octomap::point3d start = toOctomap(origin);
-  octomap::KeySet hit;
-  octomap::KeySet crossed;
-  octomap::KeyRay ray;
-  for (const auto& [end, points] : ends) {
-    if (points >= impl_->params.min_points) hit.insert(end);
-    if (tree.computeRayKeys(start, tree.keyToCoord(end), ray))
-      crossed.insert(ray.begin(), ray.end());
-  }
-  for (const octomap::OcTreeKey& cell : crossed)
-    if (hit.find(cell) == hit.end()) tree.updateNode(cell, false);
-  for (const octomap::OcTreeKey& cell : hit) tree.updateNode(cell, true);
-}
-
-void OctreeGrid::finish() {
-  impl_->tree.toMaxLikelihood();
-  impl_->tree.prune();
-}
-
-OctreeGrid::Counts OctreeGrid::counts() const {
-  const octomap::OcTree& tree = impl_->tree;
-  Counts counts;
-  for (auto it = tree.begin_leafs(); it != tree.end_leafs(); ++it) {
-    const bool occupied = tree.isNodeOccupied(*it);
-    ++(occupied ? counts.occupied_leaves : counts.free_leaves);
-    (occupied ? counts.occupied_cells : counts.free_cells) +=
-        std::size_t{1} << (3 * (tree.getTreeDepth() - it.getDepth()));
-  }
-  counts.nodes = tree.size();
-  counts.dropped_points = impl_->dropped;
-  return counts;
-}
-
-std::vector<Cuboid> OctreeGrid::cuboids() const {
-  const octomap::OcTree& tree = impl_->tree;
-  std::vector<Cuboid> cuboids;
-  const double s = impl_->params.resolution;
-  for (auto it = tree.begin_leafs(); it != tree.end_leafs(); ++it) {
-    if (!tree.isNodeOccupied(*it)) continue;
-    const unsigned level = tree.getTreeDepth() - it.getDepth();
-    const octomap::OcTreeKey key = it.getKey();
-    const double cells = static_cast<double>(std::size_t{1} << level);
-    Cuboid cuboid;  // from the key, for getX() is a float
-    for (int axis = 0; axis < 3; ++axis) {
-      const int low = (static_cast<int>(key[static_cast<unsigned>(axis)]) >> level) << level;
-      cuboid.center[axis] = s * (low - 32768 + 0.5 * cells);
-    }
-    cuboid.size = Vector3::Constant(s * cells);
-    cuboid.probability = static_cast<float>(it->getOccupancy());
-    cuboids.push_back(cuboid);
-  }
-  std::sort(cuboids.begin(), cuboids.end(), [](const Cuboid& a, const Cuboid& b) {
-    for (const int axis : {2, 1, 0})
-      if (a.center[axis] != b.center[axis]) return a.center[axis] < b.center[axis];
-    return false;
-  });
-  return cuboids;
-}
-
-std::size_t OctreeGrid::reportedBytes() const {
-  return impl_->tree.memoryUsage();
-}
-
-std::size_t OctreeGrid::heapBytes() const {
-  const octomap::OcTree& tree = impl_->tree;
-  return sizeof(octomap::OcTree) + tree.size() * blockBytes(sizeof(octomap::OcTreeNode)) +
-         innerNodes(tree) * blockBytes(8 * sizeof(octomap::OcTreeNode*));
-}
-
-std::size_t OctreeGrid::fileBytes() const {
-  octomap::OcTree tree(impl_->tree);
-  tree.toMaxLikelihood();
-  tree.prune();
-  return headerBytes(tree, "# Octomap OcTree binary file") + 2 * innerNodes(tree);
-}
-
-std::size_t OctreeGrid::compressedFileBytes() const {
-  constexpr int kLevel = 19;
-  octomap::OcTree tree(impl_->tree);
-  tree.toMaxLikelihood();
-  tree.prune();
-  std::ostringstream stream;
-  tree.writeBinaryData(stream);
-  const std::string data = stream.str();
-  std::string packed(ZSTD_compressBound(data.size()), 0);
-  const std::size_t size =
-      ZSTD_compress(packed.data(), packed.size(), data.data(), data.size(), kLevel);
-  if (ZSTD_isError(size) != 0) throw Error("the octree cannot be compressed");
-  return headerBytes(tree, "# Octomap OcTree binary file") + size;
-}
-
-bool OctreeGrid::isFree(const Vector3& point) const {
-  octomap::OcTreeKey key;
-  if (!point.allFinite() || !impl_->tree.coordToKeyChecked(toOctomap(point), key)) return false;
-  const octomap::OcTreeNode* node = impl_->tree.search(key);
-  return node != nullptr && !impl_->tree.isNodeOccupied(*node);
-}
-
-std::size_t OctreeGrid::otBytes() const {
-  constexpr std::size_t kNode = sizeof(float) + 1;  // the log-odds and which children there are
-  return headerBytes(impl_->tree, "# Octomap OcTree file") + kNode * impl_->tree.size();
-}
-
-#else
-
-struct OctreeGrid::Impl {};
-
-bool OctreeGrid::isAvailable() {
-  return false;
-}
-OctreeGrid::OctreeGrid(const OctreeGridParams&) {
-  throw Error("built without OctoMap (install liboctomap-dev and build again)");
-}
-OctreeGrid::~OctreeGrid() = default;
-OctreeGrid::OctreeGrid(OctreeGrid&& other) noexcept = default;
-OctreeGrid& OctreeGrid::operator=(OctreeGrid&& other) noexcept = default;
-void OctreeGrid::insert(const std::vector<Vector3>&, const std::vector<Vector3>&, const Vector3&) {}
-void OctreeGrid::finish() {}
-OctreeGrid::Counts OctreeGrid::counts() const {
-  return {};
-}
-std::vector<Cuboid> OctreeGrid::cuboids() const {
-  return {};
-}
-std::size_t OctreeGrid::reportedBytes() const {
-  return 0;
-}
-std::size_t OctreeGrid::heapBytes() const {
-  return 0;
-}
-std::size_t OctreeGrid::fileBytes() const {
-  return 0;
-}
-std::size_t OctreeGrid::compressedFileBytes() const {
-  return 0;
-}
-bool OctreeGrid::isFree(const Vector3&) const {
-  return false;
-}
-std::size_t OctreeGrid::otBytes() const {
-  return 0;
-}
-
 #endif
+
+}  // namespace
+
+std::unique_ptr<OctreeGrid> makeOctreeGrid(double s, int min_points) {
+  requirePositive("s", s, "m");
+  requireInRange("min_points", min_points, 1, 1e9);
+#ifdef PLANAR_MAPPING_HAS_OCTOMAP
+  return std::make_unique<OctomapGrid>(s, min_points);
+#else
+  return nullptr;
+#endif
+}
 
 }  // namespace evaluation
 }  // namespace planar_mapping

@@ -4,14 +4,49 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 
-#include "baselines/packed_bits.h"
 #include "planar_mapping/core/base/error.h"
-#include "baselines/ray_cells.h"
+#include "planar_mapping/core/base/types.h"
+#include "planar_mapping/evaluation/grid_cell.h"
 
 namespace planar_mapping {
 namespace evaluation {
 namespace {
+
+/// Calls visit(x, y, z) for the cells of side \p s that the straight way from \p origin to \p end
+/// crosses, in their order, without the one it ends in (Amanatides and Woo). Both points must be on
+/// the lattice.
+template <typename Visit>
+void forEachCellOnRay(const Vector3& origin, const Vector3& end, double s, const Visit& visit) {
+  std::int64_t cell[3];
+  std::int64_t steps[3];  // left to do
+  int direction[3];
+  double next[3];  // share of the way at which the next border is crossed
+  double per_cell[3];
+  for (int k = 0; k < 3; ++k) {
+    cell[k] = static_cast<std::int64_t>(std::floor(origin[k] / s));
+    const std::int64_t last = static_cast<std::int64_t>(std::floor(end[k] / s));
+    direction[k] = last > cell[k] ? 1 : -1;
+    steps[k] = (last - cell[k]) * direction[k];
+    const double way = std::abs(end[k] - origin[k]);
+    const double border = static_cast<double>(cell[k] + (direction[k] > 0 ? 1 : 0)) * s;
+    next[k] =
+        steps[k] > 0 ? std::abs(border - origin[k]) / way : std::numeric_limits<double>::infinity();
+    per_cell[k] = s / way;
+  }
+  while (steps[0] + steps[1] + steps[2] > 0) {
+    visit(cell[0], cell[1], cell[2]);
+    int axis = 0;
+    for (const int k : {1, 2})
+      if (next[k] < next[axis]) axis = k;
+    cell[axis] += direction[axis];
+    // Counted, so that rounding cannot lead past the end.
+    next[axis] =
+        --steps[axis] > 0 ? next[axis] + per_cell[axis] : std::numeric_limits<double>::infinity();
+  }
+}
 
 constexpr float kHitLogOdds = 0.85f;
 constexpr float kMissLogOdds = 0.405f;
@@ -126,7 +161,28 @@ std::size_t StandardGrid::fileBytes() const {
     high = {std::max(high.x, cell.x), std::max(high.y, cell.y), std::max(high.z, cell.z)};
   }
   const double volume = (high.x - low.x + 1.0) * (high.y - low.y + 1.0) * (high.z - low.z + 1.0);
-  return kHeaderBytes + bytesOfBits(all.size(), bitsFor(volume));
+  return kHeaderBytes + detail::bytesOfBits(all.size(), detail::bitsFor(volume));
+}
+
+Cuboid cuboidOf(const GridBox& box, double s) {
+  Cuboid cuboid;
+  cuboid.size = s * Vector3(box.size.x, box.size.y, box.size.z);
+  cuboid.center = s * Vector3(box.low.x, box.low.y, box.low.z) + 0.5 * cuboid.size;
+  return cuboid;
+}
+
+std::vector<Cuboid> cuboidsOf(const std::vector<GridCell>& cells, double s) {
+  std::vector<Cuboid> cuboids;
+  cuboids.reserve(cells.size());
+  for (const GridCell& cell : cells) cuboids.push_back(cuboidOf({cell, {1, 1, 1}}, s));
+  return cuboids;
+}
+
+std::vector<Cuboid> cuboidsOf(const std::vector<GridBox>& boxes, double s) {
+  std::vector<Cuboid> cuboids;
+  cuboids.reserve(boxes.size());
+  for (const GridBox& box : boxes) cuboids.push_back(cuboidOf(box, s));
+  return cuboids;
 }
 
 }  // namespace evaluation

@@ -109,6 +109,24 @@ double CuboidDistance::squaredDistance(const Node& node, const double* point) {
   return sum;
 }
 
+template <typename Meets, typename Visit>
+void CuboidDistance::forEachBox(const Meets& meets, const Visit& visit) const {
+  std::uint32_t stack[kDeepest];
+  int size = 0;
+  stack[size++] = 0;
+  while (size > 0) {
+    const std::uint32_t number = stack[--size];
+    const Node& node = nodes_[number];
+    if (!meets(node)) continue;
+    if (node.count == 0) {
+      stack[size++] = node.first;
+      stack[size++] = number + 1;
+    }
+    for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
+      if (!visit(i)) return;
+  }
+}
+
 double CuboidDistance::distance(const Vector3& point) const {
   std::uint32_t hint = 0;
   return distance(point, hint);
@@ -157,25 +175,16 @@ bool CuboidDistance::isWithin(const Vector3& point, double margin, std::uint32_t
   const double squared = margin * margin;
   if (hint >= boxes_.size()) hint = 0;
   if (squaredDistance(boxes_[hint], point.data()) <= squared) return true;
-  std::uint32_t stack[kDeepest];
-  int size = 0;
-  stack[size++] = 0;
-  while (size > 0) {
-    const std::uint32_t number = stack[--size];
-    const Node& node = nodes_[number];
-    if (!(squaredDistance(node, point.data()) <= squared)) continue;
-    if (node.count == 0) {
-      stack[size++] = node.first;
-      stack[size++] = number + 1;
-      continue;
-    }
-    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-      if (!(squaredDistance(boxes_[i], point.data()) <= squared)) continue;
-      hint = i;
-      return true;
-    }
-  }
-  return false;
+  bool found = false;
+  const auto isNear = [&](const Node& node) {
+    return squaredDistance(node, point.data()) <= squared;
+  };
+  forEachBox(isNear, [&](std::uint32_t i) {
+    found = squaredDistance(boxes_[i], point.data()) <= squared;
+    if (found) hint = i;
+    return !found;
+  });
+  return found;
 }
 
 void CuboidDistance::findBefore(std::size_t end, const Vector3& center, const Matrix3& half_axes,
@@ -184,40 +193,31 @@ void CuboidDistance::findBefore(std::size_t end, const Vector3& center, const Ma
   overlap.cuboids.clear();
   if (nodes_.empty()) return;
   const Vector3 reach = half_axes.cwiseAbs().rowwise().sum();
-  std::uint32_t stack[kDeepest];
-  int size = 0;
-  stack[size++] = 0;
-  while (size > 0) {
-    const std::uint32_t number = stack[--size];
-    const Node& node = nodes_[number];
-    bool meets = node.least < end;
+  const auto meets = [&](const Node& node) {
+    bool overlaps = node.least < end;
     for (int k = 0; k < 3; ++k)
-      meets = meets && center[k] + reach[k] >= node.low[k] && center[k] - reach[k] <= node.high[k];
-    if (!meets) continue;
-    if (node.count == 0) {
-      stack[size++] = node.first;
-      stack[size++] = number + 1;
-      continue;
+      overlaps =
+          overlaps && center[k] + reach[k] >= node.low[k] && center[k] - reach[k] <= node.high[k];
+    return overlaps;
+  };
+  forEachBox(meets, [&](std::uint32_t i) {
+    const Box& box = boxes_[i];
+    if (box.number >= end) return true;
+    // Shadows of the block on the axes of the cuboid.
+    bool is_apart = false;
+    bool is_whole = true;
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Map<const Eigen::RowVector3d> axis(box.to_local + 3 * k);
+      const double middle = std::abs(axis * (center - Eigen::Map<const Vector3>(box.center)));
+      const double shadow = (axis * half_axes).cwiseAbs().sum();
+      is_apart = is_apart || middle - shadow > box.half[k];
+      is_whole = is_whole && middle + shadow <= box.half[k];
     }
-    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-      const Box& box = boxes_[i];
-      if (box.number >= end) continue;
-      // Shadows of the block on the axes of the cuboid.
-      bool is_apart = false;
-      bool is_whole = true;
-      for (int k = 0; k < 3; ++k) {
-        const Eigen::Map<const Eigen::RowVector3d> axis(box.to_local + 3 * k);
-        const double middle = std::abs(axis * (center - Eigen::Map<const Vector3>(box.center)));
-        const double shadow = (axis * half_axes).cwiseAbs().sum();
-        is_apart = is_apart || middle - shadow > box.half[k];
-        is_whole = is_whole && middle + shadow <= box.half[k];
-      }
-      if (is_apart) continue;
-      overlap.cuboids.push_back(i);
-      overlap.is_whole = is_whole;
-      if (is_whole) return;
-    }
-  }
+    if (is_apart) return true;
+    overlap.cuboids.push_back(i);
+    overlap.is_whole = is_whole;
+    return !is_whole;
+  });
 }
 
 }  // namespace evaluation

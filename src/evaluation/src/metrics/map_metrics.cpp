@@ -303,16 +303,11 @@ std::size_t CrossedSpace::count(const std::function<bool(const Vector3&)>& holds
   return counted;
 }
 
-FreeSpaceViolation freeSpaceViolation(const CuboidDistance& index, const CrossedSpace& crossed) {
-  FreeSpaceViolation violation;
-  if (crossed.cells() == 0) return violation;
-  const double volume = crossed.side() * crossed.side() * crossed.side();
-  const auto marked = static_cast<double>(
-      crossed.count([&index](const Vector3& point) { return index.isWithin(point, 0.0); }));
-  violation.share = marked / static_cast<double>(crossed.cells());
-  violation.crossed_volume = volume * static_cast<double>(crossed.cells());
-  violation.marked_volume = volume * marked;
-  return violation;
+double freeSpaceViolation(const CuboidDistance& index, const CrossedSpace& crossed) {
+  if (crossed.cells() == 0) return 0.0;
+  const std::size_t marked =
+      crossed.count([&index](const Vector3& point) { return index.isWithin(point, 0.0); });
+  return static_cast<double>(marked) / static_cast<double>(crossed.cells());
 }
 
 }  // namespace evaluation

@@ -31,6 +31,17 @@ bool same(const Plane& a, const Plane& b) {
          std::abs(a.offset - b.offset) < kSameOffset;
 }
 
+struct KnownScene {
+  const char* name;
+  void (*build)(SceneBuilder& builder);
+};
+
+constexpr KnownScene kScenes[] = {{"room", buildRoom},
+                                  {"corridor", buildCorridor},
+                                  {"outdoor", buildOutdoor},
+                                  {"rooms", buildRooms},
+                                  {"white", buildWhite}};
+
 }  // namespace
 
 void Scene::rotate(double yaw) {
@@ -60,22 +71,26 @@ ScenePlanes planesOf(const Scene& scene) {
 }
 
 const std::vector<std::string>& sceneNames() {
-  static const std::vector<std::string> names = {"room", "corridor", "outdoor", "rooms", "white"};
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    for (const KnownScene& known : kScenes) all.emplace_back(known.name);
+    return all;
+  }();
   return names;
 }
 
 void SceneParams::validate() const {
   const std::vector<std::string>& names = sceneNames();
-  if (std::find(names.begin(), names.end(), name) == names.end()) {
+  if (std::find(names.begin(), names.end(), scene) == names.end()) {
     std::string all;
     for (const std::string& known : names) all += (all.empty() ? "" : ", ") + known;
-    throw InputError("there is no scene '" + name + "'; there are: " + all);
+    throw InputError("there is no scene '" + scene + "'; there are: " + all);
   }
   requireInRange("frames", frames, 1, 100000);
   requireInRange("step", step, 0.0, 1e3, "m");
   if (length != 0.0) {
     requireInRange("length", length, 8.0, 1000.0, "m");
-    if (name != "corridor") throw ParameterError("only the corridor has a length to choose");
+    if (scene != "corridor") throw ParameterError("only the corridor has a length to choose");
   }
 }
 
@@ -83,26 +98,16 @@ Scene makeScene(const SceneParams& params) {
   params.validate();
   SceneBuilder builder;
   builder.params = params;
-  builder.scene.name = params.name;
-  if (params.name == "room") {
-    buildRoom(builder);
-  } else if (params.name == "corridor" && params.length > 0.0) {
-    buildLongCorridor(builder);
-  } else if (params.name == "corridor") {
-    buildCorridor(builder);
-  } else if (params.name == "outdoor") {
-    buildOutdoor(builder);
-  } else if (params.name == "white") {
-    buildWhite(builder);
-  } else {
-    buildRooms(builder);
+  builder.scene.name = params.scene;
+  for (const KnownScene& known : kScenes) {
+    if (params.scene == known.name) known.build(builder);
   }
   return builder.scene;
 }
 
 Scene makeScene(const std::string& name, int frames) {
   SceneParams params;
-  params.name = name;
+  params.scene = name;
   params.frames = frames;
   return makeScene(params);
 }

@@ -53,7 +53,6 @@ struct SceneBuilder {
 
 void buildRoom(SceneBuilder& builder);
 void buildCorridor(SceneBuilder& builder);
-void buildLongCorridor(SceneBuilder& builder);
 void buildOutdoor(SceneBuilder& builder);
 void buildRooms(SceneBuilder& builder);
 void buildWhite(SceneBuilder& builder);

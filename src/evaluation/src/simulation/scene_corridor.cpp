@@ -136,9 +136,36 @@ void addMovingThings(SceneBuilder& b) {
   b.onlyIn(1, opens, std::numeric_limits<int>::max());
 }
 
+/// Of the length that is asked for.
+void buildLongCorridor(SceneBuilder& b) {
+  const double length = b.params.length;
+  addShell(b, length);
+  Random random;  // its own: which doors a corridor has must not depend on anything else
+  for (const bool left : {true, false}) {
+    for (double begin = -1.0; begin < length; begin += kSegment) {
+      double end = begin + kSegment;
+      if (length - end < 0.5 * kSegment) end = length;
+      addSegment(b, begin, end, left, random);
+      if (end == length) break;
+    }
+  }
+  for (double x = 3.0; x < length - 3.0; x += 3.0) addSideThing(b, x, random);
+  const double way = length - 4.5;
+  b.followLine(way, [&b, way](double s, double turn_deg) {
+    const double periods = way / 11.5;
+    b.lookFrom(Vector3(way * s, 0.12 * std::sin(4.0 * kPi * periods * s), 0.37),
+               14.0 * std::sin(6.0 * kPi * periods * s) + turn_deg, 0.0);
+  });
+  addMovingThings(b);
+}
+
 }  // namespace
 
 void buildCorridor(SceneBuilder& b) {
+  if (b.params.length > 0.0) {
+    buildLongCorridor(b);
+    return;
+  }
   addShell(b, kLength);
   // Left side: local x runs with the world's, solid to +y. Right side: turned by 180 degrees.
   const auto left = [&b]() { b.moveTo(0.0, kHalfWidth, 0.0, 0.0); };
@@ -179,28 +206,6 @@ void buildCorridor(SceneBuilder& b) {
   b.followLine(11.5, [&b](double s, double turn_deg) {
     b.lookFrom(Vector3(11.5 * s, 0.12 * std::sin(4.0 * kPi * s), 0.37),
                14.0 * std::sin(6.0 * kPi * s) + turn_deg, 0.0);
-  });
-  addMovingThings(b);
-}
-
-void buildLongCorridor(SceneBuilder& b) {
-  const double length = b.params.length;
-  addShell(b, length);
-  Random random;  // its own: which doors a corridor has must not depend on anything else
-  for (const bool left : {true, false}) {
-    for (double begin = -1.0; begin < length; begin += kSegment) {
-      double end = begin + kSegment;
-      if (length - end < 0.5 * kSegment) end = length;
-      addSegment(b, begin, end, left, random);
-      if (end == length) break;
-    }
-  }
-  for (double x = 3.0; x < length - 3.0; x += 3.0) addSideThing(b, x, random);
-  const double way = length - 4.5;
-  b.followLine(way, [&b, way](double s, double turn_deg) {
-    const double periods = way / 11.5;
-    b.lookFrom(Vector3(way * s, 0.12 * std::sin(4.0 * kPi * periods * s), 0.37),
-               14.0 * std::sin(6.0 * kPi * periods * s) + turn_deg, 0.0);
   });
   addMovingThings(b);
 }

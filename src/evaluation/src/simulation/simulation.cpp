@@ -3,14 +3,70 @@
 #include "planar_mapping/evaluation/simulation.h"
 
 #include <algorithm>
-#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <string>
 
 #include "planar_mapping/core/base/error.h"
-#include "simulation/scene_json.h"
 
 namespace planar_mapping {
 namespace evaluation {
 namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json listOf(const Vector3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+const char* nameOf(Shape shape) {
+  return shape == Shape::Box ? "box" : shape == Shape::Cylinder ? "cylinder" : "sphere";
+}
+
+Json objectJson(const SceneObject& object, const std::vector<int>& plane_of_face) {
+  const Eigen::Quaterniond q(Matrix3(object.T_world_object.linear()));
+  Json json = {{"name", object.name},
+               {"shape", nameOf(object.shape)},
+               {"center", listOf(object.T_world_object.translation())},
+               {"size", listOf(object.size)},
+               {"orientation", {q.x(), q.y(), q.z(), q.w()}},
+               {"planes", Json::array()}};
+  for (const int plane : plane_of_face)
+    if (plane >= 0) json["planes"].push_back(plane);
+  if (object.first_frame > 0) json["first_frame"] = object.first_frame;
+  if (object.last_frame < std::numeric_limits<int>::max()) json["last_frame"] = object.last_frame;
+  return json;
+}
+
+std::string sceneJson(const SimulationParams& params, const Scene& scene,
+                      const ScenePlanes& planes) {
+  const PinholeCamera camera = params.camera();
+  Json json = {{"scene", scene.name},
+               {"frames", scene.path.size()},
+               {"seed", params.seed},
+               {"yaw_rad", params.yaw},
+               {"camera_height_m", scene.camera_height},
+               {"camera",
+                {{"width", camera.width},
+                 {"height", camera.height},
+                 {"fx", camera.fx},
+                 {"fy", camera.fy},
+                 {"cx", camera.cx},
+                 {"cy", camera.cy},
+                 {"baseline_m", params.sensor.baseline},
+                 {"noise_px", params.sensor.noise_px}}},
+               {"depth_gt_scale", kTruthDepthScale},
+               {"objects", Json::array()},
+               {"planes", Json::array()}};
+  for (std::size_t i = 0; i < scene.objects.size(); ++i)
+    json["objects"].push_back(objectJson(scene.objects[i], planes.plane_of_face[i]));
+  for (const Plane& plane : planes.planes) {
+    const Vector3& n = plane.normal;
+    json["planes"].push_back(
+        {{"id", json["planes"].size()}, {"coefficients", {n.x(), n.y(), n.z(), plane.offset}}});
+  }
+  return json.dump(1) + "\n";
+}
 
 constexpr double kUsualFocalLength = 500.0 / 640.0;  ///< of the image width
 constexpr double kShortestFrameTime = 0.1;           ///< seconds
@@ -20,7 +76,7 @@ constexpr std::uint64_t kImageStreams = 1u << 20u;
 }  // namespace
 
 void SimulationParams::validate() const {
-  sceneParams().validate();
+  SceneParams::validate();
   requireInRange("yaw", yaw, -1e3, 1e3, "rad");
   requireInRange("width", width, 8, 8192, "px");
   requireInRange("height", height, 8, 8192, "px");
@@ -32,18 +88,6 @@ void SimulationParams::validate() const {
   requireInRange("threads", threads, 0, 1024);
   sensor.validate();
   if (images && !colors) throw ParameterError("images cannot be rendered without colors");
-}
-
-SceneParams SimulationParams::sceneParams() const {
-  SceneParams result;
-  result.name = scene;
-  result.frames = frames;
-  result.path = path;
-  result.step = step;
-  result.length = length;
-  result.moving = moving;
-  result.seed = seed;
-  return result;
 }
 
 PinholeCamera SimulationParams::camera() const {
@@ -58,7 +102,7 @@ PinholeCamera SimulationParams::camera() const {
 
 Simulation::Simulation(const SimulationParams& params) : params_(params) {
   params_.validate();
-  scene_ = makeScene(params_.sceneParams());
+  scene_ = makeScene(params_);
   prepare();
 }
 

@@ -4,12 +4,24 @@
 
 #include <string>
 
-#include "number_text.h"
+#include "../text_lines.h"
+#include "planar_mapping/core/base/types.h"
 #include "planar_mapping/core/geometry/cuboid.h"
 
 // How other programs write what a Cuboid holds. Nothing else converts angles, quaternions, lengths,
 // colours or the order of corners.
+
 namespace planar_mapping::io {
+
+/// A number of a binary format, all of which are little endian, as are the processors we know.
+template <typename Number>
+void appendBytes(std::string& out, Number value) {
+  out.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+inline void appendFloats(std::string& out, const Vector3& v) {
+  for (int i = 0; i < 3; ++i) appendBytes(out, static_cast<float>(v[i]));
+}
 
 /// Parts in [0, 255], as on a screen (sRGB).
 struct Colour {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <map>
 
-#include "export/bytes.h"
 #include "export/conventions.h"
 #include "export/exported_map.h"
 

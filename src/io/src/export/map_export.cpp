@@ -3,7 +3,6 @@
 #include "planar_mapping/io/map_export.h"
 
 #include <cctype>
-#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <memory>

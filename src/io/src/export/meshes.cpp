@@ -1,10 +1,8 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 // Cuboids as triangles: PLY, OBJ, STL.
-#include <cstring>
 #include <map>
 
-#include "export/bytes.h"
 #include "export/conventions.h"
 #include "export/exported_map.h"
 

@@ -20,7 +20,6 @@ Contents writeOctree(const ExportedMap&, const std::string& path) {
 #include <octomap/OcTree.h>
 
 #include <algorithm>
-#include <cmath>
 #include <sstream>
 
 #include "export/conventions.h"

@@ -6,7 +6,6 @@
 
 #include "layouts/folder.h"
 #include "layouts/layout.h"
-#include "layouts/times.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/atomic_file.h"
 #include "text_lines.h"
@@ -175,12 +174,10 @@ Description readEuroc(const std::string& folder, const SequenceOptions& options)
     if (right == nullptr) continue;
     description.frames.push_back({left.file, right->file, left.timestamp, {}});
   }
-  const std::size_t left_out = lefts.size() - description.frames.size();
   if (description.frames.empty())
     throw IoError(mav, "cam1/ has no image within 20 ms of any of cam0/");
-  if (left_out > 0)
-    description.notes.push_back(std::to_string(left_out) + " of " + std::to_string(lefts.size()) +
-                                " left images are left out: no right image within 20 ms of them");
+  noteLeftOut(lefts.size() - description.frames.size(), lefts.size(), "left images",
+              "no right image within 20 ms of them", description);
 
   const Sensor left(joined(cameras[0], "sensor.yaml"));
   const Pose T_body_left = left.inBody();

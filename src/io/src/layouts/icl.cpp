@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "layouts/folder.h"
 #include "layouts/layout.h"
-#include "layouts/times.h"
 #include "planar_mapping/core/base/error.h"
 
 // ICL-NUIM, "TUM RGB-D compatible PNGs": depth/N.png and rgb/N.png, with or without
@@ -35,10 +34,8 @@ void listImages(const std::string& folder, Description& description) {
   }
   if (description.frames.empty())
     throw IoError(folder, "depth/ and rgb/ have no file name in common");
-  if (description.frames.size() < depths.size())
-    description.notes.push_back(std::to_string(depths.size() - description.frames.size()) + " of " +
-                                std::to_string(depths.size()) +
-                                " depth images are left out: no colour image of their name");
+  noteLeftOut(depths.size() - description.frames.size(), depths.size(), "depth images",
+              "no colour image of their name", description);
 }
 
 }  // namespace

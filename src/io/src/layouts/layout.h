@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "layouts/layout.h"
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/io/pose_file.h"
 #include "planar_mapping/io/sequence.h"
 
 namespace planar_mapping {
@@ -63,6 +65,27 @@ Description readFolder(const std::string& folder, const SequenceOptions& options
 
 /// Whether it is more than a directory of cloud files.
 bool isSequenceFolder(const std::string& folder);
+
+constexpr double kMaxTimeDifference = 0.02;  ///< seconds between what belongs together
+
+/// A file of a list with times.
+struct StampedFile {
+  double timestamp = 0.0;
+  std::string file;
+};
+
+/// The file nearest in time, if one is near enough; \p files ascend in time.
+const StampedFile* nearestFile(const std::vector<StampedFile>& files, double timestamp);
+
+/// Sets the pose of each frame by its time and leaves frames without one out, with a note.
+/// \param T_pose_sensor  of the sensor in what the poses are of
+/// \throws IoError naming \p file if no frame has a pose
+void addPosesByTime(const std::string& file, std::vector<StampedPose> poses,
+                    const Pose& T_pose_sensor, Description& description);
+
+/// Notes that some of what there is are left out, and why, unless there is nothing to note.
+void noteLeftOut(std::size_t left_out, std::size_t all, const std::string& what,
+                 const std::string& why, Description& description);
 
 /// Puts the poses of \p file on the frames: line by line where there are as many, else by time
 /// where frames have times. A growing sequence ends at the last pose.

@@ -7,6 +7,7 @@
 #include "layouts/layout.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/atomic_file.h"
+#include "text_lines.h"
 
 // Open3D's reconstruction system: depth/ and color/ (or image/, rgb/), camera_intrinsic.json and
 // trajectory.log, which may lie in scene/.
@@ -112,11 +113,11 @@ void addTrajectory(const std::string& path, Description& description) {
       R.row(row) = Vector3(values[0], values[1], values[2]);
       pose.translation()[row] = values[3];
     }
-    const double error = (R * R.transpose() - Matrix3::Identity()).cwiseAbs().maxCoeff();
-    if (!(error <= 1e-3) || R.determinant() < 0.0)
+    const std::optional<Matrix3> exact = rotationOf(R);
+    if (!exact)
       throw IoError(path, "the pose of frame " + std::to_string(static_cast<long>(number)) +
                               " has no rotation matrix");
-    pose.linear() = error <= 1e-12 ? R : Eigen::Quaterniond(R).normalized().toRotationMatrix();
+    pose.linear() = *exact;
     frames[static_cast<std::size_t>(number)].T_world_sensor = pose;
   }
   const std::size_t all = frames.size();
@@ -125,9 +126,7 @@ void addTrajectory(const std::string& path, Description& description) {
     if (frame.T_world_sensor) kept.push_back(std::move(frame));
   frames = std::move(kept);
   if (frames.empty()) throw IoError(path, "holds no pose");
-  if (frames.size() < all)
-    description.notes.push_back(std::to_string(all - frames.size()) + " of " + std::to_string(all) +
-                                " frames are left out: " + path + " has no pose of them");
+  noteLeftOut(all - frames.size(), all, "frames", path + " has no pose of them", description);
   description.pose_source = PoseSource::File;
 }
 

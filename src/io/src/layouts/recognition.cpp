@@ -1,14 +1,37 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+
 #include "layouts/folder.h"
 #include "layouts/layout.h"
-#include "layouts/times.h"
 #include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace io {
 namespace layouts {
 namespace {
+
+template <typename Stamped>
+auto firstNotBefore(const std::vector<Stamped>& list, double timestamp) {
+  return std::lower_bound(list.begin(), list.end(), timestamp,
+                          [](const Stamped& one, double time) { return one.timestamp < time; });
+}
+
+/// The nearest of an ascending list, if it is near enough.
+template <typename Stamped>
+const Stamped* nearest(const std::vector<Stamped>& list, double timestamp) {
+  const auto after = firstNotBefore(list, timestamp);
+  const Stamped* best = nullptr;
+  double least = kMaxTimeDifference;
+  for (auto it = after == list.begin() ? after : after - 1; it != list.end() && it <= after; ++it) {
+    const double difference = std::abs(it->timestamp - timestamp);
+    if (difference > least) continue;
+    least = difference;
+    best = &*it;
+  }
+  return best;
+}
 
 struct Reader {
   const char* name;
@@ -40,6 +63,44 @@ Description readCloudFiles(const std::string& folder, const SequenceOptions& opt
   return description;
 }
 
+/// Poses between two of the list, at most 0.1 s apart, are interpolated; others are taken from the
+/// nearest one, if it is near enough.
+class PoseTimeline {
+ public:
+  explicit PoseTimeline(std::vector<StampedPose> poses);
+  std::optional<Pose> at(double timestamp) const;
+
+ private:
+  std::vector<StampedPose> poses_;
+};
+
+PoseTimeline::PoseTimeline(std::vector<StampedPose> poses) : poses_(std::move(poses)) {
+  std::stable_sort(poses_.begin(), poses_.end(), [](const StampedPose& a, const StampedPose& b) {
+    return a.timestamp < b.timestamp;
+  });
+}
+
+std::optional<Pose> PoseTimeline::at(double timestamp) const {
+  constexpr double kMaxGap = 0.1;
+  const auto after = firstNotBefore(poses_, timestamp);
+  if (after != poses_.end() && after->timestamp == timestamp) return after->pose;
+  if (after != poses_.begin() && after != poses_.end()) {
+    const StampedPose& a = *(after - 1);
+    const double gap = after->timestamp - a.timestamp;
+    if (gap <= kMaxGap) {
+      const double part = (timestamp - a.timestamp) / gap;
+      Pose pose = Pose::Identity();
+      pose.linear() = Eigen::Quaterniond(Matrix3(a.pose.linear()))
+                          .slerp(part, Eigen::Quaterniond(Matrix3(after->pose.linear())))
+                          .toRotationMatrix();
+      pose.translation() = (1.0 - part) * a.pose.translation() + part * after->pose.translation();
+      return pose;
+    }
+  }
+  const StampedPose* const near = nearest(poses_, timestamp);
+  return near == nullptr ? std::nullopt : std::optional<Pose>(near->pose);
+}
+
 }  // namespace
 
 Description readFolder(const std::string& folder, const SequenceOptions& options) {
@@ -67,6 +128,13 @@ bool isSequenceFolder(const std::string& folder) {
   return is_one;
 }
 
+void noteLeftOut(std::size_t left_out, std::size_t all, const std::string& what,
+                 const std::string& why, Description& description) {
+  if (left_out == 0) return;
+  description.notes.push_back(std::to_string(left_out) + " of " + std::to_string(all) + " " + what +
+                              " are left out: " + why);
+}
+
 void addPoses(const std::string& file, bool growing, Description& description) {
   const Trajectory trajectory = readTrajectory(file);
   const std::vector<StampedPose>& poses = trajectory.poses;
@@ -87,6 +155,31 @@ void addPoses(const std::string& file, bool growing, Description& description) {
     frames[i].T_world_sensor = poses[i].pose;
     if (!frames[i].timestamp) frames[i].timestamp = poses[i].timestamp;
   }
+  description.pose_source = PoseSource::File;
+}
+
+const StampedFile* nearestFile(const std::vector<StampedFile>& files, double timestamp) {
+  return nearest(files, timestamp);
+}
+
+void addPosesByTime(const std::string& file, std::vector<StampedPose> poses,
+                    const Pose& T_pose_sensor, Description& description) {
+  const PoseTimeline timeline(std::move(poses));
+  std::vector<FrameEntry> kept;
+  for (FrameEntry& frame : description.frames) {
+    const std::optional<Pose> pose = timeline.at(*frame.timestamp);
+    if (!pose) continue;
+    const bool is_same = T_pose_sensor.matrix() == Pose::Identity().matrix();
+    frame.T_world_sensor = is_same ? *pose : *pose * T_pose_sensor;
+    kept.push_back(std::move(frame));
+  }
+  const std::size_t all = description.frames.size();
+  if (kept.empty())
+    throw IoError(file, "has no pose within 20 ms of any of the " + std::to_string(all) +
+                            " frames; do their times count from the same start?");
+  noteLeftOut(all - kept.size(), all, "frames", file + " has no pose within 20 ms of them",
+              description);
+  description.frames = std::move(kept);
   description.pose_source = PoseSource::File;
 }
 

@@ -4,7 +4,6 @@
 
 #include "layouts/folder.h"
 #include "layouts/layout.h"
-#include "layouts/times.h"
 #include "planar_mapping/core/base/error.h"
 #include "text_lines.h"
 
@@ -48,13 +47,10 @@ void readLists(const std::string& folder, Description& description) {
     if (color == nullptr) continue;
     description.frames.push_back({depth.file, color->file, depth.timestamp, {}});
   }
-  const std::size_t left_out = depths.size() - description.frames.size();
-  const std::string what =
-      std::to_string(left_out) + " of " + std::to_string(depths.size()) + " depth images";
   if (description.frames.empty())
     throw IoError(folder, "rgb.txt has no image within 20 ms of any of depth.txt");
-  if (left_out > 0)
-    description.notes.push_back(what + " are left out: no colour image within 20 ms of them");
+  noteLeftOut(depths.size() - description.frames.size(), depths.size(), "depth images",
+              "no colour image within 20 ms of them", description);
 }
 
 /// The cameras of the data set, by the authors' calibration of the colour camera that depth is

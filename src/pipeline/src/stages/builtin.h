@@ -2,11 +2,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <pcl/pcl_base.h>
+
+#include "planar_mapping/core/base/types.h"
 #include "planar_mapping/pipeline/stage_table.h"
 
-// Each group of stages adds itself; registerBuiltinStages() calls these in the order of a chain.
 namespace planar_mapping::detail {
 
+/// The indices as PCL's classes take them: not copied, and not owned.
+inline pcl::IndicesPtr sharedIndices(Indices& indices) {
+  return pcl::IndicesPtr(pcl::IndicesPtr(), &indices);
+}
+
+// Each group of stages adds itself; registerBuiltinStages() calls these in the order of a chain.
 void addStereoMatching(StageTable& table);
 void addKeyFeatures(StageTable& table);
 void addPclFilters(StageTable& table);

@@ -2,9 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "frame_locator.h"
 
-#include <algorithm>
-#include <utility>
-
 #include "planar_mapping/core/base/detail/state_archive.h"
 
 namespace planar_mapping::detail {

@@ -4,7 +4,6 @@
 
 #include "builtin.h"
 #include "noise_keys.h"
-#include "shared_indices.h"
 
 namespace planar_mapping {
 namespace {

@@ -1,23 +1,138 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cmath>
+#include <cstdint>
+#include <optional>
 #include <string>
 
 #include "builtin.h"
 #include "frame_locator.h"
-#include "motion_keys.h"
+#include "noise_keys.h"
 #include "planar_mapping/core/base/detail/state_archive.h"
+#include "planar_mapping/core/odometry/odometry.h"
+#include "planar_mapping/core/registration/detail/surface_map.h"
+#include "planar_mapping/pipeline/parameter.h"
+#include "start_pose.h"
 
 namespace planar_mapping {
 namespace {
 
-using Poses = detail::MotionKeys::Poses;
-using Clouds = detail::MotionKeys::Clouds;
+/// The parameters of motion_estimation.
+struct MotionKeys {
+  enum class Poses : std::uint8_t { Use, Prior, Ignore };
+  enum class Clouds : std::uint8_t { Auto, On, Off };
+
+  void declareKeys(ParameterTable& table);
+  /// \throws ParameterError
+  void configureKeys(std::uint64_t seed);
+
+  OdometryParams params_;
+  Poses poses_ = Poses::Use;
+  detail::StartPose start_;
+  double given_position_error_ = 0.02;
+  double given_orientation_error_ = 0.01;
+  double depth_error_ = 0.003;
+  double depth_error_growth_ = 0.002;
+  detail::NoiseKeys noise_;
+  Clouds clouds_ = Clouds::Auto;
+  int enough_inliers_ = 60;
+  SurfaceMapParams surface_params_;
+  std::optional<double> cloud_cell_;
+  std::optional<double> cloud_reach_;
+
+ private:
+  void declareSearch(ParameterTable& table);
+  void declareClouds(ParameterTable& table);
+};
+
+void MotionKeys::declareKeys(ParameterTable& table) {
+  table.word("poses", poses_,
+             {{"use", Poses::Use}, {"prior", Poses::Prior}, {"ignore", Poses::Ignore}},
+             "given poses are taken as they are, as a prior, or not at all; frames without one "
+             "are registered by their features");
+  start_.declare(table);
+  table.number("given_position_error_m", given_position_error_, Range::positive(),
+               "[ours] of given poses");
+  table.number("given_orientation_error_deg", given_orientation_error_, Range::above(0.0, 180.0),
+               "[ours] of given poses");
+  table.number("pixel_error_px", params_.camera.pixel_error, Range::positive(),
+               "[ours] of a feature's column and row");
+  noise_.declareOptional(table, "depth error of the features by the stereo noise");
+  table.number("depth_error_m", depth_error_, Range::atLeast(0.0),
+               "[ours] without stereo noise: depth error near the camera");
+  table.number("depth_error_growth", depth_error_growth_, Range::atLeast(0.0),
+               "[ours] without stereo noise: depth error per square of depth, 1/m");
+  declareSearch(table);
+  declareClouds(table);
+  table.basic({"poses", "start", "camera_height_m", "clouds"});
+}
+
+void MotionKeys::configureKeys(std::uint64_t seed) {
+  params_.seed = seed;
+  params_.camera.depth_error = depth_error_;
+  params_.camera.depth_error_growth = depth_error_growth_;
+  params_.validate();
+  surface_params_.depth_error = depth_error_;
+  surface_params_.depth_error_growth = depth_error_growth_;
+  surface_params_.validate();
+}
+void MotionKeys::declareSearch(ParameterTable& table) {
+  MotionParams& motion = params_.motion;
+  table.number("inlier_sigmas", motion.inlier_sigmas, Range::positive(),
+               "[ours] a feature agrees within so many standard deviations of its noise");
+  table.integer("min_matches", motion.min_matches, Range::atLeast(3),
+                "[ours] known features a frame needs");
+  table.integer("min_inliers", motion.min_inliers, Range::atLeast(3),
+                "[ours] of those, how many must agree");
+  table.number("min_inlier_share", motion.min_inlier_share, Range::between(0.0, 1.0),
+               "[ours] of those, which share must agree");
+  table.integer("max_iterations", motion.max_iterations, Range::atLeast(1),
+                "[ours] minimal sets tried at most");
+  table.number("max_position_error_m", motion.max_translation_error, Range::positive(),
+               "[ours] a pose less certain is not used");
+  table.number("max_orientation_error_deg", motion.max_rotation_error, Range::above(0.0, 180.0),
+               "[ours] a pose less certain is not used");
+  table.number("keyframe_translation", params_.keyframe_translation, Range::positive(),
+               "[ours] new keyframe after this share of the median depth");
+  table.number("keyframe_rotation_deg", params_.keyframe_rotation, Range::above(0.0, 180.0),
+               "[ours] new keyframe after this turn");
+  table.integer("max_landmarks", params_.max_landmarks, Range::atLeast(100),
+                "[ours] kept for registration");
+  table.number("jump_inlier_share", params_.jump_inlier_share, Range::between(0.0, 1.0),
+               "[ours] share of known features that must agree on a jump, ...");
+  table.integer("jump_inliers", params_.jump_inliers, Range::atLeast(0),
+                "[ours] ... or so many of them");
+  table.number("jump_distance_m", params_.jump_distance, Range::positive(),
+               "[ours] a motion so far off the expected one is reported");
+}
+
+void MotionKeys::declareClouds(ParameterTable& table) {
+  table.word("clouds", clouds_, {{"auto", Clouds::Auto}, {"on", Clouds::On}, {"off", Clouds::Off}},
+             "[ours] where features are too few, the cloud is registered to the surfaces seen "
+             "before; auto = unless it is of a stereo pair");
+  table.integer("enough_inliers", enough_inliers_, Range::atLeast(0),
+                "[ours] with so many features that agree the cloud is not needed");
+  table.number("cloud_cell_m", cloud_cell_, Range::positive(),
+               "[ours] side of the cells of those surfaces; auto = 0.05, or the least multiple by "
+               "2, 4, 8 or 16 with which half of the first cloud's points lie on planes of cells");
+  table.number("cloud_reach_m", cloud_reach_, Range::positive(),
+               "[ours] from how far a cloud is drawn to them; auto = 6 cells");
+  table.number("cloud_search_reach_m", surface_params_.search_reach, Range::atLeast(0.0),
+               "[ours] from how far, and turned anyhow, it is looked for where it is not found "
+               "near; 0 = it is not");
+  table.number("cloud_max_seen_through", surface_params_.max_seen_through, Range::between(0.0, 1.0),
+               "[ours] share of the cells that may be seen through where the cloud is put");
+  table.number("cloud_min_share", surface_params_.min_share, Range::between(0.0, 1.0),
+               "[ours] of the cloud's cells that must lie on them");
+}
+
+using Poses = MotionKeys::Poses;
+using Clouds = MotionKeys::Clouds;
 using detail::poseCovariance;
 
 constexpr double kReachInCells = 6.0;
 
-class MotionEstimationStage : public Stage, private detail::MotionKeys {
+class MotionEstimationStage : public Stage, private MotionKeys {
  public:
   static constexpr const char* kName = "motion_estimation";
   static constexpr const char* kSummary =
@@ -254,4 +369,5 @@ void addMotionEstimation(StageTable& table) {
 }
 
 }  // namespace detail
+
 }  // namespace planar_mapping

@@ -8,7 +8,6 @@
 #include "noise_keys.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/surface/planar_mapping.h"
-#include "shared_indices.h"
 
 namespace planar_mapping {
 namespace {

@@ -3,9 +3,7 @@
 #include "planar_mapping/stereo/stereo_matcher.h"
 
 #include <cmath>
-#include <limits>
 #include <string>
-#include <utility>
 
 #include "builtin.h"
 #include "planar_mapping/core/base/error.h"
@@ -173,14 +171,8 @@ void StereoMatchingStage::process(Frame& frame) {
 
   std::vector<float> xyz;
   triangulate(disparity, calibration, xyz);
-  frame.cloud = pcl::make_shared<FrameCloud>();
-  frame.cloud->points.resize(disparity.values.size());
-  for (std::size_t i = 0; i < disparity.values.size(); ++i) {
-    frame.cloud->points[i] = pcl::PointXYZ(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]);
-  }
-  frame.cloud->width = static_cast<std::uint32_t>(disparity.width);
-  frame.cloud->height = static_cast<std::uint32_t>(disparity.height);
-  frame.cloud->is_dense = false;
+  frame.cloud = cloudOf(xyz, static_cast<std::uint32_t>(disparity.width),
+                        static_cast<std::uint32_t>(disparity.height));
   frame.camera = calibration.camera;
   frame.baseline = calibration.baseline;
 }

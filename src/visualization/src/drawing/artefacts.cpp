@@ -14,7 +14,8 @@
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/visualization/scene_content.h"
 #include "scene/cuboid_layer.h"
-#include "window/window_image.h"
+#include "scene/scene.h"
+#include "window/render_backend.h"
 
 namespace planar_mapping {
 namespace {
@@ -40,17 +41,6 @@ SceneContent contentOf(const std::vector<ArtefactPanel>& panels) {
     }
   }
   return content;
-}
-
-void place(vtkCamera& camera, const CameraView& view, const Vector3& origin) {
-  const Vector3 position = view.position - origin;
-  const Vector3 focal = view.focal_point - origin;
-  camera.SetPosition(position.x(), position.y(), position.z());
-  camera.SetFocalPoint(focal.x(), focal.y(), focal.z());
-  camera.SetViewUp(view.view_up.x(), view.view_up.y(), view.view_up.z());
-  camera.SetParallelProjection(view.parallel ? 1 : 0);
-  camera.SetViewAngle(view.view_angle * 57.29577951308232);
-  camera.SetParallelScale(view.parallel_scale);
 }
 
 vtkSmartPointer<vtkTextActor> titleOf(const std::string& text, int width) {
@@ -114,7 +104,7 @@ Image renderArtefacts(const std::vector<ArtefactPanel>& panels, const CameraView
     panel->title->AddActor2D(titleOf(panels[i].title, width));
     renderers.push_back(panel->picture);
     renderers.push_back(panel->title);
-    place(*panel->picture->GetActiveCamera(), view, origin);
+    visualization::place(view, origin, panel->picture->GetActiveCamera());
     panel->picture->ResetCameraClippingRange();
     drawn.push_back(std::move(panel));
   }

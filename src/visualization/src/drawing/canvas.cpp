@@ -19,7 +19,7 @@
 #include <array>
 #include <cmath>
 
-#include "window/window_image.h"
+#include "window/render_backend.h"
 
 namespace planar_mapping::visualization {
 

@@ -14,16 +14,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "drawing/canvas.h"
-#include "drawing/chart_legend.h"
 #include "planar_mapping/core/base/error.h"
 #include "scene/captions.h"
 #include "scene/ground.h"
-#include "window/window_image.h"
+#include "window/render_backend.h"
 
 namespace planar_mapping {
 namespace {
+
+using visualization::Canvas;
+using visualization::Captions;
 
 // Pixels. VTK's axes place text between pixels, which cuts it: charts are drawn without text, into
 // rectangles that are known, and the canvas writes it.
@@ -39,6 +42,98 @@ constexpr float kLineWidth = 2.5f;
 constexpr float kMarkerSize = 10.0f;
 constexpr float kSpreadWidth = 1.5f;
 constexpr unsigned char kSpreadOpacity = 130;
+// Of the legend.
+constexpr double kLegendLine = 44.0;
+constexpr double kLegendSpace = 10.0;  // between line and name
+constexpr double kLegendGap = 38.0;    // between entries
+constexpr double kLegendMarker = 5.0;  // half its size
+constexpr int kLegendRow = 28;
+constexpr int kLegendMargin = 14;  // above and below
+
+/// A regular polygon, its first corner at the given angle.
+std::vector<Vector2> polygon(const Vector2& center, double radius, int corners, double angle) {
+  std::vector<Vector2> points;
+  for (int i = 0; i < corners; ++i) {
+    const double turn = angle + 6.283185307179586 * i / corners;
+    points.push_back(center + radius * Vector2(std::cos(turn), std::sin(turn)));
+  }
+  return points;
+}
+
+void drawMarker(ChartSeries::Marker marker, const Vector2& at, Color color, Canvas& canvas) {
+  constexpr double kEighth = 0.7853981633974483;
+  switch (marker) {
+    case ChartSeries::Marker::Circle:
+      canvas.fill(polygon(at, kLegendMarker, 24, 0.0), color);
+      return;
+    case ChartSeries::Marker::Square:
+      canvas.fill(polygon(at, kLegendMarker * std::sqrt(2.0), 4, kEighth), color);
+      return;
+    case ChartSeries::Marker::Diamond:
+      canvas.fill(polygon(at, kLegendMarker, 4, 0.0), color);
+      return;
+    case ChartSeries::Marker::Cross:
+    case ChartSeries::Marker::Plus:
+      break;
+  }
+  const double diagonal = marker == ChartSeries::Marker::Cross ? kLegendMarker : 0.0;
+  const Vector2 along(kLegendMarker, diagonal);
+  const Vector2 across =
+      diagonal > 0.0 ? Vector2(kLegendMarker, -diagonal) : Vector2(0.0, kLegendMarker);
+  canvas.line({at - along, at + along}, 1.5, color);
+  canvas.line({at - across, at + across}, 1.5, color);
+}
+
+double widthOf(const ChartSeries& series) {
+  return kLegendLine + kLegendSpace + Captions::widthOf(series.name, kTextSize);
+}
+
+/// Lines, markers and names, centred below the charts of a page, in as many rows as they need.
+class ChartLegend {
+ public:
+  /// \param width  of the page, pixels
+  ChartLegend(const std::vector<ChartSeries>& series, double width);
+  int height() const;
+  void draw(double top, Canvas& canvas) const;
+
+ private:
+  double width_;
+  std::vector<std::vector<ChartSeries>> rows_;
+};
+
+ChartLegend::ChartLegend(const std::vector<ChartSeries>& series, double width) : width_(width) {
+  double x = 0.0;
+  for (const ChartSeries& one : series) {
+    if (rows_.empty() || x + kLegendGap + widthOf(one) > width) {
+      rows_.emplace_back();
+      x = -kLegendGap;
+    }
+    rows_.back().push_back(one);
+    x += kLegendGap + widthOf(one);
+  }
+}
+
+int ChartLegend::height() const {
+  return 2 * kLegendMargin + kLegendRow * static_cast<int>(rows_.size());
+}
+
+void ChartLegend::draw(double top, Canvas& canvas) const {
+  double y = top + kLegendMargin + 0.5 * kLegendRow;
+  for (const std::vector<ChartSeries>& row : rows_) {
+    double all = -kLegendGap;
+    for (const ChartSeries& one : row) all += widthOf(one) + kLegendGap;
+    double x = 0.5 * (width_ - all);
+    for (const ChartSeries& one : row) {
+      const Vector2 left(x, y);
+      const Vector2 right(x + kLegendLine, y);
+      canvas.line({left, right}, kLineWidth, one.color, one.dashed);
+      drawMarker(one.marker, 0.5 * (left + right), one.color, canvas);
+      canvas.text(one.name, {x + kLegendLine + kLegendSpace, y}, kTextSize, -1, kInk);
+      x += widthOf(one) + kLegendGap;
+    }
+    y += kLegendRow;
+  }
+}
 
 /// How the y values of a chart become positions on its axis.
 double positionOf(double value, bool logarithmic) {
@@ -248,13 +343,13 @@ vtkSmartPointer<vtkChartXY> makeChart(const Chart& chart, const Frame& frame, in
 }
 
 /// What of a text fits into a width.
-std::string fitted(std::string text, double pixels, double width, visualization::Canvas& canvas) {
+std::string fitted(std::string text, double pixels, double width, Canvas& canvas) {
   if (canvas.textSize(text, pixels).x() <= width) return text;
   while (!text.empty() && canvas.textSize(text + "...", pixels).x() > width) text.pop_back();
   return text + "...";
 }
 
-void writeTexts(const Chart& chart, const Frame& frame, visualization::Canvas& canvas) {
+void writeTexts(const Chart& chart, const Frame& frame, Canvas& canvas) {
   const double right = frame.left + frame.width;
   const double bottom = frame.top + frame.height;
   const double middle = 0.5 * (frame.left + right);
@@ -266,7 +361,7 @@ void writeTexts(const Chart& chart, const Frame& frame, visualization::Canvas& c
   const auto fraction = [](double value, const AxisRange& range) {
     return (value - range.low) / (range.high - range.low);
   };
-  visualization::Captions captions;
+  Captions captions;
   const auto label = [&](const std::string& text, const Vector2& at, int align) {
     const Vector2 size = canvas.textSize(text, kTickSize);
     const double left = at.x() - 0.5 * (align + 1) * size.x();
@@ -326,7 +421,7 @@ Image renderCharts(const ChartPage& page) {
   const int columns = std::min(page.columns, count);
   const int rows = (count + columns - 1) / columns;
   const int width = columns * page.chart_width;
-  const visualization::ChartLegend legend(legendOf(page), width);
+  const ChartLegend legend(legendOf(page), width);
   const int height = rows * page.chart_height + legend.height();
   requireInRange("height of the page", height, 1, 16384, "px");
   std::vector<vtkSmartPointer<vtkAbstractContextItem>> items;
@@ -334,7 +429,7 @@ Image renderCharts(const ChartPage& page) {
     items.push_back(
         makeChart(page.charts[static_cast<std::size_t>(i)], frameOf(page, i, columns), height));
   }
-  const auto write = [&](visualization::Canvas& canvas) {
+  const auto write = [&](Canvas& canvas) {
     for (int i = 0; i < count; ++i) {
       writeTexts(page.charts[static_cast<std::size_t>(i)], frameOf(page, i, columns), canvas);
     }

@@ -7,48 +7,20 @@
 #include <cmath>
 
 #include "planar_mapping/core/base/error.h"
-#include "scene/words.h"
 
 namespace planar_mapping {
 
 namespace {
 
-using visualization::Words;
-
-constexpr Words<ColorBy, 5> kColorWords = {{{ColorBy::Plane, "plane"},
-                                            {ColorBy::Height, "height"},
-                                            {ColorBy::Probability, "probability"},
-                                            {ColorBy::State, "state"},
-                                            {ColorBy::Tilt, "tilt"}}};
-
-constexpr std::array<Color, 9> kViridis = {{{68, 1, 84},
-                                            {71, 45, 123},
-                                            {59, 82, 139},
-                                            {44, 114, 142},
-                                            {33, 145, 140},
-                                            {40, 174, 128},
-                                            {94, 201, 98},
-                                            {173, 220, 48},
-                                            {253, 231, 37}}};
+/// Nine colours 0xRRGGBB at equal distances.
+using Scale = std::array<std::uint32_t, 9>;
+constexpr Scale kViridis = {0x440154, 0x472D7B, 0x3B528B, 0x2C728E, 0x21918C,
+                            0x28AE80, 0x5EC962, 0xADDC30, 0xFDE725};
 // Light enough to be shaded: the dark end of viridis swallows floors.
-constexpr std::array<Color, 9> kTerrain = {{{74, 104, 190},
-                                            {66, 145, 205},
-                                            {74, 178, 190},
-                                            {108, 198, 150},
-                                            {166, 212, 112},
-                                            {224, 216, 96},
-                                            {248, 190, 84},
-                                            {242, 148, 82},
-                                            {226, 100, 88}}};
-constexpr std::array<Color, 9> kPlasma = {{{13, 8, 135},
-                                           {76, 2, 161},
-                                           {126, 3, 168},
-                                           {170, 35, 149},
-                                           {204, 71, 120},
-                                           {230, 108, 92},
-                                           {248, 149, 64},
-                                           {253, 197, 39},
-                                           {240, 249, 33}}};
+constexpr Scale kTerrain = {0x4A68BE, 0x4291CD, 0x4AB2BE, 0x6CC696, 0xA6D470,
+                            0xE0D860, 0xF8BE54, 0xF29452, 0xE26458};
+constexpr Scale kPlasma = {0x0D0887, 0x4C02A1, 0x7E03A8, 0xAA2395, 0xCC4778,
+                           0xE66C5C, 0xF89540, 0xFDC527, 0xF0F921};
 
 std::uint8_t toByte(double value) {
   return static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(value, 0.0, 1.0)));
@@ -71,14 +43,6 @@ Color fromOklch(double lightness, double chroma, double hue) {
 }
 
 }  // namespace
-
-const char* toString(ColorBy color) {
-  return visualization::wordOf(kColorWords, color);
-}
-
-ColorBy colorByFromString(const std::string& word) {
-  return visualization::fromWord("the colour mode", kColorWords, word);
-}
 
 Color colorFromString(const std::string& text) {
   static const std::array<std::pair<const char*, Color>, 5> names = {{{"white", {255, 255, 255}},
@@ -121,17 +85,17 @@ Color stateColor(CellState state) {
 }
 
 Color scaleColor(ColorBy color, double value) {
-  const auto& table = color == ColorBy::Probability ? kPlasma
-                      : color == ColorBy::Height    ? kTerrain
-                                                    : kViridis;
+  const Scale& scale = color == ColorBy::Probability ? kPlasma
+                       : color == ColorBy::Height    ? kTerrain
+                                                     : kViridis;
   const double position = std::isnan(value) ? 0.0 : std::clamp(value, 0.0, 1.0) * 8.0;
   const auto i = std::min<std::size_t>(static_cast<std::size_t>(position), 7);
   const double t = position - static_cast<double>(i);
-  const auto mix = [t](std::uint8_t a, std::uint8_t b) {
+  const auto mixed = [&](unsigned shift) {
+    const int a = scale[i] >> shift & 0xFFu, b = scale[i + 1] >> shift & 0xFFu;
     return static_cast<std::uint8_t>(std::lround(a + t * (b - a)));
   };
-  return {mix(table[i].red, table[i + 1].red), mix(table[i].green, table[i + 1].green),
-          mix(table[i].blue, table[i + 1].blue)};
+  return {mixed(16), mixed(8), mixed(0)};
 }
 
 double ScalarRange::normalized(double value) const {

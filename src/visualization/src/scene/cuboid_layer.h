@@ -9,8 +9,8 @@
 #include <functional>
 #include <vector>
 
-#include "planar_mapping/core/geometry/cuboid.h"
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/core/geometry/cuboid.h"
 #include "planar_mapping/visualization/camera.h"
 #include "planar_mapping/visualization/colors.h"
 #include "planar_mapping/visualization/view_options.h"

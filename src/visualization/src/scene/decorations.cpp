@@ -50,6 +50,24 @@ vtkSmartPointer<vtkActor> actorOf(vtkPolyData* data, bool lit) {
   return actor;
 }
 
+vtkSmartPointer<vtkPolyData> linesOf(vtkPoints* points, vtkCellArray* lines) {
+  auto data = vtkSmartPointer<vtkPolyData>::New();
+  data->SetPoints(points);
+  data->SetLines(lines);
+  return data;
+}
+
+/// Lines as tubes.
+vtkSmartPointer<vtkActor> tubesOf(vtkPolyData* lines, double radius, int sides) {
+  vtkNew<vtkTubeFilter> tube;
+  tube->SetInputData(lines);
+  tube->SetRadius(radius);
+  tube->SetNumberOfSides(sides);
+  tube->CappingOn();
+  tube->Update();
+  return actorOf(tube->GetOutput(), true);
+}
+
 void paint(vtkActor* actor, Color color) {
   actor->GetProperty()->SetColor(color.red / 255.0, color.green / 255.0, color.blue / 255.0);
 }
@@ -93,10 +111,7 @@ Props makeGroundGrid(const GroundFrame& frame, const Vector3& origin, bool on_da
     insertSegment(points, lines, frame.point(frame.low_right, y) + shift,
                   frame.point(frame.high_right, y) + shift);
   }
-  vtkNew<vtkPolyData> data;
-  data->SetPoints(points);
-  data->SetLines(lines);
-  auto actor = actorOf(data, false);
+  auto actor = actorOf(linesOf(points, lines), false);
   // Behind faces that lie exactly on a line of the grid.
   vtkMapper* mapper = actor->GetMapper();
   mapper->SetResolveCoincidentTopologyToPolygonOffset();
@@ -219,16 +234,7 @@ Props makeTrajectory(const SceneContent& content, const Vector3& origin) {
   }
   path_line->UpdateCellCount(static_cast<int>(count));
   if (count > 1) {
-    vtkNew<vtkPolyData> data;
-    data->SetPoints(path);
-    data->SetLines(path_line);
-    vtkNew<vtkTubeFilter> tube;
-    tube->SetInputData(data);
-    tube->SetRadius(radius);
-    tube->SetNumberOfSides(8);
-    tube->CappingOn();
-    tube->Update();
-    props.push_back(actorOf(tube->GetOutput(), true));
+    props.push_back(tubesOf(linesOf(path, path_line), radius, 8));
     vtkNew<vtkConeSource> cone;
     const Vector3 tip = last + 3.0 * radius * heading.normalized();
     cone->SetCenter(tip.x(), tip.y(), tip.z());
@@ -257,17 +263,9 @@ Props makeTrajectory(const SceneContent& content, const Vector3& origin) {
       colors->InsertNextTuple3(c.red, c.green, c.blue);
     }
   }
-  vtkNew<vtkPolyData> data;
-  data->SetPoints(points);
-  data->SetLines(lines);
+  const vtkSmartPointer<vtkPolyData> data = linesOf(points, lines);
   data->GetCellData()->SetScalars(colors);
-  vtkNew<vtkTubeFilter> tube;
-  tube->SetInputData(data);
-  tube->SetRadius(std::min(0.8 * radius, 0.06 * axis_length));
-  tube->SetNumberOfSides(6);
-  tube->CappingOn();
-  tube->Update();
-  props.push_back(actorOf(tube->GetOutput(), true));
+  props.push_back(tubesOf(data, std::min(0.8 * radius, 0.06 * axis_length), 6));
   return props;
 }
 
@@ -306,10 +304,7 @@ Props makeOutline(const Cuboid& cuboid, const Vector3& origin) {
         insertSegment(points, lines, corner[a] - origin, corner[a | bit] - origin);
     }
   }
-  vtkNew<vtkPolyData> data;
-  data->SetPoints(points);
-  data->SetLines(lines);
-  auto actor = actorOf(data, false);
+  auto actor = actorOf(linesOf(points, lines), false);
   paint(actor, {230, 20, 120});
   actor->GetProperty()->SetLineWidth(4.0f);
   return {actor};

@@ -5,7 +5,6 @@
 #include <vtkProp.h>
 #include <vtkSmartPointer.h>
 
-#include <string>
 #include <vector>
 
 #include "planar_mapping/core/base/types.h"

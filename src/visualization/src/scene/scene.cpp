@@ -130,16 +130,19 @@ void Scene::show(const ViewOptions& options) {
           options.show.legend);
 }
 
-void Scene::look(const CameraView& view) {
-  vtkCamera* camera = renderer_->GetActiveCamera();
-  const Vector3 position = view.position - origin_;
-  const Vector3 focal_point = view.focal_point - origin_;
+void place(const CameraView& view, const Vector3& origin, vtkCamera* camera) {
+  const Vector3 position = view.position - origin;
+  const Vector3 focal_point = view.focal_point - origin;
   camera->SetPosition(position.x(), position.y(), position.z());
   camera->SetFocalPoint(focal_point.x(), focal_point.y(), focal_point.z());
   camera->SetViewUp(view.view_up.x(), view.view_up.y(), view.view_up.z());
   camera->SetParallelProjection(view.parallel);
   camera->SetParallelScale(view.parallel_scale);
   camera->SetViewAngle(view.view_angle * 180.0 / M_PI);
+}
+
+void Scene::look(const CameraView& view) {
+  place(view, origin_, renderer_->GetActiveCamera());
   cameraMoved();
 }
 

@@ -5,15 +5,18 @@
 #include <vtkRenderer.h>
 #include <vtkSmartPointer.h>
 
-#include <memory>
-
 #include "planar_mapping/visualization/camera.h"
 #include "planar_mapping/visualization/scene_content.h"
 #include "planar_mapping/visualization/view_options.h"
 #include "scene/cuboid_layer.h"
 #include "scene/decorations.h"
 
+class vtkCamera;
+
 namespace planar_mapping::visualization {
+
+/// Puts a camera into a scene whose coordinates are relative to \p origin.
+void place(const CameraView& view, const Vector3& origin, vtkCamera* camera);
 
 /// Content as a VTK scene: the same for snapshots and the window.
 class Scene {

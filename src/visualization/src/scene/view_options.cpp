@@ -2,18 +2,44 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/visualization/view_options.h"
 
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <sstream>
 
 #include "planar_mapping/core/base/error.h"
-#include "scene/words.h"
 
 namespace planar_mapping {
 
 namespace {
 
-using visualization::Words;
+/// Enumerations as words: one table per enumeration serves both directions and the message.
+template <typename Enum, std::size_t N>
+using Words = std::array<std::pair<Enum, const char*>, N>;
+
+template <typename Enum, std::size_t N>
+const char* wordOf(const Words<Enum, N>& words, Enum value) {
+  for (const auto& [entry, word] : words) {
+    if (entry == value) return word;
+  }
+  return "invalid";
+}
+
+template <typename Enum, std::size_t N>
+Enum fromWord(const char* what, const Words<Enum, N>& words, const std::string& text) {
+  std::string allowed;
+  for (const auto& [entry, word] : words) {
+    if (text == word) return entry;
+    allowed += (allowed.empty() ? "" : ", ") + std::string(word);
+  }
+  throw ParameterError(std::string(what) + " is '" + text + "', but must be one of " + allowed);
+}
+
+constexpr Words<ColorBy, 5> kColorWords = {{{ColorBy::Plane, "plane"},
+                                            {ColorBy::Height, "height"},
+                                            {ColorBy::Probability, "probability"},
+                                            {ColorBy::State, "state"},
+                                            {ColorBy::Tilt, "tilt"}}};
 
 constexpr Words<CameraPreset, 7> kCameraWords = {{{CameraPreset::Iso, "iso"},
                                                   {CameraPreset::Top, "top"},
@@ -40,19 +66,27 @@ void requireFinite(const char* name, const std::optional<Vector3>& value) {
 }  // namespace
 
 const char* toString(CameraPreset preset) {
-  return visualization::wordOf(kCameraWords, preset);
+  return wordOf(kCameraWords, preset);
 }
 
 CameraPreset cameraPresetFromString(const std::string& word) {
-  return visualization::fromWord("the camera", kCameraWords, word);
+  return fromWord("the camera", kCameraWords, word);
 }
 
 const char* toString(Cutaway cutaway) {
-  return visualization::wordOf(kCutawayWords, cutaway);
+  return wordOf(kCutawayWords, cutaway);
 }
 
 Cutaway cutawayFromString(const std::string& word) {
-  return visualization::fromWord("the cutaway", kCutawayWords, word);
+  return fromWord("the cutaway", kCutawayWords, word);
+}
+
+const char* toString(ColorBy color) {
+  return wordOf(kColorWords, color);
+}
+
+ColorBy colorByFromString(const std::string& word) {
+  return fromWord("the colour mode", kColorWords, word);
 }
 
 Layers Layers::fromString(const std::string& list) {
@@ -62,7 +96,7 @@ Layers Layers::fromString(const std::string& list) {
   std::istringstream stream(list);
   std::string word;
   while (std::getline(stream, word, ',')) {
-    layers.*visualization::fromWord("the layer", kLayerWords, word) = true;
+    layers.*fromWord("the layer", kLayerWords, word) = true;
   }
   return layers;
 }

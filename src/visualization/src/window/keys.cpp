@@ -22,26 +22,10 @@ constexpr std::array<Toggle, 8> kToggles = {{{"o", &Layers::occupied, "occupied 
                                              {"g", &Layers::ground_grid, "ground grid"},
                                              {"l", &Layers::legend, "legend"}}};
 
-struct Preset {
-  const char* key;
-  CameraPreset camera;
-};
-constexpr std::array<Preset, 7> kPresets = {{{"1", CameraPreset::Iso},
-                                             {"2", CameraPreset::Top},
-                                             {"3", CameraPreset::Front},
-                                             {"4", CameraPreset::Back},
-                                             {"5", CameraPreset::Left},
-                                             {"6", CameraPreset::Right},
-                                             {"7", CameraPreset::FirstPerson}}};
-
-constexpr std::array<ColorBy, 5> kColors = {ColorBy::Plane, ColorBy::Height, ColorBy::Probability,
-                                            ColorBy::State, ColorBy::Tilt};
-
-ColorBy nextColor(ColorBy color, std::size_t step) {
-  for (std::size_t i = 0; i < kColors.size(); ++i) {
-    if (kColors[i] == color) return kColors[(i + step) % kColors.size()];
-  }
-  return ColorBy::Plane;
+/// The value that comes so many places after another of an enumeration that has \p count.
+template <typename Enum>
+Enum after(Enum value, int step, int count) {
+  return static_cast<Enum>((static_cast<int>(value) + step) % count);
 }
 
 }  // namespace
@@ -55,25 +39,22 @@ KeyAction applyKey(const std::string& key, ViewOptions& options, std::string& me
     message = std::string(toggle.name) + (shown ? " shown" : " hidden");
     return KeyAction::ChangeView;
   }
-  for (const Preset& preset : kPresets) {
-    if (key != preset.key) continue;
-    options.camera = preset.camera;
+  if (key.size() == 1 && key[0] >= '1' && key[0] <= '7') {
+    options.camera = static_cast<CameraPreset>(key[0] - '1');
     options.camera_position.reset();
     options.focal_point.reset();
     options.view_up.reset();
     options.zoom = 1.0;
-    message = std::string("camera: ") + toString(preset.camera);
+    message = std::string("camera: ") + toString(options.camera);
     return KeyAction::PlaceCamera;
   }
   if (key == "c" || key == "C") {
-    options.color = nextColor(options.color, key == "c" ? 1 : kColors.size() - 1);
+    options.color = after(options.color, key == "c" ? 1 : 4, 5);
     message = std::string("colour by ") + toString(options.color);
     return KeyAction::ChangeView;
   }
   if (key == "x") {
-    options.cutaway = options.cutaway == Cutaway::None      ? Cutaway::Ceiling
-                      : options.cutaway == Cutaway::Ceiling ? Cutaway::Seen
-                                                            : Cutaway::None;
+    options.cutaway = after(options.cutaway, 1, 3);
     message = std::string("cutaway: ") + toString(options.cutaway);
     return KeyAction::ChangeView;
   }

@@ -9,9 +9,13 @@
 #include <dlfcn.h>
 #include <vtkGenericOpenGLRenderWindow.h>
 #include <vtkLogger.h>
+#include <vtkNew.h>
 #include <vtkOutputWindow.h>
+#include <vtkRenderer.h>
+#include <vtkUnsignedCharArray.h>
 #include <vtkVersionMacros.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdlib>
@@ -21,7 +25,6 @@
 #include "window/x_display.h"
 
 namespace planar_mapping::visualization {
-
 namespace {
 
 // libEGL is opened by hand: without it the library still loads, and says what is missing.
@@ -260,6 +263,44 @@ std::string CapturedMessages::firstError() const {
   }
   while (!text.empty() && text.back() == ' ') text.pop_back();
   return text;
+}
+
+Image imageOf(vtkRenderWindow* window) {
+  const int* size = window->GetSize();
+  Image image(size[0], size[1], Color{});
+  vtkNew<vtkUnsignedCharArray> pixels;
+  window->GetPixelData(0, 0, image.width - 1, image.height - 1, 0, pixels);
+  const std::size_t row_bytes = 3 * static_cast<std::size_t>(image.width);
+  if (static_cast<std::size_t>(pixels->GetNumberOfValues()) < image.rgb.size()) return image;
+  for (int row = 0; row < image.height; ++row) {
+    const unsigned char* from =
+        pixels->GetPointer(static_cast<vtkIdType>(row_bytes) * (image.height - 1 - row));
+    std::copy(from, from + row_bytes, image.rgb.data() + row_bytes * static_cast<std::size_t>(row));
+  }
+  return image;
+}
+
+Image renderOffscreen(int width, int height, const std::vector<vtkRenderer*>& renderers) {
+  const CapturedMessages messages;
+  const auto screen = OffscreenWindow::create(width, height);
+  vtkRenderWindow* window = screen->window();
+  window->SetMultiSamples(kSamplesPerPixel);
+  for (vtkRenderer* renderer : renderers) window->AddRenderer(renderer);
+  window->Render();
+  if (const std::string error = messages.firstError(); !error.empty()) {
+    throw RenderError("drawing failed (" + screen->name() + "): " + error);
+  }
+  Image image = imageOf(window);
+  for (vtkRenderer* renderer : renderers) window->RemoveRenderer(renderer);
+  return image;
+}
+
+void requireDrawn(const Image& image) {
+  if (isBlank(image)) {
+    throw RenderError(
+        "the picture came out blank: nothing is in view, or the graphics driver failed; try "
+        "another camera, or install libgl1-mesa-dri");
+  }
 }
 
 }  // namespace planar_mapping::visualization

@@ -7,8 +7,22 @@
 
 #include <memory>
 #include <string>
+#include <vector>
+
+#include "planar_mapping/visualization/image.h"
 
 namespace planar_mapping::visualization {
+
+constexpr int kSamplesPerPixel = 4;
+
+/// What was rendered last.
+Image imageOf(vtkRenderWindow* window);
+
+/// Renders in a window off screen.
+/// \throws RenderError if nothing here can draw, or VTK reports an error
+Image renderOffscreen(int width, int height, const std::vector<vtkRenderer*>& renderers);
+/// \throws RenderError for a picture of one colour
+void requireDrawn(const Image& image);
 
 /// A VTK window that draws without a screen, and what it needs to live.
 class OffscreenWindow {

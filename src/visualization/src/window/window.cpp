@@ -19,15 +19,15 @@
 #include <exception>
 
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/visualization/camera.h"
 #include "planar_mapping/visualization/picking.h"
+#include "planar_mapping/visualization/snapshot.h"
 #include "scene/legend.h"
 #include "scene/scene.h"
 #include "window/keys.h"
 #include "window/render_backend.h"
-#include "window/window_image.h"
 
 namespace planar_mapping {
-
 namespace {
 
 using visualization::CapturedMessages;
@@ -82,85 +82,187 @@ std::unique_ptr<OffscreenWindow> openOffscreen(Window::Screen screen, const View
                     "needs no display");
 }
 
-}  // namespace
-
-struct Window::Impl {
-  Impl(SceneContent scene_content, const ViewOptions& view_options, Screen screen,
-       const std::string& title)
-      : content(std::move(scene_content)),
-        options(view_options),
-        offscreen(openOffscreen(screen, options)),
-        window(offscreen ? offscreen->window() : vtkRenderWindow::New()),
-        scene(std::make_unique<Scene>(content)) {
-    if (!offscreen) {
-      window->UnRegister(nullptr);  // the smart pointer holds it now
-      window->SetSize(options.width, options.height);
-      window->SetWindowName(title.c_str());
-      interactor.TakeReference(vtkRenderWindowInteractor::New());
+/// A window with its scene, on the screen or off it.
+class SceneWindow : public Window {
+ public:
+  SceneWindow(SceneContent scene_content, const ViewOptions& view_options, Screen screen,
+              const std::string& title)
+      : content_(std::move(scene_content)),
+        options_(view_options),
+        offscreen_(openOffscreen(screen, options_)),
+        window_(offscreen_ ? offscreen_->window() : vtkRenderWindow::New()),
+        scene_(std::make_unique<Scene>(content_)) {
+    if (!offscreen_) {
+      window_->UnRegister(nullptr);  // the smart pointer holds it now
+      window_->SetSize(options_.width, options_.height);
+      window_->SetWindowName(title.c_str());
+      interactor_.TakeReference(vtkRenderWindowInteractor::New());
     } else {
-      interactor.TakeReference(vtkGenericRenderWindowInteractor::New());
+      interactor_.TakeReference(vtkGenericRenderWindowInteractor::New());
     }
-    window->SetMultiSamples(visualization::kSamplesPerPixel);
-    window->AddRenderer(scene->renderer());
-    interactor->SetRenderWindow(window);
-    style->SetDefaultRenderer(scene->renderer());
-    style->on_key = [this](const std::string& key) { guarded([&] { press(key); }); };
-    style->on_click = [this](int x, int y) {
-      guarded([&] { pick(x + 0.5, options.height - y - 0.5); });
+    window_->SetMultiSamples(visualization::kSamplesPerPixel);
+    window_->AddRenderer(scene_->renderer());
+    interactor_->SetRenderWindow(window_);
+    style_->SetDefaultRenderer(scene_->renderer());
+    style_->on_key = [this](const std::string& key) { guarded([&] { press(key); }); };
+    style_->on_click = [this](int x, int y) {
+      guarded([&] { pick(x + 0.5, options_.height - y - 0.5); });
     };
-    interactor->SetInteractorStyle(style);
-    before_render->SetClientData(this);
-    before_render->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
-      static_cast<Impl*>(self)->beforeRender();
+    interactor_->SetInteractorStyle(style_);
+    before_render_->SetClientData(this);
+    before_render_->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
+      static_cast<SceneWindow*>(self)->beforeRender();
     });
-    observer = window->AddObserver(vtkCommand::StartEvent, before_render);
-    scene->show(options);
-    scene->look(placeCamera(content, options));
+    observer_ = window_->AddObserver(vtkCommand::StartEvent, before_render_);
+    scene_->show(options_);
+    scene_->look(placeCamera(content_, options_));
     showOverlay("h: help");
-    window->Render();
+    window_->Render();
     failOnError();
-    interactor->Initialize();
+    interactor_->Initialize();
   }
 
-  ~Impl() {
-    window->RemoveObserver(observer);
-    interactor->SetInteractorStyle(nullptr);
-    window->RemoveRenderer(scene->renderer());
-    interactor->SetRenderWindow(nullptr);
-    if (!offscreen) window->Finalize();
+  ~SceneWindow() override {
+    window_->RemoveObserver(observer_);
+    interactor_->SetInteractorStyle(nullptr);
+    window_->RemoveRenderer(scene_->renderer());
+    interactor_->SetRenderWindow(nullptr);
+    if (!offscreen_) window_->Finalize();
   }
 
+  void setContent(SceneContent other) override {
+    other.validate();
+    const CameraView view = scene_->camera();
+    window_->RemoveRenderer(scene_->renderer());
+    scene_.reset();  // it refers to the content
+    overlay_.clear();
+    content_ = std::move(other);
+    scene_ = std::make_unique<Scene>(content_);
+    window_->AddRenderer(scene_->renderer());
+    style_->SetDefaultRenderer(scene_->renderer());
+    scene_->show(options_);
+    scene_->look(view);
+    showOverlay(overlay_text_);
+    window_->Render();
+  }
+
+  void follow(std::function<std::optional<SceneContent>()> source, double period) override {
+    next_ = std::move(source);
+    on_timer_->SetClientData(this);
+    on_timer_->SetCallback([](vtkObject*, unsigned long, void* window, void*) {
+      auto* self = static_cast<SceneWindow*>(window);
+      self->guarded([self] {
+        if (std::optional<SceneContent> other = self->next_()) self->setContent(std::move(*other));
+      });
+    });
+    interactor_->AddObserver(vtkCommand::TimerEvent, on_timer_);
+    interactor_->CreateRepeatingTimer(static_cast<unsigned long>(std::lround(1000.0 * period)));
+  }
+
+  bool press(const std::string& key) override {
+    std::string message;
+    const KeyAction action = visualization::applyKey(key, options_, message);
+    switch (action) {
+      case KeyAction::None:
+        return false;
+      case KeyAction::PlaceCamera:
+        scene_->show(options_);
+        scene_->look(placeCamera(content_, options_));
+        break;
+      case KeyAction::ChangeView:
+        scene_->show(options_);
+        break;
+      case KeyAction::ZoomIn:
+      case KeyAction::ZoomOut:
+        zoom(action == KeyAction::ZoomIn ? 1.25 : 0.8);
+        break;
+      case KeyAction::Help:
+        message = overlay_text_ == Window::keyHelp() ? "" : Window::keyHelp();
+        break;
+      case KeyAction::Screenshot:
+        message = screenshot();
+        break;
+      case KeyAction::Clear:
+        scene_->highlight(-1);
+        break;
+      case KeyAction::Quit:
+        interactor_->TerminateApp();
+        return true;
+    }
+    const bool redrawn = action == KeyAction::ZoomIn || action == KeyAction::ZoomOut;
+    if (!redrawn || !message.empty()) showOverlay(message);
+    window_->Render();
+    return true;
+  }
+
+  int pick(double x, double y) override {
+    const CameraView view = scene_->camera();
+    const int picked = pickCuboid(content_, sightLine(view, options_.width, options_.height, x, y),
+                                  view, options_);
+    scene_->highlight(picked);
+    showOverlay(picked < 0 ? "nothing there" : describeCuboid(content_, picked));
+    window_->Render();
+    return picked;
+  }
+
+  void run() override {
+    if (offscreen_) throw RenderError("a window off screen cannot be run; it takes press()");
+    interactor_->Start();
+  }
+  const ViewOptions& options() const override { return options_; }
+  CameraView camera() const override { return scene_->camera(); }
+  std::string overlayText() const override { return overlay_text_; }
+  Image image() override {
+    window_->Render();
+    return visualization::imageOf(window_);
+  }
+  void setScreenshotPrefix(const std::string& prefix) override { screenshot_prefix_ = prefix; }
+  void sendKey(const std::string& key) override {
+    const char character = key.size() == 1 ? key[0] : '\0';
+    interactor_->SetKeyEventInformation(0, 0, character, 0, key.c_str());
+    interactor_->InvokeEvent(vtkCommand::KeyPressEvent);
+    interactor_->InvokeEvent(vtkCommand::CharEvent);
+    interactor_->InvokeEvent(vtkCommand::KeyReleaseEvent);
+  }
+  void sendClick(int x, int y) override {
+    interactor_->SetEventInformation(x, options_.height - 1 - y);
+    interactor_->InvokeEvent(vtkCommand::LeftButtonPressEvent);
+    interactor_->InvokeEvent(vtkCommand::LeftButtonReleaseEvent);
+  }
+  void sendTimer() override { interactor_->InvokeEvent(vtkCommand::TimerEvent); }
+
+ private:
   // Exceptions must not pass through VTK's event loop: they are shown.
   void guarded(const std::function<void()>& action) {
     try {
       action();
     } catch (const std::exception& error) {
       showOverlay(error.what());
-      window->Render();
+      window_->Render();
     }
   }
 
   void failOnError() const {
-    const std::string error = messages.firstError();
+    const std::string error = messages_.firstError();
     if (!error.empty()) throw RenderError("drawing failed: " + error);
   }
 
   void beforeRender() {
-    const int* size = window->GetSize();
-    if (size[0] != options.width || size[1] != options.height) {
-      options.width = std::clamp(size[0], 16, 16384);
-      options.height = std::clamp(size[1], 16, 16384);
-      scene->show(options);
-      showOverlay(overlay_text);
+    const int* size = window_->GetSize();
+    if (size[0] != options_.width || size[1] != options_.height) {
+      options_.width = std::clamp(size[0], 16, 16384);
+      options_.height = std::clamp(size[1], 16, 16384);
+      scene_->show(options_);
+      showOverlay(overlay_text_);
     }
-    scene->cameraMoved();
+    scene_->cameraMoved();
   }
 
   void showOverlay(const std::string& text) {
-    vtkRenderer* renderer = scene->renderer();
-    for (const auto& prop : overlay) renderer->RemoveViewProp(prop);
-    overlay.clear();
-    overlay_text = text;
+    vtkRenderer* renderer = scene_->renderer();
+    for (const auto& prop : overlay_) renderer->RemoveViewProp(prop);
+    overlay_.clear();
+    overlay_text_ = text;
     if (text.empty()) return;
     const auto lines = 1.0 + static_cast<double>(std::count(text.begin(), text.end(), '\n'));
     std::size_t longest = 0, start = 0;
@@ -169,84 +271,19 @@ struct Window::Impl {
       longest = std::max(longest, end - start);
       start = end + 1;
     }
-    const double font = std::clamp(0.021 * options.height, 11.0, 22.0);
+    const double font = std::clamp(0.021 * options_.height, 11.0, 22.0);
     const double height = (1.25 * lines + 1.0) * font;
     const double width = (0.62 * static_cast<double>(longest) + 1.6) * font;
-    const double bottom = options.height - height - 0.8 * font;
-    overlay.push_back(
+    const double bottom = options_.height - height - 0.8 * font;
+    overlay_.push_back(
         visualization::makeRectangle(0.8 * font, bottom, width, height, Color{250, 250, 252}, 0.9));
-    overlay.push_back(
+    overlay_.push_back(
         visualization::makeText(text, 1.6 * font, bottom + 0.7 * font, font, false, true));
-    for (const auto& prop : overlay) renderer->AddViewProp(prop);
-  }
-
-  void setContent(SceneContent other) {
-    other.validate();
-    const CameraView view = scene->camera();
-    window->RemoveRenderer(scene->renderer());
-    scene.reset();  // it refers to the content
-    overlay.clear();
-    content = std::move(other);
-    scene = std::make_unique<Scene>(content);
-    window->AddRenderer(scene->renderer());
-    style->SetDefaultRenderer(scene->renderer());
-    scene->show(options);
-    scene->look(view);
-    showOverlay(overlay_text);
-    window->Render();
-  }
-
-  void follow(std::function<std::optional<SceneContent>()> source, double period) {
-    next = std::move(source);
-    on_timer->SetClientData(this);
-    on_timer->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
-      auto* impl = static_cast<Impl*>(self);
-      impl->guarded([impl] {
-        if (std::optional<SceneContent> other = impl->next()) impl->setContent(std::move(*other));
-      });
-    });
-    interactor->AddObserver(vtkCommand::TimerEvent, on_timer);
-    interactor->CreateRepeatingTimer(static_cast<unsigned long>(std::lround(1000.0 * period)));
-  }
-
-  bool press(const std::string& key) {
-    std::string message;
-    const KeyAction action = visualization::applyKey(key, options, message);
-    switch (action) {
-      case KeyAction::None:
-        return false;
-      case KeyAction::PlaceCamera:
-        scene->show(options);
-        scene->look(placeCamera(content, options));
-        break;
-      case KeyAction::ChangeView:
-        scene->show(options);
-        break;
-      case KeyAction::ZoomIn:
-      case KeyAction::ZoomOut:
-        zoom(action == KeyAction::ZoomIn ? 1.25 : 0.8);
-        break;
-      case KeyAction::Help:
-        message = overlay_text == Window::keyHelp() ? "" : Window::keyHelp();
-        break;
-      case KeyAction::Screenshot:
-        message = screenshot();
-        break;
-      case KeyAction::Clear:
-        scene->highlight(-1);
-        break;
-      case KeyAction::Quit:
-        interactor->TerminateApp();
-        return true;
-    }
-    const bool redrawn = action == KeyAction::ZoomIn || action == KeyAction::ZoomOut;
-    if (!redrawn || !message.empty()) showOverlay(message);
-    window->Render();
-    return true;
+    for (const auto& prop : overlay_) renderer->AddViewProp(prop);
   }
 
   void zoom(double factor) {
-    vtkCamera* camera = scene->renderer()->GetActiveCamera();
+    vtkCamera* camera = scene_->renderer()->GetActiveCamera();
     if (camera->GetParallelProjection() != 0) {
       camera->SetParallelScale(camera->GetParallelScale() / factor);
     } else {
@@ -254,123 +291,61 @@ struct Window::Impl {
     }
   }
 
-  int pick(double x, double y) {
-    const CameraView view = scene->camera();
-    const int picked =
-        pickCuboid(content, sightLine(view, options.width, options.height, x, y), view, options);
-    scene->highlight(picked);
-    showOverlay(picked < 0 ? "nothing there" : describeCuboid(content, picked));
-    window->Render();
-    return picked;
-  }
-
   std::string screenshot() {
     std::array<char, 16> number{};
     for (int i = 1; i <= 999; ++i) {
       std::snprintf(number.data(), number.size(), "_%03d.png", i);
-      const std::string path = screenshot_prefix + number.data();
+      const std::string path = screenshot_prefix_ + number.data();
       struct stat status {};
       if (::stat(path.c_str(), &status) == 0) continue;
       showOverlay("");
-      window->Render();
-      writePng(visualization::imageOf(window), path, false);
+      window_->Render();
+      writePng(visualization::imageOf(window_), path, false);
       return "written: " + path;
     }
-    throw IoError(screenshot_prefix, "has 999 screenshots already");
+    throw IoError(screenshot_prefix_, "has 999 screenshots already");
   }
 
-  CapturedMessages messages;
-  SceneContent content;
-  ViewOptions options;
-  std::unique_ptr<OffscreenWindow> offscreen;
-  vtkSmartPointer<vtkRenderWindow> window;
-  std::unique_ptr<Scene> scene;
-  vtkSmartPointer<vtkRenderWindowInteractor> interactor;
-  vtkNew<MapStyle> style;
-  vtkNew<vtkCallbackCommand> before_render;
-  vtkNew<vtkCallbackCommand> on_timer;
-  std::function<std::optional<SceneContent>()> next;
-  unsigned long observer = 0;
-  Props overlay;
-  std::string overlay_text;
-  std::string screenshot_prefix = "planar_map";
+  CapturedMessages messages_;
+  SceneContent content_;
+  ViewOptions options_;
+  std::unique_ptr<OffscreenWindow> offscreen_;
+  vtkSmartPointer<vtkRenderWindow> window_;
+  std::unique_ptr<Scene> scene_;
+  vtkSmartPointer<vtkRenderWindowInteractor> interactor_;
+  vtkNew<MapStyle> style_;
+  vtkNew<vtkCallbackCommand> before_render_;
+  vtkNew<vtkCallbackCommand> on_timer_;
+  std::function<std::optional<SceneContent>()> next_;
+  unsigned long observer_ = 0;
+  Props overlay_;
+  std::string overlay_text_;
+  std::string screenshot_prefix_ = "planar_map";
 };
 
-Window::Window(SceneContent content, const ViewOptions& options, Screen screen,
-               const std::string& title) {
-  content.validate();
-  options.validate();
-  impl_ = std::make_unique<Impl>(std::move(content), options, screen, title);
-}
-
-Window::~Window() = default;
-
-void Window::run() {
-  if (impl_->offscreen) throw RenderError("a window off screen cannot be run; it takes press()");
-  impl_->interactor->Start();
-}
-
-void Window::setContent(SceneContent content) {
-  impl_->setContent(std::move(content));
-}
-
-void Window::follow(std::function<std::optional<SceneContent>()> next, double period) {
-  impl_->follow(std::move(next), period);
-}
-
-bool Window::press(const std::string& key) {
-  return impl_->press(key);
-}
-
-int Window::pick(double x, double y) {
-  return impl_->pick(x, y);
-}
-
-const ViewOptions& Window::options() const {
-  return impl_->options;
-}
-
-CameraView Window::camera() const {
-  return impl_->scene->camera();
-}
-
-std::string Window::overlayText() const {
-  return impl_->overlay_text;
-}
-
-Image Window::image() {
-  impl_->window->Render();
-  return visualization::imageOf(impl_->window);
-}
-
-void Window::setScreenshotPrefix(const std::string& prefix) {
-  impl_->screenshot_prefix = prefix;
-}
-
-void Window::sendKey(const std::string& key) {
-  const char character = key.size() == 1 ? key[0] : '\0';
-  impl_->interactor->SetKeyEventInformation(0, 0, character, 0, key.c_str());
-  impl_->interactor->InvokeEvent(vtkCommand::KeyPressEvent);
-  impl_->interactor->InvokeEvent(vtkCommand::CharEvent);
-  impl_->interactor->InvokeEvent(vtkCommand::KeyReleaseEvent);
-}
-
-void Window::sendClick(int x, int y) {
-  impl_->interactor->SetEventInformation(x, impl_->options.height - 1 - y);
-  impl_->interactor->InvokeEvent(vtkCommand::LeftButtonPressEvent);
-  impl_->interactor->InvokeEvent(vtkCommand::LeftButtonReleaseEvent);
-}
-
-void Window::sendTimer() {
-  impl_->interactor->InvokeEvent(vtkCommand::TimerEvent);
-}
+}  // namespace
 
 std::string Window::keyHelp() {
   return visualization::keyTable();
 }
 
-void showWindow(SceneContent content, const ViewOptions& options, const std::string& title) {
-  Window(std::move(content), options, Window::Screen::Display, title).run();
+std::unique_ptr<Window> openWindow(SceneContent content, const ViewOptions& options,
+                                   Window::Screen screen, const std::string& title) {
+  content.validate();
+  options.validate();
+  return std::make_unique<SceneWindow>(std::move(content), options, screen, title);
+}
+
+Image renderSnapshot(const SceneContent& content, const ViewOptions& options) {
+  content.validate();
+  options.validate();
+  const CameraView view = placeCamera(content, options);
+  visualization::Scene scene(content);
+  scene.show(options);
+  scene.look(view);
+  Image image = visualization::renderOffscreen(options.width, options.height, {scene.renderer()});
+  visualization::requireDrawn(image);
+  return image;
 }
 
 }  // namespace planar_mapping

@@ -60,6 +60,9 @@ class PLANAR_MAPPING_EXPORT CuboidDistance {
   std::uint32_t build(std::uint32_t begin, std::uint32_t end,
                       const std::vector<Eigen::AlignedBox3d>& bounds,
                       std::vector<std::uint32_t>& order);
+  /// Calls \p visit for the boxes of the nodes that \p meets names, until it returns false.
+  template <typename Meets, typename Visit>
+  void forEachBox(const Meets& meets, const Visit& visit) const;
   static double squaredDistance(const Box& box, const double* point);
   static double squaredDistance(const Node& node, const double* point);
 

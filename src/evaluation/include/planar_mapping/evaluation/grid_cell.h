@@ -2,11 +2,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
-#include "planar_mapping/core/geometry/cuboid.h"
 #include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/geometry/cuboid.h"
 
 namespace planar_mapping {
 namespace evaluation {
@@ -17,6 +18,9 @@ struct GridCell {
   std::int32_t y = 0;
   std::int32_t z = 0;
 
+  /// x, y or z for axis 0, 1, 2.
+  std::int32_t& operator[](std::size_t axis) { return axis == 0 ? x : axis == 1 ? y : z; }
+  std::int32_t operator[](std::size_t axis) const { return axis == 0 ? x : axis == 1 ? y : z; }
   bool operator==(const GridCell& other) const {
     return x == other.x && y == other.y && z == other.z;
   }

@@ -122,16 +122,10 @@ class PLANAR_MAPPING_EXPORT CrossedSpace {
   detail::CellTable<Sample> samples_;
 };
 
-/// Fraction of the volume that rays crossed, well before their end, that is marked occupied: see
-/// CrossedSpace.
-struct FreeSpaceViolation {
-  double share = 0.0;           ///< in [0, 1]; 0 where nothing was crossed
-  double crossed_volume = 0.0;  ///< cubic metres
-  double marked_volume = 0.0;   ///< cubic metres of it that are marked
-};
-
-PLANAR_MAPPING_EXPORT FreeSpaceViolation freeSpaceViolation(const CuboidDistance& index,
-                                                            const CrossedSpace& crossed);
+/// Fraction of the volume that rays crossed, well before their end, that is marked occupied, in
+/// [0, 1]; 0 where nothing was crossed. See CrossedSpace.
+PLANAR_MAPPING_EXPORT double freeSpaceViolation(const CuboidDistance& index,
+                                                const CrossedSpace& crossed);
 
 }  // namespace evaluation
 }  // namespace planar_mapping

@@ -5,10 +5,9 @@
 #include <cstddef>
 #include <vector>
 
-#include "planar_mapping/core/geometry/cuboid.h"
 #include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/geometry/cuboid.h"
 #include "planar_mapping/evaluation/grid_cell.h"
-#include "planar_mapping/evaluation/standard_grid.h"
 
 namespace planar_mapping {
 namespace evaluation {
@@ -36,21 +35,12 @@ PLANAR_MAPPING_EXPORT std::vector<GridBox> greedyCover(const std::vector<GridCel
 /// explicit free space; everything that is not occupied is free.
 class PLANAR_MAPPING_EXPORT RectangularApproximation {
  public:
-  /// \param s, min_points  as of StandardGrid
-  /// \throws ParameterError
-  explicit RectangularApproximation(double s, int min_points = 1);
+  /// O(cells log cells) for the fusion; the cover takes longest.
+  /// \param s      side of a cell, metres, > 0
+  /// \param cells  in any order
+  /// \throws ParameterError; InputError as greedyCover()
+  RectangularApproximation(double s, const std::vector<GridCell>& cells);
 
-  /// As StandardGrid::insert(): without rays, or with those that clear what they cross.
-  void insert(const std::vector<Vector3>& world_points);
-  void insert(const std::vector<Vector3>& obstacles, const std::vector<Vector3>& ground,
-              const Vector3& origin);
-  /// Takes cells as they are, those of a StandardGrid for example. The next insert() forgets
-  /// them. O(cells log cells) for the fusion; the cover takes longest.
-  void approximate(const std::vector<GridCell>& cells);
-  /// The boxes of what was inserted; has to be called after the last insert().
-  void finish() { approximate(grid_.cells()); }
-
-  double side() const { return grid_.side(); }
   std::size_t fusedCount() const { return fused_count_; }
   std::size_t coverCount() const { return cover_count_; }
   /// N_f of RA: the smaller of both counts.
@@ -66,7 +56,7 @@ class PLANAR_MAPPING_EXPORT RectangularApproximation {
   std::size_t fileBytes() const;
 
  private:
-  StandardGrid grid_;
+  double side_;
   std::vector<GridBox> boxes_;
   std::size_t fused_count_ = 0;
   std::size_t cover_count_ = 0;

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -85,7 +84,7 @@ enum class Path {
 };
 
 struct PLANAR_MAPPING_EXPORT SceneParams {
-  std::string name = "room";
+  std::string scene = "room";
   int frames = 12;  ///< >= 1
   Path path = Path::Forward;
   /// Metres between frames, >= 0; the path ends early, or stands still at its end. 0 = the frames

@@ -18,13 +18,8 @@
 namespace planar_mapping {
 namespace evaluation {
 
-struct PLANAR_MAPPING_EXPORT SimulationParams {
-  std::string scene = "room";
-  int frames = 12;            ///< >= 1
-  Path path = Path::Forward;  ///< see scene.h; likewise the next three
-  double step = 0.0;          ///< metres
-  double length = 0.0;        ///< metres
-  bool moving = false;
+/// The scene and how it is seen; `seed` is of the noise, too.
+struct PLANAR_MAPPING_EXPORT SimulationParams : SceneParams {
   double yaw = 0.0;             ///< of the whole world about z, radians
   int width = 640;              ///< pixels, [8, 8192]
   int height = 480;             ///< pixels, [8, 8192]
@@ -37,15 +32,12 @@ struct PLANAR_MAPPING_EXPORT SimulationParams {
   double right_exposure = 1.0;  ///< of the right camera, where the left one has 1; > 0
   bool colors = true;           ///< of the truth; images need them, clouds can do without
   StereoSensorParams sensor;
-  std::uint64_t seed = Random::kDefaultSeed;  ///< of the noise, and the layout of "white"
-  double speed = 0.4;                         ///< of the camera, m/s; makes the time stamps
-  int threads = 1;                            ///< 0 = all cores; changes nothing but the time
+  double speed = 0.4;  ///< of the camera, m/s; makes the time stamps
+  int threads = 1;     ///< 0 = all cores; changes nothing but the time
 
   /// \throws ParameterError; InputError for an unknown scene
   void validate() const;
   PinholeCamera camera() const;
-  /// What makeScene() is asked for.
-  SceneParams sceneParams() const;
 };
 
 /// One simulated frame: what is measured, and the truth about each pixel of the left image.

@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/evaluation/ray_caster.h"
 
 namespace planar_mapping {

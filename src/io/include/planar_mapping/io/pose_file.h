@@ -19,10 +19,9 @@ struct StampedPose {
 
 /// Reads a trajectory in TUM format: `timestamp tx ty tz qx qy qz qw` a line, metres; empty lines
 /// and what follows a `#` are skipped. Quaternions may be off unit length by the rounding of text
-/// (\p norm_tolerance [ours]) and are normalised.
+/// (0.001 [ours]) and are normalised.
 /// \throws IoError with the line number: wrong count, no number, not finite, no unit quaternion
-PLANAR_MAPPING_EXPORT std::vector<StampedPose> readTumPoses(const std::string& path,
-                                                            double norm_tolerance = 1e-3);
+PLANAR_MAPPING_EXPORT std::vector<StampedPose> readTumPoses(const std::string& path);
 
 /// Poses of a file in either of the usual formats.
 struct Trajectory {

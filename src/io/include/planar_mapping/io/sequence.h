@@ -73,7 +73,6 @@ class PLANAR_MAPPING_EXPORT Sequence {
   /// \throws IoError if something is missing, unreadable or not recognised, the calibration lacks a
   ///         key, or poses match frames neither in number nor in time; InputError without inputs
   explicit Sequence(const std::vector<std::string>& inputs, const SequenceOptions& options = {});
-  Sequence(const std::vector<std::string>& inputs, const std::string& poses_file);
   ~Sequence();
   Sequence(Sequence&& other) noexcept;
   Sequence& operator=(Sequence&& other) noexcept;

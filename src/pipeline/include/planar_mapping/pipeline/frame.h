@@ -92,6 +92,10 @@ struct Frame {
   std::vector<std::string> warnings;       ///< the result is degraded
 };
 
+/// A cloud of rows of \p width points.
+/// \param xyz  three floats a point, NaN where nothing was measured
+PLANAR_MAPPING_EXPORT FrameCloud::Ptr cloudOf(const std::vector<float>& xyz, std::uint32_t width,
+                                              std::uint32_t height);
 /// The coordinates of a cloud, read in place.
 PLANAR_MAPPING_EXPORT PointsView viewOf(const FrameCloud& cloud);
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/cuboids/cuboid_approximation.h"
 #include "planar_mapping/pipeline/frame.h"
@@ -53,30 +54,32 @@ class PLANAR_MAPPING_EXPORT Stage {
   virtual ~Stage();
 
   /// Sets the defaults of a profile; called before declare(). `paper` is nothing beyond the paper.
-  virtual void applyProfile(Profile profile);
+  virtual void applyProfile(Profile /*profile*/) {}
   /// Binds the parameters to members that live as long as the stage.
   virtual void declare(ParameterTable& table) = 0;
   /// Called once, after the parameters are set; for checks that involve several of them.
   /// \throws ParameterError
-  virtual void configure(const RunSettings& settings);
+  virtual void configure(const RunSettings& /*settings*/) {}
   /// Called once, before the first frame that gets to the stage: the place to resolve `auto`. Up to
   /// Motion stages, \p scale may hold only what the calibration says (points = 0); later ones get
   /// the scale of the first cloud to be mapped.
-  virtual void adapt(const CloudScale& scale);
+  virtual void adapt(const CloudScale& /*scale*/) {}
   /// Called once, after adapt(): lets a stage that is enabled narrow the scale that the stages
   /// after it adapt to, by what it leaves of a cloud.
-  virtual void limit(CloudScale& scale) const;
+  virtual void limit(CloudScale& /*scale*/) const {}
   /// Lets a stage set parameters of the map; called once, after adapt().
-  virtual void configureMap(PlanarMapParams& params) const;
+  virtual void configureMap(PlanarMapParams& /*params*/) const {}
   /// Does the work on one frame.
   virtual void process(Frame& frame) = 0;
   /// What the stage remembers of the frames so far, as bytes of its own; empty = nothing, which is
   /// what a stage that does not override it says. Called between frames.
-  virtual std::string saveState() const;
+  virtual std::string saveState() const { return {}; }
   /// Continues from what saveState() of such a stage with the same parameters returned. Called
   /// before the first frame, after adapt() with the scale that the other stage got.
   /// \throws Error if the bytes are not such
-  virtual void loadState(const std::string& bytes);
+  virtual void loadState(const std::string& bytes) {
+    if (!bytes.empty()) throw Error("a stage has a saved state that it does not know");
+  }
 };
 
 }  // namespace planar_mapping

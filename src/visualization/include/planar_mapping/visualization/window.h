@@ -26,53 +26,43 @@ class PLANAR_MAPPING_EXPORT Window {
     Offscreen,  ///< no window: the same scene and interaction, drawn as snapshots are
   };
 
-  /// \throws RenderError if the screen cannot be opened; nothing has been drawn then
-  /// \throws InputError, ParameterError for content or options that cannot be drawn
-  Window(SceneContent content, const ViewOptions& options, Screen screen = Screen::Display,
-         const std::string& title = "planar_mapping");
-  ~Window();
-  Window(const Window&) = delete;
-  Window& operator=(const Window&) = delete;
+  virtual ~Window() = default;
 
   /// Shows the window until the user closes it (q). Only for Screen::Display.
-  void run();
+  virtual void run() = 0;
   /// Shows other content from the same place; the picked cuboid is no longer marked.
   /// \throws InputError for content that cannot be drawn
-  void setContent(SceneContent content);
+  virtual void setContent(SceneContent content) = 0;
   /// While run() is at work, asks \p next every \p period seconds for new content; nothing = as it
   /// is. What it throws is shown over the picture.
-  void follow(std::function<std::optional<SceneContent>()> next, double period);
+  virtual void follow(std::function<std::optional<SceneContent>()> next, double period) = 0;
   /// A key as X names it ("h", "c", "1", "Escape"). \return false if it means nothing here
-  bool press(const std::string& key);
+  virtual bool press(const std::string& key) = 0;
   /// Picks what is drawn at the pixel (from the top left corner); the cuboid's data is shown.
   /// \return index into the content's cuboids, -1 for none
-  int pick(double x, double y);
+  virtual int pick(double x, double y) = 0;
 
-  const ViewOptions& options() const;
-  CameraView camera() const;
+  virtual const ViewOptions& options() const = 0;
+  virtual CameraView camera() const = 0;
   /// The text over the picture: help, data of the picked cuboid, or the last message.
-  std::string overlayText() const;
+  virtual std::string overlayText() const = 0;
   /// What the window shows now.
-  Image image();
+  virtual Image image() = 0;
   /// Where the screenshot key writes: the first free name of PREFIX_001.png, PREFIX_002.png ...
-  void setScreenshotPrefix(const std::string& prefix);
+  virtual void setScreenshotPrefix(const std::string& prefix) = 0;
   /// Sends a key (as a person presses it) or a click through the window's own event handling.
-  void sendKey(const std::string& key);
-  void sendClick(int x, int y);
+  virtual void sendKey(const std::string& key) = 0;
+  virtual void sendClick(int x, int y) = 0;
   /// The period of follow() is over once.
-  void sendTimer();
+  virtual void sendTimer() = 0;
 
   static std::string keyHelp();
-
- private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
 };
 
-/// Opens a window on the content and returns when the user closes it.
-/// \throws RenderError if there is no display; see Window
-PLANAR_MAPPING_EXPORT void showWindow(SceneContent content,
-                                      const ViewOptions& options = ViewOptions(),
-                                      const std::string& title = "planar_mapping");
+/// \throws RenderError if the screen cannot be opened; nothing has been drawn then
+/// \throws InputError, ParameterError for content or options that cannot be drawn
+PLANAR_MAPPING_EXPORT std::unique_ptr<Window> openWindow(
+    SceneContent content, const ViewOptions& options,
+    Window::Screen screen = Window::Screen::Display, const std::string& title = "planar_mapping");
 
 }  // namespace planar_mapping

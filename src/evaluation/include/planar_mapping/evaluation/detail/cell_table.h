@@ -14,6 +14,15 @@ namespace planar_mapping {
 namespace evaluation {
 namespace detail {
 
+/// Bits it takes to tell \p values different values apart.
+inline int bitsFor(double values) {
+  return values <= 1.0 ? 0 : static_cast<int>(std::ceil(std::log2(values)));
+}
+
+inline std::size_t bytesOfBits(std::size_t count, int bits) {
+  return (count * static_cast<std::size_t>(bits) + 7) / 8;
+}
+
 constexpr int kCellBits = 21;                                            ///< of a key, an axis
 constexpr std::int64_t kCellLimit = std::int64_t{1} << (kCellBits - 1);  ///< cells from the origin
 
