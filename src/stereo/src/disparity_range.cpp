@@ -46,17 +46,28 @@ CoarseDisparities searchCoarsely(const cv::Mat& left, const cv::Mat& right, doub
   params.speckle_range = 2.0;
   const cv::Mat disparity = matchSemiGlobally(small_left, small_right, params);
 
+  cv::Mat contrast;  // along rows
+  cv::absdiff(small_left.colRange(1, size.width), small_left.colRange(0, size.width - 1), contrast);
+  const double plain = cv::mean(contrast)[0];
   std::vector<float> found;
   found.reserve(disparity.total());
+  std::size_t textured = 0;
+  std::size_t matched = 0;
   for (int row = 0; row < disparity.rows; ++row) {
     const float* values = disparity.ptr<float>(row);
+    const std::uint8_t* steps = contrast.ptr(row);
     for (int column = 0; column < disparity.cols; ++column) {
-      if (!std::isnan(values[column])) found.push_back(values[column]);
+      const bool is_found = !std::isnan(values[column]);
+      if (is_found) found.push_back(values[column]);
+      if (column + 1 == disparity.cols || steps[column] < plain) continue;
+      ++textured;
+      matched += is_found ? 1 : 0;
     }
   }
   CoarseDisparities coarse;
-  coarse.density = static_cast<double>(found.size()) / static_cast<double>(disparity.total());
   if (found.empty()) return coarse;
+  coarse.density =
+      static_cast<double>(matched) / static_cast<double>(std::max<std::size_t>(1, textured));
   // So few pixels at either end are more likely wrong than seen.
   const std::size_t outliers = found.size() / 400;
   const auto low = found.begin() + static_cast<std::ptrdiff_t>(outliers);

@@ -114,8 +114,8 @@ void countHits(Frame& frame, const int* indices, const CellRuns& runs, const Bel
   }
 }
 
-/// Counts the points of a segment, measured and assumed, in the cells of a plane, those of the
-/// window only.
+/// Counts the points of a segment in the cells of a plane: measured ones in those of the window
+/// only, and assumed ones.
 void countSegment(const MapData& map, Frame& frame, const PlaneLayer& layer, std::size_t segment,
                   const CellWindow& window, KeyMap<TileHits>& hits) {
   const ToCells to_cells(map, frame, layer.frame());
@@ -123,19 +123,20 @@ void countSegment(const MapData& map, Frame& frame, const PlaneLayer& layer, std
   double v[kBatch];
   CellRuns runs;
   const auto count = [&](const float* data, std::size_t stride, const Indices& indices,
-                         const Beliefs& beliefs) {
+                         const Beliefs& beliefs, const CellWindow& within) {
     forEachBatch(indices, [&](std::size_t begin, std::size_t n) {
       planeCoordinates(data, stride, indices.data() + begin, n, to_cells.m, u, v);
-      runs.find(u, v, n, window);
+      runs.find(u, v, n, within);
       countHits(frame, indices.data() + begin, runs, beliefs, hits);
     });
   };
   const PointsView& points = frame.observation->points;
-  count(points.data, points.stride, frame.inliersOf(segment), {frame.observation->probability});
+  count(points.data, points.stride, frame.inliersOf(segment), {frame.observation->probability},
+        window);
   const AssumedPoints* assumed = frame.observation->assumed;
   if (assumed == nullptr || segment >= assumed->of_plane.size()) return;
   count(assumed->xyz.data(), 3, assumed->of_plane[segment],
-        {nullptr, static_cast<float>(assumed->probability)});
+        {nullptr, static_cast<float>(assumed->probability)}, CellWindow());
 }
 
 void applyHits(const MapData& map, Frame& frame, PlaneLayer& layer, const PlaneHits& plane_hits) {

@@ -85,6 +85,7 @@ class MultiPlaneSegmentationStage : public Stage {
     if (!min_inliers_) {
       min_inliers_ = static_cast<int>(std::max(kSmallest, scale.points / kFraction));
     }
+    up_ = scale.up;
     noise_.adapt(scale);
     params_.noise = noise_.optionalNoise();
     params_.distance_threshold = *distance_threshold_;
@@ -100,7 +101,9 @@ class MultiPlaneSegmentationStage : public Stage {
     segmentation_.setInputCloud(nullptr);
     frame.planes = segmentation_.takePlanes();
     if (assumed_probability_ > 0.0 && !frame.even.empty() && frame.camera) {
-      frame.assumed = assumePoints(viewOf(*frame.cloud), *frame.camera, frame.even, frame.planes);
+      frame.assumed =
+          assumePoints(viewOf(*frame.cloud), frame.indices, *frame.camera, frame.even,
+                       frame.T_world_sensor.linear().transpose() * up_, params_, frame.planes);
       frame.assumed.probability = assumed_probability_;
       frame.statistics.push_back(
           {"assumed_points", static_cast<double>(frame.assumed.xyz.size() / 3)});
@@ -118,6 +121,7 @@ class MultiPlaneSegmentationStage : public Stage {
   MultiPlaneSACSegmentation<pcl::PointXYZ> segmentation_;
   std::optional<double> distance_threshold_ = 0.05;
   double assumed_probability_ = 0.6;
+  Vector3 up_ = Vector3::UnitZ();
   std::optional<int> min_inliers_ = 100;
   detail::NoiseKeys noise_;
 };

@@ -4,7 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "planar_mapping/core/base/error.h"
@@ -23,22 +25,34 @@ struct Wall {
   std::vector<std::uint8_t> gray = std::vector<std::uint8_t>(kWidth * kHeight, 200);
   std::vector<PlaneSegment> planes;
 
-  explicit Wall(bool right_is_another = false) {
-    planes.resize(right_is_another ? 2 : 1);
+  /// \param right  depth of what is measured on the right, another plane if it is not the wall's
+  explicit Wall(float right = kDepth) {
+    planes.resize(right != kDepth ? 2 : 1);
     for (PlaneSegment& segment : planes) segment.plane = Plane{-Vector3::UnitZ(), kDepth};
+    planes.back().plane.offset = double{right};
     for (int i = 0; i < kWidth * kHeight; ++i) {
       gray[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(200 + i * 7 % 3);  // noise
       const int column = i % kWidth;
       if (column >= 8 && column < kWidth - 8) continue;
-      const Vector3 point = kDepth * camera.rayOf(column, i / kWidth);
-      for (int k = 0; k < 3; ++k)
-        xyz[static_cast<std::size_t>(3 * i + k)] = static_cast<float>(point[k]);
-      planes[right_is_another && column >= 8 ? 1 : 0].inliers.push_back(i);
+      measure(i, column < 8 ? kDepth : right);
+      (column < 8 ? planes.front() : planes.back()).inliers.push_back(i);
     }
   }
-  AssumedPoints assumed() const {
-    return assumePoints(PointsView(xyz.data(), kWidth, kHeight, 3), camera,
-                        evenTiles(gray.data(), kWidth, kHeight), planes);
+  void measure(int i, float depth) {
+    const Vector3 point = double{depth} * camera.rayOf(i % kWidth, i / kWidth);
+    for (int k = 0; k < 3; ++k)
+      xyz[static_cast<std::size_t>(3 * i + k)] = static_cast<float>(point[k]);
+  }
+  void forget() {
+    std::fill(xyz.begin(), xyz.end(), NAN);
+    planes.clear();
+  }
+  AssumedPoints assumed() {
+    Indices all(kWidth * kHeight);
+    std::iota(all.begin(), all.end(), 0);
+    return assumePoints(PointsView(xyz.data(), kWidth, kHeight, 3), all, camera,
+                        evenTiles(gray.data(), kWidth, kHeight), -Vector3::UnitY(),
+                        MultiPlaneParams(), planes);
   }
 };
 
@@ -46,22 +60,54 @@ TEST(AssumedPoints, AWallOfOneColourBetweenItsEndsIsThePlane) {
   const AssumedPoints assumed = Wall().assumed();
   ASSERT_EQ(assumed.of_plane.size(), 1u);
   EXPECT_EQ(assumed.of_plane[0].size(), std::size_t{(kWidth - 16) * kHeight});
-  for (std::size_t i = 0; i < assumed.xyz.size(); i += 3) EXPECT_EQ(assumed.xyz[i + 2], kDepth);
+  for (std::size_t i = 0; i < assumed.xyz.size(); i += 3)
+    EXPECT_NEAR(assumed.xyz[i + 2], kDepth, 1e-4f);
   EXPECT_LT(assumed.probability, 1.0);
 }
 
 TEST(AssumedPoints, BetweenTwoPlanesNothingIs) {
-  EXPECT_TRUE(Wall(true).assumed().empty());
+  EXPECT_TRUE(Wall(3.0f).assumed().empty());
 }
 
 /// A picture or a base board has too few points to be found as part of the plane it lies on.
 TEST(AssumedPoints, WhatLiesOnAPlaneIsAnEndOfIt) {
-  Wall wall(true);
+  Wall wall(kDepth - 0.03f);
   wall.planes.resize(1);
-  wall.planes[0].rms = 0.01;
   EXPECT_EQ(wall.assumed().of_plane[0].size(), std::size_t{(kWidth - 16) * kHeight});
+}
+
+TEST(AssumedPoints, PicturesAndABaseBoardMakeAPlane) {
+  Wall wall;
+  wall.forget();
   for (int i = 0; i < kWidth * kHeight; ++i) {
-    if (i % kWidth >= kWidth - 8) wall.xyz[static_cast<std::size_t>(3 * i + 2)] -= 0.03f;
+    const int column = i % kWidth;
+    const int row = i / kWidth;
+    const bool is_picture = row >= 12 && row < 24 && (column < 12 || column >= kWidth - 12);
+    if (is_picture || row >= kHeight - 8) wall.measure(i, kDepth);
+  }
+  const AssumedPoints assumed = wall.assumed();
+  ASSERT_EQ(wall.planes.size(), 1u);
+  EXPECT_NEAR(wall.planes[0].plane.offset, double{kDepth}, 1e-3);
+  EXPECT_GT(wall.planes[0].inliers.size(), 500u);
+  EXPECT_EQ(wall.planes[0].inliers.size(),
+            static_cast<std::size_t>(wall.planes[0].moments.weight()));
+  // Also above the pictures.
+  EXPECT_GT(assumed.of_plane[0].size(), std::size_t{56 * 48});
+}
+
+TEST(AssumedPoints, ABaseBoardAloneIsNone) {
+  Wall wall;
+  wall.forget();
+  for (int i = (kHeight - 8) * kWidth; i < kHeight * kWidth; ++i) wall.measure(i, kDepth);
+  EXPECT_TRUE(wall.assumed().empty());
+  EXPECT_TRUE(wall.planes.empty());
+}
+
+/// A door that is open: what is measured behind it is seen through it.
+TEST(AssumedPoints, WhatIsSeenThroughIsNone) {
+  Wall wall;
+  for (int i = (kHeight - 12) * kWidth; i < kHeight * kWidth; ++i) {
+    if (i % kWidth >= 8 && i % kWidth < kWidth - 8) wall.measure(i, 2.0f * kDepth);
   }
   EXPECT_TRUE(wall.assumed().empty());
 }
@@ -89,13 +135,19 @@ TEST(AssumedPoints, TextureWithoutAMatchIsNoWall) {
     if (i % kWidth >= kWidth / 2) continue;
     wall.gray[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(i * 131 % 5 * 40 + 20);
   }
-  EXPECT_TRUE(wall.assumed().empty());
+  const std::vector<float> xyz = wall.assumed().xyz;
+  EXPECT_FALSE(xyz.empty());
+  for (std::size_t i = 0; i < xyz.size(); i += 3) {
+    ASSERT_GT(wall.camera.project(Vector3(xyz[i], xyz[i + 1], xyz[i + 2])).x(), kWidth / 2 - 1);
+  }
 }
 
 TEST(AssumedPoints, SizesMustAgree) {
-  const Wall wall;
+  Wall wall;
   const PointsView cloud(wall.xyz.data(), kWidth, kHeight, 3);
-  EXPECT_THROW(assumePoints(cloud, wall.camera, {}, wall.planes), InputError);
+  EXPECT_THROW(
+      assumePoints(cloud, {}, wall.camera, {}, Vector3::Zero(), MultiPlaneParams(), wall.planes),
+      InputError);
   EXPECT_TRUE(evenTiles(wall.gray.data(), 3, 3).empty());
 }
 

@@ -31,16 +31,22 @@ constexpr int kEvenTileSide = 4;  ///< pixels
 PLANAR_MAPPING_EXPORT std::vector<std::uint8_t> evenTiles(const std::uint8_t* gray, int width,
                                                           int height);
 
-/// Points for the pixels of even tiles of which none is measured, where a plane is what is measured
-/// or assumed at the end of the even tiles in two of eight directions 135 degrees or more apart,
-/// and in more of them than all other planes. The way ends at a step.
-/// \param cloud   organized, of the camera; NaN where nothing is measured
-/// \param even    of the image of the same pixels, see evenTiles()
-/// \param planes  of the cloud
+/// Points for the pixels of holes: even tiles, none measured, without a step between them. A plane
+/// continues in a hole if at least eight measured tiles around it lie on it and next to none behind
+/// it. Where no plane of the frame is seen so, one is looked for in these tiles alone: pictures and
+/// base boards are often too small for the search for planes. Of several planes the nearest counts
+/// within the convex hull of its tiles. Nothing is assumed where the error of the plane exceeds
+/// params.distance_threshold.
+/// \param cloud    organized, of the camera; NaN where nothing is measured
+/// \param indices  points that may belong to planes
+/// \param even     of the image of the same pixels, see evenTiles()
+/// \param planes   of the cloud; planes that are found here are added, and take over those that are
+///                 parts of them
 /// \throws InputError if the cloud is not organized, or sizes disagree
-PLANAR_MAPPING_EXPORT AssumedPoints assumePoints(const PointsView& cloud,
+PLANAR_MAPPING_EXPORT AssumedPoints assumePoints(const PointsView& cloud, const Indices& indices,
                                                  const PinholeCamera& camera,
                                                  const std::vector<std::uint8_t>& even,
-                                                 const std::vector<PlaneSegment>& planes);
+                                                 const Vector3& up, const MultiPlaneParams& params,
+                                                 std::vector<PlaneSegment>& planes);
 
 }  // namespace planar_mapping
