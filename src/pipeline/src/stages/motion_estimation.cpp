@@ -223,7 +223,8 @@ class MotionEstimationStage : public Stage, private MotionKeys {
   void checkGiven(Frame& frame) {
     constexpr std::size_t kFewest = 20;    // features,
     constexpr double kDisagreement = 0.3;  // of which so few agree with it,
-    constexpr double kShift = 0.1;         // metres
+    constexpr double kShift = 0.1;         // metres, and
+    constexpr double kShiftOfStep = 0.05;  // metres a metre of the step
     constexpr double kTurn = M_PI / 36.0;  // radians
     const Odometry& odometry = locator_->odometry();
     if (contradicted_ || !odometry.started()) return;
@@ -237,7 +238,11 @@ class MotionEstimationStage : public Stage, private MotionKeys {
     if (!seen.registered || seen.inliers < std::max(kFewest, 2 * given.inliers)) return;
     const Pose apart = frame.given_pose->inverse() * seen.T_world_sensor;
     const double turn = Eigen::AngleAxisd(Matrix3(apart.linear())).angle();
-    if (apart.translation().norm() < kShift && turn < kTurn) return;
+    const double step =
+        locator_->lastPose()
+            ? (locator_->lastPose()->translation() - frame.given_pose->translation()).norm()
+            : 0.0;
+    if (apart.translation().norm() < kShift + kShiftOfStep * step && turn < kTurn) return;
     contradicted_ = true;
     const auto rounded = [](double value) { return formatNumber(std::round(1e2 * value) / 1e2); };
     frame.warnings.push_back(
