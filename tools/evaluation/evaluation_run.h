@@ -5,19 +5,13 @@
 #include <atomic>
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
-#include "evaluation_run.h"
 #include "method_runs.h"
 
 namespace planar_mapping::tools {
-
-/// The maps of SG and of ours at one place, cut into what is right and what is wrong, as JSON for
-/// the picture (the paper, Fig. 9). Cuboids with anything wrong about them are cut into parts of at
-/// most a cell; a part is wrong if its centre is farther than a cell from the true surface.
-/// \param maps  with truth
-std::string artefactJson(const PlaceMaps& maps, const std::string& scene);
 
 /// How far an evaluation is.
 struct EvaluationProgress {
@@ -51,5 +45,11 @@ struct EvaluationJob {
 /// \throws InputError if there is nothing to be mapped at any place
 std::vector<evaluation::PlaceResult> evaluatePlaces(PlaceSource& source, const std::string& scene,
                                                     const EvaluationJob& job, PlaceMaps* maps);
+
+/// The maps of SG and of ours at one place, cut into what is right and what is wrong, as JSON for
+/// the picture (the paper, Fig. 9). Cuboids with anything wrong about them are cut into parts of at
+/// most a cell; a part is wrong if its centre is farther than a cell from the true surface.
+/// \param maps  with truth
+std::string artefactJson(const PlaceMaps& maps, const std::string& scene);
 
 }  // namespace planar_mapping::tools
