@@ -23,6 +23,16 @@ bool isSampled(const float* p) {
   return (h >> 16u) % kSampleShare == 0;
 }
 
+/// The cell of \p p; false if it is not finite or too far away.
+bool cellAt(const float* p, double inverse_side, CellKey& key) {
+  return cellOf(p[0] * inverse_side, p[1] * inverse_side, p[2] * inverse_side, key);
+}
+
+/// Adds \p p to the sums of the cell \p key, about its centre.
+void addTo(PointSums& s, const float* p, const CellKey& key, double side) {
+  s.add(p[0] - (key.x + 0.5) * side, p[1] - (key.y + 0.5) * side, p[2] - (key.z + 0.5) * side);
+}
+
 }  // namespace
 
 double chooseCellSide(const PointsView& points, const Indices* indices, double smallest,
@@ -42,8 +52,7 @@ double chooseCellSide(const PointsView& points, const Indices* indices, double s
     std::size_t inside = 0;
     for (const float* p : sample) {
       CellKey key;
-      const double inverse = 1.0 / side;
-      if (!cellOf(p[0] * inverse, p[1] * inverse, p[2] * inverse, key)) continue;
+      if (!cellAt(p, 1.0 / side, key)) continue;
       ++inside;
       const auto cell = static_cast<std::size_t>(table.insert(key));
       if (cell == count.size()) count.push_back(0);
@@ -68,7 +77,7 @@ PointCells buildPointCells(const PointsView& points, const Indices* indices, dou
   for (std::size_t k = 0; k < considered; ++k) {
     const float* p = points[at(indices, k)];
     CellKey key;
-    if (!cellOf(p[0] * inverse_side, p[1] * inverse_side, p[2] * inverse_side, key)) {
+    if (!cellAt(p, inverse_side, key)) {
       grid.cell_of[k] = -1;
       grid.points_not_finite += points.isFinite(at(indices, k)) ? 0 : 1;
       continue;
@@ -76,10 +85,27 @@ PointCells buildPointCells(const PointsView& points, const Indices* indices, dou
     const std::int32_t cell = grid.table.insert(key);
     grid.cell_of[k] = cell;
     if (static_cast<std::size_t>(cell) == grid.sums.size()) grid.sums.emplace_back();
-    grid.sums[static_cast<std::size_t>(cell)].add(
-        p[0] - (key.x + 0.5) * side, p[1] - (key.y + 0.5) * side, p[2] - (key.z + 0.5) * side);
+    addTo(grid.sums[static_cast<std::size_t>(cell)], p, key, side);
   }
   return grid;
+}
+
+PointCells splitCells(const PointsView& points, const Indices* indices, const PointCells& grid,
+                      const std::vector<char>& split, int levels) {
+  PointCells fine;
+  fine.side = grid.side / (1 << levels);
+  const double inverse_side = 1.0 / fine.side;
+  for (std::size_t k = 0; k < grid.cell_of.size(); ++k) {
+    const std::int32_t home = grid.cell_of[k];
+    if (home < 0 || split[static_cast<std::size_t>(home)] == 0) continue;
+    const float* p = points[at(indices, k)];
+    CellKey key;
+    if (!cellAt(p, inverse_side, key)) continue;
+    const auto cell = static_cast<std::size_t>(fine.table.insert(key));
+    if (cell == fine.sums.size()) fine.sums.emplace_back();
+    addTo(fine.sums[cell], p, key, fine.side);
+  }
+  return fine;
 }
 
 }  // namespace planar_mapping::detail

@@ -5,7 +5,6 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace planar_mapping::detail {
 
@@ -19,6 +18,15 @@ constexpr double kLeastSideInBands = 3.0;
 constexpr double kLeastWidth = 0.05;
 // Squared thickness against squared width.
 constexpr double kMostThickness = 0.4;
+// Leaves smaller than a cell are only for what is beyond doubt.
+constexpr double kLeastPointsIfFine = 64.0;
+constexpr double kMostThicknessIfFine = 0.2;
+// Cells with so many points are split if these spread no wider than this share of the side; a
+// surface right across would by 0.29.
+constexpr double kCrowd = 1024.0;
+constexpr double kCrowdWidth = 0.2;
+// A cell stays split if its finer leaves show so much of its points; the rest are crumbs.
+constexpr double kLeastShareIfSplit = 0.5;
 
 bool isNarrow(const LocalFit& fit, double side) {
   return !(fit.eigenvalues[1] > kLeastWidth * kLeastWidth * side * side);
@@ -33,38 +41,95 @@ bool isThickAsWide(const LocalFit& fit, double band) {
 /// Makes leaves level by level; what has none at one level is pooled by parent for the next.
 class LeafBuilder {
  public:
-  LeafBuilder(const PointCells& grid, const DistanceBand& band) : band_(band), sums_(grid.sums) {
-    result_.side = grid.side;
-    for (std::size_t i = 0; i < sums_.size(); ++i) keys_.push_back(grid.table.key(i));
-    piece_of_cell_.resize(sums_.size());
-    std::iota(piece_of_cell_.begin(), piece_of_cell_.end(), 0);
-    result_.leaf_of_cell.assign(sums_.size(), -1);
+  LeafBuilder(const PointCells& grid, const std::vector<char>& split, const PointCells& fine,
+              const DistanceBand& band)
+      : grid_(grid), split_(split), band_(band) {
+    result_.side = grid.side / (1 << kGridLevel);
+    for (std::size_t i = 0; i < fine.sums.size(); ++i) {
+      CellKey home = fine.table.key(i);
+      keys_.push_back(home);
+      for (int up = 0; up < kGridLevel; ++up) home = home.parent();
+      const std::int32_t cell = grid.table.find(home);
+      if (cell >= 0) waiting_.push_back({cell, static_cast<std::int32_t>(i)});
+    }
+    sums_ = fine.sums;
   }
 
   SurfaceLeaves run() {
     double side = result_.side;
     for (int level = 0; level <= kTopLevel; ++level, side *= 2.0) {
+      if (level == kGridLevel) addCells();
       const std::vector<std::int32_t> leaf = makeLeaves(level, side);
       poolTheRest(leaf, side);
     }
+    sortLeavesInCells();
     return std::move(result_);
   }
 
  private:
+  /// Piece of the level that the points of a cell of the grid wait in.
+  struct Waiting {
+    std::int32_t cell;
+    std::int32_t piece;
+  };
+
+  void sortLeavesInCells() {
+    std::vector<LeafInCell>& all = result_.leaves_in_cells;
+    std::sort(all.begin(), all.end(), [](const LeafInCell& a, const LeafInCell& b) {
+      return a.cell != b.cell ? a.cell < b.cell : a.leaf < b.leaf;
+    });
+    all.erase(std::unique(all.begin(), all.end(),
+                          [](const LeafInCell& a, const LeafInCell& b) {
+                            return a.cell == b.cell && a.leaf == b.leaf;
+                          }),
+              all.end());
+  }
+
+  /// All cells that are not split, or were in vain.
+  void addCells() {
+    keys_.clear();
+    sums_.clear();
+    waiting_.clear();
+    sortLeavesInCells();
+    std::vector<double> shown(grid_.sums.size(), 0.0);
+    for (const LeafInCell& entry : result_.leaves_in_cells) {
+      const SurfaceLeaf& leaf = result_.leaves[static_cast<std::size_t>(entry.leaf)];
+      if (leaf.planar) shown[static_cast<std::size_t>(entry.cell)] += leaf.sums.n;
+    }
+    const auto isSplit = [&](std::size_t cell) {
+      return split_[cell] != 0 && shown[cell] >= kLeastShareIfSplit * grid_.sums[cell].n;
+    };
+    for (const LeafInCell& entry : result_.leaves_in_cells) {
+      if (isSplit(static_cast<std::size_t>(entry.cell))) continue;
+      result_.leaves[static_cast<std::size_t>(entry.leaf)].planar = false;
+    }
+    for (std::size_t cell = 0; cell < grid_.sums.size(); ++cell) {
+      if (isSplit(cell)) continue;
+      waiting_.push_back(
+          {static_cast<std::int32_t>(cell), static_cast<std::int32_t>(keys_.size())});
+      keys_.push_back(grid_.table.key(cell));
+      sums_.push_back(grid_.sums[cell]);
+    }
+  }
+
   /// \return leaf of each piece, -1 = none yet
   std::vector<std::int32_t> makeLeaves(int level, double side) {
-    const bool last = level == kTopLevel;
+    const bool last = level == kTopLevel, finer = level < kGridLevel;
     std::vector<std::int32_t> leaf(keys_.size(), -1);
     for (std::size_t i = 0; i < keys_.size(); ++i) {
       const CellKey& key = keys_[i];
       const PointSums& sums = sums_[i];
       const Vector3 centre = Vector3(key.x + 0.5, key.y + 0.5, key.z + 0.5) * side;
       const double threshold = band_.at(centre.z() + sums.sum[2] / sums.n);
-      if (!last && (sums.n < kLeastPoints || side < kLeastSideInBands * threshold)) continue;
+      if (finer ? sums.n < kLeastPointsIfFine
+                : !last && (sums.n < kLeastPoints || side < kLeastSideInBands * threshold)) {
+        continue;
+      }
       SurfaceLeaf candidate;
       if (sums.n >= kLeastPoints) {
         const LocalFit fit = fitLocally(sums);
         if (!last && (isNarrow(fit, side) || isThickAsWide(fit, threshold))) continue;
+        if (finer && fit.eigenvalues[0] > kMostThicknessIfFine * fit.eigenvalues[1]) continue;
         candidate.planar = isSurface(fit, side, threshold);
         candidate.mean = centre + fit.mean;
         candidate.normal = fit.normal;
@@ -103,21 +168,27 @@ class LeafBuilder {
       next_sums[static_cast<std::size_t>(parent)].add(
           sums_[i], {offset(keys_[i].x), offset(keys_[i].y), offset(keys_[i].z)});
     }
-    for (std::size_t cell = 0; cell < piece_of_cell_.size(); ++cell) {
-      if (result_.leaf_of_cell[cell] >= 0) continue;
-      const auto piece = static_cast<std::size_t>(piece_of_cell_[cell]);
-      result_.leaf_of_cell[cell] = leaf[piece];
-      piece_of_cell_[cell] = next_of[piece];
+    std::size_t left = 0;
+    for (const Waiting& w : waiting_) {
+      const auto piece = static_cast<std::size_t>(w.piece);
+      if (leaf[piece] >= 0) {
+        result_.leaves_in_cells.push_back({w.cell, leaf[piece]});
+      } else {
+        waiting_[left++] = {w.cell, next_of[piece]};
+      }
     }
+    waiting_.resize(left);
     keys_.swap(next_keys);
     sums_.swap(next_sums);
   }
 
+  const PointCells& grid_;
+  const std::vector<char>& split_;
   const DistanceBand& band_;
   SurfaceLeaves result_;
   std::vector<CellKey> keys_;  ///< of the pieces of the level
   std::vector<PointSums> sums_;
-  std::vector<std::int32_t> piece_of_cell_;  ///< that the points of cells without a leaf wait in
+  std::vector<Waiting> waiting_;
 };
 
 }  // namespace
@@ -140,8 +211,19 @@ bool isSurface(const LocalFit& fit, double side, double band) {
          fit.eigenvalues[0] <= kMostThickness * fit.eigenvalues[1] && !isNarrow(fit, side);
 }
 
-SurfaceLeaves buildSurfaceLeaves(const PointCells& grid, const DistanceBand& band) {
-  return LeafBuilder(grid, band).run();
+std::vector<char> crowdedCells(const PointCells& grid) {
+  std::vector<char> crowded(grid.sums.size(), 0);
+  const double width = kCrowdWidth * grid.side;
+  for (std::size_t cell = 0; cell < crowded.size(); ++cell) {
+    if (grid.sums[cell].n < kCrowd) continue;
+    crowded[cell] = fitLocally(grid.sums[cell]).eigenvalues[1] < width * width ? 1 : 0;
+  }
+  return crowded;
+}
+
+SurfaceLeaves buildSurfaceLeaves(const PointCells& grid, const std::vector<char>& split,
+                                 const PointCells& fine, const DistanceBand& band) {
+  return LeafBuilder(grid, split, fine, band).run();
 }
 
 }  // namespace planar_mapping::detail

@@ -13,10 +13,11 @@
 namespace planar_mapping::detail {
 
 /// A piece of cloud just large enough for a normal: a cell, or where that is too sparse, narrow or
-/// thin against the noise, the pooled poor cells of one of 2, 4 or 8 times the side.
+/// thin against the noise, the pooled poor cells of one of 2, 4 or 8 times the side. A crowd of
+/// points in a corner of a cell has leaves of a half or a quarter of the side.
 struct SurfaceLeaf {
   CellKey key;    ///< at its level
-  int level = 0;  ///< the side is that of the grid times 2^level
+  int level = 0;  ///< the side is that of the grid times 2^(level - kGridLevel)
   bool planar = false;
   PointSums sums;  ///< about the centre of the leaf
   Vector3 mean = Vector3::Zero();
@@ -25,14 +26,21 @@ struct SurfaceLeaf {
   double band = 0.0;              ///< d_T(z) at the mean
 };
 
-constexpr int kLeafLevels = 4;
+constexpr int kGridLevel = 2;
+constexpr int kLeafLevels = 6;
+
+/// A leaf and a cell of the grid that some of its points are in.
+struct LeafInCell {
+  std::int32_t cell = -1;
+  std::int32_t leaf = -1;
+};
 
 struct SurfaceLeaves {
   std::vector<SurfaceLeaf> leaves;
-  double side = 0.0;                          ///< of a leaf of level 0, a cell of the grid
+  double side = 0.0;                          ///< of a leaf of level 0
   std::array<CellTable, kLeafLevels> tables;  ///< leaves of each level by key ...
   std::array<Indices, kLeafLevels> names;     ///< ... and their place in leaves
-  std::vector<std::int32_t> leaf_of_cell;     ///< of each cell of the grid
+  std::vector<LeafInCell> leaves_in_cells;    ///< by cell; a cell of the grid may have several
 
   double sideOf(const SurfaceLeaf& leaf) const { return side * (1 << leaf.level); }
   Vector3 centreOf(const SurfaceLeaf& leaf) const {
@@ -57,6 +65,11 @@ LocalFit fitLocally(const PointSums& sums);
 /// Whether a fit of the points of a cube of \p side is a surface rather than a blob or a line.
 bool isSurface(const LocalFit& fit, double side, double band);
 
-SurfaceLeaves buildSurfaceLeaves(const PointCells& grid, const DistanceBand& band);
+/// Per cell of the grid, whether it should be split: its points are many and crowd in a part of it.
+std::vector<char> crowdedCells(const PointCells& grid);
+
+/// \param fine the points of the cells with split[cell] != 0 in cells kGridLevel levels smaller
+SurfaceLeaves buildSurfaceLeaves(const PointCells& grid, const std::vector<char>& split,
+                                 const PointCells& fine, const DistanceBand& band);
 
 }  // namespace planar_mapping::detail

@@ -77,9 +77,17 @@ CellCandidates candidatesOfCells(const PointCells& grid, const SurfaceLeaves& su
       plane_of_leaf[static_cast<std::size_t>(leaf)] = static_cast<std::int32_t>(k);
     }
   }
-  for (std::size_t cell = 0; cell < grid.sums.size(); ++cell) {
-    const std::int32_t k = plane_of_leaf[static_cast<std::size_t>(surface.leaf_of_cell[cell])];
+  // A crowd of points is its own surface and nobody else's.
+  std::vector<char> clear(grid.sums.size(), 0);
+  for (const LeafInCell& entry : surface.leaves_in_cells) {
+    const bool fine = surface.leaves[static_cast<std::size_t>(entry.leaf)].level < kGridLevel;
+    const bool found = plane_of_leaf[static_cast<std::size_t>(entry.leaf)] >= 0;
+    if (fine && found) clear[static_cast<std::size_t>(entry.cell)] = 1;
+  }
+  for (const LeafInCell& entry : surface.leaves_in_cells) {
+    const std::int32_t k = plane_of_leaf[static_cast<std::size_t>(entry.leaf)];
     if (k < 0) continue;
+    const auto cell = static_cast<std::size_t>(entry.cell);
     const Plane& plane = planes[static_cast<std::size_t>(k)].plane;
     const double half_cell = 0.5 * grid.side * plane.normal.lpNorm<1>();
     const double here = plane.signedDistance(grid.centre(cell));
@@ -94,7 +102,7 @@ CellCandidates candidatesOfCells(const PointCells& grid, const SurfaceLeaves& su
           const bool itself = dx == 0 && dy == 0 && dz == 0;
           const std::int32_t other = itself ? static_cast<std::int32_t>(cell)
                                             : grid.table.find({key.x + dx, key.y + dy, key.z + dz});
-          if (other < 0) continue;
+          if (other < 0 || (!itself && clear[static_cast<std::size_t>(other)] != 0)) continue;
           insertCandidate(candidates[static_cast<std::size_t>(other)], k);
         }
       }

@@ -38,16 +38,27 @@ constexpr double kBesideInThresholds = 6.0;
 /// Share of the points in the flat cells along each plane whose cell is turned like the plane: all
 /// but the edges of a surface, only some of a cut through clutter.
 std::vector<double> agreementWith(const std::vector<Plane>& planes, const PointCells& grid,
-                                  const SurfaceLeaves& surface, const CellCandidates& candidates) {
+                                  const SurfaceLeaves& surface, const CellCandidates& candidates,
+                                  const std::vector<LeafPlane>& found) {
   std::vector<double> agreeing(planes.size(), 0.0), all(planes.size(), 0.0);
-  for (std::size_t cell = 0; cell < grid.sums.size(); ++cell) {
-    const SurfaceLeaf& leaf = surface.leaves[static_cast<std::size_t>(surface.leaf_of_cell[cell])];
+  std::vector<std::int32_t> voted_for(surface.leaves.size(), -1);
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    for (const std::int32_t leaf : found[k].support) {
+      voted_for[static_cast<std::size_t>(leaf)] = static_cast<std::int32_t>(k);
+    }
+  }
+  for (const LeafInCell& entry : surface.leaves_in_cells) {
+    const SurfaceLeaf& leaf = surface.leaves[static_cast<std::size_t>(entry.leaf)];
     if (!leaf.planar) continue;
-    const double weight = grid.sums[cell].n;
+    const bool fine = leaf.level < kGridLevel;
+    const auto cell = static_cast<std::size_t>(entry.cell);
+    const double weight = fine ? leaf.sums.n : grid.sums[cell].n;
     const double angle = std::min(kSameTurn + kSureOfNormal * leaf.normal_deviation, M_PI_2);
     const double cosine = std::cos(angle);
     for (const std::int32_t candidate : candidates[cell]) {
       if (candidate < 0) break;
+      // The rims of a crowd are bent.
+      if (fine && voted_for[static_cast<std::size_t>(entry.leaf)] != candidate) continue;
       const auto k = static_cast<std::size_t>(candidate);
       if (std::abs(planes[k].signedDistance(leaf.mean)) > leaf.band) continue;
       all[k] += weight;
@@ -102,7 +113,9 @@ PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
       points, indices, kCellSideInThresholds * params.distance_threshold, kShareInCompany);
   PointCells grid = buildPointCells(points, indices, side);
   diagnostics.points_not_finite = grid.points_not_finite;
-  const SurfaceLeaves surface = buildSurfaceLeaves(grid, band);
+  const std::vector<char> crowded = crowdedCells(grid);
+  const PointCells fine = splitCells(points, indices, grid, crowded, kGridLevel);
+  const SurfaceLeaves surface = buildSurfaceLeaves(grid, crowded, fine, band);
   const std::vector<LeafPlane> found = findLeafPlanes(surface, params, diagnostics);
 
   std::vector<Plane> planes;
@@ -126,7 +139,7 @@ PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
     good[k] = fit.valid && significant && !layer ? 1 : 0;
     if (fit.valid) planes[k] = fit.plane;
   }
-  const std::vector<double> agreement = agreementWith(planes, grid, surface, candidates);
+  const std::vector<double> agreement = agreementWith(planes, grid, surface, candidates, found);
   for (std::size_t k = 0; k < planes.size(); ++k) {
     if (good[k] != 0 && agreement[k] >= kLeastAgreement) continue;
     if (good[k] != 0) ++diagnostics.rejected_not_coherent;
