@@ -19,6 +19,12 @@
 namespace planar_mapping::tools {
 namespace {
 
+/// Bytes that this process has taken from malloc and not given back.
+std::size_t heapInUse() {
+  const struct mallinfo2 info = ::mallinfo2();
+  return info.uordblks + info.hblkhd;
+}
+
 /// Bytes that a copy of \p original takes of the heap, rounding of malloc included. Means nothing
 /// while other threads are at work.
 template <typename T>
@@ -26,12 +32,6 @@ double heapBytesOfCopy(const T& original) {
   const std::size_t before = heapInUse();
   const T copy(original);
   return static_cast<double>(heapInUse() - before);
-}
-
-/// Bytes that this process has taken from malloc and not given back.
-std::size_t heapInUse() {
-  const struct mallinfo2 info = ::mallinfo2();
-  return info.uordblks + info.hblkhd;
 }
 
 using evaluation::Figures;

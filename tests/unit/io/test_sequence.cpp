@@ -91,7 +91,9 @@ class SequenceInputs : public ::testing::Test {
   void expectProblem(const std::vector<std::string>& inputs, const std::string& part,
                      const std::string& poses = "") {
     try {
-      Sequence sequence(inputs, poses);
+      SequenceOptions options;
+      options.poses_file = poses;
+      Sequence sequence(inputs, options);
       for (std::size_t i = 0; i < sequence.size(); ++i) sequence.read(i);
       FAIL() << "no problem, expected: " << part;
     } catch (const IoError& error) {

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "layouts/layout.h"
 #include "planar_mapping/core/base/types.h"
 #include "planar_mapping/io/pose_file.h"
 #include "planar_mapping/io/sequence.h"
