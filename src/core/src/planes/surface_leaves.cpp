@@ -202,7 +202,8 @@ LocalFit fitLocally(const PointSums& sums) {
   fit.eigenvalues = solver.eigenvalues().cwiseMax(0.0);
   // A line has no plane.
   constexpr double kThinnest = 1e-12;
-  if (fit.eigenvalues[1] > kThinnest * fit.eigenvalues[2]) fit.normal = solver.eigenvectors().col(0);
+  if (fit.eigenvalues[1] > kThinnest * fit.eigenvalues[2])
+    fit.normal = solver.eigenvectors().col(0);
   return fit;
 }
 

@@ -56,7 +56,7 @@ struct SurfaceLeaves {
 
 /// Smallest eigenvector of the scatter of \p sums and the eigenvalues, ascending.
 struct LocalFit {
-  Vector3 mean = Vector3::Zero();  ///< about the same point as the sums
+  Vector3 mean = Vector3::Zero();    ///< about the same point as the sums
   Vector3 normal = Vector3::Zero();  ///< zero where the points are on a line
   Vector3 eigenvalues = Vector3::Zero();
 };
