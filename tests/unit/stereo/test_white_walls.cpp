@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-// Walls of one colour in simulated rooms, mapped by stereo_indoor.yaml. Seeds 101 to 103 chose the
+// Walls of one colour in simulated rooms, mapped by stereo_indoor.yaml. Seeds 101 to 106 chose the
 // constants of matching and of assumed points; those here did not.
 #include <gtest/gtest.h>
 

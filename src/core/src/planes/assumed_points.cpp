@@ -22,7 +22,7 @@ constexpr int kMinMeasured = kSide * kSide / 2;  // pixels of a tile at the end 
 constexpr int kRim = 3;              // tiles between a hole and what is measured beside it
 constexpr std::size_t kMinEnds = 8;  // tiles of a plane at the ends of a hole
 constexpr double kReach = 1.2;       // farthest assumed depth, in units of that of the ends
-constexpr double kMaxTurn = 0.03;    // radians: largest error of a new plane
+constexpr double kMaxTurn = 0.03;    // radians: largest error of a plane that continues
 constexpr double kMinOn = 0.9;       // fraction of the tiles of a plane that lie on it
 constexpr double kMaxBehind = 0.1;   // fraction of ends behind a plane, or of planes across it
 constexpr double kMinGain = 1.25;    // factor of ends by which a new plane beats those of the frame
@@ -137,9 +137,10 @@ class Assumption {
   bool isUpright(const Plane& plane) const {
     return !up_.isZero() && std::abs(plane.normal.dot(up_)) <= kUpright;
   }
-  bool fit(bool is_upright, Candidate& candidate) const;
+  /// \return false if the tiles leave open how the plane is turned
+  bool fit(Candidate& candidate) const;
   /// Fits a plane to tiles as well. \return false if not all of them lie on one
-  bool join(const Indices& tiles, bool is_upright, Candidate& candidate) const;
+  bool join(const Indices& tiles, Candidate& candidate) const;
   Indices tilesOf(std::size_t plane) const;
   /// Are its tiles of planes that are turned otherwise?
   bool isAcross(const Candidate& candidate) const;
@@ -269,7 +270,7 @@ bool Assumption::isSeen(const Hole& hole, const Plane& plane, Indices& ends) con
 
 /// Least squares in inverse depth, where the noise of a stereo camera is the same everywhere: the
 /// plane q . p = 1 has the inverse depth q . ray.
-bool Assumption::fit(bool is_upright, Candidate& candidate) const {
+bool Assumption::fit(Candidate& candidate) const {
   Matrix3 squares = Matrix3::Zero();
   Vector3 sums = Vector3::Zero();
   for (const int i : candidate.ends) {
@@ -278,16 +279,7 @@ bool Assumption::fit(bool is_upright, Candidate& candidate) const {
     squares += ray * ray.transpose();
     sums += ray / point.z();
   }
-  Matrix3 inverse;
-  if (is_upright) {
-    Eigen::Matrix<double, 3, 2> level;
-    level.col(0) = up_.unitOrthogonal();
-    level.col(1) = up_.cross(level.col(0));
-    const Eigen::Matrix2d of_level = level.transpose() * squares * level;
-    inverse = level * of_level.inverse() * level.transpose();
-  } else {
-    inverse = squares.inverse();
-  }
+  const Matrix3 inverse = squares.inverse();
   const Vector3 q = inverse * sums;
   const double length = q.norm();
   if (!inverse.allFinite() || !(length > 0.0)) return false;
@@ -303,15 +295,15 @@ bool Assumption::fit(bool is_upright, Candidate& candidate) const {
   }
   candidate.plane = {-q / length, 1.0 / length};
   candidate.covariance = kTilesAlike * variance / (length * length) * inverse;
-  return true;
+  return candidate.covariance.trace() <= kMaxTurn * kMaxTurn;
 }
 
-bool Assumption::join(const Indices& tiles, bool is_upright, Candidate& candidate) const {
+bool Assumption::join(const Indices& tiles, Candidate& candidate) const {
   Candidate both;
   both.number = candidate.number;
   std::set_union(candidate.ends.begin(), candidate.ends.end(), tiles.begin(), tiles.end(),
                  std::back_inserter(both.ends));
-  if (!fit(is_upright, both)) return false;
+  if (!fit(both)) return false;
   for (const Indices* set : {static_cast<const Indices*>(&candidate.ends), &tiles}) {
     const auto on = std::count_if(set->begin(), set->end(), [&](int i) {
       const Vector3& point = tile(i).point;
@@ -350,13 +342,8 @@ bool Assumption::search(const Hole& hole, const Indices& ends, Random& random,
       std::swap(best, candidate);
     }
   }
-  // The ends must tell that it is upright; then it counts as quite upright.
-  if (best.ends.empty() || !fit(false, best) || !isUpright(best.plane) ||
-      !(up_.dot(best.covariance * up_) <= kUpright * kUpright)) {
-    return false;
-  }
-  return fit(true, best) && isSeen(hole, best.plane, best.ends) && fit(true, best) &&
-         best.covariance.trace() <= kMaxTurn * kMaxTurn && !isAcross(best);
+  return !best.ends.empty() && fit(best) && isSeen(hole, best.plane, best.ends) && fit(best) &&
+         isUpright(best.plane) && !isAcross(best);
 }
 
 void Assumption::add(Candidate& candidate) {
@@ -366,9 +353,10 @@ void Assumption::add(Candidate& candidate) {
   // Planes of the frame that lie on it are parts of it: pictures on a wall.
   for (std::size_t k = 0; k < planes_.size(); ++k) {
     PlaneSegment& part = planes_[k];
-    if (part.inliers.empty() || !isUpright(part.plane)) continue;
+    if (part.inliers.empty() || part.plane.normal.dot(candidate.plane.normal) < std::cos(kUpright))
+      continue;
     const Indices tiles = tilesOf(k);
-    if (tiles.empty() || !join(tiles, true, candidate)) continue;
+    if (tiles.empty() || !join(tiles, candidate)) continue;
     segment.inliers.insert(segment.inliers.end(), part.inliers.begin(), part.inliers.end());
     segment.moments.merge(part.moments);
     part.inliers.clear();
@@ -408,7 +396,13 @@ std::vector<Candidate> Assumption::candidatesOf(const Hole& hole) {
     const Plane& plane = planes_[k].plane;
     if (planes_[k].inliers.empty() || !isSeen(hole, plane, known.ends)) continue;
     const std::size_t seen = known.ends.size();
-    if (!join(tilesOf(k), isUpright(plane), known)) continue;
+    Candidate with_own;
+    with_own.number = k;
+    const Indices own = tilesOf(k);
+    std::set_union(known.ends.begin(), known.ends.end(), own.begin(), own.end(),
+                   std::back_inserter(with_own.ends));
+    known = std::move(with_own);
+    if (!fit(known)) continue;
     most = std::max(most, seen);
     candidates.push_back(std::move(known));
   }
@@ -458,6 +452,7 @@ void Assumption::fill(const Hole& hole, const std::vector<Candidate>& candidates
     }
     hulls.push_back(convexHull(std::move(points)));
   }
+  const double most = params_.distance_threshold;
   for (const int own : hole.tiles) {
     const Vector2 middle = middleOf(own);
     const Vector3 ray = camera_.rayOf(middle.x(), middle.y());
@@ -465,23 +460,18 @@ void Assumption::fill(const Hole& hole, const std::vector<Candidate>& candidates
     double depth = INFINITY;
     for (std::size_t k = 0; k < candidates.size(); ++k) {
       const Candidate& candidate = candidates[k];
-      if (!isWithin(hulls[k], middle)) continue;
       const double toward = -candidate.plane.normal.dot(ray);
-      if (!(toward > kMinCosine * ray.norm()) || !(candidate.plane.offset < depth * toward))
-        continue;
-      depth = candidate.plane.offset / toward;
+      if (!isWithin(hulls[k], middle) || !(toward > kMinCosine * ray.norm())) continue;
+      const double far = candidate.plane.offset / toward;
+      const Vector3 point = far * ray;
+      const bool is_certain =
+          far <= reach[k] && point.dot(candidate.covariance * point) <= most * most &&
+          std::abs(planes_[candidate.number].plane.signedDistance(point)) <= most;
+      if (!is_certain || !(far < depth)) continue;
+      depth = far;
       nearest = &candidate;
     }
-    if (nearest == nullptr ||
-        !(depth <= reach[static_cast<std::size_t>(nearest - candidates.data())])) {
-      continue;
-    }
-    const Vector3 point = depth * ray;
-    const double most = params_.distance_threshold;
-    if (!(point.dot(nearest->covariance * point) <= most * most) ||
-        !(std::abs(planes_[nearest->number].plane.signedDistance(point)) <= most)) {
-      continue;
-    }
+    if (nearest == nullptr) continue;
     for (int row = kSide * (own / width_), last = row + kSide; row < last; ++row) {
       for (int column = kSide * (own % width_), end = column + kSide; column < end; ++column) {
         const Vector3 to = camera_.rayOf(column, row);
