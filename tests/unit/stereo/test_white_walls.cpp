@@ -24,9 +24,9 @@ TEST_P(WhiteWalls, AreMappedWithoutPhantoms) {
               figures.farthest_behind);
   ASSERT_GT(figures.wall_points, 5000u);
   ASSERT_GT(figures.free_points, 10000u);
-  EXPECT_GT(figures.walls_occupied, 0.3);
+  EXPECT_GT(figures.walls_occupied, 0.85);
   EXPECT_LT(figures.free_occupied, 0.015);
-  EXPECT_LT(figures.farthest_behind, 1.5);
+  EXPECT_LT(figures.farthest_behind, 1.0);
 }
 
 /// A disparity needs evidence: of what there is in these rooms little is wrong.
