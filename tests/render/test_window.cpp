@@ -168,8 +168,7 @@ TEST(Window, RefusesToOpenWithoutADisplay) {
   for (const char* display : {"", ":77"}) {
     ::setenv("DISPLAY", display, 1);
     try {
-      const std::unique_ptr<Window> opened = openWindow(testing::room(), small());
-      Window& window = *opened;
+      openWindow(testing::room(), small());
       FAIL() << "opened a window on '" << display << "'";
     } catch (const RenderError& error) {
       EXPECT_NE(std::string(error.what()).find("--snapshot"), std::string::npos) << error.what();
