@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <chrono>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -154,19 +155,19 @@ TEST_F(Interruption, SignalIsObeyedWithinAFrame) {
   const std::string cloud = write("large.pcd", binaryPcd(roomPoints(3000000)));
   ProgramOptions options;
   auto sent = std::make_shared<std::chrono::steady_clock::time_point>();
-  options.while_running = [sent, start = std::chrono::steady_clock::now()](pid_t child,
-                                                                           const std::string&) {
+  const std::string out = directory_ / "out";
+  auto begun =
+      std::make_shared<std::chrono::steady_clock::time_point>();  // when its folder is there
+  options.while_running = [sent, begun, out](pid_t child, const std::string&) {
     const auto now = std::chrono::steady_clock::now();
-    if (*sent != std::chrono::steady_clock::time_point() ||
-        now - start < std::chrono::milliseconds(700)) {
-      return;
-    }
+    const std::chrono::steady_clock::time_point never;
+    if (*begun == never && std::filesystem::exists(out)) *begun = now;
+    if (*begun == never || *sent != never || now - *begun < std::chrono::milliseconds(700)) return;
     *sent = now;
     ::kill(child, SIGTERM);
   };
   const ProgramResult result = planarMap(
-      {"run", config("single_pcd.yaml"), "-i", cloud, "-i", cloud, "-o", directory_ / "out", "-q"},
-      options);
+      {"run", config("single_pcd.yaml"), "-i", cloud, "-i", cloud, "-o", out, "-q"}, options);
   const std::chrono::duration<double> obeyed = std::chrono::steady_clock::now() - *sent;
   EXPECT_EQ(130, result.exit_code) << result.err;
   EXPECT_LT(obeyed.count(), 2.0);  // a second, and what other programs take
