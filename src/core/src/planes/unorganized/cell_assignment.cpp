@@ -91,7 +91,7 @@ CellCandidates candidatesOfCells(const PointCells& grid, const SurfaceLeaves& su
     const Plane& plane = planes[static_cast<std::size_t>(k)].plane;
     const double half_cell = 0.5 * grid.side * plane.normal.lpNorm<1>();
     const double here = plane.signedDistance(grid.centre(cell));
-    const double reach = half_cell + band.at(grid.centre(cell).z());
+    const double reach = half_cell + 2.0 * band.at(grid.centre(cell).z());
     const Vector3 step = grid.side * plane.normal;
     const CellKey key = grid.table.key(cell);
     for (int dz = -1; dz <= 1; ++dz) {

@@ -26,6 +26,9 @@ constexpr double kShareInCompanyIfDense = 0.75;
 constexpr double kSameTurn = 0.35;
 constexpr double kSureOfNormal = 2.0;
 constexpr double kLeastAgreement = 0.65;
+// Points in such cells are more than those beside the plane, by this share of all on it: the flat
+// crests of cloth agree with a plane, the rest of the cloth crosses it.
+constexpr double kLeastLead = 0.2;
 // A layer of scatter has this many points in the outer half of the threshold for one in the inner
 // half; a surface with a noise of half the threshold has 0.40.
 constexpr double kLeastShareOutside = 0.5;
@@ -35,12 +38,23 @@ constexpr double kMorePoints = 5.0;
 constexpr double kParallel = 0.09;
 constexpr double kBesideInThresholds = 6.0;
 
-/// Share of the points in the flat cells along each plane whose cell is turned like the plane: all
-/// but the edges of a surface, only some of a cut through clutter.
-std::vector<double> agreementWith(const std::vector<Plane>& planes, const PointCells& grid,
-                                  const SurfaceLeaves& surface, const CellCandidates& candidates,
-                                  const std::vector<LeafPlane>& found) {
-  std::vector<double> agreeing(planes.size(), 0.0), all(planes.size(), 0.0);
+/// Of the points in the flat cells along a plane.
+struct Agreement {
+  double all = 0.0;
+  double agreeing = 0.0;  ///< their cell is turned like the plane
+};
+
+/// All but the edges of a surface agree with a plane, only some of a cut through clutter.
+bool isSurface(const Agreement& agreement, const PlaneEvidence& evidence) {
+  const double beside = evidence.above + evidence.below;
+  return agreement.all > 0.0 && agreement.agreeing >= kLeastAgreement * agreement.all &&
+         agreement.agreeing - beside >= kLeastLead * evidence.sums.n;
+}
+
+std::vector<Agreement> agreementWith(const std::vector<Plane>& planes, const PointCells& grid,
+                                     const SurfaceLeaves& surface, const CellCandidates& candidates,
+                                     const std::vector<LeafPlane>& found) {
+  std::vector<Agreement> agreement(planes.size());
   std::vector<std::int32_t> voted_for(surface.leaves.size(), -1);
   for (std::size_t k = 0; k < found.size(); ++k) {
     for (const std::int32_t leaf : found[k].support) {
@@ -61,14 +75,11 @@ std::vector<double> agreementWith(const std::vector<Plane>& planes, const PointC
       if (fine && voted_for[static_cast<std::size_t>(entry.leaf)] != candidate) continue;
       const auto k = static_cast<std::size_t>(candidate);
       if (std::abs(planes[k].signedDistance(leaf.mean)) > leaf.band) continue;
-      all[k] += weight;
-      if (std::abs(leaf.normal.dot(planes[k].normal)) >= cosine) agreeing[k] += weight;
+      agreement[k].all += weight;
+      if (std::abs(leaf.normal.dot(planes[k].normal)) >= cosine) agreement[k].agreeing += weight;
     }
   }
-  for (std::size_t k = 0; k < planes.size(); ++k) {
-    agreeing[k] = all[k] > 0.0 ? agreeing[k] / all[k] : 0.0;
-  }
-  return agreeing;
+  return agreement;
 }
 
 /// Whether a plane is scatter beside a surface: as many points far from it as near, and parallel to
@@ -139,9 +150,9 @@ PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
     good[k] = fit.valid && significant && !layer ? 1 : 0;
     if (fit.valid) planes[k] = fit.plane;
   }
-  const std::vector<double> agreement = agreementWith(planes, grid, surface, candidates, found);
+  const std::vector<Agreement> agreement = agreementWith(planes, grid, surface, candidates, found);
   for (std::size_t k = 0; k < planes.size(); ++k) {
-    if (good[k] != 0 && agreement[k] >= kLeastAgreement) continue;
+    if (good[k] != 0 && isSurface(agreement[k], evidence[k])) continue;
     if (good[k] != 0) ++diagnostics.rejected_not_coherent;
     planes[k] = Plane{Vector3::Zero(), std::numeric_limits<double>::infinity()};
   }
