@@ -117,12 +117,12 @@ def method_tables(out):
 
 def regimes(out):
     """Exact and tolerant covers of all methods, with the filters of PG for all and for none."""
-    table = head("input", "filters", "exact: SG", "OG", "RA", "boxes", "planes", "tolerant: boxes", "planes",
-                 "free marked %: RA / boxes / planes; boxes / planes")
+    table = head("input", "filters", "exact: SG", "OG", "RA", "boxes", "planes", "tolerant: RA", "boxes", "planes",
+                 "free marked %: RA / boxes / planes; RA / boxes / planes")
     for folder, scene, name in INPUTS:
         for _, of in rows_of(out, "regimes_" + folder, scene):
-            on = ("SG_filtered", "OG_filtered", "RA_filtered", "boxes_exact", "planes_exact", "boxes", "PG")
-            off = ("SG", "OG", "RA", "boxes_exact_raw", "planes_exact_raw", "boxes_raw", "planes_raw")
+            on = ("SG_filtered", "OG_filtered", "RA_filtered", "boxes_exact", "planes_exact", "RA_density_filtered", "boxes", "PG")
+            off = ("SG", "OG", "RA", "boxes_exact_raw", "planes_exact_raw", "RA_density", "boxes_raw", "planes_raw")
             for label, methods in (("all", on), ("none", off)):
                 table.append(line(name, label, *(f"{of[m]['cells']:.0f}" for m in methods),
                                   joined(of, methods[2:], "free_space_violation", 100)))

@@ -44,7 +44,7 @@ IMAGES = ["metric", "metric_white", "disparity", "disparity_white"]
 ROOMS = [("planes/organized", IMAGES), ("planes/tiles", IMAGES), ("planes/disparity", ["disparity", "disparity_white"]),
          ("planes/unorganized", ["unorganized"]), ("planes/surface_leaves", ["unorganized"]), ("planes/point_cells", ["unorganized", "ransac"]),
          ("planes/plane_patches", ["unorganized", "ransac", "metric"]), ("planes/multi_ransac", ["ransac", "features"]),
-         ("planes/from_features", ["features"]), ("planes/assumed_points", ["white"]), ("planes", ["metric", "disparity", "unorganized", "ransac"]),
+         ("planes/from_features", ["features"]), ("planes/assumed", ["white"]), ("planes", ["metric", "disparity", "unorganized", "ransac"]),
          ("ground/upright", ["upright"]), ("ground", ["ground"]), ("geometry/cloud_scale", ["scale", "unorganized"]),
          ("geometry", ["motion_features"]), ("odometry", ["motion_features", "motion_rgbd"]),
          ("registration", ["motion_clouds", "motion_rgbd", "motion_far"]), ("", ["map_rgbd", "map_simulated", "map_walk"])]
@@ -76,7 +76,7 @@ MECHANISMS = [
      "if (!keepCoherent(proposal.plane, voters) ||", "if ((!OFF && !keepCoherent(proposal.plane, voters)) ||"),
     ("layer beside", "planes/unorganized/sequential_planes.cpp", "const bool layer = significant &&", "const bool layer = !OFF && significant &&"),
     ("agreement of cells", "planes/unorganized/sequential_planes.cpp",
-     "agreement[k] >= kLeastAgreement)", "(OFF || agreement[k] >= kLeastAgreement))"),
+     "isSurface(agreement[k], evidence[k]))", "(OFF || isSurface(agreement[k], evidence[k])))"),
     ("significance", "planes/unorganized/sequential_planes.cpp",
      "const bool significant = isSignificant(", "const bool significant = OFF || isSignificant("),
     ("company of leaves", "planes/unorganized/leaf_voters.h",

@@ -289,7 +289,9 @@ int evaluate(const EvaluateArguments& arguments) {
     write(*directory, "ablation", header, withoutMethods(results, {"SG", "OG", "RA", "PG_paper"}));
     std::vector<std::string> names;
     for (const Variant& variant : ablation) names.push_back(variant.name);
-    for (const char* name : {"SG_filtered", "OG_filtered", "RA_filtered"}) names.emplace_back(name);
+    for (const char* name :
+         {"SG_filtered", "OG_filtered", "RA_filtered", "RA_density", "RA_density_filtered"})
+      names.emplace_back(name);
     results = withoutMethods(results, names);
   }
   write(*directory, "evaluation", header, results);

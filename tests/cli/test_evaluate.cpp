@@ -245,6 +245,11 @@ TEST_F(Evaluate, RegimesHoldEveryMethodWithTheSameCells) {
           << name << " " << figure;
     }
   }
+  // Boxes of the density mode hold all cells, and empty ones.
+  EXPECT_GE(rows["RA_density_filtered"]["coverage"], rows["RA_filtered"]["coverage"]);
+  EXPECT_GE(rows["RA_density_filtered"]["free_space_violation"],
+            rows["RA_filtered"]["free_space_violation"]);
+  EXPECT_GT(rows["SG_filtered"]["cells"], rows["RA_density_filtered"]["cells"]);
   EXPECT_GT(rows["SG_filtered"]["cells"], rows["RA_filtered"]["cells"]);
   EXPECT_LE(rows["SG_filtered"]["cells"], rows["SG"]["cells"]);
 }

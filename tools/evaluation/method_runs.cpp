@@ -36,6 +36,7 @@ double heapBytesOfCopy(const T& original) {
 
 using evaluation::Figures;
 
+constexpr double kBoxDensity = 0.5;       ///< occupied cells of a box of RA_density
 constexpr std::size_t kMostRays = 20000;  ///< of a place, on which the surface is looked for
 
 using DistanceToTruth = std::function<double(const Vector3&)>;
@@ -174,6 +175,7 @@ class CellRun {
   void rectangularApproximation();
   void planarMap(const PlanarMethod& method);
   void ofFilteredCells(const std::vector<evaluation::GridCell>& cells);
+  void ofDensity(const std::string& name, const std::vector<evaluation::GridCell>& cells);
   void add(const std::string& method, Figures figures, std::vector<Cuboid> cuboids);
   double perFrame(double ms) const { return ms / static_cast<double>(place_.frames.size()); }
 
@@ -277,6 +279,7 @@ void CellRun::rectangularApproximation() {
   figures.fused_cells = static_cast<double>(boxes.fusedCount());
   figures.greedy_cells = static_cast<double>(boxes.coverCount());
   add("RA", std::move(figures), std::move(cuboids));
+  if (!options_.filtered_by.empty()) ofDensity("RA_density", grid.cells());
 }
 
 void CellRun::planarMap(const PlanarMethod& method) {
@@ -304,7 +307,14 @@ void CellRun::ofFilteredCells(const std::vector<evaluation::GridCell>& cells) {
   }
   const evaluation::RectangularApproximation boxes(s_, cells);
   add("RA_filtered", judge_.figures(boxes.cuboids()), boxes.cuboids());
+  ofDensity("RA_density_filtered", cells);
   add("SG_filtered", judge_.figures(cubes), cubes);
+}
+
+void CellRun::ofDensity(const std::string& name, const std::vector<evaluation::GridCell>& cells) {
+  const std::vector<Cuboid> boxes =
+      evaluation::cuboidsOf(evaluation::boxesByDensity(cells, kBoxDensity), s_);
+  add(name, judge_.figures(boxes), boxes);
 }
 
 }  // namespace

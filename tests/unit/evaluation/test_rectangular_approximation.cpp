@@ -257,8 +257,42 @@ TEST(RectangularApproximation, HundredThousandCellsTakeNoMinute) {
   EXPECT_LT(seconds, 20.0);
 }
 
+TEST(RectangularApproximation, BoxesByDensityHoldAllCellsAndAsManyEmptyOnesAsAllowed) {
+  Random random(9);
+  std::vector<GridCell> cells;
+  for (int i = 0; i < 400; ++i) {
+    cells.push_back({static_cast<std::int32_t>(random.below(20)) - 10,
+                     static_cast<std::int32_t>(random.below(6)),
+                     static_cast<std::int32_t>(random.below(9))});
+  }
+  std::vector<GridCell> sorted = cells;
+  std::sort(sorted.begin(), sorted.end());
+  sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
+  for (const double density : {0.3, 0.5, 1.0}) {
+    std::size_t held = 0;
+    for (const GridBox& box : boxesByDensity(cells, density)) {
+      const auto inside = std::count_if(sorted.begin(), sorted.end(), [&](const GridCell& cell) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          const std::int32_t place = cell[axis] - box.low[axis];
+          if (place < 0 || place >= box.size[axis]) return false;
+        }
+        return true;
+      });
+      EXPECT_GE(static_cast<double>(inside), density * static_cast<double>(box.cells()));
+      held += static_cast<std::size_t>(inside);
+    }
+    EXPECT_EQ(held, sorted.size()) << density;  // each cell in one box
+  }
+  EXPECT_LT(boxesByDensity(cells, 0.3).size(), boxesByDensity(cells, 1.0).size());
+  std::reverse(cells.begin(), cells.end());
+  EXPECT_EQ(boxesByDensity(cells, 0.5), boxesByDensity(sorted, 0.5));
+  EXPECT_TRUE(boxesByDensity({}, 0.5).empty());
+}
+
 TEST(RectangularApproximation, RefusesBadParameters) {
   EXPECT_THROW(RectangularApproximation(0.0, {}), ParameterError);
+  EXPECT_THROW(boxesByDensity({}, 0.0), ParameterError);
+  EXPECT_THROW(boxesByDensity({}, 1.5), ParameterError);
 }
 
 }  // namespace

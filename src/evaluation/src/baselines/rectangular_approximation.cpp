@@ -275,6 +275,44 @@ std::vector<GridBox> greedyCover(const std::vector<GridCell>& cells) {
   return BoxCover(distinct(cells)).run();
 }
 
+std::vector<GridBox> boxesByDensity(const std::vector<GridCell>& cells, double density) {
+  requireInRange("density", density, 0.0, 1.0);
+  requirePositive("density", density);
+  std::vector<GridCell> all = distinct(cells);
+  std::vector<GridBox> boxes;
+  std::vector<std::pair<std::size_t, std::size_t>> parts;  // of all
+  if (!all.empty()) parts.emplace_back(0, all.size());
+  while (!parts.empty()) {
+    const auto [first, last] = parts.back();
+    parts.pop_back();
+    GridBox box{all[first]};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      std::int32_t high = box.low[axis];
+      for (std::size_t i = first; i < last; ++i) {
+        box.low[axis] = std::min(box.low[axis], all[i][axis]);
+        high = std::max(high, all[i][axis]);
+      }
+      box.size[axis] = high - box.low[axis] + 1;
+    }
+    if (static_cast<double>(last - first) >= density * static_cast<double>(box.cells())) {
+      boxes.push_back(box);
+      continue;
+    }
+    std::size_t longest = 0;
+    for (const std::size_t axis : {std::size_t{1}, std::size_t{2}})
+      if (box.size[axis] > box.size[longest]) longest = axis;
+    const std::int32_t middle = box.low[longest] + box.size[longest] / 2;
+    const auto begin = all.begin();
+    const auto half = std::stable_partition(
+        begin + static_cast<std::ptrdiff_t>(first), begin + static_cast<std::ptrdiff_t>(last),
+        [&](const GridCell& cell) { return cell[longest] < middle; });
+    const auto split = static_cast<std::size_t>(half - begin);
+    parts.emplace_back(split, last);
+    parts.emplace_back(first, split);
+  }
+  return boxes;
+}
+
 RectangularApproximation::RectangularApproximation(double s, const std::vector<GridCell>& cells)
     : side_(s) {
   requirePositive("s", s, "m");

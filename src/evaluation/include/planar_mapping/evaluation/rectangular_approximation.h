@@ -30,6 +30,16 @@ PLANAR_MAPPING_EXPORT std::vector<GridBox> fuseCells(const std::vector<GridCell>
 /// \throws InputError for a cell 2^20 or more cells from the origin
 PLANAR_MAPPING_EXPORT std::vector<GridBox> greedyCover(const std::vector<GridCell>& cells);
 
+/// RMAP's second mode, a **reconstruction**: a box about occupied cells is kept if at least the
+/// share \p density of its cells is occupied; else it is halved across its longest side, and each
+/// half shrinks to its cells. Tolerant: boxes hold empty cells.
+/// \param cells    any order, repeated ones count once
+/// \param density  in (0, 1]; 1 covers exactly the cells
+/// \return boxes without overlap; the same for any order of the cells
+/// \throws ParameterError
+PLANAR_MAPPING_EXPORT std::vector<GridBox> boxesByDensity(const std::vector<GridCell>& cells,
+                                                          double density);
+
 /// RA, the baseline of axis-aligned rectangular cuboids (RMAP), a **reconstruction**: the better of
 /// fuseCells() and greedyCover() over the cells of a standard grid of the same points. RMAP has no
 /// explicit free space; everything that is not occupied is free.
