@@ -51,6 +51,7 @@ class PLANAR_MAPPING_EXPORT ViewMap {
  public:
   /// An image and its depth. Its features are found when they are first needed.
   class View;
+  class PlacedViews;
   using ViewPtr = std::shared_ptr<View>;
 
   explicit ViewMap(const ViewMapParams& params = ViewMapParams());
@@ -95,8 +96,7 @@ class PLANAR_MAPPING_EXPORT ViewMap {
   void loadState(std::string_view bytes);
 
  private:
-  class Implementation;
-  std::unique_ptr<Implementation> implementation_;
+  std::unique_ptr<PlacedViews> views_;
 };
 
 }  // namespace planar_mapping

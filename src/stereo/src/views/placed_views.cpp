@@ -1,0 +1,214 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "views/placed_views.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "planar_mapping/core/base/error.h"
+
+namespace planar_mapping {
+namespace {
+
+constexpr int kWitnesses = 2;
+constexpr double kMinOverlap = 0.1;  // of the cells
+constexpr double kSameTurn = 8.0;    // cells
+constexpr double kMaxShift = 2.5;    // metres
+
+}  // namespace
+
+void ViewMap::PlacedViews::insert(const ViewPtr& view, const Pose& T_world_sensor) {
+  views_.push_back({view, T_world_sensor});
+  if (views_.size() > static_cast<std::size_t>(params_.max_views)) views_.pop_front();
+}
+
+double ViewMap::PlacedViews::distance(const Pose& a, const Pose& b) {
+  const double turn = Eigen::AngleAxisd(Matrix3(a.linear().transpose() * b.linear())).angle();
+  return (a.translation() - b.translation()).norm() + 4.0 * turn;
+}
+double ViewMap::PlacedViews::shiftToElsewhere(const View& view) const {
+  constexpr double kCells = 5.0;
+  constexpr double kSigmas = 3.0;
+  const double cell = shiftOfACell(view.cells);
+  return kCells * cell + kSigmas * params_.camera.depthError(cell * view.cells.camera.fx);
+}
+
+bool ViewMap::PlacedViews::isSamePlace(const View& view, const Pose& a, const Pose& b) const {
+  const double turn = Eigen::AngleAxisd(Matrix3(a.linear().transpose() * b.linear())).angle();
+  return (a.translation() - b.translation()).norm() < shiftToElsewhere(view) &&
+         turn * view.cells.camera.fx < kSameTurn;
+}
+
+std::vector<const ViewMap::PlacedViews::Placed*> ViewMap::PlacedViews::nearestTo(
+    const Pose& pose) const {
+  std::vector<const Placed*> order;
+  for (auto it = views_.rbegin(); it != views_.rend(); ++it) order.push_back(&*it);
+  std::stable_sort(order.begin(), order.end(), [&](const Placed* a, const Placed* b) {
+    return distance(a->T_world_sensor, pose) < distance(b->T_world_sensor, pose);
+  });
+  return order;
+}
+
+/// The latest two, then those next to the guess.
+std::vector<const ViewMap::PlacedViews::Placed*> ViewMap::PlacedViews::attemptsFor(
+    const Pose& guess) const {
+  std::vector<const Placed*> order;
+  const std::size_t latest = std::min<std::size_t>(2, views_.size());
+  for (std::size_t i = 0; i < latest; ++i) order.push_back(&views_[views_.size() - 1 - i]);
+  for (const Placed* one : nearestTo(guess)) {
+    if (std::find(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(latest), one) ==
+        order.begin() + static_cast<std::ptrdiff_t>(latest)) {
+      order.push_back(one);
+    }
+  }
+  return order;
+}
+
+ViewMap::PlacedViews::Support ViewMap::PlacedViews::supportOf(const View& view,
+                                                              const Pose& T_world_sensor,
+                                                              int step) const {
+  constexpr double kMaxThrough = 0.25;
+  constexpr double kMinAgreeing = 0.5;
+  constexpr double kMinTexture = 0.05;
+  constexpr double kRefused = 0.2;
+  constexpr double kThroughWeight = 2.0;  // what cannot be counts more than what differs
+  Support support;
+  int witnesses = 0;
+  double weights = 0.0;
+  double texture = 0.0;
+  for (const Placed* other : nearestTo(T_world_sensor)) {
+    if (witnesses == kWitnesses) break;
+    const ViewAgreement one =
+        agreementOf(view.cells, other->view->cells,
+                    other->T_world_sensor.inverse() * T_world_sensor, params_.camera, step);
+    const double overlap =
+        static_cast<double>(one.judged) / static_cast<double>(std::max<std::size_t>(1, one.cells));
+    if (overlap < kMinOverlap) continue;
+    ++witnesses;
+    if (one.share(one.through) > kMaxThrough || one.share(one.agreeing) < kMinAgreeing) {
+      support.verdict = PoseVerdict::Refused;
+    }
+    support.correlation += overlap * one.correlation;
+    support.agreeing += overlap * one.share(one.agreeing);
+    support.score += overlap * (one.correlation * one.share(one.agreeing) -
+                                kThroughWeight * one.share(one.through));
+    texture += overlap * one.texture;
+    weights += overlap;
+    support.overlap = std::max(support.overlap, overlap);
+  }
+  if (witnesses == 0) return support;
+  support.score /= weights;
+  support.correlation /= weights;
+  support.agreeing /= weights;
+  if (support.verdict == PoseVerdict::Refused || texture / weights < kMinTexture) return support;
+  support.verdict = PoseVerdict::Doubtful;
+  if (support.correlation < kRefused) support.verdict = PoseVerdict::Refused;
+  if (support.correlation > kConfirmedView) support.verdict = PoseVerdict::Confirmed;
+  return support;
+}
+
+void ViewMap::PlacedViews::climb(const View& view, Hypothesis& hypothesis) const {
+  double turn = 2.0 / view.cells.camera.fx;
+  double shift = 2.0 * shiftOfACell(view.cells);
+  constexpr int kMostRounds = 16;
+  constexpr double kFinest = 0.2;  // cells
+  for (int round = 0; round < kMostRounds && turn * view.cells.camera.fx > kFinest; ++round) {
+    bool better = false;
+    for (int axis = 0; axis < 6; ++axis) {
+      for (const double sign : {-1.0, 1.0}) {
+        Vector6 step = Vector6::Zero();
+        step[axis] = sign * (axis < 3 ? shift : turn);
+        const Pose pose = hypothesis.pose * motionStep(step);
+        const Support support = supportOf(view, pose, kCoarseView);
+        if (support.score <= hypothesis.support.score) continue;
+        hypothesis.pose = pose;
+        hypothesis.support = support;
+        better = true;
+        break;
+      }
+    }
+    if (!better) {
+      turn *= 0.5;
+      shift *= 0.5;
+    }
+  }
+}
+
+std::vector<ViewMap::PlacedViews::Hypothesis> ViewMap::PlacedViews::shiftedOf(
+    const View& view, const Pose& pose, double min_shift) const {
+  std::vector<Hypothesis> best;
+  const double step = shiftOfACell(view.cells);
+  for (const Vector3& axis : openAxes(view.cells)) {
+    for (const double sign : {-1.0, 1.0}) {
+      Hypothesis one;
+      one.support.score = kHopelessView;
+      for (double shift = min_shift; shift <= kMaxShift; shift += step) {
+        Pose shifted = pose;
+        shifted.translation() += sign * shift * (pose.linear() * axis);
+        const Support support = supportOf(view, shifted, 2 * kCoarseView);
+        if (support.score > one.support.score) one = {shifted, support, 0};
+      }
+      if (one.support.score > kHopelessView) best.push_back(one);
+    }
+  }
+  return best;
+}
+
+std::vector<ViewMap::PlacedViews::Hypothesis> ViewMap::PlacedViews::registerTo(
+    View& view, const Pose& guess) const {
+  std::vector<Hypothesis> found;
+  int attempts = 0;
+  for (const Placed* other : attemptsFor(guess)) {
+    if (attempts++ == params_.max_attempts) break;
+    for (Hypothesis& one : registerTo(view, *other, guess)) {
+      one.support = supportOf(view, one.pose, kCoarseView);
+      found.push_back(one);
+    }
+  }
+  return found;
+}
+
+/// Poses that matches of descriptors give: of many wrong matches some agree by chance or because
+/// things repeat, so more than one.
+std::vector<ViewMap::PlacedViews::Hypothesis> ViewMap::PlacedViews::registerTo(
+    View& view, const Placed& other, const Pose& guess) const {
+  constexpr int kMostMotions = 3;
+  view.detect(params_);
+  other.view->detect(params_);
+  detail::DescriptorMatchParams match;
+  match.ratio = 0.85;
+  match.threads = params_.threads;
+  const std::vector<int> found =
+      detail::matchDescriptors(view.descriptors, other.view->descriptors, match);
+  std::vector<FeatureMatch> matches;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    if (found[i] < 0) continue;
+    const FeatureSighting& before = other.view->sightings[static_cast<std::size_t>(found[i])];
+    FeatureMatch one;
+    one.before = backProject(params_.camera, before);
+    one.covariance = positionCovariance(params_.camera, before);
+    one.now = view.sightings[i];
+    matches.push_back(one);
+  }
+  MotionParams motion;
+  motion.min_inliers = 6;
+  motion.min_inlier_share = 0.0;
+  motion.max_iterations = 5000;
+  Random random(params_.seed);
+  const Pose expected = guess.inverse() * other.T_world_sensor;
+  std::vector<Hypothesis> poses;
+  while (poses.size() < kMostMotions) {
+    const MotionEstimate estimate =
+        estimateMotion(matches, params_.camera, motion, random, &expected);
+    if (!estimate.found()) break;
+    poses.push_back({other.T_world_sensor * estimate.T_now_before.inverse(), {}, estimate.inliers});
+    std::vector<FeatureMatch> rest;
+    for (std::size_t i = 0; i < matches.size(); ++i) {
+      if (estimate.is_inlier[i] == 0) rest.push_back(matches[i]);
+    }
+    matches = std::move(rest);
+  }
+  return poses;
+}
+
+}  // namespace planar_mapping

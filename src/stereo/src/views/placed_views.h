@@ -1,0 +1,80 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <vector>
+
+#include "views/view.h"
+
+namespace planar_mapping {
+
+constexpr double kHopelessView = 0.1;   ///< a score that chance gives
+constexpr double kConfirmedView = 0.4;  ///< least correlation of a confirmed pose
+constexpr int kCoarseView = 3;          ///< cells between those compared, where much is compared
+
+/// Earlier views and where they were taken: how well a pose of another view agrees with them.
+class ViewMap::PlacedViews {
+ public:
+  /// What the witnesses, the views next to it, say of a pose.
+  struct Support {
+    PoseVerdict verdict = PoseVerdict::Unknown;
+    double score = 0.0;        ///< mean, by how much they see; at most 1
+    double correlation = 0.0;  ///< likewise
+    double agreeing = 0.0;     ///< likewise
+    double overlap = 0.0;      ///< of the one that sees most
+  };
+  struct Hypothesis {
+    Pose pose;
+    Support support;
+    std::size_t inliers = 0;  ///< features, where it is by them
+  };
+
+  explicit PlacedViews(const ViewMapParams& params) : params_(params) { params.validate(); }
+
+  void insert(const ViewPtr& view, const Pose& T_world_sensor);
+  bool empty() const { return views_.empty(); }
+  /// The view taken next to a pose.
+  const View& nextTo(const Pose& pose) const { return *nearestTo(pose).front()->view; }
+
+  /// \param step  cells between those compared
+  Support supportOf(const View& view, const Pose& T_world_sensor, int step) const;
+  /// To the next maximum of the correlation.
+  void climb(const View& view, Hypothesis& hypothesis) const;
+  /// The best of each side along each axis that is open.
+  std::vector<Hypothesis> shiftedOf(const View& view, const Pose& pose, double min_shift) const;
+  /// Poses by features, from as many views as may be tried.
+  std::vector<Hypothesis> registerTo(View& view, const Pose& guess) const;
+
+  /// What moves the view by more than a few cells and the noise of its depths, metres.
+  double shiftToElsewhere(const View& view) const;
+  /// Whether what is seen moves by few cells between two poses.
+  bool isSamePlace(const View& view, const Pose& a, const Pose& b) const;
+  static double distance(const Pose& a, const Pose& b);
+
+  template <typename Archive>
+  void visitState(Archive& archive) {
+    archive(views_);
+  }
+
+ private:
+  struct Placed {
+    ViewPtr view;
+    Pose T_world_sensor = Pose::Identity();
+    template <typename Archive>
+    void visitState(Archive& archive) {
+      if (!view) view = std::make_shared<View>();
+      archive(*view, T_world_sensor);
+    }
+  };
+
+  std::vector<const Placed*> nearestTo(const Pose& pose) const;
+  std::vector<const Placed*> attemptsFor(const Pose& guess) const;
+  std::vector<Hypothesis> registerTo(View& view, const Placed& other, const Pose& guess) const;
+
+  ViewMapParams params_;
+  std::deque<Placed> views_;
+};
+
+}  // namespace planar_mapping
