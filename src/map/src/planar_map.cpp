@@ -103,12 +103,16 @@ const PlanarMapParams& PlanarMap::params() const {
 namespace detail {
 namespace {
 
-/// Depth up to which the rays of a frame clear space. A stereo camera measures no depth where the
-/// error is an eighth of it, but that it is farther than this.
-double clearRange(const MapData& map, const FrameObservation& frame) {
-  constexpr double kMaxRelativeError = 0.125;
-  if (map.params.max_range > 0.0 || !frame.noise) return map.maxRange();
-  return std::min(map.maxRange(), kMaxRelativeError / frame.noise->depthError(1.0));
+/// What seems free up to a far point of a stereo camera may lie behind what is there.
+Clearing clearingOf(const MapData& map, const FrameObservation& frame) {
+  constexpr double kSigmas = 1.0;
+  constexpr double kSureCells = 4.0;  // of depth error
+  Clearing clearing{static_cast<float>(map.maxRange()), 0.0f, 0.0f};
+  if (!frame.noise) return clearing;
+  const double error = frame.noise->depthError(1.0);
+  clearing.error = static_cast<float>(kSigmas * error);
+  clearing.sure = static_cast<float>(std::sqrt(kSureCells * map.resolution() / error));
+  return clearing;
 }
 
 }  // namespace
@@ -123,7 +127,7 @@ FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
   if (map.params.unknown_space || map.params.miss_factor < 1.0) {
     frame.images =
         detail::makeDepthImages(observation, frame.rotation, frame.sensor, frame.use,
-                                map.params.range_image_step, detail::clearRange(map, observation));
+                                map.params.range_image_step, detail::clearingOf(map, observation));
   }
   // Independent of each other; run in parallel.
   const auto integrateSurfaces = [&] {

@@ -78,13 +78,13 @@ void tilesOfCells(const CellOffsets& offsets, const float* centre, const float* 
 }  // namespace
 
 DepthImage::DepthImage(const PinholeCamera& camera, const Matrix3& rotation,
-                       const Vector3& position, bool shared, double clear_range)
+                       const Vector3& position, bool shared, const Clearing& clearing)
     : camera_(camera),
       inverse_(rotation.transpose()),
       turn_(rotation.transpose().cwiseAbs()),
       position_(position),
       shared_(shared),
-      clear_range_(static_cast<float>(clear_range)),
+      clearing_(clearing),
       shift_(shared ? 0 : kTileShift) {
   Level level;
   level.width = (camera.width + (1 << shift_) - 1) >> shift_;
@@ -130,7 +130,7 @@ void DepthImage::fill(const PointsView& points, const std::vector<std::uint8_t>&
         marked |= marks[i];
       }
       const auto all_pixels = static_cast<float>((end - begin) * (last - first));
-      const float clear = pixels >= kMinMeasured * all_pixels ? std::min(near, clear_range_) : 0.0f;
+      const float clear = pixels >= kMinMeasured * all_pixels ? clearing_.upTo(near) : 0.0f;
       row_of_tiles[t] = {pixels < all_pixels ? 0.0f : near, clear, -far, -clear};
       uses[t] = (marked & 1u) + ((marked >> 1) << 32);
     }
@@ -165,7 +165,7 @@ void DepthImage::add(const Vector3& point) {
   }
   tile[kNearest] = tile[kNearest] > 0.0f ? std::min(tile[kNearest], depth) : depth;
   tile[kFarthest] = std::min(tile[kFarthest], -depth);
-  tile[kClear] = std::min(tile[kNearest], clear_range_);
+  tile[kClear] = clearing_.upTo(tile[kNearest]);
   tile[kClearest] = -tile[kClear];
 }
 
@@ -318,7 +318,7 @@ void DepthImage::bounds(double depth, Vector3& low, Vector3& high) const {
 std::vector<DepthImage> makeDepthImages(const FrameObservation& observation,
                                         const Matrix3& rotation, const Vector3& position,
                                         const std::vector<std::uint8_t>& use, double step,
-                                        double clear_range) {
+                                        const Clearing& clearing) {
   const PointsView& points = observation.points;
   std::vector<DepthImage> images;
   if (points.size == 0) return images;
@@ -328,7 +328,7 @@ std::vector<DepthImage> makeDepthImages(const FrameObservation& observation,
     const bool organized = points.isOrganized();
     camera->width = organized ? static_cast<int>(points.width) : camera->width;
     camera->height = organized ? static_cast<int>(points.height) : camera->height;
-    images.emplace_back(*camera, rotation, position, false, clear_range);
+    images.emplace_back(*camera, rotation, position, false, clearing);
     if (organized) {
       images.back().fill(points, use);
     } else {
@@ -353,7 +353,7 @@ std::vector<DepthImage> makeDepthImages(const FrameObservation& observation,
       axes.col(2) = sign * Vector3::Unit(axis);
       axes.col(0) = Vector3::Unit((axis + 1) % 3);
       axes.col(1) = axes.col(2).cross(axes.col(0));
-      DepthImage image(face, axes, position, true, clear_range);
+      DepthImage image(face, axes, position, true, clearing);
       bool any = false;
       for (std::size_t i = 0; i < points.size; ++i) {
         if (!points.isFinite(i)) continue;

@@ -28,12 +28,27 @@ struct CellOffsets {
   }
 };
 
+/// Up to which depth the ray of a measurement clears space.
+struct Clearing {
+  float range = 0.0f;  ///< metres
+  float error = 0.0f;  ///< what is measured at 1 m may be nearer by so much; it grows with z^2
+  float sure = 0.0f;   ///< metres: up to here the error is no more than points of the map may have
+
+  /// Metres: of a far point less what its error is larger. Beyond half of one over the error all
+  /// that is known is that it is farther.
+  float upTo(float depth) const {
+    if (error > 0.0f) depth = std::min(depth, std::max(0.5f / error, sure));
+    const float beyond = std::max(depth * depth - sure * sure, 0.0f);
+    return std::min(depth - error * beyond, range);
+  }
+};
+
 /// Smallest and largest depth of a pinhole image over rectangles of pixels, by a pyramid.
 ///
 /// What a pixel without a measurement says is nothing: it counts neither as near nor as far.
 ///
 /// The lowest tiles also have the depth up to which they are *clear*: rays passed there. It is that
-/// of the nearest measurement; 0 where too few pixels have one.
+/// of the nearest measurement less its error; 0 where too few pixels have one.
 class DepthImage {
  public:
   /// What the image says about a box in front of the camera.
@@ -51,9 +66,8 @@ class DepthImage {
   /// \param camera   of the image
   /// \param rotation camera to world, \param position of the camera in the world
   /// \param shared   one of several images side by side, each responsible for its own quadrant
-  /// \param clear_range  depth beyond which nothing is clear, metres
   DepthImage(const PinholeCamera& camera, const Matrix3& rotation, const Vector3& position,
-             bool shared, double clear_range);
+             bool shared, const Clearing& clearing);
 
   /// Depths of an organized cloud in the camera's own frame, and which of them went into the map.
   /// \param use one byte per point, 0 = not mapped; empty = all are
@@ -137,7 +151,7 @@ class DepthImage {
   Vector3 position_;
   bool shared_;
   bool is_sparse_ = true;
-  float clear_range_;
+  Clearing clearing_;
   int shift_;  ///< log2 of the side of the tiles of the lowest level, pixels
   /// Tiles above and left of each corner that hold a measurement that went into the map and, in
   /// the upper half, one that did not.
@@ -168,11 +182,11 @@ void DepthImage::forEachRay(Visit&& visit) const {
 
 /// The images that cells are tested against: one of the camera's, or for a cloud without a camera
 /// the six faces of a cube around the sensor, along the world's axes. \param use see
-/// DepthImage::fill(), \param clear_range see DepthImage()
+/// DepthImage::fill()
 std::vector<DepthImage> makeDepthImages(const FrameObservation& observation,
                                         const Matrix3& rotation, const Vector3& position,
                                         const std::vector<std::uint8_t>& use, double step,
-                                        double clear_range);
+                                        const Clearing& clearing);
 
 /// Pinhole model that explains an organized cloud to a fraction of a pixel, if there is one.
 std::optional<PinholeCamera> estimateCamera(const PointsView& points);

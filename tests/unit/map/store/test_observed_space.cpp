@@ -103,6 +103,29 @@ TEST(ObservedSpace, ReachesBeyondThePointsThatAreMapped) {
   expectSeenFromTheOrigin(map);
 }
 
+/// What seems to be free may lie behind a wall that seems too far away.
+TEST(ObservedSpace, EndsBeforeFarPointsOfAStereoCameraByTheirError) {
+  const auto mapWith = [](double disparity_error) {
+    const View view = Hall().view();
+    FrameObservation frame = view.frame();
+    frame.noise = StereoNoise{0.12, 500.0, disparity_error};
+    PlanarMap map;
+    map.insert(frame);
+    return map;
+  };
+  // 4 cells of error at 6.9 m, 1.2 m at the end of the hall: 0.8 m more.
+  const PlanarMap map = mapWith(0.5);
+  EXPECT_TRUE(map.isFree({0.05, 3.85, 0.05}));  // a near wall clears all before it
+  EXPECT_TRUE(map.isFree({2.05, 6.05, 0.05}));
+  EXPECT_TRUE(map.isFree({4.05, 11.05, 3.05}));
+  EXPECT_FALSE(map.isFree({4.05, 11.35, 3.05}));
+  EXPECT_TRUE(mapWith(0.0001).isFree({4.05, 11.35, 3.05}));
+  // No more is known of what has an error of half its depth than of nearer points.
+  const PlanarMap rough = mapWith(3.0);
+  EXPECT_TRUE(rough.isFree({2.05, 5.25, 0.05}));
+  EXPECT_FALSE(rough.isFree({4.05, 8.05, 3.05}));
+}
+
 TEST(ObservedSpace, IsNotAlongPixelsWithoutAMeasurement) {
   // The right half of the image, and of the left one a stripe of 12 pixels, measure nothing.
   View view = Hall().view();

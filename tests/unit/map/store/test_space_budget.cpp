@@ -63,10 +63,10 @@ Cells freeOf(const UnknownSpace& space) {
 double integrate(const FrameObservation& observation, const SpaceBudget& of_image,
                  UnknownSpace& space) {
   const detail::Frame frame = detail::makeFrame(observation);
-  constexpr double kRange = 100.0;
+  constexpr float kRange = 100.0f;
   double range = std::numeric_limits<double>::infinity();
   for (const detail::DepthImage& image : detail::makeDepthImages(
-           observation, frame.rotation, frame.sensor, frame.use, 0.0087, kRange)) {
+           observation, frame.rotation, frame.sensor, frame.use, 0.0087, {kRange, 0.0f, 0.0f})) {
     SpaceBudget budget = of_image;
     space.integrate(image, kCell, kRange, budget);
     range = std::min(range, budget.range);
