@@ -14,8 +14,7 @@
 #include "input_file.h"
 #include "planar_mapping/core/base/error.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 constexpr std::size_t kBufferSize = std::size_t{1} << 18;
@@ -163,5 +162,4 @@ void readFile(const std::string& path, const ByteSink& sink) {
   }
 }
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

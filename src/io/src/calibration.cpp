@@ -13,8 +13,7 @@
 #include "planar_mapping/io/atomic_file.h"
 #include "text_lines.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 constexpr std::size_t kLargestFile = std::size_t{1} << 20;
@@ -237,5 +236,4 @@ std::string toYaml(const Calibration& calibration) {
   return text;
 }
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

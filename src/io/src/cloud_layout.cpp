@@ -9,8 +9,7 @@
 
 #include "planar_mapping/core/base/error.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 constexpr std::uint64_t kLargestRecord = std::uint64_t{1} << 28;
@@ -315,5 +314,4 @@ void CloudFiller::fillLines(CloudData& cloud, LineReader& lines) const {
                              " points, but holds " + std::to_string(point));
 }
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

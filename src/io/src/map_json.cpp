@@ -10,8 +10,7 @@
 #include "planar_mapping/io/map_file.h"
 #include "text_lines.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 /// The text is handed on in parts of about so many bytes.
@@ -135,5 +134,4 @@ PlanarMap loadMap(const std::string& path) {
   }
 }
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

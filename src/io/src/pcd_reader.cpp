@@ -15,8 +15,7 @@
 #include "planar_mapping/core/base/error.h"
 #include "text_lines.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 struct PcdHeader {
@@ -275,5 +274,4 @@ CloudFileInfo readPcdInfo(const std::string& path) {
   return info;
 }
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

@@ -7,8 +7,7 @@
 #include "planar_mapping/io/cloud_file.h"
 #include "text_lines.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 constexpr std::size_t kRecordsABlock = 8192;
@@ -112,5 +111,4 @@ void writePcd(const std::string& path, const CloudData& cloud, PcdEncoding encod
   file.commit();
 }
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

@@ -9,8 +9,7 @@
 #include "planar_mapping/core/base/error.h"
 #include "text_lines.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 constexpr std::size_t kLongestLine = 4096;
@@ -114,5 +113,4 @@ void writeTumPoses(const std::string& path, const std::vector<StampedPose>& pose
   writeFileAtomically(path, toTum(poses), overwrite);
 }
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

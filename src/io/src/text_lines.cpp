@@ -12,8 +12,7 @@
 
 #include "planar_mapping/core/base/error.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 constexpr std::size_t kBlock = std::size_t{1} << 18;
@@ -122,5 +121,4 @@ std::string quoted(std::string_view word) {
   return text + "'";
 }
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

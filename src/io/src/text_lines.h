@@ -14,8 +14,7 @@
 #include "input_file.h"
 #include "planar_mapping/core/base/types.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 
 /// Shortest text that reads back as the same value; std::to_chars knows no locale.
 template <typename Number>
@@ -85,5 +84,4 @@ std::optional<Matrix3> rotationOf(const Matrix3& R);
 /// \p word fit for an error message: printable and not long.
 std::string quoted(std::string_view word);
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

@@ -11,8 +11,7 @@
 #include "planar_mapping/core/base/types.h"
 #include "planar_mapping/evaluation/grid_cell.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 /// Calls visit(x, y, z) for the cells of side \p s that the straight way from \p origin to \p end
@@ -185,5 +184,4 @@ std::vector<Cuboid> cuboidsOf(const std::vector<GridBox>& boxes, double s) {
   return cuboids;
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -7,8 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -273,5 +272,4 @@ std::string toMarkdown(const ReportHeader& header, const std::vector<PlaceResult
   return markdown;
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

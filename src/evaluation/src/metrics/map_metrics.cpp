@@ -10,8 +10,7 @@
 
 #include "planar_mapping/core/base/error.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 constexpr double kPartsPerCell = 4.0;  ///< along each axis, of the mapping error
@@ -310,5 +309,4 @@ double freeSpaceViolation(const CuboidDistance& index, const CrossedSpace& cross
   return static_cast<double>(marked) / static_cast<double>(crossed.cells());
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -7,8 +7,7 @@
 
 #include "planar_mapping/core/base/error.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 constexpr double kSeenSide = 0.01;  ///< metres; seen surface is thinned to cubes of this side
@@ -156,5 +155,4 @@ std::vector<VisibleCell> SurfaceTruth::visibleCells(double s) const {
   return cells;
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -5,8 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -129,5 +128,4 @@ void SceneBuilder::person(double x, double y) {
   sphere("person_head", Vector3(0, 0, 1.57), 0.26, skin);
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -7,8 +7,7 @@
 
 #include "planar_mapping/evaluation/scene.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 
 /// Puts solids into a scene. Places of furniture are given in a frame of their own (x to the
 /// right, y to the back, z up) that stands somewhere on the ground, turned by a yaw.
@@ -57,5 +56,4 @@ void buildOutdoor(SceneBuilder& builder);
 void buildRooms(SceneBuilder& builder);
 void buildWhite(SceneBuilder& builder);
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

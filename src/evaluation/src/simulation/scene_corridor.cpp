@@ -7,8 +7,7 @@
 #include "planar_mapping/core/base/detail/random.h"
 #include "simulation/scene_builder.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -210,5 +209,4 @@ void buildCorridor(SceneBuilder& b) {
   addMovingThings(b);
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -6,8 +6,7 @@
 
 #include "simulation/scene_builder.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -113,5 +112,4 @@ void buildOutdoor(SceneBuilder& b) {
   addMovedThings(b);
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

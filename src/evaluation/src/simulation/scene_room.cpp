@@ -5,8 +5,7 @@
 
 #include "simulation/scene_builder.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -159,5 +158,4 @@ void buildRoom(SceneBuilder& b) {
   b.onlyIn(3, 0, std::max(1, b.params.frames / 2) - 1);
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -5,8 +5,7 @@
 
 #include "simulation/scene_builder.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 const Material kWall{0xD9D2C3, Pattern::Speckles, 0.8, 0.4};
@@ -101,5 +100,4 @@ void buildRooms(SceneBuilder& b) {
   b.onlyIn(3, 0, std::max(1, b.params.frames / 4) - 1);
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -6,8 +6,7 @@
 #include "planar_mapping/core/base/detail/random.h"
 #include "simulation/scene_builder.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -101,5 +100,4 @@ void buildWhite(SceneBuilder& b) {
   b.onlyIn(3, 0, std::max(1, b.params.frames / 2) - 1);
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

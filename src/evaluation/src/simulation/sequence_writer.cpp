@@ -13,8 +13,7 @@
 #include "planar_mapping/io/image_file.h"
 #include "planar_mapping/io/pose_file.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 namespace fs = std::filesystem;
@@ -103,5 +102,4 @@ void writeSequence(const Simulation& simulation, const std::string& directory, b
   if (images && clouds) io::writeTumPoses(cloud_folder + "/poses.txt", poses, mode);
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -13,8 +13,7 @@
 #include "planar_mapping/io/map_file.h"
 #include "planar_mapping/io/map_json.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 struct Format {
@@ -143,5 +142,4 @@ void exportMap(const PlanarMap& map, const std::string& path, const ExportOption
   writeFiles(exportedFiles(path), contents, options.overwrite);
 }
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

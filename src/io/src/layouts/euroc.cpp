@@ -12,9 +12,7 @@
 
 // EuRoC MAV in the ASL format: mav0/camN/{sensor.yaml,data.csv,data/}, the pose of the body in
 // mav0/state_groundtruth_estimate0 or mav0/vicon0.
-namespace planar_mapping {
-namespace io {
-namespace layouts {
+namespace planar_mapping::io::layouts {
 namespace {
 
 /// A sensor.yaml. \throws IoError naming the file and the key
@@ -205,6 +203,4 @@ Description readEuroc(const std::string& folder, const SequenceOptions& options)
   return description;
 }
 
-}  // namespace layouts
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io::layouts

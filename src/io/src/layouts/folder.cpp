@@ -10,9 +10,7 @@
 #include "planar_mapping/io/cloud_file.h"
 #include "text_lines.h"
 
-namespace planar_mapping {
-namespace io {
-namespace layouts {
+namespace planar_mapping::io::layouts {
 namespace {
 
 namespace fs = std::filesystem;
@@ -130,6 +128,4 @@ void finiteNumbers(const std::vector<std::string_view>& words, std::size_t first
   for (std::size_t i = 0; i < count; ++i) values[i] = finiteNumber(words[first + i], path, line);
 }
 
-}  // namespace layouts
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io::layouts

@@ -9,9 +9,7 @@
 
 // TUM RGB-D: rgb.txt and depth.txt list `timestamp file`, or associations.txt pairs of both;
 // groundtruth.txt has poses of its own times.
-namespace planar_mapping {
-namespace io {
-namespace layouts {
+namespace planar_mapping::io::layouts {
 namespace {
 
 std::string fileOfLine(const std::string& folder, std::string_view word, const std::string& list,
@@ -132,6 +130,4 @@ Description readTum(const std::string& folder, const SequenceOptions& options) {
   return description;
 }
 
-}  // namespace layouts
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io::layouts

@@ -10,8 +10,7 @@
 
 #include "planar_mapping/core/base/export.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 
 /// Figures of merit of one method at one place, absent where they have no meaning (METHOD: IV-B).
 struct Figures {
@@ -113,5 +112,4 @@ PLANAR_MAPPING_EXPORT std::string toCsv(const ReportHeader& header,
 PLANAR_MAPPING_EXPORT std::string toMarkdown(const ReportHeader& header,
                                              const std::vector<PlaceResult>& results);
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

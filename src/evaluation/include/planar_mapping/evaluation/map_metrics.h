@@ -12,8 +12,7 @@
 #include "planar_mapping/evaluation/detail/cell_table.h"
 #include "planar_mapping/evaluation/surface_truth.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 
 // Figures of merit (the paper, IV-B; METHOD 9). Each takes what a method marks as occupied as a
 // list of cuboids, whatever the method is. World frame, metres; s is the side of a standard cell.
@@ -127,5 +126,4 @@ class PLANAR_MAPPING_EXPORT CrossedSpace {
 PLANAR_MAPPING_EXPORT double freeSpaceViolation(const CuboidDistance& index,
                                                 const CrossedSpace& crossed);
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

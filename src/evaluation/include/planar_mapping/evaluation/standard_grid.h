@@ -11,8 +11,7 @@
 #include "planar_mapping/evaluation/detail/cell_table.h"
 #include "planar_mapping/evaluation/grid_cell.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 
 /// SG, the baseline every figure of merit refers to: a hash grid of cubic cells. Its number of
 /// cells is A_S of the combination efficiency (the paper, IV-B).
@@ -68,5 +67,4 @@ class PLANAR_MAPPING_EXPORT StandardGrid {
   std::size_t dropped_ = 0;
 };
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

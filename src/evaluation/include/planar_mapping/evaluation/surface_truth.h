@@ -14,8 +14,7 @@
 #include "planar_mapping/evaluation/ray_caster.h"
 #include "planar_mapping/evaluation/scene.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 
 /// What of the true surface counts as visible.
 struct PLANAR_MAPPING_EXPORT VisibleSurfaceParams {
@@ -82,5 +81,4 @@ class PLANAR_MAPPING_EXPORT SurfaceTruth {
   detail::CellTable<Seen> seen_;  ///< by cubic centimetre
 };
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -11,8 +11,7 @@
 
 #include "planar_mapping/core/base/export.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 
 /// Takes the parts of a file, one after the other.
 using ByteSink = std::function<void(std::string_view)>;
@@ -79,5 +78,4 @@ PLANAR_MAPPING_EXPORT std::vector<std::uint8_t> readWholeFile(
 /// The same, part by part. \throws IoError
 PLANAR_MAPPING_EXPORT void readFile(const std::string& path, const ByteSink& sink);
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

@@ -11,8 +11,7 @@
 #include "planar_mapping/core/base/types.h"
 #include "planar_mapping/io/atomic_file.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 
 /// A cloud as a file holds it: points in the sensor's frame, metres, row major when organized.
 ///
@@ -92,5 +91,4 @@ PLANAR_MAPPING_EXPORT void writePcd(const std::string& path, const CloudData& cl
                                     PcdEncoding encoding = PcdEncoding::Binary,
                                     Overwrite overwrite = Overwrite::Refuse);
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

@@ -8,8 +8,7 @@
 #include "planar_mapping/io/atomic_file.h"
 #include "planar_mapping/map/planar_map.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 
 /// The cuboids of a map as readable JSON, a cuboid a line; in the axes of the map:
 /// `{"format", "version", "frame_id", "up", "unit", "resolution_m", "frames", "planes": [...],
@@ -34,5 +33,4 @@ PLANAR_MAPPING_EXPORT void saveMapJson(const PlanarMap& map, const std::string& 
                                        Overwrite overwrite = Overwrite::Refuse,
                                        const std::string& frame_id = "map");
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

@@ -10,9 +10,7 @@
 
 #include "planar_mapping/core/base/types.h"
 
-namespace planar_mapping {
-namespace evaluation {
-namespace detail {
+namespace planar_mapping::evaluation::detail {
 
 /// Bits it takes to tell \p values different values apart.
 inline int bitsFor(double values) {
@@ -133,6 +131,4 @@ class CellTable {
   std::size_t last_ = 0;  ///< slot; neighbouring points are mostly in the same cell
 };
 
-}  // namespace detail
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation::detail
