@@ -233,9 +233,7 @@ class VoxelGridStage : public Stage {
 
 }  // namespace
 
-namespace detail {
-
-void addPclFilters(StageTable& table) {
+void detail::addPclFilters(StageTable& table) {
   table.add<VoxelGridStage>();
   table.add<PassThroughStage>();
   table.add<CropBoxStage>();
@@ -243,5 +241,4 @@ void addPclFilters(StageTable& table) {
   table.add<RadiusOutlierRemovalStage>();
 }
 
-}  // namespace detail
 }  // namespace planar_mapping
