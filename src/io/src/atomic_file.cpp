@@ -154,6 +154,11 @@ std::vector<std::uint8_t> readWholeFile(const std::string& path, std::size_t lar
   return bytes;
 }
 
+std::string readWholeText(const std::string& path, std::size_t largest_size) {
+  const std::vector<std::uint8_t> bytes = readWholeFile(path, largest_size);
+  return {bytes.begin(), bytes.end()};
+}
+
 void readFile(const std::string& path, const ByteSink& sink) {
   InputFile file(path);
   std::vector<char> part(kBufferSize);

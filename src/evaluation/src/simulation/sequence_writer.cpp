@@ -50,8 +50,7 @@ void writeCloud(const SimulatedFrame& frame, const std::string& directory, io::O
   cloud.colors = frame.truth.colors;
   cloud.labels = frame.labels;
   cloud.T_world_sensor = frame.T_world_camera;
-  io::writePcd(directory + "/clouds/" + frameName(frame.index, "pcd"), cloud,
-               io::PcdEncoding::Binary, mode);
+  io::writePcd(directory + "/clouds/" + frameName(frame.index, "pcd"), cloud, mode);
 }
 
 void writeImages(const SimulatedFrame& frame, const std::string& directory, io::Overwrite mode) {
