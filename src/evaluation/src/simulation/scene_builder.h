@@ -44,8 +44,9 @@ struct SceneBuilder {
   void followRound(double length, const std::function<void(double s)>& look);
   /// The last added \p count objects are there from frame \p first to frame \p last only.
   void onlyIn(std::size_t count, int first, int last);
-  /// A person of 1.7 m standing at x, y of the world.
-  void person(double x, double y);
+  /// A person of 1.7 m who stands at x, y of the world and leaves before frame \p leaves, but not
+  /// before the second; nobody unless the parameters ask for what moves.
+  void person(double x, double y, int leaves);
   /// The first frame for which \p passed holds; \p share of the frames if there is none.
   int frameWhen(const std::function<bool(const Vector3& camera)>& passed, double share) const;
 };
