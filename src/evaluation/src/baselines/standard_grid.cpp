@@ -52,17 +52,6 @@ constexpr float kMissLogOdds = 0.405f;
 constexpr float kMostLogOdds = 3.5f;
 constexpr std::size_t kHeaderBytes = 36;
 
-std::uint64_t keyOf(const GridCell& cell) {
-  return detail::packCell(cell.x, cell.y, cell.z);
-}
-
-bool isOnLattice(const GridCell& cell) {
-  const auto fits = [](std::int32_t v) {
-    return v >= -detail::kCellLimit && v < detail::kCellLimit;
-  };
-  return fits(cell.x) && fits(cell.y) && fits(cell.z);
-}
-
 }  // namespace
 
 StandardGrid::StandardGrid(double s, int min_points) : side_(s) {
@@ -71,15 +60,11 @@ StandardGrid::StandardGrid(double s, int min_points) : side_(s) {
   min_points_ = static_cast<std::uint32_t>(min_points);
 }
 
-StandardGrid::PointCount StandardGrid::count(const std::vector<Vector3>& points) {
+StandardGrid::PointCount StandardGrid::count(const std::vector<Vector3>& points) const {
   PointCount points_of_cell;
   for (const Vector3& point : points) {
     std::uint64_t key = 0;
-    if (detail::cellKeyOf(point, side_, key)) {
-      ++points_of_cell[key];
-    } else {
-      ++dropped_;
-    }
+    if (detail::cellKeyOf(point, side_, key)) ++points_of_cell[key];
   }
   return points_of_cell;
 }
@@ -130,20 +115,12 @@ std::vector<GridCell> StandardGrid::cells() const {
   std::sort(keys.begin(), keys.end());
   std::vector<GridCell> cells;
   cells.reserve(keys.size());
-  for (const std::uint64_t key : keys) {
-    cells.push_back(
-        {detail::unpackCell(key, 0), detail::unpackCell(key, 1), detail::unpackCell(key, 2)});
-  }
+  for (const std::uint64_t key : keys) cells.push_back(detail::cellOf(key));
   return cells;
 }
 
 std::vector<Cuboid> StandardGrid::cuboids() const {
   return cuboidsOf(cells(), side_);
-}
-
-double StandardGrid::occupancy(const GridCell& cell) const {
-  const float* log_odds = isOnLattice(cell) ? log_odds_.find(keyOf(cell)) : nullptr;
-  return log_odds == nullptr ? 0.5 : 1.0 / (1.0 + std::exp(-static_cast<double>(*log_odds)));
 }
 
 std::size_t StandardGrid::memoryBytes() const {

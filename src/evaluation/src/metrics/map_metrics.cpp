@@ -212,19 +212,14 @@ HeldBackDistance heldBackDistance(const CuboidDistance& index, const std::vector
   requireInRange("margin", margin, 0.0, std::numeric_limits<double>::max(), "m");
   std::vector<double> distances;
   distances.reserve(points.size());
-  double sum = 0.0;
   std::uint32_t hint = 0;
   for (const Vector3& point : points) {
-    if (!point.allFinite()) continue;
-    distances.push_back(index.distance(point, hint));
-    sum += distances.back();
+    if (point.allFinite()) distances.push_back(index.distance(point, hint));
   }
   HeldBackDistance result;
-  result.points = distances.size();
   if (distances.empty()) return result;
   result.median = nearestRank(distances, 0.5);
   result.percentile_95 = nearestRank(distances, 0.95);
-  result.mean = sum / static_cast<double>(distances.size());
   const auto shareWithin = [&distances](double most) {
     const auto within = std::count_if(distances.begin(), distances.end(),
                                       [most](double distance) { return distance <= most; });

@@ -108,6 +108,8 @@ PLANAR_MAPPING_EXPORT std::string toJson(const ReportHeader& header,
 /// lines that start with #.
 PLANAR_MAPPING_EXPORT std::string toCsv(const ReportHeader& header,
                                         const std::vector<PlaceResult>& results);
+/// A field of a CSV file, in quotes where it needs them.
+PLANAR_MAPPING_EXPORT std::string quotedForCsv(const std::string& field);
 /// Tables for people, one for each input.
 PLANAR_MAPPING_EXPORT std::string toMarkdown(const ReportHeader& header,
                                              const std::vector<PlaceResult>& results);
