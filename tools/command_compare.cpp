@@ -73,7 +73,7 @@ void addCompareCommand(CLI::App& app, int& exit_code) {
     } else {
       print(a, b, difference);
     }
-    exit_code = difference.share() > arguments->threshold ? kOverThreshold : kDone;
+    if (difference.share() > arguments->threshold) exit_code = kOverThreshold;
   });
 }
 

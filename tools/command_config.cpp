@@ -42,7 +42,7 @@ std::string effective(const std::string& path, StageTable& table,
 
 }  // namespace
 
-void addConfigCommand(CLI::App& app, int& exit_code) {
+void addConfigCommand(CLI::App& app, int&) {
   struct Arguments {
     bool defaults = false;
     std::string explain;
@@ -62,10 +62,9 @@ void addConfigCommand(CLI::App& app, int& exit_code) {
       ->allow_extra_args(false);
   command->add_option("--profile", arguments->profile, "paper or compact")
       ->check(CLI::IsMember({"paper", "compact"}));
-  command->callback([arguments, &exit_code]() {
+  command->callback([arguments]() {
     StageTable table;
     registerBuiltinStages(table);
-    exit_code = kDone;
     if (!arguments->profile.empty()) arguments->overrides.profile = arguments->profile;
     if (arguments->defaults) {
       std::cout << defaultsYaml(table,

@@ -71,7 +71,7 @@ void convert(Arguments arguments) {
 
 }  // namespace
 
-void addConvertCommand(CLI::App& app, int& exit_code) {
+void addConvertCommand(CLI::App& app, int&) {
   auto* command = app.add_subcommand("convert", "A map as a file for other programs");
   const auto arguments = std::make_shared<Arguments>();
   io::ExportOptions& options = arguments->options;
@@ -99,10 +99,7 @@ void addConvertCommand(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_flag("--force", arguments->force, "Overwrite files that exist");
   command->footer(formatTable());
-  command->callback([arguments, &exit_code]() {
-    convert(*arguments);
-    exit_code = kDone;
-  });
+  command->callback([arguments]() { convert(*arguments); });
 }
 
 }  // namespace planar_mapping::tools

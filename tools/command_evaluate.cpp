@@ -55,8 +55,6 @@ std::vector<std::pair<std::string, std::string>> machineFacts() {
           {"vtk", PLANAR_MAPPING_VTK_VERSION}};
 }
 
-constexpr double kRadiansPerDegree = 0.017453292519943295;
-
 struct EvaluateArguments : FrameArguments {
   std::string output;
   std::vector<double> cells = {0.05, 0.1, 0.2, 0.3, 0.4, 0.5};

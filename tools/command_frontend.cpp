@@ -50,9 +50,7 @@ int run(const FrontendArguments& arguments) {
   options.stop = &stopOnSignal();
   options.say = [](const std::string& text) { std::cerr << "planar_map: " << text << std::endl; };
   if (!arguments.quiet && isatty(STDERR_FILENO) == 1) {
-    options.progress = [](std::uint64_t done, std::uint64_t all) {
-      std::cerr << "\rframe " << done << " of " << all << (done == all ? "\n" : "") << std::flush;
-    };
+    options.progress = countFrames;
   }
   const FrontEndInput input = {arguments.inputs, arguments.poses, arguments.threads,
                                arguments.calibration};

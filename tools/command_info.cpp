@@ -126,7 +126,7 @@ void printFlat(const Json& json, const std::string& prefix) {
 
 }  // namespace
 
-void addInfoCommand(CLI::App& app, int& exit_code) {
+void addInfoCommand(CLI::App& app, int&) {
   struct Arguments {
     std::string file;
     bool json = false;
@@ -136,14 +136,13 @@ void addInfoCommand(CLI::App& app, int& exit_code) {
   command->add_option("file", arguments->file, "Map, PCD or PLY file, or sequence folder")
       ->required();
   command->add_flag("--json", arguments->json, "For machines");
-  command->callback([arguments, &exit_code]() {
+  command->callback([arguments]() {
     const Json info = infoOf(arguments->file);
     if (arguments->json) {
       std::cout << info.dump(2) << '\n';
     } else {
       printFlat(info, "");
     }
-    exit_code = kDone;
   });
 }
 

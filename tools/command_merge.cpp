@@ -85,7 +85,7 @@ void merge(const Arguments& arguments) {
 
 }  // namespace
 
-void addMergeCommand(CLI::App& app, int& exit_code) {
+void addMergeCommand(CLI::App& app, int&) {
   auto* command = app.add_subcommand("merge", "Several maps to one");
   const auto arguments = std::make_shared<Arguments>();
   command->add_option("maps", arguments->maps, "Maps (*.pmap) of the same resolution and profile")
@@ -94,10 +94,7 @@ void addMergeCommand(CLI::App& app, int& exit_code) {
   command->add_option("--poses", arguments->poses,
                       "Where each map lies (TUM: timestamp tx ty tz qx qy qz qw), a line a map");
   command->add_flag("--force", arguments->force, "Overwrite a file that exists");
-  command->callback([arguments, &exit_code]() {
-    merge(*arguments);
-    exit_code = kDone;
-  });
+  command->callback([arguments]() { merge(*arguments); });
 }
 
 }  // namespace planar_mapping::tools

@@ -131,7 +131,7 @@ void answer(const Arguments& arguments) {
 
 }  // namespace
 
-void addQueryCommand(CLI::App& app, int& exit_code) {
+void addQueryCommand(CLI::App& app, int&) {
   auto* command = app.add_subcommand("query", "Is it free, occupied or unknown there?");
   const auto arguments = std::make_shared<Arguments>();
   command->add_option("map", arguments->map, "Map (*.pmap)")->required();
@@ -148,13 +148,12 @@ void addQueryCommand(CLI::App& app, int& exit_code) {
   command->add_flag("--through-unknown", arguments->through_unknown,
                     "Unknown space does not stop rays");
   command->add_flag("--json", arguments->json, "For machines; of --points only the counts");
-  command->callback([arguments, &exit_code]() {
+  command->callback([arguments]() {
     try {
       answer(*arguments);
     } catch (const ParameterError& error) {  // of a question, not of a configuration
       throw UsageError(error.what());
     }
-    exit_code = kDone;
   });
 }
 

@@ -6,15 +6,13 @@
 #include <map>
 #include <memory>
 
-#include "commands.h"
+#include "frame_command.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/evaluation/simulation.h"
 #include "planar_mapping/pipeline/output.h"
 
 namespace planar_mapping::tools {
 namespace {
-
-constexpr double kRadiansPerDegree = 0.017453292519943295;
 
 enum class Content { Clouds, Images, Both };
 
@@ -94,9 +92,7 @@ void simulate(const SimulateArguments& arguments) {
   const evaluation::Simulation simulation(params);
   const bool show = !arguments.quiet && ::isatty(STDERR_FILENO) == 1;
   const auto progress = [&](std::size_t done) {
-    if (!show) return;
-    std::cerr << "\rframe " << done << " of " << simulation.size()
-              << (done == simulation.size() ? "\n" : "");
+    if (show) countFrames(done, simulation.size());
   };
   try {
     evaluation::writeSequence(simulation, arguments.directory, arguments.force, progress);
@@ -111,13 +107,13 @@ void simulate(const SimulateArguments& arguments) {
 
 }  // namespace
 
-void addSimulateCommand(CLI::App& app, int& exit_code) {
+void addSimulateCommand(CLI::App& app, int&) {
   auto* command =
       app.add_subcommand("simulate", "A stereo sequence of a generated scene with exact truth");
   const auto arguments = std::make_shared<SimulateArguments>();
   arguments->params.threads = 0;
   addOptions(*command, *arguments);
-  command->callback([arguments, &exit_code]() {
+  command->callback([arguments]() {
     evaluation::SimulationParams& params = arguments->params;
     params.yaw = arguments->yaw_deg * kRadiansPerDegree;
     params.clouds = arguments->content != Content::Images;
@@ -133,7 +129,6 @@ void addSimulateCommand(CLI::App& app, int& exit_code) {
     } catch (const ParameterError& error) {
       throw UsageError(error.what());
     }
-    exit_code = kDone;
   });
 }
 

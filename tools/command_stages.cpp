@@ -22,7 +22,7 @@ void printList(const StageTable& table) {
 
 }  // namespace
 
-void addStagesCommand(CLI::App& app, int& exit_code) {
+void addStagesCommand(CLI::App& app, int&) {
   struct Arguments {
     std::string describe;
     std::vector<std::string> plugins;
@@ -33,11 +33,10 @@ void addStagesCommand(CLI::App& app, int& exit_code) {
   command->add_option("--describe", arguments->describe, "One stage with all its parameters");
   command->add_option("--plugin", arguments->plugins, "Shared library with more stages");
   command->add_flag("--markdown", arguments->markdown, "All of them as docs/parameters.md");
-  command->callback([arguments, &exit_code]() {
+  command->callback([arguments]() {
     StageTable table;
     registerBuiltinStages(table);
     for (const std::string& plugin : arguments->plugins) loadPlugin(plugin, table);
-    exit_code = kDone;
     if (arguments->markdown) {
       std::cout << referencePage(table);
     } else if (arguments->describe.empty()) {

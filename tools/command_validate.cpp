@@ -8,7 +8,7 @@
 
 namespace planar_mapping::tools {
 
-void addValidateCommand(CLI::App& app, int& exit_code) {
+void addValidateCommand(CLI::App& app, int&) {
   struct Arguments {
     std::string configuration;
     ConfigurationOverrides overrides;
@@ -22,7 +22,7 @@ void addValidateCommand(CLI::App& app, int& exit_code) {
   command->add_option("--set", arguments->overrides.assignments, "stage.key=value, repeatable")
       ->allow_extra_args(false);
   command->add_flag("-q,--quiet", arguments->quiet, "Say nothing but problems");
-  command->callback([arguments, &exit_code]() {
+  command->callback([arguments]() {
     StageTable table;
     registerBuiltinStages(table);
     const Configuration configuration =
@@ -32,7 +32,6 @@ void addValidateCommand(CLI::App& app, int& exit_code) {
                 << "' is not checked: plugins are loaded by run alone\n";
     }
     if (!arguments->quiet) std::cout << arguments->configuration << ": no problems\n";
-    exit_code = kDone;
   });
 }
 

@@ -35,7 +35,8 @@ class UsageError : public std::runtime_error {
 };
 
 // One function per sub-command, each in command_<name>.cpp. It adds the sub-command to the program;
-// its callback does the work, throws one of our errors, or sets the exit code.
+// its callback does the work and throws one of our errors, or sets the exit code if it is not
+// kDone.
 void addRunCommand(CLI::App& app, int& exit_code);
 void addFrontendCommand(CLI::App& app, int& exit_code);
 void addKeysCommand(CLI::App& app, int& exit_code);
@@ -51,6 +52,8 @@ void addViewCommand(CLI::App& app, int& exit_code);
 void addSnapshotCommand(CLI::App& app, int& exit_code);
 void addSimulateCommand(CLI::App& app, int& exit_code);
 void addEvaluateCommand(CLI::App& app, int& exit_code);
+
+constexpr double kRadiansPerDegree = 0.017453292519943295;
 
 /// Becomes the viewer that was built or installed beside this program, so that its exit code is
 /// ours and planar_map itself needs no VTK. \throws RenderError if there is none

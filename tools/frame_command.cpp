@@ -97,6 +97,10 @@ std::optional<double> secondsLeft(std::size_t done, std::size_t all) {
   return elapsed.count() * static_cast<double>(all - done) / static_cast<double>(done - first_done);
 }
 
+void countFrames(std::size_t done, std::size_t all) {
+  std::cerr << "\rframe " << done << " of " << all << (done == all ? "\n" : "") << std::flush;
+}
+
 void drawBar(std::size_t done, std::size_t all, const std::string& text) {
   constexpr std::size_t kWidth = 30;
   std::string left;

@@ -47,6 +47,9 @@ std::atomic<bool>& stopOnSignal();
 /// call of this process; empty where nothing tells. \param done  of \p all; 0 of all = unknown
 std::optional<double> secondsLeft(std::size_t done, std::size_t all);
 
+/// "frame 3 of 7" on stderr, over and over.
+void countFrames(std::size_t done, std::size_t all);
+
 /// One line on stderr that is drawn over and over. \param all  0 = unknown
 void drawBar(std::size_t done, std::size_t all, const std::string& text);
 

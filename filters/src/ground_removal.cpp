@@ -4,13 +4,6 @@
 
 namespace planar_mapping {
 
-template class GroundRemoval<pcl::PointXYZ>;
-template class GroundRemoval<pcl::PointXYZI>;
-template class GroundRemoval<pcl::PointXYZL>;
-template class GroundRemoval<pcl::PointXYZRGB>;
-template class GroundRemoval<pcl::PointXYZRGBA>;
-template class GroundRemoval<pcl::PointNormal>;
-template class GroundRemoval<pcl::PointXYZRGBNormal>;
-template class GroundRemoval<pcl::PointXYZINormal>;
+PLANAR_MAPPING_FOR_POINT_TYPES(template class, GroundRemoval)
 
 }  // namespace planar_mapping

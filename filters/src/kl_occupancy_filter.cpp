@@ -4,13 +4,6 @@
 
 namespace planar_mapping {
 
-template class KLOccupancyFilter<pcl::PointXYZ>;
-template class KLOccupancyFilter<pcl::PointXYZI>;
-template class KLOccupancyFilter<pcl::PointXYZL>;
-template class KLOccupancyFilter<pcl::PointXYZRGB>;
-template class KLOccupancyFilter<pcl::PointXYZRGBA>;
-template class KLOccupancyFilter<pcl::PointNormal>;
-template class KLOccupancyFilter<pcl::PointXYZRGBNormal>;
-template class KLOccupancyFilter<pcl::PointXYZINormal>;
+PLANAR_MAPPING_FOR_POINT_TYPES(template class, KLOccupancyFilter)
 
 }  // namespace planar_mapping

@@ -4,13 +4,6 @@
 
 namespace planar_mapping {
 
-template class MultiPlaneSACSegmentation<pcl::PointXYZ>;
-template class MultiPlaneSACSegmentation<pcl::PointXYZI>;
-template class MultiPlaneSACSegmentation<pcl::PointXYZL>;
-template class MultiPlaneSACSegmentation<pcl::PointXYZRGB>;
-template class MultiPlaneSACSegmentation<pcl::PointXYZRGBA>;
-template class MultiPlaneSACSegmentation<pcl::PointNormal>;
-template class MultiPlaneSACSegmentation<pcl::PointXYZRGBNormal>;
-template class MultiPlaneSACSegmentation<pcl::PointXYZINormal>;
+PLANAR_MAPPING_FOR_POINT_TYPES(template class, MultiPlaneSACSegmentation)
 
 }  // namespace planar_mapping

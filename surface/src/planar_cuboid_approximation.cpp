@@ -4,13 +4,6 @@
 
 namespace planar_mapping {
 
-template class PlanarCuboidApproximation<pcl::PointXYZ>;
-template class PlanarCuboidApproximation<pcl::PointXYZI>;
-template class PlanarCuboidApproximation<pcl::PointXYZL>;
-template class PlanarCuboidApproximation<pcl::PointXYZRGB>;
-template class PlanarCuboidApproximation<pcl::PointXYZRGBA>;
-template class PlanarCuboidApproximation<pcl::PointNormal>;
-template class PlanarCuboidApproximation<pcl::PointXYZRGBNormal>;
-template class PlanarCuboidApproximation<pcl::PointXYZINormal>;
+PLANAR_MAPPING_FOR_POINT_TYPES(template class, PlanarCuboidApproximation)
 
 }  // namespace planar_mapping

@@ -4,13 +4,6 @@
 
 namespace planar_mapping {
 
-template class PlanarMapping<pcl::PointXYZ>;
-template class PlanarMapping<pcl::PointXYZI>;
-template class PlanarMapping<pcl::PointXYZL>;
-template class PlanarMapping<pcl::PointXYZRGB>;
-template class PlanarMapping<pcl::PointXYZRGBA>;
-template class PlanarMapping<pcl::PointNormal>;
-template class PlanarMapping<pcl::PointXYZRGBNormal>;
-template class PlanarMapping<pcl::PointXYZINormal>;
+PLANAR_MAPPING_FOR_POINT_TYPES(template class, PlanarMapping)
 
 }  // namespace planar_mapping

@@ -84,7 +84,7 @@ TEST_F(Layouts, KittiScansGiveTheMapOfTheSameClouds) {
     cloud.xyz = finite;
     cloud.width = static_cast<std::uint32_t>(finite.size() / 3);
     cloud.height = 1;
-    io::writePcd(file, cloud, io::PcdEncoding::Binary, io::Overwrite::Allow);
+    io::writePcd(file, cloud, io::Overwrite::Allow);
   }
   fs::remove(native + "/calib.yaml");  // the scans have no camera
   expectSameMap(native, "pcd_sequence.yaml", layout_test::toVelodyne(native, directory_ / "kitti"),

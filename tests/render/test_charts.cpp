@@ -47,7 +47,7 @@ Found find(const Image& image, Color color, int from, int to, int bottom) {
   Found found;
   for (int row = 0; row < bottom; ++row) {
     for (int column = from; column < to; ++column) {
-      const Color c = image.at(column, row);
+      const Color c = colorAt(image, column, row);
       const int apart = std::abs(c.red - color.red) + std::abs(c.green - color.green) +
                         std::abs(c.blue - color.blue);
       if (apart > 60) continue;
@@ -133,7 +133,7 @@ TEST_F(Charts, ChartsStandBesideEachOtherAndTheLegendNamesEachSeriesOnce) {
 /// Whether a column has ink between two rows.
 bool hasInk(const Image& image, int column, int from, int to) {
   for (int row = from; row < to; ++row) {
-    const Color c = image.at(column, row);
+    const Color c = colorAt(image, column, row);
     if (c.red + c.green + c.blue < 600) return true;
   }
   return false;
@@ -216,7 +216,7 @@ TEST_F(Artefacts, OnlyWhatIsWrongIsRed) {
     int count = 0;
     for (int row = 0; row < image.height; ++row) {
       for (int column = from; column < to; ++column) {
-        const Color c = image.at(column, row);
+        const Color c = colorAt(image, column, row);
         count += c.red > 90 && c.green < 60 && c.blue < 60 ? 1 : 0;
       }
     }

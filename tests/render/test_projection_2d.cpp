@@ -26,7 +26,7 @@ std::map<std::string, int> count(const Image& image) {
   std::map<std::string, int> pixels;
   for (int row = 0; row < image.height; ++row) {
     for (int column = 0; column < image.width; ++column) {
-      const Color c = image.at(column, row);
+      const Color c = colorAt(image, column, row);
       const int sum = c.red + c.green + c.blue;
       const bool red = c.red > c.green + 60;
       pixels[red ? "path" : sum > 750 ? "free" : sum < 250 ? "occupied" : "unknown"]++;
@@ -85,8 +85,8 @@ TEST(Projection2d, KeepsNorthUp) {
   int upper_right = 0, lower_left = 0;
   for (int row = 0; row < image.height / 2; ++row) {
     for (int column = 0; column < image.width / 2; ++column) {
-      if (image.at(image.width - 1 - column, row).red < 100) ++upper_right;
-      if (image.at(column, image.height - 1 - row).red < 100) ++lower_left;
+      if (colorAt(image, image.width - 1 - column, row).red < 100) ++upper_right;
+      if (colorAt(image, column, image.height - 1 - row).red < 100) ++lower_left;
     }
   }
   EXPECT_EQ(upper_right, 0);
@@ -106,8 +106,8 @@ TEST(Projection2d, DrawsPathGridRulersAndLegend) {
 TEST(Projection2d, IsTheSameEveryTime) {
   ViewOptions options;
   options.show.unknown = true;
-  EXPECT_EQ(drawProjection2d(testing::room(), options).rgb,
-            drawProjection2d(testing::room(), options).rgb);
+  EXPECT_EQ(drawProjection2d(testing::room(), options).pixels,
+            drawProjection2d(testing::room(), options).pixels);
 }
 
 TEST(Projection2d, RefusesWhatCannotBeDrawn) {

@@ -26,7 +26,7 @@ void expectLikeReference(const Image& image, const std::string& name) {
   const std::string path =
       std::string(PLANAR_MAPPING_SOURCE_DIR) + "/tests/render/reference/" + name + ".png";
   if (std::getenv("PLANAR_MAPPING_UPDATE_REFERENCE") != nullptr) {
-    writePng(image, path, true);
+    io::writeImage(path, image, io::Overwrite::Allow);
     GTEST_SKIP() << "rewritten: " << path;
   }
   const ImageDifference difference = compareImages(image, readPng(path));

@@ -31,7 +31,7 @@ bool isDrawn(Color c) {
 double share(const Image& image) {
   std::size_t drawn = 0;
   for (int row = 0; row < image.height; ++row) {
-    for (int column = 0; column < image.width; ++column) drawn += isDrawn(image.at(column, row));
+    for (int column = 0; column < image.width; ++column) drawn += isDrawn(colorAt(image, column, row));
   }
   return static_cast<double>(drawn) / (static_cast<double>(image.width) * image.height);
 }
@@ -66,7 +66,7 @@ TEST(Snapshot, TurnsCuboidsTheRightWay) {
         const Ray ray = sightLine(view, image.width, image.height, column + 0.5, row + 0.5);
         const bool hit = enters(ray, cuboid) >= 0.0;
         covered += hit;
-        differing += hit != isDrawn(image.at(column, row));
+        differing += hit != isDrawn(colorAt(image, column, row));
       }
     }
     EXPECT_GT(covered, 3000) << toString(preset);
@@ -87,7 +87,7 @@ TEST(Snapshot, CutsAwayWhatThePickIgnores) {
       for (int column = 0; column < image.width; column += 2) {
         const Ray ray = sightLine(view, image.width, image.height, column + 0.5, row + 0.5);
         const bool hit = pickCuboid(content, ray, view, options) >= 0;
-        differing += hit != isDrawn(image.at(column, row));
+        differing += hit != isDrawn(colorAt(image, column, row));
       }
     }
     EXPECT_LT(differing, 0.03 * 160 * 120) << toString(cutaway);
@@ -111,7 +111,7 @@ TEST(Snapshot, SaysWhatTheCutawayLeavesOut) {
     int count = 0;
     for (int row = first_row; row < last_row; ++row) {
       for (int column = 0; column < a.width; ++column) {
-        count += !(a.at(column, row) == b.at(column, row));
+        count += !(colorAt(a, column, row) == colorAt(b, column, row));
       }
     }
     return count;
@@ -131,7 +131,7 @@ TEST(Snapshot, GivesEachPlaneItsColor) {
   content.cuboids.push_back(testing::plate({0, 0, 0}, {0, 0, 1}, 2.0, 2.0, 5));
   ViewOptions options = bare();
   options.camera = CameraPreset::Top;
-  const Color c = renderSnapshot(content, options).at(160, 120);
+  const Color c = colorAt(renderSnapshot(content, options), 160, 120);
   const Color expected = planeColor(5);
   // Shading scales the channels alike.
   EXPECT_NEAR(1.0 * c.red / c.green, 1.0 * expected.red / expected.green, 0.05);
@@ -145,14 +145,14 @@ TEST(Snapshot, RunsHeightColorsOverAFace) {
   options.camera = CameraPreset::Front;
   options.color = ColorBy::Height;
   const Image image = renderSnapshot(content, options);
-  const Color top = image.at(120, 15), bottom = image.at(120, 225);
+  const Color top = colorAt(image, 120, 15), bottom = colorAt(image, 120, 225);
   EXPECT_GT(bottom.blue, bottom.red + 40) << "low is blue";
   EXPECT_GT(top.red, top.blue + 40) << "high is red";
 }
 
 TEST(Snapshot, IsTheSameEveryTime) {
   const Image first = renderSnapshot(testing::room(), ViewOptions());
-  EXPECT_EQ(renderSnapshot(testing::room(), ViewOptions()).rgb, first.rgb);
+  EXPECT_EQ(renderSnapshot(testing::room(), ViewOptions()).pixels, first.pixels);
 }
 
 TEST(Snapshot, IsTheSameFarFromTheOrigin) {

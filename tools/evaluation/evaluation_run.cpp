@@ -98,9 +98,9 @@ class Evaluation {
   Evaluation(PlaceSource& source, std::string scene, const EvaluationJob& job, PlaceMaps* maps)
       : source_(source), job_(job), maps_(maps) {
     progress_.scene = std::move(scene);
-    const std::size_t baselines = job.methods.baselines ? 3 : 1;
+    constexpr std::size_t kBaselines = 3;
     progress_.all =
-        source.size() * job.methods.cells.size() * (baselines + job.methods.planar.size());
+        source.size() * job.methods.cells.size() * (kBaselines + job.methods.planar.size());
   }
 
   std::vector<evaluation::PlaceResult> execute() {

@@ -169,6 +169,13 @@ class CellRun {
   std::vector<evaluation::PlaceResult> takeResults() { return std::move(results_); }
 
  private:
+  /// The frames of the place in a grid of either kind.
+  template <typename Grid>
+  void fill(Grid& grid) const {
+    for (const PreparedFrame& frame : place_.frames) {
+      grid.insert(frame.obstacles, frame.ground, frame.frame.T_world_sensor.translation());
+    }
+  }
   /// \return false if there is not a cell
   bool standardGrid();
   void octreeGrid();
@@ -196,12 +203,10 @@ bool CellRun::execute(const std::function<bool()>& done, std::vector<MethodMap>*
   }
   if (!standardGrid()) return true;
   if (!done()) return false;
-  if (options_.baselines) {
-    octreeGrid();
-    if (!done()) return false;
-    rectangularApproximation();
-    if (!done()) return false;
-  }
+  octreeGrid();
+  if (!done()) return false;
+  rectangularApproximation();
+  if (!done()) return false;
   for (const PlanarMethod& method : options_.planar) {
     planarMap(method);
     if (!done()) return false;
@@ -223,9 +228,7 @@ void CellRun::add(const std::string& method, Figures figures, std::vector<Cuboid
 bool CellRun::standardGrid() {
   const StopWatch watch;
   evaluation::StandardGrid grid(s_, min_points_);
-  for (const PreparedFrame& frame : place_.frames) {
-    grid.insert(frame.obstacles, frame.ground, frame.frame.T_world_sensor.translation());
-  }
+  fill(grid);
   std::vector<Cuboid> cuboids = grid.cuboids();
   const double ms = watch.milliseconds();
   if (grid.size() == 0) return false;
@@ -243,9 +246,7 @@ void CellRun::octreeGrid() {
   const StopWatch watch;
   const std::unique_ptr<evaluation::OctreeGrid> grid = evaluation::makeOctreeGrid(s_, min_points_);
   if (!grid) return;
-  for (const PreparedFrame& frame : place_.frames) {
-    grid->insert(frame.obstacles, frame.ground, frame.frame.T_world_sensor.translation());
-  }
+  fill(*grid);
   const auto ot_bytes = static_cast<double>(grid->otBytes());  // finish() takes the beliefs
   grid->finish();
   std::vector<Cuboid> cuboids = grid->cuboids();
@@ -266,9 +267,7 @@ void CellRun::octreeGrid() {
 void CellRun::rectangularApproximation() {
   const StopWatch watch;
   evaluation::StandardGrid grid(s_, min_points_);
-  for (const PreparedFrame& frame : place_.frames) {
-    grid.insert(frame.obstacles, frame.ground, frame.frame.T_world_sensor.translation());
-  }
+  fill(grid);
   const evaluation::RectangularApproximation boxes(s_, grid.cells());
   std::vector<Cuboid> cuboids = boxes.cuboids();
   const double ms = watch.milliseconds();

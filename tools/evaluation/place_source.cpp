@@ -7,7 +7,6 @@
 #include <mutex>
 #include <utility>
 
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pipeline/pipeline.h"
 #include "planar_mapping/pipeline/runner.h"
 #include "planar_mapping/pipeline/sequence_source.h"
@@ -158,7 +157,6 @@ class SimulatedPlaces : public PlaceSource {
         stretches_(stretchesOf(simulation_.size(), options)),
         load_(std::move(load)) {}
 
-  std::string name() const override { return simulation_.params().scene; }
   std::size_t size() const override { return stretches_.size(); }
 
   std::unique_ptr<Place> next() override {
@@ -206,7 +204,7 @@ class SimulatedPlaces : public PlaceSource {
   Frame measured(const evaluation::SimulatedFrame& seen) const {
     Frame frame;
     frame.number = seen.index;
-    frame.source = name() + " " + std::to_string(seen.index);
+    frame.source = simulation_.params().scene + " " + std::to_string(seen.index);
     frame.timestamp = seen.timestamp;
     frame.T_world_sensor = seen.T_world_camera;
     frame.given_pose = seen.T_world_camera;
@@ -235,12 +233,10 @@ class RecordedPlaces : public PlaceSource {
     const SequenceSource whole(configuration);
     requireStagesFor(whole, configuration);
     selection_ = configuration.frames;
-    name_ = whole.names().front();
     has_poses_ = whole.poseSource() != io::PoseSource::None;
     stretches_ = stretchesOf(*whole.size(), options);
   }
 
-  std::string name() const override { return name_; }
   std::size_t size() const override { return stretches_.size(); }
 
   std::unique_ptr<Place> next() override {
@@ -281,7 +277,6 @@ class RecordedPlaces : public PlaceSource {
   PlaceOptions options_;
   ConfigurationLoader load_;
   FrameSelection selection_;
-  std::string name_;
   bool has_poses_ = false;
   std::vector<Stretch> stretches_;
   std::mutex mutex_;

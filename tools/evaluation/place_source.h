@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "planar_mapping/evaluation/map_metrics.h"
@@ -56,11 +55,10 @@ struct PlaceOptions {
   std::size_t check_step = 10;
 };
 
-/// Places of one input. make() may be called from several threads; the places come in order.
+/// Places of one input. next() may be called from several threads; the places come in order.
 class PlaceSource {
  public:
   virtual ~PlaceSource() = default;
-  virtual std::string name() const = 0;
   virtual std::size_t size() const = 0;
   /// The next place, or null at the end. \throws InputError, IoError
   virtual std::unique_ptr<Place> next() = 0;

@@ -6,7 +6,6 @@
 #include <exception>
 #include <filesystem>
 #include <iostream>
-#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
@@ -40,6 +39,8 @@ struct Arguments {
   double threshold = 0.01;
   bool force = false;
   bool follow = false;
+
+  io::Overwrite overwrite() const { return force ? io::Overwrite::Allow : io::Overwrite::Refuse; }
 };
 
 /// \throws ParameterError for a name that promises another kind of picture
@@ -54,15 +55,8 @@ void requirePngName(const std::string& path) {
 }
 
 Vector3 vectorFromString(const std::string& name, const std::string& text) {
-  std::istringstream stream(text);
-  stream.imbue(std::locale::classic());
-  Vector3 v;
-  char first = '\0', second = '\0';
-  stream >> v.x() >> first >> v.y() >> second >> v.z();
-  if (!stream || first != ',' || second != ',' || stream.peek() != EOF || !v.allFinite()) {
-    throw ParameterError(name + " is '" + text + "', but must be three numbers: x,y,z");
-  }
-  return v;
+  const std::array<double, 3> v = numbersOf<3>(name, text);
+  return {v[0], v[1], v[2]};
 }
 
 void declare(CLI::App& app, Arguments& a) {
@@ -241,7 +235,7 @@ int draw(const Arguments& a, const ViewOptions& options) {
   }
   const Image image = a.projection_2d ? drawProjection2d(content, options, a.projection)
                                       : renderSnapshot(content, options);
-  if (!a.snapshot.empty()) writePng(image, a.snapshot, a.force);
+  if (!a.snapshot.empty()) io::writeImage(a.snapshot, image, a.overwrite());
   return a.reference.empty() ? kDone : compareWithReference(image, a);
 }
 
@@ -258,10 +252,7 @@ int run(int argc, char** argv) {
     const ViewOptions options = viewOptions(arguments);
     requirePngName(arguments.snapshot);
     // What cannot be written is refused before anything is drawn.
-    if (!arguments.snapshot.empty()) {
-      io::AtomicFile(arguments.snapshot,
-                     arguments.force ? io::Overwrite::Allow : io::Overwrite::Refuse);
-    }
+    if (!arguments.snapshot.empty()) io::AtomicFile(arguments.snapshot, arguments.overwrite());
     return draw(arguments, options);
   } catch (const CLI::ExtrasError& error) {
     std::cerr << "planar_map_viewer: " << error.what() << suggestionFor(app) << "\n";
@@ -284,6 +275,8 @@ int main(int argc, char** argv) {
   try {
     const bool charts = argc > 1 && std::string(argv[1]) == "charts";
     return charts ? tools::runCharts(argc - 1, argv + 1) : tools::run(argc, argv);
+  } catch (const tools::UsageError& error) {
+    return tools::report(error, tools::kUsage);
   } catch (const ParameterError& error) {
     return tools::report(error, tools::kUsage);
   } catch (const RenderError& error) {

@@ -51,22 +51,17 @@ struct ChartStyle {
 };
 
 struct DrawOptions {
-  bool overwrite = false;
+  io::Overwrite overwrite = io::Overwrite::Refuse;
   bool quiet = false;
 };
 
 void save(const Image& image, const std::string& path, const DrawOptions& options) {
-  writePng(image, path, options.overwrite);
+  io::writeImage(path, image, options.overwrite);
   if (!options.quiet) std::cout << path << '\n';
 }
 
-std::string contentOf(const std::string& path) {
-  const std::vector<std::uint8_t> bytes = io::readWholeFile(path);
-  return std::string(bytes.begin(), bytes.end());
-}
-
 Json parsed(const std::string& path) {
-  const Json json = Json::parse(contentOf(path), nullptr, false);
+  const Json json = Json::parse(io::readWholeText(path), nullptr, false);
   if (json.is_discarded()) throw InputError(path + ": this is no JSON");
   return json;
 }
@@ -219,7 +214,7 @@ int runCharts(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kDone : kUsage;
   }
-  draw(directory, {force, quiet});
+  draw(directory, {force ? io::Overwrite::Allow : io::Overwrite::Refuse, quiet});
   return kDone;
 }
 

@@ -14,8 +14,7 @@
 #include "input_file.h"
 #include "planar_mapping/core/base/error.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 constexpr std::size_t kBufferSize = std::size_t{1} << 18;
@@ -155,6 +154,11 @@ std::vector<std::uint8_t> readWholeFile(const std::string& path, std::size_t lar
   return bytes;
 }
 
+std::string readWholeText(const std::string& path, std::size_t largest_size) {
+  const std::vector<std::uint8_t> bytes = readWholeFile(path, largest_size);
+  return {bytes.begin(), bytes.end()};
+}
+
 void readFile(const std::string& path, const ByteSink& sink) {
   InputFile file(path);
   std::vector<char> part(kBufferSize);
@@ -163,5 +167,4 @@ void readFile(const std::string& path, const ByteSink& sink) {
   }
 }
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

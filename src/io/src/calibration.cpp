@@ -13,8 +13,7 @@
 #include "planar_mapping/io/atomic_file.h"
 #include "text_lines.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 constexpr std::size_t kLargestFile = std::size_t{1} << 20;
@@ -26,9 +25,9 @@ constexpr double kLongestBaseline = 100.0;  // metres: farther apart is no stere
 class Reader {
  public:
   explicit Reader(const std::string& path) : path_(path) {
-    const std::vector<std::uint8_t> bytes = readWholeFile(path, kLargestFile);
+    const std::string text = readWholeText(path, kLargestFile);
     try {
-      root_ = YAML::Load(std::string(bytes.begin(), bytes.end()));
+      root_ = YAML::Load(text);
     } catch (const YAML::Exception& error) {
       fail(error.mark, error.msg);
     }
@@ -55,12 +54,8 @@ class Reader {
     if (!node.IsScalar() || !parseNumber(node.Scalar(), value))
       fail(node.Mark(), std::string(key) + " is no number");
     if (!(value >= low && value <= high)) {
-      std::string range = "[";
-      appendNumber(range, low);
-      range += ", ";
-      appendNumber(range, high);
       fail(node.Mark(),
-           std::string(key) + " = " + quoted(node.Scalar()) + " is not in " + range + "]");
+           concatenated(key, " = ", quoted(node.Scalar()), " is not in [", low, ", ", high, ']'));
     }
     return value;
   }
@@ -92,7 +87,7 @@ class Reader {
 
  private:
   [[noreturn]] void fail(const YAML::Mark& mark, const std::string& problem) const {
-    throw IoError(path_, "line " + std::to_string(mark.line + 1) + ": " + problem);
+    failAtLine(path_, static_cast<std::size_t>(mark.line + 1), problem);
   }
 
   std::string path_;
@@ -190,10 +185,8 @@ Calibration readCalibration(const std::string& path) {
 
 std::string toYaml(const Calibration& calibration) {
   std::string text;
-  const auto add = [&text](const char* key, double value) {
-    text += std::string(key) + ": ";
-    appendNumber(text, value);
-    text += '\n';
+  const auto add = [&text](const std::string& key, double value) {
+    append(text, key, ": ", value, '\n');
   };
   add("image_width", calibration.camera.width);
   add("image_height", calibration.camera.height);
@@ -202,11 +195,11 @@ std::string toYaml(const Calibration& calibration) {
   add("cx", calibration.camera.cx);
   add("cy", calibration.camera.cy);
   const auto addLens = [&add](const LensDistortion& lens, const std::string& suffix) {
-    add(("k1" + suffix).c_str(), lens.k1);
-    add(("k2" + suffix).c_str(), lens.k2);
-    add(("p1" + suffix).c_str(), lens.p1);
-    add(("p2" + suffix).c_str(), lens.p2);
-    add(("k3" + suffix).c_str(), lens.k3);
+    add("k1" + suffix, lens.k1);
+    add("k2" + suffix, lens.k2);
+    add("p1" + suffix, lens.p1);
+    add("p2" + suffix, lens.p2);
+    add("k3" + suffix, lens.k3);
   };
   if (calibration.distortion) addLens(*calibration.distortion, "");
   if (calibration.unrectified) {
@@ -218,11 +211,8 @@ std::string toYaml(const Calibration& calibration) {
     add("cx_right", pair.right_camera.cx);
     add("cy_right", pair.right_camera.cy);
     const auto addList = [&text](const char* key, const double* values, int count) {
-      text += std::string(key) + ": [";
-      for (int i = 0; i < count; ++i) {
-        if (i > 0) text += ", ";
-        appendNumber(text, values[i]);
-      }
+      append(text, key, ": [", values[0]);
+      for (int i = 1; i < count; ++i) append(text, ", ", values[i]);
       text += "]\n";
     };
     const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> R = pair.T_right_left.linear();
@@ -237,5 +227,4 @@ std::string toYaml(const Calibration& calibration) {
   return text;
 }
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

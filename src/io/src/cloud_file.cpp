@@ -12,8 +12,7 @@
 #include "planar_mapping/core/base/error.h"
 #include "text_lines.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 constexpr std::size_t kLongestLine = 4096;
@@ -117,5 +116,4 @@ CloudFileInfo readCloudFileInfo(const std::string& path) {
                                       : readVelodyneInfo(path);
 }
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

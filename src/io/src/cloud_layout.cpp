@@ -9,8 +9,7 @@
 
 #include "planar_mapping/core/base/error.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 constexpr std::uint64_t kLargestRecord = std::uint64_t{1} << 28;
@@ -285,8 +284,7 @@ void CloudFiller::parseWord(CloudData& cloud, const Column& column, std::size_t 
   const bool sound =
       is_float ? parseNumber(word, cloud.xyz[3 * point + static_cast<std::size_t>(column.target)])
                : parseNumber(word, value);
-  if (!sound)
-    throw IoError(path_, "line " + std::to_string(line) + ": " + quoted(word) + " is no number");
+  if (!sound) failAtLine(path_, line, quoted(word) + " is no number");
   if (!is_float) store(cloud, column, point, value);
 }
 
@@ -306,8 +304,8 @@ void CloudFiller::fillLines(CloudData& cloud, LineReader& lines) const {
     }
     for (; !word.empty(); ++words) word = takeWord(rest);
     if (words != words_)
-      throw IoError(path_, "line " + std::to_string(lines.number()) + ": " + std::to_string(words) +
-                               " values instead of " + std::to_string(words_));
+      failAtLine(path_, lines.number(),
+                 std::to_string(words) + " values instead of " + std::to_string(words_));
     ++point;
   }
   if (point < count)
@@ -315,5 +313,4 @@ void CloudFiller::fillLines(CloudData& cloud, LineReader& lines) const {
                              " points, but holds " + std::to_string(point));
 }
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

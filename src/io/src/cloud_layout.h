@@ -12,8 +12,7 @@
 #include "planar_mapping/io/cloud_file.h"
 #include "text_lines.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 
 // The readers are ours rather than pcl_io's: that library is linked against VTK in distribution
 // packages (start-up time and a display stack on the mapping path), and it allocates what a header
@@ -96,5 +95,4 @@ class CloudFiller {
   std::size_t words_ = 0;
 };
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

@@ -7,8 +7,7 @@
 #include "planar_mapping/core/base/detail/simd.h"
 #include "planar_mapping/core/base/error.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 template <typename Value>
@@ -81,5 +80,4 @@ void DepthProjector::projectImage(const Value* values, CloudData& cloud) const {
                width_, cloud.xyz.data() + 3 * row * width_);
 }
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

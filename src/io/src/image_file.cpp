@@ -15,8 +15,7 @@
 #include "planar_mapping/io/atomic_file.h"
 #include "planar_mapping/io/depth_image.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 struct PngImage {
@@ -283,5 +282,4 @@ Image toGray(const Image& image) {
   return gray;
 }
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

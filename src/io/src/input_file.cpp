@@ -11,8 +11,7 @@
 
 #include "planar_mapping/core/base/error.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 
 InputFile::InputFile(const std::string& path) : path_(path) {
   // Asked before opening: opening a pipe without a writer would wait for ever.
@@ -56,5 +55,4 @@ void InputFile::seek(std::uint64_t position) {
   position_ = position;
 }
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

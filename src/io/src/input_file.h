@@ -6,8 +6,7 @@
 #include <cstdint>
 #include <string>
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 
 /// A regular file opened for reading. It is read, not mapped: a file that another process cuts
 /// short meanwhile must end in an IoError, not in SIGBUS.
@@ -36,5 +35,4 @@ class InputFile {
   int descriptor_ = -1;
 };
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

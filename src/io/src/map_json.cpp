@@ -3,56 +3,31 @@
 #include "planar_mapping/io/map_json.h"
 
 #include <cstdint>
-#include <initializer_list>
 #include <vector>
 
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/map_file.h"
 #include "text_lines.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 /// The text is handed on in parts of about so many bytes.
 constexpr std::size_t kPart = std::size_t{1} << 16;
 
-void append(std::string& out, std::initializer_list<double> values) {
-  out += '[';
-  appendNumbers(out, values, ", ");
-  out += ']';
-}
-
 void appendPlane(std::string& out, const MapPlane& plane) {
   const Vector4 c = plane.plane.coefficients();
-  out += "{\"id\": ";
-  appendNumber(out, plane.id);
-  out += ", \"coefficients\": ";
-  append(out, {c[0], c[1], c[2], c[3]});
-  out += ", \"tilt_rad\": ";
-  appendNumber(out, normalizedTilt(plane.plane));
-  out += ", \"rms_m\": ";
-  appendNumber(out, plane.rms());
-  out += ", \"frames\": ";
-  appendNumber(out, plane.frames);
-  out += '}';
+  append(out, "{\"id\": ", plane.id, ", \"coefficients\": [",
+         NumberList{4, ", ", {c[0], c[1], c[2], c[3]}},
+         "], \"tilt_rad\": ", normalizedTilt(plane.plane), ", \"rms_m\": ", plane.rms(),
+         ", \"frames\": ", plane.frames, '}');
 }
 
 void appendCuboid(std::string& out, const Cuboid& cuboid) {
-  out += "{\"center\": ";
-  append(out, {cuboid.center.x(), cuboid.center.y(), cuboid.center.z()});
-  out += ", \"size\": ";
-  append(out, {cuboid.size.x(), cuboid.size.y(), cuboid.size.z()});
-  out += ", \"quaternion_xyzw\": ";
-  append(out, {cuboid.orientation.x(), cuboid.orientation.y(), cuboid.orientation.z(),
-               cuboid.orientation.w()});
-  out += ", \"plane_id\": ";
-  appendNumber(out, cuboid.plane_id);
-  out += ", \"probability\": ";
-  appendNumber(out, cuboid.probability);
-  out += ", \"state\": \"";
-  out += toString(cuboid.state);
-  out += "\"}";
+  append(out, "{\"center\": [", listOf(cuboid.center, ", "), "], \"size\": [",
+         listOf(cuboid.size, ", "), "], \"quaternion_xyzw\": [", listOf(cuboid.orientation, ", "),
+         "], \"plane_id\": ", cuboid.plane_id, ", \"probability\": ", cuboid.probability,
+         ", \"state\": \"", toString(cuboid.state), "\"}");
 }
 
 /// One element a line.
@@ -72,23 +47,15 @@ void appendLines(std::string& out, bool& first, const Items& items, Append&& app
 }  // namespace
 
 void writeMapJson(const PlanarMap& map, const std::string& frame_id, const ByteSink& sink) {
-  std::string out =
-      "{\n  \"format\": \"planar_mapping map\",\n  \"version\": 1,\n"
-      "  \"frame_id\": \"" +
-      frame_id + "\",\n  \"up\": ";
-  const Vector3 up = map.params().approximation.up.normalized();
-  append(out, {up.x(), up.y(), up.z()});
-  out += ",\n  \"unit\": \"m\",\n  \"resolution_m\": ";
-  appendNumber(out, map.params().approximation.resolution);
+  std::string out;
+  append(out, "{\n  \"format\": \"planar_mapping map\",\n  \"version\": 1,\n  \"frame_id\": \"",
+         frame_id, "\",\n  \"up\": [", listOf(map.params().approximation.up.normalized(), ", "),
+         "],\n  \"unit\": \"m\",\n  \"resolution_m\": ", map.params().approximation.resolution);
   if (const Vector3& origin = map.params().origin; !origin.isZero(0.0)) {
-    out += ",\n  \"origin_m\": ";
-    append(out, {origin.x(), origin.y(), origin.z()});
+    append(out, ",\n  \"origin_m\": [", listOf(origin, ", "), ']');
   }
-  out += ",\n  \"unseen\": \"";
-  out += map.params().unseen == Unseen::Unknown ? "unknown" : "free";
-  out += "\",\n  \"frames\": ";
-  appendNumber(out, map.frames());
-  out += ",\n  \"planes\": [";
+  append(out, ",\n  \"unseen\": \"", map.params().unseen == Unseen::Unknown ? "unknown" : "free",
+         "\",\n  \"frames\": ", map.frames(), ",\n  \"planes\": [");
   bool first = true;
   appendLines(out, first, map.planes(), appendPlane, sink);
   out += first ? "],\n  \"cuboids\": [" : "\n  ],\n  \"cuboids\": [";
@@ -97,12 +64,6 @@ void writeMapJson(const PlanarMap& map, const std::string& frame_id, const ByteS
   appendLines(out, first, map.unknownCuboids(), appendCuboid, sink);
   out += first ? "]\n}\n" : "\n  ]\n}\n";
   sink(out);
-}
-
-std::string mapToJson(const PlanarMap& map, const std::string& frame_id) {
-  std::string text;
-  writeMapJson(map, frame_id, [&text](std::string_view part) { text += part; });
-  return text;
 }
 
 void saveMapJson(const PlanarMap& map, const std::string& path, Overwrite overwrite,
@@ -135,5 +96,4 @@ PlanarMap loadMap(const std::string& path) {
   }
 }
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

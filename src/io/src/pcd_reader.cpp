@@ -15,8 +15,7 @@
 #include "planar_mapping/core/base/error.h"
 #include "text_lines.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 struct PcdHeader {
@@ -54,13 +53,13 @@ class Entries {
       bool known = false;
       for (const char* name : kKeys) known = known || key == name;
       if (!known || lines.number() > kMostHeaderLines)
-        throw IoError(path, "line " + std::to_string(lines.number()) + ": " + quoted(key) +
-                                " does not belong into the header of a PCD file");
+        failAtLine(path, lines.number(),
+                   quoted(key) + " does not belong into the header of a PCD file");
       std::vector<std::string> words;
       for (const std::string_view word : splitWords(rest)) words.emplace_back(word);
       const std::string name = key == "COLUMNS" ? "FIELDS" : std::string(key);
       if (!entries_.emplace(name, std::move(words)).second)
-        throw IoError(path, "line " + std::to_string(lines.number()) + ": " + name + " twice");
+        failAtLine(path, lines.number(), name + " twice");
       if (key == "DATA") return;
     }
     throw IoError(path, "ends before the DATA line: cut short, or no PCD file");
@@ -241,8 +240,8 @@ CloudData readPcd(const std::string& path, const CloudChannels& channels) {
     std::string_view line;
     while (lines.next(line))
       if (!takeWord(line).empty())
-        throw IoError(path, "line " + std::to_string(lines.number()) +
-                                ": more points than the announced " + std::to_string(cloud.size()));
+        failAtLine(path, lines.number(),
+                   "more points than the announced " + std::to_string(cloud.size()));
     return cloud;
   }
   file.seek(header.data_position);
@@ -275,5 +274,4 @@ CloudFileInfo readPcdInfo(const std::string& path) {
   return info;
 }
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

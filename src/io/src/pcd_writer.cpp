@@ -7,13 +7,12 @@
 #include "planar_mapping/io/cloud_file.h"
 #include "text_lines.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 constexpr std::size_t kRecordsABlock = 8192;
 
-std::string headerOf(const CloudData& cloud, PcdEncoding encoding) {
+std::string headerOf(const CloudData& cloud) {
   struct Field {
     bool present;
     const char* name;
@@ -40,37 +39,12 @@ std::string headerOf(const CloudData& cloud, PcdEncoding encoding) {
   const Eigen::Quaterniond q(Eigen::Matrix3d(cloud.T_world_sensor.linear()));
   const Vector3 t = cloud.T_world_sensor.translation();
   for (const double value : {t.x(), t.y(), t.z(), q.w(), q.x(), q.y(), q.z()}) {
-    text += ' ';
-    appendNumber(text, value);
+    append(text, ' ', value);
   }
-  text += "\nPOINTS " + std::to_string(cloud.size()) + "\nDATA ";
-  text += encoding == PcdEncoding::Ascii ? "ascii\n" : "binary\n";
-  return text;
+  return text + "\nPOINTS " + std::to_string(cloud.size()) + "\nDATA binary\n";
 }
 
-void writeAscii(AtomicFile& file, const CloudData& cloud) {
-  std::string text;
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      if (c > 0) text += ' ';
-      appendNumber(text, cloud.xyz[3 * i + c]);
-    }
-    if (!cloud.colors.empty()) text += ' ' + std::to_string(cloud.colors[i]);
-    if (!cloud.labels.empty()) text += ' ' + std::to_string(cloud.labels[i]);
-    if (!cloud.intensities.empty()) {
-      text += ' ';
-      appendNumber(text, cloud.intensities[i]);
-    }
-    text += '\n';
-    if (text.size() > (std::size_t{1} << 16)) {
-      file.write(text);
-      text.clear();
-    }
-  }
-  file.write(text);
-}
-
-void writeBinary(AtomicFile& file, const CloudData& cloud) {
+void writePoints(AtomicFile& file, const CloudData& cloud) {
   const std::size_t words = 3 + (cloud.colors.empty() ? 0u : 1u) +
                             (cloud.labels.empty() ? 0u : 1u) +
                             (cloud.intensities.empty() ? 0u : 1u);
@@ -95,22 +69,16 @@ void writeBinary(AtomicFile& file, const CloudData& cloud) {
 
 }  // namespace
 
-void writePcd(const std::string& path, const CloudData& cloud, PcdEncoding encoding,
-              Overwrite overwrite) {
+void writePcd(const std::string& path, const CloudData& cloud, Overwrite overwrite) {
   const std::size_t count = cloud.size();
   const auto fits = [count](std::size_t channel) { return channel == 0 || channel == count; };
   if (cloud.xyz.size() != 3 * count || count != std::size_t{cloud.width} * cloud.height ||
       !fits(cloud.colors.size()) || !fits(cloud.labels.size()) || !fits(cloud.intensities.size()))
     throw InputError("a cloud whose channels differ in length cannot be written to " + path);
   AtomicFile file(path, overwrite);
-  file.write(headerOf(cloud, encoding));
-  if (encoding == PcdEncoding::Ascii) {
-    writeAscii(file, cloud);
-  } else {
-    writeBinary(file, cloud);
-  }
+  file.write(headerOf(cloud));
+  writePoints(file, cloud);
   file.commit();
 }
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

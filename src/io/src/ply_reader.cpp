@@ -7,8 +7,7 @@
 #include "planar_mapping/core/base/error.h"
 #include "text_lines.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 constexpr std::size_t kLongestHeaderLine = std::size_t{1} << 16;
@@ -217,5 +216,4 @@ CloudFileInfo readPlyInfo(const std::string& path) {
   return info;
 }
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

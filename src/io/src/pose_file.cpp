@@ -9,8 +9,7 @@
 #include "planar_mapping/core/base/error.h"
 #include "text_lines.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 constexpr std::size_t kLongestLine = 4096;
@@ -34,9 +33,7 @@ StampedPose parseTumPose(const Words& words) {
   const Eigen::Quaterniond rotation(v[7], v[4], v[5], v[6]);
   const double norm = rotation.norm();
   if (!(std::abs(norm - 1.0) <= kNormTolerance)) {
-    std::string length;
-    appendNumber(length, norm);
-    throw InputError("the quaternion has length " + length + " instead of 1");
+    throw InputError(concatenated("the quaternion has length ", norm, " instead of 1"));
   }
   StampedPose pose;
   pose.timestamp = v[0];
@@ -70,7 +67,7 @@ void forEachPoseLine(const std::string& path, const std::function<void(const Wor
     try {
       if (!words.empty()) visit(words);
     } catch (const InputError& error) {
-      throw IoError(path, "line " + std::to_string(lines.number()) + ": " + error.what());
+      failAtLine(path, lines.number(), error.what());
     }
   }
 }
@@ -99,12 +96,7 @@ std::string toTum(const std::vector<StampedPose>& poses) {
   for (const StampedPose& stamped : poses) {
     const Eigen::Quaterniond q(Eigen::Matrix3d(stamped.pose.linear()));
     const Vector3 t = stamped.pose.translation();
-    const double values[] = {stamped.timestamp, t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()};
-    for (const double value : values) {
-      appendNumber(text, value);
-      text += ' ';
-    }
-    text.back() = '\n';
+    append(text, stamped.timestamp, ' ', listOf(t), ' ', listOf(Quaternion(q)), '\n');
   }
   return text;
 }
@@ -114,5 +106,4 @@ void writeTumPoses(const std::string& path, const std::vector<StampedPose>& pose
   writeFileAtomically(path, toTum(poses), overwrite);
 }
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

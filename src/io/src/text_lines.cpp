@@ -12,8 +12,7 @@
 
 #include "planar_mapping/core/base/error.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 constexpr std::size_t kBlock = std::size_t{1} << 18;
@@ -115,6 +114,10 @@ std::optional<Matrix3> rotationOf(const Matrix3& R) {
   return error <= kRounding ? R : Matrix3(Eigen::Quaterniond(R).normalized().toRotationMatrix());
 }
 
+void failAtLine(const std::string& path, std::size_t line, const std::string& problem) {
+  throw IoError(path, "line " + std::to_string(line) + ": " + problem);
+}
+
 std::string quoted(std::string_view word) {
   std::string text = "'";
   for (const char c : word.substr(0, kLongestQuote)) text += c >= ' ' && c <= '~' ? c : '?';
@@ -122,5 +125,4 @@ std::string quoted(std::string_view word) {
   return text + "'";
 }
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

@@ -2,37 +2,64 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
-#include <initializer_list>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "input_file.h"
 #include "planar_mapping/core/base/types.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 
+/// Up to four numbers with a text between them.
+struct NumberList {
+  std::size_t count;
+  const char* separator;
+  std::array<double, 4> values;
+};
+inline NumberList listOf(const Vector3& v, const char* separator = " ") {
+  return {3, separator, {v.x(), v.y(), v.z()}};
+}
+/// x, y, z, w.
+inline NumberList listOf(const Quaternion& q, const char* separator = " ") {
+  return {4, separator, {q.x(), q.y(), q.z(), q.w()}};
+}
+
+inline void appendPart(std::string& out, std::string_view text) {
+  out += text;
+}
+inline void appendPart(std::string& out, char c) {
+  out += c;
+}
 /// Shortest text that reads back as the same value; std::to_chars knows no locale.
-template <typename Number>
-void appendNumber(std::string& out, Number value) {
+template <typename Number, std::enable_if_t<std::is_arithmetic_v<Number>, int> = 0>
+void appendPart(std::string& out, Number value) {
   char text[40];
   const std::to_chars_result end = std::to_chars(text, text + sizeof text, value);
   out.append(text, end.ptr);
 }
-
-inline void appendNumbers(std::string& out, std::initializer_list<double> values,
-                          const char* separator) {
-  bool first = true;
-  for (const double value : values) {
-    if (!first) out += separator;
-    first = false;
-    appendNumber(out, value);
+inline void appendPart(std::string& out, const NumberList& list) {
+  for (std::size_t i = 0; i < list.count; ++i) {
+    if (i > 0) out += list.separator;
+    appendPart(out, list.values[i]);
   }
+}
+/// Texts and numbers, one after the other.
+template <typename... Parts>
+void append(std::string& out, const Parts&... parts) {
+  (appendPart(out, parts), ...);
+}
+template <typename... Parts>
+std::string concatenated(const Parts&... parts) {
+  std::string text;
+  append(text, parts...);
+  return text;
 }
 
 /// Lines of a file, read in blocks: an ascii cloud of gigabytes never lies in memory as text.
@@ -82,8 +109,9 @@ bool parseNumber(std::string_view word, std::uint64_t& value);
 /// Nothing for a matrix that is no rotation.
 std::optional<Matrix3> rotationOf(const Matrix3& R);
 
+[[noreturn]] void failAtLine(const std::string& path, std::size_t line, const std::string& problem);
+
 /// \p word fit for an error message: printable and not long.
 std::string quoted(std::string_view word);
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,7 +37,6 @@ class ConfigurationReader {
   void readStage(const YAML::Node& entry);
   void readStageKeys(ConfiguredStage& stage,
                      const std::vector<std::pair<YAML::Node, YAML::Node>>& entries);
-  void applyAssignments();
   void applyAssignment(const std::string& assignment);
   void checkOrder(const std::vector<YAML::Mark>& marks);
   void configureStages();
@@ -91,6 +91,19 @@ Parameter enabledParameter(ConfiguredStage& stage) {
   parameter.get = [&stage]() -> ParameterValue { return stage.enabled; };
   parameter.set = [&stage](const ParameterValue& value) { stage.enabled = std::get<bool>(value); };
   return parameter;
+}
+
+/// One of a stage's own, or `enabled`; nothing if it has no such key.
+std::optional<Parameter> parameterOf(ConfiguredStage& stage, const std::string& key) {
+  if (key == kEnabled) return enabledParameter(stage);
+  const Parameter* own = stage.parameters.find(key);
+  return own == nullptr ? std::nullopt : std::optional<Parameter>(*own);
+}
+
+std::string noSuchKey(const ConfiguredStage& stage, const std::string& key) {
+  std::vector<std::string> names = {kEnabled};
+  for (const Parameter& parameter : stage.parameters.parameters()) names.push_back(parameter.name);
+  return "stage '" + stage.name + "' has no key '" + key + "'" + didYouMean(key, names);
 }
 
 }  // namespace
@@ -154,7 +167,7 @@ void ConfigurationReader::readTop(const YAML::Node& root) {
                  [this, mark](const std::string& text) { problems_.add(mark, text); });
   }
   if (find("stages").IsDefined()) readStages(find("stages"));
-  applyAssignments();
+  for (const std::string& assignment : overrides_.assignments) applyAssignment(assignment);
   checkOrder(stage_marks_);
   configuration_.settings.seed = static_cast<std::uint64_t>(seed_);
   if (problems_.empty()) configureStages();
@@ -257,9 +270,8 @@ void ConfigurationReader::readPlugins(const YAML::Node& list) {
 
 void ConfigurationReader::readStages(const YAML::Node& list) {
   if (!list.IsSequence()) {
-    problems_.add(list.Mark(),
-                  "stages must be a list, each entry '- stage: NAME', not " + describe(list));
-    return;
+    return problems_.add(
+        list.Mark(), "stages must be a list, each entry '- stage: NAME', not " + describe(list));
   }
   if (list.size() == 0) {
     problems_.add(list.Mark(), "the list of stages is empty; see planar_map stages");
@@ -280,8 +292,7 @@ void ConfigurationReader::readStage(const YAML::Node& entry) {
     if (item.first.Scalar() == "stage") name_node = &item.second;
   }
   if (name_node == nullptr || !name_node->IsScalar()) {
-    problems_.add(entry.Mark(), "key 'stage', the name of the stage, is missing here");
-    return;
+    return problems_.add(entry.Mark(), "key 'stage', the name of the stage, is missing here");
   }
   const std::string& name = name_node->Scalar();
   const StageEntry* known = table_.find(name);
@@ -315,16 +326,12 @@ void ConfigurationReader::readStage(const YAML::Node& entry) {
 
 void ConfigurationReader::readStageKeys(
     ConfiguredStage& stage, const std::vector<std::pair<YAML::Node, YAML::Node>>& entries) {
-  std::vector<std::string> names = {kEnabled};
-  for (const Parameter& parameter : stage.parameters.parameters()) names.push_back(parameter.name);
   for (const auto& item : entries) {
     const std::string& key = item.first.Scalar();
     if (key == "stage") continue;
-    const Parameter enabled = enabledParameter(stage);
-    const Parameter* parameter = key == kEnabled ? &enabled : stage.parameters.find(key);
-    if (parameter == nullptr) {
-      problems_.add(item.first.Mark(),
-                    "stage '" + stage.name + "' has no key '" + key + "'" + didYouMean(key, names));
+    const std::optional<Parameter> parameter = parameterOf(stage, key);
+    if (!parameter) {
+      problems_.add(item.first.Mark(), noSuchKey(stage, key));
       continue;
     }
     ParameterValue value;
@@ -337,10 +344,6 @@ void ConfigurationReader::readStageKeys(
   }
 }
 
-void ConfigurationReader::applyAssignments() {
-  for (const std::string& assignment : overrides_.assignments) applyAssignment(assignment);
-}
-
 void ConfigurationReader::applyAssignment(const std::string& assignment) {
   const std::string where = "--set " + assignment;
   const auto report = [this, &where](const std::string& text) {
@@ -348,16 +351,14 @@ void ConfigurationReader::applyAssignment(const std::string& assignment) {
   };
   const std::size_t equals = assignment.find('=');
   if (equals == std::string::npos || equals == 0) {
-    report("is not of the form stage.key=value");
-    return;
+    return report("is not of the form stage.key=value");
   }
   const std::string target = assignment.substr(0, equals);
   YAML::Node value;
   try {
     value = YAML::Load(assignment.substr(equals + 1));
   } catch (const YAML::Exception& error) {
-    report("the value is no YAML: " + error.msg);
-    return;
+    return report("the value is no YAML: " + error.msg);
   }
   const std::size_t dot = target.find('.');
   if (dot == std::string::npos) {
@@ -378,14 +379,8 @@ void ConfigurationReader::applyAssignment(const std::string& assignment) {
     chain.push_back(stage.name);
     if (stage.name != name) continue;
     found = true;
-    const Parameter enabled = enabledParameter(stage);
-    const Parameter* parameter = key == kEnabled ? &enabled : stage.parameters.find(key);
-    if (parameter == nullptr) {
-      std::vector<std::string> names = {kEnabled};
-      for (const Parameter& other : stage.parameters.parameters()) names.push_back(other.name);
-      report("stage '" + name + "' has no key '" + key + "'" + didYouMean(key, names));
-      return;
-    }
+    const std::optional<Parameter> parameter = parameterOf(stage, key);
+    if (!parameter) return report(noSuchKey(stage, key));
     ParameterValue parsed;
     if (readValue(*parameter, value, parsed, report)) parameter->set(parsed);
   }

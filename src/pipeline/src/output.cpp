@@ -56,11 +56,6 @@ struct Checksum {
   nlohmann::ordered_json json() const { return {{"bytes", bytes}, {"crc32", crc32}}; }
 };
 
-std::string contentOf(const std::string& path) {
-  const std::vector<std::uint8_t> bytes = io::readWholeFile(path);
-  return {bytes.begin(), bytes.end()};
-}
-
 /// Of a killed process: `.NAME.<pid>-<n>.tmp`.
 bool isTemporaryOf(const std::string& file, const std::string& name) {
   const std::string start = "." + name + ".";
@@ -241,7 +236,7 @@ void OutputDirectory::moveIntoPlace() const {
 std::string OutputDirectory::read(const std::string& name) const {
   const auto manifest = [this] {
     try {
-      return nlohmann::json::parse(contentOf(pathOf(kManifest)), nullptr, false);
+      return nlohmann::json::parse(io::readWholeText(pathOf(kManifest)), nullptr, false);
     } catch (const IoError& error) {
       throw InputError(error.what());
     }
@@ -250,7 +245,7 @@ std::string OutputDirectory::read(const std::string& name) const {
   const nlohmann::json& files = manifest.is_object() ? manifest.value("files", none) : none;
   std::string content;
   try {
-    content = contentOf(pathOf(name));
+    content = io::readWholeText(pathOf(name));
   } catch (const IoError& error) {
     throw InputError(error.what());
   }

@@ -3,19 +3,19 @@
 #include "run_statistics.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numeric>
 
 #include "planar_mapping/core/base/detail/parallel.h"
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/evaluation/cuboid_distance.h"
+#include "planar_mapping/evaluation/evaluation_report.h"
 #include "planar_mapping/evaluation/trajectory_error.h"
 
 namespace planar_mapping::detail {
 namespace {
 
+using evaluation::quotedForCsv;
 using Json = nlohmann::ordered_json;
 
 /// Median, 95th percentile (nearest rank) and sum.
@@ -46,13 +46,6 @@ Json motionErrorOf(const std::vector<Pose>& estimate, const std::vector<Pose>& g
           {"end_drift_percent", error.endDriftPercent()}};
 }
 
-std::string quotedForCsv(const std::string& text) {
-  if (text.find_first_of(",\"\n") == std::string::npos) return text;
-  std::string out = "\"";
-  for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return out + "\"";
-}
-
 /// A stage that occurs twice gets a number, so that no key stands for two.
 std::vector<std::string> stageKeys(const Configuration& configuration) {
   std::vector<std::string> keys;
@@ -78,32 +71,32 @@ void forEachMappable(const Frame& frame, const Visitor& visit) {
 }
 
 /// The counts of a row, in the order of the columns.
-std::array<std::size_t FrameReport::*, 14> countFields() {
-  using R = FrameReport;
-  return {&R::points_input,
-          &R::points_valid,
-          &R::points_ground,
-          &R::points_planar,
-          &R::points_non_planar,
-          &R::points_rejected,
-          &R::features,
-          &R::matches,
-          &R::planes,
-          &R::planes_new,
-          &R::planes_matched,
-          &R::cuboids,
-          &R::map_bytes,
-          &R::inliers};
-}
+struct CountColumn {
+  const char* name;
+  std::size_t FrameReport::*value;
+};
+constexpr CountColumn kCounts[] = {{"points_input", &FrameReport::points_input},
+                                   {"points_valid", &FrameReport::points_valid},
+                                   {"points_ground", &FrameReport::points_ground},
+                                   {"points_planar", &FrameReport::points_planar},
+                                   {"points_non_planar", &FrameReport::points_non_planar},
+                                   {"points_rejected", &FrameReport::points_rejected},
+                                   {"features", &FrameReport::features},
+                                   {"matches", &FrameReport::matches},
+                                   {"planes", &FrameReport::planes},
+                                   {"planes_new", &FrameReport::planes_new},
+                                   {"planes_matched", &FrameReport::planes_matched},
+                                   {"cuboids", &FrameReport::cuboids},
+                                   {"map_bytes", &FrameReport::map_bytes},
+                                   {"inliers", &FrameReport::inliers}};
 
 /// The columns that every run of a configuration has; those of statistics follow.
 std::string fixedCsvHeader(const Configuration& configuration) {
   std::string header = "frame,source,timestamp,read_ms";
   for (const std::string& key : stageKeys(configuration)) header += "," + key + "_ms";
-  return header +
-         ",frame_ms,points_input,points_valid,points_ground,points_planar,points_non_planar,"
-         "points_rejected,features,matches,planes,planes_new,planes_matched,cuboids,map_bytes,"
-         "inliers,skipped";
+  header += ",frame_ms";
+  for (const CountColumn& column : kCounts) header += std::string(",") + column.name;
+  return header + ",skipped";
 }
 
 /// Names of statistics in the order in which they first came: the columns of the whole file.
@@ -212,7 +205,7 @@ std::string RunStatistics::framesCsv(const Configuration& configuration) const {
            formatNumber(r.timestamp) + "," + formatNumber(r.read_ms);
     for (const double ms : r.stage_ms) csv += "," + formatNumber(ms);
     csv += "," + formatNumber(r.frame_ms);
-    for (const auto field : countFields()) csv += "," + std::to_string(r.*field);
+    for (const CountColumn& column : kCounts) csv += "," + std::to_string(r.*column.value);
     csv += "," + quotedForCsv(r.skip_reason);
     for (const std::string& name : names) csv += "," + statisticText(r, name);
     csv += "\n";

@@ -40,15 +40,14 @@ std::string defaultOf(const Parameter& parameter) {
   return "; default " + toYaml(parameter.get());
 }
 
-void reportType(const Parameter& parameter, const YAML::Node& node, const std::string& wanted,
+// Both return false: the value cannot be read.
+bool reportType(const Parameter& parameter, const YAML::Node& node, const std::string& wanted,
                 const Report& report) {
   report(parameter.name + " must be " + wanted + ", not " + describe(node) +
          "; allowed: " + parameter.allowed() + defaultOf(parameter));
+  return false;
 }
-
-bool checkRange(const Parameter& parameter, double value, const std::string& text,
-                const Report& report) {
-  if (parameter.range.contains(value)) return true;
+bool reportRange(const Parameter& parameter, const std::string& text, const Report& report) {
   report(parameter.name + " = " + text + " is out of range; allowed: " + parameter.allowed() +
          defaultOf(parameter));
   return false;
@@ -63,8 +62,7 @@ bool readVector(const Parameter& parameter, const YAML::Node& node, ParameterVal
     sound = item.IsScalar() && isPlain(item) && parseNumber(item.Scalar(), vector[i]);
   }
   if (!sound || !(vector.norm() > 0.0)) {
-    reportType(parameter, node, "three numbers [x, y, z]", report);
-    return false;
+    return reportType(parameter, node, "three numbers [x, y, z]", report);
   }
   value = vector;
   return true;
@@ -217,8 +215,7 @@ bool readValue(const Parameter& parameter, const YAML::Node& node, ParameterValu
                                : parameter.type == ParameterType::Flag    ? "true or false"
                                : parameter.type == ParameterType::Integer ? "an integer"
                                                                           : "a number";
-    reportType(parameter, node, wanted, report);
-    return false;
+    return reportType(parameter, node, wanted, report);
   }
   switch (parameter.type) {
     case ParameterType::Text:
@@ -228,34 +225,24 @@ bool readValue(const Parameter& parameter, const YAML::Node& node, ParameterValu
       return readWord(parameter, text, value, report);
     case ParameterType::Flag:
       if (text != "true" && text != "false") {
-        reportType(parameter, node, "true or false", report);
-        return false;
+        return reportType(parameter, node, "true or false", report);
       }
       value = text == "true";
       return true;
     case ParameterType::Integer: {
       std::int64_t number = 0;
-      if (!parseInteger(text, number)) {
-        reportType(parameter, node, "an integer", report);
-        return false;
-      }
+      if (!parseInteger(text, number)) return reportType(parameter, node, "an integer", report);
       constexpr auto kLargest = std::numeric_limits<int>::max();
-      if (number > kLargest || number < -kLargest) {
-        report(parameter.name + " = " + text + " is out of range; allowed: " + parameter.allowed() +
-               defaultOf(parameter));
-        return false;
-      }
       value = number;
-      return checkRange(parameter, static_cast<double>(number), text, report);
+      return (number <= kLargest && number >= -kLargest &&
+              parameter.range.contains(static_cast<double>(number))) ||
+             reportRange(parameter, text, report);
     }
     case ParameterType::Number: {
       double number = 0.0;
-      if (!parseNumber(text, number)) {
-        reportType(parameter, node, "a finite number", report);
-        return false;
-      }
+      if (!parseNumber(text, number)) return reportType(parameter, node, "a finite number", report);
       value = number;
-      return checkRange(parameter, number, text, report);
+      return parameter.range.contains(number) || reportRange(parameter, text, report);
     }
     case ParameterType::Vector:
       break;

@@ -287,10 +287,8 @@ TEST(HeldBack, ByHand) {
   for (int i = 19; i >= 0; --i) points.emplace_back(0.5 + 0.1 * i, 0.2, 0.3);
   points.emplace_back(kNan, 0, 0);
   const HeldBackDistance result = heldBackDistance({cube}, points, 0.55);
-  EXPECT_EQ(result.points, 20u);
   EXPECT_NEAR(result.median, 0.9, 1e-12);         // the tenth of twenty
   EXPECT_NEAR(result.percentile_95, 1.8, 1e-12);  // the nineteenth
-  EXPECT_NEAR(result.mean, 0.95, 1e-12);
   EXPECT_NEAR(result.share_within, 0.3, 1e-12);        // 0 to .5
   EXPECT_NEAR(result.share_within_half, 0.15, 1e-12);  // 0 to .2
   EXPECT_NEAR(result.share_inside, 0.05, 1e-12);
@@ -332,7 +330,7 @@ TEST(HeldBack, NothingAtAll) {
   const HeldBackDistance empty = heldBackDistance(CuboidDistance({}), {{0, 0, 0}}, 0.1);
   EXPECT_EQ(empty.median, kInfinity);
   EXPECT_EQ(empty.share_within, 0.0);
-  EXPECT_EQ(heldBackDistance(CuboidDistance({}), {}, 0.1).points, 0u);
+  EXPECT_EQ(heldBackDistance(CuboidDistance({}), {}, 0.1).share_within, 1.0);
 }
 
 TEST(SurfaceDistanceMetric, IsThatOfWhereRaysEnter) {

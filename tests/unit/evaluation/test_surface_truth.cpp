@@ -195,10 +195,10 @@ TEST(SurfaceTruth, GroundAndWhatIsFarAreNotVisible) {
   VisibleSurfaceParams params;
   params.max_depth = 5.0;
   truth.addView(render(scene, smallCamera(), pose), pose, params);
-  ASSERT_FALSE(truth.visiblePoints().empty());
-  for (const Vector3& point : truth.visiblePoints()) {
-    EXPECT_GT(point.z(), 0.05);
-    EXPECT_NEAR(point.x(), 2.0, 2e-4);
+  ASSERT_FALSE(truth.visibleCells(0.01).empty());
+  for (const VisibleCell& cell : truth.visibleCells(0.01)) {
+    EXPECT_GT(cell.point.z(), 0.05);
+    EXPECT_NEAR(cell.point.x(), 2.0, 2e-4);
   }
   params.max_depth = 0.0;
   EXPECT_THROW(truth.addView(render(scene, smallCamera(), pose), pose, params), ParameterError);
@@ -217,13 +217,13 @@ TEST(SurfaceTruth, FarGoesByDepthNotByTheLengthOfTheRay) {
   SurfaceTruth reached(scene);
   reached.addView(render(scene, smallCamera(), pose), pose, params);
   double longest = 0.0;
-  for (const Vector3& point : reached.visiblePoints())
-    longest = std::max(longest, (point - pose.translation()).norm());
+  for (const VisibleCell& cell : reached.visibleCells(0.01))
+    longest = std::max(longest, (cell.point - pose.translation()).norm());
   EXPECT_GT(longest, 4.5);
   params.max_depth = 3.99;
   SurfaceTruth beyond(scene);
   beyond.addView(render(scene, smallCamera(), pose), pose, params);
-  EXPECT_TRUE(beyond.visiblePoints().empty());
+  EXPECT_TRUE(beyond.visibleCells(0.01).empty());
 }
 
 TEST(SurfaceTruth, GrazedSurfaceCanBeLeftOut) {
@@ -235,7 +235,8 @@ TEST(SurfaceTruth, GrazedSurfaceCanBeLeftOut) {
   params.min_incidence = 0.3;
   truth.addView(render(scene, smallCamera(), pose), pose, params);
   double farthest = 0.0;
-  for (const Vector3& point : truth.visiblePoints()) farthest = std::max(farthest, point.x());
+  for (const VisibleCell& cell : truth.visibleCells(0.01))
+    farthest = std::max(farthest, cell.point.x());
   EXPECT_GT(farthest, 2.9);
   EXPECT_LT(farthest, std::sqrt(1.0 / 0.09 - 1.0) + 1e-3);
 }

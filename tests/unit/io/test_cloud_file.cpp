@@ -72,7 +72,7 @@ TEST_F(CloudFile, ReadsAndWritesTheSameNumbersInEveryLocale) {
       std::locale::global(std::locale(std::locale::classic(), new CommaForPoint));
   CloudData cloud = read(xyzHeader(1, 1, "ascii") + "1.5 2.5 12345.5\n");
   expectPoint(cloud, 0, 1.5f, 2.5f, 12345.5f);
-  writePcd(dir_ / "out.pcd", cloud, PcdEncoding::Ascii);
+  writePcd(dir_ / "out.pcd", cloud);
   const CloudData back = readCloudFile(dir_ / "out.pcd");
   std::locale::global(before);
   EXPECT_EQ(back.xyz, cloud.xyz);
@@ -152,28 +152,26 @@ TEST_F(CloudFile, WritesWhatItReads) {
   cloud.T_world_sensor.translation() = Vector3(0.1, -2, 1e5);
   cloud.T_world_sensor.linear() =
       Eigen::AngleAxisd(0.7, Vector3(1, 2, 3).normalized()).toRotationMatrix();
-  for (const PcdEncoding encoding : {PcdEncoding::Ascii, PcdEncoding::Binary}) {
-    for (const bool channels : {true, false}) {
-      CloudData out = cloud;
-      if (!channels) out.colors.clear(), out.labels.clear(), out.intensities.clear();
-      const std::string path = dir_ / "out.pcd";
-      writePcd(path, out, encoding, Overwrite::Allow);
-      const CloudData back = readCloudFile(path);
-      EXPECT_EQ(back.width, 3u);
-      EXPECT_EQ(back.height, 2u);
-      ASSERT_EQ(back.xyz.size(), out.xyz.size());
-      for (std::size_t i = 0; i < out.xyz.size(); ++i) {
-        if (i == 4) {
-          EXPECT_TRUE(std::isnan(back.xyz[i]));
-        } else {
-          EXPECT_EQ(back.xyz[i], out.xyz[i]);
-        }
+  for (const bool channels : {true, false}) {
+    CloudData out = cloud;
+    if (!channels) out.colors.clear(), out.labels.clear(), out.intensities.clear();
+    const std::string path = dir_ / "out.pcd";
+    writePcd(path, out, Overwrite::Allow);
+    const CloudData back = readCloudFile(path);
+    EXPECT_EQ(back.width, 3u);
+    EXPECT_EQ(back.height, 2u);
+    ASSERT_EQ(back.xyz.size(), out.xyz.size());
+    for (std::size_t i = 0; i < out.xyz.size(); ++i) {
+      if (i == 4) {
+        EXPECT_TRUE(std::isnan(back.xyz[i]));
+      } else {
+        EXPECT_EQ(back.xyz[i], out.xyz[i]);
       }
-      EXPECT_EQ(back.colors, out.colors);
-      EXPECT_EQ(back.labels, out.labels);
-      EXPECT_EQ(back.intensities, out.intensities);
-      EXPECT_TRUE(back.T_world_sensor.isApprox(out.T_world_sensor, 1e-14));
     }
+    EXPECT_EQ(back.colors, out.colors);
+    EXPECT_EQ(back.labels, out.labels);
+    EXPECT_EQ(back.intensities, out.intensities);
+    EXPECT_TRUE(back.T_world_sensor.isApprox(out.T_world_sensor, 1e-14));
   }
 }
 

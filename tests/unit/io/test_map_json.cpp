@@ -17,6 +17,12 @@ namespace planar_mapping {
 namespace io {
 namespace {
 
+std::string mapToJson(const PlanarMap& map, const std::string& frame_id = "map") {
+  std::string text;
+  writeMapJson(map, frame_id, [&text](std::string_view part) { text += part; });
+  return text;
+}
+
 PlanarMap smallMap() {
   PlanarMap map;
   map.insert(test::look(test::Scene(), test::lookFrom({0.0, 0.0, 1.0})).frame());

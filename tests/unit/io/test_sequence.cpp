@@ -51,7 +51,7 @@ class SequenceInputs : public ::testing::Test {
     folder(name);
     writePcd(dir_ / (name + "/b.pcd"), cloudAt(2.0f));
     writePcd(dir_ / (name + "/a.pcd"), cloudAt(1.0f));
-    writePcd(dir_ / (name + "/c.pcd"), cloudAt(3.0f), PcdEncoding::Ascii);
+    writePcd(dir_ / (name + "/c.pcd"), cloudAt(3.0f));
     writeFileAtomically(dir_ / (name + "/readme.txt"), "not a cloud");
   }
   void addRgbd(const std::string& name, std::uint32_t width = 4) {

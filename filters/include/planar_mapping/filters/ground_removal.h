@@ -4,7 +4,6 @@
 
 #include <pcl/memory.h>
 #include <pcl/point_cloud.h>
-#include <pcl/point_types.h>
 
 #include <cstdint>
 #include <optional>
@@ -16,6 +15,7 @@
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/ground/ground.h"
 #include "planar_mapping/filters/detail/point_filter.h"
+#include "planar_mapping/pcl/point_types.h"
 
 namespace planar_mapping {
 
@@ -133,14 +133,7 @@ class PLANAR_MAPPING_EXPORT GroundRemoval : public detail::PointFilter<PointT> {
   Ground ground_;
 };
 
-extern template class PLANAR_MAPPING_EXPORT GroundRemoval<pcl::PointXYZ>;
-extern template class PLANAR_MAPPING_EXPORT GroundRemoval<pcl::PointXYZI>;
-extern template class PLANAR_MAPPING_EXPORT GroundRemoval<pcl::PointXYZL>;
-extern template class PLANAR_MAPPING_EXPORT GroundRemoval<pcl::PointXYZRGB>;
-extern template class PLANAR_MAPPING_EXPORT GroundRemoval<pcl::PointXYZRGBA>;
-extern template class PLANAR_MAPPING_EXPORT GroundRemoval<pcl::PointNormal>;
-extern template class PLANAR_MAPPING_EXPORT GroundRemoval<pcl::PointXYZRGBNormal>;
-extern template class PLANAR_MAPPING_EXPORT GroundRemoval<pcl::PointXYZINormal>;
+PLANAR_MAPPING_FOR_POINT_TYPES(extern template class PLANAR_MAPPING_EXPORT, GroundRemoval)
 
 }  // namespace planar_mapping
 

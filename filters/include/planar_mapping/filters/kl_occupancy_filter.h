@@ -4,7 +4,6 @@
 
 #include <pcl/memory.h>
 #include <pcl/point_cloud.h>
-#include <pcl/point_types.h>
 
 #include <cstdint>
 #include <optional>
@@ -16,6 +15,7 @@
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/occupancy/kl_occupancy.h"
 #include "planar_mapping/filters/detail/point_filter.h"
+#include "planar_mapping/pcl/point_types.h"
 
 namespace planar_mapping {
 
@@ -163,14 +163,7 @@ class PLANAR_MAPPING_EXPORT KLOccupancyFilter : public detail::PointFilter<Point
   KlOccupancyDiagnostics diagnostics_;
 };
 
-extern template class PLANAR_MAPPING_EXPORT KLOccupancyFilter<pcl::PointXYZ>;
-extern template class PLANAR_MAPPING_EXPORT KLOccupancyFilter<pcl::PointXYZI>;
-extern template class PLANAR_MAPPING_EXPORT KLOccupancyFilter<pcl::PointXYZL>;
-extern template class PLANAR_MAPPING_EXPORT KLOccupancyFilter<pcl::PointXYZRGB>;
-extern template class PLANAR_MAPPING_EXPORT KLOccupancyFilter<pcl::PointXYZRGBA>;
-extern template class PLANAR_MAPPING_EXPORT KLOccupancyFilter<pcl::PointNormal>;
-extern template class PLANAR_MAPPING_EXPORT KLOccupancyFilter<pcl::PointXYZRGBNormal>;
-extern template class PLANAR_MAPPING_EXPORT KLOccupancyFilter<pcl::PointXYZINormal>;
+PLANAR_MAPPING_FOR_POINT_TYPES(extern template class PLANAR_MAPPING_EXPORT, KLOccupancyFilter)
 
 }  // namespace planar_mapping
 

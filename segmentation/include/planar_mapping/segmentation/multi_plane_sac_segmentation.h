@@ -7,7 +7,6 @@
 #include <pcl/memory.h>
 #include <pcl/pcl_base.h>
 #include <pcl/point_cloud.h>
-#include <pcl/point_types.h>
 
 #include <cstdint>
 #include <optional>
@@ -16,6 +15,7 @@
 
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/planes/multi_plane.h"
+#include "planar_mapping/pcl/point_types.h"
 
 namespace planar_mapping {
 
@@ -128,14 +128,8 @@ class PLANAR_MAPPING_EXPORT MultiPlaneSACSegmentation : public pcl::PCLBase<Poin
   PlaneSet result_;
 };
 
-extern template class PLANAR_MAPPING_EXPORT MultiPlaneSACSegmentation<pcl::PointXYZ>;
-extern template class PLANAR_MAPPING_EXPORT MultiPlaneSACSegmentation<pcl::PointXYZI>;
-extern template class PLANAR_MAPPING_EXPORT MultiPlaneSACSegmentation<pcl::PointXYZL>;
-extern template class PLANAR_MAPPING_EXPORT MultiPlaneSACSegmentation<pcl::PointXYZRGB>;
-extern template class PLANAR_MAPPING_EXPORT MultiPlaneSACSegmentation<pcl::PointXYZRGBA>;
-extern template class PLANAR_MAPPING_EXPORT MultiPlaneSACSegmentation<pcl::PointNormal>;
-extern template class PLANAR_MAPPING_EXPORT MultiPlaneSACSegmentation<pcl::PointXYZRGBNormal>;
-extern template class PLANAR_MAPPING_EXPORT MultiPlaneSACSegmentation<pcl::PointXYZINormal>;
+PLANAR_MAPPING_FOR_POINT_TYPES(extern template class PLANAR_MAPPING_EXPORT,
+                               MultiPlaneSACSegmentation)
 
 }  // namespace planar_mapping
 

@@ -15,8 +15,7 @@
 #include <unordered_map>
 #endif
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 
 namespace {
 
@@ -195,5 +194,4 @@ std::unique_ptr<OctreeGrid> makeOctreeGrid(double s, int min_points) {
 #endif
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -13,8 +13,7 @@
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/evaluation/detail/cell_table.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 constexpr std::size_t kHeaderBytes = 42;
@@ -348,5 +347,4 @@ std::size_t RectangularApproximation::fileBytes() const {
          detail::bytesOfBits(boxes_.size(), detail::bitsFor(corners) + detail::bitsFor(sizes));
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

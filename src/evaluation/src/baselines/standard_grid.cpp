@@ -11,8 +11,7 @@
 #include "planar_mapping/core/base/types.h"
 #include "planar_mapping/evaluation/grid_cell.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 /// Calls visit(x, y, z) for the cells of side \p s that the straight way from \p origin to \p end
@@ -53,17 +52,6 @@ constexpr float kMissLogOdds = 0.405f;
 constexpr float kMostLogOdds = 3.5f;
 constexpr std::size_t kHeaderBytes = 36;
 
-std::uint64_t keyOf(const GridCell& cell) {
-  return detail::packCell(cell.x, cell.y, cell.z);
-}
-
-bool isOnLattice(const GridCell& cell) {
-  const auto fits = [](std::int32_t v) {
-    return v >= -detail::kCellLimit && v < detail::kCellLimit;
-  };
-  return fits(cell.x) && fits(cell.y) && fits(cell.z);
-}
-
 }  // namespace
 
 StandardGrid::StandardGrid(double s, int min_points) : side_(s) {
@@ -72,15 +60,11 @@ StandardGrid::StandardGrid(double s, int min_points) : side_(s) {
   min_points_ = static_cast<std::uint32_t>(min_points);
 }
 
-StandardGrid::PointCount StandardGrid::count(const std::vector<Vector3>& points) {
+StandardGrid::PointCount StandardGrid::count(const std::vector<Vector3>& points) const {
   PointCount points_of_cell;
   for (const Vector3& point : points) {
     std::uint64_t key = 0;
-    if (detail::cellKeyOf(point, side_, key)) {
-      ++points_of_cell[key];
-    } else {
-      ++dropped_;
-    }
+    if (detail::cellKeyOf(point, side_, key)) ++points_of_cell[key];
   }
   return points_of_cell;
 }
@@ -131,20 +115,12 @@ std::vector<GridCell> StandardGrid::cells() const {
   std::sort(keys.begin(), keys.end());
   std::vector<GridCell> cells;
   cells.reserve(keys.size());
-  for (const std::uint64_t key : keys) {
-    cells.push_back(
-        {detail::unpackCell(key, 0), detail::unpackCell(key, 1), detail::unpackCell(key, 2)});
-  }
+  for (const std::uint64_t key : keys) cells.push_back(detail::cellOf(key));
   return cells;
 }
 
 std::vector<Cuboid> StandardGrid::cuboids() const {
   return cuboidsOf(cells(), side_);
-}
-
-double StandardGrid::occupancy(const GridCell& cell) const {
-  const float* log_odds = isOnLattice(cell) ? log_odds_.find(keyOf(cell)) : nullptr;
-  return log_odds == nullptr ? 0.5 : 1.0 / (1.0 + std::exp(-static_cast<double>(*log_odds)));
 }
 
 std::size_t StandardGrid::memoryBytes() const {
@@ -185,5 +161,4 @@ std::vector<Cuboid> cuboidsOf(const std::vector<GridBox>& boxes, double s) {
   return cuboids;
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -9,8 +9,7 @@
 
 #include "planar_mapping/core/base/error.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 constexpr std::uint32_t kLeafBoxes = 4;
@@ -220,5 +219,4 @@ void CuboidDistance::findBefore(std::size_t end, const Vector3& center, const Ma
   });
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

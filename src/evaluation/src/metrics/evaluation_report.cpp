@@ -7,8 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -33,13 +32,6 @@ Json number(const std::optional<double>& value) {
 std::string text(const std::optional<double>& value) {
   const Json json = number(value);
   return json.is_null() ? std::string() : json.dump();
-}
-
-std::string quoted(const std::string& field) {
-  if (field.find_first_of(",\"\n") == std::string::npos) return field;
-  std::string out = "\"";
-  for (const char c : field) out += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return out + "\"";
 }
 
 std::string joined(const std::vector<std::string>& words, const char* separator) {
@@ -213,6 +205,13 @@ std::string toJson(const ReportHeader& header, const std::vector<PlaceResult>& r
   return json.dump(1) + "\n";
 }
 
+std::string quotedForCsv(const std::string& field) {
+  if (field.find_first_of(",\"\n") == std::string::npos) return field;
+  std::string out = "\"";
+  for (const char c : field) out += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return out + "\"";
+}
+
 std::string toCsv(const ReportHeader& header, const std::vector<PlaceResult>& results) {
   std::string csv;
   for (const auto& [name, value] : header.facts) csv += "# " + name + ": " + value + "\n";
@@ -225,7 +224,7 @@ std::string toCsv(const ReportHeader& header, const std::vector<PlaceResult>& re
   }
   csv += "\n";
   for (const Summary& row : summarize(results)) {
-    csv += quoted(row.scene) + "," + text(row.cell) + "," + quoted(row.method) + "," +
+    csv += quotedForCsv(row.scene) + "," + text(row.cell) + "," + quotedForCsv(row.method) + "," +
            std::to_string(row.places);
     for (const FigureColumn& column : figureColumns()) csv += "," + text(row.median.*column.value);
     csv += "," + joined(row.losses, ";");
@@ -273,5 +272,4 @@ std::string toMarkdown(const ReportHeader& header, const std::vector<PlaceResult
   return markdown;
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -10,8 +10,7 @@
 
 #include "planar_mapping/core/base/error.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 constexpr double kPartsPerCell = 4.0;  ///< along each axis, of the mapping error
@@ -213,19 +212,14 @@ HeldBackDistance heldBackDistance(const CuboidDistance& index, const std::vector
   requireInRange("margin", margin, 0.0, std::numeric_limits<double>::max(), "m");
   std::vector<double> distances;
   distances.reserve(points.size());
-  double sum = 0.0;
   std::uint32_t hint = 0;
   for (const Vector3& point : points) {
-    if (!point.allFinite()) continue;
-    distances.push_back(index.distance(point, hint));
-    sum += distances.back();
+    if (point.allFinite()) distances.push_back(index.distance(point, hint));
   }
   HeldBackDistance result;
-  result.points = distances.size();
   if (distances.empty()) return result;
   result.median = nearestRank(distances, 0.5);
   result.percentile_95 = nearestRank(distances, 0.95);
-  result.mean = sum / static_cast<double>(distances.size());
   const auto shareWithin = [&distances](double most) {
     const auto within = std::count_if(distances.begin(), distances.end(),
                                       [most](double distance) { return distance <= most; });
@@ -310,5 +304,4 @@ double freeSpaceViolation(const CuboidDistance& index, const CrossedSpace& cross
   return static_cast<double>(marked) / static_cast<double>(crossed.cells());
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -7,8 +7,7 @@
 
 #include "planar_mapping/core/base/error.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 constexpr double kSeenSide = 0.01;  ///< metres; seen surface is thinned to cubes of this side
@@ -108,22 +107,6 @@ void SurfaceTruth::addView(const Rendering& view, const Pose& T_world_camera,
   }
 }
 
-std::vector<std::pair<std::uint64_t, SurfaceTruth::Seen>> SurfaceTruth::sortedSeen() const {
-  std::vector<std::pair<std::uint64_t, Seen>> sorted;
-  sorted.reserve(seen_.size());
-  seen_.forEach([&](std::uint64_t key, const Seen& seen) { sorted.emplace_back(key, seen); });
-  std::sort(sorted.begin(), sorted.end(),
-            [](const auto& a, const auto& b) { return a.first < b.first; });
-  return sorted;
-}
-
-std::vector<Vector3> SurfaceTruth::visiblePoints() const {
-  std::vector<Vector3> points;
-  for (const auto& [key, seen] : sortedSeen())
-    points.push_back(seen.sum / static_cast<double>(seen.pixels));
-  return points;
-}
-
 std::vector<VisibleCell> SurfaceTruth::visibleCells(double s) const {
   requirePositive("s", s, "m");
   struct Sum {
@@ -131,9 +114,14 @@ std::vector<VisibleCell> SurfaceTruth::visibleCells(double s) const {
     std::size_t count = 0;
     std::size_t pixels = 0;
   };
+  std::vector<std::pair<std::uint64_t, Seen>> sorted;
+  sorted.reserve(seen_.size());
+  seen_.forEach([&](std::uint64_t key, const Seen& seen) { sorted.emplace_back(key, seen); });
+  std::sort(sorted.begin(), sorted.end(),
+            [](const auto& a, const auto& b) { return a.first < b.first; });
   detail::CellTable<Sum> table;
   std::vector<std::uint64_t> keys;
-  for (const auto& [seen_key, seen] : sortedSeen()) {
+  for (const auto& [seen_key, seen] : sorted) {
     const Vector3 point = seen.sum / static_cast<double>(seen.pixels);
     std::uint64_t key = 0;
     if (!detail::cellKeyOf(point, s, key)) continue;
@@ -148,13 +136,9 @@ std::vector<VisibleCell> SurfaceTruth::visibleCells(double s) const {
   cells.reserve(keys.size());
   for (const std::uint64_t key : keys) {
     const Sum& sum = *table.find(key);
-    cells.push_back(
-        {{detail::unpackCell(key, 0), detail::unpackCell(key, 1), detail::unpackCell(key, 2)},
-         sum.points / static_cast<double>(sum.count),
-         sum.pixels});
+    cells.push_back({detail::cellOf(key), sum.points / static_cast<double>(sum.count), sum.pixels});
   }
   return cells;
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

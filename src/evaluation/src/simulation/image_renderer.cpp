@@ -11,8 +11,7 @@
 #include "simulation/object_view.h"
 #include "simulation/surface_shading.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 constexpr int kBandRows = 16;
@@ -194,5 +193,4 @@ io::Image renderImage(const Scene& scene, const Rendering& view, const Pose& T_w
   return image;
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

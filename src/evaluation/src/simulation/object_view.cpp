@@ -6,8 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
@@ -188,5 +187,4 @@ bool intersect(const SceneObject& object, const Vector3& origin, const Vector3& 
   return hitShape(object.shape, ray, 0.5 * object.size, t, face);
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

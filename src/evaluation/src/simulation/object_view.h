@@ -6,8 +6,7 @@
 
 #include "planar_mapping/evaluation/ray_caster.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 
 constexpr double kNearestDepth = 0.05;  ///< metres; nothing is seen closer to the camera
 
@@ -41,5 +40,4 @@ std::vector<ObjectView> viewsOf(const Scene& scene, const PinholeCamera& camera,
 /// The view of each object by its index; null where it cannot appear.
 std::vector<const ObjectView*> byIndex(const std::vector<ObjectView>& views, const Scene& scene);
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -10,8 +10,7 @@
 #include "simulation/object_view.h"
 #include "simulation/surface_shading.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 constexpr int kBandRows = 16;  ///< of the image, worked on by one thread at a time
@@ -107,5 +106,4 @@ Rendering render(const Scene& scene, const PinholeCamera& camera, const Pose& T_
   return image;
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

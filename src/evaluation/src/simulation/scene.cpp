@@ -8,8 +8,7 @@
 #include "planar_mapping/core/base/error.h"
 #include "simulation/scene_builder.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 constexpr double kSameNormal = 1e-9;
@@ -112,5 +111,4 @@ Scene makeScene(const std::string& name, int frames) {
   return makeScene(params);
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -5,8 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -120,14 +119,15 @@ void SceneBuilder::onlyIn(std::size_t count, int first, int last) {
   }
 }
 
-void SceneBuilder::person(double x, double y) {
+void SceneBuilder::person(double x, double y, int leaves) {
+  if (!params.moving) return;
   const Material coat{0x6A4F7B, Pattern::Speckles, 1.0};
   const Material skin{0xC79A7B, Pattern::Speckles, 0.8};
   moveTo(x, y);
   box("person_legs", Vector3(-0.12, -0.17, 0), Vector3(0.24, 0.34, 0.8), coat);
   box("person_body", Vector3(-0.15, -0.24, 0.8), Vector3(0.3, 0.48, 0.62), coat);
   sphere("person_head", Vector3(0, 0, 1.57), 0.26, skin);
+  onlyIn(3, 0, std::max(1, leaves) - 1);
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -7,8 +7,7 @@
 
 #include "planar_mapping/evaluation/scene.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 
 /// Puts solids into a scene. Places of furniture are given in a frame of their own (x to the
 /// right, y to the back, z up) that stands somewhere on the ground, turned by a yaw.
@@ -45,8 +44,9 @@ struct SceneBuilder {
   void followRound(double length, const std::function<void(double s)>& look);
   /// The last added \p count objects are there from frame \p first to frame \p last only.
   void onlyIn(std::size_t count, int first, int last);
-  /// A person of 1.7 m standing at x, y of the world.
-  void person(double x, double y);
+  /// A person of 1.7 m who stands at x, y of the world and leaves before frame \p leaves, but not
+  /// before the second; nobody unless the parameters ask for what moves.
+  void person(double x, double y, int leaves);
   /// The first frame for which \p passed holds; \p share of the frames if there is none.
   int frameWhen(const std::function<bool(const Vector3& camera)>& passed, double share) const;
 };
@@ -57,5 +57,4 @@ void buildOutdoor(SceneBuilder& builder);
 void buildRooms(SceneBuilder& builder);
 void buildWhite(SceneBuilder& builder);
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -7,8 +7,7 @@
 #include "planar_mapping/core/base/detail/random.h"
 #include "simulation/scene_builder.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -29,72 +28,69 @@ constexpr double kHeight = 2.5;
 constexpr double kThickness = 0.15;
 constexpr double kSegment = 5.0;  ///< of a side of the long corridor
 
-/// A wall along +x from \p begin to \p end, its visible side at y = 0, solid towards +y, with a
-/// closed door set back by the thickness of its frame.
-void addDoorWall(SceneBuilder& b, double begin, double end, double door_begin, bool open) {
-  const double y = b.place.translation().y();
-  const double yaw = b.place.linear()(0, 0) > 0.0 ? 0.0 : 180.0;
-  b.moveTo(begin, y, 0.0, yaw);
+/// Adds what follows along a side of the corridor from \p begin on, its visible side at y = 0,
+/// solid towards +y: the right side is turned by 180 degrees.
+void moveToSide(SceneBuilder& b, bool left, double begin) {
+  b.moveTo(begin, left ? kHalfWidth : -kHalfWidth, 0.0, left ? 0.0 : 180.0);
+}
+
+/// A wall between two x of the world with a door set back by the thickness of its frame.
+void addDoorWall(SceneBuilder& b, bool left, double begin, double end, double door_begin,
+                 bool open) {
+  moveToSide(b, left, begin);
   const double length = std::abs(end - begin);
   b.wallWithOpening("wall", length, kHeight, kThickness, door_begin, door_begin + 0.95, 0.0, 2.1,
                     kWall);
   if (open) {
-    b.turnedBox("door_leaf", Vector3(door_begin + 0.06, 0.15 + 0.45, 1.03),
-                Vector3(0.04, 0.9, 2.05), Eigen::AngleAxisd(0.12, Vector3::UnitZ()), kDoor);
-    b.box("room_back", Vector3(door_begin - 1.4, 2.8, 0), Vector3(3.6, kThickness, kHeight), kWall);
-    b.box("room_side", Vector3(door_begin - 1.4, kThickness, 0), Vector3(kThickness, 2.65, kHeight),
-          kWall);
-    b.box("room_side", Vector3(door_begin + 2.05, kThickness, 0),
-          Vector3(kThickness, 2.65, kHeight), kWall);
-    b.box("desk", Vector3(door_begin + 0.1, 2.0, 0.7), Vector3(1.4, 0.7, 0.04), kWood);
-    b.box("desk_side", Vector3(door_begin + 0.1, 2.0, 0), Vector3(0.04, 0.7, 0.7), kWood);
-    b.box("desk_side", Vector3(door_begin + 1.46, 2.0, 0), Vector3(0.04, 0.7, 0.7), kWood);
+    b.turnedBox("door_leaf", {door_begin + 0.06, 0.15 + 0.45, 1.03}, {0.04, 0.9, 2.05},
+                Eigen::AngleAxisd(0.12, Vector3::UnitZ()), kDoor);
+    b.box("room_back", {door_begin - 1.4, 2.8, 0}, {3.6, kThickness, kHeight}, kWall);
+    b.box("room_side", {door_begin - 1.4, kThickness, 0}, {kThickness, 2.65, kHeight}, kWall);
+    b.box("room_side", {door_begin + 2.05, kThickness, 0}, {kThickness, 2.65, kHeight}, kWall);
+    b.box("desk", {door_begin + 0.1, 2.0, 0.7}, {1.4, 0.7, 0.04}, kWood);
+    b.box("desk_side", {door_begin + 0.1, 2.0, 0}, {0.04, 0.7, 0.7}, kWood);
+    b.box("desk_side", {door_begin + 1.46, 2.0, 0}, {0.04, 0.7, 0.7}, kWood);
   } else {
-    b.box("door_leaf", Vector3(door_begin, 0.08, 0), Vector3(0.95, 0.05, 2.1), kDoor);
-    b.box("door_handle", Vector3(door_begin + 0.82, 0.02, 1.02), Vector3(0.1, 0.06, 0.03), kMetal);
+    b.box("door_leaf", {door_begin, 0.08, 0}, {0.95, 0.05, 2.1}, kDoor);
+    b.box("door_handle", {door_begin + 0.82, 0.02, 1.02}, {0.1, 0.06, 0.03}, kMetal);
   }
 }
 
 /// A stretch of wall with a niche of \p depth in it.
-void addNicheWall(SceneBuilder& b, double begin, double end, double niche_begin, double niche_end,
-                  double depth) {
-  const double y = b.place.translation().y();
-  const double yaw = b.place.linear()(0, 0) > 0.0 ? 0.0 : 180.0;
-  b.moveTo(begin, y, 0.0, yaw);
+void addNicheWall(SceneBuilder& b, bool left, double begin, double end, double niche_begin,
+                  double niche_end, double depth) {
+  moveToSide(b, left, begin);
   const double length = std::abs(end - begin);
   b.wallWithOpening("wall", length, kHeight, depth, niche_begin, niche_end, 0.0, 2.2, kWall);
-  b.box("niche_back", Vector3(niche_begin, depth, 0),
-        Vector3(niche_end - niche_begin, kThickness, kHeight), kWall);
+  b.box("niche_back", {niche_begin, depth, 0}, {niche_end - niche_begin, kThickness, kHeight},
+        kWall);
 }
 
 /// Floor, ceiling and the walls at both ends.
 void addShell(SceneBuilder& b, double length) {
   b.moveTo(0.0, 0.0);
-  b.box("floor", Vector3(-2.0, -5.0, -0.1), Vector3(length + 4.0, 10.0, 0.1), kFloor);
-  b.box("ceiling", Vector3(-2.0, -5.0, kHeight), Vector3(length + 4.0, 10.0, 0.1), kCeiling);
-  b.box("wall_end", Vector3(length, -kHalfWidth, 0), Vector3(kThickness, 2.0 * kHalfWidth, kHeight),
-        kWall);
-  b.box("wall_start", Vector3(-1.15, -kHalfWidth, 0),
-        Vector3(kThickness, 2.0 * kHalfWidth, kHeight), kWall);
+  b.box("floor", {-2.0, -5.0, -0.1}, {length + 4.0, 10.0, 0.1}, kFloor);
+  b.box("ceiling", {-2.0, -5.0, kHeight}, {length + 4.0, 10.0, 0.1}, kCeiling);
+  b.box("wall_end", {length, -kHalfWidth, 0}, {kThickness, 2.0 * kHalfWidth, kHeight}, kWall);
+  b.box("wall_start", {-1.15, -kHalfWidth, 0}, {kThickness, 2.0 * kHalfWidth, kHeight}, kWall);
 }
 
 /// One side of the long corridor between two x of the world: a door, a niche or plain wall.
 void addSegment(SceneBuilder& b, double begin, double end, bool left, Random& random) {
   const double length = end - begin;
-  b.moveTo(0.0, left ? kHalfWidth : -kHalfWidth, 0.0, left ? 0.0 : 180.0);
   const double from = left ? begin : end;
   const double to = left ? end : begin;
   const double kind = random.uniform();
   const double opening = random.uniform(1.6, length - 2.9);
   if (kind < 0.15 && length < 1.5 * kSegment) {
-    addDoorWall(b, from, to, 1.9, true);
+    addDoorWall(b, left, from, to, 1.9, true);
   } else if (kind < 0.7) {
-    addDoorWall(b, from, to, opening, false);
+    addDoorWall(b, left, from, to, opening, false);
   } else if (kind < 0.85) {
-    addNicheWall(b, from, to, opening, opening + 1.2, 0.3);
+    addNicheWall(b, left, from, to, opening, opening + 1.2, 0.3);
   } else {
-    b.moveTo(from, left ? kHalfWidth : -kHalfWidth, 0.0, left ? 0.0 : 180.0);
-    b.box("wall", Vector3(0, 0, 0), Vector3(length, kThickness, kHeight), kWall);
+    moveToSide(b, left, from);
+    b.box("wall", {0, 0, 0}, {length, kThickness, kHeight}, kWall);
   }
 }
 
@@ -105,18 +101,18 @@ void addSideThing(SceneBuilder& b, double x, Random& random) {
   const double yaw_deg = random.uniform(-15.0, 15.0);
   if (kind < 0.25) {
     b.moveTo(x, 0.66 * side, 0.0, yaw_deg);
-    b.box("carton", Vector3(-0.25, -0.2, 0), Vector3(0.5, 0.4, 0.4), kCardboard);
+    b.box("carton", {-0.25, -0.2, 0}, {0.5, 0.4, 0.4}, kCardboard);
   } else if (kind < 0.4) {
     b.moveTo(x, 0.8 * side, 0.0, 0.0);
-    b.cylinder("bin", Vector3(0, 0, 0), 0.34, 0.6, kMetal);
+    b.cylinder("bin", {0, 0, 0}, 0.34, 0.6, kMetal);
   } else if (kind < 0.55) {
     b.moveTo(x, 0.81 * side, 0.0, 0.0);
-    b.box("locker", Vector3(-0.25, -0.19, 0), Vector3(0.5, 0.38, 1.5), kMetal);
+    b.box("locker", {-0.25, -0.19, 0}, {0.5, 0.38, 1.5}, kMetal);
   } else if (kind < 0.65) {
     b.moveTo(x, 0.8 * side, 0.0, 0.0);
-    b.box("bench_seat", Vector3(-0.55, -0.19, 0.42), Vector3(1.1, 0.38, 0.05), kWood);
-    b.box("bench_side", Vector3(-0.55, -0.19, 0), Vector3(0.05, 0.38, 0.42), kWood);
-    b.box("bench_side", Vector3(0.5, -0.19, 0), Vector3(0.05, 0.38, 0.42), kWood);
+    b.box("bench_seat", {-0.55, -0.19, 0.42}, {1.1, 0.38, 0.05}, kWood);
+    b.box("bench_side", {-0.55, -0.19, 0}, {0.05, 0.38, 0.42}, kWood);
+    b.box("bench_side", {0.5, -0.19, 0}, {0.05, 0.38, 0.42}, kWood);
   }
 }
 
@@ -126,13 +122,12 @@ void addMovingThings(SceneBuilder& b) {
   const auto frameAt = [&b](double x, double share) {
     return std::max(1, b.frameWhen([x](const Vector3& camera) { return camera.x() > x; }, share));
   };
-  b.person(4.3, 0.35);
-  b.onlyIn(3, 0, frameAt(1.8, 0.3) - 1);
+  b.person(4.3, 0.35, frameAt(1.8, 0.3));
   const int opens = frameAt(4.4, 0.6);
   b.moveTo(0.0, 0.0);
-  b.box("fire_door", Vector3(6.9, -1.0, 0.01), Vector3(0.05, 1.9, 2.1), kDoor);
+  b.box("fire_door", {6.9, -1.0, 0.01}, {0.05, 1.9, 2.1}, kDoor);
   b.onlyIn(1, 0, opens - 1);
-  b.box("fire_door", Vector3(5.0, -0.98, 0.01), Vector3(1.9, 0.05, 2.1), kDoor);
+  b.box("fire_door", {5.0, -0.98, 0.01}, {1.9, 0.05, 2.1}, kDoor);
   b.onlyIn(1, opens, std::numeric_limits<int>::max());
 }
 
@@ -153,7 +148,7 @@ void buildLongCorridor(SceneBuilder& b) {
   const double way = length - 4.5;
   b.followLine(way, [&b, way](double s, double turn_deg) {
     const double periods = way / 11.5;
-    b.lookFrom(Vector3(way * s, 0.12 * std::sin(4.0 * kPi * periods * s), 0.37),
+    b.lookFrom({way * s, 0.12 * std::sin(4.0 * kPi * periods * s), 0.37},
                14.0 * std::sin(6.0 * kPi * periods * s) + turn_deg, 0.0);
   });
   addMovingThings(b);
@@ -167,48 +162,38 @@ void buildCorridor(SceneBuilder& b) {
     return;
   }
   addShell(b, kLength);
-  // Left side: local x runs with the world's, solid to +y. Right side: turned by 180 degrees.
-  const auto left = [&b]() { b.moveTo(0.0, kHalfWidth, 0.0, 0.0); };
-  const auto right = [&b]() { b.moveTo(0.0, -kHalfWidth, 0.0, 180.0); };
-  left();
-  addDoorWall(b, -1.0, 4.0, 2.6, false);
-  left();
-  addDoorWall(b, 4.0, 8.5, 2.2, true);
-  left();
-  addNicheWall(b, 8.5, 12.0, 0.9, 2.4, 0.45);
-  left();
-  addDoorWall(b, 12.0, kLength, 1.6, false);
-  right();
-  addNicheWall(b, 4.5, -1.0, 1.0, 1.8, 0.25);
-  right();
-  addDoorWall(b, 9.5, 4.5, 2.0, false);
-  right();
-  addDoorWall(b, kLength, 9.5, 3.4, true);
+  constexpr bool kLeft = true, kRight = false;
+  addDoorWall(b, kLeft, -1.0, 4.0, 2.6, false);
+  addDoorWall(b, kLeft, 4.0, 8.5, 2.2, true);
+  addNicheWall(b, kLeft, 8.5, 12.0, 0.9, 2.4, 0.45);
+  addDoorWall(b, kLeft, 12.0, kLength, 1.6, false);
+  addNicheWall(b, kRight, 4.5, -1.0, 1.0, 1.8, 0.25);
+  addDoorWall(b, kRight, 9.5, 4.5, 2.0, false);
+  addDoorWall(b, kRight, kLength, 9.5, 3.4, true);
 
   b.moveTo(0.0, 0.0);
-  b.cylinder("extinguisher", Vector3(3.1, -1.1, 0.25), 0.16, 0.5, kRed);
-  b.box("bench_seat", Vector3(9.6, 1.03, 0.42), Vector3(1.1, 0.38, 0.05), kWood);
-  b.box("bench_side", Vector3(9.6, 1.03, 0), Vector3(0.05, 0.38, 0.42), kWood);
-  b.box("bench_side", Vector3(10.65, 1.03, 0), Vector3(0.05, 0.38, 0.42), kWood);
-  b.box("locker", Vector3(7.6, 0.62, 0), Vector3(0.5, 0.38, 1.5), kMetal);
+  b.cylinder("extinguisher", {3.1, -1.1, 0.25}, 0.16, 0.5, kRed);
+  b.box("bench_seat", {9.6, 1.03, 0.42}, {1.1, 0.38, 0.05}, kWood);
+  b.box("bench_side", {9.6, 1.03, 0}, {0.05, 0.38, 0.42}, kWood);
+  b.box("bench_side", {10.65, 1.03, 0}, {0.05, 0.38, 0.42}, kWood);
+  b.box("locker", {7.6, 0.62, 0}, {0.5, 0.38, 1.5}, kMetal);
   b.moveTo(5.4, -0.68, 0.0, 14.0);
-  b.box("carton", Vector3(-0.25, -0.2, 0), Vector3(0.5, 0.4, 0.35), kCardboard);
+  b.box("carton", {-0.25, -0.2, 0}, {0.5, 0.4, 0.35}, kCardboard);
   b.moveTo(5.42, -0.69, 0.35, -6.0);
-  b.box("carton", Vector3(-0.18, -0.15, 0), Vector3(0.34, 0.3, 0.25), kCardboard);
+  b.box("carton", {-0.18, -0.15, 0}, {0.34, 0.3, 0.25}, kCardboard);
   b.moveTo(12.4, 0.66, 0.0, -10.0);
-  b.box("carton", Vector3(-0.3, -0.2, 0), Vector3(0.6, 0.4, 0.5), kCardboard);
+  b.box("carton", {-0.3, -0.2, 0}, {0.6, 0.4, 0.5}, kCardboard);
   b.moveTo(14.6, -0.6, 0.0, 0.0);
-  b.cylinder("bin", Vector3(0, 0, 0), 0.34, 0.6, kMetal);
+  b.cylinder("bin", {0, 0, 0}, 0.34, 0.6, kMetal);
   b.moveTo(15.4, 0.35, 0.0, 0.0);
-  b.box("armchair", Vector3(-0.3, -0.35, 0), Vector3(0.6, 0.7, 0.4), kFabric);
-  b.box("armchair_back", Vector3(0.2, -0.35, 0.4), Vector3(0.15, 0.7, 0.45), kFabric);
+  b.box("armchair", {-0.3, -0.35, 0}, {0.6, 0.7, 0.4}, kFabric);
+  b.box("armchair_back", {0.2, -0.35, 0.4}, {0.15, 0.7, 0.45}, kFabric);
 
   b.followLine(11.5, [&b](double s, double turn_deg) {
-    b.lookFrom(Vector3(11.5 * s, 0.12 * std::sin(4.0 * kPi * s), 0.37),
+    b.lookFrom({11.5 * s, 0.12 * std::sin(4.0 * kPi * s), 0.37},
                14.0 * std::sin(6.0 * kPi * s) + turn_deg, 0.0);
   });
   addMovingThings(b);
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

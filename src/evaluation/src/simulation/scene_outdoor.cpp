@@ -6,8 +6,7 @@
 
 #include "simulation/scene_builder.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -26,8 +25,8 @@ const Material kSign{0xD9D9D2, Pattern::Tiles, 1.0};
 
 void addTree(SceneBuilder& b, double x, double y, double diameter) {
   b.moveTo(x, y);
-  b.cylinder("trunk", Vector3(0, 0, 0), diameter, 2.6, kBark);
-  b.sphere("crown", Vector3(0, 0, 3.4), 2.4, kLeaf);
+  b.cylinder("trunk", {0, 0, 0}, diameter, 2.6, kBark);
+  b.sphere("crown", {0, 0, 3.4}, 2.4, kLeaf);
 }
 
 /// Things that stand somewhere else in the second half of the frames; a person who leaves.
@@ -36,7 +35,7 @@ void addMovedThings(SceneBuilder& b) {
   constexpr int kAlways = std::numeric_limits<int>::max();
   const auto carton = [&b](double x, double y) {
     b.moveTo(x, y, 0.0, 17.0);
-    b.box("carton", Vector3(-0.3, -0.25, 0), Vector3(0.6, 0.5, 0.55), kCardboard);
+    b.box("carton", {-0.3, -0.25, 0}, {0.6, 0.5, 0.55}, kCardboard);
   };
   carton(11.2, -1.7);
   b.onlyIn(1, 0, half - 1);
@@ -44,46 +43,41 @@ void addMovedThings(SceneBuilder& b) {
   b.onlyIn(1, half, kAlways);
   const auto sign = [&b](double x, double y) {
     b.moveTo(x, y, 0.0, 8.0);
-    b.box("sign", Vector3(-0.03, -0.4, 0.02), Vector3(0.06, 0.8, 1.0), kSign);
+    b.box("sign", {-0.03, -0.4, 0.02}, {0.06, 0.8, 1.0}, kSign);
   };
   sign(7.0, 1.6);
   b.onlyIn(1, 0, half - 1);
   sign(16.5, -1.5);
   b.onlyIn(1, half, kAlways);
-  if (!b.params.moving) return;
-  const int leaves =
-      std::max(1, b.frameWhen([](const Vector3& camera) { return camera.x() > 3.0; }, 0.4));
-  b.person(6.0, -0.6);
-  b.onlyIn(3, 0, leaves - 1);
+  b.person(6.0, -0.6, b.frameWhen([](const Vector3& camera) { return camera.x() > 3.0; }, 0.4));
 }
 
 }  // namespace
 
 void buildOutdoor(SceneBuilder& b) {
-  b.box("ground", Vector3(-5, -10, -0.2), Vector3(45, 20, 0.2), kPaving);
+  b.box("ground", {-5, -10, -0.2}, {45, 20, 0.2}, kPaving);
 
   // North: a building with a recessed door and window sills; south: a low wall and a far house.
   b.moveTo(0.0, 5.0);
   b.wallWithOpening("building", 18.0, 5.0, 0.4, 7.0, 8.6, 0.0, 2.4, kBrick);
-  b.box("building_door", Vector3(7.0, 0.3, 0), Vector3(1.6, 0.1, 2.4), kDoor);
+  b.box("building_door", {7.0, 0.3, 0}, {1.6, 0.1, 2.4}, kDoor);
   for (const double x : {2.0, 4.6, 11.0, 14.5})
-    b.box("window_sill", Vector3(x, -0.15, 0.9), Vector3(1.4, 0.15, 0.08), kStone);
-  b.box("building_corner", Vector3(18.0, -1.5, 0), Vector3(0.4, 1.9, 5.0), kBrick);
+    b.box("window_sill", {x, -0.15, 0.9}, {1.4, 0.15, 0.08}, kStone);
+  b.box("building_corner", {18.0, -1.5, 0}, {0.4, 1.9, 5.0}, kBrick);
   b.moveTo(0.0, -5.0);
-  b.box("low_wall", Vector3(0, -0.4, 0), Vector3(14.0, 0.4, 1.1), kStone);
-  b.box("house", Vector3(20.0, -1.0, 0), Vector3(10.0, 1.0, 4.5), kPlaster);
+  b.box("low_wall", {0, -0.4, 0}, {14.0, 0.4, 1.1}, kStone);
+  b.box("house", {20.0, -1.0, 0}, {10.0, 1.0, 4.5}, kPlaster);
   b.moveTo(30.0, -5.0);
-  b.box("wall_end", Vector3(0, 0, 0), Vector3(0.4, 10.4, 3.0), kPlaster);
+  b.box("wall_end", {0, 0, 0}, {0.4, 10.4, 3.0}, kPlaster);
 
   b.moveTo(20.0, 2.6);
   for (int step = 0; step < 5; ++step)
-    b.box("step", Vector3(0.0, 0.32 * step, 0.0),
-          Vector3(4.0, 2.4 - 0.32 * step, 0.16 * (step + 1)), kStone);
-  b.box("stair_cheek", Vector3(-0.3, 0, 0), Vector3(0.3, 2.4, 1.0), kStone);
-  b.box("stair_cheek", Vector3(4.0, 0, 0), Vector3(0.3, 2.4, 1.0), kStone);
+    b.box("step", {0.0, 0.32 * step, 0.0}, {4.0, 2.4 - 0.32 * step, 0.16 * (step + 1)}, kStone);
+  b.box("stair_cheek", {-0.3, 0, 0}, {0.3, 2.4, 1.0}, kStone);
+  b.box("stair_cheek", {4.0, 0, 0}, {0.3, 2.4, 1.0}, kStone);
   b.moveTo(25.2, 2.5, 0.0, 0.0);
-  b.turnedBox("ramp", Vector3(1.8, 1.0, 0.2), Vector3(3.4, 1.6, 0.08),
-              Eigen::AngleAxisd(-0.14, Vector3::UnitY()), kStone);
+  b.turnedBox("ramp", {1.8, 1.0, 0.2}, {3.4, 1.6, 0.08}, Eigen::AngleAxisd(-0.14, Vector3::UnitY()),
+              kStone);
 
   addTree(b, 4.0, -3.2, 0.36);
   addTree(b, 9.5, -3.5, 0.44);
@@ -91,27 +85,26 @@ void buildOutdoor(SceneBuilder& b) {
   addTree(b, 13.0, 3.4, 0.4);
   for (const double x : {17.0, 19.6, 22.2, 24.8}) {
     b.moveTo(x, -2.6);
-    b.box("column_foot", Vector3(-0.35, -0.35, 0), Vector3(0.7, 0.7, 0.2), kStone);
-    b.cylinder("column", Vector3(0, 0, 0.2), 0.5, 3.0, kStone);
+    b.box("column_foot", {-0.35, -0.35, 0}, {0.7, 0.7, 0.2}, kStone);
+    b.cylinder("column", {0, 0, 0.2}, 0.5, 3.0, kStone);
   }
   for (int i = 0; i < 6; ++i) {
     b.moveTo(2.0 + 2.2 * i, 2.3);
-    b.box("pillar", Vector3(-0.05, -0.05, 0), Vector3(0.1, 0.1, 1.0), kIron);
+    b.box("pillar", {-0.05, -0.05, 0}, {0.1, 0.1, 1.0}, kIron);
   }
   b.moveTo(6.2, -4.3, 0.0, 4.0);
-  b.box("bench_seat", Vector3(0, 0, 0.42), Vector3(1.8, 0.45, 0.06), kWood);
-  b.box("bench_back", Vector3(0, -0.05, 0.48), Vector3(1.8, 0.05, 0.45), kWood);
-  b.box("bench_foot", Vector3(0.1, 0, 0), Vector3(0.12, 0.45, 0.42), kStone);
-  b.box("bench_foot", Vector3(1.58, 0, 0), Vector3(0.12, 0.45, 0.42), kStone);
+  b.box("bench_seat", {0, 0, 0.42}, {1.8, 0.45, 0.06}, kWood);
+  b.box("bench_back", {0, -0.05, 0.48}, {1.8, 0.05, 0.45}, kWood);
+  b.box("bench_foot", {0.1, 0, 0}, {0.12, 0.45, 0.42}, kStone);
+  b.box("bench_foot", {1.58, 0, 0}, {0.12, 0.45, 0.42}, kStone);
   b.moveTo(14.8, 1.7, 0.0, 30.0);
-  b.box("planter", Vector3(-0.6, -0.3, 0), Vector3(1.2, 0.6, 0.5), kStone);
+  b.box("planter", {-0.6, -0.3, 0}, {1.2, 0.6, 0.5}, kStone);
 
   b.followLine(24.0, [&b](double s, double turn_deg) {
-    b.lookFrom(Vector3(0.5 + 24.0 * s, 0.5 * std::sin(2.0 * kPi * s), 0.37),
+    b.lookFrom({0.5 + 24.0 * s, 0.5 * std::sin(2.0 * kPi * s), 0.37},
                25.0 * std::sin(6.0 * kPi * s) + turn_deg, 4.0);
   });
   addMovedThings(b);
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -5,8 +5,7 @@
 
 #include "simulation/scene_builder.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 const Material kWall{0xD9D2C3, Pattern::Speckles, 0.8, 0.4};
@@ -55,23 +54,22 @@ Waypoint placeAt(double s) {
 
 void addShell(SceneBuilder& b) {
   constexpr double kLength = 2.0 * kRoom + kPartitionWidth;
-  b.box("floor", Vector3(-0.5, -0.5, -0.1), Vector3(kLength + 1.0, kRoom + 1.0, 0.1), kFloor);
-  b.box("ceiling", Vector3(-0.5, -0.5, kHeight), Vector3(kLength + 1.0, kRoom + 1.0, 0.1),
-        kCeiling);
-  b.box("wall_north", Vector3(0, kRoom, 0), Vector3(kLength, kThickness, kHeight), kWall);
-  b.box("wall_south", Vector3(0, -kThickness, 0), Vector3(kLength, kThickness, kHeight), kWall);
-  b.box("wall_west", Vector3(-kThickness, 0, 0), Vector3(kThickness, kRoom, kHeight), kWall);
-  b.box("wall_east", Vector3(kLength, 0, 0), Vector3(kThickness, kRoom, kHeight), kWall);
+  b.box("floor", {-0.5, -0.5, -0.1}, {kLength + 1.0, kRoom + 1.0, 0.1}, kFloor);
+  b.box("ceiling", {-0.5, -0.5, kHeight}, {kLength + 1.0, kRoom + 1.0, 0.1}, kCeiling);
+  b.box("wall_north", {0, kRoom, 0}, {kLength, kThickness, kHeight}, kWall);
+  b.box("wall_south", {0, -kThickness, 0}, {kLength, kThickness, kHeight}, kWall);
+  b.box("wall_west", {-kThickness, 0, 0}, {kThickness, kRoom, kHeight}, kWall);
+  b.box("wall_east", {kLength, 0, 0}, {kThickness, kRoom, kHeight}, kWall);
   b.moveTo(kRoom + kPartitionWidth, 0.0, 0.0, 90.0);
   b.wallWithOpening("partition", kRoom, kHeight, kPartitionWidth, 0.8, 1.8, 0.0, 2.05, kPartition);
 }
 
 void addTable(SceneBuilder& b, double x, double y, double yaw_deg) {
   b.moveTo(x, y, 0.0, yaw_deg);
-  b.box("table_top", Vector3(-0.6, -0.35, 0.71), Vector3(1.2, 0.7, 0.04), kWood);
+  b.box("table_top", {-0.6, -0.35, 0.71}, {1.2, 0.7, 0.04}, kWood);
   for (const double leg_x : {-0.57, 0.5})
     for (const double leg_y : {-0.32, 0.25})
-      b.box("table_leg", Vector3(leg_x, leg_y, 0), Vector3(0.07, 0.07, 0.71), kWood);
+      b.box("table_leg", {leg_x, leg_y, 0}, {0.07, 0.07, 0.71}, kWood);
 }
 
 }  // namespace
@@ -81,25 +79,22 @@ void buildRooms(SceneBuilder& b) {
   addTable(b, 2.9, 0.5, 0.0);
   addTable(b, 7.3, 0.6, 90.0);
   b.moveTo(0.0, 0.0);
-  b.box("cabinet", Vector3(2.6, 3.55, 0), Vector3(0.9, 0.45, 1.1), kWood);
-  b.box("shelf", Vector3(5.2, 3.65, 0), Vector3(1.1, 0.35, 1.8), kWood);
-  b.box("sofa_base", Vector3(0.05, 0.1, 0), Vector3(1.6, 0.75, 0.4), kFabric);
-  b.box("sofa_back", Vector3(0.05, 0.0, 0.4), Vector3(1.6, 0.2, 0.4), kFabric);
+  b.box("cabinet", {2.6, 3.55, 0}, {0.9, 0.45, 1.1}, kWood);
+  b.box("shelf", {5.2, 3.65, 0}, {1.1, 0.35, 1.8}, kWood);
+  b.box("sofa_base", {0.05, 0.1, 0}, {1.6, 0.75, 0.4}, kFabric);
+  b.box("sofa_back", {0.05, 0.0, 0.4}, {1.6, 0.2, 0.4}, kFabric);
   b.moveTo(3.5, 2.6, 0.0, 20.0);
-  b.box("crate", Vector3(-0.25, -0.2, 0), Vector3(0.5, 0.4, 0.4), kCardboard);
+  b.box("crate", {-0.25, -0.2, 0}, {0.5, 0.4, 0.4}, kCardboard);
   b.moveTo(4.6, 2.5, 0.0, -15.0);
-  b.box("crate", Vector3(-0.2, -0.2, 0), Vector3(0.4, 0.4, 0.5), kCardboard);
+  b.box("crate", {-0.2, -0.2, 0}, {0.4, 0.4, 0.5}, kCardboard);
   b.moveTo(7.4, 3.4, 0.0, 30.0);
-  b.box("crate", Vector3(-0.25, -0.25, 0), Vector3(0.5, 0.5, 0.6), kCardboard);
+  b.box("crate", {-0.25, -0.25, 0}, {0.5, 0.5, 0.6}, kCardboard);
 
   b.followLine(lengthOfWay(), [&b](double s, double turn_deg) {
     const Waypoint place = placeAt(s);
-    b.lookFrom(Vector3(place.x, place.y, 0.37), place.yaw_deg + turn_deg, 0.0);
+    b.lookFrom({place.x, place.y, 0.37}, place.yaw_deg + turn_deg, 0.0);
   });
-  if (!b.params.moving) return;
-  b.person(2.2, 2.9);
-  b.onlyIn(3, 0, std::max(1, b.params.frames / 4) - 1);
+  b.person(2.2, 2.9, b.params.frames / 4);
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

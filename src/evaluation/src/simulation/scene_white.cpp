@@ -1,13 +1,11 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include <algorithm>
 #include <cmath>
 
 #include "planar_mapping/core/base/detail/random.h"
 #include "simulation/scene_builder.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -30,14 +28,13 @@ constexpr double kThickness = 0.12;
 
 /// The wall along local x from 0 to \p length, seen from -y, with what is on it.
 void addWall(SceneBuilder& b, Random& random, double length, bool door) {
-  b.box("wall", Vector3(-kThickness, 0, 0), Vector3(length + 2 * kThickness, kThickness, kHeight),
-        kWall);
+  b.box("wall", {-kThickness, 0, 0}, {length + 2 * kThickness, kThickness, kHeight}, kWall);
   const double board = random.uniform(0.06, 0.12);
-  b.box("base_board", Vector3(0, -0.015, 0), Vector3(length, 0.015, board), kBoard);
+  b.box("base_board", {0, -0.015, 0}, {length, 0.015, board}, kBoard);
   double x = random.uniform(0.3, 0.9);
   if (door) {
-    b.box("door_frame", Vector3(x, -0.03, 0), Vector3(0.96, 0.03, 2.06), kFrame);
-    b.box("door_leaf", Vector3(x + 0.04, -0.04, 0.01), Vector3(0.88, 0.04, 2.0), kDoor);
+    b.box("door_frame", {x, -0.03, 0}, {0.96, 0.03, 2.06}, kFrame);
+    b.box("door_leaf", {x + 0.04, -0.04, 0.01}, {0.88, 0.04, 2.0}, kDoor);
     x += 1.3;
   }
   while (true) {
@@ -45,19 +42,17 @@ void addWall(SceneBuilder& b, Random& random, double length, bool door) {
     const double height = random.uniform(0.3, 0.6);
     if (x + width > length - 0.3) return;
     const double z = random.uniform(1.2, 1.6);
-    b.box("picture_frame", Vector3(x, -0.02, z), Vector3(width, 0.02, height), kFrame);
-    b.box("picture", Vector3(x + 0.03, -0.022, z + 0.03),
-          Vector3(width - 0.06, 0.022, height - 0.06), kPicture);
+    b.box("picture_frame", {x, -0.02, z}, {width, 0.02, height}, kFrame);
+    b.box("picture", {x + 0.03, -0.022, z + 0.03}, {width - 0.06, 0.022, height - 0.06}, kPicture);
     x += width + random.uniform(0.5, 1.3);
   }
 }
 
 void addTable(SceneBuilder& b) {
-  b.box("table_top", Vector3(-0.5, -0.35, 0.71), Vector3(1.0, 0.7, 0.04), kWood);
+  b.box("table_top", {-0.5, -0.35, 0.71}, {1.0, 0.7, 0.04}, kWood);
   for (const double x : {-0.47, 0.4})
-    for (const double y : {-0.32, 0.25})
-      b.box("table_leg", Vector3(x, y, 0), Vector3(0.07, 0.07, 0.71), kWood);
-  b.box("parcel", Vector3(-0.3, -0.1, 0.75), Vector3(0.3, 0.22, 0.2), kCardboard);
+    for (const double y : {-0.32, 0.25}) b.box("table_leg", {x, y, 0}, {0.07, 0.07, 0.71}, kWood);
+  b.box("parcel", {-0.3, -0.1, 0.75}, {0.3, 0.22, 0.2}, kCardboard);
 }
 
 }  // namespace
@@ -67,8 +62,8 @@ void buildWhite(SceneBuilder& b) {
   const double length = random.uniform(4.6, 5.6);
   const double width = random.uniform(3.9, 4.7);
   b.moveTo(-0.5 * length, -0.5 * width);
-  b.box("floor", Vector3(-0.2, -0.2, -0.1), Vector3(length + 0.4, width + 0.4, 0.1), kFloor);
-  b.box("ceiling", Vector3(-0.2, -0.2, kHeight), Vector3(length + 0.4, width + 0.4, 0.1), kCeiling);
+  b.box("floor", {-0.2, -0.2, -0.1}, {length + 0.4, width + 0.4, 0.1}, kFloor);
+  b.box("ceiling", {-0.2, -0.2, kHeight}, {length + 0.4, width + 0.4, 0.1}, kCeiling);
   b.moveTo(-0.5 * length, 0.5 * width);
   addWall(b, random, length, false);
   b.moveTo(0.5 * length, 0.5 * width, 0.0, -90.0);
@@ -81,25 +76,22 @@ void buildWhite(SceneBuilder& b) {
   b.moveTo(random.uniform(-1.4, -0.4), -0.5 * width + 0.45, 0.0, random.uniform(-10.0, 10.0));
   addTable(b);
   b.moveTo(random.uniform(0.0, 0.8), 0.5 * width - 0.42);
-  b.box("cabinet", Vector3(0, 0, 0), Vector3(0.9, 0.4, random.uniform(0.8, 1.2)), kGlossy);
+  b.box("cabinet", {0, 0, 0}, {0.9, 0.4, random.uniform(0.8, 1.2)}, kGlossy);
   b.moveTo(0.5 * length - 0.5, -0.5 * width + 0.5, 0.0, random.uniform(0.0, 90.0));
-  b.box("crate", Vector3(-0.25, -0.2, 0), Vector3(0.5, 0.4, random.uniform(0.3, 0.6)), kCardboard);
+  b.box("crate", {-0.25, -0.2, 0}, {0.5, 0.4, random.uniform(0.3, 0.6)}, kCardboard);
   b.moveTo(-0.5 * length, 0.5 * width);
-  b.cylinder("plant_pot", Vector3(0.45, -0.45, 0), 0.3, 0.3, kClay);
-  b.sphere("plant", Vector3(0.45, -0.45, 0.6), 0.55, kLeaf);
+  b.cylinder("plant_pot", {0.45, -0.45, 0}, 0.3, 0.3, kClay);
+  b.sphere("plant", {0.45, -0.45, 0.6}, 0.55, kLeaf);
   b.scene.lamp = Vector3(random.uniform(-0.8, 0.8), random.uniform(-0.6, 0.6), 2.2);
 
   constexpr double kRadius = 0.4;
   b.moveTo(0.0, 0.0);
   b.followRound(2.0 * kPi * kRadius, [&b](double s) {
     const double angle = 2.0 * kPi * s;
-    b.lookFrom(Vector3(-kRadius * std::cos(angle), -kRadius * std::sin(angle), 1.0), 360.0 * s,
+    b.lookFrom({-kRadius * std::cos(angle), -kRadius * std::sin(angle), 1.0}, 360.0 * s,
                5.0 * std::cos(12.0 * kPi * s));
   });
-  if (!b.params.moving) return;
-  b.person(0.9, 0.4);
-  b.onlyIn(3, 0, std::max(1, b.params.frames / 2) - 1);
+  b.person(0.9, 0.4, b.params.frames / 2);
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

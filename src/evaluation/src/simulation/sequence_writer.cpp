@@ -13,8 +13,7 @@
 #include "planar_mapping/io/image_file.h"
 #include "planar_mapping/io/pose_file.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 namespace fs = std::filesystem;
@@ -51,8 +50,7 @@ void writeCloud(const SimulatedFrame& frame, const std::string& directory, io::O
   cloud.colors = frame.truth.colors;
   cloud.labels = frame.labels;
   cloud.T_world_sensor = frame.T_world_camera;
-  io::writePcd(directory + "/clouds/" + frameName(frame.index, "pcd"), cloud,
-               io::PcdEncoding::Binary, mode);
+  io::writePcd(directory + "/clouds/" + frameName(frame.index, "pcd"), cloud, mode);
 }
 
 void writeImages(const SimulatedFrame& frame, const std::string& directory, io::Overwrite mode) {
@@ -103,5 +101,4 @@ void writeSequence(const Simulation& simulation, const std::string& directory, b
   if (images && clouds) io::writeTumPoses(cloud_folder + "/poses.txt", poses, mode);
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -9,8 +9,7 @@
 
 #include "planar_mapping/core/base/error.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -182,5 +181,4 @@ std::string Simulation::truthJson() const {
   return sceneJson(params_, scene_, planes_);
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -8,8 +8,7 @@
 
 #include "planar_mapping/core/base/error.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 /// Random numbers of unit variance that change smoothly over the image.
@@ -216,5 +215,4 @@ std::vector<float> pointsOf(const std::vector<float>& disparity, const PinholeCa
   return xyz;
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

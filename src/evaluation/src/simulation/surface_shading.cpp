@@ -9,8 +9,7 @@
 
 #include "planar_mapping/evaluation/scene.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 namespace {
 
 constexpr double kPlainBrightness = 0.97;  ///< of surface without texture
@@ -388,5 +387,4 @@ std::uint32_t SurfaceShader::colorOf(const SurfacePatch& patch) const {
   return scaled(material.color, patch.light * sum / patch.samples);
 }
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

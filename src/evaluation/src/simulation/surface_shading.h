@@ -6,8 +6,7 @@
 
 #include "simulation/object_view.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 
 constexpr std::uint32_t kSkyColor = 0xBFD2E6;
 
@@ -48,5 +47,4 @@ class SurfaceShader {
   std::uint32_t seed_;
 };
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

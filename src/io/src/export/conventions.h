@@ -48,16 +48,9 @@ constexpr int kTriangles[12][3] = {{0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5},
                                    {0, 1, 5}, {0, 5, 4}, {2, 6, 7}, {2, 7, 3},
                                    {0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}};
 
-inline void appendVector(std::string& out, const Vector3& v, const char* separator = " ") {
-  appendNumbers(out, {v.x(), v.y(), v.z()}, separator);
-}
-/// x, y, z, w.
-inline void appendXyzw(std::string& out, const Quaternion& q, const char* separator = " ") {
-  appendNumbers(out, {q.x(), q.y(), q.z(), q.w()}, separator);
-}
 /// Parts in [0, 1].
-inline void appendRgba(std::string& out, const Colour& c) {
-  appendNumbers(out, {c.red / 255.0, c.green / 255.0, c.blue / 255.0, c.alpha}, " ");
+inline NumberList rgbaOf(const Colour& c) {
+  return {4, " ", {c.red / 255.0, c.green / 255.0, c.blue / 255.0, c.alpha}};
 }
 
 }  // namespace planar_mapping::io

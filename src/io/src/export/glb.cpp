@@ -13,12 +13,6 @@ namespace {
 constexpr int kFloat = 5126, kUnsignedInt = 5125;
 constexpr int kVertices = 34962, kIndices = 34963;
 
-void appendJson(std::string& out, const Vector3& v) {
-  out += '[';
-  appendVector(out, v, ",");
-  out += ']';
-}
-
 /// Colours of glTF are linear, those of a screen are not.
 double linear(int part) {
   return std::pow(part / 255.0, 2.2);
@@ -49,12 +43,9 @@ class Model {
         appendFloats(buffer_, p.cast<double>());
       }
     }
-    std::string limits = ",\"min\":";
-    appendJson(limits, low.cast<double>());
-    limits += ",\"max\":";
-    appendJson(limits, high.cast<double>());
     parts_.push_back({start, buffer_.size() - start, kVertices, kFloat, 8 * cuboids.size(), "VEC3",
-                      std::move(limits)});
+                      concatenated(",\"min\":[", listOf(Vector3(low.cast<double>()), ","),
+                                   "],\"max\":[", listOf(Vector3(high.cast<double>()), ","), ']')});
     const std::size_t indices = buffer_.size();
     for (std::size_t i = 0; i < cuboids.size(); ++i) {
       for (const auto& triangle : kTriangles) {
@@ -65,23 +56,20 @@ class Model {
     }
     parts_.push_back({indices, buffer_.size() - indices, kIndices, kUnsignedInt,
                       36 * cuboids.size(), "SCALAR", ""});
-    const std::string number = std::to_string(meshes_++);
-    const char* comma = meshes_ > 1 ? "," : "";
-    mesh_text_ += comma + ("{\"name\":\"" + name) + "\",\"primitives\":[{\"attributes\":{" +
-                  "\"POSITION\":" + std::to_string(parts_.size() - 2) +
-                  "},\"indices\":" + std::to_string(parts_.size() - 1) + ",\"material\":" + number +
-                  "}]}";
-    node_text_ += ",{\"name\":\"" + name + "\",\"mesh\":" + number + ",\"translation\":";
-    appendJson(node_text_, origin);
-    node_text_ += "}";
-    material_text_ +=
-        comma + ("{\"name\":\"" + name) + "\",\"pbrMetallicRoughness\":{\"baseColorFactor\":[";
-    appendNumbers(material_text_,
-                  {linear(colour.red), linear(colour.green), linear(colour.blue), colour.alpha},
-                  ",");
-    material_text_ += "],\"metallicFactor\":0,\"roughnessFactor\":0.9}";
-    if (colour.alpha < 1.0) material_text_ += ",\"alphaMode\":\"BLEND\"";
-    material_text_ += "}";
+    const int number = meshes_++;
+    const char* comma = number > 0 ? "," : "";
+    append(mesh_text_, comma, "{\"name\":\"", name,
+           "\",\"primitives\":[{\"attributes\":{\"POSITION\":", parts_.size() - 2,
+           "},\"indices\":", parts_.size() - 1, ",\"material\":", number, "}]}");
+    append(node_text_, ",{\"name\":\"", name, "\",\"mesh\":", number, ",\"translation\":[",
+           listOf(origin, ","), "]}");
+    append(
+        material_text_, comma, "{\"name\":\"", name,
+        "\",\"pbrMetallicRoughness\":{\"baseColorFactor\":[",
+        NumberList{
+            4, ",", {linear(colour.red), linear(colour.green), linear(colour.blue), colour.alpha}},
+        "],\"metallicFactor\":0,\"roughnessFactor\":0.9}",
+        colour.alpha < 1.0 ? ",\"alphaMode\":\"BLEND\"" : "", '}');
   }
 
   /// \param turn from the axes of the map to y up
@@ -90,33 +78,27 @@ class Model {
     std::string json =
         "{\"asset\":{\"version\":\"2.0\",\"generator\":\"planar_mapping\"},\"scene\":0,\"scenes\":"
         "[{\"nodes\":[0]}],\"nodes\":[{\"name\":\"planar_map\",\"rotation\":[";
-    appendXyzw(json, turn, ",");
-    json += ']';
+    append(json, listOf(turn, ","), ']');
     if (!origin.isZero(0.0)) {
-      json += ",\"extras\":{\"origin_m\":";
-      appendJson(json, origin);
-      json += '}';
+      append(json, ",\"extras\":{\"origin_m\":[", listOf(origin, ","), "]}");
     }
     if (meshes_ > 0) json += ",\"children\":[";
-    for (int i = 1; i <= meshes_; ++i) json += (i > 1 ? "," : "") + std::to_string(i);
+    for (int i = 1; i <= meshes_; ++i) append(json, i > 1 ? "," : "", i);
     if (meshes_ > 0) json += ']';
-    json += '}' + node_text_ + ']';
+    append(json, '}', node_text_, ']');
     if (meshes_ > 0) {
-      json += ",\"meshes\":[" + mesh_text_ + "],\"materials\":[" + material_text_ + "]" +
-              ",\"buffers\":[{\"byteLength\":" + std::to_string(buffer_.size()) + "}]";
+      append(json, ",\"meshes\":[", mesh_text_, "],\"materials\":[", material_text_,
+             "],\"buffers\":[{\"byteLength\":", buffer_.size(), "}]");
       std::string views, accessors;
       for (std::size_t i = 0; i < parts_.size(); ++i) {
         const Part& part = parts_[i];
-        const std::string comma = i > 0 ? "," : "";
-        views += comma + "{\"buffer\":0,\"byteOffset\":" + std::to_string(part.offset) +
-                 ",\"byteLength\":" + std::to_string(part.bytes) +
-                 ",\"target\":" + std::to_string(part.target) + "}";
-        accessors += comma + "{\"bufferView\":" + std::to_string(i) +
-                     ",\"componentType\":" + std::to_string(part.type) +
-                     ",\"count\":" + std::to_string(part.count) + ",\"type\":\"" + part.shape +
-                     "\"" + part.limits + "}";
+        const char* comma = i > 0 ? "," : "";
+        append(views, comma, "{\"buffer\":0,\"byteOffset\":", part.offset,
+               ",\"byteLength\":", part.bytes, ",\"target\":", part.target, '}');
+        append(accessors, comma, "{\"bufferView\":", i, ",\"componentType\":", part.type,
+               ",\"count\":", part.count, ",\"type\":\"", part.shape, '"', part.limits, '}');
       }
-      json += ",\"bufferViews\":[" + views + "],\"accessors\":[" + accessors + "]";
+      append(json, ",\"bufferViews\":[", views, "],\"accessors\":[", accessors, ']');
     }
     json += '}';
     json.resize((json.size() + 3) / 4 * 4, ' ');

@@ -7,14 +7,13 @@
 #include <filesystem>
 #include <memory>
 
-#include "export/conventions.h"
 #include "export/exported_map.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/map_file.h"
 #include "planar_mapping/io/map_json.h"
+#include "text_lines.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 struct Format {
@@ -102,9 +101,7 @@ ExportedMap exportedOf(const PlanarMap& map, Space space, const ExportOptions& o
 
 std::string originNote(const ExportedMap& map, const char* before, const char* after) {
   if (map.origin.isZero(0.0)) return "";
-  std::string note = std::string(before) + "origin_m ";
-  appendVector(note, map.origin);
-  return note + after;
+  return concatenated(before, "origin_m ", listOf(map.origin), after);
 }
 
 std::string stemOf(const std::string& path) {
@@ -143,5 +140,4 @@ void exportMap(const PlanarMap& map, const std::string& path, const ExportOption
   writeFiles(exportedFiles(path), contents, options.overwrite);
 }
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

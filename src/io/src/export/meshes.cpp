@@ -10,12 +10,12 @@ namespace planar_mapping::io {
 
 Contents writePly(const ExportedMap& map, const std::string&) {
   const std::size_t count = map.cuboids.size();
-  std::string out =
-      "ply\nformat binary_little_endian 1.0\ncomment planar_mapping, metres\n" +
-      originNote(map, "comment ", "\n") + "element vertex " + std::to_string(8 * count) +
+  std::string out = concatenated(
+      "ply\nformat binary_little_endian 1.0\ncomment planar_mapping, metres\n",
+      originNote(map, "comment ", "\n"), "element vertex ", 8 * count,
       "\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\nproperty uchar "
-      "green\nproperty uchar blue\nelement face " +
-      std::to_string(12 * count) + "\nproperty list uchar int vertex_indices\nend_header\n";
+      "green\nproperty uchar blue\nelement face ",
+      12 * count, "\nproperty list uchar int vertex_indices\nend_header\n");
   out.reserve(out.size() + count * (8 * 15 + 12 * 13));
   for (const Cuboid& cuboid : map.cuboids) {
     const Colour colour = colourOf(cuboid);
@@ -48,26 +48,17 @@ Contents writeObj(const ExportedMap& map, const std::string& path) {
   std::size_t first = 1;  // vertices count from 1
   for (const auto& [name, members] : groups) {
     const Colour colour = colourOf(map.cuboids[members.front()]);
-    materials += "newmtl " + name + "\nKd ";
-    appendVector(materials, Vector3(colour.red, colour.green, colour.blue) / 255.0);
-    materials += "\nd ";
-    appendNumber(materials, colour.alpha);
-    materials += "\nillum 1\n";
-    out += "o " + name + "\nusemtl " + name + '\n';
+    append(materials, "newmtl ", name, "\nKd ",
+           listOf(Vector3(colour.red, colour.green, colour.blue) / 255.0), "\nd ", colour.alpha,
+           "\nillum 1\n");
+    append(out, "o ", name, "\nusemtl ", name, '\n');
     for (const std::size_t i : members) {
-      for (const Vector3& corner : corners(map.cuboids[i])) {
-        out += "v ";
-        appendVector(out, corner);
-        out += '\n';
-      }
+      for (const Vector3& corner : corners(map.cuboids[i])) append(out, "v ", listOf(corner), '\n');
     }
     for (std::size_t i = 0; i < members.size(); ++i, first += 8) {
       for (const auto& triangle : kTriangles) {
         out += 'f';
-        for (const int k : triangle) {
-          out += ' ';
-          appendNumber(out, first + static_cast<std::size_t>(k));
-        }
+        for (const int k : triangle) append(out, ' ', first + static_cast<std::size_t>(k));
         out += '\n';
       }
     }

@@ -186,9 +186,8 @@ OccupancyGrid occupancyGrid(const PlanarMap& map, double cell, const GridBand& b
 
 Contents writePgm(const ExportedMap& map, const std::string& path) {
   const OccupancyGrid grid = gridOf(map);
-  std::string pgm = "P5\n# planar_mapping, ";
-  appendNumber(pgm, grid.cell);
-  pgm += " m/pix\n" + std::to_string(grid.width) + ' ' + std::to_string(grid.height) + "\n255\n";
+  std::string pgm = concatenated("P5\n# planar_mapping, ", grid.cell, " m/pix\n", grid.width, ' ',
+                                 grid.height, "\n255\n");
   pgm.reserve(pgm.size() + grid.values.size());
   for (std::uint32_t y = grid.height; y-- > 0;) {  // the first row has the largest y
     for (std::uint32_t x = 0; x < grid.width; ++x) {
@@ -198,23 +197,18 @@ Contents writePgm(const ExportedMap& map, const std::string& path) {
                                                                  : 205);
     }
   }
-  std::string yaml = "# planar_mapping, frame " + map.options.frame_id + ", from ";
-  appendNumber(yaml, grid.ground + map.options.band.low);
-  yaml += " to ";
-  appendNumber(yaml, grid.ground + map.options.band.high);
-  yaml += " m along its up axis\n";
+  std::string yaml = concatenated("# planar_mapping, frame ", map.options.frame_id, ", from ",
+                                  grid.ground + map.options.band.low, " to ",
+                                  grid.ground + map.options.band.high, " m along its up axis\n");
   if (!map.up.isApprox(Vector3::UnitZ())) {
-    yaml += "# The axes are those of the map turned by the quaternion x, y, z, w: ";
-    appendXyzw(yaml, turning(map.up, Vector3::UnitZ()), ", ");
-    yaml += '\n';
+    append(yaml, "# The axes are those of the map turned by the quaternion x, y, z, w: ",
+           listOf(turning(map.up, Vector3::UnitZ()), ", "), '\n');
   }
-  yaml += originNote(map, "# ", ": the place of the map's own origin in the world\n");
   // 205 is read as unknown only with a threshold of 0.196, not with 0.25.
-  yaml += "image: " + stemOf(path) + ".pgm\nmode: trinary\nresolution: ";
-  appendNumber(yaml, grid.cell);
-  yaml += "\norigin: [";
-  appendNumbers(yaml, {grid.origin.x(), grid.origin.y(), 0.0}, ", ");
-  yaml += "]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n";
+  append(yaml, originNote(map, "# ", ": the place of the map's own origin in the world\n"),
+         "image: ", stemOf(path), ".pgm\nmode: trinary\nresolution: ", grid.cell, "\norigin: [",
+         listOf(Vector3(grid.origin.x(), grid.origin.y(), 0.0), ", "),
+         "]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n");
   return {std::move(pgm), std::move(yaml)};
 }
 

@@ -22,8 +22,8 @@ Contents writeOctree(const ExportedMap&, const std::string& path) {
 #include <algorithm>
 #include <sstream>
 
-#include "export/conventions.h"
 #include "planar_mapping/core/geometry/detail/oriented_box.h"
+#include "text_lines.h"
 
 namespace planar_mapping::io {
 namespace {
@@ -61,10 +61,8 @@ class Builder : public octomap::OcTree {
     if (binary) prune();
     out << (binary ? binaryFileHeader : fileHeader) << "\n# (feel free to add / change comments, "
         << "but leave the first line as it is!)\n#\n"
-        << originNote(map_, "# ", "\n") << "id OcTree\nsize " << size() << "\nres ";
-    std::string cell;
-    appendNumber(cell, map_.cell());
-    out << cell << "\ndata\n";
+        << originNote(map_, "# ", "\n") << "id OcTree\nsize " << size() << "\nres "
+        << concatenated(map_.cell()) << "\ndata\n";
     if (root != nullptr) binary ? writeBinaryData(out) : writeData(out);
     if (!out) throw Error("OctoMap cannot write this tree");
     return out.str();
@@ -176,11 +174,9 @@ Contents writeOctree(const ExportedMap& map, const std::string& path) {
   try {
     return {Builder(map).bytes(path.substr(path.size() - 3) == ".bt")};
   } catch (const TooManyNodes&) {
-    std::string cell, larger;
-    appendNumber(cell, map.cell());
-    appendNumber(larger, 2.0 * map.cell());
-    throw ParameterError("cells of " + cell + " m make an octree of more than 10 million nodes; " +
-                         "take larger ones, such as --cell " + larger);
+    throw ParameterError(concatenated("cells of ", map.cell(),
+                                      " m make an octree of more than 10 million nodes; ",
+                                      "take larger ones, such as --cell ", 2.0 * map.cell()));
   }
 }
 

@@ -38,16 +38,12 @@ void appendBoxes(std::string& out, const ExportedMap& map, const char* const wor
                  Look&& appendLook) {
   for (std::size_t i = 0; i < map.cuboids.size(); ++i) {
     const Cuboid& c = map.cuboids[i];
-    std::string box = words[0];
-    appendVector(box, c.center);
-    box += words[1];
-    appendVector(box, rollPitchYaw(c.orientation));
-    box += words[2];
-    appendVector(box, c.size);
-    box += words[3];
+    const std::string box =
+        concatenated(words[0], listOf(c.center), words[1], listOf(rollPitchYaw(c.orientation)),
+                     words[2], listOf(c.size), words[3]);
     const std::string name = nameOf(i);
-    out += "<collision name=\"" + name + "\">" + box + "</collision>\n";
-    out += "<visual name=\"" + name + "\">" + box;
+    append(out, "<collision name=\"", name, "\">", box, "</collision>\n<visual name=\"", name,
+           "\">", box);
     appendLook(out, c);
     out += "</visual>\n";
   }
@@ -62,17 +58,13 @@ std::string sdfOf(const ExportedMap& map, const std::string& name) {
                                     "</size></box></geometry>"};
   // Gravity of a simulator points along -z.
   const Vector3 upright = rollPitchYaw(turning(map.up, Vector3::UnitZ()));
-  std::string out = xmlHead(map) + "<sdf version=\"1.7\">\n<model name=\"" + escaped(name) +
-                    "\">\n<static>true</static>\n<pose>0 0 0 ";
-  appendVector(out, upright);
-  out += "</pose>\n<link name=\"link\">\n";
+  std::string out = concatenated(xmlHead(map), "<sdf version=\"1.7\">\n<model name=\"",
+                                 escaped(name), "\">\n<static>true</static>\n<pose>0 0 0 ",
+                                 listOf(upright), "</pose>\n<link name=\"link\">\n");
   appendBoxes(out, map, kWords, [](std::string& look, const Cuboid& cuboid) {
     const Colour colour = colourOf(cuboid);
-    look += "<material><ambient>";
-    appendRgba(look, colour);
-    look += "</ambient><diffuse>";
-    appendRgba(look, colour);
-    look += "</diffuse></material>";
+    append(look, "<material><ambient>", rgbaOf(colour), "</ambient><diffuse>", rgbaOf(colour),
+           "</diffuse></material>");
     if (colour.alpha < 1.0) look += "<transparency>0.7</transparency>";
   });
   return out + "</link>\n</model>\n</sdf>\n";
@@ -101,9 +93,8 @@ Contents writeUrdf(const ExportedMap& map, const std::string& path) {
   std::map<std::string, Colour> materials;
   for (const Cuboid& c : map.cuboids) materials.emplace(groupOf(c), colourOf(c));
   for (const auto& [name, colour] : materials) {
-    out += "<material name=\"" + name + "\"><color rgba=\"";
-    appendRgba(out, colour);
-    out += "\"/></material>\n";
+    append(out, "<material name=\"", name, "\"><color rgba=\"", rgbaOf(colour),
+           "\"/></material>\n");
   }
   out += "<link name=\"" + escaped(map.options.frame_id) + "\">\n";
   appendBoxes(out, map, kWords, [](std::string& look, const Cuboid& cuboid) {
@@ -117,15 +108,8 @@ Contents writeScene(const ExportedMap& map, const std::string& path) {
   for (std::size_t i = 0; i < map.cuboids.size(); ++i) {
     const Cuboid& c = map.cuboids[i];
     // Object pose, number of shapes, shape, its pose, its colour, number of subframes.
-    out += "* " + nameOf(i) + "\n0 0 0\n0 0 0 1\n1\nbox\n";
-    appendVector(out, c.size);
-    out += '\n';
-    appendVector(out, c.center);
-    out += '\n';
-    appendXyzw(out, c.orientation);
-    out += '\n';
-    appendRgba(out, colourOf(c));
-    out += "\n0\n";
+    append(out, "* ", nameOf(i), "\n0 0 0\n0 0 0 1\n1\nbox\n", listOf(c.size), '\n',
+           listOf(c.center), '\n', listOf(c.orientation), '\n', rgbaOf(colourOf(c)), "\n0\n");
   }
   return {out + ".\n"};
 }

@@ -41,78 +41,57 @@ Contents writeCsv(const ExportedMap& map, const std::string&) {
   std::string out =
       "cuboid_id,frame_id,state,probability,plane_id,center_x_m,center_y_m,center_z_m,size_x_m,"
       "size_y_m,size_z_m,qx,qy,qz,qw,up_x,up_y,up_z,origin_x_m,origin_y_m,origin_z_m\n";
-  std::string axes;
-  appendVector(axes, map.up, ",");
-  axes += ',';
-  appendVector(axes, map.origin, ",");
+  const std::string axes = concatenated(listOf(map.up, ","), ',', listOf(map.origin, ","));
   for (std::size_t i = 0; i < map.cuboids.size(); ++i) {
     const Cuboid& c = map.cuboids[i];
-    appendNumber(out, i);
-    out += ',' + map.options.frame_id + ',' + toString(c.state) + ',';
-    appendNumber(out, c.probability);
-    out += ',';
-    appendNumber(out, c.plane_id);
-    out += ',';
-    appendVector(out, c.center, ",");
-    out += ',';
-    appendVector(out, c.size, ",");
-    out += ',';
-    appendXyzw(out, c.orientation, ",");
-    out += ',' + axes + '\n';
+    append(out, i, ',', map.options.frame_id, ',', toString(c.state), ',', c.probability, ',',
+           c.plane_id, ',', listOf(c.center, ","), ',', listOf(c.size, ","), ',',
+           listOf(c.orientation, ","), ',', axes, '\n');
   }
   return {std::move(out)};
 }
 
 Contents writeVtp(const ExportedMap& map, const std::string&) {
   const std::size_t count = map.cuboids.size();
-  std::string origin;
-  appendVector(origin, map.origin);
-  std::string out =
+  std::string out = concatenated(
       "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" "
       "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<PolyData>\n<FieldData>\n<DataArray "
       "type=\"Float64\" Name=\"origin_m\" NumberOfComponents=\"3\" NumberOfTuples=\"1\" "
-      "format=\"ascii\">" +
-      origin + "</DataArray>\n</FieldData>\n<Piece NumberOfPoints=\"" + std::to_string(8 * count) +
-      "\" NumberOfPolys=\"" + std::to_string(6 * count) +
-      "\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\">\n<Points>\n";
+      "format=\"ascii\">",
+      listOf(map.origin), "</DataArray>\n</FieldData>\n<Piece NumberOfPoints=\"", 8 * count,
+      "\" NumberOfPolys=\"", 6 * count,
+      "\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\">\n<Points>\n");
   appendArray(out, map, "type=\"Float64\" NumberOfComponents=\"3\"",
               [&](const Cuboid& cuboid, std::size_t) {
-                for (const Vector3& corner : corners(cuboid)) {
-                  appendVector(out, corner);
-                  out += '\n';
-                }
+                for (const Vector3& corner : corners(cuboid)) append(out, listOf(corner), '\n');
               });
   out += "</Points>\n<Polys>\n";
   appendArray(out, map, "type=\"Int64\" Name=\"connectivity\"", [&](const Cuboid&, std::size_t i) {
     for (const auto& face : kFaces) {
-      for (const int k : face) {
-        appendNumber(out, 8 * i + static_cast<std::size_t>(k));
-        out += ' ';
-      }
+      for (const int k : face) append(out, 8 * i + static_cast<std::size_t>(k), ' ');
     }
     out += '\n';
   });
   appendArray(out, map, "type=\"Int64\" Name=\"offsets\"", [&](const Cuboid&, std::size_t i) {
     for (std::size_t face = 1; face <= 6; ++face) {
-      appendNumber(out, 24 * i + 4 * face);
-      out += face < 6 ? ' ' : '\n';
+      append(out, 24 * i + 4 * face, face < 6 ? ' ' : '\n');
     }
   });
   out += "</Polys>\n<CellData Scalars=\"plane_id\">\n";
   appendCellArray(out, map, "Int32", "cuboid_id",
-                  [](std::string& text, const Cuboid&, std::size_t i) { appendNumber(text, i); });
+                  [](std::string& text, const Cuboid&, std::size_t i) { append(text, i); });
   appendCellArray(
       out, map, "Int32", "plane_id",
-      [](std::string& text, const Cuboid& c, std::size_t) { appendNumber(text, c.plane_id); });
+      [](std::string& text, const Cuboid& c, std::size_t) { append(text, c.plane_id); });
   appendCellArray(
       out, map, "Float32", "probability",
-      [](std::string& text, const Cuboid& c, std::size_t) { appendNumber(text, c.probability); });
+      [](std::string& text, const Cuboid& c, std::size_t) { append(text, c.probability); });
   appendCellArray(out, map, "UInt8", "state", [](std::string& text, const Cuboid& c, std::size_t) {
-    appendNumber(text, static_cast<int>(c.state));
+    append(text, static_cast<int>(c.state));
   });
   appendCellArray(
       out, map, "Float64\" NumberOfComponents=\"3", "size",
-      [](std::string& text, const Cuboid& c, std::size_t) { appendVector(text, c.size); });
+      [](std::string& text, const Cuboid& c, std::size_t) { append(text, listOf(c.size)); });
   out += "</CellData>\n</Piece>\n</PolyData>\n</VTKFile>\n";
   return {std::move(out)};
 }

@@ -12,9 +12,7 @@
 
 // EuRoC MAV in the ASL format: mav0/camN/{sensor.yaml,data.csv,data/}, the pose of the body in
 // mav0/state_groundtruth_estimate0 or mav0/vicon0.
-namespace planar_mapping {
-namespace io {
-namespace layouts {
+namespace planar_mapping::io::layouts {
 namespace {
 
 /// A sensor.yaml. \throws IoError naming the file and the key
@@ -22,11 +20,11 @@ class Sensor {
  public:
   explicit Sensor(const std::string& path) : path_(path) {
     constexpr std::size_t kLargest = std::size_t{1} << 20;
-    const std::vector<std::uint8_t> bytes = readWholeFile(path, kLargest);
+    const std::string text = readWholeText(path, kLargest);
     try {
-      root_ = YAML::Load(std::string(bytes.begin(), bytes.end()));
+      root_ = YAML::Load(text);
     } catch (const YAML::Exception& error) {
-      throw IoError(path, "line " + std::to_string(error.mark.line + 1) + ": " + error.msg);
+      failAtLine(path, static_cast<std::size_t>(error.mark.line + 1), error.msg);
     }
     if (!root_.IsMap()) throw IoError(path, "holds no 'key: value' lines");
   }
@@ -92,8 +90,7 @@ class Sensor {
 double secondsOf(std::string_view word, const std::string& path, std::size_t line) {
   std::uint64_t nanoseconds = 0;
   if (!parseNumber(word, nanoseconds))
-    throw IoError(
-        path, "line " + std::to_string(line) + ": " + quoted(word) + " is no time in nanoseconds");
+    failAtLine(path, line, quoted(word) + " is no time in nanoseconds");
   return static_cast<double>(nanoseconds) / 1e9;
 }
 
@@ -107,7 +104,7 @@ std::vector<StampedFile> imagesOf(const std::string& camera) {
   } else {
     forEachLine(list, ",", [&](const std::vector<std::string_view>& words, std::size_t line) {
       if (words.size() < 2 || words[1].find('/') != std::string_view::npos)
-        throw IoError(list, "line " + std::to_string(line) + ": is not `timestamp,file`");
+        failAtLine(list, line, "is not `timestamp,file`");
       files.push_back({secondsOf(words[0], list, line), joined(data, std::string(words[1]))});
     });
   }
@@ -129,7 +126,7 @@ bool readBodyPoses(const std::string& mav, std::string& list, std::vector<Stampe
       finiteNumbers(words, 1, v, 7, list, line);
       const Eigen::Quaterniond q(v[3], v[4], v[5], v[6]);
       if (!(std::abs(q.norm() - 1.0) <= 1e-3))
-        throw IoError(list, "line " + std::to_string(line) + ": the quaternion is not of length 1");
+        failAtLine(list, line, "the quaternion is not of length 1");
       StampedPose pose;
       pose.timestamp = secondsOf(words[0], list, line);
       pose.pose.linear() = q.normalized().toRotationMatrix();
@@ -205,6 +202,4 @@ Description readEuroc(const std::string& folder, const SequenceOptions& options)
   return description;
 }
 
-}  // namespace layouts
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io::layouts

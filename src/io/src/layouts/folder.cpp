@@ -10,9 +10,7 @@
 #include "planar_mapping/io/cloud_file.h"
 #include "text_lines.h"
 
-namespace planar_mapping {
-namespace io {
-namespace layouts {
+namespace planar_mapping::io::layouts {
 namespace {
 
 namespace fs = std::filesystem;
@@ -116,20 +114,17 @@ void forEachLine(
 double finiteNumber(std::string_view word, const std::string& path, std::size_t line) {
   double value = 0.0;
   if (!parseNumber(word, value) || !std::isfinite(value))
-    throw IoError(path,
-                  "line " + std::to_string(line) + ": " + quoted(word) + " is no finite number");
+    failAtLine(path, line, quoted(word) + " is no finite number");
   return value;
 }
 
 void finiteNumbers(const std::vector<std::string_view>& words, std::size_t first, double* values,
                    std::size_t count, const std::string& path, std::size_t line) {
   if (words.size() < first + count)
-    throw IoError(path, "line " + std::to_string(line) + ": needs " +
-                            std::to_string(first + count) + " values, has " +
-                            std::to_string(words.size()));
+    failAtLine(
+        path, line,
+        "needs " + std::to_string(first + count) + " values, has " + std::to_string(words.size()));
   for (std::size_t i = 0; i < count; ++i) values[i] = finiteNumber(words[first + i], path, line);
 }
 
-}  // namespace layouts
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io::layouts

@@ -8,9 +8,7 @@
 #include <string_view>
 #include <vector>
 
-namespace planar_mapping {
-namespace io {
-namespace layouts {
+namespace planar_mapping::io::layouts {
 
 bool isDirectory(const std::string& path);
 bool exists(const std::string& path);
@@ -41,6 +39,4 @@ double finiteNumber(std::string_view word, const std::string& path, std::size_t 
 void finiteNumbers(const std::vector<std::string_view>& words, std::size_t first, double* values,
                    std::size_t count, const std::string& path, std::size_t line);
 
-}  // namespace layouts
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io::layouts

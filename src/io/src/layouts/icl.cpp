@@ -6,9 +6,7 @@
 
 // ICL-NUIM, "TUM RGB-D compatible PNGs": depth/N.png and rgb/N.png, with or without
 // associations.txt, and poses in NAME.gt.freiburg with numbers of frames as times.
-namespace planar_mapping {
-namespace io {
-namespace layouts {
+namespace planar_mapping::io::layouts {
 namespace {
 
 /// NAME.gt.freiburg, or "".
@@ -73,6 +71,4 @@ Description readIcl(const std::string& folder, const SequenceOptions& options) {
   return description;
 }
 
-}  // namespace layouts
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io::layouts

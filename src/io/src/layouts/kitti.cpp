@@ -10,9 +10,7 @@
 
 // KITTI odometry: sequences/NN/{image_0,image_1,image_2,image_3,velodyne,calib.txt,times.txt} with
 // the poses of camera 0 in poses/NN.txt.
-namespace planar_mapping {
-namespace io {
-namespace layouts {
+namespace planar_mapping::io::layouts {
 namespace {
 
 /// The matrices of calib.txt: P0 to P3 project points of camera 0, Tr maps velodyne to camera 0.
@@ -206,6 +204,4 @@ Description readKitti(const std::string& folder, const SequenceOptions& options)
   return description;
 }
 
-}  // namespace layouts
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io::layouts

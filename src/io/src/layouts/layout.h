@@ -10,9 +10,7 @@
 #include "planar_mapping/io/pose_file.h"
 #include "planar_mapping/io/sequence.h"
 
-namespace planar_mapping {
-namespace io {
-namespace layouts {
+namespace planar_mapping::io::layouts {
 
 struct FrameEntry {
   std::string file;     ///< cloud, depth image or left image
@@ -90,6 +88,4 @@ void noteLeftOut(std::size_t left_out, std::size_t all, const std::string& what,
 /// where frames have times. A growing sequence ends at the last pose.
 void addPoses(const std::string& file, bool growing, Description& description);
 
-}  // namespace layouts
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io::layouts

@@ -7,9 +7,7 @@
 #include "planar_mapping/core/base/error.h"
 
 // Middlebury 2014 and later: im0.png, im1.png and calib.txt (cam0, cam1, doffs, baseline in mm).
-namespace planar_mapping {
-namespace io {
-namespace layouts {
+namespace planar_mapping::io::layouts {
 
 bool hasMiddlebury(const std::string& folder) {
   return exists(joined(folder, "im0.png")) || exists(joined(folder, "im1.png"));
@@ -54,6 +52,4 @@ Description readMiddlebury(const std::string& folder, const SequenceOptions& opt
   return description;
 }
 
-}  // namespace layouts
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io::layouts

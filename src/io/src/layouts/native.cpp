@@ -6,9 +6,7 @@
 #include "layouts/layout.h"
 #include "planar_mapping/core/base/error.h"
 
-namespace planar_mapping {
-namespace io {
-namespace layouts {
+namespace planar_mapping::io::layouts {
 namespace {
 
 using ImagesByName = std::map<std::string, std::string>;
@@ -121,6 +119,4 @@ Description readNative(const std::string& folder, const SequenceOptions& options
   return description;
 }
 
-}  // namespace layouts
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io::layouts

@@ -11,9 +11,7 @@
 
 // Open3D's reconstruction system: depth/ and color/ (or image/, rgb/), camera_intrinsic.json and
 // trajectory.log, which may lie in scene/.
-namespace planar_mapping {
-namespace io {
-namespace layouts {
+namespace planar_mapping::io::layouts {
 namespace {
 
 /// The first of several names that is there, else "".
@@ -164,6 +162,4 @@ Description readOpen3d(const std::string& folder, const SequenceOptions& options
   return description;
 }
 
-}  // namespace layouts
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io::layouts

@@ -7,9 +7,7 @@
 #include "layouts/layout.h"
 #include "planar_mapping/core/base/error.h"
 
-namespace planar_mapping {
-namespace io {
-namespace layouts {
+namespace planar_mapping::io::layouts {
 namespace {
 
 template <typename Stamped>
@@ -183,6 +181,4 @@ void addPosesByTime(const std::string& file, std::vector<StampedPose> poses,
   description.pose_source = PoseSource::File;
 }
 
-}  // namespace layouts
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io::layouts

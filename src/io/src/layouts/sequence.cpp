@@ -13,8 +13,7 @@
 #include "planar_mapping/io/depth_image.h"
 #include "planar_mapping/io/image_file.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 namespace {
 
 /// Images of a camera with lens distortion as the same camera without it sees them. Images of
@@ -283,5 +282,4 @@ Frame Sequence::read(std::size_t index, const CloudChannels& channels, bool imag
   return frame;
 }
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

@@ -9,17 +9,14 @@
 
 // TUM RGB-D: rgb.txt and depth.txt list `timestamp file`, or associations.txt pairs of both;
 // groundtruth.txt has poses of its own times.
-namespace planar_mapping {
-namespace io {
-namespace layouts {
+namespace planar_mapping::io::layouts {
 namespace {
 
 std::string fileOfLine(const std::string& folder, std::string_view word, const std::string& list,
                        std::size_t line) {
   const std::string file = joined(folder, std::string(word));
   if (word.empty() || word.front() == '/' || word.find("..") != std::string_view::npos)
-    throw IoError(
-        list, "line " + std::to_string(line) + ": " + quoted(word) + " is no file of this folder");
+    failAtLine(list, line, quoted(word) + " is no file of this folder");
   return file;
 }
 
@@ -28,8 +25,7 @@ std::vector<StampedFile> readList(const std::string& folder, const char* name) {
   if (!exists(path)) throw IoError(path, "no such file; TUM RGB-D has rgb.txt and depth.txt");
   std::vector<StampedFile> files;
   forEachLine(path, ",", [&](const std::vector<std::string_view>& words, std::size_t line) {
-    if (words.size() != 2)
-      throw IoError(path, "line " + std::to_string(line) + ": is not `timestamp file`");
+    if (words.size() != 2) failAtLine(path, line, "is not `timestamp file`");
     files.push_back({finiteNumber(words[0], path, line), fileOfLine(folder, words[1], path, line)});
   });
   if (files.empty()) throw IoError(path, "lists no image");
@@ -87,8 +83,7 @@ std::optional<Calibration> freiburgCamera(const std::string& folder) {
 void readAssociations(const std::string& folder, Description& description) {
   const std::string path = joined(folder, "associations.txt");
   forEachLine(path, ",", [&](const std::vector<std::string_view>& words, std::size_t line) {
-    if (words.size() != 4)
-      throw IoError(path, "line " + std::to_string(line) + ": is not `time file time file`");
+    if (words.size() != 4) failAtLine(path, line, "is not `time file time file`");
     const bool depth_first = words[1].compare(0, 5, "depth") == 0;
     const std::size_t depth = depth_first ? 0 : 2;
     description.frames.push_back({fileOfLine(folder, words[depth + 1], path, line),
@@ -132,6 +127,4 @@ Description readTum(const std::string& folder, const SequenceOptions& options) {
   return description;
 }
 
-}  // namespace layouts
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io::layouts

@@ -96,11 +96,8 @@ class DepthErrorLimitStage : public Stage {
 
 }  // namespace
 
-namespace detail {
-
-void addDepthErrorLimit(StageTable& table) {
+void detail::addDepthErrorLimit(StageTable& table) {
   table.add<DepthErrorLimitStage>();
 }
 
-}  // namespace detail
 }  // namespace planar_mapping

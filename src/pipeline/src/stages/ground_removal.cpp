@@ -90,11 +90,8 @@ class GroundRemovalStage : public Stage {
 
 }  // namespace
 
-namespace detail {
-
-void addGroundRemoval(StageTable& table) {
+void detail::addGroundRemoval(StageTable& table) {
   table.add<GroundRemovalStage>();
 }
 
-}  // namespace detail
 }  // namespace planar_mapping

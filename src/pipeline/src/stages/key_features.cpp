@@ -156,11 +156,8 @@ void KeyFeaturesStage::sampleCloud(Frame& frame) {
 
 }  // namespace
 
-namespace detail {
-
-void addKeyFeatures(StageTable& table) {
+void detail::addKeyFeatures(StageTable& table) {
   table.add<KeyFeaturesStage>();
 }
 
-}  // namespace detail
 }  // namespace planar_mapping

@@ -125,11 +125,8 @@ void KlOccupancyStage::process(Frame& frame) {
 
 }  // namespace
 
-namespace detail {
-
-void addKlOccupancy(StageTable& table) {
+void detail::addKlOccupancy(StageTable& table) {
   table.add<KlOccupancyStage>();
 }
 
-}  // namespace detail
 }  // namespace planar_mapping

@@ -367,12 +367,8 @@ void MotionEstimationStage::loadState(const std::string& bytes) {
 
 }  // namespace
 
-namespace detail {
-
-void addMotionEstimation(StageTable& table) {
+void detail::addMotionEstimation(StageTable& table) {
   table.add<MotionEstimationStage>();
 }
-
-}  // namespace detail
 
 }  // namespace planar_mapping

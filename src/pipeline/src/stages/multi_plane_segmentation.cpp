@@ -128,11 +128,8 @@ class MultiPlaneSegmentationStage : public Stage {
 
 }  // namespace
 
-namespace detail {
-
-void addMultiPlaneSegmentation(StageTable& table) {
+void detail::addMultiPlaneSegmentation(StageTable& table) {
   table.add<MultiPlaneSegmentationStage>();
 }
 
-}  // namespace detail
 }  // namespace planar_mapping

@@ -22,6 +22,29 @@ pcl::IndicesPtr shared(const Indices& indices) {
   return pcl::make_shared<pcl::Indices>(indices);
 }
 
+/// Runs a PCL filter on the points that count.
+template <typename Filter>
+void filterIndices(Filter& filter, bool negative, Frame& frame) {
+  filter.setInputCloud(frame.cloud);
+  filter.setIndices(shared(frame.indices));
+  filter.setNegative(negative);
+  filter.filter(frame.indices);
+}
+
+/// Runs a PCL filter that searches neighbours on a copy of the points that count: in an organized
+/// cloud PCL would search the image, which needs a projection matrix that a cloud may not have.
+template <typename Filter>
+void filterCompact(Filter& filter, bool negative, Frame& frame) {
+  if (frame.indices.empty()) return;
+  filter.setInputCloud(pcl::make_shared<FrameCloud>(*frame.cloud, frame.indices));
+  filter.setNegative(negative);
+  pcl::Indices kept;
+  filter.filter(kept);
+  std::sort(kept.begin(), kept.end());
+  for (int& i : kept) i = frame.indices[static_cast<std::size_t>(i)];
+  frame.indices = std::move(kept);
+}
+
 class PassThroughStage : public Stage {
  public:
   static constexpr const char* kName = "pass_through";
@@ -40,12 +63,9 @@ class PassThroughStage : public Stage {
   }
   void process(Frame& frame) override {
     pcl::PassThrough<pcl::PointXYZ> filter;
-    filter.setInputCloud(frame.cloud);
-    filter.setIndices(shared(frame.indices));
     filter.setFilterFieldName(axis_);
     filter.setFilterLimits(static_cast<float>(min_), static_cast<float>(max_));
-    filter.setNegative(negative_);
-    filter.filter(frame.indices);
+    filterIndices(filter, negative_, frame);
   }
 
  private:
@@ -81,8 +101,6 @@ class CropBoxStage : public Stage {
   }
   void process(Frame& frame) override {
     pcl::CropBox<pcl::PointXYZ> filter;
-    filter.setInputCloud(frame.cloud);
-    filter.setIndices(shared(frame.indices));
     filter.setMin({toFloat(low_[0]), toFloat(low_[1]), toFloat(low_[2]), 1.0f});
     filter.setMax({toFloat(high_[0]), toFloat(high_[1]), toFloat(high_[2]), 1.0f});
     if (world_) {
@@ -91,8 +109,7 @@ class CropBoxStage : public Stage {
       T.matrix() = frame.T_world_sensor.matrix().cast<float>();
       filter.setTransform(T);
     }
-    filter.setNegative(negative_);
-    filter.filter(frame.indices);
+    filterIndices(filter, negative_, frame);
   }
 
  private:
@@ -103,22 +120,6 @@ class CropBoxStage : public Stage {
   bool world_ = false;
   bool negative_ = false;
 };
-
-/// Runs a PCL filter that searches neighbours on a copy of the points that count: in an organized
-/// cloud PCL would search the image, which needs a projection matrix that a cloud may not have.
-template <typename Filter>
-void filterCompact(Filter& filter, Frame& frame) {
-  if (frame.indices.empty()) return;
-  const FrameCloud::Ptr points = pcl::make_shared<FrameCloud>(*frame.cloud, frame.indices);
-  filter.setInputCloud(points);
-  pcl::Indices kept;
-  filter.filter(kept);
-  std::sort(kept.begin(), kept.end());
-  Indices indices;
-  indices.reserve(kept.size());
-  for (const int i : kept) indices.push_back(frame.indices[static_cast<std::size_t>(i)]);
-  frame.indices = std::move(indices);
-}
 
 class StatisticalOutlierRemovalStage : public Stage {
  public:
@@ -136,8 +137,7 @@ class StatisticalOutlierRemovalStage : public Stage {
     pcl::StatisticalOutlierRemoval<pcl::PointXYZ> filter;
     filter.setMeanK(neighbors_);
     filter.setStddevMulThresh(deviations_);
-    filter.setNegative(negative_);
-    filterCompact(filter, frame);
+    filterCompact(filter, negative_, frame);
   }
 
  private:
@@ -161,8 +161,7 @@ class RadiusOutlierRemovalStage : public Stage {
     pcl::RadiusOutlierRemoval<pcl::PointXYZ> filter;
     filter.setRadiusSearch(radius_);
     filter.setMinNeighborsInRadius(min_neighbors_);
-    filter.setNegative(negative_);
-    filterCompact(filter, frame);
+    filterCompact(filter, negative_, frame);
   }
 
  private:
@@ -233,9 +232,7 @@ class VoxelGridStage : public Stage {
 
 }  // namespace
 
-namespace detail {
-
-void addPclFilters(StageTable& table) {
+void detail::addPclFilters(StageTable& table) {
   table.add<VoxelGridStage>();
   table.add<PassThroughStage>();
   table.add<CropBoxStage>();
@@ -243,5 +240,4 @@ void addPclFilters(StageTable& table) {
   table.add<RadiusOutlierRemovalStage>();
 }
 
-}  // namespace detail
 }  // namespace planar_mapping

@@ -202,11 +202,8 @@ class PlanarCuboidApproximationStage : public Stage {
 
 }  // namespace
 
-namespace detail {
-
-void addPlanarCuboidApproximation(StageTable& table) {
+void detail::addPlanarCuboidApproximation(StageTable& table) {
   table.add<PlanarCuboidApproximationStage>();
 }
 
-}  // namespace detail
 }  // namespace planar_mapping

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "builtin.h"
 #include "planar_mapping/core/ground/detail/upright.h"
 #include "planar_mapping/core/ground/ground.h"
 

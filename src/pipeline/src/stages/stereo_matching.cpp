@@ -179,11 +179,8 @@ void StereoMatchingStage::process(Frame& frame) {
 
 }  // namespace
 
-namespace detail {
-
-void addStereoMatching(StageTable& table) {
+void detail::addStereoMatching(StageTable& table) {
   table.add<StereoMatchingStage>();
 }
 
-}  // namespace detail
 }  // namespace planar_mapping

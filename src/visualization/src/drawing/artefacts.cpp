@@ -8,7 +8,6 @@
 #include <vtkTextActor.h>
 #include <vtkTextProperty.h>
 
-#include <algorithm>
 #include <memory>
 
 #include "planar_mapping/core/base/error.h"

@@ -66,6 +66,14 @@ void Canvas::line(const std::vector<Vector2>& path, double width, Color color, b
   context_.DrawPoly(points.data(), static_cast<int>(path.size()));
 }
 
+void Canvas::marker(int style, const Vector2& at, float size, Color color) {
+  std::array<float, 2> point = {static_cast<float>(at.x()), static_cast<float>(flipped(at.y()))};
+  context_.GetPen()->SetLineType(vtkPen::SOLID_LINE);
+  context_.GetPen()->SetColor(color.red, color.green, color.blue);
+  context_.GetPen()->SetWidth(size);
+  context_.DrawMarkers(style, false, point.data(), 1);
+}
+
 Vector2 Canvas::textSize(const std::string& words, double pixels) {
   vtkTextProperty* style = context_.GetTextProp();
   style->SetFontFamilyToArial();

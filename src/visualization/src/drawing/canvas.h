@@ -27,6 +27,8 @@ class Canvas {
   void fill(const std::vector<Vector2>& convex, Color color);
   /// A polyline; dashes continue over its corners.
   void line(const std::vector<Vector2>& path, double width, Color color, bool dashed = false);
+  /// \param style  of vtkPlotPoints
+  void marker(int style, const Vector2& at, float size, Color color);
   /// Text with its left (-1), middle (0) or right (1) at x, vertically centred.
   void text(const std::string& words, const Vector2& at, double pixels, int align, Color color);
   /// Width and height.

@@ -46,42 +46,13 @@ constexpr unsigned char kSpreadOpacity = 130;
 constexpr double kLegendLine = 44.0;
 constexpr double kLegendSpace = 10.0;  // between line and name
 constexpr double kLegendGap = 38.0;    // between entries
-constexpr double kLegendMarker = 5.0;  // half its size
 constexpr int kLegendRow = 28;
 constexpr int kLegendMargin = 14;  // above and below
 
-/// A regular polygon, its first corner at the given angle.
-std::vector<Vector2> polygon(const Vector2& center, double radius, int corners, double angle) {
-  std::vector<Vector2> points;
-  for (int i = 0; i < corners; ++i) {
-    const double turn = angle + 6.283185307179586 * i / corners;
-    points.push_back(center + radius * Vector2(std::cos(turn), std::sin(turn)));
-  }
-  return points;
-}
-
-void drawMarker(ChartSeries::Marker marker, const Vector2& at, Color color, Canvas& canvas) {
-  constexpr double kEighth = 0.7853981633974483;
-  switch (marker) {
-    case ChartSeries::Marker::Circle:
-      canvas.fill(polygon(at, kLegendMarker, 24, 0.0), color);
-      return;
-    case ChartSeries::Marker::Square:
-      canvas.fill(polygon(at, kLegendMarker * std::sqrt(2.0), 4, kEighth), color);
-      return;
-    case ChartSeries::Marker::Diamond:
-      canvas.fill(polygon(at, kLegendMarker, 4, 0.0), color);
-      return;
-    case ChartSeries::Marker::Cross:
-    case ChartSeries::Marker::Plus:
-      break;
-  }
-  const double diagonal = marker == ChartSeries::Marker::Cross ? kLegendMarker : 0.0;
-  const Vector2 along(kLegendMarker, diagonal);
-  const Vector2 across =
-      diagonal > 0.0 ? Vector2(kLegendMarker, -diagonal) : Vector2(0.0, kLegendMarker);
-  canvas.line({at - along, at + along}, 1.5, color);
-  canvas.line({at - across, at + across}, 1.5, color);
+int markerOf(const ChartSeries& series) {
+  constexpr int kMarkers[] = {vtkPlotPoints::CIRCLE, vtkPlotPoints::SQUARE, vtkPlotPoints::DIAMOND,
+                              vtkPlotPoints::CROSS, vtkPlotPoints::PLUS};
+  return kMarkers[static_cast<std::size_t>(series.marker)];
 }
 
 double widthOf(const ChartSeries& series) {
@@ -127,7 +98,7 @@ void ChartLegend::draw(double top, Canvas& canvas) const {
       const Vector2 left(x, y);
       const Vector2 right(x + kLegendLine, y);
       canvas.line({left, right}, kLineWidth, one.color, one.dashed);
-      drawMarker(one.marker, 0.5 * (left + right), one.color, canvas);
+      canvas.marker(markerOf(one), 0.5 * (left + right), kMarkerSize, one.color);
       canvas.text(one.name, {x + kLegendLine + kLegendSpace, y}, kTextSize, -1, kInk);
       x += widthOf(one) + kLegendGap;
     }
@@ -275,22 +246,6 @@ void addSpread(vtkChartXY& chart, const ChartSeries& series, bool logarithmic) {
   }
 }
 
-int markerStyle(ChartSeries::Marker marker) {
-  switch (marker) {
-    case ChartSeries::Marker::Square:
-      return vtkPlotPoints::SQUARE;
-    case ChartSeries::Marker::Diamond:
-      return vtkPlotPoints::DIAMOND;
-    case ChartSeries::Marker::Cross:
-      return vtkPlotPoints::CROSS;
-    case ChartSeries::Marker::Plus:
-      return vtkPlotPoints::PLUS;
-    case ChartSeries::Marker::Circle:
-      break;
-  }
-  return vtkPlotPoints::CIRCLE;
-}
-
 void addSeries(vtkChartXY& chart, const ChartSeries& series, bool logarithmic) {
   std::vector<double> xs;
   std::vector<double> ys;
@@ -308,7 +263,7 @@ void addSeries(vtkChartXY& chart, const ChartSeries& series, bool logarithmic) {
   line->SetColor(series.color.red, series.color.green, series.color.blue, 255);
   line->SetWidth(kLineWidth);
   line->GetPen()->SetLineType(series.dashed ? vtkPen::DASH_LINE : vtkPen::SOLID_LINE);
-  line->SetMarkerStyle(markerStyle(series.marker));
+  line->SetMarkerStyle(markerOf(series));
   line->SetMarkerSize(kMarkerSize);
 }
 

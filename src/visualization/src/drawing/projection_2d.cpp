@@ -114,8 +114,7 @@ vtkSmartPointer<vtkImageData> unknownArea(const SceneContent& content, const Vie
   // What lies over each other is added up by blending: a layer of height h leaves the fraction
   // 2^(-h / enough) of what is dark, and half of it is gone where all layers are as high as enough.
   const bool by_free = content.unseen == Unseen::Unknown;
-  const double enough = (by_free ? projection.free_fraction : projection.unknown_fraction) *
-                        (projection.highest - projection.lowest);
+  const double enough = projection.fraction * (projection.highest - projection.lowest);
   const Image light =
       visualization::drawPage(options.width, options.height, {0, 0, 0}, [&](Canvas& canvas) {
         Sides sides;
@@ -140,7 +139,7 @@ vtkSmartPointer<vtkImageData> unknownArea(const SceneContent& content, const Vie
       rgba[0] = kUnknown.red;
       rgba[1] = kUnknown.green;
       rgba[2] = kUnknown.blue;
-      rgba[3] = inside && (light.at(column, row).red >= 127) != by_free ? 255 : 0;
+      rgba[3] = inside && (colorAt(light, column, row).red >= 127) != by_free ? 255 : 0;
     }
   }
   return area;
@@ -267,8 +266,7 @@ void ProjectionOptions::validate() const {
   if (!(highest > lowest)) {
     throw ParameterError("the projection's heights are empty: highest must exceed lowest");
   }
-  requireInRange("free fraction of the projection", free_fraction, 0.0, 1.0);
-  requireInRange("unknown fraction of the projection", unknown_fraction, 0.0, 1.0);
+  requireInRange("fraction of the projection", fraction, 0.0, 1.0);
 }
 
 Image drawProjection2d(const SceneContent& content, const ViewOptions& options,

@@ -267,15 +267,16 @@ std::string CapturedMessages::firstError() const {
 
 Image imageOf(vtkRenderWindow* window) {
   const int* size = window->GetSize();
-  Image image(size[0], size[1], Color{});
+  Image image{size[0], size[1], 3, {}};
   vtkNew<vtkUnsignedCharArray> pixels;
   window->GetPixelData(0, 0, image.width - 1, image.height - 1, 0, pixels);
   const std::size_t row_bytes = 3 * static_cast<std::size_t>(image.width);
-  if (static_cast<std::size_t>(pixels->GetNumberOfValues()) < image.rgb.size()) return image;
+  image.pixels.resize(row_bytes * static_cast<std::size_t>(image.height));
+  if (static_cast<std::size_t>(pixels->GetNumberOfValues()) < image.pixels.size()) return image;
   for (int row = 0; row < image.height; ++row) {
     const unsigned char* from =
         pixels->GetPointer(static_cast<vtkIdType>(row_bytes) * (image.height - 1 - row));
-    std::copy(from, from + row_bytes, image.rgb.data() + row_bytes * static_cast<std::size_t>(row));
+    std::copy(from, from + row_bytes, image.pixels.data() + row_bytes * static_cast<std::size_t>(row));
   }
   return image;
 }

@@ -300,7 +300,7 @@ class SceneWindow : public Window {
       if (::stat(path.c_str(), &status) == 0) continue;
       showOverlay("");
       window_->Render();
-      writePng(visualization::imageOf(window_), path, false);
+      io::writeImage(path, visualization::imageOf(window_));
       return "written: " + path;
     }
     throw IoError(screenshot_prefix_, "has 999 screenshots already");

@@ -5,13 +5,13 @@
 #include <pcl/PolygonMesh.h>
 #include <pcl/memory.h>
 #include <pcl/point_cloud.h>
-#include <pcl/point_types.h>
 #include <pcl/surface/reconstruction.h>
 
 #include <string>
 #include <vector>
 
 #include "planar_mapping/core/geometry/cuboid.h"
+#include "planar_mapping/pcl/point_types.h"
 #include "planar_mapping/surface/mapping_input.h"
 
 namespace planar_mapping {
@@ -68,14 +68,8 @@ class PLANAR_MAPPING_EXPORT PlanarCuboidApproximation : public pcl::PCLSurfaceBa
   FrameUpdate diagnostics_;
 };
 
-extern template class PLANAR_MAPPING_EXPORT PlanarCuboidApproximation<pcl::PointXYZ>;
-extern template class PLANAR_MAPPING_EXPORT PlanarCuboidApproximation<pcl::PointXYZI>;
-extern template class PLANAR_MAPPING_EXPORT PlanarCuboidApproximation<pcl::PointXYZL>;
-extern template class PLANAR_MAPPING_EXPORT PlanarCuboidApproximation<pcl::PointXYZRGB>;
-extern template class PLANAR_MAPPING_EXPORT PlanarCuboidApproximation<pcl::PointXYZRGBA>;
-extern template class PLANAR_MAPPING_EXPORT PlanarCuboidApproximation<pcl::PointNormal>;
-extern template class PLANAR_MAPPING_EXPORT PlanarCuboidApproximation<pcl::PointXYZRGBNormal>;
-extern template class PLANAR_MAPPING_EXPORT PlanarCuboidApproximation<pcl::PointXYZINormal>;
+PLANAR_MAPPING_FOR_POINT_TYPES(extern template class PLANAR_MAPPING_EXPORT,
+                               PlanarCuboidApproximation)
 
 }  // namespace planar_mapping
 

@@ -5,8 +5,8 @@
 #include <pcl/memory.h>
 #include <pcl/pcl_base.h>
 #include <pcl/point_cloud.h>
-#include <pcl/point_types.h>
 
+#include "planar_mapping/pcl/point_types.h"
 #include "planar_mapping/surface/mapping_input.h"
 
 namespace planar_mapping {
@@ -61,14 +61,7 @@ class PLANAR_MAPPING_EXPORT PlanarMapping : public pcl::PCLBase<PointT>, public 
   FrameUpdate diagnostics_;
 };
 
-extern template class PLANAR_MAPPING_EXPORT PlanarMapping<pcl::PointXYZ>;
-extern template class PLANAR_MAPPING_EXPORT PlanarMapping<pcl::PointXYZI>;
-extern template class PLANAR_MAPPING_EXPORT PlanarMapping<pcl::PointXYZL>;
-extern template class PLANAR_MAPPING_EXPORT PlanarMapping<pcl::PointXYZRGB>;
-extern template class PLANAR_MAPPING_EXPORT PlanarMapping<pcl::PointXYZRGBA>;
-extern template class PLANAR_MAPPING_EXPORT PlanarMapping<pcl::PointNormal>;
-extern template class PLANAR_MAPPING_EXPORT PlanarMapping<pcl::PointXYZRGBNormal>;
-extern template class PLANAR_MAPPING_EXPORT PlanarMapping<pcl::PointXYZINormal>;
+PLANAR_MAPPING_FOR_POINT_TYPES(extern template class PLANAR_MAPPING_EXPORT, PlanarMapping)
 
 }  // namespace planar_mapping
 

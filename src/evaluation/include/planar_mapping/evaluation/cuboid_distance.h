@@ -10,8 +10,7 @@
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/geometry/cuboid.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 
 /// Answers for very many points how far the nearest of very many cuboids is: a tree of their
 /// bounding boxes. Exact; const functions may be called from several threads at once.
@@ -70,5 +69,4 @@ class PLANAR_MAPPING_EXPORT CuboidDistance {
   std::vector<Node> nodes_;
 };
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -10,8 +10,7 @@
 
 #include "planar_mapping/core/base/export.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 
 /// Figures of merit of one method at one place, absent where they have no meaning (METHOD: IV-B).
 struct Figures {
@@ -109,9 +108,10 @@ PLANAR_MAPPING_EXPORT std::string toJson(const ReportHeader& header,
 /// lines that start with #.
 PLANAR_MAPPING_EXPORT std::string toCsv(const ReportHeader& header,
                                         const std::vector<PlaceResult>& results);
+/// A field of a CSV file, in quotes where it needs them.
+PLANAR_MAPPING_EXPORT std::string quotedForCsv(const std::string& field);
 /// Tables for people, one for each input.
 PLANAR_MAPPING_EXPORT std::string toMarkdown(const ReportHeader& header,
                                              const std::vector<PlaceResult>& results);
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -9,8 +9,7 @@
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/geometry/cuboid.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 
 /// Cell of the standard lattice: it spans [x s, (x + 1) s) and so on in the world frame.
 struct GridCell {
@@ -49,5 +48,4 @@ PLANAR_MAPPING_EXPORT std::vector<Cuboid> cuboidsOf(const std::vector<GridCell>&
 /// The boxes as cuboids, in their order.
 PLANAR_MAPPING_EXPORT std::vector<Cuboid> cuboidsOf(const std::vector<GridBox>& boxes, double s);
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -8,8 +8,7 @@
 #include "planar_mapping/evaluation/ray_caster.h"
 #include "planar_mapping/io/image_file.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 
 /// What the camera's chip adds to the light that falls on it.
 struct PLANAR_MAPPING_EXPORT ImageSensorParams {
@@ -30,5 +29,4 @@ PLANAR_MAPPING_EXPORT io::Image renderImage(const Scene& scene, const Rendering&
                                             const Pose& T_world_camera, const RenderParams& params,
                                             const ImageSensorParams& sensor);
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -12,8 +12,7 @@
 #include "planar_mapping/evaluation/detail/cell_table.h"
 #include "planar_mapping/evaluation/surface_truth.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 
 // Figures of merit (the paper, IV-B; METHOD 9). Each takes what a method marks as occupied as a
 // list of cuboids, whatever the method is. World frame, metres; s is the side of a standard cell.
@@ -62,10 +61,8 @@ PLANAR_MAPPING_EXPORT double coverage(const CuboidDistance& index,
 
 /// Distances from points that were not inserted to the nearest cuboid, 0 inside. Metres.
 struct HeldBackDistance {
-  std::size_t points = 0;  ///< finite ones
-  double median = 0.0;     ///< nearest rank, like the next; infinite without cuboids
+  double median = 0.0;  ///< nearest rank, like the next; infinite without cuboids
   double percentile_95 = 0.0;
-  double mean = 0.0;
   double share_within = 1.0;       ///< of the points within the margin
   double share_within_half = 1.0;  ///< within half of it
   double share_inside = 1.0;       ///< inside a cuboid
@@ -108,7 +105,6 @@ class PLANAR_MAPPING_EXPORT CrossedSpace {
   /// clearance before its end. Rays that are not finite, or longer than 10^4 m, are left out.
   void add(const std::vector<MeasuredRay>& rays);
 
-  double side() const { return side_; }
   std::size_t cells() const { return samples_.size(); }
   /// Number of crossed cells whose sample is what is asked for.
   std::size_t count(const std::function<bool(const Vector3&)>& holds) const;
@@ -127,5 +123,4 @@ class PLANAR_MAPPING_EXPORT CrossedSpace {
 PLANAR_MAPPING_EXPORT double freeSpaceViolation(const CuboidDistance& index,
                                                 const CrossedSpace& crossed);
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

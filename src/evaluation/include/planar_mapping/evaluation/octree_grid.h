@@ -9,8 +9,7 @@
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/geometry/cuboid.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 
 /// OG, the octree baseline: OctoMap (Hornung et al., 2013) on its own library, with its recommended
 /// settings. Insertion is discretized (one ray per cell that was hit, the fastest of its modes) and
@@ -65,5 +64,4 @@ class OctreeGrid {
 /// \throws ParameterError
 PLANAR_MAPPING_EXPORT std::unique_ptr<OctreeGrid> makeOctreeGrid(double s, int min_points = 1);
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

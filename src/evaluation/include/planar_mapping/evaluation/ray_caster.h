@@ -9,8 +9,7 @@
 #include "planar_mapping/core/geometry/camera.h"
 #include "planar_mapping/evaluation/scene.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 
 /// What a perfect camera sees, row major. Pixels that hit nothing have depth 0 and object -1.
 struct Rendering {
@@ -47,5 +46,4 @@ PLANAR_MAPPING_EXPORT Rendering render(const Scene& scene, const PinholeCamera& 
 PLANAR_MAPPING_EXPORT bool intersect(const SceneObject& object, const Vector3& origin,
                                      const Vector3& direction, double& t, int& face);
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

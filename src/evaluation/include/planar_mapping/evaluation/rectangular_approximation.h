@@ -9,8 +9,7 @@
 #include "planar_mapping/core/geometry/cuboid.h"
 #include "planar_mapping/evaluation/grid_cell.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 
 /// Fusion as in RMAP (Khan, Wollherr, Buss: Adaptive rectangular cuboids for 3D mapping, 2015), a
 /// **reconstruction**: neither its code nor its pseudocode was at hand. Two boxes that share one
@@ -72,5 +71,4 @@ class PLANAR_MAPPING_EXPORT RectangularApproximation {
   std::size_t cover_count_ = 0;
 };
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -13,8 +13,7 @@
 #include "planar_mapping/core/base/types.h"
 #include "planar_mapping/core/geometry/plane.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 
 enum class Shape {
   Box,       ///< size: full lengths
@@ -117,5 +116,4 @@ PLANAR_MAPPING_EXPORT Scene makeScene(const SceneParams& params);
 /// The same with \p frames along the usual path.
 PLANAR_MAPPING_EXPORT Scene makeScene(const std::string& name, int frames);
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -15,8 +15,7 @@
 #include "planar_mapping/evaluation/scene.h"
 #include "planar_mapping/evaluation/stereo_sensor.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 
 /// The scene and how it is seen; `seed` is of the noise, too.
 struct PLANAR_MAPPING_EXPORT SimulationParams : SceneParams {
@@ -100,5 +99,4 @@ PLANAR_MAPPING_EXPORT void writeSequence(const Simulation& simulation, const std
                                          bool overwrite,
                                          const std::function<void(std::size_t)>& progress = {});
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -11,8 +11,7 @@
 #include "planar_mapping/evaluation/detail/cell_table.h"
 #include "planar_mapping/evaluation/grid_cell.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 
 /// SG, the baseline every figure of merit refers to: a hash grid of cubic cells. Its number of
 /// cells is A_S of the combination efficiency (the paper, IV-B).
@@ -29,7 +28,7 @@ class PLANAR_MAPPING_EXPORT StandardGrid {
 
   /// Adds the points of one frame (world frame, metres), its ground removed and cut at the range
   /// that all methods have in common. Points that are not finite or farther than 2^20 cells from
-  /// the origin are counted in droppedPoints(). O(points).
+  /// the origin are left out. O(points).
   void insert(const std::vector<Vector3>& world_points);
 
   /// Adds one frame as OctoMap and RMAP do, and SG in the tables: the same, and cells that are
@@ -43,13 +42,10 @@ class PLANAR_MAPPING_EXPORT StandardGrid {
   double side() const { return side_; }
   /// A_S: number of occupied cells.
   std::size_t size() const { return log_odds_.size(); }
-  std::size_t droppedPoints() const { return dropped_; }
   /// Occupied cells in ascending order, whatever the order of the points was.
   std::vector<GridCell> cells() const;
   /// The same as cubes.
   std::vector<Cuboid> cuboids() const;
-  /// Belief that the cell is occupied, 0.5 where nothing was seen.
-  double occupancy(const GridCell& cell) const;
 
   /// Bytes of the live hash table, free slots included: 12 a slot.
   std::size_t memoryBytes() const;
@@ -59,14 +55,12 @@ class PLANAR_MAPPING_EXPORT StandardGrid {
 
  private:
   using PointCount = detail::CellTable<std::uint32_t>;
-  PointCount count(const std::vector<Vector3>& points);
+  PointCount count(const std::vector<Vector3>& points) const;
   void hit(const PointCount& points_of_cell);
 
   double side_;
   std::uint32_t min_points_;
   detail::CellTable<float> log_odds_;
-  std::size_t dropped_ = 0;
 };
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -8,8 +8,7 @@
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/evaluation/ray_caster.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 
 /// A stereo camera that measures disparities as matchers do: with errors that are alike among
 /// neighbours, in steps, smeared at depth edges, and not at all where the second camera sees
@@ -50,5 +49,4 @@ PLANAR_MAPPING_EXPORT Rendering matchablePart(Rendering view, const StereoSensor
 PLANAR_MAPPING_EXPORT std::vector<float> pointsOf(const std::vector<float>& disparity,
                                                   const PinholeCamera& camera, double baseline);
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

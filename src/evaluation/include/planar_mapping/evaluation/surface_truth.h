@@ -3,9 +3,7 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <limits>
-#include <utility>
 #include <vector>
 
 #include "planar_mapping/core/base/export.h"
@@ -14,8 +12,7 @@
 #include "planar_mapping/evaluation/ray_caster.h"
 #include "planar_mapping/evaluation/scene.h"
 
-namespace planar_mapping {
-namespace evaluation {
+namespace planar_mapping::evaluation {
 
 /// What of the true surface counts as visible.
 struct PLANAR_MAPPING_EXPORT VisibleSurfaceParams {
@@ -55,11 +52,9 @@ class PLANAR_MAPPING_EXPORT SurfaceTruth {
   /// \throws ParameterError; InputError for a view without the pixels of its camera
   void addView(const Rendering& view, const Pose& T_world_camera,
                const VisibleSurfaceParams& params = VisibleSurfaceParams());
-  /// Seen surface points, thinned to the mean of each cubic centimetre. They lie 10^-4 m behind the
-  /// surface along their ray, so that a wall on the border between two layers of cells is in one of
-  /// them. World frame, by z, y, x of the cubic centimetre.
-  std::vector<Vector3> visiblePoints() const;
-  /// The cells of the standard lattice of side \p s with visible surface, ascending.
+  /// The cells of the standard lattice of side \p s with visible surface, ascending. Seen points
+  /// are thinned to the mean of each cubic centimetre. They lie 10^-4 m behind the surface along
+  /// their ray, so that a wall on the border between two layers of cells is in one of them.
   /// \throws ParameterError
   std::vector<VisibleCell> visibleCells(double s) const;
 
@@ -78,9 +73,7 @@ class PLANAR_MAPPING_EXPORT SurfaceTruth {
     Vector3 sum = Vector3::Zero();
     std::size_t pixels = 0;
   };
-  std::vector<std::pair<std::uint64_t, Seen>> sortedSeen() const;
   detail::CellTable<Seen> seen_;  ///< by cubic centimetre
 };
 
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation

@@ -11,8 +11,7 @@
 
 #include "planar_mapping/core/base/export.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 
 /// Takes the parts of a file, one after the other.
 using ByteSink = std::function<void(std::string_view)>;
@@ -76,8 +75,11 @@ PLANAR_MAPPING_EXPORT void syncDirectory(const std::string& path);
 PLANAR_MAPPING_EXPORT std::vector<std::uint8_t> readWholeFile(
     const std::string& path, std::size_t largest_size = static_cast<std::size_t>(-1));
 
+/// The same as text.
+PLANAR_MAPPING_EXPORT std::string readWholeText(
+    const std::string& path, std::size_t largest_size = static_cast<std::size_t>(-1));
+
 /// The same, part by part. \throws IoError
 PLANAR_MAPPING_EXPORT void readFile(const std::string& path, const ByteSink& sink);
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

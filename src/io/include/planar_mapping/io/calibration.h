@@ -8,8 +8,7 @@
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/geometry/camera.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 
 /// Radial (k) and tangential (p) distortion of a lens, of a ray (x, y, 1) with r^2 = x^2 + y^2:
 /// x' = x (1 + k1 r^2 + k2 r^4 + k3 r^6) + 2 p1 x y + p2 (r^2 + 2 x^2), and y' likewise with
@@ -57,5 +56,4 @@ PLANAR_MAPPING_EXPORT Calibration readCalibration(const std::string& path);
 /// The text readCalibration() reads, the same for every locale.
 PLANAR_MAPPING_EXPORT std::string toYaml(const Calibration& calibration);
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

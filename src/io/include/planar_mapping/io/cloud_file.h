@@ -11,8 +11,7 @@
 #include "planar_mapping/core/base/types.h"
 #include "planar_mapping/io/atomic_file.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 
 /// A cloud as a file holds it: points in the sensor's frame, metres, row major when organized.
 ///
@@ -83,14 +82,9 @@ struct CloudFileInfo {
 /// \throws IoError
 PLANAR_MAPPING_EXPORT CloudFileInfo readCloudFileInfo(const std::string& path);
 
-enum class PcdEncoding { Ascii, Binary };
-
-/// Writes PCD 0.7: x y z as float32, then rgb, label and intensity where present; the pose as
-/// VIEWPOINT. Ascii has enough digits to read back the same floats.
-/// \throws IoError; InputError if sizes disagree
+/// Writes binary PCD 0.7: x y z as float32, then rgb, label and intensity where present; the pose
+/// as VIEWPOINT. \throws IoError; InputError if sizes disagree
 PLANAR_MAPPING_EXPORT void writePcd(const std::string& path, const CloudData& cloud,
-                                    PcdEncoding encoding = PcdEncoding::Binary,
                                     Overwrite overwrite = Overwrite::Refuse);
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

@@ -11,8 +11,7 @@
 #include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/cloud_file.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 
 /// One channel of 16 bits, row major.
 struct DepthImage {
@@ -52,5 +51,4 @@ class PLANAR_MAPPING_EXPORT DepthProjector {
   std::vector<float> row_slope_;
 };
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

@@ -9,8 +9,7 @@
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/io/atomic_file.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 
 /// An 8-bit image, gray or RGB, row by row from the top without padding.
 struct Image {
@@ -41,5 +40,4 @@ PLANAR_MAPPING_EXPORT void writeImage(const std::string& path, const Image& imag
 /// Luminance (BT.601) of an image; a gray one is returned as it is.
 PLANAR_MAPPING_EXPORT Image toGray(const Image& image);
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

@@ -13,8 +13,7 @@
 // A map for other programs (docs/exports.md says who reads what, what is kept and what is lost).
 // Metres, in the axes of the map unless a format fixes its own; numbers in text are the shortest
 // that read back as the same values, in any locale.
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 
 /// What the points of a PCD file are.
 enum class ExportedPoints {
@@ -56,5 +55,4 @@ PLANAR_MAPPING_EXPORT std::vector<std::string> exportedFiles(const std::string& 
 PLANAR_MAPPING_EXPORT void exportMap(const PlanarMap& map, const std::string& path,
                                      const ExportOptions& options = ExportOptions());
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

@@ -8,8 +8,7 @@
 #include "planar_mapping/io/atomic_file.h"
 #include "planar_mapping/map/planar_map.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 
 /// Writes a .pmap file (docs/file_format.md), whole or not at all. A finished map
 /// (PlanarMap::finished()) takes fewer bytes.
@@ -23,5 +22,4 @@ PLANAR_MAPPING_EXPORT void saveMap(const PlanarMap& map, const std::string& path
 ///         map
 PLANAR_MAPPING_EXPORT PlanarMap loadMap(const std::string& path);
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

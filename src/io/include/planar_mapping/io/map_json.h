@@ -8,8 +8,7 @@
 #include "planar_mapping/io/atomic_file.h"
 #include "planar_mapping/map/planar_map.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 
 /// The cuboids of a map as readable JSON, a cuboid a line; in the axes of the map:
 /// `{"format", "version", "frame_id", "up", "unit", "resolution_m", "frames", "planes": [...],
@@ -21,18 +20,14 @@ namespace io {
 /// PlanarMap::unknownCuboids() lists it; `unseen` says what space is beyond.
 /// Numbers read back as the same values, in any locale.
 /// \param frame_id name of the map's frame, of letters, digits and _-./
-PLANAR_MAPPING_EXPORT std::string mapToJson(const PlanarMap& map,
-                                            const std::string& frame_id = "map");
-
-/// The same text in parts, for maps whose text need not be in memory.
+/// \param sink     gets the text in parts: that of a large map need not be in memory
 PLANAR_MAPPING_EXPORT void writeMapJson(const PlanarMap& map, const std::string& frame_id,
                                         const ByteSink& sink);
 
-/// Writes mapToJson() to a file, whole or not at all.
+/// Writes writeMapJson() to a file, whole or not at all.
 /// \throws IoError if the file exists and must not be overwritten, or cannot be written
 PLANAR_MAPPING_EXPORT void saveMapJson(const PlanarMap& map, const std::string& path,
                                        Overwrite overwrite = Overwrite::Refuse,
                                        const std::string& frame_id = "map");
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

@@ -10,8 +10,7 @@
 #include "planar_mapping/core/base/types.h"
 #include "planar_mapping/map/planar_map.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 
 /// The heights that a flat map looks at, metres.
 struct GridBand {
@@ -55,5 +54,4 @@ PLANAR_MAPPING_EXPORT double groundHeight(const std::vector<Cuboid>& cuboids, co
 PLANAR_MAPPING_EXPORT OccupancyGrid occupancyGrid(const PlanarMap& map, double cell = 0.0,
                                                   const GridBand& band = GridBand());
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

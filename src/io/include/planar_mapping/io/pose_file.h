@@ -9,8 +9,7 @@
 #include "planar_mapping/core/base/types.h"
 #include "planar_mapping/io/atomic_file.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 
 struct StampedPose {
   double timestamp = 0.0;  ///< seconds
@@ -41,5 +40,4 @@ PLANAR_MAPPING_EXPORT void writeTumPoses(const std::string& path,
                                          const std::vector<StampedPose>& poses,
                                          Overwrite overwrite = Overwrite::Refuse);
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

@@ -13,8 +13,7 @@
 #include "planar_mapping/io/cloud_file.h"
 #include "planar_mapping/io/image_file.h"
 
-namespace planar_mapping {
-namespace io {
+namespace planar_mapping::io {
 
 enum class SequenceKind {
   Clouds,  ///< PCD, PLY or KITTI .bin files
@@ -105,5 +104,4 @@ class PLANAR_MAPPING_EXPORT Sequence {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace io
-}  // namespace planar_mapping
+}  // namespace planar_mapping::io

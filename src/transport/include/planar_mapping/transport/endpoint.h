@@ -8,8 +8,7 @@
 
 #include "planar_mapping/core/base/export.h"
 
-namespace planar_mapping {
-namespace transport {
+namespace planar_mapping::transport {
 
 /// Where a mapping side listens, or is to be found.
 struct Endpoint {
@@ -43,5 +42,4 @@ struct Keys {
 /// A new key pair, without peers. \throws Error if the system gives no random numbers
 PLANAR_MAPPING_EXPORT Keys makeKeys();
 
-}  // namespace transport
-}  // namespace planar_mapping
+}  // namespace planar_mapping::transport

@@ -9,8 +9,7 @@
 #include "planar_mapping/pipeline/frame_source.h"
 #include "planar_mapping/transport/endpoint.h"
 
-namespace planar_mapping {
-namespace transport {
+namespace planar_mapping::transport {
 
 struct ListenerOptions {
   std::string configuration;  ///< frontEndYaml() of the run
@@ -59,5 +58,4 @@ class PLANAR_MAPPING_EXPORT FrameListener : public FrameSource {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace transport
-}  // namespace planar_mapping
+}  // namespace planar_mapping::transport

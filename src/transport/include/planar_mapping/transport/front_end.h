@@ -10,8 +10,7 @@
 #include "planar_mapping/pipeline/frame_source.h"
 #include "planar_mapping/transport/endpoint.h"
 
-namespace planar_mapping {
-namespace transport {
+namespace planar_mapping::transport {
 
 /// Makes the input from the configuration that the mapping side sent. The same input and
 /// configuration have to give the same frames, bit for bit: a restarted front-end repeats them.
@@ -53,5 +52,4 @@ PLANAR_MAPPING_EXPORT FrontEndResult runFrontEnd(const Endpoint& endpoint,
                                                  const SourceFactory& makeSource,
                                                  const FrontEndOptions& options);
 
-}  // namespace transport
-}  // namespace planar_mapping
+}  // namespace planar_mapping::transport

@@ -13,12 +13,9 @@ namespace planar_mapping {
 struct PLANAR_MAPPING_EXPORT ProjectionOptions {
   double lowest = 0.15;  ///< [ours] below it, it is floor
   double highest = 2.0;  ///< [ours] above it, a robot passes under
-  /// [ours] free if at least this fraction of the column is, else unknown; where all is unknown
-  /// that was not seen free
-  double free_fraction = 0.25;
-  /// [ours] unknown if at least this fraction of the column is; where all is free that is not
-  /// unknown
-  double unknown_fraction = 0.25;
+  /// [ours] A place is free if at least this fraction of the column over it is, where all is
+  /// unknown that was not seen free; else unknown if at least this fraction is unknown.
+  double fraction = 0.25;
   /// \throws ParameterError
   void validate() const;
 };

@@ -9,10 +9,9 @@
 #include <vector>
 
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/evaluation/grid_cell.h"
 
-namespace planar_mapping {
-namespace evaluation {
-namespace detail {
+namespace planar_mapping::evaluation::detail {
 
 /// Bits it takes to tell \p values different values apart.
 inline int bitsFor(double values) {
@@ -37,6 +36,10 @@ inline std::int32_t unpackCell(std::uint64_t key, int axis) {
   constexpr std::uint64_t kMask = (std::uint64_t{1} << kCellBits) - 1;
   return static_cast<std::int32_t>(static_cast<std::int64_t>((key >> (axis * kCellBits)) & kMask) -
                                    kCellLimit);
+}
+
+inline GridCell cellOf(std::uint64_t key) {
+  return {unpackCell(key, 0), unpackCell(key, 1), unpackCell(key, 2)};
 }
 
 /// Key of the cell a point is in; false for points that are not finite or beyond kCellLimit.
@@ -94,11 +97,6 @@ class CellTable {
       if (keys_[i] != 0) visit(keys_[i] - 1, values_[i]);
     }
   }
-  void clear() {
-    keys_.clear();
-    values_.clear();
-    size_ = last_ = 0;
-  }
   std::size_t memoryBytes() const {
     return keys_.capacity() * sizeof(std::uint64_t) + values_.capacity() * sizeof(Value);
   }
@@ -133,6 +131,4 @@ class CellTable {
   std::size_t last_ = 0;  ///< slot; neighbouring points are mostly in the same cell
 };
 
-}  // namespace detail
-}  // namespace evaluation
-}  // namespace planar_mapping
+}  // namespace planar_mapping::evaluation::detail
