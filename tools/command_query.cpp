@@ -52,7 +52,8 @@ Json answerPoint(const PlanarMap& map, const std::string& text) {
 
 Json answerBox(const PlanarMap& map, const std::string& text) {
   const std::array<double, 6> b = numbersOf<6>("--box", text);
-  const Vector3 low(b[0], b[1], b[2]), high(b[3], b[4], b[5]);
+  const Vector3 one(b[0], b[1], b[2]), other(b[3], b[4], b[5]);
+  const Vector3 low = one.cwiseMin(other), high = one.cwiseMax(other);
   const BoxState box = stateOfBox(map, low, high);
   return {{"low", toJson(low)},
           {"high", toJson(high)},

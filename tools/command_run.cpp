@@ -223,7 +223,9 @@ std::string coverageSentence(const nlohmann::json& metrics) {
 
 void printSummary(const RunResult& result) {
   const auto metrics = nlohmann::json::parse(result.metrics_json);
-  std::cout << metrics["frames"] << " frames, " << metrics["points"]["valid"] << " points -> "
+  const std::size_t frames = metrics["frames"], left_out = metrics["frames_skipped"];
+  if (left_out > 0) std::cout << frames - left_out << " of ";
+  std::cout << frames << " frames, " << metrics["points"]["valid"] << " points -> "
             << metrics["planes"] << " planes, " << metrics["cuboids"]["total"] << " cuboids ("
             << metrics["standard_cells"] << " cells of a standard grid)\n";
   if (metrics["cluttered_regions"] > 0) {

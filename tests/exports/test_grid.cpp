@@ -139,6 +139,20 @@ TEST(NavigationMap, GroundIsTheTopOfALowFloor) {
   EXPECT_EQ(load(file / "m.yaml").picture(), (std::vector<std::string>{"???#", "....", "...."}));
 }
 
+TEST(NavigationMap, FloorsThatLeanAreNoObstacles) {
+  io::ExportedMap map;
+  map.resolution = 0.5;
+  map.cuboids = {box({-3.0, -3.0, 0.5}, {3.0, 3.0, 0.6}), box({0.0, 0.0, 0.6}, {0.5, 0.5, 1.6})};
+  map.cuboids[0].plane_id = 0;
+  map.cuboids[0].orientation = Eigen::AngleAxisd(0.1, Vector3::UnitX());  // 0.3 m at its rim
+  const io::OccupancyGrid grid = io::gridOf(map);
+  EXPECT_NEAR(grid.ground, 0.6, 1e-12);
+  EXPECT_EQ(std::count(grid.values.begin(), grid.values.end(), io::OccupancyGrid::kOccupied), 1);
+  map.options.band.low = -0.2;  // who asks for the floor gets it
+  const io::OccupancyGrid all = io::gridOf(map);
+  EXPECT_GT(std::count(all.values.begin(), all.values.end(), io::OccupancyGrid::kOccupied), 100);
+}
+
 /// x right, y down, z forward: forward becomes y of the grid.
 TEST(NavigationMap, MapOfACameraIsTurnedUpright) {
   io::ExportedMap map = handMade();

@@ -28,7 +28,7 @@ namespace {
 struct Arguments {
   std::vector<std::string> files;
   std::string snapshot;
-  std::string size = "1280x720", camera = "iso", color = "plane", cutaway = "seen";
+  std::string size = "1280x720", camera = "iso", color = "plane", cutaway;
   std::string show, background, up = "auto";
   std::string camera_position, focal_point, view_up;
   double zoom = 1.0, point_size = 2.0;
@@ -79,7 +79,7 @@ void declare(CLI::App& app, Arguments& a) {
                  "#rrggbb, white, black, gray, light or dark [a light gradient]");
   app.add_option("--cutaway", a.cutaway,
                  "what hides a room is left out: none; ceiling; seen = surfaces show only from "
-                 "the side they were seen from");
+                 "the side they were seen from [seen, where the map knows what was seen]");
   app.add_option("--clip-above", a.clip_above, "leave out what lies above this height, metres");
   app.add_option("--up", a.up, "the map's axis against gravity: x,y,z, or auto");
   app.add_option("--point-size", a.point_size, "of clouds, pixels (1 to 50)");
@@ -106,7 +106,7 @@ ViewOptions viewOptions(const Arguments& a) {
   options.setSize(a.size);
   options.camera = cameraPresetFromString(a.camera);
   options.color = colorByFromString(a.color);
-  options.cutaway = cutawayFromString(a.cutaway);
+  if (!a.cutaway.empty()) options.cutaway = cutawayFromString(a.cutaway);
   options.show.unknown = a.projection_2d;
   if (!a.show.empty()) options.show = Layers::fromString(a.show);
   if (!a.background.empty()) options.background = colorFromString(a.background);
@@ -179,6 +179,13 @@ int compareWithReference(const Image& image, const Arguments& a) {
   return kOverThreshold;
 }
 
+/// From where a merged cloud was seen nobody knows: a side of its planes would be any side.
+ViewOptions optionsFor(const SceneContent& content, const Arguments& a, ViewOptions options) {
+  const bool knows_space = content.unseen == Unseen::Free || !content.free.empty();
+  if (a.cutaway.empty() && !knows_space) options.cutaway = Cutaway::None;
+  return options;
+}
+
 /// What changes when the file does.
 struct FileState {
   std::filesystem::file_time_type time;
@@ -215,20 +222,22 @@ void followFile(const Arguments& a, const ViewOptions& options) {
   };
   std::optional<SceneContent> content;
   while (!(content = read())) std::this_thread::sleep_for(kPeriod);
+  const ViewOptions chosen = optionsFor(*content, a, options);
   const std::unique_ptr<Window> window =
-      openWindow(std::move(*content), options, Window::Screen::Display, path + " - planar_mapping");
+      openWindow(std::move(*content), chosen, Window::Screen::Display, path + " - planar_mapping");
   window->follow(read, kPeriod.count() * 1e-3);
   window->run();
 }
 
-int draw(const Arguments& a, const ViewOptions& options) {
+int draw(const Arguments& a, const ViewOptions& wanted) {
   const bool in_window = a.snapshot.empty() && a.reference.empty() && !a.projection_2d;
   if (a.follow && !in_window) throw ParameterError("--follow is for windows, not for pictures");
   if (a.follow) {
-    followFile(a, options);
+    followFile(a, wanted);
     return kDone;
   }
   const SceneContent content = readContent(a);
+  const ViewOptions options = optionsFor(content, a, wanted);
   if (in_window) {
     openWindow(content, options, Window::Screen::Display, a.files[0] + " - planar_mapping")->run();
     return kDone;

@@ -154,6 +154,19 @@ TEST(GroundHeight, IsZeroWhereTheMapStandsOnIt) {
   EXPECT_EQ(groundHeight(SceneContent()), 0.0);
 }
 
+/// A floor is where the map has it, not where z is 0: 0.6 m is the height of a table.
+TEST(GroundHeight, IsThatOfAFloorWithNextToNothingBelow) {
+  SceneContent content;
+  content.cuboids.push_back(testing::plate({0, 0, 0.55}, {0, 0, 1}, 2, 1.5, 0, 0.1));  // 3 m2
+  EXPECT_EQ(groundHeight(content), 0.0);
+  content.cuboids.push_back(testing::plate({3, 0, 0.58}, {0.02, 0, 1}, 3, 1.5, 0, 0.1));
+  EXPECT_NEAR(groundHeight(content), 0.568, 0.005);
+  content.cuboids.push_back(testing::plate({0, 2, 0.5}, {0, 1, 0}, 2, 1, 1, 0.1));  // a wall on it
+  EXPECT_NEAR(groundHeight(content), 0.568, 0.005);
+  content.cuboids.push_back(testing::plate({0, 2, -0.9}, {0, 1, 0}, 2, 1, 1, 0.1));
+  EXPECT_LT(groundHeight(content), -1.0);  // what has storeys below is no ground
+}
+
 TEST(GroundHeight, IgnoresAFewStrayCellsBelowTheFloor) {
   SceneContent content;
   content.cuboids.push_back(testing::plate({0, 0, 5.8}, {0, 0, 1}, 4, 4, 0, 0.2));

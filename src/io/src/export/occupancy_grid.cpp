@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "export/conventions.h"
@@ -104,15 +105,63 @@ void placeGrid(const std::vector<Cuboid>& cuboids, const std::vector<Cuboid>& fr
 
 }  // namespace
 
+bool isFloor(const Cuboid& cuboid, const Vector3& up, double height) {
+  constexpr double kMinUpright = 0.98;  // cosine of 11 degrees
+  return cuboid.plane_id >= 0 &&
+         std::abs((cuboid.orientation * Vector3::UnitZ()).dot(up)) > kMinUpright &&
+         cuboid.center.dot(up) <= height;
+}
+
+namespace {
+
+/// The lowest level faces that are larger than tables, if nothing is below them.
+std::optional<double> floorHeight(const std::vector<Cuboid>& cuboids, const Vector3& up) {
+  constexpr double kMinArea = 4.0;               // square metres
+  constexpr double kSameFloor = 0.2;             // metres
+  constexpr double kBelow = 0.3;                 // metres: what starts there may be below a floor
+  constexpr double kMostBelow = 0.05;            // of the volume
+  std::vector<std::pair<double, double>> faces;  // height, area
+  double volume = 0.0;
+  for (const Cuboid& cuboid : cuboids) {
+    volume += cuboid.volume();
+    if (!isFloor(cuboid, up, INFINITY)) continue;
+    faces.emplace_back(cuboid.center.dot(up) + 0.5 * cuboid.size.z(),
+                       cuboid.size.x() * cuboid.size.y());
+  }
+  std::sort(faces.begin(), faces.end());
+  for (std::size_t first = 0; first < faces.size(); ++first) {
+    double area = 0.0, moment = 0.0;
+    for (std::size_t i = first;
+         i < faces.size() && faces[i].first <= faces[first].first + kSameFloor; ++i) {
+      area += faces[i].second;
+      moment += faces[i].first * faces[i].second;
+    }
+    if (area < kMinArea) continue;
+    const double height = moment / area;
+    double below = 0.0;
+    for (const Cuboid& cuboid : cuboids) {
+      if (cuboid.center.dot(up) < height - kBelow) below += cuboid.volume();
+    }
+    if (below > kMostBelow * volume) return std::nullopt;
+    return height;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
 double groundHeight(const std::vector<Cuboid>& cuboids, const Vector3& up) {
   constexpr double kStrayFraction = 0.01;
-  constexpr double kMinUpright = 0.98;          // cosine of 11 degrees
+  constexpr double kNearZero = 0.1;  // metres
+  if (const std::optional<double> floor = floorHeight(cuboids, up)) {
+    return std::abs(*floor) <= kNearZero ? 0.0 : *floor;
+  }
   std::vector<std::pair<double, double>> ends;  // height, weight
   double stray = 0.0;
   for (const Cuboid& cuboid : cuboids) {
     const Vector3 local = (cuboid.orientation.conjugate() * up).cwiseAbs();
     // One walks on a floor, not below it.
-    const bool lies = cuboid.plane_id >= 0 && local.z() > kMinUpright;
+    const bool lies = isFloor(cuboid, up, INFINITY);
     ends.emplace_back(cuboid.center.dot(up) + (lies ? 0.5 : -0.5) * local.dot(cuboid.size),
                       cuboid.volume());
     stray += kStrayFraction * cuboid.volume();
@@ -166,6 +215,7 @@ OccupancyGrid gridOf(const ExportedMap& map) {
       (1.0 - 1e-6) * 0.5 * Vector3(grid.cell, grid.cell, columns.high - columns.low);
   for (const Cuboid& cuboid : cuboids) {
     if (cuboid.state != CellState::Occupied) continue;
+    if (band.low > 0.0 && isFloor(cuboid, Vector3::UnitZ(), columns.low)) continue;
     const detail::OrientedBox box(cuboid);
     columns.forEachCellBelow(cuboid, box.reach(), [&](std::size_t i, const Vector2& at) {
       if (box.meets({at.x(), at.y(), 0.5 * (columns.low + columns.high)}, half)) {

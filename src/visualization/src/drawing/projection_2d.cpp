@@ -18,6 +18,7 @@
 
 #include "drawing/canvas.h"
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/io/occupancy_grid.h"
 #include "planar_mapping/visualization/camera.h"
 #include "scene/captions.h"
 #include "scene/ground.h"
@@ -150,7 +151,9 @@ void drawOccupied(const SceneContent& content, const ProjectionOptions& projecti
   Sides sides;
   for (const Cuboid& cuboid : content.cuboids) {
     const auto [low, high] = heights(cuboid, plan.frame);
-    if (high < projection.lowest || low > projection.highest) continue;
+    const double lowest = projection.lowest;
+    if (high < lowest || low > projection.highest) continue;
+    if (lowest > 0.0 && io::isFloor(cuboid, plan.frame.up, plan.frame.height + lowest)) continue;
     sides.add(cuboid, plan, canvas, kOccupied, 1.0);
   }
   sides.draw(canvas);

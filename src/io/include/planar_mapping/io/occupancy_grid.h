@@ -16,9 +16,10 @@ namespace planar_mapping::io {
 struct GridBand {
   double low = 0.15;  ///< [ours] over the ground: below it is floor
   double high = 2.0;  ///< [ours] over the ground: above it a robot passes under
-  /// Height of the ground along the map's up axis; NaN = found: 0 where the map starts at most 1 m
-  /// above or 0.35 m below it, else the lowest floor or lower end of a cuboid, but for the
-  /// lowest hundredth of the occupied volume.
+  /// Height of the ground along the map's up axis; NaN = found: that of the lowest level faces of
+  /// at least 4 square metres with next to nothing below them. Where there are none, as the ground
+  /// was removed: 0 where the map starts at most 1 m above or 0.35 m below it, else the lowest
+  /// floor or lower end of a cuboid, but for the lowest hundredth of the occupied volume.
   double ground = std::numeric_limits<double>::quiet_NaN();
 };
 
@@ -46,10 +47,14 @@ struct OccupancyGrid {
 /// cuboids.
 PLANAR_MAPPING_EXPORT double groundHeight(const std::vector<Cuboid>& cuboids, const Vector3& up);
 
-/// A cell is occupied if a cuboid meets the column over it within the band; else free if at least
-/// three quarters of the column's height over its middle were seen free; else unknown.
-/// \param cell side, metres; 0 = the map's resolution
-/// \throws ParameterError if cell or band are out of range, or there would be more than 50 million
+/// Is it a level face (by at most 11 degrees) whose middle is no higher than this, metres? One
+/// drives on it, also where it rises above the lower end of a band.
+PLANAR_MAPPING_EXPORT bool isFloor(const Cuboid& cuboid, const Vector3& up, double height);
+
+/// A cell is occupied if a cuboid that is no floor meets the column over it within the band; else
+/// free if at least three quarters of the column's height over its middle were seen free; else
+/// unknown. \param cell side, metres; 0 = the map's resolution \throws ParameterError if cell or
+/// band are out of range, or there would be more than 50 million
 ///         cells
 PLANAR_MAPPING_EXPORT OccupancyGrid occupancyGrid(const PlanarMap& map, double cell = 0.0,
                                                   const GridBand& band = GridBand());
