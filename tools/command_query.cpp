@@ -52,8 +52,7 @@ Json answerPoint(const PlanarMap& map, const std::string& text) {
 
 Json answerBox(const PlanarMap& map, const std::string& text) {
   const std::array<double, 6> b = numbersOf<6>("--box", text);
-  const Vector3 one(b[0], b[1], b[2]), other(b[3], b[4], b[5]);
-  const Vector3 low = one.cwiseMin(other), high = one.cwiseMax(other);
+  const Vector3 low(b[0], b[1], b[2]), high(b[3], b[4], b[5]);
   const BoxState box = stateOfBox(map, low, high);
   return {{"low", toJson(low)},
           {"high", toJson(high)},
@@ -138,7 +137,7 @@ void addQueryCommand(CLI::App& app, int&) {
   command->add_option("map", arguments->map, "Map (*.pmap)")->required();
   command->add_option("--point", arguments->points, "x,y,z, metres; repeatable")
       ->allow_extra_args(false);
-  command->add_option("--box", arguments->boxes, "Opposite corners: x,y,z,x,y,z; repeatable")
+  command->add_option("--box", arguments->boxes, "Lower and upper corner: x,y,z,x,y,z; repeatable")
       ->allow_extra_args(false);
   command->add_option("--ray", arguments->rays, "Origin and direction: x,y,z,dx,dy,dz; repeatable")
       ->allow_extra_args(false);
