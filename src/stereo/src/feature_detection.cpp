@@ -100,7 +100,7 @@ DetectedFeatures detectFeatures(const cv::Mat& gray, const FeatureTrackerParams&
   const int candidates = 3 * count;
   switch (resolved(params.detector)) {
     case FeatureDetector::Surf:
-      return detectSurf(gray, count, threshold > 0.0 ? threshold : 10.0, params.threads);
+      return detectSurf(gray, count, threshold > 0.0 ? threshold : 10.0);
     case FeatureDetector::Orb: {
       constexpr float kPyramidFactor = 1.2f;
       const auto orb =
@@ -122,7 +122,7 @@ DetectedFeatures detectFeatures(const cv::Mat& gray, const FeatureTrackerParams&
 }
 
 #ifndef PLANAR_MAPPING_HAS_SURF
-DetectedFeatures detectSurf(const cv::Mat&, int, double, int) {
+DetectedFeatures detectSurf(const cv::Mat&, int, double) {
   throw ParameterError("detector: SURF needs dlib, which this build has not (libdlib-dev)");
 }
 #endif

@@ -36,6 +36,6 @@ std::vector<std::size_t> spreadEvenly(const std::vector<Detection>& detections, 
                                       int height, int count);
 
 /// SURF of dlib. \param threshold  of the determinant of the Hessian
-DetectedFeatures detectSurf(const cv::Mat& gray, int count, double threshold, int threads);
+DetectedFeatures detectSurf(const cv::Mat& gray, int count, double threshold);
 
 }  // namespace planar_mapping::detail

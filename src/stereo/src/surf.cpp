@@ -6,11 +6,10 @@
 #include <algorithm>
 
 #include "feature_detection.h"
-#include "planar_mapping/core/base/detail/parallel.h"
 
 namespace planar_mapping::detail {
 
-DetectedFeatures detectSurf(const cv::Mat& gray, int count, double threshold, int threads) {
+DetectedFeatures detectSurf(const cv::Mat& gray, int count, double threshold) {
   constexpr int kOctaves = 3;
   constexpr int kIntervals = 4;
   constexpr int kStep = 2;  // pixels between samples of the first octave
@@ -41,19 +40,15 @@ DetectedFeatures detectSurf(const cv::Mat& gray, int count, double threshold, in
     detections.push_back({static_cast<float>(point.center.x()),
                           static_cast<float>(point.center.y()), static_cast<float>(point.score)});
   }
-  const std::vector<std::size_t> chosen = spreadEvenly(detections, gray.cols, gray.rows, count);
-  std::vector<float> values(chosen.size() * kLength);
-  parallelFor(chosen.size(), threads, [&](std::size_t k) {
-    const dlib::interest_point& point = usable[chosen[k]];
+  dlib::matrix<double, 64, 1> descriptor;
+  for (const std::size_t i : spreadEvenly(detections, gray.cols, gray.rows, count)) {
+    const dlib::interest_point& point = usable[i];
     const double angle = dlib::compute_dominant_angle(integral, point.center, point.scale);
-    dlib::matrix<double, kLength, 1> descriptor;
     dlib::compute_surf_descriptor(integral, point.center, point.scale, angle, descriptor);
-    std::copy(descriptor.begin(), descriptor.end(),
-              values.begin() + static_cast<std::ptrdiff_t>(k * kLength));
-  });
-  for (std::size_t k = 0; k < chosen.size(); ++k) {
-    features.places.push_back(detections[chosen[k]]);
-    features.descriptors.addValues(values.data() + k * kLength, kScale);
+    float values[kLength];
+    for (int k = 0; k < kLength; ++k) values[k] = static_cast<float>(descriptor(k));
+    features.places.push_back(detections[i]);
+    features.descriptors.addValues(values, kScale);
   }
   return features;
 }
