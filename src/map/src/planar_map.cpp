@@ -105,12 +105,11 @@ namespace {
 
 /// What seems free up to a far point of a stereo camera may lie behind what is there.
 Clearing clearingOf(const MapData& map, const FrameObservation& frame) {
-  constexpr double kSigmas = 1.0;
   constexpr double kSureCells = 4.0;  // of depth error
   Clearing clearing{static_cast<float>(map.maxRange()), 0.0f, 0.0f};
   if (!frame.noise) return clearing;
   const double error = frame.noise->depthError(1.0);
-  clearing.error = static_cast<float>(kSigmas * error);
+  clearing.error = static_cast<float>(error);
   clearing.sure = static_cast<float>(std::sqrt(kSureCells * map.resolution() / error));
   return clearing;
 }

@@ -114,7 +114,7 @@ bool isFloor(const Cuboid& cuboid, const Vector3& up, double height) {
 
 namespace {
 
-/// The lowest level faces that are larger than tables, if nothing is below them.
+/// Of the lowest level faces that are larger than tables, if next to nothing is below them.
 std::optional<double> floorHeight(const std::vector<Cuboid>& cuboids, const Vector3& up) {
   constexpr double kMinArea = 4.0;               // square metres
   constexpr double kSameFloor = 0.2;             // metres

@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "planar_mapping/core/base/detail/random.h"
 #include "planes/assumed/tile_image.h"
 

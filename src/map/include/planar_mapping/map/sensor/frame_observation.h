@@ -26,7 +26,7 @@ struct FrameObservation {
   /// Of the planes, where nothing was measured: makes cells, clears no space, moves no plane; null
   /// = none.
   const AssumedPoints* assumed = nullptr;
-  /// Depth error of a stereo camera: widens what counts as one surface; absent = none.
+  /// Depth error of a stereo camera: widens surfaces, far points clear less; absent = none.
   std::optional<StereoNoise> noise;
   /// Known intrinsics of an organized cloud; absent = estimated from it, else
   /// six images around the sensor are made of the points.
