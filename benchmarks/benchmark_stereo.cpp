@@ -122,6 +122,7 @@ void FrontEnd(benchmark::State& state) {
   std::size_t frame = 0;
   for (auto _ : state) {
     const ImagePair& pair = input().pairs[frame++ % input().pairs.size()];
+    tracker.begin(pair.left);
     const DisparityImage disparity = matcher.match(pair.left, pair.right, input().calibration);
     triangulate(disparity, input().calibration, xyz);
     const PointsView cloud(xyz.data(), static_cast<std::uint32_t>(disparity.width),

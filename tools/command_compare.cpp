@@ -59,6 +59,7 @@ void addCompareCommand(CLI::App& app, int& exit_code) {
       throw InputError(arguments->second + ": this map has another origin than " +
                        arguments->first + " (planar_map info shows both)");
     }
+    warnOfFrames({{arguments->first, &first}, {arguments->second, &second}}, "");
     const MapDifference difference = compareMaps(first, second);
     const Json a = factsOf(first), b = factsOf(second);
     if (arguments->json) {

@@ -42,7 +42,8 @@ Json mapInfo(const std::string& path) {
   const auto& poses = map.trajectory();
   const bool is_first =
       !poses.empty() && poses.front().second.matrix() == Pose::Identity().matrix();
-  info["frame"] = is_first ? "of the first frame" : "world";
+  const bool is_own = map.params().frame == MapFrame::Start;
+  info["frame"] = is_own ? "its own (poses were found)" : is_first ? "of the first frame" : "world";
   info["up"] = toJson(approximation.up);
   if (map.params().unknown_space) info["max_range_m"] = map.params().max_range;
   Vector3 low;

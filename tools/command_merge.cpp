@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <iostream>
 #include <memory>
 #include <string>
 #include <utility>
@@ -62,6 +63,11 @@ void merge(const Arguments& arguments) {
   for (std::size_t i = 0; i < poses.size(); ++i) {
     maps.push_back({arguments.maps[i], io::loadMap(arguments.maps[i]), poses[i]});
   }
+  if (arguments.poses.empty()) {
+    std::vector<NamedMap> named;
+    for (const PlacedMap& placed : maps) named.push_back({placed.path, &placed.map});
+    warnOfFrames(named, "; --poses says it");
+  }
   std::sort(maps.begin(), maps.end(),
             [](const PlacedMap& a, const PlacedMap& b) { return a.isBefore(b); });
   PlanarMap merged(maps.front().map.params());
@@ -83,7 +89,27 @@ void merge(const Arguments& arguments) {
               arguments.force ? io::Overwrite::Allow : io::Overwrite::Refuse);
 }
 
+/// Of one recording, from the same start.
+bool beginAlike(const PlanarMap& a, const PlanarMap& b) {
+  if (a.trajectory().empty() || b.trajectory().empty()) return false;
+  const auto& [time_a, pose_a] = a.trajectory().front();
+  const auto& [time_b, pose_b] = b.trajectory().front();
+  return time_a == time_b && pose_a.matrix() == pose_b.matrix();
+}
+
 }  // namespace
+
+void warnOfFrames(const std::vector<NamedMap>& maps, const std::string& remedy) {
+  const NamedMap& first = maps.front();
+  for (const NamedMap& other : maps) {
+    const bool own = first.map->params().frame == MapFrame::Start ||
+                     other.map->params().frame == MapFrame::Start;
+    if (&other == &first || !own || beginAlike(*first.map, *other.map)) continue;
+    std::cerr << "planar_map: warning: poses were found, not given, so that each map has "
+                 "coordinates of its own: where "
+              << other.path << " lies to " << first.path << " is not known" << remedy << '\n';
+  }
+}
 
 void addMergeCommand(CLI::App& app, int&) {
   auto* command = app.add_subcommand("merge", "Several maps to one");

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/map/planar_map.h"
 
 namespace planar_mapping::tools {
 
@@ -72,6 +73,14 @@ inline void requireNew(const std::string& path, bool force) {
     throw UsageError("'" + path + "' exists; --force overwrites it");
   }
 }
+
+struct NamedMap {
+  std::string path;
+  const PlanarMap* map = nullptr;
+};
+/// A sentence on stderr for each map that need not lie where its coordinates say, beside the first.
+/// \param remedy  ends the sentence
+void warnOfFrames(const std::vector<NamedMap>& maps, const std::string& remedy);
 
 /// Exactly N finite numbers with commas between them. \throws UsageError naming the option
 template <std::size_t N>

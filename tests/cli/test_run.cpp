@@ -314,6 +314,23 @@ TEST_F(Run, MergedCloudMakesNoFreeOrUnknownSpaceUnlessTold) {
   EXPECT_NE(std::string::npos, read("single/config.resolved.yaml").find("unknown_space: \"true\""));
 }
 
+TEST_F(Run, MapsOfFoundPosesHaveAFrameOfTheirOwnWhichOthersAreToldOf) {
+  ASSERT_EQ(0, runSequence("given").exit_code);
+  ASSERT_EQ(0, runSequence("found", {"--set", "motion_estimation.enabled=true"}).exit_code);
+  const std::string given = directory_ / "given/map.pmap", found = directory_ / "found/map.pmap";
+  EXPECT_EQ("its own (poses were found)",
+            Json::parse(planarMap({"info", found, "--json"}).out)["frame"]);
+  const std::string sentence = "where " + found + " lies to " + given + " is not known";
+  const std::string merged = directory_ / "merged.pmap";
+  EXPECT_NE(std::string::npos, planarMap({"compare", given, found}).err.find(sentence));
+  EXPECT_NE(std::string::npos,
+            planarMap({"merge", given, found, "-o", merged}).err.find(sentence + "; --poses"));
+  const std::string poses = write("two.txt", "0 0 0 0 0 0 0 1\n1 0 0 -0.37 0 0 0 1\n");
+  EXPECT_EQ("", planarMap({"merge", given, found, "-o", merged, "--force", "--poses", poses}).err);
+  EXPECT_EQ("", planarMap({"compare", given, given}).err);
+  EXPECT_EQ("", planarMap({"compare", found, found}).err);
+}
+
 TEST_F(Run, InfoHasFrameUpAxisAndRange) {
   ASSERT_EQ(0, runSequence("out").exit_code);
   const Json info = Json::parse(planarMap({"info", directory_ / "out/map.pmap", "--json"}).out);

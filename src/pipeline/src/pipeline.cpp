@@ -235,6 +235,9 @@ void Pipeline::runFrontEnd(Frame& frame) {
         "the image is that of the frame before, pixel for pixel; is the camera frozen?";
   }
   if (pictures != 0) last_pictures_ = pictures;
+  for (std::size_t i = 0; i < front_end_size_ && frame.skip_reason.empty(); ++i) {
+    if (configuration_.stages[i].enabled) configuration_.stages[i].stage->begin(frame);
+  }
   for (std::size_t i = 0; i < front_end_size_; ++i) runStage(i, frame);
   frame.front_end_done = true;
 }
@@ -247,7 +250,13 @@ void Pipeline::runStage(std::size_t index, Frame& frame) {
     adaptStage(configuration_.stages[index], sensing_scales_[index].emplace(knownScale(frame)),
                frame.source);
   }
-  stage.process(frame);
+  try {
+    stage.process(frame);
+  } catch (const InputError& error) {
+    const std::string what = error.what();
+    if (what.find(frame.source) != std::string::npos) throw;
+    throw InputError(frame.source + ": " + what);
+  }
 #ifdef __GLIBC__
   constexpr std::size_t kHuge = std::size_t{1} << 21;  // points; usual frames need it all again
   if (frame.cloud->size() > kHuge) ::malloc_trim(0);
@@ -351,6 +360,7 @@ void Pipeline::adaptMapping(CloudScale scale, const Frame* frame) {
     if (stage.enabled) stage.stage->configureMap(params);
   }
   params.origin = origin_.value_or(Vector3::Zero());
+  if (frame != nullptr && frame->starts_world) params.frame = MapFrame::Start;
   if (frame != nullptr && frame->without_sensor) params.unknown_space = false;
   map_ = PlanarMap(params);
 }

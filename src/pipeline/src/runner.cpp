@@ -6,10 +6,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "leaning_floor.h"
 #include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/map_json.h"
@@ -87,6 +89,7 @@ class Run {
   void save(bool interrupted);
   void checkResult();
   void warnOfSkippedFrames();
+  void warnOfTilt();
   bool stopRequested() const { return options_.stop != nullptr && *options_.stop; }
   void log(const std::string& line);
   void warn(const std::string& text);
@@ -284,6 +287,20 @@ void Run::checkResult() {
         "no plane was found: the map holds non-planar cuboids only; look at min_inliers and "
         "distance_threshold_m");
   }
+  warnOfTilt();
+}
+
+/// Nobody gave an upward direction that could be wrong by so much but the first frame.
+void Run::warnOfTilt() {
+  const PlanarMap& map = pipeline_.map();
+  if (map.params().frame != MapFrame::Start) return;
+  const std::optional<detail::LeaningFloor> floor = detail::leaningFloor(map);
+  if (!floor) return;
+  const auto rounded = [](double value) { return formatNumber(std::round(value)); };
+  warn("what looks like a floor (" + rounded(floor->area) + " m2) leans by " +
+       rounded(floor->tilt * 180.0 / M_PI) +
+       " degrees: the sensor did not start level, and the first frame does not show how it was "
+       "held; give poses, or begin with a frame that sees floor and walls (--frames)");
 }
 
 /// One sentence for all of them; run.log and frames.csv tell of each.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <future>
 #include <limits>
 
 #include "cv_image.h"
@@ -115,6 +116,7 @@ struct FeatureTracker::Impl {
                                       const io::Calibration& calibration, const PointsView& cloud);
   std::vector<KeyFeature> trackWithCloud(const cv::Mat& image, const PointsView& cloud);
 
+  DetectedFeatures detectLeft(const cv::Mat& gray);
   std::vector<int> matchPair(const DetectedFeatures& left, const DetectedFeatures& right,
                              double infinity, int width);
   std::vector<TrackMemory::Identity> identify(const detail::Descriptors& descriptors);
@@ -129,6 +131,9 @@ struct FeatureTracker::Impl {
   FeatureReport report;
   TrackMemory memory;
   cv::Mat last_image;
+  /// Features that are being looked for, and where.
+  io::Image begun_in;
+  std::future<DetectedFeatures> begun;
 
   template <typename Archive>
   void visitState(Archive& archive) {
@@ -144,6 +149,17 @@ struct FeatureTracker::Impl {
     last_image = cv::Mat(rows, columns, CV_8U, pixels.data()).clone();
   }
 };
+
+DetectedFeatures FeatureTracker::Impl::detectLeft(const cv::Mat& gray) {
+  if (begun.valid()) {
+    DetectedFeatures found = begun.get();
+    const cv::Mat was = detail::matOf(begun_in);
+    if (was.size() == gray.size() && std::equal(gray.datastart, gray.dataend, was.datastart)) {
+      return found;
+    }
+  }
+  return detail::detectFeatures(gray, params, params.max_features);
+}
 
 std::vector<int> FeatureTracker::Impl::matchPair(const DetectedFeatures& left,
                                                  const DetectedFeatures& right, double infinity,
@@ -252,7 +268,7 @@ std::vector<KeyFeature> FeatureTracker::Impl::trackStereo(const cv::Mat& left, c
   report = FeatureReport();
   const detail::OpenCvThreads threads(params.threads);
   detail::Stopwatch watch;
-  const DetectedFeatures found = detail::detectFeatures(left, params, params.max_features);
+  const DetectedFeatures found = detectLeft(left);
   const PinholeCamera& camera = calibration.camera;
   const double infinity = camera.cx - calibration.cx_right;
   const double depth_of_one = camera.fx * *calibration.baseline;
@@ -374,6 +390,18 @@ const FeatureTrackerParams& FeatureTracker::params() const {
 
 const FeatureReport& FeatureTracker::report() const {
   return impl_->report;
+}
+
+void FeatureTracker::begin(const io::Image& left) {
+  Impl& impl = *impl_;
+  if (impl.begun.valid()) impl.begun.wait();
+  if (resolveThreads(impl.params.threads) < 2 || left.empty()) return;
+  detail::requireSound(left, "left");
+  impl.begun_in = io::toGray(left);
+  impl.begun = std::async(std::launch::async, [&impl]() {
+    return detail::detectFeatures(detail::matOf(impl.begun_in), impl.params,
+                                  impl.params.max_features);
+  });
 }
 
 std::vector<KeyFeature> FeatureTracker::track(const io::Image& left, const io::Image& right,

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 // Public data sets of pairs and scans, and what holds for all layouts.
-#include <chrono>
+#include <ctime>
 
 #include "layout_folders.h"
 
@@ -176,10 +176,9 @@ TEST_F(LayoutFolders, RecognitionOfALongSequenceIsFast) {
   write("00/poses.txt", poses);
   double best_ms = 1e9;
   for (int attempt = 0; attempt < 5; ++attempt) {
-    const auto start = std::chrono::steady_clock::now();
+    const std::clock_t start = std::clock();  // of the processor: machines may be busy
     EXPECT_EQ(static_cast<std::size_t>(kFrames), Sequence({dir_ / "00"}).size());
-    const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
-    best_ms = std::min(best_ms, time.count());
+    best_ms = std::min(best_ms, 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
   }
   RecordProperty("milliseconds", std::to_string(best_ms));
   EXPECT_LT(best_ms, 50.0);

@@ -215,13 +215,18 @@ TEST(FeatureTracker, ThreadsAndRepetitionDoNotChangeTheResult) {
   for (const FeatureDetector detector : {FeatureDetector::Automatic, FeatureDetector::Orb}) {
     for (const DescriptorSearch search : {DescriptorSearch::Exact, DescriptorSearch::Flann}) {
       std::vector<std::vector<KeyFeature>> results;
-      for (const int threads : {1, 1, 3}) {
+      struct Way {
+        int threads;
+        int begun;  // -1 nothing, 0 the left image, 1 another, which must not be taken
+      };
+      for (const Way way : {Way{1, 0}, Way{1, 0}, Way{3, -1}, Way{3, 0}, Way{3, 1}, Way{1, 1}}) {
         FeatureTrackerParams params = paramsOf(detector);
         params.search = search;
-        params.threads = threads;
+        params.threads = way.threads;
         FeatureTracker tracker(params);
         std::vector<KeyFeature> all;
         for (const ImagePair& pair : pairs) {
+          if (way.begun >= 0) tracker.begin(way.begun == 0 ? pair.left : pairs[1].right);
           const auto features = track(tracker, pair);
           all.insert(all.end(), features.begin(), features.end());
         }

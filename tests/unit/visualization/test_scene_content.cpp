@@ -106,6 +106,29 @@ TEST(EstimateUp, KeepsZUpForMapsWithTheirOwnGround) {
   EXPECT_EQ(estimateUp(SceneContent()), Vector3(Vector3::UnitZ()));
 }
 
+TEST(EstimateUp, KeepsZUpForACameraThatLooksDown) {
+  SceneContent content;
+  Pose pose = Pose::Identity();  // the image's upper edge along +y, 66 degrees off level
+  pose.linear() = Eigen::AngleAxisd(0.42 - M_PI, Vector3::UnitX()).toRotationMatrix();
+  pose.translation() = Vector3(0.0, -0.3, 0.5);
+  content.trajectory.push_back(pose);
+  content.cuboids.push_back(plate({0.0, -0.1, 0.0}, {0, 0, 1}, 0.4, 0.3, 0));
+  ASSERT_TRUE(looksAlongZ(content));
+  EXPECT_EQ(estimateUp(content), Vector3(Vector3::UnitZ()));
+}
+
+TEST(EstimateUp, TakesWhatTheMapSays) {
+  SceneContent content = cameraCloud(0.1);
+  content.up = -Vector3::UnitY();
+  const Vector3 floor = Eigen::AngleAxisd(0.1, Vector3::UnitX()) * Vector3(0.0, -1.0, 0.0);
+  EXPECT_GT(estimateUp(content).dot(floor), 0.9999) << "the floor near it";
+  content = cameraCloud(0.4);
+  content.up = -Vector3::UnitY();
+  EXPECT_EQ(estimateUp(content), Vector3(-Vector3::UnitY())) << "no floor is near it";
+  content.up = Vector3::UnitX();
+  EXPECT_EQ(estimateUp(content), Vector3(Vector3::UnitX()));
+}
+
 TEST(EstimateUp, KeepsZUpForAScannerThatSeesAllAround) {
   SceneContent content = testing::room();
   content.trajectory.assign(1, Pose::Identity());

@@ -27,6 +27,10 @@ std::string textOf(Unseen value) {
   return value == Unseen::Unknown ? "unknown" : "free";
 }
 
+std::string textOf(MapFrame value) {
+  return value == MapFrame::World ? "world" : "start";
+}
+
 template <typename Number>
 bool parse(const std::string& text, Number& value) {
   const char* end = text.data() + text.size();
@@ -41,6 +45,10 @@ bool parse(const std::string& text, Profile& value) {
   value = text == "compact" ? Profile::Compact : Profile::Paper;
   return value == Profile::Compact || text == "paper";
 }
+bool parse(const std::string& text, MapFrame& value) {
+  value = text == "world" ? MapFrame::World : MapFrame::Start;
+  return value == MapFrame::World || text == "start";
+}
 bool parse(const std::string& text, Unseen& value) {
   value = text == "unknown" ? Unseen::Unknown : Unseen::Free;
   return value == Unseen::Unknown || text == "free";
@@ -51,6 +59,7 @@ bool parse(const std::string& text, Unseen& value) {
 template <typename Params, typename Visit>
 void forEachParameter(Params& p, bool is_finished, Visit&& visit) {
   auto& a = p.approximation;
+  visit("frame", p.frame);
   visit("origin_x", p.origin.x());
   visit("origin_y", p.origin.y());
   visit("origin_z", p.origin.z());
@@ -91,7 +100,7 @@ void forEachParameter(Params& p, bool is_finished, Visit&& visit) {
 }  // namespace
 
 std::string parameterText(const PlanarMapParams& params, bool is_finished) {
-  std::string text = "frame world\n";
+  std::string text;
   forEachParameter(params, is_finished, [&](const char* name, const auto& value) {
     const bool is_origin = std::string_view(name).substr(0, 7) == "origin_";
     if (is_origin && params.origin.isZero(0.0)) return;  // as it is in most maps
@@ -107,7 +116,7 @@ PlanarMapParams parametersOf(const std::string& text) {
   std::string name;
   std::string value;
   while (lines >> name >> value) {
-    bool is_known = name == "frame" && value == "world";
+    bool is_known = false;
     forEachParameter(params, false, [&](const char* known, auto& parameter) {
       is_known = is_known || (name == known && parse(value, parameter));
     });

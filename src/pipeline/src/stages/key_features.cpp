@@ -77,6 +77,9 @@ class KeyFeaturesStage : public Stage {
     tracker_ = FeatureTracker(params_);
     sampler_ = CloudFeatureSampler(cloud_params_);
   }
+  void begin(const Frame& frame) override {
+    if (source_ != Source::Cloud && !frame.images.right.empty()) tracker_.begin(frame.images.left);
+  }
   void process(Frame& frame) override {
     const bool pair = !frame.images.right.empty() && frame.images.calibration;
     const bool depth = !frame.images.left.empty() && !frame.cloud->empty() &&

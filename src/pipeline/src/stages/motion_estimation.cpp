@@ -324,6 +324,7 @@ class MotionEstimationStage : public Stage, private MotionKeys {
   std::optional<PosePrior> start(Frame& frame) {
     Odometry& odometry = locator_->odometry();
     odometry.setStart(start_.of(frame, optical_, noise_.optionalNoise()));
+    frame.starts_world = !frame.given_pose || !start_.isGiven();
     if (!locator_->usesClouds() || !frame.cloud || frame.cloud->empty()) return std::nullopt;
     PosePrior prior;
     prior.T_world_sensor = odometry.expectedPose();

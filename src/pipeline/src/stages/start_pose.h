@@ -19,6 +19,8 @@ class StartPose {
   /// \param optical  the frame of the cloud is a camera's, z forward; else x forward, z up
   /// \param frame    gets notes about what was found
   Pose of(Frame& frame, bool optical, const std::optional<StereoNoise>& noise) const;
+  /// Whether a pose that is given is the start, and the world that of the given poses.
+  bool isGiven() const { return start_ == Start::Given; }
 
  private:
   enum class Start : std::uint8_t { Auto, Level, Identity, Given, Ground };

@@ -66,6 +66,8 @@ struct Frame {
   /// Why the frame cannot be used (no pose found, black image, ...); the stages after the one that
   /// set it leave the frame out and mapping goes on with the next. Empty = it can.
   std::string skip_reason;
+  /// Left by a Motion stage: the pose is no given one, the world begins with this frame.
+  bool starts_world = false;
 
   /// Where the sensor stood among the points is not known (io::CloudData::origin): rays mean
   /// nothing, and no space is judged.

@@ -69,6 +69,10 @@ class PLANAR_MAPPING_EXPORT Stage {
   virtual void limit(CloudScale& /*scale*/) const {}
   /// Lets a stage set parameters of the map; called once, after adapt().
   virtual void configureMap(PlanarMapParams& /*params*/) const {}
+  /// Of stages up to Features: called before any of them works on the frame, to begin in the
+  /// background what needs only the images as they came. A frame that is left out on the way does
+  /// not get to process().
+  virtual void begin(const Frame& /*frame*/) {}
   /// Does the work on one frame.
   virtual void process(Frame& frame) = 0;
   /// What the stage remembers of the frames so far, as bytes of its own; empty = nothing, which is

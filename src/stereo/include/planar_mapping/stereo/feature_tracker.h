@@ -96,6 +96,11 @@ class PLANAR_MAPPING_EXPORT FeatureTracker {
 
   const FeatureTrackerParams& params() const;
 
+  /// With more than one thread: looks for the features of an image in the background, while the
+  /// caller matches the pair. track() with this as its left image, byte for byte, takes them; with
+  /// another they are dropped. Never changes a result.
+  void begin(const io::Image& left);
+
   /// A rectified pair. Features without a match in the right image are left out.
   /// \param cloud  organized, of the pair, or empty: features are looked for in the right image
   ///               where the cloud says. Where it has the depth of few, the right image has its own

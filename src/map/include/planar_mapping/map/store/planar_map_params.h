@@ -15,11 +15,19 @@ enum class Unseen : std::uint8_t {
   Free      ///< the paper's reading (III-F): free, but for what lies behind what was measured
 };
 
+/// Whose coordinates a map has.
+enum class MapFrame : std::uint8_t {
+  World,  ///< those of the poses, or of the cloud, that were given
+  Start   ///< of its own: poses were found from the first frame on, which stood at the start
+};
+
 /// Parameters of PlanarMap. Lengths in metres, angles in radians.
 struct PLANAR_MAPPING_EXPORT PlanarMapParams {
   /// Where the map's frame is in the world the input came in, metres (e.g. UTM): world coordinates
   /// are those of the map plus this. The map itself does not use it, it is kept in its file.
   Vector3 origin = Vector3::Zero();
+  /// Maps of frames of their own do not fit together as they are. Not used by the map either.
+  MapFrame frame = MapFrame::World;
   CuboidApproximationParams approximation;  ///< resolution s, profile, thickness, ...; up = world z
   double association_angle = 0.087;  ///< [ours] largest angle between a new plane and its map plane
   double association_offset = 0.10;  ///< [ours] largest offset between them at the new points

@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "leaning_floor.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace planar_mapping::detail {
+
+std::optional<LeaningFloor> leaningFloor(const PlanarMap& map) {
+  constexpr double kDegree = M_PI / 180.0;
+  constexpr double kLevel = 5.0 * kDegree;   // is level, or as good
+  constexpr double kSteep = 45.0 * kDegree;  // is no floor in any case
+  constexpr double kShareOfAll = 0.2;
+  constexpr double kShareOfFloor = 0.5;
+  constexpr double kLeastArea = 1.0;  // m2
+  std::map<std::int32_t, double> areas;
+  double all = 0.0;
+  for (const Cuboid& cuboid : map.cuboids()) {
+    if (cuboid.plane_id < 0) continue;
+    const double area = cuboid.size.x() * cuboid.size.y();
+    areas[cuboid.plane_id] += area;
+    all += area;
+  }
+  const Vector3 up = map.params().approximation.up.normalized();
+  const auto isBelow = [&map](const Plane& plane, const Vector3& normal) {
+    const double sign = normal.dot(plane.normal);
+    return std::all_of(map.trajectory().begin(), map.trajectory().end(), [&](const auto& stamped) {
+      return sign * plane.signedDistance(stamped.second.translation()) > 0.0;
+    });
+  };
+  LeaningFloor largest;
+  double level = 0.0;
+  for (const MapPlane& seen : map.planes()) {
+    const double along = seen.plane.normal.dot(up);
+    const Vector3 normal = along < 0.0 ? Vector3(-seen.plane.normal) : seen.plane.normal;
+    const double tilt = std::acos(std::min(1.0, std::abs(along)));
+    const double area = areas[seen.id];
+    if (tilt <= kLevel) {
+      level = std::max(level, area);
+    } else if (tilt < kSteep && area > largest.area && isBelow(seen.plane, normal)) {
+      largest = {area, tilt};
+    }
+  }
+  const bool counts = largest.area >= std::max(kLeastArea, kShareOfAll * all);
+  if (!counts || level >= kShareOfFloor * largest.area) return std::nullopt;
+  return largest;
+}
+
+}  // namespace planar_mapping::detail
