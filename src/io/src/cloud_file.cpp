@@ -2,10 +2,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/io/cloud_file.h"
 
-#include <array>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <string_view>
+#include <vector>
 
 #include "cloud_layout.h"
 #include "input_file.h"
@@ -17,37 +18,58 @@ namespace {
 
 constexpr std::size_t kLongestLine = 4096;
 constexpr std::size_t kMostLines = 50;
-/// KITTI's scans: x, y, z, intensity of each point as float32, and nothing else.
-constexpr std::size_t kBytesPerPoint = 16;
+/// Scans without a header: x, y, z, intensity of each point as float32 (KITTI), and for some the
+/// number of its ring, too (nuScenes).
+constexpr std::size_t kKittiNumbers = 4;
+constexpr std::size_t kRingNumbers = 5;
 
-/// By its ending, size and first points: there is no header.
-bool isVelodyne(InputFile& file) {
-  constexpr std::size_t kSample = 64;
+/// Whether the first points of a scan can be of so many numbers each.
+bool isScanOf(const std::vector<float>& values, std::size_t file_bytes, std::size_t numbers) {
   constexpr float kFarthest = 1e4f;  // metres
+  constexpr float kMostRings = 256.0f;
+  if (file_bytes % (numbers * sizeof(float)) != 0) return false;
+  std::set<float> rings;
+  for (std::size_t i = 0; i + numbers <= values.size(); i += numbers) {
+    for (std::size_t k = 0; k < 3; ++k)
+      if (!(std::abs(values[i + k]) <= kFarthest)) return false;
+    if (!(values[i + 3] >= 0.0f && values[i + 3] <= kFarthest)) return false;
+    if (numbers == kKittiNumbers) continue;
+    const float ring = values[i + 4];
+    if (!(ring >= 0.0f && ring < kMostRings && ring == std::floor(ring))) return false;
+    rings.insert(ring);
+  }
+  return numbers == kKittiNumbers || rings.size() > 1;
+}
+
+/// By its ending, size and first points. \return numbers of a point; 0 if it is no scan
+std::size_t scanNumbers(InputFile& file) {
+  constexpr std::size_t kSample = 64 * kKittiNumbers * kRingNumbers;  // whole points of both
   const std::string& path = file.path();
-  if (path.size() < 4 || path.compare(path.size() - 4, 4, ".bin") != 0) return false;
-  if (file.size() == 0 || file.size() % kBytesPerPoint != 0) return false;
-  std::array<float, 4 * kSample> values{};
+  if (path.size() < 4 || path.compare(path.size() - 4, 4, ".bin") != 0) return 0;
+  if (file.size() == 0) return 0;
+  std::vector<float> values(kSample);
   file.seek(0);
-  const std::size_t count = file.read(values.data(), sizeof values) / sizeof(float);
-  for (std::size_t i = 0; i < count; ++i)
-    if (!(std::abs(values[i]) <= kFarthest)) return false;
-  return true;
+  values.resize(file.read(values.data(), kSample * sizeof(float)) / sizeof(float));
+  for (const std::size_t numbers : {kRingNumbers, kKittiNumbers})
+    if (isScanOf(values, file.size(), numbers)) return numbers;
+  return 0;
 }
 
 CloudData readVelodyne(const std::string& path, const CloudChannels& channels) {
   InputFile file(path);
-  const std::size_t count = file.size() / kBytesPerPoint;
+  const std::size_t numbers = scanNumbers(file);
+  const std::size_t count = file.size() / (numbers * sizeof(float));
   if (count > std::numeric_limits<std::uint32_t>::max()) throw IoError(path, "has too many points");
-  std::vector<float> values(4 * count);
+  std::vector<float> values(numbers * count);
+  file.seek(0);
   file.readExactly(values.data(), values.size() * sizeof(float));
   CloudData cloud;
   cloud.width = static_cast<std::uint32_t>(count);
   cloud.height = 1;
   cloud.xyz.reserve(3 * count);
-  for (std::size_t i = 0; i < count; ++i) {
-    cloud.xyz.insert(cloud.xyz.end(), {values[4 * i], values[4 * i + 1], values[4 * i + 2]});
-    if (channels.intensities) cloud.intensities.push_back(values[4 * i + 3]);
+  for (std::size_t i = 0; i < values.size(); i += numbers) {
+    cloud.xyz.insert(cloud.xyz.end(), {values[i], values[i + 1], values[i + 2]});
+    if (channels.intensities) cloud.intensities.push_back(values[i + 3]);
   }
   return cloud;
 }
@@ -56,9 +78,12 @@ CloudFileInfo readVelodyneInfo(const std::string& path) {
   CloudFileInfo info;
   info.format = CloudFormat::Velodyne;
   info.encoding = "binary";
-  info.width = static_cast<std::uint32_t>(InputFile(path).size() / kBytesPerPoint);
+  InputFile file(path);
+  const std::size_t numbers = scanNumbers(file);
+  info.width = static_cast<std::uint32_t>(file.size() / (numbers * sizeof(float)));
   info.height = 1;
   info.fields = {"x", "y", "z", "intensity"};
+  if (numbers == kRingNumbers) info.fields.emplace_back("ring");
   return info;
 }
 
@@ -76,7 +101,7 @@ CloudFormat formatOf(InputFile& file) {
   } catch (const IoError&) {
     // A line too long for a header: no text file.
   }
-  return isVelodyne(file) ? CloudFormat::Velodyne : CloudFormat::None;
+  return scanNumbers(file) > 0 ? CloudFormat::Velodyne : CloudFormat::None;
 }
 
 CloudFormat requireFormat(const std::string& path) {
@@ -84,7 +109,7 @@ CloudFormat requireFormat(const std::string& path) {
   if (file.size() == 0) throw IoError(path, "is empty");
   const CloudFormat format = formatOf(file);
   if (format == CloudFormat::None)
-    throw IoError(path, "is neither a PCD nor a PLY file, nor a KITTI scan (.bin)");
+    throw IoError(path, "is neither a PCD nor a PLY file, nor a scan of KITTI or nuScenes (.bin)");
   return format;
 }
 

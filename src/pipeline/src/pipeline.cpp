@@ -14,6 +14,7 @@
 
 #include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/base/error.h"
+#include "stages/start_pose.h"
 
 namespace planar_mapping {
 namespace {
@@ -189,6 +190,7 @@ void Pipeline::runMapping(Frame& frame) {
     CloudScale scale = knownScale(frame);
     scale.has_sensor = !frame.pose_assumed || !isMerged(viewOf(*frame.cloud), &frame.indices);
     remarkOn(scale, frame);
+    findVertical(scale, frame);
     adaptMapping(scale, &frame);
   }
   for (std::size_t i = sensing_size_; i < configuration_.stages.size(); ++i) runStage(i, frame);
@@ -344,6 +346,23 @@ void Pipeline::remarkOn(const CloudScale& scale, Frame& frame) const {
         "many scans, of which no space is known to be free unless "
         "planar_cuboid_approximation.unknown_space=true says so");
   }
+}
+
+/// Poses that are given may be of a world that is not level, as that of a first camera: then the
+/// planes of the first frame tell what is upwards, unless they come near an axis.
+void Pipeline::findVertical(CloudScale& scale, Frame& frame) const {
+  constexpr double kAxis = 5.0 * M_PI / 180.0;
+  if (!scale.optical || !frame.given_pose || frame.starts_world || frame.pose_assumed) return;
+  const Matrix3 axes = frame.T_world_sensor.linear();
+  const Upright upright = detail::uprightOf(frame, scale.stereo, axes.transpose() * scale.up);
+  if (!upright.found || upright.tilt < kAxis) return;
+  scale.up = axes * upright.up;
+  const auto rounded = [](double value) { return formatNumber(std::round(1e3 * value) / 1e3); };
+  frame.notes.push_back(frame.source +
+                        ": the world of the given poses is not level; by the planes seen `up: "
+                        "auto` is [" +
+                        rounded(scale.up.x()) + ", " + rounded(scale.up.y()) + ", " +
+                        rounded(scale.up.z()) + "]");
 }
 
 /// \param frame  the first to be mapped; null where a map is continued

@@ -290,17 +290,20 @@ void Run::checkResult() {
   warnOfTilt();
 }
 
-/// Nobody gave an upward direction that could be wrong by so much but the first frame.
+/// What is upwards may be known from the first frame only.
 void Run::warnOfTilt() {
   const PlanarMap& map = pipeline_.map();
-  if (map.params().frame != MapFrame::Start) return;
+  constexpr double kUsualSlope = 10.0 * M_PI / 180.0;  // of what lies along a street
+  const bool is_own = map.params().frame == MapFrame::Start;
   const std::optional<detail::LeaningFloor> floor = detail::leaningFloor(map);
-  if (!floor) return;
+  if (!floor || (!is_own && floor->tilt < kUsualSlope)) return;
   const auto rounded = [](double value) { return formatNumber(std::round(value)); };
-  warn("what looks like a floor (" + rounded(floor->area) + " m2) leans by " +
-       rounded(floor->tilt * 180.0 / M_PI) +
-       " degrees: the sensor did not start level, and the first frame does not show how it was "
-       "held; give poses, or begin with a frame that sees floor and walls (--frames)");
+  const std::string what = "what looks like a floor (" + rounded(floor->area) + " m2) leans by " +
+                           rounded(floor->tilt * 180.0 / M_PI) + " degrees: ";
+  warn(what + (is_own ? "the sensor did not start level, and the first frame does not show how it "
+                        "was held; give poses, or begin with a frame that sees floor and walls "
+                        "(--frames)"
+                      : "the world of the given poses may not be level; set `up` of the stages"));
 }
 
 /// One sentence for all of them; run.log and frames.csv tell of each.
@@ -339,6 +342,11 @@ void Run::save(bool interrupted) {
   std::vector<io::StampedPose> trajectory;
   for (const auto& [timestamp, pose] : map.trajectory()) {
     trajectory.push_back({timestamp, Eigen::Translation3d(map.params().origin) * pose});
+  }
+  // Frames that were left out at first come last in the map.
+  if (!warned_of_time_) {
+    std::stable_sort(trajectory.begin(), trajectory.end(),
+                     [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
   }
   const std::size_t cluttered = map.clutteredRegions();
   log("saved to " + directory_.path() + ": " + std::to_string(map.planes().size()) + " planes, " +

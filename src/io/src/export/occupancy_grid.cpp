@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -71,6 +72,33 @@ double lengthInside(const Matrix3& to_local, const Cuboid& cuboid, const Vector2
   return std::max(0.0, high - low);
 }
 
+/// A face that is level by at most 11 degrees.
+bool isLevel(const Cuboid& cuboid, const Vector3& up) {
+  constexpr double kMinUpright = 0.98;
+  return cuboid.plane_id >= 0 &&
+         std::abs((cuboid.orientation * Vector3::UnitZ()).dot(up)) > kMinUpright;
+}
+
+/// A level face as seen from above, in axes whose third is upwards.
+struct Level {
+  Vector3 center, normal;
+  Vector2 low, high;
+  double heightAt(const Vector2& at) const {
+    const Vector2 slope = normal.head<2>() / normal.z();
+    return center.z() - slope.dot(at - center.head<2>());
+  }
+  /// Whether a robot gets from one to the other without a step.
+  bool meets(const Level& other) const {
+    constexpr double kGap = 0.5;    // metres
+    constexpr double kStep = 0.12;  // metres, less than the usual lower end of a band
+    const Vector2 here = other.center.head<2>().cwiseMax(low).cwiseMin(high);
+    const Vector2 there = here.cwiseMax(other.low).cwiseMin(other.high);
+    const Vector2 back = there.cwiseMax(low).cwiseMin(high);
+    return (there - back).norm() <= kGap &&
+           std::abs(heightAt(back) - other.heightAt(there)) <= kStep;
+  }
+};
+
 /// Makes room for all that lies in the band.
 void placeGrid(const std::vector<Cuboid>& cuboids, const std::vector<Cuboid>& free,
                Columns& columns) {
@@ -103,52 +131,101 @@ void placeGrid(const std::vector<Cuboid>& cuboids, const std::vector<Cuboid>& fr
   grid.height = static_cast<std::uint32_t>(count.y());
 }
 
-}  // namespace
+struct Floor {
+  double height = 0.0, area = 0.0;
+};
 
-bool isFloor(const Cuboid& cuboid, const Vector3& up, double height) {
-  constexpr double kMinUpright = 0.98;  // cosine of 11 degrees
-  return cuboid.plane_id >= 0 &&
-         std::abs((cuboid.orientation * Vector3::UnitZ()).dot(up)) > kMinUpright &&
-         cuboid.center.dot(up) <= height;
-}
-
-namespace {
-
-/// Of the lowest level faces that are larger than tables, if next to nothing is below them.
+/// Of the lowest level faces that are larger than tables, or of much larger ones a step above them,
+/// if next to nothing is below them.
 std::optional<double> floorHeight(const std::vector<Cuboid>& cuboids, const Vector3& up) {
   constexpr double kMinArea = 4.0;               // square metres
   constexpr double kSameFloor = 0.2;             // metres
-  constexpr double kBelow = 0.3;                 // metres: what starts there may be below a floor
+  constexpr double kStep = 0.6;                  // metres: from a verge or a ditch to the road
+  constexpr double kLarger = 4.0;                // times
+  constexpr double kBelow = 0.7;                 // metres: what starts there may be below a floor
   constexpr double kMostBelow = 0.05;            // of the volume
   std::vector<std::pair<double, double>> faces;  // height, area
   double volume = 0.0;
   for (const Cuboid& cuboid : cuboids) {
     volume += cuboid.volume();
-    if (!isFloor(cuboid, up, INFINITY)) continue;
+    if (!isLevel(cuboid, up)) continue;
     faces.emplace_back(cuboid.center.dot(up) + 0.5 * cuboid.size.z(),
                        cuboid.size.x() * cuboid.size.y());
   }
   std::sort(faces.begin(), faces.end());
-  for (std::size_t first = 0; first < faces.size(); ++first) {
-    double area = 0.0, moment = 0.0;
+  // Of the faces from one on that are of one floor with it.
+  const auto floorFrom = [&faces](std::size_t first) {
+    Floor floor;
+    double moment = 0.0;
     for (std::size_t i = first;
          i < faces.size() && faces[i].first <= faces[first].first + kSameFloor; ++i) {
-      area += faces[i].second;
+      floor.area += faces[i].second;
       moment += faces[i].first * faces[i].second;
     }
-    if (area < kMinArea) continue;
-    const double height = moment / area;
-    double below = 0.0;
-    for (const Cuboid& cuboid : cuboids) {
-      if (cuboid.center.dot(up) < height - kBelow) below += cuboid.volume();
-    }
-    if (below > kMostBelow * volume) return std::nullopt;
-    return height;
+    floor.height = moment / floor.area;
+    return floor;
+  };
+  std::optional<Floor> found;
+  for (std::size_t first = 0; first < faces.size(); ++first) {
+    if (found && faces[first].first > found->height + kStep) break;
+    const Floor floor = floorFrom(first);
+    if (floor.area >= (found ? kLarger * found->area : kMinArea)) found = floor;
   }
-  return std::nullopt;
+  if (!found) return std::nullopt;
+  double below = 0.0;
+  for (const Cuboid& cuboid : cuboids) {
+    if (cuboid.center.dot(up) < found->height - kBelow) below += cuboid.volume();
+  }
+  if (below > kMostBelow * volume) return std::nullopt;
+  return found->height;
 }
 
 }  // namespace
+
+std::vector<std::uint8_t> floorFaces(const std::vector<Cuboid>& cuboids, const Vector3& up,
+                                     double height) {
+  constexpr double kTile = 4.0;  // metres
+  const Quaternion turn = turning(up, Vector3::UnitZ());
+  std::vector<Level> levels;
+  std::vector<std::size_t> cuboid_of;
+  std::map<std::pair<int, int>, std::vector<std::size_t>> tiles;
+  const auto forTiles = [&](const Level& level, const auto& visit) {
+    const Vector2 first = ((level.low.array() - 0.5) / kTile).floor();
+    const Vector2 last = ((level.high.array() + 0.5) / kTile).floor();
+    for (double x = first.x(); x <= last.x(); ++x)
+      for (double y = first.y(); y <= last.y(); ++y)
+        visit(std::make_pair(static_cast<int>(x), static_cast<int>(y)));
+  };
+  for (std::size_t i = 0; i < cuboids.size(); ++i) {
+    if (!isLevel(cuboids[i], up)) continue;
+    const Cuboid cuboid = turned(turn, cuboids[i]);
+    const Vector2 reach = detail::OrientedBox(cuboid).reach().head<2>();
+    const Vector2 center = cuboid.center.head<2>();
+    levels.push_back(
+        {cuboid.center, cuboid.orientation * Vector3::UnitZ(), center - reach, center + reach});
+    cuboid_of.push_back(i);
+    forTiles(levels.back(), [&](const auto& tile) { tiles[tile].push_back(levels.size() - 1); });
+  }
+  std::vector<std::uint8_t> is_floor(cuboids.size(), 0);
+  std::vector<std::size_t> queue;
+  for (std::size_t k = 0; k < levels.size(); ++k) {
+    if (levels[k].center.z() > height) continue;
+    is_floor[cuboid_of[k]] = 1;
+    queue.push_back(k);
+  }
+  while (!queue.empty()) {
+    const std::size_t k = queue.back();
+    queue.pop_back();
+    forTiles(levels[k], [&](const auto& tile) {
+      for (const std::size_t other : tiles[tile]) {
+        if (is_floor[cuboid_of[other]] != 0 || !levels[k].meets(levels[other])) continue;
+        is_floor[cuboid_of[other]] = 1;
+        queue.push_back(other);
+      }
+    });
+  }
+  return is_floor;
+}
 
 double groundHeight(const std::vector<Cuboid>& cuboids, const Vector3& up) {
   constexpr double kStrayFraction = 0.01;
@@ -161,7 +238,7 @@ double groundHeight(const std::vector<Cuboid>& cuboids, const Vector3& up) {
   for (const Cuboid& cuboid : cuboids) {
     const Vector3 local = (cuboid.orientation.conjugate() * up).cwiseAbs();
     // One walks on a floor, not below it.
-    const bool lies = isFloor(cuboid, up, INFINITY);
+    const bool lies = isLevel(cuboid, up);
     ends.emplace_back(cuboid.center.dot(up) + (lies ? 0.5 : -0.5) * local.dot(cuboid.size),
                       cuboid.volume());
     stray += kStrayFraction * cuboid.volume();
@@ -213,9 +290,11 @@ OccupancyGrid gridOf(const ExportedMap& map) {
   }
   const Vector3 half =
       (1.0 - 1e-6) * 0.5 * Vector3(grid.cell, grid.cell, columns.high - columns.low);
-  for (const Cuboid& cuboid : cuboids) {
+  const std::vector<std::uint8_t> is_floor = floorFaces(cuboids, Vector3::UnitZ(), columns.low);
+  for (std::size_t c = 0; c < cuboids.size(); ++c) {
+    const Cuboid& cuboid = cuboids[c];
     if (cuboid.state != CellState::Occupied) continue;
-    if (band.low > 0.0 && isFloor(cuboid, Vector3::UnitZ(), columns.low)) continue;
+    if (band.low > 0.0 && is_floor[c] != 0) continue;
     const detail::OrientedBox box(cuboid);
     columns.forEachCellBelow(cuboid, box.reach(), [&](std::size_t i, const Vector2& at) {
       if (box.meets({at.x(), at.y(), 0.5 * (columns.low + columns.high)}, half)) {

@@ -188,10 +188,10 @@ class MotionEstimationStage : public Stage, private MotionKeys {
       }
       surface_params_.reach = cloud_reach_.value_or(kReachInCells * surface_params_.cell);
     }
-    begin(with_clouds);
+    startLocator(with_clouds);
   }
 
-  void begin(bool with_clouds) {
+  void startLocator(bool with_clouds) {
     surface_params_.optical_axis = optical_ ? Vector3::UnitZ() : Vector3(Vector3::Zero());
     locator_.emplace(params_, with_clouds ? &surface_params_ : nullptr, enough_inliers_);
   }
@@ -360,7 +360,7 @@ void MotionEstimationStage::loadState(const std::string& bytes) {
     bool with_clouds = false;
     std::string locator;
     reader(params_.camera, surface_params_.cell, surface_params_.reach, with_clouds, locator);
-    begin(with_clouds);
+    startLocator(with_clouds);
     locator_->loadState(locator);
   }
   reader.finish();

@@ -149,11 +149,14 @@ vtkSmartPointer<vtkImageData> unknownArea(const SceneContent& content, const Vie
 void drawOccupied(const SceneContent& content, const ProjectionOptions& projection,
                   const Plan& plan, Canvas& canvas) {
   Sides sides;
-  for (const Cuboid& cuboid : content.cuboids) {
+  const double lowest = projection.lowest;
+  const std::vector<std::uint8_t> is_floor =
+      io::floorFaces(content.cuboids, plan.frame.up, plan.frame.height + lowest);
+  for (std::size_t i = 0; i < content.cuboids.size(); ++i) {
+    const Cuboid& cuboid = content.cuboids[i];
     const auto [low, high] = heights(cuboid, plan.frame);
-    const double lowest = projection.lowest;
     if (high < lowest || low > projection.highest) continue;
-    if (lowest > 0.0 && io::isFloor(cuboid, plan.frame.up, plan.frame.height + lowest)) continue;
+    if (lowest > 0.0 && is_floor[i] != 0) continue;
     sides.add(cuboid, plan, canvas, kOccupied, 1.0);
   }
   sides.draw(canvas);

@@ -96,8 +96,10 @@ SceneContent sceneContent(const PlanarMap& map) {
   SceneContent content;
   content.cuboids = map.cuboids();
   content.unknown = map.unknownCuboids();
-  content.trajectory.reserve(map.trajectory().size());
-  for (const auto& [time, pose] : map.trajectory()) content.trajectory.push_back(pose);
+  auto trajectory = map.trajectory();  // by time: frames that were placed later come last
+  std::stable_sort(trajectory.begin(), trajectory.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  for (const auto& [time, pose] : trajectory) content.trajectory.push_back(pose);
   content.planes = map.planes().size();
   content.resolution = map.params().approximation.resolution;
   content.up = map.params().approximation.up.normalized();

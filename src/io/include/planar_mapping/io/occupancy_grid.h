@@ -47,9 +47,11 @@ struct OccupancyGrid {
 /// cuboids.
 PLANAR_MAPPING_EXPORT double groundHeight(const std::vector<Cuboid>& cuboids, const Vector3& up);
 
-/// Is it a level face (by at most 11 degrees) whose middle is no higher than this, metres? One
-/// drives on it, also where it rises above the lower end of a band.
-PLANAR_MAPPING_EXPORT bool isFloor(const Cuboid& cuboid, const Vector3& up, double height);
+/// What one drives on, where it rises above the lower end of a band: a mark for each cuboid that is
+/// a level face (by at most 11 degrees) with its middle no higher than \p height, metres, and for
+/// those that go on from there without a step of more than 0.12 m.
+PLANAR_MAPPING_EXPORT std::vector<std::uint8_t> floorFaces(const std::vector<Cuboid>& cuboids,
+                                                           const Vector3& up, double height);
 
 /// A cell is occupied if a cuboid that is no floor meets the column over it within the band; else
 /// free if at least three quarters of the column's height over its middle were seen free; else

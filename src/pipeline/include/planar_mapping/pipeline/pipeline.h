@@ -92,6 +92,7 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   void runStage(std::size_t index, Frame& frame);
   void findUsablePoints(Frame& frame) const;
   CloudScale knownScale(const Frame& frame) const;
+  void findVertical(CloudScale& scale, Frame& frame) const;
   void adaptMapping(CloudScale scale, const Frame* frame);
   void moveToOrigin(Frame& frame);
   void countCuboids();
