@@ -14,7 +14,7 @@
 
 #include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/base/error.h"
-#include "stages/start_pose.h"
+#include "planar_mapping/core/ground/detail/upright.h"
 
 namespace planar_mapping {
 namespace {
@@ -354,7 +354,8 @@ void Pipeline::findVertical(CloudScale& scale, Frame& frame) const {
   constexpr double kAxis = 5.0 * M_PI / 180.0;
   if (!scale.optical || !frame.given_pose || frame.starts_world || frame.pose_assumed) return;
   const Matrix3 axes = frame.T_world_sensor.linear();
-  const Upright upright = detail::uprightOf(frame, scale.stereo, axes.transpose() * scale.up);
+  const Upright upright =
+      findUpright(viewOf(*frame.cloud), scale.stereo, axes.transpose() * scale.up);
   if (!upright.found || upright.tilt < kAxis) return;
   scale.up = axes * upright.up;
   const auto rounded = [](double value) { return formatNumber(std::round(1e3 * value) / 1e3); };

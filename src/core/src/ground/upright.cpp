@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/geometry/cloud_scale.h"
 
 namespace planar_mapping {
 namespace {
@@ -158,6 +159,22 @@ Upright findUpright(const std::vector<PlaneSegment>& segments, const UprightPara
   result.up = up;
   result.tilt = tilt;
   return result;
+}
+
+Upright findUpright(const PointsView& points, const std::optional<StereoNoise>& noise,
+                    const Vector3& expected_up) {
+  constexpr double kThreshold = 0.03;
+  constexpr std::size_t kMinFraction = 300;  // as of multi_plane_segmentation
+  constexpr std::size_t kMinInliers = 100;
+  if (points.size == 0) return {};
+  MultiPlaneParams plane_params;
+  plane_params.distance_threshold = kThreshold;
+  plane_params.min_inliers =
+      static_cast<int>(std::max(kMinInliers, usablePoints(points).size() / kMinFraction));
+  plane_params.noise = noise;
+  UprightParams params;
+  params.expected_up = expected_up;
+  return findUpright(findPlanes(points, nullptr, plane_params).planes, params);
 }
 
 }  // namespace planar_mapping

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "planar_mapping/core/ground/detail/upright.h"
 #include "planar_mapping/core/ground/ground.h"
 
 namespace planar_mapping::detail {
@@ -26,22 +27,6 @@ void setUpright(const Vector3& up, Pose& pose) {
 }
 
 }  // namespace
-
-Upright uprightOf(const Frame& frame, const std::optional<StereoNoise>& noise,
-                  const Vector3& expected) {
-  constexpr double kThreshold = 0.03;
-  constexpr std::size_t kMinFraction = 300;  // as of multi_plane_segmentation
-  constexpr std::size_t kMinInliers = 100;
-  if (!frame.cloud || frame.cloud->empty()) return {};
-  MultiPlaneParams plane_params;
-  plane_params.distance_threshold = kThreshold;
-  plane_params.min_inliers =
-      static_cast<int>(std::max(kMinInliers, frame.points_valid / kMinFraction));
-  plane_params.noise = noise;
-  UprightParams params;
-  params.expected_up = expected;
-  return findUpright(findPlanes(viewOf(*frame.cloud), nullptr, plane_params).planes, params);
-}
 
 void StartPose::declare(ParameterTable& table) {
   table.word("start", start_,
@@ -74,7 +59,9 @@ Pose StartPose::of(Frame& frame, bool optical, const std::optional<StereoNoise>&
 /// Turns the pose so that what looks like floors and walls is horizontal and vertical.
 void StartPose::levelByPlanes(Frame& frame, const std::optional<StereoNoise>& noise,
                               Pose& pose) const {
-  const Upright upright = uprightOf(frame, noise, pose.linear().transpose() * Vector3::UnitZ());
+  if (!frame.cloud) return;
+  const Upright upright =
+      findUpright(viewOf(*frame.cloud), noise, pose.linear().transpose() * Vector3::UnitZ());
   if (!upright.found) return;
   setUpright(upright.up, pose);
   const double tilt_deg = upright.tilt * 180.0 / M_PI;

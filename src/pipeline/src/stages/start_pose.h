@@ -6,16 +6,10 @@
 #include <optional>
 
 #include "planar_mapping/core/geometry/camera.h"
-#include "planar_mapping/core/ground/detail/upright.h"
 #include "planar_mapping/pipeline/frame.h"
 #include "planar_mapping/pipeline/parameter.h"
 
 namespace planar_mapping::detail {
-
-/// The direction upwards in the sensor's frame, by the planes that the cloud of a frame shows.
-/// \param expected  unit vector, sensor's frame
-Upright uprightOf(const Frame& frame, const std::optional<StereoNoise>& noise,
-                  const Vector3& expected);
 
 /// Pose of the first frame where none is given or used.
 class StartPose {

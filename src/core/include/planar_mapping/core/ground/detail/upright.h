@@ -2,11 +2,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "planar_mapping/core/base/export.h"
-#include "planar_mapping/core/planes/multi_plane.h"
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/core/planes/multi_plane.h"
 
 namespace planar_mapping {
 
@@ -52,5 +53,10 @@ struct Upright {
 /// \throws ParameterError
 PLANAR_MAPPING_EXPORT Upright findUpright(const std::vector<PlaneSegment>& planes,
                                           const UprightParams& params);
+/// The same of the planes of a cloud, with the sensor at the origin.
+/// \param expected_up  as in UprightParams
+PLANAR_MAPPING_EXPORT Upright findUpright(const PointsView& points,
+                                          const std::optional<StereoNoise>& noise,
+                                          const Vector3& expected_up);
 
 }  // namespace planar_mapping
