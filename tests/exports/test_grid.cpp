@@ -153,6 +153,41 @@ TEST(NavigationMap, FloorsThatLeanAreNoObstacles) {
   EXPECT_GT(std::count(all.values.begin(), all.values.end(), io::OccupancyGrid::kOccupied), 100);
 }
 
+TEST(NavigationMap, GroundIsTheRoadAndNotTheVergeBelowIt) {
+  io::ExportedMap map;
+  map.resolution = 0.5;
+  map.cuboids = {box({-3.0, -3.0, -0.1}, {3.0, 3.0, 0.0}),  // 36 m2
+                 box({3.0, -3.0, -0.6}, {4.0, 2.0, -0.5}),  // 5 m2
+                 box({-3.0, 3.0, 0.6}, {3.0, 5.0, 0.7})};   // no larger: a stage
+  for (std::size_t i = 0; i < map.cuboids.size(); ++i)
+    map.cuboids[i].plane_id = static_cast<std::int32_t>(i);
+  EXPECT_NEAR(io::gridOf(map).ground, 0.0, 1e-12);
+  map.cuboids[0] = box({-2.0, -3.0, -0.1}, {2.0, 0.0, 0.0});  // 12 m2 do not outweigh 5
+  map.cuboids[0].plane_id = 0;
+  EXPECT_NEAR(io::gridOf(map).ground, -0.5, 1e-12);
+}
+
+TEST(NavigationMap, FloorsGoOnUpARampButNotUpAStep) {
+  io::ExportedMap map;
+  map.resolution = 0.5;
+  map.cuboids = {box({-3.0, -3.0, -0.1}, {3.0, 3.0, 0.0})};
+  for (int i = 0; i < 6; ++i) {  // faces of 2 m that rise by 0.1 m each
+    const double low = 3.0 + 2.0 * i;
+    Cuboid face = box({low, -1.0, 0.1 * i - 0.05}, {low + 2.0, 1.0, 0.1 * i + 0.05});
+    face.orientation = Eigen::AngleAxisd(-std::atan(0.05), Vector3::UnitY());
+    face.center.z() += 0.05;
+    map.cuboids.push_back(face);
+  }
+  map.cuboids.push_back(box({-3.0, 3.0, 0.2}, {3.0, 5.0, 0.3}));  // a step of 0.3 m
+  for (std::size_t i = 0; i < map.cuboids.size(); ++i)
+    map.cuboids[i].plane_id = static_cast<std::int32_t>(i);
+  const std::vector<std::uint8_t> floor = io::floorFaces(map.cuboids, Vector3::UnitZ(), 0.15);
+  EXPECT_EQ((std::vector<std::uint8_t>{1, 1, 1, 1, 1, 1, 1, 0}), floor);
+  const io::OccupancyGrid grid = io::gridOf(map);
+  EXPECT_EQ(std::count(grid.values.begin(), grid.values.end(), io::OccupancyGrid::kOccupied),
+            12 * 4);
+}
+
 /// x right, y down, z forward: forward becomes y of the grid.
 TEST(NavigationMap, MapOfACameraIsTurnedUpright) {
   io::ExportedMap map = handMade();

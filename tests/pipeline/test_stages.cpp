@@ -9,6 +9,7 @@
 #include <set>
 
 #include "cli_fixture.h"
+#include "map_scene.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pipeline/pipeline.h"
 
@@ -260,6 +261,27 @@ TEST(Stages, ScaleIsThatOfTheCloudNotOfItsOutliers) {
   // 24.48 square metres (floor 12, walls 6 + 8, box 0.48, of which the floor has two fifths).
   EXPECT_NEAR(0.036, scale.spacing, 0.012);
   EXPECT_FALSE(scale.optical);
+}
+
+TEST(Stages, VerticalOfATiltedWorldIsWhatThePlanesSay) {
+  for (const double degrees : {0.0, 3.0, 26.0}) {
+    const test::View view = test::look(test::Scene(), test::lookFrom({0.0, 0.0, 1.3}, 0.3, 0.4));
+    const Matrix3 tilt(Eigen::AngleAxisd(degrees * M_PI / 180.0, Vector3(0.6, 0.8, 0.0)));
+    Frame frame;
+    frame.source = "test";
+    frame.cloud = cloudOf(view.xyz, static_cast<std::uint32_t>(view.camera.width),
+                          static_cast<std::uint32_t>(view.camera.height));
+    frame.camera = view.camera;
+    frame.given_pose = tilt * view.pose;
+    Pipeline pipeline = pipelineOf(
+        "  - stage: multi_plane_segmentation\n"
+        "  - stage: planar_cuboid_approximation\n    up: auto\n");
+    pipeline.process(frame);
+    ASSERT_FALSE(pipeline.map().empty());
+    const Vector3 up = pipeline.map().params().approximation.up;
+    const Vector3 expected = degrees < 5.0 ? Vector3(Vector3::UnitZ()) : Vector3(tilt.col(2));
+    EXPECT_GT(up.dot(expected), std::cos(0.5 * M_PI / 180.0)) << degrees << ": " << up.transpose();
+  }
 }
 
 }  // namespace

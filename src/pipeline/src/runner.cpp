@@ -311,9 +311,15 @@ void Run::warnOfSkippedFrames() {
   const std::size_t skipped = statistics_.frames() - statistics_.usedFrames();
   if (skipped == 0) return;
   const FrameReport& first = statistics_.firstSkipped();
+  const bool many = 3 * skipped >= statistics_.frames();
+  const bool is_own = pipeline_.map().params().frame == MapFrame::Start;
   warn(std::to_string(skipped) + " of " + std::to_string(statistics_.frames()) +
        " frames left out (see frames.csv), the first: frame " + std::to_string(first.number) +
-       ", " + first.skip_reason);
+       ", " + first.skip_reason +
+       (many && is_own ? "; frames closer together or given poses help, and "
+                         "key_features.enabled=false where the colour image of a depth camera is "
+                         "not registered to the depth image"
+                       : ""));
 }
 
 /// Saves from time to time. A disk that is full now may have room at the end.

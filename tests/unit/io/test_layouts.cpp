@@ -148,6 +148,30 @@ TEST_F(LayoutFolders, AGrowingSequenceEndsAtItsLastPose) {
   EXPECT_EQ(2u, Sequence({dir_ / "seq"}, options).size());
 }
 
+TEST_F(LayoutFolders, BinFilesAreOfFourNumbersAPointOrOfFiveWithTheRing) {
+  const auto scan = [this](const std::string& name, int numbers, int points) {
+    std::vector<float> values;
+    for (int i = 0; i < points; ++i) {
+      const auto k = static_cast<float>(i);
+      values.insert(values.end(), {1.5f + k, -0.25f * k, 0.125f, 7.5f});
+      if (numbers > 4) values.push_back(static_cast<float>(i % 32));
+      if (numbers > 5) values.push_back(-0.5f);
+    }
+    return write(name, std::string(reinterpret_cast<const char*>(values.data()),
+                                   values.size() * sizeof(float)));
+  };
+  for (const int numbers : {4, 5}) {  // 80 points: both sizes can be divided by both
+    const std::string path = scan("scan" + std::to_string(numbers) + ".bin", numbers, 80);
+    const CloudData cloud = readCloudFile(path);
+    ASSERT_EQ(80u, cloud.size()) << numbers;
+    EXPECT_EQ(Vector3(80.5, -19.75, 0.125), cloud.view().point(79));
+    EXPECT_EQ(80u, cloud.intensities.size());
+    EXPECT_EQ(7.5f, cloud.intensities[79]);
+    EXPECT_EQ(numbers == 5, readCloudFileInfo(path).fields.back() == "ring");
+  }
+  EXPECT_EQ(CloudFormat::None, recognizeCloudFile(scan("six.bin", 6, 80)));
+}
+
 TEST_F(LayoutFolders, BinFilesThatAreNoScansAreNotTaken) {
   EXPECT_EQ(CloudFormat::None, recognizeCloudFile(write("odd.bin", "0123456789")));
   EXPECT_EQ(CloudFormat::None, recognizeCloudFile(write("text.bin", std::string(160, '\xff'))));

@@ -26,7 +26,8 @@ class GroundRemovalStage : public Stage {
                  "[ours] of the height");
     table.vector("up", params_.up,
                  "vertical of the world; auto = the axis next to upwards in the first image of a "
-                 "camera, else z");
+                 "camera, or what the planes it shows say where they lean against that axis; else "
+                 "z");
     table.vector("optical_axis", params_.optical_axis,
                  "direction the camera looks in, sensor frame");
     table.number("pitch_tolerance_deg", params_.pitch_tolerance, Range::above(0.0, 89.0),
