@@ -24,8 +24,8 @@ std::optional<LeaningFloor> leaningFloor(const PlanarMap& map) {
     all += area;
   }
   const Vector3 up = map.params().approximation.up.normalized();
-  const auto isBelow = [&map](const Plane& plane, const Vector3& normal) {
-    const double sign = normal.dot(plane.normal);
+  const auto isBelow = [&map, &up](const Plane& plane) {
+    const double sign = plane.normal.dot(up) < 0.0 ? -1.0 : 1.0;
     return std::all_of(map.trajectory().begin(), map.trajectory().end(), [&](const auto& stamped) {
       return sign * plane.signedDistance(stamped.second.translation()) > 0.0;
     });
@@ -33,13 +33,11 @@ std::optional<LeaningFloor> leaningFloor(const PlanarMap& map) {
   LeaningFloor largest;
   double level = 0.0;
   for (const MapPlane& seen : map.planes()) {
-    const double along = seen.plane.normal.dot(up);
-    const Vector3 normal = along < 0.0 ? Vector3(-seen.plane.normal) : seen.plane.normal;
-    const double tilt = std::acos(std::min(1.0, std::abs(along)));
+    const double tilt = std::acos(std::min(1.0, std::abs(seen.plane.normal.dot(up))));
     const double area = areas[seen.id];
     if (tilt <= kLevel) {
       level = std::max(level, area);
-    } else if (tilt < kSteep && area > largest.area && isBelow(seen.plane, normal)) {
+    } else if (tilt < kSteep && area > largest.area && isBelow(seen.plane)) {
       largest = {area, tilt};
     }
   }

@@ -290,11 +290,12 @@ OccupancyGrid gridOf(const ExportedMap& map) {
   }
   const Vector3 half =
       (1.0 - 1e-6) * 0.5 * Vector3(grid.cell, grid.cell, columns.high - columns.low);
-  const std::vector<std::uint8_t> is_floor = floorFaces(cuboids, Vector3::UnitZ(), columns.low);
+  const std::vector<std::uint8_t> is_floor =
+      band.low > 0.0 ? floorFaces(cuboids, Vector3::UnitZ(), columns.low)
+                     : std::vector<std::uint8_t>(cuboids.size(), 0);
   for (std::size_t c = 0; c < cuboids.size(); ++c) {
     const Cuboid& cuboid = cuboids[c];
-    if (cuboid.state != CellState::Occupied) continue;
-    if (band.low > 0.0 && is_floor[c] != 0) continue;
+    if (cuboid.state != CellState::Occupied || is_floor[c] != 0) continue;
     const detail::OrientedBox box(cuboid);
     columns.forEachCellBelow(cuboid, box.reach(), [&](std::size_t i, const Vector2& at) {
       if (box.meets({at.x(), at.y(), 0.5 * (columns.low + columns.high)}, half)) {

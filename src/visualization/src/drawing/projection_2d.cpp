@@ -151,12 +151,12 @@ void drawOccupied(const SceneContent& content, const ProjectionOptions& projecti
   Sides sides;
   const double lowest = projection.lowest;
   const std::vector<std::uint8_t> is_floor =
-      io::floorFaces(content.cuboids, plan.frame.up, plan.frame.height + lowest);
+      lowest > 0.0 ? io::floorFaces(content.cuboids, plan.frame.up, plan.frame.height + lowest)
+                   : std::vector<std::uint8_t>(content.cuboids.size(), 0);
   for (std::size_t i = 0; i < content.cuboids.size(); ++i) {
     const Cuboid& cuboid = content.cuboids[i];
     const auto [low, high] = heights(cuboid, plan.frame);
-    if (high < lowest || low > projection.highest) continue;
-    if (lowest > 0.0 && is_floor[i] != 0) continue;
+    if (high < lowest || low > projection.highest || is_floor[i] != 0) continue;
     sides.add(cuboid, plan, canvas, kOccupied, 1.0);
   }
   sides.draw(canvas);
