@@ -299,7 +299,7 @@ int run(RunArguments& arguments) {
   }
   if (arguments.json) {
     std::cout << result.metrics_json;
-  } else if (!arguments.quiet) {
+  } else if (!arguments.quiet && result.saved) {
     printSummary(result);
   }
   if (!arguments.verbose) {  // then they were in the log already
@@ -311,8 +311,10 @@ int run(RunArguments& arguments) {
     std::cerr << "planar_map: the run in " << result.output << " is finished; nothing was done\n";
   }
   if (result.interrupted) {
-    std::cerr << "planar_map: interrupted; what was done so far is in " << result.output
-              << ", --resume continues it\n";
+    std::cerr << "planar_map: interrupted"
+              << (result.saved ? "; what was done so far is in "
+                               : " before the first frame; what was saved before is in ")
+              << result.output << ", --resume continues it\n";
     return kInterrupted;
   }
   return arguments.strict && !result.warnings.empty() ? kDegraded : kDone;

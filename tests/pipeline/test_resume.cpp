@@ -45,7 +45,8 @@ class Resume : public ::testing::TestWithParam<Input> {
     params.clouds = !params.images;
     evaluation::writeSequence(evaluation::Simulation(params), directory_ / "input", false);
   }
-  RunResult run(const std::string& output, bool resume, bool one_frame) const {
+  enum class Stop { Never, AfterAFrame, BeforeTheFirst };
+  RunResult run(const std::string& output, bool resume, Stop when, bool overwrite = false) const {
     StageTable table;
     registerBuiltinStages(table);
     ConfigurationOverrides overrides;
@@ -54,12 +55,15 @@ class Resume : public ::testing::TestWithParam<Input> {
         std::string(PLANAR_MAPPING_SOURCE_DIR) + "/config/" + GetParam().configuration, table,
         overrides);
     configuration.inputs = {directory_ / "input"};
-    std::atomic<bool> stop{false};
+    std::atomic<bool> stop{when == Stop::BeforeTheFirst};
     RunOptions options;
     options.output = directory_ / output;
     options.resume = resume;
+    options.overwrite = overwrite;
     options.stop = &stop;
-    options.progress = [&](std::size_t, std::size_t, const FrameReport&) { stop = one_frame; };
+    options.progress = [&](std::size_t, std::size_t, const FrameReport&) {
+      stop = when == Stop::AfterAFrame;
+    };
     return runPipeline(std::move(configuration), options);
   }
   std::string read(const std::string& name) const {
@@ -78,10 +82,11 @@ class Resume : public ::testing::TestWithParam<Input> {
 };
 
 TEST_P(Resume, AfterEachFrameEndsAsAnUninterruptedRun) {
-  EXPECT_FALSE(run("whole", false, false).interrupted);
+  EXPECT_FALSE(run("whole", false, Stop::Never).interrupted);
   int runs = 1;
-  for (bool interrupted = run("parts", false, true).interrupted; interrupted && runs < 100;) {
-    interrupted = run("parts", true, true).interrupted;
+  for (bool interrupted = run("parts", false, Stop::AfterAFrame).interrupted;
+       interrupted && runs < 100;) {
+    interrupted = run("parts", true, Stop::AfterAFrame).interrupted;
     ++runs;
   }
   EXPECT_EQ(kFrames, runs);
@@ -93,10 +98,18 @@ TEST_P(Resume, AfterEachFrameEndsAsAnUninterruptedRun) {
   EXPECT_EQ(0, metrics("whole")["frames_skipped"]);
 
   const fs::file_time_type saved = fs::last_write_time(directory_ / "parts/map.pmap");
-  const RunResult again = run("parts", true, false);
+  const RunResult again = run("parts", true, Stop::Never);
   EXPECT_TRUE(again.was_finished);
   EXPECT_EQ(saved, fs::last_write_time(directory_ / "parts/map.pmap"));
   EXPECT_EQ(read("parts/metrics.json"), again.metrics_json);
+
+  // A map of nothing does not replace one of something, even where that is allowed.
+  const RunResult nothing = run("parts", false, Stop::BeforeTheFirst, true);
+  EXPECT_TRUE(nothing.interrupted);
+  EXPECT_FALSE(nothing.saved);
+  EXPECT_EQ(0, nlohmann::json::parse(nothing.metrics_json)["frames"]);
+  EXPECT_EQ(saved, fs::last_write_time(directory_ / "parts/map.pmap"));
+  EXPECT_TRUE(run("none", false, Stop::BeforeTheFirst).saved);
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -111,10 +124,10 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& info) { return "Case" + std::to_string(info.index); });
 
 TEST_P(Resume, WithAnotherConfigurationOrChangedFilesIsRefused) {
-  run("parts", false, true);
+  run("parts", false, Stop::AfterAFrame);
   const auto expectRefused = [this](const std::string& part) {
     try {
-      run("parts", true, true);
+      run("parts", true, Stop::AfterAFrame);
       FAIL() << "was resumed";
     } catch (const InputError& error) {
       EXPECT_NE(std::string::npos, std::string(error.what()).find(part)) << error.what();

@@ -80,6 +80,7 @@ class Run {
  private:
   using Clock = std::chrono::steady_clock;
 
+  bool hasEarlierResult() const;
   bool resume();
   void loadState(const std::string& state);
   void processFrames();
@@ -145,18 +146,28 @@ RunResult Run::execute() {
     throw;
   }
   checkResult();
-  save(result_.interrupted);
+  // A map of nothing must not replace one of something.
+  result_.saved = !result_.interrupted || statistics_.frames() > 0 || !hasEarlierResult();
+  if (result_.saved) {
+    save(result_.interrupted);
+  } else {
+    result_.metrics_json =
+        statistics_.metricsJson(pipeline_.configuration(), pipeline_.map(), 0, true);
+  }
   return std::move(result_);
+}
+
+bool Run::hasEarlierResult() const {
+  const std::vector<std::string>& names = outputFileNames();
+  return std::any_of(names.begin(), names.end(), [this](const std::string& name) {
+    std::error_code ignored;
+    return fs::exists(directory_.pathOf(name), ignored);
+  });
 }
 
 /// Takes over what an earlier run has saved. \return whether it was finished
 bool Run::resume() {
-  const auto exists = [this](const std::string& name) {
-    std::error_code ignored;
-    return fs::exists(directory_.pathOf(name), ignored);
-  };
-  const std::vector<std::string>& names = outputFileNames();
-  if (std::none_of(names.begin(), names.end(), exists)) return false;
+  if (!hasEarlierResult()) return false;
   try {
     loadState(directory_.read("run.state"));
     log_text_ = directory_.read("run.log");

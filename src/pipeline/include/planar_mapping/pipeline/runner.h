@@ -32,7 +32,8 @@ struct RunOptions {
 /// What came out of a run.
 struct RunResult {
   bool interrupted = false;
-  bool was_finished = false;          ///< there was nothing to resume
+  bool was_finished = false;  ///< there was nothing to resume
+  bool saved = true;  ///< false: interrupted before the first frame, the earlier result stays
   std::vector<std::string> warnings;  ///< not empty: the result is degraded
   std::string metrics_json;           ///< what metrics.json says
   std::string output;                 ///< directory with all files
