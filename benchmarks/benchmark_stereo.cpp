@@ -95,11 +95,9 @@ void runFeatures(benchmark::State& state, FeatureDetector detector, DescriptorSe
 }
 
 void Surf(benchmark::State& state) {
-  if (!hasSurf()) return state.SkipWithError("SURF was not built");
   runFeatures(state, FeatureDetector::Surf, DescriptorSearch::Exact);
 }
 void SurfFlann(benchmark::State& state) {
-  if (!hasSurf()) return state.SkipWithError("SURF was not built");
   runFeatures(state, FeatureDetector::Surf, DescriptorSearch::Flann);
 }
 void Sift(benchmark::State& state) {

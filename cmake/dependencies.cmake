@@ -44,9 +44,6 @@ if(PLANAR_MAPPING_BUILD_STEREO)
     message(WARNING "OpenCV is missing: the stereo front-end is left out (install libopencv-dev libopencv-contrib-dev)")
     set(PLANAR_MAPPING_BUILD_STEREO OFF)
   endif()
-  # SURF: Debian's OpenCV has none, dlib has.
-  find_path(PLANAR_MAPPING_DLIB_INCLUDE_DIR dlib/image_keypoint.h)
-  find_library(PLANAR_MAPPING_DLIB_LIBRARY dlib)
 endif()
 if(PLANAR_MAPPING_BUILD_VIEWER)
   find_package(VTK 9.1 COMPONENTS ChartsCore CommonCore CommonDataModel FiltersCore FiltersGeneral FiltersSources

@@ -6,8 +6,6 @@
 #include <numeric>
 #include <opencv2/features2d.hpp>
 
-#include "planar_mapping/core/base/error.h"
-
 namespace planar_mapping::detail {
 namespace {
 
@@ -46,11 +44,6 @@ DetectedFeatures runDetector(cv::Feature2D& detector, const cv::Mat& gray, int c
 }
 
 }  // namespace
-
-FeatureDetector resolved(FeatureDetector detector) {
-  if (detector != FeatureDetector::Automatic) return detector;
-  return hasSurf() ? FeatureDetector::Surf : FeatureDetector::Sift;
-}
 
 std::vector<std::size_t> spreadEvenly(const std::vector<Detection>& detections, int width,
                                       int height, int count) {
@@ -98,7 +91,8 @@ DetectedFeatures detectFeatures(const cv::Mat& gray, const FeatureTrackerParams&
   const double threshold = params.detection_threshold;
   // More candidates than wanted, so that there is a choice.
   const int candidates = 3 * count;
-  switch (resolved(params.detector)) {
+  switch (params.detector) {
+    case FeatureDetector::Automatic:
     case FeatureDetector::Surf:
       return detectSurf(gray, count, threshold > 0.0 ? threshold : 10.0);
     case FeatureDetector::Orb: {
@@ -114,29 +108,10 @@ DetectedFeatures detectFeatures(const cv::Mat& gray, const FeatureTrackerParams&
       return runDetector(*akaze, gray, count);
     }
     case FeatureDetector::Sift:
-    case FeatureDetector::Automatic:
       break;
   }
   const auto sift = cv::SIFT::create(0, 3, threshold > 0.0 ? threshold : 0.03);
   return runDetector(*sift, gray, count);
 }
 
-#ifndef PLANAR_MAPPING_HAS_SURF
-DetectedFeatures detectSurf(const cv::Mat&, int, double) {
-  throw ParameterError("detector: SURF needs dlib, which this build has not (libdlib-dev)");
-}
-#endif
-
 }  // namespace planar_mapping::detail
-
-namespace planar_mapping {
-
-bool hasSurf() {
-#ifdef PLANAR_MAPPING_HAS_SURF
-  return true;
-#else
-  return false;
-#endif
-}
-
-}  // namespace planar_mapping

@@ -23,9 +23,6 @@ struct DetectedFeatures {
   std::size_t size() const { return places.size(); }
 };
 
-/// Automatic resolved to what was built.
-FeatureDetector resolved(FeatureDetector detector);
-
 /// \param gray   8 bits, without padding
 /// \param count  at most
 DetectedFeatures detectFeatures(const cv::Mat& gray, const FeatureTrackerParams& params, int count);
@@ -35,7 +32,7 @@ DetectedFeatures detectFeatures(const cv::Mat& gray, const FeatureTrackerParams&
 std::vector<std::size_t> spreadEvenly(const std::vector<Detection>& detections, int width,
                                       int height, int count);
 
-/// SURF of dlib. \param threshold  of the determinant of the Hessian
+/// SURF. \param threshold  of the determinant of the Hessian
 DetectedFeatures detectSurf(const cv::Mat& gray, int count, double threshold);
 
 }  // namespace planar_mapping::detail

@@ -82,8 +82,6 @@ void requireSize(const io::Image& image, const PointsView& cloud) {
 }  // namespace
 
 void FeatureTrackerParams::validate() const {
-  if (detector == FeatureDetector::Surf && !hasSurf())
-    throw ParameterError("detector: SURF needs dlib, which this build has not (libdlib-dev)");
   requireInRange("max_features", max_features, 8, 20000);
   requireInRange("detection_threshold", detection_threshold, 0.0, 1e6);
   requireInRange("epipolar_tolerance", epipolar_tolerance, 0.0, 100.0, "px");

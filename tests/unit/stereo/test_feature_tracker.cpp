@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -28,12 +29,8 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-std::vector<FeatureDetector> builtDetectors() {
-  std::vector<FeatureDetector> detectors = {FeatureDetector::Sift, FeatureDetector::Orb,
-                                            FeatureDetector::Akaze};
-  if (hasSurf()) detectors.push_back(FeatureDetector::Surf);
-  return detectors;
-}
+constexpr std::array kDetectors = {FeatureDetector::Sift, FeatureDetector::Orb,
+                                   FeatureDetector::Akaze, FeatureDetector::Surf};
 
 FeatureTrackerParams paramsOf(FeatureDetector detector) {
   FeatureTrackerParams params;
@@ -72,7 +69,7 @@ PointsView viewOf(const std::vector<float>& xyz) {
 TEST(FeatureTracker, EveryDetectorFindsSubPixelDisparities) {
   const DisparityPlane plane{12.3, 0.0, 0.02};
   const ImagePair pair = pairOf(Pattern(1), plane, kWidth, kHeight);
-  for (const FeatureDetector detector : builtDetectors()) {
+  for (const FeatureDetector detector : kDetectors) {
     FeatureTracker tracker(paramsOf(detector));
     const std::vector<KeyFeature> features = track(tracker, pair);
     EXPECT_GT(features.size(), 60u) << static_cast<int>(detector);
@@ -100,7 +97,7 @@ TEST(FeatureTracker, EveryDetectorFindsSubPixelDisparities) {
 TEST(FeatureTracker, FeaturesKeepTheirNumberOverFrames) {
   const DisparityPlane plane{15.0, 0.0, 0.0};
   const Pattern pattern(2);
-  for (const FeatureDetector detector : builtDetectors()) {
+  for (const FeatureDetector detector : kDetectors) {
     FeatureTracker tracker(paramsOf(detector));
     std::map<std::int64_t, KeyFeature> before;
     std::set<std::int64_t> ever;
@@ -198,7 +195,7 @@ TEST(FeatureTracker, SaysThatLeftAndRightAreExchanged) {
 }
 
 TEST(FeatureTracker, BlackAndUniformImagesHaveNoFeatures) {
-  for (const FeatureDetector detector : builtDetectors()) {
+  for (const FeatureDetector detector : kDetectors) {
     for (const double value : {0.0, 200.0}) {
       FeatureTracker tracker(paramsOf(detector));
       EXPECT_TRUE(track(tracker, {uniform(kWidth, kHeight, value), uniform(kWidth, kHeight, value)})
@@ -330,7 +327,7 @@ TEST(FeatureTracker, RefusesWhatDoesNotFit) {
 }
 
 TEST(FeatureTracker, TinyImagesAreNoProblem) {
-  for (const FeatureDetector detector : builtDetectors()) {
+  for (const FeatureDetector detector : kDetectors) {
     FeatureTracker tracker(paramsOf(detector));
     const ImagePair pair = pairOf(Pattern(13), {2.0, 0.0, 0.0}, 20, 16);
     EXPECT_NO_THROW(tracker.track(pair.left, pair.right, pairCalibration(20, 16)));
@@ -357,7 +354,6 @@ TEST(FeatureTracker, RefusesParametersOutOfRange) {
   refused([](auto& p) { p.max_disparity_share = 2.0; });
   refused([](auto& p) { p.detection_threshold = -1.0; });
   refused([](auto& p) { p.threads = -1; });
-  if (!hasSurf()) refused([](auto& p) { p.detector = FeatureDetector::Surf; });
 }
 
 }  // namespace

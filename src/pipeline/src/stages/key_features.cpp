@@ -31,7 +31,7 @@ class KeyFeaturesStage : public Stage {
                 {"sift", FeatureDetector::Sift},
                 {"orb", FeatureDetector::Orb},
                 {"akaze", FeatureDetector::Akaze}},
-               "of images; auto = SURF (the paper) where it was built, else SIFT");
+               "of images; auto = SURF (the paper)");
     table.integer("max_features", params_.max_features, Range::between(8, 20000),
                   "of one image, spread evenly over it");
     table.number("detection_threshold", params_.detection_threshold, Range::atLeast(0.0),

@@ -17,8 +17,8 @@
 namespace planar_mapping {
 
 enum class FeatureDetector : std::uint8_t {
-  Automatic,  ///< SURF where it was built, else SIFT
-  Surf,       ///< the paper's; of dlib
+  Automatic,  ///< SURF
+  Surf,       ///< the paper's
   Sift,
   Orb,
   Akaze,
@@ -54,12 +54,9 @@ struct PLANAR_MAPPING_EXPORT FeatureTrackerParams {
   std::uint64_t seed = 12345;  ///< of the trees
   int threads = 1;             ///< 0 = all cores; never changes the result
 
-  /// \throws ParameterError, also for a detector that was not built
+  /// \throws ParameterError
   void validate() const;
 };
-
-/// Whether SURF was built (dlib was found).
-PLANAR_MAPPING_EXPORT bool hasSurf();
 
 /// What the tracker did with a frame.
 struct FeatureReport {
