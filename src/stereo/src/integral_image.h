@@ -41,7 +41,41 @@ class IntegralImage {
   cv::Mat sums_;
 };
 
-/// Sums over rectangles of the same rows at every step-th column.
+/// The same sums for rectangles about every step-th column: of columns 0, step, 2 step, ..., then
+/// of 1, step + 1, ..., so that neighbouring rectangles read neighbouring numbers.
+class SteppedSums {
+ public:
+  SteppedSums(const IntegralImage& image, int step)
+      : step_(step), stride_(image.width() / step + 1) {
+    sums_.resize(at(image.height() + 1));
+    for (int row = 0; row <= image.height(); ++row) {
+      const std::int32_t* in = image.before(row);
+      for (int phase = 0; phase < step; ++phase) {
+        std::int32_t* out = sums_.data() + at(row) + phase * stride_;
+        for (int column = phase; column <= image.width(); column += step) *out++ = in[column];
+      }
+    }
+  }
+
+  int rowLength() const { return step_ * stride_; }
+  const std::int32_t* before(int row) const { return sums_.data() + at(row); }
+  /// Of a column relative to the rectangles' middle, in a row.
+  int placeOf(int offset) const {
+    const int phase = (offset % step_ + step_) % step_;
+    return phase * stride_ + (offset - phase) / step_;
+  }
+
+ private:
+  std::size_t at(int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(rowLength());
+  }
+
+  int step_;
+  int stride_;
+  std::vector<std::int32_t> sums_;
+};
+
+/// Sums over rectangles of the same rows.
 class BoxRows {
  public:
   /// Of a rectangle that moves along the rows: at i it is about column i * step.
@@ -51,30 +85,23 @@ class BoxRows {
     std::int32_t operator()(int i) const { return end[i] - before[i]; }
   };
 
+  explicit BoxRows(const SteppedSums& image)
+      : image_(image), sums_(static_cast<std::size_t>(image.rowLength())) {}
+
   /// Both ends included.
-  void set(const IntegralImage& image, int first, int last, int step) {
-    const std::int32_t* top = image.before(first);
-    const std::int32_t* bottom = image.before(last + 1);
-    step_ = step;
-    stride_ = image.width() / step + 1;
-    sums_.resize(static_cast<std::size_t>(stride_ * step));
-    for (int phase = 0; phase < step; ++phase) {
-      std::int32_t* out = &sums_[static_cast<std::size_t>(phase * stride_)];
-      for (int i = phase; i <= image.width(); i += step) *out++ = bottom[i] - top[i];
-    }
+  void set(int first, int last) {
+    const std::int32_t* top = image_.before(first);
+    const std::int32_t* bottom = image_.before(last + 1);
+    for (std::size_t i = 0; i < sums_.size(); ++i) sums_[i] = bottom[i] - top[i];
   }
   /// Columns from the middle, both ends included.
-  Sum sum(int first, int last) const { return {at(first), at(last + 1)}; }
-
- private:
-  const std::int32_t* at(int offset) const {
-    const int phase = (offset % step_ + step_) % step_;
-    return sums_.data() + phase * stride_ + (offset - phase) / step_;
+  Sum sum(int first, int last) const {
+    return {sums_.data() + image_.placeOf(first), sums_.data() + image_.placeOf(last + 1)};
   }
 
-  int step_ = 1;
-  int stride_ = 0;
-  std::vector<std::int32_t> sums_;  ///< of the columns before one: all of phase 0, all of phase 1
+ private:
+  const SteppedSums& image_;
+  std::vector<std::int32_t> sums_;
 };
 
 }  // namespace planar_mapping::detail

@@ -14,9 +14,9 @@ namespace planar_mapping::detail {
 namespace {
 
 constexpr int kSums = 7;                 // of a window: g g, g r, g, r, 1, h h, h
-constexpr int kRowsPerChunk = 32;        // of work
+constexpr int kRowsPerChunk = 120;       // of work; the rows of a window about them come twice
 constexpr float kSimilar = 1.0f;         // disparities that differ more belong to other surfaces
-constexpr float kLargestShift = 0.35f;  // what is found before is no farther off
+constexpr float kLargestShift = 0.35f;   // what is found before is no farther off
 constexpr float kLeastContrast = 0.05f;  // likewise, of gradients: rounding of gray values
 constexpr float kNoise = 16.0f;  // gray levels squared: where there is less contrast, trust less
 

@@ -50,7 +50,8 @@ class Octave {
 Octave::Octave(const IntegralImage& image, int octave)
     : step_(kStep << octave), rows_(image.height() / step_), columns_(image.width() / step_) {
   responses_.assign(indexOf(kIntervals, 0, 0), 0.0f);
-  BoxRows across, lobes, middle, upper, lower;
+  const SteppedSums sums(image, step_);
+  BoxRows across(sums), lobes(sums), middle(sums), upper(sums), lower(sums);
   for (int interval = 0; interval < kIntervals; ++interval) {
     const int lobe = step_ * (interval + 1) + 1;
     const int half = lobe / 2;     // of a lobe
@@ -61,11 +62,11 @@ Octave::Octave(const IntegralImage& image, int octave)
     const int border = borderOf(interval);
     for (int row = border; row < rows_ - border; ++row) {
       const int y = row * step_;
-      across.set(image, y - flank, y + flank, step_);
-      lobes.set(image, y - wide, y + wide, step_);
-      middle.set(image, y - half, y + half, step_);
-      upper.set(image, y - apart - half, y - apart + half, step_);
-      lower.set(image, y + apart - half, y + apart + half, step_);
+      across.set(y - flank, y + flank);
+      lobes.set(y - wide, y + wide);
+      middle.set(y - half, y + half);
+      upper.set(y - apart - half, y - apart + half);
+      lower.set(y + apart - half, y + apart + half);
       const BoxRows::Sum across_all = across.sum(-wide, wide);
       const BoxRows::Sum across_middle = across.sum(-half, half);
       const BoxRows::Sum down_all = lobes.sum(-flank, flank);

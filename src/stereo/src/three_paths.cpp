@@ -51,15 +51,18 @@ void filterRow(const Byte* above, const Byte* own, const Byte* below, int width,
   }
 }
 
-void boundRow(Row& row) {
-  const std::size_t width = row.value.size();
-  for (std::size_t x = 0; x < width; ++x) {
-    const int own = row.value[x];
-    const int earlier = (own + row.value[x > 0 ? x - 1 : x]) / 2;
-    const int later = (own + row.value[x + 1 < width ? x + 1 : x]) / 2;
-    row.low[x] = static_cast<Byte>(std::min({own, earlier, later}));
-    row.high[x] = static_cast<Byte>(std::max({own, earlier, later}));
-  }
+PLANAR_MAPPING_MULTIVERSION
+void boundRow(const Byte* value, int width, Byte* __restrict low, Byte* __restrict high) {
+  const auto bound = [&](int x, int before, int after) {
+    const int own = value[x];
+    const int earlier = (own + value[before]) / 2;
+    const int later = (own + value[after]) / 2;
+    low[x] = static_cast<Byte>(std::min(own, std::min(earlier, later)));
+    high[x] = static_cast<Byte>(std::max(own, std::max(earlier, later)));
+  };
+  bound(0, 0, 1);
+  for (int x = 1; x < width - 1; ++x) bound(x, x - 1, x + 1);
+  bound(width - 1, width - 2, width - 1);
 }
 
 /// By how much gray values or gradients differ, if half a pixel of sampling costs nothing.
@@ -304,9 +307,13 @@ void Matching::prepare(int row, Rows& rows) const {
   };
   const int last = width - 1 - params_.min_disparity;  // column of the first place
   const auto reverse = [&](const Byte* line, Row& out) {
-    for (int k = 0; k < static_cast<int>(out.value.size()); ++k) {
-      out.value[static_cast<std::size_t>(k)] = line[std::clamp(last - k, 0, width - 1)];
-    }
+    const int places = static_cast<int>(out.value.size());
+    const int before = std::clamp(last - width + 1, 0, places);
+    const int inside = std::clamp(last + 1, before, places);
+    Byte* at = out.value.data();
+    std::fill(at, at + before, line[width - 1]);
+    for (int k = before; k < inside; ++k) at[k] = line[last - k];
+    std::fill(at + inside, at + places, line[0]);
   };
   filter(left_, rows.left_slope.value.data());
   std::copy_n(left_.ptr(row), width, rows.left_gray.value.data());
@@ -314,7 +321,8 @@ void Matching::prepare(int row, Rows& rows) const {
   reverse(rows.line.data(), rows.right_slope);
   reverse(right_.ptr(row), rows.right_gray);
   for (Row* one : {&rows.left_slope, &rows.left_gray, &rows.right_slope, &rows.right_gray})
-    boundRow(*one);
+    boundRow(one->value.data(), static_cast<int>(one->value.size()), one->low.data(),
+             one->high.data());
 }
 
 void Matching::choose(const std::vector<Choice>& choices, const std::vector<Word>& right_disparity,
