@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <opencv2/core.hpp>
 #include <opencv2/flann.hpp>
 
@@ -59,15 +60,17 @@ struct Nearest {
   }
 };
 
-std::vector<Nearest> searchExactly(const Descriptors& queries, const Descriptors& known,
-                                   int threads) {
+/// \param rows  of the queries; the others find nothing
+std::vector<Nearest> searchExactly(const Descriptors& queries, const std::vector<std::size_t>& rows,
+                                   const Descriptors& known, int threads) {
   constexpr std::size_t kRowsPerChunk = 64;
   std::vector<Nearest> nearest(queries.size());
-  const std::size_t chunks = (queries.size() + kRowsPerChunk - 1) / kRowsPerChunk;
+  const std::size_t chunks = (rows.size() + kRowsPerChunk - 1) / kRowsPerChunk;
   parallelFor(chunks, threads, [&](std::size_t chunk) {
     std::vector<std::int32_t> distances(known.size());
-    const std::size_t last = std::min((chunk + 1) * kRowsPerChunk, queries.size());
-    for (std::size_t i = chunk * kRowsPerChunk; i < last; ++i) {
+    const std::size_t last = std::min((chunk + 1) * kRowsPerChunk, rows.size());
+    for (std::size_t k = chunk * kRowsPerChunk; k < last; ++k) {
+      const std::size_t i = rows[k];
       queries.distances(i, known, distances.data());
       for (std::size_t j = 0; j < distances.size(); ++j)
         nearest[i].offer(static_cast<int>(j), distances[j]);
@@ -167,15 +170,28 @@ std::vector<int> matchDescriptors(const Descriptors& queries, const Descriptors&
   std::vector<int> matches(queries.size(), -1);
   if (queries.empty() || known.empty()) return matches;
   const bool trees = params.search == DescriptorSearch::Flann && !queries.isBinary();
-  const auto search = [&](const Descriptors& from, const Descriptors& to) {
-    return trees ? searchTrees(from, to, params.seed) : searchExactly(from, to, params.threads);
+  const auto search = [&](const Descriptors& from, const std::vector<std::size_t>& rows,
+                          const Descriptors& to) {
+    return trees ? searchTrees(from, to, params.seed)
+                 : searchExactly(from, rows, to, params.threads);
   };
-  const std::vector<Nearest> nearest = search(queries, known);
+  std::vector<std::size_t> all(queries.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  const std::vector<Nearest> nearest = search(queries, all, known);
+  const auto isFound = [&](const Nearest& found) {
+    return found.row >= 0 && isDistinct(found.best, found.second, params.ratio, queries.isBinary());
+  };
   // The query that is nearest to each known row; the first of equals.
   std::vector<int> owner(known.size(), -1);
   if (params.mutual) {
-    const std::vector<Nearest> back = search(known, queries);
-    for (std::size_t j = 0; j < back.size(); ++j) owner[j] = back[j].row;
+    std::vector<bool> is_wanted(known.size(), false);
+    for (const Nearest& found : nearest)
+      if (isFound(found)) is_wanted[static_cast<std::size_t>(found.row)] = true;
+    std::vector<std::size_t> rows;
+    for (std::size_t j = 0; j < is_wanted.size(); ++j)
+      if (is_wanted[j]) rows.push_back(j);
+    const std::vector<Nearest> back = search(known, rows, queries);
+    for (const std::size_t j : rows) owner[j] = back[j].row;
   } else {
     for (std::size_t i = 0; i < nearest.size(); ++i) {
       if (nearest[i].row < 0) continue;
@@ -186,9 +202,7 @@ std::vector<int> matchDescriptors(const Descriptors& queries, const Descriptors&
   }
   for (std::size_t i = 0; i < nearest.size(); ++i) {
     const Nearest& found = nearest[i];
-    if (found.row < 0 || owner[static_cast<std::size_t>(found.row)] != static_cast<int>(i))
-      continue;
-    if (isDistinct(found.best, found.second, params.ratio, queries.isBinary()))
+    if (isFound(found) && owner[static_cast<std::size_t>(found.row)] == static_cast<int>(i))
       matches[i] = found.row;
   }
   return matches;
