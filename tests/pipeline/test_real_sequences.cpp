@@ -197,6 +197,32 @@ TEST_F(RealSequences, CabinetIsClosedAndStandsOnNoFloor) {
   }
 }
 
+TEST(SequenceSource, MeanUpIsThatOfThePosesOfItsFrames) {
+  StageTable table;
+  registerBuiltinStages(table);
+  const std::string source = PLANAR_MAPPING_SOURCE_DIR;
+  Configuration configuration = loadConfiguration(source + "/config/rgbd_indoor.yaml", table);
+  configuration.inputs = {source + "/examples/data/rgbd_icl_five"};
+  configuration.frames.step = 2;
+  SequenceSource frames(configuration);
+  const std::optional<Vector3> up = frames.meanUp();
+  ASSERT_TRUE(up);
+  Vector3 sum = Vector3::Zero();
+  double count = 0.0;
+  while (const std::optional<Frame> frame = frames.next()) {
+    ASSERT_TRUE(frame->given_pose);
+    sum -= frame->given_pose->linear().col(1);
+    ++count;
+  }
+  EXPECT_GE(count, 2.0);
+  EXPECT_LT((*up - sum / count).norm(), 1e-12);
+  EXPECT_EQ(nearestAxis(*up), -Vector3::UnitY());
+
+  configuration.inputs = {source + "/examples/data/clouds_pcl/room_scan1.pcd"};
+  configuration.frames.step = 1;
+  EXPECT_FALSE(SequenceSource(configuration).meanUp());
+}
+
 TEST(ShippedSequences, RoomStandsBetweenItsFloorAndItsCeiling) {
   const Mapped room = mapOf("rgbd_indoor.yaml", "rgbd_icl_five", 0, -1,
                             {"ground_removal.enabled=false", "motion_estimation.poses=use"});

@@ -284,5 +284,26 @@ TEST(Stages, VerticalOfATiltedWorldIsWhatThePlanesSay) {
   }
 }
 
+TEST(Stages, VerticalOfACameraThatLooksDownIsThatOfAllItsPoses) {
+  const test::View view = test::look(test::Scene(), test::lookFrom({0.0, 0.0, 1.3}, 0.3, 1.0));
+  const auto verticalWith = [&](const std::optional<Vector3>& mean_up) {
+    Frame frame;
+    frame.source = "test";
+    frame.cloud = cloudOf(view.xyz, static_cast<std::uint32_t>(view.camera.width),
+                          static_cast<std::uint32_t>(view.camera.height));
+    frame.camera = view.camera;
+    frame.given_pose = view.pose;
+    Pipeline pipeline = pipelineOf(
+        "  - stage: multi_plane_segmentation\n"
+        "  - stage: planar_cuboid_approximation\n    up: auto\n");
+    if (mean_up) pipeline.setMeanUp(*mean_up);
+    pipeline.process(frame);
+    return pipeline.map().params().approximation.up;
+  };
+  // Its image has upwards nearer to an axis across than to z.
+  EXPECT_LT(verticalWith(std::nullopt).z(), 0.5);
+  EXPECT_EQ(verticalWith(Vector3(0.1, -0.2, 0.4)), Vector3::UnitZ());
+}
+
 }  // namespace
 }  // namespace planar_mapping

@@ -348,11 +348,13 @@ void Pipeline::remarkOn(const CloudScale& scale, Frame& frame) const {
   }
 }
 
-/// Poses given for a camera may be of a world that is not level, as that of a first camera: then the
-/// planes of the first frame tell what is upwards, unless they come near an axis.
+/// Poses given for a camera may be of a world that is not level, as that of a first camera: then
+/// the planes of the first frame tell what is upwards, unless they come near an axis.
 void Pipeline::findVertical(CloudScale& scale, Frame& frame) const {
   constexpr double kAxis = 5.0 * M_PI / 180.0;
-  if (!scale.optical || !frame.camera || !frame.given_pose || frame.starts_world) return;
+  if (!scale.optical || !frame.given_pose || frame.starts_world) return;
+  if (mean_up_) scale.up = nearestAxis(*mean_up_);
+  if (!frame.camera) return;
   const Matrix3 axes = frame.T_world_sensor.linear();
   const Upright upright =
       findUpright(viewOf(*frame.cloud), scale.stereo, axes.transpose() * scale.up);

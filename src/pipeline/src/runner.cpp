@@ -136,6 +136,7 @@ RunResult Run::execute() {
   if (statistics_.frames() > 0) {
     log("resumed after " + std::to_string(statistics_.frames()) + " frames");
   }
+  if (const std::optional<Vector3> up = source_.meanUp()) pipeline_.setMeanUp(*up);
   try {
     processFrames();
   } catch (const Error& error) {

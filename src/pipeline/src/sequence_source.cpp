@@ -89,6 +89,16 @@ SequenceSource::SequenceSource(const Configuration& configuration)
                    hasStage(configuration, StageKind::Features)),
       selected_(select(configuration.frames, sequence_.size())) {}
 
+std::optional<Vector3> SequenceSource::meanUp() const {
+  if (sequence_.poseSource() != io::PoseSource::File) return std::nullopt;
+  Vector3 sum = Vector3::Zero();
+  for (const std::size_t index : selected_) {
+    const std::optional<Pose> pose = sequence_.describe(index).T_world_sensor;
+    if (pose) sum -= pose->linear().col(1);
+  }
+  return Vector3(sum / static_cast<double>(selected_.size()));
+}
+
 std::optional<Frame> SequenceSource::next() {
   if (position_ == selected_.size()) return std::nullopt;
   return readFrame(sequence_, selected_[position_++], with_images_);
@@ -122,6 +132,10 @@ PointsView viewOf(const FrameCloud& cloud) {
 }
 
 FrameSource::~FrameSource() = default;
+
+std::optional<Vector3> FrameSource::meanUp() const {
+  return std::nullopt;
+}
 
 std::size_t FrameSource::skip(std::size_t count) {
   std::size_t skipped = 0;

@@ -151,10 +151,13 @@ bool isCameraView(const PointsView& points, const Indices* indices) {
 
 Vector3 verticalOf(const PointsView& points, const Indices* indices, const Pose& T_world_sensor) {
   if (!isCameraView(points, indices)) return Vector3::UnitZ();
-  const Vector3 up = T_world_sensor.linear() * -Vector3::UnitY();
+  return nearestAxis(T_world_sensor.linear() * -Vector3::UnitY());
+}
+
+Vector3 nearestAxis(const Vector3& direction) {
   Eigen::Index axis = 0;
-  up.cwiseAbs().maxCoeff(&axis);
-  return up[axis] < 0.0 ? Vector3(-Vector3::Unit(axis)) : Vector3(Vector3::Unit(axis));
+  direction.cwiseAbs().maxCoeff(&axis);
+  return direction[axis] < 0.0 ? Vector3(-Vector3::Unit(axis)) : Vector3(Vector3::Unit(axis));
 }
 
 bool isMerged(const PointsView& points, const Indices* indices) {

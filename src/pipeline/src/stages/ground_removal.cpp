@@ -24,10 +24,11 @@ class GroundRemovalStage : public Stage {
                  "pose, from where the ground was in the frames before; the paper's is 0.37 m");
     table.number("height_tolerance_m", params_.height_tolerance, Range::positive(),
                  "[ours] of the height");
-    table.vector("up", params_.up,
-                 "vertical of the world; auto = the axis next to upwards in the first image of a "
-                 "camera, or what the planes it shows say where they lean against that axis; else "
-                 "z");
+    table.vector(
+        "up", params_.up,
+        "vertical of the world; auto = the axis next to upwards in the images of a camera, "
+        "on average over the given poses, or what the planes of the first say where they "
+        "lean against that axis; else z");
     table.vector("optical_axis", params_.optical_axis,
                  "direction the camera looks in, sensor frame");
     table.number("pitch_tolerance_deg", params_.pitch_tolerance, Range::above(0.0, 89.0),

@@ -50,8 +50,8 @@ class PlanarCuboidApproximationStage : public Stage {
                  "axis-aligned boxes");
     table.vector("up", up_,
                  "vertical of the world, for horizontal edges; auto = the axis next to upwards in "
-                 "the first image of a camera, or what the planes it shows say where they lean "
-                 "against that axis; else z");
+                 "the images of a camera, on average over the given poses, or what the planes of "
+                 "the first say where they lean against that axis; else z");
     table.number("association_angle_deg", params_.association_angle, Range::above(0.0, 90.0),
                  "[ours] largest angle between a new plane and its plane in the map");
     table.number("association_offset_m", association_offset_, Range::positive(),

@@ -59,6 +59,9 @@ class PLANAR_MAPPING_EXPORT Pipeline {
  public:
   explicit Pipeline(Configuration configuration);
 
+  /// Tells `up: auto` where the images have upwards on average over the given poses, world frame;
+  /// otherwise the first frame alone says it. Before the first frame.
+  void setMeanUp(const Vector3& up) { mean_up_ = up; }
   /// Takes one frame through all stages, the front-end left out where it was done elsewhere
   /// (Frame::front_end_done); they change it in place.
   /// A frame without a single usable point is skipped.
@@ -110,6 +113,7 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   /// What the stages of sections 1 and 2, and all those of section 3, were adapted to.
   std::vector<std::optional<CloudScale>> sensing_scales_;
   std::optional<CloudScale> mapping_scale_;
+  std::optional<Vector3> mean_up_;  ///< of the images of all given poses
   std::optional<Vector3> origin_;   ///< PlanarMapParams::origin, once there was a pose
   std::size_t counted_frames_ = 0;  ///< in the map when its cuboids were counted
   std::size_t cuboids_ = 0;

@@ -39,6 +39,8 @@ PLANAR_MAPPING_EXPORT CloudScale scaleOf(const PointsView& points, const Indices
 /// \param indices the points that count, or null for all
 PLANAR_MAPPING_EXPORT Vector3 verticalOf(const PointsView& points, const Indices* indices,
                                          const Pose& T_world_sensor);
+/// The coordinate axis, with its sign, next to a direction of any length.
+PLANAR_MAPPING_EXPORT Vector3 nearestAxis(const Vector3& direction);
 /// Whether a cloud is in a camera's frame, z forward. O(points).
 PLANAR_MAPPING_EXPORT bool isCameraView(const PointsView& points, const Indices* indices);
 
