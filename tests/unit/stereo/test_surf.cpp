@@ -10,7 +10,7 @@
 #include <random>
 #include <vector>
 
-#include "feature_detection.h"
+#include "features/feature_detection.h"
 
 namespace planar_mapping::detail {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "feature_detection.h"
+#include "features/feature_detection.h"
 #include "planar_mapping/core/registration/detail/view_agreement.h"
 #include "planar_mapping/stereo/detail/view_map.h"
 

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "stereo_features.h"
+#include "features/stereo_features.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
 
-#include "feature_refinement.h"
+#include "features/feature_refinement.h"
 #include "planar_mapping/core/base/detail/parallel.h"
 
 namespace planar_mapping::detail {

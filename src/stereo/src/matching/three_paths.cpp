@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "three_paths.h"
+#include "matching/three_paths.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "feature_detection.h"
+#include "features/feature_detection.h"
 
 namespace planar_mapping::detail {
 

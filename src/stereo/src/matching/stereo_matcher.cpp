@@ -14,9 +14,9 @@
 #include <vector>
 
 #include "cv_image.h"
-#include "disparity_range.h"
-#include "semi_global.h"
-#include "subpixel.h"
+#include "matching/disparity_range.h"
+#include "matching/semi_global.h"
+#include "matching/subpixel.h"
 
 namespace planar_mapping {
 namespace {

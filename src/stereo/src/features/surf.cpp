@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include "feature_detection.h"
-#include "integral_image.h"
+#include "features/feature_detection.h"
+#include "features/integral_image.h"
 
 // SURF (Bay, Tuytelaars, Van Gool, 2006): maxima of the determinant of the Hessian over place and
 // scale, described by sums of Haar wavelets in a square turned with the point.

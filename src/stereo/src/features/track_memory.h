@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "descriptors.h"
+#include "features/descriptors.h"
 
 namespace planar_mapping::detail {
 

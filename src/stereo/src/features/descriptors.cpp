@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "descriptors.h"
+#include "features/descriptors.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "subpixel.h"
+#include "matching/subpixel.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "disparity_range.h"
+#include "matching/disparity_range.h"
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "semi_global.h"
+#include "matching/semi_global.h"
 
 #include <opencv2/imgproc.hpp>
 

@@ -5,7 +5,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "descriptors.h"
+#include "features/descriptors.h"
 #include "planar_mapping/stereo/feature_tracker.h"
 
 namespace planar_mapping::detail {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "semi_global.h"
+#include "matching/semi_global.h"
 
 namespace planar_mapping::detail {
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "feature_detection.h"
+#include "features/feature_detection.h"
 
 #include <algorithm>
 #include <numeric>

@@ -8,12 +8,12 @@
 #include <limits>
 
 #include "cv_image.h"
-#include "feature_detection.h"
-#include "feature_refinement.h"
+#include "features/feature_detection.h"
+#include "features/feature_refinement.h"
+#include "features/stereo_features.h"
+#include "features/track_memory.h"
 #include "planar_mapping/core/base/detail/parallel.h"
 #include "planar_mapping/core/base/detail/state_archive.h"
-#include "stereo_features.h"
-#include "track_memory.h"
 
 namespace planar_mapping {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "semi_global.h"
+#include "matching/semi_global.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include <limits>
 #include <opencv2/calib3d.hpp>
 
-#include "three_paths.h"
+#include "matching/three_paths.h"
 
 namespace planar_mapping::detail {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "track_memory.h"
+#include "features/track_memory.h"
 
 #include <algorithm>
 
