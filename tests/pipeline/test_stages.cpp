@@ -284,6 +284,29 @@ TEST(Stages, VerticalOfATiltedWorldIsWhatThePlanesSay) {
   }
 }
 
+TEST(Stages, IgnoredPosesAreNoIdentityOfFeatures) {
+  const test::View view = test::look(test::Scene(), test::lookFrom({0.0, 0.0, 1.3}, 0.3, 0.4));
+  for (const std::string poses : {"ignore", "use"}) {
+    Pipeline pipeline = pipelineOf(
+        "  - stage: key_features\n    source: cloud\n  - stage: motion_estimation\n    poses: " +
+        poses + "\n  - stage: multi_plane_segmentation\n  - stage: planar_cuboid_approximation\n");
+    FrameReport report;
+    for (std::size_t number = 0; number < 2; ++number) {
+      Frame frame;
+      frame.number = number;
+      frame.source = "test";
+      frame.cloud = cloudOf(view.xyz, static_cast<std::uint32_t>(view.camera.width),
+                            static_cast<std::uint32_t>(view.camera.height));
+      frame.camera = view.camera;
+      frame.given_pose = view.pose;
+      frame.T_world_sensor = view.pose;
+      report = pipeline.process(frame);
+    }
+    EXPECT_GT(report.features, 100u);
+    EXPECT_EQ(report.matches > 0, poses == "use") << report.matches;
+  }
+}
+
 TEST(Stages, VerticalOfACameraThatLooksDownIsThatOfAllItsPoses) {
   const test::View view = test::look(test::Scene(), test::lookFrom({0.0, 0.0, 1.3}, 0.3, 1.0));
   const auto verticalWith = [&](const std::optional<Vector3>& mean_up) {

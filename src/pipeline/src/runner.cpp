@@ -329,8 +329,8 @@ void Run::warnOfSkippedFrames() {
        " frames left out (see frames.csv), the first: frame " + std::to_string(first.number) +
        ", " + first.skip_reason +
        (many && is_own ? "; frames closer together or given poses help, and "
-                         "key_features.enabled=false where the colour image of a depth camera is "
-                         "not registered to the depth image"
+                         "key_features.registered=false where the colour image of a depth camera "
+                         "is not registered to the depth image"
                        : ""));
 }
 

@@ -6,12 +6,14 @@
 #include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/stereo/cloud_features.h"
+#include "planar_mapping/stereo/detail/colour_registration.h"
 #include "planar_mapping/stereo/feature_tracker.h"
 
 namespace planar_mapping {
 namespace {
 
 enum class Source : std::uint8_t { Auto, Image, Cloud };
+enum class Registered : std::uint8_t { Auto, Yes, No };
 
 class KeyFeaturesStage : public Stage {
  public:
@@ -25,6 +27,11 @@ class KeyFeaturesStage : public Stage {
                {{"auto", Source::Auto}, {"image", Source::Image}, {"cloud", Source::Cloud}},
                "[ours] where features come from; auto = the image, where there is one of the same "
                "size as the cloud, else the cloud");
+    table.word("registered", registered_,
+               {{"auto", Registered::Auto}, {"true", Registered::Yes}, {"false", Registered::No}},
+               "[ours] whether the colour image of a depth camera shows at each pixel what its "
+               "depth is of; false = it is left out; auto = false once edges of depth meet those "
+               "of the image elsewhere only");
     table.word("detector", params_.detector,
                {{"auto", FeatureDetector::Automatic},
                 {"surf", FeatureDetector::Surf},
@@ -76,15 +83,15 @@ class KeyFeaturesStage : public Stage {
     cloud_params_.remember_frames = params_.remember_frames;
     tracker_ = FeatureTracker(params_);
     sampler_ = CloudFeatureSampler(cloud_params_);
+    ignores_poses_ = settings.ignores_poses;
   }
   void begin(const Frame& frame) override {
     if (source_ != Source::Cloud && !frame.images.right.empty()) tracker_.begin(frame.images.left);
   }
   void process(Frame& frame) override {
     const bool pair = !frame.images.right.empty() && frame.images.calibration;
-    const bool depth = !frame.images.left.empty() && !frame.cloud->empty() &&
-                       static_cast<int>(frame.cloud->width) == frame.images.left.width &&
-                       static_cast<int>(frame.cloud->height) == frame.images.left.height;
+    if (!pair) leaveOutWhatIsApart(frame);
+    const bool depth = isOfOneSize(frame);
     if (source_ == Source::Image && !pair && !depth) {
       throw InputError(
           "key_features: source is 'image', but the input has none of the size of the "
@@ -98,18 +105,24 @@ class KeyFeaturesStage : public Stage {
   }
   std::string saveState() const override {
     detail::StateWriter writer;
-    writer(tracker_.saveState(), sampler_);
+    writer(tracker_.saveState(), sampler_, registration_, is_apart_);
     return writer.take();
   }
   void loadState(const std::string& bytes) override {
     detail::StateReader reader(bytes);
     std::string tracker;
-    reader(tracker, sampler_);
+    reader(tracker, sampler_, registration_, is_apart_);
     reader.finish();
     tracker_.loadState(tracker);
   }
 
  private:
+  static bool isOfOneSize(const Frame& frame) {
+    return !frame.images.left.empty() && !frame.cloud->empty() &&
+           static_cast<int>(frame.cloud->width) == frame.images.left.width &&
+           static_cast<int>(frame.cloud->height) == frame.images.left.height;
+  }
+  void leaveOutWhatIsApart(Frame& frame);
   void trackImages(Frame& frame, bool pair);
   void sampleCloud(Frame& frame);
 
@@ -118,7 +131,30 @@ class KeyFeaturesStage : public Stage {
   CloudFeatureParams cloud_params_;
   FeatureTracker tracker_;
   CloudFeatureSampler sampler_;
+  Registered registered_ = Registered::Auto;
+  detail::ColourRegistration registration_;
+  bool ignores_poses_ = false;
+  bool is_apart_ = false;  ///< the colour images are left out
 };
+
+/// What an image shows that is not registered to the depth has no depth: neither its features nor
+/// views of it are of use.
+void KeyFeaturesStage::leaveOutWhatIsApart(Frame& frame) {
+  if (registered_ == Registered::Yes || source_ == Source::Image) return;
+  if (registered_ == Registered::Auto && !is_apart_ && isOfOneSize(frame)) {
+    registration_.look(frame.images.left, viewOf(*frame.cloud));
+    if (registration_.state() == detail::ColourRegistration::State::Apart) {
+      is_apart_ = true;
+      frame.warnings.push_back(
+          "frame " + std::to_string(frame.number) + " " + frame.source +
+          ": the colour images are not registered to the depth images: edges of depth meet edges "
+          "of the image elsewhere only; colour is left out from here on, features and poses are "
+          "those of depth alone; register the images, or set key_features.registered=true if they "
+          "are");
+    }
+  }
+  if (is_apart_ || registered_ == Registered::No) frame.images.left = io::Image();
+}
 
 void KeyFeaturesStage::trackImages(Frame& frame, bool pair) {
   const FrameImages& images = frame.images;
@@ -149,7 +185,12 @@ void KeyFeaturesStage::trackImages(Frame& frame, bool pair) {
 }
 
 void KeyFeaturesStage::sampleCloud(Frame& frame) {
-  frame.key_features = sampler_.sample(viewOf(*frame.cloud), nullptr, frame.given_pose);
+  frame.key_features = sampler_.sample(viewOf(*frame.cloud), nullptr,
+                                       ignores_poses_ ? std::nullopt : frame.given_pose);
+  // Not those of the images of earlier frames.
+  constexpr std::int64_t kFirstTrack = std::int64_t{1} << 40;
+  if (is_apart_)
+    for (KeyFeature& feature : frame.key_features) feature.track += kFirstTrack;
   std::size_t reseen = 0;
   for (const KeyFeature& feature : frame.key_features) reseen += feature.sightings > 1 ? 1 : 0;
   frame.statistics.push_back({"tracked", static_cast<double>(reseen)});

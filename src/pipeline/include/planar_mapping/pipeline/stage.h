@@ -31,6 +31,7 @@ struct RunSettings {
   Profile profile = Profile::Compact;
   std::uint64_t seed = 12345;
   int threads = 1;
+  bool ignores_poses = false;  ///< `poses: ignore` of a Motion stage: no other uses them either
 };
 
 /// A step of the pipeline with its own parameters. To write one: derive, name it, declare the

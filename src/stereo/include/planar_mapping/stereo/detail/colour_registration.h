@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "planar_mapping/core/base/export.h"
+#include "planar_mapping/core/base/types.h"
+#include "planar_mapping/io/image_file.h"
+
+namespace planar_mapping::detail {
+
+/// [ours] Finds out whether a depth camera's colour image is registered to its depth, that is,
+/// shows at each pixel what has the depth of that pixel. Depth images as some cameras and data sets
+/// deliver them are not: the colour camera is beside the other and sees another angle. Then the
+/// edges of the depth meet edges of the image only where they are scaled and shifted.
+class PLANAR_MAPPING_EXPORT ColourRegistration {
+ public:
+  enum class State : std::uint8_t { Unknown, Registered, Apart };
+
+  /// \param image  of the size of the cloud
+  /// \param cloud  organized, in the camera's frame
+  void look(const io::Image& image, const PointsView& cloud);
+  /// Of all frames so far. Once it is known it stays.
+  State state() const { return state_; }
+
+  template <typename Archive>
+  void visitState(Archive& archive) {
+    archive(state_, frames_, sums_[0], sums_[1], counts_[0], counts_[1]);
+  }
+
+ private:
+  static constexpr int kMaxFrames = 30;  ///< that are looked at
+
+  void decide();
+
+  State state_ = State::Unknown;
+  std::int32_t frames_ = 0;
+  /// Contrast of the image at the edges of each half, by scale, column and row of the shift.
+  std::array<std::vector<double>, 2> sums_;
+  std::array<std::int64_t, 2> counts_ = {0, 0};
+};
+
+}  // namespace planar_mapping::detail

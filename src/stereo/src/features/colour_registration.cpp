@@ -1,0 +1,176 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/stereo/detail/colour_registration.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace planar_mapping::detail {
+namespace {
+
+// Scales about the middle of the image, in powers; shifts in pixels of an image of 640 columns.
+constexpr int kScales = 21;  // to either side
+constexpr double kScaleStep = 1.025;
+constexpr int kColumns = 12;
+constexpr int kColumnStep = 2;
+constexpr int kRows = 4;
+constexpr int kRowStep = 4;
+constexpr double kWidth = 640.0;
+
+constexpr int kScaleCount = 2 * kScales + 1;
+constexpr int kColumnCount = 2 * kColumns + 1;
+constexpr int kRowCount = 2 * kRows + 1;
+
+std::size_t placeOf(int scale, int row, int column) {
+  return static_cast<std::size_t>((scale * kRowCount + row) * kColumnCount + column);
+}
+
+struct Pixel {
+  int column = 0;
+  int row = 0;
+};
+
+/// Pixels of the surface in front, along rows or columns where the depth jumps by a tenth.
+void addJumps(const PointsView& cloud, bool along_rows, std::vector<Pixel>& edges) {
+  constexpr float kJump = 0.1f;
+  constexpr double kLargestGap = 16.0;  // pixels without depth between the two
+  const int width = static_cast<int>(cloud.width);
+  const int height = static_cast<int>(cloud.height);
+  const int gap = static_cast<int>(kLargestGap * width / kWidth);
+  const int lines = along_rows ? height : width;
+  const int length = along_rows ? width : height;
+  for (int line = 0; line < lines; ++line) {
+    int before = -1;
+    float depth_before = 0.0f;
+    for (int k = 0; k < length; ++k) {
+      const auto i = static_cast<std::size_t>(along_rows ? line * width + k : k * width + line);
+      const float depth = cloud[i][2];
+      if (!(depth > 0.0f) || !std::isfinite(depth)) continue;
+      if (before >= 0 && k - before <= gap &&
+          std::abs(depth - depth_before) > kJump * std::min(depth, depth_before)) {
+        const int front = depth < depth_before ? k : before;
+        edges.push_back(along_rows ? Pixel{front, line} : Pixel{line, front});
+      }
+      before = k;
+      depth_before = depth;
+    }
+  }
+}
+
+/// How much gray values change at each pixel, cut off and divided by the mean; empty where they do
+/// not.
+std::vector<float> contrastOf(const io::Image& gray) {
+  constexpr float kLargest = 30.0f;
+  std::vector<float> contrast(gray.pixels.size(), 0.0f);
+  double sum = 0.0;
+  for (int row = 1; row + 1 < gray.height; ++row) {
+    for (int column = 1; column + 1 < gray.width; ++column) {
+      const auto i = static_cast<std::ptrdiff_t>(row) * gray.width + column;
+      const std::uint8_t* own = gray.pixels.data() + i;
+      const auto x = static_cast<float>(own[1] - own[-1]);
+      const auto y = static_cast<float>(own[gray.width] - own[-gray.width]);
+      const float value = std::min(0.5f * std::sqrt(x * x + y * y), kLargest);
+      contrast[static_cast<std::size_t>(i)] = value;
+      sum += static_cast<double>(value);
+    }
+  }
+  if (sum == 0.0) return {};
+  const auto mean = static_cast<float>(sum / static_cast<double>(contrast.size()));
+  for (float& value : contrast) value /= mean;
+  return contrast;
+}
+
+/// The largest of a place and its neighbours.
+double largestAbout(const std::vector<double>& sums, int scale, int row, int column) {
+  const auto from = [](int place, int reach) { return std::max(place - reach, 0); };
+  const auto to = [](int place, int reach, int count) {
+    return std::min(place + reach, count - 1);
+  };
+  double largest = 0.0;
+  for (int s = from(scale, 1); s <= to(scale, 1, kScaleCount); ++s)
+    for (int r = from(row, 1); r <= to(row, 1, kRowCount); ++r)
+      for (int c = from(column, 2); c <= to(column, 2, kColumnCount); ++c)
+        largest = std::max(largest, sums[placeOf(s, r, c)]);
+  return largest;
+}
+
+}  // namespace
+
+void ColourRegistration::look(const io::Image& image, const PointsView& cloud) {
+  constexpr std::size_t kEdges = 2500;  // of a frame
+  constexpr std::size_t kFewest = 50;   // fewer say nothing
+  constexpr double kTile = 40.0;        // pixels; black and white tiles are apart
+  if (state_ != State::Unknown || frames_ >= kMaxFrames) return;
+  std::vector<Pixel> edges;
+  addJumps(cloud, true, edges);
+  addJumps(cloud, false, edges);
+  if (edges.size() < kFewest) return;
+  const io::Image gray = io::toGray(image);
+  const std::vector<float> contrast = contrastOf(gray);
+  if (contrast.empty()) return;
+  ++frames_;
+  const double unit = gray.width / kWidth;
+  const double middle_column = 0.5 * gray.width;
+  const double middle_row = 0.5 * gray.height;
+  int column_shifts[kColumnCount];
+  int row_shifts[kRowCount];
+  for (int c = 0; c < kColumnCount; ++c)
+    column_shifts[c] = static_cast<int>(std::lround((c - kColumns) * kColumnStep * unit));
+  for (int r = 0; r < kRowCount; ++r)
+    row_shifts[r] = static_cast<int>(std::lround((r - kRows) * kRowStep * unit));
+  for (std::vector<double>& half : sums_)
+    half.resize(static_cast<std::size_t>(kScaleCount * kColumnCount * kRowCount), 0.0);
+  const std::size_t step = edges.size() / kEdges + 1;
+  for (std::size_t e = 0; e < edges.size(); e += step) {
+    const Pixel edge = edges[e];
+    const auto tile = static_cast<int>(edge.column / (kTile * unit)) +
+                      static_cast<int>(edge.row / (kTile * unit));
+    std::vector<double>& sums = sums_[static_cast<std::size_t>(tile % 2)];
+    ++counts_[static_cast<std::size_t>(tile % 2)];
+    for (int s = 0; s < kScaleCount; ++s) {
+      const double scale = std::pow(kScaleStep, s - kScales);
+      const double column = (edge.column - middle_column) * scale + middle_column + 0.5;
+      const double row = (edge.row - middle_row) * scale + middle_row + 0.5;
+      for (int r = 0; r < kRowCount; ++r) {
+        const int y = std::clamp(static_cast<int>(row) + row_shifts[r], 0, gray.height - 1);
+        const float* line = contrast.data() + static_cast<std::ptrdiff_t>(y) * gray.width;
+        double* out = &sums[placeOf(s, r, 0)];
+        for (int c = 0; c < kColumnCount; ++c) {
+          const int x = std::clamp(static_cast<int>(column) + column_shifts[c], 0, gray.width - 1);
+          out[c] += static_cast<double>(line[x]);
+        }
+      }
+    }
+  }
+  decide();
+}
+
+/// Where edges of one half meet edges of the image must be where those of the other half do.
+void ColourRegistration::decide() {
+  constexpr std::int64_t kEnough = 1000;  // edges of each half
+  constexpr double kBetter = 1.15;        // contrast at another place, of that here
+  // Straight lines meet others by chance: more is asked for where there is this contrast here.
+  constexpr double kMeeting = 2.7;
+  constexpr double kMuchBetter = 2.0;
+  if (std::min(counts_[0], counts_[1]) < kEnough) return;
+  int here_is_best = 0;
+  int elsewhere_is_best = 0;
+  for (std::size_t half = 0; half < 2; ++half) {
+    const std::vector<double>& sums = sums_[half];
+    const std::vector<double>& others = sums_[1 - half];
+    const auto best = static_cast<int>(std::max_element(sums.begin(), sums.end()) - sums.begin());
+    const double here = largestAbout(others, kScales, kRows, kColumns);
+    const double there = largestAbout(others, best / (kColumnCount * kRowCount),
+                                      best / kColumnCount % kRowCount, best % kColumnCount);
+    const bool meets = here >= kMeeting * static_cast<double>(counts_[1 - half]);
+    here_is_best += meets && there < kBetter * here ? 1 : 0;
+    elsewhere_is_best += there >= (meets ? kMuchBetter : kBetter) * here ? 1 : 0;
+  }
+  if (here_is_best == 2) state_ = State::Registered;
+  if (elsewhere_is_best == 2) state_ = State::Apart;
+  if (state_ == State::Unknown) return;
+  for (std::vector<double>& half : sums_) half = {};
+}
+
+}  // namespace planar_mapping::detail
