@@ -28,18 +28,25 @@ FrameLocator::FrameLocator(const OdometryParams& params, const SurfaceMapParams*
                            int enough_inliers)
     : enough_inliers_(enough_inliers), odometry_(params) {
 #ifdef PLANAR_MAPPING_HAS_STEREO
-  ViewMapParams view_params;
-  view_params.camera = params.camera;
-  view_params.seed = params.seed;
-  views_.emplace(view_params);
+  startViews();
 #endif
   if (surface != nullptr) surfaces_.emplace(*surface);
 }
+
+#ifdef PLANAR_MAPPING_HAS_STEREO
+void FrameLocator::startViews() {
+  ViewMapParams params;
+  params.camera = odometry_.params().camera;
+  params.seed = odometry_.params().seed;
+  views_.emplace(params);
+}
+#endif
 
 void FrameLocator::lookAt(const Frame& frame) {
   doubt_.clear();
   cloud_reason_.clear();
 #ifdef PLANAR_MAPPING_HAS_STEREO
+  if (frame.images_changed) startViews();
   const bool seen = frame.camera && !frame.images.left.empty() &&
                     static_cast<int>(frame.cloud->width) == frame.images.left.width &&
                     static_cast<int>(frame.cloud->height) == frame.images.left.height;

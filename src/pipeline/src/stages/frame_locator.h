@@ -29,7 +29,8 @@ class FrameLocator {
   Odometry& odometry() { return odometry_; }
   bool usesClouds() const { return surfaces_.has_value(); }
 
-  /// The frame that the next calls are about.
+  /// The frame that the next calls are about. Views of images that are aligned otherwise are
+  /// forgotten (Frame::images_changed).
   void lookAt(const Frame& frame);
   /// What helps to find the pose of a frame that follows earlier ones; the features may correct it.
   struct Placement {
@@ -73,6 +74,8 @@ class FrameLocator {
   Odometry odometry_;
   std::optional<SurfaceMap> surfaces_;
 #ifdef PLANAR_MAPPING_HAS_STEREO
+  void startViews();
+
   std::optional<ViewMap> views_;
   ViewMap::ViewPtr view_;  ///< of this frame; null without an image
 #endif

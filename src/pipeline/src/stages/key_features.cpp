@@ -30,8 +30,8 @@ class KeyFeaturesStage : public Stage {
     table.word("registered", registered_,
                {{"auto", Registered::Auto}, {"true", Registered::Yes}, {"false", Registered::No}},
                "[ours] whether the colour image of a depth camera shows at each pixel what its "
-               "depth is of; false = it is left out; auto = false once edges of depth meet those "
-               "of the image elsewhere only");
+               "depth is of; false = it is left out; auto = where edges of depth meet those of the "
+               "image only elsewhere, it is scaled and shifted to there");
     table.word("detector", params_.detector,
                {{"auto", FeatureDetector::Automatic},
                 {"surf", FeatureDetector::Surf},
@@ -90,7 +90,7 @@ class KeyFeaturesStage : public Stage {
   }
   void process(Frame& frame) override {
     const bool pair = !frame.images.right.empty() && frame.images.calibration;
-    if (!pair) leaveOutWhatIsApart(frame);
+    if (!pair) alignColour(frame);
     const bool depth = isOfOneSize(frame);
     if (source_ == Source::Image && !pair && !depth) {
       throw InputError(
@@ -105,13 +105,13 @@ class KeyFeaturesStage : public Stage {
   }
   std::string saveState() const override {
     detail::StateWriter writer;
-    writer(tracker_.saveState(), sampler_, registration_, is_apart_);
+    writer(tracker_.saveState(), sampler_, registration_);
     return writer.take();
   }
   void loadState(const std::string& bytes) override {
     detail::StateReader reader(bytes);
     std::string tracker;
-    reader(tracker, sampler_, registration_, is_apart_);
+    reader(tracker, sampler_, registration_);
     reader.finish();
     tracker_.loadState(tracker);
   }
@@ -122,7 +122,7 @@ class KeyFeaturesStage : public Stage {
            static_cast<int>(frame.cloud->width) == frame.images.left.width &&
            static_cast<int>(frame.cloud->height) == frame.images.left.height;
   }
-  void leaveOutWhatIsApart(Frame& frame);
+  void alignColour(Frame& frame);
   void trackImages(Frame& frame, bool pair);
   void sampleCloud(Frame& frame);
 
@@ -134,26 +134,32 @@ class KeyFeaturesStage : public Stage {
   Registered registered_ = Registered::Auto;
   detail::ColourRegistration registration_;
   bool ignores_poses_ = false;
-  bool is_apart_ = false;  ///< the colour images are left out
 };
 
-/// What an image shows that is not registered to the depth has no depth: neither its features nor
-/// views of it are of use.
-void KeyFeaturesStage::leaveOutWhatIsApart(Frame& frame) {
-  if (registered_ == Registered::Yes || source_ == Source::Image) return;
-  if (registered_ == Registered::Auto && !is_apart_ && isOfOneSize(frame)) {
+/// Features of an image that is not registered to the depth get the depth of something else.
+void KeyFeaturesStage::alignColour(Frame& frame) {
+  using State = detail::ColourRegistration::State;
+  if (registered_ == Registered::Yes || frame.images.left.empty()) return;
+  if (registered_ == Registered::No) {
+    frame.images.left = io::Image();
+    return;
+  }
+  if (registration_.state() == State::Unknown && isOfOneSize(frame)) {
     registration_.look(frame.images.left, viewOf(*frame.cloud));
-    if (registration_.state() == detail::ColourRegistration::State::Apart) {
-      is_apart_ = true;
+    if (registration_.state() == State::Apart) {
+      tracker_.reset();
+      frame.images_changed = true;
       frame.warnings.push_back(
           "frame " + std::to_string(frame.number) + " " + frame.source +
-          ": the colour images are not registered to the depth images: edges of depth meet edges "
-          "of the image elsewhere only; colour is left out from here on, features and poses are "
-          "those of depth alone; register the images, or set key_features.registered=true if they "
-          "are");
+          ": the colour images are not registered to the depth images: their edges meet where the "
+          "colour image is " +
+          registration_.describe() +
+          ", which is done from here on and right to a few pixels; better register them; "
+          "key_features.registered=false leaves them out, true takes them as they are");
     }
   }
-  if (is_apart_ || registered_ == Registered::No) frame.images.left = io::Image();
+  if (registration_.state() == State::Apart)
+    frame.images.left = registration_.aligned(frame.images.left);
 }
 
 void KeyFeaturesStage::trackImages(Frame& frame, bool pair) {
@@ -187,10 +193,6 @@ void KeyFeaturesStage::trackImages(Frame& frame, bool pair) {
 void KeyFeaturesStage::sampleCloud(Frame& frame) {
   frame.key_features = sampler_.sample(viewOf(*frame.cloud), nullptr,
                                        ignores_poses_ ? std::nullopt : frame.given_pose);
-  // Not those of the images of earlier frames.
-  constexpr std::int64_t kFirstTrack = std::int64_t{1} << 40;
-  if (is_apart_)
-    for (KeyFeature& feature : frame.key_features) feature.track += kFirstTrack;
   std::size_t reseen = 0;
   for (const KeyFeature& feature : frame.key_features) reseen += feature.sightings > 1 ? 1 : 0;
   frame.statistics.push_back({"tracked", static_cast<double>(reseen)});

@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "cv_image.h"
 
 namespace planar_mapping::detail {
 namespace {
@@ -81,6 +84,26 @@ std::vector<float> contrastOf(const io::Image& gray) {
   return contrast;
 }
 
+struct Place {
+  int scale = 0;
+  int row = 0;
+  int column = 0;
+};
+
+Place placeAt(int index) {
+  return {index / (kColumnCount * kRowCount), index / kColumnCount % kRowCount,
+          index % kColumnCount};
+}
+
+bool areNear(const Place& a, const Place& b) {
+  return std::abs(a.scale - b.scale) <= 2 && std::abs(a.row - b.row) <= 1 &&
+         std::abs(a.column - b.column) <= 6;
+}
+
+double scaleOf(int scale) {
+  return std::pow(kScaleStep, scale - kScales);
+}
+
 /// The largest of a place and its neighbours.
 double largestAbout(const std::vector<double>& sums, int scale, int row, int column) {
   const auto from = [](int place, int reach) { return std::max(place - reach, 0); };
@@ -129,7 +152,7 @@ void ColourRegistration::look(const io::Image& image, const PointsView& cloud) {
     std::vector<double>& sums = sums_[static_cast<std::size_t>(tile % 2)];
     ++counts_[static_cast<std::size_t>(tile % 2)];
     for (int s = 0; s < kScaleCount; ++s) {
-      const double scale = std::pow(kScaleStep, s - kScales);
+      const double scale = scaleOf(s);
       const double column = (edge.column - middle_column) * scale + middle_column + 0.5;
       const double row = (edge.row - middle_row) * scale + middle_row + 0.5;
       for (int r = 0; r < kRowCount; ++r) {
@@ -156,21 +179,50 @@ void ColourRegistration::decide() {
   if (std::min(counts_[0], counts_[1]) < kEnough) return;
   int here_is_best = 0;
   int elsewhere_is_best = 0;
+  std::array<Place, 2> places;
   for (std::size_t half = 0; half < 2; ++half) {
     const std::vector<double>& sums = sums_[half];
     const std::vector<double>& others = sums_[1 - half];
     const auto best = static_cast<int>(std::max_element(sums.begin(), sums.end()) - sums.begin());
     const double here = largestAbout(others, kScales, kRows, kColumns);
-    const double there = largestAbout(others, best / (kColumnCount * kRowCount),
-                                      best / kColumnCount % kRowCount, best % kColumnCount);
+    const Place& place = places[half] = placeAt(best);
+    const double there = largestAbout(others, place.scale, place.row, place.column);
     const bool meets = here >= kMeeting * static_cast<double>(counts_[1 - half]);
     here_is_best += meets && there < kBetter * here ? 1 : 0;
     elsewhere_is_best += there >= (meets ? kMuchBetter : kBetter) * here ? 1 : 0;
   }
   if (here_is_best == 2) state_ = State::Registered;
-  if (elsewhere_is_best == 2) state_ = State::Apart;
+  if (elsewhere_is_best == 2 && areNear(places[0], places[1])) {
+    state_ = State::Apart;
+    std::vector<double> all(sums_[0].size());
+    for (std::size_t i = 0; i < all.size(); ++i)
+      all[i] = sums_[0][i] / static_cast<double>(counts_[0]) +
+               sums_[1][i] / static_cast<double>(counts_[1]);
+    const Place place =
+        placeAt(static_cast<int>(std::max_element(all.begin(), all.end()) - all.begin()));
+    scale_ = scaleOf(place.scale);
+    column_shift_ = (place.column - kColumns) * kColumnStep / kWidth;
+    row_shift_ = (place.row - kRows) * kRowStep / kWidth;
+  }
   if (state_ == State::Unknown) return;
   for (std::vector<double>& half : sums_) half = {};
+}
+
+io::Image ColourRegistration::aligned(const io::Image& image) const {
+  io::Image out = image;
+  const double moved_column = 0.5 * image.width * (1.0 - scale_) + column_shift_ * image.width;
+  const double moved_row = 0.5 * image.height * (1.0 - scale_) + row_shift_ * image.width;
+  const cv::Matx23d source(scale_, 0.0, moved_column, 0.0, scale_, moved_row);
+  cv::Mat to(image.height, image.width, CV_8UC(image.channels), out.pixels.data());
+  cv::warpAffine(matOf(image), to, source, to.size(), cv::INTER_LINEAR | cv::WARP_INVERSE_MAP,
+                 cv::BORDER_REPLICATE);
+  return out;
+}
+
+std::string ColourRegistration::describe() const {
+  const auto rounded = [](double value) { return std::to_string(std::lround(value)); };
+  return "scaled by " + rounded(100.0 * scale_) + " % and shifted by " +
+         rounded(100.0 * column_shift_) + " and " + rounded(100.0 * row_shift_) + " % of its width";
 }
 
 }  // namespace planar_mapping::detail

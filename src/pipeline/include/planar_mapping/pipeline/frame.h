@@ -62,7 +62,10 @@ struct Frame {
   /// A Motion stage left it out before; what came after it may tell where it belongs.
   bool again = false;
   std::vector<KeyFeature> key_features;  ///< left by a Features stage
-  std::optional<FrameMotion> motion;     ///< since the frame before, left by a Motion stage
+  /// Left by a Features stage: from here on images are aligned otherwise than those before, which
+  /// are not to be compared with them.
+  bool images_changed = false;
+  std::optional<FrameMotion> motion;  ///< since the frame before, left by a Motion stage
   /// Why the frame cannot be used (no pose found, black image, ...); the stages after the one that
   /// set it leave the frame out and mapping goes on with the next. Empty = it can.
   std::string skip_reason;

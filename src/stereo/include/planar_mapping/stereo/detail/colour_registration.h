@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "planar_mapping/core/base/export.h"
@@ -25,10 +26,16 @@ class PLANAR_MAPPING_EXPORT ColourRegistration {
   void look(const io::Image& image, const PointsView& cloud);
   /// Of all frames so far. Once it is known it stays.
   State state() const { return state_; }
+  /// The image as it would be at the pixels of the depth image, but for the distance between the
+  /// cameras: right to a few pixels. Of State::Apart.
+  io::Image aligned(const io::Image& image) const;
+  /// What aligned() does, in words.
+  std::string describe() const;
 
   template <typename Archive>
   void visitState(Archive& archive) {
-    archive(state_, frames_, sums_[0], sums_[1], counts_[0], counts_[1]);
+    archive(state_, frames_, sums_[0], sums_[1], counts_[0], counts_[1], scale_, column_shift_,
+            row_shift_);
   }
 
  private:
@@ -41,6 +48,9 @@ class PLANAR_MAPPING_EXPORT ColourRegistration {
   /// Contrast of the image at the edges of each half, by scale, column and row of the shift.
   std::array<std::vector<double>, 2> sums_;
   std::array<std::int64_t, 2> counts_ = {0, 0};
+  double scale_ = 1.0;         ///< about the middle of the image
+  double column_shift_ = 0.0;  ///< in widths of the image
+  double row_shift_ = 0.0;
 };
 
 }  // namespace planar_mapping::detail
