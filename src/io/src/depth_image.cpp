@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/io/depth_image.h"
 
+#include <cstdint>
 #include <limits>
+#include <type_traits>
 
 #include "planar_mapping/core/base/detail/simd.h"
 #include "planar_mapping/core/base/error.h"
@@ -15,7 +17,10 @@ PLANAR_MAPPING_INLINE void projectRowOf(const Value* values, const float* column
                                         float row_slope, float metres_per_unit, std::uint32_t width,
                                         float* xyz) {
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-  constexpr float kLargest = std::numeric_limits<float>::max();
+  // All bits of a count are set where a camera or a data set says that there is none.
+  constexpr float kLargest = std::is_same_v<Value, std::uint16_t>
+                                 ? std::numeric_limits<std::uint16_t>::max() - 1
+                                 : std::numeric_limits<float>::max();
   for (std::uint32_t column = 0; column < width; ++column) {
     const auto value = static_cast<float>(values[column]);
     const float z = value > 0.0f && value <= kLargest ? value * metres_per_unit : kNaN;

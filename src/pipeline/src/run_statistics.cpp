@@ -190,6 +190,12 @@ std::size_t RunStatistics::pointsBeyond() const {
   return beyond;
 }
 
+std::size_t RunStatistics::groundPoints() const {
+  std::size_t points = 0;
+  for (const FrameReport& report : reports_) points += report.points_ground;
+  return points;
+}
+
 const FrameReport& RunStatistics::firstSkipped() const {
   return *std::find_if(reports_.begin(), reports_.end(),
                        [](const FrameReport& report) { return !report.skip_reason.empty(); });

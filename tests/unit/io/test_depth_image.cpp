@@ -91,7 +91,7 @@ TEST(DepthProjector, FollowsThePinholeModel) {
   DepthImage image;
   image.width = 3;
   image.height = 2;
-  image.values = {1000, 2000, 3000, 0, 65535, 4000};
+  image.values = {1000, 2000, 3000, 65535, 65534, 4000};
   CloudData cloud;
   cloud.colors = {1};
   DepthProjector(camera, 1000.0).project(image, cloud);
@@ -107,7 +107,7 @@ TEST(DepthProjector, FollowsThePinholeModel) {
   expect_point(1, 0.0, -0.25, 2.0);
   expect_point(2, 1.5, -0.375, 3.0);
   for (std::size_t c = 9; c < 12; ++c) EXPECT_TRUE(std::isnan(cloud.xyz[c]));
-  expect_point(4, 0.0, 65.535 / 8, 65.535);
+  expect_point(4, 0.0, 65.534 / 8, 65.534);
   expect_point(5, 2.0, 0.5, 4.0);
 }
 
@@ -115,7 +115,7 @@ TEST(DepthProjector, FloatsAreProjectedLikeCounts) {
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   PinholeCamera camera{500.0, 400.0, 1.0, 0.5, 3, 2};
-  const DepthImage image{3, 2, {1000, 0, 3000, 0, 0, 0}};
+  const DepthImage image{3, 2, {1000, 0, 3000, 0, 65535, 0}};
   const std::vector<float> floats = {1000.0f, 0.0f, 3000.0f, kNaN, kInfinity, -5.0f};
   CloudData from_counts, from_floats;
   const DepthProjector projector(camera, 1000.0);

@@ -5,71 +5,16 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 #include <vector>
+
+#include "boxes_seen.h"
 
 namespace planar_mapping::detail {
 namespace {
 
-constexpr int kWidth = 320;
-constexpr int kHeight = 240;
-
-/// Boxes of random size, depth and gray in front of a wall, in noise.
-class Boxes {
- public:
-  explicit Boxes(unsigned seed) : random_(seed) {
-    std::uniform_real_distribution<double> place(-0.7, 0.7);
-    std::uniform_real_distribution<double> size(0.05, 0.2);
-    std::uniform_real_distribution<double> depth(1.0, 2.5);
-    std::uniform_int_distribution<int> gray(20, 230);
-    for (int i = 0; i < 25; ++i)
-      boxes_.push_back({place(random_), place(random_), size(random_), size(random_),
-                        depth(random_), gray(random_)});
-  }
-
-  std::vector<float> cloud() {
-    std::vector<float> xyz;
-    for (int row = 0; row < kHeight; ++row) {
-      for (int column = 0; column < kWidth; ++column) {
-        const double depth = at(column, row, 1.0, 0.0).depth;
-        xyz.insert(xyz.end(), {0.0f, 0.0f, static_cast<float>(depth)});
-      }
-    }
-    return xyz;
-  }
-  /// What a camera sees whose image is that of the depth, scaled about its middle and shifted.
-  io::Image image(double scale, double shift, double noise) {
-    std::normal_distribution<double> error(0.0, noise);
-    io::Image image;
-    image.width = kWidth;
-    image.height = kHeight;
-    image.channels = 1;
-    for (int row = 0; row < kHeight; ++row)
-      for (int column = 0; column < kWidth; ++column)
-        image.pixels.push_back(static_cast<std::uint8_t>(
-            std::clamp(at(column, row, scale, shift).gray + error(random_), 0.0, 255.0)));
-    return image;
-  }
-
- private:
-  struct Box {
-    double x, y, half_width, half_height, depth;
-    int gray;
-  };
-  Box at(int column, int row, double scale, double shift) const {
-    const double x = (column - shift - 0.5 * kWidth) / scale / (0.5 * kWidth);
-    const double y = (row - 0.5 * kHeight) / scale / (0.5 * kWidth);
-    Box seen{0.0, 0.0, 0.0, 0.0, 4.0, 128};
-    for (const Box& box : boxes_)
-      if (std::abs(x - box.x) < box.half_width && std::abs(y - box.y) < box.half_height &&
-          box.depth < seen.depth)
-        seen = box;
-    return seen;
-  }
-
-  std::mt19937 random_;
-  std::vector<Box> boxes_;
-};
+using test::Boxes;
+constexpr int kWidth = Boxes::kWidth;
+constexpr int kHeight = Boxes::kHeight;
 
 ColourRegistration::State stateOf(double scale, double shift, double noise) {
   ColourRegistration registration;
@@ -87,6 +32,30 @@ TEST(ColourRegistration, IsSeenByEdges) {
   EXPECT_EQ(stateOf(0.9, -3.0, 2.0), ColourRegistration::State::Apart);
   EXPECT_EQ(stateOf(1.4, 4.0, 2.0), ColourRegistration::State::Apart);
   EXPECT_EQ(stateOf(1.0, 8.0, 12.0), ColourRegistration::State::Apart);
+}
+
+TEST(ColourRegistration, AlignsTheImageToAFewPixels) {
+  ColourRegistration registration;
+  Boxes boxes(31);
+  const std::vector<float> xyz = boxes.cloud();
+  const io::Image image = boxes.image(0.9, -3.0, 2.0);
+  registration.look(image, PointsView(xyz.data(), kWidth, kHeight, 3));
+  for (unsigned seed = 32; seed < 41 && registration.state() != ColourRegistration::State::Apart;
+       ++seed) {
+    Boxes others(seed);
+    const std::vector<float> other_xyz = others.cloud();
+    registration.look(others.image(0.9, -3.0, 2.0),
+                      PointsView(other_xyz.data(), kWidth, kHeight, 3));
+  }
+  ASSERT_EQ(registration.state(), ColourRegistration::State::Apart);
+  const io::Image wanted = boxes.image(1.0, 0.0, 0.0);
+  const auto difference = [&](const io::Image& one) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < one.pixels.size(); ++i)
+      sum += std::abs(one.pixels[i] - wanted.pixels[i]);
+    return sum / static_cast<double>(one.pixels.size());
+  };
+  EXPECT_LT(difference(registration.aligned(image)), 0.4 * difference(image));
 }
 
 TEST(ColourRegistration, ImagesThatShowNothingAreNotJudged) {

@@ -120,11 +120,7 @@ TEST(EstimateUp, KeepsZUpForACameraThatLooksDown) {
 TEST(EstimateUp, TakesWhatTheMapSays) {
   SceneContent content = cameraCloud(0.1);
   content.up = -Vector3::UnitY();
-  const Vector3 floor = Eigen::AngleAxisd(0.1, Vector3::UnitX()) * Vector3(0.0, -1.0, 0.0);
-  EXPECT_GT(estimateUp(content).dot(floor), 0.9999) << "the floor near it";
-  content = cameraCloud(0.4);
-  content.up = -Vector3::UnitY();
-  EXPECT_EQ(estimateUp(content), Vector3(-Vector3::UnitY())) << "no floor is near it";
+  EXPECT_EQ(estimateUp(content), Vector3(-Vector3::UnitY())) << "whatever leans, a verge as well";
   content.up = Vector3::UnitX();
   EXPECT_EQ(estimateUp(content), Vector3(Vector3::UnitX()));
 }

@@ -17,7 +17,7 @@ namespace planar_mapping::io {
 namespace {
 
 constexpr double kMaxCells = 5e7;
-constexpr double kFreeFraction = 0.75;  ///< of a column, as in the plan of a snapshot
+constexpr double kFreeFraction = 0.75;  ///< of a column: a robot has to fit
 
 Cuboid turned(const Quaternion& turn, Cuboid cuboid) {
   cuboid.center = turn * cuboid.center;

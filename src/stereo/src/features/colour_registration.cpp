@@ -156,12 +156,15 @@ void ColourRegistration::look(const io::Image& image, const PointsView& cloud) {
       const double column = (edge.column - middle_column) * scale + middle_column + 0.5;
       const double row = (edge.row - middle_row) * scale + middle_row + 0.5;
       for (int r = 0; r < kRowCount; ++r) {
-        const int y = std::clamp(static_cast<int>(row) + row_shifts[r], 0, gray.height - 1);
-        const float* line = contrast.data() + static_cast<std::ptrdiff_t>(y) * gray.width;
+        const int y = static_cast<int>(std::floor(row)) + row_shifts[r];
+        const bool is_inside = y >= 0 && y < gray.height;
+        const float* line =
+            contrast.data() + static_cast<std::ptrdiff_t>(is_inside ? y : 0) * gray.width;
         double* out = &sums[placeOf(s, r, 0)];
         for (int c = 0; c < kColumnCount; ++c) {
-          const int x = std::clamp(static_cast<int>(column) + column_shifts[c], 0, gray.width - 1);
-          out[c] += static_cast<double>(line[x]);
+          const int x = static_cast<int>(std::floor(column)) + column_shifts[c];
+          // What lies outside the image says nothing, like a place of mean contrast.
+          out[c] += is_inside && x >= 0 && x < gray.width ? static_cast<double>(line[x]) : 1.0;
         }
       }
     }

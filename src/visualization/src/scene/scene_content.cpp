@@ -164,10 +164,10 @@ std::optional<Vector3> meanUp(const SceneContent& content) {
 
 Vector3 estimateUp(const SceneContent& content) {
   const Vector3 said = content.up.normalized();
-  const bool is_said = said.z() < 1.0 - 1e-6;  // else it may be the default
-  const std::optional<Vector3> mean = is_said ? said : meanUp(content);
+  const bool may_be_default = said.z() > 1.0 - 1e-6;
+  const std::optional<Vector3> mean = may_be_default ? meanUp(content) : std::nullopt;
   if (!mean) return said;
-  const double most_tilt = (is_said ? 15.0 : 40.0) * kRadiansPerDegree;
+  const double most_tilt = 40.0 * kRadiansPerDegree;
 
   // The floor or table top the camera stood over says more than the way it was held.
   std::map<std::int32_t, std::pair<double, Vector3>> planes;

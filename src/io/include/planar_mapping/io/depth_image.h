@@ -17,7 +17,7 @@ namespace planar_mapping::io {
 struct DepthImage {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
-  std::vector<std::uint16_t> values;  ///< 0 = no measurement
+  std::vector<std::uint16_t> values;  ///< 0 and 65535 = no measurement
 };
 
 /// \throws IoError unless the file is a sound gray PNG of 16 bits
@@ -26,7 +26,8 @@ PLANAR_MAPPING_EXPORT DepthImage readDepthPng(const std::string& path);
 PLANAR_MAPPING_EXPORT void writeDepthPng(const std::string& path, const DepthImage& image,
                                          Overwrite overwrite = Overwrite::Refuse);
 /// Depth images of one camera to organized clouds in its optical frame (x right, y down, z
-/// forward): z = value / depth_scale, x = (column - cx) z / fx, y = (row - cy) z / fy; 0 gives NaN.
+/// forward): z = value / depth_scale, x = (column - cx) z / fx, y = (row - cy) z / fy; 0 and
+/// 65535 give NaN.
 /// The rays are computed once. Const functions may be called from several threads at once.
 class PLANAR_MAPPING_EXPORT DepthProjector {
  public:
