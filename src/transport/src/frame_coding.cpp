@@ -224,6 +224,7 @@ void transferFields(Archive& archive, FrameType& frame) {
   archive.text(frame.skip_reason, "skip_reason");
   archive.number(frame.pose_assumed, "pose_assumed");
   archive.number(frame.without_sensor, "without_sensor");
+  archive.number(frame.images_changed, "images_changed");
   transferPose(archive, frame.T_world_sensor, "T_world_sensor");
   if (archive.optional(frame.given_pose, "given_pose")) {
     transferPose(archive, *frame.given_pose, "given_pose");
