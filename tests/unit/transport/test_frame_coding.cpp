@@ -317,7 +317,7 @@ TEST(FrameCoding, EnvelopesOfOthersAreRefused) {
     received.open();
     return received.type;
   };
-  const Bytes good = {'P', 'M', 'F', 'E', 4, 0, 3, 0, 1, 2, 3, 4, 5, 6, 7, 8};
+  const Bytes good = {'P', 'M', 'F', 'E', 5, 0, 3, 0, 1, 2, 3, 4, 5, 6, 7, 8};
   EXPECT_EQ(MessageType::Frame, open(good));
   for (std::size_t size = 0; size < good.size(); ++size) {
     EXPECT_THROW(open(Bytes(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size))),
