@@ -151,6 +151,7 @@ FrameReport Pipeline::runSections(Frame& frame, bool front_end_only) {
   frame.map = &map_;
   frame.stage_ms.resize(configuration_.stages.size(), 0.0);
   if (!frame.front_end_done) runFrontEnd(frame);
+  if (frame.images_changed) left_out_.clear();  // their images are aligned as before
   if (!front_end_only) {
     moveToOrigin(frame);
     findUsablePoints(frame);
@@ -203,6 +204,7 @@ void Pipeline::keepForLater(const Frame& frame, std::size_t statistics) {
   Frame& kept = left_out_.back().frame;
   kept.statistics.resize(statistics);
   kept.images.right = io::Image();
+  kept.images_changed = false;
   kept.images.calibration.reset();
   if (left_out_.size() > kMaxLeftOut) left_out_.erase(left_out_.begin());
 }

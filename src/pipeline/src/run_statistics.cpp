@@ -190,10 +190,11 @@ std::size_t RunStatistics::pointsBeyond() const {
   return beyond;
 }
 
-std::size_t RunStatistics::groundPoints() const {
-  std::size_t points = 0;
-  for (const FrameReport& report : reports_) points += report.points_ground;
-  return points;
+bool RunStatistics::hasGroundInMostFrames() const {
+  const auto count = std::count_if(reports_.begin(), reports_.end(), [](const FrameReport& report) {
+    return report.points_ground > 0;
+  });
+  return 2 * static_cast<std::size_t>(count) > usedFrames();
 }
 
 const FrameReport& RunStatistics::firstSkipped() const {

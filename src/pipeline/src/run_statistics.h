@@ -24,8 +24,8 @@ class RunStatistics {
   /// Frames that were not left out.
   std::size_t usedFrames() const;
   std::size_t pointsBeyond() const;
-  /// Of all frames, removed as ground.
-  std::size_t groundPoints() const;
+  /// Whether ground was removed from more than half of the frames that were used.
+  bool hasGroundInMostFrames() const;
   /// \pre a frame was left out
   const FrameReport& firstSkipped() const;
   /// For a run that is continued by another process.

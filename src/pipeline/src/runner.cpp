@@ -305,7 +305,7 @@ void Run::checkResult() {
 /// What is upwards may be known from the first frame only. Where ground was removed it was level
 /// and is not in the map.
 void Run::warnOfTilt() {
-  if (statistics_.groundPoints() > 0) return;
+  if (statistics_.hasGroundInMostFrames()) return;
   const PlanarMap& map = pipeline_.map();
   constexpr double kUsualSlope = 10.0 * M_PI / 180.0;  // of what lies along a street
   const bool is_own = map.params().frame == MapFrame::Start;

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kLargestValue = 65535.0;  ///< of a 16-bit image
+constexpr double kLargestValue = 65534.0;  ///< of a 16-bit image; 65535 is no depth
 
 std::string frameName(std::size_t index, const char* extension) {
   char name[32];

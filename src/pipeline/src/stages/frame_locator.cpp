@@ -66,6 +66,14 @@ void FrameLocator::accept(const OdometryResult& result) {
   by_cloud_ = result.from_prior;
 }
 
+bool FrameLocator::isSeen() const {
+#ifdef PLANAR_MAPPING_HAS_STEREO
+  return view_ && !views_->empty();
+#else
+  return false;
+#endif
+}
+
 bool FrameLocator::isEnough(const OdometryResult& by_features) const {
   return by_features.inliers >= static_cast<std::size_t>(enough_inliers_);
 }
@@ -94,6 +102,10 @@ std::optional<FrameLocator::Placement> FrameLocator::place(const Frame& frame) {
   const bool features_agree =
       by_features.registered && agrees(by_features.T_world_sensor, expected, many);
   if (features_agree && isEnough(by_features)) return Placement{};
+  if (surfaces_ && lost_ > kFewLost && !by_features.registered && !isSeen()) {
+    doubt_ = "too many frames before it were left out to find it by its cloud alone";
+    return std::nullopt;
+  }
   const Pose guess = features_agree ? by_features.T_world_sensor : expected;
   std::vector<Pose> candidates;
   if (by_features.registered) candidates.push_back(by_features.T_world_sensor);
@@ -172,9 +184,13 @@ std::optional<FrameLocator::Placement> FrameLocator::placeFar(const Frame& frame
   }
 #endif
   if (!surfaces_) return Placement{};
+  // A box or a corridor looks alike from its other end, and no image tells them apart.
+  constexpr double kStep = 1.0;  // metres
+  constexpr double kTurn = M_PI / 3.0;
   const CloudRegistration far = surfaces_->locate(viewOf(*frame.cloud), guess);
-  return far.found ? helped(frame, far.T_world_sensor, far.covariance, far.T_world_sensor, false)
-                   : Placement{};
+  return far.found && isNear(guess, far.T_world_sensor, kStep, kTurn)
+             ? helped(frame, far.T_world_sensor, far.covariance, far.T_world_sensor, false)
+             : Placement{};
 }
 
 /// A pose that the features may correct, unless the views object to what comes of it.

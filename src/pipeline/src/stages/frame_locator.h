@@ -68,6 +68,7 @@ class FrameLocator {
   bool agrees(const Pose& T_world_sensor, const Pose& expected, bool likely);
   bool follows(const Pose& T_world_sensor, const Pose& expected) const;
   bool isEnough(const OdometryResult& by_features) const;
+  bool isSeen() const;  ///< an image can be compared with those of earlier frames
   void noteCloud(const CloudRegistration& by_cloud);
 
   const int enough_inliers_;

@@ -78,6 +78,8 @@ class KeyFeaturesStage : public Stage {
     table.basic({"source", "detector", "max_features"});
   }
   void configure(const RunSettings& settings) override {
+    if (source_ == Source::Image && registered_ == Registered::No)
+      throw ParameterError("source 'image' and registered 'false' leave nothing to look at");
     params_.seed = settings.seed;
     params_.threads = settings.threads;
     cloud_params_.remember_frames = params_.remember_frames;

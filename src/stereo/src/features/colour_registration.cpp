@@ -32,6 +32,7 @@ std::size_t placeOf(int scale, int row, int column) {
 struct Pixel {
   int column = 0;
   int row = 0;
+  bool along_rows = true;  ///< the depth jumps
 };
 
 /// Pixels of the surface in front, along rows or columns where the depth jumps by a tenth.
@@ -53,7 +54,7 @@ void addJumps(const PointsView& cloud, bool along_rows, std::vector<Pixel>& edge
       if (before >= 0 && k - before <= gap &&
           std::abs(depth - depth_before) > kJump * std::min(depth, depth_before)) {
         const int front = depth < depth_before ? k : before;
-        edges.push_back(along_rows ? Pixel{front, line} : Pixel{line, front});
+        edges.push_back(along_rows ? Pixel{front, line, true} : Pixel{line, front, false});
       }
       before = k;
       depth_before = depth;
@@ -61,19 +62,19 @@ void addJumps(const PointsView& cloud, bool along_rows, std::vector<Pixel>& edge
   }
 }
 
-/// How much gray values change at each pixel, cut off and divided by the mean; empty where they do
-/// not.
-std::vector<float> contrastOf(const io::Image& gray) {
+/// How much gray values change along rows, or columns, at each pixel, cut off and divided by the
+/// mean; empty where they do not.
+std::vector<float> contrastOf(const io::Image& gray, bool along_rows) {
   constexpr float kLargest = 30.0f;
+  const int step = along_rows ? 1 : gray.width;
   std::vector<float> contrast(gray.pixels.size(), 0.0f);
   double sum = 0.0;
   for (int row = 1; row + 1 < gray.height; ++row) {
     for (int column = 1; column + 1 < gray.width; ++column) {
       const auto i = static_cast<std::ptrdiff_t>(row) * gray.width + column;
       const std::uint8_t* own = gray.pixels.data() + i;
-      const auto x = static_cast<float>(own[1] - own[-1]);
-      const auto y = static_cast<float>(own[gray.width] - own[-gray.width]);
-      const float value = std::min(0.5f * std::sqrt(x * x + y * y), kLargest);
+      const float value =
+          std::min(0.5f * std::abs(static_cast<float>(own[step] - own[-step])), kLargest);
       contrast[static_cast<std::size_t>(i)] = value;
       sum += static_cast<double>(value);
     }
@@ -98,6 +99,12 @@ Place placeAt(int index) {
 bool areNear(const Place& a, const Place& b) {
   return std::abs(a.scale - b.scale) <= 2 && std::abs(a.row - b.row) <= 1 &&
          std::abs(a.column - b.column) <= 6;
+}
+
+/// What is best may lie beyond.
+bool isAtBound(const Place& place) {
+  return place.scale == 0 || place.scale == kScaleCount - 1 || place.row == 0 ||
+         place.row == kRowCount - 1 || place.column == 0 || place.column == kColumnCount - 1;
 }
 
 double scaleOf(int scale) {
@@ -130,8 +137,9 @@ void ColourRegistration::look(const io::Image& image, const PointsView& cloud) {
   addJumps(cloud, false, edges);
   if (edges.size() < kFewest) return;
   const io::Image gray = io::toGray(image);
-  const std::vector<float> contrast = contrastOf(gray);
-  if (contrast.empty()) return;
+  const std::vector<float> across = contrastOf(gray, true);
+  const std::vector<float> down = contrastOf(gray, false);
+  if (across.empty() || down.empty()) return;
   ++frames_;
   const double unit = gray.width / kWidth;
   const double middle_column = 0.5 * gray.width;
@@ -147,6 +155,7 @@ void ColourRegistration::look(const io::Image& image, const PointsView& cloud) {
   const std::size_t step = edges.size() / kEdges + 1;
   for (std::size_t e = 0; e < edges.size(); e += step) {
     const Pixel edge = edges[e];
+    const std::vector<float>& contrast = edge.along_rows ? across : down;
     const auto tile = static_cast<int>(edge.column / (kTile * unit)) +
                       static_cast<int>(edge.row / (kTile * unit));
     std::vector<double>& sums = sums_[static_cast<std::size_t>(tile % 2)];
@@ -179,6 +188,7 @@ void ColourRegistration::decide() {
   // Straight lines meet others by chance: more is asked for where there is this contrast here.
   constexpr double kMeeting = 2.7;
   constexpr double kMuchBetter = 2.0;
+  constexpr double kSignificant = 5.0;  // standard deviations of all places
   if (std::min(counts_[0], counts_[1]) < kEnough) return;
   int here_is_best = 0;
   int elsewhere_is_best = 0;
@@ -194,20 +204,28 @@ void ColourRegistration::decide() {
     here_is_best += meets && there < kBetter * here ? 1 : 0;
     elsewhere_is_best += there >= (meets ? kMuchBetter : kBetter) * here ? 1 : 0;
   }
+  std::vector<double> all(sums_[0].size());
+  double sum = 0.0;
+  double squares = 0.0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    all[i] = sums_[0][i] / static_cast<double>(counts_[0]) +
+             sums_[1][i] / static_cast<double>(counts_[1]);
+    sum += all[i];
+    squares += all[i] * all[i];
+  }
+  const double mean = sum / static_cast<double>(all.size());
+  const double deviation = std::sqrt(squares / static_cast<double>(all.size()) - mean * mean);
+  const auto peak = std::max_element(all.begin(), all.end());
   if (here_is_best == 2) state_ = State::Registered;
-  if (elsewhere_is_best == 2 && areNear(places[0], places[1])) {
+  if (elsewhere_is_best == 2 && areNear(places[0], places[1]) && !isAtBound(places[0]) &&
+      !isAtBound(places[1]) && *peak > mean + kSignificant * deviation) {
     state_ = State::Apart;
-    std::vector<double> all(sums_[0].size());
-    for (std::size_t i = 0; i < all.size(); ++i)
-      all[i] = sums_[0][i] / static_cast<double>(counts_[0]) +
-               sums_[1][i] / static_cast<double>(counts_[1]);
-    const Place place =
-        placeAt(static_cast<int>(std::max_element(all.begin(), all.end()) - all.begin()));
+    const Place place = placeAt(static_cast<int>(peak - all.begin()));
     scale_ = scaleOf(place.scale);
     column_shift_ = (place.column - kColumns) * kColumnStep / kWidth;
     row_shift_ = (place.row - kRows) * kRowStep / kWidth;
   }
-  if (state_ == State::Unknown) return;
+  if (state_ == State::Unknown && frames_ < kMaxFrames) return;
   for (std::vector<double>& half : sums_) half = {};
 }
 

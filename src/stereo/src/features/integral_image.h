@@ -16,7 +16,8 @@ struct HaarWavelets {
   double y = 0.0;
 };
 
-/// Sums of gray values over rectangles; up to 8 million pixels.
+/// Sums of gray values over rectangles. Sums of all pixels run over beyond 8 million; differences
+/// of two are right modulo 2^32 all the same.
 class IntegralImage {
  public:
   explicit IntegralImage(const cv::Mat& gray) { cv::integral(gray, sums_, CV_32S); }
@@ -31,13 +32,19 @@ class IntegralImage {
     const std::int32_t* top = before(row - half) + column;
     const std::int32_t* middle = before(row) + column;
     const std::int32_t* bottom = before(row + half) + column;
-    const std::int32_t all = bottom[half] - bottom[-half] - top[half] + top[-half];
-    const std::int32_t left = bottom[0] - bottom[-half] - top[0] + top[-half];
-    const std::int32_t upper = middle[half] - middle[-half] - top[half] + top[-half];
+    const std::int32_t all = area(top, bottom, -half, half);
+    const std::int32_t left = area(top, bottom, -half, 0);
+    const std::int32_t upper = area(top, middle, -half, half);
     return {static_cast<double>(all - 2 * left), static_cast<double>(all - 2 * upper)};
   }
 
  private:
+  static std::int32_t area(const std::int32_t* top, const std::int32_t* bottom, int from, int to) {
+    const auto of = [](std::int32_t sum) { return static_cast<std::uint32_t>(sum); };
+    return static_cast<std::int32_t>(of(bottom[to]) - of(bottom[from]) - of(top[to]) +
+                                     of(top[from]));
+  }
+
   cv::Mat sums_;
 };
 
@@ -80,9 +87,12 @@ class BoxRows {
  public:
   /// Of a rectangle that moves along the rows: at i it is about column i * step.
   struct Sum {
-    const std::int32_t* before;
-    const std::int32_t* end;
-    std::int32_t operator()(int i) const { return end[i] - before[i]; }
+    const std::int32_t* row;
+    int before, end;  ///< places in the row; the first may be negative where i is not
+    std::int32_t operator()(int i) const {
+      return static_cast<std::int32_t>(static_cast<std::uint32_t>(row[end + i]) -
+                                       static_cast<std::uint32_t>(row[before + i]));
+    }
   };
 
   explicit BoxRows(const SteppedSums& image)
@@ -92,11 +102,13 @@ class BoxRows {
   void set(int first, int last) {
     const std::int32_t* top = image_.before(first);
     const std::int32_t* bottom = image_.before(last + 1);
-    for (std::size_t i = 0; i < sums_.size(); ++i) sums_[i] = bottom[i] - top[i];
+    for (std::size_t i = 0; i < sums_.size(); ++i)
+      sums_[i] = static_cast<std::int32_t>(static_cast<std::uint32_t>(bottom[i]) -
+                                           static_cast<std::uint32_t>(top[i]));
   }
   /// Columns from the middle, both ends included.
   Sum sum(int first, int last) const {
-    return {sums_.data() + image_.placeOf(first), sums_.data() + image_.placeOf(last + 1)};
+    return {sums_.data(), image_.placeOf(first), image_.placeOf(last + 1)};
   }
 
  private:

@@ -1,8 +1,10 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <Eigen/LU>
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include "features/feature_detection.h"
 #include "features/integral_image.h"
@@ -16,14 +18,14 @@ constexpr int kOctaves = 3;
 constexpr int kIntervals = 4;
 constexpr int kStep = 2;  // pixels between samples of the first octave
 
-/// Determinants of the Hessian of one octave, negative where the Laplacian is; 0 at the rim.
+/// Determinants of the Hessian of one octave; 0 at the rim and where negative.
 class Octave {
  public:
   Octave(const IntegralImage& image, int octave);
 
   double step() const { return step_; }
   double determinant(int interval, int row, int column) const {
-    return std::abs(responses_[indexOf(interval, row, column)]);
+    return responses_[indexOf(interval, row, column)];
   }
   /// Calls add(interval, row, column) for each local maximum of at least the threshold.
   template <typename Add>
@@ -85,8 +87,7 @@ Octave::Octave(const IntegralImage& image, int octave)
         const float xx = static_cast<float>(sum_xx) * per_area;
         const float yy = static_cast<float>(sum_yy) * per_area;
         const float xy = static_cast<float>(sum_xy) * per_area;
-        const float determinant = std::max(xx * yy - 0.81f * xy * xy, 0.0f);
-        out[column] = xx + yy < 0.0f ? -determinant : determinant;
+        out[column] = std::max(xx * yy - 0.81f * xy * xy, 0.0f);
       }
     }
   }

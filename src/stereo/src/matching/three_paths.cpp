@@ -51,6 +51,7 @@ void filterRow(const Byte* above, const Byte* own, const Byte* below, int width,
   }
 }
 
+/// \pre two columns at least
 PLANAR_MAPPING_MULTIVERSION
 void boundRow(const Byte* value, int width, Byte* __restrict low, Byte* __restrict high) {
   const auto bound = [&](int x, int before, int after) {

@@ -89,7 +89,7 @@ constexpr double kTruthDepthScale = 1000.0;
 /// - with clouds: clouds/NNNNNN.pcd (organized, camera frame, VIEWPOINT = pose, with rgb and
 /// label);
 /// - with images: left/NNNNNN.png and right/NNNNNN.png, and the truth of the left image's pixels:
-///   depth_gt/NNNNNN.png (16 bits, see kTruthDepthScale, 0 = none or beyond 65.535 m) and
+///   depth_gt/NNNNNN.png (16 bits, see kTruthDepthScale, 0 = none or beyond 65.534 m) and
 ///   labels_gt/NNNNNN.png (16 bits, as SimulatedFrame::labels).
 /// With both, the clouds are a sequence folder of their own, measured/, so that it is clear what
 /// either folder is read as. The directory is made if it is missing.

@@ -62,11 +62,10 @@ PLANAR_MAPPING_EXPORT bool looksAlongZ(const SceneContent& content, double share
 
 /// [ours] The axis against gravity of a map whose frame may be a camera's.
 ///
-/// Where content.up is not +z, it, or the normal of the largest plane within 15 degrees of it (a
-/// floor or a table top). Else +z, unless the poses are optical and their mean -y axis is more than
-/// 35 degrees away from it though they do not look down (a map of one camera cloud, or a world that
-/// is the first camera): then the normal of the largest plane within 40 degrees of that mean, else
-/// the mean itself.
+/// Where content.up is not +z, it. Else +z, unless the poses are optical and their mean -y axis is
+/// more than 35 degrees away from it though they do not look down (a map of one camera cloud, or a
+/// world that is the first camera): then the normal of the largest plane within 40 degrees of that
+/// mean, else the mean itself.
 PLANAR_MAPPING_EXPORT Vector3 estimateUp(const SceneContent& content);
 
 }  // namespace planar_mapping

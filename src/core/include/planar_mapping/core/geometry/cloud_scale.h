@@ -25,7 +25,7 @@ struct CloudScale {
   /// False for a cloud of many scans: rays from the origin of its frame mean nothing.
   bool has_sensor = true;
   bool optical = false;  ///< a camera's frame, z forward: 99 % within 63 degrees of z
-  /// Of the world: the axis next to upwards in the image of a camera, else z.
+  /// Of the world: the axis next to upwards in the images of a camera, else z.
   Vector3 up = Vector3::UnitZ();
 };
 

@@ -24,7 +24,7 @@ class PLANAR_MAPPING_EXPORT ColourRegistration {
   /// \param image  of the size of the cloud
   /// \param cloud  organized, in the camera's frame
   void look(const io::Image& image, const PointsView& cloud);
-  /// Of all frames so far. Once it is known it stays.
+  /// Of all frames so far, thirty at most. Once it is known it stays.
   State state() const { return state_; }
   /// The image as it would be at the pixels of the depth image, but for the distance between the
   /// cameras: right to a few pixels. Of State::Apart.
