@@ -15,6 +15,11 @@ bool isNear(const Pose& a, const Pose& b, double distance, double turn) {
          motionDifference(a, b).tail<3>().norm() < turn;
 }
 
+/// Does the sensor see a part of its surroundings only? What spins sees all of them.
+bool isPartial(const Frame& frame) {
+  return frame.cloud && frame.cloud->height > 1;
+}
+
 }  // namespace
 
 Matrix6 poseCovariance(double position_error, double orientation_error) {
@@ -102,7 +107,7 @@ std::optional<FrameLocator::Placement> FrameLocator::place(const Frame& frame) {
   const bool features_agree =
       by_features.registered && agrees(by_features.T_world_sensor, expected, many);
   if (features_agree && isEnough(by_features)) return Placement{};
-  if (surfaces_ && lost_ > kFewLost && !by_features.registered && !isSeen()) {
+  if (surfaces_ && lost_ > kFewLost && !by_features.registered && !isSeen() && isPartial(frame)) {
     doubt_ = "too many frames before it were left out to find it by its cloud alone";
     return std::nullopt;
   }
@@ -188,7 +193,8 @@ std::optional<FrameLocator::Placement> FrameLocator::placeFar(const Frame& frame
   constexpr double kStep = 1.0;  // metres
   constexpr double kTurn = M_PI / 3.0;
   const CloudRegistration far = surfaces_->locate(viewOf(*frame.cloud), guess);
-  return far.found && isNear(guess, far.T_world_sensor, kStep, kTurn)
+  const bool is_likely = !isPartial(frame) || isNear(guess, far.T_world_sensor, kStep, kTurn);
+  return far.found && is_likely
              ? helped(frame, far.T_world_sensor, far.covariance, far.T_world_sensor, false)
              : Placement{};
 }
