@@ -88,7 +88,7 @@ std::optional<Pose> FrameLocator::placeAgain(const Frame& frame) {
   std::optional<Pose> placed;
   if (by_features.registered && isEnough(by_features)) placed = by_features.T_world_sensor;
 #ifdef PLANAR_MAPPING_HAS_STEREO
-  if (!view_ || views_->empty()) return std::nullopt;
+  if (!isSeen()) return std::nullopt;
   if (placed && views_->judge(view_, *placed, nullptr, true) != PoseVerdict::Confirmed)
     placed.reset();
   if (!placed) {
@@ -140,7 +140,7 @@ std::optional<FrameLocator::Placement> FrameLocator::place(const Frame& frame) {
   }
   if (!features_agree) return placeFar(frame, guess, candidates);
 #ifdef PLANAR_MAPPING_HAS_STEREO
-  if (view_ && !views_->empty()) {
+  if (isSeen()) {
     // Few features, in a corner of the image, are right and yet no good pose.
     const std::optional<Pose> precise = views_->locateByFeatures(view_, guess);
     if (precise) return helped(frame, *precise, covarianceByViews(), *precise, true);
@@ -161,17 +161,13 @@ Pose FrameLocator::expectedPose() const {
 /// Nobody knows how far the camera has moved: where things repeat the next place that fits is no
 /// better than others.
 bool FrameLocator::isSearchedFor() const {
-#ifdef PLANAR_MAPPING_HAS_STEREO
-  return view_ && !views_->empty() && !odometry_.hasVelocity();
-#else
-  return false;
-#endif
+  return isSeen() && !odometry_.hasVelocity();
 }
 
 std::optional<FrameLocator::Placement> FrameLocator::placeFar(const Frame& frame, const Pose& guess,
                                                               std::vector<Pose> candidates) {
 #ifdef PLANAR_MAPPING_HAS_STEREO
-  if (view_ && !views_->empty()) {
+  if (isSeen()) {
     if (surfaces_) {
       for (const CloudRegistration& one : surfaces_->placesFar(viewOf(*frame.cloud), guess)) {
         if (one.matched > 0) candidates.push_back(one.T_world_sensor);
@@ -218,7 +214,7 @@ FrameLocator::Placement FrameLocator::helped(const Frame& frame, const Pose& T_w
 /// expected. \param likely  the pose has good support of its own
 bool FrameLocator::agrees(const Pose& T_world_sensor, const Pose& expected, bool likely) {
 #ifdef PLANAR_MAPPING_HAS_STEREO
-  if (!view_ || views_->empty()) return true;
+  if (!isSeen()) return true;
   const PoseVerdict verdict =
       views_->judge(view_, T_world_sensor, odometry_.hasVelocity() ? &expected : nullptr,
                     lost_ > kFewLost && !likely);

@@ -166,9 +166,7 @@ void KeyFeaturesStage::alignColour(Frame& frame) {
 
 void KeyFeaturesStage::trackImages(Frame& frame, bool pair) {
   const FrameImages& images = frame.images;
-  const bool same_size = static_cast<int>(frame.cloud->width) == images.left.width &&
-                         static_cast<int>(frame.cloud->height) == images.left.height;
-  const PointsView cloud = same_size ? viewOf(*frame.cloud) : PointsView();
+  const PointsView cloud = isOfOneSize(frame) ? viewOf(*frame.cloud) : PointsView();
   frame.key_features = pair ? tracker_.track(images.left, images.right, *images.calibration, cloud)
                             : tracker_.track(images.left, cloud);
   const FeatureReport& report = tracker_.report();

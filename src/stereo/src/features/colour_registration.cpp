@@ -144,8 +144,10 @@ void ColourRegistration::look(const io::Image& image, const PointsView& cloud) {
   const double unit = gray.width / kWidth;
   const double middle_column = 0.5 * gray.width;
   const double middle_row = 0.5 * gray.height;
+  double scales[kScaleCount];
   int column_shifts[kColumnCount];
   int row_shifts[kRowCount];
+  for (int s = 0; s < kScaleCount; ++s) scales[s] = scaleOf(s);
   for (int c = 0; c < kColumnCount; ++c)
     column_shifts[c] = static_cast<int>(std::lround((c - kColumns) * kColumnStep * unit));
   for (int r = 0; r < kRowCount; ++r)
@@ -161,17 +163,19 @@ void ColourRegistration::look(const io::Image& image, const PointsView& cloud) {
     std::vector<double>& sums = sums_[static_cast<std::size_t>(tile % 2)];
     ++counts_[static_cast<std::size_t>(tile % 2)];
     for (int s = 0; s < kScaleCount; ++s) {
-      const double scale = scaleOf(s);
-      const double column = (edge.column - middle_column) * scale + middle_column + 0.5;
-      const double row = (edge.row - middle_row) * scale + middle_row + 0.5;
+      const auto at = [&](int place, double middle) {
+        return static_cast<int>(std::floor((place - middle) * scales[s] + middle + 0.5));
+      };
+      const int column = at(edge.column, middle_column);
+      const int row = at(edge.row, middle_row);
       for (int r = 0; r < kRowCount; ++r) {
-        const int y = static_cast<int>(std::floor(row)) + row_shifts[r];
+        const int y = row + row_shifts[r];
         const bool is_inside = y >= 0 && y < gray.height;
         const float* line =
             contrast.data() + static_cast<std::ptrdiff_t>(is_inside ? y : 0) * gray.width;
         double* out = &sums[placeOf(s, r, 0)];
         for (int c = 0; c < kColumnCount; ++c) {
-          const int x = static_cast<int>(std::floor(column)) + column_shifts[c];
+          const int x = column + column_shifts[c];
           // What lies outside the image says nothing, like a place of mean contrast.
           out[c] += is_inside && x >= 0 && x < gray.width ? static_cast<double>(line[x]) : 1.0;
         }

@@ -143,8 +143,9 @@ bool interpolate(const Octave& octave, int interval, int row, int column, BlobPo
   return true;
 }
 
-int nearest(double value) {
-  return static_cast<int>(std::floor(value + 0.5));
+/// Of a place inside the image: towards zero is down.
+int nearest(double place) {
+  return static_cast<int>(place + 0.5);
 }
 
 struct Gradient {
