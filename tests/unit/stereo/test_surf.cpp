@@ -102,8 +102,15 @@ TEST(Surf, SmallEvenAndFewestImagesAreNoTrouble) {
   EXPECT_EQ(detectSurf(cv::Mat(240, 320, CV_8U, cv::Scalar(90)), 100, 10.0).size(), 0u);
   const cv::Mat image = imageOf(cluster(), 320, 240);
   EXPECT_EQ(detectSurf(image, 5, 10.0).size(), 5u);
-  for (int side = 64; side < 72; ++side)
-    EXPECT_NO_THROW(detectSurf(image(cv::Rect(120, 80, side, side)).clone(), 100, 0.0));
+  for (int side = 64; side < 104; ++side) {
+    const DetectedFeatures found =
+        detectSurf(image(cv::Rect(120, 80, side, side)).clone(), 100, 0.0);
+    for (const Detection& place : found.places) {
+      EXPECT_GT(std::min(place.column, place.row), 0.0f) << side;
+      EXPECT_LT(std::max(place.column, place.row), static_cast<float>(side)) << side;
+    }
+    if (side >= 80) EXPECT_FALSE(found.places.empty()) << side;
+  }
 }
 
 }  // namespace

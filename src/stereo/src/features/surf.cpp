@@ -8,15 +8,91 @@
 
 #include "features/feature_detection.h"
 #include "features/integral_image.h"
+#include "features/surf_descriptor.h"
+#include "planar_mapping/core/base/detail/simd.h"
 
 // SURF (Bay, Tuytelaars, Van Gool, 2006): maxima of the determinant of the Hessian over place and
-// scale, described by sums of Haar wavelets in a square turned with the point.
+// scale.
 namespace planar_mapping::detail {
 namespace {
 
 constexpr int kOctaves = 3;
 constexpr int kIntervals = 4;
 constexpr int kStep = 2;  // pixels between samples of the first octave
+
+/// The same sums for rectangles about every step-th column: of columns 0, step, 2 step, ..., then
+/// of 1, step + 1, ..., so that neighbouring rectangles read neighbouring numbers.
+class SteppedSums {
+ public:
+  SteppedSums(const IntegralImage& image, int step)
+      : step_(step), stride_(image.width() / step + 1) {
+    sums_.resize(at(image.height() + 1));
+    for (int row = 0; row <= image.height(); ++row) {
+      const std::int32_t* in = image.before(row);
+      for (int phase = 0; phase < step; ++phase) {
+        std::int32_t* out = sums_.data() + at(row) + phase * stride_;
+        for (int column = phase; column <= image.width(); column += step) *out++ = in[column];
+      }
+    }
+  }
+
+  int rowLength() const { return step_ * stride_; }
+  const std::int32_t* before(int row) const { return sums_.data() + at(row); }
+  /// Of a column relative to the rectangles' middle, in a row.
+  int placeOf(int offset) const {
+    const int phase = (offset % step_ + step_) % step_;
+    return phase * stride_ + (offset - phase) / step_;
+  }
+
+ private:
+  std::size_t at(int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(rowLength());
+  }
+
+  int step_;
+  int stride_;
+  std::vector<std::int32_t> sums_;
+};
+
+PLANAR_MAPPING_MULTIVERSION
+void subtract(const std::int32_t* all, const std::int32_t* part, std::size_t count,
+              std::int32_t* __restrict rest) {
+  for (std::size_t i = 0; i < count; ++i)
+    rest[i] = static_cast<std::int32_t>(static_cast<std::uint32_t>(all[i]) -
+                                        static_cast<std::uint32_t>(part[i]));
+}
+
+/// Sums over rectangles of the same rows.
+class BoxRows {
+ public:
+  /// Of a rectangle that moves along the rows: at i it is about column i * step.
+  struct Sum {
+    const std::int32_t* row;
+    int before, end;  ///< places in the row; the first may be negative where i is not
+    PLANAR_MAPPING_INLINE std::int32_t operator()(int i) const {
+      return static_cast<std::int32_t>(static_cast<std::uint32_t>(row[end + i]) -
+                                       static_cast<std::uint32_t>(row[before + i]));
+    }
+  };
+
+  explicit BoxRows(const SteppedSums& image)
+      : image_(image), sums_(static_cast<std::size_t>(image.rowLength())) {}
+
+  /// Both ends included.
+  void set(int first, int last) {
+    const std::int32_t* top = image_.before(first);
+    const std::int32_t* bottom = image_.before(last + 1);
+    subtract(bottom, top, sums_.size(), sums_.data());
+  }
+  /// Columns from the middle, both ends included.
+  Sum sum(int first, int last) const {
+    return {sums_.data(), image_.placeOf(first), image_.placeOf(last + 1)};
+  }
+
+ private:
+  const SteppedSums& image_;
+  std::vector<std::int32_t> sums_;
+};
 
 /// Determinants of the Hessian of one octave; 0 at the rim and where negative.
 class Octave {
@@ -49,6 +125,29 @@ class Octave {
   std::vector<float> responses_;
 };
 
+/// The rectangles of the three box filters about the pixels of one row.
+struct HessianFilter {
+  BoxRows::Sum across_all, across_middle, down_all, down_middle;
+  BoxRows::Sum upper_left, upper_right, lower_left, lower_right;
+};
+
+PLANAR_MAPPING_MULTIVERSION
+void determinants(const HessianFilter& filter, int first, int last, float per_area,
+                  float* __restrict out) {
+  const HessianFilter f = filter;
+  // Sums of a filter are below 2^24, exact as floats.
+  for (int column = first; column < last; ++column) {
+    const std::int32_t sum_xx = f.across_all(column) - f.across_middle(column) * 3;
+    const std::int32_t sum_yy = f.down_all(column) - f.down_middle(column) * 3;
+    const std::int32_t sum_xy =
+        f.lower_left(column) + f.upper_right(column) - f.upper_left(column) - f.lower_right(column);
+    const float xx = static_cast<float>(sum_xx) * per_area;
+    const float yy = static_cast<float>(sum_yy) * per_area;
+    const float xy = static_cast<float>(sum_xy) * per_area;
+    out[column] = std::max(xx * yy - 0.81f * xy * xy, 0.0f);
+  }
+}
+
 Octave::Octave(const IntegralImage& image, int octave)
     : step_(kStep << octave), rows_(image.height() / step_), columns_(image.width() / step_) {
   responses_.assign(indexOf(kIntervals, 0, 0), 0.0f);
@@ -69,26 +168,16 @@ Octave::Octave(const IntegralImage& image, int octave)
       middle.set(y - half, y + half);
       upper.set(y - apart - half, y - apart + half);
       lower.set(y + apart - half, y + apart + half);
-      const BoxRows::Sum across_all = across.sum(-wide, wide);
-      const BoxRows::Sum across_middle = across.sum(-half, half);
-      const BoxRows::Sum down_all = lobes.sum(-flank, flank);
-      const BoxRows::Sum down_middle = middle.sum(-flank, flank);
-      const BoxRows::Sum upper_left = upper.sum(-apart - half, -apart + half);
-      const BoxRows::Sum upper_right = upper.sum(apart - half, apart + half);
-      const BoxRows::Sum lower_left = lower.sum(-apart - half, -apart + half);
-      const BoxRows::Sum lower_right = lower.sum(apart - half, apart + half);
-      float* out = &responses_[indexOf(interval, row, 0)];
-      // Sums of a filter are below 2^24, exact as floats.
-      for (int column = border; column < columns_ - border; ++column) {
-        const std::int32_t sum_xx = across_all(column) - across_middle(column) * 3;
-        const std::int32_t sum_yy = down_all(column) - down_middle(column) * 3;
-        const std::int32_t sum_xy =
-            lower_left(column) + upper_right(column) - upper_left(column) - lower_right(column);
-        const float xx = static_cast<float>(sum_xx) * per_area;
-        const float yy = static_cast<float>(sum_yy) * per_area;
-        const float xy = static_cast<float>(sum_xy) * per_area;
-        out[column] = std::max(xx * yy - 0.81f * xy * xy, 0.0f);
-      }
+      const HessianFilter filter{across.sum(-wide, wide),
+                                 across.sum(-half, half),
+                                 lobes.sum(-flank, flank),
+                                 middle.sum(-flank, flank),
+                                 upper.sum(-apart - half, -apart + half),
+                                 upper.sum(apart - half, apart + half),
+                                 lower.sum(-apart - half, -apart + half),
+                                 lower.sum(apart - half, apart + half)};
+      determinants(filter, border, columns_ - border, per_area,
+                   &responses_[indexOf(interval, row, 0)]);
     }
   }
 }
@@ -112,12 +201,6 @@ void Octave::visitMaxima(double threshold, Add&& add) const {
           add(interval, row, column);
   }
 }
-
-struct BlobPoint {
-  double column = 0.0;  ///< pixels
-  double row = 0.0;
-  double scale = 0.0;  ///< 1.2 for the smallest filter, of 9 pixels
-};
 
 /// Where the parabola through a maximum and its neighbours has its top; false where that is nearer
 /// to a neighbour.
@@ -143,136 +226,6 @@ bool interpolate(const Octave& octave, int interval, int row, int column, BlobPo
   return true;
 }
 
-/// Of a place inside the image: towards zero is down.
-int nearest(double place) {
-  return static_cast<int>(place + 0.5);
-}
-
-struct Gradient {
-  double x = 0.0;
-  double y = 0.0;
-};
-
-/// Like std::atan2, to 1e-5 radians, in a fifth of its time.
-double angleOf(double x, double y) {
-  const double across = std::abs(x);
-  const double up = std::abs(y);
-  const double longer = std::max(across, up);
-  if (longer == 0.0) return 0.0;
-  const double t = std::min(across, up) / longer;
-  const double s = t * t;
-  double angle =
-      t * (0.9998660 + s * (-0.3302995 + s * (0.1801410 + s * (-0.0851330 + s * 0.0208351))));
-  if (up > across) angle = M_PI / 2.0 - angle;
-  if (x < 0.0) angle = M_PI - angle;
-  return y < 0.0 ? -angle : angle;
-}
-
-/// Direction of the strongest gradient around a point, radians: the sector of 60 degrees in which
-/// they add up to most.
-double dominantAngle(const IntegralImage& image, const BlobPoint& point) {
-  constexpr int kRadius = 6;  // scales
-  constexpr double kSigma = 2.5;
-  constexpr int kSectors = 45;
-  constexpr double kBetween = 2.0 * M_PI / kSectors;
-  constexpr double kWidth = M_PI / 3.0;
-  constexpr int kBefore = 8;  // sectors that begin before -pi and reach into the circle
-  static const auto weights = [] {
-    std::array<std::array<double, kRadius + 1>, kRadius + 1> table{};
-    for (int r = 0; r <= kRadius; ++r)
-      for (int c = 0; c <= kRadius; ++c)
-        table[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)] =
-            std::exp(-(r * r + c * c) / (2.0 * kSigma * kSigma));
-    return table;
-  }();
-  const int scale = nearest(point.scale);
-  std::array<Gradient, kBefore + kSectors + 1> sums{};
-  for (int r = -kRadius; r <= kRadius; ++r) {
-    for (int c = -kRadius; c <= kRadius; ++c) {
-      if (r * r + c * c >= kRadius * kRadius) continue;
-      const double weight =
-          weights[static_cast<std::size_t>(std::abs(r))][static_cast<std::size_t>(std::abs(c))];
-      const HaarWavelets haar =
-          image.haar(nearest(scale * c + point.column), nearest(scale * r + point.row), 2 * scale);
-      const double x = weight * haar.x;
-      const double y = weight * haar.y;
-      // Sector k reaches from k * kBetween over kWidth.
-      const double angle = angleOf(x, y) + M_PI;
-      const int last = static_cast<int>(angle / kBetween);
-      const int first = static_cast<int>((angle - kWidth) / kBetween + kBefore) - kBefore + 1;
-      for (int k = first; k <= last; ++k) {
-        Gradient& sum = sums[static_cast<std::size_t>(k + kBefore)];
-        sum.x += x;
-        sum.y += y;
-      }
-    }
-  }
-  for (std::size_t k = 0; k <= kBefore; ++k) {  // what begins before -pi begins before pi
-    sums[k + kSectors].x += sums[k].x;
-    sums[k + kSectors].y += sums[k].y;
-  }
-  double longest = 0.0;
-  double angle = 0.0;
-  for (std::size_t k = kBefore + 1; k < sums.size(); ++k) {
-    const Gradient& sum = sums[k];
-    const double length = sum.x * sum.x + sum.y * sum.y;
-    if (length <= longest) continue;
-    longest = length;
-    angle = std::atan2(sum.y, sum.x);
-  }
-  return angle;
-}
-
-constexpr int kLength = 64;
-
-/// Sums of wavelets and of their sizes in 4 x 4 squares of 5 x 5 samples and their neighbours, in
-/// the frame of the point, of length 1.
-void describe(const IntegralImage& image, const BlobPoint& point, double angle,
-              std::array<float, kLength>& descriptor) {
-  constexpr int kHalf = 10;  // samples
-  constexpr int kSquare = 5;
-  constexpr std::array kWeights{1. / 4, 1. / 5, 1. / 6, 1. / 7, 1. / 8, 1. / 9, 1. / 10};
-  const double cosine = std::cos(angle);
-  const double sine = std::sin(angle);
-  const int scale = nearest(point.scale);
-  using Sums = std::array<double, 4>;  // of x, y and their sizes
-  std::array<Sums, 4 * kHalf * kHalf> samples;
-  auto* sample = samples.data();
-  for (int y = -kHalf; y < kHalf; ++y) {
-    for (int x = -kHalf; x < kHalf; ++x) {
-      const double u = x * point.scale;
-      const double v = y * point.scale;
-      const HaarWavelets haar = image.haar(nearest(cosine * u - sine * v + point.column),
-                                           nearest(sine * u + cosine * v + point.row), scale);
-      const double gx = cosine * haar.x + sine * haar.y;
-      const double gy = cosine * haar.y - sine * haar.x;
-      *sample++ = {gx, gy, std::abs(gx), std::abs(gy)};
-    }
-  }
-  std::array<double, kLength> sums{};
-  double square = 0.0;
-  auto* out = sums.data();
-  for (int row = 0; row < 2 * kHalf; row += kSquare) {
-    for (int column = 0; column < 2 * kHalf; column += kSquare) {
-      Sums sum{};
-      for (int y = std::max(row - 1, 0); y < std::min(row + kSquare + 1, 2 * kHalf); ++y) {
-        for (int x = std::max(column - 1, 0); x < std::min(column + kSquare + 1, 2 * kHalf); ++x) {
-          const double weight = kWeights[static_cast<std::size_t>(
-              std::abs(row + kSquare / 2 - y) + std::abs(column + kSquare / 2 - x))];
-          const Sums& one = samples[static_cast<std::size_t>(y * 2 * kHalf + x)];
-          for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += weight * one[k];
-        }
-      }
-      for (const double value : sum) {
-        square += value * value;
-        *out++ = value;
-      }
-    }
-  }
-  const double length = std::sqrt(square) + 1e-7;  // 0 where the image is even
-  for (std::size_t k = 0; k < kLength; ++k) descriptor[k] = static_cast<float>(sums[k] / length);
-}
-
 }  // namespace
 
 DetectedFeatures detectSurf(const cv::Mat& gray, int count, double threshold) {
@@ -280,7 +233,7 @@ DetectedFeatures detectSurf(const cv::Mat& gray, int count, double threshold) {
   constexpr int kSmallest = 64;     // pixels a side; the filters need room
   constexpr double kSide = 32.0;    // scales of the square about a point that wavelets may touch
   DetectedFeatures features;
-  features.descriptors = Descriptors(false, kLength);
+  features.descriptors = Descriptors(false, kSurfLength);
   if (gray.cols < kSmallest || gray.rows < kSmallest) return features;
 
   const IntegralImage image(gray);
@@ -292,17 +245,18 @@ DetectedFeatures detectSurf(const cv::Mat& gray, int count, double threshold) {
       BlobPoint point;
       if (!interpolate(octave, interval, row, column, point)) return;
       const int side = static_cast<int>(kSide * point.scale);
-      const int left = nearest(point.column) - side / 2;
-      const int top = nearest(point.row) - side / 2;
+      const int left = static_cast<int>(point.column + 0.5) - side / 2;
+      const int top = static_cast<int>(point.row + 0.5) - side / 2;
       if (left < 0 || top < 0 || left + side > gray.cols || top + side > gray.rows) return;
       points.push_back(point);
       detections.push_back({static_cast<float>(point.column), static_cast<float>(point.row),
                             static_cast<float>(octave.determinant(interval, row, column))});
     });
   }
-  std::array<float, kLength> descriptor;
+  const SurfDescriptor describe(image);
+  std::array<float, kSurfLength> descriptor;
   for (const std::size_t i : spreadEvenly(detections, gray.cols, gray.rows, count)) {
-    describe(image, points[i], dominantAngle(image, points[i]), descriptor);
+    describe(points[i], descriptor);
     features.places.push_back(detections[i]);
     features.descriptors.addValues(descriptor.data(), kUnit);
   }

@@ -179,59 +179,84 @@ struct Choice {
   std::int16_t fraction = 0;    ///< of a pixel, in units of 1 / 16
 };
 
+/// Of lanes that were written as whole vectors: read in such pieces, too.
+PLANAR_MAPPING_INLINE Word smallestOf(const Word* lanes) {
+  constexpr int kHalf = kLanes / 2;
+  Word least = 65535;
+  for (int k = 0; k < kHalf; ++k) {
+    const Word one = std::min(lanes[k], lanes[k + kHalf]);
+    least = std::min(least, one);
+  }
+  return least;
+}
+
+/// The disparity of the smallest sum, if it has no rival.
+PLANAR_MAPPING_INLINE Choice chooseFrom(const Word* sum, int count, Word smallest,
+                                        std::uint64_t rival_factor) {
+  const Word rival = static_cast<Word>(smallest * rival_factor >> 16u);
+  Word rivals[kLanes];
+  Word places[kLanes];  // of the smallest
+  for (int k = 0; k < kLanes; ++k) rivals[k] = 0, places[k] = 65535;
+  for (int d = 0; d < count; d += kLanes) {
+    for (int k = 0; k < kLanes; ++k) {
+      const Word value = sum[d + k];
+      rivals[k] = static_cast<Word>(rivals[k] + (value <= rival ? 1 : 0));
+      const Word place = value == smallest ? static_cast<Word>(d + k) : Word{65535};
+      places[k] = std::min(places[k], place);
+    }
+  }
+  const int best = smallestOf(places);
+  int number = -1;  // without itself and its neighbours
+  for (int k = 0; k < kLanes; ++k) number += rivals[k];
+  const bool is_inside = best > 0 && best < count - 1;
+  if (best > 0 && sum[best - 1] <= rival) --number;
+  if (best < count - 1 && sum[best + 1] <= rival) --number;
+  Choice choice;
+  if (number > 0) return choice;
+  choice.disparity = static_cast<std::int16_t>(best);
+  if (!is_inside) return choice;
+  // Differences fall and rise along straight lines.
+  const int below = sum[best - 1] - smallest;
+  const int beyond = sum[best + 1] - smallest;
+  const int slope = std::max({below, beyond, 1});
+  choice.fraction = static_cast<std::int16_t>((below - beyond) * kFixedPoint / (2 * slope));
+  return choice;
+}
+
 /// The path from the right is added; the best disparity of each pixel.
 PLANAR_MAPPING_MULTIVERSION
 void passBackward(const Byte* costs, int width, int count, Penalties p, std::uint64_t rival_factor,
                   Byte* left, Word* __restrict total, Choice* out) {
+  // Each pixel of a path waits for the one before; the choices of some pixels do not.
+  constexpr int kPixels = 16;
   const int stride = count + 2;
   Byte* before = left;
   Byte* now = left + stride;
   std::fill(left, left + 2 * stride, Byte{0});
   before[0] = now[0] = before[stride - 1] = now[stride - 1] = kNever;
   Byte least = 0;
-  for (int x = width - 1; x >= 0; --x) {
-    least =
-        step(costs + static_cast<std::ptrdiff_t>(x) * count, before + 1, least, p, count, now + 1);
-    Word* __restrict sum = total + static_cast<std::ptrdiff_t>(x) * count;
-    Word lowest[kLanes];
-    for (int k = 0; k < kLanes; ++k) lowest[k] = 65535;
-    for (int d = 0; d < count; d += kLanes) {
-      for (int k = 0; k < kLanes; ++k) {
-        const Word value = static_cast<Word>(sum[d + k] + now[d + k + 1]);
-        sum[d + k] = value;
-        lowest[k] = std::min(lowest[k], value);
+  Word smallest[kPixels];
+  for (int end = width; end > 0; end -= kPixels) {
+    const int begin = std::max(end - kPixels, 0);
+    for (int x = end - 1; x >= begin; --x) {
+      least = step(costs + static_cast<std::ptrdiff_t>(x) * count, before + 1, least, p, count,
+                   now + 1);
+      Word* __restrict sum = total + static_cast<std::ptrdiff_t>(x) * count;
+      Word lowest[kLanes];
+      for (int k = 0; k < kLanes; ++k) lowest[k] = 65535;
+      for (int d = 0; d < count; d += kLanes) {
+        for (int k = 0; k < kLanes; ++k) {
+          const Word value = static_cast<Word>(sum[d + k] + now[d + k + 1]);
+          sum[d + k] = value;
+          lowest[k] = std::min(lowest[k], value);
+        }
       }
+      smallest[x - begin] = smallestOf(lowest);
+      std::swap(before, now);
     }
-    std::swap(before, now);
-    Word smallest = 65535;
-    for (int k = 0; k < kLanes; ++k) smallest = std::min(smallest, lowest[k]);
-    const Word rival = static_cast<Word>(smallest * rival_factor >> 16u);
-    Word rivals[kLanes];
-    Word places[kLanes];  // of the smallest
-    for (int k = 0; k < kLanes; ++k) rivals[k] = 0, places[k] = 65535;
-    for (int d = 0; d < count; d += kLanes) {
-      for (int k = 0; k < kLanes; ++k) {
-        const Word value = sum[d + k];
-        rivals[k] = static_cast<Word>(rivals[k] + (value <= rival ? 1 : 0));
-        const Word place = value == smallest ? static_cast<Word>(d + k) : Word{65535};
-        places[k] = std::min(places[k], place);
-      }
-    }
-    int number = 0;
-    Word first = 65535;
-    for (int k = 0; k < kLanes; ++k) number += rivals[k], first = std::min(first, places[k]);
-    const int best = first;
-    for (int d = std::max(0, best - 1); d <= std::min(count - 1, best + 1); ++d)
-      number -= sum[d] <= rival ? 1 : 0;
-    out[x] = Choice();
-    if (number > 0) continue;
-    out[x].disparity = static_cast<std::int16_t>(best);
-    if (best == 0 || best == count - 1) continue;
-    // Differences fall and rise along straight lines.
-    const int below = sum[best - 1] - smallest;
-    const int beyond = sum[best + 1] - smallest;
-    const int slope = std::max({below, beyond, 1});
-    out[x].fraction = static_cast<std::int16_t>((below - beyond) * kFixedPoint / (2 * slope));
+    for (int x = begin; x < end; ++x)
+      out[x] = chooseFrom(total + static_cast<std::ptrdiff_t>(x) * count, count,
+                          smallest[x - begin], rival_factor);
   }
 }
 
