@@ -5,6 +5,7 @@
 #include <png.h>
 #include <turbojpeg.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <memory>
@@ -280,6 +281,60 @@ Image toGray(const Image& image) {
     rgb += 3;
   }
   return gray;
+}
+
+namespace {
+
+/// Shares of old pixels in new ones, along one side.
+struct Shares {
+  struct Share {
+    int from, to;  ///< old, new
+    float part;    ///< of the new one
+  };
+  std::vector<Share> all;
+
+  Shares(int from, int to) {
+    const double step = static_cast<double>(from) / to;
+    for (int i = 0; i < to; ++i) {
+      const double begin = i * step;
+      const double end = std::min((i + 1) * step, static_cast<double>(from));
+      for (int k = static_cast<int>(begin); k < from && k < end; ++k) {
+        const double covered = std::min(k + 1.0, end) - std::max<double>(k, begin);
+        all.push_back({k, i, static_cast<float>(covered / (end - begin))});
+      }
+    }
+  }
+};
+
+}  // namespace
+
+Image scaledTo(const Image& image, int width, int height) {
+  if (image.empty() || width <= 0 || height <= 0)
+    throw InputError("an image without pixels cannot be scaled");
+  const int channels = image.channels;
+  const auto sizeOf = [channels](int columns, int rows) {
+    return static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows * channels);
+  };
+  std::vector<float> rows(sizeOf(image.width, height), 0.0f);  // of the new height
+  for (const auto& share : Shares(image.height, height).all) {
+    const std::uint8_t* in = &image.pixels[sizeOf(image.width, share.from)];
+    float* out = &rows[sizeOf(image.width, share.to)];
+    for (int i = 0; i < image.width * channels; ++i) out[i] += share.part * in[i];
+  }
+  const Shares columns(image.width, width);
+  Image scaled{width, height, channels, std::vector<std::uint8_t>(sizeOf(width, height))};
+  std::vector<float> line(sizeOf(width, 1));
+  for (int row = 0; row < height; ++row) {
+    std::fill(line.begin(), line.end(), 0.5f);
+    const float* in = &rows[sizeOf(image.width, row)];
+    for (const auto& share : columns.all)
+      for (int c = 0; c < channels; ++c)
+        line[static_cast<std::size_t>(share.to * channels + c)] +=
+            share.part * in[share.from * channels + c];
+    std::transform(line.begin(), line.end(), &scaled.pixels[sizeOf(width, row)],
+                   [](float value) { return static_cast<std::uint8_t>(std::min(value, 255.0f)); });
+  }
+  return scaled;
 }
 
 }  // namespace planar_mapping::io

@@ -182,6 +182,20 @@ TEST(ImageFile, GrayIsTheLuminance) {
   EXPECT_TRUE(toGray(Image()).empty());
 }
 
+TEST(ImageFile, ScaledPixelsAreMeansOfWhatTheyCover) {
+  const Image image{4, 2, 1, {10, 30, 50, 70, 20, 40, 60, 80}};
+  EXPECT_EQ(scaledTo(image, 2, 1).pixels, (std::vector<std::uint8_t>{25, 65}));
+  EXPECT_EQ(scaledTo(image, 4, 2).pixels, image.pixels);
+  // A third pixel covers half of the second and all of the third and so on.
+  EXPECT_EQ(scaledTo({3, 1, 1, {0, 90, 240}}, 2, 1).pixels, (std::vector<std::uint8_t>{30, 190}));
+  EXPECT_EQ(scaledTo({2, 1, 1, {0, 200}}, 4, 2).pixels,
+            (std::vector<std::uint8_t>{0, 0, 200, 200, 0, 0, 200, 200}));
+  const Image colour{2, 1, 3, {10, 20, 30, 30, 40, 50}};
+  EXPECT_EQ(scaledTo(colour, 1, 1).pixels, (std::vector<std::uint8_t>{20, 30, 40}));
+  EXPECT_THROW(scaledTo(Image(), 2, 2), InputError);
+  EXPECT_THROW(scaledTo(image, 0, 2), InputError);
+}
+
 }  // namespace
 }  // namespace io
 }  // namespace planar_mapping

@@ -109,6 +109,10 @@ TEST_F(LayoutFolders, MiddleburyIsAPair) {
   EXPECT_EQ(PoseSource::None, sequence.poseSource());
   EXPECT_DOUBLE_EQ(0.193001, *sequence.calibration()->baseline);
   EXPECT_EQ(1.75, sequence.calibration()->cx_right);
+  write("Shelves/calib.txt",
+        "cam0=[4 0 3; 0 4 2; 0 0 1]\ncam1=[4 0 3.5; 0 4 2; 0 0 "
+        "1]\nbaseline=193\nwidth=8\nheight=6\n");
+  expectProblem(folder, "is for images of another size: width is not the 4 pixels of the images");
   write("Shelves/calib.txt", "cam0=[2 0 1.5; 0 2 1; 0 0 1]\n");
   expectProblem(folder, "no line 'cam1='");
   fs::remove(folder + "/im1.png");

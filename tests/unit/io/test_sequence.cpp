@@ -298,6 +298,22 @@ TEST_F(SequenceInputs, SaysWhatIsWrong) {
   expectProblem({dir_ / "no_calib"}, "needs it");
 }
 
+TEST_F(SequenceInputs, ColourOfTheSameShapeIsScaledToTheDepth) {
+  addRgbd("large_colour");
+  Image color{8, 6, 3, {}};
+  for (int i = 0; i < 48; ++i) {
+    const std::uint8_t value = i % 8 < 4 ? 40 : 80;
+    color.pixels.insert(color.pixels.end(), {value, value, value});
+  }
+  writeImage(dir_ / "large_colour/rgb/000000.png", color, Overwrite::Allow);
+  const Frame frame = Sequence({dir_ / "large_colour"}).read(0);
+  EXPECT_EQ(frame.left.width, 4);
+  EXPECT_EQ(frame.left.height, 3);
+  EXPECT_EQ(frame.left.pixels[3], 40);
+  EXPECT_EQ(frame.left.pixels[6], 80);
+  EXPECT_EQ(frame.cloud.size(), 12u);
+}
+
 TEST_F(SequenceInputs, SaysWhatIsWrongWithRgbd) {
   addRgbd("wide", 5);
   expectProblem({dir_ / "wide"}, "5 x 3");
@@ -311,7 +327,7 @@ TEST_F(SequenceInputs, SaysWhatIsWrongWithRgbd) {
   addRgbd("narrow_colour");
   writeImage(dir_ / "narrow_colour/rgb/000002.png", grayImage(2, 0));
   fs::rename(dir_ / "narrow_colour/rgb/000002.png", dir_ / "narrow_colour/rgb/000000.png");
-  expectProblem({dir_ / "narrow_colour"}, "is 2 x 3, another size than its depth image");
+  expectProblem({dir_ / "narrow_colour"}, "is 2 x 3, another shape than its depth image");
   addRgbd("gray");
   fs::copy_file(dir_ / "gray/rgb/000000.png", dir_ / "gray/depth/000000.png",
                 fs::copy_options::overwrite_existing);

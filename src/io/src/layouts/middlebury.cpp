@@ -44,6 +44,14 @@ Description readMiddlebury(const std::string& folder, const SequenceOptions& opt
   if (!(cam0[0] > 0.0 && cam0[4] > 0.0 && baseline_m > 0.0))
     throw IoError(path, "focal lengths and baseline must be > 0");
   const Image size = readImageSize(description.frames.front().file);
+  const auto requireSame = [&](const char* key, int pixels) {
+    const auto found = values.find(key);
+    if (found == values.end() || found->second == std::vector<double>{double(pixels)}) return;
+    throw IoError(path, "is for images of another size: " + std::string(key) + " is not the " +
+                            std::to_string(pixels) + " pixels of the images");
+  };
+  requireSame("width", size.width);
+  requireSame("height", size.height);
   Calibration calibration;
   calibration.camera = {cam0[0], cam0[4], cam0[2], cam0[5], size.width, size.height};
   calibration.baseline = baseline_m;

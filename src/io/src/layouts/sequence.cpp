@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/io/sequence.h"
 
+#include <cmath>
 #include <filesystem>
 #include <iterator>
 #include <vector>
@@ -165,8 +166,17 @@ void Sequence::Impl::readRgbd(const layouts::FrameEntry& entry, const CloudChann
   const std::string& partner = entry.partner;
   if (partner.empty()) throw IoError(path, "has no image of the same name in rgb/");
   Image image = readImage(partner);
-  if (image.width != camera.width || image.height != camera.height)
-    throw IoError(partner, "is " + sizeText(image) + ", another size than its depth image");
+  if (image.width != camera.width || image.height != camera.height) {
+    // Of the same shape it shows about the same: many colour cameras have more pixels.
+    constexpr double kSameShape = 0.01;
+    const double across = static_cast<double>(image.width) / camera.width;
+    const double down = static_cast<double>(image.height) / camera.height;
+    if (!(std::abs(across - down) <= kSameShape * down))
+      throw IoError(partner, "is " + sizeText(image) +
+                                 ", another shape than its depth image: resample it to what the "
+                                 "depth camera sees, or remove rgb/ to map depth alone");
+    image = scaledTo(image, camera.width, camera.height);
+  }
   if (undistorter) image = undistorter->undistorted(image);
   if (channels.colors) frame.cloud.colors = packedColors(image);
   if (images) frame.left = std::move(image);
