@@ -74,10 +74,9 @@ void Matching8(benchmark::State& state) {
   runMatching(state, SmoothnessPaths::Eight);
 }
 
-void runFeatures(benchmark::State& state, FeatureDetector detector, DescriptorSearch search) {
+void runFeatures(benchmark::State& state, FeatureDetector detector) {
   FeatureTrackerParams params;
   params.detector = detector;
-  params.search = search;
   params.threads = static_cast<int>(state.range(0));
   FeatureTracker tracker(params);
   std::size_t frame = 0;
@@ -95,19 +94,16 @@ void runFeatures(benchmark::State& state, FeatureDetector detector, DescriptorSe
 }
 
 void Surf(benchmark::State& state) {
-  runFeatures(state, FeatureDetector::Surf, DescriptorSearch::Exact);
-}
-void SurfFlann(benchmark::State& state) {
-  runFeatures(state, FeatureDetector::Surf, DescriptorSearch::Flann);
+  runFeatures(state, FeatureDetector::Surf);
 }
 void Sift(benchmark::State& state) {
-  runFeatures(state, FeatureDetector::Sift, DescriptorSearch::Exact);
+  runFeatures(state, FeatureDetector::Sift);
 }
 void Orb(benchmark::State& state) {
-  runFeatures(state, FeatureDetector::Orb, DescriptorSearch::Exact);
+  runFeatures(state, FeatureDetector::Orb);
 }
 void Akaze(benchmark::State& state) {
-  runFeatures(state, FeatureDetector::Akaze, DescriptorSearch::Exact);
+  runFeatures(state, FeatureDetector::Akaze);
 }
 
 void FrontEnd(benchmark::State& state) {
@@ -133,7 +129,6 @@ BENCHMARK(Matching3)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime
 BENCHMARK(Matching5)->Arg(1)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(Matching8)->Arg(1)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(Surf)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK(SurfFlann)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(Sift)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(Orb)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(Akaze)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();

@@ -181,14 +181,6 @@ void write(const OutputDirectory& directory, const std::string& stem,
   directory.write(stem + ".md", evaluation::toMarkdown(header, results));
 }
 
-/// The cell size whose maps are drawn: the one of the paper's Fig. 9, or the next.
-double pictureCell(const std::vector<double>& cells) {
-  constexpr double kPaper = 0.1;
-  return *std::min_element(cells.begin(), cells.end(), [](double a, double b) {
-    return std::abs(a - kPaper) < std::abs(b - kPaper);
-  });
-}
-
 /// The viewer draws: this program knows no VTK. \throws RenderError if nothing can
 void drawFigures(const std::string& directory, bool quiet) {
   std::vector<std::string> command = {"charts", directory, "--force"};
@@ -200,14 +192,13 @@ void drawFigures(const std::string& directory, bool quiet) {
 }
 
 std::vector<std::string> outputNames(bool ablation, bool figures) {
-  std::vector<std::string> names = {"evaluation.json", "evaluation.csv", "evaluation.md",
-                                    "artefacts.json"};
+  std::vector<std::string> names = {"evaluation.json", "evaluation.csv", "evaluation.md"};
   const auto add = [&names](std::initializer_list<const char*> more) {
     names.insert(names.end(), more.begin(), more.end());
   };
   if (ablation) add({"ablation.json", "ablation.csv", "ablation.md"});
   if (figures) {
-    add({"fig9_artefacts.png", "fig12_combination_efficiency.png", "fig13_mapping_error.png",
+    add({"fig12_combination_efficiency.png", "fig13_mapping_error.png",
          "fig14_memory_file_time.png"});
   }
   return names;
@@ -271,14 +262,10 @@ int evaluate(const EvaluateArguments& arguments) {
     job.progress = showProgress;
   }
   std::vector<evaluation::PlaceResult> results;
-  PlaceMaps maps;  // of the first scene, in the middle of its path
   for (const Input& input : inputs) {
     if (stop_requested) break;
     const std::unique_ptr<PlaceSource> source = input.open();
-    const bool drawn = configuration.inputs.empty() && results.empty();
-    maps.place = drawn ? source->size() / 2 : maps.place;
-    maps.cell = pictureCell(arguments.cells);
-    auto of_input = evaluatePlaces(*source, input.name, job, drawn ? &maps : nullptr);
+    auto of_input = evaluatePlaces(*source, input.name, job);
     std::move(of_input.begin(), of_input.end(), std::back_inserter(results));
   }
   evaluation::ReportHeader header = headerOf(arguments, configuration);
@@ -293,9 +280,6 @@ int evaluate(const EvaluateArguments& arguments) {
     results = withoutMethods(results, names);
   }
   write(*directory, "evaluation", header, results);
-  if (maps.truth != nullptr && !maps.maps.empty()) {
-    directory->write("artefacts.json", artefactJson(maps, inputs.front().name));
-  }
   if (arguments.json) {
     std::cout << evaluation::toJson(header, results);
   } else if (!arguments.quiet) {

@@ -8,7 +8,6 @@
 #include <limits>
 
 #include "planar_mapping/core/base/error.h"
-#include "planar_mapping/visualization/artefacts.h"
 
 namespace planar_mapping {
 namespace {
@@ -189,48 +188,6 @@ TEST(ChartPages, RefuseWhatCannotBeAPage) {
   odd = pageOf({line("SG", kRed, {1.0, 2.0})});
   odd.chart_width = 10;
   EXPECT_THROW(renderCharts(odd), ParameterError);
-}
-
-class Artefacts : public Charts {
- protected:
-  static Cuboid cube(double x) {
-    Cuboid cuboid;
-    cuboid.center = Vector3(x, 0.0, 0.0);
-    cuboid.size = Vector3::Ones();
-    return cuboid;
-  }
-  static CameraView view() {
-    CameraView view;
-    view.position = Vector3(0.0, -6.0, 1.0);
-    view.focal_point = Vector3::Zero();
-    view.view_angle = 0.8;
-    return view;
-  }
-};
-
-TEST_F(Artefacts, OnlyWhatIsWrongIsRed) {
-  const Image image = renderArtefacts(
-      {{"SG", {cube(-0.6)}, {cube(0.6)}}, {"ours", {cube(-0.6), cube(0.6)}, {}}}, view(), 320, 240);
-  ASSERT_EQ(640, image.width);
-  const auto redPixels = [&image](int from, int to) {
-    int count = 0;
-    for (int row = 0; row < image.height; ++row) {
-      for (int column = from; column < to; ++column) {
-        const Color c = colorAt(image, column, row);
-        count += c.red > 90 && c.green < 60 && c.blue < 60 ? 1 : 0;
-      }
-    }
-    return count;
-  };
-  EXPECT_GT(redPixels(0, 320), 500);
-  EXPECT_EQ(0, redPixels(320, 640));
-}
-
-TEST_F(Artefacts, NothingToDrawIsRefused) {
-  EXPECT_THROW(renderArtefacts({}, view(), 320, 240), InputError);
-  EXPECT_THROW(renderArtefacts({{"SG", {}, {}}}, view(), 320, 240), InputError);
-  EXPECT_THROW(renderArtefacts({{"SG", {cube(NAN)}, {}}}, view(), 320, 240), InputError);
-  EXPECT_THROW(renderArtefacts({{"SG", {cube(0)}, {}}}, view(), 1, 240), ParameterError);
 }
 
 }  // namespace

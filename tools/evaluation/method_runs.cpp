@@ -101,10 +101,6 @@ class Judge {
   Figures figures(const std::vector<Cuboid>& cuboids) const {
     Figures f;
     f.cells = static_cast<double>(cuboids.size());
-    const auto planar = std::count_if(cuboids.begin(), cuboids.end(),
-                                      [](const Cuboid& c) { return c.plane_id >= 0; });
-    f.planar_cells = static_cast<double>(planar);
-    f.non_planar_cells = *f.cells - *f.planar_cells;
     f.standard_cells = static_cast<double>(standard_cells_);
     f.combination_efficiency = evaluation::combinationEfficiency(cuboids.size(), standard_cells_);
     const evaluation::CuboidDistance index(cuboids);
@@ -125,7 +121,6 @@ class Judge {
     f.measured_coverage =
         place_.truth ? evaluation::coverage(index, measured_, 0.5 * s_) : held_back.share_within;
     if (std::isfinite(held_back.median)) f.held_back_median_m = held_back.median;
-    if (std::isfinite(held_back.percentile_95)) f.held_back_p95_m = held_back.percentile_95;
     const evaluation::SurfaceDistance surface = evaluation::surfaceDistance(
         index, place_.rays, 1 + place_.rays.size() / kMostRays, to_truth_);
     if (std::isfinite(surface.median)) f.surface_median_m = surface.median;
@@ -165,7 +160,7 @@ class CellRun {
       : place_(place), options_(options), s_(s), planar_(planar), judge_(place, s, to_truth) {}
 
   /// \return false if it was stopped
-  bool execute(const std::function<bool()>& done, std::vector<MethodMap>* maps);
+  bool execute(const std::function<bool()>& done);
   std::vector<evaluation::PlaceResult> takeResults() { return std::move(results_); }
 
  private:
@@ -183,7 +178,7 @@ class CellRun {
   void planarMap(const PlanarMethod& method);
   void ofFilteredCells(const std::vector<evaluation::GridCell>& cells);
   void ofDensity(const std::string& name, const std::vector<evaluation::GridCell>& cells);
-  void add(const std::string& method, Figures figures, std::vector<Cuboid> cuboids);
+  void add(const std::string& method, Figures figures);
   double perFrame(double ms) const { return ms / static_cast<double>(place_.frames.size()); }
 
   const Place& place_;
@@ -192,12 +187,10 @@ class CellRun {
   PlanarRuns& planar_;
   Judge judge_;
   int min_points_ = 1;
-  std::vector<MethodMap>* maps_ = nullptr;
   std::vector<evaluation::PlaceResult> results_;
 };
 
-bool CellRun::execute(const std::function<bool()>& done, std::vector<MethodMap>* maps) {
-  maps_ = maps;
+bool CellRun::execute(const std::function<bool()>& done) {
   if (!options_.planar.empty()) {
     min_points_ = minPointsPerCell(options_.planar.back().load(s_));
   }
@@ -214,7 +207,7 @@ bool CellRun::execute(const std::function<bool()>& done, std::vector<MethodMap>*
   return true;
 }
 
-void CellRun::add(const std::string& method, Figures figures, std::vector<Cuboid> cuboids) {
+void CellRun::add(const std::string& method, Figures figures) {
   evaluation::PlaceResult result;
   result.place = place_.number;
   result.simulated = place_.truth != nullptr;
@@ -222,7 +215,6 @@ void CellRun::add(const std::string& method, Figures figures, std::vector<Cuboid
   result.method = method;
   result.figures = std::move(figures);
   results_.push_back(std::move(result));
-  if (maps_ != nullptr) maps_->push_back({method, std::move(cuboids)});
 }
 
 bool CellRun::standardGrid() {
@@ -238,7 +230,7 @@ bool CellRun::standardGrid() {
   if (options_.measure_heap) figures.heap_bytes = heapBytesOfCopy(grid);
   figures.file_bytes = static_cast<double>(grid.fileBytes());
   figures.time_ms_per_frame = perFrame(ms);
-  add("SG", std::move(figures), std::move(cuboids));
+  add("SG", std::move(figures));
   return true;
 }
 
@@ -254,14 +246,13 @@ void CellRun::octreeGrid() {
   Figures figures = judge_.figures(cuboids);
   figures.memory_bytes = static_cast<double>(grid->heapBytes());
   figures.heap_bytes = figures.memory_bytes;
-  figures.reported_memory_bytes = static_cast<double>(grid->reportedBytes());
   figures.free_not_known =
       judge_.notKnown([&grid](const Vector3& point) { return grid->isFree(point); });
   figures.file_bytes = static_cast<double>(grid->fileBytes());
   figures.compressed_bytes = static_cast<double>(grid->compressedFileBytes());
   figures.ot_bytes = ot_bytes;
   figures.time_ms_per_frame = perFrame(ms);
-  add("OG", std::move(figures), std::move(cuboids));
+  add("OG", std::move(figures));
 }
 
 void CellRun::rectangularApproximation() {
@@ -275,9 +266,7 @@ void CellRun::rectangularApproximation() {
   figures.memory_bytes = static_cast<double>(boxes.memoryBytes());
   figures.file_bytes = static_cast<double>(boxes.fileBytes());
   figures.time_ms_per_frame = perFrame(ms);
-  figures.fused_cells = static_cast<double>(boxes.fusedCount());
-  figures.greedy_cells = static_cast<double>(boxes.coverCount());
-  add("RA", std::move(figures), std::move(cuboids));
+  add("RA", std::move(figures));
   if (!options_.filtered_by.empty()) ofDensity("RA_density", grid.cells());
 }
 
@@ -293,7 +282,7 @@ void CellRun::planarMap(const PlanarMethod& method) {
   figures.finished_bytes = static_cast<double>(finished.serialize().size());
   figures.finished_memory_bytes = static_cast<double>(finished.memoryBytes());
   figures.time_ms_per_frame = perFrame(run.time_ms);
-  add(method.name, std::move(figures), run.map.cuboids());
+  add(method.name, std::move(figures));
   if (method.name == options_.filtered_by) ofFilteredCells(cellsIn(run.map.cuboids(), s_));
 }
 
@@ -302,31 +291,30 @@ void CellRun::ofFilteredCells(const std::vector<evaluation::GridCell>& cells) {
   if (const std::unique_ptr<evaluation::OctreeGrid> tree = evaluation::makeOctreeGrid(s_)) {
     for (const Cuboid& cube : cubes) tree->insert({cube.center}, {}, cube.center);
     tree->finish();
-    add("OG_filtered", judge_.figures(tree->cuboids()), tree->cuboids());
+    add("OG_filtered", judge_.figures(tree->cuboids()));
   }
   const evaluation::RectangularApproximation boxes(s_, cells);
-  add("RA_filtered", judge_.figures(boxes.cuboids()), boxes.cuboids());
+  add("RA_filtered", judge_.figures(boxes.cuboids()));
   ofDensity("RA_density_filtered", cells);
-  add("SG_filtered", judge_.figures(cubes), cubes);
+  add("SG_filtered", judge_.figures(cubes));
 }
 
 void CellRun::ofDensity(const std::string& name, const std::vector<evaluation::GridCell>& cells) {
   const std::vector<Cuboid> boxes =
       evaluation::cuboidsOf(evaluation::boxesByDensity(cells, kBoxDensity), s_);
-  add(name, judge_.figures(boxes), boxes);
+  add(name, judge_.figures(boxes));
 }
 
 }  // namespace
 
 std::vector<evaluation::PlaceResult> judgeMethods(const Place& place, const MethodOptions& options,
-                                                  const std::function<bool()>& done,
-                                                  std::vector<MethodMap>* maps, double maps_cell) {
+                                                  const std::function<bool()>& done) {
   PlanarRuns planar(place);
   const DistanceToTruth to_truth = distanceToTruth(place);
   std::vector<evaluation::PlaceResult> results;
   for (const double s : options.cells) {
     CellRun run(place, options, s, planar, to_truth);
-    const bool complete = run.execute(done, s == maps_cell ? maps : nullptr);
+    const bool complete = run.execute(done);
     for (evaluation::PlaceResult& result : run.takeResults()) results.push_back(std::move(result));
     if (!complete) break;
   }

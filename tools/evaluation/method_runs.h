@@ -27,19 +27,10 @@ struct MethodOptions {
   std::string filtered_by;
 };
 
-/// What a method marks as occupied, for pictures.
-struct MethodMap {
-  std::string method;
-  std::vector<Cuboid> cuboids;
-};
-
 /// Makes a map of the place with each method at each cell size, and judges all maps alike. Without
 /// a single occupied cell there is nothing to judge, and no result.
 /// \param done  called after each map; returns false to stop, then what was done so far comes back
-/// \param maps  if not null, gets the maps of the cell size \p maps_cell
 std::vector<evaluation::PlaceResult> judgeMethods(const Place& place, const MethodOptions& options,
-                                                  const std::function<bool()>& done,
-                                                  std::vector<MethodMap>* maps = nullptr,
-                                                  double maps_cell = 0.0);
+                                                  const std::function<bool()>& done);
 
 }  // namespace planar_mapping::tools

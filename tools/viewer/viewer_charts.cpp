@@ -14,7 +14,6 @@
 #include "../commands.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/atomic_file.h"
-#include "planar_mapping/visualization/artefacts.h"
 #include "planar_mapping/visualization/charts.h"
 
 namespace planar_mapping::tools {
@@ -139,35 +138,6 @@ void drawFigure(const Json& results, const std::vector<ChartStyle>& styles, cons
   save(renderCharts(page), path, options);
 }
 
-Cuboid cuboidOf(const Json& json) {
-  Cuboid cuboid;
-  cuboid.center = Vector3(json.at(0), json.at(1), json.at(2));
-  cuboid.size = Vector3(json.at(3), json.at(4), json.at(5));
-  cuboid.orientation = Quaternion(json.at(9).get<double>(), json.at(6).get<double>(),
-                                  json.at(7).get<double>(), json.at(8).get<double>());
-  return cuboid;
-}
-
-Vector3 vectorOf(const Json& json) {
-  return {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()};
-}
-
-void drawArtefacts(const Json& json, const std::string& path, const DrawOptions& options) {
-  std::vector<ArtefactPanel> panels;
-  for (const Json& method : json.at("panels")) {
-    ArtefactPanel panel;
-    panel.title = method.at("title").get<std::string>();
-    for (const Json& cuboid : method.at("right")) panel.right.push_back(cuboidOf(cuboid));
-    for (const Json& cuboid : method.at("wrong")) panel.wrong.push_back(cuboidOf(cuboid));
-    panels.push_back(std::move(panel));
-  }
-  CameraView view;
-  view.position = vectorOf(json.at("view").at("position"));
-  view.focal_point = vectorOf(json.at("view").at("focal_point"));
-  view.view_angle = json.at("view").at("angle_rad").get<double>();
-  save(renderArtefacts(panels, view, 960, 720), path, options);
-}
-
 void draw(const std::string& directory, const DrawOptions& options) {
   const fs::path folder(directory);
   const auto path = [&folder](const char* name) { return (folder / name).string(); };
@@ -189,10 +159,6 @@ void draw(const std::string& directory, const DrawOptions& options) {
                 {"file_bytes", "file [kB]", 1e-3, true, all},
                 {"time_ms_per_frame", "time a frame [ms]", 1.0, true, all}},
                path("fig14_memory_file_time.png"), options);
-    std::error_code ignored;
-    if (fs::exists(path("artefacts.json"), ignored)) {
-      drawArtefacts(parsed(path("artefacts.json")), path("fig9_artefacts.png"), options);
-    }
   } catch (const Json::exception& error) {
     throw InputError(table + ": not what planar_map evaluate writes: " + error.what());
   }

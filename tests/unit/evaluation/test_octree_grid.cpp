@@ -192,7 +192,6 @@ TEST_F(OctreeGridTest, InsertsAndWritesAsOctoMapDoes) {
         -1.0, false, true);
   }
   EXPECT_EQ(octree.counts().nodes, expected.size());
-  EXPECT_EQ(octree.reportedBytes(), expected.memoryUsage());
   for (const Cuboid& cuboid : octree.cuboids()) {
     const octomap::OcTreeNode* node =
         expected.search(cuboid.center.x(), cuboid.center.y(), cuboid.center.z());
@@ -207,7 +206,6 @@ TEST_F(OctreeGridTest, InsertsAndWritesAsOctoMapDoes) {
   expected.writeBinary(file);
   EXPECT_EQ(octree.fileBytes(), file.str().size());
   EXPECT_EQ(octree.counts().nodes, expected.size());
-  EXPECT_EQ(octree.reportedBytes(), expected.memoryUsage());
 }
 #endif
 
@@ -230,11 +228,6 @@ TEST_F(OctreeGridTest, HeapIsWhatMallocSaysOfTheTree) {
   const auto measured = static_cast<double>(heapInUse() - before);
   ASSERT_GT(octree.counts().nodes, 10000u);
   EXPECT_NEAR(static_cast<double>(octree.heapBytes()) / measured, 1.0, 0.02);
-  // FACTS: 1.68 to 1.71 times what OctoMap reports.
-  const double ratio =
-      static_cast<double>(octree.heapBytes()) / static_cast<double>(octree.reportedBytes());
-  EXPECT_GT(ratio, 1.5);
-  EXPECT_LT(ratio, 2.0);
 #endif
 }
 

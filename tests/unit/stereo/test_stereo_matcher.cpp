@@ -263,18 +263,6 @@ TEST(StereoMatcher, TheSameRegionIsTooSmallOnlyNearBy) {
   }
 }
 
-TEST(StereoMatcher, WlsFillsHoles) {
-  if (!hasWlsFilter()) GTEST_SKIP() << "OpenCV without ximgproc";
-  const DisparityPlane plane{20.0, 0.0, 0.05};
-  ImagePair pair = pairOf(Pattern(12), plane, kWidth, kHeight);
-  StereoMatcherParams params;
-  params.wls = true;
-  StereoReport report;
-  const Errors errors = errorsOf(match(pair, params, &report), plane);
-  EXPECT_GT(errors.density, 0.97);
-  EXPECT_LT(errors.rms, 0.3);
-}
-
 TEST(StereoMatcher, RefusesImagesThatAreNoPair) {
   const StereoMatcher matcher;
   const io::Calibration calibration = pairCalibration(64, 48);
@@ -321,7 +309,6 @@ TEST(StereoMatcher, RefusesParametersOutOfRange) {
   refused([](auto& p) { p.speckle_side = -0.1; });
   refused([](auto& p) { p.uniqueness_percent = 101.0; });
   refused([](auto& p) { p.prefilter_cap = 64; });
-  refused([](auto& p) { p.wls_lambda = 0.0; });
   refused([](auto& p) { p.threads = -1; });
 }
 

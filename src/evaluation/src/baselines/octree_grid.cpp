@@ -120,8 +120,6 @@ class OctomapGrid : public OctreeGrid {
     return cuboids;
   }
 
-  std::size_t reportedBytes() const override { return tree_.memoryUsage(); }
-
   std::size_t heapBytes() const override {
     return sizeof(octomap::OcTree) + tree_.size() * blockBytes(sizeof(octomap::OcTreeNode)) +
            innerNodes(tree_) * blockBytes(8 * sizeof(octomap::OcTreeNode*));

@@ -317,9 +317,7 @@ RectangularApproximation::RectangularApproximation(double s, const std::vector<G
   requirePositive("s", s, "m");
   std::vector<GridBox> fused = fuseCells(cells);
   std::vector<GridBox> cover = greedyCover(cells);
-  fused_count_ = fused.size();
-  cover_count_ = cover.size();
-  boxes_ = fused_count_ < cover_count_ ? std::move(fused) : std::move(cover);
+  boxes_ = fused.size() < cover.size() ? std::move(fused) : std::move(cover);
 }
 
 std::vector<Cuboid> RectangularApproximation::cuboids() const {

@@ -86,8 +86,6 @@ Json resultJson(const Summary& row, const std::vector<PlaceResult>& results) {
 const std::vector<FigureColumn>& figureColumns() {
   static const std::vector<FigureColumn> kColumns = {
       {"cells", &Figures::cells},
-      {"planar_cells", &Figures::planar_cells},
-      {"non_planar_cells", &Figures::non_planar_cells},
       {"standard_cells", &Figures::standard_cells},
       {"combination_efficiency", &Figures::combination_efficiency},
       {"error_percent", &Figures::error_percent},
@@ -100,13 +98,11 @@ const std::vector<FigureColumn>& figureColumns() {
       {"coverage_inside", &Figures::coverage_inside},
       {"measured_coverage", &Figures::measured_coverage},
       {"held_back_median_m", &Figures::held_back_median_m},
-      {"held_back_p95_m", &Figures::held_back_p95_m},
       {"surface_median_m", &Figures::surface_median_m},
       {"surface_p95_m", &Figures::surface_p95_m},
       {"free_space_violation", &Figures::free_space_violation},
       {"free_not_known", &Figures::free_not_known},
       {"memory_bytes", &Figures::memory_bytes},
-      {"reported_memory_bytes", &Figures::reported_memory_bytes},
       {"heap_bytes", &Figures::heap_bytes, true},
       {"file_bytes", &Figures::file_bytes},
       {"compressed_bytes", &Figures::compressed_bytes},
@@ -114,8 +110,6 @@ const std::vector<FigureColumn>& figureColumns() {
       {"finished_memory_bytes", &Figures::finished_memory_bytes},
       {"ot_bytes", &Figures::ot_bytes},
       {"time_ms_per_frame", &Figures::time_ms_per_frame, true},
-      {"fused_cells", &Figures::fused_cells},
-      {"greedy_cells", &Figures::greedy_cells},
       {"frames", &Figures::frames},
       {"position_rms_m", &Figures::position_rms_m},
   };

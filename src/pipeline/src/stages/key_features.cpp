@@ -49,7 +49,6 @@ class KeyFeaturesStage : public Stage {
                  "[ours] best over second-best descriptor distance along the row, at most");
     table.number("track_ratio", params_.track_ratio, Range::above(0.0, 1.0),
                  "[ours] best over second-best descriptor distance between frames, at most");
-    table.flag("mutual", params_.mutual, "[ours] matches must be each other's best");
     table.number("min_disparity_px", params_.min_disparity, Range::between(0.0, 1000.0),
                  "[ours] features of smaller disparity are too far to be of use");
     table.number("max_disparity_share", params_.max_disparity_share, Range::above(0.0, 1.0),
@@ -62,9 +61,6 @@ class KeyFeaturesStage : public Stage {
                  "[ours] gray values in a window may differ by this share of their deviation");
     table.flag("refine_tracks", params_.refine_tracks,
                "[ours] places in a new image follow from gray values of the one before");
-    table.word("search", params_.search,
-               {{"exact", DescriptorSearch::Exact}, {"flann", DescriptorSearch::Flann}},
-               "[ours] nearest descriptors from all pairs, or by randomized trees");
     table.integer("remember_frames", params_.remember_frames, Range::between(0, 1000000),
                   "[ours] a feature lost for so many frames keeps its identity when seen again");
     table.integer("max_remembered", params_.max_remembered, Range::between(0, 100000),
@@ -80,7 +76,6 @@ class KeyFeaturesStage : public Stage {
   void configure(const RunSettings& settings) override {
     if (source_ == Source::Image && registered_ == Registered::No)
       throw ParameterError("source 'image' and registered 'false' leave nothing to look at");
-    params_.seed = settings.seed;
     params_.threads = settings.threads;
     cloud_params_.remember_frames = params_.remember_frames;
     tracker_ = FeatureTracker(params_);

@@ -71,14 +71,6 @@ class StereoMatchingStage : public Stage {
                "[ours] least squares on gray values against the pull to whole disparities");
     table.integer("refine_window_px", params_.refine_window, Range::between(3, 31),
                   "[ours] side of its window, odd");
-    table.flag("wls", params_.wls, "[ours] fill and smooth by an edge-preserving filter");
-    table.number("wls_lambda", params_.wls_lambda, Range::positive(), "strength of its smoothing");
-    table.number("wls_sigma", params_.wls_sigma, Range::positive(),
-                 "gray difference that is an edge to it");
-    table.number("min_brightness", min_brightness_, Range::between(0.0, 255.0),
-                 "[ours] mean gray value of a frame that can be used");
-    table.number("min_density", min_density_, Range::between(0.0, 1.0),
-                 "[ours] share of the pixels of a usable frame that have a disparity");
     table.basic({"disparities_px", "paths", "uniqueness_percent", "speckle_side_m", "min_texture"});
   }
   void applyProfile(Profile profile) override {

@@ -7,7 +7,6 @@
 #include <limits>
 #include <numeric>
 #include <opencv2/core.hpp>
-#include <opencv2/flann.hpp>
 
 #include "planar_mapping/core/base/detail/parallel.h"
 #include "planar_mapping/core/base/detail/simd.h"
@@ -79,42 +78,6 @@ std::vector<Nearest> searchExactly(const Descriptors& queries, const std::vector
   return nearest;
 }
 
-cv::Mat floatsOf(const Descriptors& descriptors) {
-  cv::Mat floats(static_cast<int>(descriptors.size()), static_cast<int>(descriptors.length()),
-                 CV_32F);
-  for (int row = 0; row < floats.rows; ++row) {
-    const std::int16_t* values = descriptors.valuesOf(static_cast<std::size_t>(row));
-    std::copy(values, values + floats.cols, floats.ptr<float>(row));
-  }
-  return floats;
-}
-
-std::vector<Nearest> searchTrees(const Descriptors& queries, const Descriptors& known,
-                                 std::uint64_t seed) {
-  constexpr int kTrees = 4;
-  constexpr int kChecks = 96;
-  // The trees draw from OpenCV's generator of this thread; it is given back as it was.
-  const cv::RNG before = cv::theRNG();
-  cv::theRNG() = cv::RNG(seed);
-  const cv::Mat known_floats = floatsOf(known);
-  const cv::Mat query_floats = floatsOf(queries);
-  cv::Mat rows(query_floats.rows, 2, CV_32S);
-  cv::Mat distances(query_floats.rows, 2, CV_32F);
-  cv::flann::Index index(known_floats, cv::flann::KDTreeIndexParams(kTrees));
-  index.knnSearch(query_floats, rows, distances, 2, cv::flann::SearchParams(kChecks));
-  cv::theRNG() = before;
-  std::vector<Nearest> nearest(queries.size());
-  for (int i = 0; i < rows.rows; ++i) {
-    for (int k = 0; k < 2; ++k) {
-      const int row = rows.at<int>(i, k);
-      if (row < 0) continue;
-      const auto at = static_cast<std::size_t>(i);
-      nearest[at].offer(row, queries.distance(at, known, static_cast<std::size_t>(row)));
-    }
-  }
-  return nearest;
-}
-
 }  // namespace
 
 void Descriptors::addValues(const float* values, float scale) {
@@ -169,37 +132,22 @@ std::vector<int> matchDescriptors(const Descriptors& queries, const Descriptors&
                                   const DescriptorMatchParams& params) {
   std::vector<int> matches(queries.size(), -1);
   if (queries.empty() || known.empty()) return matches;
-  const bool trees = params.search == DescriptorSearch::Flann && !queries.isBinary();
-  const auto search = [&](const Descriptors& from, const std::vector<std::size_t>& rows,
-                          const Descriptors& to) {
-    return trees ? searchTrees(from, to, params.seed)
-                 : searchExactly(from, rows, to, params.threads);
-  };
   std::vector<std::size_t> all(queries.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
-  const std::vector<Nearest> nearest = search(queries, all, known);
+  const std::vector<Nearest> nearest = searchExactly(queries, all, known, params.threads);
   const auto isFound = [&](const Nearest& found) {
     return found.row >= 0 && isDistinct(found.best, found.second, params.ratio, queries.isBinary());
   };
   // The query that is nearest to each known row; the first of equals.
   std::vector<int> owner(known.size(), -1);
-  if (params.mutual) {
-    std::vector<bool> is_wanted(known.size(), false);
-    for (const Nearest& found : nearest)
-      if (isFound(found)) is_wanted[static_cast<std::size_t>(found.row)] = true;
-    std::vector<std::size_t> rows;
-    for (std::size_t j = 0; j < is_wanted.size(); ++j)
-      if (is_wanted[j]) rows.push_back(j);
-    const std::vector<Nearest> back = search(known, rows, queries);
-    for (const std::size_t j : rows) owner[j] = back[j].row;
-  } else {
-    for (std::size_t i = 0; i < nearest.size(); ++i) {
-      if (nearest[i].row < 0) continue;
-      int& current = owner[static_cast<std::size_t>(nearest[i].row)];
-      if (current < 0 || nearest[i].best < nearest[static_cast<std::size_t>(current)].best)
-        current = static_cast<int>(i);
-    }
-  }
+  std::vector<bool> is_wanted(known.size(), false);
+  for (const Nearest& found : nearest)
+    if (isFound(found)) is_wanted[static_cast<std::size_t>(found.row)] = true;
+  std::vector<std::size_t> rows;
+  for (std::size_t j = 0; j < is_wanted.size(); ++j)
+    if (is_wanted[j]) rows.push_back(j);
+  const std::vector<Nearest> back = searchExactly(known, rows, queries, params.threads);
+  for (const std::size_t j : rows) owner[j] = back[j].row;
   for (std::size_t i = 0; i < nearest.size(); ++i) {
     const Nearest& found = nearest[i];
     if (isFound(found) && owner[static_cast<std::size_t>(found.row)] == static_cast<int>(i))

@@ -58,9 +58,6 @@ inline bool isDistinct(std::int32_t best, std::int32_t second, double ratio, boo
 
 struct DescriptorMatchParams {
   double ratio = 0.8;
-  bool mutual = true;
-  DescriptorSearch search = DescriptorSearch::Exact;
-  std::uint64_t seed = 12345;
   int threads = 1;
 };
 

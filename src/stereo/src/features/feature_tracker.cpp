@@ -165,7 +165,6 @@ std::vector<int> FeatureTracker::Impl::matchPair(const DetectedFeatures& left,
   detail::RowSearch search;
   search.epipolar_tolerance = params.epipolar_tolerance;
   search.ratio = params.stereo_ratio;
-  search.mutual = params.mutual;
   // Behind infinity nothing can be: what matches there better than in front tells of a mistake.
   const double reach = params.max_disparity_share * width;
   search.low = infinity - reach;
@@ -195,9 +194,6 @@ std::vector<TrackMemory::Identity> FeatureTracker::Impl::identify(
     const detail::Descriptors& descriptors) {
   detail::DescriptorMatchParams match;
   match.ratio = params.track_ratio;
-  match.mutual = params.mutual;
-  match.search = params.search;
-  match.seed = params.seed;
   match.threads = params.threads;
   return memory.identify(descriptors, match);
 }

@@ -62,7 +62,6 @@ std::vector<int> matchAlongRows(const DetectedFeatures& left, const DetectedFeat
     if (isDistinct(best.first, rival, search.ratio, left.descriptors.isBinary()))
       matches[i] = static_cast<int>(best.second);
   }
-  if (!search.mutual) return matches;
   for (std::size_t i = 0; i < matches.size(); ++i) {
     if (matches[i] >= 0 && owners[static_cast<std::size_t>(matches[i])].left != static_cast<int>(i))
       matches[i] = -1;

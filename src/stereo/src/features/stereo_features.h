@@ -15,7 +15,6 @@ struct RowSearch {
   double high = 0.0;
   double epipolar_tolerance = 2.0;
   double ratio = 0.9;
-  bool mutual = true;
 };
 
 /// For each left feature the right one on its row with the nearest descriptor, or -1.

@@ -8,9 +8,6 @@
 #include <limits>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
-#ifdef PLANAR_MAPPING_HAS_XIMGPROC
-#include <opencv2/ximgproc/disparity_filter.hpp>
-#endif
 #include <vector>
 
 #include "cv_image.h"
@@ -162,61 +159,7 @@ void removeTiny(double infinity, double baseline, const StereoMatcherParams& par
   }
 }
 
-#ifdef PLANAR_MAPPING_HAS_XIMGPROC
-/// Weighted least squares with the left image as guide; the confidence comes from the disparities
-/// of the right image.
-cv::Mat smoothByWls(const cv::Mat& left, const cv::Mat& right, const cv::Mat& disparity,
-                    const detail::SemiGlobalParams& fine, const StereoMatcherParams& params) {
-  detail::SemiGlobalParams mirrored = fine;
-  // Looking from the right, a point lies at column + d: mirrored images turn that into column - d.
-  cv::Mat mirrored_left;
-  cv::Mat mirrored_right;
-  cv::flip(left, mirrored_left, 1);
-  cv::flip(right, mirrored_right, 1);
-  cv::Mat of_right = detail::matchSemiGlobally(mirrored_right, mirrored_left, mirrored);
-  cv::flip(of_right, of_right, 1);
-  const auto toFixed = [](const cv::Mat& values, double sign, double none) {
-    cv::Mat fixed(values.size(), CV_16S);
-    for (int row = 0; row < values.rows; ++row) {
-      const float* in = values.ptr<float>(row);
-      auto* out = fixed.ptr<std::int16_t>(row);
-      for (int column = 0; column < values.cols; ++column) {
-        const double value = std::isnan(in[column]) ? none : sign * in[column];
-        out[column] = static_cast<std::int16_t>(std::lround(16.0 * value));
-      }
-    }
-    return fixed;
-  };
-  const cv::Mat fixed_left = toFixed(disparity, 1.0, fine.min_disparity - 1);
-  const cv::Mat fixed_right = toFixed(of_right, -1.0, -(fine.min_disparity + fine.disparities));
-  const auto filter = cv::ximgproc::createDisparityWLSFilterGeneric(true);
-  filter->setLambda(params.wls_lambda);
-  filter->setSigmaColor(params.wls_sigma);
-  filter->setDepthDiscontinuityRadius(std::max(1, params.block_size / 2));
-  cv::Mat filtered;
-  filter->filter(fixed_left, left, filtered, fixed_right, cv::Rect(0, 0, left.cols, left.rows));
-  cv::Mat out(filtered.size(), CV_32F);
-  for (int row = 0; row < out.rows; ++row) {
-    for (int column = 0; column < out.cols; ++column) {
-      const double value = filtered.at<std::int16_t>(row, column) / 16.0;
-      const bool inside = value >= fine.min_disparity && column - value >= 0.0;
-      out.at<float>(row, column) =
-          inside ? static_cast<float>(value) : std::numeric_limits<float>::quiet_NaN();
-    }
-  }
-  return out;
-}
-#endif
-
 }  // namespace
-
-bool hasWlsFilter() {
-#ifdef PLANAR_MAPPING_HAS_XIMGPROC
-  return true;
-#else
-  return false;
-#endif
-}
 
 void StereoMatcherParams::validate() const {
   if (min_disparity)
@@ -239,11 +182,7 @@ void StereoMatcherParams::validate() const {
   requireInRange("min_agreement", min_agreement, 0.0, 1.0);
   requireOdd("texture_window", texture_window, 3, 255);
   requireOdd("refine_window", refine_window, 3, 31);
-  requirePositive("wls_lambda", wls_lambda);
-  requirePositive("wls_sigma", wls_sigma);
   requireInRange("threads", threads, 0, 4096);
-  if (wls && !hasWlsFilter())
-    throw ParameterError("wls: this build has no ximgproc of OpenCV (libopencv-contrib-dev)");
 }
 
 StereoMatcher::StereoMatcher(const StereoMatcherParams& params) : params_(params) {
@@ -314,9 +253,6 @@ DisparityImage StereoMatcher::match(const io::Image& left, const io::Image& righ
   if (params_.speckle_side > 0.0 && calibration.baseline) {
     removeTiny(infinity, *calibration.baseline, params_, disparity);
   }
-#ifdef PLANAR_MAPPING_HAS_XIMGPROC
-  if (params_.wls) disparity = smoothByWls(l, r, disparity, fine, params_);
-#endif
   DisparityImage result;
   result.width = left.width;
   result.height = left.height;

@@ -15,8 +15,6 @@ namespace planar_mapping::evaluation {
 /// Figures of merit of one method at one place, absent where they have no meaning (METHOD: IV-B).
 struct Figures {
   std::optional<double> cells;                   ///< N_f
-  std::optional<double> planar_cells;            ///< of those, on a plane
-  std::optional<double> non_planar_cells;        ///< the others
   std::optional<double> standard_cells;          ///< A_S, cells of SG
   std::optional<double> combination_efficiency;  ///< 1 - N_f / A_S
   std::optional<double> error_percent;           ///< e, needs truth
@@ -29,22 +27,18 @@ struct Figures {
   std::optional<double> coverage_inside;         ///< within 0
   std::optional<double> measured_coverage;       ///< of the points with their noise, in [0, 1]
   std::optional<double> held_back_median_m;      ///< from checked points to what is occupied
-  std::optional<double> held_back_p95_m;
-  std::optional<double> surface_median_m;  ///< from what rays meet to the true surface
+  std::optional<double> surface_median_m;        ///< from what rays meet to the true surface
   std::optional<double> surface_p95_m;
-  std::optional<double> free_space_violation;   ///< share of what rays crossed, in [0, 1]
-  std::optional<double> free_not_known;         ///< share of it that is not known to be free
-  std::optional<double> memory_bytes;           ///< of the live structure; OG: of its heap
-  std::optional<double> reported_memory_bytes;  ///< as the structure's own library says
-  std::optional<double> heap_bytes;             ///< that a copy of the structure takes
+  std::optional<double> free_space_violation;  ///< share of what rays crossed, in [0, 1]
+  std::optional<double> free_not_known;        ///< share of it that is not known to be free
+  std::optional<double> memory_bytes;          ///< of the live structure; OG: of its heap
+  std::optional<double> heap_bytes;            ///< that a copy of the structure takes
   std::optional<double> file_bytes;
   std::optional<double> compressed_bytes;       ///< OG: of the file under zstd, as ours is
   std::optional<double> finished_bytes;         ///< ours: file of the finished map
   std::optional<double> finished_memory_bytes;  ///< ours: of the finished map
   std::optional<double> ot_bytes;               ///< OG: file with beliefs
   std::optional<double> time_ms_per_frame;
-  std::optional<double> fused_cells;     ///< RA: by fusion
-  std::optional<double> greedy_cells;    ///< RA: by the greedy cover
   std::optional<double> frames;          ///< that were placed
   std::optional<double> position_rms_m;  ///< of poses found, from given ones, aligned at the first
 };

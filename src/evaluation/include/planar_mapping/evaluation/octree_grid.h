@@ -39,8 +39,6 @@ class OctreeGrid {
   /// Occupied leaves as cubes of s 2^k, by z, y, x of their centre.
   virtual std::vector<Cuboid> cuboids() const = 0;
 
-  /// What OctoMap's memoryUsage() says.
-  virtual std::size_t reportedBytes() const = 0;
   /// What the nodes take of the heap: for each node and each array of children the size of the
   /// block that malloc hands out, its administration included (glibc: 32 and 80 bytes). Counted
   /// over the nodes, so that nothing else the process does can disturb it; it equals the difference

@@ -50,8 +50,6 @@ class PLANAR_MAPPING_EXPORT RectangularApproximation {
   /// \throws ParameterError; InputError as greedyCover()
   RectangularApproximation(double s, const std::vector<GridCell>& cells);
 
-  std::size_t fusedCount() const { return fused_count_; }
-  std::size_t coverCount() const { return cover_count_; }
   /// N_f of RA: the smaller of both counts.
   std::size_t size() const { return boxes_.size(); }
   const std::vector<GridBox>& boxes() const { return boxes_; }
@@ -67,8 +65,6 @@ class PLANAR_MAPPING_EXPORT RectangularApproximation {
  private:
   double side_;
   std::vector<GridBox> boxes_;
-  std::size_t fused_count_ = 0;
-  std::size_t cover_count_ = 0;
 };
 
 }  // namespace planar_mapping::evaluation

@@ -24,12 +24,6 @@ enum class FeatureDetector : std::uint8_t {
   Akaze,
 };
 
-/// How the nearest descriptor is found.
-enum class DescriptorSearch : std::uint8_t {
-  Exact,  ///< every pair, in integers; faster than trees up to some thousand features
-  Flann,  ///< randomized trees with a fixed seed for float descriptors; binary ones stay exact
-};
-
 /// Parameters of FeatureTracker; all [ours].
 struct PLANAR_MAPPING_EXPORT FeatureTrackerParams {
   FeatureDetector detector = FeatureDetector::Automatic;
@@ -45,14 +39,11 @@ struct PLANAR_MAPPING_EXPORT FeatureTrackerParams {
   double max_refine_residual = 0.6;  ///< of gray value differences in it, in standard deviations
   // Frame to frame.
   double track_ratio = 0.8;   ///< best over second-best distance, at most
-  bool mutual = true;         ///< each must be the other's best, in both matchings
   int track_window = 13;      ///< side of the window of the sub-pixel place, odd
   bool refine_tracks = true;  ///< place in the new image by least squares on gray values
-  DescriptorSearch search = DescriptorSearch::Exact;
-  int remember_frames = 50;    ///< a track lost for so many frames can be found again
-  int max_remembered = 3000;   ///< lost tracks kept, the latest
-  std::uint64_t seed = 12345;  ///< of the trees
-  int threads = 1;             ///< 0 = all cores; never changes the result
+  int remember_frames = 50;   ///< a track lost for so many frames can be found again
+  int max_remembered = 3000;  ///< lost tracks kept, the latest
+  int threads = 1;            ///< 0 = all cores; never changes the result
 
   /// \throws ParameterError
   void validate() const;

@@ -55,18 +55,11 @@ struct PLANAR_MAPPING_EXPORT StereoMatcherParams {
   /// Least squares on the gray values around each pixel, against the pull to whole disparities.
   bool refine = true;
   int refine_window = 9;  ///< side of the window, odd
-  /// Fills and smooths by an edge-preserving filter; needs OpenCV's ximgproc.
-  bool wls = false;
-  double wls_lambda = 8000.0;  ///< strength of the smoothing
-  double wls_sigma = 1.5;      ///< gray difference that counts as an edge, in units of OpenCV
-  int threads = 1;             ///< 0 = all cores; never changes the result
+  int threads = 1;        ///< 0 = all cores; never changes the result
 
   /// \throws ParameterError
   void validate() const;
 };
-
-/// Whether this build has the wls filter.
-PLANAR_MAPPING_EXPORT bool hasWlsFilter();
 
 /// What StereoMatcher::match() did.
 struct StereoReport {
@@ -79,7 +72,7 @@ struct StereoReport {
   double brightness = 0.0;  ///< mean gray value of the left image
   double range_ms = 0.0;    ///< coarse search
   double match_ms = 0.0;    ///< semi-global matching with its checks
-  double refine_ms = 0.0;   ///< sub-pixel pass, or wls
+  double refine_ms = 0.0;   ///< sub-pixel pass and its checks
 };
 
 /// Dense disparity of a rectified pair: semi-global matching of blocks (Hirschmueller, PAMI 2008),
