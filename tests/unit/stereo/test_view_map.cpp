@@ -154,6 +154,24 @@ TEST(ViewMap, APersonWhoWalksThroughIsNoContradiction) {
   EXPECT_FALSE(map.locateByFeatures(see(map, elsewhere), poseAt(0.0)).has_value());
 }
 
+TEST(ViewMap, OfAFullViewWhatIsJustExpectedIsEnough) {
+  // Four fifths of both views together are covered by somebody.
+  ViewMap map(params());
+  Shot before = shoot(poseAt(0.0), 0.0, 5);
+  standBefore(before, 20, 150, 1.0);
+  map.insert(see(map, before), poseAt(0.0));
+  const Pose truth = poseAt(0.05, 0.02);
+  Shot now = shoot(truth, 0.0, 5);
+  standBefore(now, 170, 300, 1.0);
+  const ViewMap::ViewPtr view = see(map, now);
+  const ViewMap::Location found = map.locate(view, truth, {}, ViewGuess::Motion);
+  ASSERT_TRUE(found.found) << found.reason;
+  EXPECT_LT((found.T_world_sensor.translation() - truth.translation()).norm(), 0.04);
+  // Elsewhere than expected, or where nothing is expected, it is not.
+  EXPECT_FALSE(map.locate(view, poseAt(-0.2), {}, ViewGuess::Motion).found);
+  EXPECT_FALSE(map.locate(view, truth, {}, ViewGuess::Place).found);
+}
+
 TEST(ViewMap, BeforeDoorsAlikeAStepIsNoStandstill) {
   // A step of 1.4 m before doors 1.5 m apart looks like one of -0.1 m, which overlaps far more.
   ViewMap map(params());

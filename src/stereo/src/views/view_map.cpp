@@ -81,17 +81,24 @@ bool isEnough(ViewGuess known, std::size_t inliers, const Support& support, doub
 }
 
 /// The pose of very many features, where none else has half of them and what lies at the same
-/// depth looks the same. What else differs may have moved: a person fills much of a view.
+/// depth looks the same. What else differs may have moved: a person fills much of a view, and more
+/// of it where the pose is just the expected one.
+/// \param expected  by the motion before, or null
 const Hypothesis* byManyFeatures(const Views& views, const ViewMap::View& view,
-                                 const std::vector<Hypothesis>& found) {
+                                 const std::vector<Hypothesis>& found, const Pose* expected) {
   constexpr std::size_t kVeryMany = 60;
   constexpr double kMinAgreeing = 0.25;
+  constexpr double kMinAgreeingAsExpected = 0.1;
+  constexpr double kAsExpected = 0.15;  // see PlacedViews::distance()
   const auto best = std::max_element(
       found.begin(), found.end(),
       [](const Hypothesis& a, const Hypothesis& b) { return a.inliers < b.inliers; });
   if (best == found.end() || best->inliers < kVeryMany) return nullptr;
   const Support support = views.supportOf(view, best->pose, 1);
-  if (support.agreeing < kMinAgreeing || support.correlation < kConfirmedView) return nullptr;
+  const bool is_expected =
+      expected != nullptr && Views::distance(best->pose, *expected) < kAsExpected;
+  const double least = is_expected ? kMinAgreeingAsExpected : kMinAgreeing;
+  if (support.agreeing < least || support.correlation < kConfirmedView) return nullptr;
   const bool fits = support.score > kLeast;
   const auto isOther = [&](const Hypothesis& one) {
     return !views.isSamePlace(view, one.pose, best->pose) &&
@@ -180,7 +187,7 @@ std::optional<Pose> ViewMap::refined(const ViewPtr& view, const Pose& T_world_se
 
 std::optional<Pose> ViewMap::locateByFeatures(const ViewPtr& view, const Pose& guess) const {
   const std::vector<Hypothesis> found = views_->registerTo(*view, guess);
-  const Hypothesis* one = byManyFeatures(*views_, *view, found);
+  const Hypothesis* one = byManyFeatures(*views_, *view, found, nullptr);
   return one == nullptr ? std::nullopt : std::optional<Pose>(one->pose);
 }
 
@@ -191,7 +198,8 @@ ViewMap::Location ViewMap::locate(const ViewPtr& view, const Pose& guess,
     found.push_back({pose, views_->supportOf(*view, pose, kCoarseView)});
   for (Hypothesis& one : views_->registerTo(*view, guess)) found.push_back(one);
   Location location;
-  if (const Hypothesis* one = byManyFeatures(*views_, *view, found)) {
+  const Pose* expected = known == ViewGuess::Motion ? &guess : nullptr;
+  if (const Hypothesis* one = byManyFeatures(*views_, *view, found, expected)) {
     location.T_world_sensor = one->pose;
     location.found = true;
     return location;
