@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "builtin.h"
-#include "noise_keys.h"
+#include "keys/noise_keys.h"
 #include "planar_mapping/core/base/detail/gather_points.h"
 #include "planar_mapping/core/base/detail/marked_indices.h"
 #include "planar_mapping/core/base/detail/simd.h"

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "builtin.h"
-#include "noise_keys.h"
+#include "keys/noise_keys.h"
 
 namespace planar_mapping {
 namespace {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "builtin.h"
+#include "keys/stereo_keys.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/stereo/rectification.h"
 
@@ -24,61 +25,13 @@ class StereoMatchingStage : public Stage {
       "dense disparity of an image pair, and the organized cloud it stands for (the paper, III-B)";
   static constexpr StageKind kKind = StageKind::Images;
 
-  void declare(ParameterTable& table) override {
-    table.integer("min_disparity_px", params_.min_disparity, Range::between(-2000, 2000),
-                  "smallest disparity looked for; auto = found in each pair by a coarse search");
-    table.integer("disparities_px", params_.disparities, Range::between(1, 2000),
-                  "how many are looked at; auto = found in each pair by a coarse search");
-    table.number("near_distance_m", params_.near_distance, Range::atLeast(0.0),
-                 "nothing nearer is looked for by the coarse search; 0 = max_disparity_share");
-    table.number("max_disparity_share", params_.max_disparity_share, Range::above(0.0, 1.0),
-                 "[ours] largest disparity of the coarse search, in image widths");
-    table.word("paths", params_.paths,
-               {{"three", SmoothnessPaths::Three},
-                {"five", SmoothnessPaths::Five},
-                {"eight", SmoothnessPaths::Eight}},
-               "directions along which smoothness adds up; more is slower");
-    table.integer("block_size_px", params_.block_size, Range::between(1, 31),
-                  "side of the window compared, odd");
-    table.number("smoothness_small", params_.smoothness_small, Range::between(0.0, 1000.0),
-                 "P1: cost of a step of 1 px, per pixel of the window");
-    table.number("smoothness_large", params_.smoothness_large, Range::between(0.0, 1000.0),
-                 "P2: cost of a larger step, likewise");
-    table.integer("prefilter_cap", params_.prefilter_cap, Range::between(1, 63),
-                  "horizontal gray value derivatives are cut off here");
-    table.number("uniqueness_percent", params_.uniqueness_percent, Range::between(0.0, 100.0),
-                 "the second-best disparity must cost so much more");
-    table.number("left_right_tolerance_px", params_.left_right_tolerance,
-                 Range::between(-1.0, 2000.0),
-                 "left and right disparities may differ by so much; negative = not checked");
-    table.integer("speckle_size_px", params_.speckle_size, Range::atLeast(0),
-                  "connected regions of fewer pixels are removed; 0 = off");
-    table.number(
-        "speckle_side_m", params_.speckle_side, Range::between(0.0, 1000.0),
-        "[ours] so are those that cover less than a square of this side where they are; 0 = "
-        "off");
-    table.number("speckle_range_px", params_.speckle_range, Range::positive(),
-                 "neighbours whose disparities differ more are not connected");
-    table.number("min_texture", params_.min_texture, Range::between(0.0, 255.0),
-                 "[ours] where neighbours differ by less gray values on average, there is no "
-                 "disparity; 0 = off");
-    table.number("min_agreement", params_.min_agreement, Range::between(0.0, 1.0),
-                 "[ours] least correlation of the gradients of both images around a pixel, which "
-                 "noise does not have; half of it among pixels that have it; 0 = off");
-    table.integer("texture_window_px", params_.texture_window, Range::between(3, 255),
-                  "[ours] side of the windows of both, odd");
-    table.flag("refine", params_.refine,
-               "[ours] least squares on gray values against the pull to whole disparities");
-    table.integer("refine_window_px", params_.refine_window, Range::between(3, 31),
-                  "[ours] side of its window, odd");
-    table.basic({"disparities_px", "paths", "uniqueness_percent", "speckle_side_m", "min_texture"});
-  }
+  void declare(ParameterTable& table) override { keys_.declare(table); }
   void applyProfile(Profile profile) override {
-    if (profile == Profile::Paper) params_.refine = false;
+    if (profile == Profile::Paper) keys_.matcher.refine = false;
   }
   void configure(const RunSettings& settings) override {
-    params_.threads = settings.threads;
-    matcher_ = StereoMatcher(params_);
+    keys_.matcher.threads = settings.threads;
+    matcher_ = StereoMatcher(keys_.matcher);
   }
   void process(Frame& frame) override;
 
@@ -87,9 +40,7 @@ class StereoMatchingStage : public Stage {
   void rectify(Frame& frame);
   bool usableResult(const StereoReport& report, Frame& frame) const;
 
-  StereoMatcherParams params_;
-  double min_brightness_ = 4.0;
-  double min_density_ = 0.02;
+  detail::StereoKeys keys_;
   StereoMatcher matcher_;
   std::optional<Rectifier> rectifier_;
 };
@@ -130,12 +81,12 @@ void StereoMatchingStage::rectify(Frame& frame) {
 }
 
 bool StereoMatchingStage::usableResult(const StereoReport& report, Frame& frame) const {
-  if (report.brightness < min_brightness_) {
+  if (report.brightness < keys_.min_brightness) {
     frame.skip_reason =
         "the left image is black: its mean gray value is " + rounded(report.brightness) + " of 255";
   } else if (report.swapped) {
     frame.skip_reason = "left and right images seem to be exchanged: disparities are negative";
-  } else if (report.density < min_density_) {
+  } else if (report.density < keys_.min_density) {
     frame.skip_reason = "only " + rounded(100.0 * report.density) +
                         " % of the pixels have a disparity: there is no texture, or left and right "
                         "do not belong together (neighbouring pixels differ by " +

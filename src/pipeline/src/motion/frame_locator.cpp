@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "frame_locator.h"
+#include "motion/frame_locator.h"
 
 #include "planar_mapping/core/base/detail/state_archive.h"
 

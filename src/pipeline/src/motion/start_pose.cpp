@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "start_pose.h"
+#include "motion/start_pose.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "noise_keys.h"
+#include "keys/noise_keys.h"
 
 #include <string>
 

@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "motion/given_pose.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "planar_mapping/pipeline/parameter.h"
+
+namespace planar_mapping::detail {
+
+std::optional<std::string> contradictionOf(const Frame& frame, const Odometry& odometry,
+                                           const std::optional<Pose>& last) {
+  constexpr std::size_t kFewest = 20;    // features,
+  constexpr double kDisagreement = 0.3;  // of which so few agree with it,
+  constexpr double kShift = 0.1;         // metres, and
+  constexpr double kShiftOfStep = 0.05;  // metres a metre of the step
+  constexpr double kTurn = M_PI / 36.0;  // radians
+  if (!odometry.started()) return std::nullopt;
+  const PosePrior prior{*frame.given_pose, Matrix6::Identity(), true};
+  const OdometryResult given = odometry.locate(frame.key_features, prior);
+  if (given.matches < kFewest ||
+      static_cast<double>(given.inliers) > kDisagreement * static_cast<double>(given.matches)) {
+    return std::nullopt;
+  }
+  const OdometryResult seen = odometry.locate(frame.key_features);
+  if (!seen.registered || seen.inliers < std::max(kFewest, 2 * given.inliers)) return std::nullopt;
+  const Pose apart = frame.given_pose->inverse() * seen.T_world_sensor;
+  const double turn = Eigen::AngleAxisd(Matrix3(apart.linear())).angle();
+  const double step = last ? (last->translation() - frame.given_pose->translation()).norm() : 0.0;
+  if (apart.translation().norm() < kShift + kShiftOfStep * step && turn < kTurn)
+    return std::nullopt;
+  const auto rounded = [](double value) { return formatNumber(std::round(1e2 * value) / 1e2); };
+  return "frame " + std::to_string(frame.number) + " " + frame.source +
+         ": its given pose contradicts the images: " + std::to_string(seen.inliers) + " of " +
+         std::to_string(seen.matches) + " known features put it " +
+         rounded(apart.translation().norm()) + " m and " + rounded(turn * 180.0 / M_PI) +
+         " degrees elsewhere; are images, depths, poses and calibration of one camera, in one "
+         "order?";
+}
+
+}  // namespace planar_mapping::detail

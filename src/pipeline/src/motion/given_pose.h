@@ -1,0 +1,19 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "planar_mapping/core/odometry/odometry.h"
+#include "planar_mapping/pipeline/frame.h"
+
+namespace planar_mapping::detail {
+
+/// A warning if the features of a frame are elsewhere than its given pose says.
+/// \pre frame.given_pose
+/// \param last  pose of the frame before
+std::optional<std::string> contradictionOf(const Frame& frame, const Odometry& odometry,
+                                           const std::optional<Pose>& last);
+
+}  // namespace planar_mapping::detail
