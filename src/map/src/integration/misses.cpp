@@ -9,8 +9,12 @@
 namespace planar_mapping::detail {
 namespace {
 
-/// A cell is missed only if everything measured over it lies behind it by this many resolutions.
+/// A cell is missed only if everything measured over it lies behind it by this many resolutions,
+/// ...
 constexpr double kMissMargin = 1.0;
+/// ... and something is over so much of it: cameras have holes at edges and where little is
+/// reflected, and a leg that is narrower than a cell is often no more than a hole.
+constexpr double kSeenThrough = 0.6;
 /// A cell without a point is doubted only if so many pixels face it, ...
 constexpr double kMinPixels = 9.0;
 /// ... and what is measured over it is not nearer than it by so many resolutions and depth errors:
@@ -58,7 +62,13 @@ class MissTest {
   bool isMissed(const UnseenCell& cell) const {
     if (!image_.isResponsible(cell.centre)) return false;
     const DepthImage::Look all = image_.look(cell.centre, half_, true);
-    if (all.inside && all.far <= max_range_ && all.nearest > all.far + margin_) return true;
+    if (all.inside && all.far <= max_range_ && all.nearest > all.far + margin_) {
+      const DepthImage::Cover cover = image_.coverOf(cell.centre, half_);
+      if (cover.is_complete) return true;
+      // Between holes a stereo camera also measures noise, as what is no part of the map is.
+      const bool counts = !noise_ || image_.coverOf(cell.centre, 0.5 * half_).is_used;
+      if (counts && cover.measured >= kSeenThrough) return true;
+    }
     // Without a depth error nobody knows whether what is measured beside the cell is of it.
     if (!noise_) return false;
     // Half the cell is enough to expect points of it, and edges of what hides others matter less.
@@ -70,11 +80,11 @@ class MissTest {
       return false;
     }
     // What is no part of the map does not tell against it.
-    const DepthImage::Use use = image_.useOver(cell.centre, 0.5 * half_);
+    const DepthImage::Cover cover = image_.coverOf(cell.centre, 0.5 * half_);
     // Where some pixels have no measurement, the others speak for them against what is not proven.
-    if (!(look.nearest > 0.0f)) return !cell.is_proven && use.any;
+    if (!cover.is_complete) return !cell.is_proven && cover.is_used;
     const double hidden = kHiddenCells * resolution_ + kHiddenErrors * error;
-    return look.nearest > look.near - hidden && use.all;
+    return look.nearest > look.near - hidden && cover.is_all_used;
   }
   const DepthImage& image() const { return image_; }
 

@@ -89,7 +89,8 @@ DepthImage::DepthImage(const PinholeCamera& camera, const Matrix3& rotation,
   Level level;
   level.width = (camera.width + (1 << shift_) - 1) >> shift_;
   level.height = (camera.height + (1 << shift_) - 1) >> shift_;
-  level.tiles.assign(static_cast<std::size_t>(level.width) * level.height, Tile::Zero());
+  level.tiles.assign(static_cast<std::size_t>(level.width) * level.height,
+                     Tile(std::numeric_limits<float>::infinity(), 0.0f, 0.0f, 0.0f));
   levels_.push_back(std::move(level));
 }
 
@@ -103,7 +104,7 @@ void DepthImage::fill(const PointsView& points, const std::vector<std::uint8_t>&
   // What is beyond the image is no measurement.
   std::vector<std::uint8_t> marks(tiles << shift_);
   const std::vector<std::uint8_t> all(use.empty() ? width : 0, 1);
-  use_.assign((tiles + 1) * (static_cast<std::size_t>(level.height) + 1), 0);
+  counts_.assign((tiles + 1) * (static_cast<std::size_t>(level.height) + 1), Counts::Zero());
   for (int tile_row = 0; tile_row < level.height; ++tile_row) {
     std::fill(nearest.begin(), nearest.end(), std::numeric_limits<float>::infinity());
     std::fill(farthest.begin(), farthest.end(), 0.0f);
@@ -117,12 +118,12 @@ void DepthImage::fill(const PointsView& points, const std::vector<std::uint8_t>&
       markUse(use.empty() ? all.data() : &use[row * width], depth.data(), width, marks.data());
     }
     Tile* row_of_tiles = &level.tiles[static_cast<std::size_t>(tile_row) * tiles];
-    std::uint64_t* uses = &use_[(static_cast<std::size_t>(tile_row) + 1) * (tiles + 1) + 1];
+    Counts* counts = &counts_[(static_cast<std::size_t>(tile_row) + 1) * (tiles + 1) + 1];
     for (std::size_t t = 0; t < tiles; ++t) {
       const std::size_t begin = t << shift_;
       const std::size_t end = std::min(begin + (std::size_t{1} << shift_), width);
       float near = nearest[begin], far = farthest[begin], pixels = measured[begin];
-      std::uint64_t marked = marks[begin];
+      std::uint8_t marked = marks[begin];
       for (std::size_t i = begin + 1; i < end; ++i) {
         near = std::min(near, nearest[i]);
         far = std::max(far, farthest[i]);
@@ -130,21 +131,24 @@ void DepthImage::fill(const PointsView& points, const std::vector<std::uint8_t>&
         marked |= marks[i];
       }
       const auto all_pixels = static_cast<float>((end - begin) * (last - first));
-      const float clear = pixels >= kMinMeasured * all_pixels ? clearing_.upTo(near) : 0.0f;
-      row_of_tiles[t] = {pixels < all_pixels ? 0.0f : near, clear, -far, -clear};
-      uses[t] = (marked & 1u) + ((marked >> 1) << 32);
+      const bool is_measured = pixels >= kMinMeasured * all_pixels;
+      const float clear = is_measured ? clearing_.upTo(near) : 0.0f;
+      near = pixels > 0.0f ? near : std::numeric_limits<float>::infinity();
+      row_of_tiles[t] = {near, clear, -far, -clear};
+      counts[t] = {is_measured ? 1 : 0, pixels < all_pixels ? 0 : 1, marked & 1, marked >> 1};
     }
   }
-  sumUses();
 }
 
-void DepthImage::sumUses() {
+/// Of one tile each to sums of those above and left.
+void DepthImage::sumTiles() {
   const Level& level = levels_.front();
   const auto columns = static_cast<std::size_t>(level.width) + 1;
   for (std::size_t row = 1; row <= static_cast<std::size_t>(level.height); ++row) {
     for (std::size_t t = 1; t < columns; ++t) {
-      use_[row * columns + t] += use_[row * columns + t - 1] + use_[(row - 1) * columns + t] -
-                                 use_[(row - 1) * columns + t - 1];
+      counts_[row * columns + t] += counts_[row * columns + t - 1] +
+                                    counts_[(row - 1) * columns + t] -
+                                    counts_[(row - 1) * columns + t - 1];
     }
   }
 }
@@ -159,17 +163,28 @@ void DepthImage::add(const Vector3& point) {
   Tile& tile = level.tiles[(static_cast<std::size_t>(row) >> shift_) * level.width +
                            (static_cast<std::size_t>(column) >> shift_)];
   const auto depth = static_cast<float>(point.z());
-  if (!(tile[kNearest] > 0.0f && tile[kNearest] <= depth)) {
+  if (!(tile[kNearest] <= depth)) {
     rays_.resize(level.tiles.size());
     rays_[static_cast<std::size_t>(&tile - level.tiles.data())] = point.hnormalized().cast<float>();
   }
-  tile[kNearest] = tile[kNearest] > 0.0f ? std::min(tile[kNearest], depth) : depth;
+  tile[kNearest] = std::min(tile[kNearest], depth);
   tile[kFarthest] = std::min(tile[kFarthest], -depth);
   tile[kClear] = clearing_.upTo(tile[kNearest]);
   tile[kClearest] = -tile[kClear];
 }
 
 void DepthImage::finish() {
+  if (counts_.empty()) {  // no more than a measurement a tile is expected of a sparse image
+    const Level& level = levels_.front();
+    const auto columns = static_cast<std::size_t>(level.width) + 1;
+    counts_.assign(columns * (static_cast<std::size_t>(level.height) + 1), Counts::Zero());
+    for (std::size_t i = 0; i < level.tiles.size(); ++i) {
+      const int has_one = level.tiles[i][kFarthest] < 0.0f ? 1 : 0;
+      const std::size_t row = i / (columns - 1) + 1;
+      counts_[row * columns + i % (columns - 1) + 1] = {has_one, has_one, 0, 0};
+    }
+  }
+  sumTiles();
   while (levels_.back().width > 1 || levels_.back().height > 1) {
     const Level& fine = levels_.back();
     Level coarse;
@@ -207,9 +222,9 @@ inline bool DepthImage::footprint(const Vector3& c, const Vector3& half, double 
   return true;
 }
 
-DepthImage::Use DepthImage::useOver(const Vector3& centre, const Vector3& half) const {
+DepthImage::Cover DepthImage::coverOf(const Vector3& centre, const Vector3& half) const {
   double edges[4];
-  if (use_.empty() || !footprint(centre, half, edges)) return {};
+  if (!footprint(centre, half, edges)) return {};
   const Level& level = levels_.front();
   const auto tile = [&](double edge, int tiles) {
     return static_cast<std::size_t>(std::clamp(static_cast<int>(edge) >> shift_, 0, tiles - 1));
@@ -219,10 +234,12 @@ DepthImage::Use DepthImage::useOver(const Vector3& centre, const Vector3& half) 
   const std::size_t y0 = tile(edges[2], level.height);
   const std::size_t y1 = tile(edges[3], level.height) + 1;
   const auto columns = static_cast<std::size_t>(level.width) + 1;
-  const std::uint64_t tiles = use_[y1 * columns + x1] - use_[y0 * columns + x1] -
-                              use_[y1 * columns + x0] + use_[y0 * columns + x0];
-  const bool any = (tiles & UINT32_MAX) != 0;
-  return {any, any && tiles >> 32 == 0};
+  const Counts counts = counts_[y1 * columns + x1] - counts_[y0 * columns + x1] -
+                        counts_[y1 * columns + x0] + counts_[y0 * columns + x0];
+  const auto tiles = static_cast<int>((x1 - x0) * (y1 - y0));
+  const bool is_used = counts[kUsed] > 0;
+  return {static_cast<double>(counts[kMeasured]) / tiles, counts[kComplete] == tiles, is_used,
+          is_used && counts[kUnused] == 0};
 }
 
 DepthImage::Look DepthImage::look(const Vector3& c, const Vector3& half, bool whole) const {

@@ -57,7 +57,7 @@ class DepthImage {
     bool inside = false;   ///< all of it does
     double near = 0.0;     ///< depth of the box, metres
     double far = 0.0;
-    float nearest = 0.0f;   ///< smallest depth measured over the box; 0 if a pixel has none
+    float nearest = 0.0f;   ///< smallest depth measured over the box; infinite if there is none
     float farthest = 0.0f;  ///< largest depth measured over the box; 0 if there is none
     float clear = 0.0f;     ///< depth up to which all tiles over the box are clear
     float clearest = 0.0f;  ///< the same of any of them
@@ -76,13 +76,15 @@ class DepthImage {
   void add(const Vector3& point);
   /// Must be called once after all measurements.
   void finish();
-  /// Which measurements over a box went into the map.
-  struct Use {
-    bool any = false;
-    bool all = false;  ///< there are some, and all did
+  /// What of the image there is over a box.
+  struct Cover {
+    double measured = 0.0;     ///< share of the tiles of which enough pixels have a measurement
+    bool is_complete = false;  ///< all pixels have one
+    bool is_used = false;      ///< some measurement went into the map; false without fill()
+    bool is_all_used = false;  ///< there are some, and all did
   };
-  /// Of the box (inside the image); none without fill().
-  Use useOver(const Vector3& centre, const Vector3& half) const;
+  /// Of a box inside the image.
+  Cover coverOf(const Vector3& centre, const Vector3& half) const;
   /// Pixels that a square of the given side covers, facing the camera at this depth.
   double pixelsOf(double side, double depth) const {
     return camera_.fx * camera_.fy * side * side / (depth * depth);
@@ -116,7 +118,7 @@ class DepthImage {
  private:
   /// Corners in pixels of what the box covers; false if it reaches behind the camera.
   bool footprint(const Vector3& centre, const Vector3& half, double corners[4]) const;
-  void sumUses();
+  void sumTiles();
 
   /// All four as something of which the smallest counts, so that they are compared at once.
   using Tile = Eigen::Array4f;
@@ -136,15 +138,6 @@ class DepthImage {
     return level.tiles[static_cast<std::size_t>((static_cast<int>(row) >> shift_) * level.width +
                                                 (static_cast<int>(column) >> shift_))][kClear];
   }
-  float pixelAt(float column, float row) const {
-    if (!(column >= 0.0f && row >= 0.0f && column < static_cast<float>(camera_.width) &&
-          row < static_cast<float>(camera_.height))) {
-      return 0.0f;
-    }
-    return pixels_[static_cast<std::size_t>(static_cast<int>(row) * camera_.width +
-                                            static_cast<int>(column))];
-  }
-
   PinholeCamera camera_;
   Matrix3 inverse_;
   Matrix3 turn_;
@@ -153,12 +146,13 @@ class DepthImage {
   bool is_sparse_ = true;
   Clearing clearing_;
   int shift_;  ///< log2 of the side of the tiles of the lowest level, pixels
-  /// Tiles above and left of each corner that hold a measurement that went into the map and, in
-  /// the upper half, one that did not.
-  std::vector<std::uint64_t> use_;
+  /// What tiles above and left of each corner there are: with enough measurements, with one in each
+  /// pixel, with one that went into the map, with one that did not.
+  enum { kMeasured, kComplete, kUsed, kUnused };
+  using Counts = Eigen::Array4i;
+  std::vector<Counts> counts_;
   std::vector<Level> levels_;
   std::vector<Eigen::Vector2f> rays_;  ///< of a sparse image: to the nearest measurement of a tile
-  std::vector<float> pixels_;
 };
 
 template <typename Visit>

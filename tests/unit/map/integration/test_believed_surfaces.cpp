@@ -112,6 +112,70 @@ TEST(BelievedSurfaces, APersonWhoWalksAwayIsNoLongerThere) {
   EXPECT_GT(shareFound(map, 0.65, 0.95, 0.5, 1.6, 1.6, 0.1), 0.99);
 }
 
+/// The view with a quarter of its pixels in holes, in blocks of 2 x 2.
+View withHoles(View view, Random& random) {
+  for (int row = 0; row + 1 < view.camera.height; row += 2) {
+    for (int column = 0; column + 1 < view.camera.width; column += 2) {
+      if (random.uniform() >= 0.25) continue;
+      for (const int pixel : {0, 1, view.camera.width, view.camera.width + 1}) {
+        const std::size_t i = static_cast<std::size_t>(row * view.camera.width + column + pixel);
+        std::fill_n(&view.xyz[3 * i], 3, std::numeric_limits<float>::quiet_NaN());
+      }
+    }
+  }
+  for (PlaneSegment& plane : view.planes) {
+    const auto isHole = [&](int i) {
+      return std::isnan(view.xyz[3 * static_cast<std::size_t>(i)]);
+    };
+    plane.inliers.erase(std::remove_if(plane.inliers.begin(), plane.inliers.end(), isHole),
+                        plane.inliers.end());
+  }
+  return view;
+}
+
+/// Sees a person for some frames, then the room without.
+PlanarMap mapOfOneWhoLeft(bool with_noise, int frames) {
+  const SceneBox here{{-0.5, 1.6, 0.1}, {0.0, 1.9, 1.7}, false, true};
+  const StereoErrors errors = noise(0.1);
+  Random random(9);
+  PlanarMap map(paramsOf());
+  for (int i = 0; i < 3 + frames; ++i) {
+    const Scene scene =
+        i < 3 ? roomWith(here) : roomWith({{3, 3, 3}, {3.1, 3.1, 3.1}, false, false});
+    const Pose pose = lookFrom({-0.4 + 0.05 * i, -0.6, 1.1}, 0.02 * (i % 3), 0.1);
+    const View view = withHoles(test::lookNoisy(scene, pose, errors, random, 300), random);
+    map.insert(with_noise ? observationOf(view, errors) : view.frame());
+  }
+  return map;
+}
+
+TEST(BelievedSurfaces, APersonWhoWalksAwayIsNoLongerThereThoughThereAreHolesInAllViews) {
+  for (const bool with_noise : {false, true}) {
+    EXPECT_GT(shareFound(mapOfOneWhoLeft(with_noise, 0), -0.45, -0.05, 0.5, 1.6, 1.6, 0.1), 0.9);
+    EXPECT_LT(shareFound(mapOfOneWhoLeft(with_noise, 8), -0.45, -0.05, 0.5, 1.6, 1.6, 0.05), 0.05)
+        << with_noise;
+  }
+}
+
+TEST(BelievedSurfaces, WhatMeasuresNothingIsNotLookedThrough) {
+  // A box of which the camera sees no more than a hole later on, and the room around it.
+  const SceneBox box{{-0.5, 1.6, 0.1}, {0.0, 1.9, 1.7}, false, true};
+  Random random(9);
+  PlanarMap map(paramsOf());
+  for (int i = 0; i < 8; ++i) {
+    const Pose pose = lookFrom({-0.4 + 0.05 * i, -0.6, 1.1}, 0.0, 0.1);
+    View view = test::lookNoisy(roomWith(box), pose, noise(0.0), random, 300);
+    for (std::size_t k = 0; i >= 3 && 3 * k < view.xyz.size(); ++k) {
+      const Vector3 p = pose * Vector3(view.xyz[3 * k], view.xyz[3 * k + 1], view.xyz[3 * k + 2]);
+      if (std::abs(p.x() + 0.25) < 0.26 && p.y() > 1.5 && p.y() < 2.0)
+        std::fill_n(&view.xyz[3 * k], 3, std::numeric_limits<float>::quiet_NaN());
+    }
+    if (i >= 3) view.planes.clear();
+    map.insert(view.frame());
+  }
+  EXPECT_GT(shareFound(map, -0.45, -0.05, 0.5, 1.6, 1.6, 0.1), 0.99);
+}
+
 /// A patch of wrong depths before a wall, where half of the pixels measure nothing afterwards.
 struct FlickeringPatch {
   const Scene scene = roomWith({{-2.0, 4.0, 0.0}, {-1.9, 4.1, 0.1}, false, false});
