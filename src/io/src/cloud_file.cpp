@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/io/cloud_file.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -23,6 +24,32 @@ constexpr std::size_t kMostLines = 50;
 constexpr std::size_t kKittiNumbers = 4;
 constexpr std::size_t kRingNumbers = 5;
 
+/// Whether the values of a column depend on their place modulo a small number: then rows of another
+/// length were read. Variance between the places against that within.
+bool isPeriodic(const std::vector<float>& values, std::size_t numbers, std::size_t column,
+                std::size_t period) {
+  constexpr double kLargest = 50.0;
+  std::vector<double> sums(period, 0.0), squares(period, 0.0), counts(period, 0.0);
+  for (std::size_t i = column, row = 0; i < values.size(); i += numbers, ++row) {
+    const double value = values[i];
+    sums[row % period] += value;
+    squares[row % period] += value * value;
+    counts[row % period] += 1.0;
+  }
+  double count = 0.0, sum = 0.0, of_means = 0.0, within = 0.0;
+  for (std::size_t p = 0; p < period; ++p) {
+    if (counts[p] < 8.0) return false;
+    const double part = sums[p] * sums[p] / counts[p];
+    count += counts[p];
+    sum += sums[p];
+    of_means += part;
+    within += squares[p] - part;
+  }
+  const auto freedom = static_cast<double>(period - 1);
+  const double between = std::max(0.0, of_means - sum * sum / count) / freedom;
+  return between > kLargest * within / (count - freedom - 1.0);
+}
+
 /// Whether the first points of a scan can be of so many numbers each.
 bool isScanOf(const std::vector<float>& values, std::size_t file_bytes, std::size_t numbers) {
   constexpr float kFarthest = 1e4f;  // metres
@@ -38,6 +65,9 @@ bool isScanOf(const std::vector<float>& values, std::size_t file_bytes, std::siz
     if (!(ring >= 0.0f && ring < kMostRings && ring == std::floor(ring))) return false;
     rings.insert(ring);
   }
+  for (std::size_t column = 0; column < numbers; ++column)
+    for (const std::size_t period : {3, 5, 7})
+      if (isPeriodic(values, numbers, column, period)) return false;
   return numbers == kKittiNumbers || rings.size() > 1;
 }
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <lzf.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -185,11 +186,20 @@ constexpr std::size_t kLongestDataLine = std::size_t{1} << 24;
 /// LZF's longest match: 264 bytes out of 3.
 constexpr std::uint64_t kLargestExpansion = 88;
 
-void checkSurplus(const std::string& path, std::uint64_t points, std::uint64_t surplus,
-                  std::size_t record_size) {
-  if (surplus >= record_size)
-    throw IoError(path, "header lies: it announces " + std::to_string(points) + " points, but " +
-                            std::to_string(surplus) + " more bytes follow them");
+/// What follows the points, at the file's position. Some versions of PCL pad files with zeros to
+/// whole pages of memory.
+void checkSurplus(InputFile& file, std::uint64_t points, std::size_t record_size) {
+  constexpr std::uint64_t kPage = 4096;
+  const std::uint64_t surplus = file.size() - file.position();
+  if (surplus < record_size) return;
+  std::vector<char> rest(std::min(surplus, kPage));
+  file.readExactly(rest.data(), rest.size());
+  const bool is_padding =
+      surplus < kPage && std::all_of(rest.begin(), rest.end(), [](char c) { return c == 0; });
+  if (is_padding) return;
+  throw IoError(file.path(), "header lies: it announces " + std::to_string(points) +
+                                 " points, but " + std::to_string(surplus) +
+                                 " more bytes follow them");
 }
 
 void readCompressed(CloudData& cloud, const CloudFiller& filler, const PcdHeader& header,
@@ -247,9 +257,8 @@ CloudData readPcd(const std::string& path, const CloudChannels& channels) {
   file.seek(header.data_position);
   if (header.encoding == "binary") {
     filler.allocate(cloud, header.width, header.height, bytes_left, false);
-    checkSurplus(path, cloud.size(), bytes_left - cloud.size() * filler.recordSize(),
-                 filler.recordSize());
     filler.fillFromFile(cloud, file, false);
+    checkSurplus(file, cloud.size(), filler.recordSize());
   } else {
     readCompressed(cloud, filler, header, file);
   }

@@ -174,6 +174,15 @@ TEST_F(LayoutFolders, BinFilesAreOfFourNumbersAPointOrOfFiveWithTheRing) {
     EXPECT_EQ(numbers == 5, readCloudFileInfo(path).fields.back() == "ring");
   }
   EXPECT_EQ(CloudFormat::None, recognizeCloudFile(scan("six.bin", 6, 80)));
+  // With colours, as some data sets of rooms have them: no number but x and y below zero.
+  std::vector<float> room;
+  for (int i = 0; i < 400; ++i) {
+    const auto k = static_cast<float>(i % 20);
+    room.insert(room.end(), {0.1f * k, 2.0f, 0.05f * k, 120.0f + k, 90.0f, 60.0f - k});
+  }
+  EXPECT_EQ(CloudFormat::None,
+            recognizeCloudFile(write("room.bin", std::string(reinterpret_cast<char*>(room.data()),
+                                                             room.size() * sizeof(float)))));
 }
 
 TEST_F(LayoutFolders, BinFilesThatAreNoScansAreNotTaken) {
