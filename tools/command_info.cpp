@@ -107,7 +107,10 @@ Json sequenceInfo(const std::string& path) {
 Json infoOf(const std::string& path) {
   std::error_code ignored;
   if (fs::is_directory(path, ignored)) return sequenceInfo(path);
-  if (io::recognizeCloudFile(path) != io::CloudFormat::None) return cloudInfo(path);
+  const fs::path ending = fs::path(path).extension();
+  const bool is_cloud = io::recognizeCloudFile(path) != io::CloudFormat::None ||
+                        ending == ".pcd" || ending == ".ply" || ending == ".bin";
+  if (is_cloud) return cloudInfo(path);
   return mapInfo(path);
 }
 

@@ -44,6 +44,14 @@ TEST_F(LayoutFolders, TumLeavesOutWhatHasNoPartner) {
   expectProblem(folder, "rgb.txt has no image within 20 ms");
 }
 
+TEST_F(LayoutFolders, TumSaysWhereTimesDoNotIncrease) {
+  const std::string folder = tum();
+  write("freiburg2_desk/rgb.txt", "10.108 rgb/10.108.png\n10.008 rgb/10.008.png\n");
+  const Sequence sequence({folder});
+  ASSERT_FALSE(sequence.notes().empty());
+  EXPECT_NE(std::string::npos, sequence.notes()[0].find("rgb.txt do not increase"));
+}
+
 TEST_F(LayoutFolders, TumSaysWhatIsMissing) {
   expectProblem(tum("desk"), "give its calib.yaml");
   const std::string folder = tum();

@@ -20,7 +20,8 @@ std::string fileOfLine(const std::string& folder, std::string_view word, const s
   return file;
 }
 
-std::vector<StampedFile> readList(const std::string& folder, const char* name) {
+std::vector<StampedFile> readList(const std::string& folder, const char* name,
+                                  Description& description) {
   const std::string path = joined(folder, name);
   if (!exists(path)) throw IoError(path, "no such file; TUM RGB-D has rgb.txt and depth.txt");
   std::vector<StampedFile> files;
@@ -29,15 +30,21 @@ std::vector<StampedFile> readList(const std::string& folder, const char* name) {
     files.push_back({finiteNumber(words[0], path, line), fileOfLine(folder, words[1], path, line)});
   });
   if (files.empty()) throw IoError(path, "lists no image");
-  std::stable_sort(files.begin(), files.end(), [](const StampedFile& a, const StampedFile& b) {
+  const auto isEarlier = [](const StampedFile& a, const StampedFile& b) {
     return a.timestamp < b.timestamp;
-  });
+  };
+  if (!std::is_sorted(files.begin(), files.end(), isEarlier)) {
+    description.notes.push_back(std::string("the times in ") + name +
+                                " do not increase from line to line: frames are taken in the order "
+                                "of their times, which is wrong if those are no times");
+    std::stable_sort(files.begin(), files.end(), isEarlier);
+  }
   return files;
 }
 
 void readLists(const std::string& folder, Description& description) {
-  const std::vector<StampedFile> depths = readList(folder, "depth.txt");
-  const std::vector<StampedFile> colors = readList(folder, "rgb.txt");
+  const std::vector<StampedFile> depths = readList(folder, "depth.txt", description);
+  const std::vector<StampedFile> colors = readList(folder, "rgb.txt", description);
   for (const StampedFile& depth : depths) {
     const StampedFile* color = nearestFile(colors, depth.timestamp);
     if (color == nullptr) continue;

@@ -101,7 +101,7 @@ std::optional<Pose> FrameLocator::placeAgain(const Frame& frame) {
 
 std::optional<FrameLocator::Placement> FrameLocator::place(const Frame& frame) {
   const OdometryResult by_features = odometry_.locate(frame.key_features);
-  const Pose expected = expectedPose();
+  const Pose expected = expectedPose(frame);
   const bool many =
       by_features.inliers >= static_cast<std::size_t>(odometry_.params().jump_inliers);
   const bool features_agree =
@@ -150,8 +150,9 @@ std::optional<FrameLocator::Placement> FrameLocator::place(const Frame& frame) {
 }
 
 /// Where no image tells whether a cloud fits, it is begun with where the camera was: the motion
-/// before, if a cloud alone gave it, is no better.
-Pose FrameLocator::expectedPose() const {
+/// before, if a cloud alone gave it, is no better. What spins is on a vehicle, which goes on.
+Pose FrameLocator::expectedPose(const Frame& frame) const {
+  if (!isPartial(frame)) return odometry_.expectedPose();
 #ifdef PLANAR_MAPPING_HAS_STEREO
   if (view_) return odometry_.expectedPose();
 #endif

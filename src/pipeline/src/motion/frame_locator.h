@@ -63,7 +63,7 @@ class FrameLocator {
                                     std::vector<Pose> candidates);
   Placement helped(const Frame& frame, const Pose& T_world_sensor, const Matrix6& covariance,
                    const Pose& expected, bool by_views);
-  Pose expectedPose() const;
+  Pose expectedPose(const Frame& frame) const;
   bool isSearchedFor() const;
   bool agrees(const Pose& T_world_sensor, const Pose& expected, bool likely);
   bool follows(const Pose& T_world_sensor, const Pose& expected) const;
