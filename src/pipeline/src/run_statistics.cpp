@@ -197,6 +197,11 @@ bool RunStatistics::hasGroundInMostFrames() const {
   return 2 * static_cast<std::size_t>(count) > usedFrames();
 }
 
+bool RunStatistics::hasFeatures() const {
+  return std::any_of(reports_.begin(), reports_.end(),
+                     [](const FrameReport& report) { return report.features > 0; });
+}
+
 const FrameReport& RunStatistics::firstSkipped() const {
   return *std::find_if(reports_.begin(), reports_.end(),
                        [](const FrameReport& report) { return !report.skip_reason.empty(); });

@@ -26,6 +26,8 @@ class RunStatistics {
   std::size_t pointsBeyond() const;
   /// Whether ground was removed from more than half of the frames that were used.
   bool hasGroundInMostFrames() const;
+  /// Whether any frame had key features.
+  bool hasFeatures() const;
   /// \pre a frame was left out
   const FrameReport& firstSkipped() const;
   /// For a run that is continued by another process.

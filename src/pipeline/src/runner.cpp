@@ -330,10 +330,11 @@ void Run::warnOfSkippedFrames() {
   warn(std::to_string(skipped) + " of " + std::to_string(statistics_.frames()) +
        " frames left out (see frames.csv), the first: frame " + std::to_string(first.number) +
        ", " + first.skip_reason +
-       (many && is_own ? "; frames closer together or given poses help, and "
-                         "key_features.registered=false where the colour image of a depth camera "
-                         "is not registered to the depth image"
-                       : ""));
+       (many && is_own ? "; frames closer together or given poses help" : "") +
+       (many && is_own && statistics_.hasFeatures()
+            ? ", and key_features.registered=false where the colour image of a depth camera is not "
+              "registered to the depth image"
+            : ""));
 }
 
 /// Saves from time to time. A disk that is full now may have room at the end.

@@ -220,7 +220,6 @@ bool FrameLocator::agrees(const Pose& T_world_sensor, const Pose& expected, bool
       views_->judge(view_, T_world_sensor, odometry_.hasVelocity() ? &expected : nullptr,
                     lost_ > kFewLost && !likely);
   if (verdict == PoseVerdict::Confirmed) return true;
-  if (verdict == PoseVerdict::Doubtful && likely) return true;
   if (verdict == PoseVerdict::Unknown) return likely || follows(T_world_sensor, expected);
   doubt_ = verdict == PoseVerdict::Ambiguous ? "it looks the same from another place"
                                              : "earlier views contradict the pose they give";
