@@ -15,6 +15,7 @@ constexpr double kMissMargin = 1.0;
 /// ... and something is over so much of it: cameras have holes at edges and where little is
 /// reflected, and a leg that is narrower than a cell is often no more than a hole.
 constexpr double kSeenThrough = 0.6;
+constexpr double kSeenThroughNoise = 0.8;
 /// A cell without a point is doubted only if so many pixels face it, ...
 constexpr double kMinPixels = 9.0;
 /// ... and what is measured over it is not nearer than it by so many resolutions and depth errors:
@@ -64,10 +65,10 @@ class MissTest {
     const DepthImage::Look all = image_.look(cell.centre, half_, true);
     if (all.inside && all.far <= max_range_ && all.nearest > all.far + margin_) {
       const DepthImage::Cover cover = image_.coverOf(cell.centre, half_);
-      if (cover.is_complete) return true;
       // Between holes a stereo camera also measures noise, as what is no part of the map is.
       const bool counts = !noise_ || image_.coverOf(cell.centre, 0.5 * half_).is_used;
-      if (counts && cover.measured >= kSeenThrough) return true;
+      if (cover.is_complete || cover.measured >= (counts ? kSeenThrough : kSeenThroughNoise))
+        return true;
     }
     // Without a depth error nobody knows whether what is measured beside the cell is of it.
     if (!noise_) return false;

@@ -131,11 +131,10 @@ void DepthImage::fill(const PointsView& points, const std::vector<std::uint8_t>&
         marked |= marks[i];
       }
       const auto all_pixels = static_cast<float>((end - begin) * (last - first));
-      const bool is_measured = pixels >= kMinMeasured * all_pixels;
-      const float clear = is_measured ? clearing_.upTo(near) : 0.0f;
+      const float clear = pixels >= kMinMeasured * all_pixels ? clearing_.upTo(near) : 0.0f;
       near = pixels > 0.0f ? near : std::numeric_limits<float>::infinity();
       row_of_tiles[t] = {near, clear, -far, -clear};
-      counts[t] = {is_measured ? 1 : 0, pixels < all_pixels ? 0 : 1, marked & 1, marked >> 1};
+      counts[t] = {static_cast<int>(pixels), pixels < all_pixels ? 0 : 1, marked & 1, marked >> 1};
     }
   }
 }
@@ -238,7 +237,8 @@ DepthImage::Cover DepthImage::coverOf(const Vector3& centre, const Vector3& half
                         counts_[y1 * columns + x0] + counts_[y0 * columns + x0];
   const auto tiles = static_cast<int>((x1 - x0) * (y1 - y0));
   const bool is_used = counts[kUsed] > 0;
-  return {static_cast<double>(counts[kMeasured]) / tiles, counts[kComplete] == tiles, is_used,
+  const double pixels = static_cast<double>(tiles) * (is_sparse_ ? 1 : 1 << (2 * shift_));
+  return {counts[kMeasured] / pixels, counts[kComplete] == tiles, is_used,
           is_used && counts[kUnused] == 0};
 }
 

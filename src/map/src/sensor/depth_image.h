@@ -78,7 +78,7 @@ class DepthImage {
   void finish();
   /// What of the image there is over a box.
   struct Cover {
-    double measured = 0.0;     ///< share of the tiles of which enough pixels have a measurement
+    double measured = 0.0;     ///< share of the pixels that have a measurement
     bool is_complete = false;  ///< all pixels have one
     bool is_used = false;      ///< some measurement went into the map; false without fill()
     bool is_all_used = false;  ///< there are some, and all did
@@ -146,8 +146,8 @@ class DepthImage {
   bool is_sparse_ = true;
   Clearing clearing_;
   int shift_;  ///< log2 of the side of the tiles of the lowest level, pixels
-  /// What tiles above and left of each corner there are: with enough measurements, with one in each
-  /// pixel, with one that went into the map, with one that did not.
+  /// Of the tiles above and left of each corner: measured pixels, and how many tiles have one in each
+  /// pixel, one that went into the map, one that did not.
   enum { kMeasured, kComplete, kUsed, kUnused };
   using Counts = Eigen::Array4i;
   std::vector<Counts> counts_;
