@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/cloud_file.h"
 #include "planar_mapping/io/map_file.h"
 #include "planar_mapping/io/sequence.h"
@@ -107,11 +108,14 @@ Json sequenceInfo(const std::string& path) {
 Json infoOf(const std::string& path) {
   std::error_code ignored;
   if (fs::is_directory(path, ignored)) return sequenceInfo(path);
-  const fs::path ending = fs::path(path).extension();
-  const bool is_cloud = io::recognizeCloudFile(path) != io::CloudFormat::None ||
-                        ending == ".pcd" || ending == ".ply" || ending == ".bin";
-  if (is_cloud) return cloudInfo(path);
-  return mapInfo(path);
+  if (io::recognizeCloudFile(path) != io::CloudFormat::None) return cloudInfo(path);
+  try {
+    return mapInfo(path);
+  } catch (const Error&) {
+    const fs::path ending = fs::path(path).extension();
+    if (ending == ".pcd" || ending == ".ply" || ending == ".bin") return cloudInfo(path);
+    throw;
+  }
 }
 
 void printFlat(const Json& json, const std::string& prefix) {

@@ -177,7 +177,7 @@ void write(const Walk& walk, const std::string& directory, std::uint64_t seed) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 2) {
+  if (argc < 2 || argv[1][0] == '-') {
     std::fprintf(stderr, "usage: motion_walks DIRECTORY [SEED]\n");
     return 2;
   }

@@ -4,7 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <sstream>
+
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/io/atomic_file.h"
 
 namespace planar_mapping {
 namespace {
@@ -36,6 +39,26 @@ TEST(Configuration, ReadingTheEffectiveTextGivesTheSameText) {
     EXPECT_EQ(text, effectiveYaml(parse(text)));
     EXPECT_NE(std::string::npos, text.find("association_angle_deg: 7.123456789012345\n")) << text;
     EXPECT_NE(std::string::npos, text.find("up: [0, -1, 0.25]\n")) << text;
+  }
+}
+
+/// Files of `config --effective` that were kept: no key is lost without a word in the change log.
+TEST(Configuration, KeptConfigurationsAreRead) {
+  const std::string folder =
+      std::string(PLANAR_MAPPING_SOURCE_DIR) + "/tests/fuzz/corpus/configuration/effective_";
+  for (const char* name : {"evaluate", "pcd_sequence", "rgbd_indoor", "single_pcd", "stereo_indoor",
+                           "stereo_outdoor"}) {
+    SCOPED_TRACE(name);
+    const std::string text = io::readWholeText(folder + name);
+    EXPECT_NO_THROW({
+      const std::string again = effectiveYaml(parse(text));
+      // Every key of the kept file is one of those that are written.
+      std::istringstream lines(text);
+      for (std::string line; std::getline(lines, line);) {
+        const std::string key = line.substr(0, line.find(':') + 1);
+        EXPECT_NE(again.find(key), std::string::npos) << key;
+      }
+    });
   }
 }
 

@@ -31,7 +31,7 @@ bool isPeriodic(const std::vector<float>& values, std::size_t numbers, std::size
   constexpr double kLargest = 50.0;
   std::vector<double> sums(period, 0.0), squares(period, 0.0), counts(period, 0.0);
   for (std::size_t i = column, row = 0; i < values.size(); i += numbers, ++row) {
-    const double value = values[i];
+    const double value = double{values[i]} - double{values[column]};  // 0 if all are equal
     sums[row % period] += value;
     squares[row % period] += value * value;
     counts[row % period] += 1.0;
@@ -65,9 +65,13 @@ bool isScanOf(const std::vector<float>& values, std::size_t file_bytes, std::siz
     if (!(ring >= 0.0f && ring < kMostRings && ring == std::floor(ring))) return false;
     rings.insert(ring);
   }
-  for (std::size_t column = 0; column < numbers; ++column)
-    for (const std::size_t period : {3, 5, 7})
-      if (isPeriodic(values, numbers, column, period)) return false;
+  // Layers of a scanner may take turns in one column; wrong rows mix all columns.
+  for (const std::size_t period : {3, 5, 7}) {
+    bool are_all = true;
+    for (std::size_t column = 0; column < numbers && are_all; ++column)
+      are_all = isPeriodic(values, numbers, column, period);
+    if (are_all) return false;
+  }
   return numbers == kKittiNumbers || rings.size() > 1;
 }
 

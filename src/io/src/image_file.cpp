@@ -285,15 +285,15 @@ Image toGray(const Image& image) {
 
 namespace {
 
-/// Shares of old pixels in new ones, along one side.
-struct Shares {
-  struct Share {
+/// What new pixels cover of the old ones, along one side.
+struct Overlaps {
+  struct Overlap {
     int from, to;  ///< old, new
-    float part;    ///< of the new one
+    float part;    ///< fraction of the new one
   };
-  std::vector<Share> all;
+  std::vector<Overlap> all;
 
-  Shares(int from, int to) {
+  Overlaps(int from, int to) {
     const double step = static_cast<double>(from) / to;
     for (int i = 0; i < to; ++i) {
       const double begin = i * step;
@@ -316,21 +316,21 @@ Image scaledTo(const Image& image, int width, int height) {
     return static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows * channels);
   };
   std::vector<float> rows(sizeOf(image.width, height), 0.0f);  // of the new height
-  for (const auto& share : Shares(image.height, height).all) {
-    const std::uint8_t* in = &image.pixels[sizeOf(image.width, share.from)];
-    float* out = &rows[sizeOf(image.width, share.to)];
-    for (int i = 0; i < image.width * channels; ++i) out[i] += share.part * in[i];
+  for (const auto& one : Overlaps(image.height, height).all) {
+    const std::uint8_t* in = &image.pixels[sizeOf(image.width, one.from)];
+    float* out = &rows[sizeOf(image.width, one.to)];
+    for (int i = 0; i < image.width * channels; ++i) out[i] += one.part * in[i];
   }
-  const Shares columns(image.width, width);
+  const Overlaps columns(image.width, width);
   Image scaled{width, height, channels, std::vector<std::uint8_t>(sizeOf(width, height))};
   std::vector<float> line(sizeOf(width, 1));
   for (int row = 0; row < height; ++row) {
     std::fill(line.begin(), line.end(), 0.5f);
     const float* in = &rows[sizeOf(image.width, row)];
-    for (const auto& share : columns.all)
+    for (const auto& one : columns.all)
       for (int c = 0; c < channels; ++c)
-        line[static_cast<std::size_t>(share.to * channels + c)] +=
-            share.part * in[share.from * channels + c];
+        line[static_cast<std::size_t>(one.to * channels + c)] +=
+            one.part * in[one.from * channels + c];
     std::transform(line.begin(), line.end(), &scaled.pixels[sizeOf(width, row)],
                    [](float value) { return static_cast<std::uint8_t>(std::min(value, 255.0f)); });
   }

@@ -186,10 +186,10 @@ constexpr std::size_t kLongestDataLine = std::size_t{1} << 24;
 /// LZF's longest match: 264 bytes out of 3.
 constexpr std::uint64_t kLargestExpansion = 88;
 
-/// What follows the points, at the file's position. Some versions of PCL pad files with zeros to
-/// whole pages of memory.
+/// What follows the points, at the file's position. Some versions of PCL leave up to a
+/// page of memory of zeros there.
 void checkSurplus(InputFile& file, std::uint64_t points, std::size_t record_size) {
-  constexpr std::uint64_t kPage = 4096;
+  constexpr std::uint64_t kPage = 65536;  // the largest in use
   const std::uint64_t surplus = file.size() - file.position();
   if (surplus < record_size) return;
   std::vector<char> rest(std::min(surplus, kPage));

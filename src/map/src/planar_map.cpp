@@ -124,9 +124,9 @@ FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
   impl_->changed();
   map.trajectory.push_back({observation.timestamp, frame.sensor, frame.orientation});
   if (map.params.unknown_space || map.params.miss_factor < 1.0) {
-    frame.images =
-        detail::makeDepthImages(observation, frame.rotation, frame.sensor, frame.use,
-                                map.params.range_image_step, detail::clearingOf(map, observation));
+    frame.images = detail::makeDepthImages(
+        observation, frame.rotation, frame.sensor, frame.use, map.params.range_image_step,
+        detail::clearingOf(map, observation), map.params.miss_factor < 1.0);
   }
   // Independent of each other; run in parallel.
   const auto integrateSurfaces = [&] {

@@ -174,6 +174,14 @@ TEST_F(LayoutFolders, BinFilesAreOfFourNumbersAPointOrOfFiveWithTheRing) {
     EXPECT_EQ(numbers == 5, readCloudFileInfo(path).fields.back() == "ring");
   }
   EXPECT_EQ(CloudFormat::None, recognizeCloudFile(scan("six.bin", 6, 80)));
+  std::vector<float> even;  // of one intensity that no float has exactly, three layers in turn
+  for (int i = 0; i < 400; ++i) {
+    const auto k = static_cast<float>(i / 3);
+    even.insert(even.end(), {5.0f + k, -k, -0.5f * static_cast<float>(i % 3), 0.1f});
+  }
+  EXPECT_EQ(CloudFormat::Velodyne,
+            recognizeCloudFile(write("even.bin", std::string(reinterpret_cast<char*>(even.data()),
+                                                             even.size() * sizeof(float)))));
   // With colours, as some data sets of rooms have them: no number but x and y below zero.
   std::vector<float> room;
   for (int i = 0; i < 400; ++i) {

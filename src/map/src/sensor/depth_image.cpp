@@ -172,8 +172,9 @@ void DepthImage::add(const Vector3& point) {
   tile[kClearest] = -tile[kClear];
 }
 
-void DepthImage::finish() {
-  if (counts_.empty()) {  // no more than a measurement a tile is expected of a sparse image
+void DepthImage::finish(bool counted) {
+  if (counted &&
+      counts_.empty()) {  // no more than a measurement a tile is expected of a sparse image
     const Level& level = levels_.front();
     const auto columns = static_cast<std::size_t>(level.width) + 1;
     counts_.assign(columns * (static_cast<std::size_t>(level.height) + 1), Counts::Zero());
@@ -183,7 +184,7 @@ void DepthImage::finish() {
       counts_[row * columns + i % (columns - 1) + 1] = {has_one, has_one, 0, 0};
     }
   }
-  sumTiles();
+  if (counted) sumTiles();
   while (levels_.back().width > 1 || levels_.back().height > 1) {
     const Level& fine = levels_.back();
     Level coarse;
@@ -223,7 +224,7 @@ inline bool DepthImage::footprint(const Vector3& c, const Vector3& half, double 
 
 DepthImage::Cover DepthImage::coverOf(const Vector3& centre, const Vector3& half) const {
   double edges[4];
-  if (!footprint(centre, half, edges)) return {};
+  if (counts_.empty() || !footprint(centre, half, edges)) return {};
   const Level& level = levels_.front();
   const auto tile = [&](double edge, int tiles) {
     return static_cast<std::size_t>(std::clamp(static_cast<int>(edge) >> shift_, 0, tiles - 1));
@@ -237,7 +238,12 @@ DepthImage::Cover DepthImage::coverOf(const Vector3& centre, const Vector3& half
                         counts_[y1 * columns + x0] + counts_[y0 * columns + x0];
   const auto tiles = static_cast<int>((x1 - x0) * (y1 - y0));
   const bool is_used = counts[kUsed] > 0;
-  const double pixels = static_cast<double>(tiles) * (is_sparse_ ? 1 : 1 << (2 * shift_));
+  const auto side = [this](std::size_t first, std::size_t last, int size) {
+    return std::min(static_cast<double>(last << shift_), static_cast<double>(size)) -
+           static_cast<double>(first << shift_);
+  };
+  const double pixels =
+      is_sparse_ ? tiles : side(x0, x1, camera_.width) * side(y0, y1, camera_.height);
   return {counts[kMeasured] / pixels, counts[kComplete] == tiles, is_used,
           is_used && counts[kUnused] == 0};
 }
@@ -335,7 +341,7 @@ void DepthImage::bounds(double depth, Vector3& low, Vector3& high) const {
 std::vector<DepthImage> makeDepthImages(const FrameObservation& observation,
                                         const Matrix3& rotation, const Vector3& position,
                                         const std::vector<std::uint8_t>& use, double step,
-                                        const Clearing& clearing) {
+                                        const Clearing& clearing, bool counted) {
   const PointsView& points = observation.points;
   std::vector<DepthImage> images;
   if (points.size == 0) return images;
@@ -353,7 +359,7 @@ std::vector<DepthImage> makeDepthImages(const FrameObservation& observation,
         if (points.isFinite(i)) images.back().add(points.point(i));
       }
     }
-    images.back().finish();
+    images.back().finish(counted);
     return images;
   }
 
@@ -383,7 +389,7 @@ std::vector<DepthImage> makeDepthImages(const FrameObservation& observation,
         any = true;
       }
       if (!any) continue;
-      image.finish();
+      image.finish(counted);
       images.push_back(std::move(image));
     }
   }

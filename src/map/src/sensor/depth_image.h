@@ -74,11 +74,11 @@ class DepthImage {
   void fill(const PointsView& points, const std::vector<std::uint8_t>& use);
   /// Adds a single measurement, camera frame, where it projects into the image.
   void add(const Vector3& point);
-  /// Must be called once after all measurements.
-  void finish();
+  /// Must be called once after all measurements. \param counted  coverOf() will be asked
+  void finish(bool counted);
   /// What of the image there is over a box.
   struct Cover {
-    double measured = 0.0;     ///< share of the pixels that have a measurement
+    double measured = 0.0;     ///< fraction of the pixels with a measurement; sparse: of the tiles
     bool is_complete = false;  ///< all pixels have one
     bool is_used = false;      ///< some measurement went into the map; false without fill()
     bool is_all_used = false;  ///< there are some, and all did
@@ -128,16 +128,6 @@ class DepthImage {
     int height = 0;
     std::vector<Tile> tiles;
   };
-  /// Depth up to which the tile at a pixel is clear; 0 outside of the image.
-  float clearAt(float column, float row) const {
-    if (!(column >= 0.0f && row >= 0.0f && column < static_cast<float>(camera_.width) &&
-          row < static_cast<float>(camera_.height))) {
-      return 0.0f;
-    }
-    const Level& level = levels_.front();
-    return level.tiles[static_cast<std::size_t>((static_cast<int>(row) >> shift_) * level.width +
-                                                (static_cast<int>(column) >> shift_))][kClear];
-  }
   PinholeCamera camera_;
   Matrix3 inverse_;
   Matrix3 turn_;
@@ -146,8 +136,8 @@ class DepthImage {
   bool is_sparse_ = true;
   Clearing clearing_;
   int shift_;  ///< log2 of the side of the tiles of the lowest level, pixels
-  /// Of the tiles above and left of each corner: measured pixels, and how many tiles have one in each
-  /// pixel, one that went into the map, one that did not.
+  /// Of the tiles above and left of each corner: measured pixels, and how many tiles have one in
+  /// each pixel, one that went into the map, one that did not.
   enum { kMeasured, kComplete, kUsed, kUnused };
   using Counts = Eigen::Array4i;
   std::vector<Counts> counts_;
@@ -176,11 +166,11 @@ void DepthImage::forEachRay(Visit&& visit) const {
 
 /// The images that cells are tested against: one of the camera's, or for a cloud without a camera
 /// the six faces of a cube around the sensor, along the world's axes. \param use see
-/// DepthImage::fill()
+/// DepthImage::fill(), \param counted see DepthImage::finish()
 std::vector<DepthImage> makeDepthImages(const FrameObservation& observation,
                                         const Matrix3& rotation, const Vector3& position,
                                         const std::vector<std::uint8_t>& use, double step,
-                                        const Clearing& clearing);
+                                        const Clearing& clearing, bool counted);
 
 /// Pinhole model that explains an organized cloud to a fraction of a pixel, if there is one.
 std::optional<PinholeCamera> estimateCamera(const PointsView& points);

@@ -50,6 +50,10 @@ void StereoKeys::declare(ParameterTable& table) {
              "[ours] least squares on gray values against the pull to whole disparities");
   table.integer("refine_window_px", matcher.refine_window, Range::between(3, 31),
                 "[ours] side of its window, odd");
+  table.number("min_brightness", min_brightness, Range::between(0.0, 255.0),
+               "[ours] mean gray value of a frame that can be used");
+  table.number("min_density", min_density, Range::between(0.0, 1.0),
+               "[ours] share of the pixels of a usable frame that have a disparity");
   table.basic({"disparities_px", "paths", "uniqueness_percent", "speckle_side_m", "min_texture"});
 }
 

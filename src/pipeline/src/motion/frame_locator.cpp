@@ -15,9 +15,10 @@ bool isNear(const Pose& a, const Pose& b, double distance, double turn) {
          motionDifference(a, b).tail<3>().norm() < turn;
 }
 
-/// Does the sensor see a part of its surroundings only? What spins sees all of them.
+/// Does the sensor see a part of its surroundings only? A cloud that is no image and of no camera
+/// is taken for a scan all around.
 bool isPartial(const Frame& frame) {
-  return frame.cloud && frame.cloud->height > 1;
+  return frame.cloud && (frame.cloud->height > 1 || frame.camera);
 }
 
 }  // namespace

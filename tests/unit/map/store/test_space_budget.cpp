@@ -65,8 +65,9 @@ double integrate(const FrameObservation& observation, const SpaceBudget& of_imag
   const detail::Frame frame = detail::makeFrame(observation);
   constexpr float kRange = 100.0f;
   double range = std::numeric_limits<double>::infinity();
-  for (const detail::DepthImage& image : detail::makeDepthImages(
-           observation, frame.rotation, frame.sensor, frame.use, 0.0087, {kRange, 0.0f, 0.0f})) {
+  for (const detail::DepthImage& image :
+       detail::makeDepthImages(observation, frame.rotation, frame.sensor, frame.use, 0.0087,
+                               {kRange, 0.0f, 0.0f}, false)) {
     SpaceBudget budget = of_image;
     space.integrate(image, kCell, kRange, budget);
     range = std::min(range, budget.range);

@@ -40,7 +40,8 @@ PLANAR_MAPPING_EXPORT void writeImage(const std::string& path, const Image& imag
 /// Luminance (BT.601) of an image; a gray one is returned as it is.
 PLANAR_MAPPING_EXPORT Image toGray(const Image& image);
 
-/// The image at another size: each pixel is the mean of what it covers of the old ones.
+/// The image at another size: each pixel is the mean of what it covers of the old ones. Enlarged,
+/// old pixels become blocks.
 /// \param width, height  pixels, > 0
 /// \throws InputError for an empty image
 PLANAR_MAPPING_EXPORT Image scaledTo(const Image& image, int width, int height);
