@@ -283,6 +283,20 @@ TEST_F(Run, ProgressHasTheSecondsLeft) {
   EXPECT_EQ(0.0, reports[2]["seconds_left"]);
 }
 
+TEST_F(Run, WithoutPlanesItSaysWhereThePointsWent) {
+  const auto run = [&](double farthest, const char* planes) {
+    const std::string yaml =
+        write("few.yaml", "version: 1\nstages:\n  - stage: pass_through\n    axis: x\n    max_m: " +
+                              std::to_string(farthest) +
+                              "\n  - stage: multi_plane_segmentation\n    min_inliers: " + planes +
+                              "\n  - stage: planar_cuboid_approximation\n");
+    return planarMap({"run", yaml, "-i", room(), "-o", directory_ / "few", "-q", "--force"}).err;
+  };
+  EXPECT_NE(run(100.0, "1000000").find("look at min_inliers"), std::string::npos);
+  const std::string few = run(1.0, "1000000");
+  EXPECT_NE(few.find(" % of the points were removed before"), std::string::npos) << few;
+}
+
 TEST_F(Run, CloudInMillimetresGetsASentence) {
   std::vector<float> xyz = roomPoints(5000);
   for (float& v : xyz) v *= 1000.0f;

@@ -190,6 +190,16 @@ std::size_t RunStatistics::pointsBeyond() const {
   return beyond;
 }
 
+double RunStatistics::removedFraction() const {
+  double removed = 0.0;
+  double all = 0.0;
+  for (const FrameReport& report : reports_) {
+    removed += static_cast<double>(report.points_rejected);
+    all += static_cast<double>(report.points_valid);
+  }
+  return all > 0.0 ? removed / all : 0.0;
+}
+
 bool RunStatistics::hasGroundInMostFrames() const {
   const auto count = std::count_if(reports_.begin(), reports_.end(), [](const FrameReport& report) {
     return report.points_ground > 0;

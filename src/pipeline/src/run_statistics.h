@@ -24,6 +24,8 @@ class RunStatistics {
   /// Frames that were not left out.
   std::size_t usedFrames() const;
   std::size_t pointsBeyond() const;
+  /// Of the finite points, those that stages removed or merged before planes were looked for.
+  double removedFraction() const;
   /// Whether ground was removed from more than half of the frames that were used.
   bool hasGroundInMostFrames() const;
   /// Whether any frame had key features.

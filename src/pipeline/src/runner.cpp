@@ -295,9 +295,13 @@ void Run::checkResult() {
         "the map is empty: no cell got enough points; look at the stages before the last and at "
         "min_points_per_cell");
   } else if (map.planes().empty()) {
-    warn(
-        "no plane was found: the map holds non-planar cuboids only; look at min_inliers and "
-        "distance_threshold_m");
+    constexpr double kNearlyAll = 0.9;
+    const double removed = statistics_.removedFraction();
+    warn("no plane was found: the map holds non-planar cuboids only; " +
+         (removed < kNearlyAll
+              ? std::string("look at min_inliers and distance_threshold_m")
+              : formatNumber(std::round(1e3 * removed) / 10.0) +
+                    " % of the points were removed before: look at the stages that do that"));
   }
   warnOfTilt();
 }
