@@ -253,10 +253,12 @@ class Odometry::Implementation {
     const Pose guess = prior ? prior->T_world_sensor.inverse() : expected();
     const double surprise =
         (estimate.T_now_before.inverse().translation() - guess.inverse().translation()).norm();
-    return surprise <= params_.jump_distance ||
-           estimate.inliers >= static_cast<std::size_t>(params_.jump_inliers) ||
-           static_cast<double>(estimate.inliers) >=
-               params_.jump_inlier_share * static_cast<double>(matches);
+    constexpr double kLeastShare = 0.25;  // of many that agree: the others may have stayed
+    const auto inliers = static_cast<double>(estimate.inliers);
+    const auto known = static_cast<double>(matches);
+    return surprise <= params_.jump_distance || inliers >= params_.jump_inlier_share * known ||
+           (estimate.inliers >= static_cast<std::size_t>(params_.jump_inliers) &&
+            inliers >= kLeastShare * known);
   }
 
   /// Constant velocity, for as long as that is likely to hold.

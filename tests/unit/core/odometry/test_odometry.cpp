@@ -108,6 +108,34 @@ TEST(Odometry, FindsAJumpOfTwoMetresOverKnownFeatures) {
   EXPECT_FALSE(next.jump);
 }
 
+TEST(Odometry, AJumpOfAFifthOfManyKnownFeaturesIsNotBelieved) {
+  for (const bool many_agree : {false, true}) {
+    World world;
+    OdometryParams params = worldParams();
+    params.jump_inliers = 15;
+    Odometry odometry(params);
+    odometry.setStart(World::poseAt(0.0));
+    for (int i = 0; i < 4; ++i) odometry.update(world.see(World::poseAt(0.05 * i)));
+    std::vector<KeyFeature> seen = world.see(World::poseAt(1.15));
+    // The others are taken for one another.
+    std::size_t right = 0;
+    std::vector<std::size_t> wrong;
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      if (i % (many_agree ? 2 : 5) == 0) {
+        ++right;
+      } else {
+        wrong.push_back(i);
+      }
+    }
+    for (std::size_t k = 1; k < wrong.size(); ++k)
+      std::swap(seen[wrong[k - 1]].track, seen[wrong[k]].track);
+    ASSERT_GE(right, 40u);
+    const OdometryResult result = odometry.update(seen);
+    EXPECT_EQ(result.registered, many_agree) << result.reason;
+    EXPECT_EQ(result.reason.find("agree on a jump") != std::string::npos, !many_agree);
+  }
+}
+
 TEST(Odometry, ExactPosesAreTaken) {
   World world;
   Odometry odometry(worldParams());
