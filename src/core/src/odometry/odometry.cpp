@@ -253,7 +253,7 @@ class Odometry::Implementation {
     const Pose guess = prior ? prior->T_world_sensor.inverse() : expected();
     const double surprise =
         (estimate.T_now_before.inverse().translation() - guess.inverse().translation()).norm();
-    constexpr double kLeastShare = 0.25;  // of many that agree: the others may have stayed
+    constexpr double kLeastShare = 0.2;  // of many that agree: the others may have stayed
     const auto inliers = static_cast<double>(estimate.inliers);
     const auto known = static_cast<double>(matches);
     return surprise <= params_.jump_distance || inliers >= params_.jump_inlier_share * known ||

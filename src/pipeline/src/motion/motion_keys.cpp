@@ -61,7 +61,7 @@ void MotionKeys::declareSearch(ParameterTable& table) {
   table.number("jump_inlier_share", odometry.jump_inlier_share, Range::between(0.0, 1.0),
                "[ours] share of known features that must agree on a jump, ...");
   table.integer("jump_inliers", odometry.jump_inliers, Range::atLeast(0),
-                "[ours] ... or so many of them, and a quarter");
+                "[ours] ... or so many of them, and a fifth");
   table.number("jump_distance_m", odometry.jump_distance, Range::positive(),
                "[ours] a motion so far off the expected one is reported");
 }

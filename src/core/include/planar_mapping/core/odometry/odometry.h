@@ -33,7 +33,7 @@ struct PLANAR_MAPPING_EXPORT OdometryParams {
   /// if this share of the known features agrees ...
   double jump_distance = 0.5;
   double jump_inlier_share = 0.4;  ///< in [0, 1]
-  int jump_inliers = 30;           ///< ... or so many of them, and a quarter
+  int jump_inliers = 30;           ///< ... or so many of them, and a fifth
   std::uint64_t seed = 12345;
 
   /// \throws ParameterError
