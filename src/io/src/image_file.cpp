@@ -285,26 +285,25 @@ Image toGray(const Image& image) {
 
 namespace {
 
-/// What new pixels cover of the old ones, along one side.
-struct Overlaps {
-  struct Overlap {
-    int from, to;  ///< old, new
-    float part;    ///< fraction of the new one
-  };
-  std::vector<Overlap> all;
+/// What a new pixel covers of an old one, along one side.
+struct Overlap {
+  int from, to;  ///< old, new
+  float part;    ///< fraction of the new one
+};
 
-  Overlaps(int from, int to) {
-    const double step = static_cast<double>(from) / to;
-    for (int i = 0; i < to; ++i) {
-      const double begin = i * step;
-      const double end = std::min((i + 1) * step, static_cast<double>(from));
-      for (int k = static_cast<int>(begin); k < from && k < end; ++k) {
-        const double covered = std::min(k + 1.0, end) - std::max<double>(k, begin);
-        all.push_back({k, i, static_cast<float>(covered / (end - begin))});
-      }
+std::vector<Overlap> overlapsOf(int from, int to) {
+  std::vector<Overlap> overlaps;
+  const double step = static_cast<double>(from) / to;
+  for (int i = 0; i < to; ++i) {
+    const double begin = i * step;
+    const double end = std::min((i + 1) * step, static_cast<double>(from));
+    for (int k = static_cast<int>(begin); k < from && k < end; ++k) {
+      const double covered = std::min(k + 1.0, end) - std::max<double>(k, begin);
+      overlaps.push_back({k, i, static_cast<float>(covered / (end - begin))});
     }
   }
-};
+  return overlaps;
+}
 
 }  // namespace
 
@@ -316,18 +315,18 @@ Image scaledTo(const Image& image, int width, int height) {
     return static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows * channels);
   };
   std::vector<float> rows(sizeOf(image.width, height), 0.0f);  // of the new height
-  for (const auto& one : Overlaps(image.height, height).all) {
+  for (const Overlap& one : overlapsOf(image.height, height)) {
     const std::uint8_t* in = &image.pixels[sizeOf(image.width, one.from)];
     float* out = &rows[sizeOf(image.width, one.to)];
     for (int i = 0; i < image.width * channels; ++i) out[i] += one.part * in[i];
   }
-  const Overlaps columns(image.width, width);
+  const std::vector<Overlap> columns = overlapsOf(image.width, width);
   Image scaled{width, height, channels, std::vector<std::uint8_t>(sizeOf(width, height))};
   std::vector<float> line(sizeOf(width, 1));
   for (int row = 0; row < height; ++row) {
     std::fill(line.begin(), line.end(), 0.5f);
     const float* in = &rows[sizeOf(image.width, row)];
-    for (const auto& one : columns.all)
+    for (const Overlap& one : columns)
       for (int c = 0; c < channels; ++c)
         line[static_cast<std::size_t>(one.to * channels + c)] +=
             one.part * in[one.from * channels + c];

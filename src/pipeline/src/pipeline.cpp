@@ -15,6 +15,7 @@
 #include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/ground/detail/upright.h"
+#include "rounded.h"
 
 namespace planar_mapping {
 namespace {
@@ -42,10 +43,6 @@ std::uint64_t pictureFingerprint(const Frame& frame) {
     add((*frame.cloud)[i].data, 3 * sizeof(float));
   }
   return value;
-}
-
-std::string rounded(double value) {
-  return formatNumber(std::round(10.0 * value) / 10.0);
 }
 
 /// Stages through the last one of these kinds.
@@ -331,8 +328,9 @@ void Pipeline::remarkOn(const CloudScale& scale, Frame& frame) const {
   constexpr double kMaxSpacing = 1.0;  // of points that a robot uses, metres
   constexpr double kMaxRange = 100.0;
   if (scale.spacing > kMaxSpacing && scale.max_range > kMaxRange) {
-    frame.warnings.push_back(frame.source + ": the points are " + rounded(scale.spacing) +
-                             " apart and up to " + rounded(scale.max_range) +
+    frame.warnings.push_back(frame.source + ": the points are " +
+                             detail::rounded(scale.spacing, 1) + " apart and up to " +
+                             detail::rounded(scale.max_range, 1) +
                              " from the sensor: if they are in millimetres, scale them by 0.001; "
                              "all lengths of the map are in the unit of the cloud");
   }
@@ -362,7 +360,7 @@ void Pipeline::findVertical(CloudScale& scale, Frame& frame) const {
       findUpright(viewOf(*frame.cloud), scale.stereo, axes.transpose() * scale.up);
   if (!upright.found || upright.tilt < kAxis) return;
   scale.up = axes * upright.up;
-  const auto rounded = [](double value) { return formatNumber(std::round(1e3 * value) / 1e3); };
+  const auto rounded = [](double value) { return detail::rounded(value, 3); };
   frame.notes.push_back(frame.source +
                         ": the world of the given poses is not level; by the planes seen `up: "
                         "auto` is [" +

@@ -184,20 +184,23 @@ std::size_t RunStatistics::usedFrames() const {
                     [](const FrameReport& report) { return report.skip_reason.empty(); }));
 }
 
+std::size_t RunStatistics::sum(std::size_t FrameReport::*field) const {
+  std::size_t total = 0;
+  for (const FrameReport& report : reports_) {
+    if (report.skip_reason.empty()) total += report.*field;
+  }
+  return total;
+}
+
 std::size_t RunStatistics::pointsBeyond() const {
-  std::size_t beyond = 0;
-  for (const FrameReport& report : reports_) beyond += report.points_beyond;
-  return beyond;
+  return sum(&FrameReport::points_beyond);
 }
 
 double RunStatistics::removedFraction() const {
-  double removed = 0.0;
-  double all = 0.0;
-  for (const FrameReport& report : reports_) {
-    removed += static_cast<double>(report.points_rejected);
-    all += static_cast<double>(report.points_valid);
-  }
-  return all > 0.0 ? removed / all : 0.0;
+  const std::size_t all = sum(&FrameReport::points_valid);
+  return all > 0
+             ? static_cast<double>(sum(&FrameReport::points_rejected)) / static_cast<double>(all)
+             : 0.0;
 }
 
 bool RunStatistics::hasGroundInMostFrames() const {
@@ -237,13 +240,6 @@ std::string RunStatistics::framesCsv(const Configuration& configuration) const {
 
 std::string RunStatistics::metricsJson(const Configuration& configuration, const PlanarMap& map,
                                        std::size_t file_bytes, bool interrupted) const {
-  const auto sum = [this](std::size_t FrameReport::*field) {
-    std::size_t total = 0;
-    for (const FrameReport& report : reports_) {
-      if (report.skip_reason.empty()) total += report.*field;
-    }
-    return total;
-  };
   std::size_t planar_cuboids = 0;
   for (const Cuboid& cuboid : map.cuboids()) planar_cuboids += cuboid.plane_id >= 0 ? 1 : 0;
   const std::size_t cuboids = map.cuboids().size();

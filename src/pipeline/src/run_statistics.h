@@ -38,6 +38,8 @@ class RunStatistics {
 
  private:
   void count(const Frame& frame, const PlanarMap& map);
+  /// Over the frames that were not left out.
+  std::size_t sum(std::size_t FrameReport::*field) const;
   struct Coverage {
     std::size_t points = 0;
     std::size_t covered = 0;

@@ -18,6 +18,7 @@
 #include "planar_mapping/io/pose_file.h"
 #include "planar_mapping/pipeline/output.h"
 #include "planar_mapping/pipeline/sequence_source.h"
+#include "rounded.h"
 #include "run_statistics.h"
 
 namespace planar_mapping {
@@ -300,7 +301,7 @@ void Run::checkResult() {
     warn("no plane was found: the map holds non-planar cuboids only; " +
          (removed < kNearlyAll
               ? std::string("look at min_inliers and distance_threshold_m")
-              : formatNumber(std::round(1e3 * removed) / 10.0) +
+              : detail::rounded(100.0 * removed, 1) +
                     " % of the points were removed before: look at the stages that do that"));
   }
   warnOfTilt();
@@ -315,9 +316,9 @@ void Run::warnOfTilt() {
   const bool is_own = map.params().frame == MapFrame::Start;
   const std::optional<detail::LeaningFloor> floor = detail::leaningFloor(map);
   if (!floor || (!is_own && floor->tilt < kUsualSlope)) return;
-  const auto rounded = [](double value) { return formatNumber(std::round(value)); };
-  const std::string what = "what looks like a floor (" + rounded(floor->area) + " m2) leans by " +
-                           rounded(floor->tilt * 180.0 / M_PI) + " degrees: ";
+  const std::string what = "what looks like a floor (" + detail::rounded(floor->area, 0) +
+                           " m2) leans by " + detail::rounded(floor->tilt * 180.0 / M_PI, 0) +
+                           " degrees: ";
   warn(what + (is_own ? "the sensor did not start level, and the first frame does not show how it "
                         "was held; give poses, or begin with a frame that sees floor and walls "
                         "(--frames)"

@@ -129,16 +129,20 @@ void standBefore(Shot& shot, int first, int last, double depth) {
   }
 }
 
+/// A view of the wall with somebody over the columns [first, last).
+ViewMap::ViewPtr seeBehind(const ViewMap& map, const Pose& pose, int first, int last,
+                           std::uint64_t seed = 5) {
+  Shot shot = shoot(pose, 0.0, seed);
+  standBefore(shot, first, last, 1.0);
+  return see(map, shot);
+}
+
 TEST(ViewMap, APersonWhoWalksThroughIsNoContradiction) {
   // A third of each view is covered by what stood elsewhere before: the views see through it.
   ViewMap map(params());
-  Shot before = shoot(poseAt(0.0), 0.0, 5);
-  standBefore(before, 20, 130, 1.0);
-  map.insert(see(map, before), poseAt(0.0));
+  map.insert(seeBehind(map, poseAt(0.0), 20, 130), poseAt(0.0));
   const Pose truth = poseAt(0.15, 0.05);
-  Shot now = shoot(truth, 0.0, 5);
-  standBefore(now, 180, 290, 1.0);
-  const ViewMap::ViewPtr view = see(map, now);
+  const ViewMap::ViewPtr view = seeBehind(map, truth, 180, 290);
   EXPECT_EQ(map.judge(view, truth, nullptr, false), PoseVerdict::Refused);
   for (const ViewGuess known : {ViewGuess::Motion, ViewGuess::Place, ViewGuess::Nothing}) {
     const ViewMap::Location found = map.locate(view, poseAt(0.0), {}, known);
@@ -149,21 +153,16 @@ TEST(ViewMap, APersonWhoWalksThroughIsNoContradiction) {
   ASSERT_TRUE(by_features.has_value());
   EXPECT_LT((by_features->translation() - truth.translation()).norm(), 0.02);
   // Of another wall there are not enough that agree.
-  Shot elsewhere = shoot(truth, 0.0, 6);
-  standBefore(elsewhere, 180, 290, 1.0);
-  EXPECT_FALSE(map.locateByFeatures(see(map, elsewhere), poseAt(0.0)).has_value());
+  const ViewMap::ViewPtr elsewhere = seeBehind(map, truth, 180, 290, 6);
+  EXPECT_FALSE(map.locateByFeatures(elsewhere, poseAt(0.0)).has_value());
 }
 
 TEST(ViewMap, OfAFullViewWhatIsJustExpectedIsEnough) {
   // Four fifths of both views together are covered by somebody.
   ViewMap map(params());
-  Shot before = shoot(poseAt(0.0), 0.0, 5);
-  standBefore(before, 20, 150, 1.0);
-  map.insert(see(map, before), poseAt(0.0));
+  map.insert(seeBehind(map, poseAt(0.0), 20, 150), poseAt(0.0));
   const Pose truth = poseAt(0.05, 0.02);
-  Shot now = shoot(truth, 0.0, 5);
-  standBefore(now, 170, 300, 1.0);
-  const ViewMap::ViewPtr view = see(map, now);
+  const ViewMap::ViewPtr view = seeBehind(map, truth, 170, 300);
   const ViewMap::Location found = map.locate(view, truth, {}, ViewGuess::Motion);
   ASSERT_TRUE(found.found) << found.reason;
   EXPECT_LT((found.T_world_sensor.translation() - truth.translation()).norm(), 0.04);

@@ -9,12 +9,12 @@
 namespace planar_mapping::detail {
 namespace {
 
-/// A cell is missed only if everything measured over it lies behind it by this many resolutions,
-/// ...
+/// A cell is missed only if all that is measured over it lies behind it by so many resolutions, ...
 constexpr double kMissMargin = 1.0;
-/// ... and something is over so much of it: cameras have holes at edges and where little is
-/// reflected, and a leg that is narrower than a cell is often no more than a hole.
+/// ... and so much of what it covers in the image is measured: cameras have holes at edges and
+/// where little is reflected, and a leg that is narrower than a cell is often no more than a hole.
 constexpr double kSeenThrough = 0.6;
+/// Likewise of a stereo camera, where what is behind is no part of the map: noise lies there, too.
 constexpr double kSeenThroughNoise = 0.8;
 /// A cell without a point is doubted only if so many pixels face it, ...
 constexpr double kMinPixels = 9.0;
@@ -65,10 +65,9 @@ class MissTest {
     const DepthImage::Look all = image_.look(cell.centre, half_, true);
     if (all.inside && all.far <= max_range_ && all.nearest > all.far + margin_) {
       const DepthImage::Cover cover = image_.coverOf(cell.centre, half_);
-      // Between holes a stereo camera also measures noise, as what is no part of the map is.
-      const bool counts = !noise_ || image_.coverOf(cell.centre, 0.5 * half_).is_used;
-      if (cover.is_complete || cover.measured >= (counts ? kSeenThrough : kSeenThroughNoise))
-        return true;
+      if (cover.is_complete) return true;
+      const bool is_sure = !noise_ || image_.coverOf(cell.centre, 0.5 * half_).is_used;
+      if (cover.measured >= (is_sure ? kSeenThrough : kSeenThroughNoise)) return true;
     }
     // Without a depth error nobody knows whether what is measured beside the cell is of it.
     if (!noise_) return false;

@@ -173,8 +173,8 @@ void DepthImage::add(const Vector3& point) {
 }
 
 void DepthImage::finish(bool counted) {
-  if (counted &&
-      counts_.empty()) {  // no more than a measurement a tile is expected of a sparse image
+  if (counted && is_sparse_) {
+    // No more than one measurement a tile is expected.
     const Level& level = levels_.front();
     const auto columns = static_cast<std::size_t>(level.width) + 1;
     counts_.assign(columns * (static_cast<std::size_t>(level.height) + 1), Counts::Zero());

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "planar_mapping/pipeline/parameter.h"
+#include "rounded.h"
 
 namespace planar_mapping::detail {
 
@@ -31,11 +31,10 @@ std::optional<std::string> contradictionOf(const Frame& frame, const Odometry& o
   const double step = last ? (last->translation() - frame.given_pose->translation()).norm() : 0.0;
   if (apart.translation().norm() < kShift + kShiftOfStep * step && turn < kTurn)
     return std::nullopt;
-  const auto rounded = [](double value) { return formatNumber(std::round(1e2 * value) / 1e2); };
   return "frame " + std::to_string(frame.number) + " " + frame.source +
          ": its given pose contradicts the images: " + std::to_string(seen.inliers) + " of " +
          std::to_string(seen.matches) + " known features put it " +
-         rounded(apart.translation().norm()) + " m and " + rounded(turn * 180.0 / M_PI) +
+         rounded(apart.translation().norm(), 2) + " m and " + rounded(turn * 180.0 / M_PI, 2) +
          " degrees elsewhere; are images, depths, poses and calibration of one camera, in one "
          "order?";
 }

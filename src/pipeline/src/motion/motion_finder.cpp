@@ -2,10 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "motion/motion_finder.h"
 
-#include <cmath>
-
 #include "motion/given_pose.h"
 #include "planar_mapping/core/base/detail/state_archive.h"
+#include "rounded.h"
 
 namespace planar_mapping::detail {
 namespace {
@@ -153,10 +152,9 @@ void MotionFinder::registerFrame(Frame& frame, bool given) {
     frame.notes.push_back(frame.source + ": given pose taken as it is: " + result.reason);
   }
   if (result.jump) {
-    frame.notes.push_back(
-        frame.source + ": a jump of " +
-        formatNumber(std::round(1e3 * result.motion->T_now_before.translation().norm()) / 1e3) +
-        " m, found by known features");
+    frame.notes.push_back(frame.source + ": a jump of " +
+                          rounded(result.motion->T_now_before.translation().norm(), 3) +
+                          " m, found by known features");
   }
 }
 

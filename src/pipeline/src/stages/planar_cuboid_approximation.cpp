@@ -5,6 +5,7 @@
 #include "builtin.h"
 #include "keys/map_keys.h"
 #include "planar_mapping/surface/planar_mapping.h"
+#include "rounded.h"
 
 namespace planar_mapping {
 namespace {
@@ -40,7 +41,7 @@ class PlanarCuboidApproximationStage : public Stage {
     frame.inserted = true;
     if (std::isfinite(frame.update.space_range)) {
       frame.notes.push_back(frame.source + ": space is judged up to " +
-                            formatNumber(std::round(frame.update.space_range)) +
+                            detail::rounded(frame.update.space_range, 0) +
                             " m only, all of it would be too much for one frame; a coarser "
                             "unknown_resolution_m reaches farther");
     }

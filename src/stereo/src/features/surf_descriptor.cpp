@@ -189,10 +189,11 @@ void SurfDescriptor::operator()(const BlobPoint& point,
   const int stride = image_.width() + 1;
   const int scale = static_cast<int>(point.scale + 0.5);
   const double angle = dominantAngle(sums, stride, point, scale);
-  const auto cosine = static_cast<float>(std::cos(angle));
-  const auto sine = static_cast<float>(std::sin(angle));
-  const Samples at{point.column, point.row, std::cos(angle) * point.scale,
-                   std::sin(angle) * point.scale, scale};
+  const double turn_x = std::cos(angle);
+  const double turn_y = std::sin(angle);
+  const auto cosine = static_cast<float>(turn_x);
+  const auto sine = static_cast<float>(turn_y);
+  const Samples at{point.column, point.row, turn_x * point.scale, turn_y * point.scale, scale};
   std::array<float, kInSquare> x, y;
   haarWavelets(sums, stride, at, grid.across.data(), grid.down.data(), kInSquare, x.data(),
                y.data());
