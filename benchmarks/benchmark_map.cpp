@@ -230,7 +230,7 @@ std::vector<octomap::Pointcloud> octoMapClouds(const std::vector<BenchmarkFrame>
     octomap::Pointcloud cloud;
     const PointsView points = frame.view();
     for (std::size_t i = 0; i < points.size; ++i) {
-      if (points.isFinite(i)) cloud.push_back(toOctoMap(frame.pose * points.point(i)));
+      if (points.isMeasured(i)) cloud.push_back(toOctoMap(frame.pose * points.point(i)));
     }
     clouds.push_back(cloud);
   }

@@ -114,7 +114,7 @@ void compare(const std::string& scene, int frames, int features_per_frame) {
     const PointsView points(frame.xyz.data(), static_cast<std::uint32_t>(params.width),
                             static_cast<std::uint32_t>(params.height), 3);
     std::size_t finite = 0;
-    for (std::size_t i = 0; i < points.size; ++i) finite += points.isFinite(i) ? 1 : 0;
+    for (std::size_t i = 0; i < points.size; ++i) finite += points.isMeasured(i) ? 1 : 0;
     MultiPlaneParams search;
     search.noise =
         planar_mapping::StereoNoise{params.sensor.baseline, simulation.params().camera().fx, 0.5};

@@ -33,7 +33,7 @@ Cloud::Ptr cloudOf(const PointsView& points, const std::vector<int>* indices) {
   cloud->resize(size);
   for (std::size_t i = 0; i < size; ++i) {
     const std::size_t from = indices ? static_cast<std::size_t>((*indices)[i]) : i;
-    const bool finite = points.isFinite(from);
+    const bool finite = points.isMeasured(from);
     const float nan = std::numeric_limits<float>::quiet_NaN();
     const float* p = points[from];
     (*cloud)[i] = finite ? pcl::PointXYZ(p[0], p[1], p[2]) : pcl::PointXYZ(nan, nan, nan);
@@ -163,7 +163,7 @@ std::vector<PlaneSegment> regionGrowing(const PeerTask& task) {
 std::vector<int> finiteOf(const PointsView& points) {
   std::vector<int> finite;
   for (std::size_t i = 0; i < points.size; ++i) {
-    if (points.isFinite(i)) finite.push_back(static_cast<int>(i));
+    if (points.isMeasured(i)) finite.push_back(static_cast<int>(i));
   }
   return finite;
 }

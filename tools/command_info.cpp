@@ -61,7 +61,7 @@ Json cloudInfo(const std::string& path) {
   std::size_t finite = 0;
   const PointsView points = cloud.view();
   for (std::size_t i = 0; i < points.size; ++i) {
-    if (!points.isFinite(i)) continue;
+    if (!points.isMeasured(i)) continue;
     const Vector3 p = points.point(i);
     low = finite == 0 ? p : low.cwiseMin(p).eval();
     high = finite == 0 ? p : high.cwiseMax(p).eval();

@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <iostream>
 #include <optional>
+#include <utility>
 
 #include "planar_mapping/pipeline/pipeline.h"
 
@@ -90,8 +91,13 @@ std::atomic<bool>& stopOnSignal() {
 
 std::optional<double> secondsLeft(std::size_t done, std::size_t all) {
   using Clock = std::chrono::steady_clock;
-  static const Clock::time_point first_time = Clock::now();
-  static const std::size_t first_done = done;
+  static Clock::time_point first_time = Clock::now();
+  static std::size_t first_done = done;
+  static std::size_t last_done = done;
+  if (done < std::exchange(last_done, done)) {
+    first_time = Clock::now();
+    first_done = done;
+  }
   if (done <= first_done || all < done) return std::nullopt;
   const std::chrono::duration<double> elapsed = Clock::now() - first_time;
   return elapsed.count() * static_cast<double>(all - done) / static_cast<double>(done - first_done);

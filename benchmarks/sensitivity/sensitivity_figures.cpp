@@ -209,7 +209,7 @@ Cloud thinned(const Cloud& from, std::size_t step) {
   cloud.name = from.name;
   cloud.planes = from.planes;
   for (std::size_t i = 0, k = 0; i < from.labels.size(); ++i) {
-    if (!from.view().isFinite(i) || k++ % step != 0) continue;
+    if (!from.view().isMeasured(i) || k++ % step != 0) continue;
     cloud.xyz.insert(cloud.xyz.end(), from.view()[i], from.view()[i] + 3);
     cloud.labels.push_back(from.labels[i]);
   }
@@ -285,7 +285,7 @@ void ground(const std::vector<Cloud>& clouds) {
                 .count();
       height += result.found ? std::fabs(result.height - above) : 1.0;
       for (std::size_t i = 0; i < cloud.labels.size(); ++i) {
-        if (!cloud.view().isFinite(i)) continue;
+        if (!cloud.view().isMeasured(i)) continue;
         bool is = false;
         if (cloud.labels[i] >= 0) {
           const Plane& plane = cloud.planes[static_cast<std::size_t>(cloud.labels[i])];

@@ -79,7 +79,7 @@ TEST_F(Layouts, KittiScansGiveTheMapOfTheSameClouds) {
     io::CloudData cloud = io::readCloudFile(file, io::CloudChannels::none());
     std::vector<float> finite;
     for (std::size_t i = 0; i < cloud.size(); ++i)
-      if (cloud.view().isFinite(i))
+      if (cloud.view().isMeasured(i))
         finite.insert(finite.end(), &cloud.xyz[3 * i], &cloud.xyz[3 * i] + 3);
     cloud.xyz = finite;
     cloud.width = static_cast<std::uint32_t>(finite.size() / 3);

@@ -22,7 +22,7 @@ struct GroundSubject {
     return outcome;
   }
   static std::size_t notFinite(const Class& subject) {
-    return subject.getDiagnostics().points_not_finite;
+    return subject.getDiagnostics().points_not_measured;
   }
 };
 

@@ -21,7 +21,7 @@ struct OccupancySubject {
     return outcome;
   }
   static std::size_t notFinite(const Class& subject) {
-    return subject.getDiagnostics().points_not_finite;
+    return subject.getDiagnostics().points_not_measured;
   }
 };
 

@@ -29,7 +29,7 @@ struct SegmentationSubject {
     return outcome;
   }
   static std::size_t notFinite(const Class& subject) {
-    return subject.getDiagnostics().points_not_finite;
+    return subject.getDiagnostics().points_not_measured;
   }
 };
 

@@ -151,7 +151,7 @@ TEST(Stages, VoxelGridKeepsGroundPointsApart) {
 }
 
 TEST(Stages, VoxelGridRefusesAnAbsurdLeafInsteadOfDoingNothing) {
-  Frame frame = frameOf({0, 0, 0, 1e6f, 1e6f, 1e6f});
+  Frame frame = frameOf({0, 0, 1, 1e6f, 1e6f, 1e6f});
   EXPECT_THROW(pipelineOf("  - stage: voxel_grid\n    leaf_size_m: 0.001\n").process(frame),
                InputError);
 }

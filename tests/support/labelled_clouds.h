@@ -34,7 +34,7 @@ struct LabelledCloud {
   PointsView view() const { return PointsView(xyz.data(), width, height, 3); }
   std::size_t finite() const {
     std::size_t number = 0;
-    for (std::size_t i = 0; i < view().size; ++i) number += view().isFinite(i) ? 1 : 0;
+    for (std::size_t i = 0; i < view().size; ++i) number += view().isMeasured(i) ? 1 : 0;
     return number;
   }
 };

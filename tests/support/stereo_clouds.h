@@ -40,7 +40,7 @@ struct Cloud {
   }
   void list() {
     for (std::size_t i = 0; i < view().size; ++i) {
-      if (view().isFinite(i)) valid.push_back(static_cast<int>(i));
+      if (view().isMeasured(i)) valid.push_back(static_cast<int>(i));
     }
     measured = valid.size();
   }

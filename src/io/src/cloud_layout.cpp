@@ -3,6 +3,7 @@
 #include "cloud_layout.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -134,9 +135,10 @@ void CloudFiller::addColumn(const CloudField& field, const CloudChannels& channe
       {"intensity", Target::Intensity},
       {"scalar_intensity", Target::Intensity},
   };
-  const auto* const known =
-      std::find_if(std::begin(kNames), std::end(kNames),
-                   [&field](const Name& name) { return field.name == name.name; });
+  std::string lower = field.name;  // PDAL writes X, Y and Z
+  for (char& letter : lower) letter = static_cast<char>(std::tolower(letter));
+  const auto* const known = std::find_if(std::begin(kNames), std::end(kNames),
+                                         [&lower](const Name& name) { return lower == name.name; });
   if (known == std::end(kNames) || field.count == 0) return;
   const Target target = known->target;
   if (target == Target::X || target == Target::Y || target == Target::Z) {

@@ -97,7 +97,7 @@ std::vector<float> errorCosts(const PointsView& points, const std::vector<Plane>
   const auto most = static_cast<float>(params.most_cost);
   std::vector<float> costs(points.size * planes.size(), 0.0F);
   for (std::size_t i = 0; i < points.size; ++i) {
-    if (!points.isFinite(i)) continue;
+    if (!points.isMeasured(i)) continue;
     const Vector3 point = points.point(i);
     const double range = point.norm();
     for (std::size_t l = 0; l < planes.size(); ++l) {
@@ -135,7 +135,7 @@ std::vector<PlaneSegment> assignToKnownPlanes(const PointsView& points,
   for (int sweep = 0; sweep < params.sweeps; ++sweep) grid.sweep();
   std::vector<PlaneSegment> all(planes.size());
   for (std::size_t i = 0; i < points.size; ++i) {
-    if (points.isFinite(i)) all[grid.best(i)].inliers.push_back(static_cast<int>(i));
+    if (points.isMeasured(i)) all[grid.best(i)].inliers.push_back(static_cast<int>(i));
   }
   std::vector<PlaneSegment> segments;
   for (std::size_t l = 0; l < planes.size(); ++l) {
@@ -159,7 +159,7 @@ std::vector<float> measuredAgain(const PointsView& points, const PlaneTruth& tru
   for (std::size_t i = 0; i < points.size; ++i) {
     Vector3 point = points.point(i);
     const int label = truth.labels[i];
-    if (label >= 0 && points.isFinite(i)) {
+    if (label >= 0 && points.isMeasured(i)) {
       const Vector3 direction = point.normalized();
       const double range = rangeOf(truth.planes.at(static_cast<std::size_t>(label)), direction);
       point = direction * (range + range_noise * random.normal());

@@ -168,7 +168,7 @@ PlaneTruth truthOf(const PointsView& points, const std::vector<int>& labels,
   PlaneTruth all{labels, planes};
   requireKnownLabels(all);
   for (std::size_t i = 0; i < labels.size(); ++i) {
-    if (!points.isFinite(i)) all.labels[i] = kNotJudged;
+    if (!points.isMeasured(i)) all.labels[i] = kNotJudged;
   }
   const std::vector<std::size_t> sizes = all.sizes();
   std::vector<int> number(planes.size(), kNotJudged);
@@ -191,7 +191,7 @@ PlaneTruth truthOfLabels(const PointsView& points, const std::vector<int>& label
   std::map<int, RayFit> fits;
   for (std::size_t i = 0; i < labels.size(); ++i) {
     if (labels[i] < kNotJudged) throw InputError("label " + std::to_string(labels[i]));
-    if (labels[i] >= 0 && points.isFinite(i)) fits[labels[i]].add(points.point(i));
+    if (labels[i] >= 0 && points.isMeasured(i)) fits[labels[i]].add(points.point(i));
   }
   std::map<int, int> number;
   std::vector<Plane> planes;
@@ -217,7 +217,7 @@ PlaneTruth joinCoplanar(const PointsView& points, const PlaneTruth& truth,
   requireKnownLabels(truth);
   std::vector<PlaneMoments> moments(truth.planes.size());
   for (std::size_t i = 0; i < truth.labels.size(); ++i) {
-    if (truth.labels[i] < 0 || !points.isFinite(i)) continue;
+    if (truth.labels[i] < 0 || !points.isMeasured(i)) continue;
     moments[static_cast<std::size_t>(truth.labels[i])].add(points.point(i));
   }
   const std::vector<std::size_t> target = coplanarTargets(moments, params);
@@ -243,7 +243,7 @@ std::vector<PlaneSegment> joinCoplanar(const PointsView& points,
   for (std::size_t s = 0; s < segments.size(); ++s) {
     for (const int inlier : segments[s].inliers) {
       const std::size_t i = checkedInlier(inlier, points.size);
-      if (points.isFinite(i)) moments[s].add(points.point(i));
+      if (points.isMeasured(i)) moments[s].add(points.point(i));
     }
   }
   const std::vector<std::size_t> target = coplanarTargets(moments, params);

@@ -107,7 +107,7 @@ TEST(KLOccupancyFilter, NonFinitePointsAndOutsidersHaveNoProbability) {
   EXPECT_EQ(filter.getProbabilities()[1], 0.0f);
   EXPECT_EQ(filter.getProbabilities()[0], 0.5f);
   EXPECT_EQ(filter.getProbabilities()[2], 0.0f);
-  EXPECT_EQ(filter.getDiagnostics().points_not_finite, 1u);
+  EXPECT_EQ(filter.getDiagnostics().points_not_measured, 1u);
 }
 
 TEST(KLOccupancyFilter, SizesThatDisagreeAreInputErrors) {

@@ -308,7 +308,7 @@ TEST_F(CloudFile, ReadsRealClouds) {
   EXPECT_EQ(office.height, 480u);
   EXPECT_EQ(office.colors.size(), office.size());
   std::size_t invalid = 0;
-  for (std::size_t i = 0; i < office.size(); ++i) invalid += office.view().isFinite(i) ? 0 : 1;
+  for (std::size_t i = 0; i < office.size(); ++i) invalid += office.view().isMeasured(i) ? 0 : 1;
   EXPECT_EQ(invalid, 52744u);
   EXPECT_EQ(readCloudFile(data + "clouds_pcl/sac_plane_test.pcd").size(), 3283u);
   EXPECT_EQ(readCloudFile(data + "clouds_velodyne/street_scan.pcd").intensities.size(), 69088u);

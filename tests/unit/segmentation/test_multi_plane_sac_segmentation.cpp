@@ -178,7 +178,7 @@ TEST(MultiPlaneSegmentationIndices, PointsThatAreNotFiniteAreSkipped) {
   segmentation.segment(inliers, planes);
   ASSERT_EQ(inliers.size(), 2u);
   EXPECT_EQ(inliers[0].indices.size(), 3599u);
-  EXPECT_EQ(segmentation.getDiagnostics().points_not_finite, 1u);
+  EXPECT_EQ(segmentation.getDiagnostics().points_not_measured, 1u);
 }
 
 TEST(MultiPlaneSegmentationSetters, EachHasItsGetter) {

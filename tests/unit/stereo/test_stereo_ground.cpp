@@ -120,7 +120,7 @@ TEST(StereoGround, PlasterOfTheFacadeIsTooBrightToBeMatched) {
     for (int column = 1105; column < 1140; ++column, ++all) {
       const auto i = static_cast<std::size_t>(row * cloud.width + column);
       saturated += left.pixels[i] == 255 ? 1 : 0;
-      matched_pixels += cloud.view().isFinite(i) ? 1 : 0;
+      matched_pixels += cloud.view().isMeasured(i) ? 1 : 0;
     }
   }
   EXPECT_GT(saturated, 0.99 * all);

@@ -81,7 +81,7 @@ double fractionWithin(const PointsView& points, const std::vector<Cuboid>& cuboi
   }
   std::size_t inside = 0, all = 0;
   for (std::size_t i = 0; i < points.size; i += 11) {
-    if (!points.isFinite(i)) continue;
+    if (!points.isMeasured(i)) continue;
     ++all;
     const auto bin = bins.find(cellOf(points.point(i), kBin));
     if (bin == bins.end()) continue;
@@ -129,7 +129,7 @@ TEST_P(RealClouds, FewerCuboidsThanGreedyBoxesAndNoPointLeftOut) {
   const std::vector<Cuboid> paper = cuboidsOf(Profile::Paper);
   std::set<Cell> cells;
   for (std::size_t i = 0; i < points.size; ++i) {
-    if (points.isFinite(i)) cells.insert(cellOf(points.point(i), kResolution));
+    if (points.isMeasured(i)) cells.insert(cellOf(points.point(i), kResolution));
   }
   EXPECT_LT(compact.size(), greedyBoxes(cells));
   EXPECT_LT(compact.size(), paper.size());

@@ -22,7 +22,8 @@ constexpr int kCellsAlongAxis = 64;             // of the grid that measures the
 
 bool isUsable(const float* p) {
   constexpr float kFarthest = 1e12f;
-  return std::abs(p[0]) <= kFarthest && std::abs(p[1]) <= kFarthest && std::abs(p[2]) <= kFarthest;
+  return std::abs(p[0]) <= kFarthest && std::abs(p[1]) <= kFarthest &&
+         std::abs(p[2]) <= kFarthest && (p[0] != 0.0F || p[1] != 0.0F || p[2] != 0.0F);
 }
 
 double quantile(std::vector<float>& values, double fraction) {
@@ -121,7 +122,8 @@ void markUsable(const float* points, std::size_t stride, std::size_t n, std::uin
     const bool x = __builtin_fabsf(p[0]) <= kFarthest;
     const bool y = __builtin_fabsf(p[1]) <= kFarthest;
     const bool z = __builtin_fabsf(p[2]) <= kFarthest;
-    usable[i] = x & y & z ? 1 : 0;
+    const bool away = (p[0] != 0.0F) | (p[1] != 0.0F) | (p[2] != 0.0F);
+    usable[i] = x & y & z & away ? 1 : 0;
   }
 }
 
@@ -283,7 +285,7 @@ void requireMetres(const PointsView& points, const Indices* indices, double max_
   std::size_t finite = 0;
   for (std::size_t i = 0; i < count; i += 1 + count / kSample) {
     const std::size_t index = detail::at(indices, i);
-    if (index >= points.size || !points.isFinite(index)) continue;
+    if (index >= points.size || !points.isMeasured(index)) continue;
     ++finite;
     if (points.point(index).norm() > near) ++far;
   }

@@ -33,14 +33,14 @@ void requireLength(const char* name, double value) {
 }
 
 /// False if all points that count are finite; else lists those that are.
-bool hasNotFinite(const PointsView& points, const Indices* indices, Indices& finite) {
+bool hasNotMeasured(const PointsView& points, const Indices* indices, Indices& finite) {
   const std::size_t n = detail::countOf(points, indices);
   bool all = true;
-  for (std::size_t k = 0; k < n; ++k) all = all & points.isFinite(detail::at(indices, k));
+  for (std::size_t k = 0; k < n; ++k) all = all & points.isMeasured(detail::at(indices, k));
   if (all) return false;
   for (std::size_t k = 0; k < n; ++k) {
     const std::size_t i = detail::at(indices, k);
-    if (points.isFinite(i)) finite.push_back(static_cast<int>(i));
+    if (points.isMeasured(i)) finite.push_back(static_cast<int>(i));
   }
   return true;
 }
@@ -92,17 +92,17 @@ Ground findGround(const PointsView& points, const Indices* indices, const Ground
   params.validate();
   detail::requireIndices(points, indices);
   Indices finite;
-  if (!hasNotFinite(points, indices, finite)) return findAmongFinite(points, indices, params);
+  if (!hasNotMeasured(points, indices, finite)) return findAmongFinite(points, indices, params);
   // Points that are not finite count for nothing: the sample is that of the others alone.
   Ground ground = findAmongFinite(points, &finite, params);
   const std::size_t n = detail::countOf(points, indices);
   ground.diagnostics.points_considered = n;
-  ground.diagnostics.points_not_finite = n - finite.size();
+  ground.diagnostics.points_not_measured = n - finite.size();
   const std::vector<std::uint8_t> marks =
       std::exchange(ground.is_ground, std::vector<std::uint8_t>(n, 0));
   auto mark = marks.begin();
   for (std::size_t k = 0; k < n; ++k) {
-    if (points.isFinite(detail::at(indices, k))) ground.is_ground[k] = *mark++;
+    if (points.isMeasured(detail::at(indices, k))) ground.is_ground[k] = *mark++;
   }
   return ground;
 }

@@ -249,7 +249,7 @@ class Stretch {
       }
     }
     ground.diagnostics.ground_points += on_ground_;
-    ground.diagnostics.points_not_finite -= finite_;
+    ground.diagnostics.points_not_measured -= finite_;
   }
 
  private:
@@ -296,7 +296,7 @@ void labelGround(const PointsView& points, const Indices* indices, const GroundP
   });
   // Counts that stop at 255 are the same however the points were divided.
   for (std::size_t i = 1; i < stretches.size(); ++i) stretches[0].addColumns(stretches[i]);
-  ground.diagnostics.points_not_finite = n;
+  ground.diagnostics.points_not_measured = n;
   ground.diagnostics.ground_points = 0;
   for (const Stretch& stretch : stretches) stretch.decide(stretches[0], ground);
 }

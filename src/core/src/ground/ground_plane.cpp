@@ -208,7 +208,7 @@ GroundSample drawGroundSample(const PointsView& points, const Indices* indices,
       fetch(points[drawn[i]]);
     }
     for (std::size_t i = 0; i < count; ++i) {
-      if (!points.isFinite(drawn[i])) continue;
+      if (!points.isMeasured(drawn[i])) continue;
       const Vector3 p = points.point(drawn[i]);
       const Vector3 q = frame.local(p);
       // Beyond this a float no longer resolves the ground.

@@ -3,7 +3,6 @@
 #include "planar_mapping/core/occupancy/kl_occupancy.h"
 
 #include <algorithm>
-#include <numeric>
 #include <string>
 #include <utility>
 
@@ -12,6 +11,7 @@
 #include "occupancy/tracked_cells.h"
 #include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/geometry/cloud_scale.h"
 
 namespace planar_mapping {
 namespace {
@@ -63,7 +63,7 @@ struct KlOccupancy::Impl {
   std::vector<float> of_group;
 
   std::optional<FrameMotion> motionOf(const OccupancyFrame& frame) const;
-  std::size_t clearNotFinite(const OccupancyFrame& frame, const Indices& indices,
+  std::size_t clearNotMeasured(const OccupancyFrame& frame, const Indices& indices,
                              std::vector<float>& probability) const;
 };
 
@@ -137,14 +137,14 @@ std::optional<FrameMotion> KlOccupancy::Impl::motionOf(const OccupancyFrame& fra
 }
 
 /// \return how many points are not finite
-std::size_t KlOccupancy::Impl::clearNotFinite(const OccupancyFrame& frame, const Indices& indices,
+std::size_t KlOccupancy::Impl::clearNotMeasured(const OccupancyFrame& frame, const Indices& indices,
                                               std::vector<float>& probability) const {
   std::size_t cleared = 0;
   std::size_t begin = 0;
   for (const detail::FrameCells::Run& run : cells.runs()) {
     for (std::size_t k = run.group < 0 ? begin : run.end; k < run.end; ++k) {
       const auto i = static_cast<std::size_t>(indices[k]);
-      if (frame.points.isFinite(i)) continue;
+      if (frame.points.isMeasured(i)) continue;
       probability[i] = 0.0f;
       ++cleared;
     }
@@ -157,10 +157,7 @@ KlOccupancyDiagnostics KlOccupancy::update(const OccupancyFrame& frame,
                                            std::vector<float>& probability) {
   requireFrame(frame);
   Impl& own = *impl_;
-  if (!frame.indices) {
-    own.all.resize(frame.points.size);
-    std::iota(own.all.begin(), own.all.end(), 0);
-  }
+  if (!frame.indices) own.all = usablePoints(frame.points);
   const Indices& indices = frame.indices ? *frame.indices : own.all;
   if (!frame.plane_labels) own.no_labels.assign(frame.points.size, -1);
   const Pose T_world_sensor = frame.T_world_sensor.value_or(Pose::Identity());
@@ -169,7 +166,7 @@ KlOccupancyDiagnostics KlOccupancy::update(const OccupancyFrame& frame,
   own.samples.sample(indices, own.cells, own.params.features_per_cell);
 
   KlOccupancyDiagnostics report;
-  report.points_considered = indices.size();
+  report.points_considered = frame.indices ? indices.size() : frame.points.size;
   const bool by_tracks = own.params.source == FeatureSource::Tracks ||
                          (own.params.source == FeatureSource::Auto && hasTracks(frame));
   if (by_tracks) {
@@ -194,7 +191,8 @@ KlOccupancyDiagnostics KlOccupancy::update(const OccupancyFrame& frame,
       if (belief) probability[static_cast<std::size_t>(i)] = static_cast<float>(*belief);
     }
   }
-  report.points_not_finite = own.clearNotFinite(frame, indices, probability);
+  report.points_not_measured = report.points_considered - indices.size() +
+                             own.clearNotMeasured(frame, indices, probability);
   // What usual frames need again and again is kept; that of a huge cloud would be in the way.
   constexpr std::size_t kMaxPointsKept = std::size_t{1} << 21;
   if (frame.points.size > kMaxPointsKept) {

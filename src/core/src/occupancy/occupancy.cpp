@@ -128,7 +128,7 @@ std::vector<float> featureProbabilities(const PointsView& points, const Indices*
   std::vector<double> range(n);
   for (std::size_t k = 0; k < n; ++k) {
     const std::size_t i = detail::at(indices, k);
-    range[k] = points.isFinite(i) ? points.point(i).norm() : -1.0;
+    range[k] = points.isMeasured(i) ? points.point(i).norm() : -1.0;
     if (range[k] < 0.0 || slot_of[k] < 0) continue;
     range_sum[slot_of[k]] += range[k];
     ++count[slot_of[k]];

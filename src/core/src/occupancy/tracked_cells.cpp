@@ -39,7 +39,7 @@ std::int32_t groupAtPixel(const PointsView& points, const std::vector<std::int32
   }
   const std::size_t pixel =
       static_cast<std::size_t>(row) * points.width + static_cast<std::size_t>(column);
-  if (!points.isFinite(pixel)) return -1;
+  if (!points.isMeasured(pixel)) return -1;
   return (points.point(pixel) - feature.position).norm() <= tolerance ? groups[pixel] : -1;
 }
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <vector>
 
 #include "planar_mapping/core/base/detail/parallel.h"
@@ -58,7 +59,7 @@ std::vector<std::int32_t> clusterByPlane(const PointsView& points, const std::ve
     const std::size_t n = std::min(kBlock, points.size - begin);
     // About the first finite point of the block: differences of near floats are exact.
     std::size_t first = 0;
-    while (first < n && !points.isFinite(begin + first)) ++first;
+    while (first < n && !points.isMeasured(begin + first)) ++first;
     if (first == n) return;
     const Vector3 origin = points.point(begin + first);
     const float ox = points[begin + first][0];
@@ -71,7 +72,7 @@ std::vector<std::int32_t> clusterByPlane(const PointsView& points, const std::ve
     std::array<float, kBlock> best;
     for (std::size_t i = 0; i < n; ++i) {
       const float* p = points[begin + i];
-      x[i] = p[0] - ox;
+      x[i] = points.isMeasured(begin + i) ? p[0] - ox : std::numeric_limits<float>::quiet_NaN();
       y[i] = p[1] - oy;
       z[i] = p[2] - oz;
       depth[i] = p[2];

@@ -42,24 +42,32 @@ double chooseCellSide(const PointsView& points, const Indices* indices, double s
   sample.reserve(considered / kSampleShare + considered / 64 + 16);
   for (std::size_t k = 0; k < considered; ++k) {
     const float* p = points[at(indices, k)];
-    if (isSampled(p) && std::isfinite(p[0] + p[1] + p[2])) sample.push_back(p);
+    if (isSampled(p) && points.isMeasured(at(indices, k))) sample.push_back(p);
   }
+  /// A point and its copies, such as the second return of a laser, are no company.
+  struct Sampled {
+    const float* first;
+    std::size_t points;
+    bool company;
+  };
   double side = smallest;
   // 2^64 times the smallest side: all floats are in one of eight cells long before.
   for (int doubling = 0; doubling < 64; ++doubling, side *= 2.0) {
     CellTable table(sample.size() / 8);
-    std::vector<std::int32_t> count;
+    std::vector<Sampled> cells;
     std::size_t inside = 0;
     for (const float* p : sample) {
       CellKey key;
       if (!cellAt(p, 1.0 / side, key)) continue;
       ++inside;
-      const auto cell = static_cast<std::size_t>(table.insert(key));
-      if (cell == count.size()) count.push_back(0);
-      ++count[cell];
+      const auto number = static_cast<std::size_t>(table.insert(key));
+      if (number == cells.size()) cells.push_back({p, 0, false});
+      Sampled& cell = cells[number];
+      ++cell.points;
+      cell.company |= p[0] != cell.first[0] || p[1] != cell.first[1] || p[2] != cell.first[2];
     }
     std::size_t alone = sample.size() - inside;
-    for (const std::int32_t c : count) alone += c == 1 ? 1 : 0;
+    for (const Sampled& cell : cells) alone += cell.company ? 0 : cell.points;
     if (static_cast<double>(alone) <=
         (1.0 - share_in_company) * static_cast<double>(sample.size())) {
       break;
@@ -77,9 +85,10 @@ PointCells buildPointCells(const PointsView& points, const Indices* indices, dou
   for (std::size_t k = 0; k < considered; ++k) {
     const float* p = points[at(indices, k)];
     CellKey key;
-    if (!cellAt(p, inverse_side, key)) {
+    const bool is_measured = points.isMeasured(at(indices, k));
+    if (!is_measured || !cellAt(p, inverse_side, key)) {
       grid.cell_of[k] = -1;
-      grid.points_not_finite += points.isFinite(at(indices, k)) ? 0 : 1;
+      grid.points_not_measured += is_measured ? 0 : 1;
       continue;
     }
     const std::int32_t cell = grid.table.insert(key);

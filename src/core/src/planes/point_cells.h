@@ -18,7 +18,7 @@ struct PointCells {
   CellTable table;
   std::vector<PointSums> sums;        ///< per cell, about its centre
   std::vector<std::int32_t> cell_of;  ///< per point considered, -1 = none
-  std::size_t points_not_finite = 0;
+  std::size_t points_not_measured = 0;
 
   Vector3 centre(std::size_t cell) const {
     const CellKey& key = table.key(cell);

@@ -22,7 +22,7 @@ void addEdges(const PointsView& cloud, const SurfaceMapParams& params, std::size
   double last_range = 0.0;
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t i = first + k * apart;
-    if (!cloud.isFinite(i)) continue;
+    if (!cloud.isMeasured(i)) continue;
     const double range = cloud.point(i).norm();
     if (last < count && k - last <= kWidestGap) {
       const double jump = range - last_range;

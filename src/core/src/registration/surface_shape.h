@@ -48,7 +48,7 @@ void forSample(const PointsView& cloud, const SurfaceMapParams& params, const Wh
   std::vector<std::size_t> finite;
   finite.reserve(cloud.size);
   for (std::size_t i = 0; i < cloud.size; ++i) {
-    if (cloud.isFinite(i)) finite.push_back(i);
+    if (cloud.isMeasured(i)) finite.push_back(i);
   }
   // Not a divisor of the width, so that it does not pick single columns.
   std::size_t step = finite.size() / most + 1;

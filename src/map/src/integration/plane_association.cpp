@@ -45,7 +45,7 @@ bool anySample(const Frame& frame, std::size_t segment, Visit&& visit) {
   const std::size_t step = std::max<std::size_t>(1, inliers.size() / kSamples);
   for (std::size_t i = 0; i < inliers.size(); i += step) {
     const auto at = static_cast<std::size_t>(inliers[i]);
-    if (!points.isFinite(at)) continue;
+    if (!points.isMeasured(at)) continue;
     if (visit(Vector3(frame.rotation * points.point(at) + frame.sensor))) return true;
   }
   return false;

@@ -356,7 +356,7 @@ std::vector<DepthImage> makeDepthImages(const FrameObservation& observation,
       images.back().fill(points, use);
     } else {
       for (std::size_t i = 0; i < points.size; ++i) {
-        if (points.isFinite(i)) images.back().add(points.point(i));
+        if (points.isMeasured(i)) images.back().add(points.point(i));
       }
     }
     images.back().finish(counted);
@@ -379,7 +379,7 @@ std::vector<DepthImage> makeDepthImages(const FrameObservation& observation,
       DepthImage image(face, axes, position, true, clearing);
       bool any = false;
       for (std::size_t i = 0; i < points.size; ++i) {
-        if (!points.isFinite(i)) continue;
+        if (!points.isMeasured(i)) continue;
         const Vector3 p = axes.transpose() * (rotation * points.point(i));
         if (!(p.z() > 0.0 && std::abs(p.x()) <= kReach * p.z() &&
               std::abs(p.y()) <= kReach * p.z())) {
@@ -425,7 +425,7 @@ std::optional<PinholeCamera> estimateCamera(const PointsView& points) {
   // A step that shares no factor with common widths, so that all columns are sampled.
   const std::size_t step = std::max<std::size_t>(1, points.size / kSamples) | 1u;
   for (std::size_t i = 0; i < points.size; i += step) {
-    if (!points.isFinite(i)) continue;
+    if (!points.isMeasured(i)) continue;
     const float* p = points[i];
     if (!(p[2] > kNearPlane)) continue;
     columns.add(static_cast<double>(p[0]) / p[2], static_cast<double>(i % points.width));

@@ -55,7 +55,7 @@ std::vector<KeyFeature> CloudFeatureSampler::sample(const PointsView& cloud, con
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t i = indices != nullptr ? static_cast<std::size_t>((*indices)[k]) : k;
     if (i >= cloud.size) throw InputError("an index is outside the cloud");
-    if (!cloud.isFinite(i)) continue;
+    if (!cloud.isMeasured(i)) continue;
     const Vector3 point = cloud.point(i);
     std::uint64_t key = 0;
     if (!packCell(T * point, params_.cell, key)) continue;

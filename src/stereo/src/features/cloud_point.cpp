@@ -25,7 +25,7 @@ std::optional<Vector3> pointAt(const PointsView& cloud, float column, float row)
   for (int k = 0; k < 4; ++k) {
     const int c = left + k % 2;
     const int r = top + k / 2;
-    if (!inside(c, r) || !cloud.isFinite(indexOf(c, r))) {
+    if (!inside(c, r) || !cloud.isMeasured(indexOf(c, r))) {
       all = false;
       break;
     }
@@ -45,7 +45,7 @@ std::optional<Vector3> pointAt(const PointsView& cloud, float column, float row)
   const int center_row = static_cast<int>(std::lround(row));
   for (int r = center_row - 1; r <= center_row + 1; ++r) {
     for (int c = center_column - 1; c <= center_column + 1; ++c) {
-      if (!inside(c, r) || !cloud.isFinite(indexOf(c, r))) continue;
+      if (!inside(c, r) || !cloud.isMeasured(indexOf(c, r))) continue;
       const Vector3 point = cloud.point(indexOf(c, r));
       if (!front || point.z() < front->z()) front = point;
     }

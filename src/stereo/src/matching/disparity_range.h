@@ -10,7 +10,7 @@ namespace planar_mapping::detail {
 struct CoarseDisparities {
   double low = 0.0;
   double high = 0.0;
-  double density = 0.0;  ///< share of the pixels with a disparity
+  double density = 0.0;  ///< share with a disparity, of the pixels with contrast
 };
 
 /// \param left, right  gray, of one size

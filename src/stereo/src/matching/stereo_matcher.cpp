@@ -219,7 +219,7 @@ DisparityImage StereoMatcher::match(const io::Image& left, const io::Image& righ
   largest = std::clamp(largest, infinity + 16.0, infinity + kLargestDisparity);
   detail::SemiGlobalParams fine = fineParams(params_);
   detail::CoarseDisparities coarse = detail::searchCoarsely(l, r, infinity, largest);
-  constexpr double kPoor = 0.6;      // share of pixels; most good pairs have more
+  constexpr double kPoor = 0.6;      // of pixels with contrast; most good pairs have more
   constexpr double kClearly = 1.25;  // wrong order: 1.3 to 2.9 times as many the other way round
   if (coarse.density < kPoor) {
     const detail::CoarseDisparities exchanged = detail::searchCoarsely(r, l, infinity, largest);

@@ -142,6 +142,7 @@ void ViewMapParams::validate() const {
   requireInRange("max_features", max_features, 8, 20000);
   requireInRange("max_views", max_views, 1, 10000);
   requireInRange("max_attempts", max_attempts, 1, 10000);
+  requireInRange("threads", threads, 0, 4096);
 }
 
 ViewMap::ViewMap(const ViewMapParams& params) : views_(std::make_unique<PlacedViews>(params)) {}

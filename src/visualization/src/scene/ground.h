@@ -34,7 +34,7 @@ struct GroundFrame {
     return along_right * right + along_forward * forward + height * up;
   }
 };
-/// One metre steps, larger where that would make more than 200 lines.
+/// One metre steps, 0.1 m in a scene below 2.5 m, larger where there would be more than 200 lines.
 GroundFrame groundFrame(const SceneContent& content);
 
 }  // namespace planar_mapping::visualization

@@ -6,7 +6,7 @@ namespace planar_mapping::visualization {
 
 enum class XDisplayState { Usable, NoServer, NoOpenGl };
 
-/// Opens the display of DISPLAY, asks for a visual VTK can use, and closes it again.
+/// Opens the display of DISPLAY and asks for a visual VTK can use. A usable one stays open.
 XDisplayState probeXDisplay();
 
 }  // namespace planar_mapping::visualization

@@ -237,7 +237,7 @@ TEST(Ground, SubsetByIndexEqualsSubsetByCopy) {
   ASSERT_TRUE(by_index.found);
   EXPECT_EQ(by_index.is_ground, by_copy.is_ground);
   EXPECT_EQ(by_index.plane.coefficients(), by_copy.plane.coefficients());
-  EXPECT_EQ(by_index.diagnostics.points_not_finite, by_copy.diagnostics.points_not_finite);
+  EXPECT_EQ(by_index.diagnostics.points_not_measured, by_copy.diagnostics.points_not_measured);
 }
 
 TEST(Ground, IsRepeatableAndTheSeedMattersLittle) {
@@ -278,7 +278,7 @@ TEST(Ground, IsTheSameWithAnyNumberOfThreads) {
     EXPECT_EQ(several.is_ground, one.is_ground);
     EXPECT_EQ(several.diagnostics.wall_foot_points, one.diagnostics.wall_foot_points);
     EXPECT_EQ(several.diagnostics.ground_points, one.diagnostics.ground_points);
-    EXPECT_EQ(several.diagnostics.points_not_finite, one.diagnostics.points_not_finite);
+    EXPECT_EQ(several.diagnostics.points_not_measured, one.diagnostics.points_not_measured);
   }
 }
 
@@ -347,13 +347,13 @@ TEST(Ground, HostilePointsAmongGoodOnesAreNotRemoved) {
       for (int k = 0; k < 3; ++k) scene.xyz[3 * i + k] = bad[(i / 10 + k) % 5];
       scene.truth[i] = 3;
     }
-    not_finite += scene.view().isFinite(i) ? 0 : 1;
+    not_finite += scene.view().isMeasured(i) ? 0 : 1;
   }
   const Ground ground = findGround(scene.view(), nullptr, paperParams());
   ASSERT_TRUE(ground.found);
   EXPECT_EQ(scene.share(ground.is_ground, 3), 0.0);
   EXPECT_GT(scene.share(ground.is_ground, 1), 0.99);
-  EXPECT_EQ(ground.diagnostics.points_not_finite, not_finite);
+  EXPECT_EQ(ground.diagnostics.points_not_measured, not_finite);
 }
 
 TEST(Ground, RejectsBadArguments) {

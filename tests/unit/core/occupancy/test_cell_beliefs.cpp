@@ -123,7 +123,7 @@ TEST(CellBeliefs, WhatNoGridHoldsIsALonelyFeatureAndWhatIsNotFiniteNone) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   EXPECT_EQ(frames.see({1e9f, 0, 0, 0, -1e12f, 0, infinite, 0, 0, 0, nan, 0}),
             (std::vector<float>{0.5f, 0.5f, 0.0f, 0.0f}));
-  EXPECT_EQ(frames.report().points_not_finite, 2u);
+  EXPECT_EQ(frames.report().points_not_measured, 2u);
   EXPECT_EQ(0u, frames.summary().created);
   EXPECT_TRUE(frames.see({}).empty());
 }

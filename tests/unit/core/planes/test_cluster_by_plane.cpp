@@ -48,11 +48,11 @@ TEST(ClusterByPlane, ThresholdFollowsTheNoiseWithDepth) {
   EXPECT_EQ(cluster(xyz, {kWall}, params), expected);
 }
 
-TEST(ClusterByPlane, SkipsPointsThatAreNotFinite) {
+TEST(ClusterByPlane, SkipsPointsThatAreNoMeasurement) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float inf = std::numeric_limits<float>::infinity();
-  const std::vector<float> xyz = {nan, 0, 0, 0, 0, 0, 0, inf, 0, 0, 0, -inf};
-  const std::vector<std::int32_t> expected = {-1, 0, -1, -1};
+  const std::vector<float> xyz = {nan, 0, 0, 1, 0, 0, 0, inf, 0, 0, 0, -inf, 0, 0, 0};
+  const std::vector<std::int32_t> expected = {-1, 0, -1, -1, -1};
   EXPECT_EQ(cluster(xyz, {kFloor}), expected);
 }
 

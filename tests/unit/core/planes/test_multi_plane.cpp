@@ -167,7 +167,7 @@ TEST_P(MultiPlane, SkipsAndCountsPointsThatAreNotFinite) {
   ASSERT_EQ(set.planes.size(), 1u);
   EXPECT_EQ(set.planes[0].inliers.size(), 900u);
   EXPECT_EQ(set.planes[0].inliers.front(), 20);
-  EXPECT_EQ(set.diagnostics.points_not_finite, 21u);
+  EXPECT_EQ(set.diagnostics.points_not_measured, 21u);
   EXPECT_EQ(set.diagnostics.points_considered, 921u);
 }
 

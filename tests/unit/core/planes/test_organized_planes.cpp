@@ -340,7 +340,7 @@ TEST(OrganizedPlanes, SaysWhatItDid) {
   EXPECT_EQ(set.diagnostics.points_considered, scene.truth.size());
   const auto missing = static_cast<std::size_t>(
       std::count_if(scene.xyz.begin(), scene.xyz.end(), [](float x) { return std::isnan(x); }));
-  EXPECT_EQ(3 * set.diagnostics.points_not_finite, missing);
+  EXPECT_EQ(3 * set.diagnostics.points_not_measured, missing);
   EXPECT_GE(set.diagnostics.hypotheses, 3u);
 }
 

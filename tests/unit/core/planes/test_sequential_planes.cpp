@@ -41,6 +41,61 @@ TEST(SequentialPlanes, FindsTheRoomOnManySeeds) {
   }
 }
 
+/// A closed room of 6 x 4 x 2.5 m along the axes, its low corner at (-3, -2, -1) + \p shift, seen
+/// from the origin; each point is there \p copies times.
+std::vector<float> roomAlongAxes(double shift, int copies) {
+  Random random(11, 5);
+  std::vector<float> xyz;
+  for (int i = 0; i < 40000; ++i) {
+    const Vector3 ray(random.normal(), random.normal(), random.normal());
+    double range = 1e9;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double wall =
+          ray[axis] > 0.0 ? Vector3(3.0, 2.0, 1.5)[axis] : Vector3(-3, -2, -1)[axis];
+      range = std::min(range, (wall + shift) / ray[axis]);
+    }
+    const Vector3 noise(random.normal(), random.normal(), random.normal());
+    const Eigen::Vector3f p = (range * ray + 0.005 * noise).cast<float>();
+    for (int copy = 0; copy < copies; ++copy) xyz.insert(xyz.end(), p.data(), p.data() + 3);
+  }
+  return xyz;
+}
+
+// The sides of cells are walls there, and half of the points of a wall lie on either side.
+TEST(SequentialPlanes, FindsWallsWhereverTheyLieInTheCells) {
+  for (const double shift : {0.0, 0.01, 0.02, 0.03, 0.05, 0.07, 0.1}) {
+    const std::vector<float> xyz = roomAlongAxes(shift, 1);
+    for (const double threshold : {0.025, 0.05, 0.1}) {
+      MultiPlaneParams params = paramsFor(xyz.size() / 3);
+      params.distance_threshold = threshold;
+      const PlaneSet set = findPlanes(PointsView(xyz.data(), xyz.size() / 3), nullptr, params);
+      EXPECT_EQ(6u, set.planes.size()) << shift << " " << threshold;
+    }
+  }
+}
+
+// As lasers with two returns and clouds that were merged twice have them.
+TEST(SequentialPlanes, CopiesOfPointsChangeNothing) {
+  for (const int copies : {2, 4}) {
+    const std::vector<float> xyz = roomAlongAxes(0.03, copies);
+    const PlaneSet set =
+        findPlanes(PointsView(xyz.data(), xyz.size() / 3), nullptr, paramsFor(xyz.size() / 3));
+    EXPECT_EQ(6u, set.planes.size()) << copies;
+    std::size_t inliers = 0;
+    for (const PlaneSegment& plane : set.planes) inliers += plane.inliers.size();
+    EXPECT_GT(static_cast<double>(inliers), 0.999 * static_cast<double>(xyz.size() / 3)) << copies;
+  }
+}
+
+TEST(SequentialPlanes, PointsAtTheSensorAreNoMeasurements) {
+  std::vector<float> xyz = roomAlongAxes(0.03, 1);
+  for (std::size_t i = 0; i < xyz.size() / 3; i += 3) std::fill_n(xyz.begin() + 3 * i, 3, 0.0f);
+  const PlaneSet set =
+      findPlanes(PointsView(xyz.data(), xyz.size() / 3), nullptr, paramsFor(xyz.size() / 3));
+  EXPECT_EQ(6u, set.planes.size());
+  EXPECT_EQ((xyz.size() / 3 + 2) / 3, set.diagnostics.points_not_measured);
+}
+
 TEST(SequentialPlanes, OrderOfThePointsDoesNotMatter) {
   test::PlaneScene scene = test::makeRoom(30000, 0.3, 0.0015, 2, test::RoomKind::Dense);
   const MultiPlaneParams params = paramsFor(scene.size());

@@ -38,7 +38,7 @@ class PLANAR_MAPPING_EXPORT PointFilter : public pcl::FilterIndices<PointT> {
   virtual std::vector<std::uint8_t> test(const PointCloud& cloud, const Indices* indices) = 0;
 
   /// Makes the verdicts on points that are not finite kInvalid.
-  static void markNotFinite(const PointsView& points, const Indices* indices,
+  static void markNotMeasured(const PointsView& points, const Indices* indices,
                             std::vector<std::uint8_t>& verdicts);
 
   void applyFilter(pcl::Indices& indices) override;

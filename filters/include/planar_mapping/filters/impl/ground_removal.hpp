@@ -23,7 +23,7 @@ std::vector<std::uint8_t> GroundRemoval<PointT>::test(const PointCloud& cloud,
   ground_ = tracker_.update(view, indices, sensorPoseOf(cloud, sensor_pose_));
   std::vector<std::uint8_t> verdicts = ground_.is_ground;
   static_assert(detail::kPasses == 0 && detail::kFails == 1, "as Ground::is_ground");
-  if (ground_.diagnostics.points_not_finite > 0) this->markNotFinite(view, indices, verdicts);
+  if (ground_.diagnostics.points_not_measured > 0) this->markNotMeasured(view, indices, verdicts);
   return verdicts;
 }
 

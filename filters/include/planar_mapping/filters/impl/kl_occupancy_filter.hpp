@@ -40,7 +40,7 @@ std::vector<std::uint8_t> KLOccupancyFilter<PointT>::test(const PointCloud& clou
     const std::size_t i = indices ? static_cast<std::size_t>((*indices)[k]) : k;
     verdicts[k] = probabilities_[i] >= limit ? detail::kPasses : detail::kFails;
   }
-  if (diagnostics_.points_not_finite > 0) this->markNotFinite(view, indices, verdicts);
+  if (diagnostics_.points_not_measured > 0) this->markNotMeasured(view, indices, verdicts);
   return verdicts;
 }
 

@@ -114,7 +114,7 @@ void Assumption::add(HolePlane& candidate) {
     tiles_.forEachPixel(own, [&](int column, int row) {
       const int i = row * static_cast<int>(cloud_.width) + column;
       const auto k = static_cast<std::size_t>(i);
-      if (is_free_[k] == 0 || !cloud_.isFinite(k)) return;
+      if (is_free_[k] == 0 || !cloud_.isMeasured(k)) return;
       const Vector3 point = cloud_.point(k);
       if (!(std::abs(segment.plane.signedDistance(point)) <= search_.band(point))) return;
       is_free_[k] = 0;

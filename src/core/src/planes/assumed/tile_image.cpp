@@ -25,7 +25,7 @@ TileImage::TileImage(const PointsView& cloud, const PinholeCamera& camera,
     forEachPixel(i, [&](int column, int row) {
       const std::size_t k =
           static_cast<std::size_t>(row) * width_ + static_cast<std::size_t>(column);
-      if (!cloud.isFinite(k)) return;
+      if (!cloud.isMeasured(k)) return;
       sum += Vector3(column, row, 1.0 / double{cloud[k][2]});
       ++count;
     });

@@ -138,7 +138,7 @@ PlaneSet findPlanesDisparity(const PointsView& points, const Indices* indices,
       tileCloud(points, indices, Vector3::Zero(), &*params.noise, params.threads);
   const CellGrid tiles = tileGrid(cloud, params.threads);
   const double finite = std::accumulate(tiles.moment(kN), tiles.moment(kN) + tiles.cells(), 0.0);
-  set.diagnostics.points_not_finite =
+  set.diagnostics.points_not_measured =
       set.diagnostics.points_considered - static_cast<std::size_t>(finite);
   if (!(finite > 0.0)) return set;
 

@@ -246,7 +246,7 @@ PlaneSet segmentPlanes(const PointsView& points, const Indices* indices,
     const Indices usable = usablePoints(points);
     PlaneSet set = segmentPlanes(points, &usable, features, params, sensor);
     set.diagnostics.points_considered = points.size;
-    set.diagnostics.points_not_finite += points.size - usable.size();
+    set.diagnostics.points_not_measured += points.size - usable.size();
     return set;
   }
   // Without the noise of a camera, whose errors far away may be metres.

@@ -345,7 +345,7 @@ PlaneSet findPlanesMultiRansac(const PointsView& points, const Indices* indices,
                                const MultiPlaneParams& params, const Vector3& sensor) {
   const SparsePoints sparse = prepareSparsePoints(points, indices, DistanceBand(params));
   PlaneSearchDiagnostics diagnostics;
-  diagnostics.points_not_finite = sparse.points_not_finite;
+  diagnostics.points_not_measured = sparse.points_not_measured;
   diagnostics.duplicate_points = sparse.duplicate_points;
   const std::vector<Plane> planes = MultiRansac(sparse, params, diagnostics).run();
 

@@ -30,10 +30,10 @@ std::vector<std::int32_t> sortedFinite(const PointsView& points, const Indices* 
   order.reserve(considered);
   for (std::size_t k = 0; k < considered; ++k) {
     const std::size_t i = at(indices, k);
-    if (points.isFinite(i)) {
+    if (points.isMeasured(i)) {
       order.push_back(static_cast<std::int32_t>(i));
     } else {
-      ++result.points_not_finite;
+      ++result.points_not_measured;
     }
   }
   std::sort(order.begin(), order.end(), [&](std::int32_t i, std::int32_t j) {

@@ -19,7 +19,7 @@ struct SparsePoints {
   std::vector<std::int32_t> first_near;  ///< neighbours of i: near[first_near[i]] ...
   std::vector<std::int32_t> near;
   double radius = 0.0;  ///< within which points are neighbours
-  std::size_t points_not_finite = 0;
+  std::size_t points_not_measured = 0;
   std::size_t duplicate_points = 0;
 
   std::size_t size() const { return x.size(); }

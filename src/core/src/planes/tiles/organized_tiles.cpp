@@ -126,7 +126,7 @@ bool findOrigin(const PointsView& points, const Indices* indices, std::size_t& o
   const std::size_t size = indices ? indices->size() : points.size;
   for (std::size_t i = 0; i < size; ++i) {
     origin = indices ? static_cast<std::size_t>((*indices)[i]) : i;
-    if (points.isFinite(origin)) return true;
+    if (points.isMeasured(origin)) return true;
   }
   return false;
 }

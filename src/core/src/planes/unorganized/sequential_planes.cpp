@@ -123,7 +123,7 @@ PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
   const double side = chooseCellSide(
       points, indices, kCellSideInThresholds * params.distance_threshold, kShareInCompany);
   PointCells grid = buildPointCells(points, indices, side);
-  diagnostics.points_not_finite = grid.points_not_finite;
+  diagnostics.points_not_measured = grid.points_not_measured;
   const std::vector<char> crowded = crowdedCells(grid);
   const PointCells fine = splitCells(points, indices, grid, crowded, kGridLevel);
   const SurfaceLeaves surface = buildSurfaceLeaves(grid, crowded, fine, band);

@@ -24,8 +24,8 @@ using Indices = std::vector<int>;
 
 /// A cloud somebody else owns: xyz triples of float, metres, `stride` floats apart.
 ///
-/// Row major when organized (height > 1); points may be non-finite, and functions that take a
-/// view skip those. It is a strided float view rather than a 3 x N matrix of doubles so that a
+/// Row major when organized (height > 1); functions that take a view skip points that are no
+/// measurement, see isMeasured(). It is a strided float view rather than a 3 x N matrix of doubles so that a
 /// pcl::PointCloud of any point type is read in place: copying 640 x 480 points to double costs
 /// more than segmenting them.
 struct PointsView {
@@ -52,6 +52,12 @@ struct PointsView {
   bool isFinite(std::size_t i) const {
     const float* p = (*this)[i];
     return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);
+  }
+  /// False for what drivers write where nothing was measured: a coordinate that is not finite, or
+  /// all three zero, which is the sensor itself.
+  bool isMeasured(std::size_t i) const {
+    const float* p = (*this)[i];
+    return isFinite(i) && !(p[0] == 0.0F && p[1] == 0.0F && p[2] == 0.0F);
   }
   bool isOrganized() const { return height > 1; }
 };

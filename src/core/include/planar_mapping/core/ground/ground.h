@@ -71,7 +71,7 @@ PLANAR_MAPPING_EXPORT const char* toString(GroundStatus status);
 struct GroundDiagnostics {
   GroundStatus status = GroundStatus::TooFewPoints;
   std::size_t points_considered = 0;
-  std::size_t points_not_finite = 0;
+  std::size_t points_not_measured = 0;
   std::size_t points_sampled = 0;
   std::size_t hypotheses = 0;  ///< that were scored
   std::size_t ground_points = 0;

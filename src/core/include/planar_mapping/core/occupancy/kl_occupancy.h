@@ -68,7 +68,7 @@ struct OccupancyFrame {
 struct KlOccupancyDiagnostics {
   FeatureSource source = FeatureSource::Cells;  ///< Tracks or Cells, the one that was used
   std::size_t points_considered = 0;
-  std::size_t points_not_finite = 0;
+  std::size_t points_not_measured = 0;
   /// Of features, or of the cells that stand for them.
   FeatureBeliefs::Summary beliefs;
   // Tracks only.

@@ -119,7 +119,7 @@ struct FeaturePlaneDiagnostics {
 struct PlaneSearchDiagnostics {
   PlaneSearchMethod method = PlaneSearchMethod::Automatic;  ///< the one that ran
   std::size_t points_considered = 0;
-  std::size_t points_not_finite = 0;
+  std::size_t points_not_measured = 0;
   std::size_t duplicate_points = 0;  ///< counted by MultiRansac, which samples each once
   std::size_t hypotheses = 0;
   std::size_t degenerate_samples = 0;
