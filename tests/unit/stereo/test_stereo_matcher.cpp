@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 #include <cstring>
 #include <limits>
 #include <vector>
@@ -152,11 +153,17 @@ TEST(StereoMatcher, BlackAndUniformImagesHaveNoDisparity) {
 
 TEST(StereoMatcher, ExposuresOfTheCamerasMayDiffer) {
   const DisparityPlane plane{12.0, 0.0, 0.06};
-  ImagePair pair = pairOf(Pattern(15), plane, kWidth, kHeight);
-  for (std::uint8_t& value : pair.right.pixels) value = static_cast<std::uint8_t>(0.7 * value);
-  const Errors errors = errorsOf(match(pair), plane);
-  EXPECT_GT(errors.density, 0.9);
-  EXPECT_LT(errors.bad, 0.01);
+  const ImagePair alike = pairOf(Pattern(15), plane, kWidth, kHeight);
+  for (const auto& [gain, offset] : {std::pair(0.7, 0.0), std::pair(0.35, 20.0)}) {
+    ImagePair pair = alike;
+    for (std::uint8_t& value : pair.right.pixels)
+      value = static_cast<std::uint8_t>(std::lround(gain * value + offset));
+    StereoReport report;
+    const Errors errors = errorsOf(match(pair, {}, &report), plane);
+    EXPECT_GT(errors.density, 0.9) << gain;
+    EXPECT_LT(errors.bad, 0.01) << gain;
+    EXPECT_LE(report.disparities, 48) << gain;  // of 9 to 28 px that are there
+  }
 }
 
 TEST(StereoMatcher, NoiseOnAPlainSurfaceIsNoTexture) {

@@ -24,6 +24,31 @@ int reductionFor(const cv::Mat& image) {
   return factor;
 }
 
+/// By mean and spread of the pixels that \p disparity says are the same.
+Exposure exposureOfMatches(const cv::Mat& left, const cv::Mat& right, const cv::Mat& disparity) {
+  std::vector<std::uint8_t> in_left;
+  std::vector<std::uint8_t> in_right;
+  for (int row = 0; row < disparity.rows; ++row) {
+    for (int column = 0; column < disparity.cols; ++column) {
+      const float value = disparity.ptr<float>(row)[column];
+      const int other = std::isnan(value) ? -1 : column - static_cast<int>(std::lround(value));
+      if (other < 0 || other >= right.cols) continue;
+      in_left.push_back(left.ptr(row)[column]);
+      in_right.push_back(right.ptr(row)[other]);
+    }
+  }
+  Exposure exposure;
+  if (in_left.empty()) return exposure;
+  cv::Scalar mean_left, spread_left, mean, spread;
+  cv::meanStdDev(in_left, mean_left, spread_left);
+  cv::meanStdDev(in_right, mean, spread);
+  if (!(spread_left[0] > 0.0) || !(spread[0] > 0.0)) return exposure;
+  exposure.gain = spread_left[0] / spread[0];
+  exposure.offset = mean_left[0] - exposure.gain * mean[0];
+  exposure.change = std::abs(mean_left[0] - mean[0]) + std::abs(spread_left[0] - spread[0]);
+  return exposure;
+}
+
 }  // namespace
 
 CoarseDisparities searchCoarsely(const cv::Mat& left, const cv::Mat& right, double infinity,
@@ -66,6 +91,7 @@ CoarseDisparities searchCoarsely(const cv::Mat& left, const cv::Mat& right, doub
   }
   CoarseDisparities coarse;
   if (found.empty()) return coarse;
+  coarse.exposure = exposureOfMatches(small_left, small_right, disparity);
   coarse.density =
       static_cast<double>(matched) / static_cast<double>(std::max<std::size_t>(1, textured));
   // So few pixels at either end are more likely wrong than seen.

@@ -205,7 +205,7 @@ DisparityImage StereoMatcher::match(const io::Image& left, const io::Image& righ
   const io::Image gray_left = io::toGray(left);
   const io::Image gray_right = io::toGray(right);
   const cv::Mat l = detail::matOf(gray_left);
-  const cv::Mat r = detail::matOf(gray_right);
+  cv::Mat r = detail::matOf(gray_right);
   const cv::Mat contrast = contrastOf(l);
   out.contrast = cv::mean(contrast)[0];
   out.brightness = cv::mean(l)[0];
@@ -219,6 +219,14 @@ DisparityImage StereoMatcher::match(const io::Image& left, const io::Image& righ
   largest = std::clamp(largest, infinity + 16.0, infinity + kLargestDisparity);
   detail::SemiGlobalParams fine = fineParams(params_);
   detail::CoarseDisparities coarse = detail::searchCoarsely(l, r, infinity, largest);
+  // Cameras that expose apart: the costs are of gray values.
+  constexpr double kAlike = 8.0;
+  if (coarse.exposure.change > kAlike) {
+    cv::Mat alike;
+    r.convertTo(alike, CV_8U, coarse.exposure.gain, coarse.exposure.offset);
+    r = alike;
+    coarse = detail::searchCoarsely(l, r, infinity, largest);
+  }
   constexpr double kPoor = 0.6;      // of pixels with contrast; most good pairs have more
   constexpr double kClearly = 1.25;  // wrong order: 1.3 to 2.9 times as many the other way round
   if (coarse.density < kPoor) {
