@@ -191,6 +191,13 @@ void Pipeline::runMapping(Frame& frame) {
     findVertical(scale, frame);
     adaptMapping(scale, &frame);
   }
+  if (frame.pose_assumed && frame.skip_reason.empty() && map_.frames() == 1 &&
+      frame.T_world_sensor.matrix() == Pose::Identity().matrix()) {
+    frame.warnings.push_back(
+        frame.source +
+        ": no VIEWPOINT, like the cloud before: both are taken to be seen from the same place; if "
+        "the sensor moved, --poses FILE says how, or motion_estimation.enabled=true finds it");
+  }
   for (std::size_t i = sensing_size_; i < configuration_.stages.size(); ++i) runStage(i, frame);
 }
 
@@ -327,7 +334,7 @@ CloudScale Pipeline::knownScale(const Frame& frame) const {
 void Pipeline::remarkOn(const CloudScale& scale, Frame& frame) const {
   constexpr double kMaxSpacing = 1.0;  // of points that a robot uses, metres
   constexpr double kMaxRange = 100.0;
-  if (scale.spacing > kMaxSpacing && scale.max_range > kMaxRange) {
+  if (!scale.stereo && scale.spacing > kMaxSpacing && scale.max_range > kMaxRange) {
     frame.warnings.push_back(frame.source + ": the points are " +
                              detail::rounded(scale.spacing, 1) + " apart and up to " +
                              detail::rounded(scale.max_range, 1) +

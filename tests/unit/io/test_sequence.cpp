@@ -125,6 +125,21 @@ TEST_F(SequenceInputs, DirectoryOfCloudsIsReadInNameOrderWithViewpoints) {
   EXPECT_THROW(sequence.path(3), InputError);
 }
 
+TEST_F(SequenceInputs, NumbersInNamesAreInTheOrderOfTheirValues) {
+  const std::vector<std::string> names = {"1.5.pcd",      "1.25.pcd",   "2.pcd",
+                                          "10.pcd",       "scan_2.pcd", "scan_10.pcd",
+                                          "scan_011.pcd", "t.2.pcd",    "t.10.pcd"};
+  folder("scans");
+  for (const std::string& name : names) writePcd(dir_ / ("scans/" + name), cloudAt(1.0f));
+  const Sequence sequence({dir_ / "scans"});
+  const std::vector<std::string> expected = {"1.25.pcd",     "1.5.pcd",    "2.pcd",
+                                             "10.pcd",       "scan_2.pcd", "scan_10.pcd",
+                                             "scan_011.pcd", "t.2.pcd",    "t.10.pcd"};
+  ASSERT_EQ(sequence.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i)
+    EXPECT_EQ(std::filesystem::path(sequence.path(i)).filename(), expected[i]);
+}
+
 TEST_F(SequenceInputs, FilesKeepTheOrderGivenAndTakePosesFromAFile) {
   addClouds("scans");
   writeTumPoses(dir_ / "poses.txt", posesOf(2));

@@ -121,11 +121,16 @@ class SurfaceMap::Implementation {
   }
 
   /// At the one place where it fits; nowhere if there are two.
-  CloudRegistration locateFar(const PointsView& cloud, const Pose& guess) const {
+  /// \param near  a place found already
+  CloudRegistration locateFar(const PointsView& cloud, const Pose& guess,
+                              const CloudRegistration& near) const {
     constexpr double kSecondBest = 0.9;  // of the best one's worth, which is no more certain then
     std::vector<CloudRegistration> found = placesFar(cloud, guess);
+    found.push_back(near);
     found.erase(std::remove_if(found.begin(), found.end(), [](const auto& r) { return !r.found; }),
                 found.end());
+    std::stable_sort(found.begin(), found.end(),
+                     [](const auto& a, const auto& b) { return worth(a) > worth(b); });
     for (const CloudRegistration& other : found) {
       const bool rival = worth(other) > kSecondBest * worth(found.front());
       if (rival && !isSamePlace(found.front(), other)) return {};
@@ -252,8 +257,13 @@ void SurfaceMap::insert(const PointsView& cloud, const Pose& T_world_sensor) {
 CloudRegistration SurfaceMap::locate(const PointsView& cloud, const Pose& guess) const {
   const CloudRegistration near = locateNear(cloud, guess);
   if (near.found) return near;
-  const CloudRegistration far = implementation_->locateFar(cloud, guess);
+  const CloudRegistration far = locateFar(cloud, guess, near);
   return far.found ? far : near;
+}
+
+CloudRegistration SurfaceMap::locateFar(const PointsView& cloud, const Pose& guess,
+                                        const CloudRegistration& near) const {
+  return implementation_->locateFar(cloud, guess, near);
 }
 
 CloudRegistration SurfaceMap::locateNear(const PointsView& cloud, const Pose& guess) const {

@@ -3,6 +3,7 @@
 #include "layouts/folder.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <filesystem>
 
@@ -19,6 +20,33 @@ constexpr std::size_t kLongestLine = 4096;
 
 std::string extensionOf(const std::string& file) {
   return fs::path(file).extension().string();
+}
+
+/// Name order, in which 2 comes before 10: numbers by their value, fractions of them as text.
+bool isBefore(const std::string& a, const std::string& b) {
+  const auto isDigit = [](const std::string& text, std::size_t at) {
+    return at < text.size() && std::isdigit(static_cast<unsigned char>(text[at])) != 0;
+  };
+  for (std::size_t i = 0, k = 0; i < a.size() && k < b.size(); ++i, ++k) {
+    const bool is_fraction =
+        i > 0 && (isDigit(a, i - 1) || (i > 1 && a[i - 1] == '.' && isDigit(a, i - 2)));
+    if (isDigit(a, i) && isDigit(b, k) && !is_fraction) {
+      const auto digits = [&isDigit](const std::string& text, std::size_t& at) {
+        while (text[at] == '0' && isDigit(text, at + 1)) ++at;
+        const std::size_t first = at;
+        while (isDigit(text, at)) ++at;
+        return text.substr(first, at - first);
+      };
+      const std::string x = digits(a, i);
+      const std::string y = digits(b, k);
+      if (x.size() != y.size()) return x.size() < y.size();
+      if (x != y) return x < y;
+    }
+    const char in_a = i < a.size() ? a[i] : '\0';
+    const char in_b = k < b.size() ? b[k] : '\0';
+    if (in_a != in_b) return in_a < in_b;
+  }
+  return a.size() != b.size() ? a.size() < b.size() : a < b;
 }
 
 }  // namespace
@@ -58,7 +86,7 @@ std::vector<std::string> filesOf(const std::string& folder) {
     if (name.front() != '.' && entry->is_regular_file(ignored)) names.push_back(name);
   }
   if (error) throw IoError(folder, "cannot be listed: " + error.message());
-  std::sort(names.begin(), names.end());
+  std::sort(names.begin(), names.end(), isBefore);
   for (std::string& name : names) name = joined(folder, name);
   return names;
 }

@@ -126,6 +126,12 @@ std::optional<FrameLocator::Placement> FrameLocator::place(const Frame& frame) {
                         isNear(far->prior->T_world_sensor, near.T_world_sensor, 0.15, 0.1);
       return same ? helped(frame, near.T_world_sensor, near.covariance, expected, false) : far;
     }
+    if (near.found && wasDrawnFar(frame, near.T_world_sensor, expected)) {
+      const CloudRegistration only = surfaces_->locateFar(viewOf(*frame.cloud), guess, near);
+      if (only.found) return helped(frame, only.T_world_sensor, only.covariance, expected, false);
+      cloud_reason_ = "the cloud fits nearly as well in another place";
+      return Placement{};
+    }
     if (near.found) {
       if (agrees(near.T_world_sensor, expected, false)) {
         return helped(frame, near.T_world_sensor, near.covariance, expected, false);
@@ -158,6 +164,15 @@ Pose FrameLocator::expectedPose(const Frame& frame) const {
   if (view_) return odometry_.expectedPose();
 #endif
   return by_cloud_ && last_pose_ ? *last_pose_ : odometry_.expectedPose();
+}
+
+/// Whether no image tells if a cloud fits where it was drawn to, which is not where it was
+/// expected.
+bool FrameLocator::wasDrawnFar(const Frame& frame, const Pose& T_world_sensor,
+                               const Pose& expected) const {
+  constexpr double kDrawn = 0.3;   // metres
+  constexpr double kTurned = 0.2;  // radians
+  return !isPartial(frame) && !isSeen() && !isNear(expected, T_world_sensor, kDrawn, kTurned);
 }
 
 /// Nobody knows how far the camera has moved: where things repeat the next place that fits is no

@@ -64,6 +64,7 @@ class FrameLocator {
   Placement helped(const Frame& frame, const Pose& T_world_sensor, const Matrix6& covariance,
                    const Pose& expected, bool by_views);
   Pose expectedPose(const Frame& frame) const;
+  bool wasDrawnFar(const Frame& frame, const Pose& T_world_sensor, const Pose& expected) const;
   bool isSearchedFor() const;
   bool agrees(const Pose& T_world_sensor, const Pose& expected, bool likely);
   bool follows(const Pose& T_world_sensor, const Pose& expected) const;

@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/odometry/motion_estimation.h"
-#include "planar_mapping/core/base/detail/random.h"
 
 namespace planar_mapping {
 namespace {
@@ -202,6 +202,24 @@ TEST(SurfaceMap, LooksFartherAroundWhereTheGuessIsWrong) {
     EXPECT_LT(found.seen_through, 0.05);
     EXPECT_FALSE(near_only.locate(viewOf(cloud), kWrongGuess).found);
   }
+}
+
+TEST(SurfaceMap, APlaceThatWasFoundHasToBeTheBestOfAll) {
+  Random random(1);
+  SurfaceMap map(testParams());
+  map.insert(viewOf(view(kFirst, 0.001, random)), kFirst);
+  const auto cloud = view(kMoved, 0.001, random);
+  CloudRegistration wrong;
+  wrong.found = true;
+  wrong.T_world_sensor = kWrongGuess;
+  const double share = map.locate(viewOf(cloud), kWrongGuess).share;
+  ASSERT_GT(share, 0.1);
+  wrong.share = 0.5 * share;
+  const CloudRegistration best = map.locateFar(viewOf(cloud), kWrongGuess, wrong);
+  ASSERT_TRUE(best.found);
+  EXPECT_LT(motionDifference(kMoved.inverse(), best.T_world_sensor.inverse()).norm(), 0.03);
+  wrong.share = share;  // as good
+  EXPECT_FALSE(map.locateFar(viewOf(cloud), kWrongGuess, wrong).found);
 }
 
 TEST(SurfaceMap, DoesNotGuessAmongCornersThatLookAlike) {

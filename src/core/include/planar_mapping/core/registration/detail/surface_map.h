@@ -114,6 +114,10 @@ class PLANAR_MAPPING_EXPORT SurfaceMap {
   CloudRegistration locate(const PointsView& cloud, const Pose& guess) const;
   /// The same near the guess alone.
   CloudRegistration locateNear(const PointsView& cloud, const Pose& guess) const;
+  /// The place where the cloud fits best, of \p near and of those far from the guess; not found
+  /// where it fits nearly as well in another.
+  CloudRegistration locateFar(const PointsView& cloud, const Pose& guess,
+                              const CloudRegistration& near) const;
   /// Poses farther away at which the cloud may lie, the best first; `found` where it fits.
   std::vector<CloudRegistration> placesFar(const PointsView& cloud, const Pose& guess) const;
 
