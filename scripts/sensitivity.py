@@ -84,7 +84,7 @@ MECHANISMS = [
     ("crowded cells", "planes/surface_leaves.cpp", "if (grid.sums[cell].n < kCrowd) continue;", "if (OFF || grid.sums[cell].n < kCrowd) continue;"),
     ("clutter in groups", "planes/multi_ransac/multi_ransac.cpp", "if (company >= kCompany)", "if (OFF || company >= kCompany)"),
     ("pieces of ground", "ground/ground_labels.cpp", "  if (k.pieces) {", "  if (k.pieces && !OFF) {"),
-    ("occluding edges", "registration/surface_shape.cpp", "if (!cloud.isOrganized() ||", "if (OFF || !cloud.isOrganized() ||"),
+    ("occluding edges", "registration/surface_shape.cpp", "if (!cloud.isOrganized())", "if (OFF || !cloud.isOrganized())"),
     ("doubled cells for noise", "geometry/cloud_scale.cpp", "i < kMaxDoublings &&", "i < (OFF ? 0 : kMaxDoublings) &&"),
 ]
 HEADER = """#pragma once

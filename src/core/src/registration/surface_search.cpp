@@ -245,7 +245,7 @@ std::vector<Vector3> SurfaceSearch::moves(const Matrix3& turn, const Pose& guess
 double SurfaceSearch::fitOf(const Surfel& plane, const Pose& T_world_sensor) const {
   const Vector3 q = T_world_sensor * plane.center;
   const Surfel* target = nearby_.nearest(q, T_world_sensor.linear() * plane.normal, params_.reach,
-                                         std::cos(params_.max_normal_angle));
+                                         std::cos(kMaxNormalAngle));
   if (target == nullptr) return 0.0;
   const double distance = target->normal.dot(q - target->center) / (2.0 * params_.cell);
   return std::max(0.0, 1.0 - distance * distance);
