@@ -109,7 +109,6 @@ void OdometryParams::validate() const {
   motion.validate();
   requirePositive("keyframe_translation", keyframe_translation);
   requirePositive("keyframe_rotation", keyframe_rotation, "rad");
-  requireInRange("keyframe_overlap", keyframe_overlap, 0.0, 1.0);
   requireInRange("max_landmarks", max_landmarks, 100, kLargest);
   requirePositive("jump_distance", jump_distance, "m");
   requireInRange("jump_inlier_share", jump_inlier_share, 0.0, 1.0);
@@ -362,11 +361,12 @@ class Odometry::Implementation {
 
   bool needsKeyframe(const Pose& T_sensor_world, const std::vector<SeenFeature>& used,
                      const OdometryResult& result) const {
+    constexpr double kKeyframeOverlap = 0.7;  // of what the last keyframe sees
     if (!has_pose_ || result.from_prior) return true;
     const Pose moved = T_sensor_world * T_keyframe_world_.inverse();
     if (rotationAngle(moved) > params_.keyframe_rotation) return true;
     const auto known = static_cast<double>(result.inliers);
-    if (known < params_.keyframe_overlap * static_cast<double>(most_inliers_)) return true;
+    if (known < kKeyframeOverlap * static_cast<double>(most_inliers_)) return true;
     if (used.empty()) return false;
     std::vector<double> inverse_depth;
     for (const SeenFeature& one : used) inverse_depth.push_back(one.sighting.inverse_depth);

@@ -10,6 +10,8 @@
 namespace planar_mapping {
 namespace {
 
+constexpr std::size_t kMaxViews = 24;  // kept, the latest
+constexpr int kMaxAttempts = 6;        // views that a frame is registered to
 constexpr int kWitnesses = 2;
 constexpr double kMinOverlap = 0.1;  // of the cells
 constexpr double kSameTurn = 8.0;    // cells
@@ -19,7 +21,7 @@ constexpr double kMaxShift = 2.5;    // metres
 
 void ViewMap::PlacedViews::insert(const ViewPtr& view, const Pose& T_world_sensor) {
   views_.push_back({view, T_world_sensor});
-  if (views_.size() > static_cast<std::size_t>(params_.max_views)) views_.pop_front();
+  if (views_.size() > kMaxViews) views_.pop_front();
 }
 
 double ViewMap::PlacedViews::distance(const Pose& a, const Pose& b) {
@@ -159,7 +161,7 @@ std::vector<ViewMap::PlacedViews::Hypothesis> ViewMap::PlacedViews::registerTo(
   std::vector<Hypothesis> found;
   int attempts = 0;
   for (const Placed* other : attemptsFor(guess)) {
-    if (attempts++ == params_.max_attempts) break;
+    if (attempts++ == kMaxAttempts) break;
     for (Hypothesis& one : registerTo(view, *other, guess)) {
       one.support = supportOf(view, one.pose, kCoarseView);
       found.push_back(one);

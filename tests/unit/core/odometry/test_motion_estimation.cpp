@@ -340,13 +340,10 @@ TEST(EstimateMotion, RefusesBadParameters) {
     EXPECT_THROW(estimateMotion({}, camera, params, random), ParameterError);
   };
   refused([](MotionParams& p) { p.inlier_sigmas = 0.0; });
-  refused([](MotionParams& p) { p.huber_sigmas = kNan; });
   refused([](MotionParams& p) { p.min_matches = 2; });
   refused([](MotionParams& p) { p.min_inliers = 2; });
   refused([](MotionParams& p) { p.min_inlier_share = 1.1; });
-  refused([](MotionParams& p) { p.confidence = 1.0; });
   refused([](MotionParams& p) { p.max_iterations = 0; });
-  refused([](MotionParams& p) { p.min_triangle_sine = 1.0; });
   refused([](MotionParams& p) { p.max_translation_error = 0.0; });
   MotionPrior prior;
   prior.covariance = Matrix6::Zero();
