@@ -226,20 +226,6 @@ void MotionParams::validate() const {
   requirePositive("max_rotation_error", max_rotation_error, "rad");
 }
 
-const char* toString(MotionStatus status) {
-  switch (status) {
-    case MotionStatus::Found:
-      return "found";
-    case MotionStatus::TooFewMatches:
-      return "too few matches";
-    case MotionStatus::TooFewInliers:
-      return "too few matches agree";
-    case MotionStatus::Uncertain:
-      return "the matches do not fix the motion";
-  }
-  return "unknown";
-}
-
 MotionEstimate estimateMotion(const std::vector<FeatureMatch>& matches, const FeatureCamera& camera,
                               const MotionParams& params, Random& random, const Pose* guess,
                               const std::optional<MotionPrior>& prior) {

@@ -35,7 +35,6 @@ class Descriptors {
   /// Of one row to all rows of another set.
   void distances(std::size_t row, const Descriptors& other, std::int32_t* out) const;
 
-  std::size_t length() const { return length_; }
   template <typename Archive>
   void visitState(Archive& archive) {
     archive(binary_, length_, values_, words_);

@@ -52,8 +52,6 @@ class TrackMemory {
   /// forgotten.
   void store(TrackSet features, int remember_frames, int max_remembered);
 
-  std::int64_t frame() const { return frame_; }
-  std::size_t lost() const { return lost_.size(); }
   void clear();
   template <typename Archive>
   void visitState(Archive& archive) {

@@ -54,9 +54,6 @@ enum class MotionStatus : std::uint8_t {
   Uncertain,      ///< the inliers do not fix all six parameters, e.g. they are on a line
 };
 
-/// "found", "too few matches", ...
-PLANAR_MAPPING_EXPORT const char* toString(MotionStatus status);
-
 struct MotionEstimate {
   MotionStatus status = MotionStatus::TooFewMatches;
   Pose T_now_before = Pose::Identity();  ///< R, T of Eq. 8; identity unless Found
