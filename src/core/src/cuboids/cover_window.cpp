@@ -105,14 +105,6 @@ void addElements(const std::vector<NonPlanarCell>& cells, bool tolerant, int min
   }
 }
 
-std::size_t countHalfCells(const std::vector<Element>& elements) {
-  std::vector<HalfCell> cells;
-  cells.reserve(elements.size());
-  for (const Element& e : elements) cells.push_back(e.at);
-  std::sort(cells.begin(), cells.end());
-  return static_cast<std::size_t>(std::unique(cells.begin(), cells.end()) - cells.begin());
-}
-
 CoverWindow::CoverWindow(ElementRange elements, const CuboidApproximationParams& params)
     : elements_(elements), half_(0.5 * params.resolution) {
   // Within the tolerance a thin surface needs no whole cell, half of which is free space.

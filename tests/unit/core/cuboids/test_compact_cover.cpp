@@ -412,14 +412,6 @@ TEST(CoverWithBoxes, WhatTakesThePlaceOfRectanglesStandsForTheirSurface) {
   }
 }
 
-TEST(CoverWithBoxes, ReplacesNothingWhereItCannotMakeOneWindow) {
-  const auto params = paramsWith(0.5);
-  Clutter clutter(1, params);
-  for (int i = 0; i < 40; ++i) clutter.cells.push_back(cellAt(i * 50000000 - 1000000000, 7, -3));
-  const BoxCover cover = coverWithBoxes(clutter.cells, {}, {}, clutter.surfaces, params);
-  EXPECT_EQ(keptOf(cover), clutter.surfaces.size());
-}
-
 TEST(CoverWithBoxes, KeepsNoRectangleThatAnotherCuboidStandsFor) {
   const auto params = paramsWith(0.5);
   const Clutter clutter(1, params);

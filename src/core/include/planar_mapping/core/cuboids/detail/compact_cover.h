@@ -76,10 +76,11 @@ struct NonPlanarCell {
   std::uint8_t octants = 0xFF;
 };
 
-/// Cuboids of non-planar cells. Paper: connected clusters, each split in the plane fitted to it,
-/// leaves not merged. Compact: cells merged to few axis-aligned boxes.
+/// Cuboids of non-planar cells in the paper's profile: connected clusters, each split in the plane
+/// fitted to it, leaves not merged.
+/// \param cells  distinct, in any order
 /// \param sensor leaves extend away from it
-PLANAR_MAPPING_EXPORT std::vector<Cuboid> cuboidsOfCells(const std::vector<NonPlanarCell>& cells,
+PLANAR_MAPPING_EXPORT std::vector<Cuboid> cuboidsOfCells(std::vector<NonPlanarCell> cells,
                                                          const CuboidApproximationParams& params,
                                                          const Vector3& sensor);
 
@@ -107,7 +108,7 @@ struct BoxCover {
 
 /// Few axis-aligned boxes on the lattice of half cells for what no present cuboid covers, and the
 /// choice between them and small rectangles of planes: never more cuboids than with all of the
-/// rectangles, or, in one window, with boxes alone.
+/// rectangles, or with boxes alone.
 /// \param cells   distinct ones of the axis-aligned grid of side s; one without octants needs no
 ///                box, one with less than min_points_per_cell is left out
 /// \param pieces  of planes
