@@ -38,11 +38,9 @@ struct SurfaceCover {
 /// half a cell beyond the border, and leave half a cell to the tolerance. Parts that would need a
 /// rectangle of their own of less than rectangle_cells are left loose. The paper's profile:
 /// splitAndMerge(), and nothing is left.
-/// \param quarters which quarters of each cell hold points (bit 0 low u and low v, 1 high u, 2 high
-///                 v, 3 both high), same layout as the mask's cells; null = all of them
 /// \param cell_probability one value per cell of the mask, same layout; empty = 1 everywhere
 /// \throws ParameterError; InputError if the mask is not consistent
-PLANAR_MAPPING_EXPORT SurfaceCover coverSurface(const CellMask& mask, const std::uint8_t* quarters,
+PLANAR_MAPPING_EXPORT SurfaceCover coverSurface(const CellMask& mask,
                                                 const std::vector<float>& cell_probability,
                                                 const CuboidApproximationParams& params);
 
