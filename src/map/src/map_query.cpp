@@ -69,9 +69,7 @@ class SpaceWalk {
     for (double at = 0.0; at < range;) {
       int level = kFarLevel;
       if (cell_.cwiseAbs().maxCoeff() < detail::kLatticeLimit) {
-        const detail::Int3 cell{static_cast<std::int32_t>(cell_.x()),
-                                static_cast<std::int32_t>(cell_.y()),
-                                static_cast<std::int32_t>(cell_.z())};
+        const detail::Int3 cell = detail::toInt3(cell_);
         const detail::UnknownSpace::Surroundings around = space_.around(cell);
         if ((around.unknown >> detail::UnknownSpace::bitOf(cell) & 1u) != 0) return at;
         level = around.region_is_alike ? kRegionLevel : around.unknown == 0 ? kBlockLevel : 0;

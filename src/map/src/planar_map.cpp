@@ -302,9 +302,7 @@ CellState PlanarMap::stateAt(const Vector3& point) const {
   if (!(cell.cwiseAbs().maxCoeff() < detail::kLatticeLimit)) {
     return impl_->data.space.isUnseenUnknown() ? CellState::Unknown : CellState::Free;
   }
-  const detail::Int3 at{static_cast<std::int32_t>(cell.x()), static_cast<std::int32_t>(cell.y()),
-                        static_cast<std::int32_t>(cell.z())};
-  return impl_->data.space.isUnknown(at) ? CellState::Unknown : CellState::Free;
+  return impl_->data.space.isUnknown(detail::toInt3(cell)) ? CellState::Unknown : CellState::Free;
 }
 
 double PlanarMap::occupancyAt(const Vector3& point) const {
