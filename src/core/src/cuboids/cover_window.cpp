@@ -293,8 +293,7 @@ Vector3 CoverWindow::centerOf(const LatticeCell& cell) const {
 
 /// Cells of the window that come within \p margin of the cuboid, and some more.
 LatticeBox CoverWindow::boxAround(const Cuboid& cuboid, double margin) const {
-  const Vector3 reach = cuboid.orientation.toRotationMatrix().cwiseAbs() * (0.5 * cuboid.size) +
-                        Vector3::Constant(margin);
+  const Vector3 half = reach(cuboid) + Vector3::Constant(margin);
   LatticeBox box;
   for (std::size_t k = 0; k < 3; ++k) {
     const auto axis = static_cast<Vector3::Index>(k);
@@ -303,8 +302,8 @@ LatticeBox CoverWindow::boxAround(const Cuboid& cuboid, double margin) const {
       return static_cast<std::int32_t>(
           std::clamp(cell, 0.0, static_cast<double>(required_.size()[k])));
     };
-    box.low[k] = toCell(cuboid.center[axis] - reach[axis]);
-    box.high[k] = std::min(toCell(cuboid.center[axis] + reach[axis]) + 1, required_.size()[k]);
+    box.low[k] = toCell(cuboid.center[axis] - half[axis]);
+    box.high[k] = std::min(toCell(cuboid.center[axis] + half[axis]) + 1, required_.size()[k]);
   }
   return box;
 }

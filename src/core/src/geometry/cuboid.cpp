@@ -21,6 +21,15 @@ bool contains(const Cuboid& cuboid, const Vector3& point, double margin) {
   return (local.cwiseAbs().array() <= 0.5 * cuboid.size.array() + margin).all();
 }
 
+Vector3 reach(const Cuboid& cuboid) {
+  return cuboid.orientation.toRotationMatrix().cwiseAbs() * (0.5 * cuboid.size);
+}
+
+double halfAlong(const Cuboid& cuboid, const Vector3& direction) {
+  const Matrix3 to_local = cuboid.orientation.toRotationMatrix().transpose();
+  return 0.5 * (to_local * direction).cwiseAbs().dot(cuboid.size);
+}
+
 std::array<Vector3, 8> corners(const Cuboid& cuboid) {
   std::array<Vector3, 8> result;
   const Matrix3 axes = cuboid.orientation.toRotationMatrix();

@@ -29,8 +29,7 @@ inline std::uint64_t regionOf(const MapData& map, const Vector3& point) {
 
 /// Half the world extent of a cuboid, and so far around it.
 inline Vector3 halfExtent(const Cuboid& cuboid, double margin) {
-  return cuboid.orientation.toRotationMatrix().cwiseAbs() * (0.5 * cuboid.size) +
-         Vector3::Constant(margin);
+  return reach(cuboid) + Vector3::Constant(margin);
 }
 
 /// Gives boxes that lie on a plane its id: parallel to it within the angle of association, at most

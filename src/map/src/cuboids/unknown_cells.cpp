@@ -110,7 +110,7 @@ KeyMap<CubeBits> spaceCells(const UnknownSpace& space, CellState state, const Sp
   if (cubes.empty()) return cubes;
   constexpr double kLimit = kLatticeLimit / 8;
   for (const Cuboid& cuboid : occupied) {
-    const Vector3 half = cuboid.orientation.toRotationMatrix().cwiseAbs() * (0.5 * cuboid.size);
+    const Vector3 half = reach(cuboid);
     const Vector3 low =
         ((cuboid.center - half) / (8.0 * cell)).array().floor().max(-kLimit).min(kLimit - 1);
     const Vector3 high =
