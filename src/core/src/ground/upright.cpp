@@ -8,6 +8,7 @@
 
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/geometry/cloud_scale.h"
+#include "planar_mapping/core/geometry/detail/angles.h"
 
 namespace planar_mapping {
 namespace {
@@ -41,10 +42,6 @@ struct Support {
   double ground = 0.0;  ///< the largest horizontal plane below the sensor
   double total() const { return horizontal + vertical; }
 };
-
-double angleBetween(const Vector3& a, const Vector3& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b));
-}
 
 Support supportOf(const Vector3& up, const std::vector<WeightedPlane>& planes) {
   Support support;

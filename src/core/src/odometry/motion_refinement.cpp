@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "planar_mapping/core/geometry/detail/angles.h"
+
 namespace planar_mapping::detail {
 namespace {
 
@@ -50,9 +52,7 @@ void addMatch(const FeatureMatch& match, const FeatureCamera& camera, const Pose
   const Vector3 error = sightingError(match, camera, p);
   const double squared = error.dot(information * error);
   Eigen::Matrix<double, 3, 6> jacobian;
-  Matrix3 turned;  // -[p]x
-  turned << 0.0, p.z(), -p.y(), -p.z(), 0.0, p.x(), p.y(), -p.x(), 0.0;
-  jacobian << at_point, at_point * turned;
+  jacobian << at_point, at_point * crossMatrix(-p);
   const Matrix3 weighted = huberWeight(squared) * information;
   sum.hessian.noalias() += jacobian.transpose() * (weighted * jacobian);
   sum.gradient.noalias() += jacobian.transpose() * (weighted * error);

@@ -11,6 +11,7 @@
 #include "odometry/motion_refinement.h"
 #include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/geometry/detail/angles.h"
 
 namespace planar_mapping {
 namespace {
@@ -18,19 +19,12 @@ namespace {
 /// See locateMatches().
 constexpr int kFewestWithPrior = 6;
 
-double rotationAngle(const Pose& motion) {
-  return Eigen::AngleAxisd(Matrix3(motion.linear())).angle();
-}
-
 /// Covariance of a motion a after a motion b.
 Matrix6 composed(const Matrix6& of_a, const Pose& a, const Matrix6& of_b) {
   const Matrix3 R = a.linear();
-  const Vector3 t = a.translation();
-  Matrix3 cross;
-  cross << 0.0, -t.z(), t.y(), t.z(), 0.0, -t.x(), -t.y(), t.x(), 0.0;
   Matrix6 adjoint = Matrix6::Zero();
   adjoint.topLeftCorner<3, 3>() = R;
-  adjoint.topRightCorner<3, 3>() = cross * R;
+  adjoint.topRightCorner<3, 3>() = crossMatrix(a.translation()) * R;
   adjoint.bottomRightCorner<3, 3>() = R;
   return of_a + adjoint * of_b * adjoint.transpose();
 }
@@ -364,7 +358,7 @@ class Odometry::Implementation {
     constexpr double kKeyframeOverlap = 0.7;  // of what the last keyframe sees
     if (!has_pose_ || result.from_prior) return true;
     const Pose moved = T_sensor_world * T_keyframe_world_.inverse();
-    if (rotationAngle(moved) > params_.keyframe_rotation) return true;
+    if (rotationAngle(moved.linear()) > params_.keyframe_rotation) return true;
     const auto known = static_cast<double>(result.inliers);
     if (known < kKeyframeOverlap * static_cast<double>(most_inliers_)) return true;
     if (used.empty()) return false;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/geometry/detail/angles.h"
 
 namespace planar_mapping {
 namespace {
@@ -25,7 +26,7 @@ void ViewMap::PlacedViews::insert(const ViewPtr& view, const Pose& T_world_senso
 }
 
 double ViewMap::PlacedViews::distance(const Pose& a, const Pose& b) {
-  const double turn = Eigen::AngleAxisd(Matrix3(a.linear().transpose() * b.linear())).angle();
+  const double turn = rotationAngle(a.linear().transpose() * b.linear());
   return (a.translation() - b.translation()).norm() + 4.0 * turn;
 }
 double ViewMap::PlacedViews::shiftToElsewhere(const View& view) const {
@@ -36,7 +37,7 @@ double ViewMap::PlacedViews::shiftToElsewhere(const View& view) const {
 }
 
 bool ViewMap::PlacedViews::isSamePlace(const View& view, const Pose& a, const Pose& b) const {
-  const double turn = Eigen::AngleAxisd(Matrix3(a.linear().transpose() * b.linear())).angle();
+  const double turn = rotationAngle(a.linear().transpose() * b.linear());
   return (a.translation() - b.translation()).norm() < shiftToElsewhere(view) &&
          turn * view.cells.camera.fx < kSameTurn;
 }
