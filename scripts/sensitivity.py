@@ -36,7 +36,6 @@ DERIVED = {
     "planes/organized/metric_fit:kFreedom": "nine means less the three coefficients of a plane",
     "cuboids/cover_search:kApartBits": "boxes reach one half cell beyond what they hold",
     "planes/disparity/disparity_fit:kFewest": "points that make a plane",
-    "geometry/cloud_scale:kDegree": "pi / 180",
     "geometry/cloud_scale:kEarth": "coordinates of a country are below the radius of the earth",
 }
 # Inputs of the constants below a folder (the first that fits); see groups().

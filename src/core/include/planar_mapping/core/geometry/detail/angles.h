@@ -8,6 +8,8 @@
 
 namespace planar_mapping {
 
+constexpr double kRadiansPerDegree = M_PI / 180.0;
+
 /// Angle of a rotation, radians in [0, pi].
 inline double rotationAngle(const Matrix3& R) {
   return Eigen::AngleAxisd(R).angle();
