@@ -55,14 +55,9 @@ inline bool isDistinct(std::int32_t best, std::int32_t second, double ratio, boo
   return static_cast<double>(best) < factor * static_cast<double>(second);
 }
 
-struct DescriptorMatchParams {
-  double ratio = 0.8;
-  int threads = 1;
-};
-
 /// For each row of `queries` the row of `known` it matches, or -1; a known row matches at most one
-/// query.
+/// query. \param ratio  see isDistinct()
 std::vector<int> matchDescriptors(const Descriptors& queries, const Descriptors& known,
-                                  const DescriptorMatchParams& params);
+                                  double ratio, int threads);
 
 }  // namespace planar_mapping::detail

@@ -45,7 +45,7 @@ class TrackMemory {
   };
 
   /// Gives each feature its track; nothing is stored yet.
-  std::vector<Identity> identify(const Descriptors& features, const DescriptorMatchParams& params);
+  std::vector<Identity> identify(const Descriptors& features, double ratio, int threads);
 
   /// Makes the features the last frame. Tracks of the frame before that are not among them are lost
   /// from now on; those lost for `remember_frames`, and the oldest beyond `max_remembered`, are

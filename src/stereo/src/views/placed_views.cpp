@@ -176,13 +176,11 @@ std::vector<ViewMap::PlacedViews::Hypothesis> ViewMap::PlacedViews::registerTo(
 std::vector<ViewMap::PlacedViews::Hypothesis> ViewMap::PlacedViews::registerTo(
     View& view, const Placed& other, const Pose& guess) const {
   constexpr int kMostMotions = 3;
+  constexpr double kMatchRatio = 0.85;
   view.detect(params_);
   other.view->detect(params_);
-  detail::DescriptorMatchParams match;
-  match.ratio = 0.85;
-  match.threads = params_.threads;
-  const std::vector<int> found =
-      detail::matchDescriptors(view.descriptors, other.view->descriptors, match);
+  const std::vector<int> found = detail::matchDescriptors(view.descriptors, other.view->descriptors,
+                                                          kMatchRatio, params_.threads);
   std::vector<FeatureMatch> matches;
   for (std::size_t i = 0; i < found.size(); ++i) {
     if (found[i] < 0) continue;
