@@ -5,14 +5,13 @@
 #include <optional>
 #include <utility>
 
-#include "cuboids/cover/cell_parts.h"
 #include "cuboids/cover_window.h"
 #include "cuboids/plane_cover.h"
+#include "planar_mapping/core/base/detail/disjoint_parts.h"
 
 namespace planar_mapping {
 namespace {
 
-using detail::CellParts;
 using detail::CellSet;
 using detail::CoverWindow;
 using detail::CuboidReach;
@@ -63,7 +62,7 @@ std::vector<std::size_t> sortByParts(std::vector<Element>& elements) {
     if (cubes.empty() || cubes.back() != cube) cubes.push_back(cube);
     cube_of.push_back(static_cast<std::uint32_t>(cubes.size() - 1));
   }
-  CellParts parts(cubes.size());
+  DisjointParts parts(cubes.size());
   for (std::uint32_t i = 0; i < cubes.size(); ++i) {
     const auto& [z, y, x] = cubes[i];
     // Cubes that touch this one and come later, by rows of three.
