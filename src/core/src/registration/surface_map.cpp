@@ -6,7 +6,6 @@
 #include <cmath>
 #include <deque>
 #include <limits>
-#include <utility>
 #include <vector>
 
 #include "planar_mapping/core/base/detail/state_archive.h"

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/point_indices.h"
 #include "planes/disparity/disparity_fit.h"
 #include "planes/organized/organized_steps.h"
 #include "planes/plane_search.h"

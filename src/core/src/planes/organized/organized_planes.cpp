@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/point_indices.h"
 #include "planes/organized/metric_fit.h"
 #include "planes/organized/organized_assignment.h"
 #include "planes/organized/organized_steps.h"

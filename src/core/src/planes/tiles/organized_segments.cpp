@@ -3,7 +3,6 @@
 #include "planes/tiles/plane_fit.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <numeric>
 
