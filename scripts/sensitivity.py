@@ -36,7 +36,6 @@ DERIVED = {
     "planes/organized/metric_fit:kFreedom": "nine means less the three coefficients of a plane",
     "cuboids/cover_search:kApartBits": "boxes reach one half cell beyond what they hold",
     "planes/disparity/disparity_fit:kFewest": "points that make a plane",
-    "geometry/cloud_scale:kDegree": "pi / 180",
     "geometry/cloud_scale:kEarth": "coordinates of a country are below the radius of the earth",
 }
 # Inputs of the constants below a folder (the first that fits); see groups().
@@ -84,7 +83,7 @@ MECHANISMS = [
     ("crowded cells", "planes/surface_leaves.cpp", "if (grid.sums[cell].n < kCrowd) continue;", "if (OFF || grid.sums[cell].n < kCrowd) continue;"),
     ("clutter in groups", "planes/multi_ransac/multi_ransac.cpp", "if (company >= kCompany)", "if (OFF || company >= kCompany)"),
     ("pieces of ground", "ground/ground_labels.cpp", "  if (k.pieces) {", "  if (k.pieces && !OFF) {"),
-    ("occluding edges", "registration/surface_shape.cpp", "if (!cloud.isOrganized() ||", "if (OFF || !cloud.isOrganized() ||"),
+    ("occluding edges", "registration/surface_shape.cpp", "if (!cloud.isOrganized())", "if (OFF || !cloud.isOrganized())"),
     ("doubled cells for noise", "geometry/cloud_scale.cpp", "i < kMaxDoublings &&", "i < (OFF ? 0 : kMaxDoublings) &&"),
 ]
 HEADER = """#pragma once

@@ -17,6 +17,7 @@
 #include "evaluation/variants.h"
 #include "frame_command.h"
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/geometry/detail/angles.h"
 #include "planar_mapping/evaluation/octree_grid.h"
 #include "planar_mapping/pipeline/output.h"
 

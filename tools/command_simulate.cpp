@@ -8,6 +8,7 @@
 
 #include "frame_command.h"
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/geometry/detail/angles.h"
 #include "planar_mapping/evaluation/simulation.h"
 #include "planar_mapping/pipeline/output.h"
 

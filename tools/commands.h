@@ -54,8 +54,6 @@ void addSnapshotCommand(CLI::App& app, int& exit_code);
 void addSimulateCommand(CLI::App& app, int& exit_code);
 void addEvaluateCommand(CLI::App& app, int& exit_code);
 
-constexpr double kRadiansPerDegree = 0.017453292519943295;
-
 /// Becomes the viewer that was built or installed beside this program, so that its exit code is
 /// ours and planar_map itself needs no VTK. \throws RenderError if there is none
 [[noreturn]] void becomeViewer(const std::vector<std::string>& arguments);

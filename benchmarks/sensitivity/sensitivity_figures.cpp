@@ -316,7 +316,8 @@ void upright(const std::vector<Cloud>& clouds) {
       }
       MultiPlaneParams params;
       params.min_inliers = 600;
-      const Upright up = findUpright(findPlanes(tilted.view(), nullptr, params).planes, {});
+      const Upright up =
+          findUpright(findPlanes(tilted.view(), nullptr, params).planes, -Vector3::UnitY());
       const Vector3 true_up =
           turned * (cloud.T_world_camera.linear().transpose() * Vector3::UnitZ());
       found += up.found ? 1 : 0;

@@ -6,6 +6,7 @@
 #include <assimp/Importer.hpp>
 #include <functional>
 
+#include "evaluation/cuboid_geometry.h"
 #include "export_scene.h"
 
 namespace planar_mapping {
@@ -75,9 +76,7 @@ TEST(Glb, IsReadByAssimpWithYUp) {
   Pose turn = Pose::Identity();
   turn.linear() << 1, 0, 0, 0, 0, 1, 0, -1, 0;
   for (const Cuboid& cuboid : map.cuboids) {
-    turned.push_back(transformed(cuboid, turn));
-    turned.back().state = cuboid.state;
-    turned.back().plane_id = cuboid.plane_id;
+    turned.push_back(test::transformed(cuboid, turn));
   }
   expectGroups(meshesOf(scene), turned);
   const auto colour = colours(scene);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "evaluation/cuboid_geometry.h"
 #include "export_scene.h"
 #include "map_scene.h"
 #include "planar_mapping/core/base/error.h"
@@ -217,7 +218,7 @@ TEST(NavigationMap, TurnedWallFillsEveryCellItMeets) {
   for (std::uint32_t y = 0; y < grid.height; ++y) {
     for (std::uint32_t x = 0; x < grid.width; ++x) {
       const Vector2 center = grid.origin + grid.cell * Vector2(x + 0.5, y + 0.5);
-      const double away = distance(wall, {center.x(), center.y(), 1.0});
+      const double away = test::distanceTo(wall, {center.x(), center.y(), 1.0});
       const bool is_occupied = grid.at(x, y) == io::OccupancyGrid::kOccupied;
       occupied += is_occupied ? 1 : 0;
       EXPECT_TRUE(is_occupied || away >= 0.05) << x << ' ' << y;

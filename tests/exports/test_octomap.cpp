@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 
+#include "evaluation/cuboid_geometry.h"
 #include "export_scene.h"
 #include "map_scene.h"
 #include "planar_mapping/core/base/error.h"
@@ -51,7 +52,7 @@ void expectStates(const io::ExportedMap& map, const octomap::OcTree& tree, std::
     }
     bool some = false, touched = false;
     for (const Cuboid& cuboid : map.cuboids) {
-      const double away = distance(cuboid, center);
+      const double away = test::distanceTo(cuboid, center);
       some = some || away < 0.499 * cell;
       touched = touched || away < 0.8661 * cell;
     }
@@ -103,7 +104,7 @@ TEST(OctoMapFile, OtKeepsTheProbabilities) {
     const octomap::point3d at = tree->keyToCoord(key);
     const Vector3 center(at.x(), at.y(), at.z());
     int near = 0;
-    for (const Cuboid& other : map.cuboids) near += distance(other, center) < 0.1 ? 1 : 0;
+    for (const Cuboid& other : map.cuboids) near += test::distanceTo(other, center) < 0.1 ? 1 : 0;
     if (near > 1) continue;
     const double limit = tree->getClampingThresMax();
     EXPECT_NEAR(tree->search(key)->getOccupancy(),

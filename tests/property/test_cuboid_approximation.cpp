@@ -7,6 +7,7 @@
 #include <numeric>
 #include <vector>
 
+#include "evaluation/cuboid_geometry.h"
 #include "patch_scene.h"
 
 namespace planar_mapping {
@@ -34,7 +35,7 @@ TEST(CuboidApproximation, PlanarCuboidsMoveWithTheSensor) {
   ASSERT_EQ(count, std::count_if(after.begin(), after.end(), planar));
   ASSERT_EQ(count, 3);
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
-    const Cuboid expected = transformed(before[i], T);
+    const Cuboid expected = test::transformed(before[i], T);
     // A map keeps planes to a tenth of a millimetre along each axis, at either end.
     EXPECT_NEAR((expected.center - after[i].center).norm(), 0.0, 5e-4);
     EXPECT_TRUE(expected.size.isApprox(after[i].size, 1e-9));

@@ -9,10 +9,22 @@
 #include <utility>
 #include <vector>
 
-#include "planar_mapping/core/odometry/odometry.h"
 #include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/core/odometry/odometry.h"
 
 namespace planar_mapping::test {
+
+/// A camera with the depth error of the paper (III-D), dz = z^2 / (B f) * dd.
+inline FeatureCamera stereoCamera(double fx, double fy, double cx, double cy, double baseline,
+                                  double disparity_error = 0.5) {
+  FeatureCamera camera;
+  camera.fx = fx;
+  camera.fy = fy;
+  camera.cx = cx;
+  camera.cy = cy;
+  camera.depth_error_growth = disparity_error / (baseline * fx);
+  return camera;
+}
 
 /// Landmarks on the walls of a corridor along x, and a camera that looks along it.
 class FeatureCorridor {
@@ -32,7 +44,7 @@ class FeatureCorridor {
   }
 
   static FeatureCamera camera() {
-    FeatureCamera camera = FeatureCamera::stereo(500.0, 500.0, 320.0, 240.0, 0.12, 0.3);
+    FeatureCamera camera = stereoCamera(500.0, 500.0, 320.0, 240.0, 0.12, 0.3);
     camera.pixel_error = 0.3;
     return camera;
   }

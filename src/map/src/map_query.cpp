@@ -69,9 +69,7 @@ class SpaceWalk {
     for (double at = 0.0; at < range;) {
       int level = kFarLevel;
       if (cell_.cwiseAbs().maxCoeff() < detail::kLatticeLimit) {
-        const detail::Int3 cell{static_cast<std::int32_t>(cell_.x()),
-                                static_cast<std::int32_t>(cell_.y()),
-                                static_cast<std::int32_t>(cell_.z())};
+        const detail::Int3 cell = detail::toInt3(cell_);
         const detail::UnknownSpace::Surroundings around = space_.around(cell);
         if ((around.unknown >> detail::UnknownSpace::bitOf(cell) & 1u) != 0) return at;
         level = around.region_is_alike ? kRegionLevel : around.unknown == 0 ? kBlockLevel : 0;
@@ -157,10 +155,10 @@ std::vector<Cell> occupiedCells(const PlanarMap& map, double side) {
   };
   double total = 0.0;
   for (const Cuboid& cuboid : map.cuboids()) {
-    const Vector3 reach = cuboid.orientation.toRotationMatrix().cwiseAbs() * (0.5 * cuboid.size);
-    const Vector3 low = cuboid.center - reach;
-    const Vector3 high = cuboid.center + reach;
-    total += std::max((cuboid.size / side).prod(), (2.0 * reach / side).head<2>().prod());
+    const Vector3 half = reach(cuboid);
+    const Vector3 low = cuboid.center - half;
+    const Vector3 high = cuboid.center + half;
+    total += std::max((cuboid.size / side).prod(), (2.0 * half / side).head<2>().prod());
     if (!(total < kMaxOccupied)) {
       throw ParameterError("a map whose cuboids hold more than 1e9 cells cannot be compared");
     }

@@ -18,8 +18,6 @@ namespace planar_mapping {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
 bool boundsOf(const std::vector<Cuboid>& cuboids, Vector3& low, Vector3& high) {
   if (cuboids.empty()) return false;
   low = Vector3::Constant(INFINITY);
@@ -52,7 +50,7 @@ PlanarMapParams PlanarMapParams::of(Profile profile) {
 void PlanarMapParams::validate() const {
   approximation.validate();
   for (const double value : origin) requireInRange("origin", value, -1e9, 1e9, "m");
-  requireInRange("association_angle", association_angle, 0.0, 0.5 * kPi, "rad");
+  requireInRange("association_angle", association_angle, 0.0, 0.5 * M_PI, "rad");
   requireInRange("association_offset", association_offset, 0.0, 1e6, "m");
   requireInRange("association_gap", association_gap, 0.0, 1e6, "m");
   requireInRange("unknown_resolution", unknown_resolution, 0.0, 1e6, "m");
@@ -302,9 +300,7 @@ CellState PlanarMap::stateAt(const Vector3& point) const {
   if (!(cell.cwiseAbs().maxCoeff() < detail::kLatticeLimit)) {
     return impl_->data.space.isUnseenUnknown() ? CellState::Unknown : CellState::Free;
   }
-  const detail::Int3 at{static_cast<std::int32_t>(cell.x()), static_cast<std::int32_t>(cell.y()),
-                        static_cast<std::int32_t>(cell.z())};
-  return impl_->data.space.isUnknown(at) ? CellState::Unknown : CellState::Free;
+  return impl_->data.space.isUnknown(detail::toInt3(cell)) ? CellState::Unknown : CellState::Free;
 }
 
 double PlanarMap::occupancyAt(const Vector3& point) const {

@@ -6,12 +6,13 @@
 #include <cmath>
 #include <map>
 
+#include "planar_mapping/core/geometry/detail/angles.h"
+
 namespace planar_mapping::detail {
 
 std::optional<LeaningFloor> leaningFloor(const PlanarMap& map) {
-  constexpr double kDegree = M_PI / 180.0;
-  constexpr double kLevel = 5.0 * kDegree;   // is level, or as good
-  constexpr double kSteep = 45.0 * kDegree;  // is no floor in any case
+  constexpr double kLevel = 5.0 * kRadiansPerDegree;   // is level, or as good
+  constexpr double kSteep = 45.0 * kRadiansPerDegree;  // is no floor in any case
   constexpr double kShareOfAll = 0.2;
   constexpr double kShareOfFloor = 0.5;
   constexpr double kLeastArea = 1.0;  // m2

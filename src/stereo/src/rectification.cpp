@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <opencv2/calib3d.hpp>
+#include <opencv2/core/eigen.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "cv_image.h"
@@ -34,12 +35,9 @@ Rectifier::Rectifier(const io::Calibration& calibration) : maps_(std::make_uniqu
   }
   const io::UnrectifiedPair& pair = *calibration.unrectified;
   const PinholeCamera& camera = calibration.camera;
-  cv::Mat R(3, 3, CV_64F);
-  cv::Mat t(3, 1, CV_64F);
-  for (int i = 0; i < 3; ++i) {
-    t.at<double>(i) = pair.T_right_left.translation()(i);
-    for (int j = 0; j < 3; ++j) R.at<double>(i, j) = pair.T_right_left.linear()(i, j);
-  }
+  cv::Mat R, t;
+  cv::eigen2cv(Matrix3(pair.T_right_left.linear()), R);
+  cv::eigen2cv(Vector3(pair.T_right_left.translation()), t);
   const cv::Size size(camera.width, camera.height);
   const cv::Mat K[2] = {cameraMatrix(camera), cameraMatrix(pair.right_camera)};
   const cv::Mat D[2] = {distortionOf(pair.left), distortionOf(pair.right)};
@@ -73,9 +71,7 @@ Rectifier::Rectifier(const io::Calibration& calibration) : maps_(std::make_uniqu
   rectified_.camera.cy = projection[0].at<double>(1, 2);
   rectified_.cx_right = projection[1].at<double>(0, 2);
   rectified_.baseline = -shift / fx;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) rotation_(i, j) = turn[0].at<double>(i, j);
-  }
+  cv::cv2eigen(turn[0], rotation_);
 }
 
 Rectifier::~Rectifier() = default;

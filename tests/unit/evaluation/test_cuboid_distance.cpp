@@ -9,8 +9,9 @@
 #include <cstdint>
 #include <limits>
 
-#include "planar_mapping/core/base/error.h"
+#include "evaluation/cuboid_geometry.h"
 #include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace evaluation {
@@ -37,7 +38,7 @@ TEST(CuboidDistance, AgreesWithEveryCuboidAskedInTurn) {
   for (int i = 0; i < 3000; ++i) {
     const Vector3 p(random.uniform(-4, 4), random.uniform(-4, 4), random.uniform(-4, 4));
     double nearest = std::numeric_limits<double>::infinity();
-    for (const Cuboid& cuboid : cuboids) nearest = std::min(nearest, distance(cuboid, p));
+    for (const Cuboid& cuboid : cuboids) nearest = std::min(nearest, test::distanceTo(cuboid, p));
     ASSERT_NEAR(index.distance(p), nearest, 1e-12);
     for (const double margin : {0.0, 0.05, 0.4}) {
       if (std::abs(nearest - margin) > 1e-9 || (margin == 0.0 && nearest > 1e-9)) {

@@ -10,6 +10,7 @@
 #include <set>
 #include <tuple>
 
+#include "evaluation/cuboid_geometry.h"
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/evaluation/grid_cell.h"
@@ -287,8 +288,8 @@ TEST(HeldBack, ByHand) {
   for (int i = 19; i >= 0; --i) points.emplace_back(0.5 + 0.1 * i, 0.2, 0.3);
   points.emplace_back(kNan, 0, 0);
   const HeldBackDistance result = heldBackDistance({cube}, points, 0.55);
-  EXPECT_NEAR(result.median, 0.9, 1e-12);         // the tenth of twenty
-  EXPECT_NEAR(result.percentile_95, 1.8, 1e-12);  // the nineteenth
+  EXPECT_NEAR(result.median, 0.9, 1e-12);              // the tenth of twenty
+  EXPECT_NEAR(result.percentile_95, 1.8, 1e-12);       // the nineteenth
   EXPECT_NEAR(result.share_within, 0.3, 1e-12);        // 0 to .5
   EXPECT_NEAR(result.share_within_half, 0.15, 1e-12);  // 0 to .2
   EXPECT_NEAR(result.share_inside, 0.05, 1e-12);
@@ -313,7 +314,7 @@ TEST(HeldBack, AgreesWithEveryCuboidAskedInTurn) {
     points.emplace_back(random.uniform(-2, 2), random.uniform(-2, 2), random.uniform(-1, 1));
     double nearest = kInfinity;
     for (const Cuboid& cuboid : cuboids)
-      nearest = std::min(nearest, distance(cuboid, points.back()));
+      nearest = std::min(nearest, test::distanceTo(cuboid, points.back()));
     distances.push_back(nearest);
   }
   std::sort(distances.begin(), distances.end());

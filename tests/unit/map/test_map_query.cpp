@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "evaluation/cuboid_geometry.h"
 #include "map_scene.h"
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/error.h"
@@ -42,7 +43,7 @@ TEST(CastRay, HitsTheWallWhereItIs) {
   ASSERT_GE(hit->cuboid, 0);
   const Cuboid& wall = map.cuboids()[static_cast<std::size_t>(hit->cuboid)];
   EXPECT_GE(wall.plane_id, 0);
-  EXPECT_NEAR(distance(wall, hit->point), 0.0, 1e-9);
+  EXPECT_NEAR(test::distanceTo(wall, hit->point), 0.0, 1e-9);
 }
 
 TEST(CastRay, EndsBeforeTheWallIfItsRangeDoes) {
@@ -224,8 +225,8 @@ TEST(StateOfBox, MeetsTurnedCuboidsExactly) {
       double nearest = 1.0;
       for (int k = 0; k < 11 * 21 * 11; ++k) {
         const Vector3 part(k % 11 / 10.0, k / 11 % 21 / 20.0, k / 231 / 10.0);
-        nearest = std::min(nearest, distance(map.cuboids()[static_cast<std::size_t>(c)],
-                                             low + part.cwiseProduct(high - low)));
+        nearest = std::min(nearest, test::distanceTo(map.cuboids()[static_cast<std::size_t>(c)],
+                                                     low + part.cwiseProduct(high - low)));
       }
       EXPECT_LT(nearest, 0.01);
     }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "feature_corridor.h"
 #include "planar_mapping/core/odometry/odometry.h"
 #include "planar_mapping/evaluation/trajectory_error.h"
 #include "planar_mapping/io/calibration.h"
@@ -33,7 +34,7 @@ Trajectories follow(const std::string& folder, int first, int last) {
   const PinholeCamera& camera = calibration.camera;
   OdometryParams params;
   params.camera =
-      FeatureCamera::stereo(camera.fx, camera.fy, camera.cx, camera.cy, *calibration.baseline);
+      test::stereoCamera(camera.fx, camera.fy, camera.cx, camera.cy, *calibration.baseline);
   Odometry odometry(params);
   FeatureTracker tracker;
   Trajectories result;

@@ -34,8 +34,7 @@ float meanProbability(const CellMask& mask, const std::vector<float>& probabilit
 
 }  // namespace
 
-SurfaceCover coverSurface(const CellMask& mask, const std::uint8_t* quarters,
-                          const std::vector<float>& cell_probability,
+SurfaceCover coverSurface(const CellMask& mask, const std::vector<float>& cell_probability,
                           const CuboidApproximationParams& params) {
   params.validate();
   detail::requireConsistent(mask);
@@ -77,9 +76,7 @@ SurfaceCover coverSurface(const CellMask& mask, const std::uint8_t* quarters,
         const std::int32_t x = 2 * a + (q & 1) + kRim;
         const std::int32_t y = 2 * b + (q >> 1) + kRim;
         allowed.set(x, y, 0);
-        const unsigned holds =
-            quarters ? quarters[static_cast<std::size_t>(b) * mask.width + a] : 0xFu;
-        if (occupied && (!tolerant || (holds >> q & 1u) != 0)) required.set(x, y, 0);
+        if (occupied) required.set(x, y, 0);
       }
     }
   }

@@ -5,14 +5,13 @@
 #include <optional>
 #include <utility>
 
-#include "cuboids/cover/cell_parts.h"
 #include "cuboids/cover_window.h"
 #include "cuboids/plane_cover.h"
+#include "planar_mapping/core/base/detail/disjoint_parts.h"
 
 namespace planar_mapping {
 namespace {
 
-using detail::CellParts;
 using detail::CellSet;
 using detail::CoverWindow;
 using detail::CuboidReach;
@@ -22,13 +21,8 @@ using detail::HalfCell;
 using detail::isTolerant;
 using detail::WindowSurface;
 
-/// Half cells that are covered together, a cube of this many where they lie too far apart.
-constexpr int kWindowBits = 8;
 /// No box holds half cells of two cubes of this many that do not touch: it reaches one beyond each.
 constexpr int kApartBits = 2;
-/// A window may have this many half cells for each element, beyond a small one.
-constexpr double kVolumePerElement = 512.0;
-constexpr double kSmallVolume = 1 << 22;
 /// What is covered again may have as many as this, however few hold something.
 constexpr double kMostVolume = 1 << 26;
 
@@ -52,32 +46,23 @@ double volumeOf(const std::vector<Element>& elements) {
   return volume;
 }
 
-/// May all elements share one window?
-bool isCompactSet(const std::vector<Element>& elements) {
-  const double volume = volumeOf(elements);
-  if (volume <= kSmallVolume) return true;
-  return volume <=
-         kSmallVolume + kVolumePerElement * static_cast<double>(detail::countHalfCells(elements));
+HalfCell cubeOf(const Element& e) {
+  return {e.at[2] >> kApartBits, e.at[1] >> kApartBits, e.at[0] >> kApartBits};
 }
 
-HalfCell cubeOf(const Element& e, int bits) {
-  return {e.at[2] >> bits, e.at[1] >> bits, e.at[0] >> bits};
-}
-
-/// Sorts elements by parts that no box can hold together, then by window if they lie far apart.
+/// Sorts elements by parts that no box can hold together.
 /// \return where those of each begin, and the end
-std::vector<std::size_t> sortByParts(std::vector<Element>& elements, bool by_window) {
-  std::sort(elements.begin(), elements.end(), [](const Element& l, const Element& r) {
-    return cubeOf(l, kApartBits) < cubeOf(r, kApartBits);
-  });
+std::vector<std::size_t> sortByParts(std::vector<Element>& elements) {
+  std::sort(elements.begin(), elements.end(),
+            [](const Element& l, const Element& r) { return cubeOf(l) < cubeOf(r); });
   std::vector<HalfCell> cubes;
   std::vector<std::uint32_t> cube_of;
   for (const Element& e : elements) {
-    const HalfCell cube = cubeOf(e, kApartBits);
+    const HalfCell cube = cubeOf(e);
     if (cubes.empty() || cubes.back() != cube) cubes.push_back(cube);
     cube_of.push_back(static_cast<std::uint32_t>(cubes.size() - 1));
   }
-  CellParts parts(cubes.size());
+  DisjointParts parts(cubes.size());
   for (std::uint32_t i = 0; i < cubes.size(); ++i) {
     const auto& [z, y, x] = cubes[i];
     // Cubes that touch this one and come later, by rows of three.
@@ -90,10 +75,7 @@ std::vector<std::size_t> sortByParts(std::vector<Element>& elements, bool by_win
       }
     }
   }
-  const auto group = [&](std::size_t i) {
-    return std::make_pair(parts.of(cube_of[i]),
-                          by_window ? cubeOf(elements[i], kWindowBits) : HalfCell{});
-  };
+  const auto group = [&](std::size_t i) { return parts.of(cube_of[i]); };
   std::vector<std::size_t> order(elements.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(), [&](std::size_t l, std::size_t r) {
@@ -148,10 +130,8 @@ class CoverSearch {
   BoxCover run() {
     BoxCover cover;
     cover.kept.assign(replaceable_.size(), 1);
-    const bool is_compact = isCompactSet(elements_);
-    if (!is_compact || (replaceable_.empty() && present_.empty())) {
-      keepAll();
-      coverApart(!is_compact, cover);
+    if (replaceable_.empty() && present_.empty()) {
+      coverApart(cover);
       return cover;
     }
     CoverWindow window(rangeOf(elements_, 0, elements_.size()), params_);
@@ -211,14 +191,11 @@ class CoverSearch {
     }
   }
 
-  /// Boxes for elements part by part, and where they lie far apart window by window, where no
-  /// cuboid is.
-  void coverApart(bool by_window, BoxCover& cover) {
-    elements_.resize(surfaces_.front());
-    const std::vector<std::size_t> starts = sortByParts(elements_, by_window);
+  /// Boxes for elements part by part, where no cuboid is.
+  void coverApart(BoxCover& cover) {
+    const std::vector<std::size_t> starts = sortByParts(elements_);
     for (std::size_t i = 0; i + 1 < starts.size(); ++i) {
       CoverWindow some(rangeOf(elements_, starts[i], starts[i + 1]), params_);
-      some.leaveTo(reaches_);
       if (some.anyRequired()) cover.is_clutter |= !some.cover({}, effort_, cover.boxes);
     }
   }

@@ -105,14 +105,6 @@ void addElements(const std::vector<NonPlanarCell>& cells, bool tolerant, int min
   }
 }
 
-std::size_t countHalfCells(const std::vector<Element>& elements) {
-  std::vector<HalfCell> cells;
-  cells.reserve(elements.size());
-  for (const Element& e : elements) cells.push_back(e.at);
-  std::sort(cells.begin(), cells.end());
-  return static_cast<std::size_t>(std::unique(cells.begin(), cells.end()) - cells.begin());
-}
-
 CoverWindow::CoverWindow(ElementRange elements, const CuboidApproximationParams& params)
     : elements_(elements), half_(0.5 * params.resolution) {
   // Within the tolerance a thin surface needs no whole cell, half of which is free space.
@@ -301,8 +293,7 @@ Vector3 CoverWindow::centerOf(const LatticeCell& cell) const {
 
 /// Cells of the window that come within \p margin of the cuboid, and some more.
 LatticeBox CoverWindow::boxAround(const Cuboid& cuboid, double margin) const {
-  const Vector3 reach = cuboid.orientation.toRotationMatrix().cwiseAbs() * (0.5 * cuboid.size) +
-                        Vector3::Constant(margin);
+  const Vector3 half = reach(cuboid) + Vector3::Constant(margin);
   LatticeBox box;
   for (std::size_t k = 0; k < 3; ++k) {
     const auto axis = static_cast<Vector3::Index>(k);
@@ -311,8 +302,8 @@ LatticeBox CoverWindow::boxAround(const Cuboid& cuboid, double margin) const {
       return static_cast<std::int32_t>(
           std::clamp(cell, 0.0, static_cast<double>(required_.size()[k])));
     };
-    box.low[k] = toCell(cuboid.center[axis] - reach[axis]);
-    box.high[k] = std::min(toCell(cuboid.center[axis] + reach[axis]) + 1, required_.size()[k]);
+    box.low[k] = toCell(cuboid.center[axis] - half[axis]);
+    box.high[k] = std::min(toCell(cuboid.center[axis] + half[axis]) + 1, required_.size()[k]);
   }
   return box;
 }

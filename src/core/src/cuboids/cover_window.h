@@ -32,9 +32,6 @@ void addElements(const std::vector<SurfacePiece>& pieces, double half,
 void addElements(const std::vector<NonPlanarCell>& cells, bool tolerant, int min_points,
                  std::vector<Element>& elements);
 
-/// How many half cells hold something.
-std::size_t countHalfCells(const std::vector<Element>& elements);
-
 /// A cuboid with all that lies within a margin of its faces, made ready for many questions.
 class CuboidReach {
  public:

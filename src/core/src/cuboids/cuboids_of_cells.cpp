@@ -16,42 +16,6 @@
 namespace planar_mapping {
 namespace {
 
-/// Sorted by (z, y, x), each cell once, those with too few points left out.
-std::vector<NonPlanarCell> distinctCells(std::vector<NonPlanarCell> cells, int min_points) {
-  const auto key = [](const NonPlanarCell& c) { return std::tie(c.z, c.y, c.x); };
-  std::stable_sort(cells.begin(), cells.end(),
-                   [&](const auto& l, const auto& r) { return key(l) < key(r); });
-  std::vector<NonPlanarCell> distinct;
-  for (const NonPlanarCell& cell : cells) {
-    if (distinct.empty() || key(distinct.back()) != key(cell)) {
-      distinct.push_back(cell);
-      continue;
-    }
-    NonPlanarCell& last = distinct.back();
-    last.octants |= cell.octants;
-    const double weight = static_cast<double>(last.weight) + cell.weight;
-    if (weight <= 0.0) continue;
-    const double fraction = cell.weight / weight;
-    last.mean += fraction * (cell.mean - last.mean);
-    last.probability += static_cast<float>(fraction * (cell.probability - last.probability));
-    last.weight = static_cast<float>(weight);
-  }
-  distinct.erase(std::remove_if(distinct.begin(), distinct.end(),
-                                [&](const NonPlanarCell& c) {
-                                  return min_points > 1 &&
-                                         c.weight < static_cast<float>(min_points);
-                                }),
-                 distinct.end());
-  return distinct;
-}
-
-std::vector<NonPlanarCell> neededCells(std::vector<NonPlanarCell> cells) {
-  cells.erase(std::remove_if(cells.begin(), cells.end(),
-                             [](const NonPlanarCell& c) { return c.octants == 0; }),
-              cells.end());
-  return cells;
-}
-
 /// Connected component of each cell (across faces, edges and corners), numbered by first cell.
 /// \param cells distinct
 std::vector<std::size_t> connectedComponents(const std::vector<NonPlanarCell>& cells) {
@@ -238,8 +202,14 @@ class ClusterSplitter {
   std::vector<Cuboid> cuboids_;
 };
 
-std::vector<Cuboid> splitClusters(const std::vector<NonPlanarCell>& cells,
-                                  const CuboidApproximationParams& params, const Vector3& sensor) {
+}  // namespace
+
+std::vector<Cuboid> cuboidsOfCells(std::vector<NonPlanarCell> cells,
+                                   const CuboidApproximationParams& params, const Vector3& sensor) {
+  params.validate();
+  std::sort(cells.begin(), cells.end(), [](const NonPlanarCell& l, const NonPlanarCell& r) {
+    return std::tie(l.z, l.y, l.x) < std::tie(r.z, r.y, r.x);
+  });
   const std::vector<std::size_t> component = connectedComponents(cells);
   std::vector<std::vector<const NonPlanarCell*>> clusters;
   for (std::size_t i = 0; i < cells.size(); ++i) {
@@ -252,18 +222,6 @@ std::vector<Cuboid> splitClusters(const std::vector<NonPlanarCell>& cells,
     cuboids.insert(cuboids.end(), leaves.begin(), leaves.end());
   }
   return cuboids;
-}
-
-}  // namespace
-
-std::vector<Cuboid> cuboidsOfCells(const std::vector<NonPlanarCell>& cells,
-                                   const CuboidApproximationParams& params, const Vector3& sensor) {
-  params.validate();
-  const std::vector<NonPlanarCell> distinct = distinctCells(cells, params.min_points_per_cell);
-  if (params.profile == Profile::Paper) {
-    return splitClusters(neededCells(distinct), params, sensor);
-  }
-  return coverWithBoxes(distinct, {}, {}, {}, params).boxes;
 }
 
 }  // namespace planar_mapping

@@ -15,20 +15,6 @@ void StereoNoise::validate() const {
   requireInRange("disparity_error", disparity_error, 0.0, std::numeric_limits<double>::max(), "px");
 }
 
-FeatureCamera FeatureCamera::stereo(double fx, double fy, double cx, double cy, double baseline,
-                                    double disparity_error) {
-  requirePositive("baseline", baseline, "m");
-  requirePositive("fx", fx, "px");
-  FeatureCamera camera;
-  camera.fx = fx;
-  camera.fy = fy;
-  camera.cx = cx;
-  camera.cy = cy;
-  camera.depth_error = 0.0;
-  camera.depth_error_growth = disparity_error / (baseline * fx);
-  return camera;
-}
-
 void FeatureCamera::validate() const {
   constexpr double kLargest = std::numeric_limits<double>::max();
   requirePositive("fx", fx, "px");

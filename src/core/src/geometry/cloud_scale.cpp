@@ -12,6 +12,7 @@
 #include "planar_mapping/core/base/detail/marked_positions.h"
 #include "planar_mapping/core/base/detail/simd.h"
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/geometry/detail/angles.h"
 
 namespace planar_mapping {
 namespace {
@@ -163,7 +164,6 @@ Vector3 nearestAxis(const Vector3& direction) {
 }
 
 bool isMerged(const PointsView& points, const Indices* indices) {
-  constexpr double kDegree = 0.017453292519943295;
   constexpr double kBehind = 1.5;
   constexpr double kMaxHidden = 0.2;  // single scans have 0.04 at most, merged ones 0.37 and more
   constexpr double kMaxExtents = 10.0;
@@ -188,8 +188,8 @@ bool isMerged(const PointsView& points, const Indices* indices) {
     low = low.cwiseMin(p);
     high = high.cwiseMax(p);
     // Rings of equal height, cut into pieces of equal width.
-    const double ring = std::floor(std::asin(p.z() / range) / kDegree);
-    const double width = std::cos((ring + 0.5) * kDegree) / kDegree;
+    const double ring = std::floor(std::asin(p.z() / range) / kRadiansPerDegree);
+    const double width = std::cos((ring + 0.5) * kRadiansPerDegree) / kRadiansPerDegree;
     const double piece = std::floor(std::atan2(p.y(), p.x()) * width);
     sights.push_back(
         {static_cast<int>(ring) * 1000 + static_cast<int>(piece), static_cast<float>(range)});

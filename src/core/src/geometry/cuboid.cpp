@@ -21,9 +21,13 @@ bool contains(const Cuboid& cuboid, const Vector3& point, double margin) {
   return (local.cwiseAbs().array() <= 0.5 * cuboid.size.array() + margin).all();
 }
 
-double distance(const Cuboid& cuboid, const Vector3& point) {
-  const Vector3 local = cuboid.orientation.conjugate() * (point - cuboid.center);
-  return (local.cwiseAbs() - 0.5 * cuboid.size).cwiseMax(0.0).norm();
+Vector3 reach(const Cuboid& cuboid) {
+  return cuboid.orientation.toRotationMatrix().cwiseAbs() * (0.5 * cuboid.size);
+}
+
+double halfAlong(const Cuboid& cuboid, const Vector3& direction) {
+  const Matrix3 to_local = cuboid.orientation.toRotationMatrix().transpose();
+  return 0.5 * (to_local * direction).cwiseAbs().dot(cuboid.size);
 }
 
 std::array<Vector3, 8> corners(const Cuboid& cuboid) {
@@ -34,14 +38,6 @@ std::array<Vector3, 8> corners(const Cuboid& cuboid) {
     result[i] = cuboid.center + axes * sign.cwiseProduct(cuboid.size);
   }
   return result;
-}
-
-Cuboid transformed(const Cuboid& cuboid, const Pose& T) {
-  Cuboid moved = cuboid;
-  moved.center = T * cuboid.center;
-  moved.orientation = Quaternion(T.linear()) * cuboid.orientation;
-  moved.orientation.normalize();
-  return moved;
 }
 
 }  // namespace planar_mapping

@@ -3,7 +3,6 @@
 #include "planar_mapping/core/geometry/detail/plane_moments.h"
 
 #include <Eigen/Eigenvalues>
-#include <algorithm>
 #include <cmath>
 
 namespace planar_mapping {
@@ -42,12 +41,6 @@ PlaneMoments PlaneMoments::fromSums(double n, const Vector3& sum, const Matrix3&
   moments.mean_ = origin + mean;
   moments.scatter_ = outer - n * mean * mean.transpose();
   return moments;
-}
-
-void PlaneMoments::scale(double factor) {
-  factor = std::clamp(factor, 0.0, 1.0);
-  weight_ *= factor;
-  scatter_ *= factor;
 }
 
 PlaneMoments::Fit PlaneMoments::fit() const {

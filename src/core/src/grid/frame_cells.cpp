@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "planar_mapping/core/base/detail/gather_points.h"
 #include "planar_mapping/core/base/detail/marked_positions.h"

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/point_indices.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/ground/ground.h"
 

@@ -8,6 +8,7 @@
 
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/geometry/cloud_scale.h"
+#include "planar_mapping/core/geometry/detail/angles.h"
 
 namespace planar_mapping {
 namespace {
@@ -17,6 +18,18 @@ constexpr std::size_t kMostPlanes = 20;
 constexpr double kLeastMeeting = 0.5;
 /// Directions closer together than this are the same one, seen with different errors.
 constexpr double kSameDirection = 10.0 * M_PI / 180.0;
+constexpr double kMaxTilt = 50.0 * M_PI / 180.0;
+/// Standard deviation of the tilt: of directions that explain the planes alike, the one nearer to
+/// level is taken.
+constexpr double kUsualTilt = 30.0 * M_PI / 180.0;
+constexpr double kLevelTolerance = M_PI / 180.0;   ///< a smaller tilt is none
+constexpr double kTolerance = 4.0 * M_PI / 180.0;  ///< of what is horizontal or vertical
+// Fractions of the points on planes.
+constexpr double kMinSupport = 0.7;   ///< that must be horizontal or vertical
+constexpr double kMinVertical = 0.1;  ///< that must be vertical; below it, ...
+constexpr double kMinGround = 0.5;    ///< ... that must be on one horizontal plane below the sensor
+/// Where another direction is as likely as this fraction of the best one, neither is taken.
+constexpr double kMaxAmbiguity = 0.7;
 
 struct WeightedPlane {
   Plane plane;
@@ -30,19 +43,15 @@ struct Support {
   double total() const { return horizontal + vertical; }
 };
 
-double angleBetween(const Vector3& a, const Vector3& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b));
-}
-
-Support supportOf(const Vector3& up, const std::vector<WeightedPlane>& planes, double tolerance) {
+Support supportOf(const Vector3& up, const std::vector<WeightedPlane>& planes) {
   Support support;
   for (const WeightedPlane& one : planes) {
     const double along = up.dot(one.plane.normal);
-    if (std::abs(along) > std::cos(tolerance)) {
+    if (std::abs(along) > std::cos(kTolerance)) {
       support.horizontal += one.weight;
       const double height = along * one.plane.signedDistance(Vector3::Zero());
       if (height > 0.0) support.ground = std::max(support.ground, one.weight);
-    } else if (std::abs(along) < std::sin(tolerance)) {
+    } else if (std::abs(along) < std::sin(kTolerance)) {
       support.vertical += one.weight;
     }
   }
@@ -51,15 +60,15 @@ Support supportOf(const Vector3& up, const std::vector<WeightedPlane>& planes, d
 
 /// The direction next to all that is horizontal or vertical, least squares of the angles; \p up
 /// where a single wall leaves it open.
-Vector3 fitted(const Vector3& up, const std::vector<WeightedPlane>& planes, double tolerance) {
+Vector3 fitted(const Vector3& up, const std::vector<WeightedPlane>& planes) {
   constexpr double kLeastShare = 0.03;  // of the planes that must hold each turn
   Matrix3 sum = Matrix3::Zero();
   for (const WeightedPlane& one : planes) {
     const Vector3& n = one.plane.normal;
     const double along = std::abs(up.dot(n));
-    if (along > std::cos(tolerance)) {
+    if (along > std::cos(kTolerance)) {
       sum += one.weight * (Matrix3::Identity() - n * n.transpose());
-    } else if (along < std::sin(tolerance)) {
+    } else if (along < std::sin(kTolerance)) {
       sum += one.weight * n * n.transpose();
     }
   }
@@ -86,12 +95,11 @@ std::vector<WeightedPlane> largest(const std::vector<PlaneSegment>& planes) {
 }
 
 /// Directions upwards that the planes could mean, within the largest tilt.
-std::vector<Vector3> candidates(const std::vector<WeightedPlane>& planes, const Vector3& level,
-                                double max_tilt) {
+std::vector<Vector3> candidates(const std::vector<WeightedPlane>& planes, const Vector3& level) {
   std::vector<Vector3> result;
   const auto add = [&](const Vector3& direction) {
     const Vector3 up = direction.dot(level) < 0.0 ? Vector3(-direction) : direction;
-    if (angleBetween(up, level) <= max_tilt) result.push_back(up);
+    if (angleBetween(up, level) <= kMaxTilt) result.push_back(up);
   };
   for (std::size_t i = 0; i < planes.size(); ++i) {
     add(planes[i].plane.normal);
@@ -105,34 +113,19 @@ std::vector<Vector3> candidates(const std::vector<WeightedPlane>& planes, const 
 
 }  // namespace
 
-void UprightParams::validate() const {
+Upright findUpright(const std::vector<PlaneSegment>& segments, const Vector3& expected_up) {
   if (!expected_up.allFinite() || !(expected_up.norm() > 0.0)) {
     throw ParameterError("expected_up", expected_up.norm(), "finite, not zero");
   }
-  const auto requireAngle = [](const char* name, double value, double most, const char* range) {
-    if (!(value > 0.0 && value < most)) throw ParameterError(name, value, range, "rad");
-  };
-  requireAngle("max_tilt", max_tilt, M_PI / 2.0, "(0, pi/2)");
-  requirePositive("usual_tilt", usual_tilt, "rad");
-  requireInRange("level_tolerance", level_tolerance, 0.0, max_tilt, "rad");
-  requireAngle("tolerance", tolerance, M_PI / 4.0, "(0, pi/4)");
-  requireInRange("min_support", min_support, 0.0, 1.0);
-  requireInRange("min_vertical", min_vertical, 0.0, 1.0);
-  requireInRange("min_ground", min_ground, 0.0, 1.0);
-  requireInRange("max_ambiguity", max_ambiguity, 0.0, 1.0);
-}
-
-Upright findUpright(const std::vector<PlaneSegment>& segments, const UprightParams& params) {
-  params.validate();
   Upright result;
-  const Vector3 level = params.expected_up.normalized();
+  const Vector3 level = expected_up.normalized();
   result.up = level;
   const std::vector<WeightedPlane> planes = largest(segments);
   const auto scoreOf = [&](const Vector3& up) {
-    const double tilts = angleBetween(up, level) / params.usual_tilt;
-    return supportOf(up, planes, params.tolerance).total() * std::exp(-0.5 * tilts * tilts);
+    const double tilts = angleBetween(up, level) / kUsualTilt;
+    return supportOf(up, planes).total() * std::exp(-0.5 * tilts * tilts);
   };
-  const std::vector<Vector3> directions = candidates(planes, level, params.max_tilt);
+  const std::vector<Vector3> directions = candidates(planes, level);
   double best_score = scoreOf(level);
   Vector3 best = level;
   for (const Vector3& up : directions) {
@@ -142,19 +135,18 @@ Upright findUpright(const std::vector<PlaneSegment>& segments, const UprightPara
       best_score = score;
     }
   }
-  const Support support = supportOf(best, planes, params.tolerance);
+  const Support support = supportOf(best, planes);
   result.horizontal = support.horizontal;
   result.vertical = support.vertical;
-  const bool confirmed =
-      support.vertical >= params.min_vertical || support.ground >= params.min_ground;
-  if (!confirmed || !(support.total() >= params.min_support)) return result;
+  const bool confirmed = support.vertical >= kMinVertical || support.ground >= kMinGround;
+  if (!confirmed || !(support.total() >= kMinSupport)) return result;
   for (const Vector3& up : directions) {
-    if (angleBetween(up, best) > kSameDirection && scoreOf(up) > params.max_ambiguity * best_score)
+    if (angleBetween(up, best) > kSameDirection && scoreOf(up) > kMaxAmbiguity * best_score)
       return result;
   }
-  const Vector3 up = fitted(best, planes, params.tolerance);
+  const Vector3 up = fitted(best, planes);
   const double tilt = angleBetween(up, level);
-  if (tilt <= params.level_tolerance || tilt > params.max_tilt) return result;
+  if (tilt <= kLevelTolerance || tilt > kMaxTilt) return result;
   result.found = true;
   result.up = up;
   result.tilt = tilt;
@@ -172,9 +164,7 @@ Upright findUpright(const PointsView& points, const std::optional<StereoNoise>& 
   plane_params.min_inliers =
       static_cast<int>(std::max(kMinInliers, usablePoints(points).size() / kMinFraction));
   plane_params.noise = noise;
-  UprightParams params;
-  params.expected_up = expected_up;
-  return findUpright(findPlanes(points, nullptr, plane_params).planes, params);
+  return findUpright(findPlanes(points, nullptr, plane_params).planes, expected_up);
 }
 
 }  // namespace planar_mapping

@@ -64,7 +64,7 @@ struct KlOccupancy::Impl {
 
   std::optional<FrameMotion> motionOf(const OccupancyFrame& frame) const;
   std::size_t clearNotMeasured(const OccupancyFrame& frame, const Indices& indices,
-                             std::vector<float>& probability) const;
+                               std::vector<float>& probability) const;
 };
 
 void KlOccupancyParams::validate() const {
@@ -109,9 +109,6 @@ const KlOccupancyParams& KlOccupancy::params() const {
 const FeatureBeliefs& KlOccupancy::tracks() const {
   return impl_->tracks;
 }
-std::size_t KlOccupancy::cells() const {
-  return impl_->cell_beliefs.size();
-}
 void KlOccupancy::reset() {
   impl_->tracks.clear();
   impl_->cell_beliefs = detail::CellBeliefs();
@@ -138,7 +135,7 @@ std::optional<FrameMotion> KlOccupancy::Impl::motionOf(const OccupancyFrame& fra
 
 /// \return how many points are not finite
 std::size_t KlOccupancy::Impl::clearNotMeasured(const OccupancyFrame& frame, const Indices& indices,
-                                              std::vector<float>& probability) const {
+                                                std::vector<float>& probability) const {
   std::size_t cleared = 0;
   std::size_t begin = 0;
   for (const detail::FrameCells::Run& run : cells.runs()) {
@@ -191,8 +188,8 @@ KlOccupancyDiagnostics KlOccupancy::update(const OccupancyFrame& frame,
       if (belief) probability[static_cast<std::size_t>(i)] = static_cast<float>(*belief);
     }
   }
-  report.points_not_measured = report.points_considered - indices.size() +
-                             own.clearNotMeasured(frame, indices, probability);
+  report.points_not_measured =
+      report.points_considered - indices.size() + own.clearNotMeasured(frame, indices, probability);
   // What usual frames need again and again is kept; that of a huge cloud would be in the way.
   constexpr std::size_t kMaxPointsKept = std::size_t{1} << 21;
   if (frame.points.size > kMaxPointsKept) {

@@ -10,6 +10,7 @@
 
 #include "base/point_indices.h"
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/geometry/detail/angles.h"
 
 namespace planar_mapping {
 namespace {
@@ -71,12 +72,6 @@ double relativeDensity(const Eigen::Matrix<double, N, 1>& error,
     }
   }
   return std::exp(-0.5 * exponent);
-}
-
-Matrix3 crossMatrix(const Vector3& v) {
-  Matrix3 m;
-  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return m;
 }
 
 }  // namespace

@@ -90,8 +90,8 @@ class MotionSearch {
     best_ = judged;
     detail::Refinement unused;
     Pose refined = motion;
-    if (!detail::refineMotion(matches_, judged.is_inlier, camera_, params_.huber_sigmas,
-                              std::nullopt, kLocalIterations, refined, unused)) {
+    if (!detail::refineMotion(matches_, judged.is_inlier, camera_, std::nullopt, kLocalIterations,
+                              refined, unused)) {
       return;
     }
     Hypothesis better = judge(refined, best_.cost);
@@ -99,13 +99,15 @@ class MotionSearch {
   }
 
   std::size_t neededIterations() const {
+    constexpr double kConfidence = 0.9999;  // of having tried one clean minimal set
+    constexpr std::size_t kMinIterations = 20;
     const auto most = static_cast<std::size_t>(params_.max_iterations);
-    const auto least = std::min(most, static_cast<std::size_t>(params_.min_iterations));
+    const auto least = std::min(most, kMinIterations);
     const double share = static_cast<double>(best_.inliers) / static_cast<double>(matches_.size());
     const double clean = share * share * share;
     if (!(clean > 0.0)) return most;
     if (clean >= 1.0) return least;
-    const double needed = std::log1p(-params_.confidence) / std::log1p(-clean);
+    const double needed = std::log1p(-kConfidence) / std::log1p(-clean);
     return std::clamp(static_cast<std::size_t>(std::min(needed, 1e9)) + 1, least, most);
   }
 
@@ -117,6 +119,8 @@ class MotionSearch {
 
   /// A rigid motion keeps distances; a triangle without height does not fix it.
   bool isConsistent(const Sample& sample) const {
+    constexpr double kMinTriangleSine =
+        0.05;  // flatter ones leave the turn about the long side open
     double longest = 0.0;
     for (int side = 0; side < 3; ++side) {
       const std::size_t i = sample[side];
@@ -137,7 +141,7 @@ class MotionSearch {
     const Vector3& p = matches_[sample[0]].before;
     const double area =
         (matches_[sample[1]].before - p).cross(matches_[sample[2]].before - p).norm();
-    return area > params_.min_triangle_sine * longest * longest;
+    return area > kMinTriangleSine * longest * longest;
   }
 
   bool motionOf(const Sample& sample, Pose& motion) const {
@@ -151,8 +155,7 @@ class MotionSearch {
     if (!rigidMotion(before, now, motion)) return false;
     // Rays are known better than depths.
     detail::Refinement unused;
-    detail::refineMotion(three, {1, 1, 1}, camera_, params_.huber_sigmas, std::nullopt, 2, motion,
-                         unused);
+    detail::refineMotion(three, {1, 1, 1}, camera_, std::nullopt, 2, motion, unused);
     return true;
   }
 
@@ -183,14 +186,13 @@ void requirePositiveDefinite(const MotionPrior& prior) {
 
 /// Refits to the inliers until they stay the same.
 bool refit(const MotionSearch& search, const std::vector<FeatureMatch>& matches,
-           const FeatureCamera& camera, const MotionParams& params,
-           const std::optional<MotionPrior>& prior, Hypothesis& hypothesis,
-           detail::Refinement& refinement) {
+           const FeatureCamera& camera, const std::optional<MotionPrior>& prior,
+           Hypothesis& hypothesis, detail::Refinement& refinement) {
   constexpr int kRounds = 4;
   for (int round = 0; round < kRounds; ++round) {
     Pose motion = hypothesis.motion;
-    if (!detail::refineMotion(matches, hypothesis.is_inlier, camera, params.huber_sigmas, prior,
-                              kFinalIterations, motion, refinement)) {
+    if (!detail::refineMotion(matches, hypothesis.is_inlier, camera, prior, kFinalIterations,
+                              motion, refinement)) {
       return false;
     }
     Hypothesis next = search.judge(motion, std::numeric_limits<double>::infinity());
@@ -216,34 +218,12 @@ bool MotionParams::isCertain(const Matrix6& covariance) const {
 void MotionParams::validate() const {
   constexpr double kLargest = std::numeric_limits<double>::max();
   requirePositive("inlier_sigmas", inlier_sigmas);
-  requirePositive("huber_sigmas", huber_sigmas);
   requireInRange("min_matches", min_matches, 3, kLargest);
   requireInRange("min_inliers", min_inliers, 3, kLargest);
   requireInRange("min_inlier_share", min_inlier_share, 0.0, 1.0);
-  if (!(confidence > 0.0 && confidence < 1.0)) {
-    throw ParameterError("confidence", confidence, "(0, 1)");
-  }
-  requireInRange("min_iterations", min_iterations, 0, kLargest);
   requireInRange("max_iterations", max_iterations, 1, kLargest);
-  if (!(min_triangle_sine >= 0.0 && min_triangle_sine < 1.0)) {
-    throw ParameterError("min_triangle_sine", min_triangle_sine, "[0, 1)");
-  }
   requirePositive("max_translation_error", max_translation_error, "m");
   requirePositive("max_rotation_error", max_rotation_error, "rad");
-}
-
-const char* toString(MotionStatus status) {
-  switch (status) {
-    case MotionStatus::Found:
-      return "found";
-    case MotionStatus::TooFewMatches:
-      return "too few matches";
-    case MotionStatus::TooFewInliers:
-      return "too few matches agree";
-    case MotionStatus::Uncertain:
-      return "the matches do not fix the motion";
-  }
-  return "unknown";
 }
 
 MotionEstimate estimateMotion(const std::vector<FeatureMatch>& matches, const FeatureCamera& camera,
@@ -275,7 +255,7 @@ MotionEstimate estimateMotion(const std::vector<FeatureMatch>& matches, const Fe
   result.inliers = best.inliers;
   if (!enough(best.inliers)) return result;
   detail::Refinement refinement;
-  const bool refined = refit(search, usable, camera, params, prior, best, refinement);
+  const bool refined = refit(search, usable, camera, prior, best, refinement);
   result.inliers = best.inliers;
   if (!refined) {
     result.status = MotionStatus::Uncertain;

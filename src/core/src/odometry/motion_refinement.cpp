@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "planar_mapping/core/geometry/detail/angles.h"
+
 namespace planar_mapping::detail {
 namespace {
 
@@ -16,12 +18,17 @@ Vector3 sightingError(const FeatureMatch& match, const FeatureCamera& camera,
           match.now.inverse_depth - predicted.inverse_depth};
 }
 
+/// From so many standard deviations on an error counts linearly.
+constexpr double kHuberSigmas = 1.5;
+
 /// Weight of an error of so many standard deviations, and its share of the cost.
-double huberWeight(double squared, double limit) {
-  return squared <= limit * limit ? 1.0 : limit / std::sqrt(squared);
+double huberWeight(double squared) {
+  return squared <= kHuberSigmas * kHuberSigmas ? 1.0 : kHuberSigmas / std::sqrt(squared);
 }
-double huberCost(double squared, double limit) {
-  return squared <= limit * limit ? squared : limit * (2.0 * std::sqrt(squared) - limit);
+double huberCost(double squared) {
+  return squared <= kHuberSigmas * kHuberSigmas
+             ? squared
+             : kHuberSigmas * (2.0 * std::sqrt(squared) - kHuberSigmas);
 }
 
 struct NormalEquations {
@@ -32,8 +39,8 @@ struct NormalEquations {
   double squared_pixels = 0.0;
 };
 
-void addMatch(const FeatureMatch& match, const FeatureCamera& camera, double huber_sigmas,
-              const Pose& motion, NormalEquations& sum) {
+void addMatch(const FeatureMatch& match, const FeatureCamera& camera, const Pose& motion,
+              NormalEquations& sum) {
   const Vector3 p = motion * match.before;
   if (!(p.z() > kNearestDepth)) return;
   const Matrix3 at_point = projectionJacobian(camera, p);
@@ -45,24 +52,21 @@ void addMatch(const FeatureMatch& match, const FeatureCamera& camera, double hub
   const Vector3 error = sightingError(match, camera, p);
   const double squared = error.dot(information * error);
   Eigen::Matrix<double, 3, 6> jacobian;
-  Matrix3 turned;  // -[p]x
-  turned << 0.0, p.z(), -p.y(), -p.z(), 0.0, p.x(), p.y(), -p.x(), 0.0;
-  jacobian << at_point, at_point * turned;
-  const Matrix3 weighted = huberWeight(squared, huber_sigmas) * information;
+  jacobian << at_point, at_point * crossMatrix(-p);
+  const Matrix3 weighted = huberWeight(squared) * information;
   sum.hessian.noalias() += jacobian.transpose() * (weighted * jacobian);
   sum.gradient.noalias() += jacobian.transpose() * (weighted * error);
-  sum.cost += huberCost(squared, huber_sigmas);
+  sum.cost += huberCost(squared);
   sum.squared_error += squared;
   sum.squared_pixels += error.head<2>().squaredNorm();
 }
 
 NormalEquations normalEquations(const std::vector<FeatureMatch>& matches,
                                 const std::vector<std::uint8_t>& used, const FeatureCamera& camera,
-                                double huber_sigmas, const std::optional<MotionPrior>& prior,
-                                const Pose& motion) {
+                                const std::optional<MotionPrior>& prior, const Pose& motion) {
   NormalEquations sum;
   for (std::size_t i = 0; i < matches.size(); ++i) {
-    if (used[i] != 0) addMatch(matches[i], camera, huber_sigmas, motion, sum);
+    if (used[i] != 0) addMatch(matches[i], camera, motion, sum);
   }
   if (prior) {
     const Matrix6 information = prior->covariance.inverse();
@@ -113,11 +117,10 @@ double squaredError(const FeatureMatch& match, const FeatureCamera& camera,
 }
 
 bool refineMotion(const std::vector<FeatureMatch>& matches, const std::vector<std::uint8_t>& used,
-                  const FeatureCamera& camera, double huber_sigmas,
-                  const std::optional<MotionPrior>& prior, int iterations, Pose& motion,
-                  Refinement& refinement) {
+                  const FeatureCamera& camera, const std::optional<MotionPrior>& prior,
+                  int iterations, Pose& motion, Refinement& refinement) {
   constexpr double kConverged = 1e-10;
-  NormalEquations now = normalEquations(matches, used, camera, huber_sigmas, prior, motion);
+  NormalEquations now = normalEquations(matches, used, camera, prior, motion);
   double damping = 1e-6;
   for (int i = 0; i < iterations; ++i) {
     Matrix6 damped = now.hessian;
@@ -128,7 +131,7 @@ bool refineMotion(const std::vector<FeatureMatch>& matches, const std::vector<st
     const Vector6 step = solver.solve(now.gradient);
     if (!step.allFinite()) return false;
     const Pose candidate = motionStep(step) * motion;
-    NormalEquations next = normalEquations(matches, used, camera, huber_sigmas, prior, candidate);
+    NormalEquations next = normalEquations(matches, used, camera, prior, candidate);
     if (next.cost <= now.cost) {
       motion = candidate;
       now = next;

@@ -35,8 +35,7 @@ struct Refinement {
 /// Levenberg-Marquardt on the robust reprojection error of the matches \p used.
 /// \return false if the normal equations are singular; \p motion is then what it was
 bool refineMotion(const std::vector<FeatureMatch>& matches, const std::vector<std::uint8_t>& used,
-                  const FeatureCamera& camera, double huber_sigmas,
-                  const std::optional<MotionPrior>& prior, int iterations, Pose& motion,
-                  Refinement& refinement);
+                  const FeatureCamera& camera, const std::optional<MotionPrior>& prior,
+                  int iterations, Pose& motion, Refinement& refinement);
 
 }  // namespace planar_mapping::detail

@@ -11,6 +11,7 @@
 #include "odometry/motion_refinement.h"
 #include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/geometry/detail/angles.h"
 
 namespace planar_mapping {
 namespace {
@@ -18,19 +19,12 @@ namespace {
 /// See locateMatches().
 constexpr int kFewestWithPrior = 6;
 
-double rotationAngle(const Pose& motion) {
-  return Eigen::AngleAxisd(Matrix3(motion.linear())).angle();
-}
-
 /// Covariance of a motion a after a motion b.
 Matrix6 composed(const Matrix6& of_a, const Pose& a, const Matrix6& of_b) {
   const Matrix3 R = a.linear();
-  const Vector3 t = a.translation();
-  Matrix3 cross;
-  cross << 0.0, -t.z(), t.y(), t.z(), 0.0, -t.x(), -t.y(), t.x(), 0.0;
   Matrix6 adjoint = Matrix6::Zero();
   adjoint.topLeftCorner<3, 3>() = R;
-  adjoint.topRightCorner<3, 3>() = cross * R;
+  adjoint.topRightCorner<3, 3>() = crossMatrix(a.translation()) * R;
   adjoint.bottomRightCorner<3, 3>() = R;
   return of_a + adjoint * of_b * adjoint.transpose();
 }
@@ -109,7 +103,6 @@ void OdometryParams::validate() const {
   motion.validate();
   requirePositive("keyframe_translation", keyframe_translation);
   requirePositive("keyframe_rotation", keyframe_rotation, "rad");
-  requireInRange("keyframe_overlap", keyframe_overlap, 0.0, 1.0);
   requireInRange("max_landmarks", max_landmarks, 100, kLargest);
   requirePositive("jump_distance", jump_distance, "m");
   requireInRange("jump_inlier_share", jump_inlier_share, 0.0, 1.0);
@@ -362,11 +355,12 @@ class Odometry::Implementation {
 
   bool needsKeyframe(const Pose& T_sensor_world, const std::vector<SeenFeature>& used,
                      const OdometryResult& result) const {
+    constexpr double kKeyframeOverlap = 0.7;  // of what the last keyframe sees
     if (!has_pose_ || result.from_prior) return true;
     const Pose moved = T_sensor_world * T_keyframe_world_.inverse();
-    if (rotationAngle(moved) > params_.keyframe_rotation) return true;
+    if (rotationAngle(moved.linear()) > params_.keyframe_rotation) return true;
     const auto known = static_cast<double>(result.inliers);
-    if (known < params_.keyframe_overlap * static_cast<double>(most_inliers_)) return true;
+    if (known < kKeyframeOverlap * static_cast<double>(most_inliers_)) return true;
     if (used.empty()) return false;
     std::vector<double> inverse_depth;
     for (const SeenFeature& one : used) inverse_depth.push_back(one.sighting.inverse_depth);

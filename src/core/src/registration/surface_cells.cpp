@@ -39,29 +39,30 @@ void SurfaceCells::add(const Vector3& point, const Vector3& sensor, double error
   cell.changed = true;
 }
 
-void SurfaceCells::fit(const SurfaceMapParams& params) {
+void SurfaceCells::fit() {
   for (Cell& cell : cells_) {
     if (!cell.changed) continue;
     cell.changed = false;
-    fitCell(cell, params);
+    fitCell(cell);
   }
 }
 
-void SurfaceCells::fitCell(Cell& cell, const SurfaceMapParams& params) const {
+void SurfaceCells::fitCell(Cell& cell) const {
+  constexpr int kMinPoints = 6;
+  constexpr double kMaxThickness = 0.25;  // in sides of a cell
   // What is too small says nothing about its direction.
   constexpr double kLeastWidth = 0.1;
   constexpr double kElongation = 2.0;
   Surfel& surfel = cell.surfel;
   surfel.planar = false;
-  if (cell.points < params.min_points) return;
+  if (cell.points < kMinPoints) return;
   const Vector3 mean = cell.sum / cell.weight;
   const Matrix3 covariance = cell.squares / cell.weight - mean * mean.transpose();
   Eigen::SelfAdjointEigenSolver<Matrix3> solver;
   solver.computeDirect(covariance);
   const Vector3 spread = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
   const int across = shape_ == CellShape::Plane ? 0 : 1;  // the widest axis that must be narrow
-  if (!(spread[across] <= params.max_thickness * cell_) ||
-      !(spread[across + 1] > kLeastWidth * cell_) ||
+  if (!(spread[across] <= kMaxThickness * cell_) || !(spread[across + 1] > kLeastWidth * cell_) ||
       !(spread[across + 1] > kElongation * spread[across])) {
     return;
   }

@@ -11,6 +11,8 @@
 
 namespace planar_mapping::detail {
 
+constexpr double kMaxNormalAngle = 0.5;  ///< between planes that may be the same, radians
+
 /// The plane of one cell, or its line.
 struct Surfel {
   Vector3 center = Vector3::Zero();
@@ -37,7 +39,7 @@ class SurfaceCells {
   /// \param error  standard deviation of the point along its ray; sets its weight
   void add(const Vector3& point, const Vector3& sensor, double error, std::int64_t frame);
   /// Fits the planes of the cells that have changed.
-  void fit(const SurfaceMapParams& params);
+  void fit();
   /// Plane of this cell, or null.
   const Surfel* at(const CellKey& index) const;
   /// The plane next to a point, of the eight cells around it, that faces \p normal; the line that
@@ -74,7 +76,7 @@ class SurfaceCells {
     }
   };
   Vector3 corner(const CellKey& index) const { return cell_ * Vector3(index.x, index.y, index.z); }
-  void fitCell(Cell& cell, const SurfaceMapParams& params) const;
+  void fitCell(Cell& cell) const;
   void numberCells();
 
   double cell_;

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <deque>
 #include <limits>
-#include <utility>
 #include <vector>
 
 #include "planar_mapping/core/base/detail/state_archive.h"
@@ -22,34 +21,16 @@ namespace planar_mapping {
 void SurfaceMapParams::validate() const {
   constexpr double kLargest = std::numeric_limits<double>::max();
   requirePositive("cell", cell, "m");
-  requireInRange("min_points", min_points, 4, kLargest);
-  requirePositive("max_thickness", max_thickness);
-  if (!(max_normal_angle > 0.0 && max_normal_angle < M_PI / 2.0)) {
-    throw ParameterError("max_normal_angle", max_normal_angle, "(0, pi/2)", "rad");
-  }
-  requireInRange("max_range", max_range, 0.0, kLargest, "m");
   requireInRange("depth_error", depth_error, 0.0, kLargest, "m");
   requireInRange("depth_error_growth", depth_error_growth, 0.0, kLargest, "1/m");
-  requireInRange("lateral_error", lateral_error, 0.0, kLargest, "m");
   requirePositive("depth_error + depth_error_growth", depth_error + depth_error_growth);
   if (!optical_axis.allFinite()) {
     throw ParameterError("optical_axis", optical_axis.sum(), "finite");
   }
-  requireInRange("edge_depth", edge_depth, 0.0, kLargest);
-  requirePositive("edge_error", edge_error, "m");
-  requireInRange("sample_size", sample_size, 100, kLargest);
   requirePositive("reach", reach, "m");
-  requirePositive("same_direction", same_direction, "rad");
-  requireInRange("least_direction", least_direction, 0.0, 1.0);
-  requireInRange("retry_rotation", retry_rotation, 0.0, M_PI, "rad");
-  requireInRange("good_share", good_share, 0.0, 1.0);
-  requireInRange("good_edges", good_edges, 0.0, 1.0);
-  requireInRange("confirmed_share", confirmed_share, 0.0, 1.0);
-  requireInRange("iterations", iterations, 1, kLargest);
   requireInRange("min_share", min_share, 0.0, 1.0);
   requireInRange("max_seen_through", max_seen_through, 0.0, 1.0);
   requireInRange("search_reach", search_reach, 0.0, kLargest, "m");
-  requireInRange("correlated_planes", correlated_planes, 1.0, kLargest);
   requireInRange("max_cells", max_cells, 1000, kLargest);
 }
 
@@ -63,7 +44,7 @@ double surfaceCellFor(const PointsView& cloud, const SurfaceMapParams& params) {
     detail::forSample(cloud, params, [&](const Vector3& p, double error) {
       cells.add(p, Vector3::Zero(), error, 0);
     });
-    cells.fit(params);
+    cells.fit();
     if (cells.planarShare() >= kEnough) break;
   }
   return times * params.cell;
@@ -96,11 +77,11 @@ class SurfaceMap::Implementation {
       fine_.add(q, sensor, error, frame_);
       coarse_.add(q, sensor, error, frame_);
     });
-    for (const Vector3& p : detail::occludingEdges(cloud, params_)) {
-      edges_.add(T_world_sensor * p, sensor, params_.edge_error, frame_);
+    for (const Vector3& p : detail::occludingEdges(cloud)) {
+      edges_.add(T_world_sensor * p, sensor, detail::kEdgeError, frame_);
     }
     for (detail::SurfaceCells* cells : {&fine_, &coarse_, &edges_}) {
-      cells->fit(params_);
+      cells->fit();
       cells->limit(static_cast<std::size_t>(params_.max_cells));
     }
   }

@@ -15,6 +15,14 @@ namespace {
 constexpr double kUnknownTranslation = 1.0;  // metres, see CloudRegistration
 constexpr double kUnknownRotation = 0.5;     // radians
 constexpr std::size_t kFewestPlanes = 6;
+constexpr double kLateralError = 0.01;  // standard deviation of a point across its ray, metres
+// If less than kGoodShare of the planes, by weight, or kGoodEdges of the edges find their place,
+// further guesses are tried, turned by kRetryRotation about each axis, until two with
+// kConfirmedShare agree.
+constexpr double kRetryRotation = 0.14;  // radians
+constexpr double kGoodShare = 0.75;
+constexpr double kGoodEdges = 0.6;
+constexpr double kConfirmedShare = 0.5;
 constexpr double kSameRotation = 0.02;  // radians: two searches that ended there agree
 
 Matrix6 weakInformation() {
@@ -71,10 +79,10 @@ void addPlane(const Pose& T_world_sensor, const Surfel& plane, const Vector3& ta
 /// is held.
 template <typename Weight>
 void addEdge(const Pose& T_world_sensor, const Surfel& edge, const Surfel& target,
-             double edge_error, const Weight& weightOf, RegistrationEquations& sum) {
+             const Weight& weightOf, RegistrationEquations& sum) {
   const Vector3 off = T_world_sensor * edge.center - target.center;
   const Vector3 across = off - target.normal.dot(off) * target.normal;
-  const double variance = edge_error * edge_error + edge.deviation * edge.deviation +
+  const double variance = kEdgeError * kEdgeError + edge.deviation * edge.deviation +
                           target.deviation * target.deviation;
   const double weight = weightOf(variance, across.squaredNorm());
   const Vector3 side = target.normal.unitOrthogonal();
@@ -85,10 +93,10 @@ void addEdge(const Pose& T_world_sensor, const Surfel& edge, const Surfel& targe
 
 /// Of the distance between a plane of the cloud and one of the map. What is seen edge-on is off by
 /// the place of its points across the ray.
-double varianceOf(const Surfel& plane, const Surfel& target, double lateral_error) {
+double varianceOf(const Surfel& plane, const Surfel& target) {
   const double slant = plane.center.normalized().dot(plane.normal);
   const double squared = slant * slant;
-  return squared * plane.error * plane.error + (1.0 - squared) * lateral_error * lateral_error +
+  return squared * plane.error * plane.error + (1.0 - squared) * kLateralError * kLateralError +
          target.deviation * target.deviation;
 }
 
@@ -107,7 +115,7 @@ bool improve(const RegistrationEquations& sum, Pose& pose, double* step_length) 
 
 RegistrationCandidate SurfaceRegistration::run(const Pose& guess) const {
   RegistrationCandidate best = settle(guess.inverse());
-  if (shape_.fine.planes.empty() || !(params_.retry_rotation > 0.0)) return best;
+  if (shape_.fine.planes.empty()) return best;
   const auto planes = static_cast<double>(shape_.fine.planes.size());
   // Most planes tell nothing about the turn about their own normal: that first.
   const auto commonest = std::min_element(shape_.fine.weights.begin(), shape_.fine.weights.end()) -
@@ -117,13 +125,13 @@ RegistrationCandidate SurfaceRegistration::run(const Pose& guess) const {
   const Vector3 axes[3] = {normal, across, normal.cross(across)};
   for (int turn = 0; turn < 6 && !isGood(best); ++turn) {
     Vector6 step = Vector6::Zero();
-    step.tail<3>() = (turn % 2 == 0 ? 1.0 : -1.0) * params_.retry_rotation * axes[turn / 2];
+    step.tail<3>() = (turn % 2 == 0 ? 1.0 : -1.0) * kRetryRotation * axes[turn / 2];
     const RegistrationCandidate other = settle(motionStep(step) * guess.inverse());
     const double share = std::min(best.at_end.balanced, other.at_end.balanced) / planes;
     const Vector6 apart = motionDifference(best.T_sensor_world, other.T_sensor_world);
     if (other.at_end.score > best.at_end.score) best = other;
     // From two sides to the same place.
-    if (share >= params_.confirmed_share && apart.head<3>().norm() < 0.5 * params_.cell &&
+    if (share >= kConfirmedShare && apart.head<3>().norm() < 0.5 * params_.cell &&
         apart.tail<3>().norm() < kSameRotation) {
       break;
     }
@@ -133,13 +141,15 @@ RegistrationCandidate SurfaceRegistration::run(const Pose& guess) const {
 
 /// Planes say little about slides along them: the edges must fit as well.
 bool SurfaceRegistration::isGood(const RegistrationCandidate& candidate) const {
-  return candidate.at_end.balanced >=
-             params_.good_share * static_cast<double>(shape_.fine.planes.size()) &&
+  return candidate.at_end.balanced >= kGoodShare * static_cast<double>(shape_.fine.planes.size()) &&
          static_cast<double>(candidate.at_end.edges) >=
-             params_.good_edges * static_cast<double>(shape_.edges.size());
+             kGoodEdges * static_cast<double>(shape_.edges.size());
 }
 
 CloudRegistration SurfaceRegistration::resultOf(const RegistrationCandidate& candidate) const {
+  // The errors of neighbouring points are not independent: so many planes of the smallest size tell
+  // as much as one.
+  constexpr double kCorrelatedPlanes = 20.0;
   CloudRegistration result;
   result.planes = shape_.fine.planes.size();
   result.matched = candidate.at_end.matched;
@@ -147,7 +157,7 @@ CloudRegistration SurfaceRegistration::resultOf(const RegistrationCandidate& can
   const auto matched = static_cast<double>(result.matched);
   const double ratio = candidate.at_end.squared_error / matched;
   const Matrix6 information = meaningful(candidate.at_end.hessian, candidate.at_end.noise) /
-                                  (params_.correlated_planes * std::max(1.0, ratio)) +
+                                  (kCorrelatedPlanes * std::max(1.0, ratio)) +
                               weakInformation();
   const Matrix6 covariance = Eigen::LDLT<Matrix6>(information).solve(Matrix6::Identity());
   result.covariance = 0.5 * (covariance + covariance.transpose());
@@ -174,7 +184,7 @@ bool SurfaceRegistration::approach(Pose& pose) const {
   constexpr double kShrink = 0.8;
   constexpr double kSoftness = 0.2;  // of the reach: distances below count in full
   constexpr std::size_t kMostPlanes = 400;
-  const double min_cosine = std::cos(params_.max_normal_angle);
+  const double min_cosine = std::cos(kMaxNormalAngle);
   const std::size_t stride = shape_.coarse.planes.size() / kMostPlanes + 1;
   for (double reach = params_.reach; reach > 2.0 * params_.cell; reach *= kShrink) {
     const Pose T_world_sensor = pose.inverse();
@@ -191,8 +201,7 @@ bool SurfaceRegistration::approach(Pose& pose) const {
       if (target == nullptr) continue;
       const double distance = target->normal.dot(q - target->center);
       const double weight =
-          shape_.coarse.weights[i] *
-          weightOf(varianceOf(plane, *target, params_.lateral_error), distance * distance);
+          shape_.coarse.weights[i] * weightOf(varianceOf(plane, *target), distance * distance);
       addPlane(T_world_sensor, plane, target->normal, distance, weight, sum);
       ++sum.matched;
     }
@@ -200,7 +209,7 @@ bool SurfaceRegistration::approach(Pose& pose) const {
       const Surfel* target = map_.edges_nearby.nearest(
           T_world_sensor * edge.center, T_world_sensor.linear() * edge.normal, reach, min_cosine);
       if (target == nullptr) continue;
-      addEdge(T_world_sensor, edge, *target, params_.edge_error, weightOf, sum);
+      addEdge(T_world_sensor, edge, *target, weightOf, sum);
     }
     if (!improve(sum, pose, nullptr)) return false;
   }
@@ -209,10 +218,11 @@ bool SurfaceRegistration::approach(Pose& pose) const {
 
 bool SurfaceRegistration::refine(Pose& pose) const {
   constexpr double kSettled = 1e-5;
+  constexpr int kMaxIterations = 15;
   constexpr double kShrink = 0.7;
   const double reach = params_.cell;
   double tolerance = 0.5 * reach;
-  for (int i = 0; i < params_.iterations; ++i) {
+  for (int i = 0; i < kMaxIterations; ++i) {
     double step = 0.0;
     if (!improve(equations(pose, tolerance, true), pose, &step)) return false;
     tolerance *= kShrink;
@@ -228,7 +238,7 @@ RegistrationEquations SurfaceRegistration::equations(const Pose& T_sensor_world,
                                                      bool balanced) const {
   constexpr double kSigmas = 2.5;  // beyond, a plane is on something else
   const Pose T_world_sensor = T_sensor_world.inverse();
-  const double min_cosine = std::cos(params_.max_normal_angle);
+  const double min_cosine = std::cos(kMaxNormalAngle);
   const auto fadeOf = [](double squared) {
     return std::max(0.0, 1.0 - squared / (kSigmas * kSigmas));
   };
@@ -239,8 +249,7 @@ RegistrationEquations SurfaceRegistration::equations(const Pose& T_sensor_world,
     const Surfel* target = map_.fine.nearest(q, T_world_sensor.linear() * plane.normal, min_cosine);
     if (target == nullptr) continue;
     const double distance = target->normal.dot(q - target->center);
-    const double variance =
-        varianceOf(plane, *target, params_.lateral_error) + tolerance * tolerance;
+    const double variance = varianceOf(plane, *target) + tolerance * tolerance;
     const double squared = distance * distance / variance;
     const double fade = fadeOf(squared);
     if (fade <= 0.0) continue;
@@ -265,7 +274,7 @@ RegistrationEquations SurfaceRegistration::equations(const Pose& T_sensor_world,
     const Surfel* target = map_.edges.nearest(T_world_sensor * edge.center,
                                               T_world_sensor.linear() * edge.normal, min_cosine);
     if (target == nullptr) continue;
-    addEdge(T_world_sensor, edge, *target, params_.edge_error, weightOf, sum);
+    addEdge(T_world_sensor, edge, *target, weightOf, sum);
   }
   return sum;
 }

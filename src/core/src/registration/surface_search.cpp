@@ -7,6 +7,8 @@
 #include <cmath>
 #include <utility>
 
+#include "planar_mapping/core/geometry/detail/angles.h"
+
 namespace planar_mapping::detail {
 namespace {
 
@@ -22,14 +24,6 @@ constexpr std::size_t kMostShifts = 4;  // along a direction
 constexpr std::size_t kMostCandidates = 6;
 constexpr std::size_t kMostPlanes = 300;  // that a pose is judged by
 constexpr double kMostBins = 10000.0;     // of offsets: what is farther away says nothing
-
-double angleBetween(const Vector3& a, const Vector3& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b));
-}
-
-double angleOf(const Matrix3& turn) {
-  return Eigen::AngleAxisd(turn).angle();
-}
 
 /// Axes of two directions: between them, across and upright on both.
 Matrix3 axesOf(const Vector3& a, const Vector3& b) {
@@ -179,7 +173,7 @@ std::vector<Matrix3> SurfaceSearch::turns() const {
   std::vector<std::pair<double, Matrix3>> found;
   const auto add = [&](const Matrix3& turn) {
     for (const auto& [value, other] : found) {
-      if (angleOf(Matrix3(turn * other.transpose())) < kSameWay) return;
+      if (rotationAngle(turn * other.transpose()) < kSameWay) return;
     }
     found.emplace_back(worth(turn), turn);
   };
@@ -245,7 +239,7 @@ std::vector<Vector3> SurfaceSearch::moves(const Matrix3& turn, const Pose& guess
 double SurfaceSearch::fitOf(const Surfel& plane, const Pose& T_world_sensor) const {
   const Vector3 q = T_world_sensor * plane.center;
   const Surfel* target = nearby_.nearest(q, T_world_sensor.linear() * plane.normal, params_.reach,
-                                         std::cos(params_.max_normal_angle));
+                                         std::cos(kMaxNormalAngle));
   if (target == nullptr) return 0.0;
   const double distance = target->normal.dot(q - target->center) / (2.0 * params_.cell);
   return std::max(0.0, 1.0 - distance * distance);

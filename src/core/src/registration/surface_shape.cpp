@@ -14,10 +14,13 @@ constexpr std::size_t kMostCounted = 1500;
 constexpr std::size_t kWidestGap = 25;
 /// Every second row and column will do.
 constexpr std::size_t kStride = 2;
+/// A surface ends where the next one is farther away by this, metres, plus this fraction of its
+/// range.
+constexpr double kEdgeDepth = 0.08;
 
 /// Edges along one row or column: `count` points, `apart` in the cloud.
-void addEdges(const PointsView& cloud, const SurfaceMapParams& params, std::size_t first,
-              std::size_t count, std::size_t apart, std::vector<Vector3>& edges) {
+void addEdges(const PointsView& cloud, std::size_t first, std::size_t count, std::size_t apart,
+              std::vector<Vector3>& edges) {
   std::size_t last = count;  // place of the last valid point
   double last_range = 0.0;
   for (std::size_t k = 0; k < count; ++k) {
@@ -27,8 +30,7 @@ void addEdges(const PointsView& cloud, const SurfaceMapParams& params, std::size
     if (last < count && k - last <= kWidestGap) {
       const double jump = range - last_range;
       const double nearer = std::min(range, last_range);
-      if (std::abs(jump) > params.edge_depth + params.edge_depth * nearer &&
-          (params.max_range <= 0.0 || nearer <= params.max_range)) {
+      if (std::abs(jump) > kEdgeDepth + kEdgeDepth * nearer) {
         edges.push_back(cloud.point(jump > 0.0 ? first + last * apart : i));
       }
     }
@@ -39,8 +41,9 @@ void addEdges(const PointsView& cloud, const SurfaceMapParams& params, std::size
 
 }  // namespace
 
-std::vector<double> directionWeights(const std::vector<Surfel>& planes,
-                                     const SurfaceMapParams& params) {
+std::vector<double> directionWeights(const std::vector<Surfel>& planes) {
+  constexpr double kSameDirection = 0.35;   // radians
+  constexpr double kLeastDirection = 0.05;  // of all planes: fewer count as if they were so many
   const std::size_t stride = planes.size() / kMostCounted + 1;
   std::vector<float> x;
   std::vector<float> y;
@@ -50,8 +53,8 @@ std::vector<double> directionWeights(const std::vector<Surfel>& planes,
     y.push_back(static_cast<float>(planes[i].normal.y()));
     z.push_back(static_cast<float>(planes[i].normal.z()));
   }
-  const auto cosine = static_cast<float>(std::cos(params.same_direction));
-  const double least = std::max(1.0, params.least_direction * static_cast<double>(x.size()));
+  const auto cosine = static_cast<float>(std::cos(kSameDirection));
+  const double least = std::max(1.0, kLeastDirection * static_cast<double>(x.size()));
   std::vector<double> weights;
   weights.reserve(planes.size());
   double sum = 0.0;
@@ -70,14 +73,14 @@ std::vector<double> directionWeights(const std::vector<Surfel>& planes,
   return weights;
 }
 
-std::vector<Vector3> occludingEdges(const PointsView& cloud, const SurfaceMapParams& params) {
+std::vector<Vector3> occludingEdges(const PointsView& cloud) {
   std::vector<Vector3> edges;
-  if (!cloud.isOrganized() || params.edge_depth <= 0.0) return edges;
+  if (!cloud.isOrganized()) return edges;
   for (std::size_t row = 0; row < cloud.height; row += kStride) {
-    addEdges(cloud, params, row * cloud.width, cloud.width, 1, edges);
+    addEdges(cloud, row * cloud.width, cloud.width, 1, edges);
   }
   for (std::size_t column = 0; column < cloud.width; column += kStride) {
-    addEdges(cloud, params, column, cloud.height, cloud.width, edges);
+    addEdges(cloud, column, cloud.height, cloud.width, edges);
   }
   return edges;
 }
@@ -90,15 +93,15 @@ CloudShape shapeOf(const PointsView& cloud, const SurfaceMapParams& params) {
     fine.add(p, Vector3::Zero(), error, 0);
     coarse.add(p, Vector3::Zero(), error, 0);
   });
-  for (const Vector3& p : occludingEdges(cloud, params)) {
-    edges.add(p, Vector3::Zero(), params.edge_error, 0);
+  for (const Vector3& p : occludingEdges(cloud)) {
+    edges.add(p, Vector3::Zero(), kEdgeError, 0);
   }
-  for (SurfaceCells* cells : {&fine, &coarse, &edges}) cells->fit(params);
+  for (SurfaceCells* cells : {&fine, &coarse, &edges}) cells->fit();
   CloudShape shape;
   shape.fine.planes = fine.planes();
-  shape.fine.weights = directionWeights(shape.fine.planes, params);
+  shape.fine.weights = directionWeights(shape.fine.planes);
   shape.coarse.planes = coarse.planes();
-  shape.coarse.weights = directionWeights(shape.coarse.planes, params);
+  shape.coarse.weights = directionWeights(shape.coarse.planes);
   shape.edges = edges.planes();
   return shape;
 }

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -11,12 +10,14 @@
 
 namespace planar_mapping::detail {
 
+constexpr double kEdgeError = 0.015;  ///< standard deviation of the place of an edge, metres
+
 /// Small planes of a cloud, each with its weight.
 ///
 /// A floor has ten times the planes of the cabinet on it, but it says nothing
 /// about the turn of the camera about the vertical; with equal weights what
 /// does would go for outliers. So each direction counts the same, however many
-/// planes face it. See SurfaceMapParams::least_direction.
+/// planes face it.
 struct BalancedPlanes {
   std::vector<Surfel> planes;
   std::vector<double> weights;  ///< mean 1
@@ -34,16 +35,15 @@ CloudShape shapeOf(const PointsView& cloud, const SurfaceMapParams& params);
 
 /// Points of an organized cloud where a surface ends in front of something farther away: the edges
 /// of a box stay where they are while it is walked around. Empty for clouds without rows.
-std::vector<Vector3> occludingEdges(const PointsView& cloud, const SurfaceMapParams& params);
+std::vector<Vector3> occludingEdges(const PointsView& cloud);
 
 /// Weights of planes by how many face the same way. O(planes^2).
-std::vector<double> directionWeights(const std::vector<Surfel>& planes,
-                                     const SurfaceMapParams& params);
+std::vector<double> directionWeights(const std::vector<Surfel>& planes);
 
 /// Calls what(point, its depth error) for the points that count.
 template <typename What>
 void forSample(const PointsView& cloud, const SurfaceMapParams& params, const What& what) {
-  const auto most = static_cast<std::size_t>(params.sample_size);
+  constexpr std::size_t kSampleSize = 60000;  // points looked at
   // Points that are not there are not looked at either.
   std::vector<std::size_t> finite;
   finite.reserve(cloud.size);
@@ -51,12 +51,12 @@ void forSample(const PointsView& cloud, const SurfaceMapParams& params, const Wh
     if (cloud.isMeasured(i)) finite.push_back(i);
   }
   // Not a divisor of the width, so that it does not pick single columns.
-  std::size_t step = finite.size() / most + 1;
+  std::size_t step = finite.size() / kSampleSize + 1;
   if (step > 1 && cloud.isOrganized() && cloud.width % step == 0) ++step;
   for (std::size_t k = 0; k < finite.size(); k += step) {
     const Vector3 p = cloud.point(finite[k]);
     const double range = p.norm();
-    if (!(range > 0.0) || (params.max_range > 0.0 && range > params.max_range)) continue;
+    if (!(range > 0.0)) continue;
     const double depth = depthOf(p, params.optical_axis);
     const double along = depth > 0.0 ? range / depth : 1.0;
     what(p, along * (params.depth_error + params.depth_error_growth * depth * depth));

@@ -10,6 +10,7 @@
 #include <tuple>
 #include <utility>
 
+#include "planar_mapping/core/base/detail/disjoint_parts.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/evaluation/detail/cell_table.h"
 
@@ -83,23 +84,17 @@ std::vector<Part> fuse(std::vector<Part> boxes, const AxisOrder& order) {
 /// Numbers the parts of single cells that hang together across faces. \return how many there are
 std::uint32_t numberParts(std::vector<Part>& cells) {
   for (std::size_t i = 0; i < cells.size(); ++i) cells[i].part = static_cast<std::uint32_t>(i);
-  std::vector<std::uint32_t> parent(cells.size());
-  std::iota(parent.begin(), parent.end(), 0u);
-  const auto root = [&parent](std::uint32_t i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
+  DisjointParts united(cells.size());
   for (std::size_t axis = 0; axis < 3; ++axis) {
     sortIntoRuns(cells, axis);
     for (std::size_t i = 1; i < cells.size(); ++i)
-      if (follows(cells[i - 1], cells[i], axis))
-        parent[root(cells[i].part)] = root(cells[i - 1].part);
+      if (follows(cells[i - 1], cells[i], axis)) united.unite(cells[i].part, cells[i - 1].part);
   }
   std::uint32_t parts = 0;
   std::vector<std::uint32_t> number(cells.size());
-  for (std::uint32_t i = 0; i < parent.size(); ++i)
-    if (parent[i] == i) number[i] = parts++;
-  for (Part& cell : cells) cell.part = number[root(cell.part)];
+  for (std::uint32_t i = 0; i < number.size(); ++i)
+    if (united.of(i) == i) number[i] = parts++;
+  for (Part& cell : cells) cell.part = number[united.of(cell.part)];
   return parts;
 }
 

@@ -28,8 +28,8 @@ CuboidDistance::CuboidDistance(const std::vector<Cuboid>& cuboids) {
     if (!cuboid.center.allFinite() || !cuboid.size.allFinite() ||
         !cuboid.orientation.coeffs().allFinite() || cuboid.size.minCoeff() < 0.0)
       throw InputError("cuboid " + std::to_string(i) + " has no finite place and size");
-    const Vector3 reach = cuboid.orientation.toRotationMatrix().cwiseAbs() * (0.5 * cuboid.size);
-    bounds.emplace_back(cuboid.center - reach, cuboid.center + reach);
+    const Vector3 half = reach(cuboid);
+    bounds.emplace_back(cuboid.center - half, cuboid.center + half);
   }
   std::vector<std::uint32_t> order(cuboids.size());
   std::iota(order.begin(), order.end(), 0u);

@@ -6,14 +6,11 @@
 #include <cmath>
 
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/geometry/detail/angles.h"
 #include "planar_mapping/core/odometry/motion_estimation.h"
 
 namespace planar_mapping {
 namespace {
-
-double rotationAngle(const Pose& motion) {
-  return Eigen::AngleAxisd(Matrix3(motion.linear())).angle();
-}
 
 /// What the estimate says of the motion from pose i to pose j, after the inverse of what is true.
 Pose relativeError(const std::vector<Pose>& estimate, const std::vector<Pose>& reference,
@@ -65,7 +62,7 @@ void addSteps(const std::vector<Pose>& estimate, const std::vector<Pose>& refere
     error.path_length += (reference[i].translation() - reference[i - 1].translation()).norm();
     const Pose step = relativeError(estimate, reference, i - 1, i);
     translation += step.translation().squaredNorm();
-    rotation += std::pow(rotationAngle(step), 2);
+    rotation += std::pow(rotationAngle(step.linear()), 2);
   }
   const auto steps = static_cast<double>(estimate.size() - 1);
   error.relative_translation_rms = std::sqrt(translation / steps);
@@ -90,7 +87,7 @@ TrajectoryError trajectoryError(const std::vector<Pose>& estimate,
   addSteps(estimate, reference, error);
   const Pose end = relativeError(estimate, reference, 0, estimate.size() - 1);
   error.end_translation = end.translation().norm();
-  error.end_rotation = rotationAngle(end);
+  error.end_rotation = rotationAngle(end.linear());
   return error;
 }
 

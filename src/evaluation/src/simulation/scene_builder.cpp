@@ -8,11 +8,10 @@
 namespace planar_mapping::evaluation {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kTurnPerMetre = 30.0;  ///< degrees turned on the spot in the time of a metre
 
 double radians(double degrees) {
-  return degrees * kPi / 180.0;
+  return degrees * M_PI / 180.0;
 }
 
 }  // namespace

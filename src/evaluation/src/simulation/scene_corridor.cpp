@@ -10,8 +10,6 @@
 namespace planar_mapping::evaluation {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
 const Material kWall{0xDCD8CC, Pattern::Speckles, 0.7, 0.3};
 const Material kFloor{0x8E9396, Pattern::Tiles, 1.0};
 const Material kCeiling{0xE6E6E2, Pattern::Tiles, 0.7};
@@ -148,8 +146,8 @@ void buildLongCorridor(SceneBuilder& b) {
   const double way = length - 4.5;
   b.followLine(way, [&b, way](double s, double turn_deg) {
     const double periods = way / 11.5;
-    b.lookFrom({way * s, 0.12 * std::sin(4.0 * kPi * periods * s), 0.37},
-               14.0 * std::sin(6.0 * kPi * periods * s) + turn_deg, 0.0);
+    b.lookFrom({way * s, 0.12 * std::sin(4.0 * M_PI * periods * s), 0.37},
+               14.0 * std::sin(6.0 * M_PI * periods * s) + turn_deg, 0.0);
   });
   addMovingThings(b);
 }
@@ -190,8 +188,8 @@ void buildCorridor(SceneBuilder& b) {
   b.box("armchair_back", {0.2, -0.35, 0.4}, {0.15, 0.7, 0.45}, kFabric);
 
   b.followLine(11.5, [&b](double s, double turn_deg) {
-    b.lookFrom({11.5 * s, 0.12 * std::sin(4.0 * kPi * s), 0.37},
-               14.0 * std::sin(6.0 * kPi * s) + turn_deg, 0.0);
+    b.lookFrom({11.5 * s, 0.12 * std::sin(4.0 * M_PI * s), 0.37},
+               14.0 * std::sin(6.0 * M_PI * s) + turn_deg, 0.0);
   });
   addMovingThings(b);
 }

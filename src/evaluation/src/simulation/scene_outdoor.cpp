@@ -9,8 +9,6 @@
 namespace planar_mapping::evaluation {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
 const Material kPaving{0x9A968D, Pattern::Tiles, 1.0};
 const Material kBrick{0x9E5A44, Pattern::Bricks, 1.0};
 const Material kPlaster{0xD8CDB4, Pattern::Speckles, 0.75, 0.15};
@@ -101,8 +99,8 @@ void buildOutdoor(SceneBuilder& b) {
   b.box("planter", {-0.6, -0.3, 0}, {1.2, 0.6, 0.5}, kStone);
 
   b.followLine(24.0, [&b](double s, double turn_deg) {
-    b.lookFrom({0.5 + 24.0 * s, 0.5 * std::sin(2.0 * kPi * s), 0.37},
-               25.0 * std::sin(6.0 * kPi * s) + turn_deg, 4.0);
+    b.lookFrom({0.5 + 24.0 * s, 0.5 * std::sin(2.0 * M_PI * s), 0.37},
+               25.0 * std::sin(6.0 * M_PI * s) + turn_deg, 4.0);
   });
   addMovedThings(b);
 }

@@ -7,8 +7,6 @@
 namespace planar_mapping::evaluation {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
 const Material kWall{0xD9D2C3, Pattern::Speckles, 0.75, 0.35};
 const Material kSkirting{0xF2EEE6, Pattern::Plain, 0.6};
 const Material kFloor{0xA9794B, Pattern::Planks, 1.0};
@@ -126,7 +124,7 @@ void addCornerThings(SceneBuilder& b) {
   // A board that leans against the south wall, 20 degrees from upright.
   b.moveTo(0.7, -0.5 * kWidth);
   b.turnedBox("leaning_board", {0, 0.315, 0.69}, {0.55, 0.03, 1.4},
-              Eigen::AngleAxisd(20.0 * kPi / 180.0, Vector3::UnitX()), kPaleWood);
+              Eigen::AngleAxisd(20.0 * M_PI / 180.0, Vector3::UnitX()), kPaleWood);
   b.moveTo(0.0, 0.0);
   b.sphere("ball", {0.1, 1.75, 0.15}, 0.3, kBall);
   b.cylinder("plant_pot", {-2.6, -1.95, 0}, 0.34, 0.34, kClay);
@@ -146,10 +144,10 @@ void buildRoom(SceneBuilder& b) {
   // Once around, at the height a person carries a camera, looking outwards, in turn at the walls
   // and at the floor.
   constexpr double kRadius = 0.35;
-  b.followRound(2.0 * kPi * kRadius, [&b](double s) {
-    const double angle = 2.0 * kPi * s;
+  b.followRound(2.0 * M_PI * kRadius, [&b](double s) {
+    const double angle = 2.0 * M_PI * s;
     b.lookFrom({-0.1 - kRadius * std::cos(angle), 0.1 - kRadius * std::sin(angle), 1.25}, 360.0 * s,
-               -18.0 + 10.0 * std::cos(12.0 * kPi * s));
+               -18.0 + 10.0 * std::cos(12.0 * M_PI * s));
   });
   b.person(1.9, 0.55, b.params.frames / 2);
 }

@@ -8,8 +8,6 @@
 namespace planar_mapping::evaluation {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
 const Material kWall{0xE4E2DC, Pattern::Plain, 0.0};
 const Material kCeiling{0xECECEA, Pattern::Plain, 0.0};
 const Material kFloor{0xA9794B, Pattern::Planks, 1.0};
@@ -86,10 +84,10 @@ void buildWhite(SceneBuilder& b) {
 
   constexpr double kRadius = 0.4;
   b.moveTo(0.0, 0.0);
-  b.followRound(2.0 * kPi * kRadius, [&b](double s) {
-    const double angle = 2.0 * kPi * s;
+  b.followRound(2.0 * M_PI * kRadius, [&b](double s) {
+    const double angle = 2.0 * M_PI * s;
     b.lookFrom({-kRadius * std::cos(angle), -kRadius * std::sin(angle), 1.0}, 360.0 * s,
-               5.0 * std::cos(12.0 * kPi * s));
+               5.0 * std::cos(12.0 * M_PI * s));
   });
   b.person(0.9, 0.4, b.params.frames / 2);
 }

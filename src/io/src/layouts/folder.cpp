@@ -131,7 +131,6 @@ void forEachLine(
   std::string text;
   while (lines.next(line)) {
     text = line.substr(0, line.find('#'));
-    if (lines.number() == 1 && text.compare(0, 3, "\xEF\xBB\xBF") == 0) text.erase(0, 3);
     for (char& c : text)
       if (separators.find(c) != std::string::npos) c = ' ';
     const std::vector<std::string_view> words = splitWords(text);

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <utility>
 
 #include "cuboids/cover_geometry.h"
+#include "planar_mapping/core/base/detail/disjoint_parts.h"
 
 namespace planar_mapping::detail {
 namespace {
@@ -50,8 +50,7 @@ std::int32_t gapBetween(const Extent& a, const Extent& b) {
 class Grouping {
  public:
   Grouping(const std::vector<std::pair<RegionBox, Cuboid>>& boxes, double cell)
-      : boxes_(boxes), parent_(boxes.size()) {
-    std::iota(parent_.begin(), parent_.end(), 0u);
+      : boxes_(boxes), parts_(boxes.size()) {
     for (const auto& box : boxes) extents_.push_back(extentOf(box.second, 0.5 * cell));
   }
 
@@ -79,11 +78,6 @@ class Grouping {
 
   std::uint64_t regionOf(std::uint32_t box) const { return boxes_[box].first.region; }
 
-  std::uint32_t root(std::uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-
   void linkNeighbours() {
     std::vector<std::pair<std::uint64_t, std::uint32_t>> in_cube;
     for (std::uint32_t i = 0; i < extents_.size(); ++i) {
@@ -104,7 +98,7 @@ class Grouping {
   void link(std::uint32_t i, std::uint32_t j) {
     const std::int32_t gap = gapBetween(extents_[i], extents_[j]);
     if (gap > kMaxGap) return;
-    parent_[root(i)] = root(j);
+    parts_.unite(i, j);
     if (gap <= kNear && regionOf(i) != regionOf(j)) across_.emplace_back(i, j);
   }
 
@@ -124,12 +118,12 @@ class Grouping {
 
   /// Boxes that hang together.
   std::vector<std::vector<std::uint32_t>> parts() {
-    std::vector<std::vector<std::uint32_t>> of_root(parent_.size());
-    for (std::uint32_t i = 0; i < parent_.size(); ++i) of_root[root(i)].push_back(i);
-    of_root.erase(std::remove_if(of_root.begin(), of_root.end(),
+    std::vector<std::vector<std::uint32_t>> of_part(boxes_.size());
+    for (std::uint32_t i = 0; i < boxes_.size(); ++i) of_part[parts_.of(i)].push_back(i);
+    of_part.erase(std::remove_if(of_part.begin(), of_part.end(),
                                  [](const auto& part) { return part.size() < 2; }),
-                  of_root.end());
-    return of_root;
+                  of_part.end());
+    return of_part;
   }
 
   /// Boxes of the part that meet others across a border, each at the first face where it can.
@@ -137,7 +131,7 @@ class Grouping {
                 std::vector<std::vector<std::uint32_t>>& groups) {
     std::map<Face, std::vector<std::uint32_t>> at_face;
     for (const auto& [i, j] : across_) {
-      if (root(i) != root(part.front())) continue;
+      if (parts_.of(i) != parts_.of(part.front())) continue;
       std::vector<std::uint32_t>& boxes = at_face[std::minmax(regionOf(i), regionOf(j))];
       boxes.push_back(i);
       boxes.push_back(j);
@@ -157,7 +151,7 @@ class Grouping {
 
   const std::vector<std::pair<RegionBox, Cuboid>>& boxes_;
   std::vector<Extent> extents_;
-  std::vector<std::uint32_t> parent_;
+  DisjointParts parts_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> across_;  ///< near ones of two regions
 };
 

@@ -20,8 +20,7 @@ inline Vector3 centerOf(const LooseQuarter& quarter, const PlaneFrame& frame, do
 inline Int3 blockOf(const Vector3& point, double s) {
   constexpr double kLimit = kLatticeLimit / 4;
   const Vector3 at = (point / (4.0 * s)).array().floor().max(-kLimit).min(kLimit - 1.0);
-  return {static_cast<std::int32_t>(at.x()), static_cast<std::int32_t>(at.y()),
-          static_cast<std::int32_t>(at.z())};
+  return toInt3(at);
 }
 
 inline std::uint64_t regionOf(const MapData& map, const Vector3& point) {
@@ -30,19 +29,7 @@ inline std::uint64_t regionOf(const MapData& map, const Vector3& point) {
 
 /// Half the world extent of a cuboid, and so far around it.
 inline Vector3 halfExtent(const Cuboid& cuboid, double margin) {
-  return cuboid.orientation.toRotationMatrix().cwiseAbs() * (0.5 * cuboid.size) +
-         Vector3::Constant(margin);
-}
-
-/// Calls visit(Int3) for all places from \p low to \p high, both included.
-template <typename Visit>
-void forEachPlace(const Int3& low, const Int3& high, Visit&& visit) {
-  Int3 at;
-  for (at.z = low.z; at.z <= high.z; ++at.z) {
-    for (at.y = low.y; at.y <= high.y; ++at.y) {
-      for (at.x = low.x; at.x <= high.x; ++at.x) visit(at);
-    }
-  }
+  return reach(cuboid) + Vector3::Constant(margin);
 }
 
 /// Gives boxes that lie on a plane its id: parallel to it within the angle of association, at most

@@ -28,9 +28,8 @@ void CuboidIndex::build(const std::vector<Cuboid>& cuboids) {
   if (cuboids.empty()) return;
   std::vector<Vector3> half(cuboids.size());
   for (std::size_t i = 0; i < cuboids.size(); ++i) {
-    const Matrix3 axes = cuboids[i].orientation.toRotationMatrix();
     // A hair wider, so that rounding never hides a point on a face.
-    half[i] = axes.cwiseAbs() * (0.5 * cuboids[i].size) +
+    half[i] = reach(cuboids[i]) +
               Vector3::Constant(1e-9 * (1.0 + cuboids[i].center.cwiseAbs().maxCoeff()));
   }
   struct Range {

@@ -92,7 +92,7 @@ SurfaceCover coverTiles(const std::vector<PlacedTile>& members,
       if (!certain) probability[cell] = beliefOf(t.tile->belief(static_cast<std::size_t>(bit)));
     }
   }
-  return coverSurface(mask, nullptr, probability, params);
+  return coverSurface(mask, probability, params);
 }
 
 }  // namespace

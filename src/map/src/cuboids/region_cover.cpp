@@ -64,7 +64,7 @@ std::vector<Cuboid> RegionCover::boxes() {
     const std::uint32_t frame = map_.cells.regions.value(region).frame;
     const Vector3 sensor =
         frame < map_.trajectory.size() ? map_.trajectory[frame].position : Vector3(Vector3::Zero());
-    return cuboidsOfCells(cells, params, sensor);
+    return cuboidsOfCells(std::move(cells), params, sensor);
   }
   if (effort_ == CoverEffort::Quick) {
     for (const ReplaceableCuboid& r : replaceable_) present_.push_back(r.cuboid);

@@ -58,14 +58,11 @@ class Remaining {
     return true;
   }
   void clear(const Int3& low, const Int3& size) {
-    for (std::int32_t z = low.z; z < low.z + size.z; ++z) {
-      for (std::int32_t y = low.y; y < low.y + size.y; ++y) {
-        for (std::int32_t x = low.x; x < low.x + size.x; ++x) {
-          CubeBits* bits = cubes_.find(packKey(Int3{x >> 3, y >> 3, z >> 3}));
-          (*bits)[static_cast<std::size_t>(z & 7)] &= ~(std::uint64_t{1} << bitOf({x, y, z}));
-        }
-      }
-    }
+    const Int3 last{low.x + size.x - 1, low.y + size.y - 1, low.z + size.z - 1};
+    forEachPlace(low, last, [&](const Int3& c) {
+      CubeBits* bits = cubes_.find(packKey(Int3{c.x >> 3, c.y >> 3, c.z >> 3}));
+      (*bits)[static_cast<std::size_t>(c.z & 7)] &= ~(std::uint64_t{1} << bitOf(c));
+    });
   }
   const CubeBits& bits(std::uint64_t key) const { return *cubes_.find(key); }
 
@@ -113,7 +110,7 @@ KeyMap<CubeBits> spaceCells(const UnknownSpace& space, CellState state, const Sp
   if (cubes.empty()) return cubes;
   constexpr double kLimit = kLatticeLimit / 8;
   for (const Cuboid& cuboid : occupied) {
-    const Vector3 half = cuboid.orientation.toRotationMatrix().cwiseAbs() * (0.5 * cuboid.size);
+    const Vector3 half = reach(cuboid);
     const Vector3 low =
         ((cuboid.center - half) / (8.0 * cell)).array().floor().max(-kLimit).min(kLimit - 1);
     const Vector3 high =
@@ -125,14 +122,10 @@ KeyMap<CubeBits> spaceCells(const UnknownSpace& space, CellState state, const Sp
       }
       continue;
     }
-    for (auto z = static_cast<std::int32_t>(low.z()); z <= high.z(); ++z) {
-      for (auto y = static_cast<std::int32_t>(low.y()); y <= high.y(); ++y) {
-        for (auto x = static_cast<std::int32_t>(low.x()); x <= high.x(); ++x) {
-          CubeBits* bits = cubes.find(packKey(Int3{x, y, z}));
-          if (bits != nullptr) clearOccupied({x, y, z}, cuboid, cell, *bits);
-        }
-      }
-    }
+    forEachPlace(toInt3(low), toInt3(high), [&](const Int3& cube) {
+      CubeBits* bits = cubes.find(packKey(cube));
+      if (bits != nullptr) clearOccupied(cube, cuboid, cell, *bits);
+    });
   }
   return cubes;
 }

@@ -184,25 +184,20 @@ void removeCovered(MapData& map, Frame& frame) {
           !(high.cwiseAbs().maxCoeff() < kLatticeLimit / 4)) {
         continue;
       }
-      for (auto z = static_cast<std::int32_t>(low.z()); z <= high.z(); ++z) {
-        for (auto y = static_cast<std::int32_t>(low.y()); y <= high.y(); ++y) {
-          for (auto x = static_cast<std::int32_t>(low.x()); x <= high.x(); ++x) {
-            const Int3 at{x, y, z};
-            CellBlock* block = map.cells.find(at);
-            if (block == nullptr) continue;
-            for (std::uint64_t bits = block->occupied(); bits != 0; bits &= bits - 1) {
-              const int bit = __builtin_ctzll(bits);
-              const Int3 c = CellLayer::cellOf(at, bit);
-              const double centre[3] = {c.x + 0.5, c.y + 0.5, c.z + 0.5};
-              std::int32_t a = 0, b = 0;
-              if (!cover.contains(centre, 0.0, a, b)) continue;
-              block->remove(static_cast<std::size_t>(bit));
-              map.cells.markDirty(at, frame_number);
-              ++frame.update.cells_removed;
-            }
-          }
+      forEachPlace(toInt3(low), toInt3(high), [&](const Int3& at) {
+        CellBlock* block = map.cells.find(at);
+        if (block == nullptr) return;
+        for (std::uint64_t bits = block->occupied(); bits != 0; bits &= bits - 1) {
+          const int bit = __builtin_ctzll(bits);
+          const Int3 c = CellLayer::cellOf(at, bit);
+          const double centre[3] = {c.x + 0.5, c.y + 0.5, c.z + 0.5};
+          std::int32_t a = 0, b = 0;
+          if (!cover.contains(centre, 0.0, a, b)) continue;
+          block->remove(static_cast<std::size_t>(bit));
+          map.cells.markDirty(at, frame_number);
+          ++frame.update.cells_removed;
         }
-      }
+      });
     }
   }
 }

@@ -53,9 +53,7 @@ void requireAlike(const MapData& map, const MapData& other, const Pose& T) {
 }
 
 Int3 cellAt(const Vector3& point, double side) {
-  const Vector3 cell = (point / side).array().floor();
-  return {static_cast<std::int32_t>(cell.x()), static_cast<std::int32_t>(cell.y()),
-          static_cast<std::int32_t>(cell.z())};
+  return toInt3((point / side).array().floor());
 }
 
 /// Far enough from the end of the lattice for a block around it.
@@ -205,12 +203,8 @@ void takeSpace(MapData& map, const MapData& other, const Pose& T) {
     // Blocks that only touch have no cell in common.
     const Vector3 half = Vector3::Constant(reach - 0.01 * s);
     if (!isWithin(middle - half, s) || !isWithin(middle + half, s)) continue;
-    const Int3 low = cellAt(middle - half, 4.0 * s), high = cellAt(middle + half, 4.0 * s);
-    for (std::int32_t z = low.z; z <= high.z; ++z) {
-      for (std::int32_t y = low.y; y <= high.y; ++y) {
-        for (std::int32_t x = low.x; x <= high.x; ++x) reached.insert(packKey(Int3{x, y, z}));
-      }
-    }
+    forEachPlace(cellAt(middle - half, 4.0 * s), cellAt(middle + half, 4.0 * s),
+                 [&](const Int3& block) { reached.insert(packKey(block)); });
   }
   std::vector<Int3> places;
   for (std::size_t i = 0; i < reached.size(); ++i) places.push_back(unpackKey(reached.key(i)));

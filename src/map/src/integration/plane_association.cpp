@@ -26,8 +26,7 @@ bool isMapped(const MapData& map, const Vector3& world) {
   const double s = map.resolution();
   const Vector3 at = (world / s).array().floor();
   if (!(at.cwiseAbs().maxCoeff() < kLatticeLimit)) return false;
-  const Int3 cell{static_cast<std::int32_t>(at.x()), static_cast<std::int32_t>(at.y()),
-                  static_cast<std::int32_t>(at.z())};
+  const Int3 cell = toInt3(at);
   const CellBlock* block = map.cells.find(CellLayer::blockOf(cell));
   if (block != nullptr && ((block->occupied() >> CellLayer::bitOf(cell)) & 1u) != 0) return true;
   return std::any_of(map.planes.begin(), map.planes.end(), [&](const PlaneLayer& layer) {

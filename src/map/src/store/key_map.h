@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "planar_mapping/core/base/types.h"
+
 namespace planar_mapping::detail {
 
 template <typename T>
@@ -52,6 +54,23 @@ inline Int3 unpackKey(std::uint64_t key) {
     return static_cast<std::int32_t>(v & 0x1fffffu) - kLatticeLimit;
   };
   return {part(key), part(key >> 21u), part(key >> 42u)};
+}
+
+/// Of whole numbers in the range of 32 bits.
+inline Int3 toInt3(const Vector3& whole) {
+  return {static_cast<std::int32_t>(whole.x()), static_cast<std::int32_t>(whole.y()),
+          static_cast<std::int32_t>(whole.z())};
+}
+
+/// Calls visit(Int3) for all places from \p low to \p high, both included.
+template <typename Visit>
+void forEachPlace(const Int3& low, const Int3& high, Visit&& visit) {
+  Int3 at;
+  for (at.z = low.z; at.z <= high.z; ++at.z) {
+    for (at.y = low.y; at.y <= high.y; ++at.y) {
+      for (at.x = low.x; at.x <= high.x; ++at.x) visit(at);
+    }
+  }
 }
 
 /// A number nobody outside this process knows: keys of a hostile file cannot be made to collide.

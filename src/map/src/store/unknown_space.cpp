@@ -81,11 +81,8 @@ class UnknownSpace::OpenRegion {
   void mark(int level, const Int3& low, bool free) {
     const Int3 block = blockOf(low);
     const std::int32_t side = std::int32_t{1} << (level - kBlockLevel);
-    for (std::int32_t z = block.z; z < block.z + side; ++z) {
-      for (std::int32_t y = block.y; y < block.y + side; ++y) {
-        for (std::int32_t x = block.x; x < block.x + side; ++x) mark({x, y, z}, kAllCells, free);
-      }
-    }
+    forEachPlace(block, {block.x + side - 1, block.y + side - 1, block.z + side - 1},
+                 [&](const Int3& at) { mark(at, kAllCells, free); });
   }
   void mark(const Int3& block, std::uint64_t cells, bool free) {
     const std::size_t i = placeOf(block);
@@ -303,8 +300,7 @@ void UnknownSpace::integrateRays(const DepthImage& image, double cell, SpaceBudg
     std::uint64_t key = 0;
     std::uint64_t cells = 0;
     for (int axis = 0;;) {
-      const Int3 c{static_cast<std::int32_t>(at.x()), static_cast<std::int32_t>(at.y()),
-                   static_cast<std::int32_t>(at.z())};
+      const Int3 c = toInt3(at);
       next.minCoeff(&axis);
       if (next[axis] > 1.0 && image.isSparse()) break;
       if (packKey(blockOf(c)) != key) {
@@ -345,14 +341,10 @@ void UnknownSpace::integrate(const DepthImage& image, double cell, double max_ra
   // The budget goes to what is near.
   const Vector3 sensor = image.position() / (cell * kSide) - Vector3::Constant(0.5);
   std::vector<std::pair<double, Int3>> roots;
-  for (auto z = static_cast<std::int32_t>(low.z()); z <= high.z(); ++z) {
-    for (auto y = static_cast<std::int32_t>(low.y()); y <= high.y(); ++y) {
-      for (auto x = static_cast<std::int32_t>(low.x()); x <= high.x(); ++x) {
-        roots.emplace_back((Vector3(x, y, z) - sensor).norm(),
-                           Int3{x * kSide, y * kSide, z * kSide});
-      }
-    }
-  }
+  forEachPlace(toInt3(low), toInt3(high), [&](const Int3& at) {
+    roots.emplace_back((Vector3(at.x, at.y, at.z) - sensor).norm(),
+                       Int3{at.x * kSide, at.y * kSide, at.z * kSide});
+  });
   std::stable_sort(roots.begin(), roots.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
   Walk walk(*this, image, cell, max_range, budget);

@@ -57,10 +57,6 @@ class UnknownSpace {
   /// Marks the cells in the frustum of an image by its depths; those that are hidden up to
   /// \p max_range.
   void integrate(const DepthImage& image, double cell, double max_range, SpaceBudget& budget);
-  void integrate(const DepthImage& image, double cell, double max_range) {
-    SpaceBudget budget;
-    integrate(image, cell, max_range, budget);
-  }
   bool isUnknown(const Int3& cell) const { return (around(cell).unknown >> bitOf(cell) & 1u) != 0; }
   struct Surroundings {
     std::uint64_t unknown = 0;     ///< cells of the block of 4 x 4 x 4 around a cell, see bitOf()

@@ -3,7 +3,6 @@
 #include "keys/map_keys.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "planar_mapping/core/base/error.h"

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "planar_mapping/core/geometry/detail/angles.h"
 #include "rounded.h"
 
 namespace planar_mapping::detail {
@@ -27,7 +28,7 @@ std::optional<std::string> contradictionOf(const Frame& frame, const Odometry& o
   const OdometryResult seen = odometry.locate(frame.key_features);
   if (!seen.registered || seen.inliers < std::max(kFewest, 2 * given.inliers)) return std::nullopt;
   const Pose apart = frame.given_pose->inverse() * seen.T_world_sensor;
-  const double turn = Eigen::AngleAxisd(Matrix3(apart.linear())).angle();
+  const double turn = rotationAngle(apart.linear());
   const double step = last ? (last->translation() - frame.given_pose->translation()).norm() : 0.0;
   if (apart.translation().norm() < kShift + kShiftOfStep * step && turn < kTurn)
     return std::nullopt;

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "motion/start_pose.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "planar_mapping/core/ground/detail/upright.h"

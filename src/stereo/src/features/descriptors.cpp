@@ -129,14 +129,14 @@ void Descriptors::distances(std::size_t row, const Descriptors& other, std::int3
 }
 
 std::vector<int> matchDescriptors(const Descriptors& queries, const Descriptors& known,
-                                  const DescriptorMatchParams& params) {
+                                  double ratio, int threads) {
   std::vector<int> matches(queries.size(), -1);
   if (queries.empty() || known.empty()) return matches;
   std::vector<std::size_t> all(queries.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
-  const std::vector<Nearest> nearest = searchExactly(queries, all, known, params.threads);
+  const std::vector<Nearest> nearest = searchExactly(queries, all, known, threads);
   const auto isFound = [&](const Nearest& found) {
-    return found.row >= 0 && isDistinct(found.best, found.second, params.ratio, queries.isBinary());
+    return found.row >= 0 && isDistinct(found.best, found.second, ratio, queries.isBinary());
   };
   // The query that is nearest to each known row; the first of equals.
   std::vector<int> owner(known.size(), -1);
@@ -146,7 +146,7 @@ std::vector<int> matchDescriptors(const Descriptors& queries, const Descriptors&
   std::vector<std::size_t> rows;
   for (std::size_t j = 0; j < is_wanted.size(); ++j)
     if (is_wanted[j]) rows.push_back(j);
-  const std::vector<Nearest> back = searchExactly(known, rows, queries, params.threads);
+  const std::vector<Nearest> back = searchExactly(known, rows, queries, threads);
   for (const std::size_t j : rows) owner[j] = back[j].row;
   for (std::size_t i = 0; i < nearest.size(); ++i) {
     const Nearest& found = nearest[i];

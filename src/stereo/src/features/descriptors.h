@@ -35,7 +35,6 @@ class Descriptors {
   /// Of one row to all rows of another set.
   void distances(std::size_t row, const Descriptors& other, std::int32_t* out) const;
 
-  std::size_t length() const { return length_; }
   template <typename Archive>
   void visitState(Archive& archive) {
     archive(binary_, length_, values_, words_);
@@ -56,14 +55,9 @@ inline bool isDistinct(std::int32_t best, std::int32_t second, double ratio, boo
   return static_cast<double>(best) < factor * static_cast<double>(second);
 }
 
-struct DescriptorMatchParams {
-  double ratio = 0.8;
-  int threads = 1;
-};
-
 /// For each row of `queries` the row of `known` it matches, or -1; a known row matches at most one
-/// query.
+/// query. \param ratio  see isDistinct()
 std::vector<int> matchDescriptors(const Descriptors& queries, const Descriptors& known,
-                                  const DescriptorMatchParams& params);
+                                  double ratio, int threads);
 
 }  // namespace planar_mapping::detail

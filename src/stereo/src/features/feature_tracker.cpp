@@ -71,7 +71,6 @@ struct FeatureTracker::Impl {
   DetectedFeatures detectLeft(const cv::Mat& gray);
   std::vector<int> matchPair(const DetectedFeatures& left, const DetectedFeatures& right,
                              double infinity, int width);
-  std::vector<TrackMemory::Identity> identify(const detail::Descriptors& descriptors);
   void refinePlaces(const cv::Mat& image, const std::vector<TrackMemory::Identity>& identities,
                     std::vector<Detection>& places) const;
   void remember(const cv::Mat& image, const std::vector<KeyFeature>& features,
@@ -142,14 +141,6 @@ std::vector<int> FeatureTracker::Impl::matchPair(const DetectedFeatures& left,
   report.swapped = behind >= kFewest && behind > 2 * found;
   search.low = infinity;
   return detail::matchAlongRows(left, right, search);
-}
-
-std::vector<TrackMemory::Identity> FeatureTracker::Impl::identify(
-    const detail::Descriptors& descriptors) {
-  detail::DescriptorMatchParams match;
-  match.ratio = params.track_ratio;
-  match.threads = params.threads;
-  return memory.identify(descriptors, match);
 }
 
 /// Detections of one corner in two images differ by a good part of a pixel; gray values agree
@@ -258,7 +249,8 @@ std::vector<KeyFeature> FeatureTracker::Impl::trackStereo(const cv::Mat& left, c
     descriptors.add(found.descriptors, i);
   }
   report.stereo_ms = watch.lap();
-  const std::vector<TrackMemory::Identity> identities = identify(descriptors);
+  const std::vector<TrackMemory::Identity> identities =
+      memory.identify(descriptors, params.track_ratio, params.threads);
   refinePlaces(left, identities, places);
   report.track_ms = watch.lap();
 
@@ -302,7 +294,8 @@ std::vector<KeyFeature> FeatureTracker::Impl::trackWithCloud(const cv::Mat& imag
   const DetectedFeatures found = detail::detectFeatures(image, params, params.max_features);
   report.features_left = found.size();
   report.detect_ms = watch.lap();
-  const std::vector<TrackMemory::Identity> identities = identify(found.descriptors);
+  const std::vector<TrackMemory::Identity> identities =
+      memory.identify(found.descriptors, params.track_ratio, params.threads);
   std::vector<Detection> places = found.places;
   refinePlaces(image, identities, places);
   std::vector<KeyFeature> features;

@@ -17,10 +17,10 @@ void addIf(TrackSet& to, const TrackSet& from, const Keep& keep) {
 
 }  // namespace
 
-std::vector<TrackMemory::Identity> TrackMemory::identify(const Descriptors& features,
-                                                         const DescriptorMatchParams& params) {
+std::vector<TrackMemory::Identity> TrackMemory::identify(const Descriptors& features, double ratio,
+                                                         int threads) {
   std::vector<Identity> identities(features.size());
-  std::vector<int> matches = matchDescriptors(features, last_.descriptors, params);
+  std::vector<int> matches = matchDescriptors(features, last_.descriptors, ratio, threads);
   Descriptors rest;
   std::vector<std::size_t> rest_rows;
   for (std::size_t i = 0; i < matches.size(); ++i) {
@@ -31,7 +31,7 @@ std::vector<TrackMemory::Identity> TrackMemory::identify(const Descriptors& feat
       rest_rows.push_back(i);
     }
   }
-  matches = matchDescriptors(rest, lost_.descriptors, params);
+  matches = matchDescriptors(rest, lost_.descriptors, ratio, threads);
   for (std::size_t k = 0; k < matches.size(); ++k) {
     if (matches[k] >= 0) {
       identities[rest_rows[k]] = {lost_.tracks[static_cast<std::size_t>(matches[k])], Origin::Lost};

@@ -45,15 +45,13 @@ class TrackMemory {
   };
 
   /// Gives each feature its track; nothing is stored yet.
-  std::vector<Identity> identify(const Descriptors& features, const DescriptorMatchParams& params);
+  std::vector<Identity> identify(const Descriptors& features, double ratio, int threads);
 
   /// Makes the features the last frame. Tracks of the frame before that are not among them are lost
   /// from now on; those lost for `remember_frames`, and the oldest beyond `max_remembered`, are
   /// forgotten.
   void store(TrackSet features, int remember_frames, int max_remembered);
 
-  std::int64_t frame() const { return frame_; }
-  std::size_t lost() const { return lost_.size(); }
   void clear();
   template <typename Archive>
   void visitState(Archive& archive) {

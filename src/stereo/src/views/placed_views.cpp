@@ -6,10 +6,13 @@
 #include <cmath>
 
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/geometry/detail/angles.h"
 
 namespace planar_mapping {
 namespace {
 
+constexpr std::size_t kMaxViews = 24;  // kept, the latest
+constexpr int kMaxAttempts = 6;        // views that a frame is registered to
 constexpr int kWitnesses = 2;
 constexpr double kMinOverlap = 0.1;  // of the cells
 constexpr double kSameTurn = 8.0;    // cells
@@ -19,11 +22,11 @@ constexpr double kMaxShift = 2.5;    // metres
 
 void ViewMap::PlacedViews::insert(const ViewPtr& view, const Pose& T_world_sensor) {
   views_.push_back({view, T_world_sensor});
-  if (views_.size() > static_cast<std::size_t>(params_.max_views)) views_.pop_front();
+  if (views_.size() > kMaxViews) views_.pop_front();
 }
 
 double ViewMap::PlacedViews::distance(const Pose& a, const Pose& b) {
-  const double turn = Eigen::AngleAxisd(Matrix3(a.linear().transpose() * b.linear())).angle();
+  const double turn = rotationAngle(a.linear().transpose() * b.linear());
   return (a.translation() - b.translation()).norm() + 4.0 * turn;
 }
 double ViewMap::PlacedViews::shiftToElsewhere(const View& view) const {
@@ -34,7 +37,7 @@ double ViewMap::PlacedViews::shiftToElsewhere(const View& view) const {
 }
 
 bool ViewMap::PlacedViews::isSamePlace(const View& view, const Pose& a, const Pose& b) const {
-  const double turn = Eigen::AngleAxisd(Matrix3(a.linear().transpose() * b.linear())).angle();
+  const double turn = rotationAngle(a.linear().transpose() * b.linear());
   return (a.translation() - b.translation()).norm() < shiftToElsewhere(view) &&
          turn * view.cells.camera.fx < kSameTurn;
 }
@@ -159,7 +162,7 @@ std::vector<ViewMap::PlacedViews::Hypothesis> ViewMap::PlacedViews::registerTo(
   std::vector<Hypothesis> found;
   int attempts = 0;
   for (const Placed* other : attemptsFor(guess)) {
-    if (attempts++ == params_.max_attempts) break;
+    if (attempts++ == kMaxAttempts) break;
     for (Hypothesis& one : registerTo(view, *other, guess)) {
       one.support = supportOf(view, one.pose, kCoarseView);
       found.push_back(one);
@@ -173,13 +176,11 @@ std::vector<ViewMap::PlacedViews::Hypothesis> ViewMap::PlacedViews::registerTo(
 std::vector<ViewMap::PlacedViews::Hypothesis> ViewMap::PlacedViews::registerTo(
     View& view, const Placed& other, const Pose& guess) const {
   constexpr int kMostMotions = 3;
+  constexpr double kMatchRatio = 0.85;
   view.detect(params_);
   other.view->detect(params_);
-  detail::DescriptorMatchParams match;
-  match.ratio = 0.85;
-  match.threads = params_.threads;
-  const std::vector<int> found =
-      detail::matchDescriptors(view.descriptors, other.view->descriptors, match);
+  const std::vector<int> found = detail::matchDescriptors(view.descriptors, other.view->descriptors,
+                                                          kMatchRatio, params_.threads);
   std::vector<FeatureMatch> matches;
   for (std::size_t i = 0; i < found.size(); ++i) {
     if (found[i] < 0) continue;

@@ -140,8 +140,6 @@ bool repeats(const Views& views, const ViewMap::View& view, const Pose& pose,
 void ViewMapParams::validate() const {
   camera.validate();
   requireInRange("max_features", max_features, 8, 20000);
-  requireInRange("max_views", max_views, 1, 10000);
-  requireInRange("max_attempts", max_attempts, 1, 10000);
   requireInRange("threads", threads, 0, 4096);
 }
 

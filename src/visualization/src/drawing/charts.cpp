@@ -131,10 +131,6 @@ struct AxisRange {
 
 /// Of what is drawn, in positions, with some air.
 AxisRange rangeOf(const Chart& chart) {
-  if (chart.y_high > chart.y_low) {
-    return {positionOf(chart.y_low, chart.logarithmic),
-            positionOf(chart.y_high, chart.logarithmic)};
-  }
   double low = INFINITY;
   double high = -INFINITY;
   const auto take = [&](double value) {

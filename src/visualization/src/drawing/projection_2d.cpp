@@ -102,9 +102,7 @@ struct Sides {
 // Lowest and highest point of the cuboid above the ground, metres.
 std::array<double, 2> heights(const Cuboid& cuboid, const GroundFrame& frame) {
   const double middle = cuboid.center.dot(frame.up) - frame.height;
-  const double half =
-      0.5 *
-      (cuboid.orientation.toRotationMatrix().transpose() * frame.up).cwiseAbs().dot(cuboid.size);
+  const double half = halfAlong(cuboid, frame.up);
   return {middle - half, middle + half};
 }
 

@@ -8,13 +8,13 @@
 #include <vector>
 
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/geometry/detail/angles.h"
 #include "planar_mapping/io/occupancy_grid.h"
 
 namespace planar_mapping {
 
 namespace {
 
-constexpr double kRadiansPerDegree = M_PI / 180.0;
 constexpr double kIsoElevation = 35.0 * kRadiansPerDegree;
 constexpr double kIsoViewAngle = 28.0 * kRadiansPerDegree;
 constexpr double kEyeViewAngle = 62.0 * kRadiansPerDegree;

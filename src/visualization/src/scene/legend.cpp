@@ -137,8 +137,7 @@ ScalarRange scalarRange(const SceneContent& content, ColorBy color) {
   double low = INFINITY;
   double high = -INFINITY;
   for (const Cuboid& cuboid : content.cuboids) {
-    const double half =
-        0.5 * (cuboid.orientation.toRotationMatrix().transpose() * up).cwiseAbs().dot(cuboid.size);
+    const double half = halfAlong(cuboid, up);
     low = std::min(low, cuboid.center.dot(up) - half);
     high = std::max(high, cuboid.center.dot(up) + half);
   }

@@ -47,8 +47,7 @@ double enters(const Ray& ray, const Cuboid& cuboid) {
 bool isCutAway(const Cuboid& cuboid, const CameraView& camera, const ViewOptions& options,
                const Vector3& up) {
   if (options.clip_above) {
-    const Vector3 extent = cuboid.orientation.toRotationMatrix().transpose() * up.normalized();
-    const double half = 0.5 * extent.cwiseAbs().dot(cuboid.size);
+    const double half = halfAlong(cuboid, up.normalized());
     if (heightOf(cuboid, up) - half > *options.clip_above) return true;
   }
   if (cuboid.plane_id < 0 || options.cutaway == Cutaway::None) return false;

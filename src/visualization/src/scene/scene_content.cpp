@@ -8,14 +8,13 @@
 #include <optional>
 
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/geometry/detail/angles.h"
 #include "planar_mapping/core/geometry/plane.h"
 #include "planar_mapping/map/planar_map.h"
 
 namespace planar_mapping {
 
 namespace {
-
-constexpr double kRadiansPerDegree = M_PI / 180.0;
 
 struct Bounds {
   Vector3 low = Vector3::Constant(INFINITY);

@@ -4,11 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <string>
-
-#include "planar_mapping/core/base/detail/random.h"
 
 namespace planar_mapping {
 namespace {
@@ -38,35 +35,6 @@ TEST(Cuboid, MarginWidensItOnAllSides) {
   EXPECT_TRUE(contains(cuboid, {1.05, -1.05, 1.05}, 0.1));
 }
 
-TEST(Cuboid, DistanceMatchesHandWorkedValues) {
-  Cuboid cuboid;
-  cuboid.size = Vector3(2, 2, 2);
-  EXPECT_EQ(distance(cuboid, {0.5, 0.5, 0.5}), 0.0);
-  EXPECT_DOUBLE_EQ(distance(cuboid, {3, 0, 0}), 2.0);
-  EXPECT_DOUBLE_EQ(distance(cuboid, {4, 5, 1}), 5.0);
-}
-
-TEST(Cuboid, DistanceAgreesWithDenseSampling) {
-  const Cuboid cuboid = tilted();
-  Random random(7);
-  for (int trial = 0; trial < 20; ++trial) {
-    const Vector3 p(random.uniform(-2, 4), random.uniform(-5, 1), random.uniform(0, 6));
-    double nearest = 1e9;
-    for (int i = 0; i <= 40; ++i) {
-      for (int j = 0; j <= 24; ++j) {
-        for (int k = 0; k <= 4; ++k) {
-          const Vector3 local((i / 40.0 - 0.5) * 2.0, (j / 24.0 - 0.5) * 0.6,
-                              (k / 4.0 - 0.5) * 0.1);
-          const Vector3 sample = cuboid.center + cuboid.orientation.toRotationMatrix() * local;
-          nearest = std::min(nearest, (sample - p).norm());
-        }
-      }
-    }
-    EXPECT_LE(distance(cuboid, p), nearest + 1e-9);
-    EXPECT_GE(distance(cuboid, p), nearest - 0.04);
-  }
-}
-
 TEST(Cuboid, CornerBitsChooseTheSigns) {
   Cuboid cuboid;
   cuboid.size = Vector3(2, 4, 6);
@@ -76,18 +44,6 @@ TEST(Cuboid, CornerBitsChooseTheSigns) {
   EXPECT_EQ(c[2], Vector3(-1, 2, -3));
   EXPECT_EQ(c[4], Vector3(-1, -2, 3));
   EXPECT_EQ(c[7], Vector3(1, 2, 3));
-}
-
-TEST(Cuboid, MovesRigidly) {
-  const Cuboid cuboid = tilted();
-  Pose T = Pose::Identity();
-  T.linear() = Quaternion(0.5, -0.5, 0.1, 0.7).normalized().toRotationMatrix();
-  T.translation() = Vector3(5, 6, 7);
-  const Cuboid moved = transformed(cuboid, T);
-  const auto before = corners(cuboid);
-  const auto after = corners(moved);
-  for (std::size_t i = 0; i < 8; ++i) EXPECT_NEAR((T * before[i] - after[i]).norm(), 0.0, 1e-12);
-  EXPECT_NEAR(moved.volume(), cuboid.volume(), 1e-12);
 }
 
 TEST(Cuboid, StatesHaveNames) {

@@ -107,14 +107,6 @@ TEST(PlaneMoments, PointsWithoutWeightDoNotCount) {
   EXPECT_DOUBLE_EQ(moments.weight(), 3.0);
 }
 
-TEST(PlaneMoments, ForgettingKeepsMeanAndShape) {
-  PlaneMoments moments = momentsOf(noisyPlane(100, 0.02, 6));
-  const auto before = moments.fit();
-  moments.scale(0.25);
-  EXPECT_DOUBLE_EQ(moments.weight(), 25.0);
-  EXPECT_NEAR(moments.fit().rms, before.rms, 1e-12);
-}
-
 // 200 simulated sets of points: the spread of the fitted offsets and normals is what the covariance
 // says, within sampling error.
 TEST(PlaneMoments, CovarianceMatchesTheSpreadOfManyFits) {

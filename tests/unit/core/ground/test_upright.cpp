@@ -14,6 +14,7 @@ namespace planar_mapping {
 namespace {
 
 constexpr double kDegree = M_PI / 180.0;
+const Vector3 kLevel = -Vector3::UnitY();  // upwards for a level camera
 
 /// A plane of the world (z up, the sensor at the origin) as a tilted camera sees it. Cameras look
 /// along y of the world where they are level.
@@ -45,7 +46,7 @@ TEST(Upright, LevelsByFloorAndWallHoweverLittleFloorIsSeen) {
   const Tilted camera(28.0, 2.0, 40.0);
   const std::vector<PlaneSegment> planes = {camera.plane({0.0, -1.0, 0.0}, 1.5, 9000),
                                             camera.plane({0.0, 0.0, 1.0}, 2.4, 800)};
-  const Upright found = findUpright(planes, UprightParams());
+  const Upright found = findUpright(planes, kLevel);
   ASSERT_TRUE(found.found);
   EXPECT_LT(degreesBetween(found.up, camera.up()), 1e-6);
   EXPECT_NEAR(degreesBetween(-Vector3::UnitY(), camera.up()) * kDegree, found.tilt, 1e-9);
@@ -59,7 +60,7 @@ TEST(Upright, LevelsByTwoWallsOrACeiling) {
   const PlaneSegment front = camera.plane({0.0, -1.0, 0.0}, 3.0, 5000);
   const PlaneSegment ceiling = camera.plane({0.0, 0.0, -1.0}, 2.0, 3000);
   for (const auto& planes : {std::vector<PlaneSegment>{left, front}, {front, ceiling}}) {
-    const Upright found = findUpright(planes, UprightParams());
+    const Upright found = findUpright(planes, kLevel);
     ASSERT_TRUE(found.found);
     EXPECT_LT(degreesBetween(found.up, camera.up()), 1e-6);
   }
@@ -67,38 +68,38 @@ TEST(Upright, LevelsByTwoWallsOrACeiling) {
 
 TEST(Upright, LevelsByABareFloorBelowOnly) {
   const Tilted camera(35.0);
-  const Upright floor = findUpright({camera.plane({0.0, 0.0, 1.0}, 1.2, 5000)}, UprightParams());
+  const Upright floor = findUpright({camera.plane({0.0, 0.0, 1.0}, 1.2, 5000)}, kLevel);
   ASSERT_TRUE(floor.found);
   EXPECT_LT(degreesBetween(floor.up, camera.up()), 1e-6);
   // A slanted plane overhead could be anything.
-  const Upright roof = findUpright({camera.plane({0.0, 0.0, -1.0}, 1.2, 5000)}, UprightParams());
+  const Upright roof = findUpright({camera.plane({0.0, 0.0, -1.0}, 1.2, 5000)}, kLevel);
   EXPECT_FALSE(roof.found);
   EXPECT_EQ(Vector3(-Vector3::UnitY()), roof.up);
 }
 
 TEST(Upright, StaysLevelWhereThePlanesDoNotTell) {
-  EXPECT_FALSE(findUpright({}, UprightParams()).found);
+  EXPECT_FALSE(findUpright({}, kLevel).found);
   const Tilted camera(20.0, 0.0, 10.0);
   // One wall leaves the turn about its normal open.
-  EXPECT_FALSE(findUpright({camera.plane({0.0, -1.0, 0.0}, 2.0, 9000)}, UprightParams()).found);
+  EXPECT_FALSE(findUpright({camera.plane({0.0, -1.0, 0.0}, 2.0, 9000)}, kLevel).found);
   // What a level camera sees confirms that it is level.
   const Tilted level(0.0, 0.0, 30.0);
   EXPECT_FALSE(findUpright({level.plane({0.0, 0.0, 1.0}, 0.4, 3000),
                             level.plane({0.0, -1.0, 0.0}, 2.0, 3000),
                             level.plane({0.3, 0.0, 1.0}, 2.0, 3000)},
-                           UprightParams())
+                           kLevel)
                    .found);
   // A ramp is not taken for the floor where the walls say otherwise.
   EXPECT_FALSE(findUpright({level.plane({0.0, -0.3, 1.0}, 0.4, 3500),
                             level.plane({0.0, -1.0, 0.0}, 2.0, 3200),
                             level.plane({-1.0, 0.0, 0.0}, 2.0, 3200)},
-                           UprightParams())
+                           kLevel)
                    .found);
   // A floor and a wall that lean by 45 degrees could be either.
   const Tilted halfway(45.0);
   EXPECT_FALSE(findUpright({halfway.plane({0.0, 0.0, 1.0}, 1.0, 3000),
                             halfway.plane({0.0, -1.0, 0.0}, 1.0, 3000)},
-                           UprightParams())
+                           kLevel)
                    .found);
 }
 
@@ -107,34 +108,21 @@ TEST(Upright, LeavesOutWhatIsNeitherHorizontalNorVertical) {
   const Upright found = findUpright(
       {camera.plane({0.0, 0.0, 1.0}, 0.8, 4000), camera.plane({0.0, -1.0, 0.0}, 2.0, 3000),
        camera.plane({0.5, 0.2, 0.7}, 2.0, 2500)},
-      UprightParams());
+      kLevel);
   ASSERT_TRUE(found.found);
   EXPECT_LT(degreesBetween(found.up, camera.up()), 1e-6);
   EXPECT_NEAR(7000.0 / 9500.0, found.horizontal + found.vertical, 1e-12);
 }
 
-TEST(Upright, RefusesBadParametersAndTakesAnyPlanes) {
-  const auto refused = [](auto change) {
-    UprightParams params;
-    change(params);
-    EXPECT_THROW(findUpright({}, params), ParameterError);
-  };
+TEST(Upright, RefusesABadDirectionAndTakesAnyPlanes) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-  refused([](UprightParams& p) { p.expected_up = Vector3::Zero(); });
-  refused([](UprightParams& p) { p.expected_up.x() = kNan; });
-  refused([](UprightParams& p) { p.max_tilt = 2.0; });
-  refused([](UprightParams& p) { p.usual_tilt = 0.0; });
-  refused([](UprightParams& p) { p.level_tolerance = -0.1; });
-  refused([](UprightParams& p) { p.tolerance = kNan; });
-  refused([](UprightParams& p) { p.min_support = 1.1; });
-  refused([](UprightParams& p) { p.min_vertical = -0.1; });
-  refused([](UprightParams& p) { p.min_ground = kNan; });
-  refused([](UprightParams& p) { p.max_ambiguity = 2.0; });
+  EXPECT_THROW(findUpright({}, Vector3::Zero()), ParameterError);
+  EXPECT_THROW(findUpright({}, Vector3(kNan, 1.0, 0.0)), ParameterError);
   const Tilted camera(20.0);
   PlaneSegment broken = camera.plane({0.0, 0.0, 1.0}, 1.0, 100);
   broken.plane.normal.x() = kNan;
   const PlaneSegment empty = camera.plane({0.0, 0.0, 1.0}, 1.0, 0);
-  EXPECT_FALSE(findUpright({broken, empty}, UprightParams()).found);
+  EXPECT_FALSE(findUpright({broken, empty}, kLevel).found);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "feature_corridor.h"
 #include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
@@ -16,7 +17,7 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 FeatureCamera stereoCamera() {
-  return FeatureCamera::stereo(500.0, 500.0, 320.0, 240.0, 0.12, 0.5);
+  return test::stereoCamera(500.0, 500.0, 320.0, 240.0, 0.12, 0.5);
 }
 
 Pose smallMotion() {
@@ -121,7 +122,6 @@ TEST(FeatureCamera, RefusesBadParameters) {
   camera.depth_error = 0.0;
   camera.depth_error_growth = 0.0;
   EXPECT_THROW(camera.validate(), ParameterError);
-  EXPECT_THROW(FeatureCamera::stereo(500, 500, 320, 240, 0.0), ParameterError);
 }
 
 TEST(RigidMotion, FindsTheMotionOfExactPoints) {
@@ -165,7 +165,7 @@ TEST(EstimateMotion, FindsTheExactMotionOfExactMatches) {
   const FeatureCamera camera = stereoCamera();
   const std::vector<FeatureMatch> matches = noisyMatches(camera, smallMotion(), 60, 0.0, random);
   const MotionEstimate found = estimateMotion(matches, camera, MotionParams(), random);
-  ASSERT_TRUE(found.found()) << toString(found.status);
+  ASSERT_TRUE(found.found());
   EXPECT_EQ(found.inliers, 60u);
   EXPECT_LT(translationError(found.T_now_before, smallMotion()), 1e-8);
   EXPECT_LT(rotationError(found.T_now_before, smallMotion()), 1e-8);
@@ -178,7 +178,7 @@ TEST(EstimateMotion, FindsTheMotionAmongSixtyPercentWrongMatches) {
   std::vector<FeatureMatch> matches = noisyMatches(camera, smallMotion(), 200, 1.0, random);
   spoil(matches, 120, random);
   const MotionEstimate found = estimateMotion(matches, camera, MotionParams(), random);
-  ASSERT_TRUE(found.found()) << toString(found.status);
+  ASSERT_TRUE(found.found());
   EXPECT_LT(translationError(found.T_now_before, smallMotion()), 0.01);
   EXPECT_LT(rotationError(found.T_now_before, smallMotion()), 0.004);
   const auto wrong = std::count(found.is_inlier.begin(), found.is_inlier.begin() + 120, 1);
@@ -297,7 +297,6 @@ TEST(EstimateMotion, SaysWhyThereIsNone) {
   const MotionEstimate none = estimateMotion(matches, camera, MotionParams(), random);
   EXPECT_EQ(none.status, MotionStatus::TooFewInliers);
   EXPECT_TRUE(none.T_now_before.isApprox(Pose::Identity()));
-  EXPECT_STREQ(toString(none.status), "too few matches agree");
 }
 
 TEST(EstimateMotion, PointsOnALineDoNotFixTheMotion) {
@@ -340,13 +339,10 @@ TEST(EstimateMotion, RefusesBadParameters) {
     EXPECT_THROW(estimateMotion({}, camera, params, random), ParameterError);
   };
   refused([](MotionParams& p) { p.inlier_sigmas = 0.0; });
-  refused([](MotionParams& p) { p.huber_sigmas = kNan; });
   refused([](MotionParams& p) { p.min_matches = 2; });
   refused([](MotionParams& p) { p.min_inliers = 2; });
   refused([](MotionParams& p) { p.min_inlier_share = 1.1; });
-  refused([](MotionParams& p) { p.confidence = 1.0; });
   refused([](MotionParams& p) { p.max_iterations = 0; });
-  refused([](MotionParams& p) { p.min_triangle_sine = 1.0; });
   refused([](MotionParams& p) { p.max_translation_error = 0.0; });
   MotionPrior prior;
   prior.covariance = Matrix6::Zero();

@@ -122,7 +122,6 @@ TEST(OdometryFaults, RefusesBadParameters) {
   };
   refused([](OdometryParams& p) { p.keyframe_translation = 0.0; });
   refused([](OdometryParams& p) { p.keyframe_rotation = kNan; });
-  refused([](OdometryParams& p) { p.keyframe_overlap = 2.0; });
   refused([](OdometryParams& p) { p.max_landmarks = 1; });
   refused([](OdometryParams& p) { p.jump_distance = 0.0; });
   refused([](OdometryParams& p) { p.jump_inlier_share = 2.0; });

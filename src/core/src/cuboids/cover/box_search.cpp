@@ -3,7 +3,6 @@
 #include "cuboids/cover/box_search.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace planar_mapping::detail {
 namespace {

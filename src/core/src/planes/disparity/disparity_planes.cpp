@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/point_indices.h"
 #include "planes/disparity/disparity_fit.h"
 #include "planes/organized/organized_steps.h"
 #include "planes/plane_search.h"
@@ -131,15 +132,13 @@ void describe(const PlaneCandidate& plane, const DisparityParams& params, PlaneS
 PlaneSet findPlanesDisparity(const PointsView& points, const Indices* indices,
                              const MultiPlaneParams& params) {
   PlaneSet set;
-  set.diagnostics.method = PlaneSearchMethod::Disparity;
-  set.diagnostics.points_considered = indices != nullptr ? indices->size() : points.size;
   DisparityFit fit(DisparityParams(params, *params.noise));
   const TiledCloud cloud =
       tileCloud(points, indices, Vector3::Zero(), &*params.noise, params.threads);
   const CellGrid tiles = tileGrid(cloud, params.threads);
   const double finite = std::accumulate(tiles.moment(kN), tiles.moment(kN) + tiles.cells(), 0.0);
   set.diagnostics.points_not_measured =
-      set.diagnostics.points_considered - static_cast<std::size_t>(finite);
+      countOf(points, indices) - static_cast<std::size_t>(finite);
   if (!(finite > 0.0)) return set;
 
   DisparityGrower grower(tiles, cloud.room[1], fit);

@@ -3,7 +3,6 @@
 #include "planes/organized/organized_assignment.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "base/organized_lanes.h"
 #include "planar_mapping/core/base/detail/parallel.h"

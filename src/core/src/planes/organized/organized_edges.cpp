@@ -9,7 +9,6 @@
 // again. All pixels around a tile vote for one of them; which side a pixel is on then depends on
 // its ray alone.
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <utility>
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/point_indices.h"
 #include "planes/organized/metric_fit.h"
 #include "planes/organized/organized_assignment.h"
 #include "planes/organized/organized_steps.h"
@@ -74,13 +75,11 @@ void describe(const PlaneCandidate& plane, const TiledCloud& cloud, const Vector
 PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
                              const MultiPlaneParams& params, const Vector3& sensor) {
   PlaneSet set;
-  set.diagnostics.method = PlaneSearchMethod::Organized;
-  set.diagnostics.points_considered = indices ? indices->size() : points.size;
   const TiledCloud cloud = tileCloud(points, indices, sensor, nullptr, params.threads);
   const CellGrid tiles = tileGrid(cloud, params.threads);
   const double finite = std::accumulate(tiles.moment(kN), tiles.moment(kN) + tiles.cells(), 0.0);
   set.diagnostics.points_not_measured =
-      set.diagnostics.points_considered - static_cast<std::size_t>(finite);
+      countOf(points, indices) - static_cast<std::size_t>(finite);
   if (!(finite > 0.0)) return set;
 
   const OrganizedParams own(params);

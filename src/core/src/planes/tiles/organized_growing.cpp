@@ -3,7 +3,6 @@
 #include "planes/tiles/organized_growing.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace planar_mapping::detail {
 

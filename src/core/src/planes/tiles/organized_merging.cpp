@@ -1,9 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
-#include <cmath>
 #include <numeric>
-#include <utility>
 
 #include "planar_mapping/core/base/detail/simd.h"
 #include "planes/tiles/organized_growing.h"

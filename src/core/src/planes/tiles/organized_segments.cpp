@@ -3,10 +3,10 @@
 #include "planes/tiles/plane_fit.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <numeric>
 
+#include "planar_mapping/core/base/detail/disjoint_parts.h"
 #include "planes/plane_search.h"
 
 namespace planar_mapping::detail {
@@ -25,23 +25,13 @@ struct Patches {
   }
 };
 
-std::int32_t rootOf(std::vector<std::int32_t>& parent, std::int32_t i) {
-  while (parent[static_cast<std::size_t>(i)] != i) {
-    std::int32_t& up = parent[static_cast<std::size_t>(i)];
-    up = parent[static_cast<std::size_t>(up)];
-    i = up;
-  }
-  return i;
-}
-
 Patches connect(const std::vector<TilePart>& parts, const TiledCloud& cloud, std::size_t planes) {
   Patches result;
   result.first_part.assign(static_cast<std::size_t>(cloud.tiles()) + 1, 0);
   for (const TilePart& part : parts) ++result.first_part[static_cast<std::size_t>(part.tile) + 1];
   std::partial_sum(result.first_part.begin(), result.first_part.end(), result.first_part.begin());
-  std::vector<std::int32_t> parent(parts.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  for (std::size_t i = 0; i < parts.size(); ++i) {
+  DisjointParts united(parts.size());  // each has the number of its first part
+  for (std::uint32_t i = 0; i < parts.size(); ++i) {
     const int row = parts[i].tile / cloud.columns;
     const int column = parts[i].tile % cloud.columns;
     constexpr int kBefore[4][2] = {{-1, -1}, {-1, 0}, {-1, 1}, {0, -1}};
@@ -49,34 +39,29 @@ Patches connect(const std::vector<TilePart>& parts, const TiledCloud& cloud, std
       const int c = column + step[1];
       if (row + step[0] < 0 || c < 0 || c >= cloud.columns) continue;
       const auto tile = static_cast<std::size_t>((row + step[0]) * cloud.columns + c);
-      for (std::int32_t k = result.first_part[tile]; k < result.first_part[tile + 1]; ++k) {
-        if (parts[static_cast<std::size_t>(k)].label != parts[i].label) continue;
-        const std::int32_t a = rootOf(parent, k);
-        const std::int32_t b = rootOf(parent, static_cast<std::int32_t>(i));
-        parent[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+      const auto end = static_cast<std::uint32_t>(result.first_part[tile + 1]);
+      for (auto k = static_cast<std::uint32_t>(result.first_part[tile]); k < end; ++k) {
+        if (parts[k].label != parts[i].label) continue;
+        const auto [first, last] = std::minmax({united.of(k), united.of(i)});
+        united.unite(last, first);
       }
     }
   }
   std::vector<double> points(parts.size(), 0.0);
-  std::vector<std::int32_t> roots;
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    const std::int32_t root = rootOf(parent, static_cast<std::int32_t>(i));
-    points[static_cast<std::size_t>(root)] += parts[i].sums[kN];
-    if (root == static_cast<std::int32_t>(i)) roots.push_back(root);
+  std::vector<std::uint32_t> roots;
+  for (std::uint32_t i = 0; i < parts.size(); ++i) {
+    const std::uint32_t root = united.of(i);
+    points[root] += parts[i].sums[kN];
+    if (root == i) roots.push_back(root);
   }
-  std::stable_sort(roots.begin(), roots.end(), [&](std::int32_t a, std::int32_t b) {
-    return points[static_cast<std::size_t>(a)] > points[static_cast<std::size_t>(b)];
-  });
+  std::stable_sort(roots.begin(), roots.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return points[a] > points[b]; });
   result.count.assign(planes, 0);
   result.patch.assign(parts.size(), 0);
-  for (const std::int32_t root : roots) {
-    const auto i = static_cast<std::size_t>(root);
-    result.patch[i] = result.count[static_cast<std::size_t>(parts[i].label)]++;
+  for (const std::uint32_t root : roots) {
+    result.patch[root] = result.count[static_cast<std::size_t>(parts[root].label)]++;
   }
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    const std::int32_t root = rootOf(parent, static_cast<std::int32_t>(i));
-    result.patch[i] = result.patch[static_cast<std::size_t>(root)];
-  }
+  for (std::uint32_t i = 0; i < parts.size(); ++i) result.patch[i] = result.patch[united.of(i)];
   return result;
 }
 

@@ -47,8 +47,6 @@ struct Figures {
 struct FigureColumn {
   const char* name;
   std::optional<double> Figures::*value;
-  /// Does it depend on the machine rather than on the input?
-  bool machine = false;
 };
 /// All of them, in the order of the tables.
 PLANAR_MAPPING_EXPORT const std::vector<FigureColumn>& figureColumns();

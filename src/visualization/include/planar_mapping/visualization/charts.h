@@ -32,9 +32,6 @@ struct Chart {
   std::string x_title;       ///< with its unit
   std::string y_title;       ///< with its unit
   bool logarithmic = false;  ///< y axis by powers of ten; values that are not positive are left out
-  /// Both ends of the y axis, ascending; equal ones = what the values need.
-  double y_low = 0.0;
-  double y_high = 0.0;
   std::vector<ChartSeries> series;
 };
 

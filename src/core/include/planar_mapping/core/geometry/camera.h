@@ -75,10 +75,6 @@ struct PLANAR_MAPPING_EXPORT FeatureCamera {
   double depth_error = 0.0;               ///< metres, >= 0
   double depth_error_growth = 1.0 / 120;  ///< 1/m, >= 0; of a stereo camera dd / (B f)
 
-  /// With the depth error of the paper (III-D), dz = z^2 / (B f) * dd.
-  static FeatureCamera stereo(double fx, double fy, double cx, double cy, double baseline,
-                              double disparity_error = 0.5);
-
   /// dz at depth \p z, metres.
   double depthError(double z) const { return depth_error + depth_error_growth * z * z; }
   /// \throws ParameterError

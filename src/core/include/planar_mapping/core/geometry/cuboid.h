@@ -34,11 +34,11 @@ struct Cuboid {
 /// Is the point (same frame as the cuboid) inside or within \p margin metres of it?
 PLANAR_MAPPING_EXPORT bool contains(const Cuboid& cuboid, const Vector3& point,
                                     double margin = 0.0);
-/// Euclidean distance from the point to the cuboid, 0 inside, metres.
-PLANAR_MAPPING_EXPORT double distance(const Cuboid& cuboid, const Vector3& point);
+/// Half sides of its axis-aligned bounds.
+PLANAR_MAPPING_EXPORT Vector3 reach(const Cuboid& cuboid);
+/// Half its extent along a direction of unit length.
+PLANAR_MAPPING_EXPORT double halfAlong(const Cuboid& cuboid, const Vector3& direction);
 /// The eight corners; bit 0, 1, 2 of the index choose the sign along u, v, n.
 PLANAR_MAPPING_EXPORT std::array<Vector3, 8> corners(const Cuboid& cuboid);
-/// The cuboid moved by T.
-PLANAR_MAPPING_EXPORT Cuboid transformed(const Cuboid& cuboid, const Pose& T);
 
 }  // namespace planar_mapping

@@ -111,8 +111,6 @@ class PLANAR_MAPPING_EXPORT KlOccupancy {
 
   /// Beliefs of all tracks known.
   const FeatureBeliefs& tracks() const;
-  /// Cells known.
-  std::size_t cells() const;
   /// Forgets all beliefs; parameters stay.
   void reset();
   /// What is remembered of the frames before, for another process to continue with; bytes of the

@@ -33,16 +33,10 @@ struct PLANAR_MAPPING_EXPORT MotionParams {
   /// A match agrees with a motion where its error in column, row and inverse depth is within so
   /// many standard deviations of the noise of both sightings; > 0. 3.37 = 99 % of a normal error.
   double inlier_sigmas = 3.37;
-  double huber_sigmas = 1.5;       ///< from here on an error counts linearly in the refit, > 0
   int min_matches = 8;             ///< fewer: no attempt is made, >= 3
   int min_inliers = 10;            ///< fewer: the motion is not believed, >= 3
   double min_inlier_share = 0.15;  ///< of the matches, in [0, 1]; fewer: not believed
-  double confidence = 0.9999;      ///< of having tried one clean minimal set, in (0, 1)
-  int min_iterations = 20;         ///< minimal sets tried at least, >= 0
   int max_iterations = 500;        ///< minimal sets tried at most, >= 1
-  /// Sine of the smallest angle of the triangle of a minimal set, in [0, 1): flatter ones do not
-  /// fix the rotation about their long side.
-  double min_triangle_sine = 0.05;
   /// A motion with a larger standard deviation in any direction is not believed; > 0.
   double max_translation_error = 0.3;       ///< metres
   double max_rotation_error = M_PI / 60.0;  ///< radians
@@ -59,9 +53,6 @@ enum class MotionStatus : std::uint8_t {
   TooFewInliers,  ///< no motion that enough matches agree with: wrong matches or moving things
   Uncertain,      ///< the inliers do not fix all six parameters, e.g. they are on a line
 };
-
-/// "found", "too few matches", ...
-PLANAR_MAPPING_EXPORT const char* toString(MotionStatus status);
 
 struct MotionEstimate {
   MotionStatus status = MotionStatus::TooFewMatches;

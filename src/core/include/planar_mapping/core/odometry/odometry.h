@@ -25,9 +25,8 @@ struct PLANAR_MAPPING_EXPORT OdometryParams {
   /// A frame becomes a keyframe once the camera has moved by this share of the median depth of
   /// what it sees, ...
   double keyframe_translation = 0.05;  ///< > 0
-  double keyframe_rotation = 0.087;    ///< ... has turned so far, radians, > 0
-  double keyframe_overlap = 0.7;  ///< ... or sees less than this share of the last one, in [0, 1]
-  int max_landmarks = 20000;      ///< kept, >= 100; those not seen for longest go first
+  double keyframe_rotation = 0.087;    ///< ... has turned so far, radians, > 0, or sees much less
+  int max_landmarks = 20000;           ///< kept, >= 100; those not seen for longest go first
   /// A motion that differs from the expected one by more than this is a jump, metres, > 0. Things
   /// that repeat, such as tiles, make small sets of wrong matches agree on one: it is believed only
   /// if this share of the known features agrees ...

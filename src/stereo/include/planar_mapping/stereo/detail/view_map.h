@@ -20,8 +20,6 @@ namespace planar_mapping {
 struct PLANAR_MAPPING_EXPORT ViewMapParams {
   FeatureCamera camera;     ///< noise of the points
   int max_features = 1500;  ///< of a view
-  int max_views = 24;       ///< kept, the latest
-  int max_attempts = 6;     ///< views that a frame is registered to, at most
   std::uint64_t seed = 12345;
   int threads = 1;  ///< 0 = all cores; changes nothing but the time
 

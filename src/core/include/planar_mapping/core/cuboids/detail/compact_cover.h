@@ -38,11 +38,9 @@ struct SurfaceCover {
 /// half a cell beyond the border, and leave half a cell to the tolerance. Parts that would need a
 /// rectangle of their own of less than rectangle_cells are left loose. The paper's profile:
 /// splitAndMerge(), and nothing is left.
-/// \param quarters which quarters of each cell hold points (bit 0 low u and low v, 1 high u, 2 high
-///                 v, 3 both high), same layout as the mask's cells; null = all of them
 /// \param cell_probability one value per cell of the mask, same layout; empty = 1 everywhere
 /// \throws ParameterError; InputError if the mask is not consistent
-PLANAR_MAPPING_EXPORT SurfaceCover coverSurface(const CellMask& mask, const std::uint8_t* quarters,
+PLANAR_MAPPING_EXPORT SurfaceCover coverSurface(const CellMask& mask,
                                                 const std::vector<float>& cell_probability,
                                                 const CuboidApproximationParams& params);
 
@@ -76,10 +74,11 @@ struct NonPlanarCell {
   std::uint8_t octants = 0xFF;
 };
 
-/// Cuboids of non-planar cells. Paper: connected clusters, each split in the plane fitted to it,
-/// leaves not merged. Compact: cells merged to few axis-aligned boxes.
+/// Cuboids of non-planar cells in the paper's profile: connected clusters, each split in the plane
+/// fitted to it, leaves not merged.
+/// \param cells  distinct, in any order
 /// \param sensor leaves extend away from it
-PLANAR_MAPPING_EXPORT std::vector<Cuboid> cuboidsOfCells(const std::vector<NonPlanarCell>& cells,
+PLANAR_MAPPING_EXPORT std::vector<Cuboid> cuboidsOfCells(std::vector<NonPlanarCell> cells,
                                                          const CuboidApproximationParams& params,
                                                          const Vector3& sensor);
 
@@ -107,7 +106,7 @@ struct BoxCover {
 
 /// Few axis-aligned boxes on the lattice of half cells for what no present cuboid covers, and the
 /// choice between them and small rectangles of planes: never more cuboids than with all of the
-/// rectangles, or, in one window, with boxes alone.
+/// rectangles, or with boxes alone.
 /// \param cells   distinct ones of the axis-aligned grid of side s; one without octants needs no
 ///                box, one with less than min_points_per_cell is left out
 /// \param pieces  of planes

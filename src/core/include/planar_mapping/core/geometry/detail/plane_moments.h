@@ -19,19 +19,16 @@ class PLANAR_MAPPING_EXPORT PlaneMoments {
   /// From sums about \p origin: n, sum of (p - origin), sum of (p - origin)(p - origin)^T.
   static PlaneMoments fromSums(double n, const Vector3& sum, const Matrix3& outer,
                                const Vector3& origin);
-  /// Forgets the share 1 - factor of what was seen (factor in [0, 1]); mean and shape stay.
-  void scale(double factor);
-
   double weight() const { return weight_; }
   const Vector3& mean() const { return mean_; }
   /// Sum over points of w (p - mean)(p - mean)^T, square metres.
   const Matrix3& scatter() const { return scatter_; }
 
   struct Fit {
-    Plane plane;                          ///< normal with the largest-magnitude component positive
+    Plane plane;  ///< normal with the largest-magnitude component positive
     Vector3 eigenvalues = Vector3::Zero();  ///< of scatter / weight, ascending, square metres
-    double rms = 0.0;                     ///< root mean square distance to the plane, metres
-    bool valid = false;                   ///< false for fewer than 3 points or collinear ones
+    double rms = 0.0;                       ///< root mean square distance to the plane, metres
+    bool valid = false;                     ///< false for fewer than 3 points or collinear ones
   };
   /// Least-squares plane.
   Fit fit() const;

@@ -3,9 +3,7 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,46 +16,21 @@ namespace planar_mapping {
 
 /// Parameters of SurfaceMap; all [ours]. Lengths in metres, angles in radians.
 struct PLANAR_MAPPING_EXPORT SurfaceMapParams {
-  double cell = 0.05;             ///< side of the cells, > 0
-  int min_points = 6;             ///< that a cell needs to have a plane, >= 4
-  double max_thickness = 0.25;    ///< of what counts as plane, in sides of a cell, > 0
-  double max_normal_angle = 0.5;  ///< between planes that may be the same, in (0, pi/2)
-  double max_range = 0.0;         ///< points farther away are left out; 0 = none is
+  double cell = 0.05;  ///< side of the cells, > 0
   /// Standard deviation of a point along its ray: depth_error + depth_error_growth * depth^2; at
   /// least one of them > 0.
   double depth_error = 0.003;
   double depth_error_growth = 0.002;  ///< 1/m
-  double lateral_error = 0.01;        ///< standard deviation of a point across its ray, metres
   /// Direction in which depth is measured; zero = depth is the range (laser scanners).
   Vector3 optical_axis = Vector3::UnitZ();
-  /// A surface of an organized cloud ends where the next one is farther away by this, plus this
-  /// share of its range; 0 = edges are not used.
-  double edge_depth = 0.08;
-  double edge_error = 0.015;  ///< standard deviation of the place of an edge, > 0
-  int sample_size = 60000;    ///< points looked at, >= 100
-  double reach = 0.3;         ///< from how far the planes of a guess are drawn to the map, > 0
-  /// A floor has many planes, but they say nothing about the turn about the vertical: each
-  /// direction counts the same, and planes are of one direction within this angle, > 0, ...
-  double same_direction = 0.35;
-  double least_direction = 0.05;  ///< ... if they are at least this share of all, in [0, 1]
-  /// If less than good_share of the planes, by weight, or good_edges of the edges find their place,
-  /// further guesses are tried, turned by this angle about each axis, until two with
-  /// confirmed_share agree; 0 = none.
-  double retry_rotation = 0.14;
-  double good_share = 0.75;      ///< in [0, 1]
-  double good_edges = 0.6;       ///< in [0, 1]
-  double confirmed_share = 0.5;  ///< in [0, 1]
-  int iterations = 15;           ///< at most, on each level, >= 1
-  double min_share = 0.4;        ///< of the cloud's planes that must lie on the map's, in [0, 1]
+  double reach = 0.3;      ///< from how far the planes of a guess are drawn to the map, > 0
+  double min_share = 0.4;  ///< of the cloud's planes that must lie on the map's, in [0, 1]
   /// A cloud that fits but whose rays go through what the map has there, or that fills what was
   /// seen free before, is at a wrong place: the largest such share of the planes, in [0, 1].
   double max_seen_through = 0.1;
   /// Where a cloud is not found near the guess, it is looked for so far around it, metres, turned
   /// anyhow, by the directions and offsets of its planes; 0 = it is not.
   double search_reach = 4.0;
-  /// The errors of neighbouring points are not independent: so many planes of the smallest size
-  /// tell as much as one; >= 1.
-  double correlated_planes = 20.0;
   int max_cells = 200000;  ///< kept, >= 1000; those not seen for longest go first
 
   /// \throws ParameterError
