@@ -322,6 +322,10 @@ TEST_F(Run, MergedCloudMakesNoFreeOrUnknownSpaceUnlessTold) {
                                         "planar_cuboid_approximation.unknown_space=true"});
   EXPECT_EQ(0, told.exit_code) << told.err;
   EXPECT_NE(std::string::npos, read("told/config.resolved.yaml").find("unknown_space: \"true\""));
+  const ProgramResult two = planarMap(
+      {"run", config("single_pcd.yaml"), "-i", room(), room(), "-o", directory_ / "two", "-q"});
+  EXPECT_EQ(0, two.exit_code) << two.err;
+  expectOneSentence(two, "are taken to be seen from the same place");
   const ProgramResult single = planarMap({"run", room(), "-o", directory_ / "single", "-q"});
   EXPECT_EQ("", single.err);
   EXPECT_NE(std::string::npos, read("single/run.log").find("no VIEWPOINT"));

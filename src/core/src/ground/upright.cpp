@@ -18,7 +18,10 @@ constexpr std::size_t kMostPlanes = 20;
 constexpr double kLeastMeeting = 0.5;
 /// Directions closer together than this are the same one, seen with different errors.
 constexpr double kSameDirection = 10.0 * M_PI / 180.0;
-constexpr double kMaxTilt = 50.0 * M_PI / 180.0;
+constexpr double kMaxTilt = 65.0 * M_PI / 180.0;
+/// Tilted by more, something horizontal has to be below the sensor: a camera that looks down at a
+/// floor before a wall sees what another that looks up at a ceiling sees.
+constexpr double kMaxTiltWithoutGround = 25.0 * M_PI / 180.0;
 /// Standard deviation of the tilt: of directions that explain the planes alike, the one nearer to
 /// level is taken.
 constexpr double kUsualTilt = 30.0 * M_PI / 180.0;
@@ -28,6 +31,7 @@ constexpr double kTolerance = 4.0 * M_PI / 180.0;  ///< of what is horizontal or
 constexpr double kMinSupport = 0.7;   ///< that must be horizontal or vertical
 constexpr double kMinVertical = 0.1;  ///< that must be vertical; below it, ...
 constexpr double kMinGround = 0.5;    ///< ... that must be on one horizontal plane below the sensor
+constexpr double kMinBelow = 0.05;    ///< the same where the sensor is tilted far
 /// Where another direction is as likely as this fraction of the best one, neither is taken.
 constexpr double kMaxAmbiguity = 0.7;
 
@@ -122,8 +126,10 @@ Upright findUpright(const std::vector<PlaneSegment>& segments, const Vector3& ex
   result.up = level;
   const std::vector<WeightedPlane> planes = largest(segments);
   const auto scoreOf = [&](const Vector3& up) {
-    const double tilts = angleBetween(up, level) / kUsualTilt;
-    return supportOf(up, planes).total() * std::exp(-0.5 * tilts * tilts);
+    const double tilt = angleBetween(up, level);
+    const Support support = supportOf(up, planes);
+    if (tilt > kMaxTiltWithoutGround && support.ground < kMinBelow) return 0.0;
+    return support.total() * std::exp(-0.5 * tilt * tilt / (kUsualTilt * kUsualTilt));
   };
   const std::vector<Vector3> directions = candidates(planes, level);
   double best_score = scoreOf(level);

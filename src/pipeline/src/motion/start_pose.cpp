@@ -64,9 +64,15 @@ void StartPose::levelByPlanes(Frame& frame, const std::optional<StereoNoise>& no
   if (!upright.found) return;
   setUpright(upright.up, pose);
   const double tilt_deg = upright.tilt * 180.0 / M_PI;
-  frame.notes.push_back(frame.source + ": the planes seen say that the sensor is tilted by " +
-                        formatNumber(std::round(10.0 * tilt_deg) / 10.0) +
-                        " degrees; the world is level by them");
+  const std::string note = frame.source + ": the planes seen say that the sensor is tilted by " +
+                           formatNumber(std::round(10.0 * tilt_deg) / 10.0) +
+                           " degrees; the world is level by them";
+  constexpr double kSteep = 40.0;  // a camera that looks up at a ceiling may see the same
+  if (tilt_deg > kSteep) {
+    frame.warnings.push_back(note + " if it looks down; if it looks up, take start=level");
+  } else {
+    frame.notes.push_back(note);
+  }
 }
 
 /// Turns the pose so that the ground the frame sees is level and at z = 0.

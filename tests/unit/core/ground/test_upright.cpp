@@ -95,12 +95,18 @@ TEST(Upright, StaysLevelWhereThePlanesDoNotTell) {
                             level.plane({-1.0, 0.0, 0.0}, 2.0, 3200)},
                            kLevel)
                    .found);
-  // A floor and a wall that lean by 45 degrees could be either.
-  const Tilted halfway(45.0);
-  EXPECT_FALSE(findUpright({halfway.plane({0.0, 0.0, 1.0}, 1.0, 3000),
-                            halfway.plane({0.0, -1.0, 0.0}, 1.0, 3000)},
-                           kLevel)
-                   .found);
+}
+
+// A camera that looks up at a ceiling by the rest of 90 degrees sees the same.
+TEST(Upright, LooksDownAtAFloorRatherThanUpAtACeiling) {
+  for (const double pitch : {35.0, 45.0, 60.0}) {
+    const Tilted camera(pitch, 3.0);
+    const Upright found = findUpright(
+        {camera.plane({0.0, 0.0, 1.0}, 1.0, 4000), camera.plane({0.0, -1.0, 0.0}, 2.0, 3000)},
+        kLevel);
+    ASSERT_TRUE(found.found) << pitch;
+    EXPECT_LT(degreesBetween(found.up, camera.up()), 1e-6) << pitch;
+  }
 }
 
 TEST(Upright, LeavesOutWhatIsNeitherHorizontalNorVertical) {
