@@ -27,6 +27,8 @@ constexpr std::size_t kMostVoters = 16384;
 constexpr double kLeastCoherence = 0.6;
 constexpr double kLeastLeafCoherence = 0.3;
 constexpr int kCoherenceRounds = 4;
+// Along the sides of cells there is no leaf around that could agree: half of those of a flat place.
+constexpr int kAgreeAlongSides = 4;
 constexpr int kBlockRefits = 3;
 constexpr int kLocalRefits = 4;
 // A proposal this close to a rejected plane, radians, is not tried again.
@@ -275,9 +277,11 @@ class LeafPlaneSearch {
       kept.clear();
       for (const std::int32_t voter : voters) {
         int agree = 0, oppose = 0;
-        forEachNeighbour(surface_, surface_.leaves[nameOf(voter)], plane, [&](std::int32_t other) {
-          ++(votes_[static_cast<std::size_t>(other)] != 0 ? agree : oppose);
-        });
+        const bool has_around = forEachNeighbour(
+            surface_, surface_.leaves[nameOf(voter)], plane, [&](std::int32_t other) {
+              ++(votes_[static_cast<std::size_t>(other)] != 0 ? agree : oppose);
+            });
+        if (!has_around) agree = kAgreeAlongSides;
         agreeing += agree;
         opposing += oppose;
         if (agree >= kLeastLeafCoherence * (agree + oppose)) kept.push_back(voter);

@@ -16,37 +16,32 @@ namespace planar_mapping::detail {
 
 /// A plane cuts a leaf through its middle if it passes its centre within this share of the side.
 constexpr double kMiddle = 0.35;
-/// Of a plane that leans a little against the cells, in sides.
-constexpr double kSlack = 0.05;
 /// Share of the leaves around one that have to go on its surface for it to vote.
 constexpr double kLeastCompany = 0.25;
 
-/// Calls visit(leaf) for the leaves around \p leaf the plane runs through the middle of. Along the
-/// side of cells it runs through the middle of none: those as far from it as \p leaf, then.
+/// Calls visit(leaf) for the leaves around \p leaf the plane runs through the middle of.
+/// \return false where it runs through the middle of no cell around, but along the sides of two
 template <typename Visit>
-void forEachNeighbour(const SurfaceLeaves& surface, const SurfaceLeaf& leaf, const Plane& plane,
+bool forEachNeighbour(const SurfaceLeaves& surface, const SurfaceLeaf& leaf, const Plane& plane,
                       Visit visit) {
   const double leaf_side = surface.sideOf(leaf);
   const Vector3 step = leaf_side * plane.normal;
   const double here = plane.signedDistance(surface.centreOf(leaf));
-  const auto visitWithin = [&](double limit) {
-    bool any = false;
-    for (int dz = -1; dz <= 1; ++dz) {
-      for (int dy = -1; dy <= 1; ++dy) {
-        for (int dx = -1; dx <= 1; ++dx) {
-          if (dx == 0 && dy == 0 && dz == 0) continue;
-          const double distance = here + dx * step[0] + dy * step[1] + dz * step[2];
-          if (std::abs(distance) > limit) continue;
-          any = true;
-          const std::int32_t other =
-              surface.find(leaf.level, {leaf.key.x + dx, leaf.key.y + dy, leaf.key.z + dz});
-          if (other >= 0) visit(other);
-        }
+  bool any = false;
+  for (int dz = -1; dz <= 1; ++dz) {
+    for (int dy = -1; dy <= 1; ++dy) {
+      for (int dx = -1; dx <= 1; ++dx) {
+        if (dx == 0 && dy == 0 && dz == 0) continue;
+        const double distance = here + dx * step[0] + dy * step[1] + dz * step[2];
+        if (std::abs(distance) > kMiddle * leaf_side) continue;
+        any = true;
+        const std::int32_t other =
+            surface.find(leaf.level, {leaf.key.x + dx, leaf.key.y + dy, leaf.key.z + dz});
+        if (other >= 0) visit(other);
       }
     }
-    return any;
-  };
-  if (!visitWithin(kMiddle * leaf_side)) visitWithin(std::abs(here) + kSlack * leaf_side);
+  }
+  return any;
 }
 
 /// Whether the surface goes on around the leaf: clutter that looks flat by chance stands alone.
