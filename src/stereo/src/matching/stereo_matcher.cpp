@@ -219,8 +219,8 @@ DisparityImage StereoMatcher::match(const io::Image& left, const io::Image& righ
   largest = std::clamp(largest, infinity + 16.0, infinity + kLargestDisparity);
   detail::SemiGlobalParams fine = fineParams(params_);
   detail::CoarseDisparities coarse = detail::searchCoarsely(l, r, infinity, largest);
-  // Cameras that expose apart: the costs are of gray values.
-  constexpr double kAlike = 8.0;
+  // Cameras that expose apart: the costs are of gray values, and bear this much.
+  constexpr double kAlike = 25.0;
   if (coarse.exposure.change > kAlike) {
     cv::Mat alike;
     r.convertTo(alike, CV_8U, coarse.exposure.gain, coarse.exposure.offset);
