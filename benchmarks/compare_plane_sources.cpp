@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
-#include "planar_mapping/core/planes/multi_plane.h"
 #include "evaluation/simulated_features.h"
+#include "planar_mapping/core/planes/multi_plane.h"
 #include "planar_mapping/evaluation/simulation.h"
 
 namespace {

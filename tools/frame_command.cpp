@@ -12,7 +12,6 @@
 #include <filesystem>
 #include <iostream>
 #include <optional>
-#include <utility>
 
 #include "planar_mapping/pipeline/pipeline.h"
 
@@ -93,12 +92,12 @@ std::optional<double> secondsLeft(std::size_t done, std::size_t all) {
   using Clock = std::chrono::steady_clock;
   static Clock::time_point first_time = Clock::now();
   static std::size_t first_done = done;
-  static std::size_t last_done = done;
-  if (done < std::exchange(last_done, done)) {
+  if (done <= first_done) {
     first_time = Clock::now();
     first_done = done;
+    return std::nullopt;
   }
-  if (done <= first_done || all < done) return std::nullopt;
+  if (all < done) return std::nullopt;
   const std::chrono::duration<double> elapsed = Clock::now() - first_time;
   return elapsed.count() * static_cast<double>(all - done) / static_cast<double>(done - first_done);
 }

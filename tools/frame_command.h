@@ -44,7 +44,7 @@ Configuration loadFor(const FrameArguments& arguments, const std::string& profil
 std::atomic<bool>& stopOnSignal();
 
 /// Seconds until the last of \p all is done, if those to come take as long as those since the first
-/// call; empty where nothing tells. Fewer done than in the call before begin anew, the next scene.
+/// call; empty where nothing tells. As few done as in the first call begin anew, the next scene.
 /// \param done  of \p all; 0 of all = unknown
 std::optional<double> secondsLeft(std::size_t done, std::size_t all);
 

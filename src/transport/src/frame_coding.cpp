@@ -13,7 +13,7 @@ constexpr std::size_t kRawPointBytes = 3 * sizeof(float);
 constexpr std::size_t kMaxVarintBytes = 5;
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
-bool isMeasured(const pcl::PointXYZ& p) {
+bool isFinite(const pcl::PointXYZ& p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
 }
 
@@ -84,7 +84,7 @@ Bytes compactPoints(const FrameCloud& cloud, const PinholeCamera& camera) {
   for (const double row : rows) {
     for (const double column : columns) {
       const pcl::PointXYZ& point = *p++;
-      if (!isMeasured(point)) {
+      if (!isFinite(point)) {
         *out++ = 0;
         continue;
       }
@@ -124,7 +124,7 @@ void readCompactPoints(ByteReader& reader, const PinholeCamera& camera, FrameClo
       const float x = fromOrderedBits(orderedBits(onRay(column, z)) + difference());
       const float y = fromOrderedBits(orderedBits(onRay(row, z)) + difference());
       point = {x, y, z};
-      if (!isMeasured(point)) ByteReader::fail("points", "holds a value that is not finite");
+      if (!isFinite(point)) ByteReader::fail("points", "holds a value that is not finite");
     }
   }
 }
@@ -134,7 +134,7 @@ void readRawPoints(ByteReader& reader, FrameCloud& cloud) {
   for (pcl::PointXYZ& point : cloud.points) {
     std::memcpy(point.data, in, kRawPointBytes);
     in += kRawPointBytes;
-    if (!isMeasured(point)) point = {kNaN, kNaN, kNaN};
+    if (!isFinite(point)) point = {kNaN, kNaN, kNaN};
   }
 }
 

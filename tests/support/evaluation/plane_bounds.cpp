@@ -9,8 +9,8 @@
 #include <limits>
 #include <string>
 
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace evaluation {

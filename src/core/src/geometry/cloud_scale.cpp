@@ -20,11 +20,12 @@ namespace {
 constexpr std::size_t kLargestSample = 100000;  // points that are looked at
 constexpr double kOutlierFraction = 0.01;       // at either end of each axis
 constexpr int kCellsAlongAxis = 64;             // of the grid that measures the surface
+constexpr float kFarthest = 1e12f;              // along an axis: squares stay finite
 
-bool isUsable(const float* p) {
-  constexpr float kFarthest = 1e12f;
-  return std::abs(p[0]) <= kFarthest && std::abs(p[1]) <= kFarthest &&
-         std::abs(p[2]) <= kFarthest && (p[0] != 0.0F || p[1] != 0.0F || p[2] != 0.0F);
+bool isUsable(const PointsView& points, std::size_t i) {
+  const float* p = points[i];
+  return points.isMeasured(i) && std::abs(p[0]) <= kFarthest && std::abs(p[1]) <= kFarthest &&
+         std::abs(p[2]) <= kFarthest;
 }
 
 double quantile(std::vector<float>& values, double fraction) {
@@ -117,7 +118,6 @@ double noiseOf(const std::vector<Vector3>& sample, double spacing) {
 
 PLANAR_MAPPING_MULTIVERSION
 void markUsable(const float* points, std::size_t stride, std::size_t n, std::uint8_t* usable) {
-  constexpr float kFarthest = 1e12f;
   for (std::size_t i = 0; i < n; ++i) {
     const float* p = points + stride * i;
     const bool x = __builtin_fabsf(p[0]) <= kFarthest;
@@ -137,14 +137,14 @@ bool isCameraView(const PointsView& points, const Indices* indices) {
   detail::requireIndices(points, indices);
   const std::size_t n = detail::countOf(points, indices);
   std::size_t usable = 0;
-  for (std::size_t k = 0; k < n; ++k) usable += isUsable(points[detail::at(indices, k)]) ? 1 : 0;
+  for (std::size_t k = 0; k < n; ++k) usable += isUsable(points, detail::at(indices, k)) ? 1 : 0;
   const std::size_t step = usable / kMaxSample + 1;
   std::size_t number = 0;
   std::size_t sampled = 0;
   std::size_t in_view = 0;
   for (std::size_t k = 0; k < n; ++k) {
     const std::size_t i = detail::at(indices, k);
-    if (!isUsable(points[i]) || number++ % step != 0) continue;
+    if (!isUsable(points, i) || number++ % step != 0) continue;
     const Vector3 p = points.point(i);
     ++sampled;
     in_view += p.z() > 0.0 && p.head<2>().norm() < kMaxSlope * p.z() ? 1 : 0;
@@ -181,10 +181,9 @@ bool isMerged(const PointsView& points, const Indices* indices) {
   Vector3 high = -low;
   for (std::size_t k = 0; k < n; k += n / kLargestSample + 1) {
     const std::size_t i = detail::at(indices, k);
-    if (!isUsable(points[i])) continue;
+    if (!isUsable(points, i)) continue;
     const Vector3 p = points.point(i);
     const double range = p.norm();
-    if (!(range > 0.0)) continue;
     low = low.cwiseMin(p);
     high = high.cwiseMax(p);
     // Rings of equal height, cut into pieces of equal width.

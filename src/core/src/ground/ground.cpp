@@ -32,21 +32,21 @@ void requireLength(const char* name, double value) {
   requireInRange(name, value, 0.0, kMax, "m");
 }
 
-/// False if all points that count are finite; else lists those that are.
-bool hasNotMeasured(const PointsView& points, const Indices* indices, Indices& finite) {
+/// False if all points that count are measured; else lists those that are.
+bool hasNotMeasured(const PointsView& points, const Indices* indices, Indices& measured) {
   const std::size_t n = detail::countOf(points, indices);
   bool all = true;
   for (std::size_t k = 0; k < n; ++k) all = all & points.isMeasured(detail::at(indices, k));
   if (all) return false;
   for (std::size_t k = 0; k < n; ++k) {
     const std::size_t i = detail::at(indices, k);
-    if (points.isMeasured(i)) finite.push_back(static_cast<int>(i));
+    if (points.isMeasured(i)) measured.push_back(static_cast<int>(i));
   }
   return true;
 }
 
-Ground findAmongFinite(const PointsView& points, const Indices* indices,
-                       const GroundParams& params);
+Ground findAmongMeasured(const PointsView& points, const Indices* indices,
+                         const GroundParams& params);
 
 }  // namespace
 
@@ -91,13 +91,13 @@ const char* toString(GroundStatus status) {
 Ground findGround(const PointsView& points, const Indices* indices, const GroundParams& params) {
   params.validate();
   detail::requireIndices(points, indices);
-  Indices finite;
-  if (!hasNotMeasured(points, indices, finite)) return findAmongFinite(points, indices, params);
-  // Points that are not finite count for nothing: the sample is that of the others alone.
-  Ground ground = findAmongFinite(points, &finite, params);
+  Indices measured;
+  if (!hasNotMeasured(points, indices, measured)) return findAmongMeasured(points, indices, params);
+  // Points that are no measurement count for nothing: the sample is that of the others alone.
+  Ground ground = findAmongMeasured(points, &measured, params);
   const std::size_t n = detail::countOf(points, indices);
   ground.diagnostics.points_considered = n;
-  ground.diagnostics.points_not_measured = n - finite.size();
+  ground.diagnostics.points_not_measured = n - measured.size();
   const std::vector<std::uint8_t> marks =
       std::exchange(ground.is_ground, std::vector<std::uint8_t>(n, 0));
   auto mark = marks.begin();
@@ -109,8 +109,8 @@ Ground findGround(const PointsView& points, const Indices* indices, const Ground
 
 namespace {
 
-Ground findAmongFinite(const PointsView& points, const Indices* indices,
-                       const GroundParams& params) {
+Ground findAmongMeasured(const PointsView& points, const Indices* indices,
+                         const GroundParams& params) {
   Ground ground;
   const std::size_t n = detail::countOf(points, indices);
   ground.diagnostics.points_considered = n;

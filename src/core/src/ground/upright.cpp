@@ -165,12 +165,12 @@ Upright findUpright(const PointsView& points, const std::optional<StereoNoise>& 
   constexpr std::size_t kMinFraction = 300;  // as of multi_plane_segmentation
   constexpr std::size_t kMinInliers = 100;
   if (points.size == 0) return {};
+  const Indices usable = usablePoints(points);
   MultiPlaneParams plane_params;
   plane_params.distance_threshold = kThreshold;
-  plane_params.min_inliers =
-      static_cast<int>(std::max(kMinInliers, usablePoints(points).size() / kMinFraction));
+  plane_params.min_inliers = static_cast<int>(std::max(kMinInliers, usable.size() / kMinFraction));
   plane_params.noise = noise;
-  return findUpright(findPlanes(points, nullptr, plane_params).planes, expected_up);
+  return findUpright(findPlanes(points, &usable, plane_params).planes, expected_up);
 }
 
 }  // namespace planar_mapping

@@ -133,7 +133,7 @@ std::optional<FrameMotion> KlOccupancy::Impl::motionOf(const OccupancyFrame& fra
   return motion;
 }
 
-/// \return how many points are not finite
+/// \return how many points are no measurement
 std::size_t KlOccupancy::Impl::clearNotMeasured(const OccupancyFrame& frame, const Indices& indices,
                                                 std::vector<float>& probability) const {
   std::size_t cleared = 0;

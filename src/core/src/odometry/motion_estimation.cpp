@@ -119,8 +119,8 @@ class MotionSearch {
 
   /// A rigid motion keeps distances; a triangle without height does not fix it.
   bool isConsistent(const Sample& sample) const {
-    constexpr double kMinTriangleSine =
-        0.05;  // flatter ones leave the turn about the long side open
+    // Flatter ones leave the turn about the long side open.
+    constexpr double kMinTriangleSine = 0.05;
     double longest = 0.0;
     for (int side = 0; side < 3; ++side) {
       const std::size_t i = sample[side];

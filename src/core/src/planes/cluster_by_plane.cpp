@@ -57,7 +57,7 @@ std::vector<std::int32_t> clusterByPlane(const PointsView& points, const std::ve
   parallelFor(blocks, params.threads, [&](std::size_t block) {
     const std::size_t begin = block * kBlock;
     const std::size_t n = std::min(kBlock, points.size - begin);
-    // About the first finite point of the block: differences of near floats are exact.
+    // About the first measured point of the block: differences of near floats are exact.
     std::size_t first = 0;
     while (first < n && !points.isMeasured(begin + first)) ++first;
     if (first == n) return;

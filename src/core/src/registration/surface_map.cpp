@@ -110,13 +110,15 @@ class SurfaceMap::Implementation {
     found.push_back(near);
     found.erase(std::remove_if(found.begin(), found.end(), [](const auto& r) { return !r.found; }),
                 found.end());
-    std::stable_sort(found.begin(), found.end(),
-                     [](const auto& a, const auto& b) { return worth(a) > worth(b); });
+    if (found.empty()) return {};
+    const CloudRegistration& best =
+        *std::max_element(found.begin(), found.end(),
+                          [](const auto& a, const auto& b) { return worth(a) < worth(b); });
     for (const CloudRegistration& other : found) {
-      const bool rival = worth(other) > kSecondBest * worth(found.front());
-      if (rival && !isSamePlace(found.front(), other)) return {};
+      const bool rival = worth(other) > kSecondBest * worth(best);
+      if (rival && !isSamePlace(best, other)) return {};
     }
-    return found.empty() ? CloudRegistration() : found.front();
+    return best;
   }
 
   const SurfaceMapParams& params() const { return params_; }

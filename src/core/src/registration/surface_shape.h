@@ -45,18 +45,17 @@ template <typename What>
 void forSample(const PointsView& cloud, const SurfaceMapParams& params, const What& what) {
   constexpr std::size_t kSampleSize = 60000;  // points looked at
   // Points that are not there are not looked at either.
-  std::vector<std::size_t> finite;
-  finite.reserve(cloud.size);
+  std::vector<std::size_t> measured;
+  measured.reserve(cloud.size);
   for (std::size_t i = 0; i < cloud.size; ++i) {
-    if (cloud.isMeasured(i)) finite.push_back(i);
+    if (cloud.isMeasured(i)) measured.push_back(i);
   }
   // Not a divisor of the width, so that it does not pick single columns.
-  std::size_t step = finite.size() / kSampleSize + 1;
+  std::size_t step = measured.size() / kSampleSize + 1;
   if (step > 1 && cloud.isOrganized() && cloud.width % step == 0) ++step;
-  for (std::size_t k = 0; k < finite.size(); k += step) {
-    const Vector3 p = cloud.point(finite[k]);
+  for (std::size_t k = 0; k < measured.size(); k += step) {
+    const Vector3 p = cloud.point(measured[k]);
     const double range = p.norm();
-    if (!(range > 0.0)) continue;
     const double depth = depthOf(p, params.optical_axis);
     const double along = depth > 0.0 ? range / depth : 1.0;
     what(p, along * (params.depth_error + params.depth_error_growth * depth * depth));

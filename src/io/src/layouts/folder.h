@@ -17,8 +17,8 @@ std::string joined(const std::string& folder, const std::string& name);
 std::string nameOf(const std::string& folder);
 std::string stemOf(const std::string& path);
 
-/// The regular files of a folder in name order, 2 before 10; hidden ones (and so temporary ones) are
-/// left out.
+/// The regular files of a folder in name order, 2 before 10; hidden ones (and so temporary ones)
+/// are left out.
 std::vector<std::string> filesOf(const std::string& folder);
 std::vector<std::string> cloudFilesOf(const std::string& folder);
 std::vector<std::string> imageFilesOf(const std::string& folder);

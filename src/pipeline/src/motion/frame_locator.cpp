@@ -228,8 +228,8 @@ FrameLocator::Placement FrameLocator::helped(const Frame& frame, const Pose& T_w
 }
 
 /// Whether the views speak for a pose; where they cannot tell, whether it is near where it was
-/// expected. \param likely  many features agree: enough where
-/// views cannot tell
+/// expected.
+/// \param likely  many features agree: enough where views cannot tell
 bool FrameLocator::agrees(const Pose& T_world_sensor, const Pose& expected, bool likely) {
 #ifdef PLANAR_MAPPING_HAS_STEREO
   if (!isSeen()) return true;

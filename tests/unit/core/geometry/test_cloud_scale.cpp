@@ -132,7 +132,8 @@ TEST(AutomaticResolution, FollowsExtentSpacingAndNoise) {
 TEST(UsablePoints, AreMeasuredAndNotTooFarToSquare) {
   const float inf = std::numeric_limits<float>::infinity();
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  const std::vector<float> xyz = {1, 2, 3, nan, 2, 3, 1, inf, 3, 1, 2, -inf, 1, 2, 2e12f, 0, 0, 0, 0, 0, 1};
+  const std::vector<float> xyz = {1,    2, 3, nan,   2, 3, 1, inf, 3, 1, 2,
+                                  -inf, 1, 2, 2e12f, 0, 0, 0, 0,   0, 1};
   EXPECT_EQ(usablePoints(PointsView(xyz.data(), 7)), (Indices{0, 6}));
   EXPECT_TRUE(usablePoints(PointsView()).empty());
 }

@@ -37,9 +37,9 @@ class PLANAR_MAPPING_EXPORT PointFilter : public pcl::FilterIndices<PointT> {
   /// \param indices the points that count, null for all
   virtual std::vector<std::uint8_t> test(const PointCloud& cloud, const Indices* indices) = 0;
 
-  /// Makes the verdicts on points that are not finite kInvalid.
+  /// Makes the verdicts on points that are no measurement kInvalid.
   static void markNotMeasured(const PointsView& points, const Indices* indices,
-                            std::vector<std::uint8_t>& verdicts);
+                              std::vector<std::uint8_t>& verdicts);
 
   void applyFilter(pcl::Indices& indices) override;
   void applyFilter(PointCloud& output) override;

@@ -37,7 +37,7 @@ void PointFilter<PointT>::unshare() {
 
 template <typename PointT>
 void PointFilter<PointT>::markNotMeasured(const PointsView& points, const Indices* indices,
-                                        std::vector<std::uint8_t>& verdicts) {
+                                          std::vector<std::uint8_t>& verdicts) {
   for (std::size_t k = 0; k < verdicts.size(); ++k) {
     const std::size_t i = indices ? static_cast<std::size_t>((*indices)[k]) : k;
     if (!points.isMeasured(i)) verdicts[k] = kInvalid;

@@ -137,8 +137,7 @@ PlaneSet findPlanesDisparity(const PointsView& points, const Indices* indices,
       tileCloud(points, indices, Vector3::Zero(), &*params.noise, params.threads);
   const CellGrid tiles = tileGrid(cloud, params.threads);
   const double finite = std::accumulate(tiles.moment(kN), tiles.moment(kN) + tiles.cells(), 0.0);
-  set.diagnostics.points_not_measured =
-      countOf(points, indices) - static_cast<std::size_t>(finite);
+  set.diagnostics.points_not_measured = countOf(points, indices) - static_cast<std::size_t>(finite);
   if (!(finite > 0.0)) return set;
 
   DisparityGrower grower(tiles, cloud.room[1], fit);

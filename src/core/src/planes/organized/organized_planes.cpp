@@ -78,8 +78,7 @@ PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
   const TiledCloud cloud = tileCloud(points, indices, sensor, nullptr, params.threads);
   const CellGrid tiles = tileGrid(cloud, params.threads);
   const double finite = std::accumulate(tiles.moment(kN), tiles.moment(kN) + tiles.cells(), 0.0);
-  set.diagnostics.points_not_measured =
-      countOf(points, indices) - static_cast<std::size_t>(finite);
+  set.diagnostics.points_not_measured = countOf(points, indices) - static_cast<std::size_t>(finite);
   if (!(finite > 0.0)) return set;
 
   const OrganizedParams own(params);

@@ -25,9 +25,9 @@ using Indices = std::vector<int>;
 /// A cloud somebody else owns: xyz triples of float, metres, `stride` floats apart.
 ///
 /// Row major when organized (height > 1); functions that take a view skip points that are no
-/// measurement, see isMeasured(). It is a strided float view rather than a 3 x N matrix of doubles so that a
-/// pcl::PointCloud of any point type is read in place: copying 640 x 480 points to double costs
-/// more than segmenting them.
+/// measurement, see isMeasured(). It is a strided float view rather than a 3 x N matrix of doubles
+/// so that a pcl::PointCloud of any point type is read in place: copying 640 x 480 points to double
+/// costs more than segmenting them.
 struct PointsView {
   const float* data = nullptr;
   std::size_t size = 0;

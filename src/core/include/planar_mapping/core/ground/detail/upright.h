@@ -23,13 +23,15 @@ struct Upright {
 /// Finds the direction upwards in a cloud from what people build: floors, ceilings and tables are
 /// horizontal, walls and sides of furniture vertical.
 ///
-/// Candidates are the normals of planes and the lines in which two planes meet, within 50 degrees
-/// of level. The one that makes most of the points lie on horizontal or vertical planes is taken,
-/// if there are vertical ones to confirm it or most of the points are on one plane below the
-/// sensor, if level does not explain as much, and if no other direction does; then it is fitted to
-/// all of those planes. O(planes^3), at most the 20 largest count. \param planes  with the sensor
-/// at the origin \param expected_up  upwards if the sensor stands level, in its frame; need not
-/// have unit length \throws ParameterError  where \p expected_up is zero or not finite
+/// Candidates are the normals of planes and the lines in which two planes meet, within 65 degrees
+/// of level; beyond 25 degrees something horizontal has to be below the sensor. The one that makes
+/// most of the points lie on horizontal or vertical planes is taken, if there are vertical ones to
+/// confirm it or most of the points are on one plane below the sensor, if level does not explain as
+/// much, and if no other direction does; then it is fitted to all of those planes. O(planes^3), at
+/// most the 20 largest count.
+/// \param planes       with the sensor at the origin
+/// \param expected_up  upwards if the sensor stands level, in its frame; of any length
+/// \throws ParameterError if expected_up is zero or not finite
 PLANAR_MAPPING_EXPORT Upright findUpright(const std::vector<PlaneSegment>& planes,
                                           const Vector3& expected_up);
 /// The same of the planes of a cloud, with the sensor at the origin.
