@@ -211,6 +211,20 @@ TEST_F(BadStereoInput, SwappedLeftAndRightIsSaid) {
   expectRefused("exchanged: ");
 }
 
+TEST_F(BadStereoInput, PairsThatAreNotRectifiedAreSaid) {
+  // The right camera is turned down by four rows.
+  for (std::size_t i = 0; i < 2; ++i) {
+    Pair pair = corridorPair(i);
+    std::vector<std::uint8_t>& pixels = pair.right.pixels;
+    const auto rows = static_cast<std::ptrdiff_t>(4 * pair.right.width * pair.right.channels);
+    std::copy(pixels.begin() + rows, pixels.end(), pixels.begin());
+    writePair(i, pair.left, pair.right);
+  }
+  const ProgramResult result = runStereo();
+  EXPECT_NE(std::string::npos, result.err.find("the pair is not rectified")) << result.err;
+  EXPECT_NE(std::string::npos, result.err.find(" rows apart")) << result.err;
+}
+
 TEST_F(BadStereoInput, BlackImageCostsItsFrame) {
   writeCorridor({0, 1, 2});
   io::Image black = corridorPair(1).left;

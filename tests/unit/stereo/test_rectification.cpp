@@ -114,6 +114,37 @@ TEST(Rectification, ColorsAreKept) {
   EXPECT_EQ(out.pixels[center + 2], 200);
 }
 
+/// A wall of a pattern at 12 pixels of disparity; what the right image shows is `down` rows lower,
+/// and turned about its middle.
+std::optional<double> rowsOfPair(double down, double turn) {
+  const Pattern pattern(7);
+  io::Image left = uniform(kWidth, kHeight, 0.0), right = left;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const auto i = static_cast<std::size_t>(y * kWidth + x);
+      const double dx = x - 0.5 * kWidth, dy = y - 0.5 * kHeight;
+      left.pixels[i] = static_cast<std::uint8_t>(pattern(x, y));
+      right.pixels[i] =
+          static_cast<std::uint8_t>(pattern(x + 12.0 - turn * dy, y - down + turn * dx));
+    }
+  }
+  return rowsApart(left, right, pairCalibration(kWidth, kHeight));
+}
+
+TEST(Rectification, TellsHowManyRowsAPairIsApart) {
+  const std::optional<double> none = rowsOfPair(0.0, 0.0), three = rowsOfPair(3.0, 0.0);
+  ASSERT_TRUE(none && three);
+  EXPECT_LT(*none, 0.5);
+  EXPECT_NEAR(*three, 3.0, 0.5);
+  // By 2 degrees: up to 5.6 rows on either side, none in the middle.
+  const std::optional<double> turned = rowsOfPair(0.0, 0.035);
+  ASSERT_TRUE(turned);
+  EXPECT_NEAR(*turned, 2.8, 0.8);
+  const io::Image plain = uniform(kWidth, kHeight, 128.0);
+  EXPECT_FALSE(rowsApart(plain, plain, pairCalibration(kWidth, kHeight)));
+  EXPECT_THROW(rowsApart(plain, io::Image(), pairCalibration(kWidth, kHeight)), InputError);
+}
+
 TEST(Rectification, SaysWhatIsWrongWithAPair) {
   EXPECT_THROW(Rectifier(pairCalibration(kWidth, kHeight)), InputError);
   io::Calibration calibration = unrectified();

@@ -39,10 +39,12 @@ class StereoMatchingStage : public Stage {
   bool usableImages(Frame& frame) const;
   void rectify(Frame& frame);
   bool usableResult(const StereoReport& report, Frame& frame) const;
+  void checkRows(Frame& frame);
 
   detail::StereoKeys keys_;
   StereoMatcher matcher_;
   std::optional<Rectifier> rectifier_;
+  int unchecked_rows_ = 5;  ///< frames in which they are looked at, until one can tell
 };
 
 bool StereoMatchingStage::usableImages(Frame& frame) const {
@@ -95,9 +97,28 @@ bool StereoMatchingStage::usableResult(const StereoReport& report, Frame& frame)
   return frame.skip_reason.empty();
 }
 
+/// Matching along rows finds little where they are not the same, and part of that is wrong.
+void StereoMatchingStage::checkRows(Frame& frame) {
+  constexpr double kMostApart = 1.0;  // pixels
+  if (unchecked_rows_ == 0) return;
+  --unchecked_rows_;
+  const std::optional<double> rows =
+      rowsApart(frame.images.left, frame.images.right, *frame.images.calibration);
+  if (!rows) return;
+  unchecked_rows_ = 0;
+  if (*rows <= kMostApart) return;
+  frame.warnings.push_back(
+      "frame " + std::to_string(frame.number) + " " + frame.source +
+      ": the pair is not rectified, or by another calibration: what both images show is " +
+      rounded(*rows) +
+      " rows apart; disparities will be few and part of them wrong. Rectify the images, or give "
+      "the calibration of the unrectified pair");
+}
+
 void StereoMatchingStage::process(Frame& frame) {
   if (!usableImages(frame)) return;
   rectify(frame);
+  checkRows(frame);
   const io::Calibration& calibration = *frame.images.calibration;
   StereoReport report;
   const DisparityImage disparity =

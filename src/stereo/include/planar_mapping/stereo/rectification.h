@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/io/calibration.h"
@@ -42,5 +43,13 @@ class PLANAR_MAPPING_EXPORT Rectifier {
   Matrix3 rotation_ = Matrix3::Identity();
   std::unique_ptr<Maps> maps_;
 };
+
+/// [ours] How many rows what is seen in both images of a rectified pair is apart: the median of
+/// matched features, pixels. More than one tells that the pair is not rectified, or by another
+/// calibration.
+/// \return nothing where fewer than 60 features agree, or fewer than 0.6 of those that match
+/// \throws InputError if the images are empty or of different sizes
+PLANAR_MAPPING_EXPORT std::optional<double> rowsApart(const io::Image& left, const io::Image& right,
+                                                      const io::Calibration& calibration);
 
 }  // namespace planar_mapping
