@@ -30,7 +30,7 @@ using planar_mapping::evaluation::Simulation;
 
 constexpr int kRepetitions = 3;
 constexpr double kOverlap = 0.8;
-constexpr std::size_t kLeastShare = 300;  ///< of the points, that a plane must have to count
+constexpr std::size_t kMinFraction = 300;  ///< of the points, that a plane must have to count
 
 /// Sums over frames.
 struct Score {
@@ -40,7 +40,7 @@ struct Score {
 
 /// A true plane is found if one segment holds 80 % of its points; a segment is right if 80 % of its
 /// points are of one plane that it found.
-void judge(const SimulatedFrame& frame, const PlaneSet& set, std::size_t least, Score& score) {
+void check(const SimulatedFrame& frame, const PlaneSet& set, std::size_t least, Score& score) {
   std::map<std::uint32_t, std::size_t> sizes;
   for (std::size_t i = 0; i < frame.labels.size(); ++i) {
     if (frame.labels[i] > 0 && std::isfinite(frame.xyz[3 * i])) ++sizes[frame.labels[i]];
@@ -87,7 +87,7 @@ void measure(const SimulatedFrame& frame, std::size_t least, const Search& searc
     best = std::min(best, taken.count());
   }
   score.ms.push_back(best);
-  judge(frame, set, least, score);
+  check(frame, set, least, score);
 }
 
 void print(const std::string& scene, const char* source, Score score) {
@@ -118,7 +118,7 @@ void compare(const std::string& scene, int frames, int features_per_frame) {
     MultiPlaneParams search;
     search.noise =
         planar_mapping::StereoNoise{params.sensor.baseline, simulation.params().camera().fx, 0.5};
-    const std::size_t least = finite / kLeastShare;
+    const std::size_t least = finite / kMinFraction;
     search.min_inliers = static_cast<int>(std::max<std::size_t>(50, least));
     MultiPlaneParams dense = search;
     dense.method = PlaneSearchMethod::Organized;

@@ -31,7 +31,7 @@ using planar_mapping::test::RoomKind;
 using planar_mapping::test::scorePlanes;
 
 constexpr float kDistance = 0.05f;
-constexpr float kRestShare = 0.3f;  // as in PCL's tutorial
+constexpr float kRestFraction = 0.3f;  // as in PCL's tutorial
 
 struct Method {
   std::string name;
@@ -79,9 +79,9 @@ Method peer(const std::string& name, const std::string& library) {
             std::vector<float> coefficients(4 * kMaxPlanes);
             int found = 0;
             milliseconds = millisecondsOf([&] {
-              found =
-                  planes_of(scene.xyz.data(), static_cast<int>(scene.size()), kDistance, kRestShare,
-                            min_inliers, kMaxPlanes, labels.data(), coefficients.data());
+              found = planes_of(scene.xyz.data(), static_cast<int>(scene.size()), kDistance,
+                                kRestFraction, min_inliers, kMaxPlanes, labels.data(),
+                                coefficients.data());
             });
             PlaneSet set;
             for (int k = 0; k < found; ++k) {

@@ -28,7 +28,7 @@ struct EIGEN_ALIGN16 PeerPoint {
 POINT_CLOUD_REGISTER_POINT_STRUCT(PeerPoint, (float, x, x)(float, y, y)(float, z, z))
 
 extern "C" __attribute__((visibility("default"))) int peerPclPlanes(
-    const float* xyz, int count, float distance_threshold, float rest_share, int min_inliers,
+    const float* xyz, int count, float distance_threshold, float rest_fraction, int min_inliers,
     int max_planes, int* labels, float* coefficients) {
   using Cloud = pcl::PointCloud<PeerPoint>;
   Cloud::Ptr rest(new Cloud);
@@ -51,7 +51,7 @@ extern "C" __attribute__((visibility("default"))) int peerPclPlanes(
   segmentation.setDistanceThreshold(distance_threshold);
   pcl::ExtractIndices<PeerPoint> extract;
   int planes = 0;
-  while (rest->size() > rest_share * count && planes < max_planes) {
+  while (rest->size() > rest_fraction * count && planes < max_planes) {
     pcl::PointIndices::Ptr inliers(new pcl::PointIndices);
     pcl::ModelCoefficients model;
     segmentation.setInputCloud(rest);

@@ -4,9 +4,9 @@
 
 extern "C" {
 /// PCL's tutorial loop: RANSAC with optimised coefficients, extract the inliers, go on with the
-/// rest until \p rest_share of the points are left or a plane is too small. \param labels count
+/// rest until \p rest_fraction of the points are left or a plane is too small. \param labels count
 /// entries, plane of each point, -1 = none \param coefficients 4 per plane, room for max_planes
 /// \return number of planes
-int peerPclPlanes(const float* xyz, int count, float distance_threshold, float rest_share,
+int peerPclPlanes(const float* xyz, int count, float distance_threshold, float rest_fraction,
                   int min_inliers, int max_planes, int* labels, float* coefficients);
 }

@@ -45,14 +45,14 @@ Cloud::Ptr cloudOf(const PointsView& points, const std::vector<int>* indices) {
 }
 
 /// PCL's loop as built for AVX2, which is the same search 14 to 21 times as fast as packaged.
-std::vector<PlaneSegment> sacLoop(const PeerTask& task, float rest_share) {
+std::vector<PlaneSegment> sacLoop(const PeerTask& task, float rest_fraction) {
   static const auto search = [] {
     void* library = dlopen(PEER_PCL_AVX2, RTLD_NOW | RTLD_LOCAL);
     void* symbol = library != nullptr ? dlsym(library, "peerPclPlanes") : nullptr;
     if (symbol == nullptr) throw planar_mapping::InputError("PCL's loop cannot be loaded");
     return reinterpret_cast<decltype(&peerPclPlanes)>(symbol);
   }();
-  constexpr int kMostPlanes = 80;
+  constexpr int kMaxPlanes = 80;
   const std::vector<int> origin = finiteOf(task.points);
   std::vector<float> xyz;
   xyz.reserve(3 * origin.size());
@@ -61,10 +61,10 @@ std::vector<PlaneSegment> sacLoop(const PeerTask& task, float rest_share) {
     xyz.insert(xyz.end(), p, p + 3);
   }
   std::vector<int> labels(origin.size());
-  std::vector<float> models(4 * kMostPlanes);
+  std::vector<float> models(4 * kMaxPlanes);
   const int planes =
       search(xyz.data(), static_cast<int>(origin.size()), static_cast<float>(task.distance),
-             rest_share, task.min_inliers, kMostPlanes, labels.data(), models.data());
+             rest_fraction, task.min_inliers, kMaxPlanes, labels.data(), models.data());
   std::vector<PlaneSegment> found(static_cast<std::size_t>(planes));
   for (std::size_t k = 0; k < found.size(); ++k) {
     const float* m = &models[4 * k];

@@ -81,7 +81,7 @@ if [[ $parts == *" poses "* ]]; then
   done
 fi
 
-# The share of each idea, at one cell size; its evaluation.* repeat a part of the above.
+# The fraction of each idea, at one cell size; its evaluation.* repeat a part of the above.
 if [[ $parts == *" ablation "* ]]; then
   evaluate ablation evaluate --ablation --cells 0.1 ${few[@]+"${few[@]}"} --no-figures
 fi

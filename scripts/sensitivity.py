@@ -79,7 +79,7 @@ MECHANISMS = [
     ("significance", "planes/unorganized/sequential_planes.cpp",
      "const bool significant = isSignificant(", "const bool significant = OFF || isSignificant("),
     ("company of leaves", "planes/unorganized/leaf_voters.h",
-     "return agree >= kLeastCompany * (agree + oppose);", "return OFF || agree >= kLeastCompany * (agree + oppose);"),
+     "return agree >= kMinCompany * (agree + oppose);", "return OFF || agree >= kMinCompany * (agree + oppose);"),
     ("crowded cells", "planes/surface_leaves.cpp", "if (grid.sums[cell].n < kCrowd) continue;", "if (OFF || grid.sums[cell].n < kCrowd) continue;"),
     ("clutter in groups", "planes/multi_ransac/multi_ransac.cpp", "if (company >= kCompany)", "if (OFF || company >= kCompany)"),
     ("pieces of ground", "ground/ground_labels.cpp", "  if (k.pieces) {", "  if (k.pieces && !OFF) {"),

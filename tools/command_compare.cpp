@@ -30,7 +30,7 @@ void print(const Json& a, const Json& b, const MapDifference& difference) {
   }
   std::cout << "occupied cells of " << difference.cell << " m: " << difference.in_both
             << " in both, " << difference.only_in_a << " only in the first, "
-            << difference.only_in_b << " only in the second\ndifference: " << difference.share()
+            << difference.only_in_b << " only in the second\ndifference: " << difference.fraction()
             << '\n';
 }
 
@@ -48,7 +48,7 @@ void addCompareCommand(CLI::App& app, int& exit_code) {
   command->add_option("second", arguments->second, "Map (*.pmap)")->required();
   command
       ->add_option("--threshold", arguments->threshold,
-                   "Exit code 6 if a larger share of the occupied cells is in one map only")
+                   "Exit code 6 if a larger fraction of the occupied cells is in one map only")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "For machines");
@@ -69,12 +69,12 @@ void addCompareCommand(CLI::App& app, int& exit_code) {
                            {"in_both", difference.in_both},
                            {"only_in_first", difference.only_in_a},
                            {"only_in_second", difference.only_in_b},
-                           {"difference", difference.share()}};
+                           {"difference", difference.fraction()}};
       std::cout << answer.dump(2) << '\n';
     } else {
       print(a, b, difference);
     }
-    if (difference.share() > arguments->threshold) exit_code = kOverThreshold;
+    if (difference.fraction() > arguments->threshold) exit_code = kOverThreshold;
   });
 }
 

@@ -218,7 +218,7 @@ std::string coverageSentence(const nlohmann::json& metrics) {
   }
   return sentence +
          "; most of the others are in cells that got too few points or too little belief "
-         "(min_points_per_cell, min_cell_share, min_probability)";
+         "(min_points_per_cell, min_cell_fraction, min_probability)";
 }
 
 void printSummary(const RunResult& result) {

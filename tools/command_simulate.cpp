@@ -73,10 +73,10 @@ void addOptions(CLI::App& command, SimulateArguments& arguments) {
   command.add_option("--baseline", params.sensor.baseline, "Stereo baseline, metres, > 0");
   command.add_option("--noise-px", params.sensor.noise_px,
                      "Standard deviation of the disparity, pixels, >= 0");
-  command.add_option("--wrong-matches", params.sensor.wrong_share,
-                     "Share of the measured pixels with a random disparity instead, 0 to 1");
-  command.add_option("--plain-share", params.plain_share,
-                     "Share of all surface that has no texture, in patches, 0 to 1");
+  command.add_option("--wrong-matches", params.sensor.wrong_fraction,
+                     "Fraction of the measured pixels with a random disparity instead, 0 to 1");
+  command.add_option("--plain-share", params.plain_fraction,
+                     "Fraction of all surface that has no texture, in patches, 0 to 1");
   command.add_option("--image-noise", params.image_noise,
                      "Standard deviation of the images' pixels, gray levels of 255");
   command.add_option("--right-exposure", params.right_exposure,

@@ -179,7 +179,7 @@ bool isSeen(const pm::Vector3& point, const std::vector<View>& views,
 }
 
 template <typename StateAt>
-Judgement judge(const std::vector<View>& views, const pm::PinholeCamera& camera,
+Judgement check(const std::vector<View>& views, const pm::PinholeCamera& camera,
                 const StateAt& state_at) {
   const std::vector<pm::Vector3> near = ball();
   Judgement result;
@@ -245,14 +245,14 @@ int judgeBoth(const std::string& data, const std::string& given, const std::stri
   peer.save(saved);
   const float evidence =
       settings["occupancy_inference_parameters"]["unexplored_evidence"].as<float>();
-  const Judgement of_peer = judge(views, camera, [&](const pm::Vector3& point) {
+  const Judgement of_peer = check(views, camera, [&](const pm::Vector3& point) {
     const double p = peer.computeOccupancy(point.cast<float>(), evidence);
     if (p > occupied) return State::Occupied;
     return p < 1 - occupied ? State::Free : State::Unknown;
   });
   of_peer.print("GMMap", double(saved.str().size()));
   const pm::PlanarMap map = pm::io::loadMap(map_file);
-  judge(views, camera, [&](const pm::Vector3& point) {
+  check(views, camera, [&](const pm::Vector3& point) {
     return map.stateAt(point);
   }).print("ours", double(fs::file_size(map_file)));
   std::printf("GMMap: %d Gaussians, %.1f ms a frame; ours: %zu cuboids\n",

@@ -124,7 +124,7 @@ Scene randomScene(std::uint64_t seed, int frames, double step) {
 Simulation simulation(std::uint64_t seed, int frames, double step, int width, bool images,
                       bool white = false) {
   evaluation::SimulationParams params;
-  if (white) params.sensor.correlated_share = params.sensor.disparity_step_px = 0.0;
+  if (white) params.sensor.correlated_fraction = params.sensor.disparity_step_px = 0.0;
   params.width = width;
   params.height = width * 3 / 4;
   params.seed = seed;
@@ -218,14 +218,14 @@ Cloud thinned(const Cloud& from, std::size_t step) {
   return cloud;
 }
 
-void planes(const std::vector<Cloud>& clouds, const MultiPlaneParams& base, double share) {
+void planes(const std::vector<Cloud>& clouds, const MultiPlaneParams& base, double fraction) {
   PlaneQuality all;
   double ms = 0.0;
   for (const Cloud& cloud : clouds) {
     MultiPlaneParams params = base;
     if (base.noise) params.noise = cloud.noise;
     const auto finite = usablePoints(cloud.view()).size();
-    params.min_inliers = std::max(20, static_cast<int>(share * static_cast<double>(finite)));
+    params.min_inliers = std::max(20, static_cast<int>(fraction * static_cast<double>(finite)));
     const auto begin = std::chrono::steady_clock::now();
     const PlaneSet set = segmentPlanes(cloud.view(), nullptr, cloud.features, params);
     ms +=

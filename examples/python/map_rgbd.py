@@ -31,7 +31,7 @@ def pose_of(line):
 
 
 def z_up(T_world_camera):
-    """Turns a world whose vertical is another axis, to judge by what is upwards in an image."""
+    """Turns a world whose vertical is another axis, to tell by what is upwards in an image."""
     up = -T_world_camera[:3, 1]
     axis = np.argmax(np.abs(up))
     T = np.eye(4)

@@ -23,7 +23,7 @@ inline void append(const std::vector<Cuboid>& cuboids, std::vector<double>& numb
 /// However few points they hold: the only points dropped are those that are not finite.
 inline PlanarMapParams paramsWithAllCells() {
   PlanarMapParams params;
-  params.min_cell_share = 0.0;
+  params.min_cell_fraction = 0.0;
   return params;
 }
 

@@ -112,9 +112,9 @@ TEST(Parameters, GroundRemoval) {
   checkSetter<C>(&C::setNumberOfThreads, &C::getNumberOfThreads, 2, {-1});
   checkSetter<C>(&C::setHeightTolerance, &C::getHeightTolerance, 0.2, {0.0, kNan, kInf});
   checkSetter<C>(&C::setUpAxis, &C::getUpAxis, Vector3(0, 0, 2),
-              {Vector3(0, 0, 0), Vector3(kNan, 0, 1), Vector3(0, kInf, 0)});
+                 {Vector3(0, 0, 0), Vector3(kNan, 0, 1), Vector3(0, kInf, 0)});
   checkSetter<C>(&C::setOpticalAxis, &C::getOpticalAxis, Vector3(1, 0, 0),
-              {Vector3(0, 0, 0), Vector3(kNan, 0, 1)});
+                 {Vector3(0, 0, 0), Vector3(kNan, 0, 1)});
   checkSetter<C>(&C::setPitchTolerance, &C::getPitchTolerance, 0.1, {0.0, 1.6, kNan});
   checkSetter<C>(&C::setRollTolerance, &C::getRollTolerance, 0.1, {0.0, 1.6, kNan});
   checkSetter<C>(&C::setDistanceThreshold, &C::getDistanceThreshold, 0.02, {0.0, -1.0, kNan, kInf});
@@ -124,7 +124,7 @@ TEST(Parameters, GroundRemoval) {
   checkSetter<C>(&C::setWallHeight, &C::getWallHeight, 0.0, {-0.1, kNan, kInf});
   checkSetter<C>(&C::setWallCell, &C::getWallCell, 0.2, {0.0, kNan, kInf});
   checkSetter<C>(&C::setWallFootThreshold, &C::getWallFootThreshold, 0.02, {0.0, kNan, kInf});
-  checkSetter<C>(&C::setMinShare, &C::getMinShare, 0.1, {0.0, 1.1, kNan});
+  checkSetter<C>(&C::setMinFraction, &C::getMinFraction, 0.1, {0.0, 1.1, kNan});
   checkSetter<C>(&C::setMinPoints, &C::getMinPoints, 10, {2, -1});
   checkSetter<C>(&C::setSampleSize, &C::getSampleSize, 500, {99, -1});
   checkSetter<C>(&C::setSeed, &C::getSeed, std::uint64_t{42}, {});
@@ -141,9 +141,9 @@ TEST(Parameters, KLOccupancyFilter) {
   checkSetter<C>(&C::setResolution, &C::getResolution, 0.05, {0.0, kNan, kInf});
   checkSetter<C>(&C::setRangeFloor, &C::getRangeFloor, 0.0, {-0.1, kNan, kInf});
   checkSetter<C>(&C::setSingleFeatureProbability, &C::getSingleFeatureProbability, 0.4,
-              {-0.1, 1.1, kNan});
+                 {-0.1, 1.1, kNan});
   checkSetter<C>(&C::setOpticalAxis, &C::getOpticalAxis, Vector3(0, 0, 0),
-              {Vector3(kNan, 0, 1), Vector3(0, kInf, 0)});
+                 {Vector3(kNan, 0, 1), Vector3(0, kInf, 0)});
   checkSetter<C>(&C::setBias, &C::getBias, 2.0, {-0.1, kNan, kInf});
   checkSetter<C>(&C::setMotionReading, &C::getMotionReading, MotionReading::RobotPose, {});
   checkSetter<C>(&C::setMaxUnseenFrames, &C::getMaxUnseenFrames, 5, {-1});

@@ -85,8 +85,8 @@ inline double volumeOf(const std::vector<Cuboid>& cuboids) {
   return volume;
 }
 
-/// Every corner of every cuboid is met by its own share of the triangles: 12 follow each other for
-/// each cuboid, with the corners of that cuboid and outwards.
+/// Every corner of every cuboid is met by its own fraction of the triangles: 12 follow each other
+/// for each cuboid, with the corners of that cuboid and outwards.
 inline void expectTrianglesOf(const std::vector<Cuboid>& cuboids,
                               const std::vector<Triangle>& triangles, double tolerance) {
   ASSERT_EQ(triangles.size(), 12 * cuboids.size());

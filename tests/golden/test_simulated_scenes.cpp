@@ -37,7 +37,7 @@ struct Line {
 };
 
 /// Planes of the truth that many measured pixels show, and how many of those were found.
-Line judge(const evaluation::Simulation& simulation, const evaluation::SimulatedFrame& frame,
+Line check(const evaluation::Simulation& simulation, const evaluation::SimulatedFrame& frame,
            const PlaneSet& found, const std::string& name) {
   std::map<std::uint32_t, int> shown;
   for (std::size_t i = 0; i < frame.labels.size(); ++i)
@@ -76,7 +76,7 @@ std::vector<Line> resultsOf(const std::string& scene, std::size_t index) {
 
   const std::string name = scene + " " + std::to_string(index);
   std::vector<Line> lines;
-  lines.push_back(judge(simulation, frame, found, name));
+  lines.push_back(check(simulation, frame, found, name));
   lines.push_back({name + " planes", {static_cast<double>(found.planes.size())}, {}});
   for (std::size_t i = 0; i < found.planes.size() && i < 4; ++i) {
     const Vector4 c = found.planes[i].plane.coefficients();

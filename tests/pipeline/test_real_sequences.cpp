@@ -66,9 +66,9 @@ FromPath fromPath(const Vector3& point, const std::vector<Pose>& path, const Vec
   for (std::size_t i = 0; i + 1 < path.size(); ++i) {
     const Vector3 from = path[i].translation();
     const Vector3 step = path[i + 1].translation() - from;
-    const double share = (point - from).dot(step) / step.squaredNorm();
-    if (!(share >= 0.0 && share <= 1.0)) continue;
-    const Vector3 offset = point - from - share * step;
+    const double fraction = (point - from).dot(step) / step.squaredNorm();
+    if (!(fraction >= 0.0 && fraction <= 1.0)) continue;
+    const Vector3 offset = point - from - fraction * step;
     const double above = offset.dot(up);
     const double aside = (offset - above * up).norm();
     if (!(aside >= nearest.aside)) nearest = {aside, above};

@@ -28,10 +28,11 @@ bool isDrawn(Color c) {
   return c.red + c.green + c.blue > 60;
 }
 
-double share(const Image& image) {
+double fraction(const Image& image) {
   std::size_t drawn = 0;
   for (int row = 0; row < image.height; ++row) {
-    for (int column = 0; column < image.width; ++column) drawn += isDrawn(colorAt(image, column, row));
+    for (int column = 0; column < image.width; ++column)
+      drawn += isDrawn(colorAt(image, column, row));
   }
   return static_cast<double>(drawn) / (static_cast<double>(image.width) * image.height);
 }
@@ -43,7 +44,7 @@ TEST(Snapshot, DrawsFullLengths) {
   content.cuboids.push_back(testing::plate({0, 0, 0}, {0, 0, 1}, 4.0, 2.0, 0));
   ViewOptions options = bare();
   options.camera = CameraPreset::Top;
-  EXPECT_NEAR(share(renderSnapshot(content, options)), (1.0 / 1.08) * (2.0 / 3.0) / 1.08, 0.02);
+  EXPECT_NEAR(fraction(renderSnapshot(content, options)), (1.0 / 1.08) * (2.0 / 3.0) / 1.08, 0.02);
 }
 
 TEST(Snapshot, TurnsCuboidsTheRightWay) {

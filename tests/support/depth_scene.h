@@ -7,10 +7,10 @@
 #include <limits>
 #include <vector>
 
-#include "planar_mapping/core/planes/multi_plane.h"
-#include "planar_mapping/core/geometry/plane.h"
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/core/geometry/plane.h"
+#include "planar_mapping/core/planes/multi_plane.h"
 
 namespace planar_mapping::test {
 
@@ -37,7 +37,7 @@ class DepthScene {
   }
 
   /// \param noise standard deviation of the depth is noise * z^2
-  /// \param missing share of pixels without a return
+  /// \param missing fraction of pixels without a return
   void render(double noise, double missing, std::uint64_t seed) {
     Random random(seed);
     const auto size = static_cast<std::size_t>(width_) * height_;
@@ -73,9 +73,9 @@ class DepthScene {
         const float here = before[3 * i + 2];
         const float beside = before[3 * i - 1];
         if (!(std::fabs(here - beside) > 0.1F)) continue;
-        const double share = random.uniform(0.2, 0.8);
+        const double fraction = random.uniform(0.2, 0.8);
         const Vector3 p(before[3 * i], before[3 * i + 1], here);
-        set(row, column, p * (1.0 + share * (beside / here - 1.0)), -1);
+        set(row, column, p * (1.0 + fraction * (beside / here - 1.0)), -1);
       }
     }
   }
@@ -137,7 +137,7 @@ inline double angleBetween(const Plane& a, const Plane& b) {
   return std::atan2(a.normal.cross(b.normal).norm(), std::fabs(a.normal.dot(b.normal)));
 }
 
-/// Share of a surface's pixels that are inliers of the segment that has most of them.
+/// Fraction of a surface's pixels that are inliers of the segment that has most of them.
 inline double recall(const DepthScene& scene, const PlaneSet& set, int surface,
                      std::size_t* which) {
   std::size_t best = 0;

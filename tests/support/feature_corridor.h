@@ -88,10 +88,10 @@ class FeatureCorridor {
     return features;
   }
 
-  /// Gives a share of the features the track of another one.
-  void confuse(std::vector<KeyFeature>& features, double share) {
+  /// Gives a fraction of the features the track of another one.
+  void confuse(std::vector<KeyFeature>& features, double fraction) {
     for (KeyFeature& feature : features) {
-      if (random_.uniform() >= share) continue;
+      if (random_.uniform() >= fraction) continue;
       const auto other = random_.below(static_cast<std::uint32_t>(features.size()));
       std::swap(feature.track, features[other].track);
     }

@@ -9,9 +9,9 @@
 #include <limits>
 #include <vector>
 
-#include "planar_mapping/core/geometry/plane.h"
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/core/geometry/plane.h"
 
 namespace planar_mapping::test {
 
@@ -159,9 +159,9 @@ inline RoomFrame furnishedRoom(std::uint64_t seed) {
                                   depthAt(row - 1, col), depthAt(row + 1, col)}) {
         if (!std::isfinite(beside) || std::fabs(beside - depth) < 0.1 + 0.03 * depth) continue;
         const bool flies = random.uniform() >= 0.5;
-        const double share = random.uniform();
+        const double fraction = random.uniform();
         set(row, col,
-            flies ? depth + share * (beside - depth) : std::numeric_limits<double>::quiet_NaN());
+            flies ? depth + fraction * (beside - depth) : std::numeric_limits<double>::quiet_NaN());
         frame.labels[index(row, col)] = -1;
         break;
       }

@@ -80,7 +80,7 @@ struct GroundScene {
     return turned;
   }
 
-  double share(const std::vector<std::uint8_t>& is_ground, int what) const {
+  double fraction(const std::vector<std::uint8_t>& is_ground, int what) const {
     std::size_t all = 0;
     std::size_t marked = 0;
     for (std::size_t i = 0; i < truth.size(); ++i) {

@@ -26,7 +26,7 @@ inline std::vector<View> walk(int frames, double step = 0.15) {
   return views;
 }
 
-/// Share of the points that lie in or within margin of an occupied cuboid.
+/// Fraction of the points that lie in or within margin of an occupied cuboid.
 inline double coverage(const PlanarMap& map, const View& view, double margin) {
   std::size_t points = 0, covered = 0;
   for (std::size_t i = 0; i < view.xyz.size() / 3; i += 37) {

@@ -16,11 +16,11 @@ namespace planar_mapping::test {
 
 /// What a stereo camera does to a view of a scene.
 struct StereoErrors {
-  double baseline = 0.25;      ///< metres
-  double noise_px = 0.0;       ///< standard deviation of the disparity
-  double correlated = 0.7;     ///< share of its variance that blocks of 8 x 8 pixels have in common
-  double flying = 0.0;         ///< share of the pixels at depth edges that lie between both sides
-  double wrong_matches = 0.0;  ///< share of the features of a frame that are matched wrongly
+  double baseline = 0.25;   ///< metres
+  double noise_px = 0.0;    ///< standard deviation of the disparity
+  double correlated = 0.7;  ///< fraction of its variance that blocks of 8 x 8 pixels have in common
+  double flying = 0.0;      ///< fraction of the pixels at depth edges that lie between both sides
+  double wrong_matches = 0.0;  ///< fraction of the features of a frame that are matched wrongly
   double pose_position = 0.0;  ///< standard deviation of the error of the pose, metres
   double pose_angle = 0.0;     ///< and of its angles, radians
 };
@@ -60,8 +60,8 @@ inline void addStereoErrors(View& view, const StereoErrors& errors, Random& rand
         for (const double other : {depth(row, column - 1), depth(row - 1, column)}) {
           if (other > 0.0 && std::abs(bf / other - bf / z) > 1.0 &&
               random.uniform(0.0, 1.0) < errors.flying) {
-            const double share = random.uniform(0.0, 1.0);
-            z = bf / (share * bf / other + (1.0 - share) * bf / z);
+            const double fraction = random.uniform(0.0, 1.0);
+            z = bf / (fraction * bf / other + (1.0 - fraction) * bf / z);
             break;
           }
         }
@@ -141,7 +141,7 @@ inline MappingError mappingError(const PlanarMap& map, const Scene& scene, doubl
   }
   return error;
 }
-/// Share of exact points of views that the map has within `margin`.
+/// Fraction of exact points of views that the map has within `margin`.
 inline double completeness(const PlanarMap& map, const std::vector<View>& exact, double margin) {
   std::size_t points = 0, found = 0;
   for (const View& view : exact) {

@@ -11,10 +11,10 @@
 #include <utility>
 #include <vector>
 
-#include "planar_mapping/core/planes/multi_plane.h"
-#include "planar_mapping/core/geometry/plane.h"
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/core/geometry/plane.h"
+#include "planar_mapping/core/planes/multi_plane.h"
 
 namespace planar_mapping::test {
 
@@ -49,8 +49,8 @@ enum class RoomKind {
 
 /// A closed room of 6 x 5 x 3 m, turned so that no wall is along an axis, seen from inside with an
 /// error of \p noise * range^2 along the ray, and evenly spread outliers that make up
-/// \p outlier_share of all points; in random order.
-inline PlaneScene makeRoom(std::size_t on_planes, double outlier_share, double noise,
+/// \p outlier_fraction of all points; in random order.
+inline PlaneScene makeRoom(std::size_t on_planes, double outlier_fraction, double noise,
                            std::uint64_t seed, RoomKind kind) {
   Random random(seed, 77);
   PlaneScene scene;
@@ -91,8 +91,8 @@ inline PlaneScene makeRoom(std::size_t on_planes, double outlier_share, double n
     constexpr int kUneven[6] = {50, 200, 30, 150, 70, 100};
     for (int wall = 0; wall < 6; ++wall) {
       const int axis = wall / 2;
-      const int share = (kind == RoomKind::Features ? kEven : kUneven)[wall];
-      const std::size_t wanted = on_planes * static_cast<std::size_t>(share) / 600;
+      const int fraction = (kind == RoomKind::Features ? kEven : kUneven)[wall];
+      const std::size_t wanted = on_planes * static_cast<std::size_t>(fraction) / 600;
       for (std::size_t made = 0; made < wanted;) {
         Vector3 middle(random.uniform(), random.uniform(), random.uniform());
         middle = middle.cwiseProduct(extent);
@@ -108,7 +108,7 @@ inline PlaneScene makeRoom(std::size_t on_planes, double outlier_share, double n
     }
   }
   const double outliers =
-      static_cast<double>(on_planes) * outlier_share / (1.0 - outlier_share) + 0.5;
+      static_cast<double>(on_planes) * outlier_fraction / (1.0 - outlier_fraction) + 0.5;
   for (std::size_t i = 0; i < static_cast<std::size_t>(outliers); ++i) {
     Vector3 p(random.uniform(-0.05, 1.05), random.uniform(-0.05, 1.05),
               random.uniform(-0.05, 1.05));

@@ -51,7 +51,7 @@ class Evaluation {
       while (!stopped()) {
         const std::unique_ptr<Place> place = source_.next();
         if (place == nullptr) return;
-        judge(*place);
+        evaluate(*place);
       }
     } catch (...) {
       const std::lock_guard<std::mutex> lock(mutex_);
@@ -59,9 +59,9 @@ class Evaluation {
     }
   }
 
-  void judge(const Place& place) {
+  void evaluate(const Place& place) {
     const auto done = [&]() { return countMap(place.number); };
-    std::vector<evaluation::PlaceResult> results = judgeMethods(place, job_.methods, done);
+    std::vector<evaluation::PlaceResult> results = evaluateMethods(place, job_.methods, done);
     for (evaluation::PlaceResult& result : results) result.scene = progress_.scene;
     const std::lock_guard<std::mutex> lock(mutex_);
     results_[place.number] = std::move(results);

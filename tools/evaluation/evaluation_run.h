@@ -14,7 +14,7 @@ namespace planar_mapping::tools {
 
 /// How far an evaluation is.
 struct EvaluationProgress {
-  std::size_t done = 0;  ///< maps made and judged
+  std::size_t done = 0;  ///< maps made and evaluated
   std::size_t all = 0;
   std::string scene;
   std::size_t place = 0;
@@ -28,10 +28,9 @@ struct EvaluationJob {
   std::function<void(const EvaluationProgress&)> progress;
 };
 
-/// All places of a source, judged with all methods; the result does not depend on the threads but
-/// for times. Places where there is nothing to be mapped have no results. Stopped, it returns the
-/// maps judged so far.
-/// \throws InputError if there is nothing to be mapped at any place
+/// All places of a source, evaluated with all methods; the result does not depend on the threads
+/// but for times. Places where there is nothing to be mapped have no results. Stopped, it returns
+/// the maps evaluated so far. \throws InputError if there is nothing to be mapped at any place
 std::vector<evaluation::PlaceResult> evaluatePlaces(PlaceSource& source, const std::string& scene,
                                                     const EvaluationJob& job);
 

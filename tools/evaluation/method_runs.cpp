@@ -36,8 +36,8 @@ double heapBytesOfCopy(const T& original) {
 
 using evaluation::Figures;
 
-constexpr double kBoxDensity = 0.5;       ///< occupied cells of a box of RA_density
-constexpr std::size_t kMostRays = 20000;  ///< of a place, on which the surface is looked for
+constexpr double kBoxDensity = 0.5;      ///< occupied cells of a box of RA_density
+constexpr std::size_t kMaxRays = 20000;  ///< of a place, on which the surface is looked for
 
 using DistanceToTruth = std::function<double(const Vector3&)>;
 
@@ -85,10 +85,10 @@ class StopWatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// What all methods at one place and cell size are judged with.
-class Judge {
+/// What all methods at one place and cell size are evaluated with.
+class MapEvaluator {
  public:
-  Judge(const Place& place, double s, const DistanceToTruth& to_truth)
+  MapEvaluator(const Place& place, double s, const DistanceToTruth& to_truth)
       : place_(place), s_(s), to_truth_(to_truth), crossed_(s, 2.0 * s) {
     crossed_.add(place.rays);
     if (!place.truth) return;
@@ -115,14 +115,14 @@ class Judge {
     }
     const evaluation::HeldBackDistance held_back =
         evaluation::heldBackDistance(index, place_.checked, 0.5 * s_);
-    f.coverage = held_back.share_within;
-    f.coverage_quarter = held_back.share_within_half;
-    f.coverage_inside = held_back.share_inside;
+    f.coverage = held_back.fraction_within;
+    f.coverage_quarter = held_back.fraction_within_half;
+    f.coverage_inside = held_back.fraction_inside;
     f.measured_coverage =
-        place_.truth ? evaluation::coverage(index, measured_, 0.5 * s_) : held_back.share_within;
+        place_.truth ? evaluation::coverage(index, measured_, 0.5 * s_) : held_back.fraction_within;
     if (std::isfinite(held_back.median)) f.held_back_median_m = held_back.median;
     const evaluation::SurfaceDistance surface = evaluation::surfaceDistance(
-        index, place_.rays, 1 + place_.rays.size() / kMostRays, to_truth_);
+        index, place_.rays, 1 + place_.rays.size() / kMaxRays, to_truth_);
     if (std::isfinite(surface.median)) f.surface_median_m = surface.median;
     if (std::isfinite(surface.percentile_95)) f.surface_p95_m = surface.percentile_95;
     f.free_space_violation = evaluation::freeSpaceViolation(index, crossed_);
@@ -134,7 +134,7 @@ class Judge {
     }
     return f;
   }
-  /// Share of the space that rays crossed that is not known to be free.
+  /// Fraction of the space that rays crossed that is not known to be free.
   double notKnown(const std::function<bool(const Vector3&)>& is_free) const {
     if (crossed_.cells() == 0) return 0.0;
     return 1.0 -
@@ -157,7 +157,7 @@ class CellRun {
  public:
   CellRun(const Place& place, const MethodOptions& options, double s, PlanarRuns& planar,
           const DistanceToTruth& to_truth)
-      : place_(place), options_(options), s_(s), planar_(planar), judge_(place, s, to_truth) {}
+      : place_(place), options_(options), s_(s), planar_(planar), evaluator_(place, s, to_truth) {}
 
   /// \return false if it was stopped
   bool execute(const std::function<bool()>& done);
@@ -185,7 +185,7 @@ class CellRun {
   const MethodOptions& options_;
   double s_;
   PlanarRuns& planar_;
-  Judge judge_;
+  MapEvaluator evaluator_;
   int min_points_ = 1;
   std::vector<evaluation::PlaceResult> results_;
 };
@@ -224,8 +224,8 @@ bool CellRun::standardGrid() {
   std::vector<Cuboid> cuboids = grid.cuboids();
   const double ms = watch.milliseconds();
   if (grid.size() == 0) return false;
-  judge_.setStandardCells(grid.size());
-  Figures figures = judge_.figures(cuboids);
+  evaluator_.setStandardCells(grid.size());
+  Figures figures = evaluator_.figures(cuboids);
   figures.memory_bytes = static_cast<double>(grid.memoryBytes());
   if (options_.measure_heap) figures.heap_bytes = heapBytesOfCopy(grid);
   figures.file_bytes = static_cast<double>(grid.fileBytes());
@@ -243,11 +243,11 @@ void CellRun::octreeGrid() {
   grid->finish();
   std::vector<Cuboid> cuboids = grid->cuboids();
   const double ms = watch.milliseconds();
-  Figures figures = judge_.figures(cuboids);
+  Figures figures = evaluator_.figures(cuboids);
   figures.memory_bytes = static_cast<double>(grid->heapBytes());
   figures.heap_bytes = figures.memory_bytes;
   figures.free_not_known =
-      judge_.notKnown([&grid](const Vector3& point) { return grid->isFree(point); });
+      evaluator_.notKnown([&grid](const Vector3& point) { return grid->isFree(point); });
   figures.file_bytes = static_cast<double>(grid->fileBytes());
   figures.compressed_bytes = static_cast<double>(grid->compressedFileBytes());
   figures.ot_bytes = ot_bytes;
@@ -262,7 +262,7 @@ void CellRun::rectangularApproximation() {
   const evaluation::RectangularApproximation boxes(s_, grid.cells());
   std::vector<Cuboid> cuboids = boxes.cuboids();
   const double ms = watch.milliseconds();
-  Figures figures = judge_.figures(cuboids);
+  Figures figures = evaluator_.figures(cuboids);
   figures.memory_bytes = static_cast<double>(boxes.memoryBytes());
   figures.file_bytes = static_cast<double>(boxes.fileBytes());
   figures.time_ms_per_frame = perFrame(ms);
@@ -272,12 +272,12 @@ void CellRun::rectangularApproximation() {
 
 void CellRun::planarMap(const PlanarMethod& method) {
   PlanarRun run = planar_.make(method.load(s_));
-  Figures figures = judge_.figures(run.map.cuboids());
+  Figures figures = evaluator_.figures(run.map.cuboids());
   figures.memory_bytes = static_cast<double>(run.map.memoryBytes());
   if (options_.measure_heap) figures.heap_bytes = heapBytesOfCopy(run.map);
   figures.file_bytes = static_cast<double>(run.map.serialize().size());
   figures.free_not_known =
-      judge_.notKnown([&run](const Vector3& point) { return run.map.isFree(point); });
+      evaluator_.notKnown([&run](const Vector3& point) { return run.map.isFree(point); });
   const PlanarMap finished = run.map.finished();
   figures.finished_bytes = static_cast<double>(finished.serialize().size());
   figures.finished_memory_bytes = static_cast<double>(finished.memoryBytes());
@@ -291,24 +291,25 @@ void CellRun::ofFilteredCells(const std::vector<evaluation::GridCell>& cells) {
   if (const std::unique_ptr<evaluation::OctreeGrid> tree = evaluation::makeOctreeGrid(s_)) {
     for (const Cuboid& cube : cubes) tree->insert({cube.center}, {}, cube.center);
     tree->finish();
-    add("OG_filtered", judge_.figures(tree->cuboids()));
+    add("OG_filtered", evaluator_.figures(tree->cuboids()));
   }
   const evaluation::RectangularApproximation boxes(s_, cells);
-  add("RA_filtered", judge_.figures(boxes.cuboids()));
+  add("RA_filtered", evaluator_.figures(boxes.cuboids()));
   ofDensity("RA_density_filtered", cells);
-  add("SG_filtered", judge_.figures(cubes));
+  add("SG_filtered", evaluator_.figures(cubes));
 }
 
 void CellRun::ofDensity(const std::string& name, const std::vector<evaluation::GridCell>& cells) {
   const std::vector<Cuboid> boxes =
       evaluation::cuboidsOf(evaluation::boxesByDensity(cells, kBoxDensity), s_);
-  add(name, judge_.figures(boxes));
+  add(name, evaluator_.figures(boxes));
 }
 
 }  // namespace
 
-std::vector<evaluation::PlaceResult> judgeMethods(const Place& place, const MethodOptions& options,
-                                                  const std::function<bool()>& done) {
+std::vector<evaluation::PlaceResult> evaluateMethods(const Place& place,
+                                                     const MethodOptions& options,
+                                                     const std::function<bool()>& done) {
   PlanarRuns planar(place);
   const DistanceToTruth to_truth = distanceToTruth(place);
   std::vector<evaluation::PlaceResult> results;

@@ -27,10 +27,11 @@ struct MethodOptions {
   std::string filtered_by;
 };
 
-/// Makes a map of the place with each method at each cell size, and judges all maps alike. Without
-/// a single occupied cell there is nothing to judge, and no result.
-/// \param done  called after each map; returns false to stop, then what was done so far comes back
-std::vector<evaluation::PlaceResult> judgeMethods(const Place& place, const MethodOptions& options,
-                                                  const std::function<bool()>& done);
+/// Makes a map of the place with each method at each cell size, and evaluates all maps alike.
+/// Without a single occupied cell there is nothing to evaluate, and no result. \param done  called
+/// after each map; returns false to stop, then what was done so far comes back
+std::vector<evaluation::PlaceResult> evaluateMethods(const Place& place,
+                                                     const MethodOptions& options,
+                                                     const std::function<bool()>& done);
 
 }  // namespace planar_mapping::tools

@@ -36,7 +36,7 @@ struct Stretch {
   std::size_t length = 0;
 };
 
-/// Stretches of equal length that do not overlap, each in the middle of its share of the frames.
+/// Stretches of equal length that do not overlap, each in the middle of its fraction of the frames.
 std::vector<Stretch> stretchesOf(std::size_t frames, const PlaceOptions& options) {
   if (options.frames_per_place == 0) return {{0, frames}};
   const std::size_t length = std::min(options.frames_per_place, frames);

@@ -16,7 +16,7 @@
 namespace planar_mapping::tools {
 
 /// The stages that prepare a frame for any method: those before the first that finds planes,
-/// judges points or makes a map. The others are taken out.
+/// decides on points or makes a map. The others are taken out.
 void keepPreparingStages(Configuration& configuration);
 /// The others alone.
 void keepMappingStages(Configuration& configuration);

@@ -18,7 +18,9 @@ std::vector<Variant> ablationVariants() {
       {"no noise model", "compact", {"planar_cuboid_approximation.noise=none"}},
       {"no doubt in first sights", "compact", {"planar_cuboid_approximation.first_belief=1"}},
       {"no misses", "compact", {"planar_cuboid_approximation.miss_factor=1"}},
-      {"no share of a full cell", "compact", {"planar_cuboid_approximation.min_cell_share=0"}},
+      {"no fraction of a full cell",
+       "compact",
+       {"planar_cuboid_approximation.min_cell_fraction=0"}},
       {"surfaces without noise", "compact", {"planar_cuboid_approximation.surface_factor=0"}},
       {"strips without noise", "compact", {"planar_cuboid_approximation.rim_pixels=1000"}},
       {"no beliefs of features", "compact", {"kl_occupancy.enabled=false"}},
@@ -44,7 +46,7 @@ std::vector<Variant> regimeVariants() {
         if (raw) {
           variant.name += "_raw";
           variant.assignments.emplace_back("kl_occupancy.enabled=false");
-          for (const char* one : {"first_belief=1", "min_cell_share=0", "noise=none"})
+          for (const char* one : {"first_belief=1", "min_cell_fraction=0", "noise=none"})
             variant.assignments.push_back(stage + one);
         }
         if (!variant.assignments.empty()) variants.push_back(std::move(variant));

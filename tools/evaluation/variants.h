@@ -16,7 +16,7 @@ struct Variant {
   std::vector<std::string> assignments;  ///< stage.key=value
 };
 
-/// The compact profile without one idea each: what is its share?
+/// The compact profile without one idea each: what is its fraction?
 std::vector<Variant> ablationVariants();
 
 /// Exact and tolerant covers, with planes and without, with the filters of the planar map and

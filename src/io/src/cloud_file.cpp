@@ -18,7 +18,7 @@ namespace planar_mapping::io {
 namespace {
 
 constexpr std::size_t kLongestLine = 4096;
-constexpr std::size_t kMostLines = 50;
+constexpr std::size_t kMaxLines = 50;
 /// Scans without a header: x, y, z, intensity of each point as float32 (KITTI), and for some the
 /// number of its ring, too (nuScenes).
 constexpr std::size_t kKittiNumbers = 4;
@@ -53,7 +53,7 @@ bool isPeriodic(const std::vector<float>& values, std::size_t numbers, std::size
 /// Whether the first points of a scan can be of so many numbers each.
 bool isScanOf(const std::vector<float>& values, std::size_t file_bytes, std::size_t numbers) {
   constexpr float kFarthest = 1e4f;  // metres
-  constexpr float kMostRings = 256.0f;
+  constexpr float kMaxRings = 256.0f;
   if (file_bytes % (numbers * sizeof(float)) != 0) return false;
   std::set<float> rings;
   for (std::size_t i = 0; i + numbers <= values.size(); i += numbers) {
@@ -62,7 +62,7 @@ bool isScanOf(const std::vector<float>& values, std::size_t file_bytes, std::siz
     if (!(values[i + 3] >= 0.0f && values[i + 3] <= kFarthest)) return false;
     if (numbers == kKittiNumbers) continue;
     const float ring = values[i + 4];
-    if (!(ring >= 0.0f && ring < kMostRings && ring == std::floor(ring))) return false;
+    if (!(ring >= 0.0f && ring < kMaxRings && ring == std::floor(ring))) return false;
     rings.insert(ring);
   }
   // Layers of a scanner may take turns in one column; wrong rows mix all columns.
@@ -126,7 +126,7 @@ CloudFormat formatOf(InputFile& file) {
   LineReader lines(file, kLongestLine);
   std::string_view line;
   try {
-    for (std::size_t i = 0; i < kMostLines && lines.next(line); ++i) {
+    for (std::size_t i = 0; i < kMaxLines && lines.next(line); ++i) {
       const std::string_view word = takeWord(line);
       if (i == 0 && word == "ply") return CloudFormat::Ply;
       if (word == "VERSION" || word == "FIELDS" || word == "COLUMNS") return CloudFormat::Pcd;

@@ -14,7 +14,7 @@ namespace planar_mapping::io {
 namespace {
 
 constexpr std::uint64_t kLargestRecord = std::uint64_t{1} << 28;
-constexpr std::uint64_t kMostPoints = std::numeric_limits<int>::max();
+constexpr std::uint64_t kMaxPoints = std::numeric_limits<int>::max();
 constexpr std::size_t kBlock = std::size_t{1} << 20;
 
 double loadNumber(const std::uint8_t* bytes, ScalarType type, bool big_endian) {
@@ -165,7 +165,7 @@ void CloudFiller::addColumn(const CloudField& field, const CloudChannels& channe
 void CloudFiller::checkSize(std::uint64_t width, std::uint64_t height, std::uint64_t bytes_left,
                             bool ascii) const {
   if (width == 0 || height == 0) throw IoError(path_, "holds no points");
-  if (width > kMostPoints || height > kMostPoints / width)
+  if (width > kMaxPoints || height > kMaxPoints / width)
     throw IoError(path_, "announces " + std::to_string(width) + " x " + std::to_string(height) +
                              " points, more than can be handled");
   const std::uint64_t points = width * height;

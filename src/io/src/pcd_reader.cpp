@@ -28,7 +28,7 @@ struct PcdHeader {
   std::uint64_t data_position = 0;  ///< where in the file the points begin
 };
 
-constexpr std::size_t kMostHeaderLines = 1000;
+constexpr std::size_t kMaxHeaderLines = 1000;
 constexpr double kShortestQuaternion = 1e-6;
 
 std::optional<ScalarType> scalarType(std::string_view type, std::uint64_t size) {
@@ -53,7 +53,7 @@ class Entries {
                                               "VIEWPOINT", "POINTS", "DATA"};
       bool known = false;
       for (const char* name : kKeys) known = known || key == name;
-      if (!known || lines.number() > kMostHeaderLines)
+      if (!known || lines.number() > kMaxHeaderLines)
         failAtLine(path, lines.number(),
                    quoted(key) + " does not belong into the header of a PCD file");
       std::vector<std::string> words;

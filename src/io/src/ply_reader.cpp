@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kLongestHeaderLine = std::size_t{1} << 16;
 constexpr std::size_t kLongestDataLine = std::size_t{1} << 24;
-constexpr std::size_t kMostHeaderLines = 10000;
+constexpr std::size_t kMaxHeaderLines = 10000;
 
 struct Property {
   bool is_list = false;
@@ -63,7 +63,7 @@ class HeaderReader {
     std::string_view line;
     if (!lines_.next(line) || takeWord(line) != "ply") fail("is no PLY file");
     while (lines_.next(line)) {
-      if (lines_.number() > kMostHeaderLines) fail("has no end of its header");
+      if (lines_.number() > kMaxHeaderLines) fail("has no end of its header");
       const std::vector<std::string_view> words = splitWords(line);
       if (words.empty() || words[0] == "comment" || words[0] == "obj_info") continue;
       if (words[0] == "end_header") {

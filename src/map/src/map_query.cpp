@@ -248,7 +248,7 @@ BoxState stateOfBox(const PlanarMap& map, const Vector3& low, const Vector3& hig
   return result;
 }
 
-double MapDifference::share() const {
+double MapDifference::fraction() const {
   const std::size_t either = only_in_a + only_in_b + in_both;
   return either == 0 ? 0.0
                      : static_cast<double>(only_in_a + only_in_b) / static_cast<double>(either);

@@ -42,7 +42,7 @@ PlanarMapParams PlanarMapParams::of(Profile profile) {
   params.belief_gain = 1.0;
   params.miss_factor = 1.0;
   params.first_belief = 1.0;
-  params.min_cell_share = 0.0;
+  params.min_cell_fraction = 0.0;
   params.surface_factor = 0.0;
   return params;
 }
@@ -61,7 +61,7 @@ void PlanarMapParams::validate() const {
   requireInRange("belief_gain", belief_gain, 0.0, 1.0);
   requireInRange("miss_factor", miss_factor, 0.0, 1.0);
   requireInRange("noise_factor", noise_factor, 0.0, 10.0);
-  requireInRange("min_cell_share", min_cell_share, 0.0, 1.0);
+  requireInRange("min_cell_fraction", min_cell_fraction, 0.0, 1.0);
   requireInRange("rim_pixels", rim_pixels, 0.0, 1e6, "px");
   requireInRange("surface_factor", surface_factor, 0.0, 10.0);
   requirePositive("first_belief", first_belief);

@@ -72,7 +72,7 @@ const char* placeOf(StageKind kind) {
     case StageKind::Planes:
       return "finds planes";
     case StageKind::Beliefs:
-      return "judges points";
+      return "decides on points";
     case StageKind::Map:
       return "puts the frame into the map";
     case StageKind::Any:

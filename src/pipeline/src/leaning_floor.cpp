@@ -13,9 +13,9 @@ namespace planar_mapping::detail {
 std::optional<LeaningFloor> leaningFloor(const PlanarMap& map) {
   constexpr double kLevel = 5.0 * kRadiansPerDegree;   // is level, or as good
   constexpr double kSteep = 45.0 * kRadiansPerDegree;  // is no floor in any case
-  constexpr double kShareOfAll = 0.2;
-  constexpr double kShareOfFloor = 0.5;
-  constexpr double kLeastArea = 1.0;  // m2
+  constexpr double kTotalFraction = 0.2;
+  constexpr double kFloorFraction = 0.5;
+  constexpr double kMinArea = 1.0;  // m2
   std::map<std::int32_t, double> areas;
   double all = 0.0;
   for (const Cuboid& cuboid : map.cuboids()) {
@@ -42,8 +42,8 @@ std::optional<LeaningFloor> leaningFloor(const PlanarMap& map) {
       largest = {area, tilt};
     }
   }
-  const bool counts = largest.area >= std::max(kLeastArea, kShareOfAll * all);
-  if (!counts || level >= kShareOfFloor * largest.area) return std::nullopt;
+  const bool counts = largest.area >= std::max(kMinArea, kTotalFraction * all);
+  if (!counts || level >= kFloorFraction * largest.area) return std::nullopt;
   return largest;
 }
 

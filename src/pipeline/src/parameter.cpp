@@ -229,7 +229,10 @@ const Parameter* ParameterTable::find(const std::string& name) const {
   for (const Parameter& parameter : parameters_) {
     if (parameter.name == name) return &parameter;
   }
-  return nullptr;
+  // Fractions were called shares.
+  constexpr const char* kShare = "_share";
+  if (!endsWith(name, kShare)) return nullptr;
+  return find(name.substr(0, name.rfind(kShare)) + "_fraction");
 }
 
 std::string toYaml(const ParameterValue& value) {

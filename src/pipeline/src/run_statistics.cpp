@@ -21,9 +21,9 @@ using Json = nlohmann::ordered_json;
 /// Median, 95th percentile (nearest rank) and sum.
 Json timesOf(std::vector<double> values) {
   std::sort(values.begin(), values.end());
-  const auto rank = [&values](double share) {
+  const auto rank = [&values](double fraction) {
     if (values.empty()) return 0.0;
-    const double position = std::ceil(share * static_cast<double>(values.size()));
+    const double position = std::ceil(fraction * static_cast<double>(values.size()));
     return values[static_cast<std::size_t>(std::max(position, 1.0)) - 1];
   };
   return {{"median", rank(0.5)},

@@ -219,8 +219,8 @@ NormalError normalError(const PointsView& points, const Indices& face, const Pla
     Vector3 around = Vector3::Zero();
     for (int r = std::max(0, row - side + 1); r < std::min(height, row + side); ++r) {
       for (int c = std::max(0, column - side + 1); c < std::min(width, column + side); ++c) {
-        const double share = (side - std::abs(r - row)) * (side - std::abs(c - column));
-        around += share / (side * side) * rays[static_cast<std::size_t>(r) * width + c];
+        const double fraction = (side - std::abs(r - row)) * (side - std::abs(c - column));
+        around += fraction / (side * side) * rays[static_cast<std::size_t>(r) * width + c];
       }
     }
     noisy +=

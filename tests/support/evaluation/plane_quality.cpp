@@ -54,7 +54,7 @@ std::vector<std::size_t> coplanarTargets(const std::vector<PlaneMoments>& moment
 
 /// The plane m . p = 1 of least squares of 1 / r = m . direction, of directions that are exact.
 struct RayFit {
-  static constexpr double kLeastSpread = 1e-12;  ///< of directions that span a plane, squared
+  static constexpr double kMinSpread = 1e-12;  ///< of directions that span a plane, squared
   Matrix3 squares = Matrix3::Zero();
   Vector3 products = Vector3::Zero();
   int points = 0;
@@ -71,7 +71,7 @@ struct RayFit {
   bool fit(Plane& plane) const {
     if (points < 3) return false;
     Eigen::FullPivLU<Matrix3> decomposition(squares);
-    decomposition.setThreshold(kLeastSpread);
+    decomposition.setThreshold(kMinSpread);
     if (decomposition.rank() < 3) return false;
     const Vector3 m = decomposition.solve(products);
     const double length = m.norm();

@@ -5,9 +5,9 @@
 #include <cstddef>
 #include <vector>
 
-#include "planar_mapping/core/planes/multi_plane.h"
-#include "planar_mapping/core/geometry/plane.h"
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/core/geometry/plane.h"
+#include "planar_mapping/core/planes/multi_plane.h"
 
 namespace planar_mapping {
 namespace evaluation {
@@ -31,12 +31,12 @@ struct PlaneTruth {
 /// \param labels     of each point: any number >= 0, kOnNoPlane or kNotJudged
 /// \param min_points labels with fewer points are not judged, >= 3
 /// \throws InputError if sizes disagree or a label is below kNotJudged; ParameterError
-PlaneTruth truthOfLabels(const PointsView& points,
-                                               const std::vector<int>& labels, int min_points = 3);
+PlaneTruth truthOfLabels(const PointsView& points, const std::vector<int>& labels,
+                         int min_points = 3);
 /// The same with planes that are known: labels are indices into \p planes.
 /// \throws InputError also for a label that is no such index
 PlaneTruth truthOf(const PointsView& points, const std::vector<int>& labels,
-                                         const std::vector<Plane>& planes, int min_points = 3);
+                   const std::vector<Plane>& planes, int min_points = 3);
 
 /// When two planes count as one and the same.
 struct CoplanarParams {
@@ -55,12 +55,12 @@ struct CoplanarParams {
 /// plane nor a search that does is judged for it.
 /// \throws InputError if sizes disagree; ParameterError
 PlaneTruth joinCoplanar(const PointsView& points, const PlaneTruth& truth,
-                                              const CoplanarParams& params);
+                        const CoplanarParams& params);
 /// The same of segments; only `plane` and `inliers` of the result are filled.
 /// \throws InputError if an inlier is outside the cloud; ParameterError
-std::vector<PlaneSegment> joinCoplanar(
-    const PointsView& points, const std::vector<PlaneSegment>& segments,
-    const CoplanarParams& params);
+std::vector<PlaneSegment> joinCoplanar(const PointsView& points,
+                                       const std::vector<PlaneSegment>& segments,
+                                       const CoplanarParams& params);
 
 /// The unit "one connected face": splits planes and segments into their connected parts in the
 /// image, by one rule for both, and drops parts of few points; points of planes that are dropped
@@ -68,12 +68,11 @@ std::vector<PlaneSegment> joinCoplanar(
 /// pin-holes do not cut a face.
 /// \param min_points least points of a face, >= 3
 /// \throws InputError if the cloud is not organized or sizes disagree; ParameterError
-PlaneTruth splitFaces(const PointsView& points, const PlaneTruth& truth,
-                                            int min_points);
+PlaneTruth splitFaces(const PointsView& points, const PlaneTruth& truth, int min_points);
 /// The same of segments; only `plane` (the segment's) and `inliers` of the result are filled.
 /// \throws InputError if an inlier is outside the cloud; ParameterError
-std::vector<PlaneSegment> splitFaces(
-    const PointsView& points, const std::vector<PlaneSegment>& segments, int min_points);
+std::vector<PlaneSegment> splitFaces(const PointsView& points,
+                                     const std::vector<PlaneSegment>& segments, int min_points);
 
 /// Segments and true planes by the definitions of Hoover et al. ("An experimental comparison of
 /// range image segmentation algorithms", PAMI 18(7), 1996) for an overlap T > 0.5.
@@ -106,9 +105,8 @@ struct PlaneQuality {
 /// looked for among the rest. Points that are not judged count nowhere.
 /// \param overlap T, in (0.5, 1]
 /// \throws InputError if an inlier is outside the cloud or in two segments; ParameterError
-PlaneQuality judgePlanes(const PlaneTruth& truth,
-                                               const std::vector<PlaneSegment>& segments,
-                                               double overlap = 0.8);
+PlaneQuality judgePlanes(const PlaneTruth& truth, const std::vector<PlaneSegment>& segments,
+                         double overlap = 0.8);
 
 }  // namespace evaluation
 }  // namespace planar_mapping

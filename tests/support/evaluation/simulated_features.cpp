@@ -33,9 +33,9 @@ struct SimulatedFeatures::Sight {
 void SimulatedFeatureParams::validate() const {
   requireInRange("per_frame", per_frame, 1, 100000);
   requireInRange("noise_px", noise_px, 0.0, 100.0, "px");
-  requireInRange("miss_share", miss_share, 0.0, 1.0);
-  requireInRange("wrong_disparity_share", wrong_disparity_share, 0.0, 1.0);
-  requireInRange("wrong_track_share", wrong_track_share, 0.0, 1.0);
+  requireInRange("miss_fraction", miss_fraction, 0.0, 1.0);
+  requireInRange("wrong_disparity_fraction", wrong_disparity_fraction, 0.0, 1.0);
+  requireInRange("wrong_track_fraction", wrong_track_fraction, 0.0, 1.0);
 }
 
 SimulatedFeatures::SimulatedFeatures(const Simulation& simulation,
@@ -114,9 +114,9 @@ std::vector<SimulatedFeature> SimulatedFeatures::next(const SimulatedFrame& fram
   std::vector<SimulatedFeature> features;
   for (const Sight& sight : landmarksInView(frame)) {
     // Drawn for every one alike: what happens to one does not change the others.
-    const bool missed = random.uniform() < params_.miss_share;
-    const bool wrong_disparity = random.uniform() < params_.wrong_disparity_share;
-    const bool wrong_track = random.uniform() < params_.wrong_track_share;
+    const bool missed = random.uniform() < params_.miss_fraction;
+    const bool wrong_disparity = random.uniform() < params_.wrong_disparity_fraction;
+    const bool wrong_track = random.uniform() < params_.wrong_track_fraction;
     const double anywhere = random.uniform();
     const double noise[3] = {random.normal(), random.normal(), random.normal()};
     if (missed) continue;

@@ -12,15 +12,15 @@ namespace planar_mapping {
 namespace evaluation {
 
 struct SimulatedFeatureParams {
-  int per_frame = 400;      ///< features looked for in each frame, in [1, 100000]
-  double noise_px = 0.3;    ///< of column, row and disparity, standard deviation, in [0, 100]
-  double miss_share = 0.1;  ///< of those in view that a detector does not find, in [0, 1]
-  /// Share of the features of a frame whose right image was matched with another place: their
+  int per_frame = 400;         ///< features looked for in each frame, in [1, 100000]
+  double noise_px = 0.3;       ///< of column, row and disparity, standard deviation, in [0, 100]
+  double miss_fraction = 0.1;  ///< of those in view that a detector does not find, in [0, 1]
+  /// Fraction of the features of a frame whose right image was matched with another place: their
   /// disparity, and so their position, is anywhere. Drawn anew in each frame.
-  double wrong_disparity_share = 0.0;  ///< in [0, 1]
-  /// Share of the features of a frame that are taken for another one: they carry its track. Drawn
-  /// anew in each frame.
-  double wrong_track_share = 0.0;  ///< in [0, 1]
+  double wrong_disparity_fraction = 0.0;  ///< in [0, 1]
+  /// Fraction of the features of a frame that are taken for another one: they carry its track.
+  /// Drawn anew in each frame.
+  double wrong_track_fraction = 0.0;  ///< in [0, 1]
   std::uint64_t seed = 1;
 
   /// \throws ParameterError

@@ -81,14 +81,14 @@ TEST(RenderImage, ALeftPixelAppearsAtItsDisparityInTheRightImage) {
         const double at = column - d;
         if (at < 0.0) continue;
         const auto whole = static_cast<std::size_t>(at);
-        const double share = at - static_cast<double>(whole);
+        const double fraction = at - static_cast<double>(whole);
         const std::size_t k = static_cast<std::size_t>(row * camera.width) + whole;
         const auto seen = [&](std::size_t pixel) {
           return right_view.object[pixel] == left_view.object[i] &&
                  right_view.face[pixel] == left_view.face[i];
         };
         if (!seen(k) || !seen(k + 1)) continue;  // hidden from the right camera
-        const double value = (1.0 - share) * right.pixels[k] + share * right.pixels[k + 1];
+        const double value = (1.0 - fraction) * right.pixels[k] + fraction * right.pixels[k + 1];
         differences.push_back(std::abs(value - left.pixels[i]));
       }
     ASSERT_GT(differences.size(), left.pixels.size() / 3) << name;
@@ -146,10 +146,10 @@ TEST(RenderImage, SurfacesWithoutTextureAreEven) {
   const Scene scene = wallAt(2.0, {0x909090, Pattern::Tiles, 1.0, 0.5});
   const PinholeCamera camera = cameraOf(160, 120, 120.0);
   RenderParams params;
-  params.plain_share = 1.0;
+  params.plain_fraction = 1.0;
   const Rendering view = render(scene, camera, Pose::Identity(), params);
   for (const float texture : view.texture) EXPECT_EQ(texture, 0.0f);
-  params.plain_share = 0.4;
+  params.plain_fraction = 0.4;
   const Rendering partly = render(scene, camera, Pose::Identity(), params);
   const auto plain = std::count(partly.texture.begin(), partly.texture.end(), 0.0f);
   EXPECT_NEAR(static_cast<double>(plain), 0.4 * static_cast<double>(partly.size()),
@@ -224,7 +224,7 @@ TEST(RenderImage, RefusesViewsWithoutColorsAndBadParameters) {
   EXPECT_THROW(renderImage(scene, view, Pose::Identity(), params, noiseless()), InputError);
   EXPECT_THROW(renderImage(scene, Rendering(), Pose::Identity(), {}, noiseless()), InputError);
   params.colors = true;
-  params.plain_share = 1.5;
+  params.plain_fraction = 1.5;
   EXPECT_THROW(render(scene, camera, Pose::Identity(), params), ParameterError);
   params = RenderParams();
   params.threads = -1;

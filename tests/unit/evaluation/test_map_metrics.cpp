@@ -288,11 +288,11 @@ TEST(HeldBack, ByHand) {
   for (int i = 19; i >= 0; --i) points.emplace_back(0.5 + 0.1 * i, 0.2, 0.3);
   points.emplace_back(kNan, 0, 0);
   const HeldBackDistance result = heldBackDistance({cube}, points, 0.55);
-  EXPECT_NEAR(result.median, 0.9, 1e-12);              // the tenth of twenty
-  EXPECT_NEAR(result.percentile_95, 1.8, 1e-12);       // the nineteenth
-  EXPECT_NEAR(result.share_within, 0.3, 1e-12);        // 0 to .5
-  EXPECT_NEAR(result.share_within_half, 0.15, 1e-12);  // 0 to .2
-  EXPECT_NEAR(result.share_inside, 0.05, 1e-12);
+  EXPECT_NEAR(result.median, 0.9, 1e-12);                 // the tenth of twenty
+  EXPECT_NEAR(result.percentile_95, 1.8, 1e-12);          // the nineteenth
+  EXPECT_NEAR(result.fraction_within, 0.3, 1e-12);        // 0 to .5
+  EXPECT_NEAR(result.fraction_within_half, 0.15, 1e-12);  // 0 to .2
+  EXPECT_NEAR(result.fraction_inside, 0.05, 1e-12);
 }
 
 TEST(HeldBack, TiltedCuboidByHand) {
@@ -302,7 +302,7 @@ TEST(HeldBack, TiltedCuboidByHand) {
                        {wall.R * Vector3(1.3, 1.4, 0), wall.R * Vector3(0.5, 0.5, 0.2)}, 0.1);
   EXPECT_NEAR(result.median, 0.2, 1e-12);
   EXPECT_NEAR(result.percentile_95, 0.5, 1e-12);
-  EXPECT_EQ(result.share_within, 0.0);
+  EXPECT_EQ(result.fraction_within, 0.0);
 }
 
 TEST(HeldBack, AgreesWithEveryCuboidAskedInTurn) {
@@ -323,15 +323,15 @@ TEST(HeldBack, AgreesWithEveryCuboidAskedInTurn) {
   EXPECT_NEAR(result.percentile_95, distances[949], 1e-12);
   const auto within =
       std::count_if(distances.begin(), distances.end(), [](double d) { return d <= 0.1; });
-  EXPECT_NEAR(result.share_within, static_cast<double>(within) / 999.0, 1e-12);
+  EXPECT_NEAR(result.fraction_within, static_cast<double>(within) / 999.0, 1e-12);
   EXPECT_NEAR(coverage(cuboids, points, 0.1), static_cast<double>(within) / 999.0, 1e-12);
 }
 
 TEST(HeldBack, NothingAtAll) {
   const HeldBackDistance empty = heldBackDistance(CuboidDistance({}), {{0, 0, 0}}, 0.1);
   EXPECT_EQ(empty.median, kInfinity);
-  EXPECT_EQ(empty.share_within, 0.0);
-  EXPECT_EQ(heldBackDistance(CuboidDistance({}), {}, 0.1).share_within, 1.0);
+  EXPECT_EQ(empty.fraction_within, 0.0);
+  EXPECT_EQ(heldBackDistance(CuboidDistance({}), {}, 0.1).fraction_within, 1.0);
 }
 
 TEST(SurfaceDistanceMetric, IsThatOfWhereRaysEnter) {

@@ -34,7 +34,7 @@ Walk walkThrough(const std::string& scene, bool is_perfect, std::uint64_t seed) 
   params.frames = 10;
   params.colors = false;
   params.yaw = 0.1 + 0.37 * static_cast<double>(seed);
-  params.plain_share = 0.2;
+  params.plain_fraction = 0.2;
   if (is_perfect) params.sensor = StereoSensorParams::perfect();
   Walk walk{Simulation(params), {}, PlanarMap()};
   for (std::size_t i = 0; i < walk.simulation.size(); ++i) {
@@ -121,10 +121,11 @@ Fractions fractionsOf(const Walk& walk) {
   }
   EXPECT_GT(passed, 1000u);
   EXPECT_GT(unpassed, 2000u);
-  const auto share = [](std::size_t part, std::size_t of) {
+  const auto fraction = [](std::size_t part, std::size_t of) {
     return static_cast<double>(part) / static_cast<double>(of);
   };
-  const Fractions f{share(free, passed), share(occupied, passed), share(not_free, unpassed)};
+  const Fractions f{fraction(free, passed), fraction(occupied, passed),
+                    fraction(not_free, unpassed)};
   std::printf("passed: %.2f %% free, %.2f %% occupied; not passed: %.2f %% not free\n",
               100.0 * f.passed_free, 100.0 * f.passed_occupied, 100.0 * f.unpassed_not_free);
   return f;

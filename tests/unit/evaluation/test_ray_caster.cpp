@@ -6,8 +6,8 @@
 
 #include <cmath>
 
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace evaluation {
@@ -151,7 +151,7 @@ TEST(Render, BearsHugeFarAndFlatThings) {
       object.material.texture = 0.9;
     }
     RenderParams params;
-    params.plain_share = 0.2;
+    params.plain_fraction = 0.2;
     const Rendering view = render(scene, smallCamera(), Pose::Identity(), params);
     EXPECT_EQ(view.object[24 * 64 + 32], 2);
     EXPECT_FLOAT_EQ(view.depth[24 * 64 + 32], 2.0f);

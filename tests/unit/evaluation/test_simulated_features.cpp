@@ -28,7 +28,7 @@ SimulationParams smallParams(const std::string& scene, int frames) {
 SimulatedFeatureParams exact() {
   SimulatedFeatureParams params;
   params.noise_px = 0.0;
-  params.miss_share = 0.0;
+  params.miss_fraction = 0.0;
   return params;
 }
 
@@ -71,16 +71,16 @@ TEST(SimulatedFeatures, KeepTheirTracksOverFrames) {
 TEST(SimulatedFeatures, MistakesHaveTheSharesAskedFor) {
   SimulatedFeatureParams wanted;
   wanted.per_frame = 2000;
-  wanted.miss_share = 0.2;
-  wanted.wrong_disparity_share = 0.1;
-  wanted.wrong_track_share = 0.05;
+  wanted.miss_fraction = 0.2;
+  wanted.wrong_disparity_fraction = 0.1;
+  wanted.wrong_track_fraction = 0.05;
   SimulationParams params = smallParams("room", 4);
   params.path = Path::Standing;
   const Simulation simulation(params);
   SimulatedFeatures features(simulation, wanted);
   SimulatedFeatures truth(simulation, [&wanted]() {
     SimulatedFeatureParams all = wanted;
-    all.miss_share = 0.0;
+    all.miss_fraction = 0.0;
     return all;
   }());
   for (std::size_t k = 0; k < simulation.size(); ++k) {
@@ -108,7 +108,7 @@ TEST(SimulatedFeatures, MistakesHaveTheSharesAskedFor) {
 TEST(SimulatedFeatures, TheSameParametersGiveTheSameFeatures) {
   const Simulation simulation(smallParams("outdoor", 3));
   SimulatedFeatureParams params;
-  params.wrong_track_share = 0.1;
+  params.wrong_track_fraction = 0.1;
   SimulatedFeatures a(simulation, params);
   SimulatedFeatures b(simulation, params);
   for (std::size_t k = 0; k < 3; ++k) {
@@ -153,7 +153,7 @@ TEST(SimulatedFeatures, RefuseBadParametersAndFramesOutOfOrder) {
   params.per_frame = 0;
   EXPECT_THROW(SimulatedFeatures(simulation, params), ParameterError);
   params = SimulatedFeatureParams();
-  params.miss_share = std::numeric_limits<double>::quiet_NaN();
+  params.miss_fraction = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(SimulatedFeatures(simulation, params), ParameterError);
   SimulatedFeatures features(simulation, SimulatedFeatureParams());
   EXPECT_THROW(features.next(SimulatedFrame()), InputError);

@@ -249,7 +249,8 @@ TEST(Simulation, RefusesParametersOutOfRange) {
   EXPECT_THROW(Simulation(with([](SimulationParams& p) { p.yaw = NAN; })), ParameterError);
   EXPECT_THROW(Simulation(with([](SimulationParams& p) { p.length = 20.0; })), ParameterError);
   EXPECT_THROW(Simulation(with([](SimulationParams& p) { p.step = NAN; })), ParameterError);
-  EXPECT_THROW(Simulation(with([](SimulationParams& p) { p.plain_share = 2.0; })), ParameterError);
+  EXPECT_THROW(Simulation(with([](SimulationParams& p) { p.plain_fraction = 2.0; })),
+               ParameterError);
   EXPECT_THROW(Simulation(with([](SimulationParams& p) { p.image_noise = -1.0; })), ParameterError);
   EXPECT_THROW(Simulation(with([](SimulationParams& p) { p.threads = -1; })), ParameterError);
   EXPECT_THROW(Simulation(with([](SimulationParams& p) {

@@ -85,7 +85,7 @@ TEST(StereoSensor, WhatTheSecondCameraDoesNotSeeIsMissing) {
   for (std::size_t row = 50; row < 150; ++row)
     for (std::size_t column = 150; column < 200; ++column) view.depth[row * 320 + column] = 1.0f;
   StereoSensorParams params;
-  params.flying_share = params.edge_hole_share = 0.0;
+  params.flying_fraction = params.edge_hole_fraction = 0.0;
   Random random(4);
   const std::vector<float> disparity = measureDisparity(view, params, random);
   const auto at = [&](std::size_t row, std::size_t column) {
@@ -143,9 +143,9 @@ TEST(StereoSensor, EdgesHaveHolesAndFlyingPixels) {
 
 TEST(StereoSensor, WrongMatchesHaveTheShareAskedFor) {
   const Rendering view = wall(3.0f);
-  for (const double share : {0.0, 0.05, 0.2}) {
+  for (const double fraction : {0.0, 0.05, 0.2}) {
     StereoSensorParams params;
-    params.wrong_share = share;
+    params.wrong_fraction = fraction;
     Random random(8);
     const std::vector<float> disparity = measureDisparity(view, params, random);
     int wrong = 0, measured = 0;
@@ -155,13 +155,13 @@ TEST(StereoSensor, WrongMatchesHaveTheShareAskedFor) {
       EXPECT_LT(d, 13.0f);
     }
     // Disparities go from 3 to about 11 px; a third of the wrong ones lies within 2 px by chance.
-    EXPECT_NEAR(wrong, share * 0.63 * measured, 0.012 * measured) << share;
+    EXPECT_NEAR(wrong, fraction * 0.63 * measured, 0.012 * measured) << fraction;
   }
   // The right ones stay what they were.
   StereoSensorParams params;
   Random clean_random(8);
   const std::vector<float> clean = measureDisparity(view, params, clean_random);
-  params.wrong_share = 0.1;
+  params.wrong_fraction = 0.1;
   Random random(8);
   const std::vector<float> disparity = measureDisparity(view, params, random);
   std::size_t same = 0;
@@ -196,9 +196,9 @@ TEST(StereoSensor, RefusesParametersOutOfRange) {
   refused([](StereoSensorParams& p) { p.noise_px = -1.0; });
   refused([](StereoSensorParams& p) { p.noise_px = std::numeric_limits<double>::quiet_NaN(); });
   refused([](StereoSensorParams& p) { p.correlation_px = 0.5; });
-  refused([](StereoSensorParams& p) { p.flying_share = 0.9; });
+  refused([](StereoSensorParams& p) { p.flying_fraction = 0.9; });
   refused([](StereoSensorParams& p) { p.edge_px = 0.0; });
-  refused([](StereoSensorParams& p) { p.wrong_share = 1.1; });
+  refused([](StereoSensorParams& p) { p.wrong_fraction = 1.1; });
   refused([](StereoSensorParams& p) { p.wrong_patch_px = 0; });
   EXPECT_NO_THROW(StereoSensorParams().validate());
   EXPECT_NO_THROW(StereoSensorParams::perfect().validate());

@@ -109,15 +109,15 @@ TEST(ImageFile, RefusesImagesCutShortAnywhere) {
   writeImage(dir / "whole.png", gradient(64, 48, 3));
   const std::vector<std::uint8_t> png = readWholeFile(dir / "whole.png");
   const std::vector<std::uint8_t> jpeg = jpegBytes(gradient(64, 48, 3), TJSAMP_420);
-  for (const double share : {0.02, 0.1, 0.3, 0.5, 0.9, 0.99}) {
+  for (const double fraction : {0.02, 0.1, 0.3, 0.5, 0.9, 0.99}) {
     std::vector<std::uint8_t> part = png;
-    part.resize(static_cast<std::size_t>(share * static_cast<double>(png.size())));
+    part.resize(static_cast<std::size_t>(fraction * static_cast<double>(png.size())));
     write(dir / "cut.png", part);
-    EXPECT_FALSE(refusal(dir / "cut.png").empty()) << share;
+    EXPECT_FALSE(refusal(dir / "cut.png").empty()) << fraction;
     part = jpeg;
-    part.resize(static_cast<std::size_t>(share * static_cast<double>(jpeg.size())));
+    part.resize(static_cast<std::size_t>(fraction * static_cast<double>(jpeg.size())));
     write(dir / "cut.jpg", part);
-    EXPECT_FALSE(refusal(dir / "cut.jpg").empty()) << share;
+    EXPECT_FALSE(refusal(dir / "cut.jpg").empty()) << fraction;
   }
 }
 

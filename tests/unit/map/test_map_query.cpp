@@ -246,15 +246,15 @@ TEST(CompareMaps, OfAMapWithItselfIsNothing) {
   const PlanarMap map = roomMap();
   const MapDifference same = compareMaps(map, map);
   EXPECT_GT(same.in_both, 1000u);
-  EXPECT_EQ(same.share(), 0.0);
+  EXPECT_EQ(same.fraction(), 0.0);
   EXPECT_DOUBLE_EQ(same.cell, 0.05);
-  EXPECT_EQ(compareMaps(PlanarMap(), PlanarMap()).share(), 0.0);
+  EXPECT_EQ(compareMaps(PlanarMap(), PlanarMap()).fraction(), 0.0);
 }
 
 TEST(CompareMaps, CountsWhatOnlyOneHas) {
   const PlanarMap map = roomMap();
   const MapDifference all = compareMaps(map, PlanarMap());
-  EXPECT_EQ(all.share(), 1.0);
+  EXPECT_EQ(all.fraction(), 1.0);
   EXPECT_EQ(all.only_in_b, 0u);
   // As many as there are centres of cells of 0.05 m in cuboids.
   Vector3 low, high;
@@ -273,8 +273,8 @@ TEST(CompareMaps, CountsWhatOnlyOneHas) {
   const PlanarMap more = roomMap(5);
   const MapDifference grown = compareMaps(map, more);
   EXPECT_GT(grown.only_in_b, 0u);
-  EXPECT_GT(grown.share(), 0.0);
-  EXPECT_LT(grown.share(), 0.5);
+  EXPECT_GT(grown.fraction(), 0.0);
+  EXPECT_LT(grown.fraction(), 0.5);
   EXPECT_EQ(compareMaps(more, map).only_in_a, grown.only_in_b);
 }
 

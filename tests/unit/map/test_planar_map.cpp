@@ -283,7 +283,7 @@ TEST(PlanarMap, RejectsBadParameters) {
   rejects([](PlanarMapParams& p) { p.miss_factor = 2.0; });
   rejects([](PlanarMapParams& p) { p.first_belief = 0.0; });
   rejects([](PlanarMapParams& p) { p.noise_factor = -1.0; });
-  rejects([](PlanarMapParams& p) { p.min_cell_share = std::nan(""); });
+  rejects([](PlanarMapParams& p) { p.min_cell_fraction = std::nan(""); });
   rejects([](PlanarMapParams& p) { p.max_range = -1.0; });
   rejects([](PlanarMapParams& p) { p.miss_range = std::nan(""); });
   rejects([](PlanarMapParams& p) { p.max_range = 1e6; });  // would be 1e21 unknown cells

@@ -334,7 +334,7 @@ TEST(FeatureTracker, RefusesParametersOutOfRange) {
   refused([](auto& p) { p.remember_frames = -1; });
   refused([](auto& p) { p.max_remembered = -1; });
   refused([](auto& p) { p.min_disparity = -1.0; });
-  refused([](auto& p) { p.max_disparity_share = 2.0; });
+  refused([](auto& p) { p.max_disparity_fraction = 2.0; });
   refused([](auto& p) { p.detection_threshold = -1.0; });
   refused([](auto& p) { p.threads = -1; });
 }

@@ -38,7 +38,7 @@ RealPair readPair(const std::string& set, const std::string& number = "000000") 
   return {read("left"), read("right"), io::readCalibration(realData(set) + "/calib.yaml")};
 }
 
-/// \param least  share of the pixels with truth that have a disparity
+/// \param least  fraction of the pixels with truth that have a disparity
 void expectRight(const DisparityImage& disparity, const io::DepthImage& truth, double least,
                  const std::string& name) {
   ASSERT_EQ(disparity.values.size(), truth.values.size());

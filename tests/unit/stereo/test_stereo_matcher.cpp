@@ -23,7 +23,7 @@ struct Errors {
   double density = 0.0;  ///< over the pixels whose partner is inside the right image
   double rms = 0.0;
   double mean = 0.0;
-  double bad = 0.0;  ///< share beyond 1 px
+  double bad = 0.0;  ///< fraction beyond 1 px
 };
 
 Errors errorsOf(const DisparityImage& disparity, const DisparityPlane& truth) {
@@ -308,8 +308,8 @@ TEST(StereoMatcher, RefusesParametersOutOfRange) {
   refused([](auto& p) { p.min_texture = -1.0; });
   refused([](auto& p) { p.disparities = 0; });
   refused([](auto& p) { p.min_disparity = -5000; });
-  refused([](auto& p) { p.max_disparity_share = kNaN; });
-  refused([](auto& p) { p.max_disparity_share = 0.0; });
+  refused([](auto& p) { p.max_disparity_fraction = kNaN; });
+  refused([](auto& p) { p.max_disparity_fraction = 0.0; });
   refused([](auto& p) { p.near_distance = -1.0; });
   refused([](auto& p) { p.smoothness_large = p.smoothness_small - 1.0; });
   refused([](auto& p) { p.speckle_range = 0.0; });

@@ -109,11 +109,11 @@ TEST(ViewMap, PanelsThatRepeatAreNoPlace) {
     EXPECT_NE(found.reason.find("looks the same"), std::string::npos) << found.reason;
     // Nor is a pose that something else proposes, a panel off what was expected.
     const Pose expected = poseAt(step - 0.5);
-    EXPECT_EQ(map.judge(see(map, shot), poseAt(step - 1.0), &expected, false),
+    EXPECT_EQ(map.check(see(map, shot), poseAt(step - 1.0), &expected, false),
               PoseVerdict::Ambiguous);
     // Where it is expected, it is.
     const Pose near = poseAt(step);
-    EXPECT_EQ(map.judge(see(map, shot), near, &near, false), PoseVerdict::Confirmed);
+    EXPECT_EQ(map.check(see(map, shot), near, &near, false), PoseVerdict::Confirmed);
   }
 }
 
@@ -143,7 +143,7 @@ TEST(ViewMap, APersonWhoWalksThroughIsNoContradiction) {
   map.insert(seeBehind(map, poseAt(0.0), 20, 130), poseAt(0.0));
   const Pose truth = poseAt(0.15, 0.05);
   const ViewMap::ViewPtr view = seeBehind(map, truth, 180, 290);
-  EXPECT_EQ(map.judge(view, truth, nullptr, false), PoseVerdict::Refused);
+  EXPECT_EQ(map.check(view, truth, nullptr, false), PoseVerdict::Refused);
   for (const ViewGuess known : {ViewGuess::Motion, ViewGuess::Place, ViewGuess::Nothing}) {
     const ViewMap::Location found = map.locate(view, poseAt(0.0), {}, known);
     ASSERT_TRUE(found.found) << found.reason;
@@ -208,13 +208,13 @@ TEST(ViewMap, RefusesAnImageOfAnotherPlaceAndDepthsThatCannotBe) {
   map.insert(see(map, shoot(poseAt(0.0), 0.0, 4)), poseAt(0.0));
   // Images exchanged: the depth of one view, the image of another.
   const ViewMap::ViewPtr exchanged = see(map, shoot(poseAt(0.0), 0.0, 5));
-  EXPECT_EQ(map.judge(exchanged, poseAt(0.0), nullptr, false), PoseVerdict::Refused);
+  EXPECT_EQ(map.check(exchanged, poseAt(0.0), nullptr, false), PoseVerdict::Refused);
   EXPECT_FALSE(map.locate(exchanged, poseAt(0.0), {}, ViewGuess::Motion).found);
   // Its wall would stand where the earlier view saw through.
   const ViewMap::ViewPtr same = see(map, shoot(poseAt(0.0), 0.0, 4));
   Pose nearer = poseAt(0.0);
   nearer.translation().z() = -0.6;
-  EXPECT_EQ(map.judge(same, nearer, nullptr, false), PoseVerdict::Refused);
+  EXPECT_EQ(map.check(same, nearer, nullptr, false), PoseVerdict::Refused);
 }
 
 TEST(ViewMap, PlainWallsTellNothing) {
@@ -222,7 +222,7 @@ TEST(ViewMap, PlainWallsTellNothing) {
   Shot plain = shoot(poseAt(0.0), 0.0, 6);
   for (std::uint8_t& pixel : plain.image.pixels) pixel = 128;
   map.insert(see(map, plain), poseAt(0.0));
-  EXPECT_EQ(map.judge(see(map, plain), poseAt(0.0), nullptr, false), PoseVerdict::Unknown);
+  EXPECT_EQ(map.check(see(map, plain), poseAt(0.0), nullptr, false), PoseVerdict::Unknown);
   EXPECT_FALSE(map.locate(see(map, plain), poseAt(0.0), {poseAt(0.0)}, ViewGuess::Motion).found);
 }
 

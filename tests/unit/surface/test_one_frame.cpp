@@ -69,7 +69,7 @@ TEST(OneFrame, PointsAtAPlaneAreAbsorbedAndIsolatedNoiseIsDropped) {
   scene.add({1.0, 0.52, 0.52});  // alone in the air
   FrameUpdate d;
   PlanarMapParams params = paramsFor(Profile::Compact);
-  params.min_cell_share = 0.0;  // one point is enough
+  params.min_cell_fraction = 0.0;  // one point is enough
   EXPECT_EQ(cuboidsOf(scene, params, {Pose::Identity(), nullptr, nullptr, &d}).size(), 2u);
   EXPECT_EQ(d.absorbed_points, 1u);
   params.approximation.min_points_per_cell = 2;
@@ -123,7 +123,7 @@ TEST(OneFrame, BeliefIsTheMeanOverCellsOfTheMeanOverPoints) {
   scene.planes.push_back(wall);
   PlanarMapParams params = paramsFor(Profile::Compact);
   params.approximation.rectangle_cells = 0.0;
-  params.min_cell_share = 0.0;
+  params.min_cell_fraction = 0.0;
   params.min_probability = 0.0;
   const auto cuboids = cuboidsOf(scene, params, {Pose::Identity(), nullptr, &belief, nullptr});
   constexpr double kBeliefStep = 1.0 / 17.0;  // of the beliefs that a map keeps

@@ -117,7 +117,7 @@ TEST_P(RealClouds, FewerCuboidsThanGreedyBoxesAndNoPointLeftOut) {
     PlanarMapParams params = PlanarMapParams::of(profile);
     params.approximation.resolution = kResolution;
     params.approximation.up = GetParam().up;
-    params.min_cell_share = 0.0;  // all points count
+    params.min_cell_fraction = 0.0;  // all points count
     PlanarMap map(params);
     FrameObservation observation;
     observation.points = points;

@@ -110,8 +110,8 @@ class PLANAR_MAPPING_EXPORT GroundRemoval : public detail::PointFilter<PointT> {
   void setWallFootThreshold(double metres);
   double getWallFootThreshold() const { return getParams().wall_foot_threshold; }
   /// Fraction of the finite points that must support the ground.
-  void setMinShare(double fraction);
-  double getMinShare() const { return getParams().min_share; }
+  void setMinFraction(double fraction);
+  double getMinFraction() const { return getParams().min_fraction; }
   void setMinPoints(int points);
   int getMinPoints() const { return getParams().min_points; }
   void setSampleSize(int points);

@@ -24,7 +24,7 @@ using detail::WindowSurface;
 /// No box holds half cells of two cubes of this many that do not touch: it reaches one beyond each.
 constexpr int kApartBits = 2;
 /// What is covered again may have as many as this, however few hold something.
-constexpr double kMostVolume = 1 << 26;
+constexpr double kMaxVolume = 1 << 26;
 
 ElementRange rangeOf(const std::vector<Element>& elements, std::size_t first, std::size_t last) {
   return {elements.data() + first, elements.data() + last};
@@ -114,7 +114,7 @@ class CoverSearch {
 
   /// Boxes for what \p boxes stand for, if fewer are found.
   std::vector<Cuboid> runAgain(const std::vector<Cuboid>& boxes) {
-    if (volumeOf(elements_) > kMostVolume) return boxes;
+    if (volumeOf(elements_) > kMaxVolume) return boxes;
     CoverWindow window(rangeOf(elements_, 0, elements_.size()), params_);
     std::vector<CuboidReach> own;
     for (const Cuboid& c : boxes) own.emplace_back(c, margin_);

@@ -15,7 +15,7 @@ namespace {
 
 // Cells are counted from the sensor, so that floats are exact enough anywhere in the world.
 constexpr std::int32_t kFarthest = 1 << 20;
-constexpr std::size_t kFewestSlots = 1024;
+constexpr std::size_t kMinSlots = 1024;
 constexpr std::size_t kBlock = 512;
 
 PLANAR_MAPPING_MULTIVERSION
@@ -224,7 +224,7 @@ std::int32_t FrameCells::insert(std::uint64_t cell, std::int32_t label) {
 }
 
 void FrameCells::grow() {
-  slots_.assign(std::max(kFewestSlots, 2 * slots_.size()), Slot());
+  slots_.assign(std::max(kMinSlots, 2 * slots_.size()), Slot());
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     slots_[slotOf(groups_[g].cell, groups_[g].label)] = {groups_[g].cell, groups_[g].label,
                                                          static_cast<std::int32_t>(g)};

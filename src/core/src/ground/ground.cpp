@@ -65,8 +65,8 @@ void GroundParams::validate() const {
   requireInRange("wall_height", wall_height, 0.0, kMax, "m");
   requireLength("wall_cell", wall_cell);
   requireLength("wall_foot_threshold", wall_foot_threshold);
-  requirePositive("min_share", min_share);
-  requireInRange("min_share", min_share, 0.0, 1.0);
+  requirePositive("min_fraction", min_fraction);
+  requireInRange("min_fraction", min_fraction, 0.0, 1.0);
   requireInRange("min_points", min_points, 3, std::numeric_limits<int>::max());
   requireInRange("sample_size", sample_size, 100, std::numeric_limits<int>::max());
   requireInRange("threads", threads, 0, 4096);
@@ -125,7 +125,8 @@ Ground findAmongMeasured(const PointsView& points, const Indices* indices,
   if (sampled * points_per_draw < params.min_points) {
     ground.diagnostics.status = GroundStatus::TooFewPoints;
   } else {
-    const double needed = std::max(params.min_share * sampled, params.min_points / points_per_draw);
+    const double needed =
+        std::max(params.min_fraction * sampled, params.min_points / points_per_draw);
     if (params.wall_height > 0.0) detail::dropUprights(sample, params, frame);
     ground.diagnostics.status =
         detail::estimateGround(sample, params, frame, needed, estimate, ground.diagnostics);

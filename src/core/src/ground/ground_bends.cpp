@@ -186,9 +186,9 @@ GroundBends::GroundBends(const GroundSample& sample, const GroundEstimate& estim
     wide = fitAround(own, n, wide, 0.0, steepest);
     // A slope meets what is before it, at the border or somewhere in the cell before; a kerb does
     // not.
-    const auto stepAt = [&](double share) {
-      return wide.at(share * towards_u, share * towards_v) -
-             predicted.at(share * towards_u, share * towards_v);
+    const auto stepAt = [&](double fraction) {
+      return wide.at(fraction * towards_u, fraction * towards_v) -
+             predicted.at(fraction * towards_u, fraction * towards_v);
     };
     const double at_border = stepAt(1.0);
     const double beyond = stepAt(3.0);

@@ -58,7 +58,7 @@ enum Kind : std::int32_t {
   kAboveHigh = 4,  ///< over the band, in the upper half
 };
 
-constexpr std::uint8_t kMostCounted = 255;
+constexpr std::uint8_t kMaxCounted = 255;
 
 /// Columns over the ground are wrapped around: a point shares its column only with points beside
 /// it and some that are kSide columns away, which should be out of sight.
@@ -185,7 +185,7 @@ PLANAR_MAPPING_MULTIVERSION
 void addCounts(const std::uint8_t* __restrict from, std::uint8_t* __restrict to, std::size_t n) {
   for (std::size_t i = 0; i < n; ++i) {
     const int sum = to[i] + from[i];
-    to[i] = static_cast<std::uint8_t>(sum < kMostCounted ? sum : kMostCounted);
+    to[i] = static_cast<std::uint8_t>(sum < kMaxCounted ? sum : kMaxCounted);
   }
 }
 
@@ -261,11 +261,11 @@ class Stretch {
     const std::int32_t kind = block.kind[i];
     Column& column = columns_[block.column[i]];
     if (kind == kLowInWall) {
-      column.low += column.low < kMostCounted ? 1 : 0;
+      column.low += column.low < kMaxCounted ? 1 : 0;
       undecided_.push_back({first + i, block.column[i]});
     } else {
-      column.above += column.above < kMostCounted ? 1 : 0;
-      column.high += kind == kAboveHigh && column.high < kMostCounted ? 1 : 0;
+      column.above += column.above < kMaxCounted ? 1 : 0;
+      column.high += kind == kAboveHigh && column.high < kMaxCounted ? 1 : 0;
     }
   }
 
@@ -281,13 +281,13 @@ void labelGround(const PointsView& points, const Indices* indices, const GroundP
                  const GroundFrame& frame, const GroundPlane& plane, const GroundBends& bends,
                  Ground& ground) {
   // Each stretch clears and adds up columns of its own: more of them do not pay.
-  constexpr std::size_t kMostStretches = 4;
-  constexpr std::size_t kFewestPoints = 1 << 15;
+  constexpr std::size_t kMaxStretches = 4;
+  constexpr std::size_t kMinPoints = 1 << 15;
   const Kernel kernel = makeKernel(params, frame, plane, bends);
   const std::size_t n = countOf(points, indices);
   ground.is_ground.resize(n);
-  const std::size_t threads = std::min<std::size_t>(resolveThreads(params.threads), kMostStretches);
-  std::vector<Stretch> stretches(std::clamp<std::size_t>(n / kFewestPoints, 1, threads));
+  const std::size_t threads = std::min<std::size_t>(resolveThreads(params.threads), kMaxStretches);
+  std::vector<Stretch> stretches(std::clamp<std::size_t>(n / kMinPoints, 1, threads));
   const auto begin = [&](std::size_t i) { return n * i / stretches.size() / kBlock * kBlock; };
   parallelFor(stretches.size(), params.threads, [&](std::size_t i) {
     const std::size_t last = i + 1 < stretches.size() ? begin(i + 1) : n;

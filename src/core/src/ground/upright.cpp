@@ -13,9 +13,9 @@
 namespace planar_mapping {
 namespace {
 
-constexpr std::size_t kMostPlanes = 20;
+constexpr std::size_t kMaxPlanes = 20;
 /// Planes that meet at a smaller angle do not fix the line in which they meet: its sine.
-constexpr double kLeastMeeting = 0.5;
+constexpr double kMinMeeting = 0.5;
 /// Directions closer together than this are the same one, seen with different errors.
 constexpr double kSameDirection = 10.0 * M_PI / 180.0;
 constexpr double kMaxTilt = 65.0 * M_PI / 180.0;
@@ -37,7 +37,7 @@ constexpr double kMaxAmbiguity = 0.7;
 
 struct WeightedPlane {
   Plane plane;
-  double weight = 0.0;  ///< share of the points on planes
+  double weight = 0.0;  ///< fraction of the points on planes
 };
 
 struct Support {
@@ -65,7 +65,7 @@ Support supportOf(const Vector3& up, const std::vector<WeightedPlane>& planes) {
 /// The direction next to all that is horizontal or vertical, least squares of the angles; \p up
 /// where a single wall leaves it open.
 Vector3 fitted(const Vector3& up, const std::vector<WeightedPlane>& planes) {
-  constexpr double kLeastShare = 0.03;  // of the planes that must hold each turn
+  constexpr double kMinFraction = 0.03;  // of the planes that must hold each turn
   Matrix3 sum = Matrix3::Zero();
   for (const WeightedPlane& one : planes) {
     const Vector3& n = one.plane.normal;
@@ -77,7 +77,7 @@ Vector3 fitted(const Vector3& up, const std::vector<WeightedPlane>& planes) {
     }
   }
   const Eigen::SelfAdjointEigenSolver<Matrix3> solver(sum);
-  if (!(solver.eigenvalues()[1] > kLeastShare * sum.trace())) return up;
+  if (!(solver.eigenvalues()[1] > kMinFraction * sum.trace())) return up;
   const Vector3 best = solver.eigenvectors().col(0);
   return best.dot(up) < 0.0 ? Vector3(-best) : best;
 }
@@ -91,7 +91,7 @@ std::vector<WeightedPlane> largest(const std::vector<PlaneSegment>& planes) {
   std::stable_sort(
       result.begin(), result.end(),
       [](const WeightedPlane& a, const WeightedPlane& b) { return a.weight > b.weight; });
-  if (result.size() > kMostPlanes) result.resize(kMostPlanes);
+  if (result.size() > kMaxPlanes) result.resize(kMaxPlanes);
   double sum = 0.0;
   for (const WeightedPlane& one : result) sum += one.weight;
   for (WeightedPlane& one : result) one.weight /= sum;
@@ -109,7 +109,7 @@ std::vector<Vector3> candidates(const std::vector<WeightedPlane>& planes, const 
     add(planes[i].plane.normal);
     for (std::size_t j = 0; j < i; ++j) {
       const Vector3 line = planes[i].plane.normal.cross(planes[j].plane.normal);
-      if (line.norm() > kLeastMeeting) add(line.normalized());
+      if (line.norm() > kMinMeeting) add(line.normalized());
     }
   }
   return result;

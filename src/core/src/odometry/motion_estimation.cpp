@@ -59,42 +59,42 @@ class MotionSearch {
   const Hypothesis& best() const { return best_; }
 
   /// Which matches agree with a motion; gives up where it costs more than \p limit.
-  Hypothesis judge(const Pose& motion, double limit) const {
+  Hypothesis evaluate(const Pose& motion, double limit) const {
     const double threshold = params_.inlier_sigmas * params_.inlier_sigmas;
-    Hypothesis judged;
-    judged.motion = motion;
-    judged.cost = 0.0;
-    judged.is_inlier.assign(matches_.size(), 0);
+    Hypothesis hypothesis;
+    hypothesis.motion = motion;
+    hypothesis.cost = 0.0;
+    hypothesis.is_inlier.assign(matches_.size(), 0);
     for (std::size_t i = 0; i < matches_.size(); ++i) {
       const double error = detail::squaredError(matches_[i], camera_, motion) / threshold;
       if (error <= 1.0) {
-        judged.is_inlier[i] = 1;
-        ++judged.inliers;
-        judged.cost += error;
+        hypothesis.is_inlier[i] = 1;
+        ++hypothesis.inliers;
+        hypothesis.cost += error;
       } else {
-        judged.cost += 1.0;
+        hypothesis.cost += 1.0;
       }
-      if (judged.cost >= limit) {
-        judged.cost = std::numeric_limits<double>::infinity();
-        return judged;
+      if (hypothesis.cost >= limit) {
+        hypothesis.cost = std::numeric_limits<double>::infinity();
+        return hypothesis;
       }
     }
-    return judged;
+    return hypothesis;
   }
 
  private:
   /// Keeps the motion, refined over the matches that agree with it, if it is the best so far.
   void consider(const Pose& motion) {
-    Hypothesis judged = judge(motion, best_.cost);
-    if (judged.cost >= best_.cost || judged.inliers < 3) return;
-    best_ = judged;
+    Hypothesis hypothesis = evaluate(motion, best_.cost);
+    if (hypothesis.cost >= best_.cost || hypothesis.inliers < 3) return;
+    best_ = hypothesis;
     detail::Refinement unused;
     Pose refined = motion;
-    if (!detail::refineMotion(matches_, judged.is_inlier, camera_, std::nullopt, kLocalIterations,
-                              refined, unused)) {
+    if (!detail::refineMotion(matches_, hypothesis.is_inlier, camera_, std::nullopt,
+                              kLocalIterations, refined, unused)) {
       return;
     }
-    Hypothesis better = judge(refined, best_.cost);
+    Hypothesis better = evaluate(refined, best_.cost);
     if (better.cost < best_.cost) best_ = std::move(better);
   }
 
@@ -103,8 +103,9 @@ class MotionSearch {
     constexpr std::size_t kMinIterations = 20;
     const auto most = static_cast<std::size_t>(params_.max_iterations);
     const auto least = std::min(most, kMinIterations);
-    const double share = static_cast<double>(best_.inliers) / static_cast<double>(matches_.size());
-    const double clean = share * share * share;
+    const double fraction =
+        static_cast<double>(best_.inliers) / static_cast<double>(matches_.size());
+    const double clean = fraction * fraction * fraction;
     if (!(clean > 0.0)) return most;
     if (clean >= 1.0) return least;
     const double needed = std::log1p(-kConfidence) / std::log1p(-clean);
@@ -195,7 +196,7 @@ bool refit(const MotionSearch& search, const std::vector<FeatureMatch>& matches,
                               motion, refinement)) {
       return false;
     }
-    Hypothesis next = search.judge(motion, std::numeric_limits<double>::infinity());
+    Hypothesis next = search.evaluate(motion, std::numeric_limits<double>::infinity());
     const bool settled = next.is_inlier == hypothesis.is_inlier;
     hypothesis = std::move(next);
     if (settled) break;
@@ -220,7 +221,7 @@ void MotionParams::validate() const {
   requirePositive("inlier_sigmas", inlier_sigmas);
   requireInRange("min_matches", min_matches, 3, kLargest);
   requireInRange("min_inliers", min_inliers, 3, kLargest);
-  requireInRange("min_inlier_share", min_inlier_share, 0.0, 1.0);
+  requireInRange("min_inlier_fraction", min_inlier_fraction, 0.0, 1.0);
   requireInRange("max_iterations", max_iterations, 1, kLargest);
   requirePositive("max_translation_error", max_translation_error, "m");
   requirePositive("max_rotation_error", max_rotation_error, "rad");
@@ -250,7 +251,7 @@ MotionEstimate estimateMotion(const std::vector<FeatureMatch>& matches, const Fe
   const auto enough = [&](std::size_t inliers) {
     return inliers >= static_cast<std::size_t>(params.min_inliers) &&
            static_cast<double>(inliers) >=
-               params.min_inlier_share * static_cast<double>(usable.size());
+               params.min_inlier_fraction * static_cast<double>(usable.size());
   };
   result.inliers = best.inliers;
   if (!enough(best.inliers)) return result;

@@ -21,7 +21,7 @@ Vector3 sightingError(const FeatureMatch& match, const FeatureCamera& camera,
 /// From so many standard deviations on an error counts linearly.
 constexpr double kHuberSigmas = 1.5;
 
-/// Weight of an error of so many standard deviations, and its share of the cost.
+/// Weight of an error of so many standard deviations, and its fraction of the cost.
 double huberWeight(double squared) {
   return squared <= kHuberSigmas * kHuberSigmas ? 1.0 : kHuberSigmas / std::sqrt(squared);
 }

@@ -17,7 +17,7 @@ namespace planar_mapping {
 namespace {
 
 /// See locateMatches().
-constexpr int kFewestWithPrior = 6;
+constexpr int kMinWithPrior = 6;
 
 /// Covariance of a motion a after a motion b.
 Matrix6 composed(const Matrix6& of_a, const Pose& a, const Matrix6& of_b) {
@@ -105,7 +105,7 @@ void OdometryParams::validate() const {
   requirePositive("keyframe_rotation", keyframe_rotation, "rad");
   requireInRange("max_landmarks", max_landmarks, 100, kLargest);
   requirePositive("jump_distance", jump_distance, "m");
-  requireInRange("jump_inlier_share", jump_inlier_share, 0.0, 1.0);
+  requireInRange("jump_inlier_fraction", jump_inlier_fraction, 0.0, 1.0);
   requireInRange("jump_inliers", jump_inliers, 0, kLargest);
 }
 
@@ -198,11 +198,11 @@ class Odometry::Implementation {
     }
     result.registered = true;
     if (result.from_prior) {
-      const std::vector<SeenFeature> used = judgeMatches(
+      const std::vector<SeenFeature> used = acceptedMatches(
           seen, match_seen, agreementWith(matches, prior->T_world_sensor.inverse()), result);
       accept(prior->T_world_sensor.inverse(), prior->covariance, used, result);
     } else {
-      const std::vector<SeenFeature> used = judgeMatches(seen, match_seen, estimate, result);
+      const std::vector<SeenFeature> used = acceptedMatches(seen, match_seen, estimate, result);
       accept(estimate.T_now_before, estimate.covariance, used, result);
     }
   }
@@ -234,7 +234,7 @@ class Odometry::Implementation {
     if (prior) motion_prior = MotionPrior{prior->T_world_sensor.inverse(), prior->covariance};
     // A prior makes up for features: the few that agree hold what it leaves open.
     MotionParams motion_params = params_.motion;
-    if (prior) motion_params.min_inliers = std::min(motion_params.min_inliers, kFewestWithPrior);
+    if (prior) motion_params.min_inliers = std::min(motion_params.min_inliers, kMinWithPrior);
     const Pose guess = expected();
     return estimateMotion(matches, params_.camera, motion_params, random, &guess, motion_prior);
   }
@@ -246,12 +246,12 @@ class Odometry::Implementation {
     const Pose guess = prior ? prior->T_world_sensor.inverse() : expected();
     const double surprise =
         (estimate.T_now_before.inverse().translation() - guess.inverse().translation()).norm();
-    constexpr double kLeastShare = 0.2;  // of many that agree: the others may have stayed
+    constexpr double kMinFraction = 0.2;  // of many that agree: the others may have stayed
     const auto inliers = static_cast<double>(estimate.inliers);
     const auto known = static_cast<double>(matches);
-    return surprise <= params_.jump_distance || inliers >= params_.jump_inlier_share * known ||
+    return surprise <= params_.jump_distance || inliers >= params_.jump_inlier_fraction * known ||
            (estimate.inliers >= static_cast<std::size_t>(params_.jump_inliers) &&
-            inliers >= kLeastShare * known);
+            inliers >= kMinFraction * known);
   }
 
   /// Constant velocity, for as long as that is likely to hold.
@@ -287,9 +287,9 @@ class Odometry::Implementation {
 
   /// Features of the frame that may enter the map: new ones and those that agree with it. A
   /// landmark that is contradicted time and again is forgotten: its track has slipped.
-  std::vector<SeenFeature> judgeMatches(const std::vector<SeenFeature>& seen,
-                                        const std::vector<std::size_t>& match_seen,
-                                        const MotionEstimate& estimate, OdometryResult& result) {
+  std::vector<SeenFeature> acceptedMatches(const std::vector<SeenFeature>& seen,
+                                           const std::vector<std::size_t>& match_seen,
+                                           const MotionEstimate& estimate, OdometryResult& result) {
     constexpr int kDisagreements = 3;
     std::vector<std::uint8_t> contradicts(seen.size(), 0);
     for (std::size_t m = 0; m < match_seen.size(); ++m) {

@@ -66,7 +66,7 @@ bool describe(const PointsView& points, const MultiPlaneParams& params, const Ve
   if (!fit.valid) return false;
   if (rule == InlierRule::WithinThreshold) {
     // A point let go moves the plane a little, so once more until nothing changes; the last round
-    // keeps the plane its inliers were judged by.
+    // keeps the plane its inliers were found by.
     constexpr int kRounds = 8;
     const DistanceBand band(params);
     for (int round = 1; letGo(points, fit.plane, band, origin, segment.inliers, sums) > 0;

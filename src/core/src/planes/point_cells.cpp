@@ -11,7 +11,7 @@ namespace planar_mapping::detail {
 
 namespace {
 
-constexpr std::uint32_t kSampleShare = 8;
+constexpr std::uint32_t kSampleDivisor = 8;
 
 /// Drawn by the bits of its coordinates, so that the order of the points does not matter.
 bool isSampled(const float* p) {
@@ -20,7 +20,7 @@ bool isSampled(const float* p) {
   std::uint32_t h = bits[0] * 0x9E3779B1u + bits[1] * 0x85EBCA77u + bits[2] * 0xC2B2AE3Du;
   h ^= h >> 15u;
   h *= 0x2C1B3C6Du;
-  return (h >> 16u) % kSampleShare == 0;
+  return (h >> 16u) % kSampleDivisor == 0;
 }
 
 /// The cell of \p p; false if it is not finite or too far away.
@@ -36,10 +36,10 @@ void addTo(PointSums& s, const float* p, const CellKey& key, double side) {
 }  // namespace
 
 double chooseCellSide(const PointsView& points, const Indices* indices, double smallest,
-                      double share_in_company) {
+                      double fraction_in_company) {
   std::vector<const float*> sample;
   const std::size_t considered = countOf(points, indices);
-  sample.reserve(considered / kSampleShare + considered / 64 + 16);
+  sample.reserve(considered / kSampleDivisor + considered / 64 + 16);
   for (std::size_t k = 0; k < considered; ++k) {
     const float* p = points[at(indices, k)];
     if (isSampled(p) && points.isMeasured(at(indices, k))) sample.push_back(p);
@@ -69,7 +69,7 @@ double chooseCellSide(const PointsView& points, const Indices* indices, double s
     std::size_t alone = sample.size() - inside;
     for (const Sampled& cell : cells) alone += cell.company ? 0 : cell.points;
     if (static_cast<double>(alone) <=
-        (1.0 - share_in_company) * static_cast<double>(sample.size())) {
+        (1.0 - fraction_in_company) * static_cast<double>(sample.size())) {
       break;
     }
   }

@@ -26,10 +26,10 @@ struct PointCells {
   }
 };
 
-/// Side of the cells, \p smallest or that doubled until the given share of a sample of every 8th
+/// Side of the cells, \p smallest or that doubled until the given fraction of a sample of every 8th
 /// point is not alone in its cell: 0.75 means about 11 points in a cell.
 double chooseCellSide(const PointsView& points, const Indices* indices, double smallest,
-                      double share_in_company);
+                      double fraction_in_company);
 
 PointCells buildPointCells(const PointsView& points, const Indices* indices, double side);
 

@@ -11,30 +11,30 @@ namespace planar_mapping::detail {
 namespace {
 
 constexpr int kTopLevel = kLeafLevels - 1;
-constexpr double kLeastPoints = 6.0;
+constexpr double kMinPoints = 6.0;
 // A leaf must be this many thresholds wide, or the thickness of the surface hides its direction.
-constexpr double kLeastSideInBands = 3.0;
-// Narrower than this share of the side, the points are a line and their normal is chance.
-constexpr double kLeastWidth = 0.05;
+constexpr double kMinSideInBands = 3.0;
+// Narrower than this fraction of the side, the points are a line and their normal is chance.
+constexpr double kMinWidth = 0.05;
 // Squared thickness against squared width.
-constexpr double kMostThickness = 0.4;
+constexpr double kMaxThickness = 0.4;
 // Leaves smaller than a cell are only for what is beyond doubt.
-constexpr double kLeastPointsIfFine = 64.0;
-constexpr double kMostThicknessIfFine = 0.2;
-// Cells with so many points are split if these spread no wider than this share of the side; a
+constexpr double kMinPointsIfFine = 64.0;
+constexpr double kMaxThicknessIfFine = 0.2;
+// Cells with so many points are split if these spread no wider than this fraction of the side; a
 // surface right across would by 0.29.
 constexpr double kCrowd = 1024.0;
 constexpr double kCrowdWidth = 0.2;
 // A cell stays split if its finer leaves show so much of its points; the rest are crumbs.
-constexpr double kLeastShareIfSplit = 0.5;
+constexpr double kMinFractionIfSplit = 0.5;
 
 bool isNarrow(const LocalFit& fit, double side) {
-  return !(fit.eigenvalues[1] > kLeastWidth * kLeastWidth * side * side);
+  return !(fit.eigenvalues[1] > kMinWidth * kMinWidth * side * side);
 }
 
 /// Too thick for its width, but not for a surface: a larger piece may show its direction.
 bool isThickAsWide(const LocalFit& fit, double band) {
-  return fit.eigenvalues[0] > kMostThickness * fit.eigenvalues[1] &&
+  return fit.eigenvalues[0] > kMaxThickness * fit.eigenvalues[1] &&
          fit.eigenvalues[0] <= band * band;
 }
 
@@ -97,7 +97,7 @@ class LeafBuilder {
       if (leaf.planar) shown[static_cast<std::size_t>(entry.cell)] += leaf.sums.n;
     }
     const auto isSplit = [&](std::size_t cell) {
-      return split_[cell] != 0 && shown[cell] >= kLeastShareIfSplit * grid_.sums[cell].n;
+      return split_[cell] != 0 && shown[cell] >= kMinFractionIfSplit * grid_.sums[cell].n;
     };
     for (const LeafInCell& entry : result_.leaves_in_cells) {
       if (isSplit(static_cast<std::size_t>(entry.cell))) continue;
@@ -121,15 +121,15 @@ class LeafBuilder {
       const PointSums& sums = sums_[i];
       const Vector3 centre = Vector3(key.x + 0.5, key.y + 0.5, key.z + 0.5) * side;
       const double threshold = band_.at(centre.z() + sums.sum[2] / sums.n);
-      if (finer ? sums.n < kLeastPointsIfFine
-                : !last && (sums.n < kLeastPoints || side < kLeastSideInBands * threshold)) {
+      if (finer ? sums.n < kMinPointsIfFine
+                : !last && (sums.n < kMinPoints || side < kMinSideInBands * threshold)) {
         continue;
       }
       SurfaceLeaf candidate;
-      if (sums.n >= kLeastPoints) {
+      if (sums.n >= kMinPoints) {
         const LocalFit fit = fitLocally(sums);
         if (!last && (isNarrow(fit, side) || isThickAsWide(fit, threshold))) continue;
-        if (finer && fit.eigenvalues[0] > kMostThicknessIfFine * fit.eigenvalues[1]) continue;
+        if (finer && fit.eigenvalues[0] > kMaxThicknessIfFine * fit.eigenvalues[1]) continue;
         candidate.planar = isSurface(fit, side, threshold);
         candidate.mean = centre + fit.mean;
         candidate.normal = fit.normal;
@@ -209,7 +209,7 @@ LocalFit fitLocally(const PointSums& sums) {
 
 bool isSurface(const LocalFit& fit, double side, double band) {
   return fit.normal.squaredNorm() > 0.5 && fit.eigenvalues[0] <= band * band &&
-         fit.eigenvalues[0] <= kMostThickness * fit.eigenvalues[1] && !isNarrow(fit, side);
+         fit.eigenvalues[0] <= kMaxThickness * fit.eigenvalues[1] && !isNarrow(fit, side);
 }
 
 std::vector<char> crowdedCells(const PointCells& grid) {

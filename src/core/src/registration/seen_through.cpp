@@ -55,9 +55,9 @@ double SeenRanges::leastAround(const Vector3& direction) const {
   return least;
 }
 
-SeenThrough SeenRanges::judge(const std::vector<Surfel>& planes,
-                              const Pose& T_sensor_planes) const {
-  constexpr double kLeastSlant = 0.2;  // what is seen edge-on may be anywhere
+SeenThrough SeenRanges::compare(const std::vector<Surfel>& planes,
+                                const Pose& T_sensor_planes) const {
+  constexpr double kMinSlant = 0.2;  // what is seen edge-on may be anywhere
   constexpr double kSigmas = 3.0;
   SeenThrough result;
   for (const Surfel& plane : planes) {
@@ -65,19 +65,19 @@ SeenThrough SeenRanges::judge(const std::vector<Surfel>& planes,
     const double range = center.norm();
     if (!(range > cell_)) continue;
     const Vector3 direction = center / range;
-    if (-direction.dot(T_sensor_planes.linear() * plane.normal) < kLeastSlant) continue;
+    if (-direction.dot(T_sensor_planes.linear() * plane.normal) < kMinSlant) continue;
     const double least = leastAround(direction);
     const double tolerance = cell_ + kSigmas * plane.error;
     if (!std::isfinite(least) || least < range - tolerance) continue;
-    ++result.judged;
+    ++result.compared;
     result.through += least > range + tolerance ? 1 : 0;
   }
   return result;
 }
 
-double SeenThrough::share() const {
+double SeenThrough::fraction() const {
   constexpr std::size_t kFewest = 30;
-  return judged < kFewest ? 0.0 : static_cast<double>(through) / static_cast<double>(judged);
+  return compared < kFewest ? 0.0 : static_cast<double>(through) / static_cast<double>(compared);
 }
 
 }  // namespace planar_mapping::detail

@@ -12,15 +12,15 @@ namespace planar_mapping::detail {
 /// Planes where a sensor looked: those its rays met or went through.
 struct SeenThrough {
   std::size_t through = 0;
-  std::size_t judged = 0;
+  std::size_t compared = 0;
 
   SeenThrough& operator+=(const SeenThrough& other) {
     through += other.through;
-    judged += other.judged;
+    compared += other.compared;
     return *this;
   }
-  /// Of those that went through; zero where too few can be judged.
-  double share() const;
+  /// Of those that went through; zero where too few can be compared.
+  double fraction() const;
 };
 
 /// How far a sensor saw, by direction: the least range of each bin of azimuth and elevation.
@@ -30,10 +30,10 @@ class SeenRanges {
   /// \param cloud sensor's frame
   SeenRanges(const PointsView& cloud, const SurfaceMapParams& params);
 
-  /// Judges the planes that face the sensor and lie where it looked: its rays went through one if
-  /// nothing it saw there is as near. What it saw in front of a plane hides it, which says nothing.
-  /// \param T_sensor_planes from the planes' frame to the sensor's
-  SeenThrough judge(const std::vector<Surfel>& planes, const Pose& T_sensor_planes) const;
+  /// Compares with the planes that face the sensor and lie where it looked: its rays went through
+  /// one if nothing it saw there is as near. What it saw in front of a plane hides it, which says
+  /// nothing. \param T_sensor_planes from the planes' frame to the sensor's
+  SeenThrough compare(const std::vector<Surfel>& planes, const Pose& T_sensor_planes) const;
   template <typename Archive>
   void visitState(Archive& archive) {
     archive(cell_, ranges_);

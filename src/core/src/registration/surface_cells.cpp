@@ -51,7 +51,7 @@ void SurfaceCells::fitCell(Cell& cell) const {
   constexpr int kMinPoints = 6;
   constexpr double kMaxThickness = 0.25;  // in sides of a cell
   // What is too small says nothing about its direction.
-  constexpr double kLeastWidth = 0.1;
+  constexpr double kMinWidth = 0.1;
   constexpr double kElongation = 2.0;
   Surfel& surfel = cell.surfel;
   surfel.planar = false;
@@ -62,7 +62,7 @@ void SurfaceCells::fitCell(Cell& cell) const {
   solver.computeDirect(covariance);
   const Vector3 spread = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
   const int across = shape_ == CellShape::Plane ? 0 : 1;  // the widest axis that must be narrow
-  if (!(spread[across] <= kMaxThickness * cell_) || !(spread[across + 1] > kLeastWidth * cell_) ||
+  if (!(spread[across] <= kMaxThickness * cell_) || !(spread[across + 1] > kMinWidth * cell_) ||
       !(spread[across + 1] > kElongation * spread[across])) {
     return;
   }
@@ -110,7 +110,7 @@ std::vector<Surfel> SurfaceCells::planes() const {
   return result;
 }
 
-double SurfaceCells::planarShare() const {
+double SurfaceCells::planarFraction() const {
   std::size_t all = 0;
   std::size_t planar = 0;
   for (const Cell& cell : cells_) {

@@ -48,8 +48,8 @@ class SurfaceCells {
   /// Planes in the order in which their cells came about.
   std::vector<Surfel> planes() const;
   std::size_t size() const { return cells_.size(); }
-  /// Share of the points that are in a cell with a plane.
-  double planarShare() const;
+  /// Fraction of the points that are in a cell with a plane.
+  double planarFraction() const;
   /// Keeps the cells seen last.
   void limit(std::size_t most);
   template <typename Archive>

@@ -28,7 +28,7 @@ void SurfaceMapParams::validate() const {
     throw ParameterError("optical_axis", optical_axis.sum(), "finite");
   }
   requirePositive("reach", reach, "m");
-  requireInRange("min_share", min_share, 0.0, 1.0);
+  requireInRange("min_fraction", min_fraction, 0.0, 1.0);
   requireInRange("max_seen_through", max_seen_through, 0.0, 1.0);
   requireInRange("search_reach", search_reach, 0.0, kLargest, "m");
   requireInRange("max_cells", max_cells, 1000, kLargest);
@@ -45,7 +45,7 @@ double surfaceCellFor(const PointsView& cloud, const SurfaceMapParams& params) {
       cells.add(p, Vector3::Zero(), error, 0);
     });
     cells.fit();
-    if (cells.planarShare() >= kEnough) break;
+    if (cells.planarFraction() >= kEnough) break;
   }
   return times * params.cell;
 }
@@ -53,7 +53,7 @@ double surfaceCellFor(const PointsView& cloud, const SurfaceMapParams& params) {
 namespace {
 
 /// 65 kB each.
-constexpr std::size_t kMostViews = 32;
+constexpr std::size_t kMaxViews = 32;
 
 }  // namespace
 
@@ -70,7 +70,7 @@ class SurfaceMap::Implementation {
   void insert(const PointsView& cloud, const Pose& T_world_sensor) {
     ++frame_;
     views_.push_back({detail::SeenRanges(cloud, params_), T_world_sensor.inverse()});
-    if (views_.size() > kMostViews) views_.pop_front();
+    if (views_.size() > kMaxViews) views_.pop_front();
     const Vector3 sensor = T_world_sensor.translation();
     detail::forSample(cloud, params_, [&](const Vector3& p, double error) {
       const Vector3 q = T_world_sensor * p;
@@ -90,8 +90,8 @@ class SurfaceMap::Implementation {
     const detail::CloudShape shape = detail::shapeOf(cloud, params_);
     const detail::MappedSurfaces map = near(guess.translation(), rangeOf(shape));
     const detail::SurfaceRegistration registration(params_, shape, map);
-    return judged(registration.resultOf(registration.run(guess)), shape,
-                  detail::SeenRanges(cloud, params_));
+    return verified(registration.resultOf(registration.run(guess)), shape,
+                    detail::SeenRanges(cloud, params_));
   }
 
   std::vector<CloudRegistration> placesFar(const PointsView& cloud, const Pose& guess) const {
@@ -129,7 +129,7 @@ class SurfaceMap::Implementation {
   }
 
  private:
-  static double worth(const CloudRegistration& r) { return r.share - 2.0 * r.seen_through; }
+  static double worth(const CloudRegistration& r) { return r.fraction - 2.0 * r.seen_through; }
 
   static std::vector<detail::Surfel> within(const detail::SurfaceCells& cells, const Vector3& place,
                                             double range) {
@@ -158,15 +158,15 @@ class SurfaceMap::Implementation {
   }
 
   /// Refuses what sees through the map.
-  CloudRegistration judged(CloudRegistration result, const detail::CloudShape& shape,
-                           const detail::SeenRanges& seen) const {
+  CloudRegistration verified(CloudRegistration result, const detail::CloudShape& shape,
+                             const detail::SeenRanges& seen) const {
     if (!result.found) return result;
-    const detail::SeenThrough now = seen.judge(coarse_.planes(), result.T_world_sensor.inverse());
+    const detail::SeenThrough now = seen.compare(coarse_.planes(), result.T_world_sensor.inverse());
     detail::SeenThrough before;
     for (const View& view : views_) {
-      before += view.seen.judge(shape.coarse.planes, view.T_sensor_world * result.T_world_sensor);
+      before += view.seen.compare(shape.coarse.planes, view.T_sensor_world * result.T_world_sensor);
     }
-    result.seen_through = std::max(now.share(), before.share());
+    result.seen_through = std::max(now.fraction(), before.fraction());
     result.found = result.seen_through <= params_.max_seen_through;
     return result;
   }
@@ -182,7 +182,7 @@ class SurfaceMap::Implementation {
     std::vector<CloudRegistration> found;
     for (const Pose& start : search.candidates(guess)) {
       CloudRegistration result =
-          judged(registration.resultOf(registration.settle(start)), shape, seen);
+          verified(registration.resultOf(registration.settle(start)), shape, seen);
       result.found = result.found && search.knowsPlace(result.T_world_sensor);
       found.push_back(result);
     }

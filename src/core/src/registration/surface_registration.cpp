@@ -14,15 +14,15 @@ namespace {
 
 constexpr double kUnknownTranslation = 1.0;  // metres, see CloudRegistration
 constexpr double kUnknownRotation = 0.5;     // radians
-constexpr std::size_t kFewestPlanes = 6;
+constexpr std::size_t kMinPlanes = 6;
 constexpr double kLateralError = 0.01;  // standard deviation of a point across its ray, metres
-// If less than kGoodShare of the planes, by weight, or kGoodEdges of the edges find their place,
+// If less than kGoodFraction of the planes, by weight, or kGoodEdges of the edges find their place,
 // further guesses are tried, turned by kRetryRotation about each axis, until two with
-// kConfirmedShare agree.
+// kConfirmedFraction agree.
 constexpr double kRetryRotation = 0.14;  // radians
-constexpr double kGoodShare = 0.75;
+constexpr double kGoodFraction = 0.75;
 constexpr double kGoodEdges = 0.6;
-constexpr double kConfirmedShare = 0.5;
+constexpr double kConfirmedFraction = 0.5;
 constexpr double kSameRotation = 0.02;  // radians: two searches that ended there agree
 
 Matrix6 weakInformation() {
@@ -101,7 +101,7 @@ double varianceOf(const Surfel& plane, const Surfel& target) {
 }
 
 bool improve(const RegistrationEquations& sum, Pose& pose, double* step_length) {
-  if (sum.matched < kFewestPlanes) return false;
+  if (sum.matched < kMinPlanes) return false;
   // Directions the planes say nothing about stay as they were.
   const Vector6 step = Eigen::LDLT<Matrix6>(sum.hessian + weakInformation()).solve(sum.gradient);
   if (!step.allFinite()) return false;
@@ -127,11 +127,11 @@ RegistrationCandidate SurfaceRegistration::run(const Pose& guess) const {
     Vector6 step = Vector6::Zero();
     step.tail<3>() = (turn % 2 == 0 ? 1.0 : -1.0) * kRetryRotation * axes[turn / 2];
     const RegistrationCandidate other = settle(motionStep(step) * guess.inverse());
-    const double share = std::min(best.at_end.balanced, other.at_end.balanced) / planes;
+    const double fraction = std::min(best.at_end.balanced, other.at_end.balanced) / planes;
     const Vector6 apart = motionDifference(best.T_sensor_world, other.T_sensor_world);
     if (other.at_end.score > best.at_end.score) best = other;
     // From two sides to the same place.
-    if (share >= kConfirmedShare && apart.head<3>().norm() < 0.5 * params_.cell &&
+    if (fraction >= kConfirmedFraction && apart.head<3>().norm() < 0.5 * params_.cell &&
         apart.tail<3>().norm() < kSameRotation) {
       break;
     }
@@ -141,7 +141,8 @@ RegistrationCandidate SurfaceRegistration::run(const Pose& guess) const {
 
 /// Planes say little about slides along them: the edges must fit as well.
 bool SurfaceRegistration::isGood(const RegistrationCandidate& candidate) const {
-  return candidate.at_end.balanced >= kGoodShare * static_cast<double>(shape_.fine.planes.size()) &&
+  return candidate.at_end.balanced >=
+             kGoodFraction * static_cast<double>(shape_.fine.planes.size()) &&
          static_cast<double>(candidate.at_end.edges) >=
              kGoodEdges * static_cast<double>(shape_.edges.size());
 }
@@ -153,7 +154,7 @@ CloudRegistration SurfaceRegistration::resultOf(const RegistrationCandidate& can
   CloudRegistration result;
   result.planes = shape_.fine.planes.size();
   result.matched = candidate.at_end.matched;
-  if (result.matched < kFewestPlanes) return result;
+  if (result.matched < kMinPlanes) return result;
   const auto matched = static_cast<double>(result.matched);
   const double ratio = candidate.at_end.squared_error / matched;
   const Matrix6 information = meaningful(candidate.at_end.hessian, candidate.at_end.noise) /
@@ -164,8 +165,8 @@ CloudRegistration SurfaceRegistration::resultOf(const RegistrationCandidate& can
   result.rms = std::sqrt(candidate.at_end.squared_distance / matched);
   result.T_world_sensor = candidate.T_sensor_world.inverse();
   const auto planes = static_cast<double>(result.planes);
-  result.share = candidate.at_end.balanced / planes;
-  result.found = matched >= params_.min_share * planes;
+  result.fraction = candidate.at_end.balanced / planes;
+  result.found = matched >= params_.min_fraction * planes;
   return result;
 }
 
@@ -183,9 +184,9 @@ RegistrationCandidate SurfaceRegistration::settle(const Pose& guess) const {
 bool SurfaceRegistration::approach(Pose& pose) const {
   constexpr double kShrink = 0.8;
   constexpr double kSoftness = 0.2;  // of the reach: distances below count in full
-  constexpr std::size_t kMostPlanes = 400;
+  constexpr std::size_t kMaxPlanes = 400;
   const double min_cosine = std::cos(kMaxNormalAngle);
-  const std::size_t stride = shape_.coarse.planes.size() / kMostPlanes + 1;
+  const std::size_t stride = shape_.coarse.planes.size() / kMaxPlanes + 1;
   for (double reach = params_.reach; reach > 2.0 * params_.cell; reach *= kShrink) {
     const Pose T_world_sensor = pose.inverse();
     const double soft = kSoftness * reach;

@@ -12,18 +12,18 @@
 namespace planar_mapping::detail {
 namespace {
 
-constexpr double kSameWay = 0.17;     // radians between planes that face the same way
-constexpr double kSameAngle = 0.1;    // between the angles of two pairs of directions
-constexpr double kLeastAngle = 0.5;   // between directions that fix a turn
-constexpr double kLeastShare = 0.03;  // of all planes, that make a direction
+constexpr double kSameWay = 0.17;      // radians between planes that face the same way
+constexpr double kSameAngle = 0.1;     // between the angles of two pairs of directions
+constexpr double kMinAngle = 0.5;      // between directions that fix a turn
+constexpr double kMinFraction = 0.03;  // of all planes, that make a direction
 /// Three fix a place, but every corner of a room has three: others must confirm it.
-constexpr std::size_t kFewestDistinct = 5;
-constexpr std::size_t kMostDirections = 8;
-constexpr std::size_t kMostTurns = 24;
-constexpr std::size_t kMostShifts = 4;  // along a direction
-constexpr std::size_t kMostCandidates = 6;
-constexpr std::size_t kMostPlanes = 300;  // that a pose is judged by
-constexpr double kMostBins = 10000.0;     // of offsets: what is farther away says nothing
+constexpr std::size_t kMinDistinct = 5;
+constexpr std::size_t kMaxDirections = 8;
+constexpr std::size_t kMaxTurns = 24;
+constexpr std::size_t kMaxShifts = 4;  // along a direction
+constexpr std::size_t kMaxCandidates = 6;
+constexpr std::size_t kMaxPlanes = 300;  // that a pose is compared by
+constexpr double kMaxBins = 10000.0;     // of offsets: what is farther away says nothing
 
 /// Axes of two directions: between them, across and upright on both.
 Matrix3 axesOf(const Vector3& a, const Vector3& b) {
@@ -38,7 +38,7 @@ Matrix3 axesOf(const Vector3& a, const Vector3& b) {
 int binsFor(const std::vector<Surfel>& planes, double bin) {
   double farthest = 0.0;
   for (const Surfel& plane : planes) farthest = std::max(farthest, plane.center.norm());
-  return static_cast<int>(std::min(farthest / bin, kMostBins)) + 2;
+  return static_cast<int>(std::min(farthest / bin, kMaxBins)) + 2;
 }
 
 /// How many planes have each offset along a normal, in bins around zero.
@@ -86,7 +86,7 @@ std::vector<int> bestShifts(const std::vector<double>& from, const std::vector<d
   sortByWorth(sums);
   std::vector<int> best;
   for (const auto& [sum, shift] : sums) {
-    if (sum <= 0.0 || best.size() == kMostShifts) break;
+    if (sum <= 0.0 || best.size() == kMaxShifts) break;
     const bool beside = std::any_of(best.begin(), best.end(), [&shift = shift](int other) {
       return std::abs(other - shift) <= 1;
     });
@@ -122,8 +122,8 @@ std::vector<FacingPlanes> facingPlanes(const std::vector<Surfel>& planes) {
     }
     return members;
   };
-  const std::size_t stride = planes.size() / kMostPlanes + 1;
-  while (directions.size() < kMostDirections) {
+  const std::size_t stride = planes.size() / kMaxPlanes + 1;
+  while (directions.size() < kMaxDirections) {
     FacingPlanes best;
     for (std::size_t i = 0; i < planes.size(); i += stride) {
       if (taken[i] != 0) continue;
@@ -131,7 +131,7 @@ std::vector<FacingPlanes> facingPlanes(const std::vector<Surfel>& planes) {
       if (members.size() > best.members.size()) best = {planes[i].normal, std::move(members)};
     }
     if (static_cast<double>(best.members.size()) <
-        std::max(3.0, kLeastShare * static_cast<double>(planes.size()))) {
+        std::max(3.0, kMinFraction * static_cast<double>(planes.size()))) {
       break;
     }
     for (int round = 0; round < 2; ++round) {
@@ -182,7 +182,7 @@ std::vector<Matrix3> SurfaceSearch::turns() const {
       const Vector3& a = cloud_directions_[i].normal;
       const Vector3& b = cloud_directions_[j].normal;
       const double angle = angleBetween(a, b);
-      if (angle < kLeastAngle || angle > M_PI - kLeastAngle) continue;
+      if (angle < kMinAngle || angle > M_PI - kMinAngle) continue;
       for (const FacingPlanes& k : map_directions_) {
         for (const FacingPlanes& l : map_directions_) {
           if (std::abs(angleBetween(k.normal, l.normal) - angle) > kSameAngle) continue;
@@ -191,13 +191,13 @@ std::vector<Matrix3> SurfaceSearch::turns() const {
       }
     }
   }
-  return bestOf(std::move(found), kMostTurns);
+  return bestOf(std::move(found), kMaxTurns);
 }
 
 /// Places of the sensor with this turn, by the offsets of the planes along up to three directions.
 std::vector<Vector3> SurfaceSearch::moves(const Matrix3& turn, const Pose& guess) const {
   const double bin = 2.0 * params_.cell;
-  const int most = static_cast<int>(std::ceil(std::min(params_.search_reach / bin, kMostBins)));
+  const int most = static_cast<int>(std::ceil(std::min(params_.search_reach / bin, kMaxBins)));
   std::vector<Vector3> normals;
   std::vector<std::vector<double>> shifts;
   std::vector<Surfel> turned = cloud_.planes;
@@ -208,7 +208,7 @@ std::vector<Vector3> SurfaceSearch::moves(const Matrix3& turn, const Pose& guess
     for (const FacingPlanes& m : map_directions_) {
       if (angleBetween(turn * c.normal, m.normal) > kSameWay) continue;
       const Vector3 news = untold * m.normal;
-      if (news.norm() < std::sin(kLeastAngle)) continue;
+      if (news.norm() < std::sin(kMinAngle)) continue;
       untold -= news.normalized() * news.normalized().transpose();
       const std::vector<double> from =
           offsetsOf(turned, c, m.normal, Vector3::Zero(), bin, half_bins);
@@ -247,7 +247,7 @@ double SurfaceSearch::fitOf(const Surfel& plane, const Pose& T_world_sensor) con
 
 /// Of a sample of the cloud's planes, each direction counting the same.
 double SurfaceSearch::fitOf(const Pose& T_world_sensor) const {
-  const std::size_t stride = cloud_.planes.size() / kMostPlanes + 1;
+  const std::size_t stride = cloud_.planes.size() / kMaxPlanes + 1;
   double sum = 0.0;
   for (std::size_t i = 0; i < cloud_.planes.size(); i += stride) {
     sum += cloud_.weights[i] * fitOf(cloud_.planes[i], T_world_sensor);
@@ -266,7 +266,7 @@ bool SurfaceSearch::knowsPlace(const Pose& T_world_sensor) const {
     all += matched.back().members.size();
   }
   const double bin = 2.0 * params_.cell;
-  const double least = kLeastShare * static_cast<double>(all);
+  const double least = kMinFraction * static_cast<double>(all);
   const int half_bins = binsFor(cloud_.planes, bin);
   std::size_t distinct = 0;
   for (const FacingPlanes& facing : matched) {
@@ -277,7 +277,7 @@ bool SurfaceSearch::knowsPlace(const Pose& T_world_sensor) const {
       if (peak && at[i - 1] + at[i] + at[i + 1] >= least) ++distinct;
     }
   }
-  return distinct >= kFewestDistinct;
+  return distinct >= kMinDistinct;
 }
 
 std::vector<Pose> SurfaceSearch::candidates(const Pose& guess) const {
@@ -290,7 +290,7 @@ std::vector<Pose> SurfaceSearch::candidates(const Pose& guess) const {
       found.emplace_back(fitOf(pose), pose.inverse());
     }
   }
-  return bestOf(std::move(found), kMostCandidates);
+  return bestOf(std::move(found), kMaxCandidates);
 }
 
 }  // namespace planar_mapping::detail

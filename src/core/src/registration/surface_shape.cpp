@@ -9,7 +9,7 @@ namespace {
 
 /// Planes that count the neighbours of each: more of them tell no more about
 /// how many there are.
-constexpr std::size_t kMostCounted = 1500;
+constexpr std::size_t kMaxCounted = 1500;
 /// Pixels without depth that may lie between the two sides of an edge: the shadow of a projector.
 constexpr std::size_t kWidestGap = 25;
 /// Every second row and column will do.
@@ -42,9 +42,9 @@ void addEdges(const PointsView& cloud, std::size_t first, std::size_t count, std
 }  // namespace
 
 std::vector<double> directionWeights(const std::vector<Surfel>& planes) {
-  constexpr double kSameDirection = 0.35;   // radians
-  constexpr double kLeastDirection = 0.05;  // of all planes: fewer count as if they were so many
-  const std::size_t stride = planes.size() / kMostCounted + 1;
+  constexpr double kSameDirection = 0.35;  // radians
+  constexpr double kMinDirection = 0.05;   // of all planes: fewer count as if they were so many
+  const std::size_t stride = planes.size() / kMaxCounted + 1;
   std::vector<float> x;
   std::vector<float> y;
   std::vector<float> z;
@@ -54,7 +54,7 @@ std::vector<double> directionWeights(const std::vector<Surfel>& planes) {
     z.push_back(static_cast<float>(planes[i].normal.z()));
   }
   const auto cosine = static_cast<float>(std::cos(kSameDirection));
-  const double least = std::max(1.0, kLeastDirection * static_cast<double>(x.size()));
+  const double least = std::max(1.0, kMinDirection * static_cast<double>(x.size()));
   std::vector<double> weights;
   weights.reserve(planes.size());
   double sum = 0.0;

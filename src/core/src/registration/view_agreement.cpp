@@ -133,7 +133,7 @@ ViewAgreement oneWay(const ViewCells& from, const ViewCells& to, const Pose& T_t
       const std::size_t k =
           static_cast<std::size_t>(y + 0.5f) * camera.width + static_cast<std::size_t>(x + 0.5f);
       if (!(to.nearest[k] > 0.0f)) continue;
-      ++result.judged;
+      ++result.compared;
       const float z = q.z();
       const float sigma = 1.5f * (constant + growth * std::max(z, p.z()) * std::max(z, p.z()));
       const float tolerance = kSlack + kRelativeSlack * z + kSigmas * sigma;
@@ -212,10 +212,12 @@ ViewAgreement agreementOf(const ViewCells& now, const ViewCells& before, const P
                           const FeatureCamera& noise, int step) {
   const ViewAgreement there = oneWay(now, before, T_before_now, noise, step);
   const ViewAgreement back = oneWay(before, now, T_before_now.inverse(), noise, step);
-  ViewAgreement worse = there.share(there.agreeing) < back.share(back.agreeing) ? there : back;
-  const ViewAgreement& other = there.share(there.through) > back.share(back.through) ? there : back;
+  ViewAgreement worse =
+      there.fraction(there.agreeing) < back.fraction(back.agreeing) ? there : back;
+  const ViewAgreement& other =
+      there.fraction(there.through) > back.fraction(back.through) ? there : back;
   worse.through =
-      static_cast<std::size_t>(other.share(other.through) * static_cast<double>(worse.judged));
+      static_cast<std::size_t>(other.fraction(other.through) * static_cast<double>(worse.compared));
   worse.correlation = std::min(there.correlation, back.correlation);
   worse.texture = std::min(there.texture, back.texture);
   return worse;

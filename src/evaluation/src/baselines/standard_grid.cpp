@@ -22,7 +22,7 @@ void forEachCellOnRay(const Vector3& origin, const Vector3& end, double s, const
   std::int64_t cell[3];
   std::int64_t steps[3];  // left to do
   int direction[3];
-  double next[3];  // share of the way at which the next border is crossed
+  double next[3];  // fraction of the way at which the next border is crossed
   double per_cell[3];
   for (int k = 0; k < 3; ++k) {
     cell[k] = static_cast<std::int64_t>(std::floor(origin[k] / s));
@@ -49,7 +49,7 @@ void forEachCellOnRay(const Vector3& origin, const Vector3& end, double s, const
 
 constexpr float kHitLogOdds = 0.85f;
 constexpr float kMissLogOdds = 0.405f;
-constexpr float kMostLogOdds = 3.5f;
+constexpr float kMaxLogOdds = 3.5f;
 constexpr std::size_t kHeaderBytes = 36;
 
 }  // namespace
@@ -73,7 +73,7 @@ void StandardGrid::hit(const PointCount& points_of_cell) {
   points_of_cell.forEach([this](std::uint64_t key, std::uint32_t points) {
     if (points < min_points_) return;
     float& log_odds = log_odds_[key];
-    log_odds = std::min(log_odds + kHitLogOdds, kMostLogOdds);
+    log_odds = std::min(log_odds + kHitLogOdds, kMaxLogOdds);
   });
 }
 

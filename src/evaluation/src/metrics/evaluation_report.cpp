@@ -116,10 +116,10 @@ const std::vector<FigureColumn>& figureColumns() {
   return kColumns;
 }
 
-std::optional<double> quantile(std::vector<double> values, double share) {
+std::optional<double> quantile(std::vector<double> values, double fraction) {
   if (values.empty()) return std::nullopt;
   std::sort(values.begin(), values.end());
-  const double rank = share * static_cast<double>(values.size() - 1);
+  const double rank = fraction * static_cast<double>(values.size() - 1);
   const auto below = static_cast<std::size_t>(rank);
   const std::size_t above = std::min(below + 1, values.size() - 1);
   return values[below] + (rank - static_cast<double>(below)) * (values[above] - values[below]);

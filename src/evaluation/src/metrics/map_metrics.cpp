@@ -19,7 +19,7 @@ constexpr double kLongestRay = 1e4;    ///< metres
 constexpr double kLostBehind = 2.0;    ///< metres
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kTouched = 1e-4;        ///< metres from a cuboid, along a ray
-constexpr double kMostParts = 1e6;       ///< of one cuboid, along each axis
+constexpr double kMaxParts = 1e6;        ///< of one cuboid, along each axis
 constexpr std::int64_t kBlockParts = 4;  ///< along each axis, decided together
 
 void requireStandardCells(std::size_t standard_cells) {
@@ -27,8 +27,8 @@ void requireStandardCells(std::size_t standard_cells) {
 }
 
 /// Puts the values in another order. \pre there are some
-double nearestRank(std::vector<double>& values, double share) {
-  const double position = std::ceil(share * static_cast<double>(values.size()));
+double nearestRank(std::vector<double>& values, double fraction) {
+  const double position = std::ceil(fraction * static_cast<double>(values.size()));
   const auto rank = values.begin() + static_cast<std::ptrdiff_t>(std::max(position, 1.0)) - 1;
   std::nth_element(values.begin(), rank, values.end());
   return *rank;
@@ -49,7 +49,7 @@ class PartCount {
     for (int k = 0; k < 3; ++k) {
       // A length that is a multiple but for rounding must not get one part more.
       const double parts = std::ceil(cuboid.size[k] * kPartsPerCell / s_ - 1e-6);
-      count[k] = static_cast<std::int64_t>(std::clamp(parts, 1.0, kMostParts));
+      count[k] = static_cast<std::int64_t>(std::clamp(parts, 1.0, kMaxParts));
       step_[k] = cuboid.size[k] / static_cast<double>(count[k]);
       weight *= std::max(cuboid.size[k], s_) / (s_ * static_cast<double>(count[k]));
     }
@@ -220,14 +220,14 @@ HeldBackDistance heldBackDistance(const CuboidDistance& index, const std::vector
   if (distances.empty()) return result;
   result.median = nearestRank(distances, 0.5);
   result.percentile_95 = nearestRank(distances, 0.95);
-  const auto shareWithin = [&distances](double most) {
+  const auto fractionWithin = [&distances](double most) {
     const auto within = std::count_if(distances.begin(), distances.end(),
                                       [most](double distance) { return distance <= most; });
     return static_cast<double>(within) / static_cast<double>(distances.size());
   };
-  result.share_within = shareWithin(margin);
-  result.share_within_half = shareWithin(0.5 * margin);
-  result.share_inside = shareWithin(0.0);
+  result.fraction_within = fractionWithin(margin);
+  result.fraction_within_half = fractionWithin(0.5 * margin);
+  result.fraction_inside = fractionWithin(0.0);
   return result;
 }
 

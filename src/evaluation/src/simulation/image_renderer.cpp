@@ -72,7 +72,7 @@ class ImageRenderer {
   }
 
   /// A surface in a pixel: how many of its rays meet it, and where on average.
-  struct Share {
+  struct Part {
     const ObjectView* view = nullptr;
     int face = 0;
     int rays = 0;
@@ -82,27 +82,27 @@ class ImageRenderer {
 
   std::uint32_t averageColor(const Neighbours& neighbours, int column, int row) const {
     const PinholeCamera& camera = view_.camera;
-    std::array<Share, kSubRays> shares;
+    std::array<Part, kSubRays> parts;
     std::size_t count = 0;
     for (int k = 0; k < kSubRays; ++k) {
       const int reversed = (k & 1) << 3 | (k & 2) << 1 | (k & 4) >> 1 | (k & 8) >> 3;
       const double dx = (k + 0.5) / kSubRays - 0.5;
       const double dy = (reversed + 0.5) / kSubRays - 0.5;
       const Vector3 ray = camera.rayOf(column + dx, row + dy);
-      const Share met = nearestTo(neighbours, ray);
-      auto known = std::find_if(shares.begin(), shares.begin() + count, [&met](const Share& share) {
-        return share.view == met.view && share.face == met.face;
+      const Part met = nearestTo(neighbours, ray);
+      auto known = std::find_if(parts.begin(), parts.begin() + count, [&met](const Part& part) {
+        return part.view == met.view && part.face == met.face;
       });
-      if (known == shares.begin() + count) shares[count++] = {met.view, met.face};
+      if (known == parts.begin() + count) parts[count++] = {met.view, met.face};
       known->rays += 1;
       known->ray += ray;
       known->depth += met.depth;
     }
     std::array<double, 3> sum{};
     for (std::size_t i = 0; i < count; ++i) {
-      const std::uint32_t color = colorOf(shares[i]);
+      const std::uint32_t color = colorOf(parts[i]);
       for (std::size_t channel = 0; channel < 3; ++channel)
-        sum[channel] += shares[i].rays * static_cast<double>(color >> (16u - 8u * channel) & 0xFFu);
+        sum[channel] += parts[i].rays * static_cast<double>(color >> (16u - 8u * channel) & 0xFFu);
     }
     std::uint32_t result = 0;
     for (std::size_t channel = 0; channel < 3; ++channel)
@@ -110,8 +110,8 @@ class ImageRenderer {
     return result;
   }
 
-  Share nearestTo(const Neighbours& neighbours, const Vector3& ray) const {
-    Share nearest;
+  Part nearestTo(const Neighbours& neighbours, const Vector3& ray) const {
+    Part nearest;
     for (int i = 0; i < neighbours.count; ++i) {
       const ObjectView* candidate = neighbours.views[static_cast<std::size_t>(i)];
       double depth = 0.0;
@@ -125,10 +125,10 @@ class ImageRenderer {
     return nearest;
   }
 
-  std::uint32_t colorOf(const Share& share) const {
-    if (share.view == nullptr) return kSkyColor;
-    const SurfaceShader shader(*share.view, share.face, view_.camera, params_.plain_share, true);
-    return shader.colorOf(shader.patchAt(share.depth / share.rays, share.ray / share.rays));
+  std::uint32_t colorOf(const Part& part) const {
+    if (part.view == nullptr) return kSkyColor;
+    const SurfaceShader shader(*part.view, part.face, view_.camera, params_.plain_fraction, true);
+    return shader.colorOf(shader.patchAt(part.depth / part.rays, part.ray / part.rays));
   }
 
   void writePixel(std::uint32_t color, std::size_t i, io::Image& image) const {

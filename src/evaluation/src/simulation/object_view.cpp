@@ -119,8 +119,8 @@ void placeInImage(const PinholeCamera& camera, const Pose& T_camera_object, Obje
     for (const int bit : {1, 2, 4}) {
       const Vector3& b = corners[i ^ bit];
       if (a.z() >= kNearestDepth || b.z() < kNearestDepth) continue;
-      const double share = (kNearestDepth - a.z()) / (b.z() - a.z());
-      Vector3 p = a + share * (b - a);
+      const double fraction = (kNearestDepth - a.z()) / (b.z() - a.z());
+      Vector3 p = a + fraction * (b - a);
       p.z() = kNearestDepth;
       extent.add(p);
     }

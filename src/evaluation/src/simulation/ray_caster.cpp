@@ -50,7 +50,7 @@ void shadeRows(const std::vector<const ObjectView*>& views, const RenderParams& 
     for (int column = 0; column < camera.width; ++column, ++i) {
       if (image.object[i] < 0) continue;
       const SurfaceShader shader(*views[static_cast<std::size_t>(image.object[i])], image.face[i],
-                                 camera, params.plain_share, params.colors);
+                                 camera, params.plain_fraction, params.colors);
       const Vector3 ray = camera.rayOf(column, row);
       const SurfacePatch patch = shader.patchAt(static_cast<double>(image.depth[i]), ray);
       image.incidence[i] = static_cast<float>(patch.incidence);
@@ -72,7 +72,7 @@ void requireSound(const Scene& scene, const Pose& T_world_camera) {
 
 void RenderParams::validate() const {
   requireInRange("frame", frame, 0, std::numeric_limits<int>::max());
-  requireInRange("plain_share", plain_share, 0.0, 1.0);
+  requireInRange("plain_fraction", plain_fraction, 0.0, 1.0);
   requireInRange("threads", threads, 0, 1024);
 }
 

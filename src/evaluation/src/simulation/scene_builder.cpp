@@ -105,10 +105,11 @@ void SceneBuilder::followRound(double length, const std::function<void(double)>&
     look(params.path == Path::Standing ? 0.0 : std::min(i * step, whole));
 }
 
-int SceneBuilder::frameWhen(const std::function<bool(const Vector3&)>& passed, double share) const {
+int SceneBuilder::frameWhen(const std::function<bool(const Vector3&)>& passed,
+                            double fraction) const {
   for (std::size_t i = 0; i < scene.path.size(); ++i)
     if (passed(scene.path[i].translation())) return static_cast<int>(i);
-  return static_cast<int>(share * params.frames);
+  return static_cast<int>(fraction * params.frames);
 }
 
 void SceneBuilder::onlyIn(std::size_t count, int first, int last) {

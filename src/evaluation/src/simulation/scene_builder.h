@@ -47,8 +47,8 @@ struct SceneBuilder {
   /// A person of 1.7 m who stands at x, y of the world and leaves before frame \p leaves, but not
   /// before the second; nobody unless the parameters ask for what moves.
   void person(double x, double y, int leaves);
-  /// The first frame for which \p passed holds; \p share of the frames if there is none.
-  int frameWhen(const std::function<bool(const Vector3& camera)>& passed, double share) const;
+  /// The first frame for which \p passed holds; \p fraction of the frames if there is none.
+  int frameWhen(const std::function<bool(const Vector3& camera)>& passed, double fraction) const;
 };
 
 void buildRoom(SceneBuilder& builder);

@@ -117,8 +117,9 @@ void addSideThing(SceneBuilder& b, double x, Random& random) {
 /// A person who leaves before the camera comes, and a door across the way that opens.
 void addMovingThings(SceneBuilder& b) {
   if (!b.params.moving) return;
-  const auto frameAt = [&b](double x, double share) {
-    return std::max(1, b.frameWhen([x](const Vector3& camera) { return camera.x() > x; }, share));
+  const auto frameAt = [&b](double x, double fraction) {
+    return std::max(1,
+                    b.frameWhen([x](const Vector3& camera) { return camera.x() > x; }, fraction));
   };
   b.person(4.3, 0.35, frameAt(1.8, 0.3));
   const int opens = frameAt(4.4, 0.6);

@@ -80,7 +80,7 @@ void SimulationParams::validate() const {
   requireInRange("width", width, 8, 8192, "px");
   requireInRange("height", height, 8, 8192, "px");
   requireInRange("focal_length", focal_length, 0.0, 1e6, "px");
-  requireInRange("plain_share", plain_share, 0.0, 1.0);
+  requireInRange("plain_fraction", plain_fraction, 0.0, 1.0);
   requireInRange("image_noise", image_noise, 0.0, 100.0, "gray levels");
   requirePositive("right_exposure", right_exposure);
   requirePositive("speed", speed, "m/s");
@@ -142,7 +142,7 @@ SimulatedFrame Simulation::frame(std::size_t index) const {
   frame.timestamp = timestamps_[index];
   RenderParams rendering;
   rendering.frame = static_cast<int>(index);
-  rendering.plain_share = params_.plain_share;
+  rendering.plain_fraction = params_.plain_fraction;
   rendering.colors = params_.colors;
   rendering.threads = params_.threads;
   const PinholeCamera camera = params_.camera();

@@ -114,7 +114,7 @@ void mismatch(std::vector<float>& measured, int width, const StereoSensorParams&
   const std::size_t rows = measured.size() / columns;
   for (std::size_t top = 0; top < rows; top += side)
     for (std::size_t left = 0; left < columns; left += side) {
-      const bool wrong = random.uniform() < params.wrong_share;
+      const bool wrong = random.uniform() < params.wrong_fraction;
       const auto d = static_cast<float>(random.uniform(low, largest));
       if (!wrong) continue;
       for (std::size_t row = top; row < std::min(top + side, rows); ++row)
@@ -131,16 +131,16 @@ void StereoSensorParams::validate() const {
   constexpr double kMost = std::numeric_limits<double>::max();
   requirePositive("baseline", baseline, "m");
   requireInRange("noise_px", noise_px, 0.0, 100.0, "px");
-  requireInRange("correlated_share", correlated_share, 0.0, 1.0);
+  requireInRange("correlated_fraction", correlated_fraction, 0.0, 1.0);
   requireInRange("correlation_px", correlation_px, 1.0, 1000.0, "px");
   requireInRange("disparity_step_px", disparity_step_px, 0.0, 100.0, "px");
   requirePositive("smallest_disparity_px", smallest_disparity_px, "px");
   requireInRange("edge_px", edge_px, 1e-6, kMost, "px");
-  requireInRange("flying_share", flying_share, 0.0, 1.0);
-  requireInRange("edge_hole_share", edge_hole_share, 0.0, 1.0 - flying_share);
-  requireInRange("hole_share", hole_share, 0.0, 1.0);
+  requireInRange("flying_fraction", flying_fraction, 0.0, 1.0);
+  requireInRange("edge_hole_fraction", edge_hole_fraction, 0.0, 1.0 - flying_fraction);
+  requireInRange("hole_fraction", hole_fraction, 0.0, 1.0);
   requireInRange("smallest_incidence", smallest_incidence, 0.0, 1.0);
-  requireInRange("wrong_share", wrong_share, 0.0, 1.0);
+  requireInRange("wrong_fraction", wrong_fraction, 0.0, 1.0);
   requireInRange("wrong_patch_px", wrong_patch_px, 1, 1000, "px");
 }
 
@@ -150,9 +150,9 @@ StereoSensorParams StereoSensorParams::perfect() {
   params.disparity_step_px = 0.0;
   params.smallest_disparity_px = 1e-6;
   params.edge_px = std::numeric_limits<double>::max();
-  params.flying_share = 0.0;
-  params.edge_hole_share = 0.0;
-  params.hole_share = 0.0;
+  params.flying_fraction = 0.0;
+  params.edge_hole_fraction = 0.0;
+  params.hole_fraction = 0.0;
   params.smallest_incidence = 0.0;
   return params;
 }
@@ -164,8 +164,8 @@ std::vector<float> measureDisparity(const Rendering& rendering, const StereoSens
   const int height = rendering.camera.height;
   const std::vector<float> exact = matchableDisparity(rendering, params);
   const SmoothField shared(width, height, params.correlation_px, random);
-  const double shared_part = params.noise_px * std::sqrt(params.correlated_share);
-  const double own_part = params.noise_px * std::sqrt(1.0 - params.correlated_share);
+  const double common_part = params.noise_px * std::sqrt(params.correlated_fraction);
+  const double own_part = params.noise_px * std::sqrt(1.0 - params.correlated_fraction);
   std::vector<float> measured(exact.size(), 0.0f);
   std::size_t i = 0;
   for (int row = 0; row < height; ++row)
@@ -174,19 +174,20 @@ std::vector<float> measureDisparity(const Rendering& rendering, const StereoSens
       const double draw = random.uniform();
       const double blend = random.uniform();
       const double own = own_part > 0.0 ? random.normal() : 0.0;
-      if (exact[i] <= 0.0f || rendering.texture[i] < params.hole_share) continue;
+      if (exact[i] <= 0.0f || rendering.texture[i] < params.hole_fraction) continue;
       double d = exact[i];
       const auto [low, high] = rangeAround(exact, width, height, column, row);
       if (high - low > params.edge_px) {
-        if (draw < params.edge_hole_share) continue;
-        if (draw < params.edge_hole_share + params.flying_share) d = low + blend * (high - low);
+        if (draw < params.edge_hole_fraction) continue;
+        if (draw < params.edge_hole_fraction + params.flying_fraction)
+          d = low + blend * (high - low);
       }
-      d += shared_part * shared.at(column, row) + own_part * own;
+      d += common_part * shared.at(column, row) + own_part * own;
       if (params.disparity_step_px > 0.0)
         d = params.disparity_step_px * std::round(d / params.disparity_step_px);
       if (d >= params.smallest_disparity_px) measured[i] = static_cast<float>(d);
     }
-  if (params.wrong_share > 0.0) mismatch(measured, width, params, random);
+  if (params.wrong_fraction > 0.0) mismatch(measured, width, params, random);
   return measured;
 }
 

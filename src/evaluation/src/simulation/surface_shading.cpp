@@ -170,7 +170,7 @@ const Tile& tileOf(Pattern pattern) {
 }
 
 /// A poster in some square metres: the fraction of the footprint that it covers, its brightness.
-double posterAt(double share, double u, double v, double footprint, std::uint32_t seed,
+double posterAt(double fraction, double u, double v, double footprint, std::uint32_t seed,
                 double& brightness) {
   static const Tile picture = Tile()
                                   .pieces(16, 16, 0, 0.3f, 0, 0.0f)
@@ -180,7 +180,7 @@ double posterAt(double share, double u, double v, double footprint, std::uint32_
   const std::int32_t iu = wholeOf(u);
   const std::int32_t iv = wholeOf(v);
   const std::uint64_t h = hashOf(iu, iv, seed + 7u);
-  if (static_cast<double>(h & 0xFFFFu) / 65536.0 >= share) return 0.0;
+  if (static_cast<double>(h & 0xFFFFu) / 65536.0 >= fraction) return 0.0;
   const auto part = [h](unsigned shift) { return static_cast<double>(h >> shift & 0xFu) / 15.0; };
   const double half_u = 0.18 + 0.14 * part(16);
   const double half_v = 0.20 + 0.18 * part(20);
@@ -205,13 +205,13 @@ double valueNoise(double u, double v, std::uint32_t seed) {
 }
 
 /// How much there is to match at surface coordinates u, v (metres), in [0, 1]: surfaces with little
-/// texture have stretches with more and with less; the fraction \p plain_share of all surface has
-/// none.
-double textureAt(const Material& material, double u, double v, double plain_share,
+/// texture have stretches with more and with less; the fraction \p plain_fraction of all surface
+/// has none.
+double textureAt(const Material& material, double u, double v, double plain_fraction,
                  std::uint32_t seed) {
   constexpr double kPlainPatch = 0.7;
-  if (plain_share > 0.0 &&
-      hashed(wholeOf(u / kPlainPatch), wholeOf(v / kPlainPatch), seed + 19u) < plain_share)
+  if (plain_fraction > 0.0 &&
+      hashed(wholeOf(u / kPlainPatch), wholeOf(v / kPlainPatch), seed + 19u) < plain_fraction)
     return 0.0;
   if (material.texture >= 1.0) return 1.0;
   if (material.texture <= 0.0) return 0.0;
@@ -296,12 +296,12 @@ std::uint32_t scaled(std::uint32_t color, double brightness) {
 }  // namespace
 
 SurfaceShader::SurfaceShader(const ObjectView& view, int face, const PinholeCamera& camera,
-                             double plain_share, bool colors)
+                             double plain_fraction, bool colors)
     : view_(view),
       face_(face),
       pixel_right_(view.R_object_camera.col(0) / camera.fx),
       pixel_down_(view.R_object_camera.col(1) / camera.fy),
-      plain_share_(plain_share),
+      plain_fraction_(plain_fraction),
       colors_(colors),
       seed_(static_cast<std::uint32_t>(view.index * 64 + face)) {}
 
@@ -317,7 +317,7 @@ SurfacePatch SurfaceShader::patchAt(double depth, const Vector3& ray) const {
   patch.incidence = std::clamp(toward / length, 0.0, 1.0);
   patch.u = std::fmod(frame.u, kTexturePeriod);
   patch.v = std::fmod(frame.v, kTexturePeriod);
-  patch.texture = textureAt(object.material, patch.u, patch.v, plain_share_, seed_);
+  patch.texture = textureAt(object.material, patch.u, patch.v, plain_fraction_, seed_);
   if (!colors_) return patch;
   if (view_.scene->lamp) {
     patch.light = lampLight(local, frame.normal, direction);

@@ -25,8 +25,8 @@ struct SurfacePatch {
 class SurfaceShader {
  public:
   /// \param colors  false: patches have incidence and texture only
-  SurfaceShader(const ObjectView& view, int face, const PinholeCamera& camera, double plain_share,
-                bool colors);
+  SurfaceShader(const ObjectView& view, int face, const PinholeCamera& camera,
+                double plain_fraction, bool colors);
 
   /// \param ray  through the pixel, camera frame, z = 1
   SurfacePatch patchAt(double depth, const Vector3& ray) const;
@@ -42,7 +42,7 @@ class SurfaceShader {
   int face_;
   Vector3 pixel_right_;  ///< step of the ray from pixel to pixel, object frame
   Vector3 pixel_down_;
-  double plain_share_;
+  double plain_fraction_;
   bool colors_;
   std::uint32_t seed_;
 };

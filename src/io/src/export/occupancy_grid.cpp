@@ -143,7 +143,7 @@ std::optional<double> floorHeight(const std::vector<Cuboid>& cuboids, const Vect
   constexpr double kStep = 0.6;                  // metres: from a verge or a ditch to the road
   constexpr double kLarger = 4.0;                // times
   constexpr double kBelow = 0.7;                 // metres: what starts there may be below a floor
-  constexpr double kMostBelow = 0.05;            // of the volume
+  constexpr double kMaxBelow = 0.05;             // of the volume
   std::vector<std::pair<double, double>> faces;  // height, area
   double volume = 0.0;
   for (const Cuboid& cuboid : cuboids) {
@@ -176,7 +176,7 @@ std::optional<double> floorHeight(const std::vector<Cuboid>& cuboids, const Vect
   for (const Cuboid& cuboid : cuboids) {
     if (cuboid.center.dot(up) < found->height - kBelow) below += cuboid.volume();
   }
-  if (below > kMostBelow * volume) return std::nullopt;
+  if (below > kMaxBelow * volume) return std::nullopt;
   return found->height;
 }
 

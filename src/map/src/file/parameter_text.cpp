@@ -90,7 +90,7 @@ void forEachParameter(Params& p, bool is_finished, Visit&& visit) {
   visit("miss_range", p.miss_range);
   visit("first_belief", p.first_belief);
   visit("noise_factor", p.noise_factor);
-  visit("min_cell_share", p.min_cell_share);
+  visit("min_cell_share", p.min_cell_fraction);
   visit("rim_pixels", p.rim_pixels);
   visit("surface_factor", p.surface_factor);
   visit("refit_tolerance", p.refit_tolerance);

@@ -27,7 +27,7 @@ constexpr std::size_t kHeader = kChecked + 4;
 
 constexpr int kCompressionLevel = 19;
 /// Larger sections are compressed faster: at the other level 100 MB take minutes.
-constexpr std::size_t kMostForThat = std::size_t{1} << 24;
+constexpr std::size_t kMaxForThat = std::size_t{1} << 24;
 constexpr int kFastCompressionLevel = 6;
 /// So many bytes of sections may come out of a file: a small one cannot take all memory.
 constexpr std::uint64_t kFreeBytes = 1u << 20;
@@ -71,7 +71,7 @@ std::vector<std::uint8_t> serializeMap(MapRecord record) {
   std::vector<std::uint8_t> file(kHeader + ZSTD_compressBound(sections.size()));
   const std::size_t size =
       ZSTD_compress(&file[kHeader], file.size() - kHeader, sections.data(), sections.size(),
-                    sections.size() <= kMostForThat ? kCompressionLevel : kFastCompressionLevel);
+                    sections.size() <= kMaxForThat ? kCompressionLevel : kFastCompressionLevel);
   if (ZSTD_isError(size) != 0) throw Error("the map cannot be compressed");
   file.resize(kHeader + size);
   if (sections.size() > mostSections(file.size())) {

@@ -158,7 +158,7 @@ double Frame::pointsToBeSeen(const PlanarMapParams& params, const Vector3& world
   const double error = observation->noise ? observation->noise->depthError(depth) : 0.0;
   const double rim =
       params.rim_pixels / std::sqrt(pixels) + kCarried * std::max(0.0, error / side - kHarmless);
-  return std::min(params.min_cell_share, rim) * facing * pixels;
+  return std::min(params.min_cell_fraction, rim) * facing * pixels;
 }
 
 Frame makeFrame(const FrameObservation& observation) {

@@ -68,7 +68,7 @@ bool isPlane(const MapData& map, const Frame& frame, std::size_t segment) {
   const Vector3 spread = fit.eigenvalues.cwiseMax(0.0).cwiseSqrt();  // of a side a: a / sqrt(12)
   if (12.0 * spread[1] * spread[2] < kMinCells * s * s && isMapped(map, frame, segment))
     return false;
-  // Where the depth error is known, the search for planes has judged the roughness.
+  // Where the depth error is known, the search for planes has tested the roughness.
   return frame.observation->noise ||
          fit.rms <= std::max(kHarmlessScatter * s, kMaxRoughness * spread[1]);
 }

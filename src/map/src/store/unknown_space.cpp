@@ -193,7 +193,7 @@ class UnknownSpace::Walk {
     if (level == kRegionLevel) region_.close();
   }
 
-  /// Not judged: that would be over the budget.
+  /// Not classified: that would be over the budget.
   void leave(int level, const Vector3& centre) {
     const double half = 0.5 * cell_ * static_cast<double>(1 << level);
     budget_.range = std::min(budget_.range, std::max(0.0, centre.norm() - std::sqrt(3.0) * half));

@@ -19,10 +19,11 @@ namespace planar_mapping::detail {
 /// 8 x 8 x 8 cells: word z, bit 8 y + x.
 using CubeBits = std::array<std::uint64_t, 8>;
 
-/// Space deeper than that many cells is not judged: a frame would ask for gigabytes.
+/// Space deeper than that many cells is not classified: a frame would ask for gigabytes.
 constexpr double kMaxRangeCells = 2048.0;
 
-/// What the images of a frame may cost together. What is too much is not judged: far space first.
+/// What the images of a frame may cost together. What is too much is not classified: far space
+/// first.
 struct SpaceBudget {
   /// Rays of a sparse image pass so many cells; some 30 bytes each while a frame is integrated.
   double ray_cells = 1 << 25;
@@ -30,7 +31,7 @@ struct SpaceBudget {
   std::size_t regions = std::size_t{1} << 14;
   /// Cubes looked at; of the last half only those of 32 x 32 x 32 cells, as a whole.
   std::size_t cubes = std::size_t{1} << 24;
-  /// Metres from the sensor up to which all was judged.
+  /// Metres from the sensor up to which all was classified.
   double range = std::numeric_limits<double>::infinity();
 };
 

@@ -35,14 +35,14 @@ void FeatureKeys::declare(ParameterTable& table) {
                "[ours] best over second-best descriptor distance between frames, at most");
   table.number("min_disparity_px", tracker.min_disparity, Range::between(0.0, 1000.0),
                "[ours] features of smaller disparity are too far to be of use");
-  table.number("max_disparity_share", tracker.max_disparity_share, Range::above(0.0, 1.0),
+  table.number("max_disparity_fraction", tracker.max_disparity_fraction, Range::above(0.0, 1.0),
                "[ours] largest disparity, in image widths");
   table.integer("refine_window_px", tracker.refine_window, Range::between(5, 41),
                 "[ours] side of the window of the sub-pixel disparity, odd");
   table.integer("track_window_px", tracker.track_window, Range::between(5, 41),
                 "[ours] side of the window of the place in a new image, odd");
   table.number("max_refine_residual", tracker.max_refine_residual, Range::above(0.0, 2.0),
-               "[ours] gray values in a window may differ by this share of their deviation");
+               "[ours] gray values in a window may differ by this fraction of their deviation");
   table.flag("refine_tracks", tracker.refine_tracks,
              "[ours] places in a new image follow from gray values of the one before");
   table.integer("remember_frames", tracker.remember_frames, Range::between(0, 1000000),

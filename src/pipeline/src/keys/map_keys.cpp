@@ -85,7 +85,7 @@ void MapKeys::declare(ParameterTable& table) {
   table.number("min_probability", params.min_probability, Range::between(0.0, 1.0),
                "[ours] cells believed less than this are removed");
   table.number("belief_gain", params.belief_gain, Range::above(0.0, 1.0),
-               "[ours] share of the newest frame in a cell's belief");
+               "[ours] fraction of the newest frame in a cell's belief");
   table.number(
       "miss_factor", params.miss_factor, Range::between(0.0, 1.0),
       "[ours] a cell's belief is multiplied by this when it is looked through or not confirmed");
@@ -93,8 +93,8 @@ void MapKeys::declare(ParameterTable& table) {
       "first_belief", params.first_belief, Range::above(0.0, 1.0),
       "[ours] most belief a cell gets from one frame, but for those of the first sight of a "
       "plane");
-  table.number("min_cell_share", params.min_cell_share, Range::between(0.0, 1.0),
-               "[ours] a cell is seen if it holds this share of the points of a full one; where "
+  table.number("min_cell_fraction", params.min_cell_fraction, Range::between(0.0, 1.0),
+               "[ours] a cell is seen if it holds this fraction of the points of a full one; where "
                "the camera is known");
   table.number("rim_pixels", params.rim_pixels, Range::between(0.0, 1e6),
                "[ours] or that of a strip of so many pixels and the depth error, if that is less");
@@ -111,7 +111,7 @@ void MapKeys::declare(ParameterTable& table) {
                "[ours] pixel of the spherical image, for clouds of no camera");
   table.basic({"resolution_m", "absorption_cells", "up", "association_offset_m", "unknown_space",
                "unseen", "max_range_m", "min_probability", "miss_factor", "first_belief",
-               "min_cell_share"});
+               "min_cell_fraction"});
 }
 
 void MapKeys::configure(int threads) {

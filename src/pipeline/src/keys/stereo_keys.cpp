@@ -10,8 +10,8 @@ void StereoKeys::declare(ParameterTable& table) {
   table.integer("disparities_px", matcher.disparities, Range::between(1, 2000),
                 "how many are looked at; auto = found in each pair by a coarse search");
   table.number("near_distance_m", matcher.near_distance, Range::atLeast(0.0),
-               "nothing nearer is looked for by the coarse search; 0 = max_disparity_share");
-  table.number("max_disparity_share", matcher.max_disparity_share, Range::above(0.0, 1.0),
+               "nothing nearer is looked for by the coarse search; 0 = max_disparity_fraction");
+  table.number("max_disparity_fraction", matcher.max_disparity_fraction, Range::above(0.0, 1.0),
                "[ours] largest disparity of the coarse search, in image widths");
   table.word("paths", matcher.paths,
              {{"three", SmoothnessPaths::Three},
@@ -53,7 +53,7 @@ void StereoKeys::declare(ParameterTable& table) {
   table.number("min_brightness", min_brightness, Range::between(0.0, 255.0),
                "[ours] mean gray value of a frame that can be used");
   table.number("min_density", min_density, Range::between(0.0, 1.0),
-               "[ours] share of the pixels of a usable frame that have a disparity");
+               "[ours] fraction of the pixels of a usable frame that have a disparity");
   table.basic({"disparities_px", "paths", "uniqueness_percent", "speckle_side_m", "min_texture"});
 }
 

@@ -90,7 +90,7 @@ std::optional<Pose> FrameLocator::placeAgain(const Frame& frame) {
   if (by_features.registered && isEnough(by_features)) placed = by_features.T_world_sensor;
 #ifdef PLANAR_MAPPING_HAS_STEREO
   if (!isSeen()) return std::nullopt;
-  if (placed && views_->judge(view_, *placed, nullptr, true) != PoseVerdict::Confirmed)
+  if (placed && views_->check(view_, *placed, nullptr, true) != PoseVerdict::Confirmed)
     placed.reset();
   if (!placed) {
     const ViewMap::Location far = views_->locate(view_, *last_pose_, {}, ViewGuess::Nothing);
@@ -234,7 +234,7 @@ bool FrameLocator::agrees(const Pose& T_world_sensor, const Pose& expected, bool
 #ifdef PLANAR_MAPPING_HAS_STEREO
   if (!isSeen()) return true;
   const PoseVerdict verdict =
-      views_->judge(view_, T_world_sensor, odometry_.hasVelocity() ? &expected : nullptr,
+      views_->check(view_, T_world_sensor, odometry_.hasVelocity() ? &expected : nullptr,
                     lost_ > kFewLost && !likely);
   if (verdict == PoseVerdict::Confirmed) return true;
   if (verdict == PoseVerdict::Unknown) return likely || follows(T_world_sensor, expected);

@@ -44,8 +44,8 @@ void MotionKeys::declareSearch(ParameterTable& table) {
                 "[ours] known features a frame needs");
   table.integer("min_inliers", motion.min_inliers, Range::atLeast(3),
                 "[ours] of those, how many must agree");
-  table.number("min_inlier_share", motion.min_inlier_share, Range::between(0.0, 1.0),
-               "[ours] of those, which share must agree");
+  table.number("min_inlier_fraction", motion.min_inlier_fraction, Range::between(0.0, 1.0),
+               "[ours] of those, which fraction must agree");
   table.integer("max_iterations", motion.max_iterations, Range::atLeast(1),
                 "[ours] minimal sets tried at most");
   table.number("max_position_error_m", motion.max_translation_error, Range::positive(),
@@ -53,13 +53,13 @@ void MotionKeys::declareSearch(ParameterTable& table) {
   table.number("max_orientation_error_deg", motion.max_rotation_error, Range::above(0.0, 180.0),
                "[ours] a pose less certain is not used");
   table.number("keyframe_translation", odometry.keyframe_translation, Range::positive(),
-               "[ours] new keyframe after this share of the median depth");
+               "[ours] new keyframe after this fraction of the median depth");
   table.number("keyframe_rotation_deg", odometry.keyframe_rotation, Range::above(0.0, 180.0),
                "[ours] new keyframe after this turn");
   table.integer("max_landmarks", odometry.max_landmarks, Range::atLeast(100),
                 "[ours] kept for registration");
-  table.number("jump_inlier_share", odometry.jump_inlier_share, Range::between(0.0, 1.0),
-               "[ours] share of known features that must agree on a jump, ...");
+  table.number("jump_inlier_fraction", odometry.jump_inlier_fraction, Range::between(0.0, 1.0),
+               "[ours] fraction of known features that must agree on a jump, ...");
   table.integer("jump_inliers", odometry.jump_inliers, Range::atLeast(0),
                 "[ours] ... or so many of them, and a fifth");
   table.number("jump_distance_m", odometry.jump_distance, Range::positive(),
@@ -81,8 +81,8 @@ void MotionKeys::declareClouds(ParameterTable& table) {
                "[ours] from how far, and turned anyhow, it is looked for where it is not found "
                "near; 0 = it is not");
   table.number("cloud_max_seen_through", surface.max_seen_through, Range::between(0.0, 1.0),
-               "[ours] share of the cells that may be seen through where the cloud is put");
-  table.number("cloud_min_share", surface.min_share, Range::between(0.0, 1.0),
+               "[ours] fraction of the cells that may be seen through where the cloud is put");
+  table.number("cloud_min_fraction", surface.min_fraction, Range::between(0.0, 1.0),
                "[ours] of the cloud's cells that must lie on them");
 }
 

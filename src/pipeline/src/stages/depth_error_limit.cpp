@@ -14,7 +14,7 @@
 namespace planar_mapping {
 namespace {
 
-/// Marks the points that are not beyond a depth; not a number is no depth to be judged.
+/// Marks the points that are not beyond a depth; not a number is no depth.
 PLANAR_MAPPING_MULTIVERSION
 void markWithin(const float* points, std::size_t stride, const int* indices, std::size_t n,
                 float farthest, std::uint8_t* marks) {

@@ -51,7 +51,7 @@ class GroundRemovalStage : public Stage {
                  "[ours] side of the columns in which walls are looked for");
     table.number("wall_foot_threshold_m", params_.wall_foot_threshold, Range::positive(),
                  "[ours] the threshold in a column with a wall");
-    table.number("min_share", params_.min_share, Range::above(0.0, 1.0),
+    table.number("min_fraction", params_.min_fraction, Range::above(0.0, 1.0),
                  "[ours] fraction of the points that must support the ground");
     table.integer("min_points", params_.min_points, Range::atLeast(3),
                   "[ours] points that must support the ground");

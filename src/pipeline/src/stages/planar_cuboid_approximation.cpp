@@ -40,7 +40,7 @@ class PlanarCuboidApproximationStage : public Stage {
     mapping_.setInputCloud(nullptr);
     frame.inserted = true;
     if (std::isfinite(frame.update.space_range)) {
-      frame.notes.push_back(frame.source + ": space is judged up to " +
+      frame.notes.push_back(frame.source + ": space is classified up to " +
                             detail::rounded(frame.update.space_range, 0) +
                             " m only, all of it would be too much for one frame; a coarser "
                             "unknown_resolution_m reaches farther");

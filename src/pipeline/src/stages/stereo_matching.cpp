@@ -99,14 +99,14 @@ bool StereoMatchingStage::usableResult(const StereoReport& report, Frame& frame)
 
 /// Matching along rows finds little where they are not the same, and part of that is wrong.
 void StereoMatchingStage::checkRows(Frame& frame) {
-  constexpr double kMostApart = 1.0;  // pixels
+  constexpr double kMaxApart = 1.0;  // pixels
   if (unchecked_rows_ == 0) return;
   --unchecked_rows_;
   const std::optional<double> rows =
       rowsApart(frame.images.left, frame.images.right, *frame.images.calibration);
   if (!rows) return;
   unchecked_rows_ = 0;
-  if (*rows <= kMostApart) return;
+  if (*rows <= kMaxApart) return;
   frame.warnings.push_back(
       "frame " + std::to_string(frame.number) + " " + frame.source +
       ": the pair is not rectified, or by another calibration: what both images show is " +

@@ -8,7 +8,7 @@
 namespace planar_mapping::detail {
 namespace {
 
-constexpr float kLeastGradient = 2.0f;  // gray levels a pixel, root mean square of the window
+constexpr float kMinGradient = 2.0f;  // gray levels a pixel, root mean square of the window
 
 /// Bilinear samples of a square about `center`. \return false at the border
 bool sample(const cv::Mat& image, cv::Point2f center, int side, float* out) {
@@ -81,7 +81,7 @@ Patch::Patch(const cv::Mat& image, cv::Point2f center_of_patch, int window) : wi
     xy_ += gradient_x_[i] * gradient_y_[i];
     yy_ += gradient_y_[i] * gradient_y_[i];
   }
-  usable_ = xx_ > kLeastGradient * kLeastGradient * static_cast<float>(size);
+  usable_ = xx_ > kMinGradient * kMinGradient * static_cast<float>(size);
 }
 
 std::optional<cv::Point2f> Patch::findAlongRow(const cv::Mat& image, cv::Point2f start, float reach,

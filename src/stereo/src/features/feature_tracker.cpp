@@ -42,8 +42,8 @@ void FeatureTrackerParams::validate() const {
   requirePositive("stereo_ratio", stereo_ratio);
   requireInRange("stereo_ratio", stereo_ratio, 0.0, 1.0);
   requireInRange("min_disparity", min_disparity, 0.0, 1000.0, "px");
-  requirePositive("max_disparity_share", max_disparity_share);
-  requireInRange("max_disparity_share", max_disparity_share, 0.0, 1.0);
+  requirePositive("max_disparity_fraction", max_disparity_fraction);
+  requireInRange("max_disparity_fraction", max_disparity_fraction, 0.0, 1.0);
   requireInRange("refine_window", refine_window, 5, 41, "px");
   if (refine_window % 2 == 0) throw ParameterError("refine_window", refine_window, "odd", "px");
   requireInRange("track_window", track_window, 5, 41, "px");
@@ -119,7 +119,7 @@ std::vector<int> FeatureTracker::Impl::matchPair(const DetectedFeatures& left,
   search.epipolar_tolerance = params.epipolar_tolerance;
   search.ratio = params.stereo_ratio;
   // Behind infinity nothing can be: what matches there better than in front tells of a mistake.
-  const double reach = params.max_disparity_share * width;
+  const double reach = params.max_disparity_fraction * width;
   search.low = infinity - reach;
   search.high = infinity + reach;
   std::vector<int> matches = detail::matchAlongRows(left, right, search);

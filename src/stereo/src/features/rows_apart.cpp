@@ -24,10 +24,10 @@ float medianOf(std::vector<float> values) {
 std::optional<double> rowsApart(const io::Image& left, const io::Image& right,
                                 const io::Calibration& calibration) {
   constexpr int kFeatures = 1000;
-  constexpr double kReach = 0.06;      // of the height: what is farther apart is seen at once
-  constexpr std::size_t kFewest = 60;  // features that agree
-  constexpr double kLeastShare = 0.6;  // of those that match
-  constexpr float kSameOffset = 1.5f;  // pixels, in a quarter of the image
+  constexpr double kReach = 0.06;       // of the height: what is farther apart is seen at once
+  constexpr std::size_t kFewest = 60;   // features that agree
+  constexpr double kMinFraction = 0.6;  // of those that match
+  constexpr float kSameOffset = 1.5f;   // pixels, in a quarter of the image
   detail::requirePair(left, right);
   FeatureTrackerParams params;
   params.detector = FeatureDetector::Orb;
@@ -38,7 +38,7 @@ std::optional<double> rowsApart(const io::Image& left, const io::Image& right,
       detail::detectFeatures(detail::matOf(grays[1]), params, kFeatures);
   detail::RowSearch search;
   search.low = calibration.camera.cx - calibration.cx_right;
-  search.high = search.low + params.max_disparity_share * left.width;
+  search.high = search.low + params.max_disparity_fraction * left.width;
   search.epipolar_tolerance = kReach * left.height;
   search.ratio = params.track_ratio;
   const std::vector<int> matches = detail::matchAlongRows(here, there, search);
@@ -63,7 +63,7 @@ std::optional<double> rowsApart(const io::Image& left, const io::Image& right,
       if (std::abs(offset - usual) <= kSameOffset) apart.push_back(std::abs(offset));
   }
   if (apart.size() < kFewest ||
-      static_cast<double>(apart.size()) < kLeastShare * static_cast<double>(matched)) {
+      static_cast<double>(apart.size()) < kMinFraction * static_cast<double>(matched)) {
     return std::nullopt;
   }
   return double{medianOf(std::move(apart))};

@@ -17,7 +17,7 @@ struct Exposure {
 struct CoarseDisparities {
   double low = 0.0;
   double high = 0.0;
-  double density = 0.0;  ///< share with a disparity, of the pixels with contrast
+  double density = 0.0;  ///< fraction with a disparity, of the pixels with contrast
   Exposure exposure;     ///< by the pixels with a disparity
 };
 

@@ -166,8 +166,8 @@ void StereoMatcherParams::validate() const {
     requireInRange("min_disparity", *min_disparity, -kLargestDisparity, kLargestDisparity, "px");
   if (disparities) requireInRange("disparities", *disparities, 1, kLargestDisparity, "px");
   requireInRange("near_distance", near_distance, 0.0, 1e6, "m");
-  requirePositive("max_disparity_share", max_disparity_share);
-  requireInRange("max_disparity_share", max_disparity_share, 0.0, 1.0);
+  requirePositive("max_disparity_fraction", max_disparity_fraction);
+  requireInRange("max_disparity_fraction", max_disparity_fraction, 0.0, 1.0);
   requireOdd("block_size", block_size, 1, 31);
   requireInRange("smoothness_small", smoothness_small, 0.0, 1000.0);
   requireInRange("smoothness_large", smoothness_large, smoothness_small, 1000.0);
@@ -211,7 +211,7 @@ DisparityImage StereoMatcher::match(const io::Image& left, const io::Image& righ
   out.brightness = cv::mean(l)[0];
 
   const double infinity = calibration.camera.cx - calibration.cx_right;
-  double largest = infinity + params_.max_disparity_share * left.width;
+  double largest = infinity + params_.max_disparity_fraction * left.width;
   if (params_.near_distance > 0.0 && calibration.baseline) {
     largest = std::min(
         largest, infinity + calibration.camera.fx * *calibration.baseline / params_.near_distance);

@@ -13,11 +13,11 @@
 namespace planar_mapping::detail {
 namespace {
 
-constexpr int kSums = 7;                 // of a window: g g, g r, g, r, 1, h h, h
-constexpr int kRowsPerChunk = 120;       // of work; the rows of a window about them come twice
-constexpr float kSimilar = 1.0f;         // disparities that differ more belong to other surfaces
-constexpr float kLargestShift = 0.35f;   // what is found before is no farther off
-constexpr float kLeastContrast = 0.05f;  // likewise, of gradients: rounding of gray values
+constexpr int kSums = 7;                // of a window: g g, g r, g, r, 1, h h, h
+constexpr int kRowsPerChunk = 120;      // of work; the rows of a window about them come twice
+constexpr float kSimilar = 1.0f;        // disparities that differ more belong to other surfaces
+constexpr float kLargestShift = 0.35f;  // what is found before is no farther off
+constexpr float kMinContrast = 0.05f;   // likewise, of gradients: rounding of gray values
 constexpr float kNoise = 16.0f;  // gray levels squared: where there is less contrast, trust less
 
 /// Mean over the similar ones of 5 x 5, which lie in `rows`, at columns [2, width - 2).
@@ -109,7 +109,7 @@ void agreementRow(const float* sums, int width, int half, float* agreement) {
     const float count = std::max(one[x], 1.0f);
     const float common = gg[x] - g1[x] * g1[x] / count;
     const float different = hh[x] - h1[x] * h1[x] / count;
-    agreement[x] = (common - different) / (common + different + kLeastContrast * count);
+    agreement[x] = (common - different) / (common + different + kMinContrast * count);
   }
   for (int x = 0; x < half; ++x) {
     agreement[x] = agreement[half];

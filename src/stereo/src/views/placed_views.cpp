@@ -84,17 +84,17 @@ ViewMap::PlacedViews::Support ViewMap::PlacedViews::supportOf(const View& view,
     const ViewAgreement one =
         agreementOf(view.cells, other->view->cells,
                     other->T_world_sensor.inverse() * T_world_sensor, params_.camera, step);
-    const double overlap =
-        static_cast<double>(one.judged) / static_cast<double>(std::max<std::size_t>(1, one.cells));
+    const double overlap = static_cast<double>(one.compared) /
+                           static_cast<double>(std::max<std::size_t>(1, one.cells));
     if (overlap < kMinOverlap) continue;
     ++witnesses;
-    if (one.share(one.through) > kMaxThrough || one.share(one.agreeing) < kMinAgreeing) {
+    if (one.fraction(one.through) > kMaxThrough || one.fraction(one.agreeing) < kMinAgreeing) {
       support.verdict = PoseVerdict::Refused;
     }
     support.correlation += overlap * one.correlation;
-    support.agreeing += overlap * one.share(one.agreeing);
-    support.score += overlap * (one.correlation * one.share(one.agreeing) -
-                                kThroughWeight * one.share(one.through));
+    support.agreeing += overlap * one.fraction(one.agreeing);
+    support.score += overlap * (one.correlation * one.fraction(one.agreeing) -
+                                kThroughWeight * one.fraction(one.through));
     texture += overlap * one.texture;
     weights += overlap;
     support.overlap = std::max(support.overlap, overlap);
@@ -113,9 +113,9 @@ ViewMap::PlacedViews::Support ViewMap::PlacedViews::supportOf(const View& view,
 void ViewMap::PlacedViews::climb(const View& view, Hypothesis& hypothesis) const {
   double turn = 2.0 / view.cells.camera.fx;
   double shift = 2.0 * shiftOfACell(view.cells);
-  constexpr int kMostRounds = 16;
+  constexpr int kMaxRounds = 16;
   constexpr double kFinest = 0.2;  // cells
-  for (int round = 0; round < kMostRounds && turn * view.cells.camera.fx > kFinest; ++round) {
+  for (int round = 0; round < kMaxRounds && turn * view.cells.camera.fx > kFinest; ++round) {
     bool better = false;
     for (int axis = 0; axis < 6; ++axis) {
       for (const double sign : {-1.0, 1.0}) {
@@ -175,7 +175,7 @@ std::vector<ViewMap::PlacedViews::Hypothesis> ViewMap::PlacedViews::registerTo(
 /// things repeat, so more than one.
 std::vector<ViewMap::PlacedViews::Hypothesis> ViewMap::PlacedViews::registerTo(
     View& view, const Placed& other, const Pose& guess) const {
-  constexpr int kMostMotions = 3;
+  constexpr int kMaxMotions = 3;
   constexpr double kMatchRatio = 0.85;
   view.detect(params_);
   other.view->detect(params_);
@@ -193,12 +193,12 @@ std::vector<ViewMap::PlacedViews::Hypothesis> ViewMap::PlacedViews::registerTo(
   }
   MotionParams motion;
   motion.min_inliers = 6;
-  motion.min_inlier_share = 0.0;
+  motion.min_inlier_fraction = 0.0;
   motion.max_iterations = 5000;
   Random random(params_.seed);
   const Pose expected = guess.inverse() * other.T_world_sensor;
   std::vector<Hypothesis> poses;
-  while (poses.size() < kMostMotions) {
+  while (poses.size() < kMaxMotions) {
     const MotionEstimate estimate =
         estimateMotion(matches, params_.camera, motion, random, &expected);
     if (!estimate.found()) break;

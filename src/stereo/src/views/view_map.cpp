@@ -18,7 +18,7 @@ using Hypothesis = Views::Hypothesis;
 using Support = Views::Support;
 
 constexpr double kRoughness = 0.5;  // what a score may gain by climbing
-constexpr std::size_t kMostClimbed = 4;
+constexpr std::size_t kMaxClimbed = 4;
 constexpr std::size_t kManyInliers = 20;
 constexpr double kStrong = 0.7;      // score of a pose beyond doubt
 constexpr double kStrict = 0.5;      // least score of a pose by little but gray values
@@ -27,7 +27,7 @@ constexpr double kComparable = 0.9;  // of the best score
 constexpr double kFarBehind = 0.5;   // of the best score: the next one is no rival
 constexpr double kNearGuess = 0.6;   // see PlacedViews::distance()
 /// Least overlap before one wall, where another place comes near: panels repeat beyond it.
-constexpr double kMostOfWall = 0.75;
+constexpr double kMaxOfWall = 0.75;
 
 void sortBySupport(std::vector<Hypothesis>& hypotheses) {
   std::stable_sort(
@@ -162,7 +162,7 @@ bool ViewMap::empty() const {
   return views_->empty();
 }
 
-PoseVerdict ViewMap::judge(const ViewPtr& view, const Pose& T_world_sensor, const Pose* expected,
+PoseVerdict ViewMap::check(const ViewPtr& view, const Pose& T_world_sensor, const Pose* expected,
                            bool strict) const {
   const Support support = views_->supportOf(*view, T_world_sensor, 1);
   if (support.verdict != PoseVerdict::Confirmed) return support.verdict;
@@ -206,7 +206,7 @@ ViewMap::Location ViewMap::locate(const ViewPtr& view, const Pose& guess,
   sortBySupport(found);
   std::vector<Hypothesis> apart;
   for (const Hypothesis& one : found) {
-    if (one.support.score < kHopelessView - kRoughness || apart.size() == kMostClimbed) break;
+    if (one.support.score < kHopelessView - kRoughness || apart.size() == kMaxClimbed) break;
     const auto same = [&](const Hypothesis& h) {
       return views_->isSamePlace(*view, h.pose, one.pose);
     };
@@ -243,7 +243,7 @@ ViewMap::Location ViewMap::locate(const ViewPtr& view, const Pose& guess,
     }
   }
   const Support support = views_->supportOf(*view, location.T_world_sensor, 1);
-  if (one_wall && support.overlap < kMostOfWall && support.score < kStrong &&
+  if (one_wall && support.overlap < kMaxOfWall && support.score < kStrong &&
       (rival > kFarBehind * support.score || (best.inliers == 0 && support.score < kStrict))) {
     location.reason = "it looks the same from another place";
   } else {

@@ -109,7 +109,7 @@ Vector3 presetDirection(const SceneContent& content, CameraPreset preset) {
   return isoDirection(content);
 }
 
-// The share of the picture's width that the scale of the legend takes at the right.
+// The fraction of the picture's width that the scale of the legend takes at the right.
 double reservedWidth(const ViewOptions& options) {
   const bool scale = options.show.legend && options.show.occupied &&
                      options.color != ColorBy::Plane && options.color != ColorBy::State;

@@ -122,7 +122,7 @@ double heightOf(const Cuboid& cuboid, const Vector3& up) {
   return cuboid.center.dot(up.normalized());
 }
 
-bool looksAlongZ(const SceneContent& content, double share) {
+bool looksAlongZ(const SceneContent& content, double fraction) {
   if (content.trajectory.empty() || content.cuboids.empty()) return false;
   const double widest = std::tan(60.0 * kRadiansPerDegree);
   std::size_t seen = 0;
@@ -135,7 +135,7 @@ bool looksAlongZ(const SceneContent& content, double share) {
       }
     }
   }
-  return seen >= share * static_cast<double>(content.cuboids.size());
+  return seen >= fraction * static_cast<double>(content.cuboids.size());
 }
 
 namespace {

@@ -102,7 +102,7 @@ class PLANAR_MAPPING_EXPORT MappingInput {
   /// Up in the world, of any length > 0; the first axis of a planar cuboid is horizontal.
   void setUpDirection(const Vector3& up);
   const Vector3& getUpDirection() const { return params_.approximation.up; }
-  /// Space beyond this depth is not judged: it stays what it was, metres, > 0.
+  /// Space beyond this depth is not classified: it stays what it was, metres, > 0.
   void setMaxRange(double metres);
   double getMaxRange() const { return params_.max_range; }
   /// Cells believed less than this are removed, in [0, 1].

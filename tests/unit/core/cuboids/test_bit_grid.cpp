@@ -17,12 +17,12 @@ namespace {
 /// Windows with less than a word, whole words, and some more, along x.
 constexpr std::int32_t kWidths[] = {1, 5, 63, 64, 65, 128, 150};
 
-BitGrid randomGrid(Random& random, std::int32_t width, std::int32_t depth, double share) {
+BitGrid randomGrid(Random& random, std::int32_t width, std::int32_t depth, double fraction) {
   BitGrid grid(width, 7, depth);
   for (std::int32_t z = 0; z < depth; ++z) {
     for (std::int32_t y = 0; y < 7; ++y) {
       for (std::int32_t x = 0; x < width; ++x) {
-        if (random.uniform() < share) grid.set(x, y, z);
+        if (random.uniform() < fraction) grid.set(x, y, z);
       }
     }
   }
@@ -62,8 +62,8 @@ void forRandomGrids(Visit&& visit) {
   for (const std::int32_t width : kWidths) {
     for (const std::int32_t depth : {1, 5}) {
       // Boxes grow far in an almost full grid only.
-      for (const double share : {0.3, 0.9, 0.995, 1.0}) {
-        const BitGrid grid = randomGrid(random, width, depth, share);
+      for (const double fraction : {0.3, 0.9, 0.995, 1.0}) {
+        const BitGrid grid = randomGrid(random, width, depth, fraction);
         for (int i = 0; i < 200; ++i) visit(grid, randomBox(random, grid));
       }
     }
@@ -75,9 +75,9 @@ TEST(BitCount, CountsAsBitByBit) {
   for (int i = 0; i < 2000; ++i) {
     std::uint64_t bits = 0;
     std::size_t on = 0;
-    const double share = random.uniform();
+    const double fraction = random.uniform();
     for (int bit = 0; bit < 64; ++bit) {
-      if (random.uniform() >= share) continue;
+      if (random.uniform() >= fraction) continue;
       bits |= std::uint64_t{1} << bit;
       ++on;
     }

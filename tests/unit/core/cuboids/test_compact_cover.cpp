@@ -34,14 +34,14 @@ CuboidApproximationParams paramsWith(double absorption, double rectangle_cells =
   return params;
 }
 
-CellMask randomMask(std::uint64_t seed, int width, int height, double share) {
+CellMask randomMask(std::uint64_t seed, int width, int height, double fraction) {
   Random random(seed);
   CellMask mask;
   mask.width = width;
   mask.height = height;
   mask.a0 = -3;
   mask.b0 = 5;
-  for (int i = 0; i < width * height; ++i) mask.cells.push_back(random.uniform() < share);
+  for (int i = 0; i < width * height; ++i) mask.cells.push_back(random.uniform() < fraction);
   return mask;
 }
 

@@ -35,8 +35,8 @@ TEST(Ground, FlatGroundIsFoundAndRemoved) {
   EXPECT_NEAR(ground.height, 0.37, 1e-3);
   EXPECT_NEAR((ground.plane.normal - Vector3(0, -1, 0)).norm(), 0.0, 1e-3);
   EXPECT_NEAR(ground.plane.offset, 0.37, 1e-3);
-  EXPECT_GT(scene.share(ground.is_ground, 1), 0.99);
-  EXPECT_LT(scene.share(ground.is_ground, 2), 0.02);
+  EXPECT_GT(scene.fraction(ground.is_ground, 1), 0.99);
+  EXPECT_LT(scene.fraction(ground.is_ground, 2), 0.02);
 }
 
 TEST(Ground, FootOfAWallStays) {
@@ -98,9 +98,9 @@ TEST(Ground, NoiseOfTheStereoCameraIsFollowed) {
   scene.render();
   GroundParams params = paperParams();
   params.distance_threshold = 0.01;
-  const double fixed = scene.share(findGround(scene.view(), nullptr, params).is_ground, 1);
+  const double fixed = scene.fraction(findGround(scene.view(), nullptr, params).is_ground, 1);
   params.noise = StereoNoise{GroundScene::kBaseline, scene.focal, 0.5};
-  const double following = scene.share(findGround(scene.view(), nullptr, params).is_ground, 1);
+  const double following = scene.fraction(findGround(scene.view(), nullptr, params).is_ground, 1);
   EXPECT_GT(following, 0.98);
   EXPECT_LT(fixed, 0.95);
 }
@@ -113,11 +113,11 @@ TEST(Ground, RampAheadIsFollowed) {
   GroundParams params = paperParams();
   const Ground followed = findGround(scene.view(), nullptr, params);
   ASSERT_TRUE(followed.found);
-  EXPECT_GT(scene.share(followed.is_ground, 1), 0.97);
-  EXPECT_LT(scene.share(followed.is_ground, 2), 0.05);
+  EXPECT_GT(scene.fraction(followed.is_ground, 1), 0.97);
+  EXPECT_LT(scene.fraction(followed.is_ground, 2), 0.05);
   EXPECT_GT(followed.diagnostics.slope_cells, 0u);
   params.slope_cell = 0.0;
-  EXPECT_LT(scene.share(findGround(scene.view(), nullptr, params).is_ground, 1), 0.9);
+  EXPECT_LT(scene.fraction(findGround(scene.view(), nullptr, params).is_ground, 1), 0.9);
 }
 
 TEST(Ground, RampDownIsFollowed) {
@@ -127,7 +127,7 @@ TEST(Ground, RampDownIsFollowed) {
   scene.render();
   const Ground ground = findGround(scene.view(), nullptr, paperParams());
   ASSERT_TRUE(ground.found);
-  EXPECT_GT(scene.share(ground.is_ground, 1), 0.95);
+  EXPECT_GT(scene.fraction(ground.is_ground, 1), 0.95);
 }
 
 TEST(Ground, KerbStays) {
@@ -218,7 +218,7 @@ TEST(Ground, WorksInAFrameWithZUp) {
   const Ground ground = findGround({xyz.data(), xyz.size() / 3}, nullptr, params);
   ASSERT_TRUE(ground.found);
   EXPECT_NEAR(ground.plane.normal.z(), 1.0, 1e-3);
-  EXPECT_GT(scene.share(ground.is_ground, 1), 0.99);
+  EXPECT_GT(scene.fraction(ground.is_ground, 1), 0.99);
 }
 
 TEST(Ground, SubsetByIndexEqualsSubsetByCopy) {
@@ -254,7 +254,7 @@ TEST(Ground, IsRepeatableAndTheSeedMattersLittle) {
     const Ground c = findGround(scene.view(), nullptr, params);
     ASSERT_TRUE(c.found) << seed;
     EXPECT_NEAR(c.height, 0.37, 0.005);
-    EXPECT_GT(scene.share(c.is_ground, 1), 0.97);
+    EXPECT_GT(scene.fraction(c.is_ground, 1), 0.97);
   }
 }
 
@@ -351,8 +351,8 @@ TEST(Ground, HostilePointsAmongGoodOnesAreNotRemoved) {
   }
   const Ground ground = findGround(scene.view(), nullptr, paperParams());
   ASSERT_TRUE(ground.found);
-  EXPECT_EQ(scene.share(ground.is_ground, 3), 0.0);
-  EXPECT_GT(scene.share(ground.is_ground, 1), 0.99);
+  EXPECT_EQ(scene.fraction(ground.is_ground, 3), 0.0);
+  EXPECT_GT(scene.fraction(ground.is_ground, 1), 0.99);
   EXPECT_EQ(ground.diagnostics.points_not_measured, not_finite);
 }
 
@@ -374,7 +374,7 @@ TEST(Ground, RejectsBadArguments) {
   rejects([&](GroundParams& p) { p.roll_tolerance = 0.0; });
   rejects([&](GroundParams& p) { p.distance_threshold = 0.0; });
   rejects([&](GroundParams& p) { p.noise = StereoNoise{0, 1, 1}; });
-  rejects([&](GroundParams& p) { p.min_share = 0.0; });
+  rejects([&](GroundParams& p) { p.min_fraction = 0.0; });
   rejects([&](GroundParams& p) { p.min_points = 2; });
   rejects([&](GroundParams& p) { p.sample_size = 10; });
   rejects([&](GroundParams& p) { p.wall_cell = 0.0; });

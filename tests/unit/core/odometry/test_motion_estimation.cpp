@@ -341,7 +341,7 @@ TEST(EstimateMotion, RefusesBadParameters) {
   refused([](MotionParams& p) { p.inlier_sigmas = 0.0; });
   refused([](MotionParams& p) { p.min_matches = 2; });
   refused([](MotionParams& p) { p.min_inliers = 2; });
-  refused([](MotionParams& p) { p.min_inlier_share = 1.1; });
+  refused([](MotionParams& p) { p.min_inlier_fraction = 1.1; });
   refused([](MotionParams& p) { p.max_iterations = 0; });
   refused([](MotionParams& p) { p.max_translation_error = 0.0; });
   MotionPrior prior;

@@ -57,7 +57,7 @@ TEST(OdometryFaults, LeavesOutFramesThatSeeNothingKnownAndGoesOnAfterwards) {
 }
 
 TEST(OdometryFaults, SurvivesWrongMatches) {
-  for (const double share : {0.05, 0.1, 0.2}) {
+  for (const double fraction : {0.05, 0.1, 0.2}) {
     World world;
     Odometry odometry(worldParams());
     odometry.setStart(World::poseAt(0.0));
@@ -66,11 +66,11 @@ TEST(OdometryFaults, SurvivesWrongMatches) {
     for (int i = 0; i <= 40; ++i) {
       truth = World::poseAt(0.1 * i);
       auto features = world.see(truth);
-      world.confuse(features, share);
+      world.confuse(features, fraction);
       result = odometry.update(features);
-      ASSERT_TRUE(result.registered) << share << " " << i << ": " << result.reason;
+      ASSERT_TRUE(result.registered) << fraction << " " << i << ": " << result.reason;
     }
-    EXPECT_LT(positionError(result.T_world_sensor, truth), 0.06) << share;
+    EXPECT_LT(positionError(result.T_world_sensor, truth), 0.06) << fraction;
   }
 }
 
@@ -124,7 +124,7 @@ TEST(OdometryFaults, RefusesBadParameters) {
   refused([](OdometryParams& p) { p.keyframe_rotation = kNan; });
   refused([](OdometryParams& p) { p.max_landmarks = 1; });
   refused([](OdometryParams& p) { p.jump_distance = 0.0; });
-  refused([](OdometryParams& p) { p.jump_inlier_share = 2.0; });
+  refused([](OdometryParams& p) { p.jump_inlier_fraction = 2.0; });
   refused([](OdometryParams& p) { p.camera.fx = -1.0; });
   refused([](OdometryParams& p) { p.motion.min_matches = 0; });
 }

@@ -27,7 +27,7 @@ PlaneSet search(const DepthScene& scene) {
   return findPlanes(scene.view(), nullptr, params);
 }
 
-/// The segment that holds most of a surface, which are what shares of the two?
+/// The segment that holds most of a surface, which are what fractions of the two?
 struct Match {
   std::size_t segment = 0;
   double recall = 0.0;
@@ -48,12 +48,12 @@ Match match(const DepthScene& scene, const PlaneSet& set, int surface) {
   return best;
 }
 
-void expectFound(const DepthScene& scene, const PlaneSet& set, int surface, double share,
+void expectFound(const DepthScene& scene, const PlaneSet& set, int surface, double fraction,
                  double max_angle) {
   ASSERT_FALSE(set.planes.empty());
   const Match found = match(scene, set, surface);
-  EXPECT_GT(found.recall, share) << surface;
-  EXPECT_GT(found.purity, share) << surface;
+  EXPECT_GT(found.recall, fraction) << surface;
+  EXPECT_GT(found.purity, fraction) << surface;
   EXPECT_LT(angleBetween(set.planes[found.segment].plane, scene.plane(surface)), max_angle)
       << surface;
 }

@@ -36,36 +36,36 @@ std::vector<Surfel> planesAt(double depth, double x = 0.0, Vector3 normal = -Vec
   return planes;
 }
 
-TEST(SeenThrough, JudgesWhatIsWhereTheSensorLooked) {
+TEST(SeenThrough, ComparesWhatIsWhereTheSensorLooked) {
   const SeenRanges seen = wallAt(2.0);
-  const auto judge = [&](const std::vector<Surfel>& planes) {
-    return seen.judge(planes, Pose::Identity());
+  const auto compare = [&](const std::vector<Surfel>& planes) {
+    return seen.compare(planes, Pose::Identity());
   };
-  EXPECT_EQ(100u, judge(planesAt(2.0)).judged);  // met
-  EXPECT_EQ(0u, judge(planesAt(2.0)).through);
-  EXPECT_EQ(100u, judge(planesAt(1.5)).judged);  // its rays went on
-  EXPECT_EQ(100u, judge(planesAt(1.5)).through);
-  EXPECT_EQ(1.0, judge(planesAt(1.5)).share());
-  EXPECT_EQ(0u, judge(planesAt(2.5)).judged);                         // hidden
-  EXPECT_EQ(0u, judge(planesAt(1.5, 3.0)).judged);                    // not looked at
-  EXPECT_EQ(0u, judge(planesAt(1.5, 0.0, Vector3::UnitZ())).judged);  // from behind
-  EXPECT_EQ(0u, judge(planesAt(1.5, 0.0, Vector3::UnitX())).judged);  // edge-on
-  EXPECT_EQ(0u, judge(planesAt(1.96)).through);                       // within a cell
+  EXPECT_EQ(100u, compare(planesAt(2.0)).compared);  // met
+  EXPECT_EQ(0u, compare(planesAt(2.0)).through);
+  EXPECT_EQ(100u, compare(planesAt(1.5)).compared);  // its rays went on
+  EXPECT_EQ(100u, compare(planesAt(1.5)).through);
+  EXPECT_EQ(1.0, compare(planesAt(1.5)).fraction());
+  EXPECT_EQ(0u, compare(planesAt(2.5)).compared);                         // hidden
+  EXPECT_EQ(0u, compare(planesAt(1.5, 3.0)).compared);                    // not looked at
+  EXPECT_EQ(0u, compare(planesAt(1.5, 0.0, Vector3::UnitZ())).compared);  // from behind
+  EXPECT_EQ(0u, compare(planesAt(1.5, 0.0, Vector3::UnitX())).compared);  // edge-on
+  EXPECT_EQ(0u, compare(planesAt(1.96)).through);                         // within a cell
 }
 
 TEST(SeenThrough, PlanesAreTakenToTheSensor) {
   const SeenRanges seen = wallAt(2.0);
   Pose T_sensor_planes = Pose::Identity();
   T_sensor_planes.translation().z() = -1.0;
-  EXPECT_EQ(100u, seen.judge(planesAt(2.5), T_sensor_planes).through);
-  EXPECT_EQ(0u, seen.judge(planesAt(3.0), T_sensor_planes).through);
+  EXPECT_EQ(100u, seen.compare(planesAt(2.5), T_sensor_planes).through);
+  EXPECT_EQ(0u, seen.compare(planesAt(3.0), T_sensor_planes).through);
 }
 
 TEST(SeenThrough, FewPlanesSayNothing) {
   SeenThrough few = {20, 20};
-  EXPECT_EQ(0.0, few.share());
+  EXPECT_EQ(0.0, few.fraction());
   few += {10, 40};
-  EXPECT_EQ(0.5, few.share());
+  EXPECT_EQ(0.5, few.fraction());
 }
 
 }  // namespace

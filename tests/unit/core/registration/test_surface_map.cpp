@@ -129,7 +129,7 @@ TEST(SurfaceMap, FindsALargeTurnByTheFewPlanesThatTell) {
       const auto cloud = view(truth, 0.002, random, Scene::BoxOnFloor);
       const CloudRegistration found = map.locate(viewOf(cloud), first);
       ASSERT_TRUE(found.found);
-      EXPECT_GT(found.share, 0.5);
+      EXPECT_GT(found.fraction, 0.5);
       const Vector6 error = motionDifference(truth.inverse(), found.T_world_sensor.inverse());
       EXPECT_LT(error.tail<3>().norm(), 0.03);
       if (error.head<3>().norm() < 0.03) ++right;
@@ -211,13 +211,13 @@ TEST(SurfaceMap, APlaceThatWasFoundHasToBeTheBestOfAll) {
   CloudRegistration wrong;
   wrong.found = true;
   wrong.T_world_sensor = kWrongGuess;
-  const double share = map.locate(viewOf(cloud), kWrongGuess).share;
-  ASSERT_GT(share, 0.1);
-  wrong.share = 0.5 * share;
+  const double fraction = map.locate(viewOf(cloud), kWrongGuess).fraction;
+  ASSERT_GT(fraction, 0.1);
+  wrong.fraction = 0.5 * fraction;
   const CloudRegistration best = map.locateFar(viewOf(cloud), kWrongGuess, wrong);
   ASSERT_TRUE(best.found);
   EXPECT_LT(motionDifference(kMoved.inverse(), best.T_world_sensor.inverse()).norm(), 0.03);
-  wrong.share = share;  // as good
+  wrong.fraction = fraction;  // as good
   EXPECT_FALSE(map.locateFar(viewOf(cloud), kWrongGuess, wrong).found);
 }
 
@@ -336,7 +336,7 @@ TEST(SurfaceMap, RefusesBadParametersAndPoses) {
   refused([](SurfaceMapParams& p) { p.cell = 0.0; });
   refused([](SurfaceMapParams& p) { p.depth_error = p.depth_error_growth = 0.0; });
   refused([](SurfaceMapParams& p) { p.reach = 0.0; });
-  refused([](SurfaceMapParams& p) { p.min_share = -0.1; });
+  refused([](SurfaceMapParams& p) { p.min_fraction = -0.1; });
   refused([](SurfaceMapParams& p) { p.max_seen_through = 1.5; });
   refused([](SurfaceMapParams& p) { p.search_reach = -1.0; });
   refused([](SurfaceMapParams& p) { p.max_cells = 10; });

@@ -164,7 +164,7 @@ TEST(FinishedMap, DiffersFromTheLiveMapInNoCell) {
   const PlanarMap live = noisyMap(0.1);
   const MapDifference difference = compareMaps(live, live.finished());
   EXPECT_GT(difference.in_both, 0u);
-  EXPECT_EQ(difference.share(), 0.0);
+  EXPECT_EQ(difference.fraction(), 0.0);
 }
 
 }  // namespace

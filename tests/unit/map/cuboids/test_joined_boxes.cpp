@@ -57,7 +57,7 @@ TEST(JoinedBoxes, GrowWithTheMap) {
   EXPECT_EQ(map.cuboids().size(), 1u);
   test::insertPoints(map, block({5.0, 2.0, 0.0}, {12.0, 2.2, 0.2}));
   EXPECT_EQ(map.cuboids().size(), 1u);
-  // Near two of the three regions only; the other one's share of the box is known from before.
+  // Near two of the three regions only; the other one's fraction of the box is known from before.
   test::insertPoints(map, block({-4.0, 2.0, 0.2}, {-2.0, 2.2, 1.0}));
   EXPECT_EQ(map.cuboids().size(), 2u);
   const PlanarMap fresh = map;  // has derived nothing yet

@@ -61,7 +61,7 @@ void walkThrough(PlanarMap& map, const Scene& scene, const StereoErrors& errors,
   }
 }
 
-/// Share of the points of a grid over a rectangle at depth y that the map has within `margin`.
+/// Fraction of the points of a grid over a rectangle at depth y that the map has within `margin`.
 double shareFound(const PlanarMap& map, double x0, double x1, double z0, double z1, double y,
                   double margin) {
   int found = 0, all = 0;
@@ -289,7 +289,7 @@ TEST(BelievedSurfaces, AFarNoisyWallIsOnePlaneWithHardlyAnythingInFrontOfIt) {
   EXPECT_GT(shareFound(map, -1.5, 1.5, 0.5, 2.1, 5.2, 0.1), 0.999);
 }
 
-/// Of the points that were measured, the share within half a cell of a cuboid.
+/// Of the points that were measured, the fraction within half a cell of a cuboid.
 double covered(const PlanarMap& map, const std::vector<View>& views, double s) {
   std::size_t found = 0, all = 0;
   for (const View& view : views) {
@@ -308,7 +308,7 @@ TEST(BelievedSurfaces, ANoisyWallIsAsThickAsItsPointsSay) {
   Scene scene;
   scene.boxes = {{{-3.0, -1.0, 0.0}, {3.0, 3.0, 2.6}, true, true}};
   const StereoErrors errors = noise(0.1);  // 2.3 cm at 3.8 m
-  double share[2] = {0.0, 0.0};
+  double fraction[2] = {0.0, 0.0};
   for (const bool as_thick : {false, true}) {
     Random random(17);
     PlanarMapParams params = paramsOf(kSide);
@@ -320,15 +320,15 @@ TEST(BelievedSurfaces, ANoisyWallIsAsThickAsItsPointsSay) {
       views.push_back(test::lookNoisy(scene, pose, errors, random, 300));
       map.insert(observationOf(views.back(), errors));
     }
-    share[as_thick ? 1 : 0] = covered(map, views, kSide);
+    fraction[as_thick ? 1 : 0] = covered(map, views, kSide);
     for (const Cuboid& cuboid : map.cuboids()) {
       if (cuboid.plane_id < 0) continue;
       EXPECT_GE(cuboid.size.z(), 0.5 * kSide - 1e-9);  // a box that lies on the wall may be thin
       EXPECT_LE(cuboid.size.z(), (as_thick ? 1.2 : 1.0) * kSide + 1e-9);
     }
   }
-  EXPECT_GT(share[1], share[0] + 0.02);
-  EXPECT_GT(share[1], 0.96);
+  EXPECT_GT(fraction[1], fraction[0] + 0.02);
+  EXPECT_GT(fraction[1], 0.96);
 }
 
 TEST(BelievedSurfaces, AnExactWallBeginsAtItsSurface) {
@@ -350,8 +350,8 @@ TEST(BelievedSurfaces, AnExactWallBeginsAtItsSurface) {
   EXPECT_GE(walls, 1);
 }
 
-/// The face of a narrow board that sticks 3 cm into a cell of half a metre is a small share of the
-/// cell, but much wider than a pixel.
+/// The face of a narrow board that sticks 3 cm into a cell of half a metre is a small fraction of
+/// the cell, but much wider than a pixel.
 TEST(BelievedSurfaces, ACoarseCellIsKeptForANarrowPieceOfSurface) {
   const Scene scene = roomWith({{0.47, 1.6, 0.0}, {0.53, 1.7, 2.2}, false, false});
   const StereoErrors errors = noise(0.0);

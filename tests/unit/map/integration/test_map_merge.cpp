@@ -76,7 +76,7 @@ TEST(MergeMaps, IntoAnEmptyMapGivesTheSameMap) {
     EXPECT_EQ(merged.frames(), 4u);
     EXPECT_EQ(merged.planes().size(), map.planes().size());
     EXPECT_EQ(merged.unknownCells(), map.unknownCells());
-    EXPECT_EQ(compareMaps(merged, map).share(), 0.0);
+    EXPECT_EQ(compareMaps(merged, map).fraction(), 0.0);
     std::size_t points = 0;
     EXPECT_EQ(differentlyJudged(merged, map, points), 0u);
     for (std::size_t i = 0; i < 4; ++i) {
@@ -121,7 +121,7 @@ TEST(MergeMaps, IsTheSameWhicheverMapTakesTheOther) {
     EXPECT_EQ(into_late.planes_new, early.planes().size());
     EXPECT_EQ(a.serialize(), b.serialize());
     EXPECT_EQ(a.frames(), 7u + 1u);
-    EXPECT_GT(compareMaps(a, early).share(), 0.0);
+    EXPECT_GT(compareMaps(a, early).fraction(), 0.0);
     a.insert(viewAt(2).frame());  // what was derived before is not used again
     b.insert(viewAt(2).frame());
     EXPECT_EQ(a.serialize(), b.serialize());
@@ -202,10 +202,10 @@ TEST(MergeMaps, DiffersFromTheMapOfTheWholeAsMuchAsTheOrderOfFramesDoes) {
   for (int split = 1; split < 7; ++split) {
     PlanarMap merged = walk(0, split);
     merged.merge(walk(split, 7));
-    difference += compareMaps(merged, whole).share() / 6.0;
+    difference += compareMaps(merged, whole).fraction() / 6.0;
   }
   EXPECT_LT(difference, 0.125);
-  EXPECT_LT(compareMaps(reversed, whole).share(), 0.125);
+  EXPECT_LT(compareMaps(reversed, whole).fraction(), 0.125);
 }
 
 TEST(MergeMaps, BringsAMapOfAnotherWorldIntoOurs) {
@@ -218,7 +218,7 @@ TEST(MergeMaps, BringsAMapOfAnotherWorldIntoOurs) {
     std::size_t points = 0;
     const std::size_t after = differentlyJudged(merged, whole, points);
     EXPECT_LT(after, points / 50);  // borders of space and boxes, by nearest cells
-    EXPECT_LT(compareMaps(merged, whole).share(), 0.15);
+    EXPECT_LT(compareMaps(merged, whole).fraction(), 0.15);
     EXPECT_TRUE(merged.trajectory().back().second.isApprox(whole.trajectory().back().second, 1e-3));
   }
 }
@@ -229,7 +229,7 @@ TEST(MergeMaps, GoesOnAsAMap) {
   const std::vector<std::uint8_t> file = merged.serialize();
   const PlanarMap loaded = PlanarMap::deserialize(file.data(), file.size());
   EXPECT_EQ(loaded.serialize(), file);
-  EXPECT_EQ(compareMaps(loaded, merged).share(), 0.0);
+  EXPECT_EQ(compareMaps(loaded, merged).fraction(), 0.0);
   const std::size_t planes = merged.planes().size();
   merged.insert(look(Scene(), lookFrom({0.0, 0.0, 1.0}), 1.0).frame());
   EXPECT_EQ(merged.planes().size(), planes);

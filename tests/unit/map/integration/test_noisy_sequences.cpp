@@ -135,7 +135,7 @@ TEST(NoisySequences, AConfirmedPlaneIsNotEatenByGrazingRays) {
       const Pose pose = lookFrom({-0.8, 3.0 + 0.3 * i, 1.2}, -1.4, 0.0);
       map.insert(observationOf(test::lookNoisy(scene, pose, errors, random, 300), errors));
     }
-    const auto share = [&]() {
+    const auto fraction = [&]() {
       int found = 0, all = 0;
       for (double y = 2.5; y < 4.5; y += 0.1) {
         for (double z = 0.6; z < 1.8; z += 0.1, ++all) {
@@ -144,13 +144,13 @@ TEST(NoisySequences, AConfirmedPlaneIsNotEatenByGrazingRays) {
       }
       return static_cast<double>(found) / all;
     };
-    ASSERT_GT(share(), 0.999) << noise_px;
+    ASSERT_GT(fraction(), 0.999) << noise_px;
     const std::size_t planes = map.planes().size();
     for (int i = 0; i < 30; ++i) {
       const Pose pose = lookFrom({0.5 + 0.01 * i, -0.5 + 0.05 * i, 1.2}, 0.02 * (i % 5), 0.0);
       map.insert(observationOf(test::lookNoisy(scene, pose, errors, random, 300), errors));
     }
-    EXPECT_GT(share(), 0.99) << noise_px;
+    EXPECT_GT(fraction(), 0.99) << noise_px;
     EXPECT_GE(map.planes().size(), planes);
   }
 }

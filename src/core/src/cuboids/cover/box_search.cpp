@@ -8,7 +8,7 @@ namespace planar_mapping::detail {
 namespace {
 
 /// The time of a search grows with the number of boxes times that of those in a cover.
-constexpr std::size_t kMostPairs = std::size_t{1} << 20;
+constexpr std::size_t kMaxPairs = std::size_t{1} << 20;
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 
 /// A box that stands for all of \p need and cannot grow; from \p need itself where none has room.
@@ -25,21 +25,21 @@ LatticeBox largestAround(const LatticeBox& need, const BoxSpace& space) {
   return box;
 }
 
-/// Shares cells out between sets: those that only one holds to that one, each other to the one
+/// Divides cells between sets: those that only one holds to that one, each other to the one
 /// whose hull grows least for it.
 /// \param place  cell of each number
-std::vector<CellSet> sharedOut(const std::vector<const CellSet*>& sets,
-                               const std::vector<LatticeBox>& place) {
+std::vector<CellSet> partitioned(const std::vector<const CellSet*>& sets,
+                                 const std::vector<LatticeBox>& place) {
   std::vector<CellSet> holders(place.size());
   for (std::uint32_t s = 0; s < sets.size(); ++s) {
     for (const std::uint32_t number : *sets[s]) holders[number].push_back(s);
   }
-  std::vector<CellSet> shares(sets.size());
+  std::vector<CellSet> parts(sets.size());
   std::vector<LatticeBox> hulls(sets.size());
   const auto give = [&](std::uint32_t number, std::uint32_t to) {
-    if (shares[to].empty()) hulls[to] = place[number];
+    if (parts[to].empty()) hulls[to] = place[number];
     include(hulls[to], place[number]);
-    shares[to].push_back(number);
+    parts[to].push_back(number);
   };
   for (std::uint32_t number = 0; number < place.size(); ++number) {
     if (holders[number].size() == 1) give(number, holders[number].front());
@@ -47,7 +47,7 @@ std::vector<CellSet> sharedOut(const std::vector<const CellSet*>& sets,
   for (std::uint32_t number = 0; number < place.size(); ++number) {
     if (holders[number].size() < 2) continue;
     const auto growth = [&](std::uint32_t s) {
-      if (shares[s].empty()) return volume(place[number]);
+      if (parts[s].empty()) return volume(place[number]);
       LatticeBox hull = hulls[s];
       include(hull, place[number]);
       return volume(hull) - volume(hulls[s]);
@@ -56,14 +56,14 @@ std::vector<CellSet> sharedOut(const std::vector<const CellSet*>& sets,
                      holders[number].begin(), holders[number].end(),
                      [&](std::uint32_t l, std::uint32_t r) { return growth(l) < growth(r); }));
   }
-  return shares;
+  return parts;
 }
 
 }  // namespace
 
 std::optional<std::vector<CellSet>> fewerBoxes(const BoxSpace& space, const CellSet& covered,
                                                const BoxList& needs) {
-  if (space.largest.size() * needs.size() > kMostPairs) return std::nullopt;
+  if (space.largest.size() * needs.size() > kMaxPairs) return std::nullopt;
   std::vector<std::uint32_t> number_of(space.cells.size(), kNone);
   std::vector<LatticeBox> place;
   for (const std::uint32_t cell : covered) {
@@ -87,15 +87,15 @@ std::optional<std::vector<CellSet>> fewerBoxes(const BoxSpace& space, const Cell
   if (found.size() >= needs.size()) return std::nullopt;
   std::vector<const CellSet*> chosen;
   for (const std::size_t s : found) chosen.push_back(&sets[s]);
-  std::vector<CellSet> shares = sharedOut(chosen, place);
-  shares.erase(std::remove_if(shares.begin(), shares.end(),
-                              [](const CellSet& share) { return share.empty(); }),
-               shares.end());
-  for (CellSet& share : shares) {
-    for (std::uint32_t& number : share) number = covered[number];
-    std::sort(share.begin(), share.end());
+  std::vector<CellSet> parts = partitioned(chosen, place);
+  parts.erase(
+      std::remove_if(parts.begin(), parts.end(), [](const CellSet& part) { return part.empty(); }),
+      parts.end());
+  for (CellSet& part : parts) {
+    for (std::uint32_t& number : part) number = covered[number];
+    std::sort(part.begin(), part.end());
   }
-  return shares;
+  return parts;
 }
 
 }  // namespace planar_mapping::detail

@@ -16,7 +16,7 @@ namespace {
 using Cell = LatticeCell;
 
 /// A box or set of more cells is not dissolved into its neighbours: they hardly ever have room.
-constexpr std::size_t kMostMoved = 4096;
+constexpr std::size_t kMaxMoved = 4096;
 /// Boxes alone that are so many more than the cover with sets are not searched for fewer.
 constexpr std::size_t kMaxMoreBoxes = 2;
 /// Neighbours of a box have cells this near.
@@ -217,7 +217,7 @@ class LatticeCover {
   /// Gives the members of a box to others that may grow for them; all of them or none.
   bool dissolve(std::size_t i) {
     const std::vector<std::uint32_t>& members = chosen_[i].members;
-    if (members.empty() || members.size() > kMostMoved) return false;
+    if (members.empty() || members.size() > kMaxMoved) return false;
     chosen_[i].is_settled = true;
     neighbours_.clear();
     numbers_.forEach(grown(chosen_[i].need, kNear), [&](std::size_t number) {

@@ -11,7 +11,7 @@
 
 namespace planar_mapping::detail {
 
-/// A box and its share of the cells: each cell belongs to one of the boxes that stand for it.
+/// A box and its fraction of the cells: each cell belongs to one of the boxes that stand for it.
 struct CoverBox {
   LatticeBox box;
   std::vector<LatticeCell> members;

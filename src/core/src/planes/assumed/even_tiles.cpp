@@ -8,9 +8,9 @@
 namespace planar_mapping {
 namespace {
 
-constexpr float kStep = 3.0f;        // gray levels between neighbouring tiles that are an edge
-constexpr float kEven = 3.0f;        // standard deviations of the noise within an even tile
-constexpr float kLeastNoise = 2.0f;  // gray levels: saturated parts of an image have none
+constexpr float kStep = 3.0f;      // gray levels between neighbouring tiles that are an edge
+constexpr float kEven = 3.0f;      // standard deviations of the noise within an even tile
+constexpr float kMinNoise = 2.0f;  // gray levels: saturated parts of an image have none
 
 }  // namespace
 
@@ -44,7 +44,7 @@ std::vector<std::uint8_t> evenTiles(const std::uint8_t* gray, int width, int hei
   std::vector<float> sorted = deviations;
   const auto tenth = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 10);
   std::nth_element(sorted.begin(), tenth, sorted.end());
-  const float most = std::max(kEven * *tenth, kLeastNoise);
+  const float most = std::max(kEven * *tenth, kMinNoise);
   for (int y = 0; y < rows; ++y) {
     for (int x = 0; x < columns; ++x) {
       const auto i = static_cast<std::size_t>(y * columns + x);

@@ -20,7 +20,7 @@ bool areTilesSmoother(const PlaneCandidate& plane, const std::vector<TilePart>& 
     const double error = plane.meanError(parts[i].sums);
     squares += parts[i].sums[kN] * error * error;
   }
-  const double most = params.noise_tile_share * plane.residual;
+  const double most = params.noise_tile_fraction * plane.residual;
   return squares <= plane.sums[kN] * most * most;
 }
 

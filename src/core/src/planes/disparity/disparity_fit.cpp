@@ -90,7 +90,8 @@ bool DisparityFit::areOne(const PlaneCandidate& one, const PlaneCandidate& other
   addSums(joined.sums, other.sums);
   fit(joined);
   if (!joined.valid) return false;
-  const double flat = params_.merging_factor * params_.growing_share * params_.distance_threshold;
+  const double flat =
+      params_.merging_factor * params_.growing_fraction * params_.distance_threshold;
   const double noise_factor =
       adjacent ? params_.merging_adjacent_factor : params_.merging_apart_factor;
   for (const PlaneCandidate* part : {&one, &other}) {
@@ -123,7 +124,7 @@ bool DisparityFit::isNoiseWhite(const PlaneCandidate& plane, const std::vector<T
     squares += parts[i].sums[kN] * error * error;
     weights += parts[i].sums[kN];
   }
-  const double smooth = params_.white_share * plane.residual;
+  const double smooth = params_.white_fraction * plane.residual;
   return weights >= kMinFraction * plane.sums[kN] && weights >= kMinTiles * kTileArea &&
          squares <= weights * smooth * smooth;
 }
@@ -133,7 +134,7 @@ CoherenceTest DisparityFit::coherenceTest(const PlaneCandidate& plane,
                                           const PartList& list) const {
   const double d = plane.sums[kZ] / plane.sums[kN];
   const bool flat =
-      plane.residual <= toPixels(plane, params_.flat_share * params_.distance_threshold, d);
+      plane.residual <= toPixels(plane, params_.flat_fraction * params_.distance_threshold, d);
   CoherenceTest test;
   test.min_agreement = flat ? params_.min_flat_agreement : params_.min_agreement;
   // Where such planes meet, noise mixes their pixels, which says nothing against either.
@@ -167,9 +168,9 @@ bool DisparityFit::isBent(const PlaneCandidate& plane, const Bend& bend) const {
   const double angle =
       std::atan(toAngle(bend.slope, plane.height, sums[kX] / sums[kN], sums[kY] / sums[kN], d));
   return angle > params_.bent_angle && bend.advantage > params_.bent_advantage &&
-         bend.bow > toPixels(plane, params_.bow_share * params_.distance_threshold, d) &&
+         bend.bow > toPixels(plane, params_.bow_fraction * params_.distance_threshold, d) &&
          bend.bow > std::max(params_.bow_factor * params_.noise,
-                             params_.smooth_bow_share * params_.camera.disparity_error);
+                             params_.smooth_bow_fraction * params_.camera.disparity_error);
 }
 
 }  // namespace planar_mapping::detail

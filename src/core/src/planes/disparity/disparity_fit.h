@@ -25,33 +25,33 @@ struct DisparityParams {
   double max_normal_deviation = 0.5;  ///< radians
   double noise_factor = 3.0;          ///< k of d_T(z) = max(d_T, k sigma(z))
   int min_inliers = 100;
-  /// By what the mean of a cell may lie off the plane it joins, whichever is most: share of d_T,
+  /// By what the mean of a cell may lie off the plane it joins, whichever is most: fraction of d_T,
   /// ...
-  double growing_share = 0.4;
+  double growing_fraction = 0.4;
   /// ... sigmas of the noise, ...
   double growing_factor = 2.5;
-  /// ... share of the disparity error of the camera: matching errs smoothly over whole windows
+  /// ... fraction of the disparity error of the camera: matching errs smoothly over whole windows
   /// (towards whole pixels, towards what stands out), which the residuals of windows do not show.
-  double smooth_share = 1.0;
+  double smooth_fraction = 1.0;
   /// The same for the residuals of windows ...
-  double smooth_residual_share = 0.25;
+  double smooth_residual_fraction = 0.25;
   /// ... and for slopes, disparity errors over the extent of a window.
-  double smooth_slope_share = 0.15;
-  /// Share of max_normal_deviation between the normal of a cell and the plane it joins.
-  double growing_angle_share = 0.7;
+  double smooth_slope_fraction = 0.15;
+  /// Fraction of max_normal_deviation between the normal of a cell and the plane it joins.
+  double growing_angle_fraction = 0.7;
   /// Sigmas of residual up to which the neighbourhood of a cell counts as planar.
   double planar_factor = 1.6;
-  /// Share of d_T of residual that counts as planar whatever the noise.
-  double planar_share = 0.1;
+  /// Fraction of d_T of residual that counts as planar whatever the noise.
+  double planar_fraction = 0.1;
   /// Quantile of the residuals of small windows that is taken for the noise of the sensor.
   double noise_quantile = 0.35;
   /// Least and most noise that is believed, in disparity errors of the camera.
-  double least_noise_share = 0.1;
-  double most_noise_share = 1.0;
+  double min_noise_fraction = 0.1;
+  double max_noise_fraction = 1.0;
   /// Errors of matching are smooth: so many pixels count as one measurement of a slope.
   double correlated_pixels = 25.0;
-  /// Share of the growing tolerance in metres within which two planes are one, and of that of the
-  /// noise: far from each other ...
+  /// Fraction of the growing tolerance in metres within which two planes are one, and of that of
+  /// the noise: far from each other ...
   double merging_factor = 0.5;
   double merging_apart_factor = 0.25;
   /// ... and beside each other.
@@ -60,35 +60,37 @@ struct DisparityParams {
   double merging_angle = 0.15;
   /// Radians between the neighbourhood of a point and its plane.
   double coherent_angle = 0.35;
-  /// Share of the points in the quarters of a plane that must be on it and have a neighbourhood
+  /// Fraction of the points in the quarters of a plane that must be on it and have a neighbourhood
   /// that lies as the plane does, ...
   double min_agreement = 0.8;
-  /// ... where the residual is within this share of d_T: roughness cannot be taken for noise there.
+  /// ... where the residual is within this fraction of d_T: roughness cannot be taken for noise
+  /// there.
   double min_flat_agreement = 0.6;
-  double flat_share = 0.1;
-  /// Share of the residual up to which the means of tiles differ by white noise alone.
-  double white_share = 0.35;
+  double flat_fraction = 0.1;
+  /// Fraction of the residual up to which the means of tiles differ by white noise alone.
+  double white_fraction = 0.35;
   /// A quadratic surface that is bent by this root mean square angle (radians), ...
   double bent_angle = 0.1;
   /// ... explains the points so much better (variance ratio) ...
   double bent_advantage = 6.0;
-  /// ... and bows by this share of d_T and so many sigmas is no plane.
-  double bow_share = 0.08;
+  /// ... and bows by this fraction of d_T and so many sigmas is no plane.
+  double bow_fraction = 0.08;
   double bow_factor = 0.7;
-  double smooth_bow_share = 0.25;
+  double smooth_bow_fraction = 0.25;
   /// Standard deviation of the direction of a plane that can be used, radians.
   double max_direction_error = 0.087;
-  /// The same for what is rougher than this share of the disparity error of the camera and thicker
-  /// than this share of its width, standard deviations across the plane and along its narrower
-  /// side: trunks and shrubs are, so that there must be points enough to leave no doubt ...
+  /// The same for what is rougher than this fraction of the disparity error of the camera and
+  /// thicker than this fraction of its width, standard deviations across the plane and along its
+  /// narrower side: trunks and shrubs are, so that there must be points enough to leave no doubt
+  /// ...
   double max_thick_direction_error = 0.01;
-  double rough_share = 0.34;
-  double thick_share = 0.2;
+  double rough_fraction = 0.34;
+  double thick_fraction = 0.2;
   /// ... or, up to this error, nothing but noise in what lies off the plane: see isNoiseOfPlane().
   double max_noisy_direction_error = 0.02;
   int least_noisy_tiles = 20;
   double most_noisy_residual = 1.3;  ///< of the noise of the frame
-  double noise_tile_share = 0.8;     ///< of the residual, in means of tiles
+  double noise_tile_fraction = 0.8;  ///< of the residual, in means of tiles
   double least_together = 0.8;  ///< of the points, in blocks of 64 pixels that touch each other
   double most_beside = 0.11;    ///< points just off the plane, of those on it
   /// Pixels of a plane in a tile from which on the tiles beside it are searched for more.
@@ -99,12 +101,12 @@ struct DisparityParams {
   double factor() const { return camera.baseline * camera.focal_length; }
   /// What counts whatever the distance: so many sigmas, or the smooth error.
   double tolerance(double sigmas) const {
-    return std::max(sigmas * noise, smooth_share * camera.disparity_error);
+    return std::max(sigmas * noise, smooth_fraction * camera.disparity_error);
   }
   /// Error of the slopes of a window, pixels of disparity per pixel.
   double slopeError(double extent, double count) const {
     const double independent = std::max(1.0, count / correlated_pixels);
-    const double smooth = smooth_slope_share * camera.disparity_error;
+    const double smooth = smooth_slope_fraction * camera.disparity_error;
     return std::sqrt(noise * noise / independent + smooth * smooth) / extent;
   }
 };

@@ -13,7 +13,7 @@ namespace planar_mapping::detail {
 namespace {
 
 constexpr int kWindowCells[3] = {1, 9, 25};
-constexpr double kLeastNoise = 1e-6;  ///< pixels
+constexpr double kMinNoise = 1e-6;    ///< pixels
 constexpr double kMinFraction = 0.5;  ///< of a full window, for it to be planar
 constexpr unsigned kAlone = 1;
 constexpr unsigned kTogether = 2;
@@ -96,8 +96,8 @@ std::vector<std::uint8_t> DisparityGrower::findFilled() const {
 double DisparityGrower::noise() {
   constexpr std::size_t kMinSamples = 20;
   const DisparityParams& params = fit_.params();
-  const double least = params.least_noise_share * params.camera.disparity_error;
-  const double most = params.most_noise_share * params.camera.disparity_error;
+  const double least = params.min_noise_fraction * params.camera.disparity_error;
+  const double most = params.max_noise_fraction * params.camera.disparity_error;
   const std::vector<std::uint8_t> filled = findFilled();
   std::vector<double> residuals;
   for (int cell = 0; cell < grid_.cells(); ++cell) {
@@ -123,17 +123,17 @@ void DisparityGrower::classify() {
     double normal[3];
     double height = 0.0;
     fit_.toMetres(fit.p, fit.q, fit.d - fit.p * fit.x - fit.q * fit.y, normal, height);
-    const double flat = params.planar_share * params.distance_threshold * fit.d / height;
+    const double flat = params.planar_fraction * params.distance_threshold * fit.d / height;
     const double noise = std::max(params.planar_factor * params.noise,
-                                  params.smooth_residual_share * params.camera.disparity_error);
+                                  params.smooth_residual_fraction * params.camera.disparity_error);
     if (!(fit.residual <= std::max(noise, flat))) return false;
     const double error =
         fit_.toAngle(params.slopeError(fit.extent, count), height, fit.x, fit.y, fit.d);
     const double allowed =
-        params.growing_angle_share * params.max_normal_deviation + params.growing_factor * error;
+        params.growing_angle_fraction * params.max_normal_deviation + params.growing_factor * error;
     for (int axis = 0; axis < 3; ++axis) state.normal[axis] = static_cast<float>(normal[axis]);
     state.min_cosine = static_cast<float>(allowed < M_PI_2 ? std::cos(allowed) : 0.0);
-    state.residual = static_cast<float>(fit.residual / std::max(params.noise, kLeastNoise));
+    state.residual = static_cast<float>(fit.residual / std::max(params.noise, kMinNoise));
     return true;
   };
   const std::vector<std::uint8_t> filled = findFilled();
@@ -162,7 +162,7 @@ bool DisparityGrower::accepts(const PlaneCandidate& plane, const MomentSums& sum
                               const CellState& state) const {
   const DisparityParams& params = fit_.params();
   const double allowed =
-      std::max(DisparityFit::toPixels(plane, params.growing_share * params.distance_threshold,
+      std::max(DisparityFit::toPixels(plane, params.growing_fraction * params.distance_threshold,
                                       sums[kZ] / sums[kN]),
                params.tolerance(params.growing_factor));
   if (!(std::fabs(plane.meanError(sums)) <= allowed)) return false;

@@ -90,7 +90,7 @@ std::vector<Extent> extentsOf(const std::vector<PlaneCandidate>& planes,
 void dropUncertain(std::vector<PlaneCandidate>& planes, PixelLabels& pixels,
                    const TiledCloud& cloud, const DisparityParams& params,
                    PlaneSearchDiagnostics& diagnostics) {
-  const double smooth = params.rough_share * params.camera.disparity_error;
+  const double smooth = params.rough_fraction * params.camera.disparity_error;
   std::vector<char> rough(planes.size(), 0);
   for (std::size_t i = 0; i < planes.size(); ++i) {
     rough[i] = planes[i].valid && planes[i].residual > smooth ? 1 : 0;
@@ -104,7 +104,7 @@ void dropUncertain(std::vector<PlaneCandidate>& planes, PixelLabels& pixels,
     const Matrix4 covariance = covarianceOf(plane, params);
     const double variance = covariance(0, 0) + covariance(1, 1) + covariance(2, 2);
     const bool thick =
-        rough[i] != 0 && !(extents[i].across <= params.thick_share * extents[i].along);
+        rough[i] != 0 && !(extents[i].across <= params.thick_fraction * extents[i].along);
     double most = thick ? params.max_thick_direction_error : params.max_direction_error;
     if (thick && variance > most * most &&
         isNoiseOfPlane(plane, pixels.parts(), lists[i], cloud, pixels.labels(), params)) {
@@ -146,7 +146,7 @@ PlaneSet findPlanesDisparity(const PointsView& points, const Indices* indices,
   std::vector<PlaneCandidate> planes;
   DisparityAssigner pixels(cloud, tiles, params.threads);
   const auto assignAndReject = [&] {
-    pixels.assign(planes, own, own.growing_share, own.growing_factor);
+    pixels.assign(planes, own, own.growing_fraction, own.growing_factor);
     reject(planes, pixels, params.min_inliers * kMinSeedFraction, cloud, fit, true,
            set.diagnostics);
   };

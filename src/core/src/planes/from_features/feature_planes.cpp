@@ -42,10 +42,10 @@ std::vector<Plane> planesOf(const std::vector<KeyFeature>& features, const Multi
   sparse.min_inliers = params.features.min_features;
   sparse.max_planes = 0;
   if (by_disparity) {
-    constexpr double kLeastThreshold = 1e-3;  // pixels
+    constexpr double kMinThreshold = 1e-3;  // pixels
     sparse.noise.reset();
     sparse.distance_threshold =
-        std::max(kLeastThreshold, params.features.feature_error_factor * camera.disparity_error);
+        std::max(kMinThreshold, params.features.feature_error_factor * camera.disparity_error);
   }
   const PlaneSet found =
       findPlanes(PointsView(xyz.data(), xyz.size() / 3), nullptr, sparse, Vector3::Zero());

@@ -36,17 +36,17 @@ constexpr std::uint8_t kOn = 1, kAbove = 2, kBelow = 3;
 constexpr int kCompany = 3;
 // Clutter beside a plane is counted at least so high, points: with none seen there the best of many
 // samples would still find some on it ...
-constexpr double kLeastClutter = 4.0;
+constexpr double kMinClutter = 4.0;
 // ... it comes in groups, so its variance is this many times its number ...
 constexpr double kClutterSpread = 2.0;
 // ... and the plane was chosen for having most: it must have this many times what is beside it.
 constexpr double kClutterDoubt = 3.0;
 // Seeds that fall on a plane and still miss it, because their samples are mixed.
-constexpr double kShareOfGoodSeeds = 0.5;
+constexpr double kGoodSeedFraction = 0.5;
 constexpr int kFailuresInARow = 2;
-constexpr int kLeastIterations = 2;
-constexpr int kMostIterations = 1000;
-constexpr std::size_t kMostModels = 256;
+constexpr int kMinIterations = 2;
+constexpr int kMaxIterations = 1000;
+constexpr std::size_t kMaxModels = 256;
 
 struct Model {
   Plane plane;                        ///< about the origin of the points
@@ -88,12 +88,12 @@ class MultiRansac {
     if (points_.size() < static_cast<std::size_t>(params_.min_inliers)) return {};
     double seeds_in_vain = 0.0;
     bool better = true;
-    for (int iteration = 0; iteration < kMostIterations; ++iteration) {
+    for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
       // While the models improve all are drawn anew; later only what they leave over is searched.
-      const std::size_t left = drawModels(better || iteration < kLeastIterations);
+      const std::size_t left = drawModels(better || iteration < kMinIterations);
       better = fuse();
       seeds_in_vain = better ? 0.0 : seeds_in_vain + kFailuresInARow * kSeedsPerDraw;
-      if (iteration + 1 >= kLeastIterations && seeds_in_vain >= seedsNeeded(left)) break;
+      if (iteration + 1 >= kMinIterations && seeds_in_vain >= seedsNeeded(left)) break;
       if (isOver()) {
         diagnostics_.stopped_by_itself = false;
         break;
@@ -110,7 +110,7 @@ class MultiRansac {
  private:
   std::size_t mostModels() const {
     return params_.number_of_models > 0 ? static_cast<std::size_t>(params_.number_of_models)
-                                        : kMostModels;
+                                        : kMaxModels;
   }
   bool isOver() const {
     return params_.max_iterations > 0 &&
@@ -118,7 +118,7 @@ class MultiRansac {
   }
   /// Seeds until the smallest plane among \p left points is missed with the given probability.
   double seedsNeeded(std::size_t left) const {
-    const double hit = kShareOfGoodSeeds * params_.min_inliers /
+    const double hit = kGoodSeedFraction * params_.min_inliers /
                        static_cast<double>(std::max<std::size_t>(left, 1));
     return hit >= 1.0 ? 1.0 : std::log(params_.miss_probability) / std::log1p(-hit);
   }
@@ -192,7 +192,7 @@ class MultiRansac {
     }
     if (!(best_score > 0.0)) return false;
     model.plane = best;
-    return grow(best_seed, model.plane) && judge(model);
+    return grow(best_seed, model.plane) && evaluate(model);
   }
 
   /// Neighbours of the seed on the plane, counted by how near they are.
@@ -252,7 +252,7 @@ class MultiRansac {
   }
 
   /// Collects the free inliers and tells whether they stand out from what is beside the plane.
-  bool judge(Model& model) {
+  bool evaluate(Model& model) {
     model.inliers.clear();
     near_.clear();
     forEachNear(model.plane, Vector3::Zero(), std::numeric_limits<double>::infinity(),
@@ -274,7 +274,7 @@ class MultiRansac {
     model.support = in_company[kOn];
     const bool significant =
         model.support - kClutterDoubt * beside >=
-        params_.significance * std::sqrt(kClutterSpread * (beside + kLeastClutter));
+        params_.significance * std::sqrt(kClutterSpread * (beside + kMinClutter));
     if (model.inliers.size() < static_cast<std::size_t>(params_.min_inliers)) {
       ++diagnostics_.rejected_too_small;
       return false;
@@ -294,7 +294,8 @@ class MultiRansac {
     std::vector<Model> chosen;
     setAllFree();
     double total = 0.0;
-    // Support only gets less as points are taken: judge the first again until it stays the first.
+    // Support only gets less as points are taken: evaluate the first again until it stays the
+    // first.
     std::vector<std::size_t> age(pool.size(), 0);
     const auto less = [&](std::size_t a, std::size_t b) {
       return pool[a].support != pool[b].support ? pool[a].support < pool[b].support : a > b;
@@ -309,7 +310,7 @@ class MultiRansac {
       if (age[best] != chosen.size() + 1) {
         queue.pop_back();
         age[best] = chosen.size() + 1;
-        if (!judge(pool[best])) continue;
+        if (!evaluate(pool[best])) continue;
         queue.push_back(best);
         std::push_heap(queue.begin(), queue.end(), less);
         continue;

@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t kRank = 6;
 constexpr std::size_t kProbes = 64;
 // A point in a dense spot names only so many neighbours.
-constexpr std::size_t kMostNeighbours = 32;
+constexpr std::size_t kMaxNeighbours = 32;
 constexpr double kFarthestCell = 1 << 30;
 
 /// The considered points, equal coordinates next to each other, non-finite ones left out.
@@ -133,7 +133,7 @@ void findNeighbours(SparsePoints& points) {
   for (std::size_t i = 0; i < n; ++i) {
     const float x = points.x[i], y = points.y[i], z = points.z[i];
     const auto home = static_cast<std::size_t>(cell_of[i]);
-    const std::size_t most = points.near.size() + kMostNeighbours;
+    const std::size_t most = points.near.size() + kMaxNeighbours;
     for (std::size_t c = first_around[home]; c < first_around[home + 1]; ++c) {
       const auto cell = static_cast<std::size_t>(around[c]);
       for (std::int32_t m = first[cell]; m < end[cell] && points.near.size() < most; ++m) {

@@ -148,7 +148,7 @@ std::vector<NoiseSample> noiseSamples(const std::vector<CellFit>& windows, doubl
 /// \param capacity points of a full window
 RangeNoise noiseOf(const std::vector<CellFit>& windows, int capacity, const Vector3& sensor,
                    const OrganizedParams& params) {
-  constexpr double kFull = 0.8;    // share of a window; emptier ones lie at depth edges
+  constexpr double kFull = 0.8;    // fraction of a window; emptier ones lie at depth edges
   constexpr double kSparse = 0.3;  // enough where the whole image is sparse
   constexpr std::size_t kBins = 8;
   constexpr std::size_t kMinSamples = 4 * kBins;
@@ -200,7 +200,7 @@ RangeNoise noiseOf(const std::vector<CellFit>& windows, int capacity, const Vect
 double correlatedPixels(const CellGrid& grid, const std::vector<CellFit>& windows,
                         const RangeNoise& noise, const Vector3& sensor,
                         const OrganizedParams& params) {
-  constexpr double kFull = 0.95;      // share of a window
+  constexpr double kFull = 0.95;      // fraction of a window
   constexpr double kFlat = 1.3;       // residual over noise
   constexpr int kStep = 2;            // windows overlap: every other one tells enough
   constexpr double kFreedom = 6.0;    // of nine means about their plane
@@ -308,7 +308,7 @@ void MetricFit::refine(PlaneCandidate& plane, const std::vector<TilePart>& parts
     mean_range += n * range;
     // Error of 1 / r; a floor keeps the weights of noise-free clouds finite.
     const double sigma =
-        noise_.at(range * range) + params_.smallest_noise_share * params_.distance_threshold;
+        noise_.at(range * range) + params_.smallest_noise_fraction * params_.distance_threshold;
     const double weight = n * std::pow(range, 4) / (sigma * sigma);
     const Vector3 direction = ray / range;
     squares += weight * direction * direction.transpose();
@@ -340,7 +340,7 @@ bool MetricFit::areOne(const PlaneCandidate& one, const PlaneCandidate& other, b
   // Noise and dents part what touches; what does not must be as flat together as surfaces are.
   const double flat =
       params_.distance_threshold *
-      (adjacent ? params_.merging_factor * params_.growing_share : params_.flat_share);
+      (adjacent ? params_.merging_factor * params_.growing_fraction : params_.flat_fraction);
   for (const PlaneCandidate* part : {&one, &other}) {
     if (joined.cosine(part->direction) < std::cos(params_.merging_angle)) return false;
     const double sigma = noise_.at((meanOf(part->sums) - sensor_).squaredNorm());
@@ -385,7 +385,7 @@ bool MetricFit::isBent(const PlaneCandidate& plane, const Bend& bend) const {
   const Vector3 ray = meanOf(plane.sums) - sensor_;
   const double along = std::fabs(plane.height) / std::max(ray.norm(), 1e-9);
   const double of_tile = std::sqrt(std::min(1.0, noise_.correlated_pixels / kTileArea));
-  return bend.bow > std::max(params_.bow_share * params_.distance_threshold,
+  return bend.bow > std::max(params_.bow_fraction * params_.distance_threshold,
                              params_.bow_factor * noise_.at(ray.squaredNorm()) * along * of_tile);
 }
 

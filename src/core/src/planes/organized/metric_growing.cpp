@@ -10,9 +10,9 @@ namespace planar_mapping::detail {
 MetricGrower::MetricGrower(const CellGrid& grid, bool wide, double* room, const MetricFit& fit)
     : CellGrower(grid, fit),
       fit_(fit),
-      least_noise_(
-          fit.params().distance_threshold *
-          (wide ? fit.params().smallest_noise_share : fit.params().smallest_quarter_noise_share)),
+      least_noise_(fit.params().distance_threshold *
+                   (wide ? fit.params().smallest_noise_fraction
+                         : fit.params().smallest_quarter_noise_fraction)),
       fits_(fitCells(grid, fit.sensor())),
       window_fits_(fitCells(windowSums(grid, 1, room), fit.sensor())) {
   if (wide) wide_fits_ = fitCells(windowSums(grid, 2, room), fit.sensor());
@@ -47,8 +47,8 @@ void MetricGrower::classify() {
       std::copy(fit.normal, fit.normal + 3, state.normal);
       const double independent = std::max(1.0, count / correlated);
       const double error = noise / (fit.extent * std::sqrt(independent));
-      const double allowed =
-          params.growing_angle_share * params.max_normal_deviation + params.growing_factor * error;
+      const double allowed = params.growing_angle_fraction * params.max_normal_deviation +
+                             params.growing_factor * error;
       state.min_cosine = static_cast<float>(allowed < M_PI_2 ? std::cos(allowed) : 0.0);
       return true;
     };
@@ -68,8 +68,8 @@ bool MetricGrower::accepts(const PlaneCandidate& plane, const MomentSums& sums,
   const double noise_of_mean =
       noise * std::sqrt(std::min(1.0, fit_.noise().correlated_pixels * inverse));
   const double allowed = std::min(
-      std::max(params.growing_share * params.distance_threshold, params.growing_factor * noise),
-      params.flat_share * params.distance_threshold + params.growing_factor * noise_of_mean);
+      std::max(params.growing_fraction * params.distance_threshold, params.growing_factor * noise),
+      params.flat_fraction * params.distance_threshold + params.growing_factor * noise_of_mean);
   if (!(std::fabs(distance) <= allowed)) return false;
   const double spread = params.planar_factor * noise;
   if (!(plane.meanSquare(sums) <= allowed * allowed + spread * spread)) return false;

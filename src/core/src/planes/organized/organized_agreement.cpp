@@ -80,7 +80,7 @@ class Surroundings {
         const Window window = around(quarters[i], radius);
         // Range difference of one surface; a quarter as spread as this lies across a depth edge.
         const float gate = static_cast<float>(params_.same_surface_constant) +
-                           static_cast<float>(params_.same_surface_share) * range_[at];
+                           static_cast<float>(params_.same_surface_fraction) * range_[at];
         const std::size_t first = static_cast<std::size_t>(window.top) * columns + window.left;
         MomentSums sums;
         sumGated(sums_[first].data(), &range_[first], &spread_[first], columns,
@@ -118,7 +118,7 @@ class Surroundings {
 };
 
 /// The pixels of one plane in one quarter.
-struct Share {
+struct TilePiece {
   std::int32_t quarter = 0;
   std::int16_t label = -1;
   std::int16_t pixels = 0;
@@ -135,19 +135,19 @@ struct Count {
   double near = 0.0;
   double wide = 0.0;
 
-  void add(const Share& share) {
-    if (share.undecided) return;
-    all += share.pixels;
-    agreeing += share.agrees ? share.pixels : 0;
-    near += share.near ? share.pixels : 0;
-    wide += share.wide ? share.pixels : 0;
+  void add(const TilePiece& piece) {
+    if (piece.undecided) return;
+    all += piece.pixels;
+    agreeing += piece.agrees ? piece.pixels : 0;
+    near += piece.near ? piece.pixels : 0;
+    wide += piece.wide ? piece.pixels : 0;
   }
 };
 
 /// Which planes the pixels of each quarter have, ascending by quarter.
-std::vector<Share> sharesOf(const TiledCloud& cloud, const PixelAssigner& pixels) {
-  std::vector<Share> shares;
-  shares.reserve(static_cast<std::size_t>(4) * cloud.tiles());
+std::vector<TilePiece> piecesOf(const TiledCloud& cloud, const PixelAssigner& pixels) {
+  std::vector<TilePiece> pieces;
+  pieces.reserve(static_cast<std::size_t>(4) * cloud.tiles());
   for (int row = 0; row < 2 * cloud.rows; ++row) {
     for (int column = 0; column < 2 * cloud.columns; ++column) {
       const int tile = row / 2 * cloud.columns + column / 2;
@@ -159,99 +159,100 @@ std::vector<Share> sharesOf(const TiledCloud& cloud, const PixelAssigner& pixels
       for (int k = 0; k < kQuarterArea; ++k) same += labels[k] == labels[0];
       if (same == kQuarterArea) {
         if (labels[0] >= 0)
-          shares.push_back({quarter, labels[0], kQuarterArea, false, false, false, false});
+          pieces.push_back({quarter, labels[0], kQuarterArea, false, false, false, false});
         continue;
       }
-      const std::size_t first = shares.size();
+      const std::size_t first = pieces.size();
       for (int k = 0; k < kQuarterArea; ++k) {
         if (labels[k] < 0) continue;
         std::size_t at = first;
-        while (at < shares.size() && shares[at].label != labels[k]) ++at;
-        if (at == shares.size()) {
-          shares.push_back({quarter, labels[k], 0, false, false, false, false});
+        while (at < pieces.size() && pieces[at].label != labels[k]) ++at;
+        if (at == pieces.size()) {
+          pieces.push_back({quarter, labels[k], 0, false, false, false, false});
         }
-        ++shares[at].pixels;
+        ++pieces[at].pixels;
       }
     }
   }
-  return shares;
+  return pieces;
 }
 
-/// The shares of all quarters, found by place.
-class ShareGrid {
+/// The pieces of all quarters, found by place.
+class PieceGrid {
  public:
-  ShareGrid(const std::vector<Share>& shares, const Surroundings& surroundings)
-      : shares_(shares),
+  PieceGrid(const std::vector<TilePiece>& pieces, const Surroundings& surroundings)
+      : pieces_(pieces),
         surroundings_(surroundings),
         first_(static_cast<std::size_t>(surroundings.columns) * surroundings.rows + 1, 0) {
-    for (const Share& share : shares) ++first_[static_cast<std::size_t>(share.quarter) + 1];
+    for (const TilePiece& piece : pieces) ++first_[static_cast<std::size_t>(piece.quarter) + 1];
     for (std::size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
   }
 
-  /// Calls visit(share) for those of the same plane up to \p radius quarters away.
+  /// Calls visit(piece) for those of the same plane up to \p radius quarters away.
   /// \return pixels of all quarters within that reach, of the plane or not
   template <typename Visit>
-  int forSamePlane(const Share& share, int radius, const Visit& visit) const {
-    const Surroundings::Window window = surroundings_.around(share.quarter, radius);
+  int forSamePlane(const TilePiece& piece, int radius, const Visit& visit) const {
+    const Surroundings::Window window = surroundings_.around(piece.quarter, radius);
     for (int row = window.top; row <= window.bottom; ++row) {
       const auto line = static_cast<std::size_t>(row) * surroundings_.columns;
       for (std::int32_t k = first_[line + window.left]; k < first_[line + window.right + 1]; ++k) {
-        const Share& other = shares_[static_cast<std::size_t>(k)];
-        if (other.label == share.label) visit(other);
+        const TilePiece& other = pieces_[static_cast<std::size_t>(k)];
+        if (other.label == piece.label) visit(other);
       }
     }
     return (window.bottom - window.top + 1) * (window.right - window.left + 1) * kQuarterArea;
   }
 
  private:
-  const std::vector<Share>& shares_;
+  const std::vector<TilePiece>& pieces_;
   const Surroundings& surroundings_;
-  std::vector<std::int32_t> first_;  ///< share of each quarter, and one past the last
+  std::vector<std::int32_t> first_;  ///< piece of each quarter, and one past the last
 };
 
-/// Compares the normals around every share with that of its plane.
+/// Compares the normals around every piece with that of its plane.
 void compare(const TiledCloud& cloud, const Surroundings& surroundings,
-             const std::vector<PlaneCandidate>& planes, const MetricFit& fit, const ShareGrid& grid,
-             std::vector<Share>& shares) {
+             const std::vector<PlaneCandidate>& planes, const MetricFit& fit, const PieceGrid& grid,
+             std::vector<TilePiece>& pieces) {
   const OrganizedParams& params = fit.params();
   std::vector<std::int32_t> all;
-  for (const Share& share : shares) {
-    if (all.empty() || all.back() != share.quarter) all.push_back(share.quarter);
+  for (const TilePiece& piece : pieces) {
+    if (all.empty() || all.back() != piece.quarter) all.push_back(piece.quarter);
   }
   const std::vector<CellFit> small = surroundings.fits(all, params.small_surroundings);
   const double min_cosine = std::cos(params.coherent_angle);
   std::vector<Count> counts(planes.size());
   std::size_t i = 0;
-  for (Share& share : shares) {
-    while (all[i] != share.quarter) ++i;
-    const auto label = static_cast<std::size_t>(share.label);
-    share.near = planes[label].cosine(small[i].normal) >= min_cosine;
-    share.wide = share.agrees = share.near;
-    if (!share.near) {
+  for (TilePiece& piece : pieces) {
+    while (all[i] != piece.quarter) ++i;
+    const auto label = static_cast<std::size_t>(piece.label);
+    piece.near = planes[label].cosine(small[i].normal) >= min_cosine;
+    piece.wide = piece.agrees = piece.near;
+    if (!piece.near) {
       int own = 0;
-      const int within = grid.forSamePlane(share, params.small_surroundings,
-                                           [&](const Share& other) { own += other.pixels; });
-      if (own < params.min_own_share * within) share.undecided = share.agrees = true;
+      const int within = grid.forSamePlane(piece, params.small_surroundings,
+                                           [&](const TilePiece& other) { own += other.pixels; });
+      if (own < params.min_own_fraction * within) piece.undecided = piece.agrees = true;
     }
-    counts[label].add(share);
+    counts[label].add(piece);
   }
   // A plane that most small surroundings agree with keeps all its pixels, whatever the others tell.
-  const double clear_share = std::max(params.clear_coherent_share, params.min_coherent_share);
-  const auto clear = [&](const Share& share) {
-    const Count& count = counts[static_cast<std::size_t>(share.label)];
-    return share.undecided || count.near >= clear_share * count.all;
+  const double clear_fraction =
+      std::max(params.clear_coherent_fraction, params.min_coherent_fraction);
+  const auto clear = [&](const TilePiece& piece) {
+    const Count& count = counts[static_cast<std::size_t>(piece.label)];
+    return piece.undecided || count.near >= clear_fraction * count.all;
   };
   std::vector<std::int32_t> noisy;
   std::vector<const CellFit*> small_of_noisy;
   std::vector<double> errors;
   i = 0;
-  for (const Share& share : shares) {
-    while (all[i] != share.quarter) ++i;
-    if (clear(share) || (!noisy.empty() && noisy.back() == share.quarter)) continue;
+  for (const TilePiece& piece : pieces) {
+    while (all[i] != piece.quarter) ++i;
+    if (clear(piece) || (!noisy.empty() && noisy.back() == piece.quarter)) continue;
     const double error =
         params.growing_factor * normalError(small[i], fit.noise(), cloud.sensor, params);
-    if (!(error > params.clear_normal_share * params.coherent_angle)) continue;
-    noisy.push_back(share.quarter);
+    if (!(error > params.clear_normal_fraction * params.coherent_angle)) continue;
+    noisy.push_back(piece.quarter);
     small_of_noisy.push_back(&small[i]);
     errors.push_back(error);
   }
@@ -260,21 +261,21 @@ void compare(const TiledCloud& cloud, const Surroundings& surroundings,
   // count against them.
   const bool white = fit.isWhite();
   std::size_t j = 0;
-  for (Share& share : shares) {
-    while (j < noisy.size() && noisy[j] < share.quarter) ++j;
+  for (TilePiece& piece : pieces) {
+    while (j < noisy.size() && noisy[j] < piece.quarter) ++j;
     if (j == noisy.size()) break;
-    if (noisy[j] != share.quarter || clear(share)) continue;
+    if (noisy[j] != piece.quarter || clear(piece)) continue;
     if (white) {
-      share.near = share.wide = share.agrees = true;
+      piece.near = piece.wide = piece.agrees = true;
       continue;
     }
-    const PlaneCandidate& plane = planes[static_cast<std::size_t>(share.label)];
-    share.wide = plane.cosine(wide[j].normal) >= min_cosine;
-    share.agrees = share.near || share.wide;
-    if (share.agrees) continue;
+    const PlaneCandidate& plane = planes[static_cast<std::size_t>(piece.label)];
+    piece.wide = plane.cosine(wide[j].normal) >= min_cosine;
+    piece.agrees = piece.near || piece.wide;
+    if (piece.agrees) continue;
     const double allowed =
         std::min(params.most_coherent_angle, std::max(params.coherent_angle, errors[j]));
-    share.agrees = plane.cosine(small_of_noisy[j]->normal) >= std::cos(allowed);
+    piece.agrees = plane.cosine(small_of_noisy[j]->normal) >= std::cos(allowed);
   }
 }
 
@@ -283,44 +284,44 @@ void compare(const TiledCloud& cloud, const Surroundings& surroundings,
 void freeDisagreeing(const TiledCloud& cloud, const std::vector<PlaneCandidate>& planes,
                      const MetricFit& fit, int threads, PixelAssigner& pixels) {
   const OrganizedParams& params = fit.params();
-  std::vector<Share> shares = sharesOf(cloud, pixels);
-  if (shares.empty()) return;
+  std::vector<TilePiece> pieces = piecesOf(cloud, pixels);
+  if (pieces.empty()) return;
   const Surroundings surroundings(cloud, params, threads);
-  const ShareGrid grid(shares, surroundings);
-  compare(cloud, surroundings, planes, fit, grid, shares);
+  const PieceGrid grid(pieces, surroundings);
+  compare(cloud, surroundings, planes, fit, grid, pieces);
 
   std::vector<Count> counts(planes.size());
-  for (const Share& share : shares) counts[static_cast<std::size_t>(share.label)].add(share);
+  for (const TilePiece& piece : pieces) counts[static_cast<std::size_t>(piece.label)].add(piece);
 
   // The majority of the neighbourhood decides: single normals are noisy.
-  const auto majority = [&](const Share& share) {
+  const auto majority = [&](const TilePiece& piece) {
     int agreeing = 0;
     int all = 0;
-    grid.forSamePlane(share, 1, [&](const Share& other) {
+    grid.forSamePlane(piece, 1, [&](const TilePiece& other) {
       all += other.pixels;
       agreeing += other.agrees ? other.pixels : 0;
     });
     return 2 * agreeing >= all;
   };
-  // Shares that stay; of them as many must agree without allowance for noise.
-  std::vector<char> stays(shares.size());
+  // Pieces that stay; of them as many must agree without allowance for noise.
+  std::vector<char> stays(pieces.size());
   std::vector<Count> remaining(planes.size());
-  for (std::size_t i = 0; i < shares.size(); ++i) {
-    const Share& share = shares[i];
-    const auto label = static_cast<std::size_t>(share.label);
-    stays[i] = counts[label].agreeing >= params.clear_coherent_share * counts[label].all ||
-               majority(share);
-    if (stays[i]) remaining[label].add(share);
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    const TilePiece& piece = pieces[i];
+    const auto label = static_cast<std::size_t>(piece.label);
+    stays[i] = counts[label].agreeing >= params.clear_coherent_fraction * counts[label].all ||
+               majority(piece);
+    if (stays[i]) remaining[label].add(piece);
   }
-  for (std::size_t i = 0; i < shares.size(); ++i) {
-    const Share& share = shares[i];
-    const Count& count = remaining[static_cast<std::size_t>(share.label)];
-    if (stays[i] && std::max(count.near, count.wide) >= params.min_coherent_share * count.all) {
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    const TilePiece& piece = pieces[i];
+    const Count& count = remaining[static_cast<std::size_t>(piece.label)];
+    if (stays[i] && std::max(count.near, count.wide) >= params.min_coherent_fraction * count.all) {
       continue;
     }
-    const int row = share.quarter / surroundings.columns;
-    const int column = share.quarter % surroundings.columns;
-    pixels.free(row / 2 * cloud.columns + column / 2, (row % 2) * 2 + column % 2, share.label);
+    const int row = piece.quarter / surroundings.columns;
+    const int column = piece.quarter % surroundings.columns;
+    pixels.free(row / 2 * cloud.columns + column / 2, (row % 2) * 2 + column % 2, piece.label);
   }
   pixels.recount();
 }

@@ -113,7 +113,7 @@ void PixelAssigner::assignTile(int tile, const std::vector<PlaneCandidate>& plan
   if (count == 0) return;
   const OrganizedParams& params = fit_.params();
   const RangeNoise& noise = fit_.noise();
-  const double border = isNoisy(tile) ? params.blurred_border_share : params.border_share;
+  const double border = isNoisy(tile) ? params.blurred_border_fraction : params.border_fraction;
   BandedPlane banded[kMaxAround];
   for (int i = 0; i < count; ++i) {
     const PlaneCandidate& plane = planes[static_cast<std::size_t>(candidates[i])];
@@ -129,7 +129,8 @@ void PixelAssigner::assignTile(int tile, const std::vector<PlaneCandidate>& plan
     b.a = static_cast<float>(squared_factor * noise.constant * noise.constant);
     b.b = static_cast<float>(squared_factor * 2.0 * noise.constant * noise.quadratic);
     b.c = static_cast<float>(squared_factor * noise.quadratic * noise.quadratic);
-    const double least = params.noise_factor * params.competing_share * params.distance_threshold;
+    const double least =
+        params.noise_factor * params.competing_fraction * params.distance_threshold;
     b.least = static_cast<float>(least * least);
     b.label = candidates[i];
   }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Edges between planes in noise. The nearest plane is no fair judge there: near the edge noise
+// Edges between planes in noise. The nearest plane is biased there: near the edge noise
 // decides which pixels a plane keeps, those it keeps turn the plane, and every further round turns
 // it more. Two planes that meet are seen in one of two ways, though: of a ray's two intersections
 // always the farther one (a corner of a room) or always the nearer one (that of a box), and three
@@ -163,7 +163,7 @@ bool PixelAssigner::isNoisy() const {
 }
 
 int PixelAssigner::commonestAround(int tile, std::int16_t* planes) const {
-  constexpr int kLeastPixels = kTileArea / 4;  // of a third plane
+  constexpr int kMinPixels = kTileArea / 4;  // of a third plane
   const int row = tile / cloud_.columns;
   const int column = tile % cloud_.columns;
   int counts[kMaxAround] = {};
@@ -184,7 +184,7 @@ int PixelAssigner::commonestAround(int tile, std::int16_t* planes) const {
   int found = 0;
   for (; found < std::min(size, kEdgePlanes); ++found) {
     const auto most = static_cast<int>(std::max_element(counts, counts + size) - counts);
-    if (found == 2 && counts[most] < kLeastPixels) break;
+    if (found == 2 && counts[most] < kMinPixels) break;
     planes[found] = labels[most];
     counts[most] = -1;
   }

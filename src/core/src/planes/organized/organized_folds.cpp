@@ -104,7 +104,7 @@ void sortAcross(const std::vector<Sight>& region, double angle, std::vector<std:
 /// \return the sights beyond it, which the region loses
 std::vector<Sight> cutBest(std::vector<Sight>& region, const OrganizedParams& params) {
   constexpr int kOrientations = 8;
-  constexpr std::size_t kMostSteps = 64;  // over the sights of a region
+  constexpr std::size_t kMaxSteps = 64;  // over the sights of a region
   const auto least = static_cast<std::size_t>(params.min_cells);
   if (region.size() < 2 * least) return {};
   SightSums all;
@@ -114,7 +114,7 @@ std::vector<Sight> cutBest(std::vector<Sight>& region, const OrganizedParams& pa
   if (whole < most) return {};  // no cut can gain that
   std::vector<std::size_t> order;
   std::vector<std::size_t> first_side;
-  const std::size_t step = 1 + region.size() / kMostSteps;
+  const std::size_t step = 1 + region.size() / kMaxSteps;
   for (int k = 0; k < kOrientations; ++k) {
     sortAcross(region, M_PI * k / kOrientations, order);
     SightSums first;

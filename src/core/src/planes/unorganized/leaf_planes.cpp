@@ -21,11 +21,11 @@ namespace {
 // Blocks of 4, 2 and 1 cells a side propose planes, in this order: the larger, the surer.
 constexpr int kLargestBlockLevel = kGridLevel + 2;
 // Beyond these numbers proposals and voters are drawn at random.
-constexpr std::size_t kMostProposals = 4096;
-constexpr std::size_t kMostVoters = 16384;
-// Least share of the leaves around that agree, over the whole plane and for a single voter.
-constexpr double kLeastCoherence = 0.6;
-constexpr double kLeastLeafCoherence = 0.3;
+constexpr std::size_t kMaxProposals = 4096;
+constexpr std::size_t kMaxVoters = 16384;
+// Least fraction of the leaves around that agree, over the whole plane and for a single voter.
+constexpr double kMinCoherence = 0.6;
+constexpr double kMinLeafCoherence = 0.3;
 constexpr int kCoherenceRounds = 4;
 // Along the sides of cells there is no leaf around that could agree: half of those of a flat place.
 constexpr int kAgreeAlongSides = 4;
@@ -35,9 +35,9 @@ constexpr int kLocalRefits = 4;
 constexpr double kSameDirection = 0.1;
 constexpr int kRefits = 10;
 // Leaves at the border of a plane are mixed and do not vote: half the points must.
-constexpr double kShareThatVotes = 0.5;
+constexpr double kVotingFraction = 0.5;
 // A plane with more of its points within the threshold of a larger one is part of that.
-constexpr double kMostShareOfRim = 0.5;
+constexpr double kMaxRimFraction = 0.5;
 
 struct Proposal {
   Plane plane;
@@ -92,7 +92,7 @@ class LeafPlaneSearch {
         cosine_(std::cos(params.max_normal_deviation)),
         voters_(surface, origin_, cosine_),
         random_(params.seed),
-        least_(kShareThatVotes * params.min_inliers) {}
+        least_(kVotingFraction * params.min_inliers) {}
 
   std::vector<LeafPlane> run() {
     for (int level = kLargestBlockLevel; level >= kGridLevel && !stopped_; --level) {
@@ -110,13 +110,13 @@ class LeafPlaneSearch {
   bool searchAt(int level) {
     bool all = true;
     std::vector<Proposal> proposals = propose(level);
-    if (proposals.size() > kMostProposals) {
+    if (proposals.size() > kMaxProposals) {
       all = false;
-      for (std::size_t i = 0; i < kMostProposals; ++i) {
+      for (std::size_t i = 0; i < kMaxProposals; ++i) {
         const auto rest = static_cast<std::uint32_t>(proposals.size() - i);
         std::swap(proposals[i], proposals[i + random_.below(rest)]);
       }
-      proposals.resize(kMostProposals);
+      proposals.resize(kMaxProposals);
     }
     sampleVoters();
     // Votes only get fewer as planes are taken: re-count the best until it stays the best.
@@ -210,8 +210,8 @@ class LeafPlaneSearch {
   }
 
   void sampleVoters() {
-    sampled_ = voters_.size() > kMostVoters;
-    if (sampled_) sample_ = voters_.sample(kMostVoters, random_);
+    sampled_ = voters_.size() > kMaxVoters;
+    if (sampled_) sample_ = voters_.sample(kMaxVoters, random_);
   }
 
   void score(Proposal& proposal) {
@@ -284,10 +284,10 @@ class LeafPlaneSearch {
         if (!has_around) agree = kAgreeAlongSides;
         agreeing += agree;
         opposing += oppose;
-        if (agree >= kLeastLeafCoherence * (agree + oppose)) kept.push_back(voter);
+        if (agree >= kMinLeafCoherence * (agree + oppose)) kept.push_back(voter);
       }
-      coherent = static_cast<double>(agreeing) >=
-                 kLeastCoherence * static_cast<double>(agreeing + opposing);
+      coherent =
+          static_cast<double>(agreeing) >= kMinCoherence * static_cast<double>(agreeing + opposing);
       for (const std::int32_t voter : voters) votes_[nameOf(voter)] = 0;
       for (const std::int32_t voter : kept) votes_[nameOf(voter)] = 1;
       voters.swap(kept);
@@ -310,7 +310,7 @@ class LeafPlaneSearch {
         const SurfaceLeaf& leaf = surface_.leaves[name];
         if (std::abs(other.plane.signedDistance(leaf.mean)) <= leaf.band) within.push_back(i);
       }
-      if (static_cast<double>(voters_.weightOf(within)) > kMostShareOfRim * all) return true;
+      if (static_cast<double>(voters_.weightOf(within)) > kMaxRimFraction * all) return true;
     }
     return false;
   }

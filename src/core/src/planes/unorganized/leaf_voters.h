@@ -14,10 +14,10 @@
 
 namespace planar_mapping::detail {
 
-/// A plane cuts a leaf through its middle if it passes its centre within this share of the side.
+/// A plane cuts a leaf through its middle if it passes its centre within this fraction of the side.
 constexpr double kMiddle = 0.35;
-/// Share of the leaves around one that have to go on its surface for it to vote.
-constexpr double kLeastCompany = 0.25;
+/// Fraction of the leaves around one that have to go on its surface for it to vote.
+constexpr double kMinCompany = 0.25;
 
 /// Calls visit(leaf) for the leaves around \p leaf the plane runs through the middle of.
 /// \return false where it runs through the middle of no cell around, but along the sides of two
@@ -55,7 +55,7 @@ inline bool hasCompany(const SurfaceLeaves& surface, const SurfaceLeaf& leaf, do
                         std::abs(plane.signedDistance(neighbour.mean)) <= neighbour.band;
     ++(agrees ? agree : oppose);
   });
-  return agree >= kLeastCompany * (agree + oppose);
+  return agree >= kMinCompany * (agree + oppose);
 }
 
 /// Leaves as columns: mean, unit normal, half width of the band and weight.

@@ -18,20 +18,20 @@ namespace {
 
 // Cells are at least this many thresholds wide.
 constexpr double kCellSideInThresholds = 3.0;
-// Share of the points that must not be alone in the cells used, and for a cloud to be dense.
-constexpr double kShareInCompany = 0.5;
-constexpr double kShareInCompanyIfDense = 0.75;
+// Fraction of the points that must not be alone in the cells used, and for a cloud to be dense.
+constexpr double kAccompaniedFraction = 0.5;
+constexpr double kAccompaniedFractionIfDense = 0.75;
 // A cell is turned like a plane within this angle, radians, and so many standard deviations of its
-// normal; this share of the points along the plane must be in such cells.
+// normal; this fraction of the points along the plane must be in such cells.
 constexpr double kSameTurn = 0.35;
 constexpr double kSureOfNormal = 2.0;
-constexpr double kLeastAgreement = 0.65;
-// Points in such cells are more than those beside the plane, by this share of all on it: the flat
-// crests of cloth agree with a plane, the rest of the cloth crosses it.
-constexpr double kLeastLead = 0.2;
+constexpr double kMinAgreement = 0.65;
+// Points in such cells are more than those beside the plane, by this fraction of all on it: the
+// flat crests of cloth agree with a plane, the rest of the cloth crosses it.
+constexpr double kMinLead = 0.2;
 // A layer of scatter has this many points in the outer half of the threshold for one in the inner
 // half; a surface with a noise of half the threshold has 0.40.
-constexpr double kLeastShareOutside = 0.5;
+constexpr double kMinFractionOutside = 0.5;
 // It lies beside a plane of so many times its points, parallel within so many radians, so many
 // thresholds away at most.
 constexpr double kMorePoints = 5.0;
@@ -47,8 +47,8 @@ struct Agreement {
 /// All but the edges of a surface agree with a plane, only some of a cut through clutter.
 bool isSurface(const Agreement& agreement, const PlaneEvidence& evidence) {
   const double beside = evidence.above + evidence.below;
-  return agreement.all > 0.0 && agreement.agreeing >= kLeastAgreement * agreement.all &&
-         agreement.agreeing - beside >= kLeastLead * evidence.sums.n;
+  return agreement.all > 0.0 && agreement.agreeing >= kMinAgreement * agreement.all &&
+         agreement.agreeing - beside >= kMinLead * evidence.sums.n;
 }
 
 std::vector<Agreement> agreementWith(const std::vector<Plane>& planes, const PointCells& grid,
@@ -88,7 +88,7 @@ bool isLayerBeside(std::size_t k, const std::vector<Plane>& planes,
                    const std::vector<PlaneEvidence>& evidence, const Vector3& origin,
                    double reach) {
   const PlaneEvidence& layer = evidence[k];
-  if (layer.sums.n - layer.inner < kLeastShareOutside * layer.inner) return false;
+  if (layer.sums.n - layer.inner < kMinFractionOutside * layer.inner) return false;
   const auto& sum = layer.sums.sum;
   const Vector3 mean = origin + Vector3(sum[0], sum[1], sum[2]) / layer.sums.n;
   for (std::size_t other = 0; other < planes.size(); ++other) {
@@ -113,7 +113,7 @@ bool isSignificant(const PlaneEvidence& evidence, double significance) {
 
 bool isDense(const PointsView& points, const Indices* indices, const MultiPlaneParams& params) {
   const double smallest = kCellSideInThresholds * params.distance_threshold;
-  return chooseCellSide(points, indices, smallest, kShareInCompanyIfDense) <= smallest;
+  return chooseCellSide(points, indices, smallest, kAccompaniedFractionIfDense) <= smallest;
 }
 
 PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
@@ -121,7 +121,7 @@ PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
   PlaneSearchDiagnostics diagnostics;
   const DistanceBand band(params);
   const double side = chooseCellSide(
-      points, indices, kCellSideInThresholds * params.distance_threshold, kShareInCompany);
+      points, indices, kCellSideInThresholds * params.distance_threshold, kAccompaniedFraction);
   PointCells grid = buildPointCells(points, indices, side);
   diagnostics.points_not_measured = grid.points_not_measured;
   const std::vector<char> crowded = crowdedCells(grid);

@@ -29,8 +29,8 @@ struct Figures {
   std::optional<double> held_back_median_m;      ///< from checked points to what is occupied
   std::optional<double> surface_median_m;        ///< from what rays meet to the true surface
   std::optional<double> surface_p95_m;
-  std::optional<double> free_space_violation;  ///< share of what rays crossed, in [0, 1]
-  std::optional<double> free_not_known;        ///< share of it that is not known to be free
+  std::optional<double> free_space_violation;  ///< fraction of what rays crossed, in [0, 1]
+  std::optional<double> free_not_known;        ///< fraction of it that is not known to be free
   std::optional<double> memory_bytes;          ///< of the live structure; OG: of its heap
   std::optional<double> heap_bytes;            ///< that a copy of the structure takes
   std::optional<double> file_bytes;
@@ -76,8 +76,8 @@ struct Summary {
 };
 
 /// Median over the values that are there, and quartiles, both by linear interpolation between
-/// ranks; empty for none. \p share 0.5 is the median.
-PLANAR_MAPPING_EXPORT std::optional<double> quantile(std::vector<double> values, double share);
+/// ranks; empty for none. \p fraction 0.5 is the median.
+PLANAR_MAPPING_EXPORT std::optional<double> quantile(std::vector<double> values, double fraction);
 
 /// One row for each input, cell size and method, in the order in which they first appear.
 PLANAR_MAPPING_EXPORT std::vector<Summary> summarize(const std::vector<PlaceResult>& results);

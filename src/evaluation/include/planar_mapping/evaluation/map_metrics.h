@@ -63,12 +63,12 @@ PLANAR_MAPPING_EXPORT double coverage(const CuboidDistance& index,
 struct HeldBackDistance {
   double median = 0.0;  ///< nearest rank, like the next; infinite without cuboids
   double percentile_95 = 0.0;
-  double share_within = 1.0;       ///< of the points within the margin
-  double share_within_half = 1.0;  ///< within half of it
-  double share_inside = 1.0;       ///< inside a cuboid
+  double fraction_within = 1.0;       ///< of the points within the margin
+  double fraction_within_half = 1.0;  ///< within half of it
+  double fraction_inside = 1.0;       ///< inside a cuboid
 };
 
-/// \param margin  of share_within, s / 2 in the tables
+/// \param margin  of fraction_within, s / 2 in the tables
 PLANAR_MAPPING_EXPORT HeldBackDistance heldBackDistance(const CuboidDistance& index,
                                                         const std::vector<Vector3>& points,
                                                         double margin);

@@ -25,10 +25,10 @@ struct Rendering {
 };
 
 struct PLANAR_MAPPING_EXPORT RenderParams {
-  int frame = 0;             ///< objects that are not there in it are left out
-  double plain_share = 0.0;  ///< of all surface, in patches of 0.7 m: no texture, in [0, 1]
-  bool colors = true;        ///< false: Rendering::colors stays empty, which is faster
-  int threads = 1;           ///< 0 = all cores; changes nothing but the time
+  int frame = 0;                ///< objects that are not there in it are left out
+  double plain_fraction = 0.0;  ///< of all surface, in patches of 0.7 m: no texture, in [0, 1]
+  bool colors = true;           ///< false: Rendering::colors stays empty, which is faster
+  int threads = 1;              ///< 0 = all cores; changes nothing but the time
 
   /// \throws ParameterError
   void validate() const;

@@ -28,7 +28,7 @@ struct Material {
   Pattern pattern = Pattern::Speckles;
   /// How well stereo finds its way on it, in [0, 1]; at 0 it is of one colour, and leaves holes.
   double texture = 1.0;
-  /// Share of the square metres of a flat face that have a poster on them, in [0, 1].
+  /// Fraction of the square metres of a flat face that have a poster on them, in [0, 1].
   double posters = 0.0;
   /// Brightness of the lamp's reflection, in units of the colour: it lies where a mirror shows the
   /// lamp, so that two cameras see it behind the surface.

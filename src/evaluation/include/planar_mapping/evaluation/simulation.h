@@ -23,7 +23,7 @@ struct PLANAR_MAPPING_EXPORT SimulationParams : SceneParams {
   int width = 640;              ///< pixels, [8, 8192]
   int height = 480;             ///< pixels, [8, 8192]
   double focal_length = 0.0;    ///< pixels; 0 = 500 for a width of 640, in proportion
-  double plain_share = 0.0;     ///< of all surface, in patches: nothing to match, in [0, 1]
+  double plain_fraction = 0.0;  ///< of all surface, in patches: nothing to match, in [0, 1]
   bool clouds = true;           ///< measure disparities and points
   bool images = false;          ///< render the left and the right image
   bool color_images = false;    ///< RGB instead of gray

@@ -16,16 +16,16 @@ namespace planar_mapping::evaluation {
 struct PLANAR_MAPPING_EXPORT StereoSensorParams {
   double baseline = 0.12;              ///< metres, > 0
   double noise_px = 0.25;              ///< [ours] standard deviation of the disparity, >= 0
-  double correlated_share = 0.7;       ///< share of its variance that neighbours have in common
+  double correlated_fraction = 0.7;    ///< fraction of its variance that neighbours have in common
   double correlation_px = 8.0;         ///< how far neighbours reach, >= 1
   double disparity_step_px = 0.0625;   ///< of the matcher's sub-pixel result; 0 = continuous
   double smallest_disparity_px = 3.0;  ///< what is farther is not measured, > 0
   double edge_px = 1.0;                ///< a jump of the disparity that makes an edge, > 0
-  double flying_share = 0.25;          ///< of the pixels at an edge: somewhere between both sides
-  double edge_hole_share = 0.25;       ///< of the pixels at an edge: nothing
-  double hole_share = 0.35;            ///< of a surface without any texture: nothing, in patches
+  double flying_fraction = 0.25;       ///< of the pixels at an edge: somewhere between both sides
+  double edge_hole_fraction = 0.25;    ///< of the pixels at an edge: nothing
+  double hole_fraction = 0.35;         ///< of a surface without any texture: nothing, in patches
   double smallest_incidence = 0.06;    ///< cosine below which a surface is not matched
-  double wrong_share = 0.0;            ///< of the measured pixels: matched with something else
+  double wrong_fraction = 0.0;         ///< of the measured pixels: matched with something else
   int wrong_patch_px = 3;              ///< wrong matches come in squares of this side, >= 1
 
   /// \throws ParameterError

@@ -47,7 +47,7 @@ struct BoxState {
 PLANAR_MAPPING_EXPORT BoxState stateOfBox(const PlanarMap& map, const Vector3& low,
                                           const Vector3& high);
 
-/// How much of space two maps judge differently. Cells of half the smaller resolution, by their
+/// How much of space two maps classify differently. Cells of half the smaller resolution, by their
 /// centres.
 struct PLANAR_MAPPING_EXPORT MapDifference {
   double cell = 0.0;  ///< side of these cells
@@ -55,8 +55,9 @@ struct PLANAR_MAPPING_EXPORT MapDifference {
   std::size_t only_in_b = 0;
   std::size_t in_both = 0;
 
-  /// Share of the cells occupied in either that are not in both, in [0, 1]; 0 for two empty maps.
-  double share() const;
+  /// Fraction of the cells occupied in either that are not in both, in [0, 1]; 0 for two empty
+  /// maps.
+  double fraction() const;
 };
 
 PLANAR_MAPPING_EXPORT MapDifference compareMaps(const PlanarMap& a, const PlanarMap& b);

@@ -43,7 +43,7 @@ struct MapPlane {
 ///   a point in it; below min_probability the cell is gone;
 /// - a plane seen again is the same plane; two that turn out to be one are merged, the older stays;
 /// - a cell of space once seen free is never unknown again, in whatever order frames come. Cells
-///   the rim of an image cuts are not judged, and pixels without a measurement say nothing.
+///   the rim of an image cuts are left as they are, and pixels without a measurement say nothing.
 /// For a static scene the order of frames changes nothing beyond the phase of the rasters.
 ///
 /// The cost of insert() depends on the frame, but for a look at each plane's bounds. Copyable.

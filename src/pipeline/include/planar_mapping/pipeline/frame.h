@@ -73,7 +73,7 @@ struct Frame {
   bool starts_world = false;
 
   /// Where the sensor stood among the points is not known (io::CloudData::origin): rays mean
-  /// nothing, and no space is judged.
+  /// nothing, and no space is classified.
   bool without_sensor = false;
 
   FrameCloud::Ptr cloud;  ///< as measured; non-finite where nothing was

@@ -21,7 +21,7 @@ enum class StageKind : std::uint8_t {
   Motion,    ///< finds the pose of a frame
   Points,    ///< removes or replaces points: filters, ground removal
   Planes,    ///< finds planes
-  Beliefs,   ///< judges points
+  Beliefs,   ///< decides on points
   Map,       ///< puts the frame into the map
   Any,       ///< anywhere
 };

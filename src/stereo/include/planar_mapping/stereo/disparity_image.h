@@ -21,7 +21,7 @@ struct DisparityImage {
     return values[static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
                   static_cast<std::size_t>(column)];
   }
-  /// Share of the pixels that have a disparity; 0 for an empty image.
+  /// Fraction of the pixels that have a disparity; 0 for an empty image.
   PLANAR_MAPPING_EXPORT double density() const;
 };
 

@@ -30,12 +30,12 @@ struct PLANAR_MAPPING_EXPORT FeatureTrackerParams {
   /// Weakest response that counts, in the detector's own unit; 0 = its usual one.
   double detection_threshold = 0.0;
   // Left to right.
-  double epipolar_tolerance = 2.0;   ///< rows may differ by so much before refinement, pixels
-  double stereo_ratio = 0.9;         ///< best over second-best distance along the row, at most
-  double min_disparity = 0.5;        ///< of d + cx_right - cx: farther points say nothing, pixels
-  double max_disparity_share = 0.5;  ///< of the image width
-  int refine_window = 9;             ///< side of the window of the sub-pixel disparity, odd
-  double max_refine_residual = 0.6;  ///< of gray value differences in it, in standard deviations
+  double epipolar_tolerance = 2.0;  ///< rows may differ by so much before refinement, pixels
+  double stereo_ratio = 0.9;        ///< best over second-best distance along the row, at most
+  double min_disparity = 0.5;       ///< of d + cx_right - cx: farther points say nothing, pixels
+  double max_disparity_fraction = 0.5;  ///< of the image width
+  int refine_window = 9;                ///< side of the window of the sub-pixel disparity, odd
+  double max_refine_residual = 0.6;     ///< of gray value differences in it, in standard deviations
   // Frame to frame.
   double track_ratio = 0.8;   ///< best over second-best distance, at most
   int track_window = 13;      ///< side of the window of the sub-pixel place, odd

@@ -27,10 +27,10 @@ struct PLANAR_MAPPING_EXPORT StereoMatcherParams {
   /// Number of disparities looked at. Absent = found in each pair by a coarse search.
   std::optional<int> disparities;
   /// Nothing nearer than this is looked for, metres; limits the coarse search. 0 = up to
-  /// max_disparity_share.
+  /// max_disparity_fraction.
   double near_distance = 0.0;
   /// Largest disparity the coarse search looks at, in image widths.
-  double max_disparity_share = 0.5;
+  double max_disparity_fraction = 0.5;
   SmoothnessPaths paths = SmoothnessPaths::Three;
   int block_size = 5;               ///< side of the window compared, odd
   double smoothness_small = 8.0;    ///< P1: cost of a step of 1 px, per pixel of the window
@@ -65,7 +65,7 @@ struct PLANAR_MAPPING_EXPORT StereoMatcherParams {
 struct StereoReport {
   int min_disparity = 0;  ///< looked for, pixels
   int disparities = 0;    ///< looked for
-  double density = 0.0;   ///< share of the pixels that have a disparity
+  double density = 0.0;   ///< fraction of the pixels that have a disparity
   /// The pair matches far better with left and right exchanged: disparities are negative.
   bool swapped = false;
   double contrast = 0.0;    ///< mean gray difference between neighbours of the left image

@@ -56,9 +56,9 @@ PLANAR_MAPPING_EXPORT double tiltOf(const Cuboid& cuboid, const Vector3& up);
 PLANAR_MAPPING_EXPORT double heightOf(const Cuboid& cuboid, const Vector3& up);
 
 /// [ours] Do the poses look along their own z axis (optical frame: x right, y down, z forward)?
-/// True if at least \p share of the occupied cuboids lie within about 60 degrees of the z axis
+/// True if at least \p fraction of the occupied cuboids lie within about 60 degrees of the z axis
 /// of some pose. Otherwise they are taken as robot frames: x forward, z up.
-PLANAR_MAPPING_EXPORT bool looksAlongZ(const SceneContent& content, double share = 0.9);
+PLANAR_MAPPING_EXPORT bool looksAlongZ(const SceneContent& content, double fraction = 0.9);
 
 /// [ours] The axis against gravity of a map whose frame may be a camera's.
 ///

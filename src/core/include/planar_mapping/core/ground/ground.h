@@ -46,9 +46,9 @@ struct PLANAR_MAPPING_EXPORT GroundParams {
   double wall_height = 0.15;
   double wall_cell = 0.1;             ///< side of the column in which that is decided, > 0
   double wall_foot_threshold = 0.01;  ///< the threshold in a column with a wall, > 0
-  double min_share = 0.02;  ///< fraction of the finite points that must support it, in (0, 1]
-  int min_points = 100;     ///< that must support it, >= 3
-  int sample_size = 8192;   ///< points the estimate looks at, >= 100; labels look at all
+  double min_fraction = 0.02;  ///< fraction of the finite points that must support it, in (0, 1]
+  int min_points = 100;        ///< that must support it, >= 3
+  int sample_size = 8192;      ///< points the estimate looks at, >= 100; labels look at all
   std::uint64_t seed = 12345;
   int threads = 1;  ///< for the labels; 0 = all cores; never changes the result
 
@@ -61,7 +61,8 @@ enum class GroundStatus : std::uint8_t {
   Found,
   TooFewPoints,      ///< fewer than min_points finite points
   NoPlane,           ///< nothing within height and angle tolerance
-  TooLittleSupport,  ///< a plane, but fewer points lie flat on it than min_share and min_points ask
+  TooLittleSupport,  ///< a plane, but fewer points lie flat on it than min_fraction and min_points
+                     ///< ask
   Elsewhere,         ///< GroundTracker: level, but not where the ground of the frames before is
 };
 

@@ -33,10 +33,10 @@ struct PLANAR_MAPPING_EXPORT MotionParams {
   /// A match agrees with a motion where its error in column, row and inverse depth is within so
   /// many standard deviations of the noise of both sightings; > 0. 3.37 = 99 % of a normal error.
   double inlier_sigmas = 3.37;
-  int min_matches = 8;             ///< fewer: no attempt is made, >= 3
-  int min_inliers = 10;            ///< fewer: the motion is not believed, >= 3
-  double min_inlier_share = 0.15;  ///< of the matches, in [0, 1]; fewer: not believed
-  int max_iterations = 500;        ///< minimal sets tried at most, >= 1
+  int min_matches = 8;                ///< fewer: no attempt is made, >= 3
+  int min_inliers = 10;               ///< fewer: the motion is not believed, >= 3
+  double min_inlier_fraction = 0.15;  ///< of the matches, in [0, 1]; fewer: not believed
+  int max_iterations = 500;           ///< minimal sets tried at most, >= 1
   /// A motion with a larger standard deviation in any direction is not believed; > 0.
   double max_translation_error = 0.3;       ///< metres
   double max_rotation_error = M_PI / 60.0;  ///< radians

@@ -22,17 +22,17 @@ namespace planar_mapping {
 struct PLANAR_MAPPING_EXPORT OdometryParams {
   FeatureCamera camera;
   MotionParams motion;
-  /// A frame becomes a keyframe once the camera has moved by this share of the median depth of
+  /// A frame becomes a keyframe once the camera has moved by this fraction of the median depth of
   /// what it sees, ...
   double keyframe_translation = 0.05;  ///< > 0
   double keyframe_rotation = 0.087;    ///< ... has turned so far, radians, > 0, or sees much less
   int max_landmarks = 20000;           ///< kept, >= 100; those not seen for longest go first
   /// A motion that differs from the expected one by more than this is a jump, metres, > 0. Things
   /// that repeat, such as tiles, make small sets of wrong matches agree on one: it is believed only
-  /// if this share of the known features agrees ...
+  /// if this fraction of the known features agrees ...
   double jump_distance = 0.5;
-  double jump_inlier_share = 0.4;  ///< in [0, 1]
-  int jump_inliers = 30;           ///< ... or so many of them, and a fifth
+  double jump_inlier_fraction = 0.4;  ///< in [0, 1]
+  int jump_inliers = 30;              ///< ... or so many of them, and a fifth
   std::uint64_t seed = 12345;
 
   /// \throws ParameterError

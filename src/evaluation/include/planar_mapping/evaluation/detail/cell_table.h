@@ -65,7 +65,7 @@ class CellTable {
   Value& operator[](std::uint64_t key) {
     const std::uint64_t stored = key + 1;
     if (!keys_.empty() && keys_[last_] == stored) return values_[last_];
-    if (kMostFilled * static_cast<double>(keys_.size()) < static_cast<double>(size_ + 1)) grow();
+    if (kMaxFilled * static_cast<double>(keys_.size()) < static_cast<double>(size_ + 1)) grow();
     last_ = slotOf(stored);
     if (keys_[last_] == 0) {
       keys_[last_] = stored;
@@ -102,7 +102,7 @@ class CellTable {
   }
 
  private:
-  static constexpr double kMostFilled = 0.75;
+  static constexpr double kMaxFilled = 0.75;
 
   std::size_t slotOf(std::uint64_t stored) const {
     const std::size_t mask = keys_.size() - 1;

@@ -44,7 +44,7 @@ struct FrameUpdate {
   std::size_t absorbed_points = 0;
   std::size_t dropped_points = 0;  ///< not finite, beyond the world, or too few in their cell
   std::size_t points_beyond = 0;   ///< of those, beyond the world
-  /// Metres from the sensor up to which all space was judged that the frame tells of; less than
+  /// Metres from the sensor up to which all space was classified that the frame tells of; less than
   /// infinity where that was too much for one frame: what is farther may have stayed unknown.
   double space_range = std::numeric_limits<double>::infinity();
 };

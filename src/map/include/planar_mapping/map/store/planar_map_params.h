@@ -41,7 +41,7 @@ struct PLANAR_MAPPING_EXPORT PlanarMapParams {
   /// [ours] depth up to which occupied cells lose belief by miss_factor; 0 = max_range
   double miss_range = 0.0;
   double min_probability = 0.5;  ///< [ours] cells whose belief falls below this are removed
-  double belief_gain = 0.5;      ///< [ours] share of the newest frame in a cell's belief, in (0, 1]
+  double belief_gain = 0.5;  ///< [ours] fraction of the newest frame in a cell's belief, in (0, 1]
   double miss_factor = 0.7;  ///< [ours] belief is multiplied by it when looked through, in [0, 1]
   /// [ours] most belief a non-planar cell gets from one frame, and one that a frame with a known
   /// depth error adds to a plane there is, in (0, 1]; it is lost by one look that does not confirm
@@ -50,12 +50,12 @@ struct PLANAR_MAPPING_EXPORT PlanarMapParams {
   /// [ours] points within so many depth errors of a plane's cells, along their ray, are its noise
   /// and make no cell, in [0, 10]; see FrameObservation::noise
   double noise_factor = 1.0;
-  /// [ours] a cell is seen if it holds this share of the points it would have if it were full, in
-  /// [0, 1]; where the camera is known. Cells of the first sight of a plane need only
+  /// [ours] a cell is seen if it holds this fraction of the points it would have if it were full,
+  /// in [0, 1]; where the camera is known. Cells of the first sight of a plane need only
   /// min_points_per_cell.
-  double min_cell_share = 0.15;
-  /// [ours] or, if that is less, the share of a strip of so many pixels along its edge and of the
-  /// points that the depth error carries beyond half a cell; in [0, 1e6]
+  double min_cell_fraction = 0.15;
+  /// [ours] or, if that is less, the fraction of a strip of so many pixels along its edge and of
+  /// the points that the depth error carries beyond half a cell; in [0, 1e6]
   double rim_pixels = 1.0;
   /// [ours] compact: a plane's cuboids reach so many root mean square distances of its points
   /// before and behind it, at most 0.45 (0.75 where that is five cells) and 0.75 of a cell, in

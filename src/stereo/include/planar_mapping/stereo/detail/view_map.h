@@ -66,7 +66,7 @@ class PLANAR_MAPPING_EXPORT ViewMap {
   /// \param expected  where the view is expected, or null where nothing is known: a pose far from
   ///                  there must not agree at another place as well
   /// \param strict    gray values must agree very well: the view may show what was never seen
-  PoseVerdict judge(const ViewPtr& view, const Pose& T_world_sensor, const Pose* expected,
+  PoseVerdict check(const ViewPtr& view, const Pose& T_world_sensor, const Pose* expected,
                     bool strict) const;
 
   /// The next pose at which depths and gray values agree best.

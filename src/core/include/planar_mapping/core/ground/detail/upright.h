@@ -16,7 +16,7 @@ struct Upright {
   bool found = false;             ///< false: take the sensor for level
   Vector3 up = Vector3::UnitZ();  ///< unit length, sensor's frame; expected_up unless found
   double tilt = 0.0;              ///< between up and expected_up
-  double horizontal = 0.0;        ///< share of the points on horizontal planes
+  double horizontal = 0.0;        ///< fraction of the points on horizontal planes
   double vertical = 0.0;          ///< ... on vertical ones
 };
 

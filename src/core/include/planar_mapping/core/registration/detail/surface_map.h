@@ -23,10 +23,10 @@ struct PLANAR_MAPPING_EXPORT SurfaceMapParams {
   double depth_error_growth = 0.002;  ///< 1/m
   /// Direction in which depth is measured; zero = depth is the range (laser scanners).
   Vector3 optical_axis = Vector3::UnitZ();
-  double reach = 0.3;      ///< from how far the planes of a guess are drawn to the map, > 0
-  double min_share = 0.4;  ///< of the cloud's planes that must lie on the map's, in [0, 1]
+  double reach = 0.3;         ///< from how far the planes of a guess are drawn to the map, > 0
+  double min_fraction = 0.4;  ///< of the cloud's planes that must lie on the map's, in [0, 1]
   /// A cloud that fits but whose rays go through what the map has there, or that fills what was
-  /// seen free before, is at a wrong place: the largest such share of the planes, in [0, 1].
+  /// seen free before, is at a wrong place: the largest such fraction of the planes, in [0, 1].
   double max_seen_through = 0.1;
   /// Where a cloud is not found near the guess, it is looked for so far around it, metres, turned
   /// anyhow, by the directions and offsets of its planes; 0 = it is not.
@@ -52,10 +52,10 @@ struct CloudRegistration {
   Matrix6 covariance = Matrix6::Zero();
   std::size_t planes = 0;   ///< of the cloud, edges not counted
   std::size_t matched = 0;  ///< of those, on a plane of the map
-  double share = 0.0;       ///< of the planes that matched, each direction counting the same
+  double fraction = 0.0;    ///< of the planes that matched, each direction counting the same
   double rms = 0.0;         ///< distance of the matched ones, metres
-  /// Of the map's planes where this cloud looked, the share that its rays went through, or of its
-  /// planes where clouds before looked, if that is larger; zero where too few can be judged.
+  /// Of the map's planes where this cloud looked, the fraction that its rays went through, or of
+  /// its planes where clouds before looked, if that is larger; zero where too few can be compared.
   double seen_through = 0.0;
 };
 

@@ -33,14 +33,14 @@ PLANAR_MAPPING_EXPORT ViewCells viewCellsOf(const std::uint8_t* gray, const Poin
 /// How far two views agree under a motion.
 struct ViewAgreement {
   std::size_t cells = 0;     ///< of the smaller view, with depth
-  std::size_t judged = 0;    ///< cells that the other view looks at
+  std::size_t compared = 0;  ///< cells that the other view looks at
   std::size_t agreeing = 0;  ///< of those, at the depth that the other view measured
   std::size_t through = 0;   ///< of those, where the other view saw through
   double texture = 0.0;      ///< mean squared tone of the agreeing cells, in [0, 1]
   double correlation = 0.0;  ///< of the tones of the agreeing cells, in [-1, 1]
 
-  double share(std::size_t count) const {
-    return judged == 0 ? 0.0 : static_cast<double>(count) / static_cast<double>(judged);
+  double fraction(std::size_t count) const {
+    return compared == 0 ? 0.0 : static_cast<double>(count) / static_cast<double>(compared);
   }
 };
 
