@@ -293,6 +293,19 @@ TEST_F(SequenceInputs, SaysWhatIsWrongWithStereo) {
   expectProblem({dir_ / "twice"}, "another image of this name");
 }
 
+TEST_F(SequenceInputs, PosesThatNobodyUsesNeedNotFitTheFrames) {
+  addClouds("scans");
+  writeTumPoses(dir_ / "scans/poses.txt", posesOf(2));
+  EXPECT_THROW(Sequence({dir_ / "scans"}), IoError);
+  SequenceOptions options;
+  options.ignore_poses = true;
+  const Sequence sequence({dir_ / "scans"}, options);
+  EXPECT_EQ(sequence.size(), 3u);
+  EXPECT_NE(sequence.poseSource(), PoseSource::File);
+  ASSERT_EQ(sequence.notes().size(), 1u);
+  EXPECT_NE(sequence.notes()[0].find("2 poses for 3 frames"), std::string::npos);
+}
+
 TEST_F(SequenceInputs, SaysWhatIsWrong) {
   addClouds("scans");
   EXPECT_THROW(Sequence(std::vector<std::string>{}), InputError);

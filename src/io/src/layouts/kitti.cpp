@@ -120,14 +120,15 @@ void addTimes(const std::string& path, bool growing, Description& description) {
            [&](FrameEntry& frame, std::size_t i) { frame.timestamp = times[i]; });
 }
 
-void addKittiPoses(const std::string& path, bool growing, Description& description) {
+void addKittiPoses(const std::string& path, const SequenceOptions& options,
+                   Description& description) {
   const Trajectory trajectory = readTrajectory(path);
   if (trajectory.has_times) {
-    addPoses(path, growing, description);
+    addPoses(path, options, description);
     return;
   }
   setLines(
-      path, "poses", trajectory.poses.size(), growing, description,
+      path, "poses", trajectory.poses.size(), options.growing, description,
       [&](FrameEntry& frame, std::size_t i) { frame.T_world_sensor = trajectory.poses[i].pose; });
   description.pose_source = PoseSource::File;
 }
@@ -194,7 +195,7 @@ Description readKitti(const std::string& folder, const SequenceOptions& options)
         KittiCalibration(calibration_file).pair(left, description.frames.front().file);
   const std::string poses = options.poses_file.empty() ? posesOf(folder) : "";
   if (poses.empty()) return description;
-  addKittiPoses(poses, options.growing, description);
+  addKittiPoses(poses, options, description);
   if (!takes_clouds && left == 0) return description;
   const KittiCalibration calibration(calibration_file);
   const Pose T_camera0_sensor =

@@ -85,7 +85,7 @@ void noteLeftOut(std::size_t left_out, std::size_t all, const std::string& what,
                  const std::string& why, Description& description);
 
 /// Puts the poses of \p file on the frames: line by line where there are as many, else by time
-/// where frames have times. A growing sequence ends at the last pose.
-void addPoses(const std::string& file, bool growing, Description& description);
+/// where frames have times. A growing sequence ends at the last pose; see SequenceOptions.
+void addPoses(const std::string& file, const SequenceOptions& options, Description& description);
 
 }  // namespace planar_mapping::io::layouts

@@ -115,7 +115,7 @@ Description readNative(const std::string& folder, const SequenceOptions& options
       break;
   }
   const std::string poses = joined(folder, "poses.txt");
-  if (options.poses_file.empty() && exists(poses)) addPoses(poses, options.growing, description);
+  if (options.poses_file.empty() && exists(poses)) addPoses(poses, options, description);
   return description;
 }
 

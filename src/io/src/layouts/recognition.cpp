@@ -57,7 +57,7 @@ Description readCloudFiles(const std::string& folder, const SequenceOptions& opt
         "holds neither PCD or PLY files nor a sequence (calib.yaml with clouds/, depth/ or "
         "left/ and right/; or KITTI, TUM RGB-D, ICL-NUIM, EuRoC, Middlebury, Open3D)");
   const std::string poses = joined(folder, "poses.txt");
-  if (options.poses_file.empty() && exists(poses)) addPoses(poses, options.growing, description);
+  if (options.poses_file.empty() && exists(poses)) addPoses(poses, options, description);
   return description;
 }
 
@@ -133,7 +133,7 @@ void noteLeftOut(std::size_t left_out, std::size_t all, const std::string& what,
                               " are left out: " + why);
 }
 
-void addPoses(const std::string& file, bool growing, Description& description) {
+void addPoses(const std::string& file, const SequenceOptions& options, Description& description) {
   const Trajectory trajectory = readTrajectory(file);
   const std::vector<StampedPose>& poses = trajectory.poses;
   std::vector<FrameEntry>& frames = description.frames;
@@ -144,11 +144,15 @@ void addPoses(const std::string& file, bool growing, Description& description) {
     addPosesByTime(file, poses, Pose::Identity(), description);
     return;
   }
-  if (growing && poses.size() < frames.size()) frames.resize(poses.size());
-  if (poses.size() != frames.size() && !growing)
-    throw IoError(file, "holds " + std::to_string(poses.size()) + " poses for " +
-                            std::to_string(frames.size()) +
-                            " frames; it needs a line for each, in their order");
+  if (options.growing && poses.size() < frames.size()) frames.resize(poses.size());
+  if (poses.size() != frames.size() && !options.growing) {
+    const std::string counts = "holds " + std::to_string(poses.size()) + " poses for " +
+                               std::to_string(frames.size()) + " frames";
+    if (!options.ignore_poses)
+      throw IoError(file, counts + "; it needs a line for each, in their order");
+    description.notes.push_back(file + ": " + counts + "; they are not read, since none is used");
+    return;
+  }
   for (std::size_t i = 0; i < frames.size(); ++i) {
     frames[i].T_world_sensor = poses[i].pose;
     if (!frames[i].timestamp) frames[i].timestamp = poses[i].timestamp;

@@ -216,7 +216,7 @@ Sequence::Sequence(const std::vector<std::string>& inputs, const SequenceOptions
     if (calibration.distortion)
       impl_->undistorter.emplace(calibration.camera, *calibration.distortion);
   }
-  if (!options.poses_file.empty()) layouts::addPoses(options.poses_file, options.growing, sequence);
+  if (!options.poses_file.empty()) layouts::addPoses(options.poses_file, options, sequence);
 }
 
 Sequence::~Sequence() = default;

@@ -48,6 +48,8 @@ struct SequenceOptions {
   std::string calibration_file;  ///< a calib.yaml; empty = the calibration of the folder
   /// More frames may come: a sequence ends at its last pose, and may still be empty.
   bool growing = false;
+  /// Nobody uses the poses: those of a file that holds too few or too many are left out.
+  bool ignore_poses = false;
 };
 
 /// A row of frames behind the inputs of the command line, recognised by content:
