@@ -72,8 +72,8 @@ void merge(const Arguments& arguments) {
             [](const PlacedMap& a, const PlacedMap& b) { return a.isBefore(b); });
   PlanarMap merged(maps.front().map.params());
   for (const PlacedMap& placed : maps) {
+    const bool is_first = &placed == &maps.front();
     try {
-      const bool is_first = &placed == &maps.front();
       if (is_first && !placed.map.isFinished() &&
           placed.pose.matrix() == Pose::Identity().matrix()) {
         merged = placed.map;
@@ -82,7 +82,9 @@ void merge(const Arguments& arguments) {
                                      Eigen::Translation3d(placed.map.params().origin));
       }
     } catch (const InputError& error) {
-      throw IoError(placed.path, error.what());
+      throw IoError(placed.path, std::string("does not fit to ") +
+                                     (is_first ? "its pose" : maps.front().path) + ": " +
+                                     error.what());
     }
   }
   io::saveMap(merged, arguments.output,
