@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "base/point_indices.h"
 #include "planar_mapping/core/base/error.h"
@@ -52,30 +53,51 @@ const Indices* checkedIndices(const PointsView& points, const Indices& indices, 
 namespace {
 
 /// [ours] Automatic: up to this many points a cloud is features, not a surface.
-constexpr std::size_t kMostSparsePoints = 5000;
-/// [ours] Automatic: up to this many points it depends on their density.
-constexpr std::size_t kLeastDensePoints = 100000;
-/// [ours] Automatic: an image smaller than this, or used to a smaller share, has too few cells.
-constexpr std::uint32_t kLeastImageSide = 32;
-constexpr std::size_t kLeastImageShare = 4;
+constexpr std::size_t kMaxSparsePoints = 5000;
+/// [ours] Automatic: of fewer points, if they are sparse, so many must lie on planes that the
+/// search for surfaces finds; else multi-RANSAC may find more.
+constexpr std::size_t kMinDensePoints = 100000;
+constexpr double kMinSurfaceFraction = 0.5;
+/// [ours] ... and is taken anyway where surfaces hold fewer than these.
+constexpr double kMinCertainFraction = 0.25;
+/// [ours] Automatic: an image smaller than this, or used to a smaller fraction, has too few cells.
+constexpr std::uint32_t kMinImageSide = 32;
+constexpr std::size_t kImageDivisor = 4;
 /// [ours] Automatic: in disparity space empty cells do no harm until there are too few others.
-constexpr std::size_t kLeastDisparityShare = 7;
+constexpr std::size_t kDisparityDivisor = 7;
 
-PlaneSearchMethod chooseMethod(const PointsView& points, const Indices* indices,
-                               const MultiPlaneParams& params, std::size_t considered,
-                               const Vector3& sensor) {
-  if (considered <= kMostSparsePoints) return PlaneSearchMethod::MultiRansac;
-  if (points.width >= kLeastImageSide && points.height >= kLeastImageSide) {
+PlaneSearchMethod chooseMethod(const PointsView& points, const MultiPlaneParams& params,
+                               std::size_t considered, const Vector3& sensor) {
+  if (considered <= kMaxSparsePoints) return PlaneSearchMethod::MultiRansac;
+  if (points.width >= kMinImageSide && points.height >= kMinImageSide) {
     const bool stereo = params.noise && sensor.isZero();
-    const std::size_t share = stereo ? kLeastDisparityShare : kLeastImageShare;
-    if (considered * share >= points.size) {
+    const std::size_t divisor = stereo ? kDisparityDivisor : kImageDivisor;
+    if (considered * divisor >= points.size) {
       return stereo ? PlaneSearchMethod::Disparity : PlaneSearchMethod::Organized;
     }
   }
-  if (considered < kLeastDensePoints && !detail::isDense(points, indices, params)) {
-    return PlaneSearchMethod::MultiRansac;
-  }
   return PlaneSearchMethod::Sequential;
+}
+
+PlaneSet findPlanesBy(PlaneSearchMethod method, const PointsView& points, const Indices* indices,
+                      const MultiPlaneParams& params, const Vector3& sensor) {
+  switch (method) {
+    case PlaneSearchMethod::MultiRansac:
+      return detail::findPlanesMultiRansac(points, indices, params, sensor);
+    case PlaneSearchMethod::Organized:
+      return detail::findPlanesOrganized(points, indices, params, sensor);
+    case PlaneSearchMethod::Disparity:
+      if (!sensor.isZero()) throw InputError("disparity is that of a sensor at the origin");
+      return detail::findPlanesDisparity(points, indices, params);
+    default:
+      return detail::findPlanesSequential(points, indices, params, sensor);
+  }
+}
+
+std::size_t inliersOf(const PlaneSet& set) {
+  std::size_t count = 0;
+  for (const PlaneSegment& segment : set.planes) count += segment.inliers.size();
+  return count;
 }
 
 }  // namespace
@@ -120,24 +142,22 @@ PlaneSet findPlanes(const PointsView& points, const Indices* indices,
   if (indices != nullptr) indices = detail::checkedIndices(points, *indices, storage);
   const std::size_t considered = detail::countOf(points, indices);
 
-  const PlaneSearchMethod method = params.method == PlaneSearchMethod::Automatic
-                                       ? chooseMethod(points, indices, params, considered, sensor)
-                                       : params.method;
-  PlaneSet set;
-  switch (method) {
-    case PlaneSearchMethod::MultiRansac:
-      set = detail::findPlanesMultiRansac(points, indices, params, sensor);
-      break;
-    case PlaneSearchMethod::Organized:
-      set = detail::findPlanesOrganized(points, indices, params, sensor);
-      break;
-    case PlaneSearchMethod::Disparity:
-      if (!sensor.isZero()) throw InputError("disparity is that of a sensor at the origin");
-      set = detail::findPlanesDisparity(points, indices, params);
-      break;
-    default:
-      set = detail::findPlanesSequential(points, indices, params, sensor);
-      break;
+  const bool is_automatic = params.method == PlaneSearchMethod::Automatic;
+  PlaneSearchMethod method =
+      is_automatic ? chooseMethod(points, params, considered, sensor) : params.method;
+  PlaneSet set = findPlanesBy(method, points, indices, params, sensor);
+  // The rings of a scanner lie on surfaces, however wide the gaps between them; of sparse features
+  // among clutter the search for surfaces finds few, and those few may be clutter.
+  const auto on_surfaces = static_cast<double>(inliersOf(set));
+  const auto count = static_cast<double>(considered);
+  if (is_automatic && method == PlaneSearchMethod::Sequential && considered < kMinDensePoints &&
+      on_surfaces < kMinSurfaceFraction * count && !detail::isDense(points, indices, params)) {
+    PlaneSet models = findPlanesBy(PlaneSearchMethod::MultiRansac, points, indices, params, sensor);
+    if (on_surfaces < kMinCertainFraction * count ||
+        static_cast<double>(inliersOf(models)) > on_surfaces) {
+      set = std::move(models);
+      method = PlaneSearchMethod::MultiRansac;
+    }
   }
   set.diagnostics.method = method;
   set.diagnostics.points_considered = considered;

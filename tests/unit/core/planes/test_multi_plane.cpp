@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <random>
 #include <vector>
 
 #include "planar_mapping/core/base/error.h"
@@ -323,6 +325,48 @@ TEST(MultiPlaneAutomatic, ChoosesByNumberOfPoints) {
   EXPECT_EQ(findPlanes(viewOf(xyz), &few, {}).diagnostics.method, PlaneSearchMethod::MultiRansac);
   const PointsView image(xyz.data(), 80u, 80u, 3);
   EXPECT_EQ(findPlanes(image, nullptr, {}).diagnostics.method, PlaneSearchMethod::Organized);
+}
+
+/// What 16 rings of a scanner see of a hall of 24 x 16 x 6.5 m: 0.6 m apart on its walls.
+TEST(MultiPlaneAutomatic, RingsOfAScannerAreSurfaces) {
+  std::mt19937 random(7);
+  std::normal_distribution<float> noise(0.0f, 0.015f);
+  const Eigen::Array3d low(-12.0, -8.0, -1.5), high(12.0, 8.0, 5.0);
+  const Matrix3 turn = Eigen::AngleAxisd(0.4, Vector3::UnitZ()).toRotationMatrix();
+  std::vector<float> xyz;
+  for (int ring = 0; ring < 16; ++ring) {
+    const double elevation = (-15.0 + 2.0 * ring) * M_PI / 180.0;
+    for (int column = 0; column < 1800; ++column) {
+      const double azimuth = column * M_PI / 900.0;
+      const Vector3 ray(std::cos(elevation) * std::cos(azimuth),
+                        std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
+      const Eigen::Array3d along = (turn.transpose() * ray).array();
+      const double range = (along > 0.0).select(high / along, low / along).minCoeff();
+      const Eigen::Vector3f p = (ray * (range + double{noise(random)})).cast<float>();
+      xyz.insert(xyz.end(), p.data(), p.data() + 3);
+    }
+  }
+  const PlaneSet found = findPlanes(viewOf(xyz), nullptr, {});
+  EXPECT_EQ(found.diagnostics.method, PlaneSearchMethod::Sequential);
+  std::size_t on_planes = 0;
+  for (const PlaneSegment& segment : found.planes) on_planes += segment.inliers.size();
+  EXPECT_GE(found.planes.size(), 5u);
+  EXPECT_GT(on_planes, xyz.size() / 3 * 8 / 10);
+}
+
+/// Sparse points on the walls of a room, and a third of them anywhere in it, show no surface.
+TEST(MultiPlaneAutomatic, SparseFeaturesAmongClutterAreNotLost) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> place(-1.0f, 1.0f);
+  std::vector<float> xyz;
+  for (int i = 0; i < 6000; ++i) {
+    std::array<float, 3> p = {place(random), place(random), place(random)};
+    if (i % 3 != 0) p[static_cast<std::size_t>(i / 3 % 3)] = i % 2 == 0 ? 1.0f : -1.0f;
+    xyz.insert(xyz.end(), {4.0f * p[0], 3.0f * p[1], 2.0f * p[2]});
+  }
+  const PlaneSet found = findPlanes(viewOf(xyz), nullptr, {});
+  EXPECT_EQ(found.diagnostics.method, PlaneSearchMethod::MultiRansac);
+  EXPECT_EQ(found.planes.size(), 6u);
 }
 
 }  // namespace
