@@ -105,8 +105,18 @@ std::optional<FrameLocator::Placement> FrameLocator::place(const Frame& frame) {
   const Pose expected = expectedPose(frame);
   const bool many =
       by_features.inliers >= static_cast<std::size_t>(odometry_.params().jump_inliers);
-  const bool features_agree =
+  bool features_agree =
       by_features.registered && agrees(by_features.T_world_sensor, expected, many);
+#ifdef PLANAR_MAPPING_HAS_STEREO
+  if (features_agree) {
+    if (const auto better = betterThan(by_features.T_world_sensor, expected, frame)) {
+      const std::optional<Pose> refined = views_->refined(view_, *better);
+      if (refined && agrees(*refined, expected, false))
+        return helped(frame, *refined, covarianceByViews(), expected, true);
+      features_agree = false;
+    }
+  }
+#endif
   if (features_agree && isEnough(by_features)) return Placement{};
   if (surfaces_ && lost_ > kFewLost && !by_features.registered && !isSeen() && isPartial(frame)) {
     doubt_ = "too many frames before it were left out to find it by its cloud alone";
@@ -155,6 +165,22 @@ std::optional<FrameLocator::Placement> FrameLocator::place(const Frame& frame) {
 #endif
   return Placement{};
 }
+
+#ifdef PLANAR_MAPPING_HAS_STEREO
+/// A pose at which the depths agree far better than at that of the features: the expected one, or
+/// where the cloud is drawn to.
+std::optional<Pose> FrameLocator::betterThan(const Pose& by_features, const Pose& expected,
+                                             const Frame& frame) const {
+  if (!isSeen()) return std::nullopt;
+  if (views_->fitsBetter(view_, expected, by_features)) return expected;
+  if (!surfaces_ || !views_->fitsBadly(view_, by_features)) return std::nullopt;
+  for (const Pose& start : {by_features, *last_pose_}) {
+    const Pose drawn = surfaces_->locateNear(viewOf(*frame.cloud), start).T_world_sensor;
+    if (views_->fitsBetter(view_, drawn, by_features)) return drawn;
+  }
+  return std::nullopt;
+}
+#endif
 
 /// Where no image tells whether a cloud fits, it is begun with where the camera was: the motion
 /// before, if a cloud alone gave it, is no better. What spins is on a vehicle, which goes on.
@@ -224,6 +250,10 @@ FrameLocator::Placement FrameLocator::helped(const Frame& frame, const Pose& T_w
   const bool few = both.inliers < static_cast<std::size_t>(odometry_.params().jump_inliers);
   prior.exact = (by_views && (few || !both.registered)) ||
                 (both.registered && !agrees(both.T_world_sensor, expected, false));
+#ifdef PLANAR_MAPPING_HAS_STEREO
+  prior.exact = prior.exact || (isSeen() && both.registered &&
+                                views_->fitsBetter(view_, T_world_sensor, both.T_world_sensor));
+#endif
   return {prior};
 }
 

@@ -77,6 +77,8 @@ class FrameLocator {
   std::optional<SurfaceMap> surfaces_;
 #ifdef PLANAR_MAPPING_HAS_STEREO
   void startViews();
+  std::optional<Pose> betterThan(const Pose& by_features, const Pose& expected,
+                                 const Frame& frame) const;
 
   std::optional<ViewMap> views_;
   ViewMap::ViewPtr view_;  ///< of this frame; null without an image

@@ -93,6 +93,7 @@ ViewMap::PlacedViews::Support ViewMap::PlacedViews::supportOf(const View& view,
     }
     support.correlation += overlap * one.correlation;
     support.agreeing += overlap * one.fraction(one.agreeing);
+    support.misfit += overlap * one.misfit;
     support.score += overlap * (one.correlation * one.fraction(one.agreeing) -
                                 kThroughWeight * one.fraction(one.through));
     texture += overlap * one.texture;
@@ -103,6 +104,7 @@ ViewMap::PlacedViews::Support ViewMap::PlacedViews::supportOf(const View& view,
   support.score /= weights;
   support.correlation /= weights;
   support.agreeing /= weights;
+  support.misfit /= weights;
   if (support.verdict == PoseVerdict::Refused || texture / weights < kMinTexture) return support;
   support.verdict = PoseVerdict::Doubtful;
   if (support.correlation < kRefused) support.verdict = PoseVerdict::Refused;

@@ -17,6 +17,7 @@ using Views = ViewMap::PlacedViews;
 using Hypothesis = Views::Hypothesis;
 using Support = Views::Support;
 
+constexpr int kFineView = 2;        // cells between those compared
 constexpr double kRoughness = 0.5;  // what a score may gain by climbing
 constexpr std::size_t kMaxClimbed = 4;
 constexpr std::size_t kManyInliers = 20;
@@ -175,6 +176,24 @@ PoseVerdict ViewMap::check(const ViewPtr& view, const Pose& T_world_sensor, cons
   }
   return repeats(*views_, *view, T_world_sensor, expected) ? PoseVerdict::Ambiguous
                                                            : support.verdict;
+}
+
+bool ViewMap::fitsBetter(const ViewPtr& view, const Pose& one, const Pose& other) const {
+  constexpr double kMinApart = 0.1;    // see PlacedViews::distance()
+  constexpr double kMaxMisfit = 0.75;  // of the other one's
+  constexpr double kSameCorrelation = 0.02;
+  constexpr double kMinOverlap = 0.8;  // of the other one's
+  if (Views::distance(one, other) < kMinApart) return false;
+  const Support a = views_->supportOf(*view, one, kFineView);
+  if (a.correlation < kConfirmedView) return false;
+  const Support b = views_->supportOf(*view, other, kFineView);
+  return a.misfit < kMaxMisfit * b.misfit && a.correlation > b.correlation - kSameCorrelation &&
+         a.overlap > kMinOverlap * b.overlap;
+}
+
+bool ViewMap::fitsBadly(const ViewPtr& view, const Pose& T_world_sensor) const {
+  constexpr double kUsualMisfit = 0.45;
+  return views_->supportOf(*view, T_world_sensor, kFineView).misfit > kUsualMisfit;
 }
 
 std::optional<Pose> ViewMap::refined(const ViewPtr& view, const Pose& T_world_sensor) const {

@@ -69,6 +69,13 @@ class PLANAR_MAPPING_EXPORT ViewMap {
   PoseVerdict check(const ViewPtr& view, const Pose& T_world_sensor, const Pose* expected,
                     bool strict) const;
 
+  /// Whether depths agree far better at one pose than at another, more than a little apart, and
+  /// gray values no worse. A turn and a shift that make up for each other hardly move what lies at
+  /// one depth, so that features alone may confuse them.
+  bool fitsBetter(const ViewPtr& view, const Pose& one, const Pose& other) const;
+  /// Whether depths agree so badly that there may be a pose where they do better.
+  bool fitsBadly(const ViewPtr& view, const Pose& T_world_sensor) const;
+
   /// The next pose at which depths and gray values agree best.
   /// \return nothing if that is another place: farther than noise and a few pixels explain
   std::optional<Pose> refined(const ViewPtr& view, const Pose& T_world_sensor) const;
