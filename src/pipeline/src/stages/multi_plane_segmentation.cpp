@@ -102,7 +102,7 @@ class MultiPlaneSegmentationStage : public Stage {
     frame.planes = segmentation_.takePlanes();
     if (assumed_probability_ > 0.0 && !frame.even.empty() && frame.camera) {
       frame.assumed =
-          assumePoints(viewOf(*frame.cloud), frame.indices, *frame.camera, frame.even,
+          assumePoints(viewOf(*frame.cloud), frame.indices, frame.ground, *frame.camera, frame.even,
                        frame.T_world_sensor.linear().transpose() * up_, params_, frame.planes);
       frame.assumed.probability = assumed_probability_;
       frame.statistics.push_back(

@@ -24,6 +24,7 @@ struct Wall {
   std::vector<float> xyz = std::vector<float>(3 * kWidth * kHeight, NAN);
   std::vector<std::uint8_t> gray = std::vector<std::uint8_t>(kWidth * kHeight, 200);
   std::vector<PlaneSegment> planes;
+  Indices ground;
 
   /// \param right  depth of what is measured on the right, another plane if it is not the wall's
   explicit Wall(float right = kDepth) {
@@ -50,7 +51,7 @@ struct Wall {
   AssumedPoints assumed() {
     Indices all(kWidth * kHeight);
     std::iota(all.begin(), all.end(), 0);
-    return assumePoints(PointsView(xyz.data(), kWidth, kHeight, 3), all, camera,
+    return assumePoints(PointsView(xyz.data(), kWidth, kHeight, 3), all, ground, camera,
                         evenTiles(gray.data(), kWidth, kHeight), -Vector3::UnitY(),
                         MultiPlaneParams(), planes);
   }
@@ -63,6 +64,53 @@ TEST(AssumedPoints, AWallOfOneColourBetweenItsEndsIsThePlane) {
   for (std::size_t i = 0; i < assumed.xyz.size(); i += 3)
     EXPECT_NEAR(assumed.xyz[i + 2], kDepth, 1e-4f);
   EXPECT_LT(assumed.probability, 1.0);
+}
+
+/// Of a floor 0.3 m below the camera the part just before it is measured.
+TEST(AssumedPoints, AWallEndsAtTheGround) {
+  constexpr double kFloor = 0.3;
+  const auto lowest = [](const AssumedPoints& assumed) {
+    float y = -INFINITY;
+    for (std::size_t i = 0; i < assumed.xyz.size(); i += 3) y = std::max(y, assumed.xyz[i + 1]);
+    return y;
+  };
+  Wall wall;
+  for (int i = (kHeight - 8) * kWidth; i < kHeight * kWidth; ++i) {
+    if (i % kWidth < 8 || i % kWidth >= kWidth - 8) continue;
+    wall.measure(i, static_cast<float>(kFloor / wall.camera.rayOf(i % kWidth, i / kWidth).y()));
+    wall.ground.push_back(i);
+  }
+  Wall without = wall;
+  without.ground.clear();
+  EXPECT_GT(lowest(without.assumed()), kFloor + 0.1);
+  const AssumedPoints assumed = wall.assumed();
+  EXPECT_GT(lowest(assumed), kFloor - 0.05);
+  EXPECT_LT(lowest(assumed), kFloor + 0.06);
+}
+
+/// A corner of a room: the wall on the right comes nearer, and is measured above the hole.
+TEST(AssumedPoints, AWallEndsAtTheWallBesideIt) {
+  Wall wall;
+  PlaneSegment side;
+  side.plane = Plane{-Vector3::UnitX(), 0.4};
+  for (int i = 0; i < 12 * kWidth; ++i) {
+    const double x = wall.camera.rayOf(i % kWidth, i / kWidth).x();
+    if (i % kWidth < 8 || i % kWidth >= kWidth - 8 || 0.4 / x >= kDepth || x <= 0.0) continue;
+    wall.measure(i, static_cast<float>(0.4 / x));
+    side.inliers.push_back(i);
+  }
+  ASSERT_GT(side.inliers.size(), 64u);
+  Wall without = wall;
+  const auto widest = [](const AssumedPoints& assumed) {
+    float x = -INFINITY;
+    for (std::size_t i = 0; i < assumed.xyz.size(); i += 3) x = std::max(x, assumed.xyz[i]);
+    return x;
+  };
+  EXPECT_GT(widest(without.assumed()), 0.5f);
+  wall.planes.push_back(side);
+  const AssumedPoints assumed = wall.assumed();
+  EXPECT_FALSE(assumed.empty());
+  EXPECT_LT(widest(assumed), 0.5f);  // half a tile is 4 cm
 }
 
 TEST(AssumedPoints, BetweenTwoPlanesNothingIs) {
@@ -145,9 +193,9 @@ TEST(AssumedPoints, TextureWithoutAMatchIsNoWall) {
 TEST(AssumedPoints, SizesMustAgree) {
   Wall wall;
   const PointsView cloud(wall.xyz.data(), kWidth, kHeight, 3);
-  EXPECT_THROW(
-      assumePoints(cloud, {}, wall.camera, {}, Vector3::Zero(), MultiPlaneParams(), wall.planes),
-      InputError);
+  EXPECT_THROW(assumePoints(cloud, {}, {}, wall.camera, {}, Vector3::Zero(), MultiPlaneParams(),
+                            wall.planes),
+               InputError);
   EXPECT_TRUE(evenTiles(wall.gray.data(), 3, 3).empty());
 }
 

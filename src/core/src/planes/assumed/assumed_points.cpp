@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
+#include <optional>
 
 #include "planar_mapping/core/base/error.h"
 #include "planes/assumed/hole_planes.h"
@@ -52,10 +54,17 @@ bool isWithin(const std::vector<Vector2>& hull, const Vector2& point) {
   return hull.size() > 2;
 }
 
+/// A plane, and the columns that show it.
+struct Bound {
+  Plane plane;
+  double first = std::numeric_limits<double>::infinity(), last = 0.0;
+  std::size_t tiles = 0;
+};
+
 class Assumption {
  public:
-  Assumption(const PointsView& cloud, const Indices& indices, const PinholeCamera& camera,
-             const std::vector<std::uint8_t>& even, const Vector3& up,
+  Assumption(const PointsView& cloud, const Indices& indices, const Indices& ground,
+             const PinholeCamera& camera, const std::vector<std::uint8_t>& even, const Vector3& up,
              const MultiPlaneParams& params, std::vector<PlaneSegment>& planes)
       : cloud_(cloud),
         camera_(camera),
@@ -69,6 +78,11 @@ class Assumption {
       for (const int i : plane.inliers) is_free_[static_cast<std::size_t>(i)] = 0;
     }
     tiles_.label(planes);
+    PlaneMoments moments;
+    for (const int i : ground) moments.add(cloud.point(static_cast<std::size_t>(i)));
+    if (ground.size() < static_cast<std::size_t>(params.min_inliers)) return;
+    const PlaneMoments::Fit fit = moments.fit();
+    if (fit.valid) ground_ = orientedTowards(fit.plane, Vector3::Zero());
   }
 
   AssumedPoints run();
@@ -78,6 +92,8 @@ class Assumption {
   void add(HolePlane& candidate);
   std::vector<HolePlane> candidatesOf(const Hole& hole);
   void fill(const Hole& hole, const std::vector<HolePlane>& candidates);
+  /// What ends a wall: the ground, and planes in the columns that show them.
+  std::vector<Bound> bounds() const;
 
   const PointsView& cloud_;
   const PinholeCamera& camera_;
@@ -86,6 +102,7 @@ class Assumption {
   TileImage tiles_;
   HolePlanes search_;
   std::vector<char> is_free_;  ///< points that belong to no plane
+  std::optional<Plane> ground_;
   AssumedPoints out_;
 };
 
@@ -171,7 +188,24 @@ std::vector<HolePlane> Assumption::candidatesOf(const Hole& hole) {
   return candidates;
 }
 
+std::vector<Bound> Assumption::bounds() const {
+  std::vector<Bound> found;
+  for (const PlaneSegment& segment : planes_) found.push_back({segment.plane});
+  for (int i = 0; i < tiles_.size(); ++i) {
+    if (tiles_[i].plane < 0) continue;
+    Bound& bound = found[static_cast<std::size_t>(tiles_[i].plane)];
+    ++bound.tiles;
+    bound.first = std::min(bound.first, tiles_.middleOf(i).x());
+    bound.last = std::max(bound.last, tiles_.middleOf(i).x());
+  }
+  const auto is_small = [](const Bound& bound) { return bound.tiles < detail::kMinEnds; };
+  found.erase(std::remove_if(found.begin(), found.end(), is_small), found.end());
+  if (ground_) found.push_back({*ground_, 0.0, static_cast<double>(camera_.width)});
+  return found;
+}
+
 void Assumption::fill(const Hole& hole, const std::vector<HolePlane>& candidates) {
+  const std::vector<Bound> bounding = bounds();
   std::vector<std::vector<Vector2>> hulls;
   std::vector<double> reach;
   for (const HolePlane& candidate : candidates) {
@@ -212,6 +246,13 @@ void Assumption::fill(const Hole& hole, const std::vector<HolePlane>& candidates
       nearest = &candidate;
     }
     if (nearest == nullptr) continue;
+    const Vector3 point = depth * ray;
+    const auto hides = [&](const Bound& bound) {
+      return middle.x() >= bound.first && middle.x() <= bound.last &&
+             !search_.areTurnedAlike(bound.plane, nearest->plane) &&
+             bound.plane.signedDistance(point) < -search_.band(point);
+    };
+    if (std::any_of(bounding.begin(), bounding.end(), hides)) continue;
     tiles_.forEachPixel(own, [&](int column, int row) {
       const Vector3 to = camera_.rayOf(column, row);
       const double far = -nearest->plane.offset / nearest->plane.normal.dot(to);
@@ -241,7 +282,7 @@ AssumedPoints Assumption::run() {
 
 }  // namespace
 
-AssumedPoints assumePoints(const PointsView& cloud, const Indices& indices,
+AssumedPoints assumePoints(const PointsView& cloud, const Indices& indices, const Indices& ground,
                            const PinholeCamera& camera, const std::vector<std::uint8_t>& even,
                            const Vector3& up, const MultiPlaneParams& params,
                            std::vector<PlaneSegment>& planes) {
@@ -251,7 +292,7 @@ AssumedPoints assumePoints(const PointsView& cloud, const Indices& indices,
       static_cast<int>(cloud.height) != camera.height || even.size() != tiles) {
     throw InputError("points are assumed for the pixels of an organized cloud of the camera only");
   }
-  return Assumption(cloud, indices, camera, even, up, params, planes).run();
+  return Assumption(cloud, indices, ground, camera, even, up, params, planes).run();
 }
 
 }  // namespace planar_mapping

@@ -36,6 +36,7 @@ class TileImage {
   TileImage(const PointsView& cloud, const PinholeCamera& camera,
             const std::vector<std::uint8_t>& even);
 
+  int size() const { return static_cast<int>(tiles_.size()); }
   Tile& operator[](int tile) { return tiles_[static_cast<std::size_t>(tile)]; }
   const Tile& operator[](int tile) const { return tiles_[static_cast<std::size_t>(tile)]; }
 
@@ -61,7 +62,6 @@ class TileImage {
   }
 
  private:
-  int size() const { return static_cast<int>(tiles_.size()); }
   bool isEven(int tile, std::size_t bit) const {
     return (even_[static_cast<std::size_t>(tile)] >> bit) % 2 == 1;
   }
