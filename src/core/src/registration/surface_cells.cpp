@@ -53,6 +53,7 @@ void SurfaceCells::fitCell(Cell& cell) const {
   // What is too small says nothing about its direction.
   constexpr double kMinWidth = 0.1;
   constexpr double kElongation = 2.0;
+  constexpr double kMinNormalError = 0.02;  // radians: surfaces are not even
   Surfel& surfel = cell.surfel;
   surfel.planar = false;
   if (cell.points < kMinPoints) return;
@@ -70,6 +71,8 @@ void SurfaceCells::fitCell(Cell& cell) const {
   surfel.normal = solver.eigenvectors().col(shape_ == CellShape::Plane ? 0 : 2);
   if (surfel.normal.dot(cell.towards) < 0.0) surfel.normal = -surfel.normal;
   surfel.deviation = spread[across];
+  surfel.normal_error =
+      std::max(kMinNormalError, spread[across] / (spread[across + 1] * std::sqrt(cell.points)));
   surfel.error = std::sqrt(static_cast<double>(cell.points) / cell.weight);
   surfel.planar = surfel.normal.allFinite();
 }
@@ -110,15 +113,10 @@ std::vector<Surfel> SurfaceCells::planes() const {
   return result;
 }
 
-double SurfaceCells::planarFraction() const {
-  std::size_t all = 0;
-  std::size_t planar = 0;
-  for (const Cell& cell : cells_) {
-    const auto points = static_cast<std::size_t>(cell.points);
-    all += points;
-    if (cell.surfel.planar) planar += points;
-  }
-  return all > 0 ? static_cast<double>(planar) / static_cast<double>(all) : 0.0;
+bool SurfaceCells::hasPlaneAt(const Vector3& point) const {
+  CellKey index;
+  return cellOf(point.x() / cell_, point.y() / cell_, point.z() / cell_, index) &&
+         at(index) != nullptr;
 }
 
 void SurfaceCells::limit(std::size_t most) {

@@ -19,11 +19,12 @@ struct Surfel {
   Vector3 normal = Vector3::Zero();  ///< towards where it was seen from; of a line its direction
   double deviation = 0.0;            ///< of the points across it, metres
   double error = 0.0;                ///< standard deviation of the depth of one of them, metres
+  double normal_error = 0.0;         ///< standard deviation of the normal, radians
   bool planar = false;
 
   template <typename Archive>
   void visitState(Archive& archive) {
-    archive(center, normal, deviation, error, planar);
+    archive(center, normal, deviation, error, normal_error, planar);
   }
 };
 
@@ -48,8 +49,8 @@ class SurfaceCells {
   /// Planes in the order in which their cells came about.
   std::vector<Surfel> planes() const;
   std::size_t size() const { return cells_.size(); }
-  /// Fraction of the points that are in a cell with a plane.
-  double planarFraction() const;
+  /// Whether the cell that a point is in has a plane.
+  bool hasPlaneAt(const Vector3& point) const;
   /// Keeps the cells seen last.
   void limit(std::size_t most);
   template <typename Archive>

@@ -45,7 +45,14 @@ double surfaceCellFor(const PointsView& cloud, const SurfaceMapParams& params) {
       cells.add(p, Vector3::Zero(), error, 0);
     });
     cells.fit();
-    if (cells.planarFraction() >= kEnough) break;
+    double all = 0.0, planar = 0.0;
+    detail::forSample(cloud, params, [&](const Vector3& p, double) {
+      // The points of a scanner all around are even in angle: near walls have most of them.
+      const double weight = params.optical_axis.isZero() ? p.squaredNorm() : 1.0;
+      all += weight;
+      planar += cells.hasPlaneAt(p) ? weight : 0.0;
+    });
+    if (all > 0.0 && planar >= kEnough * all) break;
   }
   return times * params.cell;
 }

@@ -53,13 +53,13 @@ Matrix6 meaningful(const Matrix6& information, const Matrix6& noise) {
 /// along its plane.
 void addNoise(const Pose& T_world_sensor, const Surfel& plane, const Surfel& target, double weight,
               RegistrationEquations& sum) {
-  constexpr double kNormalError = 0.02;  // radians
   const Vector3 n = T_world_sensor.linear().transpose() * target.normal;
   const Vector3 u = n.unitOrthogonal();
   for (const Vector3& along : {u, Vector3(n.cross(u))}) {
     Vector6 jacobian;
     jacobian << along, plane.center.cross(along);
-    sum.noise.noalias() += weight * kNormalError * kNormalError * jacobian * jacobian.transpose();
+    sum.noise.noalias() +=
+        weight * target.normal_error * target.normal_error * jacobian * jacobian.transpose();
   }
 }
 
@@ -166,7 +166,10 @@ CloudRegistration SurfaceRegistration::resultOf(const RegistrationCandidate& can
   result.T_world_sensor = candidate.T_sensor_world.inverse();
   const auto planes = static_cast<double>(result.planes);
   result.fraction = candidate.at_end.balanced / planes;
-  result.found = matched >= params_.min_fraction * planes;
+  // All around there is much that fits anywhere, as the floor does: each direction has to fit.
+  const bool is_partial = !params_.optical_axis.isZero();
+  result.found = matched >= params_.min_fraction * planes &&
+                 (is_partial || result.fraction >= params_.min_fraction);
   return result;
 }
 

@@ -278,6 +278,46 @@ TEST(SurfaceCellFor, FollowsTheSpacingOfThePoints) {
   EXPECT_THROW(surfaceCellFor(PointsView(), bad), ParameterError);
 }
 
+/// What 16 rings see of a bare corridor of 2.4 x 2.6 m that ends 20 m ahead and 15 m behind.
+std::vector<float> ringsAt(double along, Random& random) {
+  const Eigen::Array3d low(-1.2, -15.0 - along, -1.1), high(1.2, 20.0 - along, 1.5);
+  std::vector<float> xyz;
+  for (int ring = 0; ring < 16; ++ring) {
+    const double elevation = (-15.0 + 2.0 * ring) * M_PI / 180.0;
+    for (int column = 0; column < 1800; ++column) {
+      const double azimuth = column * M_PI / 900.0;
+      const Vector3 ray(std::cos(elevation) * std::sin(azimuth),
+                        std::cos(elevation) * std::cos(azimuth), std::sin(elevation));
+      const double range =
+          (ray.array() > 0.0).select(high / ray.array(), low / ray.array()).minCoeff();
+      const Vector3 p = ray * (range + 0.02 * random.normal());
+      for (int k = 0; k < 3; ++k) xyz.push_back(static_cast<float>(p[k]));
+    }
+  }
+  return xyz;
+}
+
+/// The rings on floor and walls move with the scanner: nothing near holds it along a corridor.
+TEST(SurfaceMap, ACorridorSeenInRingsIsNoStandstill) {
+  constexpr double kStep = 1.6;  // metres
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    Random random(seed);
+    SurfaceMapParams params;
+    params.optical_axis.setZero();
+    params.depth_error = 0.02;
+    const std::vector<float> before = ringsAt(0.0, random), cloud = ringsAt(kStep, random);
+    params.cell = surfaceCellFor(viewOf(before), params);
+    params.reach = 6.0 * params.cell;
+    SurfaceMap map(params);
+    map.insert(viewOf(before), Pose::Identity());
+    const CloudRegistration found = map.locate(viewOf(cloud), Pose::Identity());
+    const double error = std::abs(found.T_world_sensor.translation().y() - kStep);
+    const double deviation = std::sqrt(found.covariance(1, 1));
+    EXPECT_TRUE(!found.found || deviation > 0.3 || error < 0.2)
+        << error << " m off, taken for right within " << deviation << " m";
+  }
+}
+
 TEST(SurfaceMap, IsDeterministicAndCopyable) {
   Random random(6);
   SurfaceMap map(testParams());

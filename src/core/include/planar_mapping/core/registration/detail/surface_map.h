@@ -23,8 +23,10 @@ struct PLANAR_MAPPING_EXPORT SurfaceMapParams {
   double depth_error_growth = 0.002;  ///< 1/m
   /// Direction in which depth is measured; zero = depth is the range (laser scanners).
   Vector3 optical_axis = Vector3::UnitZ();
-  double reach = 0.3;         ///< from how far the planes of a guess are drawn to the map, > 0
-  double min_fraction = 0.4;  ///< of the cloud's planes that must lie on the map's, in [0, 1]
+  double reach = 0.3;  ///< from how far the planes of a guess are drawn to the map, > 0
+  /// Of the cloud's planes that must lie on the map's, in [0, 1]; of a laser scanner's also where
+  /// each direction counts the same.
+  double min_fraction = 0.4;
   /// A cloud that fits but whose rays go through what the map has there, or that fills what was
   /// seen free before, is at a wrong place: the largest such fraction of the planes, in [0, 1].
   double max_seen_through = 0.1;
@@ -38,8 +40,8 @@ struct PLANAR_MAPPING_EXPORT SurfaceMapParams {
 };
 
 /// The side of the cells that suits a cloud: the least of params.cell and 2, 4, 8 and 16 times it
-/// with which half of the points are in a cell that has a plane. The rings of a laser scanner are
-/// too far apart for cells that suit a depth camera. O(points looked at).
+/// with which half of the points are in a cell that has a plane; of a laser scanner half of the
+/// surface, as its rings are too far apart for cells that suit what is near. O(points looked at).
 PLANAR_MAPPING_EXPORT double surfaceCellFor(const PointsView& cloud,
                                             const SurfaceMapParams& params);
 
