@@ -66,13 +66,28 @@ constexpr std::size_t kImageDivisor = 4;
 /// [ours] Automatic: in disparity space empty cells do no harm until there are too few others.
 constexpr std::size_t kDisparityDivisor = 7;
 
+/// A spinning scanner's rows and columns are those of its packets: neighbours there need not be
+/// neighbours in space.
+bool isSeenAllAround(const PointsView& points, const Vector3& sensor) {
+  constexpr std::size_t kStep = 61;
+  constexpr double kMaxMean = 0.5;  // length of the mean direction; of a view of 120 degrees 0.75
+  Vector3 sum = Vector3::Zero();
+  double count = 0.0;
+  for (std::size_t i = 0; i < points.size; i += kStep) {
+    if (!points.isMeasured(i)) continue;
+    sum += (points.point(i) - sensor).normalized();
+    count += 1.0;
+  }
+  return sum.norm() < kMaxMean * count;
+}
+
 PlaneSearchMethod chooseMethod(const PointsView& points, const MultiPlaneParams& params,
                                std::size_t considered, const Vector3& sensor) {
   if (considered <= kMaxSparsePoints) return PlaneSearchMethod::MultiRansac;
   if (points.width >= kMinImageSide && points.height >= kMinImageSide) {
     const bool stereo = params.noise && sensor.isZero();
     const std::size_t divisor = stereo ? kDisparityDivisor : kImageDivisor;
-    if (considered * divisor >= points.size) {
+    if (considered * divisor >= points.size && !isSeenAllAround(points, sensor)) {
       return stereo ? PlaneSearchMethod::Disparity : PlaneSearchMethod::Organized;
     }
   }

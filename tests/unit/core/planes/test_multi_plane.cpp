@@ -348,6 +348,9 @@ TEST(MultiPlaneAutomatic, RingsOfAScannerAreSurfaces) {
   }
   const PlaneSet found = findPlanes(viewOf(xyz), nullptr, {});
   EXPECT_EQ(found.diagnostics.method, PlaneSearchMethod::Sequential);
+  // As some drivers write them, in rows of packets.
+  const PointsView packets(xyz.data(), 450u, 64u, 3);
+  EXPECT_EQ(findPlanes(packets, nullptr, {}).diagnostics.method, PlaneSearchMethod::Sequential);
   std::size_t on_planes = 0;
   for (const PlaneSegment& segment : found.planes) on_planes += segment.inliers.size();
   EXPECT_GE(found.planes.size(), 5u);
