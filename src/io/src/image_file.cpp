@@ -6,6 +6,8 @@
 #include <turbojpeg.h>
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <cstdint>
 #include <cstring>
 #include <memory>
@@ -31,6 +33,7 @@ struct PngImage {
   }
 };
 
+constexpr const char* kNoImage = "is no PNG, JPEG, PGM or PPM image";
 constexpr std::size_t kLargestImageFile = std::size_t{1} << 28;
 constexpr std::uint32_t kLargestImageSide = 16384;
 
@@ -211,12 +214,56 @@ Image decodeJpeg(const std::string& path, const std::vector<std::uint8_t>& bytes
   return image;
 }
 
+bool isPnm(const std::vector<std::uint8_t>& bytes) {
+  return bytes.size() > 2 && bytes[0] == 'P' && (bytes[1] == '5' || bytes[1] == '6') &&
+         (std::isspace(bytes[2]) != 0 || bytes[2] == '#');
+}
+
+/// Binary PGM or PPM of 8 bits.
+Image decodePnm(const std::string& path, const std::vector<std::uint8_t>& bytes, bool header_only) {
+  const auto fail = [&](const std::string& why) {
+    throw IoError(path, "is no usable PGM or PPM image: " + why);
+  };
+  std::size_t at = 2;
+  std::array<std::uint32_t, 3> numbers{};  // width, height, the largest value
+  for (std::uint32_t& number : numbers) {
+    while (at < bytes.size() && (std::isspace(bytes[at]) != 0 || bytes[at] == '#')) {
+      if (bytes[at] == '#')
+        while (at < bytes.size() && bytes[at] != '\n') ++at;
+      else
+        ++at;
+    }
+    while (at < bytes.size() && std::isdigit(bytes[at]) != 0 && number <= kLargestImageSide)
+      number = 10 * number + (bytes[at++] - std::uint32_t{'0'});
+  }
+  const auto [width, height, largest] = numbers;
+  if (width == 0 || height == 0 || width > kLargestImageSide || height > kLargestImageSide)
+    fail("no pixels, or more than 16384 a side");
+  if (largest == 0 || largest > 255) fail("other than 8 bits");
+  ++at;  // one blank ends the header
+  Image image;
+  image.width = static_cast<int>(width);
+  image.height = static_cast<int>(height);
+  if (header_only) return image;
+  image.channels = bytes[1] == '6' ? 3 : 1;
+  const std::size_t size = std::size_t{width} * height * static_cast<std::size_t>(image.channels);
+  if (at > bytes.size() || bytes.size() - at < size) fail("cut short");
+  const auto first = bytes.begin() + static_cast<std::ptrdiff_t>(at);
+  image.pixels.assign(first, first + static_cast<std::ptrdiff_t>(size));
+  if (largest < 255) {
+    for (std::uint8_t& value : image.pixels)
+      value = static_cast<std::uint8_t>(std::min(255u, value * 255u / largest));
+  }
+  return image;
+}
+
 }  // namespace
 
 Image readImage(const std::string& path) {
   const std::vector<std::uint8_t> bytes = readWholeFile(path, kLargestImageFile);
   if (isJpeg(bytes)) return decodeJpeg(path, bytes, false);
-  if (!isPng(bytes)) throw IoError(path, "is neither a PNG nor a JPEG image");
+  if (isPnm(bytes)) return decodePnm(path, bytes, false);
+  if (!isPng(bytes)) throw IoError(path, kNoImage);
   PngImage png = decodePng(path, bytes, false);
   return {static_cast<int>(png.width), static_cast<int>(png.height), png.channels,
           std::move(png.bytes)};
@@ -225,9 +272,9 @@ Image readImage(const std::string& path) {
 Image readImageSize(const std::string& path) {
   const std::vector<std::uint8_t> bytes = readWholeFile(path, kLargestImageFile);
   if (isJpeg(bytes)) return decodeJpeg(path, bytes, true);
+  if (isPnm(bytes)) return decodePnm(path, bytes, true);
   constexpr std::size_t kHeader = 24;  // signature, length and type of IHDR, width, height
-  if (!isPng(bytes) || bytes.size() < kHeader)
-    throw IoError(path, "is neither a PNG nor a JPEG image");
+  if (!isPng(bytes) || bytes.size() < kHeader) throw IoError(path, kNoImage);
   const auto side = [&bytes](std::size_t at) {
     std::uint32_t value = 0;
     for (std::size_t i = at; i < at + 4; ++i) value = value << 8u | bytes[i];

@@ -121,6 +121,26 @@ TEST(ImageFile, RefusesImagesCutShortAnywhere) {
   }
 }
 
+TEST(ImageFile, ReadsPgmAndPpm) {
+  const TemporaryDirectory dir;
+  writeFileAtomically(dir / "gray.pgm", std::string("P5\n# a note 7\n3 2\n255\n") + "abcdef");
+  const Image gray = readImage(dir / "gray.pgm");
+  EXPECT_EQ(gray.width, 3);
+  EXPECT_EQ(gray.height, 2);
+  EXPECT_EQ(gray.channels, 1);
+  EXPECT_EQ(gray.pixels, (std::vector<std::uint8_t>{'a', 'b', 'c', 'd', 'e', 'f'}));
+  EXPECT_EQ(readImageSize(dir / "gray.pgm").width, 3);
+  writeFileAtomically(dir / "colour.ppm", std::string("P6 1 2 51 ") + "\x01\x02\x03\x33\x33\x33");
+  const Image colour = readImage(dir / "colour.ppm");
+  EXPECT_EQ(colour.channels, 3);
+  EXPECT_EQ(colour.pixels, (std::vector<std::uint8_t>{5, 10, 15, 255, 255, 255}));
+  for (const char* bad : {"P5 3 2 255 abcde", "P5 3 2", "P5 0 2 255 ", "P5 3 2 65535 abcdefabcdef",
+                          "P5 99999999999 2 255 a", "P5 3 2 255"}) {
+    writeFileAtomically(dir / "bad.pgm", std::string(bad), Overwrite::Allow);
+    EXPECT_NE(refusal(dir / "bad.pgm").find("PGM"), std::string::npos) << bad;
+  }
+}
+
 TEST(ImageFile, RefusesADamagedPng) {
   const TemporaryDirectory dir;
   writeImage(dir / "whole.png", gradient(64, 48, 1));
@@ -134,8 +154,8 @@ TEST(ImageFile, RefusesWhatIsNoImage) {
   const TemporaryDirectory dir;
   writeFileAtomically(dir / "text.png", "no image at all");
   writeFileAtomically(dir / "empty.png", "");
-  EXPECT_NE(refusal(dir / "text.png").find("neither a PNG nor a JPEG"), std::string::npos);
-  EXPECT_NE(refusal(dir / "empty.png").find("neither a PNG nor a JPEG"), std::string::npos);
+  EXPECT_NE(refusal(dir / "text.png").find("is no PNG, JPEG, PGM or PPM"), std::string::npos);
+  EXPECT_NE(refusal(dir / "empty.png").find("is no PNG, JPEG, PGM or PPM"), std::string::npos);
   refusal(dir / "missing.png");
   refusal(dir.path());
 }

@@ -101,8 +101,8 @@ std::vector<std::string> cloudFilesOf(const std::string& folder) {
 std::vector<std::string> imageFilesOf(const std::string& folder) {
   std::vector<std::string> files;
   for (const std::string& file : filesOf(folder)) {
-    const std::string extension = extensionOf(file);
-    if (extension == ".png" || extension == ".jpg" || extension == ".jpeg") files.push_back(file);
+    for (const char* extension : {".png", ".jpg", ".jpeg", ".pgm", ".ppm"})
+      if (extensionOf(file) == extension) files.push_back(file);
   }
   return files;
 }

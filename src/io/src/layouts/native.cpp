@@ -66,7 +66,7 @@ void readStereo(const std::string& folder, Description& description) {
   if (pairs == 0)
     throw IoError(folder, "left/ (" + std::to_string(left_images.size()) + " images) and right/ (" +
                               std::to_string(right_images.size()) +
-                              ") have no file name in common");
+                              ") have no file name in common (PNG, JPEG, PGM or PPM)");
 }
 
 }  // namespace

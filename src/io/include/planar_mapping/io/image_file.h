@@ -21,15 +21,14 @@ struct Image {
   bool empty() const { return pixels.empty(); }
 };
 
-/// Reads a PNG or JPEG image, recognised by content; 16 bits become 8, alpha is dropped, palettes
-/// are resolved.
+/// Reads a PNG, JPEG, PGM or PPM image, recognised by content; 16 bits of a PNG become 8, alpha is
+/// dropped, palettes are resolved.
 /// \throws IoError naming the path: missing, not an image, truncated, damaged, beyond 16384 pixels
 ///         a side
 PLANAR_MAPPING_EXPORT Image readImage(const std::string& path);
 
-/// Width and height by the header of a PNG or JPEG image, which is not decoded. channels and pixels
-/// stay empty.
-/// \throws IoError as readImage()
+/// Width and height by the header of an image, which is not decoded. channels and pixels stay
+/// empty. \throws IoError as readImage()
 PLANAR_MAPPING_EXPORT Image readImageSize(const std::string& path);
 
 /// Writes a PNG image, atomically.
