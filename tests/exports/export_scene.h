@@ -85,7 +85,7 @@ inline double volumeOf(const std::vector<Cuboid>& cuboids) {
   return volume;
 }
 
-/// Every corner of every cuboid is met by its own fraction of the triangles: 12 follow each other
+/// Every corner of every cuboid is met by its own triangles: 12 follow each other
 /// for each cuboid, with the corners of that cuboid and outwards.
 inline void expectTrianglesOf(const std::vector<Cuboid>& cuboids,
                               const std::vector<Triangle>& triangles, double tolerance) {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-// A PNG, whose checksums are mended here, or a JPEG.
+// A PNG, whose checksums are mended here, a JPEG, PGM or PPM.
 #include "fuzz.h"
 #include "planar_mapping/core/base/detail/crc32.h"
 #include "planar_mapping/io/depth_image.h"

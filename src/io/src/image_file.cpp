@@ -239,7 +239,8 @@ Image decodePnm(const std::string& path, const std::vector<std::uint8_t>& bytes,
   const auto [width, height, largest] = numbers;
   if (width == 0 || height == 0 || width > kLargestImageSide || height > kLargestImageSide)
     fail("no pixels, or more than 16384 a side");
-  if (largest == 0 || largest > 255) fail("other than 8 bits");
+  if (largest == 0 || largest > 255) fail("not 8 bits, or no header");
+  if (at >= bytes.size() || std::isspace(bytes[at]) == 0) fail("its header is cut short");
   ++at;  // one blank ends the header
   Image image;
   image.width = static_cast<int>(width);

@@ -27,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// First line of run.state.
-constexpr const char* kStateFormat = "planar_map run state 3, version " PLANAR_MAPPING_VERSION "\n";
+constexpr const char* kStateFormat = "planar_map run state 4, version " PLANAR_MAPPING_VERSION "\n";
 
 std::chrono::steady_clock::duration secondsOf(double seconds) {
   constexpr double kLongest = 1e8;  // years
@@ -329,7 +329,8 @@ void Run::warnOfTilt() {
 bool leavesColourOut(const Configuration& configuration) {
   for (const ConfiguredStage& stage : configuration.stages) {
     const Parameter* registered = stage.parameters.find("registered");
-    if (stage.enabled && registered != nullptr && toYaml(registered->get()) == "\"false\"")
+    if (stage.enabled && registered != nullptr &&
+        registered->get() == ParameterValue(std::string("false")))
       return true;
   }
   return false;

@@ -97,6 +97,23 @@ TEST(ViewMap, FindsAViewFarFromWhereItIsExpected) {
             0.02);
 }
 
+/// A turn and a shift that make up for each other move what is before the camera by next to
+/// nothing, but not its depth.
+TEST(ViewMap, DepthsTellATurnFromAShift) {
+  ViewMap map(params());
+  map.insert(see(map, shoot(poseAt(0.0), 0.0, 1)), poseAt(0.0));
+  const Pose truth = poseAt(0.02, 0.01), wrong = poseAt(0.02 - 0.12 * kWall, 0.01 + 0.12);
+  const ViewMap::ViewPtr view = see(map, shoot(truth, 0.0, 1));
+  EXPECT_TRUE(map.fitsBetter(view, truth, wrong));
+  EXPECT_FALSE(map.fitsBetter(view, wrong, truth));
+  EXPECT_TRUE(map.fitsBadly(view, wrong));
+  EXPECT_FALSE(map.fitsBadly(view, truth));
+  EXPECT_FALSE(map.fitsBetter(view, truth, poseAt(0.02, 0.012)));  // the same place
+  // Where no view shows what is looked at nothing fits.
+  EXPECT_TRUE(map.fitsBetter(view, truth, poseAt(0.0, 3.0)));
+  EXPECT_TRUE(map.fitsBadly(view, poseAt(0.0, 3.0)));
+}
+
 TEST(ViewMap, PanelsThatRepeatAreNoPlace) {
   // Before identical panels of 1 m nobody can tell a step of 1 m from one of 0 or 2 m.
   for (const double step : {0.5, 1.0}) {

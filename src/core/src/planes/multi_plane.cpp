@@ -54,8 +54,8 @@ namespace {
 
 /// [ours] Automatic: up to this many points a cloud is features, not a surface.
 constexpr std::size_t kMaxSparsePoints = 5000;
-/// [ours] Automatic: of fewer points, if they are sparse, so many must lie on planes that the
-/// search for surfaces finds; else multi-RANSAC may find more.
+/// [ours] Automatic: sparse clouds with fewer points may fall back to multi-RANSAC, where less than
+/// this fraction lies on planes that the search for surfaces finds.
 constexpr std::size_t kMinDensePoints = 100000;
 constexpr double kMinSurfaceFraction = 0.5;
 /// [ours] ... and is taken anyway where surfaces hold fewer than these.

@@ -117,6 +117,7 @@ ViewAgreement oneWay(const ViewCells& from, const ViewCells& to, const Pose& T_t
   const auto constant = static_cast<float>(noise.depth_error);
   ViewAgreement result;
   double product = 0.0, squares_from = 0.0, squares_to = 0.0, misfit = 0.0;
+  std::size_t in_the_middle = 0;
   for (int r = 0; r < from.camera.height; r += step) {
     for (int c = 0; c < from.camera.width; c += step) {
       const std::size_t i = static_cast<std::size_t>(r) * from.camera.width + c;
@@ -138,7 +139,10 @@ ViewAgreement oneWay(const ViewCells& from, const ViewCells& to, const Pose& T_t
       const float sigma = 1.5f * (constant + growth * std::max(z, p.z()) * std::max(z, p.z()));
       const float tolerance = kSlack + kRelativeSlack * z + kSigmas * sigma;
       const float measured = to.points[k].z();
-      misfit += measured > 0.0f ? std::min(1.0f, std::abs(z - measured) / tolerance) : 0.0f;
+      if (measured > 0.0f) {
+        misfit += std::min(1.0f, std::abs(z - measured) / tolerance);
+        ++in_the_middle;
+      }
       if (z < to.nearest[k] - tolerance) {
         ++result.through;
       } else if (z <= to.farthest[k] + tolerance) {
@@ -156,7 +160,7 @@ ViewAgreement oneWay(const ViewCells& from, const ViewCells& to, const Pose& T_t
   }
   const double scale = std::sqrt(squares_from * squares_to);
   if (scale > 0.0) result.correlation = product / scale;
-  if (result.compared > 0) result.misfit = misfit / static_cast<double>(result.compared);
+  if (in_the_middle > 0) result.misfit = misfit / static_cast<double>(in_the_middle);
   if (result.agreeing > 0) result.texture = scale / static_cast<double>(result.agreeing);
   return result;
 }

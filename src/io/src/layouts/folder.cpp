@@ -101,9 +101,17 @@ std::vector<std::string> cloudFilesOf(const std::string& folder) {
 std::vector<std::string> imageFilesOf(const std::string& folder) {
   std::vector<std::string> files;
   for (const std::string& file : filesOf(folder)) {
-    for (const char* extension : {".png", ".jpg", ".jpeg", ".pgm", ".ppm"})
-      if (extensionOf(file) == extension) files.push_back(file);
+    const std::string end = extensionOf(file);
+    if (end == ".png" || end == ".jpg" || end == ".jpeg" || end == ".pgm" || end == ".ppm")
+      files.push_back(file);
   }
+  return files;
+}
+
+std::vector<std::string> depthFilesOf(const std::string& folder) {
+  std::vector<std::string> files;
+  for (const std::string& file : filesOf(folder))
+    if (extensionOf(file) == ".png") files.push_back(file);
   return files;
 }
 

@@ -22,6 +22,8 @@ std::string stemOf(const std::string& path);
 std::vector<std::string> filesOf(const std::string& folder);
 std::vector<std::string> cloudFilesOf(const std::string& folder);
 std::vector<std::string> imageFilesOf(const std::string& folder);
+/// PNG files: the others have no 16 bits.
+std::vector<std::string> depthFilesOf(const std::string& folder);
 /// "2.png" before "10.png".
 void sortByNumber(std::vector<std::string>& files);
 

@@ -21,7 +21,7 @@ std::string posesOf(const std::string& folder) {
 }
 
 void listImages(const std::string& folder, Description& description) {
-  std::vector<std::string> depths = imageFilesOf(joined(folder, "depth"));
+  std::vector<std::string> depths = depthFilesOf(joined(folder, "depth"));
   sortByNumber(depths);
   const std::map<std::string, std::string> colors = imagesByName(joined(folder, "rgb"));
   for (const std::string& file : depths) {

@@ -127,6 +127,11 @@ void addKittiPoses(const std::string& path, const SequenceOptions& options,
     addPoses(path, options, description);
     return;
   }
+  const std::size_t last = description.frames.empty() ? 0 : numberOf(description.frames.back());
+  if (options.ignore_poses && last >= trajectory.poses.size()) {
+    notUsed(path, trajectory.poses.size(), description);
+    return;
+  }
   setLines(
       path, "poses", trajectory.poses.size(), options.growing, description,
       [&](FrameEntry& frame, std::size_t i) { frame.T_world_sensor = trajectory.poses[i].pose; });
@@ -196,6 +201,7 @@ Description readKitti(const std::string& folder, const SequenceOptions& options)
   const std::string poses = options.poses_file.empty() ? posesOf(folder) : "";
   if (poses.empty()) return description;
   addKittiPoses(poses, options, description);
+  if (description.pose_source != PoseSource::File) return description;
   if (!takes_clouds && left == 0) return description;
   const KittiCalibration calibration(calibration_file);
   const Pose T_camera0_sensor =

@@ -84,6 +84,9 @@ void addPosesByTime(const std::string& file, std::vector<StampedPose> poses,
 void noteLeftOut(std::size_t left_out, std::size_t all, const std::string& what,
                  const std::string& why, Description& description);
 
+/// Notes that the poses of a file do not fit the frames and are left out.
+void notUsed(const std::string& file, std::size_t poses, Description& description);
+
 /// Puts the poses of \p file on the frames: line by line where there are as many, else by time
 /// where frames have times. A growing sequence ends at the last pose; see SequenceOptions.
 void addPoses(const std::string& file, const SequenceOptions& options, Description& description);

@@ -133,6 +133,12 @@ void noteLeftOut(std::size_t left_out, std::size_t all, const std::string& what,
                               " are left out: " + why);
 }
 
+void notUsed(const std::string& file, std::size_t poses, Description& description) {
+  description.notes.push_back(file + ": holds " + std::to_string(poses) + " poses for " +
+                              std::to_string(description.frames.size()) +
+                              " frames; none of them is used");
+}
+
 void addPoses(const std::string& file, const SequenceOptions& options, Description& description) {
   const Trajectory trajectory = readTrajectory(file);
   const std::vector<StampedPose>& poses = trajectory.poses;
@@ -146,11 +152,11 @@ void addPoses(const std::string& file, const SequenceOptions& options, Descripti
   }
   if (options.growing && poses.size() < frames.size()) frames.resize(poses.size());
   if (poses.size() != frames.size() && !options.growing) {
-    const std::string counts = "holds " + std::to_string(poses.size()) + " poses for " +
-                               std::to_string(frames.size()) + " frames";
     if (!options.ignore_poses)
-      throw IoError(file, counts + "; it needs a line for each, in their order");
-    description.notes.push_back(file + ": " + counts + "; they are not read, since none is used");
+      throw IoError(file, "holds " + std::to_string(poses.size()) + " poses for " +
+                              std::to_string(frames.size()) +
+                              " frames; it needs a line for each, in their order");
+    notUsed(file, poses.size(), description);
     return;
   }
   for (std::size_t i = 0; i < frames.size(); ++i) {

@@ -15,12 +15,6 @@ bool isNear(const Pose& a, const Pose& b, double distance, double turn) {
          motionDifference(a, b).tail<3>().norm() < turn;
 }
 
-/// Does the sensor see a part of its surroundings only? A cloud that is no image and of no camera
-/// is taken for a scan all around.
-bool isPartial(const Frame& frame) {
-  return frame.cloud && (frame.cloud->height > 1 || frame.camera);
-}
-
 }  // namespace
 
 Matrix6 poseCovariance(double position_error, double orientation_error) {
@@ -72,6 +66,13 @@ void FrameLocator::accept(const OdometryResult& result) {
   by_cloud_ = result.from_prior;
 }
 
+/// A cloud that is no image and of no camera is taken for a scan all around; so is one of a sensor
+/// without an optical axis, in whatever rows its driver writes it.
+bool FrameLocator::isPartial(const Frame& frame) const {
+  const bool spins = surfaces_ && surfaces_->params().optical_axis.isZero();
+  return frame.cloud && (frame.camera || (frame.cloud->height > 1 && !spins));
+}
+
 bool FrameLocator::isSeen() const {
 #ifdef PLANAR_MAPPING_HAS_STEREO
   return view_ && !views_->empty();
@@ -105,15 +106,18 @@ std::optional<FrameLocator::Placement> FrameLocator::place(const Frame& frame) {
   const Pose expected = expectedPose(frame);
   const bool many =
       by_features.inliers >= static_cast<std::size_t>(odometry_.params().jump_inliers);
+  std::optional<Pose> refuted;  // what fits better than the features' pose
   bool features_agree =
       by_features.registered && agrees(by_features.T_world_sensor, expected, many);
 #ifdef PLANAR_MAPPING_HAS_STEREO
   if (features_agree) {
-    if (const auto better = betterThan(by_features.T_world_sensor, expected, frame)) {
+    if (const std::optional<Pose> better =
+            betterThan(by_features.T_world_sensor, expected, frame)) {
       const std::optional<Pose> refined = views_->refined(view_, *better);
       if (refined && agrees(*refined, expected, false))
         return helped(frame, *refined, covarianceByViews(), expected, true);
       features_agree = false;
+      refuted = better;
     }
   }
 #endif
@@ -124,7 +128,7 @@ std::optional<FrameLocator::Placement> FrameLocator::place(const Frame& frame) {
   }
   const Pose guess = features_agree ? by_features.T_world_sensor : expected;
   std::vector<Pose> candidates;
-  if (by_features.registered) candidates.push_back(by_features.T_world_sensor);
+  if (by_features.registered) candidates.push_back(refuted.value_or(by_features.T_world_sensor));
   if (surfaces_) {
     const CloudRegistration near = surfaces_->locateNear(viewOf(*frame.cloud), guess);
     noteCloud(near);
@@ -175,8 +179,9 @@ std::optional<Pose> FrameLocator::betterThan(const Pose& by_features, const Pose
   if (views_->fitsBetter(view_, expected, by_features)) return expected;
   if (!surfaces_ || !views_->fitsBadly(view_, by_features)) return std::nullopt;
   for (const Pose& start : {by_features, *last_pose_}) {
-    const Pose drawn = surfaces_->locateNear(viewOf(*frame.cloud), start).T_world_sensor;
-    if (views_->fitsBetter(view_, drawn, by_features)) return drawn;
+    const CloudRegistration drawn = surfaces_->locateNear(viewOf(*frame.cloud), start);
+    if (drawn.matched > 0 && views_->fitsBetter(view_, drawn.T_world_sensor, by_features))
+      return drawn.T_world_sensor;
   }
   return std::nullopt;
 }

@@ -65,6 +65,8 @@ class FrameLocator {
                    const Pose& expected, bool by_views);
   Pose expectedPose(const Frame& frame) const;
   bool wasDrawnFar(const Frame& frame, const Pose& T_world_sensor, const Pose& expected) const;
+  /// Does the sensor see a part of its surroundings only?
+  bool isPartial(const Frame& frame) const;
   bool isSearchedFor() const;
   bool agrees(const Pose& T_world_sensor, const Pose& expected, bool likely);
   bool follows(const Pose& T_world_sensor, const Pose& expected) const;

@@ -7,6 +7,7 @@
 
 #include "builtin.h"
 #include "keys/stereo_keys.h"
+#include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/stereo/rectification.h"
 
@@ -34,6 +35,10 @@ class StereoMatchingStage : public Stage {
     matcher_ = StereoMatcher(keys_.matcher);
   }
   void process(Frame& frame) override;
+  std::string saveState() const override { return detail::stateOf(unchecked_rows_); }
+  void loadState(const std::string& bytes) override {
+    detail::restoreState(unchecked_rows_, bytes);
+  }
 
  private:
   bool usableImages(Frame& frame) const;
@@ -44,7 +49,7 @@ class StereoMatchingStage : public Stage {
   detail::StereoKeys keys_;
   StereoMatcher matcher_;
   std::optional<Rectifier> rectifier_;
-  int unchecked_rows_ = 5;  ///< frames in which they are looked at, until one can tell
+  int unchecked_rows_ = 5;  ///< frames left in which to check that rows are aligned
 };
 
 bool StereoMatchingStage::usableImages(Frame& frame) const {

@@ -24,7 +24,7 @@ float medianOf(std::vector<float> values) {
 std::optional<double> rowsApart(const io::Image& left, const io::Image& right,
                                 const io::Calibration& calibration) {
   constexpr int kFeatures = 1000;
-  constexpr double kReach = 0.06;       // of the height: what is farther apart is seen at once
+  constexpr double kReach = 0.06;       // of the height: the largest offset looked for
   constexpr std::size_t kFewest = 60;   // features that agree
   constexpr double kMinFraction = 0.6;  // of those that match
   constexpr float kSameOffset = 1.5f;   // pixels, in a quarter of the image

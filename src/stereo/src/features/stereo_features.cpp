@@ -22,6 +22,7 @@ std::vector<int> matchAlongRows(const DetectedFeatures& left, const DetectedFeat
                                 const RowSearch& search) {
   // The same place is often detected at several scales: no rival of itself.
   constexpr float kSamePlace = 2.0f;
+  constexpr float kSameRows = 4.0f;  // what the usual tolerance leaves between two of them
   std::vector<std::size_t> by_row(right.size());
   std::iota(by_row.begin(), by_row.end(), std::size_t{0});
   std::stable_sort(by_row.begin(), by_row.end(), [&](std::size_t a, std::size_t b) {
@@ -55,8 +56,10 @@ std::vector<int> matchAlongRows(const DetectedFeatures& left, const DetectedFeat
     const auto best = *std::min_element(candidates.begin(), candidates.end());
     std::int32_t rival = kFar;
     for (const auto& candidate : candidates) {
-      const bool same = std::abs(right.places[candidate.second].column -
-                                 right.places[best.second].column) < kSamePlace;
+      const Detection& rival_place = right.places[candidate.second];
+      const Detection& best_place = right.places[best.second];
+      const bool same = std::abs(rival_place.column - best_place.column) < kSamePlace &&
+                        std::abs(rival_place.row - best_place.row) <= kSameRows;
       if (!same) rival = std::min(rival, candidate.first);
     }
     if (isDistinct(best.first, rival, search.ratio, left.descriptors.isBinary()))

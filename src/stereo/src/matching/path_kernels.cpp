@@ -11,7 +11,7 @@ namespace planar_mapping::detail {
 namespace {
 
 constexpr int kLanes = kPathLanes;
-constexpr int kGrayFraction = 4;  // costs are slopes and so much of gray values, as OpenCV has them
+constexpr int kGrayDivisor = 4;  // costs are slopes and so much of gray values, as OpenCV has them
 
 PLANAR_MAPPING_INLINE Byte difference(Byte value, Byte low, Byte high, Byte other, Byte other_low,
                                       Byte other_high) {
@@ -126,7 +126,7 @@ void addCosts(RowView l_slope, RowView l_gray, RowView r_slope, RowView r_gray, 
                                          r_slope.low[at + k], r_slope.high[at + k]);
         const Byte by_gray = difference(gray, gray_low, gray_high, r_gray.value[at + k],
                                         r_gray.low[at + k], r_gray.high[at + k]);
-        const Byte both = static_cast<Byte>(by_slope + by_gray / kGrayFraction);
+        const Byte both = static_cast<Byte>(by_slope + by_gray / kGrayDivisor);
         const Byte fresh = std::min(both, largest);
         sum[k] = static_cast<Word>(sum[k] + fresh - old[k]);
         old[k] = fresh;

@@ -79,6 +79,7 @@ ViewMap::PlacedViews::Support ViewMap::PlacedViews::supportOf(const View& view,
   int witnesses = 0;
   double weights = 0.0;
   double texture = 0.0;
+  double misfit = 0.0;
   for (const Placed* other : nearestTo(T_world_sensor)) {
     if (witnesses == kWitnesses) break;
     const ViewAgreement one =
@@ -93,7 +94,7 @@ ViewMap::PlacedViews::Support ViewMap::PlacedViews::supportOf(const View& view,
     }
     support.correlation += overlap * one.correlation;
     support.agreeing += overlap * one.fraction(one.agreeing);
-    support.misfit += overlap * one.misfit;
+    misfit += overlap * one.misfit;
     support.score += overlap * (one.correlation * one.fraction(one.agreeing) -
                                 kThroughWeight * one.fraction(one.through));
     texture += overlap * one.texture;
@@ -101,10 +102,10 @@ ViewMap::PlacedViews::Support ViewMap::PlacedViews::supportOf(const View& view,
     support.overlap = std::max(support.overlap, overlap);
   }
   if (witnesses == 0) return support;
+  support.misfit = misfit / weights;
   support.score /= weights;
   support.correlation /= weights;
   support.agreeing /= weights;
-  support.misfit /= weights;
   if (support.verdict == PoseVerdict::Refused || texture / weights < kMinTexture) return support;
   support.verdict = PoseVerdict::Doubtful;
   if (support.correlation < kRefused) support.verdict = PoseVerdict::Refused;

@@ -28,7 +28,7 @@ constexpr double kComparable = 0.9;  // of the best score
 constexpr double kFarBehind = 0.5;   // of the best score: the next one is no rival
 constexpr double kNearGuess = 0.6;   // see PlacedViews::distance()
 /// Least overlap before one wall, where another place comes near: panels repeat beyond it.
-constexpr double kMaxOfWall = 0.75;
+constexpr double kMinOverlapOfWall = 0.75;
 
 void sortBySupport(std::vector<Hypothesis>& hypotheses) {
   std::stable_sort(
@@ -262,7 +262,7 @@ ViewMap::Location ViewMap::locate(const ViewPtr& view, const Pose& guess,
     }
   }
   const Support support = views_->supportOf(*view, location.T_world_sensor, 1);
-  if (one_wall && support.overlap < kMaxOfWall && support.score < kStrong &&
+  if (one_wall && support.overlap < kMinOverlapOfWall && support.score < kStrong &&
       (rival > kFarBehind * support.score || (best.inliers == 0 && support.score < kStrict))) {
     location.reason = "it looks the same from another place";
   } else {

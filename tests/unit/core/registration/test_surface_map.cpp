@@ -278,9 +278,8 @@ TEST(SurfaceCellFor, FollowsTheSpacingOfThePoints) {
   EXPECT_THROW(surfaceCellFor(PointsView(), bad), ParameterError);
 }
 
-/// What 16 rings see of a bare corridor of 2.4 x 2.6 m that ends 20 m ahead and 15 m behind.
-std::vector<float> ringsAt(double along, Random& random) {
-  const Eigen::Array3d low(-1.2, -15.0 - along, -1.1), high(1.2, 20.0 - along, 1.5);
+/// What 16 rings see from inside a bare box, in the sensor's frame.
+std::vector<float> ringsIn(const Eigen::Array3d& low, const Eigen::Array3d& high, Random& random) {
   std::vector<float> xyz;
   for (int ring = 0; ring < 16; ++ring) {
     const double elevation = (-15.0 + 2.0 * ring) * M_PI / 180.0;
@@ -297,24 +296,45 @@ std::vector<float> ringsAt(double along, Random& random) {
   return xyz;
 }
 
-/// The rings on floor and walls move with the scanner: nothing near holds it along a corridor.
+/// Where the second of two scans in a box is found, guessed not to have moved along y.
+CloudRegistration secondScan(const Eigen::Array3d& low, const Eigen::Array3d& high, double step,
+                             Random& random) {
+  const Eigen::Array3d moved(0.0, step, 0.0);
+  SurfaceMapParams params;
+  params.optical_axis.setZero();
+  params.depth_error = 0.02;
+  const std::vector<float> before = ringsIn(low, high, random);
+  const std::vector<float> cloud = ringsIn(low - moved, high - moved, random);
+  params.cell = surfaceCellFor(viewOf(before), params);
+  params.reach = 6.0 * params.cell;
+  SurfaceMap map(params);
+  map.insert(viewOf(before), Pose::Identity());
+  return map.locate(viewOf(cloud), Pose::Identity());
+}
+
+/// The rings on floor and walls move with the scanner: nothing near holds it along a corridor of
+/// 2.4 x 2.6 m that ends 20 m ahead and 15 m behind.
 TEST(SurfaceMap, ACorridorSeenInRingsIsNoStandstill) {
   constexpr double kStep = 1.6;  // metres
   for (const std::uint64_t seed : {1, 2, 3}) {
     Random random(seed);
-    SurfaceMapParams params;
-    params.optical_axis.setZero();
-    params.depth_error = 0.02;
-    const std::vector<float> before = ringsAt(0.0, random), cloud = ringsAt(kStep, random);
-    params.cell = surfaceCellFor(viewOf(before), params);
-    params.reach = 6.0 * params.cell;
-    SurfaceMap map(params);
-    map.insert(viewOf(before), Pose::Identity());
-    const CloudRegistration found = map.locate(viewOf(cloud), Pose::Identity());
+    const CloudRegistration found =
+        secondScan({-1.2, -15.0, -1.1}, {1.2, 20.0, 1.5}, kStep, random);
     const double error = std::abs(found.T_world_sensor.translation().y() - kStep);
     const double deviation = std::sqrt(found.covariance(1, 1));
     EXPECT_TRUE(!found.found || deviation > 0.3 || error < 0.2)
         << error << " m off, taken for right within " << deviation << " m";
+  }
+}
+
+TEST(SurfaceMap, ARoomSeenInRingsIsFound) {
+  constexpr double kStep = 0.5;  // metres
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    Random random(seed);
+    const CloudRegistration found = secondScan({-3.0, -4.0, -1.1}, {5.0, 3.0, 1.9}, kStep, random);
+    ASSERT_TRUE(found.found);
+    EXPECT_LT((found.T_world_sensor.translation() - Vector3(0.0, kStep, 0.0)).norm(), 0.05);
+    EXPECT_LT(std::sqrt(found.covariance(1, 1)), 0.1);
   }
 }
 

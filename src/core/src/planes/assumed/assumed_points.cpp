@@ -78,11 +78,13 @@ class Assumption {
       for (const int i : plane.inliers) is_free_[static_cast<std::size_t>(i)] = 0;
     }
     tiles_.label(planes);
+    if (ground.size() < static_cast<std::size_t>(params.min_inliers)) return;
     PlaneMoments moments;
     for (const int i : ground) moments.add(cloud.point(static_cast<std::size_t>(i)));
-    if (ground.size() < static_cast<std::size_t>(params.min_inliers)) return;
     const PlaneMoments::Fit fit = moments.fit();
-    if (fit.valid) ground_ = orientedTowards(fit.plane, Vector3::Zero());
+    // Ground that bends ends no wall here.
+    if (fit.valid && fit.rms <= params.distance_threshold)
+      ground_ = orientedTowards(fit.plane, Vector3::Zero());
   }
 
   AssumedPoints run();

@@ -21,14 +21,15 @@ struct Image {
   bool empty() const { return pixels.empty(); }
 };
 
-/// Reads a PNG, JPEG, PGM or PPM image, recognised by content; 16 bits of a PNG become 8, alpha is
-/// dropped, palettes are resolved.
+/// Reads a PNG, JPEG, PGM or PPM image, recognised by content; 16 bits of a PNG become 8 (a PGM
+/// or PPM must have 8), alpha is dropped, palettes are resolved.
 /// \throws IoError naming the path: missing, not an image, truncated, damaged, beyond 16384 pixels
 ///         a side
 PLANAR_MAPPING_EXPORT Image readImage(const std::string& path);
 
 /// Width and height by the header of an image, which is not decoded. channels and pixels stay
-/// empty. \throws IoError as readImage()
+/// empty.
+/// \throws IoError as readImage()
 PLANAR_MAPPING_EXPORT Image readImageSize(const std::string& path);
 
 /// Writes a PNG image, atomically.

@@ -44,9 +44,9 @@ class PLANAR_MAPPING_EXPORT Rectifier {
   std::unique_ptr<Maps> maps_;
 };
 
-/// [ours] How many rows what is seen in both images of a rectified pair is apart: the median of
-/// matched features, pixels. More than one tells that the pair is not rectified, or by another
-/// calibration.
+/// [ours] Median row offset of features matched in both images of a rectified pair, pixels. More
+/// than one tells that the pair is not rectified, or by another calibration. Offsets beyond 6 % of
+/// the height are not found.
 /// \return nothing where fewer than 60 features agree, or fewer than 0.6 of those that match
 /// \throws InputError if the images are empty or of different sizes
 PLANAR_MAPPING_EXPORT std::optional<double> rowsApart(const io::Image& left, const io::Image& right,

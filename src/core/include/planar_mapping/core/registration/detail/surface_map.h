@@ -41,7 +41,8 @@ struct PLANAR_MAPPING_EXPORT SurfaceMapParams {
 
 /// The side of the cells that suits a cloud: the least of params.cell and 2, 4, 8 and 16 times it
 /// with which half of the points are in a cell that has a plane; of a laser scanner half of the
-/// surface, as its rings are too far apart for cells that suit what is near. O(points looked at).
+/// points weighted by their squared range, as its rings are too far apart for cells that suit what
+/// is near. O(points looked at).
 PLANAR_MAPPING_EXPORT double surfaceCellFor(const PointsView& cloud,
                                             const SurfaceMapParams& params);
 

@@ -37,8 +37,8 @@ struct ViewAgreement {
   std::size_t agreeing = 0;  ///< of those, at the depth that the other view measured
   std::size_t through = 0;   ///< of those, where the other view saw through
   /// Distance from the depth in the middle of the other view's cell, in tolerances, at most 1 of a
-  /// cell; mean over the compared ones.
-  double misfit = 0.0;
+  /// cell; mean over those compared that have one. 1 where there are none.
+  double misfit = 1.0;
   double texture = 0.0;      ///< mean squared tone of the agreeing cells, in [0, 1]
   double correlation = 0.0;  ///< of the tones of the agreeing cells, in [-1, 1]
 
