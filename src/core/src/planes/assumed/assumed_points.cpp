@@ -83,7 +83,8 @@ class Assumption {
     for (const int i : ground) moments.add(cloud.point(static_cast<std::size_t>(i)));
     const PlaneMoments::Fit fit = moments.fit();
     // Ground that bends ends no wall here.
-    if (fit.valid && fit.rms <= params.distance_threshold)
+    const auto middle = static_cast<std::size_t>(ground[ground.size() / 2]);
+    if (fit.valid && fit.rms <= 2.0 * search_.band(cloud.point(middle)))
       ground_ = orientedTowards(fit.plane, Vector3::Zero());
   }
 
