@@ -49,6 +49,14 @@ bool isBefore(const std::string& a, const std::string& b) {
   return a.size() != b.size() ? a.size() < b.size() : a < b;
 }
 
+std::vector<std::string> filesEndingWith(const std::vector<std::string>& ends,
+                                         const std::string& folder) {
+  std::vector<std::string> files;
+  for (const std::string& file : filesOf(folder))
+    if (std::find(ends.begin(), ends.end(), extensionOf(file)) != ends.end()) files.push_back(file);
+  return files;
+}
+
 }  // namespace
 
 bool isDirectory(const std::string& path) {
@@ -99,20 +107,11 @@ std::vector<std::string> cloudFilesOf(const std::string& folder) {
 }
 
 std::vector<std::string> imageFilesOf(const std::string& folder) {
-  std::vector<std::string> files;
-  for (const std::string& file : filesOf(folder)) {
-    const std::string end = extensionOf(file);
-    if (end == ".png" || end == ".jpg" || end == ".jpeg" || end == ".pgm" || end == ".ppm")
-      files.push_back(file);
-  }
-  return files;
+  return filesEndingWith({".png", ".jpg", ".jpeg", ".pgm", ".ppm"}, folder);
 }
 
 std::vector<std::string> depthFilesOf(const std::string& folder) {
-  std::vector<std::string> files;
-  for (const std::string& file : filesOf(folder))
-    if (extensionOf(file) == ".png") files.push_back(file);
-  return files;
+  return filesEndingWith({".png"}, folder);
 }
 
 void sortByNumber(std::vector<std::string>& files) {

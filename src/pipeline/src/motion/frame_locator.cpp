@@ -106,21 +106,18 @@ std::optional<FrameLocator::Placement> FrameLocator::place(const Frame& frame) {
   const Pose expected = expectedPose(frame);
   const bool many =
       by_features.inliers >= static_cast<std::size_t>(odometry_.params().jump_inliers);
-  std::optional<Pose> refuted;  // what fits better than the features' pose
-  bool features_agree =
+  const bool features_fit =
       by_features.registered && agrees(by_features.T_world_sensor, expected, many);
+  std::optional<Pose> better;
 #ifdef PLANAR_MAPPING_HAS_STEREO
-  if (features_agree) {
-    if (const std::optional<Pose> better =
-            betterThan(by_features.T_world_sensor, expected, frame)) {
-      const std::optional<Pose> refined = views_->refined(view_, *better);
-      if (refined && agrees(*refined, expected, false))
-        return helped(frame, *refined, covarianceByViews(), expected, true);
-      features_agree = false;
-      refuted = better;
-    }
+  if (features_fit) better = betterThan(by_features.T_world_sensor, expected, frame);
+  if (better) {
+    const std::optional<Pose> refined = views_->refined(view_, *better);
+    if (refined && agrees(*refined, expected, false))
+      return helped(frame, *refined, covarianceByViews(), expected, true);
   }
 #endif
+  const bool features_agree = features_fit && !better;
   if (features_agree && isEnough(by_features)) return Placement{};
   if (surfaces_ && lost_ > kFewLost && !by_features.registered && !isSeen() && isPartial(frame)) {
     doubt_ = "too many frames before it were left out to find it by its cloud alone";
@@ -128,7 +125,7 @@ std::optional<FrameLocator::Placement> FrameLocator::place(const Frame& frame) {
   }
   const Pose guess = features_agree ? by_features.T_world_sensor : expected;
   std::vector<Pose> candidates;
-  if (by_features.registered) candidates.push_back(refuted.value_or(by_features.T_world_sensor));
+  if (by_features.registered) candidates.push_back(better.value_or(by_features.T_world_sensor));
   if (surfaces_) {
     const CloudRegistration near = surfaces_->locateNear(viewOf(*frame.cloud), guess);
     noteCloud(near);

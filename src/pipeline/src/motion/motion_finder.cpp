@@ -46,7 +46,6 @@ void MotionFinder::prepare(const Frame& frame) {
     camera.depth_error_growth = noise->disparity_error / (noise->baseline * noise->focal_length);
   }
   const bool pair = frame.baseline || !frame.images.right.empty();
-  keys.surface.optical_axis = optical_ ? Vector3::UnitZ() : Vector3(Vector3::Zero());
   const bool with_clouds = keys.clouds == Clouds::On || (keys.clouds == Clouds::Auto && !pair);
   if (with_clouds) {
     if (keys.cloud_cell) {
@@ -60,7 +59,6 @@ void MotionFinder::prepare(const Frame& frame) {
 }
 
 void MotionFinder::startLocator(bool with_clouds) {
-  keys.surface.optical_axis = optical_ ? Vector3::UnitZ() : Vector3(Vector3::Zero());
   locator_.emplace(keys.odometry, with_clouds ? &keys.surface : nullptr, keys.enough_inliers);
 }
 

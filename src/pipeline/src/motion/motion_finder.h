@@ -18,7 +18,10 @@ class MotionFinder {
   MotionKeys keys;
 
   /// Whether clouds are in a camera's frame, z forward; else x forward, z up.
-  void setOptical(bool optical) { optical_ = optical; }
+  void setOptical(bool optical) {
+    optical_ = optical;
+    keys.surface.optical_axis = optical ? Vector3::UnitZ() : Vector3(Vector3::Zero());
+  }
   void place(Frame& frame);
 
   std::string saveState() const;
