@@ -36,7 +36,7 @@ Matrix6 weakInformation() {
 /// hold: a bare floor does not keep the camera from sliding. \param noise  what
 /// such errors would tell
 Matrix6 meaningful(const Matrix6& information, const Matrix6& noise) {
-  constexpr double kTimesNoise = 2.0;
+  constexpr double kTimesNoise = 3.0;
   const Eigen::LLT<Matrix6> factor(noise + weakInformation());
   const Matrix6 half = factor.matrixL().solve(information);
   const Eigen::Matrix<double, 6, 6> whitened = factor.matrixL().solve(Matrix6(half.transpose()));

@@ -13,6 +13,7 @@
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/planes/multi_plane.h"
 #include "plane_scenes.h"
+#include "ring_scan.h"
 
 namespace planar_mapping {
 namespace {
@@ -329,23 +330,9 @@ TEST(MultiPlaneAutomatic, ChoosesByNumberOfPoints) {
 
 /// What 16 rings of a scanner see of a hall of 24 x 16 x 6.5 m: 0.6 m apart on its walls.
 TEST(MultiPlaneAutomatic, RingsOfAScannerAreSurfaces) {
-  std::mt19937 random(7);
-  std::normal_distribution<float> noise(0.0f, 0.015f);
-  const Eigen::Array3d low(-12.0, -8.0, -1.5), high(12.0, 8.0, 5.0);
-  const Matrix3 turn = Eigen::AngleAxisd(0.4, Vector3::UnitZ()).toRotationMatrix();
-  std::vector<float> xyz;
-  for (int ring = 0; ring < 16; ++ring) {
-    const double elevation = (-15.0 + 2.0 * ring) * M_PI / 180.0;
-    for (int column = 0; column < 1800; ++column) {
-      const double azimuth = column * M_PI / 900.0;
-      const Vector3 ray(std::cos(elevation) * std::cos(azimuth),
-                        std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
-      const Eigen::Array3d along = (turn.transpose() * ray).array();
-      const double range = (along > 0.0).select(high / along, low / along).minCoeff();
-      const Eigen::Vector3f p = (ray * (range + double{noise(random)})).cast<float>();
-      xyz.insert(xyz.end(), p.data(), p.data() + 3);
-    }
-  }
+  Random random(7);
+  const std::vector<float> xyz =
+      test::ringScan({-12.0, -8.0, -1.5}, {12.0, 8.0, 5.0}, 0.4, 0.015, random);
   const PlaneSet found = findPlanes(viewOf(xyz), nullptr, {});
   EXPECT_EQ(found.diagnostics.method, PlaneSearchMethod::Sequential);
   // As some drivers write them, in rows of packets.
