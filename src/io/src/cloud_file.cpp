@@ -143,7 +143,9 @@ CloudFormat requireFormat(const std::string& path) {
   if (file.size() == 0) throw IoError(path, "is empty");
   const CloudFormat format = formatOf(file);
   if (format == CloudFormat::None)
-    throw IoError(path, "is neither a PCD nor a PLY file, nor a scan of KITTI or nuScenes (.bin)");
+    throw IoError(path,
+                  "is neither a PCD nor a PLY file, nor a scan of KITTI or nuScenes (.bin); PDAL "
+                  "or CloudCompare write PLY from LAS, E57 and others");
   return format;
 }
 

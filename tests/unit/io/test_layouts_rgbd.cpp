@@ -32,6 +32,12 @@ TEST_F(LayoutFolders, TumPosesBetweenTwoAreInterpolated) {
   EXPECT_NEAR(0.0, pose.linear()(0, 0), 1e-9);  // half of half a turn
   ASSERT_EQ(1u, sequence.notes().size());
   EXPECT_NE(std::string::npos, sequence.notes()[0].find("2 of 3 frames are left out"));
+  SequenceOptions options;
+  options.ignore_poses = true;
+  const Sequence all({folder}, options);
+  EXPECT_EQ(3u, all.size());
+  EXPECT_FALSE(all.describe(2).T_world_sensor.has_value());
+  EXPECT_TRUE(all.notes().empty());
 }
 
 TEST_F(LayoutFolders, TumLeavesOutWhatHasNoPartner) {
@@ -88,6 +94,11 @@ TEST_F(LayoutFolders, Open3dTakesImagesInOrder) {
   EXPECT_EQ(1000.0, *sequence.calibration()->depth_scale);
   EXPECT_EQ(0.5, sequence.describe(1).T_world_sensor->translation().x());
   EXPECT_FALSE(sequence.read(1).left.empty());
+  write("o3d/trajectory.log", "1 1 2\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
+  SequenceOptions options;
+  EXPECT_EQ(1u, Sequence({folder}, options).size());
+  options.ignore_poses = true;
+  EXPECT_EQ(2u, Sequence({folder}, options).size());
   write("o3d/trajectory.log", "0 0 1\n1 0 0 0\n");
   expectProblem(folder, "is cut short");
   fs::remove(folder + "/trajectory.log");

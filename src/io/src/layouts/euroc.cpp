@@ -198,7 +198,7 @@ Description readEuroc(const std::string& folder, const SequenceOptions& options)
   std::string list;
   std::vector<StampedPose> poses;
   if (options.poses_file.empty() && readBodyPoses(mav, list, poses))
-    addPosesByTime(list, std::move(poses), T_body_left, description);
+    addPosesByTime(list, std::move(poses), T_body_left, options, description);
   return description;
 }
 

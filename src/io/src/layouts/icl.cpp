@@ -65,7 +65,7 @@ Description readIcl(const std::string& folder, const SequenceOptions& options) {
           mirror.asDiagonal() * Matrix3(stamped.pose.linear()) * mirror.asDiagonal();
       stamped.pose.translation() = mirror.cwiseProduct(stamped.pose.translation());
     }
-    addPosesByTime(posesOf(folder), poses, Pose::Identity(), description);
+    addPosesByTime(posesOf(folder), poses, Pose::Identity(), options, description);
   }
   for (FrameEntry& frame : description.frames) *frame.timestamp /= kFramesPerSecond;
   return description;

@@ -74,11 +74,13 @@ struct StampedFile {
 /// The file nearest in time, if one is near enough; \p files ascend in time.
 const StampedFile* nearestFile(const std::vector<StampedFile>& files, double timestamp);
 
-/// Sets the pose of each frame by its time and leaves frames without one out, with a note.
+/// Sets the pose of each frame by its time and leaves frames without one out, with a note, unless
+/// poses are ignored.
 /// \param T_pose_sensor  of the sensor in what the poses are of
 /// \throws IoError naming \p file if no frame has a pose
 void addPosesByTime(const std::string& file, std::vector<StampedPose> poses,
-                    const Pose& T_pose_sensor, Description& description);
+                    const Pose& T_pose_sensor, const SequenceOptions& options,
+                    Description& description);
 
 /// Notes that some of what there is are left out, and why, unless there is nothing to note.
 void noteLeftOut(std::size_t left_out, std::size_t all, const std::string& what,

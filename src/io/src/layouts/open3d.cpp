@@ -90,7 +90,7 @@ void listImages(const std::string& folder, Description& description) {
 }
 
 /// Blocks of five lines: three numbers, the first that of the frame, and T_world_camera.
-void addTrajectory(const std::string& path, Description& description) {
+void addTrajectory(const std::string& path, bool keep_all, Description& description) {
   std::vector<std::vector<double>> rows;
   forEachLine(path, "", [&](const std::vector<std::string_view>& words, std::size_t line) {
     const std::size_t wanted = rows.size() % 5 == 0 ? 3 : 4;
@@ -121,7 +121,7 @@ void addTrajectory(const std::string& path, Description& description) {
   const std::size_t all = frames.size();
   std::vector<FrameEntry> kept;
   for (FrameEntry& frame : frames)
-    if (frame.T_world_sensor) kept.push_back(std::move(frame));
+    if (frame.T_world_sensor || keep_all) kept.push_back(std::move(frame));
   frames = std::move(kept);
   if (frames.empty()) throw IoError(path, "holds no pose");
   noteLeftOut(all - frames.size(), all, "frames", path + " has no pose of them", description);
@@ -158,7 +158,8 @@ Description readOpen3d(const std::string& folder, const SequenceOptions& options
     }
   }
   const std::string trajectory = trajectoryOf(folder);
-  if (options.poses_file.empty() && !trajectory.empty()) addTrajectory(trajectory, description);
+  if (options.poses_file.empty() && !trajectory.empty())
+    addTrajectory(trajectory, options.ignore_poses, description);
   return description;
 }
 

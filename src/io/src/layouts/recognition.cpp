@@ -147,7 +147,7 @@ void addPoses(const std::string& file, const SequenceOptions& options, Descripti
   for (const FrameEntry& frame : frames) frames_have_times = frames_have_times && frame.timestamp;
   if (poses.size() != frames.size() && trajectory.has_times && frames_have_times &&
       !poses.empty()) {
-    addPosesByTime(file, poses, Pose::Identity(), description);
+    addPosesByTime(file, poses, Pose::Identity(), options, description);
     return;
   }
   if (options.growing && poses.size() < frames.size()) frames.resize(poses.size());
@@ -171,14 +171,15 @@ const StampedFile* nearestFile(const std::vector<StampedFile>& files, double tim
 }
 
 void addPosesByTime(const std::string& file, std::vector<StampedPose> poses,
-                    const Pose& T_pose_sensor, Description& description) {
+                    const Pose& T_pose_sensor, const SequenceOptions& options,
+                    Description& description) {
   const PoseTimeline timeline(std::move(poses));
   std::vector<FrameEntry> kept;
   for (FrameEntry& frame : description.frames) {
     const std::optional<Pose> pose = timeline.at(*frame.timestamp);
-    if (!pose) continue;
+    if (!pose && !options.ignore_poses) continue;
     const bool is_same = T_pose_sensor.matrix() == Pose::Identity().matrix();
-    frame.T_world_sensor = is_same ? *pose : *pose * T_pose_sensor;
+    if (pose) frame.T_world_sensor = is_same ? *pose : *pose * T_pose_sensor;
     kept.push_back(std::move(frame));
   }
   const std::size_t all = description.frames.size();

@@ -130,7 +130,7 @@ Description readTum(const std::string& folder, const SequenceOptions& options) {
   }
   const std::string poses = joined(folder, "groundtruth.txt");
   if (options.poses_file.empty() && exists(poses))
-    addPosesByTime(poses, readTumPoses(poses), Pose::Identity(), description);
+    addPosesByTime(poses, readTumPoses(poses), Pose::Identity(), options, description);
   return description;
 }
 

@@ -48,8 +48,8 @@ struct SequenceOptions {
   std::string calibration_file;  ///< a calib.yaml; empty = the calibration of the folder
   /// More frames may come: a sequence ends at its last pose, and may still be empty.
   bool growing = false;
-  /// Nobody uses the poses: those of a file with a line a frame that has too few or too many are
-  /// left out.
+  /// Nobody uses the poses: frames without one are kept, and those of a file with a line a frame
+  /// that has too few or too many are left out.
   bool ignore_poses = false;
 };
 
