@@ -119,6 +119,20 @@ TEST(PlaceCamera, ZoomHalvesWhatIsSeen) {
   EXPECT_NEAR(placeCamera(testing::room(), options).parallel_scale, 0.5 * whole, 1e-12);
 }
 
+TEST(PlaceCamera, StrayCellsFarOutDoNotShrinkThePicture) {
+  SceneContent content = testing::room();
+  ViewOptions options;
+  options.camera = CameraPreset::Top;
+  const double before = placeCamera(content, options).parallel_scale;
+  Cuboid stray = content.cuboids.front();
+  stray.size.setConstant(0.1);
+  stray.center += Vector3(200.0, 0.0, 0.0);
+  content.cuboids.push_back(stray);
+  EXPECT_EQ(placeCamera(content, options).parallel_scale, before);
+  content.cuboids.back().size.setConstant(10.0);
+  EXPECT_GT(placeCamera(content, options).parallel_scale, 5.0 * before) << "that is no stray cell";
+}
+
 TEST(PlaceCamera, RefusesAnEmptyScene) {
   EXPECT_THROW(placeCamera(SceneContent(), ViewOptions()), InputError);
 }
