@@ -12,6 +12,7 @@
 #include "map_scene.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pipeline/pipeline.h"
+#include "ring_scan.h"
 
 namespace planar_mapping {
 namespace {
@@ -191,7 +192,7 @@ TEST(Stages, PlanesFromSampledFeaturesHoldAllTheirPoints) {
 
 TEST(Stages, SeenAgainASurfaceKeepsBeliefAndALonePointLosesIt) {
   Pipeline pipeline = pipelineOf("  - stage: kl_occupancy\n    resolution_m: 0.1\n");
-  std::vector<float> xyz = roomPoints(20000);
+  std::vector<float> xyz = roomPoints(100000);
   xyz.insert(xyz.end(), {3.05f, 0.85f, 0.75f});  // in the air, alone in its cell
   double believed_before = 0.0;
   double lone_before = 0.0;
@@ -201,8 +202,8 @@ TEST(Stages, SeenAgainASurfaceKeepsBeliefAndALonePointLosesIt) {
     // Cells that a surface only grazes hold single points and are doubted like those. The others
     // go back and forth between 1 and Eq. 4 under Eq. 10, so what counts is that they stay.
     double believed = 0.0;
-    for (std::size_t i = 0; i < 20000; ++i)
-      believed += frame.probability[i] > 0.5f ? 1.0 / 20000.0 : 0;
+    for (std::size_t i = 0; i < 100000; ++i)
+      believed += frame.probability[i] > 0.5f ? 1.0 / 100000.0 : 0;
     const double lone = frame.probability.back();
     if (seen > 0) {
       EXPECT_GE(believed, believed_before - 1e-9);
@@ -213,6 +214,21 @@ TEST(Stages, SeenAgainASurfaceKeepsBeliefAndALonePointLosesIt) {
     lone_before = lone;
   }
   EXPECT_GT(believed_before, 0.9);
+}
+
+/// Most cells of a hall hold a single point of a scanner of 16 rings.
+TEST(Stages, SeenAgainASparseScanStays) {
+  Pipeline pipeline = pipelineOf("  - stage: multi_plane_segmentation\n  - stage: kl_occupancy\n");
+  Random random(3);
+  const std::vector<float> xyz =
+      test::ringScan({-12.0, -8.0, -1.5}, {12.0, 8.0, 5.0}, 0.4, 0.015, random);
+  for (int seen = 0; seen < 3; ++seen) {
+    Frame frame = frameOf(xyz);
+    pipeline.process(frame);
+    const auto believed = std::count_if(frame.probability.begin(), frame.probability.end(),
+                                        [](float p) { return p >= 0.5f; });
+    EXPECT_GT(believed, static_cast<std::ptrdiff_t>(xyz.size() / 3 * 98 / 100)) << seen;
+  }
 }
 
 TEST(Stages, MapHasTheParametersOfItsStage) {

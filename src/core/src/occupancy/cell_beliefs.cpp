@@ -27,9 +27,12 @@ FeatureBeliefs::Summary CellBeliefs::update(const std::vector<FrameCells::Group>
     std::size_t end = first;
     double sum = 0.0;
     double count = 0.0;
+    bool is_sparse = true;  // says nothing that could be weighed
     for (; end < order_.size() && cellOf(order_[end]) == cell; ++end) {
-      sum += support.support(order_[end]).sum;
-      count += support.support(order_[end]).count;
+      const DenseFeatures::Support& seen = support.support(order_[end]);
+      sum += seen.sum;
+      count += seen.count;
+      is_sparse = is_sparse && seen.sparse;
     }
     const double observed = std::clamp(sum / count, 0.0, 1.0);
     const auto [place, is_new] = known_.try_emplace(cell);
@@ -38,7 +41,7 @@ FeatureBeliefs::Summary CellBeliefs::update(const std::vector<FrameCells::Group>
       belief.value = firstBelief(observed, params.update);
       ++summary.created;
     } else {
-      belief.value = nextBelief(belief.value, observed, 1.0, params.update);
+      if (!is_sparse) belief.value = nextBelief(belief.value, observed, 1.0, params.update);
       ++summary.updated;
     }
     belief.frame = frame_;

@@ -3,6 +3,8 @@
 #include "occupancy/dense_features.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 namespace planar_mapping::detail {
 
@@ -39,6 +41,40 @@ void DenseFeatures::observe(const PointsView& points, const OccupancyParams& par
   const std::vector<float> seen = featureProbabilities(points, &points_, groups_, params);
   for (std::size_t k = 0; k < seen.size(); ++k) {
     support_[static_cast<std::size_t>(groups_[k])].sum += seen[k];
+  }
+}
+
+void DenseFeatures::findSparse(const PointsView& points, const FrameCells& cells) {
+  // Of the points on planes at a range, to a factor of two, that are alone in their cell: at most
+  // 1 % in images, also where stereo is noisy, 2 % and more of a laser scanner.
+  constexpr double kUsual = 0.02;
+  constexpr int kOctaves = 64;
+  struct Octave {
+    double alone[2] = {0.0, 0.0}, points[2] = {0.0, 0.0};  // off planes, on planes
+    bool isSparse() const {
+      const int which = points[1] > 0.0 ? 1 : 0;
+      return alone[which] > kUsual * points[which];
+    }
+  };
+  std::array<Octave, kOctaves> octaves;
+  std::vector<Octave*> octave_of(support_.size());
+  for (std::size_t k = 0; k < points_.size(); ++k) {
+    const int octave = std::ilogb(points.point(static_cast<std::size_t>(points_[k])).norm());
+    octave_of[static_cast<std::size_t>(groups_[k])] =
+        &octaves[static_cast<std::size_t>(std::clamp(octave + kOctaves / 2, 0, kOctaves - 1))];
+  }
+  std::uint32_t begin = 0;
+  for (const FrameCells::Run& run : cells.runs()) {
+    if (run.group >= 0) {
+      const auto g = static_cast<std::size_t>(run.group);
+      const std::size_t on_plane = cells.groups()[g].label >= 0 ? 1 : 0;
+      octave_of[g]->points[on_plane] += run.end - begin;
+      if (support_[g].count == 1) octave_of[g]->alone[on_plane] += 1.0;
+    }
+    begin = run.end;
+  }
+  for (std::size_t g = 0; g < support_.size(); ++g) {
+    support_[g].sparse = support_[g].count == 1 && octave_of[g]->isSparse();
   }
 }
 

@@ -17,6 +17,7 @@ class DenseFeatures {
   struct Support {
     double sum = 0.0;        ///< of Eq. 4
     std::int32_t count = 0;  ///< of the points sampled
+    bool sparse = false;     ///< a point alone where even planes often have no more in a cell
   };
 
   /// The first points of each group, as the indices come.
@@ -25,6 +26,8 @@ class DenseFeatures {
   /// \param known beliefs of groups, not negative where the support is not asked for; null = none
   void observe(const PointsView& points, const OccupancyParams& params,
                const std::vector<double>* known = nullptr);
+  /// Finds which groups are sparse. \param points  relative to the sensor
+  void findSparse(const PointsView& points, const FrameCells& cells);
   const Support& support(std::int32_t group) const {
     return support_[static_cast<std::size_t>(group)];
   }

@@ -174,6 +174,7 @@ KlOccupancyDiagnostics KlOccupancy::update(const OccupancyFrame& frame,
     own.T_world_before = frame.T_world_sensor;
   } else {
     own.samples.observe(frame.points, own.occupancy);
+    own.samples.findSparse(frame.points, own.cells);
     report.beliefs =
         own.cell_beliefs.update(own.cells.groups(), own.samples, own.params.beliefs, own.of_group);
   }

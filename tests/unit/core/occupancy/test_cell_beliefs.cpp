@@ -3,6 +3,7 @@
 // Beliefs of KlOccupancy whose features are sampled from the cloud.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -72,10 +73,38 @@ TEST(CellBeliefs, TwoPlanesInACellAreTwoGroups) {
 
 TEST(CellBeliefs, SeenAgainACellFollowsTheDivergence) {
   Frames frames(params());
-  EXPECT_EQ(0.5f, frames.see({1.5f, 0.5f, 0.5f})[0]);
-  // p = q = 0.5: exp(-A) with A = 1.07 (Eq. 10).
-  EXPECT_NEAR(std::exp(-1.07), frames.see({1.5f, 0.5f, 0.5f})[0], 1e-5);
+  // Ranges 0.13 m from their mean: Eq. 4 gives exp(-0.845) = 0.43.
+  const std::vector<float> apart = {1.2f, 0.0f, 0.0f, 1.46f, 0.0f, 0.0f};
+  EXPECT_NEAR(std::exp(-0.845), frames.see(apart)[0], 1e-5);
+  // p = q <= 0.5: exp(-A) with A = 1.07 (Eq. 10).
+  EXPECT_NEAR(std::exp(-1.07), frames.see(apart)[0], 1e-5);
   EXPECT_EQ(1u, frames.summary().updated);
+}
+
+/// A wall at 3 m, one point in each cell of it or 64, and a point alone in the air before it.
+TEST(CellBeliefs, AloneWhereTheCloudIsSparseAPointIsNotDoubted) {
+  for (const int side : {1, 8}) {
+    Frames frames(params());
+    std::vector<float> xyz = {0.5f, 0.5f, 2.5f};
+    for (int i = 0; i < 4 * side; ++i) {
+      for (int j = 0; j < 4 * side; ++j) {
+        const auto at = [side](int k) {
+          return (static_cast<float>(k) + 0.5f) / static_cast<float>(side) - 2.0f;
+        };
+        xyz.insert(xyz.end(), {at(i), at(j), 3.2f});
+      }
+    }
+    std::vector<std::int32_t> labels(xyz.size() / 3, 0);
+    labels[0] = -1;
+    EXPECT_EQ(0.5f, frames.see(xyz, labels)[0]);
+    const std::vector<float> again = frames.see(xyz, labels);
+    if (side == 1) {
+      for (const float p : again) EXPECT_EQ(0.5f, p);
+    } else {
+      EXPECT_NEAR(std::exp(-1.07), again[0], 1e-5);
+      EXPECT_GT(*std::min_element(again.begin() + 1, again.end()), 0.5f);
+    }
+  }
 }
 
 TEST(CellBeliefs, TheCellIsOfTheWorldAlsoFarFromTheOrigin) {
@@ -137,7 +166,7 @@ TEST(CellBeliefs, ManyCellsInManyFramesKeepTheirBeliefs) {
     xyz.insert(xyz.end(), {x + 0.5f, y + 0.5f, 3.5f});
   }
   for (const float p : frames.see(xyz)) ASSERT_EQ(0.5f, p);
-  for (const float p : frames.see(xyz)) ASSERT_NEAR(std::exp(-1.07), p, 1e-5);
+  for (const float p : frames.see(xyz)) ASSERT_EQ(0.5f, p);
   EXPECT_EQ(20000u, frames.summary().updated);
 }
 
@@ -211,7 +240,8 @@ TEST(CellBeliefs, AgreesWithTracksUnderKnownPoses) {
        {UpdateRule::KullbackLeibler, UpdateRule::LogOdds, UpdateRule::None}) {
     KlOccupancyParams params;
     params.source = FeatureSource::Cells;
-    params.resolution = 0.25;  // exact in binary, so that both lay the same grid
+    // Exact in binary, so that both lay the same grid; no point is alone in its cell.
+    params.resolution = 1.0;
     params.features_per_cell = 1000000;
     params.range_floor_cells = 0.2;
     params.beliefs.update.rule = rule;
@@ -223,7 +253,7 @@ TEST(CellBeliefs, AgreesWithTracksUnderKnownPoses) {
     Pose pose = Pose::Identity();
     std::size_t low = 0;
     for (int frame = 0; frame < 6; ++frame) {
-      pose.translation() = Vector3(0.25 * frame, -0.5 * frame, 0.25);
+      pose.translation() = Vector3(1.0 * frame, -2.0 * frame, 1.0);
       std::vector<float> xyz;
       std::vector<std::int32_t> labels;
       std::vector<std::int64_t> track_of;

@@ -85,6 +85,9 @@ struct KlOccupancyDiagnostics {
 /// mean of the adjacent cells that have one, ring by ring; where no feature is within reach, Eq. 4
 /// of its points. Without tracks, features are sampled from the points, and the cell is their
 /// identity: the observation of a cell is the mean of Eq. 4 over its samples, the motion factor 1.
+/// [ours] A cell seen again by a point alone keeps its belief where the cloud is so sparse that
+/// more than 2 % of the points on planes at that range are alone: Eq. 4 has no spread there, and
+/// Eq. 10 would take it for doubt.
 ///
 /// Keeps beliefs between frames. Copyable. Not thread safe. A moved-from object is an empty one.
 class PLANAR_MAPPING_EXPORT KlOccupancy {
