@@ -34,6 +34,14 @@ void MappingInput::setNoiseModel(const std::optional<StereoNoise>& noise) {
   noise_ = noise;
 }
 
+PlanarMapParams MappingInput::paramsFor(const PointsView& points, const Indices* indices,
+                                        const Pose& T_world_sensor) const {
+  PlanarMapParams params = params_;
+  const bool has_pose = sensor_pose_ || T_world_sensor.matrix() != Pose::Identity().matrix();
+  if (params.unknown_space && !has_pose) params.unknown_space = !isMerged(points, indices);
+  return params;
+}
+
 FrameUpdate MappingInput::insertInto(PlanarMap& map, const PointsView& points,
                                      const Indices* indices, const Pose& T_world_sensor,
                                      std::uint64_t stamp_us) const {

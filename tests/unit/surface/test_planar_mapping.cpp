@@ -137,6 +137,22 @@ TEST(PlanarMapping, WhatCannotBeUsedIsRefused) {
   EXPECT_EQ(mapping.map().frames(), 0u);
 }
 
+/// Two walls, one behind the other, cannot both have been seen from the origin.
+TEST(PlanarMapping, AMergedCloudWithoutAPoseKnowsNoFreeSpace) {
+  const Wall wall;
+  const auto cloud = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>(*wall.cloud);
+  for (const pcl::PointXYZ& p : *wall.cloud) cloud->push_back({2.0f * p.x, 2.0f * p.y, 2.0f * p.z});
+  const auto stateBefore = [&](const std::optional<Pose>& pose) {
+    Mapping mapping;
+    mapping.setInputCloud(cloud);
+    mapping.setSensorPose(pose);
+    mapping.integrate();
+    return mapping.map().stateAt(Vector3(1.0, 0.5, 0.25));
+  };
+  EXPECT_EQ(stateBefore(std::nullopt), CellState::Unknown);
+  EXPECT_EQ(stateBefore(Pose::Identity()), CellState::Free) << "the caller says where it was";
+}
+
 TEST(PlanarMapping, ACloudInMillimetresIsRefused) {
   const Wall wall(1000.0f);
   Mapping mapping;

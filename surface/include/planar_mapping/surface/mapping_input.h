@@ -118,6 +118,11 @@ class PLANAR_MAPPING_EXPORT MappingInput {
   MappingInput(const MappingInput&) = default;
   MappingInput& operator=(const MappingInput&) = default;
 
+  /// The parameters of a map that starts with this frame: one that cannot have been seen from the
+  /// origin, and has no other pose, knows no free space; see isMerged().
+  /// \throws InputError for an index outside the cloud
+  PlanarMapParams paramsFor(const PointsView& points, const Indices* indices,
+                            const Pose& T_world_sensor) const;
   /// Puts a frame into the map.
   /// \param indices points that count, or null for all; those that are not finite are dropped
   /// \throws InputError as PlanarMap::insert(), or if the first cloud of a map is not in metres

@@ -78,6 +78,13 @@ TEST(IsMerged, KnowsWhatNoSensorAtTheOriginCanSee) {
   };
   EXPECT_FALSE(merged(roomScan(false)));
   EXPECT_TRUE(merged(threeScans()));
+  // Seen from outside, hardly anything is half as far again as what is before it.
+  std::vector<float> outside = threeScans();
+  for (std::size_t i = 0; i < outside.size(); i += 3) {
+    outside[i] += 25.0f;
+    outside[i + 1] += 10.0f;
+  }
+  EXPECT_TRUE(merged(outside));
   // In coordinates of a country.
   std::vector<float> far = roomScan(false);
   for (std::size_t i = 0; i < far.size(); i += 3) far[i] += 1000.0f;

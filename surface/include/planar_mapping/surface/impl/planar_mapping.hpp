@@ -17,9 +17,13 @@ FrameUpdate PlanarMapping<PointT>::integrate() {
   if (!this->input_) throw InputError("PlanarMapping has no input cloud");
   const PointCloud& cloud = *this->input_;
   const Indices* indices = this->use_indices_ && this->indices_ ? this->indices_.get() : nullptr;
-  if (map_ == nullptr && own_map_.frames() == 0) own_map_ = PlanarMap(getParams());
-  diagnostics_ = insertInto(map_ != nullptr ? *map_ : own_map_, viewOf(cloud), indices,
-                            sensorPoseOf(cloud, getSensorPose()), cloud.header.stamp);
+  const CloudView points = viewOf(cloud);
+  const Pose T_world_sensor = sensorPoseOf(cloud, getSensorPose());
+  if (map_ == nullptr && own_map_.frames() == 0) {
+    own_map_ = PlanarMap(paramsFor(points, indices, T_world_sensor));
+  }
+  diagnostics_ = insertInto(map_ != nullptr ? *map_ : own_map_, points, indices, T_world_sensor,
+                            cloud.header.stamp);
   return diagnostics_;
 }
 

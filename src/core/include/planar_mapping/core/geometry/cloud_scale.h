@@ -45,9 +45,10 @@ PLANAR_MAPPING_EXPORT Vector3 nearestAxis(const Vector3& direction);
 PLANAR_MAPPING_EXPORT bool isCameraView(const PointsView& points, const Indices* indices);
 
 /// Whether a cloud cannot have been seen from the origin of its frame: it is merged from several
-/// scans. That is so if a fifth of its points lie behind others, 1.5 times as far in the same
-/// direction (of one degree), or if the origin is ten extents away. Organized clouds are of one
-/// scan. O(points). [ours]
+/// scans. That is so if a quarter of its points lie behind others, 1.5 times as far in the same
+/// direction (of one degree), or a twelfth 1.12 times as far (of an eighth of a degree: seen from
+/// outside), or if the origin is ten extents away. Organized clouds are of one scan. O(points).
+/// [ours]
 /// \param indices the points that count, or null for all
 PLANAR_MAPPING_EXPORT bool isMerged(const PointsView& points, const Indices* indices);
 
