@@ -227,7 +227,8 @@ void printSummary(const RunResult& result) {
   if (left_out > 0) std::cout << frames - left_out << " of ";
   std::cout << frames << " frames, " << metrics["points"]["valid"] << " points -> "
             << metrics["planes"] << " planes, " << metrics["cuboids"]["total"] << " cuboids ("
-            << metrics["standard_cells"] << " cells of a standard grid)\n";
+            << metrics["standard_cells"] << " cells of a standard grid of "
+            << metrics["resolution_m"] << " m)\n";
   if (metrics["cluttered_regions"] > 0) {
     std::cout << metrics["cluttered_regions"]
               << " regions are so cluttered that boxes cover them without a search for fewer\n";

@@ -171,6 +171,15 @@ TEST_F(Run, DirectoryOfCloudsEqualsItsFiles) {
   EXPECT_EQ(read("a/map.pmap"), read("b/map.pmap"));
 }
 
+TEST_F(Run, AutomaticLengthsFollowTheResolutionThatIsSet) {
+  const ProgramResult run =
+      runOn(room(), {"--set", "planar_cuboid_approximation.resolution_m=0.3"});
+  ASSERT_EQ(0, run.exit_code) << run.err;
+  const std::string yaml = read("out/config.resolved.yaml");
+  EXPECT_NE(std::string::npos, yaml.find("distance_threshold_m: 0.15\n")) << yaml;
+  EXPECT_NE(std::string::npos, run.out.find("of a standard grid of 0.3 m")) << run.out;
+}
+
 TEST_F(Run, SetAndProfileChangeWhatIsUsed) {
   ASSERT_EQ(0, runOn(room(), {"--set", "planar_cuboid_approximation.resolution_m=0.2", "--set",
                               "planar_cuboid_approximation.association_angle_deg=3.7", "--profile",

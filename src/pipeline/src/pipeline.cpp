@@ -379,6 +379,10 @@ void Pipeline::findVertical(CloudScale& scale, Frame& frame) const {
 void Pipeline::adaptMapping(CloudScale scale, const Frame* frame) {
   const std::string& source = frame != nullptr ? frame->source : configuration_.path;
   mapping_scale_ = scale;
+  for (const ConfiguredStage& configured : configuration_.stages) {
+    const std::optional<double> given = configured.stage->resolution();
+    if (configured.enabled && given) scale.resolution = given;
+  }
   for (std::size_t i = sensing_size_; i < configuration_.stages.size(); ++i) {
     const ConfiguredStage& configured = configuration_.stages[i];
     adaptStage(configured, scale, source);

@@ -181,6 +181,21 @@ TEST(GroundHeight, IsThatOfAFloorWithNextToNothingBelow) {
   EXPECT_LT(groundHeight(content), -1.0);  // what has storeys below is no ground
 }
 
+/// A scan that leans: the street far away is lower than what the sensor stands on.
+TEST(GroundHeight, IsThatAroundTheSensor) {
+  SceneContent content;
+  content.cuboids.push_back(testing::plate({6, 0, -1.9}, {0.02, 0, 1}, 8, 8, 0, 0.1));
+  content.cuboids.push_back(testing::plate({80, 0, -4.0}, {0.02, 0, 1}, 20, 20, 0, 0.1));
+  EXPECT_LT(groundHeight(content), -3.5);
+  content.trajectory.push_back(Pose::Identity());
+  // At the place of the floor next to the sensor, not in its middle.
+  EXPECT_NEAR(groundHeight(content), -1.85, 0.06);
+  content.trajectory[0].translation() = Vector3(80, 0, -2.0);
+  EXPECT_NEAR(groundHeight(content), -3.95, 0.06);
+  content.trajectory[0].translation() = Vector3(0, 0, -10.0);  // nothing is below: as without
+  EXPECT_LT(groundHeight(content), -3.5);
+}
+
 TEST(GroundHeight, IgnoresAFewStrayCellsBelowTheFloor) {
   SceneContent content;
   content.cuboids.push_back(testing::plate({0, 0, 5.8}, {0, 0, 1}, 4, 4, 0, 0.2));

@@ -34,14 +34,22 @@ double quantile(std::vector<float>& values, double fraction) {
   return values[static_cast<std::size_t>(rank)];
 }
 
-/// Square root of the area that one point stands for: the area is counted in coarse cells.
-double spacingOf(const std::vector<Vector3>& sample, const Vector3& low, double side,
-                 std::size_t points) {
-  if (!(side > 0.0)) return 0.0;
+/// Square root of the area that a point stands for: coarse cells are full of surface.
+struct Spacing {
+  double mean = 0.0;    ///< of the whole cloud
+  double median = 0.0;  ///< over the points, of what those in a cell share
+};
+
+Spacing spacingOf(const std::vector<Vector3>& sample, const Vector3& low, double side,
+                  std::size_t points) {
+  // Of the points that cells hold by chance half are in cells with so many more than the mean.
+  constexpr double kMoreThanMean = 0.7;
+  Spacing spacing;
+  if (!(side > 0.0)) return spacing;
   const double cell = side / kCellsAlongAxis;
-  std::vector<std::uint8_t> occupied(
+  std::vector<std::uint32_t> points_in(
       static_cast<std::size_t>(kCellsAlongAxis) * kCellsAlongAxis * kCellsAlongAxis, 0);
-  std::size_t cells = 0;
+  std::vector<std::size_t> cells;
   for (const Vector3& p : sample) {
     std::size_t index = 0;
     bool inside = true;
@@ -50,12 +58,20 @@ double spacingOf(const std::vector<Vector3>& sample, const Vector3& low, double 
       inside = inside && c >= 0.0 && c < kCellsAlongAxis;
       index = index * kCellsAlongAxis + (inside ? static_cast<std::size_t>(c) : 0);
     }
-    if (inside && occupied[index] == 0) {
-      occupied[index] = 1;
-      ++cells;
-    }
+    if (inside && points_in[index]++ == 0) cells.push_back(index);
   }
-  return cell * std::sqrt(static_cast<double>(cells) / static_cast<double>(points));
+  spacing.mean = cell * std::sqrt(static_cast<double>(cells.size()) / static_cast<double>(points));
+  std::sort(cells.begin(), cells.end(),
+            [&](std::size_t a, std::size_t b) { return points_in[a] > points_in[b]; });
+  std::size_t seen = 0;
+  for (const std::size_t index : cells) {
+    seen += points_in[index];
+    if (2 * seen < sample.size()) continue;
+    const double sampled = static_cast<double>(sample.size()) / static_cast<double>(points);
+    spacing.median = cell * std::sqrt(sampled / (points_in[index] - kMoreThanMean));
+    break;
+  }
+  return spacing;
 }
 
 /// Median over cells of a side of the RMS distance of their points from their plane.
@@ -242,8 +258,9 @@ CloudScale scaleOf(const PointsView& points, const Indices& indices, const Pose&
   }
   scale.extent = size.norm();
   scale.max_range = quantile(ranges, 1.0 - kOutlierFraction);
-  scale.spacing = spacingOf(sample, low, size.maxCoeff(), indices.size());
-  scale.noise = noiseOf(sample, scale.spacing * std::sqrt(static_cast<double>(step)));
+  const Spacing spacing = spacingOf(sample, low, size.maxCoeff(), indices.size());
+  scale.spacing = spacing.median;
+  scale.noise = noiseOf(sample, spacing.mean * std::sqrt(static_cast<double>(step)));
   scale.optical = isCameraView(points, &indices);
   scale.up = verticalOf(points, &indices, T_world_sensor);
   return scale;
@@ -255,6 +272,7 @@ double automaticResolution(const CloudScale& scale) {
   constexpr double kSpacings = 3.0;
   constexpr double kNoises = 4.0;       // half the resolution, d_T, is two standard deviations
   constexpr double kSinglePoint = 0.1;  // without any extent there is nothing to go by
+  if (scale.resolution) return *scale.resolution;
   const double wanted = std::max({std::min(kExtentFraction * scale.extent, kLargest),
                                   kSpacings * scale.spacing, kNoises * scale.noise});
   if (!(wanted > 0.0)) return kSinglePoint;

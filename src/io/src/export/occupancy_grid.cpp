@@ -135,23 +135,71 @@ struct Floor {
   double height = 0.0, area = 0.0;
 };
 
-/// Of the lowest level faces that are larger than tables, or of much larger ones a step above them,
-/// if next to nothing is below them.
-std::optional<double> floorHeight(const std::vector<Cuboid>& cuboids, const Vector3& up) {
-  constexpr double kMinArea = 4.0;               // square metres
-  constexpr double kSameFloor = 0.2;             // metres
-  constexpr double kStep = 0.6;                  // metres: from a verge or a ditch to the road
-  constexpr double kLarger = 4.0;                // times
-  constexpr double kBelow = 0.7;                 // metres: what starts there may be below a floor
-  constexpr double kMaxBelow = 0.05;             // of the volume
-  std::vector<std::pair<double, double>> faces;  // height, area
-  double volume = 0.0;
+/// The place on the upper face of a level cuboid that is next to a place above it.
+Vector3 placeOn(const Cuboid& cuboid, const Vector3& up, const Vector3& above) {
+  const Matrix3 axes = cuboid.orientation.toRotationMatrix();
+  const Vector3 half = 0.5 * cuboid.size;
+  const double upwards = axes.col(2).dot(up) > 0.0 ? 1.0 : -1.0;
+  // Down along the vertical onto the plane of the face, then to the nearest place within it.
+  const Vector3 top = cuboid.center + upwards * half.z() * axes.col(2);
+  const double drop = (above - top).dot(axes.col(2)) / up.dot(axes.col(2));
+  Vector3 local = axes.transpose() * (above - drop * up - top);
+  local = local.cwiseMax(-half).cwiseMin(half);
+  local.z() = 0.0;
+  return top + axes * local;
+}
+
+struct Surroundings {
+  std::vector<std::pair<double, double>> faces;  ///< of level cuboids: height, area
+  std::vector<const Cuboid*> cuboids;
+};
+
+/// What is around a few of the places a map was seen from, and the height of its faces there.
+Surroundings around(const std::vector<Vector3>& sensors, const std::vector<Cuboid>& cuboids,
+                    const Vector3& up) {
+  constexpr double kAround = 15.0;          // metres: a scanner sees no ground nearer than 5
+  constexpr double kLeastBelow = 0.05;      // metres
+  constexpr std::size_t kMaxSensors = 100;  // are enough
+  Surroundings found;
+  const std::size_t step = sensors.size() / kMaxSensors + 1;
   for (const Cuboid& cuboid : cuboids) {
-    volume += cuboid.volume();
-    if (!isLevel(cuboid, up)) continue;
-    faces.emplace_back(cuboid.center.dot(up) + 0.5 * cuboid.size.z(),
-                       cuboid.size.x() * cuboid.size.y());
+    double nearest = kAround;
+    double height = 0.0;
+    for (std::size_t i = 0; i < sensors.size(); i += step) {
+      const Vector3 place = isLevel(cuboid, up) ? placeOn(cuboid, up, sensors[i]) : cuboid.center;
+      const Vector3 apart = place - sensors[i];
+      const double beside = (apart - apart.dot(up) * up).norm();
+      if (beside >= nearest || (isLevel(cuboid, up) && apart.dot(up) > -kLeastBelow)) continue;
+      nearest = beside;
+      height = place.dot(up);
+    }
+    if (nearest == kAround) continue;
+    found.cuboids.push_back(&cuboid);
+    if (isLevel(cuboid, up)) found.faces.emplace_back(height, cuboid.size.x() * cuboid.size.y());
   }
+  return found;
+}
+
+Surroundings everything(const std::vector<Cuboid>& cuboids, const Vector3& up) {
+  Surroundings all;
+  for (const Cuboid& cuboid : cuboids) {
+    all.cuboids.push_back(&cuboid);
+    if (!isLevel(cuboid, up)) continue;
+    all.faces.emplace_back(cuboid.center.dot(up) + 0.5 * cuboid.size.z(),
+                           cuboid.size.x() * cuboid.size.y());
+  }
+  return all;
+}
+
+/// Of the lowest level faces that are larger than tables, or of much larger ones a step above them,
+/// if next to nothing is below them. \param max_below  of the volume
+std::optional<double> floorHeight(Surroundings here, const Vector3& up, double max_below) {
+  constexpr double kMinArea = 4.0;    // square metres
+  constexpr double kSameFloor = 0.2;  // metres
+  constexpr double kStep = 0.6;       // metres: from a verge or a ditch to the road
+  constexpr double kLarger = 4.0;     // times
+  constexpr double kBelow = 0.7;      // metres: what starts there may be below a floor
+  std::vector<std::pair<double, double>>& faces = here.faces;
   std::sort(faces.begin(), faces.end());
   // Of the faces from one on that are of one floor with it.
   const auto floorFrom = [&faces](std::size_t first) {
@@ -172,11 +220,13 @@ std::optional<double> floorHeight(const std::vector<Cuboid>& cuboids, const Vect
     if (floor.area >= (found ? kLarger * found->area : kMinArea)) found = floor;
   }
   if (!found) return std::nullopt;
+  double volume = 0.0;
   double below = 0.0;
-  for (const Cuboid& cuboid : cuboids) {
-    if (cuboid.center.dot(up) < found->height - kBelow) below += cuboid.volume();
+  for (const Cuboid* cuboid : here.cuboids) {
+    volume += cuboid->volume();
+    if (cuboid->center.dot(up) < found->height - kBelow) below += cuboid->volume();
   }
-  if (below > kMaxBelow * volume) return std::nullopt;
+  if (below > max_below * volume) return std::nullopt;
   return found->height;
 }
 
@@ -227,12 +277,14 @@ std::vector<std::uint8_t> floorFaces(const std::vector<Cuboid>& cuboids, const V
   return is_floor;
 }
 
-double groundHeight(const std::vector<Cuboid>& cuboids, const Vector3& up) {
+double groundHeight(const std::vector<Cuboid>& cuboids, const Vector3& up,
+                    const std::vector<Vector3>& sensors) {
   constexpr double kStrayFraction = 0.01;
   constexpr double kNearZero = 0.1;  // metres
-  if (const std::optional<double> floor = floorHeight(cuboids, up)) {
-    return std::abs(*floor) <= kNearZero ? 0.0 : *floor;
-  }
+  constexpr double kMaxBelow = 0.05, kMaxBelowSensors = 0.2;
+  std::optional<double> floor = floorHeight(around(sensors, cuboids, up), up, kMaxBelowSensors);
+  if (!floor) floor = floorHeight(everything(cuboids, up), up, kMaxBelow);
+  if (floor) return std::abs(*floor) <= kNearZero ? 0.0 : *floor;
   std::vector<std::pair<double, double>> ends;  // height, weight
   double stray = 0.0;
   for (const Cuboid& cuboid : cuboids) {
@@ -267,7 +319,8 @@ OccupancyGrid gridOf(const ExportedMap& map) {
   Columns columns;
   OccupancyGrid& grid = columns.grid;
   grid.cell = map.cell();
-  grid.ground = std::isnan(band.ground) ? groundHeight(map.cuboids, map.up) : band.ground;
+  grid.ground =
+      std::isnan(band.ground) ? groundHeight(map.cuboids, map.up, map.sensors) : band.ground;
   requireInRange("ground", grid.ground, -1e6, 1e6, "m");
   columns.low = grid.ground + band.low;
   columns.high = grid.ground + band.high;

@@ -15,6 +15,7 @@ namespace planar_mapping::detail {
 struct MapKeys {
   PlanarMapParams params;
   NoiseKeys noise;
+  std::optional<double> resolution = 0.1;  ///< auto = none
 
   void applyProfile(Profile profile);
   void declare(ParameterTable& table);
@@ -30,7 +31,6 @@ struct MapKeys {
   double withinLimit(double range) const;
 
   UnknownSpace unknown_space = UnknownSpace::Auto;
-  std::optional<double> resolution = 0.1;
   std::optional<double> association_offset;
   std::optional<double> association_gap;
   std::optional<double> max_range;

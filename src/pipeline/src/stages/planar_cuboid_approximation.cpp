@@ -21,6 +21,7 @@ class PlanarCuboidApproximationStage : public Stage {
   void declare(ParameterTable& table) override { keys_.declare(table); }
   void configure(const RunSettings& settings) override { keys_.configure(settings.threads); }
   void adapt(const CloudScale& scale) override { keys_.adapt(scale); }
+  std::optional<double> resolution() const override { return keys_.resolution; }
   void configureMap(PlanarMapParams& params) const override { params = keys_.params; }
   void process(Frame& frame) override {
     mapping_.setMap(*frame.map);

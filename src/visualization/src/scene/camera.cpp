@@ -215,7 +215,9 @@ void horizontalAxes(const Vector3& up, Vector3& right, Vector3& forward) {
 
 double groundHeight(const SceneContent& content) {
   const Vector3 up = content.up.normalized();
-  if (!content.cuboids.empty()) return io::groundHeight(content.cuboids, up);
+  std::vector<Vector3> sensors;
+  for (const Pose& pose : content.trajectory) sensors.push_back(pose.translation());
+  if (!content.cuboids.empty()) return io::groundHeight(content.cuboids, up, sensors);
   std::vector<double> heights;
   for (const SceneCloud& cloud : content.clouds) {
     for (std::size_t i = 0; i < cloud.size(); ++i) {

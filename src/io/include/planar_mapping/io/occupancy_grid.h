@@ -44,8 +44,10 @@ struct OccupancyGrid {
 };
 
 /// Height of the ground along \p up, a unit vector: what GridBand::ground finds, metres; 0 without
-/// cuboids.
-PLANAR_MAPPING_EXPORT double groundHeight(const std::vector<Cuboid>& cuboids, const Vector3& up);
+/// cuboids. \param sensors  where the map was seen from: floors below and around these places count
+/// first
+PLANAR_MAPPING_EXPORT double groundHeight(const std::vector<Cuboid>& cuboids, const Vector3& up,
+                                          const std::vector<Vector3>& sensors = {});
 
 /// What one drives on, where it rises above the lower end of a band: a mark for each cuboid that is
 /// a level face (by at most 11 degrees) with its middle no higher than \p height, metres, and for

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "planar_mapping/core/base/error.h"
@@ -68,6 +69,9 @@ class PLANAR_MAPPING_EXPORT Stage {
   /// Called once, after adapt(): lets a stage that is enabled narrow the scale that the stages
   /// after it adapt to, by what it leaves of a cloud.
   virtual void limit(CloudScale& /*scale*/) const {}
+  /// Side of the cells of the map, metres, where the configuration of the stage says it: whatever
+  /// is `auto` in the stages before it follows that; called before adapt().
+  virtual std::optional<double> resolution() const { return std::nullopt; }
   /// Lets a stage set parameters of the map; called once, after adapt().
   virtual void configureMap(PlanarMapParams& /*params*/) const {}
   /// Of stages up to Features: called before any of them works on the frame, to begin in the

@@ -14,11 +14,15 @@ namespace planar_mapping {
 /// Size and density of a cloud, from which `auto` parameters follow (docs/parameters.md).
 struct CloudScale {
   double extent = 0.0;     ///< diagonal of the box of the middle 98 % along each axis, metres
-  double spacing = 0.0;    ///< side of the square of surface that one point stands for, metres
+  /// Side of the square of surface that a point stands for, metres: half of the points stand for
+  /// less.
+  double spacing = 0.0;
   double noise = 0.0;      ///< RMS distance of neighbouring points from their plane, metres
   double max_range = 0.0;  ///< 99 % of the points are nearer to the sensor, metres
   /// Depth up to which points are mapped, metres, where a stage limits it (Stage::limit).
   std::optional<double> depth_limit;
+  /// Side of the cells of the map, metres, where the configuration says it (Stage::resolution).
+  std::optional<double> resolution;
   std::size_t points = 0;  ///< finite ones
   /// B and f of the calibration; its disparity error is the default.
   std::optional<StereoNoise> stereo;
@@ -52,7 +56,7 @@ PLANAR_MAPPING_EXPORT bool isCameraView(const PointsView& points, const Indices*
 /// \param indices the points that count, or null for all
 PLANAR_MAPPING_EXPORT bool isMerged(const PointsView& points, const Indices* indices);
 
-/// A resolution that suits a cloud: the nearest of 1, 2, 5 x 10^k metres to a hundredth of the
+/// A resolution that suits a cloud: the one given, else the nearest of 1, 2, 5 x 10^k metres to a hundredth of the
 /// extent, at most 0.2 m, but at least three point spacings and four times the noise; 0.1 for a
 /// cloud without extent. [ours]
 PLANAR_MAPPING_EXPORT double automaticResolution(const CloudScale& scale);
