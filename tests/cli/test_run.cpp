@@ -177,7 +177,6 @@ TEST_F(Run, AutomaticLengthsFollowTheResolutionThatIsSet) {
   ASSERT_EQ(0, run.exit_code) << run.err;
   const std::string yaml = read("out/config.resolved.yaml");
   EXPECT_NE(std::string::npos, yaml.find("distance_threshold_m: 0.15\n")) << yaml;
-  EXPECT_NE(std::string::npos, run.out.find("of a standard grid of 0.3 m")) << run.out;
 }
 
 TEST_F(Run, SetAndProfileChangeWhatIsUsed) {
