@@ -210,9 +210,11 @@ bool RunStatistics::hasGroundInMostFrames() const {
   return 2 * static_cast<std::size_t>(count) > usedFrames();
 }
 
-bool RunStatistics::hasFeatures() const {
-  return std::any_of(reports_.begin(), reports_.end(),
-                     [](const FrameReport& report) { return report.features > 0; });
+bool RunStatistics::hasImageFeatures() const {
+  return std::any_of(reports_.begin(), reports_.end(), [](const FrameReport& report) {
+    return std::any_of(report.statistics.begin(), report.statistics.end(),
+                       [](const auto& one) { return one.name == "features_left"; });
+  });
 }
 
 const FrameReport& RunStatistics::firstSkipped() const {

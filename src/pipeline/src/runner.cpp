@@ -347,8 +347,8 @@ void Run::warnOfSkippedFrames() {
        " frames left out (see frames.csv), the first: frame " + std::to_string(first.number) +
        ", " + first.skip_reason +
        (many && is_own ? "; frames closer together or given poses help" : "") +
-       (many && is_own && source_.kind() == io::SequenceKind::Rgbd && statistics_.hasFeatures() &&
-                !leavesColourOut(pipeline_.configuration())
+       (many && is_own && source_.kind() == io::SequenceKind::Rgbd &&
+                statistics_.hasImageFeatures() && !leavesColourOut(pipeline_.configuration())
             ? ", and key_features.registered=false where the colour image of a depth camera is not "
               "registered to the depth image"
             : ""));

@@ -174,6 +174,23 @@ TEST(ViewMap, APersonWhoWalksThroughIsNoContradiction) {
   EXPECT_FALSE(map.locateByFeatures(elsewhere, poseAt(0.0)).has_value());
 }
 
+/// Half of it looks otherwise, and it sees through a board: each alone would pass.
+TEST(ViewMap, WhatLittleSpeaksForIsDoubtful) {
+  const Pose pose = poseAt(0.0);
+  const Shot other = shoot(pose, 0.0, 9);
+  const auto verdictOf = [&](std::size_t first_other, int board) {
+    ViewMap map(params());
+    map.insert(seeBehind(map, pose, 20, 20 + board), pose);
+    Shot shot = shoot(pose, 0.0, 5);
+    for (std::size_t i = 0; i < shot.image.pixels.size(); ++i)
+      if (i % 320 >= first_other) shot.image.pixels[i] = other.image.pixels[i];
+    return map.check(see(map, shot), pose, nullptr, false);
+  };
+  EXPECT_EQ(verdictOf(190, 0), PoseVerdict::Confirmed);
+  EXPECT_EQ(verdictOf(320, 50), PoseVerdict::Confirmed);
+  EXPECT_EQ(verdictOf(190, 50), PoseVerdict::Doubtful);
+}
+
 TEST(ViewMap, OfAFullViewWhatIsJustExpectedIsEnough) {
   // Four fifths of both views together are covered by somebody.
   ViewMap map(params());

@@ -125,6 +125,10 @@ class SurfaceMap::Implementation {
       const bool rival = worth(other) > kSecondBest * worth(best);
       if (rival && !isSamePlace(best, other)) return {};
     }
+    // A camera is where it was rather than where its cloud lies no better, though noise sees
+    // through something there.
+    const double needed = isSamePlace(best, near) ? kSecondBest : 1.0 / kSecondBest;
+    if (!params_.optical_axis.isZero() && best.fraction < needed * near.fraction) return {};
     return best;
   }
 

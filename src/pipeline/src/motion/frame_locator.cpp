@@ -295,7 +295,8 @@ void FrameLocator::noteCloud(const CloudRegistration& by_cloud) {
 
 std::string FrameLocator::reasonFor(const Frame& frame, const OdometryResult& result) const {
   std::string reason = result.reason;
-  if (frame.key_features.empty()) {
+  // Those sampled from a cloud have no place where they were before.
+  if (frame.key_features.empty() || frame.images.left.empty()) {
     reason = surfaces_ ? "there are no key features"
                        : "no pose is given and there are no key features to find one by";
   }

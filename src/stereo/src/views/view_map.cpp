@@ -167,7 +167,7 @@ PoseVerdict ViewMap::check(const ViewPtr& view, const Pose& T_world_sensor, cons
                            bool strict) const {
   const Support support = views_->supportOf(*view, T_world_sensor, 1);
   if (support.verdict != PoseVerdict::Confirmed) return support.verdict;
-  if (strict && support.score < kStrict) return PoseVerdict::Doubtful;
+  if (support.score < (strict ? kStrict : kLeast)) return PoseVerdict::Doubtful;
   const double surprise =
       expected == nullptr ? 0.0 : (T_world_sensor.translation() - expected->translation()).norm();
   if (expected != nullptr) {

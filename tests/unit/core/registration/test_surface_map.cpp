@@ -252,6 +252,19 @@ TEST(SurfaceMap, RefusesWhatSeesThroughTheMap) {
   }
 }
 
+/// Noise may see through what is near; a camera is not where its cloud lies no better instead.
+TEST(SurfaceMap, WhereTheNearPlaceIsContradictedNoWorseOneIsTaken) {
+  Random random(9);
+  SurfaceMap map(testParams());
+  map.insert(viewOf(view(kFirst, 0.001, random)), kFirst);
+  const auto cloud = view(kMoved, 0.001, random);
+  CloudRegistration near = map.locateNear(viewOf(cloud), kWrongGuess);
+  ASSERT_FALSE(near.found);
+  EXPECT_TRUE(map.locateFar(viewOf(cloud), kWrongGuess, near).found);
+  near.fraction = 1.0;
+  EXPECT_FALSE(map.locateFar(viewOf(cloud), kWrongGuess, near).found);
+}
+
 TEST(SurfaceCellFor, FollowsTheSpacingOfThePoints) {
   const SurfaceMapParams params;
   // A room's walls by rings of a scanner, 128 of them or 16.
