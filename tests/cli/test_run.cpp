@@ -314,6 +314,16 @@ TEST_F(Run, CloudInMillimetresGetsASentence) {
   expectOneSentence(result, "scale them by 0.001");
 }
 
+TEST_F(Run, CellsTooLargeForANearSceneAreSaid) {
+  const auto with = [&](const std::string& resolution) {
+    return runOn(room(),
+                 {"--set", "planar_cuboid_approximation.resolution_m=" + resolution, "--force"});
+  };
+  expectOneSentence(with("0.5"), "which is few cells of 0.5 m");
+  EXPECT_EQ(with("0.1").err, "");
+  EXPECT_EQ(with("auto").err, "");
+}
+
 TEST_F(Run, MergedCloudMakesNoFreeOrUnknownSpaceUnlessTold) {
   std::vector<float> xyz = roomPoints(20000);
   const std::size_t one = xyz.size();

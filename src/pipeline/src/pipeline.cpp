@@ -319,9 +319,20 @@ void Pipeline::findUsablePoints(Frame& frame) const {
   }
 }
 
+/// Of the map, where the configuration says it.
+std::optional<double> Pipeline::givenResolution() const {
+  std::optional<double> given;
+  for (const ConfiguredStage& configured : configuration_.stages) {
+    if (configured.enabled && configured.stage->resolution())
+      given = configured.stage->resolution();
+  }
+  return given;
+}
+
 CloudScale Pipeline::knownScale(const Frame& frame) const {
   const PointsView points = viewOf(*frame.cloud);
   CloudScale scale = scaleOf(points, usablePoints(points), frame.T_world_sensor);
+  scale.resolution = givenResolution();
   if (frame.camera && frame.baseline) {
     scale.stereo = StereoNoise();
     scale.stereo->baseline = *frame.baseline;
@@ -334,6 +345,14 @@ CloudScale Pipeline::knownScale(const Frame& frame) const {
 void Pipeline::remarkOn(const CloudScale& scale, Frame& frame) const {
   constexpr double kMaxSpacing = 1.0;  // of points that a robot uses, metres
   constexpr double kMaxRange = 100.0;
+  constexpr double kMinCells = 15.0;  // from the sensor to what is farthest
+  if (scale.resolution && scale.max_range < kMinCells * *scale.resolution) {
+    frame.warnings.push_back(
+        frame.source + ": nothing is farther than " + detail::rounded(scale.max_range, 2) +
+        " m, which is few cells of " + detail::rounded(*scale.resolution, 3) +
+        " m; what one looks into may be filled: "
+        "planar_cuboid_approximation.resolution_m=auto or a smaller one keeps it open");
+  }
   if (!scale.stereo && scale.spacing > kMaxSpacing && scale.max_range > kMaxRange) {
     frame.warnings.push_back(frame.source + ": the points are " +
                              detail::rounded(scale.spacing, 1) + " apart and up to " +
@@ -379,10 +398,7 @@ void Pipeline::findVertical(CloudScale& scale, Frame& frame) const {
 void Pipeline::adaptMapping(CloudScale scale, const Frame* frame) {
   const std::string& source = frame != nullptr ? frame->source : configuration_.path;
   mapping_scale_ = scale;
-  for (const ConfiguredStage& configured : configuration_.stages) {
-    const std::optional<double> given = configured.stage->resolution();
-    if (configured.enabled && given) scale.resolution = given;
-  }
+  scale.resolution = givenResolution();
   for (std::size_t i = sensing_size_; i < configuration_.stages.size(); ++i) {
     const ConfiguredStage& configured = configuration_.stages[i];
     adaptStage(configured, scale, source);

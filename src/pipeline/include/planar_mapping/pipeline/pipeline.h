@@ -94,6 +94,7 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   void runFrontEnd(Frame& frame);
   void runStage(std::size_t index, Frame& frame);
   void findUsablePoints(Frame& frame) const;
+  std::optional<double> givenResolution() const;
   CloudScale knownScale(const Frame& frame) const;
   void findVertical(CloudScale& scale, Frame& frame) const;
   void adaptMapping(CloudScale scale, const Frame* frame);
