@@ -157,6 +157,26 @@ TEST(BelievedSurfaces, APersonWhoWalksAwayIsNoLongerThereThoughThereAreHolesInAl
   }
 }
 
+/// Of a depth camera half a cell behind the cell is enough.
+TEST(BelievedSurfaces, AHandBeforeAWallIsNoLongerThere) {
+  Scene scene = roomWith({{-1.2, 1.75, 0.0}, {1.2, 2.0, 2.4}, false, true});
+  PlanarMap map(paramsOf());
+  const auto see = [&](int frames) {
+    Random random(4);
+    for (int i = 0; i < frames; ++i) {
+      const Pose pose = lookFrom({-0.1 + 0.05 * i, -0.6, 1.0}, 0.0, 0.0);
+      map.insert(test::lookNoisy(scene, pose, noise(0.02), random, 300).frame());
+    }
+  };
+  scene.boxes.push_back({{-0.4, 1.60, 0.7}, {0.2, 1.63, 1.3}, false, false});
+  see(3);
+  ASSERT_GT(shareFound(map, -0.35, 0.15, 0.75, 1.25, 1.62, 0.03), 0.99);
+  scene.boxes.pop_back();
+  see(6);
+  EXPECT_LT(shareFound(map, -0.35, 0.15, 0.75, 1.25, 1.62, 0.0), 0.05);
+  EXPECT_GT(shareFound(map, -1.0, 1.0, 0.3, 1.8, 1.76, 0.03), 0.99) << "the wall stays";
+}
+
 TEST(BelievedSurfaces, WhatMeasuresNothingIsNotLookedThrough) {
   // A box of which the camera sees no more than a hole later on, and the room around it.
   const SceneBox box{{-0.5, 1.6, 0.1}, {0.0, 1.9, 1.7}, false, true};
