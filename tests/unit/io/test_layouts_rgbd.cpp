@@ -109,6 +109,51 @@ TEST_F(LayoutFolders, Open3dTakesImagesInOrder) {
   expectProblem(folder, "holds 1 images for 2 depth images");
 }
 
+TEST_F(LayoutFolders, FramesMayHaveAPoseFileEach) {
+  const std::string pose = "1 0 0 0.5\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
+  for (const char* name : {"frame-000000", "frame-000001", "frame-000002"}) {
+    depth(std::string("seven/seq-01/") + name + ".depth.png");
+    image(std::string("seven/seq-01/") + name + ".color.png");
+    if (name[11] != '2') write(std::string("seven/seq-01/") + name + ".pose.txt", pose);
+  }
+  const std::string folder = dir_ / "seven/seq-01";
+  expectProblem(folder, "the depth camera of 7-Scenes has fx = fy = 585");
+  write("seven/camera-intrinsics.txt", "2 0 1.5\n0 2.5 1\n0 0 1\n");
+  const Sequence sequence({folder});
+  ASSERT_EQ(2u, sequence.size());  // the third has no pose
+  EXPECT_NE(std::string::npos, sequence.notes().at(0).find("1 of 3 frames are left out"));
+  EXPECT_EQ(2.5, sequence.calibration()->camera.fy);
+  EXPECT_EQ(4, sequence.calibration()->camera.width);
+  EXPECT_EQ(1000.0, *sequence.calibration()->depth_scale);
+  EXPECT_EQ(0.5, sequence.describe(1).T_world_sensor->translation().x());
+  EXPECT_FALSE(sequence.read(1).left.empty());
+  SequenceOptions options;
+  options.ignore_poses = true;
+  EXPECT_EQ(3u, Sequence({folder}, options).size());
+  write("seven/seq-01/frame-000000.pose.txt", "1 0 0\n");
+  expectProblem(folder, "needs 4 numbers");
+  write("seven/seq-01/frame-000000.pose.txt", "1 0 0 0\n0 1 0 0\n");
+  expectProblem(folder, "needs 3 rows");
+  write("seven/seq-01/frame-000000.pose.txt", "0 0 0 0\n0 0 0 0\n0 0 0 0\n");
+  expectProblem(folder, "has no rotation matrix");
+}
+
+TEST_F(LayoutFolders, ScannetLeavesOutWhatWasLost) {
+  for (const char* name : {"0", "2", "10"}) {
+    depth(std::string("scene/depth/") + name + ".png");
+    image(std::string("scene/color/") + name + ".png");
+    write(std::string("scene/pose/") + name + ".txt",
+          name[0] == '2' ? "-inf -inf -inf -inf\n-inf -inf -inf -inf\n-inf -inf -inf -inf\n"
+                         : "1 0 0 0\n0 1 0 " + std::string(name) + "\n0 0 1 0\n0 0 0 1\n");
+  }
+  write("scene/intrinsic/intrinsic_depth.txt", "2 0 1.5 0\n0 2 1 0\n0 0 1 0\n0 0 0 1\n");
+  const Sequence sequence({dir_ / "scene"});
+  EXPECT_EQ("ScanNet", sequence.layout());
+  ASSERT_EQ(2u, sequence.size());
+  EXPECT_EQ(10.0, sequence.describe(1).T_world_sensor->translation().y());
+  EXPECT_EQ(1.5, sequence.calibration()->camera.cx);
+}
+
 TEST_F(LayoutFolders, IclIsMirroredAndInNumberOrder) {
   const Sequence sequence({icl()});
   EXPECT_EQ("ICL-NUIM", sequence.layout());

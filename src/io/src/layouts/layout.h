@@ -52,6 +52,10 @@ Description readMiddlebury(const std::string& folder, const SequenceOptions& opt
 bool hasOpen3d(const std::string& folder);
 Description readOpen3d(const std::string& folder, const SequenceOptions& options);
 
+/// 7-Scenes and others with a pose file for each frame; ScanNet.
+bool hasPosedFrames(const std::string& folder);
+Description readPosedFrames(const std::string& folder, const SequenceOptions& options);
+
 /// Our own sequence folder.
 bool hasNative(const std::string& folder);
 Description readNative(const std::string& folder, const SequenceOptions& options);

@@ -42,7 +42,8 @@ constexpr Reader kReaders[] = {{"KITTI odometry", hasKitti, readKitti},
                                {"ICL-NUIM", hasIcl, readIcl},
                                {"EuRoC (ASL)", hasEuroc, readEuroc},
                                {"Middlebury", hasMiddlebury, readMiddlebury},
-                               {"Open3D RGB-D", hasOpen3d, readOpen3d}};
+                               {"Open3D RGB-D", hasOpen3d, readOpen3d},
+                               {"RGB-D with a pose a frame", hasPosedFrames, readPosedFrames}};
 
 /// A directory of cloud files, in name order.
 Description readCloudFiles(const std::string& folder, const SequenceOptions& options) {
@@ -55,7 +56,8 @@ Description readCloudFiles(const std::string& folder, const SequenceOptions& opt
     throw IoError(
         folder,
         "holds neither PCD or PLY files nor a sequence (calib.yaml with clouds/, depth/ or "
-        "left/ and right/; or KITTI, TUM RGB-D, ICL-NUIM, EuRoC, Middlebury, Open3D)");
+        "left/ and right/; or KITTI, TUM RGB-D, ICL-NUIM, EuRoC, Middlebury, Open3D, 7-Scenes, "
+        "ScanNet)");
   const std::string poses = joined(folder, "poses.txt");
   if (options.poses_file.empty() && exists(poses)) addPoses(poses, options, description);
   return description;

@@ -1,0 +1,145 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+#include <filesystem>
+
+#include "layouts/folder.h"
+#include "layouts/layout.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/io/depth_image.h"
+#include "text_lines.h"
+
+// RGB-D frames with a file each for the pose: NAME.depth.png, NAME.color.png and NAME.pose.txt in
+// one folder (7-Scenes, 3DMatch, BundleFusion), or depth/N.png, color/N.jpg, pose/N.txt and
+// intrinsic/ (ScanNet). A pose is T_world_camera, four rows of four numbers.
+namespace planar_mapping::io::layouts {
+namespace {
+
+const std::string kDepthEnd = ".depth.png";
+
+bool endsWith(const std::string& text, const std::string& end) {
+  return text.size() > end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+/// The first numbers of each of so many rows; not finite where the camera was lost.
+Eigen::MatrixXd readMatrix(const std::string& path, Eigen::Index rows, Eigen::Index columns) {
+  Eigen::MatrixXd matrix(rows, columns);
+  Eigen::Index row = 0;
+  forEachLine(path, "", [&](const std::vector<std::string_view>& words, std::size_t line) {
+    if (row == rows) return;
+    bool sound = words.size() >= static_cast<std::size_t>(columns);
+    for (Eigen::Index i = 0; sound && i < columns; ++i)
+      sound = parseNumber(words[static_cast<std::size_t>(i)], matrix(row, i));
+    if (!sound) failAtLine(path, line, "needs " + std::to_string(columns) + " numbers");
+    ++row;
+  });
+  if (row < rows) throw IoError(path, "needs " + std::to_string(rows) + " rows of numbers");
+  return matrix;
+}
+
+std::optional<Pose> readPose(const std::string& path) {
+  const Eigen::MatrixXd matrix = readMatrix(path, 3, 4);
+  if (!matrix.allFinite()) return std::nullopt;
+  const std::optional<Matrix3> exact = rotationOf(Matrix3(matrix.leftCols<3>()));
+  if (!exact) throw IoError(path, "has no rotation matrix");
+  Pose pose = Pose::Identity();
+  pose.linear() = *exact;
+  pose.translation() = matrix.col(3);
+  return pose;
+}
+
+/// Of the depth camera, as large as a depth image. "" = none is there.
+std::string intrinsicsOf(const std::string& folder) {
+  for (const char* name :
+       {"intrinsic/intrinsic_depth.txt", "camera-intrinsics.txt", "../camera-intrinsics.txt"})
+    if (exists(joined(folder, name))) return joined(folder, name);
+  return "";
+}
+
+Calibration readIntrinsics(const std::string& path, const std::string& depth_file) {
+  constexpr double kMillimetres = 1000.0;
+  const Eigen::MatrixXd k = readMatrix(path, 2, 3);
+  const DepthImage image = readDepthPng(depth_file);
+  Calibration calibration;
+  calibration.camera = {k(0, 0),
+                        k(1, 1),
+                        k(0, 2),
+                        k(1, 2),
+                        static_cast<int>(image.width),
+                        static_cast<int>(image.height)};
+  if (!(k(0, 0) > 0.0 && k(1, 1) > 0.0 && k.allFinite()))
+    throw IoError(path, "focal lengths must be numbers > 0, the centre finite");
+  calibration.cx_right = calibration.camera.cx;
+  calibration.depth_scale = kMillimetres;
+  return calibration;
+}
+
+/// The file of a name with one of these ends, or "".
+std::string oneOf(const std::string& name, const std::vector<std::string>& ends) {
+  for (const std::string& end : ends)
+    if (exists(name + end)) return name + end;
+  return "";
+}
+
+}  // namespace
+
+bool hasPosedFrames(const std::string& folder) {
+  if (isDirectory(joined(folder, "pose"))) return isDirectory(joined(folder, "depth"));
+  if (!isDirectory(folder)) return false;
+  for (const std::string& file : filesOf(folder))
+    if (endsWith(file, kDepthEnd)) return true;
+  return false;
+}
+
+Description readPosedFrames(const std::string& folder, const SequenceOptions& options) {
+  constexpr double kFramesPerSecond = 30.0;
+  const bool is_scannet = isDirectory(joined(folder, "pose"));
+  Description description;
+  description.layout = is_scannet ? "ScanNet" : "RGB-D frames with poses";
+  description.kind = SequenceKind::Rgbd;
+  std::size_t without_pose = 0;
+  std::size_t all = 0;
+  for (const std::string& depth : depthFilesOf(is_scannet ? joined(folder, "depth") : folder)) {
+    if (!is_scannet && !endsWith(depth, kDepthEnd)) continue;
+    const std::string name =
+        is_scannet ? stemOf(depth) : depth.substr(0, depth.size() - kDepthEnd.size());
+    const std::string color = is_scannet ? oneOf(joined(folder, "color/" + name), {".jpg", ".png"})
+                                         : oneOf(name, {".color.png", ".color.jpg"});
+    const std::string pose_file =
+        is_scannet ? oneOf(joined(folder, "pose/" + name), {".txt"}) : oneOf(name, {".pose.txt"});
+    FrameEntry frame{depth, color, static_cast<double>(all) / kFramesPerSecond, {}};
+    if (!pose_file.empty() && options.poses_file.empty())
+      frame.T_world_sensor = readPose(pose_file);
+    ++all;
+    description.has_color = description.has_color || !color.empty();
+    if (frame.T_world_sensor) description.pose_source = PoseSource::File;
+    without_pose += frame.T_world_sensor ? 0 : 1;
+    description.frames.push_back(std::move(frame));
+  }
+  if (all == 0) throw IoError(folder, "holds no depth images");
+  if (description.pose_source == PoseSource::File && !options.ignore_poses) {
+    auto& frames = description.frames;
+    frames.erase(std::remove_if(frames.begin(), frames.end(),
+                                [](const FrameEntry& f) { return !f.T_world_sensor; }),
+                 frames.end());
+    noteLeftOut(without_pose, all, "frames", "they have no pose, or one that is not finite",
+                description);
+  }
+  if (!options.calibration_file.empty()) return description;
+  const std::string own = joined(folder, "calib.yaml");
+  const std::string intrinsics = intrinsicsOf(folder);
+  if (exists(own)) {
+    description.calibration = readCalibration(own);
+  } else if (!intrinsics.empty()) {
+    description.calibration = readIntrinsics(intrinsics, description.frames.front().file);
+  } else {
+    throw IoError(
+        folder,
+        "the camera is not known: give its calib.yaml (image_width, image_height, fx, fy, "
+        "cx, cy, depth_scale) by --calib FILE or put it here; the depth camera of 7-Scenes "
+        "has fx = fy = 585, cx = 320, cy = 240, depth_scale 1000");
+  }
+  return description;
+}
+
+}  // namespace planar_mapping::io::layouts
