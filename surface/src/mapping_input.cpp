@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/surface/mapping_input.h"
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -9,6 +11,35 @@
 #include "planar_mapping/core/geometry/cloud_scale.h"
 
 namespace planar_mapping {
+namespace {
+
+/// Planes that stayed from the cloud before have inliers that do not lie on them.
+void requireOwnPlanes(const PointsView& points, const std::vector<PlaneSegment>& planes,
+                      double resolution) {
+  constexpr double kMaxCells = 5.0;  // a plane that is searched for ends at half a cell
+  constexpr double kMaxOfRange = 0.05;
+  constexpr std::size_t kSample = 64;
+  for (std::size_t k = 0; k < planes.size(); ++k) {
+    const Indices& inliers = planes[k].inliers;
+    std::size_t looked_at = 0, off = 0;
+    for (std::size_t i = 0; i < inliers.size(); i += 1 + inliers.size() / kSample) {
+      const auto index = static_cast<std::size_t>(inliers[i]);
+      if (inliers[i] < 0 || index >= points.size || !points.isMeasured(index)) continue;
+      const Vector3 p = points.point(index);
+      ++looked_at;
+      off += std::abs(planes[k].plane.signedDistance(p)) >
+                     std::max(kMaxCells * resolution, kMaxOfRange * p.norm())
+                 ? 1
+                 : 0;
+    }
+    if (2 * off > looked_at) {
+      throw InputError("plane " + std::to_string(k) +
+                       " is far from most of its inliers: set the planes of this cloud");
+    }
+  }
+}
+
+}  // namespace
 
 void MappingInput::setPlanes(const std::vector<pcl::PointIndices>& inliers,
                              const std::vector<pcl::ModelCoefficients>& planes) {
@@ -50,6 +81,7 @@ FrameUpdate MappingInput::insertInto(PlanarMap& map, const PointsView& points,
     requireMetres(points, indices, kMaxSpacing * map.params().approximation.resolution,
                   "resolution and the other lengths");
   }
+  if (!noise_) requireOwnPlanes(points, planes_, map.params().approximation.resolution);
   FrameObservation frame;
   frame.T_world_sensor = T_world_sensor;
   frame.timestamp = timestamp_.value_or(1e-6 * static_cast<double>(stamp_us));

@@ -153,6 +153,18 @@ TEST(PlanarMapping, AMergedCloudWithoutAPoseKnowsNoFreeSpace) {
   EXPECT_EQ(stateBefore(Pose::Identity()), CellState::Free) << "the caller says where it was";
 }
 
+TEST(PlanarMapping, PlanesOfTheCloudBeforeAreRefused) {
+  const Wall wall;
+  Mapping mapping;
+  mapping.setPlanes(wall.planes);
+  const auto farther = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>(*wall.cloud);
+  for (pcl::PointXYZ& p : *farther) p.x += 0.6f;
+  mapping.setInputCloud(farther);
+  EXPECT_THROW(mapping.integrate(), InputError);
+  mapping.setInputCloud(wall.cloud);
+  EXPECT_EQ(mapping.integrate().planes_new, 1u);
+}
+
 TEST(PlanarMapping, ACloudInMillimetresIsRefused) {
   const Wall wall(1000.0f);
   Mapping mapping;

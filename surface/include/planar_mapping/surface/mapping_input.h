@@ -25,7 +25,8 @@ namespace planar_mapping {
 /// frame, cuboids and the map in the world.
 class PLANAR_MAPPING_EXPORT MappingInput {
  public:
-  /// Planes of the cloud with their inliers; points in none of them are the non-planar part.
+  /// Planes of the cloud with their inliers; points in none of them are the non-planar part. They
+  /// stay until they are set again: set those of each cloud after it.
   /// \param inliers indices into the input cloud, disjoint, one set per plane
   /// \param planes  (a, b, c, d) of a x + b y + c z + d = 0, of any length and orientation
   /// \throws InputError if the sizes disagree or a plane has not four coefficients,
@@ -125,7 +126,8 @@ class PLANAR_MAPPING_EXPORT MappingInput {
                             const Pose& T_world_sensor) const;
   /// Puts a frame into the map.
   /// \param indices points that count, or null for all; those that are not finite are dropped
-  /// \throws InputError as PlanarMap::insert(), or if the first cloud of a map is not in metres
+  /// \throws InputError as PlanarMap::insert(), if the first cloud of a map is not in metres, or if
+  ///         a plane is far from most of its inliers, as one of another cloud is
   FrameUpdate insertInto(PlanarMap& map, const PointsView& points, const Indices* indices,
                          const Pose& T_world_sensor, std::uint64_t stamp_us) const;
 
