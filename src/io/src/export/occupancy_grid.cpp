@@ -163,19 +163,20 @@ Surroundings around(const std::vector<Vector3>& sensors, const std::vector<Cuboi
   Surroundings found;
   const std::size_t step = sensors.size() / kMaxSensors + 1;
   for (const Cuboid& cuboid : cuboids) {
+    const bool is_level = isLevel(cuboid, up);
     double nearest = kAround;
     double height = 0.0;
     for (std::size_t i = 0; i < sensors.size(); i += step) {
-      const Vector3 place = isLevel(cuboid, up) ? placeOn(cuboid, up, sensors[i]) : cuboid.center;
+      const Vector3 place = is_level ? placeOn(cuboid, up, sensors[i]) : cuboid.center;
       const Vector3 apart = place - sensors[i];
       const double beside = (apart - apart.dot(up) * up).norm();
-      if (beside >= nearest || (isLevel(cuboid, up) && apart.dot(up) > -kLeastBelow)) continue;
+      if (beside >= nearest || (is_level && apart.dot(up) > -kLeastBelow)) continue;
       nearest = beside;
       height = place.dot(up);
     }
     if (nearest == kAround) continue;
     found.cuboids.push_back(&cuboid);
-    if (isLevel(cuboid, up)) found.faces.emplace_back(height, cuboid.size.x() * cuboid.size.y());
+    if (is_level) found.faces.emplace_back(height, cuboid.size.x() * cuboid.size.y());
   }
   return found;
 }
