@@ -121,6 +121,16 @@ bool hasStage(const Configuration& configuration, StageKind kind) {
       [kind](const ConfiguredStage& stage) { return stage.kind == kind && stage.enabled; });
 }
 
+bool hasStageWith(const Configuration& configuration, StageKind kind, const std::string& key,
+                  const std::string& word) {
+  return std::any_of(configuration.stages.begin(), configuration.stages.end(),
+                     [&](const ConfiguredStage& stage) {
+                       const Parameter* parameter = stage.parameters.find(key);
+                       return stage.enabled && stage.kind == kind && parameter != nullptr &&
+                              parameter->get() == ParameterValue(word);
+                     });
+}
+
 Configuration loadConfiguration(const std::string& path, StageTable& table,
                                 const ConfigurationOverrides& overrides, Plugins plugins) {
   const std::string found = findConfiguration(path);

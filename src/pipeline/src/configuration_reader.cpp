@@ -408,12 +408,8 @@ void ConfigurationReader::checkOrder(const std::vector<YAML::Mark>& marks) {
 }
 
 void ConfigurationReader::configureStages() {
-  for (const ConfiguredStage& stage : configuration_.stages) {
-    const Parameter* poses =
-        stage.enabled && stage.kind == StageKind::Motion ? stage.parameters.find("poses") : nullptr;
-    if (poses != nullptr && poses->get() == ParameterValue(std::string("ignore")))
-      configuration_.settings.ignores_poses = true;
-  }
+  configuration_.settings.ignores_poses =
+      hasStageWith(configuration_, StageKind::Motion, "poses", "ignore");
   for (std::size_t i = 0; i < configuration_.stages.size(); ++i) {
     try {
       configuration_.stages[i].stage->configure(configuration_.settings);

@@ -325,17 +325,6 @@ void Run::warnOfTilt() {
                       : "the world of the given poses may not be level; set `up` of the stages"));
 }
 
-/// Whether key_features.registered is false.
-bool leavesColourOut(const Configuration& configuration) {
-  for (const ConfiguredStage& stage : configuration.stages) {
-    const Parameter* registered = stage.parameters.find("registered");
-    if (stage.enabled && registered != nullptr &&
-        registered->get() == ParameterValue(std::string("false")))
-      return true;
-  }
-  return false;
-}
-
 /// One sentence for all of them; run.log and frames.csv tell of each.
 void Run::warnOfSkippedFrames() {
   const std::size_t skipped = statistics_.frames() - statistics_.usedFrames();
@@ -348,7 +337,8 @@ void Run::warnOfSkippedFrames() {
        ", " + first.skip_reason +
        (many && is_own ? "; frames closer together or given poses help" : "") +
        (many && is_own && source_.kind() == io::SequenceKind::Rgbd &&
-                statistics_.hasImageFeatures() && !leavesColourOut(pipeline_.configuration())
+                statistics_.hasImageFeatures() &&
+                !hasStageWith(pipeline_.configuration(), StageKind::Features, "registered", "false")
             ? ", and key_features.registered=false where the colour image of a depth camera is not "
               "registered to the depth image"
             : ""));
