@@ -46,8 +46,7 @@ void appendLines(std::string& out, bool& first, const Items& items, Append&& app
 
 }  // namespace
 
-void writeMapJson(const PlanarMap& map, const std::string& frame_id, const ByteSink& sink,
-                  std::size_t max_unknown) {
+void writeMapJson(const PlanarMap& map, const std::string& frame_id, const ByteSink& sink) {
   std::string out;
   append(out, "{\n  \"format\": \"planar_mapping map\",\n  \"version\": 1,\n  \"frame_id\": \"",
          frame_id, "\",\n  \"up\": [", listOf(map.params().approximation.up.normalized(), ", "),
@@ -62,11 +61,8 @@ void writeMapJson(const PlanarMap& map, const std::string& frame_id, const ByteS
   out += first ? "],\n  \"cuboids\": [" : "\n  ],\n  \"cuboids\": [";
   first = true;
   appendLines(out, first, map.cuboids(), appendCuboid, sink);
-  const std::vector<Cuboid> unknown = map.unknownCuboids();
-  if (unknown.size() <= max_unknown) appendLines(out, first, unknown, appendCuboid, sink);
-  out += first ? "]" : "\n  ]";
-  if (unknown.size() > max_unknown) append(out, ",\n  \"unknown_left_out\": ", unknown.size());
-  out += "\n}\n";
+  appendLines(out, first, map.unknownCuboids(), appendCuboid, sink);
+  out += first ? "]\n}\n" : "\n  ]\n}\n";
   sink(out);
 }
 

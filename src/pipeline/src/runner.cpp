@@ -393,10 +393,8 @@ void Run::save(bool interrupted) {
   files.emplace_back("trajectory_tum.txt", io::toTum(trajectory));
   files.emplace_back("frames.csv", statistics_.framesCsv(configuration));
   files.emplace_back("run.log", log_text_);
-  constexpr std::size_t kMaxUnknown = 200000;  // 34 MB; `planar_map convert` lists all
-  files.emplace_back("map.json", [&map](const io::ByteSink& sink) {
-    io::writeMapJson(map, "map", sink, kMaxUnknown);
-  });
+  files.emplace_back("map.json",
+                     [&map](const io::ByteSink& sink) { io::writeMapJson(map, "map", sink); });
   files.emplace_back("metrics.json", result_.metrics_json);
   files.emplace_back("map.pmap", std::string(bytes.begin(), bytes.end()));
   files.emplace_back("run.state", kStateFormat + packed(state.take()));

@@ -96,24 +96,6 @@ TEST(MapJson, TextComesInSmallParts) {
   EXPECT_LT(largest, 70000u);
 }
 
-TEST(MapJson, LeavesOutUnknownSpaceOfTooManyCuboids) {
-  const PlanarMap map = smallMap();
-  const std::size_t unknown = map.unknownCuboids().size();
-  ASSERT_GT(unknown, 1u);
-  const auto parsed = [&](std::size_t max_unknown) {
-    std::string text;
-    writeMapJson(
-        map, "map", [&text](std::string_view part) { text += part; }, max_unknown);
-    return nlohmann::json::parse(text);
-  };
-  const auto all = parsed(unknown);
-  EXPECT_EQ(all["cuboids"].size(), map.cuboids().size() + unknown);
-  EXPECT_FALSE(all.contains("unknown_left_out"));
-  const auto few = parsed(unknown - 1);
-  EXPECT_EQ(few["cuboids"].size(), map.cuboids().size());
-  EXPECT_EQ(few["unknown_left_out"], unknown);
-}
-
 TEST(MapJson, IsValidForAnEmptyMap) {
   const nlohmann::json json = nlohmann::json::parse(mapToJson(PlanarMap()));
   EXPECT_TRUE(json.at("cuboids").empty());

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cstddef>
 #include <string>
 
 #include "planar_mapping/core/base/export.h"
@@ -20,13 +19,10 @@ namespace planar_mapping::io {
 /// Occupied cuboids come first, in the order of PlanarMap::cuboids(), then unknown space as
 /// PlanarMap::unknownCuboids() lists it; `unseen` says what space is beyond.
 /// Numbers read back as the same values, in any locale.
-/// \param max_unknown where unknown space is more cuboids, none of them is listed, and
-///     `unknown_left_out` is how many
 /// \param frame_id name of the map's frame, of letters, digits and _-./
 /// \param sink     gets the text in parts: that of a large map need not be in memory
 PLANAR_MAPPING_EXPORT void writeMapJson(const PlanarMap& map, const std::string& frame_id,
-                                        const ByteSink& sink,
-                                        std::size_t max_unknown = static_cast<std::size_t>(-1));
+                                        const ByteSink& sink);
 
 /// Writes writeMapJson() to a file, whole or not at all.
 /// \throws IoError if the file exists and must not be overwritten, or cannot be written
