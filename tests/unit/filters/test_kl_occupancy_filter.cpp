@@ -169,7 +169,7 @@ TEST(KLOccupancyFilter, CellsAreThoseOfTheWorld) {
       filter.filter(kept);
     }
     EXPECT_EQ(filter.getDiagnostics().beliefs.updated, 1u);
-    EXPECT_EQ(filter.getProbabilities()[0], 0.5f);
+    EXPECT_NEAR(filter.getProbabilities()[0], std::exp(-1.07), 1e-5);
   }
 }
 

@@ -27,7 +27,7 @@ FeatureBeliefs::Summary CellBeliefs::update(const std::vector<FrameCells::Group>
     std::size_t end = first;
     double sum = 0.0;
     double count = 0.0;
-    bool is_sparse = true;  // says nothing that could be weighed
+    bool is_sparse = true;  // points alone, where that is no doubt
     for (; end < order_.size() && cellOf(order_[end]) == cell; ++end) {
       const DenseFeatures::Support& seen = support.support(order_[end]);
       sum += seen.sum;

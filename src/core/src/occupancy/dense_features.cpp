@@ -47,35 +47,42 @@ void DenseFeatures::observe(const PointsView& points, const OccupancyParams& par
 void DenseFeatures::findSparse(const PointsView& points, const FrameCells& cells) {
   // Of the points on planes at a range, to a factor of two, that are alone in their cell: at most
   // 1 % in images, also where stereo is noisy, 2 % and more of a laser scanner.
-  constexpr double kUsual = 0.02;
+  constexpr double kMaxUsuallyAlone = 0.02;
+  constexpr std::size_t kEnough = 50;  // points; fewer tell nothing of a range
   constexpr int kOctaves = 64;
-  struct Octave {
-    double alone[2] = {0.0, 0.0}, points[2] = {0.0, 0.0};  // off planes, on planes
-    bool isSparse() const {
-      const int which = points[1] > 0.0 ? 1 : 0;
-      return alone[which] > kUsual * points[which];
-    }
-  };
-  std::array<Octave, kOctaves> octaves;
-  std::vector<Octave*> octave_of(support_.size());
+  std::vector<std::size_t> octave_of(support_.size(), 0);
   for (std::size_t k = 0; k < points_.size(); ++k) {
     const int octave = std::ilogb(points.point(static_cast<std::size_t>(points_[k])).norm());
     octave_of[static_cast<std::size_t>(groups_[k])] =
-        &octaves[static_cast<std::size_t>(std::clamp(octave + kOctaves / 2, 0, kOctaves - 1))];
+        static_cast<std::size_t>(std::clamp(octave + kOctaves / 2, 0, kOctaves - 1));
   }
-  std::uint32_t begin = 0;
+  std::vector<std::size_t> points_in(support_.size(), 0);
+  std::size_t begin = 0;
   for (const FrameCells::Run& run : cells.runs()) {
-    if (run.group >= 0) {
-      const auto g = static_cast<std::size_t>(run.group);
-      const std::size_t on_plane = cells.groups()[g].label >= 0 ? 1 : 0;
-      octave_of[g]->points[on_plane] += run.end - begin;
-      if (support_[g].count == 1) octave_of[g]->alone[on_plane] += 1.0;
-    }
+    if (run.group >= 0) points_in[static_cast<std::size_t>(run.group)] += run.end - begin;
     begin = run.end;
   }
+  // Where nothing is on a plane, all points tell.
+  const auto isOnPlane = [&](std::size_t g) { return cells.groups()[g].label >= 0; };
+  bool has_planes = false;
+  for (std::size_t g = 0; g < support_.size(); ++g) has_planes = has_planes || isOnPlane(g);
+  std::array<std::size_t, kOctaves> all{}, alone{};
   for (std::size_t g = 0; g < support_.size(); ++g) {
-    support_[g].sparse = support_[g].count == 1 && octave_of[g]->isSparse();
+    if (has_planes && !isOnPlane(g)) continue;
+    all[octave_of[g]] += points_in[g];
+    alone[octave_of[g]] += points_in[g] == 1 ? 1 : 0;
   }
+  // A range that tells nothing is as the next nearer one that does, else as the first that does.
+  std::array<bool, kOctaves> is_sparse{};
+  std::size_t known = 0;
+  while (known + 1 < kOctaves && all[known] < kEnough) ++known;
+  for (std::size_t i = 0; i < kOctaves; ++i) {
+    if (i > known && all[i] >= kEnough) known = i;
+    is_sparse[i] = all[known] >= kEnough && static_cast<double>(alone[known]) >
+                                                kMaxUsuallyAlone * static_cast<double>(all[known]);
+  }
+  for (std::size_t g = 0; g < support_.size(); ++g)
+    support_[g].sparse = points_in[g] == 1 && is_sparse[octave_of[g]];
 }
 
 }  // namespace planar_mapping::detail

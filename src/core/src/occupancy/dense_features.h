@@ -17,7 +17,7 @@ class DenseFeatures {
   struct Support {
     double sum = 0.0;        ///< of Eq. 4
     std::int32_t count = 0;  ///< of the points sampled
-    bool sparse = false;     ///< a point alone where even planes often have no more in a cell
+    bool sparse = false;     ///< a point alone where even on planes many are
   };
 
   /// The first points of each group, as the indices come.

@@ -3,7 +3,6 @@
 // Beliefs of KlOccupancy whose features are sampled from the cloud.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -81,30 +80,41 @@ TEST(CellBeliefs, SeenAgainACellFollowsTheDivergence) {
   EXPECT_EQ(1u, frames.summary().updated);
 }
 
-/// A wall at 3 m, one point in each cell of it or 64, and a point alone in the air before it.
+/// A wall at 3 m, 9 points in each cell of it or 1, and points alone before and far behind it.
 TEST(CellBeliefs, AloneWhereTheCloudIsSparseAPointIsNotDoubted) {
-  for (const int side : {1, 8}) {
+  for (const int side : {1, 3}) {
     Frames frames(params());
-    std::vector<float> xyz = {0.5f, 0.5f, 2.5f};
-    for (int i = 0; i < 4 * side; ++i) {
-      for (int j = 0; j < 4 * side; ++j) {
+    std::vector<float> xyz = {0.5f, 0.5f, 2.5f, 0.5f, 0.5f, 20.5f};
+    for (int i = 0; i < 16 * side; ++i) {
+      for (int j = 0; j < 16 * side; ++j) {
         const auto at = [side](int k) {
-          return (static_cast<float>(k) + 0.5f) / static_cast<float>(side) - 2.0f;
+          return (static_cast<float>(k) + 0.5f) / static_cast<float>(side) - 8.0f;
         };
         xyz.insert(xyz.end(), {at(i), at(j), 3.2f});
       }
     }
     std::vector<std::int32_t> labels(xyz.size() / 3, 0);
-    labels[0] = -1;
+    labels[0] = labels[1] = -1;
     EXPECT_EQ(0.5f, frames.see(xyz, labels)[0]);
     const std::vector<float> again = frames.see(xyz, labels);
+    for (const std::size_t lone : {0, 1}) {
+      EXPECT_NEAR(side == 1 ? 0.5 : std::exp(-1.07), again[lone], 1e-5) << lone;
+    }
     if (side == 1) {
       for (const float p : again) EXPECT_EQ(0.5f, p);
-    } else {
-      EXPECT_NEAR(std::exp(-1.07), again[0], 1e-5);
-      EXPECT_GT(*std::min_element(again.begin() + 1, again.end()), 0.5f);
     }
   }
+}
+
+/// One feature is sampled in each cell, though many points are in it.
+TEST(CellBeliefs, AFeatureOfAFullCellIsNotAlone) {
+  KlOccupancyParams one = params();
+  one.features_per_cell = 1;
+  Frames frames(one);
+  std::vector<float> xyz;
+  for (int i = 0; i < 100; ++i) xyz.insert(xyz.end(), {0.01f * static_cast<float>(i), 0.5f, 3.5f});
+  EXPECT_EQ(0.5f, frames.see(xyz)[0]);
+  EXPECT_NEAR(std::exp(-1.07), frames.see(xyz)[0], 1e-5);
 }
 
 TEST(CellBeliefs, TheCellIsOfTheWorldAlsoFarFromTheOrigin) {
