@@ -319,7 +319,7 @@ TEST_F(Run, CellsTooLargeForANearSceneAreSaid) {
     return runOn(room(),
                  {"--set", "planar_cuboid_approximation.resolution_m=" + resolution, "--force"});
   };
-  expectOneSentence(with("0.5"), "which is few cells of 0.5 m");
+  expectOneSentence(with("0.5"), "few cells of 0.5 m");
   EXPECT_EQ(with("0.1").err, "");
   EXPECT_EQ(with("auto").err, "");
 }

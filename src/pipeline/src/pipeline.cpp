@@ -292,7 +292,9 @@ void Pipeline::loadState(const std::string& state, PlanarMap map) {
   reader(last_pictures_, origin_, counted_frames_, cuboids_, left_out_);
   for (std::size_t i = 0; i < sensing_size_; ++i) {
     sensing_scales_[i] = takeScale(reader);
-    if (sensing_scales_[i]) configuration_.stages[i].stage->adapt(*sensing_scales_[i]);
+    if (!sensing_scales_[i]) continue;
+    sensing_scales_[i]->resolution = givenResolution();
+    configuration_.stages[i].stage->adapt(*sensing_scales_[i]);
   }
   const std::optional<CloudScale> mapping_scale = takeScale(reader);
   if (mapping_scale) {
@@ -348,9 +350,10 @@ void Pipeline::remarkOn(const CloudScale& scale, Frame& frame) const {
   constexpr double kMinCells = 15.0;  // from the sensor to what is farthest
   if (scale.resolution && scale.max_range < kMinCells * *scale.resolution) {
     frame.warnings.push_back(
-        frame.source + ": nothing is farther than " + detail::rounded(scale.max_range, 2) +
-        " m, which is few cells of " + detail::rounded(*scale.resolution, 3) +
-        " m; what one looks into may be filled: "
+        frame.source + ": 99 % of the points are nearer than " +
+        detail::rounded(scale.max_range, 2) + " m, few cells of " +
+        detail::rounded(*scale.resolution, 3) +
+        " m: what is open between them may be closed; "
         "planar_cuboid_approximation.resolution_m=auto or a smaller one keeps it open");
   }
   if (!scale.stereo && scale.spacing > kMaxSpacing && scale.max_range > kMaxRange) {

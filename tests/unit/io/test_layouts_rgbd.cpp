@@ -126,6 +126,7 @@ TEST_F(LayoutFolders, FramesMayHaveAPoseFileEach) {
   EXPECT_EQ(4, sequence.calibration()->camera.width);
   EXPECT_EQ(1000.0, *sequence.calibration()->depth_scale);
   EXPECT_EQ(0.5, sequence.describe(1).T_world_sensor->translation().x());
+  EXPECT_EQ(1.0 / 30.0, sequence.describe(1).timestamp);
   EXPECT_FALSE(sequence.read(1).left.empty());
   SequenceOptions options;
   options.ignore_poses = true;
@@ -136,6 +137,7 @@ TEST_F(LayoutFolders, FramesMayHaveAPoseFileEach) {
   expectProblem(folder, "needs 3 rows");
   write("seven/seq-01/frame-000000.pose.txt", "0 0 0 0\n0 0 0 0\n0 0 0 0\n");
   expectProblem(folder, "has no rotation matrix");
+  EXPECT_EQ(3u, Sequence({folder}, options).size());  // nobody asks for it
 }
 
 TEST_F(LayoutFolders, ScannetLeavesOutWhatWasLost) {
@@ -151,6 +153,7 @@ TEST_F(LayoutFolders, ScannetLeavesOutWhatWasLost) {
   EXPECT_EQ("ScanNet", sequence.layout());
   ASSERT_EQ(2u, sequence.size());
   EXPECT_EQ(10.0, sequence.describe(1).T_world_sensor->translation().y());
+  EXPECT_EQ(10.0 / 30.0, sequence.describe(1).timestamp);
   EXPECT_EQ(1.5, sequence.calibration()->camera.cx);
 }
 

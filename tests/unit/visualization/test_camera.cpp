@@ -131,6 +131,16 @@ TEST(PlaceCamera, StrayCellsFarOutDoNotShrinkThePicture) {
   EXPECT_EQ(placeCamera(content, options).parallel_scale, before);
   content.cuboids.back().size.setConstant(10.0);
   EXPECT_GT(placeCamera(content, options).parallel_scale, 5.0 * before) << "that is no stray cell";
+  // A pole at the end of a floor belongs to it, however little surface it has.
+  content.cuboids.assign(1, testing::plate({0, 0, 0}, {0, 0, 1}, 30, 30, 0, 0.1));
+  options.camera = CameraPreset::Front;
+  const double floor = placeCamera(content, options).parallel_scale;
+  stray.center = Vector3(14.0, 0.0, 6.0);
+  stray.size = Vector3(0.1, 0.1, 12.0);
+  stray.orientation.setIdentity();
+  content.cuboids.push_back(stray);
+  EXPECT_NE(placeCamera(content, options).focal_point.z(), 0.0);
+  EXPECT_GE(placeCamera(content, options).parallel_scale, floor);
 }
 
 TEST(PlaceCamera, RefusesAnEmptyScene) {

@@ -42,23 +42,28 @@ struct Spacing {
 
 Spacing spacingOf(const std::vector<Vector3>& sample, const Vector3& low, double side,
                   std::size_t points) {
-  // Of the points that cells hold by chance half are in cells with so many more than the mean.
-  constexpr double kMoreThanMean = 0.7;
+  // The median of Poisson counts weighted by points is so much above their mean.
+  constexpr double kMedianAboveMean = 0.7;
   Spacing spacing;
   if (!(side > 0.0)) return spacing;
   const double cell = side / kCellsAlongAxis;
   std::vector<std::uint32_t> points_in(
       static_cast<std::size_t>(kCellsAlongAxis) * kCellsAlongAxis * kCellsAlongAxis, 0);
   std::vector<std::size_t> cells;
+  std::size_t all = 0;
   for (const Vector3& p : sample) {
     std::size_t index = 0;
     bool inside = true;
     for (int axis = 0; axis < 3; ++axis) {
       const double c = (p[axis] - low[axis]) / cell;
-      inside = inside && c >= 0.0 && c < kCellsAlongAxis;
-      index = index * kCellsAlongAxis + (inside ? static_cast<std::size_t>(c) : 0);
+      inside = inside && c >= 0.0 && c <= kCellsAlongAxis;
+      index =
+          index * kCellsAlongAxis +
+          (inside ? std::min<std::size_t>(static_cast<std::size_t>(c), kCellsAlongAxis - 1) : 0);
     }
-    if (inside && points_in[index]++ == 0) cells.push_back(index);
+    if (!inside) continue;
+    ++all;
+    if (points_in[index]++ == 0) cells.push_back(index);
   }
   spacing.mean = cell * std::sqrt(static_cast<double>(cells.size()) / static_cast<double>(points));
   std::sort(cells.begin(), cells.end(),
@@ -66,9 +71,9 @@ Spacing spacingOf(const std::vector<Vector3>& sample, const Vector3& low, double
   std::size_t seen = 0;
   for (const std::size_t index : cells) {
     seen += points_in[index];
-    if (2 * seen < sample.size()) continue;
+    if (2 * seen < all) continue;
     const double sampled = static_cast<double>(sample.size()) / static_cast<double>(points);
-    spacing.median = cell * std::sqrt(sampled / (points_in[index] - kMoreThanMean));
+    spacing.median = cell * std::sqrt(sampled / (points_in[index] - kMedianAboveMean));
     break;
   }
   return spacing;
@@ -132,24 +137,33 @@ double noiseOf(const std::vector<Vector3>& sample, double spacing) {
   return noise;
 }
 
-/// Of the points, those more than \p behind times as far as the nearest one in their direction.
+/// Of the points, those more than \p behind times as far as the nearest one in their direction; of
+/// large clouds in some of the directions.
 /// \param degrees  width of a direction
-double hiddenFraction(const std::vector<Vector3>& sample, double degrees, double behind) {
+double hiddenFraction(const PointsView& points, const Indices* indices, double degrees,
+                      double behind) {
+  constexpr std::uint64_t kMix = 0x9E3779B97F4A7C15ULL;
   struct Sight {
-    int direction;
+    std::int32_t direction;
     float range;
   };
-  std::vector<Sight> sights;
-  sights.reserve(sample.size());
+  const std::size_t n = detail::countOf(points, indices);
+  const std::uint64_t every = n / kLargestSample + 1;
   const double width = degrees * kRadiansPerDegree;
-  for (const Vector3& p : sample) {
+  std::vector<Sight> sights;
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::size_t i = detail::at(indices, k);
+    if (!isUsable(points, i)) continue;
     // Rings of equal height, cut into pieces of equal width.
+    const Vector3 p = points.point(i);
     const double range = p.norm();
     const double ring = std::floor(std::asin(p.z() / range) / width);
     const double piece =
         std::floor(std::atan2(p.y(), p.x()) * std::cos((ring + 0.5) * width) / width);
-    sights.push_back(
-        {static_cast<int>(ring) * 10000 + static_cast<int>(piece), static_cast<float>(range)});
+    const auto direction =
+        static_cast<std::int32_t>(ring) * 10000 + static_cast<std::int32_t>(piece);
+    if ((static_cast<std::uint64_t>(direction) * kMix >> 32u) % every != 0) continue;
+    sights.push_back({direction, static_cast<float>(range)});
   }
   std::sort(sights.begin(), sights.end(), [](const Sight& a, const Sight& b) {
     return a.direction != b.direction ? a.direction < b.direction : a.range < b.range;
@@ -160,7 +174,7 @@ double hiddenFraction(const std::vector<Vector3>& sample, double degrees, double
     if (i == 0 || sights[i].direction != sights[i - 1].direction) nearest = sights[i].range;
     hidden += sights[i].range > behind * nearest ? 1 : 0;
   }
-  return static_cast<double>(hidden) / static_cast<double>(sights.size());
+  return static_cast<double>(hidden) / static_cast<double>(std::max<std::size_t>(1, sights.size()));
 }
 
 PLANAR_MAPPING_MULTIVERSION
@@ -217,22 +231,22 @@ bool isMerged(const PointsView& points, const Indices* indices) {
   if (points.height > 1) return false;
   detail::requireIndices(points, indices);
   const std::size_t n = detail::countOf(points, indices);
-  std::vector<Vector3> sample;
+  std::size_t looked_at = 0;
   Vector3 low = Vector3::Constant(1e300);
   Vector3 high = -low;
   for (std::size_t k = 0; k < n; k += n / kLargestSample + 1) {
     const std::size_t i = detail::at(indices, k);
     if (!isUsable(points, i)) continue;
-    sample.push_back(points.point(i));
-    low = low.cwiseMin(sample.back());
-    high = high.cwiseMax(sample.back());
+    ++looked_at;
+    low = low.cwiseMin(points.point(i));
+    high = high.cwiseMax(points.point(i));
   }
-  if (sample.size() < kMinSights) return false;
+  if (looked_at < kMinSights) return false;
   const double away = Vector3::Zero().cwiseMax(low).cwiseMin(high).norm();
   if (away > kMaxExtents * (high - low).norm() && away < kEarth) return true;
-  // Single scans have 0.20 at most in the first, 0.04 in the second; what is merged around the
-  // origin 0.32 and more in the first, what lies far from it 0.11 in the second.
-  return hiddenFraction(sample, 1.0, 1.5) > 0.25 || hiddenFraction(sample, 0.125, 1.12) > 0.08;
+  // docs/dev/automatic_parameters.md: single scans have 0.20 and 0.04 at most.
+  return hiddenFraction(points, indices, 1.0, 1.5) > 0.25 ||
+         hiddenFraction(points, indices, 0.125, 1.12) > 0.08;
 }
 
 CloudScale scaleOf(const PointsView& points, const Indices& indices, const Pose& T_world_sensor) {

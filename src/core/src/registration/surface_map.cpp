@@ -113,6 +113,8 @@ class SurfaceMap::Implementation {
   CloudRegistration locateFar(const PointsView& cloud, const Pose& guess,
                               const CloudRegistration& near) const {
     constexpr double kSecondBest = 0.9;  // of the best one's worth, which is no more certain then
+    constexpr double kBetter = 1.1;      // times the fit at the place next to the guess
+    constexpr double kAsGood = 0.9;      // likewise, for what is that place
     std::vector<CloudRegistration> found = placesFar(cloud, guess);
     found.push_back(near);
     found.erase(std::remove_if(found.begin(), found.end(), [](const auto& r) { return !r.found; }),
@@ -125,9 +127,9 @@ class SurfaceMap::Implementation {
       const bool rival = worth(other) > kSecondBest * worth(best);
       if (rival && !isSamePlace(best, other)) return {};
     }
-    // A camera is where it was rather than where its cloud lies no better, though noise sees
-    // through something there.
-    const double needed = isSamePlace(best, near) ? kSecondBest : 1.0 / kSecondBest;
+    // Rays may contradict the place next to the guess because depths are noisy: a camera is not
+    // placed elsewhere unless its cloud fits better there.
+    const double needed = isSamePlace(best, near) ? kAsGood : kBetter;
     if (!params_.optical_axis.isZero() && best.fraction < needed * near.fraction) return {};
     return best;
   }

@@ -26,7 +26,7 @@ constexpr double kConfirmedFraction = 0.5;
 constexpr double kSameRotation = 0.02;  // radians: two searches that ended there agree
 // So many times more than errors of normals tell is meant: those of rings all lean alike.
 constexpr double kTimesNoise = 2.0;
-constexpr double kTimesNoiseOfScans = 3.0;
+constexpr double kTimesNoiseAllAround = 3.0;
 
 Matrix6 weakInformation() {
   Vector6 information;
@@ -162,7 +162,7 @@ CloudRegistration SurfaceRegistration::resultOf(const RegistrationCandidate& can
   // All around there is much that fits anywhere, as the floor does.
   const bool is_partial = !params_.optical_axis.isZero();
   const Matrix6 information = meaningful(candidate.at_end.hessian, candidate.at_end.noise,
-                                         is_partial ? kTimesNoise : kTimesNoiseOfScans) /
+                                         is_partial ? kTimesNoise : kTimesNoiseAllAround) /
                                   (kCorrelatedPlanes * std::max(1.0, ratio)) +
                               weakInformation();
   const Matrix6 covariance = Eigen::LDLT<Matrix6>(information).solve(Matrix6::Identity());

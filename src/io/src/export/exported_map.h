@@ -16,7 +16,7 @@ struct ExportedMap {
   std::vector<Cuboid> free;     ///< seen free; only for formats that say so
   Vector3 up = Vector3::UnitZ();
   Vector3 origin = Vector3::Zero();  ///< PlanarMapParams::origin
-  std::vector<Vector3> sensors;      ///< places of the trajectory
+  std::vector<Vector3> sensors;      ///< places of the trajectory, where they are known
   double resolution = 0.1;
   ExportOptions options;
 

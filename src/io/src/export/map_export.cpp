@@ -88,7 +88,10 @@ ExportedMap exportedOf(const PlanarMap& map, Space space, const ExportOptions& o
   exported.cuboids = map.cuboids();
   exported.up = map.params().approximation.up.normalized();
   exported.origin = map.params().origin;
-  for (const auto& [time, pose] : map.trajectory()) exported.sensors.push_back(pose.translation());
+  // Of a merged cloud the origin is no sensor's.
+  if (map.params().unknown_space)
+    for (const auto& [time, pose] : map.trajectory())
+      exported.sensors.push_back(pose.translation());
   exported.resolution = map.params().approximation.resolution;
   exported.options = options;
   if (space == Space::Free) {

@@ -161,7 +161,7 @@ Surroundings around(const std::vector<Vector3>& sensors, const std::vector<Cuboi
   constexpr double kLeastBelow = 0.05;      // metres
   constexpr std::size_t kMaxSensors = 100;  // are enough
   Surroundings found;
-  const std::size_t step = sensors.size() / kMaxSensors + 1;
+  const std::size_t step = (sensors.size() + kMaxSensors - 1) / kMaxSensors;
   for (const Cuboid& cuboid : cuboids) {
     const bool is_level = isLevel(cuboid, up);
     double nearest = kAround;
@@ -193,8 +193,9 @@ Surroundings everything(const std::vector<Cuboid>& cuboids, const Vector3& up) {
 }
 
 /// Of the lowest level faces that are larger than tables, or of much larger ones a step above them,
-/// if next to nothing is below them. \param max_below  of the volume
-std::optional<double> floorHeight(Surroundings here, const Vector3& up, double max_below) {
+/// if next to nothing is below them.
+std::optional<double> floorHeight(Surroundings here, const Vector3& up) {
+  constexpr double kMaxBelow = 0.1;   // of the volume: flying pixels below a floor reach 0.08
   constexpr double kMinArea = 4.0;    // square metres
   constexpr double kSameFloor = 0.2;  // metres
   constexpr double kStep = 0.6;       // metres: from a verge or a ditch to the road
@@ -227,7 +228,7 @@ std::optional<double> floorHeight(Surroundings here, const Vector3& up, double m
     volume += cuboid->volume();
     if (cuboid->center.dot(up) < found->height - kBelow) below += cuboid->volume();
   }
-  if (below > max_below * volume) return std::nullopt;
+  if (below > kMaxBelow * volume) return std::nullopt;
   return found->height;
 }
 
@@ -282,9 +283,8 @@ double groundHeight(const std::vector<Cuboid>& cuboids, const Vector3& up,
                     const std::vector<Vector3>& sensors) {
   constexpr double kStrayFraction = 0.01;
   constexpr double kNearZero = 0.1;  // metres
-  constexpr double kMaxBelow = 0.05, kMaxBelowSensors = 0.2;
-  std::optional<double> floor = floorHeight(around(sensors, cuboids, up), up, kMaxBelowSensors);
-  if (!floor) floor = floorHeight(everything(cuboids, up), up, kMaxBelow);
+  std::optional<double> floor = floorHeight(around(sensors, cuboids, up), up);
+  if (!floor) floor = floorHeight(everything(cuboids, up), up);
   if (floor) return std::abs(*floor) <= kNearZero ? 0.0 : *floor;
   std::vector<std::pair<double, double>> ends;  // height, weight
   double stray = 0.0;

@@ -52,7 +52,8 @@ Description readMiddlebury(const std::string& folder, const SequenceOptions& opt
 bool hasOpen3d(const std::string& folder);
 Description readOpen3d(const std::string& folder, const SequenceOptions& options);
 
-/// 7-Scenes and others with a pose file for each frame; ScanNet.
+/// 3DMatch, 7-Scenes and others with a pose file for each frame; ScanNet.
+bool isScannet(const std::string& folder);
 bool hasPosedFrames(const std::string& folder);
 Description readPosedFrames(const std::string& folder, const SequenceOptions& options);
 

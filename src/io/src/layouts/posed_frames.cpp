@@ -1,7 +1,10 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include <cmath>
-#include <filesystem>
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "layouts/folder.h"
 #include "layouts/layout.h"
@@ -16,9 +19,23 @@ namespace planar_mapping::io::layouts {
 namespace {
 
 const std::string kDepthEnd = ".depth.png";
+const std::string kPoseEnd = ".pose.txt";
 
 bool endsWith(const std::string& text, const std::string& end) {
   return text.size() > end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+std::string frameNameOf(const std::string& depth_file) {
+  return depth_file.substr(0, depth_file.size() - kDepthEnd.size());
+}
+
+/// The number that a name ends with, else \p otherwise.
+double numberOf(const std::string& name, std::size_t otherwise) {
+  const std::size_t digits = name.find_last_not_of("0123456789") + 1;
+  double number = 0.0;
+  return digits < name.size() && parseNumber(std::string_view(name).substr(digits), number)
+             ? number
+             : static_cast<double>(otherwise);
 }
 
 /// The first numbers of each of so many rows; not finite where the camera was lost.
@@ -83,17 +100,22 @@ std::string oneOf(const std::string& name, const std::vector<std::string>& ends)
 
 }  // namespace
 
+bool isScannet(const std::string& folder) {
+  return isDirectory(joined(folder, "depth")) && isDirectory(joined(folder, "pose")) &&
+         isDirectory(joined(folder, "intrinsic"));
+}
+
 bool hasPosedFrames(const std::string& folder) {
-  if (isDirectory(joined(folder, "pose"))) return isDirectory(joined(folder, "depth"));
+  if (isScannet(folder)) return true;
   if (!isDirectory(folder)) return false;
   for (const std::string& file : filesOf(folder))
-    if (endsWith(file, kDepthEnd)) return true;
+    if (endsWith(file, kDepthEnd) && exists(frameNameOf(file) + kPoseEnd)) return true;
   return false;
 }
 
 Description readPosedFrames(const std::string& folder, const SequenceOptions& options) {
   constexpr double kFramesPerSecond = 30.0;
-  const bool is_scannet = isDirectory(joined(folder, "pose"));
+  const bool is_scannet = isScannet(folder);
   Description description;
   description.layout = is_scannet ? "ScanNet" : "RGB-D frames with poses";
   description.kind = SequenceKind::Rgbd;
@@ -101,14 +123,13 @@ Description readPosedFrames(const std::string& folder, const SequenceOptions& op
   std::size_t all = 0;
   for (const std::string& depth : depthFilesOf(is_scannet ? joined(folder, "depth") : folder)) {
     if (!is_scannet && !endsWith(depth, kDepthEnd)) continue;
-    const std::string name =
-        is_scannet ? stemOf(depth) : depth.substr(0, depth.size() - kDepthEnd.size());
+    const std::string name = is_scannet ? stemOf(depth) : frameNameOf(depth);
     const std::string color = is_scannet ? oneOf(joined(folder, "color/" + name), {".jpg", ".png"})
                                          : oneOf(name, {".color.png", ".color.jpg"});
     const std::string pose_file =
-        is_scannet ? oneOf(joined(folder, "pose/" + name), {".txt"}) : oneOf(name, {".pose.txt"});
-    FrameEntry frame{depth, color, static_cast<double>(all) / kFramesPerSecond, {}};
-    if (!pose_file.empty() && options.poses_file.empty())
+        is_scannet ? oneOf(joined(folder, "pose/" + name), {".txt"}) : oneOf(name, {kPoseEnd});
+    FrameEntry frame{depth, color, numberOf(name, all) / kFramesPerSecond, {}};
+    if (!pose_file.empty() && options.poses_file.empty() && !options.ignore_poses)
       frame.T_world_sensor = readPose(pose_file);
     ++all;
     description.has_color = description.has_color || !color.empty();
@@ -117,7 +138,7 @@ Description readPosedFrames(const std::string& folder, const SequenceOptions& op
     description.frames.push_back(std::move(frame));
   }
   if (all == 0) throw IoError(folder, "holds no depth images");
-  if (description.pose_source == PoseSource::File && !options.ignore_poses) {
+  if (description.pose_source == PoseSource::File) {
     auto& frames = description.frames;
     frames.erase(std::remove_if(frames.begin(), frames.end(),
                                 [](const FrameEntry& f) { return !f.T_world_sensor; }),

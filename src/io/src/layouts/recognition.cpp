@@ -56,7 +56,7 @@ Description readCloudFiles(const std::string& folder, const SequenceOptions& opt
     throw IoError(
         folder,
         "holds neither PCD or PLY files nor a sequence (calib.yaml with clouds/, depth/ or "
-        "left/ and right/; or KITTI, TUM RGB-D, ICL-NUIM, EuRoC, Middlebury, Open3D, 7-Scenes, "
+        "left/ and right/; or KITTI, TUM RGB-D, ICL-NUIM, EuRoC, Middlebury, Open3D, 3DMatch, "
         "ScanNet)");
   const std::string poses = joined(folder, "poses.txt");
   if (options.poses_file.empty() && exists(poses)) addPoses(poses, options, description);

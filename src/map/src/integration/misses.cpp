@@ -11,7 +11,7 @@ namespace {
 
 /// A cell is missed only if all that is measured over it lies behind it by so many resolutions, ...
 constexpr double kMissMargin = 0.5;
-constexpr double kMissMarginNoise = 1.0;  // of a stereo camera
+constexpr double kMissMarginFar = 1.0;  // of a scan, or with a known depth error
 /// ... and so much of what it covers in the image is measured: cameras have holes at edges and
 /// where little is reflected, and a leg that is narrower than a cell is often no more than a hole.
 constexpr double kSeenThrough = 0.6;
@@ -43,7 +43,7 @@ class MissTest {
         noise_(frame.observation->noise),
         max_range_(map.missRange()),
         resolution_(map.resolution()),
-        margin_((noise_ ? kMissMarginNoise : kMissMargin) * map.resolution()),
+        margin_((noise_ || image.isOfScan() ? kMissMarginFar : kMissMargin) * map.resolution()),
         // Half the diagonal of a square: holds a cell turned about any axis of it.
         half_(Vector3::Constant(std::sqrt(0.5) * map.resolution())) {
     image.bounds(max_range_, low_, high_);

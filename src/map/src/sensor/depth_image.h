@@ -94,9 +94,11 @@ class DepthImage {
   /// \param whole  what the image cuts is of no interest: then the depths are not looked up
   Look look(const Vector3& centre, const Vector3& half, bool whole) const;
   Vector3 toCamera(const Vector3& world) const { return inverse_ * (world - position_); }
+  bool isOfScan() const { return shared_; }
   /// Is this image the one to look at for a box at this place (camera frame)?
   bool isResponsible(const Vector3& centre) const {
-    return !shared_ || (std::abs(centre.x()) <= centre.z() && std::abs(centre.y()) <= centre.z());
+    return !isOfScan() ||
+           (std::abs(centre.x()) <= centre.z() && std::abs(centre.y()) <= centre.z());
   }
   /// Half extents along the camera's axes of a box with these half extents along the world's.
   Vector3 extentInCamera(const Vector3& half) const { return turn_ * half; }

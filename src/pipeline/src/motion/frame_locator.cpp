@@ -270,8 +270,9 @@ bool FrameLocator::agrees(const Pose& T_world_sensor, const Pose& expected, bool
                     lost_ > kFewLost && !likely);
   if (verdict == PoseVerdict::Confirmed) return true;
   if (verdict == PoseVerdict::Unknown) return likely || follows(T_world_sensor, expected);
-  doubt_ = verdict == PoseVerdict::Ambiguous ? "it looks the same from another place"
-                                             : "earlier views contradict the pose they give";
+  doubt_ = verdict == PoseVerdict::Ambiguous  ? "it looks the same from another place"
+           : verdict == PoseVerdict::Doubtful ? "earlier views hardly speak for the pose they give"
+                                              : "earlier views contradict the pose they give";
   return false;
 #else
   return true;
@@ -295,8 +296,9 @@ void FrameLocator::noteCloud(const CloudRegistration& by_cloud) {
 
 std::string FrameLocator::reasonFor(const Frame& frame, const OdometryResult& result) const {
   std::string reason = result.reason;
-  // Those sampled from a cloud have no place where they were before.
-  if (frame.key_features.empty() || frame.images.left.empty()) {
+  if (!frame.key_features.empty() && frame.images.left.empty()) {
+    reason = "there is no image, and features sampled from a cloud tell no motion";
+  } else if (frame.key_features.empty()) {
     reason = surfaces_ ? "there are no key features"
                        : "no pose is given and there are no key features to find one by";
   }

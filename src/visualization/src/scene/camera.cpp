@@ -34,8 +34,8 @@ double areaOf(const Cuboid& cuboid) {
   return a.x() * a.y() + a.y() * a.z() + a.z() * a.x();
 }
 
-/// Without the cuboids more than twice as far out as those that hold 99 % of all surface: stray
-/// returns would leave the rest a spot in the picture.
+/// Without the cuboids more than twice as far out as those reach that hold 99 % of all surface:
+/// stray returns would leave the rest a spot in the picture.
 std::vector<Cuboid> withoutStrays(std::vector<Cuboid> cuboids) {
   constexpr double kStrayFraction = 0.01;
   constexpr double kTimesFarther = 2.0;
@@ -51,9 +51,12 @@ std::vector<Cuboid> withoutStrays(std::vector<Cuboid> cuboids) {
             [&](const Cuboid& a, const Cuboid& b) { return distance(a) < distance(b); });
   double left = (1.0 - kStrayFraction) * all;
   std::size_t core = 0;
-  while (core < cuboids.size() && left > 0.0) left -= areaOf(cuboids[core++]);
-  if (core == 0) return cuboids;
-  const double reach = kTimesFarther * distance(cuboids[core - 1]);
+  double reach = 0.0;
+  for (; core < cuboids.size() && left > 0.0; ++core) {
+    left -= areaOf(cuboids[core]);
+    reach = std::max(reach, distance(cuboids[core]) + 0.5 * cuboids[core].size.norm());
+  }
+  reach *= kTimesFarther;
   while (cuboids.size() > core && distance(cuboids.back()) > reach) cuboids.pop_back();
   return cuboids;
 }
@@ -216,7 +219,8 @@ void horizontalAxes(const Vector3& up, Vector3& right, Vector3& forward) {
 double groundHeight(const SceneContent& content) {
   const Vector3 up = content.up.normalized();
   std::vector<Vector3> sensors;
-  for (const Pose& pose : content.trajectory) sensors.push_back(pose.translation());
+  if (content.sensors_known)
+    for (const Pose& pose : content.trajectory) sensors.push_back(pose.translation());
   if (!content.cuboids.empty()) return io::groundHeight(content.cuboids, up, sensors);
   std::vector<double> heights;
   for (const SceneCloud& cloud : content.clouds) {

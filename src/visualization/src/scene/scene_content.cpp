@@ -99,6 +99,7 @@ SceneContent sceneContent(const PlanarMap& map) {
   std::stable_sort(trajectory.begin(), trajectory.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
   for (const auto& [time, pose] : trajectory) content.trajectory.push_back(pose);
+  content.sensors_known = map.params().unknown_space;  // else a cloud may be merged of many scans
   content.planes = map.planes().size();
   content.resolution = map.params().approximation.resolution;
   content.up = map.params().approximation.up.normalized();

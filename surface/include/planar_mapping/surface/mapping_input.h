@@ -26,7 +26,8 @@ namespace planar_mapping {
 class PLANAR_MAPPING_EXPORT MappingInput {
  public:
   /// Planes of the cloud with their inliers; points in none of them are the non-planar part. They
-  /// stay until they are set again: set those of each cloud after it.
+  /// stay until they are set again: set those of each cloud after it. Without a noise model those
+  /// that are off most of their inliers by more than five cells and 5 % of the range are refused.
   /// \param inliers indices into the input cloud, disjoint, one set per plane
   /// \param planes  (a, b, c, d) of a x + b y + c z + d = 0, of any length and orientation
   /// \throws InputError if the sizes disagree or a plane has not four coefficients,
@@ -57,7 +58,10 @@ class PLANAR_MAPPING_EXPORT MappingInput {
   void setGroundIndices(const Indices& ground) { ground_ = ground; }
   const Indices& getGroundIndices() const { return ground_; }
 
-  /// T_world_sensor; std::nullopt (the default) = the pose of the cloud.
+  /// T_world_sensor; std::nullopt (the default) = the pose of the cloud. A map of PlanarMapping
+  /// that begins with a cloud which has neither, and cannot have been seen from its origin
+  /// (isMerged()), has PlanarMapParams::unknown_space false; a pose that is set, also the identity,
+  /// prevents that.
   void setSensorPose(const std::optional<Pose>& T_world_sensor) { sensor_pose_ = T_world_sensor; }
   const std::optional<Pose>& getSensorPose() const { return sensor_pose_; }
 

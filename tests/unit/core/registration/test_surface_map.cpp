@@ -252,16 +252,18 @@ TEST(SurfaceMap, RefusesWhatSeesThroughTheMap) {
   }
 }
 
-/// Noise may see through what is near; a camera is not where its cloud lies no better instead.
-TEST(SurfaceMap, WhereTheNearPlaceIsContradictedNoWorseOneIsTaken) {
+TEST(SurfaceMap, WhereTheNearPlaceIsContradictedAnotherHasToFitBetter) {
   Random random(9);
   SurfaceMap map(testParams());
   map.insert(viewOf(view(kFirst, 0.001, random)), kFirst);
   const auto cloud = view(kMoved, 0.001, random);
   CloudRegistration near = map.locateNear(viewOf(cloud), kWrongGuess);
   ASSERT_FALSE(near.found);
+  const CloudRegistration far = map.locateFar(viewOf(cloud), kWrongGuess, near);
+  ASSERT_TRUE(far.found);
+  near.fraction = far.fraction / 1.15;
   EXPECT_TRUE(map.locateFar(viewOf(cloud), kWrongGuess, near).found);
-  near.fraction = 1.0;
+  near.fraction = far.fraction / 1.05;
   EXPECT_FALSE(map.locateFar(viewOf(cloud), kWrongGuess, near).found);
 }
 

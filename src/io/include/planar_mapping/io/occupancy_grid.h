@@ -44,8 +44,8 @@ struct OccupancyGrid {
 };
 
 /// Height of the ground along \p up, a unit vector: what GridBand::ground finds, metres; 0 without
-/// cuboids. \param sensors  where the map was seen from: floors below and around these places count
-/// first
+/// cuboids. \param sensors  where the map was seen from: a floor below one of these places and at
+/// most 15 m beside it, at its height there, comes before those elsewhere
 PLANAR_MAPPING_EXPORT double groundHeight(const std::vector<Cuboid>& cuboids, const Vector3& up,
                                           const std::vector<Vector3>& sensors = {});
 

@@ -29,6 +29,7 @@ struct PLANAR_MAPPING_EXPORT SceneContent {
   std::vector<Cuboid> free;        ///< what was seen free, for plans; see unseen
   Unseen unseen = Unseen::Free;    ///< what space is of which neither says anything
   std::vector<Pose> trajectory;    ///< T_world_sensor per frame, in order
+  bool sensors_known = true;       ///< the trajectory says where space was seen from
   std::vector<SceneCloud> clouds;  ///< overlays
   std::size_t planes = 0;          ///< number of planes, for the legend; 0 = count the ids
   double resolution = 0.0;         ///< side s of a cell, for the legend; 0 = not known

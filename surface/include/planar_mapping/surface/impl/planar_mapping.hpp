@@ -24,6 +24,8 @@ FrameUpdate PlanarMapping<PointT>::integrate() {
   }
   diagnostics_ = insertInto(map_ != nullptr ? *map_ : own_map_, points, indices, T_world_sensor,
                             cloud.header.stamp);
+  diagnostics_.merged_cloud =
+      map_ == nullptr && getParams().unknown_space && !own_map_.params().unknown_space;
   return diagnostics_;
 }
 

@@ -13,7 +13,7 @@ namespace planar_mapping {
 
 /// Size and density of a cloud, from which `auto` parameters follow (docs/parameters.md).
 struct CloudScale {
-  double extent = 0.0;     ///< diagonal of the box of the middle 98 % along each axis, metres
+  double extent = 0.0;  ///< diagonal of the box of the middle 98 % along each axis, metres
   /// Side of the square of surface that a point stands for, metres: half of the points stand for
   /// less.
   double spacing = 0.0;
@@ -56,9 +56,9 @@ PLANAR_MAPPING_EXPORT bool isCameraView(const PointsView& points, const Indices*
 /// \param indices the points that count, or null for all
 PLANAR_MAPPING_EXPORT bool isMerged(const PointsView& points, const Indices* indices);
 
-/// A resolution that suits a cloud: the one given, else the nearest of 1, 2, 5 x 10^k metres to a hundredth of the
-/// extent, at most 0.2 m, but at least three point spacings and four times the noise; 0.1 for a
-/// cloud without extent. [ours]
+/// A resolution that suits a cloud: the one given, else the nearest of 1, 2, 5 x 10^k metres to a
+/// hundredth of the extent, at most 0.2 m, but at least three point spacings and four times the
+/// noise; 0.1 for a cloud without extent. [ours]
 PLANAR_MAPPING_EXPORT double automaticResolution(const CloudScale& scale);
 
 /// The points of a cloud that can be used: measured (PointsView::isMeasured), and no farther than

@@ -44,6 +44,9 @@ struct FrameUpdate {
   std::size_t absorbed_points = 0;
   std::size_t dropped_points = 0;  ///< not finite, beyond the world, or too few in their cell
   std::size_t points_beyond = 0;   ///< of those, beyond the world
+  /// PlanarMapping: the cloud that began the map cannot have been seen from its origin, so that the
+  /// map knows no free space.
+  bool merged_cloud = false;
   /// Metres from the sensor up to which all space was classified that the frame tells of; less than
   /// infinity where that was too much for one frame: what is farther may have stayed unknown.
   double space_range = std::numeric_limits<double>::infinity();

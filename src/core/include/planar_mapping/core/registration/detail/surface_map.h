@@ -91,7 +91,8 @@ class PLANAR_MAPPING_EXPORT SurfaceMap {
   /// The same near the guess alone.
   CloudRegistration locateNear(const PointsView& cloud, const Pose& guess) const;
   /// The place where the cloud fits best, of \p near and of those far from the guess; not found
-  /// where it fits nearly as well in another.
+  /// where it fits nearly as well in another, nor, of a camera, where a near place that rays
+  /// contradict fits as well.
   CloudRegistration locateFar(const PointsView& cloud, const Pose& guess,
                               const CloudRegistration& near) const;
   /// Poses farther away at which the cloud may lie, the best first; `found` where it fits.
