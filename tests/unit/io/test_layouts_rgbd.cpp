@@ -137,7 +137,10 @@ TEST_F(LayoutFolders, FramesMayHaveAPoseFileEach) {
   expectProblem(folder, "needs 3 rows");
   write("seven/seq-01/frame-000000.pose.txt", "0 0 0 0\n0 0 0 0\n0 0 0 0\n");
   expectProblem(folder, "has no rotation matrix");
-  EXPECT_EQ(3u, Sequence({folder}, options).size());  // nobody asks for it
+  const Sequence lenient({folder}, options);  // poses only measure
+  EXPECT_EQ(3u, lenient.size());
+  EXPECT_FALSE(lenient.describe(0).T_world_sensor.has_value());
+  EXPECT_TRUE(lenient.describe(1).T_world_sensor.has_value());
 }
 
 TEST_F(LayoutFolders, ScannetLeavesOutWhatWasLost) {

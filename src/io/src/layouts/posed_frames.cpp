@@ -54,15 +54,21 @@ Eigen::MatrixXd readMatrix(const std::string& path, Eigen::Index rows, Eigen::In
   return matrix;
 }
 
-std::optional<Pose> readPose(const std::string& path) {
-  const Eigen::MatrixXd matrix = readMatrix(path, 3, 4);
-  if (!matrix.allFinite()) return std::nullopt;
-  const std::optional<Matrix3> exact = rotationOf(Matrix3(matrix.leftCols<3>()));
-  if (!exact) throw IoError(path, "has no rotation matrix");
-  Pose pose = Pose::Identity();
-  pose.linear() = *exact;
-  pose.translation() = matrix.col(3);
-  return pose;
+/// \param lenient  a faulty one is none
+std::optional<Pose> readPose(const std::string& path, bool lenient) {
+  try {
+    const Eigen::MatrixXd matrix = readMatrix(path, 3, 4);
+    if (!matrix.allFinite()) return std::nullopt;
+    const std::optional<Matrix3> exact = rotationOf(Matrix3(matrix.leftCols<3>()));
+    if (!exact) throw IoError(path, "has no rotation matrix");
+    Pose pose = Pose::Identity();
+    pose.linear() = *exact;
+    pose.translation() = matrix.col(3);
+    return pose;
+  } catch (const IoError&) {
+    if (!lenient) throw;
+    return std::nullopt;
+  }
 }
 
 /// Of the depth camera, as large as a depth image. "" = none is there.
@@ -129,8 +135,8 @@ Description readPosedFrames(const std::string& folder, const SequenceOptions& op
     const std::string pose_file =
         is_scannet ? oneOf(joined(folder, "pose/" + name), {".txt"}) : oneOf(name, {kPoseEnd});
     FrameEntry frame{depth, color, numberOf(name, all) / kFramesPerSecond, {}};
-    if (!pose_file.empty() && options.poses_file.empty() && !options.ignore_poses)
-      frame.T_world_sensor = readPose(pose_file);
+    if (!pose_file.empty() && options.poses_file.empty())
+      frame.T_world_sensor = readPose(pose_file, options.ignore_poses);
     ++all;
     description.has_color = description.has_color || !color.empty();
     if (frame.T_world_sensor) description.pose_source = PoseSource::File;
@@ -138,7 +144,7 @@ Description readPosedFrames(const std::string& folder, const SequenceOptions& op
     description.frames.push_back(std::move(frame));
   }
   if (all == 0) throw IoError(folder, "holds no depth images");
-  if (description.pose_source == PoseSource::File) {
+  if (description.pose_source == PoseSource::File && !options.ignore_poses) {
     auto& frames = description.frames;
     frames.erase(std::remove_if(frames.begin(), frames.end(),
                                 [](const FrameEntry& f) { return !f.T_world_sensor; }),
