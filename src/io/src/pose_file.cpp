@@ -45,17 +45,10 @@ StampedPose parseTumPose(const Words& words) {
 StampedPose parseKittiPose(const Words& words, std::size_t number) {
   double v[12] = {};
   parseNumbers(words, "3 x 4 matrix, row by row", v);
-  StampedPose pose;
-  pose.timestamp = static_cast<double>(number);
-  Matrix3 R;
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) R(row, column) = v[4 * row + column];
-    pose.pose.translation()[row] = v[4 * row + 3];
-  }
-  const std::optional<Matrix3> exact = rotationOf(R);
-  if (!exact) throw InputError("its first three columns are no rotation matrix");
-  pose.pose.linear() = *exact;
-  return pose;
+  const std::optional<Pose> pose =
+      poseOf(Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(v));
+  if (!pose) throw InputError("its first three columns are no rotation matrix");
+  return {static_cast<double>(number), *pose};
 }
 
 void forEachPoseLine(const std::string& path, const std::function<void(const Words&)>& visit) {

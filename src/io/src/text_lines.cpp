@@ -114,6 +114,15 @@ std::optional<Matrix3> rotationOf(const Matrix3& R) {
   return error <= kRounding ? R : Matrix3(Eigen::Quaterniond(R).normalized().toRotationMatrix());
 }
 
+std::optional<Pose> poseOf(const Eigen::Matrix<double, 3, 4>& rows) {
+  const std::optional<Matrix3> exact = rotationOf(Matrix3(rows.leftCols<3>()));
+  if (!exact) return std::nullopt;
+  Pose pose = Pose::Identity();
+  pose.linear() = *exact;
+  pose.translation() = rows.col(3);
+  return pose;
+}
+
 void failAtLine(const std::string& path, std::size_t line, const std::string& problem) {
   throw IoError(path, "line " + std::to_string(line) + ": " + problem);
 }

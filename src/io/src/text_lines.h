@@ -108,6 +108,8 @@ bool parseNumber(std::string_view word, std::uint64_t& value);
 /// A rotation that was written with few digits, made exact; one of full precision stays as it is.
 /// Nothing for a matrix that is no rotation.
 std::optional<Matrix3> rotationOf(const Matrix3& R);
+/// The pose [R t]; nothing where R is no rotation.
+std::optional<Pose> poseOf(const Eigen::Matrix<double, 3, 4>& rows);
 
 [[noreturn]] void failAtLine(const std::string& path, std::size_t line, const std::string& problem);
 

@@ -325,8 +325,8 @@ void Pipeline::findUsablePoints(Frame& frame) const {
 std::optional<double> Pipeline::givenResolution() const {
   std::optional<double> given;
   for (const ConfiguredStage& configured : configuration_.stages) {
-    if (configured.enabled && configured.stage->resolution())
-      given = configured.stage->resolution();
+    const std::optional<double> one = configured.stage->resolution();
+    if (configured.enabled && one) given = one;
   }
   return given;
 }

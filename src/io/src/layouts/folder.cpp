@@ -73,6 +73,16 @@ std::string joined(const std::string& folder, const std::string& name) {
   return (fs::path(folder) / name).string();
 }
 
+std::string firstOf(const std::string& folder, const std::vector<std::string>& names) {
+  for (const std::string& name : names)
+    if (exists(joined(folder, name))) return joined(folder, name);
+  return "";
+}
+
+bool endsWith(const std::string& text, std::string_view end) {
+  return text.size() > end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
 std::string nameOf(const std::string& folder) {
   std::error_code ignored;
   fs::path path = fs::absolute(folder, ignored).lexically_normal();

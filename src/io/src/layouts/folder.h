@@ -13,6 +13,10 @@ namespace planar_mapping::io::layouts {
 bool isDirectory(const std::string& path);
 bool exists(const std::string& path);
 std::string joined(const std::string& folder, const std::string& name);
+/// The first of several names that is there, else "".
+std::string firstOf(const std::string& folder, const std::vector<std::string>& names);
+/// Whether something stands before the end, too.
+bool endsWith(const std::string& text, std::string_view end);
 /// The last part of a path, also where it ends in "/" or is ".".
 std::string nameOf(const std::string& folder);
 std::string stemOf(const std::string& path);

@@ -11,12 +11,8 @@ namespace {
 
 /// NAME.gt.freiburg, or "".
 std::string posesOf(const std::string& folder) {
-  const std::string ending = ".gt.freiburg";
-  for (const std::string& file : filesOf(folder)) {
-    if (file.size() > ending.size() &&
-        file.compare(file.size() - ending.size(), ending.size(), ending) == 0)
-      return file;
-  }
+  for (const std::string& file : filesOf(folder))
+    if (endsWith(file, ".gt.freiburg")) return file;
   return "";
 }
 

@@ -14,13 +14,6 @@
 namespace planar_mapping::io::layouts {
 namespace {
 
-/// The first of several names that is there, else "".
-std::string firstOf(const std::string& folder, const std::vector<std::string>& names) {
-  for (const std::string& name : names)
-    if (exists(joined(folder, name))) return joined(folder, name);
-  return "";
-}
-
 std::string colorFolderOf(const std::string& folder) {
   return firstOf(folder, {"color", "image", "rgb"});
 }
@@ -104,18 +97,13 @@ void addTrajectory(const std::string& path, bool keep_all, Description& descript
     if (!(number >= 0 && number < static_cast<double>(frames.size())))
       throw IoError(path, "has a pose of frame " + std::to_string(static_cast<long>(number)) +
                               ", but there are " + std::to_string(frames.size()) + " frames");
-    Matrix3 R;
-    Pose pose = Pose::Identity();
-    for (int row = 0; row < 3; ++row) {
-      const std::vector<double>& values = rows[i + 1 + static_cast<std::size_t>(row)];
-      R.row(row) = Vector3(values[0], values[1], values[2]);
-      pose.translation()[row] = values[3];
-    }
-    const std::optional<Matrix3> exact = rotationOf(R);
-    if (!exact)
+    Eigen::Matrix<double, 3, 4> values;
+    for (Eigen::Index row = 0; row < 3; ++row)
+      values.row(row) = Vector4::Map(rows[i + 1 + static_cast<std::size_t>(row)].data());
+    const std::optional<Pose> pose = poseOf(values);
+    if (!pose)
       throw IoError(path, "the pose of frame " + std::to_string(static_cast<long>(number)) +
                               " has no rotation matrix");
-    pose.linear() = *exact;
     frames[static_cast<std::size_t>(number)].T_world_sensor = pose;
   }
   const std::size_t all = frames.size();

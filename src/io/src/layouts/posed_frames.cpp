@@ -13,20 +13,17 @@
 #include "text_lines.h"
 
 // RGB-D frames with a file each for the pose: NAME.depth.png, NAME.color.png and NAME.pose.txt in
-// one folder (7-Scenes, 3DMatch, BundleFusion), or depth/N.png, color/N.jpg, pose/N.txt and
+// one folder (3DMatch, 7-Scenes), or depth/N.png, color/N.jpg, pose/N.txt and
 // intrinsic/ (ScanNet). A pose is T_world_camera, four rows of four numbers.
 namespace planar_mapping::io::layouts {
 namespace {
 
-const std::string kDepthEnd = ".depth.png";
+constexpr std::string_view kDepthEnd = ".depth.png";
 const std::string kPoseEnd = ".pose.txt";
 
-bool endsWith(const std::string& text, const std::string& end) {
-  return text.size() > end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
-
+/// NAME of NAME.depth.png or depth/NAME.png.
 std::string frameNameOf(const std::string& depth_file) {
-  return depth_file.substr(0, depth_file.size() - kDepthEnd.size());
+  return endsWith(depth_file, kDepthEnd) ? stemOf(stemOf(depth_file)) : stemOf(depth_file);
 }
 
 /// The number that a name ends with, else \p otherwise.
@@ -59,11 +56,8 @@ std::optional<Pose> readPose(const std::string& path, bool lenient) {
   try {
     const Eigen::MatrixXd matrix = readMatrix(path, 3, 4);
     if (!matrix.allFinite()) return std::nullopt;
-    const std::optional<Matrix3> exact = rotationOf(Matrix3(matrix.leftCols<3>()));
-    if (!exact) throw IoError(path, "has no rotation matrix");
-    Pose pose = Pose::Identity();
-    pose.linear() = *exact;
-    pose.translation() = matrix.col(3);
+    const std::optional<Pose> pose = poseOf(matrix);
+    if (!pose) throw IoError(path, "has no rotation matrix");
     return pose;
   } catch (const IoError&) {
     if (!lenient) throw;
@@ -71,14 +65,7 @@ std::optional<Pose> readPose(const std::string& path, bool lenient) {
   }
 }
 
-/// Of the depth camera, as large as a depth image. "" = none is there.
-std::string intrinsicsOf(const std::string& folder) {
-  for (const char* name :
-       {"intrinsic/intrinsic_depth.txt", "camera-intrinsics.txt", "../camera-intrinsics.txt"})
-    if (exists(joined(folder, name))) return joined(folder, name);
-  return "";
-}
-
+/// Of the depth camera.
 Calibration readIntrinsics(const std::string& path, const std::string& depth_file) {
   constexpr double kMillimetres = 1000.0;
   const Eigen::MatrixXd k = readMatrix(path, 2, 3);
@@ -97,13 +84,6 @@ Calibration readIntrinsics(const std::string& path, const std::string& depth_fil
   return calibration;
 }
 
-/// The file of a name with one of these ends, or "".
-std::string oneOf(const std::string& name, const std::vector<std::string>& ends) {
-  for (const std::string& end : ends)
-    if (exists(name + end)) return name + end;
-  return "";
-}
-
 }  // namespace
 
 bool isScannet(const std::string& folder) {
@@ -115,7 +95,8 @@ bool hasPosedFrames(const std::string& folder) {
   if (isScannet(folder)) return true;
   if (!isDirectory(folder)) return false;
   for (const std::string& file : filesOf(folder))
-    if (endsWith(file, kDepthEnd) && exists(frameNameOf(file) + kPoseEnd)) return true;
+    if (endsWith(file, kDepthEnd) && exists(joined(folder, frameNameOf(file) + kPoseEnd)))
+      return true;
   return false;
 }
 
@@ -129,11 +110,12 @@ Description readPosedFrames(const std::string& folder, const SequenceOptions& op
   std::size_t all = 0;
   for (const std::string& depth : depthFilesOf(is_scannet ? joined(folder, "depth") : folder)) {
     if (!is_scannet && !endsWith(depth, kDepthEnd)) continue;
-    const std::string name = is_scannet ? stemOf(depth) : frameNameOf(depth);
-    const std::string color = is_scannet ? oneOf(joined(folder, "color/" + name), {".jpg", ".png"})
-                                         : oneOf(name, {".color.png", ".color.jpg"});
+    const std::string name = frameNameOf(depth);
+    const std::string color =
+        is_scannet ? firstOf(folder, {"color/" + name + ".jpg", "color/" + name + ".png"})
+                   : firstOf(folder, {name + ".color.png", name + ".color.jpg"});
     const std::string pose_file =
-        is_scannet ? oneOf(joined(folder, "pose/" + name), {".txt"}) : oneOf(name, {kPoseEnd});
+        firstOf(folder, {is_scannet ? "pose/" + name + ".txt" : name + kPoseEnd});
     FrameEntry frame{depth, color, numberOf(name, all) / kFramesPerSecond, {}};
     if (!pose_file.empty() && options.poses_file.empty())
       frame.T_world_sensor = readPose(pose_file, options.ignore_poses);
@@ -154,7 +136,9 @@ Description readPosedFrames(const std::string& folder, const SequenceOptions& op
   }
   if (!options.calibration_file.empty()) return description;
   const std::string own = joined(folder, "calib.yaml");
-  const std::string intrinsics = intrinsicsOf(folder);
+  const std::string intrinsics = firstOf(
+      folder,
+      {"intrinsic/intrinsic_depth.txt", "camera-intrinsics.txt", "../camera-intrinsics.txt"});
   if (exists(own)) {
     description.calibration = readCalibration(own);
   } else if (!intrinsics.empty()) {

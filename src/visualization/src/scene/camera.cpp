@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "planar_mapping/core/base/error.h"
@@ -36,7 +37,7 @@ double areaOf(const Cuboid& cuboid) {
 
 /// Without the cuboids more than twice as far out as those reach that hold 99 % of all surface:
 /// stray returns would leave the rest a spot in the picture.
-std::vector<Cuboid> withoutStrays(std::vector<Cuboid> cuboids) {
+std::vector<const Cuboid*> withoutStrays(const std::vector<Cuboid>& cuboids) {
   constexpr double kStrayFraction = 0.01;
   constexpr double kTimesFarther = 2.0;
   double all = 0.0;
@@ -46,27 +47,31 @@ std::vector<Cuboid> withoutStrays(std::vector<Cuboid> cuboids) {
     middle += areaOf(cuboid) * cuboid.center;
   }
   middle /= std::max(all, 1e-12);
-  const auto distance = [&](const Cuboid& cuboid) { return (cuboid.center - middle).norm(); };
-  std::sort(cuboids.begin(), cuboids.end(),
-            [&](const Cuboid& a, const Cuboid& b) { return distance(a) < distance(b); });
+  std::vector<std::pair<double, const Cuboid*>> by_distance;
+  for (const Cuboid& cuboid : cuboids)
+    by_distance.emplace_back((cuboid.center - middle).norm(), &cuboid);
+  std::sort(by_distance.begin(), by_distance.end());
   double left = (1.0 - kStrayFraction) * all;
-  std::size_t core = 0;
   double reach = 0.0;
-  for (; core < cuboids.size() && left > 0.0; ++core) {
-    left -= areaOf(cuboids[core]);
-    reach = std::max(reach, distance(cuboids[core]) + 0.5 * cuboids[core].size.norm());
+  std::vector<const Cuboid*> kept;
+  for (const auto& [distance, cuboid] : by_distance) {
+    if (left > 0.0) {
+      reach = std::max(reach, kTimesFarther * (distance + 0.5 * cuboid->size.norm()));
+    } else if (distance > reach) {
+      break;
+    }
+    left -= areaOf(*cuboid);
+    kept.push_back(cuboid);
   }
-  reach *= kTimesFarther;
-  while (cuboids.size() > core && distance(cuboids.back()) > reach) cuboids.pop_back();
-  return cuboids;
+  return kept;
 }
 
 // What has to be in the picture: corners of everything drawn, thinned where there is very much.
 std::vector<Vector3> extremePoints(const SceneContent& content, const ViewOptions& options) {
   std::vector<Vector3> points;
   const Vector3 up = content.up.normalized();
-  for (const Cuboid& cuboid : withoutStrays(content.cuboids)) {
-    const auto corner = corners(cuboid);
+  for (const Cuboid* cuboid : withoutStrays(content.cuboids)) {
+    const auto corner = corners(*cuboid);
     double lowest = INFINITY;
     for (const Vector3& p : corner) lowest = std::min(lowest, p.dot(up));
     if (options.clip_above && lowest > *options.clip_above) continue;
