@@ -18,6 +18,37 @@ constexpr double kMinOverlap = 0.1;  // of the cells
 constexpr double kSameTurn = 8.0;    // cells
 constexpr double kMaxShift = 2.5;    // metres
 
+/// Largest standard deviation of the position, metres.
+double errorOf(const MotionEstimate& estimate) {
+  const Matrix3 position = estimate.covariance.topLeftCorner<3, 3>();
+  return std::sqrt(
+      Eigen::SelfAdjointEigenSolver<Matrix3>(position, Eigen::EigenvaluesOnly).eigenvalues()[2]);
+}
+
+/// How many points do not lie on the plane that holds most of them.
+std::size_t offOnePlane(const std::vector<const FeatureMatch*>& points, std::uint64_t seed) {
+  constexpr int kDraws = 200;
+  constexpr double kThickness = 0.03;  // metres
+  constexpr double kSigmas = 3.0;
+  Random random(seed);
+  const auto any = [&]() {
+    return points[random.below(static_cast<std::uint32_t>(points.size()))]->before;
+  };
+  std::size_t most = 0;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    const Vector3 point = any();
+    const Vector3 along = any() - point;
+    const Vector3 normal = along.cross(any() - point).normalized();  // zero of the same twice
+    const auto on = std::count_if(points.begin(), points.end(), [&](const FeatureMatch* one) {
+      const double distance = normal.dot(one->before - point);
+      return distance * distance <
+             kThickness * kThickness + kSigmas * kSigmas * normal.dot(one->covariance * normal);
+    });
+    if (!normal.isZero()) most = std::max(most, static_cast<std::size_t>(on));
+  }
+  return points.size() - most;
+}
+
 }  // namespace
 
 void ViewMap::PlacedViews::insert(const ViewPtr& view, const Pose& T_world_sensor) {
@@ -194,6 +225,7 @@ std::vector<ViewMap::PlacedViews::Hypothesis> ViewMap::PlacedViews::registerTo(
     one.now = view.sightings[i];
     matches.push_back(one);
   }
+  const std::size_t matched = matches.size();
   MotionParams motion;
   motion.min_inliers = 6;
   motion.min_inlier_fraction = 0.0;
@@ -205,11 +237,21 @@ std::vector<ViewMap::PlacedViews::Hypothesis> ViewMap::PlacedViews::registerTo(
     const MotionEstimate estimate =
         estimateMotion(matches, params_.camera, motion, random, &expected);
     if (!estimate.found()) break;
-    poses.push_back({other.T_world_sensor * estimate.T_now_before.inverse(), {}, estimate.inliers});
     std::vector<FeatureMatch> rest;
+    std::vector<const FeatureMatch*> agreeing;
     for (std::size_t i = 0; i < matches.size(); ++i) {
-      if (estimate.is_inlier[i] == 0) rest.push_back(matches[i]);
+      if (estimate.is_inlier[i] == 0) {
+        rest.push_back(matches[i]);
+      } else {
+        agreeing.push_back(&matches[i]);
+      }
     }
+    poses.push_back({other.T_world_sensor * estimate.T_now_before.inverse(),
+                     {},
+                     estimate.inliers,
+                     static_cast<double>(estimate.inliers) / static_cast<double>(matched),
+                     errorOf(estimate),
+                     offOnePlane(agreeing, params_.seed)});
     matches = std::move(rest);
   }
   return poses;

@@ -29,7 +29,10 @@ class ViewMap::PlacedViews {
   struct Hypothesis {
     Pose pose;
     Support support;
-    std::size_t inliers = 0;  ///< features, where it is by them
+    std::size_t inliers = 0;    ///< features, where it is by them
+    double of_matches = 0.0;    ///< their fraction of the features that look alike
+    double error = 0.0;         ///< largest standard deviation of its position, metres
+    std::size_t off_plane = 0;  ///< of them, not on the plane that holds most
   };
 
   explicit PlacedViews(const ViewMapParams& params) : params_(params) { params.validate(); }

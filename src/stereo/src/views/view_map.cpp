@@ -88,18 +88,31 @@ bool isEnough(ViewGuess known, std::size_t inliers, const Support& support, doub
 const Hypothesis* byManyFeatures(const Views& views, const ViewMap::View& view,
                                  const std::vector<Hypothesis>& found, const Pose* expected) {
   constexpr std::size_t kVeryMany = 60;
+  constexpr std::size_t kManyInSpace = 30;  // tiles of a floor repeat, but what is in space hardly
+  constexpr std::size_t kOffPlane = 5;
+  constexpr double kMostMatches = 0.4;
+  constexpr double kSameDepth = 0.8;
+  constexpr double kMaxError = 0.1;  // metres
   constexpr double kMinAgreeing = 0.25;
   constexpr double kMinAgreeingAsExpected = 0.1;
   constexpr double kAsExpected = 0.15;  // see PlacedViews::distance()
   const auto best = std::max_element(
       found.begin(), found.end(),
       [](const Hypothesis& a, const Hypothesis& b) { return a.inliers < b.inliers; });
-  if (best == found.end() || best->inliers < kVeryMany) return nullptr;
+  if (best == found.end()) return nullptr;
+  const bool many = best->inliers >= kVeryMany;
+  const bool in_space = best->inliers >= kManyInSpace && best->off_plane >= kOffPlane;
+  if ((!many && !in_space) || best->error > kMaxError) return nullptr;
   const Support support = views.supportOf(view, best->pose, 1);
   const bool is_expected =
       expected != nullptr && Views::distance(best->pose, *expected) < kAsExpected;
   const double least = is_expected ? kMinAgreeingAsExpected : kMinAgreeing;
-  if (support.agreeing < least || support.correlation < kConfirmedView) return nullptr;
+  const bool looks_alike = support.agreeing >= least && support.correlation >= kConfirmedView;
+  // From afar, or aslant, texture looks different; features know it again.
+  const bool is_known =
+      support.verdict != PoseVerdict::Refused &&
+      (in_space || (best->of_matches >= kMostMatches && support.agreeing >= kSameDepth));
+  if (!(many && looks_alike) && !is_known) return nullptr;
   const bool fits = support.score > kLeast;
   const auto isOther = [&](const Hypothesis& one) {
     return !views.isSamePlace(view, one.pose, best->pose) &&
@@ -108,7 +121,8 @@ const Hypothesis* byManyFeatures(const Views& views, const ViewMap::View& view,
   if (std::any_of(found.begin(), found.end(), isOther)) return nullptr;
   // Where all repeats, so do the features.
   std::vector<Hypothesis> shifted;
-  if (fits) shifted = views.shiftedOf(view, best->pose, views.shiftToElsewhere(view));
+  if (fits && looks_alike)
+    shifted = views.shiftedOf(view, best->pose, views.shiftToElsewhere(view));
   for (Hypothesis& one : shifted) views.climb(view, one);
   return std::none_of(shifted.begin(), shifted.end(), isOther) ? &*best : nullptr;
 }
