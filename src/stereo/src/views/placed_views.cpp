@@ -103,6 +103,7 @@ ViewMap::PlacedViews::Support ViewMap::PlacedViews::supportOf(const View& view,
                                                               int step) const {
   constexpr double kMaxThrough = 0.25;
   constexpr double kMinAgreeing = 0.5;
+  constexpr double kDecisive = 0.5;  // of the largest overlap
   constexpr double kMinTexture = 0.05;
   constexpr double kRefused = 0.2;
   constexpr double kThroughWeight = 2.0;  // what cannot be counts more than what differs
@@ -111,6 +112,7 @@ ViewMap::PlacedViews::Support ViewMap::PlacedViews::supportOf(const View& view,
   double weights = 0.0;
   double texture = 0.0;
   double misfit = 0.0;
+  double contradicted = 0.0;  // largest overlap of a witness that does
   for (const Placed* other : nearestTo(T_world_sensor)) {
     if (witnesses == kWitnesses) break;
     const ViewAgreement one =
@@ -120,11 +122,11 @@ ViewMap::PlacedViews::Support ViewMap::PlacedViews::supportOf(const View& view,
                            static_cast<double>(std::max<std::size_t>(1, one.cells));
     if (overlap < kMinOverlap) continue;
     ++witnesses;
-    if (one.fraction(one.through) > kMaxThrough || one.fraction(one.agreeing) < kMinAgreeing) {
-      support.verdict = PoseVerdict::Refused;
-    }
+    if (one.fraction(one.through) > kMaxThrough || one.fraction(one.agreeing) < kMinAgreeing)
+      contradicted = std::max(contradicted, overlap);
     support.correlation += overlap * one.correlation;
     support.agreeing += overlap * one.fraction(one.agreeing);
+    support.through += overlap * one.fraction(one.through);
     misfit += overlap * one.misfit;
     support.score += overlap * (one.correlation * one.fraction(one.agreeing) -
                                 kThroughWeight * one.fraction(one.through));
@@ -137,6 +139,10 @@ ViewMap::PlacedViews::Support ViewMap::PlacedViews::supportOf(const View& view,
   support.score /= weights;
   support.correlation /= weights;
   support.agreeing /= weights;
+  support.through /= weights;
+  support.contested = contradicted > 0.0;
+  // What little of a view sees round corners contradicts also where all is right.
+  if (contradicted > kDecisive * support.overlap) support.verdict = PoseVerdict::Refused;
   if (support.verdict == PoseVerdict::Refused || texture / weights < kMinTexture) return support;
   support.verdict = PoseVerdict::Doubtful;
   if (support.correlation < kRefused) support.verdict = PoseVerdict::Refused;

@@ -23,8 +23,10 @@ class ViewMap::PlacedViews {
     double score = 0.0;        ///< mean, by how much they see; at most 1
     double correlation = 0.0;  ///< likewise
     double agreeing = 0.0;     ///< likewise
+    double through = 0.0;      ///< likewise
     double misfit = 1.0;       ///< likewise; 1 without a witness
     double overlap = 0.0;      ///< of the one that sees most
+    bool contested = false;    ///< one of them, if it sees little, contradicts
   };
   struct Hypothesis {
     Pose pose;

@@ -92,7 +92,8 @@ const Hypothesis* byManyFeatures(const Views& views, const ViewMap::View& view,
   constexpr std::size_t kOffPlane = 5;
   constexpr double kMostMatches = 0.4;
   constexpr double kSameDepth = 0.8;
-  constexpr double kMaxError = 0.1;  // metres
+  constexpr double kMaxError = 0.1;     // metres
+  constexpr double kSeenThrough = 0.1;  // where else nothing of what was seen before is in sight
   constexpr double kMinAgreeing = 0.25;
   constexpr double kMinAgreeingAsExpected = 0.1;
   constexpr double kAsExpected = 0.15;  // see PlacedViews::distance()
@@ -109,9 +110,11 @@ const Hypothesis* byManyFeatures(const Views& views, const ViewMap::View& view,
   const double least = is_expected ? kMinAgreeingAsExpected : kMinAgreeing;
   const bool looks_alike = support.agreeing >= least && support.correlation >= kConfirmedView;
   // From afar, or aslant, texture looks different; features know it again.
+  const bool most = best->of_matches >= kMostMatches;
   const bool is_known =
-      support.verdict != PoseVerdict::Refused &&
-      (in_space || (best->of_matches >= kMostMatches && support.agreeing >= kSameDepth));
+      support.verdict == PoseVerdict::Refused
+          ? most && many && best->off_plane >= kManyInSpace && support.through < kSeenThrough
+          : in_space || (most && support.agreeing >= kSameDepth);
   if (!(many && looks_alike) && !is_known) return nullptr;
   const bool fits = support.score > kLeast;
   const auto isOther = [&](const Hypothesis& one) {
@@ -180,6 +183,7 @@ bool ViewMap::empty() const {
 PoseVerdict ViewMap::check(const ViewPtr& view, const Pose& T_world_sensor, const Pose* expected,
                            bool strict) const {
   const Support support = views_->supportOf(*view, T_world_sensor, 1);
+  if (support.contested) return PoseVerdict::Refused;
   if (support.verdict != PoseVerdict::Confirmed) return support.verdict;
   if (support.score < (strict ? kStrict : kLeast)) return PoseVerdict::Doubtful;
   const double surprise =
