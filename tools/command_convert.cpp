@@ -87,7 +87,7 @@ void addConvertCommand(CLI::App& app, int&) {
   command->add_option("--cell", options.cell,
                       "bt, ot, pgm: side of a cell, m [the map's resolution]");
   command->add_option("--band", arguments->band,
-                      "pgm: heights over the ground that count, m: LOW,HIGH [0.15,2]");
+                      "pgm: heights over the ground that count, m: LOW,HIGH [0.15,1.8]");
   command->add_option("--ground", options.band.ground,
                       "pgm: height of the ground in the map, m [found]");
   command->add_flag("--surface", arguments->surface,

@@ -106,7 +106,7 @@ class PlanarMap:
         *,
         unknown: bool = False,
         cell: float = 0.0,
-        band: tuple[float, float] = (0.15, 2.0),
+        band: tuple[float, float] = (0.15, 1.8),
         ground: Optional[float] = None,
         surface: bool = False,
         spacing: float = 0.0,

@@ -112,13 +112,16 @@ TEST(NavigationMap, BytesAreThoseThatPlannersKnow) {
 TEST(NavigationMap, BandChoosesTheHeights) {
   io::ExportedMap map = handMade();
   map.cuboids.push_back(box({-1.0, 0.5, 2.5}, {-0.5, 1.0, 2.6}));  // a lamp
+  // The frame of a door 2.05 m high, which its cuboid may be below by a quarter of a cell.
+  map.cuboids.push_back(box({0.0, 0.5, 1.93}, {0.5, 1.0, 2.2}));
   const auto drawn = [&] {
     const test::Exported file(io::writePgm, map, "m.pgm");
     return load(file / "m.yaml").picture();
   };
   EXPECT_EQ(drawn(), (std::vector<std::string>{"???#", "....", "...."}));
   map.options.band.high = 2.8;
-  EXPECT_EQ(drawn(), (std::vector<std::string>{"???#", "....", "#..."}));
+  EXPECT_EQ(drawn(), (std::vector<std::string>{"???#", "....", "#.#."}));
+  map.cuboids.pop_back();
   map.options.band = {1.2, 2.2};  // over the block; its cell was never seen
   EXPECT_EQ(drawn(), (std::vector<std::string>{"....", "...."}));
   map.options.band = {-0.05, 0.9};  // the floor itself
@@ -236,7 +239,7 @@ TEST(NavigationMap, KnowsWhatTheMapKnows) {
     for (std::uint32_t x = 0; x < grid.width; ++x) {
       const Vector2 center = grid.origin + grid.cell * Vector2(x + 0.5, y + 0.5);
       int states[3] = {0, 0, 0};
-      for (double z = 0.2; z < 2.0; z += 0.1) {
+      for (double z = 0.2; z < io::GridBand().high; z += 0.1) {
         ++states[static_cast<int>(map.stateAt({center.x(), center.y(), z}))];
       }
       const std::int8_t value = grid.at(x, y);

@@ -138,6 +138,19 @@ TEST_F(LayoutFolders, PosesGivenByFileMayBeOfKittiAndOfOtherTimes) {
   EXPECT_NEAR(6.0, by_time.describe(0).T_world_sensor->translation().x(), 1e-9);
 }
 
+TEST_F(LayoutFolders, PairsWithoutLeadingZerosAreInNumberOrder) {
+  for (const int i : {1, 2, 10}) {
+    image("seq/left/" + std::to_string(i) + ".png");
+    image("seq/right/" + std::to_string(i) + ".png");
+  }
+  write("seq/calib.yaml",
+        "image_width: 4\nimage_height: 3\nfx: 2\nfy: 2\ncx: 1.5\ncy: 1\nbaseline_m: 0.1\n");
+  const Sequence sequence({dir_ / "seq"});
+  ASSERT_EQ(3u, sequence.size());
+  EXPECT_NE(std::string::npos, sequence.path(1).find("/2.png"));
+  EXPECT_NE(std::string::npos, sequence.path(2).find("/10.png"));
+}
+
 TEST_F(LayoutFolders, AGrowingSequenceEndsAtItsLastPose) {
   for (int i = 0; i < 3; ++i) {
     image("seq/left/" + numbered(i) + ".png");

@@ -138,6 +138,18 @@ TEST(PlanarMapping, WhatCannotBeUsedIsRefused) {
 }
 
 /// Two walls, one behind the other, cannot both have been seen from the origin.
+TEST(PlanarMapping, APoseInCoordinatesOfACountryIsRefused) {
+  const Wall wall;
+  Mapping mapping;
+  mapping.setResolution(0.1);
+  mapping.setInputCloud(wall.cloud);
+  mapping.setPlanes(wall.planes);
+  mapping.setSensorPose(shifted(104000.0));
+  EXPECT_EQ(mapping.integrate().planes_new, 1u);
+  mapping.setSensorPose(shifted(5412000.0));  // its space and its non-planar points have no cells
+  EXPECT_THROW(mapping.integrate(), InputError);
+}
+
 TEST(PlanarMapping, AMergedCloudWithoutAPoseKnowsNoFreeSpace) {
   const Wall wall;
   const auto cloud = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>(*wall.cloud);

@@ -34,6 +34,14 @@ double quantile(std::vector<float>& values, double fraction) {
   return values[static_cast<std::size_t>(rank)];
 }
 
+/// The box of a cloud without its outliers. \param values  of its points, by axis; reordered
+void boundsOf(std::vector<float> (&values)[3], Vector3& low, Vector3& high) {
+  for (int axis = 0; axis < 3; ++axis) {
+    low[axis] = quantile(values[axis], kOutlierFraction);
+    high[axis] = quantile(values[axis], 1.0 - kOutlierFraction);
+  }
+}
+
 /// Square root of the area that a point stands for: coarse cells are full of surface.
 struct Spacing {
   double mean = 0.0;    ///< of the whole cloud
@@ -79,9 +87,11 @@ Spacing spacingOf(const std::vector<Vector3>& sample, const Vector3& low, double
   return spacing;
 }
 
-/// Median over cells of a side of the RMS distance of their points from their plane.
-double noiseIn(const std::vector<Vector3>& sample, double side) {
+/// Median over cells of a side of the RMS distance of their points from their plane. Cells that
+/// hold but the fringe of a surface do not count.
+double noiseIn(const std::vector<Vector3>& sample, const Vector3& low, double side) {
   constexpr std::ptrdiff_t kMinPoints = 12;  // that tell a plane from its noise
+  constexpr double kOfMean = 0.25;
   struct Place {
     std::uint64_t cell;
     std::size_t point;
@@ -89,7 +99,7 @@ double noiseIn(const std::vector<Vector3>& sample, double side) {
   std::vector<Place> places;
   places.reserve(sample.size());
   for (std::size_t i = 0; i < sample.size(); ++i) {
-    const Vector3 p = sample[i] / side;
+    const Vector3 p = (sample[i] - low) / side;
     std::uint64_t cell = 0;
     for (int axis = 0; axis < 3; ++axis) {
       const double c = std::floor(std::clamp(p[axis], -1e6, 1e6));
@@ -101,6 +111,8 @@ double noiseIn(const std::vector<Vector3>& sample, double side) {
     return a.cell != b.cell ? a.cell < b.cell : a.point < b.point;
   });
   std::vector<float> residuals;
+  std::vector<double> counts;
+  double total = 0.0;
   for (auto first = places.begin(); first != places.end();) {
     auto last = first;
     Vector3 sum = Vector3::Zero();
@@ -116,23 +128,31 @@ double noiseIn(const std::vector<Vector3>& sample, double side) {
       Eigen::SelfAdjointEigenSolver<Matrix3> solver;
       solver.computeDirect(covariance, Eigen::EigenvaluesOnly);
       residuals.push_back(static_cast<float>(std::sqrt(std::max(solver.eigenvalues()[0], 0.0))));
+      counts.push_back(n);
+      total += n;
     }
     first = last;
   }
-  return residuals.empty() ? 0.0 : quantile(residuals, 0.5);
+  const double least = kOfMean * total / static_cast<double>(residuals.size());
+  std::vector<float> full;
+  for (std::size_t i = 0; i < residuals.size(); ++i)
+    if (counts[i] >= least) full.push_back(residuals[i]);
+  return full.empty() ? 0.0 : quantile(full, 0.5);
 }
 
-/// In cells as small as hold enough points, and large against the noise, which they cut off.
-double noiseOf(const std::vector<Vector3>& sample, double spacing) {
+/// In cells as small as hold enough points, and large against the noise, which they cut off; of two
+/// grids, one of which cuts through less.
+double noiseOf(const std::vector<Vector3>& sample, const Vector3& low, double spacing) {
   constexpr double kSpacings = 6.0;
   constexpr double kNoises = 6.0;
   constexpr int kMaxDoublings = 4;
   if (!(spacing > 0.0)) return 0.0;
+  double noise = 0.0;
   double side = kSpacings * spacing;
-  double noise = noiseIn(sample, side);
-  for (int i = 0; i < kMaxDoublings && kNoises * noise > side; ++i) {
-    side *= 2.0;
-    noise = noiseIn(sample, side);
+  for (int i = 0; i <= kMaxDoublings; ++i, side *= 2.0) {
+    noise = std::min(noiseIn(sample, low, side),
+                     noiseIn(sample, low - Vector3::Constant(0.5 * side), side));
+    if (kNoises * noise <= side) break;
   }
   return noise;
 }
@@ -177,6 +197,24 @@ double hiddenFraction(const PointsView& points, const Indices* indices, double d
   return static_cast<double>(hidden) / static_cast<double>(std::max<std::size_t>(1, sights.size()));
 }
 
+/// Whether a cloud lies so far above its origin, for its size, that its z are no depths and no
+/// sensor stands there: heights above the sea.
+bool isHigh(const PointsView& points, const Indices* indices) {
+  constexpr double kAbove = 10.0;   // metres
+  constexpr double kExtents = 0.5;  // in millimetres a room is high, too, but not for its size
+  const std::size_t n = detail::countOf(points, indices);
+  std::vector<float> values[3];
+  for (std::size_t k = 0; k < n; k += n / kLargestSample + 1) {
+    const std::size_t i = detail::at(indices, k);
+    if (!isUsable(points, i)) continue;
+    for (int axis = 0; axis < 3; ++axis) values[axis].push_back(points[i][axis]);
+  }
+  if (values[0].empty()) return false;
+  Vector3 low, high;
+  boundsOf(values, low, high);
+  return low.z() > kAbove && low.z() > kExtents * (high - low).norm();
+}
+
 PLANAR_MAPPING_MULTIVERSION
 void markUsable(const float* points, std::size_t stride, std::size_t n, std::uint8_t* usable) {
   for (std::size_t i = 0; i < n; ++i) {
@@ -210,7 +248,9 @@ bool isCameraView(const PointsView& points, const Indices* indices) {
     ++sampled;
     in_view += p.z() > 0.0 && p.head<2>().norm() < kMaxSlope * p.z() ? 1 : 0;
   }
-  return sampled > 0 && static_cast<double>(in_view) >= kMinFraction * static_cast<double>(sampled);
+  return sampled > 0 &&
+         static_cast<double>(in_view) >= kMinFraction * static_cast<double>(sampled) &&
+         (points.height > 1 || !isHigh(points, indices));
 }
 
 Vector3 verticalOf(const PointsView& points, const Indices* indices, const Pose& T_world_sensor) {
@@ -244,6 +284,7 @@ bool isMerged(const PointsView& points, const Indices* indices) {
   if (looked_at < kMinSights) return false;
   const double away = Vector3::Zero().cwiseMax(low).cwiseMin(high).norm();
   if (away > kMaxExtents * (high - low).norm() && away < kEarth) return true;
+  if (isHigh(points, indices)) return true;
   // docs/dev/automatic_parameters.md: single scans have 0.20 and 0.04 at most.
   return hiddenFraction(points, indices, 1.0, 1.5) > 0.25 ||
          hiddenFraction(points, indices, 0.125, 1.12) > 0.08;
@@ -264,17 +305,14 @@ CloudScale scaleOf(const PointsView& points, const Indices& indices, const Pose&
     for (int axis = 0; axis < 3; ++axis) axis_values[axis].push_back(p[axis]);
     ranges.push_back(static_cast<float>(sample.back().norm()));
   }
-  Vector3 low;
-  Vector3 size;
-  for (int axis = 0; axis < 3; ++axis) {
-    low[axis] = quantile(axis_values[axis], kOutlierFraction);
-    size[axis] = quantile(axis_values[axis], 1.0 - kOutlierFraction) - low[axis];
-  }
+  Vector3 low, high;
+  boundsOf(axis_values, low, high);
+  const Vector3 size = high - low;
   scale.extent = size.norm();
   scale.max_range = quantile(ranges, 1.0 - kOutlierFraction);
   const Spacing spacing = spacingOf(sample, low, size.maxCoeff(), indices.size());
   scale.spacing = spacing.median;
-  scale.noise = noiseOf(sample, spacing.mean * std::sqrt(static_cast<double>(step)));
+  scale.noise = noiseOf(sample, low, spacing.mean * std::sqrt(static_cast<double>(step)));
   scale.optical = isCameraView(points, &indices);
   scale.up = verticalOf(points, &indices, T_world_sensor);
   return scale;

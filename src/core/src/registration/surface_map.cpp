@@ -68,6 +68,7 @@ class SurfaceMap::Implementation {
  public:
   explicit Implementation(const SurfaceMapParams& params)
       : params_(params),
+        rest_{detail::SurfaceCells(params.cell), Pose::Identity()},
         fine_(params.cell),
         coarse_(2.0 * params.cell),
         edges_(2.0 * params.cell, detail::CellShape::Line) {
@@ -75,18 +76,25 @@ class SurfaceMap::Implementation {
   }
 
   void insert(const PointsView& cloud, const Pose& T_world_sensor) {
+    const bool is_scanner = params_.optical_axis.isZero();
+    // Added again, the clouds of a scanner that creeps would draw it along.
+    if (is_scanner && frame_ > 0 && T_world_sensor.matrix() == rest_.T_world_sensor.matrix())
+      return;
     ++frame_;
     views_.push_back({detail::SeenRanges(cloud, params_), T_world_sensor.inverse()});
     if (views_.size() > kMaxViews) views_.pop_front();
+    rest_ = {detail::SurfaceCells(params_.cell), T_world_sensor};
     const Vector3 sensor = T_world_sensor.translation();
     detail::forSample(cloud, params_, [&](const Vector3& p, double error) {
       const Vector3 q = T_world_sensor * p;
       fine_.add(q, sensor, error, frame_);
       coarse_.add(q, sensor, error, frame_);
+      if (is_scanner) rest_.seen.add(p, Vector3::Zero(), error, 0);
     });
     for (const Vector3& p : detail::occludingEdges(cloud)) {
       edges_.add(T_world_sensor * p, sensor, detail::kEdgeError, frame_);
     }
+    rest_.seen.fit();
     for (detail::SurfaceCells* cells : {&fine_, &coarse_, &edges_}) {
       cells->fit();
       cells->limit(static_cast<std::size_t>(params_.max_cells));
@@ -97,8 +105,10 @@ class SurfaceMap::Implementation {
     const detail::CloudShape shape = detail::shapeOf(cloud, params_);
     const detail::MappedSurfaces map = near(guess.translation(), rangeOf(shape));
     const detail::SurfaceRegistration registration(params_, shape, map);
-    return verified(registration.resultOf(registration.run(guess)), shape,
-                    detail::SeenRanges(cloud, params_));
+    detail::RegistrationCandidate drawn = registration.run(guess);
+    if (isAtRest(shape, drawn.T_sensor_world))
+      drawn.T_sensor_world = rest_.T_world_sensor.inverse();
+    return verified(registration.resultOf(drawn), shape, detail::SeenRanges(cloud, params_));
   }
 
   std::vector<CloudRegistration> placesFar(const PointsView& cloud, const Pose& guess) const {
@@ -138,7 +148,7 @@ class SurfaceMap::Implementation {
   std::size_t cells() const { return fine_.size(); }
   template <typename Archive>
   void visitState(Archive& archive) {
-    archive(views_, fine_, coarse_, edges_, frame_);
+    archive(views_, rest_, fine_, coarse_, edges_, frame_);
   }
 
  private:
@@ -151,6 +161,27 @@ class SurfaceMap::Implementation {
       if ((plane.center - place).norm() < range) planes.push_back(plane);
     }
     return planes;
+  }
+
+  /// Whether a scanner has hardly moved and its cloud lies no better for it. What stands still is
+  /// cut into the same cells as the cloud before; in the map it is cut otherwise, and slides a
+  /// little with each cloud.
+  bool isAtRest(const detail::CloudShape& shape, const Pose& T_sensor_world) const {
+    constexpr double kSlide = 0.08;     // of a cell
+    constexpr double kTurn = 0.02;      // radians
+    constexpr double kNoBetter = 0.99;  // a shift by a third of the depth error costs as much
+    const Vector6 moved = motionDifference(T_sensor_world, Pose(rest_.T_world_sensor.inverse()));
+    if (!params_.optical_axis.isZero() || moved.head<3>().norm() > kSlide * params_.cell ||
+        moved.tail<3>().norm() > kTurn) {
+      return false;
+    }
+    const detail::SurfaceCells none(params_.cell, detail::CellShape::Line);
+    const detail::MappedSurfaces before{
+        rest_.seen, none, detail::PlaneNeighbours({}, params_.reach, detail::CellShape::Plane),
+        detail::PlaneNeighbours({}, params_.reach, detail::CellShape::Line)};
+    const detail::SurfaceRegistration registration(params_, shape, before);
+    return registration.scoreAt(Pose::Identity()) >=
+           kNoBetter * registration.scoreAt(T_sensor_world * rest_.T_world_sensor);
   }
 
   double rangeOf(const detail::CloudShape& shape) const {
@@ -221,8 +252,20 @@ class SurfaceMap::Implementation {
     }
   };
 
+  /// The cloud with which the sensor came to rest, in its own frame.
+  struct Rest {
+    detail::SurfaceCells seen;
+    Pose T_world_sensor = Pose::Identity();
+
+    template <typename Archive>
+    void visitState(Archive& archive) {
+      archive(seen, T_world_sensor);
+    }
+  };
+
   SurfaceMapParams params_;
   std::deque<View> views_;
+  Rest rest_;
   detail::SurfaceCells fine_;
   detail::SurfaceCells coarse_;
   detail::SurfaceCells edges_;

@@ -50,6 +50,10 @@ class SurfaceRegistration {
   /// The pose T_sensor_world next to this one.
   RegistrationCandidate settle(const Pose& guess) const;
   CloudRegistration resultOf(const RegistrationCandidate& candidate) const;
+  /// How well all lies at a pose, each direction counting the same.
+  double scoreAt(const Pose& T_sensor_world) const {
+    return equations(T_sensor_world, 0.0, false).score;
+  }
 
  private:
   bool isGood(const RegistrationCandidate& candidate) const;

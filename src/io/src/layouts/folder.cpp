@@ -22,8 +22,17 @@ std::string extensionOf(const std::string& file) {
   return fs::path(file).extension().string();
 }
 
-/// Name order, in which 2 comes before 10: numbers by their value, fractions of them as text.
-bool isBefore(const std::string& a, const std::string& b) {
+std::vector<std::string> filesEndingWith(const std::vector<std::string>& ends,
+                                         const std::string& folder) {
+  std::vector<std::string> files;
+  for (const std::string& file : filesOf(folder))
+    if (std::find(ends.begin(), ends.end(), extensionOf(file)) != ends.end()) files.push_back(file);
+  return files;
+}
+
+}  // namespace
+
+bool NameOrder::operator()(const std::string& a, const std::string& b) const {
   const auto isDigit = [](const std::string& text, std::size_t at) {
     return at < text.size() && std::isdigit(static_cast<unsigned char>(text[at])) != 0;
   };
@@ -48,16 +57,6 @@ bool isBefore(const std::string& a, const std::string& b) {
   }
   return a.size() != b.size() ? a.size() < b.size() : a < b;
 }
-
-std::vector<std::string> filesEndingWith(const std::vector<std::string>& ends,
-                                         const std::string& folder) {
-  std::vector<std::string> files;
-  for (const std::string& file : filesOf(folder))
-    if (std::find(ends.begin(), ends.end(), extensionOf(file)) != ends.end()) files.push_back(file);
-  return files;
-}
-
-}  // namespace
 
 bool isDirectory(const std::string& path) {
   std::error_code ignored;
@@ -104,7 +103,7 @@ std::vector<std::string> filesOf(const std::string& folder) {
     if (name.front() != '.' && entry->is_regular_file(ignored)) names.push_back(name);
   }
   if (error) throw IoError(folder, "cannot be listed: " + error.message());
-  std::sort(names.begin(), names.end(), isBefore);
+  std::sort(names.begin(), names.end(), NameOrder());
   for (std::string& name : names) name = joined(folder, name);
   return names;
 }
@@ -124,14 +123,8 @@ std::vector<std::string> depthFilesOf(const std::string& folder) {
   return filesEndingWith({".png"}, folder);
 }
 
-void sortByNumber(std::vector<std::string>& files) {
-  // Of names of digits the shorter one is the lesser number.
-  std::stable_sort(files.begin(), files.end(),
-                   [](const std::string& a, const std::string& b) { return a.size() < b.size(); });
-}
-
-std::map<std::string, std::string> imagesByName(const std::string& folder) {
-  std::map<std::string, std::string> images;
+FilesByName imagesByName(const std::string& folder) {
+  FilesByName images;
   for (const std::string& file : imageFilesOf(folder)) {
     if (!images.emplace(stemOf(file), file).second)
       throw IoError(file, "another image of this name stands beside it");

@@ -28,11 +28,15 @@ std::vector<std::string> cloudFilesOf(const std::string& folder);
 std::vector<std::string> imageFilesOf(const std::string& folder);
 /// PNG files: the others have no 16 bits.
 std::vector<std::string> depthFilesOf(const std::string& folder);
-/// "2.png" before "10.png".
-void sortByNumber(std::vector<std::string>& files);
 
-/// Paths of images by file name without extension. \throws IoError if two have the same
-std::map<std::string, std::string> imagesByName(const std::string& folder);
+/// Name order, in which 2 comes before 10: numbers by their value, fractions of them as text.
+struct NameOrder {
+  bool operator()(const std::string& a, const std::string& b) const;
+};
+/// Paths by file name without extension.
+using FilesByName = std::map<std::string, std::string, NameOrder>;
+/// \throws IoError if two images have the same name
+FilesByName imagesByName(const std::string& folder);
 
 /// Calls \p visit with the words of each line that is not empty, and the number of the line; what
 /// follows a # is left out.

@@ -17,9 +17,8 @@ std::string posesOf(const std::string& folder) {
 }
 
 void listImages(const std::string& folder, Description& description) {
-  std::vector<std::string> depths = depthFilesOf(joined(folder, "depth"));
-  sortByNumber(depths);
-  const std::map<std::string, std::string> colors = imagesByName(joined(folder, "rgb"));
+  const std::vector<std::string> depths = depthFilesOf(joined(folder, "depth"));
+  const FilesByName colors = imagesByName(joined(folder, "rgb"));
   for (const std::string& file : depths) {
     const auto color = colors.find(stemOf(file));
     if (color == colors.end()) continue;

@@ -153,7 +153,7 @@ int leftCameraOf(const std::string& folder) {
 void readPairs(const std::string& folder, int left, Description& description) {
   const std::string left_name = "image_" + std::to_string(left);
   const std::string right_name = "image_" + std::to_string(left + 1);
-  const std::map<std::string, std::string> rights = imagesByName(joined(folder, right_name));
+  const FilesByName rights = imagesByName(joined(folder, right_name));
   const std::vector<std::string> lefts = imageFilesOf(joined(folder, left_name));
   std::size_t pairs = 0;
   for (const std::string& file : lefts) {

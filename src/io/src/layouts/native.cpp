@@ -9,8 +9,6 @@
 namespace planar_mapping::io::layouts {
 namespace {
 
-using ImagesByName = std::map<std::string, std::string>;
-
 void readClouds(const std::string& folder, Description& description) {
   const std::string clouds = joined(folder, "clouds");
   for (const std::string& file : cloudFilesOf(clouds))
@@ -27,7 +25,7 @@ void readRgbd(const std::string& folder, Description& description) {
   const std::string rgb = joined(folder, "rgb");
   description.has_color = isDirectory(rgb);
   if (!description.has_color) return;
-  const ImagesByName colors = imagesByName(rgb);
+  const FilesByName colors = imagesByName(rgb);
   std::size_t matches = 0;
   for (FrameEntry& frame : description.frames) {
     const auto color = colors.find(stemOf(frame.file));
@@ -45,9 +43,9 @@ void readStereo(const std::string& folder, Description& description) {
   const std::string left = joined(folder, "left");
   const std::string right = joined(folder, "right");
   if (!isDirectory(right)) throw IoError(right, "no such directory; a stereo sequence needs it");
-  const ImagesByName left_images = imagesByName(left);
-  const ImagesByName right_images = imagesByName(right);
-  ImagesByName all = left_images;
+  const FilesByName left_images = imagesByName(left);
+  const FilesByName right_images = imagesByName(right);
+  FilesByName all = left_images;
   all.insert(right_images.begin(), right_images.end());
   std::size_t pairs = 0;
   for (const auto& entry : all) {

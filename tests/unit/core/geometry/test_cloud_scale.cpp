@@ -93,6 +93,19 @@ TEST(IsMerged, KnowsWhatNoSensorAtTheOriginCanSee) {
   EXPECT_FALSE(merged({0, 0, 0, 1, 2, 3}));
 }
 
+TEST(IsMerged, HeightsAboveTheSeaAreNoDepths) {
+  std::vector<float> high = roomScan(false);
+  for (std::size_t i = 2; i < high.size(); i += 3) high[i] += 285.0f;
+  PointsView points(high.data(), high.size() / 3);
+  EXPECT_TRUE(isMerged(points, nullptr));
+  EXPECT_FALSE(isCameraView(points, nullptr));
+  EXPECT_EQ(Vector3::UnitZ(), verticalOf(points, nullptr, Pose::Identity()));
+  // An image far from everything is a camera's all the same.
+  points.width = static_cast<std::uint32_t>(points.size / 2);
+  points.height = 2;
+  EXPECT_TRUE(isCameraView(points, nullptr));
+}
+
 TEST(IsMerged, OrganizedCloudsAreOfOneScan) {
   const std::vector<float> two = threeScans();
   PointsView points(two.data(), two.size() / 3);
@@ -117,6 +130,24 @@ TEST(CloudScale, NoiseIsTheDistanceFromLocalPlanes) {
   EXPECT_NEAR(scaleWith(0.06).noise, 0.06, 0.02);  // more than the first cells can hold
   EXPECT_EQ(automaticResolution(scaleWith(0.01)), 0.05);
   EXPECT_EQ(automaticResolution(scaleWith(0.06)), 0.2);
+}
+
+TEST(CloudScale, DoesNotDependOnWhereTheCloudLies) {
+  const auto noiseAt = [](const Vector3& place) {
+    std::vector<float> xyz = threeScans();
+    Random random(4);
+    for (std::size_t i = 0; i < xyz.size(); ++i) {
+      xyz[i] += static_cast<float>(place[static_cast<int>(i % 3)] + 0.02 * random.normal());
+    }
+    const PointsView points(xyz.data(), xyz.size() / 3);
+    return scaleOf(points, usablePoints(points)).noise;
+  };
+  const double here = noiseAt(Vector3::Zero());
+  EXPECT_GT(here, 0.01);
+  for (const Vector3& place :
+       {Vector3(20.0, 0.0, 0.0), Vector3(45.0, 65.0, 2.0), Vector3(0.31, -0.17, 285.0)}) {
+    EXPECT_NEAR(here, noiseAt(place), 0.02 * here) << place.transpose();
+  }
 }
 
 TEST(AutomaticResolution, FollowsExtentSpacingAndNoise) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <vector>
 
 #include "depth_scene.h"
@@ -85,6 +86,20 @@ TEST(OrganizedPlanes, FindsNoisyPlanesWithMissingPixels) {
   for (int surface = 0; surface < 3; ++surface) {
     expectFound(scene, set, surface, 0.95, 0.3 * kDegree);
   }
+}
+
+TEST(OrganizedPlanes, ZerosAmongListedPointsAreNoMeasurements) {
+  DepthScene scene = corner();
+  scene.render(0.0015, 0.2, 2);
+  Indices all(scene.truth.size());
+  std::iota(all.begin(), all.end(), 0);
+  const PlaneSet by_nan = findPlanes(scene.view(), &all, organized());
+  for (float& value : scene.xyz) value = std::isnan(value) ? 0.0F : value;
+  const PlaneSet by_zero = findPlanes(scene.view(), &all, organized());
+  ASSERT_EQ(3u, by_zero.planes.size());
+  EXPECT_EQ(by_nan.diagnostics.points_not_measured, by_zero.diagnostics.points_not_measured);
+  for (std::size_t k = 0; k < 3; ++k)
+    EXPECT_EQ(by_nan.planes[k].inliers, by_zero.planes[k].inliers);
 }
 
 TEST(OrganizedPlanes, DescribesEachPlaneByItsInliers) {

@@ -338,6 +338,55 @@ TEST(SurfaceMap, ARoomSeenInRingsIsFound) {
   }
 }
 
+/// What a scanner that looks elsewhere each time sees from inside a box: 20,000 points.
+std::vector<float> anyScan(const Eigen::Array3d& low, const Eigen::Array3d& high, double noise,
+                           Random& random) {
+  std::vector<float> xyz;
+  while (xyz.size() < 60000) {
+    const Vector3 ray =
+        Vector3(random.normal(), random.normal(), 0.5 * random.normal()).normalized();
+    const double range =
+        (ray.array() > 0.0).select(high / ray.array(), low / ray.array()).minCoeff();
+    const Eigen::Vector3f p = (ray * (range + noise * random.normal())).cast<float>();
+    xyz.insert(xyz.end(), p.data(), p.data() + 3);
+  }
+  return xyz;
+}
+
+/// A step a scan; each is inserted where it was found. How far the last one is off, metres.
+double errorAfter(int scans, double step, std::uint64_t seed) {
+  Random random(seed);
+  SurfaceMapParams params;
+  params.optical_axis.setZero();
+  params.depth_error = 0.02;
+  params.cell = 0.4;
+  params.reach = 6.0 * params.cell;
+  SurfaceMap map(params);
+  Pose pose(Eigen::AngleAxisd(0.5, Vector3(0.2, 0.1, 1.0).normalized()));
+  const Pose first = pose;
+  for (int i = 0; i < scans; ++i) {
+    const Eigen::Array3d moved(i * step, 0.0, 0.0);
+    const std::vector<float> cloud =
+        anyScan(Eigen::Array3d(-4.0, -3.0, -1.1) - moved, Eigen::Array3d(9.0, 5.0, 2.9) - moved,
+                params.depth_error, random);
+    if (i > 0) {
+      const CloudRegistration found = map.locate(viewOf(cloud), pose);
+      EXPECT_TRUE(found.found) << i;
+      pose = found.T_world_sensor;
+    }
+    map.insert(viewOf(cloud), pose);
+  }
+  return ((first.inverse() * pose).translation() - Vector3((scans - 1) * step, 0.0, 0.0)).norm();
+}
+
+TEST(SurfaceMap, AScannerAtRestStaysWhereItIs) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    EXPECT_EQ(0.0, errorAfter(12, 0.0, seed));
+    // One that creeps is held back for a twelfth of a cell, 3 cm, at most.
+    EXPECT_LT(errorAfter(12, 0.01, seed), 0.05);
+  }
+}
+
 TEST(SurfaceMap, IsDeterministicAndCopyable) {
   Random random(6);
   SurfaceMap map(testParams());

@@ -32,6 +32,7 @@ PLANAR_MAPPING_INLINE void shiftPoints(const float* origin, Value& x, Value& y, 
 
 void copyPixel(const float* point, const float* origin, float* pixel) {
   float x = point[0], y = point[1], z = point[2];
+  if (x == 0.0F && y == 0.0F && z == 0.0F) x = kNaN;  // no measurement
   shiftPoints(origin, x, y, z);
   pixel[0] = x;
   pixel[kTileArea] = y;

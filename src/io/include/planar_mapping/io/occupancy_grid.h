@@ -15,7 +15,7 @@ namespace planar_mapping::io {
 /// The heights that a flat map looks at, metres.
 struct GridBand {
   double low = 0.15;  ///< [ours] over the ground: below it is floor
-  double high = 2.0;  ///< [ours] over the ground: above it a robot passes under
+  double high = 1.8;  ///< [ours] over the ground: above it a robot passes under, and door frames are
   /// Height of the ground along the map's up axis; NaN = found: that of the lowest level faces of
   /// at least 4 square metres with next to nothing below them. Where there are none, as the ground
   /// was removed: 0 where the map starts at most 1 m above or 0.35 m below it, else the lowest

@@ -12,7 +12,7 @@ namespace planar_mapping {
 /// What counts in the 2-D projection. Heights in metres above groundHeight().
 struct PLANAR_MAPPING_EXPORT ProjectionOptions {
   double lowest = 0.15;  ///< [ours] below it, it is floor
-  double highest = 2.0;  ///< [ours] above it, a robot passes under
+  double highest = 1.8;  ///< [ours] above it, a robot passes under
   /// [ours] A place is free if at least this fraction of the column over it is, where all is
   /// unknown that was not seen free; else unknown if at least this fraction is unknown.
   double fraction = 0.25;
