@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <string_view>
 #include <system_error>
 
 #include "planar_mapping/core/base/error.h"
@@ -26,6 +27,14 @@ InputFile::InputFile(const std::string& path) : path_(path) {
   if (descriptor_ < 0)
     throw IoError(path, "cannot be read: " + std::generic_category().message(errno));
   size_ = static_cast<std::uint64_t>(status.st_size);
+  // What a clone without Git LFS has in place of a large file.
+  constexpr std::string_view kPointer = "version https://git-lfs";
+  char first[kPointer.size()] = {};
+  if (::pread(descriptor_, first, sizeof first, 0) == sizeof first &&
+      kPointer == std::string_view(first, sizeof first)) {
+    ::close(descriptor_);
+    throw IoError(path, "is a pointer of Git LFS, not the file itself: git lfs pull fetches it");
+  }
 }
 
 InputFile::~InputFile() {

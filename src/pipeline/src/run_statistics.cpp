@@ -210,11 +210,14 @@ bool RunStatistics::hasGroundInMostFrames() const {
   return 2 * static_cast<std::size_t>(count) > usedFrames();
 }
 
-bool RunStatistics::hasImageFeatures() const {
-  return std::any_of(reports_.begin(), reports_.end(), [](const FrameReport& report) {
-    return std::any_of(report.statistics.begin(), report.statistics.end(),
-                       [](const auto& one) { return one.name == "features_left"; });
-  });
+bool RunStatistics::mayBeUnregistered() const {
+  const auto says = [this](const char* name, double least) {
+    return std::any_of(reports_.begin(), reports_.end(), [&](const FrameReport& report) {
+      return std::any_of(report.statistics.begin(), report.statistics.end(),
+                         [&](const auto& one) { return one.name == name && one.value >= least; });
+    });
+  };
+  return says("features_left", 0.0) && !says("colour_registered", 1.0);
 }
 
 const FrameReport& RunStatistics::firstSkipped() const {

@@ -28,8 +28,8 @@ class RunStatistics {
   double removedFraction() const;
   /// Whether ground was removed from more than half of the frames that were used.
   bool hasGroundInMostFrames() const;
-  /// Whether any frame had key features of an image.
-  bool hasImageFeatures() const;
+  /// Whether features come of images that nobody knows to be registered to the depth.
+  bool mayBeUnregistered() const;
   /// \pre a frame was left out
   const FrameReport& firstSkipped() const;
   /// For a run that is continued by another process.

@@ -331,13 +331,14 @@ void Run::warnOfSkippedFrames() {
   if (skipped == 0) return;
   const FrameReport& first = statistics_.firstSkipped();
   const bool many = 3 * skipped >= statistics_.frames();
-  const bool is_own = pipeline_.map().params().frame == MapFrame::Start;
+  // Of a frame that could not be read nothing of this is why.
+  const bool is_own = pipeline_.map().params().frame == MapFrame::Start && first.points_input > 0;
   warn(std::to_string(skipped) + " of " + std::to_string(statistics_.frames()) +
        " frames left out (see frames.csv), the first: frame " + std::to_string(first.number) +
        ", " + first.skip_reason +
        (many && is_own ? "; frames closer together or given poses help" : "") +
        (many && is_own && source_.kind() == io::SequenceKind::Rgbd &&
-                statistics_.hasImageFeatures() &&
+                statistics_.mayBeUnregistered() &&
                 !hasStageWith(pipeline_.configuration(), StageKind::Features, "registered", "false")
             ? ", and key_features.registered=false where the colour image of a depth camera is not "
               "registered to the depth image"

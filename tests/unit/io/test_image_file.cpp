@@ -6,6 +6,7 @@
 #include <turbojpeg.h>
 
 #include <cstdlib>
+#include <fstream>
 #include <string>
 
 #include "planar_mapping/core/base/error.h"
@@ -71,6 +72,21 @@ TEST(ImageFile, ReadsThePngItWrites) {
     EXPECT_EQ(back.pixels, image.pixels);
     EXPECT_THROW(writeImage(path, image), IoError);
     EXPECT_NO_THROW(writeImage(path, image, Overwrite::Allow));
+  }
+}
+
+TEST(ImageFile, PointersOfGitLfsAreNamed) {
+  const TemporaryDirectory dir;
+  const std::string path = dir / "pointer.png";
+  std::ofstream(path) << "version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n";
+  for (const auto& read : {+[](const std::string& file) { readImage(file); },
+                           +[](const std::string& file) { readDepthPng(file); }}) {
+    try {
+      read(path);
+      FAIL();
+    } catch (const IoError& error) {
+      EXPECT_NE(std::string::npos, std::string(error.what()).find("git lfs pull")) << error.what();
+    }
   }
 }
 
