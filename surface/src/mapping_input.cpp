@@ -77,12 +77,11 @@ FrameUpdate MappingInput::insertInto(PlanarMap& map, const PointsView& points,
                                      const Indices* indices, const Pose& T_world_sensor,
                                      std::uint64_t stamp_us) const {
   constexpr double kMaxSpacing = 10.0;  // resolutions; beyond, each point has a cuboid of its own
-  constexpr double kReach = 1 << 20;    // resolutions: what the cells of a map can number
-  const double reach = kReach * map.params().approximation.resolution;
+  const double reach = PlanarMap::kReach * map.params().approximation.resolution;
   if (T_world_sensor.translation().cwiseAbs().maxCoeff() > reach) {
     throw InputError("the sensor is farther from the origin than a map reaches, " +
-                     std::to_string(static_cast<long>(1e-3 * reach)) +
-                     " km at this resolution: take the same whole metres off all poses");
+                     std::to_string(static_cast<long>(reach)) +
+                     " m at this resolution: take the same whole metres off all poses");
   }
   if (map.frames() == 0) {
     requireMetres(points, indices, kMaxSpacing * map.params().approximation.resolution,

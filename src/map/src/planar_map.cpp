@@ -328,6 +328,8 @@ Indices PlanarMap::cuboidsAt(const Vector3& point, double margin) const {
   return found;
 }
 
+static_assert(PlanarMap::kReach == detail::kLatticeLimit);
+
 std::size_t PlanarMap::unknownCells() const {
   const std::size_t counted = impl_->unknown_cells.load(std::memory_order_acquire);
   if (counted != Impl::kNotCounted) return counted;

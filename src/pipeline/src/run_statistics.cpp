@@ -220,6 +220,12 @@ bool RunStatistics::mayBeUnregistered() const {
   return says("features_left", 0.0) && !says("colour_registered", 1.0);
 }
 
+bool RunStatistics::hasSkippedPoints() const {
+  return std::any_of(reports_.begin(), reports_.end(), [](const FrameReport& report) {
+    return !report.skip_reason.empty() && report.points_input > 0;
+  });
+}
+
 const FrameReport& RunStatistics::firstSkipped() const {
   return *std::find_if(reports_.begin(), reports_.end(),
                        [](const FrameReport& report) { return !report.skip_reason.empty(); });

@@ -331,8 +331,9 @@ void Run::warnOfSkippedFrames() {
   if (skipped == 0) return;
   const FrameReport& first = statistics_.firstSkipped();
   const bool many = 3 * skipped >= statistics_.frames();
-  // Of a frame that could not be read nothing of this is why.
-  const bool is_own = pipeline_.map().params().frame == MapFrame::Start && first.points_input > 0;
+  // Nothing of this helps frames that could not be read.
+  const bool is_own =
+      pipeline_.map().params().frame == MapFrame::Start && statistics_.hasSkippedPoints();
   warn(std::to_string(skipped) + " of " + std::to_string(statistics_.frames()) +
        " frames left out (see frames.csv), the first: frame " + std::to_string(first.number) +
        ", " + first.skip_reason +

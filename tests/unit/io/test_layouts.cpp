@@ -139,16 +139,17 @@ TEST_F(LayoutFolders, PosesGivenByFileMayBeOfKittiAndOfOtherTimes) {
 }
 
 TEST_F(LayoutFolders, PairsWithoutLeadingZerosAreInNumberOrder) {
-  for (const int i : {1, 2, 10}) {
-    image("seq/left/" + std::to_string(i) + ".png");
-    image("seq/right/" + std::to_string(i) + ".png");
+  const std::vector<std::string> in_order = {"1", "001b", "00001ba", "1bq", "2", "10"};
+  for (const std::string& name : in_order) {
+    image("seq/left/" + name + ".png");
+    image("seq/right/" + name + ".png");
   }
   write("seq/calib.yaml",
         "image_width: 4\nimage_height: 3\nfx: 2\nfy: 2\ncx: 1.5\ncy: 1\nbaseline_m: 0.1\n");
   const Sequence sequence({dir_ / "seq"});
-  ASSERT_EQ(3u, sequence.size());
-  EXPECT_NE(std::string::npos, sequence.path(1).find("/2.png"));
-  EXPECT_NE(std::string::npos, sequence.path(2).find("/10.png"));
+  ASSERT_EQ(in_order.size(), sequence.size());
+  for (std::size_t i = 0; i < in_order.size(); ++i)
+    EXPECT_NE(std::string::npos, sequence.path(i).find("/" + in_order[i] + ".png")) << i;
 }
 
 TEST_F(LayoutFolders, AGrowingSequenceEndsAtItsLastPose) {

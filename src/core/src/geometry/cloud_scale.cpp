@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -89,9 +90,9 @@ Spacing spacingOf(const std::vector<Vector3>& sample, const Vector3& low, double
 
 /// Median over cells of a side of the RMS distance of their points from their plane. Cells that
 /// hold but the fringe of a surface do not count.
-double noiseIn(const std::vector<Vector3>& sample, const Vector3& low, double side) {
+std::optional<double> noiseIn(const std::vector<Vector3>& sample, const Vector3& low, double side) {
   constexpr std::ptrdiff_t kMinPoints = 12;  // that tell a plane from its noise
-  constexpr double kOfMean = 0.25;
+  constexpr double kMinFractionOfMean = 0.25;
   struct Place {
     std::uint64_t cell;
     std::size_t point;
@@ -133,15 +134,16 @@ double noiseIn(const std::vector<Vector3>& sample, const Vector3& low, double si
     }
     first = last;
   }
-  const double least = kOfMean * total / static_cast<double>(residuals.size());
+  if (residuals.empty()) return std::nullopt;
+  const double min_count = kMinFractionOfMean * total / static_cast<double>(residuals.size());
   std::vector<float> full;
   for (std::size_t i = 0; i < residuals.size(); ++i)
-    if (counts[i] >= least) full.push_back(residuals[i]);
-  return full.empty() ? 0.0 : quantile(full, 0.5);
+    if (counts[i] >= min_count) full.push_back(residuals[i]);
+  return quantile(full, 0.5);
 }
 
-/// In cells as small as hold enough points, and large against the noise, which they cut off; of two
-/// grids, one of which cuts through less.
+/// In cells as small as hold enough points, and large against the noise, which they cut off. Of two
+/// grids the one that cuts through fewer surfaces counts.
 double noiseOf(const std::vector<Vector3>& sample, const Vector3& low, double spacing) {
   constexpr double kSpacings = 6.0;
   constexpr double kNoises = 6.0;
@@ -150,8 +152,9 @@ double noiseOf(const std::vector<Vector3>& sample, const Vector3& low, double sp
   double noise = 0.0;
   double side = kSpacings * spacing;
   for (int i = 0; i <= kMaxDoublings; ++i, side *= 2.0) {
-    noise = std::min(noiseIn(sample, low, side),
-                     noiseIn(sample, low - Vector3::Constant(0.5 * side), side));
+    const std::optional<double> one = noiseIn(sample, low, side);
+    const std::optional<double> other = noiseIn(sample, low - Vector3::Constant(0.5 * side), side);
+    noise = std::min(one.value_or(other.value_or(0.0)), other.value_or(one.value_or(0.0)));
     if (kNoises * noise <= side) break;
   }
   return noise;
@@ -201,7 +204,7 @@ double hiddenFraction(const PointsView& points, const Indices* indices, double d
 /// sensor stands there: heights above the sea.
 bool isHigh(const PointsView& points, const Indices* indices) {
   constexpr double kAbove = 10.0;   // metres
-  constexpr double kExtents = 0.5;  // in millimetres a room is high, too, but not for its size
+  constexpr double kExtents = 1.5;  // a view across of less than 37 degrees: no camera of a robot
   const std::size_t n = detail::countOf(points, indices);
   std::vector<float> values[3];
   for (std::size_t k = 0; k < n; k += n / kLargestSample + 1) {

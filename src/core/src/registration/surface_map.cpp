@@ -76,10 +76,13 @@ class SurfaceMap::Implementation {
   }
 
   void insert(const PointsView& cloud, const Pose& T_world_sensor) {
+    constexpr double kSamePlace = 1e-6;  // metres, radians: rounding
     const bool is_scanner = params_.optical_axis.isZero();
     // Added again, the clouds of a scanner that creeps would draw it along.
-    if (is_scanner && frame_ > 0 && T_world_sensor.matrix() == rest_.T_world_sensor.matrix())
+    if (is_scanner && rest_.seen.size() > 0 &&
+        motionDifference(T_world_sensor, rest_.T_world_sensor).norm() < kSamePlace) {
       return;
+    }
     ++frame_;
     views_.push_back({detail::SeenRanges(cloud, params_), T_world_sensor.inverse()});
     if (views_.size() > kMaxViews) views_.pop_front();
@@ -105,10 +108,14 @@ class SurfaceMap::Implementation {
     const detail::CloudShape shape = detail::shapeOf(cloud, params_);
     const detail::MappedSurfaces map = near(guess.translation(), rangeOf(shape));
     const detail::SurfaceRegistration registration(params_, shape, map);
-    detail::RegistrationCandidate drawn = registration.run(guess);
-    if (isAtRest(shape, drawn.T_sensor_world))
-      drawn.T_sensor_world = rest_.T_world_sensor.inverse();
-    return verified(registration.resultOf(drawn), shape, detail::SeenRanges(cloud, params_));
+    const detail::RegistrationCandidate drawn = registration.run(guess);
+    CloudRegistration result = registration.resultOf(drawn);
+    if (isAtRest(shape, drawn.T_sensor_world)) {
+      const CloudRegistration at_rest =
+          registration.resultOf(registration.at(rest_.T_world_sensor.inverse()));
+      if (at_rest.found) result = at_rest;
+    }
+    return verified(result, shape, detail::SeenRanges(cloud, params_));
   }
 
   std::vector<CloudRegistration> placesFar(const PointsView& cloud, const Pose& guess) const {
@@ -169,7 +176,7 @@ class SurfaceMap::Implementation {
   bool isAtRest(const detail::CloudShape& shape, const Pose& T_sensor_world) const {
     constexpr double kSlide = 0.08;     // of a cell
     constexpr double kTurn = 0.02;      // radians
-    constexpr double kNoBetter = 0.99;  // a shift by a third of the depth error costs as much
+    constexpr double kNoBetter = 0.98;  // a shift by four tenths of the depth error costs as much
     const Vector6 moved = motionDifference(T_sensor_world, Pose(rest_.T_world_sensor.inverse()));
     if (!params_.optical_axis.isZero() || moved.head<3>().norm() > kSlide * params_.cell ||
         moved.tail<3>().norm() > kTurn) {
@@ -180,8 +187,9 @@ class SurfaceMap::Implementation {
         rest_.seen, none, detail::PlaneNeighbours({}, params_.reach, detail::CellShape::Plane),
         detail::PlaneNeighbours({}, params_.reach, detail::CellShape::Line)};
     const detail::SurfaceRegistration registration(params_, shape, before);
-    return registration.scoreAt(Pose::Identity()) >=
-           kNoBetter * registration.scoreAt(T_sensor_world * rest_.T_world_sensor);
+    const double at_rest = registration.at(Pose::Identity()).at_end.score;
+    const double drawn = registration.at(T_sensor_world * rest_.T_world_sensor).at_end.score;
+    return at_rest > 0.0 && at_rest >= kNoBetter * drawn;
   }
 
   double rangeOf(const detail::CloudShape& shape) const {

@@ -50,9 +50,9 @@ class SurfaceRegistration {
   /// The pose T_sensor_world next to this one.
   RegistrationCandidate settle(const Pose& guess) const;
   CloudRegistration resultOf(const RegistrationCandidate& candidate) const;
-  /// How well all lies at a pose, each direction counting the same.
-  double scoreAt(const Pose& T_sensor_world) const {
-    return equations(T_sensor_world, 0.0, false).score;
+  /// A pose as it is, and how well the cloud lies there.
+  RegistrationCandidate at(const Pose& T_sensor_world) const {
+    return {T_sensor_world, equations(T_sensor_world, 0.0, false)};
   }
 
  private:

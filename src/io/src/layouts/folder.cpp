@@ -36,7 +36,8 @@ bool NameOrder::operator()(const std::string& a, const std::string& b) const {
   const auto isDigit = [](const std::string& text, std::size_t at) {
     return at < text.size() && std::isdigit(static_cast<unsigned char>(text[at])) != 0;
   };
-  for (std::size_t i = 0, k = 0; i < a.size() && k < b.size(); ++i, ++k) {
+  std::size_t i = 0, k = 0;
+  for (; i < a.size() && k < b.size(); ++i, ++k) {
     const bool is_fraction =
         i > 0 && (isDigit(a, i - 1) || (i > 1 && a[i - 1] == '.' && isDigit(a, i - 2)));
     if (isDigit(a, i) && isDigit(b, k) && !is_fraction) {
@@ -51,10 +52,11 @@ bool NameOrder::operator()(const std::string& a, const std::string& b) const {
       if (x.size() != y.size()) return x.size() < y.size();
       if (x != y) return x < y;
     }
-    const char in_a = i < a.size() ? a[i] : '\0';
-    const char in_b = k < b.size() ? b[k] : '\0';
-    if (in_a != in_b) return in_a < in_b;
+    if (i >= a.size() || k >= b.size()) break;
+    if (a[i] != b[k]) return a[i] < b[k];
   }
+  const bool a_ended = i >= a.size(), b_ended = k >= b.size();
+  if (a_ended != b_ended) return a_ended;
   return a.size() != b.size() ? a.size() < b.size() : a < b;
 }
 

@@ -26,15 +26,15 @@ class ViewMap::PlacedViews {
     double through = 0.0;      ///< likewise
     double misfit = 1.0;       ///< likewise; 1 without a witness
     double overlap = 0.0;      ///< of the one that sees most
-    bool contested = false;    ///< one of them, if it sees little, contradicts
+    bool contested = false;    ///< one of them contradicts, however little it sees
   };
   struct Hypothesis {
     Pose pose;
     Support support;
-    std::size_t inliers = 0;    ///< features, where it is by them
-    double of_matches = 0.0;    ///< their fraction of the features that look alike
-    double error = 0.0;         ///< largest standard deviation of its position, metres
-    std::size_t off_plane = 0;  ///< of them, not on the plane that holds most
+    std::size_t inliers = 0;      ///< features, where it is by them
+    double match_fraction = 0.0;  ///< their fraction of the features that look alike
+    double error = 0.0;           ///< largest standard deviation of its position, metres
+    std::size_t off_plane = 0;    ///< of them, not on the plane that holds most
   };
 
   explicit PlacedViews(const ViewMapParams& params) : params_(params) { params.validate(); }

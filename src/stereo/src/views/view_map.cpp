@@ -81,19 +81,21 @@ bool isEnough(ViewGuess known, std::size_t inliers, const Support& support, doub
   return (confirmed || many) && score > kOfPlace;
 }
 
-/// The pose of very many features, where none else has half of them and what lies at the same
-/// depth looks the same. What else differs may have moved: a person fills much of a view, and more
-/// of it where the pose is just the expected one.
+/// The pose of many features, where none else has half of them. Very many are enough where what
+/// lies at the same depth looks the same: what else differs may have moved, as a person who fills
+/// much of a view, and more of it where the pose is just the expected one. Where it looks
+/// different, as texture does from afar or aslant, they have to lie in space, since the tiles of a
+/// floor or wall repeat, or be most of those that look alike (docs/dev/motion.md).
 /// \param expected  by the motion before, or null
 const Hypothesis* byManyFeatures(const Views& views, const ViewMap::View& view,
                                  const std::vector<Hypothesis>& found, const Pose* expected) {
   constexpr std::size_t kVeryMany = 60;
-  constexpr std::size_t kManyInSpace = 30;  // tiles of a floor repeat, but what is in space hardly
+  constexpr std::size_t kManyInSpace = 30;
   constexpr std::size_t kOffPlane = 5;
-  constexpr double kMostMatches = 0.4;
+  constexpr double kMinMatchFraction = 0.4;
   constexpr double kSameDepth = 0.8;
-  constexpr double kMaxError = 0.1;     // metres
-  constexpr double kSeenThrough = 0.1;  // where else nothing of what was seen before is in sight
+  constexpr double kMaxError = 0.1;    // metres
+  constexpr double kMaxThrough = 0.1;  // of a pose that too little of the same is seen from
   constexpr double kMinAgreeing = 0.25;
   constexpr double kMinAgreeingAsExpected = 0.1;
   constexpr double kAsExpected = 0.15;  // see PlacedViews::distance()
@@ -103,17 +105,16 @@ const Hypothesis* byManyFeatures(const Views& views, const ViewMap::View& view,
   if (best == found.end()) return nullptr;
   const bool many = best->inliers >= kVeryMany;
   const bool in_space = best->inliers >= kManyInSpace && best->off_plane >= kOffPlane;
-  if ((!many && !in_space) || best->error > kMaxError) return nullptr;
+  if ((!many && !in_space) || !(best->error <= kMaxError)) return nullptr;
   const Support support = views.supportOf(view, best->pose, 1);
   const bool is_expected =
       expected != nullptr && Views::distance(best->pose, *expected) < kAsExpected;
   const double least = is_expected ? kMinAgreeingAsExpected : kMinAgreeing;
   const bool looks_alike = support.agreeing >= least && support.correlation >= kConfirmedView;
-  // From afar, or aslant, texture looks different; features know it again.
-  const bool most = best->of_matches >= kMostMatches;
+  const bool most = best->match_fraction >= kMinMatchFraction;
   const bool is_known =
       support.verdict == PoseVerdict::Refused
-          ? most && many && best->off_plane >= kManyInSpace && support.through < kSeenThrough
+          ? most && many && best->off_plane >= kManyInSpace && support.through < kMaxThrough
           : in_space || (most && support.agreeing >= kSameDepth);
   if (!(many && looks_alike) && !is_known) return nullptr;
   const bool fits = support.score > kLeast;

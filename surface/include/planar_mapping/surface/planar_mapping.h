@@ -42,7 +42,8 @@ class PLANAR_MAPPING_EXPORT PlanarMapping : public pcl::PCLBase<PointT>, public 
   /// Adds the input cloud, or the points of setIndices(), to the map. Parameters hold from the
   /// first frame of a map to its last: later changes from the next reset().
   /// \throws InputError without an input cloud; for an index or inlier outside it, sizes that
-  ///         disagree, a pose that is no rigid motion; or if the first cloud is not in metres
+  ///         disagree, a pose that is no rigid motion or beyond PlanarMap::kReach; or if the first
+  ///         cloud is not in metres
   FrameUpdate integrate();
 
   /// The map so far.

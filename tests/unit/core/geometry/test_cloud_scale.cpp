@@ -100,6 +100,11 @@ TEST(IsMerged, HeightsAboveTheSeaAreNoDepths) {
   EXPECT_TRUE(isMerged(points, nullptr));
   EXPECT_FALSE(isCameraView(points, nullptr));
   EXPECT_EQ(Vector3::UnitZ(), verticalOf(points, nullptr, Pose::Identity()));
+  // A wall across the view of a camera is no map, however far.
+  std::vector<float> wide = wall(20000, 1.0);
+  for (float& value : wide) value *= 10.0f;
+  EXPECT_TRUE(isCameraView(PointsView(wide.data(), wide.size() / 3), nullptr));
+  EXPECT_FALSE(isMerged(PointsView(wide.data(), wide.size() / 3), nullptr));
   // An image far from everything is a camera's all the same.
   points.width = static_cast<std::uint32_t>(points.size / 2);
   points.height = 2;

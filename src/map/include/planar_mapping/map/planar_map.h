@@ -51,6 +51,9 @@ struct MapPlane {
 /// what queries need.
 class PLANAR_MAPPING_EXPORT PlanarMap {
  public:
+  /// Cells from the origin, along each axis, beyond which points are dropped.
+  static constexpr std::int32_t kReach = 1 << 20;
+
   explicit PlanarMap(const PlanarMapParams& params = PlanarMapParams());
   ~PlanarMap();
   PlanarMap(const PlanarMap& other);

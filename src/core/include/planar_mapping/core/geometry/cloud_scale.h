@@ -28,7 +28,7 @@ struct CloudScale {
   std::optional<StereoNoise> stereo;
   /// False for a cloud of many scans: rays from the origin of its frame mean nothing.
   bool has_sensor = true;
-  bool optical = false;  ///< a camera's frame, z forward: 99 % within 63 degrees of z
+  bool optical = false;  ///< a camera's frame, z forward, see isCameraView()
   /// Of the world: the axis next to upwards in the images of a camera, else z.
   Vector3 up = Vector3::UnitZ();
 };
@@ -45,14 +45,16 @@ PLANAR_MAPPING_EXPORT Vector3 verticalOf(const PointsView& points, const Indices
                                          const Pose& T_world_sensor);
 /// The coordinate axis, with its sign, next to a direction of any length.
 PLANAR_MAPPING_EXPORT Vector3 nearestAxis(const Vector3& direction);
-/// Whether a cloud is in a camera's frame, z forward. O(points).
+/// Whether a cloud is in a camera's frame, z forward: 99 % of it within 63 degrees of z. What is
+/// not organized must not lie 10 m and one and a half extents above its origin: those are heights
+/// above the sea, and a camera of that view across sees 37 degrees. O(points).
 PLANAR_MAPPING_EXPORT bool isCameraView(const PointsView& points, const Indices* indices);
 
 /// Whether a cloud cannot have been seen from the origin of its frame: it is merged from several
 /// scans. That is so if a quarter of its points lie behind others, 1.5 times as far in the same
 /// direction (of one degree), or a twelfth 1.12 times as far (of an eighth of a degree: seen from
-/// outside), or if the origin is ten extents away. Organized clouds are of one scan. O(points).
-/// [ours]
+/// outside), or if the origin is ten extents away, or 10 m and one and a half extents below.
+/// Organized clouds are of one scan. O(points). [ours]
 /// \param indices the points that count, or null for all
 PLANAR_MAPPING_EXPORT bool isMerged(const PointsView& points, const Indices* indices);
 

@@ -78,7 +78,8 @@ class PLANAR_MAPPING_EXPORT SurfaceMap {
 
   const SurfaceMapParams& params() const;
 
-  /// Adds a cloud. O(points looked at).
+  /// Adds a cloud. Of a scanner (without an optical axis) not again from where the last one was
+  /// added: a scanner that creeps would draw its map along. O(points looked at).
   /// \param cloud  sensor's frame; non-finite points are skipped
   /// \throws InputError if the pose is not finite
   void insert(const PointsView& cloud, const Pose& T_world_sensor);
