@@ -103,7 +103,7 @@ def word(value):
 def frame(encoding, points_of_cloud):
     pose = struct.pack("<12d", 1, 0, 0, 1, 0, 1, 0, 2, 0, 0, 1, 3)
     feature = struct.pack("<qifff3d", 7, 2, 1.0, 2.0, float("nan"), 0.1, 0.2, 2.0)
-    return (struct.pack("<Qd", 1, 0.5) + word(b"left/0.png") + word(b"") + b"\0\1\0" + pose + b"\1" + pose +
+    return (struct.pack("<Qd", 1, 0.5) + word(b"left/0.png") + word(b"") + b"\0\1\0\0" + pose + b"\1" + pose +
             b"\1" + struct.pack("<4d2i", 4, 4, 0.5, 0.5, 2, 2) + b"\1" + struct.pack("<d", 0.12) +
             struct.pack("<3Q", 4, 1, 1) + struct.pack("<I", 1) + feature + struct.pack("<II", 0, 1) +
             word(b"stereo_ms") + struct.pack("<d", 3) + struct.pack("<Id", 1, 12.5) +
@@ -111,7 +111,7 @@ def frame(encoding, points_of_cloud):
             struct.pack("<IIBB", 2, 2, 0, encoding) + points_of_cloud)
 
 
-seed("message", "envelope", b"\0" + struct.pack("<IHHQ", 0x45464D50, 5, 3, 1))
+seed("message", "envelope", b"\0" + struct.pack("<IHHQ", 0x45464D50, 6, 3, 1))
 seed("message", "welcome", b"\1" + word(b"version: 1\n") + struct.pack("<QIQ", 3, 4, 65536))
 seed("message", "count", b"\2" + struct.pack("<Q", 6))
 seed("message", "bye", b"\3\1" + word(b"why"))

@@ -21,7 +21,7 @@ namespace planar_mapping::transport {
 namespace {
 
 constexpr std::uint32_t kMagic = 0x45464D50;  // "PMFE"
-constexpr std::uint16_t kProtocolVersion = 5;
+constexpr std::uint16_t kProtocolVersion = 6;
 constexpr int kLingerMs = 500;      // for goodbyes
 constexpr int kHandshakeMs = 5000;  // who connects and says nothing is cut off
 constexpr int kHeartbeatMs = 1000;

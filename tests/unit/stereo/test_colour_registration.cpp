@@ -67,12 +67,14 @@ TEST(ColourRegistration, ImagesThatShowNothingAreNotJudged) {
     registration.look(Boxes(seed).image(1.0, 0.0, 2.0),
                       PointsView(wall.data(), kWidth, kHeight, 3));
   EXPECT_EQ(registration.state(), ColourRegistration::State::Unknown);
+  EXPECT_FALSE(registration.isDoubtful());  // a wall has no edges
   // Another scene than that of the depth.
   for (unsigned seed = 31; seed < 41; ++seed) {
     const std::vector<float> xyz = Boxes(seed + 100).cloud();
     registration.look(Boxes(seed).image(1.0, 0.0, 2.0), PointsView(xyz.data(), kWidth, kHeight, 3));
   }
   EXPECT_NE(registration.state(), ColourRegistration::State::Registered);
+  EXPECT_TRUE(registration.isDoubtful());
 }
 
 }  // namespace

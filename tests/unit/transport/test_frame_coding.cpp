@@ -44,6 +44,7 @@ TEST(FrameCoding, EveryFieldComesBackAsItWas) {
   EXPECT_TRUE(sent.pose_assumed && received.pose_assumed);
   EXPECT_TRUE(sent.without_sensor && received.without_sensor);
   EXPECT_TRUE(sent.images_changed && received.images_changed);
+  EXPECT_TRUE(sent.image_doubtful && received.image_doubtful);
   EXPECT_EQ(sent.T_world_sensor.matrix(), received.T_world_sensor.matrix());
   ASSERT_TRUE(received.given_pose.has_value());
   EXPECT_EQ(sent.given_pose->matrix(), received.given_pose->matrix());
@@ -317,7 +318,7 @@ TEST(FrameCoding, EnvelopesOfOthersAreRefused) {
     received.open();
     return received.type;
   };
-  const Bytes good = {'P', 'M', 'F', 'E', 5, 0, 3, 0, 1, 2, 3, 4, 5, 6, 7, 8};
+  const Bytes good = {'P', 'M', 'F', 'E', 6, 0, 3, 0, 1, 2, 3, 4, 5, 6, 7, 8};
   EXPECT_EQ(MessageType::Frame, open(good));
   for (std::size_t size = 0; size < good.size(); ++size) {
     EXPECT_THROW(open(Bytes(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size))),

@@ -15,6 +15,11 @@ bool isNear(const Pose& a, const Pose& b, double distance, double turn) {
          motionDifference(a, b).tail<3>().norm() < turn;
 }
 
+/// No image tells apart what is farther away.
+bool isStep(const Pose& a, const Pose& b) {
+  return isNear(a, b, 1.0, M_PI / 3.0);
+}
+
 }  // namespace
 
 Matrix6 poseCovariance(double position_error, double orientation_error) {
@@ -205,6 +210,10 @@ bool FrameLocator::wasDrawnFar(const Frame& frame, const Pose& T_world_sensor,
 
 /// Nobody knows how far the camera has moved: where things repeat the next place that fits is no
 /// better than others.
+bool FrameLocator::isStep(const Pose& T_world_sensor) const {
+  return detail::isStep(odometry_.expectedPose(), T_world_sensor);
+}
+
 bool FrameLocator::isSearchedFor() const {
   return isSeen() && !odometry_.hasVelocity();
 }
@@ -230,11 +239,8 @@ std::optional<FrameLocator::Placement> FrameLocator::placeFar(const Frame& frame
   }
 #endif
   if (!surfaces_) return Placement{};
-  // A box or a corridor looks alike from its other end, and no image tells them apart.
-  constexpr double kStep = 1.0;  // metres
-  constexpr double kTurn = M_PI / 3.0;
   const CloudRegistration far = surfaces_->locate(viewOf(*frame.cloud), guess);
-  const bool is_likely = !isPartial(frame) || isNear(guess, far.T_world_sensor, kStep, kTurn);
+  const bool is_likely = !isPartial(frame) || detail::isStep(guess, far.T_world_sensor);
   return far.found && is_likely
              ? helped(frame, far.T_world_sensor, far.covariance, far.T_world_sensor, false)
              : Placement{};

@@ -48,6 +48,9 @@ class FrameLocator {
   void setLastPose(const Pose& T_world_sensor) { last_pose_ = T_world_sensor; }
 
   const std::optional<Pose>& lastPose() const { return last_pose_; }
+  /// Whether a pose is so near to where the frame is expected as one has to be that depth alone
+  /// gives: a box or a corridor looks alike from its other end.
+  bool isStep(const Pose& T_world_sensor) const;
   /// Why place() found nothing.
   const std::string& doubt() const { return doubt_; }
   /// Why the frame could not be registered.

@@ -65,7 +65,7 @@ void MotionFinder::startLocator(bool with_clouds) {
 /// A frame that was left out, against what has been seen since. It is no step of the odometry.
 void MotionFinder::placeAgain(Frame& frame) {
   frame.skip_reason = "it was left out before";
-  if (!locator_->lastPose()) return;
+  if (!locator_->lastPose() || frame.image_doubtful) return;
   locator_->lookAt(frame);
   const std::optional<Pose> placed = locator_->placeAgain(frame);
   if (!placed) return;
@@ -95,6 +95,23 @@ void MotionFinder::takeGiven(Frame& frame) {
   locator_->setLastPose(frame.T_world_sensor);
 }
 
+/// Where an image that is not registered to the cloud may be why no place was found, or a far one:
+/// as if there were none.
+std::optional<FrameLocator::Placement> MotionFinder::placeWithoutImage(
+    Frame& frame, std::optional<FrameLocator::Placement> by_image) {
+  const bool is_near =
+      by_image && (!by_image->prior || locator_->isStep(by_image->prior->T_world_sensor));
+  if (is_near) return by_image;
+  Frame bare = frame;
+  bare.images.left = io::Image();
+  bare.key_features.clear();
+  locator_->lookAt(bare);
+  std::optional<FrameLocator::Placement> by_cloud = locator_->place(bare);
+  if (!by_cloud || !by_cloud->prior) return std::nullopt;
+  frame.key_features.clear();
+  return by_cloud;
+}
+
 void MotionFinder::registerFrame(Frame& frame, bool given) {
   locator_->lookAt(frame);
   Odometry& odometry = locator_->odometry();
@@ -116,11 +133,15 @@ void MotionFinder::registerFrame(Frame& frame, bool given) {
     }
     prior = start(frame);
   } else {
-    const auto placement = locator_->place(frame);
+    auto placement = locator_->place(frame);
+    if (frame.image_doubtful && frame.cloud) placement = placeWithoutImage(frame, placement);
     if (!placement) {
       locator_->leaveOut();
       odometry.update({});
-      frame.skip_reason = locator_->doubt();
+      frame.skip_reason = frame.image_doubtful ? "its colour image does not seem to be registered "
+                                                 "to its depth, and depth alone does "
+                                                 "not tell where it is"
+                                               : locator_->doubt();
       return;
     }
     prior = placement->prior;

@@ -32,6 +32,8 @@ class MotionFinder {
   void startLocator(bool with_clouds);
   void placeAgain(Frame& frame);
   void takeGiven(Frame& frame);
+  std::optional<FrameLocator::Placement> placeWithoutImage(
+      Frame& frame, std::optional<FrameLocator::Placement> by_image);
   void registerFrame(Frame& frame, bool given);
   std::optional<PosePrior> start(Frame& frame);
   FrameMotion motionTo(const Pose& T_world_sensor, const Matrix6& covariance) const;

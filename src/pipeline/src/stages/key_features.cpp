@@ -99,6 +99,7 @@ void KeyFeaturesStage::alignColour(Frame& frame) {
           "key_features.registered=false leaves them out, true takes them as they are");
     }
   }
+  frame.image_doubtful = registration_.isDoubtful();
   frame.statistics.push_back(
       {"colour_registered", registration_.state() == State::Registered ? 1.0 : 0.0});
   if (registration_.state() == State::Apart)

@@ -220,6 +220,7 @@ void ColourRegistration::decide() {
   const double mean = sum / static_cast<double>(all.size());
   const double deviation = std::sqrt(squares / static_cast<double>(all.size()) - mean * mean);
   const auto peak = std::max_element(all.begin(), all.end());
+  meets_nothing_ = here_is_best == 0;
   if (here_is_best == 2) state_ = State::Registered;
   if (elsewhere_is_best == 2 && areNear(places[0], places[1]) && !isAtBound(places[0]) &&
       !isAtBound(places[1]) && *peak > mean + kSignificant * deviation) {

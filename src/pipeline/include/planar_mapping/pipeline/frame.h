@@ -65,6 +65,8 @@ struct Frame {
   /// Left by a Features stage: from here on images are aligned otherwise than those before, which
   /// are not to be compared with them.
   bool images_changed = false;
+  /// Likewise: the image does not seem to be registered to the cloud, which is not certain yet.
+  bool image_doubtful = false;
   std::optional<FrameMotion> motion;  ///< since the frame before, left by a Motion stage
   /// Why the frame cannot be used (no pose found, black image, ...); the stages after the one that
   /// set it leave the frame out and mapping goes on with the next. Empty = it can.

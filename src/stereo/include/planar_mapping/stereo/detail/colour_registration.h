@@ -26,6 +26,8 @@ class PLANAR_MAPPING_EXPORT ColourRegistration {
   void look(const io::Image& image, const PointsView& cloud);
   /// Of all frames so far, thirty at most. Once it is known it stays.
   State state() const { return state_; }
+  /// Whether edges enough for an answer meet none of the image where they are.
+  bool isDoubtful() const { return state_ == State::Unknown && meets_nothing_; }
   /// The image as it would be at the pixels of the depth image, but for the distance between the
   /// cameras: right to a few pixels. Of State::Apart.
   io::Image aligned(const io::Image& image) const;
@@ -35,7 +37,7 @@ class PLANAR_MAPPING_EXPORT ColourRegistration {
   template <typename Archive>
   void visitState(Archive& archive) {
     archive(state_, frames_, sums_[0], sums_[1], counts_[0], counts_[1], scale_, column_shift_,
-            row_shift_);
+            row_shift_, meets_nothing_);
   }
 
  private:
@@ -44,6 +46,7 @@ class PLANAR_MAPPING_EXPORT ColourRegistration {
   void decide();
 
   State state_ = State::Unknown;
+  bool meets_nothing_ = false;
   std::int32_t frames_ = 0;
   /// Contrast of the image at the edges of each half, by scale, column and row of the shift.
   std::array<std::vector<double>, 2> sums_;
