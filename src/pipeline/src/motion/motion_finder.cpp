@@ -95,21 +95,22 @@ void MotionFinder::takeGiven(Frame& frame) {
   locator_->setLastPose(frame.T_world_sensor);
 }
 
-/// Where an image that is not registered to the cloud may be why no place was found, or a far one:
-/// as if there were none.
-std::optional<FrameLocator::Placement> MotionFinder::placeWithoutImage(
-    Frame& frame, std::optional<FrameLocator::Placement> by_image) {
-  const bool is_near =
-      by_image && (!by_image->prior || locator_->isStep(by_image->prior->T_world_sensor));
-  if (is_near) return by_image;
+/// Of a frame whose image may not be registered to its cloud: as if there were none, else near.
+std::optional<FrameLocator::Placement> MotionFinder::placeDoubtful(const Frame& frame) {
   Frame bare = frame;
   bare.images.left = io::Image();
   bare.key_features.clear();
   locator_->lookAt(bare);
   std::optional<FrameLocator::Placement> by_cloud = locator_->place(bare);
-  if (!by_cloud || !by_cloud->prior) return std::nullopt;
-  frame.key_features.clear();
-  return by_cloud;
+  locator_->lookAt(frame);
+  if (by_cloud && by_cloud->prior) {
+    by_cloud->prior->exact = true;
+    return by_cloud;
+  }
+  std::optional<FrameLocator::Placement> by_image = locator_->place(frame);
+  if (by_image && by_image->prior && !locator_->isStep(by_image->prior->T_world_sensor))
+    by_image.reset();
+  return by_image;
 }
 
 void MotionFinder::registerFrame(Frame& frame, bool given) {
@@ -133,8 +134,8 @@ void MotionFinder::registerFrame(Frame& frame, bool given) {
     }
     prior = start(frame);
   } else {
-    auto placement = locator_->place(frame);
-    if (frame.image_doubtful && frame.cloud) placement = placeWithoutImage(frame, placement);
+    const auto placement =
+        frame.image_doubtful && frame.cloud ? placeDoubtful(frame) : locator_->place(frame);
     if (!placement) {
       locator_->leaveOut();
       odometry.update({});

@@ -32,8 +32,7 @@ class MotionFinder {
   void startLocator(bool with_clouds);
   void placeAgain(Frame& frame);
   void takeGiven(Frame& frame);
-  std::optional<FrameLocator::Placement> placeWithoutImage(
-      Frame& frame, std::optional<FrameLocator::Placement> by_image);
+  std::optional<FrameLocator::Placement> placeDoubtful(const Frame& frame);
   void registerFrame(Frame& frame, bool given);
   std::optional<PosePrior> start(Frame& frame);
   FrameMotion motionTo(const Pose& T_world_sensor, const Matrix6& covariance) const;
