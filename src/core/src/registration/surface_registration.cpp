@@ -181,7 +181,7 @@ RegistrationCandidate SurfaceRegistration::settle(const Pose& guess) const {
   RegistrationCandidate candidate;
   candidate.T_sensor_world = guess;
   if (approach(candidate.T_sensor_world) && refine(candidate.T_sensor_world)) {
-    candidate.at_end = equations(candidate.T_sensor_world, 0.0, false);
+    candidate = at(candidate.T_sensor_world);
   }
   return candidate;
 }

@@ -7,17 +7,15 @@
 namespace planar_mapping::detail {
 namespace {
 
-constexpr int kFewLost = 1;  // frames: then the camera sees what it saw before them
+// How far depth alone may place a frame from where it is expected.
+constexpr double kStep = 1.0;         // metres
+constexpr double kTurn = M_PI / 3.0;  // radians
+constexpr int kFewLost = 1;           // frames: then the camera sees what it saw before them
 
 /// Are two poses less than so many metres and radians apart?
 bool isNear(const Pose& a, const Pose& b, double distance, double turn) {
   return (a.translation() - b.translation()).norm() < distance &&
          motionDifference(a, b).tail<3>().norm() < turn;
-}
-
-/// No image tells apart what is farther away.
-bool isStep(const Pose& a, const Pose& b) {
-  return isNear(a, b, 1.0, M_PI / 3.0);
 }
 
 }  // namespace
@@ -208,12 +206,12 @@ bool FrameLocator::wasDrawnFar(const Frame& frame, const Pose& T_world_sensor,
   return !isPartial(frame) && !isSeen() && !isNear(expected, T_world_sensor, kDrawn, kTurned);
 }
 
-/// Nobody knows how far the camera has moved: where things repeat the next place that fits is no
-/// better than others.
 bool FrameLocator::isStep(const Pose& T_world_sensor) const {
-  return detail::isStep(odometry_.expectedPose(), T_world_sensor);
+  return isNear(odometry_.expectedPose(), T_world_sensor, kStep, kTurn);
 }
 
+/// Nobody knows how far the camera has moved: where things repeat the next place that fits is no
+/// better than others.
 bool FrameLocator::isSearchedFor() const {
   return isSeen() && !odometry_.hasVelocity();
 }
@@ -240,7 +238,7 @@ std::optional<FrameLocator::Placement> FrameLocator::placeFar(const Frame& frame
 #endif
   if (!surfaces_) return Placement{};
   const CloudRegistration far = surfaces_->locate(viewOf(*frame.cloud), guess);
-  const bool is_likely = !isPartial(frame) || detail::isStep(guess, far.T_world_sensor);
+  const bool is_likely = !isPartial(frame) || isNear(guess, far.T_world_sensor, kStep, kTurn);
   return far.found && is_likely
              ? helped(frame, far.T_world_sensor, far.covariance, far.T_world_sensor, false)
              : Placement{};

@@ -141,8 +141,7 @@ struct PlaneSet {
 /// \param indices the points that count, or null for all
 /// \param sensor  position of the sensor in the cloud's frame; orients normals
 /// \return disjoint inlier sets, each within d_T(z) of its plane (Organized: within the noise it
-///         measures, where that is larger);
-///         empty if nothing is found
+///         measures, where that is larger); empty if nothing is found
 /// \throws ParameterError for bad parameters, InputError for an index outside the cloud, a view
 ///         without data or a sensor that is not finite
 /// \note The order of the points changes sums in their last digits only, and with them a point on

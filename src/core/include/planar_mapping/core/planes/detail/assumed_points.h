@@ -37,11 +37,12 @@ PLANAR_MAPPING_EXPORT std::vector<std::uint8_t> evenTiles(const std::uint8_t* gr
 /// base boards are often too small for the search for planes. Of several planes the nearest counts
 /// within the convex hull of its tiles. Nothing is assumed where the error of the plane exceeds
 /// params.distance_threshold, nor behind the ground, nor behind another plane turned otherwise in
-/// the columns from the first to the last that shows it. \param cloud    organized, of the camera;
-/// NaN where nothing is measured \param indices  points that may belong to planes \param ground
-/// points of the ground, which are not among them \param even     of the image of the same pixels,
-/// see evenTiles() \param planes   of the cloud; planes that are found here are added, and take
-/// over those that are
+/// the columns from the first to the last that shows it.
+/// \param cloud    organized, of the camera; NaN where nothing is measured
+/// \param indices  points that may belong to planes
+/// \param ground   points of the ground, which are not among them
+/// \param even     of the image of the same pixels, see evenTiles()
+/// \param planes   of the cloud; planes that are found here are added, and take over those that are
 ///                 parts of them
 /// \throws InputError if the cloud is not organized, or sizes disagree
 PLANAR_MAPPING_EXPORT AssumedPoints assumePoints(const PointsView& cloud, const Indices& indices,
