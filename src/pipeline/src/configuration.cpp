@@ -36,13 +36,14 @@ fs::path readyConfigurations() {
   return {};
 }
 
-/// For a message: "; ready: a.yaml, b.yaml", empty if there are none.
+/// For a message: "; ready: a.yaml, b.yaml", or that there are none.
 std::string listReadyConfigurations() {
   std::vector<std::string> names;
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(readyConfigurations(), error)) {
     names.push_back(entry.path().filename().string());
   }
+  if (names.empty()) return "; none is ready: no share/planar_mapping/config is near the program";
   std::sort(names.begin(), names.end());
   std::string list;
   for (const std::string& name : names) list += (list.empty() ? "; ready: " : ", ") + name;

@@ -139,5 +139,27 @@ TEST(SceneContent, OfAnEmptyMapIsEmpty) {
   EXPECT_EQ(content.up, Vector3(Vector3::UnitZ()));
 }
 
+/// A cloud in coordinates of a country was not seen from their origin.
+TEST(SceneContent, TheOriginFarFromACloudIsNoSensor) {
+  std::vector<float> xyz;
+  for (int i = 0; i < 60; ++i) {
+    for (int j = 0; j < 60; ++j) {
+      xyz.insert(xyz.end(), {0.02F * static_cast<float>(i), 0.02F * static_cast<float>(j), 284.0F});
+    }
+  }
+  for (const float height : {284.0F, 1.0F}) {
+    for (std::size_t i = 2; i < xyz.size(); i += 3) xyz[i] = height;
+    const std::vector<PlaneSegment> planes;
+    FrameObservation frame;
+    frame.points = PointsView(xyz.data(), xyz.size() / 3);
+    frame.planes = &planes;
+    PlanarMap map;
+    map.insert(frame);
+    const SceneContent content = sceneContent(map);
+    ASSERT_FALSE(content.cuboids.empty());
+    EXPECT_EQ(height > 100.0F ? 0u : 1u, content.trajectory.size());
+  }
+}
+
 }  // namespace
 }  // namespace planar_mapping

@@ -97,7 +97,8 @@ std::optional<Pose> FrameLocator::placeAgain(const Frame& frame) {
   if (placed && views_->check(view_, *placed, nullptr, true) != PoseVerdict::Confirmed)
     placed.reset();
   if (!placed) {
-    const ViewMap::Location far = views_->locate(view_, *last_pose_, {}, ViewGuess::Nothing);
+    const ViewMap::Location far =
+        views_->locate(view_, *last_pose_, placesOf(frame, *last_pose_), ViewGuess::Nothing);
     if (far.found) placed = far.T_world_sensor;
   }
 #endif
@@ -127,13 +128,13 @@ std::optional<FrameLocator::Placement> FrameLocator::place(const Frame& frame) {
     return std::nullopt;
   }
   const Pose guess = features_agree ? by_features.T_world_sensor : expected;
-  std::vector<Pose> candidates;
-  if (by_features.registered) candidates.push_back(better.value_or(by_features.T_world_sensor));
+  std::vector<PoseCandidate> candidates;
+  if (by_features.registered) candidates.push_back({better.value_or(by_features.T_world_sensor)});
   if (surfaces_) {
     const CloudRegistration near = surfaces_->locateNear(viewOf(*frame.cloud), guess);
     noteCloud(near);
     if (near.found && isSearchedFor()) {
-      candidates.push_back(near.T_world_sensor);
+      candidates.push_back(candidateOf(near));
       std::optional<Placement> far = placeFar(frame, guess, candidates);
       // The search is coarse: what it confirms is where the cloud says.
       const bool same = far && far->prior && odometry_.params().motion.isCertain(near.covariance) &&
@@ -155,7 +156,7 @@ std::optional<FrameLocator::Placement> FrameLocator::place(const Frame& frame) {
       if (refined && agrees(*refined, expected, false)) {
         return helped(frame, *refined, covarianceByViews(), expected, true);
       }
-      candidates.push_back(refined.value_or(near.T_world_sensor));
+      candidates.push_back({refined.value_or(near.T_world_sensor)});
 #endif
     }
   }
@@ -216,15 +217,11 @@ bool FrameLocator::isSearchedFor() const {
   return isSeen() && !odometry_.hasVelocity();
 }
 
-std::optional<FrameLocator::Placement> FrameLocator::placeFar(const Frame& frame, const Pose& guess,
-                                                              std::vector<Pose> candidates) {
+std::optional<FrameLocator::Placement> FrameLocator::placeFar(
+    const Frame& frame, const Pose& guess, std::vector<PoseCandidate> candidates) {
 #ifdef PLANAR_MAPPING_HAS_STEREO
   if (isSeen()) {
-    if (surfaces_) {
-      for (const CloudRegistration& one : surfaces_->placesFar(viewOf(*frame.cloud), guess)) {
-        if (one.matched > 0) candidates.push_back(one.T_world_sensor);
-      }
-    }
+    for (const PoseCandidate& one : placesOf(frame, guess)) candidates.push_back(one);
     const ViewMap::Location far = views_->locate(
         view_, guess, candidates,
         lost_ > kFewLost ? ViewGuess::Nothing
@@ -286,6 +283,23 @@ bool FrameLocator::agrees(const Pose& T_world_sensor, const Pose& expected, bool
 /// Whether a pose is a small step from where it was expected, and the last frame had one.
 bool FrameLocator::follows(const Pose& T_world_sensor, const Pose& expected) const {
   return lost_ == 0 && isNear(expected, T_world_sensor, 0.3, 0.3);
+}
+
+PoseCandidate FrameLocator::candidateOf(const CloudRegistration& by_cloud) const {
+  constexpr double kMinFraction = 0.5;
+  constexpr double kMaxSeenThrough = 0.05;
+  return {by_cloud.T_world_sensor, by_cloud.fraction >= kMinFraction &&
+                                       by_cloud.seen_through <= kMaxSeenThrough &&
+                                       odometry_.params().motion.isCertain(by_cloud.covariance)};
+}
+
+std::vector<PoseCandidate> FrameLocator::placesOf(const Frame& frame, const Pose& guess) const {
+  std::vector<PoseCandidate> places;
+  if (!surfaces_) return places;
+  for (const CloudRegistration& one : surfaces_->placesFar(viewOf(*frame.cloud), guess)) {
+    if (one.matched > 0) places.push_back(candidateOf(one));
+  }
+  return places;
 }
 
 void FrameLocator::noteCloud(const CloudRegistration& by_cloud) {

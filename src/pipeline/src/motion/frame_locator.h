@@ -63,7 +63,7 @@ class FrameLocator {
 
  private:
   std::optional<Placement> placeFar(const Frame& frame, const Pose& guess,
-                                    std::vector<Pose> candidates);
+                                    std::vector<PoseCandidate> candidates);
   Placement helped(const Frame& frame, const Pose& T_world_sensor, const Matrix6& covariance,
                    const Pose& expected, bool by_views);
   Pose expectedPose(const Frame& frame) const;
@@ -75,6 +75,9 @@ class FrameLocator {
   bool follows(const Pose& T_world_sensor, const Pose& expected) const;
   bool isEnough(const OdometryResult& by_features) const;
   bool isSeen() const;  ///< an image can be compared with those of earlier frames
+  PoseCandidate candidateOf(const CloudRegistration& by_cloud) const;
+  /// Where the cloud may lie, near the guess or far from it.
+  std::vector<PoseCandidate> placesOf(const Frame& frame, const Pose& guess) const;
   void noteCloud(const CloudRegistration& by_cloud);
 
   const int enough_inliers_;

@@ -35,6 +35,7 @@ class ViewMap::PlacedViews {
     double match_fraction = 0.0;  ///< their fraction of the features that look alike
     double error = 0.0;           ///< largest standard deviation of its position, metres
     std::size_t off_plane = 0;    ///< of them, not on the plane that holds most
+    bool fits = false;            ///< see PoseCandidate
   };
 
   explicit PlacedViews(const ViewMapParams& params) : params_(params) { params.validate(); }

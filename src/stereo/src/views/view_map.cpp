@@ -131,6 +131,40 @@ const Hypothesis* byManyFeatures(const Views& views, const ViewMap::View& view,
   return std::none_of(shifted.begin(), shifted.end(), isOther) ? &*best : nullptr;
 }
 
+/// The place that a cloud gives, where nothing is seen through and gray values correlate somewhat:
+/// at wrong places they hardly do, unless things repeat. What lies behind corners may be most of a
+/// view (docs/dev/motion.md).
+const Hypothesis* byItsCloud(const Views& views, const ViewMap::View& view,
+                             const std::vector<Hypothesis>& found, ViewGuess known) {
+  constexpr double kMaxThrough = 0.02;
+  constexpr double kSomewhat = 0.3;
+  constexpr double kMinAgreeing = 0.4;
+  constexpr double kMinOverlap = 0.25;
+  constexpr double kRival = 0.5;    // of its score
+  constexpr double kShifted = 0.8;  // likewise, of the same place shifted along what is open
+  const Hypothesis* best = nullptr;
+  for (const Hypothesis& one : found) {
+    if (one.fits && (best == nullptr || one.support.score > best->support.score)) best = &one;
+  }
+  if (best == nullptr) return nullptr;
+  const Support support = views.supportOf(view, best->pose, 1);
+  const double least = known == ViewGuess::Nothing ? kConfirmedView : kSomewhat;
+  if (support.through > kMaxThrough || support.correlation < least ||
+      support.agreeing < kMinAgreeing || support.overlap < kMinOverlap) {
+    return nullptr;
+  }
+  const auto isRivalOf = [&](const std::vector<Hypothesis>& others, double fraction) {
+    return std::any_of(others.begin(), others.end(), [&](const Hypothesis& one) {
+      return one.support.score > fraction * support.score &&
+             !views.isSamePlace(view, one.pose, best->pose);
+    });
+  };
+  const bool alone =
+      !isRivalOf(found, kRival) &&
+      !isRivalOf(views.shiftedOf(view, best->pose, views.shiftToElsewhere(view)), kShifted);
+  return alone ? best : nullptr;
+}
+
 /// Whether the view, or the one next to it, sees little but one wall.
 bool isOneWall(const Views& views, const ViewMap::View& view, const Pose& T_world_sensor) {
   const ViewMap::View& next = views.nextTo(T_world_sensor);
@@ -152,6 +186,61 @@ bool repeats(const Views& views, const ViewMap::View& view, const Pose& pose,
     if (is_near && isComparable(one.support, here)) return true;
   }
   return false;
+}
+
+/// The place of those found at which depths and gray values agree best, if there is no other like
+/// it.
+ViewMap::Location bestOf(const Views& views, const ViewMap::View& view, const Pose& guess,
+                         std::vector<Hypothesis> found, ViewGuess known) {
+  ViewMap::Location location;
+  sortBySupport(found);
+  std::vector<Hypothesis> apart;
+  for (const Hypothesis& one : found) {
+    if (one.support.score < kHopelessView - kRoughness || apart.size() == kMaxClimbed) break;
+    const auto same = [&](const Hypothesis& h) {
+      return views.isSamePlace(view, h.pose, one.pose);
+    };
+    if (std::none_of(apart.begin(), apart.end(), same)) apart.push_back(one);
+  }
+  location.reason = "no earlier view shows enough of the same";
+  if (apart.empty()) return location;
+  for (Hypothesis& one : apart) views.climb(view, one);
+  sortBySupport(apart);
+  const Hypothesis best = apart.front();
+  // What it may be confused with, also: the same shifted along what is open.
+  for (Hypothesis& one : views.shiftedOf(view, best.pose, views.shiftToElsewhere(view))) {
+    views.climb(view, one);
+    apart.push_back(one);
+  }
+  constexpr double kOfOverlap = 0.25;
+  const bool one_wall = known != ViewGuess::Motion && isOneWall(views, view, best.pose);
+  double rival = 0.0;
+  for (const Hypothesis& one : apart) {
+    if (views.isSamePlace(view, one.pose, best.pose)) continue;
+    if (isComparable(one, best) || (known != ViewGuess::Motion && isRival(one, best)) ||
+        (one_wall && one.support.score > kComparable * best.support.score &&
+         one.support.overlap > kOfOverlap * best.support.overlap)) {
+      location.reason = "it looks the same from another place";
+      return location;
+    }
+    rival = std::max(rival, one.support.score);
+  }
+  // Many features tell the pose better than gray values do.
+  location.T_world_sensor = best.pose;
+  for (const Hypothesis& one : found) {
+    if (best.inliers >= kManyInliers && one.inliers == best.inliers) {
+      location.T_world_sensor = one.pose;
+    }
+  }
+  const Support support = views.supportOf(view, location.T_world_sensor, 1);
+  if (one_wall && support.overlap < kMinOverlapOfWall && support.score < kStrong &&
+      (rival > kFarBehind * support.score || (best.inliers == 0 && support.score < kStrict))) {
+    location.reason = "it looks the same from another place";
+  } else {
+    location.found =
+        isEnough(known, best.inliers, support, rival, Views::distance(best.pose, guess));
+  }
+  return location;
 }
 
 }  // namespace
@@ -229,64 +318,25 @@ std::optional<Pose> ViewMap::locateByFeatures(const ViewPtr& view, const Pose& g
 }
 
 ViewMap::Location ViewMap::locate(const ViewPtr& view, const Pose& guess,
-                                  const std::vector<Pose>& candidates, ViewGuess known) const {
+                                  const std::vector<PoseCandidate>& candidates,
+                                  ViewGuess known) const {
   std::vector<Hypothesis> found;
-  for (const Pose& pose : candidates)
-    found.push_back({pose, views_->supportOf(*view, pose, kCoarseView)});
+  for (const PoseCandidate& one : candidates) {
+    found.push_back(
+        {one.T_world_sensor, views_->supportOf(*view, one.T_world_sensor, kCoarseView)});
+    found.back().fits = one.fits;
+  }
   for (Hypothesis& one : views_->registerTo(*view, guess)) found.push_back(one);
-  Location location;
   const Pose* expected = known == ViewGuess::Motion ? &guess : nullptr;
-  if (const Hypothesis* one = byManyFeatures(*views_, *view, found, expected)) {
+  const Hypothesis* one = byManyFeatures(*views_, *view, found, expected);
+  Location location;
+  if (one == nullptr) {
+    location = bestOf(*views_, *view, guess, found, known);
+    if (!location.found) one = byItsCloud(*views_, *view, found, known);
+  }
+  if (one != nullptr) {
     location.T_world_sensor = one->pose;
     location.found = true;
-    return location;
-  }
-  sortBySupport(found);
-  std::vector<Hypothesis> apart;
-  for (const Hypothesis& one : found) {
-    if (one.support.score < kHopelessView - kRoughness || apart.size() == kMaxClimbed) break;
-    const auto same = [&](const Hypothesis& h) {
-      return views_->isSamePlace(*view, h.pose, one.pose);
-    };
-    if (std::none_of(apart.begin(), apart.end(), same)) apart.push_back(one);
-  }
-  location.reason = "no earlier view shows enough of the same";
-  if (apart.empty()) return location;
-  for (Hypothesis& one : apart) views_->climb(*view, one);
-  sortBySupport(apart);
-  const Hypothesis best = apart.front();
-  // What it may be confused with, also: the same shifted along what is open.
-  for (Hypothesis& one : views_->shiftedOf(*view, best.pose, views_->shiftToElsewhere(*view))) {
-    views_->climb(*view, one);
-    apart.push_back(one);
-  }
-  constexpr double kOfOverlap = 0.25;
-  const bool one_wall = known != ViewGuess::Motion && isOneWall(*views_, *view, best.pose);
-  double rival = 0.0;
-  for (const Hypothesis& one : apart) {
-    if (views_->isSamePlace(*view, one.pose, best.pose)) continue;
-    if (isComparable(one, best) || (known != ViewGuess::Motion && isRival(one, best)) ||
-        (one_wall && one.support.score > kComparable * best.support.score &&
-         one.support.overlap > kOfOverlap * best.support.overlap)) {
-      location.reason = "it looks the same from another place";
-      return location;
-    }
-    rival = std::max(rival, one.support.score);
-  }
-  // Many features tell the pose better than gray values do.
-  location.T_world_sensor = best.pose;
-  for (const Hypothesis& one : found) {
-    if (best.inliers >= kManyInliers && one.inliers == best.inliers) {
-      location.T_world_sensor = one.pose;
-    }
-  }
-  const Support support = views_->supportOf(*view, location.T_world_sensor, 1);
-  if (one_wall && support.overlap < kMinOverlapOfWall && support.score < kStrong &&
-      (rival > kFarBehind * support.score || (best.inliers == 0 && support.score < kStrict))) {
-    location.reason = "it looks the same from another place";
-  } else {
-    location.found =
-        isEnough(known, best.inliers, support, rival, Views::distance(best.pose, guess));
   }
   return location;
 }

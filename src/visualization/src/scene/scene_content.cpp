@@ -44,6 +44,16 @@ void requireDrawable(const std::vector<Cuboid>& cuboids, const char* what) {
   }
 }
 
+/// Whether the one pose is far from all that was seen: then it is the origin of a cloud's
+/// coordinates, and no sensor.
+bool startsFarAway(const SceneContent& content) {
+  Bounds box;
+  box.add(content.cuboids);
+  return content.trajectory.size() == 1 && box.valid() &&
+         (content.trajectory.front().translation() - 0.5 * (box.low + box.high)).norm() >
+             2.0 * (box.high - box.low).norm();
+}
+
 }  // namespace
 
 std::size_t SceneContent::cloudPoints() const {
@@ -109,6 +119,7 @@ SceneContent sceneContent(const PlanarMap& map) {
   if (content.unseen == Unseen::Unknown && content.bounds(low, high)) {
     content.free = map.spaceCuboids(CellState::Free, low, high);
   }
+  if (startsFarAway(content)) content.trajectory.clear();
   return content;
 }
 

@@ -12,6 +12,7 @@
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/geometry/camera.h"
 #include "planar_mapping/core/odometry/motion_estimation.h"
+#include "planar_mapping/core/registration/detail/surface_map.h"
 #include "planar_mapping/io/image_file.h"
 
 namespace planar_mapping {
@@ -92,8 +93,8 @@ class PLANAR_MAPPING_EXPORT ViewMap {
   /// The pose at which depths and gray values agree best, if there is no other like it.
   /// \param candidates  poses to try beside those that descriptors give
   /// \param known       the less, the more it takes to believe a pose; many features suffice
-  Location locate(const ViewPtr& view, const Pose& guess, const std::vector<Pose>& candidates,
-                  ViewGuess known) const;
+  Location locate(const ViewPtr& view, const Pose& guess,
+                  const std::vector<PoseCandidate>& candidates, ViewGuess known) const;
 
   /// The views, for another process to continue with; bytes of the same build.
   std::string saveState() const;

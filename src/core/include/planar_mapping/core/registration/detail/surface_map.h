@@ -62,6 +62,12 @@ struct CloudRegistration {
   double seen_through = 0.0;
 };
 
+/// A pose that a frame may have.
+struct PoseCandidate {
+  Pose T_world_sensor = Pose::Identity();
+  bool fits = false;  ///< the cloud lies on what was seen before, and its rays contradict nothing
+};
+
 /// What registers clouds that have no features to go by: a bounded local map of small planes, one
 /// per cell of a grid, and of the edges where they end; robust registration to both.
 ///
