@@ -188,6 +188,16 @@ std::optional<Pose> FrameLocator::betterThan(const Pose& by_features, const Pose
 }
 #endif
 
+bool FrameLocator::isBetterByFeatures(const Frame& frame, const Pose& T_world_sensor) const {
+#ifdef PLANAR_MAPPING_HAS_STEREO
+  const OdometryResult by_features = odometry_.locate(frame.key_features);
+  return by_features.registered && isEnough(by_features) && isSeen() &&
+         views_->fitsBetter(view_, by_features.T_world_sensor, T_world_sensor);
+#else
+  return false;
+#endif
+}
+
 /// Where no image tells whether a cloud fits, it is begun with where the camera was: the motion
 /// before, if a cloud alone gave it, is no better. What spins is on a vehicle, which goes on.
 Pose FrameLocator::expectedPose(const Frame& frame) const {

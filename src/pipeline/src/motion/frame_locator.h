@@ -51,6 +51,8 @@ class FrameLocator {
   /// Whether a pose is so near to where the frame is expected as one has to be that depth alone
   /// gives: a box or a corridor looks alike from its other end.
   bool isStep(const Pose& T_world_sensor) const;
+  /// Whether many features give another pose, at which depths agree far better.
+  bool isBetterByFeatures(const Frame& frame, const Pose& T_world_sensor) const;
   /// Why place() found nothing.
   const std::string& doubt() const { return doubt_; }
   /// Why the frame could not be registered.
