@@ -16,6 +16,8 @@ constexpr double kMinPoints = 6.0;
 constexpr double kMinSideInBands = 3.0;
 // Narrower than this fraction of the side, the points are a line and their normal is chance.
 constexpr double kMinWidth = 0.05;
+// Noise of ranges is no more than this fraction of the threshold, one standard deviation.
+constexpr double kMaxNoise = 0.8;
 // Squared thickness against squared width.
 constexpr double kMaxThickness = 0.4;
 // Leaves smaller than a cell are only for what is beyond doubt.
@@ -32,6 +34,20 @@ bool isNarrow(const LocalFit& fit, double side) {
   return !(fit.eigenvalues[1] > kMinWidth * kMinWidth * side * side);
 }
 
+/// Whether the points of a ring or two of a scanner are wide only along their rays, and no more
+/// than noise may make them: a plane through ring and rays is none.
+bool isNoisyLine(const PointSums& sums, const Vector3& mean, const Vector3& sensor,
+                 const LocalFit& fit, double side, double band) {
+  if (!(fit.eigenvalues[1] < kMaxNoise * kMaxNoise * band * band)) return false;
+  const Vector3 ray = (mean - sensor).normalized();
+  const Matrix3 across = Matrix3::Identity() - ray * ray.transpose();
+  const Matrix3 scatter = sums.moments(Vector3::Zero()).scatter() / sums.n;
+  const Eigen::SelfAdjointEigenSolver<Matrix3> solver =
+      Eigen::SelfAdjointEigenSolver<Matrix3>().computeDirect(across * scatter * across,
+                                                             Eigen::EigenvaluesOnly);
+  return !(solver.eigenvalues()[1] > kMinWidth * kMinWidth * side * side);
+}
+
 /// Too thick for its width, but not for a surface: a larger piece may show its direction.
 bool isThickAsWide(const LocalFit& fit, double band) {
   return fit.eigenvalues[0] > kMaxThickness * fit.eigenvalues[1] &&
@@ -42,8 +58,8 @@ bool isThickAsWide(const LocalFit& fit, double band) {
 class LeafBuilder {
  public:
   LeafBuilder(const PointCells& grid, const std::vector<char>& split, const PointCells& fine,
-              const DistanceBand& band)
-      : grid_(grid), split_(split), band_(band) {
+              const DistanceBand& band, const Vector3& sensor)
+      : grid_(grid), split_(split), band_(band), sensor_(sensor) {
     result_.side = grid.side / (1 << kGridLevel);
     for (std::size_t i = 0; i < fine.sums.size(); ++i) {
       CellKey home = fine.table.key(i);
@@ -129,8 +145,10 @@ class LeafBuilder {
       if (sums.n >= kMinPoints) {
         const LocalFit fit = fitLocally(sums);
         if (!last && (isNarrow(fit, side) || isThickAsWide(fit, threshold))) continue;
+        const bool line = isNoisyLine(sums, centre + fit.mean, sensor_, fit, side, threshold);
+        if (!last && line) continue;
         if (finer && fit.eigenvalues[0] > kMaxThicknessIfFine * fit.eigenvalues[1]) continue;
-        candidate.planar = isSurface(fit, side, threshold);
+        candidate.planar = !line && isSurface(fit, side, threshold);
         candidate.mean = centre + fit.mean;
         candidate.normal = fit.normal;
         if (candidate.planar) {
@@ -185,6 +203,7 @@ class LeafBuilder {
   const PointCells& grid_;
   const std::vector<char>& split_;
   const DistanceBand& band_;
+  const Vector3 sensor_;
   SurfaceLeaves result_;
   std::vector<CellKey> keys_;  ///< of the pieces of the level
   std::vector<PointSums> sums_;
@@ -223,8 +242,9 @@ std::vector<char> crowdedCells(const PointCells& grid) {
 }
 
 SurfaceLeaves buildSurfaceLeaves(const PointCells& grid, const std::vector<char>& split,
-                                 const PointCells& fine, const DistanceBand& band) {
-  return LeafBuilder(grid, split, fine, band).run();
+                                 const PointCells& fine, const DistanceBand& band,
+                                 const Vector3& sensor) {
+  return LeafBuilder(grid, split, fine, band, sensor).run();
 }
 
 }  // namespace planar_mapping::detail

@@ -70,6 +70,7 @@ std::vector<char> crowdedCells(const PointCells& grid);
 
 /// \param fine the points of the cells with split[cell] != 0 in cells kGridLevel levels smaller
 SurfaceLeaves buildSurfaceLeaves(const PointCells& grid, const std::vector<char>& split,
-                                 const PointCells& fine, const DistanceBand& band);
+                                 const PointCells& fine, const DistanceBand& band,
+                                 const Vector3& sensor);
 
 }  // namespace planar_mapping::detail

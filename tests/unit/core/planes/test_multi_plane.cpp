@@ -344,6 +344,29 @@ TEST(MultiPlaneAutomatic, RingsOfAScannerAreSurfaces) {
   EXPECT_GT(on_planes, xyz.size() / 3 * 8 / 10);
 }
 
+/// The noise of its ranges makes a ring wide, but a plane of ring and rays is no surface. (19 to 33
+/// planes of these scans were such.)
+TEST(MultiPlaneAutomatic, ARingIsNoPlane) {
+  for (const double noise : {0.01, 0.02, 0.03}) {
+    Random random(11);
+    const std::vector<float> xyz =
+        test::ringScan({-6.0, -4.0, -0.9}, {4.0, 4.0, 1.9}, 0.3, noise, random);
+    const PlaneSet found = findPlanes(viewOf(xyz), nullptr, {});
+    const Matrix3 turn = Eigen::AngleAxisd(-0.3, Vector3::UnitZ()).toRotationMatrix();
+    int sides = 0, others = 0;
+    for (const PlaneSegment& one : found.planes) {
+      const Vector3 normal = turn * one.plane.normal;
+      const bool is_wall = normal.head<2>().cwiseAbs().maxCoeff() > std::cos(0.1);
+      const double height = -one.plane.offset / normal.z();
+      const bool is_level = std::abs(normal.z()) > std::cos(0.1) &&
+                            std::min(std::abs(height + 0.9), std::abs(height - 1.9)) < 0.1;
+      ++(is_wall || is_level ? sides : others);
+    }
+    EXPECT_GE(sides, 4) << noise;
+    EXPECT_LE(others, 2) << noise;
+  }
+}
+
 /// Sparse points on the walls of a room, and a third of them anywhere in it, show no surface.
 TEST(MultiPlaneAutomatic, SparseFeaturesAmongClutterAreNotLost) {
   std::mt19937 random(7);

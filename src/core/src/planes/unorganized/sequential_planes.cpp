@@ -126,7 +126,7 @@ PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
   diagnostics.points_not_measured = grid.points_not_measured;
   const std::vector<char> crowded = crowdedCells(grid);
   const PointCells fine = splitCells(points, indices, grid, crowded, kGridLevel);
-  const SurfaceLeaves surface = buildSurfaceLeaves(grid, crowded, fine, band);
+  const SurfaceLeaves surface = buildSurfaceLeaves(grid, crowded, fine, band, sensor);
   const std::vector<LeafPlane> found = findLeafPlanes(surface, params, diagnostics);
 
   std::vector<Plane> planes;
