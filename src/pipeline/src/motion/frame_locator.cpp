@@ -97,8 +97,7 @@ std::optional<Pose> FrameLocator::placeAgain(const Frame& frame) {
   if (placed && views_->check(view_, *placed, nullptr, true) != PoseVerdict::Confirmed)
     placed.reset();
   if (!placed) {
-    const ViewMap::Location far =
-        views_->locate(view_, *last_pose_, placesOf(frame, *last_pose_), ViewGuess::Nothing);
+    const ViewMap::Location far = views_->locate(view_, *last_pose_, {}, ViewGuess::Nothing);
     if (far.found) placed = far.T_world_sensor;
   }
 #endif
@@ -231,7 +230,11 @@ std::optional<FrameLocator::Placement> FrameLocator::placeFar(
     const Frame& frame, const Pose& guess, std::vector<PoseCandidate> candidates) {
 #ifdef PLANAR_MAPPING_HAS_STEREO
   if (isSeen()) {
-    for (const PoseCandidate& one : placesOf(frame, guess)) candidates.push_back(one);
+    if (surfaces_) {
+      for (const CloudRegistration& one : surfaces_->placesFar(viewOf(*frame.cloud), guess)) {
+        if (one.matched > 0) candidates.push_back(candidateOf(one));
+      }
+    }
     const ViewMap::Location far = views_->locate(
         view_, guess, candidates,
         lost_ > kFewLost ? ViewGuess::Nothing
@@ -301,15 +304,6 @@ PoseCandidate FrameLocator::candidateOf(const CloudRegistration& by_cloud) const
   return {by_cloud.T_world_sensor, by_cloud.fraction >= kMinFraction &&
                                        by_cloud.seen_through <= kMaxSeenThrough &&
                                        odometry_.params().motion.isCertain(by_cloud.covariance)};
-}
-
-std::vector<PoseCandidate> FrameLocator::placesOf(const Frame& frame, const Pose& guess) const {
-  std::vector<PoseCandidate> places;
-  if (!surfaces_) return places;
-  for (const CloudRegistration& one : surfaces_->placesFar(viewOf(*frame.cloud), guess)) {
-    if (one.matched > 0) places.push_back(candidateOf(one));
-  }
-  return places;
 }
 
 void FrameLocator::noteCloud(const CloudRegistration& by_cloud) {

@@ -47,6 +47,8 @@ class FrameLocator {
   void accept(const OdometryResult& result);
   void setLastPose(const Pose& T_world_sensor) { last_pose_ = T_world_sensor; }
 
+  /// Whether the frame before was left out.
+  bool isLost() const { return lost_ > 0; }
   const std::optional<Pose>& lastPose() const { return last_pose_; }
   /// Whether a pose is so near to where the frame is expected as one has to be that depth alone
   /// gives: a box or a corridor looks alike from its other end.
@@ -78,8 +80,6 @@ class FrameLocator {
   bool isEnough(const OdometryResult& by_features) const;
   bool isSeen() const;  ///< an image can be compared with those of earlier frames
   PoseCandidate candidateOf(const CloudRegistration& by_cloud) const;
-  /// Where the cloud may lie, near the guess or far from it.
-  std::vector<PoseCandidate> placesOf(const Frame& frame, const Pose& guess) const;
   void noteCloud(const CloudRegistration& by_cloud);
 
   const int enough_inliers_;

@@ -96,17 +96,21 @@ void MotionFinder::takeGiven(Frame& frame) {
 }
 
 /// Of a frame whose image may not be registered to its cloud: as if there were none, else near.
+/// After a frame that was left out nobody knows how far the camera has moved: then a cloud alone
+/// tells too little where things repeat.
 std::optional<FrameLocator::Placement> MotionFinder::placeDoubtful(const Frame& frame) {
-  Frame bare = frame;
-  bare.images.left = io::Image();
-  bare.key_features.clear();
-  locator_->lookAt(bare);
-  std::optional<FrameLocator::Placement> by_cloud = locator_->place(bare);
-  locator_->lookAt(frame);
-  if (by_cloud && by_cloud->prior &&
-      !locator_->isBetterByFeatures(frame, by_cloud->prior->T_world_sensor)) {
-    by_cloud->prior->exact = true;
-    return by_cloud;
+  if (!locator_->isLost()) {
+    Frame bare = frame;
+    bare.images.left = io::Image();
+    bare.key_features.clear();
+    locator_->lookAt(bare);
+    std::optional<FrameLocator::Placement> by_cloud = locator_->place(bare);
+    locator_->lookAt(frame);
+    if (by_cloud && by_cloud->prior &&
+        !locator_->isBetterByFeatures(frame, by_cloud->prior->T_world_sensor)) {
+      by_cloud->prior->exact = true;
+      return by_cloud;
+    }
   }
   std::optional<FrameLocator::Placement> by_image = locator_->place(frame);
   if (by_image && by_image->prior && !locator_->isStep(by_image->prior->T_world_sensor))

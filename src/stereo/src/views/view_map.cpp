@@ -133,11 +133,11 @@ const Hypothesis* byManyFeatures(const Views& views, const ViewMap::View& view,
 
 /// The place that a cloud gives, where nothing is seen through and gray values correlate somewhat:
 /// at wrong places they hardly do, unless things repeat. What lies behind corners may be most of a
-/// view (docs/dev/motion.md).
+/// view (docs/dev/motion.md). Not where nothing is known of the motion.
 const Hypothesis* byItsCloud(const Views& views, const ViewMap::View& view,
-                             const std::vector<Hypothesis>& found, ViewGuess known) {
+                             const std::vector<Hypothesis>& found) {
   constexpr double kMaxThrough = 0.02;
-  constexpr double kSomewhat = 0.3;
+  constexpr double kMinCorrelation = 0.3;
   constexpr double kMinAgreeing = 0.4;
   constexpr double kMinOverlap = 0.25;
   constexpr double kRival = 0.5;    // of its score
@@ -148,8 +148,7 @@ const Hypothesis* byItsCloud(const Views& views, const ViewMap::View& view,
   }
   if (best == nullptr) return nullptr;
   const Support support = views.supportOf(view, best->pose, 1);
-  const double least = known == ViewGuess::Nothing ? kConfirmedView : kSomewhat;
-  if (support.through > kMaxThrough || support.correlation < least ||
+  if (support.through > kMaxThrough || support.correlation < kMinCorrelation ||
       support.agreeing < kMinAgreeing || support.overlap < kMinOverlap) {
     return nullptr;
   }
@@ -332,7 +331,7 @@ ViewMap::Location ViewMap::locate(const ViewPtr& view, const Pose& guess,
   Location location;
   if (one == nullptr) {
     location = bestOf(*views_, *view, guess, found, known);
-    if (!location.found) one = byItsCloud(*views_, *view, found, known);
+    if (!location.found && known == ViewGuess::Motion) one = byItsCloud(*views_, *view, found);
   }
   if (one != nullptr) {
     location.T_world_sensor = one->pose;
