@@ -109,6 +109,47 @@ TEST_F(LayoutFolders, Open3dTakesImagesInOrder) {
   expectProblem(folder, "holds 1 images for 2 depth images");
 }
 
+TEST_F(LayoutFolders, OfATelephoneOnlyWhatItIsSureOfCounts) {
+  for (const char* name : {"000000", "000001", "000002"}) {
+    depth(std::string("stray/depth/") + name + ".png");
+    fs::create_directories(dir_ / "stray/confidence");
+    const Image confidence{4, 3, 1, {0, 1, 2, 2, 0, 1, 2, 2, 0, 0, 0, 0}};
+    writeImage(dir_ / (std::string("stray/confidence/") + name + ".png"), confidence);
+  }
+  write("stray/camera_matrix.csv", "1440.0, 0.0, 959.5\n0.0, 1440.0, 719.5\n0.0, 0.0, 1.0");
+  const std::string header = "timestamp, frame, x, y, z, qx, qy, qz, qw\n";
+  write("stray/odometry.csv",
+        header +
+            "7.5, 000000, 0.5, 1, 2, 0, 0, 0, 1\n"
+            "7.6, 000001, 0.6, 1, 2, 0, 0, 0, 1, 1440.0, 1440.0, 959.5, 719.5\n");
+  const std::string folder = dir_ / "stray";
+  const Sequence sequence({folder});
+  EXPECT_EQ("Stray Scanner", sequence.layout());
+  EXPECT_EQ(PoseSource::File, sequence.poseSource());
+  ASSERT_EQ(2u, sequence.size());
+  EXPECT_NE(std::string::npos, sequence.notes().at(0).find("1 of 3 depth images are left out"));
+  EXPECT_EQ(7.6, sequence.describe(1).timestamp);
+  EXPECT_EQ(0.6, sequence.describe(1).T_world_sensor->translation().x());
+  const Calibration& known = *sequence.calibration();
+  EXPECT_EQ(1000.0, *known.depth_scale);
+  EXPECT_DOUBLE_EQ(1440.0 * known.camera.width / 1920.0, known.camera.fx);
+  EXPECT_DOUBLE_EQ(0.5 * (known.camera.width - 1), known.camera.cx);
+  const auto measured = [&]() {
+    const CloudData cloud = Sequence({folder}).read(0).cloud;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < cloud.size(); ++i) count += cloud.view().isMeasured(i) ? 1 : 0;
+    return count;
+  };
+  EXPECT_EQ(4u, measured());
+  fs::remove_all(folder + "/confidence");
+  EXPECT_EQ(12u, measured());
+  write("stray/camera_matrix.csv", "1440.0, 0.0, 959.5\n");
+  expectProblem(folder, "is no camera matrix");
+  write("stray/camera_matrix.csv", "1440.0, 0.0, 959.5\n0.0, 1440.0, 719.5\n0.0, 0.0, 1.0");
+  write("stray/odometry.csv", header + "7.5, 000000, 0.5, 1\n");
+  expectProblem(folder, "line 2 is cut short");
+}
+
 TEST_F(LayoutFolders, FramesMayHaveAPoseFileEach) {
   const std::string pose = "1 0 0 0.5\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
   for (const char* name : {"frame-000000", "frame-000001", "frame-000002"}) {

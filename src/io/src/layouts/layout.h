@@ -17,6 +17,7 @@ struct FrameEntry {
   std::string partner;  ///< colour or right image; "" = none
   std::optional<double> timestamp;
   std::optional<Pose> T_world_sensor;
+  std::string confidence = {};  ///< of depth, an image of 0 to 2; "" = none
 };
 
 /// What a folder holds, in the one form that Sequence reads frames from. Each layout has a reader
@@ -51,6 +52,9 @@ Description readMiddlebury(const std::string& folder, const SequenceOptions& opt
 
 bool hasOpen3d(const std::string& folder);
 Description readOpen3d(const std::string& folder, const SequenceOptions& options);
+
+bool hasStray(const std::string& folder);
+Description readStray(const std::string& folder, const SequenceOptions& options);
 
 /// 3DMatch, 7-Scenes and others with a pose file for each frame; ScanNet.
 bool isScannet(const std::string& folder);

@@ -43,6 +43,7 @@ constexpr Reader kReaders[] = {{"KITTI odometry", hasKitti, readKitti},
                                {"EuRoC (ASL)", hasEuroc, readEuroc},
                                {"Middlebury", hasMiddlebury, readMiddlebury},
                                {"Open3D RGB-D", hasOpen3d, readOpen3d},
+                               {"Stray Scanner", hasStray, readStray},
                                {"RGB-D with a pose a frame", hasPosedFrames, readPosedFrames}};
 
 /// A directory of cloud files, in name order.
@@ -57,7 +58,7 @@ Description readCloudFiles(const std::string& folder, const SequenceOptions& opt
         folder,
         "holds neither PCD or PLY files nor a sequence (calib.yaml with clouds/, depth/ or "
         "left/ and right/; or KITTI, TUM RGB-D, ICL-NUIM, EuRoC, Middlebury, Open3D, 3DMatch, "
-        "ScanNet)");
+        "ScanNet, Stray Scanner)");
   const std::string poses = joined(folder, "poses.txt");
   if (options.poses_file.empty() && exists(poses)) addPoses(poses, options, description);
   return description;

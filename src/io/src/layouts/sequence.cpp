@@ -104,6 +104,16 @@ std::vector<std::uint32_t> packedColors(const Image& image) {
   return colors;
 }
 
+/// Keeps what a telephone is sure of: the rest is smoothed over edges and stands in free space.
+void dropUncertain(const std::string& path, DepthImage& depth) {
+  constexpr std::uint8_t kSure = 2;
+  const Image confidence = toGray(readImage(path));
+  if (confidence.pixels.size() != depth.values.size())
+    throw IoError(path, "is " + sizeText(confidence) + ", its depth image is not");
+  for (std::size_t i = 0; i < depth.values.size(); ++i)
+    if (confidence.pixels[i] < kSure) depth.values[i] = 0;
+}
+
 }  // namespace
 
 struct Sequence::Impl {
@@ -157,6 +167,7 @@ void Sequence::Impl::readRgbd(const layouts::FrameEntry& entry, const CloudChann
   const PinholeCamera& camera = sequence.calibration->camera;
   try {
     DepthImage depth = readDepthPng(path);
+    if (!entry.confidence.empty()) dropUncertain(entry.confidence, depth);
     if (undistorter) depth = undistorter->undistorted(depth);
     projector->project(depth, frame.cloud);
   } catch (const InputError& error) {

@@ -58,7 +58,8 @@ struct SequenceOptions {
 /// - a directory of such files, in name order;
 /// - a sequence folder: calib.yaml with clouds/, or depth/ (and rgb/), or left/ and right/, and
 ///   optionally poses.txt; clouds/ may do without calib.yaml;
-/// - a folder as KITTI odometry, TUM RGB-D, ICL-NUIM, EuRoC (ASL), Middlebury and Open3D have it.
+/// - a folder as KITTI odometry, TUM RGB-D, ICL-NUIM, EuRoC (ASL), Middlebury, Open3D and Stray
+///   Scanner have it.
 ///
 /// In a sequence folder images of one frame have the same name up to the extension. The frames of
 /// a stereo sequence are the names in left/ and right/ together: one with a single image has a

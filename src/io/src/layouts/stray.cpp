@@ -1,0 +1,99 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "layouts/folder.h"
+#include "layouts/layout.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/io/depth_image.h"
+
+// Stray Scanner, of telephones with a laser: depth/N.png in millimetres, confidence/N.png,
+// camera_matrix.csv of the video's images and odometry.csv. The video (rgb.mp4) is not read.
+namespace planar_mapping::io::layouts {
+namespace {
+
+/// Of the video's images, brought to those of depth.
+Calibration readCamera(const std::string& path, const DepthImage& depth) {
+  constexpr double kWidth = 1920.0;
+  constexpr double kHeight = 1440.0;
+  std::vector<Vector3> rows;
+  forEachLine(path, ",", [&](const std::vector<std::string_view>& words, std::size_t line) {
+    rows.emplace_back();
+    finiteNumbers(words, 0, rows.back().data(), 3, path, line);
+  });
+  if (rows.size() != 3 || !(rows[0][0] > 0.0) || !(rows[1][1] > 0.0))
+    throw IoError(path, "is no camera matrix: three rows of three numbers");
+  const double across = depth.width / kWidth;
+  const double down = depth.height / kHeight;
+  Calibration calibration;
+  calibration.camera = {across * rows[0][0],
+                        down * rows[1][1],
+                        across * (rows[0][2] + 0.5) - 0.5,
+                        down * (rows[1][2] + 0.5) - 0.5,
+                        static_cast<int>(depth.width),
+                        static_cast<int>(depth.height)};
+  calibration.cx_right = calibration.camera.cx;
+  calibration.depth_scale = 1000.0;
+  return calibration;
+}
+
+/// "timestamp, frame, x, y, z, qx, qy, qz, qw" and more, a line a frame.
+struct Odometry {
+  double timestamp = 0.0;
+  Pose T_world_camera = Pose::Identity();
+};
+
+std::map<std::string, Odometry> readOdometry(const std::string& path) {
+  std::map<std::string, Odometry> frames;
+  forEachLine(path, ",", [&](const std::vector<std::string_view>& words, std::size_t line) {
+    if (words.front() == "timestamp") return;
+    if (words.size() < 9) throw IoError(path, "line " + std::to_string(line) + " is cut short");
+    double v[7];
+    finiteNumbers(std::vector<std::string_view>(words.begin(), words.begin() + 9), 2, v, 7, path,
+                  line);
+    Odometry one;
+    one.timestamp = finiteNumber(words[0], path, line);
+    const Eigen::Quaterniond turn(v[6], v[3], v[4], v[5]);
+    if (!(turn.norm() > 0.5)) throw IoError(path, "line " + std::to_string(line) + ": no rotation");
+    one.T_world_camera.linear() = turn.normalized().toRotationMatrix();
+    one.T_world_camera.translation() = Vector3(v[0], v[1], v[2]);
+    frames[std::string(words[1])] = one;
+  });
+  return frames;
+}
+
+}  // namespace
+
+bool hasStray(const std::string& folder) {
+  return isDirectory(joined(folder, "depth")) && exists(joined(folder, "odometry.csv")) &&
+         exists(joined(folder, "camera_matrix.csv"));
+}
+
+Description readStray(const std::string& folder, const SequenceOptions& options) {
+  Description description;
+  description.layout = "Stray Scanner";
+  description.kind = SequenceKind::Rgbd;
+  const std::vector<std::string> depths = depthFilesOf(joined(folder, "depth"));
+  if (depths.empty()) throw IoError(joined(folder, "depth"), "holds no PNG images");
+  description.calibration =
+      readCamera(joined(folder, "camera_matrix.csv"), readDepthPng(depths.front()));
+  const std::map<std::string, Odometry> odometry = readOdometry(joined(folder, "odometry.csv"));
+  const std::string confidence = joined(folder, "confidence");
+  const FilesByName confidences =
+      isDirectory(confidence) ? imagesByName(confidence) : FilesByName();
+  for (const std::string& file : depths) {
+    const auto one = odometry.find(stemOf(file));
+    if (one == odometry.end()) continue;
+    FrameEntry frame{file, {}, one->second.timestamp, {}};
+    if (options.poses_file.empty()) frame.T_world_sensor = one->second.T_world_camera;
+    const auto sure = confidences.find(stemOf(file));
+    if (sure != confidences.end()) frame.confidence = sure->second;
+    description.frames.push_back(frame);
+  }
+  if (description.frames.empty())
+    throw IoError(folder, "odometry.csv has no frame that depth/ has");
+  noteLeftOut(depths.size() - description.frames.size(), depths.size(), "depth images",
+              "odometry.csv does not have them", description);
+  if (options.poses_file.empty()) description.pose_source = PoseSource::File;
+  return description;
+}
+
+}  // namespace planar_mapping::io::layouts
