@@ -183,6 +183,26 @@ TEST_F(BadStereoInput, CalibrationOfAnotherCameraIsSaid) {
   EXPECT_NE(std::string::npos, runStereo().err.find("its given pose contradicts the images"));
 }
 
+/// Poses of OpenGL's cameras, and T_camera_world in place of T_world_camera.
+TEST_F(BadStereoInput, PosesOfAnotherConventionAreNamed) {
+  const std::vector<std::size_t> frames = {0, 2, 4, 6, 8};
+  writeCorridor(frames);
+  Pose half_turn = Pose::Identity();
+  half_turn.linear() = Vector3(1.0, -1.0, -1.0).asDiagonal();
+  std::vector<io::StampedPose> turned, inverse;
+  for (const std::size_t frame : frames) {
+    const double time = 0.1 * static_cast<double>(frame);
+    const Pose pose = corridorPair(frame).T_world_camera;
+    turned.push_back({time, pose * half_turn});
+    inverse.push_back({time, pose.inverse()});
+  }
+  io::writeTumPoses(directory_ / "seq/poses.txt", turned);
+  EXPECT_NE(std::string::npos, runStereo().err.find("(OpenGL): turn each by 180 degrees"));
+  fs::remove(directory_ / "seq/poses.txt");
+  io::writeTumPoses(directory_ / "seq/poses.txt", inverse);
+  EXPECT_NE(std::string::npos, runStereo().err.find("give their inverses"));
+}
+
 TEST_F(BadStereoInput, JumpsOfTheExposureMoveNoPose) {
   // Every other pair is darker by half, as after a door that opens to the light.
   const std::vector<std::size_t> frames = {0, 1, 2, 3, 4, 5, 6, 7};

@@ -10,14 +10,38 @@
 #include "rounded.h"
 
 namespace planar_mapping::detail {
+namespace {
+
+// How far poses may be apart that say the same.
+constexpr double kShift = 0.1;         // metres, and
+constexpr double kShiftOfStep = 0.05;  // metres a metre of the step
+constexpr double kTurn = M_PI / 36.0;  // radians
+
+bool agree(const Pose& a, const Pose& b, double step) {
+  const Pose apart = a.inverse() * b;
+  return apart.translation().norm() < kShift + kShiftOfStep * step &&
+         rotationAngle(apart.linear()) < kTurn;
+}
+
+/// What else the poses may be, if that agrees with what is seen.
+std::string otherConvention(const Pose& last, const Pose& given, const Pose& seen, double step) {
+  Pose half_turn = Pose::Identity();
+  half_turn.linear() = Vector3(1.0, -1.0, -1.0).asDiagonal();
+  const std::string is_as = "; they agree as poses ";
+  if (agree(last * half_turn * (last.inverse() * given) * half_turn, seen, step))
+    return is_as +
+           "of a camera that looks along -z, y up (OpenGL): turn each by 180 degrees about x";
+  if (agree(last * (last * given.inverse()), seen, step))
+    return is_as + "of the world in the camera's frame: give their inverses";
+  return "; are images, depths, poses and calibration of one camera, in one order?";
+}
+
+}  // namespace
 
 std::optional<std::string> contradictionOf(const Frame& frame, const Odometry& odometry,
                                            const std::optional<Pose>& last) {
   constexpr std::size_t kFewest = 20;    // features,
-  constexpr double kDisagreement = 0.3;  // of which so few agree with it,
-  constexpr double kShift = 0.1;         // metres, and
-  constexpr double kShiftOfStep = 0.05;  // metres a metre of the step
-  constexpr double kTurn = M_PI / 36.0;  // radians
+  constexpr double kDisagreement = 0.3;  // of which so few agree with it
   if (!odometry.started()) return std::nullopt;
   const PosePrior prior{*frame.given_pose, Matrix6::Identity(), true};
   const OdometryResult given = odometry.locate(frame.key_features, prior);
@@ -28,16 +52,15 @@ std::optional<std::string> contradictionOf(const Frame& frame, const Odometry& o
   const OdometryResult seen = odometry.locate(frame.key_features);
   if (!seen.registered || seen.inliers < std::max(kFewest, 2 * given.inliers)) return std::nullopt;
   const Pose apart = frame.given_pose->inverse() * seen.T_world_sensor;
-  const double turn = rotationAngle(apart.linear());
   const double step = last ? (last->translation() - frame.given_pose->translation()).norm() : 0.0;
-  if (apart.translation().norm() < kShift + kShiftOfStep * step && turn < kTurn)
-    return std::nullopt;
+  if (agree(*frame.given_pose, seen.T_world_sensor, step)) return std::nullopt;
   return "frame " + std::to_string(frame.number) + " " + frame.source +
          ": its given pose contradicts the images: " + std::to_string(seen.inliers) + " of " +
          std::to_string(seen.matches) + " known features put it " +
-         rounded(apart.translation().norm(), 2) + " m and " + rounded(turn * 180.0 / M_PI, 2) +
-         " degrees elsewhere; are images, depths, poses and calibration of one camera, in one "
-         "order?";
+         rounded(apart.translation().norm(), 2) + " m and " +
+         rounded(rotationAngle(apart.linear()) * 180.0 / M_PI, 2) + " degrees elsewhere" +
+         otherConvention(last.value_or(*frame.given_pose), *frame.given_pose, seen.T_world_sensor,
+                         step);
 }
 
 }  // namespace planar_mapping::detail

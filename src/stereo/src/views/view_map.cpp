@@ -133,7 +133,7 @@ const Hypothesis* byManyFeatures(const Views& views, const ViewMap::View& view,
 
 /// The place that a cloud gives, where nothing is seen through and gray values correlate somewhat:
 /// at wrong places they hardly do, unless things repeat. What lies behind corners may be most of a
-/// view (docs/dev/motion.md). Not where nothing is known of the motion.
+/// view (docs/dev/motion.md). Not of a view that may show what was never seen.
 const Hypothesis* byItsCloud(const Views& views, const ViewMap::View& view,
                              const std::vector<Hypothesis>& found) {
   constexpr double kMaxThrough = 0.02;
@@ -331,7 +331,7 @@ ViewMap::Location ViewMap::locate(const ViewPtr& view, const Pose& guess,
   Location location;
   if (one == nullptr) {
     location = bestOf(*views_, *view, guess, found, known);
-    if (!location.found && known == ViewGuess::Motion) one = byItsCloud(*views_, *view, found);
+    if (!location.found && known != ViewGuess::Nothing) one = byItsCloud(*views_, *view, found);
   }
   if (one != nullptr) {
     location.T_world_sensor = one->pose;
