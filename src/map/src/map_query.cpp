@@ -20,29 +20,6 @@ namespace {
 constexpr double kMaxCells = 1e7;
 constexpr double kMaxOccupied = 1e9;  ///< cells of maps that are compared
 
-/// The part [from, to] of a line that lies in a box around the origin. \return whether there is one
-bool clip(const Vector3& half, const Vector3& origin, const Vector3& direction, double& from,
-          double& to) {
-  for (int i = 0; i < 3; ++i) {
-    if (direction[i] == 0.0) {
-      if (std::abs(origin[i]) > half[i]) return false;
-      continue;
-    }
-    const double a = (-half[i] - origin[i]) / direction[i];
-    const double b = (half[i] - origin[i]) / direction[i];
-    from = std::max(from, std::min(a, b));
-    to = std::min(to, std::max(a, b));
-  }
-  return from <= to;
-}
-
-bool clip(const Cuboid& cuboid, const Vector3& origin, const Vector3& direction, double& from,
-          double& to) {
-  const Quaternion to_local = cuboid.orientation.conjugate();
-  return clip(0.5 * cuboid.size, to_local * (origin - cuboid.center), to_local * direction, from,
-              to);
-}
-
 void requireFinite(const Vector3& v, const char* what) {
   if (!v.allFinite()) throw ParameterError(std::string(what) + " must be three finite numbers");
 }
@@ -167,7 +144,7 @@ std::vector<Cell> occupiedCells(const PlanarMap& map, double side) {
         const Vector3 column(side * (x + 0.5), side * (y + 0.5), low.z());
         double from = 0.0;
         double to = high.z() - low.z();
-        if (!clip(cuboid, column, Vector3::UnitZ(), from, to)) continue;
+        if (!detail::clipToCuboid(cuboid, column, Vector3::UnitZ(), from, to)) continue;
         for (std::int32_t z = first(low.z() + from); z <= last(low.z() + to); ++z) {
           cells.push_back({x, y, z});
         }
@@ -198,7 +175,7 @@ std::optional<RayHit> castRay(const PlanarMap& map, const Vector3& origin, const
     const auto number = static_cast<std::int32_t>(i);
     double from = 0.0;
     double to = hit.distance;
-    if (!clip(cuboids[i], origin, along, from, to)) return;
+    if (!detail::clipToCuboid(cuboids[i], origin, along, from, to)) return;
     // Of two entered at once the one that comes first in the list.
     if (from == hit.distance && hit.cuboid >= 0 && hit.cuboid < number) return;
     hit.distance = from;

@@ -58,18 +58,10 @@ struct Columns {
 double lengthInside(const Matrix3& to_local, const Cuboid& cuboid, const Vector2& at, double low,
                     double high) {
   const Vector3 from = to_local * (Vector3(at.x(), at.y(), 0.0) - cuboid.center);
-  const Vector3 along = to_local.col(2);
-  for (int i = 0; i < 3; ++i) {
-    const double half = 0.5 * cuboid.size[i];
-    if (std::abs(along[i]) < 1e-12) {
-      if (std::abs(from[i]) > half) return 0.0;
-      continue;
-    }
-    const double a = (-half - from[i]) / along[i], b = (half - from[i]) / along[i];
-    low = std::max(low, std::min(a, b));
-    high = std::min(high, std::max(a, b));
-  }
-  return std::max(0.0, high - low);
+  const Vector3 half = 0.5 * cuboid.size;
+  Vector3 along = to_local.col(2);
+  for (double& a : along) a = std::abs(a) < 1e-12 ? 0.0 : a;
+  return detail::clipToBox(-half, half, from, along, low, high) ? high - low : 0.0;
 }
 
 /// A face that is level by at most 11 degrees.

@@ -2,13 +2,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <utility>
 #include <vector>
 
-#include "planar_mapping/core/geometry/cuboid.h"
+#include "planar_mapping/core/geometry/detail/oriented_box.h"
 #include "store/key_map.h"
 
 namespace planar_mapping::detail {
@@ -92,21 +91,12 @@ class CuboidIndex {
   };
   /// Where the ray enters the bounds of a node, at least 0; infinite if it does not.
   static double entryOf(const Node& node, const Vector3& origin, const Vector3& direction) {
+    constexpr double kNever = std::numeric_limits<double>::infinity();
     double from = 0.0;
-    double to = std::numeric_limits<double>::infinity();
-    for (int i = 0; i < 3; ++i) {
-      const double low = node.low[i] - origin[i];
-      const double high = node.high[i] - origin[i];
-      if (direction[i] == 0.0) {
-        if (low > 0.0 || high < 0.0) return std::numeric_limits<double>::infinity();
-        continue;
-      }
-      const double a = low / direction[i];
-      const double b = high / direction[i];
-      from = std::max(from, std::min(a, b));
-      to = std::min(to, std::max(a, b));
-    }
-    return from <= to ? from : std::numeric_limits<double>::infinity();
+    double to = kNever;
+    const Vector3 low = Eigen::Map<const Eigen::Vector3f>(node.low).cast<double>();
+    const Vector3 high = Eigen::Map<const Eigen::Vector3f>(node.high).cast<double>();
+    return clipToBox(low, high, origin, direction, from, to) ? from : kNever;
   }
 
   std::vector<Node> nodes_;

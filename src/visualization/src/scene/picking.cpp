@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/visualization/picking.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/geometry/detail/oriented_box.h"
 
 namespace planar_mapping {
 
@@ -25,23 +25,9 @@ Ray sightLine(const CameraView& camera, int width, int height, double x, double 
 }
 
 double enters(const Ray& ray, const Cuboid& cuboid) {
-  const Quaternion to_local = cuboid.orientation.conjugate();
-  const Vector3 origin = to_local * (ray.origin - cuboid.center);
-  const Vector3 direction = to_local * ray.direction;
   double first = 0.0;
   double last = INFINITY;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double half = 0.5 * cuboid.size[axis];
-    if (direction[axis] == 0.0) {
-      if (std::abs(origin[axis]) > half) return -1.0;
-      continue;
-    }
-    const double a = (-half - origin[axis]) / direction[axis];
-    const double b = (half - origin[axis]) / direction[axis];
-    first = std::max(first, std::min(a, b));
-    last = std::min(last, std::max(a, b));
-  }
-  return first <= last ? first : -1.0;
+  return detail::clipToCuboid(cuboid, ray.origin, ray.direction, first, last) ? first : -1.0;
 }
 
 bool isCutAway(const Cuboid& cuboid, const CameraView& camera, const ViewOptions& options,

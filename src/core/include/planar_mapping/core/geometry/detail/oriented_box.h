@@ -2,11 +2,35 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "planar_mapping/core/geometry/cuboid.h"
 
 namespace planar_mapping::detail {
+
+/// Keeps the part [from, to] of a line that lies in an axis-aligned box. \return is there one
+inline bool clipToBox(const Vector3& low, const Vector3& high, const Vector3& origin,
+                      const Vector3& direction, double& from, double& to) {
+  for (int i = 0; i < 3; ++i) {
+    if (direction[i] == 0.0) {
+      if (origin[i] < low[i] || origin[i] > high[i]) return false;
+      continue;
+    }
+    const double a = (low[i] - origin[i]) / direction[i];
+    const double b = (high[i] - origin[i]) / direction[i];
+    from = std::max(from, std::min(a, b));
+    to = std::min(to, std::max(a, b));
+  }
+  return from <= to;
+}
+
+inline bool clipToCuboid(const Cuboid& cuboid, const Vector3& origin, const Vector3& direction,
+                         double& from, double& to) {
+  const Quaternion to_local = cuboid.orientation.conjugate();
+  return clipToBox(-0.5 * cuboid.size, 0.5 * cuboid.size, to_local * (origin - cuboid.center),
+                   to_local * direction, from, to);
+}
 
 /// A cuboid that is asked many times whether it meets or contains axis-aligned boxes.
 class OrientedBox {
