@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "planar_mapping/core/base/types.h"
-#include "planar_mapping/evaluation/detail/cell_table.h"
+#include "planar_mapping/evaluation/detail/cell_key.h"
 
 namespace planar_mapping::detail {
 
@@ -35,9 +35,7 @@ class StandardCells {
   /// Occupied cells; neighbours along x come one after the other.
   template <typename Visitor>
   void forEach(const Visitor& visit) const {
-    std::vector<std::uint64_t> keys;
-    keys.reserve(cells_.size());
-    cells_.forEach([&keys](std::uint64_t key, const Cell&) { keys.push_back(key); });
+    std::vector<std::uint64_t> keys = cells_.keys();
     std::sort(keys.begin(), keys.end());
     for (const std::uint64_t key : keys) visit(*cells_.find(key));
   }
@@ -45,20 +43,17 @@ class StandardCells {
   void visitState(Archive& archive) {
     std::uint64_t count = cells_.size();
     archive(resolution_, count);
-    if constexpr (Archive::kReads) {
-      for (std::uint64_t key = 0; count > 0; --count) {
-        Cell cell;
-        archive(key, cell);
-        cells_[key] = cell;
-      }
-    } else {
-      cells_.forEach([&](std::uint64_t key, const Cell& cell) { archive(key, cell); });
+    for (std::uint64_t i = 0; i < count; ++i) {
+      std::uint64_t key = Archive::kReads ? 0 : cells_.key(i);
+      Cell cell = Archive::kReads ? Cell() : cells_.value(i);
+      archive(key, cell);
+      if (Archive::kReads) cells_[key] = cell;
     }
   }
 
  private:
   double resolution_;
-  evaluation::detail::CellTable<Cell> cells_;
+  KeyMap<Cell> cells_;
 };
 
 }  // namespace planar_mapping::detail

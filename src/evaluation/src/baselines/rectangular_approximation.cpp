@@ -12,7 +12,7 @@
 
 #include "planar_mapping/core/base/detail/disjoint_parts.h"
 #include "planar_mapping/core/base/error.h"
-#include "planar_mapping/evaluation/detail/cell_table.h"
+#include "planar_mapping/evaluation/detail/cell_key.h"
 
 namespace planar_mapping::evaluation {
 namespace {
@@ -102,11 +102,7 @@ class BoxCover {
  public:
   /// \param cells  distinct, ascending
   explicit BoxCover(const std::vector<GridCell>& cells) : covers_(cells.size(), 0) {
-    for (const GridCell& cell : cells) {
-      numbers_[detail::packCell(cell.x, cell.y, cell.z)] =
-          static_cast<std::int32_t>(cells_.size()) + 1;
-      cells_.push_back(cell);
-    }
+    for (const GridCell& cell : cells) cells_[detail::packKey({cell.x, cell.y, cell.z})] = cell;
   }
 
   /// Each cell that is not covered yet gets the best of the boxes that grow from it along the axes
@@ -114,7 +110,7 @@ class BoxCover {
   std::vector<GridBox> run() {
     for (const std::size_t seed : seeds()) {
       if (covers_[seed] > 0) continue;
-      boxes_.push_back(bestFrom(cells_[seed]));
+      boxes_.push_back(bestFrom(cells_.value(seed)));
       forEachCell(boxes_.back(), [this](std::int32_t i) {
         ++covers_[static_cast<std::size_t>(i)];
         return true;
@@ -128,9 +124,9 @@ class BoxCover {
   /// Number of the cell, -1 if it is not one of them.
   std::int32_t at(const GridCell& cell) const {
     for (const std::int32_t v : {cell.x, cell.y, cell.z})
-      if (v < -detail::kCellLimit || v >= detail::kCellLimit) return -1;
-    const std::int32_t* number = numbers_.find(detail::packCell(cell.x, cell.y, cell.z));
-    return number == nullptr ? -1 : *number - 1;
+      if (v < -detail::kLatticeLimit || v >= detail::kLatticeLimit) return -1;
+    const std::size_t number = cells_.indexOf(detail::packKey({cell.x, cell.y, cell.z}));
+    return number == cells_.kNone ? -1 : static_cast<std::int32_t>(number);
   }
 
   /// Visits the numbers of the box's cells until visit returns false.
@@ -153,12 +149,13 @@ class BoxCover {
       int neighbours = 0;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         for (const int step : {-1, 1}) {
-          GridCell other = cells_[i];
+          GridCell other = cells_.value(i);
           other[axis] += step;
           neighbours += at(other) >= 0 ? 1 : 0;
         }
       }
-      ranked.emplace_back(neighbours, cells_[i].x, cells_[i].y, cells_[i].z, i);
+      const GridCell& cell = cells_.value(i);
+      ranked.emplace_back(neighbours, cell.x, cell.y, cell.z, i);
     }
     std::sort(ranked.begin(), ranked.end());
     std::vector<std::size_t> order;
@@ -223,9 +220,8 @@ class BoxCover {
     boxes_ = std::move(left);
   }
 
-  std::vector<GridCell> cells_;
-  detail::CellTable<std::int32_t> numbers_;  ///< + 1
-  std::vector<std::int32_t> covers_;         ///< number of boxes over each cell
+  detail::KeyMap<GridCell> cells_;
+  std::vector<std::int32_t> covers_;  ///< number of boxes over each cell
   std::vector<GridBox> boxes_;
 };
 
@@ -264,7 +260,7 @@ std::vector<GridBox> fuseCells(const std::vector<GridCell>& cells) {
 std::vector<GridBox> greedyCover(const std::vector<GridCell>& cells) {
   for (const GridCell& cell : cells)
     for (const std::int32_t v : {cell.x, cell.y, cell.z})
-      if (v < -detail::kCellLimit || v >= detail::kCellLimit)
+      if (v < -detail::kLatticeLimit || v >= detail::kLatticeLimit)
         throw InputError("a cell is beyond the lattice");
   return BoxCover(distinct(cells)).run();
 }

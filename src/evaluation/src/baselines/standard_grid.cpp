@@ -14,19 +14,19 @@
 namespace planar_mapping::evaluation {
 namespace {
 
-/// Calls visit(x, y, z) for the cells of side \p s that the straight way from \p origin to \p end
+/// Calls visit(cell) for the cells of side \p s that the straight way from \p origin to \p end
 /// crosses, in their order, without the one it ends in (Amanatides and Woo). Both points must be on
 /// the lattice.
 template <typename Visit>
 void forEachCellOnRay(const Vector3& origin, const Vector3& end, double s, const Visit& visit) {
-  std::int64_t cell[3];
-  std::int64_t steps[3];  // left to do
+  GridCell cell;
+  std::int32_t steps[3];  // left to do
   int direction[3];
   double next[3];  // fraction of the way at which the next border is crossed
   double per_cell[3];
-  for (int k = 0; k < 3; ++k) {
-    cell[k] = static_cast<std::int64_t>(std::floor(origin[k] / s));
-    const std::int64_t last = static_cast<std::int64_t>(std::floor(end[k] / s));
+  for (std::size_t k = 0; k < 3; ++k) {
+    cell[k] = static_cast<std::int32_t>(std::floor(origin[k] / s));
+    const auto last = static_cast<std::int32_t>(std::floor(end[k] / s));
     direction[k] = last > cell[k] ? 1 : -1;
     steps[k] = (last - cell[k]) * direction[k];
     const double way = std::abs(end[k] - origin[k]);
@@ -36,9 +36,9 @@ void forEachCellOnRay(const Vector3& origin, const Vector3& end, double s, const
     per_cell[k] = s / way;
   }
   while (steps[0] + steps[1] + steps[2] > 0) {
-    visit(cell[0], cell[1], cell[2]);
-    int axis = 0;
-    for (const int k : {1, 2})
+    visit(cell);
+    std::size_t axis = 0;
+    for (const std::size_t k : {std::size_t{1}, std::size_t{2}})
       if (next[k] < next[axis]) axis = k;
     cell[axis] += direction[axis];
     // Counted, so that rounding cannot lead past the end.
@@ -70,11 +70,11 @@ StandardGrid::PointCount StandardGrid::count(const std::vector<Vector3>& points)
 }
 
 void StandardGrid::hit(const PointCount& points_of_cell) {
-  points_of_cell.forEach([this](std::uint64_t key, std::uint32_t points) {
-    if (points < min_points_) return;
-    float& log_odds = log_odds_[key];
+  for (std::size_t i = 0; i < points_of_cell.size(); ++i) {
+    if (points_of_cell.value(i) < min_points_) continue;
+    float& log_odds = log_odds_[points_of_cell.key(i)];
     log_odds = std::min(log_odds + kHitLogOdds, kMaxLogOdds);
-  });
+  }
 }
 
 void StandardGrid::insert(const std::vector<Vector3>& world_points) {
@@ -88,30 +88,27 @@ void StandardGrid::insert(const std::vector<Vector3>& obstacles, const std::vect
     throw InputError("the sensor is outside the lattice");
   const PointCount obstacle_points = count(obstacles);
   const PointCount ground_points = count(ground);
-  detail::CellTable<char> missed;
-  const auto clear = [&](std::uint64_t end_key, std::uint32_t) {
-    Vector3 end;
-    for (int axis = 0; axis < 3; ++axis)
-      end[axis] = (detail::unpackCell(end_key, axis) + 0.5) * side_;
-    forEachCellOnRay(origin, end, side_, [&](std::int64_t x, std::int64_t y, std::int64_t z) {
-      const std::uint64_t key = detail::packCell(x, y, z);
-      if (log_odds_.find(key) != nullptr) missed[key] = 1;
-    });
-  };
-  obstacle_points.forEach(clear);
-  ground_points.forEach(clear);
-  missed.forEach([&](std::uint64_t key, char) {
-    const std::uint32_t* points = obstacle_points.find(key);
-    if (points == nullptr || *points < min_points_) *log_odds_.find(key) -= kMissLogOdds;
-  });
+  std::vector<char> missed(log_odds_.size(), 0);
+  for (const PointCount* ends : {&obstacle_points, &ground_points}) {
+    for (const std::uint64_t end : ends->keys()) {
+      const Vector3 middle = (detail::cornerOf(end).array() + 0.5) * side_;
+      forEachCellOnRay(origin, middle, side_, [&](const GridCell& cell) {
+        const std::size_t at = log_odds_.indexOf(detail::packKey({cell.x, cell.y, cell.z}));
+        if (at != log_odds_.kNone) missed[at] = 1;
+      });
+    }
+  }
+  for (std::size_t i = 0; i < missed.size(); ++i) {
+    if (missed[i] == 0) continue;
+    const std::uint32_t* points = obstacle_points.find(log_odds_.key(i));
+    if (points == nullptr || *points < min_points_) log_odds_.value(i) -= kMissLogOdds;
+  }
   log_odds_.removeIf([](std::uint64_t, float log_odds) { return log_odds < 0.0f; });
   hit(obstacle_points);
 }
 
 std::vector<GridCell> StandardGrid::cells() const {
-  std::vector<std::uint64_t> keys;
-  keys.reserve(size());
-  log_odds_.forEach([&keys](std::uint64_t key, float) { keys.push_back(key); });
+  std::vector<std::uint64_t> keys = log_odds_.keys();
   std::sort(keys.begin(), keys.end());
   std::vector<GridCell> cells;
   cells.reserve(keys.size());
@@ -124,7 +121,10 @@ std::vector<Cuboid> StandardGrid::cuboids() const {
 }
 
 std::size_t StandardGrid::memoryBytes() const {
-  return log_odds_.memoryBytes();
+  if (size() == 0) return 0;
+  std::size_t slots = 64;
+  while (3 * slots < 4 * size()) slots *= 2;
+  return slots * (sizeof(std::uint64_t) + sizeof(float));
 }
 
 std::size_t StandardGrid::fileBytes() const {

@@ -277,23 +277,21 @@ void CrossedSpace::add(const std::vector<MeasuredRay>& rays) {
       if (!detail::cellKeyOf(point, side_, key)) continue;
       Sample& sample = samples_[key];
       if (sample.offset[0] >= 0.0f) continue;
-      for (int axis = 0; axis < 3; ++axis) {
-        const double low = detail::unpackCell(key, axis) * side_;
-        sample.offset[axis] = static_cast<float>(std::max(point[axis] - low, 0.0));
-      }
+      const Vector3 low = detail::cornerOf(key) * side_;
+      for (int axis = 0; axis < 3; ++axis)
+        sample.offset[axis] = static_cast<float>(std::max(point[axis] - low[axis], 0.0));
     }
   }
 }
 
 std::size_t CrossedSpace::count(const std::function<bool(const Vector3&)>& holds) const {
   std::size_t counted = 0;
-  samples_.forEach([&](std::uint64_t key, const Sample& sample) {
-    Vector3 point;
+  for (std::size_t i = 0; i < samples_.size(); ++i) {
+    Vector3 point = detail::cornerOf(samples_.key(i)) * side_;
     for (int axis = 0; axis < 3; ++axis)
-      point[axis] =
-          detail::unpackCell(key, axis) * side_ + static_cast<double>(sample.offset[axis]);
+      point[axis] += static_cast<double>(samples_.value(i).offset[axis]);
     counted += holds(point) ? 1 : 0;
-  });
+  }
   return counted;
 }
 

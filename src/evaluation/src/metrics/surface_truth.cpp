@@ -114,23 +114,20 @@ std::vector<VisibleCell> SurfaceTruth::visibleCells(double s) const {
     std::size_t count = 0;
     std::size_t pixels = 0;
   };
-  std::vector<std::pair<std::uint64_t, Seen>> sorted;
-  sorted.reserve(seen_.size());
-  seen_.forEach([&](std::uint64_t key, const Seen& seen) { sorted.emplace_back(key, seen); });
-  std::sort(sorted.begin(), sorted.end(),
-            [](const auto& a, const auto& b) { return a.first < b.first; });
-  detail::CellTable<Sum> table;
-  std::vector<std::uint64_t> keys;
-  for (const auto& [seen_key, seen] : sorted) {
+  std::vector<std::uint64_t> seen_keys = seen_.keys();
+  std::sort(seen_keys.begin(), seen_keys.end());
+  detail::KeyMap<Sum> table;
+  for (const std::uint64_t seen_key : seen_keys) {
+    const Seen& seen = *seen_.find(seen_key);
     const Vector3 point = seen.sum / static_cast<double>(seen.pixels);
     std::uint64_t key = 0;
     if (!detail::cellKeyOf(point, s, key)) continue;
     Sum& sum = table[key];
-    if (sum.count == 0) keys.push_back(key);
     sum.points += point;
     sum.pixels += seen.pixels;
     ++sum.count;
   }
+  std::vector<std::uint64_t> keys = table.keys();
   std::sort(keys.begin(), keys.end());
   std::vector<VisibleCell> cells;
   cells.reserve(keys.size());

@@ -7,7 +7,7 @@
 
 #include "cuboids/joined_boxes.h"
 #include "cuboids/region_cover.h"
-#include "store/key_map.h"
+#include "planar_mapping/map/store/detail/key_map.h"
 #include "store/map_data.h"
 
 namespace planar_mapping::detail {

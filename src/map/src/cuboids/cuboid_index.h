@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "planar_mapping/core/geometry/detail/oriented_box.h"
-#include "store/key_map.h"
+#include "planar_mapping/map/store/detail/key_map.h"
 
 namespace planar_mapping::detail {
 

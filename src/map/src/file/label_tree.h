@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "file/columns.h"
-#include "store/key_map.h"
+#include "planar_mapping/map/store/detail/key_map.h"
 
 namespace planar_mapping::detail {
 

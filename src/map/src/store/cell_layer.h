@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "planar_mapping/core/cuboids/detail/compact_cover.h"
-#include "store/key_map.h"
+#include "planar_mapping/map/store/detail/key_map.h"
 
 namespace planar_mapping::detail {
 

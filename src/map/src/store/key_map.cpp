@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "store/key_map.h"
+#include "planar_mapping/map/store/detail/key_map.h"
 
 #include <chrono>
 #include <random>

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "store/key_map.h"
+#include "planar_mapping/map/store/detail/key_map.h"
 
 namespace planar_mapping::detail {
 

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "store/key_map.h"
+#include "planar_mapping/map/store/detail/key_map.h"
 
 namespace planar_mapping::detail {
 

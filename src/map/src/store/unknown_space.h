@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "planar_mapping/core/geometry/cuboid.h"
+#include "planar_mapping/map/store/detail/key_map.h"
 #include "planar_mapping/map/store/planar_map_params.h"
 #include "sensor/depth_image.h"
-#include "store/key_map.h"
 #include "store/space_region.h"
 
 namespace planar_mapping::detail {

@@ -9,7 +9,7 @@
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/geometry/cuboid.h"
 #include "planar_mapping/evaluation/cuboid_distance.h"
-#include "planar_mapping/evaluation/detail/cell_table.h"
+#include "planar_mapping/evaluation/detail/cell_key.h"
 #include "planar_mapping/evaluation/surface_truth.h"
 
 namespace planar_mapping::evaluation {
@@ -115,7 +115,7 @@ class PLANAR_MAPPING_EXPORT CrossedSpace {
   };
   double side_;
   double clearance_;
-  detail::CellTable<Sample> samples_;
+  detail::KeyMap<Sample> samples_;
 };
 
 /// Fraction of the volume that rays crossed, well before their end, that is marked occupied, in

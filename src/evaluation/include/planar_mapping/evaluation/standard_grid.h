@@ -8,7 +8,7 @@
 
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/geometry/cuboid.h"
-#include "planar_mapping/evaluation/detail/cell_table.h"
+#include "planar_mapping/evaluation/detail/cell_key.h"
 #include "planar_mapping/evaluation/grid_cell.h"
 
 namespace planar_mapping::evaluation {
@@ -47,20 +47,21 @@ class PLANAR_MAPPING_EXPORT StandardGrid {
   /// The same as cubes.
   std::vector<Cuboid> cuboids() const;
 
-  /// Bytes of the live hash table, free slots included: 12 a slot.
+  /// Bytes of a hash table of the cells, free slots included: 12 a slot, a power of two of slots of
+  /// which at most three quarters are taken.
   std::size_t memoryBytes() const;
   /// Bytes of a file of the occupied cells: a header of 36 bytes (corner, numbers of cells, side,
   /// count) and each cell's number within their bounding box in as few bits as it takes.
   std::size_t fileBytes() const;
 
  private:
-  using PointCount = detail::CellTable<std::uint32_t>;
+  using PointCount = detail::KeyMap<std::uint32_t>;
   PointCount count(const std::vector<Vector3>& points) const;
   void hit(const PointCount& points_of_cell);
 
   double side_;
   std::uint32_t min_points_;
-  detail::CellTable<float> log_odds_;
+  detail::KeyMap<float> log_odds_;
 };
 
 }  // namespace planar_mapping::evaluation

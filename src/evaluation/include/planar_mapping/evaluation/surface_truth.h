@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "planar_mapping/core/base/export.h"
-#include "planar_mapping/evaluation/detail/cell_table.h"
+#include "planar_mapping/evaluation/detail/cell_key.h"
 #include "planar_mapping/evaluation/grid_cell.h"
 #include "planar_mapping/evaluation/ray_caster.h"
 #include "planar_mapping/evaluation/scene.h"
@@ -73,7 +73,7 @@ class PLANAR_MAPPING_EXPORT SurfaceTruth {
     Vector3 sum = Vector3::Zero();
     std::size_t pixels = 0;
   };
-  detail::CellTable<Seen> seen_;  ///< by cubic centimetre
+  detail::KeyMap<Seen> seen_;  ///< by cubic centimetre
 };
 
 }  // namespace planar_mapping::evaluation

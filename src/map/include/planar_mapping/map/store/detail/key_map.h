@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/base/types.h"
 
 namespace planar_mapping::detail {
@@ -74,7 +75,7 @@ void forEachPlace(const Int3& low, const Int3& high, Visit&& visit) {
 }
 
 /// A number nobody outside this process knows: keys of a hostile file cannot be made to collide.
-extern const std::uint64_t kHashSeed;
+PLANAR_MAPPING_EXPORT extern const std::uint64_t kHashSeed;
 
 /// Open-addressing hash table from 64-bit keys to values, which stay in insertion order. Results
 /// must not depend on that order where a map and its reloaded copy have to agree: sort the keys

@@ -1,0 +1,47 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include "planar_mapping/evaluation/grid_cell.h"
+#include "planar_mapping/map/store/detail/key_map.h"
+
+namespace planar_mapping::evaluation::detail {
+
+using planar_mapping::detail::KeyMap;
+using planar_mapping::detail::kLatticeLimit;
+using planar_mapping::detail::packKey;
+using planar_mapping::detail::unpackKey;
+
+/// Bits it takes to tell \p values different values apart.
+inline int bitsFor(double values) {
+  return values <= 1.0 ? 0 : static_cast<int>(std::ceil(std::log2(values)));
+}
+
+inline std::size_t bytesOfBits(std::size_t count, int bits) {
+  return (count * static_cast<std::size_t>(bits) + 7) / 8;
+}
+
+inline GridCell cellOf(std::uint64_t key) {
+  const auto cell = unpackKey(key);
+  return {cell.x, cell.y, cell.z};
+}
+
+/// Low corner of the cell, in cells.
+inline Vector3 cornerOf(std::uint64_t key) {
+  const auto cell = unpackKey(key);
+  return {static_cast<double>(cell.x), static_cast<double>(cell.y), static_cast<double>(cell.z)};
+}
+
+/// Key of the cell a point is in; false for points that are not finite or beyond the lattice.
+inline bool cellKeyOf(const Vector3& point, double side, std::uint64_t& key) {
+  const Vector3 cell = (point / side).array().floor();
+  if (!(cell.array().abs() < static_cast<double>(kLatticeLimit)).all()) return false;
+  key = packKey(planar_mapping::detail::toInt3(cell));
+  return true;
+}
+
+}  // namespace planar_mapping::evaluation::detail
