@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "cuboids/compaction.h"
-#include "cuboids/cuboid_index.h"
 #include "file/map_record.h"
+#include "planar_mapping/map/cuboids/detail/cuboid_index.h"
 #include "store/map_data.h"
 
 namespace planar_mapping {

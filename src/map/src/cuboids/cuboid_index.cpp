@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboids/cuboid_index.h"
+#include "planar_mapping/map/cuboids/detail/cuboid_index.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // The index names all that a search through the list would find.
-#include "cuboids/cuboid_index.h"
+#include "planar_mapping/map/cuboids/detail/cuboid_index.h"
 
 #include <gtest/gtest.h>
 

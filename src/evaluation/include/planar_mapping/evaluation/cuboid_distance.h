@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
 #include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/geometry/cuboid.h"
+#include "planar_mapping/map/cuboids/detail/cuboid_index.h"
 
 namespace planar_mapping::evaluation {
 
@@ -39,7 +39,7 @@ class PLANAR_MAPPING_EXPORT CuboidDistance {
   void findBefore(std::size_t end, const Vector3& center, const Matrix3& half_axes,
                   Overlap& overlap) const;
   bool holds(std::uint32_t cuboid, const Vector3& point) const {
-    return squaredDistance(boxes_[cuboid], point.data()) <= 0.0;
+    return squaredDistance(boxes_[cuboid], point) <= 0.0;
   }
 
  private:
@@ -47,26 +47,11 @@ class PLANAR_MAPPING_EXPORT CuboidDistance {
     double center[3];
     double to_local[9];  ///< row major
     double half[3];
-    std::uint32_t number;  ///< in the caller's list
   };
-  struct Node {
-    double low[3];
-    double high[3];
-    std::uint32_t first;  ///< box of a leaf, else the right child; the left one is next
-    std::uint32_t count;  ///< boxes of a leaf, 0 = inner node
-    std::uint32_t least;  ///< smallest number below it
-  };
-  std::uint32_t build(std::uint32_t begin, std::uint32_t end,
-                      const std::vector<Eigen::AlignedBox3d>& bounds,
-                      std::vector<std::uint32_t>& order);
-  /// Calls \p visit for the boxes of the nodes that \p meets names, until it returns false.
-  template <typename Meets, typename Visit>
-  void forEachBox(const Meets& meets, const Visit& visit) const;
-  static double squaredDistance(const Box& box, const double* point);
-  static double squaredDistance(const Node& node, const double* point);
+  static double squaredDistance(const Box& box, const Vector3& point);
 
-  std::vector<Box> boxes_;  ///< in the order of the tree
-  std::vector<Node> nodes_;
+  std::vector<Box> boxes_;  ///< in the caller's order
+  planar_mapping::detail::CuboidIndex index_;
 };
 
 }  // namespace planar_mapping::evaluation

@@ -7,13 +7,14 @@
 #include <utility>
 #include <vector>
 
+#include "planar_mapping/core/base/export.h"
 #include "planar_mapping/core/geometry/detail/oriented_box.h"
 #include "planar_mapping/map/store/detail/key_map.h"
 
 namespace planar_mapping::detail {
 
 /// Bounding volume hierarchy over cuboids: huge cuboids and far coordinates cost nothing extra.
-class CuboidIndex {
+class PLANAR_MAPPING_EXPORT CuboidIndex {
  public:
   void build(const std::vector<Cuboid>& cuboids);
   /// Calls visit(index) for every cuboid whose axis-aligned bounds, grown by margin, contain the
@@ -53,29 +54,15 @@ class CuboidIndex {
   template <typename Visit>
   void visitAlong(const Vector3& origin, const Vector3& direction, const double& range,
                   Visit&& visit) const {
-    if (nodes_.empty()) return;
-    const Node* nodes = nodes_.data();
-    struct Open {
-      std::uint32_t node;
-      double entry;
-    };
-    Open stack[kMaxDepth];
-    int top = 0;
-    stack[top++] = {0, entryOf(nodes[0], origin, direction)};
-    while (top > 0) {
-      const Open open = stack[--top];
-      if (!(open.entry <= range)) continue;
-      const Node& node = nodes[open.node];
-      if (node.count > 0) {
-        for (std::uint32_t i = node.first; i < node.first + node.count; ++i) visit(order_[i]);
-        continue;
-      }
-      Open near = {node.first, entryOf(nodes[node.first], origin, direction)};
-      Open far = {node.first + 1, entryOf(nodes[node.first + 1], origin, direction)};
-      if (far.entry < near.entry) std::swap(near, far);
-      stack[top++] = far;
-      stack[top++] = near;
-    }
+    visitByBound([&](const Node& node) { return entryOf(node, origin, direction); }, range, visit);
+  }
+  /// Calls visit(index) for the cuboids whose axis-aligned bounds are within a squared distance of
+  /// the point, which visit may shorten on the way, and maybe others; of two groups the nearer one
+  /// comes first.
+  template <typename Visit>
+  void visitNearest(const Vector3& point, const double& squared_range, Visit&& visit) const {
+    visitByBound([&](const Node& node) { return squaredDistance(node, point); }, squared_range,
+                 visit);
   }
   std::size_t memoryBytes() const {  ///< on the heap
     return capacityBytes(nodes_) + capacityBytes(order_);
@@ -89,6 +76,33 @@ class CuboidIndex {
     std::uint32_t first = 0;  ///< of the order in a leaf, else the two children
     std::uint32_t count = 0;  ///< 0 = inner node
   };
+  /// Visits the groups whose bound is within the limit, of two the one with the lower bound first.
+  template <typename Bound, typename Visit>
+  void visitByBound(const Bound& bound, const double& limit, Visit& visit) const {
+    if (nodes_.empty()) return;
+    const Node* nodes = nodes_.data();
+    struct Open {
+      std::uint32_t node;
+      double bound;
+    };
+    Open stack[kMaxDepth];
+    int top = 0;
+    stack[top++] = {0, bound(nodes[0])};
+    while (top > 0) {
+      const Open open = stack[--top];
+      if (!(open.bound <= limit)) continue;
+      const Node& node = nodes[open.node];
+      if (node.count > 0) {
+        for (std::uint32_t i = node.first; i < node.first + node.count; ++i) visit(order_[i]);
+        continue;
+      }
+      Open near = {node.first, bound(nodes[node.first])};
+      Open far = {node.first + 1, bound(nodes[node.first + 1])};
+      if (far.bound < near.bound) std::swap(near, far);
+      stack[top++] = far;
+      stack[top++] = near;
+    }
+  }
   /// Where the ray enters the bounds of a node, at least 0; infinite if it does not.
   static double entryOf(const Node& node, const Vector3& origin, const Vector3& direction) {
     constexpr double kNever = std::numeric_limits<double>::infinity();
@@ -97,6 +111,15 @@ class CuboidIndex {
     const Vector3 low = Eigen::Map<const Eigen::Vector3f>(node.low).cast<double>();
     const Vector3 high = Eigen::Map<const Eigen::Vector3f>(node.high).cast<double>();
     return clipToBox(low, high, origin, direction, from, to) ? from : kNever;
+  }
+
+  static double squaredDistance(const Node& node, const Vector3& point) {
+    double sum = 0.0;
+    for (int i = 0; i < 3; ++i) {
+      const double outside = std::max({node.low[i] - point[i], point[i] - node.high[i], 0.0});
+      sum += outside * outside;
+    }
+    return sum;
   }
 
   std::vector<Node> nodes_;
