@@ -13,7 +13,9 @@ void registerBuiltinStages(StageTable& table) {
   table.addMissing("key_features", "PLANAR_MAPPING_BUILD_STEREO");
 #endif
   detail::addMotionEstimation(table);
-  detail::addPclFilters(table);
+  detail::addVoxelGrid(table);
+  detail::addCropFilters(table);
+  detail::addOutlierFilters(table);
   detail::addDepthErrorLimit(table);
   detail::addGroundRemoval(table);
   detail::addMultiPlaneSegmentation(table);
