@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/stereo/stereo_matcher.h"
 
-#include <cmath>
 #include <string>
 
 #include "builtin.h"
@@ -10,14 +9,10 @@
 #include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/stereo/rectification.h"
+#include "rounded.h"
 
 namespace planar_mapping {
 namespace {
-
-std::string rounded(double value) {
-  std::string text = std::to_string(std::round(value * 10.0) / 10.0);
-  return text.substr(0, text.find('.') + 2);
-}
 
 class StereoMatchingStage : public Stage {
  public:
@@ -89,15 +84,15 @@ void StereoMatchingStage::rectify(Frame& frame) {
 
 bool StereoMatchingStage::usableResult(const StereoReport& report, Frame& frame) const {
   if (report.brightness < keys_.min_brightness) {
-    frame.skip_reason =
-        "the left image is black: its mean gray value is " + rounded(report.brightness) + " of 255";
+    frame.skip_reason = "the left image is black: its mean gray value is " +
+                        detail::rounded(report.brightness, 1) + " of 255";
   } else if (report.swapped) {
     frame.skip_reason = "left and right images seem to be exchanged: disparities are negative";
   } else if (report.density < keys_.min_density) {
-    frame.skip_reason = "only " + rounded(100.0 * report.density) +
+    frame.skip_reason = "only " + detail::rounded(100.0 * report.density, 1) +
                         " % of the pixels have a disparity: there is no texture, or left and right "
                         "do not belong together (neighbouring pixels differ by " +
-                        rounded(report.contrast) + " gray values on average)";
+                        detail::rounded(report.contrast, 1) + " gray values on average)";
   }
   return frame.skip_reason.empty();
 }
@@ -115,7 +110,7 @@ void StereoMatchingStage::checkRows(Frame& frame) {
   frame.warnings.push_back(
       "frame " + std::to_string(frame.number) + " " + frame.source +
       ": the pair is not rectified, or by another calibration: what both images show is " +
-      rounded(*rows) +
+      detail::rounded(*rows, 1) +
       " rows apart; disparities will be few and part of them wrong. Rectify the images, or give "
       "the calibration of the unrectified pair");
 }
