@@ -5,12 +5,13 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "planar_mapping/map/sensor/frame_observation.h"
 
 namespace planar_mapping::detail {
+
+constexpr double kNearPlane = 1e-3;  ///< metres; boxes that reach closer are skipped
 
 /// From the middle of a block of 4 x 4 x 4 cells to those of its cells, bit 16 z + 4 y + x.
 struct CellOffsets {
@@ -165,16 +166,5 @@ void DepthImage::forEachRay(Visit&& visit) const {
     }
   }
 }
-
-/// The images that cells are tested against: one of the camera's, or for a cloud without a camera
-/// the six faces of a cube around the sensor, along the world's axes. \param use see
-/// DepthImage::fill(), \param counted see DepthImage::finish()
-std::vector<DepthImage> makeDepthImages(const FrameObservation& observation,
-                                        const Matrix3& rotation, const Vector3& position,
-                                        const std::vector<std::uint8_t>& use, double step,
-                                        const Clearing& clearing, bool counted);
-
-/// Pinhole model that explains an organized cloud to a fraction of a pixel, if there is one.
-std::optional<PinholeCamera> estimateCamera(const PointsView& points);
 
 }  // namespace planar_mapping::detail
