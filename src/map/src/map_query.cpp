@@ -158,6 +158,47 @@ std::vector<Cell> occupiedCells(const PlanarMap& map, double side) {
 
 }  // namespace
 
+CellState PlanarMap::stateAt(const Vector3& point) const {
+  if (!point.allFinite()) return CellState::Unknown;
+  const Impl::Occupied known = impl_->occupied();
+  bool occupied = false;
+  known.index.visit(point, 0.0, [&](std::uint32_t i) {
+    occupied = contains(known.cuboids[i], point);
+    return !occupied;
+  });
+  if (occupied) return CellState::Occupied;
+  const Vector3 cell = (point / impl_->data.unknownResolution()).array().floor();
+  if (!(cell.cwiseAbs().maxCoeff() < detail::kLatticeLimit)) {
+    return impl_->data.space.isUnseenUnknown() ? CellState::Unknown : CellState::Free;
+  }
+  return impl_->data.space.isUnknown(detail::toInt3(cell)) ? CellState::Unknown : CellState::Free;
+}
+
+double PlanarMap::occupancyAt(const Vector3& point) const {
+  const Impl::Occupied known = impl_->occupied();
+  double belief = -1.0;
+  known.index.visit(point, 0.0, [&](std::uint32_t i) {
+    if (contains(known.cuboids[i], point)) {
+      belief = std::max(belief, static_cast<double>(known.cuboids[i].probability));
+    }
+    return true;
+  });
+  if (belief >= 0.0) return belief;
+  return stateAt(point) == CellState::Unknown ? 0.5 : 0.0;
+}
+
+Indices PlanarMap::cuboidsAt(const Vector3& point, double margin) const {
+  requireInRange("margin", margin, 0.0, 1e9, "m");
+  const Impl::Occupied known = impl_->occupied();
+  Indices found;
+  known.index.visit(point, margin, [&](std::uint32_t i) {
+    if (contains(known.cuboids[i], point, margin)) found.push_back(static_cast<int>(i));
+    return true;
+  });
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
 std::optional<RayHit> castRay(const PlanarMap& map, const Vector3& origin, const Vector3& direction,
                               double range, UnknownSpaceIs unknown) {
   requireFinite(origin, "the origin of a ray");
