@@ -36,7 +36,7 @@ DERIVED = {
     "planes/organized/metric_fit:kFreedom": "nine means less the three coefficients of a plane",
     "cuboids/cover_search:kApartBits": "boxes reach one half cell beyond what they hold",
     "planes/disparity/disparity_fit:kFewest": "points that make a plane",
-    "geometry/cloud_scale:kEarth": "coordinates of a country are below the radius of the earth",
+    "geometry/cloud_origin:kEarth": "coordinates of a country are below the radius of the earth",
 }
 # Inputs of the constants below a folder (the first that fits); see groups().
 IMAGES = ["metric", "metric_white", "disparity", "disparity_white"]
@@ -44,7 +44,7 @@ ROOMS = [("planes/organized", IMAGES), ("planes/tiles", IMAGES), ("planes/dispar
          ("planes/unorganized", ["unorganized"]), ("planes/surface_leaves", ["unorganized"]), ("planes/point_cells", ["unorganized", "ransac"]),
          ("planes/plane_patches", ["unorganized", "ransac", "metric"]), ("planes/multi_ransac", ["ransac", "features"]),
          ("planes/from_features", ["features"]), ("planes/assumed", ["white"]), ("planes", ["metric", "disparity", "unorganized", "ransac"]),
-         ("ground/upright", ["upright"]), ("ground", ["ground"]), ("geometry/cloud_scale", ["scale", "unorganized"]),
+         ("ground/upright", ["upright"]), ("ground", ["ground"]), ("geometry/cloud_", ["scale", "unorganized"]),
          ("geometry", ["motion_features"]), ("odometry", ["motion_features", "motion_rgbd"]),
          ("registration", ["motion_clouds", "motion_rgbd", "motion_far"]), ("", ["map_rgbd", "map_simulated", "map_walk"])]
 # Mechanisms that can be switched off: name, file below src/core/src, text, text without it.

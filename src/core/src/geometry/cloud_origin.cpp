@@ -1,0 +1,140 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+// Where a cloud was seen from.
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "base/point_indices.h"
+#include "geometry/cloud_sample.h"
+#include "planar_mapping/core/geometry/cloud_scale.h"
+#include "planar_mapping/core/geometry/detail/angles.h"
+
+namespace planar_mapping {
+namespace {
+
+using detail::isUsable;
+using detail::kLargestSample;
+
+/// Of the points, those more than \p behind times as far as the nearest one in their direction; of
+/// large clouds in some of the directions.
+/// \param degrees  width of a direction
+double hiddenFraction(const PointsView& points, const Indices* indices, double degrees,
+                      double behind) {
+  constexpr std::uint64_t kMix = 0x9E3779B97F4A7C15ULL;
+  struct Sight {
+    std::int32_t direction;
+    float range;
+  };
+  const std::size_t n = detail::countOf(points, indices);
+  const std::uint64_t every = n / kLargestSample + 1;
+  const double width = degrees * kRadiansPerDegree;
+  std::vector<Sight> sights;
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::size_t i = detail::at(indices, k);
+    if (!isUsable(points, i)) continue;
+    // Rings of equal height, cut into pieces of equal width.
+    const Vector3 p = points.point(i);
+    const double range = p.norm();
+    const double ring = std::floor(std::asin(p.z() / range) / width);
+    const double piece =
+        std::floor(std::atan2(p.y(), p.x()) * std::cos((ring + 0.5) * width) / width);
+    const auto direction =
+        static_cast<std::int32_t>(ring) * 10000 + static_cast<std::int32_t>(piece);
+    if ((static_cast<std::uint64_t>(direction) * kMix >> 32u) % every != 0) continue;
+    sights.push_back({direction, static_cast<float>(range)});
+  }
+  std::sort(sights.begin(), sights.end(), [](const Sight& a, const Sight& b) {
+    return a.direction != b.direction ? a.direction < b.direction : a.range < b.range;
+  });
+  std::size_t hidden = 0;
+  double nearest = 0.0;
+  for (std::size_t i = 0; i < sights.size(); ++i) {
+    if (i == 0 || sights[i].direction != sights[i - 1].direction) nearest = sights[i].range;
+    hidden += sights[i].range > behind * nearest ? 1 : 0;
+  }
+  return static_cast<double>(hidden) / static_cast<double>(std::max<std::size_t>(1, sights.size()));
+}
+
+/// Whether a cloud lies so far above its origin, for its size, that its z are no depths and no
+/// sensor stands there: heights above the sea.
+bool isHigh(const PointsView& points, const Indices* indices) {
+  constexpr double kAbove = 10.0;   // metres
+  constexpr double kExtents = 1.5;  // a view across of less than 37 degrees: no camera of a robot
+  const std::size_t n = detail::countOf(points, indices);
+  std::vector<float> values[3];
+  for (std::size_t k = 0; k < n; k += n / kLargestSample + 1) {
+    const std::size_t i = detail::at(indices, k);
+    if (!isUsable(points, i)) continue;
+    for (int axis = 0; axis < 3; ++axis) values[axis].push_back(points[i][axis]);
+  }
+  if (values[0].empty()) return false;
+  Vector3 low, high;
+  detail::boundsOf(values, low, high);
+  return low.z() > kAbove && low.z() > kExtents * (high - low).norm();
+}
+
+}  // namespace
+
+bool isCameraView(const PointsView& points, const Indices* indices) {
+  constexpr std::size_t kMaxSample = 100000;
+  constexpr double kMaxSlope = 2.0;  // 63 degrees; a scan with its floor at z = 0 goes beyond
+  constexpr double kMinFraction = 0.99;
+  detail::requireIndices(points, indices);
+  const std::size_t n = detail::countOf(points, indices);
+  std::size_t usable = 0;
+  for (std::size_t k = 0; k < n; ++k) usable += isUsable(points, detail::at(indices, k)) ? 1 : 0;
+  const std::size_t step = usable / kMaxSample + 1;
+  std::size_t number = 0;
+  std::size_t sampled = 0;
+  std::size_t in_view = 0;
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::size_t i = detail::at(indices, k);
+    if (!isUsable(points, i) || number++ % step != 0) continue;
+    const Vector3 p = points.point(i);
+    ++sampled;
+    in_view += p.z() > 0.0 && p.head<2>().norm() < kMaxSlope * p.z() ? 1 : 0;
+  }
+  return sampled > 0 &&
+         static_cast<double>(in_view) >= kMinFraction * static_cast<double>(sampled) &&
+         (points.height > 1 || !isHigh(points, indices));
+}
+
+Vector3 verticalOf(const PointsView& points, const Indices* indices, const Pose& T_world_sensor) {
+  if (!isCameraView(points, indices)) return Vector3::UnitZ();
+  return nearestAxis(T_world_sensor.linear() * -Vector3::UnitY());
+}
+
+Vector3 nearestAxis(const Vector3& direction) {
+  Eigen::Index axis = 0;
+  direction.cwiseAbs().maxCoeff(&axis);
+  return direction[axis] < 0.0 ? Vector3(-Vector3::Unit(axis)) : Vector3(Vector3::Unit(axis));
+}
+
+bool isMerged(const PointsView& points, const Indices* indices) {
+  constexpr double kMaxExtents = 10.0;
+  constexpr double kEarth = 1e7;           // metres; farther away nothing is a coordinate
+  constexpr std::size_t kMinSights = 100;  // fewer tell nothing
+  if (points.height > 1) return false;
+  detail::requireIndices(points, indices);
+  const std::size_t n = detail::countOf(points, indices);
+  std::size_t looked_at = 0;
+  Vector3 low = Vector3::Constant(1e300);
+  Vector3 high = -low;
+  for (std::size_t k = 0; k < n; k += n / kLargestSample + 1) {
+    const std::size_t i = detail::at(indices, k);
+    if (!isUsable(points, i)) continue;
+    ++looked_at;
+    low = low.cwiseMin(points.point(i));
+    high = high.cwiseMax(points.point(i));
+  }
+  if (looked_at < kMinSights) return false;
+  const double away = Vector3::Zero().cwiseMax(low).cwiseMin(high).norm();
+  if (away > kMaxExtents * (high - low).norm() && away < kEarth) return true;
+  if (isHigh(points, indices)) return true;
+  // docs/dev/automatic_parameters.md: single scans have 0.20 and 0.04 at most.
+  return hiddenFraction(points, indices, 1.0, 1.5) > 0.25 ||
+         hiddenFraction(points, indices, 0.125, 1.12) > 0.08;
+}
+
+}  // namespace planar_mapping
