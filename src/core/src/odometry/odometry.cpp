@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "odometry/frame_features.h"
 #include "odometry/local_map.h"
 #include "odometry/motion_refinement.h"
 #include "planar_mapping/core/base/detail/state_archive.h"
@@ -15,6 +16,8 @@
 
 namespace planar_mapping {
 namespace {
+
+using detail::SeenFeature;
 
 /// See locateMatches().
 constexpr int kMinWithPrior = 6;
@@ -27,72 +30,6 @@ Matrix6 composed(const Matrix6& of_a, const Pose& a, const Matrix6& of_b) {
   adjoint.topRightCorner<3, 3>() = crossMatrix(a.translation()) * R;
   adjoint.bottomRightCorner<3, 3>() = R;
   return of_a + adjoint * of_b * adjoint.transpose();
-}
-
-/// A feature of a frame that can be used.
-struct SeenFeature {
-  std::size_t feature = 0;  ///< its number in the frame
-  std::int64_t track = 0;
-  FeatureSighting sighting;
-};
-
-/// Features with a usable position and a track of their own, by track.
-std::vector<SeenFeature> usableFeatures(const std::vector<KeyFeature>& features,
-                                        const FeatureCamera& camera) {
-  std::vector<SeenFeature> seen;
-  for (std::size_t i = 0; i < features.size(); ++i) {
-    SeenFeature one;
-    one.feature = i;
-    one.track = features[i].track;
-    if (sightingOf(camera, features[i], one.sighting)) seen.push_back(one);
-  }
-  std::sort(seen.begin(), seen.end(),
-            [](const SeenFeature& a, const SeenFeature& b) { return a.track < b.track; });
-  // Of a track that is in two places at once, nobody knows which.
-  std::vector<SeenFeature> unique;
-  for (std::size_t i = 0; i < seen.size(); ++i) {
-    const bool repeated = (i > 0 && seen[i - 1].track == seen[i].track) ||
-                          (i + 1 < seen.size() && seen[i + 1].track == seen[i].track);
-    if (!repeated) unique.push_back(seen[i]);
-  }
-  return unique;
-}
-
-/// "1 feature", "3 features".
-std::string number(std::size_t value, const char* thing) {
-  return std::to_string(value) + " " + thing + (value == 1 ? "" : "s");
-}
-
-/// Why features do not fix a pose, a sentence without full stop; of a motion that was found and is
-/// not believed, see OdometryParams::jump_distance.
-std::string reasonFor(const MotionEstimate& estimate, std::size_t features, std::size_t matches,
-                      const MotionParams& params) {
-  switch (estimate.status) {
-    case MotionStatus::TooFewMatches:
-      return "only " + std::to_string(matches) + " of " + number(features, "feature") +
-             " are known from earlier frames, " + std::to_string(params.min_matches) +
-             " are needed";
-    case MotionStatus::TooFewInliers:
-      return "only " + std::to_string(estimate.inliers) + " of " +
-             number(matches, "known feature") +
-             " agree on a motion: wrong matches or moving things";
-    case MotionStatus::Uncertain:
-      return "the " + number(estimate.inliers, "known feature") +
-             " that agree do not fix the pose well enough";
-    case MotionStatus::Found:
-      break;
-  }
-  return "only " + std::to_string(estimate.inliers) + " of " + number(matches, "known feature") +
-         " agree on a jump";
-}
-
-void requireTracks(const std::vector<KeyFeature>& features) {
-  for (const KeyFeature& feature : features) {
-    if (feature.track < 0) {
-      throw InputError("a key feature has the track " + std::to_string(feature.track) +
-                       ", below 0");
-    }
-  }
 }
 
 }  // namespace
@@ -119,7 +56,7 @@ class Odometry::Implementation {
                         const std::optional<PosePrior>& prior) {
     OdometryResult result;
     result.is_inlier.assign(features.size(), 0);
-    const std::vector<SeenFeature> seen = usableFeatures(features, params_.camera);
+    const std::vector<SeenFeature> seen = detail::usableFeatures(features, params_.camera);
     result.features = seen.size();
     ++frame_;
     if (!started_) {
@@ -133,7 +70,7 @@ class Odometry::Implementation {
   OdometryResult locate(const std::vector<KeyFeature>& features,
                         const std::optional<PosePrior>& prior) const {
     OdometryResult result;
-    const std::vector<SeenFeature> seen = usableFeatures(features, params_.camera);
+    const std::vector<SeenFeature> seen = detail::usableFeatures(features, params_.camera);
     result.features = seen.size();
     std::vector<std::size_t> match_seen;
     const std::vector<FeatureMatch> matches = matchesOf(seen, match_seen);
@@ -145,7 +82,7 @@ class Odometry::Implementation {
     if (result.registered) {
       result.T_world_sensor = estimate.T_now_before.inverse();
     } else {
-      result.reason = reasonFor(estimate, seen.size(), matches.size(), params_.motion);
+      result.reason = detail::reasonFor(estimate, seen.size(), matches.size(), params_.motion);
     }
     return result;
   }
@@ -169,7 +106,7 @@ class Odometry::Implementation {
              OdometryResult& result) {
     const bool given = prior && prior->exact;
     if (!given && seen.size() < static_cast<std::size_t>(params_.motion.min_matches)) {
-      result.reason = "only " + number(seen.size(), "feature") + " to start from, " +
+      result.reason = "only " + detail::number(seen.size(), "feature") + " to start from, " +
                       std::to_string(params_.motion.min_matches) + " are needed";
       return;
     }
@@ -189,7 +126,7 @@ class Odometry::Implementation {
     result.inliers = estimate.inliers;
     result.rms_px = estimate.rms_px;
     if (!isBelieved(estimate, matches.size(), prior)) {
-      result.reason = reasonFor(estimate, seen.size(), matches.size(), params_.motion);
+      result.reason = detail::reasonFor(estimate, seen.size(), matches.size(), params_.motion);
       if (!prior || !params_.motion.isCertain(prior->covariance)) {
         ++lost_frames_;
         return;
@@ -407,7 +344,7 @@ void Odometry::setStart(const Pose& T_world_sensor) {
 
 OdometryResult Odometry::update(const std::vector<KeyFeature>& features,
                                 const std::optional<PosePrior>& prior) {
-  requireTracks(features);
+  detail::requireTracks(features);
   if (prior && (!prior->T_world_sensor.matrix().allFinite() ||
                 (!prior->exact && !prior->covariance.allFinite()))) {
     throw InputError("the pose given for a frame is not finite");
@@ -423,7 +360,7 @@ bool Odometry::hasVelocity() const {
 }
 OdometryResult Odometry::locate(const std::vector<KeyFeature>& features,
                                 const std::optional<PosePrior>& prior) const {
-  requireTracks(features);
+  detail::requireTracks(features);
   return implementation_->locate(features, prior);
 }
 
