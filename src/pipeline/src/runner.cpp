@@ -6,19 +6,17 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "leaning_floor.h"
 #include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/map_json.h"
 #include "planar_mapping/io/pose_file.h"
 #include "planar_mapping/pipeline/output.h"
 #include "planar_mapping/pipeline/sequence_source.h"
-#include "rounded.h"
+#include "run_advice.h"
 #include "run_statistics.h"
 
 namespace planar_mapping {
@@ -90,8 +88,6 @@ class Run {
   void checkpoint();
   void save(bool interrupted);
   void checkResult();
-  void warnOfSkippedFrames();
-  void warnOfTilt();
   bool stopRequested() const { return options_.stop != nullptr && *options_.stop; }
   void log(const std::string& line);
   void warn(const std::string& text);
@@ -285,65 +281,7 @@ void Run::checkResult() {
     throw InputError((names_it ? "" : first.source + ": ") + reason +
                      (statistics_.frames() == 1 ? "" : "; nor can any other frame be used"));
   }
-  warnOfSkippedFrames();
-  const PlanarMap& map = pipeline_.map();
-  if (const std::size_t beyond = statistics_.pointsBeyond(); beyond > 0) {
-    warn(std::to_string(beyond) +
-         " points were dropped: the map reaches 2^20 cells from its origin along each axis");
-  }
-  if (map.empty()) {
-    warn(
-        "the map is empty: no cell got enough points; look at the stages before the last and at "
-        "min_points_per_cell");
-  } else if (map.planes().empty()) {
-    constexpr double kNearlyAll = 0.9;
-    const double removed = statistics_.removedFraction();
-    warn("no plane was found: the map holds non-planar cuboids only; " +
-         (removed < kNearlyAll
-              ? std::string("look at min_inliers and distance_threshold_m")
-              : detail::rounded(100.0 * removed, 1) +
-                    " % of the points were removed before: look at the stages that do that"));
-  }
-  warnOfTilt();
-}
-
-/// What is upwards may be known from the first frame only. Where ground was removed it was level
-/// and is not in the map.
-void Run::warnOfTilt() {
-  if (statistics_.hasGroundInMostFrames()) return;
-  const PlanarMap& map = pipeline_.map();
-  constexpr double kUsualSlope = 10.0 * M_PI / 180.0;  // of what lies along a street
-  const bool is_own = map.params().frame == MapFrame::Start;
-  const std::optional<detail::LeaningFloor> floor = detail::leaningFloor(map);
-  if (!floor || (!is_own && floor->tilt < kUsualSlope)) return;
-  const std::string what = "what looks like a floor (" + detail::rounded(floor->area, 0) +
-                           " m2) leans by " + detail::rounded(floor->tilt * 180.0 / M_PI, 0) +
-                           " degrees: ";
-  warn(what + (is_own ? "the sensor did not start level, and the first frame does not show how it "
-                        "was held; give poses, or begin with a frame that sees floor and walls "
-                        "(--frames)"
-                      : "the world of the given poses may not be level; set `up` of the stages"));
-}
-
-/// One sentence for all of them; run.log and frames.csv tell of each.
-void Run::warnOfSkippedFrames() {
-  const std::size_t skipped = statistics_.frames() - statistics_.usedFrames();
-  if (skipped == 0) return;
-  const FrameReport& first = statistics_.firstSkipped();
-  const bool many = 3 * skipped >= statistics_.frames();
-  // Nothing of this helps frames that could not be read.
-  const bool is_own =
-      pipeline_.map().params().frame == MapFrame::Start && statistics_.hasSkippedPoints();
-  warn(std::to_string(skipped) + " of " + std::to_string(statistics_.frames()) +
-       " frames left out (see frames.csv), the first: frame " + std::to_string(first.number) +
-       ", " + first.skip_reason +
-       (many && is_own ? "; frames closer together or given poses help" : "") +
-       (many && is_own && source_.kind() == io::SequenceKind::Rgbd &&
-                statistics_.mayBeUnregistered() &&
-                !hasStageWith(pipeline_.configuration(), StageKind::Features, "registered", "false")
-            ? ", and key_features.registered=false where the colour image of a depth camera is not "
-              "registered to the depth image"
-            : ""));
+  for (const std::string& advice : detail::adviceOn(pipeline_, statistics_, source_)) warn(advice);
 }
 
 /// Saves from time to time. A disk that is full now may have room at the end.

@@ -1,0 +1,88 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "run_advice.h"
+
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "leaning_floor.h"
+#include "rounded.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+/// One sentence for all of them; run.log and frames.csv tell of each.
+std::optional<std::string> skippedFrames(const Pipeline& pipeline, const RunStatistics& statistics,
+                                         const FrameSource& source) {
+  const std::size_t skipped = statistics.frames() - statistics.usedFrames();
+  if (skipped == 0) return std::nullopt;
+  const FrameReport& first = statistics.firstSkipped();
+  const bool many = 3 * skipped >= statistics.frames();
+  // Nothing of this helps frames that could not be read.
+  const bool is_own =
+      pipeline.map().params().frame == MapFrame::Start && statistics.hasSkippedPoints();
+  return std::to_string(skipped) + " of " + std::to_string(statistics.frames()) +
+         " frames left out (see frames.csv), the first: frame " + std::to_string(first.number) +
+         ", " + first.skip_reason +
+         (many && is_own ? "; frames closer together or given poses help" : "") +
+         (many && is_own && source.kind() == io::SequenceKind::Rgbd &&
+                  statistics.mayBeUnregistered() &&
+                  !hasStageWith(pipeline.configuration(), StageKind::Features, "registered",
+                                "false")
+              ? ", and key_features.registered=false where the colour image of a depth camera "
+                "is not registered to the depth image"
+              : "");
+}
+
+/// What is upwards may be known from the first frame only. Where ground was removed it was level
+/// and is not in the map.
+std::optional<std::string> tilt(const PlanarMap& map, const RunStatistics& statistics) {
+  if (statistics.hasGroundInMostFrames()) return std::nullopt;
+  constexpr double kUsualSlope = 10.0 * M_PI / 180.0;  // of what lies along a street
+  const bool is_own = map.params().frame == MapFrame::Start;
+  const std::optional<LeaningFloor> floor = leaningFloor(map);
+  if (!floor || (!is_own && floor->tilt < kUsualSlope)) return std::nullopt;
+  const std::string what = "what looks like a floor (" + rounded(floor->area, 0) +
+                           " m2) leans by " + rounded(floor->tilt * 180.0 / M_PI, 0) + " degrees: ";
+  return what + (is_own
+                     ? "the sensor did not start level, and the first frame does not show how it "
+                       "was held; give poses, or begin with a frame that sees floor and walls "
+                       "(--frames)"
+                     : "the world of the given poses may not be level; set `up` of the stages");
+}
+
+}  // namespace
+
+std::vector<std::string> adviceOn(const Pipeline& pipeline, const RunStatistics& statistics,
+                                  const FrameSource& source) {
+  std::vector<std::string> advice;
+  const auto add = [&advice](std::optional<std::string> text) {
+    if (text) advice.push_back(std::move(*text));
+  };
+  add(skippedFrames(pipeline, statistics, source));
+  const PlanarMap& map = pipeline.map();
+  if (const std::size_t beyond = statistics.pointsBeyond(); beyond > 0) {
+    advice.push_back(
+        std::to_string(beyond) +
+        " points were dropped: the map reaches 2^20 cells from its origin along each axis");
+  }
+  if (map.empty()) {
+    advice.push_back(
+        "the map is empty: no cell got enough points; look at the stages before the last and at "
+        "min_points_per_cell");
+  } else if (map.planes().empty()) {
+    constexpr double kNearlyAll = 0.9;
+    const double removed = statistics.removedFraction();
+    advice.push_back(
+        "no plane was found: the map holds non-planar cuboids only; " +
+        (removed < kNearlyAll
+             ? std::string("look at min_inliers and distance_threshold_m")
+             : rounded(100.0 * removed, 1) +
+                   " % of the points were removed before: look at the stages that do that"));
+  }
+  add(tilt(map, statistics));
+  return advice;
+}
+
+}  // namespace planar_mapping::detail
