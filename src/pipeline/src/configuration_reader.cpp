@@ -1,110 +1,19 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include "configuration_reader.h"
+
 #include <algorithm>
 #include <filesystem>
-#include <optional>
-#include <string>
-#include <vector>
 
 #include "planar_mapping/core/base/detail/spelling.h"
 #include "planar_mapping/core/base/error.h"
-#include "planar_mapping/pipeline/configuration.h"
 #include "planar_mapping/pipeline/plugin.h"
-#include "yaml_source.h"
 
 namespace planar_mapping::detail {
 namespace {
 
-/// Walks the YAML tree of one configuration and collects every problem before it gives up.
-class ConfigurationReader {
- public:
-  /// \param with_plugins  load those that the file names; without, stages that nothing else has are
-  ///     taken to be of plugins, left out and listed in Configuration::unknown_stages
-  ConfigurationReader(const std::string& path, StageTable& table,
-                      const ConfigurationOverrides& overrides, bool with_plugins);
-  /// \throws ConfigError
-  Configuration read(const std::string& text);
-
- private:
-  void readTop(const YAML::Node& root);
-  void readTopEntry(const std::string& key, const YAML::Node& value, const Report& report);
-  void readProfile(const YAML::Node& root);
-  void readSetting(const std::string& key, const YAML::Node& value, const Report& report);
-  void readStringList(const std::string& key, const YAML::Node& value, const Report& report,
-                      std::vector<std::string>& list) const;
-  void readPlugins(const YAML::Node& list);
-  void readStages(const YAML::Node& list);
-  void readStage(const YAML::Node& entry);
-  void readStageKeys(ConfiguredStage& stage,
-                     const std::vector<std::pair<YAML::Node, YAML::Node>>& entries);
-  void applyAssignment(const std::string& assignment);
-  void checkOrder(const std::vector<YAML::Mark>& marks);
-  void configureStages();
-  std::string absolutePath(const std::string& path) const;
-  bool mayBeOfAPlugin(const std::string& stage) const;
-  std::vector<std::string> stageNames() const;
-
-  std::string path_;
-  StageTable& table_;
-  const ConfigurationOverrides& overrides_;
-  const bool with_plugins_;
-  ProblemList problems_;
-  Configuration configuration_;
-  ParameterTable settings_;  ///< the keys of the top level that are numbers or words
-  int version_ = 1;
-  int seed_ = static_cast<int>(RunSettings().seed);
-  std::vector<YAML::Mark> stage_marks_;  ///< of configuration_.stages
-};
-
 const std::vector<std::string> kTopKeys = {"version", "profile",     "seed",   "threads", "inputs",
                                            "poses",   "calibration", "frames", "plugins", "stages"};
-
-const char* placeOf(StageKind kind) {
-  switch (kind) {
-    case StageKind::Images:
-      return "makes the cloud from images";
-    case StageKind::Features:
-      return "finds key features";
-    case StageKind::Motion:
-      return "finds the pose";
-    case StageKind::Points:
-      return "works on points";
-    case StageKind::Planes:
-      return "finds planes";
-    case StageKind::Beliefs:
-      return "decides on points";
-    case StageKind::Map:
-      return "puts the frame into the map";
-    case StageKind::Any:
-      break;
-  }
-  return "may stand anywhere";
-}
-
-/// The key that every stage has beside its own.
-const char* const kEnabled = "enabled";
-
-Parameter enabledParameter(ConfiguredStage& stage) {
-  Parameter parameter;
-  parameter.name = kEnabled;
-  parameter.type = ParameterType::Flag;
-  parameter.get = [&stage]() -> ParameterValue { return stage.enabled; };
-  parameter.set = [&stage](const ParameterValue& value) { stage.enabled = std::get<bool>(value); };
-  return parameter;
-}
-
-/// One of a stage's own, or `enabled`; nothing if it has no such key.
-std::optional<Parameter> parameterOf(ConfiguredStage& stage, const std::string& key) {
-  if (key == kEnabled) return enabledParameter(stage);
-  const Parameter* own = stage.parameters.find(key);
-  return own == nullptr ? std::nullopt : std::optional<Parameter>(*own);
-}
-
-std::string noSuchKey(const ConfiguredStage& stage, const std::string& key) {
-  std::vector<std::string> names = {kEnabled};
-  for (const Parameter& parameter : stage.parameters.parameters()) names.push_back(parameter.name);
-  return "stage '" + stage.name + "' has no key '" + key + "'" + didYouMean(key, names);
-}
 
 }  // namespace
 
@@ -268,173 +177,10 @@ void ConfigurationReader::readPlugins(const YAML::Node& list) {
   }
 }
 
-void ConfigurationReader::readStages(const YAML::Node& list) {
-  if (!list.IsSequence()) {
-    return problems_.add(
-        list.Mark(), "stages must be a list, each entry '- stage: NAME', not " + describe(list));
-  }
-  if (list.size() == 0) {
-    problems_.add(list.Mark(), "the list of stages is empty; see planar_map stages");
-  }
-  for (const auto& entry : list) readStage(entry);
-}
-
-void ConfigurationReader::readStage(const YAML::Node& entry) {
-  if (!entry.IsMap()) {
-    problems_.add(entry.Mark(),
-                  "an entry of stages is written '- stage: NAME' with its keys below, not " +
-                      describe(entry));
-    return;
-  }
-  const auto entries = entriesOf(entry, "this stage", problems_);
-  const YAML::Node* name_node = nullptr;
-  for (const auto& item : entries) {
-    if (item.first.Scalar() == "stage") name_node = &item.second;
-  }
-  if (name_node == nullptr || !name_node->IsScalar()) {
-    return problems_.add(entry.Mark(), "key 'stage', the name of the stage, is missing here");
-  }
-  const std::string& name = name_node->Scalar();
-  const StageEntry* known = table_.find(name);
-  const std::string option = known == nullptr ? table_.missingOption(name) : "";
-  if (!option.empty()) {
-    problems_.add(name_node->Mark(), "stage '" + name + "' was not built; configure with -D" +
-                                         option + "=ON and its dependencies installed");
-    return;
-  }
-  if (known == nullptr && !with_plugins_ && !configuration_.plugins.empty()) {
-    configuration_.unknown_stages.push_back(name);
-    return;
-  }
-  if (known == nullptr) {
-    problems_.add(
-        name_node->Mark(),
-        "there is no stage '" + name + "'" + didYouMean(name, stageNames()) +
-            (didYouMean(name, stageNames()).empty() ? "; planar_map stages lists them" : ""));
-    return;
-  }
-  ConfiguredStage stage;
-  stage.name = name;
-  stage.kind = known->kind;
-  stage.stage = known->make();
-  stage.stage->applyProfile(configuration_.settings.profile);
-  stage.stage->declare(stage.parameters);
-  readStageKeys(stage, entries);
-  configuration_.stages.push_back(std::move(stage));
-  stage_marks_.push_back(name_node->Mark());
-}
-
-void ConfigurationReader::readStageKeys(
-    ConfiguredStage& stage, const std::vector<std::pair<YAML::Node, YAML::Node>>& entries) {
-  for (const auto& item : entries) {
-    const std::string& key = item.first.Scalar();
-    if (key == "stage") continue;
-    const std::optional<Parameter> parameter = parameterOf(stage, key);
-    if (!parameter) {
-      problems_.add(item.first.Mark(), noSuchKey(stage, key));
-      continue;
-    }
-    ParameterValue value;
-    const YAML::Mark mark = item.second.Mark();
-    const bool sound = readValue(*parameter, item.second, value, [&](const std::string& text) {
-      problems_.add(mark.is_null() ? item.first.Mark() : mark,
-                    "stage '" + stage.name + "': " + text);
-    });
-    if (sound) parameter->set(value);
-  }
-}
-
-void ConfigurationReader::applyAssignment(const std::string& assignment) {
-  const std::string where = "--set " + assignment;
-  const auto report = [this, &where](const std::string& text) {
-    problems_.addElsewhere(where, text);
-  };
-  const std::size_t equals = assignment.find('=');
-  if (equals == std::string::npos || equals == 0) {
-    return report("is not of the form stage.key=value");
-  }
-  const std::string target = assignment.substr(0, equals);
-  YAML::Node value;
-  try {
-    value = YAML::Load(assignment.substr(equals + 1));
-  } catch (const YAML::Exception& error) {
-    return report("the value is no YAML: " + error.msg);
-  }
-  const std::size_t dot = target.find('.');
-  if (dot == std::string::npos) {
-    const bool settable = target == "seed" || target == "threads" || target == "frames";
-    if (settable) {
-      readTopEntry(target, value, report);
-    } else if (target != "profile") {
-      report("there is no such key" + didYouMean(target, {"seed", "threads", "frames", "profile"}) +
-             "; a stage's key is written stage.key=value");
-    }
-    return;
-  }
-  const std::string name = target.substr(0, dot);
-  const std::string key = target.substr(dot + 1);
-  bool found = false;
-  std::vector<std::string> chain;
-  for (ConfiguredStage& stage : configuration_.stages) {
-    chain.push_back(stage.name);
-    if (stage.name != name) continue;
-    found = true;
-    const std::optional<Parameter> parameter = parameterOf(stage, key);
-    if (!parameter) return report(noSuchKey(stage, key));
-    ParameterValue parsed;
-    if (readValue(*parameter, value, parsed, report)) parameter->set(parsed);
-  }
-  if (!found && !mayBeOfAPlugin(name)) {
-    report("there is no stage '" + name + "' in " + path_ + didYouMean(name, chain));
-  }
-}
-
-void ConfigurationReader::checkOrder(const std::vector<YAML::Mark>& marks) {
-  const ConfiguredStage* last = nullptr;
-  for (std::size_t i = 0; i < configuration_.stages.size(); ++i) {
-    const ConfiguredStage& stage = configuration_.stages[i];
-    if (stage.kind == StageKind::Any || !stage.enabled) continue;
-    if (last != nullptr && stage.kind < last->kind) {
-      problems_.add(marks[i], "stage '" + stage.name + "' " + placeOf(stage.kind) +
-                                  " and so must stand before '" + last->name + "', which " +
-                                  placeOf(last->kind));
-    } else if (last != nullptr && stage.kind == last->kind && stage.kind != StageKind::Points) {
-      problems_.add(marks[i], "stage '" + stage.name + "' cannot follow '" + last->name +
-                                  "': one stage that " + placeOf(stage.kind) + " is enough");
-    } else {
-      last = &stage;
-    }
-  }
-}
-
-void ConfigurationReader::configureStages() {
-  configuration_.settings.ignores_poses =
-      hasStageWith(configuration_, StageKind::Motion, "poses", "ignore");
-  for (std::size_t i = 0; i < configuration_.stages.size(); ++i) {
-    try {
-      configuration_.stages[i].stage->configure(configuration_.settings);
-    } catch (const ParameterError& error) {
-      problems_.add(stage_marks_[i],
-                    "stage '" + configuration_.stages[i].name + "': " + error.what());
-    }
-  }
-}
-
 std::string ConfigurationReader::absolutePath(const std::string& path) const {
   namespace fs = std::filesystem;
   if (fs::path(path).is_absolute()) return path;
   return fs::absolute(fs::path(path_).parent_path() / path).lexically_normal().string();
-}
-
-bool ConfigurationReader::mayBeOfAPlugin(const std::string& stage) const {
-  const std::vector<std::string>& names = configuration_.unknown_stages;
-  return std::find(names.begin(), names.end(), stage) != names.end();
-}
-
-std::vector<std::string> ConfigurationReader::stageNames() const {
-  std::vector<std::string> names;
-  for (const StageEntry& entry : table_.entries()) names.push_back(entry.name);
-  return names;
 }
 
 }  // namespace planar_mapping::detail
