@@ -27,7 +27,8 @@ ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), ".."))
 TYPES = r"(?:double|float|int|unsigned|std::size_t|std::ptrdiff_t|std::u?int\d+_t)"
 CONSTANT = re.compile(r"^( *)((?:static )?constexpr) (" + TYPES + r") (k\w+) = ([^;]+?);", re.MULTILINE)
 MEMBER = re.compile(r"^( +)(double|int) (\w+) = (-?[\d.e-]+);", re.MULTILINE)
-HIDDEN = {"planes/organized/metric_fit.h": "struct OrganizedParams", "planes/disparity/disparity_fit.h": "struct DisparityParams"}
+HIDDEN = {"planes/tiles/plane_fit.h": "struct SearchParams", "planes/organized/metric_fit.h": "struct OrganizedParams",
+          "planes/disparity/disparity_fit.h": "struct DisparityParams"}
 # Sentinels, limits of types and of what is representable, codes, expressions of other constants; sizes of blocks by name.
 # What the compiler must know is found by compiling.
 TECHNICAL = re.compile(r"numeric_limits|\d(\.\d+)?e([89]|\d\d)f?\b|0x|~|3e38|^-1$")
@@ -59,8 +60,8 @@ MECHANISMS = [
     ("coherence of tiles", "planes/tiles/organized_coherence.cpp", "if (test.min_agreement > 0.0 &&", "if (!OFF && test.min_agreement > 0.0 &&"),
     ("fit along rays", "planes/organized/metric_fit.cpp",
      "if (!plane.valid || list.size() < 3) return;", "if (OFF || !plane.valid || list.size() < 3) return;"),
-    ("correlation of noise", "planes/organized/metric_fit.cpp", "  if (samples.size() < kMinSamples) return params.assumed_correlation;",
-     "  if (OFF || samples.size() < kMinSamples) return params.assumed_correlation;"),
+    ("correlation of noise", "planes/organized/metric_fit.cpp", "  if (samples.size() < kMinSamples) return RangeNoise().correlated_pixels;",
+     "  if (OFF || samples.size() < kMinSamples) return RangeNoise().correlated_pixels;"),
     ("wide windows", "planes/organized/metric_growing.cpp", "  if (wide) wide_fits_", "  if (wide && !OFF) wide_fits_"),
     ("noise of a doubtful plane", "planes/disparity/disparity_doubt.cpp",
      "  if (list.size() < static_cast<std::size_t>(params.least_noisy_tiles)) return false;",
@@ -84,7 +85,7 @@ MECHANISMS = [
     ("clutter in groups", "planes/multi_ransac/multi_ransac.cpp", "if (company >= kCompany)", "if (OFF || company >= kCompany)"),
     ("pieces of ground", "ground/ground_labels.cpp", "  if (k.pieces) {", "  if (k.pieces && !OFF) {"),
     ("occluding edges", "registration/surface_shape.cpp", "if (!cloud.isOrganized())", "if (OFF || !cloud.isOrganized())"),
-    ("doubled cells for noise", "geometry/cloud_scale.cpp", "i < kMaxDoublings &&", "i < (OFF ? 0 : kMaxDoublings) &&"),
+    ("doubled cells for noise", "geometry/cloud_scale.cpp", "i <= kMaxDoublings;", "i <= (OFF ? 0 : kMaxDoublings);"),
 ]
 HEADER = """#pragma once
 #include <cstdlib>

@@ -7,14 +7,6 @@
 
 namespace planar_mapping::detail {
 
-DisparityParams::DisparityParams(const MultiPlaneParams& params, const StereoNoise& noise_of_camera)
-    : camera(noise_of_camera),
-      noise(noise_of_camera.disparity_error),
-      distance_threshold(params.distance_threshold),
-      max_normal_deviation(params.max_normal_deviation),
-      noise_factor(params.noise_factor),
-      min_inliers(params.min_inliers) {}
-
 DisparityWindow fitDisparity(const MomentSums& s) {
   constexpr double kFewest = 3.0;
   constexpr double kThinnest = 1e-6;  // of the extents' squares
@@ -90,10 +82,8 @@ bool DisparityFit::areOne(const PlaneCandidate& one, const PlaneCandidate& other
   addSums(joined.sums, other.sums);
   fit(joined);
   if (!joined.valid) return false;
-  const double flat =
-      params_.merging_factor * params_.growing_fraction * params_.distance_threshold;
-  const double noise_factor =
-      adjacent ? params_.merging_adjacent_factor : params_.merging_apart_factor;
+  const double flat = params_.touchingDistance();
+  const double noise_factor = adjacent ? 1.0 : params_.merging_apart_factor;
   for (const PlaneCandidate* part : {&one, &other}) {
     const double n = part->sums[kN];
     const double turn =
@@ -116,6 +106,7 @@ bool DisparityFit::isNoiseWhite(const PlaneCandidate& plane, const std::vector<T
   constexpr double kFullTile = 0.75 * kTileArea;
   constexpr double kMinFraction = 0.5;
   constexpr double kMinTiles = 20.0;
+  constexpr double kWhite = 0.35;  // of the residual: means of tiles that differ by white noise
   double squares = 0.0;
   double weights = 0.0;
   for (const std::size_t i : list) {
@@ -124,7 +115,7 @@ bool DisparityFit::isNoiseWhite(const PlaneCandidate& plane, const std::vector<T
     squares += parts[i].sums[kN] * error * error;
     weights += parts[i].sums[kN];
   }
-  const double smooth = params_.white_fraction * plane.residual;
+  const double smooth = kWhite * plane.residual;
   return weights >= kMinFraction * plane.sums[kN] && weights >= kMinTiles * kTileArea &&
          squares <= weights * smooth * smooth;
 }
@@ -133,8 +124,7 @@ CoherenceTest DisparityFit::coherenceTest(const PlaneCandidate& plane,
                                           const std::vector<TilePart>& parts,
                                           const PartList& list) const {
   const double d = plane.sums[kZ] / plane.sums[kN];
-  const bool flat =
-      plane.residual <= toPixels(plane, params_.flat_fraction * params_.distance_threshold, d);
+  const bool flat = plane.residual <= toPixels(plane, params_.flatDistance(), d);
   CoherenceTest test;
   test.min_agreement = flat ? params_.min_flat_agreement : params_.min_agreement;
   // Where such planes meet, noise mixes their pixels, which says nothing against either.
@@ -169,8 +159,7 @@ bool DisparityFit::isBent(const PlaneCandidate& plane, const Bend& bend) const {
       std::atan(toAngle(bend.slope, plane.height, sums[kX] / sums[kN], sums[kY] / sums[kN], d));
   return angle > params_.bent_angle && bend.advantage > params_.bent_advantage &&
          bend.bow > toPixels(plane, params_.bow_fraction * params_.distance_threshold, d) &&
-         bend.bow > std::max(params_.bow_factor * params_.noise,
-                             params_.smooth_bow_fraction * params_.camera.disparity_error);
+         bend.bow > std::max(params_.bow_factor * params_.noise, params_.smoothResidual());
 }
 
 }  // namespace planar_mapping::detail

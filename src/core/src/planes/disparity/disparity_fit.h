@@ -17,58 +17,32 @@
 // fit across the plane.
 namespace planar_mapping::detail {
 
-/// Parameters of the search in disparity space beyond MultiPlaneParams; all [ours].
-struct DisparityParams {
-  StereoNoise camera;                 ///< its disparity error bounds the noise that is believed
-  double noise = 0.5;                 ///< of one pixel, estimated from the frame, pixels
-  double distance_threshold = 0.05;   ///< d_T, metres
-  double max_normal_deviation = 0.5;  ///< radians
-  double noise_factor = 3.0;          ///< k of d_T(z) = max(d_T, k sigma(z))
-  int min_inliers = 100;
-  /// By what the mean of a cell may lie off the plane it joins, whichever is most: fraction of d_T,
-  /// ...
-  double growing_fraction = 0.4;
-  /// ... sigmas of the noise, ...
+/// Parameters of the search in disparity space. Matching errs smoothly over whole windows (towards
+/// whole pixels, towards what stands out), which the residuals of windows do not show: by up to the
+/// disparity error of the camera.
+struct DisparityParams : SearchParams {
+  DisparityParams(const MultiPlaneParams& params, const StereoNoise& noise_of_camera)
+      : SearchParams(params), camera(noise_of_camera), noise(noise_of_camera.disparity_error) {}
+
+  StereoNoise camera;  ///< its disparity error bounds the noise that is believed
+  double noise;        ///< of one pixel, estimated from the frame, pixels
+  /// Least noise that is believed, in disparity errors of the camera.
+  double min_noise_fraction = 0.1;
+  /// Sigmas by which the mean of a cell may lie off the plane it joins.
   double growing_factor = 2.5;
-  /// ... fraction of the disparity error of the camera: matching errs smoothly over whole windows
-  /// (towards whole pixels, towards what stands out), which the residuals of windows do not show.
-  double smooth_fraction = 1.0;
-  /// The same for the residuals of windows ...
-  double smooth_residual_fraction = 0.25;
-  /// ... and for slopes, disparity errors over the extent of a window.
-  double smooth_slope_fraction = 0.15;
   /// Fraction of max_normal_deviation between the normal of a cell and the plane it joins.
   double growing_angle_fraction = 0.7;
-  /// Sigmas of residual up to which the neighbourhood of a cell counts as planar.
-  double planar_factor = 1.6;
-  /// Fraction of d_T of residual that counts as planar whatever the noise.
-  double planar_fraction = 0.1;
-  /// Quantile of the residuals of small windows that is taken for the noise of the sensor.
-  double noise_quantile = 0.35;
-  /// Least and most noise that is believed, in disparity errors of the camera.
-  double min_noise_fraction = 0.1;
-  double max_noise_fraction = 1.0;
-  /// Errors of matching are smooth: so many pixels count as one measurement of a slope.
-  double correlated_pixels = 25.0;
-  /// Fraction of the growing tolerance in metres within which two planes are one, and of that of
-  /// the noise: far from each other ...
-  double merging_factor = 0.5;
+  /// Smooth errors in the residuals of windows and the bows of planes, in disparity errors ...
+  double smooth_residual_fraction = 0.25;
+  /// ... and in slopes, over the extent of a window.
+  double smooth_slope_fraction = 0.15;
+  /// Fraction of the noise within which planes that do not touch are one.
   double merging_apart_factor = 0.25;
-  /// ... and beside each other.
-  double merging_adjacent_factor = 1.0;
-  /// Radians between either plane and their common one.
-  double merging_angle = 0.15;
-  /// Radians between the neighbourhood of a point and its plane.
-  double coherent_angle = 0.35;
   /// Fraction of the points in the quarters of a plane that must be on it and have a neighbourhood
   /// that lies as the plane does, ...
   double min_agreement = 0.8;
-  /// ... where the residual is within this fraction of d_T: roughness cannot be taken for noise
-  /// there.
+  /// ... where it is as flat as surfaces are: roughness cannot be taken for noise there.
   double min_flat_agreement = 0.6;
-  double flat_fraction = 0.1;
-  /// Fraction of the residual up to which the means of tiles differ by white noise alone.
-  double white_fraction = 0.35;
   /// A quadratic surface that is bent by this root mean square angle (radians), ...
   double bent_angle = 0.1;
   /// ... explains the points so much better (variance ratio) ...
@@ -76,7 +50,6 @@ struct DisparityParams {
   /// ... and bows by this fraction of d_T and so many sigmas is no plane.
   double bow_fraction = 0.08;
   double bow_factor = 0.7;
-  double smooth_bow_fraction = 0.25;
   /// Standard deviation of the direction of a plane that can be used, radians.
   double max_direction_error = 0.087;
   /// The same for what is rougher than this fraction of the disparity error of the camera and
@@ -93,19 +66,15 @@ struct DisparityParams {
   double noise_tile_fraction = 0.8;  ///< of the residual, in means of tiles
   double least_together = 0.8;  ///< of the points, in blocks of 64 pixels that touch each other
   double most_beside = 0.11;    ///< points just off the plane, of those on it
-  /// Pixels of a plane in a tile from which on the tiles beside it are searched for more.
-  int min_presence = 6;
 
-  DisparityParams(const MultiPlaneParams& params, const StereoNoise& noise_of_camera);
   /// B f, pixels times metres.
   double factor() const { return camera.baseline * camera.focal_length; }
   /// What counts whatever the distance: so many sigmas, or the smooth error.
-  double tolerance(double sigmas) const {
-    return std::max(sigmas * noise, smooth_fraction * camera.disparity_error);
-  }
+  double tolerance(double sigmas) const { return std::max(sigmas * noise, camera.disparity_error); }
+  double smoothResidual() const { return smooth_residual_fraction * camera.disparity_error; }
   /// Error of the slopes of a window, pixels of disparity per pixel.
   double slopeError(double extent, double count) const {
-    const double independent = std::max(1.0, count / correlated_pixels);
+    const double independent = std::max(1.0, count / kCorrelatedPixels);
     const double smooth = smooth_slope_fraction * camera.disparity_error;
     return std::sqrt(noise * noise / independent + smooth * smooth) / extent;
   }

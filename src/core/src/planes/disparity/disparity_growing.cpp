@@ -97,7 +97,7 @@ double DisparityGrower::noise() {
   constexpr std::size_t kMinSamples = 20;
   const DisparityParams& params = fit_.params();
   const double least = params.min_noise_fraction * params.camera.disparity_error;
-  const double most = params.max_noise_fraction * params.camera.disparity_error;
+  const double most = params.camera.disparity_error;
   const std::vector<std::uint8_t> filled = findFilled();
   std::vector<double> residuals;
   for (int cell = 0; cell < grid_.cells(); ++cell) {
@@ -123,9 +123,8 @@ void DisparityGrower::classify() {
     double normal[3];
     double height = 0.0;
     fit_.toMetres(fit.p, fit.q, fit.d - fit.p * fit.x - fit.q * fit.y, normal, height);
-    const double flat = params.planar_fraction * params.distance_threshold * fit.d / height;
-    const double noise = std::max(params.planar_factor * params.noise,
-                                  params.smooth_residual_fraction * params.camera.disparity_error);
+    const double flat = params.flatDistance() * fit.d / height;
+    const double noise = std::max(params.planar_factor * params.noise, params.smoothResidual());
     if (!(fit.residual <= std::max(noise, flat))) return false;
     const double error =
         fit_.toAngle(params.slopeError(fit.extent, count), height, fit.x, fit.y, fit.d);
@@ -162,8 +161,7 @@ bool DisparityGrower::accepts(const PlaneCandidate& plane, const MomentSums& sum
                               const CellState& state) const {
   const DisparityParams& params = fit_.params();
   const double allowed =
-      std::max(DisparityFit::toPixels(plane, params.growing_fraction * params.distance_threshold,
-                                      sums[kZ] / sums[kN]),
+      std::max(DisparityFit::toPixels(plane, params.growingDistance(), sums[kZ] / sums[kN]),
                params.tolerance(params.growing_factor));
   if (!(std::fabs(plane.meanError(sums)) <= allowed)) return false;
   if (!(plane.meanSquare(sums) <= allowed * allowed)) return false;
@@ -198,7 +196,8 @@ void DisparityAssigner::assign(const std::vector<PlaneCandidate>& planes,
       if (std::memcmp(before, labels, sizeof(before)) != 0) summarize(tile);
     }
   });
-  updatePresence(params.min_presence, true);
+  constexpr int kMinPresence = 6;  // pixels of a plane for which the tiles beside are searched
+  updatePresence(kMinPresence, true);
 }
 
 }  // namespace planar_mapping::detail

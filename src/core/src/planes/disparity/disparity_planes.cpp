@@ -45,7 +45,7 @@ Matrix4 covarianceOf(const PlaneCandidate& plane, const DisparityParams& params)
   const MomentSums& s = plane.sums;
   Matrix3 squares;
   squares << s[kXX], s[kXY], s[kX], s[kXY], s[kYY], s[kY], s[kX], s[kY], s[kN];
-  const double variance = plane.residual * plane.residual * std::max(1.0, params.correlated_pixels);
+  const double variance = plane.residual * plane.residual * kCorrelatedPixels;
   const Matrix3 of_slopes = variance * squares.inverse();
   // (a, b, c, d) = (-m, B f) / |m| with m = (p f, q f, r), turned towards the sensor.
   const double f = params.camera.focal_length;

@@ -156,7 +156,7 @@ RangeNoise noiseOf(const std::vector<CellFit>& windows, int capacity, const Vect
   if (samples.size() < kMinSamples) samples = noiseSamples(windows, kSparse * capacity, sensor);
   RangeNoise noise;
   if (samples.size() < kBins) {
-    noise.constant = params.assumed_noise * params.distance_threshold;
+    noise.constant = params.flatDistance();
     return noise;
   }
   std::sort(samples.begin(), samples.end(), [](const NoiseSample& a, const NoiseSample& b) {
@@ -190,7 +190,8 @@ RangeNoise noiseOf(const std::vector<CellFit>& windows, int capacity, const Vect
     noise.constant = falls ? wy / w : 0.0;
     noise.quadratic = falls ? 0.0 : wxy / wxx;
   }
-  noise.constant = std::min(noise.constant, params.max_constant_noise * params.distance_threshold);
+  // More than half of d_T is scatter, no surface.
+  noise.constant = std::min(noise.constant, 0.5 * params.distance_threshold);
   noise.quadratic = std::min(noise.quadratic, params.max_quadratic_noise);
   return noise;
 }
@@ -200,11 +201,10 @@ RangeNoise noiseOf(const std::vector<CellFit>& windows, int capacity, const Vect
 double correlatedPixels(const CellGrid& grid, const std::vector<CellFit>& windows,
                         const RangeNoise& noise, const Vector3& sensor,
                         const OrganizedParams& params) {
-  constexpr double kFull = 0.95;      // fraction of a window
-  constexpr double kFlat = 1.3;       // residual over noise
-  constexpr int kStep = 2;            // windows overlap: every other one tells enough
-  constexpr double kFreedom = 6.0;    // of nine means about their plane
-  constexpr double kQuantile = 0.35;  // as for the noise: the others see structure
+  constexpr double kFull = 0.95;    // fraction of a window
+  constexpr double kFlat = 1.3;     // residual over noise
+  constexpr int kStep = 2;          // windows overlap: every other one tells enough
+  constexpr double kFreedom = 6.0;  // of nine means about their plane
   constexpr std::size_t kMinSamples = 16;
   std::vector<double> samples;
   for (int row = 1; row + 1 < grid.rows; row += kStep) {
@@ -230,9 +230,10 @@ double correlatedPixels(const CellGrid& grid, const std::vector<CellFit>& window
       samples.push_back(grid.capacity * squares / kFreedom / (residual * residual));
     }
   }
-  if (samples.size() < kMinSamples) return params.assumed_correlation;
-  const auto at = samples.begin() +
-                  static_cast<std::ptrdiff_t>(kQuantile * static_cast<double>(samples.size()));
+  if (samples.size() < kMinSamples) return RangeNoise().correlated_pixels;
+  const auto at =
+      samples.begin() +
+      static_cast<std::ptrdiff_t>(params.noise_quantile * static_cast<double>(samples.size()));
   std::nth_element(samples.begin(), at, samples.end());
   return std::min(std::max(1.0, *at), static_cast<double>(grid.capacity));
 }
@@ -271,7 +272,7 @@ double normalError(const CellFit& fit, const RangeNoise& noise, const Vector3& s
   const double sigma = std::min(expected, static_cast<double>(fit.residual));
   const double correlated = noise.correlated_pixels <= params.white_correlation
                                 ? noise.correlated_pixels
-                                : params.correlated_normal_pixels;
+                                : kCorrelatedPixels;
   const double independent = std::max(1.0, fit.count / correlated);
   const double error = sigma / (fit.extent * std::sqrt(independent));
   return std::isfinite(error) ? error : M_PI_2;
@@ -338,13 +339,11 @@ bool MetricFit::areOne(const PlaneCandidate& one, const PlaneCandidate& other, b
   fit(joined);
   if (!joined.valid || isFold(one, other, joined, *this)) return false;
   // Noise and dents part what touches; what does not must be as flat together as surfaces are.
-  const double flat =
-      params_.distance_threshold *
-      (adjacent ? params_.merging_factor * params_.growing_fraction : params_.flat_fraction);
+  const double flat = adjacent ? params_.touchingDistance() : params_.flatDistance();
   for (const PlaneCandidate* part : {&one, &other}) {
     if (joined.cosine(part->direction) < std::cos(params_.merging_angle)) return false;
     const double sigma = noise_.at((meanOf(part->sums) - sensor_).squaredNorm());
-    const double allowed = std::max(flat, params_.merging_factor * sigma);
+    const double allowed = std::max(flat, 0.5 * sigma);
     const double excess = joined.meanSquare(part->sums) - part->residual * part->residual;
     if (!(excess < allowed * allowed)) return false;
   }
@@ -386,7 +385,7 @@ bool MetricFit::isBent(const PlaneCandidate& plane, const Bend& bend) const {
   const double along = std::fabs(plane.height) / std::max(ray.norm(), 1e-9);
   const double of_tile = std::sqrt(std::min(1.0, noise_.correlated_pixels / kTileArea));
   return bend.bow > std::max(params_.bow_fraction * params_.distance_threshold,
-                             params_.bow_factor * noise_.at(ray.squaredNorm()) * along * of_tile);
+                             noise_.at(ray.squaredNorm()) * along * of_tile);
 }
 
 }  // namespace planar_mapping::detail

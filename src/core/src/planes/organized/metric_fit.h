@@ -18,63 +18,28 @@ struct RangeNoise {
   double at(double squared_range) const { return constant + quadratic * squared_range; }
 };
 
-/// Parameters of the organized search beyond MultiPlaneParams; all [ours].
-struct OrganizedParams {
-  explicit OrganizedParams(const MultiPlaneParams& params)
-      : distance_threshold(params.distance_threshold),
-        max_normal_deviation(params.max_normal_deviation),
-        noise_factor(params.noise_factor),
-        min_inliers(params.min_inliers) {}
+/// Parameters of the search in metres.
+struct OrganizedParams : SearchParams {
+  using SearchParams::SearchParams;
 
-  double distance_threshold = 0.05;   ///< d_T, metres
-  double max_normal_deviation = 0.5;  ///< radians
-  double noise_factor = 3.0;          ///< k of d_T(z) = max(d_T, k sigma(z))
-  int min_inliers = 100;
-  /// Fraction of d_T by which the mean of a cell may lie off the plane it joins: real surfaces are
-  /// flat to a part of d_T only.
-  double growing_fraction = 0.4;
   /// Sigmas by which the mean of a cell may lie off the plane it joins.
   double growing_factor = 3.5;
   /// Fraction of max_normal_deviation between the normal of a cell and the plane it joins.
   double growing_angle_fraction = 0.55;
-  /// Sigmas of residual up to which the neighbourhood of a cell counts as planar.
-  double planar_factor = 1.6;
-  /// Quantile of the residuals of small windows that is taken for the noise of the sensor.
-  double noise_quantile = 0.35;
   /// Largest quadratic noise that is believed, 1/m: beyond it windows see clutter, not noise.
   double max_quadratic_noise = 0.004;
-  /// Fraction of d_T taken for noise where there are too few windows to estimate it from.
-  double assumed_noise = 0.1;
-  /// Fraction of d_T up to which constant noise is believed.
-  double max_constant_noise = 0.5;
-  /// Pixels that count as one measurement where there are too few windows to estimate it from.
-  double assumed_correlation = 6.0;
   /// Up to this many the noise is that of single pixels, and small windows tell it best.
   double white_correlation = 3.0;
-  /// Fraction of d_T by which the mean of a cell may lie off the plane it joins beyond its noise:
-  /// as flat as surfaces are.
-  double flat_fraction = 0.1;
   /// Noise below this fraction of d_T is not told apart from none.
   double smallest_noise_fraction = 0.01;
   /// ... and in single quarters of tiles, of which the borders of small planes consist, below this.
   double smallest_quarter_noise_fraction = 0.015;
-  /// Fraction of the growing tolerance within which two planes that touch are one; planes that do
-  /// not must be as flat together as surfaces are.
-  double merging_factor = 0.5;
-  /// Radians between either plane and their common one.
-  double merging_angle = 0.15;
-  /// Fraction of d_T within which a pixel beside the grown cells joins their plane.
-  double border_fraction = 0.2;
-  /// ... and where white noise blurs edges, whose pixels are settled later.
-  double blurred_border_fraction = 0.4;
   /// Fraction of d_T that is added to the noise when planes compete for a pixel.
   double competing_fraction = 0.05;
   /// A plane at least this many residuals wide is not a slice through unrelated objects, ...
   double clear_flatness = 12.0;
   /// ... and one at least this many wide is not bent by bent_angle.
   double straight_flatness = 33.0;
-  /// Radians between the neighbourhood of a point and its plane.
-  double coherent_angle = 0.35;
   /// Fraction of the points in the tiles of a doubtful plane that must be on it and have a
   /// neighbourhood that lies as the plane does.
   double min_agreement = 0.5;
@@ -82,10 +47,8 @@ struct OrganizedParams {
   double bent_angle = 0.075;
   /// ... explains the points so much better (variance ratio) ...
   double bent_advantage = 7.0;
-  /// ... and bows by this fraction of d_T ...
+  /// ... and bows by this fraction of d_T and by a sigma of the mean of a tile is no plane.
   double bow_fraction = 0.02;
-  /// ... and by this many sigmas of the mean of a tile is no plane.
-  double bow_factor = 1.0;
   /// Sine of the angle between rays and plane below which ranges say little about the plane.
   double min_ray_sine = 0.05;
   /// Growth of the residual across the plane that a fit along the rays may cost.
@@ -93,16 +56,8 @@ struct OrganizedParams {
   /// Points within this range difference (metres, and a fraction of the range) may be one surface.
   double same_surface_constant = 0.02;
   double same_surface_fraction = 0.03;
-  /// Surroundings of a quarter of a tile that tell how it lies, quarters to each side: small, ...
-  int small_surroundings = 1;
-  /// ... and where noise turns the normal of the small ones by more than a fraction of
-  /// coherent_angle.
-  int wide_surroundings = 3;
+  /// Fraction of coherent_angle by which noise may turn normals of small surroundings.
   double clear_normal_fraction = 0.8;
-  /// Fraction of the small ones that must have the plane for their normal to tell against it.
-  double min_own_fraction = 0.5;
-  /// Noise of depth cameras is smooth over this many pixels when they tell a normal.
-  double correlated_normal_pixels = 25.0;
   /// Radians that noise may turn a normal at most before it counts as another surface.
   double most_coherent_angle = 0.9;
   /// Fraction of agreeing pixels from which on a plane keeps all of its pixels.
@@ -118,10 +73,6 @@ struct OrganizedParams {
   double fold_angle = 0.1;
   /// ... and explain so much more than one plane (difference of chi-square).
   double fold_gain = 40.0;
-  /// Rings of tiles around grown cells whose pixels are looked at.
-  int assignment_rounds = 2;
-  /// Cells of the smallest region.
-  int min_cells = 3;
 };
 
 /// Planar fit of a cell or of the window around it, along the ray to its mean.
@@ -171,8 +122,7 @@ class MetricFit : public PlaneFit {
   bool isWhite() const { return noise_.correlated_pixels <= params_.white_correlation; }
   /// Whether noise blurs edges at this range: it is white and beyond how flat surfaces are.
   bool blursEdges(double squared_range) const {
-    return isWhite() &&
-           noise_.at(squared_range) > params_.flat_fraction * params_.distance_threshold;
+    return isWhite() && noise_.at(squared_range) > params_.flatDistance();
   }
   void setNoise(const RangeNoise& noise) { noise_ = noise; }
 

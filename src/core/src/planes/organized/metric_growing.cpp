@@ -67,9 +67,8 @@ bool MetricGrower::accepts(const PlaneCandidate& plane, const MomentSums& sums,
   const double noise = state.noise_over_range * std::fabs(distance - plane.height);
   const double noise_of_mean =
       noise * std::sqrt(std::min(1.0, fit_.noise().correlated_pixels * inverse));
-  const double allowed = std::min(
-      std::max(params.growing_fraction * params.distance_threshold, params.growing_factor * noise),
-      params.flat_fraction * params.distance_threshold + params.growing_factor * noise_of_mean);
+  const double allowed = std::min(std::max(params.growingDistance(), params.growing_factor * noise),
+                                  params.flatDistance() + params.growing_factor * noise_of_mean);
   if (!(std::fabs(distance) <= allowed)) return false;
   const double spread = params.planar_factor * noise;
   if (!(plane.meanSquare(sums) <= allowed * allowed + spread * spread)) return false;

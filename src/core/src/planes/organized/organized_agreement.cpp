@@ -12,6 +12,9 @@
 namespace planar_mapping::detail {
 namespace {
 
+constexpr int kSmallRadius = 1;  ///< quarters around one whose normal tells how it lies ...
+constexpr int kWideRadius = 3;   ///< ... and where noise turns that normal
+
 /// Adds up the quarters of a window that are at about the range given and not spread.
 PLANAR_MAPPING_MULTIVERSION
 void sumGated(const double* sums, const float* range, const float* spread, int columns, int rows,
@@ -218,7 +221,7 @@ void compare(const TiledCloud& cloud, const Surroundings& surroundings,
   for (const TilePiece& piece : pieces) {
     if (all.empty() || all.back() != piece.quarter) all.push_back(piece.quarter);
   }
-  const std::vector<CellFit> small = surroundings.fits(all, params.small_surroundings);
+  const std::vector<CellFit> small = surroundings.fits(all, kSmallRadius);
   const double min_cosine = std::cos(params.coherent_angle);
   std::vector<Count> counts(planes.size());
   std::size_t i = 0;
@@ -229,18 +232,16 @@ void compare(const TiledCloud& cloud, const Surroundings& surroundings,
     piece.wide = piece.agrees = piece.near;
     if (!piece.near) {
       int own = 0;
-      const int within = grid.forSamePlane(piece, params.small_surroundings,
+      const int within = grid.forSamePlane(piece, kSmallRadius,
                                            [&](const TilePiece& other) { own += other.pixels; });
-      if (own < params.min_own_fraction * within) piece.undecided = piece.agrees = true;
+      if (2 * own < within) piece.undecided = piece.agrees = true;
     }
     counts[label].add(piece);
   }
   // A plane that most small surroundings agree with keeps all its pixels, whatever the others tell.
-  const double clear_fraction =
-      std::max(params.clear_coherent_fraction, params.min_coherent_fraction);
   const auto clear = [&](const TilePiece& piece) {
     const Count& count = counts[static_cast<std::size_t>(piece.label)];
-    return piece.undecided || count.near >= clear_fraction * count.all;
+    return piece.undecided || count.near >= params.clear_coherent_fraction * count.all;
   };
   std::vector<std::int32_t> noisy;
   std::vector<const CellFit*> small_of_noisy;
@@ -256,7 +257,7 @@ void compare(const TiledCloud& cloud, const Surroundings& surroundings,
     small_of_noisy.push_back(&small[i]);
     errors.push_back(error);
   }
-  const std::vector<CellFit> wide = surroundings.fits(noisy, params.wide_surroundings);
+  const std::vector<CellFit> wide = surroundings.fits(noisy, kWideRadius);
   // Wide surroundings reach beyond the small planes that stand out of white noise: they do not
   // count against them.
   const bool white = fit.isWhite();

@@ -113,7 +113,7 @@ void PixelAssigner::assignTile(int tile, const std::vector<PlaneCandidate>& plan
   if (count == 0) return;
   const OrganizedParams& params = fit_.params();
   const RangeNoise& noise = fit_.noise();
-  const double border = isNoisy(tile) ? params.blurred_border_fraction : params.border_fraction;
+  const double border = isNoisy(tile) ? params.growingDistance() : params.touchingDistance();
   BandedPlane banded[kMaxAround];
   for (int i = 0; i < count; ++i) {
     const PlaneCandidate& plane = planes[static_cast<std::size_t>(candidates[i])];
@@ -124,7 +124,7 @@ void PixelAssigner::assignTile(int tile, const std::vector<PlaneCandidate>& plan
     const double factor = params.noise_factor * plane.height;
     const double squared_factor = factor * factor;
     const bool inside = reach == 0 || grown_[static_cast<std::size_t>(tile)].holds(candidates[i]);
-    const double band = params.distance_threshold * (inside ? 1.0 : border);
+    const double band = inside ? params.distance_threshold : border;
     b.constant = static_cast<float>(band * band);
     b.a = static_cast<float>(squared_factor * noise.constant * noise.constant);
     b.b = static_cast<float>(squared_factor * 2.0 * noise.constant * noise.quadratic);

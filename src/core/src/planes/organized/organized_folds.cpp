@@ -105,7 +105,7 @@ void sortAcross(const std::vector<Sight>& region, double angle, std::vector<std:
 std::vector<Sight> cutBest(std::vector<Sight>& region, const OrganizedParams& params) {
   constexpr int kOrientations = 8;
   constexpr std::size_t kMaxSteps = 64;  // over the sights of a region
-  const auto least = static_cast<std::size_t>(params.min_cells);
+  const auto least = static_cast<std::size_t>(kMinCells);
   if (region.size() < 2 * least) return {};
   SightSums all;
   for (const Sight& sight : region) all.add(sight);

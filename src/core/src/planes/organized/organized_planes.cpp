@@ -13,6 +13,8 @@
 namespace planar_mapping::detail {
 namespace {
 
+constexpr int kAssignmentRounds = 2;  ///< rings of tiles around grown cells that are looked at
+
 /// Grown tiles as parts of planes.
 std::vector<TilePart> wholeTiles(const CellGrid& tiles, const std::vector<std::int16_t>& labels) {
   std::vector<TilePart> parts;
@@ -97,7 +99,7 @@ PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
   cutFolds(tiles, fit, planes, labels);
   refit(planes, wholeTiles(tiles, labels), fit);
   pixels.addCells(tiles, labels);
-  for (int round = 0; round < own.assignment_rounds; ++round) pixels.assign(planes);
+  for (int round = 0; round < kAssignmentRounds; ++round) pixels.assign(planes);
   settleEdges(planes, pixels, fit, own.settling_rounds);
   reject(planes, pixels, params.min_inliers * kMinSeedFraction, cloud, fit, true, set.diagnostics);
   {
@@ -108,7 +110,7 @@ PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
     pixels.addCells(quarters, labels);
     pixels.reopen(quarters, labels);
   }
-  for (int round = 0; round < own.assignment_rounds; ++round) pixels.assign(planes);
+  for (int round = 0; round < kAssignmentRounds; ++round) pixels.assign(planes);
   settleEdges(planes, pixels, fit, 1);
   reject(planes, pixels, params.min_inliers, cloud, fit, true, set.diagnostics);
   // The planes are final; what else lies within d_T of them where they are counts as theirs (Eq.

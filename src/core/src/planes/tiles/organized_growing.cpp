@@ -9,7 +9,6 @@ namespace planar_mapping::detail {
 namespace {
 
 constexpr double kMinCellFraction = 0.3;  // of a cell that joins a plane as a whole
-constexpr int kMinCells = 3;              // of a region
 
 }  // namespace
 

@@ -9,6 +9,8 @@
 
 namespace planar_mapping::detail {
 
+constexpr int kMinCells = 3;  ///< of a region
+
 /// What growing needs to know of a cell.
 struct CellState {
   float normal[3];         ///< of the window or the cell, metres; zero if neither is planar

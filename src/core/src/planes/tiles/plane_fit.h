@@ -11,6 +11,39 @@
 
 namespace planar_mapping::detail {
 
+/// Parameters of both searches over images beyond MultiPlaneParams; all [ours].
+struct SearchParams {
+  explicit SearchParams(const MultiPlaneParams& params)
+      : distance_threshold(params.distance_threshold),
+        max_normal_deviation(params.max_normal_deviation),
+        noise_factor(params.noise_factor) {}
+
+  double distance_threshold;    ///< d_T, metres
+  double max_normal_deviation;  ///< radians
+  double noise_factor;          ///< k of d_T(z) = max(d_T, k sigma(z))
+  /// Fraction of d_T by which the mean of a cell may lie off the plane it joins: real surfaces are
+  /// flat to a part of d_T only.
+  double growing_fraction = 0.4;
+  /// Sigmas of residual up to which the neighbourhood of a cell counts as planar.
+  double planar_factor = 1.6;
+  /// Fraction of d_T within which surfaces are flat.
+  double flat_fraction = 0.1;
+  /// Quantile of the residuals of windows that is taken for the noise of the sensor.
+  double noise_quantile = 0.35;
+  /// Radians between either plane and their common one.
+  double merging_angle = 0.15;
+  /// Radians between the neighbourhood of a point and its plane.
+  double coherent_angle = 0.35;
+
+  double flatDistance() const { return flat_fraction * distance_threshold; }
+  double growingDistance() const { return growing_fraction * distance_threshold; }
+  /// Planes that touch are one, and pixels beside grown cells theirs, within half of what grows.
+  double touchingDistance() const { return 0.5 * growingDistance(); }
+};
+
+/// Errors of matching and of depth cameras are smooth: so many pixels count as one measurement of a
+/// slope.
+constexpr double kCorrelatedPixels = 25.0;
 constexpr std::size_t kMaxCandidates = 4096;  ///< planes a frame may hold before merging
 
 /// A plane while it is looked for, in the space of the tiled cloud: normal . p + offset is the
