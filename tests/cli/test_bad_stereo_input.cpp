@@ -197,10 +197,22 @@ TEST_F(BadStereoInput, PosesOfAnotherConventionAreNamed) {
     inverse.push_back({time, pose.inverse()});
   }
   io::writeTumPoses(directory_ / "seq/poses.txt", turned);
-  EXPECT_NE(std::string::npos, runStereo().err.find("(OpenGL): turn each by 180 degrees"));
+  EXPECT_NE(std::string::npos, runStereo().err.find("(OpenGL; turn each by 180 degrees"));
   fs::remove(directory_ / "seq/poses.txt");
   io::writeTumPoses(directory_ / "seq/poses.txt", inverse);
-  EXPECT_NE(std::string::npos, runStereo().err.find("give their inverses"));
+  EXPECT_NE(std::string::npos, runStereo().err.find("(give their inverses)"));
+  // Straight ahead from where the world begins each is the other.
+  std::vector<io::StampedPose> ahead;
+  const Pose start = corridorPair(0).T_world_camera;
+  for (const std::size_t frame : frames) {
+    const Pose pose = start.inverse() * corridorPair(frame).T_world_camera;
+    ahead.push_back({0.1 * static_cast<double>(frame), pose.inverse()});
+  }
+  fs::remove(directory_ / "seq/poses.txt");
+  io::writeTumPoses(directory_ / "seq/poses.txt", ahead);
+  const std::string err = runStereo().err;
+  EXPECT_NE(std::string::npos, err.find("(OpenGL; turn each")) << err;
+  EXPECT_NE(std::string::npos, err.find(", or of the world in the camera's frame")) << err;
 }
 
 TEST_F(BadStereoInput, JumpsOfTheExposureMoveNoPose) {

@@ -45,7 +45,7 @@ void Pipeline::LeftOut::visitState(Archive& archive) {
     }
   }
   archive(attempts, f.number, f.source, f.timestamp, f.T_world_sensor, f.camera, f.baseline,
-          f.given_pose, f.pose_assumed, f.front_end_done, f.skip_reason, f.without_sensor,
+          f.given_pose, f.pose_assumed, f.front_end_done, f.image_doubtful, f.skip_reason, f.without_sensor,
           f.indices, f.even, f.points_input, f.points_valid, f.stage_ms, image.width, image.height,
           image.channels, image.pixels, width, height, xyz);
   if constexpr (Archive::kReads) f.cloud = cloudOf(xyz, width, height);

@@ -145,9 +145,18 @@ TEST_F(LayoutFolders, OfATelephoneOnlyWhatItIsSureOfCounts) {
   EXPECT_EQ(12u, measured());
   write("stray/camera_matrix.csv", "1440.0, 0.0, 959.5\n");
   expectProblem(folder, "is no camera matrix");
+  write("stray/camera_matrix.csv", "2880.0, 0.0, 1919.5\n0.0, 2880.0, 1439.5\n0.0, 0.0, 1.0");
+  expectProblem(folder, "is not of images of 1920 x 1440");
   write("stray/camera_matrix.csv", "1440.0, 0.0, 959.5\n0.0, 1440.0, 719.5\n0.0, 0.0, 1.0");
   write("stray/odometry.csv", header + "7.5, 000000, 0.5, 1\n");
-  expectProblem(folder, "line 2 is cut short");
+  expectProblem(folder, "is cut short");
+  write("stray/odometry.csv", header + "7.5, 000000, , 0, 0, 0, 0, 0, 1, 1440.0, 959.5\n");
+  expectProblem(folder, "the quaternion is not of length 1");
+  write("stray/odometry.csv", header + "7.5, 000000, 0.5, 1, 2, 0, 0, 0, 1\n");
+  fs::create_directories(folder + "/confidence");
+  writeImage(folder + "/confidence/000000.png", Image{3, 4, 1, std::vector<std::uint8_t>(12, 2)});
+  EXPECT_EQ(2u, Sequence({folder}).files(0).size());
+  EXPECT_THROW(Sequence({folder}).read(0), IoError);
 }
 
 TEST_F(LayoutFolders, FramesMayHaveAPoseFileEach) {

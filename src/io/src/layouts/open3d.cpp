@@ -119,7 +119,7 @@ void addTrajectory(const std::string& path, bool keep_all, Description& descript
 }  // namespace
 
 bool hasOpen3d(const std::string& folder) {
-  if (!isDirectory(joined(folder, "depth")) || isScannet(folder)) return false;
+  if (!isDirectory(joined(folder, "depth")) || isScannet(folder) || hasStray(folder)) return false;
   return isDirectory(joined(folder, "color")) || isDirectory(joined(folder, "image")) ||
          !intrinsicsOf(folder).empty() || !trajectoryOf(folder).empty();
 }

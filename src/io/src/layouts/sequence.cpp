@@ -108,8 +108,10 @@ std::vector<std::uint32_t> packedColors(const Image& image) {
 void dropUncertain(const std::string& path, DepthImage& depth) {
   constexpr std::uint8_t kSure = 2;
   const Image confidence = toGray(readImage(path));
-  if (confidence.pixels.size() != depth.values.size())
+  if (confidence.width != static_cast<int>(depth.width) ||
+      confidence.height != static_cast<int>(depth.height)) {
     throw IoError(path, "is " + sizeText(confidence) + ", its depth image is not");
+  }
   for (std::size_t i = 0; i < depth.values.size(); ++i)
     if (confidence.pixels[i] < kSure) depth.values[i] = 0;
 }
@@ -261,8 +263,9 @@ const std::string& Sequence::path(std::size_t index) const {
 
 std::vector<std::string> Sequence::files(std::size_t index) const {
   std::vector<std::string> files = {path(index)};
-  const std::string& partner = impl_->sequence.frames[index].partner;
-  if (!partner.empty()) files.push_back(partner);
+  const layouts::FrameEntry& entry = impl_->sequence.frames[index];
+  for (const std::string& other : {entry.partner, entry.confidence})
+    if (!other.empty()) files.push_back(other);
   return files;
 }
 

@@ -4,6 +4,7 @@
 #include "layouts/layout.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/depth_image.h"
+#include "text_lines.h"
 
 // Stray Scanner, of telephones with a laser: depth/N.png in millimetres, confidence/N.png,
 // camera_matrix.csv of the video's images and odometry.csv. The video (rgb.mp4) is not read.
@@ -21,6 +22,9 @@ Calibration readCamera(const std::string& path, const DepthImage& depth) {
   });
   if (rows.size() != 3 || !(rows[0][0] > 0.0) || !(rows[1][1] > 0.0))
     throw IoError(path, "is no camera matrix: three rows of three numbers");
+  if (!(std::abs(rows[0][2] - 0.5 * kWidth) < 0.1 * kWidth &&
+        std::abs(rows[1][2] - 0.5 * kHeight) < 0.1 * kHeight))
+    throw IoError(path, "is not of images of 1920 x 1440: give a calibration of the depth images");
   const double across = depth.width / kWidth;
   const double down = depth.height / kHeight;
   Calibration calibration;
@@ -45,14 +49,15 @@ std::map<std::string, Odometry> readOdometry(const std::string& path) {
   std::map<std::string, Odometry> frames;
   forEachLine(path, ",", [&](const std::vector<std::string_view>& words, std::size_t line) {
     if (words.front() == "timestamp") return;
-    if (words.size() < 9) throw IoError(path, "line " + std::to_string(line) + " is cut short");
+    if (words.size() < 9) failAtLine(path, line, "is cut short");
     double v[7];
     finiteNumbers(std::vector<std::string_view>(words.begin(), words.begin() + 9), 2, v, 7, path,
                   line);
     Odometry one;
     one.timestamp = finiteNumber(words[0], path, line);
     const Eigen::Quaterniond turn(v[6], v[3], v[4], v[5]);
-    if (!(turn.norm() > 0.5)) throw IoError(path, "line " + std::to_string(line) + ": no rotation");
+    if (!(std::abs(turn.norm() - 1.0) <= 1e-2))
+      failAtLine(path, line, "the quaternion is not of length 1");
     one.T_world_camera.linear() = turn.normalized().toRotationMatrix();
     one.T_world_camera.translation() = Vector3(v[0], v[1], v[2]);
     frames[std::string(words[1])] = one;
@@ -73,8 +78,10 @@ Description readStray(const std::string& folder, const SequenceOptions& options)
   description.kind = SequenceKind::Rgbd;
   const std::vector<std::string> depths = depthFilesOf(joined(folder, "depth"));
   if (depths.empty()) throw IoError(joined(folder, "depth"), "holds no PNG images");
-  description.calibration =
-      readCamera(joined(folder, "camera_matrix.csv"), readDepthPng(depths.front()));
+  if (options.calibration_file.empty()) {
+    description.calibration =
+        readCamera(joined(folder, "camera_matrix.csv"), readDepthPng(depths.front()));
+  }
   const std::map<std::string, Odometry> odometry = readOdometry(joined(folder, "odometry.csv"));
   const std::string confidence = joined(folder, "confidence");
   const FilesByName confidences =

@@ -187,7 +187,8 @@ std::optional<Pose> FrameLocator::betterThan(const Pose& by_features, const Pose
 }
 #endif
 
-bool FrameLocator::isBetterByFeatures(const Frame& frame, const Pose& T_world_sensor) const {
+bool FrameLocator::isBetterByFeatures([[maybe_unused]] const Frame& frame,
+                                      [[maybe_unused]] const Pose& T_world_sensor) const {
 #ifdef PLANAR_MAPPING_HAS_STEREO
   const OdometryResult by_features = odometry_.locate(frame.key_features);
   return by_features.registered && isEnough(by_features) && isSeen() &&
@@ -227,7 +228,7 @@ bool FrameLocator::isSearchedFor() const {
 }
 
 std::optional<FrameLocator::Placement> FrameLocator::placeFar(
-    const Frame& frame, const Pose& guess, std::vector<PoseCandidate> candidates) {
+    const Frame& frame, const Pose& guess, [[maybe_unused]] std::vector<PoseCandidate> candidates) {
 #ifdef PLANAR_MAPPING_HAS_STEREO
   if (isSeen()) {
     if (surfaces_) {
@@ -276,7 +277,8 @@ FrameLocator::Placement FrameLocator::helped(const Frame& frame, const Pose& T_w
 /// Whether the views speak for a pose; where they cannot tell, whether it is near where it was
 /// expected.
 /// \param likely  many features agree: enough where views cannot tell
-bool FrameLocator::agrees(const Pose& T_world_sensor, const Pose& expected, bool likely) {
+bool FrameLocator::agrees([[maybe_unused]] const Pose& T_world_sensor,
+                          [[maybe_unused]] const Pose& expected, [[maybe_unused]] bool likely) {
 #ifdef PLANAR_MAPPING_HAS_STEREO
   if (!isSeen()) return true;
   const PoseVerdict verdict =

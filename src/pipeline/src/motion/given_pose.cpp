@@ -27,12 +27,16 @@ bool agree(const Pose& a, const Pose& b, double step) {
 std::string otherConvention(const Pose& last, const Pose& given, const Pose& seen, double step) {
   Pose half_turn = Pose::Identity();
   half_turn.linear() = Vector3(1.0, -1.0, -1.0).asDiagonal();
-  const std::string is_as = "; they agree as poses ";
-  if (agree(last * half_turn * (last.inverse() * given) * half_turn, seen, step))
-    return is_as +
-           "of a camera that looks along -z, y up (OpenGL): turn each by 180 degrees about x";
-  if (agree(last * (last * given.inverse()), seen, step))
-    return is_as + "of the world in the camera's frame: give their inverses";
+  const bool is_turned = agree(last * half_turn * (last.inverse() * given) * half_turn, seen, step);
+  const bool is_inverse = agree(last * (last * given.inverse()), seen, step);
+  const std::string turned =
+      "of a camera that looks along -z, y up (OpenGL; turn each by 180 "
+      "degrees about x)";
+  const std::string inverse = "of the world in the camera's frame (give their inverses)";
+  if (is_turned || is_inverse) {
+    return "; they agree as poses " + (is_turned ? turned : "") +
+           (is_turned && is_inverse ? ", or " : "") + (is_inverse ? inverse : "");
+  }
   return "; are images, depths, poses and calibration of one camera, in one order?";
 }
 

@@ -101,7 +101,7 @@ void KeyFeaturesStage::alignColour(Frame& frame) {
   }
   frame.image_doubtful = registration_.isDoubtful();
   frame.statistics.push_back(
-      {"colour_registered", registration_.state() == State::Unknown ? 0.0 : 1.0});
+      {"colour_registered", registration_.state() == State::Registered ? 1.0 : 0.0});
   if (registration_.state() == State::Apart)
     frame.images.left = registration_.aligned(frame.images.left);
 }

@@ -148,8 +148,9 @@ const Hypothesis* byItsCloud(const Views& views, const ViewMap::View& view,
   }
   if (best == nullptr) return nullptr;
   const Support support = views.supportOf(view, best->pose, 1);
-  if (support.through > kMaxThrough || support.correlation < kMinCorrelation ||
-      support.agreeing < kMinAgreeing || support.overlap < kMinOverlap) {
+  if (support.verdict == PoseVerdict::Unknown || support.through > kMaxThrough ||
+      support.correlation < kMinCorrelation || support.agreeing < kMinAgreeing ||
+      support.overlap < kMinOverlap) {
     return nullptr;
   }
   const auto isRivalOf = [&](const std::vector<Hypothesis>& others, double fraction) {

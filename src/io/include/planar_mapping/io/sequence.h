@@ -90,7 +90,8 @@ class PLANAR_MAPPING_EXPORT Sequence {
   /// The file frame \p index is read from: cloud, depth image or left image.
   /// \throws InputError if there is no such frame
   const std::string& path(std::size_t index) const;
-  /// All files of the frame: that one and, where there is one, its colour or right image.
+  /// All files of the frame: that one and, where there is one, its colour or right image or the
+  /// confidence of its depth.
   std::vector<std::string> files(std::size_t index) const;
   const std::optional<Calibration>& calibration() const;
 

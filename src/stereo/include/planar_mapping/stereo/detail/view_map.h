@@ -91,7 +91,7 @@ class PLANAR_MAPPING_EXPORT ViewMap {
     Pose T_world_sensor = Pose::Identity();
   };
   /// The pose at which depths and gray values agree best, if there is no other like it.
-  /// \param candidates  poses to try beside those that descriptors give
+  /// \param candidates  poses to try beside those that descriptors give; one that fits needs less
   /// \param known       the less, the more it takes to believe a pose; many features suffice
   Location locate(const ViewPtr& view, const Pose& guess,
                   const std::vector<PoseCandidate>& candidates, ViewGuess known) const;
