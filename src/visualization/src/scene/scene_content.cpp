@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <optional>
 
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/geometry/detail/angles.h"
@@ -113,7 +111,6 @@ SceneContent sceneContent(const PlanarMap& map) {
   content.planes = map.planes().size();
   content.resolution = map.params().approximation.resolution;
   content.up = map.params().approximation.up.normalized();
-  content.up = estimateUp(content);
   content.unseen = map.params().unseen;
   Vector3 low, high;
   if (content.unseen == Unseen::Unknown && content.bounds(low, high)) {
@@ -148,57 +145,6 @@ bool looksAlongZ(const SceneContent& content, double fraction) {
     }
   }
   return seen >= fraction * static_cast<double>(content.cuboids.size());
-}
-
-namespace {
-
-/// Mean of the cameras' axes upwards; nothing where z is as good.
-std::optional<Vector3> meanUp(const SceneContent& content) {
-  if (!looksAlongZ(content)) return std::nullopt;
-  const double count = static_cast<double>(content.trajectory.size());
-  Vector3 mean = Vector3::Zero();
-  Vector3 forward = Vector3::Zero();
-  for (const Pose& pose : content.trajectory) {
-    mean -= pose.linear().col(1);
-    forward += pose.linear().col(2);
-  }
-  if (!(mean.norm() > 0.1 * count)) return std::nullopt;
-  mean.normalize();
-  // A camera that looks down holds its upper edge forwards: z is upwards all the same.
-  const bool looks_down =
-      forward.z() < -0.5 * count && mean.z() > std::sin(10.0 * kRadiansPerDegree);
-  if (looks_down || mean.z() > std::cos(35.0 * kRadiansPerDegree)) return std::nullopt;
-  return mean;
-}
-
-}  // namespace
-
-Vector3 estimateUp(const SceneContent& content) {
-  const Vector3 said = content.up.normalized();
-  const bool may_be_default = said.z() > 1.0 - 1e-6;
-  const std::optional<Vector3> mean = may_be_default ? meanUp(content) : std::nullopt;
-  if (!mean) return said;
-  const double most_tilt = 40.0 * kRadiansPerDegree;
-
-  // The floor or table top the camera stood over says more than the way it was held.
-  std::map<std::int32_t, std::pair<double, Vector3>> planes;
-  for (const Cuboid& cuboid : content.cuboids) {
-    if (cuboid.plane_id < 0) continue;
-    const Vector3 normal = cuboid.orientation * Vector3::UnitZ();
-    if (normal.dot(*mean) < std::cos(most_tilt)) continue;
-    auto& [area, sum] = planes.try_emplace(cuboid.plane_id, 0.0, Vector3::Zero()).first->second;
-    area += cuboid.size.x() * cuboid.size.y();
-    sum += cuboid.size.x() * cuboid.size.y() * normal;
-  }
-  double largest = 0.0;
-  Vector3 up = *mean;
-  for (const auto& [id, plane] : planes) {
-    if (plane.first > largest && plane.second.norm() > 0.0) {
-      largest = plane.first;
-      up = plane.second.normalized();
-    }
-  }
-  return up;
 }
 
 }  // namespace planar_mapping

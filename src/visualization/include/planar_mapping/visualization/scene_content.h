@@ -46,7 +46,7 @@ struct PLANAR_MAPPING_EXPORT SceneContent {
   void validate() const;
 };
 
-/// The content of a map. `up` is what estimateUp() makes of the map's.
+/// The content of a map, with its up axis.
 PLANAR_MAPPING_EXPORT SceneContent sceneContent(const PlanarMap& map);
 
 /// Angle between the cuboid's plane and the ground, radians in [0, pi/2]: the absolute value of
@@ -60,13 +60,5 @@ PLANAR_MAPPING_EXPORT double heightOf(const Cuboid& cuboid, const Vector3& up);
 /// True if at least \p fraction of the occupied cuboids lie within about 60 degrees of the z axis
 /// of some pose. Otherwise they are taken as robot frames: x forward, z up.
 PLANAR_MAPPING_EXPORT bool looksAlongZ(const SceneContent& content, double fraction = 0.9);
-
-/// [ours] The axis against gravity of a map whose frame may be a camera's.
-///
-/// Where content.up is not +z, it. Else +z, unless the poses are optical and their mean -y axis is
-/// more than 35 degrees away from it though they do not look down (a map of one camera cloud, or a
-/// world that is the first camera): then the normal of the largest plane within 40 degrees of that
-/// mean, else the mean itself.
-PLANAR_MAPPING_EXPORT Vector3 estimateUp(const SceneContent& content);
 
 }  // namespace planar_mapping
