@@ -23,8 +23,9 @@ class WorldCoordinates : public CliTest {
            count + "\nHEIGHT 1\nVIEWPOINT " + viewpoint + "\nPOINTS " + count + "\nDATA " + data;
   }
   /// A room in UTM, as doubles or floats, binary or text.
-  std::string utm(bool doubles, bool text) const {
-    const std::vector<float> xyz = roomPoints(20000);
+  std::string utm(bool doubles, bool text, float height = 0.0F) const {
+    std::vector<float> xyz = roomPoints(20000);
+    for (std::size_t i = 2; i < xyz.size(); i += 3) xyz[i] += height;
     std::string file =
         pcd(xyz, doubles ? '8' : '4', "0 0 0 1 0 0 0", text ? "ascii\n" : "binary\n");
     char number[40];
@@ -70,6 +71,11 @@ TEST_F(WorldCoordinates, DoublesAreMappedAboutAnOriginThatTheMapKeeps) {
         planarMap({"query", directory_ / "out/map.pmap", "--box", "1.2,0.2,0.2,1.3,0.3,0.3"});
     EXPECT_NE(std::string::npos, inside.out.find("unknown")) << inside.out;
   }
+}
+
+TEST_F(WorldCoordinates, HeightsAboveTheSeaAreNoDepthsOfACamera) {
+  ASSERT_EQ(0, runOn(utm(true, false, 8.0F)).exit_code);
+  EXPECT_EQ((Json{0.0, 0.0, 1.0}), map()["up"]);
 }
 
 TEST_F(WorldCoordinates, FloatsThatCannotHoldTheResolutionAreRefused) {

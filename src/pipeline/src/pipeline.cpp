@@ -243,6 +243,10 @@ CloudScale Pipeline::knownScale(const Frame& frame) const {
   const PointsView points = viewOf(*frame.cloud);
   CloudScale scale = scaleOf(points, usablePoints(points), frame.T_world_sensor);
   scale.resolution = givenResolution();
+  if (frame.without_sensor) {  // heights above the sea are no depths
+    scale.optical = false;
+    scale.up = Vector3::UnitZ();
+  }
   if (frame.camera && frame.baseline) {
     scale.stereo = StereoNoise();
     scale.stereo->baseline = *frame.baseline;

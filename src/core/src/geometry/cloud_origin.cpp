@@ -16,6 +16,8 @@ namespace {
 using detail::isUsable;
 using detail::kLargestSample;
 
+constexpr std::size_t kMinSights = 100;  // fewer tell nothing of what is hidden
+
 /// Of the points, those more than \p behind times as far as the nearest one in their direction; of
 /// large clouds in some of the directions.
 /// \param degrees  width of a direction
@@ -44,6 +46,7 @@ double hiddenFraction(const PointsView& points, const Indices* indices, double d
     if ((static_cast<std::uint64_t>(direction) * kMix >> 32u) % every != 0) continue;
     sights.push_back({direction, static_cast<float>(range)});
   }
+  if (sights.size() < kMinSights) return 0.0;
   std::sort(sights.begin(), sights.end(), [](const Sight& a, const Sight& b) {
     return a.direction != b.direction ? a.direction < b.direction : a.range < b.range;
   });
@@ -53,11 +56,18 @@ double hiddenFraction(const PointsView& points, const Indices* indices, double d
     if (i == 0 || sights[i].direction != sights[i - 1].direction) nearest = sights[i].range;
     hidden += sights[i].range > behind * nearest ? 1 : 0;
   }
-  return static_cast<double>(hidden) / static_cast<double>(std::max<std::size_t>(1, sights.size()));
+  return static_cast<double>(hidden) / static_cast<double>(sights.size());
 }
 
-/// Whether a cloud lies so far above its origin, for its size, that its z are no depths and no
-/// sensor stands there: heights above the sea.
+/// Whether much of a cloud lies behind the rest of it, seen from the origin.
+bool hidesItself(const PointsView& points, const Indices* indices) {
+  // docs/dev/automatic_parameters.md: single scans have 0.20 and 0.04 at most.
+  return hiddenFraction(points, indices, 1.0, 1.5) > 0.25 ||
+         hiddenFraction(points, indices, 0.125, 1.12) > 0.08;
+}
+
+/// Whether a cloud lies so far above its origin that its z are no depths and no sensor stands
+/// there: heights above the sea. It is small for that distance, or hides itself.
 bool isHigh(const PointsView& points, const Indices* indices) {
   constexpr double kAbove = 10.0;   // metres
   constexpr double kExtents = 1.5;  // a view across of less than 37 degrees: no camera of a robot
@@ -71,7 +81,8 @@ bool isHigh(const PointsView& points, const Indices* indices) {
   if (values[0].empty()) return false;
   Vector3 low, high;
   detail::boundsOf(values, low, high);
-  return low.z() > kAbove && low.z() > kExtents * (high - low).norm();
+  return low.z() > kAbove &&
+         (low.z() > kExtents * (high - low).norm() || hidesItself(points, indices));
 }
 
 }  // namespace
@@ -113,8 +124,7 @@ Vector3 nearestAxis(const Vector3& direction) {
 
 bool isMerged(const PointsView& points, const Indices* indices) {
   constexpr double kMaxExtents = 10.0;
-  constexpr double kEarth = 1e7;           // metres; farther away nothing is a coordinate
-  constexpr std::size_t kMinSights = 100;  // fewer tell nothing
+  constexpr double kEarth = 1e7;  // metres; farther away nothing is a coordinate
   if (points.height > 1) return false;
   detail::requireIndices(points, indices);
   const std::size_t n = detail::countOf(points, indices);
@@ -131,10 +141,7 @@ bool isMerged(const PointsView& points, const Indices* indices) {
   if (looked_at < kMinSights) return false;
   const double away = Vector3::Zero().cwiseMax(low).cwiseMin(high).norm();
   if (away > kMaxExtents * (high - low).norm() && away < kEarth) return true;
-  if (isHigh(points, indices)) return true;
-  // docs/dev/automatic_parameters.md: single scans have 0.20 and 0.04 at most.
-  return hiddenFraction(points, indices, 1.0, 1.5) > 0.25 ||
-         hiddenFraction(points, indices, 0.125, 1.12) > 0.08;
+  return isHigh(points, indices) || hidesItself(points, indices);
 }
 
 }  // namespace planar_mapping

@@ -111,6 +111,19 @@ TEST(IsMerged, HeightsAboveTheSeaAreNoDepths) {
   EXPECT_TRUE(isCameraView(points, nullptr));
 }
 
+TEST(IsMerged, AMergedCloudHighAboveItsOriginIsNoCamera) {
+  std::vector<float> xyz = threeScans();
+  for (std::size_t i = 2; i < xyz.size(); i += 3) xyz[i] += 9.0f;
+  const PointsView points(xyz.data(), xyz.size() / 3);
+  EXPECT_TRUE(isMerged(points, nullptr));
+  EXPECT_EQ(-Vector3::UnitY(), verticalOf(points, nullptr, Pose::Identity()))
+      << "a model in the frame of its first camera";
+  for (std::size_t i = 2; i < xyz.size(); i += 3) xyz[i] += 10.0f;  // a fraction of its extent
+  EXPECT_TRUE(isMerged(points, nullptr));
+  EXPECT_FALSE(isCameraView(points, nullptr));
+  EXPECT_EQ(Vector3::UnitZ(), verticalOf(points, nullptr, Pose::Identity()));
+}
+
 TEST(IsMerged, OrganizedCloudsAreOfOneScan) {
   const std::vector<float> two = threeScans();
   PointsView points(two.data(), two.size() / 3);

@@ -46,8 +46,8 @@ PLANAR_MAPPING_EXPORT Vector3 verticalOf(const PointsView& points, const Indices
 /// The coordinate axis, with its sign, next to a direction of any length.
 PLANAR_MAPPING_EXPORT Vector3 nearestAxis(const Vector3& direction);
 /// Whether a cloud is in a camera's frame, z forward: 99 % of it within 63 degrees of z. What is
-/// not organized must not lie 10 m and one and a half extents above its origin: those are heights
-/// above the sea, and a camera of that view across sees 37 degrees. O(points).
+/// not organized must not lie 10 m above its origin if that is one and a half extents, which a
+/// camera sees within 37 degrees, or if it is merged: those are heights above the sea. O(points).
 PLANAR_MAPPING_EXPORT bool isCameraView(const PointsView& points, const Indices* indices);
 
 /// Whether a cloud cannot have been seen from the origin of its frame: it is merged from several
