@@ -3,6 +3,7 @@
 // Where a cloud was seen from.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "base/point_indices.h"
@@ -17,6 +18,7 @@ using detail::isUsable;
 using detail::kLargestSample;
 
 constexpr std::size_t kMinSights = 100;  // fewer tell nothing of what is hidden
+constexpr double kMaxSlope = 2.0;        // 63 degrees; a scan with its floor at z = 0 goes beyond
 
 /// Of the points, those more than \p behind times as far as the nearest one in their direction; of
 /// large clouds in some of the directions.
@@ -85,11 +87,48 @@ bool isHigh(const PointsView& points, const Indices* indices) {
          (low.z() > kExtents * (high - low).norm() || hidesItself(points, indices));
 }
 
+double correlation(const std::vector<double>& a, const std::vector<double>& b) {
+  using Values = Eigen::Map<const Eigen::ArrayXd>;
+  const auto n = static_cast<Eigen::Index>(a.size());
+  const Eigen::ArrayXd u = Values(a.data(), n) - Values(a.data(), n).mean();
+  const Eigen::ArrayXd v = Values(b.data(), n) - Values(b.data(), n).mean();
+  return (u * v).sum() / std::sqrt(u.square().sum() * v.square().sum());
+}
+
+/// The axis of an organized cloud's frame that points upwards in its image; nothing where rows and
+/// columns are not those of a pinhole camera that looks along z or -z.
+std::optional<Vector3> upwardsInImage(const PointsView& points, const Indices* indices) {
+  constexpr double kMinCorrelation = 0.999;
+  if (points.height < 2 || points.width < 2) return std::nullopt;
+  detail::requireIndices(points, indices);
+  std::vector<double> columns, rows, x, y;
+  std::size_t ahead = 0;
+  const std::size_t n = detail::countOf(points, indices);
+  for (std::size_t k = 0; k < n; k += n / kLargestSample + 1) {
+    const std::size_t i = detail::at(indices, k);
+    if (!isUsable(points, i)) continue;
+    const Vector3 p = points.point(i);
+    const double depth = std::abs(p.z());
+    if (!(p.head<2>().norm() < kMaxSlope * depth)) return std::nullopt;
+    ahead += p.z() > 0.0 ? 1 : 0;
+    columns.push_back(static_cast<double>(i % points.width));
+    rows.push_back(static_cast<double>(i / points.width));
+    x.push_back(p.x() / depth);
+    y.push_back(p.y() / depth);
+  }
+  if (x.empty() || (ahead != 0 && ahead != x.size())) return std::nullopt;
+  const double down = correlation(rows, y);
+  if (!(std::abs(down) > kMinCorrelation) ||
+      !(std::abs(correlation(columns, x)) > kMinCorrelation)) {
+    return std::nullopt;
+  }
+  return Vector3(0.0, down > 0.0 ? -1.0 : 1.0, 0.0);
+}
+
 }  // namespace
 
 bool isCameraView(const PointsView& points, const Indices* indices) {
   constexpr std::size_t kMaxSample = 100000;
-  constexpr double kMaxSlope = 2.0;  // 63 degrees; a scan with its floor at z = 0 goes beyond
   constexpr double kMinFraction = 0.99;
   detail::requireIndices(points, indices);
   const std::size_t n = detail::countOf(points, indices);
@@ -112,8 +151,9 @@ bool isCameraView(const PointsView& points, const Indices* indices) {
 }
 
 Vector3 verticalOf(const PointsView& points, const Indices* indices, const Pose& T_world_sensor) {
-  if (!isCameraView(points, indices)) return Vector3::UnitZ();
-  return nearestAxis(T_world_sensor.linear() * -Vector3::UnitY());
+  std::optional<Vector3> up = upwardsInImage(points, indices);
+  if (!up && isCameraView(points, indices)) up = -Vector3::UnitY();
+  return up ? nearestAxis(T_world_sensor.linear() * *up) : Vector3(Vector3::UnitZ());
 }
 
 Vector3 nearestAxis(const Vector3& direction) {

@@ -124,6 +124,34 @@ TEST(IsMerged, AMergedCloudHighAboveItsOriginIsNoCamera) {
   EXPECT_EQ(Vector3::UnitZ(), verticalOf(points, nullptr, Pose::Identity()));
 }
 
+TEST(VerticalOf, AnImageKnowsWhereItsTopIs) {
+  // A tilted wall, in frames whose axes run with the columns and rows, or against them.
+  constexpr std::uint32_t kColumns = 64, kRows = 48;
+  for (int frame = 0; frame < 8; ++frame) {
+    const Vector3 sign(frame & 1 ? -1.0 : 1.0, frame & 2 ? -1.0 : 1.0, frame & 4 ? -1.0 : 1.0);
+    std::vector<float> image, heights;
+    for (std::uint32_t row = 0; row < kRows; ++row) {
+      for (std::uint32_t column = 0; column < kColumns; ++column) {
+        const Vector3 ray(0.02 * (column - 31.5), 0.02 * (row - 23.5), 1.0);
+        const double depth = 2.0 / (1.0 + 0.3 * ray.x() + 0.5 * ray.y());
+        for (int axis = 0; axis < 3; ++axis) {
+          const double along = axis < 2 ? ray[axis] : depth;
+          image.push_back(static_cast<float>(sign[axis] * depth * ray[axis]));
+          heights.push_back(static_cast<float>(sign[axis] * along));
+        }
+      }
+    }
+    EXPECT_EQ(Vector3(0.0, -sign.y(), 0.0),
+              verticalOf(PointsView(image.data(), kColumns, kRows, 3), nullptr, Pose::Identity()))
+        << sign.transpose();
+    // Heights over a grid are no image.
+    if (sign.z() < 0.0) {
+      EXPECT_EQ(Vector3::UnitZ(), verticalOf(PointsView(heights.data(), kColumns, kRows, 3),
+                                             nullptr, Pose::Identity()));
+    }
+  }
+}
+
 TEST(IsMerged, OrganizedCloudsAreOfOneScan) {
   const std::vector<float> two = threeScans();
   PointsView points(two.data(), two.size() / 3);

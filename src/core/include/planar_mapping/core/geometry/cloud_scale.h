@@ -38,8 +38,10 @@ struct CloudScale {
 PLANAR_MAPPING_EXPORT CloudScale scaleOf(const PointsView& points, const Indices& indices,
                                          const Pose& T_world_sensor = Pose::Identity());
 
-/// The vertical that a cloud suggests: if it is a camera's (99 % of its points within 63 degrees of
-/// z), the coordinate axis of the world next to -y of the sensor, else z. O(points).
+/// The vertical that a cloud suggests: if it is a camera's, the coordinate axis of the world next
+/// to upwards in its image, else z. Upwards is the y, with its sign, that grows from the last row
+/// to the first of an organized cloud whose columns and rows are those of a pinhole camera that
+/// looks along z or -z; of other clouds with isCameraView() it is -y. O(points).
 /// \param indices the points that count, or null for all
 PLANAR_MAPPING_EXPORT Vector3 verticalOf(const PointsView& points, const Indices* indices,
                                          const Pose& T_world_sensor);
