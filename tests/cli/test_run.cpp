@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <tuple>
 
 #include "cli_fixture.h"
 
@@ -365,6 +366,37 @@ TEST_F(Run, MapsOfFoundPosesHaveAFrameOfTheirOwnWhichOthersAreToldOf) {
   EXPECT_EQ("", planarMap({"merge", given, found, "-o", merged, "--force", "--poses", poses}).err);
   EXPECT_EQ("", planarMap({"compare", given, given}).err);
   EXPECT_EQ("", planarMap({"compare", found, found}).err);
+}
+
+/// A corridor, and a room after it.
+TEST_F(Run, SaysWhereARecordingBreaks) {
+  const std::string corridor = directory_ / "seq", room = directory_ / "room";
+  for (const auto& [scene, path, frames] :
+       {std::tuple("corridor", corridor, 5), std::tuple("room", room, 10)}) {
+    ASSERT_EQ(0, planarMap({"simulate", scene, "-o", path, "-q", "--step", "0.1", "--width", "160",
+                            "--height", "120", "--frames", std::to_string(frames)})
+                     .exit_code);
+  }
+  const auto run = [&](const std::string& frames) {
+    return planarMap({"run", config("pcd_sequence.yaml"), "-i", corridor, "-o", directory_ / "out",
+                      "-q", "--force", "--frames", frames, "--set",
+                      "motion_estimation.enabled=true", "--set", "motion_estimation.poses=ignore"});
+  };
+  std::string poses = read("seq/poses.txt");
+  for (int i = 0; i < 10; ++i) {
+    const std::string name = std::to_string(100000 + i) + ".pcd";
+    write("seq/clouds/" + name, read("room/clouds/00000" + std::to_string(i) + ".pcd"));
+    poses += std::to_string(100 + i) + " 0 0 0 0 0 0 1\n";
+  }
+  write("seq/poses.txt", poses);
+  const ProgramResult both = run("0:15");
+  EXPECT_EQ(0, both.exit_code) << both.err;
+  EXPECT_NE(std::string::npos,
+            both.err.find("; none of the last 10 has a place: if the recording breaks at frame 5, "
+                          "--frames 5: maps what follows by itself"))
+      << both.err;
+  EXPECT_EQ(std::string::npos, run("0:14").err.find("breaks")) << "nine may be a bad stretch";
+  EXPECT_EQ(0, run("5:").exit_code);
 }
 
 TEST_F(Run, InfoHasFrameUpAxisAndRange) {

@@ -22,6 +22,11 @@ std::optional<std::string> skippedFrames(const Pipeline& pipeline, const RunStat
   // Nothing of this helps frames that could not be read.
   const bool is_own =
       pipeline.map().params().frame == MapFrame::Start && statistics.hasSkippedPoints();
+  constexpr std::size_t kMinEnd = 10;  // frames; fewer are no other recording
+  const std::vector<FrameReport> end = statistics.skippedEnd();
+  const bool breaks =
+      is_own && source.size() && end.size() >= kMinEnd && statistics.usedFrames() > 1;
+  const std::string start = breaks ? std::to_string(end.front().number) : "";
   return std::to_string(skipped) + " of " + std::to_string(statistics.frames()) +
          " frames left out (see frames.csv), the first: frame " + std::to_string(first.number) +
          ", " + first.skip_reason +
@@ -32,7 +37,11 @@ std::optional<std::string> skippedFrames(const Pipeline& pipeline, const RunStat
                                 "false")
               ? ", and key_features.registered=false where the colour image of a depth camera "
                 "is not registered to the depth image"
-              : "");
+              : "") +
+         (breaks ? "; none of the last " + std::to_string(end.size()) +
+                       " has a place: if the recording breaks at frame " + start + ", --frames " +
+                       start + ": maps what follows by itself"
+                 : "");
 }
 
 /// What is upwards may be known from the first frame only. Where ground was removed it was level

@@ -226,6 +226,13 @@ bool RunStatistics::hasSkippedPoints() const {
   });
 }
 
+std::vector<FrameReport> RunStatistics::skippedEnd() const {
+  const auto end = std::find_if(reports_.rbegin(), reports_.rend(), [](const FrameReport& report) {
+    return report.skip_reason.empty() || report.points_input == 0;
+  });
+  return {end.base(), reports_.end()};
+}
+
 const FrameReport& RunStatistics::firstSkipped() const {
   return *std::find_if(reports_.begin(), reports_.end(),
                        [](const FrameReport& report) { return !report.skip_reason.empty(); });

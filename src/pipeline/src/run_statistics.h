@@ -32,6 +32,8 @@ class RunStatistics {
   bool mayBeUnregistered() const;
   /// \pre a frame was left out
   const FrameReport& firstSkipped() const;
+  /// The frames at the end that were read and left out, all of them.
+  std::vector<FrameReport> skippedEnd() const;
   /// Whether a frame was left out that had been read.
   bool hasSkippedPoints() const;
   /// For a run that is continued by another process.
