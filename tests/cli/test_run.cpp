@@ -368,6 +368,27 @@ TEST_F(Run, MapsOfFoundPosesHaveAFrameOfTheirOwnWhichOthersAreToldOf) {
   EXPECT_EQ("", planarMap({"compare", found, found}).err);
 }
 
+TEST_F(Run, SaysThatTheRobotIsInItsScans) {
+  for (const bool robot : {true, false}) {
+    std::string poses;
+    for (int i = 0; i < 3; ++i) {
+      const float x = 0.3f * static_cast<float>(i);
+      std::vector<float> xyz = roomPoints(20000, static_cast<std::uint64_t>(i));
+      for (std::size_t k = 0; k < xyz.size(); k += 3) xyz[k] -= x;
+      for (int k = 0; k < 4000; ++k)  // on a bar of the robot, or on a wall that it passes
+        xyz.insert(xyz.end(), {robot ? -0.3f : 5e-4f * static_cast<float>(k) - x, 0.3f, -0.2f});
+      write("seq/clouds/" + std::to_string(i) + ".pcd", binaryPcd(xyz));
+      poses += std::to_string(i) + " " + std::to_string(x) + " 0 0 0 0 0 1\n";
+    }
+    write("seq/poses.txt", poses);
+    const ProgramResult result =
+        planarMap({"run", config("pcd_sequence.yaml"), "-i", directory_ / "seq", "-o",
+                   directory_ / "out", "-q", "--force"});
+    EXPECT_EQ(0, result.exit_code);
+    EXPECT_EQ(robot, result.err.find("a stage crop_box with") != std::string::npos) << result.err;
+  }
+}
+
 /// A corridor, and a room after it.
 TEST_F(Run, SaysWhereARecordingBreaks) {
   const std::string corridor = directory_ / "seq", room = directory_ / "room";
