@@ -3,16 +3,15 @@
 #include <string>
 
 #include "builtin.h"
+#include "colour_alignment.h"
 #include "keys/feature_keys.h"
 #include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/base/error.h"
-#include "planar_mapping/stereo/detail/colour_registration.h"
 
 namespace planar_mapping {
 namespace {
 
 using Source = detail::FeatureKeys::Source;
-using Registered = detail::FeatureKeys::Registered;
 
 class KeyFeaturesStage : public Stage {
  public:
@@ -34,8 +33,8 @@ class KeyFeaturesStage : public Stage {
   }
   void process(Frame& frame) override {
     const bool pair = !frame.images.right.empty() && frame.images.calibration;
-    if (!pair) alignColour(frame);
-    const bool depth = isOfOneSize(frame);
+    if (!pair && detail::alignColour(keys_.registered, registration_, frame)) tracker_.reset();
+    const bool depth = detail::showsTheCloud(frame);
     if (keys_.source == Source::Image && !pair && !depth) {
       throw InputError(
           "key_features: source is 'image', but the input has none of the size of the "
@@ -61,12 +60,6 @@ class KeyFeaturesStage : public Stage {
   }
 
  private:
-  static bool isOfOneSize(const Frame& frame) {
-    return !frame.images.left.empty() && !frame.cloud->empty() &&
-           static_cast<int>(frame.cloud->width) == frame.images.left.width &&
-           static_cast<int>(frame.cloud->height) == frame.images.left.height;
-  }
-  void alignColour(Frame& frame);
   void trackImages(Frame& frame, bool pair);
   void sampleCloud(Frame& frame);
 
@@ -77,38 +70,9 @@ class KeyFeaturesStage : public Stage {
   bool ignores_poses_ = false;
 };
 
-/// Features of an image that is not registered to the depth get the depth of something else.
-void KeyFeaturesStage::alignColour(Frame& frame) {
-  using State = detail::ColourRegistration::State;
-  if (keys_.registered == Registered::Yes || frame.images.left.empty()) return;
-  if (keys_.registered == Registered::No) {
-    frame.images.left = io::Image();
-    return;
-  }
-  if (registration_.state() == State::Unknown && isOfOneSize(frame)) {
-    registration_.look(frame.images.left, viewOf(*frame.cloud));
-    if (registration_.state() == State::Apart) {
-      tracker_.reset();
-      frame.images_changed = true;
-      frame.warnings.push_back(
-          "frame " + std::to_string(frame.number) + " " + frame.source +
-          ": the colour images are not registered to the depth images: their edges meet where the "
-          "colour image is " +
-          registration_.describe() +
-          ", which is done from here on and right to a few pixels; better register them; "
-          "key_features.registered=false leaves them out, true takes them as they are");
-    }
-  }
-  frame.image_doubtful = registration_.isDoubtful();
-  frame.statistics.push_back(
-      {"colour_registered", registration_.state() == State::Registered ? 1.0 : 0.0});
-  if (registration_.state() == State::Apart)
-    frame.images.left = registration_.aligned(frame.images.left);
-}
-
 void KeyFeaturesStage::trackImages(Frame& frame, bool pair) {
   const FrameImages& images = frame.images;
-  const PointsView cloud = isOfOneSize(frame) ? viewOf(*frame.cloud) : PointsView();
+  const PointsView cloud = detail::showsTheCloud(frame) ? viewOf(*frame.cloud) : PointsView();
   frame.key_features = pair ? tracker_.track(images.left, images.right, *images.calibration, cloud)
                             : tracker_.track(images.left, cloud);
   const FeatureReport& report = tracker_.report();

@@ -3,11 +3,12 @@
 #include "planar_mapping/stereo/stereo_matcher.h"
 
 #include <string>
+#include <utility>
 
 #include "builtin.h"
 #include "keys/stereo_keys.h"
+#include "pair_problems.h"
 #include "planar_mapping/core/base/detail/state_archive.h"
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/stereo/rectification.h"
 #include "rounded.h"
 
@@ -36,9 +37,7 @@ class StereoMatchingStage : public Stage {
   }
 
  private:
-  bool usableImages(Frame& frame) const;
   void rectify(Frame& frame);
-  bool usableResult(const StereoReport& report, Frame& frame) const;
   void checkRows(Frame& frame);
 
   detail::StereoKeys keys_;
@@ -46,27 +45,6 @@ class StereoMatchingStage : public Stage {
   std::optional<Rectifier> rectifier_;
   int unchecked_rows_ = 5;  ///< frames left in which to check that rows are aligned
 };
-
-bool StereoMatchingStage::usableImages(Frame& frame) const {
-  const FrameImages& images = frame.images;
-  if (images.left.empty() && images.right.empty()) {
-    throw InputError(
-        "the input has no image pairs, which stereo_matching needs; take it out of "
-        "the configuration for inputs that bring depth or clouds");
-  }
-  if (!images.calibration) throw InputError("an image pair needs a calib.yaml");
-  if (images.left.empty() || images.right.empty()) {
-    frame.skip_reason =
-        std::string("there is no ") + (images.left.empty() ? "left" : "right") + " image";
-  } else if (images.left.width != images.right.width || images.left.height != images.right.height) {
-    const auto size = [](const io::Image& image) {
-      return std::to_string(image.width) + " x " + std::to_string(image.height);
-    };
-    frame.skip_reason =
-        "the left image is " + size(images.left) + " pixels, the right one " + size(images.right);
-  }
-  return frame.skip_reason.empty();
-}
 
 /// Later stages see a rectified pair only. A given pose is that of the left camera as it is; the
 /// rectified one is turned about its centre.
@@ -80,21 +58,6 @@ void StereoMatchingStage::rectify(Frame& frame) {
   if (!frame.given_pose) return;
   frame.given_pose->linear() = frame.given_pose->linear() * rectifier_->rotation().transpose();
   frame.T_world_sensor = *frame.given_pose;
-}
-
-bool StereoMatchingStage::usableResult(const StereoReport& report, Frame& frame) const {
-  if (report.brightness < keys_.min_brightness) {
-    frame.skip_reason = "the left image is black: its mean gray value is " +
-                        detail::rounded(report.brightness, 1) + " of 255";
-  } else if (report.swapped) {
-    frame.skip_reason = "left and right images seem to be exchanged: disparities are negative";
-  } else if (report.density < keys_.min_density) {
-    frame.skip_reason = "only " + detail::rounded(100.0 * report.density, 1) +
-                        " % of the pixels have a disparity: there is no texture, or left and right "
-                        "do not belong together (neighbouring pixels differ by " +
-                        detail::rounded(report.contrast, 1) + " gray values on average)";
-  }
-  return frame.skip_reason.empty();
 }
 
 /// Matching along rows finds little where they are not the same, and part of that is wrong.
@@ -116,7 +79,10 @@ void StereoMatchingStage::checkRows(Frame& frame) {
 }
 
 void StereoMatchingStage::process(Frame& frame) {
-  if (!usableImages(frame)) return;
+  if (std::string problem = detail::problemOf(frame.images); !problem.empty()) {
+    frame.skip_reason = std::move(problem);
+    return;
+  }
   rectify(frame);
   checkRows(frame);
   const io::Calibration& calibration = *frame.images.calibration;
@@ -129,7 +95,8 @@ void StereoMatchingStage::process(Frame& frame) {
   frame.statistics.push_back({"stereo_matching.range_ms", report.range_ms});
   frame.statistics.push_back({"stereo_matching.match_ms", report.match_ms});
   frame.statistics.push_back({"stereo_matching.refine_ms", report.refine_ms});
-  if (!usableResult(report, frame)) return;
+  frame.skip_reason = detail::problemOf(report, keys_.min_brightness, keys_.min_density);
+  if (!frame.skip_reason.empty()) return;
   frame.even =
       evenTiles(io::toGray(frame.images.left).pixels.data(), disparity.width, disparity.height);
 
