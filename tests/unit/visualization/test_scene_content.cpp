@@ -135,18 +135,23 @@ TEST(SceneContent, TheOriginFarFromACloudIsNoSensor) {
       xyz.insert(xyz.end(), {0.02F * static_cast<float>(i), 0.02F * static_cast<float>(j), 284.0F});
     }
   }
-  for (const float height : {284.0F, 1.0F}) {
+  const auto posesOf = [&](float height, bool sensor_known) {
     for (std::size_t i = 2; i < xyz.size(); i += 3) xyz[i] = height;
     const std::vector<PlaneSegment> planes;
     FrameObservation frame;
     frame.points = PointsView(xyz.data(), xyz.size() / 3);
     frame.planes = &planes;
-    PlanarMap map;
+    PlanarMapParams params;
+    params.unknown_space = sensor_known;
+    PlanarMap map(params);
     map.insert(frame);
     const SceneContent content = sceneContent(map);
-    ASSERT_FALSE(content.cuboids.empty());
-    EXPECT_EQ(height > 100.0F ? 0u : 1u, content.trajectory.size());
-  }
+    EXPECT_FALSE(content.cuboids.empty());
+    return content.trajectory.size();
+  };
+  EXPECT_EQ(0u, posesOf(284.0F, false));
+  EXPECT_EQ(1u, posesOf(284.0F, true));  // a sensor that looks at something far away
+  EXPECT_EQ(1u, posesOf(1.0F, false));
 }
 
 }  // namespace

@@ -108,6 +108,7 @@ SceneContent sceneContent(const PlanarMap& map) {
                    [](const auto& a, const auto& b) { return a.first < b.first; });
   for (const auto& [time, pose] : trajectory) content.trajectory.push_back(pose);
   content.sensors_known = map.params().unknown_space;  // else a cloud may be merged of many scans
+  if (!content.sensors_known && startsFarAway(content)) content.trajectory.clear();
   content.planes = map.planes().size();
   content.resolution = map.params().approximation.resolution;
   content.up = map.params().approximation.up.normalized();
@@ -116,7 +117,6 @@ SceneContent sceneContent(const PlanarMap& map) {
   if (content.unseen == Unseen::Unknown && content.bounds(low, high)) {
     content.free = map.spaceCuboids(CellState::Free, low, high);
   }
-  if (startsFarAway(content)) content.trajectory.clear();
   return content;
 }
 
