@@ -68,11 +68,15 @@ bool hidesItself(const PointsView& points, const Indices* indices) {
          hiddenFraction(points, indices, 0.125, 1.12) > 0.08;
 }
 
-/// Whether a cloud lies so far above its origin that its z are no depths and no sensor stands
-/// there: heights above the sea. It is small for that distance, or hides itself.
-bool isHigh(const PointsView& points, const Indices* indices) {
-  constexpr double kAbove = 10.0;   // metres
-  constexpr double kExtents = 1.5;  // a view across of less than 37 degrees: no camera of a robot
+constexpr double kAbove = 10.0;  // metres over the origin
+
+/// Of a cloud without its outliers.
+struct Heights {
+  double lowest = 0.0;
+  double extent = 0.0;  ///< of the whole cloud
+};
+
+Heights heightsOf(const PointsView& points, const Indices* indices) {
   const std::size_t n = detail::countOf(points, indices);
   std::vector<float> values[3];
   for (std::size_t k = 0; k < n; k += n / kLargestSample + 1) {
@@ -80,11 +84,23 @@ bool isHigh(const PointsView& points, const Indices* indices) {
     if (!isUsable(points, i)) continue;
     for (int axis = 0; axis < 3; ++axis) values[axis].push_back(points[i][axis]);
   }
-  if (values[0].empty()) return false;
+  if (values[0].empty()) return {};
   Vector3 low, high;
   detail::boundsOf(values, low, high);
-  return low.z() > kAbove &&
-         (low.z() > kExtents * (high - low).norm() || hidesItself(points, indices));
+  return {low.z(), (high - low).norm()};
+}
+
+/// Whether a cloud lies so far above its origin, for its size, that its z are no depths and no
+/// sensor stands there: heights above the sea.
+bool isHigh(const Heights& heights) {
+  constexpr double kExtents = 1.5;  // a view across of less than 37 degrees: no camera of a robot
+  return heights.lowest > kAbove && heights.lowest > kExtents * heights.extent;
+}
+
+/// Likewise of any size, if it hides itself.
+bool isAboveTheSea(const PointsView& points, const Indices* indices) {
+  const Heights heights = heightsOf(points, indices);
+  return isHigh(heights) || (heights.lowest > kAbove && hidesItself(points, indices));
 }
 
 double correlation(const std::vector<double>& a, const std::vector<double>& b) {
@@ -147,7 +163,7 @@ bool isCameraView(const PointsView& points, const Indices* indices) {
   }
   return sampled > 0 &&
          static_cast<double>(in_view) >= kMinFraction * static_cast<double>(sampled) &&
-         (points.height > 1 || !isHigh(points, indices));
+         (points.height > 1 || !isAboveTheSea(points, indices));
 }
 
 Vector3 verticalOf(const PointsView& points, const Indices* indices, const Pose& T_world_sensor) {
@@ -181,7 +197,7 @@ bool isMerged(const PointsView& points, const Indices* indices) {
   if (looked_at < kMinSights) return false;
   const double away = Vector3::Zero().cwiseMax(low).cwiseMin(high).norm();
   if (away > kMaxExtents * (high - low).norm() && away < kEarth) return true;
-  return isHigh(points, indices) || hidesItself(points, indices);
+  return isHigh(heightsOf(points, indices)) || hidesItself(points, indices);
 }
 
 }  // namespace planar_mapping
