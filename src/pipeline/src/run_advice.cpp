@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "leaning_floor.h"
+#include "advice/leaning_floor.h"
 #include "rounded.h"
 
 namespace planar_mapping::detail {

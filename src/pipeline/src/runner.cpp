@@ -10,9 +10,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "advice/robot_watch.h"
 #include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/base/error.h"
-#include "planar_mapping/core/geometry/detail/angles.h"
 #include "planar_mapping/io/map_json.h"
 #include "planar_mapping/io/pose_file.h"
 #include "planar_mapping/pipeline/output.h"
@@ -86,7 +86,6 @@ class Run {
   void processFrames();
   void processFrame(Frame frame, double read_ms);
   void checkTimestamp(Frame& frame);
-  void lookForRobot(const Frame& frame);
   void checkpoint();
   void save(bool interrupted);
   void checkResult();
@@ -95,8 +94,8 @@ class Run {
   void warn(const std::string& text);
   template <typename Archive>
   void visitState(Archive& archive) {
-    archive(asked_for_, statistics_, last_timestamp_, warned_of_time_, warned_of_sensor_, no_robot_,
-            first_pose_, first_near_, result_.warnings);
+    archive(asked_for_, statistics_, last_timestamp_, warned_of_time_, warned_of_sensor_, robot_,
+            result_.warnings);
   }
 
   const RunOptions& options_;
@@ -109,9 +108,7 @@ class Run {
   std::optional<double> last_timestamp_;
   bool warned_of_time_ = false;
   bool warned_of_sensor_ = false;
-  bool no_robot_ = false;  ///< is in the scans, or it was told of
-  std::optional<Pose> first_pose_;
-  std::vector<std::uint8_t> first_near_;  ///< marks of cells near the sensor with points
+  detail::RobotWatch robot_;
   Clock::time_point next_checkpoint_;
   RunResult result_;
 };
@@ -248,7 +245,8 @@ void Run::processFrame(Frame frame, double read_ms) {
   statistics_.add(report, frame, pipeline_.map());
   const std::string name = "frame " + std::to_string(report.number) + " " + report.source + ": ";
   if (report.skip_reason.empty()) {
-    lookForRobot(frame);
+    if (robot_.isSeenIn(viewOf(*frame.cloud), frame.indices, frame.T_world_sensor))
+      warn(frame.source + ": " + detail::RobotWatch::kAdvice);
     log(name + std::to_string(report.points_valid) + " points, " + std::to_string(report.planes) +
         " planes, " + std::to_string(report.cuboids) + " cuboids");
   } else {
@@ -275,43 +273,6 @@ void Run::checkTimestamp(Frame& frame) {
         formatNumber(*last_timestamp_) + " s; frames are taken in the order of the input");
   }
   last_timestamp_ = frame.timestamp;
-}
-
-/// Near points that stay where they are in the frame of a scanner that moves are of its robot.
-void Run::lookForRobot(const Frame& frame) {
-  constexpr double kNear = 0.5;  // metres
-  constexpr int kSide = 20;      // of cells of 5 cm
-  constexpr double kMinFraction = 0.1;
-  constexpr double kMinTurn = 30.0 * kRadiansPerDegree;
-  if (no_robot_) return;
-  const PointsView points = viewOf(*frame.cloud);
-  const bool is_first = !first_pose_;
-  if (is_first) {
-    no_robot_ = points.isOrganized() || isCameraView(points, &frame.indices);
-    first_pose_ = frame.T_world_sensor;
-  }
-  first_near_.resize(kSide * kSide * kSide);  // whatever a damaged state says
-  std::size_t same = 0;
-  for (const int i : frame.indices) {
-    const Vector3 p = points.point(static_cast<std::size_t>(i));
-    if (!(p.norm() < kNear)) continue;
-    const Eigen::Array3i at = ((p.array() + kNear) * (0.5 * kSide / kNear)).cast<int>();
-    std::uint8_t& cell =
-        first_near_[static_cast<std::size_t>((at[0] * kSide + at[1]) * kSide + at[2])];
-    if (is_first) cell = 1;
-    same += cell;
-  }
-  const double count = static_cast<double>(frame.indices.size());
-  no_robot_ = no_robot_ || static_cast<double>(same) < kMinFraction * count;
-  const Pose moved = first_pose_->inverse() * frame.T_world_sensor;
-  const bool has_moved =
-      moved.translation().norm() > kNear || rotationAngle(moved.linear()) > kMinTurn;
-  if (no_robot_ || !has_moved) return;
-  no_robot_ = true;
-  warn(frame.source +
-       ": a tenth of the points or more are within 0.5 m of the sensor and move with it: if they "
-       "are of the robot that carries it, a stage crop_box with min_x_m, min_y_m, min_z_m -0.5, "
-       "max_x_m, max_y_m, max_z_m 0.5 and negative true, before the others, leaves them out");
 }
 
 void Run::checkResult() {

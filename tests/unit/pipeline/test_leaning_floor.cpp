@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "leaning_floor.h"
+#include "advice/leaning_floor.h"
 
 #include <gtest/gtest.h>
 
