@@ -3,7 +3,9 @@
 // Where a cloud was seen from.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "base/point_indices.h"
@@ -20,52 +22,85 @@ using detail::kLargestSample;
 constexpr std::size_t kMinSights = 100;  // fewer tell nothing of what is hidden
 constexpr double kMaxSlope = 2.0;        // 63 degrees; a scan with its floor at z = 0 goes beyond
 
-/// Of the points, those more than \p behind times as far as the nearest one in their direction; of
-/// large clouds in some of the directions.
-/// \param degrees  width of a direction
-double hiddenFraction(const PointsView& points, const Indices* indices, double degrees,
-                      double behind) {
-  constexpr std::uint64_t kMix = 0x9E3779B97F4A7C15ULL;
-  struct Sight {
-    std::int32_t direction;
-    float range;
-  };
-  const std::size_t n = detail::countOf(points, indices);
-  const std::uint64_t every = n / kLargestSample + 1;
-  const double width = degrees * kRadiansPerDegree;
-  std::vector<Sight> sights;
-  for (std::size_t k = 0; k < n; ++k) {
-    const std::size_t i = detail::at(indices, k);
-    if (!isUsable(points, i)) continue;
-    // Rings of equal height, cut into pieces of equal width.
-    const Vector3 p = points.point(i);
+/// How far a cloud's nearest points are in each direction from the origin. Directions lie in rings
+/// of equal height, which are cut into pieces of equal width.
+class NearestRanges {
+ public:
+  /// \param degrees  width of a direction
+  NearestRanges(const PointsView& points, const Indices* indices, double degrees)
+      : width_(degrees * kRadiansPerDegree),
+        rings_(static_cast<int>(std::ceil(180.0 / degrees)) + 2),
+        pieces_(2 * rings_),
+        ranges_(static_cast<std::size_t>(rings_) * static_cast<std::size_t>(pieces_), kNothing) {
+    const std::size_t n = detail::countOf(points, indices);
+    for (std::size_t k = 0; k < n; ++k) {
+      const std::size_t i = detail::at(indices, k);
+      if (!isUsable(points, i)) continue;
+      const Vector3 p = points.point(i);
+      float& nearest = ranges_[cellOf(ringOf(p), 0, p)];
+      nearest = std::min(nearest, static_cast<float>(p.norm()));
+    }
+  }
+
+  /// Whether the nearest point in the direction of \p p is less than 1 / \p times as far.
+  bool isBehind(const Vector3& p, double times) const {
+    return p.norm() > times * ranges_[cellOf(ringOf(p), 0, p)];
+  }
+
+  /// Whether those of the directions on all four sides of it are: no edge of what is before it.
+  bool isSurrounded(const Vector3& p, double times) const {
+    const int ring = ringOf(p);
     const double range = p.norm();
-    const double ring = std::floor(std::asin(p.z() / range) / width);
-    const double piece =
-        std::floor(std::atan2(p.y(), p.x()) * std::cos((ring + 0.5) * width) / width);
-    const auto direction =
-        static_cast<std::int32_t>(ring) * 10000 + static_cast<std::int32_t>(piece);
-    if ((static_cast<std::uint64_t>(direction) * kMix >> 32u) % every != 0) continue;
-    sights.push_back({direction, static_cast<float>(range)});
+    for (const auto& [up, aside] : {std::pair(0, -1), {0, 1}, {-1, 0}, {1, 0}}) {
+      if (!(range > times * ranges_[cellOf(ring + up, aside, p)])) return false;
+    }
+    return true;
   }
-  if (sights.size() < kMinSights) return 0.0;
-  std::sort(sights.begin(), sights.end(), [](const Sight& a, const Sight& b) {
-    return a.direction != b.direction ? a.direction < b.direction : a.range < b.range;
-  });
-  std::size_t hidden = 0;
-  double nearest = 0.0;
-  for (std::size_t i = 0; i < sights.size(); ++i) {
-    if (i == 0 || sights[i].direction != sights[i - 1].direction) nearest = sights[i].range;
-    hidden += sights[i].range > behind * nearest ? 1 : 0;
+
+ private:
+  static constexpr float kNothing = std::numeric_limits<float>::infinity();
+
+  int ringOf(const Vector3& p) const {
+    return static_cast<int>(std::floor(std::asin(p.z() / p.norm()) / width_));
   }
-  return static_cast<double>(hidden) / static_cast<double>(sights.size());
-}
+
+  /// \param aside  pieces beside that of the point
+  std::size_t cellOf(int ring, int aside, const Vector3& p) const {
+    const double shrink = std::cos((ring + 0.5) * width_);
+    const int piece = static_cast<int>(std::floor(std::atan2(p.y(), p.x()) * shrink / width_));
+    const int row = std::clamp(ring + rings_ / 2, 0, rings_ - 1);
+    const int column = std::clamp(piece + aside + pieces_ / 2, 0, pieces_ - 1);
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(pieces_) +
+           static_cast<std::size_t>(column);
+  }
+
+  double width_;
+  int rings_;
+  int pieces_;
+  std::vector<float> ranges_;
+};
 
 /// Whether much of a cloud lies behind the rest of it, seen from the origin.
+/// docs/dev/automatic_parameters.md has the fractions of single scans.
 bool hidesItself(const PointsView& points, const Indices* indices) {
-  // docs/dev/automatic_parameters.md: single scans have 0.20 and 0.04 at most.
-  return hiddenFraction(points, indices, 1.0, 1.5) > 0.25 ||
-         hiddenFraction(points, indices, 0.125, 1.12) > 0.08;
+  const NearestRanges coarse(points, indices, 1.0);
+  const NearestRanges fine(points, indices, 0.125);
+  const std::size_t n = detail::countOf(points, indices);
+  double sights = 0.0;
+  double far_behind = 0.0;
+  double behind = 0.0;
+  double surrounded = 0.0;
+  for (std::size_t k = 0; k < n; k += n / kLargestSample + 1) {
+    const std::size_t i = detail::at(indices, k);
+    if (!isUsable(points, i)) continue;
+    const Vector3 p = points.point(i);
+    sights += 1.0;
+    far_behind += coarse.isBehind(p, 1.5) ? 1.0 : 0.0;
+    behind += fine.isBehind(p, 1.12) ? 1.0 : 0.0;
+    surrounded += coarse.isSurrounded(p, 1.2) ? 1.0 : 0.0;
+  }
+  return sights >= kMinSights &&
+         (far_behind > 0.25 * sights || behind > 0.08 * sights || surrounded > 0.06 * sights);
 }
 
 constexpr double kAbove = 10.0;  // metres over the origin

@@ -93,6 +93,23 @@ TEST(IsMerged, KnowsWhatNoSensorAtTheOriginCanSee) {
   EXPECT_FALSE(merged({0, 0, 0, 1, 2, 3}));
 }
 
+TEST(IsMerged, ARoomBehindAWallIsOfAnotherScan) {
+  std::vector<float> xyz = roomScan(false);
+  const std::vector<float> next_room = roomScan(true);
+  for (std::size_t i = 0; i < next_room.size(); i += 3 * 4) {  // a fifth of all
+    xyz.insert(xyz.end(), {next_room[i] + 6.2f, next_room[i + 1], next_room[i + 2]});
+  }
+  EXPECT_TRUE(isMerged(PointsView(xyz.data(), xyz.size() / 3), nullptr));
+  // What is seen between posts is of the same scan.
+  std::vector<float> posts;
+  const std::vector<float> room = roomScan(false);
+  for (std::size_t i = 0; i < room.size(); i += 3) {
+    const bool post = static_cast<int>(30.0f * std::atan2(room[i + 1], room[i])) % 6 == 0;
+    for (int axis = 0; axis < 3; ++axis) posts.push_back((post ? 0.4f : 1.0f) * room[i + axis]);
+  }
+  EXPECT_FALSE(isMerged(PointsView(posts.data(), posts.size() / 3), nullptr));
+}
+
 TEST(IsMerged, HeightsAboveTheSeaAreNoDepths) {
   std::vector<float> high = roomScan(false);
   for (std::size_t i = 2; i < high.size(); i += 3) high[i] += 285.0f;
