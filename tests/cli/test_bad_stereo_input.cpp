@@ -3,6 +3,7 @@
 // Every way in which stereo images go wrong: an exit code, one sentence, and the frames that can be
 // used are used.
 #include <nlohmann/json.hpp>
+#include <regex>
 
 #include "cli_fixture.h"
 #include "planar_mapping/evaluation/simulation.h"
@@ -176,7 +177,10 @@ TEST_F(BadStereoInput, CalibrationOfAnotherCameraIsSaid) {
   io::writeTumPoses(directory_ / "seq/poses.txt", poses);
   EXPECT_EQ("", runStereo().err);
   writeCalibration("baseline_m: 1.2\n");
-  EXPECT_NE(std::string::npos, runStereo().err.find("its given pose contradicts the images"));
+  const std::string err = runStereo().err;
+  EXPECT_NE(std::string::npos, err.find("its given pose contradicts the images"));
+  EXPECT_TRUE(std::regex_search(err, std::regex("(9|10)(\\.[0-9]+)? times that of the poses")))
+      << err;
   std::string calibration = std::string(kCalibration) + "baseline_m: 0.12\n";
   calibration.replace(calibration.find("159.5"), 5, "259.5");
   write("seq/calib.yaml", calibration);

@@ -23,6 +23,22 @@ bool agree(const Pose& a, const Pose& b, double step) {
          rotationAngle(apart.linear()) < kTurn;
 }
 
+/// How many times the length of the given step that of the seen one is; nothing where they differ
+/// in more than that.
+std::optional<double> scaleOf(const Pose& given_step, const Pose& seen_step) {
+  constexpr double kSameScale = 1.5;      // below, rather a pose that is off
+  constexpr double kMaxDifference = 0.2;  // of the length: 11 degrees
+  const double length = seen_step.translation().norm();
+  const double scale = length / given_step.translation().norm();
+  Pose scaled = given_step;
+  scaled.translation() *= scale;
+  const Pose apart = scaled.inverse() * seen_step;
+  const bool is_scaled = std::max(scale, 1.0 / scale) > kSameScale;
+  const bool agrees =
+      apart.translation().norm() < kMaxDifference * length && rotationAngle(apart.linear()) < kTurn;
+  return is_scaled && agrees ? std::optional(scale) : std::nullopt;
+}
+
 /// What else the poses may be, if that agrees with what is seen.
 std::string otherConvention(const Pose& last, const Pose& given, const Pose& seen, double step) {
   Pose half_turn = Pose::Identity();
@@ -36,6 +52,10 @@ std::string otherConvention(const Pose& last, const Pose& given, const Pose& see
   if (is_turned || is_inverse) {
     return "; they agree as poses " + (is_turned ? turned : "") +
            (is_turned && is_inverse ? ", or " : "") + (is_inverse ? inverse : "");
+  }
+  if (const auto scale = scaleOf(last.inverse() * given, last.inverse() * seen)) {
+    return "; they agree but for the length of the step, " + rounded(*scale, 2) +
+           " times that of the poses: depth_scale or baseline_m is wrong, or the poses' unit";
   }
   return "; are images, depths, poses and calibration of one camera, in one order?";
 }
