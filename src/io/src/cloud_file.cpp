@@ -7,6 +7,7 @@
 #include <limits>
 #include <set>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "cloud_layout.h"
@@ -50,12 +51,11 @@ bool isPeriodic(const std::vector<float>& values, std::size_t numbers, std::size
   return between > kLargest * within / (count - freedom - 1.0);
 }
 
-/// Whether the first points of a scan can be of so many numbers each.
-bool isScanOf(const std::vector<float>& values, std::size_t file_bytes, std::size_t numbers) {
+/// Whether points of a scan can be of so many numbers each.
+/// \param rings  gets those that occur
+bool holdsScan(const std::vector<float>& values, std::size_t numbers, std::set<float>& rings) {
   constexpr float kFarthest = 1e4f;  // metres
   constexpr float kMaxRings = 256.0f;
-  if (file_bytes % (numbers * sizeof(float)) != 0) return false;
-  std::set<float> rings;
   for (std::size_t i = 0; i + numbers <= values.size(); i += numbers) {
     for (std::size_t k = 0; k < 3; ++k)
       if (!(std::abs(values[i + k]) <= kFarthest)) return false;
@@ -65,27 +65,48 @@ bool isScanOf(const std::vector<float>& values, std::size_t file_bytes, std::siz
     if (!(ring >= 0.0f && ring < kMaxRings && ring == std::floor(ring))) return false;
     rings.insert(ring);
   }
-  // Layers of a scanner may take turns in one column; wrong rows mix all columns.
+  return true;
+}
+
+/// Whether rows are of so many numbers. Layers of a scanner may take turns in one column; wrong
+/// rows mix all columns.
+bool hasRowsOf(const std::vector<float>& values, std::size_t numbers) {
   for (const std::size_t period : {3, 5, 7}) {
     bool are_all = true;
     for (std::size_t column = 0; column < numbers && are_all; ++column)
       are_all = isPeriodic(values, numbers, column, period);
     if (are_all) return false;
   }
-  return numbers == kKittiNumbers || rings.size() > 1;
+  return true;
 }
 
-/// By its ending, size and first points. \return numbers of a point; 0 if it is no scan
+/// By its ending, its size and points of its beginning, middle and end. \return numbers of a point;
+/// 0 if it is no scan
 std::size_t scanNumbers(InputFile& file) {
-  constexpr std::size_t kSample = 64 * kKittiNumbers * kRingNumbers;  // whole points of both
+  constexpr std::size_t kBoth = kKittiNumbers * kRingNumbers;  // whole points of both kinds
+  constexpr std::size_t kSample = 64 * kBoth;
   const std::string& path = file.path();
   if (path.size() < 4 || path.compare(path.size() - 4, 4, ".bin") != 0) return 0;
   if (file.size() == 0) return 0;
-  std::vector<float> values(kSample);
-  file.seek(0);
-  values.resize(file.read(values.data(), kSample * sizeof(float)) / sizeof(float));
-  for (const std::size_t numbers : {kRingNumbers, kKittiNumbers})
-    if (isScanOf(values, file.size(), numbers)) return numbers;
+  std::vector<std::vector<float>> samples;
+  for (const std::size_t part : {0, 1, 2}) {
+    const std::size_t blocks = file.size() / (kBoth * sizeof(float));
+    const std::size_t first = part * (blocks - std::min(blocks, kSample / kBoth)) / 2;
+    file.seek(first * kBoth * sizeof(float));
+    std::vector<float> values(kSample);
+    values.resize(file.read(values.data(), kSample * sizeof(float)) / sizeof(float));
+    samples.push_back(std::move(values));
+  }
+  for (const std::size_t numbers : {kRingNumbers, kKittiNumbers}) {
+    std::set<float> rings;
+    const bool fits = std::all_of(samples.begin(), samples.end(), [&](const auto& values) {
+      return holdsScan(values, numbers, rings);
+    });
+    if (file.size() % (numbers * sizeof(float)) == 0 && fits &&
+        hasRowsOf(samples.front(), numbers) && (numbers == kKittiNumbers || rings.size() > 1)) {
+      return numbers;
+    }
+  }
   return 0;
 }
 
@@ -138,6 +159,35 @@ CloudFormat formatOf(InputFile& file) {
   return scanNumbers(file) > 0 ? CloudFormat::Velodyne : CloudFormat::None;
 }
 
+/// Along axes on which a cloud is no farther from 0 than it is large, its coordinates stay those of
+/// the file: it is large, not far away.
+void keepNearOrigins(CloudData& cloud) {
+  constexpr std::size_t kSample = 100000;
+  constexpr double kOutliers = 0.01;  // at either end
+  if (cloud.origin.isZero(0.0)) return;
+  Vector3 low = Vector3::Zero();
+  Vector3 high = Vector3::Zero();
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (std::size_t i = 0; i < cloud.size(); i += cloud.size() / kSample + 1) {
+      const double value = cloud.xyz[3 * i + static_cast<std::size_t>(axis)];
+      if (std::isfinite(value)) values.push_back(value + cloud.origin[axis]);
+    }
+    if (values.empty()) return;
+    std::sort(values.begin(), values.end());
+    const auto ends = static_cast<std::size_t>(kOutliers * static_cast<double>(values.size()));
+    low[axis] = values[ends];
+    high[axis] = values[values.size() - 1 - ends];
+  }
+  const double extent = (high - low).maxCoeff();
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    if (std::max(low[axis], -high[axis]) > extent) continue;
+    for (std::size_t i = static_cast<std::size_t>(axis); i < cloud.xyz.size(); i += 3)
+      cloud.xyz[i] = static_cast<float>(cloud.xyz[i] + cloud.origin[axis]);
+    cloud.origin[axis] = 0.0;
+  }
+}
+
 CloudFormat requireFormat(const std::string& path) {
   InputFile file(path);
   if (file.size() == 0) throw IoError(path, "is empty");
@@ -166,6 +216,7 @@ CloudData readCloudFile(const std::string& path, const CloudChannels& channels) 
                     : format == CloudFormat::Ply ? readPly(path, channels)
                                                  : readVelodyne(path, channels);
   cloud.origin = cloud.origin.array().isNaN().select(0.0, cloud.origin);
+  keepNearOrigins(cloud);
   cloud.T_world_sensor.translate(cloud.origin);
   return cloud;
 }

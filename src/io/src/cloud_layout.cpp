@@ -53,7 +53,7 @@ std::uint32_t colorOfNumber(double value, bool is_float) {
   return bits & 0xFFFFFFu;
 }
 
-/// The first measurement decides. \param origin  NaN before
+/// The first measurement decides whether its digits need one. \param origin  NaN before
 void chooseOrigin(double value, double& origin) {
   constexpr double kNear = 1000.0;  // metres: a float is exact to 0.1 mm there
   constexpr double kFarthest = 1e12;

@@ -78,7 +78,8 @@ bool decodeHeader(png_structp png, png_infop info, bool depth, PngImage& image) 
   image.channels = !depth && (type & PNG_COLOR_MASK_COLOR) != 0 ? 3 : 1;
   image.bytes_per_channel = depth ? 2 : 1;
   if (depth) {
-    if (bits != 16 || type != PNG_COLOR_TYPE_GRAY) png_error(png, "not gray of 16 bits");
+    if (bits != 16 || type != PNG_COLOR_TYPE_GRAY)
+      png_error(png, "not gray of 16 bits, as depth is");
     png_set_swap(png);
   } else {
     png_set_expand(png);

@@ -130,6 +130,29 @@ TEST_F(CloudFile, ReadsTheViewpointAsSensorPose) {
   EXPECT_TRUE((cloud.T_world_sensor * Vector3(1, 0, 0)).isApprox(Vector3(1, 3, 3), 1e-12));
 }
 
+TEST_F(CloudFile, DoublesGetAnOriginWhereTheCloudIsFartherThanItIsLarge) {
+  const auto cloudAt = [this](double x, double y, double z) {
+    std::string text =
+        "VERSION 0.7\nFIELDS x y z\nSIZE 8 8 8\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 40\nHEIGHT 1\n"
+        "POINTS 40\nDATA ascii\n";
+    for (int i = 0; i < 40; ++i) {
+      text += std::to_string(x - 120.5 * i) + " " + std::to_string(y + 0.125 * i) + " " +
+              std::to_string(z) + "\n";
+    }
+    return read(text);
+  };
+  // Millimetres about the sensor, whichever point comes first: 2.4 m to one side, 2.2 to the other.
+  const CloudData near = cloudAt(2400.0, 1100.0, -1500.25);
+  EXPECT_EQ(Vector3::Zero(), near.origin);
+  EXPECT_TRUE(near.T_world_sensor.translation().isZero(0.0));
+  expectPoint(near, 0, 2400.0f, 1100.0f, -1500.25f);
+  expectPoint(near, 39, -2299.5f, 1104.875f, -1500.25f);
+  const CloudData far = cloudAt(500000.5, 4500000.25, 30.5);
+  EXPECT_EQ(Vector3(500001.0, 4500000.0, 0.0), far.origin);
+  EXPECT_EQ(far.origin, far.T_world_sensor.translation());
+  expectPoint(far, 0, -0.5f, 0.25f, 30.5f);
+}
+
 TEST_F(CloudFile, ViewFollowsTheOrganization) {
   const CloudData cloud = read(xyzHeader(2, 2, "ascii") + "1 1 1\n2 2 2\n3 3 3\n4 4 4\n");
   const PointsView view = cloud.view();

@@ -4,6 +4,7 @@
 #include <ctime>
 
 #include "layout_folders.h"
+#include "planar_mapping/core/base/detail/random.h"
 
 namespace planar_mapping::io {
 namespace {
@@ -208,6 +209,14 @@ TEST_F(LayoutFolders, BinFilesAreOfFourNumbersAPointOrOfFiveWithTheRing) {
 }
 
 TEST_F(LayoutFolders, BinFilesThatAreNoScansAreNotTaken) {
+  // Three numbers a point, of which the first hundreds are positive.
+  Random random(1);
+  std::vector<float> points;
+  for (int i = 0; i < 12000; ++i)
+    points.push_back(static_cast<float>(random.uniform(i < 1000 ? 0.0 : -1.0, 1.0)));
+  EXPECT_EQ(CloudFormat::None,
+            recognizeCloudFile(write("xyz.bin", std::string(reinterpret_cast<char*>(points.data()),
+                                                            points.size() * sizeof(float)))));
   EXPECT_EQ(CloudFormat::None, recognizeCloudFile(write("odd.bin", "0123456789")));
   EXPECT_EQ(CloudFormat::None, recognizeCloudFile(write("text.bin", std::string(160, '\xff'))));
   EXPECT_EQ(CloudFormat::None, recognizeCloudFile(write("empty.bin", "")));

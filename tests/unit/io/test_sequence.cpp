@@ -360,6 +360,12 @@ TEST_F(SequenceInputs, SaysWhatIsWrongWithRgbd) {
   fs::copy_file(dir_ / "gray/rgb/000000.png", dir_ / "gray/depth/000000.png",
                 fs::copy_options::overwrite_existing);
   expectProblem({dir_ / "gray"}, "not gray of 16 bits");
+  addRgbd("arrays");
+  for (const int frame : {0, 1}) {
+    const std::string file = dir_ / ("arrays/depth/00000" + std::to_string(frame));
+    fs::rename(file + ".png", file + ".npy");
+  }
+  expectProblem({dir_ / "arrays"}, "written as PNG of 16 bits, metres times depth_scale");
   addRgbd("scale");
   std::string calibration = kCamera;
   calibration.resize(calibration.find("depth_scale"));

@@ -26,7 +26,7 @@ std::string stemOf(const std::string& path);
 std::vector<std::string> filesOf(const std::string& folder);
 std::vector<std::string> cloudFilesOf(const std::string& folder);
 std::vector<std::string> imageFilesOf(const std::string& folder);
-/// PNG files: the others have no 16 bits.
+/// PNG files: the others have no 16 bits. \throws IoError if there is none
 std::vector<std::string> depthFilesOf(const std::string& folder);
 
 /// Name order, in which 2 comes before 10: numbers by their value, fractions of them as text.

@@ -18,10 +18,8 @@ void readClouds(const std::string& folder, Description& description) {
 }
 
 void readRgbd(const std::string& folder, Description& description) {
-  const std::string depth = joined(folder, "depth");
-  for (const std::string& file : depthFilesOf(depth))
+  for (const std::string& file : depthFilesOf(joined(folder, "depth")))
     description.frames.push_back({file, {}, {}, {}});
-  if (description.frames.empty()) throw IoError(depth, "holds no PNG images");
   const std::string rgb = joined(folder, "rgb");
   description.has_color = isDirectory(rgb);
   if (!description.has_color) return;

@@ -64,9 +64,7 @@ Calibration readIntrinsics(const std::string& path) {
 }
 
 void listImages(const std::string& folder, Description& description) {
-  const std::string depth = joined(folder, "depth");
-  const std::vector<std::string> depths = depthFilesOf(depth);
-  if (depths.empty()) throw IoError(depth, "holds no PNG images");
+  const std::vector<std::string> depths = depthFilesOf(joined(folder, "depth"));
   const std::string color_folder = colorFolderOf(folder);
   description.has_color = !color_folder.empty();
   std::vector<std::string> colors;

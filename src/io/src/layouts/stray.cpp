@@ -77,7 +77,6 @@ Description readStray(const std::string& folder, const SequenceOptions& options)
   description.layout = "Stray Scanner";
   description.kind = SequenceKind::Rgbd;
   const std::vector<std::string> depths = depthFilesOf(joined(folder, "depth"));
-  if (depths.empty()) throw IoError(joined(folder, "depth"), "holds no PNG images");
   if (options.calibration_file.empty()) {
     description.calibration =
         readCamera(joined(folder, "camera_matrix.csv"), readDepthPng(depths.front()));

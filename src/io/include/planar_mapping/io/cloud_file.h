@@ -17,9 +17,9 @@ namespace planar_mapping::io {
 ///
 /// Optional channels are empty or as long as the cloud. Points without a measurement are NaN.
 ///
-/// Doubles that begin farther than a kilometre from 0 along an axis, as UTM and ECEF coordinates
-/// do, would lose their last digits as floats: points are then relative to `origin`, and the pose
-/// is that of this place. Where the sensor stood is not known then.
+/// Doubles farther than a kilometre from 0 along an axis, and farther than the cloud is large, as
+/// UTM and ECEF coordinates are, would lose their last digits as floats: points are then relative
+/// to `origin`, and the pose is that of this place. Where the sensor stood is not known then.
 struct CloudData {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
