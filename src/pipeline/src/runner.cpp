@@ -26,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// First line of run.state.
-constexpr const char* kStateFormat = "planar_map run state 5, version " PLANAR_MAPPING_VERSION "\n";
+constexpr const char* kStateFormat = "planar_map run state 6, version " PLANAR_MAPPING_VERSION "\n";
 
 std::chrono::steady_clock::duration secondsOf(double seconds) {
   constexpr double kLongest = 1e8;  // years

@@ -17,6 +17,9 @@ constexpr double kShift = 0.1;         // metres, and
 constexpr double kShiftOfStep = 0.05;  // metres a metre of the step
 constexpr double kTurn = M_PI / 36.0;  // radians
 
+constexpr const char* kUnknownCause =
+    "; are images, depths, poses and calibration of one camera, in one order?";
+
 bool agree(const Pose& a, const Pose& b, double step) {
   const Pose apart = a.inverse() * b;
   return apart.translation().norm() < kShift + kShiftOfStep * step &&
@@ -57,20 +60,22 @@ std::string otherConvention(const Pose& last, const Pose& given, const Pose& see
     return "; they agree but for the length of the step, " + rounded(*scale, 2) +
            " times that of the poses: depth_scale or baseline_m is wrong, or the poses' unit";
   }
-  return "; are images, depths, poses and calibration of one camera, in one order?";
+  return kUnknownCause;
 }
 
 }  // namespace
 
-std::optional<std::string> contradictionOf(const Frame& frame, const Odometry& odometry,
-                                           const std::optional<Pose>& last) {
+std::optional<std::string> GivenPoses::contradictionOf(const Frame& frame, const Odometry& odometry,
+                                                       const std::optional<Pose>& last) {
   constexpr std::size_t kFewest = 20;    // features,
   constexpr double kDisagreement = 0.3;  // of which so few agree with it
-  if (!odometry.started()) return std::nullopt;
+  constexpr std::int32_t kSure = 5;      // poses of another convention do not agree so often
+  if (contradicted || !odometry.started()) return std::nullopt;
   const PosePrior prior{*frame.given_pose, Matrix6::Identity(), true};
   const OdometryResult given = odometry.locate(frame.key_features, prior);
-  if (given.matches < kFewest ||
-      static_cast<double>(given.inliers) > kDisagreement * static_cast<double>(given.matches)) {
+  if (given.matches < kFewest) return std::nullopt;
+  if (static_cast<double>(given.inliers) > kDisagreement * static_cast<double>(given.matches)) {
+    ++agreed;
     return std::nullopt;
   }
   const OdometryResult seen = odometry.locate(frame.key_features);
@@ -78,13 +83,16 @@ std::optional<std::string> contradictionOf(const Frame& frame, const Odometry& o
   const Pose apart = frame.given_pose->inverse() * seen.T_world_sensor;
   const double step = last ? (last->translation() - frame.given_pose->translation()).norm() : 0.0;
   if (agree(*frame.given_pose, seen.T_world_sensor, step)) return std::nullopt;
+  contradicted = true;
+  const std::string cause = agreed < kSure
+                                ? otherConvention(last.value_or(*frame.given_pose),
+                                                  *frame.given_pose, seen.T_world_sensor, step)
+                                : kUnknownCause;
   return "frame " + std::to_string(frame.number) + " " + frame.source +
          ": its given pose contradicts the images: " + std::to_string(seen.inliers) + " of " +
          std::to_string(seen.matches) + " known features put it " +
          rounded(apart.translation().norm(), 2) + " m and " +
-         rounded(rotationAngle(apart.linear()) * 180.0 / M_PI, 2) + " degrees elsewhere" +
-         otherConvention(last.value_or(*frame.given_pose), *frame.given_pose, seen.T_world_sensor,
-                         step);
+         rounded(rotationAngle(apart.linear()) * 180.0 / M_PI, 2) + " degrees elsewhere" + cause;
 }
 
 }  // namespace planar_mapping::detail

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -10,10 +11,16 @@
 
 namespace planar_mapping::detail {
 
-/// A warning if the features of a frame are elsewhere than its given pose says.
-/// \pre frame.given_pose
-/// \param last  pose of the frame before
-std::optional<std::string> contradictionOf(const Frame& frame, const Odometry& odometry,
-                                           const std::optional<Pose>& last);
+/// Whether features agree with given poses.
+struct GivenPoses {
+  bool contradicted = false;  ///< which is said once
+  std::int32_t agreed = 0;    ///< frames before
+
+  /// A warning if the features of a frame are elsewhere than its given pose says.
+  /// \pre frame.given_pose
+  /// \param last  pose of the frame before
+  std::optional<std::string> contradictionOf(const Frame& frame, const Odometry& odometry,
+                                             const std::optional<Pose>& last);
+};
 
 }  // namespace planar_mapping::detail

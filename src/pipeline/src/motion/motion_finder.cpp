@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "motion/motion_finder.h"
 
-#include "motion/given_pose.h"
 #include "planar_mapping/core/base/detail/state_archive.h"
 #include "rounded.h"
 
@@ -126,12 +125,8 @@ void MotionFinder::registerFrame(Frame& frame, bool given) {
     prior = PosePrior{*frame.given_pose,
                       poseCovariance(keys.given_position_error, keys.given_orientation_error),
                       keys.poses == Poses::Use};
-    if (!contradicted_) {
-      if (const auto warning = contradictionOf(frame, odometry, locator_->lastPose())) {
-        contradicted_ = true;
-        frame.warnings.push_back(*warning);
-      }
-    }
+    if (const auto warning = given_.contradictionOf(frame, odometry, locator_->lastPose()))
+      frame.warnings.push_back(*warning);
   } else if (!odometry.started()) {
     if (locator_->lastPose()) {
       frame.skip_reason = "no pose is given and nothing was seen before to find one by";
@@ -198,7 +193,7 @@ std::optional<PosePrior> MotionFinder::start(Frame& frame) {
 
 std::string MotionFinder::saveState() const {
   StateWriter writer;
-  writer(out_of_order_, contradicted_, locator_.has_value());
+  writer(out_of_order_, given_.contradicted, given_.agreed, locator_.has_value());
   if (locator_) {
     writer(keys.odometry.camera, keys.surface.cell, keys.surface.reach, locator_->usesClouds(),
            locator_->saveState());
@@ -209,7 +204,7 @@ std::string MotionFinder::saveState() const {
 void MotionFinder::loadState(const std::string& bytes) {
   StateReader reader(bytes);
   bool is_prepared = false;
-  reader(out_of_order_, contradicted_, is_prepared);
+  reader(out_of_order_, given_.contradicted, given_.agreed, is_prepared);
   if (is_prepared) {
     bool with_clouds = false;
     std::string locator;

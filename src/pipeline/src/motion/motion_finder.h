@@ -6,6 +6,7 @@
 #include <string>
 
 #include "motion/frame_locator.h"
+#include "motion/given_pose.h"
 #include "motion/motion_keys.h"
 #include "planar_mapping/pipeline/frame.h"
 
@@ -40,7 +41,7 @@ class MotionFinder {
   bool optical_ = true;
   std::optional<FrameLocator> locator_;
   bool out_of_order_ = false;  ///< the last frame with a pose was one placed again
-  bool contradicted_ = false;  ///< a given pose, which is said once
+  GivenPoses given_;
 };
 
 }  // namespace planar_mapping::detail
