@@ -101,6 +101,13 @@ bool areNear(const Place& a, const Place& b) {
          std::abs(a.column - b.column) <= 6;
 }
 
+/// Whether it is at most a tenth of the scale, 8 rows and 14 columns of an image of 640 columns
+/// from where the images are: features near edges of the depth are off, others are not.
+bool isNearHere(const Place& place) {
+  return std::abs(place.scale - kScales) <= 4 && std::abs(place.row - kRows) <= 2 &&
+         std::abs(place.column - kColumns) <= 7;
+}
+
 /// What is best may lie beyond.
 bool isAtBound(const Place& place) {
   return place.scale == 0 || place.scale == kScaleCount - 1 || place.row == 0 ||
@@ -220,7 +227,7 @@ void ColourRegistration::decide() {
   const double mean = sum / static_cast<double>(all.size());
   const double deviation = std::sqrt(squares / static_cast<double>(all.size()) - mean * mean);
   const auto peak = std::max_element(all.begin(), all.end());
-  meets_nothing_ = here_is_best == 0;
+  meets_nothing_ = here_is_best == 0 && !isNearHere(placeAt(static_cast<int>(peak - all.begin())));
   if (here_is_best == 2) state_ = State::Registered;
   if (elsewhere_is_best == 2 && areNear(places[0], places[1]) && !isAtBound(places[0]) &&
       !isAtBound(places[1]) && *peak > mean + kSignificant * deviation) {

@@ -26,7 +26,7 @@ class PLANAR_MAPPING_EXPORT ColourRegistration {
   void look(const io::Image& image, const PointsView& cloud);
   /// Of all frames so far, thirty at most. Once it is known it stays.
   State state() const { return state_; }
-  /// Whether edges enough for an answer meet none of the image where they are.
+  /// Whether edges enough for an answer meet none of the image where they are, nor most of it near.
   bool isDoubtful() const { return state_ == State::Unknown && meets_nothing_; }
   /// The image as it would be at the pixels of the depth image, but for the distance between the
   /// cameras: right to a few pixels. Of State::Apart.
