@@ -185,11 +185,42 @@ TEST(NavigationMap, FloorsGoOnUpARampButNotUpAStep) {
   map.cuboids.push_back(box({-3.0, 3.0, 0.2}, {3.0, 5.0, 0.3}));  // a step of 0.3 m
   for (std::size_t i = 0; i < map.cuboids.size(); ++i)
     map.cuboids[i].plane_id = static_cast<std::int32_t>(i);
-  const std::vector<std::uint8_t> floor = io::floorFaces(map.cuboids, Vector3::UnitZ(), 0.15);
+  const std::vector<std::uint8_t> floor =
+      io::floorFaces(map.cuboids, Vector3::UnitZ(), io::GroundHeights(0.0), 0.15);
   EXPECT_EQ((std::vector<std::uint8_t>{1, 1, 1, 1, 1, 1, 1, 0}), floor);
   const io::OccupancyGrid grid = io::gridOf(map);
   EXPECT_EQ(std::count(grid.values.begin(), grid.values.end(), io::OccupancyGrid::kOccupied),
             12 * 4);
+}
+
+TEST(NavigationMap, FollowsTheGroundThatWasRemoved) {
+  io::ExportedMap
+      map;  // a road 40 m long that falls by 4 m, free over it, with a box on its lower end
+  map.resolution = 0.5;
+  for (int x = 0; x < 40; ++x) {
+    const double height = -0.1 * x;
+    for (const double y : {0.5, 1.5}) map.ground.push_back({Vector3(x + 0.5, y, height), 50});
+    map.ground.push_back({Vector3(x + 0.5, 0.5, height - 2.0), 3});  // few reflections below
+    map.free.push_back(box({1.0 * x, 0.0, height}, {x + 1.0, 2.0, height + 3.0}, CellState::Free));
+  }
+  map.cuboids = {box({38.0, 1.0, -3.8}, {38.5, 1.5, -3.0}),
+                 box({0.0, 0.0, -9.0}, {0.1, 0.1, -8.9})};
+  const io::OccupancyGrid grid = io::gridOf(map);
+  EXPECT_NEAR(grid.ground, -2.0, 0.2);
+  ASSERT_EQ(std::pair(80u, 4u), std::pair(grid.width, grid.height));
+  for (std::uint32_t y = 0; y < 4; ++y) {
+    for (std::uint32_t x = 0; x < 80; ++x) {
+      const bool is_box = x == 76 && y == 2;
+      EXPECT_EQ(grid.at(x, y), is_box ? io::OccupancyGrid::kOccupied : io::OccupancyGrid::kFree);
+    }
+  }
+  const io::GroundHeights heights(map.ground, Vector3::UnitZ(), 7.0);
+  EXPECT_NEAR(heights.at({20.5, 9.0, 0.0}), -2.0, 1e-6);  // the nearest
+  EXPECT_NEAR(heights.at({60.0, 1.0, 0.0}), -3.9, 1e-6);
+  map.options.band.ground = -2.0;  // the same everywhere, who asks for it
+  EXPECT_EQ(io::gridOf(map).at(0, 0), io::OccupancyGrid::kUnknown);
+  map.ground.resize(3);
+  EXPECT_EQ(io::GroundHeights(map.ground, Vector3::UnitZ(), 7.0).at({0.5, 0.5, 0.0}), 7.0);
 }
 
 /// x right, y down, z forward: forward becomes y of the grid.

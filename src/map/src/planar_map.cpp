@@ -122,6 +122,8 @@ FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
   detail::MapData& map = impl_->data;
   impl_->changed();
   map.trajectory.push_back({observation.timestamp, frame.sensor, frame.orientation});
+  if (observation.ground != nullptr)
+    map.ground.add(observation.points, *observation.ground, observation.T_world_sensor);
   if (map.params.unknown_space || map.params.miss_factor < 1.0) {
     frame.images = detail::makeDepthImages(
         observation, frame.rotation, frame.sensor, frame.use, map.params.range_image_step,
@@ -286,6 +288,13 @@ const std::vector<std::pair<double, Pose>>& PlanarMap::trajectory() const {
     trajectory.emplace_back(frame.timestamp, frame.pose());
   }
   return trajectory;
+}
+
+std::vector<GroundPoint> PlanarMap::ground() const {
+  std::vector<GroundPoint> ground;
+  for (const detail::GroundPlace& place : impl_->data.ground.places())
+    ground.push_back({place.mean(), place.points});
+  return ground;
 }
 
 static_assert(PlanarMap::kReach == detail::kLatticeLimit);

@@ -17,6 +17,7 @@ struct ExportedMap {
   Vector3 up = Vector3::UnitZ();
   Vector3 origin = Vector3::Zero();  ///< PlanarMapParams::origin
   std::vector<Vector3> sensors;      ///< places of the trajectory, where they are known
+  std::vector<GroundPoint> ground;   ///< PlanarMap::ground()
   double resolution = 0.1;
   ExportOptions options;
 

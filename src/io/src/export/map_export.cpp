@@ -92,6 +92,7 @@ ExportedMap exportedOf(const PlanarMap& map, Space space, const ExportOptions& o
   if (map.params().unknown_space)
     for (const auto& [time, pose] : map.trajectory())
       exported.sensors.push_back(pose.translation());
+  exported.ground = map.ground();
   exported.resolution = map.params().approximation.resolution;
   exported.options = options;
   if (space == Space::Free) {

@@ -30,10 +30,16 @@ struct Range {
   int first, last;
 };
 
-/// The grid while it is made; low and high are the heights of the band.
+/// The grid while it is made; low and high are the heights of the band over the ground.
 struct Columns {
   OccupancyGrid grid;
+  GroundHeights ground;
   double low, high;
+
+  Columns(GroundHeights heights, const GridBand& band)
+      : ground(std::move(heights)), low(band.low), high(band.high) {}
+
+  double groundAt(const Vector2& at) const { return ground.at({at.x(), at.y(), 0.0}); }
 
   Range range(double from, double to, double origin, std::uint32_t count) const {
     const double last = static_cast<double>(count) - 1.0;
@@ -98,8 +104,8 @@ void placeGrid(const std::vector<Cuboid>& cuboids, const std::vector<Cuboid>& fr
   for (const std::vector<Cuboid>* list : {&cuboids, &free}) {
     for (const Cuboid& cuboid : *list) {
       const Vector3 reach = detail::OrientedBox(cuboid).reach();
-      if (cuboid.center.z() + reach.z() <= columns.low ||
-          cuboid.center.z() - reach.z() >= columns.high) {
+      if (cuboid.center.z() + reach.z() <= columns.ground.lowest() + columns.low ||
+          cuboid.center.z() - reach.z() >= columns.ground.highest() + columns.high) {
         continue;
       }
       low = low.cwiseMin((cuboid.center - reach).head<2>());
@@ -227,7 +233,7 @@ std::optional<double> floorHeight(Surroundings here, const Vector3& up) {
 }  // namespace
 
 std::vector<std::uint8_t> floorFaces(const std::vector<Cuboid>& cuboids, const Vector3& up,
-                                     double height) {
+                                     const GroundHeights& ground, double low) {
   constexpr double kTile = 4.0;  // metres
   const Quaternion turn = turning(up, Vector3::UnitZ());
   std::vector<Level> levels;
@@ -253,7 +259,8 @@ std::vector<std::uint8_t> floorFaces(const std::vector<Cuboid>& cuboids, const V
   std::vector<std::uint8_t> is_floor(cuboids.size(), 0);
   std::vector<std::size_t> queue;
   for (std::size_t k = 0; k < levels.size(); ++k) {
-    if (levels[k].center.z() > height) continue;
+    const Vector3& center = cuboids[cuboid_of[k]].center;
+    if (center.dot(up) > ground.at(center) + low) continue;
     is_floor[cuboid_of[k]] = 1;
     queue.push_back(k);
   }
@@ -309,14 +316,18 @@ OccupancyGrid gridOf(const ExportedMap& map) {
   for (const Cuboid& cuboid : map.cuboids) cuboids.push_back(turned(turn, cuboid));
   for (const Cuboid& cuboid : map.free) free.push_back(turned(turn, cuboid));
 
-  Columns columns;
+  std::vector<GroundPoint> ground;
+  for (const GroundPoint& point : map.ground)
+    ground.push_back({turn * point.position, point.points});
+  Columns columns(
+      std::isnan(band.ground)
+          ? GroundHeights(ground, Vector3::UnitZ(), groundHeight(map.cuboids, map.up, map.sensors))
+          : GroundHeights(band.ground),
+      band);
   OccupancyGrid& grid = columns.grid;
   grid.cell = map.cell();
-  grid.ground =
-      std::isnan(band.ground) ? groundHeight(map.cuboids, map.up, map.sensors) : band.ground;
+  grid.ground = columns.ground.middle();
   requireInRange("ground", grid.ground, -1e6, 1e6, "m");
-  columns.low = grid.ground + band.low;
-  columns.high = grid.ground + band.high;
   placeGrid(cuboids, free, columns);
   const std::size_t count = std::size_t{grid.width} * grid.height;
 
@@ -325,8 +336,9 @@ OccupancyGrid gridOf(const ExportedMap& map) {
     const Matrix3 to_local = cuboid.orientation.conjugate().toRotationMatrix();
     columns.forEachCellBelow(
         cuboid, detail::OrientedBox(cuboid).reach(), [&](std::size_t i, const Vector2& at) {
-          seen[i] +=
-              static_cast<float>(lengthInside(to_local, cuboid, at, columns.low, columns.high));
+          const double height = columns.groundAt(at);
+          seen[i] += static_cast<float>(
+              lengthInside(to_local, cuboid, at, height + band.low, height + band.high));
         });
   }
   const auto enough = static_cast<float>(kFreeFraction * (band.high - band.low));
@@ -334,17 +346,17 @@ OccupancyGrid gridOf(const ExportedMap& map) {
   for (std::size_t i = 0; i < count; ++i) {
     if (seen[i] >= enough * (1.0f - 1e-5f)) grid.values[i] = OccupancyGrid::kFree;
   }
-  const Vector3 half =
-      (1.0 - 1e-6) * 0.5 * Vector3(grid.cell, grid.cell, columns.high - columns.low);
+  const Vector3 half = (1.0 - 1e-6) * 0.5 * Vector3(grid.cell, grid.cell, band.high - band.low);
   const std::vector<std::uint8_t> is_floor =
-      band.low > 0.0 ? floorFaces(cuboids, Vector3::UnitZ(), columns.low)
+      band.low > 0.0 ? floorFaces(cuboids, Vector3::UnitZ(), columns.ground, band.low)
                      : std::vector<std::uint8_t>(cuboids.size(), 0);
   for (std::size_t c = 0; c < cuboids.size(); ++c) {
     const Cuboid& cuboid = cuboids[c];
     if (cuboid.state != CellState::Occupied || is_floor[c] != 0) continue;
     const detail::OrientedBox box(cuboid);
     columns.forEachCellBelow(cuboid, box.reach(), [&](std::size_t i, const Vector2& at) {
-      if (box.meets({at.x(), at.y(), 0.5 * (columns.low + columns.high)}, half)) {
+      const double middle = columns.groundAt(at) + 0.5 * (band.low + band.high);
+      if (box.meets({at.x(), at.y(), middle}, half)) {
         grid.values[i] = OccupancyGrid::kOccupied;
       }
     });
@@ -373,9 +385,10 @@ Contents writePgm(const ExportedMap& map, const std::string& path) {
                                                                  : 205);
     }
   }
-  std::string yaml = concatenated("# planar_mapping, frame ", map.options.frame_id, ", from ",
-                                  grid.ground + map.options.band.low, " to ",
-                                  grid.ground + map.options.band.high, " m along its up axis\n");
+  std::string yaml =
+      concatenated("# planar_mapping, frame ", map.options.frame_id, ", from ",
+                   grid.ground + map.options.band.low, " to ", grid.ground + map.options.band.high,
+                   " m along its up axis where the ground is at ", grid.ground, "\n");
   if (!map.up.isApprox(Vector3::UnitZ())) {
     append(yaml, "# The axes are those of the map turned by the quaternion x, y, z, w: ",
            listOf(turning(map.up, Vector3::UnitZ()), ", "), '\n');

@@ -160,6 +160,7 @@ MapRecord finishedRecordOf(const MapData& map, std::vector<Cuboid> cuboids) {
   record.cuboids = std::move(cuboids);
   for (Cuboid& cuboid : record.cuboids) cuboid.probability = 1.0f;
   record.space = treeOf(map.space, true);
+  record.ground = map.ground.places();
   return record;
 }
 
@@ -172,12 +173,14 @@ MapRecord recordOf(const MapData& map, std::vector<Cuboid> cuboids) {
   recordCells(map.cells, record);
   record.space = treeOf(map.space, false);
   record.trajectory = map.trajectory;
+  record.ground = map.ground.places();
   return record;
 }
 
 MapData mapOf(const MapRecord& record) {
   MapData map(record.params);
   map.trajectory = record.trajectory;
+  map.ground.restore(record.ground);
   map.next_plane_id = record.next_plane_id;
   LabelTree::Walk tiles(record.tiles);
   const std::uint8_t* next = record.beliefs.data();

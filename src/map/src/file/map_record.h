@@ -37,6 +37,7 @@ struct MapRecord {
   std::vector<std::uint32_t> region_frames;  ///< by CellLayer::regionKey(), ascending
   LabelTree space{3};
   std::vector<FramePose> trajectory;
+  std::vector<GroundPlace> ground;
 };
 
 /// \param cuboids of the map

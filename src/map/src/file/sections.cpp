@@ -245,11 +245,37 @@ void codePoses(Columns& columns, MapRecord& record) {
   }
 }
 
+void codeGround(Columns& columns, MapRecord& record) {
+  std::vector<GroundPlace>& ground = record.ground;
+  columns.size(ground, 28);
+  for (std::size_t k = 0; k < 3; ++k)
+    columns.column(ground, [k](GroundPlace& p) -> std::int32_t& { return p.cube[k]; });
+  for (std::size_t k = 0; k < 3; ++k)
+    columns.column(ground, [k](GroundPlace& p) -> float& { return p.offset[k]; });
+  columns.column(ground, [](GroundPlace& p) -> std::uint32_t& { return p.points; });
+  const GroundPlace* before = nullptr;
+  for (const GroundPlace& p : ground) {
+    require(columns, before == nullptr || before->cube < p.cube, "has places out of order");
+    before = &p;
+    require(columns, p.points > 0, "has a place without points");
+    for (std::size_t k = 0; k < 3; ++k) {
+      require(columns, std::abs(std::int64_t{p.cube[k]}) <= kLatticeLimit, "is out of reach");
+      require(columns, p.offset[k] >= 0.0f && p.offset[k] <= 1.0f, "has a place out of its cube");
+    }
+  }
+}
+
+bool hasGround(const MapRecord& record) {
+  return !record.ground.empty();
+}
+
 struct Section {
   const char* name;  ///< at most kNameBytes
   void (*code)(Columns&, MapRecord&);
   bool is_in_finished;
   bool is_derived;  ///< from the others, unless the map is finished: not read
+  /// Null if every map has it.
+  bool (*is_there)(const MapRecord&) = nullptr;
 };
 constexpr std::size_t kNameBytes = 8;
 /// In the order of the file; later ones need those before.
@@ -257,7 +283,7 @@ constexpr Section kSections[] = {
     {"PARAMS", codeParams, true, false}, {"CUBOIDS", codeCuboids, true, true},
     {"SPACE", codeSpace, true, false},   {"PLANES", codePlanes, false, false},
     {"CELLS", codeCells, false, false},  {"BELIEFS", codeBeliefs, false, false},
-    {"POSES", codePoses, false, false},
+    {"POSES", codePoses, false, false},  {"GROUND", codeGround, true, false, hasGround},
 };
 
 struct Bytes {
@@ -291,6 +317,7 @@ std::vector<std::uint8_t> sectionsOf(MapRecord record) {
   std::vector<std::uint8_t> bytes;
   for (const Section& section : kSections) {
     if (record.is_finished && !section.is_in_finished) continue;
+    if (section.is_there != nullptr && !section.is_there(record)) continue;
     Columns columns(section.name);
     section.code(columns, record);
     Columns head("sizes");
@@ -311,6 +338,7 @@ MapRecord recordOfSections(const std::vector<std::uint8_t>& bytes, bool is_finis
   for (const Section& section : kSections) {
     if (is_finished ? !section.is_in_finished : section.is_derived) continue;
     const auto found = sections.find(section.name);
+    if (found == sections.end() && section.is_there != nullptr) continue;
     if (found == sections.end()) {
       throw Error(std::string("the map has no section ") + section.name);
     }

@@ -7,8 +7,8 @@
 namespace planar_mapping::detail {
 
 std::size_t MapData::memoryBytes() const {
-  std::size_t bytes =
-      capacityBytes(planes) + capacityBytes(trajectory) + cells.memoryBytes() + space.memoryBytes();
+  std::size_t bytes = capacityBytes(planes) + capacityBytes(trajectory) +
+                      capacityBytes(ground.places()) + cells.memoryBytes() + space.memoryBytes();
   for (const PlaneLayer& layer : planes) bytes += layer.raster.memoryBytes();
   return bytes;
 }

@@ -8,6 +8,7 @@
 
 #include "planar_mapping/map/store/planar_map_params.h"
 #include "store/cell_layer.h"
+#include "store/ground_places.h"
 #include "store/plane_layer.h"
 #include "store/unknown_space.h"
 
@@ -40,6 +41,7 @@ struct MapData {
   CellLayer cells;
   UnknownSpace space;
   std::vector<FramePose> trajectory;
+  GroundPlaces ground;
 
   double resolution() const { return params.approximation.resolution; }
   double unknownResolution() const {

@@ -39,6 +39,7 @@ constexpr Color kInk = {40, 42, 46};
 // The map's plane on the picture: x right, y up.
 struct Plan {
   GroundFrame frame;
+  io::GroundHeights ground{0.0};
   double pixels_per_metre = 1.0;
   Vector2 corner = Vector2::Zero();  // where (low_right, low_forward) is, pixels
   double top = 0.0, right = 0.0;     // end of the drawing, pixels
@@ -54,6 +55,7 @@ Plan makePlan(const SceneContent& content, const ViewOptions& options, double fo
   Plan plan;
   plan.frame = visualization::groundFrame(content);
   const GroundFrame& f = plan.frame;
+  plan.ground = io::GroundHeights(content.ground, f.up, f.height);
   const double left = 3.2 * font, below = 4.6 * font, margin = 1.2 * font;
   const double width = std::max(options.width - left - margin, 8.0);
   const double height = std::max(options.height - below - margin, 8.0);
@@ -100,9 +102,9 @@ struct Sides {
 };
 
 // Lowest and highest point of the cuboid above the ground, metres.
-std::array<double, 2> heights(const Cuboid& cuboid, const GroundFrame& frame) {
-  const double middle = cuboid.center.dot(frame.up) - frame.height;
-  const double half = halfAlong(cuboid, frame.up);
+std::array<double, 2> heights(const Cuboid& cuboid, const Plan& plan) {
+  const double middle = cuboid.center.dot(plan.frame.up) - plan.ground.at(cuboid.center);
+  const double half = halfAlong(cuboid, plan.frame.up);
   return {middle - half, middle + half};
 }
 
@@ -118,7 +120,7 @@ vtkSmartPointer<vtkImageData> unknownArea(const SceneContent& content, const Vie
       visualization::drawPage(options.width, options.height, {0, 0, 0}, [&](Canvas& canvas) {
         Sides sides;
         for (const Cuboid& cuboid : by_free ? content.free : content.unknown) {
-          const auto [low, high] = heights(cuboid, plan.frame);
+          const auto [low, high] = heights(cuboid, plan);
           const double inside =
               std::min(high, projection.highest) - std::max(low, projection.lowest);
           const double opacity = inside < enough ? 1.0 - std::exp2(-inside / enough) : 1.0;
@@ -149,11 +151,11 @@ void drawOccupied(const SceneContent& content, const ProjectionOptions& projecti
   Sides sides;
   const double lowest = projection.lowest;
   const std::vector<std::uint8_t> is_floor =
-      lowest > 0.0 ? io::floorFaces(content.cuboids, plan.frame.up, plan.frame.height + lowest)
+      lowest > 0.0 ? io::floorFaces(content.cuboids, plan.frame.up, plan.ground, lowest)
                    : std::vector<std::uint8_t>(content.cuboids.size(), 0);
   for (std::size_t i = 0; i < content.cuboids.size(); ++i) {
     const Cuboid& cuboid = content.cuboids[i];
-    const auto [low, high] = heights(cuboid, plan.frame);
+    const auto [low, high] = heights(cuboid, plan);
     if (high < lowest || low > projection.highest || is_floor[i] != 0) continue;
     sides.add(cuboid, plan, canvas, kOccupied, 1.0);
   }

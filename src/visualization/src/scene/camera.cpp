@@ -226,7 +226,10 @@ double groundHeight(const SceneContent& content) {
   std::vector<Vector3> sensors;
   if (content.sensors_known)
     for (const Pose& pose : content.trajectory) sensors.push_back(pose.translation());
-  if (!content.cuboids.empty()) return io::groundHeight(content.cuboids, up, sensors);
+  if (!content.cuboids.empty()) {
+    const double found = io::groundHeight(content.cuboids, up, sensors);
+    return io::GroundHeights(content.ground, up, found).middle();
+  }
   std::vector<double> heights;
   for (const SceneCloud& cloud : content.clouds) {
     for (std::size_t i = 0; i < cloud.size(); ++i) {

@@ -15,11 +15,13 @@ namespace planar_mapping::io {
 /// The heights that a flat map looks at, metres.
 struct GridBand {
   double low = 0.15;  ///< [ours] over the ground: below it is floor
-  double high = 1.8;  ///< [ours] over the ground: above it a robot passes under, and door frames are
-  /// Height of the ground along the map's up axis; NaN = found: that of the lowest level faces of
-  /// at least 4 square metres with next to nothing below them. Where there are none, as the ground
-  /// was removed: 0 where the map starts at most 1 m above or 0.35 m below it, else the lowest
-  /// floor or lower end of a cuboid, but for the lowest hundredth of the occupied volume.
+  double high =
+      1.8;  ///< [ours] over the ground: above it a robot passes under, and door frames are
+  /// Height of the ground along the map's up axis; NaN = found: GroundHeights of
+  /// PlanarMap::ground(); without that, the height of the lowest level faces of at least 4 square
+  /// metres with next to nothing below them. Where there are none: 0 where the map starts at most 1
+  /// m above or 0.35 m below it, else the lowest floor or lower end of a cuboid, but for the lowest
+  /// hundredth of the occupied volume.
   double ground = std::numeric_limits<double>::quiet_NaN();
 };
 
@@ -35,7 +37,8 @@ struct OccupancyGrid {
   /// Lower left corner of cell 0, in the axes of the map turned so that its up axis is z; a
   /// multiple of the cell.
   Vector2 origin = Vector2::Zero();
-  double ground = 0.0;              ///< height the band counts from, metres
+  /// Height the band counts from, metres; its median where the ground has heights of its own.
+  double ground = 0.0;
   std::vector<std::int8_t> values;  ///< row by row, the row of smallest y first
 
   std::int8_t at(std::uint32_t x, std::uint32_t y) const {
@@ -49,11 +52,39 @@ struct OccupancyGrid {
 PLANAR_MAPPING_EXPORT double groundHeight(const std::vector<Cuboid>& cuboids, const Vector3& up,
                                           const std::vector<Vector3>& sensors = {});
 
+/// How high the ground is at each place, along an up axis, metres. [ours]
+class PLANAR_MAPPING_EXPORT GroundHeights {
+ public:
+  explicit GroundHeights(double everywhere) : GroundHeights({}, Vector3::UnitZ(), everywhere) {}
+  /// \param ground  PlanarMap::ground(): where there are several over each other, the one of most
+  ///                points counts; elsewhere the nearest
+  /// \param up  a unit vector
+  /// \param elsewhere  height where fewer than 4 places are known
+  GroundHeights(const std::vector<GroundPoint>& ground, const Vector3& up, double elsewhere);
+
+  double at(const Vector3& point) const;  ///< below or above a point
+  double lowest() const { return lowest_; }
+  double highest() const { return highest_; }
+  double middle() const { return middle_; }  ///< median
+
+ private:
+  void spread();
+  std::size_t cellOf(const Vector3& turned) const;
+
+  Quaternion turn_;  ///< up to z
+  double lowest_, highest_, middle_;
+  double cell_ = 1.0;              ///< side in the raster, metres
+  Vector2 low_ = Vector2::Zero();  ///< corner of the raster, x and y once turned
+  Eigen::Array2i size_ = {1, 1};
+  std::vector<float> heights_;
+};
+
 /// What one drives on, where it rises above the lower end of a band: a mark for each cuboid that is
-/// a level face (by at most 11 degrees) with its middle no higher than \p height, metres, and for
-/// those that go on from there without a step of more than 0.12 m.
+/// a level face (by at most 11 degrees) with its middle no higher than \p low metres over the
+/// ground, and for those that go on from there without a step of more than 0.12 m.
 PLANAR_MAPPING_EXPORT std::vector<std::uint8_t> floorFaces(const std::vector<Cuboid>& cuboids,
-                                                           const Vector3& up, double height);
+                                                           const Vector3& up,
+                                                           const GroundHeights& ground, double low);
 
 /// A cell is occupied if a cuboid that is no floor meets the column over it within the band; else
 /// free if at least three quarters of the column's height over its middle were seen free; else

@@ -29,6 +29,13 @@ struct MapPlane {
   double rms() const { return moments.fit().rms; }
 };
 
+/// Where ground was that was removed from frames: the mean of some of its points in a cube of a
+/// metre, metres.
+struct GroundPoint {
+  Vector3 position = Vector3::Zero();
+  std::uint32_t points = 0;
+};
+
 /// The map of planar cuboids: planes with their patches, non-planar cells, unknown space
 /// (the paper, III-F and IV).
 ///
@@ -112,6 +119,9 @@ class PLANAR_MAPPING_EXPORT PlanarMap {
   const std::vector<MapPlane>& planes() const;
   /// The sensor poses of the frames in order, with their time stamps.
   const std::vector<std::pair<double, Pose>>& trajectory() const;
+  /// Places on the ground that was removed from frames (FrameObservation::ground), which has no
+  /// cuboids: a place in each cube of a metre. [ours]
+  std::vector<GroundPoint> ground() const;
 
   CellState stateAt(const Vector3& point) const;  ///< a point that is not finite is Unknown
   bool isOccupied(const Vector3& point) const { return stateAt(point) == CellState::Occupied; }
