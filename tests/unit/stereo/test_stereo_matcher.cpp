@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -187,6 +188,39 @@ TEST(StereoMatcher, NoiseOnAPlainSurfaceIsNoTexture) {
   }
   EXPECT_LT(found, kHeight * (kWidth / 2 - 24) / 50);
   EXPECT_NEAR(disparity.at(80, kHeight / 2), 20.0, 0.2);
+}
+
+/// A table of one colour in soft light, seen by cameras whose images were resampled: their noise is
+/// smooth, too, and among many disparities some agree by chance.
+TEST(StereoMatcher, SmoothShadingWithSmoothNoiseIsNoTexture) {
+  constexpr int kColumns = 640;
+  constexpr int kRows = 240;
+  constexpr double kShift = 150.0;
+  const Pattern pattern(14);
+  std::uint32_t random = 1;
+  const auto image = [&](double shift) {
+    std::vector<double> noise(static_cast<std::size_t>(kColumns * kRows));
+    for (double& value : noise) {
+      random = random * 1664525u + 1013904223u;
+      value = (random >> 8u) / 16777216.0 - 0.5;
+    }
+    return paint(kColumns, kRows, [&](int column, int row) {
+      if (column + shift < kColumns / 2) return pattern(column + shift, row);
+      double sum = 0.0;
+      for (int y = std::max(row - 1, 0); y <= std::min(row + 1, kRows - 1); ++y)
+        for (int x = std::max(column - 1, 0); x <= std::min(column + 1, kColumns - 1); ++x)
+          sum += noise[static_cast<std::size_t>(y * kColumns + x)];
+      return 190.0 + 0.03 * (column + shift) + 0.02 * row + 0.8 * sum;
+    });
+  };
+  const ImagePair pair{image(0.0), image(kShift)};
+  const DisparityImage disparity = match(pair);
+  int found = 0;
+  for (int row = 0; row < kRows; ++row)
+    for (int column = kColumns / 2 + 24; column < kColumns; ++column)
+      found += std::isnan(disparity.at(column, row)) ? 0 : 1;
+  EXPECT_LT(found, kRows * (kColumns / 2 - 24) / 1000);
+  EXPECT_NEAR(disparity.at(kColumns / 2 - 60, kRows / 2), kShift, 0.2);
 }
 
 TEST(StereoMatcher, APlainSurfaceIsAHole) {

@@ -31,8 +31,10 @@ void StereoKeys::declare(ParameterTable& table) {
   table.number("left_right_tolerance_px", matcher.left_right_tolerance,
                Range::between(-1.0, 2000.0),
                "left and right disparities may differ by so much; negative = not checked");
-  table.integer("speckle_size_px", matcher.speckle_size, Range::atLeast(0),
-                "connected regions of fewer pixels are removed; 0 = off");
+  table.integer(
+      "speckle_size_px", matcher.speckle_size, Range::atLeast(0),
+      "connected regions of fewer pixels are removed, plain ones that agree little of fewer "
+      "than four times as many; 0 = off");
   table.number("speckle_side_m", matcher.speckle_side, Range::between(0.0, 1000.0),
                "[ours] so are those that cover less than a square of this side where they are; 0 = "
                "off");

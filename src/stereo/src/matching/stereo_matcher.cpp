@@ -8,6 +8,7 @@
 #include <limits>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <vector>
 
 #include "cv_image.h"
@@ -20,6 +21,7 @@ namespace {
 
 constexpr int kSmallestSide = 16;
 constexpr int kLargestDisparity = 2000;  // 16 of them fit OpenCV's 16 bits
+constexpr int kMinAlike = 3;             // of ten pixels, around one or of a region
 
 void requireOdd(const char* name, int value, int low, int high) {
   requireInRange(name, value, low, high, "px");
@@ -77,7 +79,6 @@ void removeUnlike(const std::vector<float>& agreement, const StereoMatcherParams
                   cv::Mat& disparity) {
   if (params.min_agreement <= 0.0) return;
   constexpr double kWeak = 0.5;  // of the least agreement
-  constexpr int kMinAlike = 3;   // of ten around
   const auto least = static_cast<float>(params.min_agreement);
   cv::Mat known(disparity.size(), CV_8U);
   cv::Mat alike(disparity.size(), CV_8U);
@@ -122,14 +123,24 @@ void removeSpeckles(const StereoMatcherParams& params, cv::Mat& disparity) {
   }
 }
 
-/// Removes connected regions that are too small for things at their distance. A wrong match takes
-/// as many pixels at any disparity; what is there takes the more the nearer it is.
+/// Removes connected regions that are too small for things at their distance: a wrong match
+/// takes as many pixels at any disparity; what is there takes the more the nearer it is. Plain
+/// regions that hardly agree need more pixels than others: smooth shading with the smooth noise
+/// of resampled images has few independent pixels, and suits one of hundreds of disparities.
+/// \param contrast  difference of neighbours along rows
 /// \param infinity  disparity of points infinitely far away, which are of any size
-void removeTiny(double infinity, double baseline, const StereoMatcherParams& params,
-                cv::Mat& disparity) {
-  const double least = params.speckle_side * params.speckle_side;
+void removeRegions(const cv::Mat& contrast, double infinity, const std::optional<double>& baseline,
+                   const std::vector<float>& agreement, const StereoMatcherParams& params,
+                   cv::Mat& disparity) {
+  constexpr double kClear = 1.5;   // of the least agreement
+  constexpr double kPlain = 0.85;  // gray levels between neighbours, on average
+  constexpr int kDoubtful = 4;     // times as many pixels
+  const auto clear = static_cast<float>(kClear * params.min_agreement);
+  const bool knows_size = params.speckle_side > 0.0 && baseline.has_value();
+  const double min_area = params.speckle_side * params.speckle_side;
   const int columns = disparity.cols;
   const auto total = static_cast<int>(disparity.total());
+  const auto range = static_cast<float>(params.speckle_range);
   auto* values = disparity.ptr<float>();
   std::vector<std::uint8_t> known(disparity.total(), 0);
   std::vector<int> region;
@@ -138,23 +149,35 @@ void removeTiny(double infinity, double baseline, const StereoMatcherParams& par
     region.assign(1, seed);
     known[static_cast<std::size_t>(seed)] = 1;
     double area = 0.0;
+    std::int64_t clear_count = 0;
+    std::int64_t contrast_sum = 0;
     for (std::size_t k = 0; k < region.size(); ++k) {
       const int at = region[k];
-      const double side = baseline / std::max(values[at] - infinity, 1e-3);  // of a pixel there
-      area += side * side;
+      if (agreement[static_cast<std::size_t>(at)] >= clear) ++clear_count;
+      contrast_sum += contrast.data[at];
+      if (knows_size) {
+        const double side = *baseline / std::max(values[at] - infinity, 1e-3);  // of a pixel there
+        area += side * side;
+      }
       const auto join = [&](bool inside, int next) {
         if (!inside || known[static_cast<std::size_t>(next)] != 0) return;
-        // False for a hole.
-        if (!(std::abs(values[next] - values[at]) <= params.speckle_range)) return;
+        if (!(std::abs(values[next] - values[at]) <= range)) return;  // a hole, too
         known[static_cast<std::size_t>(next)] = 1;
         region.push_back(next);
       };
-      join(at % columns > 0, at - 1);
-      join(at % columns < columns - 1, at + 1);
+      const int column = at % columns;
+      join(column > 0, at - 1);
+      join(column < columns - 1, at + 1);
       join(at >= columns, at - columns);
       join(at < total - columns, at + columns);
     }
-    if (area >= least) continue;
+    const auto pixels = static_cast<std::int64_t>(region.size());
+    const bool is_doubtful =
+        params.min_agreement > 0.0 &&
+        static_cast<double>(contrast_sum) < kPlain * static_cast<double>(pixels) &&
+        10 * clear_count < kMinAlike * pixels;
+    const bool is_small = is_doubtful && pixels <= std::int64_t{params.speckle_size} * kDoubtful;
+    if (!is_small && !(knows_size && area < min_area)) continue;
     for (const int at : region) values[at] = std::numeric_limits<float>::quiet_NaN();
   }
 }
@@ -258,9 +281,7 @@ DisparityImage StereoMatcher::match(const io::Image& left, const io::Image& righ
                           agreement.data());
   removeUnlike(agreement, params_, disparity);
   removeSpeckles(params_, disparity);
-  if (params_.speckle_side > 0.0 && calibration.baseline) {
-    removeTiny(infinity, *calibration.baseline, params_, disparity);
-  }
+  removeRegions(contrast, infinity, calibration.baseline, agreement, params_, disparity);
   DisparityImage result;
   result.width = left.width;
   result.height = left.height;

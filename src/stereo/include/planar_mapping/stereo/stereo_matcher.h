@@ -39,7 +39,10 @@ struct PLANAR_MAPPING_EXPORT StereoMatcherParams {
   double uniqueness_percent = 5.0;  ///< the second-best cost must be worse by so much
   /// Left and right disparities may differ by so much, in pixels; negative = not checked.
   double left_right_tolerance = 1.0;
-  int speckle_size = 100;  ///< connected regions with fewer pixels are removed; 0 = off
+  /// Connected regions with fewer pixels are removed; 0 = off. [ours] Of plain ones (neighbours
+  /// differ by less than 0.85 gray values on average) of which fewer than three of ten have 1.5
+  /// times min_agreement, those with fewer than four times as many.
+  int speckle_size = 100;
   /// [ours] So are those that cover less than a square of this side at their distance, metres; 0 =
   /// off. Needs the baseline.
   double speckle_side = 0.0;
