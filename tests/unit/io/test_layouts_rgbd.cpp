@@ -106,6 +106,7 @@ TEST_F(LayoutFolders, Open3dTakesImagesInOrder) {
   fs::remove(folder + "/camera_intrinsic.json");
   expectProblem(folder, "put Open3D's camera_intrinsic.json here");
   fs::remove(folder + "/color/000000-1234.jpg.png");
+  fs::rename(folder + "/color/000001-1234.jpg.png", folder + "/color/0.5.png");
   expectProblem(folder, "holds 1 images for 2 depth images");
 }
 

@@ -270,7 +270,8 @@ TEST_F(SequenceInputs, SaysWhatIsWrongWithStereo) {
   fs::remove_all(dir_ / "a/right");
   expectProblem({dir_ / "a"}, "right: no such directory; a stereo sequence needs it");
   folder("a/right");
-  expectProblem({dir_ / "a"}, "left/ (2 images) and right/ (0) have no file name in common");
+  expectProblem({dir_ / "a"},
+                "left/ (2 images) and right/ (0) have no file name or number in common");
   fs::rename(dir_ / "a/left", dir_ / "a/links");
   expectProblem({dir_ / "a"}, "has right/ but no left/");
 

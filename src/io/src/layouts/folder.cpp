@@ -30,18 +30,70 @@ std::vector<std::string> filesEndingWith(const std::vector<std::string>& ends,
   return files;
 }
 
+bool isDigit(const std::string& text, std::size_t at) {
+  return at < text.size() && std::isdigit(static_cast<unsigned char>(text[at])) != 0;
+}
+
+/// The whole numbers in a name, without leading zeros.
+std::vector<std::string> wholeNumbersIn(const std::string& name) {
+  std::vector<std::string> numbers;
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    if (!isDigit(name, i)) continue;
+    std::size_t end = i;
+    while (isDigit(name, end)) ++end;
+    const bool has_fraction = end < name.size() && name[end] == '.' && isDigit(name, end + 1);
+    const bool is_fraction = i > 1 && name[i - 1] == '.' && isDigit(name, i - 2);
+    while (i + 1 < end && name[i] == '0') ++i;
+    if (!has_fraction && !is_fraction) numbers.push_back(name.substr(i, end - i));
+    i = end;
+  }
+  return numbers;
+}
+
+/// Files by the first number in their names that tells them apart; none if there is no such one.
+FilesByName byNumber(const FilesByName& files) {
+  for (std::size_t which = 0; !files.empty(); ++which) {
+    FilesByName numbered;
+    for (const auto& [name, path] : files) {
+      const std::vector<std::string> numbers = wholeNumbersIn(name);
+      if (which >= numbers.size()) return {};
+      numbered.emplace(numbers[which], path);
+    }
+    if (numbered.size() == files.size()) return numbered;
+  }
+  return {};
+}
+
+std::size_t countCommon(const FilesByName& first, const FilesByName& second) {
+  std::size_t common = 0;
+  for (const auto& entry : first) common += second.count(entry.first);
+  return common;
+}
+
 }  // namespace
 
+bool areMost(std::size_t common, const FilesByName& first, const FilesByName& second) {
+  return common > 0 && 2 * common >= std::min(first.size(), second.size());
+}
+
+std::size_t matchNames(FilesByName& first, FilesByName& second) {
+  const std::size_t same = countCommon(first, second);
+  if (areMost(same, first, second)) return same;
+  FilesByName first_numbers = byNumber(first), second_numbers = byNumber(second);
+  const std::size_t common = countCommon(first_numbers, second_numbers);
+  if (common <= same || !areMost(common, first_numbers, second_numbers)) return same;
+  first = std::move(first_numbers);
+  second = std::move(second_numbers);
+  return common;
+}
+
 bool NameOrder::operator()(const std::string& a, const std::string& b) const {
-  const auto isDigit = [](const std::string& text, std::size_t at) {
-    return at < text.size() && std::isdigit(static_cast<unsigned char>(text[at])) != 0;
-  };
   std::size_t i = 0, k = 0;
   for (; i < a.size() && k < b.size(); ++i, ++k) {
     const bool is_fraction =
         i > 0 && (isDigit(a, i - 1) || (i > 1 && a[i - 1] == '.' && isDigit(a, i - 2)));
     if (isDigit(a, i) && isDigit(b, k) && !is_fraction) {
-      const auto digits = [&isDigit](const std::string& text, std::size_t& at) {
+      const auto digits = [](const std::string& text, std::size_t& at) {
         while (text[at] == '0' && isDigit(text, at + 1)) ++at;
         const std::size_t first = at;
         while (isDigit(text, at)) ++at;
@@ -131,13 +183,17 @@ std::vector<std::string> depthFilesOf(const std::string& folder) {
   return depths;
 }
 
-FilesByName imagesByName(const std::string& folder) {
-  FilesByName images;
-  for (const std::string& file : imageFilesOf(folder)) {
-    if (!images.emplace(stemOf(file), file).second)
+FilesByName byName(const std::vector<std::string>& files) {
+  FilesByName named;
+  for (const std::string& file : files) {
+    if (!named.emplace(stemOf(file), file).second)
       throw IoError(file, "another image of this name stands beside it");
   }
-  return images;
+  return named;
+}
+
+FilesByName imagesByName(const std::string& folder) {
+  return byName(imageFilesOf(folder));
 }
 
 void forEachLine(

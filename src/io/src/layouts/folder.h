@@ -35,8 +35,17 @@ struct NameOrder {
 };
 /// Paths by file name without extension.
 using FilesByName = std::map<std::string, std::string, NameOrder>;
-/// \throws IoError if two images have the same name
+/// \throws IoError if two files have the same name
+FilesByName byName(const std::vector<std::string>& files);
 FilesByName imagesByName(const std::string& folder);
+
+/// How many names of two folders are in both. Where few are, but the names of each hold the number
+/// of their frame and most numbers are in both, files are called by the number from here on:
+/// left_7.png and right_0007.png are "7". A number with a fraction is a time and counts for
+/// nothing.
+std::size_t matchNames(FilesByName& first, FilesByName& second);
+/// Whether so many names in common are most of what could be.
+bool areMost(std::size_t common, const FilesByName& first, const FilesByName& second);
 
 /// Calls \p visit with the words of each line that is not empty, and the number of the line; what
 /// follows a # is left out.

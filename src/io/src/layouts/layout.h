@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "layouts/folder.h"
 #include "planar_mapping/core/base/types.h"
 #include "planar_mapping/io/pose_file.h"
 #include "planar_mapping/io/sequence.h"
@@ -94,6 +95,12 @@ void addPosesByTime(const std::string& file, std::vector<StampedPose> poses,
 /// Notes that some of what there is are left out, and why, unless there is nothing to note.
 void noteLeftOut(std::size_t left_out, std::size_t all, const std::string& what,
                  const std::string& why, Description& description);
+
+/// Lists the depth images, each with the colour image of its name, if there is one, and notes what
+/// has no partner and is left out by dropUnpaired().
+void listPairs(const FilesByName& depths, const FilesByName& colors, Description& description);
+/// Leaves frames without a colour image out. Once files that count frames are read.
+void dropUnpaired(Description& description);
 
 /// Notes that the poses of a file do not fit the frames and are left out.
 void notUsed(const std::string& file, std::size_t poses, Description& description);

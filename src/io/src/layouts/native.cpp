@@ -18,34 +18,30 @@ void readClouds(const std::string& folder, Description& description) {
 }
 
 void readRgbd(const std::string& folder, Description& description) {
-  for (const std::string& file : depthFilesOf(joined(folder, "depth")))
-    description.frames.push_back({file, {}, {}, {}});
+  FilesByName depths = byName(depthFilesOf(joined(folder, "depth")));
   const std::string rgb = joined(folder, "rgb");
   description.has_color = isDirectory(rgb);
-  if (!description.has_color) return;
-  const FilesByName colors = imagesByName(rgb);
-  std::size_t matches = 0;
-  for (FrameEntry& frame : description.frames) {
-    const auto color = colors.find(stemOf(frame.file));
-    if (color == colors.end()) continue;
-    frame.partner = color->second;
-    ++matches;
+  FilesByName colors = description.has_color ? imagesByName(rgb) : FilesByName();
+  const std::size_t pairs = matchNames(depths, colors);
+  for (const auto& [name, file] : depths) {
+    const auto color = colors.find(name);
+    description.frames.push_back({file, color == colors.end() ? "" : color->second, {}, {}});
   }
-  if (matches == 0)
+  if (description.has_color && pairs == 0)
     throw IoError(folder, "rgb/ (" + std::to_string(colors.size()) + " images) and depth/ (" +
                               std::to_string(description.frames.size()) +
-                              ") do not match by file name");
+                              ") do not match by file name or number");
 }
 
 void readStereo(const std::string& folder, Description& description) {
   const std::string left = joined(folder, "left");
   const std::string right = joined(folder, "right");
   if (!isDirectory(right)) throw IoError(right, "no such directory; a stereo sequence needs it");
-  const FilesByName left_images = imagesByName(left);
-  const FilesByName right_images = imagesByName(right);
+  FilesByName left_images = imagesByName(left);
+  FilesByName right_images = imagesByName(right);
+  const std::size_t pairs = matchNames(left_images, right_images);
   FilesByName all = left_images;
   all.insert(right_images.begin(), right_images.end());
-  std::size_t pairs = 0;
   for (const auto& entry : all) {
     const auto in_left = left_images.find(entry.first);
     const auto in_right = right_images.find(entry.first);
@@ -57,12 +53,11 @@ void readStereo(const std::string& folder, Description& description) {
                                   has_right ? in_right->second : "",
                                   {},
                                   {}});
-    if (has_left && has_right) ++pairs;
   }
   if (pairs == 0)
     throw IoError(folder, "left/ (" + std::to_string(left_images.size()) + " images) and right/ (" +
                               std::to_string(right_images.size()) +
-                              ") have no file name in common (PNG, JPEG, PGM or PPM)");
+                              ") have no file name or number in common (PNG, JPEG, PGM or PPM)");
 }
 
 }  // namespace

@@ -64,20 +64,25 @@ Calibration readIntrinsics(const std::string& path) {
 }
 
 void listImages(const std::string& folder, Description& description) {
-  const std::vector<std::string> depths = depthFilesOf(joined(folder, "depth"));
+  FilesByName depths = byName(depthFilesOf(joined(folder, "depth")));
   const std::string color_folder = colorFolderOf(folder);
   description.has_color = !color_folder.empty();
-  std::vector<std::string> colors;
-  if (description.has_color) {
-    // By their order: names of both may hold different times.
-    colors = imageFilesOf(color_folder);
-    if (colors.size() != depths.size())
-      throw IoError(color_folder, "holds " + std::to_string(colors.size()) + " images for " +
-                                      std::to_string(depths.size()) +
-                                      " depth images; they belong together in name order");
+  FilesByName colors = description.has_color ? imagesByName(color_folder) : FilesByName();
+  if (areMost(matchNames(depths, colors), depths, colors)) {
+    listPairs(depths, colors, description);
+    return;
   }
-  for (std::size_t i = 0; i < depths.size(); ++i)
-    description.frames.push_back({depths[i], colors.empty() ? "" : colors[i], {}, {}});
+  // By their order: names of both hold different times.
+  if (description.has_color && colors.size() != depths.size())
+    throw IoError(color_folder, "holds " + std::to_string(colors.size()) + " images for " +
+                                    std::to_string(depths.size()) +
+                                    " depth images; they belong together by a number in their "
+                                    "names, or in name order");
+  auto color = colors.begin();
+  for (const auto& entry : depths) {
+    const bool has_color = color != colors.end();
+    description.frames.push_back({entry.second, has_color ? (color++)->second : "", {}, {}});
+  }
 }
 
 /// Blocks of five lines: three numbers, the first that of the frame, and T_world_camera.
@@ -146,6 +151,7 @@ Description readOpen3d(const std::string& folder, const SequenceOptions& options
   const std::string trajectory = trajectoryOf(folder);
   if (options.poses_file.empty() && !trajectory.empty())
     addTrajectory(trajectory, options.ignore_poses, description);
+  if (description.has_color) dropUnpaired(description);
   return description;
 }
 

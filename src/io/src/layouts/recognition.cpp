@@ -136,6 +136,27 @@ void noteLeftOut(std::size_t left_out, std::size_t all, const std::string& what,
                               " are left out: " + why);
 }
 
+void listPairs(const FilesByName& depths, const FilesByName& colors, Description& description) {
+  std::size_t pairs = 0;
+  for (const auto& [name, file] : depths) {
+    const auto color = colors.find(name);
+    pairs += color == colors.end() ? 0 : 1;
+    description.frames.push_back({file, color == colors.end() ? "" : color->second, {}, {}});
+  }
+  description.has_color = true;
+  noteLeftOut(depths.size() - pairs, depths.size(), "depth images",
+              "no colour image has their name or number", description);
+  noteLeftOut(colors.size() - pairs, colors.size(), "colour images",
+              "no depth image has their name or number", description);
+}
+
+void dropUnpaired(Description& description) {
+  auto& frames = description.frames;
+  frames.erase(std::remove_if(frames.begin(), frames.end(),
+                              [](const FrameEntry& frame) { return frame.partner.empty(); }),
+               frames.end());
+}
+
 void notUsed(const std::string& file, std::size_t poses, Description& description) {
   description.notes.push_back(file + ": holds " + std::to_string(poses) + " poses for " +
                               std::to_string(description.frames.size()) +
