@@ -40,7 +40,15 @@ class Reader {
           "baseline_m",  "cx_right",     "fx_right", "fy_right", "cy_right", "depth_scale",
           "k1",          "k2",           "p1",       "p2",       "k3",       "k1_right",
           "k2_right",    "p1_right",     "p2_right", "k3_right", "rotation", "translation_m"};
-      if (kKeys.count(key) == 0) fail(entry.first.Mark(), "unknown key " + quoted(key));
+      if (kKeys.count(key) == 0) {
+        fail(entry.first.Mark(),
+             "unknown key " + quoted(key) +
+                 "; a calibration has image_width, image_height, fx, fy, cx, cy and depth_scale "
+                 "(depth images) or baseline_m (rectified pairs); pairs that are not rectified "
+                 "have rotation, translation_m (what stereoRectify() takes as R and T, in metres), "
+                 "fx_right, fy_right, cx_right, cy_right and k1, k2, p1, p2, k3, k1_right and so "
+                 "on in its place");
+      }
       if (!seen.insert(key).second) fail(entry.first.Mark(), "key '" + key + "' twice");
     }
   }

@@ -69,7 +69,7 @@ TEST_F(CalibrationFile, NamesWhatIsWrong) {
   expectProblem("- 1\n- 2\n", "no calibration");
   expectProblem("fx: [1\n", "line ");
   expectProblem("image_width: 640\n", "no key 'image_height'");
-  expectProblem(camera + "fz: 1\n", "line 8: unknown key 'fz'");
+  expectProblem(camera + "fz: 1\n", "line 8: unknown key 'fz'; a calibration has image_width");
   expectProblem(camera + "fx: 1\n", "line 8: key 'fx' twice");
   expectProblem(camera + "depth_scale: 0\n", "depth_scale = '0' is not in");
   expectProblem(camera + "depth_scale: .nan\n", "depth_scale is no number");

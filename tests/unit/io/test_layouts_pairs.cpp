@@ -1,6 +1,9 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-// Images that belong together by a number in their names.
+// Images that belong together by a number in their names, layouts that are made of such names, and
+// what is said of images that are laid out otherwise.
+#include <cmath>
+
 #include "layout_folders.h"
 
 namespace planar_mapping::io {
@@ -65,6 +68,74 @@ TEST_F(LayoutFolders, OwnFoldersPairByNumberToo) {
   EXPECT_EQ("9-00019.png", partnerOf(Sequence({dir_ / "redwood"}), 1));
   EXPECT_EQ("right_8.png", partnerOf(Sequence({dir_ / "lr"}), 0));
   EXPECT_FALSE(Sequence({dir_ / "lr"}).read(2).right.empty());
+}
+
+TEST_F(LayoutFolders, ReplicaIsReadWithItsCamera) {
+  std::string poses;
+  for (int i = 0; i < 3; ++i) {
+    depth("room0/results/depth" + numbered(i) + ".png");
+    image("room0/results/frame" + numbered(i) + ".png");
+    poses += "0 -1 0 " + std::to_string(i) + " 1 0 0 0 0 0 1 0 0 0 0 1\n";
+  }
+  write("room0/traj.txt", poses);
+  const std::string folder = dir_ / "room0";
+  EXPECT_EQ(600.0, Sequence({folder}).calibration()->camera.fx);
+  EXPECT_EQ(1200, Sequence({folder}).calibration()->camera.width);
+  write("cam_params.json",
+        R"({"camera": {"w": 4, "h": 3, "fx": 2, "fy": 2.5, "cx": 1.5, "cy": 1, "scale": 500}})");
+  const Sequence sequence({folder});
+  EXPECT_EQ("Replica", sequence.layout());
+  EXPECT_EQ(2.5, sequence.calibration()->camera.fy);
+  EXPECT_EQ(2.0, sequence.describe(2).T_world_sensor->translation().x());
+  EXPECT_EQ(1.0, sequence.describe(2).T_world_sensor->linear()(1, 0));
+  EXPECT_NEAR(3.0, sequence.read(0).cloud.xyz[2], 1e-6);
+  fs::remove(folder + "/results/depth000000.png");
+  EXPECT_EQ(1.0, Sequence({folder}).describe(0).T_world_sensor->translation().x());
+  write("room0/traj.txt", poses.substr(0, poses.size() / 3));
+  expectProblem(folder, "holds 1 poses, but none of frame 1");
+  write("cam_params.json", R"({"camera": {"w": 4}})");
+  expectProblem(folder, "needs w, h, fx, fy, cx, cy and scale");
+}
+
+TEST_F(LayoutFolders, ADriveOfKittiRawIsRead) {
+  for (const char* i : {"0000000000", "0000000001"})
+    for (const char* camera : {"image_00", "image_01"})
+      image(std::string("day/drive/") + camera + "/data/" + i + ".png");
+  write("day/drive/image_00/timestamps.txt",
+        "2011-09-26 23:59:59.900000000\n2011-09-27 00:00:00.004000000\n");
+  const std::string folder = dir_ / "day/drive";
+  expectProblem(folder, "calib_cam_to_cam.txt: no such file, nor one folder up");
+  const std::string projections =
+      "calib_time: 09-Jan-2012 13:57:47\nP_rect_00: 2 0 1.5 0 0 2 1 0 0 0 1 0\n"
+      "P_rect_01: 2 0 1.5 -1 0 2 1 0 0 0 1 0\n";
+  write("day/calib_cam_to_cam.txt", projections + "S_rect_00: 4.0e+00 3.0e+00\n");
+  const Sequence sequence({folder});
+  EXPECT_EQ("KITTI raw (gray)", sequence.layout());
+  ASSERT_EQ(2u, sequence.size());
+  EXPECT_EQ(0.5, *sequence.calibration()->baseline);
+  EXPECT_NEAR(0.104, sequence.describe(1).timestamp - sequence.describe(0).timestamp, 1e-9);
+  write("day/calib_cam_to_cam.txt", projections + "S_rect_00: 3.0e+00 3.0e+00\n");
+  expectProblem(folder, "take the 'synced+rectified data' of this drive");
+  fs::remove_all(folder + "/image_01");
+  expectProblem(folder, "without an image pair (image_00/data and image_01/data");
+}
+
+TEST_F(LayoutFolders, ImagesThatLieOtherwiseGetARemedy) {
+  image("one/left_0.png");
+  image("one/right_0.png");
+  expectProblem(dir_ / "one", "left_0.png and right_0.png are a pair");
+  write("one/calib.yaml", kPairCamera);
+  expectProblem(dir_ / "one", "cut images that show both views side by side into halves");
+  write("r3d/metadata", "{}");
+  write("r3d/rgbd/0.depth", "bvx");
+  expectProblem(dir_ / "r3d", "write them as PNG images of 16 bits");
+  image("two/left/0.png");
+  image("two/right/0.png");
+  expectProblem(dir_ / "two", "fx, fy, cx, cy, baseline_m");
+  depth("three/depth/0.png");
+  image("three/rgb/0.png");
+  write("three/poses.txt", "");
+  expectProblem(dir_ / "three", "fx, fy, cx, cy, depth_scale");
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
 #include <map>
 
 #include "layouts/folder.h"
@@ -9,17 +10,21 @@
 #include "text_lines.h"
 
 // KITTI odometry: sequences/NN/{image_0,image_1,image_2,image_3,velodyne,calib.txt,times.txt} with
-// the poses of camera 0 in poses/NN.txt.
+// the poses of camera 0 in poses/NN.txt. KITTI raw, a drive synchronised and rectified:
+// image_00 to image_03, each with data/ and timestamps.txt, and calib_cam_to_cam.txt.
 namespace planar_mapping::io::layouts {
 namespace {
 
-/// The matrices of calib.txt: P0 to P3 project points of camera 0, Tr maps velodyne to camera 0.
+/// The matrices of calib.txt: P0 to P3 project points of camera 0, Tr maps velodyne to camera 0; of
+/// calib_cam_to_cam.txt: P_rect_00 to P_rect_03, and the size S_rect_00 of rectified images.
 class KittiCalibration {
  public:
   explicit KittiCalibration(const std::string& path) : path_(path) {
     forEachLine(path, ":", [this](const std::vector<std::string_view>& words, std::size_t line) {
       Matrix34 matrix;
       double v[12];
+      if (words.size() == 3 && words[0].compare(0, 7, "S_rect_") == 0)
+        finiteNumbers(words, 1, size_, 2, path_, line);
       if (words.size() != 13) return;  // other keys of other versions
       finiteNumbers(words, 1, v, 12, path_, line);
       for (int i = 0; i < 12; ++i) matrix(i / 4, i % 4) = v[i];
@@ -28,15 +33,22 @@ class KittiCalibration {
   }
 
   /// A rectified pair with camera \p left at the left.
-  Calibration pair(int left, const std::string& image) const {
-    const Matrix34& P = matrix("P" + std::to_string(left));
-    const Matrix34& Q = matrix("P" + std::to_string(left + 1));
+  Calibration pair(int left, const std::string& image, const std::string& name = "P") const {
+    const Matrix34& P = matrix(name + std::to_string(left));
+    const Matrix34& Q = matrix(name + std::to_string(left + 1));
     const double baseline = (P(0, 3) - Q(0, 3)) / P(0, 0);
     if (!(P(0, 0) > 0.0 && P(1, 1) > 0.0 && baseline > 0.0))
-      throw IoError(path_, "P" + std::to_string(left) + " and P" + std::to_string(left + 1) +
+      throw IoError(path_, name + std::to_string(left) + " and " + name + std::to_string(left + 1) +
                                " are not of a rectified pair: focal lengths and baseline must be "
                                "> 0");
     const Image size = readImageSize(image);
+    if (size_[0] > 0.0 && (size.width != size_[0] || size.height != size_[1]))
+      throw IoError(image, "is " + std::to_string(size.width) + " x " +
+                               std::to_string(size.height) + ", but rectified images are " +
+                               std::to_string(std::lround(size_[0])) + " x " +
+                               std::to_string(std::lround(size_[1])) +
+                               ": take the 'synced+rectified data' of this drive, or give a "
+                               "calibration of pairs that are not rectified by --calib FILE");
     Calibration calibration;
     calibration.camera = {P(0, 0), P(1, 1), P(0, 2), P(1, 2), size.width, size.height};
     calibration.baseline = baseline;
@@ -71,6 +83,7 @@ class KittiCalibration {
 
   std::string path_;
   std::map<std::string, Matrix34> matrices_;
+  double size_[2] = {0.0, 0.0};  ///< 0 = not known
 };
 
 /// poses.txt of the folder, or poses/NN.txt of the whole data set; "" if there is none.
@@ -120,6 +133,21 @@ void addTimes(const std::string& path, bool growing, Description& description) {
            [&](FrameEntry& frame, std::size_t i) { frame.timestamp = times[i]; });
 }
 
+/// "2011-09-26 13:02:25.964389445" a line, as seconds of the first day.
+void addClockTimes(const std::string& path, bool growing, Description& description) {
+  constexpr double kDay = 86400.0;
+  std::vector<double> times;
+  forEachLine(path, "-:", [&](const std::vector<std::string_view>& words, std::size_t line) {
+    double v[6];
+    finiteNumbers(words, 0, v, 6, path, line);
+    double time = (v[3] * 60.0 + v[4]) * 60.0 + v[5];
+    if (!times.empty() && time < times.back() - 0.5 * kDay) time += kDay;  // past midnight
+    times.push_back(time);
+  });
+  setLines(path, "times", times.size(), growing, description,
+           [&](FrameEntry& frame, std::size_t i) { frame.timestamp = times[i]; });
+}
+
 void addKittiPoses(const std::string& path, const SequenceOptions& options,
                    Description& description) {
   const Trajectory trajectory = readTrajectory(path);
@@ -150,9 +178,8 @@ int leftCameraOf(const std::string& folder) {
                 "no such directory; KITTI odometry has the right image of each pair there");
 }
 
-void readPairs(const std::string& folder, int left, Description& description) {
-  const std::string left_name = "image_" + std::to_string(left);
-  const std::string right_name = "image_" + std::to_string(left + 1);
+void readPairs(const std::string& folder, const std::string& left_name,
+               const std::string& right_name, Description& description) {
   const FilesByName rights = imagesByName(joined(folder, right_name));
   const std::vector<std::string> lefts = imageFilesOf(joined(folder, left_name));
   std::size_t pairs = 0;
@@ -190,7 +217,8 @@ Description readKitti(const std::string& folder, const SequenceOptions& options)
   } else {
     description.layout = "KITTI odometry (" + std::string(left == 0 ? "gray" : "colour") + ")";
     description.kind = SequenceKind::Stereo;
-    readPairs(folder, left, description);
+    readPairs(folder, "image_" + std::to_string(left), "image_" + std::to_string(left + 1),
+              description);
   }
   const std::string times = joined(folder, "times.txt");
   if (exists(times)) addTimes(times, options.growing, description);
@@ -208,6 +236,38 @@ Description readKitti(const std::string& folder, const SequenceOptions& options)
       takes_clouds ? calibration.velodyneInCamera0() : calibration.cameraInCamera0(left);
   for (FrameEntry& frame : description.frames)
     frame.T_world_sensor = *frame.T_world_sensor * T_camera0_sensor;
+  return description;
+}
+
+bool hasKittiRaw(const std::string& folder) {
+  for (const char* part : {"image_00/data", "image_02/data", "velodyne_points/data"})
+    if (isDirectory(joined(folder, part))) return true;
+  return false;
+}
+
+Description readKittiRaw(const std::string& folder, const SequenceOptions& options) {
+  const auto has = [&](const char* camera) { return isDirectory(joined(folder, camera)); };
+  const bool is_gray = has("image_00/data") && has("image_01/data");
+  if (!is_gray && !(has("image_02/data") && has("image_03/data")))
+    throw IoError(folder,
+                  "is a drive of KITTI raw without an image pair (image_00/data and image_01/data, "
+                  "or 02 and 03); give velodyne_points/data to map its scans");
+  Description description;
+  description.layout = std::string("KITTI raw (") + (is_gray ? "gray" : "colour") + ")";
+  description.kind = SequenceKind::Stereo;
+  const std::string left = is_gray ? "image_00" : "image_02";
+  readPairs(folder, left + "/data", is_gray ? "image_01/data" : "image_03/data", description);
+  const std::string times = joined(folder, left + "/timestamps.txt");
+  if (exists(times)) addClockTimes(times, options.growing, description);
+  if (!options.calibration_file.empty()) return description;
+  const std::string calibration =
+      firstOf(folder, {"calib_cam_to_cam.txt", "../calib_cam_to_cam.txt"});
+  if (calibration.empty())
+    throw IoError(joined(folder, "calib_cam_to_cam.txt"),
+                  "no such file, nor one folder up; it is in the calibration archive of the day; "
+                  "or give a calib.yaml by --calib FILE");
+  description.calibration = KittiCalibration(calibration)
+                                .pair(is_gray ? 0 : 2, description.frames.front().file, "P_rect_0");
   return description;
 }
 

@@ -54,6 +54,12 @@ Description readMiddlebury(const std::string& folder, const SequenceOptions& opt
 bool hasOpen3d(const std::string& folder);
 Description readOpen3d(const std::string& folder, const SequenceOptions& options);
 
+bool hasReplica(const std::string& folder);
+Description readReplica(const std::string& folder, const SequenceOptions& options);
+
+bool hasKittiRaw(const std::string& folder);
+Description readKittiRaw(const std::string& folder, const SequenceOptions& options);
+
 bool hasStray(const std::string& folder);
 Description readStray(const std::string& folder, const SequenceOptions& options);
 
@@ -69,6 +75,9 @@ Description readNative(const std::string& folder, const SequenceOptions& options
 /// The folder by the one layout it has, or a directory of cloud files.
 /// \throws IoError if it has none or several, or if a part is missing
 Description readFolder(const std::string& folder, const SequenceOptions& options);
+
+/// What to do with files that are there but not read as they are; "" = there are none.
+std::string adviceOnFiles(const std::string& folder);
 
 /// Whether it is more than a directory of cloud files.
 bool isSequenceFolder(const std::string& folder);

@@ -79,11 +79,10 @@ Description readNative(const std::string& folder, const SequenceOptions& options
   if (isDirectory(joined(folder, "depth"))) kinds.push_back(SequenceKind::Rgbd);
   if (isDirectory(joined(folder, "left"))) kinds.push_back(SequenceKind::Stereo);
   if (kinds.empty()) {
-    const char* problem = isDirectory(joined(folder, "right"))
-                              ? "has right/ but no left/, which a stereo sequence needs"
-                              : "has a calib.yaml, but neither clouds/ nor depth/ nor left/ and "
-                                "right/";
-    throw IoError(folder, problem);
+    if (isDirectory(joined(folder, "right")))
+      throw IoError(folder, "has right/ but no left/, which a stereo sequence needs");
+    throw IoError(folder, "has a calib.yaml, but neither clouds/ nor depth/ nor left/ and right/" +
+                              adviceOnFiles(folder));
   }
   const bool has_preferred =
       options.preferred && std::find(kinds.begin(), kinds.end(), *options.preferred) != kinds.end();
@@ -93,7 +92,9 @@ Description readNative(const std::string& folder, const SequenceOptions& options
   if (!knows_camera && description.kind != SequenceKind::Clouds)
     throw IoError(calibration, std::string("no such file; ") +
                                    (is_depth ? "an RGB-D sequence" : "a stereo sequence") +
-                                   " needs it, or a calibration by --calib FILE");
+                                   " needs it, or a calibration by --calib FILE: image_width, "
+                                   "image_height, fx, fy, cx, cy, " +
+                                   (is_depth ? "depth_scale (units a metre)" : "baseline_m"));
   switch (description.kind) {
     case SequenceKind::Clouds:
       readClouds(folder, description);

@@ -43,6 +43,8 @@ constexpr Reader kReaders[] = {{"KITTI odometry", hasKitti, readKitti},
                                {"EuRoC (ASL)", hasEuroc, readEuroc},
                                {"Middlebury", hasMiddlebury, readMiddlebury},
                                {"Open3D RGB-D", hasOpen3d, readOpen3d},
+                               {"KITTI raw", hasKittiRaw, readKittiRaw},
+                               {"Replica", hasReplica, readReplica},
                                {"Stray Scanner", hasStray, readStray},
                                {"RGB-D with a pose a frame", hasPosedFrames, readPosedFrames}};
 
@@ -58,7 +60,8 @@ Description readCloudFiles(const std::string& folder, const SequenceOptions& opt
         folder,
         "holds neither PCD or PLY files nor a sequence (calib.yaml with clouds/, depth/ or "
         "left/ and right/; or KITTI, TUM RGB-D, ICL-NUIM, EuRoC, Middlebury, Open3D, 3DMatch, "
-        "ScanNet, Stray Scanner)");
+        "ScanNet, Replica, Stray Scanner)" +
+            adviceOnFiles(folder));
   const std::string poses = joined(folder, "poses.txt");
   if (options.poses_file.empty() && exists(poses)) addPoses(poses, options, description);
   return description;
@@ -121,6 +124,17 @@ Description readFolder(const std::string& folder, const SequenceOptions& options
     throw IoError(folder, "looks like " + names + "; move what is not meant out of it");
   if (reader != nullptr) return reader->read(folder, options);
   return hasNative(folder) ? readNative(folder, options) : readCloudFiles(folder, options);
+}
+
+std::string adviceOnFiles(const std::string& folder) {
+  if (exists(joined(folder, "metadata")) && isDirectory(joined(folder, "rgbd")))
+    return "; the .depth files of Record3D are not read: write them as PNG images of 16 bits "
+           "(millimetres) into depth/, its images into rgb/, and calib.yaml from K of metadata, "
+           "scaled to the size of the depth images, with depth_scale: 1000";
+  if (imageFilesOf(folder).empty()) return "";
+  return "; images of a stereo camera belong into left/ and right/ (left_0.png and right_0.png "
+         "are a pair; cut images that show both views side by side into halves), those of a depth "
+         "camera into depth/ and rgb/";
 }
 
 bool isSequenceFolder(const std::string& folder) {
