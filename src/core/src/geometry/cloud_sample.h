@@ -17,8 +17,9 @@ constexpr float kFarthest = 1e12f;              // along an axis: squares stay f
 
 inline bool isUsable(const PointsView& points, std::size_t i) {
   const float* p = points[i];
-  return points.isMeasured(i) && std::abs(p[0]) <= kFarthest && std::abs(p[1]) <= kFarthest &&
-         std::abs(p[2]) <= kFarthest;
+  // False for NaN.
+  return std::abs(p[0]) <= kFarthest && std::abs(p[1]) <= kFarthest &&
+         std::abs(p[2]) <= kFarthest && !(p[0] == 0.0F && p[1] == 0.0F && p[2] == 0.0F);
 }
 
 inline double quantile(std::vector<float>& values, double fraction) {

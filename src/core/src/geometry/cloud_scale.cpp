@@ -11,15 +11,12 @@
 
 #include "base/point_indices.h"
 #include "geometry/cloud_sample.h"
-#include "planar_mapping/core/base/detail/marked_positions.h"
-#include "planar_mapping/core/base/detail/simd.h"
 #include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace {
 
 using detail::boundsOf;
-using detail::kFarthest;
 using detail::kLargestSample;
 using detail::kOutlierFraction;
 using detail::quantile;
@@ -143,18 +140,6 @@ double noiseOf(const std::vector<Vector3>& sample, const Vector3& low, double sp
   return noise;
 }
 
-PLANAR_MAPPING_MULTIVERSION
-void markUsable(const float* points, std::size_t stride, std::size_t n, std::uint8_t* usable) {
-  for (std::size_t i = 0; i < n; ++i) {
-    const float* p = points + stride * i;
-    const bool x = __builtin_fabsf(p[0]) <= kFarthest;
-    const bool y = __builtin_fabsf(p[1]) <= kFarthest;
-    const bool z = __builtin_fabsf(p[2]) <= kFarthest;
-    const bool away = (p[0] != 0.0F) | (p[1] != 0.0F) | (p[2] != 0.0F);
-    usable[i] = x & y & z & away ? 1 : 0;
-  }
-}
-
 }  // namespace
 
 CloudScale scaleOf(const PointsView& points, const Indices& indices, const Pose& T_world_sensor) {
@@ -207,17 +192,12 @@ double automaticResolution(const CloudScale& scale) {
 }
 
 Indices usablePoints(const PointsView& points) {
-  constexpr std::size_t kBlock = 1024;
-  std::uint8_t usable[kBlock];
-  int kept[kBlock + 1];
-  Indices indices;
-  indices.reserve(points.size);
-  for (std::size_t first = 0; first < points.size; first += kBlock) {
-    const std::size_t n = std::min(kBlock, points.size - first);
-    markUsable(points[first], points.stride, n, usable);
-    indices.insert(indices.end(), kept,
-                   detail::listMarked(usable, n, static_cast<int>(first), kept));
+  Indices indices(points.size);
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < points.size; ++i) {
+    if (detail::isUsable(points, i)) indices[count++] = static_cast<int>(i);
   }
+  indices.resize(count);
   return indices;
 }
 

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "planar_mapping/core/base/detail/gather_points.h"
-#include "planar_mapping/core/base/detail/marked_positions.h"
 #include "planar_mapping/core/base/detail/parallel.h"
 #include "planar_mapping/core/base/detail/simd.h"
 
@@ -23,26 +22,6 @@ void gather(const float* points, std::size_t stride, const std::int32_t* label_o
             const int* indices, std::size_t n, float* x, float* y, float* z, std::int32_t* label) {
   gatherPoints(points, stride, indices, n, x, y, z);
   for (std::size_t k = 0; k < n; ++k) label[k] = label_of[static_cast<std::size_t>(indices[k])];
-}
-
-/// Cell numbers and labels of a block, after those of the last point before it.
-struct Block {
-  std::int32_t number[3][kBlock + 1];
-  std::int32_t label[kBlock + 1];
-  std::uint8_t is_first[kBlock];  ///< of a run
-};
-
-PLANAR_MAPPING_MULTIVERSION
-void findRuns(Block& block, std::size_t n) {
-  const std::int32_t* __restrict x = block.number[0];
-  const std::int32_t* __restrict y = block.number[1];
-  const std::int32_t* __restrict z = block.number[2];
-  const std::int32_t* __restrict label = block.label;
-  for (std::size_t k = 0; k < n; ++k) {
-    const std::int32_t change =
-        (x[k] ^ x[k + 1]) | (y[k] ^ y[k + 1]) | (z[k] ^ z[k + 1]) | (label[k] ^ label[k + 1]);
-    block.is_first[k] = change != 0 ? 1 : 0;
-  }
 }
 
 /// Cell numbers of at most kBlock points along one axis, -kFarthest where too far or not a number.
@@ -117,31 +96,28 @@ void FrameCells::findStarts(const PointsView& points, const Indices& indices,
   float x_of[kBlock];
   float y_of[kBlock];
   float z_of[kBlock];
-  Block block;
-  block.number[0][0] = INT32_MIN;  // of no cell
-  block.number[1][0] = block.number[2][0] = block.label[0] = 0;
+  // Cell numbers and labels of a block, after those of the last point before it.
+  std::int32_t number[3][kBlock + 1];
+  std::int32_t label[kBlock + 1];
+  number[0][0] = INT32_MIN;  // of no cell
+  number[1][0] = number[2][0] = label[0] = 0;
   for (; first < last; first += kBlock) {
     const std::size_t n = std::min(kBlock, last - first);
     gather(points.data, points.stride, labels.data(), indices.data() + first, n, x_of, y_of, z_of,
-           block.label + 1);
+           label + 1);
     for (int axis = 0; axis < 3; ++axis) {
-      cellsAlongAxis(x_of, y_of, z_of, n, rows_[axis], offset_[axis], block.number[axis] + 1);
+      cellsAlongAxis(x_of, y_of, z_of, n, rows_[axis], offset_[axis], number[axis] + 1);
     }
-    findRuns(block, n);
-    std::uint16_t beginning[kBlock + 1];
-    const auto runs = static_cast<std::size_t>(
-        listMarked<std::uint16_t>(block.is_first, n, 0, beginning) - beginning);
-    starts.resize(starts.size() + runs);
-    Start* start = starts.data() + starts.size() - runs;
-    for (std::size_t r = 0; r < runs; ++r, ++start) {
-      const std::size_t k = beginning[r] + std::size_t{1};
-      start->at = static_cast<std::uint32_t>(first + k - 1);
-      for (std::size_t axis = 0; axis < 3; ++axis) start->number[axis] = block.number[axis][k];
-      start->label = block.label[k];
+    for (std::size_t k = 1; k <= n; ++k) {
+      const std::int32_t change = (number[0][k] ^ number[0][k - 1]) |
+                                  (number[1][k] ^ number[1][k - 1]) |
+                                  (number[2][k] ^ number[2][k - 1]) | (label[k] ^ label[k - 1]);
+      if (change == 0) continue;
+      starts.push_back({static_cast<std::uint32_t>(first + k - 1),
+                        {number[0][k], number[1][k], number[2][k]},
+                        label[k]});
     }
-    for (std::int32_t* numbers : {block.number[0], block.number[1], block.number[2], block.label}) {
-      numbers[0] = numbers[n];
-    }
+    for (std::int32_t* numbers : {number[0], number[1], number[2], label}) numbers[0] = numbers[n];
   }
 }
 

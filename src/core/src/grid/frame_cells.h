@@ -87,7 +87,6 @@ class FrameCells {
   };
   /// Where points of another cell begin.
   struct Start {
-    Start() {}  // leaves its memory as it is: room for many is made at once, and all are set
     std::uint32_t at;
     std::int32_t number[3];  ///< of the cell, from the sensor's
     std::int32_t label;

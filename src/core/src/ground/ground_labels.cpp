@@ -8,7 +8,6 @@
 #include "base/point_indices.h"
 #include "ground/ground_model.h"
 #include "planar_mapping/core/base/detail/gather_points.h"
-#include "planar_mapping/core/base/detail/marked_positions.h"
 #include "planar_mapping/core/base/detail/parallel.h"
 #include "planar_mapping/core/base/detail/simd.h"
 
@@ -43,11 +42,8 @@ struct Block {
   std::int32_t kind[kBlock];              ///< see Kind
   std::int32_t column[kBlock];            ///< of what a wall may be made of
   std::uint8_t is_ground[kBlock];         ///< 1 where kind is kGround
-  std::uint8_t is_other[kBlock];          ///< 1 where kind is above kGround
-  std::uint16_t others[kBlock + 1];       ///< those points, ascending; room for one that is none
   std::size_t finite = 0;                 ///< points
   std::size_t on_ground = 0;              ///< points of kGround
-  std::size_t number_of_others = 0;
 };
 
 enum Kind : std::int32_t {
@@ -165,9 +161,6 @@ void classify(std::size_t n, const Kernel& kernel, Block& block) {
     on_ground += block.kind[i] == kGround ? 1 : 0;
   }
   block.on_ground = static_cast<std::size_t>(on_ground);
-  for (std::size_t i = 0; i < n; ++i) block.is_other[i] = block.kind[i] > kGround ? 1 : 0;
-  block.number_of_others = static_cast<std::size_t>(
-      listMarked<std::uint16_t>(block.is_other, n, 0, block.others) - block.others);
 }
 
 struct Column {
@@ -228,8 +221,9 @@ class Stretch {
       finite_ += block.finite;
       on_ground_ += block.on_ground;
       std::copy_n(block.is_ground, count, is_ground + first);
-      for (std::size_t k = 0; k < block.number_of_others; ++k)
-        countOther(first, block, block.others[k]);
+      for (std::size_t k = 0; k < count; ++k) {
+        if (block.kind[k] > kGround) countOther(first, block, k);
+      }
     }
   }
   /// Adds what the other has counted: as if one had looked at all its points, too.

@@ -4,10 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <iterator>
 #include <string>
 
-#include "planar_mapping/core/base/detail/marked_positions.h"
 #include "planar_mapping/core/base/detail/simd.h"
 #include "planar_mapping/core/base/error.h"
 
@@ -42,43 +41,24 @@ bool areBeliefs(const float* beliefs, std::size_t n) {
 
 /// Positions whose byte is 1, not 0.
 Indices positionsOf(const std::vector<std::uint8_t>& bytes) {
-  Indices positions(static_cast<std::size_t>(std::count(bytes.begin(), bytes.end(), 1)) + 1);
-  const int* last = listMarked(bytes.data(), bytes.size(), 0, positions.data());
-  positions.resize(static_cast<std::size_t>(last - positions.data()));
+  Indices positions;
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    if (bytes[i] != 0) positions.push_back(static_cast<int>(i));
+  }
   return positions;
 }
 
-/// Gives the bytes of points a value. Indices mostly come in runs of neighbours.
+/// Gives the bytes of points a value.
 void setBytes(const Indices& indices, std::uint8_t value, std::vector<std::uint8_t>& bytes) {
-  constexpr std::size_t kRun = 8;
-  std::uint8_t run[kRun];
-  std::fill_n(run, kRun, value);
-  std::size_t k = 0;
-  for (; k + kRun <= indices.size(); k += kRun) {
-    const int* i = indices.data() + k;
-    int apart = 0;
-    for (std::size_t j = 0; j < kRun; ++j) apart |= (i[j] - i[0]) ^ static_cast<int>(j);
-    if (apart == 0) {
-      std::memcpy(&bytes[static_cast<std::size_t>(i[0])], run, kRun);
-    } else {
-      for (std::size_t j = 0; j < kRun; ++j) bytes[static_cast<std::size_t>(i[j])] = value;
-    }
-  }
-  for (; k < indices.size(); ++k) bytes[static_cast<std::size_t>(indices[k])] = value;
+  for (const int i : indices) bytes[static_cast<std::size_t>(i)] = value;
 }
 
 /// Those whose byte is 1; none if that is all of them.
 std::optional<Indices> filtered(const Indices& indices, const std::vector<std::uint8_t>& bytes) {
-  std::size_t marked = 0;
-  for (const int i : indices) marked += bytes[static_cast<std::size_t>(i)];
-  if (marked == indices.size()) return std::nullopt;
-  Indices kept(indices.size());
-  std::size_t number = 0;
-  for (const int i : indices) {  // without a branch
-    kept[number] = i;
-    number += bytes[static_cast<std::size_t>(i)];
-  }
-  kept.resize(number);
+  Indices kept;
+  std::copy_if(indices.begin(), indices.end(), std::back_inserter(kept),
+               [&](int i) { return bytes[static_cast<std::size_t>(i)] != 0; });
+  if (kept.size() == indices.size()) return std::nullopt;
   return kept;
 }
 

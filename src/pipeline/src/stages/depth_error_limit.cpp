@@ -7,40 +7,9 @@
 
 #include "builtin.h"
 #include "keys/noise_keys.h"
-#include "planar_mapping/core/base/detail/gather_points.h"
-#include "planar_mapping/core/base/detail/marked_indices.h"
-#include "planar_mapping/core/base/detail/simd.h"
 
 namespace planar_mapping {
 namespace {
-
-/// Marks the points that are not beyond a depth; not a number is no depth.
-PLANAR_MAPPING_MULTIVERSION
-void markWithin(const float* points, std::size_t stride, const int* indices, std::size_t n,
-                float farthest, std::uint8_t* marks) {
-  constexpr std::size_t kBlock = 1024;
-  float x[kBlock], y[kBlock], z[kBlock];
-  for (std::size_t first = 0; first < n; first += kBlock) {
-    const std::size_t count = n - first < kBlock ? n - first : kBlock;
-    detail::gatherPoints(points, stride, indices + first, count, x, y, z);
-    for (std::size_t i = 0; i < count; ++i) {
-      marks[first + i] = __builtin_fabsf(z[i]) > farthest ? 0 : 1;
-    }
-  }
-}
-
-void keepWithin(float farthest, const PointsView& points, Indices& indices) {
-  constexpr std::size_t kBlock = 1024;
-  std::uint8_t marks[kBlock];
-  int* kept = indices.data();
-  for (std::size_t first = 0; first < indices.size(); first += kBlock) {
-    const std::size_t n = std::min(kBlock, indices.size() - first);
-    const int* block = indices.data() + first;
-    markWithin(points.data, points.stride, block, n, farthest, marks);
-    kept = detail::copyMarked(block, marks, n, 1, kept);
-  }
-  indices.resize(static_cast<std::size_t>(kept - indices.data()));
-}
 
 /// A far point of a stereo camera says less about its place than a cell is large.
 class DepthErrorLimitStage : public Stage {
@@ -68,7 +37,13 @@ class DepthErrorLimitStage : public Stage {
   void process(Frame& frame) override {
     const std::optional<StereoNoise> noise = noise_.optionalNoise();
     if (!noise) return;
-    keepWithin(farthestDepth(*noise), viewOf(*frame.cloud), frame.indices);
+    const PointsView points = viewOf(*frame.cloud);
+    const float farthest = farthestDepth(*noise);
+    const auto is_beyond = [&](int i) {
+      return std::abs(points[static_cast<std::size_t>(i)][2]) > farthest;
+    };
+    frame.indices.erase(std::remove_if(frame.indices.begin(), frame.indices.end(), is_beyond),
+                        frame.indices.end());
   }
 
  private:

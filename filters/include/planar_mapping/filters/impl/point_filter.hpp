@@ -9,7 +9,6 @@
 #include <cmath>
 #include <utility>
 
-#include "planar_mapping/core/base/detail/marked_indices.h"
 #include "planar_mapping/filters/detail/point_filter.h"
 
 namespace planar_mapping::detail {
@@ -48,17 +47,19 @@ template <typename PointT>
 void PointFilter<PointT>::applyFilter(pcl::Indices& indices) {
   this->removed_indices_->clear();
   const pcl::Indices& all = *this->indices_;
-  std::vector<std::uint8_t> marks = test(*this->input_, this->fake_indices_ ? nullptr : &all);
+  const std::vector<std::uint8_t> verdicts =
+      test(*this->input_, this->fake_indices_ ? nullptr : &all);
   const std::uint8_t wanted = this->negative_ ? kFails : kPasses;
-  for (std::uint8_t& mark : marks) mark = mark == wanted ? 1 : 0;
-  const auto copy = [&](std::uint8_t mark, pcl::Indices& to) {
-    to.resize(all.size() + 1);
-    const int* end = copyMarked(all.data(), marks.data(), all.size(), mark, to.data());
-    to.resize(static_cast<std::size_t>(end - to.data()));
-  };
-  if (this->extract_removed_indices_) copy(0, *this->removed_indices_);
-  pcl::Indices kept;
-  copy(1, kept);
+  pcl::Indices kept(all.size());
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    if (verdicts[k] == wanted) {
+      kept[count++] = all[k];
+    } else if (this->extract_removed_indices_) {
+      this->removed_indices_->push_back(all[k]);
+    }
+  }
+  kept.resize(count);
   indices = std::move(kept);
 }
 
