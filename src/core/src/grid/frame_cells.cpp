@@ -17,13 +17,6 @@ constexpr std::int32_t kFarthest = 1 << 20;
 constexpr std::size_t kMinSlots = 1024;
 constexpr std::size_t kBlock = 512;
 
-PLANAR_MAPPING_MULTIVERSION
-void gather(const float* points, std::size_t stride, const std::int32_t* label_of,
-            const int* indices, std::size_t n, float* x, float* y, float* z, std::int32_t* label) {
-  gatherPoints(points, stride, indices, n, x, y, z);
-  for (std::size_t k = 0; k < n; ++k) label[k] = label_of[static_cast<std::size_t>(indices[k])];
-}
-
 /// Cell numbers of at most kBlock points along one axis, -kFarthest where too far or not a number.
 PLANAR_MAPPING_MULTIVERSION
 void cellsAlongAxis(const float* __restrict x, const float* __restrict y, const float* __restrict z,
@@ -103,8 +96,9 @@ void FrameCells::findStarts(const PointsView& points, const Indices& indices,
   number[1][0] = number[2][0] = label[0] = 0;
   for (; first < last; first += kBlock) {
     const std::size_t n = std::min(kBlock, last - first);
-    gather(points.data, points.stride, labels.data(), indices.data() + first, n, x_of, y_of, z_of,
-           label + 1);
+    gatherPoints(points.data, points.stride, indices.data() + first, n, x_of, y_of, z_of);
+    for (std::size_t k = 0; k < n; ++k)
+      label[k + 1] = labels[static_cast<std::size_t>(indices[first + k])];
     for (int axis = 0; axis < 3; ++axis) {
       cellsAlongAxis(x_of, y_of, z_of, n, rows_[axis], offset_[axis], number[axis] + 1);
     }

@@ -70,13 +70,6 @@ inline __attribute__((always_inline)) std::int32_t floorOf(float value) {
   return truncated - (static_cast<float>(truncated) > value ? 1 : 0);
 }
 
-PLANAR_MAPPING_MULTIVERSION
-void gather(const float* data, std::size_t stride, const int* indices, std::size_t n,
-            Block& block) {
-  if (indices == nullptr) return readPoints(data, stride, n, block.x, block.y, block.z);
-  gatherPoints(data, stride, indices, n, block.x, block.y, block.z);
-}
-
 /// Takes the height of the local ground off kTogether heights. Neighbours mostly share its piece.
 PLANAR_MAPPING_INLINE void subtractBends(const float* pieces, std::size_t first, Block& block) {
   const std::int32_t shared = block.column[first];
@@ -215,8 +208,8 @@ class Stretch {
     Block block = {};
     for (; first < last; first += kBlock) {
       const std::size_t count = std::min(kBlock, last - first);
-      gather(indices ? points.data : points[first], points.stride,
-             indices ? indices->data() + first : nullptr, count, block);
+      gatherPoints(indices ? points.data : points[first], points.stride,
+                   indices ? indices->data() + first : nullptr, count, block.x, block.y, block.z);
       classify(count, kernel, block);
       finite_ += block.finite;
       on_ground_ += block.on_ground;

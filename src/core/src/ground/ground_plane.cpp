@@ -7,7 +7,6 @@
 #include "geometry/point_sums.h"
 #include "grid/cell_table.h"
 #include "ground/ground_model.h"
-#include "planar_mapping/core/base/detail/gather_points.h"
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/detail/simd.h"
 
@@ -190,34 +189,22 @@ GroundSample drawGroundSample(const PointsView& points, const Indices* indices,
   const std::size_t draws = std::min(n, wanted);
   Random random(params.seed, 0);
   for (auto* values : {&sample.x, &sample.y, &sample.z, &sample.depth}) values->reserve(draws);
-  // The points lie all over the memory: fetched together they cost a fraction of one by one.
-  constexpr std::size_t kTogether = 1024;
-  std::size_t drawn[kTogether];
   std::size_t first = 0;
-  for (std::size_t begin = 0; begin < draws; begin += kTogether) {
-    const std::size_t count = std::min(kTogether, draws - begin);
-    for (std::size_t i = 0; i < count; ++i) {
-      // One point out of each of `draws` equal runs: even, but in step with no row of the image.
-      const std::size_t end = (begin + i + 1) * n / draws;
-      drawn[i] = first + random.below(static_cast<std::uint32_t>(end - first));
-      if (indices) __builtin_prefetch(indices->data() + drawn[i]);
-      first = end;
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-      drawn[i] = at(indices, drawn[i]);
-      fetch(points[drawn[i]]);
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-      if (!points.isMeasured(drawn[i])) continue;
-      const Vector3 p = points.point(drawn[i]);
-      const Vector3 q = frame.local(p);
-      // Beyond this a float no longer resolves the ground.
-      if (!(q.cwiseAbs().maxCoeff() < 1e5)) continue;
-      sample.x.push_back(static_cast<float>(q.x()));
-      sample.y.push_back(static_cast<float>(q.y()));
-      sample.z.push_back(static_cast<float>(q.z()));
-      sample.depth.push_back(static_cast<float>(frame.depth(p)));
-    }
+  for (std::size_t i = 0; i < draws; ++i) {
+    // One point out of each of `draws` equal runs: even, but in step with no row of the image.
+    const std::size_t end = (i + 1) * n / draws;
+    const std::size_t drawn =
+        at(indices, first + random.below(static_cast<std::uint32_t>(end - first)));
+    first = end;
+    if (!points.isMeasured(drawn)) continue;
+    const Vector3 p = points.point(drawn);
+    const Vector3 q = frame.local(p);
+    // Beyond this a float no longer resolves the ground.
+    if (!(q.cwiseAbs().maxCoeff() < 1e5)) continue;
+    sample.x.push_back(static_cast<float>(q.x()));
+    sample.y.push_back(static_cast<float>(q.y()));
+    sample.z.push_back(static_cast<float>(q.z()));
+    sample.depth.push_back(static_cast<float>(frame.depth(p)));
   }
   return sample;
 }

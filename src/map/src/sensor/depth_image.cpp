@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "planar_mapping/core/base/detail/gather_points.h"
 #include "planar_mapping/core/base/detail/simd.h"
 
 namespace planar_mapping::detail {
@@ -20,15 +19,8 @@ constexpr float kMinMeasured = 0.5f;
 PLANAR_MAPPING_MULTIVERSION
 void readRow(const float* points, std::size_t stride, std::size_t n, float* depth) {
   constexpr float kMaxDepth = std::numeric_limits<float>::max();
-  std::size_t i = 0;
-  for (; i + 4 <= n; i += 4) {
-    float x[4], y[4];
-    fetchAhead(points + i * stride, stride);
-    readFour(points + i * stride, stride, x, y, depth + i);
-  }
-  for (; i < n; ++i) depth[i] = points[i * stride + 2];
-  for (i = 0; i < n; ++i) {
-    const float z = depth[i];
+  for (std::size_t i = 0; i < n; ++i) {
+    const float z = points[i * stride + 2];
     depth[i] = (z > 0.0f) & (z <= kMaxDepth) ? z : 0.0f;
   }
 }

@@ -12,12 +12,6 @@ namespace planar_mapping::detail {
 
 namespace {
 
-PLANAR_MAPPING_MULTIVERSION
-void gather(const float* data, std::size_t stride, const int* indices, std::size_t n, float* x,
-            float* y, float* z) {
-  gatherPoints(data, stride, indices, n, x, y, z);
-}
-
 constexpr std::size_t kLanes = 8;
 
 /// m0 x + m1 y + m2 z + m3, or kOutside: the comparisons are false for NaN.
@@ -123,7 +117,7 @@ void planeCoordinates(const float* data, std::size_t stride, const int* indices,
   float x[kBatch];
   float y[kBatch];
   float z[kBatch];
-  gather(data, stride, indices, n, x, y, z);
+  gatherPoints(data, stride, indices, n, x, y, z);
   coordinates(x, y, z, n, m, u);
   coordinates(x, y, z, n, m + 4, v);
   leaveTogether(u, v, n);

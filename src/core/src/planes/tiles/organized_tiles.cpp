@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "base/organized_lanes.h"
-#include "planar_mapping/core/base/detail/gather_points.h"
 #include "planar_mapping/core/base/detail/parallel.h"
 #include "planar_mapping/core/base/detail/simd.h"
 
@@ -17,44 +16,17 @@ namespace {
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
-/// Points relative to the origin. A coordinate minus itself is 0, or NaN if it is not finite; added
-/// to all three it marks the pixel without a branch.
-template <typename Value>
-PLANAR_MAPPING_INLINE void shiftPoints(const float* origin, Value& x, Value& y, Value& z) {
-  x -= origin[0];
-  y -= origin[1];
-  z -= origin[2];
-  const Value mark = (x - x) + (y - y) + (z - z);
-  x += mark;
-  y += mark;
-  z += mark;
-}
-
+/// A point relative to the origin. A coordinate minus itself is 0, or NaN if it is not finite;
+/// added to all three it marks the pixel.
 void copyPixel(const float* point, const float* origin, float* pixel) {
-  float x = point[0], y = point[1], z = point[2];
-  if (x == 0.0F && y == 0.0F && z == 0.0F) x = kNaN;  // no measurement
-  shiftPoints(origin, x, y, z);
-  pixel[0] = x;
-  pixel[kTileArea] = y;
-  pixel[2 * kTileArea] = z;
-}
-
-/// A row of points into row \p row of a row of tiles, as far as quarters are full.
-PLANAR_MAPPING_MULTIVERSION
-void copyLine(const float* line, std::size_t stride, int width, const float* origin, int row,
-              float* tiles) {
-  for (int column = 0; column + kQuarterSide <= width; column += kQuarterSide) {
-    const float* four = line + static_cast<std::size_t>(column) * stride;
-    float* pixel = tiles + std::size_t{3} * kTileArea * (column / kTileSide) +
-                   pixelInTile(row, column % kTileSide);
-    FourFloats x, y, z;
-    fetchAhead(four, stride);
-    readFour(four, stride, x, y, z);
-    shiftPoints(origin, x, y, z);
-    std::memcpy(pixel, &x, sizeof(x));
-    std::memcpy(pixel + kTileArea, &y, sizeof(y));
-    std::memcpy(pixel + 2 * kTileArea, &z, sizeof(z));
-  }
+  const float x = point[0] - origin[0];
+  const float y = point[1] - origin[1];
+  const float z = point[2] - origin[2];
+  const bool is_nothing = point[0] == 0.0F && point[1] == 0.0F && point[2] == 0.0F;
+  const float mark = is_nothing ? kNaN : (x - x) + (y - y) + (z - z);
+  pixel[0] = x + mark;
+  pixel[kTileArea] = y + mark;
+  pixel[2 * kTileArea] = z + mark;
 }
 
 void copyTileRow(const PointsView& points, const float* origin, int tile_row, int columns,
@@ -66,10 +38,10 @@ void copyTileRow(const PointsView& points, const float* origin, int tile_row, in
     std::fill(tiles, tiles + std::size_t{3} * kTileArea * columns, kNaN);
   }
   for (int row = 0; row < rows; ++row) {
-    const float* line = points[static_cast<std::size_t>(tile_row * kTileSide + row) * points.width];
-    copyLine(line, points.stride, width, origin, row, tiles);
-    for (int column = width / kQuarterSide * kQuarterSide; column < width; ++column) {
-      copyPixel(line + static_cast<std::size_t>(column) * points.stride, origin,
+    const float* point =
+        points[static_cast<std::size_t>(tile_row * kTileSide + row) * points.width];
+    for (int column = 0; column < width; ++column, point += points.stride) {
+      copyPixel(point, origin,
                 tiles + std::size_t{3} * kTileArea * (column / kTileSide) +
                     pixelInTile(row, column % kTileSide));
     }
