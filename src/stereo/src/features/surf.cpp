@@ -20,78 +20,17 @@ constexpr int kOctaves = 3;
 constexpr int kIntervals = 4;
 constexpr int kStep = 2;  // pixels between samples of the first octave
 
-/// The same sums for rectangles about every step-th column: of columns 0, step, 2 step, ..., then
-/// of 1, step + 1, ..., so that neighbouring rectangles read neighbouring numbers.
-class SteppedSums {
- public:
-  SteppedSums(const IntegralImage& image, int step)
-      : step_(step), stride_(image.width() / step + 1) {
-    sums_.resize(at(image.height() + 1));
-    for (int row = 0; row <= image.height(); ++row) {
-      const std::int32_t* in = image.before(row);
-      for (int phase = 0; phase < step; ++phase) {
-        std::int32_t* out = sums_.data() + at(row) + phase * stride_;
-        for (int column = phase; column <= image.width(); column += step) *out++ = in[column];
-      }
-    }
+/// Sum over a rectangle that moves along the rows.
+struct Box {
+  const std::int32_t *top, *bottom;  ///< sums over the rows before it, and to its last one
+  int before, end;                   ///< columns from the middle
+  PLANAR_MAPPING_INLINE std::int32_t operator()(int column) const {
+    const std::int32_t* upper = top + column;
+    const std::int32_t* lower = bottom + column;
+    return static_cast<std::int32_t>(
+        static_cast<std::uint32_t>(lower[end]) - static_cast<std::uint32_t>(lower[before]) -
+        static_cast<std::uint32_t>(upper[end]) + static_cast<std::uint32_t>(upper[before]));
   }
-
-  int rowLength() const { return step_ * stride_; }
-  const std::int32_t* before(int row) const { return sums_.data() + at(row); }
-  /// Of a column relative to the rectangles' middle, in a row.
-  int placeOf(int offset) const {
-    const int phase = (offset % step_ + step_) % step_;
-    return phase * stride_ + (offset - phase) / step_;
-  }
-
- private:
-  std::size_t at(int row) const {
-    return static_cast<std::size_t>(row) * static_cast<std::size_t>(rowLength());
-  }
-
-  int step_;
-  int stride_;
-  std::vector<std::int32_t> sums_;
-};
-
-PLANAR_MAPPING_MULTIVERSION
-void subtract(const std::int32_t* all, const std::int32_t* part, std::size_t count,
-              std::int32_t* __restrict rest) {
-  for (std::size_t i = 0; i < count; ++i)
-    rest[i] = static_cast<std::int32_t>(static_cast<std::uint32_t>(all[i]) -
-                                        static_cast<std::uint32_t>(part[i]));
-}
-
-/// Sums over rectangles of the same rows.
-class BoxRows {
- public:
-  /// Of a rectangle that moves along the rows: at i it is about column i * step.
-  struct Sum {
-    const std::int32_t* row;
-    int before, end;  ///< places in the row; the first may be negative where i is not
-    PLANAR_MAPPING_INLINE std::int32_t operator()(int i) const {
-      return static_cast<std::int32_t>(static_cast<std::uint32_t>(row[end + i]) -
-                                       static_cast<std::uint32_t>(row[before + i]));
-    }
-  };
-
-  explicit BoxRows(const SteppedSums& image)
-      : image_(image), sums_(static_cast<std::size_t>(image.rowLength())) {}
-
-  /// Both ends included.
-  void set(int first, int last) {
-    const std::int32_t* top = image_.before(first);
-    const std::int32_t* bottom = image_.before(last + 1);
-    subtract(bottom, top, sums_.size(), sums_.data());
-  }
-  /// Columns from the middle, both ends included.
-  Sum sum(int first, int last) const {
-    return {sums_.data(), image_.placeOf(first), image_.placeOf(last + 1)};
-  }
-
- private:
-  const SteppedSums& image_;
-  std::vector<std::int32_t> sums_;
 };
 
 /// Determinants of the Hessian of one octave; 0 at the rim and where negative.
@@ -127,16 +66,17 @@ class Octave {
 
 /// The rectangles of the three box filters about the pixels of one row.
 struct HessianFilter {
-  BoxRows::Sum across_all, across_middle, down_all, down_middle;
-  BoxRows::Sum upper_left, upper_right, lower_left, lower_right;
+  Box across_all, across_middle, down_all, down_middle;
+  Box upper_left, upper_right, lower_left, lower_right;
 };
 
 PLANAR_MAPPING_MULTIVERSION
-void determinants(const HessianFilter& filter, int first, int last, float per_area,
+void determinants(const HessianFilter& filter, int step, int first, int last, float per_area,
                   float* __restrict out) {
   const HessianFilter f = filter;
   // Sums of a filter are below 2^24, exact as floats.
-  for (int column = first; column < last; ++column) {
+  for (int i = first; i < last; ++i) {
+    const int column = i * step;
     const std::int32_t sum_xx = f.across_all(column) - f.across_middle(column) * 3;
     const std::int32_t sum_yy = f.down_all(column) - f.down_middle(column) * 3;
     const std::int32_t sum_xy =
@@ -144,15 +84,13 @@ void determinants(const HessianFilter& filter, int first, int last, float per_ar
     const float xx = static_cast<float>(sum_xx) * per_area;
     const float yy = static_cast<float>(sum_yy) * per_area;
     const float xy = static_cast<float>(sum_xy) * per_area;
-    out[column] = std::max(xx * yy - 0.81f * xy * xy, 0.0f);
+    out[i] = std::max(xx * yy - 0.81f * xy * xy, 0.0f);
   }
 }
 
 Octave::Octave(const IntegralImage& image, int octave)
     : step_(kStep << octave), rows_(image.height() / step_), columns_(image.width() / step_) {
   responses_.assign(indexOf(kIntervals, 0, 0), 0.0f);
-  const SteppedSums sums(image, step_);
-  BoxRows across(sums), lobes(sums), middle(sums), upper(sums), lower(sums);
   for (int interval = 0; interval < kIntervals; ++interval) {
     const int lobe = step_ * (interval + 1) + 1;
     const int half = lobe / 2;     // of a lobe
@@ -163,20 +101,19 @@ Octave::Octave(const IntegralImage& image, int octave)
     const int border = borderOf(interval);
     for (int row = border; row < rows_ - border; ++row) {
       const int y = row * step_;
-      across.set(y - flank, y + flank);
-      lobes.set(y - wide, y + wide);
-      middle.set(y - half, y + half);
-      upper.set(y - apart - half, y - apart + half);
-      lower.set(y + apart - half, y + apart + half);
-      const HessianFilter filter{across.sum(-wide, wide),
-                                 across.sum(-half, half),
-                                 lobes.sum(-flank, flank),
-                                 middle.sum(-flank, flank),
-                                 upper.sum(-apart - half, -apart + half),
-                                 upper.sum(apart - half, apart + half),
-                                 lower.sum(-apart - half, -apart + half),
-                                 lower.sum(apart - half, apart + half)};
-      determinants(filter, border, columns_ - border, per_area,
+      // Rows and columns from the middle, both ends included.
+      const auto box = [&](int first_row, int last_row, int first, int last) {
+        return Box{image.before(y + first_row), image.before(y + last_row + 1), first, last + 1};
+      };
+      const HessianFilter filter{box(-flank, flank, -wide, wide),
+                                 box(-flank, flank, -half, half),
+                                 box(-wide, wide, -flank, flank),
+                                 box(-half, half, -flank, flank),
+                                 box(-apart - half, -apart + half, -apart - half, -apart + half),
+                                 box(-apart - half, -apart + half, apart - half, apart + half),
+                                 box(apart - half, apart + half, -apart - half, -apart + half),
+                                 box(apart - half, apart + half, apart - half, apart + half)};
+      determinants(filter, step_, border, columns_ - border, per_area,
                    &responses_[indexOf(interval, row, 0)]);
     }
   }
