@@ -2,9 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
 
-#include "base/organized_lanes.h"
 #include "base/point_indices.h"
 #include "ground/ground_model.h"
 #include "planar_mapping/core/base/detail/gather_points.h"
@@ -32,9 +30,6 @@ struct Kernel {
 
 // Points are dealt with in blocks that stay in the first cache.
 constexpr std::size_t kBlock = 512;
-/// Points in a row that mostly have one piece of the ground under them.
-constexpr std::size_t kTogether = 16;
-static_assert(kBlock % kTogether == 0, "what is beyond the points of a block is in it");
 struct Block {
   float x[kBlock], y[kBlock], z[kBlock];  ///< of the point, then forwards and left of the sensor
   float d[kBlock], band[kBlock];          ///< height over the ground and what counts as on it
@@ -70,31 +65,6 @@ inline __attribute__((always_inline)) std::int32_t floorOf(float value) {
   return truncated - (static_cast<float>(truncated) > value ? 1 : 0);
 }
 
-/// Takes the height of the local ground off kTogether heights. Neighbours mostly share its piece.
-PLANAR_MAPPING_INLINE void subtractBends(const float* pieces, std::size_t first, Block& block) {
-  const std::int32_t shared = block.column[first];
-  std::int32_t apart = 0;
-  const std::size_t last = first + kTogether;
-  for (std::size_t i = first; i < last; ++i) apart |= block.column[i] ^ shared;
-  if (apart == 0) {
-    const float* piece = pieces + shared;
-    for (std::size_t i = first; i < last; i += kLanes) {
-      FloatLanes x, y, d;
-      load(&block.x[i], x);
-      load(&block.y[i], y);
-      load(&block.d[i], d);
-      d -= piece[0] + piece[1] * x + piece[2] * y;
-      std::memcpy(&block.d[i], &d, sizeof(d));
-    }
-    return;
-  }
-  for (std::size_t i = first; i < last; ++i) {
-    const float* piece = pieces + block.column[i];
-    const float w = piece[0] + piece[1] * block.x[i] + piece[2] * block.y[i];
-    block.d[i] -= w;
-  }
-}
-
 // Several short loops: in one, the compiler finds comparisons that decide each other and leaves
 // branches.
 PLANAR_MAPPING_MULTIVERSION
@@ -117,17 +87,19 @@ void classify(std::size_t n, const Kernel& kernel, Block& block) {
   block.finite = static_cast<std::size_t>(finite);
   if (k.pieces) {
     constexpr auto kCells = static_cast<float>(GroundBends::kCells);
-    const std::size_t whole = (n + kTogether - 1) / kTogether * kTogether;  // others do no harm
-    for (std::size_t i = 0; i < whole; ++i) {
+    for (std::size_t i = 0; i < n; ++i) {
       // What is outside falls on the border.
       block.a[i] = clamped((block.x[i] - k.origin_x) * k.cells_per_metre, -1.0f, kCells);
       block.b[i] = clamped((block.y[i] - k.origin_y) * k.cells_per_metre, -1.0f, kCells);
     }
-    for (std::size_t i = 0; i < whole; ++i) {
+    for (std::size_t i = 0; i < n; ++i) {
       block.column[i] = 3 * (floorOf(block.b[i]) * GroundBends::kSide + floorOf(block.a[i]));
     }
     const float* pieces = k.pieces + 3 * (GroundBends::kSide + 1);
-    for (std::size_t i = 0; i < whole; i += kTogether) subtractBends(pieces, i, block);
+    for (std::size_t i = 0; i < n; ++i) {
+      const float* piece = pieces + block.column[i];
+      block.d[i] -= piece[0] + piece[1] * block.x[i] + piece[2] * block.y[i];
+    }
   }
   for (std::size_t i = 0; i < n; ++i) {
     const float d = block.d[i];
