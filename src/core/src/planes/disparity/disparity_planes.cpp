@@ -97,7 +97,6 @@ void dropUncertain(std::vector<PlaneCandidate>& planes, PixelLabels& pixels,
   }
   const std::vector<Extent> extents = extentsOf(planes, pixels.parts(), rough, params);
   const std::vector<PartList> lists = partsOfPlanes(pixels.parts(), planes.size());
-  std::vector<std::int16_t> target(planes.size(), -1);
   for (std::size_t i = 0; i < planes.size(); ++i) {
     PlaneCandidate& plane = planes[i];
     if (!plane.valid) continue;
@@ -110,14 +109,11 @@ void dropUncertain(std::vector<PlaneCandidate>& planes, PixelLabels& pixels,
         isNoiseOfPlane(plane, pixels.parts(), lists[i], cloud, pixels.labels(), params)) {
       most = params.max_noisy_direction_error;
     }
-    if (variance <= most * most) {
-      target[i] = static_cast<std::int16_t>(i);
-    } else {
-      plane.valid = false;
-      ++diagnostics.rejected_not_significant;
-    }
+    if (variance <= most * most) continue;
+    plane.valid = false;
+    ++diagnostics.rejected_not_significant;
   }
-  pixels.relabel(target);
+  freeInvalid(planes, pixels);
 }
 
 void describe(const PlaneCandidate& plane, const DisparityParams& params, PlaneSegment& segment) {

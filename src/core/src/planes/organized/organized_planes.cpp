@@ -42,16 +42,12 @@ void settleEdges(std::vector<PlaneCandidate>& planes, PixelAssigner& pixels, con
 void dropSmall(std::vector<PlaneCandidate>& planes, PixelAssigner& pixels, int min_inliers,
                PlaneSearchDiagnostics& diagnostics) {
   const std::vector<std::int64_t> counts = pixels.counts(planes.size());
-  std::vector<std::int16_t> target(planes.size());
   for (std::size_t i = 0; i < planes.size(); ++i) {
-    target[i] = static_cast<std::int16_t>(i);
-    if (planes[i].valid && counts[i] < min_inliers) {
-      ++diagnostics.rejected_not_coherent;
-      planes[i].valid = false;
-    }
-    if (!planes[i].valid) target[i] = -1;
+    if (!planes[i].valid || counts[i] >= min_inliers) continue;
+    ++diagnostics.rejected_not_coherent;
+    planes[i].valid = false;
   }
-  pixels.relabel(target);
+  freeInvalid(planes, pixels);
 }
 
 void describe(const PlaneCandidate& plane, const TiledCloud& cloud, const Vector3& sensor,

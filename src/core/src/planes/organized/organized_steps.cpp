@@ -68,9 +68,7 @@ void reject(std::vector<PlaneCandidate>& planes, PixelLabels& pixels, double min
   const std::vector<char> coherent =
       test_coherence ? coherentPlanes(planes, parts, cloud.columns, cloud.tiles(), fit)
                      : std::vector<char>(planes.size(), 1);
-  std::vector<std::int16_t> target(planes.size());
   for (std::size_t i = 0; i < planes.size(); ++i) {
-    target[i] = static_cast<std::int16_t>(i);
     if (!(planes[i].sums[kN] > 0.0)) {
       planes[i].valid = false;
     } else if (!planes[i].valid || planes[i].sums[kN] < min_points) {
@@ -80,7 +78,14 @@ void reject(std::vector<PlaneCandidate>& planes, PixelLabels& pixels, double min
       ++diagnostics.rejected_not_coherent;
       planes[i].valid = false;
     }
-    if (!planes[i].valid) target[i] = -1;
+  }
+  freeInvalid(planes, pixels);
+}
+
+void freeInvalid(const std::vector<PlaneCandidate>& planes, PixelLabels& pixels) {
+  std::vector<std::int16_t> target(planes.size(), -1);
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    if (planes[i].valid) target[i] = static_cast<std::int16_t>(i);
   }
   pixels.relabel(target);
 }

@@ -28,6 +28,9 @@ void reject(std::vector<PlaneCandidate>& planes, PixelLabels& pixels, double min
             const TiledCloud& cloud, const PlaneFit& fit, bool test_coherence,
             PlaneSearchDiagnostics& diagnostics);
 
+/// Frees the pixels of planes that are not valid.
+void freeInvalid(const std::vector<PlaneCandidate>& planes, PixelLabels& pixels);
+
 /// Sums planes over their pixels and makes a segment of each valid one, largest first, with its
 /// inliers and patches. Patches are connected over neighbouring tiles, or over \p patch_gap metres
 /// if that is positive.
