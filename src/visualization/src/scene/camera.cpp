@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/visualization/camera.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -155,22 +155,17 @@ double reservedWidth(const ViewOptions& options) {
 
 void fitParallel(const std::vector<Vector3>& points, const Frame& frame, double aspect,
                  double reserved, CameraView& view) {
-  std::array<double, 4> limit = {INFINITY, -INFINITY, INFINITY, -INFINITY};
+  Eigen::AlignedBox2d box;
   double nearest = -INFINITY;
   for (const Vector3& p : points) {
-    limit[0] = std::min(limit[0], p.dot(frame.right));
-    limit[1] = std::max(limit[1], p.dot(frame.right));
-    limit[2] = std::min(limit[2], p.dot(frame.up));
-    limit[3] = std::max(limit[3], p.dot(frame.up));
+    box.extend(Vector2(p.dot(frame.right), p.dot(frame.up)));
     nearest = std::max(nearest, p.dot(frame.back));
   }
-  const double half_width = 0.5 * (limit[1] - limit[0]);
-  const double half_height = 0.5 * (limit[3] - limit[2]);
+  const Vector2 half = 0.5 * box.sizes();
   view.parallel_scale =
-      kMargin * std::max({half_height, half_width / (aspect * (1.0 - reserved)), 0.05});
+      kMargin * std::max({half.y(), half.x() / (aspect * (1.0 - reserved)), 0.05});
   const double shift = reserved * aspect * view.parallel_scale;
-  const Vector3 on_axis =
-      (0.5 * (limit[0] + limit[1]) + shift) * frame.right + 0.5 * (limit[2] + limit[3]) * frame.up;
+  const Vector3 on_axis = (box.center().x() + shift) * frame.right + box.center().y() * frame.up;
   const double depth = nearest + 2.0 * view.parallel_scale;
   view.position = on_axis + depth * frame.back;
   view.focal_point = on_axis + nearest * frame.back;

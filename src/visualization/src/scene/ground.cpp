@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scene/ground.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -43,12 +43,9 @@ GroundFrame groundFrame(const SceneContent& content) {
   frame.up = content.up.normalized();
   horizontalAxes(content.up, frame.right, frame.forward);
   frame.height = groundHeight(content);
-  std::array<double, 4> limit = {INFINITY, -INFINITY, INFINITY, -INFINITY};
+  Eigen::AlignedBox2d box;
   const auto add = [&](const Vector3& p) {
-    limit[0] = std::min(limit[0], p.dot(frame.right));
-    limit[1] = std::max(limit[1], p.dot(frame.right));
-    limit[2] = std::min(limit[2], p.dot(frame.forward));
-    limit[3] = std::max(limit[3], p.dot(frame.forward));
+    box.extend(Vector2(p.dot(frame.right), p.dot(frame.forward)));
   };
   const std::vector<Cuboid>& cuboids = content.cuboids.empty() ? content.unknown : content.cuboids;
   for (const Cuboid& cuboid : cuboids) {
@@ -62,13 +59,13 @@ GroundFrame groundFrame(const SceneContent& content) {
       add(high);
     }
   }
-  if (!std::isfinite(limit[0])) limit = {-1.0, 1.0, -1.0, 1.0};
-  const double longest = std::max(limit[1] - limit[0], limit[3] - limit[2]);
+  if (box.isEmpty()) box = Eigen::AlignedBox2d(Vector2(-1.0, -1.0), Vector2(1.0, 1.0));
+  const double longest = box.sizes().maxCoeff();
   frame.step = longest < 2.5 ? 0.1 : std::max(1.0, roundStep(longest, 100));
-  frame.low_right = std::floor(limit[0] / frame.step - 0.2) * frame.step;
-  frame.high_right = std::ceil(limit[1] / frame.step + 0.2) * frame.step;
-  frame.low_forward = std::floor(limit[2] / frame.step - 0.2) * frame.step;
-  frame.high_forward = std::ceil(limit[3] / frame.step + 0.2) * frame.step;
+  frame.low_right = std::floor(box.min().x() / frame.step - 0.2) * frame.step;
+  frame.high_right = std::ceil(box.max().x() / frame.step + 0.2) * frame.step;
+  frame.low_forward = std::floor(box.min().y() / frame.step - 0.2) * frame.step;
+  frame.high_forward = std::ceil(box.max().y() / frame.step + 0.2) * frame.step;
   return frame;
 }
 
