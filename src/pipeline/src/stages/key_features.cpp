@@ -3,15 +3,55 @@
 #include <string>
 
 #include "builtin.h"
-#include "colour_alignment.h"
 #include "keys/feature_keys.h"
 #include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/stereo/detail/colour_registration.h"
 
 namespace planar_mapping {
 namespace {
 
 using Source = detail::FeatureKeys::Source;
+
+/// Whether the image has the size of the cloud, pixel by pixel.
+bool showsTheCloud(const Frame& frame) {
+  return !frame.images.left.empty() && !frame.cloud->empty() &&
+         static_cast<int>(frame.cloud->width) == frame.images.left.width &&
+         static_cast<int>(frame.cloud->height) == frame.images.left.height;
+}
+
+/// Brings the image of a frame to its depth: features of an image that is not registered to it get
+/// the depth of something else.
+/// \return whether it was found now that images lie elsewhere: earlier features are of no use
+bool alignColour(detail::FeatureKeys::Registered registered,
+                 detail::ColourRegistration& registration, Frame& frame) {
+  using Registered = detail::FeatureKeys::Registered;
+  using State = detail::ColourRegistration::State;
+  if (registered == Registered::Yes || frame.images.left.empty()) return false;
+  if (registered == Registered::No) {
+    frame.images.left = io::Image();
+    return false;
+  }
+  if (registration.state() == State::Unknown && showsTheCloud(frame)) {
+    registration.look(frame.images.left, viewOf(*frame.cloud));
+    if (registration.state() == State::Apart) {
+      frame.images_changed = true;
+      frame.warnings.push_back(
+          "frame " + std::to_string(frame.number) + " " + frame.source +
+          ": the colour images are not registered to the depth images: their edges meet where the "
+          "colour image is " +
+          registration.describe() +
+          ", which is done from here on and right to a few pixels; better register them; "
+          "key_features.registered=false leaves them out, true takes them as they are");
+    }
+  }
+  frame.image_doubtful = registration.isDoubtful();
+  frame.statistics.push_back(
+      {"colour_registered", registration.state() == State::Registered ? 1.0 : 0.0});
+  if (registration.state() == State::Apart)
+    frame.images.left = registration.aligned(frame.images.left);
+  return frame.images_changed;
+}
 
 class KeyFeaturesStage : public Stage {
  public:
@@ -33,8 +73,8 @@ class KeyFeaturesStage : public Stage {
   }
   void process(Frame& frame) override {
     const bool pair = !frame.images.right.empty() && frame.images.calibration;
-    if (!pair && detail::alignColour(keys_.registered, registration_, frame)) tracker_.reset();
-    const bool depth = detail::showsTheCloud(frame);
+    if (!pair && alignColour(keys_.registered, registration_, frame)) tracker_.reset();
+    const bool depth = showsTheCloud(frame);
     if (keys_.source == Source::Image && !pair && !depth) {
       throw InputError(
           "key_features: source is 'image', but the input has none of the size of the "
@@ -72,7 +112,7 @@ class KeyFeaturesStage : public Stage {
 
 void KeyFeaturesStage::trackImages(Frame& frame, bool pair) {
   const FrameImages& images = frame.images;
-  const PointsView cloud = detail::showsTheCloud(frame) ? viewOf(*frame.cloud) : PointsView();
+  const PointsView cloud = showsTheCloud(frame) ? viewOf(*frame.cloud) : PointsView();
   frame.key_features = pair ? tracker_.track(images.left, images.right, *images.calibration, cloud)
                             : tracker_.track(images.left, cloud);
   const FeatureReport& report = tracker_.report();

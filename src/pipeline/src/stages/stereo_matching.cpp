@@ -7,13 +7,46 @@
 
 #include "builtin.h"
 #include "keys/stereo_keys.h"
-#include "pair_problems.h"
 #include "planar_mapping/core/base/detail/state_archive.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/stereo/rectification.h"
 #include "rounded.h"
 
 namespace planar_mapping {
 namespace {
+
+/// Why the images are no pair; empty if they are. \throws InputError if the input has no pairs
+std::string problemOf(const FrameImages& images) {
+  const io::Image& left = images.left;
+  const io::Image& right = images.right;
+  if (left.empty() && right.empty()) {
+    throw InputError(
+        "the input has no image pairs, which stereo_matching needs; take it out of "
+        "the configuration for inputs that bring depth or clouds");
+  }
+  if (!images.calibration) throw InputError("an image pair needs a calib.yaml");
+  if (left.empty() || right.empty())
+    return std::string("there is no ") + (left.empty() ? "left" : "right") + " image";
+  const auto size = [](const io::Image& image) {
+    return std::to_string(image.width) + " x " + std::to_string(image.height);
+  };
+  if (size(left) == size(right)) return "";
+  return "the left image is " + size(left) + " pixels, the right one " + size(right);
+}
+
+/// Why the disparities of a pair are of no use; empty if they are.
+std::string problemOf(const StereoReport& report, double min_brightness, double min_density) {
+  if (report.brightness < min_brightness) {
+    return "the left image is black: its mean gray value is " +
+           detail::rounded(report.brightness, 1) + " of 255";
+  }
+  if (report.swapped) return "left and right images seem to be exchanged: disparities are negative";
+  if (report.density >= min_density) return "";
+  return "only " + detail::rounded(100.0 * report.density, 1) +
+         " % of the pixels have a disparity: there is no texture, or left and right do not belong "
+         "together (neighbouring pixels differ by " +
+         detail::rounded(report.contrast, 1) + " gray values on average)";
+}
 
 class StereoMatchingStage : public Stage {
  public:
@@ -79,7 +112,7 @@ void StereoMatchingStage::checkRows(Frame& frame) {
 }
 
 void StereoMatchingStage::process(Frame& frame) {
-  if (std::string problem = detail::problemOf(frame.images); !problem.empty()) {
+  if (std::string problem = problemOf(frame.images); !problem.empty()) {
     frame.skip_reason = std::move(problem);
     return;
   }
@@ -95,7 +128,7 @@ void StereoMatchingStage::process(Frame& frame) {
   frame.statistics.push_back({"stereo_matching.range_ms", report.range_ms});
   frame.statistics.push_back({"stereo_matching.match_ms", report.match_ms});
   frame.statistics.push_back({"stereo_matching.refine_ms", report.refine_ms});
-  frame.skip_reason = detail::problemOf(report, keys_.min_brightness, keys_.min_density);
+  frame.skip_reason = problemOf(report, keys_.min_brightness, keys_.min_density);
   if (!frame.skip_reason.empty()) return;
   frame.even =
       evenTiles(io::toGray(frame.images.left).pixels.data(), disparity.width, disparity.height);
