@@ -17,6 +17,12 @@ constexpr std::int32_t kFarthest = 1 << 20;
 constexpr std::size_t kMinSlots = 1024;
 constexpr std::size_t kBlock = 512;
 
+/// 1 where a number differs from the one before it.
+PLANAR_MAPPING_MULTIVERSION
+void markChanges(const std::int32_t* numbers, std::size_t n, std::uint8_t* __restrict changed) {
+  for (std::size_t k = 0; k < n; ++k) changed[k] |= numbers[k] != numbers[k + 1] ? 1 : 0;
+}
+
 /// Cell numbers of at most kBlock points along one axis, -kFarthest where too far or not a number.
 PLANAR_MAPPING_MULTIVERSION
 void cellsAlongAxis(const float* __restrict x, const float* __restrict y, const float* __restrict z,
@@ -102,11 +108,11 @@ void FrameCells::findStarts(const PointsView& points, const Indices& indices,
     for (int axis = 0; axis < 3; ++axis) {
       cellsAlongAxis(x_of, y_of, z_of, n, rows_[axis], offset_[axis], number[axis] + 1);
     }
+    std::uint8_t changed[kBlock] = {};
+    for (const std::int32_t* numbers : {number[0], number[1], number[2], label})
+      markChanges(numbers, n, changed);
     for (std::size_t k = 1; k <= n; ++k) {
-      const std::int32_t change = (number[0][k] ^ number[0][k - 1]) |
-                                  (number[1][k] ^ number[1][k - 1]) |
-                                  (number[2][k] ^ number[2][k - 1]) | (label[k] ^ label[k - 1]);
-      if (change == 0) continue;
+      if (changed[k - 1] == 0) continue;
       starts.push_back({static_cast<std::uint32_t>(first + k - 1),
                         {number[0][k], number[1][k], number[2][k]},
                         label[k]});
