@@ -128,8 +128,7 @@ class DisparityFit : public PlaneFit {
 
 class DisparityGrower : public CellGrower {
  public:
-  /// \param room for the sums of windows while they are fitted
-  DisparityGrower(const CellGrid& grid, double* room, const DisparityFit& fit);
+  DisparityGrower(const CellGrid& grid, const DisparityFit& fit);
 
   /// Of one pixel, pixels of disparity, from the residuals of windows.
   double noise();

@@ -56,14 +56,14 @@ void nearestDisparity(const float* x, const float* y, const float* d, const Band
 
 }  // namespace
 
-DisparityGrower::DisparityGrower(const CellGrid& grid, double* room, const DisparityFit& fit)
+DisparityGrower::DisparityGrower(const CellGrid& grid, const DisparityFit& fit)
     : CellGrower(grid, fit), fit_(fit) {
   const auto occupied = std::count_if(grid.moment(kN), grid.moment(kN) + grid.cells(),
                                       [](double count) { return count > 0.0; });
   // Where most cells are empty, windows are fitted one by one where there are enough points.
   if (2 * occupied < grid.cells()) return;
-  fits_[0] = fitDisparities(windowSums(grid, 1, room));
-  fits_[1] = fitDisparities(windowSums(grid, 2, room));
+  fits_[0] = fitDisparities(windowSums(grid, 1));
+  fits_[1] = fitDisparities(windowSums(grid, 2));
 }
 
 std::vector<std::uint8_t> DisparityGrower::findFilled() const {

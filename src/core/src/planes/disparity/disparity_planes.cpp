@@ -136,7 +136,7 @@ PlaneSet findPlanesDisparity(const PointsView& points, const Indices* indices,
   set.diagnostics.points_not_measured = countOf(points, indices) - static_cast<std::size_t>(finite);
   if (!(finite > 0.0)) return set;
 
-  DisparityGrower grower(tiles, cloud.room[1], fit);
+  DisparityGrower grower(tiles, fit);
   fit.setNoise(grower.noise());
   const DisparityParams& own = fit.params();
   std::vector<PlaneCandidate> planes;
@@ -151,7 +151,7 @@ PlaneSet findPlanesDisparity(const PointsView& points, const Indices* indices,
   assignAndReject();
   {
     const CellGrid quarters = freeQuarterGrid(cloud, pixels.labels(), params.threads);
-    DisparityGrower of_quarters(quarters, cloud.room[1], fit);
+    DisparityGrower of_quarters(quarters, fit);
     pixels.addCells(quarters, growPlanes(of_quarters, quarters, fit, params.min_inliers, planes,
                                          pixels, set.diagnostics));
   }

@@ -242,7 +242,7 @@ double correlatedPixels(const CellGrid& grid, const std::vector<CellFit>& window
 
 std::vector<CellFit> fitCells(const CellGrid& grid, const Vector3& sensor) {
   std::vector<CellFit> fits(static_cast<std::size_t>(grid.cells()));
-  if (!fits.empty()) fitAll(grid.sums, fits.size(), sensor.data(), fits.front().normal);
+  if (!fits.empty()) fitAll(grid.sums.data(), fits.size(), sensor.data(), fits.front().normal);
   return fits;
 }
 

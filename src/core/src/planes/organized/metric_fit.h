@@ -149,8 +149,7 @@ class MetricFit : public PlaneFit {
 class MetricGrower : public CellGrower {
  public:
   /// \param wide cells are tiles, not quarters: also look at 5 x 5 windows, which make better seeds
-  /// \param room for the sums of windows while they are fitted
-  MetricGrower(const CellGrid& grid, bool wide, double* room, const MetricFit& fit);
+  MetricGrower(const CellGrid& grid, bool wide, const MetricFit& fit);
 
   /// Of the sensor, from the fits of cells and windows.
   RangeNoise noise() const;

@@ -7,15 +7,15 @@
 
 namespace planar_mapping::detail {
 
-MetricGrower::MetricGrower(const CellGrid& grid, bool wide, double* room, const MetricFit& fit)
+MetricGrower::MetricGrower(const CellGrid& grid, bool wide, const MetricFit& fit)
     : CellGrower(grid, fit),
       fit_(fit),
       least_noise_(fit.params().distance_threshold *
                    (wide ? fit.params().smallest_noise_fraction
                          : fit.params().smallest_quarter_noise_fraction)),
       fits_(fitCells(grid, fit.sensor())),
-      window_fits_(fitCells(windowSums(grid, 1, room), fit.sensor())) {
-  if (wide) wide_fits_ = fitCells(windowSums(grid, 2, room), fit.sensor());
+      window_fits_(fitCells(windowSums(grid, 1), fit.sensor())) {
+  if (wide) wide_fits_ = fitCells(windowSums(grid, 2), fit.sensor());
 }
 
 RangeNoise MetricGrower::noise() const {

@@ -72,10 +72,7 @@ class Surroundings {
   /// Planes of what lies around the quarters, up to \p radius quarters away, at about their range.
   std::vector<CellFit> fits(const std::vector<std::int32_t>& quarters, int radius) const {
     constexpr std::size_t kChunk = 512;
-    CellGrid windows;
-    windows.columns = static_cast<int>(quarters.size());
-    windows.rows = 1;
-    windows.allocate(cloud_.room[1]);
+    CellGrid windows(static_cast<int>(quarters.size()), 1, 0);
     parallelFor((quarters.size() + kChunk - 1) / kChunk, threads_, [&](std::size_t chunk) {
       const std::size_t end = std::min(quarters.size(), (chunk + 1) * kChunk);
       for (std::size_t i = chunk * kChunk; i < end; ++i) {
@@ -91,7 +88,7 @@ class Surroundings {
                  sums.data());
         // The quarter itself counts however spread it is.
         if (spread_[at] > gate) addSums(sums, sums_[at]);
-        for (int m = 0; m < kMoments; ++m) windows.moment(m)[i] = sums[static_cast<std::size_t>(m)];
+        windows.set(i, sums);
       }
     });
     return fitCells(windows, cloud_.sensor);

@@ -81,7 +81,7 @@ PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
 
   const OrganizedParams own(params);
   MetricFit fit(own, cloud.sensor);
-  MetricGrower grower(tiles, true, cloud.room[1], fit);
+  MetricGrower grower(tiles, true, fit);
   RangeNoise noise = grower.noise();
   if (params.noise) {
     noise.constant = 0.0;
@@ -100,7 +100,7 @@ PlaneSet findPlanesOrganized(const PointsView& points, const Indices* indices,
   reject(planes, pixels, params.min_inliers * kMinSeedFraction, cloud, fit, true, set.diagnostics);
   {
     const CellGrid quarters = freeQuarterGrid(cloud, pixels.labels(), params.threads);
-    MetricGrower of_quarters(quarters, false, cloud.room[1], fit);
+    MetricGrower of_quarters(quarters, false, fit);
     labels =
         growPlanes(of_quarters, quarters, fit, params.min_inliers, planes, pixels, set.diagnostics);
     pixels.addCells(quarters, labels);

@@ -41,40 +41,28 @@ void sumColumns(double* data, int columns, int rows, int radius, double* padded)
 }  // namespace
 
 CellGrid tileGrid(const TiledCloud& cloud, int threads) {
-  CellGrid grid;
-  grid.columns = cloud.columns;
-  grid.rows = cloud.rows;
-  grid.capacity = kTileArea;
-  grid.allocate(nullptr);
+  CellGrid grid(cloud.columns, cloud.rows, kTileArea);
   parallelFor(static_cast<std::size_t>(cloud.rows), threads, [&](std::size_t row) {
     const int first = static_cast<int>(row) * cloud.columns;
-    sumTiles(cloud.xyz, first, first + cloud.columns, static_cast<std::size_t>(grid.cells()),
-             grid.sums);
+    sumTiles(cloud.xyz.get(), first, first + cloud.columns, static_cast<std::size_t>(grid.cells()),
+             grid.sums.data());
   });
   return grid;
 }
 
 CellGrid freeQuarterGrid(const TiledCloud& cloud, const std::vector<std::int16_t>& labels,
                          int threads) {
-  CellGrid grid;
-  grid.columns = 2 * cloud.columns;
-  grid.rows = 2 * cloud.rows;
-  grid.capacity = kQuarterArea;
-  grid.allocate(cloud.room[0]);
+  CellGrid grid(2 * cloud.columns, 2 * cloud.rows, kQuarterArea);
   parallelFor(static_cast<std::size_t>(cloud.rows), threads, [&](std::size_t row) {
     const int first = static_cast<int>(row);
-    sumFreeQuarters(cloud.xyz, labels.data(), cloud.columns, first, first + 1,
-                    static_cast<std::size_t>(grid.cells()), grid.sums);
+    sumFreeQuarters(cloud.xyz.get(), labels.data(), cloud.columns, first, first + 1,
+                    static_cast<std::size_t>(grid.cells()), grid.sums.data());
   });
   return grid;
 }
 
-CellGrid windowSums(const CellGrid& grid, int radius, double* room) {
-  CellGrid windows;
-  windows.columns = grid.columns;
-  windows.rows = grid.rows;
-  windows.capacity = grid.capacity * (2 * radius + 1) * (2 * radius + 1);
-  windows.allocate(room);
+CellGrid windowSums(const CellGrid& grid, int radius) {
+  CellGrid windows(grid.columns, grid.rows, grid.capacity * (2 * radius + 1) * (2 * radius + 1));
   std::vector<double> padded(static_cast<std::size_t>(grid.columns + 2 * radius), 0.0);
   for (int m = 0; m < kMoments; ++m) {
     sumRows(grid.moment(m), grid.columns, grid.rows, radius, windows.moment(m));

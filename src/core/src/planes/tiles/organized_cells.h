@@ -11,21 +11,23 @@ namespace planar_mapping::detail {
 
 /// A grid of cells, each the sums of its points, about the origin of the tiled cloud.
 struct CellGrid {
-  int columns = 0;
-  int rows = 0;
-  int capacity = 0;            ///< points of a full cell
-  double* sums = nullptr;      ///< moment * cells + cell
-  std::vector<double> memory;  ///< of the sums, unless they are somebody else's
+  int columns;
+  int rows;
+  int capacity;              ///< points of a full cell
+  std::vector<double> sums;  ///< moment * cells + cell
 
+  CellGrid(int columns_, int rows_, int capacity_)
+      : columns(columns_),
+        rows(rows_),
+        capacity(capacity_),
+        sums(static_cast<std::size_t>(kMoments) * cells(), 0.0) {}
   int cells() const { return columns * rows; }
-  /// Uses \p room, which must hold kMoments * cells() values, or own memory if it is null.
-  void allocate(double* room) {
-    if (!room) memory.resize(static_cast<std::size_t>(kMoments) * cells());
-    sums = room ? room : memory.data();
+  const double* moment(int m) const { return sums.data() + static_cast<std::size_t>(m) * cells(); }
+  double* moment(int m) { return sums.data() + static_cast<std::size_t>(m) * cells(); }
+  double count(int cell) const { return sums[static_cast<std::size_t>(cell)]; }
+  void set(std::size_t cell, const MomentSums& to) {
+    for (int m = 0; m < kMoments; ++m) moment(m)[cell] = to[static_cast<std::size_t>(m)];
   }
-  const double* moment(int m) const { return sums + static_cast<std::size_t>(m) * cells(); }
-  double* moment(int m) { return sums + static_cast<std::size_t>(m) * cells(); }
-  double count(int cell) const { return sums[cell]; }
 };
 
 CellGrid tileGrid(const TiledCloud& cloud, int threads);
@@ -33,8 +35,7 @@ CellGrid freeQuarterGrid(const TiledCloud& cloud, const std::vector<std::int16_t
                          int threads);
 
 /// Sums over the (2 radius + 1)^2 cells around each cell.
-/// \param room for as many sums as \p grid has
-CellGrid windowSums(const CellGrid& grid, int radius, double* room);
+CellGrid windowSums(const CellGrid& grid, int radius);
 
 /// Sums over the (2 radius + 1)^2 cells around one cell.
 MomentSums sumWindow(const CellGrid& grid, int cell, int radius);

@@ -20,10 +20,7 @@ double agreement(const PlaneCandidate& plane, const std::vector<TilePart>& parts
   for (const std::size_t i : list) {
     part_of_tile[static_cast<std::size_t>(parts[i].tile)] = static_cast<std::int32_t>(i);
   }
-  CellGrid windows;
-  windows.columns = static_cast<int>(list.size());
-  windows.rows = 1;
-  windows.allocate(nullptr);
+  CellGrid windows(static_cast<int>(list.size()), 1, 0);
   const int tiles = static_cast<int>(part_of_tile.size());
   for (std::size_t i = 0; i < list.size(); ++i) {
     const int tile = parts[list[i]].tile;
@@ -37,7 +34,7 @@ double agreement(const PlaneCandidate& plane, const std::vector<TilePart>& parts
         if (part >= 0) addSums(sums, parts[static_cast<std::size_t>(part)].sums);
       }
     }
-    for (int m = 0; m < kMoments; ++m) windows.moment(m)[i] = sums[static_cast<std::size_t>(m)];
+    windows.set(i, sums);
   }
   const std::vector<char> agrees = fit.agree(plane, windows);
   double agreeing = 0.0;

@@ -195,19 +195,13 @@ TiledCloud tileCloud(const PointsView& points, const Indices* indices, const Vec
   cloud.rows = (cloud.height + kTileSide - 1) / kTileSide;
   if (!camera) cloud.origin = points.point(first);
   cloud.sensor = sensor - cloud.origin;
-  const std::size_t coordinates = std::size_t{3} * kTileArea * cloud.tiles();
-  const std::size_t sums = std::size_t{4} * kMoments * cloud.tiles();
-  static_assert(sizeof(double) == 2 * sizeof(float), "a double takes the room of two floats");
-  cloud.memory.reset(new double[coordinates / 2 + 2 * sums]);
-  cloud.room[0] = cloud.memory.get();
-  cloud.room[1] = cloud.room[0] + sums;
-  cloud.xyz = reinterpret_cast<float*>(cloud.room[1] + sums);
+  cloud.xyz.reset(new float[std::size_t{3} * kTileArea * cloud.tiles()]);
   const float zero[3] = {0.0F, 0.0F, 0.0F};
   const float* origin = camera ? zero : points[first];
   const auto focal = static_cast<float>(camera ? camera->focal_length : 0.0);
   const auto factor = static_cast<float>(camera ? camera->baseline * camera->focal_length : 0.0);
   parallelFor(static_cast<std::size_t>(cloud.rows), threads, [&](std::size_t row) {
-    float* tiles = cloud.xyz + std::size_t{3} * kTileArea * cloud.columns * row;
+    float* tiles = cloud.xyz.get() + std::size_t{3} * kTileArea * cloud.columns * row;
     if (indices) {
       copyIndexed(points, *indices, origin, static_cast<int>(row), cloud.columns, tiles);
     } else {
@@ -231,9 +225,6 @@ PLANAR_MAPPING_MULTIVERSION
 void sumFreeQuarters(const float* xyz, const std::int16_t* labels, int columns, int first_row,
                      int last_row, std::size_t out_stride, double* out) {
   for (int row = first_row; row < last_row; ++row) {
-    // Two rows of quarters; most quarters have no free pixel.
-    double* first = out + static_cast<std::size_t>(4) * row * columns;
-    for (int m = 0; m < kMoments; ++m) std::fill_n(first + m * out_stride, 4 * columns, 0.0);
     for (int column = 0; column < columns; ++column) {
       const std::size_t tile = static_cast<std::size_t>(row) * columns + column;
       const float* x = xyz + 3 * kTileArea * tile;

@@ -33,14 +33,10 @@ struct TiledCloud {
   int rows = 0;                      ///< tiles
   Vector3 origin = Vector3::Zero();  ///< first finite point, metres
   Vector3 sensor = Vector3::Zero();  ///< relative to origin, metres
-  float* xyz = nullptr;              ///< in memory
-  /// Room for the sums of two grids of quarters. One block with xyz, because a block of this size
-  /// is what makes malloc keep the memory of a frame for the next one.
-  double* room[2] = {nullptr, nullptr};
-  std::unique_ptr<double[]> memory;
+  std::unique_ptr<float[]> xyz;
 
   int tiles() const { return columns * rows; }
-  const float* x(int tile) const { return xyz + std::size_t{3} * kTileArea * tile; }
+  const float* x(int tile) const { return xyz.get() + std::size_t{3} * kTileArea * tile; }
   const float* y(int tile) const { return x(tile) + kTileArea; }
   const float* z(int tile) const { return x(tile) + 2 * kTileArea; }
 };
@@ -63,7 +59,7 @@ using MomentSums = std::array<double, kMoments>;
 void sumTiles(const float* xyz, int first_tile, int last_tile, std::size_t out_stride, double* out);
 
 /// Of every quarter over the pixels without a label; quarters form a grid of 2 * columns by
-/// 2 * rows cells, out[moment * out_stride + cell].
+/// 2 * rows cells, out[moment * out_stride + cell], which is zero before; most have no such pixel.
 /// \param columns tiles in a row
 void sumFreeQuarters(const float* xyz, const std::int16_t* labels, int columns, int first_row,
                      int last_row, std::size_t out_stride, double* out);
