@@ -3,6 +3,7 @@
 // Every way in which stereo images go wrong: an exit code, one sentence, and the frames that can be
 // used are used.
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <regex>
 
 #include "cli_fixture.h"
@@ -217,6 +218,35 @@ TEST_F(BadStereoInput, PosesOfAnotherConventionAreNamed) {
   const std::string err = runStereo().err;
   EXPECT_NE(std::string::npos, err.find("(OpenGL; turn each")) << err;
   EXPECT_NE(std::string::npos, err.find(", or of the world in the camera's frame")) << err;
+}
+
+/// What agreed with the images for long is of the right convention.
+TEST_F(BadStereoInput, PosesThatGoWrongLaterAreNotCalledInverse) {
+  std::vector<std::size_t> frames(10);
+  std::iota(frames.begin(), frames.end(), 0);
+  writeCorridor(frames);
+  std::vector<io::StampedPose> poses;
+  for (const std::size_t frame : frames) {
+    const Pose step = corridorPair(8).T_world_camera.inverse() * corridorPair(9).T_world_camera;
+    Pose pose = corridorPair(frame).T_world_camera;
+    if (frame == 9) pose = corridorPair(8).T_world_camera * step.inverse();
+    poses.push_back({0.1 * static_cast<double>(frame), pose});
+  }
+  io::writeTumPoses(directory_ / "seq/poses.txt", poses);
+  const std::string err = runStereo().err;
+  EXPECT_NE(std::string::npos, err.find("contradicts the images")) << err;
+  EXPECT_EQ(std::string::npos, err.find("(give their inverses)")) << err;
+}
+
+TEST_F(BadStereoInput, OnePairNeedsNoFeaturesForTheNext) {
+  writeCorridor({0, 1});
+  const std::vector<std::string> most = {"--set", "motion_estimation.min_matches=5000"};
+  const ProgramResult both = runStereo(most);
+  EXPECT_NE(std::string::npos, both.err.find("to start from, 5000 are needed")) << both.err;
+  for (const char* side : {"left", "right"}) fs::remove(imagePath(side, 1));
+  const ProgramResult one = runStereo(most);
+  EXPECT_EQ(0, one.exit_code) << one.err;
+  EXPECT_EQ(1u, trajectory().size());
 }
 
 TEST_F(BadStereoInput, JumpsOfTheExposureMoveNoPose) {

@@ -102,7 +102,9 @@ std::optional<Vector3> SequenceSource::meanUp() const {
 
 std::optional<Frame> SequenceSource::next() {
   if (position_ == selected_.size()) return std::nullopt;
-  return readFrame(sequence_, selected_[position_++], with_images_);
+  Frame frame = readFrame(sequence_, selected_[position_++], with_images_);
+  frame.is_only = selected_.size() == 1;
+  return frame;
 }
 
 std::size_t SequenceSource::skip(std::size_t count) {

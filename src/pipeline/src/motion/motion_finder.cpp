@@ -179,12 +179,13 @@ void MotionFinder::registerFrame(Frame& frame, bool given) {
   }
 }
 
-/// The first pose. A cloud to go by does not need features.
+/// The first pose. A cloud to go by does not need features, nor does a frame that none follows.
 std::optional<PosePrior> MotionFinder::start(Frame& frame) {
   Odometry& odometry = locator_->odometry();
   odometry.setStart(keys.start.of(frame, optical_, keys.noise.optionalNoise()));
   frame.starts_world = !frame.given_pose || !keys.start.isGiven();
-  if (!locator_->usesClouds() || !frame.cloud || frame.cloud->empty()) return std::nullopt;
+  const bool has_cloud = locator_->usesClouds() && frame.cloud && !frame.cloud->empty();
+  if (!has_cloud && !frame.is_only) return std::nullopt;
   PosePrior prior;
   prior.T_world_sensor = odometry.expectedPose();
   prior.exact = true;
