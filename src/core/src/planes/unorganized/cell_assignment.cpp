@@ -54,7 +54,9 @@ void forEachNearest(const PointsView& points, const Indices* indices, const Poin
   });
 }
 
-void insertCandidate(std::array<std::int32_t, kPlanesPerCell>& cell, std::int32_t plane) {
+}  // namespace
+
+void addCandidate(std::array<std::int32_t, kPlanesPerCell>& cell, std::int32_t plane) {
   for (std::int32_t& candidate : cell) {
     if (candidate == plane) return;
     if (candidate < 0) {
@@ -63,8 +65,6 @@ void insertCandidate(std::array<std::int32_t, kPlanesPerCell>& cell, std::int32_
     }
   }
 }
-
-}  // namespace
 
 CellCandidates candidatesOfCells(const PointCells& grid, const SurfaceLeaves& surface,
                                  const std::vector<LeafPlane>& planes, const DistanceBand& band) {
@@ -103,7 +103,7 @@ CellCandidates candidatesOfCells(const PointCells& grid, const SurfaceLeaves& su
           const std::int32_t other = itself ? static_cast<std::int32_t>(cell)
                                             : grid.table.find({key.x + dx, key.y + dy, key.z + dz});
           if (other < 0 || (!itself && clear[static_cast<std::size_t>(other)] != 0)) continue;
-          insertCandidate(candidates[static_cast<std::size_t>(other)], k);
+          addCandidate(candidates[static_cast<std::size_t>(other)], k);
         }
       }
     }

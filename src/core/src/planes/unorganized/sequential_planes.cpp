@@ -10,6 +10,7 @@
 #include "planes/point_cells.h"
 #include "planes/surface_leaves.h"
 #include "planes/unorganized/cell_assignment.h"
+#include "planes/unorganized/far_rings.h"
 #include "planes/unorganized/leaf_planes.h"
 
 namespace planar_mapping::detail {
@@ -109,6 +110,11 @@ bool isSignificant(const PlaneEvidence& evidence, double significance) {
   return on - beside >= significance * std::sqrt(on + beside);
 }
 
+/// Takes no points.
+Plane noPlane() {
+  return {Vector3::Zero(), std::numeric_limits<double>::infinity()};
+}
+
 }  // namespace
 
 bool isDense(const PointsView& points, const Indices* indices, const MultiPlaneParams& params) {
@@ -135,7 +141,7 @@ PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
   if (!found.empty()) {
     origin = surface.leaves[static_cast<std::size_t>(found[0].support[0])].mean;
   }
-  const CellCandidates candidates = candidatesOfCells(grid, surface, found, band);
+  CellCandidates candidates = candidatesOfCells(grid, surface, found, band);
   const std::vector<PlaneEvidence> evidence =
       gatherEvidence(points, indices, grid, candidates, planes, origin, params);
   const std::vector<Plane> leaf_planes = planes;
@@ -154,8 +160,14 @@ PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
   for (std::size_t k = 0; k < planes.size(); ++k) {
     if (good[k] != 0 && isSurface(agreement[k], evidence[k])) continue;
     if (good[k] != 0) ++diagnostics.rejected_not_coherent;
-    planes[k] = Plane{Vector3::Zero(), std::numeric_limits<double>::infinity()};
+    planes[k] = noPlane();
   }
+  // Far rings are no evidence: a plane too small without them stays so. A stereo camera has none.
+  std::vector<Plane> large = planes;
+  for (std::size_t k = 0; k < planes.size(); ++k) {
+    if (evidence[k].sums.n < params.min_inliers) large[k] = noPlane();
+  }
+  if (!params.noise) addFarRings(grid, large, band, sensor, candidates);
   const std::vector<std::int32_t> labels =
       labelPoints(points, indices, grid, candidates, planes, params);
   grid = PointCells();  // as large as the labels, and no longer needed
