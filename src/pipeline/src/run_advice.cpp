@@ -63,6 +63,29 @@ std::optional<std::string> tilt(const PlanarMap& map, const RunStatistics& stati
 
 }  // namespace
 
+std::vector<std::string> FrameWatch::adviceOn(const Frame& frame, const PlanarMap& map) {
+  std::vector<std::string> advice;
+  const PointsView points = viewOf(*frame.cloud);
+  if (robot_.isSeenIn(points, frame.indices, frame.T_world_sensor)) {
+    advice.push_back(frame.source + ": " + RobotWatch::kAdvice);
+  }
+  // The noise of depth cameras is as large as what is wrong with their poses.
+  const bool is_given_for_scan =
+      frame.given_pose && !frame.pose_assumed && !frame.without_sensor && !frame.camera &&
+      frame.given_pose->matrix().isApprox(frame.T_world_sensor.matrix(), 1e-12);
+  if (!is_given_for_scan) return advice;
+  const std::optional<double> misfit =
+      poses_.misfit(points, frame.planes, frame.T_world_sensor, map.params().approximation);
+  if (misfit) {
+    advice.push_back("frame " + std::to_string(frame.number) + " " + frame.source +
+                     ": its given pose does not fit the cloud before: walls seen in both are " +
+                     rounded(*misfit, 2) +
+                     " m apart, and what stands there may be erased; check the poses, or have "
+                     "them found (motion_estimation)");
+  }
+  return advice;
+}
+
 std::vector<std::string> adviceOn(const Pipeline& pipeline, const RunStatistics& statistics,
                                   const FrameSource& source) {
   std::vector<std::string> advice;

@@ -5,11 +5,29 @@
 #include <string>
 #include <vector>
 
+#include "advice/pose_watch.h"
+#include "advice/robot_watch.h"
 #include "planar_mapping/pipeline/frame_source.h"
 #include "planar_mapping/pipeline/pipeline.h"
 #include "run_statistics.h"
 
 namespace planar_mapping::detail {
+
+/// What a run has to say of its frames, each thing once.
+class FrameWatch {
+ public:
+  /// \pre the frame is in the map
+  std::vector<std::string> adviceOn(const Frame& frame, const PlanarMap& map);
+
+  template <typename Archive>
+  void visitState(Archive& archive) {
+    archive(robot_, poses_);
+  }
+
+ private:
+  RobotWatch robot_;
+  PoseWatch poses_;
+};
 
 /// What a finished run has to say of its result, a sentence each, and what helps.
 /// \pre a frame was used

@@ -10,7 +10,6 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "advice/robot_watch.h"
 #include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/map_json.h"
@@ -94,7 +93,7 @@ class Run {
   void warn(const std::string& text);
   template <typename Archive>
   void visitState(Archive& archive) {
-    archive(asked_for_, statistics_, last_timestamp_, warned_of_time_, warned_of_sensor_, robot_,
+    archive(asked_for_, statistics_, last_timestamp_, warned_of_time_, warned_of_sensor_, watch_,
             result_.warnings);
   }
 
@@ -108,7 +107,7 @@ class Run {
   std::optional<double> last_timestamp_;
   bool warned_of_time_ = false;
   bool warned_of_sensor_ = false;
-  detail::RobotWatch robot_;
+  detail::FrameWatch watch_;
   Clock::time_point next_checkpoint_;
   RunResult result_;
 };
@@ -245,8 +244,7 @@ void Run::processFrame(Frame frame, double read_ms) {
   statistics_.add(report, frame, pipeline_.map());
   const std::string name = "frame " + std::to_string(report.number) + " " + report.source + ": ";
   if (report.skip_reason.empty()) {
-    if (robot_.isSeenIn(viewOf(*frame.cloud), frame.indices, frame.T_world_sensor))
-      warn(frame.source + ": " + detail::RobotWatch::kAdvice);
+    for (const std::string& advice : watch_.adviceOn(frame, pipeline_.map())) warn(advice);
     log(name + std::to_string(report.points_valid) + " points, " + std::to_string(report.planes) +
         " planes, " + std::to_string(report.cuboids) + " cuboids");
   } else {

@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "advice/pose_watch.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+namespace planar_mapping::detail {
+
+namespace {
+constexpr double kSide = 0.5;            // metres; walls farther apart are not compared
+constexpr double kMaxSteep = 0.3;        // sine of the angle between a wall and the vertical
+constexpr double kSameDirection = 0.95;  // cosine
+constexpr std::size_t kMinPieces = 100;
+constexpr std::size_t kStep = 4;  // of the points of a wall
+}  // namespace
+
+std::vector<PoseWatch::Piece> PoseWatch::wallsOf(const PointsView& points,
+                                                 const std::vector<PlaneSegment>& planes,
+                                                 const Pose& T_world_sensor, const Vector3& up) {
+  std::vector<Piece> pieces;
+  for (const PlaneSegment& segment : planes) {
+    const Vector3 normal = T_world_sensor.linear() * segment.plane.normal;
+    if (std::abs(normal.dot(up)) > kMaxSteep) continue;
+    for (std::size_t i = 0; i < segment.inliers.size(); i += kStep) {
+      const Vector3 p = points.point(static_cast<std::size_t>(segment.inliers[i]));
+      const Vector3 place =
+          T_world_sensor * Vector3(p - segment.plane.signedDistance(p) * segment.plane.normal);
+      const Eigen::Vector3i cell = (place / kSide).array().floor().cast<int>();
+      pieces.push_back({cell.x(),
+                        cell.y(),
+                        cell.z(),
+                        {place.x(), place.y(), place.z()},
+                        {normal.x(), normal.y(), normal.z()}});
+    }
+  }
+  // One of each wall in each cell.
+  const auto keyOf = [](const Piece& a) { return std::tie(a.x, a.y, a.z, a.normal); };
+  std::sort(pieces.begin(), pieces.end(),
+            [&](const Piece& a, const Piece& b) { return keyOf(a) < keyOf(b); });
+  pieces.erase(std::unique(pieces.begin(), pieces.end(),
+                           [&](const Piece& a, const Piece& b) { return keyOf(a) == keyOf(b); }),
+               pieces.end());
+  return pieces;
+}
+
+std::optional<double> PoseWatch::misfit(const PointsView& points,
+                                        const std::vector<PlaneSegment>& planes,
+                                        const Pose& T_world_sensor,
+                                        const CuboidApproximationParams& cells) {
+  if (done_) return std::nullopt;
+  const std::vector<Piece> now = wallsOf(points, planes, T_world_sensor, cells.up.normalized());
+  std::vector<double> distances;
+  for (const Piece& piece : now) {
+    const Vector3 place(piece.place[0], piece.place[1], piece.place[2]);
+    const Vector3 normal(piece.normal[0], piece.normal[1], piece.normal[2]);
+    double nearest = 2.0 * kSide;
+    for (std::int32_t dx = -1; dx <= 1; ++dx) {
+      for (std::int32_t dy = -1; dy <= 1; ++dy) {
+        const auto key = [](const Piece& p) { return std::tie(p.x, p.y, p.z); };
+        const Piece from{piece.x + dx, piece.y + dy, piece.z - 1, {}, {}};
+        const auto less = [&](const Piece& a, const Piece& b) { return key(a) < key(b); };
+        for (auto i = std::lower_bound(before_.begin(), before_.end(), from, less);
+             i != before_.end() && i->x == from.x && i->y == from.y && i->z <= piece.z + 1; ++i) {
+          const Vector3 n(i->normal[0], i->normal[1], i->normal[2]);
+          const Vector3 q(i->place[0], i->place[1], i->place[2]);
+          if (n.dot(normal) < kSameDirection) continue;
+          nearest = std::min(nearest, std::abs(n.dot(place - q)));
+        }
+      }
+    }
+    if (nearest < 2.0 * kSide) distances.push_back(nearest);
+  }
+  before_ = now;
+  if (distances.size() < kMinPieces) return std::nullopt;
+  const auto half = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+  std::nth_element(distances.begin(), half, distances.end());
+  if (!(*half > cells.resolution)) return std::nullopt;
+  done_ = true;
+  return *half;
+}
+
+}  // namespace planar_mapping::detail

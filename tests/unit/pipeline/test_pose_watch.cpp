@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "advice/pose_watch.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace planar_mapping::detail {
+namespace {
+
+/// What is said of a scan from \p place in a room of 8 x 6 x 3 m by a pose that is off by \p error.
+std::optional<double> misfitOf(PoseWatch& watch, const Vector3& place, const Vector3& error) {
+  std::vector<float> xyz;
+  for (double elevation = -40.0; elevation <= 40.0; elevation += 1.0) {
+    for (double azimuth = 0.0; azimuth < 360.0; azimuth += 0.5) {
+      const double e = elevation * M_PI / 180.0, a = azimuth * M_PI / 180.0;
+      const Vector3 ray(std::cos(e) * std::cos(a), std::cos(e) * std::sin(a), std::sin(e));
+      double range = 1e9;
+      for (int axis = 0; axis < 3; ++axis) {
+        const double wall = ray[axis] > 0.0 ? Vector3(4, 3, 3)[axis] : Vector3(-4, -3, 0)[axis];
+        range = std::min(range, (wall - place[axis]) / ray[axis]);
+      }
+      for (int axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(range * ray[axis]));
+    }
+  }
+  const PointsView points(xyz.data(), xyz.size() / 3);
+  return watch.misfit(points, findPlanes(points, nullptr, MultiPlaneParams()).planes,
+                      Pose(Eigen::Translation3d(place + error)), CuboidApproximationParams());
+}
+
+TEST(PoseWatch, PosesThatFitSayNothing) {
+  PoseWatch watch;
+  for (const double x : {-2.0, -1.0, 0.0, 0.5}) {
+    EXPECT_FALSE(misfitOf(watch, {x, 0.3 * x, 1.2}, Vector3::Zero())) << x;
+  }
+}
+
+TEST(PoseWatch, TheFirstPoseThatDoesNotFitIsSaidOnce) {
+  PoseWatch watch;
+  EXPECT_FALSE(misfitOf(watch, {-1.0, 0.0, 1.2}, Vector3::Zero()));
+  const std::optional<double> misfit = misfitOf(watch, {0.0, 0.0, 1.2}, {0.25, 0.25, 0.0});
+  ASSERT_TRUE(misfit);
+  EXPECT_NEAR(*misfit, 0.25, 0.03);
+  EXPECT_FALSE(misfitOf(watch, {1.0, 0.0, 1.2}, {-0.3, 0.3, 0.0}));
+}
+
+}  // namespace
+}  // namespace planar_mapping::detail
