@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "advice/leaning_floor.h"
+#include "planar_mapping/core/geometry/cloud_scale.h"
 #include "rounded.h"
 
 namespace planar_mapping::detail {
@@ -46,12 +47,29 @@ std::optional<std::string> skippedFrames(const Pipeline& pipeline, const RunStat
 
 /// What is upwards may be known from the first frame only. Where ground was removed it was level
 /// and is not in the map.
-std::optional<std::string> tilt(const PlanarMap& map, const RunStatistics& statistics) {
+std::optional<std::string> tilt(const PlanarMap& map, const RunStatistics& statistics,
+                                bool is_camera) {
   if (statistics.hasGroundInMostFrames()) return std::nullopt;
   constexpr double kUsualSlope = 10.0 * M_PI / 180.0;  // of what lies along a street
   const bool is_own = map.params().frame == MapFrame::Start;
-  const std::optional<LeaningFloor> floor = leaningFloor(map);
-  if (!floor || (!is_own && floor->tilt < kUsualSlope)) return std::nullopt;
+  const std::optional<LeaningFloor> floor = leaningFloor(map, is_camera);
+  using Kind = LeaningFloor::Kind;
+  if (!floor || (floor->kind == Kind::Leans && !is_own && floor->tilt < kUsualSlope))
+    return std::nullopt;
+  const std::string axis = "[" + rounded(floor->up.x(), 2) + ", " + rounded(floor->up.y(), 2) +
+                           ", " + rounded(floor->up.z(), 2) + "]";
+  if (floor->kind == Kind::OtherAxis) {
+    return "no plane is level, and nearly all (" + rounded(floor->area, 0) +
+           " m2) face along another axis: if they are floors, set `up` of the stages to " + axis +
+           " or its opposite";
+  }
+  if (floor->kind == Kind::LevelWithoutTurn) {
+    return "what looks like a floor (" + rounded(floor->area, 0) +
+           " m2) is level for the sensor, but its pose, which turns and does not move it, stands "
+           "it "
+           "up: if the sensor stood level, set `up` of the stages to " +
+           axis;
+  }
   const std::string what = "what looks like a floor (" + rounded(floor->area, 0) +
                            " m2) leans by " + rounded(floor->tilt * 180.0 / M_PI, 0) + " degrees: ";
   return what + (is_own
@@ -66,6 +84,7 @@ std::optional<std::string> tilt(const PlanarMap& map, const RunStatistics& stati
 std::vector<std::string> FrameWatch::adviceOn(const Frame& frame, const PlanarMap& map) {
   std::vector<std::string> advice;
   const PointsView points = viewOf(*frame.cloud);
+  if (!is_camera_) is_camera_ = frame.camera || isCameraView(points, &frame.indices);
   if (robot_.isSeenIn(points, frame.indices, frame.T_world_sensor)) {
     advice.push_back(frame.source + ": " + RobotWatch::kAdvice);
   }
@@ -87,7 +106,7 @@ std::vector<std::string> FrameWatch::adviceOn(const Frame& frame, const PlanarMa
 }
 
 std::vector<std::string> adviceOn(const Pipeline& pipeline, const RunStatistics& statistics,
-                                  const FrameSource& source) {
+                                  const FrameSource& source, bool is_camera) {
   std::vector<std::string> advice;
   const auto add = [&advice](std::optional<std::string> text) {
     if (text) advice.push_back(std::move(*text));
@@ -113,7 +132,7 @@ std::vector<std::string> adviceOn(const Pipeline& pipeline, const RunStatistics&
              : rounded(100.0 * removed, 1) +
                    " % of the points were removed before: look at the stages that do that"));
   }
-  add(tilt(map, statistics));
+  add(tilt(map, statistics, is_camera));
   return advice;
 }
 

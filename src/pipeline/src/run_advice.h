@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,20 +19,23 @@ class FrameWatch {
  public:
   /// \pre the frame is in the map
   std::vector<std::string> adviceOn(const Frame& frame, const PlanarMap& map);
+  /// Whether the first frame is a camera's view.
+  bool isCamera() const { return is_camera_.value_or(false); }
 
   template <typename Archive>
   void visitState(Archive& archive) {
-    archive(robot_, poses_);
+    archive(robot_, poses_, is_camera_);
   }
 
  private:
   RobotWatch robot_;
   PoseWatch poses_;
+  std::optional<bool> is_camera_;  ///< by the first frame
 };
 
 /// What a finished run has to say of its result, a sentence each, and what helps.
 /// \pre a frame was used
 std::vector<std::string> adviceOn(const Pipeline& pipeline, const RunStatistics& statistics,
-                                  const FrameSource& source);
+                                  const FrameSource& source, bool is_camera);
 
 }  // namespace planar_mapping::detail

@@ -283,7 +283,9 @@ void Run::checkResult() {
     throw InputError((names_it ? "" : first.source + ": ") + reason +
                      (statistics_.frames() == 1 ? "" : "; nor can any other frame be used"));
   }
-  for (const std::string& advice : detail::adviceOn(pipeline_, statistics_, source_)) warn(advice);
+  for (const std::string& advice :
+       detail::adviceOn(pipeline_, statistics_, source_, watch_.isCamera()))
+    warn(advice);
 }
 
 /// Saves from time to time. A disk that is full now may have room at the end.

@@ -4,6 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <vector>
+
 #include "map_scene.h"
 
 namespace planar_mapping::detail {
@@ -24,7 +27,7 @@ PlanarMap roomTiltedBy(double tilt) {
 
 TEST(LeaningFloor, IsFoundWithItsTiltAndArea) {
   for (const double degrees : {8.0, 22.0, -30.0}) {
-    const std::optional<LeaningFloor> floor = leaningFloor(roomTiltedBy(degrees * kDegree));
+    const std::optional<LeaningFloor> floor = leaningFloor(roomTiltedBy(degrees * kDegree), true);
     ASSERT_TRUE(floor) << degrees;
     EXPECT_NEAR(floor->tilt, std::abs(degrees) * kDegree, 0.5 * kDegree);
     EXPECT_GT(floor->area, 4.0);
@@ -33,9 +36,9 @@ TEST(LeaningFloor, IsFoundWithItsTiltAndArea) {
 }
 
 TEST(LeaningFloor, IsNoneInALevelRoomNorInAnEmptyMap) {
-  EXPECT_FALSE(leaningFloor(roomTiltedBy(0.0)));
-  EXPECT_FALSE(leaningFloor(roomTiltedBy(3.0 * kDegree)));
-  EXPECT_FALSE(leaningFloor(PlanarMap()));
+  EXPECT_FALSE(leaningFloor(roomTiltedBy(0.0), true));
+  EXPECT_FALSE(leaningFloor(roomTiltedBy(3.0 * kDegree), true));
+  EXPECT_FALSE(leaningFloor(PlanarMap(), false));
 }
 
 TEST(LeaningFloor, CeilingsThatLeanAreNone) {
@@ -44,7 +47,87 @@ TEST(LeaningFloor, CeilingsThatLeanAreNone) {
   view.pose = Eigen::AngleAxisd(20.0 * kDegree, Vector3::UnitX()) * view.pose;
   map.insert(view.frame());
   ASSERT_FALSE(map.planes().empty());
-  EXPECT_FALSE(leaningFloor(map));
+  EXPECT_FALSE(leaningFloor(map, true));
+}
+
+/// What a scanner 1.2 m above the floor of a room of 8 x 6 x 3 m sees, or of its floor only, by a
+/// pose that turns and does not move it.
+PlanarMap scanTurnedBy(double angle, bool floor_only) {
+  std::vector<float> xyz;
+  for (double elevation = -60.0; elevation <= 60.0; elevation += 1.0) {
+    for (double azimuth = 0.0; azimuth < 360.0; azimuth += 0.5) {
+      const double e = elevation * M_PI / 180.0, a = azimuth * M_PI / 180.0;
+      const Vector3 ray(std::cos(e) * std::cos(a), std::cos(e) * std::sin(a), std::sin(e));
+      double range = 1e9;
+      int hit = 0;
+      for (int axis = 0; axis < 3; ++axis) {
+        const double wall =
+            ray[axis] > 0.0 ? Vector3(4, 3, 1.8)[axis] : Vector3(-4, -3, -1.2)[axis];
+        if (wall / ray[axis] < range) {
+          range = wall / ray[axis];
+          hit = axis;
+        }
+      }
+      if (floor_only && (hit != 2 || ray.z() > 0.0)) continue;
+      for (int axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(range * ray[axis]));
+    }
+  }
+  FrameObservation frame;
+  frame.points = PointsView(xyz.data(), xyz.size() / 3);
+  const std::vector<PlaneSegment> planes =
+      findPlanes(frame.points, nullptr, MultiPlaneParams()).planes;
+  frame.planes = &planes;
+  frame.T_world_sensor = Pose(Eigen::AngleAxisd(angle, Vector3::UnitX()));
+  PlanarMap map;
+  map.insert(frame);
+  return map;
+}
+
+/// Squares a metre apart that face along y, of \p area m2 together.
+PlanarMap floorsAlongY(double area, int floors, bool is_merged = true) {
+  std::vector<float> xyz;
+  const double half = 0.5 * std::sqrt(area / floors);
+  for (double x = -half; x < half; x += 0.03) {
+    for (double z = -half; z < half; z += 0.03) {
+      for (int y = 0; y < floors; ++y) {
+        xyz.insert(xyz.end(),
+                   {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)});
+      }
+    }
+  }
+  FrameObservation frame;
+  frame.points = PointsView(xyz.data(), xyz.size() / 3);
+  const std::vector<PlaneSegment> planes =
+      findPlanes(frame.points, nullptr, MultiPlaneParams()).planes;
+  frame.planes = &planes;
+  PlanarMapParams params;
+  params.unknown_space = !is_merged;
+  PlanarMap map(params);
+  map.insert(frame);
+  return map;
+}
+
+TEST(LeaningFloor, LevelWithoutTheTurnOfThePoseIsSaid) {
+  const double right_angle = 90.0 * kDegree;
+  const std::optional<LeaningFloor> floor = leaningFloor(scanTurnedBy(-right_angle, true), false);
+  ASSERT_TRUE(floor);
+  EXPECT_EQ(LeaningFloor::Kind::LevelWithoutTurn, floor->kind);
+  EXPECT_NEAR(floor->tilt, right_angle, kDegree);
+  EXPECT_NEAR(floor->up.y(), 1.0, 1e-6);
+  EXPECT_FALSE(leaningFloor(scanTurnedBy(-right_angle, true), true));
+  EXPECT_FALSE(leaningFloor(scanTurnedBy(0.0, true), false));
+  EXPECT_FALSE(leaningFloor(scanTurnedBy(0.0, false), false));
+}
+
+TEST(LeaningFloor, PlanesThatAllFaceAlongAnotherAxisAreSaid) {
+  const std::optional<LeaningFloor> floors = leaningFloor(floorsAlongY(20.0, 2), false);
+  ASSERT_TRUE(floors);
+  EXPECT_EQ(LeaningFloor::Kind::OtherAxis, floors->kind);
+  EXPECT_EQ(Vector3::UnitY(), floors->up);
+  EXPECT_FALSE(leaningFloor(floorsAlongY(20.0, 2), true)) << "a camera may see one wall";
+  EXPECT_FALSE(leaningFloor(floorsAlongY(1.0, 2), false)) << "an object";
+  EXPECT_FALSE(leaningFloor(floorsAlongY(20.0, 1), false)) << "a wall that was cut out";
+  EXPECT_FALSE(leaningFloor(floorsAlongY(20.0, 2, false), false)) << "a scan in a corridor";
 }
 
 }  // namespace
