@@ -29,7 +29,8 @@ class View {
     const double x = ray.x(), y = ray.y(), flat = std::abs(x) + std::abs(y);
     const double across = flat > 0.0 ? y / flat : 0.0;  // -1 to 1 in each half
     const double azimuth = x >= 0.0 ? across : (y >= 0.0 ? 2.0 - across : -2.0 - across);
-    const double elevation = ray.z() / (std::abs(ray.z()) + std::sqrt(x * x + y * y));
+    const double length = std::abs(ray.z()) + std::sqrt(x * x + y * y);
+    const double elevation = length > 0.0 ? ray.z() / length : 0.0;
     const auto binAt = [](double part, int bins) {
       return std::min(bins - 1, static_cast<int>(part * bins));
     };
