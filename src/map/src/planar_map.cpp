@@ -123,7 +123,8 @@ FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
   impl_->changed();
   map.trajectory.push_back({observation.timestamp, frame.sensor, frame.orientation});
   if (observation.ground != nullptr)
-    map.ground.add(observation.points, *observation.ground, observation.T_world_sensor);
+    map.ground.add(observation.points, *observation.ground, observation.T_world_sensor,
+                   map.params.approximation.up.normalized());
   if (map.params.unknown_space || map.params.miss_factor < 1.0) {
     frame.images = detail::makeDepthImages(
         observation, frame.rotation, frame.sensor, frame.use, map.params.range_image_step,
@@ -292,8 +293,9 @@ const std::vector<std::pair<double, Pose>>& PlanarMap::trajectory() const {
 
 std::vector<GroundPoint> PlanarMap::ground() const {
   std::vector<GroundPoint> ground;
+  const Vector3 up = params().approximation.up.normalized();
   for (const detail::GroundPlace& place : impl_->data.ground.places())
-    ground.push_back({place.mean(), place.points});
+    ground.push_back({place.position(up), place.points});
   return ground;
 }
 

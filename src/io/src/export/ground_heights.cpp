@@ -16,7 +16,8 @@ GroundHeights::GroundHeights(const std::vector<GroundPoint>& ground, const Vecto
       highest_(elsewhere),
       middle_(elsewhere),
       heights_(1, static_cast<float>(elsewhere)) {
-  constexpr std::size_t kFewest = 4;     // square metres
+  constexpr std::size_t kFewest = 2;     // of 4 square metres each
+  constexpr double kSide = 2.0;          // metres, of PlanarMap::ground()
   constexpr double kMaxCells = 1000000;  // of the raster
   if (ground.size() < kFewest) return;
   std::vector<Vector3> places;
@@ -27,13 +28,14 @@ GroundHeights::GroundHeights(const std::vector<GroundPoint>& ground, const Vecto
     low_ = low_.cwiseMin(places.back().head<2>());
     high = high.cwiseMax(places.back().head<2>());
   }
-  cell_ = std::max(1.0, std::sqrt((high - low_).prod() / kMaxCells));
-  size_ = ((high - low_) / cell_).array().floor().cast<int>() + 1;
+  cell_ = std::max(kSide, std::sqrt((high - low_).prod() / kMaxCells));
+  size_ = ((high - low_) / cell_).array().round().cast<int>() + 1;
   const auto count = static_cast<std::size_t>(size_.x()) * static_cast<std::size_t>(size_.y());
   heights_.assign(count, std::numeric_limits<float>::quiet_NaN());
   std::vector<std::uint32_t> points(count, 0);
   for (std::size_t k = 0; k < places.size(); ++k) {
-    const std::size_t i = cellOf(places[k]);
+    const Vector2 place = placeOf(places[k]).array().round();
+    const auto i = static_cast<std::size_t>(place.y() * size_.x() + place.x());
     if (ground[k].points <= points[i]) continue;
     points[i] = ground[k].points;
     heights_[i] = static_cast<float>(places[k].z());
@@ -68,16 +70,27 @@ void GroundHeights::spread() {
   }
 }
 
-std::size_t GroundHeights::cellOf(const Vector3& turned) const {
-  const Vector2 at = ((turned.head<2>() - low_) / cell_).array().floor();
+/// In cells from the middle of the first one, within those of the rim.
+Vector2 GroundHeights::placeOf(const Vector3& turned) const {
   const Vector2 last = size_.cast<double>().matrix() - Vector2::Ones();
-  const Vector2 within = at.cwiseMax(0.0).cwiseMin(last);
-  return static_cast<std::size_t>(within.y()) * static_cast<std::size_t>(size_.x()) +
-         static_cast<std::size_t>(within.x());
+  const Vector2 at = (turned.head<2>() - low_) / cell_;
+  return at.cwiseMax(0.0).cwiseMin(last);
 }
 
+/// Between the middles of four cells.
 double GroundHeights::at(const Vector3& point) const {
-  return heights_[cellOf(turn_ * point)];
+  const Vector2 place = placeOf(turn_ * point);
+  const Eigen::Array2i first = place.array().cast<int>();
+  const Eigen::Array2i next = (first + 1).min(size_ - 1);
+  const Vector2 part = place - first.cast<double>().matrix();
+  const auto height = [this](int x, int y) {
+    return double{heights_[static_cast<std::size_t>(y) * static_cast<std::size_t>(size_.x()) +
+                           static_cast<std::size_t>(x)]};
+  };
+  const auto along = [&](int y) {
+    return (1.0 - part.x()) * height(first.x(), y) + part.x() * height(next.x(), y);
+  };
+  return (1.0 - part.y()) * along(first.y()) + part.y() * along(next.y());
 }
 
 }  // namespace planar_mapping::io

@@ -160,7 +160,6 @@ MapRecord finishedRecordOf(const MapData& map, std::vector<Cuboid> cuboids) {
   record.cuboids = std::move(cuboids);
   for (Cuboid& cuboid : record.cuboids) cuboid.probability = 1.0f;
   record.space = treeOf(map.space, true);
-  record.ground = map.ground.places();
   return record;
 }
 

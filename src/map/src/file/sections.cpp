@@ -247,21 +247,16 @@ void codePoses(Columns& columns, MapRecord& record) {
 
 void codeGround(Columns& columns, MapRecord& record) {
   std::vector<GroundPlace>& ground = record.ground;
-  columns.size(ground, 28);
+  columns.size(ground, 9);
   for (std::size_t k = 0; k < 3; ++k)
-    columns.column(ground, [k](GroundPlace& p) -> std::int32_t& { return p.cube[k]; });
-  for (std::size_t k = 0; k < 3; ++k)
-    columns.column(ground, [k](GroundPlace& p) -> float& { return p.offset[k]; });
-  columns.column(ground, [](GroundPlace& p) -> std::uint32_t& { return p.points; });
+    columns.column(ground, [k](GroundPlace& p) -> std::int16_t& { return p.cube[k]; });
+  columns.column(ground, [](GroundPlace& p) -> std::uint16_t& { return p.steps; });
+  columns.column(ground, [](GroundPlace& p) -> std::uint8_t& { return p.points; });
   const GroundPlace* before = nullptr;
   for (const GroundPlace& p : ground) {
     require(columns, before == nullptr || before->cube < p.cube, "has places out of order");
     before = &p;
-    require(columns, p.points > 0, "has a place without points");
-    for (std::size_t k = 0; k < 3; ++k) {
-      require(columns, std::abs(std::int64_t{p.cube[k]}) <= kLatticeLimit, "is out of reach");
-      require(columns, p.offset[k] >= 0.0f && p.offset[k] <= 1.0f, "has a place out of its cube");
-    }
+    require(columns, p.points > 0 && p.steps <= 255 * p.points, "has a height out of its cube");
   }
 }
 
@@ -283,7 +278,7 @@ constexpr Section kSections[] = {
     {"PARAMS", codeParams, true, false}, {"CUBOIDS", codeCuboids, true, true},
     {"SPACE", codeSpace, true, false},   {"PLANES", codePlanes, false, false},
     {"CELLS", codeCells, false, false},  {"BELIEFS", codeBeliefs, false, false},
-    {"POSES", codePoses, false, false},  {"GROUND", codeGround, true, false, hasGround},
+    {"POSES", codePoses, false, false},  {"GROUND", codeGround, false, false, hasGround},
 };
 
 struct Bytes {

@@ -225,7 +225,7 @@ FrameUpdate take(MapData& map, const MapData& other, const Pose& T) {
   Frame frame;
   if (other.trajectory.empty()) return frame.update;
   takeTrajectory(map, other, T);
-  map.ground.add(other.ground, T);
+  map.ground.add(other.ground, T, map.params.approximation.up.normalized());
   takePlanes(map, other, T, frame);
   takeCells(map, other, T, frame);
   if (map.params.unknown_space) takeSpace(map, other, T);

@@ -57,9 +57,10 @@ class PLANAR_MAPPING_EXPORT GroundHeights {
  public:
   explicit GroundHeights(double everywhere) : GroundHeights({}, Vector3::UnitZ(), everywhere) {}
   /// \param ground  PlanarMap::ground(): where there are several over each other, the one of most
-  ///                points counts; elsewhere the nearest
+  ///                points counts; between them their mean by distance, elsewhere
+  ///                the nearest
   /// \param up  a unit vector
-  /// \param elsewhere  height where fewer than 4 places are known
+  /// \param elsewhere  height where fewer than 2 places are known
   GroundHeights(const std::vector<GroundPoint>& ground, const Vector3& up, double elsewhere);
 
   double at(const Vector3& point) const;  ///< below or above a point
@@ -69,12 +70,12 @@ class PLANAR_MAPPING_EXPORT GroundHeights {
 
  private:
   void spread();
-  std::size_t cellOf(const Vector3& turned) const;
+  Vector2 placeOf(const Vector3& turned) const;
 
   Quaternion turn_;  ///< up to z
   double lowest_, highest_, middle_;
   double cell_ = 1.0;              ///< side in the raster, metres
-  Vector2 low_ = Vector2::Zero();  ///< corner of the raster, x and y once turned
+  Vector2 low_ = Vector2::Zero();  ///< middle of its first cell, x and y once turned
   Eigen::Array2i size_ = {1, 1};
   std::vector<float> heights_;
 };

@@ -29,11 +29,11 @@ struct MapPlane {
   double rms() const { return moments.fit().rms; }
 };
 
-/// Where ground was that was removed from frames: the mean of some of its points in a cube of a
-/// metre, metres.
+/// Where ground was that was removed from frames: the middle of a cube of 2 m, in the mean height
+/// of some of its points, metres.
 struct GroundPoint {
   Vector3 position = Vector3::Zero();
-  std::uint32_t points = 0;
+  std::uint32_t points = 0;  ///< at most 255
 };
 
 /// The map of planar cuboids: planes with their patches, non-planar cells, unknown space
@@ -120,7 +120,7 @@ class PLANAR_MAPPING_EXPORT PlanarMap {
   /// The sensor poses of the frames in order, with their time stamps.
   const std::vector<std::pair<double, Pose>>& trajectory() const;
   /// Places on the ground that was removed from frames (FrameObservation::ground), which has no
-  /// cuboids: a place in each cube of a metre. [ours]
+  /// cuboids: a place in each cube of 2 m; none in a finished map. [ours]
   std::vector<GroundPoint> ground() const;
 
   CellState stateAt(const Vector3& point) const;  ///< a point that is not finite is Unknown
