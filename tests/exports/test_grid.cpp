@@ -223,6 +223,8 @@ TEST(NavigationMap, FollowsTheGroundThatWasRemoved) {
   EXPECT_NEAR(heights.at({60.0, 1.0, 0.0}), -3.9, 1e-6);
   map.options.band.ground = -2.0;  // the same everywhere, who asks for it
   EXPECT_EQ(io::gridOf(map).at(0, 0), io::OccupancyGrid::kUnknown);
+  for (GroundPoint& point : map.ground) point.points = 0;  // made by hand
+  EXPECT_NEAR(io::GroundHeights(map.ground, Vector3::UnitZ(), 7.0).at({20.5, 1.0, 0.0}), -3.0, 1.1);
   map.ground.resize(1);
   EXPECT_EQ(io::GroundHeights(map.ground, Vector3::UnitZ(), 7.0).at({0.5, 0.5, 0.0}), 7.0);
 }

@@ -51,21 +51,25 @@ bool isPeriodic(const std::vector<float>& values, std::size_t numbers, std::size
   return between > kLargest * within / (count - freedom - 1.0);
 }
 
-/// Whether points of a scan can be of so many numbers each.
+/// Whether points of a scan can be of so many numbers each: all but one in fifty.
 /// \param rings  gets those that occur
 bool holdsScan(const std::vector<float>& values, std::size_t numbers, std::set<float>& rings) {
   constexpr float kFarthest = 1e4f;  // metres
   constexpr float kMaxRings = 256.0f;
+  constexpr std::size_t kMaxOdd = 50;
+  std::size_t odd = 0;
   for (std::size_t i = 0; i + numbers <= values.size(); i += numbers) {
-    for (std::size_t k = 0; k < 3; ++k)
-      if (!(std::abs(values[i + k]) <= kFarthest)) return false;
-    if (!(values[i + 3] >= 0.0f && values[i + 3] <= kFarthest)) return false;
-    if (numbers == kKittiNumbers) continue;
-    const float ring = values[i + 4];
-    if (!(ring >= 0.0f && ring < kMaxRings && ring == std::floor(ring))) return false;
-    rings.insert(ring);
+    const auto isNear = [&](std::size_t k) { return std::abs(values[i + k]) <= kFarthest; };
+    const float intensity = values[i + 3];
+    bool fits = isNear(0) && isNear(1) && isNear(2) && intensity >= 0.0f && intensity <= kFarthest;
+    if (numbers == kRingNumbers) {
+      const float ring = values[i + 4];
+      fits = fits && ring >= 0.0f && ring < kMaxRings && ring == std::floor(ring);
+      if (fits) rings.insert(ring);
+    }
+    odd += fits ? 0 : 1;
   }
-  return true;
+  return kMaxOdd * odd * numbers <= values.size();
 }
 
 /// Whether rows are of so many numbers. Layers of a scanner may take turns in one column; wrong

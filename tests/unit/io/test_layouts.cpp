@@ -217,6 +217,16 @@ TEST_F(LayoutFolders, BinFilesThatAreNoScansAreNotTaken) {
   EXPECT_EQ(CloudFormat::None,
             recognizeCloudFile(write("xyz.bin", std::string(reinterpret_cast<char*>(points.data()),
                                                             points.size() * sizeof(float)))));
+  // A scan may have a few points that are none.
+  std::vector<float> scan;
+  for (int i = 0; i < 3000; ++i) {
+    const auto k = static_cast<float>(i);
+    scan.insert(scan.end(), {5.0f + 0.01f * k, -k, -0.5f * static_cast<float>(i % 3), 0.1f});
+  }
+  for (const std::size_t bad : {1500, 2999}) scan[4 * bad] = NAN;
+  EXPECT_EQ(CloudFormat::Velodyne,
+            recognizeCloudFile(write("some.bin", std::string(reinterpret_cast<char*>(scan.data()),
+                                                             scan.size() * sizeof(float)))));
   EXPECT_EQ(CloudFormat::None, recognizeCloudFile(write("odd.bin", "0123456789")));
   EXPECT_EQ(CloudFormat::None, recognizeCloudFile(write("text.bin", std::string(160, '\xff'))));
   EXPECT_EQ(CloudFormat::None, recognizeCloudFile(write("empty.bin", "")));

@@ -99,8 +99,10 @@ bool hidesItself(const PointsView& points, const Indices* indices) {
     behind += fine.isBehind(p, 1.12) ? 1.0 : 0.0;
     surrounded += coarse.isSurrounded(p, 1.2) ? 1.0 : 0.0;
   }
+  // A ray meets one thing: in a fine direction nothing is behind the wires of a fence.
+  const bool is_through = surrounded > 0.06 * sights && behind > 0.005 * sights;
   return sights >= kMinSights &&
-         (far_behind > 0.25 * sights || behind > 0.08 * sights || surrounded > 0.06 * sights);
+         (far_behind > 0.25 * sights || behind > 0.08 * sights || is_through);
 }
 
 constexpr double kAbove = 10.0;  // metres over the origin

@@ -36,7 +36,7 @@ GroundHeights::GroundHeights(const std::vector<GroundPoint>& ground, const Vecto
   for (std::size_t k = 0; k < places.size(); ++k) {
     const Vector2 place = placeOf(places[k]).array().round();
     const auto i = static_cast<std::size_t>(place.y() * size_.x() + place.x());
-    if (ground[k].points <= points[i]) continue;
+    if (!std::isnan(heights_[i]) && ground[k].points <= points[i]) continue;
     points[i] = ground[k].points;
     heights_[i] = static_cast<float>(places[k].z());
   }

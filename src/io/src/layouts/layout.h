@@ -27,7 +27,8 @@ struct Description {
   std::string layout;  ///< as messages call it: "KITTI odometry"
   SequenceKind kind = SequenceKind::Clouds;
   PoseSource pose_source = PoseSource::None;
-  bool has_color = false;  ///< of RGB-D
+  bool has_color = false;       ///< of RGB-D
+  bool drops_unpaired = false;  ///< frames without a colour image, once they are counted
   std::vector<FrameEntry> frames;
   std::optional<Calibration> calibration;
   std::vector<std::string> notes;  ///< what was left out, a sentence each
@@ -106,9 +107,9 @@ void noteLeftOut(std::size_t left_out, std::size_t all, const std::string& what,
                  const std::string& why, Description& description);
 
 /// Lists the depth images, each with the colour image of its name, if there is one, and notes what
-/// has no partner and is left out by dropUnpaired().
+/// has no partner and is left out once files that count frames are read.
 void listPairs(const FilesByName& depths, const FilesByName& colors, Description& description);
-/// Leaves frames without a colour image out. Once files that count frames are read.
+/// Leaves frames without a colour image out.
 void dropUnpaired(Description& description);
 
 /// Notes that the poses of a file do not fit the frames and are left out.

@@ -151,7 +151,7 @@ Description readOpen3d(const std::string& folder, const SequenceOptions& options
   const std::string trajectory = trajectoryOf(folder);
   if (options.poses_file.empty() && !trajectory.empty())
     addTrajectory(trajectory, options.ignore_poses, description);
-  if (description.has_color) dropUnpaired(description);
+  description.drops_unpaired = description.has_color;
   return description;
 }
 

@@ -99,7 +99,7 @@ Description readReplica(const std::string& folder, const SequenceOptions& option
                               depth->first);
     }
   }
-  dropUnpaired(description);
+  description.drops_unpaired = true;
   return description;
 }
 

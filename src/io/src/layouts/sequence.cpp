@@ -230,6 +230,7 @@ Sequence::Sequence(const std::vector<std::string>& inputs, const SequenceOptions
       impl_->undistorter.emplace(calibration.camera, *calibration.distortion);
   }
   if (!options.poses_file.empty()) layouts::addPoses(options.poses_file, options, sequence);
+  if (sequence.drops_unpaired) layouts::dropUnpaired(sequence);
 }
 
 Sequence::~Sequence() = default;

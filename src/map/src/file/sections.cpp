@@ -247,16 +247,16 @@ void codePoses(Columns& columns, MapRecord& record) {
 
 void codeGround(Columns& columns, MapRecord& record) {
   std::vector<GroundPlace>& ground = record.ground;
-  columns.size(ground, 9);
+  columns.size(ground, 12);
   for (std::size_t k = 0; k < 3; ++k)
     columns.column(ground, [k](GroundPlace& p) -> std::int16_t& { return p.cube[k]; });
-  columns.column(ground, [](GroundPlace& p) -> std::uint16_t& { return p.steps; });
-  columns.column(ground, [](GroundPlace& p) -> std::uint8_t& { return p.points; });
+  columns.column(ground, [](GroundPlace& p) -> std::uint16_t& { return p.points; });
+  columns.column(ground, [](GroundPlace& p) -> std::uint32_t& { return p.steps; });
   const GroundPlace* before = nullptr;
   for (const GroundPlace& p : ground) {
     require(columns, before == nullptr || before->cube < p.cube, "has places out of order");
     before = &p;
-    require(columns, p.points > 0 && p.steps <= 255 * p.points, "has a height out of its cube");
+    require(columns, p.points > 0 && p.steps <= 255U * p.points, "has a height out of its cube");
   }
 }
 

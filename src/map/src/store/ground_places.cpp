@@ -9,7 +9,30 @@
 namespace planar_mapping::detail {
 namespace {
 
-constexpr int kMaxPoints = 255;
+/// Nothing if the cube is out of reach.
+std::optional<GroundPlace> placeOf(const Vector3& point, int points, const Vector3& up) {
+  const Vector3 cube = (point / GroundPlace::kSide).array().floor();
+  if (!(cube.cwiseAbs().maxCoeff() <= std::numeric_limits<std::int16_t>::max()))
+    return std::nullopt;
+  GroundPlace place;
+  for (std::size_t k = 0; k < 3; ++k)
+    place.cube[k] = static_cast<std::int16_t>(cube[static_cast<Eigen::Index>(k)]);
+  // At most 3.5 m from the corner: -111 to 111 steps.
+  const double height = up.dot(point - place.corner());
+  const long steps = GroundPlace::kZero + std::lround(height / GroundPlace::kStep);
+  place.points = static_cast<std::uint16_t>(points);
+  place.steps = static_cast<std::uint32_t>(points * steps);
+  return place;
+}
+
+/// Of the same cube.
+void join(const GroundPlace& from, GroundPlace& place) {
+  constexpr int kMaxPoints = std::numeric_limits<std::uint16_t>::max();
+  const int points = std::min<int>(from.points, kMaxPoints - place.points);
+  place.steps += static_cast<std::uint32_t>(std::uint64_t{from.steps} *
+                                            static_cast<std::uint64_t>(points) / from.points);
+  place.points = static_cast<std::uint16_t>(place.points + points);
+}
 
 }  // namespace
 
@@ -22,34 +45,37 @@ Vector3 GroundPlace::position(const Vector3& up) const {
 void GroundPlaces::add(const PointsView& points, const Indices& indices, const Pose& T_world_sensor,
                        const Vector3& up) {
   constexpr std::size_t kSample = 2000;  // points of a frame
-  for (std::size_t k = 0; k < indices.size(); k += indices.size() / kSample + 1)
-    add(T_world_sensor * points.point(static_cast<std::size_t>(indices[k])), 1, up);
-  places_.shrink_to_fit();
+  std::vector<GroundPlace> places;
+  for (std::size_t k = 0; k < indices.size(); k += indices.size() / kSample + 1) {
+    const Vector3 point = points.point(static_cast<std::size_t>(indices[k]));
+    if (const auto place = placeOf(T_world_sensor * point, 1, up)) places.push_back(*place);
+  }
+  add(std::move(places));
 }
 
 void GroundPlaces::add(const GroundPlaces& other, const Pose& T, const Vector3& up) {
   const Vector3 up_other = T.linear().transpose() * up;
-  for (const GroundPlace& place : other.places_)
-    add(T * place.position(up_other), place.points, up);
+  std::vector<GroundPlace> places;
+  for (const GroundPlace& from : other.places_) {
+    if (const auto place = placeOf(T * from.position(up_other), from.points, up))
+      places.push_back(*place);
+  }
+  add(std::move(places));
 }
 
-void GroundPlaces::add(const Vector3& point, int points, const Vector3& up) {
-  const Vector3 cube = (point / GroundPlace::kSide).array().floor();
-  if (!(cube.cwiseAbs().maxCoeff() <= std::numeric_limits<std::int16_t>::max())) return;
-  GroundPlace place;
-  for (std::size_t k = 0; k < 3; ++k)
-    place.cube[k] = static_cast<std::int16_t>(cube[static_cast<Eigen::Index>(k)]);
-  const auto found =
-      std::lower_bound(places_.begin(), places_.end(), place,
-                       [](const GroundPlace& a, const GroundPlace& b) { return a.cube < b.cube; });
-  GroundPlace& known =
-      found != places_.end() && found->cube == place.cube ? *found : *places_.insert(found, place);
-  // At most 3.5 m from the corner: -111 to 111 steps.
-  const double height = up.dot(point - place.corner());
-  const int steps = GroundPlace::kZero + static_cast<int>(std::lround(height / GroundPlace::kStep));
-  const int taken = std::min(points, kMaxPoints - int{known.points});
-  known.steps = static_cast<std::uint16_t>(known.steps + taken * steps);
-  known.points = static_cast<std::uint8_t>(known.points + taken);
+void GroundPlaces::add(std::vector<GroundPlace> places) {
+  places.insert(places.begin(), places_.begin(), places_.end());
+  std::stable_sort(places.begin(), places.end(),
+                   [](const GroundPlace& a, const GroundPlace& b) { return a.cube < b.cube; });
+  places_.clear();
+  for (const GroundPlace& place : places) {
+    if (places_.empty() || places_.back().cube != place.cube) {
+      places_.push_back(place);
+    } else {
+      join(place, places_.back());
+    }
+  }
+  places_.shrink_to_fit();
 }
 
 }  // namespace planar_mapping::detail

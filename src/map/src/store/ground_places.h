@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -18,8 +19,8 @@ struct GroundPlace {
   static constexpr int kZero = 128;         ///< steps at the height of the cube's lower corner
 
   std::array<std::int16_t, 3> cube{};  ///< spans [cube, cube + 1) times the side
-  std::uint16_t steps = 0;             ///< sum of the heights of its points
-  std::uint8_t points = 0;             ///< the first 255
+  std::uint16_t points = 0;            ///< the first 65535
+  std::uint32_t steps = 0;             ///< sum of their heights
 
   Vector3 corner() const { return kSide * Vector3(cube[0], cube[1], cube[2]); }
   /// At the middle of the cube, but for the height.
@@ -43,7 +44,7 @@ class GroundPlaces {
   void restore(std::vector<GroundPlace> places) { places_ = std::move(places); }
 
  private:
-  void add(const Vector3& point, int points, const Vector3& up);
+  void add(std::vector<GroundPlace> places);
 
   std::vector<GroundPlace> places_;
 };

@@ -78,6 +78,7 @@ std::optional<double> PoseWatch::misfit(const PointsView& points,
   std::nth_element(distances.begin(), half, distances.end());
   if (!(*half > cells.resolution)) return std::nullopt;
   done_ = true;
+  before_.clear();
   return *half;
 }
 

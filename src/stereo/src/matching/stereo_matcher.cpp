@@ -138,6 +138,7 @@ void removeRegions(const cv::Mat& contrast, double infinity, const std::optional
   const auto clear = static_cast<float>(kClear * params.min_agreement);
   const bool knows_size = params.speckle_side > 0.0 && baseline.has_value();
   const double min_area = params.speckle_side * params.speckle_side;
+  if (!knows_size && !(params.min_agreement > 0.0)) return;
   const int columns = disparity.cols;
   const auto total = static_cast<int>(disparity.total());
   const auto range = static_cast<float>(params.speckle_range);
@@ -176,7 +177,7 @@ void removeRegions(const cv::Mat& contrast, double infinity, const std::optional
         params.min_agreement > 0.0 &&
         static_cast<double>(contrast_sum) < kPlain * static_cast<double>(pixels) &&
         10 * clear_count < kMinAlike * pixels;
-    const bool is_small = is_doubtful && pixels <= std::int64_t{params.speckle_size} * kDoubtful;
+    const bool is_small = is_doubtful && pixels < std::int64_t{params.speckle_size} * kDoubtful;
     if (!is_small && !(knows_size && area < min_area)) continue;
     for (const int at : region) values[at] = std::numeric_limits<float>::quiet_NaN();
   }

@@ -110,6 +110,28 @@ TEST(IsMerged, ARoomBehindAWallIsOfAnotherScan) {
   EXPECT_FALSE(isMerged(PointsView(posts.data(), posts.size() / 3), nullptr));
 }
 
+TEST(IsMerged, AYardSeenThroughAFenceIsOfOneScan) {
+  constexpr double kDegree = 0.017453292519943295;
+  std::vector<float> xyz;  // 64 rings in a yard of 30 x 24 m, beside a mesh of 5 cm
+  for (int ring = 0; ring < 64; ++ring) {
+    for (int step = 0; step < 1800; ++step) {
+      const double up = (0.45 * ring - 20.0) * kDegree, around = 0.2 * step * kDegree;
+      const Vector3 ray(std::cos(up) * std::cos(around), std::cos(up) * std::sin(around),
+                        std::sin(up));
+      double range =
+          (Vector3(15.0, 12.0, ray.z() < 0.0 ? 1.2 : 9.0).array() / ray.array().abs()).minCoeff();
+      const Vector3 at_fence = 3.0 / ray.y() * ray;
+      const auto isWire = [](double at) { return at - 0.05 * std::floor(at / 0.05) < 0.01; };
+      if (ray.y() > 0.0 && std::abs(at_fence.x()) < 4.0 && at_fence.z() < 1.0 &&
+          (isWire(at_fence.x()) || isWire(at_fence.z()))) {
+        range = std::min(range, at_fence.norm());
+      }
+      for (int axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(range * ray[axis]));
+    }
+  }
+  EXPECT_FALSE(isMerged(PointsView(xyz.data(), xyz.size() / 3), nullptr));
+}
+
 TEST(IsMerged, HeightsAboveTheSeaAreNoDepths) {
   std::vector<float> high = roomScan(false);
   for (std::size_t i = 2; i < high.size(); i += 3) high[i] += 285.0f;

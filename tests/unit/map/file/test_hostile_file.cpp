@@ -95,6 +95,30 @@ TEST_P(HostileFile, MayHaveSectionsOfOthers) {
   EXPECT_TRUE(loadsOrFailsCleanly(fileOf(sections, GetParam())));
 }
 
+TEST_P(HostileFile, RefusesGroundThatCannotBe) {
+  // Two cubes of one point each in the height of their lower corners: x, y, z, points, steps.
+  const Bytes sound{0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 0, 0, 128, 128, 0, 0, 0, 0, 0, 0};
+  const auto fileWith = [&](const Bytes& content) {
+    Bytes sections = sections_;
+    const std::string name = "GROUND";
+    sections.insert(sections.end(), name.begin(), name.end());
+    sections.resize(sections.size() + 2 + 16);
+    test::putNumber(sections, sections.size() - 16, 8 + content.size(), 8);
+    test::putNumber(sections, sections.size() - 8, 2, 8);
+    sections.insert(sections.end(), content.begin(), content.end());
+    return fileOf(sections, GetParam());
+  };
+  EXPECT_TRUE(loadsOrFailsCleanly(fileWith(sound)));
+  if (GetParam()) return;                     // finished maps have none
+  for (const std::size_t at : {1, 12, 19}) {  // the same cube, no point, above its cube
+    Bytes spoilt = sound;
+    spoilt[at] = spoilt[at] == 1 ? 0 : 1;
+    EXPECT_NE(problemOf(fileWith(spoilt)).find("GROUND"), std::string::npos) << at;
+  }
+  EXPECT_NE(problemOf(fileWith(Bytes(sound.begin(), sound.end() - 1))).find("GROUND"),
+            std::string::npos);
+}
+
 TEST_P(HostileFile, IsRejectedWithAParameterNobodyKnows) {
   Bytes sections = sections_;
   sections[sectionAt(sections, "PARAMS")] = 'x';

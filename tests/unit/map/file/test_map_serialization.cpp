@@ -134,7 +134,7 @@ TEST(MapGround, IsKeptByTheFileAndByMerging) {
   ASSERT_EQ(3u, ground.size());
   EXPECT_TRUE(ground[1].position.isApprox(Vector3(5.0, 1.0, 0.3), 0.01));
   EXPECT_TRUE(ground[2].position.isApprox(Vector3(5.0, 1.0, 2.3), 0.01));
-  EXPECT_EQ(255u, ground[1].points);  // of 300
+  EXPECT_EQ(300u, ground[1].points);
   EXPECT_EQ(100u, ground[2].points);
   Pose moved = Pose::Identity();
   moved.translation() = Vector3(10.0, 0.0, 0.5);

@@ -136,6 +136,14 @@ class SparseBlocks {
 
 void addFarRings(const PointCells& grid, const std::vector<Plane>& planes, const DistanceBand& band,
                  const Vector3& sensor, CellCandidates& candidates) {
+  // From far away all is next to each other: there is no sensor.
+  Vector3 low = Vector3::Constant(INFINITY), high = -low;
+  for (std::size_t cell = 0; cell < candidates.size(); ++cell) {
+    low = low.cwiseMin(grid.centre(cell));
+    high = high.cwiseMax(grid.centre(cell));
+  }
+  const Vector3 away = Vector3::Zero().cwiseMax(low - sensor).cwiseMax(sensor - high);
+  if (away.norm() > (high - low).norm()) return;
   View view;
   std::vector<Piece> pieces;
   const auto propose = [&](std::size_t cell, const Vector3& mean, const PointSums& sums,

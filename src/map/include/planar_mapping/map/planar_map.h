@@ -33,7 +33,7 @@ struct MapPlane {
 /// of some of its points, metres.
 struct GroundPoint {
   Vector3 position = Vector3::Zero();
-  std::uint32_t points = 0;  ///< at most 255
+  std::uint32_t points = 0;  ///< at most 65535
 };
 
 /// The map of planar cuboids: planes with their patches, non-planar cells, unknown space

@@ -55,8 +55,9 @@ PLANAR_MAPPING_EXPORT bool isCameraView(const PointsView& points, const Indices*
 /// Whether a cloud cannot have been seen from the origin of its frame: it is merged from several
 /// scans. That is so if a quarter of its points lie behind others, 1.5 times as far in the same
 /// direction (of one degree), or a twelfth 1.12 times as far (of an eighth of a degree: seen from
-/// outside), or 6 % 1.2 times as far as others on all four sides (a degree beside), or if the
-/// origin is ten extents away, or 10 m and one and a half extents below.
+/// outside), or 6 % 1.2 times as far as others on all four sides (a degree beside) and one in 200
+/// in the same eighth of a degree (which the wires of a fence do not give), or if the origin is ten
+/// extents away, or 10 m and one and a half extents below.
 /// Organized clouds are of one scan. O(points). [ours]
 /// \param indices the points that count, or null for all
 PLANAR_MAPPING_EXPORT bool isMerged(const PointsView& points, const Indices* indices);
