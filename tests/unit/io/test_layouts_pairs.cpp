@@ -38,6 +38,16 @@ TEST_F(LayoutFolders, NumbersInNamesPairImagesAndSayWhatHasNoPartner) {
   ASSERT_EQ(2u, sequence.notes().size());
   EXPECT_NE(std::string::npos, sequence.notes()[0].find("1 of 5 depth images are left out"));
   EXPECT_NE(std::string::npos, sequence.notes()[1].find("1 of 5 colour images are left out"));
+  // So does a file of poses that is given.
+  std::string poses;
+  for (const char* x : {"0", "1", "2", "3", "4"})
+    poses += std::string("1 0 0 ") + x + " 0 1 0 0 0 0 1 0\n";
+  options = SequenceOptions();
+  options.poses_file = write("poses.txt", poses);
+  const Sequence posed({dir_ / "nn"}, options);
+  ASSERT_EQ(4u, posed.size());
+  EXPECT_EQ(2.0, posed.describe(1).T_world_sensor->translation().x());
+  EXPECT_EQ(4.0, posed.describe(3).T_world_sensor->translation().x());
 }
 
 TEST_F(LayoutFolders, NamesThatHoldTimesPairByOrder) {
