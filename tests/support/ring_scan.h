@@ -34,4 +34,23 @@ inline std::vector<float> ringScan(const Eigen::Array3d& low, const Eigen::Array
   return xyz;
 }
 
+/// What a scanner sees from inside a bare box, every degree of elevation up to \p steepest and
+/// every half of azimuth. \param low,high  corners of the box in the scanner's frame, metres
+inline std::vector<float> boxScan(const Eigen::Array3d& low, const Eigen::Array3d& high,
+                                  double steepest) {
+  std::vector<float> xyz;
+  for (double elevation = -steepest; elevation <= steepest; elevation += 1.0) {
+    for (double azimuth = 0.0; azimuth < 360.0; azimuth += 0.5) {
+      const double e = elevation * M_PI / 180.0, a = azimuth * M_PI / 180.0;
+      const Vector3 ray(std::cos(e) * std::cos(a), std::cos(e) * std::sin(a), std::sin(e));
+      const Eigen::Array3d along = ray.array();
+      const Eigen::Array3d walls = (along > 0.0).select(high, low);
+      const double range = (along == 0.0).select(INFINITY, walls / along).minCoeff();
+      const Eigen::Vector3f p = (ray * range).cast<float>();
+      xyz.insert(xyz.end(), p.data(), p.data() + 3);
+    }
+  }
+  return xyz;
+}
+
 }  // namespace planar_mapping::test

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "map_scene.h"
+#include "ring_scan.h"
 
 namespace planar_mapping::detail {
 namespace {
@@ -53,24 +54,10 @@ TEST(LeaningFloor, CeilingsThatLeanAreNone) {
 /// What a scanner 1.2 m above the floor of a room of 8 x 6 x 3 m sees, or of its floor only, by a
 /// pose that turns and does not move it.
 PlanarMap scanTurnedBy(double angle, bool floor_only) {
+  const std::vector<float> all = test::boxScan({-4, -3, -1.2}, {4, 3, 1.8}, 60.0);
   std::vector<float> xyz;
-  for (double elevation = -60.0; elevation <= 60.0; elevation += 1.0) {
-    for (double azimuth = 0.0; azimuth < 360.0; azimuth += 0.5) {
-      const double e = elevation * M_PI / 180.0, a = azimuth * M_PI / 180.0;
-      const Vector3 ray(std::cos(e) * std::cos(a), std::cos(e) * std::sin(a), std::sin(e));
-      double range = 1e9;
-      int hit = 0;
-      for (int axis = 0; axis < 3; ++axis) {
-        const double wall =
-            ray[axis] > 0.0 ? Vector3(4, 3, 1.8)[axis] : Vector3(-4, -3, -1.2)[axis];
-        if (wall / ray[axis] < range) {
-          range = wall / ray[axis];
-          hit = axis;
-        }
-      }
-      if (floor_only && (hit != 2 || ray.z() > 0.0)) continue;
-      for (int axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(range * ray[axis]));
-    }
+  for (auto p = all.begin(); p != all.end(); p += 3) {
+    if (!floor_only || p[2] < -1.199999f) xyz.insert(xyz.end(), p, p + 3);
   }
   FrameObservation frame;
   frame.points = PointsView(xyz.data(), xyz.size() / 3);

@@ -4,26 +4,15 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
+#include "ring_scan.h"
 
 namespace planar_mapping::detail {
 namespace {
 
 /// What is said of a scan from \p place in a room of 8 x 6 x 3 m by a pose that is off by \p error.
 std::optional<double> misfitOf(PoseWatch& watch, const Vector3& place, const Vector3& error) {
-  std::vector<float> xyz;
-  for (double elevation = -40.0; elevation <= 40.0; elevation += 1.0) {
-    for (double azimuth = 0.0; azimuth < 360.0; azimuth += 0.5) {
-      const double e = elevation * M_PI / 180.0, a = azimuth * M_PI / 180.0;
-      const Vector3 ray(std::cos(e) * std::cos(a), std::cos(e) * std::sin(a), std::sin(e));
-      double range = 1e9;
-      for (int axis = 0; axis < 3; ++axis) {
-        const double wall = ray[axis] > 0.0 ? Vector3(4, 3, 3)[axis] : Vector3(-4, -3, 0)[axis];
-        range = std::min(range, (wall - place[axis]) / ray[axis]);
-      }
-      for (int axis = 0; axis < 3; ++axis) xyz.push_back(static_cast<float>(range * ray[axis]));
-    }
-  }
+  const Eigen::Array3d low(-4, -3, 0), high(4, 3, 3);
+  const std::vector<float> xyz = test::boxScan(low - place.array(), high - place.array(), 40.0);
   const PointsView points(xyz.data(), xyz.size() / 3);
   return watch.misfit(points, findPlanes(points, nullptr, MultiPlaneParams()).planes,
                       Pose(Eigen::Translation3d(place + error)), CuboidApproximationParams());
