@@ -65,9 +65,8 @@ std::optional<std::string> tilt(const PlanarMap& map, const RunStatistics& stati
   }
   if (floor->kind == Kind::LevelWithoutTurn) {
     return "what looks like a floor (" + rounded(floor->area, 0) +
-           " m2) is level for the sensor, but its pose, which turns and does not move it, stands "
-           "it "
-           "up: if the sensor stood level, set `up` of the stages to " +
+           " m2) is level for the sensor, but its pose, which turns and does not move it, "
+           "stands it up: if the sensor stood level, set `up` of the stages to " +
            axis;
   }
   const std::string what = "what looks like a floor (" + rounded(floor->area, 0) +

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 namespace planar_mapping::detail {
@@ -64,11 +65,14 @@ void GroundPlaces::add(const GroundPlaces& other, const Pose& T, const Vector3& 
 }
 
 void GroundPlaces::add(std::vector<GroundPlace> places) {
-  places.insert(places.begin(), places_.begin(), places_.end());
-  std::stable_sort(places.begin(), places.end(),
-                   [](const GroundPlace& a, const GroundPlace& b) { return a.cube < b.cube; });
+  const auto less = [](const GroundPlace& a, const GroundPlace& b) { return a.cube < b.cube; };
+  std::stable_sort(places.begin(), places.end(), less);
+  std::vector<GroundPlace> all;
+  all.reserve(places_.size() + places.size());
+  std::merge(places_.begin(), places_.end(), places.begin(), places.end(), std::back_inserter(all),
+             less);
   places_.clear();
-  for (const GroundPlace& place : places) {
+  for (const GroundPlace& place : all) {
     if (places_.empty() || places_.back().cube != place.cube) {
       places_.push_back(place);
     } else {
