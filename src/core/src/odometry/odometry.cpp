@@ -22,6 +22,9 @@ using detail::SeenFeature;
 /// See locateMatches().
 constexpr int kMinWithPrior = 6;
 
+/// Covariance of how far the map as a whole may be off beside that of an independent pose.
+constexpr double kDrift = 0.1;
+
 /// Covariance of a motion a after a motion b.
 Matrix6 composed(const Matrix6& of_a, const Pose& a, const Matrix6& of_b) {
   const Matrix3 R = a.linear();
@@ -140,7 +143,15 @@ class Odometry::Implementation {
       accept(prior->T_world_sensor.inverse(), prior->covariance, used, result);
     } else {
       const std::vector<SeenFeature> used = acceptedMatches(seen, match_seen, estimate, result);
-      accept(estimate.T_now_before, estimate.covariance, used, result);
+      Pose T_sensor_world = estimate.T_now_before;
+      Matrix6 covariance = estimate.covariance;
+      if (prior && prior->independent) {
+        constexpr double kGain = kDrift / (1.0 + kDrift);
+        const Vector6 drift = motionDifference(T_sensor_world, prior->T_world_sensor.inverse());
+        T_sensor_world = motionStep(kGain * drift) * T_sensor_world;
+        covariance += kGain * kDrift * prior->covariance;
+      }
+      accept(T_sensor_world, covariance, used, result);
     }
   }
 
@@ -168,7 +179,11 @@ class Odometry::Implementation {
     Random random(params_.seed, static_cast<std::uint64_t>(frame));
     if (prior && prior->exact) return agreementWith(matches, prior->T_world_sensor.inverse());
     std::optional<MotionPrior> motion_prior;
-    if (prior) motion_prior = MotionPrior{prior->T_world_sensor.inverse(), prior->covariance};
+    if (prior) {
+      const double drift = prior->independent ? kDrift : 0.0;
+      motion_prior =
+          MotionPrior{prior->T_world_sensor.inverse(), (1.0 + drift) * prior->covariance};
+    }
     // A prior makes up for features: the few that agree hold what it leaves open.
     MotionParams motion_params = params_.motion;
     if (prior) motion_params.min_inliers = std::min(motion_params.min_inliers, kMinWithPrior);

@@ -124,7 +124,7 @@ void MotionFinder::registerFrame(Frame& frame, bool given) {
   if (given) {
     prior = PosePrior{*frame.given_pose,
                       poseCovariance(keys.given_position_error, keys.given_orientation_error),
-                      keys.poses == Poses::Use};
+                      keys.poses == Poses::Use, true};
     if (const auto warning = given_.contradictionOf(frame, odometry, locator_->lastPose()))
       frame.warnings.push_back(*warning);
   } else if (!odometry.started()) {

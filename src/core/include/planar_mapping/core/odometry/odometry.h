@@ -46,6 +46,9 @@ struct PosePrior {
   Matrix6 covariance = Matrix6::Identity();
   /// The pose is taken as it is; the covariance does not count.
   bool exact = false;
+  /// Measured without the map, such as by wheels or a tracker: it tells where the map as a whole,
+  /// which follows its own poses, has drifted to. Many features tell that no better than few.
+  bool independent = false;
 };
 
 /// What became of a frame.
