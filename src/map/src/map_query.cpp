@@ -156,14 +156,17 @@ std::vector<Cell> occupiedCells(const PlanarMap& map, double side) {
   return cells;
 }
 
+/// Rounding, metres: a point of a face, whatever face, is in its cuboid.
+constexpr double kOnFace = 1e-9;
+
 }  // namespace
 
 CellState PlanarMap::stateAt(const Vector3& point) const {
   if (!point.allFinite()) return CellState::Unknown;
   const Impl::Occupied known = impl_->occupied();
   bool occupied = false;
-  known.index.visit(point, 0.0, [&](std::uint32_t i) {
-    occupied = contains(known.cuboids[i], point);
+  known.index.visit(point, kOnFace, [&](std::uint32_t i) {
+    occupied = contains(known.cuboids[i], point, kOnFace);
     return !occupied;
   });
   if (occupied) return CellState::Occupied;
@@ -177,8 +180,8 @@ CellState PlanarMap::stateAt(const Vector3& point) const {
 double PlanarMap::occupancyAt(const Vector3& point) const {
   const Impl::Occupied known = impl_->occupied();
   double belief = -1.0;
-  known.index.visit(point, 0.0, [&](std::uint32_t i) {
-    if (contains(known.cuboids[i], point)) {
+  known.index.visit(point, kOnFace, [&](std::uint32_t i) {
+    if (contains(known.cuboids[i], point, kOnFace)) {
       belief = std::max(belief, static_cast<double>(known.cuboids[i].probability));
     }
     return true;
@@ -191,8 +194,8 @@ Indices PlanarMap::cuboidsAt(const Vector3& point, double margin) const {
   requireInRange("margin", margin, 0.0, 1e9, "m");
   const Impl::Occupied known = impl_->occupied();
   Indices found;
-  known.index.visit(point, margin, [&](std::uint32_t i) {
-    if (contains(known.cuboids[i], point, margin)) found.push_back(static_cast<int>(i));
+  known.index.visit(point, margin + kOnFace, [&](std::uint32_t i) {
+    if (contains(known.cuboids[i], point, margin + kOnFace)) found.push_back(static_cast<int>(i));
     return true;
   });
   std::sort(found.begin(), found.end());

@@ -32,6 +32,26 @@ PlanarMap roomMap(int frames = 1, Unseen unseen = Unseen::Unknown) {
   return map;
 }
 
+TEST(StateAt, FacesEdgesAndCornersAreOfTheirCuboid) {
+  for (const double yaw : {0.0, 0.3}) {
+    Pose pose = lookFrom({0.0, 0.0, 1.0});
+    pose.rotate(Eigen::AngleAxisd(yaw, Vector3::UnitY()));
+    PlanarMap map;
+    map.insert(look(Scene(), pose).frame());
+    ASSERT_GT(map.cuboids().size(), 10U);
+    for (const Cuboid& cuboid : map.cuboids()) {
+      for (int i = 0; i < 27; ++i) {
+        const Vector3 sign(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+        const Vector3 point =
+            cuboid.center + cuboid.orientation * Vector3(0.5 * sign.cwiseProduct(cuboid.size));
+        EXPECT_EQ(map.stateAt(point), CellState::Occupied) << point.transpose();
+        EXPECT_FALSE(map.cuboidsAt(point).empty());
+        EXPECT_GT(map.occupancyAt(point), 0.0);
+      }
+    }
+  }
+}
+
 TEST(CastRay, HitsTheWallWhereItIs) {
   const PlanarMap map = roomMap();
   // Over the boxes to the far wall at y = 5; the direction need not be of unit length.
