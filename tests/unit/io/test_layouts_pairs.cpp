@@ -130,6 +130,20 @@ TEST_F(LayoutFolders, ADriveOfKittiRawIsRead) {
   expectProblem(folder, "without an image pair (image_00/data and image_01/data");
 }
 
+/// A cloud cut short by a copy must not vanish from the middle of a sequence.
+TEST_F(LayoutFolders, CloudsThatCannotBeReadKeepTheirPlace) {
+  const std::string cloud =
+      "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\n"
+      "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 1\nDATA ascii\n1 2 3\n";
+  write("cut/clouds/0.pcd", cloud);
+  write("cut/clouds/1.pcd", "");
+  write("cut/clouds/2.pcd", cloud);
+  write("cut/clouds/notes.txt", "three scans");
+  const Sequence sequence({dir_ / "cut"});
+  ASSERT_EQ(3u, sequence.size());
+  EXPECT_EQ("1.pcd", sequence.describe(1).name);
+}
+
 TEST_F(LayoutFolders, ImagesThatLieOtherwiseGetARemedy) {
   image("one/left_0.png");
   image("one/right_0.png");

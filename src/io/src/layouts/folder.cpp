@@ -164,9 +164,15 @@ std::vector<std::string> filesOf(const std::string& folder) {
 
 std::vector<std::string> cloudFilesOf(const std::string& folder) {
   std::vector<std::string> files;
-  for (const std::string& file : filesOf(folder))
-    if (recognizeCloudFile(file) != CloudFormat::None) files.push_back(file);
-  return files;
+  bool holds_clouds = false;
+  for (const std::string& file : filesOf(folder)) {
+    const bool is_cloud = recognizeCloudFile(file) != CloudFormat::None;
+    const bool is_called_so =
+        endsWith(file, ".pcd") || endsWith(file, ".ply") || endsWith(file, ".bin");
+    if (is_cloud || is_called_so) files.push_back(file);
+    holds_clouds = holds_clouds || is_cloud;
+  }
+  return holds_clouds ? files : std::vector<std::string>();
 }
 
 std::vector<std::string> imageFilesOf(const std::string& folder) {

@@ -24,6 +24,7 @@ std::string stemOf(const std::string& path);
 /// The regular files of a folder in name order, 2 before 10; hidden ones (and so temporary ones)
 /// are left out.
 std::vector<std::string> filesOf(const std::string& folder);
+/// Those of clouds, and those that are called so where there are some: to be read, or refused.
 std::vector<std::string> cloudFilesOf(const std::string& folder);
 std::vector<std::string> imageFilesOf(const std::string& folder);
 /// PNG files: the others have no 16 bits. \throws IoError if there is none
