@@ -62,6 +62,15 @@ TEST_F(LayoutFolders, NamesThatHoldTimesPairByOrder) {
   EXPECT_TRUE(sequence.notes().empty());
 }
 
+TEST_F(LayoutFolders, OnePairIsMatchedByTheNumberOfItsFrame) {
+  write("one/calib.yaml", kPairCamera);
+  image("one/left/cam0_0007.png");
+  image("one/right/cam1_0007.png");
+  const Sequence sequence({dir_ / "one"});
+  ASSERT_EQ(1u, sequence.size());
+  EXPECT_EQ("cam1_0007.png", partnerOf(sequence, 0));
+}
+
 TEST_F(LayoutFolders, OwnFoldersPairByNumberToo) {
   write("d/calib.yaml", kDepthCamera);
   write("redwood/calib.yaml", kDepthCamera);

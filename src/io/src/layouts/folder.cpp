@@ -51,7 +51,13 @@ std::vector<std::string> wholeNumbersIn(const std::string& name) {
 }
 
 /// Files by the first number in their names that tells them apart; none if there is no such one.
+/// Of one file it is the last: the first may be that of its camera.
 FilesByName byNumber(const FilesByName& files) {
+  if (files.size() == 1) {
+    const auto& [name, path] = *files.begin();
+    const std::vector<std::string> numbers = wholeNumbersIn(name);
+    return numbers.empty() ? FilesByName() : FilesByName{{numbers.back(), path}};
+  }
   for (std::size_t which = 0; !files.empty(); ++which) {
     FilesByName numbered;
     for (const auto& [name, path] : files) {
