@@ -89,7 +89,7 @@ class StopWatch {
 class MapEvaluator {
  public:
   MapEvaluator(const Place& place, double s, const DistanceToTruth& to_truth)
-      : place_(place), s_(s), to_truth_(to_truth), crossed_(s, 2.0 * s) {
+      : place_(place), s_(s), to_truth_(to_truth), crossed_(0.25 * s, 2.0 * s, 64) {
     crossed_.add(place.rays);
     if (!place.truth) return;
     visible_ = place.truth->visibleCells(s);
@@ -136,9 +136,9 @@ class MapEvaluator {
   }
   /// Fraction of the space that rays crossed that is not known to be free.
   double notKnown(const std::function<bool(const Vector3&)>& is_free) const {
-    if (crossed_.cells() == 0) return 0.0;
+    if (crossed_.pieces() == 0) return 0.0;
     return 1.0 -
-           static_cast<double>(crossed_.count(is_free)) / static_cast<double>(crossed_.cells());
+           static_cast<double>(crossed_.count(is_free)) / static_cast<double>(crossed_.pieces());
   }
 
  private:

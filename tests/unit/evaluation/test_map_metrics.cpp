@@ -412,6 +412,24 @@ TEST(FreeSpace, AgreesWithEveryCrossedCellAskedInTurn) {
               static_cast<double>(marked) / static_cast<double>(crossed.size()), 1e-12);
 }
 
+/// A beam 0.25 m wide of which a cuboid marks a fifth: of three columns of cells it is a third.
+TEST(FreeSpace, FinePiecesMeasureVolume) {
+  std::vector<MeasuredRay> rays;
+  for (double x = 0.0025; x < 0.25; x += 0.005)
+    for (double y = 0.0025; y < 0.25; y += 0.005) rays.push_back({{x, y, 0.0}, {x, y, 5.2}});
+  Cuboid cuboid;
+  cuboid.size = {0.05, 0.25, 5.0};
+  cuboid.center = {0.225, 0.125, 2.5};
+  const auto violation = [&](double side, std::uint64_t every) {
+    CrossedSpace crossed(side, 0.2, every);
+    crossed.add(rays);
+    return freeSpaceViolation(CuboidDistance({cuboid}), crossed);
+  };
+  EXPECT_NEAR(violation(0.1, 1), 1.0 / 3.0, 0.01);
+  EXPECT_NEAR(violation(0.025, 1), 0.2, 0.01);
+  EXPECT_NEAR(violation(0.025, 8), 0.2, 0.02);
+}
+
 TEST(FreeSpace, RaysThatAreNoneAreLeftOut) {
   Cuboid cuboid;
   cuboid.size = Vector3::Constant(10.0);
@@ -423,6 +441,7 @@ TEST(FreeSpace, RaysThatAreNoneAreLeftOut) {
   EXPECT_EQ(freeSpaceViolation({cuboid}, rays, 0.1), 0.0);
   EXPECT_THROW(CrossedSpace(0.0, 0.1), ParameterError);
   EXPECT_THROW(CrossedSpace(0.1, -0.1), ParameterError);
+  EXPECT_THROW(CrossedSpace(0.1, 0.1, 0), ParameterError);
 }
 
 }  // namespace

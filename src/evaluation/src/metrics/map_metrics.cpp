@@ -22,6 +22,11 @@ constexpr double kTouched = 1e-4;        ///< metres from a cuboid, along a ray
 constexpr double kMaxParts = 1e6;        ///< of one cuboid, along each axis
 constexpr std::int64_t kBlockParts = 4;  ///< along each axis, decided together
 
+/// Neighbours are not neighbours any more.
+std::uint64_t shuffled(std::uint64_t key) {
+  return ((key ^ (key >> 32u)) * 0x9E3779B97F4A7C15ULL) >> 32u;
+}
+
 void requireStandardCells(std::size_t standard_cells) {
   if (standard_cells == 0) throw InputError("there are no standard cells to divide by");
 }
@@ -259,9 +264,11 @@ SurfaceDistance surfaceDistance(const CuboidDistance& index, const std::vector<M
   return result;
 }
 
-CrossedSpace::CrossedSpace(double s, double clearance) : side_(s), clearance_(clearance) {
-  requirePositive("s", s, "m");
+CrossedSpace::CrossedSpace(double side, double clearance, std::uint64_t every)
+    : side_(side), clearance_(clearance), every_(every) {
+  requirePositive("side", side, "m");
   requireInRange("clearance", clearance, 0.0, std::numeric_limits<double>::max(), "m");
+  requireInRange("every", static_cast<double>(every), 1.0, 1e9);
 }
 
 void CrossedSpace::add(const std::vector<MeasuredRay>& rays) {
@@ -274,7 +281,7 @@ void CrossedSpace::add(const std::vector<MeasuredRay>& rays) {
     for (int i = 0; (i + 0.5) * step <= end; ++i) {
       const Vector3 point = ray.origin + direction * ((i + 0.5) * step);
       std::uint64_t key = 0;
-      if (!detail::cellKeyOf(point, side_, key)) continue;
+      if (!detail::cellKeyOf(point, side_, key) || shuffled(key) % every_ != 0) continue;
       Sample& sample = samples_[key];
       if (sample.offset[0] >= 0.0f) continue;
       const Vector3 low = detail::cornerOf(key) * side_;
@@ -296,10 +303,10 @@ std::size_t CrossedSpace::count(const std::function<bool(const Vector3&)>& holds
 }
 
 double freeSpaceViolation(const CuboidDistance& index, const CrossedSpace& crossed) {
-  if (crossed.cells() == 0) return 0.0;
+  if (crossed.pieces() == 0) return 0.0;
   const std::size_t marked =
       crossed.count([&index](const Vector3& point) { return index.isWithin(point, 0.0); });
-  return static_cast<double>(marked) / static_cast<double>(crossed.cells());
+  return static_cast<double>(marked) / static_cast<double>(crossed.pieces());
 }
 
 }  // namespace planar_mapping::evaluation

@@ -91,30 +91,34 @@ PLANAR_MAPPING_EXPORT SurfaceDistance
 surfaceDistance(const CuboidDistance& index, const std::vector<MeasuredRay>& rays, std::size_t step,
                 const std::function<double(const Vector3&)>& to_truth);
 
-/// Space that rays crossed: cells of the standard lattice, each with the first point at which a ray
-/// was sampled in it. Made once and asked for each method.
+/// Space that rays crossed, by its volume: pieces of a lattice, each with the first point at which
+/// a ray was sampled in it. Of a lattice as coarse as the maps are, each cell of which a single ray
+/// cuts a corner would count in full. Made once and asked for each method.
 class PLANAR_MAPPING_EXPORT CrossedSpace {
  public:
-  /// \param s          side of a cell, > 0
+  /// \param side       side of a piece, > 0; s / 4 in the tables
   /// \param clearance  the last piece of each ray that is left out: the surface is there, and its
   ///                   noise; 2 s in the tables, >= 0
+  /// \param every      so many pieces, spread as if by chance, have one that is kept, >= 1; 64 in
+  ///                   the tables
   /// \throws ParameterError
-  CrossedSpace(double s, double clearance);
+  CrossedSpace(double side, double clearance, std::uint64_t every = 1);
 
-  /// Samples each ray at every s / 2 from its origin, beginning half a step from it, up to the
+  /// Samples each ray at every half side from its origin, beginning half a step from it, up to the
   /// clearance before its end. Rays that are not finite, or longer than 10^4 m, are left out.
   void add(const std::vector<MeasuredRay>& rays);
 
-  std::size_t cells() const { return samples_.size(); }
-  /// Number of crossed cells whose sample is what is asked for.
+  std::size_t pieces() const { return samples_.size(); }
+  /// Number of crossed pieces whose sample is what is asked for.
   std::size_t count(const std::function<bool(const Vector3&)>& holds) const;
 
  private:
   struct Sample {
-    float offset[3] = {-1.0f, 0.0f, 0.0f};  ///< from the low corner of the cell; < 0 = none yet
+    float offset[3] = {-1.0f, 0.0f, 0.0f};  ///< from the low corner of the piece; < 0 = none yet
   };
   double side_;
   double clearance_;
+  std::uint64_t every_;
   detail::KeyMap<Sample> samples_;
 };
 
