@@ -162,7 +162,7 @@ int run(const std::string& config, const std::string& sequence, int step,
       for (const int i : frame->planes[k].inliers)
         labels[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(k);
     OccupancyFrame view;
-    view.points = viewOf(*frame->cloud);
+    view.points = pointsOf(*frame->cloud);
     view.indices = &frame->indices;
     view.plane_labels = &labels;
     view.T_world_sensor = frame->T_world_sensor;

@@ -87,13 +87,13 @@ class PlanarMap:
         max_range: float = 0.0,
         up: npt.ArrayLike = (0.0, 0.0, 1.0),
         unknown_space: bool = True,
-        unseen: str = "unknown",
+        unseen: Optional[str] = None,
         min_probability: Optional[float] = None,
         threads: int = 1,
     ) -> None:
         """resolution: side of the smallest cell. profile: compact or paper. max_range: frames say nothing of space
         beyond; 0 = as far as the sensor measures. unknown_space: keep track of free and unknown space. unseen: what space
-        is that was never observed, unknown or free. min_probability: cells believed less are removed; None = as the
+        is that was never observed, unknown or free. min_probability: cells believed less are removed; both None = as the
         profile has it. threads: 0 = all cores."""
     @staticmethod
     def load(path: _Path) -> PlanarMap:

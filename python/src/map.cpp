@@ -25,16 +25,19 @@ namespace {
 using MapPointer = std::unique_ptr<SharedMap>;
 
 MapPointer makeMap(double resolution, const std::string& profile, double max_range,
-                   const py::object& up, bool unknown_space, const std::string& unseen,
-                   std::optional<double> min_probability, int threads) {
+                   const py::object& up, bool unknown_space,
+                   const std::optional<std::string>& unseen, std::optional<double> min_probability,
+                   int threads) {
   PlanarMapParams params = PlanarMapParams::of(profileOf(profile));
   params.approximation.resolution = resolution;
   params.approximation.threads = threads;
   params.approximation.up = vectorOf(up, "up");
   params.max_range = max_range;
   params.unknown_space = unknown_space;
-  params.unseen =
-      wordOf<Unseen>("unseen", unseen, {{"unknown", Unseen::Unknown}, {"free", Unseen::Free}});
+  if (unseen) {
+    params.unseen =
+        wordOf<Unseen>("unseen", *unseen, {{"unknown", Unseen::Unknown}, {"free", Unseen::Free}});
+  }
   if (min_probability) params.min_probability = *min_probability;
   params.validate();
   return std::make_unique<SharedMap>(PlanarMap(params));
@@ -290,7 +293,7 @@ void addMap(py::module_& module) {
   py::class_<SharedMap>(module, "PlanarMap", "A map of planar cuboids; world frame, z up, metres.")
       .def(py::init(&makeMap), "resolution"_a = 0.1, py::kw_only(), "profile"_a = "compact",
            "max_range"_a = 0.0, "up"_a = py::make_tuple(0.0, 0.0, 1.0), "unknown_space"_a = true,
-           "unseen"_a = "unknown", "min_probability"_a = py::none(), "threads"_a = 1)
+           "unseen"_a = py::none(), "min_probability"_a = py::none(), "threads"_a = 1)
       .def_static("load", &load, "path"_a, "Reads a .pmap file.")
       .def(
           "save",

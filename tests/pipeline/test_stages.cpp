@@ -272,7 +272,7 @@ TEST(Stages, ScaleIsThatOfTheCloudNotOfItsOutliers) {
   const Frame frame = frameOf(xyz);
   Indices all(frame.cloud->size());
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
-  const CloudScale scale = scaleOf(viewOf(*frame.cloud), all);
+  const CloudScale scale = scaleOf(pointsOf(*frame.cloud), all);
   EXPECT_NEAR(5.4, scale.extent, 0.2);  // diagonal of 4 x 3 x 2 metres
   // 24.48 square metres (floor 12, walls 6 + 8, box 0.48, of which the floor has two fifths).
   EXPECT_NEAR(0.036, scale.spacing, 0.012);

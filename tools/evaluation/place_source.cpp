@@ -54,7 +54,7 @@ std::vector<Vector3> inWorld(const Frame& frame, const Indices& indices,
                              const Pose& T_world_sensor) {
   std::vector<Vector3> points;
   points.reserve(indices.size());
-  const PointsView view = viewOf(*frame.cloud);
+  const PointsView view = pointsOf(*frame.cloud);
   for (const int i : indices) {
     points.push_back(T_world_sensor * view.point(static_cast<std::size_t>(i)));
   }
@@ -137,7 +137,7 @@ void addFrame(Frame frame, const PlaceOptions& options, const evaluation::Render
 double usedDepth(const Place& place) {
   std::vector<double> depths;
   for (const PreparedFrame& prepared : place.frames) {
-    const PointsView view = viewOf(*prepared.frame.cloud);
+    const PointsView view = pointsOf(*prepared.frame.cloud);
     for (const int i : prepared.frame.indices) {
       depths.push_back(view.point(static_cast<std::size_t>(i)).z());
     }

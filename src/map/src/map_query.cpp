@@ -206,13 +206,13 @@ std::optional<RayHit> castRay(const PlanarMap& map, const Vector3& origin, const
                               double range, UnknownSpaceIs unknown) {
   requireFinite(origin, "the origin of a ray");
   requireFinite(direction, "the direction of a ray");
-  if (direction.norm() == 0.0) throw ParameterError("the direction of a ray must not be 0,0,0");
+  if (direction.isZero(0.0)) throw ParameterError("the direction of a ray must not be 0,0,0");
   if (!(range > 0.0) || !std::isfinite(range)) {
     throw ParameterError("the range of a ray must be positive");
   }
   const auto& data = detail::MapAccess::of(map);
   const std::vector<Cuboid>& cuboids = map.cuboids();
-  const Vector3 along = direction.normalized();
+  const Vector3 along = direction.stableNormalized();
   RayHit hit;
   hit.distance = range;
   data.occupied().index.visitAlong(origin, along, hit.distance, [&](std::uint32_t i) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "file/serialization.h"
 #include "integration/frame.h"
@@ -91,7 +92,7 @@ PlanarMap& PlanarMap::operator=(const PlanarMap& other) {
   return *this;
 }
 PlanarMap& PlanarMap::operator=(PlanarMap&& other) noexcept {
-  std::swap(impl_, other.impl_);
+  impl_ = std::exchange(other.impl_, std::make_unique<Impl>());
   return *this;
 }
 

@@ -129,7 +129,7 @@ void Pipeline::runMapping(Frame& frame) {
   for (std::size_t i = front_end_size_; i < sensing_size_; ++i) runStage(i, frame);
   if (frame.skip_reason.empty() && !mapping_scale_) {
     CloudScale scale = knownScale(frame);
-    scale.has_sensor = !frame.pose_assumed || !isMerged(viewOf(*frame.cloud), &frame.indices);
+    scale.has_sensor = !frame.pose_assumed || !isMerged(pointsOf(*frame.cloud), &frame.indices);
     remarkOn(scale, frame);
     findVertical(scale, frame);
     adaptMapping(scale, &frame);
@@ -221,7 +221,7 @@ bool Pipeline::hasStage(StageKind kind) const {
 
 void Pipeline::findUsablePoints(Frame& frame) const {
   if (!frame.skip_reason.empty()) return;
-  frame.indices = usablePoints(viewOf(*frame.cloud));
+  frame.indices = usablePoints(pointsOf(*frame.cloud));
   frame.points_input = frame.cloud->size();
   frame.points_valid = frame.indices.size();
   if (frame.indices.empty()) {
@@ -240,7 +240,7 @@ std::optional<double> Pipeline::givenResolution() const {
 }
 
 CloudScale Pipeline::knownScale(const Frame& frame) const {
-  const PointsView points = viewOf(*frame.cloud);
+  const PointsView points = pointsOf(*frame.cloud);
   CloudScale scale = scaleOf(points, usablePoints(points), frame.T_world_sensor);
   scale.resolution = givenResolution();
   if (frame.without_sensor) {  // heights above the sea are no depths
@@ -298,7 +298,7 @@ void Pipeline::findVertical(CloudScale& scale, Frame& frame) const {
   if (!frame.camera) return;
   const Matrix3 axes = frame.T_world_sensor.linear();
   const Upright upright =
-      findUpright(viewOf(*frame.cloud), scale.stereo, axes.transpose() * scale.up);
+      findUpright(pointsOf(*frame.cloud), scale.stereo, axes.transpose() * scale.up);
   if (!upright.found || upright.tilt < kAxis) return;
   scale.up = axes * upright.up;
   const auto rounded = [](double value) { return detail::rounded(value, 3); };

@@ -82,7 +82,7 @@ std::optional<std::string> tilt(const PlanarMap& map, const RunStatistics& stati
 
 std::vector<std::string> FrameWatch::adviceOn(const Frame& frame, const PlanarMap& map) {
   std::vector<std::string> advice;
-  const PointsView points = viewOf(*frame.cloud);
+  const PointsView points = pointsOf(*frame.cloud);
   if (!is_camera_) is_camera_ = frame.camera || isCameraView(points, &frame.indices);
   if (robot_.isSeenIn(points, frame.indices, frame.T_world_sensor)) {
     advice.push_back(frame.source + ": " + RobotWatch::kAdvice);

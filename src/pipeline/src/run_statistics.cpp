@@ -64,7 +64,7 @@ template <typename Visitor>
 void forEachMappable(const Frame& frame, const Visitor& visit) {
   std::vector<std::uint8_t> is_ground(frame.cloud->size(), 0);
   for (const int i : frame.ground) is_ground[static_cast<std::size_t>(i)] = 1;
-  const PointsView points = viewOf(*frame.cloud);
+  const PointsView points = pointsOf(*frame.cloud);
   for (std::size_t i = 0; i < points.size; ++i) {
     if (is_ground[i] == 0 && points.isMeasured(i)) visit(frame.T_world_sensor * points.point(i));
   }

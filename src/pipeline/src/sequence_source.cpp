@@ -125,7 +125,7 @@ FrameCloud::Ptr cloudOf(const std::vector<float>& xyz, std::uint32_t width, std:
   return cloud;
 }
 
-PointsView viewOf(const FrameCloud& cloud) {
+PointsView pointsOf(const FrameCloud& cloud) {
   static_assert(sizeof(pcl::PointXYZ) % sizeof(float) == 0, "points are read as rows of floats");
   PointsView view(reinterpret_cast<const float*>(cloud.points.data()), cloud.size(),
                   sizeof(pcl::PointXYZ) / sizeof(float));

@@ -33,11 +33,11 @@ Pose sensorPoseOf(const pcl::PointCloud<PointT>& cloud) {
 }
 
 /// The pose that was given, else the cloud's own: the rule of every class with a setSensorPose().
-/// \throws InputError as sensorPoseOf(cloud), or if the given pose is not finite
+/// \throws InputError as sensorPoseOf(cloud), or if the given pose is no rigid motion
 template <typename PointT>
 Pose sensorPoseOf(const pcl::PointCloud<PointT>& cloud, const std::optional<Pose>& given) {
   if (!given) return sensorPoseOf(cloud);
-  if (!given->matrix().allFinite()) throw InputError("the pose of the sensor is not finite");
+  requireRigid("the pose of the sensor", *given);
   return *given;
 }
 

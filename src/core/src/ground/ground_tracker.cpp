@@ -15,15 +15,18 @@ constexpr std::size_t kMinFrames = 5;  ///< that must agree on where the ground 
 
 void GroundTracker::setParams(const GroundParams& params) {
   params.validate();
+  const bool was_given = params_.up.has_value();
   params_ = params;
-  if (params.up) up_ = params.up->normalized();
+  if (params.up) {
+    up_ = params.up->normalized();
+  } else if (was_given) {
+    up_.reset();
+  }
 }
 
 Ground GroundTracker::update(const PointsView& points, const Indices* indices,
                              const Pose& T_world_sensor) {
-  if (!T_world_sensor.matrix().allFinite()) {
-    throw InputError("the pose of the sensor is not finite");
-  }
+  requireRigid("the pose of the sensor", T_world_sensor);
   const Vector3 up = up_ ? *up_ : verticalOf(points, indices, T_world_sensor);
   GroundParams params = params_;
   params.up = T_world_sensor.linear().transpose() * up;

@@ -52,9 +52,8 @@ void requireValid(const std::vector<Observation>& frame) {
 }  // namespace
 
 void FrameMotion::validate() const {
-  if (!T_now_before.matrix().allFinite() || (predicted && !predicted->matrix().allFinite())) {
-    throw InputError("motion: the pose is not finite");
-  }
+  requireRigid("a motion", T_now_before);
+  if (predicted) requireRigid("a predicted motion", *predicted);
   // Throws for a covariance that is none.
   motionFactor(Vector6(Vector6::Zero()), covariance);
 }

@@ -27,9 +27,7 @@ void requireFrame(const OccupancyFrame& frame) {
   detail::requireIndices(frame.points, frame.indices);
   requireOnePerPoint("plane labels", frame.plane_labels, frame.points.size);
   requireOnePerPoint("tracks", frame.tracks, frame.points.size);
-  if (frame.T_world_sensor && !frame.T_world_sensor->matrix().allFinite()) {
-    throw InputError("the pose of the sensor is not finite");
-  }
+  if (frame.T_world_sensor) requireRigid("the pose of the sensor", *frame.T_world_sensor);
   if (frame.motion) frame.motion->validate();
 }
 
@@ -89,7 +87,7 @@ KlOccupancy& KlOccupancy::operator=(const KlOccupancy& other) {
   return *this;
 }
 KlOccupancy& KlOccupancy::operator=(KlOccupancy&& other) noexcept {
-  std::swap(impl_, other.impl_);
+  impl_ = std::exchange(other.impl_, std::make_unique<Impl>());
   return *this;
 }
 

@@ -353,17 +353,16 @@ const OdometryParams& Odometry::params() const {
 }
 
 void Odometry::setStart(const Pose& T_world_sensor) {
-  if (!T_world_sensor.matrix().allFinite()) throw InputError("the start pose is not finite");
+  requireRigid("the start pose", T_world_sensor);
   implementation_->setStart(T_world_sensor);
 }
 
 OdometryResult Odometry::update(const std::vector<KeyFeature>& features,
                                 const std::optional<PosePrior>& prior) {
   detail::requireTracks(features);
-  if (prior && (!prior->T_world_sensor.matrix().allFinite() ||
-                (!prior->exact && !prior->covariance.allFinite()))) {
-    throw InputError("the pose given for a frame is not finite");
-  }
+  if (prior) requireRigid("the pose given for a frame", prior->T_world_sensor);
+  if (prior && !prior->exact && !prior->covariance.allFinite())
+    throw InputError("the covariance of the pose given for a frame is not finite");
   return implementation_->update(features, prior);
 }
 

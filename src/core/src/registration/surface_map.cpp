@@ -297,7 +297,7 @@ const SurfaceMapParams& SurfaceMap::params() const {
 }
 
 void SurfaceMap::insert(const PointsView& cloud, const Pose& T_world_sensor) {
-  if (!T_world_sensor.matrix().allFinite()) throw InputError("the pose of a cloud is not finite");
+  requireRigid("the pose of a cloud", T_world_sensor);
   implementation_->insert(cloud, T_world_sensor);
 }
 
@@ -314,13 +314,13 @@ CloudRegistration SurfaceMap::locateFar(const PointsView& cloud, const Pose& gue
 }
 
 CloudRegistration SurfaceMap::locateNear(const PointsView& cloud, const Pose& guess) const {
-  if (!guess.matrix().allFinite()) throw InputError("the guessed pose of a cloud is not finite");
+  requireRigid("the guessed pose of a cloud", guess);
   return implementation_->locateNear(cloud, guess);
 }
 
 std::vector<CloudRegistration> SurfaceMap::placesFar(const PointsView& cloud,
                                                      const Pose& guess) const {
-  if (!guess.matrix().allFinite()) throw InputError("the guessed pose of a cloud is not finite");
+  requireRigid("the guessed pose of a cloud", guess);
   return implementation_->placesFar(cloud, guess);
 }
 

@@ -111,16 +111,9 @@ void requireAssumed(const FrameObservation& observation) {
 }  // namespace
 
 void requirePose(const Pose& pose) {
-  const Matrix3 r = pose.linear();
-  if (!r.allFinite() || !pose.translation().allFinite()) {
-    throw InputError("the pose is not finite");
-  }
+  requireRigid("the pose", pose);
   if (!(pose.translation().cwiseAbs().maxCoeff() < kFarthestPose)) {
     throw InputError("the pose is farther from the origin than 1e14 m");
-  }
-  if (!((r.transpose() * r - Matrix3::Identity()).cwiseAbs().maxCoeff() < kRotationTolerance) ||
-      !(r.determinant() > 0.0)) {
-    throw InputError("the pose is no rigid motion: its rotation is not orthonormal");
   }
 }
 

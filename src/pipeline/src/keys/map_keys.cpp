@@ -10,6 +10,7 @@
 namespace planar_mapping::detail {
 namespace {
 
+constexpr double kMostMetres = 1e6;
 constexpr double kMaxCells = 2048.0;  // of space that the map keeps track of, from the sensor
 
 /// Coordinates are floats: far from 0 they are coarser than what is to be mapped.
@@ -61,9 +62,9 @@ void MapKeys::declare(ParameterTable& table) {
                "the first say where they lean against that axis; else z");
   table.number("association_angle_deg", params.association_angle, Range::above(0.0, 90.0),
                "[ours] largest angle between a new plane and its plane in the map");
-  table.number("association_offset_m", association_offset, Range::positive(),
+  table.number("association_offset_m", association_offset, Range::above(0.0, kMostMetres),
                "[ours] largest offset between them; auto = resolution_m");
-  table.number("association_gap_m", association_gap, Range::atLeast(0.0),
+  table.number("association_gap_m", association_gap, Range::between(0.0, kMostMetres),
                "[ours] largest gap between their patches; auto = five times resolution_m");
   table.word(
       "unknown_space", unknown_space,
@@ -75,10 +76,11 @@ void MapKeys::declare(ParameterTable& table) {
              "something (the paper)");
   table.number("unknown_resolution_m", params.unknown_resolution, Range::atLeast(0.0),
                "side of a cell of free or unknown space; 0 = resolution_m");
-  table.number("max_range_m", max_range, Range::positive(),
-               "frames say what space is up to this depth; auto = as far as they measure, with "
+  table.number("max_range_m", max_range, Range::above(0.0, kMostMetres),
+               "frames say what space is up to this depth, at most 2,048 cells of space; auto = as "
+               "far as they measure, with "
                "unseen: free as far as points are mapped (miss_range_m)");
-  table.number("miss_range_m", miss_range, Range::positive(),
+  table.number("miss_range_m", miss_range, Range::above(0.0, kMostMetres),
                "[ours] cells up to this depth lose belief by miss_factor; auto = as far as "
                "depth_error_limit lets points be mapped, without it 99 % of the points are "
                "nearer; at most max_range_m");
@@ -129,7 +131,9 @@ void MapKeys::adapt(const CloudScale& scale) {
   if (!miss_range) miss_range = max_range.value_or(mapped);
   // Free space ends where measurements do. What is hidden beyond what is mapped would be borders,
   // as noisy as the depths, of nothing in the map.
-  if (!max_range) {
+  if (max_range) {
+    max_range = std::min(*max_range, withinLimit(kMostMetres));
+  } else {
     max_range = withinLimit(params.unseen == Unseen::Free ? mapped : kMaxCells * *resolution);
   }
   if (!up) up = scale.up;

@@ -53,12 +53,12 @@ void FrameLocator::lookAt(const Frame& frame) {
   const bool seen = frame.camera && !frame.images.left.empty() &&
                     static_cast<int>(frame.cloud->width) == frame.images.left.width &&
                     static_cast<int>(frame.cloud->height) == frame.images.left.height;
-  view_ = seen ? views_->see(frame.images.left, viewOf(*frame.cloud), *frame.camera) : nullptr;
+  view_ = seen ? views_->see(frame.images.left, pointsOf(*frame.cloud), *frame.camera) : nullptr;
 #endif
 }
 
 void FrameLocator::remember(const Frame& frame) {
-  if (surfaces_ && frame.cloud) surfaces_->insert(viewOf(*frame.cloud), frame.T_world_sensor);
+  if (surfaces_ && frame.cloud) surfaces_->insert(pointsOf(*frame.cloud), frame.T_world_sensor);
 #ifdef PLANAR_MAPPING_HAS_STEREO
   if (view_) views_->insert(view_, frame.T_world_sensor);
 #endif
@@ -130,7 +130,7 @@ std::optional<FrameLocator::Placement> FrameLocator::place(const Frame& frame) {
   std::vector<PoseCandidate> candidates;
   if (by_features.registered) candidates.push_back({better.value_or(by_features.T_world_sensor)});
   if (surfaces_) {
-    const CloudRegistration near = surfaces_->locateNear(viewOf(*frame.cloud), guess);
+    const CloudRegistration near = surfaces_->locateNear(pointsOf(*frame.cloud), guess);
     noteCloud(near);
     if (near.found && isSearchedFor()) {
       candidates.push_back(candidateOf(near));
@@ -141,7 +141,7 @@ std::optional<FrameLocator::Placement> FrameLocator::place(const Frame& frame) {
       return same ? helped(frame, near.T_world_sensor, near.covariance, expected, false) : far;
     }
     if (near.found && wasDrawnFar(frame, near.T_world_sensor, expected)) {
-      const CloudRegistration only = surfaces_->locateFar(viewOf(*frame.cloud), guess, near);
+      const CloudRegistration only = surfaces_->locateFar(pointsOf(*frame.cloud), guess, near);
       if (only.found) return helped(frame, only.T_world_sensor, only.covariance, expected, false);
       cloud_reason_ = "the cloud fits nearly as well in another place";
       return Placement{};
@@ -179,7 +179,7 @@ std::optional<Pose> FrameLocator::betterThan(const Pose& by_features, const Pose
   if (views_->fitsBetter(view_, expected, by_features)) return expected;
   if (!surfaces_ || !views_->fitsBadly(view_, by_features)) return std::nullopt;
   for (const Pose& start : {by_features, *last_pose_}) {
-    const CloudRegistration drawn = surfaces_->locateNear(viewOf(*frame.cloud), start);
+    const CloudRegistration drawn = surfaces_->locateNear(pointsOf(*frame.cloud), start);
     if (drawn.matched > 0 && views_->fitsBetter(view_, drawn.T_world_sensor, by_features))
       return drawn.T_world_sensor;
   }
@@ -232,7 +232,7 @@ std::optional<FrameLocator::Placement> FrameLocator::placeFar(
 #ifdef PLANAR_MAPPING_HAS_STEREO
   if (isSeen()) {
     if (surfaces_) {
-      for (const CloudRegistration& one : surfaces_->placesFar(viewOf(*frame.cloud), guess)) {
+      for (const CloudRegistration& one : surfaces_->placesFar(pointsOf(*frame.cloud), guess)) {
         if (one.matched > 0) candidates.push_back(candidateOf(one));
       }
     }
@@ -248,7 +248,7 @@ std::optional<FrameLocator::Placement> FrameLocator::placeFar(
   }
 #endif
   if (!surfaces_) return Placement{};
-  const CloudRegistration far = surfaces_->locate(viewOf(*frame.cloud), guess);
+  const CloudRegistration far = surfaces_->locate(pointsOf(*frame.cloud), guess);
   const bool is_likely = !isPartial(frame) || isNear(guess, far.T_world_sensor, kStep, kTurn);
   return far.found && is_likely
              ? helped(frame, far.T_world_sensor, far.covariance, far.T_world_sensor, false)

@@ -50,7 +50,7 @@ void MotionFinder::prepare(const Frame& frame) {
     if (keys.cloud_cell) {
       keys.surface.cell = *keys.cloud_cell;
     } else if (frame.cloud) {
-      keys.surface.cell = surfaceCellFor(viewOf(*frame.cloud), keys.surface);
+      keys.surface.cell = surfaceCellFor(pointsOf(*frame.cloud), keys.surface);
     }
     keys.surface.reach = keys.cloud_reach.value_or(kReachInCells * keys.surface.cell);
   }

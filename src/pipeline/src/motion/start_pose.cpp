@@ -60,7 +60,7 @@ void StartPose::levelByPlanes(Frame& frame, const std::optional<StereoNoise>& no
                               Pose& pose) const {
   if (!frame.cloud) return;
   const Upright upright =
-      findUpright(viewOf(*frame.cloud), noise, pose.linear().transpose() * Vector3::UnitZ());
+      findUpright(pointsOf(*frame.cloud), noise, pose.linear().transpose() * Vector3::UnitZ());
   if (!upright.found) return;
   setUpright(upright.up, pose);
   const double tilt_deg = upright.tilt * 180.0 / M_PI;
@@ -84,7 +84,7 @@ void StartPose::levelByGround(Frame& frame, bool optical, const std::optional<St
   ground_params.optical_axis = optical ? Vector3::UnitZ() : Vector3::UnitX();
   ground_params.noise = noise;
   const Ground ground =
-      frame.cloud ? findGround(viewOf(*frame.cloud), nullptr, ground_params) : Ground();
+      frame.cloud ? findGround(pointsOf(*frame.cloud), nullptr, ground_params) : Ground();
   if (!ground.found) {
     frame.warnings.push_back(frame.source + ": no ground to level the start pose by (" +
                              toString(ground.diagnostics.status) + "); starting level");

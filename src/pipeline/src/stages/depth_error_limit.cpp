@@ -37,7 +37,7 @@ class DepthErrorLimitStage : public Stage {
   void process(Frame& frame) override {
     const std::optional<StereoNoise> noise = noise_.optionalNoise();
     if (!noise) return;
-    const PointsView points = viewOf(*frame.cloud);
+    const PointsView points = pointsOf(*frame.cloud);
     const float farthest = farthestDepth(*noise);
     const auto is_beyond = [&](int i) {
       return std::abs(points[static_cast<std::size_t>(i)][2]) > farthest;

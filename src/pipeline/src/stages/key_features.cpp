@@ -33,7 +33,7 @@ bool alignColour(detail::FeatureKeys::Registered registered,
     return false;
   }
   if (registration.state() == State::Unknown && showsTheCloud(frame)) {
-    registration.look(frame.images.left, viewOf(*frame.cloud));
+    registration.look(frame.images.left, pointsOf(*frame.cloud));
     if (registration.state() == State::Apart) {
       frame.images_changed = true;
       frame.warnings.push_back(
@@ -112,7 +112,7 @@ class KeyFeaturesStage : public Stage {
 
 void KeyFeaturesStage::trackImages(Frame& frame, bool pair) {
   const FrameImages& images = frame.images;
-  const PointsView cloud = showsTheCloud(frame) ? viewOf(*frame.cloud) : PointsView();
+  const PointsView cloud = showsTheCloud(frame) ? pointsOf(*frame.cloud) : PointsView();
   frame.key_features = pair ? tracker_.track(images.left, images.right, *images.calibration, cloud)
                             : tracker_.track(images.left, cloud);
   const FeatureReport& report = tracker_.report();
@@ -137,7 +137,7 @@ void KeyFeaturesStage::trackImages(Frame& frame, bool pair) {
 }
 
 void KeyFeaturesStage::sampleCloud(Frame& frame) {
-  frame.key_features = sampler_.sample(viewOf(*frame.cloud), nullptr,
+  frame.key_features = sampler_.sample(pointsOf(*frame.cloud), nullptr,
                                        ignores_poses_ ? std::nullopt : frame.given_pose);
   std::size_t reseen = 0;
   for (const KeyFeature& feature : frame.key_features) reseen += feature.sightings > 1 ? 1 : 0;

@@ -27,9 +27,9 @@ class MultiPlaneSegmentationStage : public Stage {
     segmentation_.setInputCloud(nullptr);
     frame.planes = segmentation_.takePlanes();
     if (keys_.assumed_probability > 0.0 && !frame.even.empty() && frame.camera) {
-      frame.assumed = assumePoints(viewOf(*frame.cloud), frame.indices, frame.ground, *frame.camera,
-                                   frame.even, frame.T_world_sensor.linear().transpose() * keys_.up,
-                                   keys_.params, frame.planes);
+      frame.assumed = assumePoints(
+          pointsOf(*frame.cloud), frame.indices, frame.ground, *frame.camera, frame.even,
+          frame.T_world_sensor.linear().transpose() * keys_.up, keys_.params, frame.planes);
       frame.assumed.probability = keys_.assumed_probability;
       frame.statistics.push_back(
           {"assumed_points", static_cast<double>(frame.assumed.xyz.size() / 3)});

@@ -105,6 +105,6 @@ struct Frame {
 PLANAR_MAPPING_EXPORT FrameCloud::Ptr cloudOf(const std::vector<float>& xyz, std::uint32_t width,
                                               std::uint32_t height);
 /// The coordinates of a cloud, read in place.
-PLANAR_MAPPING_EXPORT PointsView viewOf(const FrameCloud& cloud);
+PLANAR_MAPPING_EXPORT PointsView pointsOf(const FrameCloud& cloud);
 
 }  // namespace planar_mapping

@@ -8,11 +8,13 @@
 #include <cstdint>
 #include <vector>
 
+#include "planar_mapping/core/base/export.h"
+
 namespace planar_mapping {
 
 // Public structs hold unaligned Eigen types only, so that their layout does not depend on the
 // instruction set a caller compiles for and std::vector of them needs no special allocator.
-using Vector2 = Eigen::Vector2d;
+using Vector2 = Eigen::Matrix<double, 2, 1, Eigen::DontAlign>;
 using Vector3 = Eigen::Vector3d;
 using Vector4 = Eigen::Matrix<double, 4, 1, Eigen::DontAlign>;
 using Matrix3 = Eigen::Matrix3d;
@@ -21,6 +23,10 @@ using Quaternion = Eigen::Quaternion<double, Eigen::DontAlign>;
 /// Rigid motion; T_world_camera maps camera coordinates to world coordinates.
 using Pose = Eigen::Transform<double, 3, Eigen::Isometry, Eigen::DontAlign>;
 using Indices = std::vector<int>;
+
+/// \param what  what the pose is, begins the message
+/// \throws InputError if it is not finite or its rotation is not orthonormal within 10^-3
+PLANAR_MAPPING_EXPORT void requireRigid(const char* what, const Pose& pose);
 
 /// A cloud somebody else owns: xyz triples of float, metres, `stride` floats apart.
 ///
@@ -37,12 +43,18 @@ struct PointsView {
 
   PointsView() = default;
   PointsView(const float* first, std::size_t count, std::size_t floats_apart = 3)
-      : data(first), size(count), stride(floats_apart), width(static_cast<std::uint32_t>(count)),
+      : data(first),
+        size(count),
+        stride(floats_apart),
+        width(static_cast<std::uint32_t>(count)),
         height(count > 0 ? 1 : 0) {}
   PointsView(const float* first, std::uint32_t columns, std::uint32_t rows,
              std::size_t floats_apart)
-      : data(first), size(static_cast<std::size_t>(columns) * rows), stride(floats_apart),
-        width(columns), height(rows) {}
+      : data(first),
+        size(static_cast<std::size_t>(columns) * rows),
+        stride(floats_apart),
+        width(columns),
+        height(rows) {}
 
   const float* operator[](std::size_t i) const { return data + i * stride; }
   Vector3 point(std::size_t i) const {

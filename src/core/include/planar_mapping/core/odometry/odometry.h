@@ -78,7 +78,8 @@ struct OdometryResult {
 /// Where nothing known is ever seen again, no frame is registered again: a guessed pose would put
 /// a second copy of the world into the map. A prior restarts it (see PosePrior).
 ///
-/// The result depends on the frames, not on the order of features. Copyable. Not thread safe.
+/// The result depends on the frames, not on the order of features. Copyable. Not thread safe. One
+/// that was moved from can only be assigned to or destroyed.
 class PLANAR_MAPPING_EXPORT Odometry {
  public:
   explicit Odometry(const OdometryParams& params = OdometryParams());
