@@ -7,8 +7,8 @@
 #include <iterator>
 #include <map>
 #include <mutex>
-#include <thread>
 
+#include "planar_mapping/core/base/detail/parallel.h"
 #include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping::tools {
@@ -26,10 +26,8 @@ class Evaluation {
   }
 
   std::vector<evaluation::PlaceResult> execute() {
-    std::vector<std::thread> helpers;
-    for (int i = 1; i < job_.threads; ++i) helpers.emplace_back([this]() { work(); });
-    work();
-    for (std::thread& helper : helpers) helper.join();
+    parallelFor(static_cast<std::size_t>(job_.threads), job_.threads,
+                [this](std::size_t) { work(); });
     if (failure_) std::rethrow_exception(failure_);
     const bool nothing = std::all_of(results_.begin(), results_.end(),
                                      [](const auto& place) { return place.second.empty(); });

@@ -16,8 +16,7 @@ int resolveThreads(int threads) {
 }
 
 void parallelFor(std::size_t chunks, int threads, const std::function<void(std::size_t)>& body) {
-  const std::size_t workers =
-      std::min(chunks, static_cast<std::size_t>(resolveThreads(threads)));
+  const std::size_t workers = std::min(chunks, static_cast<std::size_t>(resolveThreads(threads)));
   if (workers <= 1) {
     for (std::size_t chunk = 0; chunk < chunks; ++chunk) body(chunk);
     return;
@@ -35,7 +34,10 @@ void parallelFor(std::size_t chunks, int threads, const std::function<void(std::
   };
   std::vector<std::thread> pool;
   pool.reserve(workers - 1);
-  for (std::size_t i = 1; i < workers; ++i) pool.emplace_back(work);
+  try {
+    for (std::size_t i = 1; i < workers; ++i) pool.emplace_back(work);
+  } catch (const std::exception&) {  // the system has no more threads; those there are do it all
+  }
   work();
   for (std::thread& thread : pool) thread.join();
   for (const std::exception_ptr& failure : failures) {

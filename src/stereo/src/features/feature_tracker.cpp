@@ -339,7 +339,7 @@ void FeatureTracker::begin(const io::Image& left) {
   if (resolveThreads(impl.params.threads) < 2 || left.empty()) return;
   detail::requireSound(left, "left");
   impl.begun_in = io::toGray(left);
-  impl.begun = std::async(std::launch::async, [&impl]() {
+  impl.begun = std::async(std::launch::async | std::launch::deferred, [&impl]() {
     return detail::detectFeatures(detail::matOf(impl.begun_in), impl.params,
                                   impl.params.max_features);
   });

@@ -3,6 +3,7 @@
 #include "planar_mapping/core/base/detail/parallel.h"
 
 #include <gtest/gtest.h>
+#include <pthread.h>
 
 #include <atomic>
 #include <stdexcept>
@@ -45,6 +46,18 @@ TEST(Parallel, RethrowsTheExceptionOfTheLowestChunk) {
       EXPECT_STREQ(error.what(), "17");
     }
   }
+}
+
+TEST(Parallel, GoesOnWithoutThreadsThatTheSystemRefuses) {
+  pthread_attr_t usual, huge;
+  ASSERT_EQ(pthread_getattr_default_np(&usual), 0);
+  ASSERT_EQ(pthread_getattr_default_np(&huge), 0);
+  ASSERT_EQ(pthread_attr_setstacksize(&huge, std::size_t{1} << 60U), 0);
+  ASSERT_EQ(pthread_setattr_default_np(&huge), 0);
+  std::vector<std::atomic<int>> calls(100);
+  EXPECT_NO_THROW(parallelFor(100, 4, [&](std::size_t chunk) { ++calls[chunk]; }));
+  ASSERT_EQ(pthread_setattr_default_np(&usual), 0);
+  for (const auto& count : calls) EXPECT_EQ(count, 1);
 }
 
 TEST(Parallel, ResolvesTheNumberOfThreads) {
