@@ -49,7 +49,7 @@ void addCompareCommand(CLI::App& app, int& exit_code) {
   command
       ->add_option("--threshold", arguments->threshold,
                    "Exit code 6 if a larger fraction of the occupied cells is in one map only")
-      ->check(CLI::Range(0.0, 1.0))
+      ->check(numberIn(0.0, 1.0))
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "For machines");
   command->callback([arguments, &exit_code]() {

@@ -316,7 +316,7 @@ void addEvaluateCommand(CLI::App& app, int& exit_code) {
       ->option_text("NAME,... [corridor,outdoor]");
   command->add_option("--yaw-deg", arguments->yaw_deg, "Turns simulated scenes about z, degrees")
       ->capture_default_str()
-      ->check(CLI::Range(-360.0, 360.0));
+      ->check(numberIn(-360.0, 360.0));
   command
       ->add_option("--places", arguments->places.places,
                    "Places along the path, >= 1, each mapped anew")

@@ -93,7 +93,7 @@ void addFrontendCommand(CLI::App& app, int& exit_code) {
       ->add_option("--timeout", arguments->timeout,
                    "Seconds to wait for a mapping side that is not there or went away")
       ->capture_default_str()
-      ->check(CLI::Range(0.01, 1e6));
+      ->check(numberIn(0.01, 1e6));
   command->add_option("-j,--threads", arguments->threads, "Threads, 0 = all cores")
       ->check(CLI::Range(0, 1024));
   command

@@ -343,7 +343,7 @@ void addRunCommand(CLI::App& app, int& exit_code) {
       ->add_option("--idle", arguments->idle,
                    "Seconds without a new frame after which --watch ends; 0 = at a signal only")
       ->capture_default_str()
-      ->check(CLI::Range(0.0, 1e6))
+      ->check(numberIn(0.0, 1e6))
       ->needs(watch);
   addFrameOptions(*command, *arguments);
   command->add_option("--profile", arguments->profile, "paper or compact")
@@ -355,7 +355,7 @@ void addRunCommand(CLI::App& app, int& exit_code) {
       ->add_option("--checkpoint", arguments->checkpoint_s,
                    "Save every so many seconds, for --resume after a crash; 0 = each frame")
       ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
+      ->check(numberIn(0.0, 1e9));
   auto* resume = command->add_flag("--resume", arguments->resume, "Continue an interrupted run");
   resume->excludes("--force");
   command->add_flag("--strict", arguments->strict, "Exit code 5 if the result is degraded");

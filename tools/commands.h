@@ -72,6 +72,18 @@ inline void requireNew(const std::string& path, bool force) {
   }
 }
 
+/// CLI::Range of floating-point numbers, but NaN is in none.
+inline CLI::Validator numberIn(double low, double high) {
+  const CLI::Range range(low, high);
+  return CLI::Validator(
+      [range, low](std::string& text) {
+        double value = low;
+        CLI::detail::lexical_cast(text, value);
+        return std::isnan(value) ? "Value " + text + " is not a number" : range(text);
+      },
+      range.get_description());
+}
+
 struct NamedMap {
   std::string path;
   const PlanarMap* map = nullptr;

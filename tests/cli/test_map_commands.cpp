@@ -330,7 +330,9 @@ TEST_F(MapCommands, CompareExitsBySixOverItsThreshold) {
                    answer["in_both"].get<double>()),
               1e-12);
   EXPECT_EQ(planarMap({"compare", first, second, "--threshold", "0.5"}).exit_code, 0);
-  EXPECT_EQ(planarMap({"compare", first, second, "--threshold", "2"}).exit_code, 2);
+  for (const char* wrong : {"2", "nan", "-nan"}) {
+    EXPECT_EQ(planarMap({"compare", first, second, "--threshold", wrong}).exit_code, 2) << wrong;
+  }
   EXPECT_EQ(planarMap({"compare", first, room()}).exit_code, 4);
 }
 

@@ -246,6 +246,8 @@ TEST_F(Run, UsageErrorsAreCodeTwo) {
   const std::vector<std::vector<std::string>> wrong = {{"run"},
                                                        {"run", yaml, "--nonsense"},
                                                        {"run", yaml, "-j", "-1"},
+                                                       {"run", yaml, "--checkpoint", "nan"},
+                                                       {"run", "--watch", ".", "--idle", "nan"},
                                                        {"nonsense"},
                                                        {"run", yaml, "--profile", "papr"},
                                                        {"run", yaml, "--progress", "maybe"},

@@ -22,13 +22,13 @@ void addListenOptions(CLI::App& command, ListenArguments& arguments) {
       .add_option("--timeout", arguments.timeout,
                   "Seconds without a frame of the front-end after which the run ends")
       ->capture_default_str()
-      ->check(CLI::Range(0.01, 1e6))
+      ->check(numberIn(0.01, 1e6))
       ->needs(listen);
   command
       .add_option("--max-message-mb", arguments.max_message_mb,
                   "Largest frame taken from the network, MiB")
       ->capture_default_str()
-      ->check(CLI::Range(0.0625, 4095.0))
+      ->check(numberIn(0.0625, 4095.0))
       ->needs(listen);
   command
       .add_option("--keys", arguments.keys,
