@@ -145,6 +145,9 @@ TEST_F(Run, FramesSelectsAndCountsRows) {
             std::sscanf(trajectory.c_str() + trajectory.find("\n2 "), " %lf %lf", &timestamp, &x))
       << trajectory;
   EXPECT_NEAR(0.4, x, 0.5 / 4096.0);  // positions are kept in 1/4096 m
+  ASSERT_EQ(0, runSequence("one", {"--frames", "1:3:9223372036854775807"}).exit_code);
+  const std::string one = read("one/frames.csv");
+  EXPECT_EQ(2, std::count(one.begin(), one.end(), '\n'));
   const ProgramResult none = runSequence("none", {"--frames", "7:9"});
   EXPECT_EQ(4, none.exit_code);
   expectOneSentence(none, "3 frames");

@@ -13,13 +13,12 @@ namespace {
 
 std::vector<std::size_t> select(const FrameSelection& selection, std::size_t count) {
   std::vector<std::size_t> frames;
-  const auto size = static_cast<std::int64_t>(count);
-  const std::int64_t last = selection.last < 0 ? size : std::min(selection.last, size);
-  for (std::int64_t i = selection.first; i < last; i += selection.step) {
-    frames.push_back(static_cast<std::size_t>(i));
-  }
+  const auto step = static_cast<std::size_t>(selection.step);
+  const auto last =
+      selection.last < 0 ? count : std::min(static_cast<std::size_t>(selection.last), count);
+  for (auto i = static_cast<std::size_t>(selection.first); i < last; i += step) frames.push_back(i);
   if (frames.empty()) {
-    throw InputError("frames " + selection.text() + " select none of the " + std::to_string(size) +
+    throw InputError("frames " + selection.text() + " select none of the " + std::to_string(count) +
                      " frames of the input");
   }
   return frames;
