@@ -64,7 +64,8 @@ void addOptions(CLI::App& command, SimulateArguments& arguments) {
                      "Length of the corridor, metres, 8 to 1000; 0 = the hand-made one of 16 m");
   command.add_flag("--moving", params.moving,
                    "Adds a person who leaves and, in the corridor, a door that opens");
-  command.add_option("--seed", params.seed, "Seed of the noise, and of the layout of white");
+  command.add_option("--seed", params.seed, "Seed of the noise, and of the layout of white")
+      ->check(CLI::Range(std::int64_t{0}, RunSettings::kLargestSeed));
   command.add_option("--yaw-deg", arguments.yaw_deg, "Turns the whole world about z, degrees");
   command.add_option("--width", params.width, "Image width, pixels, 8 to 8192");
   command.add_option("--height", params.height, "Image height, pixels, 8 to 8192");

@@ -49,8 +49,8 @@ void addInputOption(CLI::App& command, std::vector<std::string>& inputs, std::st
 void addFrameOptions(CLI::App& command, FrameArguments& arguments) {
   command.add_option("--set", arguments.assignments, "stage.key=value, repeatable")
       ->allow_extra_args(false);
-  command.add_option("--seed", arguments.seed, "Seed of everything random, >= 0")
-      ->check(CLI::NonNegativeNumber);
+  command.add_option("--seed", arguments.seed, "Seed of everything random")
+      ->check(CLI::Range(std::int64_t{0}, RunSettings::kLargestSeed));
   command.add_flag("--force", arguments.force, "Overwrite earlier results");
   command.add_option("--progress", arguments.progress, "auto, none or jsonl, on stderr")
       ->capture_default_str()

@@ -185,6 +185,9 @@ TEST_F(BadConfiguration, SetIsCheckedLikeTheFile) {
        "--set voxel_grid.leaf_size_m=1: there is no stage 'voxel_grid' "
        "in " +
            config("single_pcd.yaml") + "\n"},
+      {"seed=9007199254740992",
+       "--set seed=9007199254740992: seed = 9007199254740992 is out of range; allowed: an integer "
+       "[0, 9007199254740991]; default 12345\n"},
       {"nonsense", "--set nonsense: is not of the form stage.key=value\n"},
       {"sed=4",
        "--set sed=4: there is no such key; did you mean 'seed'?; a stage's key is written "

@@ -186,10 +186,11 @@ TEST_F(Run, AutomaticLengthsFollowTheResolutionThatIsSet) {
 TEST_F(Run, SetAndProfileChangeWhatIsUsed) {
   ASSERT_EQ(0, runOn(room(), {"--set", "planar_cuboid_approximation.resolution_m=0.2", "--set",
                               "planar_cuboid_approximation.association_angle_deg=3.7", "--profile",
-                              "paper"})
+                              "paper", "--seed", "2147483648"})
                    .exit_code);
   const std::string yaml = read("out/config.resolved.yaml");
   EXPECT_NE(std::string::npos, yaml.find("profile: paper\n"));
+  EXPECT_NE(std::string::npos, yaml.find("seed: 2147483648\n"));
   EXPECT_NE(std::string::npos, yaml.find("resolution_m: 0.2\n"));
   EXPECT_NE(std::string::npos, yaml.find("association_angle_deg: 3.7\n"));
   EXPECT_NE(std::string::npos, yaml.find("method: multi_ransac\n"));
@@ -250,6 +251,9 @@ TEST_F(Run, UsageErrorsAreCodeTwo) {
                                                        {"run", yaml, "--nonsense"},
                                                        {"run", yaml, "-j", "-1"},
                                                        {"run", yaml, "--checkpoint", "nan"},
+                                                       {"run", yaml, "--seed", "1e23"},
+                                                       {"simulate", "room", "--seed", "-1"},
+                                                       {"simulate", "room", "--seed", "1e23"},
                                                        {"run", "--watch", ".", "--idle", "nan"},
                                                        {"nonsense"},
                                                        {"run", yaml, "--profile", "papr"},

@@ -28,7 +28,7 @@ ConfigurationReader::ConfigurationReader(const std::string& path, StageTable& ta
   settings_.word("profile", configuration_.settings.profile,
                  {{"paper", Profile::Paper}, {"compact", Profile::Compact}}, "");
   settings_.integer("version", version_, Range::between(1, Configuration::kVersion), "");
-  settings_.integer("seed", seed_, Range::atLeast(0), "");
+  settings_.integer("seed", seed_, Range::between(0, RunSettings::kLargestSeed), "");
   settings_.integer("threads", configuration_.settings.threads, Range::between(0, 1024), "");
 }
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
@@ -48,7 +49,7 @@ class ConfigurationReader {
   Configuration configuration_;
   ParameterTable settings_;  ///< the keys of the top level that are numbers or words
   int version_ = 1;
-  int seed_ = static_cast<int>(RunSettings().seed);
+  std::int64_t seed_ = static_cast<std::int64_t>(RunSettings().seed);
   std::vector<YAML::Mark> stage_marks_;  ///< of configuration_.stages
 };
 

@@ -177,6 +177,11 @@ void ParameterTable::integer(const std::string& name, int& value, const Range& r
   bind<std::int64_t>(add(name, ParameterType::Integer, range, meaning), value);
 }
 
+void ParameterTable::integer(const std::string& name, std::int64_t& value, const Range& range,
+                             const std::string& meaning) {
+  bind<std::int64_t>(add(name, ParameterType::Integer, range, meaning), value);
+}
+
 void ParameterTable::integer(const std::string& name, std::optional<int>& value, const Range& range,
                              const std::string& meaning) {
   bind<std::int64_t>(add(name, ParameterType::Integer, range, meaning), value);

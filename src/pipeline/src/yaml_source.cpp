@@ -233,9 +233,10 @@ bool readValue(const Parameter& parameter, const YAML::Node& node, ParameterValu
       std::int64_t number = 0;
       if (!parseInteger(text, number)) return reportType(parameter, node, "an integer", report);
       constexpr auto kLargest = std::numeric_limits<int>::max();
+      const Range& range = parameter.range;
       value = number;
-      return (number <= kLargest && number >= -kLargest &&
-              parameter.range.contains(static_cast<double>(number))) ||
+      return ((number <= kLargest || !std::isinf(range.high)) && number >= -kLargest &&
+              range.contains(static_cast<double>(number))) ||
              reportRange(parameter, text, report);
     }
     case ParameterType::Number: {

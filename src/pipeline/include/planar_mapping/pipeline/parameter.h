@@ -66,6 +66,9 @@ class PLANAR_MAPPING_EXPORT ParameterTable {
  public:
   void flag(const std::string& name, bool& value, const std::string& meaning);
   void integer(const std::string& name, int& value, const Range& range, const std::string& meaning);
+  /// As above; without an end of \p range it ends where that of int does.
+  void integer(const std::string& name, std::int64_t& value, const Range& range,
+               const std::string& meaning);
   /// As above; `auto` in the file is std::nullopt.
   void integer(const std::string& name, std::optional<int>& value, const Range& range,
                const std::string& meaning);

@@ -29,6 +29,8 @@ enum class StageKind : std::uint8_t {
 
 /// What holds for a whole run.
 struct RunSettings {
+  static constexpr std::int64_t kLargestSeed = (std::int64_t{1} << 53U) - 1;  ///< exact as a double
+
   Profile profile = Profile::Compact;
   std::uint64_t seed = 12345;
   int threads = 1;
