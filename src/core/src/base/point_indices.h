@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <algorithm>
+#include <cstddef>
 #include <limits>
 #include <string>
 
@@ -11,14 +11,18 @@
 
 namespace planar_mapping::detail {
 
-/// \throws InputError if an index is not a point of the cloud
+/// \throws InputError if an index is not a point of the cloud, or an int cannot count its points
 inline void requireIndices(const PointsView& points, const Indices* indices) {
+  constexpr std::size_t kMaxPoints = std::numeric_limits<int>::max();
+  if (points.size > kMaxPoints) {
+    throw InputError("a cloud of " + std::to_string(points.size) +
+                     " points is more than an index can count");
+  }
   if (!indices) return;
   // All first, without a branch: there hardly ever is one outside. -1 is larger than any size.
-  const std::size_t size = std::min<std::size_t>(points.size, std::numeric_limits<int>::max());
   unsigned outside = 0;
   for (const int i : *indices) {
-    outside |= static_cast<unsigned>(i) >= static_cast<unsigned>(size) ? 1U : 0U;
+    outside |= static_cast<unsigned>(i) >= static_cast<unsigned>(points.size) ? 1U : 0U;
   }
   if (outside == 0) return;
   for (const int i : *indices) {

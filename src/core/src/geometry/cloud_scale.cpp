@@ -192,6 +192,7 @@ double automaticResolution(const CloudScale& scale) {
 }
 
 Indices usablePoints(const PointsView& points) {
+  detail::requireIndices(points, nullptr);
   Indices indices(points.size);
   std::size_t count = 0;
   for (std::size_t i = 0; i < points.size; ++i) {

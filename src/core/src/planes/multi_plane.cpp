@@ -23,10 +23,7 @@ namespace detail {
 void checkView(const PointsView& points, const Vector3& sensor) {
   if (points.size > 0 && points.data == nullptr) throw InputError("the cloud has no data");
   if (points.stride < 3) throw InputError("points must be at least three floats apart");
-  if (static_cast<double>(points.size) > kMaxInt) {
-    throw InputError("a cloud of " + std::to_string(points.size) +
-                     " points is more than an index can count");
-  }
+  requireIndices(points, nullptr);
   if (points.isOrganized() &&
       static_cast<std::size_t>(points.width) * points.height != points.size) {
     throw InputError("width times height of the cloud is not its number of points");

@@ -275,6 +275,11 @@ TEST(RequireMetres, RefusesMillimetresAndSaysWhatToDo) {
   }
 }
 
+TEST(UsablePoints, MoreThanAnIndexCountsAreRefused) {
+  const float one[3] = {1.0F, 2.0F, 3.0F};
+  EXPECT_THROW(usablePoints(PointsView(one, std::size_t{1} << 31U)), InputError);
+}
+
 TEST(RequireMetres, AcceptsSparseAndFarClouds) {
   const std::vector<float> sparse = wall(200, 100.0);  // 20 m apart, but half of them within 300 m
   EXPECT_NO_THROW(requireMetres(PointsView(sparse.data(), 200), nullptr, 10.0, "resolution"));

@@ -69,6 +69,7 @@ PLANAR_MAPPING_EXPORT double automaticResolution(const CloudScale& scale);
 
 /// The points of a cloud that can be used: measured (PointsView::isMeasured), and no farther than
 /// 1e12 along any axis, so that their squares stay finite in a float. Ascending; O(n).
+/// \throws InputError for more than 2^31 - 1 points
 PLANAR_MAPPING_EXPORT Indices usablePoints(const PointsView& points);
 
 /// Refuses a cloud that is not in metres: each point stands for a surface more than \p max_spacing
