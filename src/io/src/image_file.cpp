@@ -315,8 +315,18 @@ void writeDepthPng(const std::string& path, const DepthImage& depth, Overwrite o
   writePng(path, image, overwrite);
 }
 
+void requireSound(const Image& image, const std::string& name) {
+  const bool sound = image.width > 0 && image.height > 0 &&
+                     (image.channels == 1 || image.channels == 3) &&
+                     image.pixels.size() == static_cast<std::size_t>(image.width) *
+                                                static_cast<std::size_t>(image.height) *
+                                                static_cast<std::size_t>(image.channels);
+  if (!sound) throw InputError("the " + name + " image has no pixels or others than its size says");
+}
+
 Image toGray(const Image& image) {
   if (image.channels != 3) return image;
+  requireSound(image, "colour");
   Image gray;
   gray.width = image.width;
   gray.height = image.height;
@@ -357,8 +367,8 @@ std::vector<Overlap> overlapsOf(int from, int to) {
 }  // namespace
 
 Image scaledTo(const Image& image, int width, int height) {
-  if (image.empty() || width <= 0 || height <= 0)
-    throw InputError("an image without pixels cannot be scaled");
+  requireSound(image, "old");
+  if (width <= 0 || height <= 0) throw InputError("an image cannot be scaled to no pixels");
   const int channels = image.channels;
   const auto sizeOf = [channels](int columns, int rows) {
     return static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows * channels);

@@ -8,8 +8,8 @@
 #include <opencv2/core/utility.hpp>
 #include <string>
 
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/base/detail/parallel.h"
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/image_file.h"
 
@@ -25,20 +25,10 @@ inline std::string sizeText(int width, int height) {
   return std::to_string(width) + " x " + std::to_string(height);
 }
 
-/// \throws InputError unless the image has pixels, as many as its size says
-inline void requireSound(const io::Image& image, const std::string& name) {
-  const bool sound = image.width > 0 && image.height > 0 &&
-                     (image.channels == 1 || image.channels == 3) &&
-                     image.pixels.size() == static_cast<std::size_t>(image.width) *
-                                                static_cast<std::size_t>(image.height) *
-                                                static_cast<std::size_t>(image.channels);
-  if (!sound) throw InputError("the " + name + " image has no pixels or others than its size says");
-}
-
 /// \throws InputError unless both images are sound and of one size
 inline void requirePair(const io::Image& left, const io::Image& right) {
-  requireSound(left, "left");
-  requireSound(right, "right");
+  io::requireSound(left, "left");
+  io::requireSound(right, "right");
   if (left.width != right.width || left.height != right.height) {
     throw InputError("the left image is " + sizeText(left.width, left.height) +
                      " pixels, the right one " + sizeText(right.width, right.height));

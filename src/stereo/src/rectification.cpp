@@ -79,7 +79,7 @@ Rectifier::Rectifier(Rectifier&& other) noexcept = default;
 Rectifier& Rectifier::operator=(Rectifier&& other) noexcept = default;
 
 io::Image Rectifier::rectify(const io::Image& image, bool left) const {
-  detail::requireSound(image, left ? "left" : "right");
+  io::requireSound(image, left ? "left" : "right");
   const PinholeCamera& camera = rectified_.camera;
   if (image.width != camera.width || image.height != camera.height) {
     throw InputError("the images are " + detail::sizeText(image.width, image.height) +

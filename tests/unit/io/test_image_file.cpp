@@ -232,6 +232,12 @@ TEST(ImageFile, ScaledPixelsAreMeansOfWhatTheyCover) {
   EXPECT_THROW(scaledTo(image, 0, 2), InputError);
 }
 
+TEST(ImageFile, AnImageWithOtherPixelsThanItsSizeSaysIsRefused) {
+  const Image few{40, 20, 3, {10, 20, 30}};
+  EXPECT_THROW(scaledTo(few, 2, 2), InputError);
+  EXPECT_THROW(toGray(few), InputError);
+}
+
 }  // namespace
 }  // namespace io
 }  // namespace planar_mapping

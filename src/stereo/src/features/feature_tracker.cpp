@@ -337,7 +337,7 @@ void FeatureTracker::begin(const io::Image& left) {
   Impl& impl = *impl_;
   if (impl.begun.valid()) impl.begun.wait();
   if (resolveThreads(impl.params.threads) < 2 || left.empty()) return;
-  detail::requireSound(left, "left");
+  io::requireSound(left, "left");
   impl.begun_in = io::toGray(left);
   impl.begun = std::async(std::launch::async | std::launch::deferred, [&impl]() {
     return detail::detectFeatures(detail::matOf(impl.begun_in), impl.params,
@@ -358,7 +358,7 @@ std::vector<KeyFeature> FeatureTracker::track(const io::Image& left, const io::I
 }
 
 std::vector<KeyFeature> FeatureTracker::track(const io::Image& image, const PointsView& cloud) {
-  detail::requireSound(image, "colour");
+  io::requireSound(image, "colour");
   requireSize(image, cloud);
   const io::Image gray = io::toGray(image);
   return impl_->trackWithCloud(detail::matOf(gray), cloud);

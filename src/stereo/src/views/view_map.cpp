@@ -258,7 +258,7 @@ ViewMap& ViewMap::operator=(ViewMap&&) noexcept = default;
 
 ViewMap::ViewPtr ViewMap::see(const io::Image& image, const PointsView& cloud,
                               const PinholeCamera& camera) const {
-  detail::requireSound(image, "colour");
+  io::requireSound(image, "colour");
   return std::make_shared<View>(image, cloud, camera);
 }
 

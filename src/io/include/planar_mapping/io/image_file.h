@@ -21,6 +21,10 @@ struct Image {
   bool empty() const { return pixels.empty(); }
 };
 
+/// \throws InputError unless the \p name image is gray or RGB and has pixels, as many as its size
+///     says
+PLANAR_MAPPING_EXPORT void requireSound(const Image& image, const std::string& name);
+
 /// Reads a PNG, JPEG, PGM or PPM image, recognised by content; 16 bits of a PNG become 8 (a PGM
 /// or PPM must have 8), alpha is dropped, palettes are resolved.
 /// \throws IoError naming the path: missing, not an image, truncated, damaged, beyond 16384 pixels
@@ -37,13 +41,14 @@ PLANAR_MAPPING_EXPORT Image readImageSize(const std::string& path);
 PLANAR_MAPPING_EXPORT void writeImage(const std::string& path, const Image& image,
                                       Overwrite overwrite = Overwrite::Refuse);
 
-/// Luminance (BT.601) of an image; a gray one is returned as it is.
+/// Luminance (BT.601) of an image; one that is not RGB is returned as it is.
+/// \throws InputError if sizes disagree
 PLANAR_MAPPING_EXPORT Image toGray(const Image& image);
 
 /// The image at another size: each pixel is the mean of what it covers of the old ones. Enlarged,
 /// old pixels become blocks.
 /// \param width, height  pixels, > 0
-/// \throws InputError for an empty image
+/// \throws InputError for an empty image, or if sizes disagree
 PLANAR_MAPPING_EXPORT Image scaledTo(const Image& image, int width, int height);
 
 }  // namespace planar_mapping::io
