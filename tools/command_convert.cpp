@@ -10,7 +10,6 @@
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/map_export.h"
 #include "planar_mapping/io/map_file.h"
-#include "planar_mapping/pipeline/output.h"
 
 namespace planar_mapping::tools {
 namespace {
@@ -56,7 +55,7 @@ void convert(Arguments arguments) {
     throw UsageError(error.what());
   }
   try {
-    io::exportMap(map, arguments.output, options);
+    writeResults([&]() { io::exportMap(map, arguments.output, options); });
     if (const Vector3& origin = map.params().origin; !origin.isZero(0.0)) {
       std::cerr << "planar_map: coordinates in " << arguments.output
                 << " are those of the map; add (" << std::setprecision(15) << origin.x() << ", "
@@ -64,8 +63,6 @@ void convert(Arguments arguments) {
     }
   } catch (const ParameterError& error) {  // of an option
     throw UsageError(error.what());
-  } catch (const IoError& error) {
-    throw OutputError(error.what());
   }
 }
 

@@ -71,7 +71,7 @@ int run(const KeysArguments& arguments) {
   requireNew(path, arguments.force);
   std::error_code error;
   std::filesystem::create_directories(directory, error);
-  if (error) throw IoError(arguments.output, error.message());
+  if (error) throw WriteError(arguments.output + ": " + error.message());
   transport::Keys mapper = std::filesystem::exists(mapper_path, error) ? readKeyFile(mapper_path)
                                                                        : transport::makeKeys();
   if (std::filesystem::exists(path, error)) {  // the key that is replaced is no longer admitted
@@ -82,8 +82,10 @@ int run(const KeysArguments& arguments) {
   transport::Keys front_end = transport::makeKeys();
   mapper.peers.push_back(front_end.public_key);
   front_end.peers.push_back(mapper.public_key);
-  writeKeyFile(path, front_end);
-  writeKeyFile(mapper_path, mapper);
+  writeResults([&]() {
+    writeKeyFile(path, front_end);
+    writeKeyFile(mapper_path, mapper);
+  });
   std::cout << mapper_path << ": run CONFIG --listen HOST:PORT --keys " << mapper_path << '\n'
             << path << ": move it to the robot; frontend -i INPUT --connect HOST:PORT --keys "
             << path << '\n';

@@ -87,8 +87,10 @@ void merge(const Arguments& arguments) {
                                      error.what());
     }
   }
-  io::saveMap(merged, arguments.output,
-              arguments.force ? io::Overwrite::Allow : io::Overwrite::Refuse);
+  writeResults([&]() {
+    io::saveMap(merged, arguments.output,
+                arguments.force ? io::Overwrite::Allow : io::Overwrite::Refuse);
+  });
 }
 
 /// Of one recording, from the same start.

@@ -10,7 +10,6 @@
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/geometry/detail/angles.h"
 #include "planar_mapping/evaluation/simulation.h"
-#include "planar_mapping/pipeline/output.h"
 
 namespace planar_mapping::tools {
 namespace {
@@ -96,11 +95,9 @@ void simulate(const SimulateArguments& arguments) {
   const auto progress = [&](std::size_t done) {
     if (show) countFrames(done, simulation.size());
   };
-  try {
+  writeResults([&]() {
     evaluation::writeSequence(simulation, arguments.directory, arguments.force, progress);
-  } catch (const IoError& error) {
-    throw OutputError(error.what());
-  }
+  });
   if (!arguments.quiet)
     std::cout << arguments.directory << ": " << simulation.size() << " frames of " << params.width
               << " x " << params.height << ", " << simulation.scene().objects.size() << " objects, "

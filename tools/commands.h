@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "planar_mapping/core/base/types.h"
+#include "planar_mapping/io/atomic_file.h"
 #include "planar_mapping/map/planar_map.h"
 
 namespace planar_mapping::tools {
@@ -59,6 +60,25 @@ void addEvaluateCommand(CLI::App& app, int& exit_code);
 [[noreturn]] void becomeViewer(const std::vector<std::string>& arguments);
 /// Starts it and waits for it. \return its exit code. \throws RenderError if there is none
 int runViewer(const std::vector<std::string>& arguments);
+
+/// Results that cannot be written: exit code 1.
+class WriteError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Calls \p write. \throws UsageError for a file that must not be overwritten, WriteError for one
+/// that cannot be written
+template <typename Write>
+void writeResults(const Write& write) {
+  try {
+    write();
+  } catch (const io::FileExistsError& error) {
+    throw UsageError(error.what());
+  } catch (const IoError& error) {
+    throw WriteError(error.what());
+  }
+}
 
 inline nlohmann::ordered_json toJson(const Vector3& v) {
   return {v.x(), v.y(), v.z()};

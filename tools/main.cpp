@@ -131,6 +131,8 @@ int main(int argc, char** argv) {
     return report(error.what(), kBadConfiguration);
   } catch (const OutputError& error) {
     return report(error.what(), kInternalFailure);
+  } catch (const WriteError& error) {
+    return report(error.what(), kInternalFailure);
   } catch (const RenderError& error) {
     return report(error.what(), kNoRenderer);
   } catch (const Error& error) {

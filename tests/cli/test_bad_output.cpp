@@ -62,6 +62,26 @@ TEST_F(BadOutput, ExistingResultsAreKeptWithoutForce) {
   EXPECT_EQ(map, read("out/map.pmap"));
 }
 
+TEST_F(BadOutput, EachCommandHasTheSameCodes) {
+  ASSERT_EQ(0, runTo(directory_ / "out").exit_code);
+  const std::string map = directory_ / "out/map.pmap";
+  const std::vector<std::string> commands[] = {
+      {"simulate", "room", "--frames", "1", "--width", "8", "--height", "8", "-q", "-o"},
+      {"merge", map, map, "-o"},
+      {"convert", map}};
+  for (std::vector<std::string> command : commands) {
+    command.push_back(directory_ / command[0] + (command[0] == "convert" ? ".csv" : ".pmap"));
+    ASSERT_EQ(0, planarMap(command).exit_code) << command[0];
+    const ProgramResult exists = planarMap(command);
+    EXPECT_EQ(2, exists.exit_code) << command[0];
+    expectOneSentence(exists, "--force");
+    command.back() = command[0] == "convert" ? "/proc/sys/none.csv" : "/proc/sys/none";
+    const ProgramResult refused = planarMap(command);
+    EXPECT_EQ(1, refused.exit_code) << command[0];
+    expectOneSentence(refused, "/proc/sys/none");
+  }
+}
+
 TEST_F(BadOutput, FilesOfOthersInTheDirectoryAreNoObstacle) {
   write("out/notes.txt", "mine");
   EXPECT_EQ(0, runTo(directory_ / "out").exit_code);

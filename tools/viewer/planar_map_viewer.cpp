@@ -244,7 +244,9 @@ int draw(const Arguments& a, const ViewOptions& wanted) {
   }
   const Image image = a.projection_2d ? drawProjection2d(content, options, a.projection)
                                       : renderSnapshot(content, options);
-  if (!a.snapshot.empty()) io::writeImage(a.snapshot, image, a.overwrite());
+  if (!a.snapshot.empty()) {
+    writeResults([&]() { io::writeImage(a.snapshot, image, a.overwrite()); });
+  }
   return a.reference.empty() ? kDone : compareWithReference(image, a);
 }
 
@@ -261,7 +263,9 @@ int run(int argc, char** argv) {
     const ViewOptions options = viewOptions(arguments);
     requirePngName(arguments.snapshot);
     // What cannot be written is refused before anything is drawn.
-    if (!arguments.snapshot.empty()) io::AtomicFile(arguments.snapshot, arguments.overwrite());
+    if (!arguments.snapshot.empty()) {
+      writeResults([&]() { io::AtomicFile(arguments.snapshot, arguments.overwrite()); });
+    }
     return draw(arguments, options);
   } catch (const CLI::ExtrasError& error) {
     std::cerr << "planar_map_viewer: " << error.what() << suggestionFor(app) << "\n";

@@ -55,7 +55,7 @@ struct DrawOptions {
 };
 
 void save(const Image& image, const std::string& path, const DrawOptions& options) {
-  io::writeImage(path, image, options.overwrite);
+  writeResults([&]() { io::writeImage(path, image, options.overwrite); });
   if (!options.quiet) std::cout << path << '\n';
 }
 

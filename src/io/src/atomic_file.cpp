@@ -12,14 +12,12 @@
 #include <system_error>
 
 #include "input_file.h"
-#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping::io {
 namespace {
 
 constexpr std::size_t kBufferSize = std::size_t{1} << 18;
 constexpr int kAttempts = 1000;
-constexpr const char* kExists = "exists already and is not overwritten (--force overwrites)";
 
 std::string directoryOf(const std::string& path) {
   const std::size_t slash = path.find_last_of('/');
@@ -50,6 +48,10 @@ bool renameIfAbsent(const std::string& from, const std::string& to) {
 
 }  // namespace
 
+FileExistsError::FileExistsError(const std::string& path)
+    : IoError(path, "exists already and is not overwritten (--force overwrites)") {}
+FileExistsError::~FileExistsError() = default;
+
 AtomicFile::AtomicFile(const std::string& path, Overwrite overwrite)
     : path_(path), directory_(directoryOf(path)), overwrite_(overwrite) {
   const std::string name = path.substr(path.find_last_of('/') + 1);
@@ -58,7 +60,7 @@ AtomicFile::AtomicFile(const std::string& path, Overwrite overwrite)
   if (::stat(path.c_str(), &status) == 0) {
     if (S_ISDIR(status.st_mode)) throw IoError(path, "is a directory");
     if (!S_ISREG(status.st_mode)) throw IoError(path, "is not a regular file");
-    if (overwrite == Overwrite::Refuse) throw IoError(path, kExists);
+    if (overwrite == Overwrite::Refuse) throw FileExistsError(path);
   }
   static std::atomic<unsigned> counter{0};
   for (int attempt = 0; descriptor_ < 0; ++attempt) {
@@ -117,7 +119,7 @@ void AtomicFile::commit() {
   if (overwrite_ == Overwrite::Allow) {
     if (std::rename(temporary_path_.c_str(), path_.c_str()) != 0) fail("cannot be written", errno);
   } else if (!renameIfAbsent(temporary_path_, path_)) {
-    throw IoError(path_, kExists);
+    throw FileExistsError(path_);
   }
   const int done = descriptor_;
   descriptor_ = -1;

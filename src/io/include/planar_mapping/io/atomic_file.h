@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/base/export.h"
 
 namespace planar_mapping::io {
@@ -18,6 +19,13 @@ using ByteSink = std::function<void(std::string_view)>;
 
 /// What to do when the file to be written exists already.
 enum class Overwrite { Refuse, Allow };
+
+/// The file to be written exists already and must not be overwritten.
+class PLANAR_MAPPING_EXPORT FileExistsError : public IoError {
+ public:
+  explicit FileExistsError(const std::string& path);
+  ~FileExistsError() override;
+};
 
 /// A file that appears whole or not at all.
 ///
@@ -30,7 +38,7 @@ enum class Overwrite { Refuse, Allow };
 /// the disk is full, or the path names something that is not a regular file.
 class PLANAR_MAPPING_EXPORT AtomicFile {
  public:
-  /// \throws IoError also if the file exists and \p overwrite is Refuse
+  /// \throws IoError; FileExistsError if \p overwrite is Refuse
   explicit AtomicFile(const std::string& path, Overwrite overwrite = Overwrite::Refuse);
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;
@@ -41,7 +49,7 @@ class PLANAR_MAPPING_EXPORT AtomicFile {
   /// What the file holds so far, as the file system gives it back.
   std::vector<std::uint8_t> readBack();
   /// Makes the file appear under its name. Nothing may be written afterwards.
-  /// \throws IoError also if the file came into being meanwhile and must not be overwritten
+  /// \throws IoError; FileExistsError if it came into being meanwhile
   void commit();
 
   const std::string& path() const { return path_; }
