@@ -57,8 +57,9 @@ TEST(Parameters, MultiPlaneSACSegmentation) {
   checkSetter<C>(&C::setMaxNormalDeviation, &C::getMaxNormalDeviation, 0.3, {-0.1, kNan});
   checkSetter<C>(&C::setNumberOfThreads, &C::getNumberOfThreads, 2, {-1});
   checkSetter<C>(&C::setSeed, &C::getSeed, std::uint64_t{42}, {});
-  checkSetter<C>(&C::setSource, &C::getSource, PlaneSource::Auto, {});
-  checkSetter<C>(&C::setMethod, &C::getMethod, PlaneSearchMethod::Sequential, {});
+  checkSetter<C>(&C::setSource, &C::getSource, PlaneSource::Auto, {static_cast<PlaneSource>(77)});
+  checkSetter<C>(&C::setMethod, &C::getMethod, PlaneSearchMethod::Sequential,
+                 {static_cast<PlaneSearchMethod>(77)});
   C object;
   object.setNoiseModel(StereoNoise{0.1, 400.0, 0.25});
   ASSERT_TRUE(object.getNoiseModel().has_value());
@@ -70,7 +71,7 @@ TEST(Parameters, MultiPlaneSACSegmentation) {
 
 template <typename C>
 void checkMappingSetters() {
-  checkSetter<C>(&C::setProfile, &C::getProfile, Profile::Paper, {});
+  checkSetter<C>(&C::setProfile, &C::getProfile, Profile::Paper, {static_cast<Profile>(77)});
   checkSetter<C>(&C::setResolution, &C::getResolution, 0.05, {0.0, -1.0, kNan, kInf});
   checkSetter<C>(&C::setThickness, &C::getThickness, 0.2, {-1.0, kNan});
   checkSetter<C>(&C::setMinPointsPerCell, &C::getMinPointsPerCell, 3, {0, -1});
@@ -145,10 +146,12 @@ TEST(Parameters, KLOccupancyFilter) {
   checkSetter<C>(&C::setOpticalAxis, &C::getOpticalAxis, Vector3(0, 0, 0),
                  {Vector3(kNan, 0, 1), Vector3(0, kInf, 0)});
   checkSetter<C>(&C::setBias, &C::getBias, 2.0, {-0.1, kNan, kInf});
-  checkSetter<C>(&C::setMotionReading, &C::getMotionReading, MotionReading::RobotPose, {});
+  checkSetter<C>(&C::setMotionReading, &C::getMotionReading, MotionReading::RobotPose,
+                 {static_cast<MotionReading>(77)});
   checkSetter<C>(&C::setMaxUnseenFrames, &C::getMaxUnseenFrames, 5, {-1});
   checkSetter<C>(&C::setFeatureSource, &C::getFeatureSource, FeatureSource::Cells, {});
-  checkSetter<C>(&C::setUpdateRule, &C::getUpdateRule, UpdateRule::LogOdds, {});
+  checkSetter<C>(&C::setUpdateRule, &C::getUpdateRule, UpdateRule::LogOdds,
+                 {static_cast<UpdateRule>(77)});
   checkSetter<C>(&C::setFeaturesPerCell, &C::getFeaturesPerCell, 3, {0});
   checkSetter<C>(&C::setDenseGroups, &C::getDenseGroups, false, {});
   checkSetter<C>(&C::setDoubtSpreads, &C::getDoubtSpreads, true, {});

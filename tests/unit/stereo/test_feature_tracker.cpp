@@ -324,6 +324,7 @@ TEST(FeatureTracker, RefusesParametersOutOfRange) {
     EXPECT_THROW(FeatureTracker{params}, ParameterError);
   };
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  refused([](auto& p) { p.detector = static_cast<FeatureDetector>(77); });
   refused([](auto& p) { p.max_features = 0; });
   refused([](auto& p) { p.track_ratio = 0.0; });
   refused([](auto& p) { p.stereo_ratio = 1.5; });

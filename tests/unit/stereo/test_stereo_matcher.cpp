@@ -335,6 +335,7 @@ TEST(StereoMatcher, RefusesParametersOutOfRange) {
     EXPECT_THROW(StereoMatcher{params}, ParameterError);
   };
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  refused([](auto& p) { p.paths = static_cast<SmoothnessPaths>(77); });
   refused([](auto& p) { p.block_size = 4; });
   refused([](auto& p) { p.block_size = 0; });
   refused([](auto& p) { p.refine_window = 8; });

@@ -7,6 +7,7 @@ namespace planar_mapping {
 
 void CuboidApproximationParams::validate() const {
   constexpr double kLargestLength = 1e6;  // metres; more is a mistake of units
+  requireInRange("profile", static_cast<int>(profile), 0, static_cast<int>(Profile::Compact));
   requireInRange("resolution", resolution, 1e-4, kLargestLength, "m");
   requireInRange("thickness", thickness, 0.0, kLargestLength, "m");
   requirePositive("density_threshold", density_threshold);

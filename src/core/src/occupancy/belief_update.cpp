@@ -8,6 +8,7 @@ namespace planar_mapping {
 
 void BeliefUpdateParams::validate() const {
   KlUpdateParams::validate();
+  requireInRange("rule", static_cast<int>(rule), 0, static_cast<int>(UpdateRule::None));
   log_odds.validate();
 }
 

@@ -61,6 +61,8 @@ void FrameMotion::validate() const {
 void FeatureBeliefParams::validate() const {
   occupancy.validate();
   update.validate();
+  requireInRange("motion_reading", static_cast<int>(motion_reading), 0,
+                 static_cast<int>(MotionReading::RobotPose));
   requireInRange("max_unseen_frames", max_unseen_frames, 0, std::numeric_limits<int>::max());
 }
 

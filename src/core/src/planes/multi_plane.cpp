@@ -115,11 +115,8 @@ std::size_t inliersOf(const PlaneSet& set) {
 }  // namespace
 
 void MultiPlaneParams::validate() const {
-  if (method != PlaneSearchMethod::Automatic && method != PlaneSearchMethod::MultiRansac &&
-      method != PlaneSearchMethod::Sequential && method != PlaneSearchMethod::Organized &&
-      method != PlaneSearchMethod::Disparity) {
-    throw ParameterError("method", static_cast<double>(method), "one of PlaneSearchMethod");
-  }
+  requireInRange("method", static_cast<int>(method), 0,
+                 static_cast<int>(PlaneSearchMethod::Disparity));
   if (method == PlaneSearchMethod::Disparity && !noise) {
     throw ParameterError("the search in disparity space needs the noise of the stereo camera");
   }
@@ -139,10 +136,7 @@ void MultiPlaneParams::validate() const {
     throw ParameterError("max_normal_deviation", max_normal_deviation, "(0, pi/2]", "rad");
   }
   requireInRange("threads", threads, 0, kMaxInt);
-  if (source != PlaneSource::Dense && source != PlaneSource::Features &&
-      source != PlaneSource::Auto) {
-    throw ParameterError("source", static_cast<double>(source), "one of PlaneSource");
-  }
+  requireInRange("source", static_cast<int>(source), 0, static_cast<int>(PlaneSource::Auto));
   features.validate();
 }
 

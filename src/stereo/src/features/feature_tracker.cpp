@@ -36,6 +36,8 @@ void requireSize(const io::Image& image, const PointsView& cloud) {
 }  // namespace
 
 void FeatureTrackerParams::validate() const {
+  requireInRange("detector", static_cast<int>(detector), 0,
+                 static_cast<int>(FeatureDetector::Akaze));
   requireInRange("max_features", max_features, 8, 20000);
   requireInRange("detection_threshold", detection_threshold, 0.0, 1e6);
   requireInRange("epipolar_tolerance", epipolar_tolerance, 0.0, 100.0, "px");

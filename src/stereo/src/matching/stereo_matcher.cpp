@@ -186,6 +186,7 @@ void removeRegions(const cv::Mat& contrast, double infinity, const std::optional
 }  // namespace
 
 void StereoMatcherParams::validate() const {
+  requireInRange("paths", static_cast<int>(paths), 0, static_cast<int>(SmoothnessPaths::Eight));
   if (min_disparity)
     requireInRange("min_disparity", *min_disparity, -kLargestDisparity, kLargestDisparity, "px");
   if (disparities) requireInRange("disparities", *disparities, 1, kLargestDisparity, "px");
