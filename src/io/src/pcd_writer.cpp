@@ -75,6 +75,7 @@ void writePcd(const std::string& path, const CloudData& cloud, Overwrite overwri
   if (cloud.xyz.size() != 3 * count || count != std::size_t{cloud.width} * cloud.height ||
       !fits(cloud.colors.size()) || !fits(cloud.labels.size()) || !fits(cloud.intensities.size()))
     throw InputError("a cloud whose channels differ in length cannot be written to " + path);
+  requirePose(cloud.T_world_sensor, "the cloud for " + path);
   AtomicFile file(path, overwrite);
   file.write(headerOf(cloud));
   writePoints(file, cloud);

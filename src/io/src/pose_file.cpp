@@ -87,6 +87,8 @@ Trajectory readTrajectory(const std::string& path) {
 std::string toTum(const std::vector<StampedPose>& poses) {
   std::string text = "# timestamp tx ty tz qx qy qz qw\n";
   for (const StampedPose& stamped : poses) {
+    requirePose(stamped.pose, concatenated("time ", stamped.timestamp));
+    if (!std::isfinite(stamped.timestamp)) throw InputError("the time of a pose is not finite");
     const Eigen::Quaterniond q(Eigen::Matrix3d(stamped.pose.linear()));
     const Vector3 t = stamped.pose.translation();
     append(text, stamped.timestamp, ' ', listOf(t), ' ', listOf(Quaternion(q)), '\n');

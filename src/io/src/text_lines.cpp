@@ -123,6 +123,11 @@ std::optional<Pose> poseOf(const Eigen::Matrix<double, 3, 4>& rows) {
   return pose;
 }
 
+void requirePose(const Pose& pose, const std::string& what) {
+  if (!pose.translation().allFinite() || !rotationOf(Matrix3(pose.linear())))
+    throw InputError("the pose of " + what + " is not finite or no rigid motion");
+}
+
 void failAtLine(const std::string& path, std::size_t line, const std::string& problem) {
   throw IoError(path, "line " + std::to_string(line) + ": " + problem);
 }

@@ -111,6 +111,10 @@ std::optional<Matrix3> rotationOf(const Matrix3& R);
 /// The pose [R t]; nothing where R is no rotation.
 std::optional<Pose> poseOf(const Eigen::Matrix<double, 3, 4>& rows);
 
+/// For writers: readers refuse other poses. \param what  whose pose, for the message
+/// \throws InputError unless the pose is finite and its rotation is one
+void requirePose(const Pose& pose, const std::string& what);
+
 [[noreturn]] void failAtLine(const std::string& path, std::size_t line, const std::string& problem);
 
 /// \p word fit for an error message: printable and not long.

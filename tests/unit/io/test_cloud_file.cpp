@@ -198,7 +198,7 @@ TEST_F(CloudFile, WritesWhatItReads) {
   }
 }
 
-TEST_F(CloudFile, RefusesToWriteChannelsThatDisagree) {
+TEST_F(CloudFile, RefusesToWriteWhatItDoesNotRead) {
   CloudData cloud;
   cloud.width = 2;
   cloud.height = 1;
@@ -207,6 +207,9 @@ TEST_F(CloudFile, RefusesToWriteChannelsThatDisagree) {
   EXPECT_THROW(writePcd(dir_ / "out.pcd", cloud), InputError);
   cloud.colors.clear();
   cloud.width = 3;
+  EXPECT_THROW(writePcd(dir_ / "out.pcd", cloud), InputError);
+  cloud.width = 2;
+  cloud.T_world_sensor.translation().x() = kNaN;
   EXPECT_THROW(writePcd(dir_ / "out.pcd", cloud), InputError);
   EXPECT_FALSE(std::filesystem::exists(dir_ / "out.pcd"));
 }

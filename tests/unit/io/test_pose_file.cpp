@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <string>
 
 #include "planar_mapping/core/base/detail/random.h"
@@ -107,6 +108,18 @@ TEST_F(PoseFile, WritesWhatItReads) {
     EXPECT_TRUE(back[i].pose.linear().isApprox(poses[i].pose.linear(), 1e-14));
   }
   EXPECT_THROW(writeTumPoses(dir_ / "out.txt", poses), IoError);
+}
+
+TEST_F(PoseFile, WritesNothingThatItDoesNotRead) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  std::vector<StampedPose> wrong(4);
+  wrong[0].timestamp = nan;
+  wrong[1].pose.translation().y() = nan;
+  wrong[2].pose.linear()(0, 1) = nan;
+  wrong[3].pose.linear() *= 2.0;
+  for (const StampedPose& pose : wrong)
+    EXPECT_THROW(writeTumPoses(dir_ / "out.txt", {StampedPose(), pose}), InputError);
+  EXPECT_FALSE(std::filesystem::exists(dir_ / "out.txt"));
 }
 
 TEST_F(PoseFile, ReadsRealTrajectories) {

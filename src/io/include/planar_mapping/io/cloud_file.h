@@ -83,7 +83,7 @@ struct CloudFileInfo {
 PLANAR_MAPPING_EXPORT CloudFileInfo readCloudFileInfo(const std::string& path);
 
 /// Writes binary PCD 0.7: x y z as float32, then rgb, label and intensity where present; the pose
-/// as VIEWPOINT. \throws IoError; InputError if sizes disagree
+/// as VIEWPOINT. \throws IoError; InputError if sizes disagree or the pose is no rigid motion
 PLANAR_MAPPING_EXPORT void writePcd(const std::string& path, const CloudData& cloud,
                                     Overwrite overwrite = Overwrite::Refuse);
 

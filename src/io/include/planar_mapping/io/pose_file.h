@@ -34,8 +34,9 @@ struct Trajectory {
 PLANAR_MAPPING_EXPORT Trajectory readTrajectory(const std::string& path);
 
 /// The same text for every locale; doubles survive writing and reading.
+/// \throws InputError for a time that is not finite or a pose that is no rigid motion
 PLANAR_MAPPING_EXPORT std::string toTum(const std::vector<StampedPose>& poses);
-/// \throws IoError
+/// \throws IoError; InputError as toTum()
 PLANAR_MAPPING_EXPORT void writeTumPoses(const std::string& path,
                                          const std::vector<StampedPose>& poses,
                                          Overwrite overwrite = Overwrite::Refuse);
