@@ -9,6 +9,7 @@
 
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/geometry/cloud_scale.h"
+#include "planar_mapping/pcl/parameter_setter.h"
 
 namespace planar_mapping {
 namespace {
@@ -110,22 +111,15 @@ void MappingInput::setParams(const PlanarMapParams& params) {
   params_ = params;
 }
 
-#define PLANAR_MAPPING_INPUT_SETTER(name, type, field) \
-  void MappingInput::name(type value) {                \
-    PlanarMapParams changed = params_;                 \
-    changed.field = value;                             \
-    setParams(changed);                                \
-  }
-PLANAR_MAPPING_INPUT_SETTER(setProfile, Profile, approximation.profile)
-PLANAR_MAPPING_INPUT_SETTER(setResolution, double, approximation.resolution)
-PLANAR_MAPPING_INPUT_SETTER(setThickness, double, approximation.thickness)
-PLANAR_MAPPING_INPUT_SETTER(setMinPointsPerCell, int, approximation.min_points_per_cell)
-PLANAR_MAPPING_INPUT_SETTER(setHoleSize, double, approximation.hole_size)
-PLANAR_MAPPING_INPUT_SETTER(setAbsorption, double, approximation.absorption)
-PLANAR_MAPPING_INPUT_SETTER(setUpDirection, const Vector3&, approximation.up)
-PLANAR_MAPPING_INPUT_SETTER(setMaxRange, double, max_range)
-PLANAR_MAPPING_INPUT_SETTER(setMinProbability, double, min_probability)
-PLANAR_MAPPING_INPUT_SETTER(setNumberOfThreads, int, approximation.threads)
-#undef PLANAR_MAPPING_INPUT_SETTER
+PLANAR_MAPPING_SETTER(MappingInput, setProfile, Profile, approximation.profile)
+PLANAR_MAPPING_SETTER(MappingInput, setResolution, double, approximation.resolution)
+PLANAR_MAPPING_SETTER(MappingInput, setThickness, double, approximation.thickness)
+PLANAR_MAPPING_SETTER(MappingInput, setMinPointsPerCell, int, approximation.min_points_per_cell)
+PLANAR_MAPPING_SETTER(MappingInput, setHoleSize, double, approximation.hole_size)
+PLANAR_MAPPING_SETTER(MappingInput, setAbsorption, double, approximation.absorption)
+PLANAR_MAPPING_SETTER(MappingInput, setUpDirection, const Vector3&, approximation.up)
+PLANAR_MAPPING_SETTER(MappingInput, setMaxRange, double, max_range)
+PLANAR_MAPPING_SETTER(MappingInput, setMinProbability, double, min_probability)
+PLANAR_MAPPING_SETTER(MappingInput, setNumberOfThreads, int, approximation.threads)
 
 }  // namespace planar_mapping
