@@ -207,7 +207,7 @@ TEST_F(BadConfiguration, MissingPluginAndForeignLibrary) {
   const ProgramResult missing = planarMap(run);
   EXPECT_EQ(3, missing.exit_code);
   EXPECT_NE(std::string::npos, missing.err.find(path + ":2:11: plugin ")) << missing.err;
-  EXPECT_NE(std::string::npos, missing.err.find("there is no such shared library")) << missing.err;
+  EXPECT_NE(std::string::npos, missing.err.find("named by its absolute path")) << missing.err;
   write("libmine.so", "not a library");
   const ProgramResult foreign = planarMap(run);
   EXPECT_EQ(3, foreign.exit_code);

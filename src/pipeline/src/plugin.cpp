@@ -25,8 +25,8 @@ void loadPlugin(const std::string& path, StageTable& table) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored)) {
     throw IoError(path,
-                  "there is no such shared library; plugin paths are relative to the "
-                  "configuration file");
+                  "there is no such shared library; a plugin lies beside the configuration file or "
+                  "is named by its absolute path");
   }
   const std::string file = std::filesystem::absolute(path).string();  // not one of the search path
   void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
