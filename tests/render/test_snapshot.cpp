@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "comma_locale.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/visualization/camera.h"
 #include "planar_mapping/visualization/picking.h"
@@ -230,6 +231,17 @@ TEST(Snapshot, SurvivesDegenerateCuboids) {
     renderSnapshot(content, ViewOptions());
   } catch (const RenderError&) {
     // Two things 1e9 m apart may well be too small to see.
+  }
+}
+
+TEST(Snapshot, DoesNotDependOnTheLocale) {
+  for (const char* color : {"plane", "height"}) {
+    ViewOptions options = bare();
+    options.show = Layers::fromString("all");
+    options.color = colorByFromString(color);
+    const Image expected = renderSnapshot(testing::room(), options);
+    const test::CommaLocale locale;
+    EXPECT_EQ(renderSnapshot(testing::room(), options).pixels, expected.pixels) << color;
   }
 }
 

@@ -6,12 +6,12 @@
 #include <cstring>
 #include <filesystem>
 #include <limits>
-#include <locale>
 #include <string>
 #include <vector>
 
 #include "cloud_file_bytes.h"
 #include "cloud_file_fixture.h"
+#include "comma_locale.h"
 
 namespace planar_mapping {
 namespace io {
@@ -61,20 +61,12 @@ TEST_F(CloudFile, ReadsNonFiniteText) {
   EXPECT_TRUE(std::isnan(cloud.xyz[9]));
 }
 
-class CommaForPoint : public std::numpunct<char> {
-  char do_decimal_point() const override { return ','; }
-  char do_thousands_sep() const override { return '.'; }
-  std::string do_grouping() const override { return "\3"; }
-};
-
 TEST_F(CloudFile, ReadsAndWritesTheSameNumbersInEveryLocale) {
-  const std::locale before =
-      std::locale::global(std::locale(std::locale::classic(), new CommaForPoint));
+  const test::CommaLocale locale;
   CloudData cloud = read(xyzHeader(1, 1, "ascii") + "1.5 2.5 12345.5\n");
   expectPoint(cloud, 0, 1.5f, 2.5f, 12345.5f);
   writePcd(dir_ / "out.pcd", cloud);
   const CloudData back = readCloudFile(dir_ / "out.pcd");
-  std::locale::global(before);
   EXPECT_EQ(back.xyz, cloud.xyz);
 }
 

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "comma_locale.h"
 #include "map_scene.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/map_file.h"
@@ -155,8 +156,16 @@ TEST(MapExport, AnEmptyMapHasFilesToo) {
   }
 }
 
+void expectFiles(const std::string& path, const std::vector<std::string>& expected) {
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_EQ(bytesOf(io::exportedFiles(path)[i]), expected[i]) << path;
+  }
+}
+
 TEST(MapExport, DoesNotDependOnTheLocale) {
   const TemporaryDirectory directory;
+  io::ExportOptions options;
+  options.overwrite = io::Overwrite::Allow;
   const std::string before = std::setlocale(LC_ALL, nullptr);
   for (const io::ExportFormat& format : io::exportFormats()) {
     const std::string path = directory / nameFor(format);
@@ -165,14 +174,13 @@ TEST(MapExport, DoesNotDependOnTheLocale) {
     for (const std::string& file : io::exportedFiles(path)) expected.push_back(bytesOf(file));
     for (const char* name : {"de_DE.UTF-8", "fr_FR.UTF-8"}) {
       if (std::setlocale(LC_ALL, name) == nullptr) continue;
-      io::ExportOptions options;
-      options.overwrite = io::Overwrite::Allow;
       io::exportMap(someMap(), path, options);
-      for (std::size_t i = 0; i < expected.size(); ++i) {
-        EXPECT_EQ(bytesOf(io::exportedFiles(path)[i]), expected[i]) << path;
-      }
+      expectFiles(path, expected);
     }
     std::setlocale(LC_ALL, before.c_str());
+    const test::CommaLocale locale;
+    io::exportMap(someMap(), path, options);
+    expectFiles(path, expected);
   }
 }
 

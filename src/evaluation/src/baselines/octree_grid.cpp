@@ -10,6 +10,7 @@
 #include <zstd.h>
 
 #include <algorithm>
+#include <locale>
 #include <new>
 #include <sstream>
 #include <unordered_map>
@@ -40,6 +41,7 @@ octomap::point3d toOctomap(const Vector3& p) {
 /// Bytes before the data of a file. Not written for real: the library prints when it has done so.
 std::size_t headerBytes(const octomap::OcTree& tree, const char* title) {
   std::ostringstream header;
+  header.imbue(std::locale::classic());
   header << title << "\n"
          << "# (feel free to add / change comments, but leave the first line as it is!)\n#\n"
          << "id " << tree.getTreeType() << "\nsize " << tree.size() << "\nres "

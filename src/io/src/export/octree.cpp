@@ -20,6 +20,7 @@ Contents writeOctree(const ExportedMap&, const std::string& path) {
 #include <octomap/OcTree.h>
 
 #include <algorithm>
+#include <locale>
 #include <sstream>
 
 #include "planar_mapping/core/geometry/detail/oriented_box.h"
@@ -57,6 +58,7 @@ class Builder : public octomap::OcTree {
   /// What OctoMap's own writers make, but silently and with all digits of the resolution.
   std::string bytes(bool binary) {
     std::ostringstream out;
+    out.imbue(std::locale::classic());
     if (binary) toMaxLikelihood();
     if (binary) prune();
     out << (binary ? binaryFileHeader : fileHeader) << "\n# (feel free to add / change comments, "

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <locale>
 #include <sstream>
 #include <string>
 #include <tuple>
@@ -22,6 +23,7 @@ void requireSame(const char* what, double ours, double other) {
   if (ours == other) return;
   const auto text = [](double metres) {
     std::ostringstream out;
+    out.imbue(std::locale::classic());
     out << metres << " m";
     return out.str();
   };
@@ -43,6 +45,7 @@ void requireAlike(const MapData& map, const MapData& other, const Pose& T) {
   if (std::acos(std::clamp(ours.dot(theirs), -1.0, 1.0)) <= kMaxTilt) return;
   const auto text = [](const Vector3& up) {
     std::ostringstream out;
+    out.imbue(std::locale::classic());
     const Vector3 rounded = (100.0 * up).array().round() / 100.0 + 0.0;  // no -0
     out << '(' << rounded.x() << ", " << rounded.y() << ", " << rounded.z() << ')';
     return out.str();

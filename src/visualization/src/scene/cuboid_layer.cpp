@@ -15,6 +15,7 @@
 
 #include <algorithm>
 #include <array>
+#include <locale>
 #include <sstream>
 #include <string>
 
@@ -88,6 +89,7 @@ constexpr const char* kVeil = R"(
 
 std::string heightColorFunction() {
   std::ostringstream code;
+  code.imbue(std::locale::classic());
   code << "//VTK::Color::Dec\nvec3 heightColor(float position) {\n  vec3 c[9];\n";
   for (int i = 0; i < 9; ++i) {
     const Color c = scaleColor(ColorBy::Height, i / 8.0);
