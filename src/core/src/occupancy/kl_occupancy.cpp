@@ -71,6 +71,7 @@ void KlOccupancyParams::validate() const {
   requireInRange("range_floor_cells", range_floor_cells, 0.0, 1e6);
   requireInRange("features_per_cell", features_per_cell, 1, 1000000);
   requireInRange("min_probability", min_probability, 0.0, 1.0);
+  requireInRange("source", static_cast<int>(source), 0, static_cast<int>(FeatureSource::Cells));
   requireInRange("threads", threads, 0, 4096);
 }
 

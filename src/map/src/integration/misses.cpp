@@ -15,6 +15,12 @@ constexpr double kMissMarginFar = 1.0;  // of a scan, or with a known depth erro
 /// ... and so much of what it covers in the image is measured: cameras have holes at edges and
 /// where little is reflected, and a leg that is narrower than a cell is often no more than a hole.
 constexpr double kSeenThrough = 0.6;
+/// The gaps between the rings of a scanner are no holes: there it is a fraction of what is measured
+/// within so many times its size.
+constexpr double kAround = 4.0;
+/// And a ray that passes a cell may meet the same floor or wall farther on: not by more than this
+/// fraction of its depth, unless the sensor is all but in that wall.
+constexpr double kGrazing = 0.2;
 /// Likewise of a stereo camera, where what is behind is no part of the map: noise lies there, too.
 constexpr double kSeenThroughNoise = 0.8;
 /// A cell without a point is doubted only if so many pixels face it, ...
@@ -34,6 +40,9 @@ struct UnseenCell {
   double errors = 0.0;    ///< so many depth errors behind what is measured it is still looked at
   bool is_proven = true;  ///< one look that does not confirm it is not enough to lose it
 };
+
+/// Between the rings of a scanner something thin may be left: that counts for half a look.
+enum class Missed : std::uint8_t { No, Hardly, Surely };
 
 /// Tells whether the sensor looks through cells.
 class MissTest {
@@ -61,17 +70,33 @@ class MissTest {
   }
   /// Is the cell one less to believe in: because the sensor looks through it, or because it looks
   /// where the cell is and measures other places there?
-  bool isMissed(const UnseenCell& cell) const {
-    if (!image_.isResponsible(cell.centre)) return false;
+  Missed verdictOn(const UnseenCell& cell) const {
+    if (!image_.isResponsible(cell.centre)) return Missed::No;
     const DepthImage::Look all = image_.look(cell.centre, half_, true);
     if (all.inside && all.far <= max_range_ && all.nearest > all.far + margin_) {
       const DepthImage::Cover cover = image_.coverOf(cell.centre, half_);
-      if (cover.is_complete) return true;
+      if (cover.is_complete) return Missed::Surely;
       const bool is_sure = !noise_ || image_.coverOf(cell.centre, 0.5 * half_).is_used;
-      if (cover.measured >= (is_sure ? kSeenThrough : kSeenThroughNoise)) return true;
+      if (cover.measured >= (is_sure ? kSeenThrough : kSeenThroughNoise)) return Missed::Surely;
+      if (image_.isSparse() && isPassedBetweenRings(cell, all, cover)) return Missed::Hardly;
     }
     // Without a depth error nobody knows whether what is measured beside the cell is of it.
-    if (!noise_) return false;
+    if (!noise_) return Missed::No;
+    const bool is_missing = isMissingWhereMeasured(cell);
+    return is_missing ? Missed::Surely : Missed::No;
+  }
+  const DepthImage& image() const { return image_; }
+
+ private:
+  /// Do rays pass it as densely as they lie around it, and end far behind it?
+  bool isPassedBetweenRings(const UnseenCell& cell, const DepthImage::Look& all,
+                            const DepthImage::Cover& cover) const {
+    const double beyond = std::max(kGrazing * cell.centre.z(), half_.x() / std::abs(cell.facing));
+    if (!(all.nearest > all.far + beyond)) return false;
+    const double around = image_.coverOf(cell.centre, kAround * half_).measured;
+    return cover.measured > 0.0 && cover.measured >= kSeenThrough * around;
+  }
+  bool isMissingWhereMeasured(const UnseenCell& cell) const {
     // Half the cell is enough to expect points of it, and edges of what hides others matter less.
     const DepthImage::Look look = image_.look(cell.centre, 0.5 * half_, true);
     if (!look.inside || !(look.far <= max_range_)) return false;
@@ -87,9 +112,7 @@ class MissTest {
     const double hidden = kHiddenCells * resolution_ + kHiddenErrors * error;
     return look.nearest > look.near - hidden && cover.is_all_used;
   }
-  const DepthImage& image() const { return image_; }
 
- private:
   const DepthImage& image_;
   const std::optional<StereoNoise> noise_;
   const double max_range_;
@@ -102,8 +125,10 @@ class MissTest {
 
 /// Lowers the belief of one cell of a tile or block. \return whether the cell is gone
 template <typename Cells>
-bool miss(const PlanarMapParams& params, Cells& cells, std::size_t bit) {
-  const std::uint8_t belief = afterMiss(cells.belief(bit), params.miss_factor);
+bool miss(const PlanarMapParams& params, Cells& cells, std::size_t bit, Missed missed) {
+  const double factor =
+      missed == Missed::Hardly ? std::sqrt(params.miss_factor) : params.miss_factor;
+  const std::uint8_t belief = afterMiss(cells.belief(bit), factor);
   if (!isKept(belief, params.min_probability)) {
     cells.remove(bit);
     return true;
@@ -142,9 +167,10 @@ void missPlane(const MapData& map, Frame& frame, const MissTest& test, PlaneLaye
           origin + (8 * ta + (bit & 7) + 0.5) * s * u + (8 * tb + (bit >> 3) + 0.5) * s * v;
       // A surface seen from behind cannot be seen at all.
       const double facing = -normal.dot(centre) / centre.norm();
-      if (!test.isMissed({centre, facing})) continue;
+      const Missed missed = test.verdictOn({centre, facing});
+      if (missed == Missed::No) continue;
       changed = true;
-      frame.update.cells_removed += miss(map.params, tile, at) ? 1 : 0;
+      frame.update.cells_removed += miss(map.params, tile, at, missed) ? 1 : 0;
     }
     if (changed) layer.raster.markDirty(ta, tb);
   };
@@ -195,13 +221,14 @@ void missCells(MapData& map, Frame& frame, const MissTest& test) {
         const Vector3 centre = s * (Vector3(c.x, c.y, c.z) + Vector3::Constant(0.5));
         const bool is_proven =
             !is_fragile || block.belief(static_cast<std::size_t>(bit)) > unproven;
-        if (!test.isMissed({test.image().toCamera(centre), 1.0, kBehindErrors, is_proven}))
-          continue;
+        const Missed missed =
+            test.verdictOn({test.image().toCamera(centre), 1.0, kBehindErrors, is_proven});
+        if (missed == Missed::No) continue;
         changed = true;
         if (seen == nullptr) seen = &frame.cell_hits[key];
         *seen |= std::uint64_t{1} << bit;
         frame.update.cells_removed +=
-            miss(map.params, block, static_cast<std::size_t>(bit)) ? 1 : 0;
+            miss(map.params, block, static_cast<std::size_t>(bit), missed) ? 1 : 0;
       }
       if (changed) map.cells.markDirty(at, frame_number);
     }
