@@ -171,6 +171,48 @@ TEST(NavigationMap, GroundIsTheRoadAndNotTheVergeBelowIt) {
   EXPECT_NEAR(io::gridOf(map).ground, -0.5, 1e-12);
 }
 
+TEST(NavigationMap, GroundIsTheYardAndNotThePitInIt) {
+  io::ExportedMap map;
+  map.resolution = 0.5;
+  map.cuboids = {box({-5.0, -5.0, -0.1}, {5.0, 5.0, 0.0}),  // 100 m2
+                 box({5.0, -5.0, -1.6}, {6.0, 1.0, -1.5}),  // 6 m2
+                 box({-5.0, 5.0, 0.7}, {5.0, 10.0, 0.8})};  // no larger: a platform
+  const auto ground = [&map] {
+    for (std::size_t i = 0; i < map.cuboids.size(); ++i)
+      map.cuboids[i].plane_id = static_cast<std::int32_t>(i);
+    return io::gridOf(map).ground;
+  };
+  EXPECT_NEAR(ground(), 0.0, 1e-12);
+  map.cuboids[1] = box({5.0, -5.0, -1.6}, {7.0, 5.0, -1.5});  // 20 m2: a storey below
+  EXPECT_NEAR(ground(), -1.5, 1e-12);
+}
+
+TEST(NavigationMap, GroundThatLeansIsAtTheHeightOfMostOfIt) {
+  io::ExportedMap map;
+  map.resolution = 0.5;
+  for (int i = 0; i < 9; ++i) {  // from -0.4 to 0.4, widest at 0
+    const double width = 5.0 - std::abs(i - 4);
+    map.cuboids.push_back(
+        box({2.0 * i, -width, 0.1 * i - 0.5}, {2.0 * i + 2.0, width, 0.1 * i - 0.4}));
+    map.cuboids.back().plane_id = i;
+  }
+  EXPECT_NEAR(io::gridOf(map).ground, 0.0, 0.1);
+}
+
+TEST(NavigationMap, GroundIsTheRoadAlsoWhereMostOfItsVergeIsHigherThanTheLowest) {
+  io::ExportedMap map;
+  map.resolution = 0.5;
+  map.cuboids = {
+      box({-3.0, -3.0, -0.1}, {3.0, 2.0, 0.0}),    // 30 m2
+      box({3.0, -3.0, -0.48}, {5.0, 3.0, -0.38}),  // 12 m2
+      box({5.0, -3.0, -0.6}, {6.0, -0.5, -0.5}),   // 2.5 m2 each
+      box({5.0, 0.0, -0.7}, {6.0, 2.5, -0.6}),
+  };
+  for (std::size_t i = 0; i < map.cuboids.size(); ++i)
+    map.cuboids[i].plane_id = static_cast<std::int32_t>(i);
+  EXPECT_NEAR(io::gridOf(map).ground, 0.0, 1e-12);
+}
+
 TEST(NavigationMap, FloorsGoOnUpARampButNotUpAStep) {
   io::ExportedMap map;
   map.resolution = 0.5;

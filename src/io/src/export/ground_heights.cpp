@@ -3,11 +3,159 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <utility>
 
 #include "export/conventions.h"
 #include "planar_mapping/io/occupancy_grid.h"
 
 namespace planar_mapping::io {
+namespace {
+
+struct Floor {
+  double height = 0.0, area = 0.0;
+};
+
+/// The place on the upper face of a level cuboid that is next to a place above it.
+Vector3 placeOn(const Cuboid& cuboid, const Vector3& up, const Vector3& above) {
+  const Matrix3 axes = cuboid.orientation.toRotationMatrix();
+  const Vector3 half = 0.5 * cuboid.size;
+  const double upwards = axes.col(2).dot(up) > 0.0 ? 1.0 : -1.0;
+  // Down along the vertical onto the plane of the face, then to the nearest place within it.
+  const Vector3 top = cuboid.center + upwards * half.z() * axes.col(2);
+  const double drop = (above - top).dot(axes.col(2)) / up.dot(axes.col(2));
+  Vector3 local = axes.transpose() * (above - drop * up - top);
+  local = local.cwiseMax(-half).cwiseMin(half);
+  local.z() = 0.0;
+  return top + axes * local;
+}
+
+struct Surroundings {
+  std::vector<std::pair<double, double>> faces;  ///< of level cuboids: height, area
+  std::vector<const Cuboid*> cuboids;
+};
+
+/// What is around a few of the places a map was seen from, and the height of its faces there.
+Surroundings around(const std::vector<Vector3>& sensors, const std::vector<Cuboid>& cuboids,
+                    const Vector3& up) {
+  constexpr double kAround = 15.0;          // metres: a scanner sees no ground nearer than 5
+  constexpr double kLeastBelow = 0.05;      // metres
+  constexpr std::size_t kMaxSensors = 100;  // are enough
+  Surroundings found;
+  const std::size_t step = (sensors.size() + kMaxSensors - 1) / kMaxSensors;
+  for (const Cuboid& cuboid : cuboids) {
+    const bool is_level = isLevel(cuboid, up);
+    double nearest = kAround;
+    double height = 0.0;
+    for (std::size_t i = 0; i < sensors.size(); i += step) {
+      const Vector3 place = is_level ? placeOn(cuboid, up, sensors[i]) : cuboid.center;
+      const Vector3 apart = place - sensors[i];
+      const double beside = (apart - apart.dot(up) * up).norm();
+      if (beside >= nearest || (is_level && apart.dot(up) > -kLeastBelow)) continue;
+      nearest = beside;
+      height = place.dot(up);
+    }
+    if (nearest == kAround) continue;
+    found.cuboids.push_back(&cuboid);
+    if (is_level) found.faces.emplace_back(height, cuboid.size.x() * cuboid.size.y());
+  }
+  return found;
+}
+
+Surroundings everything(const std::vector<Cuboid>& cuboids, const Vector3& up) {
+  Surroundings all;
+  for (const Cuboid& cuboid : cuboids) {
+    all.cuboids.push_back(&cuboid);
+    if (!isLevel(cuboid, up)) continue;
+    all.faces.emplace_back(cuboid.center.dot(up) + 0.5 * cuboid.size.z(),
+                           cuboid.size.x() * cuboid.size.y());
+  }
+  return all;
+}
+
+/// Of the lowest level faces that are larger than tables or, where those are small beside faces
+/// above them, of these; if next to nothing is below. Of a floor that leans, where most of it is.
+std::optional<double> floorHeight(Surroundings here, const Vector3& up) {
+  constexpr double kMaxBelow = 0.1;   // of the volume: flying pixels below a floor reach 0.08
+  constexpr double kMinArea = 4.0;    // square metres
+  constexpr double kSameFloor = 0.2;  // metres
+  constexpr double kStep = 0.6;       // metres: from a verge or a ditch to the road
+  constexpr double kLarger = 4.0;     // times, up to such a step
+  constexpr double kFarLarger = 8.0;  // times, above it: a floor beside a pit, not a table over it
+  constexpr double kBelow = 0.7;      // metres: what starts there may be below a floor
+  std::vector<std::pair<double, double>>& faces = here.faces;
+  std::sort(faces.begin(), faces.end());
+  std::vector<std::pair<double, double>> volumes;  // height, volume of all up to it
+  for (const Cuboid* cuboid : here.cuboids)
+    volumes.emplace_back(cuboid->center.dot(up), cuboid->volume());
+  std::sort(volumes.begin(), volumes.end());
+  for (std::size_t i = 1; i < volumes.size(); ++i) volumes[i].second += volumes[i - 1].second;
+  const auto isLowest = [&](double height) {
+    const auto above =
+        std::lower_bound(volumes.begin(), volumes.end(), std::pair(height - kBelow, 0.0));
+    return above == volumes.begin() || (above - 1)->second <= kMaxBelow * volumes.back().second;
+  };
+  std::optional<Floor> found;
+  Floor most;   // of the floor that was found, where most of it is
+  Floor floor;  // of the faces up to so much above one of them
+  double moment = 0.0;
+  std::size_t last = 0;
+  for (const auto& [lowest, area] : faces) {
+    for (; last < faces.size() && faces[last].first <= lowest + kSameFloor; ++last) {
+      floor.area += faces[last].second;
+      moment += faces[last].first * faces[last].second;
+    }
+    floor.height = moment / floor.area;
+    const bool is_step = !found || lowest <= found->height + kStep;
+    const bool replaces =
+        floor.area >= (found ? (is_step ? kLarger : kFarLarger) * found->area : kMinArea);
+    const bool goes_on = found && lowest <= most.height + kSameFloor && floor.area >= most.area;
+    if (replaces || goes_on) {
+      if (!isLowest(floor.height)) break;  // nor is what is higher
+      if (replaces) found = floor;
+      most = floor;
+    }
+    floor.area -= area;
+    moment -= lowest * area;
+  }
+  return found ? std::optional(most.height) : std::nullopt;
+}
+
+}  // namespace
+
+bool isLevel(const Cuboid& cuboid, const Vector3& up) {
+  constexpr double kMinUpright = 0.98;
+  return cuboid.plane_id >= 0 &&
+         std::abs((cuboid.orientation * Vector3::UnitZ()).dot(up)) > kMinUpright;
+}
+
+double groundHeight(const std::vector<Cuboid>& cuboids, const Vector3& up,
+                    const std::vector<Vector3>& sensors) {
+  constexpr double kStrayFraction = 0.01;
+  constexpr double kNearZero = 0.1;  // metres
+  std::optional<double> floor = floorHeight(around(sensors, cuboids, up), up);
+  if (!floor) floor = floorHeight(everything(cuboids, up), up);
+  if (floor) return std::abs(*floor) <= kNearZero ? 0.0 : *floor;
+  std::vector<std::pair<double, double>> ends;  // height, weight
+  double stray = 0.0;
+  for (const Cuboid& cuboid : cuboids) {
+    const Vector3 local = (cuboid.orientation.conjugate() * up).cwiseAbs();
+    // One walks on a floor, not below it.
+    const bool lies = isLevel(cuboid, up);
+    ends.emplace_back(cuboid.center.dot(up) + (lies ? 0.5 : -0.5) * local.dot(cuboid.size),
+                      cuboid.volume());
+    stray += kStrayFraction * cuboid.volume();
+  }
+  if (ends.empty()) return 0.0;
+  std::sort(ends.begin(), ends.end());
+  double lowest = ends.front().first;
+  for (const auto& [height, weight] : ends) {
+    lowest = height;
+    stray -= weight;
+    if (stray <= 0.0) break;
+  }
+  return lowest >= -0.35 && lowest <= 1.0 ? 0.0 : lowest;
+}
 
 GroundHeights::GroundHeights(const std::vector<GroundPoint>& ground, const Vector3& up,
                              double elsewhere)

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <optional>
 #include <utility>
 
 #include "export/conventions.h"
@@ -70,13 +69,6 @@ double lengthInside(const Matrix3& to_local, const Cuboid& cuboid, const Vector2
   return detail::clipToBox(-half, half, from, along, low, high) ? high - low : 0.0;
 }
 
-/// A face that is level by at most 11 degrees.
-bool isLevel(const Cuboid& cuboid, const Vector3& up) {
-  constexpr double kMinUpright = 0.98;
-  return cuboid.plane_id >= 0 &&
-         std::abs((cuboid.orientation * Vector3::UnitZ()).dot(up)) > kMinUpright;
-}
-
 /// A level face as seen from above, in axes whose third is upwards.
 struct Level {
   Vector3 center, normal;
@@ -129,107 +121,6 @@ void placeGrid(const std::vector<Cuboid>& cuboids, const std::vector<Cuboid>& fr
   grid.height = static_cast<std::uint32_t>(count.y());
 }
 
-struct Floor {
-  double height = 0.0, area = 0.0;
-};
-
-/// The place on the upper face of a level cuboid that is next to a place above it.
-Vector3 placeOn(const Cuboid& cuboid, const Vector3& up, const Vector3& above) {
-  const Matrix3 axes = cuboid.orientation.toRotationMatrix();
-  const Vector3 half = 0.5 * cuboid.size;
-  const double upwards = axes.col(2).dot(up) > 0.0 ? 1.0 : -1.0;
-  // Down along the vertical onto the plane of the face, then to the nearest place within it.
-  const Vector3 top = cuboid.center + upwards * half.z() * axes.col(2);
-  const double drop = (above - top).dot(axes.col(2)) / up.dot(axes.col(2));
-  Vector3 local = axes.transpose() * (above - drop * up - top);
-  local = local.cwiseMax(-half).cwiseMin(half);
-  local.z() = 0.0;
-  return top + axes * local;
-}
-
-struct Surroundings {
-  std::vector<std::pair<double, double>> faces;  ///< of level cuboids: height, area
-  std::vector<const Cuboid*> cuboids;
-};
-
-/// What is around a few of the places a map was seen from, and the height of its faces there.
-Surroundings around(const std::vector<Vector3>& sensors, const std::vector<Cuboid>& cuboids,
-                    const Vector3& up) {
-  constexpr double kAround = 15.0;          // metres: a scanner sees no ground nearer than 5
-  constexpr double kLeastBelow = 0.05;      // metres
-  constexpr std::size_t kMaxSensors = 100;  // are enough
-  Surroundings found;
-  const std::size_t step = (sensors.size() + kMaxSensors - 1) / kMaxSensors;
-  for (const Cuboid& cuboid : cuboids) {
-    const bool is_level = isLevel(cuboid, up);
-    double nearest = kAround;
-    double height = 0.0;
-    for (std::size_t i = 0; i < sensors.size(); i += step) {
-      const Vector3 place = is_level ? placeOn(cuboid, up, sensors[i]) : cuboid.center;
-      const Vector3 apart = place - sensors[i];
-      const double beside = (apart - apart.dot(up) * up).norm();
-      if (beside >= nearest || (is_level && apart.dot(up) > -kLeastBelow)) continue;
-      nearest = beside;
-      height = place.dot(up);
-    }
-    if (nearest == kAround) continue;
-    found.cuboids.push_back(&cuboid);
-    if (is_level) found.faces.emplace_back(height, cuboid.size.x() * cuboid.size.y());
-  }
-  return found;
-}
-
-Surroundings everything(const std::vector<Cuboid>& cuboids, const Vector3& up) {
-  Surroundings all;
-  for (const Cuboid& cuboid : cuboids) {
-    all.cuboids.push_back(&cuboid);
-    if (!isLevel(cuboid, up)) continue;
-    all.faces.emplace_back(cuboid.center.dot(up) + 0.5 * cuboid.size.z(),
-                           cuboid.size.x() * cuboid.size.y());
-  }
-  return all;
-}
-
-/// Of the lowest level faces that are larger than tables, or of much larger ones a step above them,
-/// if next to nothing is below them.
-std::optional<double> floorHeight(Surroundings here, const Vector3& up) {
-  constexpr double kMaxBelow = 0.1;   // of the volume: flying pixels below a floor reach 0.08
-  constexpr double kMinArea = 4.0;    // square metres
-  constexpr double kSameFloor = 0.2;  // metres
-  constexpr double kStep = 0.6;       // metres: from a verge or a ditch to the road
-  constexpr double kLarger = 4.0;     // times
-  constexpr double kBelow = 0.7;      // metres: what starts there may be below a floor
-  std::vector<std::pair<double, double>>& faces = here.faces;
-  std::sort(faces.begin(), faces.end());
-  // Of the faces from one on that are of one floor with it.
-  const auto floorFrom = [&faces](std::size_t first) {
-    Floor floor;
-    double moment = 0.0;
-    for (std::size_t i = first;
-         i < faces.size() && faces[i].first <= faces[first].first + kSameFloor; ++i) {
-      floor.area += faces[i].second;
-      moment += faces[i].first * faces[i].second;
-    }
-    floor.height = moment / floor.area;
-    return floor;
-  };
-  std::optional<Floor> found;
-  for (std::size_t first = 0; first < faces.size(); ++first) {
-    if (found && faces[first].first > found->height + kStep) break;
-    const Floor floor = floorFrom(first);
-    if (floor.area >= (found ? kLarger * found->area : kMinArea)) found = floor;
-  }
-  if (!found) return std::nullopt;
-  double volume = 0.0;
-  double below = 0.0;
-  for (const Cuboid* cuboid : here.cuboids) {
-    volume += cuboid->volume();
-    if (cuboid->center.dot(up) < found->height - kBelow) below += cuboid->volume();
-  }
-  if (below > kMaxBelow * volume) return std::nullopt;
-  return found->height;
-}
-
 }  // namespace
 
 std::vector<std::uint8_t> floorFaces(const std::vector<Cuboid>& cuboids, const Vector3& up,
@@ -276,34 +167,6 @@ std::vector<std::uint8_t> floorFaces(const std::vector<Cuboid>& cuboids, const V
     });
   }
   return is_floor;
-}
-
-double groundHeight(const std::vector<Cuboid>& cuboids, const Vector3& up,
-                    const std::vector<Vector3>& sensors) {
-  constexpr double kStrayFraction = 0.01;
-  constexpr double kNearZero = 0.1;  // metres
-  std::optional<double> floor = floorHeight(around(sensors, cuboids, up), up);
-  if (!floor) floor = floorHeight(everything(cuboids, up), up);
-  if (floor) return std::abs(*floor) <= kNearZero ? 0.0 : *floor;
-  std::vector<std::pair<double, double>> ends;  // height, weight
-  double stray = 0.0;
-  for (const Cuboid& cuboid : cuboids) {
-    const Vector3 local = (cuboid.orientation.conjugate() * up).cwiseAbs();
-    // One walks on a floor, not below it.
-    const bool lies = isLevel(cuboid, up);
-    ends.emplace_back(cuboid.center.dot(up) + (lies ? 0.5 : -0.5) * local.dot(cuboid.size),
-                      cuboid.volume());
-    stray += kStrayFraction * cuboid.volume();
-  }
-  if (ends.empty()) return 0.0;
-  std::sort(ends.begin(), ends.end());
-  double lowest = ends.front().first;
-  for (const auto& [height, weight] : ends) {
-    lowest = height;
-    stray -= weight;
-    if (stray <= 0.0) break;
-  }
-  return lowest >= -0.35 && lowest <= 1.0 ? 0.0 : lowest;
 }
 
 OccupancyGrid gridOf(const ExportedMap& map) {

@@ -19,9 +19,9 @@ struct GridBand {
       1.8;  ///< [ours] over the ground: above it a robot passes under, and door frames are
   /// Height of the ground along the map's up axis; NaN = found: GroundHeights of
   /// PlanarMap::ground(); without that, the height of the lowest level faces of at least 4 square
-  /// metres with next to nothing below them. Where there are none: 0 where the map starts at most 1
-  /// m above or 0.35 m below it, else the lowest floor or lower end of a cuboid, but for the lowest
-  /// hundredth of the occupied volume.
+  /// metres, or of much larger ones above those, with next to nothing below them. Where there are
+  /// none: 0 where the map starts at most 1 m above or 0.35 m below it, else the lowest floor or
+  /// lower end of a cuboid, but for the lowest hundredth of the occupied volume.
   double ground = std::numeric_limits<double>::quiet_NaN();
 };
 
