@@ -13,8 +13,8 @@
 #include <string_view>
 
 #include "planar_mapping/core/base/error.h"
-#include "planar_mapping/core/ground/detail/upright.h"
 #include "rounded.h"
+#include "vertical.h"
 
 namespace planar_mapping {
 namespace {
@@ -131,7 +131,7 @@ void Pipeline::runMapping(Frame& frame) {
     CloudScale scale = knownScale(frame);
     scale.has_sensor = !frame.pose_assumed || !isMerged(pointsOf(*frame.cloud), &frame.indices);
     remarkOn(scale, frame);
-    findVertical(scale, frame);
+    detail::findVertical(mean_up_, scale, frame);
     adaptMapping(scale, &frame);
   }
   if (frame.pose_assumed && frame.skip_reason.empty() && map_.frames() == 1 &&
@@ -287,26 +287,6 @@ void Pipeline::remarkOn(const CloudScale& scale, Frame& frame) const {
         "many scans, of which no space is known to be free unless "
         "planar_cuboid_approximation.unknown_space=true says so");
   }
-}
-
-/// Poses given for a camera may be of a world that is not level, as that of a first camera: then
-/// the planes of the first frame tell what is upwards, unless they come near an axis.
-void Pipeline::findVertical(CloudScale& scale, Frame& frame) const {
-  constexpr double kAxis = 5.0 * M_PI / 180.0;
-  if (!scale.optical || !frame.given_pose || frame.starts_world) return;
-  if (mean_up_) scale.up = nearestAxis(*mean_up_);
-  if (!frame.camera) return;
-  const Matrix3 axes = frame.T_world_sensor.linear();
-  const Upright upright =
-      findUpright(pointsOf(*frame.cloud), scale.stereo, axes.transpose() * scale.up);
-  if (!upright.found || upright.tilt < kAxis) return;
-  scale.up = axes * upright.up;
-  const auto rounded = [](double value) { return detail::rounded(value, 3); };
-  frame.notes.push_back(frame.source +
-                        ": the world of the given poses is not level; by the planes seen `up: "
-                        "auto` is [" +
-                        rounded(scale.up.x()) + ", " + rounded(scale.up.y()) + ", " +
-                        rounded(scale.up.z()) + "]");
 }
 
 /// \param frame  the first to be mapped; null where a map is continued

@@ -44,6 +44,7 @@ struct Support {
   double horizontal = 0.0;
   double vertical = 0.0;
   double ground = 0.0;  ///< the largest horizontal plane below the sensor
+  double below = 0.0;   ///< all horizontal planes below the sensor
   double total() const { return horizontal + vertical; }
 };
 
@@ -54,12 +55,23 @@ Support supportOf(const Vector3& up, const std::vector<WeightedPlane>& planes) {
     if (std::abs(along) > std::cos(kTolerance)) {
       support.horizontal += one.weight;
       const double height = along * one.plane.signedDistance(Vector3::Zero());
-      if (height > 0.0) support.ground = std::max(support.ground, one.weight);
+      if (height <= 0.0) continue;
+      support.ground = std::max(support.ground, one.weight);
+      support.below += one.weight;
     } else if (std::abs(along) < std::sin(kTolerance)) {
       support.vertical += one.weight;
     }
   }
   return support;
+}
+
+/// Whether planes of one direction, most of all, might be horizontal as well as the walls they are
+/// taken for.
+bool mayBeFloors(const Support& support, const std::vector<WeightedPlane>& planes) {
+  if (support.horizontal >= kMinVertical) return false;
+  return std::any_of(planes.begin(), planes.end(), [&](const WeightedPlane& one) {
+    return supportOf(one.plane.normal, planes).below >= kMinGround;
+  });
 }
 
 /// The direction next to all that is horizontal or vertical, least squares of the angles; \p up
@@ -115,16 +127,10 @@ std::vector<Vector3> candidates(const std::vector<WeightedPlane>& planes, const 
   return result;
 }
 
-}  // namespace
-
-Upright findUpright(const std::vector<PlaneSegment>& segments, const Vector3& expected_up) {
-  if (!expected_up.allFinite() || !(expected_up.norm() > 0.0)) {
-    throw ParameterError("expected_up", expected_up.norm(), "finite, not zero");
-  }
+/// The direction upwards by all that is horizontal or vertical.
+Upright uprightOf(const std::vector<WeightedPlane>& planes, const Vector3& level) {
   Upright result;
-  const Vector3 level = expected_up.normalized();
   result.up = level;
-  const std::vector<WeightedPlane> planes = largest(segments);
   const auto scoreOf = [&](const Vector3& up) {
     const double tilt = angleBetween(up, level);
     const Support support = supportOf(up, planes);
@@ -144,6 +150,7 @@ Upright findUpright(const std::vector<PlaneSegment>& segments, const Vector3& ex
   const Support support = supportOf(best, planes);
   result.horizontal = support.horizontal;
   result.vertical = support.vertical;
+  result.is_uncertain = mayBeFloors(support, planes);
   const bool confirmed = support.vertical >= kMinVertical || support.ground >= kMinGround;
   if (!confirmed || !(support.total() >= kMinSupport)) return result;
   for (const Vector3& up : directions) {
@@ -159,8 +166,24 @@ Upright findUpright(const std::vector<PlaneSegment>& segments, const Vector3& ex
   return result;
 }
 
+}  // namespace
+
+Upright findUpright(const std::vector<PlaneSegment>& segments, const Vector3& expected_up,
+                    const std::optional<Vector3>& axis) {
+  if (!expected_up.allFinite() || !(expected_up.norm() > 0.0)) {
+    throw ParameterError("expected_up", expected_up.norm(), "finite, not zero");
+  }
+  const std::vector<WeightedPlane> planes = largest(segments);
+  Upright result = uprightOf(planes, expected_up.normalized());
+  if (!axis || !result.is_uncertain) return result;
+  const Support support = supportOf(*axis, planes);
+  if (support.below < kMinGround) return result;
+  return {true, *axis, angleBetween(*axis, expected_up), support.horizontal, support.vertical,
+          true};
+}
+
 Upright findUpright(const PointsView& points, const std::optional<StereoNoise>& noise,
-                    const Vector3& expected_up) {
+                    const Vector3& expected_up, const std::optional<Vector3>& axis) {
   constexpr double kThreshold = 0.03;
   constexpr std::size_t kMinFraction = 300;  // as of multi_plane_segmentation
   constexpr std::size_t kMinInliers = 100;
@@ -170,7 +193,7 @@ Upright findUpright(const PointsView& points, const std::optional<StereoNoise>& 
   plane_params.distance_threshold = kThreshold;
   plane_params.min_inliers = static_cast<int>(std::max(kMinInliers, usable.size() / kMinFraction));
   plane_params.noise = noise;
-  return findUpright(findPlanes(points, &usable, plane_params).planes, expected_up);
+  return findUpright(findPlanes(points, &usable, plane_params).planes, expected_up, axis);
 }
 
 }  // namespace planar_mapping

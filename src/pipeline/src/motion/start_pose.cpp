@@ -68,7 +68,11 @@ void StartPose::levelByPlanes(Frame& frame, const std::optional<StereoNoise>& no
                            formatNumber(std::round(10.0 * tilt_deg) / 10.0) +
                            " degrees; the world is level by them";
   constexpr double kSteep = 40.0;  // a camera that looks up at a ceiling may see the same
-  if (tilt_deg > kSteep) {
+  if (upright.is_uncertain) {
+    frame.warnings.push_back(note +
+                             " if what it looks at is a wall; if it is a floor or a table, begin "
+                             "with a frame that sees more (--frames) or give poses");
+  } else if (tilt_deg > kSteep) {
     frame.warnings.push_back(note + " if it looks down; if it looks up, take start=level");
   } else {
     frame.notes.push_back(note);

@@ -109,6 +109,29 @@ TEST(Upright, LooksDownAtAFloorRatherThanUpAtACeiling) {
   }
 }
 
+/// A camera of a robot's arm that looks down at a table beyond its own foot, and at a board that
+/// leans: the line in which both meet explains as much.
+TEST(Upright, IsUncertainWhereWallsMayBeFloors) {
+  const Tilted camera(108.0);
+  const std::vector<PlaneSegment> planes = {camera.plane({0.0, 0.0, 1.0}, 0.35, 3000),
+                                            camera.plane({0.02, 0.0, 1.0}, 0.9, 3000),
+                                            camera.plane({0.93, 0.2, 0.32}, 0.7, 3200)};
+  const Upright found = findUpright(planes, kLevel);
+  EXPECT_TRUE(found.found && found.is_uncertain);
+  EXPECT_EQ(0.0, found.horizontal);
+  const Upright by_axis = findUpright(planes, kLevel, camera.up());
+  EXPECT_TRUE(by_axis.found && by_axis.is_uncertain);
+  EXPECT_EQ(camera.up(), by_axis.up);
+  EXPECT_EQ(found.up, findUpright(planes, kLevel, Vector3(-camera.up())).up);  // a ceiling
+
+  const Tilted level(15.0);
+  const Upright room = findUpright(
+      {level.plane({0.0, 0.0, 1.0}, 1.0, 2000), level.plane({0.0, -1.0, 0.0}, 2.0, 8000)}, kLevel,
+      Vector3(level.R_camera_world.col(1)));
+  EXPECT_TRUE(room.found);
+  EXPECT_FALSE(room.is_uncertain);
+}
+
 TEST(Upright, LeavesOutWhatIsNeitherHorizontalNorVertical) {
   const Tilted camera(15.0, -4.0, 70.0);
   const Upright found = findUpright(

@@ -96,7 +96,6 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   void findUsablePoints(Frame& frame) const;
   std::optional<double> givenResolution() const;
   CloudScale knownScale(const Frame& frame) const;
-  void findVertical(CloudScale& scale, Frame& frame) const;
   void adaptMapping(CloudScale scale, const Frame* frame);
   void moveToOrigin(Frame& frame);
   void countCuboids();

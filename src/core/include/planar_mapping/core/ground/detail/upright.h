@@ -18,6 +18,9 @@ struct Upright {
   double tilt = 0.0;              ///< between up and expected_up
   double horizontal = 0.0;        ///< fraction of the points on horizontal planes
   double vertical = 0.0;          ///< ... on vertical ones
+  /// Nothing is horizontal by it, or was by what was found instead, and half of the points are on
+  /// planes of one direction: they may be walls or floors.
+  bool is_uncertain = false;
 };
 
 /// Finds the direction upwards in a cloud from what people build: floors, ceilings and tables are
@@ -31,12 +34,16 @@ struct Upright {
 /// most the 20 largest count.
 /// \param planes       with the sensor at the origin
 /// \param expected_up  upwards if the sensor stands level, in its frame; of any length
+/// \param axis  unit vector: upwards, uncertainly, where nothing is horizontal by what was found,
+///              but half of the points are below the sensor on planes that are by this
 /// \throws ParameterError if expected_up is zero or not finite
 PLANAR_MAPPING_EXPORT Upright findUpright(const std::vector<PlaneSegment>& planes,
-                                          const Vector3& expected_up);
+                                          const Vector3& expected_up,
+                                          const std::optional<Vector3>& axis = std::nullopt);
 /// The same of the planes of a cloud, with the sensor at the origin.
 PLANAR_MAPPING_EXPORT Upright findUpright(const PointsView& points,
                                           const std::optional<StereoNoise>& noise,
-                                          const Vector3& expected_up);
+                                          const Vector3& expected_up,
+                                          const std::optional<Vector3>& axis = std::nullopt);
 
 }  // namespace planar_mapping
