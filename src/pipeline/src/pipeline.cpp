@@ -21,6 +21,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+constexpr std::size_t kMaxLeftOut = 4;  ///< frames that wait for their place
+
 double millisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
@@ -96,11 +98,16 @@ FrameReport Pipeline::runSections(Frame& frame, bool front_end_only) {
     moveToOrigin(frame);
     findUsablePoints(frame);
     const bool sensed = frame.skip_reason.empty();
+    const bool waits = sensed && waitsForMore(frame);
+    if (waits) {
+      frame.skip_reason = "hardly any pixel of its image has a depth (" +
+                          std::to_string(frame.points_valid) + "); the map begins with another";
+    }
     const std::size_t statistics = frame.statistics.size();
     runMapping(frame);
     if (frame.skip_reason.empty()) {
       tryAgain();
-    } else if (sensed && mapping_scale_ && hasStage(StageKind::Motion)) {
+    } else if (waits || (sensed && mapping_scale_ && hasStage(StageKind::Motion))) {
       keepForLater(frame, statistics);
     }
   }
@@ -146,7 +153,6 @@ void Pipeline::runMapping(Frame& frame) {
 
 /// \param statistics  how many there were before a Motion stage saw the frame
 void Pipeline::keepForLater(const Frame& frame, std::size_t statistics) {
-  constexpr std::size_t kMaxLeftOut = 4;
   left_out_.push_back({frame, 0});
   Frame& kept = left_out_.back().frame;
   kept.statistics.resize(statistics);
@@ -227,6 +233,15 @@ void Pipeline::findUsablePoints(Frame& frame) const {
   if (frame.indices.empty()) {
     frame.skip_reason = "no point of its cloud is finite; check how it was recorded";
   }
+}
+
+/// Whether a frame has far fewer points than images have, and a map that begins with it, and
+/// parameters that follow from it, would be no good to the frames after it.
+bool Pipeline::waitsForMore(const Frame& frame) const {
+  constexpr double kMinMeasured = 0.02;  // of the pixels
+  return !mapping_scale_ && frame.camera && !frame.is_last && left_out_.size() < kMaxLeftOut &&
+         static_cast<double>(frame.points_valid) <
+             kMinMeasured * static_cast<double>(frame.points_input);
 }
 
 /// Of the map, where the configuration says it.

@@ -103,6 +103,7 @@ std::optional<Frame> SequenceSource::next() {
   if (position_ == selected_.size()) return std::nullopt;
   Frame frame = readFrame(sequence_, selected_[position_++], with_images_);
   frame.is_only = selected_.size() == 1;
+  frame.is_last = position_ == selected_.size();
   return frame;
 }
 

@@ -59,6 +59,7 @@ struct Frame {
   bool pose_assumed = false;
   /// The stages up to Features were run on it by another process; they are not run again.
   bool front_end_done = false;
+  bool is_last = false;  ///< of its input, where that is known
   bool is_only = false;  ///< of its input: it needs nothing by which others could be placed
   /// A Motion stage left it out before; what came after it may tell where it belongs.
   bool again = false;

@@ -64,7 +64,8 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   void setMeanUp(const Vector3& up) { mean_up_ = up; }
   /// Takes one frame through all stages, the front-end left out where it was done elsewhere
   /// (Frame::front_end_done); they change it in place.
-  /// A frame without a single usable point is skipped.
+  /// A frame without a single usable point is skipped; one of an image with hardly any waits until
+  /// another one has begun the map, unless it is the fifth or the last.
   /// \throws InputError, ParameterError; the map is then as the stage left it
   FrameReport process(Frame& frame);
 
@@ -94,6 +95,7 @@ class PLANAR_MAPPING_EXPORT Pipeline {
   void runFrontEnd(Frame& frame);
   void runStage(std::size_t index, Frame& frame);
   void findUsablePoints(Frame& frame) const;
+  bool waitsForMore(const Frame& frame) const;
   std::optional<double> givenResolution() const;
   CloudScale knownScale(const Frame& frame) const;
   void adaptMapping(CloudScale scale, const Frame* frame);
