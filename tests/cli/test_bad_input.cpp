@@ -151,6 +151,22 @@ TEST_F(BadInput, OnePointABillionMetresAwayDoesNotSpoilTheRest) {
   EXPECT_LT(result.seconds, 20.0);
 }
 
+TEST_F(BadInput, FloorThatLeansBelowACloudWithoutAPose) {
+  std::vector<float> xyz;  // around a sensor 1.5 m above it, by 20 degrees
+  for (double x = -3.0; x < 3.0; x += 0.05) {
+    for (double y = -3.0; y < 3.0; y += 0.05) {
+      xyz.insert(xyz.end(), {static_cast<float>(x), static_cast<float>(y),
+                             static_cast<float>(std::tan(20.0 * M_PI / 180.0) * x - 1.5)});
+    }
+  }
+  const ProgramResult result = runOn(write("leans.pcd", binaryPcd(xyz)));
+  EXPECT_EQ(0, result.exit_code) << result.err;
+  EXPECT_NE(std::string::npos, result.err.find("leans by 20 degrees")) << result.err;
+  EXPECT_EQ(std::string::npos, result.err.find("given poses")) << result.err;
+  EXPECT_NE(std::string::npos, result.err.find("set `up` of the stages to [-0.34, ")) << result.err;
+  EXPECT_NE(std::string::npos, result.err.find(", 0.94]")) << result.err;
+}
+
 TEST_F(BadInput, FewerPosesThanClouds) {
   const std::string a = room("a.pcd");
   const std::string b = room("b.pcd", 2);

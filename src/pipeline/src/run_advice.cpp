@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "run_advice.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -48,7 +49,7 @@ std::optional<std::string> skippedFrames(const Pipeline& pipeline, const RunStat
 /// What is upwards may be known from the first frame only. Where ground was removed it was level
 /// and is not in the map.
 std::optional<std::string> tilt(const PlanarMap& map, const RunStatistics& statistics,
-                                bool is_camera) {
+                                const FrameSource& source, bool is_camera) {
   if (statistics.hasGroundInMostFrames()) return std::nullopt;
   constexpr double kUsualSlope = 10.0 * M_PI / 180.0;  // of what lies along a street
   const bool is_own = map.params().frame == MapFrame::Start;
@@ -71,11 +72,20 @@ std::optional<std::string> tilt(const PlanarMap& map, const RunStatistics& stati
   }
   const std::string what = "what looks like a floor (" + rounded(floor->area, 0) +
                            " m2) leans by " + rounded(floor->tilt * 180.0 / M_PI, 0) + " degrees: ";
-  return what + (is_own
-                     ? "the sensor did not start level, and the first frame does not show how it "
-                       "was held; give poses, or begin with a frame that sees floor and walls "
-                       "(--frames)"
-                     : "the world of the given poses may not be level; set `up` of the stages");
+  if (is_own) {
+    return what +
+           "the sensor did not start level, and the first frame does not show how it was held; "
+           "give poses, or begin with a frame that sees floor and walls (--frames)";
+  }
+  const auto& trajectory = map.trajectory();
+  const bool has_poses = source.poseSource() == io::PoseSource::File ||
+                         std::any_of(trajectory.begin(), trajectory.end(), [](const auto& one) {
+                           return one.second.matrix() != Pose::Identity().matrix();
+                         });
+  return what + (has_poses ? "the world of the given poses may not be level; set `up` of the stages"
+                           : "if it is one, no pose says how the sensor was held; set `up` of the "
+                             "stages to " +
+                                 axis);
 }
 
 }  // namespace
@@ -131,7 +141,7 @@ std::vector<std::string> adviceOn(const Pipeline& pipeline, const RunStatistics&
              : rounded(100.0 * removed, 1) +
                    " % of the points were removed before: look at the stages that do that"));
   }
-  add(tilt(map, statistics, is_camera));
+  add(tilt(map, statistics, source, is_camera));
   return advice;
 }
 

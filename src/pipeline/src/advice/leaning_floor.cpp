@@ -96,7 +96,8 @@ std::optional<LeaningFloor> leaningFloor(const PlanarMap& map, bool is_camera) {
     if (tilt <= kLevel) {
       level = std::max(level, area);
     } else if (area > largest.area && tilt < kSteep && isBelow(seen.plane, up)) {
-      largest = {area, tilt, LeaningFloor::Kind::Leans, seen.plane.normal};
+      const double sign = seen.plane.normal.dot(up) < 0.0 ? -1.0 : 1.0;
+      largest = {area, tilt, LeaningFloor::Kind::Leans, sign * seen.plane.normal};
     } else if (area > largest.area && own && angleTo(*own, seen.plane) <= kLevel &&
                isBelow(seen.plane, *own)) {
       largest = {area, tilt, LeaningFloor::Kind::LevelWithoutTurn, *own};
