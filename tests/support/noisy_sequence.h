@@ -132,7 +132,8 @@ inline MappingError mappingError(const PlanarMap& map, const Scene& scene, doubl
   for (double z = low.z(); z < high.z(); z += s) {
     for (double y = low.y(); y < high.y(); y += s) {
       for (double x = low.x(); x < high.x(); x += s) {
-        const Vector3 middle(x + 0.5 * s, y + 0.5 * s, z + 0.5 * s);
+        // Near the middle of the cell: through the middle itself go faces of half cells.
+        const Vector3 middle(x + 0.45 * s, y + 0.45 * s, z + 0.45 * s);
         if (!map.isOccupied(middle)) continue;
         ++error.occupied;
         error.wrong += distanceToScene(scene, middle) > s ? 1 : 0;
