@@ -49,6 +49,16 @@ void findVerticalOfCamera(const std::optional<Vector3>& mean_up, CloudScale& sca
   }
 }
 
+double reachAlongZ(const PointsView& points, const Indices& indices) {
+  double low = INFINITY, high = -INFINITY;
+  for (const int i : indices) {
+    const double z = points.point(static_cast<std::size_t>(i)).z();
+    low = std::min(low, z);
+    high = std::max(high, z);
+  }
+  return high - low;
+}
+
 /// Maps of cameras and some of lidars have y upwards or downwards: there nearly all that is planar
 /// faces along another axis, and reaches farther along z than any wall.
 void findVerticalOfMap(CloudScale& scale, Frame& frame) {
@@ -58,6 +68,8 @@ void findVerticalOfMap(CloudScale& scale, Frame& frame) {
   constexpr double kHighestWall = 50.0;     // metres
   constexpr std::size_t kMinInliers = 300;  // th part of the points
   const PointsView points = pointsOf(*frame.cloud);
+  // Planes are looked for only where one could reach that far.
+  if (reachAlongZ(points, frame.indices) < kHighestWall) return;
   MultiPlaneParams params;
   params.distance_threshold = 0.5 * automaticResolution(scale);
   params.min_inliers = static_cast<int>(std::max<std::size_t>(3, scale.points / kMinInliers));
@@ -78,13 +90,8 @@ void findVerticalOfMap(CloudScale& scale, Frame& frame) {
       along.z() > kMaxLevel * along[axis] || std::abs(largest->plane.normal[axis]) <= kAlong) {
     return;
   }
-  double low = INFINITY, high = -INFINITY;
-  for (const int i : largest->inliers) {
-    const double z = points.point(static_cast<std::size_t>(i)).z();
-    low = std::min(low, z);
-    high = std::max(high, z);
-  }
-  if (high - low < kHighestWall) return;
+  const double reach = reachAlongZ(points, largest->inliers);
+  if (reach < kHighestWall) return;
   // What is built on the ground is over it.
   std::ptrdiff_t over = 0;
   for (const int i : frame.indices) {
@@ -94,8 +101,8 @@ void findVerticalOfMap(CloudScale& scale, Frame& frame) {
   const bool with_normal = over >= 0;
   scale.up = nearestAxis(with_normal ? largest->plane.normal : Vector3(-largest->plane.normal));
   frame.warnings.push_back(frame.source + ": nearly all planes face along another axis than z, " +
-                           rounded(high - low, 0) + " m along z: `up: auto` is " +
-                           listed(scale.up) + "; if they are walls, set `up` of the stages");
+                           rounded(reach, 0) + " m along z: `up: auto` is " + listed(scale.up) +
+                           "; if they are walls, set `up` of the stages");
 }
 
 }  // namespace

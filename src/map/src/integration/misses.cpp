@@ -82,8 +82,7 @@ class MissTest {
     }
     // Without a depth error nobody knows whether what is measured beside the cell is of it.
     if (!noise_) return Missed::No;
-    const bool is_missing = isMissingWhereMeasured(cell);
-    return is_missing ? Missed::Surely : Missed::No;
+    return isMissingWhereMeasured(cell) ? Missed::Surely : Missed::No;
   }
   const DepthImage& image() const { return image_; }
 
