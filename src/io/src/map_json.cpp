@@ -46,7 +46,9 @@ void appendLines(std::string& out, bool& first, const Items& items, Append&& app
 
 }  // namespace
 
-void writeMapJson(const PlanarMap& map, const std::string& frame_id, const ByteSink& sink) {
+void writeMapJson(const PlanarMap& map, const std::string& frame_id, const ByteSink& sink,
+                  std::size_t most_unknown) {
+  const bool is_listed = map.unknownCells() <= most_unknown;
   std::string out;
   append(out, "{\n  \"format\": \"planar_mapping map\",\n  \"version\": 1,\n  \"frame_id\": \"",
          frame_id, "\",\n  \"up\": [", listOf(map.params().approximation.up.normalized(), ", "),
@@ -55,13 +57,14 @@ void writeMapJson(const PlanarMap& map, const std::string& frame_id, const ByteS
     append(out, ",\n  \"origin_m\": [", listOf(origin, ", "), ']');
   }
   append(out, ",\n  \"unseen\": \"", map.params().unseen == Unseen::Unknown ? "unknown" : "free",
+         "\",\n  \"unknown_space\": \"", is_listed ? "listed" : "not listed",
          "\",\n  \"frames\": ", map.frames(), ",\n  \"planes\": [");
   bool first = true;
   appendLines(out, first, map.planes(), appendPlane, sink);
   out += first ? "],\n  \"cuboids\": [" : "\n  ],\n  \"cuboids\": [";
   first = true;
   appendLines(out, first, map.cuboids(), appendCuboid, sink);
-  appendLines(out, first, map.unknownCuboids(), appendCuboid, sink);
+  if (is_listed) appendLines(out, first, map.unknownCuboids(), appendCuboid, sink);
   out += first ? "]\n}\n" : "\n  ]\n}\n";
   sink(out);
 }

@@ -322,4 +322,19 @@ std::string RunStatistics::metricsJson(const Configuration& configuration, const
   return json.dump(2) + "\n";
 }
 
+std::string savedText(const PlanarMap& map, std::size_t file_bytes) {
+  std::string text = std::to_string(map.planes().size()) + " planes, " +
+                     std::to_string(map.cuboids().size()) + " cuboids, " +
+                     std::to_string(file_bytes) + " bytes";
+  if (const std::size_t cluttered = map.clutteredRegions(); cluttered > 0) {
+    text += "; " + std::to_string(cluttered) +
+            " regions are so cluttered that boxes cover them without a search for fewer";
+  }
+  if (const std::size_t unknown = map.unknownCells(); unknown > kMostUnknownInJson) {
+    text += "; map.json does not list the " + std::to_string(unknown) +
+            " unknown cells: planar_map convert does";
+  }
+  return text;
+}
+
 }  // namespace planar_mapping::detail

@@ -10,6 +10,13 @@
 
 namespace planar_mapping::detail {
 
+/// Unknown space of more cells than these is not listed in map.json, which would have hundreds of
+/// megabytes; one of 4 million cells has some 20.
+constexpr std::size_t kMostUnknownInJson = std::size_t{1} << 22;
+
+/// What was saved, for the log: numbers, and what the files lack.
+std::string savedText(const PlanarMap& map, std::size_t file_bytes);
+
 /// The figures of a run: frames.csv and metrics.json.
 class RunStatistics {
  public:

@@ -320,14 +320,7 @@ void Run::save(bool interrupted) {
     std::stable_sort(trajectory.begin(), trajectory.end(),
                      [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
   }
-  const std::size_t cluttered = map.clutteredRegions();
-  log("saved to " + directory_.path() + ": " + std::to_string(map.planes().size()) + " planes, " +
-      std::to_string(map.cuboids().size()) + " cuboids, " + std::to_string(bytes.size()) +
-      " bytes" +
-      (cluttered == 0 ? ""
-                      : "; " + std::to_string(cluttered) +
-                            " regions are so cluttered that boxes cover them without a search for "
-                            "fewer"));
+  log("saved to " + directory_.path() + ": " + detail::savedText(map, bytes.size()));
   detail::StateWriter state;
   visitState(state);
   state(pipeline_.saveState());
@@ -337,8 +330,9 @@ void Run::save(bool interrupted) {
   files.emplace_back("trajectory_tum.txt", io::toTum(trajectory));
   files.emplace_back("frames.csv", statistics_.framesCsv(configuration));
   files.emplace_back("run.log", log_text_);
-  files.emplace_back("map.json",
-                     [&map](const io::ByteSink& sink) { io::writeMapJson(map, "map", sink); });
+  files.emplace_back("map.json", [&map](const io::ByteSink& sink) {
+    io::writeMapJson(map, "map", sink, detail::kMostUnknownInJson);
+  });
   files.emplace_back("metrics.json", result_.metrics_json);
   files.emplace_back("map.pmap", std::string(bytes.begin(), bytes.end()));
   files.emplace_back("run.state", kStateFormat + packed(state.take()));

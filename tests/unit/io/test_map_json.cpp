@@ -61,6 +61,20 @@ TEST(MapJson, HoldsEveryCuboidExactly) {
   }
 }
 
+TEST(MapJson, SaysWhetherUnknownSpaceIsListed) {
+  const PlanarMap map = smallMap();
+  for (const bool is_listed : {true, false}) {
+    std::string text;
+    writeMapJson(
+        map, "map", [&text](std::string_view part) { text += part; },
+        map.unknownCells() - (is_listed ? 0 : 1));
+    const nlohmann::json json = nlohmann::json::parse(text);
+    EXPECT_EQ(json.at("unknown_space").get<std::string>(), is_listed ? "listed" : "not listed");
+    EXPECT_EQ(json.at("cuboids").size(),
+              map.cuboids().size() + (is_listed ? map.unknownCuboids().size() : 0));
+  }
+}
+
 TEST(MapJson, TellsFrameAndUpAxis) {
   PlanarMapParams params;
   params.approximation.up = -Vector3::UnitY();

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
+#include <limits>
 #include <string>
 
 #include "planar_mapping/core/base/export.h"
@@ -17,12 +19,14 @@ namespace planar_mapping::io {
 /// A plane has `id`, `coefficients` [a, b, c, d], `tilt_rad` and `rms_m`; a cuboid has `center`,
 /// `size` (full lengths), `quaternion_xyzw`, `plane_id` (-1 = none), `probability` and `state`.
 /// Occupied cuboids come first, in the order of PlanarMap::cuboids(), then unknown space as
-/// PlanarMap::unknownCuboids() lists it; `unseen` says what space is beyond.
+/// PlanarMap::unknownCuboids() lists it; `unseen` says what space is beyond. `unknown_space` is
+/// "listed", or "not listed" where it has more than \p most_unknown cells.
 /// Numbers read back as the same values, in any locale.
 /// \param frame_id name of the map's frame, of letters, digits and _-./
 /// \param sink     gets the text in parts: that of a large map need not be in memory
-PLANAR_MAPPING_EXPORT void writeMapJson(const PlanarMap& map, const std::string& frame_id,
-                                        const ByteSink& sink);
+PLANAR_MAPPING_EXPORT void writeMapJson(
+    const PlanarMap& map, const std::string& frame_id, const ByteSink& sink,
+    std::size_t most_unknown = std::numeric_limits<std::size_t>::max());
 
 /// Writes writeMapJson() to a file, whole or not at all.
 /// \throws IoError if the file exists and must not be overwritten, or cannot be written
