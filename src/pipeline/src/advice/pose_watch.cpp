@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "advice/pose_watch.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <tuple>
@@ -51,10 +52,14 @@ std::optional<double> PoseWatch::misfit(const PointsView& points,
                                         const CuboidApproximationParams& cells) {
   if (done_) return std::nullopt;
   const std::vector<Piece> now = wallsOf(points, planes, T_world_sensor, cells.up.normalized());
-  std::vector<double> distances;
+  const auto normalOf = [](const Piece& p) { return Vector3(p.normal.data()); };
+  Matrix3 spread = Matrix3::Zero();
+  for (const Piece& piece : now) spread += normalOf(piece) * normalOf(piece).transpose();
+  const Vector3 main = Eigen::SelfAdjointEigenSolver<Matrix3>(spread).eigenvectors().col(2);
+  std::vector<double> distances[2];  // of walls that mostly face the direction of most, of others
   for (const Piece& piece : now) {
-    const Vector3 place(piece.place[0], piece.place[1], piece.place[2]);
-    const Vector3 normal(piece.normal[0], piece.normal[1], piece.normal[2]);
+    const Vector3 place(piece.place.data());
+    const Vector3 normal = normalOf(piece);
     double nearest = 2.0 * kSide;
     for (std::int32_t dx = -1; dx <= 1; ++dx) {
       for (std::int32_t dy = -1; dy <= 1; ++dy) {
@@ -63,23 +68,27 @@ std::optional<double> PoseWatch::misfit(const PointsView& points,
         const auto less = [&](const Piece& a, const Piece& b) { return key(a) < key(b); };
         for (auto i = std::lower_bound(before_.begin(), before_.end(), from, less);
              i != before_.end() && i->x == from.x && i->y == from.y && i->z <= piece.z + 1; ++i) {
-          const Vector3 n(i->normal[0], i->normal[1], i->normal[2]);
-          const Vector3 q(i->place[0], i->place[1], i->place[2]);
-          if (n.dot(normal) < kSameDirection) continue;
-          nearest = std::min(nearest, std::abs(n.dot(place - q)));
+          if (normalOf(*i).dot(normal) < kSameDirection) continue;
+          nearest = std::min(nearest, std::abs(normalOf(*i).dot(place - Vector3(i->place.data()))));
         }
       }
     }
-    if (nearest < 2.0 * kSide) distances.push_back(nearest);
+    if (nearest < 2.0 * kSide) {
+      distances[std::abs(normal.dot(main)) > std::sqrt(0.5) ? 0 : 1].push_back(nearest);
+    }
   }
   before_ = now;
-  if (distances.size() < kMinPieces) return std::nullopt;
-  const auto half = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), half, distances.end());
-  if (!(*half > cells.resolution)) return std::nullopt;
+  double misfit = 0.0;
+  for (std::vector<double>& of : distances) {
+    if (of.size() < kMinPieces) continue;
+    const auto half = of.begin() + static_cast<std::ptrdiff_t>(of.size() / 2);
+    std::nth_element(of.begin(), half, of.end());
+    misfit = std::max(misfit, *half);
+  }
+  if (!(misfit > cells.resolution)) return std::nullopt;
   done_ = true;
   before_.clear();
-  return *half;
+  return misfit;
 }
 
 }  // namespace planar_mapping::detail

@@ -16,8 +16,9 @@ namespace planar_mapping::detail {
 /// they do not, the clouds erase each other.
 class PoseWatch {
  public:
-  /// The median distance between walls seen in both frames, metres, if it is more than a cell of
-  /// the map for the first time.
+  /// The median distance between walls seen in both frames, metres, of those along the direction of
+  /// most or of those across, whichever is larger; if it is more than a cell of the map for the
+  /// first time. Along a hall only what stands across tells how far the sensor came.
   /// \param planes of the points, in the sensor's frame
   PLANAR_MAPPING_EXPORT std::optional<double> misfit(const PointsView& points,
                                                      const std::vector<PlaneSegment>& planes,
