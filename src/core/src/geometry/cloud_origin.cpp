@@ -80,12 +80,36 @@ class NearestRanges {
   std::vector<float> ranges_;
 };
 
+/// The points but for those on the sensor itself or its robot, which are all about the origin.
+Indices pointsAround(const PointsView& points, const Indices* indices) {
+  constexpr double kNear = 0.07;  // of the median range
+  Indices around;
+  std::vector<float> ranges;
+  for (std::size_t k = 0; k < detail::countOf(points, indices); ++k) {
+    const std::size_t i = detail::at(indices, k);
+    if (!isUsable(points, i)) continue;
+    around.push_back(static_cast<int>(i));
+    ranges.push_back(static_cast<float>(points.point(i).norm()));
+  }
+  if (ranges.empty()) return around;
+  const auto half = ranges.begin() + static_cast<std::ptrdiff_t>(ranges.size() / 2);
+  std::nth_element(ranges.begin(), half, ranges.end());
+  const double near = kNear * *half;
+  around.erase(std::remove_if(
+                   around.begin(), around.end(),
+                   [&](int i) { return points.point(static_cast<std::size_t>(i)).norm() < near; }),
+               around.end());
+  return around;
+}
+
 /// Whether much of a cloud lies behind the rest of it, seen from the origin.
 /// docs/dev/automatic_parameters.md has the fractions of single scans.
-bool hidesItself(const PointsView& points, const Indices* indices) {
+bool hidesItself(const PointsView& points, const Indices* all) {
+  const Indices around = pointsAround(points, all);
+  const Indices* indices = &around;
   const NearestRanges coarse(points, indices, 1.0);
   const NearestRanges fine(points, indices, 0.125);
-  const std::size_t n = detail::countOf(points, indices);
+  const std::size_t n = around.size();
   double sights = 0.0;
   double far_behind = 0.0;
   double behind = 0.0;

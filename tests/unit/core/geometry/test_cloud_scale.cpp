@@ -93,6 +93,15 @@ TEST(IsMerged, KnowsWhatNoSensorAtTheOriginCanSee) {
   EXPECT_FALSE(merged({0, 0, 0, 1, 2, 3}));
 }
 
+TEST(IsMerged, EchoesOnTheSensorHideNothing) {
+  std::vector<float> xyz = roomScan(false);
+  const std::size_t room = xyz.size();
+  for (std::size_t i = 0; i < room; i += 3 * 8) {  // an eighth, as scans of cars have them
+    for (std::size_t axis = 0; axis < 3; ++axis) xyz.push_back(0.02f * xyz[i + axis]);
+  }
+  EXPECT_FALSE(isMerged(PointsView(xyz.data(), xyz.size() / 3), nullptr));
+}
+
 TEST(IsMerged, ARoomBehindAWallIsOfAnotherScan) {
   std::vector<float> xyz = roomScan(false);
   const std::vector<float> next_room = roomScan(true);
