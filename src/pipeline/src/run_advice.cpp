@@ -127,19 +127,21 @@ std::vector<std::string> adviceOn(const Pipeline& pipeline, const RunStatistics&
         std::to_string(beyond) +
         " points were dropped: the map reaches 2^20 cells from its origin along each axis");
   }
-  if (map.empty()) {
-    advice.push_back(
-        "the map is empty: no cell got enough points; look at the stages before the last and at "
-        "min_points_per_cell");
+  constexpr double kNearlyAll = 0.9;
+  const double removed = statistics.removedFraction();
+  const std::string why =
+      rounded(100.0 * removed, 1) +
+      " % of the points were removed before: look at the stages that do that (pass_through.max_m, "
+      "voxel_grid, outlier filters, ground_removal)";
+  if (map.cuboids().empty()) {
+    advice.push_back("the map holds no cuboid: " +
+                     (removed < kNearlyAll
+                          ? "no cell got enough points; look at the stages before the last and at "
+                            "min_points_per_cell"
+                          : why));
   } else if (map.planes().empty()) {
-    constexpr double kNearlyAll = 0.9;
-    const double removed = statistics.removedFraction();
-    advice.push_back(
-        "no plane was found: the map holds non-planar cuboids only; " +
-        (removed < kNearlyAll
-             ? std::string("look at min_inliers and distance_threshold_m")
-             : rounded(100.0 * removed, 1) +
-                   " % of the points were removed before: look at the stages that do that"));
+    advice.push_back("no plane was found: the map holds non-planar cuboids only; " +
+                     (removed < kNearlyAll ? "look at min_inliers and distance_threshold_m" : why));
   }
   add(tilt(map, statistics, source, is_camera));
   return advice;

@@ -38,10 +38,10 @@ bool alignColour(detail::FeatureKeys::Registered registered,
       frame.images_changed = true;
       frame.warnings.push_back(
           "frame " + std::to_string(frame.number) + " " + frame.source +
-          ": the colour images are not registered to the depth images: their edges meet where the "
-          "colour image is " +
+          ": the colour images are not registered to the depth images: things in them are " +
           registration.describe() +
-          ", which is done from here on and right to a few pixels; better register them; "
+          ", which is made good from here on, right to a few pixels; better register them, and see "
+          "that calib.yaml is the depth camera's; "
           "key_features.registered=false leaves them out, true takes them as they are");
     }
   }

@@ -254,8 +254,8 @@ io::Image ColourRegistration::aligned(const io::Image& image) const {
 
 std::string ColourRegistration::describe() const {
   const auto rounded = [](double value) { return std::to_string(std::lround(value)); };
-  return "scaled by " + rounded(100.0 * scale_) + " % and shifted by " +
-         rounded(100.0 * column_shift_) + " and " + rounded(100.0 * row_shift_) + " % of its width";
+  return rounded(100.0 * scale_) + " % as large as in these and shifted by " +
+         rounded(100.0 * column_shift_) + " and " + rounded(100.0 * row_shift_) + " % of the width";
 }
 
 }  // namespace planar_mapping::detail

@@ -31,7 +31,7 @@ class PLANAR_MAPPING_EXPORT ColourRegistration {
   /// The image as it would be at the pixels of the depth image, but for the distance between the
   /// cameras: right to a few pixels. Of State::Apart.
   io::Image aligned(const io::Image& image) const;
-  /// What aligned() does, in words.
+  /// How things in the colour image differ from those in the depth image, in words.
   std::string describe() const;
 
   template <typename Archive>
