@@ -61,15 +61,16 @@ CoarseDisparities searchCoarsely(const cv::Mat& left, const cv::Mat& right, doub
   cv::resize(right, small_right, size, 0.0, 0.0, cv::INTER_AREA);
   const double scale = static_cast<double>(left.cols) / size.width;
 
-  SemiGlobalParams params;
-  params.min_disparity = static_cast<int>(std::floor(infinity / scale));
-  params.disparities = static_cast<int>(std::ceil(largest / scale)) - params.min_disparity + 1;
+  DisparityRange range;
+  range.low = static_cast<int>(std::floor(infinity / scale));
+  range.count = static_cast<int>(std::ceil(largest / scale)) - range.low + 1;
+  StereoMatcherParams params;
   params.block_size = 3;
   params.uniqueness_percent = 10;
   params.left_right_tolerance = 1;
   params.speckle_size = 20;
   params.speckle_range = 2.0;
-  const cv::Mat disparity = matchSemiGlobally(small_left, small_right, params);
+  const cv::Mat disparity = matchSemiGlobally(small_left, small_right, range, params);
 
   cv::Mat contrast;  // along rows
   cv::absdiff(small_left.colRange(1, size.width), small_left.colRange(0, size.width - 1), contrast);

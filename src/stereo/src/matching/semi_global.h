@@ -8,25 +8,17 @@
 
 namespace planar_mapping::detail {
 
-struct SemiGlobalParams {
-  int min_disparity = 0;
-  int disparities = 64;
-  SmoothnessPaths paths = SmoothnessPaths::Three;
-  int block_size = 5;
-  double smoothness_small = 8.0;
-  double smoothness_large = 32.0;
-  int prefilter_cap = 31;
-  double uniqueness_percent = 5.0;
-  double left_right_tolerance = 1.0;
-  int speckle_size = 100;
-  double speckle_range = 1.0;
-  int threads = 1;
+/// Whole disparities that are looked at, pixels.
+struct DisparityRange {
+  int low = 0;
+  int count = 0;
 };
 
 /// Disparities of the left image as floats, NaN = none; also of the columns that OpenCV leaves out
 /// because the largest disparity would look beyond the border.
 /// \param left, right  gray, of one size
-cv::Mat matchSemiGlobally(const cv::Mat& left, const cv::Mat& right,
-                          const SemiGlobalParams& params);
+/// \param params       what is looked at is said by \p range
+cv::Mat matchSemiGlobally(const cv::Mat& left, const cv::Mat& right, const DisparityRange& range,
+                          const StereoMatcherParams& params);
 
 }  // namespace planar_mapping::detail

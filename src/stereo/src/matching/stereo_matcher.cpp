@@ -28,20 +28,6 @@ void requireOdd(const char* name, int value, int low, int high) {
   if (value % 2 == 0) throw ParameterError(name, value, "odd", "px");
 }
 
-detail::SemiGlobalParams fineParams(const StereoMatcherParams& params) {
-  detail::SemiGlobalParams fine;
-  fine.paths = params.paths;
-  fine.block_size = params.block_size;
-  fine.smoothness_small = params.smoothness_small;
-  fine.smoothness_large = params.smoothness_large;
-  fine.prefilter_cap = params.prefilter_cap;
-  fine.uniqueness_percent = params.uniqueness_percent;
-  fine.left_right_tolerance = params.left_right_tolerance;
-  fine.speckle_size = 0;  // after the other checks
-  fine.threads = params.threads;
-  return fine;
-}
-
 /// Difference of neighbours along rows, which is what matching lives on.
 cv::Mat contrastOf(const cv::Mat& gray) {
   cv::Mat contrast(gray.size(), CV_8U);
@@ -242,7 +228,6 @@ DisparityImage StereoMatcher::match(const io::Image& left, const io::Image& righ
         largest, infinity + calibration.camera.fx * *calibration.baseline / params_.near_distance);
   }
   largest = std::clamp(largest, infinity + 16.0, infinity + kLargestDisparity);
-  detail::SemiGlobalParams fine = fineParams(params_);
   detail::CoarseDisparities coarse = detail::searchCoarsely(l, r, infinity, largest);
   // Cameras that expose apart: the costs are of gray values, and bear this much.
   constexpr double kAlike = 25.0;
@@ -265,16 +250,18 @@ DisparityImage StereoMatcher::match(const io::Image& left, const io::Image& righ
     coarse.high = largest;
   }
   const double low = std::max(std::floor(infinity), std::floor(coarse.low - margin));
-  fine.min_disparity = params_.min_disparity.value_or(static_cast<int>(low));
-  fine.disparities = params_.disparities.value_or(
-      std::max(16, static_cast<int>(std::ceil(std::min(largest, coarse.high + margin))) -
-                       fine.min_disparity + 1));
-  fine.disparities = (fine.disparities + 15) / 16 * 16;
-  out.min_disparity = fine.min_disparity;
-  out.disparities = fine.disparities;
+  detail::DisparityRange range;
+  range.low = params_.min_disparity.value_or(static_cast<int>(low));
+  range.count = params_.disparities.value_or(std::max(
+      16, static_cast<int>(std::ceil(std::min(largest, coarse.high + margin))) - range.low + 1));
+  range.count = (range.count + 15) / 16 * 16;
+  out.min_disparity = range.low;
+  out.disparities = range.count;
   out.range_ms = watch.lap();
 
-  cv::Mat disparity = detail::matchSemiGlobally(l, r, fine);
+  StereoMatcherParams matching = params_;
+  matching.speckle_size = 0;  // after the other checks
+  cv::Mat disparity = detail::matchSemiGlobally(l, r, range, matching);
   removePlain(contrast, params_, disparity);
   out.match_ms = watch.lap();
   std::vector<float> agreement(disparity.total());
