@@ -8,9 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "file/serialization.h"
 #include "integration/frame.h"
-#include "integration/map_merge.h"
 #include "planar_map_impl.h"
 #include "planar_mapping/core/base/detail/parallel.h"
 #include "planar_mapping/core/base/error.h"

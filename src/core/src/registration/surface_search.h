@@ -4,7 +4,6 @@
 
 #include <vector>
 
-#include "registration/plane_neighbours.h"
 #include "registration/surface_shape.h"
 
 namespace planar_mapping::detail {

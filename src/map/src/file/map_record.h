@@ -47,4 +47,15 @@ MapRecord finishedRecordOf(const MapData& map, std::vector<Cuboid> cuboids);
 /// \throws Error if the parts do not fit each other
 MapData mapOf(const MapRecord& record);
 
+/// The named sections of a map file, one after the other (docs/file_format.md, "Sections").
+/// \throws Error if a value is beyond what a file may hold, which no map reaches
+std::vector<std::uint8_t> sectionsOf(MapRecord record);
+/// \throws Error naming the section and what is wrong
+MapRecord recordOfSections(const std::vector<std::uint8_t>& sections, bool is_finished);
+
+/// The bytes of a file (docs/file_format.md).
+std::vector<std::uint8_t> serializeMap(MapRecord record);
+/// \throws Error naming what is wrong
+MapRecord deserializeMap(const std::uint8_t* data, std::size_t size);
+
 }  // namespace planar_mapping::detail

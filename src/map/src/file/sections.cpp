@@ -1,13 +1,12 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "file/sections.h"
-
 #include <array>
 #include <cmath>
 #include <cstring>
 #include <map>
 #include <string>
 
+#include "file/map_record.h"
 #include "file/parameter_text.h"
 #include "planar_mapping/core/base/error.h"
 #include "store/belief.h"

@@ -1,7 +1,5 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "file/serialization.h"
-
 #include <zstd.h>
 
 #include <algorithm>
@@ -10,7 +8,7 @@
 #include <utility>
 
 #include "file/columns.h"
-#include "file/sections.h"
+#include "file/map_record.h"
 #include "planar_mapping/core/base/detail/crc32.h"
 #include "planar_mapping/core/base/error.h"
 

@@ -66,4 +66,7 @@ void integrateMisses(MapData& map, Frame& frame);
 /// Non-planar points into cells; cells that planes cover now are given up.
 void integrateCells(MapData& map, Frame& frame);
 
+/// Adds what another map knows; see PlanarMap::merge(). \throws InputError, before anything changes
+FrameUpdate mergeMaps(MapData& map, const MapData& other, const Pose& T_map_other);
+
 }  // namespace planar_mapping::detail

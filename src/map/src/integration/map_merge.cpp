@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "integration/map_merge.h"
+#include "integration/frame.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,8 +12,6 @@
 #include <vector>
 
 #include "file/map_record.h"
-#include "file/serialization.h"
-#include "integration/frame.h"
 #include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping::detail {
