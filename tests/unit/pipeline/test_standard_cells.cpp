@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "standard_cells.h"
+#include "run_statistics.h"
 
 #include <gtest/gtest.h>
 

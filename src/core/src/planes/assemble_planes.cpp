@@ -7,7 +7,6 @@
 
 #include "geometry/point_sums.h"
 #include "planar_mapping/core/base/detail/parallel.h"
-#include "planes/distance_band.h"
 #include "planes/plane_search.h"
 
 namespace planar_mapping::detail {

@@ -8,7 +8,6 @@
 #include "planar_mapping/core/base/detail/parallel.h"
 #include "planar_mapping/core/base/detail/simd.h"
 #include "planar_mapping/core/planes/multi_plane.h"
-#include "planes/distance_band.h"
 #include "planes/plane_search.h"
 
 namespace planar_mapping {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "planar_mapping/core/base/types.h"
-#include "planes/distance_band.h"
+#include "planes/plane_search.h"
 #include "planes/point_cells.h"
 
 namespace planar_mapping::detail {

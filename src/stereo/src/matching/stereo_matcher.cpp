@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "cv_image.h"
-#include "matching/disparity_range.h"
 #include "matching/semi_global.h"
 #include "matching/subpixel.h"
 
@@ -169,6 +168,115 @@ void removeRegions(const cv::Mat& contrast, double infinity, const std::optional
   }
 }
 
+/// How the left camera would have exposed the right image: gray values v as gain * v + offset.
+struct Exposure {
+  double gain = 1.0;
+  double offset = 0.0;
+  double change = 0.0;  ///< of mean and spread of the gray values
+};
+
+/// Disparities of a pair as a coarse search on small images sees them, pixels of the large image.
+struct CoarseDisparities {
+  double low = 0.0;
+  double high = 0.0;
+  double density = 0.0;  ///< fraction with a disparity, of the pixels with contrast
+  Exposure exposure;     ///< by the pixels with a disparity
+};
+
+/// Smaller by a power of two until a search over all disparities takes about 2 ms.
+int reductionFor(const cv::Mat& image) {
+  constexpr std::size_t kPixels = 30000;
+  int factor = 1;
+  while (image.total() / static_cast<std::size_t>(factor * factor) > kPixels &&
+         std::min(image.cols, image.rows) / (2 * factor) >= 24) {
+    factor *= 2;
+  }
+  return factor;
+}
+
+/// By mean and spread of the pixels that \p disparity says are the same.
+Exposure exposureOfMatches(const cv::Mat& left, const cv::Mat& right, const cv::Mat& disparity) {
+  std::vector<std::uint8_t> in_left;
+  std::vector<std::uint8_t> in_right;
+  for (int row = 0; row < disparity.rows; ++row) {
+    for (int column = 0; column < disparity.cols; ++column) {
+      const float value = disparity.ptr<float>(row)[column];
+      const int other = std::isnan(value) ? -1 : column - static_cast<int>(std::lround(value));
+      if (other < 0 || other >= right.cols) continue;
+      in_left.push_back(left.ptr(row)[column]);
+      in_right.push_back(right.ptr(row)[other]);
+    }
+  }
+  Exposure exposure;
+  if (in_left.empty()) return exposure;
+  cv::Scalar mean_left, spread_left, mean, spread;
+  cv::meanStdDev(in_left, mean_left, spread_left);
+  cv::meanStdDev(in_right, mean, spread);
+  if (!(spread_left[0] > 0.0) || !(spread[0] > 0.0)) return exposure;
+  exposure.gain = spread_left[0] / spread[0];
+  exposure.offset = mean_left[0] - exposure.gain * mean[0];
+  exposure.change = std::abs(mean_left[0] - mean[0]) + std::abs(spread_left[0] - spread[0]);
+  return exposure;
+}
+
+/// \param left, right  gray, of one size
+/// \param infinity  disparity of infinity: nothing less is looked for
+/// \param largest   nothing more is looked for; > infinity
+CoarseDisparities searchCoarsely(const cv::Mat& left, const cv::Mat& right, double infinity,
+                                 double largest) {
+  const int factor = reductionFor(left);
+  const cv::Size size(left.cols / factor, left.rows / factor);
+  cv::Mat small_left;
+  cv::Mat small_right;
+  cv::resize(left, small_left, size, 0.0, 0.0, cv::INTER_AREA);
+  cv::resize(right, small_right, size, 0.0, 0.0, cv::INTER_AREA);
+  const double scale = static_cast<double>(left.cols) / size.width;
+
+  detail::DisparityRange range;
+  range.low = static_cast<int>(std::floor(infinity / scale));
+  range.count = static_cast<int>(std::ceil(largest / scale)) - range.low + 1;
+  StereoMatcherParams params;
+  params.block_size = 3;
+  params.uniqueness_percent = 10;
+  params.left_right_tolerance = 1;
+  params.speckle_size = 20;
+  params.speckle_range = 2.0;
+  const cv::Mat disparity = detail::matchSemiGlobally(small_left, small_right, range, params);
+
+  cv::Mat contrast;  // along rows
+  cv::absdiff(small_left.colRange(1, size.width), small_left.colRange(0, size.width - 1), contrast);
+  const double plain = cv::mean(contrast)[0];
+  std::vector<float> found;
+  found.reserve(disparity.total());
+  std::size_t textured = 0;
+  std::size_t matched = 0;
+  for (int row = 0; row < disparity.rows; ++row) {
+    const float* values = disparity.ptr<float>(row);
+    const std::uint8_t* steps = contrast.ptr(row);
+    for (int column = 0; column < disparity.cols; ++column) {
+      const bool is_found = !std::isnan(values[column]);
+      if (is_found) found.push_back(values[column]);
+      if (column + 1 == disparity.cols || steps[column] < plain) continue;
+      ++textured;
+      matched += is_found ? 1 : 0;
+    }
+  }
+  CoarseDisparities coarse;
+  if (found.empty()) return coarse;
+  coarse.exposure = exposureOfMatches(small_left, small_right, disparity);
+  coarse.density =
+      static_cast<double>(matched) / static_cast<double>(std::max<std::size_t>(1, textured));
+  // So few pixels at either end are more likely wrong than seen.
+  const std::size_t outliers = found.size() / 400;
+  const auto low = found.begin() + static_cast<std::ptrdiff_t>(outliers);
+  std::nth_element(found.begin(), low, found.end());
+  coarse.low = *low * scale;
+  const auto high = found.end() - 1 - static_cast<std::ptrdiff_t>(outliers);
+  std::nth_element(found.begin(), high, found.end());
+  coarse.high = *high * scale;
+  return coarse;
+}
+
 }  // namespace
 
 void StereoMatcherParams::validate() const {
@@ -228,19 +336,19 @@ DisparityImage StereoMatcher::match(const io::Image& left, const io::Image& righ
         largest, infinity + calibration.camera.fx * *calibration.baseline / params_.near_distance);
   }
   largest = std::clamp(largest, infinity + 16.0, infinity + kLargestDisparity);
-  detail::CoarseDisparities coarse = detail::searchCoarsely(l, r, infinity, largest);
+  CoarseDisparities coarse = searchCoarsely(l, r, infinity, largest);
   // Cameras that expose apart: the costs are of gray values, and bear this much.
   constexpr double kAlike = 25.0;
   if (coarse.exposure.change > kAlike) {
     cv::Mat alike;
     r.convertTo(alike, CV_8U, coarse.exposure.gain, coarse.exposure.offset);
     r = alike;
-    coarse = detail::searchCoarsely(l, r, infinity, largest);
+    coarse = searchCoarsely(l, r, infinity, largest);
   }
   constexpr double kPoor = 0.6;      // of pixels with contrast; most good pairs have more
   constexpr double kClearly = 1.25;  // wrong order: 1.3 to 2.9 times as many the other way round
   if (coarse.density < kPoor) {
-    const detail::CoarseDisparities exchanged = detail::searchCoarsely(r, l, infinity, largest);
+    const CoarseDisparities exchanged = searchCoarsely(r, l, infinity, largest);
     out.swapped = exchanged.density > kPoor && exchanged.density > kClearly * coarse.density;
   }
   // Of what was seen on the small images, with the margin of their own error.

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "planar_mapping/core/base/error.h"
-#include "planes/distance_band.h"
 #include "planes/plane_search.h"
 
 namespace planar_mapping {

@@ -10,7 +10,6 @@
 
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/detail/simd.h"
-#include "planes/distance_band.h"
 #include "planes/multi_ransac/sparse_points.h"
 #include "planes/plane_search.h"
 #include "planes/point_cells.h"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "planar_mapping/core/base/types.h"
-#include "planes/distance_band.h"
+#include "planes/plane_search.h"
 
 namespace planar_mapping::detail {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "planar_mapping/core/planes/multi_plane.h"
-#include "planes/tiles/organized_cells.h"
+#include "planes/tiles/organized_tiles.h"
 
 namespace planar_mapping::detail {
 

@@ -5,7 +5,6 @@
 #include <limits>
 #include <vector>
 
-#include "planes/distance_band.h"
 #include "planes/plane_search.h"
 #include "planes/point_cells.h"
 #include "planes/surface_leaves.h"
