@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/visualization/scene_content.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -14,20 +15,13 @@ namespace planar_mapping {
 
 namespace {
 
-struct Bounds {
-  Vector3 low = Vector3::Constant(INFINITY);
-  Vector3 high = Vector3::Constant(-INFINITY);
-  void add(const Vector3& p) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
+using Bounds = Eigen::AlignedBox3d;
+
+void add(const std::vector<Cuboid>& cuboids, Bounds& box) {
+  for (const Cuboid& cuboid : cuboids) {
+    for (const Vector3& corner : corners(cuboid)) box.extend(corner);
   }
-  void add(const std::vector<Cuboid>& cuboids) {
-    for (const Cuboid& cuboid : cuboids) {
-      for (const Vector3& corner : corners(cuboid)) add(corner);
-    }
-  }
-  bool valid() const { return low.x() <= high.x(); }
-};
+}
 
 void requireDrawable(const std::vector<Cuboid>& cuboids, const char* what) {
   for (std::size_t i = 0; i < cuboids.size(); ++i) {
@@ -46,10 +40,10 @@ void requireDrawable(const std::vector<Cuboid>& cuboids, const char* what) {
 /// coordinates, and no sensor.
 bool startsFarAway(const SceneContent& content) {
   Bounds box;
-  box.add(content.cuboids);
-  return content.trajectory.size() == 1 && box.valid() &&
-         (content.trajectory.front().translation() - 0.5 * (box.low + box.high)).norm() >
-             2.0 * (box.high - box.low).norm();
+  add(content.cuboids, box);
+  return content.trajectory.size() == 1 && !box.isEmpty() &&
+         (content.trajectory.front().translation() - box.center()).norm() >
+             2.0 * box.diagonal().norm();
 }
 
 }  // namespace
@@ -62,18 +56,18 @@ std::size_t SceneContent::cloudPoints() const {
 
 bool SceneContent::bounds(Vector3& low, Vector3& high) const {
   Bounds box;
-  box.add(cuboids);
+  add(cuboids, box);
   for (const SceneCloud& cloud : clouds) {
     for (std::size_t i = 0; i + 2 < cloud.xyz.size(); i += 3) {
       const Vector3 p(cloud.xyz[i], cloud.xyz[i + 1], cloud.xyz[i + 2]);
-      if (p.allFinite()) box.add(p);
+      if (p.allFinite()) box.extend(p);
     }
   }
-  if (!box.valid()) box.add(unknown);
-  for (const Pose& pose : trajectory) box.add(pose.translation());
-  if (!box.valid()) return false;
-  low = box.low;
-  high = box.high;
+  if (box.isEmpty()) add(unknown, box);
+  for (const Pose& pose : trajectory) box.extend(Vector3(pose.translation()));
+  if (box.isEmpty()) return false;
+  low = box.min();
+  high = box.max();
   return true;
 }
 
