@@ -8,9 +8,33 @@
 #include <string>
 #include <vector>
 
-#include "method_runs.h"
+#include "place_source.h"
+#include "planar_mapping/evaluation/evaluation_report.h"
 
 namespace planar_mapping::tools {
+
+/// A configuration of the planar map under a name, for any cell size.
+struct PlanarMethod {
+  std::string name;
+  std::function<Configuration(double cell)> load;
+};
+
+/// What to measure at each place.
+struct MethodOptions {
+  std::vector<double> cells;  ///< s, metres
+  std::vector<PlanarMethod> planar;
+  bool measure_heap = true;  ///< no other thread is at work
+  /// Also SG, OG and RA of the cells that the map of this name occupies, an exact cover with boxes
+  /// alone: the filters of the planar map for all methods. Empty = without.
+  std::string filtered_by;
+};
+
+/// Makes a map of the place with each method at each cell size, and evaluates all maps alike.
+/// Without a single occupied cell there is nothing to evaluate, and no result. \param done  called
+/// after each map; returns false to stop, then what was done so far comes back
+std::vector<evaluation::PlaceResult> evaluateMethods(const Place& place,
+                                                     const MethodOptions& options,
+                                                     const std::function<bool()>& done);
 
 /// How far an evaluation is.
 struct EvaluationProgress {

@@ -1,7 +1,5 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "method_runs.h"
-
 #include <malloc.h>
 
 #include <algorithm>
@@ -11,6 +9,7 @@
 #include <memory>
 #include <utility>
 
+#include "evaluation_run.h"
 #include "planar_mapping/evaluation/octree_grid.h"
 #include "planar_mapping/evaluation/rectangular_approximation.h"
 #include "planar_mapping/evaluation/standard_grid.h"

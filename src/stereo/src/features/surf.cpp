@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "features/feature_detection.h"
-#include "features/integral_image.h"
 #include "features/surf_descriptor.h"
 #include "planar_mapping/core/base/detail/simd.h"
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planes/unorganized/far_rings.h"
+#include "planes/unorganized/cell_assignment.h"
 
 #include <algorithm>
 #include <array>

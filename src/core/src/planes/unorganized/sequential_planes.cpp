@@ -9,7 +9,6 @@
 #include "planes/point_cells.h"
 #include "planes/surface_leaves.h"
 #include "planes/unorganized/cell_assignment.h"
-#include "planes/unorganized/far_rings.h"
 #include "planes/unorganized/leaf_planes.h"
 
 namespace planar_mapping::detail {
