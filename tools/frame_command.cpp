@@ -11,7 +11,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
-#include <optional>
 
 #include "planar_mapping/pipeline/pipeline.h"
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
-#include <utility>
 
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/geometry/cloud_scale.h"

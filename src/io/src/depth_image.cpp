@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/io/depth_image.h"
 
-#include <cstdint>
 #include <limits>
 #include <type_traits>
 

@@ -8,14 +8,10 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <cstdint>
 #include <cstring>
 #include <memory>
-#include <string>
-#include <vector>
 
 #include "planar_mapping/core/base/error.h"
-#include "planar_mapping/io/atomic_file.h"
 #include "planar_mapping/io/depth_image.h"
 
 namespace planar_mapping::io {

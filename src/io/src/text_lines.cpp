@@ -4,11 +4,9 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <string>
 
 #include "planar_mapping/core/base/error.h"
 

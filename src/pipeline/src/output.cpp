@@ -15,7 +15,6 @@
 #include <utility>
 
 #include "planar_mapping/core/base/detail/crc32.h"
-#include "planar_mapping/io/atomic_file.h"
 
 namespace planar_mapping {
 namespace {

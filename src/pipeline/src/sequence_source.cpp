@@ -6,7 +6,6 @@
 
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pipeline/frame.h"
-#include "planar_mapping/pipeline/frame_source.h"
 
 namespace planar_mapping {
 namespace {

@@ -7,7 +7,6 @@
 
 #include "planar_mapping/core/geometry/detail/angles.h"
 #include "planar_mapping/core/ground/detail/upright.h"
-#include "planar_mapping/pipeline/sequence_source.h"
 #include "rounded.h"
 
 namespace planar_mapping::detail {

@@ -14,7 +14,6 @@
 #include <sstream>
 #include <zmq_addon.hpp>
 
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/transport/endpoint.h"
 
 namespace planar_mapping::transport {

@@ -3,7 +3,6 @@
 #include "planar_mapping/core/geometry/camera.h"
 
 #include <cmath>
-#include <limits>
 
 #include "planar_mapping/core/base/error.h"
 

@@ -3,7 +3,6 @@
 #include "planar_mapping/core/ground/ground.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <utility>
 

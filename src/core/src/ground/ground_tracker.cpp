@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/ground/ground.h"
 
 namespace planar_mapping {

@@ -3,7 +3,6 @@
 #include "planar_mapping/core/occupancy/kl_occupancy.h"
 
 #include <algorithm>
-#include <string>
 #include <utility>
 
 #include "base/point_indices.h"

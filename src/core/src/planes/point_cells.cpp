@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planes/point_cells.h"
 
-#include <cmath>
 #include <cstring>
 
 #include "base/point_indices.h"

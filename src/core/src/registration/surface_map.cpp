@@ -3,10 +3,8 @@
 #include "planar_mapping/core/registration/detail/surface_map.h"
 
 #include <algorithm>
-#include <cmath>
 #include <deque>
 #include <limits>
-#include <vector>
 
 #include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/base/error.h"

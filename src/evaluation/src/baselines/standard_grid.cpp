@@ -4,12 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/base/types.h"
-#include "planar_mapping/evaluation/grid_cell.h"
 
 namespace planar_mapping::evaluation {
 namespace {

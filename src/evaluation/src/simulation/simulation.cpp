@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <string>
 
 #include "planar_mapping/core/base/error.h"
 

@@ -1,6 +1,5 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "layouts/folder.h"

@@ -5,14 +5,11 @@
 #include <cmath>
 #include <filesystem>
 #include <iterator>
-#include <vector>
 
 #include "layouts/folder.h"
 #include "layouts/layout.h"
 #include "planar_mapping/core/base/error.h"
-#include "planar_mapping/io/calibration.h"
 #include "planar_mapping/io/depth_image.h"
-#include "planar_mapping/io/image_file.h"
 
 namespace planar_mapping::io {
 namespace {

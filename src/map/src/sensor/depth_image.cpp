@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "sensor/depth_image.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "store/map_data.h"
 
-#include <algorithm>
-
 namespace planar_mapping::detail {
 
 std::size_t MapData::memoryBytes() const {

@@ -3,7 +3,6 @@
 #include "store/space_region.h"
 
 #include <cstring>
-#include <vector>
 
 namespace planar_mapping::detail {
 namespace {

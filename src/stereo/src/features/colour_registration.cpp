@@ -3,7 +3,6 @@
 #include "planar_mapping/stereo/detail/colour_registration.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 

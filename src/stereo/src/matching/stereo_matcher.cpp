@@ -8,7 +8,6 @@
 #include <limits>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
-#include <optional>
 #include <vector>
 
 #include "cv_image.h"

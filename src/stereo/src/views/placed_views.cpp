@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "views/placed_views.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "cv_image.h"
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/geometry/detail/angles.h"
 
 namespace planar_mapping {

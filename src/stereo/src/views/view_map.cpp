@@ -3,7 +3,6 @@
 #include "planar_mapping/stereo/detail/view_map.h"
 
 #include <algorithm>
-#include <optional>
 
 #include "cv_image.h"
 #include "planar_mapping/core/base/detail/state_archive.h"

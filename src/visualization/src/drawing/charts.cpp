@@ -14,7 +14,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 #include "drawing/canvas.h"
 #include "planar_mapping/core/base/error.h"

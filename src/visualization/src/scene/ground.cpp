@@ -3,7 +3,6 @@
 #include "scene/ground.h"
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 

@@ -9,7 +9,6 @@
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/geometry/detail/angles.h"
 #include "planar_mapping/core/geometry/plane.h"
-#include "planar_mapping/map/planar_map.h"
 
 namespace planar_mapping {
 

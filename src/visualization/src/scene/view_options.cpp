@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <sstream>
 
 #include "planar_mapping/core/base/error.h"

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <vtkRenderWindow.h>
-#include <vtkSmartPointer.h>
 
 #include <memory>
 #include <string>

@@ -19,7 +19,6 @@
 #include <exception>
 
 #include "planar_mapping/core/base/error.h"
-#include "planar_mapping/visualization/camera.h"
 #include "planar_mapping/visualization/picking.h"
 #include "planar_mapping/visualization/snapshot.h"
 #include "scene/legend.h"

@@ -3,8 +3,6 @@
 #include "planes/assumed/hole_planes.h"
 
 #include <Eigen/LU>
-#include <algorithm>
-#include <cmath>
 #include <iterator>
 
 namespace planar_mapping::detail {

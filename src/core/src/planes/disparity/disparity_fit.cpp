@@ -2,9 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planes/disparity/disparity_fit.h"
 
-#include <algorithm>
-#include <cmath>
-
 namespace planar_mapping::detail {
 
 DisparityWindow fitDisparity(const MomentSums& s) {

@@ -3,9 +3,7 @@
 #include "planes/tiles/organized_tiles.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
-#include <vector>
 
 #include "base/organized_lanes.h"
 #include "planar_mapping/core/base/detail/parallel.h"

@@ -3,7 +3,6 @@
 #include "planes/unorganized/leaf_planes.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <queue>
