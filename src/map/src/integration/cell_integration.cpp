@@ -215,7 +215,9 @@ void applyHits(MapData& map, Frame& frame, std::uint64_t key, const BlockHits& h
   std::uint64_t seen = 0;
   const Vector3 middle =
       4.0 * map.resolution() * (Vector3(at.x, at.y, at.z) + Vector3::Constant(0.5));
-  const double min_count = frame.pointsToBeSeen(params, middle, 1.0);
+  // A cloud on its own is covered whole: nothing will confirm what there is little of.
+  const bool is_whole = frame_number == 0 && frame.images.size() > 1;
+  const double min_count = is_whole ? 0.0 : frame.pointsToBeSeen(params, middle, 1.0);
   for (std::size_t bit = 0; bit < 64; ++bit) {
     const std::uint32_t count = hit.count[bit];
     if (count == 0) continue;

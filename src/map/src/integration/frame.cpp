@@ -119,11 +119,18 @@ void requirePose(const Pose& pose) {
 
 double Frame::pointsToBeSeen(const PlanarMapParams& params, const Vector3& world,
                              double facing) const {
-  if (images.size() != 1) return 0.0;
+  const auto image = std::find_if(images.begin(), images.end(), [&](const DepthImage& i) {
+    return images.size() == 1 || i.isResponsible(i.toCamera(world));
+  });
+  if (image == images.end() || !(facing > 0.0)) return 0.0;
   const double side = params.approximation.resolution;
-  const double depth = images.front().toCamera(world).z();
-  if (!(depth > 0.0) || !(facing > 0.0)) return 0.0;
-  const double pixels = images.front().pixelsOf(side, depth);  // face to face
+  const Vector3 centre = image->toCamera(world);
+  const double depth = centre.z();
+  if (!(depth > 0.0)) return 0.0;
+  double pixels = image->pixelsOf(side, depth);  // face to face
+  // Between the rings of a scan nothing is measured.
+  if (image->isOfScan()) pixels *= image->coverOf(centre, Vector3::Constant(2.0 * side)).measured;
+  if (!(pixels > 0.0)) return 0.0;
   // Of the points of a full cell noise carries 0.4 standard deviations across each face, and the
   // depth error is two of them. Up to half a cell away they are no error.
   constexpr double kCarried = 0.2;

@@ -18,6 +18,8 @@ constexpr double kSeenThrough = 0.6;
 /// The gaps between the rings of a scanner are no holes: there it is a fraction of what is measured
 /// within so many times its size.
 constexpr double kAround = 4.0;
+/// So many points before a cell for each ray that passes it do not hide it.
+constexpr double kStray = 0.25;
 /// And a ray that passes a cell may meet the same floor or wall farther on: not by more than this
 /// fraction of its depth, unless the sensor is all but in that wall.
 constexpr double kGrazing = 0.2;
@@ -73,7 +75,7 @@ class MissTest {
   Missed verdictOn(const UnseenCell& cell) const {
     if (!image_.isResponsible(cell.centre)) return Missed::No;
     const DepthImage::Look all = image_.look(cell.centre, half_, true);
-    if (all.inside && all.far <= max_range_ && all.nearest > all.far + margin_) {
+    if (all.inside && all.far <= max_range_ && isPassed(cell, all, all.far + margin_)) {
       const DepthImage::Cover cover = image_.coverOf(cell.centre, half_);
       if (cover.is_complete) return Missed::Surely;
       const bool is_sure = !noise_ || image_.coverOf(cell.centre, 0.5 * half_).is_used;
@@ -87,11 +89,19 @@ class MissTest {
   const DepthImage& image() const { return image_; }
 
  private:
+  /// Does all that is measured over the cell lie beyond a depth? Of a scan but for single points
+  /// before it, which edges of things in between leave in the air.
+  bool isPassed(const UnseenCell& cell, const DepthImage::Look& all, double depth) const {
+    if (all.nearest > depth) return true;
+    if (!image_.isSparse()) return false;
+    const DepthImage::Sides sides = image_.sidesOf(cell.centre, half_, all.near - margin_, depth);
+    return sides.at == 0 && sides.before <= kStray * sides.beyond;
+  }
   /// Do rays pass it as densely as they lie around it, and end far behind it?
   bool isPassedBetweenRings(const UnseenCell& cell, const DepthImage::Look& all,
                             const DepthImage::Cover& cover) const {
     const double beyond = std::max(kGrazing * cell.centre.z(), half_.x() / std::abs(cell.facing));
-    if (!(all.nearest > all.far + beyond)) return false;
+    if (!isPassed(cell, all, all.far + beyond)) return false;
     const double around = image_.coverOf(cell.centre, kAround * half_).measured;
     return cover.measured > 0.0 && cover.measured >= kSeenThrough * around;
   }

@@ -238,6 +238,26 @@ DepthImage::Cover DepthImage::coverOf(const Vector3& centre, const Vector3& half
           is_used && counts[kUnused] == 0};
 }
 
+DepthImage::Sides DepthImage::sidesOf(const Vector3& centre, const Vector3& half, double near,
+                                      double far) const {
+  Sides sides;
+  double edges[4];
+  if (!footprint(centre, half, edges)) return sides;
+  const Level& level = levels_.front();
+  const auto tile = [&](double edge, int tiles) {
+    return std::clamp(static_cast<int>(edge) >> shift_, 0, tiles - 1);
+  };
+  const int right = tile(edges[1], level.width), bottom = tile(edges[3], level.height);
+  for (int y = tile(edges[2], level.height); y <= bottom; ++y) {
+    for (int x = tile(edges[0], level.width); x <= right; ++x) {
+      const Tile& t = level.tiles[static_cast<std::size_t>(y) * level.width + x];
+      if (!(t[kFarthest] < 0.0f)) continue;
+      ++(-t[kFarthest] < near ? sides.before : t[kNearest] > far ? sides.beyond : sides.at);
+    }
+  }
+  return sides;
+}
+
 DepthImage::Look DepthImage::look(const Vector3& c, const Vector3& half, bool whole) const {
   Look result;
   result.near = c.z() - half.z();

@@ -86,6 +86,14 @@ class DepthImage {
   };
   /// Of a box inside the image.
   Cover coverOf(const Vector3& centre, const Vector3& half) const;
+  /// Of the tiles with a measurement over a box, how many have all of theirs before a depth, beyond
+  /// another, and neither.
+  struct Sides {
+    int before = 0;
+    int beyond = 0;
+    int at = 0;
+  };
+  Sides sidesOf(const Vector3& centre, const Vector3& half, double near, double far) const;
   /// Pixels that a square of the given side covers, facing the camera at this depth.
   double pixelsOf(double side, double depth) const {
     return camera_.fx * camera_.fy * side * side / (depth * depth);
