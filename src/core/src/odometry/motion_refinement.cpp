@@ -109,6 +109,13 @@ double squaredError(const FeatureMatch& match, const FeatureCamera& camera,
   const Vector3 error = sightingError(match, camera, p);
   const Matrix3 at_before = projectionJacobian(camera, p) * T_now_before.linear();
   Matrix3 covariance = at_before * match.covariance * at_before.transpose();
+  // A point beside the camera may be anywhere in the image, which a linear covariance takes for
+  // agreement with all. Three standard deviations = 45 degrees.
+  constexpr double kMaxDirectionError = 1.0 / 3.0;  // tangent
+  if (covariance(0, 0) > std::pow(kMaxDirectionError * camera.fx, 2) ||
+      covariance(1, 1) > std::pow(kMaxDirectionError * camera.fy, 2)) {
+    return kNever;
+  }
   covariance.diagonal() += sightingVariance(camera, match.now.inverse_depth);
   Matrix3 information;
   if (!invertCovariance(covariance, information)) return kNever;

@@ -93,6 +93,22 @@ TEST(Odometry, CameraAtRestAddsNothing) {
   EXPECT_LT(positionError(result.T_world_sensor, World::poseAt(0.0)), 0.02);
 }
 
+TEST(Odometry, PointsBesideTheCameraAgreeWithNoSighting) {
+  // By the given pose the camera stands where it saw points: there all depths are uncertain.
+  World world;
+  Odometry odometry(worldParams());
+  odometry.setStart(World::poseAt(0.0));
+  const std::vector<KeyFeature> seen = world.see(World::poseAt(0.0));
+  odometry.update(seen);
+  for (double x = 2.0; x < 8.0; x += 0.05) {
+    PosePrior prior;
+    prior.T_world_sensor = World::poseAt(x);
+    prior.exact = true;
+    Odometry there = odometry;
+    EXPECT_LT(there.update(seen, prior).rms_px, 200.0) << x;
+  }
+}
+
 TEST(Odometry, FindsAJumpOfTwoMetresOverKnownFeatures) {
   World world;
   Odometry odometry(worldParams());
