@@ -174,6 +174,34 @@ TEST(ViewMap, APersonWhoWalksThroughIsNoContradiction) {
   EXPECT_FALSE(map.locateByFeatures(elsewhere, poseAt(0.0)).has_value());
 }
 
+/// A turned view of a plain wall, with a textured board that turns with the camera.
+ViewMap::ViewPtr seeWithBoard(const ViewMap& map, const Pose& pose, double depth) {
+  Shot shot = shoot(pose, 0.0, 5);
+  for (std::uint8_t& pixel : shot.image.pixels) pixel = 128;
+  standBefore(shot, 110, 210, depth);
+  for (std::size_t i = 0; i < shot.image.pixels.size(); ++i) {
+    const auto column = static_cast<int>(i % 320), row = static_cast<int>(i / 320);
+    if (column >= 110 && column < 210)
+      shot.image.pixels[i] = std::uint8_t(wallTone(column / 125.0, row / 125.0, 0.0, 7));
+  }
+  return see(map, shot);
+}
+
+TEST(ViewMap, AThingThatMovesWithTheCameraIsNoStandstill) {
+  // A third of the view, near or hardly before the wall: all features and gray values are on it.
+  for (const double depth : {0.6, 1.7}) {
+    for (const double yaw : {0.2, 0.3}) {
+      ViewMap map(params());
+      map.insert(seeWithBoard(map, poseAt(0.0), depth), poseAt(0.0));
+      const ViewMap::ViewPtr view = seeWithBoard(map, poseAt(0.0, yaw), depth);
+      EXPECT_EQ(map.check(view, poseAt(0.0), nullptr, false), PoseVerdict::Refused);
+      EXPECT_FALSE(map.locateByFeatures(view, poseAt(0.0)).has_value()) << depth << ' ' << yaw;
+      for (const ViewGuess known : {ViewGuess::Motion, ViewGuess::Place, ViewGuess::Nothing})
+        EXPECT_FALSE(map.locate(view, poseAt(0.0), {{poseAt(0.0)}}, known).found) << depth;
+    }
+  }
+}
+
 /// Half of it looks otherwise, and it sees through a board: each alone would pass.
 TEST(ViewMap, WhatLittleSpeaksForIsDoubtful) {
   const Pose pose = poseAt(0.0);

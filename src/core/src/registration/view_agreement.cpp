@@ -104,6 +104,7 @@ ViewAgreement oneWay(const ViewCells& from, const ViewCells& to, const Pose& T_t
   constexpr float kSigmas = 3.0f;
   constexpr float kSlack = 0.02f;          // metres,
   constexpr float kRelativeSlack = 0.01f;  // and of the depth: the motion is not exact either
+  constexpr double kClearlyNearer = 0.75;  // of the depth of what agrees
   const Eigen::Matrix3f R = T_to_from.linear().cast<float>();
   const Eigen::Vector3f t = T_to_from.translation().cast<float>();
   const PinholeCamera& camera = to.camera;
@@ -118,6 +119,8 @@ ViewAgreement oneWay(const ViewCells& from, const ViewCells& to, const Pose& T_t
   ViewAgreement result;
   double product = 0.0, squares_from = 0.0, squares_to = 0.0, misfit = 0.0;
   std::size_t in_the_middle = 0;
+  double alike = 0.0, depth_alike = 0.0;
+  std::vector<float> seen_through;  // depths
   for (int r = 0; r < from.camera.height; r += step) {
     for (int c = 0; c < from.camera.width; c += step) {
       const std::size_t i = static_cast<std::size_t>(r) * from.camera.width + c;
@@ -145,6 +148,7 @@ ViewAgreement oneWay(const ViewCells& from, const ViewCells& to, const Pose& T_t
       }
       if (z < to.nearest[k] - tolerance) {
         ++result.through;
+        seen_through.push_back(z);
       } else if (z <= to.farthest[k] + tolerance) {
         ++result.agreeing;
         const float a = x - static_cast<float>(left);
@@ -153,6 +157,9 @@ ViewAgreement oneWay(const ViewCells& from, const ViewCells& to, const Pose& T_t
         const float seen = (1.0f - b) * ((1.0f - a) * tone[0] + a * tone[1]) +
                            b * ((1.0f - a) * tone[camera.width] + a * tone[camera.width + 1]);
         product += from.tones[i] * seen;
+        const float weight = std::max(0.0f, from.tones[i] * seen);
+        alike += weight;
+        depth_alike += weight * z;
         squares_from += from.tones[i] * from.tones[i];
         squares_to += seen * seen;
       }
@@ -160,6 +167,11 @@ ViewAgreement oneWay(const ViewCells& from, const ViewCells& to, const Pose& T_t
   }
   const double scale = std::sqrt(squares_from * squares_to);
   if (scale > 0.0) result.correlation = product / scale;
+  if (alike > 0.0) {
+    const double nearer = kClearlyNearer * depth_alike / alike;
+    result.behind = static_cast<std::size_t>(std::count_if(seen_through.begin(), seen_through.end(),
+                                                           [&](float z) { return z > nearer; }));
+  }
   if (in_the_middle > 0) result.misfit = misfit / static_cast<double>(in_the_middle);
   if (result.agreeing > 0) result.texture = scale / static_cast<double>(result.agreeing);
   return result;
@@ -221,10 +233,12 @@ ViewAgreement agreementOf(const ViewCells& now, const ViewCells& before, const P
   const ViewAgreement back = oneWay(before, now, T_before_now.inverse(), noise, step);
   ViewAgreement worse =
       there.fraction(there.agreeing) < back.fraction(back.agreeing) ? there : back;
-  const ViewAgreement& other =
-      there.fraction(there.through) > back.fraction(back.through) ? there : back;
-  worse.through =
-      static_cast<std::size_t>(other.fraction(other.through) * static_cast<double>(worse.compared));
+  const auto larger = [&](std::size_t ViewAgreement::*count) {
+    const double fraction = std::max(there.fraction(there.*count), back.fraction(back.*count));
+    return static_cast<std::size_t>(fraction * static_cast<double>(worse.compared));
+  };
+  worse.through = larger(&ViewAgreement::through);
+  worse.behind = larger(&ViewAgreement::behind);
   worse.misfit = std::max(there.misfit, back.misfit);
   worse.correlation = std::min(there.correlation, back.correlation);
   worse.texture = std::min(there.texture, back.texture);

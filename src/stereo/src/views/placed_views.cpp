@@ -158,6 +158,7 @@ ViewMap::PlacedViews::Support ViewMap::PlacedViews::supportOf(const View& view,
                                                               const Pose& T_world_sensor,
                                                               int step) const {
   constexpr double kMaxThrough = 0.25;
+  constexpr double kMaxBehind = 0.05;
   constexpr double kMinAgreeing = 0.5;
   constexpr double kDecisive = 0.5;  // of the largest overlap
   constexpr double kMinTexture = 0.05;
@@ -183,6 +184,7 @@ ViewMap::PlacedViews::Support ViewMap::PlacedViews::supportOf(const View& view,
     support.correlation += overlap * one.correlation;
     support.agreeing += overlap * one.fraction(one.agreeing);
     support.through += overlap * one.fraction(one.through);
+    support.behind += overlap * one.fraction(one.behind);
     misfit += overlap * one.misfit;
     support.score += overlap * (one.correlation * one.fraction(one.agreeing) -
                                 kThroughWeight * one.fraction(one.through));
@@ -196,9 +198,11 @@ ViewMap::PlacedViews::Support ViewMap::PlacedViews::supportOf(const View& view,
   support.correlation /= weights;
   support.agreeing /= weights;
   support.through /= weights;
+  support.behind /= weights;
   support.contested = contradicted > 0.0;
   // What little of a view sees round corners contradicts also where all is right.
   if (contradicted > kDecisive * support.overlap) support.verdict = PoseVerdict::Refused;
+  if (support.behind > kMaxBehind) support.verdict = PoseVerdict::Refused;
   if (support.verdict == PoseVerdict::Refused || texture / weights < kMinTexture) return support;
   support.verdict = PoseVerdict::Doubtful;
   if (support.correlation < kRefused) support.verdict = PoseVerdict::Refused;

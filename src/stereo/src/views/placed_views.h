@@ -52,6 +52,7 @@ class ViewMap::PlacedViews {
     double correlation = 0.0;  ///< likewise
     double agreeing = 0.0;     ///< likewise
     double through = 0.0;      ///< likewise
+    double behind = 0.0;       ///< likewise
     double misfit = 1.0;       ///< likewise; 1 without a witness
     double overlap = 0.0;      ///< of the one that sees most
     bool contested = false;    ///< one of them contradicts, however little it sees

@@ -95,6 +95,7 @@ const Hypothesis* byManyFeatures(const Views& views, const ViewMap::View& view,
   constexpr double kSameDepth = 0.8;
   constexpr double kMaxError = 0.1;    // metres
   constexpr double kMaxThrough = 0.1;  // of a pose that too little of the same is seen from
+  constexpr double kMaxBehind = 0.02;  // at right poses with people none of the cells is
   constexpr double kMinAgreeing = 0.25;
   constexpr double kMinAgreeingAsExpected = 0.1;
   constexpr double kAsExpected = 0.15;  // see PlacedViews::distance()
@@ -116,6 +117,8 @@ const Hypothesis* byManyFeatures(const Views& views, const ViewMap::View& view,
           ? most && many && best->off_plane >= kManyInSpace && support.through < kMaxThrough
           : in_space || (most && support.agreeing >= kSameDepth);
   if (!(many && looks_alike) && !is_known) return nullptr;
+  // What seems to have moved is no person before the room, but the room.
+  if (support.behind > kMaxBehind) return nullptr;
   const bool fits = support.score > kLeast;
   const auto isOther = [&](const Hypothesis& one) {
     return !views.isSamePlace(view, one.pose, best->pose) &&

@@ -36,6 +36,9 @@ struct ViewAgreement {
   std::size_t compared = 0;  ///< cells that the other view looks at
   std::size_t agreeing = 0;  ///< of those, at the depth that the other view measured
   std::size_t through = 0;   ///< of those, where the other view saw through
+  /// Of through, those not clearly nearer than what has gray values that agree. What moves hides
+  /// the room: where it seems to be the room that has moved, what agrees moves with the camera.
+  std::size_t behind = 0;
   /// Distance from the depth in the middle of the other view's cell, in tolerances, at most 1 of a
   /// cell; mean over those compared that have one. 1 where there are none.
   double misfit = 1.0;
