@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <utility>
 
 #include "export/conventions.h"
@@ -125,7 +126,8 @@ void placeGrid(const std::vector<Cuboid>& cuboids, const std::vector<Cuboid>& fr
 
 std::vector<std::uint8_t> floorFaces(const std::vector<Cuboid>& cuboids, const Vector3& up,
                                      const GroundHeights& ground, double low) {
-  constexpr double kTile = 4.0;  // metres
+  constexpr double kTile = 4.0;       // metres
+  constexpr double kFoothold = 0.25;  // metres
   const Quaternion turn = turning(up, Vector3::UnitZ());
   std::vector<Level> levels;
   std::vector<std::size_t> cuboid_of;
@@ -150,14 +152,16 @@ std::vector<std::uint8_t> floorFaces(const std::vector<Cuboid>& cuboids, const V
   std::vector<std::uint8_t> is_floor(cuboids.size(), 0);
   std::vector<std::size_t> queue;
   for (std::size_t k = 0; k < levels.size(); ++k) {
-    const Vector3& center = cuboids[cuboid_of[k]].center;
-    if (center.dot(up) > ground.at(center) + low) continue;
+    const Cuboid& cuboid = cuboids[cuboid_of[k]];
+    if (cuboid.center.dot(up) + 0.5 * cuboid.size.z() > ground.at(cuboid.center) + low) continue;
     is_floor[cuboid_of[k]] = 1;
     queue.push_back(k);
   }
   while (!queue.empty()) {
     const std::size_t k = queue.back();
     queue.pop_back();
+    // What lies on the face of a kerb is no ramp.
+    if (cuboids[cuboid_of[k]].size.head<2>().minCoeff() < kFoothold) continue;
     forTiles(levels[k], [&](const auto& tile) {
       for (const std::size_t other : tiles[tile]) {
         if (is_floor[cuboid_of[other]] != 0 || !levels[k].meets(levels[other])) continue;
@@ -167,6 +171,62 @@ std::vector<std::uint8_t> floorFaces(const std::vector<Cuboid>& cuboids, const V
     });
   }
   return is_floor;
+}
+
+std::vector<GroundPoint> floorPoints(const std::vector<Cuboid>& cuboids, const Vector3& up,
+                                     double ground) {
+  constexpr double kSide = 2.0;       // metres, as of PlanarMap::ground()
+  constexpr double kStep = 0.25;      // metres between samples of a face
+  constexpr double kMost = 300.0;     // of them along a side
+  constexpr float kSameFloor = 0.3f;  // metres
+  constexpr double kFraction = 0.3;   // of the largest of several floors over each other
+  constexpr double kLevel = 0.1;      // metres
+  const std::vector<std::uint8_t> is_floor =
+      floorFaces(cuboids, up, GroundHeights(ground), GridBand().low);
+  const Quaternion turn = turning(up, Vector3::UnitZ());
+  std::map<std::pair<int, int>, std::vector<float>> places;
+  for (std::size_t i = 0; i < cuboids.size(); ++i) {
+    if (is_floor[i] == 0) continue;
+    const Cuboid cuboid = turned(turn, cuboids[i]);
+    const Matrix3 axes = cuboid.orientation.toRotationMatrix();
+    const Vector3 half = 0.5 * cuboid.size;
+    const Vector3 top = cuboid.center + (axes(2, 2) > 0.0 ? half.z() : -half.z()) * axes.col(2);
+    const Vector2 step = half.head<2>() / kMost * 2.0;
+    const double apart = std::max(kStep, step.maxCoeff());
+    for (double u = 0.5 * apart; u < cuboid.size.x(); u += apart) {
+      for (double v = 0.5 * apart; v < cuboid.size.y(); v += apart) {
+        const Vector3 p = top + (u - half.x()) * axes.col(0) + (v - half.y()) * axes.col(1);
+        places[{static_cast<int>(std::floor(p.x() / kSide)),
+                static_cast<int>(std::floor(p.y() / kSide))}]
+            .push_back(static_cast<float>(p.z()));
+      }
+    }
+  }
+  std::vector<GroundPoint> points;
+  std::vector<double> off;  // of places at the height of the ground
+  for (auto& [place, heights] : places) {
+    std::sort(heights.begin(), heights.end());
+    const auto endOf = [&](auto first) {
+      return std::upper_bound(first, heights.end(), *first + kSameFloor);
+    };
+    std::ptrdiff_t most = 0;
+    for (auto i = heights.begin(); i != heights.end(); ++i) most = std::max(most, endOf(i) - i);
+    auto first = heights.begin();
+    while (static_cast<double>(endOf(first) - first) < kFraction * static_cast<double>(most))
+      ++first;
+    const std::ptrdiff_t count = endOf(first) - first;
+    const double height = std::accumulate(first, first + count, 0.0) / static_cast<double>(count);
+    if (std::abs(height - ground) <= kLevel) off.push_back(height - ground);
+    points.push_back({turn.conjugate() * Vector3((place.first + 0.5) * kSide,
+                                                 (place.second + 0.5) * kSide, height),
+                      static_cast<std::uint32_t>(count)});
+  }
+  if (off.empty()) return points;
+  // Upper faces are above the surface by what noise made them thicker.
+  const auto half = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
+  std::nth_element(off.begin(), half, off.end());
+  for (GroundPoint& point : points) point.position -= *half * up;
+  return points;
 }
 
 OccupancyGrid gridOf(const ExportedMap& map) {
@@ -182,11 +242,14 @@ OccupancyGrid gridOf(const ExportedMap& map) {
   std::vector<GroundPoint> ground;
   for (const GroundPoint& point : map.ground)
     ground.push_back({turn * point.position, point.points});
-  Columns columns(
-      std::isnan(band.ground)
-          ? GroundHeights(ground, Vector3::UnitZ(), groundHeight(map.cuboids, map.up, map.sensors))
-          : GroundHeights(band.ground),
-      band);
+  double height = band.ground;
+  if (std::isnan(height)) {
+    height = groundHeight(map.cuboids, map.up, map.sensors);
+    if (ground.empty()) ground = floorPoints(cuboids, Vector3::UnitZ(), height);
+  } else {
+    ground.clear();
+  }
+  Columns columns(GroundHeights(ground, Vector3::UnitZ(), height), band);
   OccupancyGrid& grid = columns.grid;
   grid.cell = map.cell();
   grid.ground = columns.ground.middle();

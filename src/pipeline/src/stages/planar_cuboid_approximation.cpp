@@ -132,7 +132,7 @@ void PlanarCuboidApproximationStage::declare(ParameterTable& table) {
       "plane");
   table.number("min_cell_fraction", params_.min_cell_fraction, Range::between(0.0, 1.0),
                "[ours] a cell is seen if it holds this fraction of the points of a full one; where "
-               "the camera is known");
+               "the camera is known, and in scans after the first");
   table.number("rim_pixels", params_.rim_pixels, Range::between(0.0, 1e6),
                "[ours] or that of a strip of so many pixels and the depth error, if that is less");
   table.number("surface_factor", params_.surface_factor, Range::between(0.0, 10.0),

@@ -54,7 +54,9 @@ Plan makePlan(const SceneContent& content, const ViewOptions& options, double fo
   Plan plan;
   plan.frame = visualization::groundFrame(content);
   const GroundFrame& f = plan.frame;
-  plan.ground = io::GroundHeights(content.ground, f.up, f.height);
+  plan.ground = io::GroundHeights(
+      content.ground.empty() ? io::floorPoints(content.cuboids, f.up, f.height) : content.ground,
+      f.up, f.height);
   const double left = 3.2 * font, below = 4.6 * font, margin = 1.2 * font;
   const double width = std::max(options.width - left - margin, 8.0);
   const double height = std::max(options.height - below - margin, 8.0);

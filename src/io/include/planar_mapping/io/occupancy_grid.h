@@ -18,10 +18,11 @@ struct GridBand {
   double high =
       1.8;  ///< [ours] over the ground: above it a robot passes under, and door frames are
   /// Height of the ground along the map's up axis; NaN = found: GroundHeights of
-  /// PlanarMap::ground(); without that, the height of the lowest level faces of at least 4 square
-  /// metres, or of much larger ones above those, with next to nothing below them. Where there are
-  /// none: 0 where the map starts at most 1 m above or 0.35 m below it, else the lowest floor or
-  /// lower end of a cuboid, but for the lowest hundredth of the occupied volume.
+  /// PlanarMap::ground(); without that, of floorPoints() from the height of the lowest level faces
+  /// of at least 4 square metres, or of much larger ones above those, with next to nothing below
+  /// them. Where there are none: 0 where the map starts at most 1 m above or 0.35 m below it, else
+  /// the lowest floor or lower end of a cuboid, but for the lowest hundredth of the occupied
+  /// volume.
   double ground = std::numeric_limits<double>::quiet_NaN();
 };
 
@@ -81,11 +82,17 @@ class PLANAR_MAPPING_EXPORT GroundHeights {
 };
 
 /// What one drives on, where it rises above the lower end of a band: a mark for each cuboid that is
-/// a level face (by at most 11 degrees) with its middle no higher than \p low metres over the
-/// ground, and for those that go on from there without a step of more than 0.12 m.
+/// a level face (by at most 11 degrees) no higher than \p low metres over the ground, and for those
+/// that go on from there without a step of more than 0.12 m.
 PLANAR_MAPPING_EXPORT std::vector<std::uint8_t> floorFaces(const std::vector<Cuboid>& cuboids,
                                                            const Vector3& up,
                                                            const GroundHeights& ground, double low);
+
+/// Heights of the floor for a map that has none of its own: of floorFaces() of a ground of one
+/// height, a place in each square of 2 m, the lowest where there are several over each other.
+/// \param ground  groundHeight()
+PLANAR_MAPPING_EXPORT std::vector<GroundPoint> floorPoints(const std::vector<Cuboid>& cuboids,
+                                                           const Vector3& up, double ground);
 
 /// A cell is occupied if a cuboid that is no floor meets the column over it within the band; else
 /// free if at least three quarters of the column's height over its middle were seen free; else

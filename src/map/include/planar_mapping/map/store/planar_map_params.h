@@ -51,8 +51,8 @@ struct PLANAR_MAPPING_EXPORT PlanarMapParams {
   /// and make no cell, in [0, 10]; see FrameObservation::noise
   double noise_factor = 1.0;
   /// [ours] a cell is seen if it holds this fraction of the points it would have if it were full,
-  /// in [0, 1]; where the camera is known. Cells of the first sight of a plane need only
-  /// min_points_per_cell.
+  /// in [0, 1]; where the camera is known, and in scans after the first. Cells of the first sight
+  /// of a plane need only min_points_per_cell.
   double min_cell_fraction = 0.15;
   /// [ours] or, if that is less, the fraction of a strip of so many pixels along its edge and of
   /// the points that the depth error carries beyond half a cell; in [0, 1e6]
