@@ -286,7 +286,8 @@ void Pipeline::remarkOn(const CloudScale& scale, Frame& frame) const {
     frame.warnings.push_back(frame.source + ": the points are " +
                              detail::rounded(scale.spacing, 1) + " apart and up to " +
                              detail::rounded(scale.max_range, 1) +
-                             " from the sensor: if they are in millimetres, scale them by 0.001; "
+                             " from the sensor: if they are in millimetres, scale them by 0.001, "
+                             "in centimetres by 0.01; "
                              "all lengths of the map are in the unit of the cloud");
   }
   if (!frame.pose_assumed) return;
