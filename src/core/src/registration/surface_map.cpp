@@ -2,9 +2,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/core/registration/detail/surface_map.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <deque>
-#include <limits>
+#include <iterator>
 
 #include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/base/error.h"
@@ -15,45 +16,6 @@
 #include "registration/surface_shape.h"
 
 namespace planar_mapping {
-
-void SurfaceMapParams::validate() const {
-  constexpr double kLargest = std::numeric_limits<double>::max();
-  requirePositive("cell", cell, "m");
-  requireInRange("depth_error", depth_error, 0.0, kLargest, "m");
-  requireInRange("depth_error_growth", depth_error_growth, 0.0, kLargest, "1/m");
-  requirePositive("depth_error + depth_error_growth", depth_error + depth_error_growth);
-  if (!optical_axis.allFinite()) {
-    throw ParameterError("optical_axis", optical_axis.sum(), "finite");
-  }
-  requirePositive("reach", reach, "m");
-  requireInRange("min_fraction", min_fraction, 0.0, 1.0);
-  requireInRange("max_seen_through", max_seen_through, 0.0, 1.0);
-  requireInRange("search_reach", search_reach, 0.0, kLargest, "m");
-  requireInRange("max_cells", max_cells, 1000, kLargest);
-}
-
-double surfaceCellFor(const PointsView& cloud, const SurfaceMapParams& params) {
-  constexpr double kEnough = 0.55;
-  constexpr double kLargest = 16.0;
-  params.validate();
-  double times = 1.0;
-  for (; times < kLargest; times *= 2.0) {
-    detail::SurfaceCells cells(times * params.cell);
-    detail::forSample(cloud, params, [&](const Vector3& p, double error) {
-      cells.add(p, Vector3::Zero(), error, 0);
-    });
-    cells.fit();
-    double all = 0.0, planar = 0.0;
-    detail::forSample(cloud, params, [&](const Vector3& p, double) {
-      // The points of a scanner all around are even in angle: near walls have most of them.
-      const double weight = params.optical_axis.isZero() ? p.squaredNorm() : 1.0;
-      all += weight;
-      planar += cells.hasPlaneAt(p) ? weight : 0.0;
-    });
-    if (all > 0.0 && planar >= kEnough * all) break;
-  }
-  return times * params.cell;
-}
 
 namespace {
 
@@ -75,7 +37,7 @@ class SurfaceMap::Implementation {
 
   void insert(const PointsView& cloud, const Pose& T_world_sensor) {
     constexpr double kSamePlace = 1e-6;  // metres, radians: rounding
-    const bool is_scanner = params_.optical_axis.isZero();
+    const bool is_scanner = isScanner();
     // Added again, the clouds of a scanner that creeps would draw it along.
     if (is_scanner && rest_.seen.size() > 0 &&
         motionDifference(T_world_sensor, rest_.T_world_sensor).norm() < kSamePlace) {
@@ -118,34 +80,29 @@ class SurfaceMap::Implementation {
 
   std::vector<CloudRegistration> placesFar(const PointsView& cloud, const Pose& guess) const {
     if (!(params_.search_reach > 0.0)) return {};
-    const detail::CloudShape shape = detail::shapeOf(cloud, params_);
-    return lookAround(shape, detail::SeenRanges(cloud, params_), guess,
-                      rangeOf(shape) + params_.search_reach);
+    return lookAround(detail::shapeOf(cloud, params_), detail::SeenRanges(cloud, params_), guess,
+                      params_.search_reach);
   }
 
   /// At the one place where it fits; nowhere if there are two.
-  /// \param near  a place found already
+  /// \param near   a place found already
+  /// \param reach  how far around the guess, metres
   CloudRegistration locateFar(const PointsView& cloud, const Pose& guess,
-                              const CloudRegistration& near) const {
+                              const CloudRegistration& near, double reach) const {
+    if (isScanner()) return locateScan(cloud, guess, near, reach);
     constexpr double kSecondBest = 0.9;  // of the best one's worth, which is no more certain then
     constexpr double kBetter = 1.1;      // times the fit at the place next to the guess
     constexpr double kAsGood = 0.9;      // likewise, for what is that place
-    std::vector<CloudRegistration> found = placesFar(cloud, guess);
-    found.push_back(near);
-    found.erase(std::remove_if(found.begin(), found.end(), [](const auto& r) { return !r.found; }),
-                found.end());
-    if (found.empty()) return {};
-    const CloudRegistration& best =
-        *std::max_element(found.begin(), found.end(),
-                          [](const auto& a, const auto& b) { return worth(a) < worth(b); });
-    for (const CloudRegistration& other : found) {
-      const bool rival = worth(other) > kSecondBest * worth(best);
-      if (rival && !isSamePlace(best, other)) return {};
+    std::vector<CloudRegistration> found;
+    for (const CloudRegistration& place : placesFar(cloud, guess)) {
+      if (place.found && place.known) found.push_back(place);
     }
+    if (near.found) found.push_back(near);
+    const CloudRegistration best = bestOf(found);
     // Rays may contradict the place next to the guess because depths are noisy: a camera is not
     // placed elsewhere unless its cloud fits better there.
     const double needed = isSamePlace(best, near) ? kAsGood : kBetter;
-    if (!params_.optical_axis.isZero() && best.fraction < needed * near.fraction) return {};
+    if (best.fraction < needed * near.fraction || hasRival(best, found, kSecondBest)) return {};
     return best;
   }
 
@@ -157,7 +114,61 @@ class SurfaceMap::Implementation {
   }
 
  private:
-  static double worth(const CloudRegistration& r) { return r.fraction - 2.0 * r.seen_through; }
+  bool isScanner() const { return params_.optical_axis.isZero(); }
+
+  /// Rays of a scan contradict less by chance than those of a camera, whose depths are noisy.
+  double worth(const CloudRegistration& r) const {
+    const double contradiction = isScanner() ? 5.0 : 2.0;
+    return r.fraction - contradiction * r.seen_through;
+  }
+
+  /// The first of those of most worth; not found where there is none.
+  CloudRegistration bestOf(const std::vector<CloudRegistration>& found) const {
+    const auto best =
+        std::max_element(found.begin(), found.end(),
+                         [&](const auto& a, const auto& b) { return worth(a) < worth(b); });
+    return best == found.end() ? CloudRegistration() : *best;
+  }
+
+  /// Is the cloud worth this fraction as much in another place?
+  bool hasRival(const CloudRegistration& best, const std::vector<CloudRegistration>& found,
+                double fraction) const {
+    return std::any_of(found.begin(), found.end(), [&](const CloudRegistration& other) {
+      return worth(other) > fraction * worth(best) && !isSamePlace(best, other);
+    });
+  }
+
+  /// A scan slides along walls as far as a cloud is drawn, and a hall looks alike from its other
+  /// end: so it is begun with elsewhere along what holds it least, too, and looked for around the
+  /// place that seems best. What fits in several places fits nowhere.
+  CloudRegistration locateScan(const PointsView& cloud, const Pose& guess,
+                               const CloudRegistration& near, double reach) const {
+    constexpr double kSecondBest = 0.8;     // of the worth of the place next to the guess
+    constexpr double kSecondBestFar = 0.7;  // of that of a place that only the search has found
+    constexpr double kLeastFar = 0.6;       // worth of such a place
+    if (!(reach > 0.0)) return near;
+    const detail::CloudShape shape = detail::shapeOf(cloud, params_);
+    const detail::SeenRanges seen(cloud, params_);
+    std::vector<CloudRegistration> found;
+    const auto add = [&found](const std::vector<CloudRegistration>& places) {
+      std::copy_if(places.begin(), places.end(), std::back_inserter(found),
+                   [](const CloudRegistration& place) { return place.found; });
+    };
+    add({near});
+    add(lookAround(shape, seen, guess, reach));
+    add(lookAlong(shape, seen, near));
+    CloudRegistration best = bestOf(found);
+    if (!best.found) return {};
+    if ((best.T_world_sensor.translation() - guess.translation()).norm() > params_.reach) {
+      add(lookAround(shape, seen, best.T_world_sensor, reach));
+      best = bestOf(found);
+    }
+    const bool is_near = near.found && isSamePlace(best, near);
+    if (hasRival(best, found, is_near ? kSecondBest : kSecondBestFar)) return {};
+    const bool is_enough =
+        is_near ? worth(near) >= params_.min_fraction : best.known && worth(best) >= kLeastFar;
+    return !is_enough ? CloudRegistration() : is_near ? near : best;
+  }
 
   static std::vector<detail::Surfel> within(const detail::SurfaceCells& cells, const Vector3& place,
                                             double range) {
@@ -176,7 +187,7 @@ class SurfaceMap::Implementation {
     constexpr double kTurn = 0.02;      // radians
     constexpr double kNoBetter = 0.98;  // a shift by four tenths of the depth error costs as much
     const Vector6 moved = motionDifference(T_sensor_world, Pose(rest_.T_world_sensor.inverse()));
-    if (!params_.optical_axis.isZero() || moved.head<3>().norm() > kSlide * params_.cell ||
+    if (!isScanner() || moved.head<3>().norm() > kSlide * params_.cell ||
         moved.tail<3>().norm() > kTurn) {
       return false;
     }
@@ -221,19 +232,41 @@ class SurfaceMap::Implementation {
     return result;
   }
 
+  /// Farther away along what holds the cloud least.
+  std::vector<CloudRegistration> lookAlong(const detail::CloudShape& shape,
+                                           const detail::SeenRanges& seen,
+                                           const CloudRegistration& near) const {
+    if (near.matched == 0) return {};
+    const Vector3 place = near.T_world_sensor.translation();
+    const detail::MappedSurfaces map = this->near(place, rangeOf(shape) + params_.reach);
+    const detail::SurfaceRegistration registration(params_, shape, map);
+    const Eigen::SelfAdjointEigenSolver<Matrix3> solver(near.covariance.topLeftCorner<3, 3>());
+    std::vector<CloudRegistration> found;
+    for (const double shift : {-1.0, -0.5, 0.5, 1.0}) {  // times the reach
+      Pose start = near.T_world_sensor;
+      start.translate(shift * params_.reach * solver.eigenvectors().col(2));
+      found.push_back(
+          verified(registration.resultOf(registration.settle(start.inverse())), shape, seen));
+    }
+    return found;
+  }
+
   /// Far from the guess, the best place first.
   std::vector<CloudRegistration> lookAround(const detail::CloudShape& shape,
                                             const detail::SeenRanges& seen, const Pose& guess,
-                                            double range) const {
+                                            double reach) const {
+    const double range = rangeOf(shape) + reach;
+    SurfaceMapParams params = params_;
+    params.search_reach = reach;
     const detail::MappedSurfaces map = near(guess.translation(), range);
     const detail::SurfaceRegistration registration(params_, shape, map);
-    const detail::SurfaceSearch search(params_, shape.coarse,
+    const detail::SurfaceSearch search(params, shape.coarse,
                                        within(coarse_, guess.translation(), range));
     std::vector<CloudRegistration> found;
     for (const Pose& start : search.candidates(guess)) {
       CloudRegistration result =
           verified(registration.resultOf(registration.settle(start)), shape, seen);
-      result.found = result.found && search.knowsPlace(result.T_world_sensor);
+      result.known = search.knowsPlace(result.T_world_sensor);
       found.push_back(result);
     }
     std::stable_sort(found.begin(), found.end(),
@@ -243,8 +276,9 @@ class SurfaceMap::Implementation {
 
   bool isSamePlace(const CloudRegistration& a, const CloudRegistration& b) const {
     constexpr double kSameTurn = 0.1;  // radians
+    const double same = isScanner() ? params_.cell : params_.reach;
     const Vector6 apart = motionDifference(a.T_world_sensor, b.T_world_sensor);
-    return apart.head<3>().norm() < params_.reach && apart.tail<3>().norm() < kSameTurn;
+    return apart.head<3>().norm() < same && apart.tail<3>().norm() < kSameTurn;
   }
 
   /// Where a cloud was seen from, and how far.
@@ -299,16 +333,16 @@ void SurfaceMap::insert(const PointsView& cloud, const Pose& T_world_sensor) {
   implementation_->insert(cloud, T_world_sensor);
 }
 
-CloudRegistration SurfaceMap::locate(const PointsView& cloud, const Pose& guess) const {
+CloudRegistration SurfaceMap::locate(const PointsView& cloud, const Pose& guess, int lost) const {
   const CloudRegistration near = locateNear(cloud, guess);
   if (near.found) return near;
-  const CloudRegistration far = locateFar(cloud, guess, near);
+  const CloudRegistration far = locateFar(cloud, guess, near, lost);
   return far.found ? far : near;
 }
 
 CloudRegistration SurfaceMap::locateFar(const PointsView& cloud, const Pose& guess,
-                                        const CloudRegistration& near) const {
-  return implementation_->locateFar(cloud, guess, near);
+                                        const CloudRegistration& near, int lost) const {
+  return implementation_->locateFar(cloud, guess, near, (1 + lost) * params().search_reach);
 }
 
 CloudRegistration SurfaceMap::locateNear(const PointsView& cloud, const Pose& guess) const {

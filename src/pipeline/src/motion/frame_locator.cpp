@@ -141,9 +141,11 @@ std::optional<FrameLocator::Placement> FrameLocator::place(const Frame& frame) {
       return same ? helped(frame, near.T_world_sensor, near.covariance, expected, false) : far;
     }
     if (near.found && wasDrawnFar(frame, near.T_world_sensor, expected)) {
-      const CloudRegistration only = surfaces_->locateFar(pointsOf(*frame.cloud), guess, near);
-      if (only.found) return helped(frame, only.T_world_sensor, only.covariance, expected, false);
-      cloud_reason_ = "the cloud fits nearly as well in another place";
+      const CloudRegistration only =
+          surfaces_->locateFar(pointsOf(*frame.cloud), guess, near, lost_);
+      if (only.found && (lost_ <= kFewLost || isNear(guess, only.T_world_sensor, kStep, kTurn)))
+        return helped(frame, only.T_world_sensor, only.covariance, expected, false);
+      cloud_reason_ = "the cloud fits no place clearly better than others";
       return Placement{};
     }
     if (near.found) {
@@ -248,8 +250,9 @@ std::optional<FrameLocator::Placement> FrameLocator::placeFar(
   }
 #endif
   if (!surfaces_) return Placement{};
-  const CloudRegistration far = surfaces_->locate(pointsOf(*frame.cloud), guess);
-  const bool is_likely = !isPartial(frame) || isNear(guess, far.T_world_sensor, kStep, kTurn);
+  const CloudRegistration far = surfaces_->locate(pointsOf(*frame.cloud), guess, lost_);
+  const bool is_likely =
+      (!isPartial(frame) && lost_ <= kFewLost) || isNear(guess, far.T_world_sensor, kStep, kTurn);
   return far.found && is_likely
              ? helped(frame, far.T_world_sensor, far.covariance, far.T_world_sensor, false)
              : Placement{};
@@ -310,7 +313,7 @@ PoseCandidate FrameLocator::candidateOf(const CloudRegistration& by_cloud) const
 
 void FrameLocator::noteCloud(const CloudRegistration& by_cloud) {
   if (by_cloud.found) {
-    cloud_reason_ = "the cloud does not fix the pose either";
+    cloud_reason_ = "the cloud leaves a direction open, in which it may slide along walls or floor";
   } else {
     cloud_reason_ = by_cloud.seen_through > surfaces_->params().max_seen_through
                         ? "where the cloud would fit it sees through what was seen there before"
@@ -326,7 +329,10 @@ std::string FrameLocator::reasonFor(const Frame& frame, const OdometryResult& re
     reason = surfaces_ ? "there are no key features"
                        : "no pose is given and there are no key features to find one by";
   }
-  return cloud_reason_.empty() ? reason : reason + ", and " + cloud_reason_;
+  if (cloud_reason_.empty()) return reason;
+  // Of scans nobody expects features.
+  return frame.camera || !frame.key_features.empty() ? reason + ", and " + cloud_reason_
+                                                     : cloud_reason_;
 }
 
 std::string FrameLocator::saveState() const {

@@ -396,6 +396,51 @@ TEST(SurfaceMap, AScannerAtRestStaysWhereItIs) {
   EXPECT_LT(errorAfter(20, 0.005, 3), 0.05);
 }
 
+/// A corridor along x without an end in sight, 4 m wide and 3 m high, with a pillar of 0.4 m every
+/// 1.5 m on both sides, seen from a scanner at x.
+std::vector<float> corridorScan(double x, double noise, Random& random) {
+  std::vector<float> xyz;
+  while (xyz.size() < 60000) {
+    const Vector3 ray =
+        Vector3(random.normal(), random.normal(), 0.5 * random.normal()).normalized();
+    double range =
+        std::min((ray.y() > 0.0 ? 2.0 : -2.0) / ray.y(), (ray.z() > 0.0 ? 1.9 : -1.1) / ray.z());
+    for (int i = -14; i <= 14; ++i) {
+      const double middle = 1.5 * i - x;
+      for (const double side : {-1.8, 1.8}) {
+        const Eigen::Array2d a = Eigen::Array2d(middle - 0.2, side - 0.2) / ray.head<2>().array();
+        const Eigen::Array2d b = Eigen::Array2d(middle + 0.2, side + 0.2) / ray.head<2>().array();
+        const double enter = a.min(b).maxCoeff();
+        if (enter > 0.0 && enter < a.max(b).minCoeff()) range = std::min(range, enter);
+      }
+    }
+    if (range > 20.0) continue;
+    const Eigen::Vector3f p = (ray * (range + noise * random.normal())).cast<float>();
+    xyz.insert(xyz.end(), p.data(), p.data() + 3);
+  }
+  return xyz;
+}
+
+TEST(SurfaceMap, AScanThatFitsTwiceWithinItsReachIsNotPlaced) {
+  // A step of one pillar looks like none.
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    Random random(seed);
+    SurfaceMapParams params;
+    params.optical_axis.setZero();
+    params.depth_error = 0.02;
+    params.cell = 0.4;
+    params.reach = 6.0 * params.cell;
+    SurfaceMap map(params);
+    map.insert(scanOf(corridorScan(0.0, params.depth_error, random)), Pose::Identity());
+    const std::vector<float> cloud = corridorScan(1.5, params.depth_error, random);
+    const CloudRegistration near = map.locateNear(scanOf(cloud), Pose::Identity());
+    ASSERT_TRUE(near.found);
+    EXPECT_LT(near.T_world_sensor.translation().norm(), 0.3);
+    EXPECT_LT(std::sqrt(near.covariance(0, 0)), 0.1);  // held, but at the wrong pillar
+    EXPECT_FALSE(map.locateFar(scanOf(cloud), Pose::Identity(), near).found);
+  }
+}
+
 TEST(SurfaceMap, IsDeterministicAndCopyable) {
   Random random(6);
   SurfaceMap map(testParams());

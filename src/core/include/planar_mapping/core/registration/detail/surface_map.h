@@ -60,6 +60,7 @@ struct CloudRegistration {
   /// Of the map's planes where this cloud looked, the fraction that its rays went through, or of
   /// its planes where clouds before looked, if that is larger; zero where too few can be compared.
   double seen_through = 0.0;
+  bool known = true;  ///< of a place far from the guess: distinct planes enough fix it
 };
 
 /// A pose that a frame may have.
@@ -93,15 +94,16 @@ class PLANAR_MAPPING_EXPORT SurfaceMap {
   /// Finds the pose of a cloud near \p guess: planes are drawn to the next ones that face the same
   /// way, first from afar; see SurfaceMapParams::reach. Where that fails the cloud is looked for
   /// farther around; see SurfaceMapParams::search_reach. It is not found where it fits twice.
+  /// \param lost  clouds before that were not found: so many times farther around
   /// \throws InputError if the guess is not finite
-  CloudRegistration locate(const PointsView& cloud, const Pose& guess) const;
+  CloudRegistration locate(const PointsView& cloud, const Pose& guess, int lost = 0) const;
   /// The same near the guess alone.
   CloudRegistration locateNear(const PointsView& cloud, const Pose& guess) const;
   /// The place where the cloud fits best, of \p near and of those far from the guess; not found
-  /// where it fits nearly as well in another, nor, of a camera, where a near place that rays
-  /// contradict fits as well.
+  /// where it fits nearly as well in another, nor, of a scanner, where hardly anything fits, nor,
+  /// of a camera, where a near place that rays contradict fits as well.
   CloudRegistration locateFar(const PointsView& cloud, const Pose& guess,
-                              const CloudRegistration& near) const;
+                              const CloudRegistration& near, int lost = 0) const;
   /// Poses farther away at which the cloud may lie, the best first; `found` where it fits.
   std::vector<CloudRegistration> placesFar(const PointsView& cloud, const Pose& guess) const;
 
