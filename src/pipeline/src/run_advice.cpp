@@ -31,7 +31,9 @@ std::optional<std::string> skippedFrames(const Pipeline& pipeline, const RunStat
   return std::to_string(skipped) + " of " + std::to_string(statistics.frames()) +
          " frames left out (see frames.csv), the first: frame " + std::to_string(first.number) +
          ", " + first.skip_reason +
-         (many && is_own ? "; frames closer together or given poses help" : "") +
+         (many && is_own ? "; frames closer together, of which neighbours see mostly the same, or "
+                           "given poses help; the others may be too few for a map"
+                         : "") +
          (many && is_own && source.kind() == io::SequenceKind::Rgbd &&
                   statistics.mayBeUnregistered() &&
                   !hasStageWith(pipeline.configuration(), StageKind::Features, "registered",
