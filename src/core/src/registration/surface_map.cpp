@@ -143,31 +143,49 @@ class SurfaceMap::Implementation {
   /// place that seems best. What fits in several places fits nowhere.
   CloudRegistration locateScan(const PointsView& cloud, const Pose& guess,
                                const CloudRegistration& near, double reach) const {
-    constexpr double kSecondBest = 0.8;     // of the worth of the place next to the guess
-    constexpr double kSecondBestFar = 0.7;  // of that of a place that only the search has found
-    constexpr double kLeastFar = 0.6;       // worth of such a place
     if (!(reach > 0.0)) return near;
     const detail::CloudShape shape = detail::shapeOf(cloud, params_);
     const detail::SeenRanges seen(cloud, params_);
-    std::vector<CloudRegistration> found;
-    const auto add = [&found](const std::vector<CloudRegistration>& places) {
-      std::copy_if(places.begin(), places.end(), std::back_inserter(found),
-                   [](const CloudRegistration& place) { return place.found; });
+    std::vector<CloudRegistration> places = {near};
+    const auto add = [&places](const std::vector<CloudRegistration>& more) {
+      places.insert(places.end(), more.begin(), more.end());
     };
-    add({near});
     add(lookAround(shape, seen, guess, reach));
     add(lookAlong(shape, seen, near));
-    CloudRegistration best = bestOf(found);
+    const CloudRegistration best = bestOf(fitting(places));
     if (!best.found) return {};
     if ((best.T_world_sensor.translation() - guess.translation()).norm() > params_.reach) {
       add(lookAround(shape, seen, best.T_world_sensor, reach));
-      best = bestOf(found);
     }
-    const bool is_near = near.found && isSamePlace(best, near);
-    if (hasRival(best, found, is_near ? kSecondBest : kSecondBestFar)) return {};
-    const bool is_enough =
-        is_near ? worth(near) >= params_.min_fraction : best.known && worth(best) >= kLeastFar;
-    return !is_enough ? CloudRegistration() : is_near ? near : best;
+    return onlyPlace(places, near);
+  }
+
+  static std::vector<CloudRegistration> fitting(const std::vector<CloudRegistration>& places) {
+    std::vector<CloudRegistration> found;
+    std::copy_if(places.begin(), places.end(), std::back_inserter(found),
+                 [](const CloudRegistration& place) { return place.found; });
+    return found;
+  }
+
+  /// The best place of a scan, if it is clearly better than others. One where little fits has to be
+  /// better than those, too, where too little does.
+  CloudRegistration onlyPlace(const std::vector<CloudRegistration>& places,
+                              const CloudRegistration& near) const {
+    constexpr double kSecondBest = 0.8;      // of the worth of the place next to the guess
+    constexpr double kSecondBestFar = 0.7;   // of that of a place that only the search has found
+    constexpr double kSecondBestPoor = 0.6;  // of that of such a place where little fits
+    constexpr double kMuchFits = 0.6;        // worth of one where much does
+    constexpr double kLeastFar = 0.3;        // of one that is taken
+    const std::vector<CloudRegistration> found = fitting(places);
+    const CloudRegistration best = bestOf(found);
+    if (!best.found) return {};
+    if (near.found && isSamePlace(best, near)) {
+      const bool is_only = !hasRival(best, found, kSecondBest);
+      return is_only && worth(near) >= params_.min_fraction ? near : CloudRegistration();
+    }
+    const bool has_rival = worth(best) >= kMuchFits ? hasRival(best, found, kSecondBestFar)
+                                                    : hasRival(best, places, kSecondBestPoor);
+    return best.known && worth(best) >= kLeastFar && !has_rival ? best : CloudRegistration();
   }
 
   static std::vector<detail::Surfel> within(const detail::SurfaceCells& cells, const Vector3& place,
