@@ -158,7 +158,7 @@ ViewMap::PlacedViews::Support ViewMap::PlacedViews::supportOf(const View& view,
                                                               const Pose& T_world_sensor,
                                                               int step) const {
   constexpr double kMaxThrough = 0.25;
-  constexpr double kMaxBehind = 0.05;
+  constexpr double kMaxBehind = 0.07;
   constexpr double kMinAgreeing = 0.5;
   constexpr double kDecisive = 0.5;  // of the largest overlap
   constexpr double kMinTexture = 0.05;
