@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+
+#include "planar_mapping/pipeline/parameter.h"
+#include "planar_mapping/stereo/cloud_features.h"
+#include "planar_mapping/stereo/feature_tracker.h"
+
+namespace planar_mapping::detail {
+
+/// The parameters of key_features.
+struct FeatureKeys {
+  enum class Source : std::uint8_t { Auto, Image, Cloud };
+  enum class Registered : std::uint8_t { Auto, Yes, No };
+
+  Source source = Source::Auto;
+  Registered registered = Registered::Auto;
+  FeatureTrackerParams tracker;
+  CloudFeatureParams sampler;
+
+  void declare(ParameterTable& table);
+  /// \throws ParameterError
+  void configure(int threads);
+};
+
+}  // namespace planar_mapping::detail

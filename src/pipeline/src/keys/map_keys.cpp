@@ -1,0 +1,160 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "keys/map_keys.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "planar_mapping/core/base/error.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+constexpr double kMostMetres = 1e6;
+constexpr double kMaxCells = 2048.0;  // of space that the map keeps track of, from the sensor
+
+/// Coordinates are floats: far from 0 they are coarser than what is to be mapped.
+void requirePrecision(double range, double resolution) {
+  constexpr double kSteps = 8.0;  // of a coordinate in a cell, at least
+  const double step = range * std::numeric_limits<float>::epsilon();
+  if (kSteps * step <= resolution) return;
+  throw InputError("coordinates reach " + formatNumber(range) +
+                   " m, where a float knows steps of " + formatNumber(step) +
+                   " m, too coarse for cells of " + formatNumber(resolution) +
+                   " m; save x, y, z as doubles (PCD: SIZE 8, PLY: double), or shift the cloud to "
+                   "its own place before it is rounded");
+}
+
+}  // namespace
+
+void MapKeys::applyProfile(Profile profile) {
+  params = PlanarMapParams::of(profile);
+  if (profile == Profile::Paper) noise.setSource(NoiseKeys::Source::None);
+}
+
+void MapKeys::declare(ParameterTable& table) {
+  CuboidApproximationParams& approximation = params.approximation;
+  table.number("resolution_m", resolution, Range::positive(),
+               "s, side of the smallest cell; auto = a hundredth of the cloud's extent, at most "
+               "0.2 m, but at least three point spacings and four times the noise");
+  table.number("thickness_m", approximation.thickness, Range::atLeast(0.0),
+               "extension behind the surface; 0 = resolution_m");
+  table.number("density_threshold", approximation.density_threshold, Range::above(0.0, 1.0),
+               "D_T of the split");
+  table.number("min_width_m", approximation.min_width, Range::atLeast(0.0),
+               "W_T of the split; 0 = resolution_m");
+  table.number("min_height_m", approximation.min_height, Range::atLeast(0.0),
+               "H_T of the split; 0 = resolution_m");
+  table.integer("min_points_per_cell", approximation.min_points_per_cell, Range::atLeast(1),
+                "cells with fewer points are empty");
+  table.number("hole_size_m", approximation.hole_size, Range::atLeast(0.0),
+               "[ours] compact: holes up to this side are filled; 0 = one cell, less than "
+               "resolution_m = none");
+  table.number("absorption_cells", approximation.absorption, Range::between(0.0, 0.5),
+               "[ours] compact: a cuboid stands for what lies within so many cells of it; less "
+               "than 0.5 = cuboids cover all cells exactly");
+  table.number("rectangle_cells", approximation.rectangle_cells, Range::atLeast(0.0),
+               "[ours] compact: a plane's rectangle of fewer cells of its own is left to "
+               "axis-aligned boxes");
+  table.vector("up", up,
+               "vertical of the world, for horizontal edges; auto = the axis next to upwards in "
+               "the images of a camera, on average over the given poses, or what the planes of "
+               "the first say where they lean against that axis; else z");
+  table.number("association_angle_deg", params.association_angle, Range::above(0.0, 90.0),
+               "[ours] largest angle between a new plane and its plane in the map");
+  table.number("association_offset_m", association_offset, Range::above(0.0, kMostMetres),
+               "[ours] largest offset between them; auto = resolution_m");
+  table.number("association_gap_m", association_gap, Range::between(0.0, kMostMetres),
+               "[ours] largest gap between their patches; auto = five times resolution_m");
+  table.word(
+      "unknown_space", unknown_space,
+      {{"auto", UnknownSpace::Auto}, {"true", UnknownSpace::Yes}, {"false", UnknownSpace::No}},
+      "keep track of free and unknown space (Fig. 5c); auto = unless the cloud is merged of many "
+      "scans, whose rays mean nothing");
+  table.word("unseen", params.unseen, {{"unknown", Unseen::Unknown}, {"free", Unseen::Free}},
+             "[ours] what space is that no frame saw; free = all but what lies behind "
+             "something (the paper)");
+  table.number("unknown_resolution_m", params.unknown_resolution, Range::atLeast(0.0),
+               "side of a cell of free or unknown space; 0 = resolution_m");
+  table.number("max_range_m", max_range, Range::above(0.0, kMostMetres),
+               "frames say what space is up to this depth, at most 2,048 cells of space; auto = as "
+               "far as they measure, with "
+               "unseen: free as far as points are mapped (miss_range_m)");
+  table.number("miss_range_m", miss_range, Range::above(0.0, kMostMetres),
+               "[ours] cells up to this depth lose belief by miss_factor; auto = as far as "
+               "depth_error_limit lets points be mapped, without it 99 % of the points are "
+               "nearer; at most max_range_m");
+  table.number("min_probability", params.min_probability, Range::between(0.0, 1.0),
+               "[ours] cells believed less than this are removed");
+  table.number("belief_gain", params.belief_gain, Range::above(0.0, 1.0),
+               "[ours] fraction of the newest frame in a cell's belief");
+  table.number(
+      "miss_factor", params.miss_factor, Range::between(0.0, 1.0),
+      "[ours] a cell's belief is multiplied by this when it is looked through or not confirmed");
+  table.number(
+      "first_belief", params.first_belief, Range::above(0.0, 1.0),
+      "[ours] most belief a cell gets from one frame, but for those of the first sight of a "
+      "plane");
+  table.number("min_cell_fraction", params.min_cell_fraction, Range::between(0.0, 1.0),
+               "[ours] a cell is seen if it holds this fraction of the points of a full one; where "
+               "the camera is known, and in scans after the first");
+  table.number("rim_pixels", params.rim_pixels, Range::between(0.0, 1e6),
+               "[ours] or that of a strip of so many pixels and the depth error, if that is less");
+  table.number("surface_factor", params.surface_factor, Range::between(0.0, 10.0),
+               "[ours] compact: cuboids reach so many root mean square distances of their "
+               "plane's points before and behind it, at most 0.45 (0.75 where that is five cells) "
+               "and 0.75 of a cell");
+  noise.declareOptional(table, "points within noise_factor depth errors of a plane make no cell");
+  table.number("noise_factor", params.noise_factor, Range::between(0.0, 10.0),
+               "[ours] depth errors along its ray that a point may be off its plane");
+  table.number("refit_tolerance_cells", params.refit_tolerance, Range::between(0.0, 1e6),
+               "[ours] cells follow a refit of their plane that moves them by more");
+  table.number("range_image_step_deg", params.range_image_step, Range::between(0.06, 28.0),
+               "[ours] pixel of the spherical image, for clouds of no camera");
+  table.basic({"resolution_m", "absorption_cells", "up", "association_offset_m", "unknown_space",
+               "unseen", "max_range_m", "min_probability", "miss_factor", "first_belief",
+               "min_cell_fraction"});
+}
+
+void MapKeys::configure(int threads) {
+  params.approximation.threads = threads;
+  if (resolution) params.approximation.resolution = *resolution;
+  params.validate();
+}
+
+void MapKeys::adapt(const CloudScale& scale) {
+  if (!resolution) resolution = automaticResolution(scale);
+  requirePrecision(scale.max_range, *resolution);
+  if (!association_offset) association_offset = *resolution;
+  if (!association_gap) association_gap = 5.0 * *resolution;
+  const double mapped = withinLimit(scale.depth_limit.value_or(scale.max_range));
+  if (!miss_range) miss_range = max_range.value_or(mapped);
+  // Free space ends where measurements do. What is hidden beyond what is mapped would be borders,
+  // as noisy as the depths, of nothing in the map.
+  if (max_range) {
+    max_range = std::min(*max_range, withinLimit(kMostMetres));
+  } else {
+    max_range = withinLimit(params.unseen == Unseen::Free ? mapped : kMaxCells * *resolution);
+  }
+  if (!up) up = scale.up;
+  if (unknown_space == UnknownSpace::Auto) {
+    unknown_space = scale.has_sensor ? UnknownSpace::Yes : UnknownSpace::No;
+  }
+  params.unknown_space = unknown_space == UnknownSpace::Yes;
+  noise.adapt(scale);
+  params.approximation.resolution = *resolution;
+  params.approximation.up = up->normalized();
+  params.association_offset = *association_offset;
+  params.association_gap = *association_gap;
+  params.max_range = *max_range;
+  params.miss_range = *miss_range;
+  params.validate();
+}
+
+double MapKeys::withinLimit(double range) const {
+  const double unknown = params.unknown_resolution;
+  const double cell = unknown > 0.0 ? unknown : *resolution;
+  return std::clamp(range, cell, kMaxCells * cell);
+}
+
+}  // namespace planar_mapping::detail

@@ -1,0 +1,219 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "motion/motion_finder.h"
+
+#include "planar_mapping/core/base/detail/state_archive.h"
+#include "rounded.h"
+
+namespace planar_mapping::detail {
+namespace {
+
+using Poses = MotionKeys::Poses;
+using Clouds = MotionKeys::Clouds;
+
+constexpr double kReachInCells = 6.0;
+
+}  // namespace
+
+void MotionFinder::place(Frame& frame) {
+  if (!locator_) prepare(frame);
+  if (frame.again) {
+    placeAgain(frame);
+    return;
+  }
+  const bool given = frame.given_pose && keys.poses != Poses::Ignore;
+  if (given && keys.poses == Poses::Use && frame.key_features.empty()) {
+    takeGiven(frame);
+  } else {
+    registerFrame(frame, given);
+  }
+  frame.statistics.push_back({"motion_step_m", frame.motion && frame.skip_reason.empty()
+                                                   ? frame.motion->T_now_before.translation().norm()
+                                                   : 0.0});
+}
+
+void MotionFinder::prepare(const Frame& frame) {
+  FeatureCamera& camera = keys.odometry.camera;
+  if (frame.camera) {
+    camera.fx = frame.camera->fx;
+    camera.fy = frame.camera->fy;
+    camera.cx = frame.camera->cx;
+    camera.cy = frame.camera->cy;
+  }
+  if (const std::optional<StereoNoise> noise = keys.noise.optionalNoise()) {
+    camera.depth_error = 0.0;
+    camera.depth_error_growth = noise->disparity_error / (noise->baseline * noise->focal_length);
+  }
+  const bool pair = frame.baseline || !frame.images.right.empty();
+  const bool with_clouds = keys.clouds == Clouds::On || (keys.clouds == Clouds::Auto && !pair);
+  if (with_clouds) {
+    if (keys.cloud_cell) {
+      keys.surface.cell = *keys.cloud_cell;
+    } else if (frame.cloud) {
+      keys.surface.cell = surfaceCellFor(pointsOf(*frame.cloud), keys.surface);
+    }
+    keys.surface.reach = keys.cloud_reach.value_or(kReachInCells * keys.surface.cell);
+  }
+  startLocator(with_clouds);
+}
+
+void MotionFinder::startLocator(bool with_clouds) {
+  locator_.emplace(keys.odometry, with_clouds ? &keys.surface : nullptr, keys.enough_inliers);
+}
+
+/// A frame that was left out, against what has been seen since. It is no step of the odometry.
+void MotionFinder::placeAgain(Frame& frame) {
+  frame.skip_reason = "it was left out before";
+  if (!locator_->lastPose() || frame.image_doubtful) return;
+  locator_->lookAt(frame);
+  const std::optional<Pose> placed = locator_->placeAgain(frame);
+  if (!placed) return;
+  frame.skip_reason.clear();
+  frame.T_world_sensor = *placed;
+  frame.motion = motionTo(*placed, 2.0 * FrameLocator::covarianceByViews());
+  locator_->remember(frame);
+  locator_->setLastPose(*placed);
+  out_of_order_ = true;
+}
+
+/// From the last frame that has a pose.
+FrameMotion MotionFinder::motionTo(const Pose& T_world_sensor, const Matrix6& covariance) const {
+  FrameMotion motion;
+  motion.T_now_before = T_world_sensor.inverse() * *locator_->lastPose();
+  motion.covariance = covariance;
+  return motion;
+}
+
+void MotionFinder::takeGiven(Frame& frame) {
+  frame.T_world_sensor = *frame.given_pose;
+  if (locator_->lastPose()) {
+    frame.motion =
+        motionTo(frame.T_world_sensor,
+                 2.0 * poseCovariance(keys.given_position_error, keys.given_orientation_error));
+  }
+  locator_->setLastPose(frame.T_world_sensor);
+}
+
+/// Of a frame whose image may not be registered to its cloud: as if there were none, else near.
+/// After a frame that was left out nobody knows how far the camera has moved: then a cloud alone
+/// tells too little where things repeat.
+std::optional<FrameLocator::Placement> MotionFinder::placeDoubtful(const Frame& frame) {
+  if (!locator_->isLost()) {
+    Frame bare = frame;
+    bare.images.left = io::Image();
+    bare.key_features.clear();
+    locator_->lookAt(bare);
+    std::optional<FrameLocator::Placement> by_cloud = locator_->place(bare);
+    locator_->lookAt(frame);
+    if (by_cloud && by_cloud->prior &&
+        !locator_->isBetterByFeatures(frame, by_cloud->prior->T_world_sensor)) {
+      by_cloud->prior->exact = true;
+      return by_cloud;
+    }
+  }
+  std::optional<FrameLocator::Placement> by_image = locator_->place(frame);
+  if (by_image && by_image->prior && !locator_->isStep(by_image->prior->T_world_sensor))
+    by_image.reset();
+  return by_image;
+}
+
+void MotionFinder::registerFrame(Frame& frame, bool given) {
+  locator_->lookAt(frame);
+  Odometry& odometry = locator_->odometry();
+  std::optional<PosePrior> prior;
+  if (given) {
+    prior = PosePrior{*frame.given_pose,
+                      poseCovariance(keys.given_position_error, keys.given_orientation_error),
+                      keys.poses == Poses::Use, true};
+    if (const auto warning = given_.contradictionOf(frame, odometry, locator_->lastPose()))
+      frame.warnings.push_back(*warning);
+  } else if (!odometry.started()) {
+    if (locator_->lastPose()) {
+      frame.skip_reason = "no pose is given and nothing was seen before to find one by";
+      return;
+    }
+    prior = start(frame);
+  } else {
+    const auto placement =
+        frame.image_doubtful && frame.cloud ? placeDoubtful(frame) : locator_->place(frame);
+    if (!placement) {
+      locator_->leaveOut();
+      odometry.update({});
+      frame.skip_reason = frame.image_doubtful ? "its colour image does not seem to be registered "
+                                                 "to its depth, and depth alone does "
+                                                 "not tell where it is"
+                                               : locator_->doubt();
+      return;
+    }
+    prior = placement->prior;
+  }
+  const OdometryResult result = odometry.update(frame.key_features, prior);
+  frame.matches = result.matches;
+  frame.inliers = result.inliers;
+  frame.statistics.push_back({"motion_rms_px", result.registered ? result.rms_px : 0.0});
+  if (!result.registered) {
+    locator_->leaveOut();
+    frame.skip_reason = locator_->reasonFor(frame, result);
+    return;
+  }
+  locator_->accept(result);
+  frame.T_world_sensor = result.T_world_sensor;
+  if (result.keyframe) locator_->remember(frame);
+  if (given && keys.poses == Poses::Use) {
+    takeGiven(frame);
+    return;
+  }
+  frame.motion = result.motion;
+  if (out_of_order_ && frame.motion && locator_->lastPose()) {
+    frame.motion->T_now_before = frame.T_world_sensor.inverse() * *locator_->lastPose();
+    out_of_order_ = false;
+  }
+  locator_->setLastPose(frame.T_world_sensor);
+  if (given && result.from_prior && !result.reason.empty()) {
+    frame.notes.push_back(frame.source + ": given pose taken as it is: " + result.reason);
+  }
+  if (result.jump) {
+    frame.notes.push_back(frame.source + ": a jump of " +
+                          rounded(result.motion->T_now_before.translation().norm(), 3) +
+                          " m, found by known features");
+  }
+}
+
+/// The first pose. A cloud to go by does not need features, nor does a frame that none follows.
+std::optional<PosePrior> MotionFinder::start(Frame& frame) {
+  Odometry& odometry = locator_->odometry();
+  odometry.setStart(keys.start.of(frame, optical_, keys.noise.optionalNoise()));
+  frame.starts_world = !frame.given_pose || !keys.start.isGiven();
+  const bool has_cloud = locator_->usesClouds() && frame.cloud && !frame.cloud->empty();
+  if (!has_cloud && !frame.is_only) return std::nullopt;
+  PosePrior prior;
+  prior.T_world_sensor = odometry.expectedPose();
+  prior.exact = true;
+  return prior;
+}
+
+std::string MotionFinder::saveState() const {
+  StateWriter writer;
+  writer(out_of_order_, given_.contradicted, given_.agreed, locator_.has_value());
+  if (locator_) {
+    writer(keys.odometry.camera, keys.surface.cell, keys.surface.reach, locator_->usesClouds(),
+           locator_->saveState());
+  }
+  return writer.take();
+}
+
+void MotionFinder::loadState(const std::string& bytes) {
+  StateReader reader(bytes);
+  bool is_prepared = false;
+  reader(out_of_order_, given_.contradicted, given_.agreed, is_prepared);
+  if (is_prepared) {
+    bool with_clouds = false;
+    std::string locator;
+    reader(keys.odometry.camera, keys.surface.cell, keys.surface.reach, with_clouds, locator);
+    startLocator(with_clouds);
+    locator_->loadState(locator);
+  }
+  reader.finish();
+}
+
+}  // namespace planar_mapping::detail

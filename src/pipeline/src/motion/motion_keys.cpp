@@ -1,0 +1,89 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "motion/motion_keys.h"
+
+namespace planar_mapping::detail {
+
+void MotionKeys::declare(ParameterTable& table) {
+  table.word("poses", poses,
+             {{"use", Poses::Use}, {"prior", Poses::Prior}, {"ignore", Poses::Ignore}},
+             "given poses are taken as they are, as a prior, or not at all; frames without one "
+             "are registered by their features");
+  start.declare(table);
+  table.number("given_position_error_m", given_position_error, Range::positive(),
+               "[ours] of given poses");
+  table.number("given_orientation_error_deg", given_orientation_error, Range::above(0.0, 180.0),
+               "[ours] of given poses");
+  table.number("pixel_error_px", odometry.camera.pixel_error, Range::positive(),
+               "[ours] of a feature's column and row");
+  noise.declareOptional(table, "depth error of the features by the stereo noise");
+  table.number("depth_error_m", depth_error, Range::atLeast(0.0),
+               "[ours] without stereo noise: depth error near the camera");
+  table.number("depth_error_growth", depth_error_growth, Range::atLeast(0.0),
+               "[ours] without stereo noise: depth error per square of depth, 1/m");
+  declareSearch(table);
+  declareClouds(table);
+  table.basic({"poses", "start", "camera_height_m", "clouds"});
+}
+
+void MotionKeys::configure(std::uint64_t seed) {
+  odometry.seed = seed;
+  odometry.camera.depth_error = depth_error;
+  odometry.camera.depth_error_growth = depth_error_growth;
+  odometry.validate();
+  surface.depth_error = depth_error;
+  surface.depth_error_growth = depth_error_growth;
+  surface.validate();
+}
+
+void MotionKeys::declareSearch(ParameterTable& table) {
+  MotionParams& motion = odometry.motion;
+  table.number("inlier_sigmas", motion.inlier_sigmas, Range::positive(),
+               "[ours] a feature agrees within so many standard deviations of its noise");
+  table.integer("min_matches", motion.min_matches, Range::atLeast(3),
+                "[ours] known features a frame needs");
+  table.integer("min_inliers", motion.min_inliers, Range::atLeast(3),
+                "[ours] of those, how many must agree");
+  table.number("min_inlier_fraction", motion.min_inlier_fraction, Range::between(0.0, 1.0),
+               "[ours] of those, which fraction must agree");
+  table.integer("max_iterations", motion.max_iterations, Range::atLeast(1),
+                "[ours] minimal sets tried at most");
+  table.number("max_position_error_m", motion.max_translation_error, Range::positive(),
+               "[ours] a pose less certain is not used");
+  table.number("max_orientation_error_deg", motion.max_rotation_error, Range::above(0.0, 180.0),
+               "[ours] a pose less certain is not used");
+  table.number("keyframe_translation", odometry.keyframe_translation, Range::positive(),
+               "[ours] new keyframe after this fraction of the median depth");
+  table.number("keyframe_rotation_deg", odometry.keyframe_rotation, Range::above(0.0, 180.0),
+               "[ours] new keyframe after this turn");
+  table.integer("max_landmarks", odometry.max_landmarks, Range::atLeast(100),
+                "[ours] kept for registration");
+  table.number("jump_inlier_fraction", odometry.jump_inlier_fraction, Range::between(0.0, 1.0),
+               "[ours] fraction of known features that must agree on a jump, ...");
+  table.integer("jump_inliers", odometry.jump_inliers, Range::atLeast(0),
+                "[ours] ... or so many of them, and a fifth");
+  table.number("jump_distance_m", odometry.jump_distance, Range::positive(),
+               "[ours] a motion so far off the expected one is reported");
+}
+
+void MotionKeys::declareClouds(ParameterTable& table) {
+  table.word("clouds", clouds, {{"auto", Clouds::Auto}, {"on", Clouds::On}, {"off", Clouds::Off}},
+             "[ours] where features are too few, the cloud is registered to the surfaces seen "
+             "before; auto = unless it is of a stereo pair");
+  table.integer("enough_inliers", enough_inliers, Range::atLeast(0),
+                "[ours] with so many features that agree the cloud is not needed");
+  table.number("cloud_cell_m", cloud_cell, Range::positive(),
+               "[ours] side of the cells of those surfaces; auto = 0.05, or the least multiple by "
+               "2, 4, 8 or 16 with which half of the first cloud's points lie on planes of cells");
+  table.number("cloud_reach_m", cloud_reach, Range::positive(),
+               "[ours] from how far a cloud is drawn to them; auto = 6 cells");
+  table.number("cloud_search_reach_m", surface.search_reach, Range::atLeast(0.0),
+               "[ours] from how far, and turned anyhow, it is looked for where it is not found "
+               "near; 0 = it is not");
+  table.number("cloud_max_seen_through", surface.max_seen_through, Range::between(0.0, 1.0),
+               "[ours] fraction of the cells that may be seen through where the cloud is put");
+  table.number("cloud_min_fraction", surface.min_fraction, Range::between(0.0, 1.0),
+               "[ours] of the cloud's cells that must lie on them");
+}
+
+}  // namespace planar_mapping::detail
