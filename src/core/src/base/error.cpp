@@ -6,8 +6,6 @@
 #include <limits>
 #include <sstream>
 
-#include "planar_mapping/core/base/types.h"
-
 namespace planar_mapping {
 namespace {
 
@@ -59,15 +57,6 @@ void requireInRange(const char* name, double value, double low, double high, con
 void requirePositive(const char* name, double value, const char* unit) {
   if (value > 0.0 && value <= std::numeric_limits<double>::max()) return;
   throw ParameterError(name, value, "> 0", unit);
-}
-
-void requireRigid(const char* what, const Pose& pose) {
-  constexpr double kTolerance = 1e-3;
-  const Matrix3 r = pose.linear();
-  if (!r.allFinite() || !pose.translation().allFinite())
-    throw InputError(std::string(what) + " is not finite");
-  if (!(r.transpose() * r).isIdentity(kTolerance) || !(r.determinant() > 0.0))
-    throw InputError(std::string(what) + " is no rigid motion: its rotation is not orthonormal");
 }
 
 }  // namespace planar_mapping

@@ -27,16 +27,13 @@ constexpr double kMaxSlope = 2.0;        // 63 degrees; a scan with its floor at
 class NearestRanges {
  public:
   /// \param degrees  width of a direction
-  NearestRanges(const PointsView& points, const Indices* indices, double degrees)
+  NearestRanges(const PointsView& points, const Indices& indices, double degrees)
       : width_(degrees * kRadiansPerDegree),
         rings_(static_cast<int>(std::ceil(180.0 / degrees)) + 2),
         pieces_(2 * rings_),
         ranges_(static_cast<std::size_t>(rings_) * static_cast<std::size_t>(pieces_), kNothing) {
-    const std::size_t n = detail::countOf(points, indices);
-    for (std::size_t k = 0; k < n; ++k) {
-      const std::size_t i = detail::at(indices, k);
-      if (!isUsable(points, i)) continue;
-      const Vector3 p = points.point(i);
+    for (const int i : indices) {
+      const Vector3 p = points.point(static_cast<std::size_t>(i));
       float& nearest = ranges_[cellOf(ringOf(p), 0, p)];
       nearest = std::min(nearest, static_cast<float>(p.norm()));
     }
@@ -104,20 +101,17 @@ Indices pointsAround(const PointsView& points, const Indices* indices) {
 
 /// Whether much of a cloud lies behind the rest of it, seen from the origin.
 /// docs/dev/automatic_parameters.md has the fractions of single scans.
-bool hidesItself(const PointsView& points, const Indices* all) {
-  const Indices around = pointsAround(points, all);
-  const Indices* indices = &around;
-  const NearestRanges coarse(points, indices, 1.0);
-  const NearestRanges fine(points, indices, 0.125);
+bool hidesItself(const PointsView& points, const Indices* indices) {
+  const Indices around = pointsAround(points, indices);
+  const NearestRanges coarse(points, around, 1.0);
+  const NearestRanges fine(points, around, 0.125);
   const std::size_t n = around.size();
   double sights = 0.0;
   double far_behind = 0.0;
   double behind = 0.0;
   double surrounded = 0.0;
   for (std::size_t k = 0; k < n; k += n / kLargestSample + 1) {
-    const std::size_t i = detail::at(indices, k);
-    if (!isUsable(points, i)) continue;
-    const Vector3 p = points.point(i);
+    const Vector3 p = points.point(static_cast<std::size_t>(around[k]));
     sights += 1.0;
     far_behind += coarse.isBehind(p, 1.5) ? 1.0 : 0.0;
     behind += fine.isBehind(p, 1.12) ? 1.0 : 0.0;

@@ -44,6 +44,9 @@ Quaternion turning(const Vector3& up, const Vector3& to);
 /// Whether a cuboid is a face that is level by at most 11 degrees.
 bool isLevel(const Cuboid& cuboid, const Vector3& up);
 
+/// Middle of the upper face of such a cuboid.
+Vector3 topOf(const Cuboid& cuboid, const Vector3& up);
+
 /// Faces by corners(), wound outwards, and the same as triangles.
 constexpr int kFaces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
                               {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};

@@ -20,9 +20,8 @@ struct Floor {
 Vector3 placeOn(const Cuboid& cuboid, const Vector3& up, const Vector3& above) {
   const Matrix3 axes = cuboid.orientation.toRotationMatrix();
   const Vector3 half = 0.5 * cuboid.size;
-  const double upwards = axes.col(2).dot(up) > 0.0 ? 1.0 : -1.0;
   // Down along the vertical onto the plane of the face, then to the nearest place within it.
-  const Vector3 top = cuboid.center + upwards * half.z() * axes.col(2);
+  const Vector3 top = topOf(cuboid, up);
   const double drop = (above - top).dot(axes.col(2)) / up.dot(axes.col(2));
   Vector3 local = axes.transpose() * (above - drop * up - top);
   local = local.cwiseMax(-half).cwiseMin(half);
@@ -127,6 +126,11 @@ bool isLevel(const Cuboid& cuboid, const Vector3& up) {
   constexpr double kMinUpright = 0.98;
   return cuboid.plane_id >= 0 &&
          std::abs((cuboid.orientation * Vector3::UnitZ()).dot(up)) > kMinUpright;
+}
+
+Vector3 topOf(const Cuboid& cuboid, const Vector3& up) {
+  const Vector3 normal = cuboid.orientation.toRotationMatrix().col(2);
+  return cuboid.center + (normal.dot(up) > 0.0 ? 0.5 : -0.5) * cuboid.size.z() * normal;
 }
 
 double groundHeight(const std::vector<Cuboid>& cuboids, const Vector3& up,

@@ -190,9 +190,8 @@ std::vector<GroundPoint> floorPoints(const std::vector<Cuboid>& cuboids, const V
     const Cuboid cuboid = turned(turn, cuboids[i]);
     const Matrix3 axes = cuboid.orientation.toRotationMatrix();
     const Vector3 half = 0.5 * cuboid.size;
-    const Vector3 top = cuboid.center + (axes(2, 2) > 0.0 ? half.z() : -half.z()) * axes.col(2);
-    const Vector2 step = half.head<2>() / kMost * 2.0;
-    const double apart = std::max(kStep, step.maxCoeff());
+    const Vector3 top = topOf(cuboid, Vector3::UnitZ());
+    const double apart = std::max(kStep, cuboid.size.head<2>().maxCoeff() / kMost);
     for (double u = 0.5 * apart; u < cuboid.size.x(); u += apart) {
       for (double v = 0.5 * apart; v < cuboid.size.y(); v += apart) {
         const Vector3 p = top + (u - half.x()) * axes.col(0) + (v - half.y()) * axes.col(1);

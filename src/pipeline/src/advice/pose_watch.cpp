@@ -55,7 +55,7 @@ std::optional<double> PoseWatch::misfit(const PointsView& points,
   const auto normalOf = [](const Piece& p) { return Vector3(p.normal.data()); };
   Matrix3 spread = Matrix3::Zero();
   for (const Piece& piece : now) spread += normalOf(piece) * normalOf(piece).transpose();
-  const Vector3 main = Eigen::SelfAdjointEigenSolver<Matrix3>(spread).eigenvectors().col(2);
+  const Vector3 usual = Eigen::SelfAdjointEigenSolver<Matrix3>(spread).eigenvectors().col(2);
   std::vector<double> distances[2];  // of walls that mostly face the direction of most, of others
   for (const Piece& piece : now) {
     const Vector3 place(piece.place.data());
@@ -74,7 +74,7 @@ std::optional<double> PoseWatch::misfit(const PointsView& points,
       }
     }
     if (nearest < 2.0 * kSide) {
-      distances[std::abs(normal.dot(main)) > std::sqrt(0.5) ? 0 : 1].push_back(nearest);
+      distances[std::abs(normal.dot(usual)) > std::sqrt(0.5) ? 0 : 1].push_back(nearest);
     }
   }
   before_ = now;

@@ -358,15 +358,20 @@ std::vector<float> anyScan(const Eigen::Array3d& low, const Eigen::Array3d& high
   return xyz;
 }
 
-/// A step a scan, from somewhere in the world; each is inserted where it was found, after which
-/// the map is taken up by another one. How far the last one is off, metres.
-double errorAfter(int scans, double step, std::uint64_t seed) {
-  Random random(seed);
+SurfaceMapParams scannerParams() {
   SurfaceMapParams params;
   params.optical_axis.setZero();
   params.depth_error = 0.02;
   params.cell = 0.4;
   params.reach = 6.0 * params.cell;
+  return params;
+}
+
+/// A step a scan, from somewhere in the world; each is inserted where it was found, after which
+/// the map is taken up by another one. How far the last one is off, metres.
+double errorAfter(int scans, double step, std::uint64_t seed) {
+  Random random(seed);
+  const SurfaceMapParams params = scannerParams();
   SurfaceMap map(params);
   Pose pose(Eigen::AngleAxisd(0.5, Vector3(0.2, 0.1, 1.0).normalized()));
   pose.pretranslate(Vector3(3.3, -1.7, 0.4));
@@ -425,11 +430,7 @@ TEST(SurfaceMap, AScanThatFitsTwiceWithinItsReachIsNotPlaced) {
   // A step of one pillar looks like none.
   for (const std::uint64_t seed : {1, 2, 3}) {
     Random random(seed);
-    SurfaceMapParams params;
-    params.optical_axis.setZero();
-    params.depth_error = 0.02;
-    params.cell = 0.4;
-    params.reach = 6.0 * params.cell;
+    const SurfaceMapParams params = scannerParams();
     SurfaceMap map(params);
     map.insert(scanOf(corridorScan(0.0, params.depth_error, random)), Pose::Identity());
     const std::vector<float> cloud = corridorScan(1.5, params.depth_error, random);
