@@ -136,13 +136,14 @@ class PlanarMap:
         scale: float = 1000.0,
         T: Optional[npt.ArrayLike] = None,
         *,
+        along_ray: bool = False,
         max_depth: float = 8.0,
         distance_threshold: Optional[float] = None,
         min_inliers: int = 100,
         timestamp: float = 0.0,
     ) -> FrameUpdate:
         """Adds a depth image, (H, W), uint16 as it is: depth in metres = value / scale; 0 and what is not finite = no
-        measurement. K: 3 x 3 camera matrix of the rectified image. Points beyond max_depth are not mapped."""
+        measurement. along_ray: values are distances along the rays of the pixels, not along the camera's axis. K: 3 x 3 camera matrix of the rectified image. Points beyond max_depth are not mapped."""
     def merge(self, other: PlanarMap, T: Optional[npt.ArrayLike] = None) -> FrameUpdate:
         """Adds what another map knows; T = T_map_other."""
     def finished(self) -> PlanarMap:

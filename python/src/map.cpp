@@ -96,7 +96,7 @@ FrameUpdate insert(SharedMap& self, const py::object& xyz, const py::object& T,
 }
 
 FrameUpdate insertDepth(SharedMap& self, const py::array& image, const py::object& K, double scale,
-                        const py::object& T, double max_depth,
+                        const py::object& T, bool along_ray, double max_depth,
                         std::optional<double> distance_threshold, int min_inliers,
                         double timestamp) {
   if (image.ndim() != 2 || image.size() == 0) {
@@ -106,7 +106,7 @@ FrameUpdate insertDepth(SharedMap& self, const py::array& image, const py::objec
   const PinholeCamera camera = cameraOf(K, image.shape(0), image.shape(1));
   const auto width = static_cast<std::uint32_t>(image.shape(1));
   const auto height = static_cast<std::uint32_t>(image.shape(0));
-  const io::DepthProjector projector(camera, scale);
+  const io::DepthProjector projector(camera, scale, along_ray);
   io::CloudData cloud;
   const char kind = image.dtype().kind();
   if (py::isinstance<py::array_t<std::uint16_t>>(image)) {
@@ -310,10 +310,12 @@ void addMap(py::module_& module) {
       .def("insert", &insert, "xyz"_a, "T"_a = py::none(), py::kw_only(), "planes"_a = py::none(),
            "distance_threshold"_a = py::none(), "min_inliers"_a = 100, "timestamp"_a = 0.0,
            "K"_a = py::none(), "Adds a cloud of the sensor's frame; T = T_world_sensor.")
-      .def("insert_depth", &insertDepth, "image"_a, "K"_a, "scale"_a = 1000.0, "T"_a = py::none(),
-           py::kw_only(), "max_depth"_a = 8.0, "distance_threshold"_a = py::none(),
-           "min_inliers"_a = 100, "timestamp"_a = 0.0,
-           "Adds a depth image of a pinhole camera; T = T_world_camera.")
+      .def(
+          "insert_depth", &insertDepth, "image"_a, "K"_a, "scale"_a = 1000.0, "T"_a = py::none(),
+          py::kw_only(), "along_ray"_a = false, "max_depth"_a = 8.0,
+          "distance_threshold"_a = py::none(), "min_inliers"_a = 100, "timestamp"_a = 0.0,
+          "Adds a depth image of a pinhole camera; T = T_world_camera. Values are depths along the "
+          "camera's axis, with along_ray distances along the rays of the pixels.")
       .def("merge", &merge, "other"_a, "T"_a = py::none(), "Adds another map; T = T_map_other.")
       .def(
           "finished",

@@ -39,7 +39,8 @@ class Reader {
           "image_width", "image_height", "fx",       "fy",       "cx",       "cy",
           "baseline_m",  "cx_right",     "fx_right", "fy_right", "cy_right", "depth_scale",
           "k1",          "k2",           "p1",       "p2",       "k3",       "k1_right",
-          "k2_right",    "p1_right",     "p2_right", "k3_right", "rotation", "translation_m"};
+          "k2_right",    "p1_right",     "p2_right", "k3_right", "rotation", "translation_m",
+          "depth_along"};
       if (kKeys.count(key) == 0) {
         fail(entry.first.Mark(),
              "unknown key " + quoted(key) +
@@ -85,6 +86,12 @@ class Reader {
   }
   [[noreturn]] void fail(const char* key, const std::string& problem) const {
     fail(root_[key].Mark(), problem);
+  }
+  bool isOneOf(const char* key, const std::string& yes, const std::string& no) const {
+    const YAML::Node node = root_[key];
+    const std::string value = node.IsScalar() ? node.Scalar() : "";
+    if (value != yes && value != no) fail(key, std::string(key) + " is " + no + " or " + yes);
+    return value == yes;
   }
   int integer(const char* key) const {
     const double value = number(key, 1, kLargestImage);
@@ -179,6 +186,8 @@ Calibration readCalibration(const std::string& path) {
       reader.has("cx_right") ? reader.number("cx_right", -kHuge, kHuge) : calibration.camera.cx;
   if (reader.has("depth_scale"))
     calibration.depth_scale = reader.number("depth_scale", kTiny, kHuge);
+  if (reader.has("depth_along"))
+    calibration.depth_along_ray = reader.isOneOf("depth_along", "ray", "axis");
   if (reader.has("translation_m")) {
     if (reader.has("baseline_m"))
       reader.fail("baseline_m", "baseline_m of a pair that is not rectified is translation_m");
@@ -232,6 +241,7 @@ std::string toYaml(const Calibration& calibration) {
     if (calibration.cx_right != calibration.camera.cx) add("cx_right", calibration.cx_right);
   }
   if (calibration.depth_scale) add("depth_scale", *calibration.depth_scale);
+  if (calibration.depth_along_ray) text += "depth_along: ray\n";
   return text;
 }
 

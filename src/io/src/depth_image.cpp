@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/io/depth_image.h"
 
+#include <cmath>
 #include <limits>
 #include <type_traits>
 
@@ -43,7 +44,8 @@ void projectRow(const float* values, const float* column_slope, float row_slope,
 
 }  // namespace
 
-DepthProjector::DepthProjector(const PinholeCamera& camera, double depth_scale) {
+DepthProjector::DepthProjector(const PinholeCamera& camera, double depth_scale, bool along_ray)
+    : along_ray_(along_ray) {
   requireInRange("image_width", camera.width, 1, std::numeric_limits<int>::max(), "px");
   requireInRange("image_height", camera.height, 1, std::numeric_limits<int>::max(), "px");
   requirePositive("fx", camera.fx, "px");
@@ -82,6 +84,13 @@ void DepthProjector::projectImage(const Value* values, CloudData& cloud) const {
   for (std::size_t row = 0; row < height_; ++row)
     projectRow(values + row * width_, column_slope_.data(), row_slope_[row], metres_per_unit_,
                width_, cloud.xyz.data() + 3 * row * width_);
+  if (!along_ray_) return;
+  for (std::size_t i = 0; i < std::size_t{width_} * height_; ++i) {
+    const float x = column_slope_[i % width_];
+    const float y = row_slope_[i / width_];
+    const float z = 1.0f / std::sqrt(1.0f + x * x + y * y);
+    for (std::size_t k = 0; k < 3; ++k) cloud.xyz[3 * i + k] *= z;
+  }
 }
 
 }  // namespace planar_mapping::io

@@ -98,6 +98,9 @@ std::vector<std::string> FrameWatch::adviceOn(const Frame& frame, const PlanarMa
   if (robot_.isSeenIn(points, frame.indices, frame.T_world_sensor)) {
     advice.push_back(frame.source + ": " + RobotWatch::kAdvice);
   }
+  if (frame.camera && !frame.baseline && depths_.isBentIn(points, frame.is_only)) {
+    advice.push_back(frame.source + ": " + DepthWatch::kAdvice);
+  }
   // The noise of depth cameras is as large as what is wrong with their poses.
   const bool is_given_for_scan =
       frame.given_pose && !frame.pose_assumed && !frame.without_sensor && !frame.camera &&

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "advice/depth_watch.h"
 #include "advice/pose_watch.h"
 #include "advice/robot_watch.h"
 #include "planar_mapping/pipeline/frame_source.h"
@@ -24,12 +25,13 @@ class FrameWatch {
 
   template <typename Archive>
   void visitState(Archive& archive) {
-    archive(robot_, poses_, is_camera_);
+    archive(robot_, poses_, depths_, is_camera_);
   }
 
  private:
   RobotWatch robot_;
   PoseWatch poses_;
+  DepthWatch depths_;
   std::optional<bool> is_camera_;  ///< by the first frame
 };
 

@@ -52,11 +52,16 @@ TEST_F(CalibrationFile, ReadsCameraStereoAndDepth) {
   EXPECT_EQ(all.baseline, 0.12);
   EXPECT_EQ(all.cx_right, 350.0);
   EXPECT_EQ(all.depth_scale, 5000.0);
+  EXPECT_FALSE(all.depth_along_ray);
+  const std::string camera = std::string(kCamera) + "depth_scale: 5000\n";
+  EXPECT_FALSE(read(camera + "depth_along: axis\n").depth_along_ray);
+  EXPECT_TRUE(read(camera + "depth_along: ray\n").depth_along_ray);
 }
 
 TEST_F(CalibrationFile, WritesWhatItReads) {
-  const std::string text = toYaml(read(
-      std::string(kCamera) + "baseline_m: 0.1200505839\ncx_right: 350.1\ndepth_scale: 5000\n"));
+  const std::string text = toYaml(
+      read(std::string(kCamera) + "baseline_m: 0.1200505839\ncx_right: 350.1\ndepth_scale: 5000\n" +
+           "depth_along: ray\n"));
   const Calibration back = read(text);
   EXPECT_EQ(back.baseline, 0.1200505839);
   EXPECT_EQ(back.cx_right, 350.1);
@@ -71,6 +76,7 @@ TEST_F(CalibrationFile, NamesWhatIsWrong) {
   expectProblem("image_width: 640\n", "no key 'image_height'");
   expectProblem(camera + "fz: 1\n", "line 8: unknown key 'fz'; a calibration has image_width");
   expectProblem(camera + "fx: 1\n", "line 8: key 'fx' twice");
+  expectProblem(camera + "depth_along: z\n", "depth_along is axis or ray");
   expectProblem(camera + "depth_scale: 0\n", "depth_scale = '0' is not in");
   expectProblem(camera + "depth_scale: .nan\n", "depth_scale is no number");
   expectProblem(camera + "depth_scale: nan\n", "is not in");

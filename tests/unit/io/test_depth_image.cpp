@@ -111,6 +111,19 @@ TEST(DepthProjector, FollowsThePinholeModel) {
   expect_point(5, 2.0, 0.5, 4.0);
 }
 
+TEST(DepthProjector, DistancesAlongRaysEndOnASphere) {
+  const PinholeCamera camera{50.0, 40.0, 30.0, 20.5, 64, 48};
+  const std::vector<float> values(64 * 48, 2.5f);
+  CloudData cloud;
+  DepthProjector(camera, 1.0, true).project(values.data(), cloud);
+  for (const int i : {0, 63, 1000, 64 * 48 - 1}) {
+    const Eigen::Map<const Eigen::Vector3f> p(&cloud.xyz[3 * static_cast<std::size_t>(i)]);
+    const Vector3 ray = camera.rayOf(i % 64, i / 64);
+    EXPECT_NEAR(p.norm(), 2.5f, 1e-5) << i;
+    EXPECT_NEAR(p.cast<double>().cross(ray).norm(), 0.0, 1e-5) << i;
+  }
+}
+
 TEST(DepthProjector, FloatsAreProjectedLikeCounts) {
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
   constexpr float kInfinity = std::numeric_limits<float>::infinity();

@@ -222,7 +222,8 @@ Sequence::Sequence(const std::vector<std::string>& inputs, const SequenceOptions
   impl_->requireCalibration(inputs.front());
   if (sequence.kind == SequenceKind::Rgbd) {
     const Calibration& calibration = *sequence.calibration;
-    impl_->projector.emplace(calibration.camera, *calibration.depth_scale);
+    impl_->projector.emplace(calibration.camera, *calibration.depth_scale,
+                             calibration.depth_along_ray);
     if (calibration.distortion)
       impl_->undistorter.emplace(calibration.camera, *calibration.distortion);
   }

@@ -32,7 +32,8 @@ PLANAR_MAPPING_EXPORT void writeDepthPng(const std::string& path, const DepthIma
 class PLANAR_MAPPING_EXPORT DepthProjector {
  public:
   /// \throws ParameterError for a camera without size or focal length, or a scale <= 0
-  DepthProjector(const PinholeCamera& camera, double depth_scale);
+  /// \param along_ray  values are distances along the rays in place of z
+  DepthProjector(const PinholeCamera& camera, double depth_scale, bool along_ray = false);
 
   /// Overwrites width, height and xyz of \p cloud and clears its other channels.
   /// \throws InputError if the image has another size than the camera
@@ -48,6 +49,7 @@ class PLANAR_MAPPING_EXPORT DepthProjector {
   std::uint32_t width_;
   std::uint32_t height_;
   float metres_per_unit_;
+  bool along_ray_;
   std::vector<float> column_slope_;
   std::vector<float> row_slope_;
 };
