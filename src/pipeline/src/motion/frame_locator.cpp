@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "motion/frame_locator.h"
 
+#include <algorithm>
+
 #include "planar_mapping/core/base/detail/state_archive.h"
 
 namespace planar_mapping::detail {
@@ -10,7 +12,8 @@ namespace {
 // How far depth alone may place a frame from where it is expected.
 constexpr double kStep = 1.0;         // metres
 constexpr double kTurn = M_PI / 3.0;  // radians
-constexpr int kFewLost = 1;           // frames: then the camera sees what it saw before them
+constexpr const char* kLooksTheSame = "it looks the same from another place";
+constexpr int kFewLost = 1;  // frames: then the camera sees what it saw before them
 
 /// Are two poses less than so many metres and radians apart?
 bool isNear(const Pose& a, const Pose& b, double distance, double turn) {
@@ -200,6 +203,18 @@ bool FrameLocator::isBetterByFeatures([[maybe_unused]] const Frame& frame,
 #endif
 }
 
+bool FrameLocator::isAmbiguous([[maybe_unused]] const Pose& T_world_sensor) const {
+#ifdef PLANAR_MAPPING_HAS_STEREO
+  if (!isSeen()) return false;
+  const Pose expected = odometry_.expectedPose();
+  const PoseVerdict verdict =
+      views_->check(view_, T_world_sensor, odometry_.hasVelocity() ? &expected : nullptr, false);
+  return verdict == PoseVerdict::Ambiguous || verdict == PoseVerdict::Doubtful;
+#else
+  return false;
+#endif
+}
+
 /// Where no image tells whether a cloud fits, it is begun with where the camera was: the motion
 /// before, if a cloud alone gave it, is no better. What spins is on a vehicle, which goes on.
 Pose FrameLocator::expectedPose(const Frame& frame) const {
@@ -242,10 +257,10 @@ std::optional<FrameLocator::Placement> FrameLocator::placeFar(
         view_, guess, candidates,
         lost_ > kFewLost ? ViewGuess::Nothing
                          : (odometry_.hasVelocity() ? ViewGuess::Motion : ViewGuess::Place));
-    if (far.found) {
+    if (far.found && !mayHaveSlid(far.T_world_sensor)) {
       return helped(frame, far.T_world_sensor, covarianceByViews(), far.T_world_sensor, true);
     }
-    doubt_ = far.reason;
+    doubt_ = far.found ? kLooksTheSame : far.reason;
     return std::nullopt;
   }
 #endif
@@ -287,11 +302,11 @@ bool FrameLocator::agrees([[maybe_unused]] const Pose& T_world_sensor,
   const PoseVerdict verdict =
       views_->check(view_, T_world_sensor, odometry_.hasVelocity() ? &expected : nullptr,
                     lost_ > kFewLost && !likely);
-  if (verdict == PoseVerdict::Confirmed) return true;
+  if (verdict == PoseVerdict::Confirmed && (likely || !mayHaveSlid(T_world_sensor))) return true;
   if (verdict == PoseVerdict::Unknown) return likely || follows(T_world_sensor, expected);
-  doubt_ = verdict == PoseVerdict::Ambiguous  ? "it looks the same from another place"
-           : verdict == PoseVerdict::Doubtful ? "earlier views hardly speak for the pose they give"
-                                              : "earlier views contradict the pose they give";
+  doubt_ = verdict == PoseVerdict::Doubtful  ? "earlier views hardly speak for the pose they give"
+           : verdict == PoseVerdict::Refused ? "earlier views contradict the pose they give"
+                                             : kLooksTheSame;
   return false;
 #else
   return true;
@@ -301,6 +316,16 @@ bool FrameLocator::agrees([[maybe_unused]] const Pose& T_world_sensor,
 /// Whether a pose is a small step from where it was expected, and the last frame had one.
 bool FrameLocator::follows(const Pose& T_world_sensor, const Pose& expected) const {
   return lost_ == 0 && isNear(expected, T_world_sensor, 0.3, 0.3);
+}
+
+/// Whether a camera that was lost may be a few panels farther along what its view leaves open: it
+/// seems to be where more of the known is seen, and not where it would be if it had gone on.
+bool FrameLocator::mayHaveSlid(const Pose& T_world_sensor) const {
+  constexpr double kOff = 0.5;  // metres, or of the way
+  if (lost_ == 0 || !ViewMap::leavesOpen(view_)) return false;
+  const Vector3 expected = odometry_.expectedPose().translation();
+  const double way = (expected - last_pose_->translation()).norm();
+  return (T_world_sensor.translation() - expected).norm() > kOff * std::max(1.0, way);
 }
 
 PoseCandidate FrameLocator::candidateOf(const CloudRegistration& by_cloud) const {

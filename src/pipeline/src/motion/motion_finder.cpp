@@ -106,7 +106,8 @@ std::optional<FrameLocator::Placement> MotionFinder::placeDoubtful(const Frame& 
     std::optional<FrameLocator::Placement> by_cloud = locator_->place(bare);
     locator_->lookAt(frame);
     if (by_cloud && by_cloud->prior &&
-        !locator_->isBetterByFeatures(frame, by_cloud->prior->T_world_sensor)) {
+        !locator_->isBetterByFeatures(frame, by_cloud->prior->T_world_sensor) &&
+        !locator_->isAmbiguous(by_cloud->prior->T_world_sensor)) {
       by_cloud->prior->exact = true;
       return by_cloud;
     }

@@ -50,12 +50,14 @@ bool isComparable(const Hypothesis& one, const Hypothesis& best) {
 
 /// Likewise where nobody knows how far the camera has moved: where things repeat, the true place
 /// is not always the one that agrees best.
-bool isRival(const Hypothesis& one, const Hypothesis& best) {
+/// \param leaves_open  panels that repeat may have many features
+bool isRival(const Hypothesis& one, const Hypothesis& best, bool leaves_open) {
   constexpr double kElsewhere = 0.25;  // metres
   constexpr double kScore = 0.75;
   constexpr double kScoreByFeatures = 0.65;  // with so many as these:
   constexpr double kInliers = 0.4;
-  if (best.inliers >= kManyInliers || one.support.overlap <= 0.5 * best.support.overlap ||
+  if ((best.inliers >= kManyInliers && !leaves_open) ||
+      one.support.overlap <= 0.5 * best.support.overlap ||
       (one.pose.translation() - best.pose.translation()).norm() < kElsewhere) {
     return false;
   }
@@ -65,8 +67,8 @@ bool isRival(const Hypothesis& one, const Hypothesis& best) {
 }
 
 /// Whether a pose has enough for what is known before. \param rival  see locate()
-bool isEnough(ViewGuess known, std::size_t inliers, const Support& support, double rival,
-              double distance) {
+bool isEnough(ViewGuess known, bool leaves_open, std::size_t inliers, const Support& support,
+              double rival, double distance) {
   constexpr double kOfPlace = 0.35;
   const double score = support.score;
   const bool confirmed = support.verdict == PoseVerdict::Confirmed;
@@ -76,7 +78,8 @@ bool isEnough(ViewGuess known, std::size_t inliers, const Support& support, doub
     // From a view that shows most of the same the true place would be among the others.
     return many || confirmed || rival < kFarBehind * score || distance < kNearGuess;
   }
-  if (known == ViewGuess::Nothing) return confirmed && inliers > 0 && score > kStrict;
+  if (known == ViewGuess::Nothing)
+    return confirmed && inliers > 0 && score > (leaves_open ? kStrong : kStrict);
   return (confirmed || many) && score > kOfPlace;
 }
 
@@ -215,11 +218,13 @@ ViewMap::Location bestOf(const Views& views, const ViewMap::View& view, const Po
     apart.push_back(one);
   }
   constexpr double kOfOverlap = 0.25;
+  const bool leaves_open = !openAxes(view.cells).empty();
   const bool one_wall = known != ViewGuess::Motion && isOneWall(views, view, best.pose);
   double rival = 0.0;
   for (const Hypothesis& one : apart) {
     if (views.isSamePlace(view, one.pose, best.pose)) continue;
-    if (isComparable(one, best) || (known != ViewGuess::Motion && isRival(one, best)) ||
+    if (isComparable(one, best) ||
+        (known != ViewGuess::Motion && isRival(one, best, leaves_open)) ||
         (one_wall && one.support.score > kComparable * best.support.score &&
          one.support.overlap > kOfOverlap * best.support.overlap)) {
       location.reason = "it looks the same from another place";
@@ -239,8 +244,8 @@ ViewMap::Location bestOf(const Views& views, const ViewMap::View& view, const Po
       (rival > kFarBehind * support.score || (best.inliers == 0 && support.score < kStrict))) {
     location.reason = "it looks the same from another place";
   } else {
-    location.found =
-        isEnough(known, best.inliers, support, rival, Views::distance(best.pose, guess));
+    location.found = isEnough(known, leaves_open, best.inliers, support, rival,
+                              Views::distance(best.pose, guess));
   }
   return location;
 }
@@ -299,6 +304,10 @@ bool ViewMap::fitsBetter(const ViewPtr& view, const Pose& one, const Pose& other
   const Support b = views_->supportOf(*view, other, kFineView);
   return a.misfit < kMaxMisfit * b.misfit && a.correlation > b.correlation - kSameCorrelation &&
          a.overlap > kMinOverlap * b.overlap;
+}
+
+bool ViewMap::leavesOpen(const ViewPtr& view) {
+  return !openAxes(view->cells).empty();
 }
 
 bool ViewMap::fitsBadly(const ViewPtr& view, const Pose& T_world_sensor) const {
