@@ -15,9 +15,15 @@ constexpr double kMissMarginFar = 1.0;  // of a scan, or with a known depth erro
 /// ... and so much of what it covers in the image is measured: cameras have holes at edges and
 /// where little is reflected, and a leg that is narrower than a cell is often no more than a hole.
 constexpr double kSeenThrough = 0.6;
-/// The gaps between the rings of a scanner are no holes: there it is a fraction of what is measured
-/// within so many times its size.
+/// How densely the rays of a scanner lie is counted within so many times the size of a cell.
 constexpr double kAround = 4.0;
+/// Of a scan only a ray that passes within so many resolutions of the middle of a cell looks
+/// through it: those farther off pass above or below a bar in it, ...
+constexpr double kMiddle = 0.35;
+/// ... and so may that one, unless rays lie no more than so many resolutions apart. ...
+constexpr double kDense = 0.75;
+/// ... Where they lie farther apart it counts for so much of a look.
+constexpr double kThinLook = 1.0 / 3.0;
 /// So many points before a cell for each ray that passes it do not hide it.
 constexpr double kStray = 0.25;
 /// And a ray that passes a cell may meet the same floor or wall farther on: not by more than this
@@ -43,7 +49,7 @@ struct UnseenCell {
   bool is_proven = true;  ///< one look that does not confirm it is not enough to lose it
 };
 
-/// Between the rings of a scanner something thin may be left: that counts for half a look.
+/// Between the rays of a scanner something thin may be left.
 enum class Missed : std::uint8_t { No, Hardly, Surely };
 
 /// Tells whether the sensor looks through cells.
@@ -76,11 +82,8 @@ class MissTest {
     if (!image_.isResponsible(cell.centre)) return Missed::No;
     const DepthImage::Look all = image_.look(cell.centre, half_, true);
     if (all.inside && all.far <= max_range_ && isPassed(cell, all, all.far + margin_)) {
-      const DepthImage::Cover cover = image_.coverOf(cell.centre, half_);
-      if (cover.is_complete) return Missed::Surely;
-      const bool is_sure = !noise_ || image_.coverOf(cell.centre, 0.5 * half_).is_used;
-      if (cover.measured >= (is_sure ? kSeenThrough : kSeenThroughNoise)) return Missed::Surely;
-      if (image_.isSparse() && isPassedBetweenRings(cell, all, cover)) return Missed::Hardly;
+      const Missed passed = image_.isSparse() ? passedByRays(cell, all) : passedByPixels(cell);
+      if (passed != Missed::No) return passed;
     }
     // Without a depth error nobody knows whether what is measured beside the cell is of it.
     if (!noise_) return Missed::No;
@@ -97,13 +100,29 @@ class MissTest {
     const DepthImage::Sides sides = image_.sidesOf(cell.centre, half_, all.near - margin_, depth);
     return sides.at == 0 && sides.before <= kStray * sides.beyond;
   }
-  /// Do rays pass it as densely as they lie around it, and end far behind it?
-  bool isPassedBetweenRings(const UnseenCell& cell, const DepthImage::Look& all,
-                            const DepthImage::Cover& cover) const {
-    const double beyond = std::max(kGrazing * cell.centre.z(), half_.x() / std::abs(cell.facing));
-    if (!isPassed(cell, all, all.far + beyond)) return false;
+  /// Is enough measured over a cell that all which is measured over it lies beyond?
+  Missed passedByPixels(const UnseenCell& cell) const {
+    const DepthImage::Cover cover = image_.coverOf(cell.centre, half_);
+    if (cover.is_complete) return Missed::Surely;
+    const bool is_sure = !noise_ || image_.coverOf(cell.centre, 0.5 * half_).is_used;
+    const double enough = is_sure ? kSeenThrough : kSeenThroughNoise;
+    return cover.measured >= enough ? Missed::Surely : Missed::No;
+  }
+  /// Does a ray pass the middle of the cell? Where there are gaps between rays all of them have to
+  /// end far behind it, too; where there are none, what was hit once is lost at once.
+  Missed passedByRays(const UnseenCell& cell, const DepthImage::Look& all) const {
+    const double enough = noise_ ? kSeenThroughNoise : kSeenThrough;
+    if (image_.coverOf(cell.centre, half_).measured >= enough) {
+      if (!cell.is_proven) return Missed::Surely;
+    } else {
+      const double facing = std::abs(cell.facing);
+      const double beyond = std::max(kGrazing * cell.centre.z(), half_.x() / facing);
+      if (!isPassed(cell, all, all.far + beyond)) return Missed::No;
+    }
+    if (!image_.isPassedWithin(cell.centre, kMiddle * resolution_)) return Missed::No;
     const double around = image_.coverOf(cell.centre, kAround * half_).measured;
-    return cover.measured > 0.0 && cover.measured >= kSeenThrough * around;
+    const double spacing = image_.tileSide(cell.centre.z()) / around;
+    return spacing <= kDense * resolution_ ? Missed::Surely : Missed::Hardly;
   }
   bool isMissingWhereMeasured(const UnseenCell& cell) const {
     // Half the cell is enough to expect points of it, and edges of what hides others matter less.
@@ -136,7 +155,7 @@ class MissTest {
 template <typename Cells>
 bool miss(const PlanarMapParams& params, Cells& cells, std::size_t bit, Missed missed) {
   const double factor =
-      missed == Missed::Hardly ? std::sqrt(params.miss_factor) : params.miss_factor;
+      missed == Missed::Hardly ? std::pow(params.miss_factor, kThinLook) : params.miss_factor;
   const std::uint8_t belief = afterMiss(cells.belief(bit), factor);
   if (!isKept(belief, params.min_probability)) {
     cells.remove(bit);

@@ -258,6 +258,25 @@ DepthImage::Sides DepthImage::sidesOf(const Vector3& centre, const Vector3& half
   return sides;
 }
 
+bool DepthImage::isPassedWithin(const Vector3& centre, double reach) const {
+  double edges[4];
+  if (rays_.empty() || !footprint(centre, {reach, reach, 0.0}, edges)) return false;
+  const Level& level = levels_.front();
+  const auto tile = [&](double edge, int tiles) {
+    return std::clamp(static_cast<int>(edge) >> shift_, 0, tiles - 1);
+  };
+  const int right = tile(edges[1], level.width), bottom = tile(edges[3], level.height);
+  for (int y = tile(edges[2], level.height); y <= bottom; ++y) {
+    for (int x = tile(edges[0], level.width); x <= right; ++x) {
+      const auto i = static_cast<std::size_t>(y) * level.width + x;
+      if (!(level.tiles[i][kFarthest] < 0.0f)) continue;
+      const Vector2 off = centre.z() * rays_[i].cast<double>() - centre.head<2>();
+      if (off.cwiseAbs().maxCoeff() <= reach) return true;
+    }
+  }
+  return false;
+}
+
 DepthImage::Look DepthImage::look(const Vector3& c, const Vector3& half, bool whole) const {
   Look result;
   result.near = c.z() - half.z();

@@ -94,10 +94,15 @@ class DepthImage {
     int at = 0;
   };
   Sides sidesOf(const Vector3& centre, const Vector3& half, double near, double far) const;
+  /// Of a sparse image: does a ray pass within \p reach of a place, along the image's axes?
+  bool isPassedWithin(const Vector3& centre, double reach) const;
   /// Pixels that a square of the given side covers, facing the camera at this depth.
   double pixelsOf(double side, double depth) const {
     return camera_.fx * camera_.fy * side * side / (depth * depth);
   }
+
+  /// Metres from one of the lowest tiles to the next, at a depth.
+  double tileSide(double depth) const { return depth * (1 << shift_) / camera_.fx; }
 
   /// Looks at the box of the given half extents along the camera's axes.
   /// \param whole  what the image cuts is of no interest: then the depths are not looked up

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "planar_mapping/core/base/detail/random.h"
@@ -46,8 +47,8 @@ TEST(Misses, WrongPointsAreLostBetweenTheRingsOfAScanner) {
   EXPECT_LT(static_cast<double>(lost), 0.002 * static_cast<double>(first.size()));
 }
 
-/// Edges leave points in the air, one of a hundred here, in every scan: they neither hide each other
-/// from the rays that pass them nor become cells where a surface would have many points.
+/// Edges leave points in the air, one of a hundred here, in every scan: they neither hide each
+/// other from the rays that pass them nor become cells where a surface would have many points.
 TEST(Misses, StrayPointsOfManyScansAreFew) {
   Random random(6);
   PlanarMap map;
@@ -77,6 +78,76 @@ TEST(Misses, StrayPointsOfManyScansAreFew) {
   }
   EXPECT_GT(strays, 4000u);
   EXPECT_LT(left, 600u);
+}
+
+/// A thing across a hall, 5 cm thick, 2 m before its far wall.
+struct Across {
+  double low, high;  ///< of its height, metres
+  /// Points of a scan that is not turned end at it. \return how many, by tenths of its 4 m
+  std::vector<int> cut(const Vector3& sensor, std::vector<float>& xyz) const {
+    constexpr double kFront = 8.0;
+    std::vector<int> hits(40, 0);
+    for (std::size_t k = 0; k < xyz.size(); k += 3) {
+      const double part = (kFront - sensor.x()) / xyz[k];
+      const double y = sensor.y() + part * xyz[k + 1], z = sensor.z() + part * xyz[k + 2];
+      if (!(part > 0.0 && part < 1.0 && std::abs(y) < 2.0 && z > low && z < high)) continue;
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        xyz[k + axis] *= static_cast<float>(part + 0.01 / xyz[k]);
+      ++hits[static_cast<std::size_t>((y + 2.0) * 10.0)];
+    }
+    return hits;
+  }
+};
+
+/// A scanner of 16 rings comes from 8 m to 2 m before the thing and goes back, 41 scans.
+/// \param scans with the thing in place \return how many of its hit tenths are occupied, are free
+std::pair<int, int> approach(const Across& thing, int scans, int& hit) {
+  Random random(7);
+  PlanarMap map;
+  std::vector<int> hits(40, 0);
+  for (int i = 0; i <= 40; ++i) {
+    Pose pose = Pose::Identity();
+    pose.translation() << 6.0 - 0.3 * std::abs(i - 20), 0.2 * std::sin(i),
+        0.2 * random.uniform(-1.0, 1.0);
+    const Eigen::Array3d at = pose.translation().array();
+    std::vector<float> xyz = test::ringScan(Eigen::Array3d(-2.0, -3.0, -0.8) - at,
+                                            Eigen::Array3d(10.0, 3.0, 2.2) - at, 0.0, 0.0, random);
+    if (i < scans) {
+      const std::vector<int> fresh = thing.cut(pose.translation(), xyz);
+      for (std::size_t k = 0; k < hits.size(); ++k) hits[k] += fresh[k];
+    }
+    FrameObservation frame;
+    frame.points = PointsView(xyz.data(), xyz.size() / 3);
+    frame.T_world_sensor = pose;
+    map.insert(frame);
+  }
+  std::pair<int, int> found{0, 0};
+  hit = 0;
+  for (std::size_t k = 0; k < hits.size(); ++k) {
+    if (hits[k] == 0) continue;
+    ++hit;
+    const Vector3 middle(8.03, -1.95 + 0.1 * static_cast<double>(k),
+                         0.5 * (thing.low + thing.high));
+    found.first += map.stateAt(middle) == CellState::Occupied ? 1 : 0;
+    found.second += map.stateAt(middle) == CellState::Free ? 1 : 0;
+  }
+  return found;
+}
+
+/// From afar most rings pass above a bar and below it: that takes nothing of it away.
+TEST(Misses, ABarIsKeptThatRingsHitNowAndThen) {
+  int hit = 0;
+  const int kept = approach({0.15, 0.2}, 41, hit).first;
+  EXPECT_EQ(hit, 40);
+  EXPECT_GE(kept, 38);
+}
+
+/// Of a screen that was seen in 20 scans and is gone in the next 21 little is left.
+TEST(Misses, AScreenThatIsGoneIsLostBetweenRings) {
+  int hit = 0;
+  const int free = approach({-0.5, 0.9}, 20, hit).second;
+  EXPECT_EQ(hit, 40);
+  EXPECT_GE(free, 36);
 }
 
 }  // namespace
