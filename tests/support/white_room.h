@@ -21,7 +21,8 @@ struct WhiteWalk {
   std::vector<evaluation::SimulatedFrame> frames;
 };
 
-inline WhiteWalk walkWhiteRoom(std::uint64_t seed, int frames, double image_noise = 1.5) {
+/// \param focal_length  pixels; 0 = 500
+inline WhiteWalk walkWhiteRoom(std::uint64_t seed, int frames, double focal_length = 0.0) {
   evaluation::SimulationParams params;
   params.scene = "white";
   params.seed = seed;
@@ -29,7 +30,7 @@ inline WhiteWalk walkWhiteRoom(std::uint64_t seed, int frames, double image_nois
   params.yaw = 0.1 + 0.37 * static_cast<double>(seed);
   params.clouds = false;
   params.images = true;
-  params.image_noise = image_noise;
+  params.focal_length = focal_length;
   params.right_exposure = 0.9 + 0.05 * static_cast<double>(seed % 5);
   params.threads = 0;
   WhiteWalk walk{evaluation::Simulation(params), {}};
@@ -44,6 +45,16 @@ inline io::Calibration calibrationOf(const WhiteWalk& walk) {
   calibration.cx_right = calibration.camera.cx;
   calibration.baseline = walk.simulation.params().sensor.baseline;
   return calibration;
+}
+
+/// Overexposed, walls and ceiling are white alike, and no edge shows between them.
+inline void overexpose(WhiteWalk& walk, double gain) {
+  for (evaluation::SimulatedFrame& frame : walk.frames) {
+    for (io::Image* image : {&frame.left, &frame.right}) {
+      for (std::uint8_t& value : image->pixels)
+        value = static_cast<std::uint8_t>(std::min(gain * static_cast<double>(value), 255.0));
+    }
+  }
 }
 
 /// The map that a configuration beside the sources makes of it, with the true poses.

@@ -4,6 +4,7 @@
 // constants of matching and of assumed points; those here did not.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdio>
 
 #include "white_room.h"
@@ -27,6 +28,23 @@ TEST_P(WhiteWalls, AreMappedWithoutPhantoms) {
   EXPECT_GT(figures.walls_occupied, 0.85);
   EXPECT_LT(figures.free_occupied, 0.015);
   EXPECT_LT(figures.farthest_behind, 1.0);
+}
+
+/// Cameras that see far up, and no edge below the ceiling, which is 2.5 m high.
+TEST_P(WhiteWalls, OverexposedOnesEndBelowTheCeiling) {
+  test::WhiteWalk walk =
+      test::walkWhiteRoom(static_cast<std::uint64_t>(GetParam()), kFrames, 250.0);
+  test::overexpose(walk, 1.5);
+  const PlanarMap map = test::mapOf(walk, "stereo_indoor.yaml");
+  double highest = 0.0;
+  for (const Cuboid& cuboid : map.cuboids()) {
+    const Vector3 up = cuboid.orientation.conjugate() * Vector3::UnitZ();
+    highest = std::max(highest, cuboid.center.z() + 0.5 * up.cwiseAbs().dot(cuboid.size));
+  }
+  const test::WhiteRoomFigures figures = test::figuresOf(walk, map);
+  std::printf("walls %.3f occupied; cuboids up to %.2f m high\n", figures.walls_occupied, highest);
+  EXPECT_GT(figures.walls_occupied, 0.7);
+  EXPECT_LT(highest, 3.5);  // wrong matches reach 3 m
 }
 
 /// A disparity needs evidence: of what there is in these rooms little is wrong.

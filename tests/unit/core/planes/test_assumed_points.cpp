@@ -48,6 +48,13 @@ struct Wall {
     std::fill(xyz.begin(), xyz.end(), NAN);
     planes.clear();
   }
+  /// Nothing is measured above a row.
+  void forgetAbove(int row) {
+    std::fill_n(xyz.begin(), 3 * row * kWidth, NAN);
+    Indices& inliers = planes[0].inliers;
+    const auto is_gone = [&](int i) { return i < row * kWidth; };
+    inliers.erase(std::remove_if(inliers.begin(), inliers.end(), is_gone), inliers.end());
+  }
   AssumedPoints assumed() {
     Indices all(kWidth * kHeight);
     std::iota(all.begin(), all.end(), 0);
@@ -113,6 +120,28 @@ TEST(AssumedPoints, AWallEndsAtTheWallBesideIt) {
   EXPECT_LT(widest(assumed), 0.5f);  // half a tile is 4 cm
 }
 
+/// Whatever is above: wall, or a ceiling of the same colour.
+TEST(AssumedPoints, AWallIsNoHigherThanWhatIsMeasuredOfIt) {
+  constexpr int kTop = 24;
+  Wall wall;
+  wall.forgetAbove(kTop);
+  const AssumedPoints assumed = wall.assumed();
+  EXPECT_EQ(assumed.of_plane[0].size(), std::size_t{(kWidth - 16) * (kHeight - kTop)});
+  for (std::size_t i = 0; i < assumed.xyz.size(); i += 3) {
+    const Vector3 point(assumed.xyz[i], assumed.xyz[i + 1], assumed.xyz[i + 2]);
+    ASSERT_GT(wall.camera.project(point).y(), kTop - 0.5);
+  }
+}
+
+/// A corner of a room: what is measured of the wall beyond another hole says nothing of this one.
+TEST(AssumedPoints, EachHoleHasItsOwnEnds) {
+  Wall wall;
+  for (int i = 0; i < kWidth * kHeight; ++i) {
+    if (i % kWidth >= kWidth / 2) wall.gray[static_cast<std::size_t>(i)] -= 20;
+  }
+  EXPECT_TRUE(wall.assumed().empty());
+}
+
 TEST(AssumedPoints, BetweenTwoPlanesNothingIs) {
   EXPECT_TRUE(Wall(3.0f).assumed().empty());
 }
@@ -139,8 +168,8 @@ TEST(AssumedPoints, PicturesAndABaseBoardMakeAPlane) {
   EXPECT_GT(wall.planes[0].inliers.size(), 500u);
   EXPECT_EQ(wall.planes[0].inliers.size(),
             static_cast<std::size_t>(wall.planes[0].moments.weight()));
-  // Also above the pictures.
-  EXPECT_GT(assumed.of_plane[0].size(), std::size_t{56 * 48});
+  // As high as the pictures.
+  EXPECT_EQ(assumed.of_plane[0].size(), std::size_t{kWidth * 40 - 2 * 12 * 12});
 }
 
 TEST(AssumedPoints, ABaseBoardAloneIsNone) {
@@ -180,13 +209,13 @@ TEST(AssumedPoints, WhatHasAnEdgeAroundItIsAnotherThing) {
 TEST(AssumedPoints, TextureWithoutAMatchIsNoWall) {
   Wall wall;
   for (int i = 0; i < kWidth * kHeight; ++i) {
-    if (i % kWidth >= kWidth / 2) continue;
+    if (i / kWidth < kHeight / 2) continue;
     wall.gray[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(i * 131 % 5 * 40 + 20);
   }
   const std::vector<float> xyz = wall.assumed().xyz;
   EXPECT_FALSE(xyz.empty());
   for (std::size_t i = 0; i < xyz.size(); i += 3) {
-    ASSERT_GT(wall.camera.project(Vector3(xyz[i], xyz[i + 1], xyz[i + 2])).x(), kWidth / 2 - 1);
+    ASSERT_LT(wall.camera.project(Vector3(xyz[i], xyz[i + 1], xyz[i + 2])).y(), kHeight / 2);
   }
 }
 

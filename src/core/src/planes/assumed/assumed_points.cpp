@@ -20,39 +20,24 @@ using detail::HolePlanes;
 using detail::TileImage;
 
 constexpr double kMinCosine = 0.1;  // between ray and normal: along a wall nothing can be said
-constexpr double kReach = 1.2;      // farthest assumed depth, in units of that of the ends
 constexpr double kMinGain = 1.25;   // factor of ends by which a new plane beats those of the frame
 constexpr int kMaxPlanes = 3;       // new ones of a hole: at most a corner of a room
 
-double turn(const Vector2& a, const Vector2& b, const Vector2& c) {
-  return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
-}
-
-/// Andrew's monotone chain.
-std::vector<Vector2> convexHull(std::vector<Vector2> points) {
-  std::sort(points.begin(), points.end(), [](const Vector2& a, const Vector2& b) {
-    return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y();
-  });
-  std::vector<Vector2> hull;
-  for (int side = 0; side < 2; ++side) {
-    const std::size_t start = hull.size();
-    for (const Vector2& p : points) {
-      while (hull.size() >= start + 2 && turn(hull[hull.size() - 2], hull.back(), p) <= 0.0)
-        hull.pop_back();
-      hull.push_back(p);
-    }
-    hull.pop_back();
-    std::reverse(points.begin(), points.end());
+/// The rectangle around points of a plane.
+class Extent {
+ public:
+  /// \param across  direction of a side, in the plane
+  Extent(const Vector3& normal, const Vector3& across) {
+    axes_.row(0) = across.normalized();
+    axes_.row(1) = normal.cross(across).normalized();
   }
-  return hull;
-}
+  void add(const Vector3& point) { box_.extend(Vector2(axes_ * point)); }
+  bool contains(const Vector3& point) const { return box_.contains(Vector2(axes_ * point)); }
 
-bool isWithin(const std::vector<Vector2>& hull, const Vector2& point) {
-  for (std::size_t i = 0; i < hull.size(); ++i) {
-    if (turn(hull[i], hull[(i + 1) % hull.size()], point) < 0.0) return false;
-  }
-  return hull.size() > 2;
-}
+ private:
+  Eigen::Matrix<double, 2, 3> axes_;
+  Eigen::AlignedBox2d box_;
+};
 
 /// A plane, and the columns that show it.
 struct Bound {
@@ -209,25 +194,13 @@ std::vector<Bound> Assumption::bounds() const {
 
 void Assumption::fill(const Hole& hole, const std::vector<HolePlane>& candidates) {
   const std::vector<Bound> bounding = bounds();
-  std::vector<std::vector<Vector2>> hulls;
-  std::vector<double> reach;
+  std::vector<Extent> extents;
   for (const HolePlane& candidate : candidates) {
-    std::vector<Vector2> points;
-    reach.push_back(0.0);
+    extents.emplace_back(candidate.plane.normal, search_.levelAlong(candidate.plane));
     for (const int i : candidate.ends) {
-      points.push_back(tiles_.middleOf(i));
-      reach.back() = std::max(reach.back(), kReach * tiles_[i].point.z());
+      if (std::binary_search(hole.ends.begin(), hole.ends.end(), i))
+        extents.back().add(tiles_[i].point);
     }
-    // A wall goes on above and below what is seen of it.
-    if (search_.isUpright(candidate.plane)) {
-      const std::size_t size = points.size();
-      for (std::size_t i = 0; i < size; ++i) {
-        const double column = points[i].x();
-        points[i].y() = -1.0;
-        points.emplace_back(column, camera_.height);
-      }
-    }
-    hulls.push_back(convexHull(std::move(points)));
   }
   const double most = params_.distance_threshold;
   for (const int own : hole.tiles) {
@@ -238,11 +211,11 @@ void Assumption::fill(const Hole& hole, const std::vector<HolePlane>& candidates
     for (std::size_t k = 0; k < candidates.size(); ++k) {
       const HolePlane& candidate = candidates[k];
       const double toward = -candidate.plane.normal.dot(ray);
-      if (!isWithin(hulls[k], middle) || !(toward > kMinCosine * ray.norm())) continue;
+      if (!(toward > kMinCosine * ray.norm())) continue;
       const double far = candidate.plane.offset / toward;
       const Vector3 point = far * ray;
       const bool is_certain =
-          far <= reach[k] && point.dot(candidate.covariance * point) <= most * most &&
+          extents[k].contains(point) && point.dot(candidate.covariance * point) <= most * most &&
           std::abs(planes_[candidate.number].plane.signedDistance(point)) <= most;
       if (!is_certain || !(far < depth)) continue;
       depth = far;

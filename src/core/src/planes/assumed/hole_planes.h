@@ -34,6 +34,10 @@ class HolePlanes {
   bool isUpright(const Plane& plane) const {
     return !up_.isZero() && std::abs(plane.normal.dot(up_)) <= kUpright;
   }
+  /// A direction in a plane: the level one of an upright plane.
+  Vector3 levelAlong(const Plane& plane) const {
+    return isUpright(plane) ? Vector3(up_.cross(plane.normal)) : plane.normal.unitOrthogonal();
+  }
   bool areTurnedAlike(const Plane& a, const Plane& b) const {
     return a.normal.dot(b.normal) >= std::cos(kUpright);
   }

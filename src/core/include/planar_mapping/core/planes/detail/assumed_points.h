@@ -34,10 +34,10 @@ PLANAR_MAPPING_EXPORT std::vector<std::uint8_t> evenTiles(const std::uint8_t* gr
 /// Points for the pixels of holes: even tiles, none measured, without a step between them. A plane
 /// continues in a hole if at least eight measured tiles around it lie on it and next to none behind
 /// it. Where no plane of the frame is seen so, one is looked for in these tiles alone: pictures and
-/// base boards are often too small for the search for planes. Of several planes the nearest counts
-/// within the convex hull of its tiles. Nothing is assumed where the error of the plane exceeds
-/// params.distance_threshold, nor behind the ground, nor behind another plane turned otherwise in
-/// the columns from the first to the last that shows it.
+/// base boards are often too small for the search for planes. A plane continues within the
+/// rectangle around those of these tiles that lie on it; of several planes the nearest counts.
+/// Nothing is assumed where its error exceeds params.distance_threshold, nor behind the ground, nor
+/// behind another plane turned otherwise in the columns from the first to the last that shows it.
 /// \param cloud    organized, of the camera; NaN where nothing is measured
 /// \param indices  points that may belong to planes
 /// \param ground   points of the ground, which are not among them
