@@ -74,7 +74,6 @@ MECHANISMS = [
     ("rejected once", "planes/unorganized/leaf_planes.cpp", "if (wasRejected(best)) continue;", "if (!OFF && wasRejected(best)) continue;"),
     ("coherence of leaves", "planes/unorganized/leaf_planes.cpp",
      "if (!keepCoherent(proposal.plane, voters) ||", "if ((!OFF && !keepCoherent(proposal.plane, voters)) ||"),
-    ("layer beside", "planes/unorganized/sequential_planes.cpp", "const bool layer = significant &&", "const bool layer = !OFF && significant &&"),
     ("agreement of cells", "planes/unorganized/sequential_planes.cpp",
      "isSurface(agreement[k], evidence[k]))", "(OFF || isSurface(agreement[k], evidence[k])))"),
     ("significance", "planes/unorganized/sequential_planes.cpp",

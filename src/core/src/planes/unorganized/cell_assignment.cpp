@@ -127,7 +127,6 @@ std::vector<PlaneEvidence> gatherEvidence(const PointsView& points, const Indice
       (nearest.above ? evidence.above : evidence.below) += 1.0;
       return;
     }
-    evidence.inner += 2.0 * nearest.distance <= threshold ? 1.0 : 0.0;
     evidence.sums.add(p[0] - origin[0], p[1] - origin[1], p[2] - origin[2]);
   };
   forEachNearest(points, indices, grid, candidates, planes, params.threads, add);
@@ -135,7 +134,6 @@ std::vector<PlaneEvidence> gatherEvidence(const PointsView& points, const Indice
   for (const std::vector<PlaneEvidence>& part : parts) {
     for (std::size_t k = 0; k < part.size(); ++k) {
       all[k].sums.add(part[k].sums, {0.0, 0.0, 0.0});
-      all[k].inner += part[k].inner;
       all[k].above += part[k].above;
       all[k].below += part[k].below;
     }

@@ -25,8 +25,7 @@ CellCandidates candidatesOfCells(const PointCells& grid, const SurfaceLeaves& su
 
 /// What the points say about each plane.
 struct PlaneEvidence {
-  PointSums sums;      ///< of the points on it, about the origin given
-  double inner = 0.0;  ///< those of them within half the threshold
+  PointSums sums;  ///< of the points on it, about the origin given
   /// Points one to two thresholds above and below it that no other plane is nearer to.
   double above = 0.0;
   double below = 0.0;

@@ -28,14 +28,6 @@ constexpr double kMinAgreement = 0.65;
 // Points in such cells are more than those beside the plane, by this fraction of all on it: the
 // flat crests of cloth agree with a plane, the rest of the cloth crosses it.
 constexpr double kMinLead = 0.2;
-// A layer of scatter has this many points in the outer half of the threshold for one in the inner
-// half; a surface with a noise of half the threshold has 0.40.
-constexpr double kMinFractionOutside = 0.5;
-// It lies beside a plane of so many times its points, parallel within so many radians, so many
-// thresholds away at most.
-constexpr double kMorePoints = 5.0;
-constexpr double kParallel = 0.09;
-constexpr double kBesideInThresholds = 6.0;
 
 /// Of the points in the flat cells along a plane.
 struct Agreement {
@@ -81,25 +73,6 @@ std::vector<Agreement> agreementWith(const std::vector<Plane>& planes, const Poi
   return agreement;
 }
 
-/// Whether a plane is scatter beside a surface: as many points far from it as near, and parallel to
-/// a plane of many more.
-bool isLayerBeside(std::size_t k, const std::vector<Plane>& planes,
-                   const std::vector<PlaneEvidence>& evidence, const Vector3& origin,
-                   double reach) {
-  const PlaneEvidence& layer = evidence[k];
-  if (layer.sums.n - layer.inner < kMinFractionOutside * layer.inner) return false;
-  const auto& sum = layer.sums.sum;
-  const Vector3 mean = origin + Vector3(sum[0], sum[1], sum[2]) / layer.sums.n;
-  for (std::size_t other = 0; other < planes.size(); ++other) {
-    if (evidence[other].sums.n >= kMorePoints * layer.sums.n &&
-        std::abs(planes[other].normal.dot(planes[k].normal)) >= std::cos(kParallel) &&
-        std::abs(planes[other].signedDistance(mean)) <= reach) {
-      return true;
-    }
-  }
-  return false;
-}
-
 /// Whether the points on the plane stand out from those beside it. The fuller side counts twice: at
 /// the edge of a cloud of clutter there is nothing on the other.
 bool isSignificant(const PlaneEvidence& evidence, double significance) {
@@ -142,16 +115,12 @@ PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
   CellCandidates candidates = candidatesOfCells(grid, surface, found, band);
   const std::vector<PlaneEvidence> evidence =
       gatherEvidence(points, indices, grid, candidates, planes, origin, params);
-  const std::vector<Plane> leaf_planes = planes;
   std::vector<char> good(planes.size(), 0);
   for (std::size_t k = 0; k < planes.size(); ++k) {
     const PlaneMoments::Fit fit = evidence[k].sums.moments(origin).fit();
     const bool significant = isSignificant(evidence[k], params.significance);
     if (!significant) ++diagnostics.rejected_not_significant;
-    const double reach = kBesideInThresholds * params.distance_threshold;
-    const bool layer = significant && isLayerBeside(k, leaf_planes, evidence, origin, reach);
-    if (layer) ++diagnostics.rejected_not_significant;
-    good[k] = fit.valid && significant && !layer ? 1 : 0;
+    good[k] = fit.valid && significant ? 1 : 0;
     if (fit.valid) planes[k] = fit.plane;
   }
   const std::vector<Agreement> agreement = agreementWith(planes, grid, surface, candidates, found);
