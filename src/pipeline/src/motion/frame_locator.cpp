@@ -318,6 +318,7 @@ bool FrameLocator::follows(const Pose& T_world_sensor, const Pose& expected) con
   return lost_ == 0 && isNear(expected, T_world_sensor, 0.3, 0.3);
 }
 
+#ifdef PLANAR_MAPPING_HAS_STEREO
 /// Whether a camera that was lost may be a few panels farther along what its view leaves open: it
 /// seems to be where more of the known is seen, and not where it would be if it had gone on.
 bool FrameLocator::mayHaveSlid(const Pose& T_world_sensor) const {
@@ -327,6 +328,7 @@ bool FrameLocator::mayHaveSlid(const Pose& T_world_sensor) const {
   const double way = (expected - last_pose_->translation()).norm();
   return (T_world_sensor.translation() - expected).norm() > kOff * std::max(1.0, way);
 }
+#endif
 
 PoseCandidate FrameLocator::candidateOf(const CloudRegistration& by_cloud) const {
   constexpr double kMinFraction = 0.5;

@@ -55,7 +55,8 @@ class FrameLocator {
   bool isStep(const Pose& T_world_sensor) const;
   /// Whether many features give another pose, at which depths agree far better.
   bool isBetterByFeatures(const Frame& frame, const Pose& T_world_sensor) const;
-  /// Whether the image agrees as well with a pose farther along what the view leaves open.
+  /// Whether the image hardly agrees with a pose, or as well with one farther along what the view
+  /// leaves open.
   bool isAmbiguous(const Pose& T_world_sensor) const;
   /// Why place() found nothing.
   const std::string& doubt() const { return doubt_; }
@@ -78,7 +79,6 @@ class FrameLocator {
   bool isPartial(const Frame& frame) const;
   bool isSearchedFor() const;
   bool agrees(const Pose& T_world_sensor, const Pose& expected, bool likely);
-  bool mayHaveSlid(const Pose& T_world_sensor) const;
   bool follows(const Pose& T_world_sensor, const Pose& expected) const;
   bool isEnough(const OdometryResult& by_features) const;
   bool isSeen() const;  ///< an image can be compared with those of earlier frames
@@ -90,6 +90,7 @@ class FrameLocator {
   std::optional<SurfaceMap> surfaces_;
 #ifdef PLANAR_MAPPING_HAS_STEREO
   void startViews();
+  bool mayHaveSlid(const Pose& T_world_sensor) const;
   std::optional<Pose> betterThan(const Pose& by_features, const Pose& expected,
                                  const Frame& frame) const;
 
