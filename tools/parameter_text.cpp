@@ -138,9 +138,9 @@ From the first frame that is mapped [ours]: the *extent* is the diagonal of the 
 middle 98 % of the points along each axis, the *spacing* the side of the square of surface that a point
 stands for (the points in a cell of a 64th of the largest side share it), half of the points for less,
 the *noise* the RMS distance of neighbouring points from their plane. The automatic resolution is the
-`resolution_m` of `planar_cuboid_approximation` where that is given, else extent / 100, at most
-0.2 m, but at least three spacings and four times the noise, rounded to 1, 2 or 5 times a power of
-ten; it has the unit of the file, so clouds in millimetres work too. The other keys say what they take from it.
+`resolution_m` of `planar_cuboid_approximation` where that is given, else extent / 100 or three
+spacings, the larger, at most 0.2 m, but at least two (of more than 1 m three) and four times the
+noise, rounded to 1, 2 or 5 times a power of ten; it has the unit of the file, so clouds in millimetres work too. The other keys say what they take from it.
 `config.resolved.yaml` of a run holds the values that were used.
 
 ## Stages

@@ -171,13 +171,17 @@ CloudScale scaleOf(const PointsView& points, const Indices& indices, const Pose&
 
 double automaticResolution(const CloudScale& scale) {
   constexpr double kExtentFraction = 0.01;
-  constexpr double kLargest = 0.2;  // metres; what a robot of usual size can plan with
-  constexpr double kSpacings = 3.0;
+  constexpr double kLargest = 0.2;      // metres; what a robot of usual size can plan with
+  constexpr double kSpacings = 3.0;     // up to the largest
+  constexpr double kFewSpacings = 2.0;  // above it: a floor is to differ from what stands on it
+  constexpr double kMetres = 1.0;       // more than points of a robot are apart: millimetres
   constexpr double kNoises = 4.0;       // half the resolution, d_T, is two standard deviations
   constexpr double kSinglePoint = 0.1;  // without any extent there is nothing to go by
   if (scale.resolution) return *scale.resolution;
-  const double wanted = std::max({std::min(kExtentFraction * scale.extent, kLargest),
-                                  kSpacings * scale.spacing, kNoises * scale.noise});
+  const double least = scale.spacing > kMetres ? kSpacings : kFewSpacings;
+  const double wanted = std::max(
+      {std::min(std::max(kExtentFraction * scale.extent, kSpacings * scale.spacing), kLargest),
+       least * scale.spacing, kNoises * scale.noise});
   if (!(wanted > 0.0)) return kSinglePoint;
   const int exponent = static_cast<int>(std::floor(std::log10(wanted)));
   double best = 0.0;

@@ -35,8 +35,9 @@ void MapKeys::applyProfile(Profile profile) {
 void MapKeys::declare(ParameterTable& table) {
   CuboidApproximationParams& approximation = params.approximation;
   table.number("resolution_m", resolution, Range::positive(),
-               "s, side of the smallest cell; auto = a hundredth of the cloud's extent, at most "
-               "0.2 m, but at least three point spacings and four times the noise");
+               "s, side of the smallest cell; auto = a hundredth of the cloud's extent or three "
+               "point spacings, the larger, at most 0.2 m, but at least two (of more than "
+               "1 m three) and four times the noise");
   table.number("thickness_m", approximation.thickness, Range::atLeast(0.0),
                "extension behind the surface; 0 = resolution_m");
   table.number("density_threshold", approximation.density_threshold, Range::above(0.0, 1.0),

@@ -255,7 +255,9 @@ TEST(AutomaticResolution, FollowsExtentSpacingAndNoise) {
   EXPECT_EQ(0.05, resolution(5.0, 0.005, 0.002));
   EXPECT_EQ(0.2, resolution(39.0, 0.01, 0.002));    // a corridor
   EXPECT_EQ(0.2, resolution(1000.0, 0.01, 0.002));  // a dense town
-  EXPECT_EQ(1.0, resolution(1000.0, 0.3, 0.002));   // a sparse one
+  EXPECT_EQ(0.5, resolution(1000.0, 0.3, 0.002));   // a sparse one
+  EXPECT_EQ(0.2, resolution(10.0, 0.05, 0.002));    // three spacings, not two
+  EXPECT_EQ(0.2, resolution(40.0, 0.14, 0.002));    // two, not three: 16 rings in a yard
   EXPECT_EQ(0.2, resolution(5.0, 0.005, 0.05));     // a noisy room
   EXPECT_EQ(20.0, resolution(2000.0, 6.0, 2.0));    // millimetres
   EXPECT_EQ(0.1, resolution(0.0, 0.0, 0.0));

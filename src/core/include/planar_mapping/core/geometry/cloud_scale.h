@@ -63,8 +63,8 @@ PLANAR_MAPPING_EXPORT bool isCameraView(const PointsView& points, const Indices*
 PLANAR_MAPPING_EXPORT bool isMerged(const PointsView& points, const Indices* indices);
 
 /// A resolution that suits a cloud: the one given, else the nearest of 1, 2, 5 x 10^k metres to a
-/// hundredth of the extent, at most 0.2 m, but at least three point spacings and four times the
-/// noise; 0.1 for a cloud without extent. [ours]
+/// hundredth of the extent or three point spacings, the larger, at most 0.2 m, but at least two
+/// (of more than 1 m three) and four times the noise; 0.1 for a cloud without extent. [ours]
 PLANAR_MAPPING_EXPORT double automaticResolution(const CloudScale& scale);
 
 /// The points of a cloud that can be used: measured (PointsView::isMeasured), and no farther than

@@ -1,0 +1,111 @@
+// SPDX-FileCopyrightText: planar_mapping contributors
+// SPDX-License-Identifier: BSD-3-Clause
+// One scan of few points, with everything automatic: its floor has to be floor.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/io/occupancy_grid.h"
+#include "planar_mapping/pipeline/pipeline.h"
+
+namespace planar_mapping {
+namespace {
+
+constexpr double kHeight = 1.2;  // of the scanner over the floor, metres
+
+struct Box {
+  double x, y, half, height;
+};
+constexpr Box kBoxes[] = {
+    {6, 3, 1, 1.5}, {-8, -6, 1.5, 2}, {3, -9, 0.8, 1}, {-5, 7, 1.2, 1.2}, {12, -4, 1, 2}};
+
+/// How far a ray goes in a yard of 40 x 30 m with a wall of 3 m around it and boxes in it.
+double rangeOf(const Vector3& ray) {
+  double range = ray.z() < 0.0 ? -kHeight / ray.z() : INFINITY;
+  for (int axis = 0; axis < 2; ++axis) {
+    const double wall = (axis == 0 ? 20.0 : 15.0) / std::abs(ray[axis]);
+    if (wall * ray.z() + kHeight < 3.0) range = std::min(range, wall);
+  }
+  for (const Box& box : kBoxes) {
+    const Vector3 low(box.x - box.half, box.y - box.half, -kHeight);
+    const Vector3 high(box.x + box.half, box.y + box.half, box.height - kHeight);
+    const Eigen::Array3d one = low.cwiseQuotient(ray).array();
+    const Eigen::Array3d other = high.cwiseQuotient(ray).array();
+    const double enters = one.min(other).maxCoeff();
+    if (enters > 0.0 && enters < one.max(other).minCoeff()) range = std::min(range, enters);
+  }
+  return range;
+}
+
+bool isBesideABox(double x, double y) {
+  for (const Box& box : kBoxes)
+    if (std::max(std::abs(x - box.x), std::abs(y - box.y)) < box.half + 1.0) return true;
+  return std::abs(x) > 19.0 || std::abs(y) > 14.0;
+}
+
+/// Percentage of the places measured on the floor that are occupied from above.
+double occupiedFloor(const std::vector<Vector3>& rays, double largest_cell) {
+  StageTable table;
+  registerBuiltinStages(table);
+  Pipeline pipeline(
+      parseConfiguration("version: 1\nstages:\n  - stage: multi_plane_segmentation\n"
+                         "    distance_threshold_m: auto\n    min_inliers: auto\n"
+                         "  - stage: planar_cuboid_approximation\n    resolution_m: auto\n"
+                         "    max_range_m: auto\n    up: auto\n",
+                         "test", table));
+  Random random(1);
+  Frame frame;
+  frame.source = "test";
+  frame.pose_assumed = true;
+  frame.cloud = pcl::make_shared<FrameCloud>();
+  std::vector<Vector3> floor;
+  for (const Vector3& ray : rays) {
+    const double range = rangeOf(ray);
+    if (range > 60.0) continue;
+    const Vector3 p = (range + 0.015 * random.normal()) * ray;
+    frame.cloud->push_back(
+        {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())});
+    if (p.z() < 0.1 - kHeight && !isBesideABox(p.x(), p.y())) floor.push_back(p);
+  }
+  pipeline.process(frame);
+  const io::OccupancyGrid grid = io::occupancyGrid(pipeline.map());
+  EXPECT_LE(grid.cell, largest_cell);
+  int occupied = 0;
+  for (const Vector3& p : floor) {
+    const Vector2 cell = (p.head<2>() - grid.origin) / grid.cell;
+    if (cell.minCoeff() < 0.0 || cell.x() >= grid.width || cell.y() >= grid.height) continue;
+    occupied += grid.at(static_cast<std::uint32_t>(cell.x()),
+                        static_cast<std::uint32_t>(cell.y())) == io::OccupancyGrid::kOccupied;
+  }
+  return 100.0 * occupied / static_cast<double>(floor.size());
+}
+
+Vector3 rayAt(double azimuth, double elevation_deg) {
+  const double elevation = elevation_deg * M_PI / 180.0;
+  return {std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
+          std::sin(elevation)};
+}
+
+/// Three spacings, as up to 0.2 m, would be cells of 1 m: two thirds and more of the floor black.
+TEST(SparseScan, OfAllDirectionsShowsItsFloor) {
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    Random random(seed);
+    std::vector<Vector3> rays;
+    for (int i = 0; i < 5000; ++i)
+      rays.push_back(rayAt(random.uniform(-M_PI, M_PI), random.uniform(-30.0, 10.0)));
+    EXPECT_LT(occupiedFloor(rays, 0.5), 15.0) << seed;
+  }
+}
+
+TEST(SparseScan, OfSixteenRingsShowsItsFloor) {
+  std::vector<Vector3> rays;
+  for (int ring = 0; ring < 16; ++ring)
+    for (int column = 0; column < 1800; ++column)
+      rays.push_back(rayAt(column * M_PI / 900.0, -15.0 + 2.0 * ring));
+  EXPECT_LT(occupiedFloor(rays, 0.2), 5.0);
+}
+
+}  // namespace
+}  // namespace planar_mapping
