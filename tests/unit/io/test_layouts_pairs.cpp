@@ -162,6 +162,9 @@ TEST_F(LayoutFolders, ImagesThatLieOtherwiseGetARemedy) {
   write("r3d/metadata", "{}");
   write("r3d/rgbd/0.depth", "bvx");
   expectProblem(dir_ / "r3d", "write them as PNG images of 16 bits");
+  image("tartan/image_left/000000_left.png");
+  write("tartan/depth_left/000000_left_depth.npy", "");
+  expectProblem(dir_ / "tartan", "write depth_left/*.npy (metres) as PNG");
   image("two/left/0.png");
   image("two/right/0.png");
   expectProblem(dir_ / "two", "fx, fy, cx, cy, baseline_m");

@@ -131,6 +131,11 @@ std::string adviceOnFiles(const std::string& folder) {
     return "; the .depth files of Record3D are not read: write them as PNG images of 16 bits "
            "(millimetres) into depth/, its images into rgb/, and calib.yaml from K of metadata, "
            "scaled to the size of the depth images, with depth_scale: 1000";
+  if (isDirectory(joined(folder, "depth_left")))
+    return "; TartanAir is not read as it is: write depth_left/*.npy (metres) as PNG images of 16 "
+           "bits into depth/, copy image_left/ to rgb/ with the same numbers, and write "
+           "calib.yaml; "
+           "its poses are of a body with x forward, y right and z down";
   if (imageFilesOf(folder).empty()) return "";
   return "; images of a stereo camera belong into left/ and right/ (left_0.png and right_0.png "
          "are a pair; cut images that show both views side by side into halves), those of a depth "
