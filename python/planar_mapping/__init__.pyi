@@ -143,7 +143,8 @@ class PlanarMap:
         timestamp: float = 0.0,
     ) -> FrameUpdate:
         """Adds a depth image, (H, W), uint16 as it is: depth in metres = value / scale; 0 and what is not finite = no
-        measurement. along_ray: values are distances along the rays of the pixels, not along the camera's axis. K: 3 x 3 camera matrix of the rectified image. Points beyond max_depth are not mapped."""
+        measurement. along_ray: values are distances along the rays of the pixels, not depths along the camera's axis.
+        K: 3 x 3 camera matrix of the rectified image. Points beyond max_depth are not mapped."""
     def merge(self, other: PlanarMap, T: Optional[npt.ArrayLike] = None) -> FrameUpdate:
         """Adds what another map knows; T = T_map_other."""
     def finished(self) -> PlanarMap:

@@ -3,10 +3,8 @@
 // Walls whose panels repeat: a camera that was lost seems to be where more of the known is seen.
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <cstdint>
-
 #include "planar_mapping/pipeline/pipeline.h"
+#include "stereo_images.h"
 
 namespace planar_mapping {
 namespace {
@@ -15,20 +13,6 @@ constexpr double kWall = 2.0;   // depth, metres
 constexpr double kPanel = 2.5;  // metres
 constexpr double kStep = 0.5;   // of the camera along the wall, metres
 const PinholeCamera kCamera{250.0, 250.0, 159.5, 119.5, 320, 240};
-
-std::uint8_t toneOf(double x, double y) {
-  x -= kPanel * std::floor(x / kPanel);
-  const auto patch = [&](double side, std::uint64_t layer) {
-    std::uint64_t h = static_cast<std::uint64_t>(std::lround(std::floor(x / side)) + 1000) *
-                          0x9E3779B97F4A7C15ULL ^
-                      static_cast<std::uint64_t>(std::lround(std::floor(y / side)) + 1000) *
-                          0xC2B2AE3D27D4EB4FULL ^
-                      layer << 40u;
-    h = (h ^ h >> 29u) * 0xBF58476D1CE4E5B9ULL;
-    return static_cast<double>((h ^ h >> 32u) & 0xFFFFu) / 65535.0;
-  };
-  return static_cast<std::uint8_t>(60.0 + 80.0 * patch(0.07, 1) + 60.0 * patch(0.025, 2));
-}
 
 /// The wall from \p x along it; the image is black in the dark, its depths are not.
 Frame frameAt(std::size_t number, double x, bool is_dark) {
@@ -47,8 +31,9 @@ Frame frameAt(std::size_t number, double x, bool is_dark) {
     for (int column = 0; column < kCamera.width; ++column) {
       const Vector3 point = kWall * kCamera.rayOf(column, row);
       for (int k = 0; k < 3; ++k) xyz.push_back(static_cast<float>(point[k]));
-      frame.images.left.pixels.push_back(is_dark ? static_cast<std::uint8_t>(number)
-                                                 : toneOf(x + point.x(), point.y()));
+      frame.images.left.pixels.push_back(
+          is_dark ? static_cast<std::uint8_t>(number)
+                  : static_cast<std::uint8_t>(test::wallTone(x + point.x(), point.y(), kPanel, 1)));
     }
   }
   frame.cloud = cloudOf(xyz, 320, 240);

@@ -121,3 +121,26 @@ inline io::Calibration pairCalibration(int width, int height) {
 }
 
 }  // namespace planar_mapping
+
+// Walls of patches, for images made ray by ray.
+namespace planar_mapping::test {
+
+/// In [0, 1].
+inline double noiseAt(std::int64_t u, std::int64_t v, std::uint64_t seed) {
+  std::uint64_t h = static_cast<std::uint64_t>(u) * 0x9E3779B97F4A7C15ULL ^
+                    static_cast<std::uint64_t>(v) * 0xC2B2AE3D27D4EB4FULL ^ (seed << 40u);
+  h = (h ^ h >> 29u) * 0xBF58476D1CE4E5B9ULL;
+  return static_cast<double>((h ^ h >> 32u) & 0xFFFFu) / 65535.0;
+}
+
+/// Patches of 7 and of 2.5 cm; \p period repeats them along x, metres, 0 = never.
+inline double wallTone(double x, double y, double period, std::uint64_t seed) {
+  if (period > 0.0) x -= period * std::floor(x / period);
+  const auto patch = [&](double side, std::uint64_t layer) {
+    return noiseAt(std::lround(std::floor(x / side)), std::lround(std::floor(y / side)),
+                   seed + layer);
+  };
+  return 60.0 + 80.0 * patch(0.07, 1) + 60.0 * patch(0.025, 2);
+}
+
+}  // namespace planar_mapping::test

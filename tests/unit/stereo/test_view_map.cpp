@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "planar_mapping/stereo/detail/view_map.h"
+#include "stereo_images.h"
 
 namespace planar_mapping {
 namespace {
@@ -16,23 +17,6 @@ constexpr double kWall = 2.0;  ///< depth of the wall, metres
 
 PinholeCamera camera() {
   return {250.0, 250.0, 159.5, 119.5, 320, 240};
-}
-
-double noiseAt(std::int64_t u, std::int64_t v, std::uint64_t seed) {
-  std::uint64_t h = static_cast<std::uint64_t>(u) * 0x9E3779B97F4A7C15ULL ^
-                    static_cast<std::uint64_t>(v) * 0xC2B2AE3D27D4EB4FULL ^ (seed << 40u);
-  h = (h ^ h >> 29u) * 0xBF58476D1CE4E5B9ULL;
-  return static_cast<double>((h ^ h >> 32u) & 0xFFFFu) / 65535.0;
-}
-
-/// Patches of 7 and of 2.5 cm; \p period repeats them along x, metres, 0 = never.
-double wallTone(double x, double y, double period, std::uint64_t seed) {
-  if (period > 0.0) x -= period * std::floor(x / period);
-  const auto patch = [&](double side, std::uint64_t layer) {
-    return noiseAt(std::lround(std::floor(x / side)), std::lround(std::floor(y / side)),
-                   seed + layer);
-  };
-  return 60.0 + 80.0 * patch(0.07, 1) + 60.0 * patch(0.025, 2);
 }
 
 struct Shot {
@@ -56,7 +40,7 @@ Shot shoot(const Pose& T_world_camera, double period, std::uint64_t seed) {
           const Vector3 ray = T_world_camera.linear() * pinhole.rayOf(column + offset, row + other);
           depth = (kWall - T_world_camera.translation().z()) / ray.z();
           const Vector3 hit = T_world_camera.translation() + depth * ray;
-          tone += 0.25 * wallTone(hit.x(), hit.y(), period, seed);
+          tone += 0.25 * test::wallTone(hit.x(), hit.y(), period, seed);
         }
       }
       shot.image.pixels.push_back(static_cast<std::uint8_t>(std::lround(tone)));
@@ -182,7 +166,7 @@ ViewMap::ViewPtr seeWithBoard(const ViewMap& map, const Pose& pose, double depth
   for (std::size_t i = 0; i < shot.image.pixels.size(); ++i) {
     const auto column = static_cast<int>(i % 320), row = static_cast<int>(i / 320);
     if (column >= 110 && column < 210)
-      shot.image.pixels[i] = std::uint8_t(wallTone(column / 125.0, row / 125.0, 0.0, 7));
+      shot.image.pixels[i] = std::uint8_t(test::wallTone(column / 125.0, row / 125.0, 0.0, 7));
   }
   return see(map, shot);
 }

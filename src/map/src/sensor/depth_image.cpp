@@ -212,18 +212,25 @@ inline bool DepthImage::footprint(const Vector3& c, const Vector3& half, double 
   return true;
 }
 
-DepthImage::Cover DepthImage::coverOf(const Vector3& centre, const Vector3& half) const {
+std::optional<DepthImage::TileRange> DepthImage::tilesOf(const Vector3& centre,
+                                                         const Vector3& half) const {
   double edges[4];
-  if (counts_.empty() || !footprint(centre, half, edges)) return {};
-  const Level& level = levels_.front();
+  if (!footprint(centre, half, edges)) return std::nullopt;
   const auto tile = [&](double edge, int tiles) {
     return static_cast<std::size_t>(std::clamp(static_cast<int>(edge) >> shift_, 0, tiles - 1));
   };
-  const std::size_t x0 = tile(edges[0], level.width);
-  const std::size_t x1 = tile(edges[1], level.width) + 1;
-  const std::size_t y0 = tile(edges[2], level.height);
-  const std::size_t y1 = tile(edges[3], level.height) + 1;
-  const auto columns = static_cast<std::size_t>(level.width) + 1;
+  const Level& level = levels_.front();
+  return TileRange{tile(edges[0], level.width), tile(edges[1], level.width),
+                   tile(edges[2], level.height), tile(edges[3], level.height)};
+}
+
+DepthImage::Cover DepthImage::coverOf(const Vector3& centre, const Vector3& half) const {
+  if (counts_.empty()) return {};
+  const std::optional<TileRange> range = tilesOf(centre, half);
+  if (!range) return {};
+  const std::size_t x0 = range->left, x1 = range->right + 1;
+  const std::size_t y0 = range->top, y1 = range->bottom + 1;
+  const auto columns = static_cast<std::size_t>(levels_.front().width) + 1;
   const Counts counts = counts_[y1 * columns + x1] - counts_[y0 * columns + x1] -
                         counts_[y1 * columns + x0] + counts_[y0 * columns + x0];
   const auto tiles = static_cast<int>((x1 - x0) * (y1 - y0));
@@ -241,16 +248,12 @@ DepthImage::Cover DepthImage::coverOf(const Vector3& centre, const Vector3& half
 DepthImage::Sides DepthImage::sidesOf(const Vector3& centre, const Vector3& half, double near,
                                       double far) const {
   Sides sides;
-  double edges[4];
-  if (!footprint(centre, half, edges)) return sides;
+  const std::optional<TileRange> range = tilesOf(centre, half);
+  if (!range) return sides;
   const Level& level = levels_.front();
-  const auto tile = [&](double edge, int tiles) {
-    return std::clamp(static_cast<int>(edge) >> shift_, 0, tiles - 1);
-  };
-  const int right = tile(edges[1], level.width), bottom = tile(edges[3], level.height);
-  for (int y = tile(edges[2], level.height); y <= bottom; ++y) {
-    for (int x = tile(edges[0], level.width); x <= right; ++x) {
-      const Tile& t = level.tiles[static_cast<std::size_t>(y) * level.width + x];
+  for (std::size_t y = range->top; y <= range->bottom; ++y) {
+    for (std::size_t x = range->left; x <= range->right; ++x) {
+      const Tile& t = level.tiles[y * static_cast<std::size_t>(level.width) + x];
       if (!(t[kFarthest] < 0.0f)) continue;
       ++(-t[kFarthest] < near ? sides.before : t[kNearest] > far ? sides.beyond : sides.at);
     }
@@ -259,16 +262,13 @@ DepthImage::Sides DepthImage::sidesOf(const Vector3& centre, const Vector3& half
 }
 
 bool DepthImage::isPassedWithin(const Vector3& centre, double reach) const {
-  double edges[4];
-  if (rays_.empty() || !footprint(centre, {reach, reach, 0.0}, edges)) return false;
+  if (rays_.empty()) return false;
+  const std::optional<TileRange> range = tilesOf(centre, {reach, reach, 0.0});
+  if (!range) return false;
   const Level& level = levels_.front();
-  const auto tile = [&](double edge, int tiles) {
-    return std::clamp(static_cast<int>(edge) >> shift_, 0, tiles - 1);
-  };
-  const int right = tile(edges[1], level.width), bottom = tile(edges[3], level.height);
-  for (int y = tile(edges[2], level.height); y <= bottom; ++y) {
-    for (int x = tile(edges[0], level.width); x <= right; ++x) {
-      const auto i = static_cast<std::size_t>(y) * level.width + x;
+  for (std::size_t y = range->top; y <= range->bottom; ++y) {
+    for (std::size_t x = range->left; x <= range->right; ++x) {
+      const std::size_t i = y * static_cast<std::size_t>(level.width) + x;
       if (!(level.tiles[i][kFarthest] < 0.0f)) continue;
       const Vector2 off = centre.z() * rays_[i].cast<double>() - centre.head<2>();
       if (off.cwiseAbs().maxCoeff() <= reach) return true;

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "planar_mapping/map/sensor/frame_observation.h"
@@ -134,6 +135,11 @@ class DepthImage {
  private:
   /// Corners in pixels of what the box covers; false if it reaches behind the camera.
   bool footprint(const Vector3& centre, const Vector3& half, double corners[4]) const;
+  /// The lowest tiles of that, first and last of each axis.
+  struct TileRange {
+    std::size_t left = 0, right = 0, top = 0, bottom = 0;
+  };
+  std::optional<TileRange> tilesOf(const Vector3& centre, const Vector3& half) const;
   void sumTiles();
 
   /// All four as something of which the smallest counts, so that they are compared at once.
