@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "cv_image.h"
 #include "planar_mapping/core/geometry/detail/angles.h"
@@ -19,6 +20,7 @@ constexpr int kWitnesses = 2;
 constexpr double kMinOverlap = 0.1;  // of the cells
 constexpr double kSameTurn = 8.0;    // cells
 constexpr double kMaxShift = 2.5;    // metres
+constexpr double kMatchRatio = 0.85;
 
 /// Largest standard deviation of the position, metres.
 double errorOf(const MotionEstimate& estimate) {
@@ -73,6 +75,34 @@ double depthAt(const std::vector<float>& depths, int width, int height, double c
   const double b = row - top;
   return (1.0 - b) * ((1.0 - a) * around[0] + a * around[1]) +
          b * ((1.0 - a) * around[2] + a * around[3]);
+}
+
+/// Where a view shows a point that another one sees, if it is not hidden and seen from about the
+/// same side and distance, where a feature looks much the same.
+/// \param point  in the frame of the other view
+std::optional<FeatureSighting> expectedAt(const ViewMap::View& view, const Vector3& point,
+                                          const Pose& T_view_other, const FeatureCamera& camera) {
+  constexpr double kMaxTurn = 0.35;  // radians between the rays
+  constexpr double kMaxScale = 4.0 / 3.0;
+  constexpr double kSlack = 0.05;          // metres,
+  constexpr double kRelativeSlack = 0.02;  // and of the depth
+  const Vector3 seen = T_view_other * point;
+  const double scale = seen.norm() / point.norm();
+  if (!(seen.z() > kSlack) || std::max(scale, 1.0 / scale) > kMaxScale ||
+      angleBetween(seen, seen - T_view_other.translation()) > kMaxTurn) {
+    return std::nullopt;
+  }
+  const PinholeCamera& cells = view.cells.camera;
+  const double column = cells.fx * seen.x() / seen.z() + cells.cx;
+  const double row = cells.fy * seen.y() / seen.z() + cells.cy;
+  if (!(column >= 0.0 && row >= 0.0 && column < cells.width - 1 && row < cells.height - 1))
+    return std::nullopt;
+  const std::size_t at =
+      static_cast<std::size_t>(row + 0.5) * cells.width + static_cast<std::size_t>(column + 0.5);
+  const double slack = kSlack + kRelativeSlack * seen.z();
+  const bool is_seen = view.cells.nearest[at] > 0.0f && seen.z() > view.cells.nearest[at] - slack &&
+                       seen.z() < view.cells.farthest[at] + slack;
+  return is_seen ? std::optional<FeatureSighting>(project(camera, seen)) : std::nullopt;
 }
 
 }  // namespace
@@ -257,6 +287,49 @@ std::vector<ViewMap::PlacedViews::Hypothesis> ViewMap::PlacedViews::shiftedOf(
   return best;
 }
 
+bool ViewMap::PlacedViews::missesFeatures(View& view, const Pose& T_world_sensor) const {
+  constexpr std::size_t kMinFeatures = 150;  // of both views: blurred and plain ones tell nothing
+  constexpr int kMinExpected = 100;
+  constexpr double kMinAlike = 0.25;      // of those expected
+  constexpr int kManyMatched = 60;        // enough, however many are expected
+  constexpr double kReach = 5.0;          // cells by which a feature may lie beside its place
+  constexpr std::int32_t kAlike = 92000;  // squared distance of descriptors of length 512
+  view.detect(params_);
+  const double reach = kReach * params_.camera.fx / view.cells.camera.fx;
+  int witnesses = 0;
+  int expected = 0;
+  int alike = 0;
+  int matched = 0;
+  for (const Placed* other : nearestTo(T_world_sensor)) {
+    if (witnesses == kWitnesses) break;
+    View& before = *other->view;
+    before.detect(params_);
+    if (std::min(view.sightings.size(), before.sightings.size()) < kMinFeatures) continue;
+    const std::vector<int> match = detail::matchDescriptors(before.descriptors, view.descriptors,
+                                                            kMatchRatio, params_.threads);
+    const Pose T_view_other = T_world_sensor.inverse() * other->T_world_sensor;
+    const int expected_before = expected;
+    for (std::size_t i = 0; i < before.sightings.size(); ++i) {
+      const std::optional<FeatureSighting> place = expectedAt(
+          view, backProject(params_.camera, before.sightings[i]), T_view_other, params_.camera);
+      if (!place) continue;
+      ++expected;
+      bool is_alike = false;
+      for (std::size_t k = 0; k < view.sightings.size(); ++k) {
+        const FeatureSighting& now = view.sightings[k];
+        if (std::hypot(now.column - place->column, now.row - place->row) > reach) continue;
+        is_alike = is_alike || before.descriptors.distance(i, view.descriptors, k) < kAlike;
+        matched += match[i] == static_cast<int>(k) ? 1 : 0;
+      }
+      alike += is_alike ? 1 : 0;
+    }
+    if (expected > expected_before) ++witnesses;
+  }
+  fprintf(stderr, "MISS expected %d alike %.2f matched %d = %.2f\n", expected,
+          alike / (expected + 1e-9), matched, matched / (expected + 1e-9));
+  return expected >= kMinExpected && alike < kMinAlike * expected && matched < kManyMatched;
+}
+
 std::vector<ViewMap::PlacedViews::Hypothesis> ViewMap::PlacedViews::registerTo(
     View& view, const Pose& guess) const {
   std::vector<Hypothesis> found;
@@ -276,7 +349,6 @@ std::vector<ViewMap::PlacedViews::Hypothesis> ViewMap::PlacedViews::registerTo(
 std::vector<ViewMap::PlacedViews::Hypothesis> ViewMap::PlacedViews::registerTo(
     View& view, const Placed& other, const Pose& guess) const {
   constexpr int kMaxMotions = 3;
-  constexpr double kMatchRatio = 0.85;
   view.detect(params_);
   other.view->detect(params_);
   const std::vector<int> found = detail::matchDescriptors(view.descriptors, other.view->descriptors,

@@ -80,6 +80,10 @@ class ViewMap::PlacedViews {
   void climb(const View& view, Hypothesis& hypothesis) const;
   /// The best of each side along each axis that is open.
   std::vector<Hypothesis> shiftedOf(const View& view, const Pose& pose, double min_shift) const;
+  /// Whether few of the features that the views next to a pose have, and that the view would show
+  /// from about the same side, look the same where they would be: things repeat, or another wall
+  /// has that shape. False where few are expected.
+  bool missesFeatures(View& view, const Pose& T_world_sensor) const;
   /// Poses by features, from as many views as may be tried.
   std::vector<Hypothesis> registerTo(View& view, const Pose& guess) const;
 

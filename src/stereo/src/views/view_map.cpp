@@ -16,6 +16,7 @@ using Views = ViewMap::PlacedViews;
 using Hypothesis = Views::Hypothesis;
 using Support = Views::Support;
 
+constexpr const char* kLooksTheSame = "it looks the same from another place";
 constexpr int kFineView = 2;        // cells between those compared
 constexpr double kRoughness = 0.5;  // what a score may gain by climbing
 constexpr std::size_t kMaxClimbed = 4;
@@ -227,7 +228,7 @@ ViewMap::Location bestOf(const Views& views, const ViewMap::View& view, const Po
         (known != ViewGuess::Motion && isRival(one, best, leaves_open)) ||
         (one_wall && one.support.score > kComparable * best.support.score &&
          one.support.overlap > kOfOverlap * best.support.overlap)) {
-      location.reason = "it looks the same from another place";
+      location.reason = kLooksTheSame;
       return location;
     }
     rival = std::max(rival, one.support.score);
@@ -242,7 +243,7 @@ ViewMap::Location bestOf(const Views& views, const ViewMap::View& view, const Po
   const Support support = views.supportOf(view, location.T_world_sensor, 1);
   if (one_wall && support.overlap < kMinOverlapOfWall && support.score < kStrong &&
       (rival > kFarBehind * support.score || (best.inliers == 0 && support.score < kStrict))) {
-    location.reason = "it looks the same from another place";
+    location.reason = kLooksTheSame;
   } else {
     location.found = isEnough(known, leaves_open, best.inliers, support, rival,
                               Views::distance(best.pose, guess));
@@ -283,6 +284,8 @@ PoseVerdict ViewMap::check(const ViewPtr& view, const Pose& T_world_sensor, cons
   if (support.contested) return PoseVerdict::Refused;
   if (support.verdict != PoseVerdict::Confirmed) return support.verdict;
   if (support.score < (strict ? kStrict : kLeast)) return PoseVerdict::Doubtful;
+  if (expected == nullptr && views_->missesFeatures(*view, T_world_sensor))
+    return PoseVerdict::Ambiguous;
   const double surprise =
       expected == nullptr ? 0.0 : (T_world_sensor.translation() - expected->translation()).norm();
   if (expected != nullptr) {
@@ -348,6 +351,10 @@ ViewMap::Location ViewMap::locate(const ViewPtr& view, const Pose& guess,
   if (one != nullptr) {
     location.T_world_sensor = one->pose;
     location.found = true;
+  }
+  if (location.found && views_->missesFeatures(*view, location.T_world_sensor)) {
+    location.found = false;
+    location.reason = kLooksTheSame;
   }
   return location;
 }
