@@ -44,7 +44,7 @@ class SpaceWalk {
   /// Distance at which the ray enters unknown space, at most \p range.
   double enterUnknown(double range) {
     for (double at = 0.0; at < range;) {
-      int level = kFarLevel;
+      int level = kRegionLevel;  // also outside the lattice
       if (cell_.cwiseAbs().maxCoeff() < detail::kLatticeLimit) {
         const detail::Int3 cell = detail::toInt3(cell_);
         const detail::UnknownSpace::Surroundings around = space_.around(cell);
@@ -61,7 +61,6 @@ class SpaceWalk {
  private:
   static constexpr int kBlockLevel = 2;
   static constexpr int kRegionLevel = 5;
-  static constexpr int kFarLevel = 5;  ///< outside the lattice
 
   /// Goes on to the first cell after the cube of 2^level cells around this one.
   /// \return the distance there

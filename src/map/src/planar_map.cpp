@@ -30,6 +30,17 @@ bool boundsOf(const std::vector<Cuboid>& cuboids, Vector3& low, Vector3& high) {
   return true;
 }
 
+/// What seems free up to a far point of a stereo camera may lie behind what is there.
+detail::Clearing clearingOf(const detail::MapData& map, const FrameObservation& frame) {
+  constexpr double kSureCells = 4.0;  // of depth error
+  detail::Clearing clearing{static_cast<float>(map.maxRange()), 0.0f, 0.0f};
+  if (!frame.noise) return clearing;
+  const double error = frame.noise->depthError(1.0);
+  clearing.error = static_cast<float>(error);
+  clearing.sure = static_cast<float>(std::sqrt(kSureCells * map.resolution() / error));
+  return clearing;
+}
+
 }  // namespace
 
 PlanarMapParams PlanarMapParams::of(Profile profile) {
@@ -97,23 +108,6 @@ const PlanarMapParams& PlanarMap::params() const {
   return impl_->data.params;
 }
 
-namespace detail {
-namespace {
-
-/// What seems free up to a far point of a stereo camera may lie behind what is there.
-Clearing clearingOf(const MapData& map, const FrameObservation& frame) {
-  constexpr double kSureCells = 4.0;  // of depth error
-  Clearing clearing{static_cast<float>(map.maxRange()), 0.0f, 0.0f};
-  if (!frame.noise) return clearing;
-  const double error = frame.noise->depthError(1.0);
-  clearing.error = static_cast<float>(error);
-  clearing.sure = static_cast<float>(std::sqrt(kSureCells * map.resolution() / error));
-  return clearing;
-}
-
-}  // namespace
-}  // namespace detail
-
 FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
   impl_->requireGrowing("insert()");
   detail::Frame frame = detail::makeFrame(observation);
@@ -126,7 +120,7 @@ FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
   if (map.params.unknown_space || map.params.miss_factor < 1.0) {
     frame.images = detail::makeDepthImages(
         observation, frame.rotation, frame.sensor, frame.use, map.params.range_image_step,
-        detail::clearingOf(map, observation), map.params.miss_factor < 1.0);
+        clearingOf(map, observation), map.params.miss_factor < 1.0);
   }
   // Independent of each other; run in parallel.
   const auto integrateSurfaces = [&] {
@@ -305,8 +299,8 @@ std::size_t PlanarMap::unknownCells() const {
   const detail::KeyMap<detail::CubeBits> unknown =
       impl_->spaceCells(CellState::Unknown, impl_->unknownBox());
   std::size_t count = 0;
-  for (std::size_t i = 0; i < unknown.size(); ++i) {
-    for (const std::uint64_t word : unknown.value(i)) {
+  for (const detail::CubeBits& cube : unknown.values()) {
+    for (const std::uint64_t word : cube) {
       count += static_cast<std::size_t>(__builtin_popcountll(word));
     }
   }

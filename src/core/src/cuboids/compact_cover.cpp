@@ -38,7 +38,7 @@ SurfaceCover coverSurface(const CellMask& mask, const std::vector<float>& cell_p
                           const CuboidApproximationParams& params) {
   params.validate();
   detail::requireConsistent(mask);
-  if (!cell_probability.empty() && cell_probability.size() != mask.cells.size()) {
+  if (cell_probability.size() != mask.cells.size()) {
     throw InputError("cell mask of " + std::to_string(mask.cells.size()) + " cells comes with " +
                      std::to_string(cell_probability.size()) + " probabilities");
   }
@@ -46,8 +46,7 @@ SurfaceCover coverSurface(const CellMask& mask, const std::vector<float>& cell_p
   if (mask.cells.empty()) return result;
   const auto finish = [&]() {
     for (const HalfCellRectangle& r : result.rectangles) {
-      result.probability.push_back(
-          cell_probability.empty() ? 1.0f : meanProbability(mask, cell_probability, r));
+      result.probability.push_back(meanProbability(mask, cell_probability, r));
     }
     return result;
   };
@@ -90,13 +89,10 @@ SurfaceCover coverSurface(const CellMask& mask, const std::vector<float>& cell_p
   for (const CoverBox& c : detail::coverWithin(required, allowed, rules).boxes) {
     if (static_cast<double>(c.members.size()) < least) {
       for (const auto& m : c.members) {
-        const std::int32_t a = (m[0] - kRim) / 2;
-        const std::int32_t b = (m[1] - kRim) / 2;
-        result.loose.push_back({m[0] - kRim + 2 * mask.a0, m[1] - kRim + 2 * mask.b0,
-                                cell_probability.empty()
-                                    ? 1.0f
-                                    : cell_probability[static_cast<std::size_t>(b) * mask.width +
-                                                       static_cast<std::size_t>(a)]});
+        const auto cell = static_cast<std::size_t>((m[1] - kRim) / 2) * mask.width +
+                          static_cast<std::size_t>((m[0] - kRim) / 2);
+        result.loose.push_back(
+            {m[0] - kRim + 2 * mask.a0, m[1] - kRim + 2 * mask.b0, cell_probability[cell]});
       }
       continue;
     }

@@ -33,17 +33,9 @@ ElementRange rangeOf(const std::vector<Element>& elements, std::size_t first, st
 /// Half cells of the least box that holds all elements.
 double volumeOf(const std::vector<Element>& elements) {
   if (elements.empty()) return 0.0;
-  HalfCell low = elements.front().at;
-  HalfCell high = low;
-  for (const Element& e : elements) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], e.at[k]);
-      high[k] = std::max(high[k], e.at[k]);
-    }
-  }
-  double volume = 1.0;
-  for (std::size_t k = 0; k < 3; ++k) volume *= static_cast<double>(high[k] - low[k] + 1);
-  return volume;
+  detail::HalfCellBox box;
+  for (const Element& e : elements) detail::include(box, e.at);
+  return (box.sizes().array() + 1).cast<double>().prod();
 }
 
 HalfCell cubeOf(const Element& e) {
@@ -172,7 +164,10 @@ class CoverSearch {
   /// Boxes beside all of the replaceable cuboids, if no more than \p most are found.
   std::optional<std::vector<Cuboid>> boxesBesideAll(std::size_t most) {
     if (replaceable_.empty()) return std::nullopt;
-    keepAll();
+    for (const ReplaceableCuboid& r : replaceable_) {
+      present_.push_back(r.cuboid);
+      reaches_.emplace_back(r.cuboid, margin_);
+    }
     CoverWindow window(rangeOf(elements_, 0, surfaces_.front()), params_);
     window.leaveTo(reaches_);
     std::vector<Cuboid> boxes;
@@ -182,13 +177,6 @@ class CoverSearch {
     window.cover({}, effort_, boxes);
     if (boxes.size() > most) return std::nullopt;
     return boxes;
-  }
-
-  void keepAll() {
-    for (const ReplaceableCuboid& r : replaceable_) {
-      present_.push_back(r.cuboid);
-      reaches_.emplace_back(r.cuboid, margin_);
-    }
   }
 
   /// Boxes for elements part by part, where no cuboid is.

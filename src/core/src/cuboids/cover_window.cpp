@@ -113,20 +113,15 @@ CoverWindow::CoverWindow(ElementRange elements, const CuboidApproximationParams&
   } else {
     rules_.smallest = {2, 2, 2};
   }
-  HalfCell high{};
-  bool any = false;
+  HalfCellBox hull;
   for (const Element& e : elements) {
-    if (!e.required) continue;
-    for (std::size_t k = 0; k < 3; ++k) {
-      low_[k] = any ? std::min(low_[k], e.at[k]) : e.at[k];
-      high[k] = any ? std::max(high[k], e.at[k]) : e.at[k];
-    }
-    any = true;
+    if (e.required) include(hull, e.at);
   }
-  if (!any) return;
-  for (std::int64_t& start : low_) start = startFor(start);
+  if (hull.isEmpty()) return;
   const auto size = [&](std::size_t k) {
-    return static_cast<std::int32_t>(high[k] + 1 + kRim - low_[k]);
+    const auto axis = static_cast<Eigen::Index>(k);
+    low_[k] = startFor(hull.min()[axis]);
+    return static_cast<std::int32_t>(hull.max()[axis] + 1 + kRim - low_[k]);
   };
   required_ = allowed_ = exact_ = BitGrid(size(0), size(1), size(2));
   for (const Element& e : elements) {

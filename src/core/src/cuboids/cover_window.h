@@ -14,6 +14,11 @@
 namespace planar_mapping::detail {
 
 using HalfCell = std::array<std::int64_t, 3>;  ///< x, y, z, each within 2^32 of 0
+using HalfCellBox = Eigen::AlignedBox<std::int64_t, 3>;
+
+inline void include(HalfCellBox& box, const HalfCell& at) {
+  box.extend(Eigen::Map<const HalfCellBox::VectorType>(at.data()));
+}
 
 /// What a half cell holds. Of several in one half cell those that are required count, and of these
 /// the exact ones, if there are any; of them the one that is believed most.

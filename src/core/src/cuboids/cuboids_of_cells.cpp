@@ -50,14 +50,9 @@ std::vector<std::size_t> connectedComponents(const std::vector<NonPlanarCell>& c
   return component;
 }
 
-/// A cluster seen from its fitted plane.
-struct ClusterView {
-  PlaneFrame frame;
-  std::vector<Vector3> local;  ///< cell means in the frame
-};
-
-ClusterView viewCluster(const std::vector<const NonPlanarCell*>& cluster,
-                        const CuboidApproximationParams& params, const Vector3& sensor) {
+/// On the fitted plane of a cluster.
+PlaneFrame frameOf(const std::vector<const NonPlanarCell*>& cluster,
+                   const CuboidApproximationParams& params, const Vector3& sensor) {
   PlaneMoments moments;
   for (const NonPlanarCell* cell : cluster) moments.add(cell->mean);
   const PlaneMoments::Fit fit = moments.fit();
@@ -69,11 +64,7 @@ ClusterView viewCluster(const std::vector<const NonPlanarCell*>& cluster,
     plane.normal = towards.normalized();
     plane.offset = -plane.normal.dot(moments.mean());
   }
-  ClusterView view;
-  view.frame = makePlaneFrame(orientedTowards(plane, sensor), moments.mean(), params.up);
-  view.local.reserve(cluster.size());
-  for (const NonPlanarCell* cell : cluster) view.local.push_back(view.frame.toPlane(cell->mean));
-  return view;
+  return makePlaneFrame(orientedTowards(plane, sensor), moments.mean(), params.up);
 }
 
 /// Quarters a cluster in its view, as splitAndMerge() does with a patch, but on the list of cells:
@@ -86,19 +77,21 @@ class ClusterSplitter {
                   const CuboidApproximationParams& params, const Vector3& sensor)
       : cluster_(cluster),
         params_(params),
-        view_(viewCluster(cluster, params, sensor)),
-        thickness_(params.thickness > 0.0 ? params.thickness : params.resolution),
+        frame_(frameOf(cluster, params, sensor)),
+        thickness_(detail::thicknessOf(params)),
         min_width_(detail::lengthInCells(params.min_width, params.resolution)),
-        min_height_(detail::lengthInCells(params.min_height, params.resolution)) {}
+        min_height_(detail::lengthInCells(params.min_height, params.resolution)) {
+    for (const NonPlanarCell* cell : cluster) local_.push_back(frame_.toPlane(cell->mean));
+  }
 
   std::vector<Cuboid> run() {
-    low_ = view_.local.front().head<2>();
+    low_ = local_.front().head<2>();
     Vector2 high = low_;
     std::vector<std::size_t> all(cluster_.size());
     for (std::size_t i = 0; i < all.size(); ++i) {
       all[i] = i;
-      low_ = low_.cwiseMin(view_.local[i].head<2>());
-      high = high.cwiseMax(view_.local[i].head<2>());
+      low_ = low_.cwiseMin(local_[i].head<2>());
+      high = high.cwiseMax(local_[i].head<2>());
     }
     const Vector2 extent = (high - low_) / params_.resolution;
     // Half a cell around the outermost means: the points reach beyond them.
@@ -111,7 +104,7 @@ class ClusterSplitter {
 
  private:
   std::pair<std::int32_t, std::int32_t> cellOf(std::size_t i) const {
-    const Vector2 p = (view_.local[i].head<2>() - low_) / params_.resolution;
+    const Vector2 p = (local_[i].head<2>() - low_) / params_.resolution;
     return {static_cast<std::int32_t>(std::floor(p.x())),
             static_cast<std::int32_t>(std::floor(p.y()))};
   }
@@ -138,13 +131,13 @@ class ClusterSplitter {
 
   bool splits(const CellRectangle& unit, const std::vector<std::size_t>& members) const {
     if (unit.width <= min_width_ || unit.height <= min_height_) return false;
-    double low = view_.local[members.front()].z();
+    double low = local_[members.front()].z();
     double high = low;
     std::vector<std::pair<std::int32_t, std::int32_t>> occupied;
     occupied.reserve(members.size());
     for (const std::size_t i : members) {
-      low = std::min(low, view_.local[i].z());
-      high = std::max(high, view_.local[i].z());
+      low = std::min(low, local_[i].z());
+      high = std::max(high, local_[i].z());
       occupied.push_back(cellOf(i));
     }
     if (high - low > thickness_) return true;
@@ -157,16 +150,16 @@ class ClusterSplitter {
   /// Usually one leaf; cells that lie behind each other with a gap between give one leaf each.
   void addLeaves(const CellRectangle& unit, std::vector<std::size_t> members) {
     std::sort(members.begin(), members.end(), [&](std::size_t l, std::size_t r) {
-      return std::make_tuple(-view_.local[l].z(), l) < std::make_tuple(-view_.local[r].z(), r);
+      return std::make_tuple(-local_[l].z(), l) < std::make_tuple(-local_[r].z(), r);
     });
     std::size_t first = 0;
     while (first < members.size()) {
-      const double front = view_.local[members[first]].z();
+      const double front = local_[members[first]].z();
       double back = front;
       double probability = 0.0;
       std::size_t next = first;
       for (; next < members.size(); ++next) {
-        const double height = view_.local[members[next]].z();
+        const double height = local_[members[next]].z();
         if (back - height > 2.0 * thickness_) break;
         back = height;
         probability += cluster_[members[next]]->probability;
@@ -179,14 +172,13 @@ class ClusterSplitter {
 
   void addLeaf(const CellRectangle& unit, double front, double depth, double probability) {
     const double s = params_.resolution;
-    const PlaneFrame& frame = view_.frame;
     Matrix3 axes;
-    axes << frame.u, frame.v, frame.n;
+    axes << frame_.u, frame_.v, frame_.n;
     Cuboid cuboid;
     cuboid.size = {unit.width * s, unit.height * s, depth};
     cuboid.center =
-        frame.fromPlane({low_.x() + (unit.a + 0.5 * unit.width) * s,
-                         low_.y() + (unit.b + 0.5 * unit.height) * s, front - 0.5 * depth});
+        frame_.fromPlane({low_.x() + (unit.a + 0.5 * unit.width) * s,
+                          low_.y() + (unit.b + 0.5 * unit.height) * s, front - 0.5 * depth});
     cuboid.orientation = Quaternion(axes);
     cuboid.probability = static_cast<float>(probability);
     cuboids_.push_back(cuboid);
@@ -194,7 +186,8 @@ class ClusterSplitter {
 
   const std::vector<const NonPlanarCell*>& cluster_;
   const CuboidApproximationParams& params_;
-  const ClusterView view_;
+  const PlaneFrame frame_;
+  std::vector<Vector3> local_;  ///< cell means in the frame
   const double thickness_;
   const int min_width_;
   const int min_height_;

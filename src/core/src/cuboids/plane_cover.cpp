@@ -5,7 +5,30 @@
 #include <algorithm>
 #include <cmath>
 
-namespace planar_mapping::detail {
+#include "planar_mapping/core/base/error.h"
+
+namespace planar_mapping {
+
+void CuboidApproximationParams::validate() const {
+  constexpr double kLargestLength = 1e6;  // metres; more is a mistake of units
+  requireInRange("profile", static_cast<int>(profile), 0, static_cast<int>(Profile::Compact));
+  requireInRange("resolution", resolution, 1e-4, kLargestLength, "m");
+  requireInRange("thickness", thickness, 0.0, kLargestLength, "m");
+  requirePositive("density_threshold", density_threshold);
+  requireInRange("density_threshold", density_threshold, 0.0, 1.0);
+  requireInRange("min_width", min_width, 0.0, kLargestLength, "m");
+  requireInRange("min_height", min_height, 0.0, kLargestLength, "m");
+  requireInRange("min_points_per_cell", min_points_per_cell, 1, 1e9);
+  requireInRange("hole_size", hole_size, 0.0, kLargestLength, "m");
+  requireInRange("absorption", absorption, 0.0, 0.5, "cells");
+  requireInRange("rectangle_cells", rectangle_cells, 0.0, 1e9, "cells");
+  requireInRange("threads", threads, 0, 4096);
+  if (!up.allFinite() || !(up.norm() > 0.0)) {
+    throw ParameterError("up", up.norm(), "a finite vector of length > 0");
+  }
+}
+
+namespace detail {
 
 int lengthInCells(double length, double resolution) {
   if (length <= 0.0) return 1;
@@ -53,4 +76,5 @@ void fillHoles(CellMask& mask, int side) {
   }
 }
 
-}  // namespace planar_mapping::detail
+}  // namespace detail
+}  // namespace planar_mapping

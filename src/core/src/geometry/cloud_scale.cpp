@@ -5,7 +5,9 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/point_indices.h"
@@ -72,11 +74,7 @@ Spacing spacingOf(const std::vector<Vector3>& sample, const Vector3& low, double
 std::optional<double> noiseIn(const std::vector<Vector3>& sample, const Vector3& low, double side) {
   constexpr std::ptrdiff_t kMinPoints = 12;  // that tell a plane from its noise
   constexpr double kMinFractionOfMean = 0.25;
-  struct Place {
-    std::uint64_t cell;
-    std::size_t point;
-  };
-  std::vector<Place> places;
+  std::vector<std::pair<std::uint64_t, std::size_t>> places;  // cells and points
   places.reserve(sample.size());
   for (std::size_t i = 0; i < sample.size(); ++i) {
     const Vector3 p = (sample[i] - low) / side;
@@ -85,11 +83,9 @@ std::optional<double> noiseIn(const std::vector<Vector3>& sample, const Vector3&
       const double c = std::floor(std::clamp(p[axis], -1e6, 1e6));
       cell = cell << 21u | (static_cast<std::uint64_t>(c + 1e6) & 0x1FFFFFu);
     }
-    places.push_back({cell, i});
+    places.emplace_back(cell, i);
   }
-  std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
-    return a.cell != b.cell ? a.cell < b.cell : a.point < b.point;
-  });
+  std::sort(places.begin(), places.end());
   std::vector<float> residuals;
   std::vector<double> counts;
   double total = 0.0;
@@ -97,8 +93,8 @@ std::optional<double> noiseIn(const std::vector<Vector3>& sample, const Vector3&
     auto last = first;
     Vector3 sum = Vector3::Zero();
     Matrix3 squares = Matrix3::Zero();
-    for (; last != places.end() && last->cell == first->cell; ++last) {
-      const Vector3 d = sample[last->point] - sample[first->point];
+    for (; last != places.end() && last->first == first->first; ++last) {
+      const Vector3 d = sample[last->second] - sample[first->second];
       sum += d;
       squares += d * d.transpose();
     }
@@ -224,15 +220,14 @@ void requireMetres(const PointsView& points, const Indices* indices, double max_
     return static_cast<double>(part) >= (1.0 - kOutlierFraction) * static_cast<double>(all);
   };
   if (finite == 0 || !isMost(far, finite)) return;
-  Indices usable = usablePoints(points);
-  if (indices != nullptr) {
-    std::vector<std::uint8_t> is_usable(points.size, 0);
-    for (const int i : usable) is_usable[static_cast<std::size_t>(i)] = 1;
-    usable.clear();
-    for (const int i : *indices) {
+  Indices usable;
+  if (indices == nullptr) {
+    usable = usablePoints(points);
+  } else {
+    std::copy_if(indices->begin(), indices->end(), std::back_inserter(usable), [&](int i) {
       const auto index = static_cast<std::size_t>(i);
-      if (index < points.size && is_usable[index] != 0) usable.push_back(i);
-    }
+      return index < points.size && detail::isUsable(points, index);
+    });
   }
   const CloudScale scale = scaleOf(points, usable);
   const auto is_far = [&](int i) {

@@ -2,10 +2,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
+
+#include "planar_mapping/core/base/types.h"
 
 namespace planar_mapping::detail {
 
@@ -27,16 +28,14 @@ struct CellKey {
 };
 
 /// The cell of a place in units of the side; false beyond 2^30 cells and for what is not a number.
-inline bool cellOf(double x, double y, double z, CellKey& key) {
+inline bool cellOf(const Vector3& place, CellKey& key) {
   constexpr double kFarthest = 1 << 30;
-  if (!(std::abs(x) < kFarthest && std::abs(y) < kFarthest && std::abs(z) < kFarthest)) {
-    return false;
-  }
+  if (!(place.array().abs() < kFarthest).all()) return false;
   const auto down = [](double v) {
     const auto whole = static_cast<std::int32_t>(v);
     return whole - static_cast<std::int32_t>(v < whole);
   };
-  key = {down(x), down(y), down(z)};
+  key = {down(place.x()), down(place.y()), down(place.z())};
   return true;
 }
 

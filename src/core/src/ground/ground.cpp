@@ -45,7 +45,46 @@ bool hasNotMeasured(const PointsView& points, const Indices* indices, Indices& m
 }
 
 Ground findAmongMeasured(const PointsView& points, const Indices* indices,
-                         const GroundParams& params);
+                         const GroundParams& params) {
+  Ground ground;
+  const std::size_t n = detail::countOf(points, indices);
+  ground.diagnostics.points_considered = n;
+  const detail::GroundFrame frame(
+      params, params.up ? *params.up : verticalOf(points, indices, Pose::Identity()));
+  detail::GroundSample sample = detail::drawGroundSample(points, indices, params, frame);
+  const auto sampled = static_cast<double>(sample.size());
+  ground.diagnostics.points_sampled = sample.size();
+  const double points_per_draw =
+      static_cast<double>(n) / std::max<double>(1.0, std::min<double>(n, params.sample_size));
+  detail::GroundEstimate estimate;
+  if (sampled * points_per_draw < params.min_points) {
+    ground.diagnostics.status = GroundStatus::TooFewPoints;
+  } else {
+    const double needed =
+        std::max(params.min_fraction * sampled, params.min_points / points_per_draw);
+    if (params.wall_height > 0.0) detail::dropUprights(sample, params, frame);
+    ground.diagnostics.status =
+        detail::estimateGround(sample, params, frame, needed, estimate, ground.diagnostics);
+  }
+  if (ground.diagnostics.status != GroundStatus::Found) {
+    ground.is_ground.assign(n, 0);
+    return ground;
+  }
+
+  ground.found = true;
+  ground.height = estimate.plane.height();
+  Pose T_cloud_ground = Pose::Identity();
+  T_cloud_ground.linear() = frame.axes.transpose();
+  const PlaneMoments moments = estimate.moments.transformed(T_cloud_ground);
+  const PlaneMoments::Fit fit = moments.fit();
+  ground.plane = orientedTowards(fit.plane, Vector3::Zero());
+  ground.covariance = moments.planeCovariance(fit);
+  ground.rms = fit.rms;
+  const detail::GroundBends bends(sample, estimate, params, frame);
+  ground.diagnostics.slope_cells = bends.followed;
+  detail::labelGround(points, indices, params, frame, estimate.plane, bends, ground);
+  return ground;
+}
 
 }  // namespace
 
@@ -106,49 +145,4 @@ Ground findGround(const PointsView& points, const Indices* indices, const Ground
   return ground;
 }
 
-namespace {
-
-Ground findAmongMeasured(const PointsView& points, const Indices* indices,
-                         const GroundParams& params) {
-  Ground ground;
-  const std::size_t n = detail::countOf(points, indices);
-  ground.diagnostics.points_considered = n;
-  const detail::GroundFrame frame(
-      params, params.up ? *params.up : verticalOf(points, indices, Pose::Identity()));
-  detail::GroundSample sample = detail::drawGroundSample(points, indices, params, frame);
-  const auto sampled = static_cast<double>(sample.size());
-  ground.diagnostics.points_sampled = sample.size();
-  const double points_per_draw =
-      static_cast<double>(n) / std::max<double>(1.0, std::min<double>(n, params.sample_size));
-  detail::GroundEstimate estimate;
-  if (sampled * points_per_draw < params.min_points) {
-    ground.diagnostics.status = GroundStatus::TooFewPoints;
-  } else {
-    const double needed =
-        std::max(params.min_fraction * sampled, params.min_points / points_per_draw);
-    if (params.wall_height > 0.0) detail::dropUprights(sample, params, frame);
-    ground.diagnostics.status =
-        detail::estimateGround(sample, params, frame, needed, estimate, ground.diagnostics);
-  }
-  if (ground.diagnostics.status != GroundStatus::Found) {
-    ground.is_ground.assign(n, 0);
-    return ground;
-  }
-
-  ground.found = true;
-  ground.height = estimate.plane.height();
-  Pose T_cloud_ground = Pose::Identity();
-  T_cloud_ground.linear() = frame.axes.transpose();
-  const PlaneMoments moments = estimate.moments.transformed(T_cloud_ground);
-  const PlaneMoments::Fit fit = moments.fit();
-  ground.plane = orientedTowards(fit.plane, Vector3::Zero());
-  ground.covariance = moments.planeCovariance(fit);
-  ground.rms = fit.rms;
-  const detail::GroundBends bends(sample, estimate, params, frame);
-  ground.diagnostics.slope_cells = bends.followed();
-  detail::labelGround(points, indices, params, frame, estimate.plane, bends, ground);
-  return ground;
-}
-
-}  // namespace
 }  // namespace planar_mapping

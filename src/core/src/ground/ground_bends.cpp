@@ -93,15 +93,15 @@ GroundBends::GroundBends(const GroundSample& sample, const GroundEstimate& estim
   const GroundPlane& plane = estimate.plane;
   const double cosine = plane.cosine();
   const double height = plane.height();
-  origin_x_ = origin_y_ = static_cast<float>(-0.5 * kCells * side);
-  per_cell_ = static_cast<float>(1.0 / side);
+  origin = static_cast<float>(-0.5 * kCells * side);
+  cells_per_metre = static_cast<float>(1.0 / side);
 
   // Sample points by cell.
   std::vector<std::int32_t> cell_of(sample.size(), -1);
   std::vector<std::size_t> first(kCells * kCells + 1, 0);
   for (std::size_t i = 0; i < sample.size(); ++i) {
-    const float a = (sample.x[i] - origin_x_) * per_cell_;
-    const float b = (sample.y[i] - origin_y_) * per_cell_;
+    const float a = (sample.x[i] - origin) * cells_per_metre;
+    const float b = (sample.y[i] - origin) * cells_per_metre;
     if (!(a >= 0.0f && b >= 0.0f && a < kCells && b < kCells)) continue;
     cell_of[i] = static_cast<int>(b) * kCells + static_cast<int>(a);
     ++first[static_cast<std::size_t>(cell_of[i]) + 1];
@@ -123,8 +123,8 @@ GroundBends::GroundBends(const GroundSample& sample, const GroundEstimate& estim
 
   // Outwards from the sensor, each cell starts from those before it.
   const double steepest = std::tan(params.max_slope);
-  std::vector<Piece> pieces(kCells * kCells);
-  std::vector<std::uint8_t> done(pieces.size(), 0);
+  std::vector<Piece> local(kCells * kCells);
+  std::vector<std::uint8_t> done(local.size(), 0);
   for (const std::int32_t cell : outwards()) {
     const int a = cell % kCells;
     const int b = cell / kCells;
@@ -137,7 +137,7 @@ GroundBends::GroundBends(const GroundSample& sample, const GroundEstimate& estim
         if (a + da < 0 || b + db < 0 || a + da >= kCells || b + db >= kCells) continue;
         const std::int32_t other = cell + db * kCells + da;
         if (!done[other]) continue;
-        const Piece& piece = pieces[other];
+        const Piece& piece = local[other];
         // Cells without points only carry on what they were given.
         const double weight = first[other + 1] > first[other] ? 1.0 : kWeightUnseen;
         predicted.a += weight * piece.a;
@@ -154,7 +154,7 @@ GroundBends::GroundBends(const GroundSample& sample, const GroundEstimate& estim
       towards_v /= weights;
     }
     done[cell] = 1;
-    Piece& piece = pieces[cell];
+    Piece& piece = local[cell];
     const CellPoint* own = points.data() + first[cell];
     const std::size_t n = first[cell + 1] - first[cell];
     if (n == 0) {
@@ -162,7 +162,7 @@ GroundBends::GroundBends(const GroundSample& sample, const GroundEstimate& estim
       piece = {0.5 * predicted.a, 0.5 * predicted.b, predicted.c};
       continue;
     }
-    ++followed_;
+    ++followed;
     piece = predicted;
     int best = scoreOf(own, n, predicted);
     // A cell before it that went astray must not take this one along where the plane at the sensor
@@ -200,12 +200,12 @@ GroundBends::GroundBends(const GroundSample& sample, const GroundEstimate& estim
     }
   }
 
-  pieces_.resize(3 * kSide * kSide, 0.0f);
+  pieces.resize(3 * kSide * kSide, 0.0f);
   for (std::int32_t cell = 0; cell < kCells * kCells; ++cell) {
-    const Piece& piece = pieces[cell];
+    const Piece& piece = local[cell];
     const double u = centerOf(cell % kCells);
     const double v = centerOf(cell / kCells);
-    float* out = pieces_.data() + 3 * ((cell / kCells + 1) * kSide + cell % kCells + 1);
+    float* out = pieces.data() + 3 * ((cell / kCells + 1) * kSide + cell % kCells + 1);
     out[0] = static_cast<float>(piece.at(-u, -v));
     out[1] = static_cast<float>(piece.a);
     out[2] = static_cast<float>(piece.b);

@@ -24,8 +24,8 @@ struct Kernel {
   float foot;
   float wall_height;
   float columns_per_metre;
-  float origin_x, origin_y, cells_per_metre;  ///< of the bends
-  const float* pieces;                        ///< of the bends, null = flat
+  float origin, cells_per_metre;  ///< of the bends
+  const float* pieces;            ///< of the bends, null = flat
 };
 
 // Points are dealt with in blocks that stay in the first cache.
@@ -89,8 +89,8 @@ void classify(std::size_t n, const Kernel& kernel, Block& block) {
     constexpr auto kCells = static_cast<float>(GroundBends::kCells);
     for (std::size_t i = 0; i < n; ++i) {
       // What is outside falls on the border.
-      block.a[i] = clamped((block.x[i] - k.origin_x) * k.cells_per_metre, -1.0f, kCells);
-      block.b[i] = clamped((block.y[i] - k.origin_y) * k.cells_per_metre, -1.0f, kCells);
+      block.a[i] = clamped((block.x[i] - k.origin) * k.cells_per_metre, -1.0f, kCells);
+      block.b[i] = clamped((block.y[i] - k.origin) * k.cells_per_metre, -1.0f, kCells);
     }
     for (std::size_t i = 0; i < n; ++i) {
       block.column[i] = 3 * (floorOf(block.b[i]) * GroundBends::kSide + floorOf(block.a[i]));
@@ -165,7 +165,9 @@ Kernel makeKernel(const GroundParams& params, const GroundFrame& frame, const Gr
   // Without a search for walls all of the band is ground.
   kernel.foot = params.wall_height > 0.0 ? static_cast<float>(params.wall_foot_threshold) : 1e9f;
   kernel.columns_per_metre = static_cast<float>(1.0 / params.wall_cell);
-  bends.describe(kernel.origin_x, kernel.origin_y, kernel.cells_per_metre, kernel.pieces);
+  kernel.origin = bends.origin;
+  kernel.cells_per_metre = bends.cells_per_metre;
+  kernel.pieces = bends.pieces.empty() ? nullptr : bends.pieces.data();
   return kernel;
 }
 

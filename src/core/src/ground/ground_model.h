@@ -63,34 +63,22 @@ GroundStatus estimateGround(const GroundSample& sample, const GroundParams& para
                             GroundDiagnostics& diagnostics);
 
 /// Height of the ground over its plane at the sensor, in linear pieces on a square grid.
-class GroundBends {
- public:
+struct GroundBends {
   /// Follows the ground outwards from the sensor.
   GroundBends(const GroundSample& sample, const GroundEstimate& estimate,
               const GroundParams& params, const GroundFrame& frame);
 
-  /// For the pass over the points: column = 1 + floor((x - origin_x) * cells_per_metre), row
-  /// likewise; w = c[0] + c[1] x + c[2] y with c = pieces + 3 * (row * kSide + column) is the
-  /// distance of the local ground from the plane at the sensor, metres. \p pieces is null where the
-  /// ground is flat; outside the grid it is, and so are the pieces along its border.
-  void describe(float& origin_x, float& origin_y, float& cells_per_metre,
-                const float*& pieces) const {
-    origin_x = origin_x_;
-    origin_y = origin_y_;
-    cells_per_metre = per_cell_;
-    pieces = pieces_.empty() ? nullptr : pieces_.data();
-  }
-  std::size_t followed() const { return followed_; }
-
   static constexpr int kCells = 64;
   static constexpr int kSide = kCells + 2;  ///< with the border
 
- private:
-  float origin_x_ = 0.0f;
-  float origin_y_ = 0.0f;
-  float per_cell_ = 0.0f;
-  std::size_t followed_ = 0;
-  std::vector<float> pieces_;  ///< three per cell; empty = flat
+  /// For the pass over the points: column = 1 + floor((x - origin) * cells_per_metre), row
+  /// likewise; w = c[0] + c[1] x + c[2] y with c = pieces + 3 * (row * kSide + column) is the
+  /// distance of the local ground from the plane at the sensor, metres. Outside the grid the ground
+  /// is flat, and so are the pieces along its border.
+  float origin = 0.0f;
+  float cells_per_metre = 0.0f;
+  std::vector<float> pieces;  ///< three per cell; empty = flat
+  std::size_t followed = 0;   ///< cells in which the ground was followed
 };
 
 /// Fills ground.is_ground and the counts that belong to it.

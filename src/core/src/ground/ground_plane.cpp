@@ -220,7 +220,7 @@ void dropUprights(GroundSample& sample, const GroundParams& params, const Ground
   std::vector<float> lowest;
   for (std::size_t i = 0; i < sample.size(); ++i) {
     CellKey column;
-    if (!cellOf(sample.x[i] / side, sample.y[i] / side, 0.0, column)) continue;
+    if (!cellOf({sample.x[i] / side, sample.y[i] / side, 0.0}, column)) continue;
     column_of[i] = columns.insert(column);
     if (static_cast<std::size_t>(column_of[i]) == lowest.size()) lowest.push_back(sample.z[i]);
     lowest[column_of[i]] = std::min(lowest[column_of[i]], sample.z[i]);

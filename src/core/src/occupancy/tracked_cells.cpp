@@ -14,39 +14,6 @@ constexpr double kAgreement = 3.0;
 /// Less belief is doubt, as in Eq. 10.
 constexpr double kBelieved = 0.5;
 
-/// Gives cells without a value (-1) the mean over their neighbours that have one, ring by ring.
-/// \param ring       cells with a value that have neighbours without one
-/// \param neighbours neighbours(cell, visit) calls visit(other) for each adjacent cell
-template <typename Neighbours>
-void spreadOutwards(std::vector<double>& values, std::vector<std::size_t> ring,
-                    const Neighbours& neighbours) {
-  std::vector<char> is_listed(values.size(), 0);
-  while (!ring.empty()) {
-    std::vector<std::size_t> next;
-    for (const std::size_t cell : ring) {
-      neighbours(cell, [&](std::size_t other) {
-        if (values[other] >= 0.0 || is_listed[other] != 0) return;
-        is_listed[other] = 1;
-        next.push_back(other);
-      });
-    }
-    // A ring takes its values from the rings before it, so the order of cells does not matter.
-    std::vector<double> means(next.size());
-    for (std::size_t i = 0; i < next.size(); ++i) {
-      double sum = 0.0;
-      int count = 0;
-      neighbours(next[i], [&](std::size_t other) {
-        if (values[other] < 0.0) return;
-        sum += values[other];
-        ++count;
-      });
-      means[i] = sum / count;
-    }
-    for (std::size_t i = 0; i < next.size(); ++i) values[next[i]] = means[i];
-    ring.swap(next);
-  }
-}
-
 /// Group of each point of the cloud, -1 = none.
 std::vector<std::int32_t> groupsOfPoints(const PointsView& points, const Indices& indices,
                                          const FrameCells& cells) {
@@ -149,26 +116,47 @@ void TrackedCells::observe(const OccupancyFrame& frame, const OccupancyParams& o
 void TrackedCells::findNeighbours(const FrameCells& cells) {
   const std::vector<FrameCells::Group>& all = cells.groups();
   beside_.resize(all.size());
-  beside_count_.assign(all.size(), 0);
+  for (std::vector<std::size_t>& cells_beside : beside_) cells_beside.clear();
   // Each pair is looked up from one side only.
   for (std::size_t g = 0; g < all.size(); ++g) {
     for (const std::uint64_t cell : FrameCells::following(all[g].cell)) {
       const std::int32_t other = cells.find(cell, all[g].label);
       if (other < 0) continue;
-      beside_[g][static_cast<std::size_t>(beside_count_[g]++)] = other;
-      const auto o = static_cast<std::size_t>(other);
-      beside_[o][static_cast<std::size_t>(beside_count_[o]++)] = static_cast<std::int32_t>(g);
+      beside_[g].push_back(static_cast<std::size_t>(other));
+      beside_[static_cast<std::size_t>(other)].push_back(g);
     }
   }
 }
 
-/// From these cells, which have a value, to those around them on the same plane.
-void TrackedCells::spread(std::vector<std::size_t> from) {
-  spreadOutwards(values_, std::move(from), [&](std::size_t group, const auto& visit) {
-    for (std::int32_t i = 0; i < beside_count_[group]; ++i) {
-      visit(static_cast<std::size_t>(beside_[group][static_cast<std::size_t>(i)]));
+/// Gives cells without a value (-1) the mean over their neighbours on the same plane that have one,
+/// ring by ring.
+/// \param ring  cells with a value that have neighbours without one
+void TrackedCells::spread(std::vector<std::size_t> ring) {
+  std::vector<char> is_listed(values_.size(), 0);
+  while (!ring.empty()) {
+    std::vector<std::size_t> next;
+    for (const std::size_t cell : ring) {
+      for (const std::size_t other : beside_[cell]) {
+        if (values_[other] >= 0.0 || is_listed[other] != 0) continue;
+        is_listed[other] = 1;
+        next.push_back(other);
+      }
     }
-  });
+    // A ring takes its values from the rings before it, so the order of cells does not matter.
+    std::vector<double> means(next.size());
+    for (std::size_t i = 0; i < next.size(); ++i) {
+      double sum = 0.0;
+      int count = 0;
+      for (const std::size_t other : beside_[next[i]]) {
+        if (values_[other] < 0.0) continue;
+        sum += values_[other];
+        ++count;
+      }
+      means[i] = sum / count;
+    }
+    for (std::size_t i = 0; i < next.size(); ++i) values_[next[i]] = means[i];
+    ring.swap(next);
+  }
 }
 
 /// First from believed features alone; what they reach has its value before doubt spreads.

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -35,7 +34,7 @@ class TrackedCells {
   void observe(const OccupancyFrame& frame, const OccupancyParams& occupancy,
                const DenseFeatures* dense, std::size_t groups);
   void findNeighbours(const FrameCells& cells);
-  void spread(std::vector<std::size_t> from);
+  void spread(std::vector<std::size_t> ring);
   void spreadBelieved();
 
   // Of the frame; kept for their memory.
@@ -43,9 +42,7 @@ class TrackedCells {
   std::vector<FeatureBeliefs::Observation> features_;  ///< those that can be followed
   std::vector<std::int32_t> groups_;                   ///< of each feature
   std::vector<double> values_;                         ///< belief per group, -1 = none yet
-  /// Adjacent groups on the same plane, up to 26 of each.
-  std::vector<std::array<std::int32_t, 26>> beside_;
-  std::vector<std::int32_t> beside_count_;
+  std::vector<std::vector<std::size_t>> beside_;       ///< adjacent groups on the same plane
 };
 
 }  // namespace planar_mapping::detail

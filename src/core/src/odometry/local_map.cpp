@@ -44,18 +44,17 @@ const Landmark* LocalMap::find(std::int64_t track) const {
 }
 
 Landmark* LocalMap::find(std::int64_t track) {
-  const auto found = landmarks_.find(track);
-  return found == landmarks_.end() ? nullptr : &found->second;
+  return const_cast<Landmark*>(std::as_const(*this).find(track));
 }
 
-void LocalMap::addLandmark(std::int64_t track, const Pose& T_sensor_world,
-                           const FeatureSighting& sighting, std::int64_t frame) {
+Landmark LocalMap::landmarkOf(const Pose& T_sensor_world, const FeatureSighting& sighting,
+                              std::int64_t frame) const {
   Landmark landmark;
   landmark.position = T_sensor_world.inverse() * backProject(params_.camera, sighting);
   landmark.last_frame = frame;
   const auto seen = informationOf(params_.camera, T_sensor_world, landmark.position, sighting);
   if (seen) landmark.information = seen->information;
-  landmarks_.emplace(track, landmark);
+  return landmark;
 }
 
 void LocalMap::move(Landmark& landmark, const Pose& T_sensor_world,
@@ -71,28 +70,17 @@ void LocalMap::move(Landmark& landmark, const Pose& T_sensor_world,
 }
 
 void LocalMap::add(const Pose& T_sensor_world, const std::vector<TrackSighting>& sightings,
-                   std::int64_t frame) {
+                   std::int64_t frame, bool is_keyframe) {
   for (const auto& [track, sighting] : sightings) {
     if (Landmark* known = find(track)) {
       known->last_frame = frame;
-      move(*known, T_sensor_world, sighting);
+      if (is_keyframe) move(*known, T_sensor_world, sighting);
     } else {
-      addLandmark(track, T_sensor_world, sighting, frame);
+      landmarks_.emplace(track, landmarkOf(T_sensor_world, sighting, frame));
+      if (!is_keyframe) passing_.push_back(track);
     }
   }
-  limitLandmarks(frame);
-}
-
-void LocalMap::addPassing(const Pose& T_sensor_world, const std::vector<TrackSighting>& sightings,
-                          std::int64_t frame) {
-  for (const auto& [track, sighting] : sightings) {
-    if (Landmark* known = find(track)) {
-      known->last_frame = frame;
-    } else {
-      addLandmark(track, T_sensor_world, sighting, frame);
-      passing_.push_back(track);
-    }
-  }
+  if (is_keyframe) limitLandmarks(frame);
 }
 
 void LocalMap::removePassing() {

@@ -36,14 +36,11 @@ class LocalMap {
   Landmark* find(std::int64_t track);
   std::size_t landmarks() const { return landmarks_.size(); }
 
-  /// Of a keyframe: unknown tracks become landmarks, known ones move to where all that was seen of
-  /// them says.
+  /// Unknown tracks become landmarks, so that the next frame can be registered to them; those of a
+  /// frame that is no keyframe vanish with the next call of removePassing(). By a keyframe known
+  /// ones move to where all that was seen of them says.
   void add(const Pose& T_sensor_world, const std::vector<TrackSighting>& sightings,
-           std::int64_t frame);
-  /// Of a frame that is no keyframe: unknown tracks become landmarks, so that the next frame can be
-  /// registered to it. They vanish with the next call of removePassing().
-  void addPassing(const Pose& T_sensor_world, const std::vector<TrackSighting>& sightings,
-                  std::int64_t frame);
+           std::int64_t frame, bool is_keyframe);
   void removePassing();
   void remove(std::int64_t track) { landmarks_.erase(track); }
   template <typename Archive>
@@ -52,8 +49,8 @@ class LocalMap {
   }
 
  private:
-  void addLandmark(std::int64_t track, const Pose& T_sensor_world, const FeatureSighting& sighting,
-                   std::int64_t frame);
+  Landmark landmarkOf(const Pose& T_sensor_world, const FeatureSighting& sighting,
+                      std::int64_t frame) const;
   void move(Landmark& landmark, const Pose& T_sensor_world, const FeatureSighting& sighting) const;
   void limitLandmarks(std::int64_t frame);
 

@@ -271,12 +271,11 @@ class Odometry::Implementation {
     sightings.reserve(used.size());
     for (const SeenFeature& one : used) sightings.push_back({one.track, one.sighting});
     result.keyframe = needsKeyframe(T_sensor_world, used, result);
+    map_.add(T_sensor_world, sightings, frame_, result.keyframe);
     if (result.keyframe) {
-      map_.add(T_sensor_world, sightings, frame_);
       T_keyframe_world_ = T_sensor_world;
       most_inliers_ = 0;
     } else {
-      map_.addPassing(T_sensor_world, sightings, frame_);
       most_inliers_ = std::max(most_inliers_, result.inliers);
     }
     finish(T_sensor_world, covariance, result);

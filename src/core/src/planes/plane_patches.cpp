@@ -79,8 +79,9 @@ void findPatches(const PointsView& points, double gap, PlaneSegment& segment) {
   for (std::size_t i = 0; i < inliers.size(); ++i) {
     const Vector3 p = points.point(static_cast<std::size_t>(inliers[i])) - origin;
     CellKey pixel;
-    cellOf(std::clamp(u.dot(p), -kFarthest, kFarthest), std::clamp(v.dot(p), -kFarthest, kFarthest),
-           0.0, pixel);
+    cellOf({std::clamp(u.dot(p), -kFarthest, kFarthest),
+            std::clamp(v.dot(p), -kFarthest, kFarthest), 0.0},
+           pixel);
     segment.patches[i] = pixels.insert(pixel);
   }
   std::vector<std::int32_t> component;

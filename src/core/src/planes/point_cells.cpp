@@ -24,7 +24,7 @@ bool isSampled(const float* p) {
 
 /// The cell of \p p; false if it is not finite or too far away.
 bool cellAt(const float* p, double inverse_side, CellKey& key) {
-  return cellOf(p[0] * inverse_side, p[1] * inverse_side, p[2] * inverse_side, key);
+  return cellOf({p[0] * inverse_side, p[1] * inverse_side, p[2] * inverse_side}, key);
 }
 
 /// Adds \p p to the sums of the cell \p key, about its centre.

@@ -18,7 +18,7 @@ constexpr int kEnoughPoints = 2000;
 void SurfaceCells::add(const Vector3& point, const Vector3& sensor, double error,
                        std::int64_t frame) {
   CellKey index;
-  if (!cellOf(point.x() / cell_, point.y() / cell_, point.z() / cell_, index)) return;
+  if (!cellOf(point / cell_, index)) return;
   const auto number = static_cast<std::size_t>(number_.insert(index));
   if (number == cells_.size()) {
     cells_.emplace_back();
@@ -87,8 +87,7 @@ const Surfel* SurfaceCells::at(const CellKey& index) const {
 const Surfel* SurfaceCells::nearest(const Vector3& point, const Vector3& normal,
                                     double min_cosine) const {
   CellKey low;
-  const Vector3 scaled = (point - Vector3::Constant(0.5 * cell_)) / cell_;
-  if (!cellOf(scaled.x(), scaled.y(), scaled.z(), low)) return nullptr;
+  if (!cellOf((point - Vector3::Constant(0.5 * cell_)) / cell_, low)) return nullptr;
   const Surfel* best = nullptr;
   double best_distance = 0.0;
   for (int i = 0; i < 8; ++i) {
@@ -115,8 +114,7 @@ std::vector<Surfel> SurfaceCells::planes() const {
 
 bool SurfaceCells::hasPlaneAt(const Vector3& point) const {
   CellKey index;
-  return cellOf(point.x() / cell_, point.y() / cell_, point.z() / cell_, index) &&
-         at(index) != nullptr;
+  return cellOf(point / cell_, index) && at(index) != nullptr;
 }
 
 void SurfaceCells::limit(std::size_t most) {
@@ -145,8 +143,7 @@ PlaneNeighbours::PlaneNeighbours(std::vector<Surfel> planes, double reach, CellS
     : reach_(reach), shape_(shape), planes_(std::move(planes)) {
   for (const Surfel& plane : planes_) {
     CellKey cell;
-    const Vector3 scaled = plane.center / reach_;
-    if (!cellOf(scaled.x(), scaled.y(), scaled.z(), cell)) continue;
+    if (!cellOf(plane.center / reach_, cell)) continue;
     const auto number = static_cast<std::size_t>(cells_.insert(cell));
     if (number == members_.size()) members_.emplace_back();
     members_[number].push_back(static_cast<std::uint32_t>(&plane - planes_.data()));
@@ -156,8 +153,7 @@ PlaneNeighbours::PlaneNeighbours(std::vector<Surfel> planes, double reach, CellS
 const Surfel* PlaneNeighbours::nearest(const Vector3& point, const Vector3& normal, double reach,
                                        double min_cosine) const {
   CellKey middle;
-  const Vector3 scaled = point / reach_;
-  if (!cellOf(scaled.x(), scaled.y(), scaled.z(), middle)) return nullptr;
+  if (!cellOf(point / reach_, middle)) return nullptr;
   double best = reach * reach;
   const Surfel* found = nullptr;
   for (int i = 0; i < 27; ++i) {

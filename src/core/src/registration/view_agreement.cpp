@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "planar_mapping/core/base/detail/summed_area.h"
 #include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
@@ -15,17 +16,7 @@ constexpr int kColumns = 160;  ///< cells, about
 
 /// Means over squares of side 2 radius + 1, cut off at the border.
 std::vector<float> boxMeans(const std::vector<float>& values, int width, int height, int radius) {
-  std::vector<double> sums(static_cast<std::size_t>(width + 1) * (height + 1), 0.0);
-  const auto at = [&](int c, int r) -> double& {
-    return sums[static_cast<std::size_t>(r) * (width + 1) + c];
-  };
-  for (int r = 0; r < height; ++r) {
-    double row = 0.0;
-    for (int c = 0; c < width; ++c) {
-      row += values[static_cast<std::size_t>(r) * width + c];
-      at(c + 1, r + 1) = at(c + 1, r) + row;
-    }
-  }
+  const detail::SummedArea<double> sums(values, width, height, 0.0);
   std::vector<float> means(values.size());
   for (int r = 0; r < height; ++r) {
     const int top = std::max(r - radius, 0);
@@ -33,7 +24,7 @@ std::vector<float> boxMeans(const std::vector<float>& values, int width, int hei
     for (int c = 0; c < width; ++c) {
       const int left = std::max(c - radius, 0);
       const int right = std::min(c + radius + 1, width);
-      const double sum = at(right, bottom) - at(left, bottom) - at(right, top) + at(left, top);
+      const double sum = sums.over(left, top, right, bottom);
       means[static_cast<std::size_t>(r) * width + c] =
           static_cast<float>(sum / ((right - left) * (bottom - top)));
     }

@@ -3,7 +3,6 @@
 #include "cuboids/box_groups.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <utility>
 
@@ -27,24 +26,17 @@ constexpr std::int32_t kAround = 24;
 /// Boxes are looked up in cubes of 2^5 half cells.
 constexpr int kCubeBits = 5;
 
-struct Extent {
-  Int3 low;
-  Int3 high;
-};
-
-Extent extentOf(const Cuboid& box, double half_cell) {
-  const Vector3 half = halfExtent(box, 0.0);
-  const auto at = [&](const Vector3& corner) {
-    const auto whole = [&](double v) { return static_cast<std::int32_t>(std::lround(v)); };
-    const Vector3 place = corner / half_cell;
-    return Int3{whole(place.x()), whole(place.y()), whole(place.z())};
+/// In half cells.
+Eigen::AlignedBox3i extentOf(const Cuboid& box, double half_cell) {
+  const Eigen::AlignedBox3d bounds = boundsOf(box, 0.0);
+  const auto at = [&](const Vector3& corner) -> Eigen::Vector3i {
+    return (corner / half_cell).array().round().cast<int>();
   };
-  return {at(box.center - half), at(box.center + half)};
+  return {at(bounds.min()), at(bounds.max())};
 }
 
-std::int32_t gapBetween(const Extent& a, const Extent& b) {
-  return std::max({a.low.x - b.high.x, b.low.x - a.high.x, a.low.y - b.high.y, b.low.y - a.high.y,
-                   a.low.z - b.high.z, b.low.z - a.high.z});
+std::int32_t gapBetween(const Eigen::AlignedBox3i& a, const Eigen::AlignedBox3i& b) {
+  return (a.min() - b.max()).cwiseMax(b.min() - a.max()).maxCoeff();
 }
 
 class Grouping {
@@ -81,10 +73,11 @@ class Grouping {
   void linkNeighbours() {
     std::vector<std::pair<std::uint64_t, std::uint32_t>> in_cube;
     for (std::uint32_t i = 0; i < extents_.size(); ++i) {
-      const auto cube = [](const Int3& at, std::int32_t by) {
-        return Int3{(at.x + by) >> kCubeBits, (at.y + by) >> kCubeBits, (at.z + by) >> kCubeBits};
+      const auto cube = [](const Eigen::Vector3i& at, std::int32_t by) {
+        return Int3{(at[0] + by) >> kCubeBits, (at[1] + by) >> kCubeBits,
+                    (at[2] + by) >> kCubeBits};
       };
-      forEachPlace(cube(extents_[i].low, -kMaxGap), cube(extents_[i].high, kMaxGap),
+      forEachPlace(cube(extents_[i].min(), -kMaxGap), cube(extents_[i].max(), kMaxGap),
                    [&](const Int3& at) { in_cube.emplace_back(packKey(at), i); });
     }
     std::sort(in_cube.begin(), in_cube.end());
@@ -104,16 +97,9 @@ class Grouping {
 
   /// Half cells of the least box around all that has to do with them.
   double volumeOf(const std::vector<std::uint32_t>& part) const {
-    Extent hull = extents_[part.front()];
-    for (const std::uint32_t i : part) {
-      const Extent& e = extents_[i];
-      hull.low = {std::min(hull.low.x, e.low.x), std::min(hull.low.y, e.low.y),
-                  std::min(hull.low.z, e.low.z)};
-      hull.high = {std::max(hull.high.x, e.high.x), std::max(hull.high.y, e.high.y),
-                   std::max(hull.high.z, e.high.z)};
-    }
-    return static_cast<double>(hull.high.x - hull.low.x + kAround) *
-           (hull.high.y - hull.low.y + kAround) * (hull.high.z - hull.low.z + kAround);
+    Eigen::AlignedBox3i hull;
+    for (const std::uint32_t i : part) hull.extend(extents_[i]);
+    return (hull.sizes().array() + kAround).cast<double>().prod();
   }
 
   /// Boxes that hang together.
@@ -150,7 +136,7 @@ class Grouping {
   }
 
   const std::vector<std::pair<RegionBox, Cuboid>>& boxes_;
-  std::vector<Extent> extents_;
+  std::vector<Eigen::AlignedBox3i> extents_;
   DisjointParts parts_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> across_;  ///< near ones of two regions
 };

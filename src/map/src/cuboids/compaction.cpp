@@ -113,10 +113,7 @@ void Compaction::coverRegions(const MapData& map, CoverEffort effort) {
   if (map.isCompact() && !changed.empty()) {
     std::sort(changed.begin(), changed.end());
     joined_.release(changed);
-    for (std::size_t r = 0; r < regions_.size(); ++r) {
-      Region& region = regions_.value(r);
-      region.joined.assign(region.boxes.size(), 0);
-    }
+    for (Region& region : regions_.values()) region.joined.assign(region.boxes.size(), 0);
   }
   std::vector<char> is_covered(regions_.size());
   for (std::uint32_t c = 0; c < covers_.size(); ++c) {
@@ -147,25 +144,17 @@ void Compaction::update(const MapData& map, CoverEffort effort) {
   if (effort == CoverEffort::Full && map.isCompact()) joinRegions(map);
   count_ = joined_.size();
   settled_ = joined_.isComplete();
-  for (std::size_t r = 0; r < regions_.size(); ++r) {
-    const Region& region = regions_.value(r);
+  for (const Region& region : regions_.values()) {
     count_ += static_cast<std::size_t>(std::count(region.joined.begin(), region.joined.end(), 0));
     settled_ &= !region.provisional;
   }
   for (const PatchCover& cover : covers_) count_ += cover.count();
 }
 
-/// By key: their order in the hash is that of insertion.
-std::vector<std::uint64_t> Compaction::sortedRegions() const {
-  std::vector<std::uint64_t> keys = regions_.keys();
-  std::sort(keys.begin(), keys.end());
-  return keys;
-}
-
 void Compaction::joinRegions(const MapData& map) {
   if (joined_.isComplete()) return;
   std::vector<JoinedBoxes::PlacedBox> boxes;
-  for (const std::uint64_t key : sortedRegions()) {
+  for (const std::uint64_t key : regions_.sortedKeys()) {
     const Region& region = *regions_.find(key);
     if (region.is_clutter) continue;
     std::uint32_t number = 0;
@@ -204,7 +193,7 @@ const std::vector<Cuboid>& Compaction::makeList(const MapData& map) {
       list_.back().probability = r.probability;
     }
   }
-  for (const std::uint64_t key : sortedRegions()) {
+  for (const std::uint64_t key : regions_.sortedKeys()) {
     const Region& region = *regions_.find(key);
     for (std::size_t i = 0; i < region.boxes.size(); ++i) {
       if (region.joined[i] == 0) list_.push_back(region.boxes[i]);
@@ -215,18 +204,17 @@ const std::vector<Cuboid>& Compaction::makeList(const MapData& map) {
 }
 
 std::size_t Compaction::clutteredRegions() const {
-  std::size_t count = 0;
-  for (std::size_t r = 0; r < regions_.size(); ++r) count += regions_.value(r).is_clutter ? 1 : 0;
-  return count;
+  return static_cast<std::size_t>(
+      std::count_if(regions_.values().begin(), regions_.values().end(),
+                    [](const Region& region) { return region.is_clutter; }));
 }
 
 std::size_t Compaction::memoryBytes() const {
   std::size_t bytes = capacityBytes(covers_) + regions_.memoryBytes() + joined_.memoryBytes() +
                       capacityBytes(list_);
   for (const PatchCover& cover : covers_) bytes += cover.memoryBytes();
-  for (std::size_t r = 0; r < regions_.size(); ++r) {
-    bytes += capacityBytes(regions_.value(r).boxes) + capacityBytes(regions_.value(r).joined);
-  }
+  for (const Region& region : regions_.values())
+    bytes += capacityBytes(region.boxes) + capacityBytes(region.joined);
   return bytes;
 }
 

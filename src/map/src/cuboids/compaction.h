@@ -65,7 +65,6 @@ class Compaction {
   void markRegions(const std::vector<std::uint64_t>& keys) {
     for (const std::uint64_t key : keys) regions_[key].dirty = true;
   }
-  std::vector<std::uint64_t> sortedRegions() const;
 
   Int3 anchor_;
   bool settled_ = true;

@@ -27,9 +27,10 @@ inline std::uint64_t regionOf(const MapData& map, const Vector3& point) {
   return map.cells.regionKey(blockOf(point, map.resolution()));
 }
 
-/// Half the world extent of a cuboid, and so far around it.
-inline Vector3 halfExtent(const Cuboid& cuboid, double margin) {
-  return reach(cuboid) + Vector3::Constant(margin);
+/// World bounds of a cuboid, and so far around it.
+inline Eigen::AlignedBox3d boundsOf(const Cuboid& cuboid, double margin) {
+  const Vector3 half = reach(cuboid) + Vector3::Constant(margin);
+  return {cuboid.center - half, cuboid.center + half};
 }
 
 /// Gives boxes that lie on a plane its id: parallel to it within the angle of association, at most

@@ -21,25 +21,15 @@ void makeDistinct(std::vector<std::uint64_t>& keys) {
   keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
 }
 
-bool meet(const Cuboid& cuboid, double margin, const Vector3& low, const Vector3& high) {
-  const Vector3 half = halfExtent(cuboid, margin);
-  return ((cuboid.center + half).array() >= low.array()).all() &&
-         ((cuboid.center - half).array() <= high.array()).all();
-}
-
 }  // namespace
 
 GroupCover::GroupCover(const MapData& map, std::vector<Cuboid> boxes)
-    : map_(map),
-      boxes_(std::move(boxes)),
-      low_(Vector3::Constant(INFINITY)),
-      high_(Vector3::Constant(-INFINITY)) {
+    : map_(map), boxes_(std::move(boxes)) {
   const double s = map.resolution();
   for (const Cuboid& box : boxes_) {
-    const Vector3 half = halfExtent(box, kReach * s);
-    low_ = low_.cwiseMin(box.center - half);
-    high_ = high_.cwiseMax(box.center + half);
-    forEachPlace(blockOf(box.center - half, s), blockOf(box.center + half, s),
+    const Eigen::AlignedBox3d around = boundsOf(box, kReach * s);
+    bounds_.extend(around);
+    forEachPlace(blockOf(around.min(), s), blockOf(around.max(), s),
                  [&](const Int3& block) { blocks_.push_back(packKey(block)); });
   }
   makeDistinct(blocks_);
@@ -62,7 +52,7 @@ void GroupCover::add(const PlaneLayer& plane, const PatchCover& cover) {
   const PlaneFrame& frame = plane.frame();
   for (const PatchCover::Rectangle& rectangle : cover.rectangles) {
     const Cuboid cuboid = cuboidOf(rectangle.place, frame, band, params);
-    if (!meet(cuboid, s, low_, high_)) continue;
+    if (!boundsOf(cuboid, s).intersects(bounds_)) continue;
     if (!rectangle.replaced) {
       present_.push_back(cuboid);
       continue;

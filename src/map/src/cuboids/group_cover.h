@@ -33,8 +33,7 @@ class GroupCover {
   std::vector<Cuboid> boxes_;
   std::vector<std::uint64_t> blocks_;  ///< that the boxes come near, ascending
   std::vector<std::uint64_t> regions_;
-  Vector3 low_;  ///< bounds of the boxes
-  Vector3 high_;
+  Eigen::AlignedBox3d bounds_;  ///< of the boxes
   std::vector<const PlaneLayer*> near_;
   std::vector<SurfacePiece> pieces_;
   std::vector<Cuboid> present_;

@@ -13,19 +13,10 @@ namespace {
 
 /// All that a box says.
 std::array<double, 12> numbersOf(const Cuboid& box) {
-  const auto& q = box.orientation.coeffs();
-  return {box.center.x(),
-          box.center.y(),
-          box.center.z(),
-          box.size.x(),
-          box.size.y(),
-          box.size.z(),
-          q[0],
-          q[1],
-          q[2],
-          q[3],
-          static_cast<double>(box.plane_id),
-          static_cast<double>(box.probability)};
+  std::array<double, 12> numbers;
+  Eigen::Map<Eigen::Matrix<double, 12, 1>>(numbers.data()) << box.center, box.size,
+      box.orientation.coeffs(), box.plane_id, box.probability;
+  return numbers;
 }
 
 }  // namespace

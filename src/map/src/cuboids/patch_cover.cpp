@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "store/belief.h"
+#include "store/set_bits.h"
 
 namespace planar_mapping::detail {
 namespace {
@@ -76,21 +77,14 @@ SurfaceCover coverTiles(const std::vector<PlacedTile>& members,
   mask.width = high_a - low_a + 1;
   mask.height = high_b - low_b + 1;
   mask.cells.assign(static_cast<std::size_t>(mask.width) * mask.height, 0);
-  const bool certain = std::all_of(members.begin(), members.end(), [](const PlacedTile& t) {
-    for (std::uint64_t bits = t.tile->occupied(); bits != 0; bits &= bits - 1) {
-      if (t.tile->belief(static_cast<std::size_t>(__builtin_ctzll(bits))) != kCertain) return false;
-    }
-    return true;
-  });
-  std::vector<float> probability(certain ? 0 : mask.cells.size(), 1.0f);
+  std::vector<float> probability(mask.cells.size(), 1.0f);
   for (const PlacedTile& t : members) {
-    for (std::uint64_t bits = t.tile->occupied(); bits != 0; bits &= bits - 1) {
-      const int bit = __builtin_ctzll(bits);
-      const std::size_t cell = static_cast<std::size_t>(8 * t.b + (bit >> 3) - low_b) * mask.width +
-                               static_cast<std::size_t>(8 * t.a + (bit & 7) - low_a);
+    forEachBit(t.tile->occupied(), [&](std::size_t bit) {
+      const std::size_t cell =
+          (8 * t.b + (bit >> 3u) - low_b) * mask.width + 8 * t.a + (bit & 7u) - low_a;
       mask.cells[cell] = 1;
-      if (!certain) probability[cell] = beliefOf(t.tile->belief(static_cast<std::size_t>(bit)));
-    }
+      probability[cell] = beliefOf(t.tile->belief(bit));
+    });
   }
   return coverSurface(mask, probability, params);
 }

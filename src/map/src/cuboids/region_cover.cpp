@@ -13,8 +13,9 @@ RegionCover::RegionCover(const MapData& map, std::uint64_t key, CoverEffort effo
   const double s = map.resolution();
   const Int3& anchor = map.cells.anchor;
   const Int3 at = unpackKey(key);
-  low_ = s * (Vector3(anchor.x, anchor.y, anchor.z) + kRegionCells * Vector3(at.x, at.y, at.z));
-  high_ = low_ + Vector3::Constant(kRegionCells * s);
+  const Vector3 low =
+      s * (Vector3(anchor.x, anchor.y, anchor.z) + kRegionCells * Vector3(at.x, at.y, at.z));
+  bounds_ = {low, low + Vector3::Constant(kRegionCells * s)};
 }
 
 void RegionCover::add(std::uint32_t number, const PlaneLayer& plane, const PatchCover& cover) {
@@ -40,17 +41,16 @@ void RegionCover::add(std::uint32_t number, const PlaneLayer& plane, const Patch
 
 void RegionCover::addRectangle(const Cuboid& cuboid, const HalfCellRectangle& place,
                                const SurfaceBand& band, bool may_go) {
-  const Vector3 half = halfExtent(cuboid, map_.resolution());
-  const Vector3 from = cuboid.center - half;
-  const Vector3 to = cuboid.center + half;
-  const bool inside = (from.array() > low_.array()).all() && (to.array() < high_.array()).all();
+  const Eigen::AlignedBox3d around = boundsOf(cuboid, map_.resolution());
+  const bool inside = (around.min().array() > bounds_.min().array()).all() &&
+                      (around.max().array() < bounds_.max().array()).all();
   if (inside && may_go) {
     replaceable_.push_back({cuboid, {}});
     if (effort_ == CoverEffort::Quick) return;
     const PlaneLayer& plane = *near_.back();
     replaceable_.back().pieces =
         piecesOf(place, plane.raster, plane.frame(), band, map_.params.approximation);
-  } else if ((from.array() <= high_.array()).all() && (to.array() >= low_.array()).all()) {
+  } else if (around.intersects(bounds_)) {
     present_.push_back(cuboid);
   }
 }
@@ -87,10 +87,9 @@ std::vector<std::uint64_t> regionsOf(const MapData& map, const PlaneFrame& frame
   const SurfaceBand band = surfaceBand(map, cover.spread);
   for (const PatchCover::Rectangle& r : cover.rectangles) {
     const Cuboid cuboid = cuboidOf(r.place, frame, band, map.params.approximation);
-    const Vector3 half = halfExtent(cuboid, s);  // so far around it stands for what is there
-    const Int3 low = unpackKey(regionOf(map, cuboid.center - half));
-    const Int3 high = unpackKey(regionOf(map, cuboid.center + half));
-    forEachPlace(low, high, [&](const Int3& at) { regions.push_back(packKey(at)); });
+    const Eigen::AlignedBox3d around = boundsOf(cuboid, s);  // so far it stands for what is there
+    forEachPlace(unpackKey(regionOf(map, around.min())), unpackKey(regionOf(map, around.max())),
+                 [&](const Int3& at) { regions.push_back(packKey(at)); });
   }
   for (const LooseQuarter& quarter : cover.loose) {
     const std::uint64_t key = regionOf(map, centerOf(quarter, frame, s));

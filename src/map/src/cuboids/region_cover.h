@@ -46,8 +46,7 @@ class RegionCover {
   const CoverEffort effort_;
   bool is_provisional_ = false;
   bool is_clutter_ = false;
-  Vector3 low_;
-  Vector3 high_;
+  Eigen::AlignedBox3d bounds_;  ///< of the region
   std::vector<const PlaneLayer*> near_;
   std::vector<SurfacePiece> pieces_;
   std::vector<Cuboid> present_;

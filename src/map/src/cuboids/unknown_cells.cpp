@@ -131,11 +131,9 @@ KeyMap<CubeBits> spaceCells(const UnknownSpace& space, CellState state, const Sp
 }
 
 std::vector<CellBlockBox> mergeToBoxes(const KeyMap<CubeBits>& cubes) {
-  std::vector<std::uint64_t> keys = cubes.keys();
-  std::sort(keys.begin(), keys.end());
   Remaining remaining(cubes);
   std::vector<CellBlockBox> boxes;
-  for (const std::uint64_t key : keys) {
+  for (const std::uint64_t key : cubes.sortedKeys()) {
     const Int3 cube = unpackKey(key);
     for (std::size_t z = 0; z < 8; ++z) {
       while (remaining.bits(key)[z] != 0) {

@@ -56,14 +56,12 @@ PlaneLayer layerOf(const PlaneRecord& plane, LabelTree::Walk& tiles, const std::
 void recordCells(const CellLayer& cells, MapRecord& record) {
   record.anchor = {cells.anchor.x / 4, cells.anchor.y / 4, cells.anchor.z / 4};
   std::vector<CellLabels> bundles;
-  KeyMap<CellBlock> blocks;
   cells.forEachBlock([&](const Int3& at, const CellBlock& block) {
     bundles.push_back({at, block.occupied(), 0});
-    blocks[packKey(at)] = block;
   });
   record.blocks.add(bundles, kFree);
   for (const CellLabels& b : bundles) {
-    const CellBlock& block = *blocks.find(packKey(b.at));
+    const CellBlock& block = *cells.find(b.at);
     forEachBit(b.low, [&](std::size_t bit) {
       record.beliefs.push_back(block.belief(bit));
       if (record.params.approximation.profile == Profile::Paper) {
@@ -73,9 +71,7 @@ void recordCells(const CellLayer& cells, MapRecord& record) {
       }
     });
   }
-  std::vector<std::uint64_t> regions = cells.regions.keys();
-  std::sort(regions.begin(), regions.end());
-  for (const std::uint64_t key : regions) {
+  for (const std::uint64_t key : cells.regions.sortedKeys()) {
     record.region_frames.push_back(cells.regions.find(key)->frame);
   }
 }
@@ -102,8 +98,7 @@ void restoreCells(const MapRecord& record, const std::uint8_t* belief, MapData& 
       cells.markDirty(b.at, 0);
     });
   }
-  std::vector<std::uint64_t> regions = cells.regions.keys();
-  std::sort(regions.begin(), regions.end());
+  const std::vector<std::uint64_t> regions = cells.regions.sortedKeys();
   if (regions.size() != record.region_frames.size()) {
     throw Error("the map names another number of regions than it has");
   }

@@ -2,56 +2,54 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "file/parameter_text.h"
 
+#include <array>
 #include <charconv>
 #include <sstream>
 #include <string_view>
+#include <type_traits>
 
 #include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping::detail {
 namespace {
 
-template <typename Number>
-std::string textOf(Number value) {
-  char text[32];
-  return {text, std::to_chars(text, text + sizeof text, value).ptr};
+/// What 0 and 1 are called.
+using Words = std::array<const char*, 2>;
+constexpr Words wordsOf(bool) {
+  return {"false", "true"};
 }
-std::string textOf(bool value) {
-  return value ? "true" : "false";
+constexpr Words wordsOf(Profile) {
+  return {"paper", "compact"};
 }
-std::string textOf(Profile value) {
-  return value == Profile::Compact ? "compact" : "paper";
+constexpr Words wordsOf(Unseen) {
+  return {"unknown", "free"};
 }
-
-std::string textOf(Unseen value) {
-  return value == Unseen::Unknown ? "unknown" : "free";
-}
-
-std::string textOf(MapFrame value) {
-  return value == MapFrame::World ? "world" : "start";
+constexpr Words wordsOf(MapFrame) {
+  return {"world", "start"};
 }
 
-template <typename Number>
-bool parse(const std::string& text, Number& value) {
-  const char* end = text.data() + text.size();
-  const auto [at, error] = std::from_chars(text.data(), end, value);
-  return error == std::errc() && at == end;
+template <typename T>
+constexpr bool kIsChoice = std::is_enum_v<T> || std::is_same_v<T, bool>;
+
+template <typename T>
+std::string textOf(T value) {
+  if constexpr (kIsChoice<T>) {
+    return wordsOf(value)[value == T(0) ? 0 : 1];
+  } else {
+    char text[32];
+    return {text, std::to_chars(text, text + sizeof text, value).ptr};
+  }
 }
-bool parse(const std::string& text, bool& value) {
-  value = text == "true";
-  return value || text == "false";
-}
-bool parse(const std::string& text, Profile& value) {
-  value = text == "compact" ? Profile::Compact : Profile::Paper;
-  return value == Profile::Compact || text == "paper";
-}
-bool parse(const std::string& text, MapFrame& value) {
-  value = text == "world" ? MapFrame::World : MapFrame::Start;
-  return value == MapFrame::World || text == "start";
-}
-bool parse(const std::string& text, Unseen& value) {
-  value = text == "unknown" ? Unseen::Unknown : Unseen::Free;
-  return value == Unseen::Unknown || text == "free";
+template <typename T>
+bool parse(const std::string& text, T& value) {
+  if constexpr (kIsChoice<T>) {
+    value = T(text == wordsOf(value)[0] ? 0 : 1);
+    return text == textOf(value);
+  } else {
+    const char* end = text.data() + text.size();
+    const auto [at, error] = std::from_chars(text.data(), end, value);
+    return error == std::errc() && at == end;
+  }
 }
 
 /// Calls visit(name, value) for every parameter; of a finished map for those that queries depend

@@ -134,7 +134,7 @@ void codeCuboids(Columns& columns, MapRecord& record) {
 struct MomentsRow {
   double weight = 0.0;
   Vector3 mean = Vector3::Zero();
-  std::array<double, 6> scatter{};  ///< xx, xy, xz, yy, yz, zz
+  Matrix3 scatter = Matrix3::Zero();  ///< of which the upper half is stored
 };
 
 void codePlanes(Columns& columns, MapRecord& record) {
@@ -149,13 +149,14 @@ void codePlanes(Columns& columns, MapRecord& record) {
   std::vector<MomentsRow> moments(planes.size());
   for (std::size_t i = 0; i < planes.size(); ++i) {
     const PlaneMoments& m = planes[i].moments;
-    const Matrix3& s = m.scatter();
-    moments[i] = {m.weight(), m.mean(), {s(0, 0), s(0, 1), s(0, 2), s(1, 1), s(1, 2), s(2, 2)}};
+    moments[i] = {m.weight(), m.mean(), m.scatter()};
   }
   columns.column(moments, [](MomentsRow& m) -> double& { return m.weight; });
   vectorColumns(columns, moments, [](MomentsRow& m) -> Vector3& { return m.mean; });
-  for (std::size_t k = 0; k < 6; ++k) {
-    columns.column(moments, [k](MomentsRow& m) -> double& { return m.scatter[k]; });
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    for (Eigen::Index j = i; j < 3; ++j) {
+      columns.column(moments, [=](MomentsRow& m) -> double& { return m.scatter(i, j); });
+    }
   }
   for (std::size_t k = 0; k < 2; ++k) {
     columns.column(planes, [k](PlaneRecord& p) -> std::int32_t& { return p.anchor[k]; });
@@ -175,16 +176,13 @@ void codePlanes(Columns& columns, MapRecord& record) {
             "has a plane whose axes are not at right angles");
     require(columns, isNear(f.origin) && isNear(m.mean), "has a plane out of reach");
     require(columns, m.weight >= 0.0 && std::isfinite(m.weight), "has a plane without a weight");
-    for (const double s : m.scatter)
-      require(columns, std::isfinite(s), "has a number that is none");
+    require(columns, m.scatter.allFinite(), "has a number that is none");
     for (const std::int32_t a : p.anchor) {
       require(columns, std::abs(std::int64_t{a}) <= kFarthestAnchor, "has a patch out of reach");
     }
     if (!columns.isReading()) continue;
     p.frame.v = f.n.cross(f.u);
-    const auto& s = m.scatter;
-    Matrix3 scatter;
-    scatter << s[0], s[1], s[2], s[1], s[3], s[4], s[2], s[4], s[5];
+    const Matrix3 scatter = m.scatter.selfadjointView<Eigen::Upper>();
     p.moments = PlaneMoments::fromSums(m.weight, Vector3::Zero(), scatter, m.mean);
   }
 }

@@ -148,16 +148,12 @@ std::vector<std::uint32_t> findCandidates(const std::vector<Cover>& covers, doub
 }
 
 /// Planes whose cells come near the box, in cells.
-std::vector<Cover> coversNear(const MapData& map, const Vector3& low, const Vector3& high) {
+std::vector<Cover> coversNear(const MapData& map, const Eigen::AlignedBox3d& box) {
   std::vector<Cover> covers;
   const double s = map.resolution();
+  const Eigen::AlignedBox3d metric(box.min() * s, box.max() * s);
   for (const PlaneLayer& layer : map.planes) {
-    Vector3 plane_low, plane_high;
-    if (!layer.bounds(s, map.thickness(), plane_low, plane_high)) continue;
-    if ((plane_low.array() <= (high * s).array()).all() &&
-        (plane_high.array() >= (low * s).array()).all()) {
-      covers.emplace_back(map, layer);
-    }
+    if (layer.bounds(s, map.thickness()).intersects(metric)) covers.emplace_back(map, layer);
   }
   return covers;
 }
@@ -298,8 +294,7 @@ void integrateCells(MapData& map, Frame& frame) {
   std::vector<std::uint32_t> first(1, 0);  // of the points of each block, and the end
 
   KeyMap<HitBlock> hits;
-  Vector3 low = Vector3::Constant(INFINITY);
-  Vector3 high = -low;
+  Eigen::AlignedBox3d bounds;
   Int3 last{INT32_MIN, 0, 0};
   std::size_t index = 0;
   points.forEach(frame.non_planar, [&](std::size_t i, const double*, const std::int32_t* c) {
@@ -313,8 +308,8 @@ void integrateCells(MapData& map, Frame& frame) {
       index = hits.insert(packKey(block));
       last = block;
       first.resize(hits.size() + 1, 0);
-      low = low.cwiseMin(4.0 * Vector3(block.x, block.y, block.z));
-      high = high.cwiseMax(4.0 * Vector3(block.x + 1, block.y + 1, block.z + 1));
+      const Vector3 low = 4.0 * Vector3(block.x, block.y, block.z);
+      bounds.extend(low).extend(low + Vector3::Constant(4.0));
     }
     block_of[i] = static_cast<std::uint32_t>(index);
     ++first[index + 1];
@@ -335,10 +330,9 @@ void integrateCells(MapData& map, Frame& frame) {
   std::vector<Cover> covers;
   std::vector<std::uint32_t> candidates;
   if (map.isCompact()) {
-    covers = coversNear(map, low, high);
+    covers = coversNear(map, bounds);
     candidates = findCandidates(covers, margin, tolerance, hits);
-    for (const Cover& cover : covers)
-      frame.absorbed.emplace_back(cover.layer->id, KeyMap<std::uint64_t>());
+    frame.absorbed.resize(map.planes.size());
   }
   // Block by block, in the order of their first points: counts for all of them at once would take
   // half a kilobyte for each.
@@ -367,8 +361,8 @@ void integrateCells(MapData& map, Frame& frame) {
         absorbed = cover.contains(moved, margin, a, b);
       }
       if (absorbed) {
-        frame.absorbed[candidates[i]].second[packKey(a >> 3, b >> 3)] |= std::uint64_t{1}
-                                                                         << (8 * (b & 7) + (a & 7));
+        frame.absorbed[static_cast<std::size_t>(cover.layer - map.planes.data())]
+                      [packKey(a >> 3, b >> 3)] |= std::uint64_t{1} << (8 * (b & 7) + (a & 7));
       }
     }
     if (absorbed) {

@@ -18,17 +18,6 @@ constexpr double kRotationTolerance = 1e-3;
 /// Metres; points beyond are in nobody's world, and their squares would soon overflow a float.
 constexpr double kMaxCoordinate = 1e9;
 
-/// The largest of the indices as unsigned numbers: negative ones are larger than all others.
-PLANAR_MAPPING_MULTIVERSION
-std::uint32_t largestIndex(const int* indices, std::size_t n) {
-  std::uint32_t largest = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const auto index = static_cast<std::uint32_t>(indices[i]);
-    largest = index > largest ? index : largest;
-  }
-  return largest;
-}
-
 /// NaN is no belief either.
 PLANAR_MAPPING_MULTIVERSION
 bool areBeliefs(const float* beliefs, std::size_t n) {
@@ -63,9 +52,9 @@ std::optional<Indices> filtered(const Indices& indices, const std::vector<std::u
 }
 
 void requireIndices(const Indices& indices, std::size_t size, const char* what) {
-  if (indices.empty()) return;
-  const std::uint32_t largest = largestIndex(indices.data(), indices.size());
-  if (largest > INT32_MAX || largest >= size) {
+  std::uint32_t largest = 0;  // negative indices are larger than all others
+  for (const int i : indices) largest = std::max(largest, static_cast<std::uint32_t>(i));
+  if (!indices.empty() && (largest > INT32_MAX || largest >= size)) {
     throw InputError(std::string(what) + ": index " + std::to_string(static_cast<int>(largest)) +
                      " is outside the cloud of " + std::to_string(size) + " points");
   }

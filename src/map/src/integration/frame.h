@@ -19,9 +19,6 @@ struct PlaneHits {
   KeyMap<TileHits> tiles;             ///< points per cell
 };
 
-/// Cells of planes in which points of no plane lie, by plane id: seen, if not as a plane.
-using AbsorbedCells = std::vector<std::pair<std::int32_t, KeyMap<std::uint64_t>>>;
-
 /// One frame on its way into the map: checked input, world-frame planes, working memory.
 struct Frame {
   const FrameObservation* observation = nullptr;
@@ -35,7 +32,9 @@ struct Frame {
   std::vector<std::optional<Indices>> inliers;
   Indices non_planar;
   std::vector<PlaneHits> hits;  ///< one per touched map plane
-  AbsorbedCells absorbed;
+  /// Cells in which points of no plane lie, by position in MapData::planes: seen, if not as a
+  /// plane.
+  std::vector<KeyMap<std::uint64_t>> absorbed;
   /// Depth images that cells are tested against; may be empty.
   std::vector<DepthImage> images;
   KeyMap<std::uint64_t> cell_hits;  ///< bits of the non-planar cells seen, by block

@@ -81,16 +81,14 @@ void takePlanes(MapData& map, const MapData& other, const Pose& T, Frame& frame)
     placed.n = T.linear() * placed.n;
     layer.setFrame(placed);
     layer.setMoments(moments);
-    Vector3 low, high;
-    if (!layer.bounds(map.resolution(), map.thickness(), low, high) ||
-        !isWithin(low, map.resolution()) || !isWithin(high, map.resolution())) {
+    const Eigen::AlignedBox3d bounds = layer.bounds(map.resolution(), map.thickness());
+    if (bounds.isEmpty() || !isWithin(bounds.min(), map.resolution()) ||
+        !isWithin(bounds.max(), map.resolution())) {
       continue;
     }
     layer.id = map.next_plane_id++;
     layer.raster.markAllDirty();
-    frame.hits.emplace_back();
-    frame.hits.back().layer = map.planes.size();
-    frame.hits.back().is_new = true;
+    frame.hits.push_back({map.planes.size(), true, {}, {}});
     map.planes.push_back(std::move(layer));
     ++frame.update.planes_new;
   }
@@ -198,8 +196,8 @@ void takeSpace(MapData& map, const MapData& other, const Pose& T) {
   // Every block of this map that one of the other may reach, once.
   const double reach = 0.5 * 4.0 * s * T.linear().cwiseAbs().rowwise().sum().maxCoeff();
   KeyMap<std::uint8_t> reached;
-  for (std::size_t i = 0; i < known.size(); ++i) {
-    const Int3 at = unpackKey(known.key(i));
+  for (const std::uint64_t key : known.keys()) {
+    const Int3 at = unpackKey(key);
     const Vector3 middle = T * Vector3(4.0 * s * Vector3(at.x + 0.5, at.y + 0.5, at.z + 0.5));
     // Blocks that only touch have no cell in common.
     const Vector3 half = Vector3::Constant(reach - 0.01 * s);
@@ -208,7 +206,7 @@ void takeSpace(MapData& map, const MapData& other, const Pose& T) {
                  [&](const Int3& block) { reached.insert(packKey(block)); });
   }
   std::vector<Int3> places;
-  for (std::size_t i = 0; i < reached.size(); ++i) places.push_back(unpackKey(reached.key(i)));
+  for (const std::uint64_t key : reached.keys()) places.push_back(unpackKey(key));
   const auto region = [](const Int3& b) { return std::make_tuple(b.x >> 3, b.y >> 3, b.z >> 3); };
   std::sort(places.begin(), places.end(), [&](const Int3& a, const Int3& b) {
     return std::make_tuple(region(a), a.x, a.y, a.z) < std::make_tuple(region(b), b.x, b.y, b.z);

@@ -62,13 +62,10 @@ class MissTest {
         resolution_(map.resolution()),
         margin_((noise_ || image.isOfScan() ? kMissMarginFar : kMissMargin) * map.resolution()),
         // Half the diagonal of a square: holds a cell turned about any axis of it.
-        half_(Vector3::Constant(std::sqrt(0.5) * map.resolution())) {
-    image.bounds(max_range_, low_, high_);
-  }
+        half_(Vector3::Constant(std::sqrt(0.5) * map.resolution())),
+        bounds_(image.bounds(max_range_)) {}
 
-  bool reaches(const Vector3& low, const Vector3& high) const {
-    return (low.array() <= high_.array()).all() && (high.array() >= low_.array()).all();
-  }
+  bool reaches(const Eigen::AlignedBox3d& box) const { return bounds_.intersects(box); }
   /// Can any cell of the box (half extents along the camera's axes) be missed?
   bool mayBeMissed(const Vector3& centre, const Vector3& half) const {
     const double behind = noise_ ? kBehindErrors * noise_->depthError(centre.z() + half.z()) : 0.0;
@@ -147,8 +144,7 @@ class MissTest {
   const double resolution_;
   const double margin_;
   const Vector3 half_;
-  Vector3 low_;
-  Vector3 high_;
+  const Eigen::AlignedBox3d bounds_;
 };
 
 /// Lowers the belief of one cell of a tile or block. \return whether the cell is gone
@@ -166,10 +162,9 @@ bool miss(const PlanarMapParams& params, Cells& cells, std::size_t bit, Missed m
 }
 
 void missPlane(const MapData& map, Frame& frame, const MissTest& test, PlaneLayer& layer,
-               const PlaneHits* hits, const KeyMap<std::uint64_t>* absorbed) {
+               const PlaneHits* hits, const KeyMap<std::uint64_t>& absorbed) {
   const double s = map.resolution();
-  Vector3 low, high;
-  if (!layer.bounds(s, map.thickness(), low, high) || !test.reaches(low, high)) return;
+  if (!test.reaches(layer.bounds(s, map.thickness()))) return;
   const Matrix3& r = test.image().inverseRotation();
   const Vector3 u = r * layer.frame().u;
   const Vector3 v = r * layer.frame().v;
@@ -184,7 +179,7 @@ void missPlane(const MapData& map, Frame& frame, const MissTest& test, PlaneLaye
     if (!test.mayBeMissed(middle, half_tile)) return;
     RasterTile& tile = *layer.raster.find(ta, tb);
     const TileHits* seen = hits != nullptr ? hits->tiles.find(packKey(ta, tb)) : nullptr;
-    const std::uint64_t* others = absorbed != nullptr ? absorbed->find(packKey(ta, tb)) : nullptr;
+    const std::uint64_t* others = absorbed.find(packKey(ta, tb));
     bool changed = false;
     for (std::uint64_t bits = tile.occupied() & ~(others != nullptr ? *others : 0); bits != 0;
          bits &= bits - 1) {
@@ -231,7 +226,7 @@ void missCells(MapData& map, Frame& frame, const MissTest& test) {
     const Int3 region = unpackKey(map.cells.regions.key(r));
     const Vector3 low = s * (kRegionCells * Vector3(region.x, region.y, region.z) +
                              Vector3(map.cells.anchor.x, map.cells.anchor.y, map.cells.anchor.z));
-    if (!test.reaches(low, low + Vector3::Constant(s * kRegionCells))) continue;
+    if (!test.reaches({low, low + Vector3::Constant(s * kRegionCells)})) continue;
     KeyMap<CellBlock>& blocks = map.cells.regions.value(r).blocks;
     for (std::size_t i = 0; i < blocks.size(); ++i) {
       const std::uint64_t key = blocks.key(i);
@@ -269,16 +264,11 @@ void integrateMisses(MapData& map, Frame& frame) {
   if (map.params.miss_factor >= 1.0) return;
   std::vector<const PlaneHits*> hits_of(map.planes.size(), nullptr);
   for (const PlaneHits& hits : frame.hits) hits_of[hits.layer] = &hits;
-  const auto absorbed_of = [&](std::int32_t id) -> const KeyMap<std::uint64_t>* {
-    for (const auto& [plane, cells] : frame.absorbed) {
-      if (plane == id) return &cells;
-    }
-    return nullptr;
-  };
+  frame.absorbed.resize(map.planes.size());
   for (const DepthImage& image : frame.images) {
     const MissTest test(map, frame, image);
     for (std::size_t l = 0; l < map.planes.size(); ++l) {
-      missPlane(map, frame, test, map.planes[l], hits_of[l], absorbed_of(map.planes[l].id));
+      missPlane(map, frame, test, map.planes[l], hits_of[l], frame.absorbed[l]);
     }
     missCells(map, frame, test);
   }

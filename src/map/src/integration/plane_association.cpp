@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "integration/frame.h"
+#include "planar_mapping/core/geometry/detail/angles.h"
 
 namespace planar_mapping::detail {
 namespace {
@@ -81,12 +82,14 @@ double rmsDistance(const PlaneMoments& moments, const Plane& plane) {
   return std::sqrt(mean * mean + std::max(0.0, spread));
 }
 
-/// One standard deviation of a fitted plane: of its angle (radians) and at a point (metres).
-struct Uncertainty {
+/// Of two planes: radians, and metres at a point.
+struct Apart {
   double angle = 0.0;
   double offset = 0.0;
 };
-Uncertainty uncertaintyAt(const PlaneMoments& moments, const Vector3& point) {
+
+/// One standard deviation of a fitted plane.
+Apart uncertaintyAt(const PlaneMoments& moments, const Vector3& point) {
   const PlaneMoments::Fit fit = moments.fit();
   if (!fit.valid) return {};
   const Matrix4 covariance = moments.planeCovariance(fit);
@@ -95,19 +98,11 @@ Uncertainty uncertaintyAt(const PlaneMoments& moments, const Vector3& point) {
           std::sqrt(std::max(0.0, p.dot(covariance * p)))};
 }
 
-double angleBetween(const Plane& a, const Plane& b) {
-  return std::atan2(a.normal.cross(b.normal).norm(), a.normal.dot(b.normal));
-}
-
 /// Tolerances widened by two standard deviations, at most doubled.
-struct Tolerance {
-  double angle = 0.0;
-  double offset = 0.0;
-};
-Tolerance toleranceAt(const PlanarMapParams& params, const PlaneMoments& map_plane,
-                      const PlaneMoments& seen) {
-  const Uncertainty m = uncertaintyAt(map_plane, seen.mean());
-  const Uncertainty s = uncertaintyAt(seen, seen.mean());
+Apart toleranceAt(const PlanarMapParams& params, const PlaneMoments& map_plane,
+                  const PlaneMoments& seen) {
+  const Apart m = uncertaintyAt(map_plane, seen.mean());
+  const Apart s = uncertaintyAt(seen, seen.mean());
   return {
       params.association_angle + std::min(2.0 * (m.angle + s.angle), params.association_angle),
       params.association_offset + std::min(2.0 * (m.offset + s.offset), params.association_offset)};
@@ -121,7 +116,7 @@ double noiseTolerance(const PlanarMapParams& params, double rms_a, double rms_b)
 bool isOnePlane(const PlanarMapParams& params, const Plane& plane_a, const PlaneMoments& a,
                 const Plane& plane_b, const PlaneMoments& b) {
   // What is cheap first: most planes of a map are nowhere near.
-  if (!(angleBetween(plane_a, plane_b) <= params.association_angle)) return false;
+  if (!(angleBetween(plane_a.normal, plane_b.normal) <= params.association_angle)) return false;
   const double apart = std::max(rmsDistance(a, plane_b), rmsDistance(b, plane_a));
   return apart <= params.association_offset &&
          apart <= noiseTolerance(params, a.fit().rms, b.fit().rms);
@@ -143,24 +138,21 @@ bool isNear(const MapData& map, const Frame& frame, std::size_t segment, const P
 /// Do the bounding rectangles, in the raster of the first? Else areNear() is false. This asks for
 /// neither cells nor moments: most planes of a map are elsewhere.
 bool mayBeNear(const MapData& map, const PlaneLayer& layer, const PlaneLayer& other) {
-  std::int32_t low[2], high[2], other_low[2], other_high[2];
-  if (!layer.extent(low[0], low[1], high[0], high[1]) ||
-      !other.extent(other_low[0], other_low[1], other_high[0], other_high[1])) {
-    return false;
-  }
+  const TileWindow own = layer.extent();
+  const TileWindow w = other.extent();
+  if (own.empty() || w.empty()) return false;
   const double s = map.resolution();
-  Eigen::Array2d first = Eigen::Array2d::Constant(INFINITY);
-  Eigen::Array2d last = -first;
-  for (const std::int32_t a : {other_low[0], other_high[0] + 1}) {
-    for (const std::int32_t b : {other_low[1], other_high[1] + 1}) {
+  Eigen::AlignedBox2d corners;
+  for (const std::int32_t a : {w.low_a, w.high_a + 1}) {
+    for (const std::int32_t b : {w.low_b, w.high_b + 1}) {
       const Vector3 corner = layer.frame().toPlane(other.frame().fromPlane({a * s, b * s, 0.0}));
-      first = first.min(corner.head<2>().array() / s);
-      last = last.max(corner.head<2>().array() / s);
+      corners.extend(corner.head<2>() / s);
     }
   }
   const double margin = gapInCells(map) + 1.0;  // and one for what is rounded
-  return first[0] <= high[0] + 1 + margin && last[0] >= low[0] - margin &&
-         first[1] <= high[1] + 1 + margin && last[1] >= low[1] - margin;
+  const Eigen::Vector2d low(own.low_a - margin, own.low_b - margin);
+  const Eigen::Vector2d high(own.high_a + 1 + margin, own.high_b + 1 + margin);
+  return corners.intersects(Eigen::AlignedBox2d(low, high));
 }
 
 /// Do the patches of two planes of the map come within the association gap of each other?
@@ -181,9 +173,8 @@ bool areNear(const MapData& map, const PlaneLayer& layer, const PlaneLayer& othe
 
 /// Takes the cells of \p other over. Every cell of the receiving raster asks which cell of the
 /// other lies at its centre: the other way round would leave holes.
-std::size_t takeCells(const MapData& map, PlaneLayer& layer, const PlaneLayer& other) {
+void takeCells(const MapData& map, PlaneLayer& layer, const PlaneLayer& other) {
   const double s = map.resolution();
-  std::size_t added = 0;
   other.raster.forEachTile([&](std::int32_t ta, std::int32_t tb, const RasterTile& from) {
     const Vector3 middle = other.frame().fromPlane({(8 * ta + 4) * s, (8 * tb + 4) * s, 0.0});
     std::int32_t ma = 0, mb = 0;
@@ -197,18 +188,13 @@ std::size_t takeCells(const MapData& map, PlaneLayer& layer, const PlaneLayer& o
         const int bit = 8 * (ob & 7) + (oa & 7);
         if (((from.occupied() >> bit) & 1u) == 0) continue;
         const std::uint8_t belief = from.belief(static_cast<std::size_t>(bit));
-        if (!layer.raster.at(a, b)) {
-          ++added;
+        const auto own_bit = static_cast<std::size_t>(8 * (b & 7) + (a & 7));
+        if (!layer.raster.at(a, b) || layer.raster.find(a >> 3, b >> 3)->belief(own_bit) < belief) {
           layer.setCell(a, b, belief);
-        } else {
-          const RasterTile& own = *layer.raster.find(a >> 3, b >> 3);
-          const auto own_bit = static_cast<std::size_t>(8 * (b & 7) + (a & 7));
-          if (own.belief(own_bit) < belief) layer.setCell(a, b, belief);
         }
       }
     }
   });
-  return added;
 }
 
 /// How the rasters of new floors and table tops are turned; see dominantDirection().
@@ -241,15 +227,13 @@ void associatePlanes(MapData& map, Frame& frame) {
     const double own = frame.moments[k].fit().rms;
     for (std::size_t l = 0; l < map.planes.size(); ++l) {
       const PlaneLayer& layer = map.planes[l];
-      const double angle = angleBetween(frame.planes[k], layer.plane());
+      const double angle = angleBetween(frame.planes[k].normal, layer.plane().normal);
       if (angle > 2.0 * map.params.association_angle) continue;
       const double offset = rmsDistance(frame.moments[k], layer.plane());
-      if (!(offset <= 2.0 * map.params.association_offset + 3.0 * own)) {
-        continue;
-      }
+      if (!(offset <= 2.0 * map.params.association_offset + 3.0 * own)) continue;
       // Its own noise is no reason to doubt that the segment lies on the plane.
       const double apart = std::sqrt(std::max(0.0, offset * offset - own * own));
-      const Tolerance tolerance = toleranceAt(map.params, layer.moments(), frame.moments[k]);
+      const Apart tolerance = toleranceAt(map.params, layer.moments(), frame.moments[k]);
       if (angle > tolerance.angle || apart > tolerance.offset) continue;
       if (!isNear(map, frame, k, layer)) continue;
       pairs.push_back({angle / tolerance.angle + apart / tolerance.offset, k, l});
@@ -265,9 +249,7 @@ void associatePlanes(MapData& map, Frame& frame) {
     auto hits = std::find_if(frame.hits.begin(), frame.hits.end(),
                              [&](const PlaneHits& h) { return h.layer == pair.layer; });
     if (hits == frame.hits.end()) {
-      frame.hits.emplace_back();
-      hits = std::prev(frame.hits.end());
-      hits->layer = pair.layer;
+      hits = frame.hits.insert(hits, PlaneHits{pair.layer, false, {}, {}});
     } else if (!std::all_of(hits->segments.begin(), hits->segments.end(), [&](std::size_t other) {
                  return isOnePlane(map.params, frame.planes[pair.segment],
                                    frame.moments[pair.segment], frame.planes[other],
@@ -294,10 +276,7 @@ void associatePlanes(MapData& map, Frame& frame) {
     layer.setFrame(
         makePlaneFrame(frame.planes[k], frame.sensor, map.params.approximation.up, *along));
     map.planes.push_back(std::move(layer));
-    frame.hits.emplace_back();
-    frame.hits.back().layer = map.planes.size() - 1;
-    frame.hits.back().is_new = true;
-    frame.hits.back().segments.push_back(k);
+    frame.hits.push_back({map.planes.size() - 1, true, {k}, {}});
     ++frame.update.planes_new;
   }
   if (frame.non_planar.size() > clutter) {

@@ -45,22 +45,20 @@ CellWindow startRaster(const MapData& map, const Frame& frame, PlaneLayer& layer
   const ToCells to_cells(map, frame, layer.frame());
   const PointsView& points = frame.observation->points;
   const Indices& inliers = frame.inliersOf(segment);
-  double extent[4] = {INFINITY, INFINITY, -INFINITY, -INFINITY};
+  Eigen::AlignedBox2d extent;
   double u[kBatch];
   double v[kBatch];
   forEachBatch(inliers, [&](std::size_t begin, std::size_t n) {
     planeCoordinates(points.data, points.stride, inliers.data() + begin, n, to_cells.m, u, v);
-    widenExtent(u, v, n, extent);
+    for (std::size_t i = 0; i < n; ++i) {
+      if (u[i] != kOutside) extent.extend(Eigen::Vector2d(u[i], v[i]));
+    }
   });
   CellWindow window;
-  if (!(extent[0] <= extent[2])) return window;
-  double low[2];
-  double cells[2];
-  for (int axis = 0; axis < 2; ++axis) {
-    const double width = extent[2 + axis] - extent[axis];
-    cells[axis] = std::max(1.0, std::ceil(width - kRounding));
-    low[axis] = extent[axis] - 0.5 * (cells[axis] - width);
-  }
+  if (extent.isEmpty()) return window;
+  const Eigen::Array2d width = extent.sizes();
+  const Eigen::Array2d cells = (width - kRounding).ceil().max(1.0);
+  const Eigen::Array2d low = extent.min().array() - 0.5 * (cells - width);
   PlaneFrame started = layer.frame();
   started.origin =
       layer.frame().fromPlane({low[0] * map.resolution(), low[1] * map.resolution(), 0.0});

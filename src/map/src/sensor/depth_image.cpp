@@ -94,7 +94,7 @@ void DepthImage::fill(const PointsView& points, const std::vector<std::uint8_t>&
   // What is beyond the image is no measurement.
   std::vector<std::uint8_t> marks(tiles << shift_);
   const std::vector<std::uint8_t> all(use.empty() ? width : 0, 1);
-  counts_.assign((tiles + 1) * (static_cast<std::size_t>(level.height) + 1), Counts::Zero());
+  counts_.reserve(level.tiles.size());
   for (int tile_row = 0; tile_row < level.height; ++tile_row) {
     std::fill(nearest.begin(), nearest.end(), std::numeric_limits<float>::infinity());
     std::fill(farthest.begin(), farthest.end(), 0.0f);
@@ -108,7 +108,6 @@ void DepthImage::fill(const PointsView& points, const std::vector<std::uint8_t>&
       markUse(use.empty() ? all.data() : &use[row * width], depth.data(), width, marks.data());
     }
     Tile* row_of_tiles = &level.tiles[static_cast<std::size_t>(tile_row) * tiles];
-    Counts* counts = &counts_[(static_cast<std::size_t>(tile_row) + 1) * (tiles + 1) + 1];
     for (std::size_t t = 0; t < tiles; ++t) {
       const std::size_t begin = t << shift_;
       const std::size_t end = std::min(begin + (std::size_t{1} << shift_), width);
@@ -124,20 +123,8 @@ void DepthImage::fill(const PointsView& points, const std::vector<std::uint8_t>&
       const float clear = pixels >= kMinMeasured * all_pixels ? clearing_.upTo(near) : 0.0f;
       near = pixels > 0.0f ? near : std::numeric_limits<float>::infinity();
       row_of_tiles[t] = {near, clear, -far, -clear};
-      counts[t] = {static_cast<int>(pixels), pixels < all_pixels ? 0 : 1, marked & 1, marked >> 1};
-    }
-  }
-}
-
-/// Of one tile each to sums of those above and left.
-void DepthImage::sumTiles() {
-  const Level& level = levels_.front();
-  const auto columns = static_cast<std::size_t>(level.width) + 1;
-  for (std::size_t row = 1; row <= static_cast<std::size_t>(level.height); ++row) {
-    for (std::size_t t = 1; t < columns; ++t) {
-      counts_[row * columns + t] += counts_[row * columns + t - 1] +
-                                    counts_[(row - 1) * columns + t] -
-                                    counts_[(row - 1) * columns + t - 1];
+      counts_.emplace_back(static_cast<int>(pixels), pixels < all_pixels ? 0 : 1, marked & 1,
+                           marked >> 1);
     }
   }
 }
@@ -165,16 +152,16 @@ void DepthImage::add(const Vector3& point) {
 void DepthImage::finish(bool counted) {
   if (counted && is_sparse_) {
     // No more than one measurement a tile is expected.
-    const Level& level = levels_.front();
-    const auto columns = static_cast<std::size_t>(level.width) + 1;
-    counts_.assign(columns * (static_cast<std::size_t>(level.height) + 1), Counts::Zero());
-    for (std::size_t i = 0; i < level.tiles.size(); ++i) {
-      const int has_one = level.tiles[i][kFarthest] < 0.0f ? 1 : 0;
-      const std::size_t row = i / (columns - 1) + 1;
-      counts_[row * columns + i % (columns - 1) + 1] = {has_one, has_one, 0, 0};
+    for (const Tile& tile : levels_.front().tiles) {
+      const int has_one = tile[kFarthest] < 0.0f ? 1 : 0;
+      counts_.emplace_back(has_one, has_one, 0, 0);
     }
   }
-  if (counted) sumTiles();
+  if (counted) {
+    const Level& level = levels_.front();
+    sums_ = SummedArea<Counts>(counts_, level.width, level.height, Counts::Zero());
+  }
+  counts_ = {};
   while (levels_.back().width > 1 || levels_.back().height > 1) {
     const Level& fine = levels_.back();
     Level coarse;
@@ -224,15 +211,28 @@ std::optional<DepthImage::TileRange> DepthImage::tilesOf(const Vector3& centre,
                    tile(edges[2], level.height), tile(edges[3], level.height)};
 }
 
+/// Calls is(number) for the lowest tiles with a measurement over a box, until that is true.
+template <typename Is>
+bool DepthImage::anyMeasured(const Vector3& centre, const Vector3& half, const Is& is) const {
+  const std::optional<TileRange> range = tilesOf(centre, half);
+  const Level& level = levels_.front();
+  if (!range) return false;
+  for (std::size_t y = range->top; y <= range->bottom; ++y) {
+    for (std::size_t x = range->left; x <= range->right; ++x) {
+      const std::size_t i = y * static_cast<std::size_t>(level.width) + x;
+      if (level.tiles[i][kFarthest] < 0.0f && is(i)) return true;
+    }
+  }
+  return false;
+}
+
 DepthImage::Cover DepthImage::coverOf(const Vector3& centre, const Vector3& half) const {
-  if (counts_.empty()) return {};
+  if (sums_.empty()) return {};
   const std::optional<TileRange> range = tilesOf(centre, half);
   if (!range) return {};
   const std::size_t x0 = range->left, x1 = range->right + 1;
   const std::size_t y0 = range->top, y1 = range->bottom + 1;
-  const auto columns = static_cast<std::size_t>(levels_.front().width) + 1;
-  const Counts counts = counts_[y1 * columns + x1] - counts_[y0 * columns + x1] -
-                        counts_[y1 * columns + x0] + counts_[y0 * columns + x0];
+  const Counts counts = sums_.over(x0, y0, x1, y1);
   const auto tiles = static_cast<int>((x1 - x0) * (y1 - y0));
   const bool is_used = counts[kUsed] > 0;
   const auto side = [this](std::size_t first, std::size_t last, int size) {
@@ -248,33 +248,19 @@ DepthImage::Cover DepthImage::coverOf(const Vector3& centre, const Vector3& half
 DepthImage::Sides DepthImage::sidesOf(const Vector3& centre, const Vector3& half, double near,
                                       double far) const {
   Sides sides;
-  const std::optional<TileRange> range = tilesOf(centre, half);
-  if (!range) return sides;
-  const Level& level = levels_.front();
-  for (std::size_t y = range->top; y <= range->bottom; ++y) {
-    for (std::size_t x = range->left; x <= range->right; ++x) {
-      const Tile& t = level.tiles[y * static_cast<std::size_t>(level.width) + x];
-      if (!(t[kFarthest] < 0.0f)) continue;
-      ++(-t[kFarthest] < near ? sides.before : t[kNearest] > far ? sides.beyond : sides.at);
-    }
-  }
+  anyMeasured(centre, half, [&](std::size_t i) {
+    const Tile& t = levels_.front().tiles[i];
+    ++(-t[kFarthest] < near ? sides.before : t[kNearest] > far ? sides.beyond : sides.at);
+    return false;
+  });
   return sides;
 }
 
 bool DepthImage::isPassedWithin(const Vector3& centre, double reach) const {
-  if (rays_.empty()) return false;
-  const std::optional<TileRange> range = tilesOf(centre, {reach, reach, 0.0});
-  if (!range) return false;
-  const Level& level = levels_.front();
-  for (std::size_t y = range->top; y <= range->bottom; ++y) {
-    for (std::size_t x = range->left; x <= range->right; ++x) {
-      const std::size_t i = y * static_cast<std::size_t>(level.width) + x;
-      if (!(level.tiles[i][kFarthest] < 0.0f)) continue;
-      const Vector2 off = centre.z() * rays_[i].cast<double>() - centre.head<2>();
-      if (off.cwiseAbs().maxCoeff() <= reach) return true;
-    }
-  }
-  return false;
+  return !rays_.empty() && anyMeasured(centre, {reach, reach, 0.0}, [&](std::size_t i) {
+    const Vector2 off = centre.z() * rays_[i].cast<double>() - centre.head<2>();
+    return off.cwiseAbs().maxCoeff() <= reach;
+  });
 }
 
 DepthImage::Look DepthImage::look(const Vector3& c, const Vector3& half, bool whole) const {
@@ -355,16 +341,14 @@ std::uint64_t DepthImage::clearCells(const Vector3& centre, const CellOffsets& o
   return clear;
 }
 
-void DepthImage::bounds(double depth, Vector3& low, Vector3& high) const {
-  low = high = position_;
+Eigen::AlignedBox3d DepthImage::bounds(double depth) const {
+  Eigen::AlignedBox3d box(position_);
   for (const double column : {-0.5, camera_.width - 0.5}) {
     for (const double row : {-0.5, camera_.height - 0.5}) {
-      const Vector3 corner =
-          position_ + inverse_.transpose() * (depth * camera_.rayOf(column, row));
-      low = low.cwiseMin(corner);
-      high = high.cwiseMax(corner);
+      box.extend(position_ + inverse_.transpose() * (depth * camera_.rayOf(column, row)));
     }
   }
+  return box;
 }
 
 }  // namespace planar_mapping::detail

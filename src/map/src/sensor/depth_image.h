@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "planar_mapping/core/base/detail/summed_area.h"
 #include "planar_mapping/map/sensor/frame_observation.h"
 
 namespace planar_mapping::detail {
@@ -119,7 +120,7 @@ class DepthImage {
   Vector3 extentInCamera(const Vector3& half) const { return turn_ * half; }
   const Matrix3& inverseRotation() const { return inverse_; }
   /// World bounds of what the image sees up to a depth.
-  void bounds(double depth, Vector3& low, Vector3& high) const;
+  Eigen::AlignedBox3d bounds(double depth) const;
   const Vector3& position() const { return position_; }
   float farthest() const { return -levels_.back().tiles.front()[kFarthest]; }
   float clearest() const { return -levels_.back().tiles.front()[kClearest]; }
@@ -140,7 +141,8 @@ class DepthImage {
     std::size_t left = 0, right = 0, top = 0, bottom = 0;
   };
   std::optional<TileRange> tilesOf(const Vector3& centre, const Vector3& half) const;
-  void sumTiles();
+  template <typename Is>
+  bool anyMeasured(const Vector3& centre, const Vector3& half, const Is& is) const;
 
   /// All four as something of which the smallest counts, so that they are compared at once.
   using Tile = Eigen::Array4f;
@@ -158,11 +160,12 @@ class DepthImage {
   bool is_sparse_ = true;
   Clearing clearing_;
   int shift_;  ///< log2 of the side of the tiles of the lowest level, pixels
-  /// Of the tiles above and left of each corner: measured pixels, and how many tiles have one in
-  /// each pixel, one that went into the map, one that did not.
+  /// Measured pixels, and how many tiles have one in each pixel, one that went into the map, one
+  /// that did not.
   enum { kMeasured, kComplete, kUsed, kUnused };
   using Counts = Eigen::Array4i;
-  std::vector<Counts> counts_;
+  std::vector<Counts> counts_;  ///< of each of the lowest tiles, until finish()
+  SummedArea<Counts> sums_;     ///< of these
   std::vector<Level> levels_;
   std::vector<Eigen::Vector2f> rays_;  ///< of a sparse image: to the nearest measurement of a tile
 };

@@ -13,11 +13,6 @@ std::uint64_t CellLayer::regionKey(const Int3& block) const {
                       (block.z - anchor.z / 4) >> 4});
 }
 
-CellBlock* CellLayer::find(const Int3& block) {
-  Region* region = regions.find(regionKey(block));
-  return region == nullptr ? nullptr : region->blocks.find(packKey(block));
-}
-
 const CellBlock* CellLayer::find(const Int3& block) const {
   const Region* region = regions.find(regionKey(block));
   return region == nullptr ? nullptr : region->blocks.find(packKey(block));
@@ -31,8 +26,7 @@ void CellLayer::markDirty(const Int3& block, std::uint32_t frame) {
 
 std::size_t CellLayer::commit(std::uint32_t revision) {
   std::size_t modified = 0;
-  for (std::size_t r = 0; r < regions.size(); ++r) {
-    Region& region = regions.value(r);
+  for (Region& region : regions.values()) {
     if (!region.dirty) continue;
     region.blocks.removeIf([](std::uint64_t, const CellBlock& b) { return b.occupied() == 0; });
     region.revision = revision;
@@ -71,10 +65,9 @@ std::vector<NonPlanarCell> CellLayer::cellsOf(std::size_t region,
 
 std::size_t CellLayer::memoryBytes() const {
   std::size_t bytes = regions.memoryBytes();
-  for (std::size_t r = 0; r < regions.size(); ++r) {
-    const KeyMap<CellBlock>& blocks = regions.value(r).blocks;
-    bytes += blocks.memoryBytes();
-    for (std::size_t i = 0; i < blocks.size(); ++i) bytes += blocks.value(i).memoryBytes();
+  for (const Region& region : regions.values()) {
+    bytes += region.blocks.memoryBytes();
+    for (const CellBlock& block : region.blocks.values()) bytes += block.memoryBytes();
   }
   return bytes;
 }

@@ -92,8 +92,10 @@ class CellLayer {
   std::uint64_t regionKey(const Int3& block) const;
 
   /// The block, null if there is none.
-  CellBlock* find(const Int3& block);
   const CellBlock* find(const Int3& block) const;
+  CellBlock* find(const Int3& block) {
+    return const_cast<CellBlock*>(static_cast<const CellLayer*>(this)->find(block));
+  }
   /// The block, which is added if it is new; that may move the others.
   CellBlock& blockAt(const Int3& block) { return regions[regionKey(block)].blocks[packKey(block)]; }
   void markDirty(const Int3& block, std::uint32_t frame);
@@ -119,9 +121,7 @@ constexpr std::int32_t kRegionCells = 64;
 template <typename Visit>
 void CellLayer::forEachBlock(std::size_t region, Visit&& visit) const {
   const KeyMap<CellBlock>& blocks = regions.value(region).blocks;
-  std::vector<std::uint64_t> keys = blocks.keys();
-  std::sort(keys.begin(), keys.end());
-  for (const std::uint64_t key : keys) visit(unpackKey(key), *blocks.find(key));
+  for (const std::uint64_t key : blocks.sortedKeys()) visit(unpackKey(key), *blocks.find(key));
 }
 
 }  // namespace planar_mapping::detail

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "store/lattice.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "planar_mapping/core/base/detail/gather_points.h"
@@ -11,8 +10,6 @@
 namespace planar_mapping::detail {
 
 namespace {
-
-constexpr std::size_t kLanes = 8;
 
 /// m0 x + m1 y + m2 z + m3, or kOutside: the comparisons are false for NaN.
 PLANAR_MAPPING_MULTIVERSION
@@ -79,37 +76,6 @@ void findChanges(const std::int32_t* __restrict a, const std::int32_t* __restric
   }
 }
 
-/// Extent of the points of eight lanes at a time; those outside count in no lane.
-PLANAR_MAPPING_MULTIVERSION
-void widenLanes(const double* __restrict values, std::size_t n, double* __restrict low,
-                double* __restrict high) {
-  const double outside = kOutside;
-  for (std::size_t i = 0; i + kLanes <= n; i += kLanes) {
-    for (std::size_t k = 0; k < kLanes; ++k) {
-      const double v = values[i + k];
-      const double l = v == outside ? low[k] : v;
-      const double h = v == outside ? high[k] : v;
-      low[k] = l < low[k] ? l : low[k];
-      high[k] = h > high[k] ? h : high[k];
-    }
-  }
-}
-
-void widen(const double* values, std::size_t n, double& low, double& high) {
-  double lows[kLanes];
-  double highs[kLanes];
-  std::fill(lows, lows + kLanes, low);
-  std::fill(highs, highs + kLanes, high);
-  widenLanes(values, n, lows, highs);
-  for (std::size_t i = n - n % kLanes; i < n; ++i) {
-    if (values[i] == kOutside) continue;
-    lows[0] = std::min(lows[0], values[i]);
-    highs[0] = std::max(highs[0], values[i]);
-  }
-  low = *std::min_element(lows, lows + kLanes);
-  high = *std::max_element(highs, highs + kLanes);
-}
-
 }  // namespace
 
 void planeCoordinates(const float* data, std::size_t stride, const int* indices, std::size_t n,
@@ -121,11 +87,6 @@ void planeCoordinates(const float* data, std::size_t stride, const int* indices,
   coordinates(x, y, z, n, m, u);
   coordinates(x, y, z, n, m + 4, v);
   leaveTogether(u, v, n);
-}
-
-void widenExtent(const double* u, const double* v, std::size_t n, double* extent) {
-  widen(u, n, extent[0], extent[2]);
-  widen(v, n, extent[1], extent[3]);
 }
 
 void CellRuns::find(const double* u, const double* v, std::size_t n, const CellWindow& window) {

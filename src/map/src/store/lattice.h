@@ -19,9 +19,6 @@ constexpr std::size_t kBatch = 512;
 void planeCoordinates(const float* data, std::size_t stride, const int* indices, std::size_t n,
                       const double* m, double* u, double* v);
 
-/// Widens {low u, low v, high u, high v} by the coordinates that are not kOutside.
-void widenExtent(const double* u, const double* v, std::size_t n, double* extent);
-
 /// Which cells there are: what lies beyond belongs to the cells at the rim.
 struct CellWindow {
   std::int32_t low_a = -kLatticeLimit;

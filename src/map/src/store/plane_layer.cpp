@@ -24,29 +24,21 @@ void PlaneLayer::setCell(std::int32_t a, std::int32_t b, std::uint8_t belief) {
   raster.markDirty(a >> 3, b >> 3);
 }
 
-bool PlaneLayer::extent(std::int32_t& low_a, std::int32_t& low_b, std::int32_t& high_a,
-                        std::int32_t& high_b) const {
-  const TileWindow tiles = raster.window();
-  if (tiles.empty()) return false;
-  low_a = 8 * tiles.low_a;
-  low_b = 8 * tiles.low_b;
-  high_a = 8 * tiles.high_a + 7;
-  high_b = 8 * tiles.high_b + 7;
-  return true;
+TileWindow PlaneLayer::extent() const {
+  const TileWindow w = raster.window();
+  return w.empty() ? w : TileWindow{8 * w.low_a, 8 * w.low_b, 8 * w.high_a + 7, 8 * w.high_b + 7};
 }
 
-bool PlaneLayer::bounds(double s, double thickness, Vector3& low, Vector3& high) const {
-  std::int32_t low_a = 0, low_b = 0, high_a = 0, high_b = 0;
-  if (!extent(low_a, low_b, high_a, high_b)) return false;
+Eigen::AlignedBox3d PlaneLayer::bounds(double s, double thickness) const {
+  const TileWindow w = extent();
+  if (w.empty()) return {};
   const PlaneFrame& f = frame();
   const Vector3 middle = f.fromPlane(
-      {0.5 * s * (low_a + high_a + 1), 0.5 * s * (low_b + high_b + 1), -0.5 * thickness});
-  const Vector3 half = 0.5 * s * (high_a - low_a + 1) * f.u.cwiseAbs() +
-                       0.5 * s * (high_b - low_b + 1) * f.v.cwiseAbs() +
+      {0.5 * s * (w.low_a + w.high_a + 1), 0.5 * s * (w.low_b + w.high_b + 1), -0.5 * thickness});
+  const Vector3 half = 0.5 * s * (w.high_a - w.low_a + 1) * f.u.cwiseAbs() +
+                       0.5 * s * (w.high_b - w.low_b + 1) * f.v.cwiseAbs() +
                        0.5 * thickness * f.n.cwiseAbs();
-  low = middle - half;
-  high = middle + half;
-  return true;
+  return {middle - half, middle + half};
 }
 
 bool PlaneLayer::cellOf(const Vector3& point, double s, std::int32_t& a, std::int32_t& b) const {
@@ -64,11 +56,11 @@ bool PlaneLayer::refit(double s, double tolerance) {
   const PlaneMoments::Fit fit = moments().fit();
   if (!fit.valid) return false;
   const Plane plane = fit.plane.normal.dot(frame().n) < 0.0 ? fit.plane.flipped() : fit.plane;
-  std::int32_t low_a = 0, low_b = 0, high_a = 0, high_b = 0;
-  if (!extent(low_a, low_b, high_a, high_b)) return false;
+  const TileWindow w = extent();
+  if (w.empty()) return false;
   double deviation = 0.0;
-  for (const std::int32_t a : {low_a, high_a + 1}) {
-    for (const std::int32_t b : {low_b, high_b + 1}) {
+  for (const std::int32_t a : {w.low_a, w.high_a + 1}) {
+    for (const std::int32_t b : {w.low_b, w.high_b + 1}) {
       const Vector3 corner = frame().fromPlane({a * s, b * s, 0.0});
       deviation = std::max(deviation, std::abs(plane.signedDistance(corner)));
     }

@@ -40,11 +40,10 @@ class PlaneLayer {
 
   /// Makes the cell occupied if it is not yet.
   void setCell(std::int32_t a, std::int32_t b, std::uint8_t belief);
-  /// Bounding cells [low_a, high_a] x [low_b, high_b] of the tiles; false if there are none.
-  bool extent(std::int32_t& low_a, std::int32_t& low_b, std::int32_t& high_a,
-              std::int32_t& high_b) const;
-  /// World bounds of the cells with their thickness; false if there are none.
-  bool bounds(double s, double thickness, Vector3& low, Vector3& high) const;
+  /// Bounding cells, not tiles.
+  TileWindow extent() const;
+  /// World bounds of the cells with their thickness; empty if there are none.
+  Eigen::AlignedBox3d bounds(double s, double thickness) const;
   /// Cell of a world point; false beyond the lattice.
   bool cellOf(const Vector3& point, double s, std::int32_t& a, std::int32_t& b) const;
   /// Follows the fit of the moments if that leaves the frame by more than \p tolerance (metres)

@@ -142,9 +142,8 @@ class UnknownSpace::Walk {
       half_[level] = image.extentInCamera(Vector3::Constant(half - 0.5 * cell)) +
                      Vector3::Constant(0.5 * cell);
       for (int child = 0; child < 8; ++child) {
-        const Vector3 to((child & 1) != 0 ? 0.5 : -0.5, (child & 2) != 0 ? 0.5 : -0.5,
-                         (child & 4) != 0 ? 0.5 : -0.5);
-        child_[level][child] = image.inverseRotation() * (half * to);
+        const Vector3 to(child & 1, child >> 1 & 1, child >> 2);
+        child_[level][child] = image.inverseRotation() * (half * (to - Vector3::Constant(0.5)));
       }
     }
   }
@@ -183,10 +182,9 @@ class UnknownSpace::Walk {
     if (level == kRegionLevel) region_.open(blockOf(low));
     const std::int32_t half = std::int32_t{1} << (level - 1);
     for (int child = 0; child < 8; ++child) {
-      node(level - 1,
-           {low.x + ((child & 1) != 0 ? half : 0), low.y + ((child & 2) != 0 ? half : 0),
-            low.z + ((child & 4) != 0 ? half : 0)},
-           centre + child_[level][child]);
+      const Int3 at{low.x + half * (child & 1), low.y + half * (child >> 1 & 1),
+                    low.z + half * (child >> 2)};
+      node(level - 1, at, centre + child_[level][child]);
     }
     if (level == kRegionLevel) region_.close();
   }
@@ -199,14 +197,12 @@ class UnknownSpace::Walk {
 
   void free(int level, const Int3& low) {
     if (level < kRegionLevel) return region_.mark(level, low, true);
-    const std::int32_t side = std::int32_t{1} << level;
-    for (std::int32_t z = low.z; z < low.z + side; z += 1 << kRegionLevel) {
-      for (std::int32_t y = low.y; y < low.y + side; y += 1 << kRegionLevel) {
-        for (std::int32_t x = low.x; x < low.x + side; x += 1 << kRegionLevel) {
-          space_.regions_[regionOf(blockOf({x, y, z}))] = SpaceRegion::allFree();
-        }
-      }
-    }
+    const auto regionAt = [](std::int32_t cell) { return cell >> kRegionLevel; };
+    const std::int32_t last = (1 << (level - kRegionLevel)) - 1;
+    const Int3 first{regionAt(low.x), regionAt(low.y), regionAt(low.z)};
+    forEachPlace(first, {first.x + last, first.y + last, first.z + last}, [&](const Int3& region) {
+      space_.regions_[packKey(region)] = SpaceRegion::allFree();
+    });
   }
 
   /// Cell by cell. \param is_hidden all of it, as far as the image sees it
@@ -328,12 +324,11 @@ void UnknownSpace::integrate(const DepthImage& image, double cell, double max_ra
                              SpaceBudget& budget) {
   const double range = isUnseenUnknown() ? image.clearest() : max_range;
   if (!(image.clearest() > 0.0f)) return;
-  Vector3 low, high;
-  image.bounds(range, low, high);
+  const Eigen::AlignedBox3d bounds = image.bounds(range);
   constexpr std::int32_t kSide = 1 << kRootLevel;
   constexpr double kLimit = kLatticeLimit / kSide - 1;
-  low = (low / (cell * kSide)).array().floor().max(-kLimit).min(kLimit);
-  high = (high / (cell * kSide)).array().floor().max(-kLimit).min(kLimit);
+  const Vector3 low = (bounds.min() / (cell * kSide)).array().floor().max(-kLimit).min(kLimit);
+  const Vector3 high = (bounds.max() / (cell * kSide)).array().floor().max(-kLimit).min(kLimit);
   integrateRays(image, cell, budget);
   if (image.isSparse() && isUnseenUnknown()) return;
   // The budget goes to what is near.
@@ -375,7 +370,7 @@ UnknownSpace::Surroundings UnknownSpace::around(const Int3& cell) const {
 
 std::size_t UnknownSpace::memoryBytes() const {
   std::size_t bytes = regions_.memoryBytes();
-  for (std::size_t r = 0; r < regions_.size(); ++r) bytes += regions_.value(r).memoryBytes();
+  for (const SpaceRegion& region : regions_.values()) bytes += region.memoryBytes();
   return bytes;
 }
 

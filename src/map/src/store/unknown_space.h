@@ -109,9 +109,7 @@ class UnknownSpace {
 template <typename Visit>
 void UnknownSpace::forEachBlock(Visit&& visit) const {
   SpaceRegion::Blocks blocks;
-  std::vector<std::uint64_t> keys = regions_.keys();
-  std::sort(keys.begin(), keys.end());
-  for (const std::uint64_t key : keys) {
+  for (const std::uint64_t key : regions_.sortedKeys()) {
     const Int3 at = unpackKey(key);
     regions_.find(key)->unpack(blocks);
     for (std::size_t i = 0; i < blocks.labels.size(); ++i) {

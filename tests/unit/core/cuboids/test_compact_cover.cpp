@@ -84,6 +84,11 @@ class FewestRectangles {
   std::vector<unsigned> rectangles_;
 };
 
+/// Probability of the cells of a mask of which none was left out.
+std::vector<float> certain(const CellMask& mask) {
+  return std::vector<float>(mask.cells.size(), 1.0f);
+}
+
 /// Middle of half cell (a, b) within so many half cells of the rectangle, along both axes.
 bool reaches(const HalfCellRectangle& r, int a, int b, double beyond) {
   return a + 0.5 >= r.a - beyond && a + 0.5 <= r.a + r.width + beyond && b + 0.5 >= r.b - beyond &&
@@ -96,7 +101,7 @@ TEST(CoverSurface, IsAlmostTheMinimumCoverOfSmallRasters) {
     const CellMask mask = randomMask(seed, 4, 4, 0.4 + 0.1 * static_cast<double>(seed % 6));
     CuboidApproximationParams params = paramsWith(0.0);
     params.hole_size = 0.01;  // none is filled
-    const SurfaceCover cover = coverSurface(mask, {}, params);
+    const SurfaceCover cover = coverSurface(mask, certain(mask), params);
     EXPECT_TRUE(cover.loose.empty());
     const std::size_t least = FewestRectangles(mask).count();
     EXPECT_GE(cover.rectangles.size(), least);
@@ -111,7 +116,7 @@ TEST(CoverSurface, StandsForAllAndStaysWithinHalfACell) {
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     const CellMask mask = randomMask(seed, 12, 9, 0.5 + 0.01 * static_cast<double>(seed));
     CuboidApproximationParams params = paramsWith(0.5, seed % 2 == 0 ? 0.0 : 3.0);
-    const SurfaceCover cover = coverSurface(mask, {}, params);
+    const SurfaceCover cover = coverSurface(mask, certain(mask), params);
     const auto isLoose = [&](int a, int b) {
       return std::any_of(cover.loose.begin(), cover.loose.end(),
                          [&](const LooseQuarter& q) { return q.a == a && q.b == b; });
@@ -146,7 +151,8 @@ TEST(CoverSurface, StandsForAllAndStaysWithinHalfACell) {
     }
     EXPECT_EQ(cover.rectangles.size(), cover.probability.size());
     if (params.rectangle_cells == 0.0) {
-      EXPECT_LE(cover.rectangles.size(), coverSurface(mask, {}, paramsWith(0.0)).rectangles.size());
+      EXPECT_LE(cover.rectangles.size(),
+                coverSurface(mask, certain(mask), paramsWith(0.0)).rectangles.size());
     }
   }
 }
@@ -158,7 +164,7 @@ TEST(CoverSurface, WallWithSmallHolesIsOneRectangle) {
   mask.height = 10;
   mask.cells.assign(200, 1);
   for (const std::size_t hole : {45u, 67u, 133u}) mask.cells[hole] = 0;
-  const SurfaceCover cover = coverSurface(mask, {}, paramsWith(0.5, 4.0));
+  const SurfaceCover cover = coverSurface(mask, certain(mask), paramsWith(0.5, 4.0));
   EXPECT_EQ(cover.rectangles.size(), 1u);
   EXPECT_TRUE(cover.loose.empty());
 }
@@ -167,7 +173,7 @@ TEST(CoverSurface, RefusesWhatDoesNotFit) {
   CellMask mask = randomMask(1, 3, 3, 1.0);
   EXPECT_THROW(coverSurface(mask, {1.0f}, paramsWith(0.5)), InputError);
   mask.cells.pop_back();
-  EXPECT_THROW(coverSurface(mask, {}, paramsWith(0.5)), InputError);
+  EXPECT_THROW(coverSurface(mask, certain(mask), paramsWith(0.5)), InputError);
   EXPECT_TRUE(coverSurface(CellMask(), {}, paramsWith(0.5)).rectangles.empty());
   EXPECT_THROW(coverSurface(CellMask(), {}, paramsWith(0.7)), ParameterError);
   EXPECT_THROW(coverSurface(CellMask(), {}, paramsWith(0.5, -1.0)), ParameterError);

@@ -202,12 +202,6 @@ void BitGrid::fill(const LatticeBox& box) {
   }
 }
 
-std::int64_t BitGrid::count() const {
-  std::int64_t sum = 0;
-  for (const std::uint64_t word : bits_) sum += static_cast<std::int64_t>(bitCount(word));
-  return sum;
-}
-
 BitGrid BitGrid::dilated(std::array<std::int32_t, 3> axes) const {
   BitGrid grid = *this;
   if (axes[0] > 0) {

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <tuple>
 #include <vector>
 
 namespace planar_mapping::detail {
@@ -32,7 +33,7 @@ struct LatticeBox {
   std::int32_t size(std::size_t axis) const { return high[axis] - low[axis]; }
   bool operator==(const LatticeBox& o) const { return low == o.low && high == o.high; }
   bool operator<(const LatticeBox& o) const {
-    return low < o.low || (!(o.low < low) && high < o.high);
+    return std::tie(low, high) < std::tie(o.low, o.high);
   }
 };
 
@@ -75,7 +76,7 @@ class BitGrid {
   void clearWordOf(const LatticeCell& c) { row(c[1], c[2])[c[0] >> 6] = 0; }
   /// The box must lie within the window.
   void fill(const LatticeBox& box);
-  std::int64_t count() const;
+  std::int64_t count() const { return count(window()); }
   /// With all cells that differ by at most one along each axis of \p axes from one that is on.
   BitGrid dilated(std::array<std::int32_t, 3> axes) const;
   /// Calls visit(x, y, z) for the cells of the box that are on, by z, y, x.

@@ -4,43 +4,12 @@
 #include <tuple>
 #include <utility>
 
+#include "planar_mapping/core/base/detail/summed_area.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/cuboids/raster/detail/plane_raster.h"
 
 namespace planar_mapping {
 namespace {
-
-/// Number of occupied cells in any window, in constant time.
-class SummedArea {
- public:
-  explicit SummedArea(const CellMask& mask)
-      : pitch_(static_cast<std::size_t>(mask.width) + 1),
-        sum_(pitch_ * (static_cast<std::size_t>(mask.height) + 1), 0) {
-    for (std::int32_t b = 0; b < mask.height; ++b) {
-      const std::uint8_t* cells = mask.cells.data() + static_cast<std::size_t>(b) * mask.width;
-      const std::int64_t* below = &sum_[static_cast<std::size_t>(b) * pitch_];
-      std::int64_t* out = &sum_[(static_cast<std::size_t>(b) + 1) * pitch_];
-      std::int64_t in_row = 0;
-      for (std::int32_t a = 0; a < mask.width; ++a) {
-        in_row += cells[a] != 0;
-        out[a + 1] = below[a + 1] + in_row;
-      }
-    }
-  }
-
-  std::int64_t count(const CellRectangle& r) const {
-    return at(r.a + r.width, r.b + r.height) - at(r.a, r.b + r.height) - at(r.a + r.width, r.b) +
-           at(r.a, r.b);
-  }
-
- private:
-  std::int64_t at(std::int32_t a, std::int32_t b) const {
-    return sum_[static_cast<std::size_t>(b) * pitch_ + static_cast<std::size_t>(a)];
-  }
-
-  std::size_t pitch_;
-  std::vector<std::int64_t> sum_;
-};
 
 /// The smallest rectangle around the occupied cells; zero area if there are none.
 CellRectangle boundingRectangle(const CellMask& mask) {
@@ -63,7 +32,7 @@ CellRectangle boundingRectangle(const CellMask& mask) {
 }
 
 struct Quartering {
-  const SummedArea& occupied;
+  const detail::SummedArea<std::int64_t>& occupied;
   double density_threshold;
   int min_width;
   int min_height;
@@ -71,7 +40,8 @@ struct Quartering {
 
   // Depth is at most 31: both sides halve.
   void split(const CellRectangle& unit) const {
-    const std::int64_t count = occupied.count(unit);
+    const std::int64_t count =
+        occupied.over(unit.a, unit.b, unit.a + unit.width, unit.b + unit.height);
     if (count == 0) return;
     const double density = static_cast<double>(count) / static_cast<double>(unit.area());
     if (!(density < density_threshold && unit.width > min_width && unit.height > min_height)) {
@@ -120,7 +90,7 @@ std::vector<CellRectangle> splitAndMerge(const CellMask& mask, double density_th
   std::vector<CellRectangle> rectangles;
   const CellRectangle whole = boundingRectangle(mask);
   if (whole.area() == 0) return rectangles;
-  const SummedArea occupied(mask);
+  const detail::SummedArea<std::int64_t> occupied(mask.cells, mask.width, mask.height, 0);
   Quartering{occupied, density_threshold, min_width, min_height, rectangles}.split(whole);
   if (merge) {
     mergeAlongU(rectangles);

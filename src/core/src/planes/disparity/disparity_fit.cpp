@@ -44,11 +44,11 @@ std::vector<DisparityWindow> fitDisparities(const CellGrid& grid) {
   return fits;
 }
 
-void DisparityFit::toMetres(double p, double q, double r, double* normal, double& height) const {
+void DisparityFit::toMetres(double p, double q, double r, Vector3& normal, double& height) const {
   // D z = B f, so p f x + q f y + r z = B f.
-  const double m[3] = {p * params_.camera.focal_length, q * params_.camera.focal_length, r};
+  const Vector3 m(p * params_.camera.focal_length, q * params_.camera.focal_length, r);
   const double length = std::sqrt(m[0] * m[0] + m[1] * m[1] + m[2] * m[2]);
-  for (int axis = 0; axis < 3; ++axis) normal[axis] = -m[axis] / length;
+  normal = -m / length;
   height = params_.factor() / length;
 }
 
@@ -63,9 +63,7 @@ void DisparityFit::fit(PlaneCandidate& plane) const {
   const DisparityWindow found = fitDisparity(plane.sums);
   plane.valid = found.count > 0.0 && std::isfinite(found.p) && std::isfinite(found.q);
   if (!plane.valid) return;
-  plane.normal[0] = found.p;
-  plane.normal[1] = found.q;
-  plane.normal[2] = -1.0;
+  plane.normal = {found.p, found.q, -1.0};
   plane.offset = found.d - found.p * found.x - found.q * found.y;
   plane.residual = found.residual;
   plane.width = found.extent;
@@ -139,7 +137,7 @@ std::vector<char> DisparityFit::agree(const PlaneCandidate& plane, const CellGri
   for (std::size_t i = 0; i < fits.size(); ++i) {
     const DisparityWindow& fit = fits[i];
     if (!(fit.count > 0.0)) continue;
-    double normal[3];
+    Vector3 normal;
     double height = 0.0;
     toMetres(fit.p, fit.q, fit.d - fit.p * fit.x - fit.q * fit.y, normal, height);
     const double turn = std::hypot(fit.p - plane.normal[0], fit.q - plane.normal[1]);

@@ -109,7 +109,7 @@ class DisparityFit : public PlaneFit {
   bool isBent(const PlaneCandidate& plane, const Bend& bend) const override;
 
   /// Unit normal towards the sensor and distance of it for D = p X + q Y + r, metres.
-  void toMetres(double p, double q, double r, double* normal, double& height) const;
+  void toMetres(double p, double q, double r, Vector3& normal, double& height) const;
   /// A distance from a plane (metres) at disparity \p d in pixels of disparity.
   static double toPixels(const PlaneCandidate& plane, double distance, double d) {
     return distance * d / plane.height;

@@ -68,27 +68,13 @@ DisparityGrower::DisparityGrower(const CellGrid& grid, const DisparityFit& fit)
 
 std::vector<std::uint8_t> DisparityGrower::findFilled() const {
   std::vector<std::uint8_t> filled(static_cast<std::size_t>(grid_.cells()));
-  const double* counts = grid_.moment(kN);
-  const int columns = grid_.columns;
   const double alone = kMinFraction * grid_.capacity;
   const double together = kMinFraction * kWindowCells[1] * grid_.capacity;
-  std::vector<double> sums(static_cast<std::size_t>(columns) + 2, 0.0);  // of three rows
-  for (int row = 0; row < grid_.rows; ++row) {
-    const double* line = counts + static_cast<std::size_t>(row) * columns;
-    const double* above = row > 0 ? line - columns : nullptr;
-    const double* below = row + 1 < grid_.rows ? line + columns : nullptr;
-    for (int c = 0; c < columns; ++c) {
-      sums[static_cast<std::size_t>(c) + 1] =
-          line[c] + (above != nullptr ? above[c] : 0.0) + (below != nullptr ? below[c] : 0.0);
-    }
-    std::uint8_t* out = filled.data() + static_cast<std::size_t>(row) * columns;
-    for (int c = 0; c < columns; ++c) {
-      const double around = sums[static_cast<std::size_t>(c)] +
-                            sums[static_cast<std::size_t>(c) + 1] +
-                            sums[static_cast<std::size_t>(c) + 2];
-      out[c] = static_cast<std::uint8_t>((line[c] >= alone ? kAlone : 0) |
-                                         (around >= together ? kTogether : 0));
-    }
+  const CellGrid around = windowSums(grid_, 1, kN + 1);
+  for (int cell = 0; cell < grid_.cells(); ++cell) {
+    filled[static_cast<std::size_t>(cell)] =
+        static_cast<std::uint8_t>((grid_.count(cell) >= alone ? kAlone : 0) |
+                                  (around.count(cell) >= together ? kTogether : 0));
   }
   return filled;
 }
@@ -120,7 +106,7 @@ void DisparityGrower::classify() {
   const auto planar = [&](const DisparityWindow& fit, int cells, CellState& state) {
     const double count = fit.count;
     if (!(count >= kMinFraction * cells * grid_.capacity)) return false;
-    double normal[3];
+    Vector3 normal;
     double height = 0.0;
     fit_.toMetres(fit.p, fit.q, fit.d - fit.p * fit.x - fit.q * fit.y, normal, height);
     const double flat = params.flatDistance() * fit.d / height;

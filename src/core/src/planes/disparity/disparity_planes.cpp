@@ -219,8 +219,7 @@ void dropUncertain(std::vector<PlaneCandidate>& planes, PixelLabels& pixels,
 }
 
 void describe(const PlaneCandidate& plane, const DisparityParams& params, PlaneSegment& segment) {
-  segment.plane = {Vector3(plane.direction[0], plane.direction[1], plane.direction[2]),
-                   plane.height};
+  segment.plane = {plane.direction, plane.height};
   segment.tilt = normalizedTilt(segment.plane);
   segment.covariance = covarianceOf(plane, params);
 }

@@ -156,11 +156,10 @@ class MultiRansac {
 
   /// A free neighbour of \p i, or -1.
   std::int32_t freeNeighbour(std::size_t i) {
-    const std::size_t n = points_.numberOfNeighbours(i);
+    const std::int32_t first = points_.first_near[i];
+    const auto n = static_cast<std::uint32_t>(points_.first_near[i + 1] - first);
     if (n == 0) return -1;
-    const auto pick = static_cast<std::size_t>(points_.first_near[i]) +
-                      random_.below(static_cast<std::uint32_t>(n));
-    const std::int32_t j = points_.near[pick];
+    const std::int32_t j = points_.near[static_cast<std::size_t>(first) + random_.below(n)];
     return free_[static_cast<std::size_t>(j)] != kTaken ? j : -1;
   }
 
@@ -231,15 +230,11 @@ class MultiRansac {
     for (const double radii : kReachInRadii) {
       PointSums sums;
       forEachNear(plane, at(seed), radii * points_.radius, [&](std::size_t i, std::uint8_t place) {
-        if (place == kOn) addPoint(i, sums);
+        if (place == kOn) sums.add(points_.x[i], points_.y[i], points_.z[i]);
       });
       if (!refit(sums, plane)) return false;
     }
     return true;
-  }
-
-  void addPoint(std::size_t i, PointSums& s) const {
-    s.add(points_.x[i], points_.y[i], points_.z[i]);
   }
 
   static bool refit(const PointSums& sums, Plane& plane) {

@@ -23,9 +23,6 @@ struct SparsePoints {
   std::size_t duplicate_points = 0;
 
   std::size_t size() const { return x.size(); }
-  std::size_t numberOfNeighbours(std::size_t i) const {
-    return static_cast<std::size_t>(first_near[i + 1] - first_near[i]);
-  }
 };
 
 SparsePoints prepareSparsePoints(const PointsView& points, const Indices* indices,

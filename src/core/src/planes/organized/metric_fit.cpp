@@ -285,11 +285,11 @@ void MetricFit::fit(PlaneCandidate& plane) const {
   plane.valid = length > 0.5 && found.extent > 0.0F && std::isfinite(length);
   if (!plane.valid) return;
   const MomentSums& sums = plane.sums;
-  for (int i = 0; i < 3; ++i) plane.direction[i] = plane.normal[i] = n[i] / length;
+  plane.direction = plane.normal = n / length;
   plane.offset =
       -(plane.normal[0] * sums[kX] + plane.normal[1] * sums[kY] + plane.normal[2] * sums[kZ]) /
       sums[kN];
-  plane.height = plane.distance(sensor_.data());
+  plane.height = plane.distance(sensor_);
   plane.residual = found.residual;
   plane.width = found.extent;
 }
@@ -323,10 +323,9 @@ void MetricFit::refine(PlaneCandidate& plane, const std::vector<TilePart>& parts
   if (!m.allFinite() || !(length > 0.0)) return;
   PlaneCandidate along = plane;
   const double sign = plane.height > 0.0 ? -1.0 : 1.0;
-  for (int axis = 0; axis < 3; ++axis)
-    along.direction[axis] = along.normal[axis] = sign * m[axis] / length;
+  along.direction = along.normal = sign * m / length;
   along.offset = sign * (-1.0 / length - m.dot(sensor_) / length);
-  along.height = along.distance(sensor_.data());
+  along.height = along.distance(sensor_);
   along.residual = std::sqrt(along.meanSquare(plane.sums));
   if (along.residual <= params_.max_residual_growth * plane.residual) plane = along;
 }
@@ -359,9 +358,8 @@ CoherenceTest MetricFit::coherenceTest(const PlaneCandidate& plane,
     test.min_agreement = params_.min_agreement;
   }
   test.may_bend = false;
-  const Vector3 normal(plane.normal[0], plane.normal[1], plane.normal[2]);
-  test.axes[0] = normal.unitOrthogonal();
-  test.axes[1] = normal.cross(test.axes[0]);
+  test.axes[0] = plane.normal.unitOrthogonal();
+  test.axes[1] = plane.normal.cross(test.axes[0]);
   return test;
 }
 

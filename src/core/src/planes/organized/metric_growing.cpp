@@ -62,7 +62,7 @@ bool MetricGrower::accepts(const PlaneCandidate& plane, const MomentSums& sums,
                            const CellState& state) const {
   const OrganizedParams& params = fit_.params();
   const double inverse = 1.0 / sums[kN];
-  const double mean[3] = {sums[kX] * inverse, sums[kY] * inverse, sums[kZ] * inverse};
+  const Vector3 mean(sums[kX] * inverse, sums[kY] * inverse, sums[kZ] * inverse);
   const double distance = plane.distance(mean);
   const double noise = state.noise_over_range * std::fabs(distance - plane.height);
   const double noise_of_mean =

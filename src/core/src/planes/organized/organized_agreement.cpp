@@ -158,8 +158,7 @@ std::vector<TilePiece> piecesOf(const TiledCloud& cloud, const PixelAssigner& pi
       int same = 0;
       for (int k = 0; k < kQuarterArea; ++k) same += labels[k] == labels[0];
       if (same == kQuarterArea) {
-        if (labels[0] >= 0)
-          pieces.push_back({quarter, labels[0], kQuarterArea, false, false, false, false});
+        if (labels[0] >= 0) pieces.push_back({quarter, labels[0], kQuarterArea});
         continue;
       }
       const std::size_t first = pieces.size();
@@ -167,9 +166,7 @@ std::vector<TilePiece> piecesOf(const TiledCloud& cloud, const PixelAssigner& pi
         if (labels[k] < 0) continue;
         std::size_t at = first;
         while (at < pieces.size() && pieces[at].label != labels[k]) ++at;
-        if (at == pieces.size()) {
-          pieces.push_back({quarter, labels[k], 0, false, false, false, false});
-        }
+        if (at == pieces.size()) pieces.push_back({quarter, labels[k], 0});
         ++pieces[at].pixels;
       }
     }

@@ -55,13 +55,10 @@ void describe(const PlaneCandidate& plane, const TiledCloud& cloud, const Vector
   Matrix3 outer;
   outer << sums[kXX], sums[kXY], sums[kXZ], sums[kXY], sums[kYY], sums[kYZ], sums[kXZ], sums[kYZ],
       sums[kZZ];
-  Pose shift = Pose::Identity();
-  shift.translation() = cloud.origin;
   segment.moments =
-      PlaneMoments::fromSums(sums[kN], {sums[kX], sums[kY], sums[kZ]}, outer, Vector3::Zero())
-          .transformed(shift);
-  const Vector3 normal(plane.normal[0], plane.normal[1], plane.normal[2]);
-  segment.plane = orientedTowards({normal, plane.offset - normal.dot(cloud.origin)}, sensor);
+      PlaneMoments::fromSums(sums[kN], {sums[kX], sums[kY], sums[kZ]}, outer, cloud.origin);
+  segment.plane =
+      orientedTowards({plane.normal, plane.offset - plane.normal.dot(cloud.origin)}, sensor);
   segment.rms = std::sqrt(plane.meanSquare(sums));
   segment.tilt = normalizedTilt(segment.plane);
   segment.covariance = segment.moments.planeCovariance(segment.moments.fit());

@@ -27,28 +27,19 @@ double PlaneCandidate::meanSquare(const MomentSums& other) const {
 CellGrower::CellGrower(const CellGrid& grid, const PlaneFit& fit)
     : grid_(grid), fit_(fit), visited_(static_cast<std::size_t>(grid.cells()), 0) {}
 
-std::vector<int> CellGrower::seedOrder() const {
+std::vector<std::pair<float, int>> CellGrower::seedOrder() const {
   // Widest planar window first, then smallest residual.
-  struct Seed {
-    float key;
-    int cell;
-  };
-  std::vector<Seed> seeds;
+  std::vector<std::pair<float, int>> seeds;
   for (int cell = 0; cell < grid_.cells(); ++cell) {
     const CellState& state = states_[static_cast<std::size_t>(cell)];
     if (state.planarity == 0) continue;
     constexpr float kMaxResidual = 9.0F;  // less than between windows of different widths
-    seeds.push_back(
-        {10.0F * static_cast<float>(3 - state.planarity) + std::min(kMaxResidual, state.residual),
-         cell});
+    seeds.emplace_back(
+        10.0F * static_cast<float>(3 - state.planarity) + std::min(kMaxResidual, state.residual),
+        cell);
   }
-  std::sort(seeds.begin(), seeds.end(), [](const Seed& a, const Seed& b) {
-    return a.key < b.key || (a.key == b.key && a.cell < b.cell);
-  });
-  std::vector<int> order;
-  order.reserve(seeds.size());
-  for (const Seed& seed : seeds) order.push_back(seed.cell);
-  return order;
+  std::sort(seeds.begin(), seeds.end());
+  return seeds;
 }
 
 void CellGrower::collect(int seed, PlaneCandidate plane, bool refit,
@@ -94,7 +85,7 @@ GrownCells CellGrower::grow(double min_points, std::vector<PlaneCandidate>& plan
   std::vector<char> tried(cells, 0);
   std::vector<int> members;
   PlaneCandidate plane;
-  for (const int seed : seedOrder()) {
+  for (const auto& [key, seed] : seedOrder()) {
     const auto s = static_cast<std::size_t>(seed);
     if (grown.labels[s] >= 0 || tried[s] != 0) continue;
     ++grown.seeds;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "planes/tiles/plane_fit.h"
@@ -47,7 +48,7 @@ class CellGrower {
   std::vector<CellState> states_;
 
  private:
-  std::vector<int> seedOrder() const;
+  std::vector<std::pair<float, int>> seedOrder() const;
   void collect(int seed, PlaneCandidate plane, bool refit, const std::vector<std::int16_t>& labels,
                std::vector<int>& cells, MomentSums& sums);
 

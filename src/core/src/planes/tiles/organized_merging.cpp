@@ -3,30 +3,12 @@
 #include <algorithm>
 #include <numeric>
 
-#include "planar_mapping/core/base/detail/simd.h"
 #include "planes/tiles/organized_growing.h"
 
 namespace planar_mapping::detail {
 namespace {
 
 constexpr int kReach = 2;  ///< cells within which planes are adjacent: one between them is an edge
-
-/// 1 where a labelled cell of a row has another label within reach in the row or in the \p below
-/// rows that follow: so few that looking at them one by one takes no time.
-PLANAR_MAPPING_MULTIVERSION
-void markBorders(const std::int16_t* line, int columns, int below, std::uint8_t* meets) {
-  for (int c = 0; c < columns; ++c) meets[c] = 0;
-  for (int r = 0; r <= below; ++r) {
-    for (int shift = r == 0 ? 1 : -kReach; shift <= kReach; ++shift) {
-      const std::int16_t* other = line + r * columns + shift;
-      const int first = shift < 0 ? -shift : 0;
-      const int last = shift > 0 ? columns - shift : columns;
-      for (int c = first; c < last; ++c) {
-        meets[c] |= (line[c] >= 0) & (other[c] >= 0) & (line[c] != other[c]) ? 1 : 0;
-      }
-    }
-  }
-}
 
 /// The planes that each plane is adjacent to.
 std::vector<std::vector<std::int16_t>> adjacentPlanes(const std::vector<std::int16_t>& labels,
@@ -36,14 +18,12 @@ std::vector<std::vector<std::int16_t>> adjacentPlanes(const std::vector<std::int
     std::vector<std::int16_t>& list = adjacent[static_cast<std::size_t>(plane)];
     if (std::find(list.begin(), list.end(), other) == list.end()) list.push_back(other);
   };
-  std::vector<std::uint8_t> meets(static_cast<std::size_t>(columns));
   for (int row = 0; row < rows; ++row) {
     const std::int16_t* line = labels.data() + static_cast<std::size_t>(row) * columns;
     const int below = std::min(kReach, rows - 1 - row);
-    markBorders(line, columns, below, meets.data());
     for (int column = 0; column < columns; ++column) {
-      if (meets[static_cast<std::size_t>(column)] == 0) continue;
       const std::int16_t label = line[column];
+      if (label < 0) continue;
       for (int r = 0; r <= below; ++r) {
         const int left = r == 0 ? column + 1 : std::max(0, column - kReach);
         for (int c = left; c <= std::min(columns - 1, column + kReach); ++c) {

@@ -309,30 +309,14 @@ CellGrid freeQuarterGrid(const TiledCloud& cloud, const std::vector<std::int16_t
   return grid;
 }
 
-CellGrid windowSums(const CellGrid& grid, int radius) {
+CellGrid windowSums(const CellGrid& grid, int radius, int moments) {
   CellGrid windows(grid.columns, grid.rows, grid.capacity * (2 * radius + 1) * (2 * radius + 1));
   std::vector<double> padded(static_cast<std::size_t>(grid.columns + 2 * radius), 0.0);
-  for (int m = 0; m < kMoments; ++m) {
+  for (int m = 0; m < moments; ++m) {
     sumRows(grid.moment(m), grid.columns, grid.rows, radius, windows.moment(m));
     sumColumns(windows.moment(m), grid.columns, grid.rows, radius, padded.data());
   }
   return windows;
-}
-
-/// The window of \p columns by \p rows cells from \p first on. Inlined with sides that are known,
-/// it has no loops.
-PLANAR_MAPPING_INLINE void sumCells(const CellGrid& grid, std::size_t first, int columns, int rows,
-                                    MomentSums& sums) {
-  for (int m = 0; m < kMoments; ++m) {
-    const double* line = grid.moment(m) + first;
-    double window = 0.0;
-    for (int c = 0; c < columns; ++c) {
-      double sum = line[c];
-      for (int r = 1; r < rows; ++r) sum += line[r * grid.columns + c];
-      window += sum;
-    }
-    sums[static_cast<std::size_t>(m)] = window;
-  }
 }
 
 MomentSums sumWindow(const CellGrid& grid, int cell, int radius) {
@@ -344,10 +328,15 @@ MomentSums sumWindow(const CellGrid& grid, int cell, int radius) {
   const int columns = std::min(grid.columns - 1, column + radius) - left + 1;
   const std::size_t first = static_cast<std::size_t>(top) * grid.columns + left;
   MomentSums sums;
-  if (columns == 3 && rows == 3) {
-    sumCells(grid, first, 3, 3, sums);
-  } else {
-    sumCells(grid, first, columns, rows, sums);
+  for (int m = 0; m < kMoments; ++m) {
+    const double* line = grid.moment(m) + first;
+    double window = 0.0;
+    for (int c = 0; c < columns; ++c) {
+      double sum = line[c];
+      for (int r = 1; r < rows; ++r) sum += line[r * grid.columns + c];
+      window += sum;
+    }
+    sums[static_cast<std::size_t>(m)] = window;
   }
   return sums;
 }

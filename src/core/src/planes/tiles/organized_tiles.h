@@ -96,8 +96,8 @@ CellGrid tileGrid(const TiledCloud& cloud, int threads);
 CellGrid freeQuarterGrid(const TiledCloud& cloud, const std::vector<std::int16_t>& labels,
                          int threads);
 
-/// Sums over the (2 radius + 1)^2 cells around each cell.
-CellGrid windowSums(const CellGrid& grid, int radius);
+/// Sums over the (2 radius + 1)^2 cells around each cell, of the first moments.
+CellGrid windowSums(const CellGrid& grid, int radius, int moments = kMoments);
 
 /// Sums over the (2 radius + 1)^2 cells around one cell.
 MomentSums sumWindow(const CellGrid& grid, int cell, int radius);

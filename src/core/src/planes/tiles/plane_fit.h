@@ -50,15 +50,15 @@ constexpr std::size_t kMaxCandidates = 4096;  ///< planes a frame may hold befor
 /// error of a point, in metres across the plane or in pixels of disparity.
 struct PlaneCandidate {
   MomentSums sums = {};
-  double normal[3] = {0.0, 0.0, 0.0};
+  Vector3 normal = Vector3::Zero();
   double offset = 0.0;
-  double direction[3] = {0.0, 0.0, 0.0};  ///< unit normal in metres, whatever the space
-  double height = 0.0;                    ///< signed distance of the sensor, metres
-  double residual = 0.0;                  ///< root mean square error
+  Vector3 direction = Vector3::Zero();  ///< unit normal in metres, whatever the space
+  double height = 0.0;                  ///< signed distance of the sensor, metres
+  double residual = 0.0;                ///< root mean square error
   double width = 0.0;  ///< root mean square extent along the shorter axis, metres or pixels
   bool valid = false;
 
-  double distance(const double* point) const {
+  double distance(const Vector3& point) const {
     return normal[0] * point[0] + normal[1] * point[1] + normal[2] * point[2] + offset;
   }
   /// Error of the mean of other sums.
@@ -69,8 +69,8 @@ struct PlaneCandidate {
   /// Mean square error of other sums.
   double meanSquare(const MomentSums& other) const;
   /// |cosine| between the plane and a direction of unit length.
-  template <typename Scalar>
-  double cosine(const Scalar* other) const {
+  template <typename Direction>
+  double cosine(const Direction& other) const {
     return std::fabs(direction[0] * other[0] + direction[1] * other[1] + direction[2] * other[2]);
   }
 };

@@ -106,44 +106,15 @@ bool isLineIn(const Plane& plane, const PointSums& s, const Vector3& centre, dou
          in_plane >= kMinElongation * kMinElongation * off;
 }
 
-/// Points of the cells that have too few for themselves, in blocks of 4 cells a side.
-class SparseBlocks {
- public:
-  explicit SparseBlocks(double cell_side) : side_(4.0 * cell_side) {}
-
-  void add(const CellKey& cell, const Vector3& centre, const PointSums& sums) {
-    const CellKey key = cell.parent().parent();
-    const auto block = static_cast<std::size_t>(table_.insert(key));
-    if (block == sums_.size()) sums_.emplace_back();
-    const Vector3 shift = centre - centreOf(cell);
-    sums_[block].add(sums, {shift[0], shift[1], shift[2]});
-  }
-  const PointSums& sumsAt(const CellKey& cell) const {
-    return sums_[static_cast<std::size_t>(table_.find(cell.parent().parent()))];
-  }
-  Vector3 centreOf(const CellKey& cell) const {
-    const CellKey key = cell.parent().parent();
-    return Vector3(key.x + 0.5, key.y + 0.5, key.z + 0.5) * side_;
-  }
-
- private:
-  double side_;
-  CellTable table_;
-  std::vector<PointSums> sums_;
-};
-
 }  // namespace
 
 void addFarRings(const PointCells& grid, const std::vector<Plane>& planes, const DistanceBand& band,
                  const Vector3& sensor, CellCandidates& candidates) {
   // From far away all is next to each other: there is no sensor.
-  Vector3 low = Vector3::Constant(INFINITY), high = -low;
-  for (std::size_t cell = 0; cell < candidates.size(); ++cell) {
-    low = low.cwiseMin(grid.centre(cell));
-    high = high.cwiseMax(grid.centre(cell));
-  }
-  const Vector3 away = Vector3::Zero().cwiseMax(low - sensor).cwiseMax(sensor - high);
-  if (away.norm() > (high - low).norm()) return;
+  Eigen::AlignedBox3d box;
+  for (std::size_t cell = 0; cell < candidates.size(); ++cell) box.extend(grid.centre(cell));
+  const Vector3 away = Vector3::Zero().cwiseMax(box.min() - sensor).cwiseMax(sensor - box.max());
+  if (away.norm() > box.sizes().norm()) return;
   View view;
   std::vector<Piece> pieces;
   const auto propose = [&](std::size_t cell, const Vector3& mean, const PointSums& sums,
@@ -155,8 +126,14 @@ void addFarRings(const PointCells& grid, const std::vector<Plane>& planes, const
       pieces.push_back({static_cast<std::int32_t>(cell), static_cast<std::int32_t>(k), mean, {}});
     }
   };
+  // Cells that have too few points for themselves, with their means, and these points in blocks of
+  // 4 cells a side.
   std::vector<std::pair<std::size_t, Vector3>> sparse;
-  SparseBlocks blocks(grid.side);
+  PointCells blocks;
+  blocks.side = 4.0 * grid.side;
+  const auto blockOf = [&](std::size_t cell) {
+    return static_cast<std::size_t>(blocks.table.insert(grid.table.key(cell).parent().parent()));
+  };
   for (std::size_t cell = 0; cell < candidates.size(); ++cell) {
     const PointSums& sums = grid.sums[cell];
     const Vector3 centre = grid.centre(cell);
@@ -176,14 +153,17 @@ void addFarRings(const PointCells& grid, const std::vector<Plane>& planes, const
     if (sums.n >= kMinPoints) {
       propose(cell, mean, sums, centre);
     } else {
-      blocks.add(grid.table.key(cell), centre, sums);
+      const std::size_t block = blockOf(cell);
+      if (block == blocks.sums.size()) blocks.sums.emplace_back();
+      const Vector3 shift = centre - blocks.centre(block);
+      blocks.sums[block].add(sums, {shift[0], shift[1], shift[2]});
       sparse.emplace_back(cell, mean);
     }
   }
   for (const auto& [cell, mean] : sparse) {
-    const CellKey& key = grid.table.key(cell);
-    const PointSums& sums = blocks.sumsAt(key);
-    if (sums.n >= kMinPoints) propose(cell, mean, sums, blocks.centreOf(key));
+    const std::size_t block = blockOf(cell);
+    const PointSums& sums = blocks.sums[block];
+    if (sums.n >= kMinPoints) propose(cell, mean, sums, blocks.centre(block));
   }
   for (Piece& piece : pieces) piece.around = view.around(View::binOf(piece.mean - sensor));
   // Ring by ring: what was found in one round is a neighbour in the next.

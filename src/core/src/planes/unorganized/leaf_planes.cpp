@@ -249,15 +249,17 @@ class LeafPlaneSearch {
     return true;
   }
 
+  std::size_t nameOf(std::int32_t voter) const {
+    return static_cast<std::size_t>(voters_.name(static_cast<std::size_t>(voter)));
+  }
+  const SurfaceLeaf& leafOf(std::int32_t voter) const { return surface_.leaves[nameOf(voter)]; }
+
   PlaneMoments momentsOf(const std::vector<std::int32_t>& voters) const {
     PointSums all;
     for (const std::int32_t i : voters) {
-      const SurfaceLeaf& leaf =
-          surface_.leaves[static_cast<std::size_t>(voters_.name(static_cast<std::size_t>(i)))];
-      const double leaf_side = surface_.sideOf(leaf);
-      all.add(leaf.sums, {(leaf.key.x + 0.5) * leaf_side - origin_.x(),
-                          (leaf.key.y + 0.5) * leaf_side - origin_.y(),
-                          (leaf.key.z + 0.5) * leaf_side - origin_.z()});
+      const SurfaceLeaf& leaf = leafOf(i);
+      const Vector3 shift = surface_.centreOf(leaf) - origin_;
+      all.add(leaf.sums, {shift[0], shift[1], shift[2]});
     }
     return all.moments(origin_);
   }
@@ -265,9 +267,6 @@ class LeafPlaneSearch {
   /// Drops voters that stand alone among leaves that disagree, until what is left agrees with
   /// itself. \return whether it is one surface rather than a cut through unrelated things
   bool keepCoherent(const Plane& plane, std::vector<std::int32_t>& voters) {
-    const auto nameOf = [&](std::int32_t voter) {
-      return static_cast<std::size_t>(voters_.name(static_cast<std::size_t>(voter)));
-    };
     for (const std::int32_t voter : voters) votes_[nameOf(voter)] = 1;
     bool coherent = false;
     std::vector<std::int32_t> kept;
@@ -276,8 +275,8 @@ class LeafPlaneSearch {
       kept.clear();
       for (const std::int32_t voter : voters) {
         int agree = 0, oppose = 0;
-        const bool has_around = forEachNeighbour(
-            surface_, surface_.leaves[nameOf(voter)], plane, [&](std::int32_t other) {
+        const bool has_around =
+            forEachNeighbour(surface_, leafOf(voter), plane, [&](std::int32_t other) {
               ++(votes_[static_cast<std::size_t>(other)] != 0 ? agree : oppose);
             });
         if (!has_around) agree = kAgreeAlongSides;
@@ -305,8 +304,7 @@ class LeafPlaneSearch {
     for (const LeafPlane& other : planes_) {
       within.clear();
       for (const std::int32_t i : voters) {
-        const auto name = static_cast<std::size_t>(voters_.name(static_cast<std::size_t>(i)));
-        const SurfaceLeaf& leaf = surface_.leaves[name];
+        const SurfaceLeaf& leaf = leafOf(i);
         if (std::abs(other.plane.signedDistance(leaf.mean)) <= leaf.band) within.push_back(i);
       }
       if (static_cast<double>(voters_.weightOf(within)) > kMaxRimFraction * all) return true;

@@ -75,10 +75,11 @@ class Voters {
       name_.push_back(static_cast<std::int32_t>(i));
       const Vector3 p = leaf.mean - origin;
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        position_[axis].push_back(static_cast<float>(p[static_cast<Eigen::Index>(axis)]));
-        normal_[axis].push_back(static_cast<float>(leaf.normal[static_cast<Eigen::Index>(axis)]));
+        columns_[axis].push_back(static_cast<float>(p[static_cast<Eigen::Index>(axis)]));
+        columns_[3 + axis].push_back(
+            static_cast<float>(leaf.normal[static_cast<Eigen::Index>(axis)]));
       }
-      band_.push_back(static_cast<float>(leaf.band));
+      columns_[6].push_back(static_cast<float>(leaf.band));
       weight_.push_back(static_cast<std::int32_t>(std::min(leaf.sums.n, 32768.0)));
     }
   }
@@ -86,9 +87,9 @@ class Voters {
   std::int32_t name(std::size_t i) const { return name_[i]; }
 
   LeafColumns columns() const {
-    return {position_[0].data(), position_[1].data(), position_[2].data(),
-            normal_[0].data(),   normal_[1].data(),   normal_[2].data(),
-            band_.data(),        weight_.data(),      size()};
+    const auto& c = columns_;
+    return {c[0].data(), c[1].data(), c[2].data(),    c[3].data(), c[4].data(),
+            c[5].data(), c[6].data(), weight_.data(), size()};
   }
   /// Votes for \p plane, numbers of voters, among those at most \p reach from \p middle.
   void agreeing(const Plane& plane, const Vector3& middle, double reach, double cosine,
@@ -97,12 +98,11 @@ class Voters {
     const Vector3 m = middle - origin_;
     const double d = plane.signedDistance(origin_);
     const Vector3& n = plane.normal;
+    const LeafColumns l = columns();
     for (std::size_t i = 0; i < size(); ++i) {
-      const double x = position_[0][i], y = position_[1][i], z = position_[2][i];
-      if (std::abs(n[0] * x + n[1] * y + n[2] * z + d) > band_[i]) continue;
-      if (std::abs(n[0] * normal_[0][i] + n[1] * normal_[1][i] + n[2] * normal_[2][i]) < cosine) {
-        continue;
-      }
+      const double x = l.x[i], y = l.y[i], z = l.z[i];
+      if (std::abs(n[0] * x + n[1] * y + n[2] * z + d) > l.band[i]) continue;
+      if (std::abs(n[0] * l.nx[i] + n[1] * l.ny[i] + n[2] * l.nz[i]) < cosine) continue;
       const double dx = x - m[0], dy = y - m[1], dz = z - m[2];
       if (dx * dx + dy * dy + dz * dz > reach * reach) continue;
       voters.push_back(static_cast<std::int32_t>(i));
@@ -118,19 +118,11 @@ class Voters {
     std::size_t kept = 0;
     for (std::size_t i = 0; i < size(); ++i) {
       if (keep[i] == 0) continue;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        position_[axis][kept] = position_[axis][i];
-        normal_[axis][kept] = normal_[axis][i];
-      }
-      band_[kept] = band_[i];
+      for (std::vector<float>& column : columns_) column[kept] = column[i];
       weight_[kept] = weight_[i];
       name_[kept++] = name_[i];
     }
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      position_[axis].resize(kept);
-      normal_[axis].resize(kept);
-    }
-    band_.resize(kept);
+    for (std::vector<float>& column : columns_) column.resize(kept);
     weight_.resize(kept);
     name_.resize(kept);
   }
@@ -155,9 +147,7 @@ class Voters {
  private:
   Vector3 origin_;
   std::vector<std::int32_t> name_;
-  std::array<std::vector<float>, 3> position_;
-  std::array<std::vector<float>, 3> normal_;
-  std::vector<float> band_;
+  std::array<std::vector<float>, 7> columns_;  ///< x, y, z, nx, ny, nz, band
   std::vector<std::int32_t> weight_;
 };
 

@@ -2,9 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cmath>
 #include <cstdint>
-
-#include "planar_mapping/core/base/export.h"
 
 namespace planar_mapping {
 
@@ -35,7 +34,14 @@ class Random {
   double uniform() { return next() * (1.0 / 4294967296.0); }
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
   /// Standard normal, by the polar method.
-  PLANAR_MAPPING_EXPORT double normal();
+  double normal() {
+    while (true) {
+      const double x = uniform(-1.0, 1.0);
+      const double y = uniform(-1.0, 1.0);
+      const double s = x * x + y * y;
+      if (s > 0.0 && s < 1.0) return x * std::sqrt(-2.0 * std::log(s) / s);
+    }
+  }
 
   static constexpr std::uint64_t kDefaultSeed = 12345;
 

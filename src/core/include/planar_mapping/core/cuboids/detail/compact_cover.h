@@ -38,7 +38,7 @@ struct SurfaceCover {
 /// half a cell beyond the border, and leave half a cell to the tolerance. Parts that would need a
 /// rectangle of their own of less than rectangle_cells are left loose. The paper's profile:
 /// splitAndMerge(), and nothing is left.
-/// \param cell_probability one value per cell of the mask, same layout; empty = 1 everywhere
+/// \param cell_probability one value per cell of the mask, same layout
 /// \throws ParameterError; InputError if the mask is not consistent
 PLANAR_MAPPING_EXPORT SurfaceCover coverSurface(const CellMask& mask,
                                                 const std::vector<float>& cell_probability,

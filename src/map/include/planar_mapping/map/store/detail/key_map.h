@@ -89,6 +89,13 @@ class KeyMap {
   Value& value(std::size_t i) { return values_[i]; }
   const Value& value(std::size_t i) const { return values_[i]; }
   const std::vector<std::uint64_t>& keys() const { return keys_; }
+  std::vector<std::uint64_t> sortedKeys() const {
+    std::vector<std::uint64_t> keys = keys_;
+    std::sort(keys.begin(), keys.end());
+    return keys;
+  }
+  std::vector<Value>& values() { return values_; }
+  const std::vector<Value>& values() const { return values_; }
 
   static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
   /// Position of the key, or kNone.
