@@ -8,9 +8,6 @@
 
 #include "planar_mapping/pipeline/configuration.h"
 #include "planar_mapping/pipeline/frame_source.h"
-#if PLANAR_MAPPING_HAS_TRANSPORT
-#include "planar_mapping/transport/endpoint.h"
-#endif
 
 namespace planar_mapping::tools {
 
@@ -31,11 +28,5 @@ void addListenOptions(CLI::App& command, ListenArguments& arguments);
 std::unique_ptr<FrameSource> listenForFrontEnd(const ListenArguments& arguments,
                                                const Configuration& configuration,
                                                const std::atomic<bool>& stop);
-
-#if PLANAR_MAPPING_HAS_TRANSPORT
-/// Lines `secret KEY`, `public KEY` and `peer KEY` (one or more), as `planar_map keys` writes them.
-/// \throws IoError; InputError if it is no key file or others can read it
-transport::Keys readKeyFile(const std::string& path);
-#endif
 
 }  // namespace planar_mapping::tools

@@ -20,8 +20,6 @@
 #include "planar_mapping/visualization/scene_content.h"
 #include "planar_mapping/visualization/snapshot.h"
 #include "planar_mapping/visualization/window.h"
-#include "viewer_charts.h"
-
 namespace planar_mapping::tools {
 namespace {
 
