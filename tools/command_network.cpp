@@ -10,7 +10,6 @@
 #include <memory>
 
 #include "frame_command.h"
-#include "input/network_input.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/atomic_file.h"
 #include "planar_mapping/pipeline/front_end_source.h"
