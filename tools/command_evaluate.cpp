@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "evaluation/evaluation_run.h"
-#include "evaluation/variants.h"
 #include "frame_command.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/geometry/detail/angles.h"

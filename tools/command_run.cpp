@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "frame_command.h"
-#include "input/network_input.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/cloud_file.h"
 #include "planar_mapping/io/sequence.h"

@@ -36,9 +36,10 @@ class UsageError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// One function per sub-command, each in command_<name>.cpp. It adds the sub-command to the program;
-// its callback does the work and throws one of our errors, or sets the exit code if it is not
-// kDone.
+// One function per sub-command, in command_<name>.cpp or with those it has much in common with:
+// command_config.cpp, command_merge.cpp, command_network.cpp. It adds the sub-command to the
+// program; its callback does the work and throws one of our errors, or sets the exit code if it is
+// not kDone.
 void addRunCommand(CLI::App& app, int& exit_code);
 void addFrontendCommand(CLI::App& app, int& exit_code);
 void addKeysCommand(CLI::App& app, int& exit_code);
@@ -60,6 +61,10 @@ void addEvaluateCommand(CLI::App& app, int& exit_code);
 [[noreturn]] void becomeViewer(const std::vector<std::string>& arguments);
 /// Starts it and waits for it. \return its exit code. \throws RenderError if there is none
 int runViewer(const std::vector<std::string>& arguments);
+
+/// `planar_map_viewer charts DIR`, which `planar_map evaluate` starts: the figures of the tables in
+/// DIR, drawn into it. \return exit code; throws our errors
+int runCharts(int argc, char** argv);
 
 /// Results that cannot be written: exit code 1.
 class WriteError : public std::runtime_error {
@@ -103,14 +108,6 @@ inline CLI::Validator numberIn(double low, double high) {
       },
       range.get_description());
 }
-
-struct NamedMap {
-  std::string path;
-  const PlanarMap* map = nullptr;
-};
-/// A sentence on stderr for each map that need not lie where its coordinates say, beside the first.
-/// \param remedy  ends the sentence
-void warnOfFrames(const std::vector<NamedMap>& maps, const std::string& remedy);
 
 /// Exactly N finite numbers with commas between them. \throws UsageError naming the option
 template <std::size_t N>

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <thread>
@@ -11,6 +12,7 @@
 
 #include "commands.h"
 #include "planar_mapping/pipeline/configuration.h"
+#include "planar_mapping/pipeline/frame_source.h"
 
 // What the commands that read frames have in common.
 namespace planar_mapping::tools {
@@ -38,6 +40,24 @@ void addFrameOptions(CLI::App& command, FrameArguments& arguments);
 /// The configuration with the command line's assignments, then \p assignments, inputs and poses.
 Configuration loadFor(const FrameArguments& arguments, const std::string& profile,
                       std::vector<std::string> assignments);
+
+/// `run --listen`: frames from a front-end on another machine.
+struct ListenArguments {
+  std::string endpoint;  ///< empty = frames from files
+  double timeout = 30.0;
+  double max_message_mb = 64.0;
+  std::string keys;  ///< file; empty = without encryption
+  bool insecure = false;
+};
+
+void addListenOptions(CLI::App& command, ListenArguments& arguments);
+
+/// Starts to listen and says where, on stderr.
+/// \throws UsageError for options that contradict each other or a build without the module;
+///         InputError if it cannot listen there
+std::unique_ptr<FrameSource> listenForFrontEnd(const ListenArguments& arguments,
+                                               const Configuration& configuration,
+                                               const std::atomic<bool>& stop);
 
 /// Set by the first SIGINT or SIGTERM, so that what was done is saved; a second one ends the
 /// program at once. Also silences PCL, and makes a full disk an error of write().

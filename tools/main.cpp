@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "commands.h"
-#include "input/unknown_words.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/pipeline/output.h"
+#include "unknown_words.h"
 
 namespace planar_mapping::tools {
 namespace {

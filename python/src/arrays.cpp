@@ -99,17 +99,12 @@ Cloud::Cloud(const py::object& argument, const std::string& name)
 Pose poseOf(const py::object& argument, const std::string& name) {
   Pose pose = Pose::Identity();
   if (argument.is_none()) return pose;
-  const py::array_t<double> matrix = matrixOf(argument, name, 4);
-  const auto at = matrix.unchecked<2>();
-  for (int row = 0; row < 4; ++row) {
-    for (int column = 0; column < 4; ++column) {
-      if (row < 3) {
-        pose.matrix()(row, column) = at(row, column);
-      } else if (at(row, column) != (column == 3 ? 1.0 : 0.0)) {
-        throw InputError(name + " is no rigid motion: its last row is not 0 0 0 1");
-      }
-    }
+  const py::array_t<double> array = matrixOf(argument, name, 4);
+  const auto matrix = PoseMatrix::Map(array.data());
+  if (matrix.row(3) != Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0)) {
+    throw InputError(name + " is no rigid motion: its last row is not 0 0 0 1");
   }
+  pose.matrix().topRows<3>() = matrix.topRows<3>();
   return pose;
 }
 
@@ -140,10 +135,7 @@ PinholeCamera cameraOf(const py::object& argument, py::ssize_t height, py::ssize
 
 py::array_t<double> toArray(const Pose& pose) {
   py::array_t<double> matrix({4, 4});
-  auto at = matrix.mutable_unchecked<2>();
-  for (int row = 0; row < 4; ++row) {
-    for (int column = 0; column < 4; ++column) at(row, column) = pose.matrix()(row, column);
-  }
+  PoseMatrix::Map(matrix.mutable_data()) = pose.matrix();
   return matrix;
 }
 

@@ -19,6 +19,15 @@ namespace planar_mapping::python {
 
 namespace py = pybind11;
 
+// The parts of the module _native; full docstrings are in planar_mapping/__init__.pyi and
+// docs/tutorials/python.md.
+void addErrors(py::module_& module);
+void addClouds(py::module_& module);
+void addMap(py::module_& module);
+
+/// As NumPy has it, row by row.
+using PoseMatrix = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
+
 // The rows of the structured arrays; planar_mapping/__init__.pyi says what they mean.
 struct CuboidRow {
   double center[3];

@@ -8,7 +8,6 @@
 
 #include "arrays.h"
 #include "frames.h"
-#include "module.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/geometry/cloud_scale.h"
 #include "planar_mapping/io/cloud_file.h"

@@ -6,21 +6,46 @@
 #include <filesystem>
 #include <limits>
 #include <memory>
+#include <mutex>
 #include <optional>
+#include <shared_mutex>
 #include <utility>
 
 #include "arrays.h"
 #include "frames.h"
-#include "module.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/depth_image.h"
 #include "planar_mapping/io/map_export.h"
 #include "planar_mapping/io/map_file.h"
 #include "planar_mapping/map/map_query.h"
-#include "shared_map.h"
 
 namespace planar_mapping::python {
 namespace {
+
+/// The map behind planar_mapping.PlanarMap. Work on it releases the interpreter's lock, so Python's
+/// threads need one of its own: readers together, a writer alone. Functions given to it must not
+/// touch Python objects.
+class SharedMap {
+ public:
+  explicit SharedMap(PlanarMap map) : map_(std::move(map)) {}
+
+  template <typename Function>
+  auto read(Function function) const {
+    const pybind11::gil_scoped_release released;
+    const std::shared_lock<std::shared_mutex> lock(mutex_);
+    return function(map_);
+  }
+  template <typename Function>
+  auto change(Function function) {
+    const pybind11::gil_scoped_release released;
+    const std::unique_lock<std::shared_mutex> lock(mutex_);
+    return function(map_);
+  }
+
+ private:
+  PlanarMap map_;
+  mutable std::shared_mutex mutex_;
+};
 
 using MapPointer = std::unique_ptr<SharedMap>;
 
@@ -129,26 +154,28 @@ FrameUpdate insertDepth(SharedMap& self, const py::array& image, const py::objec
   return insertFrame(self, frame, nullptr, distance_threshold, min_inliers, timestamp);
 }
 
-py::array state(const SharedMap& self, const py::object& argument) {
+/// \param ask  what is asked of the map at each point
+template <typename Value, typename Ask>
+py::array askAt(const SharedMap& self, const py::object& argument, const Ask& ask) {
   const Points points(argument, "points");
-  py::array_t<std::uint8_t> states(static_cast<py::ssize_t>(points.size()));
-  std::uint8_t* out = states.mutable_data();
+  py::array_t<Value> values(static_cast<py::ssize_t>(points.size()));
+  Value* out = values.mutable_data();
   self.read([&](const PlanarMap& map) {
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      out[i] = static_cast<std::uint8_t>(map.stateAt(points[i]));
-    }
+    for (std::size_t i = 0; i < points.size(); ++i) out[i] = ask(map, points[i]);
   });
-  return std::move(states);
+  return std::move(values);
 }
 
-py::array probability(const SharedMap& self, const py::object& argument) {
-  const Points points(argument, "points");
-  py::array_t<double> beliefs(static_cast<py::ssize_t>(points.size()));
-  double* out = beliefs.mutable_data();
-  self.read([&](const PlanarMap& map) {
-    for (std::size_t i = 0; i < points.size(); ++i) out[i] = map.occupancyAt(points[i]);
+py::array state(const SharedMap& self, const py::object& points) {
+  return askAt<std::uint8_t>(self, points, [](const PlanarMap& map, const Vector3& point) {
+    return static_cast<std::uint8_t>(map.stateAt(point));
   });
-  return std::move(beliefs);
+}
+
+py::array probability(const SharedMap& self, const py::object& points) {
+  return askAt<double>(self, points, [](const PlanarMap& map, const Vector3& point) {
+    return map.occupancyAt(point);
+  });
 }
 
 HitRow hitOf(const std::optional<RayHit>& hit) {
@@ -192,35 +219,15 @@ py::array castRays(const SharedMap& self, const py::object& from, const py::obje
   return std::move(hits);
 }
 
-py::array cuboids(const SharedMap& self) {
-  // Derived and copied without the interpreter's lock: another thread may change the map.
-  return toArray(self.read([](const PlanarMap& map) { return map.cuboids(); }));
-}
-
-py::array unknownCuboids(const SharedMap& self) {
-  return toArray(self.read([](const PlanarMap& map) { return map.unknownCuboids(); }));
-}
-
-py::array freeCuboids(const SharedMap& self) {
-  return toArray(self.read([](const PlanarMap& map) { return map.freeCuboids(); }));
-}
-
-py::array planes(const SharedMap& self) {
-  return toArray(self.read([](const PlanarMap& map) { return map.planes(); }));
-}
-
 py::tuple trajectory(const SharedMap& self) {
   const auto poses = self.read([](const PlanarMap& map) { return map.trajectory(); });
   const auto count = static_cast<py::ssize_t>(poses.size());
   py::array_t<double> times(count);
   py::array_t<double> matrices({count, py::ssize_t{4}, py::ssize_t{4}});
-  auto at = matrices.mutable_unchecked<3>();
   for (py::ssize_t i = 0; i < count; ++i) {
     const auto& [time, pose] = poses[static_cast<std::size_t>(i)];
     times.mutable_at(i) = time;
-    for (int row = 0; row < 4; ++row) {
-      for (int column = 0; column < 4; ++column) at(i, row, column) = pose.matrix()(row, column);
-    }
+    PoseMatrix::Map(matrices.mutable_data() + 16 * i) = pose.matrix();
   }
   return py::make_tuple(times, matrices);
 }
@@ -229,10 +236,8 @@ py::object bounds(const SharedMap& self) {
   Vector3 low, high;
   if (!self.read([&](const PlanarMap& map) { return map.bounds(low, high); })) return py::none();
   py::array_t<double> corners({2, 3});
-  for (int i = 0; i < 3; ++i) {
-    corners.mutable_at(0, i) = low[i];
-    corners.mutable_at(1, i) = high[i];
-  }
+  Vector3::Map(corners.mutable_data()) = low;
+  Vector3::Map(corners.mutable_data() + 3) = high;
   return std::move(corners);
 }
 
@@ -263,12 +268,23 @@ MapPointer deserialize(const py::bytes& bytes) {
       PlanarMap::deserialize(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
 }
 
+/// What a function of the map gives, copied without the interpreter's lock: another thread may
+/// change the map.
+template <auto Function>
+auto resultOf(const SharedMap& self) {
+  return self.read([](const PlanarMap& map) { return (map.*Function)(); });
+}
+
 /// A property of the map that is a number.
 template <auto Function>
 auto number() {
-  return [](const SharedMap& self) {
-    return self.read([](const PlanarMap& map) { return (map.*Function)(); });
-  };
+  return [](const SharedMap& self) { return resultOf<Function>(self); };
+}
+
+/// A list of the map as a structured array.
+template <auto Function>
+auto rows() {
+  return [](const SharedMap& self) { return toArray(resultOf<Function>(self)); };
 }
 
 std::string textOf(const SharedMap& self) {
@@ -324,10 +340,11 @@ void addMap(py::module_& module) {
                 self.read([](const PlanarMap& map) { return map.finished(); }));
           },
           "The map without what only further frames need.")
-      .def("cuboids", &cuboids, "Occupied cuboids.")
-      .def("unknown_cuboids", &unknownCuboids, "Unknown space as axis-aligned cuboids.")
-      .def("free_cuboids", &freeCuboids, "Space that a measurement passed.")
-      .def("planes", &planes, "Planes, world frame.")
+      .def("cuboids", rows<&PlanarMap::cuboids>(), "Occupied cuboids.")
+      .def("unknown_cuboids", rows<&PlanarMap::unknownCuboids>(),
+           "Unknown space as axis-aligned cuboids.")
+      .def("free_cuboids", rows<&PlanarMap::freeCuboids>(), "Space that a measurement passed.")
+      .def("planes", rows<&PlanarMap::planes>(), "Planes, world frame.")
       .def("trajectory", &trajectory, "Time stamps (N) and sensor poses (N, 4, 4).")
       .def("bounds", &bounds, "Corners (2, 3) of the box around the cuboids, or None.")
       .def("state", &state, "points"_a, "FREE, OCCUPIED or UNKNOWN at each of (N, 3) points.")

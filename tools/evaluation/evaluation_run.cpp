@@ -3,15 +3,22 @@
 #include "evaluation_run.h"
 
 #include <algorithm>
+#include <chrono>
 #include <exception>
 #include <iterator>
 #include <map>
+#include <memory>
 #include <mutex>
+#include <sstream>
+#include <utility>
 
+#include "../commands.h"
 #include "planar_mapping/core/base/detail/parallel.h"
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/pipeline/pipeline.h"
 
 namespace planar_mapping::tools {
+
 namespace {
 
 /// The places of one source, taken by threads one after the other.
@@ -91,6 +98,190 @@ class Evaluation {
 std::vector<evaluation::PlaceResult> evaluatePlaces(PlaceSource& source, const std::string& scene,
                                                     const EvaluationJob& job) {
   return Evaluation(source, scene, job).execute();
+}
+
+namespace {
+
+/// Stands where the preparing stages stood and gives back what they, and the stages for planes of
+/// an earlier run, have left.
+class PreparedStage : public Stage {
+ public:
+  /// \param replaced the preparing stages, for what they say of every cloud
+  explicit PreparedStage(std::vector<ConfiguredStage> replaced) : replaced_(std::move(replaced)) {}
+  void declare(ParameterTable&) override {}
+  void adapt(const CloudScale& scale) override {
+    for (ConfiguredStage& stage : replaced_) stage.stage->adapt(scale);
+  }
+  void limit(CloudScale& scale) const override {
+    for (const ConfiguredStage& stage : replaced_) stage.stage->limit(scale);
+  }
+  void process(Frame& frame) override {
+    frame.indices = prepared_->frame.indices;
+    frame.ground = prepared_->frame.ground;
+    if (planes_ != nullptr) frame.planes = *planes_;
+  }
+  void set(const PreparedFrame* prepared, const std::vector<PlaneSegment>* planes) {
+    prepared_ = prepared;
+    planes_ = planes;
+  }
+
+ private:
+  std::vector<ConfiguredStage> replaced_;
+  const PreparedFrame* prepared_ = nullptr;
+  const std::vector<PlaneSegment>* planes_ = nullptr;
+};
+
+std::string planeStagesText(const Configuration& configuration) {
+  std::string text = std::to_string(static_cast<int>(configuration.settings.profile)) + " " +
+                     std::to_string(configuration.settings.seed);
+  for (const ConfiguredStage& stage : configuration.stages) {
+    if (stage.kind != StageKind::Planes || !stage.enabled) continue;
+    text += "\n" + stage.name;
+    for (const Parameter& parameter : stage.parameters.parameters()) {
+      text += " " + parameter.name + "=" + toYaml(parameter.get());
+    }
+  }
+  return text;
+}
+
+/// The stages that remove points and are enabled; empty ones are left in their place.
+std::vector<ConfiguredStage> takePointStages(Configuration& configuration) {
+  std::vector<ConfiguredStage> taken;
+  for (ConfiguredStage& stage : configuration.stages) {
+    if (stage.kind == StageKind::Points && stage.enabled) taken.push_back(std::move(stage));
+  }
+  return taken;
+}
+
+void disablePlaneStages(Configuration& configuration) {
+  for (ConfiguredStage& stage : configuration.stages) {
+    if (stage.kind == StageKind::Planes) stage.enabled = false;
+  }
+}
+
+}  // namespace
+
+int minPointsPerCell(const Configuration& configuration) {
+  PlanarMapParams params;
+  for (const ConfiguredStage& stage : configuration.stages) {
+    if (stage.enabled) stage.stage->configureMap(params);
+  }
+  return params.approximation.min_points_per_cell;
+}
+
+PlanarRun PlanarRuns::make(Configuration configuration) {
+  std::vector<ConfiguredStage> preparing = takePointStages(configuration);
+  keepMappingStages(configuration);
+  const std::string text = planeStagesText(configuration);
+  const auto known = planes_.find(text);
+  const Planes* earlier = known == planes_.end() ? nullptr : &known->second;
+  if (earlier != nullptr) disablePlaneStages(configuration);
+  ConfiguredStage first;
+  first.name = "prepared";
+  first.kind = StageKind::Points;
+  auto stage = std::make_unique<PreparedStage>(std::move(preparing));
+  PreparedStage& prepared = *stage;
+  first.stage = std::move(stage);
+  configuration.stages.insert(configuration.stages.begin(), std::move(first));
+
+  Pipeline pipeline(std::move(configuration));
+  PlanarRun run;
+  Planes found;
+  for (std::size_t i = 0; i < place_.frames.size(); ++i) {
+    prepared.set(&place_.frames[i], earlier != nullptr ? &earlier->of_frames[i] : nullptr);
+    Frame frame = place_.frames[i].frame;
+    const FrameReport report = pipeline.process(frame);
+    run.time_ms += report.frame_ms - frame.stage_ms.front();
+    const auto& stages = pipeline.configuration().stages;
+    for (std::size_t k = 1; k < stages.size(); ++k) {
+      if (stages[k].kind == StageKind::Planes) found.time_ms += frame.stage_ms[k];
+    }
+    if (earlier == nullptr) found.of_frames.push_back(std::move(frame.planes));
+  }
+  run.map = pipeline.map();
+  const auto start = std::chrono::steady_clock::now();
+  run.map.cuboids();
+  const std::chrono::duration<double, std::milli> listing =
+      std::chrono::steady_clock::now() - start;
+  run.time_ms += listing.count();
+  if (earlier != nullptr) {
+    run.time_ms += earlier->time_ms;
+  } else {
+    planes_.emplace(text, std::move(found));
+  }
+  return run;
+}
+
+std::vector<Variant> ablationVariants() {
+  // One line an idea; the keys are those of `planar_map stages --describe NAME`.
+  static const std::vector<Variant> kVariants = {
+      {"exact cover", "compact", {"planar_cuboid_approximation.absorption_cells=0"}},
+      {"no choice per region", "compact", {"planar_cuboid_approximation.rectangle_cells=0"}},
+      {"no hole filling", "compact", {"planar_cuboid_approximation.hole_size_m=0.000001"}},
+      {"no noise model", "compact", {"planar_cuboid_approximation.noise=none"}},
+      {"no doubt in first sights", "compact", {"planar_cuboid_approximation.first_belief=1"}},
+      {"no misses", "compact", {"planar_cuboid_approximation.miss_factor=1"}},
+      {"no fraction of a full cell",
+       "compact",
+       {"planar_cuboid_approximation.min_cell_fraction=0"}},
+      {"surfaces without noise", "compact", {"planar_cuboid_approximation.surface_factor=0"}},
+      {"strips without noise", "compact", {"planar_cuboid_approximation.rim_pixels=1000"}},
+      {"no beliefs of features", "compact", {"kl_occupancy.enabled=false"}},
+      {"no update of beliefs", "compact", {"kl_occupancy.update=none"}},
+      {"no planes", "compact", {"multi_plane_segmentation.enabled=false"}},
+  };
+  return kVariants;
+}
+
+std::vector<Variant> regimeVariants() {
+  const std::string stage = "planar_cuboid_approximation.";
+  std::vector<Variant> variants;
+  for (const bool raw : {false, true}) {
+    for (const bool exact : {true, false}) {
+      for (const bool boxes : {true, false}) {
+        Variant variant{boxes ? "boxes" : "planes", "compact", {}};
+        if (boxes) variant.assignments.emplace_back("multi_plane_segmentation.enabled=false");
+        if (exact) {
+          variant.name += "_exact";
+          for (const char* one : {"absorption_cells=0", "hole_size_m=0.000001"})
+            variant.assignments.push_back(stage + one);
+        }
+        if (raw) {
+          variant.name += "_raw";
+          variant.assignments.emplace_back("kl_occupancy.enabled=false");
+          for (const char* one : {"first_belief=1", "min_cell_fraction=0", "noise=none"})
+            variant.assignments.push_back(stage + one);
+        }
+        if (!variant.assignments.empty()) variants.push_back(std::move(variant));
+      }
+    }
+  }
+  return variants;
+}
+
+Variant parseVariant(const std::string& text) {
+  const std::size_t colon = text.find(':');
+  Variant variant{text.substr(0, colon), "compact", {}};
+  if (colon == std::string::npos || variant.name.empty()) {
+    throw UsageError("--variant: '" + text + "' is not NAME:stage.key=value,...");
+  }
+  std::istringstream assignments(text.substr(colon + 1));
+  for (std::string one; std::getline(assignments, one, ',');) variant.assignments.push_back(one);
+  if (variant.assignments.empty()) {
+    throw UsageError("--variant: '" + text + "' changes nothing; give NAME:stage.key=value,...");
+  }
+  return variant;
+}
+
+std::vector<evaluation::PlaceResult> withoutMethods(
+    const std::vector<evaluation::PlaceResult>& results, const std::vector<std::string>& methods) {
+  std::vector<evaluation::PlaceResult> kept;
+  for (const evaluation::PlaceResult& result : results) {
+    if (std::find(methods.begin(), methods.end(), result.method) == methods.end()) {
+      kept.push_back(result);
+    }
+  }
+  return kept;
 }
 
 }  // namespace planar_mapping::tools

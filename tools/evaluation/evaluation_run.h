@@ -5,11 +5,13 @@
 #include <atomic>
 #include <cstddef>
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "place_source.h"
 #include "planar_mapping/evaluation/evaluation_report.h"
+#include "planar_mapping/map/planar_map.h"
 
 namespace planar_mapping::tools {
 
@@ -57,5 +59,56 @@ struct EvaluationJob {
 /// the maps evaluated so far. \throws InputError if there is nothing to be mapped at any place
 std::vector<evaluation::PlaceResult> evaluatePlaces(PlaceSource& source, const std::string& scene,
                                                     const EvaluationJob& job);
+
+/// A map made of a place, and what it took.
+struct PlanarRun {
+  PlanarMap map;
+  double time_ms = 0.0;  ///< planes, beliefs, insertion of all frames, and the list of cuboids
+};
+
+/// Points that make a cell, as the map stage of the configuration says.
+int minPointsPerCell(const Configuration& configuration);
+
+/// Makes maps of one place with many configurations. Planes are found once for all configurations
+/// whose stages for them are alike.
+class PlanarRuns {
+ public:
+  /// \p place must outlive this object.
+  explicit PlanarRuns(const Place& place) : place_(place) {}
+  PlanarRun make(Configuration configuration);
+
+ private:
+  struct Planes {
+    std::vector<std::vector<PlaneSegment>> of_frames;
+    double time_ms = 0.0;
+  };
+
+  const Place& place_;
+  std::map<std::string, Planes> planes_;  ///< by the text of the stages that found them
+};
+
+/// A planar map under a name: a profile and assignments on top of the configuration.
+struct Variant {
+  std::string name;
+  std::string profile;
+  std::vector<std::string> assignments;  ///< stage.key=value
+};
+
+/// The compact profile without one idea each: what is its fraction?
+std::vector<Variant> ablationVariants();
+
+/// Exact and tolerant covers, with planes and without, with the filters of the planar map and
+/// without (METHOD: IV-B). `boxes` is without planes, `raw` without filters.
+std::vector<Variant> regimeVariants();
+/// The one of them whose boxes cover exactly the cells that pass the filters.
+constexpr const char* kFilteredCells = "boxes_exact";
+
+/// "NAME:stage.key=value,stage.key=value", on the compact profile.
+/// \throws UsageError
+Variant parseVariant(const std::string& text);
+
+/// The results of all other methods.
+std::vector<evaluation::PlaceResult> withoutMethods(
+    const std::vector<evaluation::PlaceResult>& results, const std::vector<std::string>& methods);
 
 }  // namespace planar_mapping::tools

@@ -13,7 +13,6 @@
 #include "planar_mapping/evaluation/octree_grid.h"
 #include "planar_mapping/evaluation/rectangular_approximation.h"
 #include "planar_mapping/evaluation/standard_grid.h"
-#include "planar_runs.h"
 
 namespace planar_mapping::tools {
 namespace {
@@ -159,7 +158,24 @@ class CellRun {
       : place_(place), options_(options), s_(s), planar_(planar), evaluator_(place, s, to_truth) {}
 
   /// \return false if it was stopped
-  bool execute(const std::function<bool()>& done);
+
+  bool execute(const std::function<bool()>& done) {
+    if (!options_.planar.empty()) {
+      min_points_ = minPointsPerCell(options_.planar.back().load(s_));
+    }
+    if (!standardGrid()) return true;
+    if (!done()) return false;
+    octreeGrid();
+    if (!done()) return false;
+    rectangularApproximation();
+    if (!done()) return false;
+    for (const PlanarMethod& method : options_.planar) {
+      planarMap(method);
+      if (!done()) return false;
+    }
+    return true;
+  }
+
   std::vector<evaluation::PlaceResult> takeResults() { return std::move(results_); }
 
  private:
@@ -171,13 +187,105 @@ class CellRun {
     }
   }
   /// \return false if there is not a cell
-  bool standardGrid();
-  void octreeGrid();
-  void rectangularApproximation();
-  void planarMap(const PlanarMethod& method);
-  void ofFilteredCells(const std::vector<evaluation::GridCell>& cells);
-  void ofDensity(const std::string& name, const std::vector<evaluation::GridCell>& cells);
-  void add(const std::string& method, Figures figures);
+  bool standardGrid() {
+    const StopWatch watch;
+    evaluation::StandardGrid grid(s_, min_points_);
+    fill(grid);
+    std::vector<Cuboid> cuboids = grid.cuboids();
+    const double ms = watch.milliseconds();
+    if (grid.size() == 0) return false;
+    evaluator_.setStandardCells(grid.size());
+    Figures figures = evaluator_.figures(cuboids);
+    figures.memory_bytes = static_cast<double>(grid.memoryBytes());
+    if (options_.measure_heap) figures.heap_bytes = heapBytesOfCopy(grid);
+    figures.file_bytes = static_cast<double>(grid.fileBytes());
+    figures.time_ms_per_frame = perFrame(ms);
+    add("SG", std::move(figures));
+    return true;
+  }
+
+  void octreeGrid() {
+    const StopWatch watch;
+    const std::unique_ptr<evaluation::OctreeGrid> grid =
+        evaluation::makeOctreeGrid(s_, min_points_);
+    if (!grid) return;
+    fill(*grid);
+    const auto ot_bytes = static_cast<double>(grid->otBytes());  // finish() takes the beliefs
+    grid->finish();
+    std::vector<Cuboid> cuboids = grid->cuboids();
+    const double ms = watch.milliseconds();
+    Figures figures = evaluator_.figures(cuboids);
+    figures.memory_bytes = static_cast<double>(grid->heapBytes());
+    figures.heap_bytes = figures.memory_bytes;
+    figures.free_not_known =
+        evaluator_.notKnown([&grid](const Vector3& point) { return grid->isFree(point); });
+    figures.file_bytes = static_cast<double>(grid->fileBytes());
+    figures.compressed_bytes = static_cast<double>(grid->compressedFileBytes());
+    figures.ot_bytes = ot_bytes;
+    figures.time_ms_per_frame = perFrame(ms);
+    add("OG", std::move(figures));
+  }
+
+  void rectangularApproximation() {
+    const StopWatch watch;
+    evaluation::StandardGrid grid(s_, min_points_);
+    fill(grid);
+    const evaluation::RectangularApproximation boxes(s_, grid.cells());
+    std::vector<Cuboid> cuboids = boxes.cuboids();
+    const double ms = watch.milliseconds();
+    Figures figures = evaluator_.figures(cuboids);
+    figures.memory_bytes = static_cast<double>(boxes.memoryBytes());
+    figures.file_bytes = static_cast<double>(boxes.fileBytes());
+    figures.time_ms_per_frame = perFrame(ms);
+    add("RA", std::move(figures));
+    if (!options_.filtered_by.empty()) ofDensity("RA_density", grid.cells());
+  }
+
+  void planarMap(const PlanarMethod& method) {
+    PlanarRun run = planar_.make(method.load(s_));
+    Figures figures = evaluator_.figures(run.map.cuboids());
+    figures.memory_bytes = static_cast<double>(run.map.memoryBytes());
+    if (options_.measure_heap) figures.heap_bytes = heapBytesOfCopy(run.map);
+    figures.file_bytes = static_cast<double>(run.map.serialize().size());
+    figures.free_not_known =
+        evaluator_.notKnown([&run](const Vector3& point) { return run.map.isFree(point); });
+    const PlanarMap finished = run.map.finished();
+    figures.finished_bytes = static_cast<double>(finished.serialize().size());
+    figures.finished_memory_bytes = static_cast<double>(finished.memoryBytes());
+    figures.time_ms_per_frame = perFrame(run.time_ms);
+    add(method.name, std::move(figures));
+    if (method.name == options_.filtered_by) ofFilteredCells(cellsIn(run.map.cuboids(), s_));
+  }
+
+  void ofFilteredCells(const std::vector<evaluation::GridCell>& cells) {
+    const std::vector<Cuboid> cubes = evaluation::cuboidsOf(cells, s_);
+    if (const std::unique_ptr<evaluation::OctreeGrid> tree = evaluation::makeOctreeGrid(s_)) {
+      for (const Cuboid& cube : cubes) tree->insert({cube.center}, {}, cube.center);
+      tree->finish();
+      add("OG_filtered", evaluator_.figures(tree->cuboids()));
+    }
+    const evaluation::RectangularApproximation boxes(s_, cells);
+    add("RA_filtered", evaluator_.figures(boxes.cuboids()));
+    ofDensity("RA_density_filtered", cells);
+    add("SG_filtered", evaluator_.figures(cubes));
+  }
+
+  void ofDensity(const std::string& name, const std::vector<evaluation::GridCell>& cells) {
+    const std::vector<Cuboid> boxes =
+        evaluation::cuboidsOf(evaluation::boxesByDensity(cells, kBoxDensity), s_);
+    add(name, evaluator_.figures(boxes));
+  }
+
+  void add(const std::string& method, Figures figures) {
+    evaluation::PlaceResult result;
+    result.place = place_.number;
+    result.simulated = place_.truth != nullptr;
+    result.cell = s_;
+    result.method = method;
+    result.figures = std::move(figures);
+    results_.push_back(std::move(result));
+  }
+
   double perFrame(double ms) const { return ms / static_cast<double>(place_.frames.size()); }
 
   const Place& place_;
@@ -188,122 +296,6 @@ class CellRun {
   int min_points_ = 1;
   std::vector<evaluation::PlaceResult> results_;
 };
-
-bool CellRun::execute(const std::function<bool()>& done) {
-  if (!options_.planar.empty()) {
-    min_points_ = minPointsPerCell(options_.planar.back().load(s_));
-  }
-  if (!standardGrid()) return true;
-  if (!done()) return false;
-  octreeGrid();
-  if (!done()) return false;
-  rectangularApproximation();
-  if (!done()) return false;
-  for (const PlanarMethod& method : options_.planar) {
-    planarMap(method);
-    if (!done()) return false;
-  }
-  return true;
-}
-
-void CellRun::add(const std::string& method, Figures figures) {
-  evaluation::PlaceResult result;
-  result.place = place_.number;
-  result.simulated = place_.truth != nullptr;
-  result.cell = s_;
-  result.method = method;
-  result.figures = std::move(figures);
-  results_.push_back(std::move(result));
-}
-
-bool CellRun::standardGrid() {
-  const StopWatch watch;
-  evaluation::StandardGrid grid(s_, min_points_);
-  fill(grid);
-  std::vector<Cuboid> cuboids = grid.cuboids();
-  const double ms = watch.milliseconds();
-  if (grid.size() == 0) return false;
-  evaluator_.setStandardCells(grid.size());
-  Figures figures = evaluator_.figures(cuboids);
-  figures.memory_bytes = static_cast<double>(grid.memoryBytes());
-  if (options_.measure_heap) figures.heap_bytes = heapBytesOfCopy(grid);
-  figures.file_bytes = static_cast<double>(grid.fileBytes());
-  figures.time_ms_per_frame = perFrame(ms);
-  add("SG", std::move(figures));
-  return true;
-}
-
-void CellRun::octreeGrid() {
-  const StopWatch watch;
-  const std::unique_ptr<evaluation::OctreeGrid> grid = evaluation::makeOctreeGrid(s_, min_points_);
-  if (!grid) return;
-  fill(*grid);
-  const auto ot_bytes = static_cast<double>(grid->otBytes());  // finish() takes the beliefs
-  grid->finish();
-  std::vector<Cuboid> cuboids = grid->cuboids();
-  const double ms = watch.milliseconds();
-  Figures figures = evaluator_.figures(cuboids);
-  figures.memory_bytes = static_cast<double>(grid->heapBytes());
-  figures.heap_bytes = figures.memory_bytes;
-  figures.free_not_known =
-      evaluator_.notKnown([&grid](const Vector3& point) { return grid->isFree(point); });
-  figures.file_bytes = static_cast<double>(grid->fileBytes());
-  figures.compressed_bytes = static_cast<double>(grid->compressedFileBytes());
-  figures.ot_bytes = ot_bytes;
-  figures.time_ms_per_frame = perFrame(ms);
-  add("OG", std::move(figures));
-}
-
-void CellRun::rectangularApproximation() {
-  const StopWatch watch;
-  evaluation::StandardGrid grid(s_, min_points_);
-  fill(grid);
-  const evaluation::RectangularApproximation boxes(s_, grid.cells());
-  std::vector<Cuboid> cuboids = boxes.cuboids();
-  const double ms = watch.milliseconds();
-  Figures figures = evaluator_.figures(cuboids);
-  figures.memory_bytes = static_cast<double>(boxes.memoryBytes());
-  figures.file_bytes = static_cast<double>(boxes.fileBytes());
-  figures.time_ms_per_frame = perFrame(ms);
-  add("RA", std::move(figures));
-  if (!options_.filtered_by.empty()) ofDensity("RA_density", grid.cells());
-}
-
-void CellRun::planarMap(const PlanarMethod& method) {
-  PlanarRun run = planar_.make(method.load(s_));
-  Figures figures = evaluator_.figures(run.map.cuboids());
-  figures.memory_bytes = static_cast<double>(run.map.memoryBytes());
-  if (options_.measure_heap) figures.heap_bytes = heapBytesOfCopy(run.map);
-  figures.file_bytes = static_cast<double>(run.map.serialize().size());
-  figures.free_not_known =
-      evaluator_.notKnown([&run](const Vector3& point) { return run.map.isFree(point); });
-  const PlanarMap finished = run.map.finished();
-  figures.finished_bytes = static_cast<double>(finished.serialize().size());
-  figures.finished_memory_bytes = static_cast<double>(finished.memoryBytes());
-  figures.time_ms_per_frame = perFrame(run.time_ms);
-  add(method.name, std::move(figures));
-  if (method.name == options_.filtered_by) ofFilteredCells(cellsIn(run.map.cuboids(), s_));
-}
-
-void CellRun::ofFilteredCells(const std::vector<evaluation::GridCell>& cells) {
-  const std::vector<Cuboid> cubes = evaluation::cuboidsOf(cells, s_);
-  if (const std::unique_ptr<evaluation::OctreeGrid> tree = evaluation::makeOctreeGrid(s_)) {
-    for (const Cuboid& cube : cubes) tree->insert({cube.center}, {}, cube.center);
-    tree->finish();
-    add("OG_filtered", evaluator_.figures(tree->cuboids()));
-  }
-  const evaluation::RectangularApproximation boxes(s_, cells);
-  add("RA_filtered", evaluator_.figures(boxes.cuboids()));
-  ofDensity("RA_density_filtered", cells);
-  add("SG_filtered", evaluator_.figures(cubes));
-}
-
-void CellRun::ofDensity(const std::string& name, const std::vector<evaluation::GridCell>& cells) {
-  const std::vector<Cuboid> boxes =
-      evaluation::cuboidsOf(evaluation::boxesByDensity(cells, kBoxDensity), s_);
-  add(name, evaluator_.figures(boxes));
-}
-
 }  // namespace
 
 std::vector<evaluation::PlaceResult> evaluateMethods(const Place& place,

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "../commands.h"
-#include "../input/unknown_words.h"
+#include "../unknown_words.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/atomic_file.h"
 #include "planar_mapping/io/cloud_file.h"
@@ -20,8 +20,6 @@
 #include "planar_mapping/visualization/scene_content.h"
 #include "planar_mapping/visualization/snapshot.h"
 #include "planar_mapping/visualization/window.h"
-#include "viewer_charts.h"
-
 namespace planar_mapping::tools {
 namespace {
 

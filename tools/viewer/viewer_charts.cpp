@@ -1,7 +1,5 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "viewer_charts.h"
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>

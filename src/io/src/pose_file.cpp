@@ -3,83 +3,64 @@
 #include "planar_mapping/io/pose_file.h"
 
 #include <cmath>
-#include <functional>
 
-#include "input_file.h"
 #include "planar_mapping/core/base/error.h"
 #include "text_lines.h"
 
 namespace planar_mapping::io {
 namespace {
 
-constexpr std::size_t kLongestLine = 4096;
-
-using Words = std::vector<std::string_view>;
-
+/// Exactly as many finite numbers as there are in \p v.
 template <std::size_t N>
-void parseNumbers(const Words& words, const char* format, double (&v)[N]) {
+void readNumbers(const Words& words, const char* format, double (&v)[N], const std::string& path,
+                 std::size_t line) {
   if (words.size() != N)
-    throw InputError("needs " + std::to_string(N) + " numbers (" + format + "), has " +
-                     std::to_string(words.size()));
-  for (std::size_t i = 0; i < N; ++i)
-    if (!parseNumber(words[i], v[i]) || !std::isfinite(v[i]))
-      throw InputError(quoted(words[i]) + " is no finite number");
+    failAtLine(path, line,
+               "needs " + std::to_string(N) + " numbers (" + format + "), has " +
+                   std::to_string(words.size()));
+  finiteNumbers(words, 0, v, N, path, line);
 }
 
-StampedPose parseTumPose(const Words& words) {
+StampedPose readTumPose(const Words& words, const std::string& path, std::size_t line) {
   constexpr double kNormTolerance = 1e-3;
   double v[8] = {};
-  parseNumbers(words, "timestamp tx ty tz qx qy qz qw", v);
+  readNumbers(words, "timestamp tx ty tz qx qy qz qw", v, path, line);
   const Eigen::Quaterniond rotation(v[7], v[4], v[5], v[6]);
   const double norm = rotation.norm();
-  if (!(std::abs(norm - 1.0) <= kNormTolerance)) {
-    throw InputError(concatenated("the quaternion has length ", norm, " instead of 1"));
-  }
-  StampedPose pose;
-  pose.timestamp = v[0];
-  pose.pose.linear() = rotation.normalized().toRotationMatrix();
-  pose.pose.translation() = Vector3(v[1], v[2], v[3]);
-  return pose;
+  if (!(std::abs(norm - 1.0) <= kNormTolerance))
+    failAtLine(path, line, concatenated("the quaternion has length ", norm, " instead of 1"));
+  return {v[0], poseOf(Vector3(v[1], v[2], v[3]), rotation)};
 }
 
-StampedPose parseKittiPose(const Words& words, std::size_t number) {
+Pose readKittiPose(const Words& words, const std::string& path, std::size_t line) {
   double v[12] = {};
-  parseNumbers(words, "3 x 4 matrix, row by row", v);
+  readNumbers(words, "3 x 4 matrix, row by row", v, path, line);
   const std::optional<Pose> pose =
       poseOf(Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(v));
-  if (!pose) throw InputError("its first three columns are no rotation matrix");
-  return {static_cast<double>(number), *pose};
-}
-
-void forEachPoseLine(const std::string& path, const std::function<void(const Words&)>& visit) {
-  InputFile file(path);
-  LineReader lines(file, kLongestLine);
-  std::string_view line;
-  while (lines.next(line)) {
-    const Words words = splitWords(line.substr(0, line.find('#')));
-    try {
-      if (!words.empty()) visit(words);
-    } catch (const InputError& error) {
-      failAtLine(path, lines.number(), error.what());
-    }
-  }
+  if (!pose) failAtLine(path, line, "its first three columns are no rotation matrix");
+  return *pose;
 }
 
 }  // namespace
 
 std::vector<StampedPose> readTumPoses(const std::string& path) {
   std::vector<StampedPose> poses;
-  forEachPoseLine(path, [&](const Words& words) { poses.push_back(parseTumPose(words)); });
+  forEachLine(path, "", [&](const Words& words, std::size_t line) {
+    poses.push_back(readTumPose(words, path, line));
+  });
   return poses;
 }
 
 Trajectory readTrajectory(const std::string& path) {
   Trajectory trajectory;
   std::vector<StampedPose>& poses = trajectory.poses;
-  forEachPoseLine(path, [&](const Words& words) {
+  forEachLine(path, "", [&](const Words& words, std::size_t line) {
     if (poses.empty()) trajectory.has_times = words.size() != 12;
-    poses.push_back(trajectory.has_times ? parseTumPose(words)
-                                         : parseKittiPose(words, poses.size()));
+    if (trajectory.has_times) {
+      poses.push_back(readTumPose(words, path, line));
+    } else {
+      poses.push_back({static_cast<double>(poses.size()), readKittiPose(words, path, line)});
+    }
   });
   return trajectory;
 }

@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::size_t kBlock = std::size_t{1} << 18;
 constexpr std::size_t kLongestQuote = 40;
+constexpr std::size_t kLongestLine = 4096;
 
 template <typename T>
 std::errc parse(std::string_view word, T& value) {
@@ -75,8 +76,8 @@ bool LineReader::next(std::string_view& line) {
   }
 }
 
-std::vector<std::string_view> splitWords(std::string_view text) {
-  std::vector<std::string_view> words;
+Words splitWords(std::string_view text) {
+  Words words;
   for (std::string_view word = takeWord(text); !word.empty(); word = takeWord(text))
     words.push_back(word);
   return words;
@@ -121,6 +122,13 @@ std::optional<Pose> poseOf(const Eigen::Matrix<double, 3, 4>& rows) {
   return pose;
 }
 
+Pose poseOf(const Vector3& position, const Eigen::Quaterniond& rotation) {
+  Pose pose = Pose::Identity();
+  pose.linear() = rotation.normalized().toRotationMatrix();
+  pose.translation() = position;
+  return pose;
+}
+
 void requirePose(const Pose& pose, const std::string& what) {
   if (!pose.translation().allFinite() || !rotationOf(Matrix3(pose.linear())))
     throw InputError("the pose of " + what + " is not finite or no rigid motion");
@@ -135,6 +143,37 @@ std::string quoted(std::string_view word) {
   for (const char c : word.substr(0, kLongestQuote)) text += c >= ' ' && c <= '~' ? c : '?';
   if (word.size() > kLongestQuote) text += "...";
   return text + "'";
+}
+
+void forEachLine(const std::string& path, const std::string& separators,
+                 const std::function<void(const Words&, std::size_t)>& visit) {
+  InputFile file(path);
+  LineReader lines(file, kLongestLine);
+  std::string_view line;
+  std::string text;
+  while (lines.next(line)) {
+    text = line.substr(0, line.find('#'));
+    for (char& c : text)
+      if (separators.find(c) != std::string::npos) c = ' ';
+    const Words words = splitWords(text);
+    if (!words.empty()) visit(words, lines.number());
+  }
+}
+
+double finiteNumber(std::string_view word, const std::string& path, std::size_t line) {
+  double value = 0.0;
+  if (!parseNumber(word, value) || !std::isfinite(value))
+    failAtLine(path, line, quoted(word) + " is no finite number");
+  return value;
+}
+
+void finiteNumbers(const Words& words, std::size_t first, double* values, std::size_t count,
+                   const std::string& path, std::size_t line) {
+  if (words.size() < first + count)
+    failAtLine(
+        path, line,
+        "needs " + std::to_string(first + count) + " values, has " + std::to_string(words.size()));
+  for (std::size_t i = 0; i < count; ++i) values[i] = finiteNumber(words[first + i], path, line);
 }
 
 }  // namespace planar_mapping::io

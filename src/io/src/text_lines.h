@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -98,7 +99,9 @@ inline std::string_view takeWord(std::string_view& text) {
   return {word, static_cast<std::size_t>(p - word)};
 }
 
-std::vector<std::string_view> splitWords(std::string_view text);
+using Words = std::vector<std::string_view>;
+
+Words splitWords(std::string_view text);
 
 /// Numbers as text, whatever the locale; the whole word must be the number. "nan" and "inf" are.
 bool parseNumber(std::string_view word, float& value);
@@ -110,6 +113,8 @@ bool parseNumber(std::string_view word, std::uint64_t& value);
 std::optional<Matrix3> rotationOf(const Matrix3& R);
 /// The pose [R t]; nothing where R is no rotation.
 std::optional<Pose> poseOf(const Eigen::Matrix<double, 3, 4>& rows);
+/// The pose of a position and a quaternion, which is normalised.
+Pose poseOf(const Vector3& position, const Eigen::Quaterniond& rotation);
 
 /// For writers: readers refuse other poses. \param what  whose pose, for the message
 /// \throws InputError unless the pose is finite and its rotation is one
@@ -119,5 +124,16 @@ void requirePose(const Pose& pose, const std::string& what);
 
 /// \p word fit for an error message: printable and not long.
 std::string quoted(std::string_view word);
+
+/// Calls \p visit with the words of each line that is not empty, and the number of the line; what
+/// follows a # is left out.
+/// \param separators  characters between words beside blanks and tabs
+void forEachLine(const std::string& path, const std::string& separators,
+                 const std::function<void(const Words&, std::size_t)>& visit);
+/// \throws IoError naming path and line
+double finiteNumber(std::string_view word, const std::string& path, std::size_t line);
+/// As many finite numbers as there are in \p values.
+void finiteNumbers(const Words& words, std::size_t first, double* values, std::size_t count,
+                   const std::string& path, std::size_t line);
 
 }  // namespace planar_mapping::io

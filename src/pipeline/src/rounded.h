@@ -15,4 +15,10 @@ inline std::string rounded(double value, int decimals) {
   return formatNumber(std::round(scale * value) / scale);
 }
 
+/// "[x, y, z]"
+inline std::string rounded(const Vector3& v, int decimals) {
+  return "[" + rounded(v.x(), decimals) + ", " + rounded(v.y(), decimals) + ", " +
+         rounded(v.z(), decimals) + "]";
+}
+
 }  // namespace planar_mapping::detail

@@ -58,8 +58,7 @@ std::optional<std::string> tilt(const PlanarMap& map, const RunStatistics& stati
   using Kind = LeaningFloor::Kind;
   if (!floor || (floor->kind == Kind::Leans && !is_own && floor->tilt < kUsualSlope))
     return std::nullopt;
-  const std::string axis = "[" + rounded(floor->up.x(), 2) + ", " + rounded(floor->up.y(), 2) +
-                           ", " + rounded(floor->up.z(), 2) + "]";
+  const std::string axis = rounded(floor->up, 2);
   if (floor->kind == Kind::OtherAxis) {
     return "no plane is level, and nearly all (" + rounded(floor->area, 0) +
            " m2) face along another axis: if they are floors, set `up` of the stages to " + axis +

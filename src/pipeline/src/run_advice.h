@@ -6,9 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "advice/depth_watch.h"
-#include "advice/pose_watch.h"
-#include "advice/robot_watch.h"
+#include "advice/watches.h"
 #include "planar_mapping/pipeline/frame_source.h"
 #include "planar_mapping/pipeline/pipeline.h"
 #include "run_statistics.h"

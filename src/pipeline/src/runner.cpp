@@ -74,23 +74,237 @@ class Run {
     asked_for_ = comparable(effectiveYaml(pipeline_.configuration()));
   }
 
-  RunResult execute();
+  RunResult execute() {
+    if (options_.resume && resume()) {
+      result_.was_finished = true;
+      return std::move(result_);
+    }
+    log("planar_map " PLANAR_MAPPING_VERSION ", configuration " + pipeline_.configuration().path);
+    for (const std::string& input : source_.names()) log("input " + input);
+    for (const std::string& note : source_.notes()) log("input: " + note);
+    if (statistics_.frames() > 0) {
+      log("resumed after " + std::to_string(statistics_.frames()) + " frames");
+    }
+    if (const std::optional<Vector3> up = source_.meanUp()) pipeline_.setMeanUp(*up);
+    try {
+      processFrames();
+    } catch (const Error& error) {
+      // What was done so far is worth keeping; without any frame there is nothing to save.
+      if (statistics_.usedFrames() == 0) throw;
+      log(std::string("failed: ") + error.what());
+      save(true);
+      throw;
+    }
+    checkResult();
+    // A map of nothing must not replace one of something.
+    result_.saved = !result_.interrupted || statistics_.frames() > 0 || !hasEarlierResult();
+    if (result_.saved) {
+      save(result_.interrupted);
+    } else {
+      result_.metrics_json =
+          statistics_.metricsJson(pipeline_.configuration(), pipeline_.map(), 0, true);
+    }
+    return std::move(result_);
+  }
 
  private:
   using Clock = std::chrono::steady_clock;
 
-  bool hasEarlierResult() const;
-  bool resume();
-  void loadState(const std::string& state);
-  void processFrames();
-  void processFrame(Frame frame, double read_ms);
-  void checkTimestamp(Frame& frame);
-  void checkpoint();
-  void save(bool interrupted);
-  void checkResult();
+  bool hasEarlierResult() const {
+    const std::vector<std::string>& names = outputFileNames();
+    return std::any_of(names.begin(), names.end(), [this](const std::string& name) {
+      std::error_code ignored;
+      return fs::exists(directory_.pathOf(name), ignored);
+    });
+  }
+
+  /// Takes over what an earlier run has saved. \return whether it was finished
+  bool resume() {
+    if (!hasEarlierResult()) return false;
+    try {
+      loadState(directory_.read("run.state"));
+      log_text_ = directory_.read("run.log");
+      const std::string metrics = directory_.read("metrics.json");
+      const std::size_t done = statistics_.frames();
+      if (source_.skip(done) < done) throw InputError("it holds more frames than are asked for");
+      const bool was_interrupted =
+          nlohmann::json::parse(metrics, nullptr, false).value("interrupted", true);
+      if (was_interrupted || source_.size() != done) return false;
+      result_.metrics_json = metrics;
+      return true;
+    } catch (const IoError&) {
+      throw;
+    } catch (const Error& error) {
+      throw InputError(directory_.path() + ": this run cannot be resumed: " + error.what() +
+                       "; start again with --force");
+    }
+  }
+
+  void loadState(const std::string& state) {
+    constexpr std::string_view kStart = kStateFormat;
+    if (state.compare(0, kStart.size(), kStart) != 0) {
+      throw InputError("it was made by another version, not " PLANAR_MAPPING_VERSION);
+    }
+    const std::string wanted = asked_for_;
+    std::string stages;
+    const std::string bytes = unpacked(std::string_view(state).substr(kStart.size()));
+    detail::StateReader reader(bytes);
+    visitState(reader);
+    reader(stages);
+    reader.finish();
+    if (wanted != asked_for_ && wanted != comparable(directory_.read("config.resolved.yaml"))) {
+      throw InputError("it was made with another configuration or input");
+    }
+    const std::string map = directory_.read("map.pmap");
+    pipeline_.loadState(stages, PlanarMap::deserialize(
+                                    reinterpret_cast<const std::uint8_t*>(map.data()), map.size()));
+  }
+
+  void processFrames() {
+    next_checkpoint_ = Clock::now() + secondsOf(options_.checkpoint_s);
+    for (;;) {
+      if (!stopRequested()) {
+        const Clock::time_point start = Clock::now();
+        std::optional<Frame> frame = source_.next();
+        const std::chrono::duration<double, std::milli> read = Clock::now() - start;
+        if (frame) {
+          processFrame(std::move(*frame), read.count());
+          checkpoint();
+          continue;
+        }
+      }
+      if (!stopRequested()) return;
+      const std::optional<std::size_t> all = source_.size();
+      if (all && statistics_.frames() == *all) return;  // it came too late to matter
+      result_.interrupted = true;
+      log("interrupted after " + std::to_string(statistics_.frames()) +
+          (all ? " of " + std::to_string(*all) : std::string()) + " frames");
+      return;
+    }
+  }
+
+  void processFrame(Frame frame, double read_ms) {
+    checkTimestamp(frame);
+    FrameReport report = pipeline_.process(frame);
+    report.read_ms = read_ms;
+    if (frame.without_sensor && !warned_of_sensor_) {
+      warned_of_sensor_ = true;
+      frame.warnings.push_back(
+          frame.source +
+          ": coordinates of the world in place of a sensor's: where the sensor "
+          "stood is not known, so that no space is known to be free");
+    }
+    for (const std::string& note : frame.notes) log(note);
+    for (const std::string& warning : frame.warnings) warn(warning);
+    statistics_.add(report, frame, pipeline_.map());
+    const std::string name = "frame " + std::to_string(report.number) + " " + report.source + ": ";
+    if (report.skip_reason.empty()) {
+      for (const std::string& advice : watch_.adviceOn(frame, pipeline_.map())) warn(advice);
+      log(name + std::to_string(report.points_valid) + " points, " + std::to_string(report.planes) +
+          " planes, " + std::to_string(report.cuboids) + " cuboids");
+    } else {
+      log(name + "left out: " + report.skip_reason);
+    }
+    for (const auto& [placed, placed_report] : pipeline_.takePlacedAgain()) {
+      statistics_.addAgain(placed_report, placed, pipeline_.map());
+      log("frame " + std::to_string(placed_report.number) + " " + placed_report.source +
+          ": found its place after all");
+    }
+    if (options_.progress) {
+      options_.progress(statistics_.frames(), source_.size().value_or(0), report);
+    }
+  }
+
+  /// Frames count in the order of the input; their times are labels. A clock that goes backwards is
+  /// worth a look all the same: lines of a pose file may have been mixed up.
+  void checkTimestamp(Frame& frame) {
+    if (last_timestamp_ && frame.timestamp < *last_timestamp_ && !warned_of_time_) {
+      warned_of_time_ = true;
+      frame.warnings.push_back(
+          "frame " + std::to_string(frame.number) + " " + frame.source + ": its time, " +
+          formatNumber(frame.timestamp) + " s, is before that of the frame before it, " +
+          formatNumber(*last_timestamp_) + " s; frames are taken in the order of the input");
+    }
+    last_timestamp_ = frame.timestamp;
+  }
+
+  /// Saves from time to time. A disk that is full now may have room at the end.
+  void checkpoint() {
+    constexpr double kOtherWork = 9.0;  // times that of saving
+    const Clock::time_point start = Clock::now();
+    if (start < next_checkpoint_ || statistics_.usedFrames() == 0) return;
+    try {
+      save(true);
+    } catch (const OutputError& error) {
+      warn(std::string("nothing could be saved on the way: ") + error.what());
+    }
+    const std::chrono::duration<double> taken = Clock::now() - start;
+    const bool always = options_.checkpoint_s <= 0.0;
+    next_checkpoint_ =
+        Clock::now() +
+        secondsOf(always ? 0.0 : std::max(options_.checkpoint_s, kOtherWork * taken.count()));
+  }
+
+  void save(bool interrupted) {
+    const PlanarMap& map = pipeline_.map();
+    const Configuration& configuration = pipeline_.configuration();
+    const std::vector<std::uint8_t> bytes = map.serialize();
+    // What cannot be read must not replace what can.
+    PlanarMap::deserialize(bytes.data(), bytes.size());
+    std::vector<io::StampedPose> trajectory;
+    for (const auto& [timestamp, pose] : map.trajectory()) {
+      trajectory.push_back({timestamp, Eigen::Translation3d(map.params().origin) * pose});
+    }
+    // Frames that were left out at first come last in the map.
+    if (!warned_of_time_) {
+      std::stable_sort(trajectory.begin(), trajectory.end(),
+                       [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
+    }
+    log("saved to " + directory_.path() + ": " + detail::savedText(map, bytes.size()));
+    detail::StateWriter state;
+    visitState(state);
+    state(pipeline_.saveState());
+    result_.metrics_json = statistics_.metricsJson(configuration, map, bytes.size(), interrupted);
+    std::vector<OutputFile> files;  // moved, not copied: they may be large
+    files.emplace_back("config.resolved.yaml", effectiveYaml(configuration));
+    files.emplace_back("trajectory_tum.txt", io::toTum(trajectory));
+    files.emplace_back("frames.csv", statistics_.framesCsv(configuration));
+    files.emplace_back("run.log", log_text_);
+    files.emplace_back("map.json", [&map](const io::ByteSink& sink) {
+      io::writeMapJson(map, "map", sink, detail::kMostUnknownInJson);
+    });
+    files.emplace_back("metrics.json", result_.metrics_json);
+    files.emplace_back("map.pmap", std::string(bytes.begin(), bytes.end()));
+    files.emplace_back("run.state", kStateFormat + packed(state.take()));
+    directory_.commit(files);
+  }
+
+  void checkResult() {
+    if (result_.interrupted) return;
+    if (statistics_.usedFrames() == 0) {
+      if (statistics_.frames() == 0) throw InputError(source_.names().front() + ": no frame came");
+      const FrameReport& first = statistics_.firstSkipped();
+      const std::string& reason = first.skip_reason;
+      const bool names_it = reason.find(first.source) != std::string::npos;
+      throw InputError((names_it ? "" : first.source + ": ") + reason +
+                       (statistics_.frames() == 1 ? "" : "; nor can any other frame be used"));
+    }
+    for (const std::string& advice :
+         detail::adviceOn(pipeline_, statistics_, source_, watch_.isCamera()))
+      warn(advice);
+  }
+
   bool stopRequested() const { return options_.stop != nullptr && *options_.stop; }
-  void log(const std::string& line);
-  void warn(const std::string& text);
+  void log(const std::string& line) {
+    log_text_ += line + "\n";
+    if (options_.log) options_.log(line);
+  }
+
+  void warn(const std::string& text) {
+    log("warning: " + text);
+    result_.warnings.push_back(text);
+  }
+
   template <typename Archive>
   void visitState(Archive& archive) {
     archive(asked_for_, statistics_, last_timestamp_, warned_of_time_, warned_of_sensor_, watch_,
@@ -122,233 +336,6 @@ Configuration withAbsolutePaths(Configuration configuration) {
   }
   return configuration;
 }
-
-RunResult Run::execute() {
-  if (options_.resume && resume()) {
-    result_.was_finished = true;
-    return std::move(result_);
-  }
-  log("planar_map " PLANAR_MAPPING_VERSION ", configuration " + pipeline_.configuration().path);
-  for (const std::string& input : source_.names()) log("input " + input);
-  for (const std::string& note : source_.notes()) log("input: " + note);
-  if (statistics_.frames() > 0) {
-    log("resumed after " + std::to_string(statistics_.frames()) + " frames");
-  }
-  if (const std::optional<Vector3> up = source_.meanUp()) pipeline_.setMeanUp(*up);
-  try {
-    processFrames();
-  } catch (const Error& error) {
-    // What was done so far is worth keeping; without any frame there is nothing to save.
-    if (statistics_.usedFrames() == 0) throw;
-    log(std::string("failed: ") + error.what());
-    save(true);
-    throw;
-  }
-  checkResult();
-  // A map of nothing must not replace one of something.
-  result_.saved = !result_.interrupted || statistics_.frames() > 0 || !hasEarlierResult();
-  if (result_.saved) {
-    save(result_.interrupted);
-  } else {
-    result_.metrics_json =
-        statistics_.metricsJson(pipeline_.configuration(), pipeline_.map(), 0, true);
-  }
-  return std::move(result_);
-}
-
-bool Run::hasEarlierResult() const {
-  const std::vector<std::string>& names = outputFileNames();
-  return std::any_of(names.begin(), names.end(), [this](const std::string& name) {
-    std::error_code ignored;
-    return fs::exists(directory_.pathOf(name), ignored);
-  });
-}
-
-/// Takes over what an earlier run has saved. \return whether it was finished
-bool Run::resume() {
-  if (!hasEarlierResult()) return false;
-  try {
-    loadState(directory_.read("run.state"));
-    log_text_ = directory_.read("run.log");
-    const std::string metrics = directory_.read("metrics.json");
-    const std::size_t done = statistics_.frames();
-    if (source_.skip(done) < done) throw InputError("it holds more frames than are asked for");
-    const bool was_interrupted =
-        nlohmann::json::parse(metrics, nullptr, false).value("interrupted", true);
-    if (was_interrupted || source_.size() != done) return false;
-    result_.metrics_json = metrics;
-    return true;
-  } catch (const IoError&) {
-    throw;
-  } catch (const Error& error) {
-    throw InputError(directory_.path() + ": this run cannot be resumed: " + error.what() +
-                     "; start again with --force");
-  }
-}
-
-void Run::loadState(const std::string& state) {
-  constexpr std::string_view kStart = kStateFormat;
-  if (state.compare(0, kStart.size(), kStart) != 0) {
-    throw InputError("it was made by another version, not " PLANAR_MAPPING_VERSION);
-  }
-  const std::string wanted = asked_for_;
-  std::string stages;
-  const std::string bytes = unpacked(std::string_view(state).substr(kStart.size()));
-  detail::StateReader reader(bytes);
-  visitState(reader);
-  reader(stages);
-  reader.finish();
-  if (wanted != asked_for_ && wanted != comparable(directory_.read("config.resolved.yaml"))) {
-    throw InputError("it was made with another configuration or input");
-  }
-  const std::string map = directory_.read("map.pmap");
-  pipeline_.loadState(stages, PlanarMap::deserialize(
-                                  reinterpret_cast<const std::uint8_t*>(map.data()), map.size()));
-}
-
-void Run::processFrames() {
-  next_checkpoint_ = Clock::now() + secondsOf(options_.checkpoint_s);
-  for (;;) {
-    if (!stopRequested()) {
-      const Clock::time_point start = Clock::now();
-      std::optional<Frame> frame = source_.next();
-      const std::chrono::duration<double, std::milli> read = Clock::now() - start;
-      if (frame) {
-        processFrame(std::move(*frame), read.count());
-        checkpoint();
-        continue;
-      }
-    }
-    if (!stopRequested()) return;
-    const std::optional<std::size_t> all = source_.size();
-    if (all && statistics_.frames() == *all) return;  // it came too late to matter
-    result_.interrupted = true;
-    log("interrupted after " + std::to_string(statistics_.frames()) +
-        (all ? " of " + std::to_string(*all) : std::string()) + " frames");
-    return;
-  }
-}
-
-void Run::processFrame(Frame frame, double read_ms) {
-  checkTimestamp(frame);
-  FrameReport report = pipeline_.process(frame);
-  report.read_ms = read_ms;
-  if (frame.without_sensor && !warned_of_sensor_) {
-    warned_of_sensor_ = true;
-    frame.warnings.push_back(frame.source +
-                             ": coordinates of the world in place of a sensor's: where the sensor "
-                             "stood is not known, so that no space is known to be free");
-  }
-  for (const std::string& note : frame.notes) log(note);
-  for (const std::string& warning : frame.warnings) warn(warning);
-  statistics_.add(report, frame, pipeline_.map());
-  const std::string name = "frame " + std::to_string(report.number) + " " + report.source + ": ";
-  if (report.skip_reason.empty()) {
-    for (const std::string& advice : watch_.adviceOn(frame, pipeline_.map())) warn(advice);
-    log(name + std::to_string(report.points_valid) + " points, " + std::to_string(report.planes) +
-        " planes, " + std::to_string(report.cuboids) + " cuboids");
-  } else {
-    log(name + "left out: " + report.skip_reason);
-  }
-  for (const auto& [placed, placed_report] : pipeline_.takePlacedAgain()) {
-    statistics_.addAgain(placed_report, placed, pipeline_.map());
-    log("frame " + std::to_string(placed_report.number) + " " + placed_report.source +
-        ": found its place after all");
-  }
-  if (options_.progress) {
-    options_.progress(statistics_.frames(), source_.size().value_or(0), report);
-  }
-}
-
-/// Frames count in the order of the input; their times are labels. A clock that goes backwards is
-/// worth a look all the same: lines of a pose file may have been mixed up.
-void Run::checkTimestamp(Frame& frame) {
-  if (last_timestamp_ && frame.timestamp < *last_timestamp_ && !warned_of_time_) {
-    warned_of_time_ = true;
-    frame.warnings.push_back(
-        "frame " + std::to_string(frame.number) + " " + frame.source + ": its time, " +
-        formatNumber(frame.timestamp) + " s, is before that of the frame before it, " +
-        formatNumber(*last_timestamp_) + " s; frames are taken in the order of the input");
-  }
-  last_timestamp_ = frame.timestamp;
-}
-
-void Run::checkResult() {
-  if (result_.interrupted) return;
-  if (statistics_.usedFrames() == 0) {
-    if (statistics_.frames() == 0) throw InputError(source_.names().front() + ": no frame came");
-    const FrameReport& first = statistics_.firstSkipped();
-    const std::string& reason = first.skip_reason;
-    const bool names_it = reason.find(first.source) != std::string::npos;
-    throw InputError((names_it ? "" : first.source + ": ") + reason +
-                     (statistics_.frames() == 1 ? "" : "; nor can any other frame be used"));
-  }
-  for (const std::string& advice :
-       detail::adviceOn(pipeline_, statistics_, source_, watch_.isCamera()))
-    warn(advice);
-}
-
-/// Saves from time to time. A disk that is full now may have room at the end.
-void Run::checkpoint() {
-  constexpr double kOtherWork = 9.0;  // times that of saving
-  const Clock::time_point start = Clock::now();
-  if (start < next_checkpoint_ || statistics_.usedFrames() == 0) return;
-  try {
-    save(true);
-  } catch (const OutputError& error) {
-    warn(std::string("nothing could be saved on the way: ") + error.what());
-  }
-  const std::chrono::duration<double> taken = Clock::now() - start;
-  const bool always = options_.checkpoint_s <= 0.0;
-  next_checkpoint_ =
-      Clock::now() +
-      secondsOf(always ? 0.0 : std::max(options_.checkpoint_s, kOtherWork * taken.count()));
-}
-
-void Run::save(bool interrupted) {
-  const PlanarMap& map = pipeline_.map();
-  const Configuration& configuration = pipeline_.configuration();
-  const std::vector<std::uint8_t> bytes = map.serialize();
-  // What cannot be read must not replace what can.
-  PlanarMap::deserialize(bytes.data(), bytes.size());
-  std::vector<io::StampedPose> trajectory;
-  for (const auto& [timestamp, pose] : map.trajectory()) {
-    trajectory.push_back({timestamp, Eigen::Translation3d(map.params().origin) * pose});
-  }
-  // Frames that were left out at first come last in the map.
-  if (!warned_of_time_) {
-    std::stable_sort(trajectory.begin(), trajectory.end(),
-                     [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
-  }
-  log("saved to " + directory_.path() + ": " + detail::savedText(map, bytes.size()));
-  detail::StateWriter state;
-  visitState(state);
-  state(pipeline_.saveState());
-  result_.metrics_json = statistics_.metricsJson(configuration, map, bytes.size(), interrupted);
-  std::vector<OutputFile> files;  // moved, not copied: they may be large
-  files.emplace_back("config.resolved.yaml", effectiveYaml(configuration));
-  files.emplace_back("trajectory_tum.txt", io::toTum(trajectory));
-  files.emplace_back("frames.csv", statistics_.framesCsv(configuration));
-  files.emplace_back("run.log", log_text_);
-  files.emplace_back("map.json", [&map](const io::ByteSink& sink) {
-    io::writeMapJson(map, "map", sink, detail::kMostUnknownInJson);
-  });
-  files.emplace_back("metrics.json", result_.metrics_json);
-  files.emplace_back("map.pmap", std::string(bytes.begin(), bytes.end()));
-  files.emplace_back("run.state", kStateFormat + packed(state.take()));
-  directory_.commit(files);
-}
-
-void Run::log(const std::string& line) {
-  log_text_ += line + "\n";
-  if (options_.log) options_.log(line);
-}
-
-void Run::warn(const std::string& text) {
-  log("warning: " + text);
-  result_.warnings.push_back(text);
-}
-
 }  // namespace
 
 const std::vector<std::string>& outputFileNames() {

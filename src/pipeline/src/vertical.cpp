@@ -12,10 +12,6 @@
 namespace planar_mapping::detail {
 namespace {
 
-std::string listed(const Vector3& up) {
-  return "[" + rounded(up.x(), 3) + ", " + rounded(up.y(), 3) + ", " + rounded(up.z(), 3) + "]";
-}
-
 /// Poses given for a camera may be of a world that is not level, as that of a first camera: then
 /// planes tell what is upwards, unless they come near an axis.
 void findVerticalOfCamera(const std::optional<Vector3>& mean_up, CloudScale& scale, Frame& frame) {
@@ -36,7 +32,7 @@ void findVerticalOfCamera(const std::optional<Vector3>& mean_up, CloudScale& sca
   const Vector3 axis = nearestAxis(up);
   const bool is_axis = angleBetween(axis, up) < kAxis;
   scale.up = is_axis ? axis : up;
-  const std::string by_planes = "by the planes seen `up: auto` is " + listed(scale.up);
+  const std::string by_planes = "by the planes seen `up: auto` is " + rounded(scale.up, 3);
   if (upright.is_uncertain) {
     const bool is_floor = upright.horizontal > upright.vertical;
     frame.warnings.push_back(frame.source + ": " + by_planes + ", if what it looks at is a " +
@@ -100,7 +96,7 @@ void findVerticalOfMap(CloudScale& scale, Frame& frame) {
   const bool with_normal = over >= 0;
   scale.up = nearestAxis(with_normal ? largest->plane.normal : Vector3(-largest->plane.normal));
   frame.warnings.push_back(frame.source + ": nearly all planes face along another axis than z, " +
-                           rounded(reach, 0) + " m along z: `up: auto` is " + listed(scale.up) +
+                           rounded(reach, 0) + " m along z: `up: auto` is " + rounded(scale.up, 3) +
                            "; if they are walls, set `up` of the stages");
 }
 

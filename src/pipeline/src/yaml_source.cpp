@@ -20,20 +20,18 @@ namespace {
 constexpr int kMaxNodes = 100000;
 constexpr int kMaxDepth = 32;
 
-/// Decimal numbers only: from_chars also takes "nan", "inf" and so would we.
-bool parseNumber(const std::string& text, double& value) {
-  if (text.find_first_not_of("0123456789+-.eE") != std::string::npos) return false;
-  const char* first = text.data() + (!text.empty() && text.front() == '+' ? 1 : 0);
-  const char* last = text.data() + text.size();
-  const auto result = std::from_chars(first, last, value);
-  return result.ec == std::errc() && result.ptr == last && std::isfinite(value);
-}
-
-bool parseInteger(const std::string& text, std::int64_t& value) {
+template <typename Number>
+bool parse(const std::string& text, Number& value) {
   const char* first = text.data() + (!text.empty() && text.front() == '+' ? 1 : 0);
   const char* last = text.data() + text.size();
   const auto result = std::from_chars(first, last, value);
   return result.ec == std::errc() && result.ptr == last;
+}
+
+/// Decimal numbers only: from_chars also takes "nan", "inf" and so would we.
+bool parseNumber(const std::string& text, double& value) {
+  return text.find_first_not_of("0123456789+-.eE") == std::string::npos && parse(text, value) &&
+         std::isfinite(value);
 }
 
 std::string defaultOf(const Parameter& parameter) {
@@ -231,7 +229,7 @@ bool readValue(const Parameter& parameter, const YAML::Node& node, ParameterValu
       return true;
     case ParameterType::Integer: {
       std::int64_t number = 0;
-      if (!parseInteger(text, number)) return reportType(parameter, node, "an integer", report);
+      if (!parse(text, number)) return reportType(parameter, node, "an integer", report);
       constexpr auto kLargest = std::numeric_limits<int>::max();
       const Range& range = parameter.range;
       value = number;

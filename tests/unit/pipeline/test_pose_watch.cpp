@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "advice/pose_watch.h"
+#include "advice/watches.h"
 
 #include <gtest/gtest.h>
 

@@ -139,21 +139,10 @@ class PartCount {
 
   template <typename Visit>
   void forEachPart(const Block& block, const Visit& visit) const {
-    Block part;
-    const auto set = [&part](int k, std::int64_t at) {
-      part.low[k] = at;
-      part.high[k] = at + 1;
-    };
-    for (std::int64_t z = block.low[2]; z < block.high[2]; ++z) {
-      set(2, z);
-      for (std::int64_t y = block.low[1]; y < block.high[1]; ++y) {
-        set(1, y);
-        for (std::int64_t x = block.low[0]; x < block.high[0]; ++x) {
-          set(0, x);
-          visit(middleOf(part));
-        }
-      }
-    }
+    for (std::int64_t z = block.low[2]; z < block.high[2]; ++z)
+      for (std::int64_t y = block.low[1]; y < block.high[1]; ++y)
+        for (std::int64_t x = block.low[0]; x < block.high[0]; ++x)
+          visit(middleOf({{x, y, z}, {x + 1, y + 1, z + 1}}));
   }
 
   const CuboidDistance& index_;

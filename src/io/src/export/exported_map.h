@@ -5,10 +5,61 @@
 #include <string>
 #include <vector>
 
+#include "planar_mapping/core/base/types.h"
 #include "planar_mapping/core/geometry/cuboid.h"
 #include "planar_mapping/io/map_export.h"
+#include "text_lines.h"
 
 namespace planar_mapping::io {
+
+// How other programs write what a Cuboid holds. Nothing else converts angles, quaternions, lengths,
+// colours or the order of corners.
+
+/// A number of a binary format, all of which are little endian, as are the processors we know.
+template <typename Number>
+void appendBytes(std::string& out, Number value) {
+  out.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+inline void appendFloats(std::string& out, const Vector3& v) {
+  for (int i = 0; i < 3; ++i) appendBytes(out, static_cast<float>(v[i]));
+}
+
+/// Parts in [0, 255], as on a screen (sRGB).
+struct Colour {
+  int red, green, blue;
+  double alpha = 1.0;  ///< below 1: unknown space
+};
+/// Hues a golden angle apart, so that neighbours in number differ; gray without a plane.
+Colour colourOf(const Cuboid& cuboid);
+
+/// "plane_7", "no_plane" or "unknown": what meshes and materials are named after.
+std::string groupOf(const Cuboid& cuboid);
+
+/// Angles about the fixed x, y and z axes, in this order, radians (URDF, SDFormat).
+Vector3 rollPitchYaw(const Quaternion& q);
+
+/// The rotation that turns \p up to \p to; for up = -y (a camera's frame) and to = z, forward
+/// becomes y and right stays x.
+Quaternion turning(const Vector3& up, const Vector3& to);
+
+/// Whether a cuboid is a face that is level by at most 11 degrees.
+bool isLevel(const Cuboid& cuboid, const Vector3& up);
+
+/// Middle of the upper face of such a cuboid.
+Vector3 topOf(const Cuboid& cuboid, const Vector3& up);
+
+/// Faces by corners(), wound outwards, and the same as triangles.
+constexpr int kFaces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
+                              {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
+constexpr int kTriangles[12][3] = {{0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5},
+                                   {0, 1, 5}, {0, 5, 4}, {2, 6, 7}, {2, 7, 3},
+                                   {0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}};
+
+/// Parts in [0, 1].
+inline NumberList rgbaOf(const Colour& c) {
+  return {4, " ", {c.red / 255.0, c.green / 255.0, c.blue / 255.0, c.alpha}};
+}
 
 /// What a format is written from.
 struct ExportedMap {

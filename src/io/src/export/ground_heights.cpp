@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "export/conventions.h"
+#include "export/exported_map.h"
 #include "planar_mapping/io/occupancy_grid.h"
 
 namespace planar_mapping::io {

@@ -8,7 +8,6 @@
 #include <numeric>
 #include <utility>
 
-#include "export/conventions.h"
 #include "export/exported_map.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/geometry/detail/oriented_box.h"

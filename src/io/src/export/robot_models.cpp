@@ -3,7 +3,6 @@
 // Boxes to collide with and to see: SDFormat, URDF, MoveIt.
 #include <map>
 
-#include "export/conventions.h"
 #include "export/exported_map.h"
 
 namespace planar_mapping::io {

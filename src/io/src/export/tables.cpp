@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "export/conventions.h"
 #include "export/exported_map.h"
 #include "planar_mapping/core/base/error.h"
 

@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "layouts/folder.h"
 #include "layouts/layout.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/atomic_file.h"
@@ -67,18 +66,10 @@ class Sensor {
   /// T_BS, which maps points of the sensor into the body.
   Pose inBody() const {
     const std::vector<double> v = numbers("T_BS", 16);
-    Matrix3 R;
-    Pose T = Pose::Identity();
-    for (int row = 0; row < 3; ++row) {
-      for (int column = 0; column < 3; ++column)
-        R(row, column) = v[static_cast<std::size_t>(4 * row + column)];
-      T.translation()[row] = v[static_cast<std::size_t>(4 * row + 3)];
-    }
-    constexpr double kTolerance = 1e-3;
-    if ((R * R.transpose() - Matrix3::Identity()).cwiseAbs().maxCoeff() > kTolerance)
-      throw IoError(path_, "T_BS has no rotation matrix");
-    T.linear() = Eigen::Quaterniond(R).normalized().toRotationMatrix();
-    return T;
+    const auto T = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(v.data());
+    const Matrix3 R = T.topLeftCorner<3, 3>();
+    if (!rotationOf(R)) throw IoError(path_, "T_BS has no rotation matrix");
+    return poseOf(Vector3(T.topRightCorner<3, 1>()), Eigen::Quaterniond(R));
   }
 
  private:
@@ -102,7 +93,7 @@ std::vector<StampedFile> imagesOf(const std::string& camera) {
     for (const std::string& file : imageFilesOf(data))
       files.push_back({secondsOf(stemOf(file), file, 0), file});
   } else {
-    forEachLine(list, ",", [&](const std::vector<std::string_view>& words, std::size_t line) {
+    forEachLine(list, ",", [&](const Words& words, std::size_t line) {
       if (words.size() < 2 || words[1].find('/') != std::string_view::npos)
         failAtLine(list, line, "is not `timestamp,file`");
       files.push_back({secondsOf(words[0], list, line), joined(data, std::string(words[1]))});
@@ -121,18 +112,14 @@ bool readBodyPoses(const std::string& mav, std::string& list, std::vector<Stampe
     const std::string sensor = joined(folder, "sensor.yaml");
     const Pose T_sensor_body =
         exists(sensor) ? Sensor(sensor).inBody().inverse() : Pose::Identity();
-    forEachLine(list, ",", [&](const std::vector<std::string_view>& words, std::size_t line) {
+    forEachLine(list, ",", [&](const Words& words, std::size_t line) {
       double v[7];
       finiteNumbers(words, 1, v, 7, list, line);
       const Eigen::Quaterniond q(v[3], v[4], v[5], v[6]);
       if (!(std::abs(q.norm() - 1.0) <= 1e-3))
         failAtLine(list, line, "the quaternion is not of length 1");
-      StampedPose pose;
-      pose.timestamp = secondsOf(words[0], list, line);
-      pose.pose.linear() = q.normalized().toRotationMatrix();
-      pose.pose.translation() = Vector3(v[0], v[1], v[2]);
-      pose.pose = pose.pose * T_sensor_body;
-      poses.push_back(pose);
+      poses.push_back(
+          {secondsOf(words[0], list, line), poseOf(Vector3(v[0], v[1], v[2]), q) * T_sensor_body});
     });
     return true;
   }
@@ -161,9 +148,7 @@ Description readEuroc(const std::string& folder, const SequenceOptions& options)
                     "no such directory; EuRoC has the images of a stereo pair in cam0/ and "
                     "cam1/");
   }
-  Description description;
-  description.layout = "EuRoC (ASL)";
-  description.kind = SequenceKind::Stereo;
+  Description description("EuRoC (ASL)", SequenceKind::Stereo);
   const std::vector<StampedFile> lefts = imagesOf(cameras[0]);
   const std::vector<StampedFile> rights = imagesOf(cameras[1]);
   for (const StampedFile& left : lefts) {

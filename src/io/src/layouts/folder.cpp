@@ -1,10 +1,9 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "layouts/folder.h"
+#include "layouts/layout.h"
 
 #include <algorithm>
 #include <cctype>
-#include <cmath>
 #include <filesystem>
 
 #include "planar_mapping/core/base/error.h"
@@ -15,8 +14,6 @@ namespace planar_mapping::io::layouts {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::size_t kLongestLine = 4096;
 
 std::string extensionOf(const std::string& file) {
   return fs::path(file).extension().string();
@@ -208,36 +205,9 @@ FilesByName imagesByName(const std::string& folder) {
   return byName(imageFilesOf(folder));
 }
 
-void forEachLine(
-    const std::string& path, const std::string& separators,
-    const std::function<void(const std::vector<std::string_view>&, std::size_t)>& visit) {
-  InputFile file(path);
-  LineReader lines(file, kLongestLine);
-  std::string_view line;
-  std::string text;
-  while (lines.next(line)) {
-    text = line.substr(0, line.find('#'));
-    for (char& c : text)
-      if (separators.find(c) != std::string::npos) c = ' ';
-    const std::vector<std::string_view> words = splitWords(text);
-    if (!words.empty()) visit(words, lines.number());
-  }
-}
-
-double finiteNumber(std::string_view word, const std::string& path, std::size_t line) {
-  double value = 0.0;
-  if (!parseNumber(word, value) || !std::isfinite(value))
-    failAtLine(path, line, quoted(word) + " is no finite number");
-  return value;
-}
-
-void finiteNumbers(const std::vector<std::string_view>& words, std::size_t first, double* values,
-                   std::size_t count, const std::string& path, std::size_t line) {
-  if (words.size() < first + count)
-    failAtLine(
-        path, line,
-        "needs " + std::to_string(first + count) + " values, has " + std::to_string(words.size()));
-  for (std::size_t i = 0; i < count; ++i) values[i] = finiteNumber(words[first + i], path, line);
+std::string fileOf(const FilesByName& files, const std::string& name) {
+  const auto found = files.find(name);
+  return found == files.end() ? "" : found->second;
 }
 
 }  // namespace planar_mapping::io::layouts

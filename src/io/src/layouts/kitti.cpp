@@ -3,7 +3,6 @@
 #include <cmath>
 #include <map>
 
-#include "layouts/folder.h"
 #include "layouts/layout.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/pose_file.h"
@@ -20,7 +19,7 @@ namespace {
 class KittiCalibration {
  public:
   explicit KittiCalibration(const std::string& path) : path_(path) {
-    forEachLine(path, ":", [this](const std::vector<std::string_view>& words, std::size_t line) {
+    forEachLine(path, ":", [this](const Words& words, std::size_t line) {
       Matrix34 matrix;
       double v[12];
       if (words.size() == 3 && words[0].compare(0, 7, "S_rect_") == 0)
@@ -65,10 +64,7 @@ class KittiCalibration {
 
   Pose velodyneInCamera0() const {
     const Matrix34& Tr = matrix("Tr");
-    Pose T = Pose::Identity();
-    T.linear() = Eigen::Quaterniond(Matrix3(Tr.leftCols<3>())).normalized().toRotationMatrix();
-    T.translation() = Tr.col(3);
-    return T;
+    return poseOf(Vector3(Tr.col(3)), Eigen::Quaterniond(Matrix3(Tr.leftCols<3>())));
   }
 
  private:
@@ -124,26 +120,30 @@ void setLines(const std::string& path, const char* what, std::size_t lines, bool
   }
 }
 
-void addTimes(const std::string& path, bool growing, Description& description) {
+std::vector<double> readTimes(const std::string& path) {
   std::vector<double> times;
-  forEachLine(path, "", [&](const std::vector<std::string_view>& words, std::size_t line) {
+  forEachLine(path, "", [&](const Words& words, std::size_t line) {
     times.push_back(finiteNumber(words[0], path, line));
   });
-  setLines(path, "times", times.size(), growing, description,
-           [&](FrameEntry& frame, std::size_t i) { frame.timestamp = times[i]; });
+  return times;
 }
 
 /// "2011-09-26 13:02:25.964389445" a line, as seconds of the first day.
-void addClockTimes(const std::string& path, bool growing, Description& description) {
+std::vector<double> readClockTimes(const std::string& path) {
   constexpr double kDay = 86400.0;
   std::vector<double> times;
-  forEachLine(path, "-:", [&](const std::vector<std::string_view>& words, std::size_t line) {
+  forEachLine(path, "-:", [&](const Words& words, std::size_t line) {
     double v[6];
     finiteNumbers(words, 0, v, 6, path, line);
     double time = (v[3] * 60.0 + v[4]) * 60.0 + v[5];
     if (!times.empty() && time < times.back() - 0.5 * kDay) time += kDay;  // past midnight
     times.push_back(time);
   });
+  return times;
+}
+
+void addTimes(const std::string& path, const std::vector<double>& times, bool growing,
+              Description& description) {
   setLines(path, "times", times.size(), growing, description,
            [&](FrameEntry& frame, std::size_t i) { frame.timestamp = times[i]; });
 }
@@ -184,9 +184,8 @@ void readPairs(const std::string& folder, const std::string& left_name,
   const std::vector<std::string> lefts = imageFilesOf(joined(folder, left_name));
   std::size_t pairs = 0;
   for (const std::string& file : lefts) {
-    const auto right = rights.find(stemOf(file));
-    description.frames.push_back({file, right == rights.end() ? "" : right->second, {}, {}});
-    pairs += right == rights.end() ? 0 : 1;
+    description.frames.push_back({file, fileOf(rights, stemOf(file)), {}, {}});
+    pairs += rights.count(stemOf(file));
   }
   if (pairs == 0)
     throw IoError(folder, left_name + "/ (" + std::to_string(lefts.size()) + " images) and " +
@@ -202,26 +201,24 @@ bool hasKitti(const std::string& folder) {
 }
 
 Description readKitti(const std::string& folder, const SequenceOptions& options) {
-  Description description;
   const std::string scans = joined(folder, "velodyne");
   const std::string calibration_file = joined(folder, "calib.txt");
   const int left = leftCameraOf(folder);
   const bool wants_images = left >= 0 && options.preferred == SequenceKind::Stereo;
   const bool takes_clouds = isDirectory(scans) && !wants_images;
+  const std::string images = left == 0 ? "gray" : "colour";
+  Description description("KITTI odometry (" + (takes_clouds ? "velodyne" : images) + ")",
+                          takes_clouds ? SequenceKind::Clouds : SequenceKind::Stereo);
   if (takes_clouds) {
-    description.layout = "KITTI odometry (velodyne)";
-    description.kind = SequenceKind::Clouds;
     for (const std::string& file : cloudFilesOf(scans))
       description.frames.push_back({file, {}, {}, {}});
     if (description.frames.empty()) throw IoError(scans, "holds no .bin files of points");
   } else {
-    description.layout = "KITTI odometry (" + std::string(left == 0 ? "gray" : "colour") + ")";
-    description.kind = SequenceKind::Stereo;
     readPairs(folder, "image_" + std::to_string(left), "image_" + std::to_string(left + 1),
               description);
   }
   const std::string times = joined(folder, "times.txt");
-  if (exists(times)) addTimes(times, options.growing, description);
+  if (exists(times)) addTimes(times, readTimes(times), options.growing, description);
   const bool given = !options.calibration_file.empty();
   if (!takes_clouds && !given)
     description.calibration =
@@ -252,13 +249,12 @@ Description readKittiRaw(const std::string& folder, const SequenceOptions& optio
     throw IoError(folder,
                   "is a drive of KITTI raw without an image pair (image_00/data and image_01/data, "
                   "or 02 and 03); give velodyne_points/data to map its scans");
-  Description description;
-  description.layout = std::string("KITTI raw (") + (is_gray ? "gray" : "colour") + ")";
-  description.kind = SequenceKind::Stereo;
+  Description description(std::string("KITTI raw (") + (is_gray ? "gray" : "colour") + ")",
+                          SequenceKind::Stereo);
   const std::string left = is_gray ? "image_00" : "image_02";
   readPairs(folder, left + "/data", is_gray ? "image_01/data" : "image_03/data", description);
   const std::string times = joined(folder, left + "/timestamps.txt");
-  if (exists(times)) addClockTimes(times, options.growing, description);
+  if (exists(times)) addTimes(times, readClockTimes(times), options.growing, description);
   if (!options.calibration_file.empty()) return description;
   const std::string calibration =
       firstOf(folder, {"calib_cam_to_cam.txt", "../calib_cam_to_cam.txt"});

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <map>
 
-#include "layouts/folder.h"
 #include "layouts/layout.h"
 #include "planar_mapping/core/base/error.h"
+#include "text_lines.h"
 
 // Middlebury 2014 and later: im0.png, im1.png and calib.txt (cam0, cam1, doffs, baseline in mm).
 namespace planar_mapping::io::layouts {
@@ -14,9 +14,7 @@ bool hasMiddlebury(const std::string& folder) {
 }
 
 Description readMiddlebury(const std::string& folder, const SequenceOptions& options) {
-  Description description;
-  description.layout = "Middlebury";
-  description.kind = SequenceKind::Stereo;
+  Description description("Middlebury", SequenceKind::Stereo);
   for (const char* name : {"im0.png", "im1.png"}) {
     if (!exists(joined(folder, name)))
       throw IoError(joined(folder, name), "no such file; Middlebury has a pair im0.png, im1.png");
@@ -26,7 +24,7 @@ Description readMiddlebury(const std::string& folder, const SequenceOptions& opt
 
   const std::string path = joined(folder, "calib.txt");
   std::map<std::string, std::vector<double>> values;
-  forEachLine(path, "=[];", [&](const std::vector<std::string_view>& words, std::size_t line) {
+  forEachLine(path, "=[];", [&](const Words& words, std::size_t line) {
     std::vector<double> numbers(words.size() - 1);
     finiteNumbers(words, 1, numbers.data(), numbers.size(), path, line);
     values[std::string(words[0])] = numbers;

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 
-#include "layouts/folder.h"
 #include "layouts/layout.h"
 #include "planar_mapping/core/base/error.h"
 
@@ -22,11 +21,8 @@ void readRgbd(const std::string& folder, Description& description) {
   const std::string rgb = joined(folder, "rgb");
   description.has_color = isDirectory(rgb);
   FilesByName colors = description.has_color ? imagesByName(rgb) : FilesByName();
-  const std::size_t pairs = matchNames(depths, colors);
-  for (const auto& [name, file] : depths) {
-    const auto color = colors.find(name);
-    description.frames.push_back({file, color == colors.end() ? "" : color->second, {}, {}});
-  }
+  matchNames(depths, colors);
+  const std::size_t pairs = listFiles(depths, colors, description);
   if (description.has_color && pairs == 0)
     throw IoError(folder, "rgb/ (" + std::to_string(colors.size()) + " images) and depth/ (" +
                               std::to_string(description.frames.size()) +
@@ -43,16 +39,11 @@ void readStereo(const std::string& folder, Description& description) {
   FilesByName all = left_images;
   all.insert(right_images.begin(), right_images.end());
   for (const auto& entry : all) {
-    const auto in_left = left_images.find(entry.first);
-    const auto in_right = right_images.find(entry.first);
-    const bool has_left = in_left != left_images.end();
-    const bool has_right = in_right != right_images.end();
+    std::string left_file = fileOf(left_images, entry.first);
     // A missing left image has the name it should have: the frame keeps its place.
-    const std::string name = entry.second.substr(entry.second.rfind('/') + 1);
-    description.frames.push_back({has_left ? in_left->second : joined(left, name),
-                                  has_right ? in_right->second : "",
-                                  {},
-                                  {}});
+    if (left_file.empty())
+      left_file = joined(left, entry.second.substr(entry.second.rfind('/') + 1));
+    description.frames.push_back({left_file, fileOf(right_images, entry.first), {}, {}});
   }
   if (pairs == 0)
     throw IoError(folder, "left/ (" + std::to_string(left_images.size()) + " images) and right/ (" +
@@ -69,11 +60,7 @@ bool hasNative(const std::string& folder) {
 }
 
 Description readNative(const std::string& folder, const SequenceOptions& options) {
-  Description description;
-  description.layout = "sequence folder";
-  const std::string calibration = joined(folder, "calib.yaml");
-  if (exists(calibration)) description.calibration = readCalibration(calibration);
-
+  const std::optional<Calibration> own = ownCalibration(folder);
   std::vector<SequenceKind> kinds;
   if (isDirectory(joined(folder, "clouds"))) kinds.push_back(SequenceKind::Clouds);
   if (isDirectory(joined(folder, "depth"))) kinds.push_back(SequenceKind::Rgbd);
@@ -86,15 +73,17 @@ Description readNative(const std::string& folder, const SequenceOptions& options
   }
   const bool has_preferred =
       options.preferred && std::find(kinds.begin(), kinds.end(), *options.preferred) != kinds.end();
-  description.kind = has_preferred ? *options.preferred : kinds.front();
+  Description description("sequence folder", has_preferred ? *options.preferred : kinds.front());
+  description.calibration = own;
   const bool is_depth = description.kind == SequenceKind::Rgbd;
   const bool knows_camera = description.calibration || !options.calibration_file.empty();
   if (!knows_camera && description.kind != SequenceKind::Clouds)
-    throw IoError(calibration, std::string("no such file; ") +
-                                   (is_depth ? "an RGB-D sequence" : "a stereo sequence") +
-                                   " needs it, or a calibration by --calib FILE: image_width, "
-                                   "image_height, fx, fy, cx, cy, " +
-                                   (is_depth ? "depth_scale (units a metre)" : "baseline_m"));
+    throw IoError(joined(folder, "calib.yaml"),
+                  std::string("no such file; ") +
+                      (is_depth ? "an RGB-D sequence" : "a stereo sequence") +
+                      " needs it, or a calibration by --calib FILE: image_width, "
+                      "image_height, fx, fy, cx, cy, " +
+                      (is_depth ? "depth_scale (units a metre)" : "baseline_m"));
   switch (description.kind) {
     case SequenceKind::Clouds:
       readClouds(folder, description);

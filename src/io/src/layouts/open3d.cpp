@@ -3,7 +3,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "layouts/folder.h"
 #include "layouts/layout.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/atomic_file.h"
@@ -45,8 +44,7 @@ Calibration readIntrinsics(const std::string& path) {
   const auto& k = json["intrinsic_matrix"];
   const double width = number(json["width"]);
   const double height = number(json["height"]);
-  Calibration calibration;
-  PinholeCamera& camera = calibration.camera;
+  PinholeCamera camera;
   camera.fx = number(k[0]);
   camera.fy = number(k[4]);
   camera.cx = number(k[6]);
@@ -56,11 +54,9 @@ Calibration readIntrinsics(const std::string& path) {
     throw IoError(path, "size and focal lengths must be numbers > 0, the centre finite");
   camera.width = static_cast<int>(width);
   camera.height = static_cast<int>(height);
-  calibration.cx_right = camera.cx;
-  calibration.depth_scale =
-      json.contains("depth_scale") ? number(json["depth_scale"]) : kDepthScale;
-  if (!(*calibration.depth_scale > 0.0)) throw IoError(path, "depth_scale must be > 0");
-  return calibration;
+  const double scale = json.contains("depth_scale") ? number(json["depth_scale"]) : kDepthScale;
+  if (!(scale > 0.0)) throw IoError(path, "depth_scale must be > 0");
+  return depthCalibration(camera, scale);
 }
 
 void listImages(const std::string& folder, Description& description) {
@@ -88,7 +84,7 @@ void listImages(const std::string& folder, Description& description) {
 /// Blocks of five lines: three numbers, the first that of the frame, and T_world_camera.
 void addTrajectory(const std::string& path, bool keep_all, Description& description) {
   std::vector<std::vector<double>> rows;
-  forEachLine(path, "", [&](const std::vector<std::string_view>& words, std::size_t line) {
+  forEachLine(path, "", [&](const Words& words, std::size_t line) {
     const std::size_t wanted = rows.size() % 5 == 0 ? 3 : 4;
     rows.emplace_back(wanted);
     finiteNumbers(words, 0, rows.back().data(), wanted, path, line);
@@ -110,10 +106,7 @@ void addTrajectory(const std::string& path, bool keep_all, Description& descript
     frames[static_cast<std::size_t>(number)].T_world_sensor = pose;
   }
   const std::size_t all = frames.size();
-  std::vector<FrameEntry> kept;
-  for (FrameEntry& frame : frames)
-    if (frame.T_world_sensor || keep_all) kept.push_back(std::move(frame));
-  frames = std::move(kept);
+  if (!keep_all) dropWithoutPose(description);
   if (frames.empty()) throw IoError(path, "holds no pose");
   noteLeftOut(all - frames.size(), all, "frames", path + " has no pose of them", description);
   description.pose_source = PoseSource::File;
@@ -129,24 +122,19 @@ bool hasOpen3d(const std::string& folder) {
 
 Description readOpen3d(const std::string& folder, const SequenceOptions& options) {
   constexpr double kFramesPerSecond = 30.0;
-  Description description;
-  description.layout = "Open3D RGB-D";
-  description.kind = SequenceKind::Rgbd;
+  Description description("Open3D RGB-D", SequenceKind::Rgbd);
   listImages(folder, description);
   for (std::size_t i = 0; i < description.frames.size(); ++i)
     description.frames[i].timestamp = static_cast<double>(i) / kFramesPerSecond;
   if (options.calibration_file.empty()) {
-    const std::string own = joined(folder, "calib.yaml");
     const std::string intrinsics = intrinsicsOf(folder);
-    if (exists(own)) {
-      description.calibration = readCalibration(own);
-    } else if (!intrinsics.empty()) {
+    description.calibration = ownCalibration(folder);
+    if (!description.calibration && !intrinsics.empty())
       description.calibration = readIntrinsics(intrinsics);
-    } else {
+    if (!description.calibration)
       throw IoError(folder,
                     "the camera is not known: put Open3D's camera_intrinsic.json here, or "
                     "give a calib.yaml by --calib FILE");
-    }
   }
   const std::string trajectory = trajectoryOf(folder);
   if (options.poses_file.empty() && !trajectory.empty())

@@ -6,7 +6,6 @@
 #include <string_view>
 #include <vector>
 
-#include "layouts/folder.h"
 #include "layouts/layout.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/depth_image.h"
@@ -39,7 +38,7 @@ double numberOf(const std::string& name, std::size_t otherwise) {
 Eigen::MatrixXd readMatrix(const std::string& path, Eigen::Index rows, Eigen::Index columns) {
   Eigen::MatrixXd matrix(rows, columns);
   Eigen::Index row = 0;
-  forEachLine(path, "", [&](const std::vector<std::string_view>& words, std::size_t line) {
+  forEachLine(path, "", [&](const Words& words, std::size_t line) {
     if (row == rows) return;
     bool sound = words.size() >= static_cast<std::size_t>(columns);
     for (Eigen::Index i = 0; sound && i < columns; ++i)
@@ -70,18 +69,11 @@ Calibration readIntrinsics(const std::string& path, const std::string& depth_fil
   constexpr double kMillimetres = 1000.0;
   const Eigen::MatrixXd k = readMatrix(path, 2, 3);
   const DepthImage image = readDepthPng(depth_file);
-  Calibration calibration;
-  calibration.camera = {k(0, 0),
-                        k(1, 1),
-                        k(0, 2),
-                        k(1, 2),
-                        static_cast<int>(image.width),
-                        static_cast<int>(image.height)};
   if (!(k(0, 0) > 0.0 && k(1, 1) > 0.0 && k.allFinite()))
     throw IoError(path, "focal lengths must be numbers > 0, the centre finite");
-  calibration.cx_right = calibration.camera.cx;
-  calibration.depth_scale = kMillimetres;
-  return calibration;
+  const auto width = static_cast<int>(image.width);
+  const auto height = static_cast<int>(image.height);
+  return depthCalibration({k(0, 0), k(1, 1), k(0, 2), k(1, 2), width, height}, kMillimetres);
 }
 
 }  // namespace
@@ -103,9 +95,7 @@ bool hasPosedFrames(const std::string& folder) {
 Description readPosedFrames(const std::string& folder, const SequenceOptions& options) {
   constexpr double kFramesPerSecond = 30.0;
   const bool is_scannet = isScannet(folder);
-  Description description;
-  description.layout = is_scannet ? "ScanNet" : "RGB-D frames with poses";
-  description.kind = SequenceKind::Rgbd;
+  Description description(is_scannet ? "ScanNet" : "RGB-D frames with poses", SequenceKind::Rgbd);
   std::size_t without_pose = 0;
   std::size_t all = 0;
   for (const std::string& depth : depthFilesOf(is_scannet ? joined(folder, "depth") : folder)) {
@@ -127,29 +117,23 @@ Description readPosedFrames(const std::string& folder, const SequenceOptions& op
   }
   if (all == 0) throw IoError(folder, "holds no depth images");
   if (description.pose_source == PoseSource::File && !options.ignore_poses) {
-    auto& frames = description.frames;
-    frames.erase(std::remove_if(frames.begin(), frames.end(),
-                                [](const FrameEntry& f) { return !f.T_world_sensor; }),
-                 frames.end());
+    dropWithoutPose(description);
     noteLeftOut(without_pose, all, "frames", "they have no pose, or one that is not finite",
                 description);
   }
   if (!options.calibration_file.empty()) return description;
-  const std::string own = joined(folder, "calib.yaml");
   const std::string intrinsics = firstOf(
       folder,
       {"intrinsic/intrinsic_depth.txt", "camera-intrinsics.txt", "../camera-intrinsics.txt"});
-  if (exists(own)) {
-    description.calibration = readCalibration(own);
-  } else if (!intrinsics.empty()) {
+  description.calibration = ownCalibration(folder);
+  if (!description.calibration && !intrinsics.empty())
     description.calibration = readIntrinsics(intrinsics, description.frames.front().file);
-  } else {
+  if (!description.calibration)
     throw IoError(
         folder,
         "the camera is not known: give its calib.yaml (image_width, image_height, fx, fy, "
         "cx, cy, depth_scale) by --calib FILE or put it here; the depth camera of 7-Scenes "
         "has fx = fy = 585, cx = 320, cy = 240, depth_scale 1000");
-  }
   return description;
 }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "layouts/folder.h"
 #include "layouts/layout.h"
 #include "planar_mapping/core/base/error.h"
 
@@ -50,8 +49,7 @@ constexpr Reader kReaders[] = {{"KITTI odometry", hasKitti, readKitti},
 
 /// A directory of cloud files, in name order.
 Description readCloudFiles(const std::string& folder, const SequenceOptions& options) {
-  Description description;
-  description.layout = "cloud files";
+  Description description("cloud files", SequenceKind::Clouds);
   description.pose_source = PoseSource::Viewpoint;
   for (const std::string& file : cloudFilesOf(folder))
     description.frames.push_back({file, {}, {}, {}});
@@ -67,43 +65,46 @@ Description readCloudFiles(const std::string& folder, const SequenceOptions& opt
   return description;
 }
 
+template <typename Predicate>
+void dropIf(Description& description, const Predicate& is_dropped) {
+  auto& frames = description.frames;
+  frames.erase(std::remove_if(frames.begin(), frames.end(), is_dropped), frames.end());
+}
+
 /// Poses between two of the list, at most 0.1 s apart, are interpolated; others are taken from the
 /// nearest one, if it is near enough.
 class PoseTimeline {
  public:
-  explicit PoseTimeline(std::vector<StampedPose> poses);
-  std::optional<Pose> at(double timestamp) const;
+  explicit PoseTimeline(std::vector<StampedPose> poses) : poses_(std::move(poses)) {
+    std::stable_sort(poses_.begin(), poses_.end(), [](const StampedPose& a, const StampedPose& b) {
+      return a.timestamp < b.timestamp;
+    });
+  }
+
+  std::optional<Pose> at(double timestamp) const {
+    constexpr double kMaxGap = 0.1;
+    const auto after = firstNotBefore(poses_, timestamp);
+    if (after != poses_.end() && after->timestamp == timestamp) return after->pose;
+    if (after != poses_.begin() && after != poses_.end()) {
+      const StampedPose& a = *(after - 1);
+      const double gap = after->timestamp - a.timestamp;
+      if (gap <= kMaxGap) {
+        const double part = (timestamp - a.timestamp) / gap;
+        Pose pose = Pose::Identity();
+        pose.linear() = Eigen::Quaterniond(Matrix3(a.pose.linear()))
+                            .slerp(part, Eigen::Quaterniond(Matrix3(after->pose.linear())))
+                            .toRotationMatrix();
+        pose.translation() = (1.0 - part) * a.pose.translation() + part * after->pose.translation();
+        return pose;
+      }
+    }
+    const StampedPose* const near = nearest(poses_, timestamp);
+    return near == nullptr ? std::nullopt : std::optional<Pose>(near->pose);
+  }
 
  private:
   std::vector<StampedPose> poses_;
 };
-
-PoseTimeline::PoseTimeline(std::vector<StampedPose> poses) : poses_(std::move(poses)) {
-  std::stable_sort(poses_.begin(), poses_.end(), [](const StampedPose& a, const StampedPose& b) {
-    return a.timestamp < b.timestamp;
-  });
-}
-
-std::optional<Pose> PoseTimeline::at(double timestamp) const {
-  constexpr double kMaxGap = 0.1;
-  const auto after = firstNotBefore(poses_, timestamp);
-  if (after != poses_.end() && after->timestamp == timestamp) return after->pose;
-  if (after != poses_.begin() && after != poses_.end()) {
-    const StampedPose& a = *(after - 1);
-    const double gap = after->timestamp - a.timestamp;
-    if (gap <= kMaxGap) {
-      const double part = (timestamp - a.timestamp) / gap;
-      Pose pose = Pose::Identity();
-      pose.linear() = Eigen::Quaterniond(Matrix3(a.pose.linear()))
-                          .slerp(part, Eigen::Quaterniond(Matrix3(after->pose.linear())))
-                          .toRotationMatrix();
-      pose.translation() = (1.0 - part) * a.pose.translation() + part * after->pose.translation();
-      return pose;
-    }
-  }
-  const StampedPose* const near = nearest(poses_, timestamp);
-  return near == nullptr ? std::nullopt : std::optional<Pose>(near->pose);
-}
 
 }  // namespace
 
@@ -155,13 +156,31 @@ void noteLeftOut(std::size_t left_out, std::size_t all, const std::string& what,
                               " are left out: " + why);
 }
 
-void listPairs(const FilesByName& depths, const FilesByName& colors, Description& description) {
+std::optional<Calibration> ownCalibration(const std::string& folder) {
+  const std::string own = joined(folder, "calib.yaml");
+  return exists(own) ? std::optional<Calibration>(readCalibration(own)) : std::nullopt;
+}
+
+Calibration depthCalibration(const PinholeCamera& camera, double depth_scale) {
+  Calibration calibration;
+  calibration.camera = camera;
+  calibration.cx_right = camera.cx;
+  calibration.depth_scale = depth_scale;
+  return calibration;
+}
+
+std::size_t listFiles(const FilesByName& files, const FilesByName& partners,
+                      Description& description) {
   std::size_t pairs = 0;
-  for (const auto& [name, file] : depths) {
-    const auto color = colors.find(name);
-    pairs += color == colors.end() ? 0 : 1;
-    description.frames.push_back({file, color == colors.end() ? "" : color->second, {}, {}});
+  for (const auto& [name, file] : files) {
+    pairs += partners.count(name);
+    description.frames.push_back({file, fileOf(partners, name), {}, {}});
   }
+  return pairs;
+}
+
+void listPairs(const FilesByName& depths, const FilesByName& colors, Description& description) {
+  const std::size_t pairs = listFiles(depths, colors, description);
   description.has_color = true;
   noteLeftOut(depths.size() - pairs, depths.size(), "depth images",
               "no colour image has their name or number", description);
@@ -170,10 +189,11 @@ void listPairs(const FilesByName& depths, const FilesByName& colors, Description
 }
 
 void dropUnpaired(Description& description) {
-  auto& frames = description.frames;
-  frames.erase(std::remove_if(frames.begin(), frames.end(),
-                              [](const FrameEntry& frame) { return frame.partner.empty(); }),
-               frames.end());
+  dropIf(description, [](const FrameEntry& frame) { return frame.partner.empty(); });
+}
+
+void dropWithoutPose(Description& description) {
+  dropIf(description, [](const FrameEntry& frame) { return !frame.T_world_sensor; });
 }
 
 void notUsed(const std::string& file, std::size_t poses, Description& description) {

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <nlohmann/json.hpp>
 
-#include "layouts/folder.h"
 #include "layouts/layout.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/atomic_file.h"
@@ -16,35 +15,26 @@ namespace {
 /// \param path  of cam_params.json, "" = the camera that all rooms are rendered with
 Calibration readCamera(const std::string& path) {
   constexpr std::size_t kLargest = std::size_t{1} << 20;
-  Calibration calibration;
-  calibration.camera = {600.0, 600.0, 599.5, 339.5, 1200, 680};
-  calibration.depth_scale = 6553.5;
-  if (!path.empty()) {
-    const auto json = nlohmann::json::parse(readWholeFile(path, kLargest), nullptr, false);
-    const auto number = [&](const char* key) {
-      const bool has = json.is_object() && json.contains("camera") && json["camera"].is_object() &&
-                       json["camera"].contains(key) && json["camera"][key].is_number();
-      const double value = has ? json["camera"][key].get<double>() : -1.0;
-      if (!(value > 0.0 && value < 1e6))
-        throw IoError(path, "needs w, h, fx, fy, cx, cy and scale > 0 in \"camera\"");
-      return value;
-    };
-    calibration.camera = {number("fx"),
-                          number("fy"),
-                          number("cx"),
-                          number("cy"),
-                          static_cast<int>(number("w")),
-                          static_cast<int>(number("h"))};
-    calibration.depth_scale = number("scale");
-  }
-  calibration.cx_right = calibration.camera.cx;
-  return calibration;
+  if (path.empty()) return depthCalibration({600.0, 600.0, 599.5, 339.5, 1200, 680}, 6553.5);
+  const auto json = nlohmann::json::parse(readWholeFile(path, kLargest), nullptr, false);
+  const auto number = [&](const char* key) {
+    const bool has = json.is_object() && json.contains("camera") && json["camera"].is_object() &&
+                     json["camera"].contains(key) && json["camera"][key].is_number();
+    const double value = has ? json["camera"][key].get<double>() : -1.0;
+    if (!(value > 0.0 && value < 1e6))
+      throw IoError(path, "needs w, h, fx, fy, cx, cy and scale > 0 in \"camera\"");
+    return value;
+  };
+  const auto width = static_cast<int>(number("w"));
+  const auto height = static_cast<int>(number("h"));
+  return depthCalibration({number("fx"), number("fy"), number("cx"), number("cy"), width, height},
+                          number("scale"));
 }
 
 /// T_world_camera of each line.
 std::vector<Pose> readPoses(const std::string& path) {
   std::vector<Pose> poses;
-  forEachLine(path, "", [&](const std::vector<std::string_view>& words, std::size_t line) {
+  forEachLine(path, "", [&](const Words& words, std::size_t line) {
     Eigen::Matrix<double, 4, 4, Eigen::RowMajor> values;
     finiteNumbers(words, 0, values.data(), 16, path, line);
     const std::optional<Pose> pose = poseOf(values.topRows<3>());
@@ -62,9 +52,7 @@ bool hasReplica(const std::string& folder) {
 
 Description readReplica(const std::string& folder, const SequenceOptions& options) {
   constexpr double kFramesPerSecond = 30.0;
-  Description description;
-  description.layout = "Replica";
-  description.kind = SequenceKind::Rgbd;
+  Description description("Replica", SequenceKind::Rgbd);
   const std::string results = joined(folder, "results");
   FilesByName depths, colors;
   for (const auto& [name, file] : imagesByName(results))
@@ -73,10 +61,10 @@ Description readReplica(const std::string& folder, const SequenceOptions& option
     throw IoError(results, "holds no frameN.jpg and depthN.png of the same numbers");
   listPairs(depths, colors, description);
   if (options.calibration_file.empty()) {
-    const std::string own = joined(folder, "calib.yaml");
-    description.calibration =
-        exists(own) ? readCalibration(own)
-                    : readCamera(firstOf(folder, {"cam_params.json", "../cam_params.json"}));
+    description.calibration = ownCalibration(folder);
+    if (!description.calibration)
+      description.calibration =
+          readCamera(firstOf(folder, {"cam_params.json", "../cam_params.json"}));
   }
   const std::string path = joined(folder, "traj.txt");
   const std::vector<Pose> poses = readPoses(path);

@@ -1,6 +1,5 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "layouts/folder.h"
 #include "layouts/layout.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/depth_image.h"
@@ -16,7 +15,7 @@ Calibration readCamera(const std::string& path, const DepthImage& depth) {
   constexpr double kWidth = 1920.0;
   constexpr double kHeight = 1440.0;
   std::vector<Vector3> rows;
-  forEachLine(path, ",", [&](const std::vector<std::string_view>& words, std::size_t line) {
+  forEachLine(path, ",", [&](const Words& words, std::size_t line) {
     rows.emplace_back();
     finiteNumbers(words, 0, rows.back().data(), 3, path, line);
   });
@@ -27,40 +26,28 @@ Calibration readCamera(const std::string& path, const DepthImage& depth) {
     throw IoError(path, "is not of images of 1920 x 1440: give a calibration of the depth images");
   const double across = depth.width / kWidth;
   const double down = depth.height / kHeight;
-  Calibration calibration;
-  calibration.camera = {across * rows[0][0],
-                        down * rows[1][1],
-                        across * (rows[0][2] + 0.5) - 0.5,
-                        down * (rows[1][2] + 0.5) - 0.5,
-                        static_cast<int>(depth.width),
-                        static_cast<int>(depth.height)};
-  calibration.cx_right = calibration.camera.cx;
-  calibration.depth_scale = 1000.0;
-  return calibration;
+  const PinholeCamera camera = {across * rows[0][0],
+                                down * rows[1][1],
+                                across * (rows[0][2] + 0.5) - 0.5,
+                                down * (rows[1][2] + 0.5) - 0.5,
+                                static_cast<int>(depth.width),
+                                static_cast<int>(depth.height)};
+  return depthCalibration(camera, 1000.0);
 }
 
 /// "timestamp, frame, x, y, z, qx, qy, qz, qw" and more, a line a frame.
-struct Odometry {
-  double timestamp = 0.0;
-  Pose T_world_camera = Pose::Identity();
-};
-
-std::map<std::string, Odometry> readOdometry(const std::string& path) {
-  std::map<std::string, Odometry> frames;
-  forEachLine(path, ",", [&](const std::vector<std::string_view>& words, std::size_t line) {
+std::map<std::string, StampedPose> readOdometry(const std::string& path) {
+  std::map<std::string, StampedPose> frames;
+  forEachLine(path, ",", [&](const Words& words, std::size_t line) {
     if (words.front() == "timestamp") return;
     if (words.size() < 9) failAtLine(path, line, "is cut short");
     double v[7];
-    finiteNumbers(std::vector<std::string_view>(words.begin(), words.begin() + 9), 2, v, 7, path,
-                  line);
-    Odometry one;
-    one.timestamp = finiteNumber(words[0], path, line);
+    finiteNumbers(Words(words.begin(), words.begin() + 9), 2, v, 7, path, line);
+    const double timestamp = finiteNumber(words[0], path, line);
     const Eigen::Quaterniond turn(v[6], v[3], v[4], v[5]);
     if (!(std::abs(turn.norm() - 1.0) <= 1e-2))
       failAtLine(path, line, "the quaternion is not of length 1");
-    one.T_world_camera.linear() = turn.normalized().toRotationMatrix();
-    one.T_world_camera.translation() = Vector3(v[0], v[1], v[2]);
-    frames[std::string(words[1])] = one;
+    frames[std::string(words[1])] = {timestamp, poseOf(Vector3(v[0], v[1], v[2]), turn)};
   });
   return frames;
 }
@@ -73,15 +60,13 @@ bool hasStray(const std::string& folder) {
 }
 
 Description readStray(const std::string& folder, const SequenceOptions& options) {
-  Description description;
-  description.layout = "Stray Scanner";
-  description.kind = SequenceKind::Rgbd;
+  Description description("Stray Scanner", SequenceKind::Rgbd);
   const std::vector<std::string> depths = depthFilesOf(joined(folder, "depth"));
   if (options.calibration_file.empty()) {
     description.calibration =
         readCamera(joined(folder, "camera_matrix.csv"), readDepthPng(depths.front()));
   }
-  const std::map<std::string, Odometry> odometry = readOdometry(joined(folder, "odometry.csv"));
+  const std::map<std::string, StampedPose> odometry = readOdometry(joined(folder, "odometry.csv"));
   const std::string confidence = joined(folder, "confidence");
   const FilesByName confidences =
       isDirectory(confidence) ? imagesByName(confidence) : FilesByName();
@@ -89,9 +74,8 @@ Description readStray(const std::string& folder, const SequenceOptions& options)
     const auto one = odometry.find(stemOf(file));
     if (one == odometry.end()) continue;
     FrameEntry frame{file, {}, one->second.timestamp, {}};
-    if (options.poses_file.empty()) frame.T_world_sensor = one->second.T_world_camera;
-    const auto sure = confidences.find(stemOf(file));
-    if (sure != confidences.end()) frame.confidence = sure->second;
+    if (options.poses_file.empty()) frame.T_world_sensor = one->second.pose;
+    frame.confidence = fileOf(confidences, stemOf(file));
     description.frames.push_back(frame);
   }
   if (description.frames.empty())

@@ -2,13 +2,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 
-#include "layouts/folder.h"
 #include "layouts/layout.h"
 #include "planar_mapping/core/base/error.h"
 #include "text_lines.h"
 
 // TUM RGB-D: rgb.txt and depth.txt list `timestamp file`, or associations.txt pairs of both;
 // groundtruth.txt has poses of its own times.
+// ICL-NUIM, "TUM RGB-D compatible PNGs": depth/N.png and rgb/N.png, with or without
+// associations.txt, and poses in NAME.gt.freiburg with numbers of frames as times.
 namespace planar_mapping::io::layouts {
 namespace {
 
@@ -25,7 +26,7 @@ std::vector<StampedFile> readList(const std::string& folder, const char* name,
   const std::string path = joined(folder, name);
   if (!exists(path)) throw IoError(path, "no such file; TUM RGB-D has rgb.txt and depth.txt");
   std::vector<StampedFile> files;
-  forEachLine(path, ",", [&](const std::vector<std::string_view>& words, std::size_t line) {
+  forEachLine(path, ",", [&](const Words& words, std::size_t line) {
     if (words.size() != 2) failAtLine(path, line, "is not `timestamp file`");
     files.push_back({finiteNumber(words[0], path, line), fileOfLine(folder, words[1], path, line)});
   });
@@ -76,11 +77,8 @@ std::optional<Calibration> freiburgCamera(const std::string& folder) {
   for (const Known& known : kKnown) {
     for (const char* part : known.names) {
       if (name.find(part) == std::string::npos) continue;
-      Calibration calibration;
-      calibration.camera = known.camera;
-      calibration.cx_right = known.camera.cx;
+      Calibration calibration = depthCalibration(known.camera, 5000.0);
       calibration.distortion = known.lens;
-      calibration.depth_scale = 5000.0;
       return calibration;
     }
   }
@@ -89,7 +87,7 @@ std::optional<Calibration> freiburgCamera(const std::string& folder) {
 
 void readAssociations(const std::string& folder, Description& description) {
   const std::string path = joined(folder, "associations.txt");
-  forEachLine(path, ",", [&](const std::vector<std::string_view>& words, std::size_t line) {
+  forEachLine(path, ",", [&](const Words& words, std::size_t line) {
     if (words.size() != 4) failAtLine(path, line, "is not `time file time file`");
     const bool depth_first = words[1].compare(0, 5, "depth") == 0;
     const std::size_t depth = depth_first ? 0 : 2;
@@ -109,9 +107,7 @@ bool hasTum(const std::string& folder) {
 }
 
 Description readTum(const std::string& folder, const SequenceOptions& options) {
-  Description description;
-  description.layout = "TUM RGB-D";
-  description.kind = SequenceKind::Rgbd;
+  Description description("TUM RGB-D", SequenceKind::Rgbd);
   description.has_color = true;
   const bool has_lists = exists(joined(folder, "depth.txt")) || exists(joined(folder, "rgb.txt"));
   if (has_lists) {
@@ -120,8 +116,8 @@ Description readTum(const std::string& folder, const SequenceOptions& options) {
     readAssociations(folder, description);
   }
   if (options.calibration_file.empty()) {
-    const std::string own = joined(folder, "calib.yaml");
-    description.calibration = exists(own) ? readCalibration(own) : freiburgCamera(folder);
+    description.calibration = ownCalibration(folder);
+    if (!description.calibration) description.calibration = freiburgCamera(folder);
     if (!description.calibration)
       throw IoError(folder,
                     "the camera is not known: give its calib.yaml (image_width, image_height, fx, "
@@ -131,6 +127,58 @@ Description readTum(const std::string& folder, const SequenceOptions& options) {
   const std::string poses = joined(folder, "groundtruth.txt");
   if (options.poses_file.empty() && exists(poses))
     addPosesByTime(poses, readTumPoses(poses), Pose::Identity(), options, description);
+  return description;
+}
+
+namespace {
+
+/// NAME.gt.freiburg, or "".
+std::string posesOf(const std::string& folder) {
+  for (const std::string& file : filesOf(folder))
+    if (endsWith(file, ".gt.freiburg")) return file;
+  return "";
+}
+
+void listImages(const std::string& folder, Description& description) {
+  const std::vector<std::string> depths = depthFilesOf(joined(folder, "depth"));
+  const FilesByName colors = imagesByName(joined(folder, "rgb"));
+  for (const std::string& file : depths) {
+    const std::string color = fileOf(colors, stemOf(file));
+    if (color.empty()) continue;
+    description.frames.push_back({file, color, finiteNumber(stemOf(file), file, 0), {}});
+  }
+  if (description.frames.empty())
+    throw IoError(folder, "depth/ and rgb/ have no file name in common");
+  noteLeftOut(depths.size() - description.frames.size(), depths.size(), "depth images",
+              "no colour image of their name", description);
+}
+
+}  // namespace
+
+bool hasIcl(const std::string& folder) {
+  return isDirectory(joined(folder, "depth")) && isDirectory(joined(folder, "rgb")) &&
+         !posesOf(folder).empty();
+}
+
+Description readIcl(const std::string& folder, const SequenceOptions& options) {
+  constexpr double kFramesPerSecond = 30.0;
+  Description description("ICL-NUIM", SequenceKind::Rgbd);
+  description.has_color = true;
+  listImages(folder, description);
+  description.calibration = depthCalibration({481.2, 480.0, 319.5, 239.5, 640, 480}, 5000.0);
+  if (options.poses_file.empty()) {
+    // The data set has fy = -480: its camera and world are left-handed. Mirrored in y, both are
+    // right-handed, and the camera's y axis is down.
+    std::vector<StampedPose> poses = readTumPoses(posesOf(folder));
+    const Vector3 mirror(1.0, -1.0, 1.0);
+    for (StampedPose& stamped : poses) {
+      stamped.pose.linear() =
+          mirror.asDiagonal() * Matrix3(stamped.pose.linear()) * mirror.asDiagonal();
+      stamped.pose.translation() = mirror.cwiseProduct(stamped.pose.translation());
+    }
+    addPosesByTime(posesOf(folder), poses, Pose::Identity(), options, description);
+  }
+  for (FrameEntry& frame : description.frames) *frame.timestamp /= kFramesPerSecond;
   return description;
 }
 

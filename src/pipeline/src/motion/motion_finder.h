@@ -2,15 +2,28 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
 #include "motion/frame_locator.h"
-#include "motion/given_pose.h"
 #include "motion/motion_keys.h"
+#include "planar_mapping/core/odometry/odometry.h"
 #include "planar_mapping/pipeline/frame.h"
 
 namespace planar_mapping::detail {
+
+/// Whether features agree with given poses.
+struct GivenPoses {
+  bool contradicted = false;  ///< which is said once
+  std::int32_t agreed = 0;    ///< frames before
+
+  /// A warning if the features of a frame are elsewhere than its given pose says.
+  /// \pre frame.given_pose
+  /// \param last  pose of the frame before
+  std::optional<std::string> contradictionOf(const Frame& frame, const Odometry& odometry,
+                                             const std::optional<Pose>& last);
+};
 
 /// Gives each frame its pose: the given one, or the one at which FrameLocator and the features
 /// agree. A frame that cannot be placed gets the reason (Frame::skip_reason).

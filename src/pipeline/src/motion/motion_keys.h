@@ -5,13 +5,36 @@
 #include <cstdint>
 #include <optional>
 
-#include "keys/noise_keys.h"
-#include "motion/start_pose.h"
+#include "keys/stage_keys.h"
+#include "planar_mapping/core/geometry/camera.h"
 #include "planar_mapping/core/odometry/odometry.h"
 #include "planar_mapping/core/registration/detail/surface_map.h"
+#include "planar_mapping/pipeline/frame.h"
 #include "planar_mapping/pipeline/parameter.h"
 
 namespace planar_mapping::detail {
+
+/// Pose of the first frame where none is given or used.
+class StartPose {
+ public:
+  /// start and camera_height_m.
+  void declare(ParameterTable& table);
+  /// \param optical  the frame of the cloud is a camera's, z forward; else x forward, z up
+  /// \param frame    gets notes about what was found
+  Pose of(Frame& frame, bool optical, const std::optional<StereoNoise>& noise) const;
+  /// Whether a pose that is given is the start, and the world that of the given poses.
+  bool isGiven() const { return start_ == Start::Given; }
+
+ private:
+  enum class Start : std::uint8_t { Auto, Level, Identity, Given, Ground };
+
+  void levelByPlanes(Frame& frame, const std::optional<StereoNoise>& noise, Pose& pose) const;
+  void levelByGround(Frame& frame, bool optical, const std::optional<StereoNoise>& noise,
+                     Pose& pose) const;
+
+  Start start_ = Start::Auto;
+  double camera_height_ = 0.37;
+};
 
 /// The parameters of motion_estimation.
 struct MotionKeys {

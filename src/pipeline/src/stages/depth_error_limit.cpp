@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "builtin.h"
-#include "keys/noise_keys.h"
+#include "keys/stage_keys.h"
 
 namespace planar_mapping {
 namespace {

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "builtin.h"
-#include "keys/feature_keys.h"
+#include "keys/image_keys.h"
 #include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/stereo/detail/colour_registration.h"
@@ -100,8 +100,42 @@ class KeyFeaturesStage : public Stage {
   }
 
  private:
-  void trackImages(Frame& frame, bool pair);
-  void sampleCloud(Frame& frame);
+  void trackImages(Frame& frame, bool pair) {
+    const FrameImages& images = frame.images;
+    const PointsView cloud = showsTheCloud(frame) ? pointsOf(*frame.cloud) : PointsView();
+    frame.key_features = pair
+                             ? tracker_.track(images.left, images.right, *images.calibration, cloud)
+                             : tracker_.track(images.left, cloud);
+    const FeatureReport& report = tracker_.report();
+    const auto add = [&frame](const char* name, double value) {
+      frame.statistics.push_back({name, value});
+    };
+    add("features_left", static_cast<double>(report.features_left));
+    add("features_right", static_cast<double>(report.features_right));
+    add("descriptor_matches", static_cast<double>(report.descriptor_matches));
+    add("stereo_matches", static_cast<double>(report.stereo_matches));
+    add("tracked", static_cast<double>(report.tracked));
+    add("reseen", static_cast<double>(report.reseen));
+    add("new_tracks", static_cast<double>(report.new_tracks));
+    add("key_features.detect_ms", report.detect_ms);
+    add("key_features.stereo_ms", report.stereo_ms);
+    add("key_features.track_ms", report.track_ms);
+    if (report.swapped) {
+      frame.skip_reason = "left and right images seem to be exchanged: " +
+                          std::to_string(report.negative_disparities) +
+                          " features have a negative disparity";
+    }
+  }
+
+  void sampleCloud(Frame& frame) {
+    frame.key_features = sampler_.sample(pointsOf(*frame.cloud), nullptr,
+                                         ignores_poses_ ? std::nullopt : frame.given_pose);
+    std::size_t reseen = 0;
+    for (const KeyFeature& feature : frame.key_features) reseen += feature.sightings > 1 ? 1 : 0;
+    frame.statistics.push_back({"tracked", static_cast<double>(reseen)});
+    frame.statistics.push_back(
+        {"new_tracks", static_cast<double>(frame.key_features.size() - reseen)});
+  }
 
   detail::FeatureKeys keys_;
   FeatureTracker tracker_;
@@ -109,43 +143,6 @@ class KeyFeaturesStage : public Stage {
   detail::ColourRegistration registration_;
   bool ignores_poses_ = false;
 };
-
-void KeyFeaturesStage::trackImages(Frame& frame, bool pair) {
-  const FrameImages& images = frame.images;
-  const PointsView cloud = showsTheCloud(frame) ? pointsOf(*frame.cloud) : PointsView();
-  frame.key_features = pair ? tracker_.track(images.left, images.right, *images.calibration, cloud)
-                            : tracker_.track(images.left, cloud);
-  const FeatureReport& report = tracker_.report();
-  const auto add = [&frame](const char* name, double value) {
-    frame.statistics.push_back({name, value});
-  };
-  add("features_left", static_cast<double>(report.features_left));
-  add("features_right", static_cast<double>(report.features_right));
-  add("descriptor_matches", static_cast<double>(report.descriptor_matches));
-  add("stereo_matches", static_cast<double>(report.stereo_matches));
-  add("tracked", static_cast<double>(report.tracked));
-  add("reseen", static_cast<double>(report.reseen));
-  add("new_tracks", static_cast<double>(report.new_tracks));
-  add("key_features.detect_ms", report.detect_ms);
-  add("key_features.stereo_ms", report.stereo_ms);
-  add("key_features.track_ms", report.track_ms);
-  if (report.swapped) {
-    frame.skip_reason = "left and right images seem to be exchanged: " +
-                        std::to_string(report.negative_disparities) +
-                        " features have a negative disparity";
-  }
-}
-
-void KeyFeaturesStage::sampleCloud(Frame& frame) {
-  frame.key_features = sampler_.sample(pointsOf(*frame.cloud), nullptr,
-                                       ignores_poses_ ? std::nullopt : frame.given_pose);
-  std::size_t reseen = 0;
-  for (const KeyFeature& feature : frame.key_features) reseen += feature.sightings > 1 ? 1 : 0;
-  frame.statistics.push_back({"tracked", static_cast<double>(reseen)});
-  frame.statistics.push_back(
-      {"new_tracks", static_cast<double>(frame.key_features.size() - reseen)});
-}
-
 }  // namespace
 
 void detail::addKeyFeatures(StageTable& table) {

@@ -3,7 +3,7 @@
 #include "planar_mapping/filters/kl_occupancy_filter.h"
 
 #include "builtin.h"
-#include "keys/belief_keys.h"
+#include "keys/stage_keys.h"
 
 namespace planar_mapping {
 namespace {
@@ -22,7 +22,30 @@ class KlOccupancyStage : public Stage {
     keys_.adapt(scale);
     filter_.setParams(keys_.params);
   }
-  void process(Frame& frame) override;
+
+  void process(Frame& frame) override {
+    std::vector<std::int32_t> labels(frame.cloud->size(), -1);
+    for (std::size_t plane = 0; plane < frame.planes.size(); ++plane) {
+      for (const int i : frame.planes[plane].inliers) {
+        labels[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(plane);
+      }
+    }
+    filter_.setInputCloud(frame.cloud);
+    filter_.setIndices(detail::sharedIndices(frame.indices));
+    filter_.setSensorPose(frame.T_world_sensor);
+    filter_.setInputPlaneLabels(std::move(labels));
+    filter_.setInputKeyFeatures(frame.key_features);
+    filter_.setMotion(frame.motion);
+    Indices believed;  // the map weighs the others by their probability
+    filter_.filter(believed);
+    frame.probability = filter_.takeProbabilities();
+    filter_.setInputPlaneLabels({});
+    filter_.setInputCloud(nullptr);
+    const FeatureBeliefs::Summary& seen = filter_.getDiagnostics().beliefs;
+    frame.features = seen.created + seen.updated;
+    frame.matches = seen.updated;
+  }
+
   std::string saveState() const override { return filter_.saveState(); }
   void loadState(const std::string& bytes) override { filter_.loadState(bytes); }
 
@@ -30,30 +53,6 @@ class KlOccupancyStage : public Stage {
   detail::BeliefKeys keys_;
   KLOccupancyFilter<pcl::PointXYZ> filter_;
 };
-
-void KlOccupancyStage::process(Frame& frame) {
-  std::vector<std::int32_t> labels(frame.cloud->size(), -1);
-  for (std::size_t plane = 0; plane < frame.planes.size(); ++plane) {
-    for (const int i : frame.planes[plane].inliers) {
-      labels[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(plane);
-    }
-  }
-  filter_.setInputCloud(frame.cloud);
-  filter_.setIndices(detail::sharedIndices(frame.indices));
-  filter_.setSensorPose(frame.T_world_sensor);
-  filter_.setInputPlaneLabels(std::move(labels));
-  filter_.setInputKeyFeatures(frame.key_features);
-  filter_.setMotion(frame.motion);
-  Indices believed;  // the map weighs the others by their probability
-  filter_.filter(believed);
-  frame.probability = filter_.takeProbabilities();
-  filter_.setInputPlaneLabels({});
-  filter_.setInputCloud(nullptr);
-  const FeatureBeliefs::Summary& seen = filter_.getDiagnostics().beliefs;
-  frame.features = seen.created + seen.updated;
-  frame.matches = seen.updated;
-}
-
 }  // namespace
 
 void detail::addKlOccupancy(StageTable& table) {

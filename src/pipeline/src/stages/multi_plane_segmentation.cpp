@@ -3,7 +3,7 @@
 #include "planar_mapping/segmentation/multi_plane_sac_segmentation.h"
 
 #include "builtin.h"
-#include "keys/plane_keys.h"
+#include "keys/stage_keys.h"
 
 namespace planar_mapping {
 namespace {

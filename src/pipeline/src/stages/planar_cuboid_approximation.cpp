@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "builtin.h"
-#include "keys/map_keys.h"
+#include "keys/stage_keys.h"
 #include "planar_mapping/surface/planar_mapping.h"
 #include "rounded.h"
 

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "builtin.h"
-#include "keys/stereo_keys.h"
+#include "keys/image_keys.h"
 #include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/stereo/rectification.h"
@@ -63,84 +63,80 @@ class StereoMatchingStage : public Stage {
     keys_.matcher.threads = settings.threads;
     matcher_ = StereoMatcher(keys_.matcher);
   }
-  void process(Frame& frame) override;
+
+  void process(Frame& frame) override {
+    if (std::string problem = problemOf(frame.images); !problem.empty()) {
+      frame.skip_reason = std::move(problem);
+      return;
+    }
+    rectify(frame);
+    checkRows(frame);
+    const io::Calibration& calibration = *frame.images.calibration;
+    StereoReport report;
+    const DisparityImage disparity =
+        matcher_.match(frame.images.left, frame.images.right, calibration, &report);
+    frame.statistics.push_back({"stereo_density", report.density});
+    frame.statistics.push_back({"disparity_min_px", static_cast<double>(report.min_disparity)});
+    frame.statistics.push_back({"disparities_px", static_cast<double>(report.disparities)});
+    frame.statistics.push_back({"stereo_matching.range_ms", report.range_ms});
+    frame.statistics.push_back({"stereo_matching.match_ms", report.match_ms});
+    frame.statistics.push_back({"stereo_matching.refine_ms", report.refine_ms});
+    frame.skip_reason = problemOf(report, keys_.min_brightness, keys_.min_density);
+    if (!frame.skip_reason.empty()) return;
+    frame.even =
+        evenTiles(io::toGray(frame.images.left).pixels.data(), disparity.width, disparity.height);
+
+    std::vector<float> xyz;
+    triangulate(disparity, calibration, xyz);
+    frame.cloud = cloudOf(xyz, static_cast<std::uint32_t>(disparity.width),
+                          static_cast<std::uint32_t>(disparity.height));
+    frame.camera = calibration.camera;
+    frame.baseline = calibration.baseline;
+  }
+
   std::string saveState() const override { return detail::stateOf(unchecked_rows_); }
   void loadState(const std::string& bytes) override {
     detail::restoreState(unchecked_rows_, bytes);
   }
 
  private:
-  void rectify(Frame& frame);
-  void checkRows(Frame& frame);
+  /// Later stages see a rectified pair only. A given pose is that of the left camera as it is; the
+  /// rectified one is turned about its centre.
+  void rectify(Frame& frame) {
+    FrameImages& images = frame.images;
+    if (!images.calibration->unrectified) return;
+    if (!rectifier_) rectifier_.emplace(*images.calibration);
+    images.left = rectifier_->rectifyLeft(images.left);
+    images.right = rectifier_->rectifyRight(images.right);
+    images.calibration = rectifier_->calibration();
+    if (!frame.given_pose) return;
+    frame.given_pose->linear() = frame.given_pose->linear() * rectifier_->rotation().transpose();
+    frame.T_world_sensor = *frame.given_pose;
+  }
+
+  /// Matching along rows finds little where they are not the same, and part of that is wrong.
+  void checkRows(Frame& frame) {
+    constexpr double kMaxApart = 1.0;  // pixels
+    if (unchecked_rows_ == 0) return;
+    --unchecked_rows_;
+    const std::optional<double> rows =
+        rowsApart(frame.images.left, frame.images.right, *frame.images.calibration);
+    if (!rows) return;
+    unchecked_rows_ = 0;
+    if (*rows <= kMaxApart) return;
+    frame.warnings.push_back(
+        "frame " + std::to_string(frame.number) + " " + frame.source +
+        ": the pair is not rectified, or by another calibration: what both images show is " +
+        detail::rounded(*rows, 1) +
+        " rows apart; disparities will be few and part of them wrong. Rectify the images, or give "
+        "the calibration of the unrectified pair");
+  }
 
   detail::StereoKeys keys_;
   StereoMatcher matcher_;
   std::optional<Rectifier> rectifier_;
   int unchecked_rows_ = 5;  ///< frames left in which to check that rows are aligned
 };
-
-/// Later stages see a rectified pair only. A given pose is that of the left camera as it is; the
-/// rectified one is turned about its centre.
-void StereoMatchingStage::rectify(Frame& frame) {
-  FrameImages& images = frame.images;
-  if (!images.calibration->unrectified) return;
-  if (!rectifier_) rectifier_.emplace(*images.calibration);
-  images.left = rectifier_->rectifyLeft(images.left);
-  images.right = rectifier_->rectifyRight(images.right);
-  images.calibration = rectifier_->calibration();
-  if (!frame.given_pose) return;
-  frame.given_pose->linear() = frame.given_pose->linear() * rectifier_->rotation().transpose();
-  frame.T_world_sensor = *frame.given_pose;
-}
-
-/// Matching along rows finds little where they are not the same, and part of that is wrong.
-void StereoMatchingStage::checkRows(Frame& frame) {
-  constexpr double kMaxApart = 1.0;  // pixels
-  if (unchecked_rows_ == 0) return;
-  --unchecked_rows_;
-  const std::optional<double> rows =
-      rowsApart(frame.images.left, frame.images.right, *frame.images.calibration);
-  if (!rows) return;
-  unchecked_rows_ = 0;
-  if (*rows <= kMaxApart) return;
-  frame.warnings.push_back(
-      "frame " + std::to_string(frame.number) + " " + frame.source +
-      ": the pair is not rectified, or by another calibration: what both images show is " +
-      detail::rounded(*rows, 1) +
-      " rows apart; disparities will be few and part of them wrong. Rectify the images, or give "
-      "the calibration of the unrectified pair");
-}
-
-void StereoMatchingStage::process(Frame& frame) {
-  if (std::string problem = problemOf(frame.images); !problem.empty()) {
-    frame.skip_reason = std::move(problem);
-    return;
-  }
-  rectify(frame);
-  checkRows(frame);
-  const io::Calibration& calibration = *frame.images.calibration;
-  StereoReport report;
-  const DisparityImage disparity =
-      matcher_.match(frame.images.left, frame.images.right, calibration, &report);
-  frame.statistics.push_back({"stereo_density", report.density});
-  frame.statistics.push_back({"disparity_min_px", static_cast<double>(report.min_disparity)});
-  frame.statistics.push_back({"disparities_px", static_cast<double>(report.disparities)});
-  frame.statistics.push_back({"stereo_matching.range_ms", report.range_ms});
-  frame.statistics.push_back({"stereo_matching.match_ms", report.match_ms});
-  frame.statistics.push_back({"stereo_matching.refine_ms", report.refine_ms});
-  frame.skip_reason = problemOf(report, keys_.min_brightness, keys_.min_density);
-  if (!frame.skip_reason.empty()) return;
-  frame.even =
-      evenTiles(io::toGray(frame.images.left).pixels.data(), disparity.width, disparity.height);
-
-  std::vector<float> xyz;
-  triangulate(disparity, calibration, xyz);
-  frame.cloud = cloudOf(xyz, static_cast<std::uint32_t>(disparity.width),
-                        static_cast<std::uint32_t>(disparity.height));
-  frame.camera = calibration.camera;
-  frame.baseline = calibration.baseline;
-}
-
 }  // namespace
 
 void detail::addStereoMatching(StageTable& table) {

@@ -2,13 +2,64 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "features/descriptors.h"
 #include "planar_mapping/stereo/feature_tracker.h"
 
 namespace planar_mapping::detail {
+
+/// Descriptors of one kind, one row each. Floats are kept as whole numbers: sums of integers do not
+/// depend on their order, so that every instruction set finds the same nearest neighbour.
+class Descriptors {
+ public:
+  Descriptors() = default;
+  /// \param length  16-bit values a row, or 64-bit words where binary
+  Descriptors(bool binary, std::size_t length) : binary_(binary), length_(length) {}
+
+  bool isBinary() const { return binary_; }
+  std::size_t size() const { return length_ == 0 ? 0 : stored() / length_; }
+  bool empty() const { return size() == 0; }
+  const std::int16_t* valuesOf(std::size_t row) const { return values_.data() + row * length_; }
+
+  /// \param values  scaled so that a row's squared length stays below 2^28
+  void addValues(const float* values, float scale);
+  /// \param bytes  padded with zeros to whole words
+  void addBytes(const std::uint8_t* bytes, std::size_t count);
+  /// A row of another set of the same kind; an empty set becomes of that kind.
+  void add(const Descriptors& other, std::size_t row);
+
+  /// Squared Euclidean or Hamming distance.
+  std::int32_t distance(std::size_t row, const Descriptors& other, std::size_t other_row) const;
+  /// Of one row to all rows of another set.
+  void distances(std::size_t row, const Descriptors& other, std::int32_t* out) const;
+
+  template <typename Archive>
+  void visitState(Archive& archive) {
+    archive(binary_, length_, values_, words_);
+  }
+
+ private:
+  std::size_t stored() const { return binary_ ? words_.size() : values_.size(); }
+
+  bool binary_ = false;
+  std::size_t length_ = 0;
+  std::vector<std::int16_t> values_;
+  std::vector<std::uint64_t> words_;
+};
+
+/// Best over second-best distance must stay below the ratio; squared distances know it squared.
+inline bool isDistinct(std::int32_t best, std::int32_t second, double ratio, bool binary) {
+  const double factor = binary ? ratio : ratio * ratio;
+  return static_cast<double>(best) < factor * static_cast<double>(second);
+}
+
+/// For each row of `queries` the row of `known` it matches, or -1; a known row matches at most one
+/// query. \param ratio  see isDistinct()
+std::vector<int> matchDescriptors(const Descriptors& queries, const Descriptors& known,
+                                  double ratio, int threads);
 
 struct Detection {
   float column = 0.0f;

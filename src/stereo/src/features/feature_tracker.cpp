@@ -8,9 +8,7 @@
 #include <limits>
 
 #include "cv_image.h"
-#include "features/cloud_point.h"
 #include "features/feature_detection.h"
-#include "features/feature_refinement.h"
 #include "features/stereo_features.h"
 #include "features/track_memory.h"
 #include "planar_mapping/core/base/detail/parallel.h"
@@ -31,6 +29,15 @@ void requireSize(const io::Image& image, const PointsView& cloud) {
   throw InputError(
       "the image is " + detail::sizeText(image.width, image.height) + " pixels, its cloud " +
       detail::sizeText(static_cast<int>(cloud.width), static_cast<int>(cloud.height)) + " points");
+}
+
+KeyFeature featureOf(const detail::Track& track, const Detection& place) {
+  KeyFeature feature;
+  feature.track = track.number;
+  feature.sightings = track.sightings;
+  feature.column = place.column;
+  feature.row = place.row;
+  return feature;
 }
 
 }  // namespace
@@ -67,18 +74,203 @@ struct FeatureTracker::Impl {
   explicit Impl(const FeatureTrackerParams& wanted) : params(wanted) { params.validate(); }
 
   std::vector<KeyFeature> trackStereo(const cv::Mat& left, const cv::Mat& right,
-                                      const io::Calibration& calibration, const PointsView& cloud);
-  std::vector<KeyFeature> trackWithCloud(const cv::Mat& image, const PointsView& cloud);
+                                      const io::Calibration& calibration, const PointsView& cloud) {
+    report = FeatureReport();
+    const detail::OpenCvThreads threads(params.threads);
+    detail::Stopwatch watch;
+    const DetectedFeatures found = detectLeft(left);
+    const PinholeCamera& camera = calibration.camera;
+    const double infinity = camera.cx - calibration.cx_right;
+    const double depth_of_one = camera.fx * *calibration.baseline;
+    std::vector<float> disparity_of(found.size(), std::numeric_limits<float>::quiet_NaN());
+    std::size_t known = 0;
+    for (std::size_t i = 0; i < found.size() && cloud.size > 0; ++i) {
+      const auto column = static_cast<std::size_t>(std::lround(found.places[i].column));
+      const auto row = static_cast<std::size_t>(std::lround(found.places[i].row));
+      if (column >= cloud.width || row >= cloud.height) continue;
+      const float depth = cloud[row * cloud.width + column][2];
+      disparity_of[i] = static_cast<float>(depth_of_one / depth + infinity);
+      known += std::isfinite(disparity_of[i]) ? 1 : 0;
+    }
+    report.features_left = found.size();
+    if (known < kEnoughFeatures) {
+      // More on the right: what was chosen on the left must not miss its partner by a near choice.
+      const DetectedFeatures others =
+          detail::detectFeatures(right, params, params.max_features + params.max_features / 2);
+      report.features_right = others.size();
+      const std::vector<int> matches = matchPair(found, others, infinity, left.cols);
+      for (std::size_t i = 0; i < matches.size(); ++i) {
+        if (matches[i] < 0) continue;
+        const Detection& other = others.places[static_cast<std::size_t>(matches[i])];
+        disparity_of[i] = found.places[i].column - other.column;
+        ++report.descriptor_matches;
+      }
+    }
+    report.detect_ms = watch.lap();
 
-  DetectedFeatures detectLeft(const cv::Mat& gray);
+    detail::Descriptors descriptors;
+    std::vector<Detection> places;
+    std::vector<float> disparities;
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      const Detection& place = found.places[i];
+      const float disparity = disparity_of[i];
+      if (!std::isfinite(disparity)) continue;
+      places.push_back(place);
+      disparities.push_back(disparity);
+      descriptors.add(found.descriptors, i);
+    }
+    report.stereo_ms = watch.lap();
+    const std::vector<TrackMemory::Identity> identities =
+        memory.identify(descriptors, params.track_ratio, params.threads);
+    refinePlaces(left, identities, places);
+    report.track_ms = watch.lap();
+
+    std::vector<detail::RowPlace> rows;
+    rows.reserve(places.size());
+    for (std::size_t i = 0; i < places.size(); ++i)
+      rows.push_back({places[i].column, places[i].row, places[i].column - disparities[i]});
+    const std::vector<float> right_columns =
+        detail::refineAlongRows(left, right, rows, params.refine_window,
+                                static_cast<float>(params.max_refine_residual), params.threads);
+    std::vector<KeyFeature> features;
+    std::vector<std::size_t> used;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const double disparity = double{places[i].column} - double{right_columns[i]};
+      const double from_infinity = disparity - infinity;
+      if (!(from_infinity >= std::max(params.min_disparity, 1e-3))) continue;  // NaN is out
+      KeyFeature feature = featureOf(identities[i].track, places[i]);
+      feature.disparity = static_cast<float>(disparity);
+      const double depth = depth_of_one / from_infinity;
+      feature.position = depth * camera.rayOf(double{feature.column}, double{feature.row});
+      features.push_back(feature);
+      used.push_back(i);
+    }
+    report.stereo_ms += watch.lap();
+    remember(left, features, identities, used, descriptors);
+    report.track_ms += watch.lap();
+    return features;
+  }
+
+  std::vector<KeyFeature> trackWithCloud(const cv::Mat& image, const PointsView& cloud) {
+    report = FeatureReport();
+    const detail::OpenCvThreads threads(params.threads);
+    detail::Stopwatch watch;
+    const DetectedFeatures found = detail::detectFeatures(image, params, params.max_features);
+    report.features_left = found.size();
+    report.detect_ms = watch.lap();
+    const std::vector<TrackMemory::Identity> identities =
+        memory.identify(found.descriptors, params.track_ratio, params.threads);
+    std::vector<Detection> places = found.places;
+    refinePlaces(image, identities, places);
+    std::vector<KeyFeature> features;
+    std::vector<std::size_t> used;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const std::optional<Vector3> point = detail::pointAt(cloud, places[i].column, places[i].row);
+      if (!point) continue;
+      KeyFeature feature = featureOf(identities[i].track, places[i]);
+      feature.position = *point;
+      features.push_back(feature);
+      used.push_back(i);
+    }
+    remember(image, features, identities, used, found.descriptors);
+    report.track_ms = watch.lap();
+    return features;
+  }
+
+  DetectedFeatures detectLeft(const cv::Mat& gray) {
+    if (begun.valid()) {
+      DetectedFeatures found = begun.get();
+      const cv::Mat was = detail::matOf(begun_in);
+      if (was.size() == gray.size() && std::equal(gray.datastart, gray.dataend, was.datastart)) {
+        return found;
+      }
+    }
+    return detail::detectFeatures(gray, params, params.max_features);
+  }
+
   std::vector<int> matchPair(const DetectedFeatures& left, const DetectedFeatures& right,
-                             double infinity, int width);
+                             double infinity, int width) {
+    detail::RowSearch search;
+    search.epipolar_tolerance = params.epipolar_tolerance;
+    search.ratio = params.stereo_ratio;
+    // Behind infinity nothing can be: what matches there better than in front tells of a mistake.
+    const double reach = params.max_disparity_fraction * width;
+    search.low = infinity - reach;
+    search.high = infinity + reach;
+    std::vector<int> matches = detail::matchAlongRows(left, right, search);
+    constexpr double kSlack = 2.0;  // pixels: a far point that is not exact is no mistake
+    std::size_t behind = 0;
+    std::size_t found = 0;
+    for (std::size_t i = 0; i < matches.size(); ++i) {
+      if (matches[i] < 0) continue;
+      const Detection& other = right.places[static_cast<std::size_t>(matches[i])];
+      const double disparity = double{left.places[i].column} - other.column - infinity;
+      if (disparity < -kSlack) {
+        ++behind;
+      } else {
+        ++found;
+      }
+    }
+    report.negative_disparities = behind;
+    constexpr std::size_t kFewest = 20;
+    report.swapped = behind >= kFewest && behind > 2 * found;
+    search.low = infinity;
+    return detail::matchAlongRows(left, right, search);
+  }
+
+  /// Detections of one corner in two images differ by a good part of a pixel; gray values agree
+  /// better. Only for tracks of the last frame, whose image is at hand.
   void refinePlaces(const cv::Mat& image, const std::vector<TrackMemory::Identity>& identities,
-                    std::vector<Detection>& places) const;
+                    std::vector<Detection>& places) const {
+    if (!params.refine_tracks || last_image.empty() || last_image.size() != image.size()) return;
+    constexpr std::size_t kPlacesPerChunk = 64;
+    constexpr float kReach = 1.5f;
+    const std::size_t chunks = (places.size() + kPlacesPerChunk - 1) / kPlacesPerChunk;
+    parallelFor(chunks, params.threads, [&](std::size_t chunk) {
+      const std::size_t last = std::min((chunk + 1) * kPlacesPerChunk, places.size());
+      for (std::size_t i = chunk * kPlacesPerChunk; i < last; ++i) {
+        const TrackMemory::Identity& identity = identities[i];
+        if (identity.origin != TrackMemory::Origin::LastFrame) continue;
+        const detail::Patch patch(last_image, {identity.track.column, identity.track.row},
+                                  params.track_window);
+        const auto found = patch.find(image, {places[i].column, places[i].row}, kReach,
+                                      static_cast<float>(params.max_refine_residual));
+        if (!found) continue;
+        places[i].column = found->x;
+        places[i].row = found->y;
+      }
+    });
+  }
+
+  /// Reports what was seen, too.
+  /// \param rows  of the features among identities and descriptors
   void remember(const cv::Mat& image, const std::vector<KeyFeature>& features,
-                const std::vector<std::size_t>& rows, const detail::Descriptors& descriptors);
-  void countOrigins(const std::vector<TrackMemory::Identity>& identities,
-                    const std::vector<std::size_t>& used);
+                const std::vector<TrackMemory::Identity>& identities,
+                const std::vector<std::size_t>& rows, const detail::Descriptors& descriptors) {
+    report.stereo_matches = features.size();
+    detail::TrackSet seen;
+    for (std::size_t k = 0; k < features.size(); ++k) {
+      detail::Track track;
+      track.number = features[k].track;
+      track.sightings = features[k].sightings;
+      track.column = features[k].column;
+      track.row = features[k].row;
+      seen.add(track, descriptors, rows[k]);
+      switch (identities[rows[k]].origin) {
+        case TrackMemory::Origin::New:
+          ++report.new_tracks;
+          break;
+        case TrackMemory::Origin::LastFrame:
+          ++report.tracked;
+          break;
+        case TrackMemory::Origin::Lost:
+          ++report.reseen;
+          break;
+      }
+    }
+    memory.store(std::move(seen), params.remember_frames, params.max_remembered);
+    image.copyTo(last_image);
+  }
 
   FeatureTrackerParams params;
   FeatureReport report;
@@ -102,225 +294,6 @@ struct FeatureTracker::Impl {
     last_image = cv::Mat(rows, columns, CV_8U, pixels.data()).clone();
   }
 };
-
-DetectedFeatures FeatureTracker::Impl::detectLeft(const cv::Mat& gray) {
-  if (begun.valid()) {
-    DetectedFeatures found = begun.get();
-    const cv::Mat was = detail::matOf(begun_in);
-    if (was.size() == gray.size() && std::equal(gray.datastart, gray.dataend, was.datastart)) {
-      return found;
-    }
-  }
-  return detail::detectFeatures(gray, params, params.max_features);
-}
-
-std::vector<int> FeatureTracker::Impl::matchPair(const DetectedFeatures& left,
-                                                 const DetectedFeatures& right, double infinity,
-                                                 int width) {
-  detail::RowSearch search;
-  search.epipolar_tolerance = params.epipolar_tolerance;
-  search.ratio = params.stereo_ratio;
-  // Behind infinity nothing can be: what matches there better than in front tells of a mistake.
-  const double reach = params.max_disparity_fraction * width;
-  search.low = infinity - reach;
-  search.high = infinity + reach;
-  std::vector<int> matches = detail::matchAlongRows(left, right, search);
-  constexpr double kSlack = 2.0;  // pixels: a far point that is not exact is no mistake
-  std::size_t behind = 0;
-  std::size_t found = 0;
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    if (matches[i] < 0) continue;
-    const Detection& other = right.places[static_cast<std::size_t>(matches[i])];
-    const double disparity = double{left.places[i].column} - other.column - infinity;
-    if (disparity < -kSlack) {
-      ++behind;
-    } else {
-      ++found;
-    }
-  }
-  report.negative_disparities = behind;
-  constexpr std::size_t kFewest = 20;
-  report.swapped = behind >= kFewest && behind > 2 * found;
-  search.low = infinity;
-  return detail::matchAlongRows(left, right, search);
-}
-
-/// Detections of one corner in two images differ by a good part of a pixel; gray values agree
-/// better. Only for tracks of the last frame, whose image is at hand.
-void FeatureTracker::Impl::refinePlaces(const cv::Mat& image,
-                                        const std::vector<TrackMemory::Identity>& identities,
-                                        std::vector<Detection>& places) const {
-  if (!params.refine_tracks || last_image.empty() || last_image.size() != image.size()) return;
-  constexpr std::size_t kPlacesPerChunk = 64;
-  constexpr float kReach = 1.5f;
-  const std::size_t chunks = (places.size() + kPlacesPerChunk - 1) / kPlacesPerChunk;
-  parallelFor(chunks, params.threads, [&](std::size_t chunk) {
-    const std::size_t last = std::min((chunk + 1) * kPlacesPerChunk, places.size());
-    for (std::size_t i = chunk * kPlacesPerChunk; i < last; ++i) {
-      const TrackMemory::Identity& identity = identities[i];
-      if (identity.origin != TrackMemory::Origin::LastFrame) continue;
-      const detail::Patch patch(last_image, {identity.track.column, identity.track.row},
-                                params.track_window);
-      const auto found = patch.find(image, {places[i].column, places[i].row}, kReach,
-                                    static_cast<float>(params.max_refine_residual));
-      if (!found) continue;
-      places[i].column = found->x;
-      places[i].row = found->y;
-    }
-  });
-}
-
-void FeatureTracker::Impl::remember(const cv::Mat& image, const std::vector<KeyFeature>& features,
-                                    const std::vector<std::size_t>& rows,
-                                    const detail::Descriptors& descriptors) {
-  detail::TrackSet seen;
-  for (std::size_t k = 0; k < features.size(); ++k) {
-    detail::Track track;
-    track.number = features[k].track;
-    track.sightings = features[k].sightings;
-    track.column = features[k].column;
-    track.row = features[k].row;
-    seen.add(track, descriptors, rows[k]);
-  }
-  memory.store(std::move(seen), params.remember_frames, params.max_remembered);
-  image.copyTo(last_image);
-}
-
-void FeatureTracker::Impl::countOrigins(const std::vector<TrackMemory::Identity>& identities,
-                                        const std::vector<std::size_t>& used) {
-  for (const std::size_t i : used) {
-    switch (identities[i].origin) {
-      case TrackMemory::Origin::New:
-        ++report.new_tracks;
-        break;
-      case TrackMemory::Origin::LastFrame:
-        ++report.tracked;
-        break;
-      case TrackMemory::Origin::Lost:
-        ++report.reseen;
-        break;
-    }
-  }
-}
-
-std::vector<KeyFeature> FeatureTracker::Impl::trackStereo(const cv::Mat& left, const cv::Mat& right,
-                                                          const io::Calibration& calibration,
-                                                          const PointsView& cloud) {
-  report = FeatureReport();
-  const detail::OpenCvThreads threads(params.threads);
-  detail::Stopwatch watch;
-  const DetectedFeatures found = detectLeft(left);
-  const PinholeCamera& camera = calibration.camera;
-  const double infinity = camera.cx - calibration.cx_right;
-  const double depth_of_one = camera.fx * *calibration.baseline;
-  std::vector<float> disparity_of(found.size(), std::numeric_limits<float>::quiet_NaN());
-  std::size_t known = 0;
-  for (std::size_t i = 0; i < found.size() && cloud.size > 0; ++i) {
-    const auto column = static_cast<std::size_t>(std::lround(found.places[i].column));
-    const auto row = static_cast<std::size_t>(std::lround(found.places[i].row));
-    if (column >= cloud.width || row >= cloud.height) continue;
-    const float depth = cloud[row * cloud.width + column][2];
-    disparity_of[i] = static_cast<float>(depth_of_one / depth + infinity);
-    known += std::isfinite(disparity_of[i]) ? 1 : 0;
-  }
-  report.features_left = found.size();
-  if (known < kEnoughFeatures) {
-    // More on the right: what was chosen on the left must not miss its partner by a near choice.
-    const DetectedFeatures others =
-        detail::detectFeatures(right, params, params.max_features + params.max_features / 2);
-    report.features_right = others.size();
-    const std::vector<int> matches = matchPair(found, others, infinity, left.cols);
-    for (std::size_t i = 0; i < matches.size(); ++i) {
-      if (matches[i] < 0) continue;
-      const Detection& other = others.places[static_cast<std::size_t>(matches[i])];
-      disparity_of[i] = found.places[i].column - other.column;
-      ++report.descriptor_matches;
-    }
-  }
-  report.detect_ms = watch.lap();
-
-  detail::Descriptors descriptors;
-  std::vector<Detection> places;
-  std::vector<float> disparities;
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    const Detection& place = found.places[i];
-    const float disparity = disparity_of[i];
-    if (!std::isfinite(disparity)) continue;
-    places.push_back(place);
-    disparities.push_back(disparity);
-    descriptors.add(found.descriptors, i);
-  }
-  report.stereo_ms = watch.lap();
-  const std::vector<TrackMemory::Identity> identities =
-      memory.identify(descriptors, params.track_ratio, params.threads);
-  refinePlaces(left, identities, places);
-  report.track_ms = watch.lap();
-
-  std::vector<detail::RowPlace> rows;
-  rows.reserve(places.size());
-  for (std::size_t i = 0; i < places.size(); ++i)
-    rows.push_back({places[i].column, places[i].row, places[i].column - disparities[i]});
-  const std::vector<float> right_columns =
-      detail::refineAlongRows(left, right, rows, params.refine_window,
-                              static_cast<float>(params.max_refine_residual), params.threads);
-  std::vector<KeyFeature> features;
-  std::vector<std::size_t> used;
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const double disparity = double{places[i].column} - double{right_columns[i]};
-    const double from_infinity = disparity - infinity;
-    if (!(from_infinity >= std::max(params.min_disparity, 1e-3))) continue;  // NaN is out
-    KeyFeature feature;
-    feature.track = identities[i].track.number;
-    feature.sightings = identities[i].track.sightings;
-    feature.column = places[i].column;
-    feature.row = places[i].row;
-    feature.disparity = static_cast<float>(disparity);
-    const double depth = depth_of_one / from_infinity;
-    feature.position = depth * camera.rayOf(double{feature.column}, double{feature.row});
-    features.push_back(feature);
-    used.push_back(i);
-  }
-  report.stereo_matches = features.size();
-  countOrigins(identities, used);
-  report.stereo_ms += watch.lap();
-  remember(left, features, used, descriptors);
-  report.track_ms += watch.lap();
-  return features;
-}
-
-std::vector<KeyFeature> FeatureTracker::Impl::trackWithCloud(const cv::Mat& image,
-                                                             const PointsView& cloud) {
-  report = FeatureReport();
-  const detail::OpenCvThreads threads(params.threads);
-  detail::Stopwatch watch;
-  const DetectedFeatures found = detail::detectFeatures(image, params, params.max_features);
-  report.features_left = found.size();
-  report.detect_ms = watch.lap();
-  const std::vector<TrackMemory::Identity> identities =
-      memory.identify(found.descriptors, params.track_ratio, params.threads);
-  std::vector<Detection> places = found.places;
-  refinePlaces(image, identities, places);
-  std::vector<KeyFeature> features;
-  std::vector<std::size_t> used;
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const std::optional<Vector3> point = detail::pointAt(cloud, places[i].column, places[i].row);
-    if (!point) continue;
-    KeyFeature feature;
-    feature.track = identities[i].track.number;
-    feature.sightings = identities[i].track.sightings;
-    feature.column = places[i].column;
-    feature.row = places[i].row;
-    feature.position = *point;
-    features.push_back(feature);
-    used.push_back(i);
-  }
-  report.stereo_matches = features.size();
-  countOrigins(identities, used);
-  remember(image, features, used, found.descriptors);
-  report.track_ms = watch.lap();
-  return features;
-}
-
 FeatureTracker::FeatureTracker(const FeatureTrackerParams& params)
     : impl_(std::make_unique<Impl>(params)) {}
 FeatureTracker::~FeatureTracker() = default;

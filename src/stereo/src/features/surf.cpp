@@ -32,37 +32,6 @@ struct Box {
   }
 };
 
-/// Determinants of the Hessian of one octave; 0 at the rim and where negative.
-class Octave {
- public:
-  Octave(const IntegralImage& image, int octave);
-
-  double step() const { return step_; }
-  double determinant(int interval, int row, int column) const {
-    return responses_[indexOf(interval, row, column)];
-  }
-  /// Calls add(interval, row, column) for each local maximum of at least the threshold.
-  template <typename Add>
-  void visitMaxima(double threshold, Add&& add) const;
-  /// Side of the filter's lobe at an interval that may lie between two.
-  double lobeOf(double interval) const { return step_ * (interval + 1.0) + 1.0; }
-
- private:
-  static int borderOf(int interval) { return (3 * (2 * interval + 3) + 1) / 2; }
-  std::size_t indexOf(int interval, int row, int column) const {
-    return (static_cast<std::size_t>(interval) * static_cast<std::size_t>(rows_) +
-            static_cast<std::size_t>(row)) *
-               static_cast<std::size_t>(columns_) +
-           static_cast<std::size_t>(column);
-  }
-  bool isMaximum(int interval, int row, int column) const;
-
-  int step_;
-  int rows_;
-  int columns_;
-  std::vector<float> responses_;
-};
-
 /// The rectangles of the three box filters about the pixels of one row.
 struct HessianFilter {
   Box across_all, across_middle, down_all, down_middle;
@@ -87,57 +56,81 @@ void determinants(const HessianFilter& filter, int step, int first, int last, fl
   }
 }
 
-Octave::Octave(const IntegralImage& image, int octave)
-    : step_(kStep << octave), rows_(image.height() / step_), columns_(image.width() / step_) {
-  responses_.assign(indexOf(kIntervals, 0, 0), 0.0f);
-  for (int interval = 0; interval < kIntervals; ++interval) {
-    const int lobe = step_ * (interval + 1) + 1;
-    const int half = lobe / 2;     // of a lobe
-    const int wide = lobe + half;  // from the middle of three lobes to their end
-    const int flank = lobe - 1;    // half of a filter's other side
-    const int apart = half + 1;    // from the middle to that of a quarter
-    const auto per_area = static_cast<float>(1.0 / std::pow(3.0 * lobe, 2.0));
-    const int border = borderOf(interval);
-    for (int row = border; row < rows_ - border; ++row) {
-      const int y = row * step_;
-      // Rows and columns from the middle, both ends included.
-      const auto box = [&](int first_row, int last_row, int first, int last) {
-        return Box{image.before(y + first_row), image.before(y + last_row + 1), first, last + 1};
-      };
-      const HessianFilter filter{box(-flank, flank, -wide, wide),
-                                 box(-flank, flank, -half, half),
-                                 box(-wide, wide, -flank, flank),
-                                 box(-half, half, -flank, flank),
-                                 box(-apart - half, -apart + half, -apart - half, -apart + half),
-                                 box(-apart - half, -apart + half, apart - half, apart + half),
-                                 box(apart - half, apart + half, -apart - half, -apart + half),
-                                 box(apart - half, apart + half, apart - half, apart + half)};
-      determinants(filter, step_, border, columns_ - border, per_area,
-                   &responses_[indexOf(interval, row, 0)]);
+/// Determinants of the Hessian of one octave; 0 at the rim and where negative.
+class Octave {
+ public:
+  Octave(const IntegralImage& image, int octave)
+      : step_(kStep << octave), rows_(image.height() / step_), columns_(image.width() / step_) {
+    responses_.assign(indexOf(kIntervals, 0, 0), 0.0f);
+    for (int interval = 0; interval < kIntervals; ++interval) {
+      const int lobe = step_ * (interval + 1) + 1;
+      const int half = lobe / 2;     // of a lobe
+      const int wide = lobe + half;  // from the middle of three lobes to their end
+      const int flank = lobe - 1;    // half of a filter's other side
+      const int apart = half + 1;    // from the middle to that of a quarter
+      const auto per_area = static_cast<float>(1.0 / std::pow(3.0 * lobe, 2.0));
+      const int border = borderOf(interval);
+      for (int row = border; row < rows_ - border; ++row) {
+        const int y = row * step_;
+        // Rows and columns from the middle, both ends included.
+        const auto box = [&](int first_row, int last_row, int first, int last) {
+          return Box{image.before(y + first_row), image.before(y + last_row + 1), first, last + 1};
+        };
+        const HessianFilter filter{box(-flank, flank, -wide, wide),
+                                   box(-flank, flank, -half, half),
+                                   box(-wide, wide, -flank, flank),
+                                   box(-half, half, -flank, flank),
+                                   box(-apart - half, -apart + half, -apart - half, -apart + half),
+                                   box(-apart - half, -apart + half, apart - half, apart + half),
+                                   box(apart - half, apart + half, -apart - half, -apart + half),
+                                   box(apart - half, apart + half, apart - half, apart + half)};
+        determinants(filter, step_, border, columns_ - border, per_area,
+                     &responses_[indexOf(interval, row, 0)]);
+      }
     }
   }
-}
 
-bool Octave::isMaximum(int interval, int row, int column) const {
-  const double value = determinant(interval, row, column);
-  for (int i = interval - 1; i <= interval + 1; ++i)
-    for (int r = row - 1; r <= row + 1; ++r)
-      for (int c = column - 1; c <= column + 1; ++c)
-        if (determinant(i, r, c) > value) return false;
-  return true;
-}
-
-template <typename Add>
-void Octave::visitMaxima(double threshold, Add&& add) const {
-  for (int interval = 1; interval + 1 < kIntervals; ++interval) {
-    const int border = borderOf(interval + 1) + 1;
-    for (int row = border; row < rows_ - border; ++row)
-      for (int column = border; column < columns_ - border; ++column)
-        if (determinant(interval, row, column) >= threshold && isMaximum(interval, row, column))
-          add(interval, row, column);
+  double step() const { return step_; }
+  double determinant(int interval, int row, int column) const {
+    return responses_[indexOf(interval, row, column)];
   }
-}
+  /// Calls add(interval, row, column) for each local maximum of at least the threshold.
+  template <typename Add>
+  void visitMaxima(double threshold, Add&& add) const {
+    for (int interval = 1; interval + 1 < kIntervals; ++interval) {
+      const int border = borderOf(interval + 1) + 1;
+      for (int row = border; row < rows_ - border; ++row)
+        for (int column = border; column < columns_ - border; ++column)
+          if (determinant(interval, row, column) >= threshold && isMaximum(interval, row, column))
+            add(interval, row, column);
+    }
+  }
 
+  /// Side of the filter's lobe at an interval that may lie between two.
+  double lobeOf(double interval) const { return step_ * (interval + 1.0) + 1.0; }
+
+ private:
+  static int borderOf(int interval) { return (3 * (2 * interval + 3) + 1) / 2; }
+  std::size_t indexOf(int interval, int row, int column) const {
+    return (static_cast<std::size_t>(interval) * static_cast<std::size_t>(rows_) +
+            static_cast<std::size_t>(row)) *
+               static_cast<std::size_t>(columns_) +
+           static_cast<std::size_t>(column);
+  }
+  bool isMaximum(int interval, int row, int column) const {
+    const double value = determinant(interval, row, column);
+    for (int i = interval - 1; i <= interval + 1; ++i)
+      for (int r = row - 1; r <= row + 1; ++r)
+        for (int c = column - 1; c <= column + 1; ++c)
+          if (determinant(i, r, c) > value) return false;
+    return true;
+  }
+
+  int step_;
+  int rows_;
+  int columns_;
+  std::vector<float> responses_;
+};
 /// Where the parabola through a maximum and its neighbours has its top; false where that is nearer
 /// to a neighbour.
 bool interpolate(const Octave& octave, int interval, int row, int column, BlobPoint& point) {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "features/descriptors.h"
+#include "features/feature_detection.h"
 
 namespace planar_mapping::detail {
 

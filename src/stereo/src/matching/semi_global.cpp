@@ -56,7 +56,48 @@ class Matching {
                   penalty(params.smoothness_large, kLargestLarge)};
   }
 
-  void matchRows(int first, int last, cv::Mat& out) const;
+  void matchRows(int first, int last, cv::Mat& out) const {
+    const int width = left_.cols;
+    const int half = params_.block_size / 2;
+    const auto slab = static_cast<std::size_t>(width) * static_cast<std::size_t>(count_);
+    const auto padded = static_cast<std::size_t>(width) * static_cast<std::size_t>(count_ + 2);
+    const auto places = static_cast<std::size_t>(width + count_);
+    std::vector<Byte> ring(slab * static_cast<std::size_t>(params_.block_size), 0);
+    std::vector<Word> sums(slab, 0), total(slab), window(static_cast<std::size_t>(count_));
+    std::vector<Byte> costs(slab), above(padded, kNever), fresh_above(padded, kNever);
+    std::vector<Byte> above_least(static_cast<std::size_t>(width), 0);
+    std::vector<Byte> path(2 * static_cast<std::size_t>(count_ + 2));
+    std::vector<Word> right_cost(places), right_disparity(places);
+    std::vector<Choice> choices(static_cast<std::size_t>(width));
+    Rows rows{Row(width), Row(width), Row(static_cast<int>(places)), Row(static_cast<int>(places)),
+              std::vector<Byte>(static_cast<std::size_t>(width))};
+    for (std::size_t i = 0; i < padded; ++i) {
+      const std::size_t d = i % static_cast<std::size_t>(count_ + 2);
+      if (d > 0 && d <= static_cast<std::size_t>(count_)) above[i] = 0;
+    }
+    // Costs that are no rivals are larger by this factor, in units of 2^-16.
+    const auto rival_factor = static_cast<std::uint64_t>(
+        65536.0 * 100.0 / (100.0 - std::min(params_.uniqueness_percent, 99.0)));
+    const int begin = std::max(0, first - kWarmUp);
+    for (int row = begin - half; row < last + half; ++row) {
+      prepare(std::clamp(row, 0, left_.rows - 1), rows);
+      const int slot = (row - begin + half) % params_.block_size;
+      addCosts(rows.left_slope.view(), rows.left_gray.view(), rows.right_slope.view(),
+               rows.right_gray.view(), width, count_, static_cast<Byte>(largest_),
+               ring.data() + slab * static_cast<std::size_t>(slot), sums.data());
+      const int center = row - half;
+      if (center < begin) continue;
+      passForward(sums.data(), width, count_, half, shift_, penalties_, window.data(), path.data(),
+                  costs.data(), above.data(), fresh_above.data(), above_least.data(), total.data());
+      std::swap(above, fresh_above);
+      if (center < first) continue;
+      std::fill(right_cost.begin(), right_cost.end(), Word{65535});
+      passBackward(costs.data(), width, count_, penalties_, rival_factor, path.data(), total.data(),
+                   choices.data());
+      lookFromRight(total.data(), width, count_, right_cost.data(), right_disparity.data());
+      choose(choices, right_disparity, out.ptr<std::int16_t>(center));
+    }
+  }
 
  private:
   /// Gradients of a row; those of the right image reversed and continued beyond both ends.
@@ -64,9 +105,58 @@ class Matching {
     Row left_slope, left_gray, right_slope, right_gray;
     std::vector<Byte> line;
   };
-  void prepare(int row, Rows& rows) const;
+
+  void prepare(int row, Rows& rows) const {
+    const int width = left_.cols;
+    const auto filter = [&](const cv::Mat& image, Byte* out) {
+      const int above = std::max(row - 1, 0);
+      const int below = std::min(row + 1, image.rows - 1);
+      filterRow(image.ptr(above), image.ptr(row), image.ptr(below), width, params_.prefilter_cap,
+                out);
+    };
+    const int last = width - 1 - low_;  // column of the first place
+    const auto reverse = [&](const Byte* line, Row& out) {
+      const int places = static_cast<int>(out.value.size());
+      const int before = std::clamp(last - width + 1, 0, places);
+      const int inside = std::clamp(last + 1, before, places);
+      Byte* at = out.value.data();
+      std::fill(at, at + before, line[width - 1]);
+      for (int k = before; k < inside; ++k) at[k] = line[last - k];
+      std::fill(at + inside, at + places, line[0]);
+    };
+    filter(left_, rows.left_slope.value.data());
+    std::copy_n(left_.ptr(row), width, rows.left_gray.value.data());
+    filter(right_, rows.line.data());
+    reverse(rows.line.data(), rows.right_slope);
+    reverse(right_.ptr(row), rows.right_gray);
+    for (Row* one : {&rows.left_slope, &rows.left_gray, &rows.right_slope, &rows.right_gray})
+      boundRow(one->value.data(), static_cast<int>(one->value.size()), one->low.data(),
+               one->high.data());
+  }
+
   void choose(const std::vector<Choice>& choices, const std::vector<Word>& right_disparity,
-              std::int16_t* out) const;
+              std::int16_t* out) const {
+    const int width = left_.cols;
+    const int none = (low_ - 1) * kDisparityScale;
+    for (int x = 0; x < width; ++x) {
+      const Choice& choice = choices[static_cast<std::size_t>(x)];
+      out[x] = static_cast<std::int16_t>(none);
+      if (choice.disparity < 0) continue;
+      const int whole = low_ + choice.disparity;
+      if (x - whole < 0 || x - whole >= width) continue;
+      // Of the two places it lies between.
+      const int beside =
+          std::clamp(choice.disparity + (choice.fraction < 0 ? -1 : 1), 0, count_ - 1);
+      const auto agrees = [&](int disparity) {
+        const auto place = static_cast<std::size_t>(width - 1 - x + disparity);
+        return std::abs(right_disparity[place] - choice.disparity) <= params_.left_right_tolerance;
+      };
+      if (params_.left_right_tolerance >= 0.0 && !agrees(choice.disparity) && !agrees(beside)) {
+        continue;
+      }
+      out[x] = static_cast<std::int16_t>(whole * kDisparityScale + choice.fraction);
+    }
+  }
 
   const cv::Mat& left_;
   const cv::Mat& right_;
@@ -77,101 +167,6 @@ class Matching {
   int shift_ = 0;
   Penalties penalties_{};
 };
-
-void Matching::prepare(int row, Rows& rows) const {
-  const int width = left_.cols;
-  const auto filter = [&](const cv::Mat& image, Byte* out) {
-    const int above = std::max(row - 1, 0);
-    const int below = std::min(row + 1, image.rows - 1);
-    filterRow(image.ptr(above), image.ptr(row), image.ptr(below), width, params_.prefilter_cap,
-              out);
-  };
-  const int last = width - 1 - low_;  // column of the first place
-  const auto reverse = [&](const Byte* line, Row& out) {
-    const int places = static_cast<int>(out.value.size());
-    const int before = std::clamp(last - width + 1, 0, places);
-    const int inside = std::clamp(last + 1, before, places);
-    Byte* at = out.value.data();
-    std::fill(at, at + before, line[width - 1]);
-    for (int k = before; k < inside; ++k) at[k] = line[last - k];
-    std::fill(at + inside, at + places, line[0]);
-  };
-  filter(left_, rows.left_slope.value.data());
-  std::copy_n(left_.ptr(row), width, rows.left_gray.value.data());
-  filter(right_, rows.line.data());
-  reverse(rows.line.data(), rows.right_slope);
-  reverse(right_.ptr(row), rows.right_gray);
-  for (Row* one : {&rows.left_slope, &rows.left_gray, &rows.right_slope, &rows.right_gray})
-    boundRow(one->value.data(), static_cast<int>(one->value.size()), one->low.data(),
-             one->high.data());
-}
-
-void Matching::choose(const std::vector<Choice>& choices, const std::vector<Word>& right_disparity,
-                      std::int16_t* out) const {
-  const int width = left_.cols;
-  const int none = (low_ - 1) * kDisparityScale;
-  for (int x = 0; x < width; ++x) {
-    const Choice& choice = choices[static_cast<std::size_t>(x)];
-    out[x] = static_cast<std::int16_t>(none);
-    if (choice.disparity < 0) continue;
-    const int whole = low_ + choice.disparity;
-    if (x - whole < 0 || x - whole >= width) continue;
-    // Of the two places it lies between.
-    const int beside = std::clamp(choice.disparity + (choice.fraction < 0 ? -1 : 1), 0, count_ - 1);
-    const auto agrees = [&](int disparity) {
-      const auto place = static_cast<std::size_t>(width - 1 - x + disparity);
-      return std::abs(right_disparity[place] - choice.disparity) <= params_.left_right_tolerance;
-    };
-    if (params_.left_right_tolerance >= 0.0 && !agrees(choice.disparity) && !agrees(beside)) {
-      continue;
-    }
-    out[x] = static_cast<std::int16_t>(whole * kDisparityScale + choice.fraction);
-  }
-}
-
-void Matching::matchRows(int first, int last, cv::Mat& out) const {
-  const int width = left_.cols;
-  const int half = params_.block_size / 2;
-  const auto slab = static_cast<std::size_t>(width) * static_cast<std::size_t>(count_);
-  const auto padded = static_cast<std::size_t>(width) * static_cast<std::size_t>(count_ + 2);
-  const auto places = static_cast<std::size_t>(width + count_);
-  std::vector<Byte> ring(slab * static_cast<std::size_t>(params_.block_size), 0);
-  std::vector<Word> sums(slab, 0), total(slab), window(static_cast<std::size_t>(count_));
-  std::vector<Byte> costs(slab), above(padded, kNever), fresh_above(padded, kNever);
-  std::vector<Byte> above_least(static_cast<std::size_t>(width), 0);
-  std::vector<Byte> path(2 * static_cast<std::size_t>(count_ + 2));
-  std::vector<Word> right_cost(places), right_disparity(places);
-  std::vector<Choice> choices(static_cast<std::size_t>(width));
-  Rows rows{Row(width), Row(width), Row(static_cast<int>(places)), Row(static_cast<int>(places)),
-            std::vector<Byte>(static_cast<std::size_t>(width))};
-  for (std::size_t i = 0; i < padded; ++i) {
-    const std::size_t d = i % static_cast<std::size_t>(count_ + 2);
-    if (d > 0 && d <= static_cast<std::size_t>(count_)) above[i] = 0;
-  }
-  // Costs that are no rivals are larger by this factor, in units of 2^-16.
-  const auto rival_factor = static_cast<std::uint64_t>(
-      65536.0 * 100.0 / (100.0 - std::min(params_.uniqueness_percent, 99.0)));
-  const int begin = std::max(0, first - kWarmUp);
-  for (int row = begin - half; row < last + half; ++row) {
-    prepare(std::clamp(row, 0, left_.rows - 1), rows);
-    const int slot = (row - begin + half) % params_.block_size;
-    addCosts(rows.left_slope.view(), rows.left_gray.view(), rows.right_slope.view(),
-             rows.right_gray.view(), width, count_, static_cast<Byte>(largest_),
-             ring.data() + slab * static_cast<std::size_t>(slot), sums.data());
-    const int center = row - half;
-    if (center < begin) continue;
-    passForward(sums.data(), width, count_, half, shift_, penalties_, window.data(), path.data(),
-                costs.data(), above.data(), fresh_above.data(), above_least.data(), total.data());
-    std::swap(above, fresh_above);
-    if (center < first) continue;
-    std::fill(right_cost.begin(), right_cost.end(), Word{65535});
-    passBackward(costs.data(), width, count_, penalties_, rival_factor, path.data(), total.data(),
-                 choices.data());
-    lookFromRight(total.data(), width, count_, right_cost.data(), right_disparity.data());
-    choose(choices, right_disparity, out.ptr<std::int16_t>(center));
-  }
-}
-
 /// \return disparities of the left image in units of 1 / 16 pixel; (low - 1) * 16 = none
 cv::Mat matchAlongThreePaths(const cv::Mat& left, const cv::Mat& right, const DisparityRange& range,
                              const StereoMatcherParams& params) {

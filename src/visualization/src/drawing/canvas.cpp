@@ -9,6 +9,7 @@
 #include <vtkContextScene.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
+#include <vtkObjectFactory.h>
 #include <vtkPen.h>
 #include <vtkRenderer.h>
 #include <vtkStdString.h>
@@ -27,11 +28,7 @@ namespace {
 
 class PaintedItem : public vtkContextItem {
  public:
-  static PaintedItem* New() {
-    auto* item = new PaintedItem;
-    item->InitializeObjectBase();
-    return item;
-  }
+  static PaintedItem* New();
   bool Paint(vtkContext2D* context) override {
     Canvas canvas(*context, height);
     paint(canvas);
@@ -40,38 +37,41 @@ class PaintedItem : public vtkContextItem {
   std::function<void(Canvas&)> paint;
   int height = 0;
 };
+vtkStandardNewMacro(PaintedItem);
 
 }  // namespace
 
-void Canvas::fill(const std::vector<Vector2>& convex, Color color) {
+std::vector<float> Canvas::flipped(const std::vector<Vector2>& path) const {
   std::vector<float> points;
-  for (const Vector2& p : convex) {
+  for (const Vector2& p : path) {
     points.push_back(static_cast<float>(p.x()));
     points.push_back(static_cast<float>(flipped(p.y())));
   }
+  return points;
+}
+
+void Canvas::setPen(int line_type, double width, Color color) {
+  context_.GetPen()->SetLineType(line_type);
+  context_.GetPen()->SetColor(color.red, color.green, color.blue);
+  context_.GetPen()->SetWidth(static_cast<float>(width));
+}
+
+void Canvas::fill(const std::vector<Vector2>& convex, Color color) {
+  std::vector<float> points = flipped(convex);
   context_.GetPen()->SetLineType(vtkPen::NO_PEN);
   context_.GetBrush()->SetColor(color.red, color.green, color.blue);
   context_.DrawPolygon(points.data(), static_cast<int>(convex.size()));
 }
 
 void Canvas::line(const std::vector<Vector2>& path, double width, Color color, bool dashed) {
-  std::vector<float> points;
-  for (const Vector2& p : path) {
-    points.push_back(static_cast<float>(p.x()));
-    points.push_back(static_cast<float>(flipped(p.y())));
-  }
-  context_.GetPen()->SetLineType(dashed ? vtkPen::DASH_LINE : vtkPen::SOLID_LINE);
-  context_.GetPen()->SetColor(color.red, color.green, color.blue);
-  context_.GetPen()->SetWidth(static_cast<float>(width));
+  std::vector<float> points = flipped(path);
+  setPen(dashed ? vtkPen::DASH_LINE : vtkPen::SOLID_LINE, width, color);
   context_.DrawPoly(points.data(), static_cast<int>(path.size()));
 }
 
 void Canvas::marker(int style, const Vector2& at, float size, Color color) {
-  std::array<float, 2> point = {static_cast<float>(at.x()), static_cast<float>(flipped(at.y()))};
-  context_.GetPen()->SetLineType(vtkPen::SOLID_LINE);
-  context_.GetPen()->SetColor(color.red, color.green, color.blue);
-  context_.GetPen()->SetWidth(size);
-  context_.DrawMarkers(style, false, point.data(), 1);
+  setPen(vtkPen::SOLID_LINE, size, color);
+  context_.DrawMarkers(style, false, flipped({at}).data(), 1);
 }
 
 Vector2 Canvas::textSize(const std::string& words, double pixels) {

@@ -36,6 +36,9 @@ class Canvas {
 
  private:
   vtkContext2D& context_;
+  std::vector<float> flipped(const std::vector<Vector2>& path) const;
+  void setPen(int line_type, double width, Color color);
+
   int height_;
 };
 

@@ -17,7 +17,6 @@
 
 #include "drawing/canvas.h"
 #include "planar_mapping/core/base/error.h"
-#include "scene/captions.h"
 #include "scene/ground.h"
 #include "window/render_backend.h"
 
@@ -62,48 +61,40 @@ double widthOf(const ChartSeries& series) {
 class ChartLegend {
  public:
   /// \param width  of the page, pixels
-  ChartLegend(const std::vector<ChartSeries>& series, double width);
-  int height() const;
-  void draw(double top, Canvas& canvas) const;
+  ChartLegend(const std::vector<ChartSeries>& series, double width) : width_(width) {
+    double x = 0.0;
+    for (const ChartSeries& one : series) {
+      if (rows_.empty() || x + kLegendGap + widthOf(one) > width) {
+        rows_.emplace_back();
+        x = -kLegendGap;
+      }
+      rows_.back().push_back(one);
+      x += kLegendGap + widthOf(one);
+    }
+  }
+  int height() const { return 2 * kLegendMargin + kLegendRow * static_cast<int>(rows_.size()); }
+  void draw(double top, Canvas& canvas) const {
+    double y = top + kLegendMargin + 0.5 * kLegendRow;
+    for (const std::vector<ChartSeries>& row : rows_) {
+      double all = -kLegendGap;
+      for (const ChartSeries& one : row) all += widthOf(one) + kLegendGap;
+      double x = 0.5 * (width_ - all);
+      for (const ChartSeries& one : row) {
+        const Vector2 left(x, y);
+        const Vector2 right(x + kLegendLine, y);
+        canvas.line({left, right}, kLineWidth, one.color, one.dashed);
+        canvas.marker(markerOf(one), 0.5 * (left + right), kMarkerSize, one.color);
+        canvas.text(one.name, {x + kLegendLine + kLegendSpace, y}, kTextSize, -1, kInk);
+        x += widthOf(one) + kLegendGap;
+      }
+      y += kLegendRow;
+    }
+  }
 
  private:
   double width_;
   std::vector<std::vector<ChartSeries>> rows_;
 };
-
-ChartLegend::ChartLegend(const std::vector<ChartSeries>& series, double width) : width_(width) {
-  double x = 0.0;
-  for (const ChartSeries& one : series) {
-    if (rows_.empty() || x + kLegendGap + widthOf(one) > width) {
-      rows_.emplace_back();
-      x = -kLegendGap;
-    }
-    rows_.back().push_back(one);
-    x += kLegendGap + widthOf(one);
-  }
-}
-
-int ChartLegend::height() const {
-  return 2 * kLegendMargin + kLegendRow * static_cast<int>(rows_.size());
-}
-
-void ChartLegend::draw(double top, Canvas& canvas) const {
-  double y = top + kLegendMargin + 0.5 * kLegendRow;
-  for (const std::vector<ChartSeries>& row : rows_) {
-    double all = -kLegendGap;
-    for (const ChartSeries& one : row) all += widthOf(one) + kLegendGap;
-    double x = 0.5 * (width_ - all);
-    for (const ChartSeries& one : row) {
-      const Vector2 left(x, y);
-      const Vector2 right(x + kLegendLine, y);
-      canvas.line({left, right}, kLineWidth, one.color, one.dashed);
-      canvas.marker(markerOf(one), 0.5 * (left + right), kMarkerSize, one.color);
-      canvas.text(one.name, {x + kLegendLine + kLegendSpace, y}, kTextSize, -1, kInk);
-      x += widthOf(one) + kLegendGap;
-    }
-    y += kLegendRow;
-  }
-}
 
 /// How the y values of a chart become positions on its axis.
 double positionOf(double value, bool logarithmic) {

@@ -19,7 +19,6 @@
 #include "drawing/canvas.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/io/occupancy_grid.h"
-#include "scene/captions.h"
 #include "scene/ground.h"
 
 namespace planar_mapping {

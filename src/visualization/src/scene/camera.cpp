@@ -81,7 +81,7 @@ std::vector<Vector3> extremePoints(const SceneContent& content, const ViewOption
   const std::size_t step = std::max<std::size_t>(1, content.cloudPoints() / 100000);
   for (const SceneCloud& cloud : content.clouds) {
     for (std::size_t i = 0; i < cloud.size(); i += step) {
-      const Vector3 p(cloud.xyz[3 * i], cloud.xyz[3 * i + 1], cloud.xyz[3 * i + 2]);
+      const Vector3 p = cloud.point(i);
       if (p.allFinite()) points.push_back(p);
     }
   }
@@ -228,7 +228,7 @@ double groundHeight(const SceneContent& content) {
   std::vector<double> heights;
   for (const SceneCloud& cloud : content.clouds) {
     for (std::size_t i = 0; i < cloud.size(); ++i) {
-      const Vector3 p(cloud.xyz[3 * i], cloud.xyz[3 * i + 1], cloud.xyz[3 * i + 2]);
+      const Vector3 p = cloud.point(i);
       if (p.allFinite()) heights.push_back(p.dot(up));
     }
   }

@@ -21,10 +21,7 @@
 #include <array>
 #include <cmath>
 
-#include "scene/legend.h"
-
 namespace planar_mapping::visualization {
-
 namespace {
 
 constexpr std::array<Color, 3> kAxisColors = {{{205, 52, 52}, {52, 150, 62}, {48, 88, 200}}};
@@ -276,7 +273,7 @@ Props makeCloud(const SceneCloud& cloud, const Vector3& origin, double point_siz
   vtkNew<vtkUnsignedCharArray> colors;
   colors->SetNumberOfComponents(3);
   for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const Vector3 p(cloud.xyz[3 * i], cloud.xyz[3 * i + 1], cloud.xyz[3 * i + 2]);
+    const Vector3 p = cloud.point(i);
     if (!p.allFinite()) continue;
     const vtkIdType id = insert(points, p - origin);
     vertices->InsertNextCell(1, &id);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "scene/legend.h"
+#include "scene/decorations.h"
 
 #include <vtkActor2D.h>
 #include <vtkCellArray.h>
@@ -17,7 +17,6 @@
 #include <set>
 
 namespace planar_mapping::visualization {
-
 namespace {
 
 std::string grouped(std::size_t value) {
@@ -192,17 +191,6 @@ vtkSmartPointer<vtkProp> makeRectangle(double x, double y, double width, double 
                      opacity);
 }
 
-namespace {
-
-vtkSmartPointer<vtkProp> makeTextEndingAt(const std::string& text, double x, double y,
-                                          double pixels, bool on_dark) {
-  auto actor = makeText(text, x, y, pixels, on_dark);
-  vtkTextActor::SafeDownCast(actor)->GetTextProperty()->SetJustificationToRight();
-  return actor;
-}
-
-}  // namespace
-
 Props makeLegend(const SceneContent& content, const ViewOptions& options, bool on_dark,
                  Captions& captions) {
   Props props;
@@ -235,7 +223,8 @@ Props makeLegend(const SceneContent& content, const ViewOptions& options, bool o
   const auto addLine = [&](const std::string& text, double y_of_line, double pixels) {
     const double left = right - Captions::widthOf(text, pixels);
     if (left < 0.0 || !captions.takeText(text, left, y_of_line, pixels)) return false;
-    props.push_back(makeTextEndingAt(text, right, y_of_line, pixels, on_dark));
+    props.push_back(makeText(text, right, y_of_line, pixels, on_dark));
+    vtkTextActor::SafeDownCast(props.back())->GetTextProperty()->SetJustificationToRight();
     return true;
   };
   // What does not fit is left out from the end.

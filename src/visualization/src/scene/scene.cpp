@@ -8,10 +8,9 @@
 
 #include <cmath>
 
-#include "scene/legend.h"
+#include "scene/decorations.h"
 
 namespace planar_mapping::visualization {
-
 namespace {
 
 std::vector<Cuboid> select(const std::vector<Cuboid>& cuboids, bool planar) {

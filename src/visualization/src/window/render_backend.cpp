@@ -10,7 +10,7 @@
 #include <vtkGenericOpenGLRenderWindow.h>
 #include <vtkLogger.h>
 #include <vtkNew.h>
-#include <vtkOutputWindow.h>
+#include <vtkObjectFactory.h>
 #include <vtkRenderer.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkVersionMacros.h>
@@ -120,11 +120,7 @@ class EglContext {
 // VTK's window for a context that somebody else made.
 class EglRenderWindow : public vtkGenericOpenGLRenderWindow {
  public:
-  static EglRenderWindow* New() {
-    auto* window = new EglRenderWindow;
-    window->InitializeObjectBase();
-    return window;
-  }
+  static EglRenderWindow* New();
   EglContext* context = nullptr;
 
   // Several of them may be alive: a window off screen and a snapshot.
@@ -148,10 +144,8 @@ class EglRenderWindow : public vtkGenericOpenGLRenderWindow {
     this->Superclass::OpenGLInitContext();
   }
 #endif
-
- protected:
-  EglRenderWindow() = default;
 };
+vtkStandardNewMacro(EglRenderWindow);
 
 class EglOffscreen : public OffscreenWindow {
  public:
@@ -194,13 +188,11 @@ class XOffscreen : public OffscreenWindow {
   vtkSmartPointer<vtkRenderWindow> window_;
 };
 
+}  // namespace
+
 class MessageWindow : public vtkOutputWindow {
  public:
-  static MessageWindow* New() {
-    auto* window = new MessageWindow;
-    window->InitializeObjectBase();
-    return window;
-  }
+  static MessageWindow* New();
   void DisplayText(const char* text) override {
     if (this->GetCurrentMessageType() != MESSAGE_TYPE_ERROR) return;
     const std::lock_guard<std::mutex> lock(mutex);
@@ -208,12 +200,8 @@ class MessageWindow : public vtkOutputWindow {
   }
   std::mutex mutex;  // VTK's worker threads report too
   std::string first_error;
-
- protected:
-  MessageWindow() = default;
 };
-
-}  // namespace
+vtkStandardNewMacro(MessageWindow);
 
 std::unique_ptr<OffscreenWindow> OffscreenWindow::create(int width, int height) {
   auto egl = std::make_unique<EglOffscreen>();
@@ -238,26 +226,20 @@ std::string xServerProblem() {
   return std::string("the X server at DISPLAY=") + display + " has no OpenGL (GLX)";
 }
 
-struct CapturedMessages::Impl {
-  vtkSmartPointer<vtkOutputWindow> before;
-  vtkSmartPointer<MessageWindow> messages;
-};
-
-CapturedMessages::CapturedMessages() : impl_(std::make_unique<Impl>()) {
-  impl_->before = vtkOutputWindow::GetInstance();
-  impl_->messages = vtkSmartPointer<MessageWindow>::New();
-  vtkOutputWindow::SetInstance(impl_->messages);
+CapturedMessages::CapturedMessages()
+    : before_(vtkOutputWindow::GetInstance()), messages_(vtkSmartPointer<MessageWindow>::New()) {
+  vtkOutputWindow::SetInstance(messages_);
   vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);  // it prints beside the output window
 }
 
 CapturedMessages::~CapturedMessages() {
   vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_INFO);  // VTK's default; it has no getter
-  vtkOutputWindow::SetInstance(impl_->before);
+  vtkOutputWindow::SetInstance(before_);
 }
 
 std::string CapturedMessages::firstError() const {
-  const std::lock_guard<std::mutex> lock(impl_->messages->mutex);
-  std::string text = impl_->messages->first_error;
+  const std::lock_guard<std::mutex> lock(messages_->mutex);
+  std::string text = messages_->first_error;
   for (char& c : text) {
     if (c == '\n') c = ' ';
   }
@@ -276,7 +258,8 @@ Image imageOf(vtkRenderWindow* window) {
   for (int row = 0; row < image.height; ++row) {
     const unsigned char* from =
         pixels->GetPointer(static_cast<vtkIdType>(row_bytes) * (image.height - 1 - row));
-    std::copy(from, from + row_bytes, image.pixels.data() + row_bytes * static_cast<std::size_t>(row));
+    std::copy(from, from + row_bytes,
+              image.pixels.data() + row_bytes * static_cast<std::size_t>(row));
   }
   return image;
 }

@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <vtkOutputWindow.h>
 #include <vtkRenderWindow.h>
+#include <vtkSmartPointer.h>
 
 #include <memory>
 #include <string>
@@ -39,6 +41,8 @@ class OffscreenWindow {
 /// abort() when it finds out by itself, so that this has to come first.
 std::string xServerProblem();
 
+class MessageWindow;
+
 /// Keeps VTK from printing; its messages are collected instead.
 class CapturedMessages {
  public:
@@ -50,8 +54,8 @@ class CapturedMessages {
   std::string firstError() const;
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  vtkSmartPointer<vtkOutputWindow> before_;
+  vtkSmartPointer<MessageWindow> messages_;
 };
 
 }  // namespace planar_mapping::visualization

@@ -8,6 +8,7 @@
 #include <vtkGenericRenderWindowInteractor.h>
 #include <vtkInteractorStyleTerrain.h>
 #include <vtkNew.h>
+#include <vtkObjectFactory.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderWindowInteractor.h>
 #include <vtkRenderer.h>
@@ -21,7 +22,7 @@
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/visualization/picking.h"
 #include "planar_mapping/visualization/snapshot.h"
-#include "scene/legend.h"
+#include "scene/decorations.h"
 #include "scene/scene.h"
 #include "window/keys.h"
 #include "window/render_backend.h"
@@ -40,11 +41,7 @@ constexpr int kClickSlack = 4;  // pixels the mouse may move between press and r
 // Keeps the map's up axis upright; keys and clicks go to the window.
 class MapStyle : public vtkInteractorStyleTerrain {
  public:
-  static MapStyle* New() {
-    auto* style = new MapStyle;
-    style->InitializeObjectBase();
-    return style;
-  }
+  static MapStyle* New();
   std::function<void(const std::string&)> on_key;
   std::function<void(int, int)> on_click;  // pixels from the lower left corner
 
@@ -69,6 +66,7 @@ class MapStyle : public vtkInteractorStyleTerrain {
  private:
   std::array<int, 2> pressed_ = {0, 0};
 };
+vtkStandardNewMacro(MapStyle);
 
 std::unique_ptr<OffscreenWindow> openOffscreen(Window::Screen screen, const ViewOptions& options) {
   if (screen == Window::Screen::Offscreen) {

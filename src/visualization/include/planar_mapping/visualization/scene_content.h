@@ -19,6 +19,7 @@ struct SceneCloud {
   std::vector<float> xyz;         ///< three per point
   std::vector<std::uint8_t> rgb;  ///< three per point, or empty: one colour for the whole cloud
   std::size_t size() const { return xyz.size() / 3; }
+  Vector3 point(std::size_t i) const { return {xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]}; }
 };
 
 /// What is drawn: plain data between a map and the picture of it, so that anything that has

@@ -1,20 +1,41 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "advice/pose_watch.h"
+#include "advice/watches.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <tuple>
+#include <vector>
+
+#include "planar_mapping/core/geometry/cloud_scale.h"
+#include "planar_mapping/core/geometry/detail/angles.h"
+#include "planar_mapping/core/planes/multi_plane.h"
 
 namespace planar_mapping::detail {
-
 namespace {
+
 constexpr double kSide = 0.5;            // metres; walls farther apart are not compared
 constexpr double kMaxSteep = 0.3;        // sine of the angle between a wall and the vertical
 constexpr double kSameDirection = 0.95;  // cosine
 constexpr std::size_t kMinPieces = 100;
 constexpr std::size_t kStep = 4;  // of the points of a wall
+
+/// The chance that two points of an organized cloud are on one plane.
+double flatness(const PointsView& points) {
+  MultiPlaneParams params;
+  params.method = PlaneSearchMethod::Organized;
+  params.distance_threshold = 0.03;
+  const PlaneSet found = findPlanes(points, nullptr, params);
+  const auto all = static_cast<double>(found.diagnostics.points_considered);
+  double sum = 0.0;
+  for (const PlaneSegment& plane : found.planes) {
+    const double part = static_cast<double>(plane.inliers.size()) / all;
+    sum += part * part;
+  }
+  return sum;
+}
+
 }  // namespace
 
 std::vector<PoseWatch::Piece> PoseWatch::wallsOf(const PointsView& points,
@@ -89,6 +110,61 @@ std::optional<double> PoseWatch::misfit(const PointsView& points,
   done_ = true;
   before_.clear();
   return misfit;
+}
+
+bool DepthWatch::isBentIn(const PointsView& points, bool is_only) {
+  constexpr int kLooks = 5;
+  constexpr int kCertain = 2;
+  constexpr double kMinFlatness = 0.05;
+  // Frames of 32 recordings and simulations: up to 1.01 times as flat where depths are along the
+  // axis, 1.3 to 50 times (median 3.4) where they are distances.
+  constexpr double kFlatter = 1.5;
+  if (looks_ >= kLooks || !points.isOrganized()) return false;
+  ++looks_;
+  std::vector<float> xyz(3 * points.size);
+  for (std::size_t i = 0; i < points.size; ++i) {
+    Vector3 p = points.point(i);
+    p *= p.z() / p.norm();
+    for (int k = 0; k < 3; ++k) xyz[3 * i + static_cast<std::size_t>(k)] = static_cast<float>(p[k]);
+  }
+  const double flat = flatness(PointsView(xyz.data(), points.width, points.height, 3));
+  if (flat >= kMinFlatness && flat > kFlatter * flatness(points)) ++bent_;
+  const bool is_certain = bent_ >= (is_only ? 1 : kCertain);
+  if (is_certain) looks_ = kLooks;
+  return is_certain;
+}
+
+bool RobotWatch::isSeenIn(const PointsView& points, const Indices& indices,
+                          const Pose& T_world_sensor) {
+  constexpr double kNear = 0.5;  // metres
+  constexpr int kCells = 20;     // of 5 cm, along each axis
+  constexpr double kMinFraction = 0.1;
+  constexpr double kMinTurn = 30.0 * kRadiansPerDegree;
+  if (done_) return false;
+  const bool is_first = !first_pose_;
+  if (is_first) {
+    done_ = points.isOrganized() || isCameraView(points, &indices);
+    first_pose_ = T_world_sensor;
+  }
+  first_near_.resize(kCells * kCells * kCells);  // whatever a damaged state says
+  std::size_t same = 0;
+  for (const int i : indices) {
+    const Vector3 p = points.point(static_cast<std::size_t>(i));
+    if (!(p.norm() < kNear)) continue;
+    const Eigen::Array3i at = ((p.array() + kNear) * (0.5 * kCells / kNear)).cast<int>();
+    std::uint8_t& cell =
+        first_near_[static_cast<std::size_t>((at[0] * kCells + at[1]) * kCells + at[2])];
+    if (is_first) cell = 1;
+    same += cell;
+  }
+  const double count = static_cast<double>(indices.size());
+  done_ = done_ || static_cast<double>(same) < kMinFraction * count;
+  const Pose moved = first_pose_->inverse() * T_world_sensor;
+  const bool has_moved =
+      moved.translation().norm() > kNear || rotationAngle(moved.linear()) > kMinTurn;
+  if (done_ || !has_moved) return false;
+  done_ = true;
+  return true;
 }
 
 }  // namespace planar_mapping::detail

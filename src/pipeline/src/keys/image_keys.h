@@ -7,8 +7,18 @@
 #include "planar_mapping/pipeline/parameter.h"
 #include "planar_mapping/stereo/cloud_features.h"
 #include "planar_mapping/stereo/feature_tracker.h"
+#include "planar_mapping/stereo/stereo_matcher.h"
 
 namespace planar_mapping::detail {
+
+/// The parameters of stereo_matching.
+struct StereoKeys {
+  StereoMatcherParams matcher;
+  double min_brightness = 4.0;
+  double min_density = 0.02;
+
+  void declare(ParameterTable& table);
+};
 
 /// The parameters of key_features.
 struct FeatureKeys {
