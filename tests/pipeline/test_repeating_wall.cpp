@@ -72,5 +72,21 @@ TEST(RepeatingWall, ALostCameraIsNotTakenBackByAPanel) {
   EXPECT_LE(4u, before);
 }
 
+/// Nothing would be known by a first image without features; but a camera may see none for long.
+TEST(RepeatingWall, AnImageWithoutFeaturesBeginsTheMapOnlyWhereNoBetterOneFollows) {
+  for (const std::size_t dark : {2, 5, 8}) {
+    const std::size_t waits = std::min<std::size_t>(dark, 5);
+    Pipeline pipeline = pipelineWithMotion();
+    for (std::size_t i = 0; i <= waits; ++i) {
+      Frame frame = frameAt(i, 0.1 * static_cast<double>(i), i < dark);
+      EXPECT_EQ(i < waits, !pipeline.process(frame).skip_reason.empty()) << i << " of " << dark;
+    }
+  }
+  Pipeline pipeline = pipelineWithMotion();
+  Frame last = frameAt(0, 0.0, true);
+  last.is_last = true;
+  EXPECT_EQ("", pipeline.process(last).skip_reason);
+}
+
 }  // namespace
 }  // namespace planar_mapping

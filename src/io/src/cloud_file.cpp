@@ -24,30 +24,21 @@ constexpr std::size_t kMaxLines = 50;
 constexpr std::size_t kKittiNumbers = 4;
 constexpr std::size_t kRingNumbers = 5;
 
-/// Whether the values of a column depend on their place modulo a small number: then rows of another
-/// length were read. Variance between the places against that within.
-bool isPeriodic(const std::vector<float>& values, std::size_t numbers, std::size_t column,
-                std::size_t period) {
-  constexpr double kLargest = 50.0;
-  std::vector<double> sums(period, 0.0), squares(period, 0.0), counts(period, 0.0);
-  for (std::size_t i = column, row = 0; i < values.size(); i += numbers, ++row) {
-    const double value = double{values[i]} - double{values[column]};  // 0 if all are equal
-    sums[row % period] += value;
-    squares[row % period] += value * value;
-    counts[row % period] += 1.0;
+/// How far the columns of rows of so many numbers spread, as the mean logarithm of their variances:
+/// least for the right number, as wrong rows mix columns.
+double spreadOf(const std::vector<float>& values, std::size_t numbers) {
+  constexpr double kLeast = 1e-6;  // the least variance that tells anything
+  double sum = 0.0;
+  for (std::size_t column = 0; column < numbers; ++column) {
+    double count = 0.0, mean = 0.0, squares = 0.0;
+    for (std::size_t i = column; i < values.size(); i += numbers) {
+      const double off = double{values[i]} - mean;
+      mean += off / ++count;
+      squares += off * (double{values[i]} - mean);
+    }
+    sum += std::log(squares / std::max(1.0, count) + kLeast);
   }
-  double count = 0.0, sum = 0.0, of_means = 0.0, within = 0.0;
-  for (std::size_t p = 0; p < period; ++p) {
-    if (counts[p] < 8.0) return false;
-    const double part = sums[p] * sums[p] / counts[p];
-    count += counts[p];
-    sum += sums[p];
-    of_means += part;
-    within += squares[p] - part;
-  }
-  const auto freedom = static_cast<double>(period - 1);
-  const double between = std::max(0.0, of_means - sum * sum / count) / freedom;
-  return between > kLargest * within / (count - freedom - 1.0);
+  return sum / static_cast<double>(numbers);
 }
 
 /// Whether points of a scan can be of so many numbers each: all but one in fifty.
@@ -71,16 +62,15 @@ bool holdsScan(const std::vector<float>& values, std::size_t numbers, std::set<f
   return kMaxOdd * odd * numbers <= values.size();
 }
 
-/// Whether rows are of so many numbers. Layers of a scanner may take turns in one column; wrong
-/// rows mix all columns.
-bool hasRowsOf(const std::vector<float>& values, std::size_t numbers) {
-  for (const std::size_t period : {3, 5, 7}) {
-    bool are_all = true;
-    for (std::size_t column = 0; column < numbers && are_all; ++column)
-      are_all = isPeriodic(values, numbers, column, period);
-    if (are_all) return false;
-  }
-  return true;
+/// Whether rows of another length explain the values clearly better.
+bool hasOtherRows(const std::vector<float>& values, std::size_t numbers) {
+  constexpr double kClearly = 0.5;
+  constexpr std::size_t kFewestRows = 16;
+  const double spread = spreadOf(values, numbers);
+  for (const std::size_t other : {3, 4, 5, 6, 7})
+    if (values.size() >= kFewestRows * other && spreadOf(values, other) < spread - kClearly)
+      return true;
+  return false;
 }
 
 /// By its ending, its size and points of its beginning, middle and end. \return numbers of a point;
@@ -106,7 +96,7 @@ std::size_t scanNumbers(InputFile& file) {
       return holdsScan(values, numbers, rings);
     });
     if (file.size() % (numbers * sizeof(float)) == 0 && fits &&
-        hasRowsOf(samples.front(), numbers) && (numbers == kKittiNumbers || rings.size() > 1)) {
+        !hasOtherRows(samples.front(), numbers) && (numbers == kKittiNumbers || rings.size() > 1)) {
       return numbers;
     }
   }

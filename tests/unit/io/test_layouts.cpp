@@ -208,6 +208,20 @@ TEST_F(LayoutFolders, BinFilesAreOfFourNumbersAPointOrOfFiveWithTheRing) {
                                                              room.size() * sizeof(float)))));
 }
 
+TEST_F(LayoutFolders, BinFilesOfPointsWithColoursAreNotTaken) {
+  // Of a room before the sensor, the colours from 0 to 1: no number is below zero.
+  Random random(2);
+  std::vector<float> points;
+  for (int i = 0; i < 4000; ++i) {
+    for (const double most : {1.5, 2.0, 1.5}) points.push_back(float(random.uniform(0.0, most)));
+    const double gray = random.uniform(0.3, 0.6);
+    for (const double tint : {0.0, 0.05, 0.1}) points.push_back(float(gray + tint));
+  }
+  EXPECT_EQ(CloudFormat::None,
+            recognizeCloudFile(write("rgb.bin", std::string(reinterpret_cast<char*>(points.data()),
+                                                            points.size() * sizeof(float)))));
+}
+
 TEST_F(LayoutFolders, BinFilesThatAreNoScansAreNotTaken) {
   // Three numbers a point, of which the first hundreds are positive.
   Random random(1);

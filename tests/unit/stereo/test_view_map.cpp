@@ -228,6 +228,33 @@ TEST(ViewMap, BeforeDoorsAlikeAStepIsNoStandstill) {
   }
 }
 
+/// What repeats, such as doors, looks much the same a door farther; but what hangs between them
+/// does not, and features of the view before are not where they would be.
+TEST(ViewMap, AWallOfThatShapeWithOtherFeaturesIsNoPlace) {
+  const auto mixed = [](const Pose& pose, std::uint64_t seed) {
+    Shot shot = shoot(pose, 0.0, 11);
+    const Shot other = shoot(pose, 0.0, seed);
+    for (std::size_t i = 0; i < shot.image.pixels.size(); ++i) {
+      shot.image.pixels[i] =
+          static_cast<std::uint8_t>((shot.image.pixels[i] + other.image.pixels[i]) / 2);
+    }
+    return shot;
+  };
+  ViewMap map(params());
+  map.insert(see(map, mixed(poseAt(0.0), 12)), poseAt(0.0));
+  const Pose place = poseAt(0.1, 0.05);
+  const ViewMap::ViewPtr elsewhere = see(map, mixed(place, 13));
+  EXPECT_EQ(map.check(elsewhere, place, &place, false), PoseVerdict::Confirmed);
+  EXPECT_EQ(map.check(elsewhere, place, nullptr, false), PoseVerdict::Ambiguous);
+  for (const ViewGuess known : {ViewGuess::Motion, ViewGuess::Place, ViewGuess::Nothing}) {
+    const ViewMap::Location found = map.locate(elsewhere, place, {{place}}, known);
+    EXPECT_FALSE(found.found) << found.T_world_sensor.translation().transpose();
+  }
+  const ViewMap::ViewPtr same = see(map, mixed(place, 12));
+  EXPECT_EQ(map.check(same, place, nullptr, false), PoseVerdict::Confirmed);
+  EXPECT_TRUE(map.locate(same, place, {{place}}, ViewGuess::Place).found);
+}
+
 /// Round a corner most of what is seen was hidden before, and in other light it hardly looks the
 /// same: too little for views and features, enough for a place that the cloud gives.
 TEST(ViewMap, RoundACornerAPlaceOfTheCloudIsBelieved) {

@@ -13,7 +13,8 @@ namespace {
 constexpr double kStep = 1.0;         // metres
 constexpr double kTurn = M_PI / 3.0;  // radians
 constexpr const char* kLooksTheSame = "it looks the same from another place";
-constexpr int kFewLost = 1;  // frames: then the camera sees what it saw before them
+constexpr int kFewLost = 1;   // frames: then the camera sees what it saw before them
+constexpr int kManyLost = 5;  // frames: then nobody knows where what spins has gone
 
 /// Are two poses less than so many metres and radians apart?
 bool isNear(const Pose& a, const Pose& b, double distance, double turn) {
@@ -107,6 +108,11 @@ std::optional<Pose> FrameLocator::placeAgain(const Frame& frame) {
   return placed;
 }
 
+CloudRegistration FrameLocator::nearBy(const Frame& frame, const Pose& guess) const {
+  return surfaces_ && frame.cloud ? surfaces_->locateNear(pointsOf(*frame.cloud), guess)
+                                  : CloudRegistration();
+}
+
 std::optional<FrameLocator::Placement> FrameLocator::place(const Frame& frame) {
   const OdometryResult by_features = odometry_.locate(frame.key_features);
   const Pose expected = expectedPose(frame);
@@ -125,7 +131,8 @@ std::optional<FrameLocator::Placement> FrameLocator::place(const Frame& frame) {
 #endif
   const bool features_agree = features_fit && !better;
   if (features_agree && isEnough(by_features)) return Placement{};
-  if (surfaces_ && lost_ > kFewLost && !by_features.registered && !isSeen() && isPartial(frame)) {
+  const int most = isPartial(frame) ? kFewLost : kManyLost;
+  if (surfaces_ && lost_ > most && !by_features.registered && !isSeen()) {
     doubt_ = "too many frames before it were left out to find it by its cloud alone";
     return std::nullopt;
   }

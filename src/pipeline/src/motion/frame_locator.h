@@ -38,6 +38,8 @@ class FrameLocator {
   };
   /// Nothing where the views of earlier frames do not agree, or object: see doubt().
   std::optional<Placement> place(const Frame& frame);
+  /// Where its cloud lies best, next to a guess.
+  CloudRegistration nearBy(const Frame& frame, const Pose& guess) const;
   /// The pose of a frame that was left out, by what has been seen since.
   std::optional<Pose> placeAgain(const Frame& frame);
   /// Makes the frame one that later ones are compared with.
@@ -47,8 +49,8 @@ class FrameLocator {
   void accept(const OdometryResult& result);
   void setLastPose(const Pose& T_world_sensor) { last_pose_ = T_world_sensor; }
 
-  /// Whether the frame before was left out.
-  bool isLost() const { return lost_ > 0; }
+  /// Frames that were left out since the last one with a pose.
+  int lostFrames() const { return lost_; }
   const std::optional<Pose>& lastPose() const { return last_pose_; }
   /// Whether a pose is so near to where the frame is expected as one has to be that depth alone
   /// gives: a box or a corridor looks alike from its other end.
@@ -99,7 +101,7 @@ class FrameLocator {
 #endif
   std::optional<Pose> last_pose_;  ///< T_world_sensor of the last frame that has one
   bool by_cloud_ = false;          ///< that frame was placed without its features
-  int lost_ = 0;                   ///< frames that were left out since
+  int lost_ = 0;
   std::string doubt_;
   std::string cloud_reason_;
 };

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include <utility>
+
 #include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/geometry/detail/angles.h"
 #include "rounded.h"
@@ -183,7 +185,7 @@ void MotionFinder::takeGiven(Frame& frame) {
 /// After a frame that was left out nobody knows how far the camera has moved: then a cloud alone
 /// tells too little where things repeat.
 std::optional<FrameLocator::Placement> MotionFinder::placeDoubtful(const Frame& frame) {
-  if (!locator_->isLost()) {
+  if (locator_->lostFrames() == 0) {
     Frame bare = frame;
     bare.images.left = io::Image();
     bare.key_features.clear();
@@ -203,6 +205,26 @@ std::optional<FrameLocator::Placement> MotionFinder::placeDoubtful(const Frame& 
   return by_image;
 }
 
+/// Of a frame without features: the step from the frame before as given, and its cloud, each by its
+/// covariance. A cloud farther off than both may be says nothing.
+Pose MotionFinder::priorByCloud(const Frame& frame) {
+  constexpr double kCautious = 0.2;   // of its deviations: registration states them too large
+  constexpr double kFarthest = 22.5;  // 99.9 % of the squared distances, 6 degrees of freedom
+  const std::optional<Pose> last = std::exchange(given_.before, frame.given_pose);
+  const Pose expected = last && locator_->lastPose()
+                            ? *locator_->lastPose() * last->inverse() * *frame.given_pose
+                            : *frame.given_pose;
+  const CloudRegistration near = locator_->nearBy(frame, expected);
+  const Matrix6 of_given = ++given_.uncorrected *
+                           poseCovariance(keys.given_position_error, keys.given_orientation_error);
+  const Matrix6 of_both = of_given + kCautious * kCautious * near.covariance;
+  const Vector6 off = motionDifference(Pose::Identity(), expected.inverse() * near.T_world_sensor);
+  const Vector6 weighed = of_both.ldlt().solve(off);
+  if (!near.found || off.dot(weighed) > kFarthest) return expected;
+  given_.uncorrected = 0;
+  return expected * motionStep(of_given * weighed);
+}
+
 void MotionFinder::registerFrame(Frame& frame, bool given) {
   locator_->lookAt(frame);
   Odometry& odometry = locator_->odometry();
@@ -213,6 +235,10 @@ void MotionFinder::registerFrame(Frame& frame, bool given) {
                       keys.poses == Poses::Use, true};
     if (const auto warning = given_.contradictionOf(frame, odometry, locator_->lastPose()))
       frame.warnings.push_back(*warning);
+    if (keys.poses == Poses::Prior && frame.key_features.empty()) {
+      prior->T_world_sensor = priorByCloud(frame);
+      prior->exact = !odometry.started();
+    }
   } else if (!odometry.started()) {
     if (locator_->lastPose()) {
       frame.skip_reason = "no pose is given and nothing was seen before to find one by";
@@ -265,13 +291,18 @@ void MotionFinder::registerFrame(Frame& frame, bool given) {
   }
 }
 
-/// The first pose. A cloud to go by does not need features, nor does a frame that none follows.
+/// The first pose. A cloud to go by does not need features, nor does a frame that none follows. But
+/// an image with hardly any waits for a better one: few others would be known by it.
 std::optional<PosePrior> MotionFinder::start(Frame& frame) {
   Odometry& odometry = locator_->odometry();
   odometry.setStart(keys.start.of(frame, optical_, keys.noise.optionalNoise()));
   frame.starts_world = !frame.given_pose || !keys.start.isGiven();
+  constexpr int kMaxWaits = 5;  // frames
   const bool has_cloud = locator_->usesClouds() && frame.cloud && !frame.cloud->empty();
-  if (!has_cloud && !frame.is_only) return std::nullopt;
+  const bool waits =
+      !frame.images.left.empty() && !frame.is_last && locator_->lostFrames() < kMaxWaits &&
+      frame.key_features.size() < static_cast<std::size_t>(keys.odometry.motion.min_matches);
+  if ((!has_cloud || waits) && !frame.is_only) return std::nullopt;
   PosePrior prior;
   prior.T_world_sensor = odometry.expectedPose();
   prior.exact = true;
@@ -280,7 +311,8 @@ std::optional<PosePrior> MotionFinder::start(Frame& frame) {
 
 std::string MotionFinder::saveState() const {
   StateWriter writer;
-  writer(out_of_order_, given_.contradicted, given_.agreed, locator_.has_value());
+  writer(out_of_order_, given_.contradicted, given_.agreed, given_.before, given_.uncorrected,
+         locator_.has_value());
   if (locator_) {
     writer(keys.odometry.camera, keys.surface.cell, keys.surface.reach, locator_->usesClouds(),
            locator_->saveState());
@@ -291,7 +323,8 @@ std::string MotionFinder::saveState() const {
 void MotionFinder::loadState(const std::string& bytes) {
   StateReader reader(bytes);
   bool is_prepared = false;
-  reader(out_of_order_, given_.contradicted, given_.agreed, is_prepared);
+  reader(out_of_order_, given_.contradicted, given_.agreed, given_.before, given_.uncorrected,
+         is_prepared);
   if (is_prepared) {
     bool with_clouds = false;
     std::string locator;

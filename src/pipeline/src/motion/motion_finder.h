@@ -15,8 +15,10 @@ namespace planar_mapping::detail {
 
 /// Whether features agree with given poses.
 struct GivenPoses {
-  bool contradicted = false;  ///< which is said once
-  std::int32_t agreed = 0;    ///< frames before
+  bool contradicted = false;     ///< which is said once
+  std::int32_t agreed = 0;       ///< frames before
+  std::optional<Pose> before;    ///< of the frame before, if it had no features
+  std::int32_t uncorrected = 0;  ///< such frames since the cloud of one told where it is
 
   /// A warning if the features of a frame are elsewhere than its given pose says.
   /// \pre frame.given_pose
@@ -47,6 +49,7 @@ class MotionFinder {
   void placeAgain(Frame& frame);
   void takeGiven(Frame& frame);
   std::optional<FrameLocator::Placement> placeDoubtful(const Frame& frame);
+  Pose priorByCloud(const Frame& frame);
   void registerFrame(Frame& frame, bool given);
   std::optional<PosePrior> start(Frame& frame);
   FrameMotion motionTo(const Pose& T_world_sensor, const Matrix6& covariance) const;

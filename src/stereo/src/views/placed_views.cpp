@@ -325,8 +325,6 @@ bool ViewMap::PlacedViews::missesFeatures(View& view, const Pose& T_world_sensor
     }
     if (expected > expected_before) ++witnesses;
   }
-  fprintf(stderr, "MISS expected %d alike %.2f matched %d = %.2f\n", expected,
-          alike / (expected + 1e-9), matched, matched / (expected + 1e-9));
   return expected >= kMinExpected && alike < kMinAlike * expected && matched < kManyMatched;
 }
 
