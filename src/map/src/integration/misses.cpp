@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "integration/frame.h"
@@ -22,8 +24,15 @@ constexpr double kAround = 4.0;
 constexpr double kMiddle = 0.35;
 /// ... and so may that one, unless rays lie no more than so many resolutions apart. ...
 constexpr double kDense = 0.75;
-/// ... Where they lie farther apart it counts for so much of a look.
-constexpr double kThinLook = 1.0 / 3.0;
+/// ... Where they lie farther apart it counts for a third of a look.
+constexpr int kThinLook = 1;
+constexpr int kWholeLook = 3;
+/// But no bar fills a square of a plane with so many cells along a side. If all of them are passed,
+/// looks through any are looks through all, ...
+constexpr int kMinSide = 3;
+constexpr int kMaxSide = 5;
+/// ... and so many at least if it is wider than rays lie apart.
+constexpr int kWideLook = 2 * kWholeLook;
 /// So many points before a cell for each ray that passes it do not hide it.
 constexpr double kStray = 0.25;
 /// And a ray that passes a cell may meet the same floor or wall farther on: not by more than this
@@ -49,8 +58,9 @@ struct UnseenCell {
   bool is_proven = true;  ///< one look that does not confirm it is not enough to lose it
 };
 
-/// Between the rays of a scanner something thin may be left.
-enum class Missed : std::uint8_t { No, Hardly, Surely };
+/// In place of thirds of looks, of a cell that rays do not pass. Where they pass it, if not in its
+/// middle, there are 0.
+constexpr int kNotPassed = -1000;
 
 /// Tells whether the sensor looks through cells.
 class MissTest {
@@ -73,18 +83,22 @@ class MissTest {
     return look.visible && look.near <= max_range_ &&
            look.farthest > look.near - resolution_ - behind;
   }
-  /// Is the cell one less to believe in: because the sensor looks through it, or because it looks
-  /// where the cell is and measures other places there?
-  Missed verdictOn(const UnseenCell& cell) const {
-    if (!image_.isResponsible(cell.centre)) return Missed::No;
+  /// How much less is the cell to be believed in, in thirds of looks: because the sensor looks
+  /// through it, or because it looks where the cell is and measures other places there?
+  int looksThrough(const UnseenCell& cell) const {
+    if (!image_.isResponsible(cell.centre)) return kNotPassed;
+    int looks = kNotPassed;
     const DepthImage::Look all = image_.look(cell.centre, half_, true);
     if (all.inside && all.far <= max_range_ && isPassed(cell, all, all.far + margin_)) {
-      const Missed passed = image_.isSparse() ? passedByRays(cell, all) : passedByPixels(cell);
-      if (passed != Missed::No) return passed;
+      looks = image_.isSparse() ? passedByRays(cell, all) : passedByPixels(cell);
     }
     // Without a depth error nobody knows whether what is measured beside the cell is of it.
-    if (!noise_) return Missed::No;
-    return isMissingWhereMeasured(cell) ? Missed::Surely : Missed::No;
+    if (looks > 0 || !noise_ || !isMissingWhereMeasured(cell)) return looks;
+    return kWholeLook;
+  }
+  /// Metres between the rays of a scan about a place.
+  double spacingAt(const Vector3& centre) const {
+    return image_.tileSide(centre.z()) / image_.coverOf(centre, kAround * half_).measured;
   }
   const DepthImage& image() const { return image_; }
 
@@ -97,29 +111,28 @@ class MissTest {
     const DepthImage::Sides sides = image_.sidesOf(cell.centre, half_, all.near - margin_, depth);
     return sides.at == 0 && sides.before <= kStray * sides.beyond;
   }
-  /// Is enough measured over a cell that all which is measured over it lies beyond?
-  Missed passedByPixels(const UnseenCell& cell) const {
+  /// Is enough measured over a cell that all which is measured over it lies beyond? Thirds of
+  /// looks.
+  int passedByPixels(const UnseenCell& cell) const {
     const DepthImage::Cover cover = image_.coverOf(cell.centre, half_);
-    if (cover.is_complete) return Missed::Surely;
+    if (cover.is_complete) return kWholeLook;
     const bool is_sure = !noise_ || image_.coverOf(cell.centre, 0.5 * half_).is_used;
     const double enough = is_sure ? kSeenThrough : kSeenThroughNoise;
-    return cover.measured >= enough ? Missed::Surely : Missed::No;
+    return cover.measured >= enough ? kWholeLook : kNotPassed;
   }
   /// Does a ray pass the middle of the cell? Where there are gaps between rays all of them have to
   /// end far behind it, too; where there are none, what was hit once is lost at once.
-  Missed passedByRays(const UnseenCell& cell, const DepthImage::Look& all) const {
+  int passedByRays(const UnseenCell& cell, const DepthImage::Look& all) const {
     const double enough = noise_ ? kSeenThroughNoise : kSeenThrough;
     if (image_.coverOf(cell.centre, half_).measured >= enough) {
-      if (!cell.is_proven) return Missed::Surely;
+      if (!cell.is_proven) return kWholeLook;
     } else {
       const double facing = std::abs(cell.facing);
       const double beyond = std::max(kGrazing * cell.centre.z(), half_.x() / facing);
-      if (!isPassed(cell, all, all.far + beyond)) return Missed::No;
+      if (!isPassed(cell, all, all.far + beyond)) return kNotPassed;
     }
-    if (!image_.isPassedWithin(cell.centre, kMiddle * resolution_)) return Missed::No;
-    const double around = image_.coverOf(cell.centre, kAround * half_).measured;
-    const double spacing = image_.tileSide(cell.centre.z()) / around;
-    return spacing <= kDense * resolution_ ? Missed::Surely : Missed::Hardly;
+    if (!image_.isPassedWithin(cell.centre, kMiddle * resolution_)) return 0;
+    return spacingAt(cell.centre) <= kDense * resolution_ ? kWholeLook : kThinLook;
   }
   bool isMissingWhereMeasured(const UnseenCell& cell) const {
     // Half the cell is enough to expect points of it, and edges of what hides others matter less.
@@ -149,16 +162,66 @@ class MissTest {
 
 /// Lowers the belief of one cell of a tile or block. \return whether the cell is gone
 template <typename Cells>
-bool miss(const PlanarMapParams& params, Cells& cells, std::size_t bit, Missed missed) {
-  const double factor =
-      missed == Missed::Hardly ? std::pow(params.miss_factor, kThinLook) : params.miss_factor;
-  const std::uint8_t belief = afterMiss(cells.belief(bit), factor);
+bool miss(const PlanarMapParams& params, Cells& cells, std::size_t bit, int looks) {
+  const double whole = static_cast<double>(looks) / kWholeLook;
+  const std::uint8_t belief = afterMiss(cells.belief(bit), std::pow(params.miss_factor, whole));
   if (!isKept(belief, params.min_probability)) {
     cells.remove(bit);
     return true;
   }
   cells.setBelief(bit, belief);
   return false;
+}
+
+/// Of the cells of a tile, bit 8 b + a, thirds of looks.
+struct TileLooks {
+  std::array<int, 64> through;
+  TileLooks() { through.fill(kNotPassed); }
+};
+
+/// Of each cell of a tile the most looks through a square of passed cells that holds it.
+/// \param spacing  of the rays, in cells
+TileLooks sharedLooks(const KeyMap<TileLooks>& looks, std::int32_t ta, std::int32_t tb,
+                      double spacing) {
+  constexpr std::size_t kRow = 24;  // of the tile and those about it
+  using Grid = std::array<int, kRow * kRow>;
+  Grid own;
+  own.fill(kNotPassed);
+  for (std::int32_t b = 0; b < 3; ++b) {
+    for (std::int32_t a = 0; a < 3; ++a) {
+      const TileLooks* tile = looks.find(packKey(ta + a - 1, tb + b - 1));
+      if (tile == nullptr) continue;
+      for (std::size_t row = 0; row < 8; ++row) {
+        std::copy_n(&tile->through[8 * row], 8, &own[kRow * (8 * b + row) + 8 * a]);
+      }
+    }
+  }
+  TileLooks shared;
+  Grid most = own;
+  const double wider = 1.0 + std::ceil(spacing);
+  const double first = std::max(1.0 * kMinSide, std::min(1.0 * kMaxSide, wider));
+  for (int side = static_cast<int>(first); side <= kMaxSide; ++side) {
+    const auto n = static_cast<std::size_t>(side);
+    Grid sums = own;
+    for (const std::size_t step : {std::size_t{1}, kRow}) {  // of the square from each cell on, ...
+      for (std::size_t i = 0; i + (n - 1) * step < sums.size(); ++i) {
+        for (std::size_t k = 1; k < n; ++k) sums[i] += sums[i + k * step];
+      }
+    }
+    for (const std::size_t step : {std::size_t{1}, kRow}) {  // ... of all that hold the cell
+      for (std::size_t i = sums.size(); i-- > (n - 1) * step;) {
+        for (std::size_t k = 1; k < n; ++k) sums[i] = std::max(sums[i], sums[i - k * step]);
+      }
+    }
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+      const int least = sums[i] > 0 && side > spacing ? kWideLook : 0;
+      most[i] = std::max({most[i], least, sums[i]});
+    }
+  }
+  for (std::size_t row = 0; row < 8; ++row) {
+    std::copy_n(&most[kRow * (8 + row) + 8], 8, &shared.through[8 * row]);
+  }
+  return shared;
 }
 
 void missPlane(const MapData& map, Frame& frame, const MissTest& test, PlaneLayer& layer,
@@ -171,16 +234,16 @@ void missPlane(const MapData& map, Frame& frame, const MissTest& test, PlaneLaye
   const Vector3 origin = test.image().toCamera(layer.frame().origin);
   const Vector3 normal = r * layer.frame().n;
   const Vector3 half_tile = 4.0 * s * (u.cwiseAbs() + v.cwiseAbs()) + Vector3::Constant(s);
-  const auto missTile = [&](std::int32_t ta, std::int32_t tb, const RasterTile&) {
+  KeyMap<TileLooks> looks;
+  const auto lookAt = [&](std::int32_t ta, std::int32_t tb, const RasterTile& tile) {
     // Most tiles of a large plane are far away or behind the camera.
     const double depth = origin.z() + (8 * ta + 4) * s * u.z() + (8 * tb + 4) * s * v.z();
     if (depth + half_tile.z() <= 0.0 || depth - half_tile.z() > map.missRange()) return;
     const Vector3 middle = origin + (8 * ta + 4) * s * u + (8 * tb + 4) * s * v;
     if (!test.mayBeMissed(middle, half_tile)) return;
-    RasterTile& tile = *layer.raster.find(ta, tb);
     const TileHits* seen = hits != nullptr ? hits->tiles.find(packKey(ta, tb)) : nullptr;
     const std::uint64_t* others = absorbed.find(packKey(ta, tb));
-    bool changed = false;
+    TileLooks own;
     for (std::uint64_t bits = tile.occupied() & ~(others != nullptr ? *others : 0); bits != 0;
          bits &= bits - 1) {
       const int bit = __builtin_ctzll(bits);
@@ -190,12 +253,9 @@ void missPlane(const MapData& map, Frame& frame, const MissTest& test, PlaneLaye
           origin + (8 * ta + (bit & 7) + 0.5) * s * u + (8 * tb + (bit >> 3) + 0.5) * s * v;
       // A surface seen from behind cannot be seen at all.
       const double facing = -normal.dot(centre) / centre.norm();
-      const Missed missed = test.verdictOn({centre, facing});
-      if (missed == Missed::No) continue;
-      changed = true;
-      frame.update.cells_removed += miss(map.params, tile, at, missed) ? 1 : 0;
+      own.through[at] = test.looksThrough({centre, facing});
     }
-    if (changed) layer.raster.markDirty(ta, tb);
+    if (own.through != TileLooks().through) looks[packKey(ta, tb)] = own;
   };
   for (const RasterPatch& patch : layer.raster.patches()) {
     const TileWindow& w = patch.window;
@@ -210,7 +270,25 @@ void missPlane(const MapData& map, Frame& frame, const MissTest& test, PlaneLaye
         !test.mayBeMissed(middle, half)) {
       continue;
     }
-    layer.raster.forEachTile(patch, missTile);
+    layer.raster.forEachTile(patch, lookAt);
+  }
+  for (std::size_t i = 0; i < looks.size(); ++i) {
+    std::int32_t ta = 0, tb = 0;
+    unpackKey(looks.key(i), ta, tb);
+    TileLooks through = looks.value(i);
+    if (test.image().isSparse()) {
+      const Vector3 middle = origin + (8 * ta + 4) * s * u + (8 * tb + 4) * s * v;
+      const double facing = std::abs(normal.dot(middle)) / middle.norm();
+      through = sharedLooks(looks, ta, tb, test.spacingAt(middle) / (s * facing));
+    }
+    RasterTile& tile = *layer.raster.find(ta, tb);
+    bool changed = false;
+    for (std::size_t bit = 0; bit < 64; ++bit) {
+      if (through.through[bit] <= 0) continue;
+      changed = true;
+      frame.update.cells_removed += miss(map.params, tile, bit, through.through[bit]) ? 1 : 0;
+    }
+    if (changed) layer.raster.markDirty(ta, tb);
   }
 }
 
@@ -244,14 +322,14 @@ void missCells(MapData& map, Frame& frame, const MissTest& test) {
         const Vector3 centre = s * (Vector3(c.x, c.y, c.z) + Vector3::Constant(0.5));
         const bool is_proven =
             !is_fragile || block.belief(static_cast<std::size_t>(bit)) > unproven;
-        const Missed missed =
-            test.verdictOn({test.image().toCamera(centre), 1.0, kBehindErrors, is_proven});
-        if (missed == Missed::No) continue;
+        const int looks =
+            test.looksThrough({test.image().toCamera(centre), 1.0, kBehindErrors, is_proven});
+        if (looks <= 0) continue;
         changed = true;
         if (seen == nullptr) seen = &frame.cell_hits[key];
         *seen |= std::uint64_t{1} << bit;
         frame.update.cells_removed +=
-            miss(map.params, block, static_cast<std::size_t>(bit), missed) ? 1 : 0;
+            miss(map.params, block, static_cast<std::size_t>(bit), looks) ? 1 : 0;
       }
       if (changed) map.cells.markDirty(at, frame_number);
     }
