@@ -71,6 +71,18 @@ TEST(DriftingPoses, OfExactOnesNothingIsLost) {
   }
 }
 
+TEST(DriftingPoses, AScanWithoutOneDoesNotMoveTheNext) {
+  Pipeline pipeline = pipelineWith("prior");
+  Random random(4);
+  for (std::size_t i = 0; i < 8; ++i) {
+    const Pose truth = poseAt(0.3 * static_cast<double>(i), 0.0);
+    Frame frame = scanFrom(i, truth, 8.0, random);
+    if (i != 4) frame.given_pose = truth;
+    ASSERT_EQ("", pipeline.process(frame).skip_reason) << i;
+    EXPECT_LT((frame.T_world_sensor.translation() - truth.translation()).norm(), 0.03) << i;
+  }
+}
+
 /// This hall looks the same from its other end; after many scans that were left out no place is
 /// looked for at all.
 TEST(DriftingPoses, AfterManyLostScansACloudAloneIsNotPlaced) {

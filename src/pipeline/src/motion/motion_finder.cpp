@@ -6,8 +6,6 @@
 #include <cmath>
 #include <cstddef>
 
-#include <utility>
-
 #include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/geometry/detail/angles.h"
 #include "rounded.h"
@@ -210,10 +208,7 @@ std::optional<FrameLocator::Placement> MotionFinder::placeDoubtful(const Frame& 
 Pose MotionFinder::priorByCloud(const Frame& frame) {
   constexpr double kCautious = 0.2;   // of its deviations: registration states them too large
   constexpr double kFarthest = 22.5;  // 99.9 % of the squared distances, 6 degrees of freedom
-  const std::optional<Pose> last = std::exchange(given_.before, frame.given_pose);
-  const Pose expected = last && locator_->lastPose()
-                            ? *locator_->lastPose() * last->inverse() * *frame.given_pose
-                            : *frame.given_pose;
+  const Pose expected = given_.T_world_given * *frame.given_pose;
   const CloudRegistration near = locator_->nearBy(frame, expected);
   const Matrix6 of_given = ++given_.uncorrected *
                            poseCovariance(keys.given_position_error, keys.given_orientation_error);
@@ -270,6 +265,7 @@ void MotionFinder::registerFrame(Frame& frame, bool given) {
   }
   locator_->accept(result);
   frame.T_world_sensor = result.T_world_sensor;
+  if (given) given_.T_world_given = frame.T_world_sensor * frame.given_pose->inverse();
   if (result.keyframe) locator_->remember(frame);
   if (given && keys.poses == Poses::Use) {
     takeGiven(frame);
@@ -311,8 +307,8 @@ std::optional<PosePrior> MotionFinder::start(Frame& frame) {
 
 std::string MotionFinder::saveState() const {
   StateWriter writer;
-  writer(out_of_order_, given_.contradicted, given_.agreed, given_.before, given_.uncorrected,
-         locator_.has_value());
+  writer(out_of_order_, given_.contradicted, given_.agreed, given_.T_world_given,
+         given_.uncorrected, locator_.has_value());
   if (locator_) {
     writer(keys.odometry.camera, keys.surface.cell, keys.surface.reach, locator_->usesClouds(),
            locator_->saveState());
@@ -323,8 +319,8 @@ std::string MotionFinder::saveState() const {
 void MotionFinder::loadState(const std::string& bytes) {
   StateReader reader(bytes);
   bool is_prepared = false;
-  reader(out_of_order_, given_.contradicted, given_.agreed, given_.before, given_.uncorrected,
-         is_prepared);
+  reader(out_of_order_, given_.contradicted, given_.agreed, given_.T_world_given,
+         given_.uncorrected, is_prepared);
   if (is_prepared) {
     bool with_clouds = false;
     std::string locator;

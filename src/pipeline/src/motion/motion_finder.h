@@ -13,12 +13,12 @@
 
 namespace planar_mapping::detail {
 
-/// Whether features agree with given poses.
+/// What features and clouds say of given poses.
 struct GivenPoses {
-  bool contradicted = false;     ///< which is said once
-  std::int32_t agreed = 0;       ///< frames before
-  std::optional<Pose> before;    ///< of the frame before, if it had no features
-  std::int32_t uncorrected = 0;  ///< such frames since the cloud of one told where it is
+  bool contradicted = false;              ///< which is said once
+  std::int32_t agreed = 0;                ///< frames before
+  Pose T_world_given = Pose::Identity();  ///< by the last frame that had both poses
+  std::int32_t uncorrected = 0;           ///< frames without features since a cloud told
 
   /// A warning if the features of a frame are elsewhere than its given pose says.
   /// \pre frame.given_pose
