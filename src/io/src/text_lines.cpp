@@ -153,8 +153,7 @@ void forEachLine(const std::string& path, const std::string& separators,
   std::string text;
   while (lines.next(line)) {
     text = line.substr(0, line.find('#'));
-    for (char& c : text)
-      if (separators.find(c) != std::string::npos) c = ' ';
+    for (const char separator : separators) std::replace(text.begin(), text.end(), separator, ' ');
     const Words words = splitWords(text);
     if (!words.empty()) visit(words, lines.number());
   }
