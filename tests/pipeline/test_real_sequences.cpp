@@ -245,6 +245,22 @@ TEST(ShippedSequences, RoomStandsBetweenItsFloorAndItsCeiling) {
   }
 }
 
+TEST_F(RealSequences, TableIsInTheMapThoughItMightBeTheGround) {
+  // The board lies at z = 0, the floor 0.73 m below it.
+  const Mapped table =
+      mapOf("stereo_indoor.yaml", "stereo_chess_table", 0, -1, {"motion_estimation.poses=use"});
+  ASSERT_EQ(0u, table.skipped);
+  ASSERT_EQ(7u, table.estimated.size());
+  const MapPlane* board = planeAt(table.map, Vector3::UnitZ(), 0.0);
+  ASSERT_NE(board, nullptr);
+  EXPECT_LT(std::abs(board->plane.offset), 0.01);
+  EXPECT_GT(planeAreas(table.map)[board->id], 0.6);
+  for (double x = -0.3; x < 0.31; x += 0.1) {
+    for (double y = -0.2; y < 0.21; y += 0.1)
+      EXPECT_EQ(CellState::Occupied, table.map.stateAt({x, y, 0.0})) << x << " " << y;
+  }
+}
+
 TEST_F(RealSequences, StreetStartsOverTheGroundItSees) {
   // Nobody says how high the camera is: 1.65 m.
   const Mapped street = mapOf("stereo_outdoor.yaml", "stereo_kitti_street", 0, 2,

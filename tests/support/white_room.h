@@ -84,7 +84,8 @@ inline PlanarMap mapOf(const WhiteWalk& walk, const std::string& configuration,
 struct WhiteRoomFigures {
   std::size_t wall_points = 0;   ///< on bare wall that was seen, 25 cm2 each
   double walls_occupied = 0.0;   ///< fraction of them within a cell of something occupied
-  std::size_t free_points = 0;   ///< that rays passed truly, by a cell and more; 1 dm3 each
+  std::size_t free_points = 0;   ///< that rays passed truly, by a cell and more, and as
+                                 ///< far over the floor; 1 dm3 each
   double free_occupied = 0.0;    ///< fraction of them in a cuboid
   double farthest_behind = 0.0;  ///< of any corner behind a wall, metres
   int cuboids_behind = 0;        ///< farther than two cells
@@ -147,7 +148,7 @@ inline WhiteRoomFigures figuresOf(const WhiteWalk& walk, const PlanarMap& map) {
   std::size_t wrong = 0;
   for (double x = -half_diagonal; x < half_diagonal; x += 0.1) {
     for (double y = -half_diagonal; y < half_diagonal; y += 0.1) {
-      for (double z = 0.05; z < 2.5; z += 0.1) {
+      for (double z = 0.15; z < 2.5; z += 0.1) {  // a cell and more over the floor, too
         const Vector3 point(x, y, z);
         bool passed = false;
         for (std::size_t f = 0; f < walk.frames.size() && !passed; ++f) {

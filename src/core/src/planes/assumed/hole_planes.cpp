@@ -80,13 +80,25 @@ bool HolePlanes::join(const Indices& tiles, HolePlane& candidate) const {
   return true;
 }
 
-/// Are its tiles of planes that are turned otherwise?
+/// Are its tiles of planes that are turned otherwise? A strip that lies on it, as base board and a
+/// hand of floor do together, does not tell how it is turned.
 bool HolePlanes::isAcross(const HolePlane& candidate,
                           const std::vector<PlaneSegment>& known) const {
-  const auto across = std::count_if(candidate.ends.begin(), candidate.ends.end(), [&](int i) {
-    const int own = tiles_[i].plane;
-    return own >= 0 && !areTurnedAlike(known[static_cast<std::size_t>(own)].plane, candidate.plane);
-  });
+  std::vector<std::size_t> tiles(known.size(), 0);
+  for (const int i : candidate.ends) {
+    if (tiles_[i].plane >= 0) ++tiles[static_cast<std::size_t>(tiles_[i].plane)];
+  }
+  std::size_t across = 0;
+  for (std::size_t k = 0; k < known.size(); ++k) {
+    if (tiles[k] == 0 || areTurnedAlike(known[k].plane, candidate.plane)) continue;
+    const Indices own = tiles_.tilesOf(k);
+    const auto on = std::count_if(own.begin(), own.end(), [&](int i) {
+      const Vector3& point = tiles_[i].point;
+      return std::abs(candidate.plane.signedDistance(point)) <= band(point);
+    });
+    const bool is_part = static_cast<double>(on) >= kMinOn * static_cast<double>(own.size());
+    if (!is_part) across += tiles[k];
+  }
   return static_cast<double>(across) > kMaxBehind * static_cast<double>(candidate.ends.size());
 }
 
