@@ -310,7 +310,9 @@ bool FrameLocator::agrees([[maybe_unused]] const Pose& T_world_sensor,
       views_->check(view_, T_world_sensor, odometry_.hasVelocity() ? &expected : nullptr,
                     lost_ > kFewLost && !likely);
   if (verdict == PoseVerdict::Confirmed && !mayHaveSlid(T_world_sensor)) return true;
-  if (verdict == PoseVerdict::Unknown) return likely || follows(T_world_sensor, expected);
+  // Without texture nothing keeps a camera from sliding along what its view leaves open.
+  if (verdict == PoseVerdict::Unknown)
+    return likely || (follows(T_world_sensor, expected) && !ViewMap::leavesOpen(view_));
   doubt_ = verdict == PoseVerdict::Doubtful  ? "earlier views hardly speak for the pose they give"
            : verdict == PoseVerdict::Refused ? "earlier views contradict the pose they give"
                                              : kLooksTheSame;
