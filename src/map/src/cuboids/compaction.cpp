@@ -6,10 +6,138 @@
 #include <tuple>
 #include <utility>
 
+#include "cuboids/cover_geometry.h"
 #include "planar_mapping/core/base/detail/parallel.h"
 #include "store/surface_band.h"
 
 namespace planar_mapping::detail {
+namespace {
+
+/// Regions in which the cover has or absorbs something, ascending.
+std::vector<std::uint64_t> regionsOf(const MapData& map, const PlaneFrame& frame,
+                                     const PatchCover& cover) {
+  std::vector<std::uint64_t> regions;
+  if (!map.isCompact()) return regions;
+  const double s = map.resolution();
+  const SurfaceBand band = surfaceBand(map, cover.spread);
+  for (const PatchCover::Rectangle& r : cover.rectangles) {
+    const Cuboid cuboid = cuboidOf(r.place, frame, band, map.params.approximation);
+    const Eigen::AlignedBox3d around = boundsOf(cuboid, s);  // so far it stands for what is there
+    forEachPlace(unpackKey(regionOf(map, around.min())), unpackKey(regionOf(map, around.max())),
+                 [&](const Int3& at) { regions.push_back(packKey(at)); });
+  }
+  for (const LooseQuarter& quarter : cover.loose) {
+    const std::uint64_t key = regionOf(map, centerOf(quarter, frame, s));
+    if (regions.empty() || regions.back() != key) regions.push_back(key);
+  }
+  std::sort(regions.begin(), regions.end());
+  regions.erase(std::unique(regions.begin(), regions.end()), regions.end());
+  regions.shrink_to_fit();
+  return regions;
+}
+
+/// A region's boxes, which stand for its non-planar cells and for what the rectangles of planes
+/// leave, and its choice between small rectangles and boxes.
+class RegionCover {
+ public:
+  /// A rectangle that boxes may take the place of.
+  struct Choice {
+    std::uint32_t cover = 0;  ///< the caller's number of the cover it is of
+    std::size_t rectangle = 0;
+    bool replaced = false;
+  };
+
+  /// \param effort  quick: all rectangles stay
+  RegionCover(const MapData& map, std::uint64_t key, CoverEffort effort)
+      : map_(map), key_(key), effort_(effort) {
+    const double s = map.resolution();
+    const Int3& anchor = map.cells.anchor;
+    const Int3 at = unpackKey(key);
+    const Vector3 low =
+        s * (Vector3(anchor.x, anchor.y, anchor.z) + kRegionCells * Vector3(at.x, at.y, at.z));
+    bounds_ = {low, low + Vector3::Constant(kRegionCells * s)};
+  }
+
+  /// Adds a cover of which something is in the region or near it. Those of a plane come together.
+  void add(std::uint32_t number, const PlaneLayer& plane, const PatchCover& cover) {
+    const CuboidApproximationParams& params = map_.params.approximation;
+    if (near_.empty() || near_.back() != &plane) near_.push_back(&plane);
+    const PlaneFrame& frame = plane.frame();
+    const SurfaceBand band = surfaceBand(map_, cover.spread);
+    std::vector<Cuboid> cuboids;
+    for (const PatchCover::Rectangle& r : cover.rectangles) {
+      cuboids.push_back(cuboidOf(r.place, frame, band, params));
+    }
+    const std::vector<std::uint8_t> may_go = replaceableOf(cuboids, params);
+    for (std::size_t r = 0; r < cuboids.size(); ++r) {
+      const std::size_t before = replaceable_.size();
+      addRectangle(cuboids[r], cover.rectangles[r].place, band, may_go[r] != 0);
+      if (replaceable_.size() > before) choices.push_back({number, r, false});
+    }
+    for (const LooseQuarter& quarter : cover.loose) {
+      const Vector3 center = centerOf(quarter, frame, map_.resolution());
+      if (regionOf(map_, center) == key_) addPieces(quarter, frame, params, pieces_);
+    }
+  }
+
+  /// Makes the boxes of what was added.
+  std::vector<Cuboid> boxes() {
+    const CuboidApproximationParams& params = map_.params.approximation;
+    const std::size_t region = map_.cells.regions.indexOf(key_);
+    std::vector<NonPlanarCell> cells;
+    if (region != KeyMap<CellLayer::Region>::kNone) cells = map_.cells.cellsOf(region, params);
+    if (!map_.isCompact()) {
+      const std::uint32_t frame = map_.cells.regions.value(region).frame;
+      const Vector3 sensor = frame < map_.trajectory.size() ? map_.trajectory[frame].position
+                                                            : Vector3(Vector3::Zero());
+      return cuboidsOfCells(std::move(cells), params, sensor);
+    }
+    if (effort_ == CoverEffort::Quick) {
+      for (const ReplaceableCuboid& r : replaceable_) present_.push_back(r.cuboid);
+      replaceable_.clear();
+    }
+    BoxCover cover = coverWithBoxes(cells, pieces_, present_, replaceable_, params, effort_);
+    for (std::size_t i = 0; i < cover.kept.size(); ++i) choices[i].replaced = cover.kept[i] == 0;
+    is_clutter = cover.is_clutter;
+    is_provisional = effort_ == CoverEffort::Quick &&
+                     (!choices.empty() || (cover.boxes.size() > 1 && !is_clutter));
+    namePlanes(map_, near_, cover.boxes);
+    return std::move(cover.boxes);
+  }
+
+  // As of boxes():
+  std::vector<Choice> choices;  ///< of each replaceable rectangle
+  bool is_provisional = false;  ///< more effort may need fewer cuboids
+  bool is_clutter = false;
+
+ private:
+  void addRectangle(const Cuboid& cuboid, const HalfCellRectangle& place, const SurfaceBand& band,
+                    bool may_go) {
+    const Eigen::AlignedBox3d around = boundsOf(cuboid, map_.resolution());
+    const bool inside = (around.min().array() > bounds_.min().array()).all() &&
+                        (around.max().array() < bounds_.max().array()).all();
+    if (inside && may_go) {
+      replaceable_.push_back({cuboid, {}});
+      if (effort_ == CoverEffort::Quick) return;
+      const PlaneLayer& plane = *near_.back();
+      replaceable_.back().pieces =
+          piecesOf(place, plane.raster, plane.frame(), band, map_.params.approximation);
+    } else if (around.intersects(bounds_)) {
+      present_.push_back(cuboid);
+    }
+  }
+
+  const MapData& map_;
+  const std::uint64_t key_;
+  const CoverEffort effort_;
+  Eigen::AlignedBox3d bounds_;  ///< of the region
+  std::vector<const PlaneLayer*> near_;
+  std::vector<SurfacePiece> pieces_;
+  std::vector<Cuboid> present_;
+  std::vector<ReplaceableCuboid> replaceable_;
+};
+
+}  // namespace
 
 /// Derives the covers of patches that changed or moved; marks the regions they are and were in.
 void Compaction::updateCovers(const MapData& map) {
@@ -73,9 +201,9 @@ void Compaction::coverRegion(const MapData& map, const RegionTask& task) {
   for (const std::uint32_t c : task.near) cover.add(c, map.plane(covers_[c].plane), covers_[c]);
   Region& region = regions_.value(task.region);
   region.setBoxes(cover.boxes());
-  region.provisional = cover.isProvisional();
-  region.is_clutter = cover.isClutter();
-  for (const RegionCover::Choice& choice : cover.choices()) {
+  region.provisional = cover.is_provisional;
+  region.is_clutter = cover.is_clutter;
+  for (const RegionCover::Choice& choice : cover.choices) {
     covers_[choice.cover].rectangles[choice.rectangle].replaced = choice.replaced;
   }
 }
@@ -160,22 +288,7 @@ void Compaction::joinRegions(const MapData& map) {
     std::uint32_t number = 0;
     for (const Cuboid& box : region.boxes) boxes.push_back({{key, number++}, box});
   }
-  KeyMap<std::vector<std::uint32_t>> covers_in;
-  for (std::uint32_t c = 0; c < covers_.size(); ++c) {
-    for (const std::uint64_t key : covers_[c].regions) covers_in[key].push_back(c);
-  }
-  const auto coverGroup = [&](GroupCover& group) {
-    std::vector<std::uint32_t> near;
-    for (const std::uint64_t key : group.regions()) {
-      const std::vector<std::uint32_t>* covers = covers_in.find(key);
-      if (covers != nullptr) near.insert(near.end(), covers->begin(), covers->end());
-    }
-    std::sort(near.begin(), near.end());
-    near.erase(std::unique(near.begin(), near.end()), near.end());
-    for (const std::uint32_t c : near) group.add(map.plane(covers_[c].plane), covers_[c]);
-    return group.run();
-  };
-  for (const RegionBox& box : joined_.join(map, boxes, coverGroup)) {
+  for (const RegionBox& box : joined_.join(map, boxes, covers_)) {
     regions_.find(box.region)->joined[box.number] = 1;
   }
 }

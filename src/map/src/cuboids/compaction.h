@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "cuboids/joined_boxes.h"
-#include "cuboids/region_cover.h"
 #include "planar_mapping/map/store/detail/key_map.h"
 #include "store/map_data.h"
 

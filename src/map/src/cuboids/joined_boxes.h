@@ -3,22 +3,31 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
+#include <tuple>
 #include <utility>
 #include <vector>
 
-#include "cuboids/box_groups.h"
-#include "cuboids/group_cover.h"
+#include "cuboids/patch_cover.h"
+#include "store/map_data.h"
 
 namespace planar_mapping::detail {
+
+/// A box of a region, as it is covered by itself.
+struct RegionBox {
+  std::uint64_t region = 0;  ///< CellLayer::regionKey()
+  std::uint32_t number = 0;  ///< among those of the region
+
+  bool operator==(const RegionBox& o) const { return region == o.region && number == o.number; }
+  bool operator<(const RegionBox& o) const {
+    return std::tie(region, number) < std::tie(o.region, o.number);
+  }
+};
 
 /// Boxes in the place of those of several regions: each region is covered by itself, which cuts
 /// what lies across borders. What is joined depends on the regions' boxes and on what these stand
 /// for alone; a group of boxes is covered again only where something near it changed.
 class JoinedBoxes {
  public:
-  /// Adds what is near the group, and runs it.
-  using CoverGroup = std::function<bool(GroupCover&)>;
   using PlacedBox = std::pair<RegionBox, Cuboid>;
 
   /// Forgets what has to do with regions that are no longer what they were. Until boxes are joined
@@ -26,11 +35,11 @@ class JoinedBoxes {
   void release(const std::vector<std::uint64_t>& regions);
   /// Is nothing left to be joined?
   bool isComplete() const { return complete_; }
-  /// \param boxes of all regions, each covered by itself; ascending by region and number
+  /// \param boxes  of all regions, each covered by itself; ascending by region and number
+  /// \param covers  of all patches, those of a plane together
   /// \return those that are no longer their regions'
   std::vector<RegionBox> join(const MapData& map, const std::vector<PlacedBox>& boxes,
-                              const CoverGroup& cover);
-
+                              const std::vector<PatchCover>& covers);
   /// Number of boxes; none until they are joined again.
   std::size_t size() const;
   void appendTo(std::vector<Cuboid>& boxes) const;

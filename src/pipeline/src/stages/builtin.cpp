@@ -13,10 +13,7 @@ void registerBuiltinStages(StageTable& table) {
   table.addMissing("key_features", "PLANAR_MAPPING_BUILD_STEREO");
 #endif
   detail::addMotionEstimation(table);
-  detail::addVoxelGrid(table);
-  detail::addCropFilters(table);
-  detail::addOutlierFilters(table);
-  detail::addDepthErrorLimit(table);
+  detail::addPointFilters(table);
   detail::addGroundRemoval(table);
   detail::addMultiPlaneSegmentation(table);
   detail::addKlOccupancy(table);

@@ -17,10 +17,7 @@ inline pcl::IndicesPtr sharedIndices(Indices& indices) {
 // Each group of stages adds itself; registerBuiltinStages() calls these in the order of a chain.
 void addStereoMatching(StageTable& table);
 void addKeyFeatures(StageTable& table);
-void addVoxelGrid(StageTable& table);
-void addCropFilters(StageTable& table);
-void addOutlierFilters(StageTable& table);
-void addDepthErrorLimit(StageTable& table);
+void addPointFilters(StageTable& table);
 void addMotionEstimation(StageTable& table);
 void addGroundRemoval(StageTable& table);
 void addMultiPlaneSegmentation(StageTable& table);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/core/occupancy/detail/log_odds.h"
+#include "planar_mapping/core/occupancy/detail/belief_update.h"
 
 #include <gtest/gtest.h>
 
