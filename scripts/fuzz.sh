@@ -20,13 +20,15 @@ mkdir -p build-fuzz/findings
 printf '%-14s %12s %8s %7s %9s\n' target executions edges inputs findings
 for name in "${names[@]}"; do
   grown=build-fuzz/corpus/$name
+  inputs=("tests/fuzz/corpus/$name")
+  [[ $name != configuration ]] || inputs+=(config)
   log=build-fuzz/$name.log
   mkdir -p "$grown"
   before=$(find build-fuzz/findings -name "$name-*" | wc -l)
   executions=0; edges=0
   end=$((SECONDS + seconds))
   while [[ $SECONDS -lt $end ]]; do  # a finding ends the program
-    "build-fuzz/tests/bin/fuzz_$name" "$grown" "tests/fuzz/corpus/$name" -max_total_time=$((end - SECONDS)) \
+    "build-fuzz/tests/bin/fuzz_$name" "$grown" "${inputs[@]}" -max_total_time=$((end - SECONDS)) \
       -timeout=60 -report_slow_units=60 -rss_limit_mb=3000 -print_final_stats=1 -artifact_prefix="build-fuzz/findings/$name-" \
       >"$log" 2>&1 || true
     executions=$((executions + $(awk '/number_of_executed_units/ { print $2 }' "$log") + 0))

@@ -13,32 +13,26 @@ class BadConfiguration : public CliTest {
     const std::string path = write("bad.yaml", yaml);
     std::string expected;
     for (const std::string& problem : problems) expected += path + ":" + problem + "\n";
-    const ProgramResult validated = planarMap({"validate", path});
-    EXPECT_EQ(3, validated.exit_code);
+    const ProgramResult validated = expectExit(3, planarMap({"validate", path}));
     EXPECT_EQ(expected, validated.err);
     EXPECT_EQ("", validated.out);
-    const ProgramResult run =
-        planarMap({"run", path, "-i", directory_ / "x.pcd", "-o", directory_ / "out"});
-    EXPECT_EQ(3, run.exit_code);
+    const ProgramResult run = expectExit(
+        3, planarMap({"run", path, "-i", directory_ / "x.pcd", "-o", directory_ / "out"}));
     EXPECT_EQ(expected, run.err);
     EXPECT_FALSE(exists("out"));
   }
 };
 
-constexpr const char* kHead = "version: 1\nstages:\n";
-
 TEST_F(BadConfiguration, TextThatTheParserDoesNotEndOnEndsAtOnce) {
   expectProblems(",", {"1:1: the configuration is empty; it starts with 'version: 1'"});
   const std::string path = write("bad.yaml", "version: 1\n---\n,");
-  const ProgramResult second = planarMap({"validate", path});
-  EXPECT_EQ(3, second.exit_code);
+  const ProgramResult second = expectExit(3, planarMap({"validate", path}));
   EXPECT_NE(std::string::npos, second.err.find("a configuration is one YAML document"));
 }
 
 TEST_F(BadConfiguration, GiantsAreRefusedBeforeTheyAreBuilt) {
   const auto refuses = [this](const std::string& yaml, const std::string& part) {
-    const ProgramResult result = planarMap({"validate", write("bad.yaml", yaml)});
-    EXPECT_EQ(3, result.exit_code);
+    const ProgramResult result = expectExit(3, planarMap({"validate", write("bad.yaml", yaml)}));
     EXPECT_NE(std::string::npos, result.err.find(part)) << result.err;
 #ifndef PLANAR_MAPPING_SANITIZED
     EXPECT_LT(result.peak_kilobytes, 300000);
@@ -51,116 +45,72 @@ TEST_F(BadConfiguration, GiantsAreRefusedBeforeTheyAreBuilt) {
   refuses(many + "1]", "more than 100,000 values");
 }
 
-TEST_F(BadConfiguration, UnknownStage) {
-  expectProblems(std::string(kHead) + "  - stage: multi_plane_segmentatoin\n",
-                 {"3:12: there is no stage 'multi_plane_segmentatoin'; did you mean "
-                  "'multi_plane_segmentation'?"});
-}
-
-TEST_F(BadConfiguration, UnknownKey) {
-  expectProblems(
-      std::string(kHead) + "  - stage: multi_plane_segmentation\n    distance_treshold_m: 0.1\n",
-      {"4:5: stage 'multi_plane_segmentation' has no key 'distance_treshold_m'; did you "
-       "mean 'distance_threshold_m'?"});
-}
-
-TEST_F(BadConfiguration, WrongType) {
-  expectProblems(std::string(kHead) + "  - stage: voxel_grid\n    leaf_size_m: 0.05 m\n",
-                 {"4:18: stage 'voxel_grid': leaf_size_m must be a finite number, not '0.05 m'; "
-                  "allowed: > 0 m; default 0.05"});
-}
-
-TEST_F(BadConfiguration, OutOfRange) {
-  expectProblems(std::string(kHead) + "  - stage: voxel_grid\n    leaf_size_m: -1\n",
-                 {"4:18: stage 'voxel_grid': leaf_size_m = -1 is out of range; allowed: > 0 m; "
-                  "default 0.05"});
-}
-
-TEST_F(BadConfiguration, NotANumber) {
-  expectProblems(std::string(kHead) + "  - stage: voxel_grid\n    leaf_size_m: .nan\n",
-                 {"4:18: stage 'voxel_grid': leaf_size_m must be a finite number, not '.nan'; "
-                  "allowed: > 0 m; default 0.05"});
-}
-
-TEST_F(BadConfiguration, DuplicateKeyInAStage) {
-  expectProblems(
-      std::string(kHead) + "  - stage: voxel_grid\n    leaf_size_m: 1\n    leaf_size_m: 2\n",
-      {"5:5: this stage: key 'leaf_size_m' stands here a second time; the first is in line 4"});
-}
-
-TEST_F(BadConfiguration, DuplicateKeyAtTheTop) {
-  expectProblems("version: 1\nseed: 1\nseed: 2\nstages: [{stage: voxel_grid}]\n",
-                 {"3:1: the configuration: key 'seed' stands here a second time; the first is in "
-                  "line 2"});
-}
-
-TEST_F(BadConfiguration, EmptyYaml) {
-  expectProblems("", {"1:1: the configuration is empty; it starts with 'version: 1'"});
-  expectProblems("# only a comment\n",
-                 {"1:1: the configuration is empty; it starts with 'version: 1'"});
-}
-
-TEST_F(BadConfiguration, NoMapping) {
-  expectProblems("- a\n- b\n",
-                 {"1:1: a configuration is a mapping of keys, not a list; it starts with "
-                  "'version: 1'"});
-}
-
-TEST_F(BadConfiguration, MissingVersion) {
-  expectProblems("stages:\n  - stage: voxel_grid\n",
-                 {"1:1: key 'version' is missing; write 'version: 1'"});
-}
-
-TEST_F(BadConfiguration, VersionOfTheFuture) {
-  expectProblems("version: 2\nstages:\n  - stage: voxel_grid\n",
-                 {"1:10: version = 2 is out of range; allowed: an integer [1, 1]; default 1; this "
-                  "program reads version 1"});
-}
-
-TEST_F(BadConfiguration, WordOfAnEnumeration) {
-  expectProblems(
-      std::string(kHead) + "  - stage: multi_plane_segmentation\n    method: organised\n",
-      {"4:13: stage 'multi_plane_segmentation': method cannot be 'organised'; did you "
-       "mean 'organized'? allowed: automatic, multi_ransac, sequential, organized or "
-       "disparity; default automatic"});
-}
-
-TEST_F(BadConfiguration, UnknownProfile) {
-  expectProblems("version: 1\nprofile: papr\nstages:\n  - stage: voxel_grid\n",
-                 {"2:10: profile cannot be 'papr'; did you mean 'paper'? allowed: paper or "
-                  "compact; default compact"});
-}
-
-TEST_F(BadConfiguration, StagesInTheWrongOrder) {
-  expectProblems(
-      std::string(kHead) + "  - stage: multi_plane_segmentation\n  - stage: voxel_grid\n",
-      {"4:12: stage 'voxel_grid' works on points and so must stand before "
-       "'multi_plane_segmentation', which finds planes"});
-}
-
-TEST_F(BadConfiguration, AllProblemsAtOnceInTheOrderOfTheFile) {
-  expectProblems(
-      "version: one\nsed: 3\nstages:\n  - stage: voxel_gird\n  - leaf: 3\n  - stage: "
-      "crop_box\n    negative: maybe\n",
-      {"1:10: version must be an integer, not 'one'; allowed: an integer [1, 1]; "
-       "default 1; this program reads version 1",
-       "2:1: there is no key 'sed' here; did you mean 'seed'?",
-       "4:12: there is no stage 'voxel_gird'; did you mean 'voxel_grid'?",
-       "5:5: key 'stage', the name of the stage, is missing here",
-       "7:15: stage 'crop_box': negative must be true or false, not 'maybe'; allowed: "
-       "true or false; default false"});
+TEST_F(BadConfiguration, IsReportedWithItsPlace) {
+  const std::string planes = "version: 1\nstages:\n  - stage: multi_plane_segmentation\n";
+  const std::string grid = "version: 1\nstages:\n  - stage: voxel_grid\n";
+  const std::string empty = "1:1: the configuration is empty; it starts with 'version: 1'";
+  const std::vector<std::pair<std::string, std::vector<std::string>>> rows = {
+      {"version: 1\nstages:\n  - stage: multi_plane_segmentatoin\n",
+       {"3:12: there is no stage 'multi_plane_segmentatoin'; did you mean "
+        "'multi_plane_segmentation'?"}},
+      {planes + "    distance_treshold_m: 0.1\n",
+       {"4:5: stage 'multi_plane_segmentation' has no key 'distance_treshold_m'; did you "
+        "mean 'distance_threshold_m'?"}},
+      {grid + "    leaf_size_m: 0.05 m\n",
+       {"4:18: stage 'voxel_grid': leaf_size_m must be a finite number, not '0.05 m'; "
+        "allowed: > 0 m; default 0.05"}},
+      {grid + "    leaf_size_m: -1\n",
+       {"4:18: stage 'voxel_grid': leaf_size_m = -1 is out of range; allowed: > 0 m; "
+        "default 0.05"}},
+      {grid + "    leaf_size_m: .nan\n",
+       {"4:18: stage 'voxel_grid': leaf_size_m must be a finite number, not '.nan'; "
+        "allowed: > 0 m; default 0.05"}},
+      {grid + "    leaf_size_m: 1\n    leaf_size_m: 2\n",
+       {"5:5: this stage: key 'leaf_size_m' stands here a second time; the first is in line 4"}},
+      {"version: 1\nseed: 1\nseed: 2\nstages: [{stage: voxel_grid}]\n",
+       {"3:1: the configuration: key 'seed' stands here a second time; the first is in line 2"}},
+      {"", {empty}},
+      {"# only a comment\n", {empty}},
+      {"- a\n- b\n",
+       {"1:1: a configuration is a mapping of keys, not a list; it starts with 'version: 1'"}},
+      {"stages:\n  - stage: voxel_grid\n", {"1:1: key 'version' is missing; write 'version: 1'"}},
+      {"version: 2\nstages:\n  - stage: voxel_grid\n",
+       {"1:10: version = 2 is out of range; allowed: an integer [1, 1]; default 1; this "
+        "program reads version 1"}},
+      {planes + "    method: organised\n",
+       {"4:13: stage 'multi_plane_segmentation': method cannot be 'organised'; did you "
+        "mean 'organized'? allowed: automatic, multi_ransac, sequential, organized or "
+        "disparity; default automatic"}},
+      {"version: 1\nprofile: papr\nstages:\n  - stage: voxel_grid\n",
+       {"2:10: profile cannot be 'papr'; did you mean 'paper'? allowed: paper or "
+        "compact; default compact"}},
+      {planes + "  - stage: voxel_grid\n",
+       {"4:12: stage 'voxel_grid' works on points and so must stand before "
+        "'multi_plane_segmentation', which finds planes"}},
+      // All problems at once, in the order of the file.
+      {"version: one\nsed: 3\nstages:\n  - stage: voxel_gird\n  - leaf: 3\n  - stage: "
+       "crop_box\n    negative: maybe\n",
+       {"1:10: version must be an integer, not 'one'; allowed: an integer [1, 1]; "
+        "default 1; this program reads version 1",
+        "2:1: there is no key 'sed' here; did you mean 'seed'?",
+        "4:12: there is no stage 'voxel_gird'; did you mean 'voxel_grid'?",
+        "5:5: key 'stage', the name of the stage, is missing here",
+        "7:15: stage 'crop_box': negative must be true or false, not 'maybe'; allowed: "
+        "true or false; default false"}}};
+  for (const auto& [yaml, problems] : rows) {
+    SCOPED_TRACE(yaml);
+    expectProblems(yaml, problems);
+  }
 }
 
 TEST_F(BadConfiguration, NoYaml) {
-  const ProgramResult result = planarMap({"validate", write("bad.yaml", "version: [1\n")});
-  EXPECT_EQ(3, result.exit_code);
+  const ProgramResult result =
+      expectExit(3, planarMap({"validate", write("bad.yaml", "version: [1\n")}));
   EXPECT_NE(std::string::npos, result.err.find("bad.yaml:2:1: this is no YAML")) << result.err;
 }
 
 TEST_F(BadConfiguration, DeeplyNestedYamlIsRefused) {
-  const ProgramResult result =
-      planarMap({"validate", write("deep.yaml", std::string(100000, '['))});
-  EXPECT_EQ(3, result.exit_code) << result.signal;
+  expectExit(3, planarMap({"validate", write("deep.yaml", std::string(100000, '['))}));
 }
 
 TEST_F(BadConfiguration, MissingFileDirectoryAndHugeFile) {
@@ -194,8 +144,7 @@ TEST_F(BadConfiguration, SetIsCheckedLikeTheFile) {
        "stage.key=value\n"}};
   for (const auto& [assignment, message] : cases) {
     const ProgramResult result =
-        planarMap({"validate", config("single_pcd.yaml"), "--set", assignment});
-    EXPECT_EQ(3, result.exit_code);
+        expectExit(3, planarMap({"validate", config("single_pcd.yaml"), "--set", assignment}));
     EXPECT_EQ(message, result.err);
   }
 }
@@ -204,13 +153,11 @@ TEST_F(BadConfiguration, MissingPluginAndForeignLibrary) {
   const std::string head = "version: 1\nplugins: [libmine.so]\nstages:\n  - stage: voxel_grid\n";
   const std::string path = write("plugin.yaml", head);
   const std::vector<std::string> run = {"run", path, "-i", room(), "-o", directory_ / "out"};
-  const ProgramResult missing = planarMap(run);
-  EXPECT_EQ(3, missing.exit_code);
+  const ProgramResult missing = expectExit(3, planarMap(run));
   EXPECT_NE(std::string::npos, missing.err.find(path + ":2:11: plugin ")) << missing.err;
   EXPECT_NE(std::string::npos, missing.err.find("named by its absolute path")) << missing.err;
   write("libmine.so", "not a library");
-  const ProgramResult foreign = planarMap(run);
-  EXPECT_EQ(3, foreign.exit_code);
+  const ProgramResult foreign = expectExit(3, planarMap(run));
   EXPECT_NE(std::string::npos, foreign.err.find("cannot be loaded as a plugin")) << foreign.err;
 }
 
@@ -218,8 +165,7 @@ TEST_F(BadConfiguration, PluginInAFolderIsNamedByAnAbsolutePath) {
   for (const char* name : {"plugins/libmine.so", "../libmine.so", "./libmine.so"}) {
     const std::string path = write("plugin.yaml", std::string("version: 1\nplugins: [") + name +
                                                       "]\nstages:\n  - stage: voxel_grid\n");
-    const ProgramResult result = planarMap({"validate", path});
-    EXPECT_EQ(3, result.exit_code);
+    const ProgramResult result = expectExit(3, planarMap({"validate", path}));
     EXPECT_NE(std::string::npos, result.err.find("has to be named by an absolute path")) << name;
   }
 }

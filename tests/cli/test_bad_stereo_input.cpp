@@ -3,7 +3,6 @@
 // Every way in which stereo images go wrong: an exit code, one sentence, and the frames that can be
 // used are used.
 #include <nlohmann/json.hpp>
-#include <numeric>
 #include <regex>
 
 #include "cli_fixture.h"
@@ -82,15 +81,12 @@ class BadStereoInput : public CliTest {
     return planarMap(arguments);
   }
   void expectRefused(const std::string& part) const {
-    const ProgramResult result = runStereo();
-    EXPECT_EQ(4, result.exit_code) << result.err;
-    expectOneSentence(result, part);
+    const ProgramResult result = expectExit(4, runStereo(), part);
     EXPECT_TRUE(list("out").empty());
   }
   /// The run gets through with a warning; \p skipped of its frames are not in the map.
   void expectDegraded(std::size_t frames, std::size_t skipped, const std::string& part) const {
-    const ProgramResult result = runStereo();
-    EXPECT_EQ(0, result.exit_code) << result.err;
+    const ProgramResult result = expectExit(0, runStereo());
     expectOneSentence(result, part);
     const Json metrics = Json::parse(read("out/metrics.json"));
     EXPECT_EQ(frames, metrics["frames"]);
@@ -102,13 +98,24 @@ class BadStereoInput : public CliTest {
   std::vector<io::StampedPose> trajectory() const {
     return io::readTumPoses(directory_ / "out/trajectory_tum.txt");
   }
+  /// The poses found, whose times count these frames of the corridor, are as far apart as the true
+  /// ones.
+  static void expectOnTheWay(const std::vector<io::StampedPose>& used,
+                             const std::vector<std::size_t>& frames, double tolerance) {
+    const Pose T_start = corridorPair(0).T_world_camera.inverse();
+    for (const io::StampedPose& stamped : used) {
+      const std::size_t frame = frames[static_cast<std::size_t>(stamped.timestamp)];
+      const Pose expected = T_start * corridorPair(frame).T_world_camera;
+      const Pose found = used.front().pose.inverse() * stamped.pose;
+      EXPECT_LT((found.translation() - expected.translation()).norm(), tolerance) << frame;
+    }
+  }
   void truncate(const std::string& path) const { fs::resize_file(path, fs::file_size(path) / 2); }
 };
 
 TEST_F(BadStereoInput, SoundPairsAreMappedWithoutAWord) {
   writeCorridor({0, 1, 2});
-  const ProgramResult result = runStereo({"--strict"});
-  EXPECT_EQ(0, result.exit_code) << result.err;
+  const ProgramResult result = expectExit(0, runStereo({"--strict"}));
   EXPECT_EQ("", result.err);
   EXPECT_EQ(3u, trajectory().size());
 }
@@ -136,14 +143,6 @@ TEST_F(BadStereoInput, DifferentSizesCostTheFrame) {
   expectDegraded(2, 1, "is 320 x 200, its left image 320 x 240");
 }
 
-TEST_F(BadStereoInput, SizesOfAnotherCalibration) {
-  writeCorridor({0, 1});
-  std::string calibration = std::string(kCalibration) + "baseline_m: 0.12\n";
-  calibration.replace(calibration.find("320"), 3, "640");
-  write("seq/calib.yaml", calibration);
-  expectRefused("is 320 x 240, but its calibration says 640 x 240");
-}
-
 TEST_F(BadStereoInput, WrongCalibrationKeys) {
   writeCorridor({0});
   const std::vector<std::pair<std::string, std::string>> wrong = {
@@ -161,11 +160,15 @@ TEST_F(BadStereoInput, WrongCalibrationKeys) {
 }
 
 TEST_F(BadStereoInput, CalibrationOfAnotherImageIsRefused) {
-  writeCorridor({0});
-  std::string calibration = std::string(kCalibration) + "baseline_m: 0.12\n";
-  calibration.replace(calibration.find("159.5"), 5, "700.5");
-  write("seq/calib.yaml", calibration);
-  expectRefused("calib.yaml: line 5: cx is far outside an image 320 wide");
+  writeCorridor({0, 1});
+  for (const auto& [right, wrong, part] :
+       {std::tuple("320", "640", "is 320 x 240, but its calibration says 640 x 240"),
+        {"159.5", "700.5", "calib.yaml: line 5: cx is far outside an image 320 wide"}}) {
+    std::string calibration = std::string(kCalibration) + "baseline_m: 0.12\n";
+    calibration.replace(calibration.find(right), std::strlen(right), wrong);
+    write("seq/calib.yaml", calibration);
+    expectRefused(part);
+  }
 }
 
 /// A baseline ten times too large, or a principal point far off: given poses tell.
@@ -222,8 +225,7 @@ TEST_F(BadStereoInput, PosesOfAnotherConventionAreNamed) {
 
 /// What agreed with the images for long is of the right convention.
 TEST_F(BadStereoInput, PosesThatGoWrongLaterAreNotCalledInverse) {
-  std::vector<std::size_t> frames(10);
-  std::iota(frames.begin(), frames.end(), 0);
+  const std::vector<std::size_t> frames = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
   writeCorridor(frames);
   std::vector<io::StampedPose> poses;
   for (const std::size_t frame : frames) {
@@ -244,8 +246,7 @@ TEST_F(BadStereoInput, OnePairNeedsNoFeaturesForTheNext) {
   const ProgramResult both = runStereo(most);
   EXPECT_NE(std::string::npos, both.err.find("to start from, 5000 are needed")) << both.err;
   for (const char* side : {"left", "right"}) fs::remove(imagePath(side, 1));
-  const ProgramResult one = runStereo(most);
-  EXPECT_EQ(0, one.exit_code) << one.err;
+  expectExit(0, runStereo(most));
   EXPECT_EQ(1u, trajectory().size());
 }
 
@@ -259,17 +260,10 @@ TEST_F(BadStereoInput, JumpsOfTheExposureMoveNoPose) {
     }
     writePair(frame, pair.left, pair.right);
   }
-  const ProgramResult result = runStereo();
-  EXPECT_EQ(0, result.exit_code) << result.err;
+  const ProgramResult result = expectExit(0, runStereo());
   const std::vector<io::StampedPose> used = trajectory();
   EXPECT_GE(used.size(), 7u) << result.err;
-  const Pose T_start = corridorPair(0).T_world_camera.inverse();
-  for (const io::StampedPose& stamped : used) {
-    const auto frame = static_cast<std::size_t>(stamped.timestamp);
-    const Pose expected = T_start * corridorPair(frame).T_world_camera;
-    const Pose found = used.front().pose.inverse() * stamped.pose;
-    EXPECT_LT((found.translation() - expected.translation()).norm(), 0.05) << frame;
-  }
+  expectOnTheWay(used, frames, 0.05);
 }
 
 TEST_F(BadStereoInput, SwappedLeftAndRightIsSaid) {
@@ -301,18 +295,14 @@ TEST_F(BadStereoInput, BlackImageCostsItsFrame) {
   expectDegraded(3, 1, "black");
 }
 
-TEST_F(BadStereoInput, NothingButBlackImages) {
-  io::Image black = corridorPair(0).left;
-  std::fill(black.pixels.begin(), black.pixels.end(), std::uint8_t{0});
-  writePair(0, black, black);
-  expectRefused("black");
-}
-
-TEST_F(BadStereoInput, NoTexture) {
-  io::Image gray = corridorPair(0).left;
-  std::fill(gray.pixels.begin(), gray.pixels.end(), std::uint8_t{128});
-  writePair(0, gray, gray);
-  expectRefused("no texture");
+TEST_F(BadStereoInput, NothingButBlackImagesOrNoTexture) {
+  for (const auto& [gray, part] : {std::pair(0, "black"), {128, "no texture"}}) {
+    io::Image even = corridorPair(0).left;
+    std::fill(even.pixels.begin(), even.pixels.end(), static_cast<std::uint8_t>(gray));
+    for (const char* side : {"left", "right"}) fs::remove(imagePath(side, 0));
+    writePair(0, even, even);
+    expectRefused(part);
+  }
 }
 
 TEST_F(BadStereoInput, FrozenCameraAddsNothing) {
@@ -323,26 +313,18 @@ TEST_F(BadStereoInput, FrozenCameraAddsNothing) {
 TEST_F(BadStereoInput, JumpOfTwoMetresIsBridgedOrLeftOutButNeverMisplaced) {
   const std::vector<std::size_t> frames = {0, 1, 2, 22, 23, 24};
   writeCorridor(frames);
-  const ProgramResult result = runStereo();
-  EXPECT_EQ(0, result.exit_code) << result.err;
+  const ProgramResult result = expectExit(0, runStereo());
   EXPECT_LE(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
   const std::vector<io::StampedPose> used = trajectory();
   ASSERT_GE(used.size(), 3u);
-  const Pose T_start = corridorPair(0).T_world_camera.inverse();
-  for (const io::StampedPose& stamped : used) {
-    const std::size_t frame = frames[static_cast<std::size_t>(stamped.timestamp)];
-    const Pose expected = T_start * corridorPair(frame).T_world_camera;
-    const Pose found = used.front().pose.inverse() * stamped.pose;
-    EXPECT_LT((found.translation() - expected.translation()).norm(), 0.15) << frame;
-  }
+  expectOnTheWay(used, frames, 0.15);
 }
 
 TEST_F(BadStereoInput, TimesOutOfOrderAreTakenAsTheyComeWithAWarning) {
   writeCorridor({0, 1, 2});
   std::vector<io::StampedPose> poses;
-  for (const double time : {10.0, 12.0, 11.0}) {
+  for (const double time : {10.0, 12.0, 11.0})
     poses.push_back({time, corridorPair(poses.size()).T_world_camera});
-  }
   io::writeTumPoses(directory_ / "seq/poses.txt", poses);
   expectDegraded(3, 0, "its time, 11 s, is before that of the frame before it, 12 s");
   EXPECT_EQ(11.0, trajectory()[2].timestamp);
@@ -351,8 +333,7 @@ TEST_F(BadStereoInput, TimesOutOfOrderAreTakenAsTheyComeWithAWarning) {
 TEST_F(BadStereoInput, QuaternionsAreNormalisedWithinAThousandth) {
   writeCorridor({0, 1});
   write("seq/poses.txt", "0 0 0 0 0 0 0 1.0009\n1 0 0 0.1 0 0 0 0.9991\n");
-  const ProgramResult sound = runStereo();
-  EXPECT_EQ(0, sound.exit_code) << sound.err;
+  expectExit(0, runStereo());
   ASSERT_EQ(2u, trajectory().size());
   fs::remove_all(directory_ / "out");
   write("seq/poses.txt", "0 0 0 0 0 0 0 1\n1 0 0 0.1 0 0 0 0.99\n");
@@ -372,24 +353,18 @@ TEST_F(BadStereoInput, NothingButTruncatedPngs) {
   expectRefused("nor can any other frame be used");
 }
 
-TEST_F(BadStereoInput, PairsNeedAConfigurationThatMakesClouds) {
+TEST_F(BadStereoInput, StagesThatAreMissingAreNamed) {
   writeCorridor({0});
-  const ProgramResult result = planarMap({"run", config("pcd_sequence.yaml"), "-i",
-                                          directory_ / "seq", "-o", directory_ / "out", "-q"});
-  EXPECT_EQ(4, result.exit_code);
-  expectOneSentence(result, "stereo_matching");
+  expectExit(4, runStereo({"--set", "motion_estimation.enabled=false"}), "motion_estimation");
+  expectExit(4,
+             planarMap({"run", config("pcd_sequence.yaml"), "-i", directory_ / "seq", "-o",
+                        directory_ / "out", "-q"}),
+             "stereo_matching");
   const std::string cloud = room();
-  const ProgramResult other =
-      planarMap({"run", config("stereo_indoor.yaml"), "-i", cloud, "-o", directory_ / "out", "-q"});
-  EXPECT_EQ(4, other.exit_code);
-  expectOneSentence(other, "there are no image pairs");
-}
-
-TEST_F(BadStereoInput, WithoutPosesAndMotionStageTheMissingStageIsNamed) {
-  writeCorridor({0});
-  const ProgramResult result = runStereo({"--set", "motion_estimation.enabled=false"});
-  EXPECT_EQ(4, result.exit_code);
-  expectOneSentence(result, "motion_estimation");
+  expectExit(
+      4,
+      planarMap({"run", config("stereo_indoor.yaml"), "-i", cloud, "-o", directory_ / "out", "-q"}),
+      "there are no image pairs");
 }
 
 TEST_F(BadStereoInput, ResumedRunEqualsTheOneInOneGo) {
@@ -413,8 +388,7 @@ TEST_F(BadStereoInput, ResumedRunEqualsTheOneInOneGo) {
   ASSERT_EQ(130, planarMap(run, options).exit_code);
   std::vector<std::string> resume = run;
   resume.push_back("--resume");
-  const ProgramResult resumed = planarMap(resume);
-  ASSERT_EQ(0, resumed.exit_code) << resumed.err;
+  expectExit(0, planarMap(resume));
   EXPECT_EQ(whole_map, read("out/map.pmap"));
   EXPECT_EQ(whole_trajectory, read("out/trajectory_tum.txt"));
   EXPECT_EQ(1, Json::parse(read("out/metrics.json"))["frames_skipped"]);

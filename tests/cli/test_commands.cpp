@@ -37,11 +37,10 @@ TEST_F(Commands, ReadyConfigurationsAreValid) {
 
 TEST_F(Commands, DefaultsAreAConfigurationThatResolvesToItself) {
   for (const char* profile : {"paper", "compact"}) {
-    const ProgramResult defaults = planarMap({"config", "--defaults", "--profile", profile});
-    ASSERT_EQ(0, defaults.exit_code);
+    const ProgramResult defaults =
+        expectExit(0, planarMap({"config", "--defaults", "--profile", profile}));
     const ProgramResult effective =
-        planarMap({"config", "--effective", write("defaults.yaml", defaults.out)});
-    ASSERT_EQ(0, effective.exit_code) << effective.err;
+        expectExit(0, planarMap({"config", "--effective", write("defaults.yaml", defaults.out)}));
     const ProgramResult again =
         planarMap({"config", "--effective", write("effective.yaml", effective.out)});
     EXPECT_EQ(effective.out, again.out);
@@ -49,25 +48,21 @@ TEST_F(Commands, DefaultsAreAConfigurationThatResolvesToItself) {
 }
 
 TEST_F(Commands, ExplainShowsUnitRangeDefaultAndMeaning) {
-  const ProgramResult result =
-      planarMap({"config", "--explain", "multi_plane_segmentation.distance_threshold_m"});
-  EXPECT_EQ(0, result.exit_code);
-  for (const char* part : {"d_T", "> 0 m", "0.05 m"}) {
+  const ProgramResult result = expectExit(
+      0, planarMap({"config", "--explain", "multi_plane_segmentation.distance_threshold_m"}));
+  for (const char* part : {"d_T", "> 0 m", "0.05 m"})
     EXPECT_NE(std::string::npos, result.out.find(part)) << result.out;
-  }
   EXPECT_EQ(2, planarMap({"config", "--explain", "nonsense"}).exit_code);
   EXPECT_EQ(2, planarMap({"config"}).exit_code);
 }
 
 TEST_F(Commands, StagesAreListedAndDescribed) {
-  const ProgramResult stages = planarMap({"stages"});
-  EXPECT_EQ(0, stages.exit_code);
+  const ProgramResult stages = expectExit(0, planarMap({"stages"}));
   for (const char* stage : {"voxel_grid", "pass_through", "crop_box", "statistical_outlier_removal",
                             "radius_outlier_removal", "ground_removal", "multi_plane_segmentation",
                             "kl_occupancy", "planar_cuboid_approximation"}) {
     EXPECT_NE(std::string::npos, stages.out.find(stage));
-    const ProgramResult described = planarMap({"stages", "--describe", stage});
-    EXPECT_EQ(0, described.exit_code);
+    const ProgramResult described = expectExit(0, planarMap({"stages", "--describe", stage}));
     EXPECT_NE(std::string::npos, described.out.find("default: "));
   }
   EXPECT_EQ(2, planarMap({"stages", "--describe", "nonsense"}).exit_code);
@@ -97,8 +92,7 @@ TEST_F(Commands, StandardOutputThatCannotBeWrittenIsAnError) {
 }
 
 TEST_F(Commands, InfoOfACloud) {
-  const ProgramResult result = planarMap({"info", room(), "--json"});
-  ASSERT_EQ(0, result.exit_code) << result.err;
+  const ProgramResult result = expectExit(0, planarMap({"info", room(), "--json"}));
   const Json info = Json::parse(result.out);
   EXPECT_EQ("pcd", info["type"]);
   EXPECT_EQ(20000, info["points"]);
@@ -107,8 +101,8 @@ TEST_F(Commands, InfoOfACloud) {
 
 TEST_F(Commands, InfoOfAMapAgreesWithTheRun) {
   ASSERT_EQ(0, runOn(room()).exit_code);
-  const ProgramResult result = planarMap({"info", directory_ / "out/map.pmap", "--json"});
-  ASSERT_EQ(0, result.exit_code) << result.err;
+  const ProgramResult result =
+      expectExit(0, planarMap({"info", directory_ / "out/map.pmap", "--json"}));
   const Json info = Json::parse(result.out);
   const Json metrics = Json::parse(read("out/metrics.json"));
   EXPECT_EQ(metrics["cuboids"], info["cuboids"]);
@@ -120,8 +114,7 @@ TEST_F(Commands, InfoOfAMapAgreesWithTheRun) {
 TEST_F(Commands, InfoOfASequence) {
   room("seq/clouds/0.pcd");
   room("seq/clouds/1.pcd");
-  const ProgramResult result = planarMap({"info", directory_ / "seq", "--json"});
-  ASSERT_EQ(0, result.exit_code) << result.err;
+  const ProgramResult result = expectExit(0, planarMap({"info", directory_ / "seq", "--json"}));
   EXPECT_EQ(2, Json::parse(result.out)["frames"]);
 }
 
@@ -130,9 +123,7 @@ TEST_F(Commands, ViewAndSnapshotWithoutViewerAreCodeSeven) {
   for (const std::vector<std::string>& arguments :
        {std::vector<std::string>{alone, "view", "map.pmap"},
         std::vector<std::string>{alone, "snapshot", "map.pmap", "-o", "x.png"}}) {
-    const ProgramResult result = runProgram(arguments);
-    EXPECT_EQ(7, result.exit_code) << result.err;
-    expectOneSentence(result, "planar_map_viewer");
+    expectExit(7, runProgram(arguments), "planar_map_viewer");
   }
 }
 
@@ -141,24 +132,19 @@ TEST_F(Commands, ViewerGetsTheArgumentsAndItsExitCodeIsPassedOn) {
   const std::string viewer = write("bin/planar_map_viewer", "#!/bin/sh\necho \"$@\"\nexit 6\n");
   std::filesystem::permissions(viewer, std::filesystem::perms::owner_all);
   const ProgramResult snapshot =
-      runProgram({alone, "snapshot", "map.pmap", "-o", "x.png", "--size", "64x48"});
-  EXPECT_EQ(6, snapshot.exit_code);
+      expectExit(6, runProgram({alone, "snapshot", "map.pmap", "-o", "x.png", "--size", "64x48"}));
   EXPECT_EQ("map.pmap --snapshot x.png --size 64x48\n", snapshot.out);
   const ProgramResult view =
-      runProgram({alone, "view", "map.pmap", "cloud.pcd", "--color", "tilt"});
-  EXPECT_EQ(6, view.exit_code);
+      expectExit(6, runProgram({alone, "view", "map.pmap", "cloud.pcd", "--color", "tilt"}));
   EXPECT_EQ("map.pmap cloud.pcd --color tilt\n", view.out);
 }
 
 TEST_F(Commands, SnapshotWithoutNameIsUsage) {
-  const ProgramResult result = planarMap({"snapshot", "map.pmap"});
-  EXPECT_EQ(2, result.exit_code);
-  expectOneSentence(result, "-o");
+  expectExit(2, planarMap({"snapshot", "map.pmap"}), "-o");
 }
 
 TEST_F(Commands, ProgramLinksNoVtkAndNoPclIo) {
-  const ProgramResult result = runProgram({"/usr/bin/ldd", program()});
-  ASSERT_EQ(0, result.exit_code) << result.err;
+  const ProgramResult result = expectExit(0, runProgram({"/usr/bin/ldd", program()}));
   for (const char* library :
        {"libvtk", "libpcl_io", "libpcl_surface", "libpcl_visualization", "libGL."}) {
     EXPECT_EQ(std::string::npos, result.out.find(library)) << result.out;
@@ -173,25 +159,18 @@ TEST_F(Commands, HelpAndVersionGoToStdout) {
   for (const std::vector<std::string>& arguments :
        {std::vector<std::string>{"--help"}, std::vector<std::string>{"run", "--help"},
         std::vector<std::string>{"--version"}}) {
-    const ProgramResult result = planarMap(arguments);
-    EXPECT_EQ(0, result.exit_code);
+    const ProgramResult result = expectExit(0, planarMap(arguments));
     EXPECT_NE("", result.out);
     EXPECT_EQ("", result.err);
   }
 }
 
 TEST_F(Commands, MisspeltCommandsAndOptionsGetAProposal) {
-  const ProgramResult command = planarMap({"simlate", "corridor"});
-  EXPECT_EQ(2, command.exit_code);
-  expectOneSentence(command, "did you mean 'simulate'?");
-  const ProgramResult option = planarMap({"run", "room.pcd", "--ouput", "out"});
-  EXPECT_EQ(2, option.exit_code);
-  expectOneSentence(option, "did you mean '--output'?");
+  expectExit(2, planarMap({"simlate", "corridor"}), "did you mean 'simulate'?");
+  expectExit(2, planarMap({"run", "room.pcd", "--ouput", "out"}), "did you mean '--output'?");
   const ProgramResult with_value = planarMap({"simulate", "corridor", "-o", "x", "--fames=3"});
   expectOneSentence(with_value, "did you mean '--frames'?");
-  const ProgramResult nothing_near = planarMap({"xyzzyplugh"});
-  EXPECT_EQ(2, nothing_near.exit_code);
-  expectOneSentence(nothing_near, "see planar_map --help");
+  expectExit(2, planarMap({"xyzzyplugh"}), "see planar_map --help");
 }
 
 TEST_F(Commands, HelpHasExamplesThatParse) {
@@ -218,6 +197,43 @@ TEST_F(Commands, HelpHasExamplesThatParse) {
     }
     EXPECT_GE(examples, 1u) << command;
   }
+}
+
+TEST_F(Commands, UsageErrorsAreCodeTwo) {
+  const std::string yaml = config("single_pcd.yaml");
+  const std::vector<std::vector<std::string>> wrong = {{"run"},
+                                                       {"run", yaml, "--nonsense"},
+                                                       {"run", yaml, "-j", "-1"},
+                                                       {"run", yaml, "--checkpoint", "nan"},
+                                                       {"run", yaml, "--seed", "1e23"},
+                                                       {"simulate", "room", "--seed", "-1"},
+                                                       {"simulate", "room", "--seed", "1e23"},
+                                                       {"run", "--watch", ".", "--idle", "nan"},
+                                                       {"nonsense"},
+                                                       {"run", yaml, "--profile", "papr"},
+                                                       {"run", yaml, "--progress", "maybe"},
+                                                       {"run", yaml, "--force", "--resume"}};
+  for (const auto& arguments : wrong) {
+    const ProgramResult result = planarMap(arguments);
+    EXPECT_EQ(2, result.exit_code) << arguments.back();
+    EXPECT_EQ("", result.out);
+    EXPECT_EQ(1, std::count(result.err.begin(), result.err.end(), '\n')) << result.err;
+  }
+}
+
+TEST_F(Commands, ReadyConfigurationsAreFoundByNameUnlessThereIsAFileOfThatName) {
+  const std::string cloud = room();
+  ProgramOptions here;
+  here.directory = directory_ / "";
+  const std::vector<std::string> run = {"run", "single_pcd.yaml", "-i", cloud, "-o", "out", "-q"};
+  expectExit(0, planarMap(run, here));
+  EXPECT_TRUE(exists("out/map.pmap"));
+  write("single_pcd.yaml", "version: 1\n");
+  const ProgramResult own = expectExit(3, planarMap(run, here));
+  EXPECT_EQ(0u, own.err.find("single_pcd.yaml:1:1: ")) << own.err;
+  const ProgramResult none = expectExit(3, planarMap({"validate", "single_pdc.yaml"}, here));
+  EXPECT_NE(std::string::npos, none.err.find("there is no such file; ready: ")) << none.err;
+  EXPECT_NE(std::string::npos, none.err.find(", single_pcd.yaml")) << none.err;
 }
 
 }  // namespace

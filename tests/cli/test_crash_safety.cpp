@@ -52,9 +52,8 @@ class CrashSafety : public CliTest, public ::testing::WithParamInterface<const c
     return json;
   }
   void expectSame(const std::string& expected, const std::string& output) const {
-    for (const char* name : {"/map.pmap", "/map.json", "/trajectory_tum.txt"}) {
+    for (const char* name : {"/map.pmap", "/map.json", "/trajectory_tum.txt"})
       EXPECT_TRUE(read(expected + name) == read(output + name)) << name;
-    }
     EXPECT_EQ(metrics(expected), metrics(output));
   }
   void expectNothingLeft(const std::string& output) const {
@@ -86,8 +85,7 @@ class CrashSafety : public CliTest, public ::testing::WithParamInterface<const c
     }
   }
   void expectResumes() const {
-    const ProgramResult resumed = run("out", {"--resume"});
-    EXPECT_EQ(0, resumed.exit_code) << resumed.err;
+    expectExit(0, run("out", {"--resume"}));
     expectSame("whole", "out");
     expectNothingLeft("out");
   }

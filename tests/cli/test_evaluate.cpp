@@ -58,8 +58,7 @@ class Evaluate : public CliTest {
 };
 
 TEST_F(Evaluate, TablesHoldEveryMethodAndThePromisedColumns) {
-  const ProgramResult result = evaluate();
-  ASSERT_EQ(0, result.exit_code) << result.err;
+  const ProgramResult result = expectExit(0, evaluate());
   EXPECT_EQ((std::vector<std::string>{"evaluation.csv", "evaluation.json", "evaluation.md"}),
             list("out"));
   const Json json = results();
@@ -116,8 +115,7 @@ TEST_F(Evaluate, FiguresAreTheSameForEveryRunAndNumberOfThreads) {
 
 TEST_F(Evaluate, RecordedCloudsHaveHeldBackPointsAndNoTruth) {
   const std::string cloud = room();
-  const ProgramResult result = evaluate(inputOptions(cloud));
-  ASSERT_EQ(0, result.exit_code) << result.err;
+  expectExit(0, evaluate(inputOptions(cloud)));
   const Json all = results();
   for (const Json& row : all["results"]) {
     EXPECT_EQ("room.pcd", row["scene"]);
@@ -134,8 +132,7 @@ TEST_F(Evaluate, NothingIsOverwrittenWithoutForce) {
   const std::string cloud = room();
   ASSERT_EQ(0, evaluate(inputOptions(cloud)).exit_code);
   const std::string before = read("out/evaluation.csv");
-  const ProgramResult again = evaluate(inputOptions(cloud));
-  EXPECT_EQ(2, again.exit_code);
+  const ProgramResult again = expectExit(2, evaluate(inputOptions(cloud)));
   EXPECT_NE(std::string::npos, again.err.find("--force")) << again.err;
   EXPECT_EQ(before, read("out/evaluation.csv"));
   std::vector<std::string> forced = inputOptions(cloud);
@@ -178,8 +175,7 @@ TEST_F(Evaluate, AFolderThatCannotBeReadIsAnInputError) {
   std::filesystem::create_directories(directory_ / "pairs/left");
   std::filesystem::create_directories(directory_ / "pairs/right");
   write("pairs/calib.yaml", "fx: 500\n");
-  const ProgramResult result = evaluate({"-i", directory_ / "pairs"});
-  EXPECT_EQ(4, result.exit_code) << result.err;
+  expectExit(4, evaluate({"-i", directory_ / "pairs"}));
   EXPECT_FALSE(exists("out/evaluation.json"));
 }
 
@@ -193,9 +189,9 @@ TEST_F(Evaluate, InterruptedItSavesWhatWasDone) {
       *sent = true;
       ::kill(child, number);
     };
-    const ProgramResult result = evaluate(
-        {"--places", "50", "--progress", "jsonl", "-q", "-o", directory_ / output}, options);
-    EXPECT_EQ(130, result.exit_code) << result.err;
+    const ProgramResult result = expectExit(
+        130, evaluate({"--places", "50", "--progress", "jsonl", "-q", "-o", directory_ / output},
+                      options));
     const Json json = results(output);
     EXPECT_TRUE(json["interrupted"]);
     EXPECT_GE(json["results"].size(), 2u);
@@ -210,8 +206,7 @@ TEST_F(Evaluate, VariantsGoToATableOfTheirOwn) {
   arguments.insert(arguments.end(),
                    {"--variant", "no beliefs:kl_occupancy.enabled=false", "--variant",
                     "thick:planar_cuboid_approximation.thickness_m=0.6"});
-  const ProgramResult result = evaluate(arguments);
-  ASSERT_EQ(0, result.exit_code) << result.err;
+  expectExit(0, evaluate(arguments));
   std::vector<std::string> methods;
   const Json ablation = Json::parse(read("out/ablation.json"));
   for (const Json& row : ablation["results"]) methods.push_back(row["method"]);
@@ -221,17 +216,15 @@ TEST_F(Evaluate, VariantsGoToATableOfTheirOwn) {
 }
 
 TEST_F(Evaluate, RegimesHoldEveryMethodWithTheSameCells) {
-  const ProgramResult result = evaluate({"--places", "1", "--regimes"});
-  ASSERT_EQ(0, result.exit_code) << result.err;
+  expectExit(0, evaluate({"--places", "1", "--regimes"}));
   std::map<std::string, Json> rows;
   for (const char* file : {"out/ablation.json", "out/evaluation.json"}) {
     const Json json = Json::parse(read(file));
     for (const Json& row : json["results"]) rows[row["method"]] = row;
   }
   for (const char* raw : {"", "_raw"}) {
-    for (const char* cover : {"boxes", "boxes_exact", "planes_exact"}) {
+    for (const char* cover : {"boxes", "boxes_exact", "planes_exact"})
       ASSERT_EQ(1u, rows.count(std::string(cover) + raw)) << cover << raw;
-    }
     const double tolerant = rows[std::string("boxes") + raw]["cells"];
     EXPECT_LT(tolerant, rows[std::string("boxes_exact") + raw]["cells"].get<double>()) << raw;
   }
@@ -256,11 +249,10 @@ TEST_F(Evaluate, MapsOfPosesThatWereFoundAreJudgedByTheGivenOnes) {
   ASSERT_EQ(0, planarMap({"simulate", "room", "--write", "images", "--width", "320", "--height",
                           "240", "--frames", "4", "--step", "0.05", "-o", directory_ / "scene"})
                    .exit_code);
-  const ProgramResult result =
-      planarMap({"evaluate", config("stereo_indoor.yaml"), "-i", directory_ / "scene", "--cells",
-                 "0.2", "--frames-per-place", "0", "--set", "motion_estimation.poses=ignore",
-                 "--no-figures", "-o", directory_ / "out"});
-  ASSERT_EQ(0, result.exit_code) << result.err;
+  expectExit(
+      0, planarMap({"evaluate", config("stereo_indoor.yaml"), "-i", directory_ / "scene", "--cells",
+                    "0.2", "--frames-per-place", "0", "--set", "motion_estimation.poses=ignore",
+                    "--no-figures", "-o", directory_ / "out"}));
   const Json all = results();
   for (const Json& row : all["results"]) {
     EXPECT_EQ(4, row["frames"]);
@@ -274,8 +266,7 @@ TEST_F(Evaluate, MapsOfPosesThatWereFoundAreJudgedByTheGivenOnes) {
 TEST_F(Evaluate, EveryIdeaOfTheAblationIsASetOfKnownParameters) {
   std::vector<std::string> arguments = inputOptions(room());
   arguments.emplace_back("--ablation");
-  const ProgramResult result = evaluate(arguments);
-  ASSERT_EQ(0, result.exit_code) << result.err;
+  expectExit(0, evaluate(arguments));
   EXPECT_GE(Json::parse(read("out/ablation.json"))["results"].size(), 6u);
 }
 

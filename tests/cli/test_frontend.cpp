@@ -30,10 +30,8 @@ TEST_F(FrontendTest, TheMapOfCloudsIsThatOfOneProcessByteForByte) {
   const std::vector<std::string> input = clouds(6);
   ASSERT_EQ(0, planarMap(runArguments("pcd_sequence.yaml", "one", input)).exit_code);
   Mapper mapper(*this, runArguments("pcd_sequence.yaml", "two", {"--listen", "127.0.0.1:0"}));
-  const ProgramResult sent = frontEnd(mapper.port(), input);
-  EXPECT_EQ(0, sent.exit_code) << sent.err;
-  const ProgramResult mapped = mapper.wait();
-  EXPECT_EQ(0, mapped.exit_code) << mapped.err;
+  expectExit(0, frontEnd(mapper.port(), input));
+  expectExit(0, mapper.wait());
   expectSameMap("one", "two");
   EXPECT_NE(std::string::npos, read("two/run.log").find("input front-end at 127.0.0.1:"));
 }
@@ -51,10 +49,8 @@ TEST_F(FrontendTest, AKilledFrontEndIsStartedAgainAndTheMapIsTheSame) {
   ASSERT_EQ(0, planarMap(runArguments("pcd_sequence.yaml", "one", input)).exit_code);
   Mapper mapper(*this, runArguments("pcd_sequence.yaml", "two", {"--listen", "0"}));
   frontEnd(mapper.port(), input, killAfter(mapper, 2, SIGKILL));
-  const ProgramResult again = frontEnd(mapper.port(), input);
-  EXPECT_EQ(0, again.exit_code) << again.err;
-  const ProgramResult mapped = mapper.wait();
-  EXPECT_EQ(0, mapped.exit_code) << mapped.err;
+  expectExit(0, frontEnd(mapper.port(), input));
+  const ProgramResult mapped = expectExit(0, mapper.wait());
   EXPECT_NE(std::string::npos, mapped.err.find("lost the connection to the front-end"));
   EXPECT_NE(std::string::npos, mapped.err.find("a front-end is back after frame"));
   expectSameMap("one", "two");
@@ -67,16 +63,14 @@ TEST_F(FrontendTest, AFrontEndThatVanishesLeavesAMapThatCanBeResumed) {
     Mapper mapper(*this,
                   runArguments("pcd_sequence.yaml", "two", {"--listen", "0", "--timeout", "2.5"}));
     frontEnd(mapper.port(), input, killAfter(mapper, 2, SIGKILL));
-    const ProgramResult mapped = mapper.wait();
-    EXPECT_EQ(4, mapped.exit_code) << mapped.err;
+    const ProgramResult mapped = expectExit(4, mapper.wait());
     EXPECT_NE(std::string::npos, mapped.err.find("the front-end went away after frame "));
     EXPECT_NE(std::string::npos, mapped.err.find("; the map made so far is in "));
     EXPECT_EQ(0, planarMap({"info", directory_ / "two/map.pmap"}).exit_code);
   }
   Mapper mapper(*this, runArguments("pcd_sequence.yaml", "two", {"--listen", "0", "--resume"}));
   EXPECT_EQ(0, frontEnd(mapper.port(), input).exit_code);
-  const ProgramResult resumed = mapper.wait();
-  EXPECT_EQ(0, resumed.exit_code) << resumed.err;
+  expectExit(0, mapper.wait());
   expectSameMap("one", "two");
 }
 
@@ -92,8 +86,7 @@ TEST_F(FrontendTest, AKilledMapperIsStartedAgainAndTheFrontEndBeginsAgain) {
   first.reset();
   Mapper second(*this, runArguments("pcd_sequence.yaml", "two", {"--listen", port, "--force"}));
   EXPECT_EQ(0, second.wait().exit_code);
-  const ProgramResult sent = sender.get();
-  EXPECT_EQ(0, sent.exit_code) << sent.err;
+  const ProgramResult sent = expectExit(0, sender.get());
   EXPECT_NE(std::string::npos, sent.err.find("was restarted: beginning again"));
   expectSameMap("one", "two");
 }
@@ -126,11 +119,9 @@ TEST_F(FrontendTest, ASecondFrontEndIsRefused) {
 
 TEST_F(FrontendTest, AnInterruptedFrontEndEndsBothSidesCleanly) {
   Mapper mapper(*this, runArguments("pcd_sequence.yaml", "out", {"--listen", "0"}));
-  const ProgramResult sent = frontEnd(mapper.port(), clouds(16), killAfter(mapper, 2, SIGINT));
-  EXPECT_EQ(130, sent.exit_code) << sent.signal;
-  expectOneSentence(sent, "interrupted after");
-  const ProgramResult mapped = mapper.wait();
-  EXPECT_EQ(4, mapped.exit_code);
+  expectExit(130, frontEnd(mapper.port(), clouds(16), killAfter(mapper, 2, SIGINT)),
+             "interrupted after");
+  const ProgramResult mapped = expectExit(4, mapper.wait());
   EXPECT_NE(std::string::npos, mapped.err.find("the front-end was interrupted after frame"));
   EXPECT_TRUE(exists("out/map.pmap"));
 }
@@ -143,16 +134,13 @@ TEST_F(FrontendTest, AnInterruptedMapperSavesAndTellsTheFrontEnd) {
   mapper.signal(SIGINT);
   EXPECT_EQ(130, mapper.wait().exit_code);
   EXPECT_TRUE(exists("out/map.pmap"));
-  const ProgramResult sent = sender.get();
-  EXPECT_EQ(4, sent.exit_code);
-  expectOneSentence(sent, "ended the session: the mapping side was interrupted");
+  expectExit(4, sender.get(), "ended the session: the mapping side was interrupted");
 }
 
 TEST_F(FrontendTest, MemoryDoesNotGrowWithTheSequence) {
   const auto peaks = [this](int frames) {
     Mapper mapper(*this, runArguments("pcd_sequence.yaml", "out", {"--listen", "0", "--force"}));
-    const ProgramResult sent = frontEnd(mapper.port(), clouds(frames));
-    EXPECT_EQ(0, sent.exit_code) << sent.err;
+    const ProgramResult sent = expectExit(0, frontEnd(mapper.port(), clouds(frames)));
     return std::make_pair(sent.peak_kilobytes, mapper.wait().peak_kilobytes);
   };
   const auto few = peaks(8);
@@ -167,8 +155,7 @@ TEST_F(FrontendTest, MemoryDoesNotGrowWithTheSequence) {
 TEST_F(FrontendTest, AMapperWaitsNoLongerThanItWasTold) {
   Mapper mapper(*this,
                 runArguments("pcd_sequence.yaml", "out", {"--listen", "0", "--timeout", "0.3"}));
-  const ProgramResult mapped = mapper.wait();
-  EXPECT_EQ(4, mapped.exit_code);
+  const ProgramResult mapped = expectExit(4, mapper.wait());
   EXPECT_NE(std::string::npos, mapped.err.find("no front-end connected for 0.3 s"));
   EXPECT_FALSE(exists("out/map.pmap"));
 }
@@ -178,8 +165,7 @@ TEST_F(FrontendTest, AnInterruptedWaitEndsAtOnce) {
     Mapper mapper(*this, runArguments(configuration, configuration, {"--listen", "0"}));
     (void)mapper.port();
     mapper.signal(SIGINT);
-    const ProgramResult mapped = mapper.wait();
-    EXPECT_EQ(130, mapped.exit_code) << mapped.err;
+    const ProgramResult mapped = expectExit(130, mapper.wait());
     EXPECT_LT(mapped.seconds, 10.0);
   }
 }
@@ -207,21 +193,16 @@ TEST_F(FrontendTest, WrongAddressesAreNamed) {
 
 TEST_F(FrontendTest, APortInUseIsNamed) {
   Mapper mapper(*this, runArguments("pcd_sequence.yaml", "out", {"--listen", "0"}));
-  const ProgramResult second =
-      planarMap(runArguments("pcd_sequence.yaml", "two", {"--listen", mapper.port()}));
-  EXPECT_EQ(4, second.exit_code);
-  expectOneSentence(second, "another program listens there");
+  expectExit(4, planarMap(runArguments("pcd_sequence.yaml", "two", {"--listen", mapper.port()})),
+             "another program listens there");
   mapper.signal(SIGTERM);
 }
 
 TEST_F(FrontendTest, AMissingInputIsToldToBothSidesAndTheMapperWaitsForTheRightOne) {
   Mapper mapper(*this, runArguments("pcd_sequence.yaml", "out", {"--listen", "0"}));
-  const ProgramResult sent = frontEnd(mapper.port(), {"-i", directory_ / "nothing"});
-  EXPECT_EQ(4, sent.exit_code);
-  expectOneSentence(sent, "nothing");
+  expectExit(4, frontEnd(mapper.port(), {"-i", directory_ / "nothing"}), "nothing");
   EXPECT_EQ(0, frontEnd(mapper.port(), clouds(2)).exit_code);
-  const ProgramResult mapped = mapper.wait();
-  EXPECT_EQ(0, mapped.exit_code);
+  const ProgramResult mapped = expectExit(0, mapper.wait());
   EXPECT_NE(std::string::npos, mapped.err.find("a front-end gave up before its first frame: "));
 }
 
@@ -233,20 +214,16 @@ TEST_F(FrontendTest, OnlyFrontEndsWithAKnownKeyGetThrough) {
     return arguments;
   };
   ASSERT_EQ(0, planarMap(runArguments("pcd_sequence.yaml", "one", input)).exit_code);
-  for (const char* name : {"frontend", "robot2"}) {
+  for (const char* name : {"frontend", "robot2"})
     EXPECT_EQ(0, planarMap({"keys", "-o", directory_ / "keys", "--name", name}).exit_code);
-  }
   EXPECT_EQ(0, planarMap({"keys", "-o", directory_ / "others"}).exit_code);
-  const ProgramResult again = planarMap({"keys", "-o", directory_ / "keys"});
-  EXPECT_EQ(2, again.exit_code);
-  expectOneSentence(again, "frontend.key' exists; --force overwrites it");
+  expectExit(2, planarMap({"keys", "-o", directory_ / "keys"}),
+             "frontend.key' exists; --force overwrites it");
   Mapper mapper(*this, runArguments("pcd_sequence.yaml", "two",
                                     {"--listen", "0", "--keys", directory_ / "keys/mapper.key"}));
-  const ProgramResult other = frontEnd(mapper.port(), with(directory_ / "others/frontend.key"));
-  EXPECT_EQ(4, other.exit_code) << other.err;
+  expectExit(4, frontEnd(mapper.port(), with(directory_ / "others/frontend.key")));
   EXPECT_EQ(4, frontEnd(mapper.port(), clouds(1)).exit_code);  // without a key
-  const ProgramResult known = frontEnd(mapper.port(), with(directory_ / "keys/robot2.key"));
-  EXPECT_EQ(0, known.exit_code) << known.err;
+  expectExit(0, frontEnd(mapper.port(), with(directory_ / "keys/robot2.key")));
   EXPECT_EQ(0, mapper.wait().exit_code);
   expectSameMap("one", "two");
 }
@@ -265,13 +242,11 @@ TEST_F(FrontendTest, KeyFilesOfOthersAndOpenOnesAreRefused) {
 }
 
 TEST_F(FrontendTest, ListeningToOtherMachinesNeedsKeysOrInsecure) {
-  const ProgramResult refused =
-      planarMap(runArguments("pcd_sequence.yaml", "out", {"--listen", "0.0.0.0:0"}));
-  EXPECT_EQ(2, refused.exit_code);
-  expectOneSentence(refused, "take the risk with --insecure");
-  const ProgramResult allowed = planarMap(runArguments(
-      "pcd_sequence.yaml", "out", {"--listen", "0.0.0.0:0", "--insecure", "--timeout", "0.1"}));
-  EXPECT_EQ(4, allowed.exit_code);
+  expectExit(2, planarMap(runArguments("pcd_sequence.yaml", "out", {"--listen", "0.0.0.0:0"})),
+             "take the risk with --insecure");
+  const ProgramResult allowed = expectExit(
+      4, planarMap(runArguments("pcd_sequence.yaml", "out",
+                                {"--listen", "0.0.0.0:0", "--insecure", "--timeout", "0.1"})));
   EXPECT_EQ(0U, allowed.err.find("planar_map: warning: without --keys whoever reaches"));
 }
 
@@ -284,8 +259,7 @@ TEST_F(FrontendTest, AMapperThatHangsIsGivenUp) {
   });
   mapper.waitForFrames(2);
   mapper.signal(SIGSTOP);
-  const ProgramResult sent = sender.get();
-  EXPECT_EQ(4, sent.exit_code);
+  const ProgramResult sent = expectExit(4, sender.get());
   EXPECT_NE(std::string::npos, sent.err.find("lost the connection")) << sent.err;
   EXPECT_LT(sent.seconds, 20.0);
 }

@@ -82,13 +82,11 @@ TEST_F(Interruption, KilledWhileSavingLeavesTheOldFileOrTheNewOne) {
 
 TEST_F(Interruption, ResumeContinuesWhereTheRunStopped) {
   constexpr int kFrames = 160;  // more than a busy machine lets pass before the signal is sent
-  const ProgramResult cut = planarMap(longRun("out", kFrames), signalAfterAFrame(SIGINT));
-  ASSERT_EQ(130, cut.exit_code) << cut.err;
+  expectExit(130, planarMap(longRun("out", kFrames), signalAfterAFrame(SIGINT)));
   const int done = Json::parse(read("out/metrics.json"))["frames"];
   std::vector<std::string> arguments = longRun("out", kFrames);
   arguments.push_back("--resume");
-  const ProgramResult resumed = planarMap(arguments);
-  ASSERT_EQ(0, resumed.exit_code) << resumed.err;
+  expectExit(0, planarMap(arguments));
   const Json metrics = Json::parse(read("out/metrics.json"));
   EXPECT_FALSE(metrics["interrupted"]);
   EXPECT_EQ(kFrames, metrics["frames"]);
@@ -111,15 +109,12 @@ TEST_F(Interruption, KilledRunResumesFromItsLastCheckpoint) {
   EXPECT_GE(done, 1);
   EXPECT_EQ(0, planarMap({"info", directory_ / "out/map.pmap"}).exit_code);
   arguments.push_back("--resume");
-  const ProgramResult resumed = planarMap(arguments);
-  ASSERT_EQ(0, resumed.exit_code) << resumed.err;
+  const ProgramResult resumed = expectExit(0, planarMap(arguments));
   // A line of progress for each frame that was left.
   EXPECT_EQ(kFrames - done, std::count(resumed.err.begin(), resumed.err.end(), '{')) << resumed.err;
-  for (const char* name : {"map.pmap", "map.json", "trajectory_tum.txt"}) {
+  for (const char* name : {"map.pmap", "map.json", "trajectory_tum.txt"})
     EXPECT_TRUE(read(std::string("whole/") + name) == read(std::string("out/") + name)) << name;
-  }
-  const ProgramResult again = planarMap(arguments);
-  EXPECT_EQ(0, again.exit_code);
+  const ProgramResult again = expectExit(0, planarMap(arguments));
   EXPECT_NE(std::string::npos, again.err.find("is finished; nothing was done")) << again.err;
 }
 
@@ -131,8 +126,7 @@ TEST_F(Interruption, NamesWithNewlinesAreResumed) {
   planarMap(arguments, signalAfterAFrame(SIGKILL));
   ASSERT_TRUE(exists("out/run.state"));
   arguments.push_back("--resume");
-  const ProgramResult resumed = planarMap(arguments);
-  EXPECT_EQ(0, resumed.exit_code) << resumed.err;
+  expectExit(0, planarMap(arguments));
   EXPECT_EQ(3, Json::parse(read("out/metrics.json"))["frames"]);
 }
 
@@ -147,8 +141,7 @@ TEST_F(Interruption, StandingStillIsNoSignal) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1500));
     ::kill(child, SIGCONT);
   };
-  const ProgramResult result = planarMap(longRun("out", 20), options);
-  EXPECT_EQ(0, result.exit_code) << result.err;
+  expectExit(0, planarMap(longRun("out", 20), options));
   EXPECT_EQ(20, Json::parse(read("out/metrics.json"))["frames"]);
   EXPECT_EQ(0, *rests);
 }
@@ -185,8 +178,7 @@ TEST_F(Interruption, SecondRunInTheSameDirectoryIsRefused) {
     second = planarMap({"run", config("single_pcd.yaml"), "-i", room("other.pcd"), "-o",
                         directory_ / "out", "--force"});
   };
-  const ProgramResult first = planarMap(longRun("out", 40), options);
-  EXPECT_EQ(0, first.exit_code) << first.err;
+  expectExit(0, planarMap(longRun("out", 40), options));
   EXPECT_EQ(2, second.exit_code);
   expectOneSentence(second, "another run is writing to this directory");
   EXPECT_EQ(40, Json::parse(read("out/metrics.json"))["frames"]);

@@ -21,11 +21,10 @@ class LargeCloud : public CliTest {
 
 TEST_F(LargeCloud, TenMillionPointsTakeTimeAndMemoryInProportion) {
   constexpr std::size_t kPoints = 10000000;
-  const ProgramResult small = runOn(write("small.pcd", binaryPcd(roomPoints(kPoints / 5))));
-  ASSERT_EQ(0, small.exit_code) << small.err;
+  const ProgramResult small =
+      expectExit(0, runOn(write("small.pcd", binaryPcd(roomPoints(kPoints / 5)))));
   const ProgramResult large =
-      runOn(write("large.pcd", binaryPcd(roomPoints(kPoints))), {"--force"});
-  ASSERT_EQ(0, large.exit_code) << large.err;
+      expectExit(0, runOn(write("large.pcd", binaryPcd(roomPoints(kPoints))), {"--force"}));
   const double cloud_kilobytes = static_cast<double>(kPoints) * sizeof(float) * 4 / 1024;
   const double ratio = static_cast<double>(large.peak_kilobytes) / cloud_kilobytes;
   std::cout << "10 million points: " << large.seconds << " s (" << large.processor_seconds

@@ -50,18 +50,17 @@ class Layouts : public CliTest {
                                           "-o",  directory_ / "of_native", "-q"};
     for (const std::string& setting : settings)
       arguments.insert(arguments.end(), {"--set", setting});
-    const ProgramResult expected = planarMap(arguments);
-    ASSERT_EQ(0, expected.exit_code) << expected.err;
-    const ProgramResult result = planarMap({"run", folder, "-o", directory_ / "of_layout"});
-    ASSERT_EQ(0, result.exit_code) << result.err;
+    expectExit(0, planarMap(arguments));
+    const ProgramResult result =
+        expectExit(0, planarMap({"run", folder, "-o", directory_ / "of_layout"}));
     EXPECT_EQ(0u, result.err.find("planar_map: " + folder + ": " + layout)) << result.err;
     EXPECT_NE(std::string::npos, result.err.find(configuration)) << result.err;
     EXPECT_GT(Json::parse(read("of_layout/metrics.json"))["planes"], 0);
     EXPECT_TRUE(read("of_native/map.pmap") == read("of_layout/map.pmap"));
     // The same again from what it left.
-    const ProgramResult again = planarMap(
-        {"run", directory_ / "of_layout/config.resolved.yaml", "-o", directory_ / "again", "-q"});
-    EXPECT_EQ(0, again.exit_code) << again.err;
+    const ProgramResult again =
+        expectExit(0, planarMap({"run", directory_ / "of_layout/config.resolved.yaml", "-o",
+                                 directory_ / "again", "-q"}));
     EXPECT_TRUE(read("again/map.pmap") == read("of_layout/map.pmap"));
   }
 };
@@ -107,12 +106,9 @@ TEST_F(Layouts, CalibrationMayBeGivenByAnOption) {
       "depth_scale: 1000\n";
   const std::string native = rgbd("320x240", calibration);
   const std::string folder = layout_test::toTum(native, directory_ / "tum");
-  const ProgramResult without = planarMap({"run", folder, "-o", directory_ / "out", "-q"});
-  EXPECT_EQ(4, without.exit_code);
-  expectOneSentence(without, "--calib FILE");
-  const ProgramResult with =
-      planarMap({"run", folder, "--calib", native + "/calib.yaml", "-o", directory_ / "out", "-q"});
-  EXPECT_EQ(0, with.exit_code) << with.err;
+  expectExit(4, planarMap({"run", folder, "-o", directory_ / "out", "-q"}), "--calib FILE");
+  expectExit(0, planarMap({"run", folder, "--calib", native + "/calib.yaml", "-o",
+                           directory_ / "out", "-q"}));
   EXPECT_NE(std::string::npos, read("out/config.resolved.yaml").find("calibration: "));
 }
 
@@ -167,8 +163,7 @@ TEST_F(Layouts, TheTutorialRunsAsItStands) {
   }
   ProgramOptions options;
   options.directory = directory_.path();
-  const ProgramResult result = runProgram({"/bin/bash", "-c", script}, options);
-  ASSERT_EQ(0, result.exit_code) << result.err;
+  const ProgramResult result = expectExit(0, runProgram({"/bin/bash", "-c", script}, options));
   for (const char* out : {"out_kitti", "out_tum", "out_euroc", "out_cloud", "out_live"}) {
     const Json metrics = Json::parse(read(std::string(out) + "/metrics.json"));
     EXPECT_GT(metrics["planes"], 0) << out;
@@ -179,9 +174,8 @@ TEST_F(Layouts, TheTutorialRunsAsItStands) {
 
 TEST_F(Layouts, AConfigurationThatIsGivenWins) {
   const std::string cloud = room();
-  const ProgramResult result =
-      planarMap({"run", cloud, config("pcd_sequence.yaml"), "-o", directory_ / "out"});
-  EXPECT_EQ(0, result.exit_code) << result.err;
+  const ProgramResult result = expectExit(
+      0, planarMap({"run", cloud, config("pcd_sequence.yaml"), "-o", directory_ / "out"}));
   EXPECT_EQ("", result.err);
   EXPECT_NE(std::string::npos, read("out/run.log").find("pcd_sequence.yaml"));
   EXPECT_NE(std::string::npos, read("out/run.log").find("cloud files: 1 cloud"));
@@ -190,15 +184,13 @@ TEST_F(Layouts, AConfigurationThatIsGivenWins) {
 TEST_F(Layouts, CloudsWithoutPosesAreRegistered) {
   for (int i = 0; i < 2; ++i)
     write("scans/" + std::to_string(i) + ".pcd", binaryPcd(roomPoints(20000)));
-  const ProgramResult result = planarMap({"run", directory_ / "scans", "-o", directory_ / "out"});
-  EXPECT_EQ(0, result.exit_code) << result.err;
+  const ProgramResult result =
+      expectExit(0, planarMap({"run", directory_ / "scans", "-o", directory_ / "out"}));
   EXPECT_NE(std::string::npos, result.err.find("motion_estimation.enabled=true")) << result.err;
 }
 
 TEST_F(Layouts, RunWithoutAnythingSaysWhatItNeeds) {
-  const ProgramResult result = planarMap({"run", "-o", directory_ / "out"});
-  EXPECT_EQ(2, result.exit_code);
-  expectOneSentence(result, "an input or a configuration");
+  expectExit(2, planarMap({"run", "-o", directory_ / "out"}), "an input or a configuration");
 }
 
 /// A recorder that takes its time.
@@ -246,8 +238,7 @@ TEST_F(Watching, MapsWhatARecorderWritesAndEndsWhenItIsIdle) {
       "run", config("pcd_sequence.yaml"), "--watch", directory_ / "recorded", "--idle", "3",
       "-o",  directory_ / "out"};
   watch.insert(watch.end(), settings.begin(), settings.end());
-  const ProgramResult result = planarMap(watch, options);
-  EXPECT_EQ(0, result.exit_code) << result.err;
+  expectExit(0, planarMap(watch, options));
   EXPECT_TRUE(map_came_early);
   EXPECT_TRUE(read("out/map.pmap") == read("batch/map.pmap"));
 }
@@ -261,22 +252,21 @@ TEST_F(Watching, EndsAtASignalWithWhatItHas) {
     sent = true;
     ::kill(process, SIGINT);
   };
-  const ProgramResult result =
-      planarMap({"run", "--watch", directory_ / "native", "-o", directory_ / "out"}, options);
-  EXPECT_EQ(130, result.exit_code) << result.err;
+  expectExit(
+      130, planarMap({"run", "--watch", directory_ / "native", "-o", directory_ / "out"}, options));
   EXPECT_GE(Json::parse(read("out/metrics.json"))["frames"], 1);
 }
 
 TEST_F(Watching, SaysWhatIsMissing) {
-  const ProgramResult nothing = planarMap(
-      {"run", "--watch", directory_ / "nowhere", "--idle", "0.2", "-o", directory_ / "out"});
-  EXPECT_EQ(4, nothing.exit_code);
-  expectOneSentence(nothing, "no such folder to watch");
+  expectExit(4,
+             planarMap({"run", "--watch", directory_ / "nowhere", "--idle", "0.2", "-o",
+                        directory_ / "out"}),
+             "no such folder to watch");
   fs::create_directories(directory_ / "empty/left");
-  const ProgramResult empty = planarMap(
-      {"run", "--watch", directory_ / "empty", "--idle", "0.2", "-o", directory_ / "out"});
-  EXPECT_EQ(4, empty.exit_code);
-  expectOneSentence(empty, "calib.yaml");
+  expectExit(4,
+             planarMap({"run", "--watch", directory_ / "empty", "--idle", "0.2", "-o",
+                        directory_ / "out"}),
+             "calib.yaml");
 }
 
 }  // namespace

@@ -21,20 +21,20 @@ class MapCommands : public CliTest {
   /// A floor at z = -0.5, walls at x = 5 and y = 1.5, a box at x = 2.5 (cli_fixture.h).
   std::string map(std::uint64_t seed = 1) {
     const std::string name = "out" + std::to_string(seed);
-    const ProgramResult result = planarMap(
-        {"run", config("single_pcd.yaml"), "-i", room(name + ".pcd", seed), "-o", directory_ / name,
-         "-q", "--set", "planar_cuboid_approximation.resolution_m=0.1"});
-    EXPECT_EQ(result.exit_code, 0) << result.err;
+    const ProgramResult result =
+        expectExit(0, planarMap({"run", config("single_pcd.yaml"), "-i", room(name + ".pcd", seed),
+                                 "-o", directory_ / name, "-q", "--set",
+                                 "planar_cuboid_approximation.resolution_m=0.1"}));
     return directory_ / (name + "/map.pmap");
   }
 };
 
 TEST_F(MapCommands, QueryTellsStatesOfPointsBoxesAndRays) {
   const std::string file = map();
-  const ProgramResult result = planarMap(
-      {"query", file, "--point", "5,0,0.5", "--point", "3.5,-0.5,0.7", "--box", "4.8,-1,0,5.2,1,1",
-       "--ray", "3,-0.5,0.6,1,0,0", "--ray", "3,-0.5,0.6,0,0,5", "--json"});
-  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const ProgramResult result =
+      expectExit(0, planarMap({"query", file, "--point", "5,0,0.5", "--point", "3.5,-0.5,0.7",
+                               "--box", "4.8,-1,0,5.2,1,1", "--ray", "3,-0.5,0.6,1,0,0", "--ray",
+                               "3,-0.5,0.6,0,0,5", "--json"}));
   const Json answers = Json::parse(result.out);
   EXPECT_EQ(answers["point"][0]["state"], "occupied");
   EXPECT_GT(answers["point"][0]["probability"], 0.5);
@@ -52,16 +52,14 @@ TEST_F(MapCommands, QueryTellsStatesOfPointsBoxesAndRays) {
 }
 
 TEST_F(MapCommands, QueryTakesNegativeNumbersAndAnswersInLines) {
-  const ProgramResult result = planarMap({"query", map(), "--point", "-3,-3,-3"});
-  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const ProgramResult result = expectExit(0, planarMap({"query", map(), "--point", "-3,-3,-3"}));
   EXPECT_EQ(result.out, "point -3,-3,-3: unknown, probability 0.5\n");
 }
 
 TEST_F(MapCommands, QueryAnswersForEachPointOfACloud) {
   const std::string file = map();
   const std::string cloud = write("ask.pcd", asciiPcd({"5 0 0.5", "3.5 -0.5 0.7", "nan 0 0"}));
-  const ProgramResult lines = planarMap({"query", file, "--points", cloud});
-  ASSERT_EQ(lines.exit_code, 0) << lines.err;
+  const ProgramResult lines = expectExit(0, planarMap({"query", file, "--points", cloud}));
   EXPECT_EQ(lines.out.rfind("x,y,z,state,probability\n5,0,0.5,occupied,", 0), 0u) << lines.out;
   EXPECT_NE(lines.out.find("\n3.5,-0.5,0.7,free,0\n"), std::string::npos) << lines.out;
   const ProgramResult counts = planarMap({"query", file, "--points", cloud, "--json"});
@@ -81,8 +79,7 @@ TEST_F(MapCommands, QueryRefusesWhatIsNoQuestion) {
                                                    {"--ray", "0,0,0,1,0,0", "--range", "-1"}}) {
     std::vector<std::string> arguments = {"query", file};
     arguments.insert(arguments.end(), question.begin(), question.end());
-    const ProgramResult result = planarMap(arguments);
-    EXPECT_EQ(result.exit_code, 2) << result.err;
+    const ProgramResult result = expectExit(2, planarMap(arguments));
     EXPECT_EQ(result.out, "");
     EXPECT_NE(result.err, "");
   }
@@ -104,14 +101,13 @@ TEST_F(MapCommands, ConvertWritesByExtensionAndNeverOverUnasked) {
   for (const char* beside : {"c.yaml", "c.mtl", "c/model.config"}) EXPECT_TRUE(exists(beside));
   EXPECT_EQ(read("c.pmap"), read("out1/map.pmap"));
   EXPECT_EQ(read("c.json"), read("out1/map.json"));
-  const ProgramResult unheard = planarMap({"convert", file, directory_ / "map.docx"});
-  EXPECT_EQ(unheard.exit_code, 2);
+  const ProgramResult unheard =
+      expectExit(2, planarMap({"convert", file, directory_ / "map.docx"}));
   EXPECT_NE(unheard.err.find(".ply"), std::string::npos) << unheard.err;
 }
 
 TEST_F(MapCommands, ConvertHelpSaysWhoReadsWhat) {
-  const ProgramResult help = planarMap({"convert", "--help"});
-  ASSERT_EQ(help.exit_code, 0);
+  const ProgramResult help = expectExit(0, planarMap({"convert", "--help"}));
   for (const char* line : {".scene  collision objects: MoveIt", ".pgm    with its .yaml: nav2",
                            "ParaView", "--band"}) {
     EXPECT_NE(help.out.find(line), std::string::npos) << line << help.out;
@@ -145,8 +141,7 @@ TEST_F(MapCommands, ConvertTakesItsOptions) {
 
 TEST_F(MapCommands, ConvertIntoTooFineAnOctreeFailsInBoundedMemory) {
   const ProgramResult result =
-      planarMap({"convert", map(), directory_ / "m.bt", "--cell", "0.001"});
-  EXPECT_EQ(result.exit_code, 2) << result.err;
+      expectExit(2, planarMap({"convert", map(), directory_ / "m.bt", "--cell", "0.001"}));
   EXPECT_NE(result.err.find("--cell 0.002"), std::string::npos) << result.err;
   EXPECT_LT(result.peak_kilobytes, 1'500'000);
   EXPECT_FALSE(exists("m.bt"));
@@ -177,8 +172,7 @@ TEST_F(MapCommands, FinishedMapsAreReadWhereverMapsAre) {
   const std::string finished = directory_ / "finished.pmap";
   ASSERT_EQ(planarMap({"convert", file, finished, "--finished"}).exit_code, 0);
   EXPECT_LT(read("finished.pmap").size(), read("out1/map.pmap").size());
-  const ProgramResult info = planarMap({"info", finished, "--json"});
-  ASSERT_EQ(info.exit_code, 0) << info.err;
+  const ProgramResult info = expectExit(0, planarMap({"info", finished, "--json"}));
   const Json facts = Json::parse(info.out),
              all = Json::parse(planarMap({"info", file, "--json"}).out);
   EXPECT_EQ(facts["type"], "finished map");
@@ -188,8 +182,8 @@ TEST_F(MapCommands, FinishedMapsAreReadWhereverMapsAre) {
   EXPECT_FALSE(facts.contains("planes"));
   const std::vector<std::string> question = {"--ray", "3,-0.5,0.6,1,0,0", "--json"};
   const auto ask = [&](const std::string& of) {
-    const ProgramResult result = planarMap({"query", of, question[0], question[1], question[2]});
-    EXPECT_EQ(result.exit_code, 0) << result.err;
+    const ProgramResult result =
+        expectExit(0, planarMap({"query", of, question[0], question[1], question[2]}));
     return Json::parse(result.out)["ray"][0];
   };
   EXPECT_EQ(ask(finished), ask(file));
@@ -208,9 +202,9 @@ TEST_F(MapCommands, MapsAreReadByAProgramInPython) {
   ASSERT_EQ(planarMap({"convert", file, finished, "--finished"}).exit_code, 0);
   const Json all = Json::parse(read("out1/map.json"));
   for (const std::string& path : {file, finished}) {
-    const ProgramResult result = runProgram(
-        {python, std::string(PLANAR_MAPPING_SOURCE_DIR) + "/examples/read_map.py", path});
-    ASSERT_EQ(result.exit_code, 0) << result.err;
+    const ProgramResult result = expectExit(
+        0, runProgram(
+               {python, std::string(PLANAR_MAPPING_SOURCE_DIR) + "/examples/read_map.py", path}));
     const Json info = Json::parse(planarMap({"info", path, "--json"}).out);
     const bool is_finished = info["type"] == "finished map";
     std::istringstream lines(result.out);
@@ -218,9 +212,8 @@ TEST_F(MapCommands, MapsAreReadByAProgramInPython) {
     std::map<std::string, std::size_t> facts;
     ASSERT_TRUE(std::getline(lines, line));
     EXPECT_EQ(line.rfind(is_finished ? "finished map" : "full map", 0), 0u) << line;
-    while (facts.count("cuboids") == 0 && std::getline(lines, line)) {
+    while (facts.count("cuboids") == 0 && std::getline(lines, line))
       facts[line.substr(0, line.rfind(' '))] = std::stoul(line.substr(line.rfind(' ') + 1));
-    }
     EXPECT_EQ(facts["cuboids"], info["cuboids"]["total"]);
     EXPECT_GE(facts["unknown cells"], info["unknown_cells"]);  // those in cuboids as well
     EXPECT_GT(facts["free cells"], 1000u);
@@ -256,8 +249,7 @@ TEST_F(MapCommands, FinishedMapsAreRefusedWhereTheyHaveTooLittle) {
   for (const std::vector<std::string>& arguments :
        {std::vector<std::string>{"merge", finished, file, "-o", out},
         {"merge", file, finished, "-o", out}}) {
-    const ProgramResult result = planarMap(arguments);
-    EXPECT_EQ(result.exit_code, 4);
+    const ProgramResult result = expectExit(4, planarMap(arguments));
     EXPECT_NE(result.err.find("finished"), std::string::npos) << result.err;
     EXPECT_FALSE(exists("none.pmap"));
   }
@@ -266,8 +258,7 @@ TEST_F(MapCommands, FinishedMapsAreRefusedWhereTheyHaveTooLittle) {
 TEST_F(MapCommands, MergeMakesOneMapOfSeveral) {
   const std::string first = map(1), second = map(2);
   const std::string merged = directory_ / "merged.pmap";
-  const ProgramResult result = planarMap({"merge", first, second, "-o", merged});
-  ASSERT_EQ(result.exit_code, 0) << result.err;
+  expectExit(0, planarMap({"merge", first, second, "-o", merged}));
   const Json info = Json::parse(planarMap({"info", merged, "--json"}).out);
   EXPECT_EQ(info["frames"], 2);
   // The same room twice: nothing is there twice.
@@ -285,8 +276,7 @@ TEST_F(MapCommands, MergeDoesNotDependOnTheOrderOfFiles) {
   const auto merged = [&](std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), "merge");
     arguments.insert(arguments.end(), {"-o", directory_ / "merged.pmap", "--force"});
-    const ProgramResult result = planarMap(arguments);
-    EXPECT_EQ(result.exit_code, 0) << result.err;
+    expectExit(0, planarMap(arguments));
     return read("merged.pmap");
   };
   const std::string expected = merged({first, second, third});
@@ -301,8 +291,7 @@ TEST_F(MapCommands, MergePlacesMapsByTheirPoses) {
   const std::string first = map(1);
   const std::string poses = write("poses.txt", "0 0 0 0 0 0 0 1\n0 20 0 0 0 0 0 1\n");
   const std::string merged = directory_ / "merged.pmap";
-  const ProgramResult result = planarMap({"merge", first, first, "-o", merged, "--poses", poses});
-  ASSERT_EQ(result.exit_code, 0) << result.err;
+  expectExit(0, planarMap({"merge", first, first, "-o", merged, "--poses", poses}));
   const Json answers = Json::parse(
       planarMap({"query", merged, "--point", "5,0,0.5", "--point", "25,0,0.5", "--json"}).out);
   EXPECT_EQ(answers["point"][0]["state"], "occupied");
@@ -315,11 +304,9 @@ TEST_F(MapCommands, MergePlacesMapsByTheirPoses) {
 
 TEST_F(MapCommands, CompareExitsBySixOverItsThreshold) {
   const std::string first = map(1), second = map(2);
-  const ProgramResult same = planarMap({"compare", first, first});
-  EXPECT_EQ(same.exit_code, 0);
+  const ProgramResult same = expectExit(0, planarMap({"compare", first, first}));
   EXPECT_NE(same.out.find("difference: 0\n"), std::string::npos) << same.out;
-  const ProgramResult other = planarMap({"compare", first, second, "--json"});
-  EXPECT_EQ(other.exit_code, 6);
+  const ProgramResult other = expectExit(6, planarMap({"compare", first, second, "--json"}));
   const Json answer = Json::parse(other.out);
   const double difference = answer["difference"];
   EXPECT_GT(difference, 0.0);
@@ -330,9 +317,8 @@ TEST_F(MapCommands, CompareExitsBySixOverItsThreshold) {
                    answer["in_both"].get<double>()),
               1e-12);
   EXPECT_EQ(planarMap({"compare", first, second, "--threshold", "0.5"}).exit_code, 0);
-  for (const char* wrong : {"2", "nan", "-nan"}) {
+  for (const char* wrong : {"2", "nan", "-nan"})
     EXPECT_EQ(planarMap({"compare", first, second, "--threshold", wrong}).exit_code, 2) << wrong;
-  }
   EXPECT_EQ(planarMap({"compare", first, room()}).exit_code, 4);
 }
 

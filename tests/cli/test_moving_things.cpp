@@ -23,13 +23,10 @@ class MovingThings : public CliTest {
                   .exit_code,
               0);
     const std::string output = directory_ / (written + "_map");
-    const ProgramResult run =
-        planarMap({"run", config(configuration), "-i", input, "-o", output, "-q"});
-    EXPECT_EQ(run.exit_code, 0) << run.err;
+    expectExit(0, planarMap({"run", config(configuration), "-i", input, "-o", output, "-q"}));
     std::vector<std::string> query{"query", output + "/map.pmap", "--json"};
     for (const std::string& place : places) query.insert(query.end(), {"--point", place});
-    const ProgramResult answer = planarMap(query);
-    EXPECT_EQ(answer.exit_code, 0) << answer.err;
+    const ProgramResult answer = expectExit(0, planarMap(query));
     std::vector<std::string> states;
     const auto json = nlohmann::json::parse(answer.out);
     for (const auto& point : json["point"]) states.push_back(point["state"].get<std::string>());

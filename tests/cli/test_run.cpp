@@ -43,24 +43,6 @@ TEST_F(Run, LeavesTheFilesItPromises) {
             list("out"));
 }
 
-TEST_F(Run, ReadyConfigurationsAreFoundByNameUnlessThereIsAFileOfThatName) {
-  const std::string cloud = room();
-  ProgramOptions here;
-  here.directory = directory_ / "";
-  const std::vector<std::string> run = {"run", "single_pcd.yaml", "-i", cloud, "-o", "out", "-q"};
-  const ProgramResult found = planarMap(run, here);
-  EXPECT_EQ(0, found.exit_code) << found.err;
-  EXPECT_TRUE(exists("out/map.pmap"));
-  write("single_pcd.yaml", "version: 1\n");
-  const ProgramResult own = planarMap(run, here);
-  EXPECT_EQ(3, own.exit_code);
-  EXPECT_EQ(0u, own.err.find("single_pcd.yaml:1:1: ")) << own.err;
-  const ProgramResult none = planarMap({"validate", "single_pdc.yaml"}, here);
-  EXPECT_EQ(3, none.exit_code);
-  EXPECT_NE(std::string::npos, none.err.find("there is no such file; ready: ")) << none.err;
-  EXPECT_NE(std::string::npos, none.err.find(", single_pcd.yaml")) << none.err;
-}
-
 TEST_F(Run, MetricsHaveEveryPromisedKeyAndAddUp) {
   ASSERT_EQ(0, runOn(room()).exit_code);
   const Json metrics = Json::parse(read("out/metrics.json"));
@@ -84,9 +66,8 @@ TEST_F(Run, MetricsHaveEveryPromisedKeyAndAddUp) {
   EXPECT_GT(metrics["memory_bytes"], 0);
   EXPECT_EQ(read("out/map.pmap").size(), metrics["file_bytes"]);
   for (const char* stage : {"multi_plane_segmentation", "planar_cuboid_approximation", "frame"}) {
-    for (const char* figure : {"median", "p95", "total"}) {
+    for (const char* figure : {"median", "p95", "total"})
       EXPECT_GT(metrics["time_ms"][stage][figure], 0.0) << stage << figure;
-    }
   }
   EXPECT_EQ(12345, metrics["seed"]);
   EXPECT_EQ(1, metrics["threads"]);
@@ -119,9 +100,9 @@ TEST_F(Run, AnyNumberOfThreadsGivesTheSameMap) {
 
 TEST_F(Run, ResolvedConfigurationGivesTheSameMap) {
   ASSERT_EQ(0, runSequence("first", {"--seed", "7", "--frames", "0:3:2"}).exit_code);
-  const ProgramResult again = planarMap(
-      {"run", directory_ / "first/config.resolved.yaml", "-o", directory_ / "again", "-q"});
-  ASSERT_EQ(0, again.exit_code) << again.err;
+  const ProgramResult again =
+      expectExit(0, planarMap({"run", directory_ / "first/config.resolved.yaml", "-o",
+                               directory_ / "again", "-q"}));
   EXPECT_EQ(read("first/map.pmap"), read("again/map.pmap"));
   EXPECT_EQ(read("first/config.resolved.yaml"), read("again/config.resolved.yaml"));
 }
@@ -148,11 +129,8 @@ TEST_F(Run, FramesSelectsAndCountsRows) {
   ASSERT_EQ(0, runSequence("one", {"--frames", "1:3:9223372036854775807"}).exit_code);
   const std::string one = read("one/frames.csv");
   EXPECT_EQ(2, std::count(one.begin(), one.end(), '\n'));
-  const ProgramResult none = runSequence("none", {"--frames", "7:9"});
-  EXPECT_EQ(4, none.exit_code);
-  expectOneSentence(none, "3 frames");
-  const ProgramResult nonsense = runSequence("none", {"--frames", "3:1"});
-  EXPECT_EQ(2, nonsense.exit_code);
+  const ProgramResult none = expectExit(4, runSequence("none", {"--frames", "7:9"}), "3 frames");
+  expectExit(2, runSequence("none", {"--frames", "3:1"}));
 }
 
 TEST_F(Run, DirectoryOfCloudsEqualsItsFiles) {
@@ -176,9 +154,7 @@ TEST_F(Run, DirectoryOfCloudsEqualsItsFiles) {
 }
 
 TEST_F(Run, AutomaticLengthsFollowTheResolutionThatIsSet) {
-  const ProgramResult run =
-      runOn(room(), {"--set", "planar_cuboid_approximation.resolution_m=0.3"});
-  ASSERT_EQ(0, run.exit_code) << run.err;
+  expectExit(0, runOn(room(), {"--set", "planar_cuboid_approximation.resolution_m=0.3"}));
   const std::string yaml = read("out/config.resolved.yaml");
   EXPECT_NE(std::string::npos, yaml.find("distance_threshold_m: 0.15\n")) << yaml;
 }
@@ -229,9 +205,9 @@ TEST_F(Run, WorksFromAnyDirectoryWithRelativePaths) {
   std::filesystem::create_directory(directory_ / "below");
   ProgramOptions options;
   options.directory = directory_ / "below";
-  const ProgramResult result = planarMap(
-      {"run", config("single_pcd.yaml"), "-i", "../room.pcd", "-o", "results", "-q"}, options);
-  EXPECT_EQ(0, result.exit_code) << result.err;
+  expectExit(
+      0, planarMap({"run", config("single_pcd.yaml"), "-i", "../room.pcd", "-o", "results", "-q"},
+                   options));
   EXPECT_TRUE(exists("below/results/map.pmap"));
 }
 
@@ -241,36 +217,12 @@ TEST_F(Run, InputsOfTheFileAreRelativeToIt) {
                                  "version: 1\ninputs: [room.pcd]\nstages:\n"
                                  "  - stage: multi_plane_segmentation\n"
                                  "  - stage: planar_cuboid_approximation\n");
-  const ProgramResult result = planarMap({"run", yaml, "-o", directory_ / "out", "-q"});
-  EXPECT_EQ(0, result.exit_code) << result.err;
-}
-
-TEST_F(Run, UsageErrorsAreCodeTwo) {
-  const std::string yaml = config("single_pcd.yaml");
-  const std::vector<std::vector<std::string>> wrong = {{"run"},
-                                                       {"run", yaml, "--nonsense"},
-                                                       {"run", yaml, "-j", "-1"},
-                                                       {"run", yaml, "--checkpoint", "nan"},
-                                                       {"run", yaml, "--seed", "1e23"},
-                                                       {"simulate", "room", "--seed", "-1"},
-                                                       {"simulate", "room", "--seed", "1e23"},
-                                                       {"run", "--watch", ".", "--idle", "nan"},
-                                                       {"nonsense"},
-                                                       {"run", yaml, "--profile", "papr"},
-                                                       {"run", yaml, "--progress", "maybe"},
-                                                       {"run", yaml, "--force", "--resume"}};
-  for (const auto& arguments : wrong) {
-    const ProgramResult result = planarMap(arguments);
-    EXPECT_EQ(2, result.exit_code) << arguments.back();
-    EXPECT_EQ("", result.out);
-    EXPECT_EQ(1, std::count(result.err.begin(), result.err.end(), '\n')) << result.err;
-  }
+  expectExit(0, planarMap({"run", yaml, "-o", directory_ / "out", "-q"}));
 }
 
 TEST_F(Run, ThreeHundredThousandPointsTakeWellUnderASecond) {
   const std::string cloud = write("big.pcd", binaryPcd(roomPoints(300000)));
-  const ProgramResult result = runOn(cloud);
-  ASSERT_EQ(0, result.exit_code) << result.err;
+  const ProgramResult result = expectExit(0, runOn(cloud));
   RecordProperty("seconds", std::to_string(result.seconds));
   // The aim is 0.4 s; sanitizers and busy machines get room.
   EXPECT_LT(result.seconds, 8.0);
@@ -278,8 +230,8 @@ TEST_F(Run, ThreeHundredThousandPointsTakeWellUnderASecond) {
 
 TEST_F(Run, SaysHowMuchOfThePointsTheMapCovers) {
   const std::string cloud = room();
-  const ProgramResult usual = planarMap({"run", cloud, "-o", directory_ / "out", "-q", "--json"});
-  ASSERT_EQ(0, usual.exit_code) << usual.err;
+  const ProgramResult usual =
+      expectExit(0, planarMap({"run", cloud, "-o", directory_ / "out", "-q", "--json"}));
   ASSERT_GT(Json::parse(usual.out)["coverage"].get<double>(), 0.95);
   const ProgramResult good = planarMap({"run", cloud, "-o", directory_ / "good"});
   EXPECT_NE(std::string::npos, good.out.find("% of the points lie in a cuboid")) << good.out;
@@ -290,8 +242,7 @@ TEST_F(Run, SaysHowMuchOfThePointsTheMapCovers) {
 }
 
 TEST_F(Run, ProgressHasTheSecondsLeft) {
-  const ProgramResult result = runSequence("out", {"--progress", "jsonl"});
-  ASSERT_EQ(0, result.exit_code) << result.err;
+  const ProgramResult result = expectExit(0, runSequence("out", {"--progress", "jsonl"}));
   std::istringstream lines(result.err);
   std::vector<Json> reports;
   for (std::string line; std::getline(lines, line);) reports.push_back(Json::parse(line));
@@ -318,9 +269,8 @@ TEST_F(Run, WithoutPlanesItSaysWhereThePointsWent) {
 TEST_F(Run, CloudInMillimetresGetsASentence) {
   std::vector<float> xyz = roomPoints(5000);
   for (float& v : xyz) v *= 1000.0f;
-  const ProgramResult result =
-      planarMap({"run", write("mm.pcd", binaryPcd(xyz)), "-o", directory_ / "out", "-q"});
-  EXPECT_EQ(0, result.exit_code) << result.err;
+  const ProgramResult result = expectExit(
+      0, planarMap({"run", write("mm.pcd", binaryPcd(xyz)), "-o", directory_ / "out", "-q"}));
   expectOneSentence(result, "scale them by 0.001");
 }
 
@@ -342,17 +292,16 @@ TEST_F(Run, MergedCloudMakesNoFreeOrUnknownSpaceUnlessTold) {
   for (std::size_t i = 0; i < one; i += 3)
     xyz.insert(xyz.end(), {xyz[i] + 3.0f, xyz[i + 1], 2.0f * xyz[i + 2]});
   const std::string cloud = write("merged.pcd", binaryPcd(xyz));
-  const ProgramResult result = planarMap({"run", cloud, "-o", directory_ / "out", "-q"});
-  EXPECT_EQ(0, result.exit_code) << result.err;
+  const ProgramResult result =
+      expectExit(0, planarMap({"run", cloud, "-o", directory_ / "out", "-q"}));
   expectOneSentence(result, "taken as merged of many scans");
   EXPECT_NE(std::string::npos, read("out/config.resolved.yaml").find("unknown_space: \"false\""));
-  const ProgramResult told = planarMap({"run", cloud, "-o", directory_ / "told", "-q", "--set",
-                                        "planar_cuboid_approximation.unknown_space=true"});
-  EXPECT_EQ(0, told.exit_code) << told.err;
+  const ProgramResult told =
+      expectExit(0, planarMap({"run", cloud, "-o", directory_ / "told", "-q", "--set",
+                               "planar_cuboid_approximation.unknown_space=true"}));
   EXPECT_NE(std::string::npos, read("told/config.resolved.yaml").find("unknown_space: \"true\""));
-  const ProgramResult two = planarMap(
-      {"run", config("single_pcd.yaml"), "-i", room(), room(), "-o", directory_ / "two", "-q"});
-  EXPECT_EQ(0, two.exit_code) << two.err;
+  const ProgramResult two = expectExit(0, planarMap({"run", config("single_pcd.yaml"), "-i", room(),
+                                                     room(), "-o", directory_ / "two", "-q"}));
   expectOneSentence(two, "are taken to be seen from the same place");
   const ProgramResult single = planarMap({"run", room(), "-o", directory_ / "single", "-q"});
   EXPECT_EQ("", single.err);
@@ -391,9 +340,8 @@ TEST_F(Run, SaysThatTheRobotIsInItsScans) {
     }
     write("seq/poses.txt", poses);
     const ProgramResult result =
-        planarMap({"run", config("pcd_sequence.yaml"), "-i", directory_ / "seq", "-o",
-                   directory_ / "out", "-q", "--force"});
-    EXPECT_EQ(0, result.exit_code);
+        expectExit(0, planarMap({"run", config("pcd_sequence.yaml"), "-i", directory_ / "seq", "-o",
+                                 directory_ / "out", "-q", "--force"}));
     EXPECT_EQ(robot, result.err.find("a stage crop_box with") != std::string::npos) << result.err;
   }
 }
@@ -419,8 +367,7 @@ TEST_F(Run, SaysWhereARecordingBreaks) {
     poses += std::to_string(100 + i) + " 0 0 0 0 0 0 1\n";
   }
   write("seq/poses.txt", poses);
-  const ProgramResult both = run("0:15");
-  EXPECT_EQ(0, both.exit_code) << both.err;
+  const ProgramResult both = expectExit(0, run("0:15"));
   EXPECT_NE(std::string::npos,
             both.err.find("; none of the last 10 has a place: if the recording breaks at frame 5, "
                           "--frames 5: maps what follows by itself"))

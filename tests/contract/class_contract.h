@@ -197,7 +197,8 @@ TYPED_TEST_P(ClassContract, AcceptsCloudsWithNothingInThem) {
     }
     typename TypeParam::Class subject;
     subject.setInputCloud(cloud);
-    EXPECT_NO_THROW(TypeParam::run(subject)) << "kind " << kind;
+    const Outcome outcome = TypeParam::run(subject);
+    EXPECT_TRUE(kind > 0 || (outcome.indices.empty() && outcome.numbers.empty()));
   }
 }
 

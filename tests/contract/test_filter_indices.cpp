@@ -169,9 +169,8 @@ TYPED_TEST(FilterContract, InPlaceEqualsElsewhere) {
     ASSERT_EQ(cloud->size(), elsewhere.size());
     EXPECT_EQ(cloud->width, elsewhere.width);
     EXPECT_EQ(cloud->header.frame_id, "camera");
-    for (std::size_t i = 0; i < cloud->size(); ++i) {
+    for (std::size_t i = 0; i < cloud->size(); ++i)
       ASSERT_TRUE((*cloud)[i].x == elsewhere[i].x || std::isnan(elsewhere[i].x));
-    }
   }
 }
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "class_contract.h"
 #include "planar_mapping/filters/ground_removal.h"
+#include "planar_mapping/filters/kl_occupancy_filter.h"
 
 namespace planar_mapping::test {
 namespace {
@@ -27,6 +28,27 @@ struct GroundSubject {
 };
 
 INSTANTIATE_TYPED_TEST_SUITE_P(GroundRemoval, ClassContract, AllPointTypes<GroundSubject>);
+
+template <typename PointT>
+struct OccupancySubject {
+  using Point = PointT;
+  using Class = KLOccupancyFilter<PointT>;
+  using Base = pcl::FilterIndices<PointT>;
+  static constexpr bool kThrowsWithoutCloud = false;  // filter() is PCL's own non-virtual code
+
+  static Outcome run(Class& subject) {
+    subject.reset();  // the beliefs
+    Outcome outcome;
+    subject.filter(outcome.indices);
+    for (const int i : outcome.indices) outcome.numbers.push_back(subject.getProbabilities()[i]);
+    return outcome;
+  }
+  static std::size_t notFinite(const Class& subject) {
+    return subject.getDiagnostics().points_not_measured;
+  }
+};
+
+INSTANTIATE_TYPED_TEST_SUITE_P(KLOccupancyFilter, ClassContract, AllPointTypes<OccupancySubject>);
 
 }  // namespace
 }  // namespace planar_mapping::test

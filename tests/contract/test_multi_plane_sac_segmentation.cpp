@@ -36,18 +36,6 @@ struct SegmentationSubject {
 INSTANTIATE_TYPED_TEST_SUITE_P(MultiPlaneSACSegmentation, ClassContract,
                                AllPointTypes<SegmentationSubject>);
 
-TEST(MultiPlaneSACSegmentationContract, CarriesTheHeaderOver) {
-  const auto cloud = makeScene<pcl::PointXYZ>();
-  MultiPlaneSACSegmentation<pcl::PointXYZ> segmentation;
-  segmentation.setInputCloud(cloud);
-  std::vector<pcl::PointIndices> inliers;
-  std::vector<pcl::ModelCoefficients> planes;
-  segmentation.segment(inliers, planes);
-  ASSERT_EQ(planes.size(), 2u);
-  EXPECT_EQ(planes[0].header.frame_id, "camera");
-  EXPECT_EQ(inliers[1].header.stamp, 1234u);
-}
-
 TEST(MultiPlaneSACSegmentationContract, ThreadsNeverChangeTheResult) {
   const auto cloud = makeScene<pcl::PointXYZ>();
   std::vector<Outcome> outcomes;

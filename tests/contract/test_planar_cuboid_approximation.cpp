@@ -3,6 +3,7 @@
 #include "class_contract.h"
 #include "cuboid_numbers.h"
 #include "planar_mapping/surface/planar_cuboid_approximation.h"
+#include "planar_mapping/surface/planar_mapping.h"
 
 namespace planar_mapping::test {
 namespace {
@@ -51,21 +52,28 @@ TEST(PlanarCuboidApproximationContract, ThreadsNeverChangeTheResult) {
   }
 }
 
-TEST(PlanarCuboidApproximationContract, BadPlanesAreInputErrors) {
-  const auto cloud = makeScene<pcl::PointXYZ>();
-  PlanarCuboidApproximation<pcl::PointXYZ> approximation;
-  approximation.setInputCloud(cloud);
-  pcl::ModelCoefficients plane;
-  plane.values = {0, 0, -1, 2};
-  pcl::PointIndices outside;
-  outside.indices = {0, 1, 4800};
-  EXPECT_THROW(approximation.setPlanes({}, {plane}), InputError);
-  approximation.setPlanes({outside}, {plane});
-  std::vector<Cuboid> cuboids;
-  EXPECT_THROW(approximation.approximate(cuboids), InputError);
-  plane.values = {0, 0, 0, 1};
-  EXPECT_THROW(approximation.setPlanes({outside}, {plane}), ParameterError);
-}
+template <typename PointT>
+struct MappingSubject {
+  using Point = PointT;
+  using Class = PlanarMapping<PointT>;
+  using Base = pcl::PCLBase<PointT>;
+  static constexpr bool kThrowsWithoutCloud = true;
+
+  static Outcome run(Class& subject) {
+    subject.setParams(paramsWithAllCells());
+    subject.reset();
+    subject.integrate();
+    Outcome outcome;
+    append(subject.map().cuboids(), outcome.numbers);
+    return outcome;
+  }
+  /// The class counts them among the dropped ones.
+  static std::size_t notFinite(const Class& subject) {
+    return subject.getDiagnostics().dropped_points;
+  }
+};
+
+INSTANTIATE_TYPED_TEST_SUITE_P(PlanarMapping, ClassContract, AllPointTypes<MappingSubject>);
 
 }  // namespace
 }  // namespace planar_mapping::test

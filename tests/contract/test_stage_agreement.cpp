@@ -160,9 +160,8 @@ std::vector<Frame> simulated(const std::string& scene, int count) {
     frame.timestamp = seen.timestamp;
     frame.T_world_sensor = seen.T_world_camera;
     frame.cloud = pcl::make_shared<FrameCloud>(160, 120);
-    for (std::size_t k = 0; k < frame.cloud->size(); ++k) {
+    for (std::size_t k = 0; k < frame.cloud->size(); ++k)
       (*frame.cloud)[k] = {seen.xyz[3 * k], seen.xyz[3 * k + 1], seen.xyz[3 * k + 2]};
-    }
     frames.push_back(std::move(frame));
   }
   return frames;
@@ -255,9 +254,8 @@ TEST(StageAgreement, PoseOfACloudIsTheOneGivenElseItsViewpoint) {
       Eigen::Quaterniond(Matrix3(file.T_world_sensor.linear())).cast<float>();
   approximate();
   ASSERT_EQ(cuboids.size(), expected.size());
-  for (std::size_t i = 0; i < cuboids.size(); ++i) {
+  for (std::size_t i = 0; i < cuboids.size(); ++i)
     EXPECT_NEAR((cuboids[i].center - expected[i].center).norm(), 0.0, 1e-4) << i;
-  }
   approximation.setSensorPose(frame.T_world_sensor);
   mapping.setSensorPose(frame.T_world_sensor);
   cloud->sensor_origin_ = Eigen::Vector4f(7, 7, 7, 0);

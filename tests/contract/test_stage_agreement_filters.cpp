@@ -42,15 +42,12 @@ class Agreement {
     ground_points_ += frame.ground.size();
 
     KlOccupancyParams params = occupancy_.getParams();
-    if (!isCameraView(viewOf(*cloud), nullptr)) {
-      params.beliefs.occupancy.optical_axis.setZero();
-    }
+    if (!isCameraView(viewOf(*cloud), nullptr)) params.beliefs.occupancy.optical_axis.setZero();
     occupancy_.setParams(params);
     std::vector<std::int32_t> labels(cloud->size(), -1);
     for (std::size_t plane = 0; plane < frame.planes.size(); ++plane) {
-      for (const int i : frame.planes[plane].inliers) {
+      for (const int i : frame.planes[plane].inliers)
         labels[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(plane);
-      }
     }
     occupancy_.setInputCloud(cloud);
     occupancy_.setIndices(pcl::make_shared<pcl::Indices>(kept));
@@ -87,9 +84,8 @@ Frame frameOf(const std::vector<float>& xyz, int width, int height) {
   Frame frame;
   frame.source = "generated";
   frame.cloud = pcl::make_shared<FrameCloud>();
-  for (std::size_t i = 0; i < xyz.size(); i += 3) {
+  for (std::size_t i = 0; i < xyz.size(); i += 3)
     frame.cloud->push_back({xyz[i], xyz[i + 1], xyz[i + 2]});
-  }
   frame.cloud->width = static_cast<std::uint32_t>(width);
   frame.cloud->height = static_cast<std::uint32_t>(height);
   return frame;

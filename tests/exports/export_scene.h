@@ -60,9 +60,8 @@ class Exported {
     const std::vector<std::string> files = io::exportedFiles(path_);
     EXPECT_EQ(contents.size(), files.size());
     if (path_.back() == '/') std::filesystem::create_directories(path_);
-    for (std::size_t i = 0; i < files.size(); ++i) {
+    for (std::size_t i = 0; i < files.size(); ++i)
       std::ofstream(files[i], std::ios::binary) << contents.at(i);
-    }
   }
   const std::string& path() const { return path_; }
   std::string operator/(const std::string& name) const { return directory_ / name; }

@@ -75,9 +75,7 @@ TEST(Glb, IsReadByAssimpWithYUp) {
   std::vector<Cuboid> turned;  // x stays, z becomes y, y becomes -z
   Pose turn = Pose::Identity();
   turn.linear() << 1, 0, 0, 0, 0, 1, 0, -1, 0;
-  for (const Cuboid& cuboid : map.cuboids) {
-    turned.push_back(test::transformed(cuboid, turn));
-  }
+  for (const Cuboid& cuboid : map.cuboids) turned.push_back(test::transformed(cuboid, turn));
   expectGroups(meshesOf(scene), turned);
   const auto colour = colours(scene);
   EXPECT_NE(colour.at("plane_1"), colour.at("plane_2"));
@@ -107,9 +105,8 @@ TEST(Glb, MapOfACameraStandsUpright) {
   const test::Exported file(io::writeGlb, map, "m.glb");
   Assimp::Importer importer;
   Vector3 middle = Vector3::Zero();
-  for (const test::Triangle& t : meshesOf(read(importer, file.path())).at("no_plane")) {
+  for (const test::Triangle& t : meshesOf(read(importer, file.path())).at("no_plane"))
     middle += (t[0] + t[1] + t[2]) / 36.0;
-  }
   EXPECT_LT((middle - Vector3(1.0, 2.0, -3.0)).norm(), 0.3) << middle.transpose();
 }
 
@@ -121,9 +118,8 @@ TEST(Glb, KeepsMillimetresFarFromTheOrigin) {
   Assimp::Importer importer;
   const aiScene& scene = read(importer, file.path());
   // The mesh is near its own origin; its node carries the place.
-  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m)
     EXPECT_LT(scene.mMeshes[m]->mVertices[0].Length(), 50.0f);
-  }
   EXPECT_NEAR(scene.mRootNode->mChildren[0]->mTransformation.a4, 4e5, 5.0);
 }
 
@@ -138,23 +134,16 @@ TEST(Obj, IsReadByAssimpWithItsMaterials) {
   EXPECT_NE(colour.at("plane_1"), colour.at("plane_2"));
 }
 
-TEST(Ply, IsReadByAssimp) {
+TEST(PlyAndStl, AreReadByAssimp) {
   const io::ExportedMap map = test::manyExported();
-  const test::Exported file(io::writePly, map, "m.ply");
-  Assimp::Importer importer;
-  const aiScene& scene = read(importer, file.path());
-  ASSERT_EQ(scene.mNumMeshes, 1u);
-  EXPECT_TRUE(scene.mMeshes[0]->HasVertexColors(0));
-  test::expectTrianglesOf(map.cuboids, meshesOf(scene).begin()->second, 2e-5);
-}
-
-TEST(Stl, IsReadByAssimp) {
-  const io::ExportedMap map = test::manyExported();
-  const test::Exported file(io::writeStl, map, "m.stl");
-  Assimp::Importer importer;
-  const aiScene& scene = read(importer, file.path());
-  ASSERT_EQ(scene.mNumMeshes, 1u);
-  test::expectTrianglesOf(map.cuboids, meshesOf(scene).begin()->second, 2e-5);
+  const test::Exported ply(io::writePly, map, "m.ply"), stl(io::writeStl, map, "m.stl");
+  for (const test::Exported* file : {&ply, &stl}) {
+    Assimp::Importer importer;
+    const aiScene& scene = read(importer, file->path());
+    ASSERT_EQ(scene.mNumMeshes, 1u);
+    EXPECT_TRUE(file == &stl || scene.mMeshes[0]->HasVertexColors(0));
+    test::expectTrianglesOf(map.cuboids, meshesOf(scene).begin()->second, 2e-5);
+  }
 }
 
 }  // namespace

@@ -345,9 +345,8 @@ TEST(NavigationMap, KnowsWhatTheMapKnows) {
     for (std::uint32_t x = 0; x < grid.width; ++x) {
       const Vector2 center = grid.origin + grid.cell * Vector2(x + 0.5, y + 0.5);
       int states[3] = {0, 0, 0};
-      for (double z = 0.2; z < io::GridBand().high; z += 0.1) {
+      for (double z = 0.2; z < io::GridBand().high; z += 0.1)
         ++states[static_cast<int>(map.stateAt({center.x(), center.y(), z}))];
-      }
       const std::int8_t value = grid.at(x, y);
       free += value == io::OccupancyGrid::kFree ? 1 : 0;
       occupied += value == io::OccupancyGrid::kOccupied ? 1 : 0;

@@ -31,9 +31,7 @@ io::ExportedMap scene(std::size_t count) {
   io::ExportedMap map = test::manyExported(count);
   map.cuboids.resize(count - count / 10);  // occupied alone
   for (const double x : {-10.0, 2.0}) {
-    Cuboid box;
-    box.center = {x + 6.0, 0.0, 0.0};
-    box.size = {12.0, 20.0, 30.0};
+    Cuboid box = test::cuboidAt({x + 6.0, 0.0, 0.0}, {12.0, 20.0, 30.0});
     box.state = CellState::Free;
     map.free.push_back(box);
   }
@@ -47,9 +45,8 @@ void expectStates(const io::ExportedMap& map, const octomap::OcTree& tree, std::
   std::map<char, std::size_t> seen;
   for (std::size_t i = 0; i < count; ++i) {
     Vector3 center;
-    for (int k = 0; k < 3; ++k) {
+    for (int k = 0; k < 3; ++k)
       center[k] = cell * (std::floor(random.uniform(-21.0, 21.0) / cell) + 0.5);
-    }
     bool some = false, touched = false;
     for (const Cuboid& cuboid : map.cuboids) {
       const double away = test::distanceTo(cuboid, center);
@@ -118,9 +115,7 @@ TEST(OctoMapFile, OtKeepsTheProbabilities) {
 
 TEST(OctoMapFile, WallOnTheLinesOfTheGridIsOneCellThick) {
   io::ExportedMap map;
-  Cuboid wall;
-  wall.center = {0.05, 0.5, 1.0};
-  wall.size = {0.1, 1.0, 2.0};
+  Cuboid wall = test::cuboidAt({0.05, 0.5, 1.0}, {0.1, 1.0, 2.0});
   map.cuboids = {wall};
   const test::Exported file(io::writeOctree, map, "m.bt");
   octomap::OcTree tree(file.path());
@@ -135,16 +130,14 @@ TEST(OctoMapFile, IsShownByBt2vrml) {
   const test::Exported file(io::writeOctree, scene(100), "m.bt");
   octomap::OcTree tree(file.path());
   std::size_t occupied = 0;
-  for (auto leaf = tree.begin_leafs(); leaf != tree.end_leafs(); ++leaf) {
+  for (auto leaf = tree.begin_leafs(); leaf != tree.end_leafs(); ++leaf)
     occupied += tree.isNodeOccupied(*leaf) ? 1 : 0;
-  }
   const ProgramResult result = runProgram({program, file.path()});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   std::ifstream vrml(file / "m.bt.wrl");
   std::size_t shapes = 0;
-  for (std::string line; std::getline(vrml, line);) {
+  for (std::string line; std::getline(vrml, line);)
     shapes += line.find("Transform {") != std::string::npos ? 1 : 0;
-  }
   EXPECT_EQ(shapes, occupied);
 }
 
@@ -184,9 +177,8 @@ TEST(OctoMapFile, OfAMapSaysWhatTheMapSays) {
   EXPECT_NEAR(volume, 1e-3 * static_cast<double>(inside), 1e-9);
   EXPECT_GT(inside, 100u);
   EXPECT_THROW(map.spaceCuboids(CellState::Occupied, low, high), ParameterError);
-  for (const Cuboid& box : map.unknownCuboids()) {
+  for (const Cuboid& box : map.unknownCuboids())
     EXPECT_NE(stateIn(tree, box.center + Vector3(1e-3, 1e-3, 1e-3)), 'f');
-  }
   for (const Cuboid& cuboid : map.cuboids()) EXPECT_EQ(stateIn(tree, cuboid.center), 'o');
 }
 
@@ -225,9 +217,7 @@ TEST(OctoMapFile, FreeSpaceInPartOfACellIsUnknown) {
   map.free = {box};
   const test::Exported alone(io::writeOctree, map, "m.bt");
   EXPECT_EQ(octomap::OcTree(alone.path()).size(), 0u);
-  Cuboid far;
-  far.center = {-3.05, 0.05, 0.05};
-  far.size = {0.05, 0.05, 0.05};
+  Cuboid far = test::cuboidAt({-3.05, 0.05, 0.05}, {0.05, 0.05, 0.05});
   map.cuboids = {far};
   const test::Exported beside(io::writeOctree, map, "m.bt");
   octomap::OcTree tree(beside.path());

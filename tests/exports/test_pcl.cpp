@@ -79,9 +79,8 @@ TEST(Pcd, SurfacePointsLieOnTheFacesAndLeaveNoGap) {
   pcl::PointCloud<MapPoint> cloud;
   ASSERT_EQ(pcl::io::loadPCDFile(file.path(), cloud), 0);
   std::vector<std::vector<Vector3>> points(map.cuboids.size());
-  for (const MapPoint& p : cloud) {
+  for (const MapPoint& p : cloud)
     points.at(static_cast<std::size_t>(p.cuboid_id)).emplace_back(p.x, p.y, p.z);
-  }
   Random random(3);
   for (std::size_t i = 0; i < map.cuboids.size(); ++i) {
     const Cuboid& c = map.cuboids[i];
@@ -95,9 +94,8 @@ TEST(Pcd, SurfacePointsLieOnTheFacesAndLeaveNoGap) {
       const int k = static_cast<int>(random.below(3));
       local[k] = (times % 2 == 0 ? 0.5 : -0.5) * c.size[k];
       double nearest = 1.0;
-      for (const Vector3& p : points[i]) {
+      for (const Vector3& p : points[i])
         nearest = std::min(nearest, (p - c.center - c.orientation * local).norm());
-      }
       EXPECT_LT(nearest, 0.029);  // half a diagonal of the spacing
     }
   }

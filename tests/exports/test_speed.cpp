@@ -30,9 +30,8 @@ TEST(ExportSpeed, TwentyThousandCuboidsTakeLessThanASecond) {
     const test::Exported file(write, map, name);
     const double seconds = processorSeconds() - start;
     std::size_t bytes = 0;
-    for (const std::string& path : io::exportedFiles(file.path())) {
+    for (const std::string& path : io::exportedFiles(file.path()))
       bytes += std::filesystem::file_size(path);
-    }
     std::printf("%-8s %6.0f ms %10zu bytes\n", name, 1e3 * seconds, bytes);
     EXPECT_LT(seconds, 1.0) << name;
   }

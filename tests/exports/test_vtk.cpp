@@ -38,15 +38,13 @@ TEST(Vtp, IsReadByVtkWithItsArrays) {
   EXPECT_EQ(Vector3(origin->GetTuple3(0)), map.origin);
   vtkCellData& cells = *data.GetCellData();
   ASSERT_EQ(cells.GetNumberOfArrays(), 5);
-  for (const char* name : {"cuboid_id", "plane_id", "probability", "state", "size"}) {
+  for (const char* name : {"cuboid_id", "plane_id", "probability", "state", "size"})
     ASSERT_NE(cells.GetArray(name), nullptr) << name;
-  }
   for (std::size_t i = 0; i < map.cuboids.size(); ++i) {
     const Cuboid& c = map.cuboids[i];
     const std::array<Vector3, 8> expected = corners(c);
-    for (std::size_t k = 0; k < 8; ++k) {
+    for (std::size_t k = 0; k < 8; ++k)
       ASSERT_EQ(pointOf(data, static_cast<vtkIdType>(8 * i + k)), expected[k]);
-    }
     for (vtkIdType face = static_cast<vtkIdType>(6 * i); face < static_cast<vtkIdType>(6 * i + 6);
          ++face) {
       ASSERT_EQ(cells.GetArray("cuboid_id")->GetTuple1(face), static_cast<double>(i));
@@ -91,9 +89,8 @@ TEST(Meshes, AreReadByVtk) {
   expectMesh<vtkPLYReader>({io::writePly, map, "m.ply"}, map.cuboids);
   expectMesh<vtkSTLReader>({io::writeStl, map, "m.stl"}, map.cuboids);
   std::vector<Cuboid> by_group;
-  for (const auto& [name, members] : test::groupsOf(map.cuboids)) {
+  for (const auto& [name, members] : test::groupsOf(map.cuboids))
     by_group.insert(by_group.end(), members.begin(), members.end());
-  }
   expectMesh<vtkOBJReader>({io::writeObj, map, "m.obj"}, by_group);
 }
 

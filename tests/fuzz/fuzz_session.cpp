@@ -117,9 +117,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   socket.connect(address);
   for (int i = 0; i < kMaxMessages && input.left() > 0; ++i) sendAny(input, socket);
   // Whichever of them owns the session ends it.
-  for (std::uint64_t i = 0; i < kPeers; ++i) {
+  for (std::uint64_t i = 0; i < kPeers; ++i)
     send(socket, "", MessageType::Bye, i, encode(Bye{ByeReason::Interrupted, ""}));
-  }
   fuzz::require(isHandled(socket, taken), "a peer hears from the listener");
   send(socket, "", MessageType::Frame, kRobot, frameOf(inputOf(1), 0));
   send(socket, "", MessageType::End, kRobot, encode(inputOf(1), Count{1}));

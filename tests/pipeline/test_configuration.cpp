@@ -135,9 +135,8 @@ TEST(Configuration, FrameSelectionReadsEveryForm) {
   expect("3:", 3, -1, 1);
   expect("::2", 0, -1, 2);
   expect("5", 5, 6, 1);
-  for (const char* wrong : {"", "a", "3:1", "3:3", "1:2:0", "1:2:3:4", "-1:3", "1:-3", "1.5"}) {
+  for (const char* wrong : {"", "a", "3:1", "3:3", "1:2:0", "1:2:3:4", "-1:3", "1:-3", "1.5"})
     EXPECT_THROW(parseFrameSelection(wrong), InputError) << wrong;
-  }
 }
 
 TEST(Configuration, CombinationsThatMakeNoSenseAreReportedAtTheStage) {

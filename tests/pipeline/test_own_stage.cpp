@@ -22,22 +22,18 @@ class OwnStage : public CliTest {
 TEST_F(OwnStage, RunsFromALibraryBesideTheConfiguration) {
   std::filesystem::copy_file(OWN_STAGE_PLUGIN, directory_ / "libmine.so");
   const std::string yaml = yamlWith("libmine.so", "max_range_m: 3.0");
-  const ProgramResult result =
-      planarMap({"run", yaml, "-i", room(), "-o", directory_ / "out", "-q"});
-  ASSERT_EQ(0, result.exit_code) << result.err;
+  expectExit(0, planarMap({"run", yaml, "-i", room(), "-o", directory_ / "out", "-q"}));
   const std::string resolved = read("out/config.resolved.yaml");
   EXPECT_NE(std::string::npos, resolved.find("max_range_m: 3\n")) << resolved;
   EXPECT_NE(std::string::npos, resolved.find(directory_ / "libmine.so")) << resolved;
 
-  const ProgramResult compiled_in = runProgram({OWN_STAGE_PROGRAM, room(), directory_ / "in"});
-  ASSERT_EQ(0, compiled_in.exit_code) << compiled_in.err;
+  expectExit(0, runProgram({OWN_STAGE_PROGRAM, room(), directory_ / "in"}));
   EXPECT_EQ(read("out/map.pmap"), read("in/map.pmap"));
 }
 
 TEST_F(OwnStage, ItsParametersAreCheckedLikeOurs) {
   const std::string yaml = yamlWith(OWN_STAGE_PLUGIN, "max_rang_m: 3.0");
-  const ProgramResult result = run(yaml);
-  EXPECT_EQ(3, result.exit_code);
+  const ProgramResult result = expectExit(3, run(yaml));
   EXPECT_EQ(yaml +
                 ":5:5: stage 'range_limit' has no key 'max_rang_m'; did you mean "
                 "'max_range_m'?\n",
@@ -45,15 +41,13 @@ TEST_F(OwnStage, ItsParametersAreCheckedLikeOurs) {
 }
 
 TEST_F(OwnStage, IsDescribedLikeOurs) {
-  const ProgramResult result =
-      planarMap({"stages", "--plugin", OWN_STAGE_PLUGIN, "--describe", "range_limit"});
-  EXPECT_EQ(0, result.exit_code) << result.err;
+  const ProgramResult result = expectExit(
+      0, planarMap({"stages", "--plugin", OWN_STAGE_PLUGIN, "--describe", "range_limit"}));
   EXPECT_NE(std::string::npos, result.out.find("max_range_m")) << result.out;
 }
 
 TEST_F(OwnStage, PluginForAnotherInterfaceIsRefused) {
-  const ProgramResult result = run(yamlWith(OLD_PLUGIN, "max_range_m: 3.0"));
-  EXPECT_EQ(3, result.exit_code);
+  const ProgramResult result = expectExit(3, run(yamlWith(OLD_PLUGIN, "max_range_m: 3.0")));
   EXPECT_NE(std::string::npos, result.err.find("was built for plugin interface 0")) << result.err;
 }
 
@@ -61,23 +55,20 @@ TEST_F(OwnStage, LibraryThatIsNoPluginIsRefused) {
   const std::string core =
       std::string(PLANAR_MAPPING_BIN_DIR) + "/../lib/libplanar_mapping_core.so";
   if (!std::filesystem::exists(core)) GTEST_SKIP() << "the libraries are static";
-  const ProgramResult result = run(yamlWith(core, "max_range_m: 3.0"));
-  EXPECT_EQ(3, result.exit_code);
+  const ProgramResult result = expectExit(3, run(yamlWith(core, "max_range_m: 3.0")));
   EXPECT_NE(std::string::npos, result.err.find("no plugin of planar_mapping")) << result.err;
 }
 
 TEST_F(OwnStage, TheSamePluginTwiceIsRefused) {
   const std::string both = std::string(OWN_STAGE_PLUGIN) + ", " + OWN_STAGE_PLUGIN;
-  const ProgramResult result = run(yamlWith(both, "max_range_m: 3.0"));
-  EXPECT_EQ(3, result.exit_code);
+  const ProgramResult result = expectExit(3, run(yamlWith(both, "max_range_m: 3.0")));
   EXPECT_NE(std::string::npos, result.err.find("a name that is already taken")) << result.err;
 }
 
 TEST_F(OwnStage, NothingIsExecutedButByRunOfASoundFile) {
   ::setenv("PLUGIN_MARK", (directory_ / "mark").c_str(), 1);
   const std::string sound = yamlWith(MARKING_PLUGIN, "max_range_m: 3.0");
-  const ProgramResult validated = planarMap({"validate", sound});
-  EXPECT_EQ(0, validated.exit_code);
+  const ProgramResult validated = expectExit(0, planarMap({"validate", sound}));
   EXPECT_NE(std::string::npos, validated.err.find("stage 'range_limit' is not checked"));
   EXPECT_EQ(3, planarMap({"config", "--effective", sound}).exit_code);
   const std::string rejected =
@@ -92,11 +83,11 @@ TEST_F(OwnStage, NothingIsExecutedButByRunOfASoundFile) {
 }
 
 TEST_F(OwnStage, ConfigurationWithoutItsPluginIsCheckedAllTheSame) {
-  const ProgramResult result = planarMap(
-      {"validate", write("own.yaml", std::string("version: 1\nplugins: [") + OWN_STAGE_PLUGIN +
-                                         "]\nstages:\n  - stage: range_limit\n"
-                                         "  - stage: voxel_grid\n    leaf: 1\n")});
-  EXPECT_EQ(3, result.exit_code);
+  const ProgramResult result = expectExit(
+      3, planarMap({"validate",
+                    write("own.yaml", std::string("version: 1\nplugins: [") + OWN_STAGE_PLUGIN +
+                                          "]\nstages:\n  - stage: range_limit\n"
+                                          "  - stage: voxel_grid\n    leaf: 1\n")}));
   EXPECT_NE(std::string::npos, result.err.find("has no key 'leaf'")) << result.err;
 }
 

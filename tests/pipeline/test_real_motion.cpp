@@ -38,9 +38,8 @@ Travelled travel(const std::string& configuration_file, const std::vector<std::s
   if (!features) overrides.assignments.push_back("key_features.enabled=false");
   Configuration configuration =
       loadConfiguration(source + "/config/" + configuration_file, table, overrides);
-  for (const std::string& input : inputs) {
+  for (const std::string& input : inputs)
     configuration.inputs.push_back(input[0] == '/' ? input : test::realData(input));
-  }
   configuration.frames.first = first;
   configuration.frames.last = last;
   configuration.frames.step = step;
@@ -97,9 +96,8 @@ TEST(RealMotion, ViewsOfARoomAreRegisteredByTheirClouds) {
   SKIP_IF_MISSING("clouds_pcl/capture0001.pcd");
   // No images, no poses: forwards and backwards must tell the same.
   std::vector<std::string> views;
-  for (const char* number : {"1", "2", "3", "4", "5"}) {
+  for (const char* number : {"1", "2", "3", "4", "5"})
     views.push_back(std::string("clouds_pcl/capture000") + number + ".pcd");
-  }
   const Travelled forwards = travel("pcd_sequence.yaml", views, 0, -1);
   std::reverse(views.begin(), views.end());
   const Travelled backwards = travel("pcd_sequence.yaml", views, 0, -1);
@@ -268,9 +266,8 @@ TEST(RealMotion, ThreadsDoNotChangeIt) {
   const Travelled one = travel("rgbd_indoor.yaml", {"rgbd_tum_cabinet"}, 16, 22, 1);
   const Travelled two = travel("rgbd_indoor.yaml", {"rgbd_tum_cabinet"}, 16, 22, 2);
   ASSERT_EQ(one.estimated.size(), two.estimated.size());
-  for (std::size_t i = 0; i < one.estimated.size(); ++i) {
+  for (std::size_t i = 0; i < one.estimated.size(); ++i)
     EXPECT_EQ(one.estimated[i].matrix(), two.estimated[i].matrix());
-  }
 }
 
 }  // namespace

@@ -142,9 +142,8 @@ TEST_F(RealSequences, CameraAtRestAddsFewCells) {
     most = std::max(most, cells(other.map));
   }
   EXPECT_LE(cells(ten.map), 1.11 * most);
-  for (const Pose& pose : ten.estimated) {
+  for (const Pose& pose : ten.estimated)
     EXPECT_LT((pose.translation() - ten.estimated.front().translation()).norm(), 0.02);
-  }
 }
 
 TEST_F(RealSequences, LivingRoomIsWalkedThroughWithoutPoses) {

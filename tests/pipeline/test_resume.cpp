@@ -90,9 +90,8 @@ TEST_P(Resume, AfterEachFrameEndsAsAnUninterruptedRun) {
     ++runs;
   }
   EXPECT_EQ(kFrames, runs);
-  for (const char* name : {"map.pmap", "map.json", "trajectory_tum.txt", "config.resolved.yaml"}) {
+  for (const char* name : {"map.pmap", "map.json", "trajectory_tum.txt", "config.resolved.yaml"})
     EXPECT_EQ(read(std::string("whole/") + name), read(std::string("parts/") + name)) << name;
-  }
   EXPECT_EQ(metrics("whole"), metrics("parts"));
   EXPECT_GT(metrics("whole")["cuboids"]["total"], 3);
   EXPECT_EQ(0, metrics("whole")["frames_skipped"]);

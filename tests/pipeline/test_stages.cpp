@@ -21,9 +21,8 @@ Frame frameOf(const std::vector<float>& xyz) {
   Frame frame;
   frame.source = "test";
   frame.cloud = pcl::make_shared<FrameCloud>();
-  for (std::size_t i = 0; i < xyz.size(); i += 3) {
+  for (std::size_t i = 0; i < xyz.size(); i += 3)
     frame.cloud->push_back({xyz[i], xyz[i + 1], xyz[i + 2]});
-  }
   return frame;
 }
 
@@ -36,9 +35,7 @@ Pipeline pipelineOf(const std::string& stages) {
 /// Every fifth point without a measurement.
 std::vector<float> roomWithGaps() {
   std::vector<float> xyz = roomPoints(5000);
-  for (std::size_t i = 0; i < xyz.size(); i += 15) {
-    xyz[i] = std::numeric_limits<float>::quiet_NaN();
-  }
+  for (std::size_t i = 0; i < xyz.size(); i += 15) xyz[i] = std::numeric_limits<float>::quiet_NaN();
   return xyz;
 }
 
@@ -125,9 +122,8 @@ TEST(Stages, VoxelGridGivesTheCentroidOfEachVoxel) {
   for (const int i : frame.indices) {
     const Vector3 p = (*frame.cloud)[static_cast<std::size_t>(i)].getVector3fMap().cast<double>();
     double nearest = 1.0;
-    for (const auto& voxel : voxels) {
+    for (const auto& voxel : voxels)
       nearest = std::min(nearest, (voxel.second.first / voxel.second.second - p).norm());
-    }
     EXPECT_LT(nearest, 1e-4);
   }
   EXPECT_EQ(5000u, frame.points_input);
@@ -143,9 +139,7 @@ TEST(Stages, VoxelGridKeepsGroundPointsApart) {
           "  - stage: voxel_grid\n    leaf_size_m: 0.1\n")
           .process(frame);
   EXPECT_GT(report.points_ground, 5000u);
-  for (const int i : frame.ground) {
-    EXPECT_LT((*frame.cloud)[static_cast<std::size_t>(i)].z, -0.4f);
-  }
+  for (const int i : frame.ground) EXPECT_LT((*frame.cloud)[static_cast<std::size_t>(i)].z, -0.4f);
   std::set<int> seen(frame.indices.begin(), frame.indices.end());
   seen.insert(frame.ground.begin(), frame.ground.end());
   EXPECT_EQ(frame.cloud->size(), seen.size());

@@ -6,6 +6,8 @@
 
 #include "map_scene.h"
 #include "planar_mapping/pipeline/pipeline.h"
+#include "ring_scan.h"
+#include "stereo_images.h"
 
 namespace planar_mapping {
 namespace {
@@ -63,6 +65,185 @@ TEST(Vertical, OfAMergedMapIsTheAxisThatNearlyAllOfItFacesAlong) {
     EXPECT_EQ(pipeline.map().params().approximation.up, Vector3(0.0, sign, 0.0));
     ASSERT_EQ(2u, frame.warnings.size());
     EXPECT_NE(std::string::npos, frame.warnings[1].find("`up: auto` is")) << frame.warnings[1];
+  }
+}
+
+// Walls whose panels repeat: a camera that was lost seems to be where more of the known is seen.
+
+constexpr double kWall = 2.0;   // depth, metres
+constexpr double kPanel = 2.5;  // metres
+constexpr double kStep = 0.5;   // of the camera along the wall, metres
+const PinholeCamera kCamera{250.0, 250.0, 159.5, 119.5, 320, 240};
+
+/// The wall from \p x along it; the image is black in the dark, its depths are not.
+Frame frameAt(std::size_t number, double x, bool is_dark) {
+  Frame frame;
+  frame.number = number;
+  frame.source = "frame " + std::to_string(number);
+  frame.timestamp = static_cast<double>(number);
+  frame.camera = kCamera;
+  frame.images.left = {kCamera.width, kCamera.height, 1, {}};
+  io::Calibration calibration;
+  calibration.camera = kCamera;
+  calibration.depth_scale = 1000.0;
+  frame.images.calibration = calibration;
+  std::vector<float> xyz;
+  for (int row = 0; row < kCamera.height; ++row) {
+    for (int column = 0; column < kCamera.width; ++column) {
+      const Vector3 point = kWall * kCamera.rayOf(column, row);
+      for (int k = 0; k < 3; ++k) xyz.push_back(static_cast<float>(point[k]));
+      frame.images.left.pixels.push_back(
+          is_dark ? static_cast<std::uint8_t>(number)
+                  : static_cast<std::uint8_t>(test::wallTone(x + point.x(), point.y(), kPanel, 1)));
+    }
+  }
+  frame.cloud = cloudOf(xyz, 320, 240);
+  return frame;
+}
+
+Pipeline pipelineWithMotion() {
+  StageTable table;
+  registerBuiltinStages(table);
+  return Pipeline(parseConfiguration(
+      "version: 1\nstages:\n  - stage: key_features\n    detector: orb\n    registered: true\n"
+      "  - stage: motion_estimation\n    poses: ignore\n  - stage: multi_plane_segmentation\n"
+      "  - stage: planar_cuboid_approximation\n",
+      "test", table));
+}
+
+TEST(RepeatingWall, ALostCameraIsNotTakenBackByAPanel) {
+  Pipeline pipeline = pipelineWithMotion();
+  std::size_t before = 0;  // frames placed before the dark
+  Vector3 start = Vector3::Zero();
+  const auto check = [&](const Frame& frame) {
+    const double x = kStep * static_cast<double>(frame.number);
+    EXPECT_NEAR((frame.T_world_sensor.translation() - start).norm(), x, 0.1 + 0.05 * x)
+        << frame.source;
+  };
+  for (std::size_t i = 0; i < 12; ++i) {
+    const bool is_dark = i == 5 || i == 6;
+    Frame frame = frameAt(i, kStep * static_cast<double>(i), is_dark);
+    if (pipeline.process(frame).skip_reason.empty()) {
+      if (i == 0) start = frame.T_world_sensor.translation();
+      check(frame);
+      before += i < 5 ? 1u : 0u;
+    }
+    for (const auto& [placed, report] : pipeline.takePlacedAgain()) check(placed);
+  }
+  EXPECT_LE(4u, before);
+}
+
+/// Nothing would be known by a first image without features; but a camera may see none for long.
+TEST(RepeatingWall, AnImageWithoutFeaturesBeginsTheMapOnlyWhereNoBetterOneFollows) {
+  for (const std::size_t dark : {2, 5, 8}) {
+    const std::size_t waits = std::min<std::size_t>(dark, 5);
+    Pipeline pipeline = pipelineWithMotion();
+    for (std::size_t i = 0; i <= waits; ++i) {
+      Frame frame = frameAt(i, 0.1 * static_cast<double>(i), i < dark);
+      EXPECT_EQ(i < waits, !pipeline.process(frame).skip_reason.empty()) << i << " of " << dark;
+    }
+  }
+  Pipeline pipeline = pipelineWithMotion();
+  Frame last = frameAt(0, 0.0, true);
+  last.is_last = true;
+  EXPECT_EQ("", pipeline.process(last).skip_reason);
+}
+
+// Scans, which have no features: what their clouds say of given poses, and of none.
+
+Pipeline pipelineWith(const std::string& poses) {
+  StageTable table;
+  registerBuiltinStages(table);
+  return Pipeline(parseConfiguration(
+      "version: 1\nstages:\n  - stage: motion_estimation\n    poses: " + poses +
+          "\n  - stage: multi_plane_segmentation\n    distance_threshold_m: auto\n"
+          "  - stage: planar_cuboid_approximation\n    up: [0, 0, 1]\n",
+      "test", table));
+}
+
+Pose poseAt(double x, double yaw) {
+  Pose pose = Pose::Identity();
+  pose.translation() = Vector3(x, 0.1 * x, 0.0);
+  pose.linear() = Eigen::AngleAxisd(yaw, Vector3::UnitZ()).toRotationMatrix();
+  return pose;
+}
+
+/// A scan from inside a hall. \param size  of it, along x
+Frame scanFrom(std::size_t number, const Pose& T_world_scanner, double size, Random& random) {
+  const Eigen::Array3d at = T_world_scanner.translation().array();
+  const double heading = -std::atan2(T_world_scanner(1, 0), T_world_scanner(0, 0));
+  Frame frame;
+  frame.number = number;
+  frame.source = "scan " + std::to_string(number);
+  frame.timestamp = static_cast<double>(number);
+  frame.cloud = cloudOf(test::ringScan(Eigen::Array3d(-3.0, -4.0, -1.2) - at,
+                                       Eigen::Array3d(size, 5.0, 2.0) - at, heading, 0.01, random),
+                        1800, 16);
+  return frame;
+}
+
+TEST(DriftingPoses, OfScansAreCorrectedByTheirClouds) {
+  constexpr std::size_t kScans = 16;
+  Pipeline pipeline = pipelineWith("prior");
+  Random random(1);
+  Pose given = Pose::Identity(), truth = given, found = given;
+  for (std::size_t i = 0; i < kScans; ++i) {
+    const Pose before = truth;
+    truth = poseAt(0.3 * static_cast<double>(i), 0.03 * static_cast<double>(i));
+    given = given * before.inverse() * truth * poseAt(i == 0 ? 0.0 : 0.015, i == 0 ? 0.0 : 0.004);
+    Frame frame = scanFrom(i, truth, 8.0, random);
+    frame.given_pose = given;
+    ASSERT_EQ("", pipeline.process(frame).skip_reason) << i;
+    found = frame.T_world_sensor;
+  }
+  EXPECT_GT((given.translation() - truth.translation()).norm(), 0.2);
+  EXPECT_LT((found.translation() - truth.translation()).norm(), 0.1);
+  EXPECT_GT(Eigen::AngleAxisd((given.inverse() * truth).linear()).angle(), 0.05);
+  EXPECT_LT(Eigen::AngleAxisd((found.inverse() * truth).linear()).angle(), 0.02);
+}
+
+TEST(DriftingPoses, OfExactOnesNothingIsLost) {
+  Pipeline pipeline = pipelineWith("prior");
+  Random random(2);
+  for (std::size_t i = 0; i < 8; ++i) {
+    Frame frame = scanFrom(i, poseAt(0.3 * static_cast<double>(i), 0.0), 8.0, random);
+    frame.given_pose = poseAt(0.3 * static_cast<double>(i), 0.0);
+    ASSERT_EQ("", pipeline.process(frame).skip_reason) << i;
+    EXPECT_LT((frame.T_world_sensor.translation() - frame.given_pose->translation()).norm(), 0.02);
+  }
+}
+
+TEST(DriftingPoses, AScanWithoutOneDoesNotMoveTheNext) {
+  Pipeline pipeline = pipelineWith("prior");
+  Random random(4);
+  for (std::size_t i = 0; i < 8; ++i) {
+    const Pose truth = poseAt(0.3 * static_cast<double>(i), 0.0);
+    Frame frame = scanFrom(i, truth, 8.0, random);
+    if (i != 4) frame.given_pose = truth;
+    ASSERT_EQ("", pipeline.process(frame).skip_reason) << i;
+    EXPECT_LT((frame.T_world_sensor.translation() - truth.translation()).norm(), 0.03) << i;
+  }
+}
+
+/// This hall looks the same from its other end; after many scans that were left out no place is
+/// looked for at all.
+TEST(DriftingPoses, AfterManyLostScansACloudAloneIsNotPlaced) {
+  for (const std::size_t lost : {1, 8}) {
+    Pipeline pipeline = pipelineWith("ignore");
+    Random random(3);
+    std::size_t number = 0;
+    for (; number < 3; ++number) {
+      Frame frame = scanFrom(number, poseAt(0.2 * static_cast<double>(number), 0.0), 8.0, random);
+      ASSERT_EQ("", pipeline.process(frame).skip_reason) << number;
+    }
+    for (std::size_t i = 0; i < lost; ++i, ++number) {
+      Frame elsewhere = scanFrom(number, poseAt(20.0, 0.0), 40.0, random);
+      ASSERT_NE("", pipeline.process(elsewhere).skip_reason) << number;
+    }
+    Frame again = scanFrom(number, poseAt(0.4, 0.0), 8.0, random);
+    const std::string reason = pipeline.process(again).skip_reason;
+    EXPECT_NE("", reason);
+    EXPECT_EQ(lost > 5, reason.find("too many frames") != std::string::npos) << reason;
   }
 }
 

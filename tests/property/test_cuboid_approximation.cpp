@@ -13,9 +13,7 @@
 namespace planar_mapping {
 namespace {
 
-using test::cuboidsOf;
-using test::paramsFor;
-using test::room;
+using namespace test;
 using Scene = test::PatchScene;
 
 TEST(CuboidApproximation, PlanarCuboidsMoveWithTheSensor) {
@@ -49,9 +47,8 @@ TEST(CuboidApproximation, OrderOfThePointsDoesNotMatter) {
   std::vector<int> order(count);
   std::iota(order.begin(), order.end(), 0);
   Random random(3);
-  for (std::size_t i = count - 1; i > 0; --i) {
+  for (std::size_t i = count - 1; i > 0; --i)
     std::swap(order[i], order[random.below(static_cast<std::uint32_t>(i + 1))]);
-  }
   std::vector<int> place(count);
   Scene shuffled;
   for (std::size_t i = 0; i < count; ++i) {
@@ -67,9 +64,8 @@ TEST(CuboidApproximation, OrderOfThePointsDoesNotMatter) {
     const auto l = cuboidsOf(scene, paramsFor(profile));
     const auto r = cuboidsOf(shuffled, paramsFor(profile));
     ASSERT_EQ(l.size(), r.size());
-    for (std::size_t i = 0; i < l.size(); ++i) {
+    for (std::size_t i = 0; i < l.size(); ++i)
       EXPECT_NEAR((l[i].center - r[i].center).norm(), 0.0, 1e-6);
-    }
   }
 }
 

@@ -15,8 +15,7 @@
 namespace planar_mapping {
 namespace {
 
-using test::Scene;
-using test::View;
+using namespace test;
 
 /// The same scenes in each run; RC_PARAMS="seed=2 max_success=1000" asks for others.
 const int kEnvironment = setenv("RC_PARAMS", "seed=1 max_success=25", 0);
@@ -187,9 +186,8 @@ TEST(RandomScenes, TheOrderOfThePointsChangesNoCell) {
     std::vector<std::size_t> order(count);
     std::iota(order.begin(), order.end(), std::size_t{0});
     Random random(static_cast<std::uint64_t>(anyOf(0, 1000)));
-    for (std::size_t i = count; i > 1; --i) {
+    for (std::size_t i = count; i > 1; --i)
       std::swap(order[i - 1], order[random.below(static_cast<std::uint32_t>(i))]);
-    }
     const auto insert = [&](const std::vector<std::size_t>& from, PlanarMap& map) {
       std::vector<float> xyz;
       std::vector<int> place(count);

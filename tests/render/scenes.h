@@ -54,9 +54,8 @@ inline SceneContent room() {
   c.push_back(plate({6.0, 1.0, 1.25}, -x, 2.0, 2.5, 5));
   c.push_back(plate({6.0, 3.0, 1.9}, -x, 2.0, 1.2, 5));
   c.push_back(plate({3.0, 2.9, 0.75}, z, 1.6, 0.8, 6, 0.05));
-  for (const auto& [dx, dy] : {std::pair{-0.7, -0.3}, {0.7, -0.3}, {-0.7, 0.3}, {0.7, 0.3}}) {
+  for (const auto& [dx, dy] : {std::pair{-0.7, -0.3}, {0.7, -0.3}, {-0.7, 0.3}, {0.7, 0.3}})
     c.push_back(plate({3.0 + dx, 2.9 + dy, 0.35}, -x, 0.06, 0.7, -1, 0.06));
-  }
   c.push_back(plate({2.8, 2.8, 0.9}, -y, 0.3, 0.3, 7, 0.2));
   c.push_back(plate({4.7, 3.4, 0.4}, -x, 0.8, 0.8, 8));
   c.push_back(plate({5.1, 3.0, 0.4}, -y, 0.8, 0.8, 9));
@@ -71,9 +70,8 @@ inline SceneContent room() {
     rubble.probability = static_cast<float>(0.5 + 0.4 * random.uniform());
     c.push_back(rubble);
   }
-  for (std::size_t i = 0; i < c.size(); ++i) {
+  for (std::size_t i = 0; i < c.size(); ++i)
     c[i].probability = c[i].plane_id < 0 ? c[i].probability : 1.0f - 0.04f * (i % 9);
-  }
   Cuboid behind;
   behind.state = CellState::Unknown;
   behind.center = {5.45, 3.5, 0.4};

@@ -163,9 +163,8 @@ TEST_F(Charts, LegendHasAsManyRowsAsItNeeds) {
   page.charts[0].series[4].color = kRed;
   page.charts[0].title = std::string(200, 'W');
   const Image image = renderCharts(page);
-  for (const int column : {0, image.width - 1}) {
+  for (const int column : {0, image.width - 1})
     EXPECT_FALSE(hasInk(image, column, 0, image.height)) << "cut off at column " << column;
-  }
   const int one_row = renderCharts(pageOf({line("SG", kRed, {1.0, 2.0})})).height;
   EXPECT_GT(image.height, one_row);
   const int all = find(image, kRed, 0, image.width, image.height).pixels;

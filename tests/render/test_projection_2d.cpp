@@ -7,8 +7,9 @@
 #include <map>
 #include <tuple>
 
-#include "scenes.h"
+#include "evaluation/cuboid_geometry.h"
 #include "planar_mapping/core/base/error.h"
+#include "scenes.h"
 
 namespace planar_mapping {
 namespace {
@@ -38,9 +39,8 @@ std::map<std::string, int> count(const Image& image) {
 SceneContent post() {
   SceneContent content;
   for (int i = 0; i < 4; ++i) {
-    Cuboid cuboid;
-    cuboid.center = {i < 2 ? 0.0 : 8.0, i % 2 == 0 ? 0.0 : 6.0, 0.5};
-    cuboid.size = {0.5, 0.5, 1.0};
+    Cuboid cuboid =
+        test::cuboidAt({i < 2 ? 0.0 : 8.0, i % 2 == 0 ? 0.0 : 6.0, 0.5}, {0.5, 0.5, 1.0});
     content.cuboids.push_back(cuboid);
   }
   return content;
@@ -48,9 +48,7 @@ SceneContent post() {
 
 TEST(Projection2d, DrawsAreasToScale) {
   SceneContent content = post();
-  Cuboid block;
-  block.center = {4.0, 3.0, 0.5};
-  block.size = {3.0, 2.0, 1.0};
+  Cuboid block = test::cuboidAt({4.0, 3.0, 0.5}, {3.0, 2.0, 1.0});
   content.cuboids.push_back(block);
   ViewOptions options = plain();
   options.width = 960;

@@ -112,9 +112,8 @@ TEST(Snapshot, SaysWhatTheCutawayLeavesOut) {
   const auto differing = [](const Image& a, const Image& b, int first_row, int last_row) {
     int count = 0;
     for (int row = first_row; row < last_row; ++row) {
-      for (int column = 0; column < a.width; ++column) {
+      for (int column = 0; column < a.width; ++column)
         count += !(colorAt(a, column, row) == colorAt(b, column, row));
-      }
     }
     return count;
   };
@@ -193,9 +192,8 @@ TEST(Snapshot, DrawsACloudAlone) {
   SceneContent content;
   SceneCloud cloud;
   for (int i = 0; i < 1000; ++i) {
-    for (const double v : {0.01 * i, std::sin(0.02 * i), 0.5}) {
+    for (const double v : {0.01 * i, std::sin(0.02 * i), 0.5})
       cloud.xyz.push_back(static_cast<float>(v));
-    }
   }
   content.clouds.push_back(cloud);
   ViewOptions options = bare();

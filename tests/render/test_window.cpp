@@ -217,9 +217,8 @@ TEST(Window, ShowsAnErrorInsteadOfThrowingFromAKey) {
 
 TEST(Window, ListsEveryKeyInTheHelp) {
   const std::string help = Window::keyHelp();
-  for (const char* word : {"screenshot", "first-person", "cutaway", "colour", "quit", "help"}) {
+  for (const char* word : {"screenshot", "first-person", "cutaway", "colour", "quit", "help"})
     EXPECT_NE(help.find(word), std::string::npos) << word;
-  }
 }
 
 }  // namespace

@@ -112,9 +112,8 @@ class CliTest : public ::testing::Test {
   std::vector<std::string> list(const std::string& name) const {
     std::vector<std::string> names;
     if (!exists(name)) return names;
-    for (const auto& entry : std::filesystem::directory_iterator(directory_ / name)) {
+    for (const auto& entry : std::filesystem::directory_iterator(directory_ / name))
       names.push_back(entry.path().filename().string());
-    }
     std::sort(names.begin(), names.end());
     return names;
   }
@@ -131,6 +130,15 @@ inline void expectOneSentence(const ProgramResult& result, const std::string& pa
   EXPECT_EQ(0u, result.err.find("planar_map: ")) << result.err;
   EXPECT_NE(std::string::npos, result.err.find(part)) << "no '" << part << "' in " << result.err;
   EXPECT_EQ(std::string::npos, result.err.find("internal failure")) << result.err;
+}
+
+/// The program ended with this code, and said one sentence with \p part in it if that is given.
+inline ProgramResult expectExit(int code, const ProgramResult& result, const std::string& part = "",
+                                int line = __builtin_LINE()) {
+  SCOPED_TRACE("called from line " + std::to_string(line));
+  EXPECT_EQ(code, result.exit_code) << result.err << result.signal;
+  if (!part.empty()) expectOneSentence(result, part);
+  return result;
 }
 
 }  // namespace planar_mapping

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -143,15 +145,33 @@ inline double recall(const DepthScene& scene, const PlaneSet& set, int surface,
   std::size_t best = 0;
   for (std::size_t k = 0; k < set.planes.size(); ++k) {
     std::size_t hits = 0;
-    for (const int i : set.planes[k].inliers) {
+    for (const int i : set.planes[k].inliers)
       hits += scene.truth[static_cast<std::size_t>(i)] == surface;
-    }
     if (hits > best) {
       best = hits;
       *which = k;
     }
   }
   return static_cast<double>(best) / static_cast<double>(scene.pixelsOf(surface));
+}
+
+/// The corner of a room: floor, left wall, far wall.
+inline DepthScene cornerOfARoom(int width = 320, int height = 240) {
+  DepthScene scene(width, height, 0.8 * width);
+  scene.addRectangle({0.0, 1.0, 2.5}, {3.0, 0.0, 0.0}, {0.0, 0.0, 2.0});
+  scene.addRectangle({-1.2, 0.0, 2.5}, {0.0, 1.0, 0.0}, {0.0, 0.0, 2.0});
+  scene.addRectangle({0.9, 0.0, 3.5}, {2.1, 0.0, 0.6}, {0.0, 1.0, 0.0});
+  return scene;
+}
+
+inline void expectSameBytes(const PlaneSet& a, const PlaneSet& b) {
+  ASSERT_EQ(a.planes.size(), b.planes.size());
+  for (std::size_t k = 0; k < a.planes.size(); ++k) {
+    EXPECT_EQ(a.planes[k].inliers, b.planes[k].inliers);
+    EXPECT_EQ(a.planes[k].patches, b.planes[k].patches);
+    EXPECT_EQ(a.planes[k].plane.coefficients(), b.planes[k].plane.coefficients());
+    EXPECT_EQ(a.planes[k].rms, b.planes[k].rms);
+  }
 }
 
 }  // namespace planar_mapping::test

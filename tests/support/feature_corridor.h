@@ -82,9 +82,8 @@ class FeatureCorridor {
     std::sort(seen.begin(), seen.end(),
               [](const auto& a, const auto& b) { return a.first < b.first; });
     std::vector<KeyFeature> features;
-    for (std::size_t i = 0; i < std::min<std::size_t>(200, seen.size()); ++i) {
+    for (std::size_t i = 0; i < std::min<std::size_t>(200, seen.size()); ++i)
       features.push_back(seen[i].second);
-    }
     return features;
   }
 

@@ -56,9 +56,8 @@ inline LabelledCloud readIclFrame() {
       .project(io::readDepthPng(set + "depth/000000.png"), data);
   const io::Image image = io::readImage(set + "plane_labels/000000.png");
   std::vector<int> labels(data.size());
-  for (std::size_t i = 0; i < labels.size(); ++i) {
+  for (std::size_t i = 0; i < labels.size(); ++i)
     labels[i] = image.pixels[i] > 0 ? image.pixels[i] : evaluation::kNotJudged;
-  }
   return labelled("icl_frame", std::move(data.xyz), data.width, data.height, labels);
 }
 
@@ -103,9 +102,8 @@ inline LabelledCloud simulatedFrame(const evaluation::Simulation& simulation, st
   for (std::size_t i = 0; i < labels.size(); ++i) labels[i] = static_cast<int>(frame.labels[i]) - 1;
   std::vector<Plane> planes;
   const Pose T_camera_world = frame.T_world_camera.inverse();
-  for (const Plane& plane : simulation.planes()) {
+  for (const Plane& plane : simulation.planes())
     planes.push_back(transformed(plane, T_camera_world));
-  }
   LabelledCloud cloud{simulation.params().scene + "_" + std::to_string(index),
                       std::move(frame.xyz),
                       static_cast<std::uint32_t>(simulation.params().width),

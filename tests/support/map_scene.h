@@ -139,9 +139,8 @@ inline PlanarMap mapOfFrames(int frames, Profile profile = Profile::Compact,
   params.approximation.profile = profile;
   params.approximation.resolution = resolution;
   PlanarMap map(params);
-  for (int i = 0; i < frames; ++i) {
+  for (int i = 0; i < frames; ++i)
     map.insert(look(Scene(), lookFrom({-0.2 + 0.2 * i, 0.0, 1.0}, 0.1 * i), i).frame());
-  }
   return map;
 }
 

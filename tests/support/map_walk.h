@@ -20,9 +20,8 @@ inline PlanarMapParams paramsAt(double resolution) {
 /// A walk through the scene of map_scene.h, each frame \p step metres and 0.1 rad from the last.
 inline std::vector<View> walk(int frames, double step = 0.15) {
   std::vector<View> views;
-  for (int i = 0; i < frames; ++i) {
+  for (int i = 0; i < frames; ++i)
     views.push_back(look(Scene(), lookFrom({-0.3 + step * i, -0.4, 1.1}, 0.1 * i - 0.1), i));
-  }
   return views;
 }
 

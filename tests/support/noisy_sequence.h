@@ -191,4 +191,33 @@ inline PlanarMap noisyMap(double resolution) {
   return map;
 }
 
+inline PlanarMapParams roomParams(double resolution = 0.1) {
+  PlanarMapParams params;
+  params.approximation.resolution = resolution;
+  params.association_offset = resolution;
+  params.association_gap = 5.0 * resolution;
+  params.max_range = 8.0;
+  params.unknown_space = false;
+  return params;
+}
+
+inline StereoErrors noiseOf(double px, double flying = 0.0) {
+  StereoErrors errors;
+  errors.noise_px = px;
+  errors.flying = flying;
+  return errors;
+}
+
+inline Scene roomWith(const SceneBox& box) {
+  Scene scene;
+  scene.boxes = {{{-2.0, -1.0, 0.0}, {2.0, 5.0, 2.6}, true, true}, box};
+  return scene;
+}
+
+inline FrameObservation observationOf(const View& view, const StereoErrors& errors) {
+  FrameObservation frame = view.frame();
+  frame.noise = StereoNoise{errors.baseline, view.camera.fx, 0.5};
+  return frame;
+}
+
 }  // namespace planar_mapping::test

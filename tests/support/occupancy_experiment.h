@@ -204,9 +204,8 @@ inline OutlierResult runOutliers(const std::vector<OutlierFrame>& frames, double
     frame.noise = params.beliefs.occupancy.noise;
     map.insert(frame);
   }
-  for (std::size_t i = 0; i < frames.size(); i += 3) {
+  for (std::size_t i = 0; i < frames.size(); i += 3)
     exact.push_back(look(scene, frames[i].view.pose));
-  }
   const MappingError error = mappingError(map, scene, 0.1);
   return {error.wrong, error.occupied, completeness(map, exact, 0.1)};
 }

@@ -41,9 +41,8 @@ inline PatchScene room(std::uint64_t seed = 1) {
   scene.addPatch(random, {3, -1.5, 0}, {0, 3, 0}, {0, 0, 2}, 20000, 0.01);
   scene.addPatch(random, {0.5, 1.5, 0.03}, {2.4, 0, 0}, {0, 0, 1.5}, 15000, 0.01);
   scene.addPatch(random, {1.0, -1.0, 0.5}, {0.9, 0.2, 0}, {-0.1, 0.5, 0.2}, 5000, 0.005);
-  for (int i = 0; i < 3000; ++i) {
+  for (int i = 0; i < 3000; ++i)
     scene.add({random.uniform(1.2, 1.6), random.uniform(0.2, 0.7), random.uniform(0.1, 0.9)});
-  }
   return scene;
 }
 

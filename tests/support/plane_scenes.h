@@ -33,9 +33,8 @@ struct PlaneScene {
   void shuffle(Random& random) {
     for (std::size_t i = size(); i > 1; --i) {
       const std::size_t j = random.below(static_cast<std::uint32_t>(i));
-      for (std::size_t axis = 0; axis < 3; ++axis) {
+      for (std::size_t axis = 0; axis < 3; ++axis)
         std::swap(xyz[3 * (i - 1) + axis], xyz[3 * j + axis]);
-      }
       std::swap(truth[i - 1], truth[j]);
     }
   }

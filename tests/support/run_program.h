@@ -27,7 +27,7 @@ struct ProgramResult {
   std::string err;
   double seconds = 0.0;
   double processor_seconds = 0.0;  ///< of all its threads, the system's part included
-  long peak_kilobytes = 0;  ///< of resident memory
+  long peak_kilobytes = 0;         ///< of resident memory
 };
 
 struct ProgramOptions {

@@ -12,6 +12,14 @@ inline double distanceTo(const Cuboid& cuboid, const Vector3& point) {
   return (local.cwiseAbs() - 0.5 * cuboid.size).cwiseMax(0.0).norm();
 }
 
+/// An axis-aligned one.
+inline Cuboid cuboidAt(const Vector3& center, const Vector3& size) {
+  Cuboid cuboid;
+  cuboid.center = center;
+  cuboid.size = size;
+  return cuboid;
+}
+
 /// The cuboid moved by T.
 inline Cuboid transformed(const Cuboid& cuboid, const Pose& T) {
   Cuboid moved = cuboid;

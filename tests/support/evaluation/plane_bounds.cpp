@@ -80,9 +80,7 @@ class PottsGrid {
     believe(from, back);
     const float least = *std::min_element(belief_.begin(), belief_.end());
     float* message = messages_[side].data() + to * labels_;
-    for (std::size_t l = 0; l < labels_; ++l) {
-      message[l] = std::min(belief_[l] - least, edge_cost_);
-    }
+    for (std::size_t l = 0; l < labels_; ++l) message[l] = std::min(belief_[l] - least, edge_cost_);
   }
 
   std::size_t width_, height_, labels_;

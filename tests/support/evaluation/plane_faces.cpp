@@ -6,8 +6,8 @@
 #include <string>
 #include <utility>
 
-#include "planar_mapping/core/base/error.h"
 #include "evaluation/plane_quality.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace evaluation {
@@ -79,9 +79,8 @@ PlaneTruth splitFaces(const PointsView& points, const PlaneTruth& truth, int min
   }
   for (std::size_t plane = 0; plane < lists.size(); ++plane) {
     for (const Indices& part : connectedParts(points, lists[plane], min_points)) {
-      for (const int i : part) {
+      for (const int i : part)
         faces.labels[static_cast<std::size_t>(i)] = static_cast<int>(faces.planes.size());
-      }
       faces.planes.push_back(truth.planes[plane]);
     }
   }

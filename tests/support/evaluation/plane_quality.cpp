@@ -116,9 +116,8 @@ struct Overlaps {
 
 Overlaps overlapsOf(const PlaneTruth& truth, const std::vector<PlaneSegment>& segments) {
   Overlaps result;
-  for (const std::size_t size : truth.sizes()) {
+  for (const std::size_t size : truth.sizes())
     result.plane_sizes.push_back(static_cast<double>(size));
-  }
   std::vector<char> taken(truth.labels.size(), 0);
   for (std::size_t s = 0; s < segments.size(); ++s) {
     std::vector<double> shared(truth.planes.size(), 0.0);

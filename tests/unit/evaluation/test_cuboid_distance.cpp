@@ -12,6 +12,7 @@
 #include "evaluation/cuboid_geometry.h"
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/evaluation/map_metrics.h"
 
 namespace planar_mapping {
 namespace evaluation {
@@ -150,6 +151,25 @@ TEST(CuboidDistance, ManyCuboidsAtOnePlaceAreNoDeepTree) {
   EXPECT_EQ(index.distance({3.0, 4.0, 0.0}), 5.0);
   EXPECT_FALSE(isInsideOneBefore(index, {0, 0, 0}, 0, Matrix3::Zero()));
   EXPECT_TRUE(isInsideOneBefore(index, {0, 0, 0}, 1, Matrix3::Zero()));
+}
+
+TEST(SurfaceDistanceMetric, IsThatOfWhereRaysEnter) {
+  // A slab from x = 2.9 to 3.1 about a surface at 3 m, and rays that meet it at any angle.
+  Cuboid slab = test::cuboidAt(Vector3(3.0, 0.0, 0.0), Vector3(0.2, 4.0, 4.0));
+  const auto to_wall = [](const Vector3& point) { return std::abs(point.x() - 3.0); };
+  std::vector<MeasuredRay> rays;
+  for (double y = -1.9; y < 2.0; y += 0.2) rays.push_back({{0, 0, 0}, {3.0, y, 0.3}});
+  const SurfaceDistance near = surfaceDistance(CuboidDistance({slab}), rays, 1, to_wall);
+  EXPECT_NEAR(near.median, 0.1, 1e-3);
+  EXPECT_NEAR(near.percentile_95, 0.1, 1e-3);
+  // One ray of twenty meets a box half way, two miss everything.
+  Cuboid box = test::cuboidAt(0.5 * rays[0].end, Vector3::Constant(0.02));
+  rays[1].end = rays[2].end = Vector3(-3.0, 0.0, 0.0);
+  const SurfaceDistance lost = surfaceDistance(CuboidDistance({slab, box}), rays, 1, to_wall);
+  EXPECT_NEAR(lost.median, 0.1, 1e-3);
+  EXPECT_EQ(lost.percentile_95, std::numeric_limits<double>::infinity());
+  rays.resize(1);
+  EXPECT_NEAR(surfaceDistance(CuboidDistance({slab, box}), rays, 1, to_wall).median, 1.51, 1e-3);
 }
 
 TEST(CuboidDistance, BadCuboidsAndPoints) {

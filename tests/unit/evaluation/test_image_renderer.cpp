@@ -17,13 +17,7 @@ namespace {
 constexpr double kSkyGray = 0.299 * 0xBF + 0.587 * 0xD2 + 0.114 * 0xE6;
 
 PinholeCamera cameraOf(int width, int height, double focal_length) {
-  PinholeCamera camera;
-  camera.fx = camera.fy = focal_length;
-  camera.cx = 0.5 * (width - 1);
-  camera.cy = 0.5 * (height - 1);
-  camera.width = width;
-  camera.height = height;
-  return camera;
+  return {focal_length, focal_length, 0.5 * (width - 1), 0.5 * (height - 1), width, height};
 }
 
 ImageSensorParams noiseless(bool color = false) {

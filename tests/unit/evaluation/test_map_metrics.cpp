@@ -19,13 +19,6 @@ namespace planar_mapping {
 namespace evaluation {
 namespace {
 
-using evaluation::completeness;
-using evaluation::coverage;
-using evaluation::freeSpaceViolation;
-using evaluation::heldBackDistance;
-using evaluation::mappingError;
-using evaluation::surfaceDistance;
-
 // The figures of a list of cuboids, without an index at hand.
 MappingError mappingError(const std::vector<Cuboid>& cuboids, const SurfaceTruth& truth, double s,
                           std::size_t standard_cells) {
@@ -70,9 +63,7 @@ struct Wall {
   }
   /// Cuboid with its axes along u, v, n from \p low to \p high in them.
   Cuboid cuboid(const Vector3& low, const Vector3& high) const {
-    Cuboid cuboid;
-    cuboid.size = high - low;
-    cuboid.center = R * (0.5 * (low + high));
+    Cuboid cuboid = test::cuboidAt(R * (0.5 * (low + high)), high - low);
     cuboid.orientation = Quaternion(R);
     return cuboid;
   }
@@ -141,12 +132,12 @@ TEST(MappingErrorTest, TiltedCuboidsCountByTheirVolumeInStandardCells) {
 
 TEST(MappingErrorTest, NobodyGainsByThinCuboids) {
   const Wall wall(tilted());
-  const Cuboid thin = wall.cuboid({0, 0, 0.5}, {1, 1, 0.501});
-  EXPECT_NEAR(mappingError({thin}, wall.truth, 0.1, 100).wrong_cells, 100.0, 1e-9);
-  const Cuboid flat = wall.cuboid({0, 0, 0.5}, {1, 1, 0.5});
-  EXPECT_NEAR(mappingError({flat}, wall.truth, 0.1, 100).wrong_cells, 100.0, 1e-9);
-  const Cuboid post = wall.cuboid({0, 0, 0.5}, {0.01, 0.01, 0.7});
-  EXPECT_NEAR(mappingError({post}, wall.truth, 0.1, 100).wrong_cells, 2.0, 1e-9);
+  for (const auto& [high, cells] : {std::pair(Vector3(1, 1, 0.501), 100.0),  // thin
+                                    {Vector3(1, 1, 0.5), 100.0},             // flat
+                                    {Vector3(0.01, 0.01, 0.7), 2.0}}) {      // a post
+    const Cuboid cuboid = wall.cuboid({0, 0, 0.5}, high);
+    EXPECT_NEAR(mappingError({cuboid}, wall.truth, 0.1, 100).wrong_cells, cells, 1e-9);
+  }
 }
 
 TEST(MappingErrorTest, WhatCuboidsShareCountsOnce) {
@@ -231,25 +222,16 @@ TEST(Completeness, AMapOfHalfTheWallIsHalfComplete) {
   object.T_world_object.translation() = Vector3(2.5, 0, 0);
   object.size = {1, 20, 20};
   scene.objects.push_back(object);
-  PinholeCamera camera;
-  camera.width = 200;
-  camera.height = 100;
-  camera.fx = camera.fy = 100.0;
-  camera.cx = 99.5;
-  camera.cy = 49.5;
+  PinholeCamera camera{100.0, 100.0, 99.5, 49.5, 200, 100};
   Pose pose = Pose::Identity();
-  pose.linear().col(0) = -Vector3::UnitY();
-  pose.linear().col(1) = -Vector3::UnitZ();
-  pose.linear().col(2) = Vector3::UnitX();
+  pose.linear() << -Vector3::UnitY(), -Vector3::UnitZ(), Vector3::UnitX();
   VisibleSurfaceParams params;
   params.ground_height = -10.0;
   SurfaceTruth truth(scene);
   truth.addView(render(scene, camera, pose), pose, params);
   // y from -1.99 to 1.99, z from -.99 to .99: 40 x 20 cells of 0.1 m.
   ASSERT_EQ(truth.visibleCells(0.1).size(), 800u);
-  Cuboid half;
-  half.size = {0.1, 2.0, 2.0};
-  half.center = {2.05, 1.0, 0.0};
+  Cuboid half = test::cuboidAt({2.05, 1.0, 0.0}, {0.1, 2.0, 2.0});
   // Complete from y = 0, and one column of cells beyond it whose middle is 0.05 m away.
   EXPECT_NEAR(completeness({half}, truth, 0.1), 21.0 / 40.0, 1e-12);
   half.size.y() = 4.0;
@@ -293,6 +275,10 @@ TEST(HeldBack, ByHand) {
   EXPECT_NEAR(result.fraction_within, 0.3, 1e-12);        // 0 to .5
   EXPECT_NEAR(result.fraction_within_half, 0.15, 1e-12);  // 0 to .2
   EXPECT_NEAR(result.fraction_inside, 0.05, 1e-12);
+  const HeldBackDistance empty = heldBackDistance(CuboidDistance({}), {{0, 0, 0}}, 0.1);
+  EXPECT_EQ(empty.median, kInfinity);
+  EXPECT_EQ(empty.fraction_within, 0.0);
+  EXPECT_EQ(heldBackDistance(CuboidDistance({}), {}, 0.1).fraction_within, 1.0);
 }
 
 TEST(HeldBack, TiltedCuboidByHand) {
@@ -327,51 +313,13 @@ TEST(HeldBack, AgreesWithEveryCuboidAskedInTurn) {
   EXPECT_NEAR(coverage(cuboids, points, 0.1), static_cast<double>(within) / 999.0, 1e-12);
 }
 
-TEST(HeldBack, NothingAtAll) {
-  const HeldBackDistance empty = heldBackDistance(CuboidDistance({}), {{0, 0, 0}}, 0.1);
-  EXPECT_EQ(empty.median, kInfinity);
-  EXPECT_EQ(empty.fraction_within, 0.0);
-  EXPECT_EQ(heldBackDistance(CuboidDistance({}), {}, 0.1).fraction_within, 1.0);
-}
-
-TEST(SurfaceDistanceMetric, IsThatOfWhereRaysEnter) {
-  // A slab from x = 2.9 to 3.1 about a surface at 3 m, and rays that meet it at any angle.
-  Cuboid slab;
-  slab.center = Vector3(3.0, 0.0, 0.0);
-  slab.size = Vector3(0.2, 4.0, 4.0);
-  const auto to_wall = [](const Vector3& point) { return std::abs(point.x() - 3.0); };
-  std::vector<MeasuredRay> rays;
-  for (double y = -1.9; y < 2.0; y += 0.2) rays.push_back({{0, 0, 0}, {3.0, y, 0.3}});
-  const SurfaceDistance near = surfaceDistance(CuboidDistance({slab}), rays, 1, to_wall);
-  EXPECT_NEAR(near.median, 0.1, 1e-3);
-  EXPECT_NEAR(near.percentile_95, 0.1, 1e-3);
-  // One ray of twenty meets a box half way, two miss everything.
-  Cuboid box;
-  box.center = 0.5 * rays[0].end;
-  box.size = Vector3::Constant(0.02);
-  rays[1].end = rays[2].end = Vector3(-3.0, 0.0, 0.0);
-  const SurfaceDistance lost = surfaceDistance(CuboidDistance({slab, box}), rays, 1, to_wall);
-  EXPECT_NEAR(lost.median, 0.1, 1e-3);
-  EXPECT_EQ(lost.percentile_95, kInfinity);
-  rays.resize(1);
-  EXPECT_NEAR(surfaceDistance(CuboidDistance({slab, box}), rays, 1, to_wall).median, 1.51, 1e-3);
-}
-
 TEST(FreeSpace, ByHand) {
   // One ray along x from 0 to 1.2 m, s = 0.1: samples up to 1 m, ten cells; the cuboid is two long.
-  Cuboid cuboid;
-  cuboid.size = {0.2, 0.1, 0.1};
-  cuboid.center = {0.5, 0.05, 0.05};
-  const std::vector<MeasuredRay> rays = {{{0.0, 0.05, 0.05}, {1.2001, 0.05, 0.05}}};
-  EXPECT_NEAR(freeSpaceViolation({cuboid}, rays, 0.1), 0.2, 1e-12);
-}
-
-TEST(FreeSpace, ManyRaysThroughACellCountOnce) {
-  Cuboid cuboid;
-  cuboid.size = {0.2, 0.1, 0.1};
-  cuboid.center = {0.5, 0.05, 0.05};
-  const std::vector<MeasuredRay> rays(50, {{0.0, 0.05, 0.05}, {1.2001, 0.05, 0.05}});
-  EXPECT_NEAR(freeSpaceViolation({cuboid}, rays, 0.1), 0.2, 1e-12);
+  Cuboid cuboid = test::cuboidAt({0.5, 0.05, 0.05}, {0.2, 0.1, 0.1});
+  for (const std::size_t count : {1, 50}) {  // a cell counts once
+    const std::vector<MeasuredRay> rays(count, {{0.0, 0.05, 0.05}, {1.2001, 0.05, 0.05}});
+    EXPECT_NEAR(freeSpaceViolation({cuboid}, rays, 0.1), 0.2, 1e-12);
+  }
 }
 
 TEST(FreeSpace, SurfaceAtTheEndOfTheRayIsNoViolation) {
@@ -380,8 +328,7 @@ TEST(FreeSpace, SurfaceAtTheEndOfTheRayIsNoViolation) {
   std::vector<MeasuredRay> rays;
   for (int i = 0; i < 20; ++i)
     rays.push_back({wall.R * Vector3(0.05 * i, 0.5, 3.0), wall.R * Vector3(0.05 * i, 0.5, -0.15)});
-  const Cuboid slab = wall.cuboid({-1, -1, -0.1}, {2, 2, 0});
-  EXPECT_EQ(freeSpaceViolation({slab}, rays, 0.1), 0.0);
+  EXPECT_EQ(freeSpaceViolation({wall.cuboid({-1, -1, -0.1}, {2, 2, 0})}, rays, 0.1), 0.0);
   // The same wall a metre nearer is crossed by every ray: about 0.1 of 2.95 m.
   const Cuboid ghost = wall.cuboid({-1, -1, 0.9}, {2, 2, 1.0});
   EXPECT_NEAR(freeSpaceViolation({ghost}, rays, 0.1), 0.1 / 2.95, 0.01);
@@ -417,9 +364,7 @@ TEST(FreeSpace, FinePiecesMeasureVolume) {
   std::vector<MeasuredRay> rays;
   for (double x = 0.0025; x < 0.25; x += 0.005)
     for (double y = 0.0025; y < 0.25; y += 0.005) rays.push_back({{x, y, 0.0}, {x, y, 5.2}});
-  Cuboid cuboid;
-  cuboid.size = {0.05, 0.25, 5.0};
-  cuboid.center = {0.225, 0.125, 2.5};
+  Cuboid cuboid = test::cuboidAt({0.225, 0.125, 2.5}, {0.05, 0.25, 5.0});
   const auto violation = [&](double side, std::uint64_t every) {
     CrossedSpace crossed(side, 0.2, every);
     crossed.add(rays);

@@ -53,15 +53,20 @@ TEST_F(OctreeGridTest, OneRayHitsItsEndAndClearsTheCellsBefore) {
   EXPECT_TRUE(cuboids[0].center.isApprox(Vector3(4.5, 0.5, 0.5)));
   EXPECT_TRUE(cuboids[0].size.isApprox(Vector3::Ones()));
   EXPECT_NEAR(cuboids[0].probability, 0.7, 1e-6);
-}
-
-TEST_F(OctreeGridTest, OnlyWhatRaysCrossedIsFree) {
-  OctreeGrid& octree = grid(1.0);
-  octree.insert({{4.5, 0.5, 0.5}}, {}, {0.5, 0.5, 0.5});
   EXPECT_TRUE(octree.isFree({2.2, 0.9, 0.1}));
   EXPECT_FALSE(octree.isFree({4.5, 0.5, 0.5}));
   EXPECT_FALSE(octree.isFree({2.2, 1.1, 0.1}));
   EXPECT_FALSE(octree.isFree({kNan, 0.0, 0.0}));
+  // Ground clears and is never occupied.
+  OctreeGrid& of_ground = grid(1.0);
+  of_ground.insert({}, {{4.5, 0.5, 0.5}}, {0.5, 0.5, 0.5});
+  EXPECT_EQ(of_ground.counts().occupied_cells, 0u);
+  EXPECT_EQ(of_ground.counts().free_cells, 4u);
+  // A hit goes before a miss: the ray to the far point crosses the cell of the near one.
+  OctreeGrid& of_two = grid(1.0);
+  of_two.insert({{2.5, 0.5, 0.5}, {4.5, 0.5, 0.5}}, {}, {0.5, 0.5, 0.5});
+  EXPECT_EQ(of_two.counts().occupied_cells, 2u);
+  EXPECT_EQ(of_two.counts().free_cells, 3u);
 }
 
 TEST_F(OctreeGridTest, ACompressedFileIsTheSmallerOne) {
@@ -69,21 +74,6 @@ TEST_F(OctreeGridTest, ACompressedFileIsTheSmallerOne) {
   octree.insert(wall(0.05), {}, {0.0, 0.0, 1.0});
   EXPECT_LT(octree.compressedFileBytes(), octree.fileBytes() / 2);
   EXPECT_GT(octree.compressedFileBytes(), 100u);
-}
-
-TEST_F(OctreeGridTest, GroundClearsAndIsNeverOccupied) {
-  OctreeGrid& octree = grid(1.0);
-  octree.insert({}, {{4.5, 0.5, 0.5}}, {0.5, 0.5, 0.5});
-  EXPECT_EQ(octree.counts().occupied_cells, 0u);
-  EXPECT_EQ(octree.counts().free_cells, 4u);
-}
-
-TEST_F(OctreeGridTest, HitGoesBeforeMiss) {
-  // The ray to the far point crosses the cell of the near one.
-  OctreeGrid& octree = grid(1.0);
-  octree.insert({{2.5, 0.5, 0.5}, {4.5, 0.5, 0.5}}, {}, {0.5, 0.5, 0.5});
-  EXPECT_EQ(octree.counts().occupied_cells, 2u);
-  EXPECT_EQ(octree.counts().free_cells, 3u);
 }
 
 TEST_F(OctreeGridTest, MissesOutweighAHitInTheEnd) {

@@ -1,19 +1,19 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "evaluation/plane_bounds.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
-
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <numeric>
 #include <vector>
 
-#include "planar_mapping/core/base/error.h"
+#include "evaluation/plane_bounds.h"
+#include "labelled_clouds.h"
 #include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/planes/multi_plane.h"
 
 namespace planar_mapping {
 namespace evaluation {
@@ -37,9 +37,8 @@ struct Corner {
 
   explicit Corner(double range_noise) {
     constexpr double kTilt = 0.15;  // of either, radians
-    for (const double sign : {-1.0, 1.0}) {
+    for (const double sign : {-1.0, 1.0})
       planes.push_back({Vector3(sign * std::sin(kTilt), 0.0, -std::cos(kTilt)), std::cos(kTilt)});
-    }
     Random random(7);
     for (std::size_t i = 0; i < std::size_t{kWidth} * kHeight; ++i) {
       const Vector3 direction = rayOf(i).normalized();
@@ -143,9 +142,8 @@ NormalError measured(const Plane& plane, double focal_baseline, const DisparityN
         continue;
       double smooth = 0.0;
       for (int r = row - reach; r <= row + reach; ++r) {
-        for (int c = column - reach; c <= column + reach; ++c) {
+        for (int c = column - reach; c <= column + reach; ++c)
           smooth += white[static_cast<std::size_t>(r) * kWidth + c] / noise.smooth_side;
-        }
       }
       const double error = noise.smooth * smooth + noise.white * random.normal();
       const Vector3 ray = rayOf(i);
@@ -177,9 +175,8 @@ TEST(PlaneBounds, NormalErrorIsThatOfPlanesFittedToDisparities) {
     for (std::size_t i = 0; i < image.labels.size(); ++i) {
       const Vector3 ray = rayOf(i);
       const Vector3 point = ray * (-plane.offset / plane.normal.dot(ray));
-      for (int axis = 0; axis < 3; ++axis) {
+      for (int axis = 0; axis < 3; ++axis)
         image.xyz[3 * i + static_cast<std::size_t>(axis)] = static_cast<float>(point[axis]);
-      }
       const auto row = static_cast<int>(i / kWidth);
       const auto column = static_cast<int>(i % kWidth);
       if (row >= reach && row + reach < static_cast<int>(kHeight) && column >= reach &&
@@ -223,4 +220,111 @@ TEST(PlaneBounds, SaysWhatIsWrong) {
 
 }  // namespace
 }  // namespace evaluation
+}  // namespace planar_mapping
+
+namespace planar_mapping {
+namespace {
+
+// How good the planes of labelled clouds are, with default parameters: the figures of
+// docs/results.md may not get worse.
+
+using namespace evaluation;
+using test::LabelledCloud;
+
+std::vector<PlaneSegment> planesOf(const LabelledCloud& cloud, int min_inliers) {
+  MultiPlaneParams params;
+  params.min_inliers = min_inliers;
+  return findPlanes(cloud.view(), nullptr, params).planes;
+}
+
+/// Of planes of space: what is coplanar is one; labels of 100 points and more.
+PlaneQuality joined(const LabelledCloud& cloud, const std::vector<PlaneSegment>& planes) {
+  const CoplanarParams params;
+  const PlaneTruth large = truthOf(cloud.view(), cloud.truth.labels, cloud.truth.planes, 100);
+  return judgePlanes(joinCoplanar(cloud.view(), large, params),
+                     joinCoplanar(cloud.view(), planes, params));
+}
+
+/// Of connected faces of 100 points and more.
+PlaneQuality faces(const LabelledCloud& cloud, const std::vector<PlaneSegment>& planes) {
+  return judgePlanes(splitFaces(cloud.view(), cloud.truth, 100),
+                     splitFaces(cloud.view(), planes, 100));
+}
+
+TEST(LabelledPlanes, RoomFramesNotTunedOn) {
+  PlaneQuality sum;
+  for (const std::uint64_t seed : {100, 101}) {
+    const LabelledCloud cloud = test::roomFrame(seed);
+    sum.add(judgePlanes(cloud.truth, planesOf(cloud, 1000)));
+  }
+  EXPECT_GE(sum.true_planes, 22);
+  EXPECT_GE(sum.recall(), 0.9);
+  EXPECT_GE(sum.precision(), 0.9);
+  EXPECT_LT(sum.meanAngle(), 1.0 * M_PI / 180.0);
+}
+
+TEST(LabelledPlanes, Polyhedra) {
+  if (test::isMissing("labelled_synpeb/polyhedra_clean.pcd")) GTEST_SKIP() << "no polyhedra_clean";
+  const LabelledCloud cloud = test::readSynpeb("polyhedra_clean");
+  const std::vector<PlaneSegment> planes = planesOf(cloud, 100);
+  const PlaneQuality quality = judgePlanes(cloud.truth, planes);
+  EXPECT_EQ(quality.true_planes, 38);
+  EXPECT_GE(quality.correct, 34) << "three of the others are coplanar with these, one is small";
+  EXPECT_EQ(quality.segments, quality.correct);
+  EXPECT_EQ(faces(cloud, planes).true_planes, 37);
+  EXPECT_EQ(faces(cloud, planes).correct, 37);
+  EXPECT_EQ(faces(cloud, planes).segments, 37);
+  EXPECT_EQ(joined(cloud, planes).true_planes, 34);
+  EXPECT_EQ(joined(cloud, planes).correct, 34);
+  EXPECT_EQ(joined(cloud, planes).segments, 34);
+}
+
+TEST(LabelledPlanes, SmallImageOfPolyhedra) {
+  const LabelledCloud cloud = test::readSynpeb("small_clean");
+  const std::vector<PlaneSegment> planes = planesOf(cloud, 100);
+  const PlaneQuality quality = judgePlanes(cloud.truth, planes);
+  EXPECT_EQ(quality.true_planes, 12);
+  EXPECT_GE(quality.correct, 10) << "the others have 9 and 16 points";
+  EXPECT_EQ(quality.segments, quality.correct);
+  EXPECT_EQ(joined(cloud, planes).true_planes, joined(cloud, planes).correct);
+}
+
+TEST(LabelledPlanes, StairsInNoiseAsLargeAsTheSteps) {
+  if (test::isMissing("labelled_synpeb/spiral_stairs_noisy.pcd")) GTEST_SKIP() << "no stairs";
+  const LabelledCloud cloud = test::readSynpeb("spiral_stairs_noisy");
+  const std::vector<PlaneSegment> planes = planesOf(cloud, 100);
+  const PlaneQuality quality = judgePlanes(cloud.truth, planes);
+  EXPECT_EQ(quality.true_planes, 30);
+  EXPECT_GE(quality.correct, 21);
+  EXPECT_GE(quality.precision(), 0.77);
+  EXPECT_LT(quality.meanAngle(), 0.6 * M_PI / 180.0) << "edges turn the planes";
+  EXPECT_GE(faces(cloud, planes).correct, 23) << "of 28";
+  EXPECT_GE(faces(cloud, planes).precision(), 0.8);
+  EXPECT_GE(joined(cloud, planes).recall(), 0.85);
+  EXPECT_GE(joined(cloud, planes).precision(), 0.85);
+}
+
+TEST(LabelledPlanes, RenderedRoom) {
+  const LabelledCloud cloud = test::readIclFrame();
+  const std::vector<PlaneSegment> planes = planesOf(cloud, 100);
+  const PlaneQuality quality = joined(cloud, planes);
+  EXPECT_EQ(quality.true_planes, 10);
+  EXPECT_EQ(quality.correct, 10);
+  EXPECT_EQ(quality.segments, 10);
+  EXPECT_GE(faces(cloud, planes).correct, 10) << "of 17";
+}
+
+TEST(LabelledPlanes, TableTops) {
+  if (test::isMissing("labelled_mosd_tabletop"))
+    GTEST_SKIP() << "labelled_mosd_tabletop is missing";
+  for (const char* name : {"learn0", "test16"}) {
+    const LabelledCloud cloud = test::readTabletop(name);
+    const PlaneQuality quality = judgePlanes(cloud.truth, planesOf(cloud, 100));
+    EXPECT_EQ(quality.correct, 1) << name;
+    EXPECT_EQ(quality.segments, 1) << name;
+    EXPECT_GT(quality.pointRecall(), 0.95) << name;
+  }
+}
+
+}  // namespace
 }  // namespace planar_mapping

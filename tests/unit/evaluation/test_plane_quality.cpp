@@ -25,9 +25,8 @@ PlaneSegment segment(int first, int count, const Vector3& normal = Vector3::Unit
 /// A line of points; labels as runs {label, count}, all planes with normal z.
 PlaneTruth truthOfRuns(const std::vector<std::pair<int, int>>& runs, int planes) {
   PlaneTruth truth;
-  for (const auto& [label, count] : runs) {
+  for (const auto& [label, count] : runs)
     truth.labels.insert(truth.labels.end(), static_cast<std::size_t>(count), label);
-  }
   truth.planes.resize(static_cast<std::size_t>(planes));
   return truth;
 }
@@ -193,9 +192,8 @@ std::vector<int> halves(int gap) {
 std::vector<float> wall() {
   std::vector<float> xyz;
   for (int row = 0; row < 8; ++row) {
-    for (int column = 0; column < 24; ++column) {
+    for (int column = 0; column < 24; ++column)
       xyz.insert(xyz.end(), {0.1F * static_cast<float>(column), 0.1F * static_cast<float>(row), 2});
-    }
   }
   return xyz;
 }

@@ -126,13 +126,6 @@ TEST(FuseCells, CellsAtTheEndOfTheNumberRangeDoNotWrapAround) {
   EXPECT_EQ(fuseCells({{kMost, 0, 0}, {kLeast, 0, 0}, {kMost - 1, 0, 0}}).size(), 2u);
 }
 
-TEST(GreedyCover, APlusNeedsTwoOverlappingBoxes) {
-  // Fusion needs three.
-  const std::vector<GridCell> plus = {{1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {2, 1, 0}, {1, 2, 0}};
-  EXPECT_EQ(greedyCover(plus).size(), 2u);
-  EXPECT_EQ(fuseCells(plus).size(), 3u);
-}
-
 TEST(GreedyCover, CoversTheCellsAndNothingElse) {
   for (const double filled : {0.2, 0.5, 0.8, 0.95}) {
     const std::vector<GridCell> cells = randomCells(13, 9, filled);

@@ -166,12 +166,7 @@ TEST(Scene, ThingsThatMoveAreInOnePlaceAtATime) {
 TEST(Scene, TwoRoomsShareTheirOuterWalls) {
   const Scene scene = makeScene("rooms", 30);
   const ScenePlanes planes = planesOf(scene);
-  PinholeCamera camera;
-  camera.fx = camera.fy = 40.0;
-  camera.cx = 31.5;
-  camera.cy = 23.5;
-  camera.width = 64;
-  camera.height = 48;
+  PinholeCamera camera{40.0, 40.0, 31.5, 23.5, 64, 48};
   std::size_t first = 0, second = 0;
   for (const Pose& pose : scene.path) {
     const Rendering view = render(scene, camera, pose);
@@ -231,12 +226,7 @@ TEST(Scene, RotationMovesWorldAndPathTogether) {
   const Scene still = makeScene("room", 3);
   Scene turned = still;
   turned.rotate(0.6);
-  PinholeCamera camera;
-  camera.fx = camera.fy = 40.0;
-  camera.cx = 31.5;
-  camera.cy = 23.5;
-  camera.width = 64;
-  camera.height = 48;
+  PinholeCamera camera{40.0, 40.0, 31.5, 23.5, 64, 48};
   const Rendering before = render(still, camera, still.path[1]);
   const Rendering after = render(turned, camera, turned.path[1]);
   std::size_t different = 0;

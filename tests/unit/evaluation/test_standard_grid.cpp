@@ -10,8 +10,8 @@
 #include <set>
 #include <tuple>
 
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace evaluation {
@@ -135,9 +135,8 @@ TEST(StandardGrid, RaysCrossTheCellsTheySample) {
     }
     crossed.erase({last.z, last.y, last.x});
     const std::size_t left = 216 - crossed.size();
-    for (const GridCell& cell : grid.cells()) {
+    for (const GridCell& cell : grid.cells())
       EXPECT_EQ(crossed.count({cell.z, cell.y, cell.x}), 0u);
-    }
     // A corner may be cut by less than the samples are apart.
     EXPECT_LE(grid.size(), left);
     EXPECT_GE(grid.size() + 1, left);

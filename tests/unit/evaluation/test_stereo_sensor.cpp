@@ -16,11 +16,7 @@ namespace {
 /// A wall across the view at \p depth, well textured, seen straight on.
 Rendering wall(float depth, int width = 320, int height = 200) {
   Rendering view;
-  view.camera.fx = view.camera.fy = 250.0;
-  view.camera.cx = 0.5 * (width - 1);
-  view.camera.cy = 0.5 * (height - 1);
-  view.camera.width = width;
-  view.camera.height = height;
+  view.camera = {250.0, 250.0, 0.5 * (width - 1), 0.5 * (height - 1), width, height};
   const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
   view.depth.assign(pixels, depth);
   view.object.assign(pixels, 0);

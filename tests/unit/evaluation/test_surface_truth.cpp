@@ -8,8 +8,8 @@
 #include <cmath>
 #include <limits>
 
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace evaluation {
@@ -33,21 +33,13 @@ Scene sceneOf(const std::vector<SceneObject>& objects) {
 /// Looks along +x of the world from the given place; x of the image is -y of the world.
 Pose lookAlongX(const Vector3& position) {
   Pose pose = Pose::Identity();
-  pose.linear().col(0) = -Vector3::UnitY();
-  pose.linear().col(1) = -Vector3::UnitZ();
-  pose.linear().col(2) = Vector3::UnitX();
+  pose.linear() << -Vector3::UnitY(), -Vector3::UnitZ(), Vector3::UnitX();
   pose.translation() = position;
   return pose;
 }
 
 PinholeCamera smallCamera() {
-  PinholeCamera camera;
-  camera.width = 160;
-  camera.height = 120;
-  camera.fx = camera.fy = 125.0;
-  camera.cx = 79.5;
-  camera.cy = 59.5;
-  return camera;
+  return {125.0, 125.0, 79.5, 59.5, 160, 120};
 }
 
 TEST(SurfaceTruth, DistanceToABoxByHand) {

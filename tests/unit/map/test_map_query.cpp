@@ -17,18 +17,15 @@
 namespace planar_mapping {
 namespace {
 
-using test::look;
-using test::lookFrom;
-using test::Scene;
+using namespace test;
 
 /// The room of map_scene.h, seen from its middle: a cabinet 2.04 m in front, unknown behind it.
 PlanarMap roomMap(int frames = 1, Unseen unseen = Unseen::Unknown) {
   PlanarMapParams params;
   params.unseen = unseen;
   PlanarMap map(params);
-  for (int i = 0; i < frames; ++i) {
+  for (int i = 0; i < frames; ++i)
     map.insert(look(Scene(), lookFrom({0.1 * i, 0.0, 1.0}), 0.1 * i).frame());
-  }
   return map;
 }
 
@@ -126,9 +123,8 @@ TEST(CastRay, AgreesWithTheStateOfPointsAlongIt) {
     const double end = hit ? hit->distance : 4.0;
     // Of the cell that a cuboid cuts the rest may be unknown.
     const double gap = hit && hit->state == CellState::Occupied ? 0.1 * std::sqrt(3.0) : 0.0;
-    for (double t = 0.005; t < end - 1e-9 - gap; t += 0.01) {
+    for (double t = 0.005; t < end - 1e-9 - gap; t += 0.01)
       ASSERT_EQ(map.stateAt(origin + t * along), CellState::Free) << i << " at " << t;
-    }
     if (!hit || hit->distance == 0.0) continue;
     ++hits;
     if (hit->state == CellState::Occupied) {
@@ -284,9 +280,8 @@ TEST(CompareMaps, CountsWhatOnlyOneHas) {
   std::size_t centres = 0;
   for (double x = first.x(); x <= last.x(); ++x) {
     for (double y = first.y(); y <= last.y(); ++y) {
-      for (double z = first.z(); z <= last.z(); ++z) {
+      for (double z = first.z(); z <= last.z(); ++z)
         centres += map.isOccupied(0.05 * Vector3(x + 0.5, y + 0.5, z + 0.5)) ? 1 : 0;
-      }
     }
   }
   EXPECT_NEAR(static_cast<double>(all.only_in_a), static_cast<double>(centres), 1e-3 * centres);

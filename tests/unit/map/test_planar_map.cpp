@@ -17,13 +17,7 @@
 namespace planar_mapping {
 namespace {
 
-using test::coverage;
-using test::look;
-using test::lookFrom;
-using test::paramsAt;
-using test::Scene;
-using test::View;
-using test::walk;
+using namespace test;
 
 /// Of the beliefs that a map keeps.
 constexpr double kBeliefStep = 1.0 / 17.0;
@@ -80,9 +74,8 @@ TEST(PlanarMap, GivesTheSameOccupiedSpaceInAnyOrderOfFrames) {
        {std::pair(&forward, &backward), std::pair(&backward, &forward)}) {
     for (const Cuboid& cuboid : one->cuboids()) {
       EXPECT_FALSE(other->cuboidsAt(cuboid.center, 0.1).empty());
-      for (const Vector3& corner : corners(cuboid)) {
+      for (const Vector3& corner : corners(cuboid))
         EXPECT_FALSE(other->cuboidsAt(corner, 0.21).empty());
-      }
     }
   }
 }

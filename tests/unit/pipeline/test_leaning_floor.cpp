@@ -1,13 +1,15 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "advice/leaning_floor.h"
-
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
+#include "advice/leaning_floor.h"
+#include "advice/watches.h"
 #include "map_scene.h"
+#include "planar_mapping/core/geometry/camera.h"
 #include "ring_scan.h"
 
 namespace planar_mapping::detail {
@@ -115,6 +117,81 @@ TEST(LeaningFloor, PlanesThatAllFaceAlongAnotherAxisAreSaid) {
   EXPECT_FALSE(leaningFloor(floorsAlongY(1.0, 2), false)) << "an object";
   EXPECT_FALSE(leaningFloor(floorsAlongY(20.0, 1), false)) << "a wall that was cut out";
   EXPECT_FALSE(leaningFloor(floorsAlongY(20.0, 2, false), false)) << "a scan in a corridor";
+}
+
+/// What is said of a scan from \p place in a room of 2 \p half_length x 6 x 3 m by a pose that is
+/// off by \p error.
+std::optional<double> misfitOf(PoseWatch& watch, const Vector3& place, const Vector3& error,
+                               double half_length = 4.0) {
+  const Eigen::Array3d low(-half_length, -3, 0), high(half_length, 3, 3);
+  const std::vector<float> xyz = test::boxScan(low - place.array(), high - place.array(), 40.0);
+  const PointsView points(xyz.data(), xyz.size() / 3);
+  return watch.misfit(points, findPlanes(points, nullptr, MultiPlaneParams()).planes,
+                      Pose(Eigen::Translation3d(place + error)), CuboidApproximationParams());
+}
+
+TEST(PoseWatch, PosesThatFitSayNothing) {
+  PoseWatch watch;
+  for (const double x : {-2.0, -1.0, 0.0, 0.5})
+    EXPECT_FALSE(misfitOf(watch, {x, 0.3 * x, 1.2}, Vector3::Zero())) << x;
+}
+
+TEST(PoseWatch, TheFirstPoseThatDoesNotFitIsSaidOnce) {
+  PoseWatch watch;
+  EXPECT_FALSE(misfitOf(watch, {-1.0, 0.0, 1.2}, Vector3::Zero()));
+  const std::optional<double> misfit = misfitOf(watch, {0.0, 0.0, 1.2}, {0.25, 0.25, 0.0});
+  ASSERT_TRUE(misfit);
+  EXPECT_NEAR(*misfit, 0.25, 0.03);
+  EXPECT_FALSE(misfitOf(watch, {1.0, 0.0, 1.2}, {-0.3, 0.3, 0.0}));
+}
+
+TEST(PoseWatch, StepsAlongAHallAreJudgedByWhatStandsAcross) {
+  PoseWatch watch;
+  EXPECT_FALSE(misfitOf(watch, {-1.0, 0.0, 1.2}, Vector3::Zero(), 9.0));
+  const std::optional<double> misfit = misfitOf(watch, {0.0, 0.0, 1.2}, {0.4, 0.0, 0.0}, 9.0);
+  ASSERT_TRUE(misfit);
+  EXPECT_NEAR(*misfit, 0.4, 0.03);
+}
+
+/// A corner of a room, 4 m away, as a camera with a field of 65 degrees sees it.
+/// \param along_ray  as distances, which are taken for depths
+std::vector<float> corner(bool along_ray) {
+  const PinholeCamera camera{250.0, 250.0, 159.5, 119.5, 320, 240};
+  std::vector<float> xyz;
+  for (int row = 0; row < camera.height; ++row) {
+    for (int column = 0; column < camera.width; ++column) {
+      const Vector3 ray = camera.rayOf(column, row);
+      const Vector3 left = Vector3(-0.6, 0.0, 0.8);
+      const Vector3 right = Vector3(0.8, 0.0, 0.6);
+      double depth = 1e9;
+      for (const auto& [normal, distance] :
+           {std::pair(left, 3.2), std::pair(right, 2.4), std::pair(Vector3(0.0, 1.0, 0.0), 1.2)}) {
+        const double along = normal.dot(ray);
+        if (along > 0.0) depth = std::min(depth, distance / along);
+      }
+      if (along_ray) depth *= ray.norm();
+      for (int k = 0; k < 3; ++k) xyz.push_back(static_cast<float>(depth * ray[k]));
+    }
+  }
+  return xyz;
+}
+
+TEST(DepthWatch, DistancesAlongRaysAreSaidOnceInTheSecondFrame) {
+  const std::vector<float> xyz = corner(true);
+  const PointsView points(xyz.data(), 320, 240, 3);
+  DepthWatch watch;
+  EXPECT_FALSE(watch.isBentIn(points, false));
+  EXPECT_TRUE(watch.isBentIn(points, false));
+  EXPECT_FALSE(watch.isBentIn(points, false));
+  EXPECT_TRUE(DepthWatch().isBentIn(points, true));
+}
+
+TEST(DepthWatch, DepthsAlongTheAxisSayNothing) {
+  const std::vector<float> xyz = corner(false);
+  DepthWatch watch;
+  for (int frame = 0; frame < 6; ++frame)
+    EXPECT_FALSE(watch.isBentIn(PointsView(xyz.data(), 320, 240, 3), false)) << frame;
+  EXPECT_FALSE(DepthWatch().isBentIn(PointsView(xyz.data(), 320, 240, 3), true));
 }
 
 }  // namespace

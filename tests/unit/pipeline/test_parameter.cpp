@@ -44,9 +44,8 @@ TEST(Parameter, RangesSayAndCheckTheSame) {
   EXPECT_EQ("(0, 1]", Range::above(0, 1).text());
   EXPECT_FALSE(Range::above(0, 1).contains(0.0));
   EXPECT_EQ("any number", Range::any().text());
-  for (const Range& range : {Range::positive(), Range::between(0, 1), Range::any()}) {
+  for (const Range& range : {Range::positive(), Range::between(0, 1), Range::any()})
     EXPECT_FALSE(range.contains(std::numeric_limits<double>::quiet_NaN()) && range.low_open);
-  }
 }
 
 TEST(Parameter, BasicOnesAreMarkedByName) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/segmentation/multi_plane_sac_segmentation.h"
-
 #include <gtest/gtest.h>
+
+#include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 
 #include <cmath>
@@ -11,6 +11,8 @@
 
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/pcl/points_view.h"
+#include "planar_mapping/segmentation/multi_plane_sac_segmentation.h"
 
 namespace {
 
@@ -91,17 +93,6 @@ TYPED_TEST(MultiPlaneSegmentation, FindsFloorAndWall) {
   EXPECT_EQ(this->segmentation_.getDiagnostics().points_considered, 6100u);
 }
 
-TYPED_TEST(MultiPlaneSegmentation, OnlyIndexedPointsCount) {
-  const auto cloud = makeCorner<TypeParam>();
-  pcl::IndicesPtr wall(new pcl::Indices);
-  for (int i = 3600; i < 6100; ++i) wall->push_back(i);
-  this->segmentation_.setInputCloud(cloud);
-  this->segmentation_.setIndices(wall);
-  this->segment();
-  ASSERT_EQ(this->inliers_.size(), 1u);
-  EXPECT_EQ(this->inliers_[0].indices, *wall);
-}
-
 TYPED_TEST(MultiPlaneSegmentation, ThePoseOfTheSensorInTheWorldTurnsNothing) {
   const auto cloud = makeCorner<TypeParam>();
   cloud->sensor_origin_ = Eigen::Vector4f(1.0f, 1.0f, -5.0f, 1.0f);
@@ -132,107 +123,7 @@ TYPED_TEST(MultiPlaneSegmentation, WithoutCloudThrowsAndClearsTheOutputs) {
   EXPECT_TRUE(this->planes_.empty());
 }
 
-TYPED_TEST(MultiPlaneSegmentation, AnEmptyCloudHasNoPlanes) {
-  this->segmentation_.setInputCloud(
-      typename pcl::PointCloud<TypeParam>::Ptr(new pcl::PointCloud<TypeParam>));
-  this->segment();
-  EXPECT_TRUE(this->planes_.empty());
-}
-
 using Segmentation = MultiPlaneSACSegmentation<pcl::PointXYZ>;
-
-TEST(MultiPlaneSegmentationIndices, OutsideTheCloudThrow) {
-  const auto cloud = makeCorner<pcl::PointXYZ>();
-  Segmentation segmentation;
-  segmentation.setInputCloud(cloud);
-  segmentation.setIndices(pcl::IndicesPtr(new pcl::Indices{0, 6100}));
-  std::vector<pcl::PointIndices> inliers;
-  std::vector<pcl::ModelCoefficients> planes;
-  EXPECT_THROW(segmentation.segment(inliers, planes), planar_mapping::InputError);
-}
-
-TEST(MultiPlaneSegmentationIndices, AnyWayToSetThemIsTheSame) {
-  const auto cloud = makeCorner<pcl::PointXYZ>();
-  pcl::PointIndices::Ptr message(new pcl::PointIndices);
-  for (int i = 0; i < 3600; ++i) message->indices.push_back(i);
-  Segmentation segmentation;
-  segmentation.setMinInliers(1000);
-  segmentation.setInputCloud(cloud);
-  segmentation.setIndices(message);
-  std::vector<pcl::PointIndices> inliers;
-  std::vector<pcl::ModelCoefficients> planes;
-  segmentation.segment(inliers, planes);
-  ASSERT_EQ(inliers.size(), 1u);
-  EXPECT_EQ(inliers[0].indices, message->indices);
-}
-
-TEST(MultiPlaneSegmentationIndices, PointsThatAreNotFiniteAreSkipped) {
-  const auto cloud = makeCorner<pcl::PointXYZ>();
-  (*cloud)[7].y = std::numeric_limits<float>::quiet_NaN();
-  cloud->is_dense = false;
-  Segmentation segmentation;
-  segmentation.setMinInliers(1000);
-  segmentation.setInputCloud(cloud);
-  std::vector<pcl::PointIndices> inliers;
-  std::vector<pcl::ModelCoefficients> planes;
-  segmentation.segment(inliers, planes);
-  ASSERT_EQ(inliers.size(), 2u);
-  EXPECT_EQ(inliers[0].indices.size(), 3599u);
-  EXPECT_EQ(segmentation.getDiagnostics().points_not_measured, 1u);
-}
-
-TEST(MultiPlaneSegmentationSetters, EachHasItsGetter) {
-  Segmentation s;
-  s.setDistanceThreshold(0.02);
-  EXPECT_EQ(s.getDistanceThreshold(), 0.02);
-  s.setMinInliers(17);
-  EXPECT_EQ(s.getMinInliers(), 17);
-  s.setMaxPlanes(4);
-  EXPECT_EQ(s.getMaxPlanes(), 4);
-  s.setMethod(planar_mapping::PlaneSearchMethod::Sequential);
-  EXPECT_EQ(s.getMethod(), planar_mapping::PlaneSearchMethod::Sequential);
-  EXPECT_FALSE(s.getNoiseModel().has_value());
-  s.setNoiseModel(planar_mapping::StereoNoise{0.1, 400.0, 0.25});
-  ASSERT_TRUE(s.getNoiseModel().has_value());
-  EXPECT_EQ(s.getNoiseModel()->focal_length, 400.0);
-  s.setNoiseModel(std::nullopt);
-  EXPECT_FALSE(s.getNoiseModel().has_value());
-  s.setNoiseFactor(2.0);
-  EXPECT_EQ(s.getNoiseFactor(), 2.0);
-  s.setPatchGap(0.3);
-  EXPECT_EQ(s.getPatchGap(), 0.3);
-  s.setNumberOfModels(5);
-  EXPECT_EQ(s.getNumberOfModels(), 5);
-  s.setMaxIterations(99);
-  EXPECT_EQ(s.getMaxIterations(), 99);
-  s.setMissProbability(0.05);
-  EXPECT_EQ(s.getMissProbability(), 0.05);
-  s.setSignificance(4.0);
-  EXPECT_EQ(s.getSignificance(), 4.0);
-  s.setMaxNormalDeviation(0.4);
-  EXPECT_EQ(s.getMaxNormalDeviation(), 0.4);
-  s.setSeed(7);
-  EXPECT_EQ(s.getSeed(), 7u);
-  s.setNumberOfThreads(2);
-  EXPECT_EQ(s.getNumberOfThreads(), 2);
-  const planar_mapping::MultiPlaneParams params = s.getParams();
-  Segmentation other;
-  other.setParams(params);
-  EXPECT_EQ(other.getPatchGap(), 0.3);
-}
-
-TEST(MultiPlaneSegmentationSetters, RefuseAndKeepTheOldValue) {
-  Segmentation s;
-  EXPECT_THROW(s.setDistanceThreshold(-0.1), planar_mapping::ParameterError);
-  EXPECT_THROW(s.setDistanceThreshold(std::nan("")), planar_mapping::ParameterError);
-  EXPECT_THROW(s.setMinInliers(2), planar_mapping::ParameterError);
-  EXPECT_THROW(s.setNumberOfThreads(-1), planar_mapping::ParameterError);
-  EXPECT_THROW(s.setNoiseModel(planar_mapping::StereoNoise{0.0, 400.0, 0.25}),
-               planar_mapping::ParameterError);
-  EXPECT_EQ(s.getDistanceThreshold(), planar_mapping::MultiPlaneParams().distance_threshold);
-  EXPECT_EQ(s.getMinInliers(), planar_mapping::MultiPlaneParams().min_inliers);
-  EXPECT_FALSE(s.getNoiseModel().has_value());
-}
 
 TEST(MultiPlaneSegmentationCopy, CarriesParametersAndCloud) {
   Segmentation::Ptr first(new Segmentation);
@@ -244,6 +135,77 @@ TEST(MultiPlaneSegmentationCopy, CarriesParametersAndCloud) {
   std::vector<pcl::ModelCoefficients> planes;
   second.segment(inliers, planes);
   EXPECT_EQ(planes.size(), 2u);
+}
+
+struct PointDouble {
+  double x = 0.0, y = 0.0, z = 0.0;
+};
+struct PointBackwards {
+  float z = 0.0f, y = 0.0f, x = 0.0f;
+};
+struct PointTagged {
+  char tag[8] = {};
+  float x = 0.0f, y = 0.0f, z = 0.0f;
+};
+
+template <typename PointT>
+pcl::PointCloud<PointT> makeCloud() {
+  pcl::PointCloud<PointT> cloud;
+  for (int i = 0; i < 6; ++i) {
+    PointT p;
+    p.x = static_cast<decltype(p.x)>(i);
+    p.y = static_cast<decltype(p.y)>(10 + i);
+    p.z = static_cast<decltype(p.z)>(-i);
+    cloud.push_back(p);
+  }
+  return cloud;
+}
+
+template <typename PointT>
+class PointsViewOf : public testing::Test {};
+using LayoutTypes = testing::Types<pcl::PointXYZ, pcl::PointXYZI, pcl::PointXYZRGBNormal,
+                                  PointDouble, PointBackwards, PointTagged>;
+TYPED_TEST_SUITE(PointsViewOf, LayoutTypes);
+
+TYPED_TEST(PointsViewOf, ReadsEveryPoint) {
+  const auto cloud = makeCloud<TypeParam>();
+  const planar_mapping::CloudView view = planar_mapping::viewOf(cloud);
+  ASSERT_EQ(view.points().size, 6u);
+  EXPECT_FALSE(view.points().isOrganized());
+  for (int i = 0; i < 6; ++i) {
+    EXPECT_EQ(view.points().point(static_cast<std::size_t>(i)),
+              planar_mapping::Vector3(i, 10 + i, -i));
+  }
+}
+
+TYPED_TEST(PointsViewOf, StaysValidWhenMoved) {
+  const auto cloud = makeCloud<TypeParam>();
+  planar_mapping::CloudView first = planar_mapping::viewOf(cloud);
+  const planar_mapping::CloudView second = std::move(first);
+  EXPECT_EQ(second.points().point(5), planar_mapping::Vector3(5, 15, -5));
+}
+
+TYPED_TEST(PointsViewOf, AnEmptyCloudIsAnEmptyView) {
+  const pcl::PointCloud<TypeParam> cloud;
+  EXPECT_EQ(planar_mapping::viewOf(cloud).points().size, 0u);
+}
+
+TYPED_TEST(PointsViewOf, IsOrganizedIfTheShapeFits) {
+  auto cloud = makeCloud<TypeParam>();
+  cloud.width = 3;
+  cloud.height = 2;
+  EXPECT_TRUE(planar_mapping::viewOf(cloud).points().isOrganized());
+  cloud.height = 5;  // says more points than there are
+  const planar_mapping::CloudView view = planar_mapping::viewOf(cloud);
+  EXPECT_FALSE(view.points().isOrganized());
+  EXPECT_EQ(view.points().size, 6u);
+}
+
+TEST(PointsView, PointsOfPclAreNotCopied) {
+  const auto cloud = makeCloud<pcl::PointXYZRGB>();
+  const planar_mapping::CloudView view = planar_mapping::viewOf(cloud);
+  EXPECT_EQ(static_cast<const void*>(view.points().data),
+            static_cast<const void*>(&cloud.points[0].x));
 }
 
 }  // namespace

@@ -1,15 +1,18 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/stereo/cloud_features.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 #include <set>
+#include <vector>
 
+#include "boxes_seen.h"
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/stereo/cloud_features.h"
+#include "planar_mapping/stereo/detail/colour_registration.h"
+#include "planar_mapping/stereo/disparity_image.h"
 
 namespace planar_mapping {
 namespace {
@@ -139,5 +142,129 @@ TEST(CloudFeatures, RefusesParametersOutOfRange) {
   refused([](auto& p) { p.remember_frames = -1; });
 }
 
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+
+io::Calibration smallCalibration() {
+  io::Calibration calibration;
+  calibration.camera = {100.0, 50.0, 1.0, 0.5, 4, 2};
+  calibration.cx_right = 3.0;  // infinity is at disparity -2
+  calibration.baseline = 0.2;
+  return calibration;
+}
+
+DisparityImage smallImage() {
+  return {4, 2, {2.0f, 8.0f, kNaN, -2.0f, -3.0f, 0.0f, 18.0f, 1e30f}};
+}
+
+TEST(DisparityImage, PointsFollowFromTheEquation) {
+  std::vector<float> xyz;
+  triangulate(smallImage(), smallCalibration(), xyz);
+  ASSERT_EQ(xyz.size(), 24u);
+  // d = 2: Z = 100 * 0.2 / (2 + 2) = 5, X = (0 - 1) 5 / 100, Y = (0 - 0.5) 5 / 50.
+  EXPECT_FLOAT_EQ(xyz[0], -0.05f);
+  EXPECT_FLOAT_EQ(xyz[1], -0.05f);
+  EXPECT_FLOAT_EQ(xyz[2], 5.0f);
+  // d = 18 at (2, 1): Z = 1.
+  EXPECT_FLOAT_EQ(xyz[18], 0.01f);
+  EXPECT_FLOAT_EQ(xyz[19], 0.01f);
+  EXPECT_FLOAT_EQ(xyz[20], 1.0f);
+  // None, at infinity, behind the camera.
+  for (const std::size_t i : {2u, 3u, 4u}) {
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_TRUE(std::isnan(xyz[3 * i + k])) << i;
+  }
+}
+
+TEST(DisparityImage, DensityCountsWhatIsThere) {
+  EXPECT_DOUBLE_EQ(smallImage().density(), 7.0 / 8.0);
+  EXPECT_DOUBLE_EQ(DisparityImage().density(), 0.0);
+}
+
+TEST(DisparityImage, RefusesCalibrationsThatDoNotFit) {
+  std::vector<float> xyz;
+  io::Calibration calibration = smallCalibration();
+  calibration.baseline.reset();
+  EXPECT_THROW(triangulate(smallImage(), calibration, xyz), InputError);
+  calibration = smallCalibration();
+  calibration.camera.width = 5;
+  EXPECT_THROW(triangulate(smallImage(), calibration, xyz), InputError);
+  calibration = smallCalibration();
+  calibration.unrectified.emplace();
+  EXPECT_THROW(triangulate(smallImage(), calibration, xyz), InputError);
+  DisparityImage damaged = smallImage();
+  damaged.values.pop_back();
+  EXPECT_THROW(triangulate(damaged, smallCalibration(), xyz), InputError);
+}
+
 }  // namespace
 }  // namespace planar_mapping
+
+namespace planar_mapping::detail {
+namespace {
+
+using test::Boxes;
+constexpr int kWidth = Boxes::kWidth;
+constexpr int kHeight = Boxes::kHeight;
+
+ColourRegistration::State stateOf(double scale, double shift, double noise) {
+  ColourRegistration registration;
+  for (unsigned seed = 31; seed < 41; ++seed) {
+    Boxes boxes(seed);
+    const std::vector<float> xyz = boxes.cloud();
+    registration.look(boxes.image(scale, shift, noise), PointsView(xyz.data(), kWidth, kHeight, 3));
+  }
+  return registration.state();
+}
+
+TEST(ColourRegistration, IsSeenByEdges) {
+  EXPECT_EQ(stateOf(1.0, 0.0, 2.0), ColourRegistration::State::Registered);
+  EXPECT_EQ(stateOf(1.0, 1.0, 2.0), ColourRegistration::State::Registered);
+  EXPECT_EQ(stateOf(0.9, -3.0, 2.0), ColourRegistration::State::Apart);
+  EXPECT_EQ(stateOf(1.4, 4.0, 2.0), ColourRegistration::State::Apart);
+  EXPECT_EQ(stateOf(1.0, 8.0, 12.0), ColourRegistration::State::Apart);
+}
+
+TEST(ColourRegistration, AlignsTheImageToAFewPixels) {
+  ColourRegistration registration;
+  Boxes boxes(31);
+  const std::vector<float> xyz = boxes.cloud();
+  const io::Image image = boxes.image(0.9, -3.0, 2.0);
+  registration.look(image, PointsView(xyz.data(), kWidth, kHeight, 3));
+  for (unsigned seed = 32; seed < 41 && registration.state() != ColourRegistration::State::Apart;
+       ++seed) {
+    Boxes others(seed);
+    const std::vector<float> other_xyz = others.cloud();
+    registration.look(others.image(0.9, -3.0, 2.0),
+                      PointsView(other_xyz.data(), kWidth, kHeight, 3));
+  }
+  ASSERT_EQ(registration.state(), ColourRegistration::State::Apart);
+  const io::Image wanted = boxes.image(1.0, 0.0, 0.0);
+  const auto difference = [&](const io::Image& one) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < one.pixels.size(); ++i)
+      sum += std::abs(one.pixels[i] - wanted.pixels[i]);
+    return sum / static_cast<double>(one.pixels.size());
+  };
+  EXPECT_LT(difference(registration.aligned(image)), 0.4 * difference(image));
+}
+
+TEST(ColourRegistration, ImagesThatShowNothingAreNotJudged) {
+  EXPECT_EQ(stateOf(50.0, 0.0, 0.0), ColourRegistration::State::Unknown);  // even
+  EXPECT_EQ(stateOf(50.0, 0.0, 5.0), ColourRegistration::State::Unknown);  // noise
+  ColourRegistration registration;
+  const std::vector<float> wall(3 * kWidth * kHeight, 2.0f);
+  for (unsigned seed = 31; seed < 41; ++seed)
+    registration.look(Boxes(seed).image(1.0, 0.0, 2.0),
+                      PointsView(wall.data(), kWidth, kHeight, 3));
+  EXPECT_EQ(registration.state(), ColourRegistration::State::Unknown);
+  EXPECT_FALSE(registration.isDoubtful());  // a wall has no edges
+  // Another scene than that of the depth.
+  for (unsigned seed = 31; seed < 41; ++seed) {
+    const std::vector<float> xyz = Boxes(seed + 100).cloud();
+    registration.look(Boxes(seed).image(1.0, 0.0, 2.0), PointsView(xyz.data(), kWidth, kHeight, 3));
+  }
+  EXPECT_NE(registration.state(), ColourRegistration::State::Registered);
+  EXPECT_TRUE(registration.isDoubtful());
+}
+
+}  // namespace
+}  // namespace planar_mapping::detail

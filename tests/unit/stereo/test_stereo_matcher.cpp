@@ -227,9 +227,8 @@ TEST(StereoMatcher, APlainSurfaceIsAHole) {
   const DisparityPlane plane{20.0, 0.0, 0.0};
   ImagePair pair = pairOf(Pattern(14), plane, kWidth, kHeight);
   for (io::Image* image : {&pair.left, &pair.right}) {
-    for (int row = 0; row < kHeight; ++row) {
+    for (int row = 0; row < kHeight; ++row)
       std::fill_n(image->pixels.begin() + row * kWidth + kWidth / 2, kWidth / 2, std::uint8_t{255});
-    }
   }
   const DisparityImage disparity = match(pair);
   EXPECT_TRUE(std::isnan(disparity.at(kWidth - 30, kHeight / 2)));

@@ -1,13 +1,17 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/surface/planar_cuboid_approximation.h"
-
 #include <gtest/gtest.h>
+
+#include <pcl/conversions.h>
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
 
 #include <limits>
 #include <vector>
 
 #include "planar_mapping/core/base/error.h"
+#include "planar_mapping/surface/cuboid_mesh.h"
+#include "planar_mapping/surface/planar_cuboid_approximation.h"
 
 namespace {
 
@@ -48,13 +52,11 @@ Input<PointT> wallAndBlock() {
   input.planes.resize(1);
   input.planes[0].values = {2.0f, 0.0f, 0.0f, -4.0f};  // any length, either side
   for (int y = 0; y <= 40; ++y) {
-    for (int z = 0; z <= 20; ++z) {
+    for (int z = 0; z <= 20; ++z)
       input.inliers[0].indices.push_back(input.add(2.0f, 0.05f * y, 0.05f * z));
-    }
   }
-  for (int i = 0; i < 27; ++i) {
+  for (int i = 0; i < 27; ++i)
     input.add(1.01f + 0.04f * (i % 3), 0.41f + 0.04f * (i / 3 % 3), 0.21f + 0.04f * (i / 9));
-  }
   return input;
 }
 
@@ -151,36 +153,6 @@ TEST(PlanarCuboidApproximation, WhatCannotBeUsedIsRefused) {
   EXPECT_THROW(a.approximate(cuboids), InputError);
 }
 
-TEST(PlanarCuboidApproximation, NonFinitePointsAreCountedAndTheInputStaysAsItWas) {
-  auto input = wallAndBlock<pcl::PointXYZ>();
-  const float nan = std::numeric_limits<float>::quiet_NaN();
-  input.inliers[0].indices.push_back(input.add(nan, 1, 1));
-  input.add(1, std::numeric_limits<float>::infinity(), 1);
-  input.cloud->is_dense = false;
-  const pcl::PointCloud<pcl::PointXYZ> before = *input.cloud;
-  PlanarCuboidApproximation<pcl::PointXYZ> a;
-  a.setInputCloud(input.cloud);
-  a.setPlanes(input.inliers, input.planes);
-  std::vector<Cuboid> cuboids;
-  a.approximate(cuboids);
-  EXPECT_EQ(a.getDiagnostics().dropped_points, 2u);
-  ASSERT_EQ(input.cloud->size(), before.size());
-  for (std::size_t i = 0; i + 2 < before.size(); ++i) {
-    EXPECT_EQ((*input.cloud)[i].getVector3fMap(), before[i].getVector3fMap());
-  }
-  std::vector<Cuboid> again;
-  a.approximate(again);
-  EXPECT_EQ(again.size(), cuboids.size());
-}
-
-TEST(PlanarCuboidApproximation, EmptyCloudGivesNothing) {
-  PlanarCuboidApproximation<pcl::PointXYZ> a;
-  a.setInputCloud(pcl::PointCloud<pcl::PointXYZ>::Ptr(new pcl::PointCloud<pcl::PointXYZ>));
-  std::vector<Cuboid> cuboids(2);
-  a.approximate(cuboids);
-  EXPECT_TRUE(cuboids.empty());
-}
-
 TEST(PlanarCuboidApproximation, ReconstructGivesTheBoxesAsAMesh) {
   auto input = wallAndBlock<pcl::PointXYZ>();
   input.cloud->header.frame_id = "map";
@@ -195,6 +167,47 @@ TEST(PlanarCuboidApproximation, ReconstructGivesTheBoxesAsAMesh) {
   EXPECT_EQ(mesh.header.frame_id, "map");
   EXPECT_EQ(mesh.polygons.size(), 6 * cuboids.size());
   EXPECT_EQ(mesh.cloud.width, 8 * cuboids.size());
+}
+
+}  // namespace
+
+}  // namespace planar_mapping
+
+namespace planar_mapping {
+namespace {
+
+TEST(CuboidMesh, FacesLookOutwardsAndEncloseTheVolume) {
+  Cuboid cuboid;
+  cuboid.center = {1, 2, 3};
+  cuboid.size = {0.5, 1.0, 2.0};
+  cuboid.orientation = Eigen::AngleAxisd(0.8, Vector3(1, 2, 3).normalized()).toRotationMatrix();
+  pcl::PolygonMesh mesh;
+  writeMesh({cuboid, Cuboid()}, mesh);
+  ASSERT_EQ(mesh.polygons.size(), 12u);
+  pcl::PointCloud<pcl::PointXYZ> vertices;
+  pcl::fromPCLPointCloud2(mesh.cloud, vertices);
+  ASSERT_EQ(vertices.size(), 16u);
+  double volume = 0.0;
+  for (std::size_t f = 0; f < 6; ++f) {
+    const auto& corner = mesh.polygons[f].vertices;
+    ASSERT_EQ(corner.size(), 4u);
+    const auto at = [&](std::size_t k) -> Vector3 {
+      return vertices[static_cast<std::size_t>(corner[k])].getVector3fMap().cast<double>() -
+             cuboid.center;
+    };
+    EXPECT_GT((at(1) - at(0)).cross(at(2) - at(1)).dot(at(0) + at(2)), 0.0);
+    // Divergence theorem over the two triangles of the face.
+    volume += at(0).dot(at(1).cross(at(2))) / 6.0 + at(0).dot(at(2).cross(at(3))) / 6.0;
+  }
+  EXPECT_NEAR(volume, 1.0, 1e-5);
+}
+
+TEST(CuboidMesh, NothingGivesAnEmptyMesh) {
+  pcl::PolygonMesh mesh;
+  mesh.polygons.resize(3);
+  writeMesh({}, mesh);
+  EXPECT_TRUE(mesh.polygons.empty());
+  EXPECT_EQ(mesh.cloud.width * mesh.cloud.height, 0u);
 }
 
 }  // namespace

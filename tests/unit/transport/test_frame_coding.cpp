@@ -78,9 +78,8 @@ TEST(FrameCoding, EveryFieldComesBackAsItWas) {
 TEST(FrameCoding, BothEncodingsAreExactToTheLastBit) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const Frame frame = transportFrame(33, 17, seed);
-    for (const CloudEncoding encoding : {CloudEncoding::Raw, CloudEncoding::Compact}) {
+    for (const CloudEncoding encoding : {CloudEncoding::Raw, CloudEncoding::Compact})
       EXPECT_TRUE(sameCloud(*frame.cloud, *throughTheWire(frame, encoding).cloud)) << seed;
-    }
   }
 }
 
@@ -115,9 +114,8 @@ TEST(FrameCoding, TheLeftImageTravelsInGray) {
   // Without it the mapping side could not compare views, and its poses would be others.
   Frame frame = transportFrame(16, 12);
   frame.images.left = {16, 12, 3, std::vector<std::uint8_t>(16 * 12 * 3)};
-  for (std::size_t i = 0; i < frame.images.left.pixels.size(); ++i) {
+  for (std::size_t i = 0; i < frame.images.left.pixels.size(); ++i)
     frame.images.left.pixels[i] = static_cast<std::uint8_t>(7 * i);
-  }
   const io::Image gray = io::toGray(frame.images.left);
   const Frame received = throughTheWire(frame);
   EXPECT_EQ(16, received.images.left.width);
@@ -151,12 +149,10 @@ TEST(FrameCoding, ExtremeValuesSurviveBothEncodings) {
   Frame frame = transportFrame(4, 3);
   const float values[] = {0.0F,  -0.0F,  1e-45F, -1e-45F, 3.4e38F, -3.4e38F,
                           1e12F, -1e12F, 1.0F,   -1.0F,   1e-30F,  0.1F};
-  for (std::size_t i = 0; i < 12; ++i) {
+  for (std::size_t i = 0; i < 12; ++i)
     frame.cloud->points[i] = pcl::PointXYZ(values[i], values[11 - i], values[(i + 5) % 12]);
-  }
-  for (const CloudEncoding encoding : {CloudEncoding::Raw, CloudEncoding::Compact}) {
+  for (const CloudEncoding encoding : {CloudEncoding::Raw, CloudEncoding::Compact})
     EXPECT_TRUE(sameCloud(*frame.cloud, *throughTheWire(frame, encoding).cloud));
-  }
 }
 
 TEST(FrameCoding, PartlyFinitePointsAreHoles) {

@@ -248,9 +248,8 @@ TEST_F(HostilePeers, NotesAndStatisticsOfAFrontEndAreLimitedInAll) {
   for (std::uint64_t i = 0; i < input.frames; ++i) {
     Frame frame = transportFrame(2, 2);
     frame.notes.assign(32, std::string(1000, 'x'));
-    for (int k = 0; k < 20; ++k) {
+    for (int k = 0; k < 20; ++k)
       frame.statistics.push_back({"s" + std::to_string(i) + "_" + std::to_string(k), 1.0});
-    }
     robot.send(MessageType::Frame, encodeFrame(input, i, frame, CloudEncoding::Raw));
     robot.expectAck(i + 1);
   }

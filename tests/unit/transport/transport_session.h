@@ -34,9 +34,8 @@ class FakeSource : public FrameSource {
   std::optional<std::size_t> size() const override { return plan_.frames; }
   std::optional<Frame> next() override {
     if (position_ == plan_.fails_at) {
-      for (int i = 0; i < 20000 && plan_.may_fail != nullptr && !*plan_.may_fail; ++i) {
+      for (int i = 0; i < 20000 && plan_.may_fail != nullptr && !*plan_.may_fail; ++i)
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
-      }
       if (!plan_.problem.empty()) throw InputError(plan_.problem);
       throw std::runtime_error("crash");
     }

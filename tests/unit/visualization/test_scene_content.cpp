@@ -131,9 +131,8 @@ TEST(SceneContent, OfAnEmptyMapIsEmpty) {
 TEST(SceneContent, TheOriginFarFromACloudIsNoSensor) {
   std::vector<float> xyz;
   for (int i = 0; i < 60; ++i) {
-    for (int j = 0; j < 60; ++j) {
+    for (int j = 0; j < 60; ++j)
       xyz.insert(xyz.end(), {0.02F * static_cast<float>(i), 0.02F * static_cast<float>(j), 284.0F});
-    }
   }
   const auto posesOf = [&](float height, bool sensor_known) {
     for (std::size_t i = 2; i < xyz.size(); i += 3) xyz[i] = height;

@@ -1,12 +1,28 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/core/base/error.h"
-
 #include <gtest/gtest.h>
 
-#include <limits>
-#include <string>
+#include <pthread.h>
 
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "planar_mapping/core/base/detail/gather_points.h"
+#include "planar_mapping/core/base/detail/parallel.h"
+#include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/core/base/detail/spelling.h"
+#include "planar_mapping/core/base/detail/state_archive.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/base/types.h"
 #include "planar_mapping/core/geometry/camera.h"
 
 namespace planar_mapping {
@@ -77,3 +93,288 @@ TEST(StereoNoise, RejectsWhatNoCameraHas) {
 
 }  // namespace
 }  // namespace planar_mapping
+
+namespace planar_mapping::detail {
+namespace {
+
+TEST(DidYouMean, FindsTheNearestWord) {
+  const std::vector<std::string> words = {"distance_threshold_m", "min_inliers", "method"};
+  EXPECT_EQ("; did you mean 'distance_threshold_m'?", didYouMean("distance_treshold_m", words));
+  EXPECT_EQ("; did you mean 'distance_threshold_m'?", didYouMean("distance_threshold", words));
+  EXPECT_EQ("; did you mean 'min_inliers'?", didYouMean("mni_inliers", words));
+  EXPECT_EQ("; did you mean 'method'?", didYouMean("methods", words));
+}
+
+TEST(DidYouMean, SaysNothingWhereNothingIsNear) {
+  const std::vector<std::string> words = {"min_inliers", "method"};
+  EXPECT_EQ("", didYouMean("resolution", words));
+  EXPECT_EQ("", didYouMean("", words));
+  EXPECT_EQ("", didYouMean("method", {}));
+  EXPECT_EQ("", didYouMean(std::string(100000, 'm'), words));
+}
+
+}  // namespace
+}  // namespace planar_mapping::detail
+
+namespace planar_mapping {
+namespace {
+
+// The published demo of PCG32: pcg32_srandom(42, 54).
+TEST(Random, MatchesThePublishedSequence) {
+  Random random(42, 54);
+  for (const std::uint32_t expected :
+       {0xa15c02b7u, 0x7b47f409u, 0xba1d3330u, 0x83d2f293u, 0xbfa4784bu, 0xcbed606eu}) {
+    EXPECT_EQ(random.next(), expected);
+  }
+}
+
+TEST(Random, SameSeedGivesTheSameNumbers) {
+  Random a(7), b(7), other_seed(8), other_stream(7, 1);
+  int same_seed = 0, same_stream = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const std::uint32_t value = a.next();
+    EXPECT_EQ(value, b.next());
+    same_seed += value == other_seed.next();
+    same_stream += value == other_stream.next();
+  }
+  EXPECT_LE(same_seed, 2);
+  EXPECT_LE(same_stream, 2);
+}
+
+TEST(Random, BelowIsEvenAndInRange) {
+  Random random(1);
+  std::array<int, 10> counts{};
+  for (int i = 0; i < 100000; ++i) ++counts[random.below(10)];
+  for (const int count : counts) EXPECT_NEAR(count, 10000, 500);
+  EXPECT_EQ(random.below(1), 0u);
+  for (int i = 0; i < 100; ++i) EXPECT_LT(random.below(4294967295u), 4294967295u);
+}
+
+TEST(Random, UniformStaysInItsInterval) {
+  Random random(2);
+  double sum = 0.0;
+  for (int i = 0; i < 100000; ++i) {
+    const double value = random.uniform(-3.0, 5.0);
+    ASSERT_GE(value, -3.0);
+    ASSERT_LT(value, 5.0);
+    sum += value;
+  }
+  EXPECT_NEAR(sum / 100000, 1.0, 0.05);
+}
+
+TEST(Random, NormalHasUnitVarianceAndLightTails) {
+  Random random(3);
+  double sum = 0.0, squares = 0.0;
+  int beyond_two = 0;
+  constexpr int kDraws = 100000;
+  for (int i = 0; i < kDraws; ++i) {
+    const double value = random.normal();
+    ASSERT_TRUE(std::isfinite(value));
+    sum += value;
+    squares += value * value;
+    beyond_two += std::abs(value) > 2.0;
+  }
+  EXPECT_NEAR(sum / kDraws, 0.0, 0.02);
+  EXPECT_NEAR(squares / kDraws, 1.0, 0.02);
+  EXPECT_NEAR(beyond_two / double(kDraws), 0.0455, 0.004);
+}
+
+}  // namespace
+}  // namespace planar_mapping
+
+namespace planar_mapping::detail {
+namespace {
+
+/// Point i is (i, i + 1/4, i + 1/2).
+struct Cloud {
+  std::size_t stride;
+  std::unique_ptr<float[]> data;
+
+  Cloud(std::size_t points, std::size_t floats)
+      : stride(floats), data(new float[(points - 1) * floats + 3]) {
+    std::fill_n(data.get(), (points - 1) * floats + 3, -1.0F);
+    for (std::size_t i = 0; i < points; ++i) {
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        data[i * floats + axis] = static_cast<float>(i) + 0.25F * static_cast<float>(axis);
+    }
+  }
+};
+
+void expectPoints(const std::vector<int>& expected, const std::vector<float>& x,
+                  const std::vector<float>& y, const std::vector<float>& z) {
+  for (std::size_t k = 0; k < expected.size(); ++k) {
+    const auto value = static_cast<float>(expected[k]);
+    ASSERT_EQ(x[k], value) << k;
+    ASSERT_EQ(y[k], value + 0.25F) << k;
+    ASSERT_EQ(z[k], value + 0.5F) << k;
+  }
+}
+
+void expectGathered(std::size_t stride, const std::vector<int>& indices) {
+  const Cloud cloud(100, stride);
+  std::vector<float> x(indices.size()), y(x), z(x);
+  gatherPoints(cloud.data.get(), stride, indices.data(), indices.size(), x.data(), y.data(),
+               z.data());
+  expectPoints(indices, x, y, z);
+}
+
+TEST(GatherPoints, ReadsAnyIndicesAtAnyStride) {
+  std::vector<int> neighbours(100);
+  std::iota(neighbours.begin(), neighbours.end(), 0);
+  const std::vector<int> to_the_end(neighbours.begin() + 84, neighbours.end());
+  const std::vector<int> backwards(neighbours.rbegin(), neighbours.rend());
+  // From the first to the last as far apart as neighbours are, but none.
+  std::vector<int> swapped(neighbours.begin(), neighbours.begin() + 16);
+  std::swap(swapped[5], swapped[9]);
+  std::vector<int> repeated(neighbours.begin(), neighbours.begin() + 16);
+  repeated[7] = 6;
+  const std::vector<int> few = {3, 99, 0};
+  const std::vector<int> gaps = {0, 2, 3, 7, 8, 9, 20, 95, 96, 97, 98, 99};
+  for (const std::size_t stride : {3, 4, 5, 8}) {
+    for (const auto& indices : {neighbours, to_the_end, backwards, swapped, repeated, few, gaps})
+      expectGathered(stride, indices);
+  }
+}
+
+TEST(GatherPoints, ReadsAllPointsAtAnyStride) {
+  for (const std::size_t stride : {3, 4, 5, 8}) {
+    for (const std::size_t n : {1, 3, 4, 19}) {
+      const Cloud cloud(n, stride);
+      std::vector<float> x(n), y(x), z(x);
+      gatherPoints(cloud.data.get(), stride, nullptr, n, x.data(), y.data(), z.data());
+      std::vector<int> all(n);
+      std::iota(all.begin(), all.end(), 0);
+      expectPoints(all, x, y, z);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace planar_mapping::detail
+
+namespace planar_mapping {
+namespace {
+
+TEST(Parallel, CallsEveryChunkOnce) {
+  for (const int threads : {0, 1, 2, 3, 8}) {
+    for (const std::size_t chunks :
+         {std::size_t{0}, std::size_t{1}, std::size_t{2}, std::size_t{1000}}) {
+      std::vector<std::atomic<int>> calls(chunks);
+      parallelFor(chunks, threads, [&](std::size_t chunk) { ++calls[chunk]; });
+      for (const auto& count : calls) EXPECT_EQ(count, 1);
+    }
+  }
+}
+
+TEST(Parallel, OneThreadRunsInOrderInTheCaller) {
+  std::vector<std::size_t> order;
+  const auto caller = std::this_thread::get_id();
+  parallelFor(5, 1, [&](std::size_t chunk) {
+    EXPECT_EQ(std::this_thread::get_id(), caller);
+    order.push_back(chunk);
+  });
+  EXPECT_EQ(order, (std::vector<std::size_t>{0, 1, 2, 3, 4}));
+}
+
+TEST(Parallel, RethrowsTheExceptionOfTheLowestChunk) {
+  for (const int threads : {2, 4}) {
+    try {
+      parallelFor(100, threads, [](std::size_t chunk) {
+        if (chunk == 17 || chunk == 60) throw std::runtime_error(std::to_string(chunk));
+      });
+      FAIL() << "no exception";
+    } catch (const std::runtime_error& error) {
+      EXPECT_STREQ(error.what(), "17");
+    }
+  }
+}
+
+TEST(Parallel, GoesOnWithoutThreadsThatTheSystemRefuses) {
+  pthread_attr_t usual, huge;
+  ASSERT_EQ(pthread_getattr_default_np(&usual), 0);
+  ASSERT_EQ(pthread_getattr_default_np(&huge), 0);
+  ASSERT_EQ(pthread_attr_setstacksize(&huge, std::size_t{1} << 60U), 0);
+  ASSERT_EQ(pthread_setattr_default_np(&huge), 0);
+  std::vector<std::atomic<int>> calls(100);
+  EXPECT_NO_THROW(parallelFor(100, 4, [&](std::size_t chunk) { ++calls[chunk]; }));
+  ASSERT_EQ(pthread_setattr_default_np(&usual), 0);
+  for (const auto& count : calls) EXPECT_EQ(count, 1);
+}
+
+TEST(Parallel, ResolvesTheNumberOfThreads) {
+  EXPECT_EQ(resolveThreads(3), 3);
+  EXPECT_GE(resolveThreads(0), 1);
+  EXPECT_GE(resolveThreads(-1), 1);
+}
+
+}  // namespace
+}  // namespace planar_mapping
+
+namespace planar_mapping::detail {
+namespace {
+
+struct Everything {
+  int number = 0;
+  Pose pose = Pose::Identity();
+  std::string text;
+  std::optional<Vector3> place;
+  std::vector<std::pair<std::int64_t, double>> pairs;
+  std::map<int, std::string> names;
+  std::unordered_map<std::int64_t, float> values;
+  std::deque<std::vector<Matrix3>> matrices;
+
+  template <typename Archive>
+  void visitState(Archive& archive) {
+    archive(number, pose, text, place, pairs, names, values, matrices);
+  }
+};
+
+Everything example() {
+  Everything e;
+  e.number = -3;
+  e.pose.translation() = Vector3(1.0, 2.0, 1e-300);
+  e.text = std::string("line\n\0end", 9);
+  e.place = Vector3(0.1, 0.2, 0.3);
+  e.pairs = {{7, 0.1}, {-8, 1e300}};
+  e.names = {{1, "one"}, {2, ""}};
+  e.values = {{5, 0.5f}, {6, 0.25f}};
+  e.matrices = {{Matrix3::Identity(), 2.0 * Matrix3::Identity()}, {}};
+  return e;
+}
+
+TEST(StateArchive, BringsBackEveryKindOfMember) {
+  const Everything before = example();
+  Everything after;
+  after.names = {{9, "is forgotten"}};
+  restoreState(after, stateOf(before));
+  EXPECT_EQ(before.number, after.number);
+  EXPECT_EQ(before.pose.matrix(), after.pose.matrix());
+  EXPECT_EQ(before.text, after.text);
+  EXPECT_EQ(before.place, after.place);
+  EXPECT_EQ(before.pairs, after.pairs);
+  EXPECT_EQ(before.names, after.names);
+  EXPECT_EQ(before.values, after.values);
+  ASSERT_EQ(2u, after.matrices.size());
+  EXPECT_EQ(before.matrices[0][1], after.matrices[0][1]);
+}
+
+TEST(StateArchive, RefusesEveryCutAndWhatIsTooLong) {
+  const std::string bytes = stateOf(example());
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    Everything e;
+    EXPECT_THROW(restoreState(e, bytes.substr(0, size)), Error) << size;
+  }
+  Everything e;
+  EXPECT_THROW(restoreState(e, bytes + "x"), Error);
+}
+
+TEST(StateArchive, HugeCountsTakeNoMemory) {
+  std::vector<double> numbers;
+  const std::string bytes = stateOf(std::uint64_t{1} << 60);
+  EXPECT_THROW(restoreState(numbers, bytes), Error);
+  std::vector<std::string> texts;
+  EXPECT_THROW(restoreState(texts, bytes), Error);
+}
+
+}  // namespace
+}  // namespace planar_mapping::detail

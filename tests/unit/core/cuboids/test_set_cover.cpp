@@ -1,13 +1,19 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboids/cover/set_cover.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <numeric>
+#include <string>
+#include <vector>
 
+#include "cuboids/cover/set_cover.h"
 #include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/cuboids/detail/compact_cover.h"
+#include "planar_mapping/core/cuboids/raster/detail/plane_raster.h"
 
 namespace planar_mapping::detail {
 namespace {
@@ -123,3 +129,161 @@ TEST(SetCover, NothingNeedsNoSet) {
 
 }  // namespace
 }  // namespace planar_mapping::detail
+
+namespace planar_mapping {
+namespace {
+
+// What was covered in parts is covered anew as a whole.
+
+/// The boxes, where no cuboid may be replaced.
+std::vector<Cuboid> boxesFor(const std::vector<NonPlanarCell>& cells,
+                             const std::vector<SurfacePiece>& pieces,
+                             const std::vector<Cuboid>& present,
+                             const CuboidApproximationParams& params) {
+  return coverWithBoxes(cells, pieces, present, {}, params).boxes;
+}
+
+NonPlanarCell cellAt(std::int32_t x, std::int32_t y, std::int32_t z) {
+  NonPlanarCell cell;
+  cell.x = x;
+  cell.y = y;
+  cell.z = z;
+  return cell;
+}
+
+TEST(CoverAgain, JoinsWhatWasCoveredInParts) {
+  const CuboidApproximationParams params;
+  std::vector<NonPlanarCell> left, right, all;
+  for (int x = 0; x < 10; ++x) {
+    for (int y = 0; y < 3; ++y) (x < 4 ? left : right).push_back(cellAt(x, y, 0));
+  }
+  std::vector<Cuboid> boxes = boxesFor(left, {}, {}, params);
+  for (const Cuboid& box : boxesFor(right, {}, {}, params)) boxes.push_back(box);
+  ASSERT_EQ(boxes.size(), 2u);
+  all = left;
+  all.insert(all.end(), right.begin(), right.end());
+  all.push_back(cellAt(30, 1, 0));  // which none of the boxes stands for
+  const std::vector<Cuboid> again = coverAgain(boxes, all, {}, {}, params);
+  ASSERT_EQ(again.size(), 1u);
+  EXPECT_TRUE(again.front().center.isApprox(Vector3(0.5, 0.15, 0.05)));
+  EXPECT_TRUE(again.front().size.isApprox(Vector3(1.0, 0.3, 0.1)));
+}
+
+TEST(CoverAgain, KeepsBoxesWhereItFindsNoFewer) {
+  const CuboidApproximationParams params;
+  const std::vector<NonPlanarCell> cells{cellAt(0, 0, 0), cellAt(9, 0, 0)};
+  std::vector<Cuboid> boxes = boxesFor(cells, {}, {}, params);
+  ASSERT_EQ(boxes.size(), 2u);
+  boxes.front().probability = 0.25f;  // so that they can be told apart
+  EXPECT_EQ(coverAgain(boxes, cells, {}, {}, params).front().probability, 0.25f);
+  // And drops what a cuboid stands for.
+  Cuboid wall;
+  wall.center = {0.05, 0.05, 0.05};
+  wall.size = {0.1, 0.1, 0.1};
+  const std::vector<Cuboid> again = coverAgain(boxes, cells, {}, {wall}, params);
+  ASSERT_EQ(again.size(), 1u);
+  EXPECT_NEAR(again.front().center.x(), 0.95, 1e-9);
+}
+
+CellMask maskOf(const std::vector<std::string>& rows) {
+  CellMask mask;
+  mask.height = static_cast<std::int32_t>(rows.size());
+  mask.width = static_cast<std::int32_t>(rows[0].size());
+  for (const std::string& row : rows) {
+    for (const char c : row) mask.cells.push_back(c == '#' ? 1 : 0);
+  }
+  return mask;
+}
+
+std::vector<int> coverCounts(const CellMask& mask, const std::vector<CellRectangle>& rectangles) {
+  std::vector<int> counts(mask.cells.size(), 0);
+  for (const CellRectangle& r : rectangles) {
+    for (std::int32_t b = r.b; b < r.b + r.height; ++b) {
+      for (std::int32_t a = r.a; a < r.a + r.width; ++a)
+        ++counts[static_cast<std::size_t>(b - mask.b0) * mask.width + (a - mask.a0)];
+    }
+  }
+  return counts;
+}
+
+TEST(SplitAndMerge, DenseUnitIsNotSplit) {
+  // 15 of 16 cells: density 0.9375 is above the threshold, so the hole stays inside.
+  const std::vector<CellRectangle> r =
+      splitAndMerge(maskOf({"####", "####", "####", "###."}), 0.9, 1, 1);
+  ASSERT_EQ(r.size(), 1u);
+  EXPECT_EQ(r[0], (CellRectangle{0, 0, 4, 4}));
+}
+
+TEST(SplitAndMerge, QuartersThenMergesAlongUThenAlongV) {
+  // Three full quarters: the lower two merge along u, the upper one has another width.
+  const CellMask mask = maskOf({"####", "####", "##..", "##.."});
+  const std::vector<CellRectangle> merged = splitAndMerge(mask, 0.9, 1, 1);
+  ASSERT_EQ(merged.size(), 2u);
+  EXPECT_EQ(merged[0], (CellRectangle{0, 0, 4, 2}));
+  EXPECT_EQ(merged[1], (CellRectangle{0, 2, 2, 2}));
+  EXPECT_EQ(splitAndMerge(mask, 0.9, 1, 1, false).size(), 3u);
+}
+
+TEST(SplitAndMerge, MergesEqualWidthsAlongV) {
+  // Both left quarters are full, both right ones empty.
+  const std::vector<CellRectangle> r =
+      splitAndMerge(maskOf({"##..", "##..", "##..", "##.#"}), 0.9, 1, 1);
+  ASSERT_EQ(r.size(), 2u);
+  EXPECT_EQ(r[0], (CellRectangle{0, 0, 2, 4}));
+  EXPECT_EQ(r[1], (CellRectangle{3, 3, 1, 1}));
+}
+
+TEST(SplitAndMerge, StopsAtTheSizeThresholds) {
+  const CellMask mask = maskOf({"#...", "....", "....", "...#"});
+  const std::vector<CellRectangle> r = splitAndMerge(mask, 0.9, 2, 2);
+  ASSERT_EQ(r.size(), 2u);
+  EXPECT_EQ(r[0], (CellRectangle{0, 0, 2, 2}));
+  EXPECT_EQ(r[1], (CellRectangle{2, 2, 2, 2}));
+  EXPECT_EQ(splitAndMerge(mask, 0.9, 4, 1).size(), 1u);  // as wide as W_T: not wider
+}
+
+TEST(SplitAndMerge, StartsFromTheBoundingRectangleOfTheCells) {
+  CellMask mask = maskOf({"......", ".##...", ".##...", "......"});
+  mask.a0 = 10;
+  mask.b0 = -20;
+  const std::vector<CellRectangle> r = splitAndMerge(mask, 1.0, 1, 1);
+  ASSERT_EQ(r.size(), 1u);
+  EXPECT_EQ(r[0], (CellRectangle{11, -19, 2, 2}));
+}
+
+TEST(SplitAndMerge, CoversEveryCellOnceAndMergingKeepsTheArea) {
+  Random random(5);
+  for (int run = 0; run < 100; ++run) {
+    CellMask mask;
+    mask.width = 1 + static_cast<std::int32_t>(random.below(40));
+    mask.height = 1 + static_cast<std::int32_t>(random.below(40));
+    mask.a0 = -17;
+    mask.b0 = 23;
+    const double density = random.uniform();
+    for (std::int32_t i = 0; i < mask.width * mask.height; ++i)
+      mask.cells.push_back(random.uniform() < density);
+    const auto split = splitAndMerge(mask, 0.8, 1, 1, false);
+    const auto merged = splitAndMerge(mask, 0.8, 1, 1, true);
+    EXPECT_LE(merged.size(), split.size());
+    const std::vector<int> counts = coverCounts(mask, merged);
+    EXPECT_EQ(counts, coverCounts(mask, split));
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+      EXPECT_LE(counts[i], 1);
+      EXPECT_GE(counts[i], mask.cells[i] ? 1 : 0);
+    }
+  }
+}
+
+TEST(SplitAndMerge, NothingGivesNothingAndBadParametersAreNamed) {
+  EXPECT_TRUE(splitAndMerge(CellMask(), 0.9, 1, 1).empty());
+  EXPECT_TRUE(splitAndMerge(maskOf({"..", ".."}), 0.9, 1, 1).empty());
+  EXPECT_THROW(splitAndMerge(maskOf({"#"}), 0.0, 1, 1), ParameterError);
+  EXPECT_THROW(splitAndMerge(maskOf({"#"}), std::nan(""), 1, 1), ParameterError);
+  EXPECT_THROW(splitAndMerge(maskOf({"#"}), 0.9, 0, 1), ParameterError);
+  CellMask broken = maskOf({"##"});
+  broken.height = 2;
+  EXPECT_THROW(splitAndMerge(broken, 0.9, 1, 1), InputError);
+}
+
+}  // namespace
+}  // namespace planar_mapping

@@ -20,9 +20,8 @@ std::vector<float> wall(std::size_t points, double unit) {
   Random random(1);
   std::vector<float> xyz;
   for (std::size_t i = 0; i < points; ++i) {
-    for (const double at : {random.uniform(-2, 2), random.uniform(-1.5, 1.5), 2.0}) {
+    for (const double at : {random.uniform(-2, 2), random.uniform(-1.5, 1.5), 2.0})
       xyz.push_back(static_cast<float>(unit * at));
-    }
   }
   return xyz;
 }
@@ -213,9 +212,8 @@ TEST(CloudScale, NoiseIsTheDistanceFromLocalPlanes) {
   const auto scaleWith = [](double noise) {
     std::vector<float> xyz = wall(50000, 1.0);
     Random random(2);
-    for (std::size_t i = 2; i < xyz.size(); i += 3) {
+    for (std::size_t i = 2; i < xyz.size(); i += 3)
       xyz[i] += static_cast<float>(noise * random.normal());
-    }
     const PointsView points(xyz.data(), 50000);
     return scaleOf(points, usablePoints(points));
   };
@@ -230,9 +228,8 @@ TEST(CloudScale, DoesNotDependOnWhereTheCloudLies) {
   const auto noiseAt = [](const Vector3& place) {
     std::vector<float> xyz = threeScans();
     Random random(4);
-    for (std::size_t i = 0; i < xyz.size(); ++i) {
+    for (std::size_t i = 0; i < xyz.size(); ++i)
       xyz[i] += static_cast<float>(place[static_cast<int>(i % 3)] + 0.02 * random.normal());
-    }
     const PointsView points(xyz.data(), xyz.size() / 3);
     return scaleOf(points, usablePoints(points)).noise;
   };

@@ -97,9 +97,8 @@ TEST(CellBeliefs, AloneWhereTheCloudIsSparseAPointIsNotDoubted) {
     labels[0] = labels[1] = -1;
     EXPECT_EQ(0.5f, frames.see(xyz, labels)[0]);
     const std::vector<float> again = frames.see(xyz, labels);
-    for (const std::size_t lone : {0, 1}) {
+    for (const std::size_t lone : {0, 1})
       EXPECT_NEAR(side == 1 ? 0.5 : std::exp(-1.07), again[lone], 1e-5) << lone;
-    }
     if (side == 1) {
       for (const float p : again) EXPECT_EQ(0.5f, p);
     }
@@ -183,9 +182,8 @@ TEST(CellBeliefs, ManyCellsInManyFramesKeepTheirBeliefs) {
 /// The cell of a point of the world as one number.
 std::int64_t trackOf(const Vector3& world, double resolution) {
   std::int64_t track = 0;
-  for (int axis = 0; axis < 3; ++axis) {
+  for (int axis = 0; axis < 3; ++axis)
     track = 4096 * track + static_cast<std::int64_t>(std::floor(world[axis] / resolution)) + 2048;
-  }
   return track;
 }
 
@@ -206,9 +204,8 @@ TEST(CellBeliefs, RunsOfPointsInACellGetWhatTheyGetOneByOne) {
   of.features_per_cell = 100000;  // the sample is then the same in any order
   Indices shuffled(kPoints);
   std::iota(shuffled.begin(), shuffled.end(), 0);
-  for (std::size_t i = kPoints - 1; i > 0; --i) {
+  for (std::size_t i = kPoints - 1; i > 0; --i)
     std::swap(shuffled[i], shuffled[random.below(static_cast<std::uint32_t>(i + 1))]);
-  }
   Frames first(of);
   Frames second(of);
   for (int frame = 0; frame < 2; ++frame) {

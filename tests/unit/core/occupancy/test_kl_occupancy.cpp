@@ -143,9 +143,8 @@ TEST(KlOccupancy, PointOrderDoesNotMatter) {
   }
   Tracked reversed;
   reversed.tracks.assign(points.tracks.rbegin(), points.tracks.rend());
-  for (int i = 499; i >= 0; --i) {
+  for (int i = 499; i >= 0; --i)
     reversed.xyz.insert(reversed.xyz.end(), &points.xyz[3 * i], &points.xyz[3 * i] + 3);
-  }
   KlOccupancy first;
   KlOccupancy second;
   const auto p = probabilities(first, points.frame());

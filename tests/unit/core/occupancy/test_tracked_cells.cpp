@@ -154,9 +154,8 @@ TEST(TrackedCells, AFeatureNotSeenAgainKeepsItsBelief) {
   beliefs.update(wall.frame(features), p);
   const double before = *beliefs.tracks().belief(1);
   features.clear();
-  for (int i = 0; i < 10; ++i) {
+  for (int i = 0; i < 10; ++i)
     EXPECT_EQ(beliefs.update(wall.frame(features), p).beliefs.unseen, 1u);
-  }
   EXPECT_DOUBLE_EQ(*beliefs.tracks().belief(1), before);
 }
 

@@ -1,25 +1,29 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "planar_mapping/core/odometry/odometry.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "feature_corridor.h"
+#include "planar_mapping/core/base/error.h"
+#include "planar_mapping/core/odometry/odometry.h"
 
 namespace planar_mapping {
 namespace {
 
-using test::positionError;
-using test::worldParams;
+using namespace test;
 using World = test::FeatureCorridor;
 
-TEST(Odometry, FirstFrameIsAtTheStartPose) {
+class OdometryTest : public testing::Test {
+ protected:
   World world;
-  Odometry odometry(worldParams());
+  Odometry odometry{worldParams()};
+};
+
+TEST_F(OdometryTest, FirstFrameIsAtTheStartPose) {
   EXPECT_FALSE(odometry.started());
   odometry.setStart(World::poseAt(3.0));
   const OdometryResult result = odometry.update(world.see(World::poseAt(0.0)));
@@ -29,9 +33,7 @@ TEST(Odometry, FirstFrameIsAtTheStartPose) {
   EXPECT_TRUE(odometry.started());
 }
 
-TEST(Odometry, FollowsACorridorWithLittleDrift) {
-  World world;
-  Odometry odometry(worldParams());
+TEST_F(OdometryTest, FollowsACorridorWithLittleDrift) {
   odometry.setStart(World::poseAt(0.0));
   OdometryResult result;
   Pose truth;
@@ -44,9 +46,7 @@ TEST(Odometry, FollowsACorridorWithLittleDrift) {
   EXPECT_GT(result.inliers, 150u);
 }
 
-TEST(Odometry, LargeStepsWork) {
-  World world;
-  Odometry odometry(worldParams());
+TEST_F(OdometryTest, LargeStepsWork) {
   odometry.setStart(World::poseAt(0.0));
   for (int i = 0; i <= 12; ++i) {
     const Pose truth = World::poseAt(1.0 * i);
@@ -56,9 +56,7 @@ TEST(Odometry, LargeStepsWork) {
   }
 }
 
-TEST(Odometry, MotionIsThatSinceTheFrameBefore) {
-  World world;
-  Odometry odometry(worldParams());
+TEST_F(OdometryTest, MotionIsThatSinceTheFrameBefore) {
   odometry.setStart(World::poseAt(0.0));
   Pose before;
   for (int i = 0; i <= 10; ++i) {
@@ -77,9 +75,7 @@ TEST(Odometry, MotionIsThatSinceTheFrameBefore) {
   }
 }
 
-TEST(Odometry, CameraAtRestAddsNothing) {
-  World world;
-  Odometry odometry(worldParams());
+TEST_F(OdometryTest, CameraAtRestAddsNothing) {
   odometry.setStart(World::poseAt(0.0));
   odometry.update(world.see(World::poseAt(0.0)));
   std::size_t landmarks = 0;
@@ -93,10 +89,8 @@ TEST(Odometry, CameraAtRestAddsNothing) {
   EXPECT_LT(positionError(result.T_world_sensor, World::poseAt(0.0)), 0.02);
 }
 
-TEST(Odometry, PointsBesideTheCameraAgreeWithNoSighting) {
+TEST_F(OdometryTest, PointsBesideTheCameraAgreeWithNoSighting) {
   // By the given pose the camera stands where it saw points: there all depths are uncertain.
-  World world;
-  Odometry odometry(worldParams());
   odometry.setStart(World::poseAt(0.0));
   const std::vector<KeyFeature> seen = world.see(World::poseAt(0.0));
   odometry.update(seen);
@@ -109,9 +103,7 @@ TEST(Odometry, PointsBesideTheCameraAgreeWithNoSighting) {
   }
 }
 
-TEST(Odometry, FindsAJumpOfTwoMetresOverKnownFeatures) {
-  World world;
-  Odometry odometry(worldParams());
+TEST_F(OdometryTest, FindsAJumpOfTwoMetresOverKnownFeatures) {
   odometry.setStart(World::poseAt(0.0));
   for (int i = 0; i < 4; ++i) odometry.update(world.see(World::poseAt(0.05 * i)));
   const Pose there = World::poseAt(2.15);
@@ -152,9 +144,7 @@ TEST(Odometry, AJumpOfASixthOfManyKnownFeaturesIsNotBelieved) {
   }
 }
 
-TEST(Odometry, ExactPosesAreTaken) {
-  World world;
-  Odometry odometry(worldParams());
+TEST_F(OdometryTest, ExactPosesAreTaken) {
   for (int i = 0; i < 10; ++i) {
     const Pose truth = World::poseAt(0.2 * i);
     PosePrior given;
@@ -171,9 +161,7 @@ TEST(Odometry, ExactPosesAreTaken) {
   EXPECT_LT(positionError(result.T_world_sensor, truth), 0.03);
 }
 
-TEST(Odometry, PriorHoldsTheDriftAndRestartsWhereNothingIsKnown) {
-  World world;
-  Odometry odometry(worldParams());
+TEST_F(OdometryTest, PriorHoldsTheDriftAndRestartsWhereNothingIsKnown) {
   PosePrior given;
   given.covariance = 1e-4 * Matrix6::Identity();
   for (int i = 0; i < 20; ++i) {
@@ -251,9 +239,7 @@ TEST(Odometry, OrderOfFeaturesDoesNotMatter) {
   }
 }
 
-TEST(Odometry, CopiesGoTheirOwnWay) {
-  World world;
-  Odometry odometry(worldParams());
+TEST_F(OdometryTest, CopiesGoTheirOwnWay) {
   odometry.update(world.see(World::poseAt(0.0)));
   Odometry copy = odometry;
   const auto features = world.see(World::poseAt(0.1));
@@ -263,6 +249,119 @@ TEST(Odometry, CopiesGoTheirOwnWay) {
   ASSERT_TRUE(looked.registered);
   EXPECT_EQ(a.T_world_sensor.matrix(), b.T_world_sensor.matrix());
   EXPECT_LT(positionError(looked.T_world_sensor, a.T_world_sensor), 0.05);
+}
+
+// Odometry on features that are wrong, unknown or unusable, and on bad parameters.
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+TEST_F(OdometryTest, FrozenImagesAreNoMotion) {
+  const auto features = world.see(World::poseAt(0.0));
+  odometry.update(features);
+  for (int i = 0; i < 3; ++i) {
+    const OdometryResult result = odometry.update(features);
+    ASSERT_TRUE(result.registered);
+    EXPECT_LT(result.motion->T_now_before.translation().norm(), 1e-6);
+    EXPECT_EQ(result.inliers, features.size());
+  }
+}
+
+TEST_F(OdometryTest, LeavesOutFramesThatSeeNothingKnownAndGoesOnAfterwards) {
+  odometry.setStart(World::poseAt(0.0));
+  for (int i = 0; i < 5; ++i) odometry.update(world.see(World::poseAt(0.1 * i)));
+  const std::size_t landmarks = odometry.landmarks();
+  for (int i = 0; i < 3; ++i) {
+    const OdometryResult elsewhere = odometry.update(world.see(World::poseAt(28.0)));
+    EXPECT_FALSE(elsewhere.registered);
+    EXPECT_NE(elsewhere.reason.find("known from earlier frames"), std::string::npos);
+    EXPECT_EQ(odometry.landmarks(), landmarks);
+  }
+  const OdometryResult empty = odometry.update({});
+  EXPECT_FALSE(empty.registered);
+  EXPECT_FALSE(empty.reason.empty());
+  const Pose back = World::poseAt(0.6);
+  const OdometryResult result = odometry.update(world.see(back));
+  ASSERT_TRUE(result.registered) << result.reason;
+  EXPECT_LT(positionError(result.T_world_sensor, back), 0.05);
+  // The motion is that since the last frame that was registered.
+  EXPECT_NEAR(result.motion->T_now_before.translation().norm(), 0.2, 0.05);
+}
+
+TEST(OdometryFaults, SurvivesWrongMatches) {
+  for (const double fraction : {0.05, 0.1, 0.2}) {
+    World world;
+    Odometry odometry(worldParams());
+    odometry.setStart(World::poseAt(0.0));
+    OdometryResult result;
+    Pose truth;
+    for (int i = 0; i <= 40; ++i) {
+      truth = World::poseAt(0.1 * i);
+      auto features = world.see(truth);
+      world.confuse(features, fraction);
+      result = odometry.update(features);
+      ASSERT_TRUE(result.registered) << fraction << " " << i << ": " << result.reason;
+    }
+    EXPECT_LT(positionError(result.T_world_sensor, truth), 0.06) << fraction;
+  }
+}
+
+TEST(OdometryFaults, FeaturesOfAnotherWorldAreNoMotion) {
+  World world(1);
+  World other(2);
+  Odometry odometry(worldParams());
+  odometry.update(world.see(World::poseAt(0.0)));
+  const OdometryResult result = odometry.update(other.see(World::poseAt(0.0)));
+  EXPECT_FALSE(result.registered);
+  EXPECT_NE(result.reason.find("agree on a motion"), std::string::npos) << result.reason;
+}
+
+TEST_F(OdometryTest, UnusableFeaturesAreLeftOut) {
+  const auto first = world.see(World::poseAt(0.0));
+  odometry.update(first);
+  auto features = world.see(World::poseAt(0.1));
+  features[0].position = Vector3(kNan, 0, 1);
+  features[1].position = Vector3(0, 0, -1);
+  features[2].position = Vector3(1e12, 0, 1e12);
+  features[4].track = features[3].track;  // one track in two places
+  const OdometryResult result = odometry.update(features);
+  ASSERT_TRUE(result.registered);
+  EXPECT_EQ(result.features, features.size() - 5);
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(result.is_inlier[static_cast<std::size_t>(i)], 0);
+}
+
+TEST_F(OdometryTest, RefusesWhatIsWrongAndStaysAsItWas) {
+  auto features = world.see(World::poseAt(0.0));
+  odometry.update(features);
+  features[0].track = -1;
+  EXPECT_THROW(odometry.update(features), InputError);
+  PosePrior given;
+  given.T_world_sensor.translation().x() = kNan;
+  EXPECT_THROW(odometry.update(world.see(World::poseAt(0.0)), given), InputError);
+  EXPECT_THROW(odometry.setStart(given.T_world_sensor), InputError);
+  EXPECT_TRUE(odometry.update(world.see(World::poseAt(0.1))).registered);
+}
+
+TEST(OdometryFaults, RefusesBadParameters) {
+  const auto refused = [](auto change) {
+    OdometryParams params;
+    change(params);
+    EXPECT_THROW(Odometry{params}, ParameterError);
+  };
+  refused([](OdometryParams& p) { p.keyframe_translation = 0.0; });
+  refused([](OdometryParams& p) { p.keyframe_rotation = kNan; });
+  refused([](OdometryParams& p) { p.max_landmarks = 1; });
+  refused([](OdometryParams& p) { p.jump_distance = 0.0; });
+  refused([](OdometryParams& p) { p.jump_inlier_fraction = 2.0; });
+  refused([](OdometryParams& p) { p.camera.fx = -1.0; });
+  refused([](OdometryParams& p) { p.motion.min_matches = 0; });
+}
+
+TEST(OdometryFaults, TooFewFeaturesDoNotStart) {
+  Odometry odometry(worldParams());
+  const OdometryResult result = odometry.update({});
+  EXPECT_FALSE(result.registered);
+  EXPECT_NE(result.reason.find("to start from"), std::string::npos);
+  EXPECT_FALSE(odometry.started());
 }
 
 }  // namespace

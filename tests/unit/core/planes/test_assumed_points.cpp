@@ -192,9 +192,8 @@ TEST(AssumedPoints, WhatIsSeenThroughIsNone) {
 TEST(AssumedPoints, WhatHasAnEdgeAroundItIsAnotherThing) {
   Wall wall;
   for (int row = 16; row < 44; ++row) {
-    for (int column = 24; column < 56; ++column) {
+    for (int column = 24; column < 56; ++column)
       wall.gray[static_cast<std::size_t>(row * kWidth + column)] = 150;
-    }
   }
   const std::vector<float> xyz = wall.assumed().xyz;
   EXPECT_FALSE(xyz.empty());
@@ -214,9 +213,8 @@ TEST(AssumedPoints, TextureWithoutAMatchIsNoWall) {
   }
   const std::vector<float> xyz = wall.assumed().xyz;
   EXPECT_FALSE(xyz.empty());
-  for (std::size_t i = 0; i < xyz.size(); i += 3) {
+  for (std::size_t i = 0; i < xyz.size(); i += 3)
     ASSERT_LT(wall.camera.project(Vector3(xyz[i], xyz[i + 1], xyz[i + 2])).y(), kHeight / 2);
-  }
 }
 
 TEST(AssumedPoints, SizesMustAgree) {

@@ -40,9 +40,8 @@ struct Cloud {
 Cloud cloudOf(const std::function<double(double, double)>& depthAt) {
   Cloud cloud;
   for (std::uint32_t row = 0; row < kHeight; ++row) {
-    for (std::uint32_t column = 0; column < kWidth; ++column) {
+    for (std::uint32_t column = 0; column < kWidth; ++column)
       cloud.add(column, row, depthAt(column, row));
-    }
   }
   return cloud;
 }
@@ -104,9 +103,8 @@ Cloud cloth(Random& random) {
 
 double onPlanes(const PointsView& points, const MultiPlaneParams& params) {
   std::size_t on = 0;
-  for (const PlaneSegment& plane : findPlanes(points, nullptr, params).planes) {
+  for (const PlaneSegment& plane : findPlanes(points, nullptr, params).planes)
     on += plane.inliers.size();
-  }
   return static_cast<double>(on) / static_cast<double>(points.size);
 }
 

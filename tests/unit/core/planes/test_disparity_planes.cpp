@@ -14,9 +14,7 @@
 namespace planar_mapping {
 namespace {
 
-using test::angleBetween;
-using test::DepthScene;
-using test::recall;
+using namespace test;
 
 constexpr double kDegree = M_PI / 180.0;
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
@@ -33,32 +31,13 @@ MultiPlaneParams stereo(int min_inliers = 500) {
   return params;
 }
 
-/// The corner of a room: floor, left wall, far wall.
-DepthScene corner() {
-  DepthScene scene(kWidth, kHeight, kFocal);
-  scene.addRectangle({0.0, 1.0, 2.5}, {3.0, 0.0, 0.0}, {0.0, 0.0, 2.0});
-  scene.addRectangle({-1.2, 0.0, 2.5}, {0.0, 1.0, 0.0}, {0.0, 0.0, 2.0});
-  scene.addRectangle({0.9, 0.0, 3.5}, {2.1, 0.0, 0.6}, {0.0, 1.0, 0.0});
-  return scene;
-}
-
 /// \param noise standard deviation of the disparity, pixels
 void render(DepthScene& scene, double noise, std::uint64_t seed = 1) {
   scene.render(noise / (kBaseline * kFocal), 0.02, seed);
 }
 
-void expectSameBytes(const PlaneSet& a, const PlaneSet& b) {
-  ASSERT_EQ(a.planes.size(), b.planes.size());
-  for (std::size_t k = 0; k < a.planes.size(); ++k) {
-    EXPECT_EQ(a.planes[k].inliers, b.planes[k].inliers);
-    EXPECT_EQ(a.planes[k].patches, b.planes[k].patches);
-    EXPECT_EQ(a.planes[k].plane.coefficients(), b.planes[k].plane.coefficients());
-    EXPECT_EQ(a.planes[k].rms, b.planes[k].rms);
-  }
-}
-
 TEST(DisparityPlanes, FindsNoiseFreePlanesExactly) {
-  DepthScene scene = corner();
+  DepthScene scene = cornerOfARoom();
   render(scene, 0.0);
   const PlaneSet set = findPlanes(scene.view(), nullptr, stereo());
   EXPECT_EQ(set.diagnostics.method, PlaneSearchMethod::Disparity);
@@ -75,7 +54,7 @@ TEST(DisparityPlanes, FindsNoiseFreePlanesExactly) {
 TEST(DisparityPlanes, FindsPlanesInStereoNoise) {
   // At the far wall half a pixel is 0.2 m; windows of 24 pixels are 0.35 m wide there.
   for (const double noise : {0.1, 0.25, 0.5}) {
-    DepthScene scene = corner();
+    DepthScene scene = cornerOfARoom();
     render(scene, noise);
     const PlaneSet set = findPlanes(scene.view(), nullptr, stereo());
     ASSERT_EQ(set.planes.size(), 3U) << noise;
@@ -92,7 +71,7 @@ TEST(DisparityPlanes, FindsPlanesInStereoNoise) {
 }
 
 TEST(DisparityPlanes, AutomaticTakesItForImagesWithNoiseGiven) {
-  DepthScene scene = corner();
+  DepthScene scene = cornerOfARoom();
   render(scene, 0.25);
   MultiPlaneParams params = stereo();
   params.method = PlaneSearchMethod::Automatic;
@@ -107,7 +86,7 @@ TEST(DisparityPlanes, AutomaticTakesItForImagesWithNoiseGiven) {
 
 TEST(DisparityPlanes, MomentsDescribeThePlane) {
   // The map refits planes from moments: noise along oblique rays must not turn them.
-  DepthScene scene = corner();
+  DepthScene scene = cornerOfARoom();
   render(scene, 0.25);
   const PlaneSet set = findPlanes(scene.view(), nullptr, stereo());
   ASSERT_EQ(set.planes.size(), 3U);
@@ -126,7 +105,7 @@ TEST(DisparityPlanes, MomentsDescribeThePlane) {
 TEST(DisparityPlanes, CovarianceCoversTheError) {
   int beyond = 0;
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    DepthScene scene = corner();
+    DepthScene scene = cornerOfARoom();
     render(scene, 0.25, seed);
     const PlaneSet set = findPlanes(scene.view(), nullptr, stereo());
     for (int surface = 0; surface < 3; ++surface) {
@@ -190,7 +169,7 @@ TEST(DisparityPlanes, ScatterIsNoPlane) {
 }
 
 TEST(DisparityPlanes, ThreadsAndOrderOfIndicesChangeNothing) {
-  DepthScene scene = corner();
+  DepthScene scene = cornerOfARoom();
   render(scene, 0.25);
   const PlaneSet one = findPlanes(scene.view(), nullptr, stereo());
   MultiPlaneParams params = stereo();
@@ -202,7 +181,7 @@ TEST(DisparityPlanes, ThreadsAndOrderOfIndicesChangeNothing) {
 }
 
 TEST(DisparityPlanes, OnlyIndexedPointsCount) {
-  DepthScene scene = corner();
+  DepthScene scene = cornerOfARoom();
   render(scene, 0.1);
   Indices right;
   for (std::size_t i = 0; i < scene.truth.size(); ++i) {
@@ -257,7 +236,7 @@ TEST(DisparityPlanes, HostileInputGivesNoPlaneAndNoCrash) {
 }
 
 TEST(DisparityPlanes, NeedsTheNoiseAndTheSensorAtTheOrigin) {
-  DepthScene scene = corner();
+  DepthScene scene = cornerOfARoom();
   render(scene, 0.0);
   MultiPlaneParams params = stereo();
   EXPECT_THROW(findPlanes(scene.view(), nullptr, params, {0.0, 0.0, 1.0}), InputError);

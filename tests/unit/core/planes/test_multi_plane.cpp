@@ -152,9 +152,8 @@ TEST_P(MultiPlane, SubsetByIndexIsSubsetByCopy) {
     ASSERT_FALSE(by_index.planes.empty());
     for (std::size_t k = 0; k < by_index.planes.size(); ++k) {
       Indices expected;
-      for (const int i : by_copy.planes[k].inliers) {
+      for (const int i : by_copy.planes[k].inliers)
         expected.push_back(subset[static_cast<std::size_t>(i)]);
-      }
       EXPECT_EQ(by_index.planes[k].inliers, expected);
       EXPECT_EQ(by_index.planes[k].plane.normal, by_copy.planes[k].plane.normal);
     }
@@ -263,9 +262,8 @@ TEST_P(MultiPlane, MovesWithTheCloud) {
 
 TEST(MultiPlaneErrors, RefusesIndicesOutsideTheCloud) {
   const std::vector<float> xyz = {0, 0, 0, 1, 1, 1};
-  for (const Indices& indices : {Indices{0, 2}, Indices{-1}}) {
+  for (const Indices& indices : {Indices{0, 2}, Indices{-1}})
     EXPECT_THROW(findPlanes(viewOf(xyz), &indices, {}), InputError);
-  }
 }
 
 TEST(MultiPlaneErrors, RefusesViewsAndSensorsThatCannotBe) {

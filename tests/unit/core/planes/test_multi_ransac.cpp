@@ -72,9 +72,7 @@ TEST(MultiRansac, CountsDuplicatesAndKeepsThemOutOfSamples) {
   test::PlaneScene scene = test::makeRoom(600, 0.3, 0.0015, 5, test::RoomKind::Features);
   const PlaneSet once = findPlanes(scene.view(), nullptr, featureParams());
   const std::size_t number = scene.size();
-  for (std::size_t i = 0; i < number; i += 2) {
-    scene.add(scene.view().point(i), scene.truth[i]);
-  }
+  for (std::size_t i = 0; i < number; i += 2) scene.add(scene.view().point(i), scene.truth[i]);
   const PlaneSet twice = findPlanes(scene.view(), nullptr, featureParams());
   EXPECT_EQ(twice.diagnostics.duplicate_points, (number + 1) / 2);
   EXPECT_EQ(twice.planes.size(), once.planes.size());
@@ -86,9 +84,8 @@ TEST(MultiRansac, SeedDecidesAndRepeats) {
   const PlaneSet first = findPlanes(scene.view(), nullptr, params);
   const PlaneSet again = findPlanes(scene.view(), nullptr, params);
   ASSERT_EQ(first.planes.size(), again.planes.size());
-  for (std::size_t k = 0; k < first.planes.size(); ++k) {
+  for (std::size_t k = 0; k < first.planes.size(); ++k)
     EXPECT_EQ(first.planes[k].inliers, again.planes[k].inliers);
-  }
   EXPECT_EQ(first.diagnostics.hypotheses, again.diagnostics.hypotheses);
   params.seed = 99;
   EXPECT_NE(findPlanes(scene.view(), nullptr, params).diagnostics.hypotheses,

@@ -14,8 +14,7 @@
 namespace planar_mapping {
 namespace {
 
-using test::angleBetween;
-using test::DepthScene;
+using namespace test;
 
 constexpr double kDegree = M_PI / 180.0;
 constexpr double kNoise = 0.003;  // times z squared
@@ -38,9 +37,8 @@ Match match(const DepthScene& scene, const PlaneSet& set, int surface) {
   Match best;
   for (std::size_t k = 0; k < set.planes.size(); ++k) {
     double hits = 0.0;
-    for (const int i : set.planes[k].inliers) {
+    for (const int i : set.planes[k].inliers)
       hits += scene.truth[static_cast<std::size_t>(i)] == surface ? 1.0 : 0.0;
-    }
     const double recall = hits / static_cast<double>(scene.pixelsOf(surface));
     if (recall <= best.recall) continue;
     best = {k, recall, hits / static_cast<double>(set.planes[k].inliers.size())};

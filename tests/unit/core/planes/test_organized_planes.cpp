@@ -14,9 +14,7 @@
 namespace planar_mapping {
 namespace {
 
-using test::angleBetween;
-using test::DepthScene;
-using test::recall;
+using namespace test;
 
 constexpr double kDegree = M_PI / 180.0;
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
@@ -31,15 +29,6 @@ MultiPlaneParams organized(double distance_threshold = 0.05, int min_inliers = 5
 
 PlaneSet search(const DepthScene& scene, const MultiPlaneParams& params) {
   return findPlanes(scene.view(), nullptr, params);
-}
-
-/// The corner of a room: floor, left wall, far wall.
-DepthScene corner(int width = 320, int height = 240) {
-  DepthScene scene(width, height, 0.8 * width);
-  scene.addRectangle({0.0, 1.0, 2.5}, {3.0, 0.0, 0.0}, {0.0, 0.0, 2.0});
-  scene.addRectangle({-1.2, 0.0, 2.5}, {0.0, 1.0, 0.0}, {0.0, 0.0, 2.0});
-  scene.addRectangle({0.9, 0.0, 3.5}, {2.1, 0.0, 0.6}, {0.0, 1.0, 0.0});
-  return scene;
 }
 
 void expectFound(const DepthScene& scene, const PlaneSet& set, int surface, double min_recall,
@@ -58,38 +47,26 @@ void expectJust(const DepthScene& scene, const PlaneSet& set, int one, int other
   expectFound(scene, set, other, min_recall, max_angle);
 }
 
-void expectSameBytes(const PlaneSet& a, const PlaneSet& b) {
-  ASSERT_EQ(a.planes.size(), b.planes.size());
-  for (std::size_t k = 0; k < a.planes.size(); ++k) {
-    EXPECT_EQ(a.planes[k].inliers, b.planes[k].inliers);
-    EXPECT_EQ(a.planes[k].patches, b.planes[k].patches);
-    EXPECT_EQ(a.planes[k].plane.coefficients(), b.planes[k].plane.coefficients());
-    EXPECT_EQ(a.planes[k].rms, b.planes[k].rms);
-  }
-}
-
 TEST(OrganizedPlanes, FindsNoiseFreePlanesExactly) {
-  DepthScene scene = corner();
+  DepthScene scene = cornerOfARoom();
   scene.render(0.0, 0.0, 1);
   const PlaneSet set = search(scene, organized());
   ASSERT_EQ(set.planes.size(), 3u);
-  for (int surface = 0; surface < 3; ++surface) {
+  for (int surface = 0; surface < 3; ++surface)
     expectFound(scene, set, surface, 0.97, 0.02 * kDegree);
-  }
 }
 
 TEST(OrganizedPlanes, FindsNoisyPlanesWithMissingPixels) {
-  DepthScene scene = corner();
+  DepthScene scene = cornerOfARoom();
   scene.render(0.0015, 0.2, 2);
   const PlaneSet set = search(scene, organized());
   ASSERT_EQ(set.planes.size(), 3u);
-  for (int surface = 0; surface < 3; ++surface) {
+  for (int surface = 0; surface < 3; ++surface)
     expectFound(scene, set, surface, 0.95, 0.3 * kDegree);
-  }
 }
 
 TEST(OrganizedPlanes, ZerosAmongListedPointsAreNoMeasurements) {
-  DepthScene scene = corner();
+  DepthScene scene = cornerOfARoom();
   scene.render(0.0015, 0.2, 2);
   Indices all(scene.truth.size());
   std::iota(all.begin(), all.end(), 0);
@@ -103,7 +80,7 @@ TEST(OrganizedPlanes, ZerosAmongListedPointsAreNoMeasurements) {
 }
 
 TEST(OrganizedPlanes, DescribesEachPlaneByItsInliers) {
-  DepthScene scene = corner();
+  DepthScene scene = cornerOfARoom();
   scene.render(0.0015, 0.1, 3);
   const PlaneSet set = search(scene, organized());
   std::vector<int> owners(scene.truth.size(), 0);
@@ -225,9 +202,7 @@ TEST(OrganizedPlanes, LeavesOutWhatThePlaneCutsOutOfABall) {
   expectFound(scene, set, wall, 0.97, 0.2 * kDegree);
   for (const PlaneSegment& segment : set.planes) {
     std::size_t on_ball = 0;
-    for (const int i : segment.inliers) {
-      on_ball += scene.truth[static_cast<std::size_t>(i)] == ball;
-    }
+    for (const int i : segment.inliers) on_ball += scene.truth[static_cast<std::size_t>(i)] == ball;
     EXPECT_LE(on_ball, segment.inliers.size() / 50);
   }
 }
@@ -247,7 +222,7 @@ TEST(OrganizedPlanes, FindsNoPlaneInRandomDepth) {
 }
 
 TEST(OrganizedPlanes, AnyThreadCountGivesTheSameBytes) {
-  DepthScene scene = corner();
+  DepthScene scene = cornerOfARoom();
   scene.render(0.002, 0.1, 11);
   MultiPlaneParams params = organized();
   const PlaneSet one = search(scene, params);
@@ -258,21 +233,20 @@ TEST(OrganizedPlanes, AnyThreadCountGivesTheSameBytes) {
 }
 
 TEST(OrganizedPlanes, AnyStrideGivesTheSameBytes) {
-  DepthScene scene = corner();
+  DepthScene scene = cornerOfARoom();
   scene.render(0.001, 0.1, 12);
   const PlaneSet packed = search(scene, organized());
   for (const std::size_t stride : {4u, 5u, 8u}) {
     std::vector<float> padded(stride * scene.truth.size(), kNaN);
-    for (std::size_t i = 0; i < scene.truth.size(); ++i) {
+    for (std::size_t i = 0; i < scene.truth.size(); ++i)
       std::copy_n(&scene.xyz[3 * i], 3, &padded[stride * i]);
-    }
     expectSameBytes(packed,
                     findPlanes(PointsView(padded.data(), 320, 240, stride), nullptr, organized()));
   }
 }
 
 TEST(OrganizedPlanes, SubsetByIndexEqualsSubsetByCopy) {
-  DepthScene scene = corner();
+  DepthScene scene = cornerOfARoom();
   scene.render(0.001, 0.1, 13);
   Indices indices;
   for (int i = 0; i < static_cast<int>(scene.truth.size()); ++i) {
@@ -288,7 +262,7 @@ TEST(OrganizedPlanes, SubsetByIndexEqualsSubsetByCopy) {
 }
 
 TEST(OrganizedPlanes, FollowsARigidMotionOfCloudAndSensor) {
-  DepthScene scene = corner();
+  DepthScene scene = cornerOfARoom();
   scene.render(0.001, 0.1, 14);
   const PlaneSet before = search(scene, organized());
   Pose T = Pose::Identity();
@@ -344,7 +318,7 @@ TEST(OrganizedPlanes, UsesTheNoiseOfAKnownSensor) {
 }
 
 TEST(OrganizedPlanes, SaysWhatItDid) {
-  DepthScene scene = corner();
+  DepthScene scene = cornerOfARoom();
   scene.render(0.001, 0.1, 17);
   MultiPlaneParams params = organized();
   params.max_planes = 2;
@@ -365,9 +339,8 @@ TEST(OrganizedPlanes, ImagesOfAnySizeWork) {
     DepthScene scene(width, height, 0.8 * width);
     scene.addPlane({0.0, 0.0, 2.0}, {0.2, 0.1, -1.0});
     scene.render(0.0, 0.0, 18);
-    for (const PlaneSegment& segment : search(scene, organized(0.05, 3)).planes) {
+    for (const PlaneSegment& segment : search(scene, organized(0.05, 3)).planes)
       EXPECT_LT(angleBetween(segment.plane, scene.plane(0)), 0.1 * kDegree);
-    }
   }
   DepthScene scene(33, 17, 30.0);
   scene.addPlane({0.0, 0.0, 2.0}, {0.2, 0.1, -1.0});

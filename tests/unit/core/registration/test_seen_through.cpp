@@ -1,10 +1,167 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "registration/seen_through.h"
-
+// Scans of all directions in a surface map, and what one of them sees through.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <vector>
+
+#include "planar_mapping/core/base/detail/random.h"
+#include "planar_mapping/core/registration/detail/surface_map.h"
+#include "registration/seen_through.h"
+#include "ring_scan.h"
+
+namespace planar_mapping {
+namespace {
+
+PointsView scanOf(const std::vector<float>& xyz) {
+  return {xyz.data(), xyz.size() / 3};
+}
+
+SurfaceMapParams scannerParams() {
+  SurfaceMapParams params;
+  params.optical_axis.setZero();
+  params.depth_error = 0.02;
+  params.cell = 0.4;
+  params.reach = 6.0 * params.cell;
+  return params;
+}
+
+/// Where the second of two scans in a box is found, guessed not to have moved along x.
+CloudRegistration secondScan(const Eigen::Array3d& low, const Eigen::Array3d& high, double step,
+                             Random& random) {
+  const Eigen::Array3d moved(step, 0.0, 0.0);
+  SurfaceMapParams params = scannerParams();
+  const std::vector<float> before = test::ringScan(low, high, 0.0, params.depth_error, random);
+  const std::vector<float> cloud =
+      test::ringScan(low - moved, high - moved, 0.0, params.depth_error, random);
+  params.cell = surfaceCellFor(scanOf(before), params);
+  params.reach = 6.0 * params.cell;
+  SurfaceMap map(params);
+  map.insert(scanOf(before), Pose::Identity());
+  return map.locate(scanOf(cloud), Pose::Identity());
+}
+
+/// The rings on floor and walls move with the scanner: nothing near holds it along a corridor of
+/// 2.4 x 2.6 m that ends 20 m ahead and 15 m behind.
+TEST(SurfaceMap, ACorridorSeenInRingsIsNoStandstill) {
+  for (const double step : {0.5, 0.8, 1.6}) {
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+      Random random(seed);
+      const CloudRegistration found =
+          secondScan({-15.0, -1.2, -1.1}, {20.0, 1.2, 1.5}, step, random);
+      const double error = std::abs(found.T_world_sensor.translation().x() - step);
+      const double deviation = std::sqrt(found.covariance(0, 0));
+      EXPECT_TRUE(!found.found || deviation > 0.5 || error < 0.2)
+          << error << " of " << step << " m off, taken for right within " << deviation << " m";
+    }
+  }
+}
+
+TEST(SurfaceMap, ARoomSeenInRingsIsFound) {
+  constexpr double kStep = 0.5;  // metres
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    Random random(seed);
+    const CloudRegistration found = secondScan({-4.0, -3.0, -1.1}, {3.0, 5.0, 1.9}, kStep, random);
+    ASSERT_TRUE(found.found);
+    // The rings on the floor move with the scanner and hold it back by 5 to 7 cm.
+    EXPECT_LT((found.T_world_sensor.translation() - Vector3(kStep, 0.0, 0.0)).norm(), 0.1);
+    EXPECT_LT(std::sqrt(found.covariance(0, 0)), 0.1);
+  }
+}
+
+/// What a scanner that looks elsewhere each time sees from inside a box: 20,000 points.
+std::vector<float> anyScan(const Eigen::Array3d& low, const Eigen::Array3d& high, double noise,
+                           Random& random) {
+  std::vector<float> xyz;
+  while (xyz.size() < 60000) {
+    const Vector3 ray =
+        Vector3(random.normal(), random.normal(), 0.5 * random.normal()).normalized();
+    const double range =
+        (ray.array() > 0.0).select(high / ray.array(), low / ray.array()).minCoeff();
+    const Eigen::Vector3f p = (ray * (range + noise * random.normal())).cast<float>();
+    xyz.insert(xyz.end(), p.data(), p.data() + 3);
+  }
+  return xyz;
+}
+
+/// A step a scan, from somewhere in the world; each is inserted where it was found, after which
+/// the map is taken up by another one. How far the last one is off, metres.
+double errorAfter(int scans, double step, std::uint64_t seed) {
+  Random random(seed);
+  const SurfaceMapParams params = scannerParams();
+  SurfaceMap map(params);
+  Pose pose(Eigen::AngleAxisd(0.5, Vector3(0.2, 0.1, 1.0).normalized()));
+  pose.pretranslate(Vector3(3.3, -1.7, 0.4));
+  const Pose first = pose;
+  for (int i = 0; i < scans; ++i) {
+    const Eigen::Array3d moved(i * step, 0.0, 0.0);
+    const std::vector<float> cloud =
+        anyScan(Eigen::Array3d(-4.0, -3.0, -1.1) - moved, Eigen::Array3d(9.0, 5.0, 2.9) - moved,
+                params.depth_error, random);
+    if (i > 0) {
+      const CloudRegistration found = map.locate(scanOf(cloud), pose);
+      EXPECT_TRUE(found.found) << i;
+      pose = found.T_world_sensor;
+    }
+    map.insert(scanOf(cloud), pose);
+    SurfaceMap next(params);
+    next.loadState(map.saveState());
+    map = std::move(next);
+  }
+  return ((first.inverse() * pose).translation() - Vector3((scans - 1) * step, 0.0, 0.0)).norm();
+}
+
+TEST(SurfaceMap, AScannerAtRestStaysWhereItIs) {
+  EXPECT_LT(errorAfter(12, 0.0, 1), 1e-9);
+  EXPECT_LT(errorAfter(12, 0.0, 2), 1e-9);
+  // One that creeps is held back for a twelfth of a cell, 3 cm, at most.
+  EXPECT_LT(errorAfter(20, 0.005, 3), 0.05);
+}
+
+/// A corridor along x without an end in sight, 4 m wide and 3 m high, with a pillar of 0.4 m every
+/// 1.5 m on both sides, seen from a scanner at x.
+std::vector<float> corridorScan(double x, double noise, Random& random) {
+  std::vector<float> xyz;
+  while (xyz.size() < 60000) {
+    const Vector3 ray =
+        Vector3(random.normal(), random.normal(), 0.5 * random.normal()).normalized();
+    double range =
+        std::min((ray.y() > 0.0 ? 2.0 : -2.0) / ray.y(), (ray.z() > 0.0 ? 1.9 : -1.1) / ray.z());
+    for (int i = -14; i <= 14; ++i) {
+      const double middle = 1.5 * i - x;
+      for (const double side : {-1.8, 1.8}) {
+        const Eigen::Array2d a = Eigen::Array2d(middle - 0.2, side - 0.2) / ray.head<2>().array();
+        const Eigen::Array2d b = Eigen::Array2d(middle + 0.2, side + 0.2) / ray.head<2>().array();
+        const double enter = a.min(b).maxCoeff();
+        if (enter > 0.0 && enter < a.max(b).minCoeff()) range = std::min(range, enter);
+      }
+    }
+    if (range > 20.0) continue;
+    const Eigen::Vector3f p = (ray * (range + noise * random.normal())).cast<float>();
+    xyz.insert(xyz.end(), p.data(), p.data() + 3);
+  }
+  return xyz;
+}
+
+TEST(SurfaceMap, AScanThatFitsTwiceWithinItsReachIsNotPlaced) {
+  // A step of one pillar looks like none.
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    Random random(seed);
+    const SurfaceMapParams params = scannerParams();
+    SurfaceMap map(params);
+    map.insert(scanOf(corridorScan(0.0, params.depth_error, random)), Pose::Identity());
+    const std::vector<float> cloud = corridorScan(1.5, params.depth_error, random);
+    const CloudRegistration near = map.locateNear(scanOf(cloud), Pose::Identity());
+    ASSERT_TRUE(near.found);
+    EXPECT_LT(near.T_world_sensor.translation().norm(), 0.3);
+    EXPECT_LT(std::sqrt(near.covariance(0, 0)), 0.1);  // held, but at the wrong pillar
+    EXPECT_FALSE(map.locateFar(scanOf(cloud), Pose::Identity(), near).found);
+  }
+}
+
+}  // namespace
+}  // namespace planar_mapping
 
 namespace planar_mapping::detail {
 namespace {

@@ -15,9 +15,7 @@
 namespace planar_mapping {
 namespace {
 
-using test::Bytes;
-using test::load;
-using test::noisyMap;
+using namespace test;
 
 /// All that a cuboid says but its probability; -0 is 0.
 using Numbers = std::array<double, 11>;

@@ -75,9 +75,8 @@ TEST(LabelTree, GivesBackTheLabelsAndTheBackground) {
     LabelTree tree(dimensions);
     std::vector<CellLabels> bundles = randomLabels(dimensions, random);
     std::uint64_t occupied = 0;
-    for (const CellLabels& b : bundles) {
+    for (const CellLabels& b : bundles)
       occupied += static_cast<std::uint64_t>(__builtin_popcountll(b.low));
-    }
     tree.add(bundles, detail::kUnknown);
     EXPECT_EQ(tree.occupied(), occupied);
     Columns out("TREE");
@@ -107,9 +106,8 @@ TEST(LabelTree, GivesBackTheLabelsAndTheBackground) {
 
 TEST(LabelTree, TakesTwoBitsForARegionOfOneLabel) {
   std::vector<CellLabels> bundles;
-  for (int i = 0; i < 512; ++i) {
+  for (int i = 0; i < 512; ++i)
     bundles.push_back({{i & 7, i >> 3 & 7, i >> 6}, 0, ~std::uint64_t{0}});
-  }
   LabelTree tree(3);
   tree.add(bundles, detail::kFree);
   Columns columns("TREE");

@@ -17,40 +17,7 @@
 namespace planar_mapping {
 namespace {
 
-using test::lookFrom;
-using test::Scene;
-using test::SceneBox;
-using test::StereoErrors;
-using test::View;
-
-PlanarMapParams paramsOf(double resolution = 0.1) {
-  PlanarMapParams params;
-  params.approximation.resolution = resolution;
-  params.association_offset = resolution;
-  params.association_gap = 5.0 * resolution;
-  params.max_range = 8.0;
-  params.unknown_space = false;
-  return params;
-}
-
-FrameObservation observationOf(const View& view, const StereoErrors& errors) {
-  FrameObservation frame = view.frame();
-  frame.noise = StereoNoise{errors.baseline, view.camera.fx, 0.5};
-  return frame;
-}
-
-StereoErrors noise(double px, double flying = 0.0) {
-  StereoErrors errors;
-  errors.noise_px = px;
-  errors.flying = flying;
-  return errors;
-}
-
-Scene roomWith(const SceneBox& box) {
-  Scene scene;
-  scene.boxes = {{{-2.0, -1.0, 0.0}, {2.0, 5.0, 2.6}, true, true}, box};
-  return scene;
-}
+using namespace test;
 
 /// Frames of a camera that moves a little from place to place.
 void walkThrough(PlanarMap& map, const Scene& scene, const StereoErrors& errors, int frames,
@@ -66,18 +33,17 @@ double shareFound(const PlanarMap& map, double x0, double x1, double z0, double 
                   double margin) {
   int found = 0, all = 0;
   for (double x = x0; x <= x1; x += 0.02) {
-    for (double z = z0; z <= z1; z += 0.02, ++all) {
+    for (double z = z0; z <= z1; z += 0.02, ++all)
       found += map.cuboidsAt({x, y, z}, margin).empty() ? 0 : 1;
-    }
   }
   return static_cast<double>(found) / all;
 }
 
 TEST(BelievedSurfaces, AThinPoleStays) {
   const Scene scene = roomWith({{0.20, 1.50, 0.0}, {0.24, 1.54, 2.2}, false, false});
-  const StereoErrors errors = noise(0.25);
+  const StereoErrors errors = noiseOf(0.25);
   Random random(5);
-  PlanarMap map(paramsOf());
+  PlanarMap map(roomParams());
   walkThrough(map, scene, errors, 8, random);
   EXPECT_GT(shareFound(map, 0.21, 0.23, 0.4, 1.8, 1.50, 0.1), 0.95);
 }
@@ -86,9 +52,9 @@ TEST(BelievedSurfaces, PixelsThatFlyBetweenABoxAndTheWallAreNoPartOfTheMap) {
   const Scene scene = roomWith({{-0.5, 1.6, 0.0}, {0.4, 2.0, 1.6}, false, true});
   std::size_t wrong[2] = {0, 0};
   for (const bool forgets : {false, true}) {
-    const StereoErrors errors = noise(0.25, 0.3);
+    const StereoErrors errors = noiseOf(0.25, 0.3);
     Random random(5);
-    PlanarMapParams params = paramsOf();
+    PlanarMapParams params = roomParams();
     if (!forgets) params.miss_factor = params.first_belief = 1.0;
     PlanarMap map(params);
     walkThrough(map, scene, errors, 10, random);
@@ -102,9 +68,9 @@ TEST(BelievedSurfaces, APersonWhoWalksAwayIsNoLongerThere) {
   // No plane is made of a person.
   const SceneBox here{{-0.5, 1.6, 0.1}, {-0.1, 1.9, 1.7}, false, false};
   const SceneBox there{{0.6, 1.6, 0.1}, {1.0, 1.9, 1.7}, false, false};
-  const StereoErrors errors = noise(0.25);
+  const StereoErrors errors = noiseOf(0.25);
   Random random(9);
-  PlanarMap map(paramsOf());
+  PlanarMap map(roomParams());
   walkThrough(map, roomWith(here), errors, 4, random);
   EXPECT_GT(shareFound(map, -0.45, -0.15, 0.5, 1.6, 1.6, 0.1), 0.99);
   walkThrough(map, roomWith(there), errors, 6, random);
@@ -136,9 +102,9 @@ View withHoles(View view, Random& random) {
 /// Sees a person for some frames, then the room without.
 PlanarMap mapOfOneWhoLeft(bool with_noise, int frames) {
   const SceneBox here{{-0.5, 1.6, 0.1}, {0.0, 1.9, 1.7}, false, true};
-  const StereoErrors errors = noise(0.1);
+  const StereoErrors errors = noiseOf(0.1);
   Random random(9);
-  PlanarMap map(paramsOf());
+  PlanarMap map(roomParams());
   for (int i = 0; i < 3 + frames; ++i) {
     const Scene scene =
         i < 3 ? roomWith(here) : roomWith({{3, 3, 3}, {3.1, 3.1, 3.1}, false, false});
@@ -160,12 +126,12 @@ TEST(BelievedSurfaces, APersonWhoWalksAwayIsNoLongerThereThoughThereAreHolesInAl
 /// Of a depth camera half a cell behind the cell is enough.
 TEST(BelievedSurfaces, AHandBeforeAWallIsNoLongerThere) {
   Scene scene = roomWith({{-1.2, 1.75, 0.0}, {1.2, 2.0, 2.4}, false, true});
-  PlanarMap map(paramsOf());
+  PlanarMap map(roomParams());
   const auto see = [&](int frames) {
     Random random(4);
     for (int i = 0; i < frames; ++i) {
       const Pose pose = lookFrom({-0.1 + 0.05 * i, -0.6, 1.0}, 0.0, 0.0);
-      map.insert(test::lookNoisy(scene, pose, noise(0.02), random, 300).frame());
+      map.insert(test::lookNoisy(scene, pose, noiseOf(0.02), random, 300).frame());
     }
   };
   scene.boxes.push_back({{-0.4, 1.60, 0.7}, {0.2, 1.63, 1.3}, false, false});
@@ -181,10 +147,10 @@ TEST(BelievedSurfaces, WhatMeasuresNothingIsNotLookedThrough) {
   // A box of which the camera sees no more than a hole later on, and the room around it.
   const SceneBox box{{-0.5, 1.6, 0.1}, {0.0, 1.9, 1.7}, false, true};
   Random random(9);
-  PlanarMap map(paramsOf());
+  PlanarMap map(roomParams());
   for (int i = 0; i < 8; ++i) {
     const Pose pose = lookFrom({-0.4 + 0.05 * i, -0.6, 1.1}, 0.0, 0.1);
-    View view = test::lookNoisy(roomWith(box), pose, noise(0.0), random, 300);
+    View view = test::lookNoisy(roomWith(box), pose, noiseOf(0.0), random, 300);
     for (std::size_t k = 0; i >= 3 && 3 * k < view.xyz.size(); ++k) {
       const Vector3 p = pose * Vector3(view.xyz[3 * k], view.xyz[3 * k + 1], view.xyz[3 * k + 2]);
       if (std::abs(p.x() + 0.25) < 0.26 && p.y() > 1.5 && p.y() < 2.0)
@@ -196,90 +162,13 @@ TEST(BelievedSurfaces, WhatMeasuresNothingIsNotLookedThrough) {
   EXPECT_GT(shareFound(map, -0.45, -0.05, 0.5, 1.6, 1.6, 0.1), 0.99);
 }
 
-/// A patch of wrong depths before a wall, where half of the pixels measure nothing afterwards.
-struct FlickeringPatch {
-  const Scene scene = roomWith({{-2.0, 4.0, 0.0}, {-1.9, 4.1, 0.1}, false, false});
-  const StereoErrors errors = noise(0.1);
-  const Pose pose = lookFrom({0.0, -0.6, 1.1}, 0.0, 0.0);
-  const Vector3 place{0.25, 2.6, 1.15};  // of the wrong depths, on the way to the wall
-  const View clean = test::look(scene, pose);
-
-  bool isOnTheWay(std::size_t i) const {
-    const Vector3 p(clean.xyz[3 * i], clean.xyz[3 * i + 1], clean.xyz[3 * i + 2]);
-    const Vector3 ray = (pose * p - pose.translation()).normalized();
-    const Vector3 at = place - pose.translation();
-    return p.allFinite() && (at - at.dot(ray) * ray).norm() < 0.08;
-  }
-  View frameOf(bool wrong) const {
-    View view = clean;
-    for (PlaneSegment& plane : view.planes) {
-      plane.inliers.erase(
-          std::remove_if(plane.inliers.begin(), plane.inliers.end(),
-                         [&](int i) { return isOnTheWay(static_cast<std::size_t>(i)); }),
-          plane.inliers.end());
-    }
-    const double depth = (pose.inverse() * place).z();
-    for (std::size_t i = 0; 3 * i < view.xyz.size(); ++i) {
-      if (!isOnTheWay(i)) continue;
-      const double to_place = depth / view.xyz[3 * i + 2];
-      const double nowhere = i % 2 == 0 ? 1.0 : std::numeric_limits<double>::quiet_NaN();
-      for (std::size_t k = 0; k < 3; ++k) {
-        view.xyz[3 * i + k] *= static_cast<float>(wrong ? to_place : nowhere);
-      }
-    }
-    return view;
-  }
-  /// Is the patch in a map that saw it once, and then where it is only what lies behind it?
-  /// \param behind_is_mapped or beyond the depth limit, or ground
-  bool survives(bool behind_is_mapped) const {
-    PlanarMap map(paramsOf());
-    map.insert(observationOf(frameOf(true), errors));
-    EXPECT_FALSE(map.cuboidsAt(place, 0.02).empty());
-    const View view = frameOf(false);
-    Indices indices;
-    for (std::size_t i = 0; 3 * i < view.xyz.size(); ++i) {
-      const bool is_used = behind_is_mapped || !isOnTheWay(i);
-      if (std::isfinite(view.xyz[3 * i]) && is_used) indices.push_back(static_cast<int>(i));
-    }
-    FrameObservation frame = observationOf(view, errors);
-    frame.indices = &indices;
-    map.insert(frame);
-    return !map.cuboidsAt(place, 0.02).empty();
-  }
-};
-
-TEST(BelievedSurfaces, WhatOneFrameSawMustBeSeenAgainWhereMeasurementsFlicker) {
-  const FlickeringPatch patch;
-  for (const bool fragile : {true, false}) {
-    PlanarMapParams params = paramsOf();
-    if (!fragile) params.first_belief = 0.75;  // two looks to lose it
-    PlanarMap map(params);
-    map.insert(observationOf(patch.frameOf(true), patch.errors));
-    EXPECT_FALSE(map.cuboidsAt(patch.place, 0.02).empty()) << fragile;
-    map.insert(observationOf(patch.frameOf(false), patch.errors));
-    EXPECT_EQ(map.cuboidsAt(patch.place, 0.02).empty(), fragile);
-  }
-  // Two frames that agree are more than one that cannot tell.
-  PlanarMap map(paramsOf());
-  for (const bool wrong : {true, true, false}) {
-    map.insert(observationOf(patch.frameOf(wrong), patch.errors));
-  }
-  EXPECT_FALSE(map.cuboidsAt(patch.place, 0.02).empty());
-}
-
-TEST(BelievedSurfaces, WhatIsNoPartOfTheMapDoesNotTellAgainstANewcomer) {
-  const FlickeringPatch patch;
-  EXPECT_FALSE(patch.survives(true));
-  EXPECT_TRUE(patch.survives(false));
-}
-
 /// The noise is 14 cm on a wall 6 m away, which fills four layers of cells with points: one wall.
 TEST(BelievedSurfaces, AFarNoisyWallIsOnePlaneWithHardlyAnythingInFrontOfIt) {
   Scene scene;
   scene.boxes = {{{-3.0, -1.0, 0.0}, {3.0, 5.2, 2.6}, true, true}};
-  const StereoErrors errors = noise(0.25);
+  const StereoErrors errors = noiseOf(0.25);
   Random random(13);
-  PlanarMap map(paramsOf());
+  PlanarMap map(roomParams());
   std::set<std::array<int, 3>> standard;  // cells that hold points well before the wall
   const auto isBefore = [](const Vector3& p) {
     return std::abs(p.x()) < 1.5 && p.z() > 0.5 && p.z() < 2.1 && p.y() > 4.0 && p.y() < 5.05;
@@ -327,11 +216,11 @@ TEST(BelievedSurfaces, ANoisyWallIsAsThickAsItsPointsSay) {
   constexpr double kSide = 0.05;
   Scene scene;
   scene.boxes = {{{-3.0, -1.0, 0.0}, {3.0, 3.0, 2.6}, true, true}};
-  const StereoErrors errors = noise(0.1);  // 2.3 cm at 3.8 m
+  const StereoErrors errors = noiseOf(0.1);  // 2.3 cm at 3.8 m
   double fraction[2] = {0.0, 0.0};
   for (const bool as_thick : {false, true}) {
     Random random(17);
-    PlanarMapParams params = paramsOf(kSide);
+    PlanarMapParams params = roomParams(kSide);
     if (!as_thick) params.surface_factor = 0.0;
     PlanarMap map(params);
     std::vector<View> views;
@@ -353,7 +242,7 @@ TEST(BelievedSurfaces, ANoisyWallIsAsThickAsItsPointsSay) {
 
 TEST(BelievedSurfaces, AnExactWallBeginsAtItsSurface) {
   const Scene scene;
-  PlanarMap map(paramsOf());
+  PlanarMap map(roomParams());
   map.insert(test::look(scene, lookFrom({0.0, -0.6, 1.2})).frame());
   int walls = 0;
   std::int32_t last_id = 0;
@@ -374,9 +263,9 @@ TEST(BelievedSurfaces, AnExactWallBeginsAtItsSurface) {
 /// the cell, but much wider than a pixel.
 TEST(BelievedSurfaces, ACoarseCellIsKeptForANarrowPieceOfSurface) {
   const Scene scene = roomWith({{0.47, 1.6, 0.0}, {0.53, 1.7, 2.2}, false, false});
-  const StereoErrors errors = noise(0.0);
+  const StereoErrors errors = noiseOf(0.0);
   for (const double rim_pixels : {1.0, 1e6}) {
-    PlanarMapParams params = paramsOf(0.5);
+    PlanarMapParams params = roomParams(0.5);
     params.rim_pixels = rim_pixels;
     PlanarMap map(params);
     Random random(19);
@@ -401,11 +290,11 @@ TEST(BelievedSurfaces, WithoutADepthErrorOnlyLookingThroughACellDoubtsIt) {
   const SceneBox before{{-0.5, 1.60, 0.3}, {0.3, 1.90, 1.5}, false, false};
   const SceneBox after{{-0.5, 1.48, 0.3}, {0.3, 1.90, 1.5}, false, false};  // nearer by a cell
   for (const bool known : {false, true}) {
-    PlanarMap map(paramsOf());
+    PlanarMap map(roomParams());
     const auto see = [&](const SceneBox& box) {
       Random random(3);
       const View view = test::lookNoisy(roomWith(box), lookFrom({0.0, -0.6, 1.0}, 0.0, 0.0),
-                                        noise(0.0), random, 300);
+                                        noiseOf(0.0), random, 300);
       FrameObservation frame = view.frame();
       if (known) frame.noise = StereoNoise{0.25, view.camera.fx, 0.5};
       map.insert(frame);

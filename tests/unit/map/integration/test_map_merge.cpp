@@ -16,10 +16,7 @@
 namespace planar_mapping {
 namespace {
 
-using test::look;
-using test::lookFrom;
-using test::Scene;
-using test::View;
+using namespace test;
 
 PlanarMapParams paramsOf(Profile profile = Profile::Compact) {
   PlanarMapParams params;

@@ -1,6 +1,5 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-//
 // What a map does with frames of a stereo camera: noise, wrong depths, poses a little off.
 #include <gtest/gtest.h>
 
@@ -15,21 +14,12 @@
 namespace planar_mapping {
 namespace {
 
-using test::lookFrom;
-using test::Scene;
-using test::StereoErrors;
-using test::View;
+using namespace test;
 
 PlanarMapParams paramsWithin(double range) {
   PlanarMapParams params;
   params.max_range = range;
   return params;
-}
-
-FrameObservation observationOf(const View& view, const StereoErrors& errors) {
-  FrameObservation frame = view.frame();
-  frame.noise = StereoNoise{errors.baseline, view.camera.fx, 0.5};
-  return frame;
 }
 
 StereoErrors stereo(double noise_px) {
@@ -117,9 +107,8 @@ TEST(NoisySequences, APlaneThatIsSeenThroughLosesItsCells) {
     EXPECT_GT(occupied(), 70) << noise_px;
     for (int i = 5; i < 9; ++i) see(Scene(), i);
     EXPECT_EQ(occupied(), 0) << noise_px;
-    for (const MapPlane& plane : map.planes()) {
+    for (const MapPlane& plane : map.planes())
       EXPECT_FALSE(plane.plane.normal.y() < -0.9 && std::abs(plane.plane.offset - 1.2) < 0.15);
-    }
   }
 }
 
@@ -138,9 +127,8 @@ TEST(NoisySequences, AConfirmedPlaneIsNotEatenByGrazingRays) {
     const auto fraction = [&]() {
       int found = 0, all = 0;
       for (double y = 2.5; y < 4.5; y += 0.1) {
-        for (double z = 0.6; z < 1.8; z += 0.1, ++all) {
+        for (double z = 0.6; z < 1.8; z += 0.1, ++all)
           found += map.cuboidsAt({1.0, y, z}, 0.05).empty() ? 0 : 1;
-        }
       }
       return static_cast<double>(found) / all;
     };
@@ -297,6 +285,114 @@ TEST(NoisySequences, AFrameOfALongCorridorCostsWhatTheFirstOnesCost) {
   // 85 m of it, 1,000 frames; a pose is 64 bytes in memory.
   EXPECT_LE(PlanarMap(map).memoryBytes(), 800000u);
   EXPECT_LE(map.serialize().size(), 30000u);
+}
+
+// How many wrong cells survive wrong matches and flying pixels: docs/results.md has the table.
+
+constexpr Variant kWithout{"none", true, UpdateRule::None, MotionReading::FeaturePosition};
+constexpr Variant kFeature{"kl feature", true, UpdateRule::KullbackLeibler,
+                           MotionReading::FeaturePosition};
+constexpr Variant kPose{"kl pose", true, UpdateRule::KullbackLeibler, MotionReading::RobotPose};
+constexpr Variant kLogOdds{"log-odds", true, UpdateRule::LogOdds, MotionReading::FeaturePosition};
+
+TEST(Outliers, FewerWrongCellsSurviveWithTheUpdate) {
+  for (const double wrong : {0.1, 0.2}) {
+    const std::vector<OutlierFrame> frames = test::outlierFrames(wrong);
+    const OutlierResult without = runOutliers(frames, 0.7, kWithout);
+    const OutlierResult with = runOutliers(frames, 0.7, kFeature);
+    const OutlierResult classical = runOutliers(frames, 0.7, kLogOdds);
+    RecordProperty("without", static_cast<int>(without.wrong));
+    RecordProperty("with", static_cast<int>(with.wrong));
+    RecordProperty("log_odds", static_cast<int>(classical.wrong));
+    EXPECT_LE(with.wrong, 0.75 * static_cast<double>(without.wrong)) << wrong;
+    EXPECT_LE(with.wrong, 0.85 * static_cast<double>(classical.wrong)) << wrong;
+    EXPECT_LE(classical.wrong, without.wrong) << wrong;
+    // Not won by leaving things out.
+    EXPECT_GT(with.completeness, 0.88) << wrong;
+    EXPECT_GT(without.completeness, 0.99) << wrong;
+  }
+}
+
+TEST(Outliers, TheReadingByFeaturesLeavesMoreOfTheSurfaceThanThatByPose) {
+  const std::vector<OutlierFrame> frames = test::outlierFrames(0.1);
+  const OutlierResult feature = runOutliers(frames, 0.7, kFeature);
+  const OutlierResult pose = runOutliers(frames, 0.7, kPose);
+  EXPECT_GE(feature.completeness, pose.completeness + 0.2);
+}
+
+/// A patch of wrong depths before a wall, where half of the pixels measure nothing afterwards.
+struct FlickeringPatch {
+  const Scene scene = roomWith({{-2.0, 4.0, 0.0}, {-1.9, 4.1, 0.1}, false, false});
+  const StereoErrors errors = noiseOf(0.1);
+  const Pose pose = lookFrom({0.0, -0.6, 1.1}, 0.0, 0.0);
+  const Vector3 place{0.25, 2.6, 1.15};  // of the wrong depths, on the way to the wall
+  const View clean = test::look(scene, pose);
+
+  bool isOnTheWay(std::size_t i) const {
+    const Vector3 p(clean.xyz[3 * i], clean.xyz[3 * i + 1], clean.xyz[3 * i + 2]);
+    const Vector3 ray = (pose * p - pose.translation()).normalized();
+    const Vector3 at = place - pose.translation();
+    return p.allFinite() && (at - at.dot(ray) * ray).norm() < 0.08;
+  }
+  View frameOf(bool wrong) const {
+    View view = clean;
+    for (PlaneSegment& plane : view.planes) {
+      plane.inliers.erase(
+          std::remove_if(plane.inliers.begin(), plane.inliers.end(),
+                         [&](int i) { return isOnTheWay(static_cast<std::size_t>(i)); }),
+          plane.inliers.end());
+    }
+    const double depth = (pose.inverse() * place).z();
+    for (std::size_t i = 0; 3 * i < view.xyz.size(); ++i) {
+      if (!isOnTheWay(i)) continue;
+      const double to_place = depth / view.xyz[3 * i + 2];
+      const double nowhere = i % 2 == 0 ? 1.0 : std::numeric_limits<double>::quiet_NaN();
+      for (std::size_t k = 0; k < 3; ++k)
+        view.xyz[3 * i + k] *= static_cast<float>(wrong ? to_place : nowhere);
+    }
+    return view;
+  }
+  /// Is the patch in a map that saw it once, and then where it is only what lies behind it?
+  /// \param behind_is_mapped or beyond the depth limit, or ground
+  bool survives(bool behind_is_mapped) const {
+    PlanarMap map(roomParams());
+    map.insert(observationOf(frameOf(true), errors));
+    EXPECT_FALSE(map.cuboidsAt(place, 0.02).empty());
+    const View view = frameOf(false);
+    Indices indices;
+    for (std::size_t i = 0; 3 * i < view.xyz.size(); ++i) {
+      const bool is_used = behind_is_mapped || !isOnTheWay(i);
+      if (std::isfinite(view.xyz[3 * i]) && is_used) indices.push_back(static_cast<int>(i));
+    }
+    FrameObservation frame = observationOf(view, errors);
+    frame.indices = &indices;
+    map.insert(frame);
+    return !map.cuboidsAt(place, 0.02).empty();
+  }
+};
+
+TEST(BelievedSurfaces, WhatOneFrameSawMustBeSeenAgainWhereMeasurementsFlicker) {
+  const FlickeringPatch patch;
+  for (const bool fragile : {true, false}) {
+    PlanarMapParams params = roomParams();
+    if (!fragile) params.first_belief = 0.75;  // two looks to lose it
+    PlanarMap map(params);
+    map.insert(observationOf(patch.frameOf(true), patch.errors));
+    EXPECT_FALSE(map.cuboidsAt(patch.place, 0.02).empty()) << fragile;
+    map.insert(observationOf(patch.frameOf(false), patch.errors));
+    EXPECT_EQ(map.cuboidsAt(patch.place, 0.02).empty(), fragile);
+  }
+  // Two frames that agree are more than one that cannot tell.
+  PlanarMap map(roomParams());
+  for (const bool wrong : {true, true, false})
+    map.insert(observationOf(patch.frameOf(wrong), patch.errors));
+  EXPECT_FALSE(map.cuboidsAt(patch.place, 0.02).empty());
+}
+
+TEST(BelievedSurfaces, WhatIsNoPartOfTheMapDoesNotTellAgainstANewcomer) {
+  const FlickeringPatch patch;
+  EXPECT_FALSE(patch.survives(true));
+  EXPECT_TRUE(patch.survives(false));
 }
 
 }  // namespace

@@ -15,13 +15,7 @@
 namespace planar_mapping {
 namespace {
 
-using test::coverage;
-using test::look;
-using test::lookFrom;
-using test::paramsAt;
-using test::Scene;
-using test::View;
-using test::walk;
+using namespace test;
 
 TEST(PlaneAssociation, SeesTheSameWallTwiceAsOnePlane) {
   PlanarMap map(paramsAt(0.1));
@@ -134,9 +128,8 @@ TEST(PlaneAssociation, GivesUpCellsWhereAPlaneIsSeenLater) {
   map.insert(frame);
   EXPECT_TRUE(map.planes().empty());
   std::size_t cells = 0;
-  for (const Cuboid& c : map.cuboids()) {
+  for (const Cuboid& c : map.cuboids())
     cells += static_cast<std::size_t>(std::lround(c.volume() / 1e-3));
-  }
   frame.planes = &view.planes;
   map.insert(frame);
   std::size_t left = 0;

@@ -15,10 +15,7 @@
 namespace planar_mapping {
 namespace {
 
-using test::look;
-using test::lookFrom;
-using test::Scene;
-using test::View;
+using namespace test;
 
 PlanarMapParams paramsOf(bool unknown) {
   PlanarMapParams params;
@@ -36,9 +33,8 @@ Scene corridor() {
 
 TEST(MapSize, OfACorridorOfAHundredMetres) {
   PlanarMap map(paramsOf(false));
-  for (int i = 0; i < 200; ++i) {
+  for (int i = 0; i < 200; ++i)
     map.insert(look(corridor(), lookFrom({0.0, 0.5 * i, 1.2}), 0.1 * i).frame());
-  }
   EXPECT_GT(map.cuboids().size(), 3u);
   // A tile of 64 cells takes about 90 bytes, a frame's pose 64.
   const std::size_t tiles = 4 * 24 * 1060 / 64;
@@ -93,9 +89,7 @@ TEST(MapSize, OfARoomIsATenthOfOctoMaps) {
   Scene scene;
   scene.camera = {500.0, 500.0, 319.5, 239.5, 640, 480};
   PlanarMap map(paramsOf(true));
-  for (int i = 0; i < 5; ++i) {
-    map.insert(look(scene, lookFrom({-0.4 + 0.2 * i, 0.0, 1.0})).frame());
-  }
+  for (int i = 0; i < 5; ++i) map.insert(look(scene, lookFrom({-0.4 + 0.2 * i, 0.0, 1.0})).frame());
   const std::size_t with_cuboids = (static_cast<void>(map.cuboids()), map.memoryBytes());
   EXPECT_LT(with_cuboids, 49400u);
   EXPECT_LT(map.finished().serialize().size(), 4946u);
@@ -114,9 +108,8 @@ TEST(MapSize, OfARoomInCoarseCells) {
   Scene scene;
   scene.camera = {250.0, 250.0, 159.5, 119.5, 320, 240};
   PlanarMap map(params);
-  for (int i = 0; i < 10; ++i) {
+  for (int i = 0; i < 10; ++i)
     map.insert(look(scene, lookFrom({-0.4 + 0.1 * i, 0.0, 1.0}, 0.05 * i), 0.1 * i).frame());
-  }
   ASSERT_GT(map.planes().size(), 5u);
   const PlanarMap unasked(map);
   EXPECT_LT(unasked.memoryBytes(), 7000u);
@@ -130,9 +123,8 @@ TEST(MapSize, OfUncertainCellsIsThatOfCertainOnes) {
   certain.insert(view.frame());
   Random random(8);
   std::vector<float> belief;
-  for (std::size_t i = 0; i < view.xyz.size() / 3; ++i) {
+  for (std::size_t i = 0; i < view.xyz.size() / 3; ++i)
     belief.push_back(static_cast<float>(random.uniform(0.55, 1.0)));
-  }
   FrameObservation frame = view.frame();
   frame.probability = &belief;
   const FrameUpdate update = uncertain.insert(frame);

@@ -14,10 +14,7 @@
 namespace planar_mapping {
 namespace {
 
-using test::look;
-using test::lookFrom;
-using test::Scene;
-using test::View;
+using namespace test;
 
 constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 
@@ -140,9 +137,8 @@ TEST(ObservedSpace, IsNotAlongPixelsWithoutAMeasurement) {
   map.insert(view.frame());
   int free = 0;
   for (double y = 1.05; y < 12.0; y += 0.1) {
-    for (double x = 0.15; x < 7.0; x += 0.1) {
+    for (double x = 0.15; x < 7.0; x += 0.1)
       EXPECT_FALSE(map.isFree({x, y, 0.05})) << x << ' ' << y;
-    }
     // The middle of the stripe; it is 0.048 y wide.
     if (y < 3.0) continue;
     EXPECT_FALSE(map.isFree({-73.5 / 250.0 * y, y, 0.05})) << y;
@@ -164,9 +160,8 @@ TEST(ObservedSpace, OnceSeenFreeStaysKnownInWhateverOrderFramesCome) {
   const Vector3 behind(0.05, 6.05, 0.05);
   const View front = Hall().view(), side = Hall().view({5.0, 4.5, 0.0}, 1.2);
   EXPECT_TRUE(mapOf({front}).isUnknown(behind));
-  for (const auto& views : {std::vector<View>{front, side}, {side, front}, {side, front, front}}) {
+  for (const auto& views : {std::vector<View>{front, side}, {side, front}, {side, front, front}})
     EXPECT_TRUE(mapOf(views).isFree(behind));
-  }
 }
 
 TEST(ObservedSpace, OfTwoMapsIsWhatEitherSaw) {

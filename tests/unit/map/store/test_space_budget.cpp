@@ -116,18 +116,10 @@ TEST(SpaceBudget, OfSparseRaysGoesToWhatIsNear) {
   const std::vector<float> xyz = randomPoints(500, 30.0);
   FrameObservation observation;
   observation.points = PointsView(xyz.data(), xyz.size() / 3);
-  SpaceBudget small;
-  small.ray_cells = 10000;
-  expectPartOfAll(observation, small);
-}
-
-TEST(SpaceBudget, OfRegionsOfSparseRaysGoesToWhatIsNear) {
-  const std::vector<float> xyz = randomPoints(500, 30.0);
-  FrameObservation observation;
-  observation.points = PointsView(xyz.data(), xyz.size() / 3);
-  SpaceBudget small;
-  small.regions = 100;
-  expectPartOfAll(observation, small);
+  SpaceBudget few_cells, few_regions;
+  few_cells.ray_cells = 10000;
+  few_regions.regions = 100;
+  for (const SpaceBudget& small : {few_cells, few_regions}) expectPartOfAll(observation, small);
 }
 
 TEST(SpaceBudget, PointsBeyondAllThatIsJudgedTakeNoLongerThanNearOnes) {

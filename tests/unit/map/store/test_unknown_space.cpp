@@ -16,11 +16,7 @@
 namespace planar_mapping {
 namespace {
 
-using test::castRay;
-using test::look;
-using test::lookFrom;
-using test::Scene;
-using test::View;
+using namespace test;
 
 PlanarMapParams paramsAt(double resolution, double max_range = 8.0) {
   PlanarMapParams params;
@@ -85,9 +81,8 @@ TEST(UnknownSpace, DoesNotDependOnTheNumberOfThreads) {
     PlanarMapParams params = paramsAt(0.1);
     params.approximation.threads = threads;
     PlanarMap map(params);
-    for (int i = 0; i < 4; ++i) {
+    for (int i = 0; i < 4; ++i)
       map.insert(look(Scene(), lookFrom({-1.0 + 0.6 * i, -0.3, 1.0}, 0.15 * i - 0.2)).frame());
-    }
     EXPECT_GT(map.unknownCells(), 0u);
     return map.serialize();
   };
@@ -97,9 +92,8 @@ TEST(UnknownSpace, DoesNotDependOnTheNumberOfThreads) {
 
 TEST(UnknownSpace, DoesNotDependOnTheOrderOfFrames) {
   std::vector<View> views;
-  for (int i = 0; i < 4; ++i) {
+  for (int i = 0; i < 4; ++i)
     views.push_back(look(Scene(), lookFrom({-1.0 + 0.6 * i, -0.3, 1.0}, 0.15 * i - 0.2)));
-  }
   // Without planes: then nothing but the space itself is compared.
   const auto unknownOf = [&](const std::vector<int>& order) {
     PlanarMap map(paramsAt(0.1));
@@ -111,9 +105,8 @@ TEST(UnknownSpace, DoesNotDependOnTheOrderOfFrames) {
       map.insert(frame);
     }
     std::vector<std::tuple<double, double, double>> boxes;
-    for (const Cuboid& c : map.unknownCuboids()) {
+    for (const Cuboid& c : map.unknownCuboids())
       boxes.emplace_back(c.center.x(), c.center.y(), c.center.z());
-    }
     return std::make_pair(map.unknownCells(), boxes);
   };
   const auto expected = unknownOf({0, 1, 2, 3});
@@ -294,9 +287,8 @@ TEST(UnknownSpace, OfTwoPosesIsWhatNeitherSawFree) {
     EXPECT_TRUE(map->isUnknown({0.15, 3.05, 0.05}));
     EXPECT_TRUE(map->isUnknown({-0.15, 3.05, 0.05}));
     EXPECT_TRUE(map->isUnknown({0.05, 3.45, 0.05}));
-    for (const double x : {0.65, 0.85, 1.05, -0.65, -0.85, -1.05}) {
+    for (const double x : {0.65, 0.85, 1.05, -0.65, -0.85, -1.05})
       EXPECT_TRUE(map->isFree({x, 3.05, 0.05})) << x;
-    }
     EXPECT_TRUE(map->isFree({0.55, 3.55, 0.05}));
     EXPECT_TRUE(map->isUnknown({0.05, 4.55, 0.05}));  // behind the wall
   }
