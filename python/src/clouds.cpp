@@ -144,13 +144,13 @@ void FrameInput::setPlaneSearch(const Segmentation* planes,
 
 FrameUpdate FrameInput::insertInto(PlanarMap& map) {
   Indices usable = usablePoints(points);
-  const std::size_t lost = points.size - usable.size();
   if (max_depth > 0.0) {
     const auto too_far = [this](int i) {
       return points[static_cast<std::size_t>(i)][2] > max_depth;
     };
     usable.erase(std::remove_if(usable.begin(), usable.end(), too_far), usable.end());
   }
+  const std::size_t lost = points.size - usable.size();
   if (find_planes) setPlanes(findPlanes(points, &usable, search).planes);
   FrameUpdate update = MappingInput::insertInto(map, points, &usable, T_world_sensor, 0);
   update.dropped_points += lost;

@@ -39,6 +39,19 @@ void requireOwnPlanes(const PointsView& points, const std::vector<PlaneSegment>&
   }
 }
 
+/// Whether there are points, and none is so near.
+bool areBeyond(const PointsView& points, const Indices* indices, double reach) {
+  const std::size_t n = indices == nullptr ? points.size : indices->size();
+  bool any = false;
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::size_t i = indices == nullptr ? k : static_cast<std::size_t>((*indices)[k]);
+    if (!points.isMeasured(i)) continue;
+    if (!(points.point(i).cwiseAbs().maxCoeff() > reach)) return false;
+    any = true;
+  }
+  return any;
+}
+
 }  // namespace
 
 void MappingInput::setPlanes(const std::vector<pcl::PointIndices>& inliers,
@@ -78,12 +91,14 @@ FrameUpdate MappingInput::insertInto(PlanarMap& map, const PointsView& points,
                                      std::uint64_t stamp_us) const {
   constexpr double kMaxSpacing = 10.0;  // resolutions; beyond, each point has a cuboid of its own
   const double reach = PlanarMap::kReach * map.params().approximation.resolution;
-  if (T_world_sensor.translation().cwiseAbs().maxCoeff() > reach) {
-    throw InputError("the sensor is farther from the origin than a map reaches, " +
+  const auto refuse = [&](const char* what, const char* of_what) {
+    throw InputError(std::string("the ") + what + " farther from the origin than a map reaches, " +
                      std::to_string(static_cast<long>(reach)) +
-                     " m at this resolution: take the same whole metres off all poses");
-  }
+                     " m at this resolution: take the same whole metres off all " + of_what);
+  };
+  if (T_world_sensor.translation().cwiseAbs().maxCoeff() > reach) refuse("sensor is", "poses");
   if (map.frames() == 0) {
+    if (areBeyond(points, indices, reach)) refuse("points are", "coordinates, in double precision");
     requireMetres(points, indices, kMaxSpacing * map.params().approximation.resolution,
                   "resolution and the other lengths");
   }

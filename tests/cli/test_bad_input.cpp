@@ -142,6 +142,22 @@ TEST_F(BadInput, FewerPosesThanClouds) {
   EXPECT_TRUE(list("out").empty());
 }
 
+TEST_F(BadInput, PosesInMillimetresAreNoticed) {
+  const std::string a = room("a.pcd");
+  const std::string b = room("b.pcd", 2);
+  const auto warningWith = [&](const std::string& step) {
+    const std::string poses = write("steps.txt", "0 0 0 0 0 0 0 1\n1 0 " + step + " 0 0 0 0 1\n");
+    const ProgramResult result =
+        planarMap({"run", config("pcd_sequence.yaml"), "-i", a, b, "--poses", poses, "-o",
+                   directory_ / "steps", "--force"});
+    EXPECT_EQ(0, result.exit_code) << result.err;
+    return result.err.find("nothing can be seen in both; are the poses in metres?") !=
+           std::string::npos;
+  };
+  EXPECT_TRUE(warningWith("200"));
+  EXPECT_FALSE(warningWith("0.2"));
+}
+
 TEST_F(BadInput, MalformedPoses) {
   const std::string cloud = room();
   for (const char* text : {"0 0 0 0 0 0 0\n", "0 0 0 zero 0 0 0 1\n", "0 0 0 0 0 0 0 0\n",

@@ -89,3 +89,13 @@ def test_points_without_a_measurement_are_left_out():
     assert pm.segment(cloud).labels[0, 0] == -1
     assert made.insert(np.full((10, 3), np.nan)).dropped_points == 10
     assert made.insert(np.empty((0, 3))).cells_added == 0
+
+
+def test_what_is_too_far_away_is_not_lost_in_silence():
+    utm = np.random.default_rng(1).uniform(0, 10, (1000, 3)) + [450000.0, 5400000.0, 300.0]
+    with pytest.raises(pm.InputError, match="farther from the origin than a map reaches"):
+        pm.PlanarMap().insert(utm)
+    with pytest.raises(pm.InputError, match="farther from the origin than a map reaches"):
+        pm.approximate(utm)
+    millimetres = pm.PlanarMap().insert_depth(2000 * IMAGE, K, scale=1)
+    assert millimetres.cells_added == 0 and millimetres.dropped_points == IMAGE.size

@@ -100,6 +100,7 @@ std::vector<std::string> FrameWatch::adviceOn(const Frame& frame, const PlanarMa
   if (frame.camera && !frame.baseline && depths_.isBentIn(points, frame.is_only)) {
     advice.push_back(frame.source + ": " + DepthWatch::kAdvice);
   }
+  if (auto text = apart(frame, points)) advice.push_back(std::move(*text));
   // The noise of depth cameras is as large as what is wrong with their poses.
   const bool is_given_for_scan =
       frame.given_pose && !frame.pose_assumed && !frame.without_sensor && !frame.camera &&
@@ -115,6 +116,24 @@ std::vector<std::string> FrameWatch::adviceOn(const Frame& frame, const PlanarMa
                      "them found (motion_estimation)");
   }
   return advice;
+}
+
+/// Whether two frames in a row stand too far apart to have seen a thing in common.
+std::optional<std::string> FrameWatch::apart(const Frame& frame, const PointsView& points) {
+  if (!frame.given_pose || frame.pose_assumed || frame.without_sensor) return std::nullopt;
+  double reach = 0.0;
+  for (const int i : frame.indices)
+    reach = std::max(reach, points.point(static_cast<std::size_t>(i)).norm());
+  const Vector3 place = frame.given_pose->translation();
+  const double step = last_place_ ? (place - *last_place_).norm() : 0.0;
+  const double both = last_reach_ + reach;
+  last_place_ = place;
+  last_reach_ = reach;
+  if (is_apart_ || !(step > both)) return std::nullopt;
+  is_apart_ = true;
+  return "frame " + std::to_string(frame.number) + " " + frame.source + ": its given pose is " +
+         rounded(step, 1) + " m from that of the frame before, and the points of both reach " +
+         rounded(both, 1) + " m together: nothing can be seen in both; are the poses in metres?";
 }
 
 std::vector<std::string> adviceOn(const Pipeline& pipeline, const RunStatistics& statistics,

@@ -23,14 +23,19 @@ class FrameWatch {
 
   template <typename Archive>
   void visitState(Archive& archive) {
-    archive(robot_, poses_, depths_, is_camera_);
+    archive(robot_, poses_, depths_, is_camera_, last_place_, last_reach_, is_apart_);
   }
 
  private:
+  std::optional<std::string> apart(const Frame& frame, const PointsView& points);
+
   RobotWatch robot_;
   PoseWatch poses_;
   DepthWatch depths_;
-  std::optional<bool> is_camera_;  ///< by the first frame
+  std::optional<bool> is_camera_;      ///< by the first frame
+  std::optional<Vector3> last_place_;  ///< of the sensor, as given
+  double last_reach_ = 0.0;            ///< of its points, metres
+  bool is_apart_ = false;              ///< that was said
 };
 
 /// What a finished run has to say of its result, a sentence each, and what helps.

@@ -35,6 +35,15 @@ int scoreOf(const CellPoint* points, std::size_t n, const Piece& piece) {
   return score;
 }
 
+/// Points that stand on a piece: on a slope nothing does, but over the foot of a low step.
+int standingOn(const CellPoint* points, std::size_t n, const Piece& piece) {
+  constexpr double kLow = 0.3;  // metres: what is higher was taken out
+  return static_cast<int>(std::count_if(points, points + n, [&](const CellPoint& point) {
+    const double d = point.w - piece.at(point.u, point.v);
+    return d > point.band && d < kLow;
+  }));
+}
+
 /// Least squares on the points within the window around \p prior, which also holds where there
 /// are too few of them.
 Piece fitAround(const CellPoint* points, std::size_t n, const Piece& prior, double extra_window,
@@ -195,7 +204,7 @@ GroundBends::GroundBends(const GroundSample& sample, const GroundEstimate& estim
     const bool meets = std::min(std::abs(at_border), std::abs(beyond)) <= own[0].band ||
                        (at_border < 0.0) != (beyond < 0.0);
     if (meets && !tooSteep(wide)) {
-      const int score = scoreOf(own, n, wide);
+      const int score = scoreOf(own, n, wide) - standingOn(own, n, wide);
       if (score > best + 2 + static_cast<int>(n) / 10) piece = wide;
     }
   }

@@ -114,6 +114,59 @@ TEST(GroundTracker, SaysThatTheGroundIsElsewhere) {
   EXPECT_EQ(see(tracker, 0.5).diagnostics.status, GroundStatus::Found);
 }
 
+/// What rings of a scanner 1.6 m over the ground see of it and of stairs 3 m ahead, sensor's frame.
+std::vector<float> ringsOnStairs(int rings) {
+  constexpr double kHeight = 1.6, kFirst = 3.0, kRise = 0.17, kTread = 0.3;
+  Random random(11);
+  std::vector<float> xyz;
+  for (int ring = 0; ring < rings; ++ring) {
+    const double elevation = -25.0 * (ring + 1) / rings * M_PI / 180.0;
+    for (double azimuth = -M_PI; azimuth < M_PI; azimuth += 0.0035) {
+      const Vector3 ray(std::cos(elevation) * std::cos(azimuth),
+                        std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
+      double range = -kHeight / ray.z();
+      for (int k = 0; k < 8; ++k) {
+        const double riser = (kFirst + k * kTread) / ray.x();
+        const double tread = ((k + 1) * kRise - kHeight) / ray.z();
+        for (const double t : {riser, tread}) {
+          const Vector3 p = t * ray + kHeight * Vector3::UnitZ();
+          const bool on = p.x() > kFirst + k * kTread - 1e-9 &&
+                          p.x() < kFirst + (k + 1) * kTread + 1e-9 && std::abs(p.y()) < 1.5 &&
+                          p.z() > k * kRise && p.z() < (k + 1) * kRise + 1e-9;
+          if (t > 0.0 && on) range = std::min(range, t);
+        }
+      }
+      if (!(range < 60.0)) continue;
+      const Vector3 p = (range + random.uniform(-0.01, 0.01)) * ray;
+      for (int i = 0; i < 3; ++i) xyz.push_back(static_cast<float>(p[i]));
+    }
+  }
+  return xyz;
+}
+
+TEST(GroundTracker, KeepsStairsThatFewRingsSee) {
+  for (const int rings : {16, 32, 64}) {
+    SCOPED_TRACE(rings);
+    const std::vector<float> xyz = ringsOnStairs(rings);
+    const PointsView points(xyz.data(), xyz.size() / 3, 1, 3);
+    const Ground ground = trackerOf(std::nullopt).update(points, nullptr);
+    ASSERT_TRUE(ground.found);
+    std::size_t steps = 0, flat = 0, flat_kept = 0;
+    for (std::size_t i = 0; i < points.size; ++i) {
+      const double over = 1.6 + double{points[i][2]};
+      if (over > 0.06) {
+        ++steps;
+        EXPECT_EQ(0, ground.is_ground[i]) << over;
+      } else if (over < 0.02) {
+        ++flat;
+        flat_kept += ground.is_ground[i] == 0 ? 1 : 0;
+      }
+    }
+    EXPECT_GT(steps, 100u);
+    EXPECT_LT(flat_kept, flat / 50);
+  }
+}
+
 TEST(GroundTracker, TheFirstCloudTellsTheVertical) {
   // A floor ahead of a camera (y down) that looks along x of the world: z of the world is up.
   std::vector<float> xyz;
