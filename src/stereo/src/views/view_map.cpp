@@ -340,10 +340,17 @@ ViewMap::Location ViewMap::locate(const ViewPtr& view, const Pose& guess,
         {one.T_world_sensor, views_->supportOf(*view, one.T_world_sensor, kCoarseView)});
     found.back().fits = one.fits;
   }
-  for (Hypothesis& one : views_->registerTo(*view, guess)) found.push_back(one);
+  // The views next to a place where the cloud fits tell more than those next to where a camera was
+  // lost.
+  sortBySupport(found);
+  const bool fits = known == ViewGuess::Nothing && !found.empty() &&
+                    found.front().support.verdict == PoseVerdict::Confirmed;
+  const Pose near = fits ? found.front().pose : guess;
+  for (Hypothesis& one : views_->registerTo(*view, near)) found.push_back(one);
   const Pose* expected = known == ViewGuess::Motion ? &guess : nullptr;
   const Hypothesis* one = byManyFeatures(*views_, *view, found, expected);
   Location location;
+  const bool many = one != nullptr;
   if (one == nullptr) {
     location = bestOf(*views_, *view, guess, found, known);
     if (!location.found && known != ViewGuess::Nothing) one = byItsCloud(*views_, *view, found);
@@ -352,7 +359,7 @@ ViewMap::Location ViewMap::locate(const ViewPtr& view, const Pose& guess,
     location.T_world_sensor = one->pose;
     location.found = true;
   }
-  if (location.found && views_->missesFeatures(*view, location.T_world_sensor)) {
+  if (location.found && !many && views_->missesFeatures(*view, location.T_world_sensor)) {
     location.found = false;
     location.reason = kLooksTheSame;
   }
