@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/core/geometry/cloud_scale.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <string>
@@ -12,14 +12,18 @@
 
 #include "base/point_indices.h"
 #include "geometry/cloud_sample.h"
+#include "geometry/point_sums.h"
+#include "geometry/two_faces.h"
 #include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {
 namespace {
 
 using detail::boundsOf;
+using detail::gapOfFaces;
 using detail::kLargestSample;
 using detail::kOutlierFraction;
+using detail::PointSums;
 using detail::quantile;
 
 constexpr int kCellsAlongAxis = 64;  // of the grid that measures the surface
@@ -69,8 +73,34 @@ Spacing spacingOf(const std::vector<Vector3>& sample, const Vector3& low, double
   return spacing;
 }
 
-/// Median over cells of a side of the RMS distance of their points from their plane. Cells that
-/// hold but the fringe of a surface do not count.
+/// RMS distance of points from their plane, or, where they are both faces of a wall, from the plane
+/// of their face. \param offsets  from a place near them
+double roughnessOf(const std::vector<Vector3>& offsets) {
+  constexpr int kRounds = 3;  // few points tilt the first plane
+  PointSums all;
+  for (const Vector3& p : offsets) all.add(p.x(), p.y(), p.z());
+  const PlaneMoments moments = all.moments(Vector3::Zero());
+  const PlaneMoments::Fit fit = moments.fit();
+  Vector3 normal = fit.plane.normal;
+  for (int round = 0; round < kRounds && fit.valid; ++round) {
+    std::array<PointSums, 2> half;
+    for (const Vector3& p : offsets) {
+      half[normal.dot(p - moments.mean()) > 0.0 ? 1 : 0].add(p.x(), p.y(), p.z());
+    }
+    const PlaneMoments a = half[0].moments(Vector3::Zero()), b = half[1].moments(Vector3::Zero());
+    const PlaneMoments::Fit fit_a = a.fit();
+    if (gapOfFaces(a, b) > 0.0) {
+      const double squares =
+          a.weight() * std::pow(fit_a.rms, 2) + b.weight() * std::pow(b.fit().rms, 2);
+      return std::sqrt(squares / all.n);
+    }
+    normal = fit_a.plane.normal;
+  }
+  return fit.rms;
+}
+
+/// Median over cells of a side of the roughness of their points. Cells that hold but the fringe of
+/// a surface do not count.
 std::optional<double> noiseIn(const std::vector<Vector3>& sample, const Vector3& low, double side) {
   constexpr std::ptrdiff_t kMinPoints = 12;  // that tell a plane from its noise
   constexpr double kMinFractionOfMean = 0.25;
@@ -86,24 +116,19 @@ std::optional<double> noiseIn(const std::vector<Vector3>& sample, const Vector3&
     places.emplace_back(cell, i);
   }
   std::sort(places.begin(), places.end());
+  std::vector<Vector3> offsets;
   std::vector<float> residuals;
   std::vector<double> counts;
   double total = 0.0;
   for (auto first = places.begin(); first != places.end();) {
     auto last = first;
-    Vector3 sum = Vector3::Zero();
-    Matrix3 squares = Matrix3::Zero();
+    offsets.clear();
     for (; last != places.end() && last->first == first->first; ++last) {
-      const Vector3 d = sample[last->second] - sample[first->second];
-      sum += d;
-      squares += d * d.transpose();
+      offsets.push_back(sample[last->second] - sample[first->second]);
     }
     if (last - first >= kMinPoints) {
       const auto n = static_cast<double>(last - first);
-      const Matrix3 covariance = squares / n - sum * sum.transpose() / (n * n);
-      Eigen::SelfAdjointEigenSolver<Matrix3> solver;
-      solver.computeDirect(covariance, Eigen::EigenvaluesOnly);
-      residuals.push_back(static_cast<float>(std::sqrt(std::max(solver.eigenvalues()[0], 0.0))));
+      residuals.push_back(static_cast<float>(roughnessOf(offsets)));
       counts.push_back(n);
       total += n;
     }

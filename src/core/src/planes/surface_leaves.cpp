@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/point_indices.h"
+#include "geometry/two_faces.h"
+
 namespace planar_mapping::detail {
 
 namespace {
@@ -29,6 +32,10 @@ constexpr double kCrowd = 1024.0;
 constexpr double kCrowdWidth = 0.2;
 // A cell stays split if its finer leaves show so much of its points; the rest are crumbs.
 constexpr double kMinFractionIfSplit = 0.5;
+// Faces two thresholds apart, less their noise, have no point near the plane between them. Where
+// one has a sixth of the points, the RMS thickness is 0.37 of the gap.
+constexpr double kMinGap = 1.9;
+constexpr double kMinThickness = 0.37 * kMinGap;
 
 bool isNarrow(const LocalFit& fit, double side) {
   return !(fit.eigenvalues[1] > kMinWidth * kMinWidth * side * side);
@@ -151,6 +158,8 @@ class LeafBuilder {
         candidate.planar = !line && isSurface(fit, side, threshold);
         candidate.mean = centre + fit.mean;
         candidate.normal = fit.normal;
+        candidate.thick =
+            !finer && fit.eigenvalues[0] >= kMinThickness * kMinThickness * threshold * threshold;
         if (candidate.planar) {
           candidate.normal_deviation =
               std::sqrt(fit.eigenvalues[0] / (fit.eigenvalues[1] * sums.n));
@@ -245,6 +254,63 @@ SurfaceLeaves buildSurfaceLeaves(const PointCells& grid, const std::vector<char>
                                  const PointCells& fine, const DistanceBand& band,
                                  const Vector3& sensor) {
   return LeafBuilder(grid, split, fine, band, sensor).run();
+}
+
+void splitFaces(const PointsView& points, const Indices* indices, const PointCells& grid,
+                const Vector3& sensor, SurfaceLeaves& surface) {
+  std::vector<std::int32_t> thick_in(grid.sums.size(), -1);
+  std::vector<std::array<PointSums, 2>> halves;
+  for (const LeafInCell& entry : surface.leaves_in_cells) {
+    if (!surface.leaves[static_cast<std::size_t>(entry.leaf)].thick) continue;
+    thick_in[static_cast<std::size_t>(entry.cell)] = entry.leaf;
+    halves.resize(surface.leaves.size());
+  }
+  if (halves.empty()) return;
+  for (std::size_t k = 0; k < grid.cell_of.size(); ++k) {
+    const std::int32_t cell = grid.cell_of[k];
+    const std::int32_t name = cell < 0 ? -1 : thick_in[static_cast<std::size_t>(cell)];
+    if (name < 0) continue;
+    const auto i = static_cast<std::size_t>(name);
+    const SurfaceLeaf& leaf = surface.leaves[i];
+    const Vector3 p = Eigen::Map<const Eigen::Vector3f>(points[at(indices, k)]).cast<double>();
+    const Vector3 offset = p - surface.centreOf(leaf);
+    const std::size_t side = leaf.normal.dot(p - leaf.mean) > 0.0 ? 1 : 0;
+    halves[i][side].add(offset[0], offset[1], offset[2]);
+  }
+  for (std::size_t i = 0; i < halves.size(); ++i) {
+    if (std::min(halves[i][0].n, halves[i][1].n) < kMinPoints) continue;
+    const SurfaceLeaf whole = surface.leaves[i];
+    const double side = surface.sideOf(whole);
+    const Vector3 centre = surface.centreOf(whole);
+    if (gapOfFaces(halves[i][0].moments(centre), halves[i][1].moments(centre)) <
+        kMinGap * whole.band) {
+      continue;
+    }
+    std::array<SurfaceLeaf, 2> faces = {whole, whole};
+    bool planar = true;
+    for (std::size_t half = 0; half < 2; ++half) {
+      SurfaceLeaf& face = faces[half];
+      face.sums = halves[i][half];
+      const LocalFit fit = fitLocally(face.sums);
+      face.mean = centre + fit.mean;
+      face.normal = fit.normal;
+      face.normal_deviation = std::sqrt(fit.eigenvalues[0] / (fit.eigenvalues[1] * face.sums.n));
+      face.planar = isSurface(fit, side, whole.band) &&
+                    !isNoisyLine(face.sums, face.mean, sensor, fit, side, whole.band);
+      face.twin = static_cast<std::int32_t>(half == 0 ? surface.leaves.size() : i);
+      planar = planar && face.planar;
+    }
+    if (!planar) continue;
+    surface.leaves[i] = faces[0];
+    surface.leaves.push_back(faces[1]);
+  }
+  std::vector<LeafInCell> all;
+  for (const LeafInCell& entry : surface.leaves_in_cells) {
+    all.push_back(entry);
+    const std::int32_t twin = surface.leaves[static_cast<std::size_t>(entry.leaf)].twin;
+    if (twin >= 0) all.push_back({entry.cell, twin});
+  }
+  surface.leaves_in_cells.swap(all);
 }
 
 }  // namespace planar_mapping::detail

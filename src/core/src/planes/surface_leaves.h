@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -14,12 +15,15 @@ namespace planar_mapping::detail {
 
 /// A piece of cloud just large enough for a normal: a cell, or where that is too sparse, narrow or
 /// thin against the noise, the pooled poor cells of one of 2, 4 or 8 times the side. A crowd of
-/// points in a corner of a cell has leaves of a half or a quarter of the side.
+/// points in a corner of a cell has leaves of a half or a quarter of the side; both faces of a wall
+/// in one cube have a leaf each, twins.
 struct SurfaceLeaf {
-  CellKey key;    ///< at its level
-  int level = 0;  ///< the side is that of the grid times 2^(level - kGridLevel)
+  CellKey key;             ///< at its level
+  int level = 0;           ///< the side is that of the grid times 2^(level - kGridLevel)
+  std::int32_t twin = -1;  ///< the leaf of the other face, or -1
   bool planar = false;
-  PointSums sums;  ///< about the centre of the leaf
+  bool thick = false;  ///< as thick as two faces of a wall
+  PointSums sums;      ///< about the centre of the leaf
   Vector3 mean = Vector3::Zero();
   Vector3 normal = Vector3::Zero();
   double normal_deviation = 0.0;  ///< one standard deviation of the normal, radians
@@ -52,6 +56,14 @@ struct SurfaceLeaves {
     const std::int32_t place = tables[l].find(key);
     return place < 0 ? -1 : names[l][static_cast<std::size_t>(place)];
   }
+  /// Of a leaf and its twin the one nearer to the plane.
+  std::int32_t nearerTwin(std::int32_t leaf, const Plane& plane) const {
+    const auto distance = [&](std::int32_t i) {
+      return std::abs(plane.signedDistance(leaves[static_cast<std::size_t>(i)].mean));
+    };
+    const std::int32_t twin = leaves[static_cast<std::size_t>(leaf)].twin;
+    return twin >= 0 && distance(twin) < distance(leaf) ? twin : leaf;
+  }
 };
 
 /// Smallest eigenvector of the scatter of \p sums and the eigenvalues, ascending.
@@ -72,5 +84,9 @@ std::vector<char> crowdedCells(const PointCells& grid);
 SurfaceLeaves buildSurfaceLeaves(const PointCells& grid, const std::vector<char>& split,
                                  const PointCells& fine, const DistanceBand& band,
                                  const Vector3& sensor);
+
+/// Makes twins of the leaves that hold both faces of a wall.
+void splitFaces(const PointsView& points, const Indices* indices, const PointCells& grid,
+                const Vector3& sensor, SurfaceLeaves& surface);
 
 }  // namespace planar_mapping::detail

@@ -224,6 +224,24 @@ TEST(CloudScale, NoiseIsTheDistanceFromLocalPlanes) {
   EXPECT_EQ(automaticResolution(scaleWith(0.06)), 0.2);
 }
 
+TEST(CloudScale, BothFacesOfAWallAreNoNoise) {
+  // Cells of the sample are 0.5 m wide and hold both faces.
+  for (const double thickness : {0.15, 0.2, 0.24}) {
+    Random random(3);
+    std::vector<float> xyz;
+    for (int i = 0; i < 60000; ++i) {
+      const double x = (i % 2 == 0 ? 0.0 : thickness) + 0.003 * random.normal();
+      for (const double at : {x, random.uniform(0.0, 20.0), random.uniform(0.0, 10.0)}) {
+        xyz.push_back(static_cast<float>(at));
+      }
+    }
+    const PointsView points(xyz.data(), xyz.size() / 3);
+    const CloudScale scale = scaleOf(points, usablePoints(points));
+    EXPECT_NEAR(scale.noise, 0.003, 0.0005) << thickness;
+    EXPECT_EQ(automaticResolution(scale), 0.2) << thickness;
+  }
+}
+
 TEST(CloudScale, DoesNotDependOnWhereTheCloudLies) {
   const auto noiseAt = [](const Vector3& place) {
     std::vector<float> xyz = threeScans();

@@ -68,6 +68,35 @@ TEST(SequentialPlanes, FindsWallsWhereverTheyLieInTheCells) {
   }
 }
 
+// The plane between faces 2 to 2.4 thresholds apart is within the threshold of both or neither.
+TEST(SequentialPlanes, FindsBothFacesOfAWall) {
+  constexpr int kPoints = 20000;
+  for (const double thickness : {0.1, 0.11, 0.12}) {
+    for (const double sigma : {0.0, 0.004}) {
+      for (const double shift : {0.0, 0.02, 0.05, 0.1}) {
+        Random random(12);
+        std::vector<float> xyz;
+        for (int i = 0; i < 2 * kPoints; ++i) {
+          const double x = 3.0 + shift + (i < kPoints ? 0.0 : thickness) + sigma * random.normal();
+          for (const double at : {x, random.uniform(-2.0, 2.0), random.uniform(-1.0, 1.0)}) {
+            xyz.push_back(static_cast<float>(at));
+          }
+        }
+        const PlaneSet set =
+            findPlanes(PointsView(xyz.data(), 2 * kPoints), nullptr, paramsFor(2 * kPoints));
+        std::size_t on_face[2] = {0, 0};
+        for (const PlaneSegment& plane : set.planes) {
+          if (std::abs(plane.plane.normal.x()) < 0.999) continue;
+          const std::size_t face = plane.inliers.front() < kPoints ? 0 : 1;
+          on_face[face] = std::max(on_face[face], plane.inliers.size());
+        }
+        EXPECT_GT(std::min(on_face[0], on_face[1]), 0.95 * kPoints)
+            << thickness << " " << sigma << " " << shift;
+      }
+    }
+  }
+}
+
 // As lasers with two returns and clouds that were merged twice have them.
 TEST(SequentialPlanes, CopiesOfPointsChangeNothing) {
   for (const int copies : {2, 4}) {

@@ -159,7 +159,7 @@ class LeafPlaneSearch {
     std::vector<std::vector<std::int32_t>> members;
     for (std::size_t i = 0; i < voters_.size(); ++i) {
       const SurfaceLeaf& leaf = surface_.leaves[static_cast<std::size_t>(voters_.name(i))];
-      if (leaf.level > level) continue;
+      if (leaf.level > level || leaf.twin >= 0) continue;
       CellKey key = leaf.key;
       for (int up = leaf.level; up < level; ++up) key = key.parent();
       const auto block = static_cast<std::size_t>(blocks.insert(key));
@@ -172,10 +172,12 @@ class LeafPlaneSearch {
       const Vector3 centre = Vector3(key.x + 0.5, key.y + 0.5, key.z + 0.5) * block_side;
       offer(members[b], centre, block_side, proposals);
     }
-    // Leaves finer than a cell speak for themselves, and in the end the larger ones do.
+    // Twins and leaves finer than a cell propose planes alone, and in the end the larger ones do.
     for (std::size_t i = 0; i < voters_.size(); ++i) {
       const SurfaceLeaf& leaf = surface_.leaves[static_cast<std::size_t>(voters_.name(i))];
-      if (leaf.level == kGridLevel || (leaf.level > kGridLevel && level > kGridLevel)) continue;
+      const bool waits =
+          leaf.level == kGridLevel || (leaf.level > kGridLevel && level > kGridLevel);
+      if (waits && leaf.twin < 0) continue;
       offer({voters_.name(i)}, surface_.centreOf(leaf), surface_.sideOf(leaf), proposals);
     }
     return proposals;

@@ -37,7 +37,7 @@ bool forEachNeighbour(const SurfaceLeaves& surface, const SurfaceLeaf& leaf, con
         any = true;
         const std::int32_t other =
             surface.find(leaf.level, {leaf.key.x + dx, leaf.key.y + dy, leaf.key.z + dz});
-        if (other >= 0) visit(other);
+        if (other >= 0) visit(surface.nearerTwin(other, plane));
       }
     }
   }

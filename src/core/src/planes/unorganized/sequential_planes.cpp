@@ -103,7 +103,8 @@ PlaneSet findPlanesSequential(const PointsView& points, const Indices* indices,
   diagnostics.points_not_measured = grid.points_not_measured;
   const std::vector<char> crowded = crowdedCells(grid);
   const PointCells fine = splitCells(points, indices, grid, crowded, kGridLevel);
-  const SurfaceLeaves surface = buildSurfaceLeaves(grid, crowded, fine, band, sensor);
+  SurfaceLeaves surface = buildSurfaceLeaves(grid, crowded, fine, band, sensor);
+  splitFaces(points, indices, grid, sensor, surface);
   const std::vector<LeafPlane> found = findLeafPlanes(surface, params, diagnostics);
 
   std::vector<Plane> planes;
