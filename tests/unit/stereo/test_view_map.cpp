@@ -81,6 +81,22 @@ TEST(ViewMap, FindsAViewFarFromWhereItIsExpected) {
             0.02);
 }
 
+/// Its cloud says where a lost camera may be, and the features of the views there that it is,
+/// however many views are nearer to where it was lost.
+TEST(ViewMap, FindsALostCameraWhereItsCloudFits) {
+  ViewMap map(params());
+  map.insert(see(map, shoot(poseAt(0.0), 0.0, 1)), poseAt(0.0));
+  for (int i = 0; i < 10; ++i)
+    map.insert(see(map, shoot(poseAt(30.0 + 0.3 * i), 0.0, 2)), poseAt(30.0 + 0.3 * i));
+  const Pose truth = poseAt(0.3, 0.1);
+  const ViewMap::ViewPtr view = see(map, shoot(truth, 0.0, 1));
+  const ViewMap::Location found =
+      map.locate(view, poseAt(33.0), {{truth, true}}, ViewGuess::Nothing);
+  ASSERT_TRUE(found.found) << found.reason;
+  EXPECT_LT((found.T_world_sensor.translation() - truth.translation()).norm(), 0.05);
+  EXPECT_FALSE(map.locate(view, poseAt(33.0), {{poseAt(33.0), true}}, ViewGuess::Nothing).found);
+}
+
 /// A turn and a shift that make up for each other move what is before the camera by next to
 /// nothing, but not its depth.
 TEST(ViewMap, DepthsTellATurnFromAShift) {
