@@ -57,22 +57,27 @@ double SeenRanges::leastAround(const Vector3& direction) const {
 
 SeenThrough SeenRanges::compare(const std::vector<Surfel>& planes,
                                 const Pose& T_sensor_planes) const {
+  SeenThrough result;
+  for (const Surfel& plane : planes) result += compare(plane, T_sensor_planes);
+  return result;
+}
+
+SeenThrough SeenRanges::compare(const Surfel& plane, const Pose& T_sensor_plane) const {
   constexpr double kMinSlant = 0.2;  // what is seen edge-on may be anywhere
   constexpr double kSigmas = 3.0;
-  SeenThrough result;
-  for (const Surfel& plane : planes) {
-    const Vector3 center = T_sensor_planes * plane.center;
-    const double range = center.norm();
-    if (!(range > cell_)) continue;
-    const Vector3 direction = center / range;
-    if (-direction.dot(T_sensor_planes.linear() * plane.normal) < kMinSlant) continue;
-    const double least = leastAround(direction);
-    const double tolerance = cell_ + kSigmas * plane.error;
-    if (!std::isfinite(least) || least < range - tolerance) continue;
-    ++result.compared;
-    result.through += least > range + tolerance ? 1 : 0;
-  }
-  return result;
+  const Vector3 center = T_sensor_plane * plane.center;
+  const double range = center.norm();
+  if (!(range > cell_)) return {};
+  const Vector3 direction = center / range;
+  if (-direction.dot(T_sensor_plane.linear() * plane.normal) < kMinSlant) return {};
+  const double least = leastAround(direction);
+  const double tolerance = cell_ + kSigmas * plane.error;
+  if (!std::isfinite(least) || least < range - tolerance) return {};
+  return {least > range + tolerance ? std::size_t{1} : std::size_t{0}, 1};
+}
+
+void SeenRanges::markGone(SurfaceCells& cells, const Pose& T_sensor_cells) const {
+  cells.markGone([&](const Surfel& plane) { return compare(plane, T_sensor_cells).through > 0; });
 }
 
 double SeenThrough::fraction() const {

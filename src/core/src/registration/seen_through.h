@@ -34,6 +34,10 @@ class SeenRanges {
   /// one if nothing it saw there is as near. What it saw in front of a plane hides it, which says
   /// nothing. \param T_sensor_planes from the planes' frame to the sensor's
   SeenThrough compare(const std::vector<Surfel>& planes, const Pose& T_sensor_planes) const;
+  /// The same of one plane.
+  SeenThrough compare(const Surfel& plane, const Pose& T_sensor_plane) const;
+  /// Marks what the rays went through as gone.
+  void markGone(SurfaceCells& cells, const Pose& T_sensor_cells) const;
   template <typename Archive>
   void visitState(Archive& archive) {
     archive(cell_, ranges_);

@@ -26,6 +26,7 @@ void SurfaceCells::add(const Vector3& point, const Vector3& sensor, double error
   }
   Cell& cell = cells_[number];
   cell.last_frame = frame;
+  cell.surfel.gone = false;
   if (cell.points >= kEnoughPoints) return;
   const double weight = 1.0 / (error * error);
   const Vector3 p = point - corner(index);

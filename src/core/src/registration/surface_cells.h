@@ -21,10 +21,11 @@ struct Surfel {
   double error = 0.0;                ///< standard deviation of the depth of one of them, metres
   double normal_error = 0.0;         ///< standard deviation of the normal, radians
   bool planar = false;
+  bool gone = false;  ///< a later cloud was seen through it, and none has hit it since
 
   template <typename Archive>
   void visitState(Archive& archive) {
-    archive(center, normal, deviation, error, normal_error, planar);
+    archive(center, normal, deviation, error, normal_error, planar, gone);
   }
 };
 
@@ -48,6 +49,13 @@ class SurfaceCells {
   const Surfel* nearest(const Vector3& point, const Vector3& normal, double min_cosine) const;
   /// Planes in the order in which their cells came about.
   std::vector<Surfel> planes() const;
+  /// Marks the planes for which isGone(plane), until a point is added to their cells.
+  template <typename IsGone>
+  void markGone(const IsGone& isGone) {
+    for (Cell& cell : cells_) {
+      if (cell.surfel.planar && isGone(cell.surfel)) cell.surfel.gone = true;
+    }
+  }
   std::size_t size() const { return cells_.size(); }
   /// Whether the cell that a point is in has a plane.
   bool hasPlaneAt(const Vector3& point) const;

@@ -46,6 +46,7 @@ class SurfaceMap::Implementation {
     ++frame_;
     views_.push_back({detail::SeenRanges(cloud, params_), T_world_sensor.inverse()});
     if (views_.size() > kMaxViews) views_.pop_front();
+    if (is_scanner) views_.back().seen.markGone(coarse_, views_.back().T_sensor_world);
     rest_ = {detail::SurfaceCells(params_.cell), T_world_sensor};
     const Vector3 sensor = T_world_sensor.translation();
     detail::forSample(cloud, params_, [&](const Vector3& p, double error) {
@@ -64,7 +65,7 @@ class SurfaceMap::Implementation {
     }
   }
 
-  CloudRegistration locateNear(const PointsView& cloud, const Pose& guess) const {
+  CloudRegistration locateNear(const PointsView& cloud, const Pose& guess, int lost) const {
     const detail::CloudShape shape = detail::shapeOf(cloud, params_);
     const detail::MappedSurfaces map = near(guess.translation(), rangeOf(shape));
     const detail::SurfaceRegistration registration(params_, shape, map);
@@ -75,21 +76,21 @@ class SurfaceMap::Implementation {
           registration.resultOf(registration.at(rest_.T_world_sensor.inverse()));
       if (at_rest.found) result = at_rest;
     }
-    return verified(result, shape, detail::SeenRanges(cloud, params_));
+    return verified(result, shape, detail::SeenRanges(cloud, params_), lost, true);
   }
 
   std::vector<CloudRegistration> placesFar(const PointsView& cloud, const Pose& guess) const {
     if (!(params_.search_reach > 0.0)) return {};
     return lookAround(detail::shapeOf(cloud, params_), detail::SeenRanges(cloud, params_), guess,
-                      params_.search_reach);
+                      0);
   }
 
   /// At the one place where it fits; nowhere if there are two.
   /// \param near   a place found already
-  /// \param reach  how far around the guess, metres
+  /// \param lost   clouds before that were not found: so many times farther around
   CloudRegistration locateFar(const PointsView& cloud, const Pose& guess,
-                              const CloudRegistration& near, double reach) const {
-    if (isScanner()) return locateScan(cloud, guess, near, reach);
+                              const CloudRegistration& near, int lost) const {
+    if (isScanner()) return locateScan(cloud, guess, near, lost);
     constexpr double kSecondBest = 0.9;  // of the best one's worth, which is no more certain then
     constexpr double kBetter = 1.1;      // times the fit at the place next to the guess
     constexpr double kAsGood = 0.9;      // likewise, for what is that place
@@ -142,20 +143,20 @@ class SurfaceMap::Implementation {
   /// end: so it is begun with elsewhere along what holds it least, too, and looked for around the
   /// place that seems best. What fits in several places fits nowhere.
   CloudRegistration locateScan(const PointsView& cloud, const Pose& guess,
-                               const CloudRegistration& near, double reach) const {
-    if (!(reach > 0.0)) return near;
+                               const CloudRegistration& near, int lost) const {
+    if (!(params_.search_reach > 0.0)) return near;
     const detail::CloudShape shape = detail::shapeOf(cloud, params_);
     const detail::SeenRanges seen(cloud, params_);
     std::vector<CloudRegistration> places = {near};
     const auto add = [&places](const std::vector<CloudRegistration>& more) {
       places.insert(places.end(), more.begin(), more.end());
     };
-    add(lookAround(shape, seen, guess, reach));
-    add(lookAlong(shape, seen, near));
+    add(lookAround(shape, seen, guess, lost));
+    add(lookAlong(shape, seen, near, lost));
     const CloudRegistration best = bestOf(fitting(places));
     if (!best.found) return {};
     if ((best.T_world_sensor.translation() - guess.translation()).norm() > params_.reach) {
-      add(lookAround(shape, seen, best.T_world_sensor, reach));
+      add(lookAround(shape, seen, best.T_world_sensor, lost));
     }
     return onlyPlace(places, near);
   }
@@ -236,24 +237,32 @@ class SurfaceMap::Implementation {
                                     detail::CellShape::Line)};
   }
 
-  /// Refuses what sees through the map.
+  /// Refuses what sees through the map. Planes that have gone (trails of people) do not count next
+  /// to the guess, nor in the worth of places, unless clouds before were not found.
   CloudRegistration verified(CloudRegistration result, const detail::CloudShape& shape,
-                             const detail::SeenRanges& seen) const {
+                             const detail::SeenRanges& seen, int lost, bool is_near = false) const {
     if (!result.found) return result;
-    const detail::SeenThrough now = seen.compare(coarse_.planes(), result.T_world_sensor.inverse());
+    detail::SeenThrough now;
+    detail::SeenThrough lasting;
+    for (const detail::Surfel& plane : coarse_.planes()) {
+      const detail::SeenThrough one = seen.compare(plane, result.T_world_sensor.inverse());
+      now += one;
+      if (!plane.gone || lost > 0) lasting += one;
+    }
     detail::SeenThrough before;
     for (const View& view : views_) {
       before += view.seen.compare(shape.coarse.planes, view.T_sensor_world * result.T_world_sensor);
     }
-    result.seen_through = std::max(now.fraction(), before.fraction());
-    result.found = result.seen_through <= params_.max_seen_through;
+    result.seen_through = std::max(lasting.fraction(), before.fraction());
+    const double fraction = is_near ? lasting.fraction() : now.fraction();
+    result.found = std::max(fraction, before.fraction()) <= params_.max_seen_through;
     return result;
   }
 
   /// Farther away along what holds the cloud least.
   std::vector<CloudRegistration> lookAlong(const detail::CloudShape& shape,
                                            const detail::SeenRanges& seen,
-                                           const CloudRegistration& near) const {
+                                           const CloudRegistration& near, int lost) const {
     if (near.matched == 0) return {};
     const Vector3 place = near.T_world_sensor.translation();
     const detail::MappedSurfaces map = this->near(place, rangeOf(shape) + params_.reach);
@@ -264,7 +273,7 @@ class SurfaceMap::Implementation {
       Pose start = near.T_world_sensor;
       start.translate(shift * params_.reach * solver.eigenvectors().col(2));
       found.push_back(
-          verified(registration.resultOf(registration.settle(start.inverse())), shape, seen));
+          verified(registration.resultOf(registration.settle(start.inverse())), shape, seen, lost));
     }
     return found;
   }
@@ -272,7 +281,8 @@ class SurfaceMap::Implementation {
   /// Far from the guess, the best place first.
   std::vector<CloudRegistration> lookAround(const detail::CloudShape& shape,
                                             const detail::SeenRanges& seen, const Pose& guess,
-                                            double reach) const {
+                                            int lost) const {
+    const double reach = (1 + lost) * params_.search_reach;
     const double range = rangeOf(shape) + reach;
     SurfaceMapParams params = params_;
     params.search_reach = reach;
@@ -283,7 +293,7 @@ class SurfaceMap::Implementation {
     std::vector<CloudRegistration> found;
     for (const Pose& start : search.candidates(guess)) {
       CloudRegistration result =
-          verified(registration.resultOf(registration.settle(start)), shape, seen);
+          verified(registration.resultOf(registration.settle(start)), shape, seen, lost);
       result.known = search.knowsPlace(result.T_world_sensor);
       found.push_back(result);
     }
@@ -352,7 +362,7 @@ void SurfaceMap::insert(const PointsView& cloud, const Pose& T_world_sensor) {
 }
 
 CloudRegistration SurfaceMap::locate(const PointsView& cloud, const Pose& guess, int lost) const {
-  const CloudRegistration near = locateNear(cloud, guess);
+  const CloudRegistration near = locateNear(cloud, guess, lost);
   if (near.found) return near;
   const CloudRegistration far = locateFar(cloud, guess, near, lost);
   return far.found ? far : near;
@@ -360,12 +370,13 @@ CloudRegistration SurfaceMap::locate(const PointsView& cloud, const Pose& guess,
 
 CloudRegistration SurfaceMap::locateFar(const PointsView& cloud, const Pose& guess,
                                         const CloudRegistration& near, int lost) const {
-  return implementation_->locateFar(cloud, guess, near, (1 + lost) * params().search_reach);
+  return implementation_->locateFar(cloud, guess, near, lost);
 }
 
-CloudRegistration SurfaceMap::locateNear(const PointsView& cloud, const Pose& guess) const {
+CloudRegistration SurfaceMap::locateNear(const PointsView& cloud, const Pose& guess,
+                                         int lost) const {
   requireRigid("the guessed pose of a cloud", guess);
-  return implementation_->locateNear(cloud, guess);
+  return implementation_->locateNear(cloud, guess, lost);
 }
 
 std::vector<CloudRegistration> SurfaceMap::placesFar(const PointsView& cloud,

@@ -140,7 +140,7 @@ std::optional<FrameLocator::Placement> FrameLocator::place(const Frame& frame) {
   std::vector<PoseCandidate> candidates;
   if (by_features.registered) candidates.push_back({better.value_or(by_features.T_world_sensor)});
   if (surfaces_) {
-    const CloudRegistration near = surfaces_->locateNear(pointsOf(*frame.cloud), guess);
+    const CloudRegistration near = surfaces_->locateNear(pointsOf(*frame.cloud), guess, lost_);
     noteCloud(near);
     if (near.found && isSearchedFor()) {
       candidates.push_back(candidateOf(near));

@@ -3,6 +3,7 @@
 // Scans of all directions in a surface map, and what one of them sees through.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -117,6 +118,49 @@ TEST(SurfaceMap, AScannerAtRestStaysWhereItIs) {
   EXPECT_LT(errorAfter(12, 0.0, 2), 1e-9);
   // One that creeps is held back for a twelfth of a cell, 3 cm, at most.
   EXPECT_LT(errorAfter(20, 0.005, 3), 0.05);
+}
+
+/// Four people, boxes of 0.6 x 0.6 x 1.8 m, that walk along x through a room, 0.35 m a scan and
+/// more, seen by a scanner that stands still.
+std::vector<float> peopleScan(int frame, double noise, Random& random) {
+  std::vector<float> xyz;
+  while (xyz.size() < 60000) {
+    const Vector3 ray =
+        Vector3(random.normal(), random.normal(), 0.5 * random.normal()).normalized();
+    double range = (ray.array() > 0.0)
+                       .select(Eigen::Array3d(5.0, 3.0, 1.9) / ray.array(),
+                               Eigen::Array3d(-4.0, -4.0, -1.1) / ray.array())
+                       .minCoeff();
+    for (int i = 0; i < 4; ++i) {
+      const double x = std::fmod((0.35 + 0.1 * i) * frame + 2.1 * i, 7.0) - 3.0;
+      const Eigen::Array3d middle(x, std::array{1.4, -1.0, -1.6, 2.2}.at(i), -0.2);
+      const Eigen::Array3d half(0.3, 0.3, 0.9);
+      const Eigen::Array3d a = (middle - half) / ray.array();
+      const Eigen::Array3d b = (middle + half) / ray.array();
+      const double enter = a.min(b).maxCoeff();
+      if (enter > 0.0 && enter < a.max(b).minCoeff()) range = std::min(range, enter);
+    }
+    const Eigen::Vector3f p = (ray * (range + noise * random.normal())).cast<float>();
+    xyz.insert(xyz.end(), p.data(), p.data() + 3);
+  }
+  return xyz;
+}
+
+TEST(SurfaceMap, TrailsOfPeopleDoNotCount) {
+  Random random(1);
+  const SurfaceMapParams params = scannerParams();
+  SurfaceMap map(params);
+  for (int frame = 0; frame < 20; ++frame) {
+    // Not twice from one place: that would be no new scan.
+    const Pose truth(Eigen::Translation3d(0.001 * frame, 0.0, 0.0));
+    const std::vector<float> cloud = peopleScan(frame, params.depth_error, random);
+    if (frame > 0) {
+      const CloudRegistration found = map.locateNear(scanOf(cloud), truth);
+      EXPECT_TRUE(found.found) << frame << ", seen through " << found.seen_through;
+      EXPECT_LT((found.T_world_sensor.translation() - truth.translation()).norm(), 0.05);
+    }
+    map.insert(scanOf(cloud), truth);
+  }
 }
 
 /// A corridor along x without an end in sight, 4 m wide and 3 m high, with a pillar of 0.4 m every

@@ -59,6 +59,7 @@ struct CloudRegistration {
   double rms = 0.0;         ///< distance of the matched ones, metres
   /// Of the map's planes where this cloud looked, the fraction that its rays went through, or of
   /// its planes where clouds before looked, if that is larger; zero where too few can be compared.
+  /// A scan does not count planes that one before it went through, unless others were lost since.
   double seen_through = 0.0;
   bool known = true;  ///< of a place far from the guess: distinct planes enough fix it
 };
@@ -98,7 +99,7 @@ class PLANAR_MAPPING_EXPORT SurfaceMap {
   /// \throws InputError if the guess is not finite
   CloudRegistration locate(const PointsView& cloud, const Pose& guess, int lost = 0) const;
   /// The same near the guess alone.
-  CloudRegistration locateNear(const PointsView& cloud, const Pose& guess) const;
+  CloudRegistration locateNear(const PointsView& cloud, const Pose& guess, int lost = 0) const;
   /// The place where the cloud fits best, of \p near and of those far from the guess; not found
   /// where it fits nearly as well in another, nor, of a scanner, where hardly anything fits, nor,
   /// of a camera, where a near place that rays contradict fits as well.
