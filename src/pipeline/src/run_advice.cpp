@@ -120,16 +120,18 @@ std::vector<std::string> FrameWatch::adviceOn(const Frame& frame, const PlanarMa
 
 /// Whether two frames in a row stand too far apart to have seen a thing in common.
 std::optional<std::string> FrameWatch::apart(const Frame& frame, const PointsView& points) {
-  if (!frame.given_pose || frame.pose_assumed || frame.without_sensor) return std::nullopt;
-  double reach = 0.0;
+  if (is_apart_ || !frame.given_pose || frame.pose_assumed || frame.without_sensor)
+    return std::nullopt;
+  double squared = 0.0;
   for (const int i : frame.indices)
-    reach = std::max(reach, points.point(static_cast<std::size_t>(i)).norm());
+    squared = std::max(squared, points.point(static_cast<std::size_t>(i)).squaredNorm());
+  const double reach = std::sqrt(squared);
   const Vector3 place = frame.given_pose->translation();
   const double step = last_place_ ? (place - *last_place_).norm() : 0.0;
   const double both = last_reach_ + reach;
   last_place_ = place;
   last_reach_ = reach;
-  if (is_apart_ || !(step > both)) return std::nullopt;
+  if (!(step > both)) return std::nullopt;
   is_apart_ = true;
   return "frame " + std::to_string(frame.number) + " " + frame.source + ": its given pose is " +
          rounded(step, 1) + " m from that of the frame before, and the points of both reach " +

@@ -63,19 +63,21 @@ bool HolePlanes::fit(HolePlane& candidate) const {
   return candidate.covariance.trace() <= kMaxTurn * kMaxTurn;
 }
 
+bool HolePlanes::lieOn(const Indices& tiles, const Plane& plane) const {
+  const auto on = std::count_if(tiles.begin(), tiles.end(), [&](int i) {
+    const Vector3& point = tiles_[i].point;
+    return std::abs(plane.signedDistance(point)) <= band(point);
+  });
+  return static_cast<double>(on) >= kMinOn * static_cast<double>(tiles.size());
+}
+
 bool HolePlanes::join(const Indices& tiles, HolePlane& candidate) const {
   HolePlane both;
   both.number = candidate.number;
   std::set_union(candidate.ends.begin(), candidate.ends.end(), tiles.begin(), tiles.end(),
                  std::back_inserter(both.ends));
   if (!fit(both)) return false;
-  for (const Indices* set : {static_cast<const Indices*>(&candidate.ends), &tiles}) {
-    const auto on = std::count_if(set->begin(), set->end(), [&](int i) {
-      const Vector3& point = tiles_[i].point;
-      return std::abs(both.plane.signedDistance(point)) <= band(point);
-    });
-    if (static_cast<double>(on) < kMinOn * static_cast<double>(set->size())) return false;
-  }
+  if (!lieOn(candidate.ends, both.plane) || !lieOn(tiles, both.plane)) return false;
   candidate = std::move(both);
   return true;
 }
@@ -91,13 +93,7 @@ bool HolePlanes::isAcross(const HolePlane& candidate,
   std::size_t across = 0;
   for (std::size_t k = 0; k < known.size(); ++k) {
     if (tiles[k] == 0 || areTurnedAlike(known[k].plane, candidate.plane)) continue;
-    const Indices own = tiles_.tilesOf(k);
-    const auto on = std::count_if(own.begin(), own.end(), [&](int i) {
-      const Vector3& point = tiles_[i].point;
-      return std::abs(candidate.plane.signedDistance(point)) <= band(point);
-    });
-    const bool is_part = static_cast<double>(on) >= kMinOn * static_cast<double>(own.size());
-    if (!is_part) across += tiles[k];
+    if (!lieOn(tiles_.tilesOf(k), candidate.plane)) across += tiles[k];
   }
   return static_cast<double>(across) > kMaxBehind * static_cast<double>(candidate.ends.size());
 }

@@ -54,6 +54,8 @@ class HolePlanes {
  private:
   static constexpr double kUpright = 0.17;  ///< radians: ten degrees
 
+  /// Nearly all of the tiles.
+  bool lieOn(const Indices& tiles, const Plane& plane) const;
   bool isAcross(const HolePlane& plane, const std::vector<PlaneSegment>& known) const;
 
   const TileImage& tiles_;
