@@ -44,6 +44,27 @@ TEST(Vertical, OfTheWorldOfACameraThatLooksDownIsWhatThePlanesSay) {
   EXPECT_LT(degreesBetween(pipeline.map().params().approximation.up, up), 0.5);
 }
 
+/// A world that was made level, by a camera that looks down by more than 45 degrees: its images
+/// have upwards next to another axis than z.
+TEST(Vertical, OfAWorldThatBeginsWithTheFirstFrameIsZ) {
+  const test::View view =
+      test::look(test::Scene(), test::lookFrom({0.0, 0.0, 1.3}, 0.3, 55.0 * M_PI / 180.0));
+  Frame frame;
+  frame.source = "test";
+  frame.cloud = cloudOf(view.xyz, static_cast<std::uint32_t>(view.camera.width),
+                        static_cast<std::uint32_t>(view.camera.height));
+  frame.camera = view.camera;
+  frame.is_only = true;
+  Pipeline pipeline =
+      pipelineOf(std::string("  - stage: motion_estimation\n    poses: ignore\n") + kStages);
+  pipeline.process(frame);
+  EXPECT_EQ(frame.skip_reason, "");
+  EXPECT_EQ(pipeline.map().params().approximation.up, Vector3::UnitZ());
+  const Vector3 up =
+      frame.T_world_sensor.linear() * view.pose.linear().transpose() * Vector3::UnitZ();
+  EXPECT_LT(degreesBetween(up, Vector3::UnitZ()), 1.0);
+}
+
 /// A street and the fronts of its houses in a map that has y upwards.
 TEST(Vertical, OfAMergedMapIsTheAxisThatNearlyAllOfItFacesAlong) {
   for (const double sign : {1.0, -1.0}) {

@@ -105,7 +105,10 @@ void findVerticalOfMap(CloudScale& scale, Frame& frame) {
 void findVertical(const std::optional<Vector3>& mean_up, CloudScale& scale, Frame& frame) {
   if (!scale.has_sensor) {
     if (frame.T_world_sensor.linear().isIdentity(0.0)) findVerticalOfMap(scale, frame);
-  } else if (scale.optical && frame.given_pose && !frame.starts_world) {
+  } else if (frame.starts_world) {
+    // Made level, but for `start: identity`.
+    if (!frame.T_world_sensor.linear().isIdentity(0.0)) scale.up = Vector3::UnitZ();
+  } else if (scale.optical && frame.given_pose) {
     findVerticalOfCamera(mean_up, scale, frame);
   }
 }
