@@ -34,13 +34,14 @@ inline std::vector<float> ringScan(const Eigen::Array3d& low, const Eigen::Array
   return xyz;
 }
 
-/// What a scanner sees from inside a bare box, every degree of elevation up to \p steepest and
-/// every half of azimuth. \param low,high  corners of the box in the scanner's frame, metres
+/// What a scanner sees from inside a bare box, every so many degrees of elevation up to
+/// \p steepest and every half of that of azimuth.
+/// \param low,high  corners of the box in the scanner's frame, metres
 inline std::vector<float> boxScan(const Eigen::Array3d& low, const Eigen::Array3d& high,
-                                  double steepest) {
+                                  double steepest, double degrees = 1.0) {
   std::vector<float> xyz;
-  for (double elevation = -steepest; elevation <= steepest; elevation += 1.0) {
-    for (double azimuth = 0.0; azimuth < 360.0; azimuth += 0.5) {
+  for (double elevation = -steepest; elevation <= steepest; elevation += degrees) {
+    for (double azimuth = 0.0; azimuth < 360.0; azimuth += 0.5 * degrees) {
       const double e = elevation * M_PI / 180.0, a = azimuth * M_PI / 180.0;
       const Vector3 ray(std::cos(e) * std::cos(a), std::cos(e) * std::sin(a), std::sin(e));
       const Eigen::Array3d along = ray.array();

@@ -124,13 +124,13 @@ class MissTest {
   /// end far behind it, too; where there are none, what was hit once is lost at once.
   int passedByRays(const UnseenCell& cell, const DepthImage::Look& all) const {
     const double enough = noise_ ? kSeenThroughNoise : kSeenThrough;
-    if (image_.coverOf(cell.centre, half_).measured >= enough) {
-      if (!cell.is_proven) return kWholeLook;
-    } else {
-      const double facing = std::abs(cell.facing);
-      const double beyond = std::max(kGrazing * cell.centre.z(), half_.x() / facing);
-      if (!isPassed(cell, all, all.far + beyond)) return kNotPassed;
+    double beyond = half_.x() / std::abs(cell.facing);
+    if (image_.coverOf(cell.centre, half_).measured < enough) {
+      beyond = std::max(kGrazing * cell.centre.z(), beyond);
+    } else if (!cell.is_proven) {
+      return kWholeLook;
     }
+    if (beyond > margin_ && !isPassed(cell, all, all.far + beyond)) return kNotPassed;
     if (!image_.isPassedWithin(cell.centre, kMiddle * resolution_)) return 0;
     return spacingAt(cell.centre) <= kDense * resolution_ ? kWholeLook : kThinLook;
   }

@@ -80,6 +80,75 @@ TEST(Misses, StrayPointsOfManyScansAreFew) {
   EXPECT_LT(left, 600u);
 }
 
+/// A scanner drives over a floor of which it later sees every place only at a slant: rays that pass
+/// a cell within its size meet the same floor a little farther on and take nothing of it away.
+TEST(Misses, AFloorIsNotLostToRaysThatMeetItFartherOn) {
+  Random random(8);
+  PlanarMap map;
+  std::vector<Vector3> floor;
+  for (int i = 0; i < 7; ++i) {
+    Pose pose = Pose::Identity();
+    pose.translation() << (i < 3 ? 1.2 * i : 12.0 + 4.0 * i), -1.2, 0.01 * (i % 3);
+    const Eigen::Array3d at = pose.translation().array();
+    std::vector<float> xyz = test::boxScan(Eigen::Array3d(-20.0, -7.5, -1.7) - at,
+                                           Eigen::Array3d(60.0, 7.5, 4.0) - at, 25.0, 0.4);
+    std::vector<PlaneSegment> planes(1);
+    planes[0].plane = {Vector3::UnitZ(), 1.7 + at.z()};
+    for (std::size_t k = 0; k < xyz.size(); k += 3) {
+      Eigen::Map<Eigen::Vector3f> measured(&xyz[k]);
+      measured *= static_cast<float>(1.0 + 0.02 * random.normal() / measured.norm());
+      const Vector3 point = measured.cast<double>();
+      if (std::abs(planes[0].plane.signedDistance(point)) > 0.05) continue;
+      planes[0].inliers.push_back(static_cast<int>(k / 3));
+      planes[0].moments.add(point);
+      if (i < 3 && k % 60 == 0 && point.norm() < 7.0) floor.push_back(pose * point);
+    }
+    FrameObservation frame;
+    frame.points = PointsView(xyz.data(), xyz.size() / 3);
+    frame.T_world_sensor = pose;
+    frame.planes = &planes;
+    map.insert(frame);
+  }
+  std::size_t lost = 0;
+  for (const Vector3& point : floor) lost += map.cuboidsAt(point, 0.1).empty() ? 1 : 0;
+  ASSERT_GT(floor.size(), 5000u);
+  EXPECT_LT(static_cast<double>(lost), 0.002 * static_cast<double>(floor.size())) << floor.size();
+}
+
+/// A ray that meets the edge of a pillar may end between it and the wall. In space that was seen
+/// free such a point is none, if it is alone; elsewhere it is one, and so is what others believe.
+TEST(Misses, APointBetweenAPillarAndTheWallIsLeftOut) {
+  const auto isThere = [](double at_degrees, float belief, bool was_free) {
+    constexpr double kPillar = 2.0;  // metres, 20 degrees of the view
+    PlanarMap map;
+    Vector3 stray = Vector3::Zero();
+    for (const bool first : {true, false}) {
+      if (first && !was_free) continue;
+      std::vector<float> xyz = test::boxScan({-5.0, -4.0, -1.1}, {5.0, 4.0, 1.9}, 20.0);
+      std::vector<float> beliefs(xyz.size() / 3, 1.0F);
+      for (std::size_t k = 0; !first && k < xyz.size(); k += 3) {
+        const double degrees = std::atan2(xyz[k + 1], xyz[k]) * 180.0 / M_PI;
+        Eigen::Map<Eigen::Vector3f> point(&xyz[k]);
+        if (std::abs(degrees) < 10.0) point *= static_cast<float>(kPillar) / point.x();
+        if (std::abs(degrees - at_degrees) > 0.1 || std::abs(point.z()) > 1e-3F) continue;
+        point *= 3.4F / point.norm();
+        stray = point.cast<double>();
+        beliefs[k / 3] = belief;
+      }
+      FrameObservation frame;
+      frame.points = PointsView(xyz.data(), xyz.size() / 3);
+      frame.probability = &beliefs;
+      map.insert(frame);
+    }
+    EXPECT_GT(stray.norm(), 1.0);
+    return map.stateAt(stray) == CellState::Occupied;
+  };
+  EXPECT_FALSE(isThere(10.0, 0.5F, true));
+  EXPECT_TRUE(isThere(10.0, 0.9F, true));
+  EXPECT_TRUE(isThere(10.0, 0.5F, false));
+  EXPECT_TRUE(isThere(20.0, 0.5F, true)) << "away from the edge";
+}
+
 /// A thing across a hall, 5 cm thick, 2 m before its far wall.
 struct Across {
   double low, high;  ///< of its height, metres
