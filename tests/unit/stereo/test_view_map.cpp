@@ -202,6 +202,20 @@ TEST(ViewMap, AThingThatMovesWithTheCameraIsNoStandstill) {
   }
 }
 
+/// Poses that have drifted by 0.1 m when the camera comes back: the views of before contradict, the
+/// latest do not. Where nothing is expected those next to a pose are asked.
+TEST(ViewMap, WhoComesBackGoesOnByTheLatestViews) {
+  ViewMap map(params());
+  map.insert(see(map, shoot(poseAt(0.0), 0.0, 5)), poseAt(0.1));
+  map.insert(see(map, shoot(poseAt(0.02), 0.0, 5)), poseAt(0.12));
+  map.insert(see(map, shoot(poseAt(0.3), 0.0, 5)), poseAt(0.3));
+  map.insert(see(map, shoot(poseAt(0.2), 0.0, 5)), poseAt(0.2));
+  const ViewMap::ViewPtr view = see(map, shoot(poseAt(0.11), 0.0, 5));
+  const Pose expected = poseAt(0.1);
+  EXPECT_EQ(map.check(view, poseAt(0.11), &expected, false), PoseVerdict::Confirmed);
+  EXPECT_NE(map.check(view, poseAt(0.11), nullptr, false), PoseVerdict::Confirmed);
+}
+
 /// Half of it looks otherwise, and it sees through a board: each alone would pass.
 TEST(ViewMap, WhatLittleSpeaksForIsDoubtful) {
   const Pose pose = poseAt(0.0);

@@ -159,10 +159,15 @@ bool ViewMap::PlacedViews::isSamePlace(const View& view, const Pose& a, const Po
          turn * view.cells.camera.fx < kSameTurn;
 }
 
-std::vector<const ViewMap::PlacedViews::Placed*> ViewMap::PlacedViews::nearestTo(
-    const Pose& pose) const {
+std::vector<const ViewMap::PlacedViews::Placed*> ViewMap::PlacedViews::latest() const {
   std::vector<const Placed*> order;
   for (auto it = views_.rbegin(); it != views_.rend(); ++it) order.push_back(&*it);
+  return order;
+}
+
+std::vector<const ViewMap::PlacedViews::Placed*> ViewMap::PlacedViews::nearestTo(
+    const Pose& pose) const {
+  std::vector<const Placed*> order = latest();
   std::stable_sort(order.begin(), order.end(), [&](const Placed* a, const Placed* b) {
     return distance(a->T_world_sensor, pose) < distance(b->T_world_sensor, pose);
   });
@@ -172,23 +177,20 @@ std::vector<const ViewMap::PlacedViews::Placed*> ViewMap::PlacedViews::nearestTo
 /// The latest two, then those next to the guess.
 std::vector<const ViewMap::PlacedViews::Placed*> ViewMap::PlacedViews::attemptsFor(
     const Pose& guess) const {
-  std::vector<const Placed*> order;
-  const std::size_t latest = std::min<std::size_t>(2, views_.size());
-  for (std::size_t i = 0; i < latest; ++i) order.push_back(&views_[views_.size() - 1 - i]);
-  for (const Placed* one : nearestTo(guess)) {
-    if (std::find(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(latest), one) ==
-        order.begin() + static_cast<std::ptrdiff_t>(latest)) {
-      order.push_back(one);
-    }
-  }
+  constexpr std::size_t kLatest = 2;
+  std::vector<const Placed*> order = latest();
+  if (order.size() > kLatest) order.resize(kLatest);
+  for (const Placed* one : nearestTo(guess))
+    if (std::find(order.begin(), order.end(), one) == order.end()) order.push_back(one);
   return order;
 }
 
 ViewMap::PlacedViews::Support ViewMap::PlacedViews::supportOf(const View& view,
-                                                              const Pose& T_world_sensor,
-                                                              int step) const {
+                                                              const Pose& T_world_sensor, int step,
+                                                              bool goes_on) const {
   constexpr double kMaxThrough = 0.25;
   constexpr double kMaxBehind = 0.07;
+  constexpr double kMaxBehindIfGoesOn = 0.1;  // depths come a little later or earlier than images
   constexpr double kMinAgreeing = 0.5;
   constexpr double kDecisive = 0.5;  // of the largest overlap
   constexpr double kMinTexture = 0.05;
@@ -200,7 +202,7 @@ ViewMap::PlacedViews::Support ViewMap::PlacedViews::supportOf(const View& view,
   double texture = 0.0;
   double misfit = 0.0;
   double contradicted = 0.0;  // largest overlap of a witness that does
-  for (const Placed* other : nearestTo(T_world_sensor)) {
+  for (const Placed* other : goes_on ? latest() : nearestTo(T_world_sensor)) {
     if (witnesses == kWitnesses) break;
     const ViewAgreement one =
         agreementOf(view.cells, other->view->cells,
@@ -232,7 +234,8 @@ ViewMap::PlacedViews::Support ViewMap::PlacedViews::supportOf(const View& view,
   support.contested = contradicted > 0.0;
   // What little of a view sees round corners contradicts also where all is right.
   if (contradicted > kDecisive * support.overlap) support.verdict = PoseVerdict::Refused;
-  if (support.behind > kMaxBehind) support.verdict = PoseVerdict::Refused;
+  if (support.behind > (goes_on ? kMaxBehindIfGoesOn : kMaxBehind))
+    support.verdict = PoseVerdict::Refused;
   if (support.verdict == PoseVerdict::Refused || texture / weights < kMinTexture) return support;
   support.verdict = PoseVerdict::Doubtful;
   if (support.correlation < kRefused) support.verdict = PoseVerdict::Refused;

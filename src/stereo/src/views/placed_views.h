@@ -74,8 +74,11 @@ class ViewMap::PlacedViews {
   /// The view taken next to a pose.
   const View& nextTo(const Pose& pose) const { return *nearestTo(pose).front()->view; }
 
-  /// \param step  cells between those compared
-  Support supportOf(const View& view, const Pose& T_world_sensor, int step) const;
+  /// \param step     cells between those compared
+  /// \param goes_on  the pose is just the expected one: the latest views are its witnesses, not the
+  ///                 next ones, from which a camera that comes back may have drifted
+  Support supportOf(const View& view, const Pose& T_world_sensor, int step,
+                    bool goes_on = false) const;
   /// To the next maximum of the correlation.
   void climb(const View& view, Hypothesis& hypothesis) const;
   /// The best of each side along each axis that is open.
@@ -109,6 +112,7 @@ class ViewMap::PlacedViews {
     }
   };
 
+  std::vector<const Placed*> latest() const;
   std::vector<const Placed*> nearestTo(const Pose& pose) const;
   std::vector<const Placed*> attemptsFor(const Pose& guess) const;
   std::vector<Hypothesis> registerTo(View& view, const Placed& other, const Pose& guess) const;

@@ -21,12 +21,13 @@ constexpr int kFineView = 2;        // cells between those compared
 constexpr double kRoughness = 0.5;  // what a score may gain by climbing
 constexpr std::size_t kMaxClimbed = 4;
 constexpr std::size_t kManyInliers = 20;
-constexpr double kStrong = 0.7;      // score of a pose beyond doubt
-constexpr double kStrict = 0.5;      // least score of a pose by little but gray values
-constexpr double kLeast = 0.2;       // score of a place at all
-constexpr double kComparable = 0.9;  // of the best score
-constexpr double kFarBehind = 0.5;   // of the best score: the next one is no rival
-constexpr double kNearGuess = 0.6;   // see PlacedViews::distance()
+constexpr double kStrong = 0.7;       // score of a pose beyond doubt
+constexpr double kStrict = 0.5;       // least score of a pose by little but gray values
+constexpr double kLeast = 0.2;        // score of a place at all
+constexpr double kComparable = 0.9;   // of the best score
+constexpr double kFarBehind = 0.5;    // of the best score: the next one is no rival
+constexpr double kNearGuess = 0.6;    // see PlacedViews::distance()
+constexpr double kAsExpected = 0.15;  // likewise
 /// Least overlap before one wall, where another place comes near: panels repeat beyond it.
 constexpr double kMinOverlapOfWall = 0.75;
 
@@ -102,7 +103,6 @@ const Hypothesis* byManyFeatures(const Views& views, const ViewMap::View& view,
   constexpr double kMaxBehind = 0.02;  // at right poses with people none of the cells is
   constexpr double kMinAgreeing = 0.25;
   constexpr double kMinAgreeingAsExpected = 0.1;
-  constexpr double kAsExpected = 0.15;  // see PlacedViews::distance()
   const auto best = std::max_element(
       found.begin(), found.end(),
       [](const Hypothesis& a, const Hypothesis& b) { return a.inliers < b.inliers; });
@@ -280,7 +280,9 @@ bool ViewMap::empty() const {
 
 PoseVerdict ViewMap::check(const ViewPtr& view, const Pose& T_world_sensor, const Pose* expected,
                            bool strict) const {
-  const Support support = views_->supportOf(*view, T_world_sensor, 1);
+  const bool goes_on =
+      expected != nullptr && Views::distance(T_world_sensor, *expected) < kAsExpected;
+  const Support support = views_->supportOf(*view, T_world_sensor, 1, goes_on);
   if (support.contested) return PoseVerdict::Refused;
   if (support.verdict != PoseVerdict::Confirmed) return support.verdict;
   if (support.score < (strict ? kStrict : kLeast)) return PoseVerdict::Doubtful;
