@@ -20,7 +20,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::size_t kMaxLeftOut = 4;  ///< frames that wait for their place
+constexpr std::size_t kMaxLeftOut = 8;  ///< frames that wait for their place
 
 double millisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
@@ -161,10 +161,13 @@ void Pipeline::keepForLater(const Frame& frame, std::size_t statistics) {
   if (left_out_.size() > kMaxLeftOut) left_out_.erase(left_out_.begin());
 }
 
+/// The latest first: it sees most of what the frame that was placed sees, and the one before it
+/// most of what it sees.
 void Pipeline::tryAgain() {
   constexpr int kMaxAttempts = 3;
   std::vector<LeftOut> waiting;
-  for (LeftOut& left_out : left_out_) {
+  for (std::size_t i = left_out_.size(); i-- > 0;) {
+    LeftOut& left_out = left_out_[i];
     Frame frame = left_out.frame;
     frame.skip_reason.clear();
     frame.again = true;
@@ -174,7 +177,7 @@ void Pipeline::tryAgain() {
       const FrameReport placed = report(frame);
       placed_again_.emplace_back(std::move(frame), placed);
     } else if (++left_out.attempts < kMaxAttempts) {
-      waiting.push_back(std::move(left_out));
+      waiting.insert(waiting.begin(), std::move(left_out));
     }
   }
   left_out_ = std::move(waiting);

@@ -43,7 +43,8 @@ std::optional<std::string> skippedFrames(const Pipeline& pipeline, const RunStat
               : "") +
          (breaks ? "; none of the last " + std::to_string(end.size()) +
                        " has a place: if the recording breaks at frame " + start + ", --frames " +
-                       start + ": maps what follows by itself"
+                       start +
+                       ": maps what follows by itself, or a little later if that shows too little"
                  : "");
 }
 
