@@ -126,7 +126,7 @@ void placeGrid(const std::vector<Cuboid>& cuboids, const std::vector<Cuboid>& fr
 
 OccupancyGrid occupancyGrid(const GridSource& source, double cell, const GridBand& band,
                             std::vector<std::uint8_t>* obstacles) {
-  requireInRange("cell", cell, 0.0, 1e6, "m");
+  requireInRange("cell", cell, 0.0, 1e12, "m");
   requireInRange("band low", band.low, -1e6, 1e6, "m");
   requireInRange("band high", band.high, -1e6, 1e6, "m");
   requireInRange("free fraction", band.free_fraction, 0.0, 1.0);
