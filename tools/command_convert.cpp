@@ -85,8 +85,12 @@ void addConvertCommand(CLI::App& app, int&) {
                       "bt, ot, pgm: side of a cell, m [the map's resolution]");
   command->add_option("--band", arguments->band,
                       "pgm: heights over the ground that count, m: LOW,HIGH [0.15,1.8]");
-  command->add_option("--ground", options.band.ground,
-                      "pgm: height of the ground in the map, m [found]");
+  command
+      ->add_option("--ground", options.band.ground,
+                   "pgm: height of the ground in the map, m [found]")
+      ->check([](const std::string& text) {
+        return std::string(text.find_first_of("nN") < text.size() ? "must be finite" : "");
+      });
   command->add_flag("--surface", arguments->surface,
                     "pcd: points on the faces instead of the centres of cuboids");
   command->add_option("--spacing", options.spacing,

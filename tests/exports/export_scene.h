@@ -121,4 +121,12 @@ inline std::map<std::string, std::vector<Cuboid>> groupsOf(const std::vector<Cub
   return groups;
 }
 
+inline Cuboid box(const Vector3& low, const Vector3& high, CellState state = CellState::Occupied) {
+  Cuboid cuboid;
+  cuboid.center = 0.5 * (low + high);
+  cuboid.size = high - low;
+  cuboid.state = state;
+  return cuboid;
+}
+
 }  // namespace planar_mapping::test

@@ -14,6 +14,8 @@
 namespace planar_mapping {
 namespace {
 
+using test::box;
+
 /// nav_msgs/OccupancyGrid: the row of smallest y first.
 struct Loaded {
   int width = 0, height = 0;
@@ -71,14 +73,6 @@ Loaded load(const std::string& yaml_path) {
   EXPECT_TRUE(in.good());
   EXPECT_EQ(in.get(), std::ifstream::traits_type::eof());
   return map;
-}
-
-Cuboid box(const Vector3& low, const Vector3& high, CellState state = CellState::Occupied) {
-  Cuboid cuboid;
-  cuboid.center = 0.5 * (low + high);
-  cuboid.size = high - low;
-  cuboid.state = state;
-  return cuboid;
 }
 
 /// A floor, a block on it, free space over most of it and low free space at one place.
@@ -143,20 +137,6 @@ TEST(NavigationMap, GroundIsTheTopOfALowFloor) {
   EXPECT_EQ(load(file / "m.yaml").picture(), (std::vector<std::string>{"???#", "....", "...."}));
 }
 
-TEST(NavigationMap, FloorsThatLeanAreNoObstacles) {
-  io::ExportedMap map;
-  map.resolution = 0.5;
-  map.cuboids = {box({-3.0, -3.0, 0.5}, {3.0, 3.0, 0.6}), box({0.0, 0.0, 0.6}, {0.5, 0.5, 1.6})};
-  map.cuboids[0].plane_id = 0;
-  map.cuboids[0].orientation = Eigen::AngleAxisd(0.1, Vector3::UnitX());  // 0.3 m at its rim
-  const io::OccupancyGrid grid = io::gridOf(map);
-  EXPECT_NEAR(grid.ground, 0.6, 1e-6);
-  EXPECT_EQ(std::count(grid.values.begin(), grid.values.end(), io::OccupancyGrid::kOccupied), 1);
-  map.options.band.low = -0.2;  // who asks for the floor gets it
-  const io::OccupancyGrid all = io::gridOf(map);
-  EXPECT_GT(std::count(all.values.begin(), all.values.end(), io::OccupancyGrid::kOccupied), 100);
-}
-
 TEST(NavigationMap, GroundIsTheRoadAndNotTheVergeBelowIt) {
   io::ExportedMap map;
   map.resolution = 0.5;
@@ -165,10 +145,10 @@ TEST(NavigationMap, GroundIsTheRoadAndNotTheVergeBelowIt) {
                  box({-3.0, 3.0, 0.6}, {3.0, 5.0, 0.7})};   // no larger: a stage
   for (std::size_t i = 0; i < map.cuboids.size(); ++i)
     map.cuboids[i].plane_id = static_cast<std::int32_t>(i);
-  EXPECT_NEAR(io::gridOf(map).ground, 0.0, 1e-12);
+  EXPECT_NEAR(io::gridOf(map).ground, 0.0, 1e-6);
   map.cuboids[0] = box({-2.0, -3.0, -0.1}, {2.0, 0.0, 0.0});  // 12 m2 do not outweigh 5
   map.cuboids[0].plane_id = 0;
-  EXPECT_NEAR(io::gridOf(map).ground, -0.5, 1e-12);
+  EXPECT_NEAR(io::gridOf(map).ground, -0.5, 1e-6);
 }
 
 TEST(NavigationMap, GroundIsTheYardAndNotThePitInIt) {
@@ -182,9 +162,9 @@ TEST(NavigationMap, GroundIsTheYardAndNotThePitInIt) {
       map.cuboids[i].plane_id = static_cast<std::int32_t>(i);
     return io::gridOf(map).ground;
   };
-  EXPECT_NEAR(ground(), 0.0, 1e-12);
+  EXPECT_NEAR(ground(), 0.0, 1e-6);
   map.cuboids[1] = box({5.0, -5.0, -1.6}, {7.0, 5.0, -1.5});  // 20 m2: a storey below
-  EXPECT_NEAR(ground(), -1.5, 1e-12);
+  EXPECT_NEAR(ground(), -1.5, 1e-6);
 }
 
 TEST(NavigationMap, GroundThatLeansIsAtTheHeightOfMostOfIt) {
@@ -210,56 +190,7 @@ TEST(NavigationMap, GroundIsTheRoadAlsoWhereMostOfItsVergeIsHigherThanTheLowest)
   };
   for (std::size_t i = 0; i < map.cuboids.size(); ++i)
     map.cuboids[i].plane_id = static_cast<std::int32_t>(i);
-  EXPECT_NEAR(io::gridOf(map).ground, 0.0, 1e-12);
-}
-
-TEST(NavigationMap, FloorsGoOnUpARampButNotUpAStep) {
-  io::ExportedMap map;
-  map.resolution = 0.5;
-  map.cuboids = {box({-3.0, -3.0, -0.1}, {3.0, 3.0, 0.0})};
-  for (int i = 0; i < 6; ++i) {  // faces of 2 m that rise by 0.1 m each
-    const double low = 3.0 + 2.0 * i;
-    Cuboid face = box({low, -1.0, 0.1 * i - 0.05}, {low + 2.0, 1.0, 0.1 * i + 0.05});
-    face.orientation = Eigen::AngleAxisd(-std::atan(0.05), Vector3::UnitY());
-    face.center.z() += 0.05;
-    map.cuboids.push_back(face);
-  }
-  map.cuboids.push_back(box({-3.0, 3.0, 0.2}, {3.0, 5.0, 0.3}));  // a step of 0.3 m
-  for (std::size_t i = 0; i < map.cuboids.size(); ++i)
-    map.cuboids[i].plane_id = static_cast<std::int32_t>(i);
-  const std::vector<std::uint8_t> floor =
-      io::floorFaces(map.cuboids, Vector3::UnitZ(), io::GroundHeights(0.0), 0.15);
-  EXPECT_EQ((std::vector<std::uint8_t>{1, 1, 1, 1, 1, 1, 1, 0}), floor);
-  const io::OccupancyGrid grid = io::gridOf(map);
-  EXPECT_EQ(std::count(grid.values.begin(), grid.values.end(), io::OccupancyGrid::kOccupied),
-            12 * 4);
-}
-
-TEST(NavigationMap, FollowsAFloorThatSinksUnderALintel) {
-  io::ExportedMap map;  // poses drift by 0.4 m over 40 m; a lintel 2 m over the far end
-  map.resolution = 0.5;
-  for (int i = 0; i < 10; ++i) {
-    const double height = -0.04 * i;
-    map.cuboids.push_back(box({4.0 * i, 0.0, height - 0.1}, {4.0 * i + 4.0, 4.0, height}));
-    map.cuboids.back().plane_id = i;
-  }
-  map.cuboids.push_back(box({36.0, 0.0, 1.64}, {36.5, 4.0, 2.5}));
-  map.cuboids.push_back(box({20.0, 1.0, -0.2}, {20.5, 1.5, 0.1}));  // 0.3 m high
-  const io::OccupancyGrid grid = io::gridOf(map);
-  EXPECT_EQ(std::count(grid.values.begin(), grid.values.end(), io::OccupancyGrid::kOccupied), 1);
-}
-
-TEST(NavigationMap, AKerbIsNoRampBySlabsOnItsFace) {
-  io::ExportedMap map;
-  map.resolution = 0.1;
-  map.cuboids = {box({0.0, 0.0, -0.1}, {10.0, 4.0, 0.0}),
-                 box({0.0, 4.0, 0.0}, {10.0, 4.1, 0.1}),    // along the face of the kerb
-                 box({0.0, 4.05, 0.1}, {10.0, 6.0, 0.2})};  // its top
-  for (std::size_t i = 0; i < map.cuboids.size(); ++i)
-    map.cuboids[i].plane_id = static_cast<std::int32_t>(i);
-  const std::vector<std::uint8_t> floor =
-      io::floorFaces(map.cuboids, Vector3::UnitZ(), io::GroundHeights(0.0), 0.15);
-  EXPECT_EQ(0, floor[2]);
+  EXPECT_NEAR(io::gridOf(map).ground, 0.0, 1e-6);
 }
 
 TEST(NavigationMap, FollowsTheGroundThatWasRemoved) {

@@ -12,7 +12,6 @@
 #include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
@@ -37,7 +36,6 @@ constexpr Color kInk = {40, 42, 46};
 // The map's plane on the picture: x right, y up.
 struct Plan {
   GroundFrame frame;
-  io::GroundHeights ground{0.0};
   double pixels_per_metre = 1.0;
   Vector2 corner = Vector2::Zero();  // where (low_right, low_forward) is, pixels
   double top = 0.0, right = 0.0;     // end of the drawing, pixels
@@ -46,6 +44,10 @@ struct Plan {
     return {corner.x() + (along_right - frame.low_right) * pixels_per_metre,
             corner.y() - (along_forward - frame.low_forward) * pixels_per_metre};
   }
+  Vector2 placeOf(const Vector2& pixel) const {
+    return {frame.low_right + (pixel.x() - corner.x()) / pixels_per_metre,
+            frame.low_forward + (corner.y() - pixel.y()) / pixels_per_metre};
+  }
   Vector2 at(const Vector3& p) const { return at(p.dot(frame.right), p.dot(frame.forward)); }
 };
 
@@ -53,9 +55,6 @@ Plan makePlan(const SceneContent& content, const ViewOptions& options, double fo
   Plan plan;
   plan.frame = visualization::groundFrame(content);
   const GroundFrame& f = plan.frame;
-  plan.ground = io::GroundHeights(
-      content.ground.empty() ? io::floorPoints(content.cuboids, f.up, f.height) : content.ground,
-      f.up, f.height);
   const double left = 3.2 * font, below = 4.6 * font, margin = 1.2 * font;
   const double width = std::max(options.width - left - margin, 8.0);
   const double height = std::max(options.height - below - margin, 8.0);
@@ -76,9 +75,7 @@ struct Sides {
   vtkNew<vtkUnsignedCharArray> colors;
 
   Sides() { colors->SetNumberOfComponents(4); }
-  /// They do not overlap: what lies under one of them is under the cuboid once.
-  void add(const Cuboid& cuboid, const Plan& plan, const Canvas& canvas, Color color,
-           double opacity) {
+  void add(const Cuboid& cuboid, const Plan& plan, const Canvas& canvas, Color color) {
     const Matrix3 axes = cuboid.orientation.toRotationMatrix() * cuboid.size.asDiagonal() * 0.5;
     for (int k = 0; k < 3; ++k) {
       const double rise = axes.col(k).dot(plan.frame.up);
@@ -89,7 +86,7 @@ struct Sides {
         const Vector2 p = plan.at(center + a * axes.col((k + 1) % 3) + b * axes.col((k + 2) % 3));
         polygons->InsertCellPoint(points->InsertNextPoint(p.x(), canvas.flipped(p.y()), 0.0));
       }
-      colors->InsertNextTuple4(color.red, color.green, color.blue, std::round(255.0 * opacity));
+      colors->InsertNextTuple4(color.red, color.green, color.blue, 255);
     }
   }
   void draw(Canvas& canvas) {
@@ -101,33 +98,39 @@ struct Sides {
   }
 };
 
-// Lowest and highest point of the cuboid above the ground, metres.
-std::array<double, 2> heights(const Cuboid& cuboid, const Plan& plan) {
-  const double middle = cuboid.center.dot(plan.frame.up) - plan.ground.at(cuboid.center);
-  const double half = halfAlong(cuboid, plan.frame.up);
-  return {middle - half, middle + half};
+/// The grid of a plan in the axes of its frame, in cells of the map or, where those are smaller,
+/// pixels. \param obstacles  a mark for each cuboid in the band
+io::OccupancyGrid gridOf(const SceneContent& content, const ViewOptions& options,
+                         const ProjectionOptions& projection, const Plan& plan,
+                         std::vector<std::uint8_t>& obstacles) {
+  Matrix3 axes;
+  axes << plan.frame.right, plan.frame.forward, plan.frame.up;
+  const Quaternion turn(axes.transpose());
+  io::GridSource source;
+  source.unseen = content.unseen;
+  source.cuboids = content.cuboids;
+  source.space = content.unseen == Unseen::Unknown ? content.free : content.unknown;
+  source.ground = content.ground;
+  for (std::vector<Cuboid>* list : {&source.cuboids, &source.space}) {
+    for (Cuboid& cuboid : *list) {
+      cuboid.center = turn * cuboid.center;
+      cuboid.orientation = turn * cuboid.orientation;
+    }
+  }
+  for (GroundPoint& point : source.ground) point.position = turn * point.position;
+  if (content.sensors_known)
+    for (const Pose& pose : content.trajectory) source.sensors.push_back(turn * pose.translation());
+  io::GridBand band;
+  band.low = projection.lowest;
+  band.high = projection.highest;
+  band.free_fraction = projection.fraction;
+  const double pixel = options.zoom / plan.pixels_per_metre;  // where all of it is shown
+  return io::occupancyGrid(source, std::max(content.resolution, pixel), band, &obstacles);
 }
 
-/// Where enough of the column is unknown, or too little is free where all else is unknown, as a
-/// picture over the plan.
-vtkSmartPointer<vtkImageData> unknownArea(const SceneContent& content, const ViewOptions& options,
-                                          const ProjectionOptions& projection, const Plan& plan) {
-  // What lies over each other is added up by blending: a layer of height h leaves the fraction
-  // 2^(-h / enough) of what is dark, and half of it is gone where all layers are as high as enough.
-  const bool by_free = content.unseen == Unseen::Unknown;
-  const double enough = projection.fraction * (projection.highest - projection.lowest);
-  const Image light =
-      visualization::drawPage(options.width, options.height, {0, 0, 0}, [&](Canvas& canvas) {
-        Sides sides;
-        for (const Cuboid& cuboid : by_free ? content.free : content.unknown) {
-          const auto [low, high] = heights(cuboid, plan);
-          const double inside =
-              std::min(high, projection.highest) - std::max(low, projection.lowest);
-          const double opacity = inside < enough ? 1.0 - std::exp2(-inside / enough) : 1.0;
-          if (inside > 0.0) sides.add(cuboid, plan, canvas, {255, 255, 255}, opacity);
-        }
-        sides.draw(canvas);
-      });
+/// What is not free, as a picture over the plan; obstacles are drawn over it.
+vtkSmartPointer<vtkImageData> unknownArea(const io::OccupancyGrid& grid, Unseen unseen,
+                                          const ViewOptions& options, const Plan& plan) {
   auto area = vtkSmartPointer<vtkImageData>::New();
   area->SetDimensions(options.width, options.height, 1);
   area->AllocateScalars(VTK_UNSIGNED_CHAR, 4);
@@ -135,30 +138,30 @@ vtkSmartPointer<vtkImageData> unknownArea(const SceneContent& content, const Vie
   for (int row = options.height - 1; row >= 0; --row) {
     for (int column = 0; column < options.width; ++column, rgba += 4) {
       // The unknown may reach far beyond what was mapped: the plan ends at its frame.
-      const bool inside = column + 0.5 > plan.corner.x() && column + 0.5 < plan.right &&
-                          row + 0.5 > plan.top && row + 0.5 < plan.corner.y();
+      const Vector2 pixel(column + 0.5, row + 0.5);
+      const bool inside = pixel.x() > plan.corner.x() && pixel.x() < plan.right &&
+                          pixel.y() > plan.top && pixel.y() < plan.corner.y();
+      const Vector2 cell = (plan.placeOf(pixel) - grid.origin) / grid.cell;
+      const bool in_grid =
+          (cell.array() >= 0.0).all() && cell.x() < grid.width && cell.y() < grid.height;
+      const bool is_unknown =
+          in_grid ? grid.at(static_cast<std::uint32_t>(cell.x()),
+                            static_cast<std::uint32_t>(cell.y())) == io::OccupancyGrid::kUnknown
+                  : unseen == Unseen::Unknown;
       rgba[0] = kUnknown.red;
       rgba[1] = kUnknown.green;
       rgba[2] = kUnknown.blue;
-      rgba[3] = inside && (colorAt(light, column, row).red >= 127) != by_free ? 255 : 0;
+      rgba[3] = inside && is_unknown ? 255 : 0;
     }
   }
   return area;
 }
 
-void drawOccupied(const SceneContent& content, const ProjectionOptions& projection,
+void drawOccupied(const SceneContent& content, const std::vector<std::uint8_t>& obstacles,
                   const Plan& plan, Canvas& canvas) {
   Sides sides;
-  const double lowest = projection.lowest;
-  const std::vector<std::uint8_t> is_floor =
-      lowest > 0.0 ? io::floorFaces(content.cuboids, plan.frame.up, plan.ground, lowest)
-                   : std::vector<std::uint8_t>(content.cuboids.size(), 0);
-  for (std::size_t i = 0; i < content.cuboids.size(); ++i) {
-    const Cuboid& cuboid = content.cuboids[i];
-    const auto [low, high] = heights(cuboid, plan);
-    if (high < lowest || low > projection.highest || is_floor[i] != 0) continue;
-    sides.add(cuboid, plan, canvas, kOccupied, 1.0);
-  }
+  for (std::size_t i = 0; i < content.cuboids.size(); ++i)
+    if (obstacles[i] != 0) sides.add(content.cuboids[i], plan, canvas, kOccupied);
   sides.draw(canvas);
 }
 
@@ -285,15 +288,17 @@ Image drawProjection2d(const SceneContent& content, const ViewOptions& options,
   }
   const double font = std::max(10.0, 0.026 * std::min(options.width, options.height));
   const Plan plan = makePlan(content, options, font);
+  std::vector<std::uint8_t> obstacles;
+  const io::OccupancyGrid grid = gridOf(content, options, projection, plan, obstacles);
   vtkSmartPointer<vtkImageData> unknown;
-  if (options.show.unknown) unknown = unknownArea(content, options, projection, plan);
+  if (options.show.unknown) unknown = unknownArea(grid, content.unseen, options, plan);
   return visualization::drawPage(options.width, options.height,
                                  options.background.value_or(Color{255, 255, 255}),
                                  [&](Canvas& canvas) {
                                    if (unknown) canvas.context().DrawImage(0.0f, 0.0f, unknown);
                                    if (options.show.ground_grid) drawGrid(plan, canvas);
                                    if (options.show.occupied)
-                                     drawOccupied(content, projection, plan, canvas);
+                                     drawOccupied(content, obstacles, plan, canvas);
                                    if (options.show.trajectory)
                                      drawPath(content, plan, font, canvas);
                                    if (options.show.axes) drawRulers(plan, font, canvas);

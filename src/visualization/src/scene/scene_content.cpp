@@ -109,7 +109,8 @@ SceneContent sceneContent(const PlanarMap& map) {
   content.unseen = map.params().unseen;
   Vector3 low, high;
   if (content.unseen == Unseen::Unknown && content.bounds(low, high)) {
-    content.free = map.spaceCuboids(CellState::Free, low, high);
+    const Vector3 deeper = 4.0 * content.resolution * content.up.cwiseAbs();  // drops
+    content.free = map.spaceCuboids(CellState::Free, low - deeper, high + deeper);
   }
   return content;
 }

@@ -18,12 +18,13 @@ struct GridBand {
   double high =
       1.8;  ///< [ours] over the ground: above it a robot passes under, and door frames are
   /// Height of the ground along the map's up axis; NaN = found: GroundHeights of
-  /// PlanarMap::ground(); without that, of floorPoints() from the height of the lowest level faces
+  /// PlanarMap::ground(); without that, of floors from the height of the lowest level faces
   /// of at least 4 square metres, or of much larger ones above those, with next to nothing below
   /// them. Where there are none: 0 where the map starts at most 1 m above or 0.35 m below it, else
   /// the lowest floor or lower end of a cuboid, but for the lowest hundredth of the occupied
   /// volume.
   double ground = std::numeric_limits<double>::quiet_NaN();
+  double free_fraction = 0.75;  ///< [ours] of the band that a free cell needs: a robot has to fit
 };
 
 /// A map seen from above, as ROS has it (nav_msgs/OccupancyGrid).
@@ -81,24 +82,32 @@ class PLANAR_MAPPING_EXPORT GroundHeights {
   std::vector<float> heights_;
 };
 
-/// What one drives on, where it rises above the lower end of a band: a mark for each cuboid that is
-/// a level face (by at most 11 degrees) no higher than \p low metres over the ground, and for those
-/// that go on from there without a step of more than 0.12 m.
-PLANAR_MAPPING_EXPORT std::vector<std::uint8_t> floorFaces(const std::vector<Cuboid>& cuboids,
-                                                           const Vector3& up,
-                                                           const GroundHeights& ground, double low);
-
-/// Heights of the floor for a map that has none of its own: of floorFaces() of a ground of one
-/// height, a place in each square of 2 m, the lowest where there are several over each other.
-/// \param ground  groundHeight()
-PLANAR_MAPPING_EXPORT std::vector<GroundPoint> floorPoints(const std::vector<Cuboid>& cuboids,
-                                                           const Vector3& up, double ground);
+/// What a grid is made of, in the axes of a map.
+struct GridSource {
+  std::vector<Cuboid> cuboids;      ///< occupied
+  std::vector<Cuboid> space;        ///< free or, where unseen space is free, unknown
+  Unseen unseen = Unseen::Unknown;  ///< what all else is
+  Vector3 up = Vector3::UnitZ();    ///< a unit vector
+  std::vector<GroundPoint> ground;  ///< PlanarMap::ground()
+  std::vector<Vector3> sensors;     ///< of groundHeight()
+};
 
 /// A cell is occupied if a cuboid that is no floor meets the column over it within the band; else
-/// free if at least three quarters of the column's height over its middle were seen free; else
-/// unknown. \param cell side, metres; 0 = the map's resolution \throws ParameterError if cell or
-/// band are out of range, or there would be more than 50 million
+/// free if enough of the column over its middle was seen free, but for drops: where space was seen
+/// free one to three cells (of at least 0.1 m) under the level of the cell and those around it;
+/// else unknown. Floor is what is level (by at most 11 degrees) and at most band.low over the
+/// ground, and faces that go on from there, rectangles at most a cell apart, without a step of more
+/// than 0.12 m or band.low, where a robot 0.5 m across has room; not what has free space right
+/// under it, as a table has.
+/// \param cell  side, metres, above 0
+/// \param obstacles  if given, a mark for each cuboid that makes a cell occupied
+/// \throws ParameterError if cell or band are out of range, or there would be more than 50 million
 ///         cells
+PLANAR_MAPPING_EXPORT OccupancyGrid occupancyGrid(const GridSource& source, double cell,
+                                                  const GridBand& band,
+                                                  std::vector<std::uint8_t>* obstacles = nullptr);
+
+/// The same of a map. \param cell side, metres; 0 = the map's resolution
 PLANAR_MAPPING_EXPORT OccupancyGrid occupancyGrid(const PlanarMap& map, double cell = 0.0,
                                                   const GridBand& band = GridBand());
 

@@ -13,9 +13,8 @@ namespace planar_mapping {
 struct PLANAR_MAPPING_EXPORT ProjectionOptions {
   double lowest = 0.15;  ///< [ours] below it, it is floor
   double highest = 1.8;  ///< [ours] above it, a robot passes under
-  /// [ours] A place is free if at least this fraction of the column over it is, where all is
-  /// unknown that was not seen free; else unknown if at least this fraction is unknown.
-  double fraction = 0.25;
+  /// [ours] A place is free if at least this fraction of the column over it is: io::GridBand.
+  double fraction = 0.75;
   /// \throws ParameterError
   void validate() const;
 };
