@@ -241,7 +241,8 @@ void Pipeline::findUsablePoints(Frame& frame) const {
 /// parameters that follow from it, would be no good to the frames after it.
 bool Pipeline::waitsForMore(const Frame& frame) const {
   constexpr double kMinMeasured = 0.02;  // of the pixels
-  return !mapping_scale_ && frame.camera && !frame.is_last && left_out_.size() < kMaxLeftOut &&
+  constexpr std::size_t kMaxWaits = 4;   // frames
+  return !mapping_scale_ && frame.camera && !frame.is_last && left_out_.size() < kMaxWaits &&
          static_cast<double>(frame.points_valid) <
              kMinMeasured * static_cast<double>(frame.points_input);
 }
