@@ -144,14 +144,14 @@ vtkSmartPointer<vtkImageData> unknownArea(const io::OccupancyGrid& grid, Unseen 
       const Vector2 cell = (plan.placeOf(pixel) - grid.origin) / grid.cell;
       const bool in_grid =
           (cell.array() >= 0.0).all() && cell.x() < grid.width && cell.y() < grid.height;
-      const bool is_unknown =
+      const bool is_free =
           in_grid ? grid.at(static_cast<std::uint32_t>(cell.x()),
-                            static_cast<std::uint32_t>(cell.y())) == io::OccupancyGrid::kUnknown
-                  : unseen == Unseen::Unknown;
+                            static_cast<std::uint32_t>(cell.y())) == io::OccupancyGrid::kFree
+                  : unseen == Unseen::Free;
       rgba[0] = kUnknown.red;
       rgba[1] = kUnknown.green;
       rgba[2] = kUnknown.blue;
-      rgba[3] = inside && is_unknown ? 255 : 0;
+      rgba[3] = inside && !is_free ? 255 : 0;
     }
   }
   return area;
