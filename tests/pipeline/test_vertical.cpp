@@ -97,7 +97,7 @@ constexpr double kStep = 0.5;   // of the camera along the wall, metres
 const PinholeCamera kCamera{250.0, 250.0, 159.5, 119.5, 320, 240};
 
 /// The wall from \p x along it; the image is black in the dark, its depths are not.
-Frame frameAt(std::size_t number, double x, bool is_dark) {
+Frame frameAt(std::size_t number, double x, bool is_dark, double period = kPanel) {
   Frame frame;
   frame.number = number;
   frame.source = "frame " + std::to_string(number);
@@ -115,7 +115,7 @@ Frame frameAt(std::size_t number, double x, bool is_dark) {
       for (int k = 0; k < 3; ++k) xyz.push_back(static_cast<float>(point[k]));
       frame.images.left.pixels.push_back(
           is_dark ? static_cast<std::uint8_t>(number)
-                  : static_cast<std::uint8_t>(test::wallTone(x + point.x(), point.y(), kPanel, 1)));
+                  : static_cast<std::uint8_t>(test::wallTone(x + point.x(), point.y(), period, 1)));
     }
   }
   frame.cloud = cloudOf(xyz, 320, 240);
@@ -152,6 +152,23 @@ TEST(RepeatingWall, ALostCameraIsNotTakenBackByAPanel) {
     for (const auto& [placed, report] : pipeline.takePlacedAgain()) check(placed);
   }
   EXPECT_LE(4u, before);
+}
+
+/// The last of the frames that were left out sees most of what the one that was placed sees, and
+/// the one before it most of what it sees.
+TEST(RepeatingWall, LeftOutFramesAreTriedAgainFromTheLatestOn) {
+  Pipeline pipeline = pipelineWithMotion();
+  std::vector<double> found;
+  const std::vector<double> walk{0.0, 0.3, 3.0, 2.4, 1.8, 1.2};
+  for (std::size_t i = 0; i < walk.size(); ++i) {
+    Frame frame = frameAt(i, walk[i], false, 0.0);
+    EXPECT_EQ(i < 2 || i == 5, pipeline.process(frame).skip_reason.empty()) << i;
+    for (const auto& [placed, report] : pipeline.takePlacedAgain()) {
+      EXPECT_NEAR(placed.T_world_sensor.translation().norm(), walk[placed.number], 0.1);
+      found.push_back(walk[placed.number]);
+    }
+  }
+  EXPECT_EQ(found, (std::vector<double>{1.8, 2.4, 3.0}));
 }
 
 /// Nothing would be known by a first image without features; but a camera may see none for long.
