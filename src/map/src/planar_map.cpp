@@ -41,37 +41,6 @@ detail::Clearing clearingOf(const detail::MapData& map, const FrameObservation& 
   return clearing;
 }
 
-/// Whether a place is between what is measured before and behind it, within a ray or two.
-bool isAtEdge(const detail::DepthImage& image, const Vector3& world, double margin) {
-  const Vector3 place = image.toCamera(world);
-  if (!image.isOfScan() || !(place.z() > 0.0) || !image.isResponsible(place)) return false;
-  const double side = image.tileSide(place.z());
-  const detail::DepthImage::Look look = image.look(place, {side, side, margin}, false);
-  return look.nearest < look.near && look.farthest > look.far;
-}
-
-/// Leaves out points of a scan that its rays may have got where they met an edge: each alone in its
-/// cell, between what is before and what is behind, in space that was seen free.
-void leaveOutStray(const detail::MapData& map, detail::Frame& frame) {
-  constexpr float kAlone = 0.5f;  // Eq. 4 of one point
-  const std::vector<float>* belief = frame.observation->probability;
-  if (belief == nullptr || !map.isCompact()) return;
-  const auto is_stray = [&](int i) {
-    const auto at = static_cast<std::size_t>(i);
-    if ((*belief)[at] > kAlone) return false;
-    const Vector3 world = frame.rotation * frame.observation->points.point(at) + frame.sensor;
-    const Vector3 cell = (world / map.unknownResolution()).array().floor();
-    return cell.cwiseAbs().maxCoeff() < detail::kLatticeLimit &&
-           !map.space.isUnknown(detail::toInt3(cell)) &&
-           std::any_of(frame.images.begin(), frame.images.end(),
-                       [&](const auto& image) { return isAtEdge(image, world, map.resolution()); });
-  };
-  Indices& points = frame.non_planar;
-  const auto kept = std::remove_if(points.begin(), points.end(), is_stray);
-  frame.update.dropped_points += static_cast<std::size_t>(points.end() - kept);
-  points.erase(kept, points.end());
-}
-
 }  // namespace
 
 PlanarMapParams PlanarMapParams::of(Profile profile) {
@@ -153,7 +122,7 @@ FrameUpdate PlanarMap::insert(const FrameObservation& observation) {
         observation, frame.rotation, frame.sensor, frame.use, map.params.range_image_step,
         clearingOf(map, observation), map.params.miss_factor < 1.0);
   }
-  leaveOutStray(map, frame);
+  detail::leaveOutStray(map, frame);
   // Independent of each other; run in parallel.
   const auto integrateSurfaces = [&] {
     detail::associatePlanes(map, frame);

@@ -30,8 +30,9 @@ double lengthInside(const Matrix3& to_local, const Cuboid& cuboid, const Vector2
 
 Floors::Floors(const std::vector<Cuboid>& cuboids, const std::vector<Cuboid>& free,
                const GroundHeights& ground, double low, double cell)
-    : cell_(std::max(cell, kMinCell)), is_floor_(cuboids.size(), 0) {
+    : is_floor_(cuboids.size(), 0) {
   constexpr double kMaxCells = 2e7;
+  raster_.cell = std::max(cell, kMinCell);
   Vector2 from = Vector2::Constant(INFINITY), to = -from;
   for (const Cuboid& cuboid : cuboids) {
     if (!isLevel(cuboid, Vector3::UnitZ())) continue;
@@ -40,42 +41,25 @@ Floors::Floors(const std::vector<Cuboid>& cuboids, const std::vector<Cuboid>& fr
     to = to.cwiseMax(cuboid.center.head<2>() + reach);
   }
   if (!from.allFinite()) return;
-  cell_ *= std::ceil(std::max(1.0, std::sqrt((to - from).prod() / kMaxCells) / cell_));
-  origin_ = cell_ * (from / cell_ - Vector2::Ones()).array().floor();
-  size_ = ((to - origin_) / cell_).array().cast<int>() + 2;
+  raster_.cell *=
+      std::ceil(std::max(1.0, std::sqrt((to - from).prod() / kMaxCells) / raster_.cell));
+  raster_.origin = raster_.cell * (from / raster_.cell - Vector2::Ones()).array().floor();
+  raster_.size = ((to - raster_.origin) / raster_.cell).array().cast<int>() + 2;
   for (const Cuboid& cuboid : cuboids) plane_of_.push_back(cuboid.plane_id);
   sampleFaces(cuboids);
   measureBelow(free);
   findFloor(ground, low);
 }
 
-template <typename Visit>
-void Floors::forCellsBelow(const Cuboid& cuboid, double beside, const Visit& visit) const {
-  const Vector2 reach = detail::OrientedBox(cuboid).reach().head<2>() + Vector2::Constant(beside);
-  const Vector2 center = cuboid.center.head<2>();
-  const auto cellOf = [this](const Vector2& place) {
-    const Eigen::Array2d last = size_.cast<double>() - 1.0;
-    return ((place - origin_) / cell_).array().max(0.0).min(last).cast<int>().eval();
-  };
-  const Eigen::Array2i first = cellOf(center - reach), last = cellOf(center + reach);
-  for (int y = first.y(); y <= last.y(); ++y) {
-    for (int x = first.x(); x <= last.x(); ++x) {
-      visit(static_cast<std::size_t>(y) * static_cast<std::size_t>(size_.x()) +
-                static_cast<std::size_t>(x),
-            Vector2(origin_ + cell_ * Vector2(x + 0.5, y + 0.5)));
-    }
-  }
-}
-
 /// Cells with their middles within a radius; the rim of the raster is empty.
 template <typename Visit>
 void Floors::forNeighbours(std::size_t cell, double radius, const Visit& visit) const {
-  const auto width = static_cast<std::size_t>(size_.x());
-  const int reach = static_cast<int>(radius / cell_);
+  const auto width = static_cast<std::size_t>(raster_.size.x());
+  const int reach = static_cast<int>(radius / raster_.cell);
   const int x = static_cast<int>(cell % width), y = static_cast<int>(cell / width);
-  for (int v = std::max(y - reach, 0); v <= std::min(y + reach, size_.y() - 1); ++v) {
-    for (int u = std::max(x - reach, 0); u <= std::min(x + reach, size_.x() - 1); ++u) {
-      if (cell_ * std::hypot(u - x, v - y) <= radius)
+  for (int v = std::max(y - reach, 0); v <= std::min(y + reach, raster_.size.y() - 1); ++v) {
+    for (int u = std::max(x - reach, 0); u <= std::min(x + reach, raster_.size.x() - 1); ++u) {
+      if (raster_.cell * std::hypot(u - x, v - y) <= radius)
         visit(static_cast<std::size_t>(v) * width + static_cast<std::size_t>(u));
     }
   }
@@ -88,18 +72,23 @@ void Floors::sampleFaces(const std::vector<Cuboid>& cuboids) {
     if (!isLevel(cuboid, Vector3::UnitZ())) continue;
     const Matrix3 axes = cuboid.orientation.toRotationMatrix();
     // Rectangles that are at most a cell apart have samples in cells next to each other.
-    const Vector3 half = 0.5 * cuboid.size + Vector3::Constant(0.5 * cell_);
-    forCellsBelow(cuboid, 0.5 * cell_, [&](std::size_t cell, const Vector2& at) {
-      Vector3 offset(at.x() - cuboid.center.x(), at.y() - cuboid.center.y(), 0.0);
-      offset.z() = -axes.col(2).head<2>().dot(offset.head<2>()) / axes(2, 2);
-      const Vector3 local = axes.transpose() * offset;
-      if (std::abs(local.x()) > half.x() || std::abs(local.y()) > half.y()) return;
-      const double top = cuboid.center.z() + offset.z() + 0.5 * cuboid.size.z();
-      found.emplace_back(cell,
-                         Sample{static_cast<float>(top - kExcess), static_cast<std::uint32_t>(i)});
-    });
+    const Vector3 half = 0.5 * cuboid.size + Vector3::Constant(0.5 * raster_.cell);
+    const Vector2 reach = detail::OrientedBox(cuboid).reach().head<2>();
+    const Vector2 rim = Vector2::Constant(0.5 * raster_.cell);
+    raster_.forCellsAround(
+        cuboid.center.head<2>(), reach + rim, [&](std::size_t cell, const Vector2& at) {
+          Vector3 offset(at.x() - cuboid.center.x(), at.y() - cuboid.center.y(), 0.0);
+          offset.z() = -axes.col(2).head<2>().dot(offset.head<2>()) / axes(2, 2);
+          const Vector3 local = axes.transpose() * offset;
+          if (std::abs(local.x()) > half.x() || std::abs(local.y()) > half.y()) return;
+          const double top = cuboid.center.z() + offset.z() + 0.5 * cuboid.size.z();
+          found.emplace_back(
+              cell, Sample{static_cast<float>(top - kExcess), static_cast<std::uint32_t>(i)});
+        });
   }
-  first_.assign(static_cast<std::size_t>(size_.x()) * static_cast<std::size_t>(size_.y()) + 1, 0);
+  first_.assign(
+      static_cast<std::size_t>(raster_.size.x()) * static_cast<std::size_t>(raster_.size.y()) + 1,
+      0);
   for (const auto& [cell, sample] : found) ++first_[cell + 1];
   std::partial_sum(first_.begin(), first_.end(), first_.begin());
   samples_.resize(found.size());
@@ -108,16 +97,18 @@ void Floors::sampleFaces(const std::vector<Cuboid>& cuboids) {
 }
 
 void Floors::measureBelow(const std::vector<Cuboid>& free) {
-  const DepthBelow below(cell_);
+  const DepthBelow below(raster_.cell);
   for (const Cuboid& cuboid : free) {
     const Matrix3 to_local = cuboid.orientation.conjugate().toRotationMatrix();
-    forCellsBelow(cuboid, 0.0, [&](std::size_t cell, const Vector2& at) {
-      for (std::uint32_t k = first_[cell]; k < first_[cell + 1]; ++k) {
-        Sample& sample = samples_[k];
-        sample.free_below += static_cast<float>(lengthInside(
-            to_local, cuboid, at, sample.height - below.to, sample.height - below.from));
-      }
-    });
+    const Vector2 reach = detail::OrientedBox(cuboid).reach().head<2>();
+    raster_.forCellsAround(
+        cuboid.center.head<2>(), reach, [&](std::size_t cell, const Vector2& at) {
+          for (std::uint32_t k = first_[cell]; k < first_[cell + 1]; ++k) {
+            Sample& sample = samples_[k];
+            sample.free_below += static_cast<float>(lengthInside(
+                to_local, cuboid, at, sample.height - below.to, sample.height - below.from));
+          }
+        });
   }
 }
 
@@ -127,8 +118,8 @@ void Floors::findFloor(const GroundHeights& ground, double low) {
   constexpr double kSeam = 0.05;     // metres, between two planes
   constexpr double kFilled = 0.9;    // of the cells that it covers
   const double step = std::min(kMaxStep, low);
-  const double apart = 1.5 * cell_;  // of cells next to each other
-  const DepthBelow below(cell_);
+  const double apart = 1.5 * raster_.cell;  // of cells next to each other
+  const DepthBelow below(raster_.cell);
   std::vector<std::pair<std::size_t, std::uint32_t>> queue;  // cell, sample
   const auto forCells = [&](const auto& visit) {
     for (std::size_t cell = 0; cell + 1 < first_.size(); ++cell)
@@ -150,9 +141,10 @@ void Floors::findFloor(const GroundHeights& ground, double low) {
   std::vector<double> off;
   forCells([&](std::size_t cell, std::uint32_t k) {
     Sample& sample = samples_[k];
-    const auto width = static_cast<std::size_t>(size_.x());
-    const Vector2 at = origin_ + cell_ * Vector2(static_cast<double>(cell % width) + 0.5,
-                                                 static_cast<double>(cell / width) + 0.5);
+    const auto width = static_cast<std::size_t>(raster_.size.x());
+    const Vector2 at =
+        raster_.origin + raster_.cell * Vector2(static_cast<double>(cell % width) + 0.5,
+                                                static_cast<double>(cell / width) + 0.5);
     const double over = sample.height - ground.at({at.x(), at.y(), 0.0});
     sample.is_level = over <= low && over >= -kMaxStep;
     const double from = sample.is_level ? std::min(over, 0.0) - over : 0.0;
@@ -202,10 +194,11 @@ void Floors::findFloor(const GroundHeights& ground, double low) {
 
 std::optional<double> Floors::at(const Vector2& place, double near) const {
   constexpr double kMost = 1.0;  // metres: not another storey
-  const Eigen::Array2d cell = ((place - origin_) / cell_).array();
-  if ((cell < 0.0).any() || (cell >= size_.cast<double>()).any()) return std::nullopt;
-  const std::size_t i = static_cast<std::size_t>(cell.y()) * static_cast<std::size_t>(size_.x()) +
-                        static_cast<std::size_t>(cell.x());
+  const Eigen::Array2d cell = ((place - raster_.origin) / raster_.cell).array();
+  if ((cell < 0.0).any() || (cell >= raster_.size.cast<double>()).any()) return std::nullopt;
+  const std::size_t i =
+      static_cast<std::size_t>(cell.y()) * static_cast<std::size_t>(raster_.size.x()) +
+      static_cast<std::size_t>(cell.x());
   const Sample* found = nullptr;
   for (std::uint32_t k = first_[i]; k < first_[i + 1]; ++k) {
     const Sample& sample = samples_[k];
@@ -222,12 +215,13 @@ std::vector<GroundPoint> Floors::ground() const {
   constexpr float kSameFloor = 0.3f;  // metres
   constexpr double kFraction = 0.3;   // of the largest of several floors over each other
   std::map<std::pair<int, int>, std::vector<float>> places;
-  const auto width = static_cast<std::size_t>(size_.x());
+  const auto width = static_cast<std::size_t>(raster_.size.x());
   for (std::size_t cell = 0; cell + 1 < first_.size(); ++cell) {
     for (std::uint32_t k = first_[cell]; k < first_[cell + 1]; ++k) {
       if (!samples_[k].is_floor) continue;
-      const Vector2 at = origin_ + cell_ * Vector2(static_cast<double>(cell % width) + 0.5,
-                                                   static_cast<double>(cell / width) + 0.5);
+      const Vector2 at =
+          raster_.origin + raster_.cell * Vector2(static_cast<double>(cell % width) + 0.5,
+                                                  static_cast<double>(cell / width) + 0.5);
       places[{static_cast<int>(std::floor(at.x() / kSide)),
               static_cast<int>(std::floor(at.y() / kSide))}]
           .push_back(samples_[k].height);

@@ -10,6 +10,30 @@
 
 namespace planar_mapping::io {
 
+/// Squares of a map seen from above.
+struct Raster {
+  Vector2 origin = Vector2::Zero();
+  double cell = 1.0;  ///< side
+  Eigen::Array2i size = {0, 0};
+
+  /// Calls visit(number, middle) for the cells within a distance of a place along x and y.
+  template <typename Visit>
+  void forCellsAround(const Vector2& place, const Vector2& reach, const Visit& visit) const {
+    const auto cellOf = [this](const Vector2& at) {
+      const Eigen::Array2d last = size.cast<double>() - 1.0;
+      return ((at - origin) / cell).array().max(0.0).min(last).template cast<int>().eval();
+    };
+    const Eigen::Array2i first = cellOf(place - reach), end = cellOf(place + reach);
+    for (int y = first.y(); y <= end.y(); ++y) {
+      for (int x = first.x(); x <= end.x(); ++x) {
+        visit(static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x()) +
+                  static_cast<std::size_t>(x),
+              Vector2(origin + cell * Vector2(x + 0.5, y + 0.5)));
+      }
+    }
+  }
+};
+
 /// What one drives on: a raster of the heights of level faces, in axes whose third is up. A face is
 /// floor where it is level with the ground, or where a robot has room and gets there without a
 /// step; but not where free space was measured right under it: that is a table.
@@ -43,13 +67,9 @@ class Floors {
   void measureBelow(const std::vector<Cuboid>& free);
   void findFloor(const GroundHeights& ground, double low);
   template <typename Visit>
-  void forCellsBelow(const Cuboid& cuboid, double beside, const Visit& visit) const;
-  template <typename Visit>
   void forNeighbours(std::size_t cell, double radius, const Visit& visit) const;
 
-  double cell_;
-  Vector2 origin_ = Vector2::Zero();
-  Eigen::Array2i size_ = {0, 0};
+  Raster raster_;
   std::vector<std::uint32_t> first_;  ///< sample of each cell, and of one after the last
   std::vector<Sample> samples_;
   std::vector<std::int32_t> plane_of_;

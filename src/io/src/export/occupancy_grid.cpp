@@ -23,11 +23,6 @@ Cuboid turned(const Quaternion& turn, Cuboid cuboid) {
   return cuboid;
 }
 
-/// Cells from first to last, both included.
-struct Range {
-  int first, last;
-};
-
 /// The grid while it is made; low and high are the heights of the band over the ground.
 struct Columns {
   OccupancyGrid grid;
@@ -71,22 +66,11 @@ struct Columns {
       if (level_at[i] - ground_at[i] > step) has_floor[i] = 0;
     });
   }
-  Range range(double from, double to, double origin, std::uint32_t count) const {
-    const double last = static_cast<double>(count) - 1.0;
-    return {static_cast<int>(std::clamp(std::floor((from - origin) / grid.cell), 0.0, last)),
-            static_cast<int>(std::clamp(std::floor((to - origin) / grid.cell), 0.0, last))};
-  }
   template <typename Visit>
-  void forEachCellBelow(const Cuboid& cuboid, const Vector3& reach, Visit&& visit) const {
-    const Vector3& c = cuboid.center;
-    const Range x = range(c.x() - reach.x(), c.x() + reach.x(), grid.origin.x(), grid.width);
-    const Range y = range(c.y() - reach.y(), c.y() + reach.y(), grid.origin.y(), grid.height);
-    for (int j = y.first; j <= y.last; ++j) {
-      for (int i = x.first; i <= x.last; ++i) {
-        visit(static_cast<std::size_t>(j) * grid.width + static_cast<std::size_t>(i),
-              grid.origin + grid.cell * Vector2(i + 0.5, j + 0.5));
-      }
-    }
+  void forEachCellBelow(const Cuboid& cuboid, const Vector3& reach, const Visit& visit) const {
+    const Eigen::Array2i size(static_cast<int>(grid.width), static_cast<int>(grid.height));
+    Raster{grid.origin, grid.cell, size}.forCellsAround(cuboid.center.head<2>(), reach.head<2>(),
+                                                        visit);
   }
 };
 

@@ -54,6 +54,9 @@ void requirePose(const Pose& pose);
 /// Checks everything before anything is changed. \throws InputError
 Frame makeFrame(const FrameObservation& observation);
 
+/// Leaves out points of a scan that its rays may have got where they met an edge: each alone in its
+/// cell, between what is before and what is behind, in space that was seen free.
+void leaveOutStray(const MapData& map, Frame& frame);
 /// Finds the map plane of each segment or makes a new one; fills frame.hits.
 void associatePlanes(MapData& map, Frame& frame);
 /// Points of the segments into the rasters, moments merged, planes refitted.

@@ -21,13 +21,12 @@ constexpr int kFineView = 2;        // cells between those compared
 constexpr double kRoughness = 0.5;  // what a score may gain by climbing
 constexpr std::size_t kMaxClimbed = 4;
 constexpr std::size_t kManyInliers = 20;
-constexpr double kStrong = 0.7;       // score of a pose beyond doubt
-constexpr double kStrict = 0.5;       // least score of a pose by little but gray values
-constexpr double kLeast = 0.2;        // score of a place at all
-constexpr double kComparable = 0.9;   // of the best score
-constexpr double kFarBehind = 0.5;    // of the best score: the next one is no rival
-constexpr double kNearGuess = 0.6;    // see PlacedViews::distance()
-constexpr double kAsExpected = 0.15;  // likewise
+constexpr double kStrong = 0.7;      // score of a pose beyond doubt
+constexpr double kStrict = 0.5;      // least score of a pose by little but gray values
+constexpr double kLeast = 0.2;       // score of a place at all
+constexpr double kComparable = 0.9;  // of the best score
+constexpr double kFarBehind = 0.5;   // of the best score: the next one is no rival
+constexpr double kNearGuess = 0.6;   // see PlacedViews::distance()
 /// Least overlap before one wall, where another place comes near: panels repeat beyond it.
 constexpr double kMinOverlapOfWall = 0.75;
 
@@ -35,6 +34,12 @@ void sortBySupport(std::vector<Hypothesis>& hypotheses) {
   std::stable_sort(
       hypotheses.begin(), hypotheses.end(),
       [](const Hypothesis& a, const Hypothesis& b) { return a.support.score > b.support.score; });
+}
+
+/// \param expected  or null: nothing is
+bool isAsExpected(const Pose& pose, const Pose* expected) {
+  constexpr double kNear = 0.15;  // see PlacedViews::distance()
+  return expected != nullptr && Views::distance(pose, *expected) < kNear;
 }
 
 /// Whether a support is as good as the best one, but for doubt.
@@ -111,9 +116,7 @@ const Hypothesis* byManyFeatures(const Views& views, const ViewMap::View& view,
   const bool in_space = best->inliers >= kManyInSpace && best->off_plane >= kOffPlane;
   if ((!many && !in_space) || !(best->error <= kMaxError)) return nullptr;
   const Support support = views.supportOf(view, best->pose, 1);
-  const bool is_expected =
-      expected != nullptr && Views::distance(best->pose, *expected) < kAsExpected;
-  const double least = is_expected ? kMinAgreeingAsExpected : kMinAgreeing;
+  const double least = isAsExpected(best->pose, expected) ? kMinAgreeingAsExpected : kMinAgreeing;
   const bool looks_alike = support.agreeing >= least && support.correlation >= kConfirmedView;
   const bool most = best->match_fraction >= kMinMatchFraction;
   const bool is_known =
@@ -280,9 +283,8 @@ bool ViewMap::empty() const {
 
 PoseVerdict ViewMap::check(const ViewPtr& view, const Pose& T_world_sensor, const Pose* expected,
                            bool strict) const {
-  const bool goes_on =
-      expected != nullptr && Views::distance(T_world_sensor, *expected) < kAsExpected;
-  const Support support = views_->supportOf(*view, T_world_sensor, 1, goes_on);
+  const Support support =
+      views_->supportOf(*view, T_world_sensor, 1, isAsExpected(T_world_sensor, expected));
   if (support.contested) return PoseVerdict::Refused;
   if (support.verdict != PoseVerdict::Confirmed) return support.verdict;
   if (support.score < (strict ? kStrict : kLeast)) return PoseVerdict::Doubtful;
