@@ -9,7 +9,6 @@
 
 #include "cuboids/plane_cover.h"
 #include "grid/cell_table.h"
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/cuboids/detail/compact_cover.h"
 #include "planar_mapping/core/geometry/detail/plane_moments.h"
 

@@ -8,7 +8,6 @@
 #include <iterator>
 
 #include "planar_mapping/core/base/detail/state_archive.h"
-#include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/odometry/motion_estimation.h"
 #include "registration/seen_through.h"
 #include "registration/surface_registration.h"

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "file/map_record.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "file/parameter_text.h"

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "integration/frame.h"
-#include "store/lattice.h"
 
 namespace planar_mapping::detail {
 namespace {
