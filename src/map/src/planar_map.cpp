@@ -11,7 +11,6 @@
 #include "planar_map_impl.h"
 #include "planar_mapping/core/base/detail/parallel.h"
 #include "planar_mapping/core/base/error.h"
-#include "sensor/frame_images.h"
 
 namespace planar_mapping {
 

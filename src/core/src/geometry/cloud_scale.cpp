@@ -13,7 +13,6 @@
 #include "base/point_indices.h"
 #include "geometry/cloud_sample.h"
 #include "geometry/point_sums.h"
-#include "geometry/two_faces.h"
 #include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {

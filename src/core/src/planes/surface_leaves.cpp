@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "base/point_indices.h"
-#include "geometry/two_faces.h"
 
 namespace planar_mapping::detail {
 

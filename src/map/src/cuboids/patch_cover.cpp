@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "store/belief.h"
-#include "store/set_bits.h"
 
 namespace planar_mapping::detail {
 namespace {

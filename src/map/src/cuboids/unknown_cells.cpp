@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cmath>
 
-#include "store/set_bits.h"
 #include "store/unknown_space.h"
 
 namespace planar_mapping::detail {

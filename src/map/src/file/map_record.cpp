@@ -6,7 +6,6 @@
 
 #include "file/parameter_text.h"
 #include "planar_mapping/core/base/error.h"
-#include "store/set_bits.h"
 
 namespace planar_mapping::detail {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "sensor/frame_images.h"
+#include "sensor/depth_image.h"
 
 #include <algorithm>
 #include <array>

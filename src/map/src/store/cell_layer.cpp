@@ -3,7 +3,6 @@
 #include "store/cell_layer.h"
 
 #include "store/belief.h"
-#include "store/set_bits.h"
 
 namespace planar_mapping::detail {
 

@@ -15,7 +15,7 @@
 #include "map_scene.h"
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/map/planar_map.h"
-#include "sensor/frame_images.h"
+#include "sensor/depth_image.h"
 #include "store/unknown_space.h"
 
 namespace planar_mapping {

@@ -63,6 +63,12 @@ inline Int3 toInt3(const Vector3& whole) {
           static_cast<std::int32_t>(whole.z())};
 }
 
+/// Calls visit(bit) for each bit that is set, the lowest first.
+template <typename Visit>
+void forEachBit(std::uint64_t bits, Visit&& visit) {
+  for (; bits != 0; bits &= bits - 1) visit(static_cast<std::size_t>(__builtin_ctzll(bits)));
+}
+
 /// Calls visit(Int3) for all places from \p low to \p high, both included.
 template <typename Visit>
 void forEachPlace(const Int3& low, const Int3& high, Visit&& visit) {
