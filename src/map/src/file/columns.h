@@ -26,15 +26,49 @@ class Columns {
 
   /// One number.
   template <typename T>
-  void value(T& value);
+  void value(T& value) {
+    std::vector<T> one(1, value);
+    column(one);
+    value = one[0];
+  }
   /// The number of items; resizes them when reading.
   /// \param bytes that each item takes at least in what follows
   template <typename Item>
-  void size(std::vector<Item>& items, std::size_t bytes);
+  void size(std::vector<Item>& items, std::size_t bytes) {
+    std::uint64_t n = items.size();
+    value(n);
+    if (!is_reading_) return;
+    if (n > left() / bytes) fail("counts more entries than it has bytes for");
+    items.resize(static_cast<std::size_t>(n));
+  }
   /// One number of each item: all lowest bytes, then all second ones, ... \p get returns a
   /// reference to the number.
   template <typename Item, typename Get>
-  void column(std::vector<Item>& items, Get&& get);
+  void column(std::vector<Item>& items, Get&& get) {
+    using T = std::decay_t<decltype(get(items.front()))>;
+    const std::size_t n = items.size();
+    if (!is_reading_) {
+      const std::size_t start = written_.size();
+      written_.resize(start + n * sizeof(T));
+      for (std::size_t i = 0; i < n; ++i) {
+        WordOf<T> word = 0;
+        std::memcpy(&word, &get(items[i]), sizeof(T));
+        for (std::size_t b = 0; b < sizeof(T); ++b) {
+          written_[start + b * n + i] = static_cast<std::uint8_t>(word >> (8 * b));
+        }
+      }
+      return;
+    }
+    if (n > left() / sizeof(T)) fail("ends too early");
+    const std::uint8_t* bytes = take(n * sizeof(T));
+    for (std::size_t i = 0; i < n; ++i) {
+      WordOf<T> word = 0;
+      for (std::size_t b = 0; b < sizeof(T); ++b) {
+        word = static_cast<WordOf<T>>(word | WordOf<T>{bytes[b * n + i]} << (8 * b));
+      }
+      std::memcpy(&get(items[i]), &word, sizeof(T));
+    }
+  }
   template <typename T>
   void column(std::vector<T>& values) {
     column(values, [](T& value) -> T& { return value; });
@@ -51,8 +85,12 @@ class Columns {
   [[noreturn]] void fail(const std::string& problem) const;
 
  private:
+  /// What has the bits of a number.
   template <typename T>
-  static std::uint64_t bitsOf(const T& value);
+  using WordOf = std::conditional_t<
+      sizeof(T) == 8, std::uint64_t,
+      std::conditional_t<sizeof(T) == 4, std::uint32_t,
+                         std::conditional_t<sizeof(T) == 2, std::uint16_t, std::uint8_t>>>;
   /// The place of the next bytes. \throws Error if there are fewer
   const std::uint8_t* take(std::size_t bytes);
 
@@ -63,64 +101,5 @@ class Columns {
   std::size_t size_ = 0;
   std::size_t at_ = 0;
 };
-
-template <typename T>
-std::uint64_t Columns::bitsOf(const T& value) {
-  if constexpr (std::is_floating_point_v<T>) {
-    std::conditional_t<sizeof(T) == 8, std::uint64_t, std::uint32_t> bits = 0;
-    std::memcpy(&bits, &value, sizeof bits);
-    return bits;
-  } else {
-    return static_cast<std::uint64_t>(value);
-  }
-}
-
-template <typename Item, typename Get>
-void Columns::column(std::vector<Item>& items, Get&& get) {
-  using T = std::decay_t<decltype(get(items.front()))>;
-  const std::size_t n = items.size();
-  if (!is_reading_) {
-    const std::size_t start = written_.size();
-    written_.resize(start + n * sizeof(T));
-    for (std::size_t i = 0; i < n; ++i) {
-      const std::uint64_t bits = bitsOf(get(items[i]));
-      for (std::size_t b = 0; b < sizeof(T); ++b) {
-        written_[start + b * n + i] = static_cast<std::uint8_t>(bits >> (8 * b));
-      }
-    }
-    return;
-  }
-  if (n > left() / sizeof(T)) fail("ends too early");
-  const std::uint8_t* bytes = take(n * sizeof(T));
-  for (std::size_t i = 0; i < n; ++i) {
-    std::uint64_t bits = 0;
-    for (std::size_t b = 0; b < sizeof(T); ++b) {
-      bits |= static_cast<std::uint64_t>(bytes[b * n + i]) << (8 * b);
-    }
-    if constexpr (std::is_floating_point_v<T>) {
-      const auto word =
-          static_cast<std::conditional_t<sizeof(T) == 8, std::uint64_t, std::uint32_t>>(bits);
-      std::memcpy(&get(items[i]), &word, sizeof(T));
-    } else {
-      get(items[i]) = static_cast<T>(bits);
-    }
-  }
-}
-
-template <typename T>
-void Columns::value(T& value) {
-  std::vector<T> one(1, value);
-  column(one);
-  value = one[0];
-}
-
-template <typename Item>
-void Columns::size(std::vector<Item>& items, std::size_t bytes) {
-  std::uint64_t n = items.size();
-  value(n);
-  if (!is_reading_) return;
-  if (n > left() / bytes) fail("counts more entries than it has bytes for");
-  items.resize(static_cast<std::size_t>(n));
-}
 
 }  // namespace planar_mapping::detail

@@ -46,7 +46,19 @@ class LabelTree {
     explicit Walk(const LabelTree& tree) : tree_(tree) {}
     /// Calls visit(CellLabels) for the tiles or blocks of the next region.
     template <typename Visit>
-    void next(Visit&& visit);
+    void next(Visit&& visit) {
+      const auto& region = tree_.regions_[region_];
+      const std::uint8_t label = tree_.region_labels_[region_++];
+      for (std::size_t i = 0; i < tree_.bundlesPerRegion(); ++i) {
+        const std::uint8_t own = label == kInner ? tree_.bundle_labels_[bundle_++] : label;
+        const Bits bits = own == kInner ? tree_.cells_[cells_++] : bitsOf(own);
+        const auto place = static_cast<std::int32_t>(i);
+        visit(CellLabels{{kSide * region[0] + (place & 7), kSide * region[1] + (place >> 3 & 7),
+                          kSide * region[2] + (place >> 6)},
+                         bits.low,
+                         bits.high});
+      }
+    }
 
    private:
     const LabelTree& tree_;
@@ -73,20 +85,5 @@ class LabelTree {
   std::vector<std::uint8_t> bundle_labels_;  ///< of the inner regions
   std::vector<Bits> cells_;                  ///< of the inner bundles
 };
-
-template <typename Visit>
-void LabelTree::Walk::next(Visit&& visit) {
-  const auto& region = tree_.regions_[region_];
-  const std::uint8_t label = tree_.region_labels_[region_++];
-  for (std::size_t i = 0; i < tree_.bundlesPerRegion(); ++i) {
-    const std::uint8_t own = label == kInner ? tree_.bundle_labels_[bundle_++] : label;
-    const Bits bits = own == kInner ? tree_.cells_[cells_++] : bitsOf(own);
-    const auto place = static_cast<std::int32_t>(i);
-    visit(CellLabels{{kSide * region[0] + (place & 7), kSide * region[1] + (place >> 3 & 7),
-                      kSide * region[2] + (place >> 6)},
-                     bits.low,
-                     bits.high});
-  }
-}
 
 }  // namespace planar_mapping::detail

@@ -131,7 +131,23 @@ class DepthImage {
   /// Calls visit(ray, depth) for rays (world, 1 long along the optical axis) that are clear up to a
   /// depth: a few across the image, of a sparse one that of the nearest measurement of each tile.
   template <typename Visit>
-  void forEachRay(Visit&& visit) const;
+  void forEachRay(Visit&& visit) const {
+    constexpr int kRays = 16;  ///< across the image
+    const Level& level = levels_.front();
+    const int step = is_sparse_ ? 1 : std::max(1, level.width / kRays);
+    const double middle = 0.5 * ((1 << shift_) - 1);
+    for (int row = step / 2; row < level.height; row += step) {
+      for (int column = step / 2; column < level.width; column += step) {
+        const auto tile = static_cast<std::size_t>(row * level.width + column);
+        const float clear = level.tiles[tile][kClear];
+        if (!(clear > 0.0f)) continue;
+        const Vector3 ray =
+            is_sparse_ ? Vector3(rays_[tile].homogeneous().cast<double>())
+                       : camera_.rayOf((column << shift_) + middle, (row << shift_) + middle);
+        visit(Vector3(inverse_.transpose() * ray), static_cast<double>(clear));
+      }
+    }
+  }
 
  private:
   /// Corners in pixels of what the box covers; false if it reaches behind the camera.
@@ -169,25 +185,6 @@ class DepthImage {
   std::vector<Level> levels_;
   std::vector<Eigen::Vector2f> rays_;  ///< of a sparse image: to the nearest measurement of a tile
 };
-
-template <typename Visit>
-void DepthImage::forEachRay(Visit&& visit) const {
-  constexpr int kRays = 16;  ///< across the image
-  const Level& level = levels_.front();
-  const int step = is_sparse_ ? 1 : std::max(1, level.width / kRays);
-  const double middle = 0.5 * ((1 << shift_) - 1);
-  for (int row = step / 2; row < level.height; row += step) {
-    for (int column = step / 2; column < level.width; column += step) {
-      const auto tile = static_cast<std::size_t>(row * level.width + column);
-      const float clear = level.tiles[tile][kClear];
-      if (!(clear > 0.0f)) continue;
-      const Vector3 ray =
-          is_sparse_ ? Vector3(rays_[tile].homogeneous().cast<double>())
-                     : camera_.rayOf((column << shift_) + middle, (row << shift_) + middle);
-      visit(Vector3(inverse_.transpose() * ray), static_cast<double>(clear));
-    }
-  }
-}
 
 /// The images that cells are tested against: one of the camera's, or for a cloud without a camera
 /// the six faces of a cube around the sensor, along the world's axes. \param use see

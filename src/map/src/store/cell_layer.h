@@ -104,7 +104,10 @@ class CellLayer {
 
   /// Calls visit(block coordinates, CellBlock) for the blocks of a region, by key.
   template <typename Visit>
-  void forEachBlock(std::size_t region, Visit&& visit) const;
+  void forEachBlock(std::size_t region, Visit&& visit) const {
+    const KeyMap<CellBlock>& blocks = regions.value(region).blocks;
+    for (const std::uint64_t key : blocks.sortedKeys()) visit(unpackKey(key), *blocks.find(key));
+  }
   template <typename Visit>
   void forEachBlock(Visit&& visit) const {
     for (std::size_t r = 0; r < regions.size(); ++r) forEachBlock(r, visit);
@@ -116,11 +119,5 @@ class CellLayer {
 };
 
 constexpr std::int32_t kRegionCells = 64;
-
-template <typename Visit>
-void CellLayer::forEachBlock(std::size_t region, Visit&& visit) const {
-  const KeyMap<CellBlock>& blocks = regions.value(region).blocks;
-  for (const std::uint64_t key : blocks.sortedKeys()) visit(unpackKey(key), *blocks.find(key));
-}
 
 }  // namespace planar_mapping::detail

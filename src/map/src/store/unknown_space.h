@@ -72,7 +72,20 @@ class UnknownSpace {
   /// Calls visit(block coordinates, Block) for every block of regions of which something is
   /// stored, region by region in the order of isBefore().
   template <typename Visit>
-  void forEachBlock(Visit&& visit) const;
+  void forEachBlock(Visit&& visit) const {
+    SpaceRegion::Blocks blocks;
+    for (const std::uint64_t key : regions_.sortedKeys()) {
+      const Int3 at = unpackKey(key);
+      regions_.find(key)->unpack(blocks);
+      for (std::size_t i = 0; i < blocks.labels.size(); ++i) {
+        if (blocks.labels[i] == SpaceRegion::kNever && !isUnseenUnknown()) continue;
+        visit(Int3{8 * at.x + static_cast<std::int32_t>(i & 7u),
+                   8 * at.y + static_cast<std::int32_t>(i >> 3u & 7u),
+                   8 * at.z + static_cast<std::int32_t>(i >> 6u)},
+              blocks.cellsOf(i));
+      }
+    }
+  }
   struct PlacedBlock {
     Int3 at;
     Block cells;
@@ -104,22 +117,6 @@ class UnknownSpace {
   Unseen unseen_;
   KeyMap<SpaceRegion> regions_;  ///< by cell >> 5
 };
-
-template <typename Visit>
-void UnknownSpace::forEachBlock(Visit&& visit) const {
-  SpaceRegion::Blocks blocks;
-  for (const std::uint64_t key : regions_.sortedKeys()) {
-    const Int3 at = unpackKey(key);
-    regions_.find(key)->unpack(blocks);
-    for (std::size_t i = 0; i < blocks.labels.size(); ++i) {
-      if (blocks.labels[i] == SpaceRegion::kNever && !isUnseenUnknown()) continue;
-      visit(Int3{8 * at.x + static_cast<std::int32_t>(i & 7u),
-                 8 * at.y + static_cast<std::int32_t>(i >> 3u & 7u),
-                 8 * at.z + static_cast<std::int32_t>(i >> 6u)},
-            blocks.cellsOf(i));
-    }
-  }
-}
 
 /// A box of space, metres.
 struct SpaceBox {
