@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "planar_map_impl.h"
+#include "planar_mapping/core/base/detail/lists.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/geometry/detail/oriented_box.h"
 
@@ -150,8 +151,7 @@ std::vector<Cell> occupiedCells(const PlanarMap& map, double side) {
       }
     }
   }
-  std::sort(cells.begin(), cells.end());
-  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+  detail::makeDistinct(cells);
   return cells;
 }
 

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/stereo/rectification.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <opencv2/calib3d.hpp>
@@ -13,6 +12,7 @@
 #include "cv_image.h"
 #include "features/feature_detection.h"
 #include "features/stereo_features.h"
+#include "planar_mapping/core/base/detail/lists.h"
 
 namespace planar_mapping {
 namespace {
@@ -24,12 +24,6 @@ cv::Mat cameraMatrix(const PinholeCamera& camera) {
 
 cv::Mat distortionOf(const io::LensDistortion& lens) {
   return (cv::Mat_<double>(1, 5) << lens.k1, lens.k2, lens.p1, lens.p2, lens.k3);
-}
-
-float medianOf(std::vector<float> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace
@@ -147,9 +141,9 @@ std::optional<double> rowsApart(const io::Image& left, const io::Image& right,
     ++matched;
   }
   std::vector<float> apart;
-  for (const std::vector<float>& offsets : quarters) {
+  for (std::vector<float>& offsets : quarters) {
     if (offsets.empty()) continue;
-    const float usual = medianOf(offsets);
+    const float usual = detail::ranked(offsets, offsets.size() / 2);
     for (const float offset : offsets)
       if (std::abs(offset - usual) <= kSameOffset) apart.push_back(std::abs(offset));
   }
@@ -157,7 +151,7 @@ std::optional<double> rowsApart(const io::Image& left, const io::Image& right,
       static_cast<double>(apart.size()) < kMinFraction * static_cast<double>(matched)) {
     return std::nullopt;
   }
-  return double{medianOf(std::move(apart))};
+  return double{detail::ranked(apart, apart.size() / 2)};
 }
 
 }  // namespace planar_mapping

@@ -10,6 +10,7 @@
 
 #include "base/point_indices.h"
 #include "geometry/cloud_sample.h"
+#include "planar_mapping/core/base/detail/lists.h"
 #include "planar_mapping/core/geometry/cloud_scale.h"
 #include "planar_mapping/core/geometry/detail/angles.h"
 
@@ -89,13 +90,9 @@ Indices pointsAround(const PointsView& points, const Indices* indices) {
     ranges.push_back(static_cast<float>(points.point(i).norm()));
   }
   if (ranges.empty()) return around;
-  const auto half = ranges.begin() + static_cast<std::ptrdiff_t>(ranges.size() / 2);
-  std::nth_element(ranges.begin(), half, ranges.end());
-  const double near = kNear * *half;
-  around.erase(std::remove_if(
-                   around.begin(), around.end(),
-                   [&](int i) { return points.point(static_cast<std::size_t>(i)).norm() < near; }),
-               around.end());
+  const double near = kNear * detail::ranked(ranges, ranges.size() / 2);
+  detail::eraseIf(around,
+                  [&](int i) { return points.point(static_cast<std::size_t>(i)).norm() < near; });
   return around;
 }
 

@@ -2,12 +2,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <vector>
 
 #include "planar_mapping/core/base/types.h"
+
+#include "planar_mapping/core/base/detail/lists.h"
 
 namespace planar_mapping::detail {
 
@@ -23,9 +24,8 @@ inline bool isUsable(const PointsView& points, std::size_t i) {
 }
 
 inline double quantile(std::vector<float>& values, double fraction) {
-  const auto rank = static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + rank, values.end());
-  return values[static_cast<std::size_t>(rank)];
+  const double place = fraction * static_cast<double>(values.size() - 1);
+  return ranked(values, static_cast<std::size_t>(place));
 }
 
 /// The box of a cloud without its outliers. \param values  of its points, by axis; reordered

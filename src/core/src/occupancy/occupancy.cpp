@@ -9,6 +9,7 @@
 #include <string>
 
 #include "base/point_indices.h"
+#include "planar_mapping/core/base/detail/lists.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/geometry/detail/angles.h"
 
@@ -39,8 +40,7 @@ std::vector<std::int32_t> denseNumbers(const std::vector<std::int32_t>& groups) 
     return numbers;
   }
   std::vector<std::int32_t> sorted(numbers);
-  std::sort(sorted.begin(), sorted.end());
-  sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
+  detail::makeDistinct(sorted);
   for (std::int32_t& group : numbers) {
     if (group < 0) continue;
     const auto place = std::lower_bound(sorted.begin(), sorted.end(), group);

@@ -10,6 +10,7 @@
 #include "odometry/frame_features.h"
 #include "odometry/local_map.h"
 #include "odometry/motion_refinement.h"
+#include "planar_mapping/core/base/detail/lists.h"
 #include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/core/geometry/detail/angles.h"
@@ -315,9 +316,8 @@ class Odometry::Implementation {
     if (used.empty()) return false;
     std::vector<double> inverse_depth;
     for (const SeenFeature& one : used) inverse_depth.push_back(one.sighting.inverse_depth);
-    const auto middle = inverse_depth.begin() + static_cast<std::ptrdiff_t>(used.size() / 2);
-    std::nth_element(inverse_depth.begin(), middle, inverse_depth.end());
-    return moved.translation().norm() * *middle > params_.keyframe_translation;
+    const double median = detail::ranked(inverse_depth, used.size() / 2);
+    return moved.translation().norm() * median > params_.keyframe_translation;
   }
 
   OdometryParams params_;

@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "planar_mapping/core/planes/multi_plane.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 #include "base/point_indices.h"
+#include "planar_mapping/core/base/detail/lists.h"
 #include "planar_mapping/core/base/error.h"
 #include "planes/plane_search.h"
 
@@ -39,8 +39,7 @@ const Indices* checkedIndices(const PointsView& points, const Indices& indices, 
   }
   if (unordered == 0) return &indices;
   storage = indices;
-  std::sort(storage.begin(), storage.end());
-  storage.erase(std::unique(storage.begin(), storage.end()), storage.end());
+  makeDistinct(storage);
   return &storage;
 }
 

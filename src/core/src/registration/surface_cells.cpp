@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "planar_mapping/core/base/detail/lists.h"
+
 namespace planar_mapping::detail {
 namespace {
 
@@ -124,9 +126,7 @@ void SurfaceCells::limit(std::size_t most) {
   frames.reserve(cells_.size());
   for (const Cell& cell : cells_) frames.push_back(cell.last_frame);
   // A tenth more than needed: not again with every frame.
-  const auto first = frames.begin() + static_cast<std::ptrdiff_t>(cells_.size() - most + most / 10);
-  std::nth_element(frames.begin(), first, frames.end());
-  const std::int64_t oldest = *first;
+  const std::int64_t oldest = ranked(frames, cells_.size() - most + most / 10);
   std::vector<Cell> kept;
   for (Cell& cell : cells_) {
     if (cell.last_frame >= oldest) kept.push_back(std::move(cell));

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "cuboids/cover_geometry.h"
+#include "planar_mapping/core/base/detail/lists.h"
 #include "planar_mapping/core/base/detail/parallel.h"
 #include "store/surface_band.h"
 
@@ -30,8 +31,7 @@ std::vector<std::uint64_t> regionsOf(const MapData& map, const PlaneFrame& frame
     const std::uint64_t key = regionOf(map, centerOf(quarter, frame, s));
     if (regions.empty() || regions.back() != key) regions.push_back(key);
   }
-  std::sort(regions.begin(), regions.end());
-  regions.erase(std::unique(regions.begin(), regions.end()), regions.end());
+  makeDistinct(regions);
   regions.shrink_to_fit();
   return regions;
 }

@@ -9,6 +9,7 @@
 
 #include "cuboids/cover_geometry.h"
 #include "planar_mapping/core/base/detail/disjoint_parts.h"
+#include "planar_mapping/core/base/detail/lists.h"
 #include "planar_mapping/core/base/detail/parallel.h"
 #include "store/surface_band.h"
 
@@ -65,11 +66,9 @@ class Grouping {
         addFaces(part, groups);
       }
     }
-    groups.erase(std::remove_if(groups.begin(), groups.end(),
-                                [&](const std::vector<std::uint32_t>& group) {
-                                  return regionOf(group.front()) == regionOf(group.back());
-                                }),
-                 groups.end());
+    eraseIf(groups, [&](const std::vector<std::uint32_t>& group) {
+      return regionOf(group.front()) == regionOf(group.back());
+    });
     std::sort(groups.begin(), groups.end());
     return groups;
   }
@@ -115,9 +114,7 @@ class Grouping {
   std::vector<std::vector<std::uint32_t>> parts() {
     std::vector<std::vector<std::uint32_t>> of_part(boxes_.size());
     for (std::uint32_t i = 0; i < boxes_.size(); ++i) of_part[parts_.of(i)].push_back(i);
-    of_part.erase(std::remove_if(of_part.begin(), of_part.end(),
-                                 [](const auto& part) { return part.size() < 2; }),
-                  of_part.end());
+    eraseIf(of_part, [](const auto& part) { return part.size() < 2; });
     return of_part;
   }
 
@@ -133,11 +130,8 @@ class Grouping {
     }
     std::vector<char> taken(extents_.size(), 0);
     for (auto& [face, group] : at_face) {
-      std::sort(group.begin(), group.end());
-      group.erase(std::unique(group.begin(), group.end()), group.end());
-      group.erase(std::remove_if(group.begin(), group.end(),
-                                 [&](std::uint32_t i) { return taken[i] != 0; }),
-                  group.end());
+      makeDistinct(group);
+      eraseIf(group, [&](std::uint32_t i) { return taken[i] != 0; });
       if (group.empty() || regionOf(group.front()) == regionOf(group.back())) continue;
       for (const std::uint32_t i : group) taken[i] = 1;
       groups.push_back(std::move(group));
@@ -153,11 +147,6 @@ class Grouping {
 /// Cells so far from a box have to do with it: it stands for what is half a cell beside it, and may
 /// become one that holds another half.
 constexpr double kReach = 2.0;
-
-void makeDistinct(std::vector<std::uint64_t>& keys) {
-  std::sort(keys.begin(), keys.end());
-  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
-}
 
 /// Covers anew, across borders, what a group of boxes of several regions stands for.
 class GroupCover {
@@ -261,7 +250,7 @@ void JoinedBoxes::release(const std::vector<std::uint64_t>& regions) {
   const auto isOver = [&](const Group& group) {
     return std::any_of(group.regions.begin(), group.regions.end(), isChanged);
   };
-  groups_.erase(std::remove_if(groups_.begin(), groups_.end(), isOver), groups_.end());
+  eraseIf(groups_, isOver);
 }
 
 std::size_t JoinedBoxes::size() const {

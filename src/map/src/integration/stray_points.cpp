@@ -4,6 +4,8 @@
 
 #include "integration/frame.h"
 
+#include "planar_mapping/core/base/detail/lists.h"
+
 namespace planar_mapping::detail {
 namespace {
 
@@ -31,10 +33,7 @@ void leaveOutStray(const MapData& map, Frame& frame) {
            std::any_of(frame.images.begin(), frame.images.end(),
                        [&](const auto& image) { return isAtEdge(image, world, map.resolution()); });
   };
-  Indices& points = frame.non_planar;
-  const auto kept = std::remove_if(points.begin(), points.end(), is_stray);
-  frame.update.dropped_points += static_cast<std::size_t>(points.end() - kept);
-  points.erase(kept, points.end());
+  frame.update.dropped_points += eraseIf(frame.non_planar, is_stray);
 }
 
 }  // namespace planar_mapping::detail

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "store/map_data.h"
 
+#include "planar_mapping/core/base/detail/lists.h"
+
 namespace planar_mapping::detail {
 
 std::size_t MapData::memoryBytes() const {
@@ -20,9 +22,7 @@ std::size_t MapData::commit() {
   std::size_t modified = cells.commit(revision());
   for (PlaneLayer& layer : planes) modified += layer.raster.commit(revision());
   // The id of a plane without a cell is not given out again.
-  planes.erase(std::remove_if(planes.begin(), planes.end(),
-                              [](const PlaneLayer& p) { return p.raster.patches().empty(); }),
-               planes.end());
+  eraseIf(planes, [](const PlaneLayer& p) { return p.raster.patches().empty(); });
   planes.shrink_to_fit();
   return modified;
 }

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "store/tile_raster.h"
 
+#include "planar_mapping/core/base/detail/lists.h"
+
 namespace planar_mapping::detail {
 namespace {
 
@@ -87,9 +89,7 @@ std::size_t TileRaster::commit(std::uint32_t revision) {
   }
   if (dirty == 0) return 0;
   tiles_.removeIf([](std::uint64_t, const RasterTile& tile) { return tile.occupied() == 0; });
-  patches_.erase(std::remove_if(patches_.begin(), patches_.end(),
-                                [](const RasterPatch& patch) { return patch.window.empty(); }),
-                 patches_.end());
+  eraseIf(patches_, [](const RasterPatch& patch) { return patch.window.empty(); });
   return dirty;
 }
 

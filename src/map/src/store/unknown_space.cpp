@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "planar_mapping/core/base/detail/lists.h"
+
 namespace planar_mapping::detail {
 namespace {
 
@@ -264,12 +266,8 @@ void UnknownSpace::keepNearest(const Vector3& origin, double cell, std::vector<P
     distances.push_back(distanceOf(blocks[i]));
   }
   if (distances.size() <= budget.regions) return;
-  const auto first = distances.begin() + static_cast<std::ptrdiff_t>(budget.regions);
-  std::nth_element(distances.begin(), first, distances.end());
-  const double farthest = *first;
-  blocks.erase(std::remove_if(blocks.begin(), blocks.end(),
-                              [&](const PlacedBlock& b) { return distanceOf(b) >= farthest; }),
-               blocks.end());
+  const double farthest = ranked(distances, budget.regions);
+  eraseIf(blocks, [&](const PlacedBlock& b) { return distanceOf(b) >= farthest; });
   budget.range = std::min(budget.range, cell * farthest);
 }
 

@@ -13,6 +13,7 @@
 #include "cv_image.h"
 #include "matching/semi_global.h"
 #include "matching/subpixel.h"
+#include "planar_mapping/core/base/detail/lists.h"
 
 namespace planar_mapping {
 namespace {
@@ -267,12 +268,8 @@ CoarseDisparities searchCoarsely(const cv::Mat& left, const cv::Mat& right, doub
       static_cast<double>(matched) / static_cast<double>(std::max<std::size_t>(1, textured));
   // So few pixels at either end are more likely wrong than seen.
   const std::size_t outliers = found.size() / 400;
-  const auto low = found.begin() + static_cast<std::ptrdiff_t>(outliers);
-  std::nth_element(found.begin(), low, found.end());
-  coarse.low = *low * scale;
-  const auto high = found.end() - 1 - static_cast<std::ptrdiff_t>(outliers);
-  std::nth_element(found.begin(), high, found.end());
-  coarse.high = *high * scale;
+  coarse.low = detail::ranked(found, outliers) * scale;
+  coarse.high = detail::ranked(found, found.size() - 1 - outliers) * scale;
   return coarse;
 }
 

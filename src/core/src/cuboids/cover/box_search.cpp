@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "planar_mapping/core/base/detail/lists.h"
+
 namespace planar_mapping::detail {
 namespace {
 
@@ -88,9 +90,7 @@ std::optional<std::vector<CellSet>> fewerBoxes(const BoxSpace& space, const Cell
   std::vector<const CellSet*> chosen;
   for (const std::size_t s : found) chosen.push_back(&sets[s]);
   std::vector<CellSet> parts = partitioned(chosen, place);
-  parts.erase(
-      std::remove_if(parts.begin(), parts.end(), [](const CellSet& part) { return part.empty(); }),
-      parts.end());
+  eraseIf(parts, [](const CellSet& part) { return part.empty(); });
   for (CellSet& part : parts) {
     for (std::uint32_t& number : part) number = covered[number];
     std::sort(part.begin(), part.end());

@@ -4,6 +4,8 @@
 
 #include <numeric>
 
+#include "planar_mapping/core/base/detail/lists.h"
+
 namespace planar_mapping::detail {
 namespace {
 
@@ -97,8 +99,7 @@ std::vector<LatticeBox> largestBoxes(const BitGrid& required, const BitGrid& all
     }
     for (const LatticeCell& cell : cells) done.clearWordOf(cell);
   }
-  std::sort(found.begin(), found.end());
-  found.erase(std::unique(found.begin(), found.end()), found.end());
+  makeDistinct(found);
   return found;
 }
 

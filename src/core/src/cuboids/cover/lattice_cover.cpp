@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "cuboids/cover/box_search.h"
+#include "planar_mapping/core/base/detail/lists.h"
 
 namespace planar_mapping::detail {
 
@@ -72,9 +73,7 @@ class LatticeCover {
   }
 
   void dropEmpty() {
-    chosen_.erase(std::remove_if(chosen_.begin(), chosen_.end(),
-                                 [](const Chosen& c) { return c.members.empty(); }),
-                  chosen_.end());
+    eraseIf(chosen_, [](const Chosen& c) { return c.members.empty(); });
   }
 
   /// Fewer boxes for what no set of the cover holds, if they are found.

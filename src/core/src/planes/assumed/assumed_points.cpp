@@ -8,6 +8,7 @@
 #include <limits>
 #include <optional>
 
+#include "planar_mapping/core/base/detail/lists.h"
 #include "planar_mapping/core/base/error.h"
 #include "planes/assumed/hole_planes.h"
 
@@ -161,8 +162,7 @@ std::vector<HolePlane> Assumption::candidatesOf(const Hole& hole) {
     if (is_new) {
       add(fresh);
       const auto isGone = [&](const HolePlane& c) { return planes_[c.number].inliers.empty(); };
-      candidates.erase(std::remove_if(candidates.begin(), candidates.end(), isGone),
-                       candidates.end());
+      detail::eraseIf(candidates, isGone);
       if (!isGone(fresh)) candidates.push_back(std::move(fresh));
     }
     rest = hole.ends;
@@ -186,8 +186,7 @@ std::vector<Bound> Assumption::bounds() const {
     bound.first = std::min(bound.first, tiles_.middleOf(i).x());
     bound.last = std::max(bound.last, tiles_.middleOf(i).x());
   }
-  const auto is_small = [](const Bound& bound) { return bound.tiles < detail::kMinEnds; };
-  found.erase(std::remove_if(found.begin(), found.end(), is_small), found.end());
+  detail::eraseIf(found, [](const Bound& bound) { return bound.tiles < detail::kMinEnds; });
   if (ground_) found.push_back({*ground_, 0.0, static_cast<double>(camera_.width)});
   return found;
 }

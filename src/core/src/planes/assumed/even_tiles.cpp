@@ -5,6 +5,8 @@
 
 #include "planes/assumed/tile_image.h"
 
+#include "planar_mapping/core/base/detail/lists.h"
+
 namespace planar_mapping {
 namespace {
 
@@ -42,9 +44,7 @@ std::vector<std::uint8_t> evenTiles(const std::uint8_t* gray, int width, int hei
   if (means.empty()) return even;
   // The evenest tenth shows the noise of the camera.
   std::vector<float> sorted = deviations;
-  const auto tenth = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 10);
-  std::nth_element(sorted.begin(), tenth, sorted.end());
-  const float most = std::max(kEven * *tenth, kMinNoise);
+  const float most = std::max(kEven * detail::ranked(sorted, sorted.size() / 10), kMinNoise);
   for (int y = 0; y < rows; ++y) {
     for (int x = 0; x < columns; ++x) {
       const auto i = static_cast<std::size_t>(y * columns + x);

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "planar_mapping/core/base/detail/lists.h"
+
 namespace planar_mapping::detail {
 namespace {
 
@@ -110,8 +112,7 @@ Indices TileImage::endsOf(const Indices& hole) const {
       }
     }
   }
-  std::sort(ends.begin(), ends.end());
-  ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
+  makeDistinct(ends);
   return ends;
 }
 

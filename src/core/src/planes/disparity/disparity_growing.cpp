@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "base/organized_lanes.h"
+#include "planar_mapping/core/base/detail/lists.h"
 #include "planar_mapping/core/base/detail/parallel.h"
 #include "planar_mapping/core/base/detail/simd.h"
 #include "planes/disparity/disparity_fit.h"
@@ -94,11 +95,8 @@ double DisparityGrower::noise() {
     if (fit.count > 0.0) residuals.push_back(fit.residual);
   }
   if (residuals.size() < kMinSamples) return most;
-  const auto at =
-      residuals.begin() + static_cast<std::ptrdiff_t>(params.noise_quantile *
-                                                      static_cast<double>(residuals.size() - 1));
-  std::nth_element(residuals.begin(), at, residuals.end());
-  return std::clamp(*at, least, most);
+  const double place = params.noise_quantile * static_cast<double>(residuals.size() - 1);
+  return std::clamp(ranked(residuals, static_cast<std::size_t>(place)), least, most);
 }
 
 void DisparityGrower::classify() {

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: planar_mapping contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include "planar_mapping/core/base/detail/lists.h"
 #include "planar_mapping/core/geometry/cloud_scale.h"
 #include "planar_mapping/core/planes/multi_plane.h"
 
@@ -97,11 +98,8 @@ PlaneSet densePlanesOf(std::vector<Plane> planes, const PointsView& points, cons
                        const MultiPlaneParams& params, const Vector3& sensor,
                        FeaturePlaneDiagnostics& diagnostics) {
   if (params.features.refine) {
-    const auto surfaces = std::remove_if(planes.begin(), planes.end(), [&](const Plane& plane) {
-      return !isSurface(plane, points, indices, params);
-    });
-    diagnostics.rejected_not_surface = static_cast<std::size_t>(planes.end() - surfaces);
-    planes.erase(surfaces, planes.end());
+    diagnostics.rejected_not_surface = detail::eraseIf(
+        planes, [&](const Plane& plane) { return !isSurface(plane, points, indices, params); });
   }
   const std::vector<std::int32_t> labels = detail::clusterIndexed(points, &indices, planes, params);
   PlaneSet set = detail::assemblePlaneSet(points, labels, planes, params, sensor);
@@ -118,12 +116,9 @@ PlaneSet densePlanesOf(std::vector<Plane> planes, const PointsView& points, cons
     return set;
   }
   const double min_cosine = std::cos(params.features.max_refit_turn);
-  const auto end =
-      std::remove_if(set.planes.begin(), set.planes.end(), [&](const PlaneSegment& segment) {
-        return std::fabs(before(segment).normal.dot(segment.plane.normal)) < min_cosine;
-      });
-  diagnostics.rejected_turned = static_cast<std::size_t>(set.planes.end() - end);
-  set.planes.erase(end, set.planes.end());
+  diagnostics.rejected_turned = detail::eraseIf(set.planes, [&](const PlaneSegment& segment) {
+    return std::fabs(before(segment).normal.dot(segment.plane.normal)) < min_cosine;
+  });
   return set;
 }
 

@@ -10,6 +10,7 @@
 
 #include "base/point_indices.h"
 #include "grid/cell_table.h"
+#include "planar_mapping/core/base/detail/lists.h"
 
 namespace planar_mapping::detail {
 
@@ -78,9 +79,7 @@ double chooseRadius(const SparsePoints& points) {
   std::vector<float> radii;
   const std::size_t step = std::max<std::size_t>(1, n / kProbes);
   for (std::size_t i = step / 2; i < n; i += step) radii.push_back(squaredRank(points, i));
-  const auto half = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
-  std::nth_element(radii.begin(), half, radii.end());
-  return std::sqrt(static_cast<double>(*half));
+  return std::sqrt(static_cast<double>(ranked(radii, radii.size() / 2)));
 }
 
 void findNeighbours(SparsePoints& points) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "planar_mapping/core/base/detail/lists.h"
 #include "planar_mapping/core/base/detail/simd.h"
 
 namespace planar_mapping::detail {
@@ -231,11 +232,9 @@ double correlatedPixels(const CellGrid& grid, const std::vector<CellFit>& window
     }
   }
   if (samples.size() < kMinSamples) return RangeNoise().correlated_pixels;
-  const auto at =
-      samples.begin() +
-      static_cast<std::ptrdiff_t>(params.noise_quantile * static_cast<double>(samples.size()));
-  std::nth_element(samples.begin(), at, samples.end());
-  return std::min(std::max(1.0, *at), static_cast<double>(grid.capacity));
+  const double place = params.noise_quantile * static_cast<double>(samples.size());
+  return std::min(std::max(1.0, ranked(samples, static_cast<std::size_t>(place))),
+                  static_cast<double>(grid.capacity));
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "grid/cell_table.h"
+#include "planar_mapping/core/base/detail/lists.h"
 #include "planar_mapping/core/base/detail/random.h"
 #include "planar_mapping/core/base/detail/simd.h"
 #include "planes/unorganized/leaf_voters.h"
@@ -73,9 +74,7 @@ Vector3 medianOfMeans(const SurfaceLeaves& surface) {
       if (leaf.planar) values.push_back(leaf.mean[axis]);
     }
     if (values.empty()) return middle;
-    const auto half = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), half, values.end());
-    middle[axis] = *half;
+    middle[axis] = ranked(values, values.size() / 2);
   }
   return middle;
 }
