@@ -6,9 +6,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "planar_mapping/core/base/types.h"
-
 #include "planar_mapping/core/base/detail/lists.h"
+#include "planar_mapping/core/base/types.h"
 
 namespace planar_mapping::detail {
 

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstring>
 
-#include "base/organized_lanes.h"
 #include "planar_mapping/core/base/detail/lists.h"
 #include "planar_mapping/core/base/detail/parallel.h"
 #include "planar_mapping/core/base/detail/simd.h"
@@ -29,14 +28,12 @@ struct BandedDisparity {
 
 // Each pixel to the plane nearest in disparity whose band it lies in.
 PLANAR_MAPPING_MULTIVERSION
-void nearestDisparity(const float* x, const float* y, const float* d, const BandedDisparity* planes,
-                      int count, std::int16_t* labels) {
+void nearestDisparity(const float* x, const BandedDisparity* planes, int count,
+                      std::int16_t* labels) {
   const FloatLanes zero = {};
   for (int k = 0; k < kTileArea; k += kLanes) {
     FloatLanes px, py, pd;
-    load(x + k, px);
-    load(y + k, py);
-    load(d + k, pd);
+    load(x + k, px, py, pd);
     IntLanes label = IntLanes{} - 1;
     FloatLanes best = zero + kFar;
     for (int plane = 0; plane < count; ++plane) {
@@ -176,7 +173,7 @@ void DisparityAssigner::assign(const std::vector<PlaneCandidate>& planes,
       if (count == 0 && !holdsPlane(tile)) continue;
       std::int16_t* labels = labelsOf(tile);
       std::memcpy(before, labels, sizeof(before));
-      nearestDisparity(cloud_.x(tile), cloud_.y(tile), cloud_.z(tile), banded, count, labels);
+      nearestDisparity(cloud_.x(tile), banded, count, labels);
       if (std::memcmp(before, labels, sizeof(before)) != 0) summarize(tile);
     }
   });

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "base/organized_lanes.h"
 #include "planar_mapping/core/base/detail/parallel.h"
 #include "planar_mapping/core/base/detail/simd.h"
 
@@ -24,15 +23,13 @@ struct BandedPlane {
 
 // Each free pixel to the nearest of the planes within its band.
 PLANAR_MAPPING_MULTIVERSION
-void nearestInBand(const float* x, const float* y, const float* z, const float* sensor,
-                   const BandedPlane* planes, int count, std::int16_t* labels) {
+void nearestInBand(const float* x, const float* sensor, const BandedPlane* planes, int count,
+                   std::int16_t* labels) {
   const FloatLanes zero = {};
   for (int k = 0; k < kTileArea; k += kLanes) {
     FloatLanes px, py, pz;
     IntLanes label;
-    load(x + k, px);
-    load(y + k, py);
-    load(z + k, pz);
+    load(x + k, px, py, pz);
     load(labels + k, label);
     const FloatLanes rx = px - sensor[0];
     const FloatLanes ry = py - sensor[1];
@@ -137,8 +134,7 @@ void PixelAssigner::assignTile(int tile, const std::vector<PlaneCandidate>& plan
   const float sensor[3] = {static_cast<float>(cloud_.sensor.x()),
                            static_cast<float>(cloud_.sensor.y()),
                            static_cast<float>(cloud_.sensor.z())};
-  nearestInBand(cloud_.x(tile), cloud_.y(tile), cloud_.z(tile), sensor, banded, count,
-                labelsOf(tile));
+  nearestInBand(cloud_.x(tile), sensor, banded, count, labelsOf(tile));
   summarize(tile);
 }
 

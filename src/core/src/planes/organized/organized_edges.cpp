@@ -12,7 +12,6 @@
 #include <iterator>
 #include <utility>
 
-#include "base/organized_lanes.h"
 #include "planar_mapping/core/base/detail/parallel.h"
 #include "planar_mapping/core/base/detail/simd.h"
 #include "planes/organized/organized_assignment.h"
@@ -40,13 +39,10 @@ struct EdgeErrors {
   FloatLanes errors[3], variance;
 };
 
-PLANAR_MAPPING_INLINE void errorsAlongRays(const float* x, const float* y, const float* z,
-                                           const EdgePlane* planes, int count,
+PLANAR_MAPPING_INLINE void errorsAlongRays(const float* x, const EdgePlane* planes, int count,
                                            const EdgeNoise& noise, EdgeErrors& at) {
   FloatLanes px, py, pz;
-  load(x, px);
-  load(y, py);
-  load(z, pz);
+  load(x, px, py, pz);
   const FloatLanes rx = px - noise.sensor[0];
   const FloatLanes ry = py - noise.sensor[1];
   const FloatLanes rz = pz - noise.sensor[2];
@@ -94,15 +90,15 @@ PLANAR_MAPPING_INLINE void errorOf(const EdgeOrder& order, const FloatLanes* err
 
 // The squared errors of the pixels of a tile in every order, in squared sigmas.
 PLANAR_MAPPING_MULTIVERSION
-void sumErrors(const float* x, const float* y, const float* z, const EdgePlane* planes, int count,
-               const EdgeNoise& noise, float* votes) {
+void sumErrors(const float* x, const EdgePlane* planes, int count, const EdgeNoise& noise,
+               float* votes) {
   const int orders = count < 3 ? kOrdersOfTwo : kOrdersOfThree;
   const FloatLanes zero = {};
   FloatLanes sums[kOrdersOfThree];
   for (int o = 0; o < orders; ++o) sums[o] = zero;
   for (int k = 0; k < kTileArea; k += kLanes) {
     EdgeErrors at;
-    errorsAlongRays(x + k, y + k, z + k, planes, count, noise, at);
+    errorsAlongRays(x + k, planes, count, noise, at);
     const IntLanes finite = at.variance == at.variance;  // pixels without a point do not vote
     const FloatLanes inverse = finite ? 1.0F / at.variance : zero;
     const FloatLanes limit = zero + noise.near;
@@ -122,14 +118,13 @@ void sumErrors(const float* x, const float* y, const float* z, const EdgePlane* 
 
 // Gives the pixels of the planes to the one their ray ends on, if that is near to their own.
 PLANAR_MAPPING_MULTIVERSION
-void settleTile(const float* x, const float* y, const float* z, const EdgePlane* planes, int count,
-                const EdgeNoise& noise, const EdgeOrder& order, const std::int16_t* plane_labels,
-                std::int16_t* labels) {
+void settleTile(const float* x, const EdgePlane* planes, int count, const EdgeNoise& noise,
+                const EdgeOrder& order, const std::int16_t* plane_labels, std::int16_t* labels) {
   for (int k = 0; k < kTileArea; k += kLanes) {
     IntLanes label;
     load(labels + k, label);
     EdgeErrors at;
-    errorsAlongRays(x + k, y + k, z + k, planes, count, noise, at);
+    errorsAlongRays(x + k, planes, count, noise, at);
     FloatLanes error;
     errorOf(order, at.errors, count, error);
     IntLanes to = label;
@@ -256,8 +251,7 @@ void PixelAssigner::voteOf(int tile, const std::vector<PlaneCandidate>& planes,
     }
     EdgePlane edge[kEdgePlanes];
     describe(*at, planes, edge);
-    sumErrors(cloud_.x(tile), cloud_.y(tile), cloud_.z(tile), edge, at->planes, noise,
-              at->ballots[k]);
+    sumErrors(cloud_.x(tile), edge, at->planes, noise, at->ballots[k]);
     given[different++] = {at, at->ballots[k]};
   }
 }
@@ -285,8 +279,7 @@ void PixelAssigner::settle(const std::vector<PlaneCandidate>& planes, EdgeTile& 
   std::int16_t* labels = labels_.data() + static_cast<std::size_t>(at.tile) * kTileArea;
   std::int16_t before[kTileArea];
   std::copy_n(labels, kTileArea, before);
-  settleTile(cloud_.x(at.tile), cloud_.y(at.tile), cloud_.z(at.tile), edge, at.planes, edgeNoise(),
-             order, at.labels, labels);
+  settleTile(cloud_.x(at.tile), edge, at.planes, edgeNoise(), order, at.labels, labels);
   if (!std::equal(before, before + kTileArea, labels)) summarize(at.tile);
 }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "base/organized_lanes.h"
 #include "planar_mapping/core/base/detail/simd.h"
 #include "planes/organized/organized_assignment.h"
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <limits>
 
-#include "base/organized_lanes.h"
 #include "planar_mapping/core/base/detail/parallel.h"
 #include "planar_mapping/core/base/detail/simd.h"
 
@@ -72,9 +71,7 @@ void toDisparities(float focal, float factor, int columns, float* tiles) {
     float* tile = tiles + std::size_t{3} * kTileArea * column;
     for (int k = 0; k < kTileArea; k += kLanes) {
       FloatLanes x, y, z;
-      load(tile + k, x);
-      load(tile + kTileArea + k, y);
-      load(tile + 2 * kTileArea + k, z);
+      load(tile + k, x, y, z);
       const FloatLanes inverse = 1.0F / z;
       x = focal * x * inverse;
       y = focal * y * inverse;
@@ -104,9 +101,8 @@ bool findOrigin(const PointsView& points, const Indices* indices, std::size_t& o
 
 // Sums about the first point; a pixel counts if it is finite and carries the label (labels may be
 // null).
-PLANAR_MAPPING_INLINE void sumPixels(const float* x, const float* y, const float* z,
-                                     const std::int16_t* labels, std::int16_t label, int pixels,
-                                     double* out, std::size_t out_stride) {
+PLANAR_MAPPING_INLINE void sumPixels(const float* x, const std::int16_t* labels, std::int16_t label,
+                                     int pixels, double* out, std::size_t out_stride) {
   const FloatLanes zero = {};
   const FloatLanes one = zero + 1.0F;
   int first = 0;
@@ -125,8 +121,8 @@ PLANAR_MAPPING_INLINE void sumPixels(const float* x, const float* y, const float
     return;
   }
   const float ox = x[first];
-  const float oy = y[first];
-  const float oz = z[first];
+  const float oy = x[kTileArea + first];
+  const float oz = x[2 * kTileArea + first];
   FloatLanes sum_n[2] = {}, sum_x[2] = {}, sum_y[2] = {}, sum_z[2] = {};
   FloatLanes sum_xx[2] = {}, sum_xy[2] = {}, sum_xz[2] = {};
   FloatLanes sum_yy[2] = {}, sum_yz[2] = {}, sum_zz[2] = {};
@@ -134,9 +130,7 @@ PLANAR_MAPPING_INLINE void sumPixels(const float* x, const float* y, const float
     for (int half = 0; half < 2; ++half) {
       const int k = begin + half * kLanes;
       FloatLanes dx, dy, dz;
-      load(x + k, dx);
-      load(y + k, dy);
-      load(z + k, dz);
+      load(x + k, dx, dy, dz);
       FloatLanes counts = dx == dx ? one : zero;
       dy = dx == dx ? dy - oy : zero;
       dz = dx == dx ? dz - oz : zero;
@@ -208,6 +202,38 @@ void sumColumns(double* data, int columns, int rows, int radius, double* padded)
   }
 }
 
+/// Of every tile, out[moment * out_stride + tile].
+PLANAR_MAPPING_MULTIVERSION
+void sumTiles(const float* xyz, int first_tile, int last_tile, std::size_t out_stride,
+              double* out) {
+  for (int tile = first_tile; tile < last_tile; ++tile) {
+    const float* x = xyz + std::size_t{3} * kTileArea * tile;
+    sumPixels(x, nullptr, 0, kTileArea, out + tile, out_stride);
+  }
+}
+
+/// Of every quarter of a row of tiles over the pixels without a label; quarters form a grid of
+/// 2 * columns by 2 * rows cells, out[moment * out_stride + cell], which is zero before; most have
+/// no such pixel. \param columns tiles in a row
+PLANAR_MAPPING_MULTIVERSION
+void sumFreeQuarters(const float* xyz, const std::int16_t* labels, int columns, int row,
+                     std::size_t out_stride, double* out) {
+  for (int column = 0; column < columns; ++column) {
+    const std::size_t tile = static_cast<std::size_t>(row) * columns + column;
+    const float* x = xyz + 3 * kTileArea * tile;
+    const std::int16_t* tile_labels = labels + kTileArea * tile;
+    for (int quarter = 0; quarter < 4; ++quarter) {
+      const int at = quarter * kQuarterArea;
+      const std::size_t cell =
+          (static_cast<std::size_t>(2 * row + quarter / 2) * columns + column) * 2 + quarter % 2;
+      ShortLanes held;
+      std::memcpy(&held, tile_labels + at, sizeof(held));
+      if (smallestOf(held) >= 0) continue;
+      sumPixels(x + at, tile_labels + at, -1, kQuarterArea, out + cell, out_stride);
+    }
+  }
+}
+
 }  // namespace
 
 TiledCloud tileCloud(const PointsView& points, const Indices* indices, const Vector3& sensor,
@@ -239,40 +265,9 @@ TiledCloud tileCloud(const PointsView& points, const Indices* indices, const Vec
 }
 
 PLANAR_MAPPING_MULTIVERSION
-void sumTiles(const float* xyz, int first_tile, int last_tile, std::size_t out_stride,
-              double* out) {
-  for (int tile = first_tile; tile < last_tile; ++tile) {
-    const float* x = xyz + std::size_t{3} * kTileArea * tile;
-    sumPixels(x, x + kTileArea, x + 2 * kTileArea, nullptr, 0, kTileArea, out + tile, out_stride);
-  }
-}
-
-PLANAR_MAPPING_MULTIVERSION
-void sumFreeQuarters(const float* xyz, const std::int16_t* labels, int columns, int first_row,
-                     int last_row, std::size_t out_stride, double* out) {
-  for (int row = first_row; row < last_row; ++row) {
-    for (int column = 0; column < columns; ++column) {
-      const std::size_t tile = static_cast<std::size_t>(row) * columns + column;
-      const float* x = xyz + 3 * kTileArea * tile;
-      const std::int16_t* tile_labels = labels + kTileArea * tile;
-      for (int quarter = 0; quarter < 4; ++quarter) {
-        const int at = quarter * kQuarterArea;
-        const std::size_t cell =
-            (static_cast<std::size_t>(2 * row + quarter / 2) * columns + column) * 2 + quarter % 2;
-        ShortLanes held;
-        std::memcpy(&held, tile_labels + at, sizeof(held));
-        if (smallestOf(held) >= 0) continue;
-        sumPixels(x + at, x + kTileArea + at, x + 2 * kTileArea + at, tile_labels + at, -1,
-                  kQuarterArea, out + cell, out_stride);
-      }
-    }
-  }
-}
-
-PLANAR_MAPPING_MULTIVERSION
 void sumLabelledPixels(const float* x, const std::int16_t* labels, std::int16_t label,
                        double* out) {
-  sumPixels(x, x + kTileArea, x + 2 * kTileArea, labels, label, kTileArea, out, 1);
+  sumPixels(x, labels, label, kTileArea, out, 1);
 }
 
 PLANAR_MAPPING_MULTIVERSION
@@ -282,8 +277,7 @@ void sumQuarters(const float* xyz, int columns, double* out) {
     for (int quarter = 0; quarter < 4; ++quarter) {
       const std::size_t cell = static_cast<std::size_t>(quarter / 2 * columns + column) * 2;
       const float* at = x + quarter * kQuarterArea;
-      sumPixels(at, at + kTileArea, at + 2 * kTileArea, nullptr, 0, kQuarterArea,
-                out + (cell + quarter % 2) * kMoments, 1);
+      sumPixels(at, nullptr, 0, kQuarterArea, out + (cell + quarter % 2) * kMoments, 1);
     }
   }
 }
@@ -302,8 +296,7 @@ CellGrid freeQuarterGrid(const TiledCloud& cloud, const std::vector<std::int16_t
                          int threads) {
   CellGrid grid(2 * cloud.columns, 2 * cloud.rows, kQuarterArea);
   parallelFor(static_cast<std::size_t>(cloud.rows), threads, [&](std::size_t row) {
-    const int first = static_cast<int>(row);
-    sumFreeQuarters(cloud.xyz.get(), labels.data(), cloud.columns, first, first + 1,
+    sumFreeQuarters(cloud.xyz.get(), labels.data(), cloud.columns, static_cast<int>(row),
                     static_cast<std::size_t>(grid.cells()), grid.sums.data());
   });
   return grid;

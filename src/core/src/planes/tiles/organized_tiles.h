@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "base/organized_lanes.h"
 #include "planar_mapping/core/base/types.h"
 #include "planar_mapping/core/geometry/camera.h"
 
@@ -22,6 +23,13 @@ constexpr int kQuarterArea = kTileArea / 4;       ///< pixels
 constexpr int pixelInTile(int row, int column) {
   return ((row / kQuarterSide) * 2 + column / kQuarterSide) * kQuarterArea +
          (row % kQuarterSide) * kQuarterSide + column % kQuarterSide;
+}
+
+/// x, y and z of the pixels of a tile that begin at this x.
+PLANAR_MAPPING_INLINE void load(const float* from, FloatLanes& x, FloatLanes& y, FloatLanes& z) {
+  load(from, x);
+  load(from + kTileArea, y);
+  load(from + 2 * kTileArea, z);
 }
 
 /// An organized cloud cut into 8 x 8 pixel tiles, each 64 x, then 64 y, then 64 z, relative to
@@ -55,15 +63,6 @@ enum Moment { kN, kX, kY, kZ, kXX, kXY, kXZ, kYY, kYZ, kZZ, kMoments };
 using MomentSums = std::array<double, kMoments>;
 
 // Sums of the points of tiled clouds; \p xyz is TiledCloud::xyz, \p x that of one tile.
-
-/// Of every tile, out[moment * out_stride + tile].
-void sumTiles(const float* xyz, int first_tile, int last_tile, std::size_t out_stride, double* out);
-
-/// Of every quarter over the pixels without a label; quarters form a grid of 2 * columns by
-/// 2 * rows cells, out[moment * out_stride + cell], which is zero before; most have no such pixel.
-/// \param columns tiles in a row
-void sumFreeQuarters(const float* xyz, const std::int16_t* labels, int columns, int first_row,
-                     int last_row, std::size_t out_stride, double* out);
 
 /// Of all pixels of every quarter in a row of tiles, two rows of 2 * columns cells.
 void sumQuarters(const float* xyz, int columns, double* out);
