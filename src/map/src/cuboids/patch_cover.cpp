@@ -16,34 +16,29 @@ namespace {
 std::vector<std::vector<PlacedTile>> islandsOf(const std::vector<PlacedTile>& tiles) {
   constexpr std::size_t kSparse = 16;  // tiles of the window for each that holds a cell
   if (tiles.empty()) return {};
-  PlacedTile low = tiles.front();
-  PlacedTile high = tiles.front();
-  for (const PlacedTile& t : tiles) {
-    low.a = std::min(low.a, t.a);
-    low.b = std::min(low.b, t.b);
-    high.a = std::max(high.a, t.a);
-    high.b = std::max(high.b, t.b);
-  }
-  const std::int32_t width = high.a - low.a + 1;
-  const std::int32_t height = high.b - low.b + 1;
+  TileWindow w;
+  for (const PlacedTile& t : tiles) w.include(t.a, t.b);
+  const std::int32_t width = w.high_a - w.low_a + 1;
+  const std::int32_t height = w.high_b - w.low_b + 1;
   if (static_cast<std::size_t>(width) * height <= kSparse * tiles.size()) return {tiles};
 
   std::vector<const RasterTile*> at(static_cast<std::size_t>(width) * height, nullptr);
   const auto place = [&](std::int32_t a, std::int32_t b) -> const RasterTile*& {
-    return at[static_cast<std::size_t>(b - low.b) * width + static_cast<std::size_t>(a - low.a)];
+    return at[static_cast<std::size_t>(b - w.low_b) * width +
+              static_cast<std::size_t>(a - w.low_a)];
   };
   for (const PlacedTile& t : tiles) place(t.a, t.b) = t.tile;
   std::vector<std::vector<PlacedTile>> islands;
-  for (std::int32_t b = low.b; b <= high.b; ++b) {
-    for (std::int32_t a = low.a; a <= high.a; ++a) {
+  for (std::int32_t b = w.low_b; b <= w.high_b; ++b) {
+    for (std::int32_t a = w.low_a; a <= w.high_a; ++a) {
       if (place(a, b) == nullptr) continue;
       std::vector<PlacedTile> island{{a, b, std::exchange(place(a, b), nullptr)}};
       for (std::size_t i = 0; i < island.size(); ++i) {
         const PlacedTile from = island[i];
-        for (std::int32_t nb = std::max(from.b - 1, low.b); nb <= std::min(from.b + 1, high.b);
-             ++nb) {
-          for (std::int32_t na = std::max(from.a - 1, low.a); na <= std::min(from.a + 1, high.a);
-               ++na) {
+        const std::int32_t last_a = std::min(from.a + 1, w.high_a);
+        const std::int32_t last_b = std::min(from.b + 1, w.high_b);
+        for (std::int32_t nb = std::max(from.b - 1, w.low_b); nb <= last_b; ++nb) {
+          for (std::int32_t na = std::max(from.a - 1, w.low_a); na <= last_a; ++na) {
             if (place(na, nb) == nullptr) continue;
             island.push_back({na, nb, std::exchange(place(na, nb), nullptr)});
           }
@@ -59,28 +54,20 @@ std::vector<std::vector<PlacedTile>> islandsOf(const std::vector<PlacedTile>& ti
 SurfaceCover coverTiles(const std::vector<PlacedTile>& members,
                         const CuboidApproximationParams& params) {
   // The window is tight to the cells: the paper's first unit is the bounding rectangle.
-  std::int32_t low_a = kLatticeLimit, low_b = kLatticeLimit;
-  std::int32_t high_a = -kLatticeLimit, high_b = -kLatticeLimit;
+  TileWindow w;
   for (const PlacedTile& t : members) {
-    for (std::uint64_t bits = t.tile->occupied(); bits != 0; bits &= bits - 1) {
-      const int bit = __builtin_ctzll(bits);
-      low_a = std::min(low_a, 8 * t.a + (bit & 7));
-      high_a = std::max(high_a, 8 * t.a + (bit & 7));
-      low_b = std::min(low_b, 8 * t.b + (bit >> 3));
-      high_b = std::max(high_b, 8 * t.b + (bit >> 3));
-    }
+    forEachBit(t.tile->occupied(), [&](std::size_t bit) {
+      w.include(8 * t.a + static_cast<std::int32_t>(bit & 7u),
+                8 * t.b + static_cast<std::int32_t>(bit >> 3u));
+    });
   }
-  CellMask mask;
-  mask.a0 = low_a;
-  mask.b0 = low_b;
-  mask.width = high_a - low_a + 1;
-  mask.height = high_b - low_b + 1;
+  CellMask mask{w.low_a, w.low_b, w.high_a - w.low_a + 1, w.high_b - w.low_b + 1, {}};
   mask.cells.assign(static_cast<std::size_t>(mask.width) * mask.height, 0);
   std::vector<float> probability(mask.cells.size(), 1.0f);
   for (const PlacedTile& t : members) {
     forEachBit(t.tile->occupied(), [&](std::size_t bit) {
       const std::size_t cell =
-          (8 * t.b + (bit >> 3u) - low_b) * mask.width + 8 * t.a + (bit & 7u) - low_a;
+          (8 * t.b + (bit >> 3u) - w.low_b) * mask.width + 8 * t.a + (bit & 7u) - w.low_a;
       mask.cells[cell] = 1;
       probability[cell] = beliefOf(t.tile->belief(bit));
     });

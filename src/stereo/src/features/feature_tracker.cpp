@@ -125,12 +125,8 @@ struct FeatureTracker::Impl {
     refinePlaces(left, identities, places);
     report.track_ms = watch.lap();
 
-    std::vector<detail::RowPlace> rows;
-    rows.reserve(places.size());
-    for (std::size_t i = 0; i < places.size(); ++i)
-      rows.push_back({places[i].column, places[i].row, places[i].column - disparities[i]});
     const std::vector<float> right_columns =
-        detail::refineAlongRows(left, right, rows, params.refine_window,
+        detail::refineAlongRows(left, right, places, disparities, params.refine_window,
                                 static_cast<float>(params.max_refine_residual), params.threads);
     std::vector<KeyFeature> features;
     std::vector<std::size_t> used;

@@ -249,7 +249,8 @@ std::vector<int> matchAlongRows(const DetectedFeatures& left, const DetectedFeat
 }
 
 std::vector<float> refineAlongRows(const cv::Mat& left, const cv::Mat& right,
-                                   const std::vector<RowPlace>& places, int window,
+                                   const std::vector<Detection>& places,
+                                   const std::vector<float>& disparities, int window,
                                    float max_residual, int threads) {
   constexpr std::size_t kPlacesPerChunk = 64;
   constexpr float kReach = 3.0f;  // detections are this good, pixels
@@ -258,10 +259,10 @@ std::vector<float> refineAlongRows(const cv::Mat& left, const cv::Mat& right,
   parallelFor(chunks, threads, [&](std::size_t chunk) {
     const std::size_t last = std::min((chunk + 1) * kPlacesPerChunk, places.size());
     for (std::size_t i = chunk * kPlacesPerChunk; i < last; ++i) {
-      const RowPlace& place = places[i];
+      const Detection& place = places[i];
       const Patch patch(left, {place.column, place.row}, window);
-      const auto found =
-          patch.findAlongRow(right, {place.right_column, place.row}, kReach, max_residual);
+      const auto found = patch.findAlongRow(right, {place.column - disparities[i], place.row},
+                                            kReach, max_residual);
       if (found) columns[i] = found->x;
     }
   });

@@ -65,15 +65,11 @@ struct RowSearch {
 std::vector<int> matchAlongRows(const DetectedFeatures& left, const DetectedFeatures& right,
                                 const RowSearch& search);
 
-/// Columns in the right image below the pixel, of left features at (column, row) with a match near
-/// `right_column`; NaN where the gray values do not agree or are too flat.
-struct RowPlace {
-  float column = 0.0f;
-  float row = 0.0f;
-  float right_column = 0.0f;
-};
+/// Columns in the right image below the pixel, of features in the left one of about these
+/// disparities; NaN where the gray values do not agree or are too flat.
 std::vector<float> refineAlongRows(const cv::Mat& left, const cv::Mat& right,
-                                   const std::vector<RowPlace>& places, int window,
+                                   const std::vector<Detection>& places,
+                                   const std::vector<float>& disparities, int window,
                                    float max_residual, int threads);
 
 }  // namespace planar_mapping::detail

@@ -158,9 +158,7 @@ std::vector<CellRectangle> splitAndMerge(const CellMask& mask, double density_th
   if (whole.area() == 0) return rectangles;
   const detail::SummedArea<std::int64_t> occupied(mask.cells, mask.width, mask.height, 0);
   Quartering{occupied, density_threshold, min_width, min_height, rectangles}.split(whole);
-  if (merge) {
-    mergeAlongU(rectangles);
-    swapAxes(rectangles);
+  for (int axis = 0; merge && axis < 2; ++axis) {
     mergeAlongU(rectangles);
     swapAxes(rectangles);
   }

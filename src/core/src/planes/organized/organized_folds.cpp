@@ -113,7 +113,7 @@ std::vector<Sight> cutBest(std::vector<Sight>& region, const OrganizedParams& pa
   double most = params.fold_gain;
   if (whole < most) return {};  // no cut can gain that
   std::vector<std::size_t> order;
-  std::vector<std::size_t> first_side;
+  std::vector<char> is_first;  // of each sight
   const std::size_t step = 1 + region.size() / kMaxSteps;
   for (int k = 0; k < kOrientations; ++k) {
     sortAcross(region, M_PI * k / kOrientations, order);
@@ -132,18 +132,14 @@ std::vector<Sight> cutBest(std::vector<Sight>& region, const OrganizedParams& pa
       cut = i + 1;
     }
     if (cut == 0) continue;
-    first_side.clear();
-    for (std::size_t i = 0; i < cut; ++i) first_side.push_back(order[i]);
+    is_first.assign(region.size(), 0);
+    for (std::size_t i = 0; i < cut; ++i) is_first[order[i]] = 1;
   }
-  if (first_side.empty()) return {};
-  std::sort(first_side.begin(), first_side.end());
+  if (is_first.empty()) return {};
   std::vector<Sight> kept;
   std::vector<Sight> beyond;
-  auto next = first_side.begin();
   for (std::size_t i = 0; i < region.size(); ++i) {
-    const bool is_first = next != first_side.end() && *next == i;
-    if (is_first) ++next;
-    (is_first ? kept : beyond).push_back(region[i]);
+    (is_first[i] != 0 ? kept : beyond).push_back(region[i]);
   }
   region = std::move(kept);
   return beyond;
