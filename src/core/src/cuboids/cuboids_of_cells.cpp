@@ -15,40 +15,6 @@
 namespace planar_mapping {
 namespace {
 
-/// Connected component of each cell (across faces, edges and corners), numbered by first cell.
-/// \param cells distinct
-std::vector<std::size_t> connectedComponents(const std::vector<NonPlanarCell>& cells) {
-  detail::CellTable table(cells.size());
-  for (const NonPlanarCell& cell : cells) table.insert({cell.x, cell.y, cell.z});
-  const std::size_t none = cells.size();
-  std::vector<std::size_t> component(cells.size(), none);
-  std::vector<std::size_t> queue;
-  std::size_t count = 0;
-  for (std::size_t start = 0; start < cells.size(); ++start) {
-    if (component[start] != none) continue;
-    component[start] = count;
-    queue.assign(1, start);
-    while (!queue.empty()) {
-      const NonPlanarCell& cell = cells[queue.back()];
-      queue.pop_back();
-      for (int code = 0; code < 27; ++code) {
-        const std::int64_t x = std::int64_t{cell.x} + code % 3 - 1;
-        const std::int64_t y = std::int64_t{cell.y} + code / 3 % 3 - 1;
-        const std::int64_t z = std::int64_t{cell.z} + code / 9 - 1;
-        const detail::CellKey key{static_cast<std::int32_t>(x), static_cast<std::int32_t>(y),
-                                  static_cast<std::int32_t>(z)};
-        if (key.x != x || key.y != y || key.z != z) continue;  // beyond the range of numbers
-        const std::int32_t i = table.find(key);
-        if (i < 0 || component[static_cast<std::size_t>(i)] != none) continue;
-        component[static_cast<std::size_t>(i)] = count;
-        queue.push_back(static_cast<std::size_t>(i));
-      }
-    }
-    ++count;
-  }
-  return component;
-}
-
 /// On the fitted plane of a cluster.
 PlaneFrame frameOf(const std::vector<const NonPlanarCell*>& cluster,
                    const CuboidApproximationParams& params, const Vector3& sensor) {
@@ -202,11 +168,15 @@ std::vector<Cuboid> cuboidsOfCells(std::vector<NonPlanarCell> cells,
   std::sort(cells.begin(), cells.end(), [](const NonPlanarCell& l, const NonPlanarCell& r) {
     return std::tie(l.z, l.y, l.x) < std::tie(r.z, r.y, r.x);
   });
-  const std::vector<std::size_t> component = connectedComponents(cells);
+  // Across faces, edges and corners.
+  detail::CellTable table(cells.size());
+  for (const NonPlanarCell& cell : cells) table.insert({cell.x, cell.y, cell.z});
+  const std::vector<std::int32_t> component = detail::componentsOf(table, {1, 1, 1});
   std::vector<std::vector<const NonPlanarCell*>> clusters;
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    if (component[i] >= clusters.size()) clusters.resize(component[i] + 1);
-    clusters[component[i]].push_back(&cells[i]);
+    const auto cluster = static_cast<std::size_t>(component[i]);
+    if (cluster >= clusters.size()) clusters.resize(cluster + 1);
+    clusters[cluster].push_back(&cells[i]);
   }
   std::vector<Cuboid> cuboids;
   for (const std::vector<const NonPlanarCell*>& cluster : clusters) {

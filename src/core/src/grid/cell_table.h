@@ -96,4 +96,38 @@ class CellTable {
   std::size_t mask_ = 0;
 };
 
+/// Connected component of each cell, numbered from 0 by their first cells; neighbours are at most
+/// so many cells apart along each axis.
+inline std::vector<std::int32_t> componentsOf(const CellTable& cells, const CellKey& reach) {
+  std::vector<std::int32_t> component(cells.size(), -1);
+  std::vector<std::size_t> open;
+  std::int32_t count = 0;
+  for (std::size_t start = 0; start < cells.size(); ++start) {
+    if (component[start] >= 0) continue;
+    component[start] = count;
+    open.assign(1, start);
+    while (!open.empty()) {
+      const CellKey at = cells.key(open.back());
+      open.pop_back();
+      for (std::int64_t z = std::int64_t{at.z} - reach.z; z <= std::int64_t{at.z} + reach.z; ++z) {
+        for (std::int64_t y = std::int64_t{at.y} - reach.y; y <= std::int64_t{at.y} + reach.y;
+             ++y) {
+          for (std::int64_t x = std::int64_t{at.x} - reach.x; x <= std::int64_t{at.x} + reach.x;
+               ++x) {
+            const CellKey key{static_cast<std::int32_t>(x), static_cast<std::int32_t>(y),
+                              static_cast<std::int32_t>(z)};
+            if (key.x != x || key.y != y || key.z != z) continue;  // beyond the range of numbers
+            const std::int32_t next = cells.find(key);
+            if (next < 0 || component[static_cast<std::size_t>(next)] >= 0) continue;
+            component[static_cast<std::size_t>(next)] = count;
+            open.push_back(static_cast<std::size_t>(next));
+          }
+        }
+      }
+    }
+    ++count;
+  }
+  return component;
+}
+
 }  // namespace planar_mapping::detail

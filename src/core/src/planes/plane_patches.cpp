@@ -16,42 +16,17 @@ namespace {
 constexpr double kPixelsPerGap = 2.0;
 constexpr int kReach = 2;
 
-/// Connected components of the pixels of a table, from 1 on. \return how many there are
-int labelPixels(const CellTable& pixels, std::vector<std::int32_t>& component) {
-  int components = 0;
-  component.assign(pixels.size(), 0);
-  std::vector<std::size_t> open;
-  for (std::size_t start = 0; start < pixels.size(); ++start) {
-    if (component[start] != 0) continue;
-    component[start] = ++components;
-    open.assign(1, start);
-    while (!open.empty()) {
-      const CellKey pixel = pixels.key(open.back());
-      open.pop_back();
-      for (std::int32_t y = pixel.y - kReach; y <= pixel.y + kReach; ++y) {
-        for (std::int32_t x = pixel.x - kReach; x <= pixel.x + kReach; ++x) {
-          const std::int32_t next = pixels.find({x, y, 0});
-          if (next < 0 || component[static_cast<std::size_t>(next)] != 0) continue;
-          component[static_cast<std::size_t>(next)] = components;
-          open.push_back(static_cast<std::size_t>(next));
-        }
-      }
-    }
-  }
-  return components;
-}
-
-/// Renames patches 1 .. count by size, largest first from 0, ties in order of appearance.
+/// Renames patches 0 .. count - 1 by size, largest first from 0, ties in order of appearance.
 void nameBySize(int count, std::vector<std::int32_t>& patches) {
   std::vector<std::pair<std::int64_t, int>> sizes(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) sizes[static_cast<std::size_t>(i)] = {0, i};
-  for (const std::int32_t patch : patches) --sizes[static_cast<std::size_t>(patch - 1)].first;
+  for (const std::int32_t patch : patches) --sizes[static_cast<std::size_t>(patch)].first;
   std::sort(sizes.begin(), sizes.end());
   std::vector<std::int32_t> name(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) {
     name[static_cast<std::size_t>(sizes[static_cast<std::size_t>(i)].second)] = i;
   }
-  for (std::int32_t& patch : patches) patch = name[static_cast<std::size_t>(patch - 1)];
+  for (std::int32_t& patch : patches) patch = name[static_cast<std::size_t>(patch)];
 }
 
 }  // namespace
@@ -84,8 +59,8 @@ void findPatches(const PointsView& points, double gap, PlaneSegment& segment) {
            pixel);
     segment.patches[i] = pixels.insert(pixel);
   }
-  std::vector<std::int32_t> component;
-  const int count = labelPixels(pixels, component);
+  const std::vector<std::int32_t> component = componentsOf(pixels, {kReach, kReach, 0});
+  const int count = 1 + *std::max_element(component.begin(), component.end());
   for (std::int32_t& patch : segment.patches) patch = component[static_cast<std::size_t>(patch)];
   if (count == 1) {
     segment.patches.clear();
