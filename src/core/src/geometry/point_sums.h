@@ -32,7 +32,7 @@ struct PointSums {
     outer[5] += weight * z * z;
   }
   /// Adds sums about a place that lies at \p shift as seen from ours.
-  void add(const PointSums& other, const std::array<double, 3>& shift) {
+  void add(const PointSums& other, const Vector3& shift) {
     const auto& s = other.sum;
     const double m = other.n;
     std::size_t k = 0;

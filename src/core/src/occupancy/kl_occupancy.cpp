@@ -133,9 +133,33 @@ struct KlOccupancy::Impl {
   std::vector<std::int32_t> no_labels;
   std::vector<float> of_group;
 
-  std::optional<FrameMotion> motionOf(const OccupancyFrame& frame) const;
+  /// Since the last frame taken by tracks.
+  std::optional<FrameMotion> motionOf(const OccupancyFrame& frame) const {
+    if (!has_before) return std::nullopt;
+    if (frame.motion && before_is_last) return frame.motion;
+    if (!frame.T_world_sensor || !T_world_before) return std::nullopt;
+    FrameMotion motion;
+    motion.T_now_before = frame.T_world_sensor->inverse() * *T_world_before;
+    if (frame.motion) motion.covariance = frame.motion->covariance;
+    return motion;
+  }
+
+  /// \return how many points are no measurement
   std::size_t clearNotMeasured(const OccupancyFrame& frame, const Indices& indices,
-                               std::vector<float>& probability) const;
+                               std::vector<float>& probability) const {
+    std::size_t cleared = 0;
+    std::size_t begin = 0;
+    for (const detail::FrameCells::Run& run : cells.runs()) {
+      for (std::size_t k = run.group < 0 ? begin : run.end; k < run.end; ++k) {
+        const auto i = static_cast<std::size_t>(indices[k]);
+        if (frame.points.isMeasured(i)) continue;
+        probability[i] = 0.0f;
+        ++cleared;
+      }
+      begin = run.end;
+    }
+    return cleared;
+  }
 };
 
 void KlOccupancyParams::validate() const {
@@ -192,34 +216,6 @@ std::string KlOccupancy::saveState() const {
 }
 void KlOccupancy::loadState(std::string_view bytes) {
   detail::restoreState(*impl_, bytes);
-}
-
-/// Since the last frame taken by tracks.
-std::optional<FrameMotion> KlOccupancy::Impl::motionOf(const OccupancyFrame& frame) const {
-  if (!has_before) return std::nullopt;
-  if (frame.motion && before_is_last) return frame.motion;
-  if (!frame.T_world_sensor || !T_world_before) return std::nullopt;
-  FrameMotion motion;
-  motion.T_now_before = frame.T_world_sensor->inverse() * *T_world_before;
-  if (frame.motion) motion.covariance = frame.motion->covariance;
-  return motion;
-}
-
-/// \return how many points are no measurement
-std::size_t KlOccupancy::Impl::clearNotMeasured(const OccupancyFrame& frame, const Indices& indices,
-                                                std::vector<float>& probability) const {
-  std::size_t cleared = 0;
-  std::size_t begin = 0;
-  for (const detail::FrameCells::Run& run : cells.runs()) {
-    for (std::size_t k = run.group < 0 ? begin : run.end; k < run.end; ++k) {
-      const auto i = static_cast<std::size_t>(indices[k]);
-      if (frame.points.isMeasured(i)) continue;
-      probability[i] = 0.0f;
-      ++cleared;
-    }
-    begin = run.end;
-  }
-  return cleared;
 }
 
 KlOccupancyDiagnostics KlOccupancy::update(const OccupancyFrame& frame,

@@ -341,8 +341,7 @@ Odometry::~Odometry() = default;
 Odometry::Odometry(const Odometry& other)
     : implementation_(std::make_unique<Implementation>(*other.implementation_)) {}
 Odometry& Odometry::operator=(const Odometry& other) {
-  if (this != &other) implementation_ = std::make_unique<Implementation>(*other.implementation_);
-  return *this;
+  return *this = Odometry(other);
 }
 Odometry::Odometry(Odometry&&) noexcept = default;
 Odometry& Odometry::operator=(Odometry&&) noexcept = default;

@@ -345,8 +345,7 @@ SurfaceMap::~SurfaceMap() = default;
 SurfaceMap::SurfaceMap(const SurfaceMap& other)
     : implementation_(std::make_unique<Implementation>(*other.implementation_)) {}
 SurfaceMap& SurfaceMap::operator=(const SurfaceMap& other) {
-  if (this != &other) implementation_ = std::make_unique<Implementation>(*other.implementation_);
-  return *this;
+  return *this = SurfaceMap(other);
 }
 SurfaceMap::SurfaceMap(SurfaceMap&&) noexcept = default;
 SurfaceMap& SurfaceMap::operator=(SurfaceMap&&) noexcept = default;

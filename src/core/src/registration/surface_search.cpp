@@ -109,8 +109,7 @@ void forEachChoice(const std::vector<std::vector<double>>& lists, std::size_t de
   }
 }
 
-}  // namespace
-
+/// The directions that planes face, those of many planes first.
 std::vector<FacingPlanes> facingPlanes(const std::vector<Surfel>& planes) {
   const double cosine = std::cos(kSameWay);
   std::vector<char> taken(planes.size(), 0);
@@ -145,6 +144,8 @@ std::vector<FacingPlanes> facingPlanes(const std::vector<Surfel>& planes) {
   }
   return directions;
 }
+
+}  // namespace
 
 SurfaceSearch::SurfaceSearch(const SurfaceMapParams& params, const BalancedPlanes& cloud,
                              std::vector<Surfel> map)

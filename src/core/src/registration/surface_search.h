@@ -44,7 +44,4 @@ class SurfaceSearch {
   PlaneNeighbours nearby_;
 };
 
-/// The directions that planes face, those of many planes first.
-std::vector<FacingPlanes> facingPlanes(const std::vector<Surfel>& planes);
-
 }  // namespace planar_mapping::detail

@@ -39,8 +39,7 @@ void addEdges(const PointsView& cloud, std::size_t first, std::size_t count, std
   }
 }
 
-}  // namespace
-
+/// Weights of planes by how many face the same way. O(planes^2).
 std::vector<double> directionWeights(const std::vector<Surfel>& planes) {
   constexpr double kSameDirection = 0.35;  // radians
   constexpr double kMinDirection = 0.05;   // of all planes: fewer count as if they were so many
@@ -72,6 +71,8 @@ std::vector<double> directionWeights(const std::vector<Surfel>& planes) {
   for (double& weight : weights) weight *= static_cast<double>(planes.size()) / sum;
   return weights;
 }
+
+}  // namespace
 
 std::vector<Vector3> occludingEdges(const PointsView& cloud) {
   std::vector<Vector3> edges;

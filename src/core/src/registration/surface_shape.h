@@ -37,9 +37,6 @@ CloudShape shapeOf(const PointsView& cloud, const SurfaceMapParams& params);
 /// of a box stay where they are while it is walked around. Empty for clouds without rows.
 std::vector<Vector3> occludingEdges(const PointsView& cloud);
 
-/// Weights of planes by how many face the same way. O(planes^2).
-std::vector<double> directionWeights(const std::vector<Surfel>& planes);
-
 /// Calls what(point, its depth error) for the points that count.
 template <typename What>
 void forSample(const PointsView& cloud, const SurfaceMapParams& params, const What& what) {

@@ -208,12 +208,10 @@ class MultiRansac {
   /// Calls visit(point, place) for the free points on the plane and in the slabs beside it.
   template <typename Visit>
   void forEachNear(const Plane& plane, const Vector3& middle, double reach, Visit visit) {
+    const Eigen::Vector3f n = plane.normal.cast<float>(), m = middle.cast<float>();
     classify(points_.x.data(), points_.y.data(), points_.z.data(), points_.inverse_band.data(),
-             free_.data(), points_.size(), static_cast<float>(plane.normal[0]),
-             static_cast<float>(plane.normal[1]), static_cast<float>(plane.normal[2]),
-             static_cast<float>(plane.offset), static_cast<float>(middle[0]),
-             static_cast<float>(middle[1]), static_cast<float>(middle[2]),
-             static_cast<float>(reach * reach), place_.data());
+             free_.data(), points_.size(), n[0], n[1], n[2], static_cast<float>(plane.offset), m[0],
+             m[1], m[2], static_cast<float>(reach * reach), place_.data());
     // Few points are near: eight places at once tell whether any is.
     for (std::size_t word = 0; word < place_.size(); word += 8) {
       std::uint64_t places;

@@ -245,12 +245,6 @@ std::vector<CellFit> fitCells(const CellGrid& grid, const Vector3& sensor) {
   return fits;
 }
 
-CellFit fitSums(const MomentSums& sums, const Vector3& sensor) {
-  CellFit fit;
-  fitAll(sums.data(), 1, sensor.data(), fit.normal);
-  return fit;
-}
-
 RangeNoise estimateNoise(const CellGrid& tiles, const std::vector<CellFit>& fits,
                          const std::vector<CellFit>& windows, const Vector3& sensor,
                          const OrganizedParams& params) {
@@ -278,7 +272,8 @@ double normalError(const CellFit& fit, const RangeNoise& noise, const Vector3& s
 }
 
 void MetricFit::fit(PlaneCandidate& plane) const {
-  const CellFit found = fitSums(plane.sums, sensor_);
+  CellFit found;
+  fitAll(plane.sums.data(), 1, sensor_.data(), found.normal);
   const Vector3 n(found.normal[0], found.normal[1], found.normal[2]);
   const double length = n.norm();
   plane.valid = length > 0.5 && found.extent > 0.0F && std::isfinite(length);

@@ -97,9 +97,6 @@ struct CellFit {
 /// Least-squares planes of all cells of a grid; a zero normal where there is none.
 std::vector<CellFit> fitCells(const CellGrid& grid, const Vector3& sensor);
 
-/// Least-squares plane of one set of sums.
-CellFit fitSums(const MomentSums& sums, const Vector3& sensor);
-
 /// Estimates the noise of the sensor from the residuals of tiles and of the windows around them.
 RangeNoise estimateNoise(const CellGrid& tiles, const std::vector<CellFit>& fits,
                          const std::vector<CellFit>& windows, const Vector3& sensor,

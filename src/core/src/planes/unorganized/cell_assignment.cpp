@@ -66,17 +66,23 @@ void addCandidate(std::array<std::int32_t, kPlanesPerCell>& cell, std::int32_t p
   }
 }
 
-CellCandidates candidatesOfCells(const PointCells& grid, const SurfaceLeaves& surface,
-                                 const std::vector<LeafPlane>& planes, const DistanceBand& band) {
-  std::array<std::int32_t, kPlanesPerCell> none;
-  none.fill(-1);
-  CellCandidates candidates(grid.sums.size(), none);
+std::vector<std::int32_t> planesOfLeaves(const SurfaceLeaves& surface,
+                                         const std::vector<LeafPlane>& planes) {
   std::vector<std::int32_t> plane_of_leaf(surface.leaves.size(), -1);
   for (std::size_t k = 0; k < planes.size(); ++k) {
     for (const std::int32_t leaf : planes[k].support) {
       plane_of_leaf[static_cast<std::size_t>(leaf)] = static_cast<std::int32_t>(k);
     }
   }
+  return plane_of_leaf;
+}
+
+CellCandidates candidatesOfCells(const PointCells& grid, const SurfaceLeaves& surface,
+                                 const std::vector<LeafPlane>& planes, const DistanceBand& band) {
+  std::array<std::int32_t, kPlanesPerCell> none;
+  none.fill(-1);
+  CellCandidates candidates(grid.sums.size(), none);
+  const std::vector<std::int32_t> plane_of_leaf = planesOfLeaves(surface, planes);
   // A crowd of points is its own surface and nobody else's.
   std::vector<char> clear(grid.sums.size(), 0);
   for (const LeafInCell& entry : surface.leaves_in_cells) {
@@ -133,7 +139,7 @@ std::vector<PlaneEvidence> gatherEvidence(const PointsView& points, const Indice
   std::vector<PlaneEvidence> all(planes.size());
   for (const std::vector<PlaneEvidence>& part : parts) {
     for (std::size_t k = 0; k < part.size(); ++k) {
-      all[k].sums.add(part[k].sums, {0.0, 0.0, 0.0});
+      all[k].sums.add(part[k].sums, Vector3::Zero());
       all[k].above += part[k].above;
       all[k].below += part[k].below;
     }

@@ -18,6 +18,10 @@ using CellCandidates = std::vector<std::array<std::int32_t, kPlanesPerCell>>;
 /// Adds a plane to a cell, unless it is there or the cell is full.
 void addCandidate(std::array<std::int32_t, kPlanesPerCell>& cell, std::int32_t plane);
 
+/// The plane each leaf voted for, -1 for none.
+std::vector<std::int32_t> planesOfLeaves(const SurfaceLeaves& surface,
+                                         const std::vector<LeafPlane>& planes);
+
 /// The planes each cell of the grid may hold points of: those its leaf or a neighbour's voted for
 /// and that pass through it.
 CellCandidates candidatesOfCells(const PointCells& grid, const SurfaceLeaves& surface,

@@ -155,8 +155,7 @@ void addFarRings(const PointCells& grid, const std::vector<Plane>& planes, const
     } else {
       const std::size_t block = blockOf(cell);
       if (block == blocks.sums.size()) blocks.sums.emplace_back();
-      const Vector3 shift = centre - blocks.centre(block);
-      blocks.sums[block].add(sums, {shift[0], shift[1], shift[2]});
+      blocks.sums[block].add(sums, centre - blocks.centre(block));
       sparse.emplace_back(cell, mean);
     }
   }

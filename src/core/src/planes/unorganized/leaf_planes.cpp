@@ -194,8 +194,7 @@ class LeafPlaneSearch {
                           std::abs(proposal.plane.normal.dot(leaf.normal)) < cosine_)) {
           continue;
         }
-        const Vector3 shift = surface_.centreOf(leaf) - centre;
-        sums.add(leaf.sums, {shift[0], shift[1], shift[2]});
+        sums.add(leaf.sums, surface_.centreOf(leaf) - centre);
         band = std::max(band, leaf.band);
       }
       if (!(sums.n > 0.0)) return;
@@ -259,8 +258,7 @@ class LeafPlaneSearch {
     PointSums all;
     for (const std::int32_t i : voters) {
       const SurfaceLeaf& leaf = leafOf(i);
-      const Vector3 shift = surface_.centreOf(leaf) - origin_;
-      all.add(leaf.sums, {shift[0], shift[1], shift[2]});
+      all.add(leaf.sums, surface_.centreOf(leaf) - origin_);
     }
     return all.moments(origin_);
   }

@@ -46,12 +46,7 @@ std::vector<Agreement> agreementWith(const std::vector<Plane>& planes, const Poi
                                      const SurfaceLeaves& surface, const CellCandidates& candidates,
                                      const std::vector<LeafPlane>& found) {
   std::vector<Agreement> agreement(planes.size());
-  std::vector<std::int32_t> voted_for(surface.leaves.size(), -1);
-  for (std::size_t k = 0; k < found.size(); ++k) {
-    for (const std::int32_t leaf : found[k].support) {
-      voted_for[static_cast<std::size_t>(leaf)] = static_cast<std::int32_t>(k);
-    }
-  }
+  const std::vector<std::int32_t> voted_for = planesOfLeaves(surface, found);
   for (const LeafInCell& entry : surface.leaves_in_cells) {
     const SurfaceLeaf& leaf = surface.leaves[static_cast<std::size_t>(entry.leaf)];
     if (!leaf.planar) continue;
