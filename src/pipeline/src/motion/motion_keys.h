@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "keys/stage_keys.h"
+#include "noise_keys.h"
 #include "planar_mapping/core/geometry/camera.h"
 #include "planar_mapping/core/odometry/odometry.h"
 #include "planar_mapping/core/registration/detail/surface_map.h"

@@ -3,7 +3,7 @@
 #include "planar_mapping/filters/ground_removal.h"
 
 #include "builtin.h"
-#include "keys/stage_keys.h"
+#include "noise_keys.h"
 
 namespace planar_mapping {
 namespace {

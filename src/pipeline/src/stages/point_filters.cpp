@@ -15,7 +15,7 @@
 #include <limits>
 
 #include "builtin.h"
-#include "keys/stage_keys.h"
+#include "noise_keys.h"
 #include "planar_mapping/core/base/error.h"
 
 namespace planar_mapping {

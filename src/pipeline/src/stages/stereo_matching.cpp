@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "builtin.h"
-#include "keys/image_keys.h"
 #include "planar_mapping/core/base/detail/state_archive.h"
 #include "planar_mapping/core/base/error.h"
 #include "planar_mapping/stereo/rectification.h"
@@ -55,13 +54,67 @@ class StereoMatchingStage : public Stage {
       "dense disparity of an image pair, and the organized cloud it stands for (the paper, III-B)";
   static constexpr StageKind kKind = StageKind::Images;
 
-  void declare(ParameterTable& table) override { keys_.declare(table); }
+  void declare(ParameterTable& table) override {
+    table.integer("min_disparity_px", params_.min_disparity, Range::between(-2000, 2000),
+                  "smallest disparity looked for; auto = found in each pair by a coarse search");
+    table.integer("disparities_px", params_.disparities, Range::between(1, 2000),
+                  "how many are looked at; auto = found in each pair by a coarse search");
+    table.number("near_distance_m", params_.near_distance, Range::atLeast(0.0),
+                 "nothing nearer is looked for by the coarse search; 0 = max_disparity_fraction");
+    table.number("max_disparity_fraction", params_.max_disparity_fraction, Range::above(0.0, 1.0),
+                 "[ours] largest disparity of the coarse search, in image widths");
+    table.word("paths", params_.paths,
+               {{"three", SmoothnessPaths::Three},
+                {"five", SmoothnessPaths::Five},
+                {"eight", SmoothnessPaths::Eight}},
+               "directions along which smoothness adds up; more is slower");
+    table.integer("block_size_px", params_.block_size, Range::between(1, 31),
+                  "side of the window compared, odd");
+    table.number("smoothness_small", params_.smoothness_small, Range::between(0.0, 1000.0),
+                 "P1: cost of a step of 1 px, per pixel of the window");
+    table.number("smoothness_large", params_.smoothness_large, Range::between(0.0, 1000.0),
+                 "P2: cost of a larger step, likewise");
+    table.integer("prefilter_cap", params_.prefilter_cap, Range::between(1, 63),
+                  "horizontal gray value derivatives are cut off here");
+    table.number("uniqueness_percent", params_.uniqueness_percent, Range::between(0.0, 100.0),
+                 "the second-best disparity must cost so much more");
+    table.number("left_right_tolerance_px", params_.left_right_tolerance,
+                 Range::between(-1.0, 2000.0),
+                 "left and right disparities may differ by so much; negative = not checked");
+    table.integer(
+        "speckle_size_px", params_.speckle_size, Range::atLeast(0),
+        "connected regions of fewer pixels are removed, plain ones that agree little of fewer "
+        "than four times as many; 0 = off");
+    table.number(
+        "speckle_side_m", params_.speckle_side, Range::between(0.0, 1000.0),
+        "[ours] so are those that cover less than a square of this side where they are; 0 = "
+        "off");
+    table.number("speckle_range_px", params_.speckle_range, Range::positive(),
+                 "neighbours whose disparities differ more are not connected");
+    table.number("min_texture", params_.min_texture, Range::between(0.0, 255.0),
+                 "[ours] where neighbours differ by less gray values on average, there is no "
+                 "disparity; 0 = off");
+    table.number("min_agreement", params_.min_agreement, Range::between(0.0, 1.0),
+                 "[ours] least correlation of the gradients of both images around a pixel, which "
+                 "noise does not have; half of it among pixels that have it; 0 = off");
+    table.integer("texture_window_px", params_.texture_window, Range::between(3, 255),
+                  "[ours] side of the windows of both, odd");
+    table.flag("refine", params_.refine,
+               "[ours] least squares on gray values against the pull to whole disparities");
+    table.integer("refine_window_px", params_.refine_window, Range::between(3, 31),
+                  "[ours] side of its window, odd");
+    table.number("min_brightness", min_brightness_, Range::between(0.0, 255.0),
+                 "[ours] mean gray value of a frame that can be used");
+    table.number("min_density", min_density_, Range::between(0.0, 1.0),
+                 "[ours] fraction of the pixels of a usable frame that have a disparity");
+    table.basic({"disparities_px", "paths", "uniqueness_percent", "speckle_side_m", "min_texture"});
+  }
   void applyProfile(Profile profile) override {
-    if (profile == Profile::Paper) keys_.matcher.refine = false;
+    if (profile == Profile::Paper) params_.refine = false;
   }
   void configure(const RunSettings& settings) override {
-    keys_.matcher.threads = settings.threads;
-    matcher_ = StereoMatcher(keys_.matcher);
+    params_.threads = settings.threads;
+    matcher_ = StereoMatcher(params_);
   }
 
   void process(Frame& frame) override {
@@ -81,7 +134,7 @@ class StereoMatchingStage : public Stage {
     frame.statistics.push_back({"stereo_matching.range_ms", report.range_ms});
     frame.statistics.push_back({"stereo_matching.match_ms", report.match_ms});
     frame.statistics.push_back({"stereo_matching.refine_ms", report.refine_ms});
-    frame.skip_reason = problemOf(report, keys_.min_brightness, keys_.min_density);
+    frame.skip_reason = problemOf(report, min_brightness_, min_density_);
     if (!frame.skip_reason.empty()) return;
     frame.even =
         evenTiles(io::toGray(frame.images.left).pixels.data(), disparity.width, disparity.height);
@@ -132,7 +185,9 @@ class StereoMatchingStage : public Stage {
         "the calibration of the unrectified pair");
   }
 
-  detail::StereoKeys keys_;
+  StereoMatcherParams params_;
+  double min_brightness_ = 4.0;
+  double min_density_ = 0.02;
   StereoMatcher matcher_;
   std::optional<Rectifier> rectifier_;
   int unchecked_rows_ = 5;  ///< frames left in which to check that rows are aligned
