@@ -233,21 +233,17 @@ void OutputDirectory::moveIntoPlace() const {
 }
 
 std::string OutputDirectory::read(const std::string& name) const {
-  const auto manifest = [this] {
+  const auto textOf = [this](const std::string& file) {
     try {
-      return nlohmann::json::parse(io::readWholeText(pathOf(kManifest)), nullptr, false);
+      return io::readWholeText(pathOf(file));
     } catch (const IoError& error) {
       throw InputError(error.what());
     }
-  }();
+  };
+  const auto manifest = nlohmann::json::parse(textOf(kManifest), nullptr, false);
   const nlohmann::json none;
   const nlohmann::json& files = manifest.is_object() ? manifest.value("files", none) : none;
-  std::string content;
-  try {
-    content = io::readWholeText(pathOf(name));
-  } catch (const IoError& error) {
-    throw InputError(error.what());
-  }
+  std::string content = textOf(name);
   Checksum checksum;
   checksum.add(content);
   if (!files.is_object() || !files.contains(name) ||

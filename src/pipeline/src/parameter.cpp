@@ -130,31 +130,27 @@ std::string Parameter::unit() const {
 }
 
 std::string Parameter::allowed() const {
-  std::string out;
+  const std::string end = automatic ? ", or auto" : "";
   switch (type) {
     case ParameterType::Flag:
-      out = "true or false";
-      break;
+      return "true or false" + end;
     case ParameterType::Integer:
-      out = "an integer" + (std::isinf(range.low) ? std::string() : " " + range.text());
-      break;
+      return "an integer" + (std::isinf(range.low) ? std::string() : " " + range.text()) + end;
     case ParameterType::Number:
-      out = range.text() + (unit().empty() ? "" : " " + unit());
-      break;
-    case ParameterType::Word:
-      for (std::size_t i = 0; i < words.size(); ++i) {
-        if (i > 0) out += i + 1 == words.size() ? " or " : ", ";
-        out += words[i];
-      }
-      break;
+      return range.text() + (unit().empty() ? "" : " " + unit()) + end;
     case ParameterType::Text:
-      out = "text";
-      break;
+      return "text" + end;
     case ParameterType::Vector:
-      out = "three numbers [x, y, z], not all zero";
+      return "three numbers [x, y, z], not all zero" + end;
+    case ParameterType::Word:
       break;
   }
-  return automatic ? out + ", or auto" : out;
+  std::string list;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (i > 0) list += i + 1 == words.size() ? " or " : ", ";
+    list += words[i];
+  }
+  return list + end;
 }
 
 Parameter& ParameterTable::add(const std::string& name, ParameterType type, const Range& range,

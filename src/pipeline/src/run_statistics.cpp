@@ -137,15 +137,13 @@ void RunStatistics::addAgain(const FrameReport& report, const Frame& frame, cons
 
 void RunStatistics::count(const Frame& frame, const PlanarMap& map) {
   if (!frame.skip_reason.empty()) return;
-  addPoses(frame);
-  StandardCells& cells = standardCells(map);
+  if (frame.given_pose) {
+    estimated_poses_.push_back(frame.T_world_sensor);
+    given_poses_.push_back(*frame.given_pose);
+  }
+  if (standard_cells_.empty()) standard_cells_.emplace_back(map.params().approximation.resolution);
+  StandardCells& cells = standard_cells_.front();
   forEachMappable(frame, [&cells](const Vector3& world) { cells.add(world); });
-}
-
-void RunStatistics::addPoses(const Frame& frame) {
-  if (!frame.given_pose) return;
-  estimated_poses_.push_back(frame.T_world_sensor);
-  given_poses_.push_back(*frame.given_pose);
 }
 
 bool RunStatistics::posesAreGivenOnes() const {
@@ -170,11 +168,6 @@ RunStatistics::Coverage RunStatistics::coverageOf(const PlanarMap& map) const {
     }
   });
   return coverage;
-}
-
-StandardCells& RunStatistics::standardCells(const PlanarMap& map) {
-  if (standard_cells_.empty()) standard_cells_.emplace_back(map.params().approximation.resolution);
-  return standard_cells_.front();
 }
 
 std::size_t RunStatistics::usedFrames() const {

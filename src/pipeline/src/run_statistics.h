@@ -44,9 +44,7 @@ class StandardCells {
   /// Occupied cells; neighbours along x come one after the other.
   template <typename Visitor>
   void forEach(const Visitor& visit) const {
-    std::vector<std::uint64_t> keys = cells_.keys();
-    std::sort(keys.begin(), keys.end());
-    for (const std::uint64_t key : keys) visit(*cells_.find(key));
+    for (const std::uint64_t key : cells_.sortedKeys()) visit(*cells_.find(key));
   }
   template <typename Archive>
   void visitState(Archive& archive) {
@@ -104,8 +102,6 @@ class RunStatistics {
     std::size_t covered = 0;
   };
   Coverage coverageOf(const PlanarMap& map) const;
-  StandardCells& standardCells(const PlanarMap& map);
-  void addPoses(const Frame& frame);
   bool posesAreGivenOnes() const;
 
   std::vector<FrameReport> reports_;

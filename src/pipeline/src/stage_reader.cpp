@@ -11,26 +11,16 @@
 namespace planar_mapping::detail {
 namespace {
 
+/// What a stage does that has a place in the chain.
 const char* placeOf(StageKind kind) {
-  switch (kind) {
-    case StageKind::Images:
-      return "makes the cloud from images";
-    case StageKind::Features:
-      return "finds key features";
-    case StageKind::Motion:
-      return "finds the pose";
-    case StageKind::Points:
-      return "works on points";
-    case StageKind::Planes:
-      return "finds planes";
-    case StageKind::Beliefs:
-      return "decides on points";
-    case StageKind::Map:
-      return "puts the frame into the map";
-    case StageKind::Any:
-      break;
-  }
-  return "may stand anywhere";
+  constexpr const char* kPlaces[] = {"makes the cloud from images",
+                                     "finds key features",
+                                     "finds the pose",
+                                     "works on points",
+                                     "finds planes",
+                                     "decides on points",
+                                     "puts the frame into the map"};
+  return kPlaces[static_cast<int>(kind)];
 }
 
 /// The key that every stage has beside its own.
