@@ -109,12 +109,22 @@ class Reader {
   YAML::Node root_;
 };
 
+struct LensKey {
+  const char* key;
+  double LensDistortion::*value;
+};
+constexpr LensKey kLensKeys[] = {{"k1", &LensDistortion::k1},
+                                 {"k2", &LensDistortion::k2},
+                                 {"p1", &LensDistortion::p1},
+                                 {"p2", &LensDistortion::p2},
+                                 {"k3", &LensDistortion::k3}};
+
 LensDistortion readDistortion(const Reader& reader, const std::string& suffix) {
   constexpr double kLargest = 1e6;
-  const auto read = [&](const std::string& name) {
-    return reader.number(name + suffix, -kLargest, kLargest, 0.0);
-  };
-  return {read("k1"), read("k2"), read("p1"), read("p2"), read("k3")};
+  LensDistortion lens;
+  for (const auto& [key, value] : kLensKeys)
+    lens.*value = reader.number(key + suffix, -kLargest, kLargest, 0.0);
+  return lens;
 }
 
 UnrectifiedPair readUnrectified(const Reader& reader, const PinholeCamera& left) {
@@ -140,11 +150,9 @@ UnrectifiedPair readUnrectified(const Reader& reader, const PinholeCamera& left)
   return pair;
 }
 
-constexpr const char* kLensKeys[] = {"k1", "k2", "p1", "p2", "k3"};
-
 bool hasLens(const Reader& reader) {
   return std::any_of(std::begin(kLensKeys), std::end(kLensKeys),
-                     [&](const char* key) { return reader.has(key); });
+                     [&](const LensKey& lens) { return reader.has(lens.key); });
 }
 
 /// Keys that mean something only beside rotation and translation_m; those of one lens also beside
@@ -153,7 +161,7 @@ void refuseUnrectifiedKeys(const Reader& reader) {
   std::vector<const char*> keys = {"fx_right", "fy_right", "cy_right", "k1_right", "k2_right",
                                    "p1_right", "p2_right", "k3_right", "rotation"};
   if (!reader.has("depth_scale")) {
-    keys.insert(keys.end(), std::begin(kLensKeys), std::end(kLensKeys));
+    for (const LensKey& lens : kLensKeys) keys.push_back(lens.key);
   }
   for (const char* key : keys) {
     if (reader.has(key))
@@ -182,8 +190,7 @@ Calibration readCalibration(const std::string& path) {
     reader.fail("cy", "cy is far outside an image " + std::to_string(camera.height) + " high");
   if (reader.has("baseline_m"))
     calibration.baseline = reader.number("baseline_m", kTiny, kLongestBaseline);
-  calibration.cx_right =
-      reader.has("cx_right") ? reader.number("cx_right", -kHuge, kHuge) : calibration.camera.cx;
+  calibration.cx_right = reader.number("cx_right", -kHuge, kHuge, camera.cx);
   if (reader.has("depth_scale"))
     calibration.depth_scale = reader.number("depth_scale", kTiny, kHuge);
   if (reader.has("depth_along"))
@@ -212,11 +219,7 @@ std::string toYaml(const Calibration& calibration) {
   add("cx", calibration.camera.cx);
   add("cy", calibration.camera.cy);
   const auto addLens = [&add](const LensDistortion& lens, const std::string& suffix) {
-    add("k1" + suffix, lens.k1);
-    add("k2" + suffix, lens.k2);
-    add("p1" + suffix, lens.p1);
-    add("p2" + suffix, lens.p2);
-    add("k3" + suffix, lens.k3);
+    for (const auto& [key, value] : kLensKeys) add(key + suffix, lens.*value);
   };
   if (calibration.distortion) addLens(*calibration.distortion, "");
   if (calibration.unrectified) {

@@ -92,10 +92,6 @@ CloudFiller::CloudFiller(const std::string& path, const std::vector<CloudField>&
     words_ += field.count;
     addColumn(field, channels);
   }
-  const auto countOf = [this](Target target) {
-    return std::count_if(columns_.begin(), columns_.end(),
-                         [target](const Column& column) { return column.target == target; });
-  };
   for (const auto& [target, name] :
        {std::pair(Target::X, "x"), std::pair(Target::Y, "y"), std::pair(Target::Z, "z")}) {
     if (countOf(target) == 0) throw IoError(path, std::string("has no field '") + name + "'");
@@ -155,11 +151,14 @@ void CloudFiller::addColumn(const CloudField& field, const CloudChannels& channe
                         : target == Target::Label || target == Target::Intensity
                             ? true
                             : field.type == ScalarType{'U', 1};
-    const bool known_already = std::any_of(
-        columns_.begin(), columns_.end(), [target](const Column& c) { return c.target == target; });
-    if (!wanted || !usable || field.count != 1 || known_already) return;
+    if (!wanted || !usable || field.count != 1 || countOf(target) > 0) return;
   }
   columns_.push_back({target, field});
+}
+
+std::ptrdiff_t CloudFiller::countOf(Target target) const {
+  return std::count_if(columns_.begin(), columns_.end(),
+                       [target](const Column& column) { return column.target == target; });
 }
 
 void CloudFiller::checkSize(std::uint64_t width, std::uint64_t height, std::uint64_t bytes_left,
@@ -180,10 +179,6 @@ void CloudFiller::checkSize(std::uint64_t width, std::uint64_t height, std::uint
 void CloudFiller::allocate(CloudData& cloud, std::uint64_t width, std::uint64_t height,
                            std::uint64_t bytes_left, bool ascii) const {
   checkSize(width, height, bytes_left, ascii);
-  const auto has = [this](Target target) {
-    return std::any_of(columns_.begin(), columns_.end(),
-                       [target](const Column& column) { return column.target == target; });
-  };
   cloud.width = static_cast<std::uint32_t>(width);
   cloud.height = static_cast<std::uint32_t>(height);
   const auto count = static_cast<std::size_t>(width * height);
@@ -191,9 +186,9 @@ void CloudFiller::allocate(CloudData& cloud, std::uint64_t width, std::uint64_t 
   for (const Column& column : columns_) {
     if (isDouble(column)) cloud.origin[static_cast<Eigen::Index>(column.target)] = NAN;
   }
-  if (has(Target::PackedColor) || has(Target::Red)) cloud.colors.resize(count);
-  if (has(Target::Label)) cloud.labels.resize(count);
-  if (has(Target::Intensity)) cloud.intensities.resize(count);
+  if (countOf(Target::PackedColor) + countOf(Target::Red) > 0) cloud.colors.resize(count);
+  if (countOf(Target::Label) > 0) cloud.labels.resize(count);
+  if (countOf(Target::Intensity) > 0) cloud.intensities.resize(count);
 }
 
 bool CloudFiller::isDouble(const Column& column) const {
@@ -248,13 +243,6 @@ void CloudFiller::fillColumn(CloudData& cloud, const Column& column, const std::
   }
 }
 
-void CloudFiller::fillRecords(CloudData& cloud, const std::uint8_t* records, std::size_t first,
-                              std::size_t count, bool big_endian) const {
-  for (const Column& column : columns_)
-    fillColumn(cloud, column, records + column.field.offset, record_size_, first, count,
-               big_endian);
-}
-
 void CloudFiller::fillTransposed(CloudData& cloud, const std::uint8_t* data) const {
   const std::size_t count = cloud.size();
   for (const Column& column : columns_)
@@ -275,7 +263,9 @@ void CloudFiller::fillFromFile(CloudData& cloud, InputFile& file, bool big_endia
   for (std::size_t first = 0; first < count; first += records_a_block) {
     const std::size_t records = std::min(records_a_block, count - first);
     file.readExactly(block.data(), records * record_size_);
-    fillRecords(cloud, block.data(), first, records, big_endian);
+    for (const Column& column : columns_)
+      fillColumn(cloud, column, block.data() + column.field.offset, record_size_, first, records,
+                 big_endian);
   }
 }
 

@@ -64,9 +64,6 @@ class CloudFiller {
   void allocate(CloudData& cloud, std::uint64_t width, std::uint64_t height,
                 std::uint64_t bytes_left, bool ascii) const;
 
-  /// Records one after the other, as in binary files; \p first is the point the first belongs to.
-  void fillRecords(CloudData& cloud, const std::uint8_t* records, std::size_t first,
-                   std::size_t count, bool big_endian) const;
   /// All of the first field, then all of the second, ...: the order inside binary_compressed.
   void fillTransposed(CloudData& cloud, const std::uint8_t* data) const;
   /// All records, a line each; blank lines are skipped.
@@ -88,6 +85,7 @@ class CloudFiller {
   void parseWord(CloudData& cloud, const Column& column, std::size_t point, std::string_view word,
                  std::size_t line) const;
   bool isDouble(const Column& column) const;
+  std::ptrdiff_t countOf(Target target) const;
 
   std::string path_;
   std::vector<Column> columns_;  ///< in the order of the fields

@@ -239,9 +239,7 @@ Image decodePnm(const std::string& path, const std::vector<std::uint8_t>& bytes,
   if (largest == 0 || largest > 255) fail("not 8 bits, or no header");
   if (at >= bytes.size() || std::isspace(bytes[at]) == 0) fail("its header is cut short");
   ++at;  // one blank ends the header
-  Image image;
-  image.width = static_cast<int>(width);
-  image.height = static_cast<int>(height);
+  Image image{static_cast<int>(width), static_cast<int>(height), 0, {}};
   if (header_only) return image;
   image.channels = bytes[1] == '6' ? 3 : 1;
   const std::size_t size = std::size_t{width} * height * static_cast<std::size_t>(image.channels);
@@ -280,10 +278,7 @@ Image readImageSize(const std::string& path) {
   };
   if (side(16) - 1 >= kLargestImageSide || side(20) - 1 >= kLargestImageSide)
     throw IoError(path, "is no usable PNG image: no pixels, or more than 16384 a side");
-  Image image;
-  image.width = static_cast<int>(side(16));
-  image.height = static_cast<int>(side(20));
-  return image;
+  return {static_cast<int>(side(16)), static_cast<int>(side(20)), 0, {}};
 }
 
 void writeImage(const std::string& path, const Image& image, Overwrite overwrite) {
@@ -297,10 +292,7 @@ void writeImage(const std::string& path, const Image& image, Overwrite overwrite
 
 DepthImage readDepthPng(const std::string& path) {
   const PngImage image = decodePng(path, readWholeFile(path, kLargestImageFile), true);
-  DepthImage depth;
-  depth.width = image.width;
-  depth.height = image.height;
-  depth.values.resize(image.bytes.size() / 2);
+  DepthImage depth{image.width, image.height, std::vector<std::uint16_t>(image.bytes.size() / 2)};
   std::memcpy(depth.values.data(), image.bytes.data(), image.bytes.size());
   return depth;
 }
@@ -323,11 +315,7 @@ void requireSound(const Image& image, const std::string& name) {
 Image toGray(const Image& image) {
   if (image.channels != 3) return image;
   requireSound(image, "colour");
-  Image gray;
-  gray.width = image.width;
-  gray.height = image.height;
-  gray.channels = 1;
-  gray.pixels.resize(image.pixels.size() / 3);
+  Image gray{image.width, image.height, 1, std::vector<std::uint8_t>(image.pixels.size() / 3)};
   const std::uint8_t* rgb = image.pixels.data();
   // 0.299, 0.587, 0.114 in units of 2^-16.
   for (std::uint8_t& value : gray.pixels) {

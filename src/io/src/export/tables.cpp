@@ -22,14 +22,12 @@ void appendArray(std::string& out, const ExportedMap& map, const std::string& at
 }
 
 /// The same value for the six faces of a cuboid.
-template <typename Append>
+template <typename ValueOf>
 void appendCellArray(std::string& out, const ExportedMap& map, const std::string& type,
-                     const std::string& name, Append&& append) {
-  std::string value;
+                     const std::string& name, const ValueOf& valueOf) {
   appendArray(out, map, "type=\"" + type + "\" Name=\"" + name + "\"",
               [&](const Cuboid& cuboid, std::size_t i) {
-                value.clear();
-                append(value, cuboid, i);
+                const std::string value = concatenated(valueOf(cuboid, i));
                 for (int face = 0; face < 6; ++face) (out += value) += face < 5 ? ' ' : '\n';
               });
 }
@@ -77,20 +75,15 @@ Contents writeVtp(const ExportedMap& map, const std::string&) {
     }
   });
   out += "</Polys>\n<CellData Scalars=\"plane_id\">\n";
-  appendCellArray(out, map, "Int32", "cuboid_id",
-                  [](std::string& text, const Cuboid&, std::size_t i) { append(text, i); });
-  appendCellArray(
-      out, map, "Int32", "plane_id",
-      [](std::string& text, const Cuboid& c, std::size_t) { append(text, c.plane_id); });
-  appendCellArray(
-      out, map, "Float32", "probability",
-      [](std::string& text, const Cuboid& c, std::size_t) { append(text, c.probability); });
-  appendCellArray(out, map, "UInt8", "state", [](std::string& text, const Cuboid& c, std::size_t) {
-    append(text, static_cast<int>(c.state));
-  });
-  appendCellArray(
-      out, map, "Float64\" NumberOfComponents=\"3", "size",
-      [](std::string& text, const Cuboid& c, std::size_t) { append(text, listOf(c.size)); });
+  appendCellArray(out, map, "Int32", "cuboid_id", [](const Cuboid&, std::size_t i) { return i; });
+  appendCellArray(out, map, "Int32", "plane_id",
+                  [](const Cuboid& c, std::size_t) { return c.plane_id; });
+  appendCellArray(out, map, "Float32", "probability",
+                  [](const Cuboid& c, std::size_t) { return c.probability; });
+  appendCellArray(out, map, "UInt8", "state",
+                  [](const Cuboid& c, std::size_t) { return static_cast<int>(c.state); });
+  appendCellArray(out, map, "Float64\" NumberOfComponents=\"3", "size",
+                  [](const Cuboid& c, std::size_t) { return listOf(c.size); });
   out += "</CellData>\n</Piece>\n</PolyData>\n</VTKFile>\n";
   return {std::move(out)};
 }

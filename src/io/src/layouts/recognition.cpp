@@ -71,40 +71,28 @@ void dropIf(Description& description, const Predicate& is_dropped) {
   frames.erase(std::remove_if(frames.begin(), frames.end(), is_dropped), frames.end());
 }
 
-/// Poses between two of the list, at most 0.1 s apart, are interpolated; others are taken from the
-/// nearest one, if it is near enough.
-class PoseTimeline {
- public:
-  explicit PoseTimeline(std::vector<StampedPose> poses) : poses_(std::move(poses)) {
-    std::stable_sort(poses_.begin(), poses_.end(), [](const StampedPose& a, const StampedPose& b) {
-      return a.timestamp < b.timestamp;
-    });
-  }
-
-  std::optional<Pose> at(double timestamp) const {
-    constexpr double kMaxGap = 0.1;
-    const auto after = firstNotBefore(poses_, timestamp);
-    if (after != poses_.end() && after->timestamp == timestamp) return after->pose;
-    if (after != poses_.begin() && after != poses_.end()) {
-      const StampedPose& a = *(after - 1);
-      const double gap = after->timestamp - a.timestamp;
-      if (gap <= kMaxGap) {
-        const double part = (timestamp - a.timestamp) / gap;
-        Pose pose = Pose::Identity();
-        pose.linear() = Eigen::Quaterniond(Matrix3(a.pose.linear()))
-                            .slerp(part, Eigen::Quaterniond(Matrix3(after->pose.linear())))
-                            .toRotationMatrix();
-        pose.translation() = (1.0 - part) * a.pose.translation() + part * after->pose.translation();
-        return pose;
-      }
+/// Poses between two of an ascending list, at most 0.1 s apart, are interpolated; others are taken
+/// from the nearest one, if it is near enough.
+std::optional<Pose> poseAt(const std::vector<StampedPose>& poses, double timestamp) {
+  constexpr double kMaxGap = 0.1;
+  const auto after = firstNotBefore(poses, timestamp);
+  if (after != poses.end() && after->timestamp == timestamp) return after->pose;
+  if (after != poses.begin() && after != poses.end()) {
+    const StampedPose& a = *(after - 1);
+    const double gap = after->timestamp - a.timestamp;
+    if (gap <= kMaxGap) {
+      const double part = (timestamp - a.timestamp) / gap;
+      Pose pose = Pose::Identity();
+      pose.linear() = Eigen::Quaterniond(Matrix3(a.pose.linear()))
+                          .slerp(part, Eigen::Quaterniond(Matrix3(after->pose.linear())))
+                          .toRotationMatrix();
+      pose.translation() = (1.0 - part) * a.pose.translation() + part * after->pose.translation();
+      return pose;
     }
-    const StampedPose* const near = nearest(poses_, timestamp);
-    return near == nullptr ? std::nullopt : std::optional<Pose>(near->pose);
   }
-
- private:
-  std::vector<StampedPose> poses_;
-};
+  const StampedPose* const near = nearest(poses, timestamp);
+  return near == nullptr ? std::nullopt : std::optional<Pose>(near->pose);
+}
 
 }  // namespace
 
@@ -236,10 +224,12 @@ const StampedFile* nearestFile(const std::vector<StampedFile>& files, double tim
 void addPosesByTime(const std::string& file, std::vector<StampedPose> poses,
                     const Pose& T_pose_sensor, const SequenceOptions& options,
                     Description& description) {
-  const PoseTimeline timeline(std::move(poses));
+  std::stable_sort(poses.begin(), poses.end(), [](const StampedPose& a, const StampedPose& b) {
+    return a.timestamp < b.timestamp;
+  });
   std::vector<FrameEntry> kept;
   for (FrameEntry& frame : description.frames) {
-    const std::optional<Pose> pose = timeline.at(*frame.timestamp);
+    const std::optional<Pose> pose = poseAt(poses, *frame.timestamp);
     if (!pose && !options.ignore_poses) continue;
     const bool is_same = T_pose_sensor.matrix() == Pose::Identity().matrix();
     if (pose) frame.T_world_sensor = is_same ? *pose : *pose * T_pose_sensor;
