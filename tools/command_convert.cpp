@@ -44,24 +44,19 @@ void convert(Arguments arguments) {
   }
   if (arguments.surface) options.points = io::ExportedPoints::Surface;
   if (arguments.force) options.overwrite = io::Overwrite::Allow;
-  PlanarMap map;
   try {
     for (const std::string& file : io::exportedFiles(arguments.output)) {
       requireNew(file, arguments.force);
     }
-    map = io::loadMap(arguments.map);
+    PlanarMap map = io::loadMap(arguments.map);
     if (arguments.finished) map = map.finished();
-  } catch (const ParameterError& error) {  // of the extension
-    throw UsageError(error.what());
-  }
-  try {
     writeResults([&]() { io::exportMap(map, arguments.output, options); });
     if (const Vector3& origin = map.params().origin; !origin.isZero(0.0)) {
       std::cerr << "planar_map: coordinates in " << arguments.output
                 << " are those of the map; add (" << std::setprecision(15) << origin.x() << ", "
                 << origin.y() << ", " << origin.z() << ") m for those of the world\n";
     }
-  } catch (const ParameterError& error) {  // of an option
+  } catch (const ParameterError& error) {  // of the extension or an option
     throw UsageError(error.what());
   }
 }

@@ -22,13 +22,9 @@
 namespace planar_mapping::tools {
 namespace {
 
-struct FrontendArguments {
-  std::vector<std::string> inputs;
-  std::string poses;
-  std::string calibration;
+struct FrontendArguments : FrontEndInput {
   std::string endpoint;
   double timeout = 30.0;
-  int threads = -1;
   std::string encoding = "compact";
   std::string keys;
   bool quiet = false;
@@ -95,10 +91,9 @@ int run(const FrontendArguments& arguments) {
   if (!arguments.quiet && isatty(STDERR_FILENO) == 1) {
     options.progress = countFrames;
   }
-  const FrontEndInput input = {arguments.inputs, arguments.poses, arguments.threads,
-                               arguments.calibration};
   const transport::FrontEndResult result = transport::runFrontEnd(
-      endpoint, [&input](const std::string& yaml) { return makeFrontEndSource(yaml, input); },
+      endpoint,
+      [&arguments](const std::string& yaml) { return makeFrontEndSource(yaml, arguments); },
       options);
   if (result.interrupted) {
     std::cerr << "planar_map: interrupted after " << result.frames_sent << " frames\n";
