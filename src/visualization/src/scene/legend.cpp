@@ -63,19 +63,12 @@ std::vector<Entry> categories(const SceneContent& content, const ViewOptions& op
   return entries;
 }
 
-const char* scaleTitle(ColorBy color) {
-  switch (color) {
-    case ColorBy::Height:
-      return "height (m)";
-    case ColorBy::Probability:
-      return "probability";
-    case ColorBy::Tilt:
-      return "tilt (deg)";
-    case ColorBy::Plane:
-    case ColorBy::State:
-      break;
-  }
-  return "";
+/// Empty for colours that are no scale.
+std::string scaleTitle(ColorBy color) {
+  return color == ColorBy::Height        ? "height (m)"
+         : color == ColorBy::Probability ? "probability"
+         : color == ColorBy::Tilt        ? "tilt (deg)"
+                                         : "";
 }
 
 void addScale(const SceneContent& content, const ViewOptions& options, double font, bool on_dark,
@@ -114,18 +107,10 @@ void addScale(const SceneContent& content, const ViewOptions& options, double fo
 }  // namespace
 
 double scalarOf(const Cuboid& cuboid, ColorBy color, const Vector3& up) {
-  switch (color) {
-    case ColorBy::Height:
-      return heightOf(cuboid, up);
-    case ColorBy::Probability:
-      return static_cast<double>(cuboid.probability);
-    case ColorBy::Tilt:
-      return tiltOf(cuboid, up) * 180.0 / M_PI;
-    case ColorBy::Plane:
-    case ColorBy::State:
-      break;
-  }
-  return 0.0;
+  return color == ColorBy::Height        ? heightOf(cuboid, up)
+         : color == ColorBy::Probability ? static_cast<double>(cuboid.probability)
+         : color == ColorBy::Tilt        ? tiltOf(cuboid, up) * 180.0 / M_PI
+                                         : 0.0;
 }
 
 ScalarRange scalarRange(const SceneContent& content, ColorBy color) {
@@ -208,7 +193,7 @@ Props makeLegend(const SceneContent& content, const ViewOptions& options, bool o
     props.push_back(makeText(entry.text, left + 2.6 * font, y, font, on_dark));
     y -= 1.6 * font;
   }
-  if (options.show.occupied && *scaleTitle(options.color) != '\0') {
+  if (options.show.occupied && !scaleTitle(options.color).empty()) {
     addScale(content, options, font, on_dark, captions, props);
   }
   std::vector<std::string> facts = {grouped(content.cuboids.size()) + " cuboids"};

@@ -79,16 +79,8 @@ void Scene::replace(Props& props, Props made, bool visible) {
 void Scene::recolor() {
   const ScalarRange range = scalarRange(content_, options_.color);
   const auto color = [&](const Cuboid& cuboid) {
-    switch (options_.color) {
-      case ColorBy::Plane:
-        return planeColor(cuboid.plane_id);
-      case ColorBy::State:
-        return stateColor(cuboid.state);
-      case ColorBy::Height:
-      case ColorBy::Probability:
-      case ColorBy::Tilt:
-        break;
-    }
+    if (options_.color == ColorBy::Plane) return planeColor(cuboid.plane_id);
+    if (options_.color == ColorBy::State) return stateColor(cuboid.state);
     return scaleColor(options_.color,
                       range.normalized(scalarOf(cuboid, options_.color, content_.up)));
   };

@@ -4,6 +4,8 @@
 
 #include <array>
 
+#include "planar_mapping/visualization/window.h"
+
 namespace planar_mapping::visualization {
 
 namespace {
@@ -76,7 +78,11 @@ KeyAction applyKey(const std::string& key, ViewOptions& options, std::string& me
   return KeyAction::None;
 }
 
-std::string keyTable() {
+}  // namespace planar_mapping::visualization
+
+namespace planar_mapping {
+
+std::string Window::keyHelp() {
   return "mouse left   turn; click: data of a cuboid\n"
          "mouse wheel  nearer, farther (also + -)\n"
          "mouse middle move\n"
@@ -93,4 +99,4 @@ std::string keyTable() {
          "Esc          clear   q  quit";
 }
 
-}  // namespace planar_mapping::visualization
+}  // namespace planar_mapping

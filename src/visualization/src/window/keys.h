@@ -24,7 +24,4 @@ enum class KeyAction {
 /// Applies the key to the options; \p message says what it did, empty if that is plain to see.
 KeyAction applyKey(const std::string& key, ViewOptions& options, std::string& message);
 
-/// The table of keys as text.
-std::string keyTable();
-
 }  // namespace planar_mapping::visualization

@@ -18,7 +18,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <cstdlib>
 #include <mutex>
 
 #include "planar_mapping/core/base/error.h"
@@ -210,20 +209,6 @@ std::unique_ptr<OffscreenWindow> OffscreenWindow::create(int width, int height) 
   if (problem.empty()) return std::make_unique<XOffscreen>(width, height);
   throw RenderError("nothing here can draw: no EGL driver, and " + problem +
                     "; install libegl1 and libgl1-mesa-dri (no display is needed)");
-}
-
-std::string xServerProblem() {
-  const char* display = std::getenv("DISPLAY");
-  if (display == nullptr || *display == '\0') return "DISPLAY is not set";
-  switch (probeXDisplay()) {
-    case XDisplayState::Usable:
-      return {};
-    case XDisplayState::NoServer:
-      return std::string("no X server answers at DISPLAY=") + display;
-    case XDisplayState::NoOpenGl:
-      break;
-  }
-  return std::string("the X server at DISPLAY=") + display + " has no OpenGL (GLX)";
 }
 
 CapturedMessages::CapturedMessages()

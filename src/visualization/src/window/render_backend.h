@@ -37,10 +37,6 @@ class OffscreenWindow {
   static std::unique_ptr<OffscreenWindow> create(int width, int height);
 };
 
-/// Empty if a VTK window can be opened on the X server of DISPLAY, else what is missing. VTK calls
-/// abort() when it finds out by itself, so that this has to come first.
-std::string xServerProblem();
-
 class MessageWindow;
 
 /// Keeps VTK from printing; its messages are collected instead.

@@ -26,6 +26,7 @@
 #include "scene/scene.h"
 #include "window/keys.h"
 #include "window/render_backend.h"
+#include "window/x_display.h"
 
 namespace planar_mapping {
 namespace {
@@ -321,10 +322,6 @@ class SceneWindow : public Window {
 };
 
 }  // namespace
-
-std::string Window::keyHelp() {
-  return visualization::keyTable();
-}
 
 std::unique_ptr<Window> openWindow(SceneContent content, const ViewOptions& options,
                                    Window::Screen screen, const std::string& title) {

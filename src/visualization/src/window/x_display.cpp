@@ -5,7 +5,7 @@
 #include <GL/glx.h>
 #include <dlfcn.h>
 
-#include <array>
+#include <cstdlib>
 #include <mutex>
 
 // Apart from the other sources: the X headers define macros such as None and Bool.
@@ -24,42 +24,44 @@ void hold(Display* display) {
 
 }  // namespace
 
-XDisplayState probeXDisplay() {
+std::string xServerProblem() {
+  const char* name = std::getenv("DISPLAY");
+  if (name == nullptr || *name == '\0') return "DISPLAY is not set";
   Display* display = XOpenDisplay(nullptr);
-  if (display == nullptr) return XDisplayState::NoServer;
-  XDisplayState state = XDisplayState::NoOpenGl;
+  if (display == nullptr) return std::string("no X server answers at DISPLAY=") + name;
+  bool is_usable = false;
   void* library = dlopen("libGL.so.1", RTLD_NOW | RTLD_LOCAL);
   if (library != nullptr) {
     const auto query_extension =
         reinterpret_cast<decltype(&glXQueryExtension)>(dlsym(library, "glXQueryExtension"));
     const auto choose_config =
         reinterpret_cast<decltype(&glXChooseFBConfig)>(dlsym(library, "glXChooseFBConfig"));
-    std::array<int, 11> wanted = {GLX_DRAWABLE_TYPE,
-                                  GLX_WINDOW_BIT,
-                                  GLX_RENDER_TYPE,
-                                  GLX_RGBA_BIT,
-                                  GLX_RED_SIZE,
-                                  1,
-                                  GLX_GREEN_SIZE,
-                                  1,
-                                  GLX_BLUE_SIZE,
-                                  1,
-                                  0};
+    constexpr int kWanted[] = {GLX_DRAWABLE_TYPE,
+                               GLX_WINDOW_BIT,
+                               GLX_RENDER_TYPE,
+                               GLX_RGBA_BIT,
+                               GLX_RED_SIZE,
+                               1,
+                               GLX_GREEN_SIZE,
+                               1,
+                               GLX_BLUE_SIZE,
+                               1,
+                               0};
     if (query_extension != nullptr && choose_config != nullptr &&
         query_extension(display, nullptr, nullptr) == True) {
       int count = 0;
-      GLXFBConfig* configs = choose_config(display, DefaultScreen(display), wanted.data(), &count);
-      if (configs != nullptr && count > 0) state = XDisplayState::Usable;
+      GLXFBConfig* configs = choose_config(display, DefaultScreen(display), kWanted, &count);
+      is_usable = configs != nullptr && count > 0;
       if (configs != nullptr) XFree(configs);
     }
     // The library stays open: closing Mesa's driver and opening it again is not safe.
   }
-  if (state == XDisplayState::Usable) {
+  if (is_usable) {
     hold(display);
-  } else {
-    XCloseDisplay(display);
+    return {};
   }
-  return state;
+  XCloseDisplay(display);
+  return std::string("the X server at DISPLAY=") + name + " has no OpenGL (GLX)";
 }
 
 }  // namespace planar_mapping::visualization

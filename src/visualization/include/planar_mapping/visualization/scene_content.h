@@ -12,8 +12,6 @@
 
 namespace planar_mapping {
 
-class PlanarMap;
-
 /// A point cloud drawn over the map, in the map's frame, metres. Non-finite points are not drawn.
 struct SceneCloud {
   std::vector<float> xyz;         ///< three per point
