@@ -128,17 +128,13 @@ class OctomapGrid : public OctreeGrid {
   }
 
   std::size_t fileBytes() const override {
-    octomap::OcTree tree(tree_);
-    tree.toMaxLikelihood();
-    tree.prune();
+    const octomap::OcTree tree = finished();
     return headerBytes(tree, "# Octomap OcTree binary file") + 2 * innerNodes(tree);
   }
 
   std::size_t compressedFileBytes() const override {
     constexpr int kLevel = 19;
-    octomap::OcTree tree(tree_);
-    tree.toMaxLikelihood();
-    tree.prune();
+    const octomap::OcTree tree = finished();
     std::ostringstream stream;
     tree.writeBinaryData(stream);
     const std::string data = stream.str();
@@ -162,6 +158,12 @@ class OctomapGrid : public OctreeGrid {
   }
 
  private:
+  octomap::OcTree finished() const {
+    octomap::OcTree tree(tree_);
+    tree.toMaxLikelihood();
+    tree.prune();
+    return tree;
+  }
   /// Takes note of the cells the points are in.
   void add(const std::vector<Vector3>& points, bool obstacles, RayEnds& ends) {
     for (const Vector3& point : points) {

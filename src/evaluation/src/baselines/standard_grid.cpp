@@ -106,11 +106,8 @@ void StandardGrid::insert(const std::vector<Vector3>& obstacles, const std::vect
 }
 
 std::vector<GridCell> StandardGrid::cells() const {
-  std::vector<std::uint64_t> keys = log_odds_.keys();
-  std::sort(keys.begin(), keys.end());
   std::vector<GridCell> cells;
-  cells.reserve(keys.size());
-  for (const std::uint64_t key : keys) cells.push_back(detail::cellOf(key));
+  for (const std::uint64_t key : log_odds_.sortedKeys()) cells.push_back(detail::cellOf(key));
   return cells;
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "planar_mapping/core/base/error.h"
+#include "simulation/object_view.h"
 
 namespace planar_mapping::evaluation {
 namespace {
@@ -33,9 +34,7 @@ void VisibleSurfaceParams::validate() const {
 SurfaceTruth::SurfaceTruth(const Scene& scene, int first_frame, int last_frame) {
   if (first_frame > last_frame) throw InputError("the first frame is after the last one");
   for (const SceneObject& object : scene.objects) {
-    if (!object.T_world_object.matrix().allFinite() || !object.size.allFinite() ||
-        object.size.minCoeff() < 0.0)
-      throw InputError("'" + object.name + "' has no finite place and size");
+    requireSound(object);
     if (object.first_frame > last_frame || object.last_frame < first_frame) continue;
     Solid solid;
     solid.shape = object.shape;
@@ -114,10 +113,8 @@ std::vector<VisibleCell> SurfaceTruth::visibleCells(double s) const {
     std::size_t count = 0;
     std::size_t pixels = 0;
   };
-  std::vector<std::uint64_t> seen_keys = seen_.keys();
-  std::sort(seen_keys.begin(), seen_keys.end());
   detail::KeyMap<Sum> table;
-  for (const std::uint64_t seen_key : seen_keys) {
+  for (const std::uint64_t seen_key : seen_.sortedKeys()) {
     const Seen& seen = *seen_.find(seen_key);
     const Vector3 point = seen.sum / static_cast<double>(seen.pixels);
     std::uint64_t key = 0;
@@ -127,11 +124,8 @@ std::vector<VisibleCell> SurfaceTruth::visibleCells(double s) const {
     sum.pixels += seen.pixels;
     ++sum.count;
   }
-  std::vector<std::uint64_t> keys = table.keys();
-  std::sort(keys.begin(), keys.end());
   std::vector<VisibleCell> cells;
-  cells.reserve(keys.size());
-  for (const std::uint64_t key : keys) {
+  for (const std::uint64_t key : table.sortedKeys()) {
     const Sum& sum = *table.find(key);
     cells.push_back({detail::cellOf(key), sum.points / static_cast<double>(sum.count), sum.pixels});
   }

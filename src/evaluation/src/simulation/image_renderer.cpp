@@ -179,10 +179,7 @@ io::Image renderImage(const Scene& scene, const Rendering& view, const Pose& T_w
   sensor.validate();
   if (view.colors.size() != view.size() || view.size() == 0)
     throw InputError("an image is made from a view with colours");
-  io::Image image;
-  image.width = view.camera.width;
-  image.height = view.camera.height;
-  image.channels = sensor.color ? 3 : 1;
+  io::Image image{view.camera.width, view.camera.height, sensor.color ? 3 : 1, {}};
   image.pixels.resize(view.size() * static_cast<std::size_t>(image.channels));
   const ImageRenderer renderer(scene, view, T_world_camera, params, sensor);
   const auto bands = static_cast<std::size_t>((image.height + kBandRows - 1) / kBandRows);

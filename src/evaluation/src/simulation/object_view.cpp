@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "planar_mapping/core/base/error.h"
+
 namespace planar_mapping::evaluation {
 namespace {
 
@@ -178,6 +180,12 @@ std::vector<const ObjectView*> byIndex(const std::vector<ObjectView>& views, con
   std::vector<const ObjectView*> sorted(scene.objects.size(), nullptr);
   for (const ObjectView& view : views) sorted[static_cast<std::size_t>(view.index)] = &view;
   return sorted;
+}
+
+void requireSound(const SceneObject& object) {
+  if (!object.T_world_object.matrix().allFinite() || !object.size.allFinite() ||
+      object.size.minCoeff() < 0.0)
+    throw InputError("'" + object.name + "' has no finite place and size");
 }
 
 bool intersect(const SceneObject& object, const Vector3& origin, const Vector3& direction,

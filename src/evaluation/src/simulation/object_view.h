@@ -37,6 +37,9 @@ struct ObjectView {
 std::vector<ObjectView> viewsOf(const Scene& scene, const PinholeCamera& camera,
                                 const Pose& T_world_camera, int frame);
 
+/// \throws InputError for an object that is not finite or of negative size
+void requireSound(const SceneObject& object);
+
 /// The view of each object by its index; null where it cannot appear.
 std::vector<const ObjectView*> byIndex(const std::vector<ObjectView>& views, const Scene& scene);
 

@@ -60,14 +60,6 @@ void shadeRows(const std::vector<const ObjectView*>& views, const RenderParams& 
   }
 }
 
-void requireSound(const Scene& scene, const Pose& T_world_camera) {
-  if (!T_world_camera.matrix().allFinite()) throw InputError("the camera's pose is not finite");
-  for (const SceneObject& object : scene.objects)
-    if (!object.T_world_object.matrix().allFinite() || !object.size.allFinite() ||
-        object.size.minCoeff() < 0.0)
-      throw InputError("'" + object.name + "' has no finite place and size");
-}
-
 }  // namespace
 
 void RenderParams::validate() const {
@@ -83,7 +75,8 @@ Rendering render(const Scene& scene, const PinholeCamera& camera, const Pose& T_
   requirePositive("fx", camera.fx, "px");
   requirePositive("fy", camera.fy, "px");
   params.validate();
-  requireSound(scene, T_world_camera);
+  if (!T_world_camera.matrix().allFinite()) throw InputError("the camera's pose is not finite");
+  for (const SceneObject& object : scene.objects) requireSound(object);
   Rendering image;
   image.camera = camera;
   const std::size_t pixels =
