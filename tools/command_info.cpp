@@ -56,15 +56,12 @@ Json mapInfo(const std::string& path) {
 Json cloudInfo(const std::string& path) {
   const io::CloudData cloud = io::readCloudFile(path, io::CloudChannels::none());
   const io::CloudFileInfo header = io::readCloudFileInfo(path);
-  Vector3 low = Vector3::Zero();
-  Vector3 high = Vector3::Zero();
+  Eigen::AlignedBox3d bounds;
   std::size_t finite = 0;
   const PointsView points = cloud.view();
   for (std::size_t i = 0; i < points.size; ++i) {
     if (!points.isMeasured(i)) continue;
-    const Vector3 p = points.point(i);
-    low = finite == 0 ? p : low.cwiseMin(p).eval();
-    high = finite == 0 ? p : high.cwiseMax(p).eval();
+    bounds.extend(points.point(i));
     ++finite;
   }
   const char* const formats[] = {"none", "pcd", "ply", "kitti scan"};
@@ -79,7 +76,8 @@ Json cloudInfo(const std::string& path) {
                {"file_bytes", fs::file_size(path)}};
   const Vector3& origin = cloud.origin;
   if (finite > 0) {
-    info["bounds_m"] = {{"low", toJson(origin + low)}, {"high", toJson(origin + high)}};
+    info["bounds_m"] = {{"low", toJson(origin + bounds.min())},
+                        {"high", toJson(origin + bounds.max())}};
   }
   return info;
 }

@@ -44,10 +44,6 @@ py::array_t<double> matrixOf(const py::object& argument, const std::string& name
   return packed<double>(array);
 }
 
-void copy(const Vector3& from, double* to) {
-  for (int i = 0; i < 3; ++i) to[i] = from[i];
-}
-
 }  // namespace
 
 void registerRows() {
@@ -120,13 +116,8 @@ PinholeCamera cameraOf(const py::object& argument, py::ssize_t height, py::ssize
   if (at(0, 1) != 0.0 || at(1, 0) != 0.0 || at(2, 0) != 0.0 || at(2, 1) != 0.0 || at(2, 2) != 1.0) {
     throw InputError("K must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]; images are rectified");
   }
-  PinholeCamera camera;
-  camera.fx = at(0, 0);
-  camera.fy = at(1, 1);
-  camera.cx = at(0, 2);
-  camera.cy = at(1, 2);
-  camera.width = static_cast<int>(width);
-  camera.height = static_cast<int>(height);
+  const PinholeCamera camera{
+      at(0, 0), at(1, 1), at(0, 2), at(1, 2), static_cast<int>(width), static_cast<int>(height)};
   if (!std::isfinite(camera.cx) || !std::isfinite(camera.cy)) {
     throw InputError("the principal point of K is not finite");
   }
@@ -143,9 +134,9 @@ py::array toArray(const std::vector<Cuboid>& cuboids) {
   py::array_t<CuboidRow> rows(static_cast<py::ssize_t>(cuboids.size()));
   CuboidRow* row = rows.mutable_data();
   for (const Cuboid& cuboid : cuboids) {
-    copy(cuboid.center, row->center);
-    copy(cuboid.size, row->size);
-    for (int i = 0; i < 4; ++i) row->orientation[i] = cuboid.orientation.coeffs()[i];
+    Vector3::Map(row->center) = cuboid.center;
+    Vector3::Map(row->size) = cuboid.size;
+    Vector4::Map(row->orientation) = cuboid.orientation.coeffs();
     row->plane_id = cuboid.plane_id;
     row->probability = cuboid.probability;
     row->state = static_cast<std::uint8_t>(cuboid.state);
@@ -160,7 +151,7 @@ py::array toArray(const std::vector<MapPlane>& planes) {
   for (const MapPlane& plane : planes) {
     row->id = plane.id;
     row->frames = plane.frames;
-    copy(plane.plane.normal, row->normal);
+    Vector3::Map(row->normal) = plane.plane.normal;
     row->offset = plane.plane.offset;
     row->rms = plane.rms();
     ++row;

@@ -43,7 +43,7 @@ py::array planesOf(const Segmentation& segmentation) {
   py::array_t<SegmentRow> rows(static_cast<py::ssize_t>(segmentation.planes.size()));
   SegmentRow* row = rows.mutable_data();
   for (const PlaneSegment& segment : segmentation.planes) {
-    for (int i = 0; i < 3; ++i) row->normal[i] = segment.plane.normal[i];
+    Vector3::Map(row->normal) = segment.plane.normal;
     row->offset = segment.plane.offset;
     row->rms = segment.rms;
     row->inliers = static_cast<std::int32_t>(segment.inliers.size());

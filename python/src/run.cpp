@@ -43,36 +43,6 @@ std::vector<std::string> assignmentsOf(const py::dict& settings) {
   return assignments;
 }
 
-/// Between frames: has Ctrl-C been pressed, and what does the caller's function say? What either
-/// raises ends the run after this frame, and is raised when the results are saved.
-class Progress {
- public:
-  Progress(py::object function, std::atomic<bool>& stop)
-      : function_(std::move(function)), stop_(stop) {}
-
-  void operator()(std::size_t done, std::size_t all, const FrameReport& report) {
-    const py::gil_scoped_acquire locked;
-    try {
-      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-      if (!function_.is_none()) {
-        using namespace py::literals;
-        function_(done, all,
-                  py::dict("source"_a = report.source, "planes"_a = report.planes,
-                           "cuboids"_a = report.cuboids, "frame_ms"_a = report.frame_ms));
-      }
-    } catch (py::error_already_set& error) {
-      if (!raised) raised.emplace(error);
-      stop_ = true;
-    }
-  }
-
-  std::optional<py::error_already_set> raised;
-
- private:
-  py::object function_;
-  std::atomic<bool>& stop_;
-};
-
 py::object run(const Path& config, const py::object& inputs, const Path& out,
                const std::optional<Path>& poses, const py::dict& settings,
                const std::optional<std::string>& profile, const std::optional<std::string>& frames,
@@ -91,15 +61,27 @@ py::object run(const Path& config, const py::object& inputs, const Path& out,
   if (frames) configuration.frames = parseFrameSelection(*frames);
 
   std::atomic<bool> stop{false};
-  Progress between_frames(progress, stop);
+  std::optional<py::error_already_set> raised;
   RunOptions options;
   options.output = out.string();
   options.overwrite = overwrite;
   options.resume = resume;
   options.stop = &stop;
-  options.progress = [&between_frames](std::size_t done, std::size_t all,
-                                       const FrameReport& report) {
-    between_frames(done, all, report);
+  // Between frames: has Ctrl-C been pressed, and what does the caller's function say? What either
+  // raises ends the run after this frame, and is raised when the results are saved.
+  options.progress = [&](std::size_t done, std::size_t all, const FrameReport& report) {
+    const py::gil_scoped_acquire locked;
+    try {
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+      if (progress.is_none()) return;
+      using namespace py::literals;
+      progress(done, all,
+               py::dict("source"_a = report.source, "planes"_a = report.planes,
+                        "cuboids"_a = report.cuboids, "frame_ms"_a = report.frame_ms));
+    } catch (py::error_already_set& error) {
+      if (!raised) raised.emplace(error);
+      stop = true;
+    }
   };
   // What there is to say comes as an error or a warning of ours.
   pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
@@ -108,7 +90,7 @@ py::object run(const Path& config, const py::object& inputs, const Path& out,
     const py::gil_scoped_release released;
     result = runPipeline(std::move(configuration), options);
   }
-  if (between_frames.raised) throw std::move(*between_frames.raised);
+  if (raised) throw std::move(*raised);
   for (const std::string& warning : result.warnings) {
     if (PyErr_WarnEx(PyExc_RuntimeWarning, warning.c_str(), 2) != 0) throw py::error_already_set();
   }

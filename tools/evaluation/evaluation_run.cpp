@@ -153,12 +153,6 @@ std::vector<ConfiguredStage> takePointStages(Configuration& configuration) {
   return taken;
 }
 
-void disablePlaneStages(Configuration& configuration) {
-  for (ConfiguredStage& stage : configuration.stages) {
-    if (stage.kind == StageKind::Planes) stage.enabled = false;
-  }
-}
-
 }  // namespace
 
 int minPointsPerCell(const Configuration& configuration) {
@@ -175,7 +169,9 @@ PlanarRun PlanarRuns::make(Configuration configuration) {
   const std::string text = planeStagesText(configuration);
   const auto known = planes_.find(text);
   const Planes* earlier = known == planes_.end() ? nullptr : &known->second;
-  if (earlier != nullptr) disablePlaneStages(configuration);
+  for (ConfiguredStage& stage : configuration.stages) {
+    if (earlier != nullptr && stage.kind == StageKind::Planes) stage.enabled = false;
+  }
   ConfiguredStage first;
   first.name = "prepared";
   first.kind = StageKind::Points;

@@ -277,13 +277,8 @@ class CellRun {
   }
 
   void add(const std::string& method, Figures figures) {
-    evaluation::PlaceResult result;
-    result.place = place_.number;
-    result.simulated = place_.truth != nullptr;
-    result.cell = s_;
-    result.method = method;
-    result.figures = std::move(figures);
-    results_.push_back(std::move(result));
+    results_.push_back(
+        {"", place_.truth != nullptr, place_.number, s_, method, std::move(figures)});
   }
 
   double perFrame(double ms) const { return ms / static_cast<double>(place_.frames.size()); }

@@ -19,9 +19,14 @@ bool isMapping(const ConfiguredStage& stage) {
          stage.kind == StageKind::Map;
 }
 
-bool isSensing(const ConfiguredStage& stage) {
-  return stage.kind == StageKind::Images || stage.kind == StageKind::Features ||
-         stage.kind == StageKind::Motion;
+/// Takes out what needs images or finds poses; simulated clouds come with poses.
+void dropSensingStages(Configuration& configuration) {
+  const auto isSensing = [](const ConfiguredStage& stage) {
+    return stage.kind == StageKind::Images || stage.kind == StageKind::Features ||
+           stage.kind == StageKind::Motion;
+  };
+  auto& stages = configuration.stages;
+  stages.erase(std::remove_if(stages.begin(), stages.end(), isSensing), stages.end());
 }
 
 auto firstMapping(Configuration& configuration) {
@@ -304,11 +309,6 @@ void keepPreparingStages(Configuration& configuration) {
 
 void keepMappingStages(Configuration& configuration) {
   configuration.stages.erase(configuration.stages.begin(), firstMapping(configuration));
-}
-
-void dropSensingStages(Configuration& configuration) {
-  auto& stages = configuration.stages;
-  stages.erase(std::remove_if(stages.begin(), stages.end(), isSensing), stages.end());
 }
 
 }  // namespace planar_mapping::tools

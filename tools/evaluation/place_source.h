@@ -20,8 +20,6 @@ namespace planar_mapping::tools {
 void keepPreparingStages(Configuration& configuration);
 /// The others alone.
 void keepMappingStages(Configuration& configuration);
-/// Stages that need images or find poses; simulated clouds come with poses.
-void dropSensingStages(Configuration& configuration);
 
 /// A frame as every method gets it: taken through the configuration's stages up to those that find
 /// planes, without the points that are held back.

@@ -184,19 +184,13 @@ ViewOptions optionsFor(const SceneContent& content, const Arguments& a, ViewOpti
   return options;
 }
 
-/// What changes when the file does.
-struct FileState {
-  std::filesystem::file_time_type time;
-  std::uintmax_t size = 0;
-
-  bool operator!=(const FileState& other) const { return time != other.time || size != other.size; }
-};
+/// What changes when the file does: when it was written, and its size.
+using FileState = std::pair<std::filesystem::file_time_type, std::uintmax_t>;
 
 FileState stateOf(const std::string& path) {
   std::error_code gone;
-  FileState state;
-  state.time = std::filesystem::last_write_time(path, gone);
-  state.size = std::filesystem::file_size(path, gone);
+  const FileState state{std::filesystem::last_write_time(path, gone),
+                        std::filesystem::file_size(path, gone)};
   return gone ? FileState() : state;
 }
 
@@ -209,9 +203,9 @@ void followFile(const Arguments& a, const ViewOptions& options) {
   FileState shown;
   const auto read = [&]() -> std::optional<SceneContent> {
     const FileState now = stateOf(path);
-    if (!(now != shown)) return std::nullopt;
+    if (now == shown) return std::nullopt;
     shown = now;
-    if (now.size == 0) return std::nullopt;
+    if (now.second == 0) return std::nullopt;
     try {
       return readContent(a);
     } catch (const InputError&) {  // a map without anything in it yet

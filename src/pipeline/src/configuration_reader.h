@@ -38,7 +38,6 @@ class ConfigurationReader {
   void checkOrder(const std::vector<YAML::Mark>& marks);
   void configureStages();
   std::string absolutePath(const std::string& path) const;
-  bool mayBeOfAPlugin(const std::string& stage) const;
   std::vector<std::string> stageNames() const;
 
   std::string path_;

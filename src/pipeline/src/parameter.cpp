@@ -21,11 +21,6 @@ bool endsWith(const std::string& text, const std::string& end) {
   return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
 
-/// Factor from the unit of the file to the unit in code.
-double toCode(const std::string& name) {
-  return endsWith(name, "_deg") ? kRadiansPerDegree : 1.0;
-}
-
 /// Radians of a default to degrees a person would write: 4.99999999999999 becomes 5.
 double toFile(double value, double factor) {
   if (factor == 1.0) return value;
@@ -85,7 +80,7 @@ void bind(Parameter& parameter, std::optional<Value>& value) {
 template <typename Value>
 void bindNumber(Parameter& parameter, Value& value) {
   parameter.automatic = !std::is_same_v<Value, double>;
-  const double factor = toCode(parameter.name);
+  const double factor = endsWith(parameter.name, "_deg") ? kRadiansPerDegree : 1.0;
   const auto current = [&value]() { return std::optional<double>(value); };
   // What the file said is kept, for no rounding of value / factor gives it back for certain. The
   // default goes through the file's unit too, so that writing and reading it changes no bit.

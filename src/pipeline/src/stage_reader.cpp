@@ -166,7 +166,9 @@ void ConfigurationReader::applyAssignment(const std::string& assignment) {
     ParameterValue parsed;
     if (readValue(*parameter, value, parsed, report)) parameter->set(parsed);
   }
-  if (!found && !mayBeOfAPlugin(name)) {
+  const std::vector<std::string>& unknown = configuration_.unknown_stages;
+  const bool may_be_of_plugin = std::find(unknown.begin(), unknown.end(), name) != unknown.end();
+  if (!found && !may_be_of_plugin) {
     report("there is no stage '" + name + "' in " + path_ + didYouMean(name, chain));
   }
 }
@@ -200,11 +202,6 @@ void ConfigurationReader::configureStages() {
                     "stage '" + configuration_.stages[i].name + "': " + error.what());
     }
   }
-}
-
-bool ConfigurationReader::mayBeOfAPlugin(const std::string& stage) const {
-  const std::vector<std::string>& names = configuration_.unknown_stages;
-  return std::find(names.begin(), names.end(), stage) != names.end();
 }
 
 std::vector<std::string> ConfigurationReader::stageNames() const {

@@ -45,36 +45,6 @@ Json objectJson(const SceneObject& object, const std::vector<int>& plane_of_face
   return json;
 }
 
-std::string sceneJson(const SimulationParams& params, const Scene& scene,
-                      const ScenePlanes& planes) {
-  const PinholeCamera camera = params.camera();
-  Json json = {{"scene", scene.name},
-               {"frames", scene.path.size()},
-               {"seed", params.seed},
-               {"yaw_rad", params.yaw},
-               {"camera_height_m", scene.camera_height},
-               {"camera",
-                {{"width", camera.width},
-                 {"height", camera.height},
-                 {"fx", camera.fx},
-                 {"fy", camera.fy},
-                 {"cx", camera.cx},
-                 {"cy", camera.cy},
-                 {"baseline_m", params.sensor.baseline},
-                 {"noise_px", params.sensor.noise_px}}},
-               {"depth_gt_scale", kTruthDepthScale},
-               {"objects", Json::array()},
-               {"planes", Json::array()}};
-  for (std::size_t i = 0; i < scene.objects.size(); ++i)
-    json["objects"].push_back(objectJson(scene.objects[i], planes.plane_of_face[i]));
-  for (const Plane& plane : planes.planes) {
-    const Vector3& n = plane.normal;
-    json["planes"].push_back(
-        {{"id", json["planes"].size()}, {"coefficients", {n.x(), n.y(), n.z(), plane.offset}}});
-  }
-  return json.dump(1) + "\n";
-}
-
 constexpr double kUsualFocalLength = 500.0 / 640.0;  ///< of the image width
 constexpr double kShortestFrameTime = 0.1;           ///< seconds
 /// Random streams of the images; those of the clouds are the frames' own numbers.
@@ -98,13 +68,8 @@ void SimulationParams::validate() const {
 }
 
 PinholeCamera SimulationParams::camera() const {
-  PinholeCamera camera;
-  camera.fx = camera.fy = focal_length > 0.0 ? focal_length : kUsualFocalLength * width;
-  camera.cx = 0.5 * (width - 1);
-  camera.cy = 0.5 * (height - 1);
-  camera.width = width;
-  camera.height = height;
-  return camera;
+  const double f = focal_length > 0.0 ? focal_length : kUsualFocalLength * width;
+  return {f, f, 0.5 * (width - 1), 0.5 * (height - 1), width, height};
 }
 
 Simulation::Simulation(const SimulationParams& params) : params_(params) {
@@ -186,7 +151,32 @@ SimulatedFrame Simulation::frame(std::size_t index) const {
 }
 
 std::string Simulation::truthJson() const {
-  return sceneJson(params_, scene_, planes_);
+  const PinholeCamera camera = params_.camera();
+  Json json = {{"scene", scene_.name},
+               {"frames", scene_.path.size()},
+               {"seed", params_.seed},
+               {"yaw_rad", params_.yaw},
+               {"camera_height_m", scene_.camera_height},
+               {"camera",
+                {{"width", camera.width},
+                 {"height", camera.height},
+                 {"fx", camera.fx},
+                 {"fy", camera.fy},
+                 {"cx", camera.cx},
+                 {"cy", camera.cy},
+                 {"baseline_m", params_.sensor.baseline},
+                 {"noise_px", params_.sensor.noise_px}}},
+               {"depth_gt_scale", kTruthDepthScale},
+               {"objects", Json::array()},
+               {"planes", Json::array()}};
+  for (std::size_t i = 0; i < scene_.objects.size(); ++i)
+    json["objects"].push_back(objectJson(scene_.objects[i], planes_.plane_of_face[i]));
+  for (const Plane& plane : planes_.planes) {
+    const Vector3& n = plane.normal;
+    json["planes"].push_back(
+        {{"id", json["planes"].size()}, {"coefficients", {n.x(), n.y(), n.z(), plane.offset}}});
+  }
+  return json.dump(1) + "\n";
 }
 
 namespace {

@@ -15,15 +15,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string extensionOf(const std::string& file) {
-  return fs::path(file).extension().string();
-}
-
 std::vector<std::string> filesEndingWith(const std::vector<std::string>& ends,
                                          const std::string& folder) {
   std::vector<std::string> files;
   for (const std::string& file : filesOf(folder))
-    if (std::find(ends.begin(), ends.end(), extensionOf(file)) != ends.end()) files.push_back(file);
+    if (std::count(ends.begin(), ends.end(), fs::path(file).extension().string()) > 0)
+      files.push_back(file);
   return files;
 }
 
