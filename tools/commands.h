@@ -40,21 +40,10 @@ class UsageError : public std::runtime_error {
 // command_config.cpp, command_merge.cpp, command_network.cpp. It adds the sub-command to the
 // program; its callback does the work and throws one of our errors, or sets the exit code if it is
 // not kDone.
-void addRunCommand(CLI::App& app, int& exit_code);
-void addFrontendCommand(CLI::App& app, int& exit_code);
-void addKeysCommand(CLI::App& app, int& exit_code);
-void addValidateCommand(CLI::App& app, int& exit_code);
-void addConfigCommand(CLI::App& app, int& exit_code);
-void addStagesCommand(CLI::App& app, int& exit_code);
-void addInfoCommand(CLI::App& app, int& exit_code);
-void addQueryCommand(CLI::App& app, int& exit_code);
-void addConvertCommand(CLI::App& app, int& exit_code);
-void addMergeCommand(CLI::App& app, int& exit_code);
-void addCompareCommand(CLI::App& app, int& exit_code);
-void addViewCommand(CLI::App& app, int& exit_code);
-void addSnapshotCommand(CLI::App& app, int& exit_code);
-void addSimulateCommand(CLI::App& app, int& exit_code);
-void addEvaluateCommand(CLI::App& app, int& exit_code);
+using AddCommand = void(CLI::App& app, int& exit_code);
+AddCommand addRunCommand, addFrontendCommand, addKeysCommand, addValidateCommand, addConfigCommand,
+    addStagesCommand, addInfoCommand, addQueryCommand, addConvertCommand, addMergeCommand,
+    addCompareCommand, addViewCommand, addSnapshotCommand, addSimulateCommand, addEvaluateCommand;
 
 /// Becomes the viewer that was built or installed beside this program, so that its exit code is
 /// ours and planar_map itself needs no VTK. \throws RenderError if there is none

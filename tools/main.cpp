@@ -72,21 +72,12 @@ int run(int argc, char** argv) {
   app.require_subcommand(0, 1);
   app.failure_message(CLI::FailureMessage::simple);
   int exit_code = kDone;
-  addRunCommand(app, exit_code);
-  addFrontendCommand(app, exit_code);
-  addKeysCommand(app, exit_code);
-  addValidateCommand(app, exit_code);
-  addConfigCommand(app, exit_code);
-  addStagesCommand(app, exit_code);
-  addInfoCommand(app, exit_code);
-  addQueryCommand(app, exit_code);
-  addConvertCommand(app, exit_code);
-  addMergeCommand(app, exit_code);
-  addCompareCommand(app, exit_code);
-  addViewCommand(app, exit_code);
-  addSnapshotCommand(app, exit_code);
-  addSimulateCommand(app, exit_code);
-  addEvaluateCommand(app, exit_code);
+  for (AddCommand* add : {addRunCommand, addFrontendCommand, addKeysCommand, addValidateCommand,
+                          addConfigCommand, addStagesCommand, addInfoCommand, addQueryCommand,
+                          addConvertCommand, addMergeCommand, addCompareCommand, addViewCommand,
+                          addSnapshotCommand, addSimulateCommand, addEvaluateCommand}) {
+    add(app, exit_code);
+  }
   addExamples(app);
   if (argc < 2) {
     std::cerr << app.help();

@@ -32,7 +32,7 @@ bool same(const Plane& a, const Plane& b) {
 
 struct KnownScene {
   const char* name;
-  void (*build)(SceneBuilder& builder);
+  BuildScene* build;
 };
 
 constexpr KnownScene kScenes[] = {{"room", buildRoom},

@@ -51,10 +51,7 @@ struct SceneBuilder {
   int frameWhen(const std::function<bool(const Vector3& camera)>& passed, double fraction) const;
 };
 
-void buildRoom(SceneBuilder& builder);
-void buildCorridor(SceneBuilder& builder);
-void buildOutdoor(SceneBuilder& builder);
-void buildRooms(SceneBuilder& builder);
-void buildWhite(SceneBuilder& builder);
+using BuildScene = void(SceneBuilder& builder);
+BuildScene buildRoom, buildCorridor, buildOutdoor, buildRooms, buildWhite;
 
 }  // namespace planar_mapping::evaluation

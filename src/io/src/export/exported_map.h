@@ -85,19 +85,10 @@ OccupancyGrid gridOf(const ExportedMap& map);
 
 // Each returns what the files hold, in the order of exportedFiles(); path is the one asked for.
 using Contents = std::vector<std::string>;
-Contents writeCsv(const ExportedMap& map, const std::string& path);
-Contents writeGlb(const ExportedMap& map, const std::string& path);
-Contents writeObj(const ExportedMap& map, const std::string& path);
-Contents writeOctree(const ExportedMap& map, const std::string& path);  ///< .bt, .ot
-Contents writePoints(const ExportedMap& map, const std::string& path);
-Contents writePgm(const ExportedMap& map, const std::string& path);
-Contents writePly(const ExportedMap& map, const std::string& path);
-Contents writeScene(const ExportedMap& map, const std::string& path);
-Contents writeSdf(const ExportedMap& map, const std::string& path);
-Contents writeModelFolder(const ExportedMap& map, const std::string& path);
-Contents writeStl(const ExportedMap& map, const std::string& path);
-Contents writeUrdf(const ExportedMap& map, const std::string& path);
-Contents writeVtp(const ExportedMap& map, const std::string& path);
+using Writer = Contents(const ExportedMap& map, const std::string& path);
+Writer writeCsv, writeGlb, writeModelFolder, writeObj, writePgm, writePly, writePoints, writeScene,
+    writeSdf, writeStl, writeUrdf, writeVtp;
+Writer writeOctree;  ///< .bt, .ot
 
 /// "origin_m X Y Z" between two texts for a map that has an origin of its own, else nothing.
 std::string originNote(const ExportedMap& map, const char* before, const char* after);

@@ -19,7 +19,7 @@ namespace {
 struct Format {
   const char* extension;
   const char* readers;
-  Contents (*write)(const ExportedMap&, const std::string&);  ///< null: the whole map
+  Writer* write;  ///< null: the whole map
   Space space = Space::AsAsked;
   const char* beside = nullptr;  ///< extension of its second file
 };

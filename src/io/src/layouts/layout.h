@@ -79,46 +79,23 @@ struct Description {
 
 // A reader for each layout. has...() looks at names only; read...() lists files and reads
 // calibration and poses.
-
-bool hasKitti(const std::string& folder);
-Description readKitti(const std::string& folder, const SequenceOptions& options);
-
-bool hasTum(const std::string& folder);
-Description readTum(const std::string& folder, const SequenceOptions& options);
-
-bool hasIcl(const std::string& folder);
-Description readIcl(const std::string& folder, const SequenceOptions& options);
-
-bool hasEuroc(const std::string& folder);
-Description readEuroc(const std::string& folder, const SequenceOptions& options);
-
-bool hasMiddlebury(const std::string& folder);
-Description readMiddlebury(const std::string& folder, const SequenceOptions& options);
-
-bool hasOpen3d(const std::string& folder);
-Description readOpen3d(const std::string& folder, const SequenceOptions& options);
-
-bool hasReplica(const std::string& folder);
-Description readReplica(const std::string& folder, const SequenceOptions& options);
-
-bool hasKittiRaw(const std::string& folder);
-Description readKittiRaw(const std::string& folder, const SequenceOptions& options);
-
-bool hasStray(const std::string& folder);
-Description readStray(const std::string& folder, const SequenceOptions& options);
+using Has = bool(const std::string& folder);
+using Read = Description(const std::string& folder, const SequenceOptions& options);
+Has hasEuroc, hasIcl, hasKitti, hasKittiRaw, hasMiddlebury, hasOpen3d, hasReplica, hasStray, hasTum;
+Read readEuroc, readIcl, readKitti, readKittiRaw, readMiddlebury, readOpen3d, readReplica,
+    readStray, readTum;
 
 /// 3DMatch, 7-Scenes and others with a pose file for each frame; ScanNet.
-bool isScannet(const std::string& folder);
-bool hasPosedFrames(const std::string& folder);
-Description readPosedFrames(const std::string& folder, const SequenceOptions& options);
+Has isScannet, hasPosedFrames;
+Read readPosedFrames;
 
 /// Our own sequence folder.
-bool hasNative(const std::string& folder);
-Description readNative(const std::string& folder, const SequenceOptions& options);
+Has hasNative;
+Read readNative;
 
 /// The folder by the one layout it has, or a directory of cloud files.
 /// \throws IoError if it has none or several, or if a part is missing
-Description readFolder(const std::string& folder, const SequenceOptions& options);
+Read readFolder;
 
 /// What to do with files that are there but not read as they are; "" = there are none.
 std::string adviceOnFiles(const std::string& folder);

@@ -32,8 +32,8 @@ const Stamped* nearest(const std::vector<Stamped>& list, double timestamp) {
 
 struct Reader {
   const char* name;
-  bool (*has)(const std::string&);
-  Description (*read)(const std::string&, const SequenceOptions&);
+  Has* has;
+  Read* read;
 };
 
 constexpr Reader kReaders[] = {{"KITTI odometry", hasKitti, readKitti},

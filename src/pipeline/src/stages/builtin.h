@@ -15,13 +15,8 @@ inline pcl::IndicesPtr sharedIndices(Indices& indices) {
 }
 
 // Each group of stages adds itself; registerBuiltinStages() calls these in the order of a chain.
-void addStereoMatching(StageTable& table);
-void addKeyFeatures(StageTable& table);
-void addPointFilters(StageTable& table);
-void addMotionEstimation(StageTable& table);
-void addGroundRemoval(StageTable& table);
-void addMultiPlaneSegmentation(StageTable& table);
-void addKlOccupancy(StageTable& table);
-void addPlanarCuboidApproximation(StageTable& table);
+using AddStages = void(StageTable& table);
+AddStages addStereoMatching, addKeyFeatures, addMotionEstimation, addPointFilters, addGroundRemoval,
+    addMultiPlaneSegmentation, addKlOccupancy, addPlanarCuboidApproximation;
 
 }  // namespace planar_mapping::detail
