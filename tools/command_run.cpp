@@ -22,18 +22,12 @@
 namespace planar_mapping::tools {
 namespace {
 
-/// A ready configuration for an input.
-struct InputChoice {
-  std::string configuration;             ///< path
-  std::vector<std::string> assignments;  ///< "stage.key=value"
-  std::string sentence;                  ///< what the input is and what was chosen
-};
-
 namespace fs = std::filesystem;
 
+/// A ready configuration for an input.
 struct Ready {
   const char* name;
-  std::vector<std::string> assignments;
+  std::vector<std::string> assignments;  ///< "stage.key=value"
   std::string why;
 };
 
@@ -68,32 +62,6 @@ Ready chooseClouds(const io::Sequence& sequence) {
   return ready;
 }
 
-/// \param input  as a person calls it, for the sentence
-InputChoice chooseConfiguration(const std::string& input, const io::Sequence& sequence) {
-  Ready ready;
-  switch (sequence.kind()) {
-    case io::SequenceKind::Stereo:
-      ready = choosePair(sequence);
-      break;
-    case io::SequenceKind::Rgbd:
-      ready = {"rgbd_indoor.yaml", {}, ""};
-      break;
-    case io::SequenceKind::Clouds:
-      ready = chooseClouds(sequence);
-      break;
-  }
-  InputChoice choice;
-  choice.configuration = planar_mapping::findConfiguration(ready.name);
-  choice.assignments = ready.assignments;
-  std::string settings;
-  for (const std::string& assignment : ready.assignments) settings += " --set " + assignment;
-  for (const std::string& note : describe(sequence))
-    choice.sentence += (choice.sentence.empty() ? input + ": " : "; ") + note;
-  choice.sentence += "; configuration " + choice.configuration + settings +
-                     (ready.why.empty() ? "" : " (" + ready.why + ")");
-  return choice;
-}
-
 /// Whether a word of the command line is a configuration, not an input.
 bool isConfigurationName(const std::string& word) {
   const std::string extension = fs::path(word).extension().string();
@@ -101,12 +69,10 @@ bool isConfigurationName(const std::string& word) {
 }
 
 struct RunArguments : FrameArguments {
-  std::string output = "planar_map_output";
+  RunOptions options;
   std::string profile;
   std::string frames;
   int threads = -1;
-  double checkpoint_s = RunOptions().checkpoint_s;
-  bool resume = false;
   bool strict = false;
   bool verbose = false;
   std::vector<std::string> words;  ///< configuration, inputs, or both
@@ -117,6 +83,23 @@ struct RunArguments : FrameArguments {
 
 WatchOptions watchOptionsOf(const RunArguments& arguments) {
   return {arguments.idle, &stopOnSignal()};
+}
+
+/// Takes the ready configuration for an input, and says what the input is and what was chosen.
+void chooseConfiguration(const io::Sequence& sequence, RunArguments& arguments) {
+  Ready ready = {"rgbd_indoor.yaml", {}, ""};
+  if (sequence.kind() == io::SequenceKind::Stereo) ready = choosePair(sequence);
+  if (sequence.kind() == io::SequenceKind::Clouds) ready = chooseClouds(sequence);
+  arguments.configuration = planar_mapping::findConfiguration(ready.name);
+  arguments.assignments.insert(arguments.assignments.begin(), ready.assignments.begin(),
+                               ready.assignments.end());
+  if (arguments.quiet) return;
+  std::string sentence;
+  for (const std::string& note : describe(sequence))
+    sentence += (sentence.empty() ? arguments.inputs.front() + ": " : "; ") + note;
+  std::cerr << "planar_map: " << sentence << "; configuration " << arguments.configuration;
+  for (const std::string& assignment : ready.assignments) std::cerr << " --set " << assignment;
+  std::cerr << (ready.why.empty() ? "" : " (" + ready.why + ")") << '\n';
 }
 
 /// Sorts the words into configuration and inputs; the inputs choose a configuration where none is
@@ -152,14 +135,9 @@ void findConfiguration(RunArguments& arguments) {
   io::SequenceOptions options;
   options.poses_file = arguments.poses;
   options.calibration_file = arguments.calibration;
-  const InputChoice choice = chooseConfiguration(
-      arguments.inputs.front(),
-      watches ? waitForFrames(arguments.inputs, options, watchOptionsOf(arguments))
-              : io::Sequence(arguments.inputs, options));
-  arguments.configuration = choice.configuration;
-  arguments.assignments.insert(arguments.assignments.begin(), choice.assignments.begin(),
-                               choice.assignments.end());
-  if (!arguments.quiet) std::cerr << "planar_map: " << choice.sentence << '\n';
+  chooseConfiguration(watches ? waitForFrames(arguments.inputs, options, watchOptionsOf(arguments))
+                              : io::Sequence(arguments.inputs, options),
+                      arguments);
 }
 
 Configuration configurationOf(const RunArguments& arguments) {
@@ -269,16 +247,13 @@ RunResult runOnWatched(const RunArguments& arguments, RunOptions options) {
 }
 
 int run(RunArguments& arguments) {
-  if (arguments.resume && arguments.force) {
+  if (arguments.options.resume && arguments.force) {
     throw UsageError("--resume continues the map, --force overwrites it: give one of them");
   }
-  StopGuard guard(stopOnSignal(), arguments.output);  // from now on
+  RunOptions& options = arguments.options;
+  StopGuard guard(stopOnSignal(), options.output);  // from now on
   findConfiguration(arguments);
-  RunOptions options;
-  options.output = arguments.output;
   options.overwrite = arguments.force;
-  options.resume = arguments.resume;
-  options.checkpoint_s = arguments.checkpoint_s;
   options.stop = &stopOnSignal();
   if (arguments.progress == "jsonl") {
     options.progress = writeJsonLine;
@@ -325,13 +300,14 @@ int run(RunArguments& arguments) {
 void addRunCommand(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand("run", "Make a map: the pipeline, input to map");
   const auto arguments = std::make_shared<RunArguments>();
+  arguments->options.output = "planar_map_output";
   command
       ->add_option("input", arguments->words,
                    "Configuration (*.yaml), and inputs as of -i; without a configuration a ready "
                    "one is chosen by the input")
       ->option_text("[CONFIG.yaml] [INPUT...]");
   addInputOption(*command, arguments->inputs, arguments->poses, arguments->calibration);
-  command->add_option("-o,--output", arguments->output, "Directory for the results")
+  command->add_option("-o,--output", arguments->options.output, "Directory for the results")
       ->capture_default_str();
   addListenOptions(*command, arguments->listen);
   auto* watch = command->add_option("--watch", arguments->watched,
@@ -351,11 +327,12 @@ void addRunCommand(CLI::App& app, int& exit_code) {
   command->add_option("-j,--threads", arguments->threads, "Threads, 0 = all cores")
       ->check(CLI::Range(0, 1024));
   command
-      ->add_option("--checkpoint", arguments->checkpoint_s,
+      ->add_option("--checkpoint", arguments->options.checkpoint_s,
                    "Save every so many seconds, for --resume after a crash; 0 = each frame")
       ->capture_default_str()
       ->check(numberIn(0.0, 1e9));
-  auto* resume = command->add_flag("--resume", arguments->resume, "Continue an interrupted run");
+  auto* resume =
+      command->add_flag("--resume", arguments->options.resume, "Continue an interrupted run");
   resume->excludes("--force");
   command->add_flag("--strict", arguments->strict, "Exit code 5 if the result is degraded");
   command->add_flag("-v,--verbose", arguments->verbose, "Show run.log as it comes about");

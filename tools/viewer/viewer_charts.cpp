@@ -77,11 +77,7 @@ bool hasFigure(const Json& results, const std::string& scene, const ChartStyle& 
 
 ChartSeries seriesOf(const Json& results, const std::string& scene, const MethodStyle& method,
                      const ChartStyle& style) {
-  ChartSeries series;
-  series.name = method.name;
-  series.color = method.color;
-  series.marker = method.marker;
-  series.dashed = method.dashed;
+  ChartSeries series = {method.name, method.color, method.marker, method.dashed, {}, {}, {}, {}};
   for (const Json& row : results) {
     if (row.at("scene") != scene || row.at("method") != method.method) continue;
     series.x.push_back(number(row.at("cell_m")));
@@ -94,11 +90,7 @@ ChartSeries seriesOf(const Json& results, const std::string& scene, const Method
 }
 
 Chart chartOf(const Json& results, const std::string& scene, const ChartStyle& style) {
-  Chart chart;
-  chart.title = scene;
-  chart.x_title = "cell size s [m]";
-  chart.y_title = style.y_title;
-  chart.logarithmic = style.logarithmic;
+  Chart chart = {scene, "cell size s [m]", style.y_title, style.logarithmic, {}};
   for (const MethodStyle& method : kStyles) {
     const auto& wanted = style.methods;
     if (std::find(wanted.begin(), wanted.end(), method.method) == wanted.end()) continue;

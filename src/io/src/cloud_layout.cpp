@@ -254,10 +254,7 @@ void CloudFiller::fillFromFile(CloudData& cloud, InputFile& file, bool big_endia
   const std::size_t count = cloud.size();
   const bool bare = columns_.size() == 3 && record_size_ == 12 && !big_endian &&
                     columns_[0].target == Target::X && columns_[1].target == Target::Y;
-  if (bare) {
-    file.readExactly(cloud.xyz.data(), 12 * count);
-    return;
-  }
+  if (bare) return file.readExactly(cloud.xyz.data(), 12 * count);
   const std::size_t records_a_block = std::max<std::size_t>(1, kBlock / record_size_);
   std::vector<std::uint8_t> block(std::min(records_a_block, count) * record_size_);
   for (std::size_t first = 0; first < count; first += records_a_block) {

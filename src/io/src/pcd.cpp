@@ -321,10 +321,7 @@ void writePoints(AtomicFile& file, const CloudData& cloud) {
   const std::size_t words = 3 + (cloud.colors.empty() ? 0u : 1u) +
                             (cloud.labels.empty() ? 0u : 1u) +
                             (cloud.intensities.empty() ? 0u : 1u);
-  if (words == 3) {
-    file.write(cloud.xyz.data(), cloud.xyz.size() * sizeof(float));
-    return;
-  }
+  if (words == 3) return file.write(cloud.xyz.data(), cloud.xyz.size() * sizeof(float));
   std::vector<std::uint32_t> block(words * std::min(kRecordsABlock, cloud.size()));
   for (std::size_t first = 0; first < cloud.size(); first += kRecordsABlock) {
     const std::size_t count = std::min(kRecordsABlock, cloud.size() - first);

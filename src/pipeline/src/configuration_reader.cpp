@@ -138,10 +138,7 @@ void ConfigurationReader::readTopEntry(const std::string& key, const YAML::Node&
 void ConfigurationReader::readStringList(const std::string& key, const YAML::Node& value,
                                          const Report& report,
                                          std::vector<std::string>& list) const {
-  if (!value.IsSequence()) {
-    report(key + " must be a list of paths, not " + describe(value));
-    return;
-  }
+  if (!value.IsSequence()) return report(key + " must be a list of paths, not " + describe(value));
   for (const auto& item : value) {
     if (item.IsScalar() && !item.Scalar().empty()) {
       list.push_back(absolutePath(item.Scalar()));

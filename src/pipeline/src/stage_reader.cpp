@@ -63,10 +63,9 @@ void ConfigurationReader::readStages(const YAML::Node& list) {
 
 void ConfigurationReader::readStage(const YAML::Node& entry) {
   if (!entry.IsMap()) {
-    problems_.add(entry.Mark(),
-                  "an entry of stages is written '- stage: NAME' with its keys below, not " +
-                      describe(entry));
-    return;
+    return problems_.add(entry.Mark(),
+                         "an entry of stages is written '- stage: NAME' with its keys below, not " +
+                             describe(entry));
   }
   const auto entries = entriesOf(entry, "this stage", problems_);
   const YAML::Node* name_node = nullptr;
@@ -80,20 +79,19 @@ void ConfigurationReader::readStage(const YAML::Node& entry) {
   const StageEntry* known = table_.find(name);
   const std::string option = known == nullptr ? table_.missingOption(name) : "";
   if (!option.empty()) {
-    problems_.add(name_node->Mark(), "stage '" + name + "' was not built; configure with -D" +
-                                         option + "=ON and its dependencies installed");
-    return;
+    return problems_.add(name_node->Mark(), "stage '" + name +
+                                                "' was not built; configure with -D" + option +
+                                                "=ON and its dependencies installed");
   }
   if (known == nullptr && !with_plugins_ && !configuration_.plugins.empty()) {
     configuration_.unknown_stages.push_back(name);
     return;
   }
   if (known == nullptr) {
-    problems_.add(
-        name_node->Mark(),
-        "there is no stage '" + name + "'" + didYouMean(name, stageNames()) +
-            (didYouMean(name, stageNames()).empty() ? "; planar_map stages lists them" : ""));
-    return;
+    const std::string meant = didYouMean(name, stageNames());
+    return problems_.add(name_node->Mark(),
+                         "there is no stage '" + name + "'" +
+                             (meant.empty() ? "; planar_map stages lists them" : meant));
   }
   ConfiguredStage stage;
   stage.name = name;

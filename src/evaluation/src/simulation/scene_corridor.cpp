@@ -156,10 +156,7 @@ void buildLongCorridor(SceneBuilder& b) {
 }  // namespace
 
 void buildCorridor(SceneBuilder& b) {
-  if (b.params.length > 0.0) {
-    buildLongCorridor(b);
-    return;
-  }
+  if (b.params.length > 0.0) return buildLongCorridor(b);
   addShell(b, kLength);
   constexpr bool kLeft = true, kRight = false;
   addDoorWall(b, kLeft, -1.0, 4.0, 2.6, false);

@@ -151,15 +151,10 @@ void addTimes(const std::string& path, const std::vector<double>& times, bool gr
 void addKittiPoses(const std::string& path, const SequenceOptions& options,
                    Description& description) {
   const Trajectory trajectory = readTrajectory(path);
-  if (trajectory.has_times) {
-    addPoses(path, options, description);
-    return;
-  }
+  if (trajectory.has_times) return addPoses(path, options, description);
   const std::size_t last = description.frames.empty() ? 0 : numberOf(description.frames.back());
-  if (options.ignore_poses && last >= trajectory.poses.size()) {
-    notUsed(path, trajectory.poses.size(), description);
-    return;
-  }
+  if (options.ignore_poses && last >= trajectory.poses.size())
+    return notUsed(path, trajectory.poses.size(), description);
   setLines(
       path, "poses", trajectory.poses.size(), options.growing, description,
       [&](FrameEntry& frame, std::size_t i) { frame.T_world_sensor = trajectory.poses[i].pose; });

@@ -64,10 +64,8 @@ void listImages(const std::string& folder, Description& description) {
   const std::string color_folder = colorFolderOf(folder);
   description.has_color = !color_folder.empty();
   FilesByName colors = description.has_color ? imagesByName(color_folder) : FilesByName();
-  if (areMost(matchNames(depths, colors), depths, colors)) {
-    listPairs(depths, colors, description);
-    return;
-  }
+  if (areMost(matchNames(depths, colors), depths, colors))
+    return listPairs(depths, colors, description);
   // By their order: names of both hold different times.
   if (description.has_color && colors.size() != depths.size())
     throw IoError(color_folder, "holds " + std::to_string(colors.size()) + " images for " +

@@ -196,11 +196,8 @@ void addPoses(const std::string& file, const SequenceOptions& options, Descripti
   std::vector<FrameEntry>& frames = description.frames;
   bool frames_have_times = !frames.empty();
   for (const FrameEntry& frame : frames) frames_have_times = frames_have_times && frame.timestamp;
-  if (poses.size() != frames.size() && trajectory.has_times && frames_have_times &&
-      !poses.empty()) {
-    addPosesByTime(file, poses, Pose::Identity(), options, description);
-    return;
-  }
+  if (poses.size() != frames.size() && trajectory.has_times && frames_have_times && !poses.empty())
+    return addPosesByTime(file, poses, Pose::Identity(), options, description);
   if (options.growing && poses.size() < frames.size()) frames.resize(poses.size());
   if (poses.size() != frames.size() && !options.growing) {
     if (!options.ignore_poses)

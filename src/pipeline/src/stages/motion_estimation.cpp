@@ -154,10 +154,7 @@ std::optional<std::string> GivenPoses::contradictionOf(const Frame& frame, const
 
 void MotionEstimationStage::process(Frame& frame) {
   if (!locator_) prepare(frame);
-  if (frame.again) {
-    placeAgain(frame);
-    return;
-  }
+  if (frame.again) return placeAgain(frame);
   const bool given = frame.given_pose && keys_.poses != Poses::Ignore;
   if (given && keys_.poses == Poses::Use && frame.key_features.empty()) {
     takeGiven(frame);
@@ -321,10 +318,7 @@ void MotionEstimationStage::registerFrame(Frame& frame, bool given) {
   frame.T_world_sensor = result.T_world_sensor;
   if (given) given_.T_world_given = frame.T_world_sensor * frame.given_pose->inverse();
   if (result.keyframe) locator_->remember(frame);
-  if (given && keys_.poses == Poses::Use) {
-    takeGiven(frame);
-    return;
-  }
+  if (given && keys_.poses == Poses::Use) return takeGiven(frame);
   frame.motion = result.motion;
   if (out_of_order_ && frame.motion && locator_->lastPose()) {
     frame.motion->T_now_before = frame.T_world_sensor.inverse() * *locator_->lastPose();
